@@ -1,0 +1,59 @@
+# How every library, program and test of the project is made: warnings, sanitizers, and the rules of the RT side.
+find_package(Threads REQUIRED)
+find_package(tl-expected REQUIRED)
+find_package(fmt REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(yaml-cpp REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(Eigen3 REQUIRED NO_MODULE)
+find_package(GTest REQUIRED)
+find_package(benchmark REQUIRED)
+
+find_program(CCACHE ccache)
+if(CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+  set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE})
+endif()
+
+add_library(gantry_flags INTERFACE)
+target_include_directories(gantry_flags INTERFACE ${CMAKE_SOURCE_DIR})
+target_compile_options(gantry_flags INTERFACE
+  $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wno-psabi>
+  $<$<AND:$<BOOL:${GANTRY_WERROR}>,$<COMPILE_LANGUAGE:CXX>>:-Werror>)
+if(GANTRY_SANITIZE)
+  target_compile_options(gantry_flags INTERFACE -fsanitize=${GANTRY_SANITIZE} -fno-omit-frame-pointer
+    -fno-sanitize-recover=all)
+  target_link_options(gantry_flags INTERFACE -fsanitize=${GANTRY_SANITIZE})
+endif()
+
+# gantry_library(NAME SOURCES a.cpp ... DEPS other ...): an ordinary room.
+function(gantry_library name)
+  cmake_parse_arguments(A "" "" "SOURCES;DEPS" ${ARGN})
+  add_library(${name} STATIC ${A_SOURCES})
+  target_link_libraries(${name} PUBLIC gantry_flags ${A_DEPS})
+endfunction()
+
+# gantry_rt_library(NAME SOURCES a.cpp ... DEPS rt libraries ...): a room of the 1 ms loop. Built without exceptions and
+# RTTI, and its undefined symbols pass cmake/rt_gate.sh (tests/architecture runs it over all of them at once).
+function(gantry_rt_library name)
+  gantry_library(${name} ${ARGN})
+  target_compile_options(${name} PRIVATE -fno-exceptions -fno-rtti)
+  set_property(GLOBAL APPEND PROPERTY GANTRY_RT_LIBRARIES ${name})
+endfunction()
+
+# gantry_test(NAME SOURCES a_test.cpp ... DEPS libs ... LABELS unit|machine|...): one GoogleTest program.
+function(gantry_test name)
+  cmake_parse_arguments(A "" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
+  if(NOT A_LABELS)
+    set(A_LABELS unit)
+  endif()
+  if(NOT A_TIMEOUT)
+    set(A_TIMEOUT 120)
+  endif()
+  add_executable(${name} ${A_SOURCES})
+  target_link_libraries(${name} PRIVATE gantry_flags ${A_DEPS} GTest::gtest GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE GANTRY_SOURCE_DIR="${CMAKE_SOURCE_DIR}" GANTRY_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  add_test(NAME ${name} COMMAND ${name} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
+  set_tests_properties(${name} PROPERTIES LABELS "${A_LABELS}" TIMEOUT ${A_TIMEOUT})
+endfunction()

@@ -1,0 +1,127 @@
+// What the project knows of a drive or of any other station: cited data rows from config/drives/*.yaml and
+// config/devices/*.yaml. The master brings stations up from them and the virtual stations behave by them; neither holds
+// a drive's number in code. What no manual states is marked `assumed`: `check` lists it, `commission` confirms it, docs
+// never tell it as a fact.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gantry::config {
+
+enum class BusKind { EtherCat, CanOpen };
+
+enum class ObjectType : std::uint8_t { Bool, I8, U8, I16, U16, I32, U32, String };
+/// Bits on the wire; 0 for String.
+int bits(ObjectType type);
+
+/// index:sub of the CoE or CANopen object dictionary.
+struct ObjectAddress {
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  constexpr auto operator<=>(const ObjectAddress&) const = default;
+};
+
+struct ObjectRow {
+  ObjectAddress address;  ///< of the station's first axis; see StationProfile::slot_stride
+  std::string name;
+  ObjectType type = ObjectType::U16;
+  bool readable = true, writable = false;
+  bool mappable = true;  ///< may stand in a PDO
+  std::optional<std::int64_t> initial, min, max;
+  std::string unit;     ///< the vendor's: "pulse", "P/S", "rpm"
+  std::string section;  ///< where the manual says so; empty when assumed
+  bool assumed = false;
+};
+
+/// One PDO: its mapping object (1600h.., 1A00h..) and what is mapped, in order. index 0 pads `bits_of_pad`.
+struct PdoEntry {
+  ObjectAddress address;
+  std::uint8_t bit_length = 0;
+};
+struct PdoRow {
+  std::uint16_t index = 0;
+  int slot = 0;  ///< axis within the station that it serves
+  std::vector<PdoEntry> entries;
+};
+
+enum class SyncManagerKind : std::uint8_t { MailboxOut = 1, MailboxIn = 2, ProcessOut = 3, ProcessIn = 4 };
+struct SyncManagerRow {
+  SyncManagerKind kind{};
+  std::uint16_t start = 0;   ///< physical address in the ESC
+  std::uint16_t length = 0;  ///< bytes; of process data it is computed from the PDOs
+};
+
+/// Something written by SDO in PRE_OP, in order. `compare_first`: written only when the station holds another value
+/// (2xxx objects of some drives wear an EEPROM with every write).
+struct StartupRow {
+  ObjectAddress address;
+  ObjectType type = ObjectType::U16;
+  std::int64_t value = 0;
+  bool compare_first = false;
+  std::string why;
+};
+
+enum class DriveErrorKind { Fault, Warning, EmergencyInput, Limit, Undervoltage, PowerCycle };
+struct DriveErrorRow {
+  std::uint32_t code = 0;  ///< as it stands in 603Fh
+  DriveErrorKind kind = DriveErrorKind::Fault;
+  std::string text;
+  std::string remedy;
+  std::string section;
+};
+
+/// What the virtual drive answers in 6041h in a mode (bits above the CiA 402 state), from the manual's table of typical
+/// values.
+struct StatuswordRow {
+  std::int8_t mode = 8;
+  std::uint16_t ready = 0x0231, switched_on = 0x0233, enabled = 0x0237, running = 0x0237, reached = 0x0637,
+                fault = 0x0238;
+};
+
+struct Identity {
+  std::uint32_t vendor = 0, product = 0, revision = 0;
+  bool assumed = true;  ///< an assumed identity does not refuse a station; it asks
+};
+
+/// Facts of one axis of a drive, alike for all its slots.
+struct DriveFacts {
+  bool closed_loop = false;                   ///< false: 6064h is the command, following error is not available
+  std::vector<std::int8_t> modes;             ///< values of 6060h that work
+  std::vector<std::uint32_t> cycle_times_us;  ///< SYNC cycles the manual lists
+  std::vector<std::int8_t> homing_methods;
+  std::uint32_t counts_per_rev = 10000;  ///< command pulses per revolution as configured by `startup`
+  std::uint32_t quick_stop_options = 0;  ///< bit n: value n of 605Ah is documented; 0: unknown or absent
+  std::int8_t input_neg_limit = -1, input_pos_limit = -1, input_home = -1;  ///< bit in 60FDh; -1: must be configured
+  std::int8_t probe_level_bit = 6;                                          ///< bit of 60B9h that shows probe 1's level
+  bool probe_rearm_needs_zero =
+      false;  ///< AMD530B: 60B8h = 0, then the value again; the others take a new edge of bit 0
+  bool quick_stop_needs_toggle = false;  ///< AMD530B with 605Ah 5..7: see manual 8.4
+  std::vector<StatuswordRow> statuswords;
+  std::vector<DriveErrorRow> errors;
+};
+
+struct StationProfile {
+  std::string name;    ///< file name without .yaml: "amd530b"
+  std::string title;   ///< "HCFA AMD530B"
+  std::string manual;  ///< "AMD530B manual" with version
+  BusKind bus = BusKind::EtherCat;
+  Identity identity;
+  int slots = 1;                             ///< axes of the station; 0 for I/O
+  std::uint16_t slot_stride = 0x800;         ///< added to 6xxx per slot (STD402EC 10.1)
+  std::uint16_t slot_stride_vendor = 0x200;  ///< added to 2xxx per slot
+  std::vector<SyncManagerRow> sync_managers;
+  std::vector<PdoRow> rx_pdos, tx_pdos;  ///< what we map: station's outputs (to it) and inputs (from it)
+  int max_pdo_entries = 8;               ///< per PDO; 0: not stated
+  int max_pdo_bytes = 32;
+  bool pdo_fixed = false;  ///< I/O stations: mapping is not written
+  std::vector<ObjectRow> objects;
+  std::vector<StartupRow> startup;
+  std::optional<DriveFacts> drive;       ///< absent for stations that are no drive
+  bool dc = true;                        ///< supports SYNC0
+  std::uint16_t watchdog_ms = 100;       ///< process-data watchdog that we set
+  std::vector<std::string> assumptions;  ///< sentences for `check`
+};
+
+}  // namespace gantry::config

@@ -1,0 +1,196 @@
+// The machine as its YAML file tells it, after units are converted and names are resolved. Plain structs, no behaviour.
+//   auto m = config::load_machine("config/machines/dispenser.yaml");   // Checked<Machine>: every mistake at once
+// Coordinates: machine frame in mm, Z up. A point p of the head stands at p + (X, Y, Z), lower by U when its body rides
+// on the lift.
+#pragma once
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "config/drive.hpp"
+#include "core/clock.hpp"
+#include "core/error.hpp"
+#include "core/id.hpp"
+#include "core/vec.hpp"
+
+namespace gantry::config {
+
+/// A drive of an axis: which station, and which of the station's axes.
+struct DriveRef {
+  StationId station;
+  int slot = 0;
+  bool invert = false;  ///< counts rise while the axis coordinate falls
+};
+
+enum class AxisKind {
+  Streamed,    ///< gets a target every cycle (CSP)
+  Positioned,  ///< moves by itself to a target (PP); never part of a coordinated move
+};
+
+struct Homing {
+  int order = 0;              ///< axes of the lowest order go first (Z), equal ones together
+  std::int8_t method = 0;     ///< 6098h
+  double fast = 0, slow = 0;  ///< mm/s or rad/s: 6099h:1, :2
+  double acceleration = 0;    ///< mm/s^2 or rad/s^2: 609Ah
+  double position = 0;        ///< axis coordinate at the home edge, mm or rad
+  double timeout_s = 60;
+};
+
+struct Axis {
+  AxisId id;
+  std::string name;  ///< "X"
+  AxisKind kind = AxisKind::Streamed;
+  bool rotary = false;           ///< rad instead of mm
+  std::vector<DriveRef> drives;  ///< two of one coordinate: a gantry axis
+  double unit_per_rev = 0;       ///< mm or rad of travel in one motor revolution
+  double counts_per_unit = 0;    ///< counts per mm or rad: profile's counts_per_rev / unit_per_rev
+  double p_min = 0, p_max = 0, v_max = 0, a_max = 0, j_max = 0;  ///< soft limits and bounds, mm or rad
+  double following_base = 0;  ///< following window = base + per_speed * |v|; mm or rad
+  double following_per_speed_s = 0;
+  double skew_max = 0;  ///< gantry axis: allowed difference of its two sides
+  double response_delay_s =
+      0;  ///< how far the axis lags its command; compensated so that unlike drives do not bend the path
+  std::optional<Homing> homing;
+};
+
+/// One bit of a station's process image.
+struct Channel {
+  StationId station;
+  std::uint8_t bit = 0;
+  bool invert = false;
+};
+
+enum class Output : std::uint8_t {
+  Valve,
+  CameraLight,
+  CameraTrigger,
+  StackRed,
+  StackYellow,
+  StackGreen,
+  Clamp,
+  Healthy,
+  Count
+};
+enum class Input : std::uint8_t { Start, Stop, Reset, DoorClosed, AirOk, ClampClosed, Count };
+inline constexpr std::size_t kOutputs = static_cast<std::size_t>(Output::Count);
+inline constexpr std::size_t kInputs = static_cast<std::size_t>(Input::Count);
+/// Name in the machine file: "valve", "camera_light", ...
+std::string_view name(Output output);
+std::string_view name(Input input);
+/// Bit of an output in the loop's output word.
+constexpr std::uint32_t bit(Output o) { return 1u << static_cast<unsigned>(o); }
+constexpr std::uint32_t bit(Input i) { return 1u << static_cast<unsigned>(i); }
+
+struct Station {
+  StationId id;
+  std::string name;  ///< "y1"
+  BusKind bus = BusKind::EtherCat;
+  int position = 0;         ///< place in the ring, 0 first; node id on CANopen
+  std::uint16_t alias = 0;  ///< 0: not checked
+  StationProfile profile;
+};
+
+/// A convex body. Centre and extents in mm; cylinders and capsules stand along Z.
+struct Shape {
+  enum class Kind { Box, Cylinder, Capsule } kind = Kind::Box;
+  Vec3 size;  ///< box: full edges; cylinder: {diameter, diameter, height}; capsule: the same, height over all
+};
+struct Body {
+  std::string name;
+  Shape shape;
+  Vec3 centre;              ///< in the head's frame (of the head) or the machine frame (of the scene)
+  double rotation_rad = 0;  ///< about Z
+  bool on_lift = false;     ///< head only: rides on U
+};
+
+/// What may be brought to a point: needle, camera, probe. `tip` is its working point in the head's frame at U = 0 (for
+/// the camera the point in focus).
+struct Tool {
+  std::string name;
+  Vec3 tip;
+  double lift_mm = 0;  ///< U while the tool works; others keep U = 0
+};
+
+struct CameraConfig {
+  int width_px = 0, height_px = 0;
+  double mm_per_px = 0;  ///< at the focus plane
+  double exposure_s = 0.002;
+  int expose_after_ticks = 40;     ///< ticks between arrival and trigger: the axes have settled
+  double answer_latency_s = 0.15;  ///< an answer takes effect this long after the trigger, so that runs repeat
+  double search_mm = 0;            ///< half width of the window in which a mark is looked for
+};
+
+struct ProbeConfig {
+  AxisId axis;  ///< Z, whose drive latches
+  double speed_mm_s = 0, approach_mm = 0, travel_mm = 0, retract_mm = 0;
+};
+
+/// Where boards lie: the origin of the pallet's frame in machine coordinates.
+struct WorkFrame {
+  std::string name;
+  Vec3 origin;
+};
+
+/// What bus timing tolerates.
+struct BusConfig {
+  Time cycle = milliseconds(1);
+  int stop_after_missed_hardware = 3;
+  int stop_after_missed_sim = 50;
+  int frames_lost_max = 3;  ///< consecutive (R02)
+};
+
+/// Truth of the virtual machine, unknown to the controller.
+struct SimAxis {
+  double lag_s = 0;                     ///< time constant of the drive's position loop
+  double delay_s = 0;                   ///< pure delay before it
+  double home_switch = 0;               ///< axis coordinate of the home switch edge
+  double neg_limit = 0, pos_limit = 0;  ///< coordinates of the limit switches
+  double start = 0;                     ///< where the axis stands when the world is new
+};
+struct SimConfig {
+  std::vector<SimAxis> axes;  ///< by AxisId
+  double valve_open_lag_s = 0, valve_close_lag_s = 0;
+  double height_spread_mm = 0;  ///< seed places the board's surface within +- this
+  double tilt_spread_rad = 0;
+  double place_spread_mm = 0, place_spread_rad = 0;  ///< of the seeded placement
+  double camera_noise = 2.0;                         ///< grey levels, sigma
+  Vec3 needle_error, camera_error, probe_error;      ///< true minus configured tip offsets
+};
+
+struct Machine {
+  std::string name;
+  std::string file;  ///< path it was read from
+  BusConfig bus;
+  std::vector<Station> stations;
+  std::vector<Axis> axes;      ///< index = AxisId
+  AxisId x, y, z;              ///< the carrying axes
+  std::optional<AxisId> c, u;  ///< needle turn and lift
+  std::array<std::optional<Channel>, kOutputs> outputs;
+  std::array<std::optional<Channel>, kInputs> inputs;
+  std::vector<Tool> tools;  ///< "needle", "camera", "probe"
+  std::vector<Body> head;   ///< bodies that move
+  std::vector<Body> scene;  ///< bodies that stand
+  std::vector<WorkFrame> frames;
+  CameraConfig camera;
+  ProbeConfig probe;
+  double clearance_mm = 2.0;                    ///< kept from every body in travel, over and above path deviation
+  double safe_z_mm = 0;                         ///< Z for parking and for travel that finds nothing shorter
+  std::vector<std::pair<AxisId, double>> park;  ///< where a job ends
+  SimConfig sim;
+};
+
+const Tool* find_tool(const Machine& machine, std::string_view name);
+const Axis* find_axis(const Machine& machine, std::string_view name);
+const WorkFrame* find_frame(const Machine& machine, std::string_view name);
+
+/// Reads a machine file and the profiles it names (profiles are looked for in `../drives` and `../devices` beside it).
+/// Every mistake with its place; Fault 4xx.
+Checked<Machine> load_machine(const std::string& path);
+
+/// Sentences about what is assumed or costs something (assumed identities, blob length at bus loss ...), for `check`.
+std::vector<std::string> notes(const Machine& machine);
+
+}  // namespace gantry::config

@@ -1,0 +1,20 @@
+#include "core/clock.hpp"
+
+#include <cerrno>
+
+namespace gantry {
+
+Time MonotonicClock::now() const noexcept {
+  timespec ts{};
+  clock_gettime(CLOCK_MONOTONIC, &ts);
+  return Time{static_cast<std::int64_t>(ts.tv_sec) * 1'000'000'000 + ts.tv_nsec};
+}
+
+void MonotonicClock::sleep_until(Time t) noexcept {
+  const timespec ts{.tv_sec = static_cast<time_t>(t.count() / 1'000'000'000),
+                    .tv_nsec = static_cast<long>(t.count() % 1'000'000'000)};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &ts, nullptr) == EINTR) {
+  }
+}
+
+}  // namespace gantry

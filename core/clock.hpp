@@ -1,0 +1,49 @@
+// Time of the machine. Monotonic in a real run, virtual in a dry run, where sleeping is what makes time pass.
+#pragma once
+#include <chrono>
+#include <ctime>
+
+namespace gantry {
+
+/// ns since the clock's own start of time. Never wall-clock time.
+using Time = std::chrono::nanoseconds;
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+inline constexpr Time kNever = Time::max();
+
+constexpr double seconds(Time t) { return static_cast<double>(t.count()) * 1e-9; }
+
+class Clock {
+ public:
+  virtual ~Clock() = default;
+  [[nodiscard]] virtual Time now() const noexcept = 0;
+  /// Returns at or after `t`; at once when t is past.
+  virtual void sleep_until(Time t) noexcept = 0;
+  /// A virtual clock stands still unless somebody sleeps; one thread then owns everything.
+  [[nodiscard]] virtual bool is_virtual() const noexcept = 0;
+};
+
+/// CLOCK_MONOTONIC, absolute sleeps.
+class MonotonicClock final : public Clock {
+ public:
+  [[nodiscard]] Time now() const noexcept override;
+  void sleep_until(Time t) noexcept override;
+  [[nodiscard]] bool is_virtual() const noexcept override { return false; }
+};
+
+/// Starts at 1 s (so that "a little before now" is never negative) and moves only by sleep_until.
+class VirtualClock final : public Clock {
+ public:
+  [[nodiscard]] Time now() const noexcept override { return now_; }
+  void sleep_until(Time t) noexcept override {
+    if (t > now_) now_ = t;
+  }
+  [[nodiscard]] bool is_virtual() const noexcept override { return true; }
+
+ private:
+  Time now_{1'000'000'000};
+};
+
+}  // namespace gantry

@@ -1,0 +1,22 @@
+#include "core/log.hpp"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+
+namespace gantry {
+
+std::string to_text(const Error& e) {
+  return fmt::format("{}{}{} [{}]", e.where, e.where.empty() ? "" : ": ", e.message, code(e.fault));
+}
+
+namespace log {
+
+void open(Level level) {
+  auto logger = spdlog::stderr_color_mt("gantry");
+  logger->set_pattern("%^%L%$ %H:%M:%S.%e %v");
+  logger->set_level(level == Level::Quiet ? spdlog::level::warn
+                                          : (level == Level::Verbose ? spdlog::level::debug : spdlog::level::info));
+  spdlog::set_default_logger(std::move(logger));
+}
+
+}  // namespace log
+}  // namespace gantry

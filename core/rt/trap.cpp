@@ -1,0 +1,7 @@
+#include "core/rt/trap.hpp"
+
+namespace gantry::rt {
+
+thread_local int rt_depth = 0;
+
+}  // namespace gantry::rt

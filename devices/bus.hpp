@@ -1,0 +1,48 @@
+// A fieldbus as the machine uses it. Bring-up and object access block and belong to the run thread; the process image
+// and exchange() belong to the loop.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "config/drive.hpp"
+#include "core/clock.hpp"
+#include "core/error.hpp"
+#include "core/id.hpp"
+
+namespace gantry::devices {
+
+using Bytes = std::vector<std::byte>;
+
+/// What one cyclic exchange gave.
+struct Exchange {
+  Fault fault = Fault::None;  ///< FrameLost, WorkingCounterLow, WorkingCounterHigh, BusDown
+  bool inputs_fresh = false;  ///< the inputs are of this exchange; otherwise they are the last good ones, unchanged
+  std::uint16_t working_counter = 0, expected = 0;
+  std::uint64_t dc_time_ns = 0;  ///< reference clock (0910h) as read in this frame; 0 when there is none
+  std::uint16_t al_states = 0;   ///< AL states of all stations OR-ed (BRD 0130h); 8: all in OP
+};
+
+class FieldBus {
+ public:
+  virtual ~FieldBus() = default;
+  /// Scan, identities, configuration, states up to where cyclic exchange may begin (SAFE_OP). Bounded in time; Fault
+  /// 1xx with the station's name.
+  virtual Result<void> bring_up() = 0;
+  /// Asks for OP; the caller goes on exchanging and watches al_states.
+  virtual Result<void> request_operation() = 0;
+  /// Leaves cyclic operation in order (outputs safe, INIT).
+  virtual void shut_down() = 0;
+  virtual Result<Bytes> read_object(StationId station, config::ObjectAddress address) = 0;
+  virtual Result<void> write_object(StationId station, config::ObjectAddress address,
+                                    std::span<const std::byte> value) = 0;
+
+  /// Process data of one station, valid from bring_up() on; addresses do not move.
+  [[nodiscard]] virtual std::span<std::byte> outputs(StationId station) noexcept = 0;
+  [[nodiscard]] virtual std::span<const std::byte> inputs(StationId station) const noexcept = 0;
+  /// One cycle: sends the image and takes what comes back until `deadline`. RT.
+  virtual Exchange exchange(Time deadline) noexcept = 0;
+};
+
+}  // namespace gantry::devices

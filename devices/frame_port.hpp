@@ -1,0 +1,35 @@
+// The lowest seam of EtherCAT: raw Ethernet frames out and in, on one or two ports. The network card and the virtual
+// segment stand behind it; nothing above it knows which. Non-blocking send; receive waits until a deadline at most.
+// Several frames may be in flight.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "core/clock.hpp"
+
+namespace gantry::devices {
+
+enum class PortIndex : std::uint8_t { Primary = 0, Secondary = 1 };
+
+inline constexpr std::size_t kMaxFrameBytes = 1514;  ///< Ethernet header and payload, without the FCS
+
+struct Received {
+  std::size_t size = 0;  ///< bytes written; 0: nothing came until the deadline
+  PortIndex port = PortIndex::Primary;
+  Time rx_time{};  ///< when it arrived, on the machine's clock
+};
+
+class FramePort {
+ public:
+  virtual ~FramePort() = default;
+  /// Whole Ethernet frame from the destination address on, without FCS. False when it could not be sent (link down,
+  /// queue full).
+  virtual bool send(PortIndex port, std::span<const std::byte> frame) noexcept = 0;
+  /// The next frame that has arrived, waiting until `deadline` at most (a past deadline only looks). A frame whose FCS
+  /// was wrong never shows.
+  virtual Received receive(std::span<std::byte> buffer, Time deadline) noexcept = 0;
+  [[nodiscard]] virtual bool link_up(PortIndex port) const noexcept = 0;
+};
+
+}  // namespace gantry::devices

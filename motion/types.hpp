@@ -1,0 +1,93 @@
+// What motion is made of. A Segment carries geometry q(s) and a speed profile s(t); everything that happens on the way
+// (hold, override, starvation) re-plans s and leaves q(s) alone, so that the tool stays on its path. Plain values: they
+// cross the RT boundary.
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "core/axis_vec.hpp"
+#include "core/rt/fixed_vector.hpp"
+
+namespace gantry::motion {
+
+/// Bounds of one axis in mm or rad.
+struct AxisLimits {
+  double p_min = 0, p_max = 0, v_max = 0, a_max = 0, j_max = 0;
+};
+struct Limits {
+  std::array<AxisLimits, kMaxAxes> axis{};
+  std::size_t axes = 0;                 ///< how many of them are used
+  std::array<bool, kMaxAxes> linear{};  ///< axes whose travel makes path length (X Y Z); others follow along
+  double tick_s = 0.001;
+};
+
+/// Constant jerk for a while.
+struct Phase {
+  double duration_s = 0;
+  double jerk = 0;
+};
+
+/// Position, speed and acceleration along a scalar.
+struct State {
+  double p = 0, v = 0, a = 0;
+};
+
+/// s(t) of one segment: starts at s = 0 with (v0, a0), then the phases.
+struct SpeedProfile {
+  double v0 = 0, a0 = 0;
+  rt::FixedVector<Phase, 12> phases;
+};
+
+/// q(s) = sum of c[k] u^k with u = s / length: a line (degree 1), a corner blend (up to 6) or a standstill (0).
+struct Geometry {
+  static constexpr std::size_t kMaxDegree = 6;
+  double length = 0;  ///< range of s: mm of path, or rad for a move of rotary axes alone; of a dwell: seconds
+  std::uint8_t degree = 0;
+  std::array<AxisVec, kMaxDegree + 1> c{};
+};
+
+/// Outputs that switch where (or, on a dwell, when) the tool comes to a place. Fires at the first cycle tick at which,
+/// by the current plan, s(now + lead + tick/2) >= at_s: exact on the planned ticks, within v * tick/2 under hold and
+/// override.
+struct OutputEvent {
+  double at_s = 0;
+  double lead_s = 0;                  ///< may reach back into earlier segments
+  std::uint32_t mask = 0, value = 0;  ///< bits of the output word
+  bool dispense = false;              ///< a new dispense command: the only thing that re-arms the valve after a stop
+};
+
+enum class SegmentKind : std::uint8_t {
+  Path,
+  Dwell,       ///< s counts seconds at rate 1; hold freezes it, override leaves it
+  UntilProbe,  ///< ends where the probe latches; reaching its end without that is Fault::ProbeNeverTriggered
+};
+
+/// One piece of motion, as the planner hands it to the loop.
+struct Segment {
+  std::uint32_t block = 0;    ///< number of the block in the job, from 1
+  std::uint32_t feature = 0;  ///< index of the recipe's feature, 0xFFFFFFFF for travel
+  SegmentKind kind = SegmentKind::Path;
+  bool ends_block = false;  ///< rest at its end, and the world is asked next
+  Geometry geometry;
+  SpeedProfile nominal;                    ///< what is played at override 1 without a stop
+  double v_cap = 0;                        ///< path speed that the recipe wants at most (what 100 % means)
+  double v_max = 0, a_max = 0, j_max = 0;  ///< bounds of s derivatives from the axis limits on this geometry
+  double v_exit = 0;                       ///< nominal path speed at the end; acceleration there is 0
+  rt::FixedVector<OutputEvent, 2> events;
+};
+
+inline constexpr std::uint32_t kTravel = 0xFFFFFFFFu;
+
+/// What the interpolator gives each tick.
+struct Setpoint {
+  AxisVec q{}, v{}, a{};
+  std::uint32_t block = 0;          ///< 0: idle
+  std::uint32_t tick_in_block = 0;  ///< counts from 1 while a block plays, also through holds
+  std::uint32_t feature = kTravel;
+  std::uint32_t outputs = 0;  ///< the output word that events have built
+  double s = 0, s_dot = 0;
+  bool moving = false;
+  bool block_done = false;  ///< this tick reached the end of the block
+};
+
+}  // namespace gantry::motion

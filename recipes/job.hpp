@@ -1,0 +1,65 @@
+// What a recipe means on a machine: blocks, each of which ends where the world must answer (an image, a touch) or where
+// the job ends. Points stay in the board's frame until place() puts a block into the machine frame with what is known
+// by then.
+//   auto job   = recipes::compile(recipe, machine);             // Checked<Job>
+//   auto steps = recipes::place(job->blocks[i], recipe, machine, offset, surface);
+#pragma once
+#include <array>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "config/machine.hpp"
+#include "core/axis_vec.hpp"
+#include "core/error.hpp"
+#include "core/vec.hpp"
+#include "recipes/recipe.hpp"
+
+namespace gantry::recipes {
+
+/// Rigid placement of the board in its frame: a point p of the board lies at rotated(p, rotation) + shift + nominal
+/// place.
+struct WorkOffset {
+  Vec2 shift;
+  double rotation = 0;
+};
+
+/// Top face of the board over the board's frame: z = z0 + slope . p, mm above its nominal height.
+struct Surface {
+  double z0 = 0;
+  Vec2 slope;
+  [[nodiscard]] double at(Vec2 p) const { return z0 + dot(slope, p); }
+};
+
+struct LookAtMark {
+  std::size_t mark = 0;  ///< index in Recipe::marks
+};
+struct Touch {
+  std::size_t touch = 0;  ///< index in Recipe::touches
+};
+struct Dispense {
+  std::vector<std::size_t> features;  ///< indices in Recipe::features, in the order of the file
+};
+struct Park {};
+struct Block {
+  std::uint32_t number = 0;  ///< from 1
+  std::variant<LookAtMark, Touch, Dispense, Park> what;
+};
+struct Job {
+  std::vector<Block> blocks;
+};
+
+/// Checks a recipe against a machine (frames, reach at nominal placement with the rules' margins, speeds, tools, marks)
+/// and cuts it into blocks: one a mark, one a touch, one for all features, one to park. Every mistake with its place in
+/// the recipe. Fault 4xx, 5xx.
+Checked<Job> compile(const Recipe& recipe, const config::Machine& machine);
+
+/// A point where a tool's tip shall be, in the machine frame, with the posture of the other axes.
+/// Gives the axis vector (X Y Z C U, others 0 or their park value).
+AxisVec tool_at(const config::Machine& machine, const config::Tool& tool, Vec3 tip, double needle_turn_rad);
+
+/// Board point -> machine frame, z = height above the (offset) surface.
+Vec3 to_machine(const Recipe& recipe, const config::Machine& machine, const WorkOffset& offset, const Surface& surface,
+                Vec2 at, double height_mm);
+
+}  // namespace gantry::recipes
