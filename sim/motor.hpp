@@ -1,0 +1,54 @@
+// One motor of the virtual plant with what it carries: the axis behind it moves in continuous time, so that switches
+// and the probe are met at the instant of contact and not at the next tick. A virtual drive commands it, the world
+// reads where it is.
+//   motor.run(piece, dt, watch)  ->  how far it got, and the first watched edge on the way
+// All coordinates are those of the machine axis (mm or rad); inverting and counts belong to the drive.
+#pragma once
+#include <cstdint>
+
+#include "config/machine.hpp"
+
+namespace gantry::sim {
+
+/// Command of the drive's own trajectory: p + v t + a t^2 / 2, t from 0.
+struct CommandPiece {
+  double p = 0, v = 0, a = 0;
+};
+
+/// Inputs as bits: what a drive can see of its axis.
+enum MotorInput : std::uint32_t { kNegLimit = 1, kPosLimit = 2, kHome = 4, kProbe = 8 };
+
+struct Ran {
+  double elapsed_s = 0;       ///< <= dt; shorter when a watched input changed
+  std::uint32_t changed = 0;  ///< bits of the inputs that changed at that instant
+  double position = 0;        ///< actual coordinate there
+};
+
+class Motor {
+ public:
+  explicit Motor(const config::SimAxis& truth);
+
+  /// Moves for at most `dt` under the command; stops at the first change of an input in `watch`. The axis follows its
+  /// command through a first-order lag (time constant SimAxis::lag_s), solved exactly; within 1e-9 of a standing
+  /// command it stands exactly on it, so that a run repeats to the bit.
+  Ran run(const CommandPiece& command, double dt, std::uint32_t watch) noexcept;
+
+  [[nodiscard]] double position() const noexcept { return position_; }
+  [[nodiscard]] double velocity() const noexcept { return velocity_; }
+  /// Switch and probe levels at this place; home is closed on the side that SimAxis::home_active_below names.
+  [[nodiscard]] std::uint32_t inputs() const noexcept;
+
+  /// The world tells at which coordinate the probe on this axis closes (it closes at and below it); -inf when there is
+  /// nothing under it.
+  void set_contact(double coordinate) noexcept { contact_ = coordinate; }
+  /// Script: the axis is held by an obstacle.
+  void set_stalled(bool stalled) noexcept { stalled_ = stalled; }
+  void restore(double position) noexcept { position_ = position, velocity_ = 0; }
+
+ private:
+  config::SimAxis truth_;
+  double position_ = 0, velocity_ = 0, contact_ = -1e9;
+  bool stalled_ = false;
+};
+
+}  // namespace gantry::sim
