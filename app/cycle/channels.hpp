@@ -1,0 +1,116 @@
+// The whole boundary between the 1 ms loop and everything else: rings of plain values and one flag. The run thread is
+// the only producer of commands and segments, the feed (app/run/feed.hpp) the only reader of snapshots and events.
+#pragma once
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "core/axis_vec.hpp"
+#include "core/fault.hpp"
+#include "core/id.hpp"
+#include "core/rt/ring.hpp"
+#include "motion/types.hpp"
+
+namespace gantry::cycle {
+
+/// What the machine as a whole is doing. docs/architecture.md draws the changes.
+enum class State : std::uint8_t {
+  Offline,   ///< the bus is not in OP
+  Disabled,  ///< in OP, drives without torque
+  Enabling,  ///< drives on their way to Operation Enabled
+  Ready,     ///< enabled, standing
+  Homing,
+  Running,   ///< a block plays
+  Held,      ///< standing or braking in the middle of a block, resumable
+  Stopping,  ///< braking because of a fault or an abort
+  Stopped,   ///< a fault is latched, standing
+};
+const char* name(State state) noexcept;
+
+enum class CommandKind : std::uint8_t {
+  Enable,      ///< all drives to Operation Enabled
+  Disable,     ///< all drives down in order
+  Home,        ///< the axes of `axes`, together
+  ArmProbe,    ///< the probe must be armed before a block that touches
+  StartBlock,  ///< play the segments of block `block`, which are in the ring
+  Hold,
+  Resume,
+  Abort,       ///< stop on the path, drop the rest of the block
+  Override,    ///< `value` = 1 for 100 %
+  SetOutputs,  ///< `mask`, `bits` of the output word; never the valve
+  Reset,       ///< clear latches whose cause is gone; nothing moves
+};
+
+struct Command {
+  CommandKind kind{};
+  std::uint32_t id = 0;    ///< comes back in Event::CommandDone
+  std::uint32_t axes = 0;  ///< bit n: AxisId n
+  std::uint32_t block = 0;
+  std::uint32_t mask = 0, bits = 0;
+  double value = 0;
+};
+
+enum class EventKind : std::uint8_t {
+  CommandDone,  ///< `id`; `fault` None, or why it was refused or failed
+  BlockDone,    ///< `block` came to its end
+  Touched,      ///< the probe latched: `axis`, `value` = coordinate in mm
+  Fault,        ///< `fault`, `axis`, `detail` (603Fh code, station number, ms ... as the fault has it)
+  StateChange,  ///< `detail` = new State
+};
+
+struct Event {
+  EventKind kind{};
+  Fault fault = Fault::None;
+  AxisId axis = kNoAxis;
+  std::uint32_t id = 0, block = 0;
+  std::int32_t detail = 0;
+  double value = 0;
+  CycleIndex cycle = 0;
+};
+
+inline constexpr std::size_t kMaxDrives = 16;
+inline constexpr std::size_t kMaxStations = 64;
+
+/// Everything one cycle knows. Pushed every cycle; cycles that a stall skipped are pushed too, with `sent` false, so
+/// that the commanded stream has no holes.
+struct Snapshot {
+  CycleIndex cycle = 0;
+  std::int64_t time_ns = 0;     ///< when the cycle was due, machine clock
+  std::int32_t wake_ns = 0;     ///< how late the loop woke
+  std::int32_t compute_ns = 0;  ///< own work of the cycle, without the bus
+  std::int32_t bus_ns = 0;      ///< exchange: send until the answer was read
+  std::int32_t dc_error_ns = 0;
+  State state = State::Offline;
+  bool sent = true;
+  bool inputs_fresh = false;
+  Fault latched = Fault::None;  ///< first fault that is latched
+  std::uint32_t block = 0;      ///< 0: idle
+  std::uint32_t tick = 0;       ///< tick in the block, from 1
+  std::uint32_t feature = motion::kTravel;
+  std::uint32_t outputs = 0, inputs = 0;
+  std::uint16_t working_counter = 0, expected = 0;
+  std::uint16_t al_states = 0;
+  std::uint8_t axes = 0, drives = 0;
+  std::uint32_t enabled = 0;  ///< bit n: AxisId n is in Operation Enabled
+  std::uint32_t referenced = 0;
+  double override_factor = 1;
+  double path_speed = 0;
+  AxisVec target{};  ///< mm or rad, as sent
+  AxisVec actual{};
+  AxisVec following{};                            ///< target - actual of the same cycle; NaN on open-loop axes
+  std::array<std::int32_t, kMaxDrives> counts{};  ///< 607Ah as sent, drive by drive in the machine file's order
+  std::array<std::uint16_t, kMaxDrives> statusword{};
+  std::array<std::uint16_t, kMaxDrives> error_code{};  ///< 603Fh
+};
+
+struct Channels {
+  rt::Ring<Command, 64> commands;
+  rt::Ring<motion::Segment, 1024> segments;
+  rt::Ring<Snapshot, 4096> snapshots;
+  rt::Ring<Event, 256> events;
+  std::atomic<bool> stop_now{false};   ///< path stop at the next tick, from any thread (Ctrl-C, a closing owner)
+  std::atomic<bool> quit{false};       ///< the loop returns after the running tick
+  std::atomic<std::uint64_t> lost{0};  ///< snapshots or events that found their ring full
+};
+
+}  // namespace gantry::cycle

@@ -1,0 +1,104 @@
+// What is known of a job when it has ended: filled by the runner and the trace, told by summary.json and report.html.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/axis_vec.hpp"
+#include "core/error.hpp"
+#include "core/vec.hpp"
+#include "recipes/job.hpp"
+
+namespace gantry::record {
+
+struct MarkResult {
+  std::string name;
+  bool found = false;
+  Vec2 nominal;            ///< board frame, mm
+  Vec2 measured;           ///< where it was found, in the frame of the nominal placement, mm
+  double residual_mm = 0;  ///< after the fit
+  int attempts = 0;
+  std::string reason;          ///< why it was not found
+  std::vector<std::byte> png;  ///< what the camera saw, with the found outline
+};
+
+struct TouchResult {
+  std::string name;
+  Vec2 at;               ///< board frame
+  double height_mm = 0;  ///< surface over its nominal height
+  double residual_mm = 0;
+};
+
+/// Where the needle, camera or probe was to go, and where it went; machine frame, thinned for drawing.
+struct PathPoint {
+  double t_s = 0;  ///< since the job's first block
+  Vec3 head;       ///< X Y Z of the axes
+  std::uint32_t block = 0;
+  bool valve = false;
+};
+
+struct Quantiles {  ///< ns
+  std::int64_t p50 = 0, p99 = 0, p999 = 0, max = 0;
+};
+
+struct CycleStatistics {
+  std::uint64_t cycles = 0, sent = 0, skipped = 0, deadline_misses = 0, frames_lost = 0, working_counter_errors = 0;
+  Quantiles wake, compute, bus;
+  bool real_time_priority = false, memory_locked = false;
+  bool virtual_time = false;
+};
+
+struct AxisResult {
+  std::string name;
+  bool measured = false;     ///< false on an open-loop axis: following error is n/a
+  double max_following = 0;  ///< mm or rad, while enabled
+};
+
+struct Deposit {
+  std::string id;    ///< of the recipe's feature; empty when it matches none
+  std::string kind;  ///< "dot" or "bead"
+  std::vector<Vec3> nominal_mm, board_mm;
+  double error_mm = 0, gap_mm = 0;
+};
+
+struct Collision {
+  std::string moving, standing;
+  Vec3 at;
+  double t_s = 0;
+};
+
+struct JobResult {
+  std::string job;  ///< name of the output folder
+  std::string recipe_file, recipe_name, machine_name, bus;
+  bool dry_run = false;
+  std::vector<Error> errors;  ///< empty: done
+  ExitCode exit_code = ExitCode::Done;
+  std::size_t blocks_done = 0, blocks_total = 0;
+  std::size_t features_done = 0, features_total = 0;
+  std::vector<std::string> interrupted;  ///< features whose dispensing was cut by a stop
+  std::vector<MarkResult> marks;
+  recipes::WorkOffset offset;
+  double offset_rms_mm = 0;
+  bool has_offset = false;
+  std::vector<TouchResult> touches;
+  recipes::Surface surface;
+  double predicted_s = 0, actual_s = 0;  ///< motion time of the blocks, planned and played
+  double wall_s = 0;                     ///< of the whole run on the host
+  std::vector<AxisResult> axes;
+  CycleStatistics cycles;
+  std::uint64_t setpoint_hash = 0;
+  std::uint64_t setpoint_ticks = 0;      ///< how many ticks the hash covers
+  bool setpoint_stream_complete = true;  ///< false: snapshots were lost and the hash says nothing
+  double minimum_clearance_mm = 0;       ///< of all certified motions
+  std::size_t motions_certified = 0;
+  std::vector<PathPoint> planned, actual;
+  bool has_world = false;  ///< deposits and collisions are known (virtual machine)
+  std::vector<Deposit> deposits;
+  std::vector<Collision> collisions;
+  std::string placement;            ///< hidden truth of the virtual board, for the report
+  std::vector<std::string> events;  ///< "12.345 s  drive fault X ..." in order
+};
+
+}  // namespace gantry::record
