@@ -147,6 +147,7 @@ struct SimAxis {
   double lag_s = 0;                     ///< time constant of the drive's position loop
   double delay_s = 0;                   ///< pure delay before it
   double home_switch = 0;               ///< axis coordinate of the home switch edge
+  bool home_active_below = true;        ///< the home switch is closed at and below its edge; false: at and above
   double neg_limit = 0, pos_limit = 0;  ///< coordinates of the limit switches
   double start = 0;                     ///< where the axis stands when the world is new
 };

@@ -1,0 +1,109 @@
+// The virtual EtherCAT segment: a line of software stations that answers raw frames like a ring of real ones. It stands
+// behind FramePort (sim/segment_port.hpp) or behind a network interface and knows nothing of who asks.
+//   Segment segment(machine, clock);
+//   segment.process(frame);          // in place; false when the frame does not come back
+//   segment.motor(axis).position();  // the plant, for the world
+// Time is lazy: when a frame arrives, every SYNC0 event since the last one happens first, each at its own instant
+// (motors move, the world is called, inputs are sampled, outputs are taken), then the datagrams are served. One thread
+// owns a segment. Cyclic processing does not allocate; mailbox transactions may.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "config/machine.hpp"
+#include "core/clock.hpp"
+#include "sim/motor.hpp"
+#include "sim/segment_host.hpp"
+
+namespace gantry::sim {
+
+class Drive402;
+class Station;
+
+/// What a drive and its motor keep while the controller is gone; part of the world's state file.
+struct DriveMemory {
+  double position = 0;    ///< the motor, axis coordinate
+  double count_zero = 0;  ///< axis coordinate at which the drive's counter reads 0
+};
+
+class Segment {
+ public:
+  /// Stations of the machine that hang on EtherCAT, in the order of their positions, powered and in INIT. Both
+  /// arguments must outlive the segment.
+  Segment(const config::Machine& machine, Clock& clock);
+  ~Segment();
+  Segment(const Segment&) = delete;
+  Segment& operator=(const Segment&) = delete;
+
+  void set_world(WorldHook* world) noexcept { world_ = world; }
+
+  /// A whole Ethernet frame (without FCS) goes through the ring and becomes in place what comes back. False: nothing
+  /// comes back (malformed, not EtherCAT, lost by script, no station reachable).
+  bool process(std::span<std::byte> frame) noexcept;
+  /// Brings every station up to clock.now() without a frame: for a host that nobody talks to, and before the world is
+  /// read.
+  void advance() noexcept;
+
+  // --- The plant, for the world ---
+  /// `drive`: place in config::Axis::drives (a gantry axis has two). Axes that are not on this segment have no motor:
+  /// asking for one is the caller's mistake.
+  Motor& motor(AxisId axis, int drive = 0) noexcept;
+  [[nodiscard]] const Motor& motor(AxisId axis, int drive = 0) const noexcept;
+  [[nodiscard]] bool has_motor(AxisId axis, int drive = 0) const noexcept;
+  /// Output bits of a station that is no drive as they stand at its terminals; 0 unless it is in OP.
+  [[nodiscard]] std::uint16_t io_outputs(StationId station) const noexcept;
+  /// Levels at its input terminals, seen by the master from the next sample on.
+  void set_io_inputs(StationId station, std::uint16_t bits) noexcept;
+  [[nodiscard]] DriveMemory memory(AxisId axis, int drive = 0) const noexcept;
+  void restore(AxisId axis, int drive, const DriveMemory& memory) noexcept;
+
+  // --- What a script may do to it ---
+  /// Link `i` joins station i - 1 and station i of the ring; link 0 is the master's own cable.
+  void cut_link(int link) noexcept;
+  void heal_link(int link) noexcept;
+  /// A station without power breaks the line behind it. When it returns it is in INIT, its registers and its
+  /// dictionary are new, and its counters read 0 where the motors stand.
+  void power_off(StationId station) noexcept;
+  void power_on(StationId station);
+  /// Off now, on again when `dark` has passed.
+  void power_cycle(StationId station, Time dark = milliseconds(200));
+  /// The drive shows `code` in 603Fh and does what its profile's error row says (fault or warning).
+  void drive_fault(AxisId axis, int drive, std::uint32_t code);
+  /// The next n frames are lost on the cable.
+  void lose_frames(int n) noexcept { frames_to_lose_ += n; }
+  /// Rate of a station's own clock against the machine's, parts per million.
+  void set_clock_drift(StationId station, double ppm) noexcept;
+
+  // --- For reports and tests ---
+  [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_; }  ///< SYNC0 events of the segment so far
+  [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }  ///< frames that went round
+  [[nodiscard]] bool link_up() const noexcept;                             ///< of the master's own cable
+  [[nodiscard]] int station_count() const noexcept { return static_cast<int>(ring_.size()); }
+  [[nodiscard]] Station& station(int position) noexcept { return *ring_[static_cast<std::size_t>(position)]; }
+
+ private:
+  struct AxisDrive {
+    int position = 0, slot = 0;  ///< place in the ring, axis of the station
+  };
+  [[nodiscard]] Drive402& drive(AxisId axis, int drive) const noexcept;
+  [[nodiscard]] int position_of(StationId station) const noexcept;
+  [[nodiscard]] int reachable() const noexcept;
+  void advance_to(Time now) noexcept;
+  void tick_group(Time at) noexcept;
+  void update_links() noexcept;
+
+  const config::Machine& machine_;
+  Clock& clock_;
+  WorldHook* world_ = nullptr;
+  std::vector<std::unique_ptr<Station>> ring_;
+  std::vector<StationId> ids_;                  ///< by position
+  std::vector<std::vector<AxisDrive>> drives_;  ///< by AxisId, then drive of the axis
+  std::vector<bool> link_cut_;                  ///< by link
+  std::vector<Time> power_returns_;             ///< by position; kNever: it is not to return by itself
+  std::uint64_t cycles_ = 0, frames_ = 0;
+  int frames_to_lose_ = 0;
+};
+
+}  // namespace gantry::sim
