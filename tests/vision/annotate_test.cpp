@@ -1,0 +1,37 @@
+#include "vision/annotate.hpp"
+
+#include <gtest/gtest.h>
+
+namespace gantry::vision {
+namespace {
+
+std::uint32_t big_endian(const std::vector<std::byte>& bytes, std::size_t at) {
+  std::uint32_t v = 0;
+  for (std::size_t i = 0; i < 4; ++i) v = v << 8 | std::to_integer<std::uint32_t>(bytes[at + i]);
+  return v;
+}
+
+// PNG (ISO/IEC 15948) 5.2, 11.2.2: signature, then IHDR with width, height, depth and colour type.
+TEST(Annotate, writes_png_of_the_right_size_and_kind) {
+  const Image image{120, 80, std::vector<std::uint8_t>(9600, 90)};
+  const FoundMark found{.at_px = {60.2, 39.7}, .sigma_px = {}};
+  const auto grey = encode_png(image);
+  const auto colour = annotated_png(image, {Disc{40}, true}, {55, 44}, &found, 2);
+  ASSERT_TRUE(grey);
+  ASSERT_TRUE(colour);
+  EXPECT_EQ(big_endian(*grey, 0), 0x89504E47U);
+  EXPECT_EQ(big_endian(*grey, 16), 120U);
+  EXPECT_EQ(big_endian(*grey, 20), 80U);
+  EXPECT_EQ(std::to_integer<int>((*grey)[25]), 0);
+  EXPECT_EQ(big_endian(*colour, 16), 60U);
+  EXPECT_EQ(big_endian(*colour, 20), 40U);
+  EXPECT_EQ(std::to_integer<int>((*colour)[25]), 2);
+}
+
+TEST(Annotate, refuses_an_image_that_is_none) {
+  EXPECT_FALSE(encode_png(Image{}));
+  EXPECT_FALSE(annotated_png(Image{10, 10, std::vector<std::uint8_t>(99)}, {Disc{4}, true}, {5, 5}, nullptr));
+}
+
+}  // namespace
+}  // namespace gantry::vision
