@@ -30,9 +30,15 @@ class FieldBus {
   /// Scan, identities, configuration, states up to where cyclic exchange may begin (SAFE_OP). Bounded in time; Fault
   /// 1xx with the station's name.
   virtual Result<void> bring_up() = 0;
-  /// Asks for OP; the caller goes on exchanging and watches al_states.
+  /// Asks for OP; the caller goes on exchanging and watches al_states. From the first exchange() on, blocking calls ride
+  /// along in the cyclic frames (under a virtual clock they go out by themselves: one thread owns everything there).
   virtual Result<void> request_operation() = 0;
-  /// Leaves cyclic operation in order (outputs safe, INIT).
+  /// Which station is not in OP, and why: Fault::StationLeftOp with its AL status code as text. Blocking.
+  virtual Result<void> check_operation() = 0;
+  /// First instant at or after `not_before`, on the machine's clock, at which a cycle should begin so that SYNC0 comes
+  /// half a cycle later. Without DC: `not_before`.
+  [[nodiscard]] virtual Time first_cycle(Time not_before) const noexcept = 0;
+  /// Leaves cyclic operation in order (outputs safe, INIT). The caller has stopped exchanging.
   virtual void shut_down() = 0;
   virtual Result<Bytes> read_object(StationId station, config::ObjectAddress address) = 0;
   virtual Result<void> write_object(StationId station, config::ObjectAddress address,

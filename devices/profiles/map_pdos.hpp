@@ -1,0 +1,26 @@
+// From a profile's PDO rows to places in the station's process image: the same rows that bring-up writes to the
+// station.
+//   auto layout = map_drive(station.profile, slot);      // then Drive(*layout, scale)
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <span>
+
+#include "config/drive.hpp"
+#include "core/error.hpp"
+#include "devices/rt/drive.hpp"
+
+namespace gantry::devices {
+
+/// Bytes that PDOs fill in the image, the last one padded.
+std::size_t image_bytes(std::span<const config::PdoRow> pdos);
+
+/// First bit of an object (address as on the wire) in the image; nothing when it is not mapped.
+std::optional<std::size_t> find_mapped(const config::StationProfile& profile, std::span<const config::PdoRow> pdos,
+                                       config::ObjectAddress object);
+
+/// Where axis `slot` of a drive lives in its station's image, with the facts that the loop needs. Fault::Inconsistent
+/// when the station is no drive, or when 6040h or 6041h is missing, not on a whole byte or of another size.
+Result<DriveLayout> map_drive(const config::StationProfile& profile, int slot);
+
+}  // namespace gantry::devices

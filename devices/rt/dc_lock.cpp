@@ -1,0 +1,32 @@
+#include "devices/rt/dc_lock.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gantry::devices {
+
+Time DcLock::step(std::uint64_t dc_time_ns) noexcept {
+  double wanted = -integral_ns_;
+  if (dc_time_ns != 0) {
+    const std::int64_t cycle = options_.cycle.count();
+    const auto at = static_cast<std::int64_t>(dc_time_ns % static_cast<std::uint64_t>(cycle));
+    error_ns_ = at - options_.phase.count();
+    if (error_ns_ > cycle / 2) error_ns_ -= cycle;
+    if (error_ns_ < -cycle / 2) error_ns_ += cycle;
+
+    const auto error = static_cast<double>(error_ns_);
+    const auto rate_max = static_cast<double>(options_.rate_max.count());
+    const auto correction_max = static_cast<double>(options_.correction_max.count());
+    wanted = -options_.kp * error - integral_ns_;
+    if (std::abs(wanted) < correction_max)  // does not wind up while the output is at its limit
+      integral_ns_ = std::clamp(integral_ns_ + options_.ki * error, -rate_max, rate_max);
+    wanted = std::clamp(wanted, -correction_max, correction_max);
+  }
+  // What is less than a nanosecond is kept for the next cycle, so that the rate is exact in the mean.
+  fraction_ns_ += wanted;
+  const double whole = std::trunc(fraction_ns_);
+  fraction_ns_ -= whole;
+  return Time{static_cast<std::int64_t>(whole)};
+}
+
+}  // namespace gantry::devices

@@ -1,0 +1,127 @@
+#include "devices/rt/drive.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gantry::devices {
+namespace {
+
+using namespace wire::cia402;
+
+constexpr Time kTransitionTimeout = milliseconds(1000);  // R42
+constexpr Time kModeGrace = milliseconds(100);           // a drive may take this long to show another mode
+constexpr int kEdgeHold = 4;  // acknowledged cycles for which each level of the reset bit stands
+
+bool bit(std::uint32_t word, std::int8_t number) noexcept { return number >= 0 && (word >> number & 1u) != 0; }
+
+}  // namespace
+
+Drive::Drive(const DriveLayout& layout, const AxisScale& scale, const DriveOptions& options) noexcept
+    : layout_(layout),
+      scale_(scale),
+      step_max_counts_(std::llround(std::abs(scale.to_counts_delta(options.step_max)))),
+      timeout_cycles_(kTransitionTimeout / options.cycle),
+      mode_grace_cycles_(kModeGrace / options.cycle) {}
+
+const Feedback& Drive::read(std::span<const std::byte> inputs, bool fresh) noexcept {
+  Feedback& f = feedback_;
+  f.fresh = fresh;
+  if (!fresh) {
+    ++stale_;
+    f.fault = Fault::None;
+    return f;
+  }
+  const DriveState before = f.state;
+  const Counts counts_before = f.counts;
+  const bool gap = !known_ || stale_ > 0;
+
+  f.statusword = layout_.statusword.get(inputs);
+  f.state = decode(f.statusword);
+  f.mode = layout_.mode_display.get(inputs, mode_);
+  f.counts = unwrap_.step(layout_.position.get(inputs));
+  f.position = scale_.to_position(f.counts);
+  f.error_code = layout_.error_code.get(inputs);
+  f.digital_inputs = layout_.digital_inputs.get(inputs);
+  f.neg_limit = bit(f.digital_inputs, layout_.neg_limit_bit);
+  f.pos_limit = bit(f.digital_inputs, layout_.pos_limit_bit);
+  f.home = bit(f.digital_inputs, layout_.home_bit);
+  f.internal_limit = (f.statusword & kInternalLimit) != 0;
+  f.takes_targets = f.state == DriveState::OperationEnabled && f.mode == kCsp && mode_ == kCsp;
+  f.probe_status = layout_.probe_status.get(inputs);
+  f.probe_level = bit(f.probe_status, layout_.probe_level_bit);
+  f.probe_rising = Unwrap::near(f.counts.value, layout_.probe_rising.get(inputs));
+  f.probe_falling = Unwrap::near(f.counts.value, layout_.probe_falling.get(inputs));
+
+  ++level_held_;
+  waiting_ = f.state == before && !reached(f.state, goal_) ? waiting_ + 1 : 0;
+  f.fault = judge(before, gap);
+  const std::int64_t step = std::abs(f.counts.value - counts_before.value);
+  if (f.fault == Fault::None && known_ && step_max_counts_ > 0 && f.mode != kHoming &&
+      step > step_max_counts_ * (stale_ + 1))
+    f.fault = Fault::EncoderJump;
+  stale_ = 0;
+  known_ = true;
+  return f;
+}
+
+Fault Drive::judge_code() const noexcept {
+  const bool fault_bit = feedback_.state == DriveState::Fault || feedback_.state == DriveState::FaultReaction;
+  for (const auto& row : layout_.codes)
+    if (row.code == feedback_.error_code && feedback_.error_code != 0)
+      return fault_bit || row.without_fault_bit ? row.fault : Fault::None;
+  if (!fault_bit) return Fault::None;  // 603Fh may keep the code of a fault that is over
+  return feedback_.state == DriveState::Fault && feedback_.error_code == 0 ? Fault::DriveFaultNoCode
+                                                                           : Fault::DriveFault;
+}
+
+Fault Drive::judge(DriveState before, bool gap) noexcept {
+  if (const Fault f = judge_code(); f != Fault::None) return f;
+  // Several steps may have passed while inputs were stale.
+  if (feedback_.state == DriveState::Unknown || (!gap && !may_follow(before, feedback_.state)))
+    return Fault::ImpossibleStatus;
+  if (feedback_.state == DriveState::OperationEnabled && feedback_.mode != mode_ && mode_asked_ > mode_grace_cycles_)
+    return Fault::WrongMode;
+  return waiting_ > timeout_cycles_ ? Fault::TransitionTimeout : Fault::None;
+}
+
+/// The rising edge of bit 7: each level stands until it has been in several exchanges that came back, so that a lost
+/// frame does not swallow it.
+std::uint16_t Drive::reset_word() noexcept {
+  if (level_held_ < kEdgeHold) return word_;
+  level_held_ = 0;
+  return next_controlword(feedback_.state, DriveGoal::FaultReset, word_);
+}
+
+void Drive::write(std::span<std::byte> outputs, const DriveCommand& command) noexcept {
+  const bool resetting = command.goal == DriveGoal::FaultReset && feedback_.state == DriveState::Fault;
+  if (command.goal != goal_) {
+    goal_ = command.goal;
+    waiting_ = 0;
+    level_held_ = 0;
+    if (resetting) word_ = kDisableVoltage;  // begin with the low level
+  }
+  mode_asked_ = command.mode == mode_ ? mode_asked_ + 1 : 0;
+  mode_ = command.mode;
+
+  word_ = resetting ? reset_word() : next_controlword(feedback_.state, goal_, word_);
+  const bool enabled = feedback_.state == DriveState::OperationEnabled && goal_ == DriveGoal::Enabled;
+  const auto extra =
+      static_cast<std::uint16_t>(enabled ? command.mode_bits & (kNewSetPoint | kChangeAtOnce | kRelative | kHalt) : 0);
+
+  const bool follow = enabled && feedback_.takes_targets && mode_ == kCsp && std::isfinite(command.target);
+  sent_ = follow ? scale_.to_counts(command.target) : feedback_.takes_targets && enabled ? sent_ : feedback_.counts;
+
+  layout_.controlword.set(outputs, static_cast<std::uint16_t>(word_ | extra));
+  layout_.mode.set(outputs, mode_);
+  layout_.target.set(outputs, wrap(sent_));
+  layout_.probe_function.set(outputs, command.probe_function);
+}
+
+void Drive::set_reference(Counts home, double position) noexcept {
+  feedback_.counts = unwrap_.restart(wrap(feedback_.counts));
+  scale_.set_reference(home, position);
+  feedback_.position = scale_.to_position(feedback_.counts);
+  sent_ = feedback_.counts;
+}
+
+}  // namespace gantry::devices

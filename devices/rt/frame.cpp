@@ -1,0 +1,127 @@
+#include "devices/rt/frame.hpp"
+
+#include <algorithm>
+
+namespace gantry::devices {
+namespace {
+
+using namespace wire;
+
+// Source address of our frames; the last byte is the port. Bit 1 of the first byte stays clear: stations set it.
+constexpr std::array<std::byte, 6> kSource{std::byte{0x10}, std::byte{0x67}, std::byte{0x61},
+                                           std::byte{0x6E}, std::byte{0x74}, std::byte{0x00}};
+constexpr std::size_t kSourceOffset = 6, kEtherTypeOffset = 12;
+
+/// Fields that stations leave as they are. ADP of positional and broadcast commands is counted up on the way.
+bool same_target(const DatagramHeader& sent, const DatagramHeader& got) noexcept {
+  switch (sent.command) {
+    case Command::Aprd:
+    case Command::Apwr:
+    case Command::Aprw:
+    case Command::Armw:
+    case Command::Brd:
+    case Command::Bwr:
+    case Command::Brw: return sent.ado() == got.ado();
+    default: return sent.address == got.address;
+  }
+}
+
+}  // namespace
+
+void Frame::start(std::uint32_t sequence, PortIndex port) noexcept {
+  std::fill_n(buffer_.begin(), kSourceOffset, std::byte{0xFF});  // to everybody
+  std::copy(kSource.begin(), kSource.end(), buffer_.begin() + kSourceOffset);
+  buffer_[kSourceOffset + 5] = static_cast<std::byte>(port);
+  buffer_[kEtherTypeOffset] = static_cast<std::byte>(kEtherType >> 8);
+  buffer_[kEtherTypeOffset + 1] = static_cast<std::byte>(kEtherType & 0xFF);
+  std::fill_n(buffer_.begin() + kEthernetHeader, kMinEthernetFrame - kEthernetHeader, std::byte{0});
+  size_ = kFrameHeader;
+  sequence_ = sequence;
+  slots_.clear();
+}
+
+std::size_t Frame::room() const noexcept {
+  const std::size_t need = size_ + kDatagramHeader + kWorkingCounter;
+  return slots_.size() == kMaxDatagrams || need >= buffer_.size() ? 0 : buffer_.size() - need;
+}
+
+SlotIndex Frame::add(Command command, std::uint32_t address, std::size_t length) noexcept {
+  if (length > room()) return kNoSlot;
+  const Slot slot{static_cast<std::uint16_t>(size_), static_cast<std::uint16_t>(length)};
+  if (!slots_.empty()) {  // the one before is no longer the last
+    const std::span last(buffer_.data() + slots_.back().header, kDatagramHeader);
+    auto h = get_datagram_header(last);
+    h.more = true;
+    put_datagram_header(last, h);
+  }
+  DatagramHeader h;
+  h.command = command;
+  h.index = static_cast<std::uint8_t>(sequence_ >> (8 * (slots_.size() % 4)));
+  h.address = address;
+  h.length = slot.length;
+  put_datagram_header(std::span(buffer_).subspan(slot.header), h);
+  std::fill_n(buffer_.begin() + static_cast<std::ptrdiff_t>(slot.data()), length + kWorkingCounter, std::byte{0});
+  size_ = slot.end();
+  slots_.push_back(slot);
+  put_le<std::uint16_t>(std::span(buffer_), kEthernetHeader,
+                        static_cast<std::uint16_t>((size_ - kFrameHeader) | kTypeDatagrams << 12));
+  return slots_.size() - 1;
+}
+
+SlotIndex Frame::add(Command command, std::uint32_t address, std::span<const std::byte> data_in) noexcept {
+  const SlotIndex slot = add(command, address, data_in.size());
+  if (slot != kNoSlot) std::copy(data_in.begin(), data_in.end(), data(slot).begin());
+  return slot;
+}
+
+std::span<std::byte> Frame::data(SlotIndex slot) noexcept {
+  return std::span(buffer_).subspan(slots_[slot].data(), slots_[slot].length);
+}
+
+std::span<const std::byte> Frame::bytes() const noexcept {
+  return std::span(buffer_).first(std::max(size_, kMinEthernetFrame));
+}
+
+std::span<const std::byte> Reply::data(SlotIndex slot) const noexcept {
+  return bytes_.subspan(slots_[slot].data(), slots_[slot].length);
+}
+
+std::uint16_t Reply::working_counter(SlotIndex slot) const noexcept {
+  return get_le<std::uint16_t>(bytes_, slots_[slot].end() - kWorkingCounter);
+}
+
+Match match(const Frame& sent, std::span<const std::byte> received, Reply& reply) noexcept {
+  const auto out = sent.bytes();
+  if (received.size() < kFrameHeader) return Match::Malformed;
+  if (!std::equal(received.begin() + kEtherTypeOffset, received.begin() + kEthernetHeader,
+                  out.begin() + kEtherTypeOffset))
+    return Match::Foreign;
+  const auto processed_bit = std::byte{kProcessedMacBit};
+  const bool processed = (received[kSourceOffset] & processed_bit) != std::byte{0};
+  if ((received[kSourceOffset] & ~processed_bit) != out[kSourceOffset] ||
+      !std::equal(received.begin() + kSourceOffset + 1, received.begin() + kEtherTypeOffset,
+                  out.begin() + kSourceOffset + 1))
+    return Match::Foreign;
+
+  // The lengths first, so that nothing is read past the end.
+  const auto slots = sent.slots();
+  if (slots.empty() || received.size() < slots.back().end()) return Match::Malformed;
+  if (get_le<std::uint16_t>(received, kEthernetHeader) != get_le<std::uint16_t>(out, kEthernetHeader))
+    return Match::Malformed;
+
+  bool index_differs = false, touched = processed;
+  for (const Slot& slot : slots) {
+    const auto want = get_datagram_header(out.subspan(slot.header));
+    const auto got = get_datagram_header(received.subspan(slot.header));
+    if (got.command != want.command || got.length != want.length || got.more != want.more || !same_target(want, got))
+      return Match::Malformed;
+    index_differs |= got.index != want.index;
+    touched |= get_le<std::uint16_t>(received, slot.end() - kWorkingCounter) != 0;
+  }
+  if (index_differs) return Match::Late;
+  reply.bytes_ = received;
+  reply.slots_ = slots;
+  return touched ? Match::Ours : Match::Unprocessed;
+}
+
+}  // namespace gantry::devices

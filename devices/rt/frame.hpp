@@ -1,0 +1,80 @@
+// One EtherCAT frame: built in a fixed buffer, and matched against what comes back. The parser believes nothing: any
+// bytes give an answer, and a reply is taken only when it has the shape of the frame that was sent.
+//   Frame f;
+//   f.start(sequence);
+//   const auto lrw = f.add(wire::Command::Lrw, 0, length);      // f.data(lrw) to fill in
+//   port.send(PortIndex::Primary, f.bytes());
+//   Reply r;  if (match(f, received, r) == Match::Ours) use(r.data(lrw), r.working_counter(lrw));
+// Lives in the RT loop.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "core/rt/fixed_vector.hpp"
+#include "devices/frame_port.hpp"
+#include "devices/wire/ethercat.hpp"
+
+namespace gantry::devices {
+
+/// A datagram's place in its frame.
+struct Slot {
+  std::uint16_t header = 0;  ///< offset of the datagram's header in the frame
+  std::uint16_t length = 0;  ///< of its data
+  [[nodiscard]] constexpr std::size_t data() const noexcept { return header + wire::kDatagramHeader; }
+  [[nodiscard]] constexpr std::size_t end() const noexcept { return data() + length + wire::kWorkingCounter; }
+};
+using SlotIndex = std::size_t;
+inline constexpr SlotIndex kNoSlot = static_cast<SlotIndex>(-1);
+inline constexpr std::size_t kMaxDatagrams = 15;  ///< as the ESCs of the first generation take at most
+
+class Frame {
+ public:
+  /// Empties the frame. `sequence` tells frames apart: its bytes go into the index fields of the datagrams in turn, so
+  /// that with two datagrams or more a reply that is 256 frames late is not mistaken for the present one.
+  void start(std::uint32_t sequence, PortIndex port = PortIndex::Primary) noexcept;
+
+  /// Appends a datagram with zeroed data; kNoSlot when the frame is full. `address`: see wire::DatagramHeader.
+  SlotIndex add(wire::Command command, std::uint32_t address, std::size_t length) noexcept;
+  /// Appends a datagram with data.
+  SlotIndex add(wire::Command command, std::uint32_t address, std::span<const std::byte> data) noexcept;
+
+  [[nodiscard]] std::span<std::byte> data(SlotIndex slot) noexcept;
+  /// The whole Ethernet frame, padded to the least size.
+  [[nodiscard]] std::span<const std::byte> bytes() const noexcept;
+  [[nodiscard]] std::span<const Slot> slots() const noexcept { return {slots_.begin(), slots_.size()}; }
+  /// Room for the data of one more datagram.
+  [[nodiscard]] std::size_t room() const noexcept;
+
+ private:
+  std::array<std::byte, kMaxFrameBytes> buffer_{};
+  std::size_t size_ = wire::kFrameHeader;
+  std::uint32_t sequence_ = 0;
+  rt::FixedVector<Slot, kMaxDatagrams> slots_;
+};
+
+enum class Match : std::uint8_t {
+  Ours,         ///< the reply to this frame
+  Unprocessed,  ///< our frame, but no station has touched it (looped back)
+  Late,         ///< of this master, but of an earlier frame
+  Foreign,      ///< not EtherCAT, or of another master
+  Malformed,    ///< lengths that do not fit together, or a header that changed on the way
+};
+
+/// The reply to a frame; points into the received bytes.
+class Reply {
+ public:
+  [[nodiscard]] std::span<const std::byte> data(SlotIndex slot) const noexcept;
+  [[nodiscard]] std::uint16_t working_counter(SlotIndex slot) const noexcept;
+
+ private:
+  friend Match match(const Frame& sent, std::span<const std::byte> received, Reply& reply) noexcept;
+  std::span<const std::byte> bytes_;
+  std::span<const Slot> slots_;
+};
+
+/// Judges what came in against what was sent. `reply` is filled in when the answer is Match::Ours or Unprocessed.
+Match match(const Frame& sent, std::span<const std::byte> received, Reply& reply) noexcept;
+
+}  // namespace gantry::devices

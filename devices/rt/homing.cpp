@@ -1,0 +1,91 @@
+#include "devices/rt/homing.hpp"
+
+#include <cstdlib>
+
+namespace gantry::devices {
+namespace {
+
+using namespace wire::cia402;
+
+constexpr int kStandsCycles = 20;            // without a count of motion
+constexpr std::int64_t kPhaseCycles = 1000;  // bound for entering and leaving the mode and for coming to rest
+
+bool done_bits(const Feedback& f) noexcept {
+  return (f.statusword & kTargetReached) != 0 && (f.statusword & kHomingAttained) != 0;
+}
+
+}  // namespace
+
+void HomingRun::start(const HomingLimits& limits, const Feedback& feedback) noexcept {
+  *this = HomingRun{};
+  limits_ = limits;
+  start_ = last_ = feedback.counts;
+  phase_ = Phase::EnterMode;
+}
+
+void HomingRun::cancel(Fault why) noexcept {
+  if (!busy()) return;
+  if (fault_ == Fault::None) fault_ = why;
+  if (phase_ != Phase::LeaveMode) enter(Phase::Settle);
+}
+
+bool HomingRun::stands(const Feedback& f) noexcept {
+  still_ = f.counts == last_ ? still_ + 1 : 0;
+  last_ = f.counts;
+  return still_ >= kStandsCycles;
+}
+
+void HomingRun::watch_search(const Feedback& f) noexcept {
+  if ((f.statusword & kHomingError) != 0) return cancel(Fault::HomingFailed);
+  if (done_bits(f) && seen_undone_) return enter(Phase::Settle);
+  if (limits_.travel_counts <= 0) return;
+  // The drive sets its counter anew at the home edge, perhaps before it shows "done": that jump is no travel.
+  const std::int64_t step = f.counts.value - last_.value;
+  if (std::abs(step) > limits_.travel_counts / 10) start_.value += step;
+  last_ = f.counts;
+  if (std::abs(f.counts.value - start_.value) > limits_.travel_counts) cancel(Fault::HomingTimeout);
+}
+
+DriveCommand HomingRun::step(const Feedback& f) noexcept {
+  DriveCommand command{.goal = DriveGoal::Enabled, .mode = kHoming, .target = f.position};
+  ++cycles_;
+  ++in_phase_;
+  if (busy() && f.state != DriveState::OperationEnabled && f.fresh) {  // torque is gone: nothing to bring to rest
+    if (fault_ == Fault::None) fault_ = f.fault != Fault::None ? f.fault : Fault::HomingFailed;
+    enter(Phase::Failed);
+  }
+  const bool in_mode = f.mode == kHoming;
+  if (f.fresh && in_mode && !done_bits(f) && (f.statusword & kHomingError) == 0) seen_undone_ = true;
+  switch (phase_) {
+    case Phase::EnterMode:
+      // Bits of an earlier homing vanish while bit 4 is 0; a drive that keeps them is started all the same and must
+      // take them back then.
+      if (in_mode && (seen_undone_ || in_phase_ > kPhaseCycles / 2))
+        enter(Phase::Search);
+      else if (in_phase_ > kPhaseCycles)
+        cancel(Fault::WrongMode);
+      break;
+    case Phase::Search:
+      if (f.fresh) watch_search(f);
+      if (phase_ == Phase::Search && cycles_ > limits_.timeout_cycles) cancel(Fault::HomingTimeout);
+      break;
+    case Phase::Settle:
+      if (stands(f) || in_phase_ > kPhaseCycles) enter(Phase::LeaveMode);
+      break;
+    case Phase::LeaveMode:
+      if (f.takes_targets)
+        enter(fault_ == Fault::None ? Phase::Done : Phase::Failed);
+      else if (in_phase_ > kPhaseCycles)
+        fault_ = Fault::WrongMode, enter(Phase::Failed);
+      break;
+    case Phase::Idle:
+    case Phase::Done:
+    case Phase::Failed: break;
+  }
+  if (phase_ == Phase::Search) command.mode_bits = kHomingStart;
+  if (phase_ != Phase::EnterMode && phase_ != Phase::Search && phase_ != Phase::Settle) command.mode = kCsp;
+  if (phase_ == Phase::Failed && f.state != DriveState::OperationEnabled) command.goal = DriveGoal::Disabled;
+  return command;
+}
+
+}  // namespace gantry::devices

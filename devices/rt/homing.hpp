@@ -1,0 +1,60 @@
+// A drive's own homing (mode 6), one cycle at a time. Method, speeds and acceleration are in the drive already
+// (profiles/homing_objects.hpp); this starts it, bounds it in time and travel, and comes back to CSP standing, with the
+// target on the actual position.
+//   run.start(limits, drive.feedback());
+//   drive.write(outputs, run.step(drive.feedback()));           // every cycle while run.busy()
+//   if (run.phase() == HomingRun::Phase::Done) drive.set_reference(home_offset, axis.homing->position);
+// Done means bits 10 and 12 (an idle AMD530B sets bit 10 alone, manual 6.2); bit 13 is an error. Both must be seen to
+// be new: bits of an earlier homing do not count.
+// Pure state; lives in the RT loop.
+#pragma once
+#include <cstdint>
+
+#include "core/fault.hpp"
+#include "devices/rt/drive.hpp"
+
+namespace gantry::devices {
+
+struct HomingLimits {
+  std::int64_t timeout_cycles = 60'000;
+  std::int64_t travel_counts = 0;  ///< from the start; 0: not bounded
+};
+
+class HomingRun {
+ public:
+  enum class Phase : std::uint8_t {
+    Idle,
+    EnterMode,  ///< until the drive shows mode 6
+    Search,     ///< start bit set
+    Settle,     ///< start bit cleared, until it stands
+    LeaveMode,  ///< until the drive shows CSP again
+    Done,
+    Failed,  ///< fault(): HomingFailed, HomingTimeout, or the drive's own
+  };
+
+  void start(const HomingLimits& limits, const Feedback& feedback) noexcept;
+  DriveCommand step(const Feedback& feedback) noexcept;
+  /// Ends it early (an abort): stops, comes back to CSP and ends as Failed with `why`.
+  void cancel(Fault why) noexcept;
+
+  [[nodiscard]] bool busy() const noexcept {
+    return phase_ != Phase::Idle && phase_ != Phase::Done && phase_ != Phase::Failed;
+  }
+  [[nodiscard]] Phase phase() const noexcept { return phase_; }
+  [[nodiscard]] Fault fault() const noexcept { return fault_; }
+
+ private:
+  void enter(Phase phase) noexcept { phase_ = phase, in_phase_ = 0; }
+  void watch_search(const Feedback& f) noexcept;
+  [[nodiscard]] bool stands(const Feedback& f) noexcept;
+
+  Phase phase_ = Phase::Idle;
+  Fault fault_ = Fault::None;
+  HomingLimits limits_;
+  Counts start_, last_;
+  std::int64_t cycles_ = 0, in_phase_ = 0;
+  int still_ = 0;             ///< cycles without a count of motion
+  bool seen_undone_ = false;  ///< bits 10 and 12 were seen not to be both set, in mode 6
+};
+
+}  // namespace gantry::devices

@@ -1,0 +1,59 @@
+#include "devices/rt/probe.hpp"
+
+namespace gantry::devices {
+namespace {
+
+using namespace wire::cia402;
+
+constexpr int kClearHold = 3;      // acknowledged cycles with 60B8h = 0, so that a lost frame does not swallow the edge
+constexpr int kAnswerCycles = 50;  // within which the drive must show what 60B8h asks for
+
+}  // namespace
+
+void ProbeArm::start(ProbeEdge edge) noexcept {
+  *this = ProbeArm{};
+  edge_ = edge;
+  phase_ = Phase::Clearing;
+}
+
+void ProbeArm::fail(Fault fault) noexcept {
+  phase_ = Phase::Failed;
+  fault_ = fault;
+}
+
+std::uint16_t ProbeArm::step(const Feedback& f) noexcept {
+  const bool rising = edge_ == ProbeEdge::Rising;
+  const std::uint16_t on = kProbeEnable | (rising ? kProbeRisingEdge : kProbeFallingEdge);
+  const std::uint16_t latch_bit = rising ? kProbeRisingLatched : kProbeFallingLatched;
+  const bool latched = (f.probe_status & latch_bit) != 0;
+  if (f.fresh) {
+    ++cycles_;
+    switch (phase_) {
+      case Phase::Clearing:
+        if (f.probe_level == rising) return fail(Fault::ProbeAlreadyActive), std::uint16_t{0};
+        if (cycles_ > kClearHold && !latched && (f.probe_status & kProbeEnabled) == 0)
+          phase_ = Phase::Arming, cycles_ = 0;
+        else if (cycles_ > kAnswerCycles)
+          fail(Fault::ProbeStale);
+        break;
+      case Phase::Arming:
+      case Phase::Armed:
+        if (latched) {
+          latched_ = rising ? f.probe_rising : f.probe_falling;
+          phase_ = Phase::Latched;
+        } else if (phase_ == Phase::Arming && (f.probe_status & kProbeEnabled) != 0) {
+          phase_ = Phase::Armed;
+        } else if (phase_ == Phase::Arming && cycles_ > kAnswerCycles) {
+          fail(Fault::ProbeStale);
+        }
+        break;
+      case Phase::Idle:
+      case Phase::Latched:
+      case Phase::Failed: break;
+    }
+  }
+  const bool hold = phase_ == Phase::Arming || phase_ == Phase::Armed || phase_ == Phase::Latched;
+  return hold ? on : std::uint16_t{0};
+}
+
+}  // namespace gantry::devices

@@ -1,0 +1,50 @@
+// Arming a drive's touch probe 1 and knowing that what it latched is new. 60B8h works by edges (bit 0 starts; AMD530B
+// wants 0 before a new value, manual 7.2; the others a new edge of bit 0), so every touch begins with 0, seen over
+// acknowledged cycles, and the old latch must be seen to vanish before a new one counts (R49, R51).
+//   probe.start(ProbeEdge::Rising);
+//   command.probe_function = probe.step(drive.feedback());      // every cycle
+//   if (probe.phase() == ProbeArm::Phase::Latched) ... probe.latched()
+// Pure state; lives in the RT loop.
+#pragma once
+#include <cstdint>
+
+#include "core/fault.hpp"
+#include "core/id.hpp"
+#include "devices/rt/drive.hpp"
+
+namespace gantry::devices {
+
+enum class ProbeEdge : std::uint8_t { Rising, Falling };
+
+class ProbeArm {
+ public:
+  enum class Phase : std::uint8_t {
+    Idle,
+    Clearing,  ///< 60B8h = 0 until the drive shows no latch
+    Arming,    ///< waits for the drive to show "enabled"
+    Armed,     ///< motion may begin
+    Latched,
+    Failed,  ///< fault(): ProbeAlreadyActive, ProbeStale
+  };
+
+  void start(ProbeEdge edge = ProbeEdge::Rising) noexcept;
+  void stop() noexcept { *this = ProbeArm{}; }
+  /// One cycle; the value for 60B8h.
+  std::uint16_t step(const Feedback& feedback) noexcept;
+
+  [[nodiscard]] Phase phase() const noexcept { return phase_; }
+  [[nodiscard]] Fault fault() const noexcept { return fault_; }
+  /// Counts at the edge, once Latched; AxisScale makes a coordinate of them.
+  [[nodiscard]] Counts latched() const noexcept { return latched_; }
+
+ private:
+  void fail(Fault fault) noexcept;
+
+  Phase phase_ = Phase::Idle;
+  ProbeEdge edge_ = ProbeEdge::Rising;
+  Fault fault_ = Fault::None;
+  int cycles_ = 0;  ///< acknowledged cycles in this phase
+  Counts latched_;
+};
+
+}  // namespace gantry::devices
