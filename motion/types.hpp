@@ -87,6 +87,7 @@ struct Setpoint {
   std::uint32_t outputs = 0;  ///< the output word that events have built
   double s = 0, s_dot = 0;
   bool moving = false;
+  bool probing = false;     ///< this tick plays a segment of kind UntilProbe
   bool block_done = false;  ///< this tick reached the end of the block
 };
 
