@@ -43,9 +43,16 @@ struct Quantiles {  ///< ns
   std::int64_t p50 = 0, p99 = 0, p999 = 0, max = 0;
 };
 
+/// `count` values at or below `upper_ns` and above the bucket before.
+struct HistogramBucket {
+  std::int64_t upper_ns = 0;
+  std::uint64_t count = 0;
+};
+
 struct CycleStatistics {
   std::uint64_t cycles = 0, sent = 0, skipped = 0, deadline_misses = 0, frames_lost = 0, working_counter_errors = 0;
   Quantiles wake, compute, bus;
+  std::vector<HistogramBucket> wake_histogram, compute_histogram, bus_histogram;
   bool real_time_priority = false, memory_locked = false;
   bool virtual_time = false;
 };
@@ -54,6 +61,7 @@ struct AxisResult {
   std::string name;
   bool measured = false;     ///< false on an open-loop axis: following error is n/a
   double max_following = 0;  ///< mm or rad, while enabled
+  bool rotary = false;       ///< rad instead of mm
 };
 
 struct Deposit {
@@ -67,6 +75,26 @@ struct Collision {
   std::string moving, standing;
   Vec3 at;
   double t_s = 0;
+};
+
+struct DrawnPart {
+  std::string name;
+  Vec2 at;  ///< centre, board frame
+  Vec3 size;
+  double rotation = 0;   ///< rad
+  bool fixture = false;  ///< stands where it stands, however the board lies
+};
+
+/// What the report draws under the path. Filled by drawing_of().
+struct Drawing {
+  Vec2 board_size;
+  Vec3 board_origin;  ///< nominal place of the origin of the board's top face, machine frame
+  std::vector<DrawnPart> parts;
+  std::vector<Vec3> tip_of_block;  ///< by block number: from the head's X Y Z to the tip of the tool that works there
+};
+
+struct Fact {
+  std::string name, value;
 };
 
 struct JobResult {
@@ -99,6 +127,11 @@ struct JobResult {
   std::vector<Collision> collisions;
   std::string placement;            ///< hidden truth of the virtual board, for the report
   std::vector<std::string> events;  ///< "12.345 s  drive fault X ..." in order
+  std::string started;              ///< "2026-11-21 08:30:16 UTC"
+  std::uint64_t valve_openings = 0;
+  double valve_open_s = 0;
+  Drawing drawing;
+  std::vector<Fact> environment;  ///< host, kernel ... : environment_facts()
 };
 
 }  // namespace gantry::record

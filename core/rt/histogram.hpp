@@ -27,6 +27,12 @@ class Histogram {
     }
     return max_;
   }
+  /// Calls f(upper edge in ns, count) for every bucket that holds something, ascending.
+  template <class F>
+  void for_each(F&& f) const {
+    for (std::size_t i = 0; i < buckets_.size(); ++i)
+      if (buckets_[i] != 0) f(std::min(upper_edge(i), max_), buckets_[i]);
+  }
   [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
   [[nodiscard]] std::int64_t max() const noexcept { return max_; }
 

@@ -1,0 +1,203 @@
+#include "app/record/summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
+#include <variant>
+
+#include "app/record/setpoint_hash.hpp"
+#include "app/record/write_file.hpp"
+#include "core/units.hpp"
+
+namespace gantry::record {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); }
+Json point(Vec2 p) { return Json::array({number(p.x), number(p.y)}); }
+Json point(Vec3 p) { return Json::array({number(p.x), number(p.y), number(p.z)}); }
+Json points(const std::vector<Vec3>& list) {
+  Json result = Json::array();
+  for (const auto& p : list) result.push_back(point(p));
+  return result;
+}
+
+Json errors(const JobResult& r) {
+  Json list = Json::array();
+  for (const auto& e : r.errors) {
+    const FaultInfo& f = info(e.fault);
+    list.push_back({{"code", std::string(code(e.fault))},
+                    {"name", std::string(f.name)},
+                    {"message", e.message},
+                    {"where", e.where},
+                    {"remedy", std::string(f.remedy)}});
+  }
+  return list;
+}
+
+Json counts(const JobResult& r) {
+  const auto of_kind = [&](const char* kind) {
+    return std::count_if(r.deposits.begin(), r.deposits.end(), [&](const Deposit& d) { return d.kind == kind; });
+  };
+  const auto found = std::count_if(r.marks.begin(), r.marks.end(), [](const MarkResult& m) { return m.found; });
+  Json j{{"blocks_done", r.blocks_done},
+         {"blocks_total", r.blocks_total},
+         {"features_done", r.features_done},
+         {"features_total", r.features_total},
+         {"features_interrupted", r.interrupted.size()},
+         {"marks_found", found},
+         {"marks_total", r.marks.size()},
+         {"touches", r.touches.size()},
+         {"valve_openings", r.valve_openings}};
+  j["dots"] = r.has_world ? Json(of_kind("dot")) : Json(nullptr);
+  j["beads"] = r.has_world ? Json(of_kind("bead")) : Json(nullptr);
+  return j;
+}
+
+Json marks(const JobResult& r) {
+  Json list = Json::array();
+  for (const auto& m : r.marks) {
+    Json j{{"name", m.name}, {"found", m.found}, {"nominal_mm", point(m.nominal)}};
+    j["measured_mm"] = m.found ? point(m.measured) : Json(nullptr);
+    j["residual_mm"] = m.found && r.has_offset ? number(m.residual_mm) : Json(nullptr);
+    j["attempts"] = m.attempts;
+    if (!m.reason.empty()) j["reason"] = m.reason;
+    list.push_back(std::move(j));
+  }
+  return list;
+}
+
+Json heights(const JobResult& r) {
+  Json list = Json::array();
+  for (const auto& t : r.touches)
+    list.push_back({{"name", t.name},
+                    {"at_mm", point(t.at)},
+                    {"height_mm", number(t.height_mm)},
+                    {"residual_mm", number(t.residual_mm)}});
+  return list;
+}
+
+Json microseconds_of(const Quantiles& q) {
+  const auto us = [](std::int64_t ns) { return static_cast<double>(ns) / 1000.0; };
+  return {{"p50", us(q.p50)}, {"p99", us(q.p99)}, {"p99_9", us(q.p999)}, {"max", us(q.max)}};
+}
+
+Json cycle(const CycleStatistics& c) {
+  return {{"cycles", c.cycles},
+          {"sent", c.sent},
+          {"skipped", c.skipped},
+          {"deadline_misses", c.deadline_misses},
+          {"frames_lost", c.frames_lost},
+          {"working_counter_errors", c.working_counter_errors},
+          {"wake_us", microseconds_of(c.wake)},
+          {"compute_us", microseconds_of(c.compute)},
+          {"bus_us", microseconds_of(c.bus)},
+          {"real_time_priority", c.real_time_priority},
+          {"memory_locked", c.memory_locked},
+          {"virtual_time", c.virtual_time}};
+}
+
+void add_following(Json& j, const JobResult& r) {
+  Json values = Json::object(), units = Json::object();
+  for (const auto& a : r.axes) {
+    values[a.name] = a.measured && std::isfinite(a.max_following) ? Json(a.max_following) : Json("n/a");
+    units[a.name] = a.rotary ? "rad" : "mm";
+  }
+  j["max_following_error"] = std::move(values);
+  j["max_following_error_units"] = std::move(units);
+}
+
+void add_world(Json& j, const JobResult& r) {
+  if (!r.has_world) {
+    j["collisions"] = nullptr;
+    j["collision_list"] = nullptr;
+    j["deposits"] = nullptr;
+    return;
+  }
+  Json collisions = Json::array(), deposits = Json::array();
+  for (const auto& c : r.collisions)
+    collisions.push_back(
+        {{"moving", c.moving}, {"standing", c.standing}, {"at_mm", point(c.at)}, {"t_s", number(c.t_s)}});
+  for (const auto& d : r.deposits)
+    deposits.push_back({{"id", d.id},
+                        {"kind", d.kind},
+                        {"nominal_mm", points(d.nominal_mm)},
+                        {"board_mm", points(d.board_mm)},
+                        {"error_mm", number(d.error_mm)},
+                        {"gap_mm", number(d.gap_mm)}});
+  j["collisions"] = r.collisions.size();
+  j["collision_list"] = std::move(collisions);
+  j["deposits"] = std::move(deposits);
+}
+
+}  // namespace
+
+std::string result_word(const JobResult& r) {
+  const auto has = [&](Fault f) {
+    return std::any_of(r.errors.begin(), r.errors.end(), [f](const Error& e) { return e.fault == f; });
+  };
+  if (r.exit_code == ExitCode::Done) return "done";
+  if (r.exit_code == ExitCode::Interrupted) return "interrupted";
+  return has(Fault::Aborted) ? "aborted" : "failed";
+}
+
+nlohmann::ordered_json to_json(const JobResult& r) {
+  Json j{{"job", r.job},
+         {"result", result_word(r)},
+         {"exit_code", static_cast<int>(r.exit_code)},
+         {"errors", errors(r)},
+         {"recipe", r.recipe_name},
+         {"recipe_file", r.recipe_file},
+         {"machine", r.machine_name},
+         {"bus", r.bus},
+         {"dry_run", r.dry_run},
+         {"started", r.started},
+         {"counts", counts(r)},
+         {"interrupted", r.interrupted},
+         {"marks", marks(r)}};
+  j["work_offset"] = r.has_offset ? Json{{"dx_mm", number(r.offset.shift.x)},
+                                         {"dy_mm", number(r.offset.shift.y)},
+                                         {"rot_deg", number(units::deg(r.offset.rotation))},
+                                         {"rms_mm", number(r.offset_rms_mm)}}
+                                  : Json(nullptr);
+  j["heights"] = heights(r);
+  j["surface"] = {{"z0_mm", number(r.surface.z0)}, {"slope", point(r.surface.slope)}};
+  j["predicted_s"] = number(r.predicted_s);
+  j["actual_s"] = number(r.actual_s);
+  j["wall_s"] = number(r.wall_s);
+  add_following(j, r);
+  j["cycle"] = cycle(r.cycles);
+  j["certificate"] = {
+      {"motions_certified", r.motions_certified},
+      {"minimum_clearance_mm", r.motions_certified > 0 ? number(r.minimum_clearance_mm) : Json(nullptr)}};
+  j["setpoint_hash"] = hash_text(r.setpoint_hash);
+  j["setpoint_ticks"] = r.setpoint_ticks;
+  j["setpoint_stream_complete"] = r.setpoint_stream_complete;
+  add_world(j, r);
+  j["placement"] = r.placement.empty() ? Json(nullptr) : Json(r.placement);
+  j["valve_open_s"] = number(r.valve_open_s);
+  j["events"] = r.events;
+  Json environment = Json::object();
+  for (const auto& f : r.environment) environment[f.name] = f.value;
+  j["environment"] = std::move(environment);
+  // Names come from files and drives: text that is no UTF-8 would make dump() throw wherever the document goes next.
+  return Json::parse(j.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+Result<void> write_summary(const std::string& dir, const JobResult& r) {
+  namespace fs = std::filesystem;
+  std::set<std::string> files{"summary.json"};
+  std::error_code error;
+  for (auto it = fs::recursive_directory_iterator(dir, error); !error && it != fs::recursive_directory_iterator();
+       it.increment(error)) {
+    std::error_code ignored;
+    if (it->is_regular_file(ignored)) files.insert(fs::relative(it->path(), dir, ignored).generic_string());
+  }
+  auto j = to_json(r);
+  j["files"] = files;
+  return write_file(dir + "/summary.json", j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+}  // namespace gantry::record

@@ -1,0 +1,22 @@
+// summary.json: a job's result for programs. Always valid JSON: what is not known is null or "n/a", never NaN, and text
+// that is no UTF-8 is repaired.
+//   write_summary("out/job", result);      // out/job/summary.json, whole or not at all
+#pragma once
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "app/record/job_result.hpp"
+#include "core/error.hpp"
+
+namespace gantry::record {
+
+/// "done", "interrupted", "aborted" or "failed".
+std::string result_word(const JobResult& result);
+
+/// Keys in a fixed order, the verdict first. docs/monitoring.md lists them.
+nlohmann::ordered_json to_json(const JobResult& result);
+
+/// Also lists the files that stand in `dir` by then: write it last. Fault::FileUnwritable.
+Result<void> write_summary(const std::string& dir, const JobResult& result);
+
+}  // namespace gantry::record

@@ -1,0 +1,154 @@
+#include "app/record/trace.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <variant>
+
+namespace gantry::record {
+namespace {
+
+constexpr double kEvery_s = 0.0095;     // "about every 10 ms" on a 1 ms grid
+constexpr double kStanding_mm = 0.002;  // below this the head stands: a few counts
+constexpr double kTurned_cos = 0.9962;  // 5 degrees
+constexpr double kTurned_mm = 0.02;     // a turn shorter than this is not visible and may be quantisation
+
+bool turned(const Vec3& from, const Vec3& by, const Vec3& to) {
+  const Vec3 a = by - from, b = to - by;
+  const double na = norm(a), nb = norm(b);
+  return na > kTurned_mm && nb > kTurned_mm && dot(a, b) < kTurned_cos * na * nb;
+}
+
+Quantiles quantiles(const rt::Histogram& h) { return {h.quantile(0.5), h.quantile(0.99), h.quantile(0.999), h.max()}; }
+
+std::vector<HistogramBucket> buckets(const rt::Histogram& h) {
+  std::vector<HistogramBucket> result;
+  h.for_each([&](std::int64_t upper_ns, std::uint64_t count) { result.push_back({upper_ns, count}); });
+  return result;
+}
+
+bool stopped_by_force(cycle::State s) {
+  return s == cycle::State::Held || s == cycle::State::Stopping || s == cycle::State::Stopped ||
+         s == cycle::State::Disabled || s == cycle::State::Offline;
+}
+
+std::string feature_name(const recipes::Recipe& recipe, std::uint32_t index) {
+  if (index >= recipe.features.size()) return "feature " + std::to_string(index);
+  return std::visit([](const auto& f) { return f.id; }, recipe.features[index]);
+}
+
+}  // namespace
+
+void ThinPath::add(const PathPoint& p) {
+  if (kept_.empty()) {
+    kept_.push_back(p);
+    return;
+  }
+  const PathPoint& kept = kept_.back();
+  const bool marked = p.valve != kept.valve || p.block != kept.block;
+  const bool moved = norm(p.head - kept.head) > kStanding_mm;
+  // Leaving a standstill or a corner: the point before belongs to the picture.
+  const bool left = last_ && ((moved && norm(last_->head - kept.head) <= kStanding_mm) ||
+                              turned(kept.head, last_->head, p.head) || marked);
+  if (left) {
+    kept_.push_back(*last_);
+    last_.reset();
+  }
+  if (marked || (moved && p.t_s - kept_.back().t_s >= kEvery_s)) {
+    kept_.push_back(p);
+    last_.reset();
+  } else {
+    last_ = p;
+  }
+}
+
+std::vector<PathPoint> ThinPath::points() const {
+  auto result = kept_;
+  if (last_) result.push_back(*last_);
+  return result;
+}
+
+Trace::Trace(const config::Machine& machine)
+    : xyz_{machine.x.value, machine.y.value, machine.z.value}, cycle_ns_(machine.bus.cycle.count()) {
+  for (const auto& axis : machine.axes) axes_.push_back({axis.name, axis.rotary});
+}
+
+void Trace::add(const cycle::Snapshot& s) {
+  add_cycle(s);
+  add_valve(s);
+  if (s.block == 0) return;
+
+  ++block_ticks_;
+  if (!first_ns_) first_ns_ = s.time_ns;
+  path_.add({.t_s = static_cast<double>(s.time_ns - *first_ns_) * 1e-9,
+             .head = {s.actual[xyz_[0]], s.actual[xyz_[1]], s.actual[xyz_[2]]},
+             .block = s.block,
+             .valve = valve_});
+  if (!s.sent || !s.inputs_fresh) return;
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    if ((s.enabled >> i & 1u) == 0 || !std::isfinite(s.following[i])) continue;
+    axes_[i].measured = true;
+    axes_[i].max_following = std::max(axes_[i].max_following, std::abs(s.following[i]));
+  }
+}
+
+void Trace::add_cycle(const cycle::Snapshot& s) {
+  ++cycles_.cycles;
+  if (!s.sent) {
+    ++cycles_.skipped;
+    ++cycles_.deadline_misses;
+    return;
+  }
+  ++cycles_.sent;
+  wake_.add(s.wake_ns);
+  compute_.add(s.compute_ns);
+  bus_.add(s.bus_ns);
+  if (std::int64_t{s.wake_ns} + s.compute_ns + s.bus_ns > cycle_ns_) ++cycles_.deadline_misses;
+  if (s.state == cycle::State::Offline) return;
+  if (!s.inputs_fresh && s.working_counter == 0) {
+    ++cycles_.frames_lost;
+  } else if (s.working_counter != s.expected) {
+    ++cycles_.working_counter_errors;
+  }
+}
+
+void Trace::add_valve(const cycle::Snapshot& s) {
+  const bool open = s.outputs & config::bit(config::Output::Valve);
+  if (open) {
+    ++valve_ticks_;
+    if (!valve_) ++valve_openings_;
+    if (s.feature != motion::kTravel) valve_feature_ = s.feature;
+  } else if (valve_) {
+    // The valve leads the needle by its lag, so it may close while the feature before or after is named.
+    const bool known = valve_feature_ != motion::kTravel;
+    if (known && stopped_by_force(s.state) &&
+        std::find(interrupted_.begin(), interrupted_.end(), valve_feature_) == interrupted_.end())
+      interrupted_.push_back(valve_feature_);
+    valve_feature_ = motion::kTravel;
+  }
+  valve_ = open;
+}
+
+void Trace::fill(JobResult& r, const recipes::Recipe& recipe) const {
+  r.actual = path_.points();
+  r.actual_s = static_cast<double>(block_ticks_) * static_cast<double>(cycle_ns_) * 1e-9;
+  r.axes.clear();
+  for (const auto& a : axes_)
+    r.axes.push_back({.name = a.name, .measured = a.measured, .max_following = a.max_following, .rotary = a.rotary});
+  r.interrupted.clear();
+  for (const auto index : interrupted_) r.interrupted.push_back(feature_name(recipe, index));
+  r.valve_openings = valve_openings_;
+  r.valve_open_s = static_cast<double>(valve_ticks_) * static_cast<double>(cycle_ns_) * 1e-9;
+
+  // What the thread and the clock know of themselves stays as the caller has set it.
+  auto counted = cycles_;
+  counted.real_time_priority = r.cycles.real_time_priority;
+  counted.memory_locked = r.cycles.memory_locked;
+  counted.virtual_time = r.cycles.virtual_time;
+  counted.wake = quantiles(wake_), counted.compute = quantiles(compute_), counted.bus = quantiles(bus_);
+  counted.wake_histogram = buckets(wake_);
+  counted.compute_histogram = buckets(compute_);
+  counted.bus_histogram = buckets(bus_);
+  r.cycles = std::move(counted);
+}
+
+}  // namespace gantry::record

@@ -1,0 +1,68 @@
+// What the snapshots of a job add up to: the actual path, thinned for drawing, the largest following error of each
+// axis, the statistics of the cycle, and which features a stop has cut.
+//   Trace trace(machine);   trace.add(snapshot); ...   trace.fill(result, recipe);
+// Lives with the one reader of snapshots, off the RT thread. Memory grows with the path, not with the cycles.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/cycle/channels.hpp"
+#include "app/record/job_result.hpp"
+#include "config/machine.hpp"
+#include "core/rt/histogram.hpp"
+#include "recipes/recipe.hpp"
+
+namespace gantry::record {
+
+/// Keeps a point about every 10 ms while the head moves, and every point where it turned, the valve switched or a block
+/// began; standing still costs two points however long it lasts.
+class ThinPath {
+ public:
+  void add(const PathPoint& point);
+  [[nodiscard]] std::vector<PathPoint> points() const;
+
+ private:
+  std::vector<PathPoint> kept_;
+  std::optional<PathPoint> last_;  // newest point that is not kept yet
+};
+
+class Trace {
+ public:
+  explicit Trace(const config::Machine& machine);
+  void add(const cycle::Snapshot& snapshot);
+
+  /// Indices of features whose dispensing a stop has cut, in the order it happened.
+  [[nodiscard]] const std::vector<std::uint32_t>& interrupted() const { return interrupted_; }
+  /// Sets actual, actual_s, axes, interrupted, the valve's figures and the counted part of cycles. The recipe names the
+  /// features.
+  void fill(JobResult& result, const recipes::Recipe& recipe) const;
+
+ private:
+  void add_cycle(const cycle::Snapshot& snapshot);
+  void add_valve(const cycle::Snapshot& snapshot);
+
+  struct Axis {
+    std::string name;
+    bool rotary = false, measured = false;
+    double max_following = 0;
+  };
+  std::vector<Axis> axes_;
+  std::array<std::size_t, 3> xyz_;
+  std::int64_t cycle_ns_;
+
+  ThinPath path_;
+  std::optional<std::int64_t> first_ns_;
+  std::uint64_t block_ticks_ = 0;
+  bool valve_ = false;
+  std::uint32_t valve_feature_ = motion::kTravel;
+  std::uint64_t valve_openings_ = 0, valve_ticks_ = 0;
+  std::vector<std::uint32_t> interrupted_;
+
+  rt::Histogram wake_, compute_, bus_;
+  CycleStatistics cycles_;
+};
+
+}  // namespace gantry::record

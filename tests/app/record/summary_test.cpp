@@ -1,0 +1,122 @@
+#include "app/record/summary.hpp"
+
+#include <fstream>
+#include <gtest/gtest.h>
+#include <limits>
+#include <set>
+
+#include "tests/app/record/made_up_job.hpp"
+#include "tests/app/record/snapshots.hpp"
+
+namespace gantry::record {
+namespace {
+
+using nlohmann::json;
+
+json parsed(const std::string& path) {
+  std::ifstream in(path);
+  return json::parse(in);
+}
+
+TEST(Summary, carries_every_key_that_a_judge_of_the_job_reads) {
+  const Folder folder;
+  ASSERT_TRUE(write_summary(folder.path, made_up_job()));
+  const auto j = parsed(folder.path + "/summary.json");
+  EXPECT_EQ(j.at("job"), "demo-board-0001");
+  EXPECT_EQ(j.at("result"), "done");
+  EXPECT_EQ(j.at("exit_code"), 0);
+  EXPECT_TRUE(j.at("errors").empty());
+  EXPECT_EQ(j.at("counts").at("features_done"), 30);
+  EXPECT_EQ(j.at("counts").at("dots"), 24);
+  EXPECT_EQ(j.at("counts").at("beads"), 6);
+  EXPECT_EQ(j.at("marks").size(), 4u);
+  for (const char* key : {"name", "found", "nominal_mm", "measured_mm", "residual_mm", "attempts"})
+    EXPECT_TRUE(j.at("marks")[0].contains(key)) << key;
+  EXPECT_DOUBLE_EQ(j.at("work_offset").at("dx_mm"), 1.3);
+  EXPECT_DOUBLE_EQ(j.at("work_offset").at("dy_mm"), -0.7);
+  EXPECT_NEAR(j.at("work_offset").at("rot_deg").get<double>(), 0.8, 1e-12);
+  for (const char* key : {"name", "at_mm", "height_mm", "residual_mm"})
+    EXPECT_TRUE(j.at("heights")[0].contains(key)) << key;
+  EXPECT_GT(j.at("predicted_s").get<double>(), 0);
+  EXPECT_GT(j.at("actual_s").get<double>(), 0);
+  EXPECT_DOUBLE_EQ(j.at("max_following_error").at("X"), 0.0123);
+  EXPECT_EQ(j.at("max_following_error").at("C"), "n/a");
+  EXPECT_EQ(j.at("cycle").at("cycles"), 61234);
+  EXPECT_EQ(j.at("cycle").at("deadline_misses"), 0);
+  for (const char* key : {"p50", "p99", "p99_9", "max"}) EXPECT_TRUE(j.at("cycle").at("wake_us").contains(key)) << key;
+  EXPECT_DOUBLE_EQ(j.at("cycle").at("wake_us").at("max"), 133.0);
+  EXPECT_EQ(j.at("collisions"), 0);
+  EXPECT_TRUE(j.at("collision_list").empty());
+  EXPECT_EQ(j.at("setpoint_hash"), "0x3f9ac27780be1d05");
+  EXPECT_EQ(j.at("certificate").at("motions_certified"), 148);
+  EXPECT_EQ(j.at("files"), json::array({"summary.json"}));
+}
+
+TEST(Summary, deposits_have_exactly_the_agreed_members) {
+  const json j = to_json(made_up_job());
+  ASSERT_EQ(j.at("deposits").size(), 30u);
+  const std::set<std::string> agreed{"id", "kind", "nominal_mm", "board_mm", "error_mm", "gap_mm"};
+  for (const auto& d : j.at("deposits")) {
+    std::set<std::string> keys;
+    for (const auto& [key, value] : d.items()) keys.insert(key);
+    EXPECT_EQ(keys, agreed);
+    EXPECT_EQ(d.at("nominal_mm")[0].size(), 3u);
+  }
+}
+
+TEST(Summary, a_failure_names_code_place_and_remedy) {
+  const json j = to_json(made_up_failure());
+  EXPECT_EQ(j.at("result"), "failed");
+  EXPECT_EQ(j.at("exit_code"), 5);
+  const auto& e = j.at("errors")[0];
+  EXPECT_EQ(e.at("code"), "G200");
+  EXPECT_EQ(e.at("name"), "DriveFault");
+  EXPECT_EQ(e.at("where"), "station 2 'y1'");
+  EXPECT_FALSE(e.at("remedy").get<std::string>().empty());
+  EXPECT_EQ(j.at("collisions"), 1);
+  EXPECT_EQ(j.at("collision_list")[0].at("moving"), "needle");
+}
+
+TEST(Summary, stays_valid_json_whatever_the_numbers_and_names_are) {
+  const Folder folder;
+  auto r = made_up_job();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  r.predicted_s = nan;
+  r.minimum_clearance_mm = std::numeric_limits<double>::infinity();
+  r.deposits[0].error_mm = nan;
+  r.axes[0].max_following = nan;
+  r.marks[0].name = "bad \xff utf-8 \"quoted\"\n";
+  r.job = std::string("nul \0 inside", 12);
+  ASSERT_TRUE(write_summary(folder.path, r));
+  const auto j = parsed(folder.path + "/summary.json");
+  EXPECT_TRUE(j.at("predicted_s").is_null());
+  EXPECT_TRUE(j.at("deposits")[0].at("error_mm").is_null());
+  EXPECT_EQ(j.at("max_following_error").at("X"), "n/a");
+  EXPECT_NO_THROW(static_cast<void>(to_json(r).dump()));
+}
+
+TEST(Summary, an_empty_result_is_a_summary_too) {
+  const json j = to_json(JobResult{});
+  EXPECT_EQ(j.at("result"), "done");
+  EXPECT_TRUE(j.at("work_offset").is_null());
+  EXPECT_TRUE(j.at("deposits").is_null());
+  EXPECT_TRUE(j.at("certificate").at("minimum_clearance_mm").is_null());
+}
+
+TEST(Summary, interrupted_and_aborted_jobs_are_told_apart) {
+  JobResult r;
+  r.exit_code = ExitCode::Interrupted;
+  EXPECT_EQ(result_word(r), "interrupted");
+  r.exit_code = ExitCode::Refused;
+  r.errors = {{Fault::Aborted, "", ""}};
+  EXPECT_EQ(result_word(r), "aborted");
+}
+
+TEST(Summary, a_folder_that_cannot_be_written_is_told) {
+  const auto w = write_summary("/proc/no/such", JobResult{});
+  ASSERT_FALSE(w);
+  EXPECT_EQ(w.error().fault, Fault::FileUnwritable);
+}
+
+}  // namespace
+}  // namespace gantry::record

@@ -1,0 +1,132 @@
+#include "app/record/trace.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <random>
+
+#include "tests/app/record/snapshots.hpp"
+
+namespace gantry::record {
+namespace {
+
+double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
+  const Vec3 ab = b - a;
+  const double l = dot(ab, ab);
+  const double t = l > 0 ? std::clamp(dot(p - a, ab) / l, 0.0, 1.0) : 0;
+  return norm(p - (a + ab * t));
+}
+
+cycle::Snapshot at(std::uint32_t tick, Vec3 head) {
+  auto s = tick_of(1, tick);
+  s.time_ns = std::int64_t{tick} * 1'000'000;
+  s.actual = {head.x, head.y, head.z};
+  s.enabled = 7;
+  return s;
+}
+
+JobResult filled(const Trace& trace) {
+  JobResult r;
+  recipes::Recipe recipe;
+  recipe.features.push_back(recipes::Dot{.id = "a", .at = {}, .material = "", .place = {}});
+  recipe.features.push_back(recipes::Dot{.id = "b", .at = {}, .material = "", .place = {}});
+  trace.fill(r, recipe);
+  return r;
+}
+
+TEST(Trace, the_thinned_path_stays_close_to_the_real_one_and_is_much_shorter) {
+  const auto seed = std::random_device{}();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> place(0, 200);
+  Trace trace(three_axes());
+  std::vector<Vec3> real;
+  Vec3 p{0, 0, 0};
+  std::uint32_t tick = 0;
+  const auto step = [&](Vec3 q) { real.push_back(q), trace.add(at(++tick, q)); };
+  for (int leg = 0; leg < 40; ++leg) {
+    const Vec3 to{place(random), place(random), place(random)};
+    const double length = norm(to - p);
+    const int steps = static_cast<int>(length / 0.3) + 1;  // 300 mm/s
+    for (int i = 1; i <= steps; ++i) step(p + (to - p) * (double(i) / steps));
+    for (int i = 0; i < 100; ++i) step(to);  // stands
+    p = to;
+  }
+  const auto r = filled(trace);
+  EXPECT_LT(r.actual.size(), real.size() / 8);
+  EXPECT_DOUBLE_EQ(r.actual_s, double(tick) * 1e-3);
+  std::size_t leg = 0;
+  double worst = 0;
+  for (std::size_t i = 0; i < real.size(); ++i) {
+    while (leg + 2 < r.actual.size() && r.actual[leg + 1].t_s < double(i) * 1e-3) ++leg;
+    worst = std::max(worst, distance_to_segment(real[i], r.actual[leg].head, r.actual[leg + 1].head));
+  }
+  EXPECT_LT(worst, 0.05);
+}
+
+TEST(Trace, following_error_counts_only_where_a_drive_is_enabled_in_a_block_and_measures) {
+  Trace trace(three_axes());
+  auto s = at(1, {});
+  s.following = {0.010, -0.020, std::numeric_limits<double>::quiet_NaN()};
+  trace.add(s);
+  s.tick = 2, s.enabled = 0, s.following[0] = 5;  // not enabled
+  trace.add(s);
+  s.block = 0, s.enabled = 7;  // idle
+  trace.add(s);
+  const auto r = filled(trace);
+  ASSERT_EQ(r.axes.size(), 3u);
+  EXPECT_TRUE(r.axes[0].measured);
+  EXPECT_DOUBLE_EQ(r.axes[0].max_following, 0.010);
+  EXPECT_DOUBLE_EQ(r.axes[1].max_following, 0.020);
+  EXPECT_FALSE(r.axes[2].measured);
+}
+
+TEST(Trace, a_feature_counts_as_interrupted_only_when_a_stop_closed_its_valve) {
+  const auto valve = config::bit(config::Output::Valve);
+  Trace trace(three_axes());
+  auto add = [&, tick = 0u](std::uint32_t feature, std::uint32_t outputs, cycle::State state) mutable {
+    auto s = at(++tick, {});
+    s.feature = feature, s.outputs = outputs, s.state = state;
+    trace.add(s);
+  };
+  add(0, valve, cycle::State::Running);
+  add(0, 0, cycle::State::Running);                    // closed as planned
+  add(motion::kTravel, valve, cycle::State::Running);  // opens ahead of the next feature
+  add(1, valve, cycle::State::Running);
+  add(1, 0, cycle::State::Held);  // cut
+  add(1, 0, cycle::State::Running);
+  const auto r = filled(trace);
+  EXPECT_EQ(r.interrupted, std::vector<std::string>{"b"});
+  EXPECT_EQ(r.valve_openings, 2u);
+  EXPECT_DOUBLE_EQ(r.valve_open_s, 0.003);
+}
+
+TEST(Trace, counts_cycles_misses_and_lost_frames) {
+  Trace trace(three_axes());
+  auto s = at(1, {});
+  s.wake_ns = 20'000, s.compute_ns = 30'000, s.bus_ns = 100'000;
+  for (int i = 0; i < 97; ++i) trace.add(s);
+  s.wake_ns = 990'000;  // with its work this cycle ends after the next is due
+  trace.add(s);
+  s.sent = false;  // skipped by a stall
+  trace.add(s);
+  s.sent = true, s.wake_ns = 20'000, s.inputs_fresh = false, s.working_counter = 0;
+  trace.add(s);
+  s.inputs_fresh = true, s.working_counter = 5;
+  trace.add(s);
+  const auto c = filled(trace).cycles;
+  EXPECT_EQ(c.cycles, 101u);
+  EXPECT_EQ(c.sent, 100u);
+  EXPECT_EQ(c.skipped, 1u);
+  EXPECT_EQ(c.deadline_misses, 2u);
+  EXPECT_EQ(c.frames_lost, 1u);
+  EXPECT_EQ(c.working_counter_errors, 1u);
+  EXPECT_EQ(c.wake.max, 990'000);
+  EXPECT_NEAR(static_cast<double>(c.wake.p50), 20'000, 20'000.0 / 16);
+  std::uint64_t sum = 0;
+  for (const auto& b : c.wake_histogram) sum += b.count;
+  EXPECT_EQ(sum, c.sent);
+}
+
+}  // namespace
+}  // namespace gantry::record
