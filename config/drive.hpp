@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "core/error.hpp"
+
 namespace gantry::config {
 
 enum class BusKind { EtherCat, CanOpen };
@@ -31,13 +33,13 @@ struct ObjectRow {
   bool mappable = true;  ///< may stand in a PDO
   std::optional<std::int64_t> initial, min, max;
   std::string unit;     ///< the vendor's: "pulse", "P/S", "rpm"
-  std::string section;  ///< where the manual says so; empty when assumed
+  std::string section;  ///< where the manual says so; may be empty when assumed
   bool assumed = false;
 };
 
-/// One PDO: its mapping object (1600h.., 1A00h..) and what is mapped, in order. index 0 pads `bits_of_pad`.
+/// One PDO: its mapping object (1600h.., 1A00h..) and what is mapped, in order.
 struct PdoEntry {
-  ObjectAddress address;
+  ObjectAddress address;  ///< as it goes over the wire: a slot's stride is already in it
   std::uint8_t bit_length = 0;
 };
 struct PdoRow {
@@ -56,7 +58,7 @@ struct SyncManagerRow {
 /// Something written by SDO in PRE_OP, in order. `compare_first`: written only when the station holds another value
 /// (2xxx objects of some drives wear an EEPROM with every write).
 struct StartupRow {
-  ObjectAddress address;
+  ObjectAddress address;  ///< as it goes over the wire: a slot's stride is already in it
   ObjectType type = ObjectType::U16;
   std::int64_t value = 0;
   bool compare_first = false;
@@ -69,7 +71,7 @@ struct DriveErrorRow {
   DriveErrorKind kind = DriveErrorKind::Fault;
   std::string text;
   std::string remedy;
-  std::string section;
+  std::string section;  ///< empty: assumed
 };
 
 /// What the virtual drive answers in 6041h in a mode (bits above the CiA 402 state), from the manual's table of typical
@@ -92,6 +94,8 @@ struct DriveFacts {
   std::vector<std::uint32_t> cycle_times_us;  ///< SYNC cycles the manual lists
   std::vector<std::int8_t> homing_methods;
   std::uint32_t counts_per_rev = 10000;  ///< command pulses per revolution as configured by `startup`
+  double velocity_counts_s = 1;          ///< counts/s in one unit of 6081h, 6099h, 606Ch (vendors differ: P/S, rpm)
+  double acceleration_counts_s2 = 1;     ///< counts/s^2 in one unit of 6083h, 6084h, 609Ah
   std::uint32_t quick_stop_options = 0;  ///< bit n: value n of 605Ah is documented; 0: unknown or absent
   std::int8_t input_neg_limit = -1, input_pos_limit = -1, input_home = -1;  ///< bit in 60FDh; -1: must be configured
   std::int8_t probe_level_bit = 6;                                          ///< bit of 60B9h that shows probe 1's level
@@ -123,5 +127,14 @@ struct StationProfile {
   std::uint16_t watchdog_ms = 100;       ///< process-data watchdog that we set
   std::vector<std::string> assumptions;  ///< sentences for `check`
 };
+
+/// The object of the first axis that `address` of slot `slot` stands for (6864h of slot 1 -> 6064h).
+ObjectAddress first_slot(const StationProfile& profile, ObjectAddress address, int slot);
+/// The same object of another slot: 6064h -> 6864h.
+ObjectAddress in_slot(const StationProfile& profile, ObjectAddress address, int slot);
+const ObjectRow* find_object(const StationProfile& profile, ObjectAddress address_of_first_slot);
+
+/// Reads config/drives/*.yaml or config/devices/*.yaml; the profile's name is the file's.
+Checked<StationProfile> load_profile(const std::string& path);
 
 }  // namespace gantry::config

@@ -59,8 +59,7 @@ std::string_view trim(std::string_view s) {
 
 std::string accepted(Dimension dimension) {
   std::string list;
-  for (const Unit& u : kUnits)
-    if (u.dimension == dimension) list += (list.empty() ? "" : ", ") + std::string(u.text);
+  for (const std::string_view unit : symbols(dimension)) list += (list.empty() ? "" : ", ") + std::string(unit);
   return list;
 }
 
@@ -77,6 +76,13 @@ std::string_view name(Dimension dimension) {
   for (const Unit& u : kUnits)
     if (u.dimension == dimension) return u.text;
   return "";
+}
+
+std::vector<std::string_view> symbols(Dimension dimension) {
+  std::vector<std::string_view> list;
+  for (const Unit& u : kUnits)
+    if (u.dimension == dimension) list.push_back(u.text);
+  return list;
 }
 
 std::string_view example(Dimension dimension) {

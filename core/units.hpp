@@ -5,6 +5,7 @@
 #include <numbers>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/error.hpp"
 
@@ -28,6 +29,9 @@ Result<double> parse(std::string_view text, Dimension dimension);
 
 /// The unit that messages and printed values use: "mm", "mm/s", "rad" ...; "" for None.
 std::string_view name(Dimension dimension);
+
+/// Every way to write a unit of `dimension`, the house's own first; empty for None.
+std::vector<std::string_view> symbols(Dimension dimension);
 
 /// An example that a message can show: "20 mm/s".
 std::string_view example(Dimension dimension);

@@ -1,0 +1,309 @@
+#include "config/drive.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fmt/format.h>
+
+#include "config/formats.hpp"
+
+namespace gantry::config {
+namespace {
+
+constexpr Range kU8{0, 0xFF}, kU16{0, 0xFFFF}, kU32{0, 0xFFFFFFFFu}, kI64{-9e15, 9e15};
+
+Choices<ObjectType> object_types() {
+  return {{"bool", ObjectType::Bool}, {"i8", ObjectType::I8},        {"u8", ObjectType::U8},
+          {"i16", ObjectType::I16},   {"u16", ObjectType::U16},      {"i32", ObjectType::I32},
+          {"u32", ObjectType::U32},   {"string", ObjectType::String}};
+}
+
+/// r, w or rw into the two flags of an object.
+Field<ObjectRow> access() {
+  Shape shape{Shape::Kind::Choice, {}, kAny, {"r", "w", "rw"}, {}, {}};
+  return {{"access", kRequired, "what a master may do with it", shape},
+          [shape](const Node& node, ObjectRow& to, Mistakes& mistakes) {
+            const auto v = read_choice(node, shape, mistakes);
+            if (!v) return;
+            to.readable = *v != 1;
+            to.writable = *v != 0;
+          }};
+}
+
+const Fields<ObjectRow>& object_fields() {
+  static const Fields<ObjectRow> kFields{
+      address("object", &ObjectRow::address, kRequired, "index:sub of the first axis"),
+      text("name", &ObjectRow::name, kRequired, "what the manual calls it"),
+      choice("type", &ObjectRow::type, object_types(), kRequired, "its data type"),
+      access(),
+      flag("pdo", &ObjectRow::mappable, kOptional, "may stand in a PDO"),
+      integer("initial", &ObjectRow::initial, kI64, kOptional, "value after power-up"),
+      integer("min", &ObjectRow::min, kI64, kOptional, "least value"),
+      integer("max", &ObjectRow::max, kI64, kOptional, "largest value"),
+      text("unit", &ObjectRow::unit, kOptional, "the vendor's unit"),
+      text("section", &ObjectRow::section, kOptional, "where the manual says so"),
+      flag("assumed", &ObjectRow::assumed, kOptional, "no manual states it"),
+  };
+  return kFields;
+}
+
+const Fields<PdoRow>& pdo_fields() {
+  static const Fields<PdoRow> kFields{
+      integer("pdo", &PdoRow::index, kU16, kRequired, "its mapping object, 0x1600 or 0x1A00 and up"),
+      integer("slot", &PdoRow::slot, {0, 7}, kOptional, "axis of the station that it serves"),
+      {{"entries",
+        kRequired,
+        "what is mapped, in order; a slot's stride is in the address",
+        {Shape::Kind::List, {}, {1, 32}, {}, {}, {{Shape::Kind::Address, {}, kAny, {}, {}, {}}}}},
+       [](const Node& node, PdoRow& to, Mistakes& mistakes) {
+         if (!expect_list(node, {1, 32}, mistakes)) return;
+         for (const Node& item : node.items)
+           if (const auto a = read_address(item, mistakes)) to.entries.push_back({{a->first, a->second}, 0});
+       }},
+  };
+  return kFields;
+}
+
+const Fields<SyncManagerRow>& sync_manager_fields() {
+  static const Fields<SyncManagerRow> kFields{
+      choice("kind", &SyncManagerRow::kind,
+             Choices<SyncManagerKind>{{"mailbox_out", SyncManagerKind::MailboxOut},
+                                      {"mailbox_in", SyncManagerKind::MailboxIn},
+                                      {"outputs", SyncManagerKind::ProcessOut},
+                                      {"inputs", SyncManagerKind::ProcessIn}},
+             kRequired, "what goes through it"),
+      integer("start", &SyncManagerRow::start, kU16, kRequired, "physical address"),
+      integer("length", &SyncManagerRow::length, {0, 1486}, kOptional,
+              "bytes of a mailbox; of process data it is computed"),
+  };
+  return kFields;
+}
+
+const Fields<StartupRow>& startup_fields() {
+  static const Fields<StartupRow> kFields{
+      address("object", &StartupRow::address, kRequired, "index:sub; a slot's stride is in it"),
+      choice("type", &StartupRow::type, object_types(), kRequired, "its data type"),
+      integer("value", &StartupRow::value, kI64, kRequired, "what it shall hold"),
+      flag("compare_first", &StartupRow::compare_first, kOptional, "write only what differs (spares an EEPROM)"),
+      text("why", &StartupRow::why, kRequired, "what it is for"),
+  };
+  return kFields;
+}
+
+const Fields<DriveErrorRow>& error_fields() {
+  static const Fields<DriveErrorRow> kFields{
+      integer("code", &DriveErrorRow::code, kU32, kRequired, "as it stands in 603Fh"),
+      choice("kind", &DriveErrorRow::kind,
+             Choices<DriveErrorKind>{{"fault", DriveErrorKind::Fault},
+                                     {"warning", DriveErrorKind::Warning},
+                                     {"emergency_input", DriveErrorKind::EmergencyInput},
+                                     {"limit", DriveErrorKind::Limit},
+                                     {"undervoltage", DriveErrorKind::Undervoltage},
+                                     {"power_cycle", DriveErrorKind::PowerCycle}},
+             kRequired, "how it is met"),
+      text("text", &DriveErrorRow::text, kRequired, "what the drive means"),
+      text("remedy", &DriveErrorRow::remedy, kRequired, "what to do"),
+      text("section", &DriveErrorRow::section, kOptional, "where the manual says so; absent: assumed"),
+  };
+  return kFields;
+}
+
+const Fields<StatuswordRow>& statusword_fields() {
+  static const Fields<StatuswordRow> kFields{
+      integer("mode", &StatuswordRow::mode, {-128, 127}, kRequired, "value of 6060h"),
+      integer("ready", &StatuswordRow::ready, kU16, kRequired, "Ready to switch on"),
+      integer("switched_on", &StatuswordRow::switched_on, kU16, kRequired, "Switched on"),
+      integer("enabled", &StatuswordRow::enabled, kU16, kRequired, "Operation enabled, at rest"),
+      integer("running", &StatuswordRow::running, kU16, kRequired, "moving"),
+      integer("reached", &StatuswordRow::reached, kU16, kRequired, "move or homing done"),
+      integer("fault", &StatuswordRow::fault, kU16, kRequired, "Fault"),
+  };
+  return kFields;
+}
+
+const Fields<Identity>& identity_fields() {
+  static const Fields<Identity> kFields{
+      integer("vendor", &Identity::vendor, kU32, kRequired, "1018h:1"),
+      integer("product", &Identity::product, kU32, kRequired, "1018h:2"),
+      integer("revision", &Identity::revision, kU32, kOptional, "1018h:3"),
+      flag("assumed", &Identity::assumed, kOptional, "no manual states it; it asks instead of refusing"),
+  };
+  return kFields;
+}
+
+struct Inputs {
+  std::int8_t negative_limit = -1, positive_limit = -1, home = -1;
+};
+const Fields<Inputs>& input_fields() {
+  static const Fields<Inputs> kFields{
+      integer("negative_limit", &Inputs::negative_limit, {0, 31}, kOptional, "bit of 60FDh"),
+      integer("positive_limit", &Inputs::positive_limit, {0, 31}, kOptional, "bit of 60FDh"),
+      integer("home", &Inputs::home, {0, 31}, kOptional, "bit of 60FDh"),
+  };
+  return kFields;
+}
+
+const Fields<DriveFacts>& drive_fields() {
+  static const Fields<DriveFacts> kFields{
+      flag("closed_loop", &DriveFacts::closed_loop, kRequired, "false: 6064h is the command, no measurement"),
+      integers("modes", &DriveFacts::modes, {-128, 127}, kRequired, "values of 6060h that work"),
+      integers("cycle_times_us", &DriveFacts::cycle_times_us, {1, 1e6}, kOptional, "SYNC cycles that the manual lists"),
+      integers("homing_methods", &DriveFacts::homing_methods, {0, 127}, kRequired, "values of 6098h that work"),
+      integer("counts_per_rev", &DriveFacts::counts_per_rev, {100, 1e9}, kRequired,
+              "pulses of one revolution as started up"),
+      number("velocity_counts_s", &DriveFacts::velocity_counts_s, Dimension::None, {1e-6, 1e9}, kOptional,
+             "counts/s in one unit of 6081h and 6099h"),
+      number("acceleration_counts_s2", &DriveFacts::acceleration_counts_s2, Dimension::None, {1e-6, 1e9}, kOptional,
+             "counts/s^2 in one unit of 6083h and 609Ah"),
+      {{"quick_stop_options",
+        kOptional,
+        "values of 605Ah that the manual documents",
+        {Shape::Kind::List, {}, {0, 32}, {}, {}, {{Shape::Kind::Integer, {}, {0, 31}, {}, {}, {}}}}},
+       [](const Node& node, DriveFacts& to, Mistakes& mistakes) {
+         if (!expect_list(node, {0, 32}, mistakes)) return;
+         for (const Node& item : node.items)
+           if (const auto v = read_integer(item, {Shape::Kind::Integer, {}, {0, 31}, {}, {}, {}}, mistakes))
+             to.quick_stop_options |= 1u << *v;
+       }},
+      {{"inputs", kOptional, "bits of 60FDh", object_shape(input_fields())},
+       [](const Node& node, DriveFacts& to, Mistakes& mistakes) {
+         Inputs in;
+         read_object(node, input_fields(), in, node.place, mistakes);
+         to.input_neg_limit = in.negative_limit;
+         to.input_pos_limit = in.positive_limit;
+         to.input_home = in.home;
+       }},
+      integer("probe_level_bit", &DriveFacts::probe_level_bit, {0, 15}, kOptional,
+              "bit of 60B9h that is probe 1's level"),
+      flag("probe_rearm_needs_zero", &DriveFacts::probe_rearm_needs_zero, kOptional,
+           "60B8h = 0 before it is armed again"),
+      flag("quick_stop_needs_toggle", &DriveFacts::quick_stop_needs_toggle, kOptional,
+           "the controlword must be switched back after a quick stop"),
+      list("statuswords", &DriveFacts::statuswords, statusword_fields(), {0, 20}, kRequired, "6041h in each mode"),
+      list("errors", &DriveFacts::errors, error_fields(), {0, 200}, kRequired, "codes of 603Fh"),
+  };
+  return kFields;
+}
+
+const Fields<StationProfile>& profile_fields() {
+  static const Fields<StationProfile> kFields{
+      format_version<StationProfile>(1),
+      text("title", &StationProfile::title, kRequired, "maker and type"),
+      text("manual", &StationProfile::manual, kRequired, "what the sections below refer to"),
+      choice("bus", &StationProfile::bus,
+             Choices<BusKind>{{"ethercat", BusKind::EtherCat}, {"canopen", BusKind::CanOpen}}, kRequired, "its bus"),
+      object("identity", &StationProfile::identity, identity_fields(), kRequired, "identity object 1018h"),
+      integer("slots", &StationProfile::slots, {0, 8}, kRequired, "axes of the station; 0: no drive"),
+      integer("slot_stride", &StationProfile::slot_stride, kU16, kOptional, "added to 6xxxh a slot"),
+      integer("slot_stride_vendor", &StationProfile::slot_stride_vendor, kU16, kOptional, "added to 2xxxh a slot"),
+      flag("dc", &StationProfile::dc, kOptional, "supports SYNC0"),
+      {{"watchdog",
+        kOptional,
+        "process-data watchdog that we set",
+        {Shape::Kind::Number, {Dimension::Time}, {0.001, 60}, {}, {}, {}}},
+       [](const Node& node, StationProfile& to, Mistakes& mistakes) {
+         if (const auto v =
+                 read_quantity(node, {Shape::Kind::Number, {Dimension::Time}, {0.001, 60}, {}, {}, {}}, mistakes))
+           to.watchdog_ms = static_cast<std::uint16_t>(std::lround(v->value * 1e3));
+       }},
+      list("sync_managers", &StationProfile::sync_managers, sync_manager_fields(), {0, 8}, kOptional, "in their order"),
+      integer("max_pdo_entries", &StationProfile::max_pdo_entries, {0, 254}, kOptional, "objects a PDO; 0: not stated"),
+      integer("max_pdo_bytes", &StationProfile::max_pdo_bytes, {1, 1486}, kOptional, "bytes a PDO"),
+      flag("pdo_fixed", &StationProfile::pdo_fixed, kOptional, "the mapping cannot be written"),
+      list("rx_pdos", &StationProfile::rx_pdos, pdo_fields(), {0, 16}, kRequired, "to the station"),
+      list("tx_pdos", &StationProfile::tx_pdos, pdo_fields(), {0, 16}, kRequired, "from the station"),
+      list("objects", &StationProfile::objects, object_fields(), {1, 1000}, kRequired, "objects that we use or show"),
+      list("startup", &StationProfile::startup, startup_fields(), {0, 200}, kOptional, "written in PRE_OP, in order"),
+      object("drive", &StationProfile::drive, drive_fields(), kOptional, "absent: the station is no drive"),
+      texts("assumptions", &StationProfile::assumptions, kOptional, "sentences that `check` shows"),
+  };
+  return kFields;
+}
+
+/// Widths of what is mapped come from the object table; a PDO over its limits or of unknown objects is a mistake.
+void resolve_pdos(const StationProfile& profile, std::vector<PdoRow>& pdos, const Node& rows, Mistakes& mistakes) {
+  for (std::size_t i = 0; i < pdos.size(); ++i) {
+    PdoRow& pdo = pdos[i];
+    const Place place = rows.items[i].place;
+    int total = 0;
+    for (PdoEntry& entry : pdo.entries) {
+      const ObjectRow* object = find_object(profile, first_slot(profile, entry.address, pdo.slot));
+      if (!object || !object->mappable || bits(object->type) == 0) {
+        mistakes.add(Fault::UnknownReference,
+                     fmt::format("PDO 0x{:04X} maps 0x{:04X}:{}, which is no mappable row of `objects`", pdo.index,
+                                 entry.address.index, entry.address.sub),
+                     place);
+        continue;
+      }
+      entry.bit_length = static_cast<std::uint8_t>(bits(object->type));
+      total += entry.bit_length;
+    }
+    const auto count = static_cast<int>(pdo.entries.size());
+    if ((profile.max_pdo_entries > 0 && count > profile.max_pdo_entries) || total > 8 * profile.max_pdo_bytes)
+      mistakes.add(Fault::Inconsistent,
+                   fmt::format("PDO 0x{:04X} maps {} objects of {} bits; its limits are {} objects and {} bytes",
+                               pdo.index, count, total, profile.max_pdo_entries, profile.max_pdo_bytes),
+                   place);
+  }
+}
+
+}  // namespace
+
+int bits(ObjectType type) {
+  switch (type) {
+    case ObjectType::Bool: return 1;
+    case ObjectType::I8:
+    case ObjectType::U8: return 8;
+    case ObjectType::I16:
+    case ObjectType::U16: return 16;
+    case ObjectType::I32:
+    case ObjectType::U32: return 32;
+    case ObjectType::String: return 0;
+  }
+  return 0;
+}
+
+namespace {
+int stride(const StationProfile& profile, std::uint16_t index) {
+  if (index >= 0x6000) return profile.slot_stride;
+  return index >= 0x2000 ? profile.slot_stride_vendor : 0;
+}
+}  // namespace
+
+ObjectAddress in_slot(const StationProfile& profile, ObjectAddress address, int slot) {
+  address.index = static_cast<std::uint16_t>(address.index + slot * stride(profile, address.index));
+  return address;
+}
+ObjectAddress first_slot(const StationProfile& profile, ObjectAddress address, int slot) {
+  address.index = static_cast<std::uint16_t>(address.index - slot * stride(profile, address.index));
+  return address;
+}
+
+const ObjectRow* find_object(const StationProfile& profile, ObjectAddress address) {
+  for (const ObjectRow& row : profile.objects)
+    if (row.address == address) return &row;
+  return nullptr;
+}
+
+const std::vector<FieldShape>& profile_format() {
+  static const std::vector<FieldShape> kFormat = object_shape(profile_fields()).fields;
+  return kFormat;
+}
+
+Checked<StationProfile> load_profile(const std::string& path) {
+  const auto text = read_text_file(path);
+  if (!text) return tl::unexpected(std::vector{text.error()});
+  Mistakes mistakes(path);
+  const auto root = read_yaml(*text, mistakes);
+  StationProfile profile;
+  profile.name = std::filesystem::path(path).stem().string();
+  if (root) read_object(*root, profile_fields(), profile, {1, 1}, mistakes);
+  if (mistakes.none()) {
+    resolve_pdos(profile, profile.rx_pdos, *root->find("rx_pdos"), mistakes);
+    resolve_pdos(profile, profile.tx_pdos, *root->find("tx_pdos"), mistakes);
+  }
+  if (!mistakes.none()) return tl::unexpected(mistakes.errors());
+  return profile;
+}
+
+}  // namespace gantry::config

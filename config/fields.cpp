@@ -1,0 +1,257 @@
+#include "config/fields.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace gantry::config {
+namespace {
+
+constexpr std::size_t kMaxName = 64, kMaxText = 600;
+
+std::string shown(std::string_view text) {
+  return text.size() > 40 ? std::string(text.substr(0, 40)) + "..." : std::string(text);
+}
+
+std::string what_it_is(const Node& node) {
+  switch (node.kind) {
+    case Node::Kind::Empty: return "nothing stands here";
+    case Node::Kind::Sequence: return "a list stands here";
+    case Node::Kind::Map: return "keys stand here";
+    default: return fmt::format("'{}' stands here", shown(node.text));
+  }
+}
+
+/// False for a node that has been reported already and for anything but a scalar, which is reported now.
+bool expect_scalar(const Node& node, std::string_view wanted, Mistakes& mistakes) {
+  if (node.kind == Node::Kind::Refused) return false;
+  if (node.kind == Node::Kind::Scalar) return true;
+  mistakes.add(Fault::BadValue, fmt::format("{}; expected {}", what_it_is(node), wanted), node.place);
+  return false;
+}
+
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+bool is_name(std::string_view text) {
+  return !text.empty() && text.size() <= kMaxName && is_letter(text[0]) &&
+         std::all_of(text.begin(), text.end(),
+                     [](char c) { return is_letter(c) || is_digit(c) || c == '_' || c == '-' || c == '.'; });
+}
+
+/// Plain text that some YAML reader takes for another type: booleans and nulls of YAML 1.1, numbers, dates, 60-based
+/// numbers, .nan and .inf.
+bool ambiguous(const Node& node) {
+  if (node.quoted) return false;
+  std::string lower = node.text;
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? char(c + 32) : c; });
+  for (const std::string_view word :
+       {"y", "n", "yes", "no", "on", "off", "true", "false", "null", "~", ".nan", ".inf", "-.inf", "+.inf", "="})
+    if (lower == word) return true;
+  const bool numeric = std::all_of(lower.begin(), lower.end(), [](char c) {
+    return is_digit(c) || std::string_view("+-.eE_:xob").find(c) != std::string_view::npos;
+  });
+  return numeric && std::any_of(lower.begin(), lower.end(), is_digit) && !is_letter(lower[0]);
+}
+
+std::string show(double value, Dimension dimension) {
+  if (dimension == Dimension::Angle) return fmt::format("{:.6g} deg", units::deg(value));
+  const std::string_view unit = units::name(dimension);
+  return unit.empty() ? fmt::format("{:.9g}", value) : fmt::format("{:.9g} {}", value, unit);
+}
+
+bool in_range(double value, const Range& range) {
+  // A hair of slack: 180 deg read from text and 180 deg in code differ in the last bit.
+  const double slack = 1e-12 * std::max(1.0, std::abs(value));
+  return value >= range.min - slack && value <= range.max + slack;
+}
+std::string outside(double value, const Range& range, Dimension d) {
+  if (!std::isfinite(range.max)) return fmt::format("{} is less than {}", show(value, d), show(range.min, d));
+  if (!std::isfinite(range.min)) return fmt::format("{} is more than {}", show(value, d), show(range.max, d));
+  if (range.min == range.max) return fmt::format("{} stands here; expected {}", show(value, d), show(range.min, d));
+  return fmt::format("{} is outside {} .. {}", show(value, d), show(range.min, d), show(range.max, d));
+}
+
+}  // namespace
+
+std::optional<Quantity> read_quantity(const Node& node, const Shape& shape, Mistakes& mistakes) {
+  const Dimension first = shape.dimensions.front();
+  if (!expect_scalar(node, fmt::format("a value such as '{}'", units::example(first)), mistakes)) return std::nullopt;
+  std::optional<Error> error;
+  for (const Dimension dimension : shape.dimensions) {
+    const Result<double> value = units::parse(node.text, dimension);
+    if (!value) {
+      if (!error) error = value.error();
+      continue;
+    }
+    if (!in_range(*value, shape.range)) {
+      mistakes.add(Fault::OutOfRange, outside(*value, shape.range, dimension), node.place);
+      return std::nullopt;
+    }
+    return Quantity{*value, dimension};
+  }
+  mistakes.add(error->fault, error->message, node.place);
+  return std::nullopt;
+}
+
+std::optional<std::int64_t> read_integer(const Node& node, const Shape& shape, Mistakes& mistakes) {
+  if (!expect_scalar(node, "a whole number", mistakes)) return std::nullopt;
+  std::string_view text = node.text;
+  const bool negative = !text.empty() && text[0] == '-';
+  if (negative) text.remove_prefix(1);
+  const bool hex = text.size() > 2 && text[0] == '0' && text[1] == 'x';
+  if (hex) text.remove_prefix(2);
+  std::int64_t value = 0;
+  const auto [end, ec] = std::from_chars(text.data(), text.data() + text.size(), value, hex ? 16 : 10);
+  const bool octal = !hex && text.size() > 1 && text[0] == '0';  // 010 is 8 to some readers and 10 to others
+  if (text.empty() || node.quoted || octal || text[0] == '-' || ec != std::errc{} || end != text.data() + text.size()) {
+    mistakes.add(Fault::BadValue,
+                 fmt::format("'{}' is not a whole number; write 12 or 0x1A, without quotes, unit or leading zero",
+                             shown(node.text)),
+                 node.place);
+    return std::nullopt;
+  }
+  if (negative) value = -value;
+  if (!in_range(static_cast<double>(value), shape.range)) {
+    mistakes.add(Fault::OutOfRange, outside(static_cast<double>(value), shape.range, Dimension::None), node.place);
+    return std::nullopt;
+  }
+  return value;
+}
+
+std::optional<bool> read_flag(const Node& node, Mistakes& mistakes) {
+  if (!expect_scalar(node, "true or false", mistakes)) return std::nullopt;
+  if (!node.quoted && node.text == "true") return true;
+  if (!node.quoted && node.text == "false") return false;
+  mistakes.add(Fault::BadValue, fmt::format("'{}' stands here; write true or false", shown(node.text)), node.place);
+  return std::nullopt;
+}
+
+std::optional<std::string> read_word(const Node& node, const Shape& shape, Mistakes& mistakes) {
+  const bool name = shape.kind == Shape::Kind::Name;
+  if (!expect_scalar(node, name ? "a name" : "text", mistakes)) return std::nullopt;
+  if (ambiguous(node)) {
+    mistakes.add(Fault::BadValue,
+                 fmt::format("'{}' is no text to every YAML reader; {}", shown(node.text),
+                             name ? "choose another name" : "put it in quotes"),
+                 node.place);
+  } else if (name && !is_name(node.text)) {
+    mistakes.add(
+        Fault::BadValue,
+        fmt::format("'{}' is no name; a letter, then letters, digits, _ - . (at most {})", shown(node.text), kMaxName),
+        node.place);
+  } else if (node.text.empty() || node.text.size() > kMaxText) {
+    mistakes.add(Fault::OutOfRange, fmt::format("1 .. {} bytes of text belong here", kMaxText), node.place);
+  } else {
+    return node.text;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::size_t> read_choice(const Node& node, const Shape& shape, Mistakes& mistakes) {
+  const std::string all = fmt::format("{}", fmt::join(shape.choices, ", "));
+  if (!expect_scalar(node, "one of: " + all, mistakes)) return std::nullopt;
+  for (std::size_t i = 0; i < shape.choices.size(); ++i)
+    if (shape.choices[i] == node.text) return i;
+  mistakes.add(Fault::BadValue, fmt::format("'{}' stands here; expected one of: {}", shown(node.text), all),
+               node.place);
+  return std::nullopt;
+}
+
+std::optional<std::pair<std::uint16_t, std::uint8_t>> read_address(const Node& node, Mistakes& mistakes) {
+  if (!expect_scalar(node, "an object such as 0x6099:1", mistakes)) return std::nullopt;
+  const std::string_view text = node.text;
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  unsigned index = 0, sub = 0;
+  bool ok = text.size() > 2 && text.substr(0, 2) == "0x";
+  if (ok) {
+    const auto [end, ec] = std::from_chars(text.data() + 2, text.data() + colon, index, 16);
+    ok = ec == std::errc{} && end == text.data() + colon && index > 0 && index <= 0xFFFF;
+  }
+  if (ok && colon < text.size()) {
+    const auto [end, ec] = std::from_chars(text.data() + colon + 1, text.data() + text.size(), sub, 10);
+    ok = ec == std::errc{} && end == text.data() + text.size() && sub <= 255;
+  }
+  if (ok) return std::pair{static_cast<std::uint16_t>(index), static_cast<std::uint8_t>(sub)};
+  mistakes.add(Fault::BadValue, fmt::format("'{}' is no object; write 0x6040 or 0x6099:1", shown(text)), node.place);
+  return std::nullopt;
+}
+
+bool expect_list(const Node& node, Range count, Mistakes& mistakes) {
+  if (node.kind == Node::Kind::Refused) return false;
+  if (node.kind != Node::Kind::Sequence) {
+    mistakes.add(Fault::BadValue, fmt::format("{}; expected a list", what_it_is(node)), node.place);
+    return false;
+  }
+  const auto n = static_cast<double>(node.items.size());
+  if (n < count.min || n > count.max) {
+    mistakes.add(Fault::OutOfRange, fmt::format("a list of {} stands here; {}", n, outside(n, count, Dimension::None)),
+                 node.place);
+    return false;
+  }
+  return true;
+}
+
+bool expect_map(const Node& node, std::string_view what, Mistakes& mistakes) {
+  if (node.kind == Node::Kind::Map) return true;
+  if (node.kind != Node::Kind::Refused)
+    mistakes.add(Fault::BadValue, fmt::format("{}; expected {}", what_it_is(node), what), node.place);
+  return false;
+}
+
+bool expect_name(const Node::Key& key, Mistakes& mistakes) {
+  Node as_node;
+  as_node.kind = Node::Kind::Scalar;
+  as_node.text = key.text;
+  as_node.place = key.place;
+  // X and Y are axes here; a name is a key and never read as a boolean.
+  as_node.quoted = key.text.size() == 1;
+  return read_word(as_node, {Shape::Kind::Name, {}, kAny, {}, {}, {}}, mistakes).has_value();
+}
+
+void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Place owner, Mistakes& mistakes) {
+  std::vector<std::string_view> words;
+  for (const FieldShape* field : known) words.push_back(field->key);
+  std::vector<std::string_view> meant;  // a misspelt key is one mistake, not an unknown and a missing one
+  for (std::size_t i = 0; i < map.keys.size(); ++i) {
+    const auto& key = map.keys[i];
+    if (map.items[i].kind == Node::Kind::Refused || std::find(words.begin(), words.end(), key.text) != words.end())
+      continue;
+    std::vector<std::string_view> open;
+    for (const std::string_view word : words)
+      if (!map.find(word)) open.push_back(word);
+    std::string_view near = nearest(key.text, open);
+    if (near.empty()) near = nearest(key.text, words);
+    if (!near.empty()) meant.push_back(near);
+    mistakes.add(Fault::UnknownKey,
+                 near.empty() ? fmt::format("unknown key '{}'; known here: {}", shown(key.text), fmt::join(words, ", "))
+                              : fmt::format("unknown key '{}'; did you mean '{}'?", shown(key.text), near),
+                 key.place);
+  }
+  for (const FieldShape* field : known)
+    if (field->need == kRequired && !map.find(field->key) &&
+        std::find(meant.begin(), meant.end(), field->key) == meant.end())
+      mistakes.add(Fault::MissingKey, fmt::format("'{}' is missing here ({})", field->key, field->doc), owner);
+}
+
+bool read_tuple(const Node& node, const Shape& shape, std::vector<Quantity>& to, Mistakes& mistakes) {
+  if (node.kind == Node::Kind::Refused) return false;
+  if (node.kind != Node::Kind::Sequence || node.items.size() != shape.items.size()) {
+    std::string sample;
+    for (const Shape& item : shape.items)
+      sample += (sample.empty() ? "" : ", ") + std::string(units::example(item.dimensions.front()));
+    mistakes.add(Fault::BadValue,
+                 node.kind == Node::Kind::Sequence ? fmt::format("{} values stand here; expected {}, such as [{}]",
+                                                                 node.items.size(), shape.items.size(), sample)
+                                                   : fmt::format("{}; expected [{}]", what_it_is(node), sample),
+                 node.place);
+    return false;
+  }
+  to.clear();
+  for (std::size_t i = 0; i < node.items.size(); ++i)
+    if (const auto v = read_quantity(node.items[i], shape.items[i], mistakes)) to.push_back(*v);
+  return to.size() == shape.items.size();
+}
+
+}  // namespace gantry::config

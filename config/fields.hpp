@@ -1,0 +1,437 @@
+// A format is a table of fields: one row names a key, what stands behind it, its range and whether it is needed. The
+// same table reads a file, makes the JSON Schema for editors and the tables of the docs.
+//   const Fields<Material> kMaterial{
+//       number("speed", &Material::speed, Dimension::Speed, {0.1, 500}, kRequired, "path speed of a bead"), ...};
+//   std::optional<Recipe> recipe = read_fields(text, kRecipe, mistakes);   // mistakes.none(): it may be used
+// Structs that hold a member `place` (line, column) learn where they stand; members of type At<V> learn where their
+// value stands.
+#pragma once
+#include <functional>
+#include <limits>
+#include <span>
+#include <type_traits>
+#include <utility>
+
+#include "config/yaml.hpp"
+#include "core/units.hpp"
+#include "core/vec.hpp"
+
+namespace gantry::config {
+
+using units::Dimension;
+
+/// A value and where it was written; place.line 0: it was not given.
+template <class V>
+struct At {
+  V value{};
+  Place place;
+  [[nodiscard]] bool given() const { return place.line > 0; }
+};
+
+/// A number that may be of one of several dimensions (an axis is in mm or in degrees).
+struct Quantity {
+  double value = 0;  ///< in the house's unit of `dimension`
+  Dimension dimension = Dimension::None;
+};
+
+/// Inclusive, in the house's unit; of lists: of the count.
+struct Range {
+  double min = -std::numeric_limits<double>::infinity(), max = std::numeric_limits<double>::infinity();
+};
+inline constexpr Range kAny{};
+
+enum class Need : bool { Optional, Required };
+inline constexpr Need kOptional = Need::Optional, kRequired = Need::Required;
+
+struct FieldShape;
+/// What may stand behind a key.
+struct Shape {
+  enum class Kind {
+    Number,   ///< with a unit when dimensions are given
+    Integer,  ///< decimal or 0x..
+    Flag,     ///< true or false
+    Name,     ///< letter, then letters, digits, _ - .
+    Text,
+    Choice,
+    Address,  ///< 0x6099:1
+    Object,
+    List,   ///< of items[0]
+    Tuple,  ///< exactly items
+    Named,  ///< map from a name to items[0]
+    OneOf,  ///< a map with exactly one of `fields`
+  } kind = Kind::Text;
+  std::vector<Dimension> dimensions;
+  Range range;
+  std::vector<std::string> choices;
+  std::vector<FieldShape> fields;
+  std::vector<Shape> items;
+};
+struct FieldShape {
+  std::string key;
+  Need need = kOptional;
+  std::string doc;
+  Shape shape;
+};
+
+template <class T>
+struct Field {
+  FieldShape row;
+  std::function<void(const Node&, T&, Mistakes&)> read;
+};
+template <class T>
+using Fields = std::vector<Field<T>>;
+
+// Reading of one value: nullopt, and a mistake with its place, when it is not as the shape wants.
+std::optional<Quantity> read_quantity(const Node& node, const Shape& shape, Mistakes& mistakes);
+std::optional<std::int64_t> read_integer(const Node& node, const Shape& shape, Mistakes& mistakes);
+std::optional<bool> read_flag(const Node& node, Mistakes& mistakes);
+std::optional<std::string> read_word(const Node& node, const Shape& shape, Mistakes& mistakes);
+std::optional<std::size_t> read_choice(const Node& node, const Shape& shape, Mistakes& mistakes);
+/// Index and sub-index of "0x6099:1".
+std::optional<std::pair<std::uint16_t, std::uint8_t>> read_address(const Node& node, Mistakes& mistakes);
+/// False, and a mistake, when the node is no such container or its count is out of range.
+bool expect_list(const Node& node, Range count, Mistakes& mistakes);
+bool expect_map(const Node& node, std::string_view what, Mistakes& mistakes);
+bool expect_name(const Node::Key& key, Mistakes& mistakes);
+/// Unknown and missing keys of a map. `owner` is where a missing key is reported.
+void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Place owner, Mistakes& mistakes);
+
+template <class T>
+Shape object_shape(const Fields<T>& fields) {
+  Shape shape;
+  shape.kind = Shape::Kind::Object;
+  for (const Field<T>& field : fields) shape.fields.push_back(field.row);
+  return shape;
+}
+
+template <class T>
+void set_place(T& to, Place place) {
+  if constexpr (requires { to.place.line; }) to.place.line = place.line, to.place.column = place.column;
+}
+
+/// Reads a map into a struct. `owner`: where its name stands.
+template <class T>
+void read_object(const Node& node, const Fields<T>& fields, T& to, Place owner, Mistakes& mistakes) {
+  set_place(to, owner);
+  if (!expect_map(node, "keys with values", mistakes)) return;
+  std::vector<const FieldShape*> known;
+  for (const Field<T>& field : fields) known.push_back(&field.row);
+  check_keys(node, known, owner, mistakes);
+  for (const Field<T>& field : fields)
+    if (const Node* value = node.find(field.row.key); value && value->kind != Node::Kind::Refused)
+      field.read(*value, to, mistakes);
+}
+
+/// A whole file. nullopt: not well-formed YAML; with mistakes the value is only good for looking for more of them.
+template <class T>
+std::optional<T> read_fields(std::string_view text, const Fields<T>& fields, Mistakes& mistakes) {
+  const std::optional<Node> root = read_yaml(text, mistakes);
+  if (!root) return std::nullopt;
+  T to{};
+  read_object(*root, fields, to, {1, 1}, mistakes);
+  return to;
+}
+
+namespace detail {
+template <class V>
+struct IsAt : std::false_type {};
+template <class V>
+struct IsAt<At<V>> : std::true_type {};
+template <class V>
+struct IsOptional : std::false_type {};
+template <class V>
+struct IsOptional<std::optional<V>> : std::true_type {};
+
+template <class V, class X>
+void put(V& to, X&& value, const Node& node) {
+  if constexpr (IsAt<V>::value) {
+    put(to.value, std::forward<X>(value), node);
+    to.place = node.place;
+  } else if constexpr (IsOptional<V>::value) {
+    put(to.emplace(), std::forward<X>(value), node);
+  } else {
+    to = static_cast<V>(std::forward<X>(value));
+  }
+}
+/// The struct behind a member that may be optional.
+template <class V>
+auto& object_in(V& to) {
+  if constexpr (IsOptional<V>::value)
+    return to.emplace();
+  else
+    return to;
+}
+}  // namespace detail
+
+// One function a kind of row.
+
+template <class T, class V>
+Field<T> number(std::string key, V T::*member, Dimension dimension, Range range, Need need, std::string doc) {
+  Shape shape{Shape::Kind::Number, {dimension}, range, {}, {}, {}};
+  return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
+            if (const auto v = read_quantity(node, shape, mistakes)) detail::put(to.*member, v->value, node);
+          }};
+}
+
+/// A number whose unit tells which of several dimensions it has.
+template <class T>
+Field<T> quantity(std::string key, At<Quantity> T::*member, std::vector<Dimension> dimensions, Need need,
+                  std::string doc) {
+  Shape shape{Shape::Kind::Number, std::move(dimensions), kAny, {}, {}, {}};
+  return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
+            if (const auto v = read_quantity(node, shape, mistakes)) detail::put(to.*member, *v, node);
+          }};
+}
+
+template <class T, class V>
+Field<T> integer(std::string key, V T::*member, Range range, Need need, std::string doc) {
+  Shape shape{Shape::Kind::Integer, {}, range, {}, {}, {}};
+  return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
+            if (const auto v = read_integer(node, shape, mistakes)) detail::put(to.*member, *v, node);
+          }};
+}
+
+template <class T, class V>
+Field<T> flag(std::string key, V T::*member, Need need, std::string doc) {
+  Shape shape{Shape::Kind::Flag, {}, kAny, {}, {}, {}};
+  return {{std::move(key), need, std::move(doc), shape}, [member](const Node& node, T& to, Mistakes& mistakes) {
+            if (const auto v = read_flag(node, mistakes)) detail::put(to.*member, *v, node);
+          }};
+}
+
+template <class T, class V>
+Field<T> word(Shape::Kind kind, std::string key, V T::*member, Need need, std::string doc) {
+  Shape shape{kind, {}, kAny, {}, {}, {}};
+  return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
+            if (const auto v = read_word(node, shape, mistakes)) detail::put(to.*member, *v, node);
+          }};
+}
+/// A name of something: no blanks, nothing that YAML could read as another type.
+template <class T, class V>
+Field<T> name_of(std::string key, V T::*member, Need need, std::string doc) {
+  return word(Shape::Kind::Name, std::move(key), member, need, std::move(doc));
+}
+template <class T, class V>
+Field<T> text(std::string key, V T::*member, Need need, std::string doc) {
+  return word(Shape::Kind::Text, std::move(key), member, need, std::move(doc));
+}
+
+template <class E>
+using Choices = std::vector<std::pair<std::string, E>>;
+template <class T, class V, class E>
+Field<T> choice(std::string key, V T::*member, Choices<E> choices, Need need, std::string doc) {
+  Shape shape{Shape::Kind::Choice, {}, kAny, {}, {}, {}};
+  for (const auto& [name, value] : choices) shape.choices.push_back(name);
+  return {{std::move(key), need, std::move(doc), shape},
+          [member, shape, choices = std::move(choices)](const Node& node, T& to, Mistakes& mistakes) {
+            if (const auto v = read_choice(node, shape, mistakes)) detail::put(to.*member, choices[*v].second, node);
+          }};
+}
+
+/// V: a struct of (index, sub).
+template <class T, class V>
+Field<T> address(std::string key, V T::*member, Need need, std::string doc) {
+  Shape shape{Shape::Kind::Address, {}, kAny, {}, {}, {}};
+  return {{std::move(key), need, std::move(doc), shape}, [member](const Node& node, T& to, Mistakes& mistakes) {
+            if (const auto v = read_address(node, mistakes)) to.*member = V{v->first, v->second};
+          }};
+}
+
+template <class T, class V, class U>
+Field<T> object(std::string key, V T::*member, const Fields<U>& fields, Need need, std::string doc) {
+  return {{std::move(key), need, std::move(doc), object_shape(fields)},
+          [member, fields](const Node& node, T& to, Mistakes& mistakes) {
+            read_object(node, fields, detail::object_in(to.*member), node.place, mistakes);
+          }};
+}
+
+/// A sequence of maps.
+template <class T, class U>
+Field<T> list(std::string key, std::vector<U> T::*member, const Fields<U>& fields, Range count, Need need,
+              std::string doc) {
+  Shape shape{Shape::Kind::List, {}, count, {}, {}, {object_shape(fields)}};
+  return {{std::move(key), need, std::move(doc), shape},
+          [member, fields, count](const Node& node, T& to, Mistakes& mistakes) {
+            if (!expect_list(node, count, mistakes)) return;
+            for (const Node& item : node.items)
+              if (item.kind != Node::Kind::Refused)
+                read_object(item, fields, (to.*member).emplace_back(), item.place, mistakes);
+          }};
+}
+
+/// A sequence of integers.
+template <class T, class V>
+Field<T> integers(std::string key, std::vector<V> T::*member, Range range, Need need, std::string doc) {
+  Shape item{Shape::Kind::Integer, {}, range, {}, {}, {}};
+  return {{std::move(key), need, std::move(doc), {Shape::Kind::List, {}, {0, 1000}, {}, {}, {item}}},
+          [member, item](const Node& node, T& to, Mistakes& mistakes) {
+            if (!expect_list(node, {0, 1000}, mistakes)) return;
+            for (const Node& each : node.items)
+              if (const auto v = read_integer(each, item, mistakes)) (to.*member).push_back(static_cast<V>(*v));
+          }};
+}
+
+template <class T>
+Field<T> texts(std::string key, std::vector<std::string> T::*member, Need need, std::string doc) {
+  Shape item{Shape::Kind::Text, {}, kAny, {}, {}, {}};
+  return {{std::move(key), need, std::move(doc), {Shape::Kind::List, {}, {0, 1000}, {}, {}, {item}}},
+          [member, item](const Node& node, T& to, Mistakes& mistakes) {
+            if (!expect_list(node, {0, 1000}, mistakes)) return;
+            for (const Node& each : node.items)
+              if (auto v = read_word(each, item, mistakes)) (to.*member).push_back(std::move(*v));
+          }};
+}
+
+/// A map from names to maps; U has `name`, and its place is the name's.
+template <class T, class U>
+Field<T> named(std::string key, std::vector<U> T::*member, const Fields<U>& fields, Range count, Need need,
+               std::string doc) {
+  Shape shape{Shape::Kind::Named, {}, count, {}, {}, {object_shape(fields)}};
+  return {{std::move(key), need, std::move(doc), shape},
+          [member, fields, count](const Node& node, T& to, Mistakes& mistakes) {
+            if (!expect_map(node, "names with values", mistakes)) return;
+            const auto n = static_cast<double>(node.keys.size());
+            if (n < count.min || n > count.max)
+              mistakes.add(Fault::OutOfRange, "too few or too many of them here", node.place);
+            for (std::size_t i = 0; i < node.keys.size(); ++i) {
+              if (!expect_name(node.keys[i], mistakes) || node.items[i].kind == Node::Kind::Refused) continue;
+              U& each = (to.*member).emplace_back();
+              each.name = node.keys[i].text;
+              read_object(node.items[i], fields, each, node.keys[i].place, mistakes);
+            }
+          }};
+}
+
+/// One of several tables, told apart by the single key of the map: `- dot: {...}`.
+template <class U>
+struct Variant {
+  std::string key;
+  std::string doc;
+  std::function<void(U&)> tag;  ///< marks the struct as this variant
+  Fields<U> fields;
+};
+template <class T, class U>
+Field<T> list_of_variants(std::string key, std::vector<U> T::*member, std::vector<Variant<U>> variants, Range count,
+                          Need need, std::string doc) {
+  Shape one{Shape::Kind::OneOf, {}, kAny, {}, {}, {}};
+  for (const Variant<U>& v : variants) one.fields.push_back({v.key, kOptional, v.doc, object_shape(v.fields)});
+  Shape shape{Shape::Kind::List, {}, count, {}, {}, {one}};
+  return {{std::move(key), need, std::move(doc), shape},
+          [member, one, count, variants = std::move(variants)](const Node& node, T& to, Mistakes& mistakes) {
+            if (!expect_list(node, count, mistakes)) return;
+            std::vector<const FieldShape*> known;
+            for (const FieldShape& each : one.fields) known.push_back(&each);
+            for (const Node& item : node.items) {
+              if (item.kind == Node::Kind::Refused || !expect_map(item, "one key that names its kind", mistakes))
+                continue;
+              check_keys(item, known, item.place, mistakes);
+              if (item.keys.empty()) {
+                mistakes.add(Fault::BadValue, "nothing stands here; expected one key that names its kind", item.place);
+                continue;
+              }
+              if (item.keys.size() > 1)
+                mistakes.add(Fault::BadValue, "one key belongs here; start the next one with '- '", item.keys[1].place);
+              for (const Variant<U>& v : variants)
+                if (item.keys.front().text == v.key && item.items.front().kind != Node::Kind::Refused) {
+                  U& each = (to.*member).emplace_back();
+                  v.tag(each);
+                  read_object(item.items.front(), v.fields, each, item.keys.front().place, mistakes);
+                }
+            }
+          }};
+}
+
+namespace detail {
+template <class V>
+struct Point;
+template <>
+struct Point<Vec2> {
+  static constexpr std::size_t kSize = 2;
+  static Vec2 from(const double* v) { return {v[0], v[1]}; }
+};
+template <>
+struct Point<Vec3> {
+  static constexpr std::size_t kSize = 3;
+  static Vec3 from(const double* v) { return {v[0], v[1], v[2]}; }
+};
+template <class V>
+struct Point<At<V>> : Point<V> {};
+
+inline Shape tuple_shape(std::size_t size, std::vector<Dimension> dimensions, Range range) {
+  Shape item{Shape::Kind::Number, std::move(dimensions), range, {}, {}, {}};
+  return {Shape::Kind::Tuple, {}, kAny, {}, {}, std::vector<Shape>(size, item)};
+}
+}  // namespace detail
+
+/// The numbers of a tuple; false when it is none.
+bool read_tuple(const Node& node, const Shape& shape, std::vector<Quantity>& to, Mistakes& mistakes);
+
+/// [10 mm, 20 mm] or [10 mm, 20 mm, 5 mm], by the member's type.
+template <class T, class V>
+Field<T> point(std::string key, V T::*member, Range range, Need need, std::string doc) {
+  Shape shape = detail::tuple_shape(detail::Point<V>::kSize, {Dimension::Length}, range);
+  return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
+            std::vector<Quantity> v;
+            if (!read_tuple(node, shape, v, mistakes)) return;
+            double xyz[3] = {};
+            for (std::size_t i = 0; i < v.size(); ++i) xyz[i] = v[i].value;
+            detail::put(to.*member, detail::Point<V>::from(xyz), node);
+          }};
+}
+
+/// A sequence of points of the plane.
+template <class T>
+Field<T> points(std::string key, std::vector<At<Vec2>> T::*member, Range count, Range range, Need need,
+                std::string doc) {
+  Shape item = detail::tuple_shape(2, {Dimension::Length}, range);
+  return {{std::move(key), need, std::move(doc), {Shape::Kind::List, {}, count, {}, {}, {item}}},
+          [member, item, count](const Node& node, T& to, Mistakes& mistakes) {
+            if (!expect_list(node, count, mistakes)) return;
+            for (const Node& each : node.items) {
+              std::vector<Quantity> v;
+              if (read_tuple(each, item, v, mistakes)) (to.*member).push_back({{v[0].value, v[1].value}, each.place});
+            }
+          }};
+}
+
+/// A tuple of numbers of one of several dimensions: travel: [0 mm, 500 mm].
+template <class T>
+Field<T> quantities(std::string key, At<std::vector<Quantity>> T::*member, std::size_t size,
+                    std::vector<Dimension> dimensions, Need need, std::string doc) {
+  Shape shape = detail::tuple_shape(size, std::move(dimensions), kAny);
+  return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
+            std::vector<Quantity> v;
+            if (read_tuple(node, shape, v, mistakes)) detail::put(to.*member, std::move(v), node);
+          }};
+}
+
+/// A map from names to one number each: park: {X: 20 mm, C: 0 deg}.
+struct NamedQuantity {
+  std::string name;
+  Place place;
+  At<Quantity> quantity;
+};
+template <class T>
+Field<T> named_quantities(std::string key, std::vector<NamedQuantity> T::*member, std::vector<Dimension> dimensions,
+                          Need need, std::string doc) {
+  Shape item{Shape::Kind::Number, std::move(dimensions), kAny, {}, {}, {}};
+  return {{std::move(key), need, std::move(doc), {Shape::Kind::Named, {}, kAny, {}, {}, {item}}},
+          [member, item](const Node& node, T& to, Mistakes& mistakes) {
+            if (!expect_map(node, "names with values", mistakes)) return;
+            for (std::size_t i = 0; i < node.keys.size(); ++i)
+              if (expect_name(node.keys[i], mistakes))
+                if (const auto v = read_quantity(node.items[i], item, mistakes))
+                  (to.*member).push_back({node.keys[i].text, node.keys[i].place, {*v, node.items[i].place}});
+          }};
+}
+
+/// A value that names the version of the format; another one than `version` is a mistake.
+template <class T>
+Field<T> format_version(std::int64_t version) {
+  const auto v = static_cast<double>(version);
+  Shape shape{Shape::Kind::Integer, {}, {v, v}, {}, {}, {}};
+  return {{"version", kRequired, "version of this format", shape},
+          [shape](const Node& node, T&, Mistakes& mistakes) { read_integer(node, shape, mistakes); }};
+}
+
+}  // namespace gantry::config

@@ -1,0 +1,328 @@
+#include "config/yaml.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <numeric>
+#include <set>
+#include <sstream>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/exceptions.h>
+#include <yaml-cpp/parser.h>
+
+namespace gantry::config {
+namespace {
+
+/// Length of the UTF-8 sequence that starts at `text[at]`, 0 when it is none (overlong forms, surrogates and code
+/// points above 10FFFFh included; Unicode 15, table 3-7).
+std::size_t utf8_length(std::string_view text, std::size_t at) {
+  const auto byte = [&](std::size_t i) {
+    return at + i < text.size() ? static_cast<unsigned char>(text[at + i]) : static_cast<unsigned char>(0);
+  };
+  const auto in = [](unsigned char b, int low, int high) { return b >= low && b <= high; };
+  const unsigned char b0 = byte(0);
+  if (b0 < 0x80) return 1;
+  if (in(b0, 0xC2, 0xDF)) return in(byte(1), 0x80, 0xBF) ? 2 : 0;
+  if (in(b0, 0xE0, 0xEF)) {
+    const int low = b0 == 0xE0 ? 0xA0 : 0x80, high = b0 == 0xED ? 0x9F : 0xBF;
+    return in(byte(1), low, high) && in(byte(2), 0x80, 0xBF) ? 3 : 0;
+  }
+  if (in(b0, 0xF0, 0xF4)) {
+    const int low = b0 == 0xF0 ? 0x90 : 0x80, high = b0 == 0xF4 ? 0x8F : 0xBF;
+    return in(byte(1), low, high) && in(byte(2), 0x80, 0xBF) && in(byte(3), 0x80, 0xBF) ? 4 : 0;
+  }
+  return 0;
+}
+
+/// What the text is once line ends are plain, and whether it may go on to the parser.
+struct Clean {
+  std::string text;
+  bool readable = true;
+};
+
+/// Looks at every byte once: encoding, control characters, tabs, line ends. A tab that does not indent is reported and
+/// read as a blank, so that the rest of the file is judged too.
+Clean clean(std::string_view text, Mistakes& mistakes) {
+  Clean out;
+  if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
+  out.text.reserve(text.size());
+  Place place{1, 1};
+  bool indent = true;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = utf8_length(text, at);
+    if (length == 0) {
+      mistakes.add(Fault::YamlSyntax, "the file is not UTF-8 here; save it as UTF-8", place);
+      out.readable = false;
+      return out;
+    }
+    const auto c = static_cast<unsigned char>(text[at]);
+    if (c == '\r' && at + 1 < text.size() && text[at + 1] == '\n') {
+      ++at;
+      continue;
+    }
+    if (c == '\t') {
+      mistakes.add(Fault::YamlSyntax, "a tab; indent and separate with blanks", place);
+      out.readable = out.readable && !indent;
+      out.text += ' ';
+    } else if ((c < 0x20 && c != '\n') || c == 0x7F) {
+      mistakes.add(Fault::YamlSyntax, fmt::format("a control character (0x{:02X}); remove it", c), place);
+      out.readable = false;
+      out.text += ' ';
+    } else {
+      out.text.append(text, at, length);
+    }
+    indent = c == '\n' || (indent && (c == ' ' || c == '\t'));
+    place = c == '\n' ? Place{place.line + 1, 1} : Place{place.line, place.column + 1};
+    at += length;
+  }
+  return out;
+}
+
+/// Thrown by the handler to leave yaml-cpp's parser; caught in read_yaml.
+struct OverBudget {
+  std::string message;
+  Place place;
+};
+
+/// Turns the parser's events into nodes. yaml-cpp's own Node is not used: it lets duplicate keys pass and expands
+/// aliases, which makes 400 bytes into two million nodes.
+class TreeBuilder : public YAML::EventHandler {
+ public:
+  TreeBuilder(std::string_view text, Mistakes& mistakes, const YamlBudget& budget)
+      : text_(text), mistakes_(mistakes), budget_(budget) {}
+
+  [[nodiscard]] Place place_of(const YAML::Mark& mark) {
+    // yaml-cpp counts columns in bytes; people count characters.
+    const auto pos = std::min(static_cast<std::size_t>(std::max(mark.pos, 0)), text_.size());
+    const auto column = std::min(static_cast<std::size_t>(std::max(mark.column, 0)), pos);
+    int characters = 0;
+    for (std::size_t i = pos - column; i < pos; ++i) characters += (text_[i] & 0xC0) != 0x80;
+    return {mark.line + 1, characters + 1};
+  }
+
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override {
+    start(mark, Node::Kind::Empty);
+    end_of_value();
+  }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
+    mistakes_.add(Fault::YamlSyntax, "an alias (*name); write the value out here", place_of(mark));
+    start(mark, Node::Kind::Refused);
+    end_of_value();
+  }
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t, const std::string& value) override {
+    start(mark, Node::Kind::Scalar);
+    value_.text = value;
+    value_.quoted = tag == "!";
+    if (refuse_tag(value_.place, tag)) value_.kind = Node::Kind::Refused;
+    end_of_value();
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {
+    open(mark, tag, Node::Kind::Sequence);
+  }
+  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t, YAML::EmitterStyle::value) override {
+    open(mark, tag, Node::Kind::Map);
+  }
+  void OnSequenceEnd() override { close(); }
+  void OnMapEnd() override { close(); }
+
+  Node root;
+
+ private:
+  /// A container that is being filled. In a map the first value of a pair is its key.
+  struct Level {
+    Node node;
+    bool refused = false;
+    bool awaits_key = true;
+    Node::Key key;
+    bool key_refused = false;
+    std::set<std::string, std::less<>> seen;
+  };
+
+  void count(const YAML::Mark& mark) {
+    if (++nodes_ > budget_.nodes)
+      throw OverBudget{fmt::format("more than {} values; split the file", budget_.nodes), place_of(mark)};
+  }
+  void start(const YAML::Mark& mark, Node::Kind kind) {
+    count(mark);
+    value_ = Node{};
+    value_.kind = kind;
+    value_.place = place_of(mark);
+  }
+  bool refuse_tag(Place place, const std::string& tag) {
+    if (tag.empty() || tag == "?" || tag == "!") return false;
+    mistakes_.add(Fault::YamlSyntax, fmt::format("a tag ({}); leave it out", tag), place);
+    return true;
+  }
+  void open(const YAML::Mark& mark, const std::string& tag, Node::Kind kind) {
+    count(mark);
+    if (levels_.size() >= budget_.depth)
+      throw OverBudget{fmt::format("nested deeper than {} levels", budget_.depth), place_of(mark)};
+    Level level;
+    level.node.kind = kind;
+    level.node.place = place_of(mark);
+    level.refused = refuse_tag(level.node.place, tag);
+    levels_.push_back(std::move(level));
+  }
+  void close() {
+    value_ = std::move(levels_.back().node);
+    if (levels_.back().refused) value_.kind = Node::Kind::Refused;
+    levels_.pop_back();
+    end_of_value();
+  }
+
+  /// `value_` is whole: it is a key, a value of a map, an item of a sequence, or the document.
+  void end_of_value() {
+    if (levels_.empty()) {
+      root = std::move(value_);
+      return;
+    }
+    Level& level = levels_.back();
+    if (level.node.kind == Node::Kind::Sequence) {
+      level.node.items.push_back(std::move(value_));
+    } else if (level.awaits_key) {
+      take_key(level);
+    } else {
+      if (!level.key_refused) {
+        level.node.keys.push_back(std::move(level.key));
+        level.node.items.push_back(std::move(value_));
+      }
+      level.awaits_key = true;
+    }
+  }
+  void take_key(Level& level) {
+    level.awaits_key = false;
+    level.key_refused = true;
+    level.key = {value_.text, value_.place};
+    if (value_.kind == Node::Kind::Refused) return;
+    if (value_.kind != Node::Kind::Scalar) {
+      mistakes_.add(Fault::YamlSyntax, "a key that is no plain word", value_.place);
+    } else if (!level.seen.insert(value_.text).second) {
+      mistakes_.add(Fault::DuplicateKey, fmt::format("'{}' stands twice here; remove one", value_.text), value_.place);
+    } else {
+      level.key_refused = false;
+    }
+  }
+
+  std::string_view text_;
+  Mistakes& mistakes_;
+  const YamlBudget& budget_;
+  std::size_t nodes_ = 0;
+  std::vector<Level> levels_;
+  Node value_;
+};
+
+}  // namespace
+
+void Mistakes::add(Fault fault, std::string message, Place place) {
+  if (rows_.size() < kMost)
+    rows_.push_back({fault, std::move(message), place});
+  else
+    ++more_;
+}
+
+std::vector<Error> Mistakes::errors() const {
+  std::vector<Row> rows = rows_;
+  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.place < b.place; });
+  std::vector<Error> out;
+  for (const Row& row : rows)
+    out.push_back({row.fault, row.message,
+                   row.place.line > 0 ? fmt::format("{}:{}:{}", file_, row.place.line, row.place.column) : file_});
+  if (more_ > 0) out.push_back({Fault::BadValue, fmt::format("and {} more mistakes", more_), file_});
+  return out;
+}
+
+const Node* Node::find(std::string_view key) const {
+  for (std::size_t i = 0; i < keys.size(); ++i)
+    if (keys[i].text == key) return &items[i];
+  return nullptr;
+}
+
+std::optional<Node> read_yaml(std::string_view text, Mistakes& mistakes, const YamlBudget& budget) {
+  if (text.size() > budget.bytes) {
+    mistakes.add(Fault::FileTooLarge, fmt::format("larger than {} bytes; split the file", budget.bytes), {1, 1});
+    return std::nullopt;
+  }
+  const Clean plain = clean(text, mistakes);
+  if (!plain.readable) return std::nullopt;
+  TreeBuilder tree(plain.text, mistakes, budget);
+  try {
+    std::istringstream in(plain.text);
+    YAML::Parser parser(in);
+    if (!parser.HandleNextDocument(tree)) {
+      mistakes.add(Fault::YamlSyntax, "the file is empty", {1, 1});
+      return std::nullopt;
+    }
+    TreeBuilder second(plain.text, mistakes, budget);
+    if (parser.HandleNextDocument(second)) {
+      mistakes.add(Fault::YamlSyntax, "a second document (---); one file holds one", second.root.place);
+      return std::nullopt;
+    }
+  } catch (const OverBudget& over) {
+    mistakes.add(Fault::FileTooLarge, over.message, over.place);
+    return std::nullopt;
+  } catch (const YAML::Exception& error) {
+    const Place place = error.mark.is_null() ? Place{1, 1} : tree.place_of(error.mark);
+    mistakes.add(Fault::YamlSyntax, fmt::format("not well-formed YAML: {}", error.msg), place);
+    return std::nullopt;
+  } catch (const std::exception& error) {
+    mistakes.add(Fault::YamlSyntax, fmt::format("not well-formed YAML: {}", error.what()), {1, 1});
+    return std::nullopt;
+  }
+  return std::move(tree.root);
+}
+
+Result<std::string> read_text_file(const std::string& path, std::size_t max_bytes) {
+  // O_NONBLOCK: a pipe that nobody writes must not hold the program up.
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0)
+    return fail(Fault::FileUnreadable, fmt::format("cannot be opened ({}); check the path", strerror(errno)), path);
+  struct stat info {};
+  std::string text;
+  bool ok = ::fstat(fd, &info) == 0 && S_ISREG(info.st_mode);
+  const bool too_large = ok && static_cast<std::size_t>(info.st_size) > max_bytes;
+  if (ok && !too_large) {
+    text.resize(static_cast<std::size_t>(info.st_size));
+    std::size_t have = 0;
+    while (ok && have < text.size()) {
+      const ssize_t got = ::read(fd, text.data() + have, text.size() - have);
+      if (got <= 0)
+        ok = false;
+      else
+        have += static_cast<std::size_t>(got);
+    }
+  }
+  ::close(fd);
+  if (too_large) return fail(Fault::FileTooLarge, fmt::format("larger than {} bytes; split the file", max_bytes), path);
+  if (!ok) return fail(Fault::FileUnreadable, "is no regular file that can be read", path);
+  return text;
+}
+
+std::string_view nearest(std::string_view word, const std::vector<std::string_view>& known) {
+  std::string_view best;
+  std::size_t best_distance = 1 + std::max<std::size_t>(2, word.size() / 3);
+  if (word.size() > 100) return best;
+  for (const std::string_view candidate : known) {
+    // Levenshtein, one row at a time.
+    std::vector<std::size_t> row(candidate.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < word.size(); ++i) {
+      std::size_t diagonal = row[0];
+      row[0] = i + 1;
+      for (std::size_t j = 0; j < candidate.size(); ++j) {
+        const std::size_t replaced = diagonal + (word[i] == candidate[j] ? 0 : 1);
+        diagonal = row[j + 1];
+        row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+      }
+    }
+    if (row.back() < best_distance && row.back() < candidate.size()) best_distance = row.back(), best = candidate;
+  }
+  return best;
+}
+
+}  // namespace gantry::config

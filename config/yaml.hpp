@@ -1,0 +1,85 @@
+// THE one place that reads YAML. Text becomes a tree of nodes that know where they stand; what YAML readers disagree
+// about, or what only multiplies, is refused with its place. It never throws and never expands anything.
+//   Mistakes mistakes("recipes/board.yaml");
+//   std::optional<Node> root = read_yaml(text, mistakes);   // nullopt: not well-formed, mistakes says where
+// Tables of fields (config/fields.hpp) turn the tree into structs.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/error.hpp"
+
+namespace gantry::config {
+
+/// Line and column from 1, in characters; 0: nowhere in the file.
+struct Place {
+  int line = 0, column = 0;
+  constexpr auto operator<=>(const Place&) const = default;
+};
+
+/// All mistakes of one file. Keeps the first kMost of them and counts the rest.
+class Mistakes {
+ public:
+  static constexpr std::size_t kMost = 100;
+  explicit Mistakes(std::string file) : file_(std::move(file)) {}
+  void add(Fault fault, std::string message, Place place);
+  [[nodiscard]] bool none() const { return rows_.empty(); }
+  [[nodiscard]] const std::string& file() const { return file_; }
+  /// In the order of the file, `where` set to "file:line:col".
+  [[nodiscard]] std::vector<Error> errors() const;
+
+ private:
+  struct Row {
+    Fault fault;
+    std::string message;
+    Place place;
+  };
+  std::string file_;
+  std::vector<Row> rows_;
+  std::size_t more_ = 0;
+};
+
+struct Node {
+  enum class Kind : std::uint8_t {
+    Empty,  ///< "key:" with nothing after it, ~ or null
+    Scalar,
+    Sequence,
+    Map,
+    Refused,  ///< already a mistake (an alias): readers pass over it in silence
+  };
+  struct Key {
+    std::string text;
+    Place place;
+  };
+  Kind kind = Kind::Empty;
+  bool quoted = false;
+  Place place;
+  std::string text;         ///< of a scalar
+  std::vector<Node> items;  ///< of a sequence; the values of a map
+  std::vector<Key> keys;    ///< of a map: keys[i] names items[i]; no key stands twice
+
+  [[nodiscard]] const Node* find(std::string_view key) const;
+};
+
+/// Bounds that hold before anything is built.
+struct YamlBudget {
+  std::size_t bytes = 1u << 20;
+  std::size_t nodes = 200000;
+  std::size_t depth = 32;
+};
+
+/// One document of UTF-8 text. Refused with their place: other encodings, control characters, tabs, a carriage return
+/// without a line feed, a second document, aliases, tags, keys that are no text, duplicate keys, and what is over
+/// budget. A byte-order mark at the start and CRLF are read.
+std::optional<Node> read_yaml(std::string_view text, Mistakes& mistakes, const YamlBudget& budget = {});
+
+/// A regular file's text. Fault::FileUnreadable, Fault::FileTooLarge.
+Result<std::string> read_text_file(const std::string& path, std::size_t max_bytes = YamlBudget{}.bytes);
+
+/// The known word nearest to `word` by edit distance; empty when none is near enough to be meant.
+std::string_view nearest(std::string_view word, const std::vector<std::string_view>& known);
+
+}  // namespace gantry::config

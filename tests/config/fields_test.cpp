@@ -1,0 +1,3 @@
+#include "config/fields.hpp"
+
+#include <gtest/gtest.h>

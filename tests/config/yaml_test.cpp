@@ -1,0 +1,3 @@
+#include "config/yaml.hpp"
+
+#include <gtest/gtest.h>
