@@ -1,0 +1,94 @@
+// Evaluation of constant-jerk profiles and the closed forms around a change of speed.
+#include <algorithm>
+#include <cmath>
+
+#include "motion/profile/planner.hpp"
+
+namespace gantry::motion {
+namespace {
+
+State advanced(const State& x, double jerk, double t) noexcept {
+  return {x.p + t * (x.v + t * (x.a / 2 + t * jerk / 6)), x.v + t * (x.a + t * jerk / 2), x.a + t * jerk};
+}
+
+}  // namespace
+
+const char* name(Reason reason) noexcept {
+  switch (reason) {
+    case Reason::Solved: return "solved";
+    case Reason::NotFinite: return "not finite";
+    case Reason::BadBounds: return "bad bounds";
+    case Reason::TargetOutsideBounds: return "target outside bounds";
+    case Reason::NoSolution: return "no solution";
+  }
+  return "unknown";
+}
+
+double duration(const Profile& profile) noexcept {
+  double sum = 0;
+  for (const Phase& phase : profile.phases) sum += phase.duration_s;
+  return sum;
+}
+
+State evaluate(const Profile& profile, double t) noexcept {
+  State x = profile.from;
+  for (const Phase& phase : profile.phases) {
+    const double step = std::min(t, phase.duration_s);
+    x = advanced(x, phase.jerk, step);
+    t -= step;
+    if (t <= 0) return x;
+  }
+  return advanced(x, 0, t);
+}
+
+State end_state(const Profile& profile) noexcept {
+  State x = profile.from;
+  for (const Phase& phase : profile.phases) x = advanced(x, phase.jerk, phase.duration_s);
+  return x;
+}
+
+Profile stretched(const Profile& profile, double factor) noexcept {
+  Profile out = profile;
+  out.from.v /= factor;
+  out.from.a /= factor * factor;
+  for (Phase& phase : out.phases) {
+    phase.duration_s *= factor;
+    phase.jerk /= factor * factor * factor;
+  }
+  return out;
+}
+
+// A change of speed by d with acceleration 0 at both ends takes T = 2 sqrt(d/j) (the bound a is not reached, d <=
+// a^2/j) or d/a + a/j, symmetric about its middle: its length is the mean speed times T.
+double change_length(double v, double v_to, double a, double j) noexcept {
+  const double d = std::abs(v_to - v);
+  const double time = d <= a * a / j ? 2 * std::sqrt(d / j) : d / a + a / j;
+  return (v + v_to) / 2 * time;
+}
+
+// Inverse of change_length in the higher speed v + d.
+//   d <= a^2/j: with z = sqrt(d/j):  j z^3 + 2 v z = length, convex and rising: Newton from above never oversteps.
+//   else:       d^2/a + d (2v/a + a/j) + 2 v a/j - 2 length = 0.
+double speed_over_length(double v, double length, const Bounds& bounds) noexcept {
+  if (length <= 0 || v >= bounds.v) return v;
+  const double a = bounds.a, j = bounds.j;
+  const double knee = a * a / j;
+  double d = 0;
+  if (length <= (2 * v + knee) * a / j) {
+    double z = std::cbrt(length / j);
+    if (2 * v * z > length) z = length / (2 * v);
+    for (int i = 0; i < 30; ++i) {
+      const double step = (z * (j * z * z + 2 * v) - length) / (3 * j * z * z + 2 * v);
+      z -= step;
+      if (!(step > 1e-15 * z)) break;
+    }
+    d = j * z * z;
+  } else {
+    const double half = v + knee / 2;  // (2 v/a + a/j) a / 2
+    const double rest = a * (2 * length - 2 * v * a / j);
+    d = rest / (half + std::sqrt(half * half + rest));
+  }
+  return std::min(v + d, bounds.v);
+}
+
+}  // namespace gantry::motion
