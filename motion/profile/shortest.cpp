@@ -40,32 +40,34 @@ struct Up {
 
   [[nodiscard]] Shape at(double x) const noexcept {
     const double low = std::min(x, 1.0), hold = std::max(x - 1, 0.0);
-    const double g = d + (x < 1 ? x * x : x);
-    const double peak = g < 1 ? std::sqrt(g) : 1.0;
+    const double g = d + (x < 1 ? x * x : x), top = peak(x);
     Shape s;
-    s.t[0] = std::max(peak - q.a0, 0.0);
+    s.t[0] = std::max(top - q.a0, 0.0);
     s.t[1] = std::max(g - 1, 0.0);
-    s.t[2] = low >= 0 ? peak : std::max(peak + low, 0.0);  // one fall of peak + low, split where a = 0
+    s.t[2] = low >= 0 ? top : std::max(top + low, 0.0);  // one fall of peak + low, split where a = 0
     s.t[4] = std::max(low, 0.0);
     s.t[5] = hold;
     s.t[6] = std::max(q.af + low, 0.0);
     return s;
   }
 
-  /// dp/dx.
-  [[nodiscard]] double slope(double x) const noexcept {
-    const double low = std::min(x, 1.0);
+  [[nodiscard]] double peak(double x) const noexcept {
     const double g = d + (x < 1 ? x * x : x);
-    const bool full = g >= 1;
-    const double peak = full ? 1.0 : std::sqrt(g);
-    const double v_fall = q.v0 - q.a0 * q.a0 / 2 + peak * peak / 2 + (full ? g - 1 : 0.0);
-    const double h = v_fall + peak * (peak + low) / 2;
-    double dt = 0;
-    if (x < 1)
-      dt = full ? 2 * x + 2 : 2 * (peak > 0 ? x / peak : 1.0) + 2;
-    else
-      dt = 2;  // g = D + x >= 1: both bounds are reached
-    return h * dt;
+    return g < 1 ? std::sqrt(g) : 1.0;
+  }
+
+  /// dp/dT.
+  [[nodiscard]] double hamiltonian(double x) const noexcept {
+    const double g = d + (x < 1 ? x * x : x), top = peak(x);
+    const double v_fall = q.v0 - q.a0 * q.a0 / 2 + top * top / 2 + std::max(g - 1, 0.0);
+    return v_fall + top * (top + std::min(x, 1.0)) / 2;
+  }
+
+  /// dp/dx. Beyond x = 1 both bounds are reached (g = D + x >= 1).
+  [[nodiscard]] double slope(double x) const noexcept {
+    const double top = peak(x);
+    const double dt = x >= 1 ? 2 : 2 + 2 * (top < 1 ? (top > 0 ? x / top : 1.0) : x);
+    return hamiltonian(x) * dt;
   }
 };
 
@@ -182,17 +184,22 @@ bool scan(const Up& up, double begin, double end, double blur, Search& search) n
 /// All of "up" for D >= 0.
 void search_up(const Problem& q, double d, Search& search) noexcept {
   const Up up{q, d};
+  // Where the family begins, p is as uncertain as D makes the peak (dp = H dD / peak) and the hole's edge.
   const double unsure = rounding(q), hole_2 = q.a0 > 0 ? q.a0 * q.a0 - d : 0;
-  double begin = -q.af, blur = q.resolution;
+  const auto blur = [&](double x, double edge) {
+    const double of_peak = std::abs(up.hamiltonian(x)) * std::min(std::sqrt(unsure), unsure / up.peak(x));
+    return q.resolution + std::min(of_peak + std::abs(up.slope(x)) * edge, 4000 * q.resolution);
+  };
+  double begin = -q.af, edge = 0;
   if (hole_2 > unsure) {
-    const double hole = std::sqrt(hole_2), hole_blur = unsure / (2 * hole);  // of the edge, from rounding of D
-    if (begin < -hole && scan(up, begin, -hole, blur + std::abs(up.slope(-hole)) * hole_blur, search)) return;
+    const double hole = std::sqrt(hole_2);
+    edge = unsure / (2 * hole);
+    if (begin < -hole && scan(up, begin, -hole, std::max(blur(begin, 0), blur(-hole, edge)), search)) return;
     begin = std::max(begin, hole);
-    blur += std::abs(up.slope(hole)) * hole_blur;
   }
   const double room = std::max(q.v_max - (q.vf - q.af * q.af / 2), 0.0);  // for x^2 + tL
   const double end = std::max(room < 1 ? std::sqrt(room) : room, begin);
-  if (scan(up, begin, end, blur, search)) return;
+  if (scan(up, begin, end, blur(begin, edge), search)) return;
   Shape s = up.at(end);
   const double rest = q.p - length(q, s);
   if (rest < 0) return;

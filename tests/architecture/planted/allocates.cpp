@@ -1,1 +1,0 @@
-int* planted() { return new int(3); }

@@ -1,1 +1,0 @@
-void planted(int* p) { delete p; }

@@ -1,3 +1,0 @@
-#include <mutex>
-std::mutex mutex;
-void planted() { mutex.lock(); }

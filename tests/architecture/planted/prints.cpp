@@ -1,2 +1,0 @@
-#include <cstdio>
-void planted(int n) { std::printf("%d\n", n); }

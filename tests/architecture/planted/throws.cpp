@@ -1,3 +1,0 @@
-void planted(int n) {
-  if (n > 0) throw n;
-}
