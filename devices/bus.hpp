@@ -30,8 +30,9 @@ class FieldBus {
   /// Scan, identities, configuration, states up to where cyclic exchange may begin (SAFE_OP). Bounded in time; Fault
   /// 1xx with the station's name.
   virtual Result<void> bring_up() = 0;
-  /// Asks for OP; the caller goes on exchanging and watches al_states. From the first exchange() on, blocking calls ride
-  /// along in the cyclic frames (under a virtual clock they go out by themselves: one thread owns everything there).
+  /// Asks for OP; the caller goes on exchanging and watches al_states. From the first exchange() on, blocking calls
+  /// ride along in the cyclic frames (under a virtual clock they go out by themselves: one thread owns everything
+  /// there).
   virtual Result<void> request_operation() = 0;
   /// Which station is not in OP, and why: Fault::StationLeftOp with its AL status code as text. Blocking.
   virtual Result<void> check_operation() = 0;

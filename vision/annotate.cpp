@@ -3,13 +3,30 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <png.h>
 
 namespace gantry::vision {
 namespace {
 
 const cv::Scalar kExpected(60, 160, 255), kFound(80, 220, 80);  // blue, green, red
+
+/// PNG through libpng's simplified API (libpng manual, section V), which neither throws nor jumps. Not cv::imencode:
+/// see docs/decisions/005-images-without-imgcodecs.md.
+Result<std::vector<std::byte>> to_png(const cv::Mat& canvas) {
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(canvas.cols);
+  png.height = static_cast<png_uint_32>(canvas.rows);
+  png.format = canvas.channels() == 1 ? PNG_FORMAT_GRAY : PNG_FORMAT_BGR;
+  const auto row_bytes = static_cast<png_int_32>(canvas.step[0]);
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
+  std::vector<std::byte> out(size);
+  if (png_image_write_to_memory(&png, out.data(), &size, 0, canvas.data, row_bytes, nullptr) == 0)
+    return fail(Fault::Internal, std::string("an image could not be written as PNG: ") + png.message);
+  out.resize(size);
+  return out;
+}
 
 /// Runs what may throw cv::Exception.
 Result<std::vector<std::byte>> guarded(const Image& image, auto&& draw) {
@@ -20,11 +37,7 @@ Result<std::vector<std::byte>> guarded(const Image& image, auto&& draw) {
   try {
     // OpenCV has no view of constant pixels; nothing below writes to it.
     const cv::Mat grey(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data()));
-    std::vector<uchar> png;
-    if (!cv::imencode(".png", draw(grey), png)) return fail(Fault::Internal, "an image could not be written as PNG");
-    std::vector<std::byte> out(png.size());
-    std::transform(png.begin(), png.end(), out.begin(), [](uchar b) { return std::byte{b}; });
-    return out;
+    return to_png(draw(grey));
   } catch (const cv::Exception& e) {
     return fail(Fault::Internal, std::string("an image could not be written as PNG: ") + e.what());
   }

@@ -36,7 +36,7 @@ class Latest {
       for (std::size_t i = 0; i < kWords; ++i) raw[i] = words_[i].load(std::memory_order_relaxed);
       std::atomic_thread_fence(std::memory_order_acquire);
       if (sequence_.load(std::memory_order_relaxed) != before) continue;
-      std::memcpy(&value, raw.data(), sizeof(T));
+      std::memcpy(static_cast<void*>(&value), raw.data(), sizeof(T));
       return true;
     }
     return false;

@@ -1,6 +1,7 @@
 #include "vision/annotate.hpp"
 
 #include <gtest/gtest.h>
+#include <png.h>
 
 namespace gantry::vision {
 namespace {
@@ -26,6 +27,36 @@ TEST(Annotate, writes_png_of_the_right_size_and_kind) {
   EXPECT_EQ(big_endian(*colour, 16), 60U);
   EXPECT_EQ(big_endian(*colour, 20), 40U);
   EXPECT_EQ(std::to_integer<int>((*colour)[25]), 2);
+}
+
+// The decoder that everybody uses gives back what was drawn.
+TEST(Annotate, pixels_read_back_through_libpng) {
+  Image image{3, 2, {0, 50, 100, 150, 200, 255}};
+  const auto bytes = encode_png(image);
+  ASSERT_TRUE(bytes);
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  ASSERT_NE(png_image_begin_read_from_memory(&png, bytes->data(), bytes->size()), 0);
+  png.format = PNG_FORMAT_GRAY;
+  std::vector<std::uint8_t> pixels(PNG_IMAGE_SIZE(png));
+  ASSERT_NE(png_image_finish_read(&png, nullptr, pixels.data(), 0, nullptr), 0);
+  EXPECT_EQ(pixels, image.pixels);
+}
+
+TEST(Annotate, found_outline_is_green_and_the_expected_cross_is_not) {
+  const Image image{120, 80, std::vector<std::uint8_t>(9600, 90)};
+  const FoundMark found{.at_px = {60, 40}, .sigma_px = {}};
+  const auto bytes = annotated_png(image, {Disc{40}, true}, {20, 20}, &found, 1);
+  ASSERT_TRUE(bytes);
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  ASSERT_NE(png_image_begin_read_from_memory(&png, bytes->data(), bytes->size()), 0);
+  png.format = PNG_FORMAT_RGB;
+  std::vector<std::uint8_t> rgb(PNG_IMAGE_SIZE(png));
+  ASSERT_NE(png_image_finish_read(&png, nullptr, rgb.data(), 0, nullptr), 0);
+  const auto at = [&](std::size_t x, std::size_t y) { return &rgb[3 * (120 * y + x)]; };
+  EXPECT_GT(at(60, 40)[1], at(60, 40)[0] + 50) << "green at the found centre";
+  EXPECT_GT(at(20, 20)[0], at(20, 20)[2] + 50) << "red over blue at the expected place";
 }
 
 TEST(Annotate, refuses_an_image_that_is_none) {

@@ -1,0 +1,1 @@
+int* planted() { return new int(3); }

@@ -1,0 +1,1 @@
+void planted(int* p) { delete p; }

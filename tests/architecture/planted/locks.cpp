@@ -1,0 +1,3 @@
+#include <mutex>
+std::mutex mutex;
+void planted() { mutex.lock(); }

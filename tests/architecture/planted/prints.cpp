@@ -1,0 +1,2 @@
+#include <cstdio>
+void planted(int n) { std::printf("%d\n", n); }

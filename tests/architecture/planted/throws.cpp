@@ -1,0 +1,3 @@
+void planted(int n) {
+  if (n > 0) throw n;
+}
