@@ -1,0 +1,133 @@
+#include "tests/architecture/pages.hpp"
+
+#include <algorithm>
+#include <array>
+#include <fmt/format.h>
+#include <regex>
+
+#include "core/fault.hpp"
+
+namespace gantry::architecture {
+namespace {
+
+constexpr std::array kReactions{"note", "path stop", "axis-wise stop", "quick stop", "off"};
+constexpr std::array kClears{"-", "reset", "reset, enable", "reset, enable, home", "power cycle", "restart"};
+
+struct Chapter {
+  int hundred;
+  const char* title;
+};
+constexpr Chapter kChapters[] = {{1, "Bus and timing of the controller"},
+                                 {2, "Drives"},
+                                 {3, "Axes and motion"},
+                                 {4, "Files"},
+                                 {5, "Feasibility"},
+                                 {6, "Vision and probe"},
+                                 {7, "Refusals and the operator"},
+                                 {9, "The program itself"}};
+
+/// "R07" at a word's edge.
+bool mentions(const std::string& text, const std::string& word) {
+  const auto part_of_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
+  for (auto at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
+    const bool starts = at == 0 || !part_of_word(text[at - 1]);
+    const bool ends = at + word.size() >= text.size() || !part_of_word(text[at + word.size()]);
+    if (starts && ends) return true;
+  }
+  return false;
+}
+
+bool is_catalogue(const SourceFile& file) {
+  return file.path.starts_with("core/fault") || file.path == "tests/core/fault_test.cpp" ||
+         within(file.path, "tests/architecture");
+}
+
+bool is_threat_row(const std::vector<std::string>& row) {
+  return row.size() == 5 && std::regex_match(row[0], std::regex("R[0-9]{2}"));
+}
+
+}  // namespace
+
+std::string faults_page() {
+  std::string page =
+      "# Faults\n\n"
+      "Written by `scripts/docs` from `core/fault_table.def`. `gantry explain CODE` tells the same.\n\n"
+      "*Reaction* is what the machine does, *clear* how the latch is lifted (never by itself, and lifting it starts no "
+      "motion),\n*exit* the program's exit code when a job ends by it, *row* the cause in [threats.md](threats.md).\n";
+  for (const Chapter& chapter : kChapters) {
+    page += fmt::format(
+        "\n## {}\n\n| code | what happened | what to do | reaction | clear | exit | row |\n"
+        "|---|---|---|---|---|---|---|\n",
+        chapter.title);
+    for (const FaultInfo& row : catalogue())
+      if (static_cast<int>(row.fault) / 100 == chapter.hundred)
+        page += fmt::format("| {} {} | {} | {} | {} | {} | {} | {} |\n", std::string_view(code(row.fault)), row.name,
+                            row.text, row.remedy, kReactions[static_cast<std::size_t>(row.reaction)],
+                            kClears[static_cast<std::size_t>(row.clear)], static_cast<int>(row.exit_code), row.threat);
+  }
+  return page;
+}
+
+std::vector<std::string> cells(const std::string& line) {
+  std::vector<std::string> row;
+  if (!line.starts_with("|")) return row;
+  std::size_t from = 1;
+  for (auto to = line.find('|', from); to != std::string::npos; to = line.find('|', from)) {
+    std::string text = line.substr(from, to - from);
+    text.erase(0, text.find_first_not_of(' '));
+    text.erase(text.find_last_not_of(' ') + 1);
+    row.push_back(text);
+    from = to + 1;
+  }
+  return row;
+}
+
+std::map<std::string, ThreatState> threat_states(const std::vector<SourceFile>& tree, const std::string& page) {
+  std::map<std::string, ThreatState> states;
+  std::istringstream lines(page);
+  for (std::string line; std::getline(lines, line);)
+    if (const auto row = cells(line); is_threat_row(row)) states[row[0]] = {};
+  for (auto& [number, state] : states) {
+    std::vector<std::string> words{number};
+    for (const FaultInfo& row : catalogue())
+      if (row.threat == number) {
+        words.push_back("Fault::" + std::string(row.name));
+        state.codes += (state.codes.empty() ? "" : ", ") + std::string(std::string_view(code(row.fault)));
+      }
+    if (words.size() > 1) state.handled = Handled::Named;
+    bool program = false, tested = false;
+    for (const SourceFile& file : tree) {
+      if (!is_code(file) || is_catalogue(file)) continue;
+      const bool found = std::any_of(words.begin(), words.end(), [&](const auto& w) { return mentions(file.text, w); });
+      (within(file.path, "tests") ? tested : program) |= found;
+    }
+    if (program) state.handled = tested ? Handled::Tested : Handled::InProgram;
+  }
+  return states;
+}
+
+std::string cell(const ThreatState& state) {
+  constexpr std::array kWords{"not yet", "named", "in the program", "tested"};
+  const std::string word = kWords[static_cast<std::size_t>(state.handled)];
+  return state.codes.empty() ? word : word + ": " + state.codes;
+}
+
+Handled claimed(const std::string& cell) {
+  if (cell.starts_with("tested")) return Handled::Tested;
+  if (cell.starts_with("in the program")) return Handled::InProgram;
+  if (cell.starts_with("named")) return Handled::Named;
+  return Handled::NotYet;
+}
+
+std::string with_states(const std::string& page, const std::map<std::string, ThreatState>& states) {
+  std::string out;
+  std::istringstream lines(page);
+  for (std::string line; std::getline(lines, line);) {
+    if (const auto row = cells(line); is_threat_row(row))
+      line = fmt::format("| {} | {} | {} | {} | {} |", row[0], row[1], row[2], row[3], cell(states.at(row[0])));
+    out += line + "\n";
+  }
+  return out;
+}
+
+}  // namespace gantry::architecture
