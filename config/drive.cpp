@@ -20,7 +20,7 @@ Choices<ObjectType> object_types() {
 
 /// r, w or rw into the two flags of an object.
 Field<ObjectRow> access() {
-  Shape shape{Shape::Kind::Choice, {}, kAny, {"r", "w", "rw"}, {}, {}};
+  ValueShape shape{ValueShape::Kind::Choice, {}, kAny, {"r", "w", "rw"}, {}, {}};
   return {{"access", kRequired, "what a master may do with it", shape},
           [shape](const Node& node, ObjectRow& to, Mistakes& mistakes) {
             const auto v = read_choice(node, shape, mistakes);
@@ -54,7 +54,7 @@ const Fields<PdoRow>& pdo_fields() {
       {{"entries",
         kRequired,
         "what is mapped, in order; a slot's stride is in the address",
-        {Shape::Kind::List, {}, {1, 32}, {}, {}, {{Shape::Kind::Address, {}, kAny, {}, {}, {}}}}},
+        {ValueShape::Kind::List, {}, {1, 32}, {}, {}, {{ValueShape::Kind::Address, {}, kAny, {}, {}, {}}}}},
        [](const Node& node, PdoRow& to, Mistakes& mistakes) {
          if (!expect_list(node, {1, 32}, mistakes)) return;
          for (const Node& item : node.items)
@@ -158,11 +158,11 @@ const Fields<DriveFacts>& drive_fields() {
       {{"quick_stop_options",
         kOptional,
         "values of 605Ah that the manual documents",
-        {Shape::Kind::List, {}, {0, 32}, {}, {}, {{Shape::Kind::Integer, {}, {0, 31}, {}, {}, {}}}}},
+        {ValueShape::Kind::List, {}, {0, 32}, {}, {}, {{ValueShape::Kind::Integer, {}, {0, 31}, {}, {}, {}}}}},
        [](const Node& node, DriveFacts& to, Mistakes& mistakes) {
          if (!expect_list(node, {0, 32}, mistakes)) return;
          for (const Node& item : node.items)
-           if (const auto v = read_integer(item, {Shape::Kind::Integer, {}, {0, 31}, {}, {}, {}}, mistakes))
+           if (const auto v = read_integer(item, {ValueShape::Kind::Integer, {}, {0, 31}, {}, {}, {}}, mistakes))
              to.quick_stop_options |= 1u << *v;
        }},
       {{"inputs", kOptional, "bits of 60FDh", object_shape(input_fields())},
@@ -200,10 +200,10 @@ const Fields<StationProfile>& profile_fields() {
       {{"watchdog",
         kOptional,
         "process-data watchdog that we set",
-        {Shape::Kind::Number, {Dimension::Time}, {0.001, 60}, {}, {}, {}}},
+        {ValueShape::Kind::Number, {Dimension::Time}, {0.001, 60}, {}, {}, {}}},
        [](const Node& node, StationProfile& to, Mistakes& mistakes) {
          if (const auto v =
-                 read_quantity(node, {Shape::Kind::Number, {Dimension::Time}, {0.001, 60}, {}, {}, {}}, mistakes))
+                 read_quantity(node, {ValueShape::Kind::Number, {Dimension::Time}, {0.001, 60}, {}, {}, {}}, mistakes))
            to.watchdog_ms = static_cast<std::uint16_t>(std::lround(v->value * 1e3));
        }},
       list("sync_managers", &StationProfile::sync_managers, sync_manager_fields(), {0, 8}, kOptional, "in their order"),

@@ -40,14 +40,14 @@ bool is_name(std::string_view text) {
 }
 
 /// Plain text that some YAML reader takes for another type: booleans and nulls of YAML 1.1, numbers, dates, 60-based
-/// numbers, .nan and .inf.
+/// numbers, .nan and .inf. (Y and N are not: no reader in use does, and Y is an axis.)
 bool ambiguous(const Node& node) {
   if (node.quoted) return false;
   std::string lower = node.text;
   std::transform(lower.begin(), lower.end(), lower.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? char(c + 32) : c; });
   for (const std::string_view word :
-       {"y", "n", "yes", "no", "on", "off", "true", "false", "null", "~", ".nan", ".inf", "-.inf", "+.inf", "="})
+       {"yes", "no", "on", "off", "true", "false", "null", "~", ".nan", ".inf", "-.inf", "+.inf", "="})
     if (lower == word) return true;
   const bool numeric = std::all_of(lower.begin(), lower.end(), [](char c) {
     return is_digit(c) || std::string_view("+-.eE_:xob").find(c) != std::string_view::npos;
@@ -75,7 +75,7 @@ std::string outside(double value, const Range& range, Dimension d) {
 
 }  // namespace
 
-std::optional<Quantity> read_quantity(const Node& node, const Shape& shape, Mistakes& mistakes) {
+std::optional<Quantity> read_quantity(const Node& node, const ValueShape& shape, Mistakes& mistakes) {
   const Dimension first = shape.dimensions.front();
   if (!expect_scalar(node, fmt::format("a value such as '{}'", units::example(first)), mistakes)) return std::nullopt;
   std::optional<Error> error;
@@ -95,7 +95,7 @@ std::optional<Quantity> read_quantity(const Node& node, const Shape& shape, Mist
   return std::nullopt;
 }
 
-std::optional<std::int64_t> read_integer(const Node& node, const Shape& shape, Mistakes& mistakes) {
+std::optional<std::int64_t> read_integer(const Node& node, const ValueShape& shape, Mistakes& mistakes) {
   if (!expect_scalar(node, "a whole number", mistakes)) return std::nullopt;
   std::string_view text = node.text;
   const bool negative = !text.empty() && text[0] == '-';
@@ -128,8 +128,8 @@ std::optional<bool> read_flag(const Node& node, Mistakes& mistakes) {
   return std::nullopt;
 }
 
-std::optional<std::string> read_word(const Node& node, const Shape& shape, Mistakes& mistakes) {
-  const bool name = shape.kind == Shape::Kind::Name;
+std::optional<std::string> read_word(const Node& node, const ValueShape& shape, Mistakes& mistakes) {
+  const bool name = shape.kind == ValueShape::Kind::Name;
   if (!expect_scalar(node, name ? "a name" : "text", mistakes)) return std::nullopt;
   if (ambiguous(node)) {
     mistakes.add(Fault::BadValue,
@@ -149,7 +149,7 @@ std::optional<std::string> read_word(const Node& node, const Shape& shape, Mista
   return std::nullopt;
 }
 
-std::optional<std::size_t> read_choice(const Node& node, const Shape& shape, Mistakes& mistakes) {
+std::optional<std::size_t> read_choice(const Node& node, const ValueShape& shape, Mistakes& mistakes) {
   const std::string all = fmt::format("{}", fmt::join(shape.choices, ", "));
   if (!expect_scalar(node, "one of: " + all, mistakes)) return std::nullopt;
   for (std::size_t i = 0; i < shape.choices.size(); ++i)
@@ -205,9 +205,7 @@ bool expect_name(const Node::Key& key, Mistakes& mistakes) {
   as_node.kind = Node::Kind::Scalar;
   as_node.text = key.text;
   as_node.place = key.place;
-  // X and Y are axes here; a name is a key and never read as a boolean.
-  as_node.quoted = key.text.size() == 1;
-  return read_word(as_node, {Shape::Kind::Name, {}, kAny, {}, {}, {}}, mistakes).has_value();
+  return read_word(as_node, {ValueShape::Kind::Name, {}, kAny, {}, {}, {}}, mistakes).has_value();
 }
 
 void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Place owner, Mistakes& mistakes) {
@@ -235,11 +233,11 @@ void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Pl
       mistakes.add(Fault::MissingKey, fmt::format("'{}' is missing here ({})", field->key, field->doc), owner);
 }
 
-bool read_tuple(const Node& node, const Shape& shape, std::vector<Quantity>& to, Mistakes& mistakes) {
+bool read_tuple(const Node& node, const ValueShape& shape, std::vector<Quantity>& to, Mistakes& mistakes) {
   if (node.kind == Node::Kind::Refused) return false;
   if (node.kind != Node::Kind::Sequence || node.items.size() != shape.items.size()) {
     std::string sample;
-    for (const Shape& item : shape.items)
+    for (const ValueShape& item : shape.items)
       sample += (sample.empty() ? "" : ", ") + std::string(units::example(item.dimensions.front()));
     mistakes.add(Fault::BadValue,
                  node.kind == Node::Kind::Sequence ? fmt::format("{} values stand here; expected {}, such as [{}]",

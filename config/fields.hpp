@@ -45,7 +45,7 @@ inline constexpr Need kOptional = Need::Optional, kRequired = Need::Required;
 
 struct FieldShape;
 /// What may stand behind a key.
-struct Shape {
+struct ValueShape {
   enum class Kind {
     Number,   ///< with a unit when dimensions are given
     Integer,  ///< decimal or 0x..
@@ -64,13 +64,13 @@ struct Shape {
   Range range;
   std::vector<std::string> choices;
   std::vector<FieldShape> fields;
-  std::vector<Shape> items;
+  std::vector<ValueShape> items;
 };
 struct FieldShape {
   std::string key;
   Need need = kOptional;
   std::string doc;
-  Shape shape;
+  ValueShape shape;
 };
 
 template <class T>
@@ -82,11 +82,11 @@ template <class T>
 using Fields = std::vector<Field<T>>;
 
 // Reading of one value: nullopt, and a mistake with its place, when it is not as the shape wants.
-std::optional<Quantity> read_quantity(const Node& node, const Shape& shape, Mistakes& mistakes);
-std::optional<std::int64_t> read_integer(const Node& node, const Shape& shape, Mistakes& mistakes);
+std::optional<Quantity> read_quantity(const Node& node, const ValueShape& shape, Mistakes& mistakes);
+std::optional<std::int64_t> read_integer(const Node& node, const ValueShape& shape, Mistakes& mistakes);
 std::optional<bool> read_flag(const Node& node, Mistakes& mistakes);
-std::optional<std::string> read_word(const Node& node, const Shape& shape, Mistakes& mistakes);
-std::optional<std::size_t> read_choice(const Node& node, const Shape& shape, Mistakes& mistakes);
+std::optional<std::string> read_word(const Node& node, const ValueShape& shape, Mistakes& mistakes);
+std::optional<std::size_t> read_choice(const Node& node, const ValueShape& shape, Mistakes& mistakes);
 /// Index and sub-index of "0x6099:1".
 std::optional<std::pair<std::uint16_t, std::uint8_t>> read_address(const Node& node, Mistakes& mistakes);
 /// False, and a mistake, when the node is no such container or its count is out of range.
@@ -97,9 +97,9 @@ bool expect_name(const Node::Key& key, Mistakes& mistakes);
 void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Place owner, Mistakes& mistakes);
 
 template <class T>
-Shape object_shape(const Fields<T>& fields) {
-  Shape shape;
-  shape.kind = Shape::Kind::Object;
+ValueShape object_shape(const Fields<T>& fields) {
+  ValueShape shape;
+  shape.kind = ValueShape::Kind::Object;
   for (const Field<T>& field : fields) shape.fields.push_back(field.row);
   return shape;
 }
@@ -167,7 +167,7 @@ auto& object_in(V& to) {
 
 template <class T, class V>
 Field<T> number(std::string key, V T::*member, Dimension dimension, Range range, Need need, std::string doc) {
-  Shape shape{Shape::Kind::Number, {dimension}, range, {}, {}, {}};
+  ValueShape shape{ValueShape::Kind::Number, {dimension}, range, {}, {}, {}};
   return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
             if (const auto v = read_quantity(node, shape, mistakes)) detail::put(to.*member, v->value, node);
           }};
@@ -177,7 +177,7 @@ Field<T> number(std::string key, V T::*member, Dimension dimension, Range range,
 template <class T>
 Field<T> quantity(std::string key, At<Quantity> T::*member, std::vector<Dimension> dimensions, Need need,
                   std::string doc) {
-  Shape shape{Shape::Kind::Number, std::move(dimensions), kAny, {}, {}, {}};
+  ValueShape shape{ValueShape::Kind::Number, std::move(dimensions), kAny, {}, {}, {}};
   return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
             if (const auto v = read_quantity(node, shape, mistakes)) detail::put(to.*member, *v, node);
           }};
@@ -185,7 +185,7 @@ Field<T> quantity(std::string key, At<Quantity> T::*member, std::vector<Dimensio
 
 template <class T, class V>
 Field<T> integer(std::string key, V T::*member, Range range, Need need, std::string doc) {
-  Shape shape{Shape::Kind::Integer, {}, range, {}, {}, {}};
+  ValueShape shape{ValueShape::Kind::Integer, {}, range, {}, {}, {}};
   return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
             if (const auto v = read_integer(node, shape, mistakes)) detail::put(to.*member, *v, node);
           }};
@@ -193,15 +193,15 @@ Field<T> integer(std::string key, V T::*member, Range range, Need need, std::str
 
 template <class T, class V>
 Field<T> flag(std::string key, V T::*member, Need need, std::string doc) {
-  Shape shape{Shape::Kind::Flag, {}, kAny, {}, {}, {}};
+  ValueShape shape{ValueShape::Kind::Flag, {}, kAny, {}, {}, {}};
   return {{std::move(key), need, std::move(doc), shape}, [member](const Node& node, T& to, Mistakes& mistakes) {
             if (const auto v = read_flag(node, mistakes)) detail::put(to.*member, *v, node);
           }};
 }
 
 template <class T, class V>
-Field<T> word(Shape::Kind kind, std::string key, V T::*member, Need need, std::string doc) {
-  Shape shape{kind, {}, kAny, {}, {}, {}};
+Field<T> word(ValueShape::Kind kind, std::string key, V T::*member, Need need, std::string doc) {
+  ValueShape shape{kind, {}, kAny, {}, {}, {}};
   return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
             if (const auto v = read_word(node, shape, mistakes)) detail::put(to.*member, *v, node);
           }};
@@ -209,18 +209,18 @@ Field<T> word(Shape::Kind kind, std::string key, V T::*member, Need need, std::s
 /// A name of something: no blanks, nothing that YAML could read as another type.
 template <class T, class V>
 Field<T> name_of(std::string key, V T::*member, Need need, std::string doc) {
-  return word(Shape::Kind::Name, std::move(key), member, need, std::move(doc));
+  return word(ValueShape::Kind::Name, std::move(key), member, need, std::move(doc));
 }
 template <class T, class V>
 Field<T> text(std::string key, V T::*member, Need need, std::string doc) {
-  return word(Shape::Kind::Text, std::move(key), member, need, std::move(doc));
+  return word(ValueShape::Kind::Text, std::move(key), member, need, std::move(doc));
 }
 
 template <class E>
 using Choices = std::vector<std::pair<std::string, E>>;
 template <class T, class V, class E>
 Field<T> choice(std::string key, V T::*member, Choices<E> choices, Need need, std::string doc) {
-  Shape shape{Shape::Kind::Choice, {}, kAny, {}, {}, {}};
+  ValueShape shape{ValueShape::Kind::Choice, {}, kAny, {}, {}, {}};
   for (const auto& [name, value] : choices) shape.choices.push_back(name);
   return {{std::move(key), need, std::move(doc), shape},
           [member, shape, choices = std::move(choices)](const Node& node, T& to, Mistakes& mistakes) {
@@ -231,7 +231,7 @@ Field<T> choice(std::string key, V T::*member, Choices<E> choices, Need need, st
 /// V: a struct of (index, sub).
 template <class T, class V>
 Field<T> address(std::string key, V T::*member, Need need, std::string doc) {
-  Shape shape{Shape::Kind::Address, {}, kAny, {}, {}, {}};
+  ValueShape shape{ValueShape::Kind::Address, {}, kAny, {}, {}, {}};
   return {{std::move(key), need, std::move(doc), shape}, [member](const Node& node, T& to, Mistakes& mistakes) {
             if (const auto v = read_address(node, mistakes)) to.*member = V{v->first, v->second};
           }};
@@ -249,7 +249,7 @@ Field<T> object(std::string key, V T::*member, const Fields<U>& fields, Need nee
 template <class T, class U>
 Field<T> list(std::string key, std::vector<U> T::*member, const Fields<U>& fields, Range count, Need need,
               std::string doc) {
-  Shape shape{Shape::Kind::List, {}, count, {}, {}, {object_shape(fields)}};
+  ValueShape shape{ValueShape::Kind::List, {}, count, {}, {}, {object_shape(fields)}};
   return {{std::move(key), need, std::move(doc), shape},
           [member, fields, count](const Node& node, T& to, Mistakes& mistakes) {
             if (!expect_list(node, count, mistakes)) return;
@@ -262,8 +262,8 @@ Field<T> list(std::string key, std::vector<U> T::*member, const Fields<U>& field
 /// A sequence of integers.
 template <class T, class V>
 Field<T> integers(std::string key, std::vector<V> T::*member, Range range, Need need, std::string doc) {
-  Shape item{Shape::Kind::Integer, {}, range, {}, {}, {}};
-  return {{std::move(key), need, std::move(doc), {Shape::Kind::List, {}, {0, 1000}, {}, {}, {item}}},
+  ValueShape item{ValueShape::Kind::Integer, {}, range, {}, {}, {}};
+  return {{std::move(key), need, std::move(doc), {ValueShape::Kind::List, {}, {0, 1000}, {}, {}, {item}}},
           [member, item](const Node& node, T& to, Mistakes& mistakes) {
             if (!expect_list(node, {0, 1000}, mistakes)) return;
             for (const Node& each : node.items)
@@ -273,8 +273,8 @@ Field<T> integers(std::string key, std::vector<V> T::*member, Range range, Need 
 
 template <class T>
 Field<T> texts(std::string key, std::vector<std::string> T::*member, Need need, std::string doc) {
-  Shape item{Shape::Kind::Text, {}, kAny, {}, {}, {}};
-  return {{std::move(key), need, std::move(doc), {Shape::Kind::List, {}, {0, 1000}, {}, {}, {item}}},
+  ValueShape item{ValueShape::Kind::Text, {}, kAny, {}, {}, {}};
+  return {{std::move(key), need, std::move(doc), {ValueShape::Kind::List, {}, {0, 1000}, {}, {}, {item}}},
           [member, item](const Node& node, T& to, Mistakes& mistakes) {
             if (!expect_list(node, {0, 1000}, mistakes)) return;
             for (const Node& each : node.items)
@@ -286,7 +286,7 @@ Field<T> texts(std::string key, std::vector<std::string> T::*member, Need need, 
 template <class T, class U>
 Field<T> named(std::string key, std::vector<U> T::*member, const Fields<U>& fields, Range count, Need need,
                std::string doc) {
-  Shape shape{Shape::Kind::Named, {}, count, {}, {}, {object_shape(fields)}};
+  ValueShape shape{ValueShape::Kind::Named, {}, count, {}, {}, {object_shape(fields)}};
   return {{std::move(key), need, std::move(doc), shape},
           [member, fields, count](const Node& node, T& to, Mistakes& mistakes) {
             if (!expect_map(node, "names with values", mistakes)) return;
@@ -313,9 +313,9 @@ struct Variant {
 template <class T, class U>
 Field<T> list_of_variants(std::string key, std::vector<U> T::*member, std::vector<Variant<U>> variants, Range count,
                           Need need, std::string doc) {
-  Shape one{Shape::Kind::OneOf, {}, kAny, {}, {}, {}};
+  ValueShape one{ValueShape::Kind::OneOf, {}, kAny, {}, {}, {}};
   for (const Variant<U>& v : variants) one.fields.push_back({v.key, kOptional, v.doc, object_shape(v.fields)});
-  Shape shape{Shape::Kind::List, {}, count, {}, {}, {one}};
+  ValueShape shape{ValueShape::Kind::List, {}, count, {}, {}, {one}};
   return {{std::move(key), need, std::move(doc), shape},
           [member, one, count, variants = std::move(variants)](const Node& node, T& to, Mistakes& mistakes) {
             if (!expect_list(node, count, mistakes)) return;
@@ -356,20 +356,22 @@ struct Point<Vec3> {
 };
 template <class V>
 struct Point<At<V>> : Point<V> {};
+template <class V>
+struct Point<std::optional<V>> : Point<V> {};
 
-inline Shape tuple_shape(std::size_t size, std::vector<Dimension> dimensions, Range range) {
-  Shape item{Shape::Kind::Number, std::move(dimensions), range, {}, {}, {}};
-  return {Shape::Kind::Tuple, {}, kAny, {}, {}, std::vector<Shape>(size, item)};
+inline ValueShape tuple_shape(std::size_t size, std::vector<Dimension> dimensions, Range range) {
+  ValueShape item{ValueShape::Kind::Number, std::move(dimensions), range, {}, {}, {}};
+  return {ValueShape::Kind::Tuple, {}, kAny, {}, {}, std::vector<ValueShape>(size, item)};
 }
 }  // namespace detail
 
 /// The numbers of a tuple; false when it is none.
-bool read_tuple(const Node& node, const Shape& shape, std::vector<Quantity>& to, Mistakes& mistakes);
+bool read_tuple(const Node& node, const ValueShape& shape, std::vector<Quantity>& to, Mistakes& mistakes);
 
 /// [10 mm, 20 mm] or [10 mm, 20 mm, 5 mm], by the member's type.
 template <class T, class V>
 Field<T> point(std::string key, V T::*member, Range range, Need need, std::string doc) {
-  Shape shape = detail::tuple_shape(detail::Point<V>::kSize, {Dimension::Length}, range);
+  ValueShape shape = detail::tuple_shape(detail::Point<V>::kSize, {Dimension::Length}, range);
   return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
             std::vector<Quantity> v;
             if (!read_tuple(node, shape, v, mistakes)) return;
@@ -383,8 +385,8 @@ Field<T> point(std::string key, V T::*member, Range range, Need need, std::strin
 template <class T>
 Field<T> points(std::string key, std::vector<At<Vec2>> T::*member, Range count, Range range, Need need,
                 std::string doc) {
-  Shape item = detail::tuple_shape(2, {Dimension::Length}, range);
-  return {{std::move(key), need, std::move(doc), {Shape::Kind::List, {}, count, {}, {}, {item}}},
+  ValueShape item = detail::tuple_shape(2, {Dimension::Length}, range);
+  return {{std::move(key), need, std::move(doc), {ValueShape::Kind::List, {}, count, {}, {}, {item}}},
           [member, item, count](const Node& node, T& to, Mistakes& mistakes) {
             if (!expect_list(node, count, mistakes)) return;
             for (const Node& each : node.items) {
@@ -398,7 +400,7 @@ Field<T> points(std::string key, std::vector<At<Vec2>> T::*member, Range count, 
 template <class T>
 Field<T> quantities(std::string key, At<std::vector<Quantity>> T::*member, std::size_t size,
                     std::vector<Dimension> dimensions, Need need, std::string doc) {
-  Shape shape = detail::tuple_shape(size, std::move(dimensions), kAny);
+  ValueShape shape = detail::tuple_shape(size, std::move(dimensions), kAny);
   return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
             std::vector<Quantity> v;
             if (read_tuple(node, shape, v, mistakes)) detail::put(to.*member, std::move(v), node);
@@ -414,8 +416,8 @@ struct NamedQuantity {
 template <class T>
 Field<T> named_quantities(std::string key, std::vector<NamedQuantity> T::*member, std::vector<Dimension> dimensions,
                           Need need, std::string doc) {
-  Shape item{Shape::Kind::Number, std::move(dimensions), kAny, {}, {}, {}};
-  return {{std::move(key), need, std::move(doc), {Shape::Kind::Named, {}, kAny, {}, {}, {item}}},
+  ValueShape item{ValueShape::Kind::Number, std::move(dimensions), kAny, {}, {}, {}};
+  return {{std::move(key), need, std::move(doc), {ValueShape::Kind::Named, {}, kAny, {}, {}, {item}}},
           [member, item](const Node& node, T& to, Mistakes& mistakes) {
             if (!expect_map(node, "names with values", mistakes)) return;
             for (std::size_t i = 0; i < node.keys.size(); ++i)
@@ -429,7 +431,7 @@ Field<T> named_quantities(std::string key, std::vector<NamedQuantity> T::*member
 template <class T>
 Field<T> format_version(std::int64_t version) {
   const auto v = static_cast<double>(version);
-  Shape shape{Shape::Kind::Integer, {}, {v, v}, {}, {}, {}};
+  ValueShape shape{ValueShape::Kind::Integer, {}, {v, v}, {}, {}, {}};
   return {{"version", kRequired, "version of this format", shape},
           [shape](const Node& node, T&, Mistakes& mistakes) { read_integer(node, shape, mistakes); }};
 }

@@ -1,0 +1,208 @@
+#include <algorithm>
+#include <fmt/format.h>
+#include <map>
+#include <set>
+
+#include "config/machine_file.hpp"
+
+namespace gantry::config {
+namespace {
+
+using written::MachineFile;
+
+void check_stations(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+  std::map<std::pair<BusKind, int>, std::string> places;
+  int on_ring = 0;
+  for (const Station& s : m.stations) on_ring += s.bus == BusKind::EtherCat;
+  for (std::size_t i = 0; i < m.stations.size(); ++i) {
+    const Station& s = m.stations[i];
+    const Place place = file.stations[i].position.place;
+    const auto [other, is_new] = places.try_emplace({s.bus, s.position}, s.name);
+    if (!is_new)
+      mistakes.add(Fault::Inconsistent, fmt::format("'{}' stands at {} already", other->second, s.position), place);
+    else if (s.bus == BusKind::EtherCat && s.position >= on_ring)
+      mistakes.add(Fault::OutOfRange, fmt::format("the ring has {} stations; positions count from 0", on_ring), place);
+    else if (s.bus == BusKind::CanOpen && s.position == 0)
+      mistakes.add(Fault::OutOfRange, "CANopen node ids are 1 .. 127", place);
+    if (s.bus != BusKind::EtherCat) continue;
+    const auto cycle_us = static_cast<std::uint32_t>(m.bus.cycle.count() / 1000);
+    if (s.profile.drive && !s.profile.drive->cycle_times_us.empty() &&
+        std::find(s.profile.drive->cycle_times_us.begin(), s.profile.drive->cycle_times_us.end(), cycle_us) ==
+            s.profile.drive->cycle_times_us.end())
+      mistakes.add(Fault::Inconsistent,
+                   fmt::format("station '{}' ({}) supports cycles of {} us", s.name, s.profile.title,
+                               fmt::join(s.profile.drive->cycle_times_us, ", ")),
+                   file.bus.cycle_s.place);
+    const double tolerated_ms = static_cast<double>(m.bus.cycle.count()) * 1e-6 * m.bus.stop_after_missed_hardware;
+    if (s.profile.watchdog_ms <= tolerated_ms)
+      mistakes.add(Fault::Inconsistent,
+                   fmt::format("a stall of {} ms is tolerated, but the watchdog of '{}' bites after {} ms",
+                               tolerated_ms, s.name, s.profile.watchdog_ms),
+                   file.bus.stop_after_missed.place);
+  }
+}
+
+void check_axis(const Machine& m, const Axis& axis, const written::AxisRow& row, Mistakes& mistakes) {
+  const auto mode = static_cast<std::int8_t>(axis.kind == AxisKind::Streamed ? 8 : 1);
+  for (std::size_t d = 0; d < axis.drives.size(); ++d) {
+    const Station& station = m.stations[axis.drives[d].station.value];
+    const DriveFacts& drive = *station.profile.drive;
+    if (std::find(drive.modes.begin(), drive.modes.end(), mode) == drive.modes.end())
+      mistakes.add(Fault::Inconsistent,
+                   fmt::format("{} cannot be {}: it lacks mode {}", station.profile.title,
+                               mode == 8 ? "streamed (write kind: positioned)" : "positioned", mode),
+                   row.drives[d].place);
+    if (axis.homing && std::find(drive.homing_methods.begin(), drive.homing_methods.end(), axis.homing->method) ==
+                           drive.homing_methods.end())
+      mistakes.add(Fault::Inconsistent,
+                   fmt::format("{} homes by methods {}", station.profile.title, fmt::join(drive.homing_methods, ", ")),
+                   row.homing->method.place);
+    if (row.following && !drive.closed_loop)
+      mistakes.add(
+          Fault::Inconsistent,
+          fmt::format("{} runs open loop: its position is the command, so there is no following error to watch",
+                      station.profile.title),
+          row.following->base.place);
+  }
+  if (axis.drives.size() == 2 && axis.skew_max <= 0)
+    mistakes.add(Fault::MissingKey, "'skew_max' is missing here (a gantry axis must watch its two sides)", row.place);
+  if (axis.drives.size() == 1 && row.skew_max.given())
+    mistakes.add(Fault::Inconsistent, "one drive has no skew; leave it out", row.skew_max.place);
+  if (axis.kind == AxisKind::Streamed && axis.response_delay_s > 0.05)
+    mistakes.add(Fault::OutOfRange, "more than 50 ms cannot be compensated", row.place);
+}
+
+void check_axes(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+  std::map<std::pair<StationId, int>, std::string> taken;
+  for (std::size_t i = 0; i < m.axes.size(); ++i) {
+    check_axis(m, m.axes[i], file.axes[i], mistakes);
+    for (std::size_t d = 0; d < m.axes[i].drives.size(); ++d) {
+      const DriveRef& ref = m.axes[i].drives[d];
+      const auto [other, is_new] = taken.try_emplace({ref.station, ref.slot}, m.axes[i].name);
+      if (!is_new)
+        mistakes.add(Fault::Inconsistent, fmt::format("axis '{}' has this drive already", other->second),
+                     file.axes[i].drives[d].place);
+    }
+  }
+  for (const auto& [role, name] : {std::pair{m.x, &file.roles.x}, {m.y, &file.roles.y}, {m.z, &file.roles.z}})
+    if (m.axes[role.value].kind != AxisKind::Streamed)
+      mistakes.add(Fault::Inconsistent, "an axis that carries the head must be streamed", name->place);
+  if (m.x == m.y || m.y == m.z || m.x == m.z)
+    mistakes.add(Fault::Inconsistent, "X, Y and Z must be three axes", file.roles.z.place);
+  for (std::size_t i = 0; i < file.park.size(); ++i) {
+    const Axis& axis = m.axes[m.park[i].first.value];
+    if (m.park[i].second < axis.p_min || m.park[i].second > axis.p_max)
+      mistakes.add(Fault::OutOfRange, fmt::format("outside the travel of axis {}", axis.name),
+                   file.park[i].quantity.place);
+  }
+  const Axis& z = m.axes[m.z.value];
+  if (m.safe_z_mm < z.p_min || m.safe_z_mm > z.p_max)
+    mistakes.add(Fault::OutOfRange, fmt::format("outside the travel of axis {}", z.name), file.safe_z_mm.place);
+}
+
+void check_channels(const Machine& m, const std::vector<written::ChannelRow>& rows, bool outputs, Mistakes& mistakes) {
+  std::map<std::pair<std::string, int>, std::string> taken;
+  for (const auto& row : rows) {
+    const auto station = std::find_if(m.stations.begin(), m.stations.end(),
+                                      [&](const Station& s) { return s.name == row.station.value; });
+    if (station->profile.slots > 0) {
+      mistakes.add(Fault::Inconsistent, fmt::format("'{}' is a drive; name a station that is none", station->name),
+                   row.station.place);
+      continue;
+    }
+    int width = 0;
+    for (const PdoRow& pdo : outputs ? station->profile.rx_pdos : station->profile.tx_pdos)
+      for (const PdoEntry& entry : pdo.entries) width += entry.bit_length;
+    if (row.bit.value >= width)
+      mistakes.add(Fault::OutOfRange, fmt::format("'{}' has {} bits, 0 first", station->name, width), row.bit.place);
+    const auto [other, is_new] = taken.try_emplace({row.station.value, row.bit.value}, row.name);
+    if (!is_new)
+      mistakes.add(Fault::Inconsistent, fmt::format("'{}' has this bit already", other->second), row.bit.place);
+  }
+}
+
+void check_head(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+  for (const std::string_view needed : {"needle", "camera", "probe"})
+    if (!find_tool(m, needed))
+      mistakes.add(Fault::MissingKey, fmt::format("tool '{}' is missing under head: tools:", needed), {1, 1});
+  for (const auto& row : file.head.tools) {
+    if (!row.lift_mm.given()) continue;
+    if (!m.u) {
+      mistakes.add(Fault::Inconsistent, "no axis has the role `lift`", row.lift_mm.place);
+    } else if (const Axis& u = m.axes[m.u->value]; row.lift_mm.value < u.p_min || row.lift_mm.value > u.p_max) {
+      mistakes.add(Fault::OutOfRange, fmt::format("outside the travel of axis {}", u.name), row.lift_mm.place);
+    }
+  }
+  std::set<std::string> names;
+  for (const auto& row : file.head.bodies) names.insert(row.name);
+  for (const auto& row : file.scene)
+    if (names.count(row.name))
+      mistakes.add(Fault::DuplicateKey, fmt::format("the head has a body '{}' too; messages name bodies", row.name),
+                   row.place);
+  const StationProfile& probe = m.stations[m.axes[m.probe.axis.value].drives.front().station.value].profile;
+  if (!find_object(probe, {0x60B8, 0}))
+    mistakes.add(Fault::Inconsistent, fmt::format("{} has no probe input (60B8h)", probe.title), file.probe.axis.place);
+}
+
+void check_sim(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+  for (const auto& row : file.sim.axes) {
+    const Axis& axis = *find_axis(m, row.name);
+    const SimAxis& truth = m.sim.axes[axis.id.value];
+    if (truth.neg_limit >= axis.p_min || truth.pos_limit <= axis.p_max)
+      mistakes.add(Fault::Inconsistent, fmt::format("limit switches stand outside the travel of axis {}", axis.name),
+                   row.limits.place);
+    if (truth.start < truth.neg_limit || truth.start > truth.pos_limit)
+      mistakes.add(Fault::OutOfRange, "outside the limit switches", row.start.place);
+  }
+}
+
+}  // namespace
+
+void check_machine(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+  check_stations(m, file, mistakes);
+  check_axes(m, file, mistakes);
+  check_channels(m, file.outputs, true, mistakes);
+  check_channels(m, file.inputs, false, mistakes);
+  check_head(m, file, mistakes);
+  check_sim(m, file, mistakes);
+}
+
+std::vector<std::string> notes(const Machine& machine) {
+  std::vector<std::string> out;
+  std::set<std::string> told;
+  for (const Station& s : machine.stations) {
+    if (!told.insert(s.profile.name).second) continue;
+    if (s.profile.identity.assumed)
+      out.push_back(fmt::format(
+          "{}: identity {:08X}:{:08X} is assumed; a station that answers otherwise is asked about, not refused",
+          s.profile.title, s.profile.identity.vendor, s.profile.identity.product));
+    for (const std::string& sentence : s.profile.assumptions)
+      out.push_back(fmt::format("{}: {} (assumed)", s.profile.title, sentence));
+  }
+  for (const Axis& axis : machine.axes) {
+    const Station& s = machine.stations[axis.drives.front().station.value];
+    if (!s.profile.drive->closed_loop)
+      out.push_back(fmt::format("axis {} runs open loop: its following error is not available, lost steps are not seen",
+                                axis.name));
+  }
+  // What the loss of the bus costs: the valve's output stays as it is until the station's own watchdog bites.
+  const auto& valve = machine.outputs[static_cast<std::size_t>(Output::Valve)];
+  if (valve) {
+    const double watchdog_s = machine.stations[valve->station.value].profile.watchdog_ms * 1e-3;
+    for (const double speed : {10.0, 20.0, 30.0})
+      out.push_back(fmt::format(
+          "a bus that is lost while a bead is laid at {} mm/s: the valve stays open for {:.0f} ms, {:.1f} mm of path",
+          speed, watchdog_s * 1e3, speed * watchdog_s));
+  }
+  for (const AxisId id : {machine.x, machine.y}) {
+    const Axis& axis = machine.axes[id.value];
+    const double watchdog_s = machine.stations[axis.drives.front().station.value].profile.watchdog_ms * 1e-3;
+    out.push_back(
+        fmt::format("a bus that is lost at full speed of axis {}: {:.0f} mm until the drive's watchdog bites, then "
+                    "{:.0f} mm if it brakes with a_max (how it stops is assumed)",
+                    axis.name, axis.v_max * watchdog_s, axis.v_max * axis.v_max / (2 * axis.a_max)));
+  }
+  return out;
+}
+
+}  // namespace gantry::config

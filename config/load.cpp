@@ -1,0 +1,384 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fmt/format.h>
+#include <map>
+#include <tuple>
+
+#include "config/machine_file.hpp"
+
+namespace gantry::config {
+namespace {
+
+using D = Dimension;
+
+/// Looks names up and turns quantities into mm or rad; every failure is a mistake at its place.
+class Resolver {
+ public:
+  Resolver(std::string path, Mistakes& mistakes, std::vector<Error>& of_profiles)
+      : folder_(std::filesystem::path(path).parent_path()), mistakes_(mistakes), of_profiles_(of_profiles) {}
+
+  Machine resolve(const written::MachineFile& file);
+
+ private:
+  /// Index of `name` among rows that have a name; reports the nearest when there is none.
+  template <class Rows>
+  std::optional<std::size_t> index(const Rows& rows, const At<std::string>& name, std::string_view what) {
+    std::vector<std::string_view> known;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (rows[i].name == name.value) return i;
+      known.push_back(rows[i].name);
+    }
+    unknown(name.value, name.place, what, known);
+    return std::nullopt;
+  }
+  void unknown(const std::string& name, Place place, std::string_view what,
+               const std::vector<std::string_view>& known) {
+    const std::string_view near = nearest(name, known);
+    mistakes_.add(Fault::UnknownReference,
+                  near.empty() ? fmt::format("there is no {} '{}'; known: {}", what, name, fmt::join(known, ", "))
+                               : fmt::format("there is no {} '{}'; did you mean '{}'?", what, name, near),
+                  place);
+  }
+
+  /// The value of a quantity that must have one dimension.
+  double value(const Quantity& quantity, Place place, D wanted) {
+    if (quantity.dimension == wanted) return quantity.value;
+    mistakes_.add(
+        Fault::BadUnit,
+        fmt::format("the axis counts in {}; write for example '{}'", units::name(wanted), units::example(wanted)),
+        place);
+    return 0;
+  }
+  double value(const At<Quantity>& quantity, D wanted) {
+    return quantity.given() ? value(quantity.value, quantity.place, wanted) : 0;
+  }
+  double positive(const At<Quantity>& quantity, D wanted) {
+    const double v = value(quantity, wanted);
+    if (quantity.given() && quantity.value.dimension == wanted && !(v > 0))
+      mistakes_.add(Fault::OutOfRange, "must be more than 0", quantity.place);
+    return v;
+  }
+  std::pair<double, double> interval(const At<std::vector<Quantity>>& pair, D wanted, std::string_view what) {
+    if (pair.value.size() != 2) return {0, 0};
+    const double low = value(pair.value[0], pair.place, wanted), high = value(pair.value[1], pair.place, wanted);
+    if (!(low < high))
+      mistakes_.add(Fault::Inconsistent, fmt::format("{}: the first must be less than the second", what), pair.place);
+    return {low, high};
+  }
+
+  std::optional<StationProfile> profile(const At<std::string>& name);
+  void stations(const written::MachineFile& file, Machine& m);
+  void axes(const written::MachineFile& file, Machine& m);
+  void homing(const written::HomingRow& row, Axis& axis, Machine& m);
+  void roles(const written::MachineFile& file, Machine& m);
+  template <std::size_t N, class Which>
+  void channels(const std::vector<written::ChannelRow>& rows, const Machine& m,
+                std::array<std::optional<Channel>, N>& to, Which first);
+  std::vector<Body> bodies(const std::vector<written::BodyRow>& rows);
+  void sim(const written::MachineFile& file, Machine& m);
+
+  std::filesystem::path folder_;
+  Mistakes& mistakes_;
+  std::vector<Error>& of_profiles_;
+  std::map<std::string, std::optional<StationProfile>> profiles_;
+};
+
+std::optional<StationProfile> Resolver::profile(const At<std::string>& name) {
+  if (const auto known = profiles_.find(name.value); known != profiles_.end()) return known->second;
+  std::optional<StationProfile>& slot = profiles_[name.value];
+  std::vector<std::string> all;
+  for (const char* kind : {"drives", "devices"}) {
+    const auto folder = (folder_ / ".." / kind).lexically_normal();
+    const auto path = folder / (name.value + ".yaml");
+    std::error_code ignored;
+    if (std::filesystem::exists(path, ignored)) {
+      auto read = load_profile(path.string());
+      if (read)
+        slot = std::move(*read);
+      else
+        of_profiles_.insert(of_profiles_.end(), read.error().begin(), read.error().end());
+      return slot;
+    }
+    for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
+      if (entry.path().extension() == ".yaml") all.push_back(entry.path().stem().string());
+  }
+  std::sort(all.begin(), all.end());
+  unknown(name.value, name.place, "profile", {all.begin(), all.end()});
+  return slot;
+}
+
+void Resolver::stations(const written::MachineFile& file, Machine& m) {
+  for (const auto& row : file.stations) {
+    Station station;
+    station.id = {static_cast<std::uint16_t>(m.stations.size())};
+    station.name = row.name;
+    station.position = row.position.value;
+    station.alias = static_cast<std::uint16_t>(row.alias);
+    if (row.profile.given())
+      if (const auto p = profile(row.profile)) station.profile = *p, station.bus = p->bus;
+    m.stations.push_back(std::move(station));
+  }
+}
+
+void Resolver::homing(const written::HomingRow& row, Axis& axis, Machine& m) {
+  Homing h;
+  h.order = row.order;
+  h.method = static_cast<std::int8_t>(row.method.value);
+  h.fast = positive(row.fast, axis.rotary ? D::AngularSpeed : D::Speed);
+  h.slow = positive(row.slow, axis.rotary ? D::AngularSpeed : D::Speed);
+  h.acceleration = positive(row.acceleration, axis.rotary ? D::AngularAcceleration : D::Acceleration);
+  h.position = value(row.position, axis.rotary ? D::Angle : D::Length);
+  h.timeout_s = row.timeout_s;
+  axis.homing = h;
+  if (!mistakes_.none()) return;  // counts would be made of values that are not there
+
+  // What the drive must know for it goes with its other start-up settings, in its own units.
+  for (const DriveRef& ref : axis.drives) {
+    StationProfile& p = m.stations[ref.station.value].profile;
+    const double speed = axis.counts_per_unit / p.drive->velocity_counts_s;
+    const double acceleration = axis.counts_per_unit / p.drive->acceleration_counts_s2;
+    const struct {
+      ObjectAddress address;
+      double value;
+      Place place;
+    } settings[] = {{{0x6098, 0}, static_cast<double>(h.method), row.method.place},
+                    {{0x6099, 1}, h.fast * speed, row.fast.place},
+                    {{0x6099, 2}, h.slow * speed, row.slow.place},
+                    {{0x609A, 0}, h.acceleration * acceleration, row.acceleration.place}};
+    for (const auto& [address, wanted, place] : settings) {
+      const ObjectRow* object = find_object(p, address);
+      const auto counts = static_cast<std::int64_t>(std::llround(wanted));
+      if (!object) continue;
+      if (counts < object->min.value_or(0) || counts > object->max.value_or(0x7FFFFFFF) || (counts == 0 && wanted != 0))
+        mistakes_.add(Fault::OutOfRange,
+                      fmt::format("is {} {} for the drive ({:04X}h); it takes {} .. {}", counts, object->unit,
+                                  address.index, object->min.value_or(0), object->max.value_or(0x7FFFFFFF)),
+                      place);
+      p.startup.push_back({in_slot(p, address, ref.slot), object->type, counts, false,
+                           fmt::format("homing of axis {}: {}", axis.name, object->name)});
+    }
+  }
+}
+
+void Resolver::axes(const written::MachineFile& file, Machine& m) {
+  for (const auto& row : file.axes) {
+    Axis axis;
+    axis.id = {static_cast<std::uint8_t>(m.axes.size())};
+    axis.name = row.name;
+    axis.kind = row.kind;
+    axis.rotary = row.per_rev.value.dimension == D::Angle;
+    const D length = axis.rotary ? D::Angle : D::Length;
+    bool drives_known = !row.drives.empty();
+    double counts_per_rev = 0;
+    for (const auto& d : row.drives) {
+      const auto station = d.station.given() ? index(m.stations, d.station, "station") : std::nullopt;
+      const bool has_drive = station && m.stations[*station].profile.drive.has_value();
+      drives_known = drives_known && has_drive;
+      if (!station) continue;
+      const StationProfile& p = m.stations[*station].profile;
+      if (!has_drive) {
+        if (!p.name.empty())
+          mistakes_.add(Fault::Inconsistent, fmt::format("station '{}' ({}) has no drive", d.station.value, p.title),
+                        d.station.place);
+        continue;
+      }
+      if (d.slot.value >= p.slots) {
+        mistakes_.add(Fault::OutOfRange, fmt::format("{} has {} axes; slots count from 0", p.title, p.slots),
+                      d.slot.place);
+        drives_known = false;
+      }
+      if (counts_per_rev != 0 && counts_per_rev != p.drive->counts_per_rev)
+        mistakes_.add(Fault::Inconsistent, "both drives of an axis must have the same counts per revolution", d.place);
+      counts_per_rev = p.drive->counts_per_rev;
+      axis.drives.push_back({{static_cast<std::uint16_t>(*station)}, d.slot.value, d.invert});
+    }
+    axis.unit_per_rev = positive(row.per_rev, length);
+    if (axis.unit_per_rev > 0) axis.counts_per_unit = counts_per_rev / axis.unit_per_rev;
+    std::tie(axis.p_min, axis.p_max) = interval(row.travel, length, "travel");
+    axis.v_max = positive(row.v_max, axis.rotary ? D::AngularSpeed : D::Speed);
+    axis.a_max = positive(row.a_max, axis.rotary ? D::AngularAcceleration : D::Acceleration);
+    axis.j_max = positive(row.j_max, axis.rotary ? D::AngularJerk : D::Jerk);
+    if (row.following) {
+      axis.following_base = positive(row.following->base, length);
+      axis.following_per_speed_s = row.following->per_speed_s;
+    }
+    axis.skew_max = value(row.skew_max, length);
+    axis.response_delay_s = row.response_delay_s;
+    if (row.homing && drives_known) homing(*row.homing, axis, m);
+    m.axes.push_back(std::move(axis));
+  }
+}
+
+void Resolver::roles(const written::MachineFile& file, Machine& m) {
+  const auto role = [&](const At<std::string>& name, bool rotary) -> std::optional<AxisId> {
+    if (!name.given()) return std::nullopt;
+    const auto i = index(m.axes, name, "axis");
+    if (!i) return std::nullopt;
+    if (m.axes[*i].rotary != rotary)
+      mistakes_.add(Fault::Inconsistent, rotary ? "the turning axis counts in deg" : "this axis must count in mm",
+                    name.place);
+    return m.axes[*i].id;
+  };
+  m.x = role(file.roles.x, false).value_or(AxisId{});
+  m.y = role(file.roles.y, false).value_or(AxisId{});
+  m.z = role(file.roles.z, false).value_or(AxisId{});
+  m.c = role(file.roles.turn, true);
+  m.u = role(file.roles.lift, false);
+  m.probe.axis = role(file.probe.axis, false).value_or(AxisId{});
+}
+
+template <std::size_t N, class Which>
+void Resolver::channels(const std::vector<written::ChannelRow>& rows, const Machine& m,
+                        std::array<std::optional<Channel>, N>& to, Which) {
+  std::vector<std::string_view> known;
+  for (std::size_t i = 0; i < N; ++i) known.push_back(name(static_cast<Which>(i)));
+  for (const auto& row : rows) {
+    const auto which = std::find(known.begin(), known.end(), row.name);
+    if (which == known.end()) {
+      unknown(row.name, row.place, "channel", known);
+      continue;
+    }
+    const auto station = row.station.given() ? index(m.stations, row.station, "station") : std::nullopt;
+    if (station)
+      to[static_cast<std::size_t>(which - known.begin())] =
+          Channel{{static_cast<std::uint16_t>(*station)}, static_cast<std::uint8_t>(row.bit.value), row.invert};
+  }
+}
+
+std::vector<Body> Resolver::bodies(const std::vector<written::BodyRow>& rows) {
+  std::vector<Body> out;
+  for (const auto& row : rows) {
+    Body body;
+    body.name = row.name;
+    if (int(row.box.has_value()) + int(row.cylinder.has_value()) + int(row.capsule.has_value()) != 1)
+      mistakes_.add(Fault::BadValue, fmt::format("'{}' needs exactly one of: box, cylinder, capsule", row.name),
+                    row.place);
+    using Kind = Shape::Kind;
+    if (row.box) body.shape = {Kind::Box, *row.box};
+    if (row.cylinder)
+      body.shape = {Kind::Cylinder, {row.cylinder->diameter, row.cylinder->diameter, row.cylinder->height}};
+    if (row.capsule) {
+      body.shape = {Kind::Capsule, {row.capsule->diameter, row.capsule->diameter, row.capsule->height}};
+      if (row.capsule->height < row.capsule->diameter)
+        mistakes_.add(Fault::Inconsistent, fmt::format("capsule '{}' is less high than thick", row.name), row.place);
+    }
+    body.centre = row.centre;
+    body.rotation_rad = row.rotation_rad;
+    body.on_lift = row.on_lift;
+    out.push_back(std::move(body));
+  }
+  return out;
+}
+
+void Resolver::sim(const written::MachineFile& file, Machine& m) {
+  SimConfig& sim = m.sim;
+  sim.axes.resize(m.axes.size());
+  std::vector<bool> seen(m.axes.size());
+  for (const auto& row : file.sim.axes) {
+    const auto i = index(m.axes, {row.name, row.place}, "axis");
+    if (!i) continue;
+    const D length = m.axes[*i].rotary ? D::Angle : D::Length;
+    SimAxis& axis = sim.axes[*i];
+    axis.lag_s = row.lag_s;
+    axis.delay_s = row.delay_s;
+    std::tie(axis.neg_limit, axis.pos_limit) = interval(row.limits, length, "limits");
+    axis.home_switch = row.home_switch.given() ? value(row.home_switch, length) : axis.neg_limit;
+    axis.home_active_below = row.home_active_below;
+    axis.start = value(row.start, length);
+    seen[*i] = true;
+  }
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    if (!seen[i])
+      mistakes_.add(Fault::MissingKey, fmt::format("axis '{}' has no row under sim: axes:", m.axes[i].name),
+                    file.axes[i].place);
+  sim.valve_open_lag_s = file.sim.valve.open_lag_s;
+  sim.valve_close_lag_s = file.sim.valve.close_lag_s;
+  sim.height_spread_mm = file.sim.board.height_spread_mm;
+  sim.tilt_spread_rad = file.sim.board.tilt_spread_rad;
+  sim.place_spread_mm = file.sim.board.place_spread_mm;
+  sim.place_spread_rad = file.sim.board.place_spread_rad;
+  sim.camera_noise = file.sim.camera_noise;
+  sim.needle_error = file.sim.tip_errors.needle;
+  sim.camera_error = file.sim.tip_errors.camera;
+  sim.probe_error = file.sim.tip_errors.probe;
+}
+
+Machine Resolver::resolve(const written::MachineFile& file) {
+  Machine m;
+  m.name = file.name;
+  m.file = mistakes_.file();
+  m.bus.cycle = Time{std::llround(file.bus.cycle_s.value * 1e9)};
+  m.bus.stop_after_missed_hardware = file.bus.stop_after_missed.value.hardware;
+  m.bus.stop_after_missed_sim = file.bus.stop_after_missed.value.sim;
+  m.bus.frames_lost_max = file.bus.frames_lost_max;
+  stations(file, m);
+  axes(file, m);
+  roles(file, m);
+  channels(file.outputs, m, m.outputs, Output{});
+  channels(file.inputs, m, m.inputs, Input{});
+  for (const auto& row : file.head.tools) m.tools.push_back({row.name, row.tip, row.lift_mm.value});
+  m.head = bodies(file.head.bodies);
+  m.scene = bodies(file.scene);
+  for (const auto& row : file.frames) m.frames.push_back({row.name, row.origin});
+  m.camera = file.camera;
+  m.probe.speed_mm_s = file.probe.speed_mm_s;
+  m.probe.approach_mm = file.probe.approach_mm;
+  m.probe.travel_mm = file.probe.travel_mm;
+  m.probe.retract_mm = file.probe.retract_mm;
+  m.clearance_mm = file.clearance_mm;
+  m.safe_z_mm = file.safe_z_mm.value;
+  for (const auto& row : file.park)
+    if (const auto i = index(m.axes, {row.name, row.place}, "axis"))
+      m.park.emplace_back(m.axes[*i].id, value(row.quantity, m.axes[*i].rotary ? D::Angle : D::Length));
+  sim(file, m);
+  return m;
+}
+
+}  // namespace
+
+Checked<Machine> load_machine(const std::string& path) {
+  const auto text = read_text_file(path);
+  if (!text) return tl::unexpected(std::vector{text.error()});
+  Mistakes mistakes(path);
+  const auto file = read_fields(*text, written::machine_fields(), mistakes);
+  if (!file) return tl::unexpected(mistakes.errors());
+  std::vector<Error> of_profiles;
+  Machine machine = Resolver(path, mistakes, of_profiles).resolve(*file);
+  if (mistakes.none() && of_profiles.empty()) check_machine(machine, *file, mistakes);
+  std::vector<Error> all = mistakes.errors();
+  all.insert(all.end(), of_profiles.begin(), of_profiles.end());
+  if (!all.empty()) return tl::unexpected(std::move(all));
+  return machine;
+}
+
+const Tool* find_tool(const Machine& machine, std::string_view name) {
+  for (const Tool& tool : machine.tools)
+    if (tool.name == name) return &tool;
+  return nullptr;
+}
+const Axis* find_axis(const Machine& machine, std::string_view name) {
+  for (const Axis& axis : machine.axes)
+    if (axis.name == name) return &axis;
+  return nullptr;
+}
+const WorkFrame* find_frame(const Machine& machine, std::string_view name) {
+  for (const WorkFrame& frame : machine.frames)
+    if (frame.name == name) return &frame;
+  return nullptr;
+}
+
+std::string_view name(Output output) {
+  constexpr std::array<std::string_view, kOutputs> kNames{"valve",        "camera_light", "camera_trigger", "stack_red",
+                                                          "stack_yellow", "stack_green",  "clamp",          "healthy"};
+  const auto i = static_cast<std::size_t>(output);
+  return i < kOutputs ? kNames[i] : "";
+}
+std::string_view name(Input input) {
+  constexpr std::array<std::string_view, kInputs> kNames{"start",       "stop",   "reset",
+                                                         "door_closed", "air_ok", "clamp_closed"};
+  const auto i = static_cast<std::size_t>(input);
+  return i < kInputs ? kNames[i] : "";
+}
+
+}  // namespace gantry::config

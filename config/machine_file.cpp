@@ -1,0 +1,207 @@
+#include "config/machine_file.hpp"
+
+#include "config/formats.hpp"
+
+namespace gantry::config {
+namespace written {
+namespace {
+
+using D = Dimension;
+constexpr Range kPositive{1e-9, 1e9};
+constexpr Range kNotNegative{0, 1e9};
+constexpr Range kLength{-1e5, 1e5};
+
+const std::vector<D> kPosition{D::Length, D::Angle};
+const std::vector<D> kSpeed{D::Speed, D::AngularSpeed};
+const std::vector<D> kAcceleration{D::Acceleration, D::AngularAcceleration};
+const std::vector<D> kJerk{D::Jerk, D::AngularJerk};
+
+const Fields<StationRow> kStation{
+    name_of("profile", &StationRow::profile, kRequired, "a file of ../drives or ../devices, without .yaml"),
+    integer("position", &StationRow::position, {0, 127}, kRequired, "place in the ring, 0 first; node id on CANopen"),
+    integer("alias", &StationRow::alias, {0, 65535}, kOptional, "station alias; 0: not checked"),
+};
+
+const Fields<DriveRow> kDrive{
+    name_of("station", &DriveRow::station, kRequired, "one of `stations`"),
+    integer("slot", &DriveRow::slot, {0, 7}, kOptional, "axis of the station, 0 first"),
+    flag("invert", &DriveRow::invert, kOptional, "counts rise while the axis coordinate falls"),
+};
+
+const Fields<HomingRow> kHoming{
+    integer("order", &HomingRow::order, {0, 15}, kRequired, "axes of the lowest order go first, equal ones together"),
+    integer("method", &HomingRow::method, {1, 37}, kRequired, "value of 6098h"),
+    quantity("fast", &HomingRow::fast, kSpeed, kRequired, "speed towards the switch"),
+    quantity("slow", &HomingRow::slow, kSpeed, kRequired, "speed over the switch's edge"),
+    quantity("acceleration", &HomingRow::acceleration, kAcceleration, kRequired, "of both"),
+    quantity("position", &HomingRow::position, kPosition, kRequired, "axis coordinate at the switch's edge"),
+    number("timeout", &HomingRow::timeout_s, D::Time, {1, 3600}, kOptional, "given up after this"),
+};
+
+const Fields<FollowingRow> kFollowing{
+    quantity("base", &FollowingRow::base, kPosition, kRequired, "allowed following error at rest"),
+    number("per_speed", &FollowingRow::per_speed_s, D::Time, {0, 1}, kOptional, "added a unit of speed"),
+};
+
+const Fields<AxisRow> kAxis{
+    choice("kind", &AxisRow::kind,
+           Choices<AxisKind>{{"streamed", AxisKind::Streamed}, {"positioned", AxisKind::Positioned}}, kOptional,
+           "streamed: a target every cycle; positioned: the drive moves by itself"),
+    list("drives", &AxisRow::drives, kDrive, {1, 2}, kRequired, "one drive, or two of one coordinate (gantry axis)"),
+    quantity("per_rev", &AxisRow::per_rev, kPosition, kRequired, "travel of one motor revolution; deg: a rotary axis"),
+    quantities("travel", &AxisRow::travel, 2, kPosition, kRequired, "soft limits"),
+    quantity("v_max", &AxisRow::v_max, kSpeed, kRequired, "largest speed"),
+    quantity("a_max", &AxisRow::a_max, kAcceleration, kRequired, "largest acceleration"),
+    quantity("j_max", &AxisRow::j_max, kJerk, kRequired, "largest jerk"),
+    object("following", &AxisRow::following, kFollowing, kOptional, "following error window; closed loop only"),
+    quantity("skew_max", &AxisRow::skew_max, kPosition, kOptional, "gantry axis: allowed difference of its sides"),
+    number("response_delay", &AxisRow::response_delay_s, D::Time, {0, 0.1}, kOptional,
+           "how far the axis lags its command; compensated"),
+    object("homing", &AxisRow::homing, kHoming, kOptional, "how the axis is referenced"),
+};
+
+const Fields<RolesRow> kRoles{
+    name_of("x", &RolesRow::x, kRequired, "axis that carries the head along X"),
+    name_of("y", &RolesRow::y, kRequired, "axis that carries the head along Y"),
+    name_of("z", &RolesRow::z, kRequired, "axis that carries the head along Z, up positive"),
+    name_of("turn", &RolesRow::turn, kOptional, "axis that turns the needle"),
+    name_of("lift", &RolesRow::lift, kOptional, "axis that lowers the bodies `on_lift`"),
+};
+
+const Fields<ChannelRow> kChannel{
+    name_of("station", &ChannelRow::station, kRequired, "one of `stations`"),
+    integer("bit", &ChannelRow::bit, {0, 255}, kRequired, "bit of its process image"),
+    flag("invert", &ChannelRow::invert, kOptional, "0 means on"),
+};
+
+const Fields<RoundRow> kRound{
+    number("diameter", &RoundRow::diameter, D::Length, kPositive, kRequired, "over all"),
+    number("height", &RoundRow::height, D::Length, kPositive, kRequired, "over all"),
+};
+Fields<BodyRow> body_fields(bool head) {
+  Fields<BodyRow> fields{
+      point("box", &BodyRow::box, kPositive, kOptional, "full edges along X, Y, Z"),
+      object("cylinder", &BodyRow::cylinder, kRound, kOptional, "upright"),
+      object("capsule", &BodyRow::capsule, kRound, kOptional, "upright, with round ends"),
+      point("centre", &BodyRow::centre, kLength, kRequired, head ? "in the head's frame" : "in the machine frame"),
+      number("rotation", &BodyRow::rotation_rad, D::Angle, {-4, 4}, kOptional, "about Z"),
+  };
+  if (head) fields.push_back(flag("on_lift", &BodyRow::on_lift, kOptional, "rides on the lift axis"));
+  return fields;
+}
+const Fields<BodyRow> kHeadBody = body_fields(true), kSceneBody = body_fields(false);
+
+const Fields<ToolRow> kTool{
+    point("tip", &ToolRow::tip, kLength, kRequired, "working point in the head's frame, lift at 0"),
+    number("lift", &ToolRow::lift_mm, D::Length, {0, 1e4}, kOptional,
+           "lift axis while the tool works; for bodies on it"),
+};
+const Fields<HeadRow> kHead{
+    named("tools", &HeadRow::tools, kTool, {1, 16}, kRequired, "needle, camera, probe"),
+    named("bodies", &HeadRow::bodies, kHeadBody, {1, 64}, kRequired, "what moves and must not hit anything"),
+};
+
+const Fields<FrameRow> kFrame{
+    point("origin", &FrameRow::origin, kLength, kRequired, "in machine coordinates"),
+};
+
+const Fields<CameraConfig> kCamera{
+    integer("width_px", &CameraConfig::width_px, {64, 10000}, kRequired, "pixels along X"),
+    integer("height_px", &CameraConfig::height_px, {64, 10000}, kRequired, "pixels along Y"),
+    number("pixel", &CameraConfig::mm_per_px, D::Length, {1e-4, 1}, kRequired, "edge of a pixel at the focus plane"),
+    number("exposure", &CameraConfig::exposure_s, D::Time, {1e-6, 1}, kOptional, "time of exposure"),
+    integer("expose_after_ticks", &CameraConfig::expose_after_ticks, {1, 10000}, kRequired,
+            "bus cycles between arrival and trigger: the axes have settled"),
+    number("answer_latency", &CameraConfig::answer_latency_s, D::Time, {0.001, 10}, kRequired,
+           "an answer takes effect this long after the trigger, so that runs repeat"),
+    number("search", &CameraConfig::search_mm, D::Length, {0.1, 1000}, kRequired,
+           "half width of the window in which a mark is looked for"),
+};
+
+const Fields<ProbeRow> kProbe{
+    name_of("axis", &ProbeRow::axis, kRequired, "axis whose drive latches"),
+    number("speed", &ProbeRow::speed_mm_s, D::Speed, {0.1, 100}, kRequired, "towards the surface"),
+    number("approach", &ProbeRow::approach_mm, D::Length, {0.1, 100}, kRequired, "begins this far above the surface"),
+    number("travel", &ProbeRow::travel_mm, D::Length, {0.1, 100}, kRequired, "gives up after this way"),
+    number("retract", &ProbeRow::retract_mm, D::Length, {0.1, 100}, kRequired, "back up after the touch"),
+};
+
+const Fields<StallRow> kStall{
+    integer("hardware", &StallRow::hardware, {1, 1000}, kRequired, "cycles"),
+    integer("sim", &StallRow::sim, {1, 100000}, kRequired, "cycles"),
+};
+const Fields<BusRow> kBus{
+    number("cycle", &BusRow::cycle_s, D::Time, {0.00025, 0.01}, kRequired, "SYNC0 cycle of every station"),
+    {{"stop_after_missed", kRequired, "cycles in a row that may be missed", object_shape(kStall)},
+     [](const Node& node, BusRow& to, Mistakes& mistakes) {
+       read_object(node, kStall, to.stop_after_missed.value, node.place, mistakes);
+       to.stop_after_missed.place = node.place;
+     }},
+    integer("frames_lost_max", &BusRow::frames_lost_max, {1, 100}, kOptional, "frames in a row that may be lost"),
+};
+
+const Fields<SimAxisRow> kSimAxis{
+    number("lag", &SimAxisRow::lag_s, D::Time, {0, 0.1}, kRequired, "time constant of the position loop"),
+    number("delay", &SimAxisRow::delay_s, D::Time, {0, 0.1}, kOptional, "pure delay before it"),
+    quantity("home_switch", &SimAxisRow::home_switch, kPosition, kOptional, "coordinate of its edge"),
+    choice("home_active", &SimAxisRow::home_active_below, Choices<bool>{{"below", true}, {"above", false}}, kOptional,
+           "side of the edge on which it is closed"),
+    quantities("limits", &SimAxisRow::limits, 2, kPosition, kRequired, "coordinates of the limit switches"),
+    quantity("start", &SimAxisRow::start, kPosition, kRequired, "where the axis stands when the world is new"),
+};
+const Fields<ValveRow> kValve{
+    number("open_lag", &ValveRow::open_lag_s, D::Time, {0, 1}, kRequired, "from the output to flowing"),
+    number("close_lag", &ValveRow::close_lag_s, D::Time, {0, 1}, kRequired, "from the output to closed"),
+};
+const Fields<SimBoardRow> kSimBoard{
+    number("height_spread", &SimBoardRow::height_spread_mm, D::Length, {0, 10}, kRequired, "+- of its surface"),
+    number("tilt_spread", &SimBoardRow::tilt_spread_rad, D::Angle, {0, 0.1}, kRequired, "+- of its surface"),
+    number("place_spread", &SimBoardRow::place_spread_mm, D::Length, {0, 20}, kRequired, "+- of where it lies"),
+    number("turn_spread", &SimBoardRow::place_spread_rad, D::Angle, {0, 0.2}, kRequired, "+- of how it is turned"),
+};
+const Fields<TipErrorRow> kTipErrors{
+    point("needle", &TipErrorRow::needle, {-10, 10}, kOptional, "true minus configured tip"),
+    point("camera", &TipErrorRow::camera, {-10, 10}, kOptional, "true minus configured tip"),
+    point("probe", &TipErrorRow::probe, {-10, 10}, kOptional, "true minus configured tip"),
+};
+const Fields<SimRow> kSim{
+    named("axes", &SimRow::axes, kSimAxis, {1, kMaxAxes}, kRequired, "one an axis"),
+    object("valve", &SimRow::valve, kValve, kRequired, "how late the valve acts"),
+    object("board", &SimRow::board, kSimBoard, kRequired, "how a seed places the board"),
+    number("camera_noise", &SimRow::camera_noise, D::None, {0, 50}, kOptional, "grey levels, sigma"),
+    object("tip_errors", &SimRow::tip_errors, kTipErrors, kOptional, "what calibration does not know"),
+};
+
+}  // namespace
+
+const Fields<MachineFile>& machine_fields() {
+  static const Fields<MachineFile> kFields{
+      format_version<MachineFile>(1),
+      name_of("machine", &MachineFile::name, kRequired, "its name"),
+      object("bus", &MachineFile::bus, kBus, kRequired, "timing of the bus"),
+      named("stations", &MachineFile::stations, kStation, {1, 256}, kRequired, "bus nodes"),
+      named("axes", &MachineFile::axes, kAxis, {1, kMaxAxes}, kRequired, "in the order of their numbers"),
+      object("roles", &MachineFile::roles, kRoles, kRequired, "which axis carries what"),
+      named("outputs", &MachineFile::outputs, kChannel, {0, kOutputs}, kRequired, "what the machine switches"),
+      named("inputs", &MachineFile::inputs, kChannel, {0, kInputs}, kRequired, "what the machine reads"),
+      object("head", &MachineFile::head, kHead, kRequired, "what X, Y and Z carry; its reference point is 0, 0, 0"),
+      named("frames", &MachineFile::frames, kFrame, {1, 64}, kRequired, "where boards lie"),
+      named("scene", &MachineFile::scene, kSceneBody, {0, 1000}, kRequired, "bodies that stand"),
+      object("camera", &MachineFile::camera, kCamera, kRequired, "the camera on the head"),
+      object("probe", &MachineFile::probe, kProbe, kRequired, "the touch probe"),
+      number("clearance", &MachineFile::clearance_mm, D::Length, {0, 100}, kRequired, "kept from every body in travel"),
+      number("safe_z", &MachineFile::safe_z_mm, D::Length, kLength, kRequired, "Z for travel that finds nothing lower"),
+      named_quantities("park", &MachineFile::park, kPosition, kRequired, "where a job ends"),
+      object("sim", &MachineFile::sim, kSim, kRequired, "truth of the virtual machine"),
+  };
+  return kFields;
+}
+
+}  // namespace written
+
+const std::vector<FieldShape>& machine_format() {
+  static const std::vector<FieldShape> kFormat = object_shape(written::machine_fields()).fields;
+  return kFormat;
+}
+
+}  // namespace gantry::config

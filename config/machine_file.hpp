@@ -1,0 +1,158 @@
+// The machine file as it is written: places kept, names not yet looked up, mm or degrees not yet decided.
+// load.cpp makes a Machine of it, check.cpp judges what only shows across several rows.
+#pragma once
+#include "config/fields.hpp"
+#include "config/machine.hpp"
+
+namespace gantry::config::written {
+
+struct StationRow {
+  std::string name;
+  Place place;
+  At<std::string> profile;
+  At<int> position;
+  int alias = 0;
+};
+
+struct DriveRow {
+  At<std::string> station;
+  At<int> slot;
+  bool invert = false;
+  Place place;
+};
+
+struct HomingRow {
+  int order = 0;
+  At<int> method;
+  At<Quantity> fast, slow, acceleration, position;
+  double timeout_s = 60;
+  Place place;
+};
+
+struct FollowingRow {
+  At<Quantity> base;
+  double per_speed_s = 0;
+};
+
+struct AxisRow {
+  std::string name;
+  Place place;
+  AxisKind kind = AxisKind::Streamed;
+  std::vector<DriveRow> drives;
+  At<Quantity> per_rev, v_max, a_max, j_max, skew_max;
+  At<std::vector<Quantity>> travel;
+  std::optional<FollowingRow> following;
+  double response_delay_s = 0;
+  std::optional<HomingRow> homing;
+};
+
+struct RolesRow {
+  At<std::string> x, y, z, turn, lift;
+};
+
+struct ChannelRow {
+  std::string name;
+  Place place;
+  At<std::string> station;
+  At<int> bit;
+  bool invert = false;
+};
+
+struct RoundRow {
+  double diameter = 0, height = 0;
+};
+struct BodyRow {
+  std::string name;
+  Place place;
+  std::optional<Vec3> box;
+  std::optional<RoundRow> cylinder, capsule;
+  Vec3 centre;
+  double rotation_rad = 0;
+  bool on_lift = false;
+};
+
+struct ToolRow {
+  std::string name;
+  Place place;
+  Vec3 tip;
+  At<double> lift_mm;
+};
+struct HeadRow {
+  std::vector<ToolRow> tools;
+  std::vector<BodyRow> bodies;
+};
+
+struct FrameRow {
+  std::string name;
+  Place place;
+  Vec3 origin;
+};
+
+struct ProbeRow {
+  At<std::string> axis;
+  double speed_mm_s = 0, approach_mm = 0, travel_mm = 0, retract_mm = 0;
+};
+
+struct StallRow {
+  int hardware = 3, sim = 50;
+};
+struct BusRow {
+  At<double> cycle_s;
+  At<StallRow> stop_after_missed;
+  int frames_lost_max = 3;
+};
+
+struct SimAxisRow {
+  std::string name;
+  Place place;
+  double lag_s = 0, delay_s = 0;
+  At<Quantity> home_switch, start;
+  bool home_active_below = true;
+  At<std::vector<Quantity>> limits;
+};
+struct ValveRow {
+  double open_lag_s = 0, close_lag_s = 0;
+};
+struct SimBoardRow {
+  double height_spread_mm = 0, tilt_spread_rad = 0, place_spread_mm = 0, place_spread_rad = 0;
+};
+struct TipErrorRow {
+  Vec3 needle, camera, probe;
+};
+struct SimRow {
+  std::vector<SimAxisRow> axes;
+  ValveRow valve;
+  SimBoardRow board;
+  TipErrorRow tip_errors;
+  double camera_noise = 2.0;
+};
+
+struct MachineFile {
+  std::string name;
+  BusRow bus;
+  std::vector<StationRow> stations;
+  std::vector<AxisRow> axes;
+  RolesRow roles;
+  std::vector<ChannelRow> outputs, inputs;
+  HeadRow head;
+  std::vector<FrameRow> frames;
+  std::vector<BodyRow> scene;
+  CameraConfig camera;
+  ProbeRow probe;
+  double clearance_mm = 2;
+  At<double> safe_z_mm;
+  std::vector<NamedQuantity> park;
+  SimRow sim;
+};
+
+const Fields<MachineFile>& machine_fields();
+
+}  // namespace gantry::config::written
+
+namespace gantry::config {
+
+/// What only shows across rows: a station's slot used twice, limits that exclude each other, a park position out of
+/// reach ... `file` is where `machine` was made from, row by row.
+void check_machine(const Machine& machine, const written::MachineFile& file, Mistakes& mistakes);
+
+}  // namespace gantry::config
