@@ -57,7 +57,7 @@ void look(Pen& pen, const char* name, Vec2 at, double residual) {
   MarkResult m;
   m.name = name, m.found = true, m.nominal = at;
   m.measured = rotated(at, pen.r.offset.rotation) + pen.r.offset.shift + Vec2{residual, -residual / 2};
-  m.residual_mm = residual * 1.118;
+  m.residual_mm = std::abs(residual) * 1.118;
   m.attempts = 1;
   pen.r.marks.push_back(m);
   ++pen.block;

@@ -1,0 +1,283 @@
+#include "app/record/report_tables.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "app/record/html.hpp"
+#include "app/record/report_plots.hpp"
+#include "app/record/setpoint_hash.hpp"
+#include "app/record/summary.hpp"
+#include "core/units.hpp"
+
+namespace gantry::record {
+namespace {
+
+using html::micrometres, html::number, html::text;
+
+constexpr std::size_t kDepositsShown = 300;
+constexpr double kGapLimit_mm = 0.030;
+
+/// Cells are HTML already. A heading that starts with '>' is set to the right, with its column.
+class Table {
+ public:
+  explicit Table(std::vector<std::string> headings) : headings_(std::move(headings)) {
+    out_ = "<table><thead><tr>";
+    for (const auto& h : headings_)
+      out_ += h.starts_with('>') ? "<th class=\"r\">" + text(h.substr(1)) + "</th>" : "<th>" + text(h) + "</th>";
+    out_ += "</tr></thead><tbody>";
+  }
+  void row(const std::vector<std::string>& cells) {
+    out_ += "<tr>";
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      out_ +=
+          (i < headings_.size() && headings_[i].starts_with('>') ? "<td class=\"r\">" : "<td>") + cells[i] + "</td>";
+    out_ += "</tr>";
+  }
+  [[nodiscard]] std::string done() const { return out_ + "</tbody></table>"; }
+
+ private:
+  std::vector<std::string> headings_;
+  std::string out_;
+};
+
+std::string section(std::string_view title, const std::string& body) {
+  return fmt::format("<section><h2>{}</h2>{}</section>\n", title, body);
+}
+
+std::string point(Vec2 p) { return number(p.x, 2) + ", " + number(p.y, 2); }
+
+/// "12.345 s", or "1 min 05.2 s" from a minute on.
+std::string span_of_time(double s) {
+  if (!(s >= 60)) return number(s, 2) + " s";
+  const double minutes = std::floor(s / 60);
+  return fmt::format("{:.0f} min {:04.1f} s", minutes, s - 60 * minutes);
+}
+
+double nominal_gap(const Deposit& d) { return d.nominal_mm.empty() ? d.gap_mm : d.nominal_mm.front().z; }
+
+/// A length in µm, red when it is beyond its limit or unknown.
+std::string limited(double mm, double limit_mm) {
+  return std::abs(mm) <= limit_mm ? micrometres(mm) : "<span class=\"bad\">" + micrometres(mm) + "</span>";
+}
+
+/// 61234 -> "61 234", with a narrow space that does not break.
+std::string grouped(std::uint64_t n) {
+  auto digits = std::to_string(n);
+  for (std::size_t i = digits.size(); i > 3; i -= 3) digits.insert(i - 3, "\u202F");
+  return digits;
+}
+
+std::string tile(std::string_view value, std::string_view label, const char* css = "") {
+  return fmt::format("<div class=\"tile {}\"><b>{}</b><span>{}</span></div>", css, text(value), text(label));
+}
+
+std::string meter(double part) {
+  return fmt::format("<span class=\"meter\" style=\"width:{:.0f}px\"></span>", std::clamp(part, 0.0, 1.0) * 140);
+}
+
+}  // namespace
+
+std::string headline(const JobResult& r) {
+  const auto word = result_word(r);
+  std::string verdict = word == "done"          ? "Done"
+                        : word == "interrupted" ? "Interrupted"
+                        : word == "aborted"     ? "Aborted"
+                                                : "Failed";
+  const char* css = word == "done" ? "" : word == "failed" ? "failed" : "warn";
+  auto out = fmt::format("<header><h1>{}</h1><span class=\"verdict {}\">{}</span></header>",
+                         text(r.recipe_name.empty() ? r.job : r.recipe_name), css, verdict);
+  std::vector<std::string> facts;
+  facts.push_back(r.dry_run ? "dry run in virtual time" : "run in real time");
+  if (!r.machine_name.empty()) facts.push_back("machine " + r.machine_name);
+  if (!r.bus.empty()) facts.push_back("bus " + r.bus);
+  if (!r.started.empty()) facts.push_back(r.started);
+  facts.push_back("job " + r.job);
+  out += fmt::format("<p class=\"sub\">{}</p>", text(fmt::format("{}", fmt::join(facts, " · "))));
+  return out;
+}
+
+std::string tiles(const JobResult& r) {
+  std::string out = "<div class=\"tiles\">";
+  out += tile(fmt::format("{} / {}", r.features_done, r.features_total), "features dispensed",
+              r.features_done < r.features_total ? "warn" : "");
+  out += tile(span_of_time(r.actual_s), "motion, predicted " + span_of_time(r.predicted_s));
+  if (r.has_world) {
+    double error = 0, gap = 0;
+    for (const auto& d : r.deposits) {
+      error = std::max(error, std::abs(d.error_mm));
+      gap = std::max(gap, std::abs(d.gap_mm - nominal_gap(d)));
+    }
+    if (!r.deposits.empty()) {
+      out += tile(micrometres(error), "largest lateral error", error > kErrorLimit_mm ? "warn" : "");
+      out += tile(micrometres(gap), "largest gap deviation", gap > kGapLimit_mm ? "warn" : "");
+    }
+    out += tile(std::to_string(r.collisions.size()), "collisions", r.collisions.empty() ? "" : "bad");
+  }
+  if (r.cycles.cycles > 0)
+    out += tile(std::to_string(r.cycles.deadline_misses), "deadline misses in " + grouped(r.cycles.cycles) + " cycles",
+                r.cycles.deadline_misses > 0 ? "warn" : "");
+  return out + "</div>\n";
+}
+
+std::string error_section(const JobResult& r) {
+  if (r.errors.empty()) return {};
+  std::string body;
+  for (const auto& e : r.errors) {
+    const FaultInfo& f = info(e.fault);
+    body += fmt::format("<div class=\"error\" style=\"padding-left:14px\"><b>{}</b><br>{}", text(e.message),
+                        e.where.empty() ? "" : "<code>" + text(e.where) + "</code><br>");
+    if (!f.remedy.empty()) body += "<span class=\"sub\">What to do: " + text(f.remedy) + "</span><br>";
+    body += fmt::format("<span class=\"note\">{} {}</span></div>", std::string_view(code(e.fault)), text(f.name));
+  }
+  if (!r.interrupted.empty())
+    body += fmt::format("<p class=\"note\">Cut while dispensing: {}. Look at them before going on.</p>",
+                        text(fmt::format("{}", fmt::join(r.interrupted, ", "))));
+  return section("What stopped the job", body);
+}
+
+std::string mark_section(const JobResult& r) {
+  if (r.marks.empty()) return {};
+  std::string body = "<div class=\"marks\">";
+  for (const auto& m : r.marks) {
+    body += "<figure>";
+    body += m.png.empty() ? std::string("<div class=\"noimage\">no image</div>")
+                          : fmt::format("<img alt=\"{}\" src=\"data:image/png;base64,{}\">", text("mark " + m.name),
+                                        html::base64(m.png));
+    body += "<figcaption><b>" + text(m.name) + "</b> at " + point(m.nominal) + "<br>";
+    if (m.found) {
+      body += "found at " + point(m.measured);
+      if (r.has_offset) body += ", residual " + micrometres(m.residual_mm);
+    } else {
+      body += "<span class=\"bad\">not found</span>" + (m.reason.empty() ? std::string() : ": " + text(m.reason));
+    }
+    if (m.attempts > 1) body += fmt::format(", {} attempts", m.attempts);
+    body += "</figcaption></figure>";
+  }
+  body += "</div>";
+  if (r.has_offset)
+    body +=
+        fmt::format("<p class=\"note\">The board lies {} mm, {} mm and {}° from its nominal place (residual {} rms).",
+                    number(r.offset.shift.x, 3), number(r.offset.shift.y, 3), number(units::deg(r.offset.rotation), 3),
+                    micrometres(r.offset_rms_mm));
+  else
+    body += "<p class=\"note\">No work offset was fitted.";
+  if (!r.placement.empty()) body += " The virtual board was placed at " + text(r.placement) + ".";
+  return section("Marks", body + "</p>");
+}
+
+std::string height_section(const JobResult& r) {
+  if (r.touches.empty()) return {};
+  Table table({"touch", "at (mm)", ">height (mm)", ">residual"});
+  for (const auto& t : r.touches)
+    table.row({text(t.name), point(t.at), number(t.height_mm, 3), micrometres(t.residual_mm)});
+  return section("Touched heights",
+                 table.done() + fmt::format("<p class=\"note\">Surface: {} mm at the board's origin, slope {} and {} "
+                                            "µm/mm in x and y, over the nominal top face.</p>",
+                                            number(r.surface.z0, 3), number(r.surface.slope.x * 1000, 2),
+                                            number(r.surface.slope.y * 1000, 2)));
+}
+
+std::string deposit_section(const JobResult& r) {
+  if (!r.has_world || r.deposits.empty()) return {};
+  std::vector<const Deposit*> worst;
+  for (const auto& d : r.deposits) worst.push_back(&d);
+  const auto badness = [](const Deposit& d) { return std::isfinite(d.error_mm) ? std::abs(d.error_mm) : 1e9; };
+  std::stable_sort(worst.begin(), worst.end(),
+                   [&](const Deposit* a, const Deposit* b) { return badness(*a) > badness(*b); });
+  Table table({"deposit", "kind", "at (mm)", ">lateral error", "", ">gap (mm)", ">asked (mm)", ">off by"});
+  for (std::size_t i = 0; i < std::min(worst.size(), kDepositsShown); ++i) {
+    const auto& d = *worst[i];
+    const auto at = d.board_mm.empty() ? std::string("–") : point({d.board_mm.front().x, d.board_mm.front().y});
+    table.row({d.id.empty() ? "<span class=\"bad\">on no feature</span>" : text(d.id), text(d.kind), at,
+               limited(d.error_mm, kErrorLimit_mm),
+               fmt::format("<span class=\"meter\" style=\"width:{:.0f}px;background:{}\"></span>",
+                           std::clamp(std::isfinite(d.error_mm) ? d.error_mm / kErrorLimit_mm : 1.0, 0.0, 1.5) * 80,
+                           error_colour(d.error_mm)),
+               number(d.gap_mm, 3), number(nominal_gap(d), 3), limited(d.gap_mm - nominal_gap(d), kGapLimit_mm)});
+  }
+  std::string note = "<p class=\"note\">As the virtual world saw the needle while the valve was open; the worst first.";
+  if (worst.size() > kDepositsShown)
+    note += fmt::format(" The {} worst of {}; summary.json has all.", kDepositsShown, worst.size());
+  return section("Deposits", "<div class=\"scroll\">" + table.done() + "</div>" + note + "</p>");
+}
+
+std::string following_section(const JobResult& r) {
+  if (r.axes.empty()) return {};
+  double largest_mm = 0, largest_rad = 0;
+  bool open_loop = false;
+  for (const auto& a : r.axes) {
+    open_loop = open_loop || !a.measured;
+    if (a.measured)
+      (a.rotary ? largest_rad : largest_mm) = std::max(a.rotary ? largest_rad : largest_mm, a.max_following);
+  }
+  Table table({"axis", ">largest", ""});
+  for (const auto& a : r.axes) {
+    const double largest = a.rotary ? largest_rad : largest_mm;
+    table.row(
+        {text(a.name),
+         a.measured ? (a.rotary ? number(a.max_following * 1000, 2) + " mrad" : micrometres(a.max_following)) : "n/a",
+         a.measured && largest > 0 ? meter(a.max_following / largest) : ""});
+  }
+  return section(
+      "Following error",
+      table.done() + (open_loop ? "<p class=\"note\">n/a: an open-loop axis (or one that never was enabled in a "
+                                  "block) reports its command, not where it is.</p>"
+                                : ""));
+}
+
+std::string cycle_section(const JobResult& r) {
+  const auto& c = r.cycles;
+  if (c.cycles == 0) return {};
+  Table table({"", ">median", ">99 %", ">99.9 %", ">max"});
+  const auto row = [&](const char* name, const Quantiles& q) {
+    const auto t = [](std::int64_t ns) { return html::duration(static_cast<double>(ns)); };
+    table.row({name, t(q.p50), t(q.p99), t(q.p999), t(q.max)});
+  };
+  if (!c.virtual_time) row("late by", c.wake);
+  row("own work", c.compute);
+  row("bus", c.bus);
+  std::string body = table.done();
+  body += c.virtual_time ? histogram_view(c.compute_histogram) : histogram_view(c.wake_histogram);
+  body += fmt::format(
+      "<p class=\"note\">{} in {} cycles, how often against how long. {} cycles skipped, {} frames lost, {} wrong "
+      "working "
+      "counters.",
+      c.virtual_time ? "The loop's own work" : "How late the loop woke", grouped(c.cycles), c.skipped, c.frames_lost,
+      c.working_counter_errors);
+  if (c.virtual_time)
+    body += " In virtual time nobody waits: wake-up is no measurement here.";
+  else
+    body += fmt::format(" Real-time priority: {}; memory locked: {}.", c.real_time_priority ? "yes" : "no",
+                        c.memory_locked ? "yes" : "no");
+  return section("Cycle", body + "</p>");
+}
+
+std::string event_section(const JobResult& r) {
+  if (r.events.empty()) return {};
+  std::string lines;
+  for (const auto& e : r.events) lines += text(e) + "\n";
+  return section("Events", "<div class=\"scroll\"><pre class=\"events mono\">" + lines + "</pre></div>");
+}
+
+std::string fact_section(const JobResult& r) {
+  std::string list = "<dl>";
+  const auto fact = [&](std::string_view name, std::string_view value) {
+    if (!value.empty()) list += "<dt>" + text(name) + "</dt><dd>" + text(value) + "</dd>";
+  };
+  fact("recipe", r.recipe_file);
+  fact("blocks", fmt::format("{} of {}", r.blocks_done, r.blocks_total));
+  if (r.motions_certified > 0)
+    fact("certificate", fmt::format("{} motions proved free, smallest clearance {} mm", r.motions_certified,
+                                    number(r.minimum_clearance_mm, 2)));
+  fact("valve", fmt::format("opened {} times, {} in all", r.valve_openings, span_of_time(r.valve_open_s)));
+  fact("setpoint hash",
+       r.setpoint_stream_complete
+           ? fmt::format("{} over {} ticks", hash_text(r.setpoint_hash), r.setpoint_ticks)
+           : fmt::format("{}, but cycles are missing from the record: not comparable", hash_text(r.setpoint_hash)));
+  if (r.wall_s > 0) fact("time on the host", span_of_time(r.wall_s));
+  for (const auto& f : r.environment) fact(f.name, f.value);
+  return section("Particulars", list + "</dl>");
+}
+
+}  // namespace gantry::record

@@ -1,0 +1,72 @@
+// Writes SVG elements; colours and strokes are classes of the page's style sheet.
+//   Svg svg(900, 600);   svg.line({0, 0}, {10, 10}, "grid");   svg.done();
+#pragma once
+#include <fmt/format.h>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/record/html.hpp"
+#include "core/vec.hpp"
+
+namespace gantry::record {
+
+class Svg {
+ public:
+  Svg(double width, double height, std::string_view label) {
+    out_ = fmt::format(R"(<svg viewBox="0 0 {:.0f} {:.0f}" role="img" aria-label="{}">)", width, height,
+                       html::text(label));
+  }
+  /// `style` is raw CSS of ours ("stroke-width:3"), never text from outside.
+  void line(Vec2 a, Vec2 b, std::string_view css, std::string_view style = {}) {
+    out_ += fmt::format(R"(<line x1="{:.1f}" y1="{:.1f}" x2="{:.1f}" y2="{:.1f}" class="{}"{}/>)", a.x, a.y, b.x, b.y,
+                        css, styled(style));
+  }
+  void rect(Vec2 at, Vec2 size, std::string_view css, std::string_view style = {}) {
+    out_ += fmt::format(R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" class="{}"{}/>)", at.x, at.y,
+                        size.x, size.y, css, styled(style));
+  }
+  /// `title` is what hovering shows.
+  void circle(Vec2 at, double radius, std::string_view css, std::string_view style = {}, std::string_view title = {}) {
+    out_ += fmt::format(R"(<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}" class="{}"{}>{}</circle>)", at.x, at.y, radius,
+                        css, styled(style), titled(title));
+  }
+  void path(const std::vector<Vec2>& points, std::string_view css, bool closed = false, std::string_view style = {},
+            std::string_view title = {}) {
+    if (points.empty()) return;
+    out_ += "<path d=\"M";
+    for (const auto& p : points) out_ += fmt::format("{:.1f} {:.1f} ", p.x, p.y);
+    if (closed) out_ += 'Z';
+    out_ += fmt::format(R"(" class="{}"{}>{}</path>)", css, styled(style), titled(title));
+  }
+  void words(Vec2 at, std::string_view text, std::string_view css, std::string_view anchor = "start") {
+    out_ += fmt::format(R"(<text x="{:.1f}" y="{:.1f}" class="{}" text-anchor="{}">{}</text>)", at.x, at.y, css, anchor,
+                        html::text(text));
+  }
+  void begin_clip(Vec2 at, Vec2 size, std::string_view id) {
+    out_ += fmt::format(R"(<clipPath id="{}"><rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}"/></clipPath>)"
+                        "<g clip-path='url(#{})'>",
+                        id, at.x, at.y, size.x, size.y, id);
+  }
+  void end_clip() { out_ += "</g>"; }
+  [[nodiscard]] std::string done() const { return out_ + "</svg>\n"; }
+
+ private:
+  static std::string styled(std::string_view style) {
+    return style.empty() ? std::string() : fmt::format(R"( style="{}")", style);
+  }
+  static std::string titled(std::string_view title) {
+    return title.empty() ? std::string() : fmt::format("<title>{}</title>", html::text(title));
+  }
+  std::string out_;
+};
+
+/// A round step (1, 2 or 5 times a power of ten) that cuts `range` into about `parts`.
+inline double round_step(double range, double parts) {
+  const double raw = range / parts;
+  const double power = std::pow(10.0, std::floor(std::log10(raw)));
+  const double lead = raw / power;
+  return power * (lead < 1.5 ? 1 : lead < 3.5 ? 2 : lead < 7.5 ? 5 : 10);
+}
+
+}  // namespace gantry::record

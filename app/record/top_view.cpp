@@ -1,0 +1,192 @@
+// The board from above. Everything is drawn in the board's own frame, so that the picture looks like the recipe: paths
+// of the machine are brought back through the work offset, and through the tip of the tool that worked in the block.
+#include <algorithm>
+#include <cmath>
+
+#include "app/record/report_plots.hpp"
+#include "app/record/svg.hpp"
+
+namespace gantry::record {
+namespace {
+
+constexpr double kWidth = 1000, kMaxHeight = 720, kFrame = 34;  // px
+constexpr double kBead_mm = 0.7;                                // drawn width; the recipe knows no width
+constexpr double kResidualPx = 34.0;                            // the largest residual is drawn this long
+
+struct View {
+  double scale = 1;  // px per mm
+  Vec2 low, high;    // mm that are shown
+  [[nodiscard]] Vec2 px(Vec2 p) const { return {kFrame + (p.x - low.x) * scale, (high.y - p.y) * scale + 8}; }
+  [[nodiscard]] Vec2 size() const { return (high - low) * scale; }
+};
+
+View view_of(const Drawing& d) {
+  View v;
+  v.low = {0, 0}, v.high = d.board_size;
+  for (const auto& p : d.parts) {  // a clamp may stand beside the board
+    const double r = 0.5 * std::hypot(p.size.x, p.size.y);
+    v.low = {std::min(v.low.x, p.at.x - r), std::min(v.low.y, p.at.y - r)};
+    v.high = {std::max(v.high.x, p.at.x + r), std::max(v.high.y, p.at.y + r)};
+  }
+  const double margin = 0.05 * std::max(v.high.x - v.low.x, v.high.y - v.low.y);
+  v.low = v.low - Vec2{margin, margin}, v.high = v.high + Vec2{margin, margin};
+  v.scale = std::min((kWidth - kFrame - 8) / (v.high.x - v.low.x), kMaxHeight / (v.high.y - v.low.y));
+  return v;
+}
+
+Vec2 to_board(const JobResult& r, Vec2 nominal) {
+  return r.has_offset ? rotated(nominal - r.offset.shift, -r.offset.rotation) : nominal;
+}
+
+Vec2 machine_to_board(const JobResult& r, Vec3 p) {
+  return to_board(r, {p.x - r.drawing.board_origin.x, p.y - r.drawing.board_origin.y});
+}
+
+Vec2 tip(const JobResult& r, const PathPoint& p) {
+  const auto& tips = r.drawing.tip_of_block;
+  return machine_to_board(r, p.block < tips.size() ? p.head + tips[p.block] : p.head);
+}
+
+/// Calls `draw(points, valve)` for each run of one block with one state of the valve; neighbours share their point.
+template <class Draw>
+void runs(const JobResult& r, const std::vector<PathPoint>& path, const View& v, Draw&& draw) {
+  std::vector<Vec2> points;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    points.push_back(v.px(tip(r, path[i])));
+    const bool last = i + 1 == path.size();
+    if (!last && path[i + 1].block == path[i].block && path[i + 1].valve == path[i].valve) continue;
+    if (!last && path[i + 1].block == path[i].block) points.push_back(v.px(tip(r, path[i + 1])));
+    draw(points, path[i].valve);
+    points.clear();
+  }
+}
+
+void draw_ground(Svg& svg, const View& v, const Drawing& d) {
+  const double step = round_step(v.high.x - v.low.x, 12);
+  for (double x = std::ceil(v.low.x / step) * step; x <= v.high.x; x += step) {
+    svg.line(v.px({x, v.low.y}), v.px({x, v.high.y}), "grid");
+    svg.words(v.px({x, v.low.y}) + Vec2{0, 16}, html::number(x, 0), "tick", "middle");
+  }
+  for (double y = std::ceil(v.low.y / step) * step; y <= v.high.y; y += step) {
+    svg.line(v.px({v.low.x, y}), v.px({v.high.x, y}), "grid");
+    svg.words(v.px({v.low.x, y}) + Vec2{-6, 4}, html::number(y, 0), "tick", "end");
+  }
+  svg.rect(v.px({0, d.board_size.y}), d.board_size * v.scale, "board");
+}
+
+void draw_parts(Svg& svg, const View& v, const JobResult& r) {
+  for (const auto& part : r.drawing.parts) {
+    std::vector<Vec2> corners;
+    for (const Vec2 c : {Vec2{-1, -1}, Vec2{1, -1}, Vec2{1, 1}, Vec2{-1, 1}}) {
+      const Vec2 at = part.at + rotated({c.x * part.size.x / 2, c.y * part.size.y / 2}, part.rotation);
+      corners.push_back(v.px(part.fixture ? to_board(r, at) : at));
+    }
+    const auto name = fmt::format("{}, {:.1f} mm high", part.name, part.size.z);
+    svg.path(corners, part.fixture ? "fixture" : "part", true, {}, name);
+  }
+}
+
+/// After everything else, so that lines do not cross the words.
+void label_parts(Svg& svg, const View& v, const JobResult& r) {
+  for (const auto& part : r.drawing.parts) {
+    const Vec2 at = v.px(part.fixture ? to_board(r, part.at) : part.at);
+    const double room = std::max(part.size.x, part.size.y) * v.scale;
+    if (static_cast<double>(part.name.size()) * 5.5 < room * 1.3)
+      svg.words(at + Vec2{0, 4}, part.name, "label", "middle");
+  }
+}
+
+void draw_deposits(Svg& svg, const View& v, const JobResult& r) {
+  const double width = std::max(3.0, kBead_mm * v.scale);
+  for (const auto& d : r.deposits) {
+    std::vector<Vec2> points;
+    for (const auto& p : d.board_mm) points.push_back(v.px({p.x, p.y}));
+    if (points.empty()) continue;
+    const auto title = fmt::format("{}: error {}, gap {} mm", d.id.empty() ? "on no feature" : d.id,
+                                   html::micrometres(d.error_mm), html::number(d.gap_mm, 3));
+    const auto colour = error_colour(d.error_mm);
+    if (d.kind == "dot" || points.size() == 1) {
+      svg.circle(points.front(), width * 0.8, "dot", "fill:" + colour, title);
+    } else {
+      svg.path(points, "bead", false, fmt::format("stroke:{};stroke-width:{:.1f}", colour, width), title);
+    }
+  }
+}
+
+void draw_valve_path(Svg& svg, const View& v, const JobResult& r) {
+  const double width = std::max(3.0, kBead_mm * v.scale);
+  runs(r, r.actual, v, [&](const std::vector<Vec2>& points, bool valve) {
+    if (!valve) return;
+    double length = 0;
+    for (std::size_t i = 1; i < points.size(); ++i) length += norm(points[i] - points[i - 1]);
+    if (length < 1)
+      svg.circle(points.front(), width * 0.8, "dot valve-dot");
+    else
+      svg.path(points, "bead valve-open", false, fmt::format("stroke-width:{:.1f}", width));
+  });
+}
+
+double residual_scale(const JobResult& r) {
+  double worst = 0;
+  for (const auto& m : r.marks)
+    if (m.found && std::isfinite(m.residual_mm)) worst = std::max(worst, std::abs(m.residual_mm));
+  return worst > 0 ? kResidualPx / worst : 0;  // px per mm
+}
+
+void draw_marks(Svg& svg, const View& v, const JobResult& r) {
+  const double scale = residual_scale(r);
+  for (const auto& m : r.marks) {
+    const Vec2 at = v.px(m.nominal);
+    svg.circle(at, 7, m.found ? "mark" : "mark mark-lost", {}, m.found ? m.name : m.name + ": not found, " + m.reason);
+    if (!m.found) {
+      svg.line(at + Vec2{-5, -5}, at + Vec2{5, 5}, "cross");
+      svg.line(at + Vec2{-5, 5}, at + Vec2{5, -5}, "cross");
+    } else if (r.has_offset) {
+      const Vec2 e = to_board(r, m.measured) - m.nominal;
+      svg.line(at, at + Vec2{e.x, -e.y} * scale, "residual");
+    }
+  }
+}
+
+void draw_touches(Svg& svg, const View& v, const JobResult& r) {
+  for (const auto& t : r.touches) {
+    const Vec2 at = v.px(t.at);
+    svg.path({at + Vec2{-5, -5}, at + Vec2{5, -5}, at + Vec2{0, 4}}, "touch", true, {}, t.name);
+    svg.words(at + Vec2{8, 0}, fmt::format("{:+.3f}", t.height_mm), "tick");
+  }
+}
+
+void draw_collisions(Svg& svg, const View& v, const JobResult& r) {
+  for (const auto& c : r.collisions) {
+    const Vec2 at = v.px(machine_to_board(r, c.at));
+    svg.circle(at, 13, "hit", {}, fmt::format("{} met {} at {:.3f} s", c.moving, c.standing, c.t_s));
+    svg.line(at + Vec2{-6, -6}, at + Vec2{6, 6}, "cross");
+    svg.line(at + Vec2{-6, 6}, at + Vec2{6, -6}, "cross");
+  }
+}
+
+}  // namespace
+
+std::string top_view(const JobResult& r) {
+  const Drawing& d = r.drawing;
+  if (!(d.board_size.x > 0 && d.board_size.y > 0)) return {};
+  const View v = view_of(d);
+  Svg svg(kFrame + v.size().x + 8, v.size().y + 34, "board from above with planned and actual path");
+  draw_ground(svg, v, d);
+  svg.begin_clip(v.px({v.low.x, v.high.y}), v.size(), "board-clip");
+  draw_parts(svg, v, r);
+  runs(r, r.planned, v, [&](const std::vector<Vec2>& points, bool) { svg.path(points, "planned"); });
+  runs(r, r.actual, v, [&](const std::vector<Vec2>& points, bool) { svg.path(points, "actual"); });
+  if (r.has_world)
+    draw_deposits(svg, v, r);
+  else
+    draw_valve_path(svg, v, r);
+  draw_touches(svg, v, r);
+  draw_marks(svg, v, r);
+  label_parts(svg, v, r);
+  draw_collisions(svg, v, r);
+  svg.end_clip();
+  return svg.done();
+}
+
+}  // namespace gantry::record

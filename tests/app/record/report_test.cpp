@@ -1,0 +1,123 @@
+#include "app/record/report.hpp"
+
+#include <cstdlib>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <iterator>
+#include <limits>
+
+#include "app/record/html.hpp"
+#include "tests/app/record/made_up_job.hpp"
+#include "tests/app/record/snapshots.hpp"
+
+namespace gantry::record {
+namespace {
+
+std::string content(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::vector<std::byte> bytes(std::string_view s) {
+  std::vector<std::byte> result;
+  for (const char c : s) result.push_back(static_cast<std::byte>(c));
+  return result;
+}
+
+TEST(Html, escapes_what_has_a_meaning_in_html) {
+  EXPECT_EQ(html::text("<b a=\"1\">&'"), "&lt;b a=&quot;1&quot;&gt;&amp;&#39;");
+  EXPECT_EQ(html::text("Würfel µ"), "Würfel µ");
+  EXPECT_EQ(html::text("a\xff\xc3(b\x01"), "a\xEF\xBF\xBD\xEF\xBF\xBD(b ");
+  EXPECT_EQ(html::text("\xed\xa0\x80"), "\xEF\xBF\xBD\xEF\xBF\xBD\xEF\xBF\xBD") << "a surrogate is no character";
+}
+
+TEST(Html, base64_agrees_with_the_vectors_of_rfc_4648) {
+  const char* vectors[][2] = {{"", ""},
+                              {"f", "Zg=="},
+                              {"fo", "Zm8="},
+                              {"foo", "Zm9v"},
+                              {"foob", "Zm9vYg=="},
+                              {"fooba", "Zm9vYmE="},
+                              {"foobar", "Zm9vYmFy"}};
+  for (const auto& [plain, coded] : vectors) EXPECT_EQ(html::base64(bytes(plain)), coded);
+}
+
+TEST(Html, numbers_are_never_nan_or_negative_zero) {
+  EXPECT_EQ(html::number(std::numeric_limits<double>::quiet_NaN(), 2), "–");
+  EXPECT_EQ(html::number(-0.0001, 2), "0.00");
+  EXPECT_EQ(html::number(-0.01, 2), "-0.01");
+  EXPECT_EQ(html::duration(12'300), "12.3 µs");
+}
+
+TEST(Report, tells_the_job_in_one_file_that_needs_no_other) {
+  const Folder folder;
+  auto r = made_up_job();
+  r.marks[0].png = bytes("\x89PNG pretended");
+  ASSERT_TRUE(write_report(folder.path, r));
+  const auto page = content(folder.path + "/report.html");
+  for (const char* part : {"demo-board", "Done", "30 / 30", "lower left", "dots[3][5]", "Touched heights", "n/a",
+                           "0x3f9ac27780be1d05", "C7 capacitor", "148 motions proved free", "data:image/png;base64,"})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  for (const char* outside : {"http://", "https://", "<script", "<link", "url(\"", "nan", "inf\""})
+    EXPECT_EQ(page.find(outside), std::string::npos) << outside;
+  EXPECT_EQ(content(folder.path + "/marks/lower-left.png"), "\x89PNG pretended");
+}
+
+TEST(Report, a_failure_shows_message_place_remedy_and_what_was_cut) {
+  const auto page = report_page(made_up_failure());
+  for (const char* part :
+       {"Failed", "What stopped the job", "G200", "DriveFault", "What to do:", "overvoltage &lt;bus&gt;", "dots[2][5]",
+        "not found", "contrast 4 below 20", "not comparable", "needle met C7 capacitor"})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+}
+
+TEST(Report, names_from_outside_cannot_become_markup) {
+  const std::string evil = "<script>alert(1)</script>\"onload='x";
+  auto r = made_up_failure();
+  r.job = r.recipe_name = r.recipe_file = r.machine_name = r.bus = r.placement = r.started = evil;
+  for (auto& m : r.marks) m.name = m.reason = evil;
+  for (auto& t : r.touches) t.name = evil;
+  for (auto& d : r.deposits) d.id = d.kind = evil;
+  for (auto& p : r.drawing.parts) p.name = evil;
+  for (auto& a : r.axes) a.name = evil;
+  for (auto& e : r.errors) e.message = e.where = evil;
+  for (auto& c : r.collisions) c.moving = c.standing = evil;
+  for (auto& f : r.environment) f.name = f.value = evil;
+  r.interrupted = r.events = {evil};
+  const auto page = report_page(r);
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+  EXPECT_EQ(page.find("\"onload="), std::string::npos);
+}
+
+TEST(Report, is_well_formed_and_survives_an_empty_job_and_numbers_that_are_none) {
+  const Folder folder;
+  auto broken = made_up_failure();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  broken.predicted_s = broken.actual_s = broken.offset_rms_mm = broken.minimum_clearance_mm = nan;
+  broken.actual[5].head.z = nan;
+  broken.deposits[3].error_mm = nan;
+  broken.marks[1].residual_mm = nan;
+  int i = 0;
+  for (const auto& r : {JobResult{}, made_up_job(), made_up_failure(), broken}) {
+    const auto path = folder.path + "/" + std::to_string(i++);
+    ASSERT_TRUE(write_report(path, r));
+    EXPECT_EQ(content(path + "/report.html").find("nan"), std::string::npos);
+    // libxml2's HTML parser is the judge of the markup; it does not know HTML 5's elements by name.
+    if (std::system("command -v xmllint >/dev/null") == 0) {
+      const auto judge =
+          "xmllint --html --noout " + path + "/report.html 2>&1 | grep 'parser error' | grep -v 'Tag .* invalid'";
+      EXPECT_NE(std::system(judge.c_str()), 0) << "see the lines above";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gantry::record
+
+/// With GANTRY_REPORT_SAMPLE=DIR the made-up reports are left there, to be looked at.
+TEST(Report, sample_for_the_eye) {
+  const char* dir = std::getenv("GANTRY_REPORT_SAMPLE");
+  if (dir == nullptr) GTEST_SKIP() << "set GANTRY_REPORT_SAMPLE=DIR to keep a sample";
+  ASSERT_TRUE(gantry::record::write_report(std::string(dir) + "/done", gantry::record::made_up_job()));
+  ASSERT_TRUE(gantry::record::write_report(std::string(dir) + "/failed", gantry::record::made_up_failure()));
+}
