@@ -1,0 +1,38 @@
+#include "app/record/drawing.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/app/record/snapshots.hpp"
+
+namespace gantry::record {
+namespace {
+
+TEST(Drawing, knows_the_board_s_place_and_the_tool_of_each_block) {
+  auto machine = three_axes();
+  machine.frames = {{"pallet", {100, 80, 10}}};
+  machine.tools = {{"needle", {0, 0, -60}, 5}, {"camera", {45, 0, -90}, 0}, {"probe", {-30, 10, -70}, 0}};
+  recipes::Recipe recipe;
+  recipe.board.size = {120, 80};
+  recipe.board.thickness = 1.6;
+  recipe.board.frame = "pallet";
+  recipe.board.at = {3, 4};
+  recipes::Job job;
+  job.blocks = {{1, recipes::LookAtMark{0}}, {2, recipes::Touch{0}}, {3, recipes::Dispense{}}, {4, recipes::Park{}}};
+  const auto d = drawing_of(recipe, machine, job);
+  EXPECT_EQ(d.board_origin, (Vec3{103, 84, 11.6}));
+  ASSERT_EQ(d.tip_of_block.size(), 5u);
+  EXPECT_EQ(d.tip_of_block[1], (Vec3{45, 0, -90}));
+  EXPECT_EQ(d.tip_of_block[2], (Vec3{-30, 10, -70}));
+  EXPECT_EQ(d.tip_of_block[3], (Vec3{0, 0, -65}));
+}
+
+TEST(Drawing, an_unknown_frame_or_tool_leaves_its_part_out) {
+  recipes::Job job;
+  job.blocks = {{1, recipes::Park{}}};
+  const auto d = drawing_of(recipes::Recipe{}, three_axes(), job);
+  EXPECT_EQ(d.board_origin, Vec3{});
+  EXPECT_EQ(d.tip_of_block.size(), 2u);
+}
+
+}  // namespace
+}  // namespace gantry::record
