@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/vec.hpp"
 #include "recipes/job.hpp"
+#include "sim/world_access.hpp"
 
 namespace gantry::record {
 
@@ -64,18 +65,8 @@ struct AxisResult {
   bool rotary = false;       ///< rad instead of mm
 };
 
-struct Deposit {
-  std::string id;    ///< of the recipe's feature; empty when it matches none
-  std::string kind;  ///< "dot" or "bead"
-  std::vector<Vec3> nominal_mm, board_mm;
-  double error_mm = 0, gap_mm = 0;
-};
-
-struct Collision {
-  std::string moving, standing;
-  Vec3 at;
-  double t_s = 0;
-};
+using Deposit = sim::Deposit;
+using Collision = sim::Collision;
 
 struct DrawnPart {
   std::string name;
