@@ -1,0 +1,70 @@
+// One datagram out and its answer back, blocking: what bring-up is made of. While the loop owns the port, the datagram
+// rides along in its frames instead.
+//   Link link(port, clock);
+//   auto states = link.read<std::uint16_t>(0x1001, wire::reg::kAlStatus);
+// Every call ends within attempts x kReplyTimeout.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "core/clock.hpp"
+#include "core/error.hpp"
+#include "devices/frame_port.hpp"
+#include "devices/rt/acyclic.hpp"
+#include "devices/rt/frame.hpp"
+
+namespace gantry::devices {
+
+class Link {
+ public:
+  static constexpr Time kReplyTimeout = milliseconds(20);  ///< of one frame; also a busy host answers within it
+  static constexpr int kAttempts = 3;
+
+  Link(FramePort& port, Clock& clock) noexcept : port_(port), clock_(clock) {}
+
+  /// From now on the loop exchanges, and datagrams ride in `slot`; nullptr: the port is ours again.
+  void ride_in(AcyclicSlot* slot) noexcept { slot_ = slot; }
+
+  /// Sends the data and replaces them by what came back; the working counter. Fault::BusDown when no attempt was
+  /// answered.
+  Result<std::uint16_t> transact(wire::Command command, std::uint32_t address, std::span<std::byte> data,
+                                 int attempts = kAttempts);
+
+  /// Registers of one station by its configured address. Fault::StationMissing when it does not take part.
+  Result<void> read(std::uint16_t station, std::uint16_t reg, std::span<std::byte> data);
+  Result<void> write(std::uint16_t station, std::uint16_t reg, std::span<const std::byte> data);
+
+  template <class T>
+  Result<T> read(std::uint16_t station, std::uint16_t reg) {
+    std::array<std::byte, sizeof(T)> raw{};
+    if (auto ok = read(station, reg, raw); !ok) return tl::unexpected(ok.error());
+    return wire::get_le<T>(raw, 0);
+  }
+  template <class T>
+  Result<void> write(std::uint16_t station, std::uint16_t reg, std::type_identity_t<T> value) {
+    std::array<std::byte, sizeof(T)> raw{};
+    wire::put_le<T>(raw, 0, value);
+    return write(station, reg, std::span<const std::byte>(raw));
+  }
+  /// Writes a register of every station; how many took part.
+  Result<std::uint16_t> write_all(std::uint16_t reg, std::span<const std::byte> data);
+
+  [[nodiscard]] FramePort& port() noexcept { return port_; }
+  [[nodiscard]] Clock& clock() noexcept { return clock_; }
+  void pause(Time duration) { clock_.sleep_until(clock_.now() + duration); }
+
+ private:
+  [[nodiscard]] bool attempt(wire::Command command, std::uint32_t address, std::span<std::byte> data,
+                             std::uint16_t& working_counter);
+  [[nodiscard]] bool attempt_riding(wire::Command command, std::uint32_t address, std::span<std::byte> data,
+                                    std::uint16_t& working_counter);
+
+  FramePort& port_;
+  Clock& clock_;
+  AcyclicSlot* slot_ = nullptr;
+  std::uint32_t sequence_ = 0;
+  Frame frame_;
+};
+
+}  // namespace gantry::devices

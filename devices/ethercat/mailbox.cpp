@@ -1,0 +1,137 @@
+#include "devices/ethercat/mailbox.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace gantry::devices {
+namespace {
+
+using namespace wire;
+using config::SyncManagerKind;
+
+constexpr Time kPoll = microseconds(200);
+constexpr std::uint16_t kStatusByte = 5, kActivateByte = 6, kPdiControlByte = 7;
+
+std::uint16_t sm_register(int number, std::uint16_t byte) {
+  return static_cast<std::uint16_t>(reg::kSyncManager0 + kSyncManagerBytes * static_cast<std::size_t>(number) + byte);
+}
+
+}  // namespace
+
+std::size_t Mailbox::capacity() const {
+  const auto* sm = find_sync_manager(station_, SyncManagerKind::MailboxOut, nullptr);
+  return sm == nullptr || sm->length < kMailboxHeader ? 0 : sm->length - kMailboxHeader;
+}
+
+Result<bool> Mailbox::full(SyncManagerKind kind) {
+  int number = 0;
+  find_sync_manager(station_, kind, &number);
+  const auto status = link_.read<std::uint8_t>(station_.address, sm_register(number, kStatusByte));
+  if (!status) return tl::unexpected(status.error());
+  return (*status & kSmStatusMailboxFull) != 0;
+}
+
+Result<void> Mailbox::send(MailboxType type, std::span<const std::byte> body) {
+  const auto* sm = find_sync_manager(station_, SyncManagerKind::MailboxOut, nullptr);
+  if (sm == nullptr || body.size() > capacity())
+    return fail(Fault::MailboxProtocol,
+                fmt::format("a request of {} bytes does not fit the station's mailbox of {}", body.size(), capacity()),
+                station_.where);
+  station_.mailbox.request_counter = next_counter(station_.mailbox.request_counter);
+  // The whole mailbox is written: its last byte is what hands it over.
+  std::vector<std::byte> request(sm->length);
+  put_mailbox_header(
+      request,
+      {.length = static_cast<std::uint16_t>(body.size()), .type = type, .counter = station_.mailbox.request_counter});
+  std::copy(body.begin(), body.end(), request.begin() + kMailboxHeader);
+
+  const Time deadline = link_.clock().now() + kSendTimeout;
+  for (;;) {
+    // A lost reply is repeated with the same counter: the station drops what it has already.
+    std::vector<std::byte> data = request;
+    const auto wkc = link_.transact(Command::Fpwr, physical_address(station_.address, sm->start), data);
+    if (!wkc) return tl::unexpected(wkc.error());
+    if (*wkc == kWkcWrite) return {};
+    if (link_.clock().now() >= deadline)
+      return fail(Fault::MailboxTimeout, "the station does not take a request from its mailbox", station_.where);
+    link_.pause(kPoll);
+  }
+}
+
+Result<void> Mailbox::ask_repeat(int number) {
+  auto& toggle = station_.mailbox.repeat_toggle;
+  toggle = !toggle;
+  const auto activate = static_cast<std::uint8_t>(kSmActivateEnable | (toggle ? kSmActivateRepeatRequest : 0));
+  if (auto ok = link_.write<std::uint8_t>(station_.address, sm_register(number, kActivateByte), activate); !ok)
+    return ok;
+  const Time deadline = link_.clock().now() + kSendTimeout;
+  for (;;) {
+    const auto pdi = link_.read<std::uint8_t>(station_.address, sm_register(number, kPdiControlByte));
+    if (!pdi) return tl::unexpected(pdi.error());
+    if (((*pdi & kSmPdiRepeatAck) != 0) == toggle) return {};
+    if (link_.clock().now() >= deadline)
+      return fail(Fault::MailboxTimeout, "the station does not repeat a lost reply", station_.where);
+    link_.pause(kPoll);
+  }
+}
+
+/// Reads the full mailbox. A reply that is lost on the way has emptied it, so it is asked for again.
+Result<std::vector<std::byte>> Mailbox::fetch() {
+  int number = 0;
+  const auto* sm = find_sync_manager(station_, SyncManagerKind::MailboxIn, &number);
+  std::vector<std::byte> reply(sm->length);
+  for (int attempt = 0; attempt < Link::kAttempts; ++attempt) {
+    const auto wkc = link_.transact(Command::Fprd, physical_address(station_.address, sm->start), reply, 1);
+    if (wkc && *wkc == kWkcRead) return reply;
+    if (wkc) return std::vector<std::byte>{};  // empty after all
+    if (auto ok = ask_repeat(number); !ok) return tl::unexpected(ok.error());
+  }
+  return fail(Fault::BusDown, "the station's reply is lost again and again", station_.where);
+}
+
+Result<std::vector<std::byte>> Mailbox::receive(MailboxType type) {
+  const Time deadline = link_.clock().now() + kReplyTimeout;
+  for (;;) {
+    const auto waiting = full(SyncManagerKind::MailboxIn);
+    if (!waiting) return tl::unexpected(waiting.error());
+    if (*waiting) {
+      auto reply = fetch();
+      if (!reply) return reply;
+      if (reply->size() >= kMailboxHeader) {
+        const MailboxHeader h = get_mailbox_header(*reply);
+        if (kMailboxHeader + h.length > reply->size())
+          return fail(
+              Fault::MailboxProtocol,
+              fmt::format("a reply says {} bytes, the mailbox has {}", h.length, reply->size() - kMailboxHeader),
+              station_.where);
+        const bool repeated = h.counter != 0 && h.counter == station_.mailbox.last_reply_counter;
+        station_.mailbox.last_reply_counter = h.counter;
+        if (!repeated && h.type == type)
+          return std::vector<std::byte>(reply->begin() + kMailboxHeader, reply->begin() + kMailboxHeader + h.length);
+        if (!repeated && h.type == MailboxType::Error)
+          return fail(Fault::MailboxProtocol,
+                      fmt::format("the station answers with a mailbox error, detail {}",
+                                  h.length >= 4 ? get_le<std::uint16_t>(*reply, kMailboxHeader + 2) : 0),
+                      station_.where);
+      }
+    }
+    if (link_.clock().now() >= deadline)
+      return fail(Fault::MailboxTimeout, fmt::format("no reply within {} ms", kReplyTimeout / milliseconds(1)),
+                  station_.where);
+    if (!*waiting) link_.pause(kPoll);
+  }
+}
+
+Result<void> Mailbox::drain() {
+  for (int i = 0; i < 16; ++i) {
+    const auto waiting = full(SyncManagerKind::MailboxIn);
+    if (!waiting) return tl::unexpected(waiting.error());
+    if (!*waiting) return {};
+    const auto old = fetch();
+    if (!old) return tl::unexpected(old.error());
+    if (old->size() >= kMailboxHeader) station_.mailbox.last_reply_counter = get_mailbox_header(*old).counter;
+  }
+  return fail(Fault::MailboxProtocol, "the station fills its mailbox without being asked", station_.where);
+}
+
+}  // namespace gantry::devices

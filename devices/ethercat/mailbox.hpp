@@ -1,0 +1,43 @@
+// The mailbox of one station: one request out, one reply in, nothing lost on the way (ETG.1000.4, 6.6: counter,
+// repeat).
+//   Mailbox box(link, station);
+//   box.send(wire::MailboxType::Coe, request);
+//   auto reply = box.receive(wire::MailboxType::Coe);      // bytes after the mailbox header
+#pragma once
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/error.hpp"
+#include "devices/ethercat/link.hpp"
+#include "devices/ethercat/station.hpp"
+#include "devices/wire/coe.hpp"
+
+namespace gantry::devices {
+
+class Mailbox {
+ public:
+  static constexpr Time kSendTimeout = milliseconds(100);  ///< until the station has emptied its mailbox
+  static constexpr Time kReplyTimeout = milliseconds(1000);
+
+  Mailbox(Link& link, StationRecord& station) : link_(link), station_(station) {}
+
+  /// Most bytes after the header that a request may have.
+  [[nodiscard]] std::size_t capacity() const;
+  /// Fault::MailboxTimeout when the station's mailbox stays full.
+  Result<void> send(wire::MailboxType type, std::span<const std::byte> body);
+  /// The next reply of this type; others are dropped. Fault::MailboxTimeout, Fault::MailboxProtocol.
+  Result<std::vector<std::byte>> receive(wire::MailboxType type);
+  /// Throws away what an earlier, abandoned request left behind.
+  Result<void> drain();
+
+ private:
+  [[nodiscard]] Result<bool> full(config::SyncManagerKind kind);
+  [[nodiscard]] Result<std::vector<std::byte>> fetch();
+  [[nodiscard]] Result<void> ask_repeat(int number);
+
+  Link& link_;
+  StationRecord& station_;
+};
+
+}  // namespace gantry::devices

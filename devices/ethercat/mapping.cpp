@@ -1,0 +1,239 @@
+#include "devices/ethercat/mapping.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+#include "devices/ethercat/sdo.hpp"
+#include "devices/profiles/map_pdos.hpp"
+#include "devices/profiles/object_value.hpp"
+#include "devices/profiles/slots.hpp"
+#include "devices/rt/cyclic.hpp"
+#include "devices/wire/coe.hpp"
+
+namespace gantry::devices {
+namespace {
+
+using namespace wire;
+using config::ObjectType;
+using config::PdoRow;
+using config::SyncManagerKind;
+
+constexpr std::uint16_t kWatchdogUnitsPerMs = 10;  // of 100 us each
+
+SyncManager to_sync_manager(const StationRecord& s, const config::SyncManagerRow& row) {
+  const bool sii_mailbox = s.sii.mailbox_out_bytes != 0 && s.sii.mailbox_in_bytes != 0;
+  switch (row.kind) {
+    case SyncManagerKind::MailboxOut:
+      return {.start = sii_mailbox ? s.sii.mailbox_out_start : row.start,
+              .length = sii_mailbox ? s.sii.mailbox_out_bytes : row.length,
+              .control = kSmControlMailboxOut,
+              .activate = kSmActivateEnable};
+    case SyncManagerKind::MailboxIn:
+      return {.start = sii_mailbox ? s.sii.mailbox_in_start : row.start,
+              .length = sii_mailbox ? s.sii.mailbox_in_bytes : row.length,
+              .control = kSmControlMailboxIn,
+              .activate = kSmActivateEnable};
+    case SyncManagerKind::ProcessOut: return {.start = row.start, .control = kSmControlOutputs};
+    case SyncManagerKind::ProcessIn: return {.start = row.start, .control = kSmControlInputs};
+  }
+  return {};
+}
+
+Result<void> check_limits(const StationRecord& s, std::span<const PdoRow> pdos) {
+  const auto& p = s.profile();
+  for (const auto& pdo : pdos) {
+    const std::size_t bytes = image_bytes(std::span(&pdo, 1));
+    const bool entries_ok = p.max_pdo_entries <= 0 || pdo.entries.size() <= static_cast<std::size_t>(p.max_pdo_entries);
+    const bool bytes_ok = p.max_pdo_bytes <= 0 || bytes <= static_cast<std::size_t>(p.max_pdo_bytes);
+    if (!entries_ok || !bytes_ok)
+      return fail(Fault::PdoMappingDiffers,
+                  fmt::format("PDO {:04X}h has {} entries and {} bytes; {} takes {} and {}", pdo.index,
+                              pdo.entries.size(), bytes, p.title, p.max_pdo_entries, p.max_pdo_bytes),
+                  s.where);
+  }
+  return {};
+}
+
+/// Process data of one direction get their SyncManager's length and an FMMU.
+Result<void> map_direction(StationRecord& s, SyncManagerKind kind, std::size_t bytes, std::uint32_t logical) {
+  if (bytes == 0) return {};
+  int number = 0;
+  if (find_sync_manager(s, kind, &number) == nullptr)
+    return fail(Fault::Inconsistent,
+                fmt::format("profile '{}' maps PDOs but has no SyncManager for them", s.profile().name), s.where);
+  SyncManager& sm = s.sync_managers[static_cast<std::size_t>(number)];
+  sm.length = static_cast<std::uint16_t>(bytes);
+  sm.activate = kSmActivateEnable;
+  const bool out = kind == SyncManagerKind::ProcessOut;
+  s.fmmus.push_back({.logical_start = logical,
+                     .length = sm.length,
+                     .physical_start = sm.start,
+                     .type = static_cast<std::uint8_t>(out ? FmmuType::Write : FmmuType::Read),
+                     .active = true});
+  return {};
+}
+
+}  // namespace
+
+Result<ImageSize> lay_out(std::vector<StationRecord>& stations, std::uint32_t logical_start) {
+  ImageSize size;
+  for (auto& s : stations) {
+    for (const auto* pdos : {&s.profile().rx_pdos, &s.profile().tx_pdos})
+      if (auto ok = check_limits(s, *pdos); !ok) return tl::unexpected(ok.error());
+    s.output_bytes = image_bytes(s.profile().rx_pdos);
+    s.input_bytes = image_bytes(s.profile().tx_pdos);
+    s.output_offset = size.output_bytes;
+    s.input_offset = size.input_bytes;
+    size.output_bytes += s.output_bytes;
+    size.input_bytes += s.input_bytes;
+    size.working_counter =
+        static_cast<std::uint16_t>(size.working_counter + (s.output_bytes > 0 ? kWkcReadWriteWrite : 0) +
+                                   (s.input_bytes > 0 ? kWkcReadWriteRead : 0));
+  }
+  if (size.output_bytes + size.input_bytes > CyclicLayout::kMaxBytes)
+    return fail(Fault::Inconsistent, fmt::format("the process data of all stations are {} bytes; one frame carries {}",
+                                                 size.output_bytes + size.input_bytes, CyclicLayout::kMaxBytes));
+  for (auto& s : stations) {
+    s.sync_managers.clear();
+    s.fmmus.clear();
+    for (const auto& row : s.profile().sync_managers) s.sync_managers.push_back(to_sync_manager(s, row));
+    const auto outputs = static_cast<std::uint32_t>(logical_start + s.output_offset);
+    const auto inputs = static_cast<std::uint32_t>(logical_start + size.output_bytes + s.input_offset);
+    if (auto ok = map_direction(s, SyncManagerKind::ProcessOut, s.output_bytes, outputs); !ok)
+      return tl::unexpected(ok.error());
+    if (auto ok = map_direction(s, SyncManagerKind::ProcessIn, s.input_bytes, inputs); !ok)
+      return tl::unexpected(ok.error());
+  }
+  return size;
+}
+
+namespace {
+
+Result<void> write_sync_manager(Link& link, const StationRecord& s, std::size_t number) {
+  const auto raw = to_bytes(s.sync_managers[number]);
+  return link.write(s.address, static_cast<std::uint16_t>(reg::kSyncManager0 + kSyncManagerBytes * number),
+                    std::span<const std::byte>(raw));
+}
+
+bool is_mailbox(SyncManagerKind kind) {
+  return kind == SyncManagerKind::MailboxOut || kind == SyncManagerKind::MailboxIn;
+}
+
+}  // namespace
+
+Result<void> write_mailbox_setup(Link& link, const StationRecord& s) {
+  for (std::size_t i = 0; i < s.sync_managers.size(); ++i)
+    if (is_mailbox(s.profile().sync_managers[i].kind))
+      if (auto ok = write_sync_manager(link, s, i); !ok) return ok;
+  return {};
+}
+
+Result<void> write_startup(Link& link, StationRecord& s) {
+  for (const auto& row : s.profile().startup) {
+    if (row.compare_first) {
+      const auto value = read_number(link, s, row.address, row.type);
+      if (!value) return tl::unexpected(value.error());
+      if (to_bytes(row.type, *value) == to_bytes(row.type, row.value)) continue;
+    }
+    if (auto ok = write_number(link, s, row.address, row.type, row.value); !ok) return ok;
+  }
+  return {};
+}
+
+namespace {
+
+struct Write {
+  config::ObjectAddress object;
+  ObjectType type;
+  std::int64_t value;
+};
+
+/// What is written for one direction, in order.
+std::vector<Write> mapping_writes(const StationRecord& s, std::uint16_t assign, std::span<const PdoRow> pdos) {
+  std::vector<Write> w{{{assign, 0}, ObjectType::U8, 0}};
+  for (const auto& pdo : pdos) {
+    w.push_back({{pdo.index, 0}, ObjectType::U8, 0});
+    std::uint8_t sub = 0;
+    for (const auto& entry : pdo.entries) {
+      const auto object = mapped_object(s.profile(), pdo, entry);
+      w.push_back({{pdo.index, ++sub}, ObjectType::U32, mapping_entry(object.index, object.sub, entry.bit_length)});
+    }
+    w.push_back({{pdo.index, 0}, ObjectType::U8, sub});
+  }
+  std::uint8_t sub = 0;
+  for (const auto& pdo : pdos) w.push_back({{assign, ++sub}, ObjectType::U16, pdo.index});
+  w.push_back({{assign, 0}, ObjectType::U8, sub});
+  return w;
+}
+
+Result<void> read_back(Link& link, StationRecord& s, const std::vector<Write>& writes) {
+  for (auto w = writes.begin(); w != writes.end(); ++w) {
+    const bool written_again = std::any_of(w + 1, writes.end(), [&](const Write& l) { return l.object == w->object; });
+    if (written_again) continue;
+    const auto value = read_number(link, s, w->object, w->type);
+    if (!value) return tl::unexpected(value.error());
+    if (*value != w->value)
+      return fail(Fault::PdoMappingDiffers,
+                  fmt::format("{:04X}h:{:02X} reads back as {:X}h, written was {:X}h", w->object.index, w->object.sub,
+                              *value, w->value),
+                  s.where);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> write_pdo_mapping(Link& link, StationRecord& s) {
+  if (!s.has_mailbox() || s.profile().pdo_fixed) return {};
+  struct Direction {
+    std::uint16_t assign;
+    std::span<const PdoRow> pdos;
+  };
+  for (const auto& d :
+       {Direction{object::kRxPdoAssign, s.profile().rx_pdos}, Direction{object::kTxPdoAssign, s.profile().tx_pdos}}) {
+    const auto writes = mapping_writes(s, d.assign, d.pdos);
+    for (const auto& w : writes)
+      if (auto ok = write_number(link, s, w.object, w.type, w.value); !ok) return ok;
+    if (auto ok = read_back(link, s, writes); !ok) return ok;
+  }
+  return {};
+}
+
+namespace {
+
+Result<void> write_watchdog(Link& link, const StationRecord& s) {
+  if (s.output_bytes == 0) return {};
+  const auto units = static_cast<std::uint16_t>(s.profile().watchdog_ms * kWatchdogUnitsPerMs);
+  const auto off = [&] {
+    return fail(Fault::WatchdogDisabled,
+                "the process-data watchdog is off, so outputs would stay on when the bus is lost; set watchdog_ms in "
+                "the profile, or see why the station does not take it",
+                s.where);
+  };
+  if (units == 0) return off();
+  if (auto ok = link.write<std::uint16_t>(s.address, reg::kWatchdogDivider, kWatchdogDivider100us); !ok) return ok;
+  if (auto ok = link.write<std::uint16_t>(s.address, reg::kWatchdogTimeProcessData, units); !ok) return ok;
+  const auto divider = link.read<std::uint16_t>(s.address, reg::kWatchdogDivider);
+  if (!divider) return tl::unexpected(divider.error());
+  const auto time = link.read<std::uint16_t>(s.address, reg::kWatchdogTimeProcessData);
+  if (!time) return tl::unexpected(time.error());
+  return *divider != kWatchdogDivider100us || *time != units ? off() : Result<void>{};
+}
+
+}  // namespace
+
+Result<void> write_process_data(Link& link, const StationRecord& s) {
+  for (std::size_t i = 0; i < s.sync_managers.size(); ++i)
+    if (!is_mailbox(s.profile().sync_managers[i].kind))
+      if (auto ok = write_sync_manager(link, s, i); !ok) return ok;
+  for (std::size_t i = 0; i < s.fmmus.size(); ++i) {
+    const auto raw = to_bytes(s.fmmus[i]);
+    if (auto ok = link.write(s.address, static_cast<std::uint16_t>(reg::kFmmu0 + kFmmuBytes * i),
+                             std::span<const std::byte>(raw));
+        !ok)
+      return ok;
+  }
+  return write_watchdog(link, s);
+}
+
+}  // namespace gantry::devices

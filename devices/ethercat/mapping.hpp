@@ -1,0 +1,38 @@
+// Process data of the stations: where everything lies in the logical map, what is written to SyncManagers and FMMUs,
+// and the PDO mapping by SDO with its readback.
+//   lay_out(stations) -> ImageSize;   write_pdo_mapping(link, station);   write_process_data(link, station);
+#pragma once
+#include <vector>
+
+#include "core/error.hpp"
+#include "devices/ethercat/link.hpp"
+#include "devices/ethercat/station.hpp"
+
+namespace gantry::devices {
+
+struct ImageSize {
+  std::size_t output_bytes = 0, input_bytes = 0;
+  std::uint16_t working_counter = 0;  ///< of an LRW over all of it: 2 for outputs, 1 for inputs, station by station
+};
+
+/// Fills in the record of every station (SyncManagers, FMMUs, places in the image). Logical map: all outputs from
+/// `logical_start` on, then all inputs. Fault::PdoMappingDiffers when a PDO is over the device's limits,
+/// Fault::Inconsistent when a station has PDOs but no SyncManager for them or the map is too large for one frame.
+Result<ImageSize> lay_out(std::vector<StationRecord>& stations, std::uint32_t logical_start);
+
+/// Configures the mailbox (INIT, before PRE_OP): by the station's own SII where it says something.
+Result<void> write_mailbox_setup(Link& link, const StationRecord& station);
+
+/// Start-up objects of the profile in order (PRE_OP). With `compare_first`, equal values are left alone.
+Result<void> write_startup(Link& link, StationRecord& station);
+
+/// PDO mapping (PRE_OP), in the order that the stations demand: 1C12:0 = 0, each 16xx:0 = 0, entries, 16xx:0 = n,
+/// 1C12:1.., 1C12:0 = m. Everything is read back: Fault::PdoMappingDiffers. Nothing for stations without mailbox or
+/// with a fixed mapping.
+Result<void> write_pdo_mapping(Link& link, StationRecord& station);
+
+/// SyncManagers and FMMUs of process data and the output watchdog (PRE_OP, before SAFE_OP is asked for). The watchdog
+/// is read back: Fault::WatchdogDisabled when it is off.
+Result<void> write_process_data(Link& link, const StationRecord& station);
+
+}  // namespace gantry::devices

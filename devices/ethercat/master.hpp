@@ -1,0 +1,67 @@
+// The EtherCAT master: FieldBus for the EtherCAT stations of a machine, over any FramePort and Clock.
+//   EthercatMaster master(machine, port, clock);
+//   if (auto ok = master.bring_up(); !ok) ...        // scan, identities, mapping, clocks, SAFE_OP
+//   each cycle: write outputs(), exchange(deadline), read inputs();   request_operation() once the cycle runs
+// Blocking calls belong to one thread (the run thread), exchange() to the loop. Every call ends in bounded time.
+#pragma once
+#include <atomic>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/machine.hpp"
+#include "devices/bus.hpp"
+#include "devices/ethercat/dc_setup.hpp"
+#include "devices/ethercat/link.hpp"
+#include "devices/ethercat/station.hpp"
+#include "devices/rt/cyclic.hpp"
+
+namespace gantry::devices {
+
+class EthercatMaster final : public FieldBus {
+ public:
+  /// The three must outlive the master.
+  EthercatMaster(const config::Machine& machine, FramePort& port, Clock& clock);
+
+  Result<void> bring_up() override;
+  Result<void> request_operation() override;
+  Result<void> check_operation() override;
+  [[nodiscard]] Time first_cycle(Time not_before) const noexcept override;
+  void shut_down() override;
+  Result<Bytes> read_object(StationId station, config::ObjectAddress address) override;
+  Result<void> write_object(StationId station, config::ObjectAddress address,
+                            std::span<const std::byte> value) override;
+
+  [[nodiscard]] std::span<std::byte> outputs(StationId station) noexcept override;
+  [[nodiscard]] std::span<const std::byte> inputs(StationId station) const noexcept override;
+  Exchange exchange(Time deadline) noexcept override;
+
+  /// What bring-up found worth telling (assumed identities that differ, clocks ...).
+  [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
+  [[nodiscard]] const std::vector<StationRecord>& stations() const noexcept { return stations_; }
+  [[nodiscard]] const CyclicCounts& counts() const noexcept { return cyclic_.counts(); }
+
+ private:
+  struct Place {
+    std::size_t output_offset = 0, output_bytes = 0, input_offset = 0, input_bytes = 0;
+  };
+  Result<void> enter(wire::AlState state);
+  Result<void> configure(StationRecord& station);
+  [[nodiscard]] Result<StationRecord*> record(StationId station);
+  void choose_way() noexcept;
+
+  const config::Machine& machine_;
+  FramePort& port_;
+  Clock& clock_;
+  Link link_;
+  AcyclicSlot acyclic_;
+  std::vector<StationRecord> stations_;  ///< in the order of positions
+  std::vector<Place> places_;            ///< by StationId; empty places for stations of other buses
+  std::vector<std::byte> output_image_, input_image_;
+  Cyclic cyclic_;
+  DcSetup dc_;
+  std::vector<std::string> notes_;
+  std::atomic<bool> exchanging_{false};
+};
+
+}  // namespace gantry::devices

@@ -1,0 +1,153 @@
+#include "devices/ethercat/sdo.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+#include "devices/ethercat/mailbox.hpp"
+#include "devices/profiles/object_value.hpp"
+#include "devices/wire/coe.hpp"
+
+namespace gantry::devices {
+namespace {
+
+using namespace wire;
+using config::ObjectAddress;
+using config::ObjectType;
+
+constexpr std::size_t kBody = kCoeHeader + kSdoBytes;  // of every SDO message but normal transfers
+constexpr std::size_t kSegmentHeader = kCoeHeader + 1;
+constexpr std::size_t kMaxObjectBytes = 64 * 1024;
+
+std::string text(ObjectAddress o) { return fmt::format("{:04X}h:{:02X}", o.index, o.sub); }
+
+struct Conversation {
+  Link& link;
+  StationRecord& station;
+  ObjectAddress object;
+  Mailbox box{link, station};
+
+  [[nodiscard]] tl::unexpected<Error> broken(std::string_view what) const {
+    return fail(Fault::MailboxProtocol, fmt::format("{}: {}", text(object), what), station.where);
+  }
+
+  /// Sends an SDO message and returns the answer's bytes from the CoE header on; aborts become errors.
+  Result<Bytes> ask(std::span<const std::byte> sdo_message) {
+    Bytes request(kCoeHeader + sdo_message.size());
+    put_le<std::uint16_t>(request, 0, coe_header(CoeService::SdoRequest));
+    std::copy(sdo_message.begin(), sdo_message.end(), request.begin() + kCoeHeader);
+    if (auto ok = box.send(MailboxType::Coe, request); !ok) return tl::unexpected(ok.error());
+    for (;;) {  // ends with receive()'s timeout: emergencies may come in between
+      auto reply = box.receive(MailboxType::Coe);
+      if (!reply) return reply;
+      if (reply->size() < kCoeHeader) return broken("the reply is too short");
+      const auto service = coe_service(get_le<std::uint16_t>(*reply, 0));
+      if (service == CoeService::Emergency) continue;
+      // An abort comes with the service "request" as well as "response" (ETG.1000.6, 5.6.2.7).
+      if (service != CoeService::SdoResponse && service != CoeService::SdoRequest)
+        return broken("the reply is no SDO response");
+      if (reply->size() < kSegmentHeader) return broken("the reply is too short");
+      if (reply->size() >= kBody && get_le<std::uint8_t>(*reply, kCoeHeader) == sdo::kAbort) {
+        const auto code = get_le<std::uint32_t>(*reply, kCoeHeader + 4);
+        return fail(Fault::SdoAbort, fmt::format("{}: {} (abort code {:08X}h)", text(object), abort_text(code), code),
+                    station.where);
+      }
+      return reply;
+    }
+  }
+
+  /// First answer of an initiate request: the command is as expected and the object is ours.
+  Result<Bytes> initiate(const SdoHeader& header, std::span<const std::byte> data, std::uint8_t expected) {
+    Bytes message(kSdoBytes + data.size());
+    put_sdo_header(message, header);
+    std::copy(data.begin(), data.end(), message.begin() + kSdoBytes);
+    auto reply = ask(message);
+    if (!reply) return reply;
+    if (reply->size() < kBody) return broken("the reply is too short");
+    const SdoHeader h = get_sdo_header(std::span<const std::byte>(*reply).subspan(kCoeHeader));
+    if ((h.command & sdo::kCommandMask) != expected || h.index != object.index || h.sub != object.sub)
+      return broken("the reply is to another request");
+    return reply;
+  }
+
+  /// The rest of an object that did not fit the first answer.
+  Result<Bytes> collect_segments(Bytes value, std::size_t complete) {
+    for (std::uint8_t toggle = 0; value.size() < complete; toggle ^= sdo::kToggle) {
+      std::array<std::byte, kSdoBytes> message{};
+      put_le<std::uint8_t>(message, 0, static_cast<std::uint8_t>(sdo::kUploadSegmentRequest | toggle));
+      const auto reply = ask(message);
+      if (!reply) return reply;
+      const auto command = get_le<std::uint8_t>(*reply, kCoeHeader);
+      if ((command & sdo::kCommandMask) != sdo::kUploadSegmentResponse || (command & sdo::kToggle) != toggle)
+        return broken("a segment is out of turn");
+      std::size_t size = reply->size() - kSegmentHeader;
+      if (size <= 7) size = std::min(size, sdo::short_segment_size(command));
+      const auto first = reply->begin() + kSegmentHeader;
+      value.insert(value.end(), first, first + static_cast<std::ptrdiff_t>(size));
+      const bool last = (command & sdo::kLastSegment) != 0;
+      if (last != (value.size() == complete) || (size == 0 && !last)) return broken("segments and size disagree");
+    }
+    return value;
+  }
+};
+
+Result<Conversation> begin(Link& link, StationRecord& station, ObjectAddress object) {
+  if (!station.has_mailbox())
+    return fail(Fault::MailboxProtocol, fmt::format("{}: the station has no mailbox", text(object)), station.where);
+  Conversation c{link, station, object};
+  if (auto ok = c.box.drain(); !ok) return tl::unexpected(ok.error());
+  return c;
+}
+
+}  // namespace
+
+Result<Bytes> sdo_upload(Link& link, StationRecord& station, ObjectAddress object) {
+  auto c = begin(link, station, object);
+  if (!c) return tl::unexpected(c.error());
+  auto reply = c->initiate({sdo::kUploadRequest, object.index, object.sub, 0}, {}, sdo::kUploadResponse);
+  if (!reply) return reply;
+  const SdoHeader h = get_sdo_header(std::span<const std::byte>(*reply).subspan(kCoeHeader));
+  const auto data = reply->begin() + kCoeHeader + 4;
+  if ((h.command & sdo::kExpedited) != 0) {
+    const std::size_t size = (h.command & sdo::kSizeIndicated) != 0 ? sdo::expedited_size(h.command) : 4;
+    return Bytes(data, data + static_cast<std::ptrdiff_t>(size));
+  }
+  if (h.data > kMaxObjectBytes) return c->broken("the object is larger than anything we read");
+  const std::size_t here = std::min<std::size_t>(reply->size() - kBody, h.data);
+  Bytes value(reply->begin() + kBody, reply->begin() + static_cast<std::ptrdiff_t>(kBody + here));
+  return c->collect_segments(std::move(value), h.data);
+}
+
+Result<void> sdo_download(Link& link, StationRecord& station, ObjectAddress object, std::span<const std::byte> value) {
+  auto c = begin(link, station, object);
+  if (!c) return tl::unexpected(c.error());
+  SdoHeader h{sdo::kDownloadRequest, object.index, object.sub, 0};
+  std::span<const std::byte> behind;
+  if (!value.empty() && value.size() <= 4) {
+    h.command = static_cast<std::uint8_t>(h.command | sdo::kExpedited | sdo::kSizeIndicated |
+                                          sdo::expedited_size_bits(value.size()));
+    for (std::size_t i = 0; i < value.size(); ++i) h.data |= std::to_integer<std::uint32_t>(value[i]) << (8 * i);
+  } else {
+    h.command |= sdo::kSizeIndicated;
+    h.data = static_cast<std::uint32_t>(value.size());
+    behind = value;
+  }
+  const auto reply = c->initiate(h, behind, sdo::kDownloadResponse);
+  if (!reply) return tl::unexpected(reply.error());
+  return {};
+}
+
+Result<std::int64_t> read_number(Link& link, StationRecord& station, ObjectAddress object, ObjectType type) {
+  const auto bytes = sdo_upload(link, station, object);
+  if (!bytes) return tl::unexpected(bytes.error());
+  if (const auto value = to_number(type, *bytes)) return *value;
+  return fail(Fault::SdoSizeMismatch,
+              fmt::format("{} has {} bytes, the profile says {}", text(object), bytes->size(), bytes_of(type)),
+              station.where);
+}
+
+Result<void> write_number(Link& link, StationRecord& station, ObjectAddress object, ObjectType type,
+                          std::int64_t value) {
+  return sdo_download(link, station, object, to_bytes(type, value));
+}
+
+}  // namespace gantry::devices

@@ -1,0 +1,24 @@
+// EtherCAT states of a station (ETG.1000.6, 6.4): asked for, waited for, and a refusal told with its status code as
+// text.
+#pragma once
+#include "core/error.hpp"
+#include "devices/ethercat/link.hpp"
+#include "devices/ethercat/station.hpp"
+
+namespace gantry::devices {
+
+struct AlStatus {
+  wire::AlState state = wire::AlState::None;
+  bool error = false;
+  std::uint16_t code = 0;
+};
+Result<AlStatus> read_al_status(Link& link, const StationRecord& station);
+
+/// Asks without waiting.
+Result<void> request_state(Link& link, const StationRecord& station, wire::AlState state);
+
+/// Waits until the station is there, at most kStateTimeout. Fault::StateChangeRefused with the AL status code as text.
+inline constexpr Time kStateTimeout = milliseconds(5000);
+Result<void> wait_for_state(Link& link, const StationRecord& station, wire::AlState state);
+
+}  // namespace gantry::devices

@@ -1,0 +1,134 @@
+#include "devices/raw_socket_port.hpp"
+
+#include <algorithm>
+#include <arpa/inet.h>
+#include <cerrno>
+#include <cstddef>
+#include <cstring>
+#include <fmt/format.h>
+#include <linux/if_packet.h>
+#include <net/if.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "devices/wire/ethercat.hpp"
+
+namespace gantry::devices {
+namespace {
+
+class Fd {
+ public:
+  explicit Fd(int fd) noexcept : fd_(fd) {}
+  ~Fd() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Fd(const Fd&) = delete;
+  Fd& operator=(const Fd&) = delete;
+  [[nodiscard]] int get() const noexcept { return fd_; }
+  int release() noexcept { return std::exchange(fd_, -1); }
+
+ private:
+  int fd_;
+};
+
+tl::unexpected<Error> unusable(const std::string& interface, const char* what) {
+  return fail(Fault::InterfaceUnusable, fmt::format("{}: {}", what, std::strerror(errno)), "interface " + interface);
+}
+
+/// The right to an interface: a bound name in the abstract socket space, which like the interface belongs to the
+/// network namespace, and which the kernel takes back when its owner dies, however it dies.
+Result<int> own(const std::string& interface) {
+  Fd fd(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  if (fd.get() < 0) return unusable(interface, "cannot make a lock");
+  sockaddr_un name{};
+  name.sun_family = AF_UNIX;
+  const std::string text = "gantry-bus-" + interface;
+  if (text.size() + 1 > sizeof name.sun_path)
+    return fail(Fault::InterfaceUnusable, "the name is too long", "interface " + interface);
+  std::copy(text.begin(), text.end(), name.sun_path + 1);  // the leading zero makes it abstract
+  const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + text.size());
+  if (::bind(fd.get(), reinterpret_cast<const sockaddr*>(&name), length) == 0) return fd.release();
+  if (errno == EADDRINUSE)
+    return fail(Fault::SecondOwner, "another program owns the bus on this interface; stop it, or send it the order",
+                "interface " + interface);
+  return unusable(interface, "cannot lock it");
+}
+
+Time monotonic() noexcept {
+  timespec t{};
+  ::clock_gettime(CLOCK_MONOTONIC, &t);
+  return std::chrono::seconds(t.tv_sec) + nanoseconds(t.tv_nsec);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<RawSocketPort>> RawSocketPort::open(const std::string& interface) {
+  const unsigned index = ::if_nametoindex(interface.c_str());
+  if (index == 0) return unusable(interface, "there is no such interface");
+  const auto lock_fd = own(interface);
+  if (!lock_fd) return tl::unexpected(lock_fd.error());
+  Fd lock(*lock_fd);
+
+  const auto protocol = htons(wire::kEtherType);
+  Fd fd(::socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, protocol));
+  if (fd.get() < 0) return unusable(interface, "cannot open a raw socket (it needs CAP_NET_RAW)");
+  const int on = 1;
+  if (::setsockopt(fd.get(), SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on) != 0)
+    return unusable(interface, "cannot leave out what is sent");
+  // Past the queueing discipline, if the driver can: a cycle frame never waits behind other traffic.
+  ::setsockopt(fd.get(), SOL_PACKET, PACKET_QDISC_BYPASS, &on, sizeof on);
+  sockaddr_ll address{};
+  address.sll_family = AF_PACKET;
+  address.sll_protocol = protocol;
+  address.sll_ifindex = static_cast<int>(index);
+  if (::bind(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    return unusable(interface, "cannot bind to it");
+  packet_mreq promiscuous{};  // stations answer with addresses that are not the card's
+  promiscuous.mr_ifindex = static_cast<int>(index);
+  promiscuous.mr_type = PACKET_MR_PROMISC;
+  if (::setsockopt(fd.get(), SOL_PACKET, PACKET_ADD_MEMBERSHIP, &promiscuous, sizeof promiscuous) != 0)
+    return unusable(interface, "cannot receive all frames");
+  return std::unique_ptr<RawSocketPort>(new RawSocketPort(fd.release(), lock.release(), interface));
+}
+
+RawSocketPort::~RawSocketPort() {
+  ::close(socket_);
+  ::close(lock_);
+}
+
+bool RawSocketPort::send(PortIndex port, std::span<const std::byte> frame) noexcept {
+  if (port != PortIndex::Primary) return false;
+  return ::send(socket_, frame.data(), frame.size(), MSG_DONTWAIT) == static_cast<ssize_t>(frame.size());
+}
+
+Received RawSocketPort::receive(std::span<std::byte> buffer, Time deadline) noexcept {
+  for (;;) {
+    const ssize_t got = ::recv(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT);
+    const Time now = monotonic();
+    if (got > 0) return {static_cast<std::size_t>(got), PortIndex::Primary, now};
+    if (now >= deadline) return {};
+    const Time left = std::min(deadline - now, Time{std::chrono::seconds(1)});  // the deadline may be kNever
+    const timespec wait{.tv_sec = left.count() / 1'000'000'000, .tv_nsec = left.count() % 1'000'000'000};
+    pollfd p{.fd = socket_, .events = POLLIN, .revents = 0};
+    ::ppoll(&p, 1, &wait, nullptr);
+    // An interface that went down reports an error for as long as it is down; without this it would spin.
+    if ((p.revents & (POLLERR | POLLHUP)) != 0 && (p.revents & POLLIN) == 0) {
+      int error = 0;
+      socklen_t size = sizeof error;
+      ::getsockopt(socket_, SOL_SOCKET, SO_ERROR, &error, &size);  // takes the error, so that the next wait waits
+    }
+  }
+}
+
+bool RawSocketPort::link_up(PortIndex port) const noexcept {
+  if (port != PortIndex::Primary) return false;
+  ifreq request{};
+  std::copy_n(interface_.begin(), std::min(interface_.size(), sizeof request.ifr_name - 1), request.ifr_name);
+  if (::ioctl(socket_, SIOCGIFFLAGS, &request) != 0) return false;
+  return (request.ifr_flags & IFF_UP) != 0 && (request.ifr_flags & IFF_RUNNING) != 0;
+}
+
+}  // namespace gantry::devices

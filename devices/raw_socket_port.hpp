@@ -1,0 +1,36 @@
+// EtherCAT on a real network interface: raw Ethernet frames through AF_PACKET.
+//   auto port = RawSocketPort::open("enp3s0");    // needs CAP_NET_RAW
+// Owns the socket and, for as long as it lives, the interface: a second program (or port) on it is refused.
+#pragma once
+#include <memory>
+#include <string>
+
+#include "core/error.hpp"
+#include "devices/frame_port.hpp"
+
+namespace gantry::devices {
+
+class RawSocketPort final : public FramePort {
+ public:
+  /// Fault::InterfaceUnusable with the system's reason, Fault::SecondOwner when another program owns the interface.
+  static Result<std::unique_ptr<RawSocketPort>> open(const std::string& interface);
+  ~RawSocketPort() override;
+  RawSocketPort(const RawSocketPort&) = delete;
+  RawSocketPort& operator=(const RawSocketPort&) = delete;
+
+  /// One system call, never waits. Port Secondary: false.
+  bool send(PortIndex port, std::span<const std::byte> frame) noexcept override;
+  /// rx_time is when the frame was read, on CLOCK_MONOTONIC.
+  Received receive(std::span<std::byte> buffer, Time deadline) noexcept override;
+  /// A system call (SIOCGIFFLAGS); asked only when a frame is missing.
+  [[nodiscard]] bool link_up(PortIndex port) const noexcept override;
+
+ private:
+  RawSocketPort(int socket, int lock, std::string interface)
+      : socket_(socket), lock_(lock), interface_(std::move(interface)) {}
+
+  int socket_, lock_;
+  std::string interface_;
+};
+
+}  // namespace gantry::devices
