@@ -6,7 +6,6 @@
 #include "devices/ethercat/sdo.hpp"
 #include "devices/profiles/map_pdos.hpp"
 #include "devices/profiles/object_value.hpp"
-#include "devices/profiles/slots.hpp"
 #include "devices/rt/cyclic.hpp"
 #include "devices/wire/coe.hpp"
 
@@ -149,14 +148,14 @@ struct Write {
 };
 
 /// What is written for one direction, in order.
-std::vector<Write> mapping_writes(const StationRecord& s, std::uint16_t assign, std::span<const PdoRow> pdos) {
+std::vector<Write> mapping_writes(std::uint16_t assign, std::span<const PdoRow> pdos) {
   std::vector<Write> w{{{assign, 0}, ObjectType::U8, 0}};
   for (const auto& pdo : pdos) {
     w.push_back({{pdo.index, 0}, ObjectType::U8, 0});
     std::uint8_t sub = 0;
     for (const auto& entry : pdo.entries) {
-      const auto object = mapped_object(s.profile(), pdo, entry);
-      w.push_back({{pdo.index, ++sub}, ObjectType::U32, mapping_entry(object.index, object.sub, entry.bit_length)});
+      const auto& [index, object_sub] = entry.address;
+      w.push_back({{pdo.index, ++sub}, ObjectType::U32, mapping_entry(index, object_sub, entry.bit_length)});
     }
     w.push_back({{pdo.index, 0}, ObjectType::U8, sub});
   }
@@ -191,7 +190,7 @@ Result<void> write_pdo_mapping(Link& link, StationRecord& s) {
   };
   for (const auto& d :
        {Direction{object::kRxPdoAssign, s.profile().rx_pdos}, Direction{object::kTxPdoAssign, s.profile().tx_pdos}}) {
-    const auto writes = mapping_writes(s, d.assign, d.pdos);
+    const auto writes = mapping_writes(d.assign, d.pdos);
     for (const auto& w : writes)
       if (auto ok = write_number(link, s, w.object, w.type, w.value); !ok) return ok;
     if (auto ok = read_back(link, s, writes); !ok) return ok;

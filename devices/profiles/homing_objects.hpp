@@ -8,9 +8,8 @@
 
 namespace gantry::devices {
 
-/// Rows for 6098h, 6099h:1, :2, 609Ah and 607Ch (0: the home edge has the counts 0), addresses as on the wire. The
-/// units are those of the profile's object rows ("P/S", "rpm" ...). Fault::NotReferenced when the axis has no homing,
-/// Fault::BadUnit for a unit that nobody knows, Fault::OutOfRange when the drive does not take the value.
+/// Rows for 6098h, 6099h:1, :2, 609Ah and 607Ch (0: the home edge has the counts 0), addresses as on the wire.
+/// Fault::NotReferenced when the axis has no homing, Fault::OutOfRange when the drive does not take a value.
 Result<std::vector<config::StartupRow>> homing_objects(const config::StationProfile& profile, int slot,
                                                        const config::Axis& axis);
 

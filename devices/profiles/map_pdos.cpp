@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "devices/profiles/slots.hpp"
 #include "devices/wire/cia402.hpp"
 
 namespace gantry::devices {
@@ -18,11 +17,11 @@ struct Place {
   std::size_t bits = 0;
 };
 
-std::optional<Place> place_of(const StationProfile& profile, std::span<const PdoRow> pdos, ObjectAddress object) {
+std::optional<Place> place_of(std::span<const PdoRow> pdos, ObjectAddress object) {
   std::size_t bit = 0;
   for (const auto& pdo : pdos)
     for (const auto& entry : pdo.entries) {
-      if (entry.address.index != 0 && mapped_object(profile, pdo, entry) == object) return Place{bit, entry.bit_length};
+      if (entry.address == object) return Place{bit, entry.bit_length};
       bit += entry.bit_length;
     }
   return std::nullopt;
@@ -32,7 +31,7 @@ std::optional<Place> place_of(const StationProfile& profile, std::span<const Pdo
 template <class T>
 bool place(const StationProfile& profile, std::span<const PdoRow> pdos, std::uint16_t index, int slot,
            PdoField<T>& field) {
-  const auto at = place_of(profile, pdos, at_slot(profile, {index, 0}, slot));
+  const auto at = place_of(pdos, config::in_slot(profile, {index, 0}, slot));
   if (!at) return true;  // not mapped is a choice of the profile
   if (at->bit % 8 != 0 || at->bits != 8 * sizeof(T)) return false;
   field.offset = static_cast<std::int16_t>(at->bit / 8);
@@ -61,9 +60,8 @@ std::size_t image_bytes(std::span<const PdoRow> pdos) {
   return (bits + 7) / 8;
 }
 
-std::optional<std::size_t> find_mapped(const StationProfile& profile, std::span<const PdoRow> pdos,
-                                       ObjectAddress object) {
-  const auto at = place_of(profile, pdos, object);
+std::optional<std::size_t> find_mapped(std::span<const PdoRow> pdos, ObjectAddress object) {
+  const auto at = place_of(pdos, object);
   return at ? std::optional(at->bit) : std::nullopt;
 }
 

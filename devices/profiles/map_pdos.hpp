@@ -16,8 +16,7 @@ namespace gantry::devices {
 std::size_t image_bytes(std::span<const config::PdoRow> pdos);
 
 /// First bit of an object (address as on the wire) in the image; nothing when it is not mapped.
-std::optional<std::size_t> find_mapped(const config::StationProfile& profile, std::span<const config::PdoRow> pdos,
-                                       config::ObjectAddress object);
+std::optional<std::size_t> find_mapped(std::span<const config::PdoRow> pdos, config::ObjectAddress object);
 
 /// Where axis `slot` of a drive lives in its station's image, with the facts that the loop needs. Fault::Inconsistent
 /// when the station is no drive, or when 6040h or 6041h is missing, not on a whole byte or of another size.

@@ -7,19 +7,7 @@ namespace gantry::devices {
 using config::ObjectType;
 using wire::get_le;
 
-std::size_t bytes_of(ObjectType type) {
-  switch (type) {
-    case ObjectType::Bool:
-    case ObjectType::I8:
-    case ObjectType::U8: return 1;
-    case ObjectType::I16:
-    case ObjectType::U16: return 2;
-    case ObjectType::I32:
-    case ObjectType::U32: return 4;
-    case ObjectType::String: break;
-  }
-  return 0;
-}
+std::size_t bytes_of(ObjectType type) { return static_cast<std::size_t>(config::bits(type) + 7) / 8; }
 
 Bytes to_bytes(ObjectType type, std::int64_t value) {
   Bytes bytes(bytes_of(type));

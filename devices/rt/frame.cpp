@@ -46,7 +46,8 @@ std::size_t Frame::room() const noexcept {
 }
 
 SlotIndex Frame::add(Command command, std::uint32_t address, std::size_t length) noexcept {
-  if (length > room()) return kNoSlot;
+  if (slots_.size() == kMaxDatagrams || size_ + kDatagramHeader + length + kWorkingCounter > buffer_.size())
+    return kNoSlot;
   const Slot slot{static_cast<std::uint16_t>(size_), static_cast<std::uint16_t>(length)};
   if (!slots_.empty()) {  // the one before is no longer the last
     const std::span last(buffer_.data() + slots_.back().header, kDatagramHeader);

@@ -1,0 +1,149 @@
+#include "devices/rt/cyclic.hpp"
+
+#include <gtest/gtest.h>
+#include <random>
+
+#include "tests/devices/fake_port.hpp"
+
+namespace gantry::devices {
+namespace {
+
+struct Bench {
+  std::vector<std::byte> outputs = std::vector<std::byte>(4, std::byte{0x11});
+  std::vector<std::byte> inputs = std::vector<std::byte>(3, std::byte{0});
+  FakePort port;
+  AcyclicSlot acyclic;
+  Cyclic cyclic{{.logical_start = 0x10000,
+                 .output_bytes = 4,
+                 .input_bytes = 3,
+                 .working_counter = 6,
+                 .stations = 2,
+                 .reference_address = 0x1001},
+                outputs,
+                inputs};
+  Bench() {
+    port.output_bytes = 4;
+    port.inputs = {std::byte{1}, std::byte{2}, std::byte{3}};
+    port.dc_time = 123'456'789'000;
+  }
+  Exchange run() { return cyclic.run(port, acyclic, Time{}); }
+};
+
+TEST(Cyclic, exchanges_outputs_and_inputs_in_one_frame) {
+  Bench b;
+  const Exchange e = b.run();
+  EXPECT_EQ(e.fault, Fault::None);
+  EXPECT_TRUE(e.inputs_fresh);
+  EXPECT_EQ(e.working_counter, 6);
+  EXPECT_EQ(e.dc_time_ns, 123'456'789'000u);
+  EXPECT_EQ(e.al_states, 8);
+  EXPECT_EQ(b.inputs[2], std::byte{3});
+  EXPECT_EQ(b.port.seen_outputs[3], std::byte{0x11});
+  EXPECT_EQ(b.port.sent, 1);
+}
+
+TEST(Cyclic, a_wrong_working_counter_leaves_the_inputs_alone) {
+  Bench b;
+  b.run();
+  b.port.inputs = {std::byte{9}, std::byte{9}, std::byte{9}};
+  b.port.lrw_counter = 5;
+  EXPECT_EQ(b.run().fault, Fault::WorkingCounterLow);
+  EXPECT_EQ(b.inputs[0], std::byte{1});
+  b.port.lrw_counter = 7;
+  const Exchange high = b.run();
+  EXPECT_EQ(high.fault, Fault::WorkingCounterHigh);
+  EXPECT_FALSE(high.inputs_fresh);
+  EXPECT_EQ(b.inputs[0], std::byte{1});
+}
+
+TEST(Cyclic, a_station_more_or_less_in_the_broadcast_is_noticed) {
+  Bench b;
+  b.port.brd_counter = 1;
+  EXPECT_EQ(b.run().fault, Fault::WorkingCounterLow);
+  b.port.brd_counter = 3;
+  EXPECT_EQ(b.run().fault, Fault::WorkingCounterHigh);
+}
+
+TEST(Cyclic, a_lost_frame_is_told_from_a_dead_link) {
+  Bench b;
+  b.port.lose = true;
+  EXPECT_EQ(b.run().fault, Fault::FrameLost);
+  b.port.up = false;
+  EXPECT_EQ(b.run().fault, Fault::BusDown);
+}
+
+TEST(Cyclic, frames_of_an_earlier_cycle_are_dropped_and_counted) {
+  Bench b;
+  b.port.hold_back = true;
+  EXPECT_EQ(b.run().fault, Fault::FrameLost);
+  b.port.hold_back = false;
+  b.port.release();
+  b.port.inputs = {std::byte{7}, std::byte{7}, std::byte{7}};
+  EXPECT_EQ(b.run().fault, Fault::None);
+  EXPECT_EQ(b.inputs[0], std::byte{7});  // of this cycle, not of the late frame
+  EXPECT_EQ(b.cyclic.counts().late, 1u);
+  b.port.twice = true;
+  b.run();
+  b.port.twice = false;
+  EXPECT_EQ(b.run().fault, Fault::None);
+  EXPECT_EQ(b.cyclic.counts().late, 2u);
+}
+
+TEST(Cyclic, a_flood_of_foreign_frames_does_not_hold_the_loop) {
+  Bench b;
+  b.port.lose = true;
+  for (int i = 0; i < 1000; ++i) b.port.waiting.push_back(std::vector<std::byte>(60, std::byte{0x42}));
+  EXPECT_EQ(b.run().fault, Fault::FrameLost);
+  EXPECT_EQ(b.cyclic.counts().foreign, 64u);
+}
+
+TEST(Cyclic, a_datagram_of_the_run_thread_rides_along_and_is_answered) {
+  Bench b;
+  const std::array<std::byte, 2> question{};
+  ASSERT_TRUE(b.acyclic.post(wire::Command::Fprd, wire::physical_address(0x1002, 0x0130), question));
+  EXPECT_FALSE(b.acyclic.post(wire::Command::Fprd, 0, question));  // one at a time
+  std::array<std::byte, 2> answer{};
+  std::uint16_t wkc = 0;
+  EXPECT_EQ(b.acyclic.take(answer, wkc), AcyclicSlot::Taken::Pending);
+  b.run();
+  EXPECT_EQ(b.port.sent, 1);
+  ASSERT_EQ(b.acyclic.take(answer, wkc), AcyclicSlot::Taken::Answered);
+  EXPECT_EQ(answer[1], std::byte{0x77});
+  EXPECT_EQ(wkc, 1);
+
+  ASSERT_TRUE(b.acyclic.post(wire::Command::Fprd, 0, question));
+  b.port.lose = true;
+  b.run();
+  EXPECT_EQ(b.acyclic.take(answer, wkc), AcyclicSlot::Taken::Lost);
+}
+
+// Every frame carries its number as input; whatever is lost, doubled or delayed, a fresh input is always of its own
+// cycle.
+TEST(Cyclic, loss_delay_and_duplication_never_give_an_input_of_another_cycle) {
+  const unsigned seed = 7;
+  SCOPED_TRACE(seed);
+  std::mt19937 random(seed);
+  Bench b;
+  std::uint64_t lost = 0;
+  for (unsigned cycle = 1; cycle <= 200'000; ++cycle) {
+    const unsigned dice = static_cast<unsigned>(random()) % 100;
+    b.port.lose = dice == 0;
+    b.port.hold_back = dice == 1 || dice == 2;
+    b.port.twice = dice == 3;
+    if (dice == 4) b.port.release();
+    for (std::size_t i = 0; i < 3; ++i) b.port.inputs[i] = static_cast<std::byte>(cycle >> (8 * i));
+    const Exchange e = b.run();
+    if (!e.inputs_fresh) {
+      ++lost;
+      continue;
+    }
+    unsigned got = 0;
+    for (std::size_t i = 0; i < 3; ++i) got |= std::to_integer<unsigned>(b.inputs[i]) << (8 * i);
+    ASSERT_EQ(got, cycle);
+  }
+  EXPECT_EQ(b.cyclic.counts().lost, lost);
+  EXPECT_GT(lost, 1000u);
+}
+
+}  // namespace
+}  // namespace gantry::devices

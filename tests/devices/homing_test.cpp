@@ -1,0 +1,130 @@
+#include "devices/rt/homing.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/devices/drive_bench.hpp"
+
+namespace gantry::devices {
+namespace {
+
+/// A drive in homing mode after AMD530B 6.2: 8737 enabled, 0237 moving, 1637 done, 2637 error. It takes ten cycles to
+/// change its mode, moves 50 counts a cycle towards a switch, and sets its counter to 0 there.
+struct HomingDrive {
+  DriveBench bench{2000};
+  HomingRun run;
+  std::int32_t counts = 100'000, travelled = 0;
+  std::int32_t switch_after = 5000;
+  std::int8_t mode = 8;
+  int mode_wait = 0;
+  bool fails = false, stale_done = false, faulted = false;
+  bool homed = false, started = false;
+
+  HomingDrive() {
+    bench.position(counts);
+    bench.enable();
+  }
+  std::uint16_t status() const {
+    if (faulted) return 0x0238;
+    if (mode != 6) return 0x1237;
+    if (stale_done && !started) return 0x1637;
+    if (homed) return 0x1637;
+    if (fails && travelled >= switch_after) return 0x2637;
+    return started ? 0x0237 : 0x8737;
+  }
+  void cycle() {
+    const std::int8_t wanted = bench.layout.mode.get(bench.outputs);
+    if (wanted != mode && ++mode_wait > 10) mode = wanted, mode_wait = 0;
+    const bool start = mode == 6 && (bench.controlword() & 0x10) != 0;
+    if (start && !started) homed = false;
+    started = start;
+    if (started && !homed && travelled < switch_after) counts -= 50, travelled += 50;
+    if (started && !fails && travelled >= switch_after && !homed) homed = true, counts = 0;
+    if (!start && homed && mode != 6) homed = false;
+    bench.mode(mode);
+    bench.status(status());
+    bench.position(counts);
+    const Feedback f = bench.drive.read(bench.inputs, true);
+    bench.drive.write(bench.outputs, run.busy()
+                                         ? run.step(f)
+                                         : DriveCommand{.goal = DriveGoal::Enabled, .target = bench.drive.commanded()});
+  }
+  int until_done(int at_most = 20'000) {
+    int n = 0;
+    while (run.busy() && n < at_most) cycle(), ++n;
+    return n;
+  }
+};
+
+TEST(Homing, finds_the_switch_and_comes_back_to_csp_without_a_step) {
+  HomingDrive h;
+  h.run.start({.timeout_cycles = 10'000, .travel_counts = 20'000}, h.bench.drive.feedback());
+  h.until_done();
+  ASSERT_EQ(h.run.phase(), HomingRun::Phase::Done) << code(h.run.fault()).text;
+  EXPECT_EQ(h.mode, 8);
+  EXPECT_TRUE(h.bench.drive.feedback().takes_targets);
+  EXPECT_EQ(h.bench.target(), h.counts);
+  h.bench.drive.set_reference(Counts{0}, 5.0);
+  EXPECT_DOUBLE_EQ(h.bench.drive.commanded(), 5.0);
+  h.cycle();
+  EXPECT_EQ(h.bench.target(), h.counts);
+  EXPECT_DOUBLE_EQ(h.bench.drive.feedback().position, 5.0);
+}
+
+TEST(Homing, done_bits_of_an_earlier_homing_do_not_count) {
+  HomingDrive h;
+  h.stale_done = true;
+  h.run.start({.timeout_cycles = 10'000, .travel_counts = 20'000}, h.bench.drive.feedback());
+  h.until_done();
+  EXPECT_EQ(h.run.phase(), HomingRun::Phase::Done);
+  EXPECT_GE(h.travelled, h.switch_after);
+}
+
+TEST(Homing, the_drives_error_bit_ends_it) {
+  HomingDrive h;
+  h.fails = true;
+  h.run.start({.timeout_cycles = 10'000, .travel_counts = 20'000}, h.bench.drive.feedback());
+  h.until_done();
+  EXPECT_EQ(h.run.phase(), HomingRun::Phase::Failed);
+  EXPECT_EQ(h.run.fault(), Fault::HomingFailed);
+  EXPECT_EQ(h.mode, 8);
+}
+
+TEST(Homing, travel_and_time_are_bounded) {
+  HomingDrive far;
+  far.switch_after = 1'000'000;
+  far.run.start({.timeout_cycles = 100'000, .travel_counts = 20'000}, far.bench.drive.feedback());
+  far.until_done();
+  EXPECT_EQ(far.run.fault(), Fault::HomingTimeout);
+  EXPECT_NEAR(far.travelled, 20'000, 200);
+
+  HomingDrive slow;
+  slow.switch_after = 1'000'000;
+  slow.run.start({.timeout_cycles = 300, .travel_counts = 0}, slow.bench.drive.feedback());
+  const int cycles = slow.until_done();
+  EXPECT_EQ(slow.run.fault(), Fault::HomingTimeout);
+  EXPECT_LT(cycles, 400);
+}
+
+TEST(Homing, a_drive_fault_ends_it_with_the_drives_own_fault) {
+  HomingDrive h;
+  h.run.start({.timeout_cycles = 10'000, .travel_counts = 20'000}, h.bench.drive.feedback());
+  for (int i = 0; i < 40; ++i) h.cycle();
+  h.faulted = true;
+  h.bench.layout.error_code.set(h.bench.inputs, 0x3210);
+  h.until_done();
+  EXPECT_EQ(h.run.fault(), Fault::DriveFault);
+  EXPECT_EQ(h.bench.controlword() & 0x0F, 0);
+}
+
+TEST(Homing, can_be_cancelled_and_leaves_the_axis_standing_in_csp) {
+  HomingDrive h;
+  h.run.start({.timeout_cycles = 10'000, .travel_counts = 20'000}, h.bench.drive.feedback());
+  for (int i = 0; i < 40; ++i) h.cycle();
+  h.run.cancel(Fault::Aborted);
+  h.until_done();
+  EXPECT_EQ(h.run.fault(), Fault::Aborted);
+  EXPECT_EQ(h.mode, 8);
+}
+
+}  // namespace
+}  // namespace gantry::devices

@@ -1,0 +1,93 @@
+#include "devices/rt/probe.hpp"
+
+#include <gtest/gtest.h>
+
+namespace gantry::devices {
+namespace {
+
+/// A drive's probe 1 after the manuals (AMD530B 7.2, iD286 10.2): enabled and latched bits live as long as 60B8h bit 0.
+struct DriveProbe {
+  std::uint16_t function = 0, status = 0;
+  std::int32_t latched = 0;
+  bool level = false;
+  bool keeps_latch = false;  ///< a drive that does not take the latched bit back
+
+  void take(std::uint16_t word) {
+    if ((word & 1) == 0) status = static_cast<std::uint16_t>(keeps_latch ? status & 2 : 0);
+    if ((word & 1) != 0 && (function & 1) == 0) status = 1;  // a new edge arms
+    function = word;
+  }
+  void touch(std::int32_t counts) {
+    level = true;
+    if ((status & 3) == 1 && (function & 0x10) != 0) status |= 2, latched = counts;
+  }
+  [[nodiscard]] Feedback feedback(bool fresh = true) const {
+    Feedback f;
+    f.fresh = fresh;
+    f.probe_status = status;
+    f.probe_level = level;
+    f.probe_rising = Counts{latched};
+    return f;
+  }
+};
+
+TEST(Probe, arms_and_gives_the_latched_place_touch_after_touch) {
+  DriveProbe d;
+  ProbeArm probe;
+  for (const std::int32_t place : {100, 200, 300}) {
+    d.level = false;
+    probe.start();
+    for (int i = 0; i < 20; ++i) d.take(probe.step(d.feedback()));
+    ASSERT_EQ(probe.phase(), ProbeArm::Phase::Armed);
+    d.touch(place);
+    d.take(probe.step(d.feedback()));
+    ASSERT_EQ(probe.phase(), ProbeArm::Phase::Latched);
+    EXPECT_EQ(probe.latched().value, place);
+  }
+}
+
+TEST(Probe, the_edge_survives_lost_frames) {
+  DriveProbe d;
+  d.function = 0x11, d.status = 3, d.latched = 55;  // armed and latched by somebody before
+  ProbeArm probe;
+  probe.start();
+  for (int i = 0; i < 40; ++i) {
+    const bool lost = i % 2 == 0;
+    const std::uint16_t word = probe.step(d.feedback(!lost));
+    if (!lost) d.take(word);
+    EXPECT_NE(probe.phase(), ProbeArm::Phase::Latched);  // the old latch is never taken
+  }
+  EXPECT_EQ(probe.phase(), ProbeArm::Phase::Armed);
+}
+
+TEST(Probe, an_active_probe_is_refused_before_the_move) {
+  DriveProbe d;
+  d.level = true;
+  ProbeArm probe;
+  probe.start();
+  EXPECT_EQ(probe.step(d.feedback()), 0);
+  EXPECT_EQ(probe.phase(), ProbeArm::Phase::Failed);
+  EXPECT_EQ(probe.fault(), Fault::ProbeAlreadyActive);
+}
+
+TEST(Probe, a_latch_that_does_not_vanish_is_stale) {
+  DriveProbe d;
+  d.keeps_latch = true;
+  d.status = 3;
+  ProbeArm probe;
+  probe.start();
+  for (int i = 0; i < 100; ++i) d.take(probe.step(d.feedback()));
+  EXPECT_EQ(probe.fault(), Fault::ProbeStale);
+}
+
+TEST(Probe, a_drive_that_never_shows_enabled_fails) {
+  ProbeArm probe;
+  probe.start();
+  Feedback f;
+  f.fresh = true;
+  for (int i = 0; i < 200; ++i) probe.step(f);
+  EXPECT_EQ(probe.fault(), Fault::ProbeStale);
+}
+
+}  // namespace
+}  // namespace gantry::devices
