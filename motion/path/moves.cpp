@@ -1,0 +1,76 @@
+#include "motion/path/moves.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "motion/path/speeds.hpp"
+
+namespace gantry::motion {
+namespace {
+
+/// Length of the way of the linear axes, or of the rotary ones when no linear axis moves.
+double path_length(const Limits& limits, const AxisVec& way) {
+  double linear = 0, rotary = 0;
+  for (std::size_t i = 0; i < limits.axes; ++i) (limits.linear[i] ? linear : rotary) += way[i] * way[i];
+  return std::sqrt(linear > 0 ? linear : rotary);
+}
+
+}  // namespace
+
+std::vector<Segment> line_move(const Limits& limits, const AxisVec& from, const AxisVec& to, double v_cap) {
+  AxisVec way{}, direction{};
+  for (std::size_t i = 0; i < limits.axes; ++i) way[i] = to[i] - from[i];
+  const double length = path_length(limits, way);
+  if (!(length > 1e-12)) return {};
+  for (std::size_t i = 0; i < limits.axes; ++i) direction[i] = way[i] / length;
+
+  Segment s;
+  s.feature = kTravel;
+  s.geometry.length = length;
+  s.geometry.degree = 1;
+  s.geometry.c[0] = from;
+  s.geometry.c[1] = way;
+  const Piece piece{s.geometry, line_bounds(limits, direction), v_cap, true};
+  const Profile shortest = piece_profile(piece, 0, 0);
+  const double seconds = duration(shortest);
+  s.nominal = nominal(stretched(shortest, whole_ticks(seconds, limits.tick_s) / seconds));
+  s.v_max = piece.bounds.v, s.a_max = piece.bounds.a, s.j_max = piece.bounds.j;
+  s.v_cap = std::min(v_cap, s.v_max);
+  return {s};
+}
+
+std::vector<Segment> probe_move(const Limits& limits, const AxisVec& from, const AxisVec& to, double v_cap) {
+  std::vector<Segment> move = line_move(limits, from, to, v_cap);
+  for (Segment& s : move) {
+    s.kind = SegmentKind::UntilProbe;
+    s.ends_block = true;
+  }
+  return move;
+}
+
+Segment dwell(const Limits& limits, const AxisVec& q, double seconds, std::span<const OutputEvent> events) {
+  Segment s;
+  s.kind = SegmentKind::Dwell;
+  s.geometry.length = std::max(whole_ticks(seconds, limits.tick_s), limits.tick_s);
+  s.geometry.c[0] = q;
+  s.nominal.v0 = 1;  // s is time
+  s.nominal.phases.push_back({s.geometry.length, 0});
+  s.v_cap = s.v_max = 1;
+  for (const OutputEvent& e : events) s.events.push_back(e);
+  return s;
+}
+
+bool within(const Limits& limits, const AxisVec& q) {
+  for (std::size_t i = 0; i < limits.axes; ++i)
+    if (!(q[i] >= limits.axis[i].p_min && q[i] <= limits.axis[i].p_max)) return false;
+  return true;
+}
+
+double duration(std::span<const Segment> segments) {
+  double sum = 0;
+  for (const Segment& s : segments)
+    for (const Phase& phase : s.nominal.phases) sum += phase.duration_s;
+  return sum;
+}
+
+}  // namespace gantry::motion
