@@ -1,0 +1,57 @@
+#include "motion/plan/find_path.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+
+#include "motion/plan/lift_over.hpp"
+
+namespace gantry::motion {
+namespace {
+
+constexpr double kLimitRounding = 1e-9;
+
+/// A path whose end itself is taken has no way round: said first, since no lift-over changes it.
+std::optional<Error> end_taken(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins) {
+  for (const bool start : {true, false}) {
+    const AxisVec& at = start ? from : to;
+    if (const auto hit = first_hit(scene, at, at, margins))
+      return Error{
+          Fault::Collision,
+          fmt::format("where the motion {}, {}; no way leads there", start ? "starts" : "ends", describe(scene, *hit)),
+          ""};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& to, const PathRules& rules,
+                       double extra_mm) {
+  for (std::size_t i = 0; i < scene.axes().size(); ++i) {
+    const Scene::Axis& a = scene.axes()[i];
+    if (!std::isfinite(from[i]) || !std::isfinite(to[i]) || to[i] < a.p_min - kLimitRounding ||
+        to[i] > a.p_max + kLimitRounding)
+      return fail(Fault::OutOfReach, fmt::format("axis {} would go to {:.3f}; its limits are {:.3f} and {:.3f}", a.name,
+                                                 to[i], a.p_min, a.p_max));
+  }
+  const auto margins = make_margins(scene, rules.clearance_mm, rules.touches, extra_mm);
+  if (!margins) return tl::unexpected(margins.error());
+
+  Path path{from == to ? PathKind::Standstill : PathKind::Straight, {from, to}, {}};
+  if (const auto straight = first_hit(scene, from, to, *margins)) {
+    if (auto taken = end_taken(scene, from, to, *margins)) return tl::unexpected(*std::move(taken));
+    auto over = lift_over(scene, from, to, *margins);
+    if (!over)
+      return fail(Fault::Collision,
+                  fmt::format("{}; tried: straight (free for {:.0f} %), lift-over ({})", describe(scene, *straight),
+                              100 * straight->fraction, over.error().why));
+    path.kind = PathKind::LiftOver;
+    path.points = std::move(over->points);
+  }
+  auto certificate = certify(scene, path.points, rules, extra_mm);
+  if (!certificate) return tl::unexpected(certificate.error());
+  path.certificate = *std::move(certificate);
+  return path;
+}
+
+}  // namespace gantry::motion

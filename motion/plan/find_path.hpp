@@ -1,0 +1,33 @@
+// From here to there without touching anything: straight when that is free, else over what is in the way at the lowest
+// Z that is. Everything it returns is certified; the same query gives the same path on every run.
+//   Result<Path> path = find_path(scene, from, to, {.clearance_mm = 2, .touches = {{"needle", "board", gap - 0.02}}});
+// Where the margin must give way: at the ends of a motion a tool is near the surface by design. A touch names the pair
+// and what it still keeps over the whole motion: needle over board `gap - 0.02`, probe on board `-travel`. Every other
+// pair keeps the full clearance, at the ends too.
+#pragma once
+#include <vector>
+
+#include "core/axis_vec.hpp"
+#include "core/error.hpp"
+#include "motion/plan/certificate.hpp"
+#include "motion/plan/scene.hpp"
+
+namespace gantry::motion {
+
+using PathRules = ClearanceRules;
+
+enum class PathKind { Standstill, Straight, LiftOver };
+
+struct Path {
+  PathKind kind = PathKind::Standstill;
+  std::vector<AxisVec> points;  ///< from, ..., to: straight motions of the axes, with a stop or a blend between them
+  Certificate certificate;      ///< with the extra margin that was asked for
+};
+
+/// `extra_mm`: path deviation to be covered besides the clearance (a corner blend's tolerance).
+/// Fault::OutOfReach when `to` is beyond an axis limit (named), Fault::Collision with both bodies, the point and what
+/// was tried.
+Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& to, const PathRules& rules,
+                       double extra_mm = 0);
+
+}  // namespace gantry::motion

@@ -1,0 +1,64 @@
+// What stands in the way, and what moves: the head's bodies against the machine's, the board and its parts.
+//   Scene scene(machine);
+//   scene.add({"part U7", {config::Shape::Kind::Box, {8, 8, 3}}, {120, 80, 21.5}});   // machine coordinates
+// A head body stands at its own place plus (X, Y, Z), lower by U when it rides on the lift. C turns the needle about
+// its own axis and moves no body. Bodies of the head are not checked against each other: their only motion is U, whose
+// limits keep them apart.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/machine.hpp"
+#include "core/axis_vec.hpp"
+#include "motion/plan/solid.hpp"
+
+namespace gantry::motion {
+
+struct SceneBody {
+  std::string name;
+  Solid solid;
+  bool on_lift = false;
+  Vec3 half_box;  ///< half edges of its axis-aligned box
+};
+
+class Scene {
+ public:
+  explicit Scene(const config::Machine& machine);
+  /// Adds a body that stands, in machine coordinates.
+  void add(const config::Body& body);
+
+  [[nodiscard]] const std::vector<SceneBody>& head() const { return head_; }
+  [[nodiscard]] const std::vector<SceneBody>& standing() const { return standing_; }
+  /// Axis-aligned boxes of standing(), side by side in memory for the first look at each pair.
+  struct Box {
+    Vec3 centre, half;
+  };
+  [[nodiscard]] const std::vector<Box>& boxes() const { return boxes_; }
+  /// By how much the axes carry a body of the head.
+  [[nodiscard]] Vec3 carried(const SceneBody& body, const AxisVec& q) const {
+    return {q[x_], q[y_], q[z_] - (body.on_lift && has_lift_ ? q[u_] : 0.0)};
+  }
+
+  struct Axis {
+    std::string name;
+    double p_min = 0, p_max = 0;
+  };
+  [[nodiscard]] const std::vector<Axis>& axes() const { return axes_; }
+  [[nodiscard]] std::size_t z() const { return z_; }
+  [[nodiscard]] bool has_lift() const { return has_lift_; }
+  [[nodiscard]] std::size_t u() const { return u_; }
+
+  /// Changes when any body changes (FNV-1a over names and numbers); stands in certificates.
+  [[nodiscard]] std::uint64_t hash() const;
+
+ private:
+  std::vector<SceneBody> head_, standing_;
+  std::vector<Box> boxes_;
+  std::vector<Axis> axes_;
+  std::size_t x_ = 0, y_ = 0, z_ = 0, u_ = 0;
+  bool has_lift_ = false;
+};
+
+}  // namespace gantry::motion

@@ -1,0 +1,173 @@
+// A head among bodies: no "free" that sampling contradicts, first contacts where they are, and a second check that is
+// not fooled.
+#include "motion/plan/sweep.hpp"
+
+#include <chrono>
+#include <gtest/gtest.h>
+
+#include "motion/plan/verify.hpp"
+#include "tests/motion/plan/prism_distance.hpp"
+#include "tests/motion/plan/random_bodies.hpp"
+
+namespace gantry::motion {
+namespace {
+
+using test::at;
+constexpr std::uint64_t kSeed = 99;
+
+/// A pallet of parts below and among the head's ways.
+std::vector<config::Body> pallet(test::RandomBodies& random, int count, bool grid) {
+  std::vector<config::Body> out;
+  for (int i = 0; i < count; ++i) {
+    config::Body b = random.body(1, grid);
+    b.name = "part " + std::to_string(i);
+    b.centre = grid ? Vec3{10.0 * random.whole(0, 40), 10.0 * random.whole(0, 30), 1.0 * random.whole(0, 20)}
+                    : Vec3{random.real(0, 400), random.real(0, 300), random.real(0, 20)};
+    out.push_back(b);
+  }
+  return out;
+}
+AxisVec somewhere(test::RandomBodies& random, bool grid) {
+  if (grid) return at(5.0 * random.whole(0, 80), 5.0 * random.whole(0, 60), random.whole(0, 40), random.whole(0, 15));
+  return at(random.real(0, 400), random.real(0, 300), random.real(0, 40), random.real(0, 15));
+}
+/// Least distance of all pairs on the motion, by closed forms.
+double judged(const config::Machine& m, const std::vector<config::Body>& parts, const AxisVec& from,
+              const AxisVec& to) {
+  double best = 1e9;
+  for (config::Body a : m.head) {
+    const auto carried = [&](const AxisVec& q) { return Vec3{q[0], q[1], q[2] - (a.on_lift ? q[4] : 0)}; };
+    const Vec3 d = carried(to) - carried(from);
+    a.centre = a.centre + carried(from);
+    for (const config::Body& b : parts) best = std::min(best, test::swept_distance(a, d, b));
+  }
+  return best;
+}
+
+TEST(Sweep, free_and_hit_are_what_closed_forms_say) {
+  test::RandomBodies random(kSeed);
+  const config::Machine machine = test::bare_machine();
+  int free = 0, hits = 0;
+  for (int i = 0; i < 600; ++i) {
+    const bool grid = i % 2 == 0;
+    const auto parts = pallet(random, 30, grid);
+    Scene scene(machine);
+    for (const config::Body& p : parts) scene.add(p);
+    const AxisVec from = somewhere(random, grid), to = somewhere(random, grid);
+    const double margin = grid ? random.whole(0, 3) : random.real(0, 3), truth = judged(machine, parts, from, to);
+    std::vector<PairProof> proofs;
+    const auto hit = first_hit(scene, from, to, {margin, {}}, &proofs);
+    if (hit) {
+      ++hits;
+      ASSERT_LT(truth, margin + 1e-4) << "case " << i << " seed " << kSeed;
+    } else {
+      ++free;
+      ASSERT_GT(truth, margin - 1e-9) << "case " << i << " seed " << kSeed;
+      ASSERT_EQ(proofs.size(), machine.head.size() * parts.size());
+      for (const PairProof& p : proofs) ASSERT_TRUE(holds(scene, from, to, p, margin)) << "case " << i;
+    }
+  }
+  EXPECT_GT(free, 100);
+  EXPECT_GT(hits, 100);
+}
+
+TEST(Sweep, tells_the_first_contact_its_bodies_and_its_point) {
+  test::RandomBodies random(kSeed + 1);
+  const config::Machine machine = test::bare_machine();
+  int seen = 0;
+  for (int i = 0; i < 600; ++i) {
+    const auto parts = pallet(random, 40, i % 2 == 0);
+    Scene scene(machine);
+    for (const config::Body& p : parts) scene.add(p);
+    const AxisVec from = somewhere(random, false), to = somewhere(random, false);
+    const auto hit = first_hit(scene, from, to, {1.5, {}});
+    if (!hit || judged(machine, parts, from, from) < 1.5) continue;
+    ++seen;
+    AxisVec there{};
+    for (std::size_t k = 0; k < 5; ++k) there[k] = from[k] + (to[k] - from[k]) * hit->fraction;
+    EXPECT_NEAR(judged(machine, parts, there, there), 1.5, 2e-3) << "case " << i;
+    EXPECT_GT(judged(machine, parts, from, there), 1.5 - 1e-9) << "case " << i;
+    config::Body a = machine.head[hit->head];
+    a.centre = a.centre + scene.carried(scene.head()[hit->head], there);
+    const config::Body point{"point", {config::Shape::Kind::Box, {}}, hit->point, 0, false};
+    EXPECT_NEAR(test::distance(a, point), 1.5, 2e-3) << "case " << i;
+    EXPECT_NEAR(test::distance(parts[hit->standing], point), 0, 2e-3) << "case " << i;
+  }
+  EXPECT_GT(seen, 50);
+}
+
+TEST(Sweep, lift_bodies_move_with_z_less_u) {
+  Scene scene(test::bare_machine());
+  scene.add(test::box("post", {4, 4, 20}, {100, 30, 10}));  // top at 20, under the probe (bottom at 15 + Z - U)
+  EXPECT_FALSE(first_hit(scene, at(100, 0, 40), at(100, 0, 40, 15), {2, {}}));
+  const auto hit = first_hit(scene, at(100, 0, 18), at(100, 0, 18, 15), {2, {}});
+  ASSERT_TRUE(hit);
+  EXPECT_EQ(scene.head()[hit->head].name, "probe");
+  EXPECT_NEAR(hit->fraction, 11.0 / 15, 1e-4);  // 33 - U = 22
+  EXPECT_NEAR(hit->point.z, 20, 1e-3);
+  EXPECT_FALSE(first_hit(scene, at(100, 0, 18, 9), at(100, 0, 24, 15), {2, {}}));  // Z and U rise together
+}
+
+TEST(Sweep, a_touch_lets_its_pair_nearer_and_no_other) {
+  Scene scene(test::bare_machine());
+  scene.add(test::box("board", {120, 80, 2}, {100, 100, 1}));
+  const AxisVec low = at(100, 100, 2.3);
+  EXPECT_TRUE(first_hit(scene, at(100, 100, 20), low, {2, {}}));
+  const auto touch = make_margins(scene, 2, {{"needle", "board", 0.28}});
+  ASSERT_TRUE(touch);
+  EXPECT_FALSE(first_hit(scene, at(100, 100, 20), low, *touch));
+  const auto tight = make_margins(scene, 2, {{"needle", "board", 0.31}});
+  const auto hit = first_hit(scene, at(100, 100, 20), low, *tight);
+  ASSERT_TRUE(hit);
+  EXPECT_NEAR(hit->point.z, 2, 1e-3);
+  const auto press = make_margins(scene, 2, {{"probe", "board", -1.5}});  // probe's bottom at 15 + Z - U
+  EXPECT_FALSE(first_hit(scene, at(100, 70, 10), at(100, 70, 6, 20.4), *press));
+  EXPECT_TRUE(first_hit(scene, at(100, 70, 10), at(100, 70, 6, 20.6), *press));
+  EXPECT_EQ(make_margins(scene, 2, {{"needle", "bord", 0}}).error().fault, Fault::UnknownReference);
+}
+
+TEST(Verify, refuses_proofs_that_do_not_hold) {
+  Scene scene(test::bare_machine());
+  scene.add(test::box("post", {10, 10, 30}, {100, 100, 15}));
+  const AxisVec from = at(60, 60, 5), to = at(60, 140, 5);
+  std::vector<PairProof> proofs;
+  ASSERT_FALSE(first_hit(scene, from, to, {2, {}}, &proofs));
+  for (PairProof p : proofs) {
+    EXPECT_TRUE(holds(scene, from, to, p, 2));
+    EXPECT_FALSE(holds(scene, from, to, p, p.room_mm + 1e-6));
+    EXPECT_FALSE(holds(scene, from, at(100, 100, 5), p, 2) && p.head == 0);  // another motion
+    p.direction = p.direction * -1;
+    EXPECT_FALSE(holds(scene, from, to, p, 2));
+    p.direction = {0, 0, 0};
+    EXPECT_FALSE(holds(scene, from, to, p, -100));
+    p.direction = {2, 0, 0};
+    EXPECT_FALSE(holds(scene, from, to, p, 2));
+  }
+}
+
+TEST(Sweep, tells_what_it_costs) {
+  test::RandomBodies random(kSeed);
+  Scene scene(test::bare_machine());
+  for (const config::Body& p : pallet(random, 200, false)) scene.add(p);
+  std::vector<std::pair<AxisVec, AxisVec>> motions;
+  for (int i = 0; i < 2000; ++i) motions.emplace_back(somewhere(random, false), somewhere(random, false));
+  for (auto& [from, to] : motions) from[2] += 15, to[2] += 15;
+  std::array<double, 2> spent_us{};
+  std::array<int, 2> count{};
+  for (const auto& [from, to] : motions) {
+    double best_us = 1e9;
+    bool hit = false;
+    for (int repeat = 0; repeat < 5; ++repeat) {
+      const auto start = std::chrono::steady_clock::now();
+      hit = first_hit(scene, from, to, {2, {}}).has_value();
+      best_us = std::min(best_us,
+                         std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count());
+    }
+    ++count[hit], spent_us[hit] += best_us;
+  }
+  std::printf("among 200 bodies: %d free motions %.2f us each, %d blocked ones %.2f us\n", count[0],
+              spent_us[0] / count[0], count[1], spent_us[1] / count[1]);
+}
+
+}  // namespace
+}  // namespace gantry::motion
