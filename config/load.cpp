@@ -70,7 +70,7 @@ class Resolver {
   std::optional<StationProfile> profile(const At<std::string>& name);
   void stations(const written::MachineFile& file, Machine& m);
   void axes(const written::MachineFile& file, Machine& m);
-  void homing(const written::HomingRow& row, Axis& axis, Machine& m);
+  void homing(const written::HomingRow& row, Axis& axis);
   void roles(const written::MachineFile& file, Machine& m);
   template <std::size_t N, class Which>
   void channels(const std::vector<written::ChannelRow>& rows, const Machine& m,
@@ -121,7 +121,7 @@ void Resolver::stations(const written::MachineFile& file, Machine& m) {
   }
 }
 
-void Resolver::homing(const written::HomingRow& row, Axis& axis, Machine& m) {
+void Resolver::homing(const written::HomingRow& row, Axis& axis) {
   Homing h;
   h.order = row.order;
   h.method = static_cast<std::int8_t>(row.method.value);
@@ -131,34 +131,6 @@ void Resolver::homing(const written::HomingRow& row, Axis& axis, Machine& m) {
   h.position = value(row.position, axis.rotary ? D::Angle : D::Length);
   h.timeout_s = row.timeout_s;
   axis.homing = h;
-  if (!mistakes_.none()) return;  // counts would be made of values that are not there
-
-  // What the drive must know for it goes with its other start-up settings, in its own units.
-  for (const DriveRef& ref : axis.drives) {
-    StationProfile& p = m.stations[ref.station.value].profile;
-    const double speed = axis.counts_per_unit / p.drive->velocity_counts_s;
-    const double acceleration = axis.counts_per_unit / p.drive->acceleration_counts_s2;
-    const struct {
-      ObjectAddress address;
-      double value;
-      Place place;
-    } settings[] = {{{0x6098, 0}, static_cast<double>(h.method), row.method.place},
-                    {{0x6099, 1}, h.fast * speed, row.fast.place},
-                    {{0x6099, 2}, h.slow * speed, row.slow.place},
-                    {{0x609A, 0}, h.acceleration * acceleration, row.acceleration.place}};
-    for (const auto& [address, wanted, place] : settings) {
-      const ObjectRow* object = find_object(p, address);
-      const auto counts = static_cast<std::int64_t>(std::llround(wanted));
-      if (!object) continue;
-      if (counts < object->min.value_or(0) || counts > object->max.value_or(0x7FFFFFFF) || (counts == 0 && wanted != 0))
-        mistakes_.add(Fault::OutOfRange,
-                      fmt::format("is {} {} for the drive ({:04X}h); it takes {} .. {}", counts, object->unit,
-                                  address.index, object->min.value_or(0), object->max.value_or(0x7FFFFFFF)),
-                      place);
-      p.startup.push_back({in_slot(p, address, ref.slot), object->type, counts, false,
-                           fmt::format("homing of axis {}: {}", axis.name, object->name)});
-    }
-  }
 }
 
 void Resolver::axes(const written::MachineFile& file, Machine& m) {
@@ -169,12 +141,10 @@ void Resolver::axes(const written::MachineFile& file, Machine& m) {
     axis.kind = row.kind;
     axis.rotary = row.per_rev.value.dimension == D::Angle;
     const D length = axis.rotary ? D::Angle : D::Length;
-    bool drives_known = !row.drives.empty();
     double counts_per_rev = 0;
     for (const auto& d : row.drives) {
       const auto station = d.station.given() ? index(m.stations, d.station, "station") : std::nullopt;
       const bool has_drive = station && m.stations[*station].profile.drive.has_value();
-      drives_known = drives_known && has_drive;
       if (!station) continue;
       const StationProfile& p = m.stations[*station].profile;
       if (!has_drive) {
@@ -186,7 +156,6 @@ void Resolver::axes(const written::MachineFile& file, Machine& m) {
       if (d.slot.value >= p.slots) {
         mistakes_.add(Fault::OutOfRange, fmt::format("{} has {} axes; slots count from 0", p.title, p.slots),
                       d.slot.place);
-        drives_known = false;
       }
       if (counts_per_rev != 0 && counts_per_rev != p.drive->counts_per_rev)
         mistakes_.add(Fault::Inconsistent, "both drives of an axis must have the same counts per revolution", d.place);
@@ -205,7 +174,7 @@ void Resolver::axes(const written::MachineFile& file, Machine& m) {
     }
     axis.skew_max = value(row.skew_max, length);
     axis.response_delay_s = row.response_delay_s;
-    if (row.homing && drives_known) homing(*row.homing, axis, m);
+    if (row.homing) homing(*row.homing, axis);
     m.axes.push_back(std::move(axis));
   }
 }

@@ -90,7 +90,7 @@ struct Station {
   BusKind bus = BusKind::EtherCat;
   int position = 0;         ///< place in the ring, 0 first; node id on CANopen
   std::uint16_t alias = 0;  ///< 0: not checked
-  StationProfile profile;   ///< its `startup` holds the homing settings of the station's axes too
+  StationProfile profile;
 };
 
 /// A convex body. Centre and extents in mm; cylinders and capsules stand along Z.

@@ -62,4 +62,9 @@ AxisVec tool_at(const config::Machine& machine, const config::Tool& tool, Vec3 t
 Vec3 to_machine(const Recipe& recipe, const config::Machine& machine, const WorkOffset& offset, const Surface& surface,
                 Vec2 at, double height_mm);
 
+/// The board ("board", from the frame's origin to its top face), its parts and its fixtures as bodies of the machine
+/// frame, with the board placed by `offset`; fixtures stay where they are.
+std::vector<config::Body> bodies(const Recipe& recipe, const config::Machine& machine, const WorkOffset& offset,
+                                 const Surface& surface);
+
 }  // namespace gantry::recipes

@@ -10,15 +10,13 @@
 #include <variant>
 #include <vector>
 
+#include "config/yaml.hpp"
 #include "core/error.hpp"
 #include "core/vec.hpp"
 
 namespace gantry::recipes {
 
-/// Where in the file something stands; line and column from 1.
-struct Place {
-  int line = 0, column = 0;
-};
+using config::Place;
 
 struct Board {
   Vec2 size;                ///< mm
@@ -28,11 +26,12 @@ struct Board {
   double clamp_margin = 0;  ///< mm kept free at the edges by the fixture; informational
 };
 
-/// Something solid that stands on the board: a part, or a clamp that holds it. A box, upright.
+/// Something solid: a part that stands on the board's top face, or a fixture (a clamp) that stands on the pallet,
+/// beside or above the board. A box, upright.
 struct Part {
   std::string name;
-  Vec2 at;  ///< centre
-  Vec3 size;
+  Vec2 at;               ///< centre
+  Vec3 size;             ///< z: height over the board's top face; of a fixture: over the frame's origin
   double rotation = 0;   ///< rad about Z
   bool fixture = false;  ///< stands on the pallet and does not move with the board's placement
   Place place;

@@ -1,0 +1,148 @@
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "recipes/job.hpp"
+
+namespace gantry::recipes {
+namespace {
+
+using config::Mistakes;
+
+/// Judges a recipe on a machine: every point within reach wherever the rules allow the board to lie.
+class Feasibility {
+ public:
+  Feasibility(const Recipe& recipe, const config::Machine& machine, Mistakes& mistakes)
+      : recipe_(recipe), machine_(machine), mistakes_(mistakes) {}
+
+  void check() {
+    if (!config::find_frame(machine_, recipe_.board.frame)) {
+      std::vector<std::string_view> known;
+      for (const auto& frame : machine_.frames) known.push_back(frame.name);
+      mistakes_.add(Fault::UnknownReference,
+                    fmt::format("machine '{}' has no frame '{}'; known: {}", machine_.name, recipe_.board.frame,
+                                fmt::join(known, ", ")),
+                    {1, 1});
+      return;
+    }
+    for (const Material& material : recipe_.materials) speed(material);
+    for (const MarkDef& m : recipe_.marks) mark(m);
+    for (const TouchPoint& t : recipe_.touches) touch(t);
+    for (const Feature& f : recipe_.features) std::visit([&](const auto& each) { feature(each); }, f);
+  }
+
+ private:
+  /// How far a point of the board may stand from its nominal place by the mark rules.
+  [[nodiscard]] double wander(Vec2 at) const {
+    return recipe_.mark_rules.max_shift_mm + 2 * norm(at) * std::sin(recipe_.mark_rules.max_rotation_rad / 2);
+  }
+
+  /// Tool's tip at a point, `low` .. `high` above the nominal surface, `around` mm to every side.
+  bool reach(std::string_view tool_name, Vec2 at, double low, double high, double around, Place place,
+             std::string_view what) {
+    const config::Tool* tool = config::find_tool(machine_, tool_name);
+    if (!tool) {
+      mistakes_.add(Fault::UnknownReference, fmt::format("machine '{}' has no tool '{}'", machine_.name, tool_name),
+                    place);
+      return false;
+    }
+    const Vec3 tip = to_machine(recipe_, machine_, {}, {}, at, 0);
+    const AxisVec q = tool_at(machine_, *tool, tip, 0);
+    const auto bounds = {
+        std::tuple{machine_.x, -around, around}, {machine_.y, -around, around}, {machine_.z, low, high}};
+    for (const auto& [id, down, up] : bounds) {
+      const config::Axis& axis = machine_.axes[id.value];
+      const double least = q[id.value] + down, most = q[id.value] + up;
+      if (least >= axis.p_min && most <= axis.p_max) continue;
+      mistakes_.add(Fault::OutOfReach,
+                    fmt::format("{} needs axis {} at {:.2f} .. {:.2f} mm (the {}, board off by up to {:.2f} mm); it "
+                                "travels {:.6g} .. {:.6g} mm",
+                                what, axis.name, least, most, tool_name, around, axis.p_min, axis.p_max),
+                    place);
+      return false;
+    }
+    return true;
+  }
+
+  void speed(const Material& material) {
+    const double most = std::min(machine_.axes[machine_.x.value].v_max, machine_.axes[machine_.y.value].v_max);
+    if (material.speed > most)
+      mistakes_.add(Fault::SpeedNotReachable,
+                    fmt::format("material '{}' asks for {:.6g} mm/s; the machine reaches {:.6g} mm/s", material.name,
+                                material.speed, most),
+                    material.place);
+  }
+
+  void mark(const MarkDef& m) {
+    // The camera looks where the mark should be; where it is then is looked for within the image.
+    reach("camera", m.at, 0, 0, 0, m.place, fmt::format("mark '{}'", m.name));
+    const config::CameraConfig& camera = machine_.camera;
+    const double image = 0.5 * camera.mm_per_px * std::min(camera.width_px, camera.height_px);
+    if (m.diameter / 2 >= std::min(image, camera.search_mm))
+      mistakes_.add(Fault::OutOfReach,
+                    fmt::format("mark '{}' of {:.6g} mm is larger than what the camera sees ({:.6g} mm)", m.name,
+                                m.diameter, 2 * std::min(image, camera.search_mm)),
+                    m.place);
+  }
+
+  void touch(const TouchPoint& t) {
+    const config::ProbeConfig& probe = machine_.probe;
+    const double window = recipe_.touch_rules.window_mm;
+    const double end = probe.approach_mm - probe.travel_mm;
+    if (probe.approach_mm < window || end > -window)
+      mistakes_.add(
+          Fault::OutOfReach,
+          fmt::format("touch '{}': the probe goes from {:.6g} to {:.6g} mm above nominal, which does not cover "
+                      "the window of +-{:.6g} mm",
+                      t.name, probe.approach_mm, end, window),
+          t.place);
+    reach("probe", t.at, end, std::max(probe.approach_mm, window + probe.retract_mm), wander(t.at), t.place,
+          fmt::format("touch '{}'", t.name));
+  }
+
+  void needle(Vec2 at, const std::string& material_name, const std::string& id, Place place, bool& told) {
+    const Material* material = find_material(recipe_, material_name);
+    if (told || !material) return;
+    const double window = recipe_.touch_rules.window_mm;
+    told =
+        !reach("needle", at, material->gap - window, material->gap + material->retract + window, wander(at), place, id);
+  }
+  void feature(const Dot& dot) {
+    // An array is one line of the recipe: it is told once.
+    if (dot.place == last_told_) return;
+    bool told = false;
+    needle(dot.at, dot.material, dot.id, dot.place, told);
+    if (told) last_told_ = dot.place;
+  }
+  void feature(const Bead& bead) {
+    bool told = false;
+    for (const Vec2 p : bead.points) needle(p, bead.material, bead.id, bead.place, told);
+  }
+
+  const Recipe& recipe_;
+  const config::Machine& machine_;
+  Mistakes& mistakes_;
+  Place last_told_;
+};
+
+}  // namespace
+
+Checked<Job> compile(const Recipe& recipe, const config::Machine& machine) {
+  Mistakes mistakes(recipe.file);
+  Feasibility(recipe, machine, mistakes).check();
+  if (!mistakes.none()) return tl::unexpected(mistakes.errors());
+
+  Job job;
+  const auto add = [&job](auto what) {
+    job.blocks.push_back({static_cast<std::uint32_t>(job.blocks.size() + 1), std::move(what)});
+  };
+  for (std::size_t i = 0; i < recipe.marks.size(); ++i) add(LookAtMark{i});
+  for (std::size_t i = 0; i < recipe.touches.size(); ++i) add(Touch{i});
+  Dispense all;
+  for (std::size_t i = 0; i < recipe.features.size(); ++i) all.features.push_back(i);
+  add(std::move(all));
+  add(Park{});
+  return job;
+}
+
+}  // namespace gantry::recipes
