@@ -1,0 +1,136 @@
+#include "sim/deposits.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "sample.hpp"
+
+namespace gantry::sim {
+namespace {
+
+std::shared_ptr<const Shot> shot(std::vector<Vec3> path) {
+  auto s = std::make_shared<Shot>();
+  s->path = std::move(path);
+  s->opened_cycle = 1, s->closed_cycle = 2;
+  return s;
+}
+
+std::vector<Vec3> along(const std::vector<Vec2>& line, Vec2 by = {}, double z = 0.3, double step = 0.05) {
+  std::vector<Vec3> out;
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    const Vec2 d = line[i] - line[i - 1];
+    const int n = static_cast<int>(std::ceil(norm(d) / step));
+    for (int k = i == 1 ? 0 : 1; k <= n; ++k) {
+      const Vec2 p = line[i - 1] + d * (static_cast<double>(k) / n) + by;
+      out.push_back({p.x, p.y, z});
+    }
+  }
+  return out;
+}
+
+/// The judge: both curves sampled densely, largest of the nearest distances, both ways, and the ends.
+double brute_force(std::span<const Vec3> path, const std::vector<Vec2>& nominal) {
+  const auto line = along(nominal, {}, 0, 0.01);
+  double worst = std::max(std::hypot(path.front().x - nominal.front().x, path.front().y - nominal.front().y),
+                          std::hypot(path.back().x - nominal.back().x, path.back().y - nominal.back().y));
+  for (const Vec3& p : path) {
+    double best = 1e9;
+    for (const Vec3& l : line) best = std::min(best, std::hypot(p.x - l.x, p.y - l.y));
+    worst = std::max(worst, best);
+  }
+  for (const Vec2& c : nominal) {
+    double best = 1e9;
+    for (std::size_t i = 1; i < path.size(); ++i)
+      for (int k = 0; k <= 50; ++k) {
+        const Vec3 p = path[i - 1] + (path[i] - path[i - 1]) * (k / 50.0);
+        best = std::min(best, std::hypot(p.x - c.x, p.y - c.y));
+      }
+    worst = std::max(worst, best);
+  }
+  return worst;
+}
+
+TEST(Deposits, path_error_agrees_with_brute_force_on_random_paths) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> place(0, 10), wobble(-0.3, 0.3);
+  for (int n = 0; n < 40; ++n) {
+    std::vector<Vec2> nominal;
+    for (int k = 0; k < 4; ++k) nominal.push_back({place(random), place(random)});
+    auto path = along(nominal, {}, 0.3, 0.5);
+    for (Vec3& p : path) p.x += wobble(random), p.y += wobble(random);
+    EXPECT_NEAR(path_error(path, nominal), brute_force(path, nominal), 0.01) << "case " << n;
+  }
+}
+
+TEST(Deposits, each_shot_takes_its_own_feature_and_reports_lateral_and_gap_error) {
+  const BoardPlan plan = board_plan(sample::recipe());
+  const auto d =
+      judge(plan, std::vector{shot({{20.01, 20, 0.31}}), shot(along(plan.features[2].points, {0.02, 0}, 0.28)),
+                              shot({{25, 19.98, 0.3}, {25, 19.98, 0.33}})});
+  ASSERT_EQ(d.size(), 3u);
+  EXPECT_EQ(d[0].id, "d1");
+  EXPECT_EQ(d[0].kind, "dot");
+  EXPECT_NEAR(d[0].error_mm, 0.01, 1e-12);
+  EXPECT_NEAR(d[0].gap_mm, 0.31, 1e-12);
+  ASSERT_EQ(d[0].nominal_mm.size(), 1u);
+  EXPECT_EQ(d[0].nominal_mm[0], (Vec3{20, 20, 0.3}));
+  EXPECT_EQ(d[1].id, "b1");
+  EXPECT_EQ(d[1].kind, "bead");
+  EXPECT_NEAR(d[1].error_mm, 0.02, 1e-9);
+  EXPECT_NEAR(d[1].gap_mm, 0.28, 1e-12);
+  EXPECT_EQ(d[2].id, "d2");
+  EXPECT_NEAR(d[2].gap_mm, 0.33, 1e-12) << "the needle rose while the valve was open";
+  EXPECT_EQ(d[2].board_mm.size(), 1u) << "of a dot the place at opening";
+}
+
+TEST(Deposits, a_bead_that_was_cut_short_keeps_its_id_and_shows_how_far_its_end_is) {
+  const BoardPlan plan = board_plan(sample::recipe());
+  const auto d = judge(plan, std::vector{shot(along({{30, 60}, {45, 60}}))});
+  ASSERT_EQ(d.size(), 1u);
+  EXPECT_EQ(d[0].id, "b1");
+  EXPECT_NEAR(d[0].error_mm, std::hypot(15, 10), 1e-9);
+}
+
+TEST(Deposits, a_second_shot_on_a_dot_and_a_stray_shot_have_no_id) {
+  const BoardPlan plan = board_plan(sample::recipe());
+  const auto d = judge(
+      plan, std::vector{shot({{20, 20, 0.3}}), shot({{20, 20, 0.3}}), shot({{90, 30, 0.3}}), shot({{25, 20, 0.3}})});
+  ASSERT_EQ(d.size(), 4u);
+  EXPECT_EQ(d[0].id, "d1");
+  EXPECT_EQ(d[1].id, "") << "must not steal the neighbour d2";
+  EXPECT_EQ(d[2].id, "");
+  EXPECT_EQ(d[3].id, "d2");
+}
+
+TEST(Deposits, two_features_at_one_place_are_both_found) {
+  BoardPlan plan = board_plan(sample::recipe());
+  plan.features.push_back({"again", false, {{20, 20}}, 0.3});
+  plan.features.push_back({"start", false, {{30, 60}}, 0.3});
+  const auto d = judge(plan, std::vector{shot({{20, 20, 0.3}}), shot({{20, 20, 0.3}}), shot({{30, 60, 0.3}}),
+                                         shot(along(plan.features[2].points))});
+  EXPECT_EQ(d[0].id, "d1");
+  EXPECT_EQ(d[1].id, "again");
+  EXPECT_EQ(d[2].id, "start") << "a dot on the start of a bead is the dot";
+  EXPECT_EQ(d[3].id, "b1");
+}
+
+TEST(Deposits, csv_has_one_line_each_and_quotes_ids) {
+  BoardPlan plan = board_plan(sample::recipe());
+  plan.features[0].id = "odd \"id\", with comma";
+  const auto d = judge(plan, std::vector{shot({{20, 20, 0.3}}), shot(along(plan.features[2].points))});
+  const auto path = std::filesystem::temp_directory_path() / "gantry-deposits-test.csv";
+  ASSERT_TRUE(write_csv(d, path.string()));
+  std::ifstream in(path);
+  std::string line;
+  std::vector<std::string> lines;
+  while (std::getline(in, line)) lines.push_back(line);
+  ASSERT_EQ(lines.size(), 3u);
+  EXPECT_TRUE(lines[1].starts_with("\"odd \"\"id\"\", with comma\",dot,1,2,0.000000,0.300000,")) << lines[1];
+  std::filesystem::remove(path);
+  EXPECT_FALSE(write_csv(d, "/nonexistent/deposits.csv"));
+}
+
+}  // namespace
+}  // namespace gantry::sim
