@@ -48,10 +48,10 @@ Senses World::step(std::uint64_t cycle, Time now, const Moment& moment) {
     before_ = moment;
   }
   const double dt_s = std::max(seconds(now - last_), 1e-9);
-  if ((moment.outputs & ~before_.outputs) & bit(Output::CameraTrigger)) run_camera(moment, dt_s, last_);
-  valve_.command((moment.outputs & bit(Output::Valve)) != 0, last_);
   run_valve(last_, now, before_.axes, moment.axes, cycle);
   run_collisions(before_.axes, moment.axes, dt_s, cycle);
+  valve_.command((moment.outputs & bit(Output::Valve)) != 0, now);
+  if ((moment.outputs & ~before_.outputs) & bit(Output::CameraTrigger)) run_camera(moment, dt_s, now);
 
   Senses senses;
   senses.probe_contact = probe_contact(moment.axes);
@@ -155,15 +155,13 @@ double World::probe_contact(const AxisVec& q) {
 
 void World::run_camera(const Moment& moment, double dt_s, Time exposed_at) {
   if (!head_.camera.exists) return;
-  // The trigger has stood at the terminals since the last sync: that is where the head was, and this is how it moved.
-  const Vec3 focus = head_.place(head_.camera, before_.axes);
-  const Vec3 later = head_.place(head_.camera, moment.axes);
+  const Vec3 focus = head_.place(head_.camera, moment.axes), earlier = head_.place(head_.camera, before_.axes);
   if (board_) {
     const Vec3 at = board_->to_board(focus);
     if (const int i = nearest_mark(board_->plan, {at.x, at.y}); i >= 0)
       fire(Trigger::Kind::MarkExposed, 0, board_->plan.marks[static_cast<std::size_t>(i)].name, exposed_at);
   }
-  const Vec2 speed = Vec2{later.x - focus.x, later.y - focus.y} * (1 / dt_s);
+  const Vec2 speed = Vec2{focus.x - earlier.x, focus.y - earlier.y} * (1 / dt_s);
   camera_.expose(focus, speed, (moment.outputs & bit(Output::CameraLight)) != 0, board_);
 }
 

@@ -33,7 +33,7 @@ namespace gantry::sim {
 /// What is physically true at a sync.
 struct Moment {
   AxisVec axes{};             ///< actual coordinates now; of a gantry axis the mean of its sides
-  std::uint32_t outputs = 0;  ///< config::bit(Output), as they have stood at the terminals since the last sync
+  std::uint32_t outputs = 0;  ///< config::bit(Output), as they take effect at this instant
 };
 
 /// What the world does back to the machine.

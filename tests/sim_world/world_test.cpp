@@ -48,9 +48,8 @@ TEST_F(InWorld, a_bead_begins_and_ends_where_the_valve_truly_moves) {
   };
   double x = 25;
   for (int k = 0; k < 2000; ++k) {
-    // The output stands at the terminals from the sync after which x is the position.
-    step.outputs = (x >= 30 - 1e-9 && x < 60 - 1e-9) ? bit(Output::Valve) : 0;
     x += 0.02;
+    step.outputs = (x >= 30 - 1e-9 && x < 60 - 1e-9) ? bit(Output::Valve) : 0;
     step.to(at(x));
   }
   const auto d = world.deposits();
