@@ -34,7 +34,8 @@ std::vector<Solid> solids_of(std::span<const config::Body> scene, const BoardTru
                  board->rotation(),
                  board->placement().slope});
   for (const recipes::Part& part : board->plan.parts) {
-    const Vec3 centre = part.fixture ? board->nominal_to_machine(part.at, part.size.z / 2)
+    // A part stands on the true top face, a fixture on the pallet.
+    const Vec3 centre = part.fixture ? board->nominal_to_machine(part.at, part.size.z / 2 - cad.thickness)
                                      : board->to_machine(part.at, part.size.z / 2);
     const double turn = part.rotation + (part.fixture ? 0.0 : board->rotation());
     out.push_back({part.name, {config::Shape::Kind::Box, part.size}, centre, turn, {}});

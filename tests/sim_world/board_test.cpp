@@ -118,6 +118,7 @@ TEST(Solids, parts_move_with_the_board_and_fixtures_do_not) {
   EXPECT_EQ(after[3].name, "relay");
   EXPECT_EQ(after[4].name, "clamp");
   EXPECT_EQ(after[4].centre, before[4].centre);
+  EXPECT_NEAR(after[4].centre.z, 6, 1e-12) << "12 mm from the pallet up";
   EXPECT_EQ(after[4].rotation_rad, before[4].rotation_rad);
   EXPECT_NEAR(after[3].rotation_rad - before[3].rotation_rad, 0.02, 1e-15);
   const Vec2 turned = rotated({60, 40}, 0.02) + Vec2{120 + 1.5, 90 - 0.5};
