@@ -1,0 +1,55 @@
+// The bench's own arithmetic: a bench that misreads its peer compares nothing.
+#include <gtest/gtest.h>
+
+#include "bench/wake_up/cyclictest.hpp"
+
+namespace gantry::bench {
+namespace {
+
+TEST(Latencies, quantiles_of_a_known_distribution) {
+  Latencies l;
+  EXPECT_EQ(l.quantile(0.5), 0);
+  for (int us = 0; us < 1000; ++us) l.add(us);
+  EXPECT_EQ(l.quantile(0.5), 500);
+  EXPECT_EQ(l.quantile(0.99), 990);
+  EXPECT_EQ(l.quantile(0.999), 999);
+  EXPECT_EQ(l.quantile(1), 999);
+  EXPECT_EQ(l.above(989), 10u);
+  EXPECT_EQ(l.above(5000), 0u);
+}
+
+// Printed by `cyclictest -q -m -p 90 -i 1000 -t 1 -l 1000 -h 5` of rt-tests 2.4, shortened.
+constexpr const char* kPrinted =
+    "# /dev/cpu_dma_latency set to 0us\n"
+    "# Histogram\n"
+    "000000 000000\n"
+    "000001 000003\n"
+    "000002 000900\n"
+    "000003 000094\n"
+    "000004 000000\n"
+    "# Total: 000000997\n"
+    "# Min Latencies: 00001\n"
+    "# Avg Latencies: 00002\n"
+    "# Max Latencies: 00521\n"
+    "# Histogram Overflows: 00003\n"
+    "# Histogram Overflow at cycle number:\n"
+    "# Thread 0: 00000 00016 00017\n";
+
+TEST(Cyclictest, histogram_is_read_with_its_overflows_at_the_maximum) {
+  const auto l = parse_histogram(kPrinted);
+  ASSERT_TRUE(l);
+  EXPECT_EQ(l->count(), 1000u);
+  EXPECT_EQ(l->quantile(0), 1);
+  EXPECT_EQ(l->quantile(0.5), 2);
+  EXPECT_EQ(l->quantile(0.95), 3);
+  EXPECT_EQ(l->quantile(0.999), 521);
+  EXPECT_EQ(l->max(), 521);
+}
+
+TEST(Cyclictest, anything_else_is_an_error) {
+  EXPECT_FALSE(parse_histogram(""));
+  EXPECT_FALSE(parse_histogram("Unable to change scheduling policy!\n"));
+}
+
+}  // namespace
+}  // namespace gantry::bench
