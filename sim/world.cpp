@@ -118,6 +118,7 @@ void World::closed(Vec3 at, Time when, std::uint64_t cycle) {
     const ShotRecord r{when.count(), cycle, at.x, at.y, at.z};
     log_->append(WorldLog::Kind::ShotClosed, std::as_bytes(std::span(&r, 1)));
   }
+  open_->path.shrink_to_fit();  // thousands of dots keep a few points each
   shots_.push_back(std::move(open_));
   open_.reset();
 }
