@@ -115,5 +115,19 @@ TEST(Dependencies, every_package_that_setup_installs_has_its_licence_told) {
   EXPECT_GT(packages, 10);
 }
 
+TEST(Dependencies, every_library_that_the_build_looks_for_is_installed_by_setup) {
+  const std::string packages = read(std::filesystem::path(GANTRY_SOURCE_DIR) / "scripts/packages.txt");
+  const std::regex find(R"(find_package\(\s*([A-Za-z0-9_+-]+))");
+  for (const SourceFile& file : source_tree()) {
+    if (!file.path.ends_with("CMakeLists.txt") && !file.path.ends_with(".cmake")) continue;
+    for (std::sregex_iterator it(file.text.begin(), file.text.end(), find), end; it != end; ++it) {
+      const std::string name = (*it)[1];
+      if (name == "Threads") continue;  // of the C library
+      EXPECT_TRUE(std::regex_search(packages, std::regex("#.*\\b" + name + "\\b")))
+          << file.path << " looks for " << name;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace gantry::architecture
