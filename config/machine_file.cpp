@@ -10,6 +10,7 @@ using D = Dimension;
 constexpr Range kPositive{1e-9, 1e9};
 constexpr Range kNotNegative{0, 1e9};
 constexpr Range kLength{-1e5, 1e5};
+constexpr Range kHalfTurn{units::rad(-180), units::rad(180)};
 
 const std::vector<D> kPosition{D::Length, D::Angle};
 const std::vector<D> kSpeed{D::Speed, D::AngularSpeed};
@@ -84,7 +85,7 @@ Fields<BodyRow> body_fields(bool head) {
       object("cylinder", &BodyRow::cylinder, kRound, kOptional, "upright"),
       object("capsule", &BodyRow::capsule, kRound, kOptional, "upright, with round ends"),
       point("centre", &BodyRow::centre, kLength, kRequired, head ? "in the head's frame" : "in the machine frame"),
-      number("rotation", &BodyRow::rotation_rad, D::Angle, {-4, 4}, kOptional, "about Z"),
+      number("rotation", &BodyRow::rotation_rad, D::Angle, kHalfTurn, kOptional, "about Z"),
   };
   if (head) fields.push_back(flag("on_lift", &BodyRow::on_lift, kOptional, "rides on the lift axis"));
   return fields;
@@ -155,9 +156,10 @@ const Fields<ValveRow> kValve{
 };
 const Fields<SimBoardRow> kSimBoard{
     number("height_spread", &SimBoardRow::height_spread_mm, D::Length, {0, 10}, kRequired, "+- of its surface"),
-    number("tilt_spread", &SimBoardRow::tilt_spread_rad, D::Angle, {0, 0.1}, kRequired, "+- of its surface"),
+    number("tilt_spread", &SimBoardRow::tilt_spread_rad, D::Angle, {0, units::rad(5)}, kRequired, "+- of its surface"),
     number("place_spread", &SimBoardRow::place_spread_mm, D::Length, {0, 20}, kRequired, "+- of where it lies"),
-    number("turn_spread", &SimBoardRow::place_spread_rad, D::Angle, {0, 0.2}, kRequired, "+- of how it is turned"),
+    number("turn_spread", &SimBoardRow::place_spread_rad, D::Angle, {0, units::rad(10)}, kRequired,
+           "+- of how it is turned"),
 };
 const Fields<TipErrorRow> kTipErrors{
     point("needle", &TipErrorRow::needle, {-10, 10}, kOptional, "true minus configured tip"),

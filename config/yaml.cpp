@@ -82,9 +82,10 @@ Clean clean(std::string_view text, Mistakes& mistakes) {
 }
 
 /// Thrown by the handler to leave yaml-cpp's parser; caught in read_yaml.
-struct OverBudget {
+struct Refusal {
   std::string message;
   Place place;
+  Fault fault = Fault::FileTooLarge;
 };
 
 /// Turns the parser's events into nodes. yaml-cpp's own Node is not used: it lets duplicate keys pass and expands
@@ -94,19 +95,23 @@ class TreeBuilder : public YAML::EventHandler {
   TreeBuilder(std::string_view text, Mistakes& mistakes, const YamlBudget& budget)
       : text_(text), mistakes_(mistakes), budget_(budget) {}
 
-  [[nodiscard]] Place place_of(const YAML::Mark& mark) {
-    // yaml-cpp counts columns in bytes; people count characters.
+  /// yaml-cpp counts columns in bytes; people count characters. Marks come in the order of the text, so that a long
+  /// line is counted once and not once a value.
+  Place place_of(const YAML::Mark& mark) {
     const auto pos = std::min(static_cast<std::size_t>(std::max(mark.pos, 0)), text_.size());
     const auto column = std::min(static_cast<std::size_t>(std::max(mark.column, 0)), pos);
-    int characters = 0;
-    for (std::size_t i = pos - column; i < pos; ++i) characters += (text_[i] & 0xC0) != 0x80;
-    return {mark.line + 1, characters + 1};
+    if (pos < counted_ || pos - column > counted_) counted_ = pos - column, characters_ = 0;
+    for (; counted_ < pos; ++counted_) characters_ += (text_[counted_] & 0xC0) != 0x80;
+    return {mark.line + 1, characters_ + 1};
   }
 
   void OnDocumentStart(const YAML::Mark&) override {}
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& mark, YAML::anchor_t) override {
     start(mark, Node::Kind::Empty);
+    // The mark of nothing is that of what comes next; people look at the key that has no value.
+    if (!levels_.empty() && levels_.back().node.kind == Node::Kind::Map && !levels_.back().awaits_key)
+      value_.place = levels_.back().key.place;
     end_of_value();
   }
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
@@ -119,6 +124,8 @@ class TreeBuilder : public YAML::EventHandler {
     value_.text = value;
     value_.quoted = tag == "!";
     if (refuse_tag(value_.place, tag)) value_.kind = Node::Kind::Refused;
+    if (value_.quoted && !quote_ends(static_cast<std::size_t>(std::max(mark.pos, 0))))
+      throw Refusal{"a quote that never ends", value_.place, Fault::YamlSyntax};
     end_of_value();
   }
   void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
@@ -146,13 +153,27 @@ class TreeBuilder : public YAML::EventHandler {
 
   void count(const YAML::Mark& mark) {
     if (++nodes_ > budget_.nodes)
-      throw OverBudget{fmt::format("more than {} values; split the file", budget_.nodes), place_of(mark)};
+      throw Refusal{fmt::format("more than {} values; split the file", budget_.nodes), place_of(mark)};
   }
   void start(const YAML::Mark& mark, Node::Kind kind) {
     count(mark);
     value_ = Node{};
     value_.kind = kind;
     value_.place = place_of(mark);
+  }
+  /// yaml-cpp takes a quote that is open at the end of the file for closed.
+  [[nodiscard]] bool quote_ends(std::size_t at) const {
+    if (at >= text_.size() || (text_[at] != '"' && text_[at] != '\'')) return true;  // a block scalar
+    const char quote = text_[at];
+    for (std::size_t i = at + 1; i < text_.size(); ++i) {
+      if (quote == '"' && text_[i] == '\\')
+        ++i;
+      else if (text_[i] == quote && quote == '\'' && i + 1 < text_.size() && text_[i + 1] == quote)
+        ++i;
+      else if (text_[i] == quote)
+        return true;
+    }
+    return false;
   }
   bool refuse_tag(Place place, const std::string& tag) {
     if (tag.empty() || tag == "?" || tag == "!") return false;
@@ -162,7 +183,7 @@ class TreeBuilder : public YAML::EventHandler {
   void open(const YAML::Mark& mark, const std::string& tag, Node::Kind kind) {
     count(mark);
     if (levels_.size() >= budget_.depth)
-      throw OverBudget{fmt::format("nested deeper than {} levels", budget_.depth), place_of(mark)};
+      throw Refusal{fmt::format("nested deeper than {} levels", budget_.depth), place_of(mark)};
     Level level;
     level.node.kind = kind;
     level.node.place = place_of(mark);
@@ -212,6 +233,8 @@ class TreeBuilder : public YAML::EventHandler {
   std::string_view text_;
   Mistakes& mistakes_;
   const YamlBudget& budget_;
+  std::size_t counted_ = 0;  ///< bytes up to which characters_ of their line are counted
+  int characters_ = 0;
   std::size_t nodes_ = 0;
   std::vector<Level> levels_;
   Node value_;
@@ -263,8 +286,8 @@ std::optional<Node> read_yaml(std::string_view text, Mistakes& mistakes, const Y
       mistakes.add(Fault::YamlSyntax, "a second document (---); one file holds one", second.root.place);
       return std::nullopt;
     }
-  } catch (const OverBudget& over) {
-    mistakes.add(Fault::FileTooLarge, over.message, over.place);
+  } catch (const Refusal& refusal) {
+    mistakes.add(refusal.fault, refusal.message, refusal.place);
     return std::nullopt;
   } catch (const YAML::Exception& error) {
     const Place place = error.mark.is_null() ? Place{1, 1} : tree.place_of(error.mark);

@@ -103,7 +103,7 @@ struct Recipe {
   std::vector<Feature> features;  ///< in the order of the file, arrays expanded
 };
 
-/// Budgets before expansion: 1 MiB of text, 100000 features. Never throws. Fault 4xx, 505.
+/// Budgets before expansion: 256 KiB of text, 100000 features. Never throws. Fault 4xx, 505.
 Checked<Recipe> parse(std::string_view yaml, std::string_view file);
 /// Reads a regular file and parses it.
 Checked<Recipe> load(const std::string& path);

@@ -25,6 +25,7 @@ using config::ValueShape;
 using D = config::Dimension;
 
 constexpr Range kOnBoard{-2000, 2000}, kExtent{0.01, 2000};
+constexpr Range kHalfTurn{units::rad(-180), units::rad(180)}, kTurn{units::rad(-360), units::rad(360)};
 
 const Fields<Board> kBoard{
     point("size", &Board::size, kExtent, kRequired, "its edges along X and Y"),
@@ -39,12 +40,12 @@ const Fields<Board> kBoard{
 const Fields<Part> kPart{
     point("at", &Part::at, kOnBoard, kRequired, "its centre"),
     point("size", &Part::size, kExtent, kRequired, "its edges; the last is its height over the board"),
-    number("rotation", &Part::rotation, D::Angle, {-4, 4}, kOptional, "counter-clockwise"),
+    number("rotation", &Part::rotation, D::Angle, kHalfTurn, kOptional, "counter-clockwise"),
 };
 const Fields<Part> kFixture{
     point("at", &Part::at, kOnBoard, kRequired, "its centre, with the board in its nominal place"),
     point("size", &Part::size, kExtent, kRequired, "its edges; the last is its height over the frame's origin"),
-    number("rotation", &Part::rotation, D::Angle, {-4, 4}, kOptional, "counter-clockwise"),
+    number("rotation", &Part::rotation, D::Angle, kHalfTurn, kOptional, "counter-clockwise"),
 };
 
 const Fields<MarkDef> kMark{
@@ -55,7 +56,7 @@ const Fields<MarkDef> kMark{
 const Fields<MarkRules> kMarkRules{
     number("max_residual", &MarkRules::max_residual_mm, D::Length, {0.001, 5}, kOptional, "marks may disagree by this"),
     number("max_shift", &MarkRules::max_shift_mm, D::Length, {0.01, 50}, kOptional, "the board may lie this far off"),
-    number("max_rotation", &MarkRules::max_rotation_rad, D::Angle, {0.001, 0.8}, kOptional,
+    number("max_rotation", &MarkRules::max_rotation_rad, D::Angle, {units::rad(0.1), units::rad(45)}, kOptional,
            "the board may be turned by this"),
     integer("attempts", &MarkRules::attempts, {1, 10}, kOptional, "pictures of a mark before it counts as missing"),
 };
@@ -87,7 +88,7 @@ const auto kOf = name_of("material", &FeatureRow::material, kRequired, "one of `
 const auto kCorner = number("corner_tolerance", &FeatureRow::corner_tolerance, D::Length, {0, 5}, kOptional,
                             "corners may be rounded by this; 0: stop in each");
 const auto kRotation =
-    number("rotation", &FeatureRow::rotation, D::Angle, {-7, 7}, kOptional, "counter-clockwise about `at`");
+    number("rotation", &FeatureRow::rotation, D::Angle, kTurn, kOptional, "counter-clockwise about `at`");
 
 config::Field<FeatureRow> skipped() {
   ValueShape index{ValueShape::Kind::Integer, {}, {0, 9999}, {}, {}, {}};
