@@ -110,7 +110,10 @@ class TreeBuilder : public YAML::EventHandler {
   void OnNull(const YAML::Mark& mark, YAML::anchor_t) override {
     start(mark, Node::Kind::Empty);
     // The mark of nothing is that of what comes next; people look at the key that has no value.
-    if (!levels_.empty() && levels_.back().node.kind == Node::Kind::Map && !levels_.back().awaits_key)
+    const std::string_view rest = text_.substr(std::min(static_cast<std::size_t>(std::max(mark.pos, 0)), text_.size()));
+    const std::string_view word = rest.substr(0, rest.find_first_of(" \n,]}:#"));
+    const bool written = word == "~" || word == "null" || word == "Null" || word == "NULL";
+    if (!written && !levels_.empty() && levels_.back().node.kind == Node::Kind::Map && !levels_.back().awaits_key)
       value_.place = levels_.back().key.place;
     end_of_value();
   }
