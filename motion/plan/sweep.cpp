@@ -49,9 +49,10 @@ Vec3 middle_of_overlap(Vec3 a, Vec3 a_half, Vec3 b, Vec3 b_half) {
 }  // namespace
 
 double Margins::of(std::size_t head, std::size_t standing) const {
+  double least = clearance_mm;
   for (const PairMargin& p : pairs)
-    if (p.head == head && p.standing == standing) return p.clearance_mm;
-  return clearance_mm;
+    if (p.head == head && p.standing == standing) least = std::min(least, p.clearance_mm);
+  return least;
 }
 
 Result<Margins> make_margins(const Scene& scene, double clearance_mm, const std::vector<AllowedTouch>& touches,
@@ -68,7 +69,9 @@ Result<Margins> make_margins(const Scene& scene, double clearance_mm, const std:
       return fail(Fault::UnknownReference,
                   fmt::format("an allowed touch names '{}' and '{}', but there is no such body {}", t.head, t.standing,
                               head == scene.head().size() ? "on the head" : "in the scene"));
-    out.pairs.push_back({head, standing, std::min(t.clearance_mm, out.clearance_mm)});
+    const auto top = [&](std::size_t k) { return scene.boxes()[k].centre.z + scene.boxes()[k].half.z; };
+    for (std::size_t k = 0; k < scene.standing().size(); ++k)
+      if (top(k) <= top(standing)) out.pairs.push_back({head, k, t.clearance_mm});
   }
   return out;
 }

@@ -14,9 +14,10 @@
 
 namespace gantry::motion {
 
-/// A pair that may come nearer than the clearance, by design: the needle over the board, the probe on it.
-/// `clearance_mm` is what the pair still keeps; below 0 it is an allowed overlap, counted along an upright face normal
-/// of the standing body or Z (a touch may press in by its travel).
+/// A body of the head that may come nearer to one that stands than the clearance, by design: the needle over the board,
+/// the probe on it. `clearance_mm` is what they still keep; below 0 it is an allowed overlap, counted along an upright
+/// face normal of the standing body or Z (a touch may press in by its travel). It holds as well for whatever is nowhere
+/// higher than the standing body's top: a thin board has the plate under it within any clearance.
 struct AllowedTouch {
   std::string head, standing;
   double clearance_mm = 0;

@@ -66,15 +66,19 @@ class DrawnImage {
     for (double& k : kernel) k /= sum;
     for (const bool rows : {true, false}) {
       const std::vector<double> in = pixels_;
+      const auto from = [&](int x, int y) -> double {
+        return in[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
+      };
+      std::fill(pixels_.begin(), pixels_.end(), 0.0);
       for (int y = 0; y < height_; ++y)
-        for (int x = 0; x < width_; ++x) {
-          double grey = 0;
-          for (int i = -half; i <= half; ++i) {
-            const int u = rows ? std::clamp(x + i, 0, width_ - 1) : x, v = rows ? y : std::clamp(y + i, 0, height_ - 1);
-            grey += kernel[static_cast<std::size_t>(i + half)] *
-                    in[static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u)];
-          }
-          at(x, y) = grey;
+        for (int i = -half; i <= half; ++i) {
+          const double k = kernel[static_cast<std::size_t>(i + half)];
+          const int v = rows ? y : std::clamp(y + i, 0, height_ - 1), shift = rows ? i : 0;
+          double* const out = &at(0, y);
+          const int low = std::clamp(-shift, 0, width_), high = std::clamp(width_ - shift, 0, width_);
+          for (int x = 0; x < low; ++x) out[x] += k * from(0, v);
+          for (int x = low; x < high; ++x) out[x] += k * from(x + shift, v);
+          for (int x = high; x < width_; ++x) out[x] += k * from(width_ - 1, v);
         }
     }
   }

@@ -126,7 +126,7 @@ TEST_P(FindMarkIn, full_frames_is_exact_and_never_wrong) {
   Draw draw;
   Scatter scatter;
   double slowest_ms = 0;
-  for (int i = 0; i < 24; ++i) {
+  for (int i = 0; i < 16; ++i) {
     const Scene scene = make_scene(draw, GetParam().rules);
     const auto start = std::chrono::steady_clock::now();
     const auto mark = find_mark(scene.image, {Disc{100}, GetParam().rules.bright}, {639.5, 511.5}, 470);
@@ -154,7 +154,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(FindMark, finds_nothing_where_there_is_none) {
   Draw draw;
   int wrong = 0;
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < 30; ++i) {
     SceneRules rules{.noise = i % 4 == 0 ? 0.0 : draw.real(1, 20), .mark = false, .decoys = i % 3 == 0 ? 0 : 16};
     rules.contrast = draw.real(30, 140);
     const Scene scene = make_scene(draw, rules);
