@@ -88,12 +88,34 @@ struct Conversation {
     }
     return value;
   }
+
+  /// What did not fit the first request.
+  Result<void> send_segments(std::span<const std::byte> rest) {
+    const std::size_t most = box.capacity() - kSegmentHeader;
+    for (std::uint8_t toggle = 0; !rest.empty(); toggle ^= sdo::kToggle) {
+      const auto now = rest.first(std::min(rest.size(), most));
+      rest = rest.subspan(now.size());
+      Bytes message(1 + std::max<std::size_t>(now.size(), 7));
+      put_le<std::uint8_t>(
+          message, 0,
+          static_cast<std::uint8_t>(sdo::kDownloadSegmentRequest | toggle | sdo::segment_size_bits(now.size()) |
+                                    (rest.empty() ? sdo::kLastSegment : 0)));
+      std::copy(now.begin(), now.end(), message.begin() + 1);
+      const auto reply = ask(message);
+      if (!reply) return tl::unexpected(reply.error());
+      const auto command = get_le<std::uint8_t>(*reply, kCoeHeader);
+      if ((command & sdo::kCommandMask) != sdo::kDownloadSegmentResponse || (command & sdo::kToggle) != toggle)
+        return broken("a segment is acknowledged out of turn");
+    }
+    return {};
+  }
 };
 
 Result<Conversation> begin(Link& link, StationRecord& station, ObjectAddress object) {
   if (!station.has_mailbox())
     return fail(Fault::MailboxProtocol, fmt::format("{}: the station has no mailbox", text(object)), station.where);
   Conversation c{link, station, object};
+  if (c.box.capacity() < kBody) return c.broken("the station's mailbox is too small for an SDO");
   if (auto ok = c.box.drain(); !ok) return tl::unexpected(ok.error());
   return c;
 }
@@ -129,11 +151,11 @@ Result<void> sdo_download(Link& link, StationRecord& station, ObjectAddress obje
   } else {
     h.command |= sdo::kSizeIndicated;
     h.data = static_cast<std::uint32_t>(value.size());
-    behind = value;
+    behind = value.first(std::min(value.size(), c->box.capacity() - kBody));
   }
   const auto reply = c->initiate(h, behind, sdo::kDownloadResponse);
   if (!reply) return tl::unexpected(reply.error());
-  return {};
+  return c->send_segments(behind.empty() ? behind : value.subspan(behind.size()));
 }
 
 Result<std::int64_t> read_number(Link& link, StationRecord& station, ObjectAddress object, ObjectType type) {

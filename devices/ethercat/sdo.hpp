@@ -1,4 +1,4 @@
-// Reading and writing objects of a station by CoE SDO (ETG.1000.6, 5.6.2): expedited, normal, and segmented uploads.
+// Reading and writing objects of a station by CoE SDO (ETG.1000.6, 5.6.2): expedited, normal and segmented, both ways.
 //   auto value = sdo_upload(link, station, {0x6064, 0});
 #pragma once
 #include <cstdint>
@@ -15,7 +15,6 @@ namespace gantry::devices {
 /// The object's bytes as the station has them. Fault::SdoAbort with the abort code as text, MailboxTimeout,
 /// MailboxProtocol.
 Result<Bytes> sdo_upload(Link& link, StationRecord& station, config::ObjectAddress object);
-/// Values longer than the mailbox are refused (no object of a drive is).
 Result<void> sdo_download(Link& link, StationRecord& station, config::ObjectAddress object,
                           std::span<const std::byte> value);
 
