@@ -179,6 +179,9 @@ const Fields<DriveFacts>& drive_fields() {
            "60B8h = 0 before it is armed again"),
       flag("quick_stop_needs_toggle", &DriveFacts::quick_stop_needs_toggle, kOptional,
            "the controlword must be switched back after a quick stop"),
+      integer("deviation_code", &DriveFacts::deviation_code, kU16, kOptional, "603Fh when the motor cannot follow"),
+      integer("bus_loss_code", &DriveFacts::bus_loss_code, kU16, kOptional, "603Fh when outputs stop while enabled"),
+      integer("homing_code", &DriveFacts::homing_code, kU16, kOptional, "603Fh when homing fails"),
       list("statuswords", &DriveFacts::statuswords, statusword_fields(), {0, 20}, kRequired, "6041h in each mode"),
       list("errors", &DriveFacts::errors, error_fields(), {0, 200}, kRequired, "codes of 603Fh"),
   };

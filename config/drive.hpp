@@ -102,6 +102,8 @@ struct DriveFacts {
   bool probe_rearm_needs_zero =
       false;  ///< AMD530B: 60B8h = 0, then the value again; the others take a new edge of bit 0
   bool quick_stop_needs_toggle = false;  ///< AMD530B with 605Ah 5..7: see manual 8.4
+  /// What 603Fh shows in these cases; 0: nothing is stated.
+  std::uint16_t deviation_code = 0, bus_loss_code = 0, homing_code = 0;
   std::vector<StatuswordRow> statuswords;
   std::vector<DriveErrorRow> errors;
 };

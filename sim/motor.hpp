@@ -4,6 +4,8 @@
 //   motor.run(piece, dt, watch)  ->  how far it got, and the first watched edge on the way
 // All coordinates are those of the machine axis (mm or rad); inverting and counts belong to the drive.
 #pragma once
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "config/machine.hpp"
@@ -29,8 +31,8 @@ class Motor {
   explicit Motor(const config::SimAxis& truth);
 
   /// Moves for at most `dt` under the command; stops at the first change of an input in `watch`. The axis follows its
-  /// command through a first-order lag (time constant SimAxis::lag_s), solved exactly; within 1e-9 of a standing
-  /// command it stands exactly on it, so that a run repeats to the bit.
+  /// command through a pure delay (SimAxis::delay_s) and a first-order lag (time constant SimAxis::lag_s), solved
+  /// exactly; within 1e-9 of a standing command it stands exactly on it, so that a run repeats to the bit.
   Ran run(const CommandPiece& command, double dt, std::uint32_t watch) noexcept;
 
   [[nodiscard]] double position() const noexcept { return position_; }
@@ -38,17 +40,27 @@ class Motor {
   /// Switch and probe levels at this place; home is closed on the side that SimAxis::home_active_below names.
   [[nodiscard]] std::uint32_t inputs() const noexcept;
 
-  /// The world tells at which coordinate the probe on this axis closes (it closes at and below it); -inf when there is
-  /// nothing under it.
+  /// The world tells at which coordinate the probe on this axis closes (it closes at and below it); far away when there
+  /// is nothing under it.
   void set_contact(double coordinate) noexcept { contact_ = coordinate; }
   /// Script: the axis is held by an obstacle.
   void set_stalled(bool stalled) noexcept { stalled_ = stalled; }
-  void restore(double position) noexcept { position_ = position, velocity_ = 0; }
+  /// Puts the motor somewhere, at rest; commands still on their way are forgotten.
+  void restore(double position) noexcept;
 
  private:
+  struct Delayed {
+    CommandPiece command;
+    double dt = 0;
+  };
+  Ran follow(const CommandPiece& command, double dt, std::uint32_t watch) noexcept;
+  void remember(const CommandPiece& command, double dt) noexcept;
+
   config::SimAxis truth_;
   double position_ = 0, velocity_ = 0, contact_ = -1e9;
   bool stalled_ = false;
+  std::array<Delayed, 64> delayed_{};  ///< commands not yet acted on, oldest first; together delay_s long
+  std::size_t first_ = 0, waiting_ = 0;
 };
 
 }  // namespace gantry::sim

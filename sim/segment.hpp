@@ -85,13 +85,17 @@ class Segment {
 
  private:
   struct AxisDrive {
-    int position = 0, slot = 0;  ///< place in the ring, axis of the station
+    int position = -1, slot = 0;  ///< place in the ring (-1: not on this segment), axis of the station
+    Motor* motor = nullptr;
   };
-  [[nodiscard]] Drive402& drive(AxisId axis, int drive) const noexcept;
+  [[nodiscard]] const AxisDrive& find(AxisId axis, int drive) const noexcept;
+  [[nodiscard]] Drive402* drive(AxisId axis, int drive) const noexcept;
   [[nodiscard]] int position_of(StationId station) const noexcept;
   [[nodiscard]] int reachable() const noexcept;
   void advance_to(Time now) noexcept;
   void tick_group(Time at) noexcept;
+  void serve_datagram(std::span<std::byte> header, std::span<std::byte> data, std::span<std::byte> counter,
+                      int stations, Time now) noexcept;
   void update_links() noexcept;
 
   const config::Machine& machine_;
@@ -100,6 +104,7 @@ class Segment {
   std::vector<std::unique_ptr<Station>> ring_;
   std::vector<StationId> ids_;                  ///< by position
   std::vector<std::vector<AxisDrive>> drives_;  ///< by AxisId, then drive of the axis
+  std::vector<std::unique_ptr<Motor>> motors_;  ///< one a drive; its station commands it
   std::vector<bool> link_cut_;                  ///< by link
   std::vector<Time> power_returns_;             ///< by position; kNever: it is not to return by itself
   std::uint64_t cycles_ = 0, frames_ = 0;

@@ -1,0 +1,3 @@
+# Tests of the virtual bus.
+gantry_test(sim_motor_test SOURCES motor_test.cpp DEPS gantry_sim_bus)
+gantry_test(sim_segment_test SOURCES segment_test.cpp DEPS gantry_sim_bus)
