@@ -24,22 +24,33 @@ void check_stations(const Machine& m, const MachineFile& file, Mistakes& mistake
       mistakes.add(Fault::OutOfRange, fmt::format("the ring has {} stations; positions count from 0", on_ring), place);
     else if (s.bus == BusKind::CanOpen && s.position == 0)
       mistakes.add(Fault::OutOfRange, "CANopen node ids are 1 .. 127", place);
-    if (s.bus != BusKind::EtherCat) continue;
-    const auto cycle_us = static_cast<std::uint32_t>(m.bus.cycle.count() / 1000);
-    if (s.profile.drive && !s.profile.drive->cycle_times_us.empty() &&
-        std::find(s.profile.drive->cycle_times_us.begin(), s.profile.drive->cycle_times_us.end(), cycle_us) ==
-            s.profile.drive->cycle_times_us.end())
-      mistakes.add(Fault::Inconsistent,
-                   fmt::format("station '{}' ({}) supports cycles of {} us", s.name, s.profile.title,
-                               fmt::join(s.profile.drive->cycle_times_us, ", ")),
-                   file.bus.cycle_s.place);
-    const double tolerated_ms = static_cast<double>(m.bus.cycle.count()) * 1e-6 * m.bus.stop_after_missed_hardware;
-    if (s.profile.watchdog_ms <= tolerated_ms)
-      mistakes.add(Fault::Inconsistent,
-                   fmt::format("a stall of {} ms is tolerated, but the watchdog of '{}' bites after {} ms",
-                               tolerated_ms, s.name, s.profile.watchdog_ms),
-                   file.bus.stop_after_missed.place);
   }
+}
+
+/// One value of the bus that stations contradict is one mistake, which names them all.
+void check_timing(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+  const auto cycle_us = static_cast<std::uint32_t>(m.bus.cycle.count() / 1000);
+  const double tolerated_ms = static_cast<double>(m.bus.cycle.count()) * 1e-6 * m.bus.stop_after_missed_hardware;
+  std::vector<std::string> other_cycles, bite_early;
+  for (const Station& s : m.stations) {
+    if (s.bus != BusKind::EtherCat) continue;
+    if (s.profile.drive) {
+      const auto& cycles = s.profile.drive->cycle_times_us;
+      if (!cycles.empty() && std::find(cycles.begin(), cycles.end(), cycle_us) == cycles.end())
+        other_cycles.push_back(fmt::format("'{}' ({}: {} us)", s.name, s.profile.title, fmt::join(cycles, ", ")));
+    }
+    if (s.profile.watchdog_ms <= tolerated_ms)
+      bite_early.push_back(fmt::format("'{}' ({} ms)", s.name, s.profile.watchdog_ms));
+  }
+  if (!other_cycles.empty())
+    mistakes.add(Fault::Inconsistent,
+                 fmt::format("stations that do not support this cycle: {}", fmt::join(other_cycles, ", ")),
+                 file.bus.cycle_s.place);
+  if (!bite_early.empty())
+    mistakes.add(Fault::Inconsistent,
+                 fmt::format("a stall of {} ms is tolerated, but watchdogs bite earlier: {}", tolerated_ms,
+                             fmt::join(bite_early, ", ")),
+                 file.bus.stop_after_missed.place);
 }
 
 void check_axis(const Machine& m, const Axis& axis, const written::AxisRow& row, Mistakes& mistakes) {
@@ -160,6 +171,7 @@ void check_sim(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
 
 void check_machine(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   check_stations(m, file, mistakes);
+  check_timing(m, file, mistakes);
   check_axes(m, file, mistakes);
   check_channels(m, file.outputs, true, mistakes);
   check_channels(m, file.inputs, false, mistakes);

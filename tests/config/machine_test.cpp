@@ -1,15 +1,243 @@
+// The reference machine, and every way to get a machine file wrong across its rows.
 #include "config/machine.hpp"
 
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
+#include <numbers>
+#include <unistd.h>
+
+#include "config/yaml.hpp"
 
 namespace gantry::config {
 namespace {
 
-TEST(Machine, the_reference_machine_reads_without_a_mistake) {
-  const auto m = load_machine("config/machines/dispenser.yaml");
+namespace fs = std::filesystem;
+
+Machine dispenser() {
+  auto m = load_machine("config/machines/dispenser.yaml");
   if (!m)
     for (const Error& e : m.error()) ADD_FAILURE() << to_text(e);
-  ASSERT_TRUE(m);
+  return m ? *m : Machine{};
+}
+
+TEST(Machine, the_reference_machine_has_every_drive_of_the_project) {
+  const Machine m = dispenser();
+  ASSERT_EQ(m.stations.size(), 7u);
+  const char* profiles[] = {"id286", "amd530b", "amd530b", "id286", "std402ec", "dio16", "iss57"};
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(m.stations[i].profile.name, profiles[i]);
+    EXPECT_EQ(m.stations[i].position, static_cast<int>(i));
+    EXPECT_EQ(m.stations[i].bus, BusKind::EtherCat);
+  }
+  EXPECT_EQ(m.stations[6].bus, BusKind::CanOpen);
+  EXPECT_EQ(m.stations[6].position, 1);
+  const char* names[] = {"X", "Y", "Z", "C", "U", "F"};
+  ASSERT_EQ(m.axes.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(m.axes[i].name, names[i]);
+    EXPECT_EQ(m.axes[i].id.value, i);
+  }
+  EXPECT_EQ(m.axes[1].drives.size(), 2u) << "a gantry axis";
+  EXPECT_EQ(m.axes[3].drives[0].station, m.axes[4].drives[0].station) << "one station, two axes";
+  EXPECT_EQ(m.axes[5].kind, AxisKind::Positioned);
+  EXPECT_EQ(m.bus.cycle, milliseconds(1));
+}
+
+TEST(Machine, counts_and_units_are_those_of_the_file) {
+  const Machine m = dispenser();
+  EXPECT_DOUBLE_EQ(m.axes[0].counts_per_unit, 1000);  // 10000 counts, 10 mm
+  EXPECT_DOUBLE_EQ(m.axes[2].counts_per_unit, 2000);  // 5 mm
+  EXPECT_TRUE(m.axes[3].rotary);
+  EXPECT_NEAR(m.axes[3].counts_per_unit * 2 * std::numbers::pi, 100000, 1e-6);  // 36 deg a revolution
+  EXPECT_NEAR(m.axes[3].p_max, std::numbers::pi, 1e-12);
+  EXPECT_NEAR(m.axes[3].v_max, 2 * std::numbers::pi, 1e-12);
+  EXPECT_EQ(m.axes[3].following_base, 0) << "open loop: nothing to watch";
+  EXPECT_EQ(m.axes[0].homing->method, 17);
+  EXPECT_EQ(m.axes[2].homing->order, 0) << "Z goes first";
+}
+
+TEST(Machine, axes_answer_one_cycle_after_their_position_loop) {
+  const Machine m = dispenser();
+  for (std::size_t i = 0; i < 5; ++i)
+    EXPECT_NEAR(m.axes[i].response_delay_s, m.sim.axes[i].lag_s + m.sim.axes[i].delay_s + 0.001, 1e-12);
+}
+
+TEST(Machine, homing_edges_stand_where_the_virtual_switches_are) {
+  const Machine m = dispenser();
+  for (const Axis& a : m.axes) {
+    if (!a.homing) continue;
+    const SimAxis& s = m.sim.axes[a.id.value];
+    const double edge = a.homing->method == 17 ? s.neg_limit : a.homing->method == 18 ? s.pos_limit : s.home_switch;
+    EXPECT_DOUBLE_EQ(a.homing->position, edge) << a.name;
+  }
+}
+
+double bottom(const Body& b, double lift) { return b.centre.z - b.shape.size.z / 2 - (b.on_lift ? lift : 0); }
+
+TEST(Machine, the_lift_makes_the_needle_highest_or_lowest) {
+  const Machine m = dispenser();
+  const double lift = find_tool(m, "needle")->lift_mm;
+  double needle = 0, lowest_else = 1e9;
+  for (const Body& b : m.head) {
+    if (b.name == "needle")
+      needle = bottom(b, 0);
+    else
+      lowest_else = std::min(lowest_else, bottom(b, b.on_lift ? lift : 0));
+  }
+  EXPECT_DOUBLE_EQ(needle, find_tool(m, "needle")->tip.z) << "the body ends at the tip";
+  EXPECT_DOUBLE_EQ(
+      bottom(*std::find_if(m.head.begin(), m.head.end(), [](const Body& b) { return b.name == "probe_stylus"; }), 0),
+      find_tool(m, "probe")->tip.z);
+  EXPECT_GE(needle, find_tool(m, "probe")->tip.z + 5);
+  EXPECT_LE(needle - lift, lowest_else - 20) << "parts of 18 mm pass under all but the needle";
+}
+
+TEST(Machine, bodies_of_the_head_do_not_meet_bodies_of_the_scene_at_rest) {
+  const Machine m = dispenser();
+  for (const Body& h : m.head)
+    for (const Body& s : m.scene) {
+      double z = 0;
+      for (const auto& [axis, position] : m.park)
+        if (axis == m.z) z = position;
+      EXPECT_GT(bottom(h, 0) + z, s.centre.z + s.shape.size.z / 2) << h.name << " over " << s.name << " when parked";
+    }
+}
+
+TEST(Machine, channels_have_their_bits) {
+  const Machine m = dispenser();
+  for (std::size_t i = 0; i < kOutputs; ++i) {
+    ASSERT_TRUE(m.outputs[i]) << name(static_cast<Output>(i));
+    EXPECT_EQ(m.outputs[i]->bit, i);
+  }
+  for (std::size_t i = 0; i < kInputs; ++i) ASSERT_TRUE(m.inputs[i]) << name(static_cast<Input>(i));
+}
+
+TEST(Machine, notes_tell_what_is_assumed_and_what_a_bus_loss_costs) {
+  const auto all = notes(dispenser());
+  const auto tells = [&](std::string_view what) {
+    return std::any_of(all.begin(), all.end(), [&](const std::string& n) { return n.find(what) != std::string::npos; });
+  };
+  EXPECT_TRUE(tells("iD286-ECFA: identity"));
+  EXPECT_TRUE(tells("axis C runs open loop"));
+  EXPECT_TRUE(tells("20 mm/s: the valve stays open for 100 ms, 2.0 mm"));
+  EXPECT_TRUE(tells("full speed of axis X: 50 mm"));
+}
+
+/// The machine file with one place changed, beside the shipped profiles.
+class Changed {
+ public:
+  Changed() : folder_(fs::path(testing::TempDir()) / ("gantry_machine_" + std::to_string(::getpid()))) {
+    fs::create_directories(folder_ / "machines");
+    for (const char* kind : {"drives", "devices"})
+      if (!fs::exists(folder_ / kind))
+        fs::create_directory_symlink(fs::absolute(fs::path("config") / kind), folder_ / kind);
+    text_ = *read_text_file("config/machines/dispenser.yaml");
+  }
+  ~Changed() { fs::remove_all(folder_); }
+  /// Replaces the first `from`; the mistake is expected at the next `at` from there on, or else at the last before.
+  void swap(const std::string& from, const std::string& to, const std::string& at) {
+    const auto found = text_.find(from);
+    ASSERT_NE(found, std::string::npos) << from;
+    text_.replace(found, from.size(), to);
+    auto place = text_.find(at, found);
+    if (place == std::string::npos) place = text_.rfind(at, found);
+    ASSERT_NE(place, std::string::npos) << at;
+    line_ = 1 + static_cast<int>(std::count(text_.begin(), text_.begin() + static_cast<long>(place), '\n'));
+    column_ = static_cast<int>(place - (text_.rfind('\n', place - 1) + 1)) + 1;
+  }
+  [[nodiscard]] std::string where() const {
+    return (folder_ / "machines" / "m.yaml").string() + ":" + std::to_string(line_) + ":" + std::to_string(column_);
+  }
+  Checked<Machine> load() {
+    std::ofstream(folder_ / "machines" / "m.yaml") << text_;
+    return load_machine((folder_ / "machines" / "m.yaml").string());
+  }
+
+ private:
+  fs::path folder_;
+  std::string text_;
+  int line_ = 0, column_ = 0;
+};
+
+struct Wrong {
+  const char *from, *to, *at;
+  Fault fault;
+  const char* says;
+};
+void PrintTo(const Wrong& wrong, std::ostream* out) { *out << wrong.to; }
+class Rows : public testing::TestWithParam<Wrong> {};
+
+TEST_P(Rows, that_contradict_are_one_mistake_at_its_place) {
+  const Wrong& w = GetParam();
+  Changed file;
+  file.swap(w.from, w.to, w.at);
+  const auto m = file.load();
+  ASSERT_FALSE(m);
+  EXPECT_EQ(m.error().size(), 1u) << to_text(m.error().back());
+  EXPECT_EQ(m.error()[0].fault, w.fault) << to_text(m.error()[0]);
+  EXPECT_EQ(m.error()[0].where, file.where()) << to_text(m.error()[0]);
+  EXPECT_NE(m.error()[0].message.find(w.says), std::string::npos) << to_text(m.error()[0]);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Machine, Rows,
+    testing::Values(
+        Wrong{"profile: id286,    position: 0", "profile: id268,    position: 0", "id268", Fault::UnknownReference,
+              "'id286'"},
+        Wrong{"position: 5}", "position: 4}", "4}", Fault::Inconsistent, "'cu'"},
+        Wrong{"position: 5}", "position: 6}", "6}", Fault::OutOfRange, "6 stations"},
+        Wrong{"iss57,    position: 1", "iss57,    position: 0", "0", Fault::OutOfRange, "1 .. 127"},
+        Wrong{"cycle: 1 ms", "cycle: 0.5 ms", "0.5", Fault::Inconsistent, "STD402EC"},
+        Wrong{"cycle: 1 ms", "cycle: 1", "1", Fault::BadUnit, "lacks a unit"},
+        Wrong{"{hardware: 3,", "{hardware: 1000,", "{hard", Fault::Inconsistent, "watchdog"},
+        Wrong{"drives: [{station: x}]", "drives: [{station: y3}]", "y3", Fault::UnknownReference, "'y1'"},
+        Wrong{"drives: [{station: x}]", "drives: [{station: io}]", "io}]", Fault::Inconsistent, "no drive"},
+        Wrong{"{station: cu, slot: 1}", "{station: cu, slot: 2}", "2}", Fault::OutOfRange, "2 axes"},
+        Wrong{"{station: cu, slot: 1}", "{station: cu, slot: 0}", "{station", Fault::Inconsistent, "'C'"},
+        Wrong{"travel: [0 mm, 500 mm]", "travel: [500 mm, 0 mm]", "[", Fault::Inconsistent, "less than"},
+        Wrong{"v_max: 500 mm/s", "v_max: 500 deg/s", "500", Fault::BadUnit, "mm/s"},
+        Wrong{"v_max: 360 deg/s", "v_max: 360 mm/s", "360", Fault::BadUnit, "rad/s"},
+        Wrong{"a_max: 4000 mm/s^2", "a_max: 0 mm/s^2", "0", Fault::OutOfRange, "more than 0"},
+        Wrong{"method: 17", "method: 15", "15", Fault::Inconsistent, "methods"},
+        Wrong{"  Y:\n    drives: [{station: y1}, {station: y2}]", "  Y:\n    drives: [{station: y1}]", "0.2 mm\n",
+              Fault::Inconsistent, "no skew"},
+        Wrong{"    skew_max: 0.2 mm\n", "", "Y:\n    drives", Fault::MissingKey, "skew_max"},
+        Wrong{"    kind: positioned\n", "", "{station: feeder}", Fault::Inconsistent, "positioned"},
+        Wrong{"    per_rev: 36 deg", "    following: {base: 1 deg}\n    per_rev: 36 deg", "1 deg", Fault::Inconsistent,
+              "open loop"},
+        Wrong{"turn: C", "turn: X", "X", Fault::Inconsistent, "deg"},
+        Wrong{"z: Z, turn", "z: F, turn", "F", Fault::Inconsistent, "streamed"},
+        Wrong{"lift: U}", "lift: V}", "V", Fault::UnknownReference, "axis 'V'"},
+        Wrong{"valve:          {station: io, bit: 0}", "valve:          {station: io, bit: 16}", "16",
+              Fault::OutOfRange, "16 bits"},
+        Wrong{"valve:          {station: io, bit: 0}", "valve:          {station: io, bit: 3}", "3}\n  stack_yellow",
+              Fault::Inconsistent, "bit"},
+        Wrong{"valve:          {station: io, bit: 0}", "valve:          {station: x, bit: 0}", "x, bit",
+              Fault::Inconsistent, "drive"},
+        Wrong{"valve:    ", "valvee:   ", "valvee", Fault::UnknownReference, "'valve'"},
+        Wrong{"lift: 30 mm", "lift: 60 mm", "60", Fault::OutOfRange, "axis U"},
+        Wrong{"{capsule: {diameter: 1.6 mm, height: 26 mm}, ", "{", "needle:       {", Fault::BadValue, "exactly one"},
+        Wrong{"safe_z: -5 mm", "safe_z: 5 mm", "5 mm", Fault::OutOfRange, "axis Z"},
+        Wrong{"park: {X: 20 mm", "park: {X: -20 mm", "-20", Fault::OutOfRange, "axis X"},
+        Wrong{"park: {X: 20 mm", "park: {Q: 20 mm", "Q", Fault::UnknownReference, "axis 'Q'"},
+        Wrong{"limits: [-2 mm, 505 mm]", "limits: [2 mm, 505 mm]", "[", Fault::Inconsistent, "outside the travel"},
+        Wrong{"start: 230 mm", "start: 830 mm", "830", Fault::OutOfRange, "limit switches"},
+        Wrong{"  post:  ", "  needle: ", "needle", Fault::DuplicateKey, "head"}));
+
+TEST(Machine, a_mistake_in_a_profile_is_told_with_the_profiles_place) {
+  const auto folder = fs::path(testing::TempDir()) / ("gantry_profiles_" + std::to_string(::getpid()));
+  fs::remove_all(folder);
+  fs::copy("config", folder, fs::copy_options::recursive);
+  auto text = *read_text_file((folder / "drives/iss57.yaml").string());
+  text.replace(text.find("bus: canopen"), 12, "bus: canbus ");
+  std::ofstream(folder / "drives/iss57.yaml") << text;
+  const auto m = load_machine((folder / "machines/dispenser.yaml").string());
+  fs::remove_all(folder);
+  ASSERT_FALSE(m);
+  ASSERT_EQ(m.error().size(), 1u) << to_text(m.error()[1]);
+  EXPECT_NE(m.error()[0].where.find("drives/iss57.yaml:7:6"), std::string::npos) << to_text(m.error()[0]);
 }
 
 }  // namespace

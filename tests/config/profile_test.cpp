@@ -1,21 +1,211 @@
+// Profiles against the manuals. The numbers here are copied from the manuals' tables, not from the profiles.
+#include <algorithm>
 #include <gtest/gtest.h>
+#include <map>
 
 #include "config/drive.hpp"
+#include "config/yaml.hpp"
 
 namespace gantry::config {
 namespace {
 
-StationProfile profile(const std::string& name) {
-  auto p = load_profile("config/" + name);
+const StationProfile& profile(const std::string& name) {
+  static std::map<std::string, StationProfile> read;
+  if (const auto known = read.find(name); known != read.end()) return known->second;
+  auto p = load_profile("config/" + name + ".yaml");
   if (!p)
     for (const Error& e : p.error()) ADD_FAILURE() << to_text(e);
-  return p ? *p : StationProfile{};
+  return read[name] = p ? *p : StationProfile{};
 }
+const char* const kAll[] = {"drives/id286", "drives/amd530b", "drives/std402ec", "drives/iss57", "devices/dio16"};
+const char* const kEtherCatDrives[] = {"drives/id286", "drives/amd530b", "drives/std402ec"};
 
 TEST(Profile, shipped_profiles_read_without_a_mistake) {
-  for (const char* name :
-       {"drives/id286.yaml", "drives/amd530b.yaml", "drives/std402ec.yaml", "drives/iss57.yaml", "devices/dio16.yaml"})
-    EXPECT_FALSE(profile(name).objects.empty()) << name;
+  for (const char* name : kAll) EXPECT_FALSE(profile(name).objects.empty()) << name;
+  EXPECT_EQ(profile("drives/amd530b").name, "amd530b");
+}
+
+TEST(Profile, every_row_is_cited_or_assumed) {
+  for (const char* name : kAll)
+    for (const ObjectRow& row : profile(name).objects)
+      EXPECT_TRUE(!row.section.empty() || row.assumed) << name << ' ' << row.name;
+}
+
+TEST(Profile, no_object_stands_twice) {
+  for (const char* name : kAll) {
+    std::map<ObjectAddress, int> seen;
+    for (const ObjectRow& row : profile(name).objects) EXPECT_EQ(++seen[row.address], 1) << name << ' ' << row.name;
+  }
+}
+
+TEST(Profile, identities_that_no_manual_states_are_assumed) {
+  for (const char* name : kEtherCatDrives) EXPECT_TRUE(profile(name).identity.assumed) << name;
+  // 1.2.1 of the ISS manual prints an identity of zeros.
+  EXPECT_FALSE(profile("drives/iss57").identity.assumed);
+}
+
+TEST(Profile, pdos_keep_the_limits_of_the_amd530b_manual) {
+  for (const char* name : kEtherCatDrives) {
+    const StationProfile& p = profile(name);
+    for (const auto* pdos : {&p.rx_pdos, &p.tx_pdos})
+      for (const PdoRow& pdo : *pdos) {
+        int bits_of_all = 0;
+        for (const PdoEntry& e : pdo.entries) bits_of_all += e.bit_length;
+        EXPECT_LE(pdo.entries.size(), 8u) << name;  // 5.6.2
+        EXPECT_LE(bits_of_all, 32 * 8) << name;
+      }
+  }
+}
+
+TEST(Profile, what_csp_must_map_is_mapped_in_every_slot) {
+  // iD286 10.1, AMD530B 6.5.3, STD402EC 11.1: 6040h, 607Ah / 6041h, 6064h.
+  for (const char* name : kEtherCatDrives) {
+    const StationProfile& p = profile(name);
+    ASSERT_EQ(p.rx_pdos.size(), static_cast<std::size_t>(p.slots)) << name;
+    for (int slot = 0; slot < p.slots; ++slot) {
+      const auto mapped = [&](const std::vector<PdoRow>& pdos, int index) {
+        const auto want = static_cast<std::uint16_t>(index + 0x800 * slot);
+        const auto& entries = pdos[static_cast<std::size_t>(slot)].entries;
+        return std::any_of(entries.begin(), entries.end(), [&](const PdoEntry& e) { return e.address.index == want; });
+      };
+      for (const int index : {0x6040, 0x607A, 0x6060, 0x60B8}) EXPECT_TRUE(mapped(p.rx_pdos, index)) << name;
+      for (const int index : {0x6041, 0x6064, 0x6061, 0x603F, 0x60B9, 0x60BA, 0x60FD})
+        EXPECT_TRUE(mapped(p.tx_pdos, index)) << name;
+    }
+  }
+}
+
+TEST(Profile, slots_stand_their_strides_apart) {
+  // STD402EC 10.1, 10.2: current 22F1h, controlword 6840h, probe 68B8h of the second axis.
+  const StationProfile& p = profile("drives/std402ec");
+  EXPECT_EQ(in_slot(p, {0x20F1, 0}, 1).index, 0x22F1);
+  EXPECT_EQ(in_slot(p, {0x6040, 0}, 1).index, 0x6840);
+  EXPECT_EQ(in_slot(p, {0x60B8, 0}, 1).index, 0x68B8);
+  EXPECT_EQ(in_slot(p, {0x1018, 1}, 1).index, 0x1018);
+  EXPECT_EQ(first_slot(p, {0x6899, 2}, 1), (ObjectAddress{0x6099, 2}));
+  for (const StartupRow& row : p.startup) {
+    const int slot = row.address.index >= 0x2200 && row.address.index < 0x2400 ? 1 : 0;
+    EXPECT_NE(find_object(p, first_slot(p, row.address, slot)), nullptr) << std::hex << row.address.index;
+  }
+}
+
+TEST(Profile, start_up_writes_known_objects_within_their_ranges) {
+  for (const char* name : {"drives/id286", "drives/amd530b", "drives/iss57"}) {
+    const StationProfile& p = profile(name);
+    for (const StartupRow& row : p.startup) {
+      const ObjectRow* object = find_object(p, row.address);
+      ASSERT_NE(object, nullptr) << name << std::hex << row.address.index;
+      EXPECT_TRUE(object->writable) << object->name;
+      EXPECT_EQ(object->type, row.type) << object->name;
+      EXPECT_GE(row.value, object->min.value_or(row.value)) << object->name;
+      EXPECT_LE(row.value, object->max.value_or(row.value)) << object->name;
+    }
+  }
+}
+
+TEST(Profile, vendor_objects_are_compared_before_they_are_written) {
+  // STD402EC note 11: 2xxxh written by SDO goes to an EEPROM of a million writes.
+  for (const char* name : kEtherCatDrives)
+    for (const StartupRow& row : profile(name).startup)
+      EXPECT_TRUE(row.compare_first || row.address.index >= 0x6000) << name << std::hex << row.address.index;
+}
+
+struct Printed {
+  const char* drive;
+  int mode;
+  std::uint16_t enabled, running, fault;
+};
+TEST(Profile, statuswords_are_those_that_the_manuals_print) {
+  // iD286 10.1 and STD402EC 11.1, "typical values"; AMD530B 6.2.
+  const Printed table[] = {
+      {"drives/id286", 8, 0x1237, 0x1237, 0x0238},    {"drives/id286", 1, 0x8237, 0x1237, 0x1238},
+      {"drives/id286", 3, 0x1637, 0x1637, 0x1638},    {"drives/id286", 6, 0x8337, 0x0237, 0x0238},
+      {"drives/std402ec", 8, 0x1237, 0x1237, 0x0238}, {"drives/std402ec", 1, 0x8237, 0x1237, 0x1238},
+      {"drives/std402ec", 6, 0x8337, 0x0237, 0x0238}, {"drives/amd530b", 8, 0x1637, 0x1237, 0x0218},
+      {"drives/amd530b", 1, 0x8637, 0x1237, 0x0638},  {"drives/amd530b", 6, 0x8737, 0x0237, 0x0638}};
+  for (const Printed& want : table) {
+    const auto& drive = profile(want.drive).drive;
+    const auto row = std::find_if(drive->statuswords.begin(), drive->statuswords.end(),
+                                  [&](const StatuswordRow& r) { return r.mode == want.mode; });
+    ASSERT_NE(row, drive->statuswords.end()) << want.drive << ' ' << want.mode;
+    EXPECT_EQ(row->enabled, want.enabled) << want.drive << ' ' << want.mode;
+    EXPECT_EQ(row->running, want.running) << want.drive << ' ' << want.mode;
+    EXPECT_EQ(row->fault, want.fault) << want.drive << ' ' << want.mode;
+  }
+}
+
+TEST(Profile, every_printed_statusword_decodes_to_its_state) {
+  // CiA 402: masks 6Fh and 4Fh.
+  for (const char* name : {"drives/id286", "drives/amd530b", "drives/std402ec", "drives/iss57"})
+    for (const StatuswordRow& row : profile(name).drive->statuswords) {
+      EXPECT_EQ(row.ready & 0x6F, 0x21) << name;
+      EXPECT_EQ(row.switched_on & 0x6F, 0x23) << name;
+      for (const std::uint16_t on : {row.enabled, row.running, row.reached}) EXPECT_EQ(on & 0x6F, 0x27) << name;
+      EXPECT_EQ(row.fault & 0x4F, 0x08) << name;
+    }
+}
+
+TEST(Profile, error_codes_are_those_that_the_manuals_list) {
+  const auto has = [](const char* name, std::uint32_t code, DriveErrorKind kind) {
+    const auto& drive = profile(name).drive;
+    return std::any_of(drive->errors.begin(), drive->errors.end(),
+                       [&](const DriveErrorRow& r) { return r.code == code && r.kind == kind; });
+  };
+  // iD286 3.8.3: these four are warnings and may not set the fault bit.
+  EXPECT_TRUE(has("drives/id286", 0x400, DriveErrorKind::EmergencyInput));
+  EXPECT_TRUE(has("drives/id286", 0x800, DriveErrorKind::Limit));
+  EXPECT_TRUE(has("drives/id286", 0x1000, DriveErrorKind::Limit));
+  EXPECT_TRUE(has("drives/id286", 0x2000, DriveErrorKind::Warning));
+  for (const std::uint32_t code : {0x2211, 0x7120, 0x3210, 0x8611, 0xFF19, 0xFF18, 0xFF32})
+    EXPECT_TRUE(has("drives/std402ec", code, DriveErrorKind::Fault)) << std::hex << code;  // 11.5
+  EXPECT_TRUE(has("drives/std402ec", 0x3220, DriveErrorKind::Undervoltage));
+  for (const std::uint32_t code : {0x2212, 0x3211, 0x4201, 0x8611})
+    EXPECT_TRUE(has("drives/iss57", code, DriveErrorKind::Fault)) << std::hex << code;  // 1.2.2
+  EXPECT_TRUE(has("drives/amd530b", 0x3210, DriveErrorKind::Fault));                    // 3.8
+}
+
+TEST(Profile, facts_of_the_manuals) {
+  const auto &id286 = *profile("drives/id286").drive, &amd = *profile("drives/amd530b").drive,
+             &std402 = *profile("drives/std402ec").drive, &iss = *profile("drives/iss57").drive;
+  using Cycles = std::vector<std::uint32_t>;
+  EXPECT_EQ(id286.cycle_times_us, (Cycles{500, 750, 1000, 2000, 4000}));             // 10.1
+  EXPECT_EQ(amd.cycle_times_us, (Cycles{250, 500, 1000, 2000, 4000, 8000, 10000}));  // 5.2
+  EXPECT_EQ(std402.cycle_times_us, (Cycles{1000, 2000, 4000}));                      // 11.1
+  EXPECT_FALSE(std402.closed_loop);
+  EXPECT_EQ(amd.probe_level_bit, 7);  // 7.2: bit 7 is DI4, bit 6 the source
+  EXPECT_TRUE(amd.probe_rearm_needs_zero);
+  EXPECT_FALSE(id286.probe_rearm_needs_zero);
+  EXPECT_EQ(id286.probe_level_bit, 6);              // 10.2
+  EXPECT_EQ(iss.quick_stop_options, 0b1100111u);    // 1.2.2: 0, 1, 2, 5, 6
+  EXPECT_EQ(amd.quick_stop_options, 0b111111111u);  // 8.4: 0 .. 8
+  EXPECT_EQ(std::count(iss.modes.begin(), iss.modes.end(), 8), 0) << "no CSP";
+  EXPECT_EQ(iss.homing_methods, (std::vector<std::int8_t>{17, 18, 24, 29}));  // 3.1
+  const StationProfile& a = profile("drives/amd530b");
+  EXPECT_EQ(*find_object(a, {0x6502, 0})->initial, 421);                        // 8.4
+  EXPECT_EQ(*find_object(a, {0x60FD, 0})->initial, 0x01E00000);                 // 8.4
+  EXPECT_EQ(*find_object(a, {0x6098, 0})->initial, 1);                          // 8.4
+  EXPECT_EQ(*find_object(profile("drives/id286"), {0x6502, 0})->initial, 165);  // 9.1.2
+}
+
+TEST(Profile, a_pdo_over_its_limits_or_of_unknown_objects_is_a_mistake) {
+  const std::string path = testing::TempDir() + "gantry_profile.yaml";
+  std::string text = *read_text_file("config/drives/amd530b.yaml");
+  const auto swap = [&](const std::string& from, const std::string& to) {
+    ASSERT_NE(text.find(from), std::string::npos);
+    text.replace(text.find(from), from.size(), to);
+  };
+  swap("entries: [0x6040, 0x6060, 0x607A, 0x60B8]", "entries: [0x6040, 0x6666, 0x2001]");
+  swap("0x60BA, 0x60FD]", "0x60BA, 0x60FD, 0x6062, 0x606C]");
+  std::FILE* file = std::fopen(path.c_str(), "w");
+  std::fwrite(text.data(), 1, text.size(), file);
+  std::fclose(file);
+  const auto p = load_profile(path);
+  ASSERT_FALSE(p);
+  ASSERT_EQ(p.error().size(), 3u);
+  EXPECT_NE(p.error()[0].message.find("6666"), std::string::npos) << to_text(p.error()[0]);
+  EXPECT_NE(p.error()[1].message.find("2001"), std::string::npos) << "not mappable";
+  EXPECT_NE(p.error()[2].message.find("9 objects"), std::string::npos) << to_text(p.error()[2]);
+  EXPECT_NE(p.error()[0].where.find(":23:5"), std::string::npos) << p.error()[0].where;
 }
 
 }  // namespace
