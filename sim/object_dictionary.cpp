@@ -84,6 +84,8 @@ void ObjectDictionary::add_profile_rows() {
   for (int slot = 0; slot < std::max(profile_.slots, 1); ++slot)
     for (const auto& row : profile_.objects) {
       if (slot > 0 && row.address.index < 0x2000) continue;
+      const bool of_identity = row.address.index == 0x1008 || row.address.index == 0x1018;
+      if (of_identity && !row.initial) continue;  // the profile's identity fills it
       Object o;
       o.address = {index_on(profile_, row.address.index, slot), row.address.sub};
       o.type = row.type;
