@@ -6,6 +6,7 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "config/machine.hpp"
@@ -16,7 +17,7 @@
 
 namespace gantry::sim {
 
-class Segment;
+struct BoardPlan;
 
 struct VirtualMachineOptions {
   std::uint64_t seed = 1;
@@ -27,18 +28,24 @@ struct VirtualMachineOptions {
 
 class VirtualMachine final : public WorldAccess {
  public:
-  /// Fault 4xx with file:line:col for a bad placement or script, FileUnreadable, FileUnwritable for the state.
+  /// `machine` and `clock` must outlive it. Fault 4xx with file:line:col for a bad placement or script, FileUnreadable,
+  /// FileUnwritable for the state.
   static Result<std::unique_ptr<VirtualMachine>> open(const config::Machine& machine, Clock& clock,
                                                       const VirtualMachineOptions& options);
   ~VirtualMachine() override;
 
   devices::FramePort& bus();
   devices::CanPort& can();
-  /// For a host that answers frames itself (`gantry sim --interface`).
-  Segment& segment();
+  // For a host that answers frames itself (`gantry sim --interface`) instead of bus().
+  /// The frame becomes in place what comes back; false: nothing does.
+  bool answer(std::span<std::byte> frame);
+  /// No frame came: time passes for the stations all the same.
+  void pass_time();
 
   vision::Camera& camera() override;
   Result<void> load_board(const recipes::Recipe& recipe) override;
+  /// The same for a board that came over the socket.
+  Result<void> load_board(BoardPlan plan);
   Result<bool> board_loaded() override;
   Result<void> begin_job() override;
   Result<std::vector<Deposit>> deposits() override;

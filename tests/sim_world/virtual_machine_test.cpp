@@ -1,0 +1,282 @@
+// The virtual machine as a whole: a master on its bus, a controller's questions in process and over the socket.
+#include "sim/virtual_machine.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "devices/ethercat/master.hpp"
+#include "recipes/job.hpp"
+#include "sim/world_client.hpp"
+#include "sim/world_server.hpp"
+
+namespace gantry::sim {
+namespace {
+
+const config::Machine& machine() {
+  static const config::Machine m = [] {
+    auto loaded = config::load_machine("config/machines/dispenser.yaml");
+    EXPECT_TRUE(loaded) << (loaded ? "" : to_text(loaded.error().front()));
+    return loaded ? *loaded : config::Machine{};
+  }();
+  return m;
+}
+const recipes::Recipe& recipe() {
+  static const recipes::Recipe r = [] {
+    auto loaded = recipes::load("recipes/demo-board.yaml");
+    EXPECT_TRUE(loaded) << (loaded ? "" : to_text(loaded.error().front()));
+    return loaded ? *loaded : recipes::Recipe{};
+  }();
+  return r;
+}
+
+std::string temporary(const char* name) { return (std::filesystem::temp_directory_path() / name).string(); }
+
+/// A master that exchanges one frame a millisecond of virtual time.
+struct Controller {
+  VirtualClock clock;
+  std::unique_ptr<VirtualMachine> vm;
+  std::unique_ptr<devices::EthercatMaster> master;
+  Time next{};
+
+  explicit Controller(const VirtualMachineOptions& options) {
+    auto opened = VirtualMachine::open(machine(), clock, options);
+    EXPECT_TRUE(opened) << (opened ? "" : to_text(opened.error()));
+    vm = std::move(*opened);
+    master = std::make_unique<devices::EthercatMaster>(machine(), vm->bus(), clock);
+  }
+  /// Operational, with all outputs off.
+  void start() {
+    const auto up = master->bring_up();
+    ASSERT_TRUE(up) << to_text(up.error());
+    next = master->first_cycle(clock.now() + milliseconds(2));
+    cycles(20);
+    const auto requested = master->request_operation();
+    ASSERT_TRUE(requested) << to_text(requested.error());
+    for (int k = 0; k < 2000 && last.al_states != 8; ++k) cycles(1);
+    ASSERT_EQ(last.al_states, 8);
+  }
+  devices::Exchange last;
+  void cycles(int n) {
+    for (int k = 0; k < n; ++k) {
+      clock.sleep_until(next);
+      last = master->exchange(next + microseconds(800));
+      next += milliseconds(1);
+    }
+  }
+  static const config::Channel& channel(config::Output o) { return *machine().outputs[static_cast<std::size_t>(o)]; }
+  void set(config::Output o, bool on) {
+    auto image = master->outputs(channel(o).station);
+    const auto bit = static_cast<std::byte>(1u << (channel(o).bit % 8));
+    auto& byte = image[channel(o).bit / 8];
+    byte = on != channel(o).invert ? byte | bit : byte & ~bit;
+  }
+  [[nodiscard]] bool get(config::Input i) const {
+    const auto& c = *machine().inputs[static_cast<std::size_t>(i)];
+    const auto image = master->inputs(c.station);
+    return (std::to_integer<unsigned>(image[c.bit / 8]) >> (c.bit % 8) & 1) != (c.invert ? 1u : 0u);
+  }
+};
+
+TEST(VirtualMachine, outputs_of_the_bus_reach_the_world_and_its_inputs_come_back) {
+  Controller c({});
+  c.start();
+  ASSERT_TRUE(c.vm->load_board(recipe()));
+  ASSERT_TRUE(c.vm->begin_job());
+  EXPECT_TRUE(c.get(config::Input::DoorClosed));
+  EXPECT_FALSE(c.get(config::Input::Start));
+  EXPECT_FALSE(c.get(config::Input::ClampClosed));
+  c.set(config::Output::Clamp, true);
+  c.cycles(5);
+  EXPECT_TRUE(c.get(config::Input::ClampClosed));
+
+  EXPECT_EQ(c.vm->camera().latest(), 0u);
+  c.set(config::Output::CameraLight, true);
+  c.set(config::Output::CameraTrigger, true);
+  c.cycles(5);
+  EXPECT_EQ(c.vm->camera().latest(), 1u);
+  const auto frame = c.vm->camera().fetch(0, {});
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->image.width, machine().camera.width_px);
+
+  c.set(config::Output::Valve, true);
+  c.cycles(50);
+  c.set(config::Output::Valve, false);
+  c.cycles(50);
+  const auto d = c.vm->deposits();
+  ASSERT_EQ(d->size(), 1u) << "high over the board, but it came out";
+  EXPECT_GT((*d)[0].board_mm[0].z, 10);
+  EXPECT_NEAR(static_cast<double>((*d)[0].closed_cycle - (*d)[0].opened_cycle), 48, 1.01) << "8 ms and 6 ms of lag";
+
+  ASSERT_TRUE(c.vm->add_script("{do: press, input: start, hold: 10 ms}"));
+  c.cycles(4);
+  EXPECT_TRUE(c.get(config::Input::Start));
+  c.cycles(15);
+  EXPECT_FALSE(c.get(config::Input::Start));
+}
+
+TEST(VirtualMachine, scripts_reach_the_bus_between_frames) {
+  Controller c({});
+  c.start();
+  ASSERT_TRUE(c.vm->add_script("{do: lose_frames, count: 3}"));
+  int lost = 0;
+  for (int k = 0; k < 20; ++k) {
+    c.cycles(1);
+    lost += c.last.fault == Fault::FrameLost;
+  }
+  EXPECT_EQ(lost, 3);
+  ASSERT_TRUE(c.vm->add_script("{do: cut_link, station: io}"));
+  c.cycles(5);
+  EXPECT_LT(c.last.working_counter, c.last.expected);
+  ASSERT_TRUE(c.vm->add_script("{do: power_cycle, station: z}"));
+  c.cycles(5);
+  const auto missing = c.vm->add_script("{do: cut_link, station: nowhere}");
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().where, "script:1:25");
+}
+
+TEST(VirtualMachine, a_bad_placement_or_script_is_refused_with_its_place) {
+  VirtualClock clock;
+  const auto placement =
+      VirtualMachine::open(machine(), clock, {.seed = 1, .placement = "dx=1", .script_file = {}, .state_dir = {}});
+  ASSERT_FALSE(placement);
+  EXPECT_EQ(info(placement.error().fault).exit_code, ExitCode::InvalidFile);
+  const std::string path = temporary("gantry-bad-script.yaml");
+  std::ofstream(path) << "- {at: cycle 5, do: nothing_known}\n";
+  const auto script =
+      VirtualMachine::open(machine(), clock, {.seed = 1, .placement = {}, .script_file = path, .state_dir = {}});
+  ASSERT_FALSE(script);
+  EXPECT_EQ(script.error().where, path + ":1:21");
+  std::filesystem::remove(path);
+}
+
+TEST(VirtualMachine, motors_and_board_stay_where_they_are_when_the_world_is_opened_again) {
+  const std::string dir = temporary("gantry-vm-state");
+  std::filesystem::remove_all(dir);
+  std::string placement;
+  {
+    Controller c({.seed = 9, .placement = {}, .script_file = {}, .state_dir = dir});
+    c.start();
+    ASSERT_TRUE(c.vm->load_board(recipe()));
+    placement = *c.vm->placement();
+    c.cycles(100);
+  }
+  Controller c({.seed = 9, .placement = {}, .script_file = {}, .state_dir = dir});
+  EXPECT_TRUE(*c.vm->board_loaded());
+  EXPECT_EQ(*c.vm->placement(), placement);
+  std::filesystem::remove_all(dir);
+}
+
+class OverTheSocket : public testing::Test {
+ protected:
+  OverTheSocket() : path(temporary("gantry-world-socket")), c({}) {}
+  ~OverTheSocket() override { std::filesystem::remove(path); }
+  std::string path;
+  Controller c;
+};
+
+TEST_F(OverTheSocket, the_same_questions_have_the_same_answers) {
+  c.start();
+  auto server = WorldServer::listen(*c.vm, path);
+  ASSERT_TRUE(server) << to_text(server.error());
+  auto client = WorldClient::connect(path);
+  ASSERT_TRUE(client) << to_text(client.error());
+  WorldAccess& remote = **client;
+
+  EXPECT_FALSE(*remote.board_loaded());
+  ASSERT_TRUE(remote.load_board(recipe()));
+  EXPECT_TRUE(*remote.board_loaded());
+  ASSERT_TRUE(remote.begin_job());
+  EXPECT_EQ(*remote.placement(), *c.vm->placement());
+
+  c.set(config::Output::CameraLight, true);
+  c.set(config::Output::CameraTrigger, true);
+  c.set(config::Output::Valve, true);
+  c.cycles(40);
+  c.set(config::Output::Valve, false);
+  c.cycles(40);
+  EXPECT_EQ(remote.camera().latest(), 1u);
+  const auto near = c.vm->camera().fetch(0, {}), far = remote.camera().fetch(0, {});
+  ASSERT_TRUE(far) << to_text(far.error());
+  EXPECT_EQ(far->counter, near->counter);
+  EXPECT_EQ(far->image.pixels, near->image.pixels);
+  const auto none = remote.camera().fetch(1, milliseconds(1));
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().fault, Fault::CameraTimeout);
+
+  const auto here = *c.vm->deposits(), there = *remote.deposits();
+  ASSERT_EQ(there.size(), 1u);
+  EXPECT_EQ(there[0].board_mm, here[0].board_mm);
+  EXPECT_EQ(there[0].opened_cycle, here[0].opened_cycle);
+  EXPECT_EQ(remote.collisions()->size(), c.vm->collisions()->size());
+
+  const std::string csv = temporary("gantry-remote-deposits.csv");
+  ASSERT_TRUE(remote.write_deposits(csv));
+  EXPECT_TRUE(std::filesystem::exists(csv));
+  std::filesystem::remove(csv);
+  EXPECT_FALSE(remote.write_deposits("/nonexistent/deposits.csv"));
+
+  const auto bad = remote.add_script("{do: dance}");
+  ASSERT_FALSE(bad);
+  EXPECT_EQ(bad.error().where, "script:1:6");
+}
+
+TEST_F(OverTheSocket, the_socket_is_private_single_and_gone_at_the_end) {
+  auto server = WorldServer::listen(*c.vm, path);
+  ASSERT_TRUE(server);
+  struct stat s {};
+  ASSERT_EQ(::stat(path.c_str(), &s), 0);
+  EXPECT_EQ(s.st_mode & 0777, 0600u);
+  const auto second = WorldServer::listen(*c.vm, path);
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().fault, Fault::SecondOwner);
+  auto client = WorldClient::connect(path);
+  ASSERT_TRUE(client);
+  server->reset();
+  EXPECT_FALSE(std::filesystem::exists(path));
+  const auto answer = (*client)->deposits();
+  ASSERT_FALSE(answer);
+  EXPECT_EQ(answer.error().fault, Fault::WorldUnreachable);
+  const auto nobody = WorldClient::connect(path);
+  ASSERT_FALSE(nobody);
+  EXPECT_EQ(nobody.error().fault, Fault::WorldUnreachable);
+}
+
+TEST_F(OverTheSocket, a_dead_socket_is_replaced_and_a_file_is_not) {
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  ASSERT_EQ(::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ::close(fd);  // the file stays behind, as after a kill
+  EXPECT_TRUE(WorldServer::listen(*c.vm, path));
+  std::ofstream(path) << "precious";
+  const auto refused = WorldServer::listen(*c.vm, path);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().fault, Fault::FileUnwritable);
+  EXPECT_TRUE(std::filesystem::exists(path));
+}
+
+TEST_F(OverTheSocket, nonsense_is_answered_and_does_not_end_the_world) {
+  auto server = WorldServer::listen(*c.vm, path);
+  ASSERT_TRUE(server);
+  LineSocket raw(::socket(AF_UNIX, SOCK_STREAM, 0));
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  ASSERT_EQ(::connect(raw.fd(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  for (const char* line : {"{", "[]", "7", "{}", "{\"do\": 3}", "{\"do\": \"fly\"}", "{\"do\": \"fetch\"}",
+                           "{\"do\": \"load_board\", \"plan\": {}}", "\xff\xfe", ""}) {
+    ASSERT_TRUE(raw.write(std::string(line) + "\n"));
+    const auto answer = raw.read_line();
+    ASSERT_TRUE(answer) << line;
+    EXPECT_NE(answer->find("\"ok\":false"), std::string::npos) << line << " -> " << *answer;
+  }
+}
+
+}  // namespace
+}  // namespace gantry::sim
