@@ -115,7 +115,7 @@ std::vector<Piece> pieces_of(const Limits& limits, const std::vector<Leg>& legs,
   return pieces;
 }
 
-Segment segment_of(const Piece& piece, const Profile& profile, double v_cap, const BeadSpec& spec) {
+Segment segment_of(const Piece& piece, const Profile& profile, double v_cap, double v_exit, const BeadSpec& spec) {
   Segment s;
   s.block = spec.block;
   s.feature = spec.feature;
@@ -123,7 +123,7 @@ Segment segment_of(const Piece& piece, const Profile& profile, double v_cap, con
   s.nominal = nominal(profile);
   s.v_cap = v_cap;
   s.v_max = piece.bounds.v, s.a_max = piece.bounds.a, s.j_max = piece.bounds.j;
-  s.v_exit = end_state(profile).v;
+  s.v_exit = v_exit;
   return s;
 }
 
@@ -194,16 +194,15 @@ Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
   if (const auto ok = room_for(limits, bead.end, "run-out", bead.run_out_mm, v.back()); !ok)
     return tl::unexpected(ok.error());
 
-  bead.segments.push_back(segment_of(run_up, up, v_cap, spec));
+  bead.segments.push_back(segment_of(run_up, up, v_cap, v.front() / factor, spec));
   for (std::size_t k = 0; k < pieces.size(); ++k)
-    bead.segments.push_back(segment_of(pieces[k], stretched(profiles[k], factor), v_cap, spec));
+    bead.segments.push_back(segment_of(pieces[k], stretched(profiles[k], factor), v_cap, v[k + 1] / factor, spec));
   if (spec.valve != 0) {
     bead.segments[1].events.push_back({0, spec.open_lead_s, spec.valve, spec.valve, true});
     bead.segments.back().events.push_back(
         {bead.segments.back().geometry.length, spec.close_lead_s, spec.valve, 0, false});
   }
-  bead.segments.push_back(segment_of(run_out, down, v_cap, spec));
-  bead.segments.back().v_exit = 0;
+  bead.segments.push_back(segment_of(run_out, down, v_cap, 0, spec));
   return bead;
 }
 

@@ -9,16 +9,15 @@
 #include <array>
 #include <cstdint>
 
-#include "core/rt/ring.hpp"
 #include "motion/profile/planner.hpp"
+#include "motion/rt/lookahead.hpp"
+#include "motion/rt/output_word.hpp"
 #include "motion/types.hpp"
 
 namespace gantry::motion {
 
 class Interpolator {
  public:
-  using SegmentRing = rt::Ring<Segment, 1024>;
-
   /// valve_mask: bits of the output word that every hold and stop clears, and that only an OutputEvent with `dispense`
   /// sets again afterwards.
   Interpolator(SegmentRing& ring, const Limits& limits, std::uint32_t valve_mask) noexcept;
@@ -47,6 +46,84 @@ class Interpolator {
   [[nodiscard]] bool at_rest() const noexcept;   ///< the setpoint stands
   [[nodiscard]] bool held() const noexcept;      ///< hold or stop_path is in force
   [[nodiscard]] bool starving() const noexcept;  ///< slowed down because the block's next segments are not there
+
+ private:
+  enum class Doing : std::uint8_t { Nothing, Block, AxisStop };
+  enum class Course : std::uint8_t {
+    None,      ///< between segments: the next one is not entered yet
+    Nominal,   ///< as the planner made it, a dwell too
+    ToEnd,     ///< re-planned to the segment's end
+    ToRest,    ///< braking to rest, over following segments too
+    Standing,  ///< at rest within a segment
+  };
+  enum class AfterStop : std::uint8_t { Wait, Drop, EndBlock };
+
+  // interpolator.cpp: time goes on
+  bool advance() noexcept;
+  bool enter() noexcept;
+  bool leave() noexcept;
+  void pop() noexcept;
+  void drop_block() noexcept;
+  bool stands() noexcept;
+  void take_path_state() noexcept;
+  Setpoint axis_stop_tick() noexcept;
+  [[nodiscard]] Setpoint setpoint() const noexcept;
+  // replan.cpp: what s does next
+  void brake(AfterStop then) noexcept;
+  void adopt(Course course, const Profile& profile) noexcept;
+  void choose_course() noexcept;
+  bool replan(const State& x) noexcept;
+  bool replan_to_rest(const State& x) noexcept;
+  bool speeds_fit(const Profile& braking, std::size_t segments) noexcept;
+  [[nodiscard]] bool nominal_fits(const Segment& s, double v_in) const noexcept;
+  double v_at_end() noexcept;
+  bool can_brake(double t) noexcept;
+  bool rest_is_known() noexcept;
+  double v_allowed(std::size_t i) noexcept;
+  void see_new_segments() noexcept;
+  // fire.cpp: events
+  void fire_events() noexcept;
+  void take_back_events() noexcept;
+  bool is_due(std::size_t segment, const OutputEvent& e) noexcept;
+
+  const Segment& front() noexcept { return *ring_.peek(0); }
+  std::uint8_t& fired(std::size_t i) noexcept { return fired_[(popped_ + i) % kEventWindow]; }
+
+  static constexpr std::size_t kEventWindow = 32;  ///< segments ahead in which events are looked for
+
+  SegmentRing& ring_;
+  Limits limits_;
+  Lookahead ahead_;
+  OutputWord outputs_;
+  Segment scratch_;  ///< where popped segments go: too large for the stack
+
+  Doing doing_ = Doing::Nothing;
+  std::uint32_t block_ = 0, tick_in_block_ = 0;
+  bool started_ = false;  ///< the block's first segment was entered
+  bool stopping_ = false;
+  AfterStop after_stop_ = AfterStop::Wait;
+  double override_ = 1;
+
+  Course course_ = Course::None;
+  Profile profile_;           ///< s(t) on the front segment
+  double t_ = 0, t_end_ = 0;  ///< into it, and its duration
+  double v_in_ = 0;           ///< path speed at which the next segment is entered
+  double v_out_ = 0;          ///< path speed at which a course ToEnd comes to the end
+  bool stale_ = false;        ///< the course has to be planned anew, as soon as it can be
+  bool starving_ = false;
+  bool looked_ahead_ = false;   ///< ahead_ is up to date
+  std::size_t popped_ = 0;      ///< segments that have gone so far
+  std::size_t seen_ = 0;        ///< segments that have come so far
+  std::size_t scanned_ = 0;     ///< segments looked at for a rest
+  std::size_t rest_after_ = 0;  ///< number, from 1, of the nearest segment known to rest at its end
+  std::array<std::uint8_t, kEventWindow> fired_{};
+
+  AxisVec q_{}, v_{}, a_{};
+  double s_ = 0, s_dot_ = 0;
+  std::uint32_t feature_ = kTravel;
+  bool probing_ = false, moving_ = false;
+  std::array<Profile, kMaxAxes> axis_stop_{};
+  double axis_stop_t_ = 0;
 };
 
 }  // namespace gantry::motion

@@ -1,0 +1,115 @@
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "motion/rt/compensation.hpp"
+#include "motion/rt/guard.hpp"
+#include "tests/motion/machine.hpp"
+
+namespace gantry::motion {
+namespace {
+
+using test::machine;
+
+TEST(Guard, lets_planned_steps_pass_and_names_the_axis_of_others) {
+  const Limits m = machine();
+  AxisVec last{100, 100, -20, 0, 0}, next = last;
+  next[1] += 0.7;  // 700 mm/s
+  EXPECT_EQ(check_target(m, last, next).fault, Fault::None);
+  next[1] += 1e-3;
+  EXPECT_EQ(check_target(m, last, next).fault, Fault::TargetStep);
+  EXPECT_EQ(check_target(m, last, next).axis, AxisId{1});
+  EXPECT_EQ(check_target(m, last, next, 1).fault, Fault::None) << "two ticks of way after a missed one";
+  EXPECT_EQ(check_target(m, last, next, 0, 0b11101).fault, Fault::None) << "axes that are not looked at";
+}
+
+TEST(Guard, refuses_what_is_no_number) {
+  const Limits m = machine();
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    AxisVec last{}, next{};
+    next[3] = bad;
+    EXPECT_EQ(check_target(m, last, next).fault, Fault::TargetNotFinite);
+    EXPECT_EQ(check_target(m, last, next).axis, AxisId{3});
+  }
+}
+
+TEST(Guard, stops_at_the_soft_limits_but_lets_back_in) {
+  const Limits m = machine();
+  AxisVec last{609.9, 0, 0, 0, 0}, next = last;
+  next[0] = 610.1;
+  EXPECT_EQ(check_target(m, last, next).fault, Fault::SoftLimit);
+  last[0] = 615, next[0] = 614.5;
+  EXPECT_EQ(check_target(m, last, next).fault, Fault::None);
+  next[0] = 615;
+  EXPECT_EQ(check_target(m, last, next).fault, Fault::None);
+  next[0] = 615.1;
+  EXPECT_EQ(check_target(m, last, next).fault, Fault::SoftLimit);
+}
+
+/// The planned motion of the tests: every axis a sine, so that q(t) is known between ticks.
+Setpoint wave(double t) {
+  Setpoint s;
+  for (std::size_t i = 0; i < 5; ++i) {
+    s.q[i] = 10 * std::sin(20 * t + static_cast<double>(i));
+    s.v[i] = 200 * std::cos(20 * t + static_cast<double>(i));
+  }
+  return s;
+}
+
+TEST(Compensation, makes_every_axis_lag_as_much_as_the_slowest) {
+  const Limits m = machine();
+  const AxisVec delay{0.004, 0.0123, 0.0, 0.0005, 0.0125};
+  Compensation c(m, delay);
+  EXPECT_EQ(c.delay_ticks(), 13);
+  c.reset(wave(0).q);
+  for (int n = 1; n < 400; ++n) {
+    const Compensated out = c.step(wave(n * 0.001), 0);
+    if (n < 40) continue;
+    for (std::size_t i = 0; i < 5; ++i) {
+      // What the axis answers delay[i] later is the plan of 13 ms before.
+      const double own = 0.013 - delay[i];
+      ASSERT_NEAR(out.q[i], wave(n * 0.001 - own).q[i], 1e-6) << "axis " << i << " tick " << n;
+    }
+  }
+}
+
+TEST(Compensation, of_equal_delays_changes_nothing) {
+  Compensation c(machine(), AxisVec{});
+  EXPECT_EQ(c.delay_ticks(), 0);
+  c.reset(AxisVec{});
+  for (int n = 1; n < 100; ++n) {
+    Setpoint s = wave(n * 0.001);
+    s.outputs = static_cast<std::uint32_t>(n);
+    const Compensated out = c.step(s, 0);
+    EXPECT_EQ(out.q, s.q);
+    EXPECT_EQ(out.outputs, s.outputs);
+  }
+}
+
+TEST(Compensation, delays_planned_outputs_but_never_a_stop) {
+  Compensation c(machine(), AxisVec{0.005});
+  c.reset(AxisVec{});
+  Setpoint s;
+  s.outputs = 3;
+  for (int n = 0; n < 5; ++n) EXPECT_EQ(c.step(s, 0).outputs, 0u) << n;
+  EXPECT_EQ(c.step(s, 0).outputs, 3u) << "five ticks later";
+  s.outputs = 2;
+  EXPECT_EQ(c.step(s, 1).outputs, 2u) << "a stop's closing comes at once";
+  for (int n = 0; n < 10; ++n) EXPECT_EQ(c.step(s, 0).outputs, 2u) << "and what was on its way stays closed";
+}
+
+TEST(Compensation, is_settled_when_the_slowest_axis_stands) {
+  Compensation c(machine(), AxisVec{0.005, 0.001});
+  c.reset(AxisVec{});
+  Setpoint s;
+  s.q[1] = 1;
+  EXPECT_FALSE(c.step(s, 0).settled);
+  int ticks = 1;
+  while (!c.step(s, 0).settled) ++ticks;
+  EXPECT_GE(ticks, 4);
+  EXPECT_LE(ticks, 7);
+  EXPECT_EQ(c.step(s, 0).q[1], 1);
+}
+
+}  // namespace
+}  // namespace gantry::motion

@@ -1,0 +1,448 @@
+#include "motion/rt/interpolator.hpp"
+
+#include <gtest/gtest.h>
+
+#include "motion/rt/approach.hpp"
+#include "tests/motion/rt/play.hpp"
+
+namespace gantry::motion {
+namespace {
+
+using test::expect_within;
+using test::kValve;
+using test::machine;
+using test::Player;
+using test::random_block;
+
+constexpr unsigned kSeed = 97;
+
+AxisVec home() { return {200, 200, -5, 0, 12}; }
+
+std::string label(int n) { return " case " + std::to_string(n) + " seed " + std::to_string(kSeed); }
+
+/// One straight bead at 20 mm/s from (200, 200) along X, run-up included, as block 1.
+struct StraightBead {
+  Limits m = machine();
+  BeadMotion bead;
+  StraightBead(double length = 30, double speed = 20, double open_lead = 0.012) {
+    BeadSpec spec;
+    spec.points = {{200, 200, -40, 0, 12}, {200 + length, 200, -40, 0, 12}};
+    spec.speed_mm_s = speed;
+    spec.valve = kValve;
+    spec.open_lead_s = open_lead, spec.close_lead_s = 0.007;
+    spec.block = 1;
+    bead = *plan_bead(m, spec);
+    bead.segments.back().ends_block = true;
+  }
+};
+
+TEST(Interpolator, nominal_play_is_the_plan_at_every_tick) {
+  const Limits m = machine();
+  std::mt19937_64 random(kSeed);
+  for (int n = 0; n < 200; ++n) {
+    AxisVec q = home();
+    Player p(m, q);
+    const std::vector<Segment> block = random_block(m, random, q, 1);
+    p.push(block);
+    const std::vector<AxisVec> plan = test::sampled(block, m.tick_s);
+    p.play.begin_block(1);
+    for (std::size_t k = 1; k < plan.size(); ++k) {
+      const Setpoint x = p.step();
+      ASSERT_EQ(x.tick_in_block, k);
+      for (std::size_t i = 0; i < m.axes; ++i) ASSERT_NEAR(x.q[i], plan[k][i], 1e-9) << "tick " << k << label(n);
+      if (x.block_done) {
+        ASSERT_GE(k + 2, plan.size()) << "done with the plan" << label(n);
+        break;
+      }
+    }
+    while (!p.play.idle()) p.step();
+    ASSERT_LE(p.stream.size(), plan.size() + 5);
+    for (std::size_t i = 0; i < m.axes; ++i) ASSERT_NEAR(p.last.q[i], q[i], 1e-9) << label(n);
+    expect_within(p.use(), label(n));
+  }
+}
+
+// The tick at which an event is due by the plan: the first n with s(n tick + lead + tick/2) >= at_s.
+TEST(Interpolator, events_switch_on_exactly_the_planned_ticks) {
+  const Limits m = machine();
+  std::mt19937_64 random(kSeed + 1);
+  int edges = 0;
+  for (int n = 0; n < 200; ++n) {
+    AxisVec q = home();
+    Player p(m, q);
+    const std::vector<Segment> block = random_block(m, random, q, 1);
+    p.push(block);
+    std::vector<std::pair<long, bool>> due;
+    long double begin = 0;
+    for (const Segment& s : block) {
+      for (const OutputEvent& e : s.events) {
+        long double lo = 0, hi = test::duration_of(s);
+        for (int k = 0; k < 80; ++k) {
+          const long double mid = (lo + hi) / 2;
+          (test::path_state(s, mid).s < e.at_s - 2e-9 ? lo : hi) = mid;
+        }
+        const long double at = (begin + hi - e.lead_s) / m.tick_s - 0.5L;
+        due.emplace_back(std::max(1L, static_cast<long>(std::ceil(at - 1e-6L))), e.value != 0);
+      }
+      begin += test::duration_of(s);
+    }
+    std::stable_sort(due.begin(), due.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    p.play.begin_block(1);
+    std::size_t next = 0;
+    bool open = false;
+    while (!p.play.idle()) {
+      const Setpoint x = p.step();
+      for (; next < due.size() && due[next].first == static_cast<long>(x.tick_in_block); ++next, ++edges)
+        open = due[next].second;
+      ASSERT_EQ((x.outputs & kValve) != 0, open) << "tick " << x.tick_in_block << label(n);
+    }
+    ASSERT_EQ(next, due.size()) << label(n);
+  }
+  EXPECT_GT(edges, 200);
+}
+
+TEST(Interpolator, the_same_segments_give_the_same_bits_whenever_they_were_pushed) {
+  const Limits m = machine();
+  std::mt19937_64 random(kSeed + 2);
+  for (int n = 0; n < 50; ++n) {
+    AxisVec q = home();
+    const std::vector<Segment> block = random_block(m, random, q, 3);
+    Player at_once(m, home()), late(m, home());
+    at_once.push(block);
+    at_once.play.begin_block(3);
+    while (!at_once.play.idle()) at_once.step();
+    late.play.begin_block(3);
+    std::size_t pushed = 0;
+    double ahead = 0;
+    while (!late.play.idle()) {
+      // One second of path ahead is in time: the longest stop here takes less.
+      for (; pushed < block.size() && ahead < 1.0; ++pushed) {
+        late.push(block[pushed]);
+        ahead += static_cast<double>(test::duration_of(block[pushed]));
+      }
+      late.step();
+      ahead -= m.tick_s;
+    }
+    ASSERT_EQ(at_once.stream, late.stream) << label(n);
+  }
+}
+
+// Whatever happens, at any tick: the axes keep their limits and the tool its path; without an abort the end is reached.
+TEST(Interpolator, holds_resumes_and_overrides_at_random_keep_path_and_limits) {
+  const Limits m = machine();
+  std::mt19937_64 random(kSeed + 3);
+  const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  for (int n = 0; n < 1500; ++n) {
+    AxisVec q = home();
+    Player p(m, q);
+    p.push(random_block(m, random, q, 1));
+    p.play.begin_block(1);
+    double factor = 1;
+    const double restless = std::pow(10.0, uniform(-3, -1));  // actions a tick
+    int ticks = 0;
+    while (!p.play.idle() && ++ticks < 400000) {
+      if (uniform(0, 1) < restless) {
+        const double what = uniform(0, 1);
+        if (what < 0.3)
+          p.play.hold();
+        else if (what < 0.6)
+          p.play.resume();
+        else if (what < 0.8)
+          factor = uniform(0.1, 2);
+        else
+          factor = 1;
+      } else if (p.play.held() && p.play.at_rest() && uniform(0, 1) < 0.05) {
+        p.play.resume();
+      }
+      const Setpoint x = p.step(factor);
+      if (p.play.held()) {
+        ASSERT_EQ(x.outputs & kValve, 0u) << label(n);
+      }
+      if (x.block != 0) p.expect_on_path(label(n));
+      ASSERT_FALSE(testing::Test::HasFatalFailure());
+    }
+    ASSERT_LT(ticks, 400000) << "never ended" << label(n);
+    for (std::size_t i = 0; i < m.axes; ++i) ASSERT_NEAR(p.last.q[i], q[i], 1e-9) << label(n);
+    expect_within(p.use(), label(n));
+    ASSERT_FALSE(testing::Test::HasFatalFailure());
+  }
+}
+
+TEST(Interpolator, starvation_at_random_brakes_on_the_path_and_goes_on) {
+  const Limits m = machine();
+  std::mt19937_64 random(kSeed + 4);
+  const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  int starved = 0;
+  for (int n = 0; n < 1500; ++n) {
+    AxisVec q = home();
+    Player p(m, q);
+    const std::vector<Segment> block = random_block(m, random, q, 1);
+    p.play.begin_block(1);
+    const double rate = std::pow(10.0, uniform(-2.7, -0.5)), factor = uniform(0, 1) < 0.7 ? 1 : uniform(0.2, 2);
+    std::size_t pushed = 0;
+    int ticks = 0;
+    bool starving = false;
+    while (!p.play.idle() && ++ticks < 400000) {
+      while (pushed < block.size() && uniform(0, 1) < rate) p.push(block[pushed++]);
+      const Setpoint x = p.step(factor);
+      starving = starving || p.play.starving();
+      if (x.block != 0) p.expect_on_path(label(n));
+      ASSERT_FALSE(testing::Test::HasFatalFailure());
+    }
+    ASSERT_LT(ticks, 400000) << "never ended" << label(n);
+    starved += starving;
+    for (std::size_t i = 0; i < m.axes; ++i) ASSERT_NEAR(p.last.q[i], q[i], 1e-9) << label(n);
+    expect_within(p.use(), label(n));
+    ASSERT_FALSE(testing::Test::HasFatalFailure());
+  }
+  EXPECT_GT(starved, 300);
+}
+
+TEST(Interpolator, abort_stops_on_the_path_and_forgets_the_rest) {
+  const Limits m = machine();
+  std::mt19937_64 random(kSeed + 5);
+  for (int n = 0; n < 500; ++n) {
+    AxisVec q = home();
+    Player p(m, q);
+    const std::vector<Segment> block = random_block(m, random, q, 1);
+    p.push(block);
+    p.play.begin_block(1);
+    const auto at = std::uniform_int_distribution<int>(1, static_cast<int>(duration(block) / m.tick_s))(random);
+    for (int k = 0; k < at; ++k) p.step();
+    p.play.abort();
+    int ticks = 0;
+    for (; !p.play.idle() && ticks < 5000; ++ticks) {
+      const Setpoint x = p.step();
+      ASSERT_EQ(x.outputs & kValve, 0u);
+      ASSERT_FALSE(x.block_done && p.ring->size() > 0);
+      if (x.block != 0) p.expect_on_path(label(n));
+    }
+    ASSERT_LT(ticks, 1000) << label(n);
+    EXPECT_EQ(p.ring->size(), 0u);
+    EXPECT_TRUE(p.play.at_rest());
+    // The next block starts where the tool stands.
+    AxisVec from = p.last.q, to = home();
+    std::vector<Segment> next = line_move(m, from, to);
+    for (Segment& s : next) s.block = 2, s.ends_block = true;
+    p.push(next);
+    p.play.begin_block(2);
+    while (!p.play.idle()) p.step();
+    for (std::size_t i = 0; i < m.axes; ++i) ASSERT_NEAR(p.last.q[i], to[i], 1e-9);
+    expect_within(p.use(), label(n));
+    ASSERT_FALSE(testing::Test::HasFatalFailure());
+  }
+}
+
+TEST(Interpolator, axis_stop_brakes_every_axis_within_its_own_limits) {
+  const Limits m = machine();
+  std::mt19937_64 random(kSeed + 6);
+  for (int n = 0; n < 500; ++n) {
+    AxisVec q = home();
+    Player p(m, q);
+    const std::vector<Segment> block = random_block(m, random, q, 1);
+    p.push(block);
+    p.play.begin_block(1);
+    const auto at = std::uniform_int_distribution<int>(1, static_cast<int>(duration(block) / m.tick_s))(random);
+    for (int k = 0; k < at && !p.play.idle(); ++k) p.step();
+    p.play.axis_stop();
+    int ticks = 0;
+    for (; (ticks == 0 || !p.play.idle()) && ticks < 5000; ++ticks) ASSERT_EQ(p.step().outputs & kValve, 0u);
+    ASSERT_LT(ticks, 1000);
+    EXPECT_TRUE(p.play.at_rest());
+    p.step();
+    expect_within(p.use(), label(n));
+    ASSERT_FALSE(testing::Test::HasFatalFailure());
+  }
+}
+
+TEST(Interpolator, a_touch_brakes_where_the_probe_latches_and_ends_its_block) {
+  const Limits m = machine();
+  std::mt19937_64 random(kSeed + 7);
+  for (int n = 0; n < 500; ++n) {
+    Player p(m, home());
+    AxisVec down = home();
+    down[2] = -25;
+    std::vector<Segment> touch =
+        probe_move(m, home(), down, std::pow(10.0, std::uniform_real_distribution<double>(0, 2)(random)));
+    for (Segment& s : touch) s.block = 4;
+    p.push(touch);
+    p.play.begin_block(4);
+    const int total = static_cast<int>(std::lround(duration(touch) / m.tick_s));
+    const int at = std::uniform_int_distribution<int>(1, total)(random);
+    Setpoint x;
+    for (int k = 0; k < at; ++k) x = p.step();
+    EXPECT_TRUE(x.probing);
+    const double speed = x.s_dot, s = x.s;
+    p.play.probe_latched();
+    int ticks = 0;
+    while (!p.play.idle() && ++ticks < 1000) {
+      x = p.step();
+      p.expect_on_path(label(n));
+    }
+    ASSERT_LT(ticks, 1000);
+    if (at < total) {
+      EXPECT_TRUE(x.block_done) << label(n);
+    }
+    EXPECT_TRUE(x.probing || at == total);
+    EXPECT_TRUE(p.play.at_rest());
+    EXPECT_EQ(p.ring->size(), 0u);
+    // No further than a stop at once needs, were it at its worst: at speed, still speeding up.
+    const Bounds b{touch[0].v_max, touch[0].a_max, touch[0].j_max};
+    EXPECT_LE(x.s, s + way_to_speed({0, speed, b.a}, 0, b) + 1e-9) << label(n);
+    p.step();
+    expect_within(p.use(), label(n));
+  }
+}
+
+TEST(Interpolator, a_touch_that_meets_nothing_ends_its_block_too) {
+  const Limits m = machine();
+  Player p(m, home());
+  AxisVec down = home();
+  down[2] = -25;
+  std::vector<Segment> touch = probe_move(m, home(), down, 5);
+  for (Segment& s : touch) s.block = 4;
+  p.push(touch);
+  p.play.begin_block(4);
+  Setpoint x;
+  while (!p.play.idle()) x = p.step();
+  EXPECT_TRUE(x.block_done);
+  EXPECT_TRUE(x.probing);
+  EXPECT_NEAR(x.q[2], -25, 1e-9);
+}
+
+TEST(Interpolator, a_held_bead_stays_dry_until_the_next_dispense_command) {
+  StraightBead one;
+  Player p(one.m, one.bead.start);
+  p.push(one.bead.segments);
+  std::vector<Segment> again = line_move(one.m, one.bead.end, one.bead.start);
+  again.insert(again.end(), one.bead.segments.begin(), one.bead.segments.end());
+  for (Segment& s : again) s.block = 2;
+  p.push(again);
+  p.play.begin_block(1);
+  while (p.last.q[0] < 210) p.step();
+  EXPECT_EQ(p.last.outputs & kValve, kValve);
+  p.play.hold();
+  EXPECT_EQ(p.step().outputs & kValve, 0u) << "closed in the same tick";
+  for (int k = 0; k < 300; ++k) EXPECT_EQ(p.step().outputs & kValve, 0u);
+  EXPECT_TRUE(p.play.at_rest());
+  EXPECT_TRUE(p.play.held());
+  const double stands = p.last.q[0];
+  EXPECT_LE(stands, 210 + 20 * 0.001 + change_length(20, 0, 5000, 80000) + 1e-9);
+  p.play.resume();
+  while (!p.play.idle()) EXPECT_EQ(p.step().outputs & kValve, 0u) << "only a dispense command opens again";
+  p.play.begin_block(2);
+  bool opened = false;
+  while (!p.play.idle()) opened = (p.step().outputs & kValve) != 0 || opened;
+  EXPECT_TRUE(opened);
+}
+
+TEST(Interpolator, a_hold_before_the_bead_does_not_lose_the_bead) {
+  StraightBead one(30, 20, 0.028);
+  Player p(one.m, one.bead.start);
+  p.push(one.bead.segments);
+  p.play.begin_block(1);
+  while ((p.last.outputs & kValve) == 0) p.step();
+  ASSERT_LT(p.last.q[0], 200) << "opened ahead by its lead";
+  p.play.hold();
+  EXPECT_EQ(p.step().outputs & kValve, 0u);
+  while (!p.play.at_rest()) p.step();
+  ASSERT_LT(p.last.q[0], 200) << "stopped in the run-up";
+  p.play.resume();
+  while ((p.last.outputs & kValve) == 0 && !p.play.idle()) p.step();
+  EXPECT_LE(p.last.q[0], 200 + 20 * 0.0005);
+  EXPECT_FALSE(p.play.idle());
+}
+
+TEST(Interpolator, override_scales_the_path_speed_up_to_the_axis_limits_and_comes_back_to_the_plan) {
+  StraightBead one(200, 100);
+  for (const double factor : {0.1, 0.5, 1.5, 2.0}) {
+    Player p(one.m, one.bead.start);
+    p.push(one.bead.segments);
+    p.play.begin_block(1);
+    while (p.last.q[0] < 220) p.step();
+    for (int k = 0; k < 150; ++k) p.step(factor);
+    EXPECT_NEAR(p.last.s_dot, 100 * factor, 0.2) << factor;
+    while (!p.play.idle()) p.step(1);
+    EXPECT_NEAR(p.last.q[0], one.bead.end[0], 1e-9);
+  }
+}
+
+TEST(Interpolator, events_under_override_are_off_by_half_a_tick_of_way_at_most) {
+  StraightBead one(60, 50);
+  for (const double factor : {0.3, 0.7, 1.3, 2.0}) {
+    Player p(one.m, one.bead.start);
+    p.push(one.bead.segments);
+    p.play.begin_block(1);
+    std::vector<double> x{p.last.q[0]};
+    double opened = 0, closed = 0;  // tick numbers
+    bool open = false;
+    while (!p.play.idle()) {
+      p.step(factor);
+      x.push_back(p.last.q[0]);
+      const bool now = (p.last.outputs & kValve) != 0;
+      if (now != open) (now ? opened : closed) = static_cast<double>(x.size() - 1);
+      open = now;
+    }
+    const auto place = [&](double tick) {
+      const auto k = static_cast<std::size_t>(tick);
+      return x[k] + (tick - static_cast<double>(k)) * (x[k + 1] - x[k]);
+    };
+    EXPECT_NEAR(place(opened + 12), 200, 50 * factor * 0.0005 + 1e-3) << factor;
+    EXPECT_NEAR(place(closed + 7), 260, 50 * factor * 0.0005 + 1e-3) << factor;
+  }
+}
+
+TEST(Interpolator, a_dwell_freezes_under_hold_and_ignores_override) {
+  const Limits m = machine();
+  Player p(m, home());
+  Segment wait = dwell(m, home(), 0.1);
+  wait.block = 1, wait.ends_block = true;
+  p.push(wait);
+  p.play.begin_block(1);
+  for (int k = 0; k < 40; ++k) p.step(0.5);
+  EXPECT_NEAR(p.last.s, 0.040, 1e-12);
+  p.play.hold();
+  for (int k = 0; k < 40; ++k) p.step();
+  EXPECT_NEAR(p.last.s, 0.040, 1e-12);
+  p.play.resume();
+  int ticks = 0;
+  while (!p.play.idle()) p.step(2), ++ticks;
+  EXPECT_EQ(ticks, 60);
+}
+
+TEST(Interpolator, outputs_by_command_never_touch_the_valve) {
+  Player p(machine(), home());
+  p.play.set_outputs(test::kLamp | kValve, test::kLamp | kValve);
+  EXPECT_EQ(p.step().outputs, test::kLamp);
+  p.play.set_outputs(test::kLamp, 0);
+  EXPECT_EQ(p.step().outputs, 0u);
+}
+
+TEST(Interpolator, an_idle_machine_stands_whatever_is_asked_of_it) {
+  Player p(machine(), home());
+  p.play.hold();
+  p.play.resume();
+  p.play.abort();
+  p.play.probe_latched();
+  const Setpoint x = p.step(NAN);
+  EXPECT_EQ(x.q, home());
+  EXPECT_EQ(x.block, 0u);
+  EXPECT_FALSE(x.moving);
+  EXPECT_TRUE(p.play.idle());
+}
+
+TEST(Interpolator, leftovers_of_an_earlier_block_are_dropped) {
+  const Limits m = machine();
+  Player p(m, home());
+  Segment old = dwell(m, home(), 0.1), now = dwell(m, home(), 0.01);
+  old.block = 1, now.block = 2, now.ends_block = true;
+  p.push(old);
+  p.push(now);
+  p.play.begin_block(2);
+  int ticks = 0;
+  while (!p.play.idle()) p.step(), ++ticks;
+  EXPECT_EQ(ticks, 10);
+}
+
+}  // namespace
+}  // namespace gantry::motion
