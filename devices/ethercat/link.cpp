@@ -31,7 +31,7 @@ bool Link::attempt(Command command, std::uint32_t address, std::span<std::byte> 
 
 bool Link::attempt_riding(Command command, std::uint32_t address, std::span<std::byte> data,
                           std::uint16_t& working_counter) {
-  const Time deadline = clock_.now() + kReplyTimeout;
+  const Time deadline = clock_.now() + kRideTimeout;
   while (!slot_->post(command, address, data)) {  // the one before was given up and is still under way
     std::uint16_t ignored = 0;
     std::array<std::byte, 1> nothing{};
@@ -62,6 +62,8 @@ Result<std::uint16_t> Link::transact(Command command, std::uint32_t address, std
                          : attempt(command, address, data, working_counter))
       return working_counter;
   }
+  if (slot_ != nullptr)
+    return fail(Fault::BusDown, "the cyclic exchange did not carry a request; the loop stands or the bus is down");
   return fail(Fault::BusDown, port_.link_up(PortIndex::Primary)
                                   ? "no frame came back from the bus; check the first station's supply and cable"
                                   : "the link is down; check the cable to the first station");

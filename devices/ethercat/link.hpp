@@ -19,6 +19,7 @@ namespace gantry::devices {
 class Link {
  public:
   static constexpr Time kReplyTimeout = milliseconds(20);  ///< of one frame; also a busy host answers within it
+  static constexpr Time kRideTimeout = milliseconds(200);  ///< until the loop has taken a datagram along and back
   static constexpr int kAttempts = 3;
 
   Link(FramePort& port, Clock& clock) noexcept : port_(port), clock_(clock) {}

@@ -1,0 +1,399 @@
+// The master against the virtual segment with the reference machine on it, in virtual time.
+#include "devices/ethercat/master.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include "devices/profiles/homing_objects.hpp"
+#include "devices/profiles/object_value.hpp"
+#include "devices/rt/homing.hpp"
+#include "devices/rt/probe.hpp"
+#include "tests/devices/bus_bench.hpp"
+#include "tests/devices/pcap_tap.hpp"
+
+namespace gantry::devices {
+namespace {
+
+TEST(Master, brings_the_reference_machine_from_scan_to_op) {
+  BusBench b;
+  const Time begin = b.clock.now();
+  const auto up = b.bring_up();
+  ASSERT_TRUE(up) << to_text(up.error());
+  RecordProperty("bring_up_ms", static_cast<int>((b.clock.now() - begin) / milliseconds(1)));
+  b.cycle();
+  EXPECT_EQ(b.last.fault, Fault::None) << code(b.last.fault).text;
+  EXPECT_EQ(b.last.al_states, 4);
+  EXPECT_EQ(b.last.expected, 3 * 6);  // six stations with outputs and inputs
+  b.cycles(20);
+  ASSERT_TRUE(b.master->request_operation());
+  EXPECT_LT(b.until([&] { return b.last.al_states == 8; }, 1000), 1000);
+  for (int i = 0; i < 1000; ++i) {
+    b.cycle();
+    ASSERT_EQ(b.last.fault, Fault::None) << "cycle " << i << " " << code(b.last.fault).text;
+    ASSERT_TRUE(b.last.inputs_fresh);
+    ASSERT_EQ(b.last.al_states, 8);
+  }
+  const auto all = b.master->check_operation();
+  EXPECT_TRUE(all) << to_text(all.error());
+  RecordProperty("until_op_ms", static_cast<int>((b.clock.now() - begin) / milliseconds(1)) - 1000);
+  EXPECT_TRUE(b.master->notes().empty()) << b.master->notes().front();
+  b.master->shut_down();
+}
+
+TEST(Master, the_bus_time_passes_half_a_cycle_before_sync0) {
+  BusBench b;
+  b.operate();
+  b.cycles(3000);
+  EXPECT_LT(std::abs(b.lock.error().count()), 1000);
+  EXPECT_NEAR(static_cast<double>(b.last.dc_time_ns % 1'000'000), 500'000, 1000);
+}
+
+TEST(Master, clocks_that_drift_are_followed) {
+  BusBench b;
+  for (const auto& s : b.wired.stations)
+    if (s.bus == config::BusKind::EtherCat) b.segment.set_clock_drift(s.id, s.position % 2 == 0 ? 60 : -80);
+  b.operate();
+  b.cycles(3000);
+  EXPECT_LT(std::abs(b.lock.error().count()), 2000);
+  EXPECT_EQ(b.last.al_states, 8);
+}
+
+TEST(Master, drives_enable_without_a_step_and_follow_their_targets) {
+  BusBench b;
+  b.operate();
+  std::vector<std::int64_t> before;
+  for (const auto& d : b.drives) before.push_back(d.drive.feedback().counts.value);
+  b.enable();
+  for (std::size_t i = 0; i < b.drives.size(); ++i)
+    EXPECT_LE(std::abs(b.drives[i].drive.feedback().counts.value - before[i]), 1) << "drive " << i;
+
+  auto& x = b.of("X");
+  const double from = x.drive.commanded();
+  for (int i = 1; i <= 1000; ++i) {
+    x.command.target = from + 5.0 * (1 - std::cos(std::numbers::pi * i / 1000));
+    b.cycle();
+    ASSERT_EQ(x.drive.feedback().fault, Fault::None);
+    ASSERT_LT(std::abs(x.drive.feedback().position - x.command.target), 0.5);
+  }
+  b.cycles(100);
+  EXPECT_NEAR(x.drive.feedback().position, from + 10.0, 0.002);
+}
+
+TEST(Master, an_axis_homes_and_its_switch_has_the_configured_coordinate) {
+  BusBench b;
+  b.operate();
+  for (const char* name : {"Z", "X", "U"}) {
+    const auto* axis = config::find_axis(b.machine, name);
+    const auto& ref = axis->drives.front();
+    const auto& profile = b.machine.stations[ref.station.value].profile;
+    const auto rows = homing_objects(profile, ref.slot, *axis);
+    ASSERT_TRUE(rows) << to_text(rows.error());
+    for (const auto& row : *rows) {
+      const auto ok = b.master->write_object(ref.station, row.address, to_bytes(row.type, row.value));
+      ASSERT_TRUE(ok) << name << " " << to_text(ok.error());
+    }
+    auto& d = b.of(name);
+    d.command = {.goal = DriveGoal::Enabled, .target = d.drive.commanded()};
+    b.until([&] { return d.command.target = d.drive.commanded(), d.drive.feedback().takes_targets; }, 1000);
+    HomingRun run;
+    const double span = axis->p_max - axis->p_min;
+    run.start({.timeout_cycles = 60'000, .travel_counts = std::llround(1.5 * span * axis->counts_per_unit)},
+              d.drive.feedback());
+    b.until([&] { return d.command = run.step(d.drive.feedback()), !run.busy(); }, 70'000);
+    ASSERT_EQ(run.phase(), HomingRun::Phase::Done) << name << " " << code(run.fault()).text;
+    d.drive.set_reference(Counts{0}, axis->homing->position);
+    d.command = {.goal = DriveGoal::Enabled, .target = d.drive.commanded()};
+    b.cycles(50);
+    EXPECT_EQ(d.drive.feedback().fault, Fault::None);
+    EXPECT_NEAR(d.drive.feedback().position, b.segment.motor(axis->id).position(), 0.02) << name;
+    EXPECT_NEAR(d.drive.feedback().position, axis->homing->position, 0.5) << name;
+  }
+}
+
+TEST(Master, the_probe_latches_the_place_of_the_touch) {
+  BusBench b;
+  b.operate();
+  b.enable();
+  auto& z = b.of("Z");
+  const auto* axis = config::find_axis(b.machine, "Z");
+  const double truth = b.segment.motor(axis->id).position();
+  const double from = z.drive.commanded();
+  b.segment.motor(axis->id).set_contact(truth - 3.3335);
+  ProbeArm probe;
+  probe.start();
+  b.until(
+      [&] {
+        z.command.probe_function = probe.step(z.drive.feedback());
+        return probe.phase() != ProbeArm::Phase::Clearing && probe.phase() != ProbeArm::Phase::Arming;
+      },
+      200);
+  ASSERT_EQ(probe.phase(), ProbeArm::Phase::Armed) << code(probe.fault()).text;
+  for (int i = 1; i <= 1000 && probe.phase() == ProbeArm::Phase::Armed; ++i) {
+    z.command.target = from - 0.005 * i;
+    z.command.probe_function = probe.step(z.drive.feedback());
+    b.cycle();
+  }
+  ASSERT_EQ(probe.phase(), ProbeArm::Phase::Latched);
+  EXPECT_NEAR(z.drive.scale().to_position(probe.latched()), from - 3.3335, 0.002);
+}
+
+TEST(Master, a_drive_that_is_swapped_with_another_kind_is_refused_with_both_names) {
+  BusBench b;
+  for (auto& s : b.machine.stations) {
+    if (s.name == "x") s.position = 1;
+    if (s.name == "y1") s.position = 0;
+  }
+  const auto up = b.bring_up();
+  ASSERT_FALSE(up);
+  EXPECT_EQ(up.error().fault, Fault::IdentityMismatch);
+  const std::string text = to_text(up.error());
+  EXPECT_NE(text.find("position 0"), std::string::npos) << text;
+  EXPECT_NE(text.find("'y1'"), std::string::npos) << text;
+  EXPECT_NE(text.find("AMD530B"), std::string::npos) << text;
+  EXPECT_NE(text.find("iD286"), std::string::npos) << text;
+}
+
+TEST(Master, an_assumed_identity_that_nobody_has_gives_a_note_and_a_known_one_a_refusal) {
+  BusBench b;
+  for (auto& s : b.machine.stations) s.profile.identity.product ^= s.name == "x" || s.name == "z" ? 0x1000u : 0u;
+  const auto up = b.bring_up();
+  ASSERT_TRUE(up) << to_text(up.error());
+  ASSERT_EQ(b.master->notes().size(), 2u);
+  EXPECT_NE(b.master->notes()[0].find("station 0 'x'"), std::string::npos) << b.master->notes()[0];
+  for (auto& s : b.machine.stations) s.profile.identity.assumed = false;
+  const auto refused = b.bring_up();
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().fault, Fault::IdentityMismatch);
+}
+
+TEST(Master, a_missing_station_is_named) {
+  BusBench b;
+  b.segment.cut_link(4);
+  const auto up = b.bring_up();
+  ASSERT_FALSE(up);
+  EXPECT_EQ(up.error().fault, Fault::StationMissing);
+  EXPECT_NE(up.error().message.find("'cu'"), std::string::npos) << up.error().message;
+}
+
+TEST(Master, a_station_without_output_watchdog_is_refused) {
+  BusBench b;
+  for (auto& s : b.machine.stations)
+    if (s.name == "io") s.profile.watchdog_ms = 0;
+  const auto up = b.bring_up();
+  ASSERT_FALSE(up);
+  EXPECT_EQ(up.error().fault, Fault::WatchdogDisabled);
+  EXPECT_NE(up.error().where.find("'io'"), std::string::npos) << up.error().where;
+}
+
+TEST(Master, a_dead_cable_is_told_as_such) {
+  BusBench b;
+  b.segment.cut_link(0);
+  const auto up = b.bring_up();
+  ASSERT_FALSE(up);
+  EXPECT_EQ(up.error().fault, Fault::BusDown);
+}
+
+TEST(Master, objects_are_read_and_written_also_while_the_bus_cycles) {
+  BusBench b;
+  b.operate();
+  const auto y1 = b.machine.stations[1].id;
+  ASSERT_TRUE(b.master->write_object(y1, {0x6099, 1}, to_bytes(config::ObjectType::U32, 12345)));
+  b.cycles(3);
+  const auto back = b.master->read_object(y1, {0x6099, 1});
+  ASSERT_TRUE(back) << to_text(back.error());
+  EXPECT_EQ(to_number(config::ObjectType::U32, *back), 12345);
+  const auto name = b.master->read_object(y1, {0x1008, 0});
+  EXPECT_TRUE(name) << to_text(name.error());
+  const auto none = b.master->read_object(y1, {0x5FFF, 0});
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().fault, Fault::SdoAbort);
+  EXPECT_NE(none.error().message.find("object does not exist"), std::string::npos) << none.error().message;
+  const auto io = b.master->read_object(StationId{5}, {0x1008, 0});  // no mailbox
+  ASSERT_FALSE(io);
+  EXPECT_EQ(io.error().fault, Fault::MailboxProtocol);
+  b.cycles(10);
+  EXPECT_EQ(b.last.al_states, 8);
+}
+
+TEST(Master, a_lost_frame_a_cut_link_and_a_drive_fault_are_told_apart) {
+  BusBench b;
+  b.operate();
+  b.enable();
+  b.segment.lose_frames(1);
+  b.cycle();
+  EXPECT_EQ(b.last.fault, Fault::FrameLost);
+  b.cycle();
+  EXPECT_EQ(b.last.fault, Fault::None);
+
+  b.segment.drive_fault(config::find_axis(b.machine, "Y")->id, 1, 0x3210);
+  auto& y2 = b.of("Y", 1);
+  b.until([&] { return y2.drive.feedback().state == DriveState::Fault; }, 2000);
+  EXPECT_EQ(y2.drive.feedback().fault, Fault::DriveFault);
+  EXPECT_EQ(y2.drive.feedback().error_code, 0x3210);
+  y2.command = {.goal = DriveGoal::FaultReset};
+  EXPECT_LT(b.until([&] { return y2.drive.feedback().state == DriveState::SwitchOnDisabled; }, 100), 100);
+
+  b.segment.cut_link(3);
+  b.cycle();
+  EXPECT_EQ(b.last.fault, Fault::WorkingCounterLow);
+  EXPECT_FALSE(b.last.inputs_fresh);
+  const auto check = b.master->check_operation();
+  ASSERT_FALSE(check);
+  EXPECT_NE(check.error().where.find("'z'"), std::string::npos) << to_text(check.error());
+}
+
+TEST(Master, every_drive_stops_by_quick_stop_and_can_be_enabled_again) {
+  BusBench b;
+  b.operate();
+  b.enable();
+  // AMD530B with 605Ah = 6 stays in quick stop and wants its controlword switched back (manual 8.4).
+  const auto y1 = b.machine.stations[1].id;
+  ASSERT_TRUE(b.master->write_object(y1, {0x605A, 0}, to_bytes(config::ObjectType::I16, 6)));
+  for (auto& d : b.drives) d.command.goal = DriveGoal::QuickStop;
+  b.until(
+      [&] {
+        return std::ranges::all_of(b.drives,
+                                   [](auto& d) { return reached(d.drive.feedback().state, DriveGoal::QuickStop); });
+      },
+      2000);
+  b.cycles(100);
+  for (const auto& d : b.drives) {
+    const DriveState s = d.drive.feedback().state;
+    EXPECT_TRUE(s == DriveState::QuickStopActive || s == DriveState::SwitchOnDisabled) << name(s);
+    EXPECT_EQ(d.drive.feedback().fault, Fault::None) << code(d.drive.feedback().fault).text;
+  }
+  EXPECT_EQ(b.of("Y").drive.feedback().state, DriveState::QuickStopActive);
+  b.enable();
+}
+
+TEST(Master, a_station_whose_outputs_stop_falls_back_by_its_watchdog_and_says_why) {
+  BusBench b;
+  b.operate();
+  b.clock.sleep_until(b.due + milliseconds(500));
+  b.due = b.master->first_cycle(b.clock.now());
+  b.cycles(3);
+  EXPECT_NE(b.last.al_states & wire::kAlStateMask, 8);
+  const auto check = b.master->check_operation();
+  ASSERT_FALSE(check);
+  EXPECT_EQ(check.error().fault, Fault::StationLeftOp);
+  EXPECT_NE(check.error().message.find("watchdog"), std::string::npos) << check.error().message;
+}
+
+// In a real run the loop is a thread of its own, and what the run thread asks rides in its frames.
+TEST(Master, objects_are_reached_through_the_loops_frames_when_it_runs_in_a_thread_of_its_own) {
+  config::Machine machine = reference_machine();
+  MonotonicClock clock;
+  sim::Segment segment(machine, clock);
+  sim::SegmentPort port(segment, clock);
+  EthercatMaster master(machine, port, clock);
+  const auto up = master.bring_up();
+  ASSERT_TRUE(up) << to_text(up.error());
+  std::atomic<bool> running{false}, stop{false};
+  std::thread loop([&] {
+    while (!stop) {
+      master.exchange(clock.now() + milliseconds(1));
+      running = true;
+      clock.sleep_until(clock.now() + microseconds(200));
+    }
+  });
+  while (!running) std::this_thread::yield();
+  const auto y1 = machine.stations[1].id;
+  for (int i = 0; i < 10; ++i) {
+    const auto wrote = master.write_object(y1, {0x6099, 1}, to_bytes(config::ObjectType::U32, 1000 + i));
+    EXPECT_TRUE(wrote) << to_text(wrote.error());
+    const auto back = master.read_object(y1, {0x6099, 1});
+    ASSERT_TRUE(back) << to_text(back.error());
+    EXPECT_EQ(to_number(config::ObjectType::U32, *back), 1000 + i);
+  }
+  EXPECT_FALSE(master.check_operation());  // still in SAFE_OP, and nobody hangs
+  stop = true;
+  loop.join();
+  const auto after = master.read_object(y1, {0x6041, 0});  // the loop stands: named, in bounded time
+  EXPECT_FALSE(after);
+  master.shut_down();
+}
+
+/// Loses frame number `n` (counted from 1), or all from there on.
+class LossyPort final : public FramePort {
+ public:
+  LossyPort(FramePort& port, int n, bool for_good) : port_(port), n_(n), for_good_(for_good) {}
+  bool send(PortIndex port, std::span<const std::byte> frame) noexcept override {
+    ++sent_;
+    if (sent_ == n_ || (for_good_ && sent_ > n_)) return true;
+    return port_.send(port, frame);
+  }
+  Received receive(std::span<std::byte> buffer, Time deadline) noexcept override {
+    return port_.receive(buffer, deadline);
+  }
+  [[nodiscard]] bool link_up(PortIndex port) const noexcept override { return port_.link_up(port); }
+  [[nodiscard]] int sent() const { return sent_; }
+
+ private:
+  FramePort& port_;
+  int n_, sent_ = 0;
+  bool for_good_;
+};
+
+int frames_of_bring_up() {
+  BusBench b;
+  LossyPort port(b.port, 0, false);
+  b.way = &port;
+  EXPECT_TRUE(b.bring_up());
+  return port.sent();
+}
+
+TEST(Master, any_single_frame_of_the_bring_up_may_be_lost) {
+  const int frames = frames_of_bring_up();
+  RecordProperty("frames", frames);
+  for (int n = 1; n <= frames; ++n) {
+    BusBench b;
+    LossyPort port(b.port, n, false);
+    b.way = &port;
+    const auto up = b.bring_up();
+    EXPECT_TRUE(up) << "frame " << n << ": " << to_text(up.error());
+  }
+}
+
+TEST(Master, unplugging_at_any_frame_of_the_bring_up_ends_in_bounded_time_with_a_named_error) {
+  const int frames = frames_of_bring_up();
+  for (int n = 1; n <= frames; ++n) {
+    BusBench b;
+    LossyPort port(b.port, n, true);
+    b.way = &port;
+    const Time begin = b.clock.now();
+    const auto up = b.bring_up();
+    ASSERT_FALSE(up) << "frame " << n;
+    EXPECT_EQ(up.error().fault, Fault::BusDown) << "frame " << n << ": " << to_text(up.error());
+    EXPECT_LT(b.clock.now() - begin, milliseconds(3000)) << "frame " << n;
+  }
+}
+
+// Wireshark's dissectors are the judge of every byte that both sides send.
+TEST(Master, tshark_finds_nothing_malformed_in_a_bring_up) {
+  if (std::system("command -v tshark >/dev/null 2>&1") != 0) GTEST_SKIP() << "tshark is not installed";
+  BusBench b;
+  const std::string file = std::string(GANTRY_BINARY_DIR) + "/bring_up.pcap";
+  PcapTap tap(b.port, b.clock, file);
+  b.way = &tap;
+  b.operate();
+  b.cycles(50);
+  tap.flush();
+  const auto count = [&](const std::string& filter) {
+    const std::string command = "tshark -r " + file + " -Y '" + filter + "' 2>/dev/null | wc -l";
+    FILE* pipe = popen(command.c_str(), "r");
+    int n = -1;
+    if (pipe == nullptr || std::fscanf(pipe, "%d", &n) != 1) n = -1;
+    if (pipe != nullptr) pclose(pipe);
+    return n;
+  };
+  EXPECT_EQ(count("_ws.malformed || _ws.expert.severity == error"), 0);
+  EXPECT_EQ(count("ecat"), static_cast<int>(tap.frames()));
+  EXPECT_GT(count("ecat_mailbox.coe.sdoreq"), 100);
+  EXPECT_GT(count("ecat_mailbox.coe.sdores"), 100);
+  EXPECT_GT(count("ecat.cmd == 12"), 100);  // LRW
+}
+
+}  // namespace
+}  // namespace gantry::devices
