@@ -41,7 +41,8 @@ TEST(Tree, nothing_names_this_machine_or_a_registry) {
       {std::regex(std::string("(deb|security|snapshot|ftp)\\.deb") + "ian\\.org"), "a registry host"},
       {std::regex(std::string("registry\\.npm") + "js|py" + "pi\\.org|crates\\.i" + "o|proxy\\.gol" + "ang"),
        "a registry host"},
-      {std::regex(std::string("GTEST_SK") + "IP\\(\\)(?! << \")|DISABLED" + "_[a-z]"), "a test that does not test, and no word why"},
+      {std::regex(std::string("GTEST_SK") + "IP\\(\\)(?! << \")|DISABLED" + "_[a-z]"),
+       "a test that does not test, and no word why"},
       {std::regex(std::string("\\b(TO") + "DO|FIX" + "ME|XX" + "X)\\b"), "unfinished"},
   };
   for (const SourceFile& file : source_tree()) {
