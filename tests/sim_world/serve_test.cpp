@@ -1,0 +1,118 @@
+// `gantry sim` as another process would meet it: frames over a veth pair, the world over its socket. Needs the right to
+// make a veth pair; where that is missing the test says so and is skipped. Waits for things to come about and never for
+// a time to pass.
+#include "sim/serve.hpp"
+
+#include <cstdlib>
+#include <filesystem>
+#include <gtest/gtest.h>
+#include <string>
+#include <thread>
+#include <unistd.h>
+
+#include "core/clock.hpp"
+#include "devices/ethercat/master.hpp"
+#include "devices/raw_socket_port.hpp"
+#include "sim/world_client.hpp"
+
+namespace gantry::sim {
+namespace {
+
+class VethPair {
+ public:
+  VethPair() : near("gt" + std::to_string(::getpid() % 100000) + "a"), far(near.substr(0, near.size() - 1) + "b") {
+    made_ = run("ip link add " + near + " type veth peer name " + far) && run("ip link set " + near + " up") &&
+            run("ip link set " + far + " up");
+  }
+  ~VethPair() { run("ip link del " + near); }
+  [[nodiscard]] bool made() const { return made_; }
+  std::string near, far;
+
+ private:
+  static bool run(const std::string& command) { return std::system((command + " 2>/dev/null").c_str()) == 0; }
+  bool made_ = false;
+};
+
+TEST(Serve, a_master_on_the_other_end_of_the_cable_brings_the_bus_up_and_takes_a_picture) {
+  const VethPair cable;
+  if (!cable.made()) GTEST_SKIP() << "no right to make a veth pair";
+  const auto machine = config::load_machine("config/machines/dispenser.yaml");
+  ASSERT_TRUE(machine);
+  const std::string socket = (std::filesystem::temp_directory_path() / (cable.near + ".world")).string();
+  std::atomic<bool> stop{false};
+  Result<void> served;
+  std::thread sim([&] {
+    ServeOptions options;
+    options.interface = cable.far;
+    options.world_socket = socket;
+    served = serve(*machine, options, stop);
+  });
+  struct Ending {
+    std::atomic<bool>& stop;
+    std::thread& thread;
+    ~Ending() {
+      stop = true;
+      if (thread.joinable()) thread.join();
+    }
+  } ending{stop, sim};
+
+  MonotonicClock clock;
+  const Time give_up = clock.now() + std::chrono::seconds(60);
+  auto client = WorldClient::connect(socket);
+  for (; !client && clock.now() < give_up; client = WorldClient::connect(socket))
+    clock.sleep_until(clock.now() + milliseconds(5));
+  ASSERT_TRUE(client) << to_text(client.error());
+
+  auto port = devices::RawSocketPort::open(cable.near);
+  ASSERT_TRUE(port) << to_text(port.error());
+  devices::EthercatMaster master(*machine, **port, clock);
+  const auto up = master.bring_up();
+  ASSERT_TRUE(up) << to_text(up.error());
+  EXPECT_EQ(master.stations().size(), 6u);
+
+  const auto channel = [&](config::Output o) { return *machine->outputs[static_cast<std::size_t>(o)]; };
+  const auto light = channel(config::Output::CameraLight), trigger = channel(config::Output::CameraTrigger);
+  // The loop, in a thread of its own as in the program; it pulses the trigger all the time.
+  std::atomic<bool> stop_loop{false};
+  std::atomic<std::uint16_t> states{0};
+  std::thread loop([&] {
+    Time next = master.first_cycle(clock.now() + milliseconds(5));
+    for (unsigned k = 0; !stop_loop; ++k) {
+      clock.sleep_until(next);
+      const auto got = master.exchange(next + microseconds(900));
+      if (got.inputs_fresh) states = got.al_states;
+      do next += milliseconds(1);
+      while (next < clock.now());  // the phase is kept when the host stalls
+      master.outputs(light.station)[0] = static_cast<std::byte>(1u << light.bit | (k / 20 % 2) << trigger.bit);
+    }
+  });
+  const Ending loop_ending{stop_loop, loop};
+  Result<void> operational = fail(Fault::Internal, "not asked");
+  while (!(operational = master.request_operation()) && clock.now() < give_up)
+    clock.sleep_until(clock.now() + milliseconds(5));
+  ASSERT_TRUE(operational) << to_text(operational.error());
+  while ((*client)->camera().latest() == 0 && clock.now() < give_up) clock.sleep_until(clock.now() + milliseconds(5));
+  EXPECT_GT((*client)->camera().latest(), 0u) << "AL states " << states;
+  const auto frame = (*client)->camera().fetch(0, milliseconds(100));
+  ASSERT_TRUE(frame) << to_text(frame.error());
+  EXPECT_EQ(frame->image.width, machine->camera.width_px);
+  stop_loop = true;
+  loop.join();
+  master.shut_down();
+  stop = true;
+  sim.join();
+  EXPECT_TRUE(served);
+  EXPECT_FALSE(std::filesystem::exists(socket));
+}
+
+TEST(Serve, an_interface_that_does_not_exist_is_refused) {
+  std::atomic<bool> stop{true};
+  ServeOptions options;
+  options.interface = "nowhere0";
+  const auto served = serve({}, options, stop);
+  ASSERT_FALSE(served);
+  EXPECT_EQ(served.error().fault, Fault::InterfaceUnusable);
+}
+
+}  // namespace
+}  // namespace gantry::sim
