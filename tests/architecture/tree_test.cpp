@@ -101,6 +101,22 @@ TEST(Docs, every_page_can_be_reached_from_the_index) {
     }
 }
 
+TEST(Docs, scripts_that_pages_name_are_there_and_can_be_started) {
+  const std::filesystem::path root = GANTRY_SOURCE_DIR;
+  const std::regex script(R"((scripts|\.ci)/[a-z][a-z-]*)");
+  for (const SourceFile& file : source_tree()) {
+    if (!file.path.ends_with(".md")) continue;
+    for (std::sregex_iterator it(file.text.begin(), file.text.end(), script), end; it != end; ++it) {
+      const std::filesystem::path path = root / it->str();
+      if (std::filesystem::exists(root / (it->str() + ".txt"))) continue;  // a list
+      ASSERT_TRUE(std::filesystem::exists(path)) << file.path << " names " << it->str();
+      EXPECT_NE(std::filesystem::status(path).permissions() & std::filesystem::perms::owner_exec,
+                std::filesystem::perms::none)
+          << it->str();
+    }
+  }
+}
+
 TEST(Dependencies, every_package_that_setup_installs_has_its_licence_told) {
   const std::filesystem::path root = GANTRY_SOURCE_DIR;
   const std::string told = read(root / "THIRD_PARTY.md");
