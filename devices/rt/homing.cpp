@@ -36,8 +36,8 @@ bool HomingRun::stands(const Feedback& f) noexcept {
 }
 
 void HomingRun::watch_search(const Feedback& f) noexcept {
-  if ((f.statusword & kHomingError) != 0) return cancel(Fault::HomingFailed);
-  if (done_bits(f) && seen_undone_) return enter(Phase::Settle);
+  if (seen_undone_ && (f.statusword & kHomingError) != 0) return cancel(Fault::HomingFailed);
+  if (seen_undone_ && done_bits(f)) return enter(Phase::Settle);
   if (limits_.travel_counts <= 0) return;
   // The drive sets its counter anew at the home edge, perhaps before it shows "done": that jump is no travel.
   const std::int64_t step = f.counts.value - last_.value;

@@ -54,7 +54,7 @@ class HomingRun {
   Counts start_, last_;
   std::int64_t cycles_ = 0, in_phase_ = 0;
   int still_ = 0;             ///< cycles without a count of motion
-  bool seen_undone_ = false;  ///< bits 10 and 12 were seen not to be both set, in mode 6
+  bool seen_undone_ = false;  ///< neither "done" nor "error" was seen, in mode 6: what comes now is of this run
 };
 
 }  // namespace gantry::devices

@@ -16,7 +16,7 @@ struct HomingDrive {
   std::int32_t switch_after = 5000;
   std::int8_t mode = 8;
   int mode_wait = 0;
-  bool fails = false, stale_done = false, faulted = false;
+  bool fails = false, stale_done = false, stale_error = false, faulted = false;
   bool homed = false, started = false;
 
   HomingDrive() {
@@ -27,6 +27,7 @@ struct HomingDrive {
     if (faulted) return 0x0238;
     if (mode != 6) return 0x1237;
     if (stale_done && !started) return 0x1637;
+    if (stale_error && !started) return 0x2637;
     if (homed) return 0x1637;
     if (fails && travelled >= switch_after) return 0x2637;
     return started ? 0x0237 : 0x8737;
@@ -70,13 +71,15 @@ TEST(Homing, finds_the_switch_and_comes_back_to_csp_without_a_step) {
   EXPECT_DOUBLE_EQ(h.bench.drive.feedback().position, 5.0);
 }
 
-TEST(Homing, done_bits_of_an_earlier_homing_do_not_count) {
-  HomingDrive h;
-  h.stale_done = true;
-  h.run.start({.timeout_cycles = 10'000, .travel_counts = 20'000}, h.bench.drive.feedback());
-  h.until_done();
-  EXPECT_EQ(h.run.phase(), HomingRun::Phase::Done);
-  EXPECT_GE(h.travelled, h.switch_after);
+TEST(Homing, the_result_of_an_earlier_homing_does_not_count) {
+  for (const bool error : {false, true}) {
+    HomingDrive h;
+    (error ? h.stale_error : h.stale_done) = true;
+    h.run.start({.timeout_cycles = 10'000, .travel_counts = 20'000}, h.bench.drive.feedback());
+    h.until_done();
+    EXPECT_EQ(h.run.phase(), HomingRun::Phase::Done) << code(h.run.fault()).text;
+    EXPECT_GE(h.travelled, h.switch_after);
+  }
 }
 
 TEST(Homing, the_drives_error_bit_ends_it) {
