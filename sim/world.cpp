@@ -4,6 +4,8 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "core/log.hpp"
+
 namespace gantry::sim {
 
 namespace {
@@ -182,8 +184,11 @@ Result<void> World::load_board(BoardPlan plan) {
   if (frame == nullptr)
     return fail(Fault::UnknownReference, fmt::format("the machine has no work frame '{}'", plan.board.frame));
   const std::scoped_lock lock(mutex_);
-  if (log_)
+  if (log_) {
+    if (log_->refused() > 0)
+      log::warn("the world's log was full: {} records of the last board are not remembered", log_->refused());
     if (auto room = log_->make_room(); !room) return room;
+  }
   const BoardPlacement placement = draw_placement(machine_.sim, seed_, boards_++, placement_text_);
   board_ = std::make_shared<const BoardTruth>(std::move(plan), frame->origin, placement);
   place_solids();

@@ -125,6 +125,7 @@ bool WorldLog::append(Kind kind, std::span<const std::byte> payload) noexcept {
 }
 
 Result<void> WorldLog::make_room() {
+  refused_ = 0;
   if (mapped_ - used_ >= kRoom / 2) return {};
   return map(used_ + kRoom);
 }

@@ -44,7 +44,7 @@ class WorldLog {
   bool append(Kind kind, std::span<const std::byte> payload) noexcept;
   /// Makes room for a job's worth of records; not on the bus thread. Spans of records() become invalid.
   Result<void> make_room();
-  /// How many records were not taken.
+  /// How many records were not taken since room was last made.
   [[nodiscard]] std::uint64_t refused() const { return refused_; }
 
  private:

@@ -1,6 +1,8 @@
 // The virtual machine as a whole: a master on its bus, a controller's questions in process and over the socket.
 #include "sim/virtual_machine.hpp"
 
+#include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -12,6 +14,7 @@
 #include "devices/ethercat/master.hpp"
 #include "recipes/job.hpp"
 #include "sim/world_client.hpp"
+#include "sim/world_log.hpp"
 #include "sim/world_server.hpp"
 
 namespace gantry::sim {
@@ -157,17 +160,52 @@ TEST(VirtualMachine, a_bad_placement_or_script_is_refused_with_its_place) {
 TEST(VirtualMachine, motors_and_board_stay_where_they_are_when_the_world_is_opened_again) {
   const std::string dir = temporary("gantry-vm-state");
   std::filesystem::remove_all(dir);
+  const VirtualMachineOptions options{.seed = 9, .placement = {}, .script_file = {}, .state_dir = dir};
+  const auto squirt = [](Controller& c) {  // where the needle stands, as the world sees it
+    c.set(config::Output::Valve, true);
+    c.cycles(30);
+    c.set(config::Output::Valve, false);
+    c.cycles(30);
+    return c.vm->deposits()->back().board_mm.front();
+  };
   std::string placement;
+  Vec3 before;
+  std::size_t deposits = 0;
   {
-    Controller c({.seed = 9, .placement = {}, .script_file = {}, .state_dir = dir});
+    Controller c(options);
     c.start();
     ASSERT_TRUE(c.vm->load_board(recipe()));
     placement = *c.vm->placement();
-    c.cycles(100);
+    before = squirt(c);
+    deposits = c.vm->deposits()->size();
   }
-  Controller c({.seed = 9, .placement = {}, .script_file = {}, .state_dir = dir});
-  EXPECT_TRUE(*c.vm->board_loaded());
-  EXPECT_EQ(*c.vm->placement(), placement);
+  {
+    Controller c(options);
+    c.start();
+    EXPECT_TRUE(*c.vm->board_loaded());
+    EXPECT_EQ(*c.vm->placement(), placement);
+    EXPECT_EQ(c.vm->deposits()->size(), deposits) << "the job goes on";
+    EXPECT_EQ(squirt(c), before);
+  }
+  {
+    // As if the motors had been moved before the lights went out: X by 7 mm, in the order of axes and their drives.
+    auto log = WorldLog::open(dir);
+    ASSERT_TRUE(log);
+    std::vector<double> motors;
+    for (const auto& r : (*log)->records())
+      if (r.kind == WorldLog::Kind::Motors) {
+        motors.resize(r.payload.size() / sizeof(double));
+        std::memcpy(motors.data(), r.payload.data(), r.payload.size());
+      }
+    ASSERT_EQ(motors.size(), 12u) << "X, Y twice, Z, C, U: place and zero of each";
+    motors[0] += 7;
+    (*log)->append(WorldLog::Kind::Motors, std::as_bytes(std::span(motors)));
+  }
+  Controller c(options);
+  c.start();
+  const Vec3 after = squirt(c);
+  EXPECT_NEAR(std::hypot(after.x - before.x, after.y - before.y), 7, 1e-9);
+  c.vm.reset();
   std::filesystem::remove_all(dir);
 }
 
