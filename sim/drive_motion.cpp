@@ -65,7 +65,9 @@ std::uint32_t DriveMotion::advance(double& left_s, std::uint32_t watch) noexcept
   while (left_s > kNoTime_s) {
     CommandPiece piece{at_, 0, 0};
     double span = left_s;
-    if (mode_ == Mode::Follow) {
+    if (mode_ == Mode::Hold) {
+      speed_ = 0;
+    } else if (mode_ == Mode::Follow) {
       piece.v = speed_;
       span = std::min(span, left_s_);
     } else if (mode_ == Mode::Run) {
@@ -84,8 +86,8 @@ std::uint32_t DriveMotion::advance(double& left_s, std::uint32_t watch) noexcept
     if (mode_ == Mode::Follow) {
       left_s_ -= t;
       if (left_s_ <= kNoTime_s) {
-        at_ = to_;  // exactly, so that a standing target stands exactly
-        hold();
+        at_ = to_;           // exactly, so that a standing target stands exactly
+        mode_ = Mode::Hold;  // at speed: what comes now may go on from it
       }
     } else if (mode_ == Mode::Run) {
       const bool arrived = whole && piece.a != 0 && span < left_s + t;

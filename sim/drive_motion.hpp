@@ -38,7 +38,7 @@ class DriveMotion {
   [[nodiscard]] std::int64_t demand() const noexcept;  ///< the command in counts
   [[nodiscard]] double speed() const noexcept;         ///< counts/s
   [[nodiscard]] double deviation() const noexcept;     ///< counts between command and motor
-  [[nodiscard]] bool commands_motion() const noexcept { return mode_ != Mode::Hold && (speed_ != 0 || goal_ != 0); }
+  [[nodiscard]] bool commands_motion() const noexcept { return speed_ != 0 || goal_ != 0; }
   /// From here on this place has the count `counts`.
   void set_counts(std::int64_t counts) noexcept;
 
