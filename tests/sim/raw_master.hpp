@@ -55,7 +55,12 @@ class RawMaster {
     if (f.size() < 60) f.resize(60);
     return f;
   }
-  bool process(Raw& f) { return segment_.process(std::as_writable_bytes(std::span(f))); }
+  bool process(Raw& f) {
+    if (recorded != nullptr) recorded->push_back(f);
+    const bool back = segment_.process(std::as_writable_bytes(std::span(f)));
+    if (recorded != nullptr && back) recorded->push_back(f);
+    return back;
+  }
 
   Answer send(std::uint8_t command, std::uint16_t adp, std::uint16_t ado, const Raw& data) {
     Raw f = frame(datagram(command, adp, ado, data));
@@ -163,6 +168,7 @@ class RawMaster {
 
   void wait(Time t) { clock_.sleep_until(clock_.now() + t); }
 
+  std::vector<Raw>* recorded = nullptr;  ///< every frame, there and back
   std::uint32_t abort = 0;
   std::uint8_t mailbox_type = 0;
   std::uint16_t last_adp = 0;
