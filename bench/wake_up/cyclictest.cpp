@@ -1,29 +1,59 @@
 #include "bench/wake_up/cyclictest.hpp"
 
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <fmt/format.h>
+#include <signal.h>
 #include <sstream>
 #include <sys/wait.h>
+#include <unistd.h>
 
 namespace gantry::bench {
 
-Result<Cyclictest> Cyclictest::start(const Plan& plan) {
-  // 20 ms of histogram: single stalls of a virtual machine's host are longer, and are counted as overflows.
-  const std::string command = fmt::format(
-      "exec cyclictest --quiet --mlockall --priority={} --interval=1000 --threads=1 --affinity={} "
-      "--loops={} --histogram=20000 2>&1",
-      plan.priority, plan.cpu, plan.cycles);
-  std::FILE* pipe = popen(command.c_str(), "r");
-  if (pipe == nullptr) return fail(Fault::Internal, "cyclictest cannot be started");
-  return Cyclictest(pipe);
+Result<Cyclictest> Cyclictest::start(int cpu, int priority) {
+  int ends[2];
+  if (pipe(ends) != 0) return fail(Fault::Internal, std::string("no pipe to cyclictest: ") + std::strerror(errno));
+  const std::string on = fmt::format("--affinity={}", cpu), fifo = fmt::format("--priority={}", priority);
+  const pid_t pid = fork();
+  if (pid == 0) {
+    dup2(ends[1], STDOUT_FILENO);
+    dup2(ends[1], STDERR_FILENO);
+    close(ends[0]);
+    close(ends[1]);
+    // 20 ms of histogram: single stalls of a virtual machine's host are longer, and are counted as overflows.
+    execlp("cyclictest", "cyclictest", "--quiet", "--mlockall", "--interval=1000", "--threads=1", "--histogram=20000",
+           on.c_str(), fifo.c_str(), nullptr);
+    std::perror("cyclictest");
+    _exit(127);
+  }
+  close(ends[1]);
+  if (pid < 0) {
+    close(ends[0]);
+    return fail(Fault::Internal, std::string("cyclictest cannot be started: ") + std::strerror(errno));
+  }
+  return Cyclictest(pid, ends[0]);
+}
+
+Cyclictest::~Cyclictest() {
+  if (pid_ > 0) {
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+  if (pipe_ >= 0) close(pipe_);
 }
 
 Result<Latencies> Cyclictest::finish() {
+  kill(pid_, SIGINT);  // it prints its histogram on the way out
   std::string text;
   char part[4096];
-  for (std::size_t n = 0; (n = std::fread(part, 1, sizeof part, pipe_.get())) > 0;) text.append(part, n);
-  const int status = pclose(pipe_.release());
+  for (ssize_t n = 0; (n = read(pipe_, part, sizeof part)) > 0;) text.append(part, static_cast<std::size_t>(n));
+  int status = 0;
+  waitpid(pid_, &status, 0);
+  pid_ = -1;
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-    return fail(Fault::RealTimeRefused, "cyclictest failed (it needs rt-tests and the right to SCHED_FIFO): " + text);
+    return fail(Fault::RealTimeRefused,
+                "cyclictest failed (it needs rt-tests and the right to SCHED_FIFO): " + text.substr(0, 300));
   return parse_histogram(text);
 }
 

@@ -1,32 +1,29 @@
 // cyclictest (Debian's rt-tests) as the measure of what this machine can do: one thread on one CPU, 1 ms, SCHED_FIFO.
+//   auto peer = Cyclictest::start(1, 90);   ...   auto latencies = peer->finish();
 #pragma once
-#include <cstdio>
-#include <memory>
 #include <string>
+#include <sys/types.h>
 
 #include "bench/wake_up/latencies.hpp"
 #include "core/error.hpp"
 
 namespace gantry::bench {
 
-struct Plan {
-  int cpu = 0;
-  int priority = 90;
-  int cycles = 10000;
-};
-
-/// Starts at once and goes on by itself until `finish`, which waits for its end.
 class Cyclictest {
  public:
-  static Result<Cyclictest> start(const Plan& plan);
+  /// Starts at once and goes on until finish().
+  static Result<Cyclictest> start(int cpu, int priority);
+  Cyclictest(Cyclictest&& other) noexcept : pid_(other.pid_), pipe_(other.pipe_) { other.pid_ = other.pipe_ = -1; }
+  Cyclictest& operator=(Cyclictest&&) = delete;
+  ~Cyclictest();
+
+  /// Ends it and reads what it saw.
   Result<Latencies> finish();
 
  private:
-  struct Close {
-    void operator()(std::FILE* f) const { pclose(f); }
-  };
-  explicit Cyclictest(std::FILE* pipe) : pipe_(pipe) {}
-  std::unique_ptr<std::FILE, Close> pipe_;
+  Cyclictest(pid_t pid, int pipe) : pid_(pid), pipe_(pipe) {}
+  pid_t pid_;
+  int pipe_;
 };
 
 /// The histogram that `cyclictest --histogram` prints, with what exceeds it counted at its maximum.

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "bench/wake_up/cyclictest.hpp"
+#include "bench/wake_up/subject.hpp"
 
 namespace gantry::bench {
 namespace {
@@ -49,6 +50,23 @@ TEST(Cyclictest, histogram_is_read_with_its_overflows_at_the_maximum) {
 TEST(Cyclictest, anything_else_is_an_error) {
   EXPECT_FALSE(parse_histogram(""));
   EXPECT_FALSE(parse_histogram("Unable to change scheduling policy!\n"));
+}
+
+TEST(Summary, wake_up_and_cost_are_read_and_a_loop_without_priority_is_no_measure) {
+  const std::string text = R"({"cycle": {"cycles": 40000, "deadline_misses": 2, "real_time_priority": true,
+    "wake_us": {"p50": 12.5, "p99": 40, "p99_9": 90.25, "max": 1234},
+    "compute_us": {"p50": 5, "p99": 6, "p99_9": 9, "max": 30}}})";
+  const auto f = parse_summary(text);
+  ASSERT_TRUE(f) << f.error().message;
+  EXPECT_EQ(f->at, (std::array<double, 3>{12.5, 40, 90.25}));
+  EXPECT_EQ(f->late, 2u);
+  EXPECT_EQ(f->cycles, 40000u);
+  EXPECT_EQ(f->cost, "5.0 / 6.0 / 9.0 / 30.0");
+  std::string refused = text;
+  refused.replace(refused.find("true"), 4, "false");
+  EXPECT_EQ(parse_summary(refused).error().fault, Fault::RealTimeRefused);
+  EXPECT_FALSE(parse_summary("{}"));
+  EXPECT_FALSE(parse_summary(""));
 }
 
 }  // namespace
