@@ -1,7 +1,8 @@
 // One cycle of the whole virtual machine in virtual time: master, segment with six stations, plant and world.
+#include "config/machine.hpp"
+
 #include <benchmark/benchmark.h>
 
-#include "config/machine.hpp"
 #include "core/clock.hpp"
 #include "devices/ethercat/master.hpp"
 #include "sim/virtual_machine.hpp"
