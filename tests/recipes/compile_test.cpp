@@ -1,5 +1,9 @@
+#include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
+#include <random>
 
+#include "core/units.hpp"
 #include "recipes/job.hpp"
 
 namespace gantry::recipes {
@@ -9,7 +13,7 @@ config::Machine dispenser() {
   auto m = config::load_machine("config/machines/dispenser.yaml");
   if (!m)
     for (const Error& e : m.error()) ADD_FAILURE() << to_text(e);
-  return *m;
+  return m ? *m : config::Machine{};
 }
 Recipe demo() { return *load("recipes/demo-board.yaml"); }
 
@@ -18,8 +22,162 @@ TEST(Compile, the_demo_board_is_a_job_on_the_reference_machine) {
   if (!job)
     for (const Error& e : job.error()) ADD_FAILURE() << to_text(e);
   ASSERT_TRUE(job);
-  EXPECT_EQ(job->blocks.size(), 4u + 3u + 1u + 1u);
-  EXPECT_EQ(job->blocks.front().number, 1u);
+  ASSERT_EQ(job->blocks.size(), 4u + 3u + 1u + 1u);
+  for (std::size_t i = 0; i < job->blocks.size(); ++i) EXPECT_EQ(job->blocks[i].number, i + 1);
+  EXPECT_EQ(std::get<LookAtMark>(job->blocks[3].what).mark, 3u);
+  EXPECT_EQ(std::get<Touch>(job->blocks[6].what).touch, 2u);
+  EXPECT_EQ(std::get<Dispense>(job->blocks[7].what).features.size(), demo().features.size());
+  EXPECT_TRUE(std::holds_alternative<Park>(job->blocks[8].what));
+}
+
+/// What the demo must allow: +-2 mm and +-1.5 deg, its corners included.
+std::vector<WorkOffset> placements() {
+  std::vector<WorkOffset> all;
+  for (const double x : {-2.0, 0.0, 2.0})
+    for (const double y : {-2.0, 0.0, 2.0})
+      for (const double turn : {-1.5, 0.0, 1.5}) all.push_back({{x, y}, units::rad(turn)});
+  return all;
+}
+
+TEST(DemoBoard, every_point_is_in_reach_wherever_the_board_lies) {
+  const auto m = dispenser();
+  const Recipe r = demo();
+  const auto inside = [&](const AxisVec& q, const std::string& what) {
+    for (const config::Axis& a : m.axes) {
+      EXPECT_GE(q[a.id.value], a.p_min) << what << ' ' << a.name;
+      EXPECT_LE(q[a.id.value], a.p_max) << what << ' ' << a.name;
+    }
+  };
+  for (const WorkOffset& offset : placements())
+    for (const double height : {-0.5, 0.5}) {
+      const Surface surface{height, {}};
+      const auto tool = [&](const char* name, Vec2 at, double up) {
+        inside(tool_at(m, *config::find_tool(m, name), to_machine(r, m, offset, surface, at, up), 0), name);
+      };
+      for (const MarkDef& mark : r.marks) tool("camera", mark.at, 0);
+      for (const TouchPoint& t : r.touches) tool("probe", t.at, -2), tool("probe", t.at, 5);
+      for (const Feature& f : r.features) {
+        if (const auto* d = std::get_if<Dot>(&f)) tool("needle", d->at, 0.2);
+        if (const auto* b = std::get_if<Bead>(&f))
+          for (const Vec2 p : b->points) tool("needle", p, 0.4), tool("needle", p, 5);
+      }
+    }
+}
+
+TEST(DemoBoard, marks_stay_in_the_picture_wherever_the_board_lies) {
+  const auto m = dispenser();
+  const Recipe r = demo();
+  for (const WorkOffset& offset : placements())
+    for (const MarkDef& mark : r.marks) {
+      const Vec3 d = to_machine(r, m, offset, {}, mark.at, 0) - to_machine(r, m, {}, {}, mark.at, 0);
+      EXPECT_LE(std::hypot(d.x, d.y), m.camera.search_mm) << mark.name;
+      EXPECT_LT(std::abs(d.x) + mark.diameter, 0.5 * m.camera.width_px * m.camera.mm_per_px) << mark.name;
+      EXPECT_LT(std::abs(d.y) + mark.diameter, 0.5 * m.camera.height_px * m.camera.mm_per_px) << mark.name;
+      EXPECT_LE(norm(offset.shift), r.mark_rules.max_shift_mm);
+      EXPECT_LE(std::abs(offset.rotation), r.mark_rules.max_rotation_rad);
+    }
+}
+
+/// Horizontal distance from a point to an upright box, 0 inside.
+double apart(Vec2 p, const config::Body& box) {
+  const Vec2 q = rotated(p - Vec2{box.centre.x, box.centre.y}, -box.rotation_rad);
+  return std::hypot(std::max(0.0, std::abs(q.x) - box.shape.size.x / 2),
+                    std::max(0.0, std::abs(q.y) - box.shape.size.y / 2));
+}
+double top(const config::Body& b) { return b.centre.z + b.shape.size.z / 2; }
+
+/// Brute force over the postures of the job: every body of the head against everything that stands higher than its
+/// underside, by horizontal distance. `slack` is kept over and above.
+void expect_free(const config::Machine& m, const std::vector<config::Body>& standing, const AxisVec& q, double kept,
+                 const std::string& what) {
+  for (const config::Body& h : m.head) {
+    const Vec2 at{h.centre.x + q[m.x.value], h.centre.y + q[m.y.value]};
+    const double z = q[m.z.value] - (h.on_lift ? q[m.u->value] : 0);
+    const double under = h.centre.z - h.shape.size.z / 2 + z;
+    const double radius =
+        h.shape.kind == config::Shape::Kind::Box ? std::hypot(h.shape.size.x, h.shape.size.y) / 2 : h.shape.size.x / 2;
+    for (const config::Body& s : standing) {
+      if (s.name == "board" || top(s) + kept <= under) continue;
+      EXPECT_GE(apart(at, s), radius + kept) << what << ": " << h.name << " and " << s.name;
+    }
+  }
+}
+
+TEST(DemoBoard, no_posture_of_the_job_meets_a_part_or_a_clamp) {
+  const auto m = dispenser();
+  const Recipe r = demo();
+  for (const WorkOffset& offset : placements()) {
+    auto standing = bodies(r, m, offset, {});
+    standing.insert(standing.end(), m.scene.begin(), m.scene.end());
+    const auto posture = [&](const char* name, Vec2 at, double up, const std::string& what) {
+      expect_free(m, standing, tool_at(m, *config::find_tool(m, name), to_machine(r, m, offset, {}, at, up), 0),
+                  m.clearance_mm, what);
+    };
+    for (const MarkDef& mark : r.marks) posture("camera", mark.at, 0, mark.name);
+    for (const TouchPoint& t : r.touches) posture("probe", t.at, 0, t.name);
+    for (const Feature& f : r.features) {
+      if (const auto* d = std::get_if<Dot>(&f)) posture("needle", d->at, 0.2, d->id);
+      if (const auto* b = std::get_if<Bead>(&f))
+        for (std::size_t i = 0; i + 1 < b->points.size(); ++i)
+          for (double u = 0; u <= 1; u += 0.05)
+            posture("needle", b->points[i] + (b->points[i + 1] - b->points[i]) * u, 0.4, b->id);
+    }
+  }
+}
+
+struct Wrong {
+  const char* name;
+  void (*change)(Recipe&, config::Machine&);
+  Fault fault;
+  const char *about, *says;
+};
+class NotFeasible : public testing::TestWithParam<Wrong> {};
+
+TEST_P(NotFeasible, is_told_with_the_place_in_the_recipe) {
+  const Wrong& w = GetParam();
+  Recipe r = demo();
+  config::Machine m = dispenser();
+  w.change(r, m);
+  const auto job = compile(r, m);
+  ASSERT_FALSE(job);
+  EXPECT_EQ(job.error()[0].fault, w.fault) << to_text(job.error()[0]);
+  EXPECT_NE(job.error()[0].message.find(w.says), std::string::npos) << to_text(job.error()[0]);
+  EXPECT_NE(job.error()[0].message.find(w.about), std::string::npos) << to_text(job.error()[0]);
+  EXPECT_EQ(job.error()[0].where.rfind("recipes/demo-board.yaml:", 0), 0u) << job.error()[0].where;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Compile, NotFeasible,
+    testing::Values(Wrong{"frame", [](Recipe& r, config::Machine&) { r.board.frame = "palet"; },
+                          Fault::UnknownReference, "palet", "pallet"},
+                    Wrong{"speed", [](Recipe& r, config::Machine&) { r.materials[1].speed = 600; },
+                          Fault::SpeedNotReachable, "sealant", "500 mm/s"},
+                    Wrong{"needle_x", [](Recipe& r, config::Machine&) { r.board.at.x = 215; }, Fault::OutOfReach,
+                          "axis X", "500"},
+                    Wrong{"camera_x", [](Recipe& r, config::Machine&) { r.board.at.x = -130; }, Fault::OutOfReach,
+                          "front_left", "camera"},
+                    Wrong{"too_low", [](Recipe&, config::Machine& m) { m.frames[0].origin.z -= 30; }, Fault::OutOfReach,
+                          "axis Z", "probe"},
+                    Wrong{"margin",
+                          [](Recipe& r, config::Machine&) {
+                            r.board.at.x = 193;
+                            r.mark_rules.max_shift_mm = 6;
+                          },
+                          Fault::OutOfReach, "axis X", "off by up to"},
+                    Wrong{"mark", [](Recipe& r, config::Machine&) { r.marks[0].diameter = 16; }, Fault::OutOfReach,
+                          "front_left", "camera sees"},
+                    Wrong{"window", [](Recipe& r, config::Machine&) { r.touch_rules.window_mm = 6; }, Fault::OutOfReach,
+                          "front_left", "window"}),
+    [](const auto& each) { return std::string(each.param.name); });
+
+TEST(Compile, an_array_out_of_reach_is_told_once) {
+  Recipe r = demo();
+  r.board.at.x = 270;
+  const auto job = compile(r, dispenser());
+  ASSERT_FALSE(job);
+  EXPECT_EQ(std::count_if(job.error().begin(), job.error().end(),
+                          [](const Error& e) { return e.message.find("spreader") != std::string::npos; }),
+            1);
 }
 
 }  // namespace
