@@ -201,10 +201,11 @@ std::vector<std::string> notes(const Machine& machine) {
   const auto& valve = machine.outputs[static_cast<std::size_t>(Output::Valve)];
   if (valve) {
     const double watchdog_s = machine.stations[valve->station.value].profile.watchdog_ms * 1e-3;
-    for (const double speed : {10.0, 20.0, 30.0})
-      out.push_back(fmt::format(
-          "a bus that is lost while a bead is laid at {} mm/s: the valve stays open for {:.0f} ms, {:.1f} mm of path",
-          speed, watchdog_s * 1e3, speed * watchdog_s));
+    constexpr double kSpeed = 20;  // of a usual bead; recipes::notes() tells it for the speeds of a recipe
+    out.push_back(
+        fmt::format("a bus that is lost while a bead is laid at {} mm/s: the valve stays open for {:.0f} ms, "
+                    "{:.1f} mm of path (that the station's watchdog closes it is assumed)",
+                    kSpeed, watchdog_s * 1e3, kSpeed * watchdog_s));
   }
   for (const AxisId id : {machine.x, machine.y}) {
     const Axis& axis = machine.axes[id.value];

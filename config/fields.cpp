@@ -222,9 +222,12 @@ void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Pl
     std::string_view near = nearest(key.text, open);
     if (near.empty()) near = nearest(key.text, words);
     if (!near.empty()) meant.push_back(near);
+    // {why: one, two}: "two" is read as a key.
+    const char* const comma = map.items[i].kind == Node::Kind::Empty ? " (text with a comma belongs in quotes)" : "";
     mistakes.add(Fault::UnknownKey,
-                 near.empty() ? fmt::format("unknown key '{}'; known here: {}", shown(key.text), fmt::join(words, ", "))
-                              : fmt::format("unknown key '{}'; did you mean '{}'?", shown(key.text), near),
+                 near.empty()
+                     ? fmt::format("unknown key '{}'; known here: {}{}", shown(key.text), fmt::join(words, ", "), comma)
+                     : fmt::format("unknown key '{}'; did you mean '{}'?{}", shown(key.text), near, comma),
                  key.place);
   }
   for (const FieldShape* field : known)

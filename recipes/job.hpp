@@ -54,6 +54,9 @@ struct Job {
 /// the recipe. Fault 4xx, 5xx.
 Checked<Job> compile(const Recipe& recipe, const config::Machine& machine);
 
+/// What the loss of the bus costs at the speeds of this recipe, for `check`.
+std::vector<std::string> notes(const Recipe& recipe, const config::Machine& machine);
+
 /// A point where a tool's tip shall be, in the machine frame, with the posture of the other axes.
 /// Gives the axis vector (X Y Z C U, others 0 or their park value).
 AxisVec tool_at(const config::Machine& machine, const config::Tool& tool, Vec3 tip, double needle_turn_rad);

@@ -160,6 +160,12 @@ TEST(Fields, a_misspelt_key_is_one_mistake) {
   EXPECT_NE(out.errors[0].message.find("'speed'"), std::string::npos);
 }
 
+TEST(Fields, a_comma_that_cuts_text_is_hinted_at) {
+  const Outcome out = read("speed: 1 mm/s\nextra: {size: 1 mm, and so on}\n");
+  ASSERT_EQ(out.errors.size(), 1u);
+  EXPECT_NE(out.errors[0].message.find("belongs in quotes"), std::string::npos);
+}
+
 TEST(Fields, a_missing_key_is_told_where_its_owner_stands) {
   const Outcome out = read("ratio: 1\nitems:\n  first:\n    {}\n");
   ASSERT_EQ(out.errors.size(), 2u);

@@ -170,6 +170,13 @@ INSTANTIATE_TEST_SUITE_P(
                           "front_left", "window"}),
     [](const auto& each) { return std::string(each.param.name); });
 
+TEST(Compile, notes_tell_what_a_bus_loss_costs_at_the_recipes_speeds) {
+  const auto told = notes(demo(), dispenser());
+  ASSERT_EQ(told.size(), 2u);
+  EXPECT_NE(told[0].find("adhesive: a bus that is lost on a bead costs 1.5 mm"), std::string::npos) << told[0];
+  EXPECT_NE(told[1].find("sealant: a bus that is lost on a bead costs 2.0 mm"), std::string::npos) << told[1];
+}
+
 TEST(Compile, an_array_out_of_reach_is_told_once) {
   Recipe r = demo();
   r.board.at.x = 270;
