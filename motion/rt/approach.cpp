@@ -82,7 +82,8 @@ Approach approach(const State& x, double length, double v_allowed, double v_now,
   out.v_out = v_end;
   if (std::max(x.v, coming_speed(x, bounds.j)) <= bounds.v && v_end <= bounds.v) {
     const Plan shortest = move(x, {length, v_end, 0}, bounds);
-    if (shortest && forward(shortest.profile)) {
+    const double miss = shortest ? std::abs(end_state(shortest.profile).p - length) : 0;
+    if (shortest && miss <= 10 * kWaySlack && forward(shortest.profile)) {
       out.profile = shortest.profile;
       return out;
     }

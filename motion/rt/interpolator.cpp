@@ -9,8 +9,8 @@
 namespace gantry::motion {
 namespace {
 
-// Durations are sums of doubles: what ends within this of a tick ends on it.
-constexpr double kSnap_s = 1e-9;
+// Durations are sums of doubles: what ends within this of a tick ends on it. The shift stays below what jerk shows.
+constexpr double kSnap_s = 1e-11;
 // Bound of the work in one tick; a tool that would cross more segments than this waits for the next tick.
 constexpr int kSegmentsPerTick = 64;
 
