@@ -1,0 +1,81 @@
+#include <fmt/format.h>
+
+#include "app/cli/job_verbs.hpp"
+#include "app/cli/keys.hpp"
+#include "app/record/summary.hpp"
+#include "app/run/job_files.hpp"
+#include "app/run/prove.hpp"
+#include "core/log.hpp"
+#include "core/units.hpp"
+
+namespace gantry::cli {
+namespace {
+
+void show_result(const record::JobResult& result, const std::string& folder, bool json) {
+  if (json) {
+    auto document = record::to_json(result);
+    document["folder"] = folder;
+    fmt::print("{}\n", document.dump(2));
+    return;
+  }
+  fmt::print("{}: {} of {} features, {:.1f} s of motion ({:.1f} s planned)\n", record::result_word(result),
+             result.features_done, result.features_total, result.actual_s, result.predicted_s);
+  if (result.has_offset)
+    fmt::print("  work offset    dx {:+.3f} mm, dy {:+.3f} mm, rot {:+.4f} deg (rms {:.1f} um)\n",
+               result.offset.shift.x, result.offset.shift.y, units::deg(result.offset.rotation),
+               result.offset_rms_mm * 1000);
+  if (result.has_world) {
+    double worst = 0;
+    for (const auto& d : result.deposits) worst = std::max(worst, d.error_mm);
+    fmt::print("  deposits       {}, worst lateral error {:.1f} um\n  collisions     {}\n", result.deposits.size(),
+               worst * 1000, result.collisions.size());
+  }
+  fmt::print("  wake-up        p50 {:.0f} us, p99 {:.0f} us, max {:.0f} us; {} cycles skipped\n",
+             static_cast<double>(result.cycles.wake.p50) / 1e3, static_cast<double>(result.cycles.wake.p99) / 1e3,
+             static_cast<double>(result.cycles.wake.max) / 1e3, result.cycles.skipped);
+  fmt::print("  setpoint hash  {:016x} over {} ticks{}\n", result.setpoint_hash, result.setpoint_ticks,
+             result.setpoint_stream_complete ? "" : " (incomplete)");
+  if (!folder.empty()) fmt::print("  report         {}/report.html\n", folder);
+  for (const Error& e : result.errors) fmt::print(stderr, "{}\n    remedy: {}\n", to_text(e), info(e.fault).remedy);
+}
+
+}  // namespace
+
+void do_job(Context& context, JobRequest request) {
+  const auto stop_with = [&](const std::vector<Error>& errors) { context.exit_code = show(errors, context.json); };
+  const auto machine = load_machine(context);
+  if (!machine) return;
+  const auto recipe = recipes::load(request.recipe_file);
+  if (!recipe) return stop_with(recipe.error());
+  const auto job = recipes::compile(*recipe, *machine);
+  if (!job) return stop_with(job.error());
+  const auto proof = run::prove_nominal(*machine, *recipe, *job);
+  if (!proof) return stop_with({proof.error()});
+  log::info("{}: {} motions proved free at the nominal place, nearest {:.2f} mm; about {:.0f} s", recipe->name,
+            proof->motions, proof->minimum_clearance_mm, proof->duration_s);
+
+  run::RunOptions options{.out = request.out, .dry_run = request.dry_run};
+  if (options.out.empty() && !request.keep_nothing) {
+    auto folder = run::new_job_folder("out", request.recipe_file);
+    if (!folder) return stop_with({folder.error()});
+    options.out = *folder;
+  }
+  auto owner = run::Owner::open(*machine, request.owner);
+  if (!owner) return stop_with({owner.error()});
+  Keys keys(**owner, !context.json && !request.dry_run);
+  (*owner)->on_step([&] { keys.poll(); });
+  if (auto up = (*owner)->bring_up(); !up) return stop_with({up.error()});
+
+  record::JobResult result = (*owner)->run(*recipe, *job, options);
+  keys.end();
+  (*owner)->shut_down();
+  if (!options.out.empty())
+    if (auto written = run::write_job(result, options.out); !written) {
+      result.errors.push_back(written.error());
+      if (result.exit_code == ExitCode::Done) result.exit_code = ExitCode::Internal;
+    }
+  show_result(result, options.out, context.json);
+  context.exit_code = static_cast<int>(result.exit_code);
+}
+
+}  // namespace gantry::cli

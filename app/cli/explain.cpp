@@ -1,0 +1,84 @@
+// gantry explain CODE: what a fault means, what the machine does, how it is cleared.
+#include <cctype>
+#include <charconv>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/verbs.hpp"
+
+namespace gantry::cli {
+namespace {
+
+constexpr std::string_view reaction_text(Reaction r) {
+  switch (r) {
+    case Reaction::Note: return "noted; motion goes on";
+    case Reaction::PathStop: return "stop on the path; drives stay enabled; valve closed";
+    case Reaction::AxisStop: return "every axis brakes by itself; drives stay enabled; valve closed";
+    case Reaction::QuickStop: return "quick stop, then torque off; valve closed";
+    case Reaction::Off: return "everything off at once; valve closed";
+  }
+  return "";
+}
+
+constexpr std::string_view clear_text(Clear c) {
+  switch (c) {
+    case Clear::None: return "nothing is latched";
+    case Clear::Reset: return "reset";
+    case Clear::Reenable: return "reset, then enable the drives";
+    case Clear::Rehome: return "reset, enable, and reference the axis again";
+    case Clear::Power: return "power cycle of the station";
+    case Clear::Restart: return "restart of the program";
+  }
+  return "";
+}
+
+/// "G204", "204" or "FollowingError".
+const FaultInfo* look_up(std::string_view wanted) {
+  if (!wanted.empty() && (wanted.front() == 'G' || wanted.front() == 'g') && wanted.size() > 1 &&
+      std::isdigit(static_cast<unsigned char>(wanted[1])))
+    wanted.remove_prefix(1);
+  unsigned number = 0;
+  const bool numeric =
+      std::from_chars(wanted.data(), wanted.data() + wanted.size(), number).ptr == wanted.data() + wanted.size();
+  for (const FaultInfo& row : catalogue())
+    if ((numeric && static_cast<unsigned>(row.fault) == number) || row.name == wanted) return &row;
+  return nullptr;
+}
+
+}  // namespace
+
+void add_explain(CLI::App& app, Context& context) {
+  auto* verb = app.add_subcommand("explain", "What a fault code means and what to do");
+  auto* wanted = verb->add_option("CODE", "G204, 204 or a name; without it: the whole catalogue");
+  verb->callback([&context, wanted] {
+    if (wanted->count() == 0) {
+      for (const FaultInfo& f : catalogue())
+        if (f.fault != Fault::None) fmt::print("{}  {:<22} {}\n", std::string_view(code(f.fault)), f.name, f.text);
+      return;
+    }
+    const auto text = wanted->as<std::string>();
+    const FaultInfo* f = look_up(text);
+    if (f == nullptr) {
+      context.exit_code = show(
+          Error{Fault::Usage, fmt::format("no fault '{}'; `gantry explain` lists them all", text), ""}, context.json);
+      return;
+    }
+    if (context.json) {
+      fmt::print("{}\n", nlohmann::ordered_json{{"code", std::string_view(code(f->fault))},
+                                                {"name", f->name},
+                                                {"text", f->text},
+                                                {"reaction", reaction_text(f->reaction)},
+                                                {"clear", clear_text(f->clear)},
+                                                {"exit_code", static_cast<int>(f->exit_code)},
+                                                {"remedy", f->remedy},
+                                                {"threat", f->threat}}
+                             .dump(2));
+      return;
+    }
+    fmt::print("{} {}\n  what:     {}\n  machine:  {}\n  cleared:  by {}\n  remedy:   {}\n  exit:     {}\n",
+               std::string_view(code(f->fault)), f->name, f->text, reaction_text(f->reaction), clear_text(f->clear),
+               f->remedy, static_cast<int>(f->exit_code));
+  });
+}
+
+}  // namespace gantry::cli

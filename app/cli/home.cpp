@@ -1,0 +1,41 @@
+// gantry home: enables the drives and references every axis, in its own owner or in the one that is up.
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/client.hpp"
+#include "app/cli/keys.hpp"
+#include "app/run/owner.hpp"
+
+namespace gantry::cli {
+
+void add_home(CLI::App& app, Context& context) {
+  auto* verb = app.add_subcommand("home", "References every axis, Z first");
+  auto options = std::make_shared<run::OwnerOptions>();
+  auto state = std::make_shared<std::string>("state");
+  verb->add_option("--bus", options->bus, "sim, or ethercat:IFACE")->capture_default_str();
+  verb->add_option("--state", *state, "Folder of the machine's state")->capture_default_str();
+  add_world_options(*verb, options->sim);
+  verb->callback([&context, options, state] {
+    if (ask_owner(context, *state, {.kind = run::OrderKind::Home})) return;
+    const auto machine = load_machine(context);
+    if (!machine) return;
+    auto owner = run::Owner::open(*machine, *options);
+    if (!owner) return void(context.exit_code = show(owner.error(), context.json));
+    Keys keys(**owner, false);
+    (*owner)->on_step([&] { keys.poll(); });
+    Result<void> done = (*owner)->bring_up();
+    if (done) done = (*owner)->enable();
+    if (!done) return void(context.exit_code = show(done.error(), context.json));
+    nlohmann::ordered_json axes = nlohmann::json::array();
+    for (const config::Axis& axis : machine->axes) {
+      const auto& s = (*owner)->latest();
+      if ((s.referenced >> axis.id.value & 1u) == 0) continue;
+      axes.push_back({{"name", axis.name}, {"position", s.actual[axis.id.value]}});
+      if (!context.json)
+        fmt::print("{:<6} {:10.3f} {}\n", axis.name, s.actual[axis.id.value], axis.rotary ? "rad" : "mm");
+    }
+    if (context.json) fmt::print("{}\n", nlohmann::ordered_json{{"result", "done"}, {"axes", axes}}.dump(2));
+  });
+}
+
+}  // namespace gantry::cli

@@ -1,0 +1,52 @@
+// gantry: machine controller for gantry and dispensing machines. main builds the house and hands the parts down; each
+// verb has its file.
+#include <exception>
+#include <fmt/format.h>
+
+#include "app/cli/verbs.hpp"
+#include "core/log.hpp"
+
+int main(int argc, char** argv) try {
+  using namespace gantry;
+  CLI::App app{"gantry - controller for gantry and dispensing machines", "gantry"};
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.set_version_flag("--version", "gantry 0.1.0");
+  app.footer(
+      "Exit codes: 0 done, 1 internal error, 2 usage, 3 invalid file, 4 not feasible, 5 device or bus fault,\n"
+      "6 vision or probe failed, 7 refused, 8 deadline broken, 130 interrupted with the safe state reached.\n"
+      "Start with:  gantry dry-run recipes/demo-board.yaml");
+
+  cli::Context context;
+  context.machine_file = cli::shipped_file("config/machines/dispenser.yaml");
+  bool quiet = false, verbose = false;
+  app.add_option("--machine", context.machine_file, "Machine file")->capture_default_str();
+  app.add_flag("--json", context.json, "One JSON document on stdout; logs go to stderr");
+  app.add_flag("-q,--quiet", quiet, "Only warnings and errors on stderr");
+  app.add_flag("-v,--verbose", verbose, "More detail on stderr");
+  app.parse_complete_callback([&] {
+    log::open(quiet ? log::Level::Quiet : verbose ? log::Level::Verbose : log::Level::Normal);
+    cli::catch_interrupts();
+  });
+
+  cli::add_check(app, context);
+  cli::add_dry_run(app, context);
+  cli::add_run(app, context);
+  cli::add_up(app, context);
+  cli::add_home(app, context);
+  cli::add_sim(app, context);
+  cli::add_explain(app, context);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    app.exit(error);
+    return static_cast<int>(ExitCode::Usage);
+  }
+  return context.exit_code;
+} catch (const std::exception& error) {
+  fmt::print(stderr, "internal error: {}\n", error.what());
+  return 1;
+}

@@ -1,0 +1,79 @@
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "app/cli/verbs.hpp"
+
+namespace gantry::cli {
+namespace {
+
+volatile std::sig_atomic_t signals_seen = 0;
+
+void on_signal(int number) {
+  signals_seen = signals_seen + 1;
+  if (signals_seen > 1) _exit(128 + number);
+}
+
+nlohmann::ordered_json to_json(const Error& e) {
+  const FaultInfo& f = info(e.fault);
+  return {{"code", std::string_view(code(e.fault))},
+          {"name", f.name},
+          {"message", e.message},
+          {"where", e.where},
+          {"remedy", f.remedy}};
+}
+
+}  // namespace
+
+int show(const std::vector<Error>& errors, bool json) {
+  if (errors.empty()) return static_cast<int>(ExitCode::Done);
+  const int exit_code = static_cast<int>(info(errors.front().fault).exit_code);
+  if (json) {
+    nlohmann::ordered_json document{
+        {"result", "failed"}, {"exit_code", exit_code}, {"errors", nlohmann::json::array()}};
+    for (const Error& e : errors) document["errors"].push_back(to_json(e));
+    fmt::print("{}\n", document.dump(2));
+  }
+  for (const Error& e : errors) {
+    fmt::print(stderr, "{}\n", to_text(e));
+    if (!info(e.fault).remedy.empty()) fmt::print(stderr, "    remedy: {}\n", info(e.fault).remedy);
+  }
+  return exit_code;
+}
+
+int show(const Error& error, bool json) { return show(std::vector<Error>{error}, json); }
+
+std::optional<config::Machine> load_machine(Context& context) {
+  auto machine = config::load_machine(context.machine_file);
+  if (machine) return std::move(*machine);
+  context.exit_code = show(machine.error(), context.json);
+  return std::nullopt;
+}
+
+std::string shipped_file(const std::string& relative) {
+  namespace fs = std::filesystem;
+  if (fs::exists(relative)) return relative;
+  std::error_code ignored;
+  for (fs::path at = fs::read_symlink("/proc/self/exe", ignored).parent_path(); at.has_relative_path();
+       at = at.parent_path())
+    if (fs::exists(at / relative)) return (at / relative).string();
+  return relative;
+}
+
+bool interrupted() { return signals_seen > 0; }
+
+void catch_interrupts() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  sigemptyset(&action.sa_mask);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
+}  // namespace gantry::cli

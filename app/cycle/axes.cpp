@@ -1,0 +1,181 @@
+#include "app/cycle/axes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gantry::cycle {
+
+using devices::DriveGoal;
+using devices::DriveState;
+
+Axes::Axes(const LoopSetup& setup) noexcept : setup_(setup) {
+  for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
+    const DriveSetup& drive = setup_.drives[d];
+    const AxisSetup& axis = setup_.axes[drive.axis.value];
+    // A target may be as far off as the window allows, so that is what an honest position may step in one cycle.
+    const double step_max = 2 * axis.limits.v_max * seconds(setup_.period) + axis.following_base;
+    drives_[d] = devices::Drive(drive.layout, drive.scale, {.cycle = setup_.period, .step_max = step_max});
+  }
+}
+
+void Axes::read(const devices::FieldBus& bus, bool fresh) noexcept {
+  for (std::size_t d = 0; d < setup_.drives.size(); ++d) drives_[d].read(bus.inputs(setup_.drives[d].station), fresh);
+  for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
+    const auto& drives = setup_.axes[i].drives;
+    if (drives.empty()) continue;
+    double sum = 0;
+    for (const std::uint8_t d : drives) sum += drives_[d].feedback().position;
+    actual_[i] = sum / static_cast<double>(drives.size());
+  }
+}
+
+void Axes::write(devices::FieldBus& bus, const AxisVec& target) noexcept {
+  const double dt = seconds(setup_.period);
+  for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
+    speed_[i] = (target[i] - last_target_[i]) / dt;
+    last_target_[i] = target[i];
+  }
+  for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
+    const DriveSetup& setup = setup_.drives[d];
+    devices::DriveCommand command;
+    if (homing_[d].busy()) command = homing_[d].step(drives_[d].feedback());
+    command.goal = goal_;
+    command.target = target[setup.axis.value];
+    if (d == probe_drive()) command.probe_function = probe_.step(drives_[d].feedback());
+    drives_[d].write(bus.outputs(setup.station), command);
+  }
+}
+
+bool Axes::all_enabled() const noexcept {
+  for (std::size_t d = 0; d < setup_.drives.size(); ++d)
+    if (setup_.axes[setup_.drives[d].axis.value].streamed && !drives_[d].feedback().takes_targets) return false;
+  return true;
+}
+
+bool Axes::all_disabled() const noexcept {
+  return std::all_of(drives_.begin(), drives_.begin() + static_cast<std::ptrdiff_t>(setup_.drives.size()),
+                     [](const devices::Drive& d) {
+                       const DriveState s = d.feedback().state;
+                       return s != DriveState::OperationEnabled && s != DriveState::QuickStopActive;
+                     });
+}
+
+bool Axes::no_fault() const noexcept {
+  return std::all_of(drives_.begin(), drives_.begin() + static_cast<std::ptrdiff_t>(setup_.drives.size()),
+                     [](const devices::Drive& d) {
+                       const DriveState s = d.feedback().state;
+                       return s != DriveState::Fault && s != DriveState::FaultReaction;
+                     });
+}
+
+bool Axes::enabled(AxisId id) const noexcept {
+  const auto& drives = setup_.axes[id.value].drives;
+  return !drives.empty() &&
+         std::all_of(drives.begin(), drives.end(), [&](std::uint8_t d) { return drives_[d].feedback().takes_targets; });
+}
+
+std::uint32_t Axes::enabled_mask() const noexcept {
+  std::uint32_t mask = 0;
+  for (std::size_t i = 0; i < setup_.axes.size(); ++i)
+    if (enabled(AxisId{static_cast<std::uint8_t>(i)})) mask |= 1u << i;
+  return mask;
+}
+
+AxisVec Axes::commanded() const noexcept {
+  AxisVec q{};
+  for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
+    const auto& drives = setup_.axes[i].drives;
+    if (drives.empty()) continue;
+    double sum = 0;
+    for (const std::uint8_t d : drives) sum += drives_[d].commanded();
+    q[i] = sum / static_cast<double>(drives.size());
+  }
+  return q;
+}
+
+double Axes::following(AxisId id, double target) const noexcept {
+  double worst = 0;
+  for (const std::uint8_t d : setup_.axes[id.value].drives) {
+    const double error = target - drives_[d].feedback().position;
+    if (std::abs(error) > std::abs(worst)) worst = error;
+  }
+  return worst;
+}
+
+bool Axes::measures_following(AxisId id) const noexcept {
+  const auto& drives = setup_.axes[id.value].drives;
+  return enabled(id) &&
+         std::all_of(drives.begin(), drives.end(), [&](std::uint8_t d) { return setup_.drives[d].layout.closed_loop; });
+}
+
+double Axes::skew(AxisId id) const noexcept {
+  const auto& drives = setup_.axes[id.value].drives;
+  return drives.size() < 2 ? 0
+                           : std::abs(drives_[drives[0]].feedback().position - drives_[drives[1]].feedback().position);
+}
+
+bool Axes::on_limit(AxisId id) const noexcept {
+  const auto& drives = setup_.axes[id.value].drives;
+  return std::any_of(drives.begin(), drives.end(), [&](std::uint8_t d) {
+    const devices::Feedback& f = drives_[d].feedback();
+    return f.neg_limit || f.pos_limit;
+  });
+}
+
+void Axes::start_homing(std::uint32_t mask) noexcept {
+  homing_mask_ = mask;
+  for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
+    const AxisId id = setup_.drives[d].axis;
+    if ((mask >> id.value & 1u) == 0) continue;
+    referenced_ &= ~(1u << id.value);
+    homing_[d].start(setup_.axes[id.value].homing.limits, drives_[d].feedback());
+  }
+}
+
+void Axes::cancel_homing(Fault why) noexcept {
+  for (std::size_t d = 0; d < setup_.drives.size(); ++d)
+    if (homing_[d].busy()) homing_[d].cancel(why);
+}
+
+bool Axes::homing() const noexcept {
+  return std::any_of(homing_.begin(), homing_.begin() + static_cast<std::ptrdiff_t>(setup_.drives.size()),
+                     [](const devices::HomingRun& run) { return run.busy(); });
+}
+
+Fault Axes::finish_homing(AxisId& axis) noexcept {
+  Fault first = Fault::None;
+  for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
+    if ((homing_mask_ >> i & 1u) == 0) continue;
+    bool done = true;
+    for (const std::uint8_t d : setup_.axes[i].drives) {
+      if (homing_[d].phase() == devices::HomingRun::Phase::Done) continue;
+      done = false;
+      if (first == Fault::None) first = homing_[d].fault(), axis = AxisId{static_cast<std::uint8_t>(i)};
+    }
+    if (!done) continue;
+    const HomingSetup& homing = setup_.axes[i].homing;
+    for (const std::uint8_t d : setup_.axes[i].drives)
+      drives_[d].set_reference(Counts{homing.home_counts}, homing.position);
+    referenced_ |= 1u << i;
+  }
+  homing_mask_ = 0;
+  return first;
+}
+
+bool Axes::all_referenced() const noexcept {
+  for (std::size_t i = 0; i < setup_.axes.size(); ++i)
+    if (setup_.axes[i].streamed && setup_.axes[i].homing.possible && (referenced_ >> i & 1u) == 0) return false;
+  return true;
+}
+
+std::size_t Axes::probe_drive() const noexcept {
+  if (setup_.probe_axis == kNoAxis || setup_.axes[setup_.probe_axis.value].drives.empty()) return kMaxDrives;
+  return setup_.axes[setup_.probe_axis.value].drives[0];
+}
+
+double Axes::probe_position() const noexcept {
+  const std::size_t d = probe_drive();
+  return d < kMaxDrives ? drives_[d].scale().to_position(probe_.latched()) : 0;
+}
+
+}  // namespace gantry::cycle

@@ -1,0 +1,84 @@
+// All axes with their drives, as one thing the loop reads and writes. A gantry axis is two drives of one coordinate;
+// both get the same target, and its position is their mean.
+//   axes.read(bus, fresh);   ...   axes.write(bus, targets);
+// Also here: what the drives are asked to be (goal), their homing, and the probe on one of them. RT.
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "app/cycle/loop_setup.hpp"
+#include "devices/bus.hpp"
+#include "devices/rt/drive.hpp"
+#include "devices/rt/homing.hpp"
+#include "devices/rt/probe.hpp"
+
+namespace gantry::cycle {
+
+class Axes {
+ public:
+  explicit Axes(const LoopSetup& setup) noexcept;
+
+  void read(const devices::FieldBus& bus, bool fresh) noexcept;
+  void write(devices::FieldBus& bus, const AxisVec& target) noexcept;
+
+  void set_goal(devices::DriveGoal goal) noexcept { goal_ = goal; }
+  [[nodiscard]] devices::DriveGoal goal() const noexcept { return goal_; }
+  /// Every drive of a streamed axis takes targets.
+  [[nodiscard]] bool all_enabled() const noexcept;
+  /// No drive has torque.
+  [[nodiscard]] bool all_disabled() const noexcept;
+  /// No drive is in a fault.
+  [[nodiscard]] bool no_fault() const noexcept;
+  [[nodiscard]] bool enabled(AxisId id) const noexcept;
+  [[nodiscard]] std::uint32_t enabled_mask() const noexcept;
+
+  /// Where the drives were last sent: what bumpless motion starts from.
+  [[nodiscard]] AxisVec commanded() const noexcept;
+  [[nodiscard]] const AxisVec& actual() const noexcept { return actual_; }
+  [[nodiscard]] double speed(AxisId id) const noexcept { return speed_[id.value]; }  ///< of the target, per s
+  /// Target minus actual, of the drive that is farther off. Only where measures_following().
+  [[nodiscard]] double following(AxisId id, double target) const noexcept;
+  [[nodiscard]] bool measures_following(AxisId id) const noexcept;
+  [[nodiscard]] double skew(AxisId id) const noexcept;
+  [[nodiscard]] bool on_limit(AxisId id) const noexcept;
+  [[nodiscard]] const devices::Feedback& drive(std::size_t d) const noexcept { return drives_[d].feedback(); }
+  [[nodiscard]] std::int32_t sent_counts(std::size_t d) const noexcept {
+    return devices::wrap(drives_[d].commanded_counts());
+  }
+
+  /// What would have been sent for `target` in a cycle that a stall skipped.
+  [[nodiscard]] std::int32_t counts_of(std::size_t d, const AxisVec& target) const noexcept {
+    return drive(d).takes_targets ? devices::wrap(drives_[d].scale().to_counts(target[setup_.drives[d].axis.value]))
+                                  : sent_counts(d);
+  }
+
+  /// Homing of the axes in `mask`, together. Then homing() until it is over.
+  void start_homing(std::uint32_t mask) noexcept;
+  void cancel_homing(Fault why) noexcept;
+  [[nodiscard]] bool homing() const noexcept;
+  /// After homing() turned false: sets the references of the axes that have arrived. Gives the first failure and its
+  /// axis.
+  Fault finish_homing(AxisId& axis) noexcept;
+  [[nodiscard]] std::uint32_t referenced() const noexcept { return referenced_; }
+  /// Every streamed axis that can be homed has been.
+  [[nodiscard]] bool all_referenced() const noexcept;
+  void forget_reference(AxisId id) noexcept { referenced_ &= ~(1u << id.value); }
+
+  [[nodiscard]] devices::ProbeArm& probe() noexcept { return probe_; }
+  [[nodiscard]] const devices::ProbeArm& probe() const noexcept { return probe_; }
+  /// Coordinate at which the probe latched.
+  [[nodiscard]] double probe_position() const noexcept;
+
+ private:
+  [[nodiscard]] std::size_t probe_drive() const noexcept;
+
+  const LoopSetup& setup_;
+  std::array<devices::Drive, kMaxDrives> drives_;
+  std::array<devices::HomingRun, kMaxDrives> homing_;
+  devices::ProbeArm probe_;
+  devices::DriveGoal goal_ = devices::DriveGoal::Disabled;
+  AxisVec actual_{}, speed_{}, last_target_{};
+  std::uint32_t homing_mask_ = 0, referenced_ = 0;
+};
+
+}  // namespace gantry::cycle

@@ -1,0 +1,90 @@
+// The 1 ms loop: commands and segments in, process image out and in, snapshots and events out. One tick is
+//   commands -> interpolator, compensation, guard -> image -> exchange -> feedback -> supervision -> snapshot
+// so that what a cycle's inputs show is answered in the very next frame. It owns nothing that waits: the pacer decides
+// when, the bus how long.
+//   Loop loop(setup, bus, channels);   pacer.shift(loop.tick(pacer.wait(clock)));
+// RT: no allocation, no lock, no exception; bounded by the number of axes, drives and elapsed periods.
+#pragma once
+#include <cstdint>
+
+#include "app/cycle/axes.hpp"
+#include "app/cycle/channels.hpp"
+#include "app/cycle/loop_setup.hpp"
+#include "app/cycle/pacer.hpp"
+#include "app/cycle/supervisor.hpp"
+#include "devices/bus.hpp"
+#include "devices/rt/canopen_cyclic.hpp"
+#include "devices/rt/dc_lock.hpp"
+#include "motion/rt/compensation.hpp"
+#include "motion/rt/guard.hpp"
+#include "motion/rt/interpolator.hpp"
+
+namespace gantry::cycle {
+
+class Loop {
+ public:
+  /// `can` may be null. `clock` is only read, for the loop's own times.
+  Loop(const LoopSetup& setup, devices::FieldBus& bus, devices::CanPort* can, Clock& clock, Channels& channels);
+
+  /// One cycle. Returns by how much the coming cycles shall be shifted to stay locked to the bus's reference clock.
+  Time tick(const Beat& beat) noexcept;
+  [[nodiscard]] Time period() const noexcept { return setup_.period; }
+
+ private:
+  /// The next commanded values: what one tick of motion comes to.
+  struct Commanded {
+    motion::Setpoint setpoint;
+    AxisVec target{};
+    std::uint32_t outputs = 0;
+  };
+
+  void take_commands() noexcept;
+  void obey(const Command& command) noexcept;
+  Fault refuse(const Command& command) const noexcept;
+  void advance(const Beat& beat) noexcept;
+  void step_motion() noexcept;
+  void write_image() noexcept;
+  void follow_progress() noexcept;
+  void finish_homing() noexcept;
+  void finish_block() noexcept;
+  void react(Fault fault, AxisId axis, std::int32_t detail) noexcept;
+  void hold_position() noexcept;
+  void enter(State state) noexcept;
+  void answer(std::uint32_t id, Fault fault) noexcept;
+  void answer_pending(Fault fault) noexcept;
+  void tell(Event event) noexcept;
+  void tell_snapshot(const Beat& beat, bool sent) noexcept;
+
+  LoopSetup setup_;
+  devices::FieldBus& bus_;
+  devices::CanPort* can_;
+  devices::CanopenCyclic can_cyclic_;
+  Clock& clock_;
+  Channels& channels_;
+
+  Axes axes_;
+  Supervisor supervisor_;
+  motion::Limits limits_;
+  motion::Interpolator interpolator_;
+  motion::Compensation compensation_;
+  devices::DcLock dc_lock_;
+
+  State state_ = State::Offline;
+  Commanded commanded_;
+  devices::Exchange exchange_;
+  CycleIndex cycle_ = 0;
+  Fault latched_ = Fault::None;
+  std::uint32_t pending_ = 0, pending_disable_ = 0, pending_probe_ = 0;  ///< ids of commands that take time
+  std::uint32_t block_ = 0, tick_ = 0;  ///< what plays; kept until the last compensated tick is out
+  bool settled_ = true;                 ///< the compensation has let everything out
+  bool shut_valve_ = false;             ///< this tick closes the valve, also in what is still on its way
+  bool probing_ = false;                ///< the block's last segment waits for the probe
+  bool probe_told_ = false;
+  double override_ = 1;
+  std::uint32_t outputs_set_ = 0;  ///< output bits that commands have set
+  std::uint32_t sent_outputs_ = 0, inputs_ = 0;
+  Time compute_{}, bus_time_{};
+  Snapshot snapshot_;
+};
+
+}  // namespace gantry::cycle

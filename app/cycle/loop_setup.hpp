@@ -1,0 +1,65 @@
+// What the loop must know, as plain values: made once from the machine file and the bus's layout (app/run/compose.cpp),
+// before the loop starts.
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "app/cycle/channels.hpp"
+#include "core/clock.hpp"
+#include "core/rt/fixed_vector.hpp"
+#include "devices/rt/drive.hpp"
+#include "devices/rt/homing.hpp"
+#include "devices/rt/scale.hpp"
+#include "motion/types.hpp"
+
+namespace gantry::cycle {
+
+struct DriveSetup {
+  StationId station;
+  AxisId axis;
+  devices::DriveLayout layout;
+  devices::AxisScale scale;
+};
+
+struct HomingSetup {
+  bool possible = false;
+  double position = 0;  ///< coordinate at the home edge, mm or rad
+  devices::HomingLimits limits;
+  std::int64_t home_counts = 0;  ///< 607Ch: what the drive counts at the edge
+};
+
+struct AxisSetup {
+  bool streamed = true;
+  bool path_axis = false;                   ///< its travel makes path length (X Y Z)
+  rt::FixedVector<std::uint8_t, 2> drives;  ///< indices of LoopSetup::drives
+  motion::AxisLimits limits;
+  double following_base = 0, following_per_speed_s = 0;
+  double skew_max = 0;
+  double response_delay_s = 0;
+  HomingSetup homing;
+};
+
+/// One bit of the output or input word in a station's process image.
+struct BitPlace {
+  std::uint8_t word_bit = 0;  ///< in the loop's word
+  StationId station;
+  std::uint16_t byte = 0;
+  std::uint8_t mask = 0;
+  bool invert = false;
+};
+
+struct LoopSetup {
+  Time period = milliseconds(1);
+  rt::FixedVector<AxisSetup, kMaxAxes> axes;
+  rt::FixedVector<DriveSetup, kMaxDrives> drives;
+  rt::FixedVector<BitPlace, 32> outputs, inputs;
+  AxisId probe_axis = kNoAxis;     ///< the probe latches on this axis's first drive
+  std::uint32_t valve_mask = 0;    ///< closed by every stop
+  std::uint32_t healthy_mask = 0;  ///< toggled while all is well
+  std::uint32_t door_mask = 0, air_mask = 0, clamp_mask = 0, stop_mask = 0;  ///< inputs; 0: the machine has none
+  int stop_after_missed = 3;
+  int frames_lost_max = 3;
+  bool lock_to_reference_clock = true;
+};
+
+}  // namespace gantry::cycle

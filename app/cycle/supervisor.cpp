@@ -1,0 +1,120 @@
+#include "app/cycle/supervisor.hpp"
+
+#include <cmath>
+
+namespace gantry::cycle {
+namespace {
+
+constexpr int kFollowingCycles = 3;        // R33: at most 3 cycles over the window
+constexpr std::int64_t kLateWindow = 100;  // R11: cycles in which late ones are counted
+
+std::int32_t clamp_i32(double v) { return static_cast<std::int32_t>(std::fmin(std::fmax(v, -2e9), 2e9)); }
+
+}  // namespace
+
+Findings Supervisor::look(const View& view) noexcept {
+  Findings found;
+  look_at_time(view, found);
+  look_at_bus(view, found);
+  if (!operational_) return found;
+  if (view.exchange.inputs_fresh) {
+    look_at_drives(view, found);
+    look_at_axes(view, found);
+    look_at_inputs(view, found);
+  }
+  return found;
+}
+
+void Supervisor::look_at_time(const View& view, Findings& found) noexcept {
+  const auto missed = static_cast<int>(view.beat.elapsed - 1);
+  const Time late = view.beat.woke - view.beat.due;
+  window_left_ -= view.beat.elapsed;
+  if (window_left_ <= 0) window_left_ = kLateWindow, late_in_window_ = 0;
+  if (missed > 0 || late > setup_.period * 2 / 5) {
+    ++late_in_window_;
+    found.push_back({Fault::LateCycle, kNoAxis, static_cast<std::int32_t>(late.count() / 1000)});
+  }
+  if (view.compute > setup_.period)
+    found.push_back({Fault::CycleOverrun, kNoAxis, static_cast<std::int32_t>(view.compute.count() / 1000)});
+  if (missed > setup_.stop_after_missed)
+    found.push_back({Fault::ControllerStalled, kNoAxis, missed});
+  else if (late_in_window_ > setup_.stop_after_missed)
+    found.push_back({Fault::LateCycles, kNoAxis, late_in_window_});
+}
+
+void Supervisor::look_at_bus(const View& view, Findings& found) noexcept {
+  const devices::Exchange& x = view.exchange;
+  if (x.fault == Fault::FrameLost) {
+    if (++frames_lost_ == setup_.frames_lost_max && operational_)
+      found.push_back({Fault::FramesLost, kNoAxis, frames_lost_});
+    else
+      found.push_back({Fault::FrameLost, kNoAxis, frames_lost_});
+    return;
+  }
+  if (x.fault == Fault::BusDown && operational_) found.push_back({Fault::BusDown, kNoAxis, 0});
+  if (x.fault == Fault::None || x.fault == Fault::WorkingCounterHigh) frames_lost_ = 0;
+  if (x.fault == Fault::WorkingCounterLow) {
+    ++counter_low_;
+    if (operational_ && counter_low_ == setup_.frames_lost_max)
+      found.push_back({Fault::WorkingCounterLost, kNoAxis, x.working_counter});
+    else if (operational_)
+      found.push_back({Fault::WorkingCounterLow, kNoAxis, x.working_counter});
+  } else {
+    counter_low_ = 0;
+  }
+  if (x.fault == Fault::WorkingCounterHigh && operational_)
+    found.push_back({Fault::WorkingCounterHigh, kNoAxis, x.working_counter});
+  constexpr std::uint16_t kOperational = 8;
+  const bool all_operational = x.al_states == kOperational;
+  if (operational_ && x.fault == Fault::None && !all_operational)
+    found.push_back({Fault::StationLeftOp, kNoAxis, x.al_states});
+  if (!operational_ && x.fault == Fault::None && all_operational) operational_ = true;
+}
+
+void Supervisor::look_at_drives(const View& view, Findings& found) noexcept {
+  for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
+    const devices::Feedback& drive = view.axes.drive(d);
+    if (drive.fault == Fault::None) continue;
+    if (view.state == State::Homing && drive.fault == Fault::LimitSwitch)
+      continue;  // homing meets the switches on purpose
+    // A warning is told once; whatever stops the machine is told for as long as it lasts (the loop latches the first).
+    const bool news = drive.error_code != last_code_[d];
+    if (news || info(drive.fault).reaction != Reaction::Note)
+      found.push_back(
+          {drive.fault, setup_.drives[d].axis, drive.error_code != 0 ? drive.error_code : drive.statusword});
+  }
+  for (std::size_t d = 0; d < setup_.drives.size(); ++d) last_code_[d] = view.axes.drive(d).error_code;
+}
+
+void Supervisor::look_at_axes(const View& view, Findings& found) noexcept {
+  for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
+    const AxisSetup& axis = setup_.axes[i];
+    const AxisId id{static_cast<std::uint8_t>(i)};
+    if (!axis.streamed) continue;
+    const bool homing = view.state == State::Homing;
+    if (view.axes.measures_following(id) && !homing) {
+      const double error = view.axes.following(id, view.target[i]);
+      const double window = axis.following_base + axis.following_per_speed_s * std::abs(view.axes.speed(id));
+      over_window_[i] = std::abs(error) > window ? over_window_[i] + 1 : 0;
+      if (over_window_[i] >= kFollowingCycles) found.push_back({Fault::FollowingError, id, clamp_i32(error * 1000)});
+    } else {
+      over_window_[i] = 0;
+    }
+    if (!homing && axis.skew_max > 0 && view.axes.enabled(id) && view.axes.skew(id) > axis.skew_max)
+      found.push_back({Fault::GantrySkew, id, clamp_i32(view.axes.skew(id) * 1000)});
+    if (view.state == State::Running && view.axes.on_limit(id)) found.push_back({Fault::LimitSwitch, id, 0});
+  }
+}
+
+/// Interlocks. Without torque nothing can move, and enabling asks for them itself.
+void Supervisor::look_at_inputs(const View& view, Findings& found) noexcept {
+  if (view.state == State::Offline || view.state == State::Disabled) return;
+  const auto missing = [&](std::uint32_t mask) { return mask != 0 && (view.inputs & mask) == 0; };
+  if (missing(setup_.door_mask)) found.push_back({Fault::DoorOpen});
+  if (missing(setup_.air_mask)) found.push_back({Fault::AirMissing});
+  const bool in_job = view.state == State::Running || view.state == State::Held;
+  if (in_job && missing(setup_.clamp_mask)) found.push_back({Fault::ClampOpen});
+  if (setup_.stop_mask != 0 && (view.inputs & setup_.stop_mask) != 0) found.push_back({Fault::StopPressed});
+}
+
+}  // namespace gantry::cycle

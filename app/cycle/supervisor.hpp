@@ -1,0 +1,55 @@
+// Watches what every cycle brings and names what is wrong; what is then done stands in the fault catalogue. It keeps
+// only counters.
+//   Findings f = supervisor.look(view);   for (const Finding& x : f) react(x.fault, x.axis, x.detail);
+// RT.
+#pragma once
+#include <cstdint>
+
+#include "app/cycle/axes.hpp"
+#include "app/cycle/channels.hpp"
+#include "app/cycle/loop_setup.hpp"
+#include "app/cycle/pacer.hpp"
+#include "devices/bus.hpp"
+
+namespace gantry::cycle {
+
+struct Finding {
+  Fault fault = Fault::None;
+  AxisId axis = kNoAxis;
+  std::int32_t detail = 0;
+};
+using Findings = rt::FixedVector<Finding, 32>;
+
+/// What one cycle showed.
+struct View {
+  const Beat& beat;
+  const devices::Exchange& exchange;
+  const Axes& axes;
+  const AxisVec& target;  ///< as sent in this cycle
+  std::uint32_t inputs = 0;
+  State state = State::Offline;
+  Time compute{};  ///< own work of the last cycle
+};
+
+class Supervisor {
+ public:
+  explicit Supervisor(const LoopSetup& setup) : setup_(setup) {}
+  Findings look(const View& view) noexcept;
+
+ private:
+  void look_at_time(const View& view, Findings& found) noexcept;
+  void look_at_bus(const View& view, Findings& found) noexcept;
+  void look_at_drives(const View& view, Findings& found) noexcept;
+  void look_at_axes(const View& view, Findings& found) noexcept;
+  void look_at_inputs(const View& view, Findings& found) noexcept;
+
+  const LoopSetup& setup_;
+  bool operational_ = false;  ///< all stations were in OP before
+  int frames_lost_ = 0, counter_low_ = 0;
+  int late_in_window_ = 0;
+  std::int64_t window_left_ = 0;
+  std::array<std::uint16_t, kMaxDrives> last_code_{};
+  std::array<std::int64_t, kMaxAxes> over_window_{};  ///< cycles in a row outside the following window
+};
+
+}  // namespace gantry::cycle

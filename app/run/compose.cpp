@@ -1,0 +1,118 @@
+#include "app/run/compose.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+
+#include "devices/profiles/homing_objects.hpp"
+#include "devices/profiles/map_pdos.hpp"
+
+namespace gantry::run {
+namespace {
+
+using cycle::LoopSetup;
+
+constexpr double kHomingTravel = 1.2;  // of the axis' travel between the switches: more than any search needs
+
+const config::Station* station_of(const config::Machine& machine, StationId id) {
+  for (const config::Station& s : machine.stations)
+    if (s.id == id) return &s;
+  return nullptr;
+}
+
+Result<void> add_drives(const config::Machine& machine, const config::Axis& axis, cycle::AxisSetup& setup,
+                        LoopSetup& loop) {
+  for (const config::DriveRef& ref : axis.drives) {
+    const config::Station* station = station_of(machine, ref.station);
+    if (station == nullptr || station->bus != config::BusKind::EtherCat)
+      continue;  // a positioned axis on CANopen has no place in the image
+    auto layout = devices::map_drive(station->profile, ref.slot);
+    if (!layout) return tl::unexpected(layout.error());
+    const auto index = static_cast<std::uint8_t>(loop.drives.size());
+    if (!loop.drives.push_back({ref.station, axis.id, *layout, devices::AxisScale(axis.counts_per_unit, ref.invert)}) ||
+        !setup.drives.push_back(index))
+      return fail(Fault::Inconsistent, fmt::format("axis {}: too many drives", axis.name), machine.file);
+  }
+  return {};
+}
+
+template <std::size_t N>
+void add_bits(const std::array<std::optional<config::Channel>, N>& channels,
+              rt::FixedVector<cycle::BitPlace, 32>& places) {
+  for (std::size_t bit = 0; bit < N; ++bit)
+    if (const auto& c = channels[bit])
+      places.push_back({static_cast<std::uint8_t>(bit), c->station, static_cast<std::uint16_t>(c->bit / 8),
+                        static_cast<std::uint8_t>(1u << (c->bit % 8)), c->invert});
+}
+
+std::uint32_t mask_of(const config::Machine& machine, config::Input input) {
+  return machine.inputs[static_cast<std::size_t>(input)] ? config::bit(input) : 0;
+}
+
+}  // namespace
+
+Result<void> compose_startup(config::Machine& machine) {
+  for (const config::Axis& axis : machine.axes) {
+    if (!axis.homing) continue;
+    for (const config::DriveRef& ref : axis.drives)
+      for (config::Station& station : machine.stations) {
+        if (station.id != ref.station || station.bus != config::BusKind::EtherCat) continue;
+        auto rows = devices::homing_objects(station.profile, ref.slot, axis);
+        if (!rows) return tl::unexpected(rows.error());
+        station.profile.startup.insert(station.profile.startup.end(), rows->begin(), rows->end());
+      }
+  }
+  return {};
+}
+
+motion::Limits compose_limits(const config::Machine& machine) {
+  motion::Limits limits;
+  limits.axes = machine.axes.size();
+  limits.tick_s = seconds(machine.bus.cycle);
+  for (std::size_t i = 0; i < machine.axes.size(); ++i) {
+    const config::Axis& a = machine.axes[i];
+    limits.axis[i] = {a.p_min, a.p_max, a.v_max, a.a_max, a.j_max};
+  }
+  for (const AxisId id : {machine.x, machine.y, machine.z}) limits.linear[id.value] = true;
+  return limits;
+}
+
+Result<LoopSetup> compose_loop(const config::Machine& machine, bool hardware) {
+  LoopSetup loop;
+  loop.period = machine.bus.cycle;
+  const motion::Limits limits = compose_limits(machine);
+  for (const config::Axis& axis : machine.axes) {
+    cycle::AxisSetup setup;
+    setup.limits = limits.axis[axis.id.value];
+    setup.path_axis = limits.linear[axis.id.value];
+    setup.following_base = axis.following_base;
+    setup.following_per_speed_s = axis.following_per_speed_s;
+    setup.skew_max = axis.skew_max;
+    setup.response_delay_s = axis.response_delay_s;
+    if (axis.homing) {
+      setup.homing.possible = true;
+      setup.homing.position = axis.homing->position;
+      setup.homing.limits.timeout_cycles = std::llround(axis.homing->timeout_s / seconds(loop.period));
+      const double travel = kHomingTravel * (axis.p_max - axis.p_min) + std::abs(axis.homing->position);
+      setup.homing.limits.travel_counts = std::llround(travel * axis.counts_per_unit);
+    }
+    if (auto added = add_drives(machine, axis, setup, loop); !added) return tl::unexpected(added.error());
+    setup.streamed = axis.kind == config::AxisKind::Streamed && !setup.drives.empty();
+    if (!loop.axes.push_back(setup))
+      return fail(Fault::Inconsistent, "more axes than the loop holds (16)", machine.file);
+  }
+  add_bits(machine.outputs, loop.outputs);
+  add_bits(machine.inputs, loop.inputs);
+  loop.probe_axis = machine.probe.axis;
+  loop.valve_mask = config::bit(config::Output::Valve);
+  loop.healthy_mask =
+      machine.outputs[static_cast<std::size_t>(config::Output::Healthy)] ? config::bit(config::Output::Healthy) : 0;
+  loop.door_mask = mask_of(machine, config::Input::DoorClosed);
+  loop.air_mask = mask_of(machine, config::Input::AirOk);
+  loop.clamp_mask = mask_of(machine, config::Input::ClampClosed);
+  loop.stop_mask = mask_of(machine, config::Input::Stop);
+  loop.stop_after_missed = hardware ? machine.bus.stop_after_missed_hardware : machine.bus.stop_after_missed_sim;
+  loop.frames_lost_max = machine.bus.frames_lost_max;
+  return loop;
+}
+
+}  // namespace gantry::run

@@ -1,0 +1,65 @@
+#include "app/run/fault_words.hpp"
+
+#include <fmt/format.h>
+
+#include "devices/profiles/fault_text.hpp"
+
+namespace gantry::run {
+namespace {
+
+const config::Axis* axis_of(const config::Machine& machine, AxisId id) {
+  return id.value < machine.axes.size() ? &machine.axes[id.value] : nullptr;
+}
+
+const config::Station* drive_station(const config::Machine& machine, const config::Axis* axis) {
+  if (axis == nullptr || axis->drives.empty()) return nullptr;
+  for (const config::Station& s : machine.stations)
+    if (s.id == axis->drives.front().station) return &s;
+  return nullptr;
+}
+
+/// What Event::detail adds, by fault.
+std::string detail_text(const config::Axis* axis, const cycle::Event& e) {
+  const char* unit = axis != nullptr && axis->rotary ? "mrad" : "um";
+  switch (e.fault) {
+    case Fault::FollowingError: return fmt::format("it lags its target by {} {}", e.detail, unit);
+    case Fault::GantrySkew: return fmt::format("by {} {}", e.detail, unit);
+    case Fault::ControllerStalled: return fmt::format("for {} cycles", e.detail);
+    case Fault::LateCycle: return fmt::format("by {} us", e.detail);
+    case Fault::LateCycles: return fmt::format("{} of the last 100", e.detail);
+    case Fault::CycleOverrun: return fmt::format("it took {} us", e.detail);
+    case Fault::StationLeftOp: return fmt::format("AL states seen: {:02X}h", e.detail);
+    case Fault::WorkingCounterLow:
+    case Fault::WorkingCounterLost:
+    case Fault::WorkingCounterHigh: return fmt::format("working counter {}", e.detail);
+    case Fault::ImpossibleStatus:
+    case Fault::TransitionTimeout:
+    case Fault::WrongMode: return fmt::format("statusword {:04X}h", e.detail);
+    default: return "";
+  }
+}
+
+bool tells_code(Fault f) {
+  return f == Fault::DriveFault || f == Fault::DriveWarning || f == Fault::DriveEmergencyInput ||
+         f == Fault::Undervoltage || f == Fault::LimitSwitch;
+}
+
+}  // namespace
+
+Error in_words(const config::Machine& machine, const cycle::Event& e) {
+  const FaultInfo& row = info(e.fault);
+  const config::Axis* axis = axis_of(machine, e.axis);
+  const config::Station* station = drive_station(machine, axis);
+  Error error{e.fault, std::string(row.text), axis != nullptr ? "axis " + axis->name : ""};
+  if (station != nullptr && tells_code(e.fault) && e.detail != 0) {
+    const auto text = devices::fault_text(station->profile, static_cast<std::uint32_t>(e.detail));
+    error.message += ": " + text.text;
+    if (!text.remedy.empty()) error.message += "; " + text.remedy;
+    error.where += fmt::format(", station {} '{}'", station->position, station->name);
+  } else if (const std::string more = detail_text(axis, e); !more.empty()) {
+    error.message += " (" + more + ")";
+  }
+  return error;
+}
+
+}  // namespace gantry::run

@@ -1,0 +1,36 @@
+// The sole reader of what the loop says. Everyone else (recorder, publisher, runner, screen) hears it from here, on the
+// run thread.
+//   Feed feed(channels);   feed.listen([&](const Snapshot& s) {...}, [&](const Event& e) {...});   feed.drain();
+#pragma once
+#include <functional>
+#include <vector>
+
+#include "app/cycle/channels.hpp"
+
+namespace gantry::run {
+
+class Feed {
+ public:
+  using OnSnapshot = std::function<void(const cycle::Snapshot&)>;
+  using OnEvent = std::function<void(const cycle::Event&)>;
+
+  explicit Feed(cycle::Channels& channels) : channels_(channels) {}
+
+  /// Listeners live as long as the feed. They are called in the order in which they came.
+  void listen(OnSnapshot on_snapshot, OnEvent on_event);
+
+  /// Hands on all that waits, snapshots first. An event may be of a later cycle than latest(): who needs both waits for
+  /// latest().cycle to come up.
+  void drain();
+
+  /// The newest snapshot; all zero before the first.
+  [[nodiscard]] const cycle::Snapshot& latest() const { return latest_; }
+
+ private:
+  cycle::Channels& channels_;
+  std::vector<OnSnapshot> on_snapshot_;
+  std::vector<OnEvent> on_event_;
+  cycle::Snapshot latest_{};
+};
+
+}  // namespace gantry::run

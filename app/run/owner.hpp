@@ -1,0 +1,81 @@
+// The owner of a machine: bus, loop, planner, eyes and world as one object with orders in and events out. `gantry up`
+// keeps one until it is stopped; `run` and `dry-run` make their own for one job.
+//   auto owner = Owner::open(machine, options);   owner->bring_up();   JobResult r = owner->run(recipe, job, {.out =
+//   "out/x"});   owner->shut_down();
+// One thread calls it (the run thread). In virtual time that thread also steps the loop; otherwise the loop has its
+// own.
+#pragma once
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "app/record/job_result.hpp"
+#include "app/run/control.hpp"
+#include "app/run/order.hpp"
+#include "config/machine.hpp"
+#include "core/error.hpp"
+#include "recipes/job.hpp"
+#include "sim/virtual_machine.hpp"
+
+namespace gantry::run {
+
+struct OwnerOptions {
+  std::string bus = "sim";         ///< "sim", or "ethercat:IFACE"
+  bool virtual_time = false;       ///< with "sim" only
+  std::string world_socket;        ///< camera and world of a `gantry sim` elsewhere
+  sim::VirtualMachineOptions sim;  ///< of the virtual machine in this process, and of the board it is given
+  bool publish = false;            ///< start `gantry publish` and keep it alive
+};
+
+struct RunOptions {
+  std::string out;       ///< folder for the results; "" keeps nothing
+  bool dry_run = false;  ///< for the result's words only
+};
+
+/// Where a job is, for a progress bar.
+struct Progress {
+  std::size_t features_done = 0, features_total = 0;
+  std::string doing;  ///< "mark M2", "touch T1", "dots[3][2]"
+  double elapsed_s = 0;
+};
+
+class Owner {
+ public:
+  static Result<std::unique_ptr<Owner>> open(const config::Machine& machine, const OwnerOptions& options);
+  ~Owner();
+  Owner(const Owner&) = delete;
+  Owner& operator=(const Owner&) = delete;
+
+  /// Scan, configuration, OP; the loop runs, drives are without torque.
+  Result<void> bring_up();
+  /// Drives to Operation Enabled, and every axis that is not referenced is homed, lowest order first.
+  Result<void> enable();
+  Result<void> home();
+  Result<void> disable();
+  /// One job from its first block to its end. Never throws away what happened: the result tells it, also of a job that
+  /// failed.
+  record::JobResult run(const recipes::Recipe& recipe, const recipes::Job& job, const RunOptions& options);
+  /// Torque off, bus down in order. Also done by the destructor.
+  void shut_down();
+
+  /// Hold, resume, abort, override, reset: at once. Fault::Refused when the order does not fit.
+  Result<void> order(const Order& order);
+  /// The job that runs ends with `why` as soon as the machine stands (Ctrl-C: Fault::Interrupted).
+  void interrupt(Error why);
+  /// Called in every waiting step of the run thread: where orders are polled and progress is shown.
+  void on_step(std::function<void()> poll);
+  /// One step of waiting (an owner that has nothing to do).
+  void idle();
+
+  [[nodiscard]] const cycle::Snapshot& latest() const;
+  [[nodiscard]] Progress progress() const;
+  /// What the system refused of real-time rights; "" in virtual time or when all was granted.
+  [[nodiscard]] std::string rights_refused() const;
+
+ private:
+  struct Parts;
+  explicit Owner(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace gantry::run

@@ -1,0 +1,94 @@
+// The reference machine runs the demo recipe in virtual time; the world, not the controller, says what lies on the
+// board.
+#include <cmath>
+#include <fmt/format.h>
+#include <map>
+#include <random>
+#include <set>
+
+#include "core/units.hpp"
+#include "tests/machine/rig.hpp"
+
+namespace gantry {
+namespace {
+
+using test::Rig;
+
+constexpr const char* kDemo = "recipes/demo-board.yaml";
+constexpr double kLateral_mm = 0.020, kGap_mm = 0.030;
+
+void expect_done(const record::JobResult& result) {
+  for (const Error& e : result.errors) ADD_FAILURE() << to_text(e);
+  EXPECT_EQ(result.exit_code, ExitCode::Done);
+}
+
+/// Every feature of the recipe lies on the board, once, where and how high the recipe wants it.
+void expect_deposits(const recipes::Recipe& recipe, const record::JobResult& result) {
+  std::map<std::string, const record::Deposit*> by_id;
+  for (const record::Deposit& d : result.deposits)
+    EXPECT_TRUE(by_id.emplace(d.id, &d).second) << "twice: '" << d.id << "'";
+  EXPECT_EQ(result.deposits.size(), recipe.features.size());
+  for (const recipes::Feature& feature : recipe.features) {
+    const auto* bead = std::get_if<recipes::Bead>(&feature);
+    const std::string& id = bead != nullptr ? bead->id : std::get<recipes::Dot>(feature).id;
+    const std::string& material = bead != nullptr ? bead->material : std::get<recipes::Dot>(feature).material;
+    const auto found = by_id.find(id);
+    if (found == by_id.end()) {
+      ADD_FAILURE() << "not dispensed: " << id;
+      continue;
+    }
+    EXPECT_LE(found->second->error_mm, kLateral_mm + (bead != nullptr ? bead->corner_tolerance : 0)) << id;
+    EXPECT_NEAR(found->second->gap_mm, recipes::find_material(recipe, material)->gap, kGap_mm) << id;
+  }
+}
+
+TEST(DemoBoard, every_feature_lies_where_the_recipe_wants_it) {
+  const recipes::Recipe recipe = test::load_recipe(kDemo);
+  Rig rig({.placement = "dx=1.3 mm, dy=-0.7 mm, rot=0.8 deg"});
+  const record::JobResult result = rig.run(recipe);
+  expect_done(result);
+  expect_deposits(recipe, result);
+  EXPECT_TRUE(result.collisions.empty());
+  EXPECT_TRUE(result.setpoint_stream_complete);
+  EXPECT_NEAR(result.offset.shift.x, 1.3, 0.005);
+  EXPECT_NEAR(result.offset.shift.y, -0.7, 0.005);
+  EXPECT_NEAR(result.offset.rotation, units::rad(0.8), 1e-4);
+  EXPECT_EQ(result.features_done, recipe.features.size());
+  EXPECT_GT(result.actual_s, 30);
+  EXPECT_LT(result.actual_s, 90);
+}
+
+TEST(DemoBoard, any_placement_within_two_millimetres_and_one_and_a_half_degrees) {
+  const recipes::Recipe recipe = test::load_recipe(kDemo);
+  std::mt19937_64 random(20);
+  std::uniform_real_distribution<double> shift(-2, 2), turn(-1.5, 1.5);
+  std::vector<std::string> places{"dx=2 mm, dy=2 mm, rot=1.5 deg", "dx=-2 mm, dy=-2 mm, rot=-1.5 deg",
+                                  "dx=2 mm, dy=-2 mm, rot=1.5 deg"};
+  for (int i = 0; i < 5; ++i)
+    places.push_back(
+        fmt::format("dx={:.3f} mm, dy={:.3f} mm, rot={:.3f} deg", shift(random), shift(random), turn(random)));
+  std::uint64_t seed = 100;
+  for (const std::string& place : places) {
+    SCOPED_TRACE(place);
+    Rig rig({.placement = place, .script = {}, .seed = ++seed});
+    const record::JobResult result = rig.run(recipe);
+    expect_done(result);
+    expect_deposits(recipe, result);
+    EXPECT_TRUE(result.collisions.empty());
+  }
+}
+
+TEST(DemoBoard, a_run_is_a_pure_function_of_its_inputs) {
+  std::set<std::uint64_t> hashes;
+  for (int i = 0; i < 2; ++i) {
+    Rig rig({.placement = "dx=-0.4 mm, dy=0.9 mm, rot=-0.6 deg"});
+    hashes.insert(rig.run(kDemo).setpoint_hash);
+  }
+  EXPECT_EQ(hashes.size(), 1u);
+  Rig elsewhere({.placement = "dx=-0.4 mm, dy=0.9 mm, rot=-0.5 deg"});
+  hashes.insert(elsewhere.run(kDemo).setpoint_hash);
+  EXPECT_EQ(hashes.size(), 2u) << "another placement must give another stream";
+}
+
+}  // namespace
+}  // namespace gantry

@@ -1,0 +1,114 @@
+// What goes wrong in a job, and what the machine then does: every stop closes the valve, and the exit code and the
+// words name the cause.
+#include <fmt/format.h>
+
+#include "app/run/prove.hpp"
+#include "tests/machine/rig.hpp"
+
+namespace gantry {
+namespace {
+
+using test::Rig;
+
+constexpr const char* kDemo = "recipes/demo-board.yaml";
+
+const Error& only_error(const record::JobResult& result) {
+  static const Error none{Fault::None, "", ""};
+  EXPECT_FALSE(result.errors.empty());
+  return result.errors.empty() ? none : result.errors.front();
+}
+
+bool valve_open(const run::Owner& owner) { return (owner.latest().outputs & config::bit(config::Output::Valve)) != 0; }
+
+TEST(Faults, a_missing_mark_ends_the_job_with_6) {
+  Rig rig({.placement = "dx=0.5 mm", .script = "- {at: job start, do: remove_mark, name: back_right}"});
+  const auto result = rig.run(kDemo);
+  EXPECT_EQ(result.exit_code, ExitCode::VisionOrProbe);
+  EXPECT_NE(only_error(result).message.find("back_right"), std::string::npos) << only_error(result).message;
+  EXPECT_TRUE(result.deposits.empty());
+}
+
+TEST(Faults, marks_that_disagree_are_refused_with_6) {
+  Rig rig(
+      {.placement = "dx=0.5 mm", .script = "- {at: job start, do: move_mark, name: back_right, by: [0.4 mm, 0 mm]}"});
+  const auto result = rig.run(kDemo);
+  EXPECT_EQ(result.exit_code, ExitCode::VisionOrProbe);
+  EXPECT_EQ(only_error(result).fault, Fault::ResidualTooLarge);
+  EXPECT_TRUE(result.deposits.empty());
+}
+
+TEST(Faults, a_drive_fault_in_mid_bead_stops_everything_and_closes_the_valve) {
+  Rig rig({.placement = "dx=0.5 mm",
+           .script = "- {at: feature bead 2, after: 300 ms, do: drive_fault, axis: X, code: 0x0E}"});
+  CycleIndex fault_at = 0, closed_at = 0;
+  rig.on_step = [&](run::Owner& owner) {
+    const auto& s = owner.latest();
+    if (fault_at == 0 && s.error_code[0] != 0) {
+      fault_at = s.cycle;
+      EXPECT_TRUE(valve_open(owner)) << "the fault comes in the middle of a bead";
+    }
+    if (fault_at != 0 && closed_at == 0 && !valve_open(owner)) closed_at = s.cycle;
+  };
+  const auto result = rig.run(kDemo);
+  EXPECT_EQ(result.exit_code, ExitCode::Device);
+  EXPECT_EQ(only_error(result).fault, Fault::DriveFault);
+  EXPECT_NE(only_error(result).message.find("over"), std::string::npos)
+      << "the drive's own text: " << only_error(result).message;
+  EXPECT_NE(only_error(result).where.find("axis X"), std::string::npos);
+  ASSERT_GT(fault_at, 0);
+  EXPECT_LE(closed_at - fault_at, 1) << "the valve closes in the next frame";
+  EXPECT_LT(result.features_done, result.features_total);
+  EXPECT_FALSE(valve_open(rig.owner()));
+}
+
+TEST(Faults, a_latch_stays_until_reset_and_reset_starts_no_motion) {
+  Rig rig({.placement = "dx=0.5 mm", .script = "- {at: feature dot 3, do: drive_fault, axis: Y, code: 0x3210}"});
+  const auto result = rig.run(kDemo);
+  EXPECT_EQ(result.exit_code, ExitCode::Device);
+  for (int i = 0; i < 3000; ++i) rig.owner().idle();
+  EXPECT_EQ(rig.owner().latest().state, cycle::State::Stopped);
+  EXPECT_NE(rig.owner().latest().latched, Fault::None);
+  const AxisVec before = rig.owner().latest().actual;
+  ASSERT_TRUE(rig.owner().order({.kind = run::OrderKind::Reset}));
+  for (int i = 0; i < 3000; ++i) rig.owner().idle();
+  EXPECT_EQ(rig.owner().latest().latched, Fault::None);
+  EXPECT_EQ(rig.owner().latest().enabled, 0u) << "nothing is enabled again by a reset";
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(rig.owner().latest().actual[i], before[i], 0.01) << i;
+}
+
+TEST(Faults, a_cut_cable_ends_the_job_with_5) {
+  Rig rig({.placement = "dx=0.5 mm", .script = "- {at: feature dot 5, do: cut_link, station: z}"});
+  const auto result = rig.run(kDemo);
+  EXPECT_EQ(result.exit_code, ExitCode::Device);
+}
+
+TEST(Faults, the_world_counts_what_the_planner_was_not_told) {
+  // An obstacle that stands in no file: the proof cannot know it, the world sees the crash.
+  Rig rig({.placement = "dx=0 mm",
+           .script = "- {at: job start, do: add_obstacle, name: forgotten_tool, at: [240 mm, 190 mm, -95 mm], size: "
+                     "[60 mm, 60 mm, 30 mm]}"});
+  const auto result = rig.run(kDemo);
+  ASSERT_FALSE(result.collisions.empty());
+  EXPECT_EQ(result.collisions.front().standing, "forgotten_tool");
+}
+
+TEST(Faults, an_obstacle_on_the_only_way_is_refused_before_anything_moves) {
+  recipes::Recipe recipe = test::load_recipe(kDemo);
+  // A roof over a dot: no way down to it.
+  const auto& dot = std::get<recipes::Dot>(recipe.features.front());
+  recipe.parts.push_back(
+      {.name = "roof", .at = dot.at, .size = {20, 20, 5}, .rotation = 0, .fixture = false, .place = {}});
+  const auto machine = config::load_machine("config/machines/dispenser.yaml");
+  ASSERT_TRUE(machine);
+  const auto job = recipes::compile(recipe, *machine);
+  ASSERT_TRUE(job) << to_text(job.error().front());
+  const auto proof = run::prove_nominal(*machine, recipe, *job);
+  ASSERT_FALSE(proof);
+  EXPECT_EQ(info(proof.error().fault).exit_code, ExitCode::NotFeasible);
+  EXPECT_NE(proof.error().message.find("needle"), std::string::npos) << proof.error().message;
+  EXPECT_NE(proof.error().message.find("roof"), std::string::npos) << proof.error().message;
+  EXPECT_EQ(proof.error().where, fmt::format("{}:{}:{}", recipe.file, dot.place.line, dot.place.column));
+}
+
+}  // namespace
+}  // namespace gantry

@@ -1,0 +1,74 @@
+#include "tests/machine/rig.hpp"
+
+#include <cstdlib>
+#include <fstream>
+#include <unistd.h>
+
+namespace gantry::test {
+namespace {
+
+record::JobResult failed(std::vector<Error> errors) {
+  record::JobResult result;
+  result.exit_code = info(errors.front().fault).exit_code;
+  result.errors = std::move(errors);
+  return result;
+}
+
+}  // namespace
+
+recipes::Recipe load_recipe(const std::string& file) {
+  auto recipe = recipes::load(file);
+  if (recipe) return *recipe;
+  for (const Error& e : recipe.error()) ADD_FAILURE() << to_text(e);
+  return {};
+}
+
+Rig::Rig(const RigOptions& options) : options_(options) {
+  auto machine = config::load_machine(options.machine);
+  if (!machine) {
+    for (const Error& e : machine.error()) ADD_FAILURE() << to_text(e);
+    return;
+  }
+  machine_ = *machine;
+  if (!options_.script.empty()) {
+    std::string name = "/tmp/gantry-script-XXXXXX";
+    const int fd = mkstemp(name.data());
+    if (fd >= 0) close(fd);
+    script_file_ = name;
+    std::ofstream(script_file_) << options_.script;
+  }
+  run::OwnerOptions owner_options;
+  owner_options.virtual_time = true;
+  owner_options.sim.placement = options_.placement;
+  owner_options.sim.seed = options_.seed;
+  owner_options.sim.script_file = script_file_;
+  auto owner = run::Owner::open(machine_, owner_options);
+  if (!owner) {
+    ADD_FAILURE() << to_text(owner.error());
+    return;
+  }
+  owner_ = std::move(*owner);
+}
+
+Rig::~Rig() {
+  owner_.reset();
+  if (!script_file_.empty()) unlink(script_file_.c_str());
+}
+
+record::JobResult Rig::run(const std::string& recipe_file) {
+  auto recipe = recipes::load(recipe_file);
+  if (!recipe) return failed(recipe.error());
+  return run(*recipe);
+}
+
+record::JobResult Rig::run(const recipes::Recipe& recipe) {
+  const auto job = recipes::compile(recipe, machine_);
+  if (!job) return failed(job.error());
+  owner_->on_step([this] {
+    if (on_step) on_step(*owner_);
+  });
+  if (auto up = owner_->bring_up(); !up) return failed({up.error()});
+  return owner_->run(recipe, *job, {});
+}
+
+}  // namespace gantry::test

@@ -1,0 +1,47 @@
+// A whole machine in virtual time for a test: owner, loop, master, virtual bus and world, in this one thread.
+//   Rig rig({.placement = "dx=1 mm, rot=0.5 deg", .script = "- {at: feature dot 7, do: drive_fault, axis: X, code:
+//   0x0E}"}); record::JobResult r = rig.run("recipes/demo-board.yaml");
+#pragma once
+#include <functional>
+#include <gtest/gtest.h>
+#include <memory>
+#include <string>
+
+#include "app/record/job_result.hpp"
+#include "app/run/owner.hpp"
+#include "config/machine.hpp"
+#include "recipes/job.hpp"
+
+namespace gantry::test {
+
+struct RigOptions {
+  std::string placement{};
+  std::string script{};  ///< world script, YAML
+  std::uint64_t seed = 1;
+  std::string machine = "config/machines/dispenser.yaml";
+};
+
+class Rig {
+ public:
+  explicit Rig(const RigOptions& options);
+  ~Rig();
+
+  /// Loads, compiles, brings up, runs. What fails before the job starts comes back as the result's errors.
+  record::JobResult run(const std::string& recipe_file);
+  record::JobResult run(const recipes::Recipe& recipe);
+
+  run::Owner& owner() { return *owner_; }
+  const config::Machine& machine() const { return machine_; }
+  /// Called in every step of the run thread.
+  std::function<void(run::Owner&)> on_step;
+
+ private:
+  RigOptions options_;
+  config::Machine machine_;
+  std::string script_file_;
+  std::unique_ptr<run::Owner> owner_;
+};
+
+recipes::Recipe load_recipe(const std::string& file);
+
+}  // namespace gantry::test
