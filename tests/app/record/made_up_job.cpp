@@ -195,7 +195,7 @@ JobResult made_up_failure() {
   r.features_done = 17;
   r.blocks_done = 7;
   r.interrupted = {"dots[2][5]"};
-  r.collisions = {{"needle", "C7 capacitor", {198, 138, 25}, 21.4}};
+  r.collisions = {{"needle", "C7 capacitor", {198, 138, 25}, 21400, 21.4}};
   r.marks[2].found = false;
   r.marks[2].reason = "contrast 4 below 20";
   r.setpoint_stream_complete = false;

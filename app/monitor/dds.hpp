@@ -1,0 +1,100 @@
+// A thin layer over Cyclone DDS's C interface: entities that delete themselves, and errors as Results.
+//   auto p = dds::Participant::open({});                                       // loopback only
+//   auto w = dds::writer(*p, gantry_msg_Event_desc, "gantry/event", dds::Qos().reliable().keep_last(1));
+//   dds_write(w->id(), &sample);
+// By default nothing leaves this computer. The LAN is opted into with an interface's name, or with the user's own
+// CYCLONEDDS_URI, which then decides everything.
+#pragma once
+#include <dds/dds.h>
+#include <string>
+#include <utility>
+
+#include "core/error.hpp"
+
+namespace gantry::monitor {
+
+struct NetworkOptions {
+  int domain = 0;         ///< 0 .. 230
+  std::string interface;  ///< "eth0": also tell this network; empty: this computer alone
+};
+
+namespace dds {
+
+class Entity {
+ public:
+  Entity() = default;
+  explicit Entity(dds_entity_t id) : id_(id) {}
+  Entity(Entity&& other) noexcept : id_(std::exchange(other.id_, 0)) {}
+  Entity& operator=(Entity&& other) noexcept {
+    std::swap(id_, other.id_);
+    return *this;
+  }
+  ~Entity() {
+    if (id_ > 0) dds_delete(id_);
+  }
+  [[nodiscard]] dds_entity_t id() const { return id_; }
+
+ private:
+  dds_entity_t id_ = 0;
+};
+
+/// Quality of service, written like a sentence. Defaults are the standard's.
+class Qos {
+ public:
+  Qos() : qos_(dds_create_qos()) {}
+  Qos(const Qos&) = delete;
+  Qos& operator=(const Qos&) = delete;
+  ~Qos() { dds_delete_qos(qos_); }
+  Qos& reliable() { return dds_qset_reliability(qos_, DDS_RELIABILITY_RELIABLE, DDS_MSECS(100)), *this; }
+  Qos& best_effort() { return dds_qset_reliability(qos_, DDS_RELIABILITY_BEST_EFFORT, 0), *this; }
+  Qos& keep_last(int depth) { return dds_qset_history(qos_, DDS_HISTORY_KEEP_LAST, depth), *this; }
+  /// Who comes late gets the last `depth` samples.
+  Qos& for_latecomers(int depth) {
+    dds_qset_durability(qos_, DDS_DURABILITY_TRANSIENT_LOCAL);
+    dds_qset_durability_service(qos_, 0, DDS_HISTORY_KEEP_LAST, depth, -1, -1, -1);
+    return *this;
+  }
+  /// What the endpoint announces of itself in discovery.
+  Qos& user_data(const std::string& text) { return dds_qset_userdata(qos_, text.data(), text.size()), *this; }
+  [[nodiscard]] const dds_qos_t* get() const { return qos_; }
+
+ private:
+  dds_qos_t* qos_;
+};
+
+class Participant {
+ public:
+  /// Fault::DdsUnusable with DDS's own reason, Fault::Usage for a domain that cannot be.
+  static Result<Participant> open(const NetworkOptions& options);
+  [[nodiscard]] dds_entity_t id() const { return participant_.id(); }
+
+ private:
+  Entity domain_;  // deleted last
+  Entity participant_;
+};
+
+/// The topic belongs to the participant and goes with it.
+Result<Entity> writer(const Participant& participant, const dds_topic_descriptor_t& type, const char* topic,
+                      const Qos& qos);
+Result<Entity> reader(const Participant& participant, const dds_topic_descriptor_t& type, const char* topic,
+                      const Qos& qos);
+
+/// Takes what has come, one at a time: `use(sample, info)`, T as its C type, only valid data. Returns how many.
+template <class T, class Use>
+int take_all(const Entity& reader, Use&& use) {
+  int taken = 0;
+  for (;;) {
+    void* sample = nullptr;  // the reader lends it
+    dds_sample_info_t info{};
+    const auto n = dds_take(reader.id(), &sample, &info, 1, 1);
+    if (n <= 0) return taken;
+    if (info.valid_data) {
+      use(*static_cast<const T*>(sample), info);
+      ++taken;
+    }
+    dds_return_loan(reader.id(), &sample, n);
+  }
+}
+
+}  // namespace dds
+}  // namespace gantry::monitor

@@ -1,0 +1,188 @@
+#include "app/monitor/heard.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+#include <utility>
+
+#include "core/units.hpp"
+
+namespace gantry::monitor {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr std::size_t kEventsShown = 5, kEventsHeld = 512;
+
+std::vector<std::string> names(const dds_sequence_gantry_msg_Name& list) {
+  std::vector<std::string> result;
+  for (std::uint32_t i = 0; i < list._length; ++i) result.emplace_back(list._buffer[i]);
+  return result;
+}
+
+Json number(double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); }
+
+std::string session_text(std::uint64_t session) { return fmt::format("{:016x}", session); }
+
+Json event_json(const gantry_msg_Event& e) {
+  Json j{{"seq", e.seq}, {"time_ns", e.time_ns}, {"cycle", e.cycle}, {"kind", e.kind}, {"severity", e.severity}};
+  j["fault"] = e.fault == 0 ? Json(nullptr) : Json{{"code", e.code}, {"name", e.fault_name}, {"remedy", e.remedy}};
+  j["axis"] = e.axis;
+  j["detail"] = e.detail;
+  j["value"] = number(e.value);
+  j["block"] = e.block;
+  j["text"] = e.text;
+  return j;
+}
+
+Json job_json(const gantry_msg_JobStatus& s) {
+  return {{"job", s.job},
+          {"recipe", s.recipe},
+          {"state", s.state},
+          {"blocks_done", s.blocks_done},
+          {"blocks_total", s.blocks_total},
+          {"features_done", s.features_done},
+          {"features_total", s.features_total},
+          {"elapsed_s", number(s.elapsed_s)},
+          {"predicted_s", number(s.predicted_s)},
+          {"message", s.message}};
+}
+
+}  // namespace
+
+void Heard::session(std::uint64_t id) {
+  if (session_ == id) return;
+  if (session_ != 0) ++restarts_;
+  session_ = id;
+  state_.seq = 0;
+  next_event_ = 0;
+  first_event_ = true;
+}
+
+void Heard::state(const gantry_msg_MachineState& s) {
+  session(s.session);
+  // A number that falls is another publisher of the same session: its count begins anew.
+  if (state_.seq != 0 && s.seq > state_.seq + 1) missed_ += s.seq - state_.seq - 1;
+  HeardState h;
+  h.machine = s.machine, h.state = s.state, h.latched_text = s.latched_text;
+  h.session = s.session, h.seq = s.seq, h.events_lost = s.events_lost;
+  h.time_ns = s.time_ns, h.cycle = s.cycle, h.age_s = s.age_s;
+  h.override_factor = s.override_factor, h.path_speed = s.path_speed;
+  h.block = s.block, h.tick = s.tick, h.feature = s.feature, h.latched_fault = s.latched_fault;
+  for (std::uint32_t i = 0; i < s.axes._length; ++i) {
+    const auto& a = s.axes._buffer[i];
+    h.axes.push_back({a.name, a.rotary, a.following_known, a.enabled, a.referenced, a.target, a.actual, a.following});
+  }
+  h.outputs_on = names(s.outputs_on);
+  h.inputs_on = names(s.inputs_on);
+  state_ = std::move(h);
+}
+
+bool Heard::event(const gantry_msg_Event& e) {
+  session(e.session);
+  if (!first_event_ && e.seq < next_event_) return false;
+  if (!first_event_ && e.seq > next_event_) events_missed_ += e.seq - next_event_;
+  first_event_ = false;
+  next_event_ = e.seq + 1;
+  events_.push_back(e);
+  ++untold_;
+  if (events_.size() > kEventsHeld) events_.pop_front();
+  return true;
+}
+
+void Heard::job(const gantry_msg_JobStatus& s) {
+  session(s.session);
+  job_ = s;
+  has_job_ = true;
+}
+
+Json Heard::to_json() {
+  const auto& s = state_;
+  Json axes = Json::array();
+  for (const auto& a : s.axes)
+    axes.push_back({{"name", a.name},
+                    {"unit", a.rotary ? "rad" : "mm"},
+                    {"target", number(a.target)},
+                    {"actual", number(a.actual)},
+                    {"following", a.following_known ? number(a.following) : Json("n/a")},
+                    {"enabled", a.enabled},
+                    {"referenced", a.referenced}});
+  Json j{{"machine", s.machine},
+         {"session", session_text(s.session)},
+         {"seq", s.seq},
+         {"missed", missed_},
+         {"time_ns", s.time_ns},
+         {"cycle", s.cycle},
+         {"age_s", number(s.age_s)},
+         {"stale", s.age_s > kStale_s},
+         {"state", s.state},
+         {"block", s.block},
+         {"tick", s.tick}};
+  j["feature"] = s.feature < 0 ? Json(nullptr) : Json(s.feature);
+  j["override"] = number(s.override_factor);
+  j["path_speed_mm_s"] = number(s.path_speed);
+  j["axes"] = std::move(axes);
+  j["outputs_on"] = s.outputs_on;
+  j["inputs_on"] = s.inputs_on;
+  j["latched"] = s.latched_fault == 0
+                     ? Json(nullptr)
+                     : Json{{"code", fmt::format("G{:03}", s.latched_fault)}, {"text", s.latched_text}};
+  j["job"] = has_job_ ? job_json(job_) : Json(nullptr);
+  Json told = Json::array();
+  for (std::size_t i = events_.size() - std::min(untold_, events_.size()); i < events_.size(); ++i)
+    told.push_back(event_json(events_[i]));
+  untold_ = 0;
+  j["events"] = std::move(told);
+  j["events_missed"] = events_missed_ + s.events_lost;
+  return j;
+}
+
+std::string live_view(const Heard& heard, double silent_s, bool colour) {
+  const auto& s = heard.state();
+  const auto paint = [&](const char* code, const std::string& text) {
+    return colour ? fmt::format("\x1b[{}m{}\x1b[0m", code, text) : text;
+  };
+  // Text comes from another process: nothing in it may steer the terminal.
+  const auto plain = [](std::string text) {
+    for (auto& c : text)
+      if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
+    return text;
+  };
+  const bool stale = silent_s > Heard::kStale_s || s.age_s > Heard::kStale_s;
+  const char* state_colour = s.latched_fault != 0 ? "1;31" : s.state == "running" ? "1;32" : "1";
+
+  std::string out = paint("1", plain(s.machine)) + "   " + paint(state_colour, plain(s.state));
+  if (s.block != 0) out += fmt::format("   block {} tick {}", s.block, s.tick);
+  if (s.feature >= 0) out += fmt::format("   feature {}", s.feature);
+  out += fmt::format("   override {:.0f} %   {:.1f} mm/s", s.override_factor * 100, s.path_speed);
+  if (stale) out += "   " + paint("1;33", fmt::format("STALE: nothing new for {:.1f} s", std::max(silent_s, s.age_s)));
+  out += "\n\n" + paint("2", fmt::format("  {:<8}{:>13}{:>13}{:>12}", "axis", "target", "actual", "following")) + "\n";
+  for (const auto& a : s.axes) {
+    const double k = a.rotary ? units::deg(1) : 1;
+    const auto following = a.following_known ? fmt::format("{:.4f}", a.following * k) : std::string("n/a");
+    out += fmt::format("  {:<8}{:>13.4f}{:>13.4f}{:>12}  {:<4}{}{}\n", plain(a.name), a.target * k, a.actual * k,
+                       following, a.rotary ? "deg" : "mm", a.enabled ? "" : paint("33", "  off"),
+                       a.referenced ? "" : paint("33", "  not referenced"));
+  }
+  out += "\n  outputs  " + plain(fmt::format("{}", fmt::join(s.outputs_on, " "))) + "\n";
+  out += "  inputs   " + plain(fmt::format("{}", fmt::join(s.inputs_on, " "))) + "\n";
+  if (s.latched_fault != 0)
+    out += "  " + paint("1;31", fmt::format("latched  G{:03} {}", s.latched_fault, plain(s.latched_text))) + "\n";
+  if (heard.has_job()) {
+    const auto& j = heard.job();
+    out += fmt::format("  job      {} {}: {} of {} features, {} of {} blocks, {:.1f} of {:.1f} s  {}\n", plain(j.job),
+                       plain(j.state), j.features_done, j.features_total, j.blocks_done, j.blocks_total, j.elapsed_s,
+                       j.predicted_s, plain(j.message));
+  }
+  const auto& events = heard.events();
+  if (!events.empty()) out += "\n";
+  for (std::size_t i = events.size() - std::min(kEventsShown, events.size()); i < events.size(); ++i) {
+    const auto& e = events[i];
+    out += fmt::format("  {:<13}{:<6}{:<4}{}\n", plain(e.kind), e.code, plain(e.axis), plain(e.text));
+  }
+  out +=
+      paint("2", fmt::format("\n  session {}  sample {}  missed {}", session_text(s.session), s.seq, heard.missed()));
+  if (heard.restarts() > 0)
+    out += paint("33", fmt::format("  the machine's program was started anew {} x", heard.restarts()));
+  return out + "\n";
+}
+
+}  // namespace gantry::monitor

@@ -1,0 +1,72 @@
+// What a monitor has heard of a machine, and how it is shown: as JSON for programs, as a few lines for people.
+//   Heard heard;   heard.state(sample);   heard.event(sample);   heard.job(sample);
+//   heard.to_json()   one sample            live_view(heard, 0.02)   text for a terminal
+// Knows nothing of DDS but its sample types, so that it can be tested without a network.
+#pragma once
+#include <cstdint>
+#include <deque>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "gantry_topics.h"
+
+namespace gantry::monitor {
+
+/// A sample of MachineState that owns what it holds.
+struct HeardState {
+  struct Axis {
+    std::string name;
+    bool rotary = false, following_known = false, enabled = false, referenced = false;
+    double target = 0, actual = 0, following = 0;
+  };
+  std::string machine, state, latched_text;
+  std::uint64_t session = 0, seq = 0, events_lost = 0;
+  std::int64_t time_ns = 0, cycle = 0;
+  double age_s = 0, override_factor = 1, path_speed = 0;
+  std::uint32_t block = 0, tick = 0;
+  std::int32_t feature = -1;
+  std::vector<Axis> axes;
+  std::vector<std::string> outputs_on, inputs_on;
+  std::uint16_t latched_fault = 0;
+};
+
+class Heard {
+ public:
+  static constexpr double kStale_s = 1.0;  ///< a machine that is silent for longer is shown as stale
+
+  void state(const gantry_msg_MachineState& sample);
+  /// False for an event that was heard before (a publisher that was started again repeats what it still knows).
+  bool event(const gantry_msg_Event& sample);
+  void job(const gantry_msg_JobStatus& sample);
+
+  [[nodiscard]] bool has_state() const { return !state_.machine.empty(); }
+  [[nodiscard]] const HeardState& state() const { return state_; }
+  /// Samples of the state that did not arrive, and how often the machine's program was started anew meanwhile.
+  [[nodiscard]] std::uint64_t missed() const { return missed_; }
+  [[nodiscard]] int restarts() const { return restarts_; }
+  /// The newest events, oldest first.
+  [[nodiscard]] const std::deque<gantry_msg_Event>& events() const { return events_; }
+  [[nodiscard]] bool has_job() const { return has_job_; }
+  [[nodiscard]] const gantry_msg_JobStatus& job() const { return job_; }
+
+  /// The newest state with the job, and the events that were not told yet; they then count as told.
+  nlohmann::ordered_json to_json();
+
+ private:
+  void session(std::uint64_t id);
+
+  HeardState state_;
+  gantry_msg_JobStatus job_{};
+  bool has_job_ = false;
+  std::deque<gantry_msg_Event> events_;
+  std::size_t untold_ = 0;
+  std::uint64_t session_ = 0, next_event_ = 0, events_missed_ = 0, missed_ = 0;
+  bool first_event_ = true;
+  int restarts_ = 0;
+};
+
+/// A few lines, each ended by a newline. `silent_s`: since the last state was heard. `colour`: terminal colours.
+std::string live_view(const Heard& heard, double silent_s, bool colour);
+
+}  // namespace gantry::monitor

@@ -1,0 +1,166 @@
+#include "app/monitor/monitor.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <fmt/format.h>
+#include <map>
+#include <ostream>
+
+#include "app/monitor/heard.hpp"
+#include "app/monitor/topics.hpp"
+#include "core/log.hpp"
+
+namespace gantry::monitor {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+constexpr auto kRedraw = std::chrono::milliseconds(100);
+
+double since(SteadyClock::time_point t) { return std::chrono::duration<double>(SteadyClock::now() - t).count(); }
+
+struct Machine {
+  Heard heard;
+  SteadyClock::time_point at = SteadyClock::now();
+  bool fresh = false;         // a state that was not shown yet
+  bool told_silence = false;  // for the lines without redraw
+};
+
+class Monitor {
+ public:
+  Monitor(const MonitorOptions& options, std::ostream& out) : options_(options), out_(out) {}
+
+  Result<void> open() {
+    using dds::Qos;
+    auto participant = dds::Participant::open(options_.network);
+    if (!participant) return tl::unexpected(participant.error());
+    dds_ = std::move(*participant);
+    // Best effort, so that a slow terminal never makes the publisher wait.
+    auto r = dds::reader(dds_, gantry_msg_MachineState_desc, kStateTopic, Qos().best_effort().keep_last(16));
+    if (!r) return tl::unexpected(r.error());
+    states_ = std::move(*r);
+    r = dds::reader(dds_, gantry_msg_Event_desc, kEventTopic,
+                    Qos().reliable().keep_last(kEventsKept).for_latecomers(kEventsKept));
+    if (!r) return tl::unexpected(r.error());
+    events_ = std::move(*r);
+    r = dds::reader(dds_, gantry_msg_JobStatus_desc, kJobTopic, Qos().reliable().keep_last(1).for_latecomers(1));
+    if (!r) return tl::unexpected(r.error());
+    jobs_ = std::move(*r);
+    waitset_ = dds::Entity(dds_create_waitset(dds_.id()));
+    condition_ = dds::Entity(dds_create_readcondition(states_.id(), DDS_ANY_STATE));
+    const auto attached = dds_waitset_attach(waitset_.id(), condition_.id(), 1);
+    if (attached < 0) return fail(Fault::DdsUnusable, dds_strretcode(attached));
+    return {};
+  }
+
+  Result<void> run(const std::atomic<bool>& stop) {
+    const auto begin = SteadyClock::now();
+    while (!stop.load() && !enough_) {
+      if (options_.for_s > 0 && since(begin) >= options_.for_s) break;
+      dds_attach_t woken[1];
+      dds_waitset_wait(waitset_.id(), woken, 1, DDS_MSECS(50));
+      dds::take_all<gantry_msg_Event>(events_, [&](const auto& s, const auto&) {
+        if (mine(s.machine)) machines_[s.machine].heard.event(s);
+      });
+      dds::take_all<gantry_msg_JobStatus>(jobs_, [&](const auto& s, const auto&) {
+        if (mine(s.machine)) machines_[s.machine].heard.job(s);
+      });
+      dds::take_all<gantry_msg_MachineState>(states_, [&](const auto& s, const auto&) {
+        if (mine(s.machine)) take(s);
+      });
+      if (!options_.json) draw(begin);
+      silences(begin);
+      if (!out_) break;  // nobody reads any more
+    }
+    if (samples_ == 0 && !stop.load()) return fail(Fault::NoMachineHeard, not_heard(since(begin)));
+    return {};
+  }
+
+ private:
+  bool mine(const char* machine) const { return options_.machine.empty() || options_.machine == machine; }
+
+  void take(const gantry_msg_MachineState& sample) {
+    if (enough_) return;
+    Machine& m = machines_[sample.machine];
+    if (m.told_silence) tell(fmt::format("machine '{}' is heard again", sample.machine));
+    m.heard.state(sample);
+    m.at = SteadyClock::now();
+    m.told_silence = false;
+    m.fresh = true;
+    enough_ = ++samples_ == options_.count && options_.count != 0;
+    if (options_.json)
+      out_ << m.heard.to_json().dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << std::endl;
+    else if (!options_.live)
+      out_ << line(m.heard) << std::endl;
+  }
+
+  /// Without a terminal to redraw: one line a sample.
+  static std::string line(const Heard& heard) {
+    const auto& s = heard.state();
+    auto text = fmt::format("{} {} block {} tick {}", s.machine, s.state, s.block, s.tick);
+    for (const auto& a : s.axes) text += fmt::format("  {} {:.4f}", a.name, a.actual);
+    if (s.latched_fault != 0) text += fmt::format("  latched G{:03}", s.latched_fault);
+    return text;
+  }
+
+  void draw(SteadyClock::time_point begin) {
+    if (!options_.live || (since(drawn_at_) < std::chrono::duration<double>(kRedraw).count() && !enough_)) return;
+    drawn_at_ = SteadyClock::now();
+    std::string text;
+    for (const auto& [name, m] : machines_)
+      if (m.heard.has_state()) text += live_view(m.heard, since(m.at), true) + "\n";
+    if (text.empty()) text = since(begin) > options_.silence_s ? not_heard(since(begin)) + "\n" : "listening ...\n";
+    // Back to where the last picture began, then over it; what was longer is erased to the end.
+    if (lines_ > 0) out_ << fmt::format("\x1b[{}F", lines_);
+    std::string picture;
+    for (const char c : text) picture += c == '\n' ? std::string("\x1b[K\n") : std::string(1, c);
+    out_ << picture << "\x1b[J" << std::flush;
+    lines_ = std::count(text.begin(), text.end(), '\n');
+  }
+
+  void silences(SteadyClock::time_point begin) {
+    if (options_.live) return;  // the picture says it
+    if (samples_ == 0 && !told_nothing_ && since(begin) > options_.silence_s) {
+      told_nothing_ = true;
+      tell(not_heard(since(begin)));
+    }
+    for (auto& [name, m] : machines_) {
+      if (m.told_silence || !m.heard.has_state() || since(m.at) <= options_.silence_s) continue;
+      m.told_silence = true;
+      tell(fmt::format("machine '{}' has been silent for {:.1f} s: what was heard of it is stale", name, since(m.at)));
+    }
+  }
+
+  std::string not_heard(double s) const {
+    const auto who = options_.machine.empty() ? std::string("no machine") : "machine '" + options_.machine + "' not";
+    const auto where = options_.network.interface.empty() ? "on this computer" : "on " + options_.network.interface;
+    return fmt::format("{} heard for {:.0f} s {} (DDS domain {}); is `gantry up` or `gantry run` running?", who, s,
+                       where, options_.network.domain);
+  }
+
+  void tell(const std::string& text) const {
+    if (options_.notice)
+      options_.notice(text);
+    else
+      log::warn("{}", text);
+  }
+
+  MonitorOptions options_;
+  std::ostream& out_;
+  dds::Participant dds_;
+  dds::Entity states_, events_, jobs_, waitset_, condition_;
+  std::map<std::string, Machine> machines_;
+  std::uint64_t samples_ = 0;
+  bool enough_ = false, told_nothing_ = false;
+  SteadyClock::time_point drawn_at_{};
+  std::ptrdiff_t lines_ = 0;
+};
+
+}  // namespace
+
+Result<void> monitor(const MonitorOptions& options, std::ostream& out, const std::atomic<bool>& stop) {
+  Monitor m(options, out);
+  if (auto opened = m.open(); !opened) return opened;
+  return m.run(stop);
+}
+
+}  // namespace gantry::monitor

@@ -1,0 +1,167 @@
+#include "app/monitor/snapshot_shm.hpp"
+
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <ctime>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <new>
+#include <sys/mman.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <utility>
+
+namespace gantry::monitor {
+
+inline constexpr std::size_t kSnapshots = 256;  // a quarter of a second at 1 ms
+inline constexpr std::size_t kEvents = 1024;
+inline constexpr std::uint64_t kMagic = 0x314d4853'59544e47u;  // "GNTYSHM1"
+
+struct SharedMemory {
+  std::atomic<std::uint64_t> magic{0};  // set last: before it nothing here is true
+  std::uint64_t layout = sizeof(SharedMemory);
+  std::uint64_t session = 0;
+  std::int64_t owner_pid = 0;
+  std::atomic<std::int64_t> heartbeat_ns{0};  // CLOCK_MONOTONIC, the same for all processes
+  std::atomic<std::uint32_t> closed{0};
+  MachineInfo info;
+  rt::Latest<SharedJob> job;
+  LossyRing<SharedEvent, kEvents> events;
+  LossyRing<SharedSnapshot, kSnapshots> snapshots;
+};
+static_assert(std::atomic<std::uint64_t>::is_always_lock_free, "a lock cannot be shared with a process that may die");
+
+namespace {
+
+std::int64_t now_ns(clockid_t clock) {
+  timespec t{};
+  clock_gettime(clock, &t);
+  return static_cast<std::int64_t>(t.tv_sec) * 1'000'000'000 + t.tv_nsec;
+}
+
+std::string why() { return std::strerror(errno); }
+
+}  // namespace
+
+MachineInfo machine_info(const config::Machine& machine) {
+  MachineInfo info;
+  info.name = machine.name;
+  for (const auto& axis : machine.axes) {
+    if (info.axes == kMaxAxes) break;
+    info.axis[info.axes++] = {std::string_view(axis.name), axis.rotary};
+  }
+  return info;
+}
+
+Result<SnapshotWriter> SnapshotWriter::create(const MachineInfo& info) {
+  const int fd = memfd_create("gantry-snapshots", MFD_CLOEXEC | MFD_ALLOW_SEALING);
+  if (fd < 0) return fail(Fault::Internal, "no shared memory for the monitor: " + why());
+  void* at = MAP_FAILED;
+  // Sealed: a reader that shortens the memory would kill the owner with SIGBUS.
+  if (ftruncate(fd, sizeof(SharedMemory)) == 0 &&
+      fcntl(fd, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) == 0)
+    at = mmap(nullptr, sizeof(SharedMemory), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, fd, 0);
+  if (at == MAP_FAILED) {
+    const auto reason = why();
+    close(fd);
+    return fail(Fault::Internal, "no shared memory for the monitor: " + reason);
+  }
+  auto* memory = new (at) SharedMemory;
+  memory->info = info;
+  memory->owner_pid = getpid();
+  if (getrandom(&memory->session, sizeof memory->session, GRND_NONBLOCK) != sizeof memory->session)
+    memory->session = static_cast<std::uint64_t>(now_ns(CLOCK_REALTIME)) ^ static_cast<std::uint64_t>(getpid()) << 48;
+  SnapshotWriter writer(fd, memory);
+  writer.beat();
+  memory->magic.store(kMagic, std::memory_order_release);
+  return writer;
+}
+
+SnapshotWriter::SnapshotWriter(SnapshotWriter&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1)), memory_(std::exchange(other.memory_, nullptr)) {}
+
+SnapshotWriter::~SnapshotWriter() {
+  if (memory_ == nullptr) return;
+  memory_->closed.store(1, std::memory_order_release);
+  munmap(memory_, sizeof(SharedMemory));
+  close(fd_);
+}
+
+void SnapshotWriter::beat() noexcept {
+  memory_->heartbeat_ns.store(now_ns(CLOCK_MONOTONIC), std::memory_order_relaxed);
+}
+
+void SnapshotWriter::push(const cycle::Snapshot& snapshot) noexcept {
+  memory_->snapshots.push({snapshot, now_ns(CLOCK_REALTIME)});
+  beat();
+}
+
+void SnapshotWriter::push(const cycle::Event& event, std::string_view text) noexcept {
+  memory_->events.push({event, now_ns(CLOCK_REALTIME), text});
+  beat();
+}
+
+void SnapshotWriter::push(const SharedJob& job) noexcept {
+  memory_->job.store(job);
+  beat();
+}
+
+std::string SnapshotWriter::path() const { return fmt::format("/proc/{}/fd/{}", getpid(), fd_); }
+
+std::uint64_t SnapshotWriter::session() const noexcept { return memory_->session; }
+
+Result<SnapshotReader> SnapshotReader::open(const std::string& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return fail(Fault::FileUnreadable, "the shared memory cannot be opened: " + why(), path);
+  struct stat status {};
+  const bool fits = fstat(fd, &status) == 0 && S_ISREG(status.st_mode) && status.st_size == sizeof(SharedMemory);
+  void* at = fits ? mmap(nullptr, sizeof(SharedMemory), PROT_READ, MAP_SHARED, fd, 0) : MAP_FAILED;
+  close(fd);
+  if (at == MAP_FAILED)
+    return fail(Fault::Inconsistent, "this is not the memory of a running machine of this version of the program",
+                path);
+  const auto* memory = static_cast<const SharedMemory*>(at);
+  if (memory->magic.load(std::memory_order_acquire) != kMagic || memory->layout != sizeof(SharedMemory)) {
+    munmap(at, sizeof(SharedMemory));
+    return fail(Fault::Inconsistent, "this is not the memory of a running machine of this version of the program",
+                path);
+  }
+  return SnapshotReader(memory);
+}
+
+SnapshotReader::SnapshotReader(const SharedMemory* memory)
+    : memory_(memory), snapshots_(memory->snapshots.oldest()), events_(memory->events.oldest()) {}
+
+SnapshotReader::SnapshotReader(SnapshotReader&& other) noexcept
+    : memory_(std::exchange(other.memory_, nullptr)), snapshots_(other.snapshots_), events_(other.events_) {}
+
+SnapshotReader::~SnapshotReader() {
+  if (memory_ != nullptr) munmap(const_cast<SharedMemory*>(memory_), sizeof(SharedMemory));
+}
+
+const MachineInfo& SnapshotReader::info() const noexcept { return memory_->info; }
+std::uint64_t SnapshotReader::session() const noexcept { return memory_->session; }
+bool SnapshotReader::newest(SharedSnapshot& s) const noexcept { return memory_->snapshots.newest(s); }
+bool SnapshotReader::next(SharedSnapshot& s) noexcept { return memory_->snapshots.next(snapshots_, s); }
+bool SnapshotReader::job(SharedJob& job) const noexcept { return memory_->job.load(job); }
+
+bool SnapshotReader::next(SharedEvent& event, std::uint64_t& number) noexcept {
+  if (!memory_->events.next(events_, event)) return false;
+  number = events_.position - 1;
+  return true;
+}
+
+bool SnapshotReader::writer_gone() const noexcept {
+  if (memory_->closed.load(std::memory_order_acquire) != 0) return true;
+  return kill(static_cast<pid_t>(memory_->owner_pid), 0) != 0 && errno == ESRCH;
+}
+
+double SnapshotReader::silence_s() const noexcept {
+  const auto heard = memory_->heartbeat_ns.load(std::memory_order_relaxed);
+  return static_cast<double>(now_ns(CLOCK_MONOTONIC) - heard) * 1e-9;
+}
+
+}  // namespace gantry::monitor
