@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <random>
 
 #include "devices/profiles/homing_objects.hpp"
 #include "devices/profiles/object_value.hpp"
@@ -368,6 +369,43 @@ TEST(Master, unplugging_at_any_frame_of_the_bring_up_ends_in_bounded_time_with_a
     EXPECT_EQ(up.error().fault, Fault::BusDown) << "frame " << n << ": " << to_text(up.error());
     EXPECT_LT(b.clock.now() - begin, milliseconds(3000)) << "frame " << n;
   }
+}
+
+/// Flips bits in what comes back, behind the headers: what a station with broken firmware would say.
+class LyingPort final : public FramePort {
+ public:
+  LyingPort(FramePort& port, unsigned seed, double rate) : port_(port), random_(seed), lie_(rate) {}
+  bool send(PortIndex port, std::span<const std::byte> frame) noexcept override { return port_.send(port, frame); }
+  Received receive(std::span<std::byte> buffer, Time deadline) noexcept override {
+    const Received got = port_.receive(buffer, deadline);
+    const std::size_t data = wire::kFrameHeader + wire::kDatagramHeader;
+    if (got.size > data && lie_(random_))
+      for (unsigned n = 1 + static_cast<unsigned>(random_()) % 4; n > 0; --n)
+        buffer[data + random_() % (got.size - data)] ^= static_cast<std::byte>(1u << (random_() % 8));
+    return got;
+  }
+  [[nodiscard]] bool link_up(PortIndex port) const noexcept override { return port_.link_up(port); }
+
+ private:
+  FramePort& port_;
+  std::mt19937 random_;
+  std::bernoulli_distribution lie_;
+};
+
+TEST(Master, stations_that_answer_nonsense_give_a_named_error_in_bounded_time) {
+  std::map<std::string_view, int> endings;
+  for (unsigned seed = 1; seed <= 500; ++seed) {
+    BusBench b;
+    LyingPort port(b.port, seed, seed % 2 == 0 ? 0.002 : 0.05);
+    b.way = &port;
+    const Time begin = b.clock.now();
+    const auto up = b.bring_up();
+    ++endings[up ? "up" : info(up.error().fault).name];
+    EXPECT_TRUE(up || !up.error().message.empty()) << "seed " << seed;
+    EXPECT_LT(b.clock.now() - begin, milliseconds(60'000)) << "seed " << seed;
+  }
+  for (const auto& [ending, times] : endings) RecordProperty(std::string(ending), times);
+  EXPECT_GT(endings.size(), 5u);  // it did meet all sorts
 }
 
 // Wireshark's dissectors are the judge of every byte that both sides send.
