@@ -115,7 +115,7 @@ bool Esc::answers_to(std::uint16_t address) const noexcept {
 
 bool Esc::read(std::uint16_t ado, std::span<std::byte> out, Time now) noexcept {
   const std::size_t at = ado;
-  if (out.empty() || at + out.size() > memory_.size()) return false;
+  if (out.empty() || out.size() > memory_.size() || at > memory_.size() - out.size()) return false;
   if (at < kMemoryFrom) refresh_registers(at, out.size(), now);
   if (at + out.size() > kMemoryFrom && !read_ram(at, out.size())) return false;
   std::memcpy(out.data(), memory_.data() + at, out.size());
@@ -150,7 +150,7 @@ bool Esc::read_ram(std::size_t at, std::size_t size) noexcept {
 
 bool Esc::write(std::uint16_t ado, std::span<const std::byte> in, Time now) noexcept {
   const std::size_t at = ado;
-  if (in.empty() || at + in.size() > memory_.size()) return false;
+  if (in.empty() || in.size() > memory_.size() || at > memory_.size() - in.size()) return false;
   bool done = false;
   if (at < kMemoryFrom) {
     const std::size_t here = std::min(in.size(), kMemoryFrom - at);
