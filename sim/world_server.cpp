@@ -104,7 +104,7 @@ Result<std::unique_ptr<WorldServer>> WorldServer::listen(VirtualMachine& world, 
     return fail(Fault::Usage, fmt::format("a socket's path has at most {} bytes", sizeof(sockaddr_un::sun_path) - 1),
                 path);
   if (auto clear = clear_path(path); !clear) return tl::unexpected(clear.error());
-  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   const sockaddr_un address = address_of(path);
   // The mode of the socket's inode before bind() is what the file gets (Linux, unix_mknod).
   if (fd < 0 || ::fchmod(fd, 0600) != 0 ||

@@ -120,7 +120,7 @@ TEST(Deposits, csv_has_one_line_each_and_quotes_ids) {
   BoardPlan plan = board_plan(sample::recipe());
   plan.features[0].id = "odd \"id\", with comma";
   const auto d = judge(plan, std::vector{shot({{20, 20, 0.3}}), shot(along(plan.features[2].points))});
-  const auto path = std::filesystem::temp_directory_path() / "gantry-deposits-test.csv";
+  const auto path = std::filesystem::path(sample::temporary("gantry-deposits-test.csv"));
   ASSERT_TRUE(write_csv(d, path.string()));
   std::ifstream in(path);
   std::string line;

@@ -1,13 +1,20 @@
 // A small machine and board made by hand, so that the world's tests depend on no file.
 #pragma once
 #include <cstdint>
+#include <filesystem>
 #include <string>
+#include <unistd.h>
 
 #include "config/machine.hpp"
 #include "recipes/recipe.hpp"
 #include "sim/world.hpp"
 
 namespace gantry::sim::sample {
+
+/// A path of this process alone: tests of several checkouts run at once.
+inline std::string temporary(const std::string& name) {
+  return (std::filesystem::temp_directory_path() / (name + "." + std::to_string(::getpid()))).string();
+}
 
 inline config::Axis axis(std::uint8_t id, const char* name, bool rotary = false) {
   config::Axis a;

@@ -13,12 +13,15 @@
 
 #include "devices/ethercat/master.hpp"
 #include "recipes/job.hpp"
+#include "sample.hpp"
 #include "sim/world_client.hpp"
 #include "sim/world_log.hpp"
 #include "sim/world_server.hpp"
 
 namespace gantry::sim {
 namespace {
+
+using sample::temporary;
 
 const config::Machine& machine() {
   static const config::Machine m = [] {
@@ -36,8 +39,6 @@ const recipes::Recipe& recipe() {
   }();
   return r;
 }
-
-std::string temporary(const char* name) { return (std::filesystem::temp_directory_path() / name).string(); }
 
 /// A master that exchanges one frame a millisecond of virtual time.
 struct Controller {

@@ -5,6 +5,8 @@
 #include <fstream>
 #include <gtest/gtest.h>
 
+#include "sample.hpp"
+
 namespace gantry::sim {
 namespace {
 
@@ -13,9 +15,7 @@ std::string text(std::span<const std::byte> b) { return {reinterpret_cast<const 
 
 class WithLog : public testing::Test {
  protected:
-  WithLog() : dir((std::filesystem::temp_directory_path() / "gantry-world-log-test").string()) {
-    std::filesystem::remove_all(dir);
-  }
+  WithLog() : dir(sample::temporary("gantry-world-log-test")) { std::filesystem::remove_all(dir); }
   ~WithLog() override { std::filesystem::remove_all(dir); }
   std::vector<std::string> read() {
     auto log = WorldLog::open(dir);

@@ -205,7 +205,7 @@ TEST_F(InWorld, is_a_pure_function_of_seed_and_steps) {
 }
 
 TEST(WorldMemory, board_deposits_and_motors_survive_the_world_even_in_the_middle_of_a_bead) {
-  const auto dir = (std::filesystem::temp_directory_path() / "gantry-world-memory-test").string();
+  const auto dir = sample::temporary("gantry-world-memory-test");
   std::filesystem::remove_all(dir);
   VirtualClock clock;
   const config::Machine machine = sample::machine();
