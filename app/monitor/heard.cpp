@@ -1,5 +1,6 @@
 #include "app/monitor/heard.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <utility>
@@ -48,18 +49,28 @@ Json job_json(const gantry_msg_JobStatus& s) {
 
 }  // namespace
 
-void Heard::session(std::uint64_t id) {
-  if (session_ == id) return;
-  if (session_ != 0) ++restarts_;
-  session_ = id;
+/// False when the sample is of a session that has ended: its owner is gone and cannot have sent it now.
+bool Heard::current(std::uint64_t session) {
+  if (session_ == session) return true;
+  if (std::find(past_sessions_.begin(), past_sessions_.end(), session) != past_sessions_.end()) {
+    ++replayed_;
+    return false;
+  }
+  if (session_ != 0) past_sessions_.push_back(session_);
+  session_ = session;
   state_.seq = 0;
   next_event_ = 0;
   first_event_ = true;
+  return true;
 }
 
-void Heard::state(const gantry_msg_MachineState& s) {
-  session(s.session);
-  // A number that falls is another publisher of the same session: its count begins anew.
+bool Heard::state(const gantry_msg_MachineState& s) {
+  if (!current(s.session)) return false;
+  // A number that falls is another publisher of the same session, whose count begins anew; a cycle that falls is old.
+  if (state_.seq != 0 && s.cycle < state_.cycle) {
+    ++replayed_;
+    return false;
+  }
   if (state_.seq != 0 && s.seq > state_.seq + 1) missed_ += s.seq - state_.seq - 1;
   HeardState h;
   h.machine = s.machine, h.state = s.state, h.latched_text = s.latched_text;
@@ -74,10 +85,11 @@ void Heard::state(const gantry_msg_MachineState& s) {
   h.outputs_on = names(s.outputs_on);
   h.inputs_on = names(s.inputs_on);
   state_ = std::move(h);
+  return true;
 }
 
 bool Heard::event(const gantry_msg_Event& e) {
-  session(e.session);
+  if (!current(e.session)) return false;
   if (!first_event_ && e.seq < next_event_) return false;
   if (!first_event_ && e.seq > next_event_) events_missed_ += e.seq - next_event_;
   first_event_ = false;
@@ -88,10 +100,11 @@ bool Heard::event(const gantry_msg_Event& e) {
   return true;
 }
 
-void Heard::job(const gantry_msg_JobStatus& s) {
-  session(s.session);
+bool Heard::job(const gantry_msg_JobStatus& s) {
+  if (!current(s.session)) return false;
   job_ = s;
   has_job_ = true;
+  return true;
 }
 
 Json Heard::to_json() {
@@ -109,6 +122,7 @@ Json Heard::to_json() {
          {"session", session_text(s.session)},
          {"seq", s.seq},
          {"missed", missed_},
+         {"replayed", replayed_},
          {"time_ns", s.time_ns},
          {"cycle", s.cycle},
          {"age_s", number(s.age_s)},
@@ -182,6 +196,7 @@ std::string live_view(const Heard& heard, double silent_s, bool colour) {
       paint("2", fmt::format("\n  session {}  sample {}  missed {}", session_text(s.session), s.seq, heard.missed()));
   if (heard.restarts() > 0)
     out += paint("33", fmt::format("  the machine's program was started anew {} x", heard.restarts()));
+  if (heard.replayed() > 0) out += paint("33", fmt::format("  {} old samples were played again", heard.replayed()));
   return out + "\n";
 }
 

@@ -35,16 +35,18 @@ class Heard {
  public:
   static constexpr double kStale_s = 1.0;  ///< a machine that is silent for longer is shown as stale
 
-  void state(const gantry_msg_MachineState& sample);
-  /// False for an event that was heard before (a publisher that was started again repeats what it still knows).
+  /// False for a sample that is older than what is known: somebody plays it again (R91). It is counted, not shown.
+  bool state(const gantry_msg_MachineState& sample);
+  /// False also for an event that was heard before (a publisher that was started again repeats what it still knows).
   bool event(const gantry_msg_Event& sample);
-  void job(const gantry_msg_JobStatus& sample);
+  bool job(const gantry_msg_JobStatus& sample);
 
   [[nodiscard]] bool has_state() const { return !state_.machine.empty(); }
   [[nodiscard]] const HeardState& state() const { return state_; }
   /// Samples of the state that did not arrive, and how often the machine's program was started anew meanwhile.
   [[nodiscard]] std::uint64_t missed() const { return missed_; }
-  [[nodiscard]] int restarts() const { return restarts_; }
+  [[nodiscard]] int restarts() const { return static_cast<int>(past_sessions_.size()); }
+  [[nodiscard]] std::uint64_t replayed() const { return replayed_; }
   /// The newest events, oldest first.
   [[nodiscard]] const std::deque<gantry_msg_Event>& events() const { return events_; }
   [[nodiscard]] bool has_job() const { return has_job_; }
@@ -54,16 +56,16 @@ class Heard {
   nlohmann::ordered_json to_json();
 
  private:
-  void session(std::uint64_t id);
+  bool current(std::uint64_t session);
 
   HeardState state_;
   gantry_msg_JobStatus job_{};
   bool has_job_ = false;
   std::deque<gantry_msg_Event> events_;
   std::size_t untold_ = 0;
-  std::uint64_t session_ = 0, next_event_ = 0, events_missed_ = 0, missed_ = 0;
+  std::uint64_t session_ = 0, next_event_ = 0, events_missed_ = 0, missed_ = 0, replayed_ = 0;
   bool first_event_ = true;
-  int restarts_ = 0;
+  std::vector<std::uint64_t> past_sessions_;
 };
 
 /// A few lines, each ended by a newline. `silent_s`: since the last state was heard. `colour`: terminal colours.

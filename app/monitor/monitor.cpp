@@ -21,7 +21,6 @@ double since(SteadyClock::time_point t) { return std::chrono::duration<double>(S
 struct Machine {
   Heard heard;
   SteadyClock::time_point at = SteadyClock::now();
-  bool fresh = false;         // a state that was not shown yet
   bool told_silence = false;  // for the lines without redraw
 };
 
@@ -81,11 +80,10 @@ class Monitor {
   void take(const gantry_msg_MachineState& sample) {
     if (enough_) return;
     Machine& m = machines_[sample.machine];
-    if (m.told_silence) tell(fmt::format("machine '{}' is heard again", sample.machine));
-    m.heard.state(sample);
+    if (!m.heard.state(sample)) return;
     m.at = SteadyClock::now();
+    if (m.told_silence) tell(fmt::format("machine '{}' is heard again", sample.machine));
     m.told_silence = false;
-    m.fresh = true;
     enough_ = ++samples_ == options_.count && options_.count != 0;
     if (options_.json)
       out_ << m.heard.to_json().dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << std::endl;
@@ -113,7 +111,8 @@ class Monitor {
     if (lines_ > 0) out_ << fmt::format("\x1b[{}F", lines_);
     std::string picture;
     for (const char c : text) picture += c == '\n' ? std::string("\x1b[K\n") : std::string(1, c);
-    out_ << picture << "\x1b[J" << std::flush;
+    // A line that is too long is cut, not wrapped: the next picture counts lines.
+    out_ << "\x1b[?7l" << picture << "\x1b[J\x1b[?7h" << std::flush;
     lines_ = std::count(text.begin(), text.end(), '\n');
   }
 

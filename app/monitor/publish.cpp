@@ -32,6 +32,7 @@ class Publisher {
 
   Result<void> open() {
     using dds::Qos;
+    // Keep last: a subscriber that is slow, dead or greedy loses samples and holds nobody up (R94).
     auto w = dds::writer(dds_, gantry_msg_MachineState_desc, kStateTopic, Qos().reliable().keep_last(1));
     if (!w) return tl::unexpected(w.error());
     state_writer_ = std::move(*w);
@@ -94,7 +95,7 @@ class Publisher {
     sent_at_ = now;
     state_.set(in_.info(), in_.session(), shared);
     state_.sample.seq = ++sequence_;
-    state_.sample.age_s = in_.silence_s();
+    state_.sample.age_s = age_s(shared);
     state_.sample.events_lost = in_.events_lost();
     check(dds_write(state_writer_.id(), &state_.sample));
     joints_.set(in_.info(), shared);

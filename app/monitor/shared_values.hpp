@@ -20,7 +20,7 @@ struct Text {
     std::size_t n = std::min(s.size(), N - 1);
     while (n > 0 && n < s.size() && (static_cast<unsigned char>(s[n]) & 0xC0u) == 0x80u) --n;
     std::memset(chars, 0, N);
-    std::memcpy(chars, s.data(), n);
+    if (n > 0) std::memcpy(chars, s.data(), n);  // an empty view may point nowhere
     return *this;
   }
   [[nodiscard]] const char* c_str() const { return chars; }
@@ -38,10 +38,10 @@ struct MachineInfo {
   std::array<Axis, kMaxAxes> axis{};
 };
 
-/// A cycle with the wall clock at which it was written, ns since 1970.
+/// A cycle, and when it was written: by the wall clock (ns since 1970) for people, by CLOCK_MONOTONIC for its age.
 struct SharedSnapshot {
   cycle::Snapshot snapshot;
-  std::int64_t wall_ns = 0;
+  std::int64_t wall_ns = 0, monotonic_ns = 0;
 };
 
 struct SharedEvent {

@@ -46,6 +46,10 @@ std::string why() { return std::strerror(errno); }
 
 }  // namespace
 
+double age_s(const SharedSnapshot& shared) {
+  return static_cast<double>(now_ns(CLOCK_MONOTONIC) - shared.monotonic_ns) * 1e-9;
+}
+
 MachineInfo machine_info(const config::Machine& machine) {
   MachineInfo info;
   info.name = machine.name;
@@ -95,8 +99,9 @@ void SnapshotWriter::beat() noexcept {
 }
 
 void SnapshotWriter::push(const cycle::Snapshot& snapshot) noexcept {
-  memory_->snapshots.push({snapshot, now_ns(CLOCK_REALTIME)});
-  beat();
+  const auto now = now_ns(CLOCK_MONOTONIC);
+  memory_->snapshots.push({snapshot, now_ns(CLOCK_REALTIME), now});
+  memory_->heartbeat_ns.store(now, std::memory_order_relaxed);
 }
 
 void SnapshotWriter::push(const cycle::Event& event, std::string_view text) noexcept {

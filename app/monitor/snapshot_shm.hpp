@@ -20,6 +20,8 @@ namespace gantry::monitor {
 struct SharedMemory;
 
 MachineInfo machine_info(const config::Machine& machine);
+/// s since the cycle was written: grows when the loop stands still, whatever else the owner still says.
+double age_s(const SharedSnapshot& shared);
 
 class SnapshotWriter {
  public:

@@ -183,6 +183,32 @@ TEST(MonitorOverDds, the_publisher_ends_when_its_owner_dies_without_a_word) {
   if (!gone) kill(publisher, SIGKILL);
 }
 
+// R94: a slow or dead subscriber.
+TEST(MonitorOverDds, a_subscriber_that_never_reads_holds_nobody_up) {
+  Owner owner;
+  int channel[2];
+  ASSERT_EQ(pipe(channel), 0);
+  const auto domain = std::to_string(own_domain());
+  const pid_t greedy = fork();
+  ASSERT_GE(greedy, 0);
+  if (greedy == 0) {
+    dup2(channel[1], STDOUT_FILENO);
+    execl(PUBLISH_TOOL, "publish_tool", "hold", "--domain", domain.c_str(), nullptr);
+    _exit(1);
+  }
+  close(channel[1]);
+  char matched = 0;
+  EXPECT_EQ(read(channel[0], &matched, 1), 1) << "the greedy subscriber was not matched";
+  close(channel[0]);
+  const auto lines = heard(listening(60));
+  ASSERT_EQ(lines.size(), 60u);
+  // Not one sample waited for the other reader: a wait would be 100 ms of cycles.
+  const auto first = lines.front().at("cycle").get<std::int64_t>(), last = lines.back().at("cycle").get<std::int64_t>();
+  EXPECT_LT(last - first, 60 * 100);
+  kill(greedy, SIGKILL);
+  waitpid(greedy, nullptr, 0);
+}
+
 TEST(MonitorOverDds, says_when_no_machine_is_heard) {
   auto options = listening(1);
   options.network.domain = own_domain() + 1;

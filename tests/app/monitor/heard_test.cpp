@@ -55,6 +55,25 @@ TEST_F(HeardTest, counts_missed_samples_but_not_a_publisher_that_starts_anew) {
   EXPECT_EQ(heard.restarts(), 1);
 }
 
+// R91: an old sample is played again.
+TEST_F(HeardTest, samples_that_are_played_again_are_counted_and_not_shown) {
+  s.set(bench_machine(), 1, running_snapshot());
+  s.sample.seq = 10, s.sample.cycle = 5000;
+  EXPECT_TRUE(heard.state(s.sample));
+  s.sample.seq = 9, s.sample.cycle = 4990;
+  EXPECT_FALSE(heard.state(s.sample)) << "older than what is known";
+  s.sample.session = 2, s.sample.seq = 1, s.sample.cycle = 3;
+  EXPECT_TRUE(heard.state(s.sample)) << "the owner was started anew";
+  s.sample.session = 1, s.sample.seq = 11, s.sample.cycle = 5010;
+  EXPECT_FALSE(heard.state(s.sample)) << "the session before has ended";
+  EXPECT_FALSE(hear_event(1, 50));
+  EXPECT_EQ(heard.replayed(), 3u);
+  EXPECT_EQ(heard.state().session, 2u);
+  EXPECT_EQ(heard.state().cycle, 3);
+  EXPECT_EQ(heard.restarts(), 1);
+  EXPECT_NE(live_view(heard, 0, false).find("3 old samples"), std::string::npos);
+}
+
 TEST_F(HeardTest, events_are_told_once_even_when_a_new_publisher_repeats_them) {
   EXPECT_TRUE(hear_event(1, 0));
   EXPECT_TRUE(hear_event(1, 1));

@@ -1,19 +1,52 @@
-// The publisher as a program of its own, for tests: publish --shm PATH --domain N.
+// The other process of the tests over DDS: publish --shm PATH --domain N is the publisher; hold --domain N is a
+// subscriber that asks for every sample, has room for one, and never reads. It writes a byte when it is matched.
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <dds/dds.h>
 #include <iostream>
+#include <sys/prctl.h>
+#include <unistd.h>
 
 #include "app/monitor/publish.hpp"
+#include "app/monitor/topics.hpp"
+
+namespace {
+
+using namespace gantry::monitor;
+
+int hold(const NetworkOptions& network) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // a test that fails leaves nobody behind
+  auto participant = dds::Participant::open(network);
+  if (!participant) return 1;
+  const auto topic = dds_create_topic(participant->id(), &gantry_msg_MachineState_desc, kStateTopic, nullptr, nullptr);
+  auto* qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, 0);
+  dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);
+  dds_qset_resource_limits(qos, 1, 1, 1);
+  const auto reader = dds_create_reader(participant->id(), topic, qos, nullptr);
+  dds_delete_qos(qos);
+  dds_subscription_matched_status_t matched{};
+  while (matched.current_count == 0) {
+    if (dds_get_subscription_matched_status(reader, &matched) != DDS_RETCODE_OK) return 1;
+    usleep(10'000);
+  }
+  std::cout << 'm' << std::flush;
+  for (;;) pause();
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   std::string shm;
-  gantry::monitor::PublishOptions options;
+  PublishOptions options;
   for (int i = 1; i + 1 < argc; ++i) {
     if (std::strcmp(argv[i], "--shm") == 0) shm = argv[i + 1];
     if (std::strcmp(argv[i], "--domain") == 0) options.network.domain = std::atoi(argv[i + 1]);
   }
+  if (argc > 1 && std::strcmp(argv[1], "hold") == 0) return hold(options.network);
   const std::atomic<bool> stop{false};
-  const auto done = gantry::monitor::publish(shm, options, stop);
+  const auto done = publish(shm, options, stop);
   if (!done) std::cerr << to_text(done.error()) << '\n';
   return done ? 0 : 1;
 }
