@@ -35,6 +35,8 @@ int main(int argc, char** argv) try {
   cli::add_up(app, context);
   cli::add_home(app, context);
   cli::add_sim(app, context);
+  cli::add_publish(app, context);
+  cli::add_monitor(app, context);
   cli::add_explain(app, context);
 
   try {

@@ -1,8 +1,5 @@
 // gantry sim: the virtual machine in a process of its own.
-#include <atomic>
-#include <chrono>
-#include <thread>
-
+#include "app/cli/stop_flag.hpp"
 #include "app/cli/verbs.hpp"
 #include "core/log.hpp"
 #include "sim/serve.hpp"
@@ -23,13 +20,9 @@ void add_sim(CLI::App& app, Context& context) {
   verb->callback([&context, options] {
     const auto machine = load_machine(context);
     if (!machine) return;
-    std::atomic<bool> stop{false};
-    std::jthread watch([&stop](const std::stop_token& done) {
-      while (!done.stop_requested() && !interrupted()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      stop = true;
-    });
+    StopFlag stop;
     log::info("virtual machine '{}' on {}", machine->name, options->interface);
-    if (auto served = sim::serve(*machine, *options, stop); !served)
+    if (auto served = sim::serve(*machine, *options, stop.flag()); !served)
       context.exit_code = show(served.error(), context.json);
   });
 }

@@ -10,6 +10,10 @@
 #include "core/error.hpp"
 #include "sim/virtual_machine.hpp"
 
+namespace gantry::monitor {
+struct NetworkOptions;
+}
+
 namespace gantry::cli {
 
 /// What all verbs share.
@@ -23,12 +27,17 @@ void add_check(CLI::App& app, Context& context);
 void add_dry_run(CLI::App& app, Context& context);
 void add_explain(CLI::App& app, Context& context);
 void add_home(CLI::App& app, Context& context);
+void add_monitor(CLI::App& app, Context& context);
+void add_publish(CLI::App& app, Context& context);
 void add_run(CLI::App& app, Context& context);
 void add_sim(CLI::App& app, Context& context);
 void add_up(CLI::App& app, Context& context);
 
 /// --sim-board, --sim-seed, --sim-script, --sim-state.
 void add_world_options(CLI::App& verb, sim::VirtualMachineOptions& options);
+
+/// --domain, --network.
+void add_network_options(CLI::App& verb, monitor::NetworkOptions& options);
 
 /// Shows errors (text on stderr, or a JSON document {"errors": [...]} on stdout) and gives the exit code of the worst.
 int show(const std::vector<Error>& errors, bool json);

@@ -52,7 +52,7 @@ struct Command {
 
 enum class EventKind : std::uint8_t {
   CommandDone,  ///< `id`; `fault` None, or why it was refused or failed
-  BlockDone,    ///< `block` came to its end
+  BlockDone,    ///< `block` is over and the axes stand; `fault` None: it came to its end, else what stopped it
   Touched,      ///< the probe latched: `axis`, `value` = coordinate in mm
   Fault,        ///< `fault`, `axis`, `detail` (603Fh code, station number, ms ... as the fault has it)
   StateChange,  ///< `detail` = new State

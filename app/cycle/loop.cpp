@@ -14,6 +14,7 @@ using devices::DriveGoal;
 constexpr int kMostCommands = 8;  // a cycle; the rest waits
 constexpr std::int64_t kMostSteps =
     200;  // of motion that a stalled cycle makes up for; beyond it the stall has stopped the machine anyway
+constexpr int kResetTicks = 500;    // for the drives to leave their fault state
 constexpr int kHealthyPeriod = 50;  // cycles: the "healthy" output is a pulse, so that a stuck output shows
 
 motion::Limits limits_of(const LoopSetup& setup) noexcept {
@@ -158,6 +159,7 @@ void Loop::obey(const Command& command) noexcept {
       if (state_ == State::Running || state_ == State::Held) {
         interpolator_.abort();
         shut_valve_ = true;
+        stopped_by_ = Fault::Aborted;
         enter(State::Stopping);
       }
       break;
@@ -168,13 +170,10 @@ void Loop::obey(const Command& command) noexcept {
       break;
     }
     case CommandKind::Reset:
-      latched_ = Fault::None;
-      if (!axes_.no_fault())
-        axes_.set_goal(DriveGoal::FaultReset);
-      else if (!axes_.all_enabled())
-        axes_.set_goal(DriveGoal::Disabled);
-      if (state_ == State::Stopped) enter(axes_.all_enabled() ? State::Ready : State::Disabled);
-      break;
+      if (!axes_.no_fault()) axes_.set_goal(DriveGoal::FaultReset);
+      pending_reset_ = command.id;
+      reset_ticks_ = 0;
+      return;
   }
   answer(command.id, Fault::None);
 }
@@ -260,7 +259,6 @@ void Loop::follow_progress() noexcept {
     case State::Disabled:
     case State::Stopped:
       if (!axes_.all_enabled()) hold_position();
-      if (axes_.goal() == DriveGoal::FaultReset && axes_.no_fault()) axes_.set_goal(DriveGoal::Disabled);
       break;
     case State::Enabling:
       hold_position();
@@ -275,11 +273,24 @@ void Loop::follow_progress() noexcept {
     case State::Ready:
     case State::Held: break;
   }
+  if (pending_reset_ != 0) finish_reset();
   if (pending_disable_ != 0 && axes_.all_disabled()) {
     answer(pending_disable_, Fault::None);
     pending_disable_ = 0;
     if (state_ == State::Ready) enter(State::Disabled);
   }
+}
+
+/// A latch goes when its cause has gone: the drives are asked first. Nothing is enabled and nothing moves; where a
+/// drive has lost its torque, the others lose theirs, and the operator enables them together.
+void Loop::finish_reset() noexcept {
+  if (!axes_.no_fault() && ++reset_ticks_ < kResetTicks) return;
+  const bool cleared = axes_.no_fault();
+  if (cleared) latched_ = Fault::None;
+  if (!axes_.all_enabled()) axes_.set_goal(DriveGoal::Disabled);
+  if (cleared && state_ == State::Stopped) enter(axes_.all_enabled() ? State::Ready : State::Disabled);
+  answer(pending_reset_, latched_);
+  pending_reset_ = 0;
 }
 
 void Loop::finish_homing() noexcept {
@@ -307,6 +318,7 @@ void Loop::finish_block() noexcept {
     tell({.kind = EventKind::BlockDone, .block = block_});
     enter(State::Ready);
   } else {
+    tell({.kind = EventKind::BlockDone, .fault = stopped_by_, .block = block_});
     enter(latched_ != Fault::None ? State::Stopped : axes_.all_enabled() ? State::Ready : State::Disabled);
   }
   block_ = 0;
@@ -341,6 +353,7 @@ void Loop::react(Fault fault, AxisId axis, std::int32_t detail) noexcept {
     axes_.set_goal(DriveGoal::Disabled);
     answer_pending(fault);
   }
+  if (moves && state_ != State::Stopping) stopped_by_ = fault;
   if (moves)
     enter(State::Stopping);
   else if (latches(row) && state_ != State::Homing && state_ != State::Offline)

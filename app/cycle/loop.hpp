@@ -45,6 +45,7 @@ class Loop {
   void step_motion() noexcept;
   void write_image() noexcept;
   void follow_progress() noexcept;
+  void finish_reset() noexcept;
   void finish_homing() noexcept;
   void finish_block() noexcept;
   void react(Fault fault, AxisId axis, std::int32_t detail) noexcept;
@@ -74,12 +75,15 @@ class Loop {
   devices::Exchange exchange_;
   CycleIndex cycle_ = 0;
   Fault latched_ = Fault::None;
-  std::uint32_t pending_ = 0, pending_disable_ = 0, pending_probe_ = 0;  ///< ids of commands that take time
+  std::uint32_t pending_ = 0, pending_disable_ = 0, pending_probe_ = 0,
+                pending_reset_ = 0;     ///< ids of commands that take time
   std::uint32_t block_ = 0, tick_ = 0;  ///< what plays; kept until the last compensated tick is out
   bool settled_ = true;                 ///< the compensation has let everything out
   bool shut_valve_ = false;             ///< this tick closes the valve, also in what is still on its way
   bool probing_ = false;                ///< the block's last segment waits for the probe
   bool probe_told_ = false;
+  Fault stopped_by_ = Fault::None;  ///< what ended the block that is braking
+  int reset_ticks_ = 0;
   double override_ = 1;
   std::uint32_t outputs_set_ = 0;  ///< output bits that commands have set
   std::uint32_t sent_outputs_ = 0, inputs_ = 0;

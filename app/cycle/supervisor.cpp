@@ -44,10 +44,12 @@ void Supervisor::look_at_time(const View& view, Findings& found) noexcept {
 
 void Supervisor::look_at_bus(const View& view, Findings& found) noexcept {
   const devices::Exchange& x = view.exchange;
+  // Each run of bad cycles is told at its beginning and at its bound, not in every cycle.
   if (x.fault == Fault::FrameLost) {
-    if (++frames_lost_ == setup_.frames_lost_max && operational_)
+    ++frames_lost_;
+    if (frames_lost_ == setup_.frames_lost_max && operational_)
       found.push_back({Fault::FramesLost, kNoAxis, frames_lost_});
-    else
+    else if (frames_lost_ == 1)
       found.push_back({Fault::FrameLost, kNoAxis, frames_lost_});
     return;
   }
@@ -57,7 +59,7 @@ void Supervisor::look_at_bus(const View& view, Findings& found) noexcept {
     ++counter_low_;
     if (operational_ && counter_low_ == setup_.frames_lost_max)
       found.push_back({Fault::WorkingCounterLost, kNoAxis, x.working_counter});
-    else if (operational_)
+    else if (operational_ && counter_low_ == 1)
       found.push_back({Fault::WorkingCounterLow, kNoAxis, x.working_counter});
   } else {
     counter_low_ = 0;

@@ -112,16 +112,20 @@ Result<Played> Control::play(std::uint32_t block, std::span<const motion::Segmen
   if (auto r = command({.kind = CommandKind::StartBlock, .block = block}, 5.0); !r) return tl::unexpected(r.error());
   Played played;
   bool over = false;
+  std::optional<cycle::Event> stopped;
   const auto look = [&] {
     feed_ring();
     for (const cycle::Event& e : answers_) {
       if (e.kind == EventKind::Touched) played.touched = true, played.touched_at = e.value;
-      if (e.kind == EventKind::BlockDone && e.block == block) over = true, played.end = e.cycle;
+      if (e.kind != EventKind::BlockDone || e.block != block) continue;
+      over = true, played.end = e.cycle;
+      if (e.fault != Fault::None) stopped = e;
     }
     return over && latest().cycle >= played.end;
   };
   constexpr double kNoLimit_s = 1e9;  // a held block may wait for its operator
   if (auto r = wait(look, kNoLimit_s, {}); !r) return tl::unexpected(r.error());
+  if (stopped) return tl::unexpected(describe_(*stopped));
   played.rest = latest().target;
   return played;
 }

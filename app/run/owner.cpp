@@ -8,8 +8,11 @@
 #include <set>
 
 #include "app/cycle/thread.hpp"
+#include "app/monitor/child.hpp"
+#include "app/monitor/snapshot_shm.hpp"
 #include "app/record/setpoint_file.hpp"
 #include "app/record/setpoint_hash.hpp"
+#include "app/record/summary.hpp"
 #include "app/record/trace.hpp"
 #include "app/run/compose.hpp"
 #include "app/run/fault_words.hpp"
@@ -47,6 +50,8 @@ struct Owner::Parts {
   std::unique_ptr<cycle::LoopThread> thread;  // real time only
   std::unique_ptr<Pump> pump;
   std::unique_ptr<Control> control;
+  std::optional<monitor::SnapshotWriter> shared;  // what `gantry publish` reads
+  std::unique_ptr<monitor::PublishChild> publisher;
   std::function<void()> poll;
   bool up = false;
 
@@ -59,6 +64,8 @@ struct Owner::Parts {
   std::set<std::uint32_t> features_seen;
   std::int64_t job_start_ns = 0;
 
+  void on_step();
+  void tell_job(std::string_view state);
   void on_snapshot(const cycle::Snapshot& s);
   void on_event(const cycle::Event& e);
 };
@@ -107,6 +114,12 @@ Result<std::unique_ptr<Owner>> Owner::open(const config::Machine& machine, const
   if (!setup) return tl::unexpected(setup.error());
   p->bus = std::make_unique<devices::EthercatMaster>(p->machine, *port, *p->clock);
   p->loop = std::make_unique<cycle::Loop>(*setup, *p->bus, p->can, *p->clock, *p->channels);
+  if (options.publish) {
+    auto shared = monitor::SnapshotWriter::create(monitor::machine_info(p->machine));
+    if (!shared) return tl::unexpected(shared.error());
+    p->shared.emplace(std::move(*shared));
+    p->publisher = std::make_unique<monitor::PublishChild>(p->shared->fd());
+  }
   p->feed = std::make_unique<Feed>(*p->channels);
   p->feed->listen([parts = p.get()](const cycle::Snapshot& s) { parts->on_snapshot(s); },
                   [parts = p.get()](const cycle::Event& e) { parts->on_event(e); });
@@ -128,7 +141,7 @@ Result<void> Owner::bring_up() {
   }
   p.control = std::make_unique<Control>(*p.channels, *p.feed, *p.pump,
                                         [&p](const cycle::Event& e) { return in_words(p.machine, e); });
-  p.control->on_step(p.poll);
+  p.control->on_step([&p] { p.on_step(); });
   p.up = true;
 
   if (auto r = p.control->pass(0.02); !r) return r;
@@ -184,7 +197,6 @@ void Owner::shut_down() {
   Parts& p = *parts_;
   if (!p.up) return;
   p.up = false;
-  p.control->on_step({});
   // Torque off in order, as far as the machine still answers; then the bus.
   p.control->post({.kind = cycle::CommandKind::Disable});
   for (int i = 0; i < 500 && (p.control->latest().enabled != 0 || i < 20); ++i) p.control->step();
@@ -192,16 +204,39 @@ void Owner::shut_down() {
   p.bus->shut_down();
 }
 
-// ---- jobs ----
+// ---- every step, every snapshot, every event ----
+
+void Owner::Parts::on_step() {
+  if (publisher) publisher->poll(clock->now());
+  if (poll) poll();
+}
+
+void Owner::Parts::tell_job(std::string_view state) {
+  if (!shared || result == nullptr) return;
+  monitor::SharedJob job;
+  job.job = result->job;
+  job.recipe = result->recipe_name;
+  job.state = state;
+  job.blocks_done = static_cast<std::uint32_t>(result->blocks_done);
+  job.blocks_total = static_cast<std::uint32_t>(result->blocks_total);
+  job.features_done = static_cast<std::uint32_t>(features_seen.size());
+  job.features_total = static_cast<std::uint32_t>(result->features_total);
+  job.elapsed_s = static_cast<double>(control->latest().time_ns - job_start_ns) * 1e-9;
+  job.predicted_s = result->predicted_s;
+  shared->push(job);
+}
 
 void Owner::Parts::on_snapshot(const cycle::Snapshot& s) {
   if (trace != nullptr) trace->add(s);
   if (hash != nullptr) hash->add(s);
   if (setpoints) setpoints->add(s);
-  if (result != nullptr && s.block != 0 && s.feature != motion::kTravel) features_seen.insert(s.feature);
+  if (shared) shared->push(s);
+  if (result == nullptr || s.block == 0 || s.feature == motion::kTravel) return;
+  if (features_seen.insert(s.feature).second) tell_job("running");
 }
 
 void Owner::Parts::on_event(const cycle::Event& e) {
+  if (shared) shared->push(e, e.kind == cycle::EventKind::Fault ? in_words(machine, e).message : "");
   if (e.kind != cycle::EventKind::Fault || info(e.fault).severity == Severity::Info) return;
   const std::string words = to_text(in_words(machine, e));
   log::warn("{}", words);
@@ -224,6 +259,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   p.features_seen.clear();
   p.control->begin();
   p.job_start_ns = p.control->latest().time_ns;
+  p.tell_job("running");
 
   Result<void> ended;
   if (p.world != nullptr) {
@@ -244,6 +280,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
     result.exit_code = info(ended.error().fault).exit_code;
   }
 
+  p.tell_job(record::result_word(result));
   p.runner = nullptr, p.trace = nullptr, p.hash = nullptr, p.result = nullptr;
   trace.fill(result, recipe);
   result.features_done = p.features_seen.size() - std::min(p.features_seen.size(), result.interrupted.size());
@@ -301,10 +338,7 @@ void Owner::interrupt(Error why) {
   if (parts_->control) parts_->control->abort(std::move(why));
 }
 
-void Owner::on_step(std::function<void()> poll) {
-  parts_->poll = std::move(poll);
-  if (parts_->control) parts_->control->on_step(parts_->poll);
-}
+void Owner::on_step(std::function<void()> poll) { parts_->poll = std::move(poll); }
 
 void Owner::idle() { parts_->control->step(); }
 

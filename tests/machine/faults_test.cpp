@@ -52,7 +52,7 @@ TEST(Faults, a_drive_fault_in_mid_bead_stops_everything_and_closes_the_valve) {
   const auto result = rig.run(kDemo);
   EXPECT_EQ(result.exit_code, ExitCode::Device);
   EXPECT_EQ(only_error(result).fault, Fault::DriveFault);
-  EXPECT_NE(only_error(result).message.find("over"), std::string::npos)
+  EXPECT_NE(only_error(result).message.find("above 60 V"), std::string::npos)
       << "the drive's own text: " << only_error(result).message;
   EXPECT_NE(only_error(result).where.find("axis X"), std::string::npos);
   ASSERT_GT(fault_at, 0);
@@ -85,8 +85,9 @@ TEST(Faults, a_cut_cable_ends_the_job_with_5) {
 TEST(Faults, the_world_counts_what_the_planner_was_not_told) {
   // An obstacle that stands in no file: the proof cannot know it, the world sees the crash.
   Rig rig({.placement = "dx=0 mm",
-           .script = "- {at: job start, do: add_obstacle, name: forgotten_tool, at: [240 mm, 190 mm, -95 mm], size: "
-                     "[60 mm, 60 mm, 30 mm]}"});
+           .script =
+               "- {at: job start, do: add_obstacle, name: forgotten_tool, centre: [240 mm, 190 mm, -95 mm], size: "
+               "[60 mm, 60 mm, 30 mm]}"});
   const auto result = rig.run(kDemo);
   ASSERT_FALSE(result.collisions.empty());
   EXPECT_EQ(result.collisions.front().standing, "forgotten_tool");

@@ -51,6 +51,7 @@ Rig::Rig(const RigOptions& options) : options_(options) {
 }
 
 Rig::~Rig() {
+  on_step = {};  // it may look at what the test has already destroyed
   owner_.reset();
   if (!script_file_.empty()) unlink(script_file_.c_str());
 }

@@ -1,0 +1,29 @@
+// gantry publish: the child process of an owner that speaks DDS. People rarely start it themselves.
+#include "app/monitor/publish.hpp"
+
+#include "app/cli/stop_flag.hpp"
+#include "app/cli/verbs.hpp"
+
+namespace gantry::cli {
+
+void add_network_options(CLI::App& verb, monitor::NetworkOptions& options) {
+  verb.add_option("--domain", options.domain, "DDS domain")->capture_default_str();
+  verb.add_option("--network", options.interface,
+                  "Also on the network of this interface; without it this computer alone");
+}
+
+void add_publish(CLI::App& app, Context& context) {
+  auto* verb = app.add_subcommand("publish", "Tells an owner's shared memory over DDS; the owner starts it by itself");
+  auto options = std::make_shared<monitor::PublishOptions>();
+  auto shm = std::make_shared<std::string>();
+  verb->add_option("--shm", *shm, "The owner's memory, /proc/PID/fd/N")->required();
+  verb->add_option("--rate", options->rate_hz, "Samples of the state a second")->capture_default_str();
+  add_network_options(*verb, options->network);
+  verb->callback([&context, options, shm] {
+    StopFlag stop;
+    if (auto done = monitor::publish(*shm, *options, stop.flag()); !done)
+      context.exit_code = show(done.error(), context.json);
+  });
+}
+
+}  // namespace gantry::cli
