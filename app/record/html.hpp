@@ -12,7 +12,7 @@ namespace gantry::record::html {
 std::string text(std::string_view raw);
 /// Fixed decimals; a dash for what is not finite. Never "-0.000".
 std::string number(double value, int decimals);
-/// "12.3 µm" from mm.
+/// "12.3 µm" from mm, "1.234 mm" from a millimetre on.
 std::string micrometres(double mm);
 /// "850 ns", "12.3 µs", "1.24 ms".
 std::string duration(double ns);

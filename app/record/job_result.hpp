@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,7 @@ struct PathPoint {
   Vec3 head;       ///< X Y Z of the axes
   std::uint32_t block = 0;
   bool valve = false;
+  double lift_mm = 0;  ///< U, which lowers what rides on it
 };
 
 struct Quantiles {  ///< ns
@@ -82,6 +84,9 @@ struct Drawing {
   Vec3 board_origin;  ///< nominal place of the origin of the board's top face, machine frame
   std::vector<DrawnPart> parts;
   std::vector<Vec3> tip_of_block;  ///< by block number: from the head's X Y Z to the tip of the tool that works there
+  Vec3 lifted_tip;                 ///< that of the tool which rides on the lift, at the lift where it works
+  double lifted_at_mm = 0;
+  std::map<std::string, double> corner_tolerance_mm;  ///< by feature; a bead may round its corners by so much
 };
 
 struct Fact {

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "app/record/html.hpp"
+#include "app/record/report_geometry.hpp"
 #include "app/record/report_plots.hpp"
 #include "app/record/report_style.hpp"
 #include "app/record/report_tables.hpp"
@@ -24,11 +25,13 @@ std::string board_section(const JobResult& r) {
   sample(R"(<line x1="1" y1="7" x2="25" y2="7" class="planned"/>)", "planned");
   sample(R"(<line x1="1" y1="7" x2="25" y2="7" class="actual"/>)", "actual");
   sample(R"(<circle cx="13" cy="7" r="5" class="mark"/><line x1="13" y1="7" x2="22" y2="3" class="residual"/>)",
-         "mark, residual magnified");
+         fmt::format("mark, residual x {:.0f}", residual_magnification(r)).c_str());
   sample(R"(<path d="M8 3 18 3 13 11Z" class="touch"/>)", "touched, height in mm");
   if (r.has_world)
-    legend += fmt::format("<span>deposit, error 0<span class=\"scale\"></span>{:.0f} µm, beyond it red</span>",
-                          kErrorLimit_mm * 1000);
+    legend += fmt::format(
+        "<span>deposit, error 0<span class=\"scale\"></span>{:.0f} µm (beads: and the recipe's corner tolerance), "
+        "beyond it red</span>",
+        kErrorLimit_mm * 1000);
   else
     sample(R"(<line x1="3" y1="7" x2="23" y2="7" class="bead" stroke-width="6"/>)", "valve open");
   if (!r.collisions.empty())

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "app/record/report_geometry.hpp"
 #include "app/record/svg.hpp"
 
 namespace gantry::record {
@@ -11,10 +12,22 @@ namespace {
 
 constexpr double kWidth = 1000;
 
-double height_over_board(const JobResult& r, const PathPoint& p) {
-  const auto& d = r.drawing;
-  const double tip = p.block < d.tip_of_block.size() ? d.tip_of_block[p.block].z : 0;
-  return p.head.z + tip - d.board_origin.z;
+/// The planned path's own time -> time of the actual path: each block begins where it was begun.
+std::vector<PathPoint> aligned(const JobResult& r) {
+  std::map<std::uint32_t, double> begins;
+  for (const auto& p : r.actual) begins.try_emplace(p.block, p.t_s);
+  auto planned = r.planned;
+  double shift = 0;
+  std::uint32_t block = 0;
+  for (auto& p : planned) {
+    if (p.block != block) {
+      const auto begun = begins.find(p.block);
+      if (begun != begins.end()) shift = begun->second - p.t_s;
+      block = p.block;
+    }
+    p.t_s += shift;
+  }
+  return planned;
 }
 
 struct Axes {
@@ -27,9 +40,17 @@ struct Axes {
 
 }  // namespace
 
-std::string error_colour(double error_mm) {
-  if (!std::isfinite(error_mm)) return "hsl(0 70% 45%)";
-  const double part = std::abs(error_mm) / kErrorLimit_mm;
+double residual_magnification(const JobResult& r) {
+  double worst = 0.002;  // what is smaller than 2 µm is not made to look large
+  for (const auto& m : r.marks)
+    if (m.found && std::isfinite(m.residual_mm)) worst = std::max(worst, std::abs(m.residual_mm));
+  const double drawn_mm = 0.035 * std::max(r.drawing.board_size.x, r.drawing.board_size.y);
+  return drawn_mm > 0 ? round_step(drawn_mm / worst, 1) : 1;
+}
+
+std::string error_colour(double part) {
+  if (!std::isfinite(part)) return "hsl(0 70% 45%)";
+  part = std::abs(part);
   // Teal (170) through green and amber to orange (30) at the limit; beyond it, red at once.
   const double hue = part > 1 ? 0 : 170 - 140 * part * part;
   return fmt::format("hsl({:.0f} 62% 42%)", hue);
@@ -37,11 +58,12 @@ std::string error_colour(double error_mm) {
 
 std::string height_view(const JobResult& r) {
   if (r.actual.empty() && r.planned.empty()) return {};
+  const auto planned = aligned(r);
   Axes a;
   a.y0 = 0, a.y1 = 10, a.x1 = 1e-3;
-  for (const auto* path : {&r.planned, &r.actual})
+  for (const auto* path : {&planned, &r.actual})
     for (const auto& p : *path) {
-      const double z = height_over_board(r, p);
+      const double z = tip_at(r, p).z;
       if (!std::isfinite(z)) continue;
       a.y0 = std::min(a.y0, z), a.y1 = std::max(a.y1, z), a.x1 = std::max(a.x1, p.t_s);
     }
@@ -67,7 +89,7 @@ std::string height_view(const JobResult& r) {
     std::vector<Vec2> points;
     std::uint32_t block = 0;
     for (const auto& p : path) {
-      const double z = height_over_board(r, p);
+      const double z = tip_at(r, p).z;
       if (!std::isfinite(z) || !std::isfinite(p.t_s)) continue;
       const Vec2 at = a.px(p.t_s, z);
       // Another block is another tool, whose tip is elsewhere: the line begins anew.
@@ -78,7 +100,7 @@ std::string height_view(const JobResult& r) {
     }
     svg.path(points, css);
   };
-  draw(r.planned, "planned");
+  draw(planned, "planned");
   draw(r.actual, "actual");
   return svg.done();
 }

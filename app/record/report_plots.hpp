@@ -14,9 +14,9 @@ std::string height_view(const JobResult& result);
 /// Counts on a logarithmic scale over logarithmic time.
 std::string histogram_view(const std::vector<HistogramBucket>& buckets);
 
-/// Colour of an error: calm at 0, orange at the limit, red beyond it.
-std::string error_colour(double error_mm);
-/// What the colours are scaled to.
-inline constexpr double kErrorLimit_mm = 0.020;
+/// How many times longer than they are residuals of marks are drawn: a round number.
+double residual_magnification(const JobResult& result);
+/// Colour of an error by its part of what is allowed: calm at 0, orange at 1, red beyond.
+std::string error_colour(double part);
 
 }  // namespace gantry::record

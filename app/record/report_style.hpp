@@ -48,8 +48,8 @@ td.r,th.r{padding-right:18px}
 .bad{color:var(--bad)}.good{color:var(--good)}
 .marks{display:grid;grid-template-columns:repeat(auto-fill,minmax(190px,1fr));gap:14px}
 .marks figure{margin:0}
-.marks img,.noimage{width:100%;aspect-ratio:4/3;object-fit:contain;background:#000;border-radius:7px;display:block}
-.noimage{background:var(--bg);display:grid;place-items:center;color:var(--muted);font-size:13px;border:1px dashed var(--line)}
+.marks img{width:100%;height:auto;border-radius:7px;display:block}
+.noimage{aspect-ratio:5/4;border-radius:7px;background:var(--bg);display:grid;place-items:center;color:var(--muted);font-size:13px;border:1px dashed var(--line)}
 figcaption{font-size:13px;margin-top:5px;line-height:1.4}
 code,.mono{font-family:ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;font-size:13px}
 .events{margin:0;white-space:pre-wrap;font-size:13px;line-height:1.55}

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/record/report_geometry.hpp"
 #include "app/record/report_plots.hpp"
 #include "app/record/svg.hpp"
 
@@ -34,17 +35,9 @@ View view_of(const Drawing& d) {
   return v;
 }
 
-Vec2 to_board(const JobResult& r, Vec2 nominal) {
-  return r.has_offset ? rotated(nominal - r.offset.shift, -r.offset.rotation) : nominal;
-}
-
-Vec2 machine_to_board(const JobResult& r, Vec3 p) {
-  return to_board(r, {p.x - r.drawing.board_origin.x, p.y - r.drawing.board_origin.y});
-}
-
 Vec2 tip(const JobResult& r, const PathPoint& p) {
-  const auto& tips = r.drawing.tip_of_block;
-  return machine_to_board(r, p.block < tips.size() ? p.head + tips[p.block] : p.head);
+  const Vec3 at = tip_at(r, p);
+  return {at.x, at.y};
 }
 
 /// Calls `draw(points, valve)` for each run of one block with one state of the valve; neighbours share their point.
@@ -100,11 +93,15 @@ void draw_deposits(Svg& svg, const View& v, const JobResult& r) {
   const double width = std::max(3.0, kBead_mm * v.scale);
   for (const auto& d : r.deposits) {
     std::vector<Vec2> points;
-    for (const auto& p : d.board_mm) points.push_back(v.px({p.x, p.y}));
+    for (std::size_t i = 0; i < d.board_mm.size(); ++i) {
+      const Vec2 at = v.px({d.board_mm[i].x, d.board_mm[i].y});
+      // A point a millisecond is far more than the picture can show.
+      if (i == 0 || i + 1 == d.board_mm.size() || norm(at - points.back()) > 0.5) points.push_back(at);
+    }
     if (points.empty()) continue;
     const auto title = fmt::format("{}: error {}, gap {} mm", d.id.empty() ? "on no feature" : d.id,
                                    html::micrometres(d.error_mm), html::number(d.gap_mm, 3));
-    const auto colour = error_colour(d.error_mm);
+    const auto colour = error_colour(d.error_mm / allowed_error_mm(r, d));
     if (d.kind == "dot" || points.size() == 1) {
       svg.circle(points.front(), width * 0.8, "dot", "fill:" + colour, title);
     } else {
@@ -126,15 +123,8 @@ void draw_valve_path(Svg& svg, const View& v, const JobResult& r) {
   });
 }
 
-double residual_scale(const JobResult& r) {
-  double worst = 0;
-  for (const auto& m : r.marks)
-    if (m.found && std::isfinite(m.residual_mm)) worst = std::max(worst, std::abs(m.residual_mm));
-  return worst > 0 ? kResidualPx / worst : 0;  // px per mm
-}
-
 void draw_marks(Svg& svg, const View& v, const JobResult& r) {
-  const double scale = residual_scale(r);
+  const double scale = residual_magnification(r) * v.scale;
   for (const auto& m : r.marks) {
     const Vec2 at = v.px(m.nominal);
     svg.circle(at, 7, m.found ? "mark" : "mark mark-lost", {}, m.found ? m.name : m.name + ": not found, " + m.reason);
@@ -158,7 +148,8 @@ void draw_touches(Svg& svg, const View& v, const JobResult& r) {
 
 void draw_collisions(Svg& svg, const View& v, const JobResult& r) {
   for (const auto& c : r.collisions) {
-    const Vec2 at = v.px(machine_to_board(r, c.at));
+    const Vec3 place = machine_to_board(r, c.at);
+    const Vec2 at = v.px({place.x, place.y});
     svg.circle(at, 13, "hit", {}, fmt::format("{} met {} at {:.3f} s", c.moving, c.standing, c.t_s));
     svg.line(at + Vec2{-6, -6}, at + Vec2{6, 6}, "cross");
     svg.line(at + Vec2{-6, 6}, at + Vec2{6, -6}, "cross");

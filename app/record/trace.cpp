@@ -68,7 +68,9 @@ std::vector<PathPoint> ThinPath::points() const {
 }
 
 Trace::Trace(const config::Machine& machine)
-    : xyz_{machine.x.value, machine.y.value, machine.z.value}, cycle_ns_(machine.bus.cycle.count()) {
+    : xyz_{machine.x.value, machine.y.value, machine.z.value},
+      lift_(machine.u ? std::optional<std::size_t>(machine.u->value) : std::nullopt),
+      cycle_ns_(machine.bus.cycle.count()) {
   for (const auto& axis : machine.axes) axes_.push_back({axis.name, axis.rotary});
 }
 
@@ -82,7 +84,8 @@ void Trace::add(const cycle::Snapshot& s) {
   path_.add({.t_s = static_cast<double>(s.time_ns - *first_ns_) * 1e-9,
              .head = {s.actual[xyz_[0]], s.actual[xyz_[1]], s.actual[xyz_[2]]},
              .block = s.block,
-             .valve = valve_});
+             .valve = valve_,
+             .lift_mm = lift_ ? s.actual[*lift_] : 0});
   if (!s.sent || !s.inputs_fresh) return;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     if ((s.enabled >> i & 1u) == 0 || !std::isfinite(s.following[i])) continue;

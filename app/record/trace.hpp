@@ -51,6 +51,7 @@ class Trace {
   };
   std::vector<Axis> axes_;
   std::array<std::size_t, 3> xyz_;
+  std::optional<std::size_t> lift_;
   std::int64_t cycle_ns_;
 
   ThinPath path_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <fmt/format.h>
 #include <optional>
 #include <set>
@@ -253,8 +254,14 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
 
   record::Trace trace(p.machine);
   record::SetpointHash hash;
-  if (!options.out.empty())
-    if (auto file = record::SetpointFile::create(options.out + "/setpoints.bin")) p.setpoints.emplace(std::move(*file));
+  if (!options.out.empty()) {
+    std::error_code ignored;  // who writes there tells what is wrong with the folder
+    std::filesystem::create_directories(options.out, ignored);
+    if (auto file = record::SetpointFile::create(options.out + "/setpoints.bin"))
+      p.setpoints.emplace(std::move(*file));
+    else
+      log::report(file.error());
+  }
   p.trace = &trace, p.hash = &hash, p.result = &result;
   p.features_seen.clear();
   p.control->begin();

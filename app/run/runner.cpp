@@ -28,7 +28,12 @@ struct Match : F... {
 }  // namespace
 
 Runner::Runner(const Site& site, const recipes::Recipe& recipe, const recipes::Job& job, record::JobResult& result)
-    : site_(site), recipe_(recipe), job_(job), result_(result), planner_(site.machine, recipe) {
+    : site_(site),
+      recipe_(recipe),
+      job_(job),
+      result_(result),
+      planned_path_(site.machine),
+      planner_(site.machine, recipe) {
   result_.blocks_total = job.blocks.size();
   result_.features_total = recipe.features.size();
   result_.drawing.tip_of_block.clear();
@@ -91,12 +96,8 @@ Result<Played> Runner::play(const Result<PlannedBlock>& planned) {
   result_.minimum_clearance_mm = result_.motions_certified == planned->motions
                                      ? planned->minimum_clearance_mm
                                      : std::min(result_.minimum_clearance_mm, planned->minimum_clearance_mm);
-  for (const motion::Segment& s : planned->segments) {
-    const AxisVec& q = s.geometry.c[0];
-    const Vec3 head{q[site_.machine.x.value], q[site_.machine.y.value], q[site_.machine.z.value]};
-    if (result_.planned.empty() || norm(result_.planned.back().head - head) > 1e-9)
-      result_.planned.push_back({0, head, s.block, s.feature != motion::kTravel});
-  }
+  planned_path_.add(planned->segments);
+  result_.planned = planned_path_.points();
   auto played = site_.control.play(block_, planned->segments);
   at_ = site_.control.latest().target;
   return played;

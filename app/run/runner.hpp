@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/record/job_result.hpp"
+#include "app/record/planned_path.hpp"
 #include "app/run/block_plan.hpp"
 #include "app/run/control.hpp"
 #include "config/machine.hpp"
@@ -49,6 +50,7 @@ class Runner {
   const recipes::Recipe& recipe_;
   const recipes::Job& job_;
   record::JobResult& result_;
+  record::PlannedPath planned_path_;
   BlockPlanner planner_;
   AxisVec at_{};             ///< where the axes stand
   std::uint32_t block_ = 0;  ///< number of the block that plays

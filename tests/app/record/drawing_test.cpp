@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "app/record/report_geometry.hpp"
 #include "tests/app/record/snapshots.hpp"
 
 namespace gantry::record {
@@ -16,6 +17,9 @@ TEST(Drawing, knows_the_board_s_place_and_the_tool_of_each_block) {
   recipe.board.thickness = 1.6;
   recipe.board.frame = "pallet";
   recipe.board.at = {3, 4};
+  recipes::Bead bead;
+  bead.id = "loop", bead.corner_tolerance = 0.2;
+  recipe.features = {bead};
   recipes::Job job;
   job.blocks = {{1, recipes::LookAtMark{0}}, {2, recipes::Touch{0}}, {3, recipes::Dispense{}}, {4, recipes::Park{}}};
   const auto d = drawing_of(recipe, machine, job);
@@ -24,6 +28,18 @@ TEST(Drawing, knows_the_board_s_place_and_the_tool_of_each_block) {
   EXPECT_EQ(d.tip_of_block[1], (Vec3{45, 0, -90}));
   EXPECT_EQ(d.tip_of_block[2], (Vec3{-30, 10, -70}));
   EXPECT_EQ(d.tip_of_block[3], (Vec3{0, 0, -65}));
+  EXPECT_EQ(d.corner_tolerance_mm.at("loop"), 0.2);
+
+  JobResult r;
+  r.drawing = d;
+  PathPoint needle{.t_s = 0, .head = {103, 84, 100}, .block = 3, .valve = false, .lift_mm = 5};
+  EXPECT_DOUBLE_EQ(tip_at(r, needle).z, 100 - 65 - 11.6);
+  needle.lift_mm = 0;  // drawn where the needle really is, while the lift is still up
+  EXPECT_DOUBLE_EQ(tip_at(r, needle).z, 100 - 60 - 11.6);
+  needle.block = 1;  // the camera does not ride on the lift
+  EXPECT_DOUBLE_EQ(tip_at(r, needle).z, 100 - 90 - 11.6);
+  EXPECT_DOUBLE_EQ(allowed_error_mm(r, {.id = "loop", .kind = "bead", .nominal_mm = {}, .board_mm = {}}), 0.22);
+  EXPECT_DOUBLE_EQ(allowed_error_mm(r, {.id = "dot", .kind = "dot", .nominal_mm = {}, .board_mm = {}}), 0.02);
 }
 
 TEST(Drawing, an_unknown_frame_or_tool_leaves_its_part_out) {

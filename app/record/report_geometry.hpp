@@ -1,0 +1,19 @@
+// From the machine's coordinates to the board's own, in which the report draws, and what a deposit may be off by.
+#pragma once
+#include "app/record/job_result.hpp"
+
+namespace gantry::record {
+
+/// What every deposit may be off by sideways; at corners the recipe's tolerance comes on top.
+inline constexpr double kErrorLimit_mm = 0.020;
+inline constexpr double kGapLimit_mm = 0.030;
+double allowed_error_mm(const JobResult& result, const Deposit& deposit);
+
+/// A point relative to the nominal place of the board's origin -> board frame, back through the work offset.
+Vec2 to_board(const JobResult& result, Vec2 nominal);
+/// A point of the machine frame -> board frame; z over the nominal top face.
+Vec3 machine_to_board(const JobResult& result, Vec3 point);
+/// Where the tip of the tool that works in the point's block is, board frame.
+Vec3 tip_at(const JobResult& result, const PathPoint& point);
+
+}  // namespace gantry::record
