@@ -55,11 +55,9 @@ void do_job(Context& context, JobRequest request) {
             proof->motions, proof->minimum_clearance_mm, proof->duration_s);
 
   run::RunOptions options{.out = request.out, .dry_run = request.dry_run};
-  if (options.out.empty() && !request.keep_nothing) {
-    auto folder = run::new_job_folder("out", request.recipe_file);
-    if (!folder) return stop_with({folder.error()});
-    options.out = *folder;
-  }
+  const auto folder = run::job_folder(request.out, request.recipe_file);
+  if (!folder) return stop_with({folder.error()});
+  options.out = *folder;
   auto owner = run::Owner::open(*machine, request.owner);
   if (!owner) return stop_with({owner.error()});
   Keys keys(**owner, !context.json && !request.dry_run);

@@ -12,7 +12,6 @@ namespace gantry::cli {
 struct JobRequest {
   std::string recipe_file;
   std::string out;  ///< folder for the results; "" makes a new one under out/
-  bool keep_nothing = false;
   run::OwnerOptions owner;
   bool dry_run = false;
 };

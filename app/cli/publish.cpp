@@ -8,7 +8,7 @@ namespace gantry::cli {
 
 void add_network_options(CLI::App& verb, monitor::NetworkOptions& options) {
   verb.add_option("--domain", options.domain, "DDS domain")->capture_default_str();
-  verb.add_option("--network", options.interface,
+  verb.add_option("--interface", options.interface,
                   "Also on the network of this interface; without it this computer alone");
 }
 

@@ -120,11 +120,9 @@ class Desk {
     if (!job) return failure(job.error());
     if (const auto proof = run::prove_nominal(machine_, *recipe, *job); !proof) return failure({proof.error()});
     run::RunOptions options{.out = order.out, .dry_run = false};
-    if (options.out.empty()) {
-      auto folder = run::new_job_folder("out", order.recipe);
-      if (!folder) return failure({folder.error()});
-      options.out = *folder;
-    }
+    const auto folder = run::job_folder(order.out, order.recipe);
+    if (!folder) return failure({folder.error()});
+    options.out = *folder;
     record::JobResult result = owner_.run(*recipe, *job, options);
     if (auto written = run::write_job(result, options.out); !written) result.errors.push_back(written.error());
     Json document = record::to_json(result);

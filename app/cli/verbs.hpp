@@ -36,7 +36,7 @@ void add_up(CLI::App& app, Context& context);
 /// --sim-board, --sim-seed, --sim-script, --sim-state.
 void add_world_options(CLI::App& verb, sim::VirtualMachineOptions& options);
 
-/// --domain, --network.
+/// --domain, --interface.
 void add_network_options(CLI::App& verb, monitor::NetworkOptions& options);
 
 /// Shows errors (text on stderr, or a JSON document {"errors": [...]} on stdout) and gives the exit code of the worst.

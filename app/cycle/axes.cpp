@@ -18,8 +18,9 @@ Axes::Axes(const LoopSetup& setup) noexcept : setup_(setup) {
   }
 }
 
-void Axes::read(const devices::FieldBus& bus, bool fresh) noexcept {
-  for (std::size_t d = 0; d < setup_.drives.size(); ++d) drives_[d].read(bus.inputs(setup_.drives[d].station), fresh);
+void Axes::read(const devices::FieldBus& bus, bool fresh, std::int64_t elapsed) noexcept {
+  for (std::size_t d = 0; d < setup_.drives.size(); ++d)
+    drives_[d].read(bus.inputs(setup_.drives[d].station), fresh, elapsed);
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
     const auto& drives = setup_.axes[i].drives;
     if (drives.empty()) continue;

@@ -18,7 +18,8 @@ class Axes {
  public:
   explicit Axes(const LoopSetup& setup) noexcept;
 
-  void read(const devices::FieldBus& bus, bool fresh) noexcept;
+  /// `elapsed`: cycles since the last call.
+  void read(const devices::FieldBus& bus, bool fresh, std::int64_t elapsed) noexcept;
   void write(devices::FieldBus& bus, const AxisVec& target) noexcept;
 
   void set_goal(devices::DriveGoal goal) noexcept { goal_ = goal; }

@@ -58,7 +58,8 @@ struct LoopSetup {
   std::uint32_t healthy_mask = 0;  ///< toggled while all is well
   std::uint32_t door_mask = 0, air_mask = 0, clamp_mask = 0, stop_mask = 0;  ///< inputs; 0: the machine has none
   int stop_after_missed = 3;
-  int frames_lost_max = 3;
+  int frames_lost_max = 3;  ///< cyclic frames in a row that may be missing (R02)
+  int counter_low_max = 3;  ///< cycles in a row in which a station may not take part (R04)
   bool lock_to_reference_clock = true;
 };
 

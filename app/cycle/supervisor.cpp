@@ -57,7 +57,7 @@ void Supervisor::look_at_bus(const View& view, Findings& found) noexcept {
   if (x.fault == Fault::None || x.fault == Fault::WorkingCounterHigh) frames_lost_ = 0;
   if (x.fault == Fault::WorkingCounterLow) {
     ++counter_low_;
-    if (operational_ && counter_low_ == setup_.frames_lost_max)
+    if (operational_ && counter_low_ == setup_.counter_low_max)
       found.push_back({Fault::WorkingCounterLost, kNoAxis, x.working_counter});
     else if (operational_ && counter_low_ == 1)
       found.push_back({Fault::WorkingCounterLow, kNoAxis, x.working_counter});

@@ -1,5 +1,6 @@
 #include "app/run/compose.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -111,7 +112,10 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, bool hardware) {
   loop.clamp_mask = mask_of(machine, config::Input::ClampClosed);
   loop.stop_mask = mask_of(machine, config::Input::Stop);
   loop.stop_after_missed = hardware ? machine.bus.stop_after_missed_hardware : machine.bus.stop_after_missed_sim;
-  loop.frames_lost_max = machine.bus.frames_lost_max;
+  loop.counter_low_max = machine.bus.frames_lost_max;
+  // A virtual bus in another process is as patient to wait for as this one: its host may stall either.
+  loop.frames_lost_max =
+      hardware ? machine.bus.frames_lost_max : std::max(machine.bus.frames_lost_max, loop.stop_after_missed);
   return loop;
 }
 

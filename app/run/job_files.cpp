@@ -45,18 +45,23 @@ void add_world(record::JobResult& result, sim::WorldAccess& world, const RunOpti
       complain(written.error());
 }
 
-Result<std::string> new_job_folder(const std::string& parent, const std::string& recipe_file) {
-  const std::string stem = fs::path(recipe_file).stem().string();
+Result<std::string> job_folder(const std::string& wanted, const std::string& recipe_file) {
   constexpr int kMost = 100000;
+  const auto cannot = [](const fs::path& folder, const std::error_code& error) {
+    return fail(Fault::FileUnwritable, fmt::format("cannot make the folder: {}", error.message()), folder.string());
+  };
+  std::error_code error;
+  const fs::path parent = wanted.empty() ? fs::path("out") : fs::path(wanted);
+  fs::create_directories(parent, error);
+  if (error) return cannot(parent, error);
+  if (!wanted.empty()) return wanted;
+  const std::string stem = fs::path(recipe_file).stem().string();
   for (int n = 1; n <= kMost; ++n) {
-    const fs::path folder = fs::path(parent) / fmt::format("{}-{:03}", stem, n);
-    std::error_code error;
-    fs::create_directories(folder.parent_path(), error);
+    const fs::path folder = parent / fmt::format("{}-{:03}", stem, n);
     if (fs::create_directory(folder, error)) return folder.string();
-    if (error)
-      return fail(Fault::FileUnwritable, fmt::format("cannot make '{}': {}", folder.string(), error.message()), parent);
+    if (error) return cannot(folder, error);
   }
-  return fail(Fault::FileUnwritable, "too many results of this recipe; clear the folder", parent);
+  return fail(Fault::FileUnwritable, "too many results of this recipe; clear the folder", parent.string());
 }
 
 Result<void> write_job(const record::JobResult& result, const std::string& folder) {

@@ -16,8 +16,9 @@ record::JobResult begin_result(const config::Machine& machine, const recipes::Re
 /// added to the result's errors.
 void add_world(record::JobResult& result, sim::WorldAccess& world, const RunOptions& options);
 
-/// out/<recipe>-<n>: the first folder of that name that is not there yet, made. Fault::FileUnwritable.
-Result<std::string> new_job_folder(const std::string& parent, const std::string& recipe_file);
+/// The folder for a job's results, made: `wanted`, or where that is empty the first out/<recipe>-<n> that is not there
+/// yet. Fault::FileUnwritable.
+Result<std::string> job_folder(const std::string& wanted, const std::string& recipe_file);
 
 /// report.html, summary.json and the images of the marks. Fault::FileUnwritable.
 Result<void> write_job(const record::JobResult& result, const std::string& folder);

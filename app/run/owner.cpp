@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <fmt/format.h>
 #include <optional>
 #include <set>
@@ -255,8 +254,6 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   record::Trace trace(p.machine);
   record::SetpointHash hash;
   if (!options.out.empty()) {
-    std::error_code ignored;  // who writes there tells what is wrong with the folder
-    std::filesystem::create_directories(options.out, ignored);
     if (auto file = record::SetpointFile::create(options.out + "/setpoints.bin"))
       p.setpoints.emplace(std::move(*file));
     else

@@ -2,6 +2,6 @@
 
 namespace gantry::rt {
 
-thread_local int rt_depth = 0;
+constinit thread_local int rt_depth = 0;
 
 }  // namespace gantry::rt

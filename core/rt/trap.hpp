@@ -4,7 +4,7 @@
 
 namespace gantry::rt {
 
-extern thread_local int rt_depth;  ///< > 0: this thread is inside the loop
+extern constinit thread_local int rt_depth;  ///< > 0: this thread is inside the loop
 
 class Section {
  public:

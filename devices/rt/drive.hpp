@@ -86,8 +86,9 @@ class Drive {
   Drive() = default;
   Drive(const DriveLayout& layout, const AxisScale& scale, const DriveOptions& options = {}) noexcept;
 
-  /// `fresh`: the inputs are of this cycle's exchange (Exchange::inputs_fresh).
-  const Feedback& read(std::span<const std::byte> inputs, bool fresh) noexcept;
+  /// `fresh`: the inputs are of this cycle's exchange (Exchange::inputs_fresh). `elapsed`: cycles since the last call,
+  /// more than 1 when the host stalled: the drive then catches up with a target that went on meanwhile (R61).
+  const Feedback& read(std::span<const std::byte> inputs, bool fresh, std::int64_t elapsed = 1) noexcept;
   void write(std::span<std::byte> outputs, const DriveCommand& command) noexcept;
 
   [[nodiscard]] const Feedback& feedback() const noexcept { return feedback_; }
@@ -119,6 +120,8 @@ class Drive {
   std::int64_t mode_asked_ = 0;  ///< cycles since the mode was asked for
   int level_held_ = 0;           ///< acknowledged cycles for which bit 7 has had its level
   std::int64_t stale_ = 0;       ///< cycles since the last fresh inputs
+  std::int64_t behind_ = 0;      ///< cycles of motion that the drive may still catch up with
+  int catching_up_ = 0;          ///< cycles for which it may
   bool known_ = false;           ///< inputs were fresh at least once
 };
 

@@ -180,6 +180,18 @@ TEST(Drive, a_position_that_jumps_farther_than_the_axis_can_move_is_told) {
   EXPECT_EQ(b.cycle({.goal = DriveGoal::Enabled}).fault, Fault::None);
 }
 
+TEST(Drive, catching_up_after_a_stall_is_no_jump_of_the_encoder) {
+  DriveBench b(2000, false, {.step_max = 1.0});
+  b.enable();
+  constexpr std::int64_t kStalled = 21;
+  b.drive.read(b.inputs, true, kStalled);  // the target goes on by 21 cycles of travel in this cycle's frame ...
+  b.position(2000 * kStalled - 100);       // ... and the position follows in the next
+  EXPECT_EQ(b.cycle({.goal = DriveGoal::Enabled}).fault, Fault::None);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(b.cycle({.goal = DriveGoal::Enabled}).fault, Fault::None);
+  b.position(2000 * kStalled + 2000 * 3);  // the allowance is over by now
+  EXPECT_EQ(b.cycle({.goal = DriveGoal::Enabled}).fault, Fault::EncoderJump);
+}
+
 TEST(Drive, inputs_follow_the_bits_of_the_profile) {
   DriveBench b;
   b.layout.digital_inputs.set(b.inputs, 0x01E0'0005);

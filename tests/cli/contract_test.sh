@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# Exit codes and words of the program's contract, in virtual time.
+source "$(dirname "$0")/lib.sh"
+demo=recipes/demo-board.yaml
+
+expect_exit 0 "a dry run of the demo board" "$gantry" --json dry-run $demo --out "$work/a"
+python3 -m json.tool "$work/out" >/dev/null 2>&1 || grep -q '"setpoint_hash"' "$work/out" || fail "stdout is no JSON document"
+[ -s "$work/a/report.html" ] && [ -s "$work/a/summary.json" ] && [ -s "$work/a/deposits.csv" ] || fail "the job's files are not all there"
+
+sed -e 's/speed: 15 mm\/s/sped: 15 mm\/s/' -e 's/gap: 0.4 mm/gap: 0.4/' -e 's/material: sealant/material: selant/' $demo |
+  awk '/material: selant/ && n++ {sub("selant", "sealant")} {print}' >"$work/three.yaml"
+expect_exit 3 "three mistakes" "$gantry" check "$work/three.yaml"
+count=$(grep -c "$work/three.yaml:[0-9]*:[0-9]*:" "$work/err")
+[ "$count" = 3 ] || fail "three mistakes gave $count messages"
+expect_text "did you mean 'speed'"
+expect_exit 3 "three mistakes, nothing runs" "$gantry" dry-run "$work/three.yaml"
+
+awk '{print} /^parts:/ {print "  roof: {at: [36 mm, 34 mm], size: [20 mm, 20 mm, 18 mm]}"}' $demo >"$work/roof.yaml"
+expect_exit 4 "an obstacle on the only way" "$gantry" dry-run "$work/roof.yaml" --out "$work/roof"
+expect_text "roof"; expect_text "needle"; expect_text "$work/roof.yaml:[0-9]*:[0-9]*"
+
+echo '- {at: job start, do: remove_mark, name: back_right}' >"$work/no-mark.yaml"
+expect_exit 6 "a mark that is not there" "$gantry" dry-run $demo --sim-script "$work/no-mark.yaml" --out "$work/m"
+echo '- {at: feature dot 3, do: drive_fault, axis: X, code: 0x0E}' >"$work/fault.yaml"
+expect_exit 5 "a drive fault in mid job" "$gantry" dry-run $demo --sim-script "$work/fault.yaml" --out "$work/f"
+expect_text "60 V"
+expect_exit 3 "a placement with a mistake" "$gantry" dry-run $demo --sim-board "dx=1.3, dy=1 mm"
+expect_exit 2 "an unknown verb" "$gantry" fly
+expect_exit 2 "an unknown bus" "$gantry" run $demo --bus profibus --state "$work/none"
+expect_exit 3 "a recipe that is not there" "$gantry" dry-run "$work/nothing.yaml"
+expect_exit 0 "a code explained" "$gantry" explain G207
+expect_text "lag\|follow"

@@ -1,0 +1,27 @@
+# For the tests of the program as a user runs it: bash tests/cli/NAME.sh GANTRY
+set -uo pipefail
+gantry=$(realpath "$1")
+source_dir=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+cd "$source_dir" || exit 1
+work=$(mktemp -d)
+failures=0
+pids=()
+finish() {
+  for p in "${pids[@]:-}"; do [ -n "$p" ] && kill "$p" 2>/dev/null; done
+  wait 2>/dev/null
+  rm -rf "$work"
+  [ "$failures" = 0 ] || exit 1
+}
+trap finish EXIT
+fail() { echo "FAILED: $*"; failures=$((failures + 1)); }
+# expect_exit CODE WHAT COMMAND...: stdout and stderr go to $work/out and $work/err
+expect_exit() {
+  local code=$1 what=$2; shift 2
+  "$@" >"$work/out" 2>"$work/err" </dev/null
+  local got=$?
+  [ "$got" = "$code" ] && echo "ok: $what" || { fail "$what: exit $got, expected $code"; tail -5 "$work/err"; }
+}
+expect_text() { grep -q -- "$1" "$work/out" "$work/err" || { fail "no '$1' in the output"; cat "$work/out" "$work/err" | tail -5; }; }
+hash_of() { grep -o '"setpoint_hash": "[^"]*"' "$1/summary.json"; }
+# wait_for SECONDS COMMAND...: until it succeeds
+wait_for() { local n=$(($1 * 20)); shift; for _ in $(seq "$n"); do "$@" >/dev/null 2>&1 && return 0; sleep 0.05; done; return 1; }

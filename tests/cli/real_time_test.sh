@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# The same short job in virtual time, in real time, through an owner that is up, and interrupted. Nothing here depends on how punctual the host is.
+source "$(dirname "$0")/lib.sh"
+job=tests/cli/short-board.yaml
+
+expect_exit 0 "in virtual time" "$gantry" dry-run $job --out "$work/dry"
+expect_exit 0 "in real time" "$gantry" run $job --state "$work/none" --out "$work/real"
+[ "$(hash_of "$work/dry")" = "$(hash_of "$work/real")" ] && echo "ok: same setpoints" || fail "another hash in real time"
+
+# The publisher's death costs nothing.
+"$gantry" run $job --state "$work/none" --out "$work/killed" >"$work/k.out" 2>&1 </dev/null &
+runner=$!; pids+=($runner)
+if wait_for 5 pgrep -P $runner; then kill -9 "$(pgrep -P $runner | head -1)" && echo "ok: publisher killed"; else fail "no publisher was started"; fi
+wait $runner || fail "the job did not survive its publisher's death"
+[ "$(hash_of "$work/dry")" = "$(hash_of "$work/killed")" ] || fail "another hash when the publisher was killed"
+
+"$gantry" run $job --state "$work/none" --out "$work/int" >"$work/i.out" 2>&1 </dev/null &
+runner=$!; pids+=($runner)
+wait_for 20 grep -q "homing X" "$work/i.out"; sleep 2
+kill -INT $runner; wait $runner; code=$?
+[ $code = 130 ] && echo "ok: Ctrl-C" || { fail "Ctrl-C gave $code"; tail -5 "$work/i.out"; }
+grep -q '"result": "interrupted"' "$work/int/summary.json" || fail "the summary does not say interrupted"
+
+"$gantry" up --state "$work/state" >"$work/up.out" 2>&1 </dev/null &
+owner=$!; pids+=($owner)
+wait_for 20 grep -q "is up" "$work/up.out" || { fail "the owner did not come up"; cat "$work/up.out"; }
+expect_exit 7 "a second owner" "$gantry" up --state "$work/state"
+expect_exit 0 "home as a client" "$gantry" home --state "$work/state"
+expect_exit 0 "a job as a client" "$gantry" --json run $job --state "$work/state" --out "$work/client"
+[ "$(hash_of "$work/dry")" = "$(hash_of "$work/client")" ] || fail "another hash through the owner"
+kill -TERM $owner; wait $owner && echo "ok: the owner ends in order" || fail "the owner did not end in order"
