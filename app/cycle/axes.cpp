@@ -8,12 +8,17 @@ namespace gantry::cycle {
 using devices::DriveGoal;
 using devices::DriveState;
 
+namespace {
+constexpr double kJumpCycles = 4;  // R44: cycles of travel at full speed that one cycle may show
+}
+
 Axes::Axes(const LoopSetup& setup) noexcept : setup_(setup) {
   for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
     const DriveSetup& drive = setup_.drives[d];
     const AxisSetup& axis = setup_.axes[drive.axis.value];
-    // A target may be as far off as the window allows, so that is what an honest position may step in one cycle.
-    const double step_max = 2 * axis.limits.v_max * seconds(setup_.period) + axis.following_base;
+    // A frame that comes just after SYNC0 makes the drive take two cycles of travel in one, and catch up in the next:
+    // that is late, no jump.
+    const double step_max = kJumpCycles * axis.limits.v_max * seconds(setup_.period) + axis.following_base;
     drives_[d] = devices::Drive(drive.layout, drive.scale, {.cycle = setup_.period, .step_max = step_max});
   }
 }
@@ -41,7 +46,10 @@ void Axes::write(devices::FieldBus& bus, const AxisVec& target) noexcept {
     devices::DriveCommand command;
     if (homing_[d].busy()) command = homing_[d].step(drives_[d].feedback());
     command.goal = goal_;
-    command.target = target[setup.axis.value];
+    // An axis that has come home stands where it is until the others have, too: the interpolator's place is of the time
+    // before.
+    const bool in_homing = (homing_mask_ >> setup.axis.value & 1u) != 0;
+    command.target = in_homing ? drives_[d].commanded() : target[setup.axis.value];
     if (d == probe_drive()) command.probe_function = probe_.step(drives_[d].feedback());
     drives_[d].write(bus.outputs(setup.station), command);
   }

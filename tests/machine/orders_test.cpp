@@ -79,6 +79,22 @@ TEST(Orders, an_interrupt_comes_to_rest_with_the_valve_closed_and_says_130) {
   EXPECT_EQ(rig.owner().latest().target, at);
 }
 
+TEST(Orders, an_interrupt_at_any_time_of_homing_ends_in_order) {
+  for (const CycleIndex after : {200, 900, 1300, 2100, 3000, 4200}) {
+    Rig rig({.placement = "dx=0.5 mm"});
+    CycleIndex begin = 0;
+    rig.on_step = [&](run::Owner& owner) {
+      const auto& s = owner.latest();
+      if (begin == 0 && s.state == cycle::State::Homing) begin = s.cycle;
+      if (begin != 0 && s.cycle == begin + after) owner.interrupt(Error{Fault::Interrupted, "interrupted", ""});
+    };
+    const auto result = rig.run(kDemo);
+    EXPECT_EQ(result.exit_code, ExitCode::Interrupted)
+        << after << ": " << (result.errors.empty() ? "" : to_text(result.errors.front()));
+    EXPECT_EQ(rig.owner().latest().latched, Fault::None) << after;
+  }
+}
+
 TEST(Orders, what_does_not_fit_the_state_is_refused_with_a_reason) {
   Rig rig({});
   ASSERT_TRUE(rig.owner().bring_up());
