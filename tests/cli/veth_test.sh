@@ -4,7 +4,7 @@ source "$(dirname "$0")/lib.sh"
 job=tests/cli/short-board.yaml
 name=gcli$$
 scripts/veth-pair up $name >/dev/null 2>&1 || { echo "no veth pair may be made here: nothing to test"; exit 77; }
-trap 'scripts/veth-pair down $name >/dev/null 2>&1; finish' EXIT
+trap 'ip netns pids $name 2>/dev/null | xargs -r kill; scripts/veth-pair down $name >/dev/null 2>&1; finish' EXIT
 inside() { scripts/veth-pair exec $name -- "$@"; }
 
 expect_exit 0 "in virtual time" "$gantry" dry-run $job --out "$work/dry"
