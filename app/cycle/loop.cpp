@@ -70,7 +70,7 @@ Time Loop::tick(const Beat& beat) noexcept {
   bus_time_ = received - sending;
   compute_ = clock_.now() - beat.woke - bus_time_;
   tell_snapshot(beat, true);
-  return setup_.lock_to_reference_clock ? dc_lock_.step(exchange_.dc_time_ns) : Time{0};
+  return dc_lock_.step(exchange_.dc_time_ns);
 }
 
 // ---- commands ----

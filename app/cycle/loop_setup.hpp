@@ -60,7 +60,6 @@ struct LoopSetup {
   int stop_after_missed = 3;
   int frames_lost_max = 3;  ///< cyclic frames in a row that may be missing (R02)
   int counter_low_max = 3;  ///< cycles in a row in which a station may not take part (R04)
-  bool lock_to_reference_clock = true;
 };
 
 }  // namespace gantry::cycle

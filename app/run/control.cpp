@@ -126,7 +126,6 @@ Result<Played> Control::play(std::uint32_t block, std::span<const motion::Segmen
   constexpr double kNoLimit_s = 1e9;  // a held block may wait for its operator
   if (auto r = wait(look, kNoLimit_s, {}); !r) return tl::unexpected(r.error());
   if (stopped) return tl::unexpected(describe_(*stopped));
-  played.rest = latest().target;
   return played;
 }
 

@@ -21,7 +21,6 @@ namespace gantry::run {
 struct Played {
   bool touched = false;
   double touched_at = 0;  ///< coordinate of the probe's axis, mm
-  AxisVec rest{};         ///< where the axes stand: the start of the next block
   CycleIndex end = 0;
 };
 

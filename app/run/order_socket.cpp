@@ -127,11 +127,6 @@ void OrderSocket::reply(std::uint64_t client, const std::string& line) {
     if (c.id == client && !send_line(c, line)) shutdown(c.fd, SHUT_RDWR);
 }
 
-void OrderSocket::tell_all(const std::string& line) {
-  for (const Client& c : clients_)
-    if (!send_line(c, line)) shutdown(c.fd, SHUT_RDWR);
-}
-
 std::optional<OrderClient> OrderClient::connect(const std::string& path) {
   sockaddr_un address{};
   if (!fill_address(address, path)) return std::nullopt;

@@ -32,7 +32,6 @@ class OrderSocket {
   std::optional<Incoming> poll();
   /// To one client; one that does not read loses its connection, never the owner's time.
   void reply(std::uint64_t client, const std::string& line);
-  void tell_all(const std::string& line);
 
  private:
   struct Client {

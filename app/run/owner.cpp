@@ -275,8 +275,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
     if (ended) ended = p.world->begin_job();
   }
   if (ended) ended = enable();
-  Runner runner({p.machine, *p.control, p.world != nullptr ? &p.world->camera() : nullptr, p.options.virtual_time},
-                recipe, job, result);
+  Runner runner({p.machine, *p.control, p.world != nullptr ? &p.world->camera() : nullptr}, recipe, job, result);
   p.runner = &runner;
   if (ended) ended = runner.run();
   if (!ended) {
@@ -358,7 +357,5 @@ Progress Owner::progress() const {
   progress.elapsed_s = static_cast<double>(latest().time_ns - p.job_start_ns) * 1e-9;
   return progress;
 }
-
-std::string Owner::rights_refused() const { return parts_->thread ? parts_->thread->rights().refused : ""; }
 
 }  // namespace gantry::run

@@ -69,8 +69,6 @@ class Owner {
 
   [[nodiscard]] const cycle::Snapshot& latest() const;
   [[nodiscard]] Progress progress() const;
-  /// What the system refused of real-time rights; "" in virtual time or when all was granted.
-  [[nodiscard]] std::string rights_refused() const;
 
  private:
   struct Parts;

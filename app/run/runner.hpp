@@ -25,7 +25,6 @@ struct Site {
   const config::Machine& machine;
   Control& control;
   vision::Camera* camera = nullptr;  ///< null: a recipe with marks fails
-  bool virtual_time = false;
 };
 
 class Runner {
