@@ -49,6 +49,12 @@ struct Job {
   std::vector<Block> blocks;
 };
 
+/// Marks come first, then touches on the placed board, then what needs both.
+inline bool needs_offset(const Block& block) { return !std::holds_alternative<LookAtMark>(block.what); }
+inline bool needs_surface(const Block& block) {
+  return needs_offset(block) && !std::holds_alternative<Touch>(block.what);
+}
+
 /// Checks a recipe against a machine (frames, reach at nominal placement with the rules' margins, speeds, tools, marks)
 /// and cuts it into blocks: one a mark, one a touch, one for all features, one to park. Every mistake with its place in
 /// the recipe. Fault 4xx, 5xx.

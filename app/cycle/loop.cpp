@@ -17,17 +17,6 @@ constexpr std::int64_t kMostSteps =
 constexpr int kResetTicks = 500;    // for the drives to leave their fault state
 constexpr int kHealthyPeriod = 50;  // cycles: the "healthy" output is a pulse, so that a stuck output shows
 
-motion::Limits limits_of(const LoopSetup& setup) noexcept {
-  motion::Limits limits;
-  limits.axes = setup.axes.size();
-  limits.tick_s = seconds(setup.period);
-  for (std::size_t i = 0; i < setup.axes.size(); ++i) {
-    limits.axis[i] = setup.axes[i].limits;
-    limits.linear[i] = setup.axes[i].path_axis;
-  }
-  return limits;
-}
-
 AxisVec delays_of(const LoopSetup& setup) noexcept {
   AxisVec delays{};
   for (std::size_t i = 0; i < setup.axes.size(); ++i) delays[i] = setup.axes[i].response_delay_s;
@@ -44,9 +33,8 @@ Loop::Loop(const LoopSetup& setup, devices::FieldBus& bus, devices::CanPort* can
       channels_(channels),
       axes_(setup_),
       supervisor_(setup_),
-      limits_(limits_of(setup_)),
-      interpolator_(channels.segments, limits_, setup_.valve_mask),
-      compensation_(limits_, delays_of(setup_)) {}
+      interpolator_(channels.segments, setup_.limits, setup_.valve_mask),
+      compensation_(setup_.limits, delays_of(setup_)) {}
 
 Time Loop::tick(const Beat& beat) noexcept {
   const rt::Section in_loop;
@@ -196,7 +184,7 @@ void Loop::advance(const Beat& beat) noexcept {
   }
   if (state_ == State::Offline || !axes_.all_enabled()) return;
   const motion::Verdict verdict =
-      motion::check_target(limits_, before, commanded_.target, static_cast<int>(steps - 1), axes_.referenced());
+      motion::check_target(setup_.limits, before, commanded_.target, static_cast<int>(steps - 1), axes_.referenced());
   if (verdict.fault != Fault::None) {
     react(verdict.fault, verdict.axis, 0);
     hold_position();

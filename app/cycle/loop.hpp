@@ -65,7 +65,6 @@ class Loop {
 
   Axes axes_;
   Supervisor supervisor_;
-  motion::Limits limits_;
   motion::Interpolator interpolator_;
   motion::Compensation compensation_;
   devices::DcLock dc_lock_;

@@ -30,9 +30,7 @@ struct HomingSetup {
 
 struct AxisSetup {
   bool streamed = true;
-  bool path_axis = false;                   ///< its travel makes path length (X Y Z)
   rt::FixedVector<std::uint8_t, 2> drives;  ///< indices of LoopSetup::drives
-  motion::AxisLimits limits;
   double following_base = 0, following_per_speed_s = 0;
   double skew_max = 0;
   double response_delay_s = 0;
@@ -50,6 +48,7 @@ struct BitPlace {
 
 struct LoopSetup {
   Time period = milliseconds(1);
+  motion::Limits limits;
   rt::FixedVector<AxisSetup, kMaxAxes> axes;
   rt::FixedVector<DriveSetup, kMaxDrives> drives;
   rt::FixedVector<BitPlace, 32> outputs, inputs;

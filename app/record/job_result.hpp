@@ -53,7 +53,10 @@ struct HistogramBucket {
 };
 
 struct CycleStatistics {
-  std::uint64_t cycles = 0, sent = 0, skipped = 0, deadline_misses = 0, frames_lost = 0, working_counter_errors = 0;
+  std::uint64_t cycles = 0, sent = 0, frames_lost = 0, working_counter_errors = 0;
+  std::uint64_t skipped = 0;          ///< slept through
+  std::uint64_t stalls = 0;           ///< wake-ups that came more than a cycle late; each skips one cycle or more
+  std::uint64_t deadline_misses = 0;  ///< skipped, or not done when the next cycle was due
   Quantiles wake, compute, bus;
   std::vector<HistogramBucket> wake_histogram, compute_histogram, bus_histogram;
   bool real_time_priority = false, memory_locked = false;

@@ -252,11 +252,12 @@ std::string cycle_section(const JobResult& r) {
   std::string body = table.done();
   body += c.virtual_time ? histogram_view(c.compute_histogram) : histogram_view(c.wake_histogram);
   body += fmt::format(
-      "<p class=\"note\">{} in {} cycles, how often against how long. {} cycles skipped, {} frames lost, {} wrong "
+      "<p class=\"note\">{} in {} cycles, how often against how long. {} cycles skipped in {} stalls, {} frames lost, "
+      "{} wrong "
       "working "
       "counters.",
-      c.virtual_time ? "The loop's own work" : "How late the loop woke", grouped(c.cycles), c.skipped, c.frames_lost,
-      c.working_counter_errors);
+      c.virtual_time ? "The loop's own work" : "How late the loop woke", grouped(c.cycles), c.skipped, c.stalls,
+      c.frames_lost, c.working_counter_errors);
   if (c.virtual_time)
     body += " In virtual time nobody waits: wake-up is no measurement here.";
   else

@@ -89,6 +89,7 @@ Json cycle(const CycleStatistics& c) {
   return {{"cycles", c.cycles},
           {"sent", c.sent},
           {"skipped", c.skipped},
+          {"stalls", c.stalls},
           {"deadline_misses", c.deadline_misses},
           {"frames_lost", c.frames_lost},
           {"working_counter_errors", c.working_counter_errors},

@@ -99,10 +99,14 @@ void Trace::add_cycle(const cycle::Snapshot& s) {
   if (!s.sent) {
     ++cycles_.skipped;
     ++cycles_.deadline_misses;
+    ++asleep_;
     return;
   }
   ++cycles_.sent;
-  wake_.add(s.wake_ns);
+  // How late against the beat that the loop had asked for: the first of those that it slept through.
+  wake_.add(s.wake_ns + asleep_ * cycle_ns_);
+  cycles_.stalls += asleep_ > 0;
+  asleep_ = 0;
   compute_.add(s.compute_ns);
   bus_.add(s.bus_ns);
   if (std::int64_t{s.wake_ns} + s.compute_ns + s.bus_ns > cycle_ns_) ++cycles_.deadline_misses;

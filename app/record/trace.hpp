@@ -63,6 +63,7 @@ class Trace {
   std::vector<std::uint32_t> interrupted_;
 
   rt::Histogram wake_, compute_, bus_;
+  std::int64_t asleep_ = 0;  ///< cycles skipped since the last one that was sent
   CycleStatistics cycles_;
 };
 

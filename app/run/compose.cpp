@@ -80,11 +80,9 @@ motion::Limits compose_limits(const config::Machine& machine) {
 Result<LoopSetup> compose_loop(const config::Machine& machine, bool hardware) {
   LoopSetup loop;
   loop.period = machine.bus.cycle;
-  const motion::Limits limits = compose_limits(machine);
+  loop.limits = compose_limits(machine);
   for (const config::Axis& axis : machine.axes) {
     cycle::AxisSetup setup;
-    setup.limits = limits.axis[axis.id.value];
-    setup.path_axis = limits.linear[axis.id.value];
     setup.following_base = axis.following_base;
     setup.following_per_speed_s = axis.following_per_speed_s;
     setup.skew_max = axis.skew_max;

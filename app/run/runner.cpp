@@ -40,6 +40,12 @@ Runner::Runner(const Site& site, const recipes::Recipe& recipe, const recipes::J
 }
 
 Result<void> Runner::run() {
+  auto done = play_blocks();
+  result_.planned = planned_path_.points();
+  return done;
+}
+
+Result<void> Runner::play_blocks() {
   at_ = site_.control.latest().target;
   const std::uint32_t clamp = config::bit(config::Output::Clamp), closed = config::bit(config::Input::ClampClosed);
   if (auto r = site_.control.command({.kind = cycle::CommandKind::SetOutputs, .mask = clamp, .bits = clamp}, 1); !r)
@@ -51,11 +57,9 @@ Result<void> Runner::run() {
       return r;
 
   for (const recipes::Block& block : job_.blocks) {
-    const bool marks_over = !std::holds_alternative<recipes::LookAtMark>(block.what);
-    const bool touches_over = marks_over && !std::holds_alternative<recipes::Touch>(block.what);
-    if (marks_over && !offset_settled_)
+    if (recipes::needs_offset(block) && !offset_settled_)
       if (auto r = settle_offset(); !r) return r;
-    if (touches_over && !surface_settled_)
+    if (recipes::needs_surface(block) && !surface_settled_)
       if (auto r = settle_surface(); !r) return r;
     auto done =
         std::visit(Match{[&](const recipes::LookAtMark& b) { return look(b.mark); },
@@ -97,7 +101,6 @@ Result<Played> Runner::play(const Result<PlannedBlock>& planned) {
                                      ? planned->minimum_clearance_mm
                                      : std::min(result_.minimum_clearance_mm, planned->minimum_clearance_mm);
   planned_path_.add(planned->segments);
-  result_.planned = planned_path_.points();
   auto played = site_.control.play(block_, planned->segments);
   at_ = site_.control.latest().target;
   return played;

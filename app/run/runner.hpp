@@ -36,6 +36,7 @@ class Runner {
   [[nodiscard]] const std::string& doing() const { return doing_; }
 
  private:
+  Result<void> play_blocks();
   Result<void> look(std::size_t mark);
   Result<record::MarkResult> judge(std::size_t mark, const AxisVec& head, std::uint64_t shown_before);
   Result<void> settle_offset();

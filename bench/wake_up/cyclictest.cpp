@@ -21,8 +21,9 @@ Result<Cyclictest> Cyclictest::start(int cpu, int priority) {
     dup2(ends[1], STDERR_FILENO);
     close(ends[0]);
     close(ends[1]);
-    // 20 ms of histogram: single stalls of a virtual machine's host are longer, and are counted as overflows.
-    execlp("cyclictest", "cyclictest", "--quiet", "--mlockall", "--interval=1000", "--threads=1", "--histogram=20000",
+    // 200 ms of histogram: single stalls of a virtual machine's host last many ms, and each counts for as long as it
+    // was.
+    execlp("cyclictest", "cyclictest", "--quiet", "--mlockall", "--interval=1000", "--threads=1", "--histogram=200000",
            on.c_str(), fifo.c_str(), nullptr);
     std::perror("cyclictest");
     _exit(127);

@@ -18,4 +18,10 @@ std::uint64_t Latencies::above(std::int64_t us) const {
   return n;
 }
 
+std::uint64_t Latencies::whole(std::int64_t us) const {
+  std::uint64_t n = 0;
+  for (const auto& [latency, times] : counts_) n += static_cast<std::uint64_t>(latency / us) * times;
+  return n;
+}
+
 }  // namespace gantry::bench

@@ -19,6 +19,8 @@ class Latencies {
   [[nodiscard]] std::uint64_t count() const { return count_; }
   /// How many exceed `us`.
   [[nodiscard]] std::uint64_t above(std::int64_t us) const;
+  /// Whole periods of `us` in all of them together: what a loop of that period has slept through.
+  [[nodiscard]] std::uint64_t whole(std::int64_t us) const;
 
  private:
   std::map<std::int64_t, std::uint64_t> counts_;

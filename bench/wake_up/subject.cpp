@@ -76,7 +76,8 @@ Result<Figures> parse_summary(const std::string& text) {
       return fail(Fault::RealTimeRefused, "the loop had no real-time priority; run as root, or see `gantry doctor`");
     return Figures{.at = {wake.at("p50").get<double>(), wake.at("p99").get<double>(), wake.at("p99_9").get<double>()},
                    .max = wake.at("max").get<double>(),
-                   .late = cycle.at("deadline_misses").get<std::uint64_t>(),
+                   .stalls = cycle.at("stalls").get<std::uint64_t>(),
+                   .missed = cycle.at("deadline_misses").get<std::uint64_t>(),
                    .cycles = cycle.at("cycles").get<std::uint64_t>(),
                    .cost = fmt::format("{:.1f} / {:.1f} / {:.1f} / {:.1f}", compute.at("p50").get<double>(),
                                        compute.at("p99").get<double>(), compute.at("p99_9").get<double>(),

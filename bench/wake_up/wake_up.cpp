@@ -41,16 +41,25 @@ Result<Run> run_beside(const Options& options, int our_cpu, int their_cpu) {
 }
 
 void print(const char* who, int cpu, const Figures& f) {
-  std::printf("  %-10s CPU %d %8.1f %8.1f %8.1f %9.1f %6lu of %-7lu %s\n", who, cpu, f.at[0], f.at[1], f.at[2], f.max,
-              f.late, f.cycles, f.cost.c_str());
+  std::printf("  %-10s CPU %d %8.1f %8.1f %8.1f %9.1f %6lu %6lu of %-7lu %s\n", who, cpu, f.at[0], f.at[1], f.at[2],
+              f.max, f.stalls, f.missed, f.cycles, f.cost.c_str());
+}
+
+void add(Figures& sum, const Figures& run) {
+  sum.stalls += run.stalls, sum.missed += run.missed, sum.cycles += run.cycles;
+}
+
+double share(const Figures& f) {
+  return f.cycles > 0 ? static_cast<double>(f.missed) / static_cast<double>(f.cycles) : 0;
 }
 
 Result<void> measure(const Options& options) {
   std::array<double, kQuantiles.size()> log_ratio{};
-  std::uint64_t late_ours = 0, late_theirs = 0, cycles_ours = 0, cycles_theirs = 0;
+  Figures ours, theirs;
   std::printf(
-      "1 ms, SCHED_FIFO; us: p50, p99, p99.9, max; cycles late by more than a period; cost of a cycle p50 / p99 / "
-      "p99.9 / max in us\n");
+      "1 ms, SCHED_FIFO; wake-up in us: p50, p99, p99.9, max; stalls (wake-ups more than a period late); deadlines "
+      "missed "
+      "of all; cost of a cycle p50 / p99 / p99.9 / max in us\n");
   for (int pair = 1; pair <= options.pairs; ++pair) {
     std::printf("pair %d\n", pair);
     for (const std::size_t swap : {0u, 1u}) {
@@ -61,15 +70,17 @@ Result<void> measure(const Options& options) {
       print("cyclictest", their_cpu, run->theirs);
       for (std::size_t q = 0; q < kQuantiles.size(); ++q)  // half a microsecond: the resolution, and never a zero
         log_ratio[q] += std::log((run->ours.at[q] + 0.5) / (run->theirs.at[q] + 0.5));
-      late_ours += run->ours.late, late_theirs += run->theirs.late;
-      cycles_ours += run->ours.cycles, cycles_theirs += run->theirs.cycles;
+      add(ours, run->ours);
+      add(theirs, run->theirs);
       std::fflush(stdout);
     }
   }
   std::printf("ratio ours / cyclictest, geometric mean of %d swapped pairs:", options.pairs);
   for (std::size_t q = 0; q < kQuantiles.size(); ++q)
     std::printf("  p%g %.2f", 100 * kQuantiles[q], std::exp(log_ratio[q] / (2.0 * options.pairs)));
-  std::printf("\nlate: ours %lu of %lu, cyclictest %lu of %lu\n", late_ours, cycles_ours, late_theirs, cycles_theirs);
+  std::printf("\nstalls: ours %lu, cyclictest %lu\n", ours.stalls, theirs.stalls);
+  std::printf("deadlines missed: ours %lu of %lu (%.2e), cyclictest %lu of %lu (%.2e)\n", ours.missed, ours.cycles,
+              share(ours), theirs.missed, theirs.cycles, share(theirs));
   return {};
 }
 

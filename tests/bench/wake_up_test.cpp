@@ -19,6 +19,16 @@ TEST(Latencies, quantiles_of_a_known_distribution) {
   EXPECT_EQ(l.above(5000), 0u);
 }
 
+// A loop of 1 ms that wakes 5.3 ms late has slept through five deadlines; one that wakes 0.9 ms late through none.
+TEST(Latencies, periods_slept_through_are_counted_each) {
+  Latencies l;
+  l.add(900, 100);
+  EXPECT_EQ(l.whole(1000), 0u);
+  l.add(5300);
+  l.add(1000, 2);
+  EXPECT_EQ(l.whole(1000), 7u);
+}
+
 // Printed by `cyclictest -q -m -p 90 -i 1000 -t 1 -l 1000 -h 5` of rt-tests 2.4, shortened.
 constexpr const char* kPrinted =
     "# /dev/cpu_dma_latency set to 0us\n"
@@ -53,13 +63,14 @@ TEST(Cyclictest, anything_else_is_an_error) {
 }
 
 TEST(Summary, wake_up_and_cost_are_read_and_a_loop_without_priority_is_no_measure) {
-  const std::string text = R"({"cycle": {"cycles": 40000, "deadline_misses": 2, "real_time_priority": true,
+  const std::string text = R"({"cycle": {"cycles": 40000, "deadline_misses": 7, "stalls": 2, "real_time_priority": true,
     "wake_us": {"p50": 12.5, "p99": 40, "p99_9": 90.25, "max": 1234},
     "compute_us": {"p50": 5, "p99": 6, "p99_9": 9, "max": 30}}})";
   const auto f = parse_summary(text);
   ASSERT_TRUE(f) << f.error().message;
   EXPECT_EQ(f->at, (std::array<double, 3>{12.5, 40, 90.25}));
-  EXPECT_EQ(f->late, 2u);
+  EXPECT_EQ(f->stalls, 2u);
+  EXPECT_EQ(f->missed, 7u);
   EXPECT_EQ(f->cycles, 40000u);
   EXPECT_EQ(f->cost, "5.0 / 6.0 / 9.0 / 30.0");
   std::string refused = text;

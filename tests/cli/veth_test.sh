@@ -3,7 +3,12 @@
 source "$(dirname "$0")/lib.sh"
 job=tests/cli/short-board.yaml
 name=gcli$$
-scripts/veth-pair up $name >/dev/null 2>&1 || { echo "no veth pair may be made here: nothing to test"; exit 77; }
+if ! scripts/veth-pair up $name >"$work/pair" 2>&1; then
+  cat "$work/pair"
+  [ "$(id -u)" = 0 ] && exit 1
+  echo "only root may make a veth pair: nothing to test"
+  exit 77
+fi
 trap 'ip netns pids $name 2>/dev/null | xargs -r kill; scripts/veth-pair down $name >/dev/null 2>&1; finish' EXIT
 inside() { scripts/veth-pair exec $name -- "$@"; }
 
@@ -11,18 +16,15 @@ expect_exit 0 "in virtual time" "$gantry" dry-run $job --out "$work/dry"
 inside "$gantry" sim --interface $name-sim --world "$work/world" >"$work/sim.out" 2>&1 </dev/null &
 pids+=($!)
 wait_for 10 test -S "$work/world" || { fail "no world socket"; cat "$work/sim.out"; }
-if command -v tshark >/dev/null; then
-  inside tshark -i $name-ctl -a duration:4 -w "$work/bus.pcapng" >/dev/null 2>&1 </dev/null &
-  shark=$!; pids+=($shark)
-  sleep 1.5
-fi
+command -v tshark >/dev/null || fail "no tshark; scripts/setup installs it"
+inside tshark -i $name-ctl -a duration:4 -w "$work/bus.pcapng" >/dev/null 2>&1 </dev/null &
+shark=$!; pids+=($shark)
+sleep 1.5
 expect_exit 0 "over a wire" inside "$gantry" run $job --bus ethercat:$name-ctl --world "$work/world" --state "$work/none" --out "$work/wire"
 [ "$(hash_of "$work/dry")" = "$(hash_of "$work/wire")" ] && echo "ok: same setpoints" || fail "another hash over the wire"
 deposits() { sed -n '/"deposits"/,/"placement"/p' "$1/summary.json" | grep -o '"id": "[^"]*"' | sort; }
 [ "$(deposits "$work/dry")" = "$(deposits "$work/wire")" ] && echo "ok: same deposits" || fail "other deposits over the wire"
-if [ -n "${shark:-}" ]; then
-  wait $shark
-  frames=$(tshark -r "$work/bus.pcapng" -Y ecat 2>/dev/null | wc -l)
-  bad=$(tshark -r "$work/bus.pcapng" -Y '_ws.malformed' 2>/dev/null | wc -l)
-  [ "$frames" -gt 100 ] && [ "$bad" = 0 ] && echo "ok: $frames frames, none malformed" || fail "$frames frames, $bad malformed"
-fi
+wait $shark
+frames=$(tshark -r "$work/bus.pcapng" -Y ecat 2>/dev/null | wc -l)
+bad=$(tshark -r "$work/bus.pcapng" -Y '_ws.malformed' 2>/dev/null | wc -l)
+[ "$frames" -gt 100 ] && [ "$bad" = 0 ] && echo "ok: $frames frames, none malformed" || fail "$frames frames, $bad malformed"

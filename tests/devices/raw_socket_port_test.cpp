@@ -2,6 +2,7 @@
 #include "devices/raw_socket_port.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "devices/rt/frame.hpp"
 
@@ -15,7 +16,8 @@ std::unique_ptr<RawSocketPort> loopback() {
 
 TEST(RawSocketPort, sends_a_frame_and_receives_it_before_the_deadline) {
   const auto port = loopback();
-  if (!port) GTEST_SKIP() << "no raw sockets, or lo is down";
+  if (!port && ::geteuid() != 0) GTEST_SKIP() << "no raw sockets";
+  ASSERT_TRUE(port);
   MonotonicClock clock;
   Frame frame;
   frame.start(1);
@@ -31,7 +33,8 @@ TEST(RawSocketPort, sends_a_frame_and_receives_it_before_the_deadline) {
 
 TEST(RawSocketPort, returns_with_nothing_when_the_deadline_is_past) {
   const auto port = loopback();
-  if (!port) GTEST_SKIP() << "no raw sockets, or lo is down";
+  if (!port && ::geteuid() != 0) GTEST_SKIP() << "no raw sockets";
+  ASSERT_TRUE(port);
   MonotonicClock clock;
   std::array<std::byte, kMaxFrameBytes> buffer{};
   EXPECT_EQ(port->receive(buffer, Time{0}).size, 0u);
@@ -43,7 +46,8 @@ TEST(RawSocketPort, returns_with_nothing_when_the_deadline_is_past) {
 
 TEST(RawSocketPort, a_second_owner_is_refused_until_the_first_is_gone) {
   auto first = loopback();
-  if (!first) GTEST_SKIP() << "no raw sockets, or lo is down";
+  if (!first && ::geteuid() != 0) GTEST_SKIP() << "no raw sockets";
+  ASSERT_TRUE(first);
   const auto second = RawSocketPort::open("lo");
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().fault, Fault::SecondOwner);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <thread>
+#include <unistd.h>
 
 #include "config/machine.hpp"
 #include "devices/ethercat/master.hpp"
@@ -22,7 +23,9 @@ bool make_pair() {
 }
 
 TEST(OverVeth, the_reference_machine_comes_up_through_a_real_interface) {
-  if (!make_pair()) GTEST_SKIP() << "no network namespace of our own";
+  const bool made = make_pair();
+  if (!made && ::geteuid() != 0) GTEST_SKIP() << "no network namespace of our own";
+  ASSERT_TRUE(made);
   const auto machine = config::load_machine(std::string(GANTRY_SOURCE_DIR) + "/config/machines/dispenser.yaml");
   ASSERT_TRUE(machine);
   auto near_end = RawSocketPort::open("gantry0"), far_end = RawSocketPort::open("gantry1");

@@ -73,7 +73,6 @@ TEST(Segment, is_understood_by_wireshark) {
   const std::string path = ::testing::TempDir() + "gantry_segment_test.pcap";
   write_pcap(path, frames);
   const auto all = tshark("-r " + path + " -Y ecat -T fields -e frame.number");
-  if (all.empty()) GTEST_SKIP() << "no tshark here";
   EXPECT_EQ(all.size(), frames.size());
   EXPECT_EQ(
       tshark(

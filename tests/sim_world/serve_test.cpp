@@ -35,7 +35,8 @@ class VethPair {
 
 TEST(Serve, a_master_on_the_other_end_of_the_cable_brings_the_bus_up_and_takes_a_picture) {
   const VethPair cable;
-  if (!cable.made()) GTEST_SKIP() << "no right to make a veth pair";
+  if (!cable.made() && ::geteuid() != 0) GTEST_SKIP() << "no right to make a veth pair";
+  ASSERT_TRUE(cable.made());
   const auto machine = config::load_machine("config/machines/dispenser.yaml");
   ASSERT_TRUE(machine);
   const std::string socket = (std::filesystem::temp_directory_path() / (cable.near + ".world")).string();
