@@ -34,6 +34,7 @@ class Feasibility {
  private:
   /// How far a point of the board may stand from its nominal place by the mark rules.
   [[nodiscard]] double wander(Vec2 at) const {
+    if (recipe_.marks.empty()) return 0;
     return recipe_.mark_rules.max_shift_mm + 2 * norm(at) * std::sin(recipe_.mark_rules.max_rotation_rad / 2);
   }
 
@@ -103,7 +104,7 @@ class Feasibility {
   void needle(Vec2 at, const std::string& material_name, const std::string& id, Place place, bool& told) {
     const Material* material = find_material(recipe_, material_name);
     if (told || !material) return;
-    const double window = recipe_.touch_rules.window_mm;
+    const double window = recipe_.touches.empty() ? 0 : recipe_.touch_rules.window_mm;
     told =
         !reach("needle", at, material->gap - window, material->gap + material->retract + window, wander(at), place, id);
   }
@@ -147,6 +148,8 @@ Checked<Job> compile(const Recipe& recipe, const config::Machine& machine) {
 
 std::vector<std::string> notes(const Recipe& recipe, const config::Machine& machine) {
   std::vector<std::string> out;
+  if (recipe.marks.empty()) out.push_back("no marks: the board is taken to lie at its nominal place");
+  if (recipe.touches.empty()) out.push_back("no touches: the board's surface is taken to be at its nominal height");
   const auto& valve = machine.outputs[static_cast<std::size_t>(config::Output::Valve)];
   if (!valve) return out;
   // The output stays as it is until the station's own watchdog bites.

@@ -169,11 +169,13 @@ const Fields<RecipeFile>& recipe_fields() {
       of_recipe(object("board", &Recipe::board, kBoard, kRequired, "what lies on the machine")),
       of_recipe(named("parts", &Recipe::parts, kPart, {0, 1000}, kOptional, "what stands on the board")),
       fixtures(),
-      of_recipe(
-          named("marks", &Recipe::marks, kMark, {2, 100}, kRequired, "fiducials; at least two, three to trust them")),
+      of_recipe(named(
+          "marks", &Recipe::marks, kMark, {2, 100}, kOptional,
+          "fiducials; at least two, three to trust them; without them the board is taken to lie at its nominal place")),
       of_recipe(object("mark_rules", &Recipe::mark_rules, kMarkRules, kOptional, "when marks are believed")),
-      of_recipe(named("touches", &Recipe::touches, kTouch, {1, 100}, kRequired,
-                      "where the height is probed; three give a plane")),
+      of_recipe(
+          named("touches", &Recipe::touches, kTouch, {1, 100}, kOptional,
+                "where the height is probed; three give a plane; without them the height is taken to be nominal")),
       of_recipe(object("touch_rules", &Recipe::touch_rules, kTouchRules, kOptional, "when touches are believed")),
       of_recipe(named("materials", &Recipe::materials, kMaterial, {1, 100}, kRequired, "what is dispensed, and how")),
       list_of_variants("features", &RecipeFile::features, feature_kinds(), {1, 100000}, kRequired,

@@ -30,6 +30,7 @@ struct BlockPlanner::Builder {
   std::uint32_t block;
   AxisVec at;
   PlannedBlock out;
+  double gap_mm = 1e9;  ///< of the last feature: the needle stands so near to the board, lifted or not
 
   const motion::Scene& scene() const { return planner.surroundings_->scene(); }
 
@@ -178,7 +179,8 @@ Result<void> BlockPlanner::add_dot(Builder& builder, const recipes::Dot& dot, st
   const recipes::Material& m = *recipes::find_material(recipe_, dot.material);
   const motion::PathRules rules = surroundings_->rules(m.gap);
   const AxisVec to = needle_at(dot.at, m.gap);
-  Result<void> done = builder.travel(lifted(to, m), rules);
+  Result<void> done = builder.travel(lifted(to, m), surroundings_->rules(std::min(builder.gap_mm, m.gap)));
+  builder.gap_mm = m.gap;
   if (done) done = builder.straight(to, rules);
   if (done) {
     const std::uint32_t valve = config::bit(config::Output::Valve);
@@ -211,7 +213,9 @@ Result<void> BlockPlanner::add_bead(Builder& builder, const recipes::Bead& bead,
   auto planned = motion::plan_bead(limits_, spec);
   if (!planned) return wrong(planned.error());
 
-  if (auto r = builder.travel(lifted(planned->start, m), rules); !r) return wrong(r.error());
+  const motion::PathRules way_there = surroundings_->rules(std::min(builder.gap_mm, m.gap));
+  if (auto r = builder.travel(lifted(planned->start, m), way_there); !r) return wrong(r.error());
+  builder.gap_mm = m.gap;
   if (auto r = builder.straight(planned->start, rules); !r) return wrong(r.error());
   std::vector<AxisVec> way{planned->start};
   way.insert(way.end(), spec.points.begin(), spec.points.end());

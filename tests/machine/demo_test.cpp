@@ -2,45 +2,20 @@
 // board.
 #include <cmath>
 #include <fmt/format.h>
-#include <map>
 #include <random>
 #include <set>
 
 #include "core/units.hpp"
-#include "tests/machine/rig.hpp"
+#include "tests/machine/deposits.hpp"
 
 namespace gantry {
 namespace {
 
+using test::expect_deposits;
+using test::expect_done;
 using test::Rig;
 
 constexpr const char* kDemo = "recipes/demo-board.yaml";
-constexpr double kLateral_mm = 0.020, kGap_mm = 0.030;
-
-void expect_done(const record::JobResult& result) {
-  for (const Error& e : result.errors) ADD_FAILURE() << to_text(e);
-  EXPECT_EQ(result.exit_code, ExitCode::Done);
-}
-
-/// Every feature of the recipe lies on the board, once, where and how high the recipe wants it.
-void expect_deposits(const recipes::Recipe& recipe, const record::JobResult& result) {
-  std::map<std::string, const record::Deposit*> by_id;
-  for (const record::Deposit& d : result.deposits)
-    EXPECT_TRUE(by_id.emplace(d.id, &d).second) << "twice: '" << d.id << "'";
-  EXPECT_EQ(result.deposits.size(), recipe.features.size());
-  for (const recipes::Feature& feature : recipe.features) {
-    const auto* bead = std::get_if<recipes::Bead>(&feature);
-    const std::string& id = bead != nullptr ? bead->id : std::get<recipes::Dot>(feature).id;
-    const std::string& material = bead != nullptr ? bead->material : std::get<recipes::Dot>(feature).material;
-    const auto found = by_id.find(id);
-    if (found == by_id.end()) {
-      ADD_FAILURE() << "not dispensed: " << id;
-      continue;
-    }
-    EXPECT_LE(found->second->error_mm, kLateral_mm + (bead != nullptr ? bead->corner_tolerance : 0)) << id;
-    EXPECT_NEAR(found->second->gap_mm, recipes::find_material(recipe, material)->gap, kGap_mm) << id;
-  }
-}
 
 TEST(DemoBoard, every_feature_lies_where_the_recipe_wants_it) {
   const recipes::Recipe recipe = test::load_recipe(kDemo);
