@@ -1,0 +1,56 @@
+// A station that says whatever a fuzz input says, behind FramePort: frames come back well formed, what they carry is
+// the input's. The answer to each datagram is the business of the derived target.
+//   struct Liar : LiarPort { bool answer(const Asked&, std::span<std::byte> data) override; };
+// Time is virtual: a wait for a frame that does not come costs nothing.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <deque>
+#include <vector>
+
+#include "core/clock.hpp"
+#include "devices/frame_port.hpp"
+#include "devices/wire/ethercat.hpp"
+
+namespace gantry::fuzz {
+
+class LiarPort : public devices::FramePort {
+ public:
+  explicit LiarPort(VirtualClock& clock) : clock_(clock) {}
+
+  /// One datagram: `data` is what it carries and will carry back. False: nobody takes part (working counter 0).
+  virtual bool answer(const devices::wire::DatagramHeader& asked, std::span<std::byte> data) = 0;
+
+  bool send(devices::PortIndex, std::span<const std::byte> frame) noexcept override {
+    using namespace devices::wire;
+    std::vector<std::byte> reply(frame.begin(), frame.end());
+    reply[6] |= std::byte{kProcessedMacBit};
+    for (std::size_t at = kFrameHeader;;) {
+      const auto header = get_datagram_header(std::span(reply).subspan(at));
+      const auto data = std::span(reply).subspan(at + kDatagramHeader, header.length);
+      const std::size_t counter = at + kDatagramHeader + header.length;
+      put_le<std::uint16_t>(reply, counter, answer(header, data) ? 1 : 0);
+      if (!header.more) break;
+      at = counter + kWorkingCounter;
+    }
+    waiting_.push_back(std::move(reply));
+    return true;
+  }
+  devices::Received receive(std::span<std::byte> buffer, Time deadline) noexcept override {
+    if (waiting_.empty()) {
+      clock_.sleep_until(deadline);
+      return {};
+    }
+    const auto frame = std::move(waiting_.front());
+    waiting_.pop_front();
+    std::copy(frame.begin(), frame.end(), buffer.begin());
+    return {frame.size(), devices::PortIndex::Primary, clock_.now()};
+  }
+  [[nodiscard]] bool link_up(devices::PortIndex) const noexcept override { return true; }
+
+ private:
+  VirtualClock& clock_;
+  std::deque<std::vector<std::byte>> waiting_;
+};
+
+}  // namespace gantry::fuzz
