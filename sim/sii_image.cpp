@@ -39,9 +39,9 @@ struct Strings {
   std::vector<std::string> texts;
   std::uint8_t index(const std::string& text) {
     if (text.empty() || texts.size() >= 255) return 0;
-    const auto at = std::find(texts.begin(), texts.end(), text);
-    if (at == texts.end()) texts.push_back(text);
-    return static_cast<std::uint8_t>(at == texts.end() ? texts.size() : at - texts.begin() + 1);
+    const auto at = static_cast<std::size_t>(std::find(texts.begin(), texts.end(), text) - texts.begin());
+    if (at == texts.size()) texts.push_back(text);
+    return static_cast<std::uint8_t>(at + 1);
   }
   [[nodiscard]] Bytes bytes() const {
     Bytes out;
