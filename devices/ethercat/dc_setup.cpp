@@ -70,8 +70,10 @@ std::vector<std::uint32_t> line_delays(const std::vector<std::uint32_t>& round_t
 Result<DcSetup> set_up_clocks(Link& link, std::vector<StationRecord>& stations, std::vector<std::string>& notes) {
   std::vector<StationRecord*> clocks;
   for (auto& s : stations) {
-    s.dc = s.profile().dc && (s.features & kFeatureDc) != 0;
-    if (s.profile().dc && !s.dc) notes.push_back(s.where + ": its ESC has no distributed clock");
+    const bool wanted = s.dc;
+    s.dc = wanted && (s.esc.features & kFeatureDc) != 0;
+    s.sync0 = s.sync0 && s.dc;
+    if (wanted && !s.dc && s.config != nullptr) notes.push_back(s.where + ": its ESC has no distributed clock");
     if (s.dc) clocks.push_back(&s);
   }
   if (clocks.empty()) return DcSetup{};
@@ -118,7 +120,7 @@ Result<void> start_sync0(Link& link, const std::vector<StationRecord>& stations,
     if (!now) return tl::unexpected(now.error());
     const std::uint64_t start = (*now + static_cast<std::uint64_t>(ahead.count())) / period * period + period;
     for (const auto& s : stations) {
-      if (!s.dc) continue;
+      if (!s.sync0) continue;
       for (const auto& ok :
            {link.write<std::uint8_t>(s.address, reg::kDcActivation, 0),
             link.write<std::uint8_t>(s.address, reg::kDcCyclicUnitControl, 0),

@@ -8,12 +8,34 @@ namespace gantry::devices {
 
 using namespace wire;
 
-bool Link::attempt(Command command, std::uint32_t address, std::span<std::byte> data, std::uint16_t& working_counter) {
+namespace {
+
+constexpr std::size_t kIdleBytes = 2;
+
+}  // namespace
+
+/// How many of these one frame holds, beside the idle datagram where there are several.
+std::size_t Link::fitting(std::span<const Datagram> batch) {
+  std::size_t bytes = kFrameHeader + kDatagramHeader + kIdleBytes + kWorkingCounter, n = 0;
+  for (; n < batch.size() && n + 1 < kMaxDatagrams; ++n) {
+    bytes += kDatagramHeader + batch[n].data.size() + kWorkingCounter;
+    if (bytes > kMaxFrameBytes) break;
+  }
+  return std::max<std::size_t>(n, 1);
+}
+
+bool Link::attempt(std::span<Datagram> of_one_frame) {
   frame_.start(++sequence_);
-  const SlotIndex slot = frame_.add(command, address, std::span<const std::byte>(data));
-  // A second, idle datagram carries the second byte of the sequence: a reply of 256 frames ago is not taken.
-  const SlotIndex idle = frame_.add(Command::Nop, 0, 2);
-  if (slot == kNoSlot || idle == kNoSlot || !port_.send(PortIndex::Primary, frame_.bytes())) return false;
+  std::array<SlotIndex, kMaxDatagrams> slots{};
+  for (std::size_t i = 0; i < of_one_frame.size(); ++i) {
+    const Datagram& d = of_one_frame[i];
+    slots[i] = frame_.add(d.command, d.address, std::span<const std::byte>(d.data));
+    if (slots[i] == kNoSlot) return false;
+  }
+  // One more, idle datagram carries more bytes of the sequence: a reply of 256 frames ago is not taken. Beside the
+  // largest mailbox there is no room for it.
+  frame_.add(Command::Nop, 0, kIdleBytes);
+  if (!port_.send(PortIndex::Primary, frame_.bytes())) return false;
   const Time deadline = clock_.now() + kReplyTimeout;
   std::array<std::byte, kMaxFrameBytes> buffer;
   do {
@@ -21,9 +43,11 @@ bool Link::attempt(Command command, std::uint32_t address, std::span<std::byte> 
     if (got.size == 0) return false;
     Reply reply;
     if (match(frame_, std::span<const std::byte>(buffer).first(got.size), reply) != Match::Ours) continue;
-    const auto answer = reply.data(slot);
-    std::copy(answer.begin(), answer.end(), data.begin());
-    working_counter = reply.working_counter(slot);
+    for (std::size_t i = 0; i < of_one_frame.size(); ++i) {
+      const auto answer = reply.data(slots[i]);
+      std::copy(answer.begin(), answer.end(), of_one_frame[i].data.begin());
+      of_one_frame[i].working_counter = reply.working_counter(slots[i]);
+    }
     return true;
   } while (clock_.now() < deadline);
   return false;
@@ -57,16 +81,45 @@ Result<std::uint16_t> Link::transact(Command command, std::uint32_t address, std
   const std::vector<std::byte> request(data.begin(), data.end());
   for (int i = 0; i < attempts; ++i) {
     std::copy(request.begin(), request.end(), data.begin());
-    std::uint16_t working_counter = 0;
-    if (slot_ != nullptr ? attempt_riding(command, address, data, working_counter)
-                         : attempt(command, address, data, working_counter))
-      return working_counter;
+    Datagram one{command, address, data};
+    if (slot_ != nullptr ? attempt_riding(command, address, data, one.working_counter) : attempt(std::span(&one, 1)))
+      return one.working_counter;
   }
+  return tl::unexpected(silent());
+}
+
+Result<void> Link::transact(std::span<Datagram> batch) {
+  if (slot_ != nullptr) {  // one a cycle
+    for (Datagram& d : batch) {
+      const auto wkc = transact(d.command, d.address, d.data);
+      if (!wkc) return tl::unexpected(wkc.error());
+      d.working_counter = *wkc;
+    }
+    return {};
+  }
+  for (std::span<Datagram> left = batch; !left.empty();) {
+    const auto now = left.first(fitting(left));
+    std::vector<std::vector<std::byte>> requests;
+    for (const Datagram& d : now) requests.emplace_back(d.data.begin(), d.data.end());
+    int attempts = 0;
+    while (!attempt(now)) {
+      if (++attempts == kAttempts) return tl::unexpected(silent());
+      for (std::size_t i = 0; i < now.size(); ++i)
+        std::copy(requests[i].begin(), requests[i].end(), now[i].data.begin());
+    }
+    left = left.subspan(now.size());
+  }
+  return {};
+}
+
+Error Link::silent() const {
   if (slot_ != nullptr)
-    return fail(Fault::BusDown, "the cyclic exchange did not carry a request; the loop stands or the bus is down");
-  return fail(Fault::BusDown, port_.link_up(PortIndex::Primary)
-                                  ? "no frame came back from the bus; check the first station's supply and cable"
-                                  : "the link is down; check the cable to the first station");
+    return {Fault::BusDown, "the cyclic exchange did not carry a request; the loop stands or the bus is down", {}};
+  return {Fault::BusDown,
+          port_.link_up(PortIndex::Primary)
+              ? "no frame came back from the bus; check the first station's supply and cable"
+              : "the link is down; check the cable to the first station",
+          {}};
 }
 
 Result<void> Link::read(std::uint16_t station, std::uint16_t reg, std::span<std::byte> data) {

@@ -16,6 +16,14 @@
 
 namespace gantry::devices {
 
+/// One of several that go out together; `data` is replaced by what came back.
+struct Datagram {
+  wire::Command command = wire::Command::Nop;
+  std::uint32_t address = 0;
+  std::span<std::byte> data;
+  std::uint16_t working_counter = 0;
+};
+
 class Link {
  public:
   static constexpr Time kReplyTimeout = milliseconds(20);  ///< of one frame; also a busy host answers within it
@@ -31,6 +39,9 @@ class Link {
   /// answered.
   Result<std::uint16_t> transact(wire::Command command, std::uint32_t address, std::span<std::byte> data,
                                  int attempts = kAttempts);
+
+  /// Many at once, in as few frames as hold them. The caller judges the working counters. Fault::BusDown.
+  Result<void> transact(std::span<Datagram> batch);
 
   /// Registers of one station by its configured address. Fault::StationMissing when it does not take part.
   Result<void> read(std::uint16_t station, std::uint16_t reg, std::span<std::byte> data);
@@ -56,8 +67,9 @@ class Link {
   void pause(Time duration) { clock_.sleep_until(clock_.now() + duration); }
 
  private:
-  [[nodiscard]] bool attempt(wire::Command command, std::uint32_t address, std::span<std::byte> data,
-                             std::uint16_t& working_counter);
+  [[nodiscard]] bool attempt(std::span<Datagram> of_one_frame);
+  [[nodiscard]] std::size_t fitting(std::span<const Datagram> batch);
+  [[nodiscard]] Error silent() const;
   [[nodiscard]] bool attempt_riding(wire::Command command, std::uint32_t address, std::span<std::byte> data,
                                     std::uint16_t& working_counter);
 

@@ -61,6 +61,7 @@ Result<void> Mailbox::send(MailboxType type, std::span<const std::byte> body) {
 Result<void> Mailbox::ask_repeat(int number) {
   auto& toggle = station_.mailbox.repeat_toggle;
   toggle = !toggle;
+  station_.mailbox.repeated = true;
   const auto activate = static_cast<std::uint8_t>(kSmActivateEnable | (toggle ? kSmActivateRepeatRequest : 0));
   if (auto ok = link_.write<std::uint8_t>(station_.address, sm_register(number, kActivateByte), activate); !ok)
     return ok;
@@ -104,11 +105,15 @@ Result<std::vector<std::byte>> Mailbox::receive(MailboxType type) {
               Fault::MailboxProtocol,
               fmt::format("a reply says {} bytes, the mailbox has {}", h.length, reply->size() - kMailboxHeader),
               station_.where);
-        const bool repeated = h.counter != 0 && h.counter == station_.mailbox.last_reply_counter;
-        station_.mailbox.last_reply_counter = h.counter;
-        if (!repeated && h.type == type)
-          return std::vector<std::byte>(reply->begin() + kMailboxHeader, reply->begin() + kMailboxHeader + h.length);
-        if (!repeated && h.type == MailboxType::Error)
+        // Only after a repeat can a reply come twice; some stations count nothing, or always the same.
+        MailboxState& state = station_.mailbox;
+        const bool repeated = state.repeated && h.counter != 0 && h.counter == state.last_reply_counter;
+        if (!repeated) state.repeated = false;
+        state.last_reply_counter = h.counter;
+        const auto body = std::span<const std::byte>(*reply).subspan(kMailboxHeader, h.length);
+        const bool taken = repeated || keep_emergency(h, body);
+        if (!taken && h.type == type) return std::vector<std::byte>(body.begin(), body.end());
+        if (!taken && h.type == MailboxType::Error)
           return fail(Fault::MailboxProtocol,
                       fmt::format("the station answers with a mailbox error, detail {}",
                                   h.length >= 4 ? get_le<std::uint16_t>(*reply, kMailboxHeader + 2) : 0),
@@ -122,14 +127,33 @@ Result<std::vector<std::byte>> Mailbox::receive(MailboxType type) {
   }
 }
 
+bool Mailbox::keep_emergency(const MailboxHeader& header, std::span<const std::byte> body) {
+  if (header.type != MailboxType::Coe || body.size() < kCoeHeader + kEmergencyBytes ||
+      coe_service(get_le<std::uint16_t>(body, 0)) != CoeService::Emergency)
+    return false;
+  const auto raw = body.subspan(kCoeHeader);
+  Emergency e{get_le<std::uint16_t>(raw, 0), get_le<std::uint8_t>(raw, 2), {}};
+  for (std::size_t i = 0; i < e.data.size(); ++i) e.data[i] = get_le<std::uint8_t>(raw, 3 + i);
+  auto& kept = station_.mailbox.emergencies;
+  if (kept.size() < MailboxState::kMostEmergencies) kept.push_back(e);
+  return true;
+}
+
 Result<void> Mailbox::drain() {
   for (int i = 0; i < 16; ++i) {
     const auto waiting = full(SyncManagerKind::MailboxIn);
     if (!waiting) return tl::unexpected(waiting.error());
-    if (!*waiting) return {};
+    if (!*waiting) {
+      station_.mailbox.clean = true;
+      return {};
+    }
     const auto old = fetch();
     if (!old) return tl::unexpected(old.error());
-    if (old->size() >= kMailboxHeader) station_.mailbox.last_reply_counter = get_mailbox_header(*old).counter;
+    if (old->size() < kMailboxHeader) continue;
+    const MailboxHeader h = get_mailbox_header(*old);
+    station_.mailbox.last_reply_counter = h.counter;
+    if (kMailboxHeader + h.length <= old->size())
+      keep_emergency(h, std::span<const std::byte>(*old).subspan(kMailboxHeader, h.length));
   }
   return fail(Fault::MailboxProtocol, "the station fills its mailbox without being asked", station_.where);
 }

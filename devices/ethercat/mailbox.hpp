@@ -26,15 +26,17 @@ class Mailbox {
   [[nodiscard]] std::size_t capacity() const;
   /// Fault::MailboxTimeout when the station's mailbox stays full.
   Result<void> send(wire::MailboxType type, std::span<const std::byte> body);
-  /// The next reply of this type; others are dropped. Fault::MailboxTimeout, Fault::MailboxProtocol.
+  /// The next reply of this type; others are dropped, emergencies are kept in the record.
+  /// Fault::MailboxTimeout, Fault::MailboxProtocol.
   Result<std::vector<std::byte>> receive(wire::MailboxType type);
-  /// Throws away what an earlier, abandoned request left behind.
+  /// Takes what came unasked, and throws away what an earlier, abandoned request left behind.
   Result<void> drain();
 
  private:
   [[nodiscard]] Result<bool> full(config::SyncManagerKind kind);
   [[nodiscard]] Result<std::vector<std::byte>> fetch();
   [[nodiscard]] Result<void> ask_repeat(int number);
+  bool keep_emergency(const wire::MailboxHeader& header, std::span<const std::byte> body);
 
   Link& link_;
   StationRecord& station_;

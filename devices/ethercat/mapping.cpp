@@ -19,35 +19,15 @@ using config::SyncManagerKind;
 
 constexpr std::uint16_t kWatchdogUnitsPerMs = 10;  // of 100 us each
 
-SyncManager to_sync_manager(const StationRecord& s, const config::SyncManagerRow& row) {
-  const bool sii_mailbox = s.sii.mailbox_out_bytes != 0 && s.sii.mailbox_in_bytes != 0;
-  switch (row.kind) {
-    case SyncManagerKind::MailboxOut:
-      return {.start = sii_mailbox ? s.sii.mailbox_out_start : row.start,
-              .length = sii_mailbox ? s.sii.mailbox_out_bytes : row.length,
-              .control = kSmControlMailboxOut,
-              .activate = kSmActivateEnable};
-    case SyncManagerKind::MailboxIn:
-      return {.start = sii_mailbox ? s.sii.mailbox_in_start : row.start,
-              .length = sii_mailbox ? s.sii.mailbox_in_bytes : row.length,
-              .control = kSmControlMailboxIn,
-              .activate = kSmActivateEnable};
-    case SyncManagerKind::ProcessOut: return {.start = row.start, .control = kSmControlOutputs};
-    case SyncManagerKind::ProcessIn: return {.start = row.start, .control = kSmControlInputs};
-  }
-  return {};
-}
-
 Result<void> check_limits(const StationRecord& s, std::span<const PdoRow> pdos) {
-  const auto& p = s.profile();
   for (const auto& pdo : pdos) {
     const std::size_t bytes = image_bytes(std::span(&pdo, 1));
-    const bool entries_ok = p.max_pdo_entries <= 0 || pdo.entries.size() <= static_cast<std::size_t>(p.max_pdo_entries);
-    const bool bytes_ok = p.max_pdo_bytes <= 0 || bytes <= static_cast<std::size_t>(p.max_pdo_bytes);
+    const bool entries_ok = s.max_pdo_entries <= 0 || pdo.entries.size() <= static_cast<std::size_t>(s.max_pdo_entries);
+    const bool bytes_ok = s.max_pdo_bytes <= 0 || bytes <= static_cast<std::size_t>(s.max_pdo_bytes);
     if (!entries_ok || !bytes_ok)
       return fail(Fault::PdoMappingDiffers,
                   fmt::format("PDO {:04X}h has {} entries and {} bytes; {} takes {} and {}", pdo.index,
-                              pdo.entries.size(), bytes, p.title, p.max_pdo_entries, p.max_pdo_bytes),
+                              pdo.entries.size(), bytes, s.title, s.max_pdo_entries, s.max_pdo_bytes),
                   s.where);
   }
   return {};
@@ -58,9 +38,8 @@ Result<void> map_direction(StationRecord& s, SyncManagerKind kind, std::size_t b
   if (bytes == 0) return {};
   int number = 0;
   if (find_sync_manager(s, kind, &number) == nullptr)
-    return fail(Fault::Inconsistent,
-                fmt::format("profile '{}' maps PDOs but has no SyncManager for them", s.profile().name), s.where);
-  SyncManager& sm = s.sync_managers[static_cast<std::size_t>(number)];
+    return fail(Fault::Inconsistent, fmt::format("'{}' maps PDOs but has no SyncManager for them", s.title), s.where);
+  SyncManager& sm = s.sync_managers[static_cast<std::size_t>(number)].registers;
   sm.length = static_cast<std::uint16_t>(bytes);
   sm.activate = kSmActivateEnable;
   const bool out = kind == SyncManagerKind::ProcessOut;
@@ -77,10 +56,10 @@ Result<void> map_direction(StationRecord& s, SyncManagerKind kind, std::size_t b
 Result<ImageSize> lay_out(std::vector<StationRecord>& stations, std::uint32_t logical_start) {
   ImageSize size;
   for (auto& s : stations) {
-    for (const auto* pdos : {&s.profile().rx_pdos, &s.profile().tx_pdos})
+    for (const auto* pdos : {&s.rx_pdos, &s.tx_pdos})
       if (auto ok = check_limits(s, *pdos); !ok) return tl::unexpected(ok.error());
-    s.output_bytes = image_bytes(s.profile().rx_pdos);
-    s.input_bytes = image_bytes(s.profile().tx_pdos);
+    s.output_bytes = image_bytes(s.rx_pdos);
+    s.input_bytes = image_bytes(s.tx_pdos);
     s.output_offset = size.output_bytes;
     s.input_offset = size.input_bytes;
     size.output_bytes += s.output_bytes;
@@ -93,9 +72,7 @@ Result<ImageSize> lay_out(std::vector<StationRecord>& stations, std::uint32_t lo
     return fail(Fault::Inconsistent, fmt::format("the process data of all stations are {} bytes; one frame carries {}",
                                                  size.output_bytes + size.input_bytes, CyclicLayout::kMaxBytes));
   for (auto& s : stations) {
-    s.sync_managers.clear();
     s.fmmus.clear();
-    for (const auto& row : s.profile().sync_managers) s.sync_managers.push_back(to_sync_manager(s, row));
     const auto outputs = static_cast<std::uint32_t>(logical_start + s.output_offset);
     const auto inputs = static_cast<std::uint32_t>(logical_start + size.output_bytes + s.input_offset);
     if (auto ok = map_direction(s, SyncManagerKind::ProcessOut, s.output_bytes, outputs); !ok)
@@ -109,26 +86,22 @@ Result<ImageSize> lay_out(std::vector<StationRecord>& stations, std::uint32_t lo
 namespace {
 
 Result<void> write_sync_manager(Link& link, const StationRecord& s, std::size_t number) {
-  const auto raw = to_bytes(s.sync_managers[number]);
+  const auto raw = to_bytes(s.sync_managers[number].registers);
   return link.write(s.address, static_cast<std::uint16_t>(reg::kSyncManager0 + kSyncManagerBytes * number),
                     std::span<const std::byte>(raw));
-}
-
-bool is_mailbox(SyncManagerKind kind) {
-  return kind == SyncManagerKind::MailboxOut || kind == SyncManagerKind::MailboxIn;
 }
 
 }  // namespace
 
 Result<void> write_mailbox_setup(Link& link, const StationRecord& s) {
   for (std::size_t i = 0; i < s.sync_managers.size(); ++i)
-    if (is_mailbox(s.profile().sync_managers[i].kind))
+    if (s.sync_managers[i].is_mailbox())
       if (auto ok = write_sync_manager(link, s, i); !ok) return ok;
   return {};
 }
 
 Result<void> write_startup(Link& link, StationRecord& s) {
-  for (const auto& row : s.profile().startup) {
+  for (const auto& row : s.startup) {
     if (row.compare_first) {
       const auto value = read_number(link, s, row.address, row.type);
       if (!value) return tl::unexpected(value.error());
@@ -183,13 +156,12 @@ Result<void> read_back(Link& link, StationRecord& s, const std::vector<Write>& w
 }  // namespace
 
 Result<void> write_pdo_mapping(Link& link, StationRecord& s) {
-  if (!s.has_mailbox() || s.profile().pdo_fixed) return {};
+  if (!s.writes_mapping) return {};
   struct Direction {
     std::uint16_t assign;
     std::span<const PdoRow> pdos;
   };
-  for (const auto& d :
-       {Direction{object::kRxPdoAssign, s.profile().rx_pdos}, Direction{object::kTxPdoAssign, s.profile().tx_pdos}}) {
+  for (const auto& d : {Direction{object::kRxPdoAssign, s.rx_pdos}, Direction{object::kTxPdoAssign, s.tx_pdos}}) {
     const auto writes = mapping_writes(d.assign, d.pdos);
     for (const auto& w : writes)
       if (auto ok = write_number(link, s, w.object, w.type, w.value); !ok) return ok;
@@ -202,7 +174,7 @@ namespace {
 
 Result<void> write_watchdog(Link& link, const StationRecord& s) {
   if (s.output_bytes == 0) return {};
-  const auto units = static_cast<std::uint16_t>(s.profile().watchdog_ms * kWatchdogUnitsPerMs);
+  const auto units = static_cast<std::uint16_t>(s.watchdog_ms * kWatchdogUnitsPerMs);
   const auto off = [&] {
     return fail(Fault::WatchdogDisabled,
                 "the process-data watchdog is off, so outputs would stay on when the bus is lost; set watchdog_ms in "
@@ -223,7 +195,7 @@ Result<void> write_watchdog(Link& link, const StationRecord& s) {
 
 Result<void> write_process_data(Link& link, const StationRecord& s) {
   for (std::size_t i = 0; i < s.sync_managers.size(); ++i)
-    if (!is_mailbox(s.profile().sync_managers[i].kind))
+    if (!s.sync_managers[i].is_mailbox())
       if (auto ok = write_sync_manager(link, s, i); !ok) return ok;
   for (std::size_t i = 0; i < s.fmmus.size(); ++i) {
     const auto raw = to_bytes(s.fmmus[i]);

@@ -45,7 +45,7 @@ Result<void> EthercatMaster::bring_up() {
   exchanging_ = false;
   link_.ride_in(nullptr);
   notes_.clear();
-  auto found = scan(link_, machine_, notes_);
+  auto found = scan(link_, machine_, false, notes_);
   if (!found) return tl::unexpected(found.error());
   stations_ = std::move(*found);
 
@@ -66,7 +66,7 @@ Result<void> EthercatMaster::bring_up() {
   input_image_.assign(size->input_bytes, std::byte{0});
   places_.assign(machine_.stations.size(), Place{});
   for (const auto& s : stations_)
-    places_[s.config->id.value] = {s.output_offset, s.output_bytes, s.input_offset, s.input_bytes};
+    places_[s.id.value] = {s.output_offset, s.output_bytes, s.input_offset, s.input_bytes};
   cyclic_ = Cyclic({.logical_start = kLogicalStart,
                     .output_bytes = static_cast<std::uint16_t>(size->output_bytes),
                     .input_bytes = static_cast<std::uint16_t>(size->input_bytes),
@@ -127,7 +127,7 @@ void EthercatMaster::shut_down() {
 }
 
 Result<StationRecord*> EthercatMaster::record(StationId station) {
-  const auto it = std::find_if(stations_.begin(), stations_.end(), [&](auto& s) { return s.config->id == station; });
+  const auto it = std::find_if(stations_.begin(), stations_.end(), [&](auto& s) { return s.id == station; });
   if (it == stations_.end())
     return fail(Fault::StationMissing,
                 fmt::format("station {} is not on this bus, or the bus is not up", station.value));

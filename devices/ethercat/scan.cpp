@@ -5,6 +5,7 @@
 
 #include "devices/ethercat/sii.hpp"
 #include "devices/ethercat/states.hpp"
+#include "devices/ethercat/topology.hpp"
 
 namespace gantry::devices {
 namespace {
@@ -35,36 +36,148 @@ Result<int> count_stations(Link& link) {
   std::array<std::byte, 1> type{};
   const auto wkc = link.transact(Command::Brd, physical_address(0, reg::kType), type);
   if (!wkc) return tl::unexpected(wkc.error());
+  if (*wkc > kMaxStations)
+    return fail(Fault::StationMissing, fmt::format("{} stations answer; at most {} are taken", *wkc, kMaxStations));
   return static_cast<int>(*wkc);
 }
 
-Result<void> reset_stations(Link& link, int count) {
+namespace {
+
+constexpr std::size_t kEscFactsBytes = 0x14;  // 0000h up to the alias at 0012h
+constexpr std::size_t kAliasOffset = 0x12;
+
+std::string at_position(int position) { return fmt::format("station {}", position); }
+
+Result<void> give_addresses(Link& link, int count) {
+  std::vector<std::array<std::byte, 2>> raw(static_cast<std::size_t>(count));
+  std::vector<Datagram> batch;
+  for (int i = 0; i < count; ++i) {
+    auto& bytes = raw[static_cast<std::size_t>(i)];
+    put_le<std::uint16_t>(bytes, 0, station_address(i));
+    batch.push_back({Command::Apwr, physical_address(auto_increment(i), reg::kStationAddress), bytes});
+  }
+  if (auto ok = link.transact(batch); !ok) return ok;
+  for (int i = 0; i < count; ++i)
+    if (batch[static_cast<std::size_t>(i)].working_counter != kWkcWrite)
+      return fail(Fault::StationMissing, "the station did not take its address; it went away during the scan",
+                  at_position(i));
+  return {};
+}
+
+/// What the ESC says of itself, its alias and its ports.
+Result<void> read_facts(Link& link, std::vector<StationRecord>& stations) {
+  struct Raw {
+    std::array<std::byte, kEscFactsBytes> esc{};
+    std::array<std::byte, 2> dl{};
+  };
+  std::vector<Raw> raw(stations.size());
+  std::vector<Datagram> batch;
+  for (std::size_t i = 0; i < stations.size(); ++i) {
+    batch.push_back({Command::Fprd, physical_address(stations[i].address, reg::kType), raw[i].esc});
+    batch.push_back({Command::Fprd, physical_address(stations[i].address, reg::kDlStatus), raw[i].dl});
+  }
+  if (auto ok = link.transact(batch); !ok) return ok;
+  for (std::size_t i = 0; i < batch.size(); ++i)
+    if (batch[i].working_counter != kWkcRead)
+      return fail(Fault::StationMissing, "the station does not answer; it went away during the scan",
+                  stations[i / 2].where);
+  for (std::size_t i = 0; i < stations.size(); ++i) {
+    StationRecord& s = stations[i];
+    const std::span<const std::byte> esc(raw[i].esc);
+    s.esc = {get_le<std::uint8_t>(esc, reg::kType),
+             get_le<std::uint8_t>(esc, reg::kRevision),
+             get_le<std::uint16_t>(esc, reg::kBuild),
+             get_le<std::uint8_t>(esc, reg::kFmmuCount),
+             get_le<std::uint8_t>(esc, reg::kSyncManagerCount),
+             get_le<std::uint8_t>(esc, reg::kRamKilobytes),
+             get_le<std::uint8_t>(esc, reg::kPortDescriptor),
+             get_le<std::uint16_t>(esc, reg::kFeatures)};
+    s.alias = get_le<std::uint16_t>(esc, kAliasOffset);
+    s.ports = decode_ports(get_le<std::uint16_t>(raw[i].dl, 0), s.esc.port_descriptor);
+  }
+  return {};
+}
+
+void find_parents(std::vector<StationRecord>& stations) {
+  std::vector<Ports> ports;
+  for (const auto& s : stations) ports.push_back(s.ports);
+  const Tree tree = build_tree(ports);
+  for (std::size_t i = 0; i < stations.size(); ++i) {
+    stations[i].parent = tree.places[i].parent;
+    stations[i].parent_port = tree.places[i].parent_port;
+  }
+}
+
+/// Registers that are cleared at the beginning, of one station or of all.
+struct Clear {
+  std::uint16_t reg;
+  std::span<const std::byte> data;
+};
+template <class Write>
+Result<void> clear_registers(const Write& write) {
   // INIT first: what follows may be in use before. SYNC0 that stayed active across restarts is a classic.
   std::array<std::byte, 2> init{};
   put_le<std::uint16_t>(init, 0, static_cast<std::uint16_t>(AlState::Init) | kAlError);
   constexpr std::array<std::byte, 256> zeros{};
   const std::span<const std::byte> zero(zeros);
-  struct Clear {
-    std::uint16_t reg;
-    std::span<const std::byte> data;
-  };
   for (const auto& c : {Clear{reg::kAlControl, init}, Clear{reg::kDcActivation, zero.first(1)},
                         Clear{reg::kFmmu0, zero.first(256)}, Clear{reg::kSyncManager0, zero.first(128)},
-                        Clear{reg::kRxErrorCounters, zero.first(8)}, Clear{reg::kSiiConfig, zero.first(1)}}) {
-    const auto wkc = link.write_all(c.reg, c.data);
-    if (!wkc) return tl::unexpected(wkc.error());
-  }
-  for (int position = 0; position < count; ++position) {
-    std::array<std::byte, 2> address{};
-    put_le<std::uint16_t>(address, 0, station_address(position));
-    const auto wkc =
-        link.transact(Command::Apwr, physical_address(auto_increment(position), reg::kStationAddress), address);
-    if (!wkc) return tl::unexpected(wkc.error());
-    if (*wkc != kWkcWrite)
-      return fail(Fault::StationMissing, "the station did not take its address; it went away during the scan",
-                  fmt::format("station {}", position));
-  }
+                        Clear{reg::kRxErrorCounters, zero.first(8)}, Clear{reg::kSiiConfig, zero.first(1)}})
+    if (auto ok = write(c); !ok) return ok;
   return {};
+}
+
+}  // namespace
+
+Result<std::vector<StationRecord>> find_stations(Link& link) {
+  const auto count = count_stations(link);
+  if (!count) return tl::unexpected(count.error());
+  std::vector<StationRecord> stations(static_cast<std::size_t>(*count));
+  if (stations.empty()) return stations;
+  if (auto ok = give_addresses(link, *count); !ok) return tl::unexpected(ok.error());
+  for (int i = 0; i < *count; ++i) {
+    StationRecord& s = stations[static_cast<std::size_t>(i)];
+    s.id = StationId{static_cast<std::uint16_t>(i)};
+    s.position = i;
+    s.address = station_address(i);
+    s.where = at_position(i);
+  }
+  if (auto ok = read_facts(link, stations); !ok) return tl::unexpected(ok.error());
+  find_parents(stations);
+  const std::array<std::byte, 1> to_us{};  // the EEPROM belongs to the master, not to the station's processor
+  if (auto ok = link.write_all(reg::kSiiConfig, to_us); !ok) return tl::unexpected(ok.error());
+  auto sii = read_all_sii(link, stations.front().address, *count);
+  if (!sii) return tl::unexpected(sii.error());
+  for (std::size_t i = 0; i < stations.size(); ++i) stations[i].sii = std::move((*sii)[i]);
+  return stations;
+}
+
+Result<void> read_whole_sii(Link& link, StationRecord& s) {
+  if (s.sii_whole) return {};
+  const auto image = read_sii_image(link, s.address);
+  if (!image) return tl::unexpected(image.error());
+  auto sii = parse_sii(*image);
+  if (!sii) return tl::unexpected(sii.error());
+  s.sii = std::move(*sii);
+  s.sii_whole = true;
+  return {};
+}
+
+Result<void> reset_stations(Link& link) {
+  return clear_registers([&](const Clear& c) -> Result<void> {
+    if (auto wkc = link.write_all(c.reg, c.data); !wkc) return tl::unexpected(wkc.error());
+    return {};
+  });
+}
+
+Result<void> reset_station(Link& link, const StationRecord& station) {
+  return clear_registers([&](const Clear& c) -> Result<void> {
+    // Some of these a small ESC does not have; it does not count then, and nothing is missing.
+    std::vector<std::byte> copy(c.data.begin(), c.data.end());
+    if (auto wkc = link.transact(Command::Fpwr, physical_address(station.address, c.reg), copy); !wkc)
+      return tl::unexpected(wkc.error());
+    return {};
+  });
 }
 
 Result<std::string> check_identity(const config::Machine& machine, const config::Station& station,
@@ -95,50 +208,67 @@ Result<std::string> check_identity(const config::Machine& machine, const config:
                      where(station), expected_text, found_text);
 }
 
-Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machine, std::vector<std::string>& notes) {
+namespace {
+
+Result<void> check_alias(const config::Station& station, const StationRecord& found) {
+  if (station.alias == 0 || station.alias == found.alias) return {};
+  return fail(Fault::IdentityMismatch,
+              fmt::format("position {} should be '{}' with alias {}, but has alias {}", station.position, station.name,
+                          station.alias, found.alias),
+              found.where);
+}
+
+Result<void> check_count(const std::vector<const config::Station*>& configured, std::size_t count) {
+  if (count == configured.size()) return {};
+  const std::string first_missing =
+      count < configured.size()
+          ? fmt::format("; the first that is missing is '{}' at position {}", configured[count]->name, count)
+          : "";
+  return fail(Fault::StationMissing,
+              fmt::format("{} stations answer, the machine file has {}{}", count, configured.size(), first_missing));
+}
+
+}  // namespace
+
+Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machine, bool strangers,
+                                        std::vector<std::string>& notes) {
   const auto configured = on_ethercat(machine);
+  const bool anybody = strangers && configured.empty();
+  // Counted before anything is touched: a bus with another number of stations stays as it is.
   const auto count = count_stations(link);
   if (!count) return tl::unexpected(count.error());
-  const auto wanted = static_cast<int>(configured.size());
-  if (*count != wanted) {
-    const std::string first_missing = *count < wanted
-                                          ? fmt::format("; the first that is missing is '{}' at position {}",
-                                                        configured[static_cast<std::size_t>(*count)]->name, *count)
-                                          : "";
-    return fail(Fault::StationMissing,
-                fmt::format("{} stations answer, the machine file has {}{}", *count, wanted, first_missing));
-  }
-  if (auto ok = reset_stations(link, *count); !ok) return tl::unexpected(ok.error());
+  if (!anybody)
+    if (auto ok = check_count(configured, static_cast<std::size_t>(*count)); !ok) return tl::unexpected(ok.error());
+  if (auto ok = reset_stations(link); !ok) return tl::unexpected(ok.error());
+  auto records = find_stations(link);
+  if (!records) return records;
+  if (!anybody)
+    if (auto ok = check_count(configured, records->size()); !ok) return tl::unexpected(ok.error());
 
-  std::vector<StationRecord> records;
-  for (const auto* station : configured) {
-    StationRecord r;
-    r.config = station;
-    r.where = where(*station);
-    r.address = station_address(station->position);
+  for (std::size_t i = 0; i < records->size(); ++i) {
+    StationRecord& r = (*records)[i];
     const auto place = [&](Error e) {
-      e.where = r.where;
+      if (e.where.empty()) e.where = r.where;
       return tl::unexpected(std::move(e));
     };
+    if (!anybody) {
+      r.config = configured[i];
+      r.id = r.config->id;
+      r.where = where(*r.config);
+    }
     if (auto ok = wait_for_state(link, r, AlState::Init); !ok) return place(ok.error());
-    const auto found = read_station_sii(link, r.address);
-    if (!found) return place(found.error());
-    r.sii = *found;
-    const auto features = link.read<std::uint16_t>(r.address, reg::kFeatures);
-    if (!features) return place(features.error());
-    r.features = *features;
-    const auto alias = link.read<std::uint16_t>(r.address, reg::kStationAlias);
-    if (!alias) return place(alias.error());
-    r.alias = *alias;
-    if (station->alias != 0 && station->alias != r.alias)
-      return fail(Fault::IdentityMismatch,
-                  fmt::format("position {} should be '{}' with alias {}, but has alias {}", station->position,
-                              station->name, station->alias, r.alias),
-                  r.where);
-    auto note = check_identity(machine, *station, r.sii);
-    if (!note) return tl::unexpected(note.error());
-    if (!note->empty()) notes.push_back(std::move(*note));
-    records.push_back(std::move(r));
+    if (anybody) {
+      if (auto ok = read_whole_sii(link, r); !ok) return place(ok.error());
+      if (!r.sii.damage.empty()) notes.push_back(r.where + ": SII EEPROM: " + r.sii.damage);
+      plan_from_sii(r);
+    } else {
+      if (auto ok = check_alias(*r.config, r); !ok) return tl::unexpected(ok.error());
+      auto note = check_identity(machine, *r.config, r.sii);
+      if (!note) return tl::unexpected(note.error());
+      if (!note->empty()) notes.push_back(std::move(*note));
+      plan_from_profile(r, r.config->profile);
+    }
+    r.lrw = r.lrw && (r.esc.features & kFeatureNoLrw) == 0;
   }
   return records;
 }

@@ -1,6 +1,7 @@
-// Who is on the bus: counts the stations, gives each an address, reads what its EEPROM says it is, and compares with
-// the machine file.
-//   auto stations = scan(link, machine, notes);
+// Who is on the bus: counts the stations, gives each an address, reads what it says it is and who it is connected to,
+// and compares with the machine file.
+//   auto found = find_stations(link);                       // anybody, as they are: no state is changed
+//   auto stations = scan(link, machine, strangers, notes);  // those of the machine file, in INIT and clean
 #pragma once
 #include <string>
 #include <vector>
@@ -12,20 +13,32 @@
 
 namespace gantry::devices {
 
+inline constexpr int kMaxStations = 256;
+
 /// A configured station address by position.
 constexpr std::uint16_t station_address(int position) { return static_cast<std::uint16_t>(0x1001 + position); }
 
-/// Stations that answer. Fault::BusDown.
+/// Stations that answer. Fault::BusDown; Fault::StationMissing when there are more than kMaxStations.
 Result<int> count_stations(Link& link);
 
-/// Brings every station to a known beginning (INIT, no SYNC0, no FMMU, no sync manager) and gives it its address.
-Result<void> reset_stations(Link& link, int count);
+/// Records of all stations that answer, by position: address given, ESC, ports and parent, alias and the EEPROM's
+/// fixed words read. No state is changed. Fault::SiiInvalid, StationMissing, BusDown.
+Result<std::vector<StationRecord>> find_stations(Link& link);
+/// Reads the EEPROM's categories too.
+Result<void> read_whole_sii(Link& link, StationRecord& station);
 
-/// Records of the machine's EtherCAT stations in the order of their positions, with what was found.
-/// Fault::StationMissing when the number differs, Fault::IdentityMismatch when another device than configured stands at
-/// a position (an assumed identity that differs gives a note, unless it is that of another station of the machine),
-/// Fault::SiiInvalid.
-Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machine, std::vector<std::string>& notes);
+/// Brings every station to a known beginning: INIT, no SYNC0, no FMMU, no sync manager, error counters 0.
+Result<void> reset_stations(Link& link);
+/// The same of one.
+Result<void> reset_station(Link& link, const StationRecord& station);
+
+/// Records of the machine's EtherCAT stations in the order of their positions, reset, with what was found and what is
+/// to be written. With `strangers`, a machine file without EtherCAT stations takes whatever answers (StationId is the
+/// position then). Fault::StationMissing when the number differs, Fault::IdentityMismatch when another device than
+/// configured stands at a position (an assumed identity that differs gives a note, unless it is that of another station
+/// of the machine), Fault::SiiInvalid.
+Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machine, bool strangers,
+                                        std::vector<std::string>& notes);
 
 /// The comparison alone. An empty string: nothing to say; otherwise a note.
 Result<std::string> check_identity(const config::Machine& machine, const config::Station& station,

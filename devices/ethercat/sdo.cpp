@@ -17,6 +17,7 @@ using config::ObjectType;
 constexpr std::size_t kBody = kCoeHeader + kSdoBytes;  // of every SDO message but normal transfers
 constexpr std::size_t kSegmentHeader = kCoeHeader + 1;
 constexpr std::size_t kMaxObjectBytes = 64 * 1024;
+constexpr int kMostStrays = 16;  // answers to requests that were given up, before ours
 
 std::string text(ObjectAddress o) { return fmt::format("{:04X}h:{:02X}", o.index, o.sub); }
 
@@ -25,6 +26,7 @@ struct Conversation {
   StationRecord& station;
   ObjectAddress object;
   Mailbox box{link, station};
+  std::uint32_t aborted = 0;  ///< code of the abort that ended it
 
   [[nodiscard]] tl::unexpected<Error> broken(std::string_view what) const {
     return fail(Fault::MailboxProtocol, fmt::format("{}: {}", text(object), what), station.where);
@@ -36,23 +38,28 @@ struct Conversation {
     put_le<std::uint16_t>(request, 0, coe_header(CoeService::SdoRequest));
     std::copy(sdo_message.begin(), sdo_message.end(), request.begin() + kCoeHeader);
     if (auto ok = box.send(MailboxType::Coe, request); !ok) return tl::unexpected(ok.error());
-    for (;;) {  // ends with receive()'s timeout: emergencies may come in between
+    for (int strays = 0; strays < kMostStrays; ++strays) {
       auto reply = box.receive(MailboxType::Coe);
       if (!reply) return reply;
       if (reply->size() < kCoeHeader) return broken("the reply is too short");
       const auto service = coe_service(get_le<std::uint16_t>(*reply, 0));
-      if (service == CoeService::Emergency) continue;
       // An abort comes with the service "request" as well as "response" (ETG.1000.6, 5.6.2.7).
       if (service != CoeService::SdoResponse && service != CoeService::SdoRequest)
         return broken("the reply is no SDO response");
       if (reply->size() < kSegmentHeader) return broken("the reply is too short");
-      if (reply->size() >= kBody && get_le<std::uint8_t>(*reply, kCoeHeader) == sdo::kAbort) {
-        const auto code = get_le<std::uint32_t>(*reply, kCoeHeader + 4);
-        return fail(Fault::SdoAbort, fmt::format("{}: {} (abort code {:08X}h)", text(object), abort_text(code), code),
-                    station.where);
+      if (reply->size() >= kBody) {
+        const SdoHeader h = get_sdo_header(std::span<const std::byte>(*reply).subspan(kCoeHeader));
+        if (h.command == sdo::kAbort) {
+          if (h.index != object.index && h.index != 0) continue;  // of a request that was given up
+          aborted = h.data;
+          return fail(Fault::SdoAbort,
+                      fmt::format("{}: {} (abort code {:08X}h)", text(object), abort_text(h.data), h.data),
+                      station.where);
+        }
       }
       return reply;
     }
+    return broken("replies to other requests keep coming");
   }
 
   /// First answer of an initiate request: the command is as expected and the object is ours.
@@ -116,16 +123,26 @@ Result<Conversation> begin(Link& link, StationRecord& station, ObjectAddress obj
     return fail(Fault::MailboxProtocol, fmt::format("{}: the station has no mailbox", text(object)), station.where);
   Conversation c{link, station, object};
   if (c.box.capacity() < kBody) return c.broken("the station's mailbox is too small for an SDO");
-  if (auto ok = c.box.drain(); !ok) return tl::unexpected(ok.error());
+  if (!station.mailbox.clean)
+    if (auto ok = c.box.drain(); !ok) return tl::unexpected(ok.error());
+  station.mailbox.clean = false;  // until this one has ended in order
   return c;
 }
 
-}  // namespace
+/// What a transfer came to: a station that refused it has answered all the same.
+template <class T>
+T ended(Conversation& c, T result) {
+  c.station.mailbox.clean = result.has_value() || c.aborted != 0;
+  return result;
+}
 
-Result<Bytes> sdo_upload(Link& link, StationRecord& station, ObjectAddress object) {
-  auto c = begin(link, station, object);
-  if (!c) return tl::unexpected(c.error());
-  auto reply = c->initiate({sdo::kUploadRequest, object.index, object.sub, 0}, {}, sdo::kUploadResponse);
+std::uint8_t access_bit(SdoAccess access) { return access == SdoAccess::Complete ? sdo::kCompleteAccess : 0; }
+
+Result<Bytes> upload(Conversation& c, SdoAccess access) {
+  const ObjectAddress object = c.object;
+  auto reply =
+      c.initiate({static_cast<std::uint8_t>(sdo::kUploadRequest | access_bit(access)), object.index, object.sub, 0}, {},
+                 sdo::kUploadResponse);
   if (!reply) return reply;
   const SdoHeader h = get_sdo_header(std::span<const std::byte>(*reply).subspan(kCoeHeader));
   const auto data = reply->begin() + kCoeHeader + 4;
@@ -133,29 +150,96 @@ Result<Bytes> sdo_upload(Link& link, StationRecord& station, ObjectAddress objec
     const std::size_t size = (h.command & sdo::kSizeIndicated) != 0 ? sdo::expedited_size(h.command) : 4;
     return Bytes(data, data + static_cast<std::ptrdiff_t>(size));
   }
-  if (h.data > kMaxObjectBytes) return c->broken("the object is larger than anything we read");
+  if (h.data > kMaxObjectBytes) return c.broken("the object is larger than anything we read");
   const std::size_t here = std::min<std::size_t>(reply->size() - kBody, h.data);
   Bytes value(reply->begin() + kBody, reply->begin() + static_cast<std::ptrdiff_t>(kBody + here));
-  return c->collect_segments(std::move(value), h.data);
+  return c.collect_segments(std::move(value), h.data);
 }
 
-Result<void> sdo_download(Link& link, StationRecord& station, ObjectAddress object, std::span<const std::byte> value) {
-  auto c = begin(link, station, object);
-  if (!c) return tl::unexpected(c.error());
-  SdoHeader h{sdo::kDownloadRequest, object.index, object.sub, 0};
+Result<void> download(Conversation& c, std::span<const std::byte> value, SdoAccess access) {
+  SdoHeader h{static_cast<std::uint8_t>(sdo::kDownloadRequest | access_bit(access)), c.object.index, c.object.sub, 0};
   std::span<const std::byte> behind;
-  if (!value.empty() && value.size() <= 4) {
+  if (!value.empty() && value.size() <= 4 && access == SdoAccess::Single) {
     h.command = static_cast<std::uint8_t>(h.command | sdo::kExpedited | sdo::kSizeIndicated |
                                           sdo::expedited_size_bits(value.size()));
     for (std::size_t i = 0; i < value.size(); ++i) h.data |= std::to_integer<std::uint32_t>(value[i]) << (8 * i);
   } else {
     h.command |= sdo::kSizeIndicated;
     h.data = static_cast<std::uint32_t>(value.size());
-    behind = value.first(std::min(value.size(), c->box.capacity() - kBody));
+    behind = value.first(std::min(value.size(), c.box.capacity() - kBody));
   }
-  const auto reply = c->initiate(h, behind, sdo::kDownloadResponse);
+  const auto reply = c.initiate(h, behind, sdo::kDownloadResponse);
   if (!reply) return tl::unexpected(reply.error());
-  return c->send_segments(behind.empty() ? behind : value.subspan(behind.size()));
+  const bool expedited = (h.command & sdo::kExpedited) != 0;
+  return c.send_segments(expedited ? std::span<const std::byte>{} : value.subspan(behind.size()));
+}
+
+/// Says the station by this that it does not know complete access?
+bool refuses_complete(std::uint32_t abort) {
+  return abort == abort_code::kCompleteAccessUnsupported || abort == abort_code::kUnsupportedAccess ||
+         abort == abort_code::kCommand;
+}
+
+/// Sub-index 0 as two bytes, then the others, read one by one.
+Result<Bytes> upload_singly(Link& link, StationRecord& station, std::uint16_t index) {
+  const auto count = sdo_upload(link, station, {index, 0});
+  if (!count) return count;
+  Bytes all{count->empty() ? std::byte{0} : count->front(), std::byte{0}};
+  for (int sub = 1; sub <= std::to_integer<int>(all[0]); ++sub) {
+    const auto value = sdo_upload(link, station, {index, static_cast<std::uint8_t>(sub)});
+    if (!value) return value;
+    all.insert(all.end(), value->begin(), value->end());
+  }
+  return all;
+}
+
+/// The same the other way. How long each sub-index is, the station knows. Objects like a PDO's mapping take their
+/// entries only while sub-index 0 is 0; where it is fixed, that is refused and does not matter.
+Result<void> download_singly(Link& link, StationRecord& station, std::uint16_t index,
+                             std::span<const std::byte> value) {
+  if (value.size() < 2)
+    return fail(Fault::SdoSizeMismatch, fmt::format("{:04X}h: complete access needs sub-index 0 as two bytes", index),
+                station.where);
+  const std::array<std::byte, 1> count{value[0]}, none{};
+  std::vector<std::size_t> sizes;
+  for (int sub = 1; sub <= std::to_integer<int>(count[0]); ++sub) {
+    const auto old = sdo_upload(link, station, {index, static_cast<std::uint8_t>(sub)});
+    if (!old) return tl::unexpected(old.error());
+    sizes.push_back(old->size());
+  }
+  const auto cleared = sdo_download(link, station, {index, 0}, none);
+  if (!cleared && cleared.error().fault != Fault::SdoAbort) return cleared;
+  std::size_t at = 2;
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    if (sizes[i] > value.size() - at)
+      return fail(Fault::SdoSizeMismatch, fmt::format("{:04X}h: the value ends within sub-index {}", index, i + 1),
+                  station.where);
+    const ObjectAddress sub{index, static_cast<std::uint8_t>(i + 1)};
+    if (auto ok = sdo_download(link, station, sub, value.subspan(at, sizes[i])); !ok) return ok;
+    at += sizes[i];
+  }
+  return cleared ? sdo_download(link, station, {index, 0}, count) : Result<void>{};
+}
+
+}  // namespace
+
+Result<Bytes> sdo_upload(Link& link, StationRecord& station, ObjectAddress object, SdoAccess access) {
+  auto c = begin(link, station, object);
+  if (!c) return tl::unexpected(c.error());
+  auto value = ended(*c, upload(*c, access));
+  if (!value && access == SdoAccess::Complete && object.sub == 0 && refuses_complete(c->aborted))
+    return upload_singly(link, station, object.index);
+  return value;
+}
+
+Result<void> sdo_download(Link& link, StationRecord& station, ObjectAddress object, std::span<const std::byte> value,
+                          SdoAccess access) {
+  auto c = begin(link, station, object);
+  if (!c) return tl::unexpected(c.error());
+  auto done = ended(*c, download(*c, value, access));
+  if (!done && access == SdoAccess::Complete && object.sub == 0 && refuses_complete(c->aborted))
+    return download_singly(link, station, object.index, value);
+  return done;
 }
 
 Result<std::int64_t> read_number(Link& link, StationRecord& station, ObjectAddress object, ObjectType type) {

@@ -1,8 +1,7 @@
 #include "devices/ethercat/sii.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
-
-#include "devices/wire/sii.hpp"
 
 namespace gantry::devices {
 namespace {
@@ -11,52 +10,112 @@ using namespace wire;
 
 constexpr Time kBusyTimeout = milliseconds(100);
 constexpr Time kBusyPoll = microseconds(200);
+constexpr std::size_t kInterfaceBytes = 14;  // 0502h control, 0504h address, 0508h data
+constexpr std::size_t kFixedWords = 0x20;    // identity and mailboxes
 
-/// Waits until the EEPROM interface is idle; its control word.
-Result<std::uint16_t> wait_idle(Link& link, std::uint16_t station) {
+/// What a station's interface shows after a read: control word and up to eight bytes.
+using Interface = std::array<std::byte, kInterfaceBytes>;
+
+std::uint16_t control(const Interface& i) { return get_le<std::uint16_t>(i, 0); }
+std::size_t words_per_read(const Interface& i) { return (control(i) & kSiiReads8) != 0 ? 4 : 2; }
+
+/// Looks at the interfaces of several stations until none is busy.
+Result<void> wait_idle(Link& link, std::uint16_t first, std::span<Interface> stations) {
   const Time deadline = link.clock().now() + kBusyTimeout;
+  std::vector<Datagram> look(stations.size());
   for (;;) {
-    const auto control = link.read<std::uint16_t>(station, reg::kSiiControl);
-    if (!control || (*control & kSiiBusy) == 0) return control;
-    if (link.clock().now() >= deadline) return fail(Fault::SiiInvalid, "the SII EEPROM stays busy");
+    for (std::size_t i = 0; i < stations.size(); ++i)
+      look[i] = {Command::Fprd, physical_address(static_cast<std::uint16_t>(first + i), reg::kSiiControl), stations[i]};
+    if (auto ok = link.transact(look); !ok) return ok;
+    std::string busy;
+    for (std::size_t i = 0; i < stations.size(); ++i) {
+      if (look[i].working_counter != kWkcRead)
+        return fail(Fault::StationMissing, "the station does not answer (SII, 0502h)",
+                    fmt::format("station address {:04X}h", first + i));
+      if ((control(stations[i]) & kSiiBusy) != 0) busy = fmt::format("station address {:04X}h", first + i);
+    }
+    if (busy.empty()) return {};
+    if (link.clock().now() >= deadline) return fail(Fault::SiiInvalid, "the SII EEPROM stays busy", busy);
     link.pause(kBusyPoll);
   }
+}
+
+/// Lets all these stations read from `word` at once. The fewest words that all of them gave.
+Result<std::size_t> read_words(Link& link, std::uint16_t first, std::span<Interface> stations, std::uint32_t word) {
+  std::array<std::byte, 6> order{};  // control and address in one write
+  put_le<std::uint16_t>(order, 0, kSiiRead);
+  put_le<std::uint32_t>(order, 2, word);
+  if (stations.size() == 1) {
+    if (auto ok = link.write(first, reg::kSiiControl, std::span<const std::byte>(order)); !ok)
+      return tl::unexpected(ok.error());
+  } else if (auto ok = link.write_all(reg::kSiiControl, order); !ok) {
+    return tl::unexpected(ok.error());
+  }
+  if (auto ok = wait_idle(link, first, stations); !ok) return tl::unexpected(ok.error());
+  std::size_t words = 4;
+  for (std::size_t i = 0; i < stations.size(); ++i) {
+    // The checksum flag tells of the first words at start-up, which an empty EEPROM fails; reading still works.
+    if ((control(stations[i]) & (kSiiErrors & ~kSiiChecksumError)) != 0)
+      return fail(
+          Fault::SiiInvalid,
+          fmt::format("the SII EEPROM reports an error (0502h = {:04X}h) at word {:04X}h", control(stations[i]), word),
+          fmt::format("station address {:04X}h", first + i));
+    words = std::min(words, words_per_read(stations[i]));
+  }
+  return words;
 }
 
 }  // namespace
 
 Result<std::uint32_t> read_sii(Link& link, std::uint16_t station, std::uint16_t word) {
-  if (auto idle = wait_idle(link, station); !idle) return tl::unexpected(idle.error());
-  std::array<std::byte, 6> order{};  // control and address in one write
-  put_le<std::uint16_t>(order, 0, kSiiRead);
-  put_le<std::uint32_t>(order, 2, word);
-  if (auto ok = link.write(station, reg::kSiiControl, std::span<const std::byte>(order)); !ok)
-    return tl::unexpected(ok.error());
-  const auto control = wait_idle(link, station);
-  if (!control) return tl::unexpected(control.error());
-  // The checksum flag tells of the first words at start-up, which an empty EEPROM fails; reading still works.
-  if ((*control & (kSiiErrors & ~kSiiChecksumError)) != 0)
-    return fail(Fault::SiiInvalid,
-                fmt::format("the SII EEPROM reports an error (0502h = {:04X}h) at word {:04X}h", *control, word));
-  return link.read<std::uint32_t>(station, reg::kSiiData);
+  std::array<Interface, 1> one{};
+  if (auto ok = wait_idle(link, station, one); !ok) return tl::unexpected(ok.error());
+  if (auto ok = read_words(link, station, one, word); !ok) return tl::unexpected(ok.error());
+  return get_le<std::uint32_t>(one[0], 6);
+}
+
+Result<std::vector<StationSii>> read_all_sii(Link& link, std::uint16_t first, int count) {
+  std::vector<Interface> stations(static_cast<std::size_t>(count));
+  std::vector<Bytes> images(stations.size(), Bytes(2 * kFixedWords));
+  if (auto ok = wait_idle(link, first, stations); !ok) return tl::unexpected(ok.error());
+  for (std::size_t word = 0; word < kFixedWords;) {
+    const auto words = read_words(link, first, stations, static_cast<std::uint32_t>(word));
+    if (!words) return tl::unexpected(words.error());
+    for (std::size_t i = 0; i < stations.size(); ++i)
+      std::copy_n(stations[i].begin() + 6, 2 * *words, images[i].begin() + static_cast<std::ptrdiff_t>(2 * word));
+    word += *words;
+  }
+  std::vector<StationSii> found;
+  for (const Bytes& image : images) found.push_back(*parse_sii_words(image));
+  return found;
 }
 
 Result<StationSii> read_station_sii(Link& link, std::uint16_t station) {
-  StationSii s;
-  std::uint32_t mailbox_out = 0, mailbox_in = 0;
-  for (const auto& [word, value] :
-       {std::pair{sii::kVendor, &s.vendor}, std::pair{sii::kProduct, &s.product},
-        std::pair{sii::kRevision, &s.revision}, std::pair{sii::kSerial, &s.serial},
-        std::pair{sii::kMailboxOutStart, &mailbox_out}, std::pair{sii::kMailboxInStart, &mailbox_in}}) {
-    const auto got = read_sii(link, station, word);
-    if (!got) return tl::unexpected(got.error());
-    *value = *got;
+  auto all = read_all_sii(link, station, 1);
+  if (!all) return tl::unexpected(all.error());
+  return std::move(all->front());
+}
+
+Result<Bytes> read_sii_image(Link& link, std::uint16_t station) {
+  std::array<Interface, 1> one{};
+  if (auto ok = wait_idle(link, station, one); !ok) return tl::unexpected(ok.error());
+  Bytes image;
+  // The end moves away as headers are read: first the fixed words, then each category.
+  std::size_t end = 2 * std::size_t{sii::kFirstCategory} + 4, next_header = end - 4, most = kMaxSiiBytes;
+  while (image.size() < end && image.size() < most) {
+    const auto words = read_words(link, station, one, static_cast<std::uint32_t>(image.size() / 2));
+    if (!words) return tl::unexpected(words.error());
+    image.insert(image.end(), one[0].begin() + 6, one[0].begin() + 6 + static_cast<std::ptrdiff_t>(2 * *words));
+    if (image.size() == 2 * std::size_t{sii::kFirstCategory})
+      most = std::min(kMaxSiiBytes, (std::size_t{get_le<std::uint16_t>(image, 2 * sii::kSize)} + 1) * 128);
+    while (image.size() >= next_header + 4 && next_header + 4 == end) {
+      if (get_le<std::uint16_t>(image, next_header) == static_cast<std::uint16_t>(sii::Category::End)) return image;
+      next_header += 4 + 2 * std::size_t{get_le<std::uint16_t>(image, next_header + 2)};
+      end = next_header + 4;
+    }
   }
-  s.mailbox_out_start = static_cast<std::uint16_t>(mailbox_out & 0xFFFF);
-  s.mailbox_out_bytes = static_cast<std::uint16_t>(mailbox_out >> 16);
-  s.mailbox_in_start = static_cast<std::uint16_t>(mailbox_in & 0xFFFF);
-  s.mailbox_in_bytes = static_cast<std::uint16_t>(mailbox_in >> 16);
-  return s;
+  image.resize(std::min(image.size(), most));
+  return image;
 }
 
 }  // namespace gantry::devices

@@ -17,6 +17,13 @@ Result<void> request_state(Link& link, const StationRecord& station, AlState sta
   return link.write<std::uint16_t>(station.address, reg::kAlControl, static_cast<std::uint16_t>(state));
 }
 
+Result<void> acknowledge(Link& link, const StationRecord& station) {
+  const auto status = read_al_status(link, station);
+  if (!status) return tl::unexpected(status.error());
+  return link.write<std::uint16_t>(station.address, reg::kAlControl,
+                                   static_cast<std::uint16_t>(static_cast<std::uint16_t>(status->state) | kAlError));
+}
+
 Result<void> wait_for_state(Link& link, const StationRecord& station, AlState state) {
   const Time deadline = link.clock().now() + kStateTimeout;
   for (;;) {

@@ -17,6 +17,9 @@ Result<AlStatus> read_al_status(Link& link, const StationRecord& station);
 /// Asks without waiting.
 Result<void> request_state(Link& link, const StationRecord& station, wire::AlState state);
 
+/// Acknowledges an error that the station shows, and stays in its state.
+Result<void> acknowledge(Link& link, const StationRecord& station);
+
 /// Waits until the station is there, at most kStateTimeout. Fault::StateChangeRefused with the AL status code as text.
 inline constexpr Time kStateTimeout = milliseconds(5000);
 Result<void> wait_for_state(Link& link, const StationRecord& station, wire::AlState state);

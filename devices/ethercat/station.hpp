@@ -1,19 +1,50 @@
-// What the master knows of one station while it brings it up: its place in the machine file, what was found on the bus,
-// and the record that is written to it. The record is data, so that the same can be written again after a power cycle.
+// What the master knows of one station: what was found on the bus, and the record that is written to it. The record is
+// data: bring-up writes it in order, and recovery writes the same again after a power cycle. It comes from the machine
+// file's profile, or for a station that the file does not know (a stranger) from the station's own EEPROM.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "config/machine.hpp"
+#include "devices/ethercat/sii.hpp"
 #include "devices/wire/ethercat.hpp"
 
 namespace gantry::devices {
 
-/// The part of a station's SII that bring-up needs.
-struct StationSii {
-  std::uint32_t vendor = 0, product = 0, revision = 0, serial = 0;
-  std::uint16_t mailbox_out_start = 0, mailbox_out_bytes = 0, mailbox_in_start = 0, mailbox_in_bytes = 0;
+/// What the ESC says of itself (0000h-0009h).
+struct EscFacts {
+  std::uint8_t type = 0, revision = 0;
+  std::uint16_t build = 0;
+  std::uint8_t fmmus = 0, sync_managers = 0, ram_kB = 0, port_descriptor = 0;
+  std::uint16_t features = 0;
+};
+
+struct PortStatus {
+  wire::PortKind kind = wire::PortKind::Absent;
+  bool link = false;           ///< a cable with somebody at its end
+  bool communication = false;  ///< and frames come back from there
+  bool loop_closed = true;     ///< frames do not leave here
+  [[nodiscard]] bool open() const { return link && !loop_closed; }
+};
+using Ports = std::array<PortStatus, wire::kPorts>;
+
+/// One SyncManager as it is written, and what it is for.
+struct SyncManagerPlan {
+  wire::SyncManager registers;
+  std::uint8_t kind = 0;  ///< 0: not used; else config::SyncManagerKind
+  [[nodiscard]] bool is(config::SyncManagerKind k) const { return kind == static_cast<std::uint8_t>(k); }
+  [[nodiscard]] bool is_mailbox() const {
+    return is(config::SyncManagerKind::MailboxOut) || is(config::SyncManagerKind::MailboxIn);
+  }
+};
+
+/// An emergency message (CoE, ETG.1000.6, 5.6.4).
+struct Emergency {
+  std::uint16_t code = 0;  ///< as in 603Fh
+  std::uint8_t error_register = 0;
+  std::array<std::uint8_t, 5> data{};
 };
 
 /// Counters of a mailbox: those of the request and of the reply run independently.
@@ -21,33 +52,63 @@ struct MailboxState {
   std::uint8_t request_counter = 0;
   std::uint8_t last_reply_counter = 0;
   bool repeat_toggle = false;
+  bool repeated = false;               ///< a repeat was asked for: the next reply may be one that we have
+  bool clean = false;                  ///< nothing of an abandoned request can be in it
+  std::vector<Emergency> emergencies;  ///< that came in and were not fetched yet; the oldest kMostEmergencies
+  static constexpr std::size_t kMostEmergencies = 64;
 };
 
 struct StationRecord {
-  const config::Station* config = nullptr;
-  std::string where;          ///< "station 3 'y1'": position from 0 and name
+  StationId id;
+  const config::Station* config = nullptr;  ///< null: the machine file does not know it
+  std::string where;                        ///< "station 3 'y1'": position from 0 and name
+  std::string title;                        ///< "HCFA AMD530B"
+  int position = 0;
   std::uint16_t address = 0;  ///< configured station address, 1001h + position
 
   // found
   StationSii sii;
+  bool sii_whole = false;  ///< with its categories
+  EscFacts esc;
   std::uint16_t alias = 0;
-  std::uint16_t features = 0;  ///< 0008h
+  Ports ports;
+  int parent = -1;       ///< position of the station before it; -1: the master
+  int parent_port = -1;  ///< the parent's port that leads here
 
-  // to be written
-  std::vector<wire::SyncManager> sync_managers;  ///< by number
+  // written in INIT, before PRE_OP
+  std::vector<SyncManagerPlan> sync_managers;  ///< by number; those of process data are written in PRE_OP
+  // written by SDO in PRE_OP
+  std::vector<config::StartupRow> startup;
+  std::vector<config::PdoRow> rx_pdos, tx_pdos;  ///< the station's outputs (to it) and inputs (from it)
+  bool writes_mapping = false;                   ///< 1C12h, 1C13h, 16xxh, 1Axxh are ours to write
+  int max_pdo_entries = 0, max_pdo_bytes = 0;    ///< 0: not stated
+  // written in PRE_OP, before SAFE_OP
   std::vector<wire::Fmmu> fmmus;
+  std::uint16_t watchdog_ms = 0;
+  bool dc = false;                ///< takes part in distributed clocks
+  bool sync0 = false;             ///< and gets SYNC0
+  std::uint32_t dc_delay_ns = 0;  ///< from the reference clock
+  std::uint16_t dc_activate = 0x0300;
+
+  // its part of a cycle
   std::size_t output_offset = 0, output_bytes = 0;  ///< in the image of all stations
   std::size_t input_offset = 0, input_bytes = 0;
-  bool dc = false;                ///< takes part in distributed clocks
-  std::uint32_t dc_delay_ns = 0;  ///< from the reference clock
+  std::uint32_t logical = 0;     ///< first address of its region in the logical map
+  std::size_t region_bytes = 0;  ///< of it
+  bool lrw = true;               ///< takes LRW; otherwise LWR and LRD
 
   MailboxState mailbox;
 
-  [[nodiscard]] const config::StationProfile& profile() const { return config->profile; }
   [[nodiscard]] bool has_mailbox() const;
+  [[nodiscard]] bool has_coe() const;
 };
 
 /// First sync manager of a kind, by number; nullptr when the station has none.
 const wire::SyncManager* find_sync_manager(const StationRecord& station, config::SyncManagerKind kind, int* number);
+
+/// Fills in what the profile says. The SII's mailbox wins over the profile's, where it states one.
+void plan_from_profile(StationRecord& station, const config::StationProfile& profile);
+/// Fills in what the station's own EEPROM says (read whole).
+void plan_from_sii(StationRecord& station);
 
 }  // namespace gantry::devices

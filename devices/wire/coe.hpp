@@ -109,6 +109,32 @@ constexpr void put_sdo_header(std::span<std::byte> b, const SdoHeader& h) noexce
   put_le<std::uint32_t>(b, 4, h.data);
 }
 
+// --- Emergency: 0 error code, 2 error register, 3 five bytes of the vendor's
+// ------------------------------------------------------------------
+
+inline constexpr std::size_t kEmergencyBytes = 8;
+
+// --- SDO information (ETG.1000.6, 5.6.3): 0 opcode (bit 7: more follow), 2 fragments left, 4 data
+// ------------------------------------------------------------------
+
+namespace sdo_info {
+inline constexpr std::size_t kHeader = 4;
+inline constexpr std::uint8_t kOpcodeMask = 0x7F, kIncomplete = 0x80;
+inline constexpr std::uint8_t kListRequest = 1, kListResponse = 2, kObjectRequest = 3, kObjectResponse = 4,
+                              kEntryRequest = 5, kEntryResponse = 6, kError = 7;
+// List types; the response's first fragment repeats it before the indices
+inline constexpr std::uint16_t kListLengths = 0, kListAll = 1, kListRxMappable = 2, kListTxMappable = 3;
+// Object response: index, data type, highest sub-index, object code, name
+inline constexpr std::size_t kObjectIndex = 0, kObjectType = 2, kObjectMaxSub = 4, kObjectCode = 5, kObjectName = 6;
+inline constexpr std::uint8_t kCodeVariable = 7, kCodeArray = 8, kCodeRecord = 9;
+// Entry request and response: index, sub-index, value info; then data type, bit length, access, data
+inline constexpr std::size_t kEntryIndex = 0, kEntrySub = 2, kEntryValueInfo = 3, kEntryType = 4, kEntryBits = 6,
+                             kEntryAccess = 8, kEntryName = 10;
+// Access bits: readable and writable in PRE_OP, SAFE_OP, OP; may stand in a received or in a transmitted PDO
+inline constexpr std::uint16_t kAccessRead = 0x0007, kAccessWrite = 0x0038, kAccessRxPdo = 0x0040,
+                               kAccessTxPdo = 0x0080;
+}  // namespace sdo_info
+
 // --- Abort codes (ETG.1000.6 table 41, CiA 301 7.2.4.3.17)
 // ------------------------------------------------------------
 

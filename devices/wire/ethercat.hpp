@@ -104,8 +104,11 @@ inline constexpr std::uint16_t kType = 0x0000, kRevision = 0x0001, kBuild = 0x00
 inline constexpr std::uint16_t kStationAddress = 0x0010, kStationAlias = 0x0012;
 inline constexpr std::uint16_t kDlControl = 0x0100, kDlStatus = 0x0110;
 inline constexpr std::uint16_t kAlControl = 0x0120, kAlStatus = 0x0130, kAlStatusCode = 0x0134;
-inline constexpr std::uint16_t kRxErrorCounters = 0x0300;   ///< 2 bytes a port: invalid frames, RX errors
+inline constexpr std::uint16_t kRxErrorCounters = 0x0300;         ///< 2 bytes a port: invalid frames, RX errors
+inline constexpr std::uint16_t kForwardedErrorCounters = 0x0308;  ///< 1 byte a port
+inline constexpr std::uint16_t kProcessingUnitErrors = 0x030C, kPdiErrors = 0x030D;
 inline constexpr std::uint16_t kLostLinkCounters = 0x0310;  ///< 1 byte a port
+inline constexpr std::size_t kErrorCounterBytes = 0x14;     ///< all of them, from 0300h
 inline constexpr std::uint16_t kWatchdogDivider = 0x0400;   ///< (value + 2) * 40 ns is the watchdog's unit
 inline constexpr std::uint16_t kWatchdogTimePdi = 0x0410, kWatchdogTimeProcessData = 0x0420;  ///< in that unit; 0: off
 inline constexpr std::uint16_t kWatchdogStatusProcessData = 0x0440;  ///< bit 0: 1 alive, 0 expired
@@ -124,8 +127,18 @@ inline constexpr std::uint16_t kProcessRam = 0x1000;
 }  // namespace reg
 
 // kFeatures
-inline constexpr std::uint16_t kFeatureDc = 0x0004, kFeatureDc64 = 0x0008;
+inline constexpr std::uint16_t kFeatureDc = 0x0004, kFeatureDc64 = 0x0008, kFeatureNoLrw = 0x0200,
+                               kFeatureNoReadWrite = 0x0400, kFeatureFixedMapping = 0x0800;
+// kPortDescriptor: two bits a port
+enum class PortKind : std::uint8_t { Absent = 0, NotConfigured = 1, Ebus = 2, Mii = 3 };
+constexpr PortKind port_kind(std::uint8_t descriptor, int port) noexcept {
+  return static_cast<PortKind>(descriptor >> (2 * port) & 3);
+}
+inline constexpr int kPorts = 4;
 // kDlStatus
+constexpr bool dl_communicates(std::uint16_t dl_status, int port) noexcept {
+  return (dl_status >> (9 + 2 * port) & 1) != 0;
+}
 constexpr bool dl_link(std::uint16_t dl_status, int port) noexcept { return (dl_status >> (4 + port) & 1) != 0; }
 constexpr bool dl_loop_closed(std::uint16_t dl_status, int port) noexcept {
   return (dl_status >> (8 + 2 * port) & 1) != 0;

@@ -37,9 +37,13 @@ enum class Category : std::uint16_t {
 // Category General: byte offsets
 inline constexpr std::size_t kGeneralGroup = 0, kGeneralImage = 1, kGeneralOrder = 2, kGeneralName = 3,
                              kGeneralCoeDetails = 5, kGeneralFoe = 6, kGeneralEoe = 7, kGeneralFlags = 11,
-                             kGeneralEbusCurrent = 12, kGeneralBytes = 32;
+                             kGeneralEbusCurrent = 12, kGeneralPorts = 16, kGeneralBytes = 32;
+inline constexpr std::uint8_t kFlagSafeOp = 0x01, kFlagNoLrw = 0x02;
 inline constexpr std::uint8_t kCoeSdo = 0x01, kCoeSdoInfo = 0x02, kCoePdoAssign = 0x04, kCoePdoConfig = 0x08,
                               kCoeUploadAtStart = 0x10, kCoeCompleteAccess = 0x20;
+
+// Category Fmmu: one byte each
+inline constexpr std::uint8_t kFmmuOutputs = 1, kFmmuInputs = 2, kFmmuMailboxState = 3;
 
 // Category SyncManager: 8 bytes each: start, length, control, status, enable, type
 inline constexpr std::size_t kSmStart = 0, kSmLength = 2, kSmControl = 4, kSmStatus = 5, kSmEnable = 6, kSmType = 7,
@@ -51,6 +55,11 @@ inline constexpr std::size_t kPdoIndex = 0, kPdoEntries = 2, kPdoSyncManager = 3
                              kPdoFlags = 6, kPdoHeader = 8;
 inline constexpr std::size_t kEntryIndex = 0, kEntrySub = 2, kEntryName = 3, kEntryType = 4, kEntryBits = 5,
                              kEntryFlags = 6, kEntryBytes = 8;
+inline constexpr std::uint8_t kNoSyncManager = 0xFF;  ///< of a PDO that is not assigned by default
+
+// Category Dc: 24 bytes a mode: SYNC0 cycle and shift, SYNC1 shift, SYNC1 factor, AssignActivate, SYNC0 factor, name
+inline constexpr std::size_t kDcCycle0 = 0, kDcShift0 = 4, kDcShift1 = 8, kDcFactor1 = 12, kDcActivate = 14,
+                             kDcFactor0 = 16, kDcName = 18, kDcBytes = 24;
 }  // namespace sii
 
 /// Checksum over the first 14 bytes, in the low byte of word 7: polynomial x^8 + x^2 + x + 1, start value FFh.

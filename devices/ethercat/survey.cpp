@@ -1,0 +1,221 @@
+#include "devices/ethercat/survey.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+#include "devices/ethercat/mapping.hpp"
+#include "devices/ethercat/scan.hpp"
+#include "devices/wire/coe.hpp"
+
+namespace gantry::devices {
+namespace {
+
+using namespace wire;
+
+constexpr int kMostPdos = 64, kMostEntries = 254;
+
+/// A number of 1, 2 or 4 bytes; a station may have another size than the standard says.
+Result<std::uint32_t> read_small(Link& link, StationRecord& s, config::ObjectAddress object) {
+  const auto bytes = sdo_upload(link, s, object);
+  if (!bytes) return tl::unexpected(bytes.error());
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < std::min<std::size_t>(bytes->size(), 4); ++i)
+    value |= std::to_integer<std::uint32_t>((*bytes)[i]) << (8 * i);
+  return value;
+}
+
+std::string sii_name(const StationRecord& s, std::uint16_t index) {
+  for (const auto* pdos : {&s.sii.rx_pdos, &s.sii.tx_pdos})
+    for (const SiiPdo& pdo : *pdos)
+      if (pdo.index == index) return pdo.name;
+  return {};
+}
+
+/// One SyncManager's assignment 1C1xh with the mapping of each PDO.
+Result<void> read_assigned(Link& link, StationRecord& s, std::uint8_t number, bool outputs, PdoMap& map) {
+  const auto assign = static_cast<std::uint16_t>(object::kSyncManagerAssign0 + number);
+  const auto count = read_small(link, s, {assign, 0});
+  if (!count) return tl::unexpected(count.error());
+  for (std::uint32_t i = 1; i <= std::min<std::uint32_t>(*count, kMostPdos); ++i) {
+    const auto index = read_small(link, s, {assign, static_cast<std::uint8_t>(i)});
+    if (!index) return tl::unexpected(index.error());
+    if (*index == 0) continue;
+    MappedPdo pdo{
+        static_cast<std::uint16_t>(*index), number, outputs, sii_name(s, static_cast<std::uint16_t>(*index)), {}};
+    const auto entries = read_small(link, s, {pdo.index, 0});
+    if (!entries) return tl::unexpected(entries.error());
+    for (std::uint32_t e = 1; e <= std::min<std::uint32_t>(*entries, kMostEntries); ++e) {
+      const auto row = read_small(link, s, {pdo.index, static_cast<std::uint8_t>(e)});
+      if (!row) return tl::unexpected(row.error());
+      pdo.entries.push_back({{static_cast<std::uint16_t>(*row >> 16), static_cast<std::uint8_t>(*row >> 8 & 0xFF)},
+                             static_cast<std::uint8_t>(*row & 0xFF)});
+    }
+    map.pdos.push_back(std::move(pdo));
+  }
+  return {};
+}
+
+PdoMap default_map(const StationRecord& s) {
+  PdoMap map;
+  const auto add = [&](const std::vector<SiiPdo>& pdos, bool outputs) {
+    for (const SiiPdo& p : pdos) {
+      if (p.sync_manager == sii::kNoSyncManager) continue;
+      MappedPdo pdo{p.index, p.sync_manager, outputs, p.name, {}};
+      for (const SiiPdoEntry& e : p.entries) pdo.entries.push_back({e.address, e.bit_length});
+      map.pdos.push_back(std::move(pdo));
+    }
+  };
+  add(s.sii.rx_pdos, true);
+  add(s.sii.tx_pdos, false);
+  return map;
+}
+
+}  // namespace
+
+std::size_t MappedPdo::bits() const {
+  std::size_t n = 0;
+  for (const auto& e : entries) n += e.bit_length;
+  return n;
+}
+
+Result<PdoMap> read_pdo_map(Link& link, StationRecord& s) {
+  if (!s.has_coe()) return default_map(s);
+  PdoMap map;
+  map.from_objects = true;
+  for (std::size_t i = 0; i < s.sync_managers.size(); ++i) {
+    const SyncManagerPlan& sm = s.sync_managers[i];
+    const bool outputs = sm.is(config::SyncManagerKind::ProcessOut);
+    if (!outputs && !sm.is(config::SyncManagerKind::ProcessIn)) continue;
+    auto ok = read_assigned(link, s, static_cast<std::uint8_t>(i), outputs, map);
+    if (ok) continue;
+    if (ok.error().fault != Fault::SdoAbort) return tl::unexpected(ok.error());
+    return default_map(s);  // CoE without the assignment objects: the EEPROM says it
+  }
+  return map;
+}
+
+Result<std::vector<FoundStation>> Survey::scan() {
+  auto records = find_stations(link_);
+  if (!records) return tl::unexpected(records.error());
+  std::vector<FoundStation> found;
+  for (StationRecord& r : *records) {
+    if (auto whole = read_whole_sii(link_, r); !whole) {
+      if (whole.error().fault != Fault::SiiInvalid) return tl::unexpected(whole.error());
+      r.sii.damage = whole.error().message;
+    }
+    plan_from_sii(r);
+    const auto al = read_al_status(link_, r);
+    if (!al) return tl::unexpected(al.error());
+    found.push_back({r, *al});
+  }
+  stations_ = std::move(*records);
+  return found;
+}
+
+Result<StationRecord*> Survey::station(int position) {
+  if (stations_.empty())
+    if (auto found = scan(); !found) return tl::unexpected(found.error());
+  if (position < 0 || position >= static_cast<int>(stations_.size()))
+    return fail(Fault::StationMissing,
+                fmt::format("there is no station {}; {} answer, the first is 0", position, stations_.size()));
+  return &stations_[static_cast<std::size_t>(position)];
+}
+
+Result<StationRecord*> Survey::with_mailbox(int position) {
+  auto s = station(position);
+  if (!s) return s;
+  StationRecord& r = **s;
+  if (!r.has_mailbox())
+    return fail(Fault::MailboxProtocol, "the station has no mailbox, so it has no objects to read", r.where);
+  const auto al = read_al_status(link_, r);
+  if (!al) return tl::unexpected(al.error());
+  if (al->state == AlState::Boot)
+    return fail(Fault::MailboxProtocol, "the station is in BOOT; take it to INIT first", r.where);
+  if (al->state != AlState::Init) {
+    // Somebody has opened the mailbox: it is where they put it.
+    for (std::size_t i = 0; i < r.sync_managers.size(); ++i) {
+      if (!r.sync_managers[i].is_mailbox()) continue;
+      std::array<std::byte, kSyncManagerBytes> raw{};
+      const auto at = static_cast<std::uint16_t>(reg::kSyncManager0 + kSyncManagerBytes * i);
+      if (auto ok = link_.read(r.address, at, raw); !ok) return tl::unexpected(ok.error());
+      const SyncManager now = get_sync_manager(raw);
+      r.sync_managers[i].registers.start = now.start;
+      r.sync_managers[i].registers.length = now.length;
+      if (!r.sync_managers[i].is(config::SyncManagerKind::MailboxIn)) continue;
+      r.mailbox.repeat_toggle = (now.activate & kSmActivateRepeatRequest) != 0;
+    }
+    return s;
+  }
+  if (al->error)
+    if (auto ok = acknowledge(link_, r); !ok) return tl::unexpected(ok.error());
+  if (auto ok = write_mailbox_setup(link_, r); !ok) return tl::unexpected(ok.error());
+  if (auto ok = request_state(link_, r, AlState::PreOp); !ok) return tl::unexpected(ok.error());
+  if (auto ok = wait_for_state(link_, r, AlState::PreOp); !ok) return tl::unexpected(ok.error());
+  const std::size_t capacity = find_sync_manager(r, config::SyncManagerKind::MailboxOut, nullptr)->length;
+  if (capacity < kMailboxHeader)
+    return fail(Fault::MailboxProtocol, "the station's mailbox is smaller than a header", r.where);
+  r.mailbox = {};
+  return s;
+}
+
+Result<PdoMap> Survey::read_pdo_map(int position) {
+  auto s = station(position);
+  if (!s) return tl::unexpected(s.error());
+  if ((*s)->has_coe()) s = with_mailbox(position);
+  if (!s) return tl::unexpected(s.error());
+  return devices::read_pdo_map(link_, **s);
+}
+
+Result<std::vector<ObjectDescription>> Survey::object_list(int position, bool with_entries) {
+  auto s = with_mailbox(position);
+  if (!s) return tl::unexpected(s.error());
+  return read_object_list(link_, **s, with_entries);
+}
+
+Result<Bytes> Survey::read_object(int position, config::ObjectAddress object, SdoAccess access) {
+  auto s = with_mailbox(position);
+  if (!s) return tl::unexpected(s.error());
+  return sdo_upload(link_, **s, object, access);
+}
+
+Result<void> Survey::write_object(int position, config::ObjectAddress object, std::span<const std::byte> value,
+                                  SdoAccess access) {
+  auto s = with_mailbox(position);
+  if (!s) return tl::unexpected(s.error());
+  return sdo_download(link_, **s, object, value, access);
+}
+
+Result<AlStatus> Survey::al_status(int position) {
+  const auto s = station(position);
+  if (!s) return tl::unexpected(s.error());
+  return read_al_status(link_, **s);
+}
+
+Result<std::vector<ErrorCounters>> Survey::error_counters() {
+  if (auto s = station(0); !s) return tl::unexpected(s.error());
+  std::vector<ErrorCounters> all;
+  for (const StationRecord& s : stations_) {
+    const auto counters = read_error_counters(link_, s);
+    if (!counters) return tl::unexpected(counters.error());
+    all.push_back(*counters);
+  }
+  return all;
+}
+
+Result<std::vector<DcStatus>> Survey::dc_status() {
+  if (auto s = station(0); !s) return tl::unexpected(s.error());
+  std::vector<DcStatus> all;
+  for (const StationRecord& s : stations_) {
+    const auto status = read_dc_status(link_, s);
+    if (!status) return tl::unexpected(status.error());
+    all.push_back(*status);
+  }
+  return all;
+}
+
+std::vector<Emergency> Survey::take_emergencies(int position) {
+  if (position < 0 || position >= static_cast<int>(stations_.size())) return {};
+  return std::exchange(stations_[static_cast<std::size_t>(position)].mailbox.emergencies, {});
+}
+
+}  // namespace gantry::devices

@@ -1,0 +1,78 @@
+// A segment as it is, asked without a machine file: what tools show. Works on any FramePort, real or virtual.
+//   Survey survey(port, clock);
+//   auto stations = survey.scan();                   // identity, names, ports, parents, AL state; changes no state
+//   auto pdos = survey.read_pdo_map(3);              // stations are named by their position, 0 first
+//   auto value = survey.read_object(3, {0x1018, 0}, SdoAccess::Complete);
+// Scanning gives every station its configured address (1001h + position) and takes its EEPROM interface; nothing else
+// is written. Object access needs a mailbox: a station in INIT is taken to PRE_OP for it and stays there. Every call
+// ends in bounded time with a named error. Not beside a running EthercatMaster: that one answers the same questions
+// itself.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/clock.hpp"
+#include "core/error.hpp"
+#include "devices/ethercat/diagnosis.hpp"
+#include "devices/ethercat/link.hpp"
+#include "devices/ethercat/sdo.hpp"
+#include "devices/ethercat/sdo_info.hpp"
+#include "devices/ethercat/states.hpp"
+#include "devices/ethercat/station.hpp"
+
+namespace gantry::devices {
+
+struct FoundStation {
+  StationRecord record;  ///< position, address, alias, esc, ports, parent and parent_port, sii (whole)
+  AlStatus al;
+  [[nodiscard]] const std::string& name() const { return record.sii.name.empty() ? record.sii.order : record.sii.name; }
+};
+
+struct MappedPdo {
+  std::uint16_t index = 0;
+  std::uint8_t sync_manager = 0;
+  bool outputs = false;  ///< to the station
+  std::string name;      ///< as the EEPROM has it
+  std::vector<config::PdoEntry> entries;
+  [[nodiscard]] std::size_t bits() const;
+};
+/// What a station exchanges, in the order in which it lies in its SyncManagers.
+struct PdoMap {
+  std::vector<MappedPdo> pdos;
+  bool from_objects = false;  ///< read from 1C1xh; otherwise the EEPROM's defaults
+};
+
+class Survey {
+ public:
+  Survey(FramePort& port, Clock& clock) : link_(port, clock) {}
+
+  /// Fault::BusDown when nobody answers, SiiInvalid, StationMissing. A station whose EEPROM cannot be parsed is listed
+  /// with what could be read, and record.sii.damage.
+  Result<std::vector<FoundStation>> scan();
+
+  Result<PdoMap> read_pdo_map(int position);
+  Result<std::vector<ObjectDescription>> object_list(int position, bool with_entries = false);
+  Result<Bytes> read_object(int position, config::ObjectAddress object, SdoAccess access = SdoAccess::Single);
+  Result<void> write_object(int position, config::ObjectAddress object, std::span<const std::byte> value,
+                            SdoAccess access = SdoAccess::Single);
+  Result<AlStatus> al_status(int position);
+  /// Of all stations, by position.
+  Result<std::vector<ErrorCounters>> error_counters();
+  Result<std::vector<DcStatus>> dc_status();
+  /// Emergencies that came in while objects were read.
+  std::vector<Emergency> take_emergencies(int position);
+
+ private:
+  Result<StationRecord*> station(int position);
+  Result<StationRecord*> with_mailbox(int position);
+
+  Link link_;
+  std::vector<StationRecord> stations_;  ///< by position; empty until the first scan
+};
+
+/// The PDO map of a station with an open mailbox (or of its EEPROM, where it has no CoE).
+Result<PdoMap> read_pdo_map(Link& link, StationRecord& station);
+
+}  // namespace gantry::devices

@@ -1,0 +1,106 @@
+#include "devices/ethercat/topology.hpp"
+
+#include <algorithm>
+
+namespace gantry::devices {
+namespace {
+
+/// The way of a frame through an ESC: in by port 0, then the others in this order, and out by port 0.
+constexpr std::array<int, wire::kPorts> kWay{0, 3, 1, 2};
+
+int place_on_way(int port) { return static_cast<int>(std::find(kWay.begin(), kWay.end(), port) - kWay.begin()); }
+int next_on_way(int port) { return kWay[static_cast<std::size_t>((place_on_way(port) + 1) % wire::kPorts)]; }
+
+int entry_of(const Ports& ports) {
+  for (const int port : kWay)
+    if (ports[static_cast<std::size_t>(port)].open()) return port;
+  return 0;
+}
+
+/// Ports that the frame leaves by, in turn.
+std::vector<int> ways_on(const Ports& ports, int entry) {
+  std::vector<int> open;
+  for (int port = next_on_way(entry); port != entry; port = next_on_way(port))
+    if (ports[static_cast<std::size_t>(port)].open()) open.push_back(port);
+  return open;
+}
+
+}  // namespace
+
+Ports decode_ports(std::uint16_t dl_status, std::uint8_t port_descriptor) {
+  Ports ports;
+  for (int i = 0; i < wire::kPorts; ++i) {
+    auto& p = ports[static_cast<std::size_t>(i)];
+    p.kind = wire::port_kind(port_descriptor, i);
+    p.link = wire::dl_link(dl_status, i);
+    p.loop_closed = wire::dl_loop_closed(dl_status, i);
+    p.communication = wire::dl_communicates(dl_status, i);
+  }
+  return ports;
+}
+
+Tree build_tree(std::span<const Ports> stations) {
+  struct Branch {
+    int position;
+    std::vector<int> open;
+    std::size_t used = 0;
+  };
+  Tree tree;
+  std::vector<Branch> branches;
+  for (std::size_t i = 0; i < stations.size(); ++i) {
+    TreePlace place;
+    place.entry_port = entry_of(stations[i]);
+    while (!branches.empty() && branches.back().used == branches.back().open.size()) branches.pop_back();
+    if (!branches.empty()) {
+      Branch& b = branches.back();
+      place.parent = b.position;
+      place.parent_port = b.open[b.used++];
+    } else if (i > 0) {
+      tree.sound = false;
+      place.parent = static_cast<int>(i) - 1;
+    }
+    tree.places.push_back(place);
+    branches.push_back({static_cast<int>(i), ways_on(stations[i], place.entry_port)});
+  }
+  std::size_t leading_nowhere = 0;
+  for (const Branch& b : branches) leading_nowhere += b.open.size() - b.used;
+  tree.ring = leading_nowhere == 1;
+  tree.sound = tree.sound && leading_nowhere <= 1;
+  return tree;
+}
+
+std::vector<std::uint32_t> propagation_delays(const Tree& tree, std::span<const Ports> stations,
+                                              std::span<const PortTimes> times, const std::vector<bool>& clocks) {
+  const auto at = [&](std::size_t station, int port) { return times[station][static_cast<std::size_t>(port)]; };
+  std::vector<std::uint32_t> delays(stations.size(), 0);
+  bool have_reference = false;
+  for (std::size_t i = 0; i < stations.size(); ++i) {
+    if (!clocks[i]) continue;
+    if (!have_reference) {
+      have_reference = true;
+      continue;
+    }
+    // The nearest station up the tree that has a clock, and its port that leads here.
+    int up = tree.places[i].parent, port = tree.places[i].parent_port;
+    while (up >= 0 && !clocks[static_cast<std::size_t>(up)]) {
+      port = tree.places[static_cast<std::size_t>(up)].parent_port;
+      up = tree.places[static_cast<std::size_t>(up)].parent;
+    }
+    if (up < 0 || port < 0) continue;
+    const auto p = static_cast<std::size_t>(up);
+    const int entry = tree.places[p].entry_port;
+    int before = entry;
+    for (const int way : ways_on(stations[p], entry)) {
+      if (way == port) break;
+      before = way;
+    }
+    const std::uint32_t behind = at(p, port) - at(p, before);  // out by this port and back again
+    const auto own_ways = ways_on(stations[i], tree.places[i].entry_port);
+    const std::uint32_t inside = own_ways.empty() ? 0 : at(i, own_ways.back()) - at(i, tree.places[i].entry_port);
+    const std::uint32_t link = behind > inside ? (behind - inside) / 2 : 0;
+    delays[i] = delays[p] + (at(p, before) - at(p, entry)) + link;
+  }
+  return delays;
+}
+
+}  // namespace gantry::devices
