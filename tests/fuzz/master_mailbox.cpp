@@ -1,7 +1,9 @@
 // The master's mailbox and SDO client against a station that answers what it likes. Every call must end.
-// Input: what to ask (one byte), then the replies: length, flags, bytes. Flag bit 0: the header is put right (length,
-// CoE, counter), so that the input's bytes reach what lies behind it.
+// Input: what to ask (two of four bits), then the replies: length, flags, bytes. Flag bit 0: the header is put right
+// (length, CoE, counter), so that the input's bytes reach what lies behind it.
 #include "devices/ethercat/sdo.hpp"
+#include "devices/ethercat/sdo_info.hpp"
+#include "devices/wire/coe.hpp"
 #include "tests/fuzz/input.hpp"
 #include "tests/fuzz/liar_port.hpp"
 
@@ -60,19 +62,24 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   VirtualClock clock;
   MailboxLiar port(clock, in);
   Link link(port, clock);
-  config::Station place;
-  place.profile.sync_managers = {{config::SyncManagerKind::MailboxOut, kOut, kBytes},
-                                 {config::SyncManagerKind::MailboxIn, kIn, kBytes}};
   StationRecord station;
-  station.config = &place;
   station.address = 0x1001;
-  station.sync_managers = {{.start = kOut, .length = kBytes, .control = wire::kSmControlMailboxOut, .activate = 1},
-                           {.start = kIn, .length = kBytes, .control = wire::kSmControlMailboxIn, .activate = 1}};
+  station.where = "station";
+  station.sync_managers = {{{.start = kOut, .length = kBytes, .control = wire::kSmControlMailboxOut, .activate = 1}, 1},
+                           {{.start = kIn, .length = kBytes, .control = wire::kSmControlMailboxIn, .activate = 1}, 2}};
   const std::vector<std::byte> long_value(300, std::byte{0x5A});
-  for (int i = 0; i < 4 && !in.empty(); ++i) switch ((what >> 2 * i) & 3) {
+  for (int i = 0; i < 2 && !in.empty(); ++i) switch ((what >> 4 * i) & 15) {
       case 0: (void)sdo_upload(link, station, {0x1018, 1}); break;
       case 1: (void)sdo_download(link, station, {0x607A, 0}, std::span(long_value).first(4)); break;
       case 2: (void)sdo_download(link, station, {0x2000, 0}, long_value); break;
+      case 3: (void)sdo_upload(link, station, {0x1C12, 0}, SdoAccess::Complete); break;
+      case 4:
+        (void)sdo_download(link, station, {0x1C12, 0}, std::span(long_value).first(6), SdoAccess::Complete);
+        break;
+      case 5: (void)read_object_indices(link, station, wire::sdo_info::kListAll); break;
+      case 6: (void)describe_object(link, station, 0x6040); break;
+      case 7: (void)describe_entry(link, station, {0x6040, 0}); break;
+      case 8: (void)read_object_list(link, station, true); break;
       default: (void)read_number(link, station, {0x1018, 1}, config::ObjectType::U32); break;
     }
   return 0;

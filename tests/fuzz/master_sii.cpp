@@ -1,5 +1,6 @@
 // The master's reader of a station's EEPROM, which holds the input.
 #include "devices/ethercat/sii.hpp"
+#include "devices/ethercat/station.hpp"
 #include "tests/fuzz/input.hpp"
 #include "tests/fuzz/liar_port.hpp"
 
@@ -13,7 +14,7 @@ class SiiLiar final : public fuzz::LiarPort {
   SiiLiar(VirtualClock& clock, std::span<const std::byte> image) : LiarPort(clock), image_(image) {}
 
   bool answer(const wire::DatagramHeader& asked, std::span<std::byte> data) override {
-    if (++asked_ > 1000) return false;
+    if (++asked_ > 20000) return false;
     const auto reg = static_cast<std::size_t>(asked.address >> 16);
     if (asked.command == wire::Command::Fpwr) {
       for (std::size_t i = 0; i < data.size(); ++i)
@@ -45,5 +46,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   SiiLiar port(clock, {reinterpret_cast<const std::byte*>(data), size});
   Link link(port, clock);
   (void)read_station_sii(link, 0x1001);
+  (void)read_sii_image(link, 0x1001);
+  // And the parser by itself, on a heap block of the exact size.
+  const std::vector<std::byte> image(reinterpret_cast<const std::byte*>(data),
+                                     reinterpret_cast<const std::byte*>(data) + size);
+  if (const auto sii = parse_sii(image)) {
+    StationRecord station;
+    station.sii = *sii;
+    plan_from_sii(station);
+  }
   return 0;
 }

@@ -53,6 +53,13 @@ seed("master_mailbox", "emergency_first", replies(0, coe(1, struct.pack("<HB5x",
 seed("master_mailbox", "download", replies(1, coe(3, struct.pack("<BHBI", 0x60, 0x607A, 0, 0))))
 seed("master_mailbox", "download_segments", replies(2, coe(3, struct.pack("<BHBI", 0x60, 0x2000, 0, 0)), coe(3, b"\x20" + bytes(7)),
                                                     coe(3, b"\x30" + bytes(7)), coe(3, b"\x20" + bytes(7))))
+info = lambda op, data, left=0: coe(8, struct.pack("<BBH", op | (0x80 if left else 0), 0, left) + data)
+seed("master_mailbox", "complete", replies(3, coe(3, struct.pack("<BHBI", 0x51, 0x1C12, 0, 4) + b"\1\0\0\x16")))
+seed("master_mailbox", "list", replies(5, info(2, struct.pack("<HHH", 1, 0x1000, 0x1018), 1), info(2, struct.pack("<H", 0x6040))))
+seed("master_mailbox", "describe", replies(6, info(4, struct.pack("<HHBB", 0x6040, 6, 0, 7) + b"controlword")))
+seed("master_mailbox", "describe_entry", replies(7, info(6, struct.pack("<HBBHHH", 0x6040, 0, 0, 6, 16, 0x3F) + b"controlword")))
+seed("master_mailbox", "whole_list", replies(8, info(2, struct.pack("<HH", 1, 0x6040)), info(4, struct.pack("<HHBB", 0x6040, 6, 0, 7) + b"cw"),
+                                             info(6, struct.pack("<HBBHHH", 0x6040, 0, 0, 6, 16, 0x3F) + b"cw")))
 seed("master_mailbox", "error_reply", replies(0, struct.pack("<HHBBHH", 4, 0, 0, 0x10, 1, 2), flags=0))
 seed("master_mailbox", "lost_read", replies(0, coe(3, struct.pack("<BHBI", 0x43, 0x1018, 1, 1)), flags=3))
 
