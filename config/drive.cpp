@@ -200,6 +200,7 @@ const Fields<StationProfile>& profile_fields() {
       integer("slot_stride", &StationProfile::slot_stride, kU16, kOptional, "added to 6xxxh a slot"),
       integer("slot_stride_vendor", &StationProfile::slot_stride_vendor, kU16, kOptional, "added to 2xxxh a slot"),
       flag("dc", &StationProfile::dc, kOptional, "supports SYNC0"),
+      integer("clock_bits", &StationProfile::clock_bits, {32, 64}, kOptional, "width of its clock: 32 or 64"),
       {{"watchdog",
         kOptional,
         "process-data watchdog that we set",
@@ -217,6 +218,9 @@ const Fields<StationProfile>& profile_fields() {
       list("tx_pdos", &StationProfile::tx_pdos, pdo_fields(), {0, 16}, kRequired, "from the station"),
       list("objects", &StationProfile::objects, object_fields(), {1, 1000}, kRequired, "objects that we use or show"),
       list("startup", &StationProfile::startup, startup_fields(), {0, 200}, kOptional, "written in PRE_OP, in order"),
+      choice("storage", &StationProfile::storage,
+             Choices<Storage>{{"none", Storage::None}, {"at_once", Storage::AtOnce}, {"on_save", Storage::OnSave}},
+             kOptional, "how 2xxxh objects outlive the supply: each write, or \"save\" to 1010h"),
       object("drive", &StationProfile::drive, drive_fields(), kOptional, "absent: the station is no drive"),
       texts("assumptions", &StationProfile::assumptions, kOptional, "sentences that `check` shows"),
   };

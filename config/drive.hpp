@@ -82,6 +82,13 @@ struct StatuswordRow {
                 fault = 0x0238;
 };
 
+/// What becomes of a 2xxxh value that was written by SDO when the supply goes.
+enum class Storage : std::uint8_t {
+  None,    ///< it is lost
+  AtOnce,  ///< every write is kept
+  OnSave,  ///< kept when "save" is written to 1010h
+};
+
 struct Identity {
   std::uint32_t vendor = 0, product = 0, revision = 0;
   bool assumed = true;  ///< an assumed identity does not refuse a station; it asks
@@ -124,8 +131,10 @@ struct StationProfile {
   bool pdo_fixed = false;  ///< I/O stations: mapping is not written
   std::vector<ObjectRow> objects;
   std::vector<StartupRow> startup;
+  Storage storage = Storage::None;
   std::optional<DriveFacts> drive;       ///< absent for stations that are no drive
   bool dc = true;                        ///< supports SYNC0
+  int clock_bits = 64;                   ///< width of its ESC's times: 32 or 64
   std::uint16_t watchdog_ms = 100;       ///< process-data watchdog that we set
   std::vector<std::string> assumptions;  ///< sentences for `check`
 };

@@ -138,11 +138,13 @@ void CoeServer::download_segment(std::uint8_t command, std::span<const std::byte
   reply_segment(static_cast<std::uint8_t>(sdo::kDownloadSegmentResponse | (command & sdo::kToggle)), {});
 }
 
-void CoeServer::emergency(std::uint16_t code, std::uint8_t error_register) {
+void CoeServer::emergency(std::uint16_t code, std::uint8_t error_register, std::uint16_t diagnostic) {
+  if (!room()) return;  // nobody fetches them
   Bytes payload(kCoeHeader + 8);
   put_le<std::uint16_t>(payload, 0, coe_header(CoeService::Emergency));
   put_le<std::uint16_t>(payload, 2, code);
   put_le<std::uint8_t>(payload, 4, error_register);
+  put_le<std::uint16_t>(payload, 5, diagnostic);
   reply(MailboxType::Coe, std::move(payload));
 }
 

@@ -27,8 +27,10 @@ class CoeServer {
   /// request and is dropped (ETG.1000.4, 5.6.2).
   void take(std::span<const std::byte> mailbox, bool pre_op);
   /// Emergency (ETG.1000.6, 5.6.4): CANopen error code, error register, five bytes of the vendor's.
-  void emergency(std::uint16_t code, std::uint8_t error_register);
+  void emergency(std::uint16_t code, std::uint8_t error_register, std::uint16_t diagnostic = 0);
 
+  /// Another request may be taken: not too many answers wait to be fetched.
+  [[nodiscard]] bool room() const noexcept { return replies_.size() < 16; }
   [[nodiscard]] bool waiting() const noexcept { return !replies_.empty(); }
   /// The next mailbox for the master, header included; not longer than reply_bytes.
   Bytes next();

@@ -16,45 +16,65 @@ constexpr std::int64_t kMissed_ns = 10'000;          // the loop may move the cl
 constexpr Time kRateSpan = microseconds(20);  // differences that follow closer than this say nothing about the rate
 }  // namespace
 
-void DcUnit::power_on(Time now) noexcept {
+void DcUnit::power_on(Time now, int bits) noexcept {
   const double drift = drift_;
+  const auto jitter = jitter_ns_;
+  const Random random = random_;
   *this = DcUnit{};
   drift_ = drift;
+  jitter_ns_ = jitter;
+  random_ = random;
+  bits_ = bits;
   on_since_ = drift_since_ = corrected_at_ = now;
 }
 
 void DcUnit::set_drift(double ppm, Time now) noexcept {
-  local_base_ = local(now);
+  const std::int64_t elapsed = (now - drift_since_).count();
+  local_base_ += static_cast<std::uint64_t>(elapsed + std::llround(drift_ * static_cast<double>(elapsed)));
   drift_since_ = now;
   drift_ = ppm * 1e-6;
   schedule(now);
 }
 
-std::uint64_t DcUnit::local(Time now) const noexcept {
-  const std::int64_t elapsed = (now - drift_since_).count();
-  return local_base_ + static_cast<std::uint64_t>(elapsed + std::llround(drift_ * static_cast<double>(elapsed)));
+void DcUnit::set_jitter(std::uint32_t ns, std::uint64_t seed) noexcept {
+  jitter_ns_ = ns;
+  random_ = Random(seed);
 }
 
-std::uint64_t DcUnit::system(Time now) const noexcept {
+std::uint64_t DcUnit::local(Time now) const noexcept { return cut(whole_system(now) - offset_ns_); }
+std::uint64_t DcUnit::system(Time now) const noexcept { return cut(whole_system(now)); }
+
+std::uint64_t DcUnit::whole_system(Time now) const noexcept {
+  const std::int64_t elapsed = (now - drift_since_).count();
   const double adjust = correction_ns_ + rate_ * static_cast<double>((now - corrected_at_).count());
-  return local(now) + offset_ns_ + static_cast<std::uint64_t>(std::llround(adjust));
+  return local_base_ + static_cast<std::uint64_t>(elapsed + std::llround(drift_ * static_cast<double>(elapsed))) +
+         static_cast<std::uint64_t>(std::llround(adjust)) + offset_ns_;
+}
+
+std::uint64_t DcUnit::latch(Time now) noexcept {
+  if (jitter_ns_ == 0) return local(now);
+  return local(now + Time{std::llround(random_.symmetric(jitter_ns_))});
 }
 
 void DcUnit::set_offset(std::uint64_t offset_ns, Time now) noexcept {
   offset_ns_ = offset_ns;
-  reset_filter(now);
+  difference_ns_ = 0;
+  filter_new_ = true;
+  schedule(now);
 }
 
 void DcUnit::reset_filter(Time now) noexcept {
-  correction_ns_ = rate_ = difference_ns_ = 0;
+  correction_ns_ += rate_ * static_cast<double>((now - corrected_at_).count());
   corrected_at_ = now;
+  rate_ = difference_ns_ = 0;
   filter_new_ = true;
   schedule(now);
 }
 
 void DcUnit::receive(std::uint64_t reference_ns, int bits, Time now) noexcept {
-  const std::uint64_t mine = system(now) - delay_ns_;
-  const std::int64_t difference = bits == 32
+  const Time seen = jitter_ns_ == 0 ? now : now + Time{std::llround(random_.symmetric(jitter_ns_))};
+  const std::uint64_t mine = system(seen) - delay_ns_;
+  const std::int64_t difference = bits == 32 || bits_ == 32
                                       ? static_cast<std::int32_t>(static_cast<std::uint32_t>(mine - reference_ns))
                                       : static_cast<std::int64_t>(mine - reference_ns);
   const auto d = static_cast<double>(difference);
@@ -75,12 +95,18 @@ std::uint32_t DcUnit::difference() const noexcept {
   return static_cast<std::uint32_t>(magnitude) | (difference_ns_ < 0 && magnitude >= 1 ? 0x80000000u : 0);
 }
 
+std::uint16_t DcUnit::speed_difference() const noexcept {
+  constexpr double kSteps = 1 << 20;  // assumed
+  return static_cast<std::uint16_t>(static_cast<std::int16_t>(std::clamp(rate_ * kSteps, -32767.0, 32767.0)));
+}
+
 void DcUnit::start_sync0(std::uint64_t start_ns, std::uint32_t cycle_ns, Time now) noexcept {
   active_ = true;
-  next_system_ns_ = start_ns;
+  const std::uint64_t here = whole_system(now);
+  next_system_ns_ = bits_ == 32 ? here + static_cast<std::uint32_t>(start_ns - here) : start_ns;
   cycle_ns_ = cycle_ns;
   pulses_ = 0;
-  missed_ = static_cast<std::int64_t>(start_ns - system(now)) < 0 || (cycle_ns != 0 && cycle_ns < kShortestCycle_ns);
+  missed_ = static_cast<std::int64_t>(next_system_ns_ - here) < 0 || (cycle_ns != 0 && cycle_ns < kShortestCycle_ns);
   schedule(now);
 }
 
@@ -96,7 +122,7 @@ void DcUnit::pulse() noexcept {
 
 void DcUnit::schedule(Time now) noexcept {
   if (!active_) return;
-  const auto ahead = static_cast<std::int64_t>(next_system_ns_ - system(now));
+  const auto ahead = static_cast<std::int64_t>(next_system_ns_ - whole_system(now));
   // The unit compares for equality: where the system time was set beyond the next pulse, that pulse never comes.
   if (ahead < -std::max<std::int64_t>(cycle_ns_, kMissed_ns)) missed_ = true;
   constexpr std::int64_t kNeverSoon_ns = 1'000'000'000'000'000'000;  // 31 years: keeps sums of times in range

@@ -41,6 +41,8 @@ std::int64_t fit(ObjectType type, std::int64_t value) noexcept {
 
 namespace {
 
+constexpr std::uint16_t kStoreParameters = 0x1010;
+
 /// Index of a profile row on another axis of the station; 1xxxh belongs to the station as a whole.
 std::uint16_t index_on(const config::StationProfile& profile, std::uint16_t index, int slot) noexcept {
   const int stride = index >= 0x6000 ? profile.slot_stride : index >= 0x2000 ? profile.slot_stride_vendor : 0;
@@ -61,7 +63,8 @@ Object text(ObjectAddress address, std::string value, std::string name) {
 
 }  // namespace
 
-ObjectDictionary::ObjectDictionary(const config::StationProfile& profile, std::uint32_t serial) : profile_(profile) {
+ObjectDictionary::ObjectDictionary(const config::StationProfile& profile, std::uint32_t serial, Kept* kept)
+    : profile_(profile), kept_(kept) {
   add_profile_rows();
   sort();
   add_communication_rows(serial);
@@ -69,6 +72,9 @@ ObjectDictionary::ObjectDictionary(const config::StationProfile& profile, std::u
   sort();
   add_missing_counts();
   sort();
+  if (kept_ != nullptr)
+    for (const auto& [address, value] : *kept_)
+      if (Object* o = find(address)) o->value = value;
 }
 
 void ObjectDictionary::sort() {
@@ -105,6 +111,12 @@ void ObjectDictionary::add_communication_rows(std::uint32_t serial) {
   add(text({0x1008, 0}, profile_.title.empty() ? profile_.name : profile_.title, "device name"));
   add(text({0x1009, 0}, "virtual", "hardware version"));
   add(text({0x100A, 0}, "virtual", "software version"));
+  if (profile_.storage == config::Storage::OnSave)
+    for (const std::uint8_t group : {std::uint8_t{1}, std::uint8_t{2}}) {
+      Object o = number({kStoreParameters, group}, ObjectType::U32, 1, "store parameters");  // 1: on command
+      o.writable = true;
+      add(std::move(o));
+    }
   add(number({0x1018, 1}, ObjectType::U32, id.vendor, "vendor id"));
   add(number({0x1018, 2}, ObjectType::U32, id.product, "product code"));
   add(number({0x1018, 3}, ObjectType::U32, id.revision, "revision"));
@@ -222,7 +234,25 @@ std::uint32_t ObjectDictionary::write(ObjectAddress address, std::span<const std
   if (o->min && value < *o->min) return abort_code::kValueTooLow;
   if (o->rule != ObjectRule::Plain)
     if (const auto refused = check_mapping_write(*this, *o, value, pre_op); refused != 0) return refused;
+  if (address.index == kStoreParameters && address.sub > 0) return save(address.sub, value);
   o->value = value;
+  if (kept_ != nullptr && profile_.storage == config::Storage::AtOnce && address.index >= 0x2000 &&
+      address.index < 0x6000)
+    kept_->insert_or_assign(address, value);
+  return 0;
+}
+
+/// 1010h: "save" keeps a group of objects, "rest" drops it (AMD530B 8.2: group 1 is 6000h, group 2 is 2000h).
+std::uint32_t ObjectDictionary::save(std::uint8_t group, std::int64_t signature) {
+  constexpr std::int64_t kSave = 0x65766173, kRestore = 0x74736572;
+  if (signature != kSave && signature != kRestore) return abort_code::kCannotStore;
+  const std::uint16_t from = group == 1 ? 0x6000 : 0x2000, to = group == 1 ? 0xA000 : 0x6000;
+  if (kept_ == nullptr) return 0;
+  std::erase_if(*kept_, [&](const auto& row) { return row.first.index >= from && row.first.index < to; });
+  if (signature == kRestore) return 0;
+  for (const Object& o : objects_)
+    if (o.writable && o.rule == ObjectRule::Plain && o.address.index >= from && o.address.index < to)
+      kept_->insert_or_assign(o.address, o.value);
   return 0;
 }
 

@@ -7,6 +7,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -40,10 +41,14 @@ std::size_t size_of(config::ObjectType type) noexcept;
 /// The value as an object of this type holds it: cut to its width, sign-extended where it is signed.
 std::int64_t fit(config::ObjectType type, std::int64_t value) noexcept;
 
+/// Objects that a station keeps without its supply.
+using Kept = std::map<config::ObjectAddress, std::int64_t>;
+
 class ObjectDictionary {
  public:
-  /// `serial` goes to 1018h:4.
-  ObjectDictionary(const config::StationProfile& profile, std::uint32_t serial);
+  /// `serial` goes to 1018h:4. `kept` outlives the dictionary: what it holds is set at once, what the profile's storage
+  /// keeps is put there (nullptr: nothing is kept).
+  ObjectDictionary(const config::StationProfile& profile, std::uint32_t serial, Kept* kept = nullptr);
 
   [[nodiscard]] Object* find(config::ObjectAddress address) noexcept;
   [[nodiscard]] const Object* find(config::ObjectAddress address) const noexcept;
@@ -67,9 +72,11 @@ class ObjectDictionary {
   void add_pdo_rows();
   void add_missing_counts();
   void sort();
+  [[nodiscard]] std::uint32_t save(std::uint8_t group, std::int64_t signature);
   [[nodiscard]] std::uint32_t missing(config::ObjectAddress address) const noexcept;
 
   const config::StationProfile& profile_;
+  Kept* kept_;
   std::vector<Object> objects_;  ///< by address
 };
 

@@ -114,9 +114,11 @@ PdoMap PdoMap::build(ObjectDictionary& objects, PdoDirection direction) {
   const std::uint16_t assignment = assignment_index(direction);
   for (int i = 1; i <= objects.value({assignment, 0}); ++i) {
     const auto pdo = static_cast<std::uint16_t>(objects.value({assignment, static_cast<std::uint8_t>(i)}));
+    map.complete_ = map.complete_ && objects.find({pdo, 0}) != nullptr;
     for (int k = 1; k <= objects.value({pdo, 0}); ++k) {
       const auto entry = mapped(static_cast<std::uint32_t>(objects.value({pdo, static_cast<std::uint8_t>(k)})));
       Object* object = entry.address.index != 0 ? objects.find(entry.address) : nullptr;
+      map.complete_ = map.complete_ && (object != nullptr || entry.address.index == 0);
       if (object != nullptr) map.fields_.push_back({object, static_cast<std::uint32_t>(map.bits_), entry.bit_length});
       map.bits_ += entry.bit_length;
     }
@@ -154,8 +156,8 @@ void PdoMap::pack(std::span<std::byte> image) const noexcept {
   }
 }
 
-bool PdoMap::holds(const Object* object) const noexcept {
-  return std::any_of(fields_.begin(), fields_.end(), [&](const Field& f) { return f.object == object; });
+void PdoMap::clear() const noexcept {
+  for (const Field& f : fields_) f.object->value = 0;
 }
 
 }  // namespace gantry::sim

@@ -42,8 +42,10 @@ class PdoMap {
   void unpack(std::span<const std::byte> image) const noexcept;
   /// Objects to image.
   void pack(std::span<std::byte> image) const noexcept;
-  /// True when the object is written by the image.
-  [[nodiscard]] bool holds(const Object* object) const noexcept;
+  /// Every PDO that is assigned exists, and so does every object in it.
+  [[nodiscard]] bool complete() const noexcept { return complete_; }
+  /// Its objects become 0.
+  void clear() const noexcept;
 
  private:
   struct Field {
@@ -53,6 +55,7 @@ class PdoMap {
   };
   std::vector<Field> fields_;
   std::size_t bits_ = 0;
+  bool complete_ = true;
 };
 
 }  // namespace gantry::sim

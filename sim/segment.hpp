@@ -7,6 +7,7 @@
 // (motors move, the world is called, inputs are sampled, outputs are taken), then the datagrams are served. One thread
 // owns a segment. Cyclic processing does not allocate; mailbox transactions may.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -14,6 +15,7 @@
 
 #include "config/machine.hpp"
 #include "core/clock.hpp"
+#include "sim/frame_faults.hpp"
 #include "sim/motor.hpp"
 #include "sim/segment_host.hpp"
 
@@ -21,6 +23,7 @@ namespace gantry::sim {
 
 class Drive402;
 class Station;
+struct StationTiming;
 
 /// What a drive and its motor keep while the controller is gone; part of the world's state file.
 struct DriveMemory {
@@ -38,10 +41,18 @@ class Segment {
   Segment& operator=(const Segment&) = delete;
 
   void set_world(WorldHook* world) noexcept { world_ = world; }
+  void set_timing(const StationTiming& timing) noexcept;
+  /// The station's cable leads to `port` (1, 2 or 3) of `parent` instead of to port 1 of the station before it. Frames
+  /// go through ports 3, 1, 2 in this order; positions have to agree with that. False: they would not.
+  bool hang(StationId station, StationId parent, int port) noexcept;
 
   /// A whole Ethernet frame (without FCS) goes through the ring and becomes in place what comes back. False: nothing
   /// comes back (malformed, not EtherCAT, lost by script, no station reachable).
   bool process(std::span<std::byte> frame) noexcept;
+  /// What is to happen to the frame that process() gave back last: how late it comes, and how often.
+  [[nodiscard]] const FrameFate& fate() const noexcept { return fate_; }
+  /// From the first station's processing unit out to the end of the line and back.
+  [[nodiscard]] Time round_trip() const noexcept { return round_trip_; }
   /// Brings every station up to clock.now() without a frame: for a host that nobody talks to, and before the world is
   /// read.
   void advance() noexcept;
@@ -60,7 +71,8 @@ class Segment {
   void restore(AxisId axis, int drive, const DriveMemory& memory) noexcept;
 
   // --- What a script may do to it ---
-  /// Link `i` joins station i - 1 and station i of the ring; link 0 is the master's own cable.
+  /// Link `i` leads to station i of the ring, from the station before it (or where hang() said); link 0 is the
+  /// master's own cable. The ports on both sides close.
   void cut_link(int link) noexcept;
   void heal_link(int link) noexcept;
   /// A station without power breaks the line behind it. When it returns it is in INIT, its registers and its
@@ -71,10 +83,14 @@ class Segment {
   void power_cycle(StationId station, Time dark = milliseconds(200));
   /// The drive shows `code` in 603Fh and does what its profile's error row says (fault or warning).
   void drive_fault(AxisId axis, int drive, std::uint32_t code);
+  /// Frames that are lost, hit, delayed ...
+  [[nodiscard]] FrameFaults& faults() noexcept { return faults_; }
   /// The next n frames are lost on the cable.
-  void lose_frames(int n) noexcept { frames_to_lose_ += n; }
+  void lose_frames(int n) noexcept { faults_.lose(n); }
   /// Rate of a station's own clock against the machine's, parts per million.
   void set_clock_drift(StationId station, double ppm) noexcept;
+  /// Each look of a station's clock at the wire is off by up to this, seeded by the station's place.
+  void set_clock_jitter(StationId station, std::uint32_t ns) noexcept;
 
   // --- For reports and tests ---
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_; }  ///< SYNC0 events of the segment so far
@@ -91,12 +107,14 @@ class Segment {
   [[nodiscard]] const AxisDrive& find(AxisId axis, int drive) const noexcept;
   [[nodiscard]] Drive402* drive(AxisId axis, int drive) const noexcept;
   [[nodiscard]] int position_of(StationId station) const noexcept;
-  [[nodiscard]] int reachable() const noexcept;
   void advance_to(Time now) noexcept;
   void tick_group(Time at) noexcept;
   void serve_datagram(std::span<std::byte> header, std::span<std::byte> data, std::span<std::byte> counter,
-                      int stations, Time now) noexcept;
+                      Time now) noexcept;
+  void count_hit(int place) noexcept;
+  void spoil_header(std::span<std::byte> frame) noexcept;
   void update_links() noexcept;
+  Time trace(int station, Time entry) noexcept;
 
   const config::Machine& machine_;
   Clock& clock_;
@@ -105,10 +123,25 @@ class Segment {
   std::vector<StationId> ids_;                  ///< by position
   std::vector<std::vector<AxisDrive>> drives_;  ///< by AxisId, then drive of the axis
   std::vector<std::unique_ptr<Motor>> motors_;  ///< one a drive; its station commands it
-  std::vector<bool> link_cut_;                  ///< by link
-  std::vector<Time> power_returns_;             ///< by position; kNever: it is not to return by itself
+  /// Where a station's port 0 is plugged in, and what its own ports lead to (-1: nothing).
+  struct Place {
+    int parent = -1, port = 1;
+    std::array<int, 4> child{-1, -1, -1, -1};
+  };
+  std::vector<Place> places_;  ///< by position
+  /// A station that frames reach, and when they come to it, counted from the first one.
+  struct Hop {
+    Station* station = nullptr;
+    Time entry{};
+  };
+  std::vector<Hop> route_;           ///< in the order in which a frame passes
+  bool route_ends_nowhere_ = false;  ///< an open port without a cable: frames do not come back
+  Time round_trip_{};
+  std::vector<bool> link_cut_;       ///< by link
+  std::vector<Time> power_returns_;  ///< by position; kNever: it is not to return by itself
   std::uint64_t cycles_ = 0, frames_ = 0;
-  int frames_to_lose_ = 0;
+  FrameFaults faults_;
+  FrameFate fate_;
 };
 
 }  // namespace gantry::sim

@@ -10,41 +10,38 @@ namespace {
 
 // 80 ns a byte at 100 Mbit/s, with preamble, FCS and gap; then the line there and back.
 constexpr std::size_t kOverheadBytes = 24, kShortest = 60;
-constexpr Time kByte{80}, kStationThereAndBack{1240};
+constexpr Time kByte{80}, kMastersCable{1240};
 
 }  // namespace
 
 bool SegmentPort::send(devices::PortIndex port, std::span<const std::byte> frame) noexcept {
   const rt::Outside outside;
-  if (port != devices::PortIndex::Primary || frame.size() > devices::kMaxFrameBytes || count_ == kFrames ||
-      !segment_.link_up())
+  if (port != devices::PortIndex::Primary || frame.size() > devices::kMaxFrameBytes || !segment_.link_up())
     return false;
-  InFlight& f = queue_[(head_ + count_) % kFrames];
-  std::memcpy(f.bytes.data(), frame.data(), frame.size());
-  f.size = frame.size();
-  if (!segment_.process({f.bytes.data(), f.size})) return true;  // sent, and lost
-  f.arrives = clock_.now();
+  std::memcpy(passing_.data(), frame.data(), frame.size());
+  const std::span whole(passing_.data(), frame.size());
+  if (!segment_.process(whole)) return true;  // sent, and lost
+  Time arrives = clock_.now();
   if (clock_.is_virtual())  // a real clock passes by itself
-    f.arrives += kByte * static_cast<int>(std::max(f.size, kShortest) + kOverheadBytes) +
-                 kStationThereAndBack * segment_.station_count();
-  ++count_;
+    arrives += kByte * static_cast<int>(std::max(whole.size(), kShortest) + kOverheadBytes) + kMastersCable +
+               segment_.round_trip();
+  back_.put(whole, arrives, segment_.fate());
   return true;
 }
 
 devices::Received SegmentPort::receive(std::span<std::byte> buffer, Time deadline) noexcept {
   const rt::Outside outside;
-  if (count_ == 0 || queue_[head_].arrives > std::max(deadline, clock_.now())) {
+  const Time arrives = back_.next();
+  if (arrives == kNever || arrives > std::max(deadline, clock_.now())) {
     clock_.sleep_until(deadline);
     return {};
   }
-  const InFlight& f = queue_[head_];
-  clock_.sleep_until(f.arrives);
-  const std::size_t size = std::min(f.size, buffer.size());
-  std::memcpy(buffer.data(), f.bytes.data(), size);
-  const devices::Received received{size, devices::PortIndex::Primary, f.arrives};
-  head_ = (head_ + 1) % kFrames;
-  --count_;
-  return received;
+  clock_.sleep_until(arrives);
+  const auto frame = back_.front();
+  const std::size_t size = std::min(frame.size(), buffer.size());
+  std::memcpy(buffer.data(), frame.data(), size);
+  back_.pop();
+  return {size, devices::PortIndex::Primary, arrives};
 }
 
 bool SegmentPort::link_up(devices::PortIndex port) const noexcept {

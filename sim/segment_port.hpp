@@ -1,11 +1,12 @@
 // The virtual segment in the same process as the master: what is sent comes back after the time that it would spend on
-// the wire, in order, many frames in flight.
+// the wire, many frames in flight; in order unless a script says otherwise.
 //   SegmentPort port(segment, clock);   // a devices::FramePort
 // On a virtual clock, receive() with nothing on the way lets the time pass to its deadline.
 #pragma once
 #include <array>
 
 #include "devices/frame_port.hpp"
+#include "sim/delay_line.hpp"
 #include "sim/segment.hpp"
 
 namespace gantry::sim {
@@ -19,17 +20,10 @@ class SegmentPort final : public devices::FramePort {
   [[nodiscard]] bool link_up(devices::PortIndex port) const noexcept override;
 
  private:
-  struct InFlight {
-    Time arrives{};
-    std::size_t size = 0;
-    std::array<std::byte, devices::kMaxFrameBytes> bytes;
-  };
-  static constexpr std::size_t kFrames = 32;
-
   Segment& segment_;
   Clock& clock_;
-  std::array<InFlight, kFrames> queue_;
-  std::size_t head_ = 0, count_ = 0;
+  std::array<std::byte, devices::kMaxFrameBytes> passing_;
+  DelayLine back_;
 };
 
 }  // namespace gantry::sim

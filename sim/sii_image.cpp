@@ -1,8 +1,8 @@
 #include "sim/sii_image.hpp"
 
 #include <algorithm>
-#include <array>
 #include <string>
+#include <type_traits>
 
 #include "devices/wire/ethercat.hpp"
 #include "devices/wire/sii.hpp"
@@ -20,11 +20,12 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
+constexpr std::size_t kEepromBytes = 2048;  // 16 KiBit
+
 template <class T>
 void append(Bytes& out, T value) {
-  std::array<std::byte, sizeof(T)> raw{};
-  put_le<T>(raw, 0, value);
-  out.insert(out.end(), raw.begin(), raw.end());
+  for (std::size_t i = 0; i < sizeof(T); ++i)
+    out.push_back(static_cast<std::byte>(static_cast<std::make_unsigned_t<T>>(value) >> (8 * i) & 0xFF));
 }
 
 void append_category(Bytes& image, sii::Category type, Bytes data) {
@@ -82,7 +83,9 @@ Bytes fixed_words(const StationProfile& profile, std::uint16_t alias, std::uint3
   Bytes words(2 * sii::kFirstCategory);
   const auto put16 = [&](std::uint16_t word, std::uint16_t value) { put_le<std::uint16_t>(words, 2u * word, value); };
   const auto put32 = [&](std::uint16_t word, std::uint32_t value) { put_le<std::uint32_t>(words, 2u * word, value); };
-  put16(sii::kPdiControl, 0x0080);  // on-chip bus
+  // A microcontroller on SPI; with a clock its SYNC and latch units are on (0140h).
+  put16(sii::kPdiControl, profile.dc ? 0x0C05 : 0x0005);
+  if (profile.dc) put16(sii::kSyncImpulse, 1000);  // 10 us, in units of 10 ns
   put16(sii::kAlias, alias);
   put16(sii::kChecksum, sii_checksum(std::span(words).first(14)));
   put32(sii::kVendor, profile.identity.vendor);
@@ -97,7 +100,7 @@ Bytes fixed_words(const StationProfile& profile, std::uint16_t alias, std::uint3
     put16(sii::kMailboxInStart, in->start), put16(sii::kMailboxInSize, in->length);
     put16(sii::kMailboxProtocols, sii::kProtocolCoe);
   }
-  put16(sii::kSize, 15);  // 16 KiBit
+  put16(sii::kSize, kEepromBytes / 128 - 1);  // in KiBit
   put16(sii::kVersion, 1);
   return words;
 }
@@ -192,6 +195,7 @@ std::vector<std::byte> sii_image(const StationProfile& profile, std::uint16_t al
   if (!tx.empty()) append_category(image, sii::Category::TxPdo, tx);
   if (!rx.empty()) append_category(image, sii::Category::RxPdo, rx);
   append(image, static_cast<std::uint16_t>(sii::Category::End));
+  image.resize(std::max(image.size(), kEepromBytes), std::byte{0xFF});  // the rest of the chip is blank
   return image;
 }
 

@@ -205,7 +205,7 @@ TEST(Profile, a_pdo_over_its_limits_or_of_unknown_objects_is_a_mistake) {
   EXPECT_NE(p.error()[0].message.find("6666"), std::string::npos) << to_text(p.error()[0]);
   EXPECT_NE(p.error()[1].message.find("2001"), std::string::npos) << "not mappable";
   EXPECT_NE(p.error()[2].message.find("9 objects"), std::string::npos) << to_text(p.error()[2]);
-  EXPECT_NE(p.error()[0].where.find(":23:5"), std::string::npos) << p.error()[0].where;
+  EXPECT_NE(p.error()[0].where.find(":24:5"), std::string::npos) << p.error()[0].where;
 }
 
 }  // namespace

@@ -61,6 +61,7 @@ def mailbox_set_up(s):
     for number, (start, length) in ((0, s.mailbox_out), (1, s.mailbox_in)):
         back_to_init(s)
         s.set_up_mailbox()
+        s.write(0x0806 + 8 * number, bytes(1))  # where it lies may be written only while it is off (ESC data sheet II)
         s.sync_manager(number, start, 8, 0x26 if number == 0 else 0x22)
         refused(s, PRE_OP, (0x16,), f"SM{number} of 8 bytes")
     back_to_init(s)

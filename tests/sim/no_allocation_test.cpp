@@ -16,7 +16,7 @@ TEST(Segment, serves_cyclic_frames_without_an_allocation_or_a_lock) {
   Segment segment(machine, clock);
   RawMaster bus(segment, clock);
   const int n = bus.address_all();
-  const std::uint64_t start = segment.station(0).esc().dc().system(clock.now()) + 5'000'000;
+  const std::uint64_t start = segment.station(0).esc().dc().system(clock.now()) + 50'000'000;
   std::uint32_t at = 0;
   for (int i = 0; i < n; ++i) {
     const auto s = static_cast<std::uint16_t>(0x1001 + i);

@@ -92,12 +92,16 @@ class RawMaster {
   std::uint16_t status_code(std::uint16_t station) {
     return static_cast<std::uint16_t>(value(read(station, 0x0134, 2).data));
   }
+  /// Asks for a state and gives the station 1 ms; AL status then.
   std::uint16_t request(std::uint16_t station, unsigned state_wanted) {
     write(station, 0x0120, state_wanted, 2);
+    wait(milliseconds(1));
     return state(station);
   }
+  /// Off first: where it lies changes only then.
   void sync_manager(std::uint16_t station, unsigned n, std::uint16_t start, std::size_t size, std::uint8_t control,
                     bool on = true) {
+    write(station, static_cast<std::uint16_t>(0x0806 + 8 * n), 0, 1);
     write(station, static_cast<std::uint16_t>(0x0800 + 8 * n),
           bytes(start, 2) + bytes(size, 2) + Raw{control, 0, static_cast<std::uint8_t>(on ? 1 : 0), 0});
   }
@@ -113,6 +117,8 @@ class RawMaster {
 
   std::uint32_t sii(std::uint16_t station, std::uint16_t word) {
     write(station, 0x0502, bytes(0x0100, 2) + bytes(word, 4));
+    EXPECT_EQ(value(read(station, 0x0502, 2).data) & 0x8000u, 0x8000u);
+    wait(microseconds(200));
     EXPECT_EQ(value(read(station, 0x0502, 2).data) & 0xF800u, 0u);
     return static_cast<std::uint32_t>(value(read(station, 0x0508, 8).data, 0, 4));
   }

@@ -136,10 +136,10 @@ TEST_F(Bus, a_cut_link_hides_what_is_behind_it_and_closes_the_port) {
   segment.cut_link(3);
   EXPECT_EQ(bus.send(7, 0, 0, Raw(1)).wkc, 3);
   EXPECT_EQ(value(bus.send(1, static_cast<std::uint16_t>(-2), 0x0110, Raw(2)).data),
-            0x5611u);  // port 1 closed, no link
+            0x5613u);  // port 1 closed, no link
   segment.heal_link(3);
   EXPECT_EQ(bus.send(7, 0, 0, Raw(1)).wkc, 6);
-  EXPECT_EQ(value(bus.send(1, static_cast<std::uint16_t>(-2), 0x0110, Raw(2)).data), 0x5A31u);
+  EXPECT_EQ(value(bus.send(1, static_cast<std::uint16_t>(-2), 0x0110, Raw(2)).data), 0x5A33u);
   EXPECT_EQ(value(bus.send(1, static_cast<std::uint16_t>(-2), 0x0311, Raw(1)).data), 1u);  // lost link, port 1
   segment.cut_link(0);
   EXPECT_EQ(bus.send(7, 0, 0, Raw(1)).wkc, -1);

@@ -38,7 +38,7 @@ struct OneAmd : ::testing::Test {
   }
   void op() {
     safe_op();
-    bus.write(kStation, 0x0120, 8, 2);
+    bus.request(kStation, 8);
     bus.logical(12, 0, Raw(6));
     ASSERT_EQ(bus.state(kStation), 8);
   }
@@ -150,12 +150,12 @@ TEST_F(OneAmd, a_full_mailbox_takes_no_other_and_an_empty_one_gives_none) {
   Raw request = bytes(10, 2) + bytes(0, 2) + Raw{0, 0x13} + bytes(0x2000, 2) + Raw{0x40, 0x00, 0x10, 0} + bytes(0, 4);
   request.resize(128);
   EXPECT_EQ(bus.write(kStation, 0x1000, request), 1);
-  EXPECT_EQ(value(bus.read(kStation, 0x080D, 1).data), 8u);  // answered: send mailbox full
+  EXPECT_EQ(value(bus.read(kStation, 0x080D, 1).data), 0x09u);  // answered: send mailbox full
   const Answer reply = bus.read(kStation, 0x1080, 128);
   EXPECT_EQ(reply.wkc, 1);
   EXPECT_EQ(reply.data[5], 0x13);  // CoE, counter 1
   EXPECT_EQ(bus.read(kStation, 0x1080, 128).wkc, 0);
-  EXPECT_EQ(value(bus.read(kStation, 0x080D, 1).data), 0u);
+  EXPECT_EQ(value(bus.read(kStation, 0x080D, 1).data), 0x02u);  // read
 }
 
 TEST_F(OneAmd, a_lost_reply_is_given_again_on_the_repeat_bit) {
@@ -220,6 +220,39 @@ TEST_F(OneAmd, other_protocols_are_answered_with_a_mailbox_error) {
   ASSERT_TRUE(reply);
   EXPECT_EQ(bus.mailbox_type, 0);
   EXPECT_EQ(*reply, bytes(1, 2) + bytes(2, 2));  // error reply: unsupported protocol
+}
+
+TEST(Storage, keeps_what_the_manual_says_through_a_power_cycle) {
+  for (const auto& [file, save] : {std::pair{"drives/amd530b.yaml", true}, std::pair{"drives/std402ec.yaml", false}}) {
+    config::Machine machine = one(file, 0);
+    VirtualClock clock;
+    Segment segment(machine, clock);
+    RawMaster bus(segment, clock);
+    const std::uint16_t kept = save ? 0x2000 : 0x20F1;
+    const auto up = [&] {
+      bus.address_all();
+      bus.mailboxes(kStation);
+      EXPECT_EQ(bus.request(kStation, 2), 2);
+    };
+    up();
+    EXPECT_EQ(bus.sdo_write(kStation, kept, 0, 1234, 2), 0u);
+    EXPECT_EQ(bus.sdo_write(kStation, 0x6098, 0, 19, 1), 0u);
+    const auto cycle = [&] {
+      segment.power_cycle(StationId{0}, milliseconds(5));
+      bus.wait(milliseconds(6));
+      up();
+    };
+    cycle();
+    EXPECT_NE(bus.sdo_read(kStation, 0x6098, 0), 19u);
+    if (save) {
+      EXPECT_NE(bus.sdo_read(kStation, kept, 0), 1234u);
+      EXPECT_EQ(bus.sdo_write(kStation, kept, 0, 1234, 2), 0u);
+      EXPECT_EQ(bus.sdo_write(kStation, 0x1010, 2, 0x11111111, 4), 0x08000020u);
+      EXPECT_EQ(bus.sdo_write(kStation, 0x1010, 2, 0x65766173, 4), 0u);
+      cycle();
+    }
+    EXPECT_EQ(bus.sdo_read(kStation, kept, 0), 1234u);
+  }
 }
 
 // --- Mapping
