@@ -18,7 +18,7 @@ using Bytes = std::vector<std::byte>;
 /// What one cyclic exchange gave.
 struct Exchange {
   Fault fault = Fault::None;  ///< FrameLost, WorkingCounterLow, WorkingCounterHigh, BusDown
-  bool inputs_fresh = false;  ///< the inputs are of this exchange; otherwise they are the last good ones, unchanged
+  bool inputs_fresh = false;  ///< all inputs are of this exchange; stale ones are the last good ones, unchanged
   std::uint16_t working_counter = 0, expected = 0;
   std::uint64_t dc_time_ns = 0;  ///< reference clock (0910h) as read in this frame; 0 when there is none
   std::uint16_t al_states = 0;   ///< AL states of all stations OR-ed (BRD 0130h); 8: all in OP
@@ -48,6 +48,8 @@ class FieldBus {
   /// Process data of one station, valid from bring_up() on; addresses do not move.
   [[nodiscard]] virtual std::span<std::byte> outputs(StationId station) noexcept = 0;
   [[nodiscard]] virtual std::span<const std::byte> inputs(StationId station) const noexcept = 0;
+  /// The inputs of this station are of the last exchange. RT.
+  [[nodiscard]] virtual bool fresh(StationId station) const noexcept = 0;
   /// One cycle: sends the image and takes what comes back until `deadline`. RT.
   virtual Exchange exchange(Time deadline) noexcept = 0;
 };

@@ -10,14 +10,16 @@ using namespace wire;
 
 namespace {
 
-constexpr std::size_t kIdleBytes = 2;
+constexpr std::size_t kIdleBytes = 4;
+constexpr Time kRidePause = microseconds(200);
 
 }  // namespace
 
-/// How many of these one frame holds, beside the idle datagram where there are several.
+/// How many of these go out at once: in one frame beside the idle datagram, or together in the slot.
 std::size_t Link::fitting(std::span<const Datagram> batch) {
+  const std::size_t most = slot_ != nullptr ? AcyclicSlot::kMost : kMaxDatagrams - 1;
   std::size_t bytes = kFrameHeader + kDatagramHeader + kIdleBytes + kWorkingCounter, n = 0;
-  for (; n < batch.size() && n + 1 < kMaxDatagrams; ++n) {
+  for (; n < std::min(batch.size(), most); ++n) {
     bytes += kDatagramHeader + batch[n].data.size() + kWorkingCounter;
     if (bytes > kMaxFrameBytes) break;
   }
@@ -32,9 +34,8 @@ bool Link::attempt(std::span<Datagram> of_one_frame) {
     slots[i] = frame_.add(d.command, d.address, std::span<const std::byte>(d.data));
     if (slots[i] == kNoSlot) return false;
   }
-  // One more, idle datagram carries more bytes of the sequence: a reply of 256 frames ago is not taken. Beside the
-  // largest mailbox there is no room for it.
-  frame_.add(Command::Nop, 0, kIdleBytes);
+  // Beside the largest mailbox there is no room for this one.
+  frame_.add_sequence();
   if (!port_.send(PortIndex::Primary, frame_.bytes())) return false;
   const Time deadline = clock_.now() + kReplyTimeout;
   std::array<std::byte, kMaxFrameBytes> buffer;
@@ -53,18 +54,14 @@ bool Link::attempt(std::span<Datagram> of_one_frame) {
   return false;
 }
 
-bool Link::attempt_riding(Command command, std::uint32_t address, std::span<std::byte> data,
-                          std::uint16_t& working_counter) {
+bool Link::attempt_riding(std::span<Datagram> at_once) {
   const Time deadline = clock_.now() + kRideTimeout;
-  while (!slot_->post(command, address, data)) {  // the one before was given up and is still under way
-    std::uint16_t ignored = 0;
-    std::array<std::byte, 1> nothing{};
-    if (slot_->take(std::span(nothing).first(0), ignored) == AcyclicSlot::Taken::Pending && clock_.now() >= deadline)
-      return false;
-    pause(microseconds(200));
+  while (!slot_->post(at_once)) {  // those before were given up and are still under way
+    if (slot_->take({}) == AcyclicSlot::Taken::Pending && clock_.now() >= deadline) return false;
+    pause(kRidePause);
   }
   for (;;) {
-    switch (slot_->take(data, working_counter)) {
+    switch (slot_->take(at_once)) {
       case AcyclicSlot::Taken::Answered: return true;
       case AcyclicSlot::Taken::Lost: return false;
       case AcyclicSlot::Taken::Pending: break;
@@ -73,7 +70,7 @@ bool Link::attempt_riding(Command command, std::uint32_t address, std::span<std:
       slot_->withdraw();
       return false;
     }
-    pause(microseconds(200));
+    pause(kRidePause);
   }
 }
 
@@ -82,27 +79,18 @@ Result<std::uint16_t> Link::transact(Command command, std::uint32_t address, std
   for (int i = 0; i < attempts; ++i) {
     std::copy(request.begin(), request.end(), data.begin());
     Datagram one{command, address, data};
-    if (slot_ != nullptr ? attempt_riding(command, address, data, one.working_counter) : attempt(std::span(&one, 1)))
-      return one.working_counter;
+    if (slot_ != nullptr ? attempt_riding(std::span(&one, 1)) : attempt(std::span(&one, 1))) return one.working_counter;
   }
   return tl::unexpected(silent());
 }
 
 Result<void> Link::transact(std::span<Datagram> batch) {
-  if (slot_ != nullptr) {  // one a cycle
-    for (Datagram& d : batch) {
-      const auto wkc = transact(d.command, d.address, d.data);
-      if (!wkc) return tl::unexpected(wkc.error());
-      d.working_counter = *wkc;
-    }
-    return {};
-  }
   for (std::span<Datagram> left = batch; !left.empty();) {
     const auto now = left.first(fitting(left));
     std::vector<std::vector<std::byte>> requests;
     for (const Datagram& d : now) requests.emplace_back(d.data.begin(), d.data.end());
     int attempts = 0;
-    while (!attempt(now)) {
+    while (!(slot_ != nullptr ? attempt_riding(now) : attempt(now))) {
       if (++attempts == kAttempts) return tl::unexpected(silent());
       for (std::size_t i = 0; i < now.size(); ++i)
         std::copy(requests[i].begin(), requests[i].end(), now[i].data.begin());

@@ -16,14 +16,6 @@
 
 namespace gantry::devices {
 
-/// One of several that go out together; `data` is replaced by what came back.
-struct Datagram {
-  wire::Command command = wire::Command::Nop;
-  std::uint32_t address = 0;
-  std::span<std::byte> data;
-  std::uint16_t working_counter = 0;
-};
-
 class Link {
  public:
   static constexpr Time kReplyTimeout = milliseconds(20);  ///< of one frame; also a busy host answers within it
@@ -70,8 +62,7 @@ class Link {
   [[nodiscard]] bool attempt(std::span<Datagram> of_one_frame);
   [[nodiscard]] std::size_t fitting(std::span<const Datagram> batch);
   [[nodiscard]] Error silent() const;
-  [[nodiscard]] bool attempt_riding(wire::Command command, std::uint32_t address, std::span<std::byte> data,
-                                    std::uint16_t& working_counter);
+  [[nodiscard]] bool attempt_riding(std::span<Datagram> at_once);
 
   FramePort& port_;
   Clock& clock_;

@@ -53,30 +53,43 @@ Result<void> map_direction(StationRecord& s, SyncManagerKind kind, std::size_t b
 
 }  // namespace
 
-Result<ImageSize> lay_out(std::vector<StationRecord>& stations, std::uint32_t logical_start) {
+namespace {
+
+/// Bytes of one direction: what the PDOs sum up to, or for a station that tells no PDOs its SyncManager's length.
+std::size_t direction_bytes(const StationRecord& s, SyncManagerKind kind, std::span<const PdoRow> pdos) {
+  const auto* sm = find_sync_manager(s, kind, nullptr);
+  return pdos.empty() && s.config == nullptr && sm != nullptr ? sm->length : image_bytes(pdos);
+}
+
+}  // namespace
+
+Result<ImageSize> lay_out(std::vector<StationRecord>& stations, std::uint32_t logical_start, MapKind kind) {
   ImageSize size;
+  std::uint32_t logical = logical_start;
   for (auto& s : stations) {
     for (const auto* pdos : {&s.rx_pdos, &s.tx_pdos})
       if (auto ok = check_limits(s, *pdos); !ok) return tl::unexpected(ok.error());
-    s.output_bytes = image_bytes(s.rx_pdos);
-    s.input_bytes = image_bytes(s.tx_pdos);
+    s.output_bytes = direction_bytes(s, SyncManagerKind::ProcessOut, s.rx_pdos);
+    s.input_bytes = direction_bytes(s, SyncManagerKind::ProcessIn, s.tx_pdos);
     s.output_offset = size.output_bytes;
     s.input_offset = size.input_bytes;
     size.output_bytes += s.output_bytes;
     size.input_bytes += s.input_bytes;
-    size.working_counter =
-        static_cast<std::uint16_t>(size.working_counter + (s.output_bytes > 0 ? kWkcReadWriteWrite : 0) +
-                                   (s.input_bytes > 0 ? kWkcReadWriteRead : 0));
-  }
-  if (size.output_bytes + size.input_bytes > CyclicLayout::kMaxBytes)
-    return fail(Fault::Inconsistent, fmt::format("the process data of all stations are {} bytes; one frame carries {}",
-                                                 size.output_bytes + size.input_bytes, CyclicLayout::kMaxBytes));
-  for (auto& s : stations) {
+
+    s.logical = logical;
+    s.input_at = kind == MapKind::Overlapped ? 0 : s.output_bytes;
+    s.region_bytes =
+        kind == MapKind::Overlapped ? std::max(s.output_bytes, s.input_bytes) : s.output_bytes + s.input_bytes;
+    if (s.region_bytes > CyclicLayout::kMaxBytes)
+      return fail(
+          Fault::Inconsistent,
+          fmt::format("its process data are {} bytes; a frame carries {}", s.region_bytes, CyclicLayout::kMaxBytes),
+          s.where);
+    logical += static_cast<std::uint32_t>(s.region_bytes);
     s.fmmus.clear();
-    const auto outputs = static_cast<std::uint32_t>(logical_start + s.output_offset);
-    const auto inputs = static_cast<std::uint32_t>(logical_start + size.output_bytes + s.input_offset);
-    if (auto ok = map_direction(s, SyncManagerKind::ProcessOut, s.output_bytes, outputs); !ok)
+    if (auto ok = map_direction(s, SyncManagerKind::ProcessOut, s.output_bytes, s.logical); !ok)
       return tl::unexpected(ok.error());
+    const auto inputs = s.logical + static_cast<std::uint32_t>(s.input_at);
     if (auto ok = map_direction(s, SyncManagerKind::ProcessIn, s.input_bytes, inputs); !ok)
       return tl::unexpected(ok.error());
   }

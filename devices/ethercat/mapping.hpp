@@ -1,6 +1,7 @@
 // Process data of the stations: where everything lies in the logical map, what is written to SyncManagers and FMMUs,
 // and the PDO mapping by SDO with its readback.
-//   lay_out(stations) -> ImageSize;   write_pdo_mapping(link, station);   write_process_data(link, station);
+//   lay_out(stations, start, MapKind::Separate) -> ImageSize;   write_pdo_mapping(link, station);
+//   write_process_data(link, station);
 #pragma once
 #include <vector>
 
@@ -12,13 +13,17 @@ namespace gantry::devices {
 
 struct ImageSize {
   std::size_t output_bytes = 0, input_bytes = 0;
-  std::uint16_t working_counter = 0;  ///< of an LRW over all of it: 2 for outputs, 1 for inputs, station by station
 };
 
-/// Fills in the record of every station (SyncManagers, FMMUs, places in the image). Logical map: all outputs from
-/// `logical_start` on, then all inputs. Fault::PdoMappingDiffers when a PDO is over the device's limits,
-/// Fault::Inconsistent when a station has PDOs but no SyncManager for them or the map is too large for one frame.
-Result<ImageSize> lay_out(std::vector<StationRecord>& stations, std::uint32_t logical_start);
+/// Every station has a region of the logical map, one behind the other. Separate: its outputs, then its inputs.
+/// Overlapped: both from the same address on (an LRW takes the outputs and leaves the inputs in their place), which
+/// makes frames shorter.
+enum class MapKind : std::uint8_t { Separate, Overlapped };
+
+/// Fills in the record of every station (SyncManager lengths, FMMUs, places in the images and in the logical map).
+/// Fault::PdoMappingDiffers when a PDO is over the device's limits, Fault::Inconsistent when a station has PDOs but no
+/// SyncManager for them, or more process data than a frame carries.
+Result<ImageSize> lay_out(std::vector<StationRecord>& stations, std::uint32_t logical_start, MapKind kind);
 
 /// Configures the mailbox (INIT, before PRE_OP): by the station's own SII where it says something.
 Result<void> write_mailbox_setup(Link& link, const StationRecord& station);

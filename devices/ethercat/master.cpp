@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <fmt/format.h>
 
-#include "devices/ethercat/mapping.hpp"
 #include "devices/ethercat/scan.hpp"
 #include "devices/ethercat/sdo.hpp"
 #include "devices/ethercat/states.hpp"
+#include "devices/ethercat/survey.hpp"
 
 namespace gantry::devices {
 namespace {
@@ -24,8 +24,9 @@ Result<T> at(const StationRecord& s, Result<T> result) {
 
 }  // namespace
 
-EthercatMaster::EthercatMaster(const config::Machine& machine, FramePort& port, Clock& clock)
-    : machine_(machine), port_(port), clock_(clock), link_(port, clock) {}
+EthercatMaster::EthercatMaster(const config::Machine& machine, FramePort& port, Clock& clock,
+                               const MasterOptions& options)
+    : machine_(machine), port_(port), clock_(clock), options_(options), link_(port, clock) {}
 
 Result<void> EthercatMaster::enter(AlState state) {
   for (const auto& s : stations_)
@@ -45,15 +46,17 @@ Result<void> EthercatMaster::bring_up() {
   exchanging_ = false;
   link_.ride_in(nullptr);
   notes_.clear();
-  auto found = scan(link_, machine_, false, notes_);
+  auto found = scan(link_, machine_, options_.strangers, notes_);
   if (!found) return tl::unexpected(found.error());
   stations_ = std::move(*found);
 
-  const auto size = lay_out(stations_, kLogicalStart);
-  if (!size) return tl::unexpected(size.error());
   for (const auto& s : stations_)
     if (auto ok = at(s, write_mailbox_setup(link_, s)); !ok) return ok;
   if (auto ok = enter(AlState::PreOp); !ok) return ok;
+  for (auto& s : stations_)
+    if (auto ok = at(s, learn_pdos(s)); !ok) return ok;
+  const auto size = lay_out(stations_, kLogicalStart, options_.map);
+  if (!size) return tl::unexpected(size.error());
   for (auto& s : stations_)
     if (auto ok = configure(s); !ok) return ok;
 
@@ -64,17 +67,54 @@ Result<void> EthercatMaster::bring_up() {
 
   output_image_.assign(size->output_bytes, std::byte{0});
   input_image_.assign(size->input_bytes, std::byte{0});
-  places_.assign(machine_.stations.size(), Place{});
-  for (const auto& s : stations_)
-    places_[s.id.value] = {s.output_offset, s.output_bytes, s.input_offset, s.input_bytes};
-  cyclic_ = Cyclic({.logical_start = kLogicalStart,
-                    .output_bytes = static_cast<std::uint16_t>(size->output_bytes),
-                    .input_bytes = static_cast<std::uint16_t>(size->input_bytes),
-                    .working_counter = size->working_counter,
-                    .stations = static_cast<std::uint16_t>(stations_.size()),
-                    .reference_address = dc_.reference_address},
-                   output_image_, input_image_);
+  begin_cycles();
   return enter(AlState::SafeOp);
+}
+
+/// What a stranger with CoE exchanges, its objects say.
+Result<void> EthercatMaster::learn_pdos(StationRecord& s) {
+  if (s.config != nullptr || !s.has_coe()) return {};
+  const auto map = read_pdo_map(link_, s);
+  if (!map) return tl::unexpected(map.error());
+  if (!map->from_objects) return {};
+  s.rx_pdos.clear();
+  s.tx_pdos.clear();
+  for (const MappedPdo& pdo : map->pdos)
+    (pdo.outputs ? s.rx_pdos : s.tx_pdos).push_back({.index = pdo.index, .slot = 0, .entries = pdo.entries});
+  return {};
+}
+
+void EthercatMaster::begin_cycles() {
+  std::size_t ids = machine_.stations.size();
+  for (const auto& s : stations_) ids = std::max<std::size_t>(ids, s.id.value + 1u);
+  places_.assign(ids, Place{.index = kMaxCyclicStations});
+  cyclic_stations_.clear();
+  for (std::size_t i = 0; i < stations_.size(); ++i) {
+    const StationRecord& s = stations_[i];
+    places_[s.id.value] = {s.output_offset, s.output_bytes, s.input_offset, s.input_bytes, i};
+    int box = 0;
+    const bool mailbox = find_sync_manager(s, config::SyncManagerKind::MailboxIn, &box) != nullptr;
+    cyclic_stations_.push_back(
+        {.address = s.address,
+         .logical = s.logical,
+         .region_bytes = static_cast<std::uint16_t>(s.region_bytes),
+         .output_at = 0,
+         .input_at = static_cast<std::uint16_t>(s.input_at),
+         .output_bytes = static_cast<std::uint16_t>(s.output_bytes),
+         .input_bytes = static_cast<std::uint16_t>(s.input_bytes),
+         .output_offset = static_cast<std::uint32_t>(s.output_offset),
+         .input_offset = static_cast<std::uint32_t>(s.input_offset),
+         .lrw = s.lrw,
+         .clock = s.dc,
+         .mailbox_status = static_cast<std::uint16_t>(
+             mailbox ? reg::kSyncManager0 + kSyncManagerBytes * static_cast<std::size_t>(box) + kSmStatusOffset : 0)});
+  }
+  cyclic_ = std::make_unique<Cyclic>(CyclicLayout{.stations = cyclic_stations_,
+                                                  .reference_address = dc_.reference_address,
+                                                  .reference_wide = dc_.reference_wide,
+                                                  .dc_time_ns = static_cast<std::uint64_t>(clock_.now().count()),
+                                                  .stations_on_bus = static_cast<std::uint16_t>(stations_.size())},
+                                     output_image_, input_image_);
 }
 
 /// While the loop exchanges in a thread of its own, datagrams ride in its frames. On a virtual clock one thread owns
@@ -114,7 +154,7 @@ void EthercatMaster::shut_down() {
   link_.ride_in(nullptr);
   if (stations_.empty()) return;
   std::fill(output_image_.begin(), output_image_.end(), std::byte{0});
-  cyclic_.run(port_, acyclic_, clock_.now() + Link::kReplyTimeout);
+  cyclic_->run(port_, acyclic_, clock_.now() + Link::kReplyTimeout);
   constexpr std::array<std::byte, 1> off{};
   for (const auto state : {AlState::SafeOp, AlState::Init}) {
     std::array<std::byte, 2> raw{};
@@ -160,9 +200,14 @@ std::span<const std::byte> EthercatMaster::inputs(StationId station) const noexc
   return std::span<const std::byte>(input_image_).subspan(p.input_offset, p.input_bytes);
 }
 
+bool EthercatMaster::fresh(StationId station) const noexcept {
+  return station.value < places_.size() && places_[station.value].index < kMaxCyclicStations &&
+         cyclic_->fresh(places_[station.value].index);
+}
+
 Exchange EthercatMaster::exchange(Time deadline) noexcept {
   exchanging_.store(true, std::memory_order_relaxed);
-  return cyclic_.run(port_, acyclic_, deadline);
+  return cyclic_->run(port_, acyclic_, deadline);
 }
 
 }  // namespace gantry::devices

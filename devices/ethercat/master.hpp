@@ -13,15 +13,21 @@
 #include "devices/bus.hpp"
 #include "devices/ethercat/dc_setup.hpp"
 #include "devices/ethercat/link.hpp"
+#include "devices/ethercat/mapping.hpp"
 #include "devices/ethercat/station.hpp"
 #include "devices/rt/cyclic.hpp"
 
 namespace gantry::devices {
 
+struct MasterOptions {
+  MapKind map = MapKind::Separate;
+  bool strangers = false;  ///< a machine file without EtherCAT stations takes whatever is on the bus (see scan())
+};
+
 class EthercatMaster final : public FieldBus {
  public:
   /// The three must outlive the master.
-  EthercatMaster(const config::Machine& machine, FramePort& port, Clock& clock);
+  EthercatMaster(const config::Machine& machine, FramePort& port, Clock& clock, const MasterOptions& options = {});
 
   Result<void> bring_up() override;
   Result<void> request_operation() override;
@@ -34,31 +40,39 @@ class EthercatMaster final : public FieldBus {
 
   [[nodiscard]] std::span<std::byte> outputs(StationId station) noexcept override;
   [[nodiscard]] std::span<const std::byte> inputs(StationId station) const noexcept override;
+  [[nodiscard]] bool fresh(StationId station) const noexcept override;
   Exchange exchange(Time deadline) noexcept override;
 
   /// What bring-up found worth telling (assumed identities that differ, clocks ...).
   [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
   [[nodiscard]] const std::vector<StationRecord>& stations() const noexcept { return stations_; }
-  [[nodiscard]] const CyclicCounts& counts() const noexcept { return cyclic_.counts(); }
+  [[nodiscard]] const CyclicCounts& counts() const noexcept { return cyclic_->counts(); }
+  /// What the cycles have seen of a station (index in stations()); false when it was not looked at yet. Any thread.
+  bool health(std::size_t station, StationHealth& out) const noexcept { return cyclic_->health(station, out); }
 
  private:
   struct Place {
     std::size_t output_offset = 0, output_bytes = 0, input_offset = 0, input_bytes = 0;
+    std::size_t index = 0;  ///< in stations_
   };
   Result<void> enter(wire::AlState state);
   Result<void> configure(StationRecord& station);
+  Result<void> learn_pdos(StationRecord& station);
+  void begin_cycles();
   [[nodiscard]] Result<StationRecord*> record(StationId station);
   void choose_way() noexcept;
 
   const config::Machine& machine_;
   FramePort& port_;
   Clock& clock_;
+  MasterOptions options_;
   Link link_;
   AcyclicSlot acyclic_;
   std::vector<StationRecord> stations_;  ///< in the order of positions
   std::vector<Place> places_;            ///< by StationId; empty places for stations of other buses
   std::vector<std::byte> output_image_, input_image_;
-  Cyclic cyclic_;
+  std::vector<CyclicStation> cyclic_stations_;
+  std::unique_ptr<Cyclic> cyclic_ = std::make_unique<Cyclic>();
   DcSetup dc_;
   std::vector<std::string> notes_;
   std::atomic<bool> exchanging_{false};

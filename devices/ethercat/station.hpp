@@ -95,6 +95,7 @@ struct StationRecord {
   std::size_t input_offset = 0, input_bytes = 0;
   std::uint32_t logical = 0;     ///< first address of its region in the logical map
   std::size_t region_bytes = 0;  ///< of it
+  std::size_t input_at = 0;      ///< where the inputs begin in it
   bool lrw = true;               ///< takes LRW; otherwise LWR and LRD
 
   MailboxState mailbox;

@@ -7,70 +7,253 @@ namespace {
 
 using namespace wire;
 
-constexpr int kFramesLookedAt = 64;  // in one cycle: old and foreign frames must not hold the loop
+constexpr std::size_t kFramesLookedAt = 64;  // in one cycle: old and foreign frames must not hold the loop
+constexpr int kSinglyCycles = 100;           // after the last wrong working counter
 
 }  // namespace
 
-void Cyclic::build(AcyclicSlot& acyclic) noexcept {
-  frame_.start(++sequence_);
-  lrw_ = frame_.add(Command::Lrw, layout_.logical_start, std::size_t{layout_.output_bytes} + layout_.input_bytes);
-  if (lrw_ != kNoSlot) std::copy(outputs_.begin(), outputs_.end(), frame_.data(lrw_).begin());
-  clock_ = layout_.reference_address != 0
-               ? frame_.add(Command::Frmw, physical_address(layout_.reference_address, reg::kDcSystemTime), 8)
-               : kNoSlot;
-  states_ = frame_.add(Command::Brd, physical_address(0, reg::kAlStatus), 2);
-  rider_ = acyclic.ride(frame_);
+Cyclic::Cyclic(const CyclicLayout& layout, std::span<const std::byte> outputs, std::span<std::byte> inputs) noexcept
+    : layout_(layout), outputs_(outputs), inputs_(inputs), dc_time_(layout.dc_time_ns) {
+  layout_.stations = layout_.stations.first(std::min(layout_.stations.size(), kMaxCyclicStations));
+  plan(together_, CyclicLayout::kMaxBytes);
+  plan(singly_, 0);
 }
 
-Exchange Cyclic::judge(const Reply& reply) noexcept {
-  Exchange e;
-  e.expected = layout_.working_counter;
-  if (lrw_ != kNoSlot) e.working_counter = reply.working_counter(lrw_);
-  const std::uint16_t seen = reply.working_counter(states_);
-  e.al_states = get_le<std::uint16_t>(reply.data(states_), 0);
-  if (clock_ != kNoSlot && reply.working_counter(clock_) != 0)
-    e.dc_time_ns = get_le<std::uint64_t>(reply.data(clock_), 0);
+/// Regions that lie side by side and are reached in the same way share a datagram of at most this size, or have one
+/// each (0).
+void Cyclic::plan(Parts& parts, std::size_t most_bytes) noexcept {
+  const auto& stations = layout_.stations;
+  for (std::size_t first = 0; first < stations.size();) {
+    if (stations[first].region_bytes == 0) {
+      ++first;
+      continue;
+    }
+    Part lrw{Command::Lrw, static_cast<std::uint16_t>(first), 0, 0, 0};
+    Part lwr = lrw, lrd = lrw;
+    lwr.command = Command::Lwr, lrd.command = Command::Lrd;
+    std::size_t i = first, bytes = 0;
+    for (; i < stations.size(); ++i) {
+      const CyclicStation& s = stations[i];
+      if (i > first && (s.lrw != stations[first].lrw || bytes + s.region_bytes > most_bytes)) break;
+      bytes += s.region_bytes;
+      if (s.output_bytes > 0) lrw.expected += kWkcReadWriteWrite, ++lwr.expected;
+      if (s.input_bytes > 0) lrw.expected += kWkcReadWriteRead, ++lrd.expected;
+    }
+    for (Part* p : {&lrw, &lwr, &lrd}) {
+      p->count = static_cast<std::uint16_t>(i - first);
+      p->bytes = static_cast<std::uint16_t>(bytes);
+    }
+    if (stations[first].lrw) {
+      parts.push_back(lrw);
+    } else {
+      if (lwr.expected > 0) parts.push_back(lwr);
+      if (lrd.expected > 0) parts.push_back(lrd);
+    }
+    first = i;
+  }
+}
 
-  if (e.working_counter > e.expected || seen > layout_.stations) {
-    e.fault = Fault::WorkingCounterHigh;
-    ++counts_.working_counter_high;
-  } else if (e.working_counter < e.expected || seen < layout_.stations) {
-    e.fault = Fault::WorkingCounterLow;
-    ++counts_.working_counter_low;
+void Cyclic::build(AcyclicSlot& acyclic) noexcept {
+  used_ = answers_ = 0;
+  rider_frame_ = kMaxFrames;
+  answered_.reset();
+  frames_[used_++].start(++sequence_);
+  add_common(frames_[0]);
+  parts_ = singly_left_ > 0 ? &singly_ : &together_;
+  for (std::size_t i = 0; i < parts_->size(); ++i) {
+    const Part& part = (*parts_)[i];
+    if (part.bytes > frames_[used_ - 1].room() && !open_frame()) {
+      placed_[i] = {};
+      continue;
+    }
+    Frame& frame = frames_[used_ - 1];
+    const SlotIndex slot = frame.add(part.command, layout_.stations[part.first].logical, part.bytes);
+    placed_[i] = {used_ - 1, slot};
+    if (part.command != Command::Lrd) fill(part, frame.data(slot));
   }
-  e.inputs_fresh = e.working_counter == e.expected;
-  if (e.inputs_fresh && lrw_ != kNoSlot) {
-    const auto data = reply.data(lrw_).subspan(layout_.output_bytes);
-    std::copy(data.begin(), data.end(), inputs_.begin());
+  if (!acyclic.waiting()) return;
+  if (!acyclic.ride(frames_[used_ - 1])) {  // then in a frame of its own, which takes any
+    if (used_ == kMaxFrames) return;
+    frames_[used_].start(++sequence_);
+    if (!acyclic.ride(frames_[used_])) return;
+    frames_[used_++].add_sequence();
   }
-  return e;
+  rider_frame_ = used_ - 1;
+}
+
+/// What the first frame of a cycle carries beside process data.
+void Cyclic::add_common(Frame& frame) noexcept {
+  clock_ = errors_ = difference_ = mailbox_ = kNoSlot;
+  states_ = frame.add(Command::Brd, physical_address(0, reg::kAlStatus), 2);
+  if (layout_.reference_address != 0)
+    clock_ = frame.add(Command::Frmw, physical_address(layout_.reference_address, reg::kDcSystemTime),
+                       layout_.reference_wide ? 8 : 4);
+  if (!layout_.roll || layout_.stations.empty() || clock_ == kNoSlot) frame.add_sequence();
+  if (!layout_.roll || layout_.stations.empty()) return;
+  rolled_ = rolled_ + 1 < layout_.stations.size() ? rolled_ + 1 : 0;
+  const CyclicStation& s = layout_.stations[rolled_];
+  errors_ = frame.add(Command::Fprd, physical_address(s.address, reg::kRxErrorCounters), reg::kErrorCounterBytes);
+  if (s.clock) difference_ = frame.add(Command::Fprd, physical_address(s.address, reg::kDcSystemTimeDifference), 4);
+  if (s.mailbox_status != 0) mailbox_ = frame.add(Command::Fprd, physical_address(s.address, s.mailbox_status), 1);
+}
+
+/// The next frame of process data.
+bool Cyclic::open_frame() noexcept {
+  if (used_ == kMaxFrames) return false;
+  frames_[used_].start(++sequence_);
+  frames_[used_++].add_sequence();
+  return true;
+}
+
+void Cyclic::fill(const Part& part, std::span<std::byte> data) noexcept {
+  const std::uint32_t base = layout_.stations[part.first].logical;
+  for (const CyclicStation& s : layout_.stations.subspan(part.first, part.count))
+    std::copy_n(outputs_.begin() + s.output_offset, s.output_bytes,
+                data.begin() + static_cast<std::ptrdiff_t>(s.logical - base + s.output_at));
+}
+
+/// Sorts in what was received; true when it is the answer to a frame of this cycle.
+bool Cyclic::take(std::span<const std::byte> received) noexcept {
+  bool late = false, malformed = false, unprocessed = false;
+  for (std::size_t i = 0; i < used_; ++i) {
+    Reply reply;
+    switch (match(frames_[i], received, reply)) {
+      case Match::Ours:
+        if (answered_[i]) {
+          late = true;  // a second copy
+          break;
+        }
+        replies_[i] = reply;
+        answered_[i] = true;
+        return true;
+      case Match::Unprocessed: unprocessed = true; break;
+      case Match::Late: late = true; break;
+      case Match::Malformed: malformed = true; break;
+      case Match::Foreign: break;
+    }
+  }
+  ++(unprocessed ? counts_.unprocessed : malformed ? counts_.malformed : late ? counts_.late : counts_.foreign);
+  return false;
 }
 
 Exchange Cyclic::run(FramePort& port, AcyclicSlot& acyclic, Time deadline) noexcept {
   build(acyclic);
-  Exchange lost;
-  lost.expected = layout_.working_counter;
-  lost.fault = Fault::FrameLost;
-  const bool sent = port.send(PortIndex::Primary, frame_.bytes());
-  ++(sent ? counts_.sent : counts_.not_sent);
-  for (int looked = 0; sent && looked < kFramesLookedAt; ++looked) {
-    const Received got = port.receive(received_, deadline);
+  std::size_t sent = 0;
+  for (std::size_t i = 0; i < used_; ++i) {
+    const bool ok = port.send(PortIndex::Primary, frames_[i].bytes());
+    ++(ok ? counts_.sent : counts_.not_sent);
+    if (ok) ++sent;
+  }
+  for (std::size_t looked = 0; answers_ < sent && looked < kFramesLookedAt + used_ - 1; ++looked) {
+    const Received got = port.receive(received_[answers_], deadline);
     if (got.size == 0) break;
-    Reply reply;
-    switch (match(frame_, std::span<const std::byte>(received_).first(got.size), reply)) {
-      case Match::Ours:
-        if (rider_ != kNoSlot) acyclic.answer(reply, rider_);
-        return judge(reply);
-      case Match::Unprocessed: ++counts_.unprocessed; break;
-      case Match::Late: ++counts_.late; break;
-      case Match::Foreign: ++counts_.foreign; break;
-      case Match::Malformed: ++counts_.malformed; break;
+    if (take(std::span<const std::byte>(received_[answers_]).first(std::min(got.size, kMaxFrameBytes)))) ++answers_;
+  }
+  if (rider_frame_ < kMaxFrames) {
+    if (answered_[rider_frame_])
+      acyclic.answer(replies_[rider_frame_]);
+    else
+      acyclic.lose();
+  }
+  counts_.lost += used_ - answers_;
+  Exchange e = judge();
+  if (answers_ < used_) {
+    e.fault = port.link_up(PortIndex::Primary) ? Fault::FrameLost : Fault::BusDown;
+    e.inputs_fresh = false;
+  }
+  return e;
+}
+
+Exchange Cyclic::judge() noexcept {
+  Exchange e;
+  bool low = false, high = false;
+  e.inputs_fresh = true;
+  fresh_.set();
+  for (std::size_t i = 0; i < parts_->size(); ++i) {
+    const Part& part = (*parts_)[i];
+    e.expected = static_cast<std::uint16_t>(e.expected + part.expected);
+    const auto [frame, slot] = placed_[i];
+    const bool answered = slot != kNoSlot && answered_[frame];
+    const std::uint16_t counter = answered ? replies_[frame].working_counter(slot) : std::uint16_t{0};
+    e.working_counter = static_cast<std::uint16_t>(e.working_counter + counter);
+    low |= answered && counter < part.expected;
+    high |= answered && counter > part.expected;
+    if (!answered || counter != part.expected) e.inputs_fresh = false;
+    for (std::size_t k = 0; k < part.count; ++k) {
+      const std::size_t station = part.first + k;
+      if (!answered || counter != part.expected) fresh_[station] = false;
+      if (answered && counter != part.expected && parts_ == &singly_) ++health_[station].stale_cycles;
     }
   }
-  if (rider_ != kNoSlot) acyclic.lose();
-  ++counts_.lost;
-  if (!port.link_up(PortIndex::Primary)) lost.fault = Fault::BusDown;
-  return lost;
+  tell_fresh();
+  // Inputs last: a station without LRW is fresh only when both its datagrams were answered in full.
+  for (std::size_t i = 0; i < parts_->size(); ++i) take_inputs((*parts_)[i], placed_[i]);
+
+  if (answered_[0]) {
+    const Reply& first = replies_[0];
+    const std::uint16_t seen = first.working_counter(states_);
+    e.al_states = get_le<std::uint16_t>(first.data(states_), 0);
+    low |= seen < layout_.stations_on_bus;
+    high |= seen > layout_.stations_on_bus;
+    if (clock_ != kNoSlot && first.working_counter(clock_) != 0) e.dc_time_ns = read_clock(first.data(clock_));
+    look(first);
+  }
+  if (high)
+    e.fault = Fault::WorkingCounterHigh, ++counts_.working_counter_high;
+  else if (low)
+    e.fault = Fault::WorkingCounterLow, ++counts_.working_counter_low;
+  if (low || high)
+    singly_left_ = kSinglyCycles;
+  else if (singly_left_ > 0 && answers_ == used_)
+    --singly_left_;
+  return e;
+}
+
+void Cyclic::tell_fresh() noexcept {
+  for (std::size_t w = 0; w < told_fresh_.size(); ++w) {
+    std::uint64_t word = 0;
+    for (std::size_t i = 64 * w; i < std::min(layout_.stations.size(), 64 * (w + 1)); ++i)
+      word |= std::uint64_t{fresh_[i]} << (i % 64);
+    told_fresh_[w].store(word, std::memory_order_relaxed);
+  }
+  cycles_.fetch_add(1, std::memory_order_release);
+}
+
+void Cyclic::take_inputs(const Part& part, const Placed& placed) noexcept {
+  if (part.command == Command::Lwr || placed.slot == kNoSlot || !answered_[placed.frame]) return;
+  const auto data = replies_[placed.frame].data(placed.slot);
+  const std::uint32_t base = layout_.stations[part.first].logical;
+  for (std::size_t k = 0; k < part.count; ++k) {
+    const CyclicStation& s = layout_.stations[part.first + k];
+    if (!fresh_[part.first + k]) continue;
+    std::copy_n(data.begin() + static_cast<std::ptrdiff_t>(s.logical - base + s.input_at), s.input_bytes,
+                inputs_.begin() + s.input_offset);
+  }
+}
+
+/// A clock of 32 bits wraps every 4.3 s; what it says is continued.
+std::uint64_t Cyclic::read_clock(std::span<const std::byte> data) noexcept {
+  if (layout_.reference_wide) return get_le<std::uint64_t>(data, 0);
+  const auto step = static_cast<std::int32_t>(get_le<std::uint32_t>(data, 0) - static_cast<std::uint32_t>(dc_time_));
+  dc_time_ += static_cast<std::uint64_t>(std::int64_t{step});
+  return dc_time_;
+}
+
+/// What this cycle's look at one station has shown.
+void Cyclic::look(const Reply& first) noexcept {
+  if (errors_ == kNoSlot || first.working_counter(errors_) != kWkcRead) return;
+  StationHealth& h = health_[rolled_];
+  ++h.looks;
+  const auto errors = first.data(errors_);
+  std::copy(errors.begin(), errors.end(), h.errors.begin());
+  if (difference_ != kNoSlot && first.working_counter(difference_) == kWkcRead) {
+    h.dc_difference_ns = dc_difference_ns(get_le<std::uint32_t>(first.data(difference_), 0));
+    const auto size = static_cast<std::uint32_t>(h.dc_difference_ns < 0 ? -h.dc_difference_ns : h.dc_difference_ns);
+    h.dc_difference_max_ns = std::max(h.dc_difference_max_ns, size);
+  }
+  if (mailbox_ != kNoSlot && first.working_counter(mailbox_) == kWkcRead)
+    h.mailbox_waiting = (get_le<std::uint8_t>(first.data(mailbox_), 0) & kSmStatusMailboxFull) != 0;
+  told_[rolled_].store(h);
 }
 
 }  // namespace gantry::devices

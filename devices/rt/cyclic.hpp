@@ -1,14 +1,22 @@
-// The cyclic exchange: one frame with LRW over the logical map, FRMW 0910h (the reference clock's time goes to all the
-// others) and BRD 0130h (AL states of all stations OR-ed), and whatever rides along in the AcyclicSlot.
+// The cyclic exchange. Every station has a region of the logical map, one behind the other; a frame carries LRW over as
+// many regions as it holds (LWR and LRD where a station cannot LRW), the first one also FRMW 0910h (the reference
+// clock's time goes to all the others), BRD 0130h (AL states of all stations OR-ed), what is looked at of one station a
+// cycle in turn (error counters, 092Ch, mailbox), and whatever rides in the AcyclicSlot. A map that needs several
+// frames goes out in several, all in one cycle.
 //   Cyclic cyclic(layout, outputs, inputs);
-//   const Exchange e = cyclic.run(port, deadline);
-// The inputs change only when the frame came back and its working counter was the expected one. Several frames a cycle
-// (a map of more than 1400 bytes) and LRD/LWR will live here too.
+//   const Exchange e = cyclic.run(port, deadline);   cyclic.fresh(i)
+// A datagram's inputs are taken only when its working counter is the expected one. When one is not, the following
+// cycles have a datagram for every station, so that it shows who does not take part, and the others go on exchanging.
 // Lives in the RT loop.
 #pragma once
+#include <array>
+#include <atomic>
+#include <bitset>
 #include <cstdint>
 #include <span>
 
+#include "core/rt/fixed_vector.hpp"
+#include "core/rt/latest.hpp"
 #include "devices/bus.hpp"
 #include "devices/frame_port.hpp"
 #include "devices/rt/acyclic.hpp"
@@ -16,43 +24,119 @@
 
 namespace gantry::devices {
 
-struct CyclicLayout {
-  std::uint32_t logical_start = 0;
-  std::uint16_t output_bytes = 0, input_bytes = 0;  ///< outputs first in the logical map
-  std::uint16_t working_counter = 0;                ///< expected of the LRW
-  std::uint16_t stations = 0;                       ///< expected of the BRD
-  std::uint16_t reference_address = 0;              ///< station address of the reference clock; 0: none
-  /// Data bytes that one LRW can carry beside the other datagrams of the frame.
-  static constexpr std::size_t kMaxBytes = 1400;
+inline constexpr std::size_t kMaxCyclicStations = 128;
+
+/// One station's part of a cycle.
+struct CyclicStation {
+  std::uint16_t address = 0;
+  std::uint32_t logical = 0;                  ///< first address of its region
+  std::uint16_t region_bytes = 0;             ///< 0: it has no process data
+  std::uint16_t output_at = 0, input_at = 0;  ///< in the region
+  std::uint16_t output_bytes = 0, input_bytes = 0;
+  std::uint32_t output_offset = 0, input_offset = 0;  ///< in the images
+  bool lrw = true;
+  bool clock = false;                ///< has 092Ch
+  std::uint16_t mailbox_status = 0;  ///< register that shows whether its mailbox has something; 0: no mailbox
 };
 
-/// What happened since the start.
+struct CyclicLayout {
+  std::span<const CyclicStation> stations;  ///< in the order of the regions; outlives the Cyclic
+  std::uint16_t reference_address = 0;      ///< station address of the reference clock; 0: none
+  bool reference_wide = true;               ///< it counts 64 bits; otherwise 32, and dc_time_ns continues `dc_time_ns`
+  std::uint64_t dc_time_ns = 0;             ///< of the reference clock, about now
+  std::uint16_t stations_on_bus = 0;        ///< expected of the BRD
+  bool roll = true;                         ///< look at one station a cycle
+  /// Data bytes of one LRW.
+  static constexpr std::size_t kMaxBytes = 1380;
+};
+
+/// What happened since the start. Frames, not cycles.
 struct CyclicCounts {
-  std::uint64_t sent = 0, lost = 0, late = 0, foreign = 0, malformed = 0, unprocessed = 0, working_counter_low = 0,
-                working_counter_high = 0, not_sent = 0;
+  std::uint64_t sent = 0, lost = 0, late = 0, foreign = 0, malformed = 0, unprocessed = 0, not_sent = 0;
+  std::uint64_t working_counter_low = 0, working_counter_high = 0;  ///< cycles
+};
+
+/// What was last seen of one station.
+struct StationHealth {
+  std::uint64_t stale_cycles = 0;  ///< in which it did not take part although the frame came back, since the start
+  std::uint64_t looks = 0;         ///< how often the values below were read
+  std::array<std::byte, wire::reg::kErrorCounterBytes> errors{};  ///< 0300h..
+  std::int32_t dc_difference_ns = 0;
+  std::uint32_t dc_difference_max_ns = 0;  ///< largest magnitude since the start
+  bool mailbox_waiting = false;
 };
 
 class Cyclic {
  public:
   Cyclic() = default;
-  Cyclic(const CyclicLayout& layout, std::span<const std::byte> outputs, std::span<std::byte> inputs) noexcept
-      : layout_(layout), outputs_(outputs), inputs_(inputs) {}
+  Cyclic(const CyclicLayout& layout, std::span<const std::byte> outputs, std::span<std::byte> inputs) noexcept;
+  Cyclic(const Cyclic&) = delete;
+  Cyclic& operator=(const Cyclic&) = delete;
 
   Exchange run(FramePort& port, AcyclicSlot& acyclic, Time deadline) noexcept;
 
+  /// The inputs of a station (index in the layout) are of the last exchange.
+  [[nodiscard]] bool fresh(std::size_t station) const noexcept { return fresh_[station]; }
   [[nodiscard]] const CyclicCounts& counts() const noexcept { return counts_; }
+  /// For the run thread. False when it was not looked at yet.
+  bool health(std::size_t station, StationHealth& out) const noexcept { return told_[station].load(out); }
+  /// The same as fresh(), for the run thread, with the number of cycles so far.
+  [[nodiscard]] bool was_fresh(std::size_t station) const noexcept {
+    return (told_fresh_[station / 64].load(std::memory_order_relaxed) >> (station % 64) & 1) != 0;
+  }
+  [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_.load(std::memory_order_acquire); }
+  [[nodiscard]] std::size_t frames_a_cycle() const noexcept { return used_; }
 
  private:
+  /// One datagram of process data over stations first .. first+count-1.
+  struct Part {
+    wire::Command command = wire::Command::Lrw;
+    std::uint16_t first = 0, count = 0, bytes = 0, expected = 0;
+  };
+  static constexpr std::size_t kMaxParts = 2 * kMaxCyclicStations, kMaxFrames = 24;
+  using Parts = rt::FixedVector<Part, kMaxParts>;
+  struct Placed {
+    std::size_t frame = 0;
+    SlotIndex slot = kNoSlot;
+  };
+
+  void plan(Parts& parts, std::size_t most_bytes) noexcept;
   void build(AcyclicSlot& acyclic) noexcept;
-  [[nodiscard]] Exchange judge(const Reply& reply) noexcept;
+  void add_common(Frame& frame) noexcept;
+  [[nodiscard]] bool open_frame() noexcept;
+  void fill(const Part& part, std::span<std::byte> data) noexcept;
+  [[nodiscard]] bool take(std::span<const std::byte> received) noexcept;
+  [[nodiscard]] Exchange judge() noexcept;
+  void take_inputs(const Part& part, const Placed& placed) noexcept;
+  void look(const Reply& first) noexcept;
+  [[nodiscard]] std::uint64_t read_clock(std::span<const std::byte> data) noexcept;
+  void tell_fresh() noexcept;
 
   CyclicLayout layout_;
   std::span<const std::byte> outputs_;
   std::span<std::byte> inputs_;
   std::uint32_t sequence_ = 0;
-  Frame frame_;
-  SlotIndex lrw_ = kNoSlot, clock_ = kNoSlot, states_ = kNoSlot, rider_ = kNoSlot;
-  std::array<std::byte, kMaxFrameBytes> received_{};
+  std::uint64_t dc_time_ = 0;
+
+  Parts together_, singly_;
+  int singly_left_ = 0;  ///< cycles with a datagram for every station
+  const Parts* parts_ = &together_;
+  std::array<Placed, kMaxParts> placed_{};
+
+  std::array<Frame, kMaxFrames> frames_;
+  std::array<Reply, kMaxFrames> replies_;
+  std::bitset<kMaxFrames> answered_;
+  std::size_t used_ = 0, answers_ = 0;  ///< frames of this cycle, and how many came back
+  SlotIndex clock_ = kNoSlot, states_ = kNoSlot, errors_ = kNoSlot, difference_ = kNoSlot, mailbox_ = kNoSlot;
+  std::size_t rolled_ = 0;                ///< station that is looked at in this cycle
+  std::size_t rider_frame_ = kMaxFrames;  ///< frame in which the AcyclicSlot rides
+  std::array<std::array<std::byte, kMaxFrameBytes>, kMaxFrames> received_{};
+
+  std::bitset<kMaxCyclicStations> fresh_;
+  std::array<StationHealth, kMaxCyclicStations> health_{};
+  std::array<rt::Latest<StationHealth>, kMaxCyclicStations> told_;
+  std::array<std::atomic<std::uint64_t>, kMaxCyclicStations / 64> told_fresh_{};
+  std::atomic<std::uint64_t> cycles_{0};
   CyclicCounts counts_;
 };
 

@@ -12,6 +12,13 @@ constexpr std::array<std::byte, 6> kSource{std::byte{0x10}, std::byte{0x67}, std
                                            std::byte{0x6E}, std::byte{0x74}, std::byte{0x00}};
 constexpr std::size_t kSourceOffset = 6, kEtherTypeOffset = 12;
 
+/// Spreads every bit of the sequence over all of the word (the finaliser of splitmix64, Steele et al. 2014).
+constexpr std::uint64_t scramble(std::uint64_t x) noexcept {
+  x = (x + 0x9E3779B97F4A7C15u) * 0xBF58476D1CE4E5B9u;
+  x = (x ^ x >> 27) * 0x94D049BB133111EBu;
+  return x ^ x >> 31;
+}
+
 /// Fields that stations leave as they are. ADP of positional and broadcast commands is counted up on the way.
 bool same_target(const DatagramHeader& sent, const DatagramHeader& got) noexcept {
   switch (sent.command) {
@@ -37,6 +44,7 @@ void Frame::start(std::uint32_t sequence, PortIndex port) noexcept {
   std::fill_n(buffer_.begin() + kEthernetHeader, kMinEthernetFrame - kEthernetHeader, std::byte{0});
   size_ = kFrameHeader;
   sequence_ = sequence;
+  scrambled_ = scramble(sequence);
   slots_.clear();
 }
 
@@ -57,7 +65,8 @@ SlotIndex Frame::add(Command command, std::uint32_t address, std::size_t length)
   }
   DatagramHeader h;
   h.command = command;
-  h.index = static_cast<std::uint8_t>(sequence_ >> (8 * (slots_.size() % 4)));
+  const std::size_t n = slots_.size();
+  h.index = static_cast<std::uint8_t>(n < 2 ? sequence_ >> (8 * n) : scrambled_ >> (8 * (n % 8)));
   h.address = address;
   h.length = slot.length;
   put_datagram_header(std::span(buffer_).subspan(slot.header), h);
@@ -73,6 +82,12 @@ SlotIndex Frame::add(Command command, std::uint32_t address, std::span<const std
   const SlotIndex slot = add(command, address, data_in.size());
   if (slot != kNoSlot) std::copy(data_in.begin(), data_in.end(), data(slot).begin());
   return slot;
+}
+
+SlotIndex Frame::add_sequence() noexcept {
+  std::array<std::byte, 4> raw{};
+  put_le<std::uint32_t>(raw, 0, sequence_);
+  return add(Command::Nop, 0, std::span<const std::byte>(raw));
 }
 
 std::span<std::byte> Frame::data(SlotIndex slot) noexcept {
@@ -104,9 +119,14 @@ Match match(const Frame& sent, std::span<const std::byte> received, Reply& reply
                   out.begin() + kSourceOffset + 1))
     return Match::Foreign;
 
-  // The lengths first, so that nothing is read past the end.
+  // Another frame of ours has another shape, perhaps; its first index tells it.
   const auto slots = sent.slots();
-  if (slots.empty() || received.size() < slots.back().end()) return Match::Malformed;
+  if (slots.empty() || received.size() < kFrameHeader + kDatagramHeader) return Match::Malformed;
+  if (get_datagram_header(received.subspan(kFrameHeader)).index != get_datagram_header(out.subspan(kFrameHeader)).index)
+    return Match::Late;
+
+  // The lengths first, so that nothing is read past the end.
+  if (received.size() < slots.back().end()) return Match::Malformed;
   if (get_le<std::uint16_t>(received, kEthernetHeader) != get_le<std::uint16_t>(out, kEthernetHeader))
     return Match::Malformed;
 
@@ -117,6 +137,11 @@ Match match(const Frame& sent, std::span<const std::byte> received, Reply& reply
     if (got.command != want.command || got.length != want.length || got.more != want.more || !same_target(want, got))
       return Match::Malformed;
     index_differs |= got.index != want.index;
+    if (want.command == Command::Nop) {
+      const auto data = out.subspan(slot.data(), slot.length);
+      index_differs |=
+          !std::equal(data.begin(), data.end(), received.begin() + static_cast<std::ptrdiff_t>(slot.data()));
+    }
     touched |= get_le<std::uint16_t>(received, slot.end() - kWorkingCounter) != 0;
   }
   if (index_differs) return Match::Late;

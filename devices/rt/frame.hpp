@@ -31,14 +31,19 @@ inline constexpr std::size_t kMaxDatagrams = 15;  ///< as the ESCs of the first 
 
 class Frame {
  public:
-  /// Empties the frame. `sequence` tells frames apart: its bytes go into the index fields of the datagrams in turn, so
-  /// that with two datagrams or more a reply that is 256 frames late is not mistaken for the present one.
+  /// Empties the frame. `sequence` tells frames apart: the index fields of the first two datagrams are its low bytes,
+  /// so that a reply that is 256 frames late is not mistaken for the present one; those of the next ones are scrambled
+  /// of all of it, so that a changed bit does not make one frame look like another.
   void start(std::uint32_t sequence, PortIndex port = PortIndex::Primary) noexcept;
 
   /// Appends a datagram with zeroed data; kNoSlot when the frame is full. `address`: see wire::DatagramHeader.
   SlotIndex add(wire::Command command, std::uint32_t address, std::size_t length) noexcept;
   /// Appends a datagram with data.
   SlotIndex add(wire::Command command, std::uint32_t address, std::span<const std::byte> data) noexcept;
+
+  /// Appends an idle datagram that carries the whole sequence where no station and no changed header reaches it; for
+  /// frames with few datagrams.
+  SlotIndex add_sequence() noexcept;
 
   [[nodiscard]] std::span<std::byte> data(SlotIndex slot) noexcept;
   /// The whole Ethernet frame, padded to the least size.
@@ -51,13 +56,14 @@ class Frame {
   std::array<std::byte, kMaxFrameBytes> buffer_{};
   std::size_t size_ = wire::kFrameHeader;
   std::uint32_t sequence_ = 0;
+  std::uint64_t scrambled_ = 0;
   rt::FixedVector<Slot, kMaxDatagrams> slots_;
 };
 
 enum class Match : std::uint8_t {
   Ours,         ///< the reply to this frame
   Unprocessed,  ///< our frame, but no station has touched it (looped back)
-  Late,         ///< of this master, but of an earlier frame
+  Late,         ///< of this master, but of another frame: an earlier one, or one that is under way beside it
   Foreign,      ///< not EtherCAT, or of another master
   Malformed,    ///< lengths that do not fit together, or a header that changed on the way
 };

@@ -13,16 +13,20 @@ struct Bench {
   std::vector<std::byte> inputs = std::vector<std::byte>(3, std::byte{0});
   FakePort port;
   AcyclicSlot acyclic;
-  Cyclic cyclic{{.logical_start = 0x10000,
-                 .output_bytes = 4,
-                 .input_bytes = 3,
-                 .working_counter = 6,
-                 .stations = 2,
-                 .reference_address = 0x1001},
-                outputs,
-                inputs};
+  /// Two stations with outputs and inputs each, side by side in the map: 2 + 1 and 2 + 2 bytes.
+  std::vector<CyclicStation> stations{
+      {.address = 0x1001, .logical = 0x10000, .region_bytes = 3, .input_at = 2, .output_bytes = 2, .input_bytes = 1},
+      {.address = 0x1002,
+       .logical = 0x10003,
+       .region_bytes = 4,
+       .input_at = 2,
+       .output_bytes = 2,
+       .input_bytes = 2,
+       .output_offset = 2,
+       .input_offset = 1}};
+  Cyclic cyclic{{.stations = stations, .reference_address = 0x1001, .stations_on_bus = 2}, outputs, inputs};
   Bench() {
-    port.output_bytes = 4;
+    port.stations = stations;
     port.inputs = {std::byte{1}, std::byte{2}, std::byte{3}};
     port.dc_time = 123'456'789'000;
   }
@@ -46,10 +50,10 @@ TEST(Cyclic, a_wrong_working_counter_leaves_the_inputs_alone) {
   Bench b;
   b.run();
   b.port.inputs = {std::byte{9}, std::byte{9}, std::byte{9}};
-  b.port.lrw_counter = 5;
+  b.port.counter_error = -1;
   EXPECT_EQ(b.run().fault, Fault::WorkingCounterLow);
   EXPECT_EQ(b.inputs[0], std::byte{1});
-  b.port.lrw_counter = 7;
+  b.port.counter_error = 1;
   const Exchange high = b.run();
   EXPECT_EQ(high.fault, Fault::WorkingCounterHigh);
   EXPECT_FALSE(high.inputs_fresh);
@@ -99,22 +103,23 @@ TEST(Cyclic, a_flood_of_foreign_frames_does_not_hold_the_loop) {
 
 TEST(Cyclic, a_datagram_of_the_run_thread_rides_along_and_is_answered) {
   Bench b;
-  const std::array<std::byte, 2> question{};
-  ASSERT_TRUE(b.acyclic.post(wire::Command::Fprd, wire::physical_address(0x1002, 0x0130), question));
-  EXPECT_FALSE(b.acyclic.post(wire::Command::Fprd, 0, question));  // one at a time
-  std::array<std::byte, 2> answer{};
-  std::uint16_t wkc = 0;
-  EXPECT_EQ(b.acyclic.take(answer, wkc), AcyclicSlot::Taken::Pending);
+  std::array<std::byte, 2> answer{}, other{};
+  std::array both{Datagram{wire::Command::Fprd, wire::physical_address(0x1002, 0x0130), answer},
+                  Datagram{wire::Command::Fprd, wire::physical_address(0x1001, 0x0130), other}};
+  ASSERT_TRUE(b.acyclic.post(both));
+  EXPECT_FALSE(b.acyclic.post(both));  // one asker at a time
+  EXPECT_EQ(b.acyclic.take({}), AcyclicSlot::Taken::Pending);
   b.run();
   EXPECT_EQ(b.port.sent, 1);
-  ASSERT_EQ(b.acyclic.take(answer, wkc), AcyclicSlot::Taken::Answered);
+  ASSERT_EQ(b.acyclic.take(both), AcyclicSlot::Taken::Answered);
   EXPECT_EQ(answer[1], std::byte{0x77});
-  EXPECT_EQ(wkc, 1);
+  EXPECT_EQ(other[0], std::byte{0x77});
+  EXPECT_EQ(both[1].working_counter, 1);
 
-  ASSERT_TRUE(b.acyclic.post(wire::Command::Fprd, 0, question));
+  ASSERT_TRUE(b.acyclic.post(both));
   b.port.lose = true;
   b.run();
-  EXPECT_EQ(b.acyclic.take(answer, wkc), AcyclicSlot::Taken::Lost);
+  EXPECT_EQ(b.acyclic.take(both), AcyclicSlot::Taken::Lost);
 }
 
 // Every frame carries its number as input; whatever is lost, doubled or delayed, a fresh input is always of its own

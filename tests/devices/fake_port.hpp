@@ -6,17 +6,20 @@
 #include <vector>
 
 #include "devices/frame_port.hpp"
-#include "devices/rt/frame.hpp"
+#include "devices/rt/cyclic.hpp"
 
 namespace gantry::devices {
 
+/// Stations as the LRW, LWR and LRD of a frame meet them: regions of the logical map, and nothing else of an ESC.
 class FakePort final : public FramePort {
  public:
-  std::uint16_t lrw_counter = 6, brd_counter = 2, al_states = 8;
+  std::vector<CyclicStation> stations;
+  std::vector<bool> alive;  ///< by station; empty: all
+  int counter_error = 0;    ///< added to the working counter of process data
+  std::uint16_t brd_counter = 2, al_states = 8;
   std::uint64_t dc_time = 0;
-  std::vector<std::byte> inputs;  ///< of the LRW, behind the outputs
-  std::size_t output_bytes = 0;
-  std::vector<std::byte> seen_outputs;
+  std::vector<std::byte> inputs;  ///< of all stations
+  std::vector<std::byte> seen_outputs = std::vector<std::byte>(4096);
   bool up = true, lose = false, twice = false, hold_back = false;
   int sent = 0;
   std::deque<std::vector<std::byte>> waiting, held;
@@ -48,28 +51,53 @@ class FakePort final : public FramePort {
   }
 
  private:
+  /// Through the FMMUs of all stations; the working counter.
+  int logical(wire::Command command, std::uint32_t address, std::span<std::byte> data) {
+    int wkc = 0;
+    for (std::size_t i = 0; i < stations.size(); ++i) {
+      const CyclicStation& s = stations[i];
+      if (s.logical < address || s.logical + s.region_bytes > address + data.size() || (!alive.empty() && !alive[i]))
+        continue;
+      const auto region = data.subspan(s.logical - address, s.region_bytes);
+      if (command != wire::Command::Lrd && s.output_bytes > 0) {
+        std::copy_n(region.begin() + s.output_at, s.output_bytes, seen_outputs.begin() + s.output_offset);
+        wkc += command == wire::Command::Lrw ? 2 : 1;
+      }
+      if (command != wire::Command::Lwr && s.input_bytes > 0) {
+        std::copy_n(inputs.begin() + s.input_offset, s.input_bytes, region.begin() + s.input_at);
+        ++wkc;
+      }
+    }
+    return wkc + counter_error;
+  }
+
   std::vector<std::byte> answer(std::span<const std::byte> frame) {
     using namespace wire;
     std::vector<std::byte> reply(frame.begin(), frame.end());
     reply[6] |= std::byte{kProcessedMacBit};
     for (std::size_t at = kFrameHeader;;) {
+      if (at + kDatagramHeader + kWorkingCounter > reply.size()) return reply;
       const auto h = get_datagram_header(std::span(reply).subspan(at));
+      if (at + kDatagramHeader + h.length + kWorkingCounter > reply.size()) return reply;  // a changed length
       const auto data = std::span(reply).subspan(at + kDatagramHeader, h.length);
       const std::size_t counter = at + kDatagramHeader + h.length;
-      std::uint16_t wkc = 1;
-      if (h.command == Command::Lrw) {
-        wkc = lrw_counter;
-        seen_outputs.assign(data.begin(), data.begin() + static_cast<std::ptrdiff_t>(output_bytes));
-        std::copy(inputs.begin(), inputs.end(), data.begin() + static_cast<std::ptrdiff_t>(output_bytes));
-      } else if (h.command == Command::Brd) {
-        wkc = brd_counter;
-        put_le<std::uint16_t>(data, 0, al_states);
-      } else if (h.command == Command::Frmw) {
-        put_le<std::uint64_t>(data, 0, dc_time);
-      } else if (h.command == Command::Fprd) {
-        for (auto& b : data) b = std::byte{0x77};
+      int wkc = 1;
+      switch (h.command) {
+        case Command::Nop: wkc = 0; break;
+        case Command::Lrw:
+        case Command::Lwr:
+        case Command::Lrd: wkc = logical(h.command, h.address, data); break;
+        case Command::Brd:
+          wkc = brd_counter;
+          for (std::size_t i = 0; i < data.size(); ++i)
+            data[i] = static_cast<std::byte>(i < 2 ? al_states >> (8 * i) : 0);
+          break;
+        case Command::Frmw:
+          for (std::size_t i = 0; i < data.size(); ++i) data[i] = static_cast<std::byte>(dc_time >> (8 * i));
+          break;
+        default: std::fill(data.begin(), data.end(), std::byte{0x77}); break;
       }
-      put_le<std::uint16_t>(reply, counter, wkc);
+      put_le<std::uint16_t>(reply, counter, static_cast<std::uint16_t>(wkc));
       if (!h.more) return reply;
       at = counter + kWorkingCounter;
     }
