@@ -36,6 +36,7 @@ int main(int argc, char** argv) try {
   cli::add_home(app, context);
   cli::add_sim(app, context);
   cli::add_publish(app, context);
+  cli::add_bus(app, context);
   cli::add_monitor(app, context);
   cli::add_explain(app, context);
 

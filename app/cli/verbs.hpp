@@ -23,6 +23,7 @@ struct Context {
   int exit_code = 0;
 };
 
+void add_bus(CLI::App& app, Context& context);
 void add_check(CLI::App& app, Context& context);
 void add_dry_run(CLI::App& app, Context& context);
 void add_explain(CLI::App& app, Context& context);

@@ -1,0 +1,53 @@
+// gantry bus dc: the stations' clocks, how far they are apart, and what SYNC0 is set to.
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/bus_access.hpp"
+
+namespace gantry::cli {
+
+void add_bus_dc(CLI::App& bus, Context& context) {
+  auto* verb = bus.add_subcommand("dc", "Distributed clocks: difference, delay, SYNC0 of every station");
+  auto options = std::make_shared<BusOptions>();
+  add_bus_interface(*verb, *options);
+  verb->footer(
+      "difference: the station's clock minus the time that comes by (092Ch); within 1000 ns it is in step. Without a\n"
+      "cycle nobody carries the time round, and clocks drift. The virtual segment is brought up first.");
+  verb->callback([&context, options] {
+    const auto access = BusAccess::open(context, *options);
+    if (!access) return;
+    if (access->is_virtual())
+      if (auto up = access->bring_up(); !up) return void(context.exit_code = show(up.error(), context.json));
+    devices::Survey survey(access->port(), access->clock());
+    const auto stations = survey.scan();
+    if (!stations) return void(context.exit_code = show(stations.error(), context.json));
+    const auto clocks = survey.dc_status();
+    if (!clocks) return void(context.exit_code = show(clocks.error(), context.json));
+
+    nlohmann::ordered_json all = nlohmann::json::array();
+    if (!context.json)
+      fmt::print("{:<18} {:>5} {:>13} {:>9} {:>8} {:>10}\n", "station", "clock", "difference ns", "delay ns", "SYNC0",
+                 "cycle us");
+    for (std::size_t i = 0; i < clocks->size(); ++i) {
+      const auto& s = (*stations)[i];
+      const auto& c = (*clocks)[i];
+      all.push_back({{"position", s.record.position},
+                     {"name", s.name()},
+                     {"clock_bits", c.present ? (c.wide ? 64 : 32) : 0},
+                     {"system_time_ns", c.system_time_ns},
+                     {"difference_ns", c.difference_ns},
+                     {"delay_ns", c.delay_ns},
+                     {"sync0_active", (c.activation & 2) != 0},
+                     {"sync0_cycle_ns", c.sync0_cycle_ns}});
+      if (context.json) continue;
+      if (!c.present)
+        fmt::print("{:<18} {:>5}\n", title(*access, s), "none");
+      else
+        fmt::print("{:<18} {:>5} {:>13} {:>9} {:>8} {:>10.1f}\n", title(*access, s), c.wide ? 64 : 32, c.difference_ns,
+                   c.delay_ns, (c.activation & 2) != 0 ? "on" : "off", c.sync0_cycle_ns / 1000.0);
+    }
+    if (context.json) fmt::print("{}\n", nlohmann::ordered_json{{"result", "done"}, {"stations", all}}.dump(2));
+  });
+}
+
+}  // namespace gantry::cli

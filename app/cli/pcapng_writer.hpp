@@ -1,0 +1,34 @@
+// Ethernet frames into a pcapng file (IETF draft-ietf-opsawg-pcapng: section header, one interface in ns, enhanced
+// packet blocks), as Wireshark reads it.
+//   auto file = PcapngWriter::create("bus.pcapng");   (*file)->add(time, frame);
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <fstream>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "core/error.hpp"
+
+namespace gantry::cli {
+
+class PcapngWriter {
+ public:
+  /// Fault::FileUnwritable.
+  static Result<std::unique_ptr<PcapngWriter>> create(const std::string& path);
+  /// `time_ns`: since 1970.
+  void add(std::uint64_t time_ns, std::span<const std::byte> frame);
+  /// False when the disk did not take all of it.
+  bool close();
+  [[nodiscard]] std::uint64_t frames() const { return frames_; }
+
+ private:
+  explicit PcapngWriter(std::ofstream file) : file_(std::move(file)) {}
+  void block(std::uint32_t type, std::span<const std::byte> body);
+
+  std::ofstream file_;
+  std::uint64_t frames_ = 0;
+};
+
+}  // namespace gantry::cli

@@ -1,0 +1,81 @@
+#!/usr/bin/env bash
+# gantry bus: on the virtual segment in process, on gantry sim over a wire, and on stations that no machine file knows.
+source "$(dirname "$0")/lib.sh"
+json() { python3 -c "import json,sys; d=json.load(open('$work/out')); print($1)"; }
+expect_value() { local got; got=$(json "$1"); [ "$got" = "$2" ] && echo "ok: $1 is $2" || fail "$1 is '$got', expected '$2'"; }
+
+expect_exit 0 "a scan in process" "$gantry" --json bus scan
+expect_value "len(d['stations'])" 6
+expect_value "d['stations'][4]['configured_name']" cu
+expect_value "[s['parent'] for s in d['stations']]" "[-1, 0, 1, 2, 3, 4]"
+expect_value "sum(len(p['entries']) for p in d['stations'][4]['pdos'])" 8
+expect_exit 0 "objects" "$gantry" --json bus scan --objects
+expect_exit 0 "a table" "$gantry" bus scan
+expect_text "0 'x' "; expect_text "6040h/16 607Ah/32"
+expect_exit 0 "a read by name" "$gantry" --json bus sdo read y1 0x1018:2
+expect_value "d['value']" "$((0x530B))"
+expect_exit 0 "a string" "$gantry" bus sdo read 4 1008h --type string
+expect_text "STD402EC"
+expect_exit 0 "a signed write" "$gantry" --json bus sdo write x 0x607A -5
+expect_value "(d['value'], d['bytes'])" "(-5, 'FBFFFFFF')"
+expect_exit 5 "an object that is not there" "$gantry" bus sdo read x 0x5FFF
+expect_text "06020000h"
+expect_exit 5 "a value out of range" "$gantry" bus sdo write x 0x6098 101
+expect_exit 5 "objects of a station without mailbox" "$gantry" bus sdo read io 0x6000:1
+expect_text "no mailbox"
+expect_exit 2 "a station that is not there" "$gantry" bus sdo read nobody 0x1018
+expect_text "positions 0 to 5, x, y1"
+expect_exit 2 "an object that is none" "$gantry" bus sdo read x here
+expect_exit 2 "a value that does not fit" "$gantry" bus sdo write x 0x6098 300
+expect_exit 2 "an unknown type" "$gantry" bus sdo read x 0x6064 --type float
+expect_exit 5 "an interface that is not there" "$gantry" bus scan --interface none0
+expect_exit 0 "clocks" "$gantry" --json bus dc
+expect_value "max(abs(s['difference_ns']) for s in d['stations']) < 1000" True
+expect_value "{s['sync0_cycle_ns'] for s in d['stations'][:5]}" "{1000000}"
+expect_exit 0 "error counters" "$gantry" --json bus errors
+expect_exit 0 "a capture of a bring-up" "$gantry" bus capture "$work/up.pcapng"
+judge() { # FILE: what tshark says of it
+  frames=$(tshark -r "$1" -Y ecat 2>/dev/null | wc -l); bad=$(tshark -r "$1" -Y '_ws.malformed' 2>/dev/null | wc -l)
+  [ "$frames" -gt 100 ] && [ "$bad" = 0 ] && echo "ok: $frames frames, none malformed" || fail "$1: $frames frames, $bad malformed"
+}
+judge "$work/up.pcapng"
+expect_exit 1 "a capture where nothing can be written" "$gantry" bus capture /proc/nothing.pcapng
+
+name=gbus$$
+if ! scripts/veth-pair up $name >"$work/pair" 2>&1; then
+  [ "$(id -u)" = 0 ] && { cat "$work/pair"; fail "no veth pair"; exit 1; }
+  echo "only root may make a veth pair: the rest is not tested"
+  exit 0
+fi
+trap 'ip netns pids $name 2>/dev/null | xargs -r kill; scripts/veth-pair down $name >/dev/null 2>&1; finish' EXIT
+inside() { scripts/veth-pair exec $name -- "$@"; }
+scripts/veth-pair exec $name -- "$gantry" sim --interface $name-sim >"$work/sim.out" 2>&1 </dev/null &
+sim=$!; pids+=($sim)
+wait_for 10 inside "$gantry" bus scan --interface $name-ctl || fail "no scan over the wire"
+scripts/veth-pair exec $name -- "$gantry" bus capture "$work/wire.pcapng" --interface $name-ctl >"$work/capture.out" 2>&1 </dev/null &
+capture=$!; pids+=($capture)
+wait_for 5 test -s "$work/wire.pcapng"; sleep 0.3
+expect_exit 0 "a scan over a wire" inside "$gantry" --json bus scan --objects --interface $name-ctl
+expect_value "[s['configured_name'] for s in d['stations']]" "['x', 'y1', 'y2', 'z', 'cu', 'io']"
+expect_value "d['stations'][0]['state']" "PRE_OP"
+expect_exit 0 "a write over a wire" inside "$gantry" bus sdo write z 0x6081 4711 --interface $name-ctl
+expect_exit 0 "is still there for the next" inside "$gantry" --json bus sdo read 3 6081 --interface $name-ctl
+expect_value "d['value']" 4711
+expect_exit 0 "counters over a wire" inside "$gantry" bus errors --interface $name-ctl
+expect_exit 0 "clocks over a wire" inside "$gantry" bus dc --interface $name-ctl
+kill -INT $capture; wait $capture || fail "the capture did not end in order"
+judge "$work/wire.pcapng"
+kill $sim; wait $sim 2>/dev/null
+
+scripts/veth-pair exec $name -- env PYTHONDONTWRITEBYTECODE=1 python3 tests/interop/strange_stations.py $name-sim simple big_box nervous >"$work/strange.out" 2>&1 </dev/null &
+strange=$!; pids+=($strange)
+wait_for 5 grep -q strange "$work/strange.out"
+expect_exit 0 "a scan of strangers" inside "$gantry" --json bus scan --objects --interface $name-ctl
+expect_value "[(s['vendor'], s['product'], s['name'], s['configured_name']) for s in d['stations']]" \
+  "[(23130, 262, 'stranger', None), (23130, 257, 'stranger', None), (23130, 261, 'stranger', None)]"
+expect_value "[len(s['pdos']) for s in d['stations']]" "[2, 2, 2]"
+expect_exit 0 "a stranger's object" inside "$gantry" --json bus sdo read 1 1008 --type string --interface $name-ctl
+expect_value "d['value']" "a name that does not fit into four bytes"
+expect_exit 5 "a name of the machine file whose station is not there" inside "$gantry" bus sdo read x 0x6064 --interface $name-ctl
+kill $strange; wait $strange 2>/dev/null
+expect_exit 5 "a bus where nobody answers" inside "$gantry" bus scan --interface $name-ctl
