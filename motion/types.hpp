@@ -21,6 +21,8 @@ struct Limits {
   double tick_s = 0.001;
 };
 
+inline constexpr std::size_t kMaxPhases = 20;  ///< of one profile
+
 /// Constant jerk for a while.
 struct Phase {
   double duration_s = 0;
@@ -35,7 +37,7 @@ struct State {
 /// s(t) of one segment: starts at s = 0 with (v0, a0), then the phases.
 struct SpeedProfile {
   double v0 = 0, a0 = 0;
-  rt::FixedVector<Phase, 12> phases;
+  rt::FixedVector<Phase, kMaxPhases> phases;
 };
 
 /// q(s) = sum of c[k] u^k with u = s / length: a line (degree 1), a corner blend (up to 6) or a standstill (0).

@@ -19,6 +19,8 @@ const char* name(Reason reason) noexcept {
     case Reason::NotFinite: return "not finite";
     case Reason::BadBounds: return "bad bounds";
     case Reason::TargetOutsideBounds: return "target outside bounds";
+    case Reason::StartCannotStay: return "start cannot stay";
+    case Reason::NoWayWithin: return "no way within";
     case Reason::NoSolution: return "no solution";
   }
   return "unknown";
@@ -45,6 +47,24 @@ State end_state(const Profile& profile) noexcept {
   State x = profile.from;
   for (const Phase& phase : profile.phases) x = advanced(x, phase.jerk, phase.duration_s);
   return x;
+}
+
+Extent extent(const Profile& profile) noexcept {
+  State x = profile.from;
+  Extent out{x.p, x.p};
+  const auto meet = [&out](double p) { out.low = std::min(out.low, p), out.high = std::max(out.high, p); };
+  for (const Phase& phase : profile.phases) {
+    // v(t) = 0 inside: a root of v + a t + j t^2/2.
+    const double disc = x.a * x.a - 2 * phase.jerk * x.v;
+    if (disc >= 0) {
+      const double q = -(x.a + std::copysign(std::sqrt(disc), x.a));
+      for (const double t : {q / phase.jerk, q != 0 ? 2 * x.v / q : 0})
+        if (t > 0 && t < phase.duration_s) meet(advanced(x, phase.jerk, t).p);
+    }
+    x = advanced(x, phase.jerk, phase.duration_s);
+    meet(x.p);
+  }
+  return out;
 }
 
 Profile stretched(const Profile& profile, double factor) noexcept {

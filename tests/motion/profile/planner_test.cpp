@@ -17,6 +17,20 @@ struct Case {
   Bounds b;
 };
 
+struct OneSidedCase {
+  State from, to;
+  AxisBounds b;
+};
+
+std::string text(const OneSidedCase& c) {
+  char line[500];
+  std::snprintf(line, sizeof line,
+                "{%.17g, %.17g, %.17g} -> {%.17g, %.17g, %.17g}, v %.17g %.17g a %.17g %.17g j %.17g %.17g", c.from.p,
+                c.from.v, c.from.a, c.to.p, c.to.v, c.to.a, c.b.v_max, c.b.v_min, c.b.a_max, c.b.a_min, c.b.j_max,
+                c.b.j_min);
+  return line;
+}
+
 /// States and bounds as the field draws them (issue: p ~ N(0, 4), v, a ~ N(0, 0.8), each often 0, bounds U(0.08, 16)),
 /// rejected until both ends are within what bounds allow.
 class Cases {
@@ -26,6 +40,17 @@ class Cases {
     for (;;) {
       Case c;
       c.b = {bound_(random_), bound_(random_), bound_(random_)};
+      c.from = {4 * normal_(random_), some(0.8), some(0.8)};
+      c.to = {4 * normal_(random_), some(0.8), some(0.8)};
+      if (judge::tenable(c.from, c.b, 1) && judge::tenable(c.to, c.b, -1)) return c;
+    }
+  }
+  /// Each bound with a minimum of its own.
+  OneSidedCase next_one_sided() {
+    for (;;) {
+      OneSidedCase c;
+      c.b = AxisBounds(bound_(random_), -bound_(random_), bound_(random_), -bound_(random_), bound_(random_),
+                       -bound_(random_));
       c.from = {4 * normal_(random_), some(0.8), some(0.8)};
       c.to = {4 * normal_(random_), some(0.8), some(0.8)};
       if (judge::tenable(c.from, c.b, 1) && judge::tenable(c.to, c.b, -1)) return c;
@@ -97,7 +122,7 @@ TEST(Planner, no_random_motion_within_the_bounds_is_faster) {
     }
     const judge::Integrated x = judge::integrate(witness);
     c.to = end_state(witness);
-    if (x.v_top > c.b.v || x.a_top > c.b.a || !judge::tenable(c.to, c.b, -1)) continue;
+    if (x.v_top > c.b.v || x.a_top > c.b.a * (1 + 1e-12) || !judge::tenable(c.to, c.b, -1)) continue;
     const Plan plan = move(c.from, c.to, c.b);
     ASSERT_TRUE(plan) << text(c);
     ASSERT_EQ(judge::verdict(plan.profile, c.from, c.to, c.b), "") << text(c);
@@ -108,6 +133,61 @@ TEST(Planner, no_random_motion_within_the_bounds_is_faster) {
     tight += duration(plan.profile) > allowed * (1 - 1e-7);
   }
   EXPECT_GT(tight, 10000) << "the witnesses should often be optimal themselves";
+}
+
+TEST(OneSided, every_profile_reaches_its_target_within_the_bounds) {
+  Cases cases(kSeed + 8);
+  for (int i = 0; i < 300000; ++i) {
+    const OneSidedCase c = cases.next_one_sided();
+    const Plan plan = move(c.from, c.to, c.b);
+    ASSERT_TRUE(plan) << name(plan.reason) << " case " << i << " " << text(c);
+    ASSERT_EQ(judge::verdict(plan.profile, c.from, c.to, c.b), "") << "case " << i << " " << text(c);
+  }
+}
+
+TEST(OneSided, no_search_on_switching_times_finds_a_shorter_profile) {
+  Cases cases(kSeed + 9);
+  int judged = 0;
+  for (int i = 0; i < 250; ++i) {
+    OneSidedCase c = cases.next_one_sided();
+    if (i % 2) c.to.p = c.from.p + cases.uniform(-0.5, 0.5);
+    const Plan plan = move(c.from, c.to, c.b);
+    ASSERT_TRUE(plan) << text(c);
+    const double found = static_cast<double>(judge::Search(c.from, c.to, c.b, 160).shortest());
+    if (!std::isfinite(found)) continue;
+    ++judged;
+    ASSERT_LE(duration(plan.profile), found * (1 + 1e-9) + 1e-9) << "case " << i << " " << text(c);
+  }
+  EXPECT_GT(judged, 200);
+}
+
+TEST(OneSided, no_random_motion_within_the_bounds_is_faster) {
+  Cases cases(kSeed + 10);
+  int tight = 0;
+  for (int i = 0; i < 300000; ++i) {
+    OneSidedCase c = cases.next_one_sided();
+    Profile witness{c.from, {}};
+    double sign = cases.uniform(0, 1) < 0.5 ? 1 : -1;
+    const int ramps = 1 + static_cast<int>(cases.uniform(0, 3.99));
+    const double pace = std::pow(10.0, cases.uniform(-2, 0.5));
+    for (int k = 0; k < ramps; ++k, sign = -sign) {
+      const State x = end_state(witness);
+      const double jerk = sign > 0 ? c.b.j_max : c.b.j_min, bound = sign > 0 ? c.b.a_max : c.b.a_min;
+      const double free = std::max((bound - x.a) / jerk, 0.0), t = cases.uniform(0, pace);
+      witness.phases.push_back({std::min(t, free), jerk});
+      if (t > free) witness.phases.push_back({t - free, 0});
+    }
+    c.to = end_state(witness);
+    const judge::Integrated x = judge::integrate(witness);
+    if (x.v_high > c.b.v_max || x.v_low < c.b.v_min || !judge::tenable(c.to, c.b, -1)) continue;
+    const Plan plan = move(c.from, c.to, c.b);
+    ASSERT_TRUE(plan) << text(c);
+    ASSERT_EQ(judge::verdict(plan.profile, c.from, c.to, c.b), "") << text(c);
+    const double allowed = static_cast<double>(x.duration);
+    ASSERT_LE(duration(plan.profile), allowed * (1 + 1e-7) + 1e-7) << "case " << i << " " << text(c);
+    tight += duration(plan.profile) > allowed * (1 - 1e-7);
+  }
+  EXPECT_GT(tight, 10000);
 }
 
 TEST(Planner, durations_do_not_depend_on_the_unit_of_length) {

@@ -1,0 +1,49 @@
+// From one axis's units to the scaled problem and back.
+#pragma once
+#include "motion/profile/planner.hpp"
+#include "motion/profile/scaled.hpp"
+
+namespace gantry::motion {
+
+// Two states closer than this, relative to the scales of the problem, are one: below what an end state is asked for
+// (1e-9), above what positions and bounds carry as doubles.
+inline constexpr double kSame = 1e-12;
+// A bound overstepped by less is met.
+inline constexpr double kSlack = 1e-11;
+
+struct Scale {
+  double t = 1, v = 1, p = 1, a = 1, j = 1;
+  scaled::Box box;
+
+  explicit Scale(const AxisBounds& bounds) noexcept;
+  [[nodiscard]] scaled::Ends ends(const State& from, const State& to) const noexcept;
+};
+
+/// What positions of this problem are measured by: max(|p0|, |p1|, v^2/a).
+[[nodiscard]] double position_scale(const State& from, const State& to, const AxisBounds& bounds) noexcept;
+
+/// Speed that (v, a) comes to when the acceleration is taken out at full jerk; with `time_sign` -1: came from.
+[[nodiscard]] double coming_speed(const State& x, const AxisBounds& bounds, int time_sign = 1) noexcept;
+
+[[nodiscard]] Reason problem_of(const State& x, const AxisBounds& bounds) noexcept;
+/// The target within the bounds, and every speed before it.
+[[nodiscard]] Reason problem_of_target(const State& to, const AxisBounds& bounds) noexcept;
+
+/// Appends what brings a start inside the bounds and gives the state there.
+[[nodiscard]] State enter(const State& from, const AxisBounds& bounds, Outside outside, Profile& profile) noexcept;
+
+/// Shortest motion from a state inside the bounds, without position limits; appended to the profile.
+[[nodiscard]] Reason append_shortest(const State& from, const State& to, const AxisBounds& bounds, Profile& profile,
+                                     double resolution) noexcept;
+
+inline void append(Profile& profile, double duration_s, double jerk) noexcept {
+  if (duration_s > 0) profile.phases.push_back({duration_s, jerk});
+}
+/// Phases of a scaled shape.
+void append(Profile& profile, const scaled::Shape& shape, const Scale& scale) noexcept;
+
+/// Shortest motion that stays within bounds.p_min .. p_max, from a state inside the bounds; appended.
+[[nodiscard]] Reason append_between_walls(const State& from, const State& to, const AxisBounds& bounds,
+                                          Profile& profile, double resolution) noexcept;
+
+}  // namespace gantry::motion

@@ -1,0 +1,59 @@
+// One axis between entering its bounds and its target, whose duration is still open: what arriving together needs.
+//   Way way(from, to, bounds, outside);     t = way.shortest_s();   t = way.first_s(t);   way.write(t, profile);
+#pragma once
+#include <algorithm>
+#include <optional>
+#include <span>
+
+#include "motion/profile/reachable.hpp"
+#include "motion/profile/scale.hpp"
+
+namespace gantry::motion {
+
+inline constexpr double kResolution = 1e-13;  ///< what a position is uncertain by, of its scale
+inline constexpr double kEqual = 1e-13;       ///< durations that differ by less, relatively, are one
+
+class Way {
+ public:
+  Way(const State& from, const State& to, const AxisBounds& bounds, Outside outside) noexcept;
+
+  [[nodiscard]] bool possible() const noexcept { return shortest_.side != scaled::Side::None; }
+  [[nodiscard]] double shortest_s() const noexcept { return entered_s_ + shortest_.duration * scale_.t; }
+  /// First duration >= t that is not blocked; negative: none.
+  double first_s(double t) noexcept;
+  /// A profile of that duration, which first_s() has given. False: numerically out of range.
+  bool write(double t, Profile& profile) noexcept;
+
+ private:
+  Profile entered_;  // phases that brought the start inside
+  double entered_s_ = 0;
+  State to_;
+  Scale scale_;
+  double p_ = 0, resolution_ = 0, tolerance_ = 0;
+  std::optional<scaled::Reachable> reachable_;
+  scaled::Found shortest_;
+};
+
+/// t rounded up to a multiple of the cycle; cycle 0: t.
+[[nodiscard]] double on_grid(double t, double cycle_s) noexcept;
+
+/// First duration >= least, on the grid, that none of the ways has blocked; negative: none was found.
+template <class AnyWay>
+[[nodiscard]] double common_duration(std::span<std::optional<AnyWay>> ways, double least, double cycle_s) noexcept {
+  constexpr int kMostRounds = 64;  // each axis has two gaps at most; a grid may take a few tries over each
+  double t = on_grid(least, cycle_s);
+  for (int round = 0; round < kMostRounds; ++round) {
+    double need = t;
+    for (auto& way : ways) {
+      if (!way) continue;
+      const double first = way->first_s(t);
+      if (first < 0) return -1;
+      need = std::max(need, first);
+    }
+    if (need <= t * (1 + kEqual)) return t;
+    t = on_grid(need, cycle_s);
+  }
+  return -1;
+}
+
+}  // namespace gantry::motion
