@@ -125,7 +125,7 @@ Result<Played> Control::play(std::uint32_t block, std::span<const motion::Segmen
   };
   constexpr double kNoLimit_s = 1e9;  // a held block may wait for its operator
   if (auto r = wait(look, kNoLimit_s, {}); !r) return tl::unexpected(r.error());
-  if (stopped) return tl::unexpected(describe_(*stopped));
+  if (stopped) return tl::unexpected(fault_ ? *fault_ : describe_(*stopped));  // the fault's own event knows more
   return played;
 }
 

@@ -28,9 +28,12 @@ namespace {
 
 constexpr double kOperationTimeout_s = 5;
 constexpr double kEnableTimeout_s = 4;
-constexpr double kLockTimeout_s = 5;
+constexpr Time kLockTimeout = std::chrono::seconds(5);
 constexpr std::int32_t kLocked_ns = 100'000;  // phase error below which SYNC0 and our frames are well apart
 constexpr std::string_view kEthercat = "ethercat:";
+
+/// The catalogue numbers what drives report 2xx.
+bool of_a_drive(Fault fault) { return static_cast<int>(fault) / 100 == 2; }
 
 }  // namespace
 
@@ -151,10 +154,15 @@ Result<void> Owner::bring_up() {
                       Error{Fault::StateChangeRefused, "the stations did not come to OP", ""});
   if (!operational) {
     if (auto why = p.bus->check_operation(); !why) return why;
-    return operational;
+    if (!of_a_drive(operational.error().fault)) return operational;
   }
-  return p.control->wait([&] { return std::abs(p.control->latest().dc_error_ns) < kLocked_ns; }, kLockTimeout_s,
-                         Error{Fault::DcNotLocked, "the loop did not lock to the bus's reference clock", ""});
+  // A drive may come up with a fault of its own, and this owner is who can reset it: that ends no bring-up.
+  const auto locked = [&] { return std::abs(p.control->latest().dc_error_ns) < kLocked_ns; };
+  const CycleIndex give_up = p.control->latest().cycle + kLockTimeout / p.machine.bus.cycle;
+  while (!locked() && p.control->latest().cycle < give_up) p.control->step();
+  if (const auto& fault = p.control->fault(); fault && !of_a_drive(fault->fault)) return tl::unexpected(*fault);
+  if (locked()) return {};
+  return fail(Fault::DcNotLocked, "the loop did not lock to the bus's reference clock");
 }
 
 Result<void> Owner::enable() {
