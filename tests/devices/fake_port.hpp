@@ -93,7 +93,8 @@ class FakePort final : public FramePort {
             data[i] = static_cast<std::byte>(i < 2 ? al_states >> (8 * i) : 0);
           break;
         case Command::Frmw:
-          for (std::size_t i = 0; i < data.size(); ++i) data[i] = static_cast<std::byte>(dc_time >> (8 * i));
+          for (std::size_t i = 0; i < data.size(); ++i)
+            data[i] = static_cast<std::byte>(i < 8 ? dc_time >> (8 * i) : 0);
           break;
         default: std::fill(data.begin(), data.end(), std::byte{0x77}); break;
       }
