@@ -10,6 +10,7 @@
 #include "core/clock.hpp"
 #include "core/error.hpp"
 #include "core/id.hpp"
+#include "devices/wire/frame_bytes.hpp"
 
 namespace gantry::devices {
 
@@ -23,6 +24,19 @@ struct Exchange {
   std::uint64_t dc_time_ns = 0;  ///< reference clock (0910h) as read in this frame; 0 when there is none
   std::uint16_t al_states = 0;   ///< AL states of all stations OR-ed (BRD 0130h); 8: all in OP
 };
+
+/// One byte of a station's outputs made otherwise: what is kept of it, and what is set.
+struct ImageChange {
+  StationId station;
+  std::uint16_t byte = 0;
+  std::byte keep{0}, set{0};
+  constexpr void apply(std::span<std::byte> outputs) const noexcept {
+    if (byte < outputs.size()) outputs[byte] = (outputs[byte] & keep) | set;
+  }
+};
+
+/// Frames that one exchange takes at most.
+inline constexpr std::size_t kMaxCyclicFrames = 24;
 
 class FieldBus {
  public:
@@ -52,6 +66,9 @@ class FieldBus {
   [[nodiscard]] virtual bool fresh(StationId station) const noexcept = 0;
   /// One cycle: sends the image and takes what comes back until `deadline`. RT.
   virtual Exchange exchange(Time deadline) noexcept = 0;
+  /// Writes the frames that carry the image as it stands, but for `changes`, for somebody else to send at any later
+  /// time (their answers are never taken for those of an exchange). How many; 0 before bring_up(). RT.
+  virtual std::size_t spare_frames(std::span<const ImageChange> changes, std::span<FrameBytes> frames) noexcept = 0;
 };
 
 }  // namespace gantry::devices

@@ -7,12 +7,11 @@
 #include <span>
 
 #include "core/clock.hpp"
+#include "devices/wire/frame_bytes.hpp"
 
 namespace gantry::devices {
 
 enum class PortIndex : std::uint8_t { Primary = 0, Secondary = 1 };
-
-inline constexpr std::size_t kMaxFrameBytes = 1514;  ///< Ethernet header and payload, without the FCS
 
 struct Received {
   std::size_t size = 0;  ///< bytes written; 0: nothing came until the deadline
@@ -30,6 +29,9 @@ class FramePort {
   /// was wrong never shows.
   virtual Received receive(std::span<std::byte> buffer, Time deadline) noexcept = 0;
   [[nodiscard]] virtual bool link_up(PortIndex port) const noexcept = 0;
+  /// A socket on which one `::send` puts a whole frame on the wire, from any thread and from a signal handler: the way
+  /// of the last frame of a program that hangs or dies. -1: there is none (a virtual segment belongs to one thread).
+  [[nodiscard]] virtual int descriptor() const noexcept { return -1; }
 };
 
 }  // namespace gantry::devices

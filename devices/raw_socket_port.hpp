@@ -24,6 +24,7 @@ class RawSocketPort final : public FramePort {
   Received receive(std::span<std::byte> buffer, Time deadline) noexcept override;
   /// A system call (SIOCGIFFLAGS); asked only when a frame is missing.
   [[nodiscard]] bool link_up(PortIndex port) const noexcept override;
+  [[nodiscard]] int descriptor() const noexcept override { return socket_; }
 
  private:
   RawSocketPort(int socket, int lock, std::string interface)

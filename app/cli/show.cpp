@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "app/cli/verbs.hpp"
+#include "app/cycle/crash_stop.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -16,7 +17,9 @@ volatile std::sig_atomic_t signals_seen = 0;
 
 void on_signal(int number) {
   signals_seen = signals_seen + 1;
-  if (signals_seen > 1) _exit(128 + number);
+  if (signals_seen < 2) return;
+  cycle::stop_before_exit();
+  _exit(128 + number);
 }
 
 nlohmann::ordered_json to_json(const Error& e) {

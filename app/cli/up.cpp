@@ -51,9 +51,10 @@ class Desk {
     }
   }
 
-  void serve() {
+  /// Until it is asked to end. Fault::LoopDied when the machine cannot be served any more.
+  Result<void> serve() {
     while (!stop_) {
-      owner_.idle();
+      if (auto alive = owner_.idle(); !alive) return alive;
       if (!waiting_) continue;
       const Waiting next = *waiting_;
       waiting_.reset();
@@ -61,6 +62,7 @@ class Desk {
       door_.reply(next.client, carry_out(next.order).dump());
       busy_ = false;
     }
+    return {};
   }
 
  private:
@@ -165,7 +167,7 @@ void add_up(CLI::App& app, Context& context) {
     (*owner)->on_step([&] { desk.poll(); });
     if (auto up = (*owner)->bring_up(); !up) return void(context.exit_code = show(up.error(), context.json));
     log::info("'{}' is up; orders on {}", machine->name, owner_socket(*state));
-    desk.serve();
+    if (auto served = desk.serve(); !served) context.exit_code = show(served.error(), context.json);
     (*owner)->on_step({});
     (*owner)->shut_down();
     log::info("'{}' is down", machine->name);

@@ -51,7 +51,8 @@ std::optional<config::Machine> load_machine(Context& context);
 /// executable's tree.
 std::string shipped_file(const std::string& relative);
 
-/// Set by SIGINT and SIGTERM; the second signal ends the program at once.
+/// Set by SIGINT and SIGTERM; the second signal ends the program at once, with a stop frame as the last word on the
+/// bus.
 bool interrupted();
 void catch_interrupts();
 

@@ -25,12 +25,14 @@ AxisVec delays_of(const LoopSetup& setup) noexcept {
 
 }  // namespace
 
-Loop::Loop(const LoopSetup& setup, devices::FieldBus& bus, devices::CanPort* can, Clock& clock, Channels& channels)
+Loop::Loop(const LoopSetup& setup, devices::FieldBus& bus, devices::CanPort* can, Clock& clock, Channels& channels,
+           StopFrame* stop)
     : setup_(setup),
       bus_(bus),
       can_(can),
       clock_(clock),
       channels_(channels),
+      stop_(stop),
       axes_(setup_),
       supervisor_(setup_),
       interpolator_(channels.segments, setup_.limits, setup_.valve_mask),
@@ -39,12 +41,13 @@ Loop::Loop(const LoopSetup& setup, devices::FieldBus& bus, devices::CanPort* can
 Time Loop::tick(const Beat& beat) noexcept {
   const rt::Section in_loop;
   cycle_ = beat.cycle;
+  heed_watchdog();
   take_commands();
   advance(beat);
   write_image();
 
   const Time sending = clock_.now();
-  exchange_ = bus_.exchange(beat.due + setup_.period * 2 / 5);
+  exchange(beat, sending);
   const Time received = clock_.now();
   const devices::CanTick can = can_ != nullptr ? can_cyclic_.tick(*can_, received) : devices::CanTick{};
   if (can.fault != Fault::None) react(can.fault, kNoAxis, 0);
@@ -59,6 +62,29 @@ Time Loop::tick(const Beat& beat) noexcept {
   compute_ = clock_.now() - beat.woke - bus_time_;
   tell_snapshot(beat, true);
   return dc_lock_.step(exchange_.dc_time_ns);
+}
+
+void Loop::exchange(const Beat& beat, Time now) noexcept {
+  if (stop_ != nullptr) {
+    stop_->make(bus_);
+    stop_->begin_exchange(now);
+    // Spoken for while this image was made: the old motion must not follow the stop. The next tick latches it.
+    if (stop_->sent()) {
+      stop_->write_into(bus_);
+      sent_outputs_ = 0;
+    }
+  }
+  exchange_ = bus_.exchange(beat.due + setup_.period * 2 / 5);
+  if (stop_ != nullptr) stop_->end_exchange();
+}
+
+/// The watchdog has sent the stop frame while this loop stood still: the drives are stopping, and so is everything
+/// here. Outputs that it has switched off stay off.
+void Loop::heed_watchdog() noexcept {
+  if (stop_ == nullptr || !stop_->take_sent()) return;
+  const Time still = clock_.now() - stop_->last_beat();
+  outputs_set_ = 0;
+  react(Fault::WatchdogStop, kNoAxis, static_cast<std::int32_t>(still / milliseconds(1)));
 }
 
 // ---- commands ----

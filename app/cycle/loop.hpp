@@ -11,6 +11,7 @@
 #include "app/cycle/channels.hpp"
 #include "app/cycle/loop_setup.hpp"
 #include "app/cycle/pacer.hpp"
+#include "app/cycle/stop_frame.hpp"
 #include "app/cycle/supervisor.hpp"
 #include "devices/bus.hpp"
 #include "devices/rt/canopen_cyclic.hpp"
@@ -23,8 +24,10 @@ namespace gantry::cycle {
 
 class Loop {
  public:
-  /// `can` may be null. `clock` is only read, for the loop's own times.
-  Loop(const LoopSetup& setup, devices::FieldBus& bus, devices::CanPort* can, Clock& clock, Channels& channels);
+  /// `can` may be null. `clock` is only read, for the loop's own times. `stop`: made ready in every cycle for those who
+  /// watch this loop; null where nobody does.
+  Loop(const LoopSetup& setup, devices::FieldBus& bus, devices::CanPort* can, Clock& clock, Channels& channels,
+       StopFrame* stop = nullptr);
 
   /// One cycle. Returns by how much the coming cycles shall be shifted to stay locked to the bus's reference clock.
   Time tick(const Beat& beat) noexcept;
@@ -44,6 +47,8 @@ class Loop {
   void advance(const Beat& beat) noexcept;
   void step_motion() noexcept;
   void write_image() noexcept;
+  void heed_watchdog() noexcept;
+  void exchange(const Beat& beat, Time now) noexcept;
   void follow_progress() noexcept;
   void finish_reset() noexcept;
   void finish_homing() noexcept;
@@ -62,6 +67,7 @@ class Loop {
   devices::CanopenCyclic can_cyclic_;
   Clock& clock_;
   Channels& channels_;
+  StopFrame* stop_;
 
   Axes axes_;
   Supervisor supervisor_;

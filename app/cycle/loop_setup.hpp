@@ -59,6 +59,9 @@ struct LoopSetup {
   int stop_after_missed = 3;
   int frames_lost_max = 3;  ///< cyclic frames in a row that may be missing (R02)
   int counter_low_max = 3;  ///< cycles in a row in which a station may not take part (R04)
+
+  /// Without a beat for this long the loop is stuck (R62): as many as are tolerated are missing, and the next one too.
+  [[nodiscard]] Time stuck_after() const noexcept { return (stop_after_missed + 1) * period; }
 };
 
 }  // namespace gantry::cycle

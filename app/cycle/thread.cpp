@@ -3,16 +3,19 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <sched.h>
 #include <sys/mman.h>
 
+#include "app/cycle/crash_stop.hpp"
 #include "app/cycle/pacer.hpp"
 
 namespace gantry::cycle {
 namespace {
 
-constexpr int kPriority = 80;  // below the kernel's own watchdog threads, above everything of ours
+constexpr int kPriority = 80;  // below the kernel's own watchdog threads, above everything of ours but watchdog.cpp
 constexpr std::size_t kStackTouched = 256 * 1024;
+constexpr time_t kJoin_s = 2;
 
 void touch_stack() {
   std::array<volatile char, kStackTouched> stack;
@@ -21,41 +24,51 @@ void touch_stack() {
 
 }  // namespace
 
-LoopThread::LoopThread(Loop& loop, Clock& clock, Channels& channels, Time first)
-    : loop_(loop), clock_(clock), channels_(channels), first_(first) {
+bool start_thread(pthread_t& thread, const char* name, int priority, void* (*body)(void*), void* self,
+                  RealTimeRights& rights) {
   if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0)
-    rights_.memory = true;
+    rights.memory = true;
   else
-    rights_.refused = std::string("locked memory (mlockall: ") + std::strerror(errno) + ")";
+    rights.refused = std::string("locked memory (mlockall: ") + std::strerror(errno) + ")";
 
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
   pthread_attr_setstacksize(&attributes, 1024 * 1024);
   pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
   pthread_attr_setschedpolicy(&attributes, SCHED_FIFO);
-  const sched_param parameter{.sched_priority = kPriority};
+  const sched_param parameter{.sched_priority = priority};
   pthread_attr_setschedparam(&attributes, &parameter);
-  int error = pthread_create(&thread_, &attributes, &LoopThread::run, this);
-  rights_.priority = error == 0;
+  int error = pthread_create(&thread, &attributes, body, self);
+  rights.priority = error == 0;
   if (error != 0) {
-    rights_.refused += std::string(rights_.refused.empty() ? "" : ", ") +
-                       "real-time priority (SCHED_FIFO: " + std::strerror(error) + ")";
+    rights.refused += std::string(rights.refused.empty() ? "" : ", ") +
+                      "real-time priority (SCHED_FIFO: " + std::strerror(error) + ")";
     pthread_attr_setinheritsched(&attributes, PTHREAD_INHERIT_SCHED);
-    error = pthread_create(&thread_, &attributes, &LoopThread::run, this);
+    error = pthread_create(&thread, &attributes, body, self);
   }
   pthread_attr_destroy(&attributes);
-  running_ = error == 0;
+  if (error == 0) pthread_setname_np(thread, name);
+  return error == 0;
 }
 
-void LoopThread::join() {
-  if (!running_) return;
+LoopThread::LoopThread(Loop& loop, Clock& clock, Channels& channels, Time first)
+    : loop_(loop), clock_(clock), channels_(channels), first_(first) {
+  running_ = start_thread(thread_, "gantry-loop", kPriority, &LoopThread::run, this, rights_);
+}
+
+bool LoopThread::join() {
+  if (!running_) return true;
   channels_.quit.store(true, std::memory_order_release);
-  pthread_join(thread_, nullptr);
-  running_ = false;
+  timespec until{};
+  clock_gettime(CLOCK_MONOTONIC, &until);
+  until.tv_sec += kJoin_s;
+  running_ = pthread_clockjoin_np(thread_, nullptr, CLOCK_MONOTONIC, &until) != 0;
+  return !running_;
 }
 
 void* LoopThread::run(void* self) {
   auto& me = *static_cast<LoopThread*>(self);
+  const AlternateStack stack;
   touch_stack();
   Pacer pacer(me.first_, me.loop_.period());
   while (!me.channels_.quit.load(std::memory_order_acquire)) pacer.shift(me.loop_.tick(pacer.wait(me.clock_)));

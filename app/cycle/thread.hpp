@@ -18,6 +18,11 @@ struct RealTimeRights {
   std::string refused;    ///< what was refused and why, "" when all was granted
 };
 
+/// Locks the memory of the process and starts a thread with a real-time priority, as far as the system allows it;
+/// `rights` says how far. `name`: at most 15 characters. False: there is no thread.
+bool start_thread(pthread_t& thread, const char* name, int priority, void* (*body)(void*), void* self,
+                  RealTimeRights& rights);
+
 class LoopThread {
  public:
   /// Starts at once; cycles begin at `first`. `loop`, `clock` and `channels` must live until join().
@@ -26,8 +31,9 @@ class LoopThread {
   LoopThread(const LoopThread&) = delete;
   LoopThread& operator=(const LoopThread&) = delete;
 
-  /// Asks the loop to end after its running cycle and waits for it.
-  void join();
+  /// Asks the loop to end after its running cycle and waits for it, but not for ever. False: it hangs, and what it uses
+  /// must stay where it is.
+  bool join();
   [[nodiscard]] const RealTimeRights& rights() const { return rights_; }
 
  private:

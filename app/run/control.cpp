@@ -12,6 +12,7 @@ using cycle::EventKind;
 using cycle::State;
 
 constexpr double kStopTimeout_s = 10;
+constexpr int kSilentSteps = 2000;  // of about a cycle each; a host that stands still makes none
 
 }  // namespace
 
@@ -29,12 +30,20 @@ void Control::on_event(const cycle::Event& event) {
 void Control::step() {
   pump_.step();
   feed_.drain();
+  silent_steps_ = latest().cycle == last_cycle_ ? silent_steps_ + 1 : 0;
+  last_cycle_ = latest().cycle;
   if (poll_orders_) poll_orders_();
+}
+
+Result<void> Control::alive() const {
+  if (silent_steps_ < kSilentSteps) return {};
+  return fail(Fault::LoopDied,
+              fmt::format("{}: no cycle was heard of for {} ms", info(Fault::LoopDied).text, silent_steps_));
 }
 
 void Control::post(cycle::Command command) {
   command.id = next_id_++;
-  while (!channels_.commands.push(command)) step();
+  while (!channels_.commands.push(command) && alive()) step();
 }
 
 void Control::abort(Error why) {
@@ -55,6 +64,7 @@ bool Control::standing() const {
 }
 
 Result<void> Control::ended() const {
+  if (auto dead = alive(); !dead) return dead;
   if (fault_) return tl::unexpected(*fault_);
   if (aborted_) return tl::unexpected(*aborted_);
   return {};
@@ -67,7 +77,8 @@ Result<void> Control::wait(const std::function<bool()>& done, double timeout_s, 
     if (!ended()) {
       // The machine is braking: the wait is over when it stands, so that whoever goes on finds it at rest.
       const CycleIndex stop_begin = latest().cycle;
-      while (!standing() && latest().cycle - stop_begin < static_cast<CycleIndex>(kStopTimeout_s * 1000)) step();
+      while (alive() && !standing() && latest().cycle - stop_begin < static_cast<CycleIndex>(kStopTimeout_s * 1000))
+        step();
       auto why = ended();
       channels_.stop_now.store(false, std::memory_order_release);
       return why;
@@ -86,7 +97,7 @@ Result<void> Control::pass(double seconds) {
 Result<void> Control::command(cycle::Command command, double timeout_s) {
   command.id = next_id_++;
   answers_.clear();
-  while (!channels_.commands.push(command)) step();
+  while (!channels_.commands.push(command) && alive()) step();
   const cycle::Event* answer = nullptr;
   const auto answered = [&] {
     for (const cycle::Event& e : answers_)

@@ -46,6 +46,8 @@ class Control {
   Result<void> pass(double seconds);
   /// One step without looking for faults (shutting down).
   void step();
+  /// Fault::LoopDied when the loop has not told anything for so many steps that it hangs.
+  [[nodiscard]] Result<void> alive() const;
 
   [[nodiscard]] const cycle::Snapshot& latest() const { return feed_.latest(); }
   /// The first latched fault since begin(), in words.
@@ -68,6 +70,8 @@ class Control {
   std::uint32_t next_id_ = 1;
   std::optional<Error> fault_, aborted_;
   std::vector<cycle::Event> answers_;  ///< events of the wait that runs
+  CycleIndex last_cycle_ = 0;
+  int silent_steps_ = 0;  ///< in which no cycle was told
 };
 
 }  // namespace gantry::run

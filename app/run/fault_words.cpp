@@ -25,6 +25,7 @@ std::string detail_text(const config::Axis* axis, const cycle::Event& e) {
     case Fault::FollowingError: return fmt::format("it lags its target by {} {}", e.detail, unit);
     case Fault::GantrySkew: return fmt::format("by {} {}", e.detail, unit);
     case Fault::ControllerStalled: return fmt::format("for {} cycles", e.detail);
+    case Fault::WatchdogStop: return fmt::format("for {} ms", e.detail);
     case Fault::LateCycle: return fmt::format("by {} us", e.detail);
     case Fault::LateCycles: return fmt::format("{} of the last 100", e.detail);
     case Fault::CycleOverrun: return fmt::format("it took {} us", e.detail);

@@ -7,7 +7,9 @@
 #include <optional>
 #include <set>
 
+#include "app/cycle/crash_stop.hpp"
 #include "app/cycle/thread.hpp"
+#include "app/cycle/watchdog.hpp"
 #include "app/monitor/child.hpp"
 #include "app/monitor/snapshot_shm.hpp"
 #include "app/record/setpoint_file.hpp"
@@ -48,15 +50,20 @@ struct Owner::Parts {
   devices::CanPort* can = nullptr;
   std::unique_ptr<devices::EthercatMaster> bus;
   std::unique_ptr<cycle::Channels> channels = std::make_unique<cycle::Channels>();
+  std::unique_ptr<cycle::StopFrame> stop;  // on a bus that others than the loop can send on
+  Time stuck_after{};
   std::unique_ptr<cycle::Loop> loop;
   std::unique_ptr<Feed> feed;
   std::unique_ptr<cycle::LoopThread> thread;  // real time only
+  std::unique_ptr<cycle::Watchdog> watchdog;  // these two while the stations are in OP
+  std::unique_ptr<cycle::CrashStop> crash_stop;
   std::unique_ptr<Pump> pump;
   std::unique_ptr<Control> control;
   std::optional<monitor::SnapshotWriter> shared;  // what `gantry publish` reads
   std::unique_ptr<monitor::PublishChild> publisher;
   std::function<void()> poll;
   bool up = false;
+  bool hangs = false;  // the loop has not ended: what it uses must outlive this program
 
   // the job that runs
   Runner* runner = nullptr;
@@ -75,7 +82,10 @@ struct Owner::Parts {
 
 Owner::Owner(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 
-Owner::~Owner() { shut_down(); }
+Owner::~Owner() {
+  shut_down();
+  if (parts_->hangs) static_cast<void>(parts_.release());
+}
 
 Result<std::unique_ptr<Owner>> Owner::open(const config::Machine& machine, const OwnerOptions& options) {
   auto p = std::make_unique<Parts>();
@@ -116,7 +126,9 @@ Result<std::unique_ptr<Owner>> Owner::open(const config::Machine& machine, const
   auto setup = compose_loop(p->machine, hardware && p->world == nullptr);
   if (!setup) return tl::unexpected(setup.error());
   p->bus = std::make_unique<devices::EthercatMaster>(p->machine, *port, *p->clock);
-  p->loop = std::make_unique<cycle::Loop>(*setup, *p->bus, p->can, *p->clock, *p->channels);
+  if (port->descriptor() >= 0) p->stop = std::make_unique<cycle::StopFrame>(*setup, port->descriptor());
+  p->stuck_after = setup->stuck_after();
+  p->loop = std::make_unique<cycle::Loop>(*setup, *p->bus, p->can, *p->clock, *p->channels, p->stop.get());
   if (options.publish) {
     auto shared = monitor::SnapshotWriter::create(monitor::machine_info(p->machine));
     if (!shared) return tl::unexpected(shared.error());
@@ -156,10 +168,16 @@ Result<void> Owner::bring_up() {
     if (auto why = p.bus->check_operation(); !why) return why;
     if (!of_a_drive(operational.error().fault)) return operational;
   }
+  if (p.stop) {
+    p.watchdog = std::make_unique<cycle::Watchdog>(*p.stop, *p.clock, p.stuck_after);
+    p.crash_stop = std::make_unique<cycle::CrashStop>(*p.stop);
+    if (p.thread->rights().priority && !p.watchdog->rights().priority)
+      log::warn("the loop's watchdog has no real-time rights: the system refused {}", p.watchdog->rights().refused);
+  }
   // A drive may come up with a fault of its own, and this owner is who can reset it: that ends no bring-up.
   const auto locked = [&] { return std::abs(p.control->latest().dc_error_ns) < kLocked_ns; };
   const CycleIndex give_up = p.control->latest().cycle + kLockTimeout / p.machine.bus.cycle;
-  while (!locked() && p.control->latest().cycle < give_up) p.control->step();
+  while (!locked() && p.control->latest().cycle < give_up && p.control->alive()) p.control->step();
   if (const auto& fault = p.control->fault(); fault && !of_a_drive(fault->fault)) return tl::unexpected(*fault);
   if (locked()) return {};
   return fail(Fault::DcNotLocked, "the loop did not lock to the bus's reference clock");
@@ -208,8 +226,14 @@ void Owner::shut_down() {
   // Torque off in order, as far as the machine still answers; then the bus.
   p.control->post({.kind = cycle::CommandKind::Disable});
   for (int i = 0; i < 500 && (p.control->latest().enabled != 0 || i < 20); ++i) p.control->step();
-  if (p.thread) p.thread->join();
+  p.watchdog.reset();
+  if (p.thread && !p.thread->join()) {
+    p.hangs = true;
+    log::report(Error{Fault::LoopDied, std::string(info(Fault::LoopDied).text), ""});
+    return;  // the port is still the loop's; the stations' watchdogs have answered
+  }
   p.bus->shut_down();
+  p.crash_stop.reset();
 }
 
 // ---- every step, every snapshot, every event ----
@@ -351,7 +375,10 @@ void Owner::interrupt(Error why) {
 
 void Owner::on_step(std::function<void()> poll) { parts_->poll = std::move(poll); }
 
-void Owner::idle() { parts_->control->step(); }
+Result<void> Owner::idle() {
+  parts_->control->step();
+  return parts_->control->alive();
+}
 
 const cycle::Snapshot& Owner::latest() const { return parts_->feed->latest(); }
 

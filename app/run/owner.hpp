@@ -64,8 +64,9 @@ class Owner {
   void interrupt(Error why);
   /// Called in every waiting step of the run thread: where orders are polled and progress is shown.
   void on_step(std::function<void()> poll);
-  /// One step of waiting (an owner that has nothing to do).
-  void idle();
+  /// One step of waiting (an owner that has nothing to do). Fault::LoopDied when the loop hangs: shut_down() is what is
+  /// left.
+  Result<void> idle();
 
   [[nodiscard]] const cycle::Snapshot& latest() const;
   [[nodiscard]] Progress progress() const;

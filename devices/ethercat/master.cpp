@@ -67,6 +67,7 @@ Result<void> EthercatMaster::bring_up() {
 
   output_image_.assign(size->output_bytes, std::byte{0});
   input_image_.assign(size->input_bytes, std::byte{0});
+  spare_image_ = output_image_;
   begin_cycles();
   return enter(AlState::SafeOp);
 }
@@ -208,6 +209,16 @@ bool EthercatMaster::fresh(StationId station) const noexcept {
 Exchange EthercatMaster::exchange(Time deadline) noexcept {
   exchanging_.store(true, std::memory_order_relaxed);
   return cyclic_->run(port_, acyclic_, deadline);
+}
+
+std::size_t EthercatMaster::spare_frames(std::span<const ImageChange> changes, std::span<FrameBytes> frames) noexcept {
+  std::copy(output_image_.begin(), output_image_.end(), spare_image_.begin());
+  for (const ImageChange& change : changes) {
+    if (change.station.value >= places_.size()) continue;
+    const Place& p = places_[change.station.value];
+    change.apply(std::span(spare_image_).subspan(p.output_offset, p.output_bytes));
+  }
+  return cyclic_->spare_frames(spare_image_, frames);
 }
 
 }  // namespace gantry::devices

@@ -42,6 +42,7 @@ class EthercatMaster final : public FieldBus {
   [[nodiscard]] std::span<const std::byte> inputs(StationId station) const noexcept override;
   [[nodiscard]] bool fresh(StationId station) const noexcept override;
   Exchange exchange(Time deadline) noexcept override;
+  std::size_t spare_frames(std::span<const ImageChange> changes, std::span<FrameBytes> frames) noexcept override;
 
   /// What bring-up found worth telling (assumed identities that differ, clocks ...).
   [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
@@ -70,7 +71,7 @@ class EthercatMaster final : public FieldBus {
   AcyclicSlot acyclic_;
   std::vector<StationRecord> stations_;  ///< in the order of positions
   std::vector<Place> places_;            ///< by StationId; empty places for stations of other buses
-  std::vector<std::byte> output_image_, input_image_;
+  std::vector<std::byte> output_image_, input_image_, spare_image_;
   std::vector<CyclicStation> cyclic_stations_;
   std::unique_ptr<Cyclic> cyclic_ = std::make_unique<Cyclic>();
   DcSetup dc_;

@@ -69,7 +69,7 @@ void Cyclic::build(AcyclicSlot& acyclic) noexcept {
     Frame& frame = frames_[used_ - 1];
     const SlotIndex slot = frame.add(part.command, layout_.stations[part.first].logical, part.bytes);
     placed_[i] = {used_ - 1, slot};
-    if (part.command != Command::Lrd) fill(part, frame.data(slot));
+    if (part.command != Command::Lrd) fill(part, outputs_, frame.data(slot));
   }
   if (!acyclic.waiting()) return;
   if (!acyclic.ride(frames_[used_ - 1])) {  // then in a frame of its own, which takes any
@@ -105,11 +105,41 @@ bool Cyclic::open_frame() noexcept {
   return true;
 }
 
-void Cyclic::fill(const Part& part, std::span<std::byte> data) noexcept {
+void Cyclic::fill(const Part& part, std::span<const std::byte> outputs, std::span<std::byte> data) const noexcept {
   const std::uint32_t base = layout_.stations[part.first].logical;
   for (const CyclicStation& s : layout_.stations.subspan(part.first, part.count))
-    std::copy_n(outputs_.begin() + s.output_offset, s.output_bytes,
+    std::copy_n(outputs.begin() + s.output_offset, s.output_bytes,
                 data.begin() + static_cast<std::ptrdiff_t>(s.logical - base + s.output_at));
+}
+
+std::size_t Cyclic::spare_frames(std::span<const std::byte> outputs, std::span<FrameBytes> frames) noexcept {
+  constexpr std::uint32_t kHalfRound = 0x8080'8080;  // of each byte that becomes an index
+  std::size_t count = 0;
+  const auto open = [&] {
+    spare_.start((sequence_ + 1 + static_cast<std::uint32_t>(count)) ^ kHalfRound);
+    spare_.add_sequence();
+  };
+  const auto close = [&] {
+    if (count == frames.size()) return false;
+    const auto bytes = spare_.bytes();
+    std::copy(bytes.begin(), bytes.end(), frames[count].bytes.begin());
+    frames[count++].size = bytes.size();
+    return true;
+  };
+  bool any = false;
+  open();
+  for (const Part& part : together_) {
+    if (part.command == Command::Lrd) continue;
+    if (part.bytes > spare_.room()) {
+      if (!close()) return 0;
+      open();
+    }
+    const SlotIndex slot = spare_.add(part.command, layout_.stations[part.first].logical, part.bytes);
+    if (slot == kNoSlot) return 0;
+    fill(part, outputs, spare_.data(slot));
+    any = true;
+  }
+  return any && close() ? count : 0;
 }
 
 /// Sorts in what was received; true when it is the answer to a frame of this cycle.

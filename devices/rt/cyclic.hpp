@@ -74,6 +74,9 @@ class Cyclic {
   Cyclic& operator=(const Cyclic&) = delete;
 
   Exchange run(FramePort& port, AcyclicSlot& acyclic, Time deadline) noexcept;
+  /// The frames that carry `outputs`, laid out like the image, and nothing else, for somebody else to send. They count
+  /// as late when they come back: their index is half a round away from those under way. How many; 0: they do not fit.
+  std::size_t spare_frames(std::span<const std::byte> outputs, std::span<FrameBytes> frames) noexcept;
 
   /// The inputs of a station (index in the layout) are of the last exchange.
   [[nodiscard]] bool fresh(std::size_t station) const noexcept { return fresh_[station]; }
@@ -93,7 +96,7 @@ class Cyclic {
     wire::Command command = wire::Command::Lrw;
     std::uint16_t first = 0, count = 0, bytes = 0, expected = 0;
   };
-  static constexpr std::size_t kMaxParts = 2 * kMaxCyclicStations, kMaxFrames = 24;
+  static constexpr std::size_t kMaxParts = 2 * kMaxCyclicStations, kMaxFrames = kMaxCyclicFrames;
   using Parts = rt::FixedVector<Part, kMaxParts>;
   struct Placed {
     std::size_t frame = 0;
@@ -104,7 +107,7 @@ class Cyclic {
   void build(AcyclicSlot& acyclic) noexcept;
   void add_common(Frame& frame) noexcept;
   [[nodiscard]] bool open_frame() noexcept;
-  void fill(const Part& part, std::span<std::byte> data) noexcept;
+  void fill(const Part& part, std::span<const std::byte> outputs, std::span<std::byte> data) const noexcept;
   [[nodiscard]] bool take(std::span<const std::byte> received) noexcept;
   [[nodiscard]] Exchange judge() noexcept;
   void take_inputs(const Part& part, const Placed& placed) noexcept;
@@ -124,6 +127,7 @@ class Cyclic {
   std::array<Placed, kMaxParts> placed_{};
 
   std::array<Frame, kMaxFrames> frames_;
+  Frame spare_;
   std::array<Reply, kMaxFrames> replies_;
   std::bitset<kMaxFrames> answered_;
   std::size_t used_ = 0, answers_ = 0;  ///< frames of this cycle, and how many came back

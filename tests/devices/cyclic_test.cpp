@@ -46,6 +46,60 @@ TEST(Cyclic, exchanges_outputs_and_inputs_in_one_frame) {
   EXPECT_EQ(b.port.sent, 1);
 }
 
+// What is put aside for somebody else to send never stands for an exchange, whenever it comes back.
+TEST(Cyclic, a_spare_frame_carries_outputs_of_its_own_and_its_answer_is_late) {
+  for (const int cycles : {0, 1, 126, 127, 128, 129, 255, 256, 1000, 65'535}) {
+    Bench b;
+    for (int i = 0; i < cycles; ++i) b.run();
+    const std::vector<std::byte> others(4, std::byte{0x7E});
+    std::array<FrameBytes, 2> spare;
+    ASSERT_EQ(b.cyclic.spare_frames(others, spare), 1u);
+    for (int i = 0; i < 3; ++i) {
+      const auto before = b.cyclic.counts();
+      b.port.send(PortIndex::Primary, spare[0].all());
+      EXPECT_EQ(b.port.seen_outputs[3], std::byte{0x7E});
+      EXPECT_EQ(b.run().fault, Fault::None);
+      EXPECT_EQ(b.port.seen_outputs[3], std::byte{0x11});
+      EXPECT_EQ(b.cyclic.counts().late, before.late + 1) << cycles << " + " << i;
+      EXPECT_EQ(b.cyclic.counts().malformed, before.malformed);
+    }
+  }
+}
+
+TEST(Cyclic, spare_frames_reach_every_station_of_a_map_of_several_frames) {
+  std::mt19937 random(7);
+  for (int n = 0; n < 200; ++n) {
+    Bench b;
+    b.stations.clear();
+    std::uint32_t logical = 0x10000, output_offset = 0;
+    const int count = std::uniform_int_distribution(1, 60)(random);
+    for (int i = 0; i < count; ++i) {
+      const auto out = static_cast<std::uint16_t>(std::uniform_int_distribution(0, 120)(random));
+      const auto in = static_cast<std::uint16_t>(std::uniform_int_distribution(0, 40)(random));
+      b.stations.push_back({.address = static_cast<std::uint16_t>(0x1001 + i),
+                            .logical = logical,
+                            .region_bytes = static_cast<std::uint16_t>(out + in),
+                            .input_at = out,
+                            .output_bytes = out,
+                            .input_bytes = in,
+                            .output_offset = output_offset,
+                            .lrw = random() % 4 != 0});
+      logical += out + in, output_offset += out;
+    }
+    b.port.stations = b.stations;
+    b.port.inputs.assign(60 * 40, std::byte{0});
+    b.port.seen_outputs.assign(output_offset, std::byte{0});
+    std::vector<std::byte> outputs(output_offset), inputs(60 * 40), now(output_offset);
+    for (auto& byte : outputs) byte = static_cast<std::byte>(random());
+    Cyclic cyclic{{.stations = b.stations, .reference_address = 0x1001, .stations_on_bus = 2}, now, inputs};
+    std::array<FrameBytes, kMaxCyclicFrames> spare;
+    const std::size_t frames = cyclic.spare_frames(outputs, spare);
+    EXPECT_GE(frames * kMaxFrameBytes, outputs.size());
+    for (std::size_t i = 0; i < frames; ++i) b.port.send(PortIndex::Primary, spare[i].all());
+    EXPECT_EQ(b.port.seen_outputs, outputs) << "seed 7, case " << n << ", " << frames << " frames";
+  }
+}
+
 TEST(Cyclic, a_wrong_working_counter_leaves_the_inputs_alone) {
   Bench b;
   b.run();
