@@ -36,8 +36,9 @@ void CoeServer::take(std::span<const std::byte> mailbox, bool pre_op) {
   if (header.type != MailboxType::Coe) return reply_error(MailboxError::UnsupportedProtocol);
   if (header.length < kCoeHeader) return reply_error(MailboxError::SizeTooShort);
   const auto payload = mailbox.subspan(kMailboxHeader, header.length);
-  if (coe_service(get_le<std::uint16_t>(payload, 0)) != CoeService::SdoRequest)
-    return reply_error(MailboxError::ServiceNotSupported);
+  const auto service = coe_service(get_le<std::uint16_t>(payload, 0));
+  if (service == CoeService::SdoInformation) return serve_information(payload.subspan(kCoeHeader));
+  if (service != CoeService::SdoRequest) return reply_error(MailboxError::ServiceNotSupported);
   if (payload.size() < kCoeHeader + kSdoBytes) return reply_error(MailboxError::SizeTooShort);
   serve_sdo(payload.subspan(kCoeHeader), pre_op);
 }
@@ -54,24 +55,32 @@ void CoeServer::serve_sdo(std::span<const std::byte> bytes, bool pre_op) {
   }
 }
 
+std::uint32_t CoeServer::read(ObjectAddress address, bool complete, Bytes& data) const {
+  return complete ? objects_.read_complete(address, data) : objects_.read(address, data);
+}
+
+std::uint32_t CoeServer::write(ObjectAddress address, bool complete, std::span<const std::byte> data, bool pre_op) {
+  return complete ? objects_.write_complete(address, data, pre_op) : objects_.write(address, data, pre_op);
+}
+
 void CoeServer::upload(const SdoHeader& h) {
   const ObjectAddress address{h.index, h.sub};
-  if ((h.command & sdo::kCompleteAccess) != 0) return abort(address, abort_code::kCompleteAccessUnsupported);
+  const auto complete = static_cast<std::uint8_t>(h.command & sdo::kCompleteAccess);
+  transfer_ = {};
   Bytes data;
-  if (const auto code = objects_.read(address, data); code != 0) return abort(address, code);
+  if (const auto code = read(address, complete != 0, data); code != 0) return abort(address, code);
   if (!data.empty() && data.size() <= 4) {
     std::array<std::byte, 4> value{};
     std::copy(data.begin(), data.end(), value.begin());
-    const auto command = static_cast<std::uint8_t>(sdo::kUploadResponse | sdo::kExpedited | sdo::kSizeIndicated |
-                                                   sdo::expedited_size_bits(data.size()));
+    const auto command = static_cast<std::uint8_t>(sdo::kUploadResponse | complete | sdo::kExpedited |
+                                                   sdo::kSizeIndicated | sdo::expedited_size_bits(data.size()));
     return reply_sdo({command, h.index, h.sub, get_le<std::uint32_t>(value, 0)}, {});
   }
   const auto size = static_cast<std::uint32_t>(data.size());
   const std::size_t room = reply_bytes_ - kMailboxHeader - kCoeHeader - kSdoBytes;
   const std::size_t now = std::min(room, data.size());
-  reply_sdo({static_cast<std::uint8_t>(sdo::kUploadResponse | sdo::kSizeIndicated), h.index, h.sub, size},
+  reply_sdo({static_cast<std::uint8_t>(sdo::kUploadResponse | complete | sdo::kSizeIndicated), h.index, h.sub, size},
             std::span(data).first(now));
-  transfer_ = {};
   if (now < data.size()) {
     transfer_.kind = Transfer::Kind::Upload;
     transfer_.address = address;
@@ -97,25 +106,27 @@ void CoeServer::upload_segment(std::uint8_t command) {
 
 void CoeServer::download(const SdoHeader& h, std::span<const std::byte> data, bool pre_op) {
   const ObjectAddress address{h.index, h.sub};
-  if ((h.command & sdo::kCompleteAccess) != 0) return abort(address, abort_code::kCompleteAccessUnsupported);
-  const SdoHeader done{sdo::kDownloadResponse, h.index, h.sub, 0};
+  const bool complete = (h.command & sdo::kCompleteAccess) != 0;
+  const SdoHeader done{static_cast<std::uint8_t>(sdo::kDownloadResponse | (h.command & sdo::kCompleteAccess)), h.index,
+                       h.sub, 0};
   transfer_ = {};
   if ((h.command & sdo::kExpedited) != 0) {
     std::array<std::byte, 4> value{};
     put_le<std::uint32_t>(value, 0, h.data);
     const std::size_t size = (h.command & sdo::kSizeIndicated) != 0 ? sdo::expedited_size(h.command) : 4;
-    if (const auto code = objects_.write(address, std::span(value).first(size), pre_op); code != 0)
+    if (const auto code = write(address, complete, std::span(value).first(size), pre_op); code != 0)
       return abort(address, code);
     return reply_sdo(done, {});
   }
   const std::size_t size = h.data;
   if (size > kLongestObject) return abort(address, abort_code::kSizeTooLarge);
   if (data.size() >= size) {
-    if (const auto code = objects_.write(address, data.first(size), pre_op); code != 0) return abort(address, code);
+    if (const auto code = write(address, complete, data.first(size), pre_op); code != 0) return abort(address, code);
     return reply_sdo(done, {});
   }
   transfer_.kind = Transfer::Kind::Download;
   transfer_.address = address;
+  transfer_.complete = complete;
   transfer_.data.assign(data.begin(), data.end());
   transfer_.expected = size;
   reply_sdo(done, {});
@@ -132,7 +143,8 @@ void CoeServer::download_segment(std::uint8_t command, std::span<const std::byte
   transfer_.toggle = !transfer_.toggle;
   if ((command & sdo::kLastSegment) != 0) {
     if (transfer_.data.size() < transfer_.expected) return abort(address, abort_code::kSizeTooSmall);
-    if (const auto code = objects_.write(address, transfer_.data, pre_op); code != 0) return abort(address, code);
+    if (const auto code = write(address, transfer_.complete, transfer_.data, pre_op); code != 0)
+      return abort(address, code);
     transfer_ = {};
   }
   reply_segment(static_cast<std::uint8_t>(sdo::kDownloadSegmentResponse | (command & sdo::kToggle)), {});

@@ -1,5 +1,5 @@
 // The mailbox of a virtual station and its one protocol, CANopen over EtherCAT: SDO upload and download (expedited,
-// normal, segmented), abort codes as ETG.1000.6 has them, emergencies.
+// normal, segmented, complete access), SDO information, abort codes as ETG.1000.6 has them, emergencies.
 //   CoeServer server(objects, 128, 128);
 //   server.take(request_mailbox, pre_op);     // the master has filled the receive mailbox
 //   if (server.waiting()) send_mailbox = server.next();
@@ -46,6 +46,18 @@ class CoeServer {
   void download(const SdoHeader& request, std::span<const std::byte> data, bool pre_op);
   void download_segment(std::uint8_t command, std::span<const std::byte> data, bool pre_op);
   void abort(config::ObjectAddress address, std::uint32_t code);
+  [[nodiscard]] std::uint32_t read(config::ObjectAddress address, bool complete, Bytes& data) const;
+  [[nodiscard]] std::uint32_t write(config::ObjectAddress address, bool complete, std::span<const std::byte> data,
+                                    bool pre_op);
+
+  // SDO information (coe_information.cpp)
+  void serve_information(std::span<const std::byte> info);
+  void list_objects(std::uint16_t list);
+  void describe_object(std::uint16_t index);
+  void describe_entry(config::ObjectAddress address, std::uint8_t value_info);
+  void information_error(std::uint32_t code);
+  void reply_information(std::uint8_t opcode, const Bytes& body);
+
   void reply_sdo(const SdoHeader& header, std::span<const std::byte> more);
   void reply_segment(std::uint8_t command, std::span<const std::byte> data);
   void reply_error(devices::wire::MailboxError error);
@@ -55,6 +67,7 @@ class CoeServer {
   struct Transfer {
     enum class Kind { None, Upload, Download } kind = Kind::None;
     config::ObjectAddress address;
+    bool complete = false;
     Bytes data;
     std::size_t done = 0;      ///< upload: bytes sent
     std::size_t expected = 0;  ///< download: bytes announced

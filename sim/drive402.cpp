@@ -14,6 +14,7 @@ using config::DriveErrorKind;
 namespace {
 
 constexpr std::uint16_t kPositionDemand = 0x6062;
+constexpr std::uint16_t kNoError = 0x0000;   // emergency: the error is gone (CiA 301, 7.2.7)
 constexpr int kNoQuickStopOption = 2;        // where the drive has no 605Ah: brake with 6085h, then disable (assumed)
 constexpr double kDeviationRevolutions = 1;  // AMD530B 2030h: 1 revolution; the others state encoder counts (assumed)
 
@@ -252,6 +253,7 @@ void Drive402::step_state(std::uint16_t control) noexcept {
   if (control == 0) needs_zero_control_ = false;
   if (reset && state_ == State::Fault && !power_cycle_needed_) {
     fault_code_ = 0;
+    emergency_ = kNoError;
     disable();
     return;
   }

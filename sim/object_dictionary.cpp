@@ -4,6 +4,7 @@
 
 #include "devices/wire/coe.hpp"
 #include "sim/pdo_map.hpp"
+#include "sim/sii_image.hpp"
 
 namespace gantry::sim {
 
@@ -72,9 +73,21 @@ ObjectDictionary::ObjectDictionary(const config::StationProfile& profile, std::u
   sort();
   add_missing_counts();
   sort();
+  note_what_is_kept();
   if (kept_ != nullptr)
     for (const auto& [address, value] : *kept_)
       if (Object* o = find(address)) o->value = value;
+}
+
+void ObjectDictionary::note_what_is_kept() {
+  using config::Storage;
+  for (Object& o : objects_) {
+    o.initial = o.value;
+    const bool vendors = o.address.index >= 0x2000 && o.address.index < 0x6000;
+    const bool standard = o.address.index >= 0x6000 && o.address.index < 0xA000;
+    o.kept = o.writable && o.rule == ObjectRule::Plain &&
+             ((profile_.storage != Storage::None && vendors) || (profile_.storage == Storage::OnSave && standard));
+  }
 }
 
 void ObjectDictionary::sort() {
@@ -121,16 +134,38 @@ void ObjectDictionary::add_communication_rows(std::uint32_t serial) {
   add(number({0x1018, 2}, ObjectType::U32, id.product, "product code"));
   add(number({0x1018, 3}, ObjectType::U32, id.revision, "revision"));
   add(number({0x1018, 4}, ObjectType::U32, serial, "serial number"));
-  for (std::uint8_t sm = 1; sm <= 4; ++sm)
-    add(number({0x1C00, sm}, ObjectType::U8, sm, "SyncManager communication type"));
+  Object reaction = number({0x10F1, 1}, ObjectType::U32, 1, "local error reaction");
+  Object limit = number({0x10F1, 2}, ObjectType::U32, 0, "sync error counter limit");  // 0: not watched (assumed)
+  reaction.writable = limit.writable = true;
+  add(std::move(reaction));
+  add(std::move(limit));
+  std::uint8_t sm = 0;
+  for (const auto& row : sync_managers(profile_))
+    add(number({0x1C00, ++sm}, ObjectType::U8, static_cast<int>(row.kind), "SyncManager communication type"));
+  // ETG.1020, 1C32h and 1C33h.
+  const auto& cycles = profile_.drive ? profile_.drive->cycle_times_us : std::vector<std::uint32_t>{};
+  const std::int64_t shortest =
+      cycles.empty() ? 250'000 : std::int64_t{1000} * *std::min_element(cycles.begin(), cycles.end());
   for (const std::uint16_t index : {std::uint16_t{0x1C32}, std::uint16_t{0x1C33}}) {
-    Object type = number({index, 1}, ObjectType::U16, profile_.dc ? 2 : 1, "synchronisation type");
-    type.writable = true;
-    add(std::move(type));
-    Object cycle = number({index, 2}, ObjectType::U32, 0, "cycle time");
-    cycle.writable = true;
-    add(std::move(cycle));
-    add(number({index, 4}, ObjectType::U16, profile_.dc ? 0x0007 : 0x0003, "synchronisation types supported"));
+    const bool outputs = index == 0x1C32;
+    const auto row = [&](std::uint8_t sub, ObjectType type, std::int64_t value, const char* name, bool write) {
+      Object o = number({index, sub}, type, value, name);
+      o.writable = write;
+      add(std::move(o));
+    };
+    row(1, ObjectType::U16, profile_.dc ? 2 : outputs ? 1 : 0x22, "synchronisation type", true);
+    row(2, ObjectType::U32, 0, "cycle time", true);
+    row(3, ObjectType::U32, 0, "shift time", true);
+    row(4, ObjectType::U16, profile_.dc ? 0x0007 : 0x0003, "synchronisation types supported", false);
+    row(5, ObjectType::U32, shortest, "minimum cycle time", false);
+    row(6, ObjectType::U32, 0, "calculate and copy time", false);
+    row(8, ObjectType::U16, 0, "get cycle time", true);
+    row(9, ObjectType::U32, 0, "delay time", false);
+    row(10, ObjectType::U32, 0, "SYNC0 cycle time", true);
+    row(11, ObjectType::U16, 0, "SM event missed", false);
+    row(12, ObjectType::U16, 0, "cycle time too small", false);
+    row(13, ObjectType::U16, 0, "shift time too short", false);
+    row(32, ObjectType::Bool, 0, "sync error", false);
   }
 }
 
@@ -196,6 +231,10 @@ std::span<Object> ObjectDictionary::index(std::uint16_t index) noexcept {
   return {from, to};
 }
 
+std::span<const Object> ObjectDictionary::index(std::uint16_t index) const noexcept {
+  return const_cast<ObjectDictionary&>(*this).index(index);
+}
+
 std::int64_t ObjectDictionary::value(ObjectAddress address, std::int64_t otherwise) const noexcept {
   const Object* o = find(address);
   return o != nullptr ? o->value : otherwise;
@@ -236,8 +275,7 @@ std::uint32_t ObjectDictionary::write(ObjectAddress address, std::span<const std
     if (const auto refused = check_mapping_write(*this, *o, value, pre_op); refused != 0) return refused;
   if (address.index == kStoreParameters && address.sub > 0) return save(address.sub, value);
   o->value = value;
-  if (kept_ != nullptr && profile_.storage == config::Storage::AtOnce && address.index >= 0x2000 &&
-      address.index < 0x6000)
+  if (kept_ != nullptr && o->kept && profile_.storage == config::Storage::AtOnce)
     kept_->insert_or_assign(address, value);
   return 0;
 }
@@ -251,8 +289,7 @@ std::uint32_t ObjectDictionary::save(std::uint8_t group, std::int64_t signature)
   std::erase_if(*kept_, [&](const auto& row) { return row.first.index >= from && row.first.index < to; });
   if (signature == kRestore) return 0;
   for (const Object& o : objects_)
-    if (o.writable && o.rule == ObjectRule::Plain && o.address.index >= from && o.address.index < to)
-      kept_->insert_or_assign(o.address, o.value);
+    if (o.kept && o.address.index >= from && o.address.index < to) kept_->insert_or_assign(o.address, o.value);
   return 0;
 }
 

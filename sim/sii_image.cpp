@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 #include "devices/wire/ethercat.hpp"
 #include "devices/wire/sii.hpp"
@@ -19,6 +20,10 @@ using config::SyncManagerRow;
 namespace {
 
 using Bytes = std::vector<std::byte>;
+
+// ETG.2010 table 7: what devices/wire/sii.hpp does not name
+constexpr std::size_t kGeneralDs402Channels = 9, kGeneralPorts = 16;
+constexpr std::uint8_t kMailboxRepeats = 0x04, kIdentificationInAlStatus = 0x08;
 
 constexpr std::size_t kEepromBytes = 2048;  // 16 KiBit
 
@@ -113,18 +118,23 @@ Bytes general(const StationProfile& profile, Strings& strings, bool mailbox) {
   put_le<std::uint8_t>(b, sii::kGeneralName, title);
   if (mailbox) {
     const std::uint8_t mapping = profile.pdo_fixed ? 0 : sii::kCoePdoAssign | sii::kCoePdoConfig;
-    put_le<std::uint8_t>(b, sii::kGeneralCoeDetails, static_cast<std::uint8_t>(sii::kCoeSdo | mapping));
+    put_le<std::uint8_t>(
+        b, sii::kGeneralCoeDetails,
+        static_cast<std::uint8_t>(sii::kCoeSdo | sii::kCoeSdoInfo | sii::kCoeCompleteAccess | mapping));
+    put_le<std::uint8_t>(b, kGeneralDs402Channels, static_cast<std::uint8_t>(profile.drive ? profile.slots : 0));
   }
+  put_le<std::uint8_t>(b, sii::kGeneralFlags,
+                       static_cast<std::uint8_t>(kIdentificationInAlStatus | (mailbox ? kMailboxRepeats : 0)));
+  put_le<std::uint16_t>(b, kGeneralPorts, 0x0011);  // ports 0 and 1: MII
   return b;
 }
 
 Bytes pdos(const StationProfile& profile, PdoDirection direction, Strings& strings) {
-  // Data type index of ETG.1020 base data types by width; the sign is not told here.
-  const auto type_of = [](int bits) -> std::uint8_t {
-    return bits == 1 ? 0x01 : bits == 8 ? 0x05 : bits == 16 ? 0x06 : bits == 32 ? 0x07 : 0;
-  };
   Bytes out;
-  const auto sm = static_cast<std::uint8_t>(direction == PdoDirection::Rx ? 2 : 3);
+  const auto rows = sync_managers(profile);
+  const auto kind = direction == PdoDirection::Rx ? SyncManagerKind::ProcessOut : SyncManagerKind::ProcessIn;
+  const auto* row_of_sm = find(rows, kind);
+  const auto sm = static_cast<std::uint8_t>(row_of_sm != nullptr ? row_of_sm - rows.data() : 0xFF);
   for (const auto& pdo : default_mapping(profile, direction)) {
     if (pdo.entries.empty()) continue;
     append(out, pdo.index);
@@ -134,15 +144,29 @@ Bytes pdos(const StationProfile& profile, PdoDirection direction, Strings& strin
     append(out, strings.index(direction == PdoDirection::Rx ? "Outputs" : "Inputs"));
     append(out, std::uint16_t{0});
     for (const auto& entry : pdo.entries) {
-      const auto row = std::find_if(profile.objects.begin(), profile.objects.end(),
-                                    [&](const auto& o) { return o.address == entry.address; });
+      const auto* row = config::find_object(profile, config::first_slot(profile, entry.address, pdo.slot));
       append(out, entry.address.index);
       append(out, entry.address.sub);
-      append(out, row != profile.objects.end() ? strings.index(row->name) : std::uint8_t{0});
-      append(out, type_of(entry.bit_length));
+      append(out, row != nullptr ? strings.index(row->name) : std::uint8_t{0});
+      append(out, row != nullptr ? static_cast<std::uint8_t>(base_type(row->type)) : std::uint8_t{0});
       append(out, entry.bit_length);
       append(out, std::uint16_t{0});
     }
+  }
+  return out;
+}
+
+/// ETG.2010 table 15, 24 bytes an operation mode: SYNC0 with the cycle of the bus, and none.
+Bytes clock_modes(Strings& strings) {
+  Bytes out;
+  for (const auto& [name, activate] : {std::pair{"DC", 0x0300}, std::pair{"Synchron", 0x0000}}) {
+    for (int i = 0; i < 3; ++i) append(out, std::uint32_t{0});  // cycle of SYNC0, shifts of SYNC0 and SYNC1
+    append(out, std::uint16_t{0});                              // factor of SYNC1
+    append(out, static_cast<std::uint16_t>(activate));
+    append(out, static_cast<std::uint16_t>(activate != 0 ? 1 : 0));  // factor of SYNC0
+    append(out, strings.index(name));
+    append(out, std::uint8_t{0});
+    append(out, std::uint32_t{0});
   }
   return out;
 }
@@ -172,6 +196,7 @@ std::vector<std::byte> sii_image(const StationProfile& profile, std::uint16_t al
   Strings strings;
   const Bytes general_bytes = general(profile, strings, mailbox);
   const Bytes tx = pdos(profile, PdoDirection::Tx, strings), rx = pdos(profile, PdoDirection::Rx, strings);
+  const Bytes clock = profile.dc ? clock_modes(strings) : Bytes{};
 
   Bytes fmmus, managers;
   for (const auto& row : rows) {
@@ -194,6 +219,7 @@ std::vector<std::byte> sii_image(const StationProfile& profile, std::uint16_t al
   append_category(image, sii::Category::SyncManager, managers);
   if (!tx.empty()) append_category(image, sii::Category::TxPdo, tx);
   if (!rx.empty()) append_category(image, sii::Category::RxPdo, rx);
+  if (!clock.empty()) append_category(image, sii::Category::Dc, clock);
   append(image, static_cast<std::uint16_t>(sii::Category::End));
   image.resize(std::max(image.size(), kEepromBytes), std::byte{0xFF});  // the rest of the chip is blank
   return image;

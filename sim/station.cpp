@@ -134,7 +134,7 @@ void Station::take(Time at) noexcept {
   bool any_fault = false;
   for (auto& drive : drives_) {
     drive->take(cycle_s, state_ >= AlState::PreOp);
-    if (const auto code = drive->take_emergency(); code && has_mailbox()) coe_->emergency(*code, 1);
+    if (const auto code = drive->take_emergency(); code && has_mailbox()) coe_->emergency(*code, *code != 0 ? 1 : 0);
     any_fault |= drive->faulted();
   }
   if (!drives_.empty())

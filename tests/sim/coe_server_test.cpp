@@ -87,6 +87,121 @@ TEST_F(Server, a_normal_download_with_its_data_is_one_mailbox) {
   EXPECT_EQ(objects->value({0x607A, 0}), -2);
 }
 
+// --- Complete access (ETG.1000.6, 5.6.2.1): sub 0 takes two bytes, the rest follows without gaps
+
+TEST_F(Server, uploads_an_index_as_a_whole) {
+  const Raw reply = ask(bytes(0x2000, 2) + Raw{0x50, 0x18, 0x10, 0} + bytes(0, 4));
+  ASSERT_EQ(reply[2], 0x51);
+  EXPECT_EQ(value(reply, 6, 4), 18u);
+  EXPECT_EQ(value(reply, 10, 2), 4u);
+  EXPECT_EQ(value(reply, 12, 4), profile_.identity.vendor);
+  const Raw rest = ask(bytes(0x2000, 2) + Raw{0x60} + Raw(7));
+  EXPECT_EQ(rest[2] & 1, 1);
+  const Raw from_one = ask(bytes(0x2000, 2) + Raw{0x50, 0x12, 0x1C, 1} + bytes(0, 4));
+  EXPECT_EQ(from_one[2] & 0xF3, 0x53);  // one assigned PDO: two bytes, expedited
+  EXPECT_EQ(value(from_one, 6, 2), 0x1600u);
+  EXPECT_EQ(value(ask(bytes(0x2000, 2) + Raw{0x50, 0x18, 0x10, 2} + bytes(0, 4)), 6, 4), 0x06010000u);
+  EXPECT_EQ(value(ask(bytes(0x2000, 2) + Raw{0x50, 0x00, 0x10, 0} + bytes(0, 4)), 6, 4), 0x06010000u);
+}
+
+TEST_F(Server, takes_a_mapping_as_a_whole_or_not_at_all) {
+  // Nothing assigned, then 1600h with two entries.
+  EXPECT_EQ(ask(bytes(0x2000, 2) + Raw{0x3B, 0x12, 0x1C, 0} + bytes(0, 4))[2], 0x70);
+  const Raw good = bytes(2, 2) + bytes(0x60400010, 4) + bytes(0x607A0020, 4);
+  EXPECT_EQ(ask(bytes(0x2000, 2) + Raw{0x31, 0x00, 0x16, 0} + bytes(good.size(), 4) + good)[2], 0x70);
+  EXPECT_EQ(objects->value({0x1600, 0}), 2);
+  EXPECT_EQ(objects->value({0x1600, 2}), 0x607A0020);
+  const Raw bad = bytes(2, 2) + bytes(0x60600008, 4) + bytes(0x60410010, 4);  // 6041h is no output
+  EXPECT_EQ(value(ask(bytes(0x2000, 2) + Raw{0x31, 0x00, 0x16, 0} + bytes(bad.size(), 4) + bad), 6, 4), 0x06040041u);
+  EXPECT_EQ(objects->value({0x1600, 0}), 2);
+  EXPECT_EQ(objects->value({0x1600, 1}), 0x60400010);
+  const Raw assign = bytes(1, 2) + bytes(0x1600, 2);
+  EXPECT_EQ(ask(bytes(0x2000, 2) + Raw{0x33, 0x12, 0x1C, 0} + assign)[2], 0x70);
+  EXPECT_EQ(objects->value({0x1C12, 0}), 1);
+}
+
+// --- SDO information (ETG.1000.6, 5.6.3)
+
+struct Information : Server {
+  /// All fragments of an answer, without their headers.
+  Raw inform(std::uint8_t opcode, const Raw& body) {
+    Raw reply = ask(bytes(0x8000, 2) + Raw{opcode, 0, 0, 0} + body);
+    Raw out;
+    for (;;) {
+      EXPECT_EQ(value(reply, 0, 2), 0x8000u);
+      answered = reply[2] & 0x7F;
+      const auto left = value(reply, 4, 2);
+      EXPECT_EQ((reply[2] & 0x80) != 0, left > 0);
+      out.insert(out.end(), reply.begin() + 6, reply.end());
+      if (left == 0) return out;
+      if (!server->waiting()) {
+        ADD_FAILURE() << "a fragment is missing";
+        return out;
+      }
+      const auto next = server->next();
+      EXPECT_LE(next.size(), 32u);
+      reply.clear();
+      for (const auto b : next) reply.push_back(std::to_integer<std::uint8_t>(b));
+      reply.erase(reply.begin(), reply.begin() + 6);
+      EXPECT_EQ(value(reply, 4, 2) + 1, left);
+    }
+  }
+  std::vector<unsigned> list(unsigned type) {
+    const Raw out = inform(1, bytes(type, 2));
+    EXPECT_EQ(value(out, 0, 2), type);
+    std::vector<unsigned> indices;
+    for (std::size_t i = 2; i < out.size(); i += 2) indices.push_back(static_cast<unsigned>(value(out, i, 2)));
+    return indices;
+  }
+  int answered = 0;
+};
+
+TEST_F(Information, lists_every_object_in_order_and_counts_the_lists) {
+  const auto lengths = list(0);
+  ASSERT_EQ(lengths.size(), 5u);
+  std::vector<unsigned> all;
+  for (const Object& o : objects->all())
+    if (all.empty() || all.back() != o.address.index) all.push_back(o.address.index);
+  EXPECT_EQ(list(1), all);
+  for (unsigned type = 1; type <= 5; ++type) EXPECT_EQ(list(type).size(), lengths[type - 1]) << type;
+  const auto rx = list(2), tx = list(3);
+  EXPECT_NE(std::find(rx.begin(), rx.end(), 0x607Au), rx.end());
+  EXPECT_EQ(std::find(rx.begin(), rx.end(), 0x6041u), rx.end());
+  EXPECT_NE(std::find(tx.begin(), tx.end(), 0x6041u), tx.end());
+  EXPECT_EQ(answered, 2);
+}
+
+TEST_F(Information, describes_objects) {
+  const Raw identity = inform(3, bytes(0x1018, 2));
+  EXPECT_EQ(answered, 4);
+  EXPECT_EQ(Raw(identity.begin(), identity.begin() + 6), (Raw{0x18, 0x10, 0x23, 0x00, 4, 9}));  // record IDENTITY
+  const Raw target = inform(3, bytes(0x607A, 2));
+  EXPECT_EQ(Raw(target.begin(), target.begin() + 6), (Raw{0x7A, 0x60, 0x04, 0x00, 0, 7}));  // INTEGER32, VAR
+  EXPECT_EQ(std::string(target.begin() + 6, target.end()), "target position");
+  const Raw assignment = inform(3, bytes(0x1C12, 2));
+  EXPECT_EQ(assignment[2], 0x06);
+  EXPECT_EQ(assignment[5], 8);  // ARRAY
+  EXPECT_EQ(value(inform(3, bytes(0x5FFF, 2))), 0x06020000u);
+  EXPECT_EQ(answered, 7);
+}
+
+TEST_F(Information, describes_entries_with_what_is_asked_for) {
+  const Raw method = inform(5, bytes(0x6098, 2) + Raw{0, 0x7F});
+  EXPECT_EQ(answered, 6);
+  EXPECT_EQ(value(method, 4, 2), 0x0002u);  // INTEGER8
+  EXPECT_EQ(value(method, 6, 2), 8u);
+  EXPECT_EQ(value(method, 8, 2) & 0x3Fu, 0x3Fu);  // read and write in all states
+  EXPECT_EQ(method[3] & 0x70, 0x70);              // default, minimum, maximum: 21, 0, 100
+  EXPECT_EQ(Raw(method.begin() + 10, method.begin() + 13), (Raw{21, 0, 100}));
+  EXPECT_EQ(std::string(method.begin() + 13, method.end()), "homing method");
+  const Raw status = inform(5, bytes(0x6041, 2) + Raw{0, 0x07});
+  EXPECT_EQ(value(status, 8, 2) & 0xFFu, 0x87u);  // read only, in a TxPDO
+  const Raw mapping = inform(5, bytes(0x1600, 2) + Raw{1, 0x07});
+  EXPECT_EQ(value(mapping, 8, 2) & 0x3Fu, 0x0Fu);  // written in PRE_OP only
+  EXPECT_EQ(value(inform(5, bytes(0x6098, 2) + Raw{9, 0})), 0x06090011u);
+  EXPECT_EQ(value(inform(9, Raw(4))), 0x05040001u);
+}
+
 TEST_F(Server, drops_a_repeated_counter) {
   Raw m = bytes(10, 2) + bytes(0, 2) + Raw{0, 0x33} + bytes(0x2000, 2) + Raw{0x40, 0x00, 0x10, 0} + bytes(0, 4);
   server->take(std::as_bytes(std::span(m)), true);

@@ -51,6 +51,12 @@ TEST(Segment, is_understood_by_wireshark) {
     EXPECT_EQ(bus.sdo_write(s, 0x1600, 1, 0, 4), 0x06010003u);                  // an abort
     bus.mailbox(s, bytes(0x2000, 2) + Raw{0x40, 0x08, 0x10, 0} + bytes(0, 4));  // a string
     bus.sdo_write(s, 0x607A, 0, 77, 4);
+    bus.mailbox(s, bytes(0x2000, 2) + Raw{0x50, 0x18, 0x10, 0} + bytes(0, 4));  // complete access
+    bus.mailbox(s, bytes(0x8000, 2) + Raw{1, 0, 0, 0} + bytes(1, 2));           // SDO information: all objects
+    while (bus.fetch(s)) {
+    }
+    bus.mailbox(s, bytes(0x8000, 2) + Raw{3, 0, 0, 0} + bytes(0x607A, 2));
+    bus.mailbox(s, bytes(0x8000, 2) + Raw{5, 0, 0, 0} + bytes(0x6098, 2) + Raw{0, 0x7F});
     const std::size_t size = i == 4 ? 12 : 6;
     bus.sync_manager(s, 2, 0x1100, size, 0x64);
     bus.sync_manager(s, 3, 0x1400, size, 0x20);

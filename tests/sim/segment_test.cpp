@@ -183,7 +183,39 @@ TEST_F(Bus, sii_tells_identity_alias_mailboxes_and_categories) {
     if (found.back() == 0xFFFF) break;
     word = static_cast<std::uint16_t>(word + 2 + (header >> 16));
   }
-  EXPECT_EQ(found, (std::vector<unsigned>{10, 30, 40, 41, 50, 51, 0xFFFF}));
+  EXPECT_EQ(found, (std::vector<unsigned>{10, 30, 40, 41, 50, 51, 60, 0xFFFF}));
+}
+
+TEST_F(Bus, pdos_of_the_sii_name_their_sync_manager_and_types) {
+  bus.address_all();
+  // The terminal has no mailbox: its outputs are SM0, its inputs SM1; a drive's are SM2 and SM3 (ETG.2010 table 14).
+  for (const auto& [station, rx, tx] : {std::tuple{0x1001, 2, 3}, std::tuple{0x1006, 0, 1}}) {
+    const auto s = static_cast<std::uint16_t>(station);
+    std::uint16_t word = 0x0040;
+    for (std::uint32_t header = bus.sii(s, word); (header & 0xFFFF) != 0xFFFF; header = bus.sii(s, word)) {
+      const auto at = static_cast<std::uint16_t>(word + 2);
+      const unsigned sm = bus.sii(s, static_cast<std::uint16_t>(at + 1)) >> 8 & 0xFF;
+      const unsigned type = bus.sii(s, static_cast<std::uint16_t>(at + 6)) & 0xFF;
+      if ((header & 0xFFFF) == 51) {
+        EXPECT_EQ(sm, static_cast<unsigned>(rx));
+      }
+      if ((header & 0xFFFF) == 50) {
+        EXPECT_EQ(sm, static_cast<unsigned>(tx));
+      }
+      if ((header & 0xFFFF) == 51) {
+        EXPECT_EQ(type, 0x06u);
+      }  // UNSIGNED16
+      if ((header & 0xFFFF) == 30) {
+        EXPECT_EQ(bus.sii(s, static_cast<std::uint16_t>(at + 8)) & 0xFFFF, 0x0011u);
+        const unsigned details = bus.sii(s, static_cast<std::uint16_t>(at + 2)) >> 8 & 0xFF;
+        EXPECT_EQ(details, station == 0x1001 ? 0x2Fu : 0u);
+      }
+      if ((header & 0xFFFF) == 60) {
+        EXPECT_EQ(bus.sii(s, static_cast<std::uint16_t>(at + 7)) & 0xFFFF, 0x0300u);
+      }
+      word = static_cast<std::uint16_t>(at + (header >> 16));
+    }
+  }
 }
 
 TEST_F(Bus, the_checksum_of_the_sii_is_that_of_its_polynomial) {

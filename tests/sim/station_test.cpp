@@ -194,9 +194,7 @@ TEST_F(OneAmd, sdo_refuses_with_the_codes_of_the_standard) {
   EXPECT_EQ(bus.sdo_write(kStation, 0x6098, 0, 100, 1), 0x06090031u);  // range 0..35
   EXPECT_FALSE(bus.sdo_read(kStation, 0x4000, 0));
   EXPECT_EQ(bus.abort, 0x06020000u);
-  // Complete access is not offered, segments without a beginning are no command.
-  const auto complete = bus.mailbox(kStation, bytes(0x2000, 2) + Raw{0x50, 0x18, 0x10, 0} + bytes(0, 4));
-  EXPECT_EQ(value(*complete, 6, 4), 0x06010004u);
+  // Segments without a beginning are no command.
   const auto segment_first = bus.mailbox(kStation, bytes(0x2000, 2) + Raw{0x60, 0, 0, 0} + bytes(0, 4));
   EXPECT_EQ(value(*segment_first, 6, 4), 0x05040001u);
 }
@@ -253,6 +251,28 @@ TEST(Storage, keeps_what_the_manual_says_through_a_power_cycle) {
     }
     EXPECT_EQ(bus.sdo_read(kStation, kept, 0), 1234u);
   }
+}
+
+TEST_F(OneAmd, a_state_change_that_fails_is_an_emergency) {
+  pre_op();
+  EXPECT_EQ(bus.request(kStation, 4), 0x12);
+  const auto message = bus.fetch(kStation);
+  ASSERT_TRUE(message);
+  EXPECT_EQ(value(*message, 0, 2), 0x1000u);  // CoE emergency
+  EXPECT_EQ(value(*message, 2, 2), 0xA000u);  // PRE_OP to SAFE_OP
+  EXPECT_EQ(value(*message, 5, 2), 0x1Du);    // diagnostic data: the AL status code
+}
+
+TEST_F(OneAmd, a_master_that_fetches_no_answers_finds_its_requests_not_taken) {
+  pre_op();
+  Raw request = bytes(10, 2) + bytes(0, 2) + Raw{0, 0x03} + bytes(0x2000, 2) + Raw{0x40, 0x00, 0x10, 0} + bytes(0, 4);
+  request.resize(128);
+  int taken = 0;
+  while (taken < 100 && bus.write(kStation, 0x1000, request) == 1) ++taken;
+  EXPECT_LT(taken, 30);
+  int answers = 0;
+  while (bus.fetch(kStation)) ++answers;
+  EXPECT_EQ(answers, taken);
 }
 
 // --- Mapping
