@@ -170,7 +170,7 @@ void Drive402::sample() noexcept {
   probe_falling_.value = probe_.falling();
   error_.value = shown_error();
   mode_shown_.value = mode_;
-  status_.value = statusword();
+  if (!status_stuck_) status_.value = statusword();
 }
 
 std::uint16_t Drive402::shown_error() const noexcept {

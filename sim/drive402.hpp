@@ -39,6 +39,8 @@ class Drive402 {
   void outputs_lost(bool orderly) noexcept;
   /// As if the drive had found this error itself; what follows is its profile's row for it, a fault where it has none.
   void inject(std::uint32_t code) noexcept;
+  /// 6041h stays at what it shows now.
+  void stick_statusword(bool stuck) noexcept { status_stuck_ = stuck; }
   /// The code of an emergency message that is due, once.
   std::optional<std::uint16_t> take_emergency() noexcept;
 
@@ -98,7 +100,7 @@ class Drive402 {
   std::int64_t target_counts_ = 0;   ///< of CSP, unwrapped
   std::uint32_t levels_ = 0;         ///< inputs when last looked at
   std::uint16_t fault_code_ = 0, warning_code_ = 0;
-  bool power_cycle_needed_ = false;
+  bool power_cycle_needed_ = false, status_stuck_ = false;
   std::optional<std::uint16_t> emergency_;
 
   HomingState homing_ = HomingState::Idle;

@@ -273,6 +273,7 @@ std::uint32_t ObjectDictionary::write(ObjectAddress address, std::span<const std
   if (o->min && value < *o->min) return abort_code::kValueTooLow;
   if (o->rule != ObjectRule::Plain)
     if (const auto refused = check_mapping_write(*this, *o, value, pre_op); refused != 0) return refused;
+  if (ignored_ && (ignored_->index == 0 || *ignored_ == address)) return 0;
   if (address.index == kStoreParameters && address.sub > 0) return save(address.sub, value);
   o->value = value;
   if (kept_ != nullptr && o->kept && profile_.storage == config::Storage::AtOnce)

@@ -81,6 +81,8 @@ class ObjectDictionary {
   [[nodiscard]] std::uint32_t read_complete(config::ObjectAddress from, std::vector<std::byte>& out) const;
   /// The same bytes back; all of it is taken, or nothing.
   [[nodiscard]] std::uint32_t write_complete(config::ObjectAddress from, std::span<const std::byte> bytes, bool pre_op);
+  /// Writes are answered and change nothing: to one object (index 0: to all), or to none any more.
+  void ignore_writes(std::optional<config::ObjectAddress> object) noexcept { ignored_ = object; }
   [[nodiscard]] ObjectShape shape(std::uint16_t index) const;
   /// 0, or an SDO abort code with nothing changed. `pre_op`: the station is in PRE_OP, where PDOs may be mapped.
   [[nodiscard]] std::uint32_t write(config::ObjectAddress address, std::span<const std::byte> bytes, bool pre_op);
@@ -98,6 +100,7 @@ class ObjectDictionary {
 
   const config::StationProfile& profile_;
   Kept* kept_;
+  std::optional<config::ObjectAddress> ignored_;
   std::vector<Object> objects_;  ///< by address
 };
 

@@ -27,6 +27,12 @@ struct Entry {
   double after_s = 0, hold_s = 0.2, diameter = 0, grey = 30;
   std::uint32_t code = 0, count = 0;
   bool on = false;
+  std::uint32_t port = 0;
+  double ppm = 0, value = 0, by_s = 0;
+  config::ObjectAddress object;
+  LineNoise noise;
+  std::uint64_t seed = 1;
+  double loss = 0, corrupt = 0, header = 0, duplicate = 0, delay = 0, reorder = 0;
   Vec3 at_mm, size;
   Vec2 by;
 };
@@ -45,12 +51,49 @@ const std::vector<ActionRow>& actions() {
   const auto station = config::text("station", &E::station, kRequired, "station of the machine file");
   const auto name = config::text("name", &E::name, kRequired, "of the mark or obstacle");
   const auto input = config::text("input", &E::input, kRequired, "input of the machine file: start, door_closed ...");
+  const auto count = config::integer("count", &E::count, {1, 1e6}, kRequired, "how many of the next frames");
+  const auto side = config::integer("drive", &E::count, {0, 1}, kOptional, "which side of a gantry axis");
+  const auto chance = [](const char* key, double E::*to, const char* what) {
+    return config::number(key, to, Dimension::None, {0, 1}, kOptional, what);
+  };
   static const std::vector<ActionRow> table{
       {"cut_link", ActionKind::CutLink, {station}},
       {"heal_link", ActionKind::HealLink, {station}},
-      {"lose_frames",
-       ActionKind::LoseFrames,
-       {config::integer("count", &E::count, {1, 1e6}, kRequired, "how many of the next frames")}},
+      {"lose_frames", ActionKind::LoseFrames, {count}},
+      {"corrupt_frames", ActionKind::CorruptFrames, {count}},
+      {"corrupt_headers", ActionKind::CorruptHeaders, {count}},
+      {"duplicate_frames", ActionKind::DuplicateFrames, {count}},
+      {"reorder_frames", ActionKind::ReorderFrames, {count}},
+      {"delay_frames",
+       ActionKind::DelayFrames,
+       {count, config::number("by", &E::by_s, Dimension::Time, {1e-9, 10}, kRequired, "how much later they come")}},
+      {"noise",
+       ActionKind::Noise,
+       {chance("loss", &E::loss, "share of frames that are lost"), chance("corrupt", &E::corrupt, "that are hit"),
+        chance("header", &E::header, "with a wrong header"), chance("duplicate", &E::duplicate, "that come twice"),
+        chance("delay", &E::delay, "that come up to 2 ms late"), chance("reorder", &E::reorder, "out of order"),
+        config::integer("seed", &E::seed, {0, 4e9}, kOptional, "of the chance")}},
+      {"drift",
+       ActionKind::Drift,
+       {station, config::number("ppm", &E::ppm, Dimension::None, {-1000, 1000}, kRequired, "its clock gains")}},
+      {"jitter",
+       ActionKind::Jitter,
+       {station, config::number("by", &E::by_s, Dimension::Time, {0, 1e-3}, kRequired, "at most, to either side")}},
+      {"count_errors",
+       ActionKind::CountErrors,
+       {station, config::integer("port", &E::port, {0, 3}, kRequired, "0 towards the master"),
+        config::integer("count", &E::count, {1, 255}, kRequired, "frames with a wrong FCS")}},
+      {"stick_statusword", ActionKind::StickStatusword, {axis, side}},
+      {"free_statusword", ActionKind::FreeStatusword, {axis, side}},
+      {"ignore_writes",
+       ActionKind::IgnoreWrites,
+       {station, config::address("object", &E::object, kOptional, "one object alone")}},
+      {"heed_writes", ActionKind::HeedWrites, {station}},
+      {"set_object",
+       ActionKind::SetObject,
+       {station, config::address("object", &E::object, kRequired, "index:sub"),
+        config::number("value", &E::value, Dimension::None, {-2147483648.0, 4294967295.0}, kRequired,
+                       "what it reads")}},
       {"drive_fault",
        ActionKind::DriveFault,
        {axis, config::integer("code", &E::code, {1, 0xFFFFFFFF}, kRequired, "as it stands in 603Fh"),
@@ -209,7 +252,12 @@ void read_entry(const Node& node, const config::Machine& machine, Mistakes& mist
   a.at = a.kind == ActionKind::AddObstacle ? e.at_mm : Vec3{e.by.x, e.by.y, 0};
   a.diameter = e.diameter;
   a.grey = e.grey;
-  a.hold = time_of(e.hold_s);
+  a.hold = time_of(e.by_s > 0 || a.kind == ActionKind::Jitter ? e.by_s : e.hold_s);
+  if (a.kind == ActionKind::CountErrors) a.code = e.port;
+  a.object = e.object;
+  a.amount = a.kind == ActionKind::Drift ? e.ppm : e.value;
+  a.noise.loss = e.loss, a.noise.corrupt = e.corrupt, a.noise.header = e.header;
+  a.noise.duplicate = e.duplicate, a.noise.delay = e.delay, a.noise.reorder = e.reorder, a.noise.seed = e.seed;
   Resolver(machine, mistakes).resolve(e, a);
   if (e.at.given()) {
     if (const auto t = trigger_of(e.at.value))

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -91,6 +92,15 @@ class Segment {
   void set_clock_drift(StationId station, double ppm) noexcept;
   /// Each look of a station's clock at the wire is off by up to this, seeded by the station's place.
   void set_clock_jitter(StationId station, std::uint32_t ns) noexcept;
+
+  /// The station counts bad frames at a port (a connector that goes bad).
+  void count_errors(StationId station, int port, int frames) noexcept;
+  /// 6041h stays at what it shows now, or lives again.
+  void stick_statusword(AxisId axis, int drive, bool stuck) noexcept;
+  /// SDO downloads are answered and change nothing: of one object (index 0: of all), or of none any more.
+  void ignore_writes(StationId station, std::optional<config::ObjectAddress> object) noexcept;
+  /// What an input terminal measures. False: the station has no such object.
+  bool set_object(StationId station, config::ObjectAddress object, std::int64_t value) noexcept;
 
   // --- For reports and tests ---
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_; }  ///< SYNC0 events of the segment so far

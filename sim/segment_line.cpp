@@ -148,4 +148,26 @@ void Segment::set_clock_jitter(StationId id, std::uint32_t ns) noexcept {
     station(position).esc().dc().set_jitter(ns, static_cast<std::uint64_t>(position) + 1);
 }
 
+void Segment::count_errors(StationId id, int port, int frames) noexcept {
+  const int position = position_of(id);
+  if (position < 0 || port < 0 || port >= Esc::kPorts) return;
+  for (int i = 0; i < frames; ++i) station(position).esc().count_error(Esc::FrameError::Invalid, port);
+}
+
+void Segment::stick_statusword(AxisId axis, int drive_of_axis, bool stuck) noexcept {
+  drive(axis, drive_of_axis)->stick_statusword(stuck);
+}
+
+void Segment::ignore_writes(StationId id, std::optional<config::ObjectAddress> object) noexcept {
+  if (const int position = position_of(id); position >= 0) station(position).objects().ignore_writes(object);
+}
+
+bool Segment::set_object(StationId id, config::ObjectAddress address, std::int64_t value) noexcept {
+  const int position = position_of(id);
+  Object* object = position >= 0 ? station(position).objects().find(address) : nullptr;
+  if (object == nullptr) return false;
+  object->value = fit(object->type, value);
+  return true;
+}
+
 }  // namespace gantry::sim

@@ -1,5 +1,6 @@
 #include "sim/serve.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <memory>
@@ -11,6 +12,7 @@
 
 #include "core/log.hpp"
 #include "devices/raw_socket_port.hpp"
+#include "sim/delay_line.hpp"
 #include "sim/world_server.hpp"
 
 namespace gantry::sim {
@@ -18,17 +20,27 @@ namespace gantry::sim {
 namespace {
 
 /// Answers frames like a ring of stations until `stop`; time passes for the stations without frames too, so that their
-/// watchdogs notice a master that is gone.
+/// watchdogs notice a master that is gone. What is too long for a frame, or no EtherCAT, goes by unanswered.
 void answer_frames(devices::FramePort& wire, VirtualMachine& world, const Clock& clock, const std::atomic<bool>& stop) {
   constexpr Time kPatience = milliseconds(1);
-  std::array<std::byte, devices::kMaxFrameBytes> buffer;
+  std::array<std::byte, 2 * devices::kMaxFrameBytes> buffer;  // an oversize frame must not look like a whole one
+  const auto late = std::make_unique<DelayLine>();            // what a script holds back
   while (!stop) {
-    if (const auto got = wire.receive(buffer, clock.now() + kPatience); got.size > 0) {
+    const auto got = wire.receive(buffer, std::min(clock.now() + kPatience, late->next()));
+    if (got.size > 0 && got.size <= devices::kMaxFrameBytes) {
       const std::span frame(buffer.data(), got.size);
-      if (world.answer(frame)) wire.send(got.port, frame);
-    } else {
+      if (world.answer(frame)) {
+        const FrameFate& fate = world.fate();
+        const bool at_once = !fate.held && !fate.duplicate && fate.delay == Time{0} && late->empty();
+        if (at_once)
+          wire.send(got.port, frame);
+        else
+          late->put(frame, clock.now(), fate);
+      }
+    } else if (got.size == 0) {
       world.pass_time();
     }
+    for (; late->next() <= clock.now(); late->pop()) wire.send(devices::PortIndex::Primary, late->front());
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "core/rt/trap.hpp"
@@ -117,6 +118,24 @@ class Wiring final : public WorldHook {
       case ActionKind::CutLink: segment_.cut_link(position(a.station)); break;
       case ActionKind::HealLink: segment_.heal_link(position(a.station)); break;
       case ActionKind::LoseFrames: segment_.lose_frames(static_cast<int>(a.count)); break;
+      case ActionKind::CorruptFrames: segment_.faults().corrupt(static_cast<int>(a.count)); break;
+      case ActionKind::CorruptHeaders: segment_.faults().corrupt_headers(static_cast<int>(a.count)); break;
+      case ActionKind::DuplicateFrames: segment_.faults().duplicate(static_cast<int>(a.count)); break;
+      case ActionKind::ReorderFrames: segment_.faults().reorder(static_cast<int>(a.count)); break;
+      case ActionKind::DelayFrames: segment_.faults().delay(static_cast<int>(a.count), a.hold); break;
+      case ActionKind::Noise: segment_.faults().set_noise(a.noise); break;
+      case ActionKind::Drift: segment_.set_clock_drift(a.station, a.amount); break;
+      case ActionKind::Jitter: segment_.set_clock_jitter(a.station, static_cast<std::uint32_t>(a.hold.count())); break;
+      case ActionKind::CountErrors:
+        segment_.count_errors(a.station, static_cast<int>(a.code), static_cast<int>(a.count));
+        break;
+      case ActionKind::StickStatusword:
+      case ActionKind::FreeStatusword:
+        segment_.stick_statusword(a.axis, static_cast<int>(a.count), a.kind == ActionKind::StickStatusword);
+        break;
+      case ActionKind::IgnoreWrites: segment_.ignore_writes(a.station, a.object); break;
+      case ActionKind::HeedWrites: segment_.ignore_writes(a.station, std::nullopt); break;
+      case ActionKind::SetObject: segment_.set_object(a.station, a.object, std::llround(a.amount)); break;
       case ActionKind::DriveFault: segment_.drive_fault(a.axis, static_cast<int>(a.count), a.code); break;
       case ActionKind::PowerCycle: segment_.power_cycle(a.station); break;
       case ActionKind::Stall:
@@ -219,6 +238,7 @@ bool VirtualMachine::answer(std::span<std::byte> frame) {
   parts_->wiring.do_due();
   return parts_->segment.process(frame);
 }
+const FrameFate& VirtualMachine::fate() const { return parts_->segment.fate(); }
 void VirtualMachine::pass_time() {
   parts_->wiring.do_due();
   parts_->segment.advance();

@@ -18,6 +18,7 @@
 namespace gantry::sim {
 
 struct BoardPlan;
+struct FrameFate;
 
 struct VirtualMachineOptions {
   std::uint64_t seed = 1;
@@ -39,6 +40,8 @@ class VirtualMachine final : public WorldAccess {
   // For a host that answers frames itself (`gantry sim --interface`) instead of bus().
   /// The frame becomes in place what comes back; false: nothing does.
   bool answer(std::span<std::byte> frame);
+  /// What is to happen to that answer on its way back.
+  [[nodiscard]] const FrameFate& fate() const;
   /// No frame came: time passes for the stations all the same.
   void pass_time();
 

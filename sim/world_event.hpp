@@ -8,6 +8,7 @@
 #include "core/clock.hpp"
 #include "core/id.hpp"
 #include "core/vec.hpp"
+#include "sim/frame_faults.hpp"
 
 namespace gantry::sim {
 
@@ -30,9 +31,24 @@ struct Trigger {
 
 enum class ActionKind : std::uint8_t {
   // of the bus and its drives
-  CutLink,     ///< the cable that leads to `station` (of the first one: the master's own)
-  HealLink,    ///< the same
-  LoseFrames,  ///< the next `count`
+  CutLink,          ///< the cable that leads to `station` (of the first one: the master's own)
+  HealLink,         ///< the same
+  LoseFrames,       ///< the next `count`
+  CorruptFrames,    ///< bits of the next `count` are hit: a wrong FCS
+  CorruptHeaders,   ///< a byte in the headers of the next `count` is wrong under a right FCS
+  DuplicateFrames,  ///< the next `count` come back twice
+  ReorderFrames,    ///< the next `count` come back behind the one that follows
+  DelayFrames,      ///< the next `count` come back `hold` later
+  Noise,            ///< from now on at random, as `noise` says
+  Drift,            ///< `station`'s clock gains `amount` ppm
+  Jitter,           ///< ... and looks at the wire up to `hold` off
+  CountErrors,      ///< `station` has seen `count` bad frames at port `code`
+  StickStatusword,  ///< `axis` shows what 6041h shows now, until FreeStatusword
+  FreeStatusword,
+  IgnoreWrites,  ///< `station` says yes to SDO downloads and keeps its values (`object`; index 0: all), until
+                 ///< HeedWrites
+  HeedWrites,
+  SetObject,   ///< `object` of `station` becomes `amount`: what an input terminal measures
   DriveFault,  ///< `axis` raises `code`, in its drive number `count`
   Stall,       ///< `axis` is held by an obstacle; until Release
   Release,
@@ -58,7 +74,9 @@ struct Action {
   bool on = false;
   std::uint32_t code = 0, count = 0;
   Vec3 at, size;
-  double diameter = 0, grey = 0;
+  double diameter = 0, grey = 0, amount = 0;
+  config::ObjectAddress object;
+  LineNoise noise;
   Time hold = milliseconds(200);
 };
 

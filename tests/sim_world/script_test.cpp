@@ -48,6 +48,32 @@ TEST(Script, reads_instants_and_actions) {
   EXPECT_EQ((*s)[5].trigger.kind, Trigger::Kind::JobStart);
 }
 
+TEST(Script, reads_what_the_bus_may_suffer) {
+  const auto s = parse_script(R"(
+- {do: delay_frames, count: 3, by: 2 ms}
+- {do: noise, loss: 0.01, reorder: 0.002, seed: 9}
+- {do: drift, station: y1, ppm: -80}
+- {do: jitter, station: y1, by: 0.2 us}
+- {do: ignore_writes, station: x, object: 0x6098}
+- {do: set_object, station: x, object: 0x6010:1, value: -1234}
+- {do: count_errors, station: y1, port: 1, count: 7}
+- {do: stick_statusword, axis: Y}
+)",
+                              "bus.yaml", machine());
+  ASSERT_TRUE(s) << joined(s.error()).message;
+  for (const auto& entry : *s) EXPECT_TRUE(of_the_bus(entry.action.kind)) << entry.where;
+  EXPECT_EQ((*s)[0].action.hold, milliseconds(2));
+  EXPECT_EQ((*s)[0].action.count, 3u);
+  EXPECT_EQ((*s)[1].action.noise.loss, 0.01);
+  EXPECT_EQ((*s)[1].action.noise.seed, 9u);
+  EXPECT_EQ((*s)[2].action.amount, -80);
+  EXPECT_EQ((*s)[3].action.hold, nanoseconds(200));
+  EXPECT_EQ((*s)[4].action.object, (config::ObjectAddress{0x6098, 0}));
+  EXPECT_EQ((*s)[5].action.amount, -1234);
+  EXPECT_EQ((*s)[6].action.code, 1u);
+  EXPECT_FALSE(parse_script("{do: noise, loss: 1.5}", "bus.yaml", machine()));
+}
+
 TEST(Script, one_line_is_one_entry) {
   const auto s = parse_script("{do: lose_frames, count: 5}", "stdin", machine());
   ASSERT_TRUE(s);
