@@ -10,7 +10,7 @@
 #include "core/clock.hpp"
 #include "core/error.hpp"
 #include "core/id.hpp"
-#include "devices/wire/frame_bytes.hpp"
+#include "devices/frame_bytes.hpp"
 
 namespace gantry::devices {
 

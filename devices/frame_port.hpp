@@ -7,7 +7,7 @@
 #include <span>
 
 #include "core/clock.hpp"
-#include "devices/wire/frame_bytes.hpp"
+#include "devices/frame_bytes.hpp"
 
 namespace gantry::devices {
 
