@@ -24,9 +24,20 @@ Axes::Axes(const LoopSetup& setup) noexcept : setup_(setup) {
   }
 }
 
-void Axes::read(const devices::FieldBus& bus, bool fresh, std::int64_t elapsed) noexcept {
-  for (std::size_t d = 0; d < setup_.drives.size(); ++d)
-    drives_[d].read(bus.inputs(setup_.drives[d].station), fresh, elapsed);
+void Axes::read(const devices::FieldBus& bus, bool answered, std::int64_t elapsed) noexcept {
+  for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
+    const StationId station = setup_.drives[d].station;
+    const bool fresh = bus.fresh(station);
+    drives_[d].read(bus.inputs(station), fresh, elapsed);
+    const bool was_away = away_[d] >= setup_.counter_low_max;
+    if (!fresh && answered)
+      away_[d] = std::min(away_[d] + 1, setup_.counter_low_max);
+    else if (fresh && !was_away)
+      away_[d] = 0;
+    if (was_away || away_[d] < setup_.counter_low_max) continue;
+    drives_[d].lose();  // it may come back with another position: it is disabled and no longer referenced
+    referenced_ &= ~(1u << setup_.drives[d].axis.value);
+  }
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
     const auto& drives = setup_.axes[i].drives;
     if (drives.empty()) continue;
@@ -46,7 +57,8 @@ void Axes::write(devices::FieldBus& bus, const AxisVec& target) noexcept {
     const DriveSetup& setup = setup_.drives[d];
     devices::DriveCommand command;
     if (homing_[d].busy()) command = homing_[d].step(drives_[d].feedback());
-    command.goal = goal_;
+    const bool was_away = away_[d] >= setup_.counter_low_max && goal_ == DriveGoal::Enabled;
+    command.goal = was_away ? DriveGoal::Disabled : goal_;
     // An axis that has come home stands where it is until the others have, too: the interpolator's place is of the time
     // before.
     const bool in_homing = (homing_mask_ >> setup.axis.value & 1u) != 0;
@@ -76,6 +88,11 @@ bool Axes::no_fault() const noexcept {
                        const DriveState s = d.feedback().state;
                        return s != DriveState::Fault && s != DriveState::FaultReaction;
                      });
+}
+
+bool Axes::fresh(AxisId id) const noexcept {
+  const auto& drives = setup_.axes[id.value].drives;
+  return std::all_of(drives.begin(), drives.end(), [&](std::uint8_t d) { return drives_[d].feedback().fresh; });
 }
 
 bool Axes::enabled(AxisId id) const noexcept {

@@ -18,11 +18,16 @@ class Axes {
  public:
   explicit Axes(const LoopSetup& setup) noexcept;
 
-  /// `elapsed`: cycles since the last call.
-  void read(const devices::FieldBus& bus, bool fresh, std::int64_t elapsed) noexcept;
+  /// `answered`: the frames came back, so that a station whose inputs are stale did not take part. `elapsed`: cycles
+  /// since the last call.
+  void read(const devices::FieldBus& bus, bool answered, std::int64_t elapsed) noexcept;
   void write(devices::FieldBus& bus, const AxisVec& target) noexcept;
 
-  void set_goal(devices::DriveGoal goal) noexcept { goal_ = goal; }
+  /// A new goal holds for drives that were away, too: enabling them again is the operator's.
+  void set_goal(devices::DriveGoal goal) noexcept {
+    goal_ = goal;
+    away_.fill(0);
+  }
   [[nodiscard]] devices::DriveGoal goal() const noexcept { return goal_; }
   /// Every drive of a streamed axis takes targets.
   [[nodiscard]] bool all_enabled() const noexcept;
@@ -42,6 +47,8 @@ class Axes {
   [[nodiscard]] bool measures_following(AxisId id) const noexcept;
   [[nodiscard]] double skew(AxisId id) const noexcept;
   [[nodiscard]] bool on_limit(AxisId id) const noexcept;
+  /// All inputs of the axis's drives are of the last cycle.
+  [[nodiscard]] bool fresh(AxisId id) const noexcept;
   [[nodiscard]] const devices::Feedback& drive(std::size_t d) const noexcept { return drives_[d].feedback(); }
   [[nodiscard]] std::int32_t sent_counts(std::size_t d) const noexcept {
     return devices::wrap(drives_[d].commanded_counts());
@@ -80,6 +87,8 @@ class Axes {
   devices::DriveGoal goal_ = devices::DriveGoal::Disabled;
   AxisVec actual_{}, speed_{}, last_target_{};
   std::uint32_t homing_mask_ = 0, referenced_ = 0;
+  std::array<int, kMaxDrives>
+      away_{};  ///< cycles in which its station did not take part, up to counter_low_max: it was lost then
 };
 
 }  // namespace gantry::cycle

@@ -20,9 +20,14 @@ inline void write_outputs(devices::FieldBus& bus, const LoopSetup& setup, std::u
   }
 }
 
-inline std::uint32_t read_inputs(const devices::FieldBus& bus, const LoopSetup& setup) noexcept {
+/// `before`: bits of stations whose inputs are stale stay as they were.
+inline std::uint32_t read_inputs(const devices::FieldBus& bus, const LoopSetup& setup, std::uint32_t before) noexcept {
   std::uint32_t word = 0;
   for (const BitPlace& place : setup.inputs) {
+    if (!bus.fresh(place.station)) {
+      word |= before & 1u << place.word_bit;
+      continue;
+    }
     const std::span<const std::byte> image = bus.inputs(place.station);
     const bool on =
         place.byte < image.size() && (image[place.byte] & static_cast<std::byte>(place.mask)) != std::byte{0};

@@ -52,8 +52,8 @@ Time Loop::tick(const Beat& beat) noexcept {
   const devices::CanTick can = can_ != nullptr ? can_cyclic_.tick(*can_, received) : devices::CanTick{};
   if (can.fault != Fault::None) react(can.fault, kNoAxis, 0);
 
-  axes_.read(bus_, exchange_.inputs_fresh, beat.elapsed);
-  if (exchange_.inputs_fresh) inputs_ = read_inputs(bus_, setup_);
+  axes_.read(bus_, exchange_.fault != Fault::FrameLost && exchange_.fault != Fault::BusDown, beat.elapsed);
+  inputs_ = read_inputs(bus_, setup_, inputs_);
   const View view{beat, exchange_, axes_, commanded_.target, inputs_, state_, compute_};
   for (const Finding& found : supervisor_.look(view)) react(found.fault, found.axis, found.detail);
   follow_progress();

@@ -17,11 +17,9 @@ Findings Supervisor::look(const View& view) noexcept {
   look_at_time(view, found);
   look_at_bus(view, found);
   if (!operational_) return found;
-  if (view.exchange.inputs_fresh) {
-    look_at_drives(view, found);
-    look_at_axes(view, found);
-    look_at_inputs(view, found);
-  }
+  look_at_drives(view, found);
+  look_at_axes(view, found);
+  if (view.exchange.inputs_fresh) look_at_inputs(view, found);
   return found;
 }
 
@@ -76,7 +74,7 @@ void Supervisor::look_at_bus(const View& view, Findings& found) noexcept {
 void Supervisor::look_at_drives(const View& view, Findings& found) noexcept {
   for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
     const devices::Feedback& drive = view.axes.drive(d);
-    if (drive.fault == Fault::None) continue;
+    if (!drive.fresh || drive.fault == Fault::None) continue;
     if (view.state == State::Homing && drive.fault == Fault::LimitSwitch)
       continue;  // homing meets the switches on purpose
     // A warning is told once; whatever stops the machine is told for as long as it lasts (the loop latches the first).
@@ -85,14 +83,15 @@ void Supervisor::look_at_drives(const View& view, Findings& found) noexcept {
       found.push_back(
           {drive.fault, setup_.drives[d].axis, drive.error_code != 0 ? drive.error_code : drive.statusword});
   }
-  for (std::size_t d = 0; d < setup_.drives.size(); ++d) last_code_[d] = view.axes.drive(d).error_code;
+  for (std::size_t d = 0; d < setup_.drives.size(); ++d)
+    if (view.axes.drive(d).fresh) last_code_[d] = view.axes.drive(d).error_code;
 }
 
 void Supervisor::look_at_axes(const View& view, Findings& found) noexcept {
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
     const AxisSetup& axis = setup_.axes[i];
     const AxisId id{static_cast<std::uint8_t>(i)};
-    if (!axis.streamed) continue;
+    if (!axis.streamed || !view.axes.fresh(id)) continue;
     const bool homing = view.state == State::Homing;
     if (view.axes.measures_following(id) && !homing) {
       const double error = view.axes.following(id, view.target[i]);

@@ -32,6 +32,7 @@ constexpr double kOperationTimeout_s = 5;
 constexpr double kEnableTimeout_s = 4;
 constexpr Time kLockTimeout = std::chrono::seconds(5);
 constexpr std::int32_t kLocked_ns = 100'000;  // phase error below which SYNC0 and our frames are well apart
+constexpr int kRecoverEvery = 100;            // idle steps between two attempts to bring stations back
 constexpr std::string_view kEthercat = "ethercat:";
 
 /// The catalogue numbers what drives report 2xx.
@@ -73,6 +74,7 @@ struct Owner::Parts {
   record::JobResult* result = nullptr;
   std::set<std::uint32_t> features_seen;
   std::int64_t job_start_ns = 0;
+  int idle_short = 0;  ///< idle steps in a row in which a station did not take part
 
   void on_step();
   void tell_job(std::string_view state);
@@ -376,8 +378,23 @@ void Owner::interrupt(Error why) {
 void Owner::on_step(std::function<void()> poll) { parts_->poll = std::move(poll); }
 
 Result<void> Owner::idle() {
-  parts_->control->step();
-  return parts_->control->alive();
+  Parts& p = *parts_;
+  p.control->step();
+  if (auto alive = p.control->alive(); !alive) return alive;
+  // Stations that have stopped taking part are brought back between two orders. Their axes stay disabled.
+  const cycle::Snapshot& now = latest();
+  const bool short_of = now.working_counter < now.expected && now.working_counter != 0;
+  p.idle_short = short_of ? p.idle_short + 1 : 0;
+  if (p.idle_short < kRecoverEvery) return {};
+  p.idle_short = 0;
+  p.bus->step_by([&p] { p.control->step(); });
+  const auto back = p.bus->recover();
+  p.bus->step_by({});
+  if (back)
+    log::info("every station takes part again; reset, then enable and home the axes that were away");
+  else
+    log::debug("recovery: {}", to_text(back.error()));
+  return {};
 }
 
 const cycle::Snapshot& Owner::latest() const { return parts_->feed->latest(); }

@@ -146,19 +146,24 @@ Result<DcSetup> set_up_clocks(Link& link, std::vector<StationRecord>& stations, 
   return dc;
 }
 
-Result<void> rejoin_clocks(Link& link, const StationRecord& s, const DcSetup& dc) {
-  if (!s.dc || dc.reference_address == 0 || s.address == dc.reference_address) return {};
+Result<void> rejoin_clocks(Link& link, const StationRecord& s, const DcSetup& dc, std::uint16_t source) {
+  if (!s.dc || dc.reference_address == 0) return {};
   if (auto ok = write_clock(link, s, 0); !ok) return ok;
-  std::array<std::byte, 8> theirs{}, own{};
-  std::array both{Datagram{Command::Fprd, physical_address(dc.reference_address, reg::kDcSystemTime), theirs},
-                  Datagram{Command::Fprd, physical_address(s.address, reg::kDcSystemTime), own}};
-  if (auto ok = link.transact(both); !ok) return ok;
-  if (both[0].working_counter != kWkcRead || both[1].working_counter != kWkcRead)
-    return fail(Fault::StationMissing, "the station or the reference clock does not tell its time (0910h)", s.where);
+  std::array<std::byte, 8> own{}, theirs{};
+  std::array both{Datagram{Command::Fprd, physical_address(s.address, reg::kDcSystemTime), own},
+                  Datagram{Command::Fprd, physical_address(source, reg::kDcSystemTime), theirs}};
+  const auto machine_time = static_cast<std::uint64_t>(link.clock().now().count());
+  if (auto ok = link.transact(std::span(both).first(source != 0 ? 2 : 1)); !ok) return ok;
+  if (both[0].working_counter != kWkcRead || (source != 0 && both[1].working_counter != kWkcRead))
+    return fail(Fault::StationMissing, "the station or the clock that it follows does not tell its time (0910h)",
+                s.where);
   const bool wide = dc.reference_wide && (s.esc.features & kFeatureDc64) != 0;
-  const std::uint64_t reference_now = wide ? get_le<std::uint64_t>(theirs, 0) : get_le<std::uint32_t>(theirs, 0);
-  const std::uint64_t own_now = wide ? get_le<std::uint64_t>(own, 0) : get_le<std::uint32_t>(own, 0);
-  if (auto ok = write_clock(link, s, reference_now + s.dc_delay_ns - own_now); !ok) return ok;
+  const auto time = [&](std::span<const std::byte> raw) {
+    return wide ? get_le<std::uint64_t>(raw, 0) : get_le<std::uint32_t>(raw, 0);
+  };
+  const std::uint64_t should = source != 0 ? time(theirs) : machine_time;
+  if (auto ok = write_clock(link, s, should + s.dc_delay_ns - time(own)); !ok) return ok;
+  if (s.address == dc.reference_address) return {};
   const Time deadline = link.clock().now() + kRejoinTimeout;
   for (;;) {
     link.pause(kRejoinPoll);

@@ -24,10 +24,10 @@ struct DcSetup {
 /// (Fault::DcNotLocked is the running monitor's). Ends within a second of bus time.
 Result<DcSetup> set_up_clocks(Link& link, std::vector<StationRecord>& stations, std::vector<std::string>& notes);
 
-/// Brings a station that has come back to the time that the others kept: its offset from one frame that passes the
-/// reference and it; then the cycle's FRMW takes out the rest. Fault::DcNotLocked when it is not within a microsecond
-/// after half a second.
-Result<void> rejoin_clocks(Link& link, const StationRecord& station, const DcSetup& dc);
+/// Brings a station that has come back to the time that the others kept: its offset from one frame that passes `source`
+/// (station address of another clock; 0: the machine's clock) and it; then the cycle's FRMW takes out the rest.
+/// Fault::DcNotLocked when it is not within a microsecond after half a second.
+Result<void> rejoin_clocks(Link& link, const StationRecord& station, const DcSetup& dc, std::uint16_t source);
 
 /// Fault::DcLost when the common start was past before the last station knew of it.
 Result<void> start_sync0(Link& link, std::span<const StationRecord> stations, const DcSetup& dc, Time cycle);

@@ -15,6 +15,13 @@ constexpr Time kRidePause = microseconds(200);
 
 }  // namespace
 
+void Link::pause(Time duration) {
+  const Time until = clock_.now() + duration;
+  if (slot_ == nullptr || !step_) return clock_.sleep_until(until);
+  do step_();
+  while (clock_.now() < until);
+}
+
 /// How many of these go out at once: in one frame beside the idle datagram, or together in the slot.
 std::size_t Link::fitting(std::span<const Datagram> batch) {
   const std::size_t most = slot_ != nullptr ? AcyclicSlot::kMost : kMaxDatagrams - 1;

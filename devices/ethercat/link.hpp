@@ -6,6 +6,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 
 #include "core/clock.hpp"
@@ -26,6 +27,8 @@ class Link {
 
   /// From now on the loop exchanges, and datagrams ride in `slot`; nullptr: the port is ours again.
   void ride_in(AcyclicSlot* slot) noexcept { slot_ = slot; }
+  /// How time passes while datagrams ride: by sleeping, or in virtual time by letting the loop step.
+  void step_by(std::function<void()> step) { step_ = std::move(step); }
 
   /// Sends the data and replaces them by what came back; the working counter. Fault::BusDown when no attempt was
   /// answered.
@@ -56,7 +59,7 @@ class Link {
 
   [[nodiscard]] FramePort& port() noexcept { return port_; }
   [[nodiscard]] Clock& clock() noexcept { return clock_; }
-  void pause(Time duration) { clock_.sleep_until(clock_.now() + duration); }
+  void pause(Time duration);
 
  private:
   [[nodiscard]] bool attempt(std::span<Datagram> of_one_frame);
@@ -67,6 +70,7 @@ class Link {
   FramePort& port_;
   Clock& clock_;
   AcyclicSlot* slot_ = nullptr;
+  std::function<void()> step_;
   std::uint32_t sequence_ = 0;
   Frame frame_;
 };

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <fmt/format.h>
 
+#include "devices/ethercat/mailbox.hpp"
+#include "devices/ethercat/recovery.hpp"
 #include "devices/ethercat/scan.hpp"
 #include "devices/ethercat/sdo.hpp"
 #include "devices/ethercat/states.hpp"
-#include "devices/ethercat/survey.hpp"
 
 namespace gantry::devices {
 namespace {
@@ -14,6 +15,8 @@ namespace {
 using namespace wire;
 
 constexpr std::uint32_t kLogicalStart = 0x0001'0000;
+constexpr int kFreshCycles = 10;  // in a row: only then a station counts as recovered
+constexpr Time kFreshTimeout = milliseconds(200);
 
 /// Errors of registers do not know whose register it was.
 template <class T>
@@ -75,7 +78,7 @@ Result<void> EthercatMaster::bring_up() {
 /// What a stranger with CoE exchanges, its objects say.
 Result<void> EthercatMaster::learn_pdos(StationRecord& s) {
   if (s.config != nullptr || !s.has_coe()) return {};
-  const auto map = read_pdo_map(link_, s);
+  const auto map = devices::read_pdo_map(link_, s);
   if (!map) return tl::unexpected(map.error());
   if (!map->from_objects) return {};
   s.rx_pdos.clear();
@@ -90,8 +93,10 @@ void EthercatMaster::begin_cycles() {
   for (const auto& s : stations_) ids = std::max<std::size_t>(ids, s.id.value + 1u);
   places_.assign(ids, Place{.index = kMaxCyclicStations});
   cyclic_stations_.clear();
+  std::size_t reference = 0;
   for (std::size_t i = 0; i < stations_.size(); ++i) {
     const StationRecord& s = stations_[i];
+    if (s.address == dc_.reference_address) reference = i;
     places_[s.id.value] = {s.output_offset, s.output_bytes, s.input_offset, s.input_bytes, i};
     int box = 0;
     const bool mailbox = find_sync_manager(s, config::SyncManagerKind::MailboxIn, &box) != nullptr;
@@ -112,6 +117,7 @@ void EthercatMaster::begin_cycles() {
   }
   cyclic_ = std::make_unique<Cyclic>(CyclicLayout{.stations = cyclic_stations_,
                                                   .reference_address = dc_.reference_address,
+                                                  .reference_station = reference,
                                                   .reference_wide = dc_.reference_wide,
                                                   .dc_time_ns = static_cast<std::uint64_t>(clock_.now().count()),
                                                   .stations_on_bus = static_cast<std::uint16_t>(stations_.size())},
@@ -119,8 +125,15 @@ void EthercatMaster::begin_cycles() {
 }
 
 /// While the loop exchanges in a thread of its own, datagrams ride in its frames. On a virtual clock one thread owns
-/// everything, and they go out by themselves between two cycles.
-void EthercatMaster::choose_way() noexcept { link_.ride_in(exchanging_ && !clock_.is_virtual() ? &acyclic_ : nullptr); }
+/// everything: they go out by themselves between two cycles, unless whoever waits lets the loop step.
+void EthercatMaster::choose_way() noexcept {
+  link_.ride_in(exchanging_ && (stepped_ || !clock_.is_virtual()) ? &acyclic_ : nullptr);
+}
+
+void EthercatMaster::step_by(std::function<void()> step) {
+  stepped_ = static_cast<bool>(step);
+  link_.step_by(std::move(step));
+}
 
 Result<void> EthercatMaster::request_operation() {
   choose_way();
@@ -177,16 +190,124 @@ Result<StationRecord*> EthercatMaster::record(StationId station) {
 }
 
 Result<Bytes> EthercatMaster::read_object(StationId station, config::ObjectAddress address) {
-  auto s = record(station);
-  if (!s) return tl::unexpected(s.error());
-  return at(**s, sdo_upload(link_, **s, address));
+  return read_object(station, address, SdoAccess::Single);
 }
 
 Result<void> EthercatMaster::write_object(StationId station, config::ObjectAddress address,
                                           std::span<const std::byte> value) {
+  return write_object(station, address, value, SdoAccess::Single);
+}
+
+// ---- recovery ----
+
+Result<void> EthercatMaster::wait_until_fresh(const StationRecord& s) {
+  const auto index = static_cast<std::size_t>(&s - stations_.data());
+  const Time deadline = clock_.now() + kFreshTimeout;
+  std::uint64_t seen = cyclic_->cycles();
+  for (int fresh = 0; fresh < kFreshCycles;) {
+    if (clock_.now() >= deadline)
+      return fail(Fault::WorkingCounterLost, "is in OP again, but does not take part in the cycles", s.where);
+    link_.pause(machine_.bus.cycle);
+    const std::uint64_t now = cyclic_->cycles();
+    if (now == seen) continue;
+    seen = now;
+    fresh = cyclic_->was_fresh(index) ? fresh + 1 : 0;
+  }
+  return {};
+}
+
+Result<void> EthercatMaster::recover(StationRecord& s) {
+  const auto where = look_for(link_, s);
+  if (!where) return tl::unexpected(where.error());
+  if (*where == Whereabouts::InOp) return wait_until_fresh(s);
+  if (*where == Whereabouts::Gone)
+    return fail(Fault::StationMissing, "does not answer; check its supply and the cable before it", s.where);
+  if (*where == Whereabouts::Fallen && pick_up(link_, s)) return wait_until_fresh(s);
+  // The time that the others kept: the reference's, or when that is the one that was away, another clock's.
+  std::uint16_t source = dc_.reference_address;
+  for (const auto& other : stations_)
+    if (source == s.address && other.dc && &other != &s &&
+        cyclic_->was_fresh(static_cast<std::size_t>(&other - stations_.data())))
+      source = other.address;
+  if (auto ok = replay(link_, s, dc_, source == s.address ? std::uint16_t{0} : source, machine_.bus.cycle); !ok)
+    return ok;
+  return wait_until_fresh(s);
+}
+
+Result<void> EthercatMaster::recover() {
+  choose_way();
+  Result<void> first;
+  for (auto& s : stations_) {
+    auto back = at(s, recover(s));
+    if (back) continue;
+    if (first) first = std::move(back);
+    // What stands behind a station that is gone may have moved up, or be gone with it; it is looked for all the same.
+  }
+  return first;
+}
+
+std::vector<std::pair<StationId, Emergency>> EthercatMaster::take_emergencies() {
+  choose_way();
+  std::vector<std::pair<StationId, Emergency>> taken;
+  for (std::size_t i = 0; i < stations_.size(); ++i) {
+    StationRecord& s = stations_[i];
+    StationHealth health;
+    if (s.has_mailbox() && cyclic_->health(i, health) && health.mailbox_waiting) {
+      if (!Mailbox(link_, s).drain()) s.mailbox.clean = false;
+    }
+    for (const Emergency& e : s.mailbox.emergencies) taken.emplace_back(s.id, e);
+    s.mailbox.emergencies.clear();
+  }
+  return taken;
+}
+
+// ---- diagnosis ----
+
+Result<Bytes> EthercatMaster::read_object(StationId station, config::ObjectAddress address, SdoAccess access) {
   auto s = record(station);
   if (!s) return tl::unexpected(s.error());
-  return at(**s, sdo_download(link_, **s, address, value));
+  return at(**s, sdo_upload(link_, **s, address, access));
+}
+
+Result<void> EthercatMaster::write_object(StationId station, config::ObjectAddress address,
+                                          std::span<const std::byte> value, SdoAccess access) {
+  auto s = record(station);
+  if (!s) return tl::unexpected(s.error());
+  return at(**s, sdo_download(link_, **s, address, value, access));
+}
+
+Result<PdoMap> EthercatMaster::read_pdo_map(StationId station) {
+  auto s = record(station);
+  if (!s) return tl::unexpected(s.error());
+  return at(**s, devices::read_pdo_map(link_, **s));
+}
+
+Result<std::vector<ObjectDescription>> EthercatMaster::object_list(StationId station, bool with_entries) {
+  auto s = record(station);
+  if (!s) return tl::unexpected(s.error());
+  return at(**s, read_object_list(link_, **s, with_entries));
+}
+
+Result<std::vector<ErrorCounters>> EthercatMaster::error_counters() {
+  choose_way();
+  std::vector<ErrorCounters> all;
+  for (const auto& s : stations_) {
+    const auto counters = at(s, read_error_counters(link_, s));
+    if (!counters) return tl::unexpected(counters.error());
+    all.push_back(*counters);
+  }
+  return all;
+}
+
+Result<std::vector<DcStatus>> EthercatMaster::dc_status() {
+  choose_way();
+  std::vector<DcStatus> all;
+  for (const auto& s : stations_) {
+    const auto status = at(s, read_dc_status(link_, s));
+    if (!status) return tl::unexpected(status.error());
+    all.push_back(*status);
+  }
+  return all;
 }
 
 std::span<std::byte> EthercatMaster::outputs(StationId station) noexcept {

@@ -5,6 +5,7 @@
 // Blocking calls belong to one thread (the run thread), exchange() to the loop. Every call ends in bounded time.
 #pragma once
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "devices/ethercat/link.hpp"
 #include "devices/ethercat/mapping.hpp"
 #include "devices/ethercat/station.hpp"
+#include "devices/ethercat/survey.hpp"
 #include "devices/rt/cyclic.hpp"
 
 namespace gantry::devices {
@@ -38,6 +40,27 @@ class EthercatMaster final : public FieldBus {
   Result<void> write_object(StationId station, config::ObjectAddress address,
                             std::span<const std::byte> value) override;
 
+  /// In virtual time: what a blocking call does to let a cycle pass. With it, they ride along there too.
+  void step_by(std::function<void()> step);
+  /// Looks for stations that do not take part, and brings back those that answer by replaying their records, while the
+  /// loop goes on. A station is back when it takes part and its inputs are fresh, cycle after cycle.
+  /// Fault::StationMissing names the first that stays away; other faults are those of bring-up. Bounded: about half a
+  /// second for a station that answers.
+  Result<void> recover();
+  /// Takes what stations have sent unasked (emergencies) since the last call. Blocking, but cheap: only stations whose
+  /// mailbox flag the cycles have seen are asked.
+  std::vector<std::pair<StationId, Emergency>> take_emergencies();
+
+  // Diagnosis, at any time between bring_up() and shut_down().
+  Result<Bytes> read_object(StationId station, config::ObjectAddress address, SdoAccess access);
+  Result<void> write_object(StationId station, config::ObjectAddress address, std::span<const std::byte> value,
+                            SdoAccess access);
+  Result<PdoMap> read_pdo_map(StationId station);
+  Result<std::vector<ObjectDescription>> object_list(StationId station, bool with_entries = false);
+  /// Of all stations, in the order of stations().
+  Result<std::vector<ErrorCounters>> error_counters();
+  Result<std::vector<DcStatus>> dc_status();
+
   [[nodiscard]] std::span<std::byte> outputs(StationId station) noexcept override;
   [[nodiscard]] std::span<const std::byte> inputs(StationId station) const noexcept override;
   [[nodiscard]] bool fresh(StationId station) const noexcept override;
@@ -60,6 +83,8 @@ class EthercatMaster final : public FieldBus {
   Result<void> configure(StationRecord& station);
   Result<void> learn_pdos(StationRecord& station);
   void begin_cycles();
+  Result<void> recover(StationRecord& station);
+  [[nodiscard]] Result<void> wait_until_fresh(const StationRecord& station);
   [[nodiscard]] Result<StationRecord*> record(StationId station);
   void choose_way() noexcept;
 
@@ -77,6 +102,7 @@ class EthercatMaster final : public FieldBus {
   DcSetup dc_;
   std::vector<std::string> notes_;
   std::atomic<bool> exchanging_{false};
+  bool stepped_ = false;  ///< blocking calls let the loop step
 };
 
 }  // namespace gantry::devices

@@ -17,6 +17,7 @@ Cyclic::Cyclic(const CyclicLayout& layout, std::span<const std::byte> outputs, s
   layout_.stations = layout_.stations.first(std::min(layout_.stations.size(), kMaxCyclicStations));
   plan(together_, CyclicLayout::kMaxBytes);
   plan(singly_, 0);
+  fresh_.set();
 }
 
 /// Regions that lie side by side and are reached in the same way share a datagram of at most this size, or have one
@@ -85,7 +86,7 @@ void Cyclic::build(AcyclicSlot& acyclic) noexcept {
 void Cyclic::add_common(Frame& frame) noexcept {
   clock_ = errors_ = difference_ = mailbox_ = kNoSlot;
   states_ = frame.add(Command::Brd, physical_address(0, reg::kAlStatus), 2);
-  if (layout_.reference_address != 0)
+  if (layout_.reference_address != 0 && fresh_[layout_.reference_station])
     clock_ = frame.add(Command::Frmw, physical_address(layout_.reference_address, reg::kDcSystemTime),
                        layout_.reference_wide ? 8 : 4);
   if (!layout_.roll || layout_.stations.empty() || clock_ == kNoSlot) frame.add_sequence();

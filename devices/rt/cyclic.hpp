@@ -42,6 +42,7 @@ struct CyclicStation {
 struct CyclicLayout {
   std::span<const CyclicStation> stations;  ///< in the order of the regions; outlives the Cyclic
   std::uint16_t reference_address = 0;      ///< station address of the reference clock; 0: none
+  std::size_t reference_station = 0;        ///< its index: while that is stale, its time is not spread
   bool reference_wide = true;               ///< it counts 64 bits; otherwise 32, and dc_time_ns continues `dc_time_ns`
   std::uint64_t dc_time_ns = 0;             ///< of the reference clock, about now
   std::uint16_t stations_on_bus = 0;        ///< expected of the BRD

@@ -124,6 +124,15 @@ void Drive::write(std::span<std::byte> outputs, const DriveCommand& command) noe
   layout_.probe_function.set(outputs, command.probe_function);
 }
 
+void Drive::lose() noexcept {
+  feedback_.state = DriveState::NotReady;
+  feedback_.takes_targets = false;
+  unwrap_ = Unwrap{};
+  known_ = false;
+  stale_ = waiting_ = 0;
+  word_ = kDisableVoltage;
+}
+
 void Drive::set_reference(Counts home, double position) noexcept {
   feedback_.counts = unwrap_.restart(wrap(feedback_.counts));
   scale_.set_reference(home, position);

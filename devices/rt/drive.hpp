@@ -97,6 +97,10 @@ class Drive {
   [[nodiscard]] Counts commanded_counts() const noexcept { return sent_; }
   [[nodiscard]] const AxisScale& scale() const noexcept { return scale_; }
 
+  /// Its station has stopped taking part: nothing of what was known of the drive counts any more. When it comes back,
+  /// it begins anew, with its counter as it is then.
+  void lose() noexcept;
+
   /// After homing: the drive has set its counter so that the home edge has the counts `home` (607Ch); that edge is the
   /// coordinate `position`. Standing, and not while targets are followed.
   void set_reference(Counts home, double position) noexcept;

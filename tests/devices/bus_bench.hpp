@@ -65,7 +65,7 @@ struct BusBench {
     clock.sleep_until(due);
     for (auto& d : drives) d.drive.write(master->outputs(d.station), d.command);
     last = master->exchange(due + microseconds(400));
-    for (auto& d : drives) d.drive.read(master->inputs(d.station), last.inputs_fresh);
+    for (auto& d : drives) d.drive.read(master->inputs(d.station), master->fresh(d.station));
     due += machine.bus.cycle + lock.step(last.dc_time_ns);
   }
   void cycles(int n) {

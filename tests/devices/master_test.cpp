@@ -1,6 +1,7 @@
 // The master against the virtual segment with the reference machine on it, in virtual time.
 #include "devices/ethercat/master.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <gtest/gtest.h>
@@ -243,6 +244,144 @@ TEST(Master, a_lost_frame_a_cut_link_and_a_drive_fault_are_told_apart) {
   const auto check = b.master->check_operation();
   ASSERT_FALSE(check);
   EXPECT_NE(check.error().where.find("'z'"), std::string::npos) << to_text(check.error());
+}
+
+TEST(Master, a_station_that_lost_its_power_comes_back_with_its_whole_record_while_the_others_go_on) {
+  for (const char* name : {"cu", "z", "y1"}) {
+    SCOPED_TRACE(name);
+    BusBench b;
+    b.operate();
+    const auto& lost = *std::ranges::find(b.machine.stations, name, &config::Station::name);
+    const auto& before = *std::ranges::find(b.machine.stations, 0, &config::Station::position);
+    b.segment.power_cycle(lost.id, milliseconds(300));
+    const Time power_returns = b.clock.now() + milliseconds(300);
+    int stale_before = 0;
+    b.master->step_by([&] {
+      b.cycle();
+      stale_before += !b.master->fresh(before.id);
+    });
+    b.cycles(20);
+    EXPECT_FALSE(b.master->fresh(lost.id));
+    EXPECT_TRUE(b.master->fresh(before.id));
+    const auto gone = b.master->recover();  // it is still dark
+    ASSERT_FALSE(gone);
+    EXPECT_EQ(gone.error().fault, Fault::StationMissing);
+    b.until([&] { return b.clock.now() >= power_returns; }, 1000);
+    const Time answers = b.clock.now();
+    stale_before = 0;
+    const auto back = b.master->recover();
+    ASSERT_TRUE(back) << to_text(back.error());
+    RecordProperty(std::string("recovered_ms_") + name, static_cast<int>((b.clock.now() - answers) / milliseconds(1)));
+    EXPECT_LT(b.clock.now() - answers, milliseconds(500));
+    EXPECT_EQ(stale_before, 0);  // the station before the gap exchanged in every cycle
+    b.cycles(200);
+    EXPECT_EQ(b.last.fault, Fault::None);
+    EXPECT_EQ(b.last.working_counter, b.last.expected);
+    EXPECT_EQ(b.last.al_states, 8);
+    // What the record wrote is there again: start-up objects, PDO map, SYNC0, clock.
+    for (const auto& row : lost.profile.startup) {
+      const auto value = b.master->read_object(lost.id, row.address);
+      ASSERT_TRUE(value) << to_text(value.error());
+      EXPECT_EQ(to_number(row.type, *value), row.value) << std::hex << row.address.index;
+    }
+    const auto map = b.master->read_pdo_map(lost.id);
+    ASSERT_TRUE(map) << to_text(map.error());
+    std::size_t bits = 0, wanted = 0;
+    for (const auto& pdo : map->pdos) bits += pdo.bits();
+    for (const auto* pdos : {&lost.profile.rx_pdos, &lost.profile.tx_pdos}) wanted += 8 * image_bytes(*pdos);
+    EXPECT_EQ(bits, wanted);
+    const auto clocks = b.master->dc_status();
+    ASSERT_TRUE(clocks) << to_text(clocks.error());
+    const DcStatus& clock = (*clocks)[static_cast<std::size_t>(lost.position)];
+    EXPECT_EQ(clock.activation, wire::kDcActivateCyclic | wire::kDcActivateSync0);
+    EXPECT_LT(std::abs(clock.difference_ns), 1000);
+    EXPECT_EQ(clock.next_sync0_ns % 1'000'000, 0u);  // in step with the others
+    b.enable();  // and it works
+  }
+}
+
+TEST(Master, a_cable_that_was_cut_and_healed_is_picked_up_without_writing_everything_again) {
+  BusBench b;
+  b.operate();
+  b.segment.cut_link(3);
+  b.cycles(300);
+  b.master->step_by([&] { b.cycle(); });
+  EXPECT_FALSE(b.master->recover());
+  b.segment.heal_link(3);
+  b.cycles(5);
+  const Time begin = b.clock.now();
+  const auto back = b.master->recover();
+  ASSERT_TRUE(back) << to_text(back.error());
+  RecordProperty("picked_up_ms", static_cast<int>((b.clock.now() - begin) / milliseconds(1)));
+  b.cycles(150);
+  EXPECT_EQ(b.last.fault, Fault::None);
+  EXPECT_EQ(b.last.al_states, 8);
+}
+
+TEST(Master, another_device_at_the_place_of_one_that_went_away_is_not_taken) {
+  BusBench b;
+  b.operate();
+  auto& z = *std::ranges::find(b.machine.stations, "z", &config::Station::name);
+  b.segment.power_cycle(z.id, milliseconds(100));
+  b.cycles(200);
+  const auto index = static_cast<std::size_t>(z.position);
+  const_cast<StationRecord&>(b.master->stations()[index]).sii.serial += 1;  // it was another one
+  b.master->step_by([&] { b.cycle(); });
+  const auto back = b.master->recover();
+  ASSERT_FALSE(back);
+  EXPECT_EQ(back.error().fault, Fault::IdentityMismatch);
+  EXPECT_NE(back.error().where.find("'z'"), std::string::npos) << back.error().where;
+}
+
+TEST(Master, objects_errors_and_clocks_are_asked_while_the_bus_cycles_and_no_cycle_is_lost) {
+  BusBench b;
+  b.operate();
+  int bad = 0;
+  b.master->step_by([&] {
+    b.cycle();
+    bad += b.last.fault != Fault::None;
+  });
+  const auto y1 = b.machine.stations[1].id;
+  EXPECT_TRUE(b.master->read_object(y1, {0x1018, 0}, SdoAccess::Complete));
+  EXPECT_TRUE(b.master->read_pdo_map(y1));
+  EXPECT_TRUE(b.master->error_counters());
+  const auto clocks = b.master->dc_status();
+  ASSERT_TRUE(clocks);
+  EXPECT_EQ(clocks->size(), 6u);
+  EXPECT_TRUE(b.master->take_emergencies().empty());
+  StationHealth h;
+  b.cycles(12);
+  for (std::size_t i = 0; i < 6; ++i) {
+    ASSERT_TRUE(b.master->health(i, h));
+    EXPECT_EQ(h.stale_cycles, 0u);
+  }
+  EXPECT_EQ(bad, 0);
+}
+
+TEST(Master, a_machine_file_without_stations_takes_strangers_by_what_they_say_of_themselves) {
+  for (const MapKind map : {MapKind::Separate, MapKind::Overlapped}) {
+    BusBench b;
+    const config::Machine empty;
+    EthercatMaster master(empty, b.port, b.clock, {.map = map, .strangers = true});
+    const auto up = master.bring_up();
+    ASSERT_TRUE(up) << to_text(up.error());
+    ASSERT_EQ(master.stations().size(), 6u);
+    Time due = master.first_cycle(b.clock.now());
+    Exchange e;
+    const auto cycles = [&](int n) {
+      for (int i = 0; i < n; ++i, due += milliseconds(1))
+        b.clock.sleep_until(due), e = master.exchange(due + microseconds(400));
+    };
+    cycles(20);
+    EXPECT_EQ(e.fault, Fault::None) << e.working_counter << " of " << e.expected;
+    ASSERT_TRUE(master.request_operation());
+    cycles(200);
+    EXPECT_EQ(e.fault, Fault::None);
+    EXPECT_EQ(e.al_states, 8);
+    const auto all = master.check_operation();
+    EXPECT_TRUE(all) << to_text(all.error());
+    master.shut_down();
+  }
 }
 
 TEST(Master, every_drive_stops_by_quick_stop_and_can_be_enabled_again) {
