@@ -44,6 +44,44 @@ TEST(Master, brings_the_reference_machine_from_scan_to_op) {
   b.master->shut_down();
 }
 
+// Bus time as the virtual segment accounts it: bytes at 100 Mbit/s, the line there and back, and what stations take.
+TEST(Master, eight_stations_come_from_scan_to_op_in_the_time_that_they_may_take) {
+  for (const bool dc : {false, true}) {
+    BusBench b;
+    config::Machine eight;
+    eight.bus = b.machine.bus;
+    for (int i = 0; i < 8; ++i) {
+      auto s = b.machine.stations[1];  // AMD530B: mailbox, PDO mapping, start-up objects
+      s.id = StationId{static_cast<std::uint16_t>(i)};
+      s.position = i;
+      s.name = "s" + std::to_string(i);
+      s.profile.dc = dc;
+      eight.stations.push_back(s);
+    }
+    sim::Segment segment(eight, b.clock);
+    sim::SegmentPort port(segment, b.clock);
+    EthercatMaster master(eight, port, b.clock);
+    const Time begin = b.clock.now();
+    const auto up = master.bring_up();
+    ASSERT_TRUE(up) << to_text(up.error());
+    Time due = master.first_cycle(b.clock.now());
+    Exchange e;
+    const auto cycle = [&] {
+      b.clock.sleep_until(due);
+      e = master.exchange(due + microseconds(400));
+      due += milliseconds(1);
+    };
+    cycle();
+    cycle();
+    ASSERT_TRUE(master.request_operation());
+    for (int i = 0; i < 2000 && e.al_states != 8; ++i) cycle();
+    ASSERT_EQ(e.al_states, 8);
+    const Time took = b.clock.now() - begin;
+    RecordProperty(dc ? "eight_with_dc_ms" : "eight_without_dc_ms", static_cast<int>(took / milliseconds(1)));
+    EXPECT_LT(took, dc ? milliseconds(600) : milliseconds(100));
+  }
+}
+
 TEST(Master, the_bus_time_passes_half_a_cycle_before_sync0) {
   BusBench b;
   b.operate();
@@ -296,7 +334,7 @@ TEST(Master, a_station_that_lost_its_power_comes_back_with_its_whole_record_whil
     EXPECT_EQ(clock.activation, wire::kDcActivateCyclic | wire::kDcActivateSync0);
     EXPECT_LT(std::abs(clock.difference_ns), 1000);
     EXPECT_EQ(clock.next_sync0_ns % 1'000'000, 0u);  // in step with the others
-    b.enable();  // and it works
+    b.enable();                                      // and it works
   }
 }
 

@@ -1,0 +1,352 @@
+// The mailbox, SDO and SDO information against a station whose every answer is written down by hand from ETG.1000.6.
+#include "devices/ethercat/mailbox.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <functional>
+#include <gtest/gtest.h>
+#include <map>
+
+#include "devices/ethercat/sdo.hpp"
+#include "devices/ethercat/sdo_info.hpp"
+
+namespace gantry::devices {
+namespace {
+
+using namespace wire;
+
+Bytes bytes(std::initializer_list<int> values) {
+  Bytes b;
+  for (int v : values) b.push_back(static_cast<std::byte>(v));
+  return b;
+}
+
+/// One station at 1001h with SM0 at 1000h and SM1 behind it: nothing but two mailboxes and a list of what it answers.
+class MailboxStation final : public FramePort {
+ public:
+  explicit MailboxStation(VirtualClock& clock, std::size_t mailbox_bytes) : clock_(clock), size_(mailbox_bytes) {}
+  std::function<std::vector<Bytes>(const Bytes& body)> answer;  ///< CoE body in, CoE bodies out
+  std::vector<Bytes> requests;
+  std::function<std::uint8_t()> next_counter = [this] { return counter_ = wire::next_counter(counter_); };
+  int lose_read = -1;  ///< this read of a full mailbox is lost on its way back
+  int repeats = 0;
+  std::vector<std::uint8_t> request_counters;
+
+  void push(const Bytes& coe) {
+    Bytes m(size_);
+    put_mailbox_header(
+        m, {.length = static_cast<std::uint16_t>(coe.size()), .type = MailboxType::Coe, .counter = next_counter()});
+    ASSERT_LE(coe.size() + kMailboxHeader, size_);
+    std::copy(coe.begin(), coe.end(), m.begin() + kMailboxHeader);
+    full_.push_back(std::move(m));
+  }
+
+  bool send(PortIndex, std::span<const std::byte> frame) noexcept override {
+    Bytes reply(frame.begin(), frame.end());
+    reply[6] |= std::byte{kProcessedMacBit};
+    bool lost = false;
+    for (std::size_t at = kFrameHeader;;) {
+      const auto h = get_datagram_header(std::span(reply).subspan(at));
+      const auto data = std::span(reply).subspan(at + kDatagramHeader, h.length);
+      const bool ok =
+          h.adp() == 0x1001 &&
+          (h.command == Command::Fprd ? read(h.ado(), data, lost) : h.command == Command::Fpwr && write(h.ado(), data));
+      put_le<std::uint16_t>(reply, at + kDatagramHeader + h.length, ok ? 1 : 0);
+      if (!h.more) break;
+      at += kDatagramHeader + h.length + kWorkingCounter;
+    }
+    if (!lost) arriving_ = std::move(reply);
+    return true;
+  }
+  Received receive(std::span<std::byte> buffer, Time deadline) noexcept override {
+    if (arriving_.empty()) {
+      clock_.sleep_until(deadline);
+      return {};
+    }
+    std::copy(arriving_.begin(), arriving_.end(), buffer.begin());
+    const std::size_t size = arriving_.size();
+    arriving_.clear();
+    clock_.sleep_until(clock_.now() + microseconds(20));
+    return {size, PortIndex::Primary, clock_.now()};
+  }
+  [[nodiscard]] bool link_up(PortIndex) const noexcept override { return true; }
+
+  [[nodiscard]] StationRecord record() const {
+    StationRecord r;
+    static const config::Station known;
+    r.config = &known;
+    r.where = "station 0 'm'";
+    r.address = 0x1001;
+    r.sync_managers = {
+        {{.start = 0x1000, .length = static_cast<std::uint16_t>(size_)}, 1},
+        {{.start = static_cast<std::uint16_t>(0x1000 + size_), .length = static_cast<std::uint16_t>(size_)}, 2}};
+    return r;
+  }
+
+ private:
+  bool read(std::uint16_t at, std::span<std::byte> data, bool& lost) {
+    if (at == 0x080D) data[0] = static_cast<std::byte>(full_.empty() ? 0 : kSmStatusMailboxFull);
+    if (at == 0x080F) data[0] = static_cast<std::byte>(toggle_ ? kSmPdiRepeatAck : 0);
+    if (at < 0x1000) return true;
+    if (at != 0x1000 + size_ || full_.empty()) return false;
+    std::copy(full_.front().begin(), full_.front().end(), data.begin());
+    last_ = full_.front();
+    full_.pop_front();
+    lost = reads_++ == lose_read;
+    return true;
+  }
+  bool write(std::uint16_t at, std::span<const std::byte> data) {
+    if (at == 0x080E) {
+      const bool toggle = (std::to_integer<int>(data[0]) & kSmActivateRepeatRequest) != 0;
+      if (toggle != toggle_) ++repeats, full_.push_front(last_);
+      toggle_ = toggle;
+    }
+    if (at != 0x1000 || data.size() != size_) return at < 0x1000;
+    const auto h = get_mailbox_header(data);
+    request_counters.push_back(h.counter);
+    requests.emplace_back(data.begin() + kMailboxHeader, data.begin() + kMailboxHeader + h.length);
+    for (const Bytes& b : answer(requests.back())) push(b);
+    return true;
+  }
+
+  VirtualClock& clock_;
+  std::size_t size_;
+  Bytes arriving_, last_;
+  std::deque<Bytes> full_;
+  bool toggle_ = false;
+  int reads_ = 0;
+  std::uint8_t counter_ = 0;
+};
+
+struct Bench {
+  VirtualClock clock;
+  MailboxStation port;
+  Link link{port, clock};
+  StationRecord station;
+  explicit Bench(std::size_t mailbox_bytes = 128) : port(clock, mailbox_bytes), station(port.record()) {}
+};
+
+TEST(Sdo, an_expedited_upload_has_the_bytes_of_the_standard) {
+  Bench b;
+  b.port.answer = [](const Bytes&) {
+    return std::vector<Bytes>{bytes({0, 0x30, 0x4B, 0x41, 0x60, 0, 0x37, 0x02, 0, 0})};
+  };
+  const auto value = sdo_upload(b.link, b.station, {0x6041, 0});
+  ASSERT_TRUE(value) << to_text(value.error());
+  EXPECT_EQ(*value, bytes({0x37, 0x02}));
+  EXPECT_EQ(b.port.requests.front(), bytes({0, 0x20, 0x40, 0x41, 0x60, 0, 0, 0, 0, 0}));
+}
+
+TEST(Sdo, a_download_of_two_bytes_has_the_bytes_of_the_standard) {
+  Bench b;
+  b.port.answer = [](const Bytes&) { return std::vector<Bytes>{bytes({0, 0x30, 0x60, 0x40, 0x60, 0, 0, 0, 0, 0})}; };
+  ASSERT_TRUE(sdo_download(b.link, b.station, {0x6040, 0}, bytes({0x0F, 0x00})));
+  EXPECT_EQ(b.port.requests.front(), bytes({0, 0x20, 0x2B, 0x40, 0x60, 0, 0x0F, 0, 0, 0}));
+}
+
+/// A station that holds one long object and serves it in segments, whatever its mailbox's size.
+struct LongObject {
+  Bytes value;
+  std::size_t at = 0, room = 0;
+  int toggle = 0;
+  std::vector<Bytes> operator()(const Bytes& r) {
+    const int command = std::to_integer<int>(r[2]);
+    if (command == 0x40) {  // initiate upload: complete size, and what fits
+      at = std::min(value.size(), room - 16);
+      toggle = 0;
+      Bytes out = bytes({0, 0x30, 0x41, 0x00, 0x20, 0, 0, 0, 0, 0});
+      put_le<std::uint32_t>(out, 6, static_cast<std::uint32_t>(value.size()));
+      out.insert(out.end(), value.begin(), value.begin() + static_cast<std::ptrdiff_t>(at));
+      return {out};
+    }
+    if ((command & 0xE0) == 0x60) {  // upload segment
+      if ((command & 0x10) != toggle) return {bytes({0, 0x20, 0x80, 0, 0x20, 0, 0, 0, 0x03, 0x05})};
+      const std::size_t n = std::min(value.size() - at, room - 9);
+      int c = toggle | (at + n == value.size() ? 1 : 0);
+      if (n < 7) c |= static_cast<int>(7 - n) << 1;
+      Bytes out = bytes({0, 0x30, c});
+      out.insert(out.end(), value.begin() + static_cast<std::ptrdiff_t>(at),
+                 value.begin() + static_cast<std::ptrdiff_t>(at + n));
+      out.resize(std::max<std::size_t>(out.size(), 10));
+      at += n;
+      toggle ^= 0x10;
+      return {out};
+    }
+    if (command == 0x21) {  // initiate download
+      value.assign(r.begin() + 10, r.end());
+      at = get_le<std::uint32_t>(r, 6);
+      toggle = 0;
+      return {bytes({0, 0x30, 0x60, 0x00, 0x20, 0, 0, 0, 0, 0})};
+    }
+    const std::size_t n = r.size() - 3 > 7 ? r.size() - 3 : 7u - static_cast<unsigned>(command >> 1 & 7);
+    value.insert(value.end(), r.begin() + 3, r.begin() + 3 + static_cast<std::ptrdiff_t>(n));
+    const Bytes out = bytes({0, 0x30, 0x20 | (command & 0x10), 0, 0, 0, 0, 0, 0, 0});
+    return {out};
+  }
+};
+
+TEST(Sdo, objects_of_any_length_pass_through_mailboxes_of_any_size_both_ways) {
+  for (const std::size_t mailbox : {24u, 25u, 32u, 64u, 128u, 512u, 1486u})
+    for (const std::size_t size : {5u, 7u, 8u, 13u, 22u, 64u, 100u, 1000u, 5000u}) {
+      SCOPED_TRACE(testing::Message() << mailbox << " " << size);
+      Bench b(mailbox);
+      auto object = std::make_shared<LongObject>();
+      object->room = mailbox;
+      for (std::size_t i = 0; i < size; ++i) object->value.push_back(static_cast<std::byte>(i * 7));
+      const Bytes truth = object->value;
+      b.port.answer = [object](const Bytes& r) { return (*object)(r); };
+      const auto value = sdo_upload(b.link, b.station, {0x2000, 0});
+      ASSERT_TRUE(value) << to_text(value.error());
+      EXPECT_EQ(*value, truth);
+      Bytes other(size);
+      for (std::size_t i = 0; i < size; ++i) other[i] = static_cast<std::byte>(i * 11 + 1);
+      const auto done = sdo_download(b.link, b.station, {0x2000, 0}, other);
+      ASSERT_TRUE(done) << to_text(done.error());
+      EXPECT_EQ(object->value, other);
+    }
+}
+
+TEST(Sdo, an_emergency_in_the_middle_is_kept_and_disturbs_nothing) {
+  Bench b;
+  b.port.answer = [](const Bytes&) {
+    return std::vector<Bytes>{bytes({0, 0x10, 0x10, 0x32, 0x04, 1, 2, 3, 4, 5}),  // 3210h, register 04h
+                              bytes({0, 0x30, 0x4B, 0x41, 0x60, 0, 0x37, 0x02, 0, 0})};
+  };
+  const auto value = sdo_upload(b.link, b.station, {0x6041, 0});
+  ASSERT_TRUE(value) << to_text(value.error());
+  EXPECT_EQ(*value, bytes({0x37, 0x02}));
+  ASSERT_EQ(b.station.mailbox.emergencies.size(), 1u);
+  EXPECT_EQ(b.station.mailbox.emergencies[0].code, 0x3210);
+  EXPECT_EQ(b.station.mailbox.emergencies[0].error_register, 4);
+  EXPECT_EQ(b.station.mailbox.emergencies[0].data[4], 5);
+}
+
+TEST(Sdo, endless_emergencies_end_in_a_named_error) {
+  Bench b;
+  const auto emergency = bytes({0, 0x10, 0x10, 0x32, 0x04, 1, 2, 3, 4, 5});
+  b.port.answer = [&](const Bytes&) { return std::vector<Bytes>(200'000, emergency); };
+  const Time begin = b.clock.now();
+  const auto value = sdo_upload(b.link, b.station, {0x6041, 0});
+  ASSERT_FALSE(value);
+  EXPECT_EQ(value.error().fault, Fault::MailboxTimeout);
+  EXPECT_LT(b.clock.now() - begin, milliseconds(1500));
+  EXPECT_EQ(b.station.mailbox.emergencies.size(), MailboxState::kMostEmergencies);
+}
+
+TEST(Sdo, a_lost_reply_is_asked_for_again_and_the_request_is_not_carried_out_twice) {
+  for (int n = 0; n < 6; ++n) {
+    Bench b;
+    b.port.lose_read = n;
+    b.port.answer = [](const Bytes& r) {
+      Bytes out = bytes({0, 0x30, 0x43, 0, 0, 0, 0, 0, 0, 0});
+      std::copy(r.begin() + 3, r.begin() + 6, out.begin() + 3);
+      out[6] = r[3];  // the value tells the index
+      return std::vector<Bytes>{out};
+    };
+    for (int i = 0; i < 6; ++i) {
+      const auto value = sdo_upload(b.link, b.station, {static_cast<std::uint16_t>(0x2000 + i), 0});
+      ASSERT_TRUE(value) << n << ": " << to_text(value.error());
+      EXPECT_EQ((*value)[0], static_cast<std::byte>(i));
+    }
+    EXPECT_EQ(b.port.repeats, 1);
+    EXPECT_EQ(b.port.requests.size(), 6u);
+  }
+}
+
+TEST(Sdo, request_counters_run_1_to_7_and_reply_counters_are_their_own) {
+  for (const int kind : {0, 1, 2}) {
+    Bench b;
+    if (kind == 1) b.port.next_counter = [] { return std::uint8_t{0}; };  // a station that counts nothing
+    if (kind == 2) b.port.next_counter = [] { return std::uint8_t{3}; };  // and one that always says the same
+    b.port.answer = [](const Bytes&) { return std::vector<Bytes>{bytes({0, 0x30, 0x4F, 0x61, 0x60, 0, 8, 0, 0, 0})}; };
+    for (int i = 0; i < 16; ++i) ASSERT_TRUE(sdo_upload(b.link, b.station, {0x6061, 0})) << kind;
+    EXPECT_EQ(b.port.request_counters, (std::vector<std::uint8_t>{1, 2, 3, 4, 5, 6, 7, 1, 2, 3, 4, 5, 6, 7, 1, 2}));
+  }
+}
+
+TEST(Sdo, complete_access_that_is_refused_falls_back_to_single_sub_indices) {
+  Bench b;
+  std::map<int, Bytes> object{{0, bytes({2})}, {1, bytes({0x11, 0x22})}, {2, bytes({0x33, 0x44, 0x55, 0x66})}};
+  b.port.answer = [&](const Bytes& r) -> std::vector<Bytes> {
+    const int command = std::to_integer<int>(r[2]), sub = std::to_integer<int>(r[5]);
+    if ((command & 0x10) != 0) return {bytes({0, 0x20, 0x80, 0x18, 0x10, sub, 0x04, 0x00, 0x01, 0x06})};
+    Bytes out = bytes({0, 0x30, 0x60, 0x18, 0x10, sub, 0, 0, 0, 0});
+    if ((command & 0xE0) == 0x40) {
+      const Bytes& v = object[sub];
+      out[2] = static_cast<std::byte>(0x43 | (4 - v.size()) << 2);
+      std::copy(v.begin(), v.end(), out.begin() + 6);
+    } else {
+      object[sub] = Bytes(r.begin() + 6, r.begin() + 6 + (4 - (command >> 2 & 3)));
+    }
+    return {out};
+  };
+  const auto all = sdo_upload(b.link, b.station, {0x1018, 0}, SdoAccess::Complete);
+  ASSERT_TRUE(all) << to_text(all.error());
+  EXPECT_EQ(*all, bytes({2, 0, 0x11, 0x22, 0x33, 0x44, 0x55, 0x66}));
+  const auto done = sdo_download(b.link, b.station, {0x1018, 0}, bytes({2, 0, 9, 8, 7, 6, 5, 4}), SdoAccess::Complete);
+  ASSERT_TRUE(done) << to_text(done.error());
+  EXPECT_EQ(object[1], bytes({9, 8}));
+  EXPECT_EQ(object[2], bytes({7, 6, 5, 4}));
+  EXPECT_EQ(object[0], bytes({2}));
+}
+
+TEST(Sdo, an_abort_is_told_with_its_code_and_text) {
+  Bench b;
+  b.port.answer = [](const Bytes&) {
+    return std::vector<Bytes>{bytes({0, 0x20, 0x80, 0x41, 0x60, 0, 0x02, 0, 0x01, 0x06})};
+  };
+  const auto value = sdo_upload(b.link, b.station, {0x6041, 0});
+  ASSERT_FALSE(value);
+  EXPECT_EQ(value.error().fault, Fault::SdoAbort);
+  EXPECT_NE(value.error().message.find("06010002h"), std::string::npos);
+  EXPECT_NE(value.error().message.find("read-only"), std::string::npos);
+}
+
+TEST(SdoInfo, an_object_list_comes_in_fragments) {
+  Bench b(64);
+  b.port.answer = [](const Bytes& r) {
+    EXPECT_EQ(r, bytes({0, 0x80, 1, 0, 0, 0, 1, 0}));  // OD list request, all objects
+    return std::vector<Bytes>{bytes({0, 0x80, 0x82, 0, 1, 0, 1, 0, 0x00, 0x10, 0x18, 0x10}),
+                              bytes({0, 0x10, 0x10, 0x32, 0x04, 1, 2, 3, 4, 5}),  // an emergency between them
+                              bytes({0, 0x80, 0x02, 0, 0, 0, 0x40, 0x60, 0x41, 0x60})};
+  };
+  const auto list = read_object_indices(b.link, b.station, sdo_info::kListAll);
+  ASSERT_TRUE(list) << to_text(list.error());
+  EXPECT_EQ(*list, (std::vector<std::uint16_t>{0x1000, 0x1018, 0x6040, 0x6041}));
+  EXPECT_EQ(b.station.mailbox.emergencies.size(), 1u);
+}
+
+TEST(SdoInfo, objects_and_entries_are_described) {
+  Bench b;
+  b.port.answer = [](const Bytes& r) {
+    if (r[2] == std::byte{3})
+      return std::vector<Bytes>{
+          bytes({0, 0x80, 4, 0, 0, 0, 0x18, 0x10, 0x23, 0, 4, 9, 'I', 'd', 'e', 'n', 't', 'i', 't', 'y'})};
+    return std::vector<Bytes>{
+        bytes({0, 0x80, 6, 0, 0, 0, 0x18, 0x10, 1, 0, 7, 0, 32, 0, 7, 0, 'V', 'e', 'n', 'd', 'o', 'r'})};
+  };
+  const auto object = describe_object(b.link, b.station, 0x1018);
+  ASSERT_TRUE(object) << to_text(object.error());
+  EXPECT_EQ(object->name, "Identity");
+  EXPECT_EQ(object->max_sub, 4);
+  EXPECT_EQ(object->code, sdo_info::kCodeRecord);
+  EXPECT_EQ(data_type_name(object->data_type), "IDENTITY");
+  const auto entry = describe_entry(b.link, b.station, {0x1018, 1});
+  ASSERT_TRUE(entry) << to_text(entry.error());
+  EXPECT_EQ(entry->name, "Vendor");
+  EXPECT_EQ(entry->bit_length, 32);
+  EXPECT_EQ(entry->access, sdo_info::kAccessRead);
+  EXPECT_EQ(data_type_name(entry->data_type), "UNSIGNED32");
+}
+
+TEST(SdoInfo, an_error_answer_is_told) {
+  Bench b;
+  b.port.answer = [](const Bytes&) { return std::vector<Bytes>{bytes({0, 0x80, 7, 0, 0, 0, 0x00, 0x00, 0x02, 0x06})}; };
+  const auto object = describe_object(b.link, b.station, 0x5FFF);
+  ASSERT_FALSE(object);
+  EXPECT_EQ(object.error().fault, Fault::SdoAbort);
+  EXPECT_NE(object.error().message.find("does not exist"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace gantry::devices
