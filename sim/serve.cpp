@@ -22,7 +22,8 @@ namespace {
 /// Answers frames like a ring of stations until `stop`; time passes for the stations without frames too, so that their
 /// watchdogs notice a master that is gone. What is too long for a frame, or no EtherCAT, goes by unanswered.
 void answer_frames(devices::FramePort& wire, VirtualMachine& world, const Clock& clock, const std::atomic<bool>& stop) {
-  constexpr Time kPatience = milliseconds(1);
+  // Longer than a master's cycle: a wait that runs out just when the next frame is due would delay that frame.
+  constexpr Time kPatience = milliseconds(5);
   std::array<std::byte, 2 * devices::kMaxFrameBytes> buffer;  // an oversize frame must not look like a whole one
   const auto late = std::make_unique<DelayLine>();            // what a script holds back
   while (!stop) {
