@@ -96,6 +96,7 @@ void Segment::serve_datagram(std::span<std::byte> header, std::span<std::byte> d
     if (esc.write(ado, mine, at)) wkc = static_cast<std::uint16_t>(wkc + kWkcReadWriteWrite);
   };
   const auto read_or = [&](Esc& esc, Time at) {
+    std::memset(mine.data(), 0, mine.size());  // what lies under a closed SyncManager adds nothing
     if (!esc.read(ado, mine, at)) return;
     for (std::size_t i = 0; i < data.size(); ++i) data[i] |= mine[i];
     wkc = static_cast<std::uint16_t>(wkc + kWkcRead);

@@ -51,6 +51,17 @@ TEST_F(Bus, read_write_commands_give_the_old_value_and_count_three) {
   EXPECT_EQ(value(bus.read(0x1006, 0x1200, 4).data), 9u);
 }
 
+/// A part of a broadcast read that a station refuses was once filled with what earlier frames had left behind.
+TEST_F(Bus, a_broadcast_read_brings_nothing_from_under_a_closed_sync_manager) {
+  bus.address_all();
+  for (std::uint16_t station = 0x1001; station <= 0x1006; ++station)
+    bus.sync_manager(station, 0, 0x1000, 16, 0x26);  // a mailbox, closed in INIT
+  bus.send(3, 0, 0x1800, Raw(64, 0xFF));             // something to be left behind
+  const Answer brd = bus.send(7, 0, 0x0FF0, Raw(64));
+  EXPECT_EQ(brd.wkc, 6);  // what lies around the mailbox is read
+  EXPECT_EQ(brd.data, Raw(64));
+}
+
 TEST_F(Bus, read_multiple_write_spreads_one_stations_value) {
   bus.address_all();
   for (int i = 0; i < 6; ++i)
