@@ -71,6 +71,11 @@ void Esc::power_on(Time now) noexcept {
   dc_.power_on(now, clock_ == ClockWidth::Bits32 ? 32 : 64);
 }
 
+void Esc::renew() noexcept {
+  sii_.renew();
+  dc_ = {};
+}
+
 bool Esc::answers_to(std::uint16_t address) const noexcept {
   const bool alias_enabled = (get<std::uint8_t>(reg::kDlControl + 3) & 1) != 0;
   return get<std::uint16_t>(reg::kStationAddress) == address ||

@@ -47,6 +47,8 @@ class Esc {
   Esc(std::vector<std::byte> sii, ClockWidth clock);
 
   void power_on(Time now) noexcept;
+  /// To follow with power_on(): the EEPROM as it was delivered, a clock that runs right.
+  void renew() noexcept;
   void set_timing(const StationTiming& timing) noexcept { sii_.set_timing(timing); }
 
   // --- The bus side ---

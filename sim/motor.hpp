@@ -47,6 +47,8 @@ class Motor {
   void set_stalled(bool stalled) noexcept { stalled_ = stalled; }
   /// Puts the motor somewhere, at rest; commands still on their way are forgotten.
   void restore(double position) noexcept;
+  /// As the constructor left it.
+  void renew() noexcept { *this = Motor(truth_); }
 
  private:
   struct Delayed {

@@ -74,6 +74,12 @@ ObjectDictionary::ObjectDictionary(const config::StationProfile& profile, std::u
   add_missing_counts();
   sort();
   note_what_is_kept();
+  power_on();
+}
+
+void ObjectDictionary::power_on() noexcept {
+  ignored_.reset();
+  for (Object& o : objects_) o.value = o.initial;
   if (kept_ != nullptr)
     for (const auto& [address, value] : *kept_)
       if (Object* o = find(address)) o->value = value;

@@ -63,6 +63,9 @@ class ObjectDictionary {
   /// keeps is put there (nullptr: nothing is kept).
   ObjectDictionary(const config::StationProfile& profile, std::uint32_t serial, Kept* kept = nullptr);
 
+  /// Every object has its start value again, or what is kept of it; rows and addresses of objects stay.
+  void power_on() noexcept;
+
   [[nodiscard]] Object* find(config::ObjectAddress address) noexcept;
   [[nodiscard]] const Object* find(config::ObjectAddress address) const noexcept;
   /// All sub-objects of an index, ascending; empty when there is none.

@@ -52,7 +52,6 @@ Segment::Segment(const config::Machine& machine, Clock& clock) : machine_(machin
       w = {motors_.back().get(), static_cast<double>(stations[i]->profile.drive->counts_per_rev), false};
     }
     ring_.push_back(std::make_unique<Station>(*stations[i], static_cast<std::uint32_t>(i + 1), std::move(wiring[i])));
-    ring_.back()->power_on(clock.now() - static_cast<int>(i) * kPowerStagger);
   }
   places_.resize(ring_.size());
   route_.reserve(ring_.size());
@@ -60,8 +59,19 @@ Segment::Segment(const config::Machine& machine, Clock& clock) : machine_(machin
     places_[static_cast<std::size_t>(i)].parent = i - 1;
     places_[static_cast<std::size_t>(i - 1)].child[1] = i;
   }
-  link_cut_.resize(ring_.size());
-  power_returns_.resize(ring_.size(), kNever);
+  renew();
+}
+
+void Segment::renew() {
+  link_cut_.assign(ring_.size(), false);
+  power_returns_.assign(ring_.size(), kNever);
+  cycles_ = frames_ = 0;
+  faults_ = {};
+  fate_ = {};
+  for (int i = 0; i < station_count(); ++i) {
+    station(i).renew();
+    station(i).power_on(clock_.now() - i * kPowerStagger);
+  }
   update_links();
 }
 

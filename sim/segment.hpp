@@ -41,6 +41,11 @@ class Segment {
   Segment(const Segment&) = delete;
   Segment& operator=(const Segment&) = delete;
 
+  /// As the constructor left it, at clock.now(): stations and motors as new, cables whole, no faults, counts at 0. The
+  /// world, the timing and where stations hang stay as the host has set them. A small part of the constructor's cost:
+  /// whoever needs thousands of new segments takes this one again.
+  void renew();
+
   void set_world(WorldHook* world) noexcept { world_ = world; }
   void set_timing(const StationTiming& timing) noexcept;
   /// The station's cable leads to `port` (1, 2 or 3) of `parent` instead of to port 1 of the station before it. Frames

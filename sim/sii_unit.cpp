@@ -22,7 +22,12 @@ constexpr std::size_t kConfigArea = 14;  // bytes under the checksum
 
 }  // namespace
 
-SiiUnit::SiiUnit(std::vector<std::byte> image) : image_(std::move(image)) {}
+SiiUnit::SiiUnit(std::vector<std::byte> image) : image_(std::move(image)), delivered_(image_) {}
+
+void SiiUnit::renew() noexcept {
+  std::copy(delivered_.begin(), delivered_.end(), image_.begin());
+  running_ = 0;
+}
 
 void SiiUnit::power_on(Time now) noexcept {
   settle(now);  // what was under way got through before the supply went

@@ -24,6 +24,8 @@ class SiiUnit {
   explicit SiiUnit(std::vector<std::byte> image);
 
   void power_on(Time now) noexcept;
+  /// The content as it was delivered; what was under way is forgotten.
+  void renew() noexcept;
   void set_timing(const StationTiming& timing) noexcept { timing_ = timing; }
 
   /// `at`: register address, inside 0500h..050Fh together with `in`.
@@ -39,7 +41,7 @@ class SiiUnit {
   void command(Time now) noexcept;
   void load() noexcept;
 
-  std::vector<std::byte> image_;
+  std::vector<std::byte> image_, delivered_;
   StationTiming timing_;
   std::array<std::byte, kRegisterBytes> registers_{};
   std::uint16_t running_ = 0;  ///< the command under way

@@ -24,10 +24,10 @@ ClockWidth clock_of(const config::StationProfile& profile) noexcept {
 
 Station::Station(const config::Station& config, std::uint32_t serial, std::vector<DriveWiring> wiring)
     : config_(config),
-      serial_(serial),
       wiring_(std::move(wiring)),
       rows_(sync_managers(config.profile)),
       esc_(sii_image(config.profile, config.alias, serial), clock_of(config.profile)),
+      objects_(config.profile, serial, &kept_),
       drives_(wiring_.size()) {
   for (int i = 0; i < static_cast<int>(rows_.size()); ++i) switch (rows_[static_cast<std::size_t>(i)].kind) {
       case SyncManagerKind::MailboxOut: mailbox_out_ = i; break;
@@ -40,11 +40,10 @@ Station::Station(const config::Station& config, std::uint32_t serial, std::vecto
 void Station::power_on(Time now) {
   powered_ = true;
   for (auto& drive : drives_) drive.reset();
-  objects_ = std::make_unique<ObjectDictionary>(config_.profile, serial_, &kept_);
-  coe_ =
-      std::make_unique<CoeServer>(*objects_, has_mailbox() ? rows_[static_cast<std::size_t>(mailbox_in_)].length : 0);
+  objects_.power_on();
+  coe_ = std::make_unique<CoeServer>(objects_, has_mailbox() ? rows_[static_cast<std::size_t>(mailbox_in_)].length : 0);
   for (std::size_t slot = 0; slot < wiring_.size(); ++slot)
-    drives_[slot] = std::make_unique<Drive402>(*objects_, static_cast<int>(slot), *wiring_[slot].motor,
+    drives_[slot] = std::make_unique<Drive402>(objects_, static_cast<int>(slot), *wiring_[slot].motor,
                                                wiring_[slot].counts_per_unit, wiring_[slot].invert);
   rx_ = tx_ = PdoMap{};
   state_ = AlState::Init, error_ = identification_ = false;
@@ -57,6 +56,13 @@ void Station::power_on(Time now) {
   lock_sync_managers();
   last_tick_ = now;
   next_free_run_ = (now / kFreeRun + 1) * kFreeRun;
+}
+
+void Station::renew() noexcept {
+  kept_.clear();
+  io_inputs_ = 0, io_inputs_told_ = false;
+  for (const auto& w : wiring_) w.motor->renew();
+  esc_.renew();
 }
 
 void Station::set_timing(const StationTiming& timing) noexcept {
@@ -92,7 +98,7 @@ void Station::latch(Time at) noexcept {
   latch_outputs();
   if (state_ != AlState::Op || !sync0_runs()) return;
   // ETG.1020, 10F1h:2: how far missed outputs may count up; 0: not watched.
-  const auto limit = objects_->value({0x10F1, 2});
+  const auto limit = objects_.value({0x10F1, 2});
   missed_outputs_ = outputs_new_ ? std::max(missed_outputs_ - 1, 0) : missed_outputs_ + kMissedStep;
   outputs_new_ = false;
   if (limit > 0 && missed_outputs_ > limit) fail(AlState::SafeOp, al_code::kSyncError);
@@ -138,7 +144,7 @@ void Station::take(Time at) noexcept {
     any_fault |= drive->faulted();
   }
   if (!drives_.empty())
-    if (Object* error_register = objects_->find({0x1001, 0})) error_register->value = any_fault ? 1 : 0;
+    if (Object* error_register = objects_.find({0x1001, 0})) error_register->value = any_fault ? 1 : 0;
   fill_mailbox();
   supervise(at);
 }

@@ -42,12 +42,14 @@ class Station {
 
   void power_on(Time now);
   void power_off() noexcept;
+  /// To follow with power_on(): forgets what a station keeps without power, too - its EEPROM, stored objects, motors.
+  void renew() noexcept;
   [[nodiscard]] bool powered() const noexcept { return powered_; }
 
   void set_timing(const StationTiming& timing) noexcept;
 
   Esc& esc() noexcept { return esc_; }
-  ObjectDictionary& objects() noexcept { return *objects_; }
+  ObjectDictionary& objects() noexcept { return objects_; }
   [[nodiscard]] Drive402* drive(int slot) const noexcept { return drives_[static_cast<std::size_t>(slot)].get(); }
   [[nodiscard]] devices::wire::AlState state() const noexcept { return state_; }
 
@@ -93,7 +95,6 @@ class Station {
   [[nodiscard]] bool has_mailbox() const noexcept { return mailbox_out_ >= 0 && mailbox_in_ >= 0; }
 
   const config::Station& config_;
-  std::uint32_t serial_;
   std::vector<DriveWiring> wiring_;
   std::vector<config::SyncManagerRow> rows_;                                     ///< by SyncManager
   int mailbox_out_ = -1, mailbox_in_ = -1, process_out_ = -1, process_in_ = -1;  ///< SyncManagers; -1: none
@@ -102,8 +103,8 @@ class Station {
   bool powered_ = false;
 
   Kept kept_;  ///< objects in the drive's own memory
+  ObjectDictionary objects_;
   // New with each power-on.
-  std::unique_ptr<ObjectDictionary> objects_;
   std::unique_ptr<CoeServer> coe_;
   std::vector<std::unique_ptr<Drive402>> drives_;
   PdoMap rx_, tx_;

@@ -93,8 +93,8 @@ void Station::change_state(AlState wanted, Time now) {
     code = esc_.sii_loaded() ? check_mailbox() : al_code::kSiiError;
   }
   if (state_ == AlState::PreOp && wanted == AlState::SafeOp) {
-    rx_ = PdoMap::build(*objects_, PdoDirection::Rx);
-    tx_ = PdoMap::build(*objects_, PdoDirection::Tx);
+    rx_ = PdoMap::build(objects_, PdoDirection::Rx);
+    tx_ = PdoMap::build(objects_, PdoDirection::Tx);
     code = check_process_data();
     if (code == 0) code = check_layout();
     if (code == 0) code = check_sync();
@@ -117,7 +117,7 @@ void Station::change_state(AlState wanted, Time now) {
 /// ETG.1000.6, 5.6.4: a state change that failed; the code follows as diagnostic data.
 void Station::emergency(std::uint16_t error, std::uint16_t al_status_code) noexcept {
   if (!has_mailbox()) return;
-  coe_->emergency(error, static_cast<std::uint8_t>(objects_->value({0x1001, 0})), al_status_code);
+  coe_->emergency(error, static_cast<std::uint8_t>(objects_.value({0x1001, 0})), al_status_code);
   fill_mailbox();
 }
 

@@ -1,5 +1,6 @@
 // Runs a fuzz target without libFuzzer: every file of its corpus, then N inputs made from them by mutation.
 //   fuzz_NAME CORPUS_DIR [RUNS] [SEED]
+// At the end the corpus runs again, backwards: what the subject says to an input must not depend on those before it.
 // The seed is printed; on a crash the input stands in the file that is named before.
 #include <algorithm>
 #include <chrono>
@@ -13,6 +14,8 @@
 #include <random>
 #include <unistd.h>
 #include <vector>
+
+#include "tests/fuzz/input.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
@@ -67,10 +70,13 @@ Bytes mutated(const std::vector<Bytes>& corpus, std::mt19937_64& random) {
   return b;
 }
 
-void run(const Bytes& input) {
+/// A hash of what the subject said.
+std::uint64_t run(const Bytes& input) {
   running = &input;
+  gantry::fuzz::said = 0;
   LLVMFuzzerTestOneInput(input.data(), input.size());
   running = nullptr;
+  return gantry::fuzz::said;
 }
 
 }  // namespace
@@ -97,9 +103,15 @@ int main(int argc, char** argv) {
     return 2;
   }
   const auto begin = std::chrono::steady_clock::now();
-  for (const auto& input : corpus) run(input);
+  std::vector<std::uint64_t> said;
+  for (const auto& input : corpus) said.push_back(run(input));
   std::mt19937_64 random(seed);
   for (unsigned long long i = 0; i < runs; ++i) run(mutated(corpus, random));
+  for (std::size_t i = corpus.size(); i-- > 0;)
+    if (run(corpus[i]) != said[i]) {
+      std::fprintf(stderr, "%s: does not do the same again after other inputs\n", files[i].c_str());
+      return 1;
+    }
   const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   std::printf("%zu inputs of the corpus, %llu mutated (seed %llu), %.1f s\n", corpus.size(), runs, seed, took_s);
 }

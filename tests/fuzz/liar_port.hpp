@@ -11,6 +11,7 @@
 #include "core/clock.hpp"
 #include "devices/frame_port.hpp"
 #include "devices/wire/ethercat.hpp"
+#include "tests/fuzz/input.hpp"
 
 namespace gantry::fuzz {
 
@@ -23,6 +24,7 @@ class LiarPort : public devices::FramePort {
 
   bool send(devices::PortIndex, std::span<const std::byte> frame) noexcept override {
     using namespace devices::wire;
+    note_said(frame);  // what the master does next is what it made of the answers
     std::vector<std::byte> reply(frame.begin(), frame.end());
     reply[6] |= std::byte{kProcessedMacBit};
     for (std::size_t at = kFrameHeader;;) {
