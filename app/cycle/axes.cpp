@@ -9,8 +9,9 @@ using devices::DriveGoal;
 using devices::DriveState;
 
 namespace {
-constexpr double kJumpCycles = 4;  // R44: cycles of travel at full speed that one cycle may show
-}
+constexpr double kJumpCycles = 4;   // R44: cycles of travel at full speed that one cycle may show
+constexpr double kReportDelay = 2;  // cycles from a target that is sent to a position that tells of it
+}  // namespace
 
 Axes::Axes(const LoopSetup& setup) noexcept : setup_(setup) {
   for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
@@ -47,12 +48,13 @@ void Axes::read(const devices::FieldBus& bus, bool answered, std::int64_t elapse
   }
 }
 
-void Axes::write(devices::FieldBus& bus, const AxisVec& target) noexcept {
-  const double dt = seconds(setup_.period);
+void Axes::write(devices::FieldBus& bus, const AxisVec& target, std::int64_t elapsed) noexcept {
+  const double dt = seconds(setup_.period) * static_cast<double>(elapsed);
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
     speed_[i] = (target[i] - last_target_[i]) / dt;
     last_target_[i] = target[i];
   }
+  sent_.push(elapsed, target);
   for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
     const DriveSetup& setup = setup_.drives[d];
     devices::DriveCommand command;
@@ -124,6 +126,17 @@ double Axes::following(AxisId id, double target) const noexcept {
   double worst = 0;
   for (const std::uint8_t d : setup_.axes[id.value].drives) {
     const double error = target - drives_[d].feedback().position;
+    if (std::abs(error) > std::abs(worst)) worst = error;
+  }
+  return worst;
+}
+
+double Axes::behind(AxisId id) const noexcept {
+  const AxisSetup& axis = setup_.axes[id.value];
+  const double allowed = axis.following_per_speed_s / seconds(setup_.period) + kReportDelay;
+  double worst = 0;
+  for (const std::uint8_t d : axis.drives) {
+    const double error = sent_.behind(id, drives_[d].feedback().position, static_cast<std::int64_t>(allowed));
     if (std::abs(error) > std::abs(worst)) worst = error;
   }
   return worst;

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "app/cycle/loop_setup.hpp"
+#include "app/cycle/sent_targets.hpp"
 #include "devices/bus.hpp"
 #include "devices/rt/drive.hpp"
 #include "devices/rt/homing.hpp"
@@ -21,7 +22,8 @@ class Axes {
   /// `answered`: the frames came back, so that a station whose inputs are stale did not take part. `elapsed`: cycles
   /// since the last call.
   void read(const devices::FieldBus& bus, bool answered, std::int64_t elapsed) noexcept;
-  void write(devices::FieldBus& bus, const AxisVec& target) noexcept;
+  /// `elapsed` as for read().
+  void write(devices::FieldBus& bus, const AxisVec& target, std::int64_t elapsed) noexcept;
 
   /// A new goal holds for drives that were away, too: enabling them again is the operator's.
   void set_goal(devices::DriveGoal goal) noexcept {
@@ -45,6 +47,9 @@ class Axes {
   /// Target minus actual, of the drive that is farther off. Only where measures_following().
   [[nodiscard]] double following(AxisId id, double target) const noexcept;
   [[nodiscard]] bool measures_following(AxisId id) const noexcept;
+  /// The same of what was last sent, but 0 wherever the drive may be because it catches up after a stall of the host,
+  /// for as long as the axis may take by its window.
+  [[nodiscard]] double behind(AxisId id) const noexcept;
   [[nodiscard]] double skew(AxisId id) const noexcept;
   [[nodiscard]] bool on_limit(AxisId id) const noexcept;
   /// All inputs of the axis's drives are of the last cycle.
@@ -86,6 +91,7 @@ class Axes {
   devices::ProbeArm probe_;
   devices::DriveGoal goal_ = devices::DriveGoal::Disabled;
   AxisVec actual_{}, speed_{}, last_target_{};
+  SentTargets sent_;
   std::uint32_t homing_mask_ = 0, referenced_ = 0;
   std::array<int, kMaxDrives>
       away_{};  ///< cycles in which its station did not take part, up to counter_low_max: it was lost then

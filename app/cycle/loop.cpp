@@ -44,7 +44,7 @@ Time Loop::tick(const Beat& beat) noexcept {
   heed_watchdog();
   take_commands();
   advance(beat);
-  write_image();
+  write_image(beat);
 
   const Time sending = clock_.now();
   exchange(beat, sending);
@@ -228,12 +228,12 @@ void Loop::step_motion() noexcept {
   if (commanded_.setpoint.probing && !probe_told_) probing_ = true;  // while it brakes after the touch, it is over
 }
 
-void Loop::write_image() noexcept {
+void Loop::write_image(const Beat& beat) noexcept {
   std::uint32_t word = commanded_.outputs | outputs_set_;
   if (setup_.healthy_mask != 0 && latched_ == Fault::None && cycle_ / kHealthyPeriod % 2 == 0)
     word |= setup_.healthy_mask;
   sent_outputs_ = word;
-  axes_.write(bus_, commanded_.target);
+  axes_.write(bus_, commanded_.target, beat.elapsed);
   write_outputs(bus_, setup_, word);
 }
 

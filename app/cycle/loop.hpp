@@ -46,7 +46,7 @@ class Loop {
   Fault refuse(const Command& command) const noexcept;
   void advance(const Beat& beat) noexcept;
   void step_motion() noexcept;
-  void write_image() noexcept;
+  void write_image(const Beat& beat) noexcept;
   void heed_watchdog() noexcept;
   void exchange(const Beat& beat, Time now) noexcept;
   void follow_progress() noexcept;

@@ -94,7 +94,7 @@ void Supervisor::look_at_axes(const View& view, Findings& found) noexcept {
     if (!axis.streamed || !view.axes.fresh(id)) continue;
     const bool homing = view.state == State::Homing;
     if (view.axes.measures_following(id) && !homing) {
-      const double error = view.axes.following(id, view.target[i]);
+      const double error = view.axes.behind(id);
       const double window = axis.following_base + axis.following_per_speed_s * std::abs(view.axes.speed(id));
       over_window_[i] = std::abs(error) > window ? over_window_[i] + 1 : 0;
       if (over_window_[i] >= kFollowingCycles) found.push_back({Fault::FollowingError, id, clamp_i32(error * 1000)});
