@@ -1,6 +1,7 @@
 // A station that says whatever a fuzz input says, behind FramePort: frames come back well formed, what they carry is
-// the input's. The answer to each datagram is the business of the derived target.
-//   struct Liar : LiarPort { bool answer(const Asked&, std::span<std::byte> data) override; };
+// the input's. The answer to each datagram is the business of the derived target; the NOPs that carry our sequence
+// number pass untouched, as through any ring.
+//   struct Liar : LiarPort { Answer answer(const DatagramHeader&, std::span<std::byte> data) override; };
 // Time is virtual: a wait for a frame that does not come costs nothing.
 #pragma once
 #include <algorithm>
@@ -19,8 +20,9 @@ class LiarPort : public devices::FramePort {
  public:
   explicit LiarPort(VirtualClock& clock) : clock_(clock) {}
 
-  /// One datagram: `data` is what it carries and will carry back. False: nobody takes part (working counter 0).
-  virtual bool answer(const devices::wire::DatagramHeader& asked, std::span<std::byte> data) = 0;
+  enum class Answer { Takes, TakesNot, Lost };  ///< working counter 1 or 0, or the frame does not come back
+  /// One datagram: `data` is what it carries and will carry back.
+  virtual Answer answer(const devices::wire::DatagramHeader& asked, std::span<std::byte> data) = 0;
 
   bool send(devices::PortIndex, std::span<const std::byte> frame) noexcept override {
     using namespace devices::wire;
@@ -31,7 +33,9 @@ class LiarPort : public devices::FramePort {
       const auto header = get_datagram_header(std::span(reply).subspan(at));
       const auto data = std::span(reply).subspan(at + kDatagramHeader, header.length);
       const std::size_t counter = at + kDatagramHeader + header.length;
-      put_le<std::uint16_t>(reply, counter, answer(header, data) ? 1 : 0);
+      const Answer said = header.command == Command::Nop ? Answer::TakesNot : answer(header, data);
+      if (said == Answer::Lost) return true;
+      put_le<std::uint16_t>(reply, counter, said == Answer::Takes ? 1 : 0);
       if (!header.more) break;
       at = counter + kWorkingCounter;
     }
@@ -50,8 +54,10 @@ class LiarPort : public devices::FramePort {
   }
   [[nodiscard]] bool link_up(devices::PortIndex) const noexcept override { return true; }
 
- private:
+ protected:
   VirtualClock& clock_;
+
+ private:
   std::deque<std::vector<std::byte>> waiting_;
 };
 

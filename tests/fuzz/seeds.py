@@ -54,8 +54,13 @@ seed("master_frame", "foreign", bytes([0x00, 7, 0, 0, 4]) + bytes(12) + b"\x88\x
 seed("master_frame", "empty", bytes([0x00, 7, 0, 0, 4]))
 
 
-def replies(what, *mailboxes, flags=1):
-    return bytes([what]) + b"".join(bytes([len(m), flags]) + m for m in mailboxes)
+FULL, SHORT, NO_COE, SILENT, NEVER_REPEATS, REFUSES = 1, 2, 4, 8, 16, 32  # kind of station in master_mailbox
+EMPTY, NEXT, LOST = 3, 5, 9  # flags of a reply, beside a right header
+
+
+def replies(what, *rows, flags=1, kind=0):
+    """Rows are mailboxes, or pairs of flags and bytes."""
+    return bytes([kind, what]) + b"".join(bytes([len(m), f]) + m for f, m in (r if isinstance(r, tuple) else (flags, r) for r in rows))
 
 
 seed("master_mailbox", "expedited", replies(0, coe(3, struct.pack("<BHBI", 0x43, 0x1018, 1, 0xD28))))
@@ -78,6 +83,34 @@ seed("master_mailbox", "whole_list", replies(8, info(2, struct.pack("<HH", 1, 0x
 seed("master_mailbox", "error_reply", replies(0, struct.pack("<HHBBHH", 4, 0, 0, 0x10, 1, 2), flags=0))
 seed("master_mailbox", "lost_read", replies(0, coe(3, struct.pack("<BHBI", 0x43, 0x1018, 1, 1)), flags=3))
 
+identity = coe(3, struct.pack("<BHBI", 0x43, 0x1018, 1, 0xD28))
+refused = lambda index, sub, code: coe(2, struct.pack("<BHBI", 0x80, index, sub, code))
+one = lambda index, sub, value, size=1: coe(3, struct.pack("<BHBI", 0x43 | (4 - size) << 2, index, sub, value))
+seed("master_mailbox", "stale_first", replies(0, (5, identity), (1, coe(1, bytes(8))), identity, kind=FULL))
+seed("master_mailbox", "empty_after_all", replies(0, (EMPTY, b""), identity))
+seed("master_mailbox", "repeated", replies(0, (LOST, identity), identity))
+seed("master_mailbox", "never_repeated", replies(0, (LOST, identity), identity, kind=NEVER_REPEATS))
+seed("master_mailbox", "lost_again", replies(0, (LOST, identity), (LOST, identity), (LOST, identity), identity))
+seed("master_mailbox", "not_taken", replies(0x10, identity, coe(3, struct.pack("<BHBI", 0x60, 0x607A, 0, 0)), kind=3 * REFUSES))
+seed("master_mailbox", "silent", replies(0, (NEXT, coe(1, bytes(8))), kind=SILENT))
+seed("master_mailbox", "length_lies", replies(0, (0, struct.pack("<HHBB", 200, 0, 0, 0x13) + bytes(10))))
+seed("master_mailbox", "no_coe", replies(5, identity, kind=NO_COE))
+seed("master_mailbox", "short_mailbox", replies(0x20, coe(3, struct.pack("<BHBI", 0x41, 0x1018, 1, 20) + bytes(8)), coe(3, b"\x00" + bytes(15)),
+                                                coe(3, struct.pack("<BHBI", 0x60, 0x2000, 0, 0)), *(coe(3, bytes([0x20 | n % 2 << 4]) + bytes(7)) for n in range(20)), kind=SHORT))
+seed("master_mailbox", "strays", replies(0, *((NEXT, refused(0x2000, 0, 0)) for _ in range(10)), identity))
+seed("master_mailbox", "out_of_turn", replies(0, coe(3, struct.pack("<BHBI", 0x41, 0x1018, 1, 130) + bytes(100)), coe(3, b"\x10" + bytes(20))))
+seed("master_mailbox", "download_out_of_turn", replies(2, coe(3, struct.pack("<BHBI", 0x60, 0x2000, 0, 0)), coe(3, b"\x30" + bytes(7))))
+seed("master_mailbox", "complete_singly", replies(3, refused(0x1C12, 0, 0x06010004), one(0x1C12, 0, 2), one(0x1C12, 1, 0x1600, 2), one(0x1C12, 2, 0x1601, 2)))
+seed("master_mailbox", "download_singly", replies(9, refused(0x1C12, 0, 0x06010000)))
+done = lambda index, sub: coe(3, struct.pack("<BHBI", 0x60, index, sub, 0))
+seed("master_mailbox", "download_complete_singly", replies(4, refused(0x1C12, 0, 0x05040001), *(one(0x1C12, n, 0, 2) for n in (1, 2)), *(done(0x1C12, n) for n in (0, 1, 2, 0))))
+seed("master_mailbox", "download_complete", replies(4, coe(3, struct.pack("<BHBI", 0x70, 0x1C12, 0, 0))))
+seed("master_mailbox", "number", replies(0xAA, identity, one(0x1018, 1, 7)))
+seed("master_mailbox", "information_refused", replies(0x65, info(7, struct.pack("<I", 0x06020000)), refused(0, 0, 0x05040001)))
+seed("master_mailbox", "information_strays", replies(6, (NEXT, identity), (NEXT, info(6, bytes(8))), info(4, struct.pack("<HHBB", 0x6041, 6, 0, 7))))
+seed("master_mailbox", "information_gaps", replies(8, info(2, struct.pack("<HHH", 1, 0x1018, 0x1008)), info(4, struct.pack("<HHBB", 0x1018, 0x23, 4, 9) + b"identity"),
+                                                   info(7, struct.pack("<I", 0x06090011)), info(6, struct.pack("<HBBHHH", 0x1018, 1, 0, 7, 32, 7) + b"vendor")))
+
 words = bytearray(128)
 struct.pack_into("<IIII", words, 16, 0xD28, 0x286, 1, 7)
 struct.pack_into("<HHHHH", words, 0x30, 0x1000, 128, 0x1080, 128, 4)
@@ -93,10 +126,25 @@ def category(kind, data):
 
 whole = bytes(words) + category(10, strings) + category(30, bytes(32)) + category(40, b"\1\2\3\0") + \
     category(41, struct.pack("<HHBBBB", 0x1000, 128, 0x26, 0, 1, 1) * 2) + category(51, pdo) + category(60, bytes(24))
-seed("master_sii", "whole", whole + b"\xff\xff")
-seed("master_sii", "no_end", whole)
-seed("master_sii", "beyond", bytes(words) + struct.pack("<HH", 50, 0x7FFF) + bytes(16))
-seed("master_sii", "words", bytes(words))
+READS4, SLOW, ERROR, BUSY, GONE = 1, 2, 4, 8, 12  # first byte of master_sii; the second one is a place, in two words
+
+
+def eeprom(image, how=0, place=0):
+    return bytes([how, place]) + image
+
+
+seed("master_sii", "whole", eeprom(whole + b"\xff\xff"))
+seed("master_sii", "no_end", eeprom(whole))
+seed("master_sii", "reads4", eeprom(whole + b"\xff\xff", READS4 | SLOW))
+for name, how in (("error", ERROR), ("busy", BUSY), ("gone", GONE)):
+    seed("master_sii", name + "_at_once", eeprom(bytes(words), how))
+    seed("master_sii", name + "_in_categories", eeprom(whole, how, 0x22))
+seed("master_sii", "beyond", eeprom(bytes(words) + struct.pack("<HH", 50, 0x7FFF) + bytes(16)))
+seed("master_sii", "words", eeprom(bytes(words)))
+seed("master_sii", "short", eeprom(bytes(words[:40])))
+seed("master_sii", "general_short", eeprom(bytes(words) + category(30, bytes(4)) + b"\xff\xff"))
+seed("master_sii", "pdo_too_many", eeprom(bytes(words) + category(50, struct.pack("<HBBBBH", 0x1A00, 200, 3, 0, 1, 0) + bytes(8)) + b"\xff\xff"))
+seed("master_sii", "strings_beyond", eeprom(bytes(words) + category(10, bytes([9, 3]) + b"a\x01\xff" + bytes([200]) + b"abc") + category(50, struct.pack("<HBBBBH", 0x1A00, 1, 3, 0, 1, 0) + struct.pack("<HBBBBH", 0x6041, 0, 1, 6, 16, 0)) + b"\xff\xff"))
 
 seed("sim_frame", "scan", frames(payload(datagram(7, 0, 0, bytes(2))), payload(datagram(2, 0, 0x10, b"\1\x10")),
                                  payload(datagram(4, 0x1001, 0x130, bytes(6))), first=INIT))
@@ -119,12 +167,16 @@ seed("sim_frame", "watchdog", accesses(OP, (2, 0, 0x420, b"\1\0"), (12, 0, 0, by
 clocks = ((8, 0, 0x900, bytes(4)), (1, 0, 0x918, bytes(8)), (2, 0, 0x920, struct.pack("<Q", 1000)), (2, 0, 0x928, struct.pack("<I", 600)),
           (2, 1, 0x930, b"\0\x10"))
 seed("sim_frame", "clocks", accesses(SAFE_OP, *clocks, *((14, 0, 0x910, bytes(8)) for _ in range(4)), (13, 0, 0x910, bytes(4)), (7, 0, 0x92C, bytes(4))))
-start = ((2, 0, 0x9A0, struct.pack("<II", 250000, 0)), (2, 0, 0x990, struct.pack("<Q", 8000000)))
-seed("sim_frame", "sync0", accesses(SAFE_OP, *start, (2, 0, 0x980, b"\0\3"), (12, 0, 0, bytes(8), 6), (2, 0, 0x120, b"\x08\0"), (12, 0, 0, bytes(8), 7),
+start = ((2, 0, 0x9A0, struct.pack("<II", 500000, 0)), (2, 0, 0x990, struct.pack("<Q", 8000000)))
+seed("sim_frame", "sync0", accesses(SAFE_OP, *start, (2, 0, 0x980, b"\0\3"), (12, 0, 0, bytes(8), 7), (12, 0, 0, bytes(8), 7), (2, 0, 0x120, b"\x08\0"), (12, 0, 0, bytes(8), 7),
                                     (12, 0, 0, bytes(8), 5), (1, 0, 0x990, bytes(8)), (2, 0, 0x980, b"\0\0"), (7, 0, 0x130, bytes(6), 3)))
 seed("sim_frame", "sync1_alone", accesses(PRE_OP, *start, (2, 0, 0x981, b"\5"), (2, 0, 0x120, b"\4\0"), (7, 0, 0x130, bytes(6), 4)))
 seed("sim_frame", "no_sync", accesses(SAFE_OP, (2, 0, 0x9A0, struct.pack("<I", 1000000)), (2, 0, 0x990, bytes(8)), (2, 0, 0x981, b"\3"),
                                       (2, 0, 0x120, b"\x08\0"), (7, 0, 0x130, bytes(6), 7), (7, 0, 0x130, bytes(6), 7)))
+seed("sim_frame", "no_outputs", accesses(SAFE_OP, (2, 0, 0x120, b"\x08\0"), (7, 0, 0x130, bytes(6), 3), (7, 0, 0x130, bytes(6), 6), (2, 0, 0x120, b"\x14\0")))
+seed("sim_frame", "in_step", accesses(SAFE_OP, *(row for n in range(12) for row in ((14, 0, 0x910, bytes(8)), (2, 1, 0x910, struct.pack("<Q", 1000000000 + 100000 * n))))))
+seed("sim_frame", "repeat", accesses(PRE_OP, (2, 0, 0x1000, (struct.pack("<HHBB", 10, 0, 0, 0x13) + sdo(0x40, 0x1018, 1)[6:]).ljust(128, b"\0")),
+                                     (1, 0, 0x1080, bytes(128)), (2, 0, 0x80E, b"\3"), (1, 0, 0x80E, bytes(2)), (1, 0, 0x1080, bytes(128)), (1, 0, 0x1084, bytes(4))))
 seed("sim_frame", "drive", accesses(OP, *((12, 0, 0, struct.pack("<Hi", word, 0), 5) for word in (6, 7, 15, 15, 2, 0, 0x80, 6, 7, 15)),
                                     *((12, 0, 0, struct.pack("<Hi", 15, n * 500), 5) for n in range(8)), (2, 0, 0x120, b"\4\0"), (7, 0, 0x130, bytes(6), 3)))
 seed("sim_frame", "states", accesses(INIT, *((8, 0, 0x120, bytes([n, 0]), 3) for n in (2, 3, 0x12, 4, 0x14, 8, 0x18, 7, 0x11, 1))))
@@ -150,7 +202,7 @@ seed("sim_frame", "lengths_lie", frames(struct.pack("<H", 0x17FF) + bytes(20), p
 
 ID286, AMD530B, STD402EC, AIO4 = range(4)  # kind of station in the first byte of sim_mailbox; its state: << 2
 IN_SAFE_OP, IN_OP = 2 << 2, 3 << 2
-STATE, REPEAT, PIECE, SAME_COUNTER = 1 << 4, 2 << 4, 3 << 4, 0x40
+STATE, REPEAT, PIECE, SAME_COUNTER, POWER = 1 << 4, 2 << 4, 3 << 4, 0x40, 0x80
 
 
 def requests(how, *rows, flags=3):
@@ -173,6 +225,21 @@ seed("sim_mailbox", "download_segments", requests(ID286, sdo(0x21, 0x607A, 0, 4)
                                                   coe(2, b"\x00" + bytes(12)), coe(2, b"\x11" + bytes(8))))
 seed("sim_mailbox", "download_complete_segments", requests(ID286, sdo(0x21, 0x1C12, 0, 4), sdo(0x31, 0x1C12, 0, 4), coe(2, b"\x07" + b"\1\0\0\x16" + bytes(3))))
 seed("sim_mailbox", "upload_segments", requests(STD402EC, sdo(0x50, 0x1C32, 0), sdo(0x50, 0x1A00, 0), sdo(0x60, 0, 0), sdo(0x70, 0, 0), sdo(0x80, 0, 0, 0x05040000)))
+seed("sim_mailbox", "toggle", requests(STD402EC, sdo(0x50, 0x1C32, 0), sdo(0x70, 0, 0), sdo(0x21, 0x607A, 0, 30), coe(2, b"\x10" + bytes(7))))
+seed("sim_mailbox", "too_short", requests(STD402EC, sdo(0x21, 0x607A, 0, 20), coe(2, b"\x01" + bytes(9)), sdo(0x21, 0x607A, 0, 3), coe(2, b"\x01" + bytes(12))))
+seed("sim_mailbox", "information_of_records", requests(STD402EC, *(coe(8, struct.pack("<BBHH", 3, 0, 0, n)) for n in (0x1C00, 0x1C32, 0x1C33, 0x10F1, 0x6099, 0x1000)),
+                                                       *(coe(8, struct.pack("<BBHHBB", 5, 0, 0, n, sub, 0x7F)) for n, sub in ((0x1C32, 32), (0x10F1, 2), (0x1018, 1), (0x6060, 9), (0x1C00, 0))), flags=15))
+gap = (sdo(0x2F, 0x1C12, 0, 0), sdo(0x2F, 0x1600, 0, 0), sdo(0x23, 0x1600, 1, 3), sdo(0x23, 0x1600, 2, 0x60400010), sdo(0x23, 0x1600, 3, 0x607A0020),
+       sdo(0x2F, 0x1600, 0, 3), sdo(0x2B, 0x1C12, 1, 0x1600), sdo(0x2F, 0x1C12, 0, 1))
+gap_in = tuple(sdo(c, i + (0x400 if i == 0x1600 else 1), s, v) for c, i, s, v in (
+    (0x2F, 0x1C12, 0, 0), (0x2F, 0x1600, 0, 0), (0x23, 0x1600, 1, 5), (0x23, 0x1600, 2, 0x60410010), (0x2F, 0x1600, 0, 2), (0x2B, 0x1C12, 1, 0x1A00), (0x2F, 0x1C12, 0, 1)))
+seed("sim_mailbox", "mapping_of_bits", requests(ID286, *gap, *gap_in, (STATE, b"\4"), (STATE, b"\x08"), (STATE, b"\x08")))
+seed("sim_mailbox", "mapping_not_allowed", requests(ID286, sdo(0x2F, 0x1600, 0, 0), sdo(0x2F, 0x1C12, 0, 0), sdo(0x2F, 0x1C12, 0, 200), sdo(0x2B, 0x1C12, 1, 0x1A00),
+                                                    sdo(0x2F, 0x1600, 0, 0), sdo(0x23, 0x1600, 1, 0x12340010), sdo(0x23, 0x1600, 1, 0x60410010), sdo(0x23, 0x1600, 1, 0x60400910), sdo(0x2F, 0x1600, 0, 200)))
+seed("sim_mailbox", "complete_refused", requests(ID286, sdo(0x50, 0x1008, 0), sdo(0x50, 0x1018, 2), sdo(0x50, 0x7777, 0), sdo(0x31, 0x1018, 0, 6) + bytes(6),
+                                                 sdo(0x31, 0x10F1, 0, 10) + b"\2\0" + bytes(8), sdo(0x31, 0x10F1, 0, 10) + b"\3\0" + bytes(8), sdo(0x31, 0x1C12, 0, 20) + bytes(20), sdo(0x31, 0x1C12, 1, 2) + b"\0\x16"))
+seed("sim_mailbox", "kept", requests(ID286, sdo(0x23, 0x2000, 0, 1), sdo(0x2B, 0x2001, 0, 1), sdo(0x2B, 0x2002, 0, 1), (POWER | 3, sdo(0x40, 0x2000, 0)), sdo(0x40, 0x2001, 0)))
+seed("sim_mailbox", "store_and_power", requests(AMD530B, sdo(0x2B, 0x6098, 0, 35), sdo(0x23, 0x1010, 1, 0x65766173), (POWER | 3, sdo(0x40, 0x6098, 0))))
 seed("sim_mailbox", "store", requests(AMD530B, sdo(0x23, 0x1010, 1, 0x65766173), sdo(0x23, 0x1010, 2, 0x65766173), sdo(0x23, 0x1010, 1, 0x74736572), sdo(0x23, 0x1010, 1, 1)))
 seed("sim_mailbox", "in_op", requests(ID286 | IN_OP, *remap, sdo(0x2B, 0x6040, 0, 6), sdo(0x40, 0x6041, 0)))
 seed("sim_mailbox", "in_safe_op", requests(STD402EC | IN_SAFE_OP, *remap, sdo(0x40, 0x6841, 0)))

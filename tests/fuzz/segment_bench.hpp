@@ -21,8 +21,9 @@
 
 namespace gantry::fuzz {
 
-/// Stations with these profiles (files under config/), one behind the other.
-inline config::Machine machine_of(std::initializer_list<const char*> profiles) {
+/// Stations with these profiles (files under config/), one behind the other, with mailboxes of this length where they
+/// have any (0: their own).
+inline config::Machine machine_of(std::initializer_list<const char*> profiles, std::uint16_t mailbox_bytes) {
   config::Machine m;
   for (const char* file : profiles) {
     auto profile = config::load_profile(std::string(GANTRY_SOURCE_DIR "/config/") + file);
@@ -32,6 +33,8 @@ inline config::Machine machine_of(std::initializer_list<const char*> profiles) {
     s.position = static_cast<int>(m.stations.size());
     s.profile = std::move(*profile);
     s.name = s.profile.name;
+    for (auto& row : s.profile.sync_managers)
+      if (mailbox_bytes != 0 && row.length != 0) row.length = mailbox_bytes;
     if (s.profile.slots == 0) s.profile.clock_bits = 32;  // both widths hang on the line
     m.stations.push_back(std::move(s));
   }
@@ -44,7 +47,8 @@ class SegmentBench {
   static constexpr std::uint16_t kFirstAddress = 0x1001;  ///< of the station at position 0, after bring_up()
   static constexpr Time kStep = microseconds(100);        ///< from one frame to the next
 
-  SegmentBench(std::initializer_list<const char*> profiles) : machine_(machine_of(profiles)) {
+  SegmentBench(std::initializer_list<const char*> profiles, std::uint16_t mailbox_bytes = 0)
+      : machine_(machine_of(profiles, mailbox_bytes)) {
     // Short, so that few cycles pass in waiting; long enough that a frame comes before the end.
     segment.set_timing({.al_up = microseconds(150),
                         .al_down = microseconds(50),

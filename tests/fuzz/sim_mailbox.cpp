@@ -1,7 +1,10 @@
 // The virtual stations' mailbox: requests of any content, each reply read. Input: first byte the kind of station and
 // the state to which it is brought, then requests: flags, length, bytes. Flags: bit 0: the header is put right (length,
 // CoE, counter); bits 1-3: how many replies are read; bits 4-5: what the bytes are - a mailbox, a state to ask for, a
-// request to repeat the last reply, a piece of a mailbox; bit 6: with the counter of the request before.
+// request to repeat the last reply, a piece of a mailbox; bit 6: with the counter of the request before; bit 7: the
+// station loses its power before.
+#include <memory>
+
 #include "tests/fuzz/segment_bench.hpp"
 
 using namespace gantry;
@@ -10,22 +13,29 @@ using fuzz::SegmentBench;
 namespace {
 
 constexpr unsigned kOut = 0x1000, kIn = 0x1080;
-constexpr std::size_t kBytes = 128;
+constexpr std::size_t kMostBytes = 128;
+constexpr std::uint16_t kShort = 40;  ///< a mailbox for which many replies need several
 
-/// Profiles that differ in what is stored and when, in axes, and in whether PDOs can be mapped.
-SegmentBench& station(unsigned kind) {
-  static SegmentBench stations[] = {
-      {"drives/id286.yaml"}, {"drives/amd530b.yaml"}, {"drives/std402ec.yaml"}, {"devices/aio4.yaml"}};
+/// Profiles that differ in what is stored and when, in axes, in whether PDOs can be mapped, and in their mailbox.
+struct Kind {
+  SegmentBench line;
+  std::size_t bytes;  ///< of each mailbox
+};
+Kind& station(unsigned kind) {
+  static Kind stations[] = {{{{"drives/id286.yaml"}}, kMostBytes},
+                            {{{"drives/amd530b.yaml"}}, kMostBytes},
+                            {{{"drives/std402ec.yaml"}, kShort}, kShort},
+                            {{{"devices/aio4.yaml"}, kShort}, kShort}};
   return stations[kind % std::size(stations)];
 }
 
 /// A reply is a mailbox: its length lies inside it. False: there was none.
-bool read_reply(SegmentBench& line) {
-  constexpr std::array<std::byte, kBytes> nothing{};
-  line.read(0, kIn, nothing);
+bool read_reply(SegmentBench& line, std::size_t size) {
+  constexpr std::array<std::byte, kMostBytes> nothing{};
+  line.read(0, kIn, std::span(nothing).first(size));
   if (line.working_counter() == 0) return false;
   const unsigned length = devices::wire::get_le<std::uint16_t>(line.brought(), 0);
-  if (length + devices::wire::kMailboxHeader > kBytes) std::abort();
+  if (length + devices::wire::kMailboxHeader > size) std::abort();
   return true;
 }
 
@@ -43,15 +53,22 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   constexpr State kStates[] = {State::PreOp, State::PreOp, State::SafeOp, State::Op};
   fuzz::Input in(data, size);
   const unsigned how = in.u8();
-  SegmentBench& line = station(how);
+  auto& [line, size_of_mailbox] = station(how);
   line.renew();
   line.bring_up(kStates[how >> 2 & 3]);
   unsigned counter = 0;
   bool repeat = false;
   for (int requests = 0; requests < 24 && !in.empty(); ++requests) {
     const unsigned flags = in.u8();
-    const auto bytes = in.take(in.u8() % 128);
-    std::array<std::byte, kBytes> mailbox{};
+    const auto bytes = in.take(in.u8() % size_of_mailbox);
+    const std::unique_ptr<std::byte[]> block(new std::byte[size_of_mailbox]());  // of the exact size
+    const std::span mailbox(block.get(), size_of_mailbox);
+    if ((flags & 0x80) != 0) {
+      line.segment.power_off(StationId{0});
+      line.segment.power_on(StationId{0});
+      line.bring_up(State::PreOp);
+      repeat = false;
+    }
     std::copy(bytes.begin(), bytes.end(), mailbox.begin());
     switch (flags >> 4 & 3) {
       case 0:
@@ -69,7 +86,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         break;
       default: line.write(0, kOut + std::to_integer<unsigned>(mailbox[0]) % 130, bytes); break;
     }
-    for (unsigned reads = 0; reads <= (flags >> 1 & 7) && read_reply(line); ++reads) {
+    for (unsigned reads = 0; reads <= (flags >> 1 & 7) && read_reply(line, size_of_mailbox); ++reads) {
     }
   }
   return 0;
