@@ -33,9 +33,9 @@ class LiarPort : public devices::FramePort {
       const auto header = get_datagram_header(std::span(reply).subspan(at));
       const auto data = std::span(reply).subspan(at + kDatagramHeader, header.length);
       const std::size_t counter = at + kDatagramHeader + header.length;
-      const Answer said = header.command == Command::Nop ? Answer::TakesNot : answer(header, data);
-      if (said == Answer::Lost) return true;
-      put_le<std::uint16_t>(reply, counter, said == Answer::Takes ? 1 : 0);
+      const Answer given = header.command == Command::Nop ? Answer::TakesNot : answer(header, data);
+      if (given == Answer::Lost) return true;
+      put_le<std::uint16_t>(reply, counter, given == Answer::Takes ? 1 : 0);
       if (!header.more) break;
       at = counter + kWorkingCounter;
     }

@@ -45,8 +45,10 @@ class MailboxLiar final : public fuzz::LiarPort {
     for (std::size_t i = 0; i < data.size(); ++i) {
       if (reg + i == wire::reg::kSyncManager0 + wire::kSmStatusOffset) data[i] = std::byte{0};
       if (reg + i == kInStatus) data[i] = full_ ? std::byte{wire::kSmStatusMailboxFull} : std::byte{0};
-      if (reg + i == kActivate + 1)
-        data[i] = (kind_ & kNeverRepeats) == 0 ? activate_ & std::byte{wire::kSmActivateRepeatRequest} : std::byte{0};
+      if (reg + i != kActivate + 1) continue;
+      const bool repeats = (kind_ & kNeverRepeats) == 0;
+      data[i] = repeats ? activate_ & std::byte{wire::kSmActivateRepeatRequest} : std::byte{0};
+      if (!repeats) clock_.sleep_until(clock_.now() + milliseconds(30));  // few looks until the end of the wait
     }
     return Answer::Takes;
   }
@@ -71,7 +73,7 @@ class MailboxLiar final : public fuzz::LiarPort {
 
   static constexpr std::size_t kInRegisters = wire::reg::kSyncManager0 + wire::kSyncManagerBytes,
                                kInStatus = kInRegisters + wire::kSmStatusOffset, kActivate = kInRegisters + 6;
-  static constexpr int kPatience = 40;
+  static constexpr int kPatience = 8;
   fuzz::Input& input_;
   unsigned kind_;
   std::uint8_t counter_ = 0;

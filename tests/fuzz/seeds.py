@@ -126,19 +126,20 @@ def category(kind, data):
 
 whole = bytes(words) + category(10, strings) + category(30, bytes(32)) + category(40, b"\1\2\3\0") + \
     category(41, struct.pack("<HHBBBB", 0x1000, 128, 0x26, 0, 1, 1) * 2) + category(51, pdo) + category(60, bytes(24))
-READS4, SLOW, ERROR, BUSY, GONE = 1, 2, 4, 8, 12  # first byte of master_sii; the second one is a place, in two words
+READS4, SLOW, ERROR, BUSY, GONE, WORDS, ALL = 1, 2, 4, 8, 12, 16, 32  # first byte of master_sii; the second one is a place, in two words
 
 
-def eeprom(image, how=0, place=0):
+def eeprom(image, how=ALL, place=0):
     return bytes([how, place]) + image
 
 
 seed("master_sii", "whole", eeprom(whole + b"\xff\xff"))
 seed("master_sii", "no_end", eeprom(whole))
-seed("master_sii", "reads4", eeprom(whole + b"\xff\xff", READS4 | SLOW))
+seed("master_sii", "parser_alone", eeprom(whole, 0))
+seed("master_sii", "reads4", eeprom(whole + b"\xff\xff", READS4 | SLOW | WORDS | ALL))
 for name, how in (("error", ERROR), ("busy", BUSY), ("gone", GONE)):
-    seed("master_sii", name + "_at_once", eeprom(bytes(words), how))
-    seed("master_sii", name + "_in_categories", eeprom(whole, how, 0x22))
+    seed("master_sii", name + "_at_once", eeprom(bytes(words), how | WORDS))
+    seed("master_sii", name + "_in_categories", eeprom(whole, how | ALL, 0x22))
 seed("master_sii", "beyond", eeprom(bytes(words) + struct.pack("<HH", 50, 0x7FFF) + bytes(16)))
 seed("master_sii", "words", eeprom(bytes(words)))
 seed("master_sii", "short", eeprom(bytes(words[:40])))
@@ -202,7 +203,7 @@ seed("sim_frame", "lengths_lie", frames(struct.pack("<H", 0x17FF) + bytes(20), p
 
 ID286, AMD530B, STD402EC, AIO4 = range(4)  # kind of station in the first byte of sim_mailbox; its state: << 2
 IN_SAFE_OP, IN_OP = 2 << 2, 3 << 2
-STATE, REPEAT, PIECE, SAME_COUNTER, POWER = 1 << 4, 2 << 4, 3 << 4, 0x40, 0x80
+STATE, REPEAT, PIECE, SAME_COUNTER, POWER = 1 << 4, 2 << 4, 3 << 4, 0x40, 0xB0
 
 
 def requests(how, *rows, flags=3):

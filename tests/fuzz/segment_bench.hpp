@@ -56,6 +56,7 @@ class SegmentBench {
                         .sii_read = microseconds(50),
                         .sii_write = microseconds(150),
                         .sii_reload = microseconds(150)});
+    for (const auto& station : machine_.stations) rows_.push_back(sim::sync_managers(station.profile));
     for (int i = 0; i < segment.station_count(); ++i) of_new_.push_back(layout(i));
   }
 
@@ -65,7 +66,6 @@ class SegmentBench {
  public:
   VirtualClock clock;
   sim::Segment segment{machine_, clock};
-  std::vector<std::byte> answer;  ///< the last frame, with its Ethernet header
 
   void renew() {
     clock = VirtualClock{};
@@ -85,7 +85,6 @@ class SegmentBench {
     const bool back = segment.process(frame);
     note_said(back ? 1 : 0);
     note_said(frame);
-    answer.assign(frame.begin(), frame.end());
     return back;
   }
   void datagram(unsigned command, std::uint32_t address, std::span<const std::byte> data) {
@@ -102,25 +101,25 @@ class SegmentBench {
     std::copy(data.begin(), data.end(), p.begin() + 2 + kDatagramHeader);
     round(p);
   }
-  /// By position.
-  void read(unsigned position, unsigned ado, std::span<const std::byte> data) {
-    datagram(1, address(0u - position, ado), data);
+  /// The bus side of a station's ESC without a frame around it, for what is not about frames. False: it takes no part.
+  bool read(unsigned position, unsigned ado, std::span<std::byte> data) {
+    return access(position, [&](sim::Esc& esc) {
+      const bool read = esc.read(static_cast<std::uint16_t>(ado), data, clock.now());
+      note_said(data);
+      return read;
+    });
   }
-  void write(unsigned position, unsigned ado, std::span<const std::byte> data) {
-    datagram(2, address(0u - position, ado), data);
+  bool write(unsigned position, unsigned ado, std::span<const std::byte> data) {
+    return access(position,
+                  [&](sim::Esc& esc) { return esc.write(static_cast<std::uint16_t>(ado), data, clock.now()); });
   }
   template <class... B>
   void poke(unsigned position, unsigned ado, B... bytes) {
     const std::array<std::byte, sizeof...(B)> data{static_cast<std::byte>(bytes)...};
     write(position, ado, data);
   }
+  /// ADP and ADO of a datagram.
   static std::uint32_t address(unsigned adp, unsigned ado) { return (adp & 0xFFFFu) | (ado & 0xFFFFu) << 16; }
-
-  /// What the last datagram brought, and its working counter.
-  [[nodiscard]] std::span<const std::byte> brought() const { return std::span(answer).subspan(26, answer.size() - 28); }
-  [[nodiscard]] unsigned working_counter() const {
-    return devices::wire::get_le<std::uint16_t>(answer, answer.size() - 2);
-  }
 
   /// All stations, with addresses, SyncManagers and FMMUs as a new one's profile and mapping have them. Logical
   /// addresses: station n's outputs and inputs both begin at n * 1000h.
@@ -134,8 +133,7 @@ class SegmentBench {
       if (step > state) return;
       if (step == AlState::Op)
         for (int i = 0; i < segment.station_count(); ++i) put_outputs(i, of_new_[static_cast<std::size_t>(i)]);
-      const std::array<std::byte, 2> control{static_cast<std::byte>(step), std::byte{0}};
-      datagram(8, address(0, 0x0120), control);
+      for (int i = 0; i < segment.station_count(); ++i) poke(static_cast<unsigned>(i), 0x0120, step, 0);
       wait(microseconds(200));
     }
   }
@@ -144,6 +142,15 @@ class SegmentBench {
   void write_outputs(int position) { put_outputs(position, layout(position)); }
 
  private:
+  template <class F>
+  bool access(unsigned position, F&& f) {
+    wait(kStep);
+    sim::Station& station = segment.station(static_cast<int>(position));
+    const bool part = station.powered() && f(station.esc());
+    note_said(part ? 1 : 0);
+    station.serve(clock.now());
+    return part;
+  }
   struct Layout {
     std::array<std::byte, 4 * devices::wire::kSyncManagerBytes> managers{};
     std::array<std::byte, 2 * devices::wire::kFmmuBytes> fmmus{};
@@ -162,7 +169,7 @@ class SegmentBench {
     using namespace devices::wire;
     using Kind = config::SyncManagerKind;
     Layout l;
-    const auto rows = sim::sync_managers(machine_.stations[static_cast<std::size_t>(position)].profile);
+    const auto& rows = rows_[static_cast<std::size_t>(position)];
     for (std::size_t i = 0; i < std::min<std::size_t>(rows.size(), 4); ++i) {
       const bool mailbox = rows[i].kind == Kind::MailboxOut || rows[i].kind == Kind::MailboxIn;
       const bool out = rows[i].kind == Kind::MailboxOut || rows[i].kind == Kind::ProcessOut;
@@ -188,7 +195,8 @@ class SegmentBench {
     return sim::PdoMap::build(segment.station(position).objects(), out ? sim::PdoDirection::Rx : sim::PdoDirection::Tx)
         .bytes();
   }
-  std::vector<Layout> of_new_;  ///< by position
+  std::vector<std::vector<config::SyncManagerRow>> rows_;  ///< by position
+  std::vector<Layout> of_new_;                             ///< the same
 };
 
 }  // namespace gantry::fuzz

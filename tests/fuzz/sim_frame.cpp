@@ -24,7 +24,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::Input in(data, size);
   line.renew();
   if (const State state = kStates[in.u8() % 4]; state != State::Init) line.bring_up(state);
-  for (int frames = 0; frames < 32 && !in.empty(); ++frames) {
+  for (int frames = 0; frames < 24 && !in.empty(); ++frames) {
     const unsigned word = in.u16();
     if (const unsigned gap = word >> 12 & 7; gap > 0) line.wait(microseconds(50) * (1 << gap));
     const std::size_t length = (word & 0x7FF) % 1500;

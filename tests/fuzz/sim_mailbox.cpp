@@ -1,8 +1,8 @@
 // The virtual stations' mailbox: requests of any content, each reply read. Input: first byte the kind of station and
 // the state to which it is brought, then requests: flags, length, bytes. Flags: bit 0: the header is put right (length,
 // CoE, counter); bits 1-3: how many replies are read; bits 4-5: what the bytes are - a mailbox, a state to ask for, a
-// request to repeat the last reply, a piece of a mailbox; bit 6: with the counter of the request before; bit 7: the
-// station loses its power before.
+// request to repeat the last reply, a piece of a mailbox; bit 6: with the counter of the request before; bits 4, 5
+// and 7: a mailbox, and before it the station loses its power.
 #include <memory>
 
 #include "tests/fuzz/segment_bench.hpp"
@@ -31,10 +31,9 @@ Kind& station(unsigned kind) {
 
 /// A reply is a mailbox: its length lies inside it. False: there was none.
 bool read_reply(SegmentBench& line, std::size_t size) {
-  constexpr std::array<std::byte, kMostBytes> nothing{};
-  line.read(0, kIn, std::span(nothing).first(size));
-  if (line.working_counter() == 0) return false;
-  const unsigned length = devices::wire::get_le<std::uint16_t>(line.brought(), 0);
+  std::array<std::byte, kMostBytes> reply{};
+  if (!line.read(0, kIn, std::span(reply).first(size))) return false;
+  const unsigned length = devices::wire::get_le<std::uint16_t>(reply, 0);
   if (length + devices::wire::kMailboxHeader > size) std::abort();
   return true;
 }
@@ -58,19 +57,20 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   line.bring_up(kStates[how >> 2 & 3]);
   unsigned counter = 0;
   bool repeat = false;
-  for (int requests = 0; requests < 24 && !in.empty(); ++requests) {
+  for (int requests = 0; requests < 20 && !in.empty(); ++requests) {
     const unsigned flags = in.u8();
     const auto bytes = in.take(in.u8() % size_of_mailbox);
     const std::unique_ptr<std::byte[]> block(new std::byte[size_of_mailbox]());  // of the exact size
     const std::span mailbox(block.get(), size_of_mailbox);
-    if ((flags & 0x80) != 0) {
+    const bool power = (flags & 0xB0) == 0xB0;
+    if (power) {
       line.segment.power_off(StationId{0});
       line.segment.power_on(StationId{0});
       line.bring_up(State::PreOp);
       repeat = false;
     }
     std::copy(bytes.begin(), bytes.end(), mailbox.begin());
-    switch (flags >> 4 & 3) {
+    switch (power ? 0 : flags >> 4 & 3) {
       case 0:
         if ((flags & 1) != 0) {
           if ((flags & 0x40) == 0) counter = counter % 7 + 1;

@@ -8,7 +8,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static fuzz::SegmentBench line{"devices/aio4.yaml", "devices/dio16.yaml"};
   fuzz::Input in(data, size);
   line.renew();
-  for (int accesses = 0; accesses < 40 && !in.empty(); ++accesses) {
+  for (int accesses = 0; accesses < 16 && !in.empty(); ++accesses) {
     const unsigned kind = in.u8(), station = kind >> 4 & 1;
     const StationId id{static_cast<std::uint16_t>(station)};
     const unsigned offset = in.u8() % 16u;
@@ -21,7 +21,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                     0);
         }
         break;
-      case 1: line.read(station, 0x0500 + offset, bytes); break;
+      case 1: {
+        std::array<std::byte, 16> shown{};
+        line.read(station, 0x0500 + offset, std::span(shown).first(bytes.size()));
+        break;
+      }
       case 2:
         line.segment.power_off(id);
         line.segment.power_on(id);
