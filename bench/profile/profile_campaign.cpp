@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <random>
 
+#include "bench/profile/between_limits.hpp"
 #include "bench/profile/reintegrated.hpp"
 
 namespace gantry::bench {
@@ -110,10 +111,12 @@ bool run(std::uint64_t cases, unsigned seed) {
 
 int main(int argc, char** argv) {
   CLI::App app{"Random cases of state-to-state motion in three units"};
-  std::uint64_t cases = 1000000;
+  std::uint64_t cases = 1000000, limited_cases = 10000;
   unsigned seed = 1;
   app.add_option("--cases", cases, "each in three units")->capture_default_str();
+  app.add_option("--limited", limited_cases, "several axes between position limits")->capture_default_str();
   app.add_option("--seed", seed)->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  return gantry::bench::run(cases, seed) ? 0 : 1;
+  const bool open = gantry::bench::run(cases, seed), limited = gantry::bench::between_limits(limited_cases, seed);
+  return open && limited ? 0 : 1;
 }

@@ -48,4 +48,31 @@ inline Excess reintegrate(const motion::Profile& profile, const motion::State& t
   return {static_cast<double>(end), static_cast<double>(std::max(excess, 0.0L))};
 }
 
+/// By how much a profile leaves the position limits, of max(|p0|, |pf|, v^2/a).
+inline double outside(const motion::Profile& profile, const motion::State& to, const motion::AxisBounds& b) {
+  using Long = long double;
+  Long p = profile.from.p, v = profile.from.v, a = profile.from.a, out = std::max({b.p_min - p, p - b.p_max, 0.0L});
+  for (const motion::Phase& phase : profile.phases) {
+    const Long t = phase.duration_s, j = phase.jerk;
+    const auto meet = [&](Long u) {
+      if (!(u > 0 && u <= t)) return;
+      const Long at = p + u * (v + u * (a / 2 + u * j / 6));
+      out = std::max({out, b.p_min - at, at - b.p_max});
+    };
+    // The speed's zeros: v + a u + j u^2 / 2 = 0.
+    const Long disc = a * a - 2 * j * v;
+    if (j == 0)
+      meet(-v / a);
+    else if (disc >= 0)
+      meet((-a + std::sqrt(disc)) / j), meet((-a - std::sqrt(disc)) / j);
+    meet(t);
+    p += t * (v + t * (a / 2 + t * j / 6));
+    v += t * (a + t * j / 2);
+    a += t * j;
+  }
+  const Long v_most = std::max(b.v_max, -b.v_min), a_most = std::max(b.a_max, -b.a_min);
+  return static_cast<double>(
+      out / std::max({(Long)std::abs(profile.from.p), (Long)std::abs(to.p), v_most * v_most / a_most}));
+}
+
 }  // namespace gantry::bench

@@ -120,6 +120,29 @@ Found Reachable::first(double p, double resolution, double from_t) noexcept {
   return {};
 }
 
+// A stretch ends at the end of its component, or where an end of the interval passes p; between its turns and the ends
+// of its regions that end moves one way, so that looking there is enough.
+Found Reachable::next(double p, double resolution, const Found& found) noexcept {
+  double from_t = std::numeric_limits<double>::infinity();
+  const auto look = [&](const Extremal& e, double sign) {
+    for (int i = 0; i < e.regions(); ++i) {
+      const Region& r = e.region(i);
+      if (r.after_gap && r.t_begin > found.duration) from_t = std::min(from_t, r.t_begin);
+      double knots[3];
+      int n = r.convex ? 0 : e.turns(r, knots);
+      knots[n++] = r.t_end;
+      for (int k = 0; k < n; ++k)
+        if (knots[k] > found.duration && knots[k] < from_t && e.reach(knots[k], r).p < sign * p - resolution)
+          from_t = knots[k];
+    }
+  };
+  look(up_, 1);
+  look(down(), -1);
+  if (!(from_t < std::numeric_limits<double>::infinity())) return {};
+  Found f = first(p, resolution, from_t);
+  return f.side == Side::Between ? Found{} : f;
+}
+
 Shape Reachable::shape(const Found& found) noexcept {
   if (found.side == Side::Up) return up_.shape(found.duration, up_.region(found.region));
   Shape s = down().shape(found.duration, down().region(found.region));
@@ -132,9 +155,13 @@ Mix Reachable::mix(double duration, double p, double resolution) noexcept {
   const double slack = 64 * kEps * duration;
   const Extremal::Region* const a = up_.find(duration, slack);
   const Extremal::Region* const b = down().find(duration, slack);
-  if (a == nullptr || b == nullptr) return m;
+  if (a == nullptr || b == nullptr) {
+    m.missing = std::numeric_limits<double>::infinity();
+    return m;
+  }
   const double most = up_.reach(duration, *a).p, least = -down().reach(duration, *b).p, room = most - least;
-  m.possible = p <= most + resolution && p >= least - resolution;
+  m.missing = std::max({p - most, least - p, 0.0});
+  m.possible = m.missing <= resolution;
   m.share = room > 0 ? std::clamp((p - least) / room, 0.0, 1.0) : 1;
   if (m.share > 0) m.up = up_.shape(duration, *a);
   if (m.share < 1) {

@@ -23,6 +23,7 @@ struct Found {
 struct Mix {
   bool possible = false;
   double share = 1;
+  double missing = 0;  ///< what p is outside of the interval by
   Shape up, down;
 };
 
@@ -32,6 +33,8 @@ class Reachable {
 
   /// Shortest duration >= from_t in which p can be gone; `resolution`: what p is uncertain by.
   [[nodiscard]] Found first(double p, double resolution, double from_t = 0) noexcept;
+  /// Beginning of the next stretch of durations in which p can be gone, after the one that begins with `found`.
+  [[nodiscard]] Found next(double p, double resolution, const Found& found) noexcept;
   /// `found.side` is Up or Down.
   [[nodiscard]] Shape shape(const Found& found) noexcept;
   /// A motion of that duration.

@@ -51,4 +51,20 @@ void append(Profile& profile, const scaled::Shape& shape, const Scale& scale) no
   for (int i = 0; i < 7; ++i) append(profile, shape.t[i] * scale.t, shape.j[i] * scale.j);
 }
 
+// Cut where either changes its jerk.
+void append(Profile& profile, const scaled::Mix& mix, const Scale& scale) noexcept {
+  if (mix.share >= 1) return append(profile, mix.up, scale);
+  if (mix.share <= 0) return append(profile, mix.down, scale);
+  int i = 0, k = 0;
+  double left_up = mix.up.t[0], left_down = mix.down.t[0];
+  for (;;) {
+    while (left_up <= 0 && ++i < 7) left_up = mix.up.t[i];
+    while (left_down <= 0 && ++k < 7) left_down = mix.down.t[k];
+    if (i >= 7 || k >= 7) return;
+    const double t = std::min(left_up, left_down);
+    append(profile, t * scale.t, (mix.share * mix.up.j[i] + (1 - mix.share) * mix.down.j[k]) * scale.j);
+    left_up -= t, left_down -= t;
+  }
+}
+
 }  // namespace gantry::motion

@@ -1,7 +1,7 @@
 // From one axis's units to the scaled problem and back.
 #pragma once
 #include "motion/profile/planner.hpp"
-#include "motion/profile/scaled.hpp"
+#include "motion/profile/reachable.hpp"
 
 namespace gantry::motion {
 
@@ -41,6 +41,9 @@ inline void append(Profile& profile, double duration_s, double jerk) noexcept {
 }
 /// Phases of a scaled shape.
 void append(Profile& profile, const scaled::Shape& shape, const Scale& scale) noexcept;
+
+/// share * up + (1 - share) * down.
+void append(Profile& profile, const scaled::Mix& mix, const Scale& scale) noexcept;
 
 /// Shortest motion that stays within bounds.p_min .. p_max, from a state inside the bounds; appended.
 [[nodiscard]] Reason append_between_walls(const State& from, const State& to, const AxisBounds& bounds,

@@ -52,7 +52,7 @@ bool line_of(std::span<const AxisMove> axes, Line& line) noexcept {
   return known;
 }
 
-/// Bounds of the scalar: within all axes' own.
+/// Bounds of the scalar, which starts at 0: within all axes' own.
 AxisBounds bounds_of(std::span<const AxisMove> axes, const AxisVec& direction) noexcept {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   AxisBounds b(kInfinity, kInfinity, kInfinity);
@@ -67,6 +67,7 @@ AxisBounds bounds_of(std::span<const AxisMove> axes, const AxisVec& direction) n
     tighten(b.v_max, b.v_min, a.v_max, a.v_min, d);
     tighten(b.a_max, b.a_min, a.a_max, a.a_min, d);
     tighten(b.j_max, b.j_min, a.j_max, a.j_min, d);
+    tighten(b.p_max, b.p_min, a.p_max - axes[i].from.p, a.p_min - axes[i].from.p, d);
   }
   return b;
 }
@@ -79,7 +80,7 @@ bool move_straight(std::span<const AxisMove> axes, const Together& how, Joint& o
   const State from{0, line.along[1], line.along[3]}, to{line.along[0], line.along[2], line.along[4]};
   std::optional<Way> way;
   way.emplace(from, to, bounds_of(axes, line.direction), how.outside);
-  if (!way->possible()) return false;
+  if (way->reason() != Reason::Solved) return false;
   const double t = common_duration(std::span(&way, 1), std::max(way->shortest_s(), how.min_duration_s), how.cycle_s);
   Profile scalar;
   if (t < 0 || !way->write(t, scalar)) return false;

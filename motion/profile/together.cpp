@@ -10,13 +10,6 @@
 namespace gantry::motion {
 namespace {
 
-bool within_limits(const Profile& profile, const AxisMove& m) noexcept {
-  if (!std::isfinite(m.bounds.p_min) && !std::isfinite(m.bounds.p_max)) return true;
-  const Extent e = extent(profile);
-  const double slack = 2 * kResolution * position_scale(m.from, m.to, m.bounds);
-  return e.low >= m.bounds.p_min - slack && e.high <= m.bounds.p_max + slack;
-}
-
 Joint failed(Reason reason, std::size_t axis) noexcept {
   Joint out;
   out.reason = reason;
@@ -36,11 +29,7 @@ Joint move_together(std::span<const AxisMove> axes, const Together& how) noexcep
     if (reason != Reason::Solved) return failed(reason, i);
   }
   Joint out;
-  if (how.sync == Sync::Phase && move_straight(axes, how, out)) {
-    for (std::size_t i = 0; i < axes.size(); ++i)
-      if (axes[i].enabled && !within_limits(out.profiles[i], axes[i])) return failed(Reason::NoWayWithin, i);
-    return out;
-  }
+  if (how.sync == Sync::Phase && move_straight(axes, how, out)) return out;
 
   std::array<std::optional<Way>, kMaxAxes> ways;
   double longest = std::max(how.min_duration_s, 0.0);
@@ -48,7 +37,7 @@ Joint move_together(std::span<const AxisMove> axes, const Together& how) noexcep
     out.profiles.push_back({axes[i].from, {}});
     if (!axes[i].enabled) continue;
     ways[i].emplace(axes[i].from, axes[i].to, axes[i].bounds, how.outside);
-    if (!ways[i]->possible()) return failed(Reason::NoSolution, i);
+    if (ways[i]->reason() != Reason::Solved) return failed(ways[i]->reason(), i);
     longest = std::max(longest, ways[i]->shortest_s());
   }
   const std::span all(ways.data(), axes.size());
@@ -59,8 +48,7 @@ Joint move_together(std::span<const AxisMove> axes, const Together& how) noexcep
     const double t =
         together ? common
                  : common_duration(all.subspan(i, 1), std::max(how.min_duration_s, ways[i]->shortest_s()), how.cycle_s);
-    if (t < 0 || !ways[i]->write(t, out.profiles[i])) return failed(Reason::NoSolution, i);
-    if (!within_limits(out.profiles[i], axes[i])) return failed(Reason::NoWayWithin, i);
+    if (t < 0 || !ways[i]->write(t, out.profiles[i])) return failed(ways[i]->reason_of_none(), i);
     out.duration_s = std::max(out.duration_s, t);
   }
   out.reason = Reason::Solved;

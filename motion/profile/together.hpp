@@ -40,7 +40,6 @@ struct Joint {
   explicit operator bool() const noexcept { return reason == Reason::Solved; }
 };
 
-/// Position limits are judged, not sought: where the synchronised motion would leave them, Reason::NoWayWithin.
 /// At most kMaxAxes axes; more are Reason::BadBounds.
 Joint move_together(std::span<const AxisMove> axes, const Together& how = {}) noexcept;
 

@@ -4,55 +4,57 @@
 #include <cmath>
 
 namespace gantry::motion {
-namespace {
-
-/// share * up + (1 - share) * down, cut where either changes its jerk.
-void append(Profile& profile, const scaled::Mix& mix, const Scale& scale) noexcept {
-  int i = 0, k = 0;
-  double left_up = mix.up.t[0], left_down = mix.down.t[0];
-  for (;;) {
-    while (left_up <= 0 && ++i < 7) left_up = mix.up.t[i];
-    while (left_down <= 0 && ++k < 7) left_down = mix.down.t[k];
-    if (i >= 7 || k >= 7) return;
-    const double t = std::min(left_up, left_down);
-    append(profile, t * scale.t, (mix.share * mix.up.j[i] + (1 - mix.share) * mix.down.j[k]) * scale.j);
-    left_up -= t, left_down -= t;
-  }
-}
-
-}  // namespace
-
 Way::Way(const State& from, const State& to, const AxisBounds& bounds, Outside outside) noexcept
-    : entered_{from, {}}, to_(to), scale_(bounds) {
-  const State inside = enter(from, bounds, outside, entered_);
+    : entered_{from, {}}, to_(to), bounds_(bounds), scale_(bounds) {
+  inside_ = enter(from, bounds, outside, entered_);
   const double scale_p = position_scale(from, to, bounds);
   entered_s_ = duration(entered_);
-  p_ = (to.p - inside.p) / scale_.p;
+  p_ = (to.p - inside_.p) / scale_.p;
   resolution_ = kResolution * scale_p / scale_.p;
   tolerance_ = 1e-9 * scale_p;
-  reachable_.emplace(scale_.ends(inside, to), scale_.box);
+  reachable_.emplace(scale_.ends(inside_, to), scale_.box);
+  if (std::isfinite(bounds.p_min) || std::isfinite(bounds.p_max)) {
+    enter_corridor();
+    return;
+  }
   shortest_ = reachable_->first(p_, resolution_);
+  shortest_s_ = entered_s_ + shortest_.duration * scale_.t;
+  if (shortest_.side != scaled::Side::None) reason_ = Reason::Solved;
+}
+
+Corridor Way::corridor() const noexcept {
+  return {inside_, to_, bounds_, resolution_ * scale_.p, entered_.phases.size()};
+}
+
+void Way::enter_corridor() noexcept {
+  Corridor within = corridor();
+  if (within.inside(entered_)) route_ = within.shortest();
+  shortest_s_ = entered_s_ + (route_ ? route_->duration_s : kNever);
+  reason_ = route_ && *route_ ? Reason::Solved : route_ ? within.reason_of_none() : Reason::StartCannotStay;
 }
 
 double Way::first_s(double t) noexcept {
-  if (t <= shortest_s() * (1 + kEqual)) return shortest_s();
+  if (t <= shortest_s_ * (1 + kEqual)) return shortest_s_;
+  if (route_) {
+    const double had = entered_s_ + route_->duration_s;
+    if (std::abs(t - had) <= kEqual * t) return had;
+    route_ = corridor().first(t - entered_s_);
+    return *route_ ? entered_s_ + route_->duration_s : -1;
+  }
   const scaled::Found found = reachable_->first(p_, resolution_, (t - entered_s_) / scale_.t);
   return found.side == scaled::Side::None ? -1 : entered_s_ + found.duration * scale_.t;
 }
 
 bool Way::write(double t, Profile& profile) noexcept {
   profile = entered_;
-  if (std::abs(t - shortest_s()) <= kEqual * t) {
+  if (route_) {
+    if (!corridor().write(*route_, profile)) return false;
+  } else if (std::abs(t - shortest_s_) <= kEqual * t) {
     append(profile, reachable_->shape(shortest_), scale_);
   } else {
     const scaled::Mix mix = reachable_->mix((t - entered_s_) / scale_.t, p_, 10 * resolution_);
     if (!mix.possible) return false;
-    if (mix.share >= 1)
-      append(profile, mix.up, scale_);
-    else if (mix.share <= 0)
-      append(profile, mix.down, scale_);
-    else
-      append(profile, mix, scale_);
+    append(profile, mix, scale_);
   }
   const State end = end_state(profile);
   return std::abs(end.p - to_.p) <= tolerance_ &&

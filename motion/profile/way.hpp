@@ -1,12 +1,12 @@
 // One axis between entering its bounds and its target, whose duration is still open: what arriving together needs.
-//   Way way(from, to, bounds, outside);     t = way.shortest_s();   t = way.first_s(t);   way.write(t, profile);
+//   Way way(from, to, bounds, outside);     if (way.reason() == Reason::Solved)
+//   t = way.shortest_s();   t = way.first_s(t);   way.write(t, profile);
 #pragma once
 #include <algorithm>
 #include <optional>
 #include <span>
 
-#include "motion/profile/reachable.hpp"
-#include "motion/profile/scale.hpp"
+#include "motion/profile/corridor.hpp"
 
 namespace gantry::motion {
 
@@ -17,21 +17,29 @@ class Way {
  public:
   Way(const State& from, const State& to, const AxisBounds& bounds, Outside outside) noexcept;
 
-  [[nodiscard]] bool possible() const noexcept { return shortest_.side != scaled::Side::None; }
-  [[nodiscard]] double shortest_s() const noexcept { return entered_s_ + shortest_.duration * scale_.t; }
-  /// First duration >= t that is not blocked; negative: none.
+  [[nodiscard]] Reason reason() const noexcept { return reason_; }
+  [[nodiscard]] double shortest_s() const noexcept { return shortest_s_; }
+  /// First duration >= t that is not blocked; negative: none was found.
   double first_s(double t) noexcept;
+  /// What it means when first_s() or write() find nothing.
+  [[nodiscard]] Reason reason_of_none() const noexcept { return route_ ? Reason::NoWayWithin : Reason::NoSolution; }
   /// A profile of that duration, which first_s() has given. False: numerically out of range.
   bool write(double t, Profile& profile) noexcept;
 
  private:
+  [[nodiscard]] Corridor corridor() const noexcept;
+  void enter_corridor() noexcept;
+
   Profile entered_;  // phases that brought the start inside
-  double entered_s_ = 0;
-  State to_;
+  double entered_s_ = 0, shortest_s_ = 0;
+  State inside_, to_;
+  AxisBounds bounds_;
+  Reason reason_ = Reason::NoSolution;
   Scale scale_;
   double p_ = 0, resolution_ = 0, tolerance_ = 0;
   std::optional<scaled::Reachable> reachable_;
   scaled::Found shortest_;
+  std::optional<Route> route_;  // with position limits: of the duration that was asked for last
 };
 
 /// t rounded up to a multiple of the cycle; cycle 0: t.

@@ -169,14 +169,6 @@ TEST(Together, a_disabled_axis_is_not_planned) {
   EXPECT_EQ(move_together(axes).axis, 1);
 }
 
-TEST(Together, a_motion_that_would_leave_the_position_limits_is_refused) {
-  AxisMove axes[] = {{{0, 1, 0}, {0.1, 0, 0}, {2, 1, 1}}, {{0, 0, 0}, {5, 0, 0}, {1, 1, 1}}};
-  ASSERT_TRUE(move_together(axes));
-  axes[0].bounds.p_max = 0.2, axes[0].bounds.p_min = -1;
-  EXPECT_EQ(move_together(axes).reason, Reason::NoWayWithin);
-  EXPECT_EQ(move_together(axes).axis, 0);
-}
-
 TEST(SpeedsTogether, all_axes_have_their_speeds_at_once) {
   Draw draw(8);
   int waited = 0;
