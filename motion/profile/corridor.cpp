@@ -93,6 +93,40 @@ double Corridor::time(const Route& route) const noexcept {
   return sum + leg(x, to_);
 }
 
+double Corridor::later_leg(const State& a, const State& b, double t) const noexcept {
+  scaled::Reachable reachable(scale_.ends(a, b), scale_.box);
+  const double p = (b.p - a.p) / scale_.p, unsure = resolution_ / scale_.p;
+  constexpr int kMostStretches = 4;
+  Profile unused;
+  scaled::Found f = reachable.first(p, unsure, std::max(t, 0.0) / scale_.t);
+  for (int i = 0; i < kMostStretches && f.side != scaled::Side::None && std::isfinite(f.duration); ++i) {
+    const double duration = f.side == scaled::Side::Between ? t : f.duration * scale_.t;
+    if (slow_leg(a, b, duration, unused) == 0) return duration;
+    f = reachable.next(p, unsure, f);
+  }
+  return kNever;
+}
+
+Route Corridor::timed(Route route, double least) const noexcept {
+  route.leg_s = {};
+  route.duration_s = time(route);
+  if (route.duration_s >= least) return route;
+  const double spare = least - route.duration_s;
+  route.duration_s = kNever;
+  State x = from_;
+  std::size_t slow = 0;
+  double slow_s = 0;
+  for (std::size_t i = 0; i <= route.vias.size(); ++i) {
+    const State next = i < route.vias.size() ? at(route.vias[i]) : to_;
+    const double shortest = leg(x, next), longer = later_leg(x, next, shortest + spare);
+    const double total = least - spare - shortest + longer;
+    if (total < route.duration_s) route.duration_s = total, slow = i, slow_s = longer;
+    x = next;
+  }
+  route.leg_s[slow] = slow_s;
+  return route;
+}
+
 bool Corridor::write(const Route& route, Profile& profile) const noexcept {
   Profile part;
   State x = from_;

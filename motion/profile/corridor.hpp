@@ -78,7 +78,11 @@ class Corridor {
   [[nodiscard]] double leg(const State& a, const State& b) const noexcept;
   /// A motion of exactly t. Returns by how much it misses: the target, or leaves the limits; kNever: nothing takes t.
   double slow_leg(const State& a, const State& b, double t, Profile& out) const noexcept;
+  /// The first duration >= t of a motion that stays inside; kNever: none was found.
+  [[nodiscard]] double later_leg(const State& a, const State& b, double t) const noexcept;
   [[nodiscard]] double time(const Route& route) const noexcept;
+  /// With the leg made longer that gives the shortest of those that take `least` or longer.
+  [[nodiscard]] Route timed(Route route, double least) const noexcept;
   [[nodiscard]] bool sound(const Route& route) const noexcept;
 
   // The graph (corridor_graph.cpp).
@@ -88,6 +92,7 @@ class Corridor {
   void add_touches() noexcept;
   int explore(double enough) noexcept;
   [[nodiscard]] Route route_to(int last) noexcept;
+  /// `least` > 0: the shortest that takes so long or longer.
   void refine(Route& route, double least) const noexcept;
 
   // Time to spare (corridor_wait.cpp).

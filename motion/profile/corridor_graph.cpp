@@ -111,8 +111,7 @@ Route Corridor::shortest() noexcept {
   return best;
 }
 
-/// Compass search for the shortest that takes `least` or longer: steps up and down in each share, halved where none
-/// helps.
+/// Compass search: steps up and down in each share, halved where none helps.
 void Corridor::refine(Route& route, double least) const noexcept {
   constexpr int kMostTries = 400;
   int tries = 0;
@@ -123,9 +122,12 @@ void Corridor::refine(Route& route, double least) const noexcept {
         for (const double by : {-step, step}) {
           Route other = route;
           other.vias[i].share = std::clamp(route.vias[i].share + by, 0.0, 1.0);
-          other.duration_s = time(other);
+          if (least > 0)
+            other = timed(other, least);
+          else
+            other.duration_s = time(other);
           ++tries;
-          if (other.duration_s < route.duration_s && other.duration_s >= least) route = other, better = true;
+          if (other.duration_s < route.duration_s) route = other, better = true;
         }
     }
 }

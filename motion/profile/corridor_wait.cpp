@@ -10,6 +10,7 @@ namespace {
 constexpr int kRests = 16;          // intervals between the limits
 constexpr double kSettled = 1e-13;  // relative: durations that are one
 
+constexpr int kStride = 3;      // of the nodes that are tried in pairs
 constexpr double kBent = 1e-7;  // of t and of the accelerations: to which a bent motion is sought
 
 }  // namespace
@@ -157,19 +158,30 @@ Route Corridor::slower(double t) noexcept {
   return {};
 }
 
-/// The shortest that takes t or longer.
+/// The shortest that takes t or longer: through one state (of each kind the best is refined), or two on opposite sides.
 Route Corridor::later(double t) noexcept {
-  Route best;
-  for (int i = 0; i < nodes_; ++i) {
-    if (!(node(i).since + node(i).until > t) || node(i).since + node(i).until == kNever) continue;
-    Route route = route_to(i);
-    if (route.duration_s < best.duration_s && sound(route)) best = route;
+  std::array<Route, 5> best;
+  const auto take = [&](Route route, std::size_t kind) {
+    route = timed(route, t);
+    if (route.duration_s < best[kind].duration_s && sound(route)) best[kind] = route;
+  };
+  for (int i = 0; i < nodes_; ++i)
+    if (node(i).since + node(i).until < kNever) take(route_to(i), static_cast<std::size_t>(node(i).via.kind));
+  for (int i = 0; i < nodes_; i += kStride)
+    for (int k = 0; k < nodes_; k += kStride) {
+      const Node &a = node(i), &b = node(k);
+      const bool opposite = a.via.kind != b.via.kind && a.via.kind != Via::Kind::Rest && b.via.kind != Via::Kind::Rest;
+      if (!opposite || a.before >= 0 || a.since + b.until == kNever) continue;
+      Route route;
+      route.vias.push_back(a.via), route.vias.push_back(b.via);
+      take(route, a.via.kind == Via::Kind::Upper ? 3 : 4);
+    }
+  for (Route& route : best) {
+    if (!route) continue;
+    refine(route, t);
+    if (sound(route) && route.duration_s < best[0].duration_s) best[0] = route;
   }
-  if (best) {
-    refine(best, t);
-    if (!sound(best)) best = {};
-  }
-  return best;
+  return best[0];
 }
 
 }  // namespace gantry::motion

@@ -1,4 +1,5 @@
-// Position limits, judged by linear programming: walls.csv holds cases and the least duration that lp_judge.py --search
+// Position limits, judged by linear programming: walls.csv (one axis) and walls_together.csv (two, with a minimum
+// duration) hold cases and the least duration that lp_judge.py --search
 // found for them (nan: there is no motion).
 #include <cmath>
 #include <fstream>
@@ -62,6 +63,24 @@ TEST(PositionLimits, no_motion_is_longer_than_linear_programming_finds_and_none_
   }
   EXPECT_GE(solved, 60);
   EXPECT_GE(refused, 12);
+}
+
+TEST(PositionLimits, no_common_duration_is_longer_than_linear_programming_finds) {
+  int solved = 0, refused = 0;
+  for (const Row& row : rows_of("walls_together.csv", 30)) {
+    const AxisMove axes[] = {axis_of(row.x.data()), axis_of(row.x.data() + 14)};
+    const double least = row.x[28], found = row.x[29];
+    const Joint joint = move_together(axes, {.min_duration_s = std::isnan(least) ? 0 : least});
+    ++(std::isnan(found) ? refused : solved);
+    ASSERT_EQ(static_cast<bool>(joint), !std::isnan(found)) << row.id << " " << name(joint.reason);
+    if (!joint) continue;
+    EXPECT_LE(joint.duration_s, found * 1.001) << row.id;
+    EXPECT_GE(joint.duration_s, found * 0.99) << row.id;
+    for (std::size_t i = 0; i < 2; ++i)
+      EXPECT_EQ(judge::verdict(joint.profiles[i], axes[i].from, axes[i].to, axes[i].bounds), "") << row.id;
+  }
+  EXPECT_GE(solved, 19);
+  EXPECT_GE(refused, 3);
 }
 
 // A motion drawn at random, and limits close around it: a witness that there is a way within them in its duration.
