@@ -8,24 +8,45 @@
 namespace gantry::bench {
 namespace {
 
+/// Cells of a line as RFC 4180 has them: quotes around a cell protect its commas, two of them inside are one. A quoted
+/// cell does not go on in the next line.
 std::vector<std::string> cells_of(std::string line) {
   if (!line.empty() && line.back() == '\r') line.pop_back();
-  std::vector<std::string> cells;
-  for (std::size_t at = 0;;) {
-    const std::size_t comma = line.find(',', at);
-    cells.push_back(line.substr(at, comma - at));
-    if (comma == std::string::npos) return cells;
-    at = comma + 1;
+  std::vector<std::string> cells(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (quoted && c == '"' && i + 1 < line.size() && line[i + 1] == '"')
+      cells.back() += line[++i];
+    else if (c == '"' && (quoted || cells.back().empty()))
+      quoted = !quoted;
+    else if (c == ',' && !quoted)
+      cells.emplace_back();
+    else
+      cells.back() += c;
   }
+  return cells;
 }
 
 }  // namespace
 
+std::string quoted(const std::string& cell) {
+  if (cell.find_first_of(",\"") == std::string::npos) return cell;
+  std::string out = "\"";
+  for (const char c : cell) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + '"';
+}
+
 std::optional<CaseTable> CaseTable::open(std::istream& in, std::string& error) {
   CaseTable table(in);
   std::string line;
-  std::getline(in, line);
-  const auto names = cells_of(line);
+  if (!std::getline(in, line)) {
+    error = "no header: the first line names the columns, id,p0,v0,...";
+    return std::nullopt;
+  }
+  if (line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // some editors mark UTF-8
+  table.names_ = cells_of(line);
+  const auto& names = table.names_;
   const auto column = [&](const std::string& name) {
     const auto at = std::find(names.begin(), names.end(), name);
     return at == names.end() ? -1 : static_cast<int>(at - names.begin());
@@ -42,8 +63,8 @@ std::optional<CaseTable> CaseTable::open(std::istream& in, std::string& error) {
                     of("vmin"), of("amax"), of("amin"), of("jmax"), of("jmin"), of("pmin"), of("pmax")};
     for (const auto& [name, at] :
          {std::pair{"v0", c.v0}, {"a0", c.a0}, {"vf", c.vf}, {"amax", c.a_max}, {"jmax", c.j_max}})
-      if (at < 0) error = "column '" + (name + suffix) + "' is missing";
-    if (table.kind_ == Kind::Position && (c.p0 < 0 || c.v_max < 0))
+      if (at < 0 && error.empty()) error = "column '" + (name + suffix) + "' is missing";
+    if (error.empty() && table.kind_ == Kind::Position && (c.p0 < 0 || c.v_max < 0))
       error = "columns 'p0" + suffix + "' and 'vmax" + suffix + "' are needed beside 'pf" + suffix + "'";
     table.columns_.push_back(c);
     if (!several) break;
@@ -66,8 +87,8 @@ std::optional<Case> CaseTable::next(std::string& error) {
     const char* text = i < cells.size() ? cells[i].c_str() : "";
     char* end = nullptr;
     const double value = std::strtod(text, &end);
-    if (end == text || *end != '\0')
-      error = "line " + std::to_string(line_) + ", column " + std::to_string(at + 1) + ": no number";
+    if (error.empty() && (end == text || *end != '\0'))
+      error = "line " + std::to_string(line_) + ", column '" + names_[i] + "': '" + text + "' is no number";
     return value;
   };
   Case c;

@@ -2,7 +2,8 @@
 //   1 axis     id,p0,v0,a0,pf,vf,af,vmax,vmin,amax,amin,jmax
 //   several    the same names with suffix _0, _1 ..., and min_duration (nan: none); time-synchronised
 //   velocity   id,p0,v0,a0,vf,af,amax,amin,jmax
-// vmin and amin are negative. Without jmin, vmin or amin the bound is symmetric; p_min and p_max may be given.
+// id is free text, in quotes where it holds a comma. vmin and amin are negative. Without jmin, vmin or amin the bound
+// is symmetric; pmin and pmax may be given.
 #pragma once
 #include <istream>
 #include <optional>
@@ -20,6 +21,9 @@ struct Case {
   std::vector<motion::AxisMove> axes;
   double min_duration_s = 0;
 };
+
+/// A cell as it is written to CSV: in quotes where it holds a comma or a quote.
+std::string quoted(const std::string& cell);
 
 class CaseTable {
  public:
@@ -39,6 +43,7 @@ class CaseTable {
   Kind kind_ = Kind::Position;
   int id_ = -1, min_duration_ = -1;
   std::vector<Columns> columns_;
+  std::vector<std::string> names_;
   std::size_t line_ = 1;
 };
 

@@ -65,7 +65,7 @@ void write_profile(std::ostream& out, const Case& c, const motion::Joint& joint)
   };
   for (std::size_t axis = 0; axis < joint.profiles.size(); ++axis) {
     const motion::Profile& p = joint.profiles[axis];
-    out << c.id << ',' << axis;
+    out << quoted(c.id) << ',' << axis;
     number(p.from.p), number(p.from.v), number(p.from.a);
     for (const motion::Phase& phase : p.phases) number(phase.duration_s), number(phase.jerk);
     out << '\n';
