@@ -110,7 +110,7 @@ int main(int argc, char** argv) {
       worst = {std::max(worst.end, e.end), std::max(worst.limit, e.limit)};
     }
     const double ns = bench::timed_ns(*c, table->kind(), policy, runs);
-    std::printf("%s,%d,%.17g,%.3g,%.3g,%.0f\n", c->id.c_str(), static_cast<int>(joint.reason),
+    std::printf("%s,%d,%.17g,%.3g,%.3g,%.0f\n", bench::quoted(c->id).c_str(), static_cast<int>(joint.reason),
                 joint ? joint.duration_s : std::nan(""), worst.end, worst.limit, ns);
     if (phases.is_open() && joint) bench::write_profile(phases, *c, joint);
   }

@@ -1,5 +1,5 @@
-// Time to spare between position limits. In this order: as if there were none; a rest on the way; a gentler touch; one
-// leg that takes longer. Where none of these takes exactly t, the shortest that takes longer.
+// Time to spare between position limits. In this order: as if there were none; that motion, bent; a rest on the way; a
+// gentler touch; legs that take longer. Where none of these takes exactly t, the shortest that takes longer.
 #include <algorithm>
 
 #include "motion/profile/corridor.hpp"
@@ -9,9 +9,8 @@ namespace {
 
 constexpr int kRests = 16;          // intervals between the limits
 constexpr double kSettled = 1e-13;  // relative: durations that are one
-
-constexpr int kStride = 3;      // of the nodes that are tried in pairs
-constexpr double kBent = 1e-7;  // of t and of the accelerations: to which a bent motion is sought
+constexpr int kStride = 3;          // of the nodes that are tried in pairs
+constexpr double kBent = 1e-7;      // of t and of the accelerations: to which a bent motion is sought
 
 }  // namespace
 

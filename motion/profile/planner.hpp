@@ -43,7 +43,7 @@ enum class Reason : std::uint8_t {
   NotFinite,            ///< a number of the problem is nan or infinite
   BadBounds,            ///< a bound has the wrong sign or is 0
   TargetOutsideBounds,  ///< the target breaks a bound, or cannot be reached without breaking the speed bound before it
-  StartCannotStay,      ///< the start is outside of the position limits, or cannot be kept within them
+  StartCannotStay,      ///< the start is outside of the position limits, or hardest braking leaves them
   NoWayWithin,          ///< no motion within the position limits was found
   NoSolution,           ///< numerically out of range (the problem's scales differ by more than doubles carry)
 };
