@@ -1,4 +1,5 @@
 // A line that was renewed is a new line: an input of the fuzz targets means the same whatever ran before it.
+#include <bit>
 #include <gtest/gtest.h>
 #include <random>
 
@@ -35,6 +36,11 @@ std::vector<std::uint64_t> state_of(SegmentBench& line) {
       seen.push_back(std::uint64_t{o.address.index} << 8 | o.address.sub);
       seen.insert(seen.end(), {static_cast<std::uint64_t>(o.value), static_cast<std::uint64_t>(o.initial)});
     }
+    if (i == 0) {  // the drive
+      const sim::DriveMemory m = station.drive(0)->memory();
+      seen.insert(seen.end(), {std::bit_cast<std::uint64_t>(m.position), std::bit_cast<std::uint64_t>(m.count_zero),
+                               static_cast<std::uint64_t>(station.drive(0)->state())});
+    }
     // The EEPROM, through its registers: 1024 words.
     for (unsigned word = 0; word < 1024; word += 4) {
       std::array<std::byte, 6> order{std::byte{0}, std::byte{1}};
@@ -68,7 +74,13 @@ void treat(SegmentBench& line, std::mt19937_64& random) {
       case 6: line.segment.set_clock_drift(id, 100), line.segment.set_clock_jitter(id, 500); break;
       case 7: line.segment.set_io_inputs(id, static_cast<std::uint16_t>(random())); break;
       case 8: line.segment.ignore_writes(id, config::ObjectAddress{}); break;
-      case 9: line.wait(milliseconds(3)); break;
+      case 9: {
+        sim::Drive402& drive = *line.segment.station(0).drive(0);
+        drive.restore({.position = 0.1 * below(1000), .count_zero = 0.01 * below(100)});
+        drive.stick_statusword(below(2) != 0);
+        line.wait(milliseconds(3));
+        break;
+      }
       case 10: {  // a parameter that the drive keeps
         auto& objects = line.segment.station(0).objects();
         const auto all = objects.all();

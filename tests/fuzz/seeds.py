@@ -202,7 +202,7 @@ seed("sim_frame", "lengths_lie", frames(struct.pack("<H", 0x17FF) + bytes(20), p
 
 
 ID286, AMD530B, STD402EC, AIO4 = range(4)  # kind of station in the first byte of sim_mailbox; its state: << 2
-IN_SAFE_OP, IN_OP = 2 << 2, 3 << 2
+IN_SAFE_OP, IN_OP, ALONE = 2 << 2, 3 << 2, 1 << 4
 STATE, REPEAT, PIECE, SAME_COUNTER, POWER = 1 << 4, 2 << 4, 3 << 4, 0x40, 0xB0
 
 
@@ -241,6 +241,8 @@ seed("sim_mailbox", "complete_refused", requests(ID286, sdo(0x50, 0x1008, 0), sd
                                                  sdo(0x31, 0x10F1, 0, 10) + b"\2\0" + bytes(8), sdo(0x31, 0x10F1, 0, 10) + b"\3\0" + bytes(8), sdo(0x31, 0x1C12, 0, 20) + bytes(20), sdo(0x31, 0x1C12, 1, 2) + b"\0\x16"))
 seed("sim_mailbox", "kept", requests(ID286, sdo(0x23, 0x2000, 0, 1), sdo(0x2B, 0x2001, 0, 1), sdo(0x2B, 0x2002, 0, 1), (POWER | 3, sdo(0x40, 0x2000, 0)), sdo(0x40, 0x2001, 0)))
 seed("sim_mailbox", "store_and_power", requests(AMD530B, sdo(0x2B, 0x6098, 0, 35), sdo(0x23, 0x1010, 1, 0x65766173), (POWER | 3, sdo(0x40, 0x6098, 0))))
+seed("sim_mailbox", "alone", requests(STD402EC | ALONE, sdo(0x50, 0x1C32, 0), sdo(0x60, 0, 0), sdo(0x21, 0x607A, 0, 4), coe(2, b"\x07" + bytes(7)), sdo(0x31, 0x1C12, 0, 4) + b"\1\0\0\x16",
+                                             coe(8, struct.pack("<BBHH", 1, 0, 0, 1)), (0, struct.pack("<HHBB", 4, 0, 0, 0x73))))
 seed("sim_mailbox", "store", requests(AMD530B, sdo(0x23, 0x1010, 1, 0x65766173), sdo(0x23, 0x1010, 2, 0x65766173), sdo(0x23, 0x1010, 1, 0x74736572), sdo(0x23, 0x1010, 1, 1)))
 seed("sim_mailbox", "in_op", requests(ID286 | IN_OP, *remap, sdo(0x2B, 0x6040, 0, 6), sdo(0x40, 0x6041, 0)))
 seed("sim_mailbox", "in_safe_op", requests(STD402EC | IN_SAFE_OP, *remap, sdo(0x40, 0x6841, 0)))

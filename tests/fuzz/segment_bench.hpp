@@ -76,8 +76,8 @@ class SegmentBench {
     segment.advance();
   }
 
-  /// Any bytes after the Ethernet header.
-  bool round(std::span<const std::byte> payload) {
+  /// Any bytes after the Ethernet header. The frame as it is behind the last station.
+  std::vector<std::byte> round(std::span<const std::byte> payload) {
     std::vector<std::byte> frame(14 + payload.size());  // a heap block of the exact size
     frame[12] = std::byte{0x88}, frame[13] = std::byte{0xA4};
     std::copy(payload.begin(), payload.end(), frame.begin() + 14);
@@ -85,9 +85,10 @@ class SegmentBench {
     const bool back = segment.process(frame);
     note_said(back ? 1 : 0);
     note_said(frame);
-    return back;
+    return frame;
   }
-  void datagram(unsigned command, std::uint32_t address, std::span<const std::byte> data) {
+  /// What the working counter came to.
+  unsigned datagram(unsigned command, std::uint32_t address, std::span<const std::byte> data) {
     using namespace devices::wire;
     constexpr std::size_t kMost = 1486;  // what a frame takes
     data = data.first(std::min(data.size(), kMost));
@@ -99,7 +100,7 @@ class SegmentBench {
     h.length = static_cast<std::uint16_t>(data.size());
     put_datagram_header(std::span(p).subspan(2), h);
     std::copy(data.begin(), data.end(), p.begin() + 2 + kDatagramHeader);
-    round(p);
+    return get_le<std::uint16_t>(round(p), kFrameHeader + p.size() - 2 - kWorkingCounter);
   }
   /// The bus side of a station's ESC without a frame around it, for what is not about frames. False: it takes no part.
   bool read(unsigned position, unsigned ado, std::span<std::byte> data) {
