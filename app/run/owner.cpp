@@ -29,6 +29,7 @@ namespace gantry::run {
 namespace {
 
 constexpr double kOperationTimeout_s = 5;
+constexpr int kOperationAttempts = 2;
 constexpr double kEnableTimeout_s = 4;
 constexpr Time kLockTimeout = std::chrono::seconds(5);
 constexpr std::int32_t kLocked_ns = 100'000;  // phase error below which SYNC0 and our frames are well apart
@@ -162,10 +163,14 @@ Result<void> Owner::bring_up() {
   p.up = true;
 
   if (auto r = p.control->pass(0.02); !r) return r;
-  if (auto r = p.bus->request_operation(); !r) return r;
-  auto operational =
-      p.control->wait([&] { return p.control->latest().state != cycle::State::Offline; }, kOperationTimeout_s,
-                      Error{Fault::StateChangeRefused, "the stations did not come to OP", ""});
+  Result<void> operational;
+  for (int attempt = 0; attempt < kOperationAttempts; ++attempt) {  // a station may refuse while it is still busy
+    if (auto r = p.bus->request_operation(); !r) return r;
+    operational = p.control->wait([&] { return p.control->latest().state != cycle::State::Offline; },
+                                  kOperationTimeout_s / kOperationAttempts,
+                                  Error{Fault::StateChangeRefused, "the stations did not come to OP", ""});
+    if (operational || operational.error().fault != Fault::StateChangeRefused) break;
+  }
   if (!operational) {
     if (auto why = p.bus->check_operation(); !why) return why;
     if (!of_a_drive(operational.error().fault)) return operational;

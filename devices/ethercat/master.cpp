@@ -137,8 +137,14 @@ void EthercatMaster::step_by(std::function<void()> step) {
 
 Result<void> EthercatMaster::request_operation() {
   choose_way();
-  for (const auto& s : stations_)
+  for (const auto& s : stations_) {
+    const auto status = at(s, read_al_status(link_, s));
+    if (!status) return tl::unexpected(status.error());
+    if (status->error)
+      if (auto ok = at(s, acknowledge(link_, s)); !ok) return ok;
+    if (status->state == AlState::Op) continue;
     if (auto ok = at(s, request_state(link_, s, AlState::Op)); !ok) return ok;
+  }
   return {};
 }
 

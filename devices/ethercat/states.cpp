@@ -6,6 +6,10 @@ namespace gantry::devices {
 
 using namespace wire;
 
+namespace {
+constexpr Time kBeforeNextAttempt = milliseconds(10);
+}
+
 Result<AlStatus> read_al_status(Link& link, const StationRecord& station) {
   std::array<std::byte, 6> raw{};  // 0130h status, 0134h code
   if (auto ok = link.read(station.address, reg::kAlStatus, raw); !ok) return tl::unexpected(ok.error());
@@ -26,14 +30,21 @@ Result<void> acknowledge(Link& link, const StationRecord& station) {
 
 Result<void> wait_for_state(Link& link, const StationRecord& station, AlState state) {
   const Time deadline = link.clock().now() + kStateTimeout;
-  for (;;) {
+  for (int refusals = 0;;) {
     const auto status = read_al_status(link, station);
     if (!status) return tl::unexpected(status.error());
-    if (status->error)
-      return fail(Fault::StateChangeRefused,
-                  fmt::format("refused {} and stays in {}: AL status code {:04X}h, {}", name(state),
-                              name(status->state), status->code, al_status_text(status->code)),
-                  station.where);
+    if (status->error) {
+      if (++refusals == kStateAttempts)
+        return fail(Fault::StateChangeRefused,
+                    fmt::format("refused {} {} times and stays in {}: AL status code {:04X}h, {}", name(state),
+                                refusals, name(status->state), status->code, al_status_text(status->code)),
+                    station.where);
+      if (auto ok = acknowledge(link, station); !ok) return ok;
+      link.pause(kBeforeNextAttempt);
+      if (auto ok = request_state(link, station, state); !ok) return ok;
+      link.pause(milliseconds(1));
+      continue;
+    }
     if (status->state == state) return {};
     if (link.clock().now() >= deadline)
       return fail(Fault::StateChangeRefused,

@@ -20,7 +20,10 @@ Result<void> request_state(Link& link, const StationRecord& station, wire::AlSta
 /// Acknowledges an error that the station shows, and stays in its state.
 Result<void> acknowledge(Link& link, const StationRecord& station);
 
-/// Waits until the station is there, at most kStateTimeout. Fault::StateChangeRefused with the AL status code as text.
+/// Waits until the station is there, at most kStateTimeout. One that refuses is acknowledged and asked again, as other
+/// masters do: some stations refuse while they are still busy. Fault::StateChangeRefused with the AL status code as
+/// text.
+inline constexpr int kStateAttempts = 3;
 inline constexpr Time kStateTimeout = milliseconds(5000);
 Result<void> wait_for_state(Link& link, const StationRecord& station, wire::AlState state);
 

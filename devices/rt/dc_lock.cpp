@@ -5,15 +5,22 @@
 
 namespace gantry::devices {
 
+bool DcLock::is_outlier(std::int64_t error_ns) noexcept {
+  const bool far = any_used_ && std::abs(error_ns - error_ns_) > options_.outlier.count();
+  outliers_ = far ? outliers_ + 1 : 0;
+  if (outliers_ >= options_.believed_after) outliers_ = 0;
+  return outliers_ > 0;
+}
+
 Time DcLock::step(std::uint64_t dc_time_ns) noexcept {
   double wanted = -integral_ns_;
-  if (dc_time_ns != 0) {
-    const std::int64_t cycle = options_.cycle.count();
-    const auto at = static_cast<std::int64_t>(dc_time_ns % static_cast<std::uint64_t>(cycle));
-    error_ns_ = at - options_.phase.count();
-    if (error_ns_ > cycle / 2) error_ns_ -= cycle;
-    if (error_ns_ < -cycle / 2) error_ns_ += cycle;
-
+  const std::int64_t cycle = options_.cycle.count();
+  auto sample = static_cast<std::int64_t>(dc_time_ns % static_cast<std::uint64_t>(cycle)) - options_.phase.count();
+  if (sample > cycle / 2) sample -= cycle;
+  if (sample < -cycle / 2) sample += cycle;
+  if (dc_time_ns != 0 && !is_outlier(sample)) {
+    error_ns_ = sample;
+    any_used_ = true;
     const auto error = static_cast<double>(error_ns_);
     const auto rate_max = static_cast<double>(options_.rate_max.count());
     const auto correction_max = static_cast<double>(options_.correction_max.count());

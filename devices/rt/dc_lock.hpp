@@ -19,6 +19,9 @@ struct DcLockOptions {
   double kp = 0.1, ki = 0.002;
   Time correction_max = microseconds(10);  ///< of one cycle
   Time rate_max = microseconds(1);         ///< of the integral: 1000 ppm of a 1 ms cycle
+  /// A sample this far from the last one that was used is of a frame that the host sent late, and is not used ...
+  Time outlier = microseconds(50);
+  int believed_after = 10;  ///< ... unless so many in a row say that the phase has changed
 };
 
 class DcLock {
@@ -27,12 +30,16 @@ class DcLock {
 
   /// What to add to the next cycle. dc_time_ns 0: no sample in this cycle, the learnt rate goes on.
   Time step(std::uint64_t dc_time_ns) noexcept;
-  /// Phase error of the last sample: > 0 when the frame passes too late.
+  /// Phase error of the last sample that was used: > 0 when the frame passes too late.
   [[nodiscard]] Time error() const noexcept { return Time{error_ns_}; }
 
  private:
   DcLockOptions options_;
+  [[nodiscard]] bool is_outlier(std::int64_t error_ns) noexcept;
+
   std::int64_t error_ns_ = 0;
+  bool any_used_ = false;
+  int outliers_ = 0;  ///< in a row
   double integral_ns_ = 0, fraction_ns_ = 0;
 };
 

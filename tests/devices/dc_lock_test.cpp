@@ -49,6 +49,25 @@ TEST(DcLock, holds_under_jitter_and_loss) {
   }
 }
 
+TEST(DcLock, a_frame_that_the_host_sent_late_moves_nothing) {
+  DcLock lock;
+  for (std::uint64_t k = 1; k < 100; ++k) lock.step(k * 1'000'000 + 500'000);
+  for (std::uint64_t k = 100; k < 1000; ++k) {
+    const bool late = k % 17 == 0;
+    EXPECT_EQ(lock.step(k * 1'000'000 + (late ? 900'000 : 500'000)).count(), 0) << k;
+  }
+  EXPECT_EQ(lock.error().count(), 0);
+}
+
+TEST(DcLock, a_phase_that_has_really_changed_is_believed_and_followed) {
+  DcLock lock;
+  std::int64_t dc = 1'000'500'000;
+  for (int i = 0; i < 100; ++i) dc += 1'000'000 + lock.step(static_cast<std::uint64_t>(dc)).count();
+  dc += 200'000;
+  for (int i = 0; i < 400; ++i) dc += 1'000'000 + lock.step(static_cast<std::uint64_t>(dc)).count();
+  EXPECT_NEAR(static_cast<double>(dc % 1'000'000), 500'000, 100);
+}
+
 TEST(DcLock, without_samples_the_learnt_rate_goes_on) {
   DcLock lock;
   std::uint64_t dc = 1'000'500'000;
