@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
+#include <map>
 #include <optional>
 #include <set>
 
@@ -32,8 +33,9 @@ constexpr double kOperationTimeout_s = 5;
 constexpr int kOperationAttempts = 2;
 constexpr double kEnableTimeout_s = 4;
 constexpr Time kLockTimeout = std::chrono::seconds(5);
-constexpr std::int32_t kLocked_ns = 100'000;  // phase error below which SYNC0 and our frames are well apart
-constexpr int kRecoverEvery = 100;            // idle steps between two attempts to bring stations back
+constexpr std::int32_t kLocked_ns = 100'000;      // phase error below which SYNC0 and our frames are well apart
+constexpr int kRecoverEvery = 100;                // idle steps between two attempts to bring stations back
+constexpr Time kQuiet = std::chrono::seconds(1);  // after a note was told, the same one is only counted
 constexpr std::string_view kEthercat = "ethercat:";
 
 /// The catalogue numbers what drives report 2xx.
@@ -64,6 +66,11 @@ struct Owner::Parts {
   std::optional<monitor::SnapshotWriter> shared;  // what `gantry publish` reads
   std::unique_ptr<monitor::PublishChild> publisher;
   std::function<void()> poll;
+  struct Repeated {
+    std::int64_t told_ns = 0;
+    int count = 0;  ///< since then, with that one
+  };
+  std::map<Fault, Repeated> repeated;  // notes that came more than once
   bool up = false;
   bool hangs = false;  // the loop has not ended: what it uses must outlive this program
 
@@ -277,7 +284,17 @@ void Owner::Parts::on_snapshot(const cycle::Snapshot& s) {
 void Owner::Parts::on_event(const cycle::Event& e) {
   if (shared) shared->push(e, e.kind == cycle::EventKind::Fault ? in_words(machine, e).message : "");
   if (e.kind != cycle::EventKind::Fault || info(e.fault).severity == Severity::Info) return;
-  const std::string words = to_text(in_words(machine, e));
+  std::string words = to_text(in_words(machine, e));
+  if (info(e.fault).reaction == Reaction::Note && control) {
+    Repeated& r = repeated[e.fault];
+    const std::int64_t now_ns = control->latest().time_ns;
+    if (r.count > 0 && now_ns - r.told_ns < kQuiet.count()) {
+      ++r.count;
+      return;
+    }
+    if (r.count > 1) words += fmt::format(" ({} more times since it was last told)", r.count - 1);
+    r = {now_ns, 1};
+  }
   log::warn("{}", words);
   if (result != nullptr && control)
     result->events.push_back(
