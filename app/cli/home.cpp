@@ -13,6 +13,7 @@ void add_home(CLI::App& app, Context& context) {
   auto options = std::make_shared<run::OwnerOptions>();
   auto state = std::make_shared<std::string>("state");
   verb->add_option("--bus", options->bus, "sim, or ethercat:IFACE")->capture_default_str();
+  verb->add_option("--loop-cpu", options->loop_cpu, "CPU for the 1 ms loop alone; default: the last of several");
   verb->add_option("--state", *state, "Folder of the machine's state")->capture_default_str();
   add_world_options(*verb, options->sim);
   verb->callback([&context, options, state] {

@@ -150,6 +150,7 @@ void add_up(CLI::App& app, Context& context) {
   auto state = std::make_shared<std::string>("state");
   options->publish = true;
   verb->add_option("--bus", options->bus, "sim, or ethercat:IFACE")->capture_default_str();
+  verb->add_option("--loop-cpu", options->loop_cpu, "CPU for the 1 ms loop alone; default: the last of several");
   verb->add_option("--world", options->world_socket, "Socket of a `gantry sim` that shows camera and world");
   verb->add_option("--state", *state, "Folder of the machine's state; holds owner.sock")->capture_default_str();
   add_world_options(*verb, options->sim);

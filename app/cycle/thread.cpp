@@ -51,9 +51,14 @@ bool start_thread(pthread_t& thread, const char* name, int priority, void* (*bod
   return error == 0;
 }
 
-LoopThread::LoopThread(Loop& loop, Clock& clock, Channels& channels, Time first)
+LoopThread::LoopThread(Loop& loop, Clock& clock, Channels& channels, Time first, int cpu)
     : loop_(loop), clock_(clock), channels_(channels), first_(first) {
   running_ = start_thread(thread_, "gantry-loop", kPriority, &LoopThread::run, this, rights_);
+  if (!running_ || cpu == LoopCpu::kAny) return;
+  cpu_set_t alone;
+  CPU_ZERO(&alone);
+  CPU_SET(cpu, &alone);
+  pthread_setaffinity_np(thread_, sizeof alone, &alone);
 }
 
 bool LoopThread::join() {

@@ -7,6 +7,7 @@
 
 #include "app/cycle/channels.hpp"
 #include "app/cycle/loop.hpp"
+#include "app/cycle/loop_cpu.hpp"
 #include "core/clock.hpp"
 
 namespace gantry::cycle {
@@ -25,8 +26,9 @@ bool start_thread(pthread_t& thread, const char* name, int priority, void* (*bod
 
 class LoopThread {
  public:
-  /// Starts at once; cycles begin at `first`. `loop`, `clock` and `channels` must live until join().
-  LoopThread(Loop& loop, Clock& clock, Channels& channels, Time first);
+  /// Starts at once, on `cpu` alone (LoopCpu::kAny: anywhere); cycles begin at `first`. `loop`, `clock` and `channels`
+  /// must live until join().
+  LoopThread(Loop& loop, Clock& clock, Channels& channels, Time first, int cpu = LoopCpu::kAny);
   ~LoopThread() { join(); }
   LoopThread(const LoopThread&) = delete;
   LoopThread& operator=(const LoopThread&) = delete;

@@ -58,7 +58,8 @@ struct Owner::Parts {
   Time stuck_after{};
   std::unique_ptr<cycle::Loop> loop;
   std::unique_ptr<Feed> feed;
-  std::unique_ptr<cycle::LoopThread> thread;  // real time only
+  std::unique_ptr<cycle::LoopCpu> loop_cpu;  // these two in real time only
+  std::unique_ptr<cycle::LoopThread> thread;
   std::unique_ptr<cycle::Watchdog> watchdog;  // these two while the stations are in OP
   std::unique_ptr<cycle::CrashStop> crash_stop;
   std::unique_ptr<Pump> pump;
@@ -139,6 +140,11 @@ Result<std::unique_ptr<Owner>> Owner::open(const config::Machine& machine, const
   if (port->descriptor() >= 0) p->stop = std::make_unique<cycle::StopFrame>(*setup, port->descriptor());
   p->stuck_after = setup->stuck_after();
   p->loop = std::make_unique<cycle::Loop>(*setup, *p->bus, p->can, *p->clock, *p->channels, p->stop.get());
+  if (!options.virtual_time) {
+    auto cpu = cycle::LoopCpu::take(options.loop_cpu);
+    if (!cpu) return tl::unexpected(cpu.error());
+    p->loop_cpu = std::move(*cpu);
+  }
   if (options.publish) {
     auto shared = monitor::SnapshotWriter::create(monitor::machine_info(p->machine));
     if (!shared) return tl::unexpected(shared.error());
@@ -159,7 +165,7 @@ Result<void> Owner::bring_up() {
   if (p.options.virtual_time) {
     p.pump = std::make_unique<VirtualPump>(*p.loop, *p.clock, first);
   } else {
-    p.thread = std::make_unique<cycle::LoopThread>(*p.loop, *p.clock, *p.channels, first);
+    p.thread = std::make_unique<cycle::LoopThread>(*p.loop, *p.clock, *p.channels, first, p.loop_cpu->number());
     p.pump = std::make_unique<RealPump>(*p.clock, p.machine.bus.cycle);
     if (!p.thread->rights().refused.empty())
       log::warn("no real-time rights: the system refused {}; cycles may come late", p.thread->rights().refused);

@@ -25,6 +25,7 @@ struct OwnerOptions {
   std::string world_socket;        ///< camera and world of a `gantry sim` elsewhere
   sim::VirtualMachineOptions sim;  ///< of the virtual machine in this process, and of the board it is given
   bool publish = false;            ///< start `gantry publish` and keep it alive
+  std::optional<int> loop_cpu;     ///< for the loop alone; default: the last one that may be used, if there are several
 };
 
 struct RunOptions {

@@ -52,7 +52,7 @@ Result<Figures> run_job(int cpu, const std::string& program, const std::string& 
   std::string folder = (std::filesystem::temp_directory_path() / "wake_up-XXXXXX").string();
   if (mkdtemp(folder.data()) == nullptr) return fail(Fault::FileUnwritable, "no folder for the job's results", folder);
   const std::string command =
-      fmt::format("taskset -c {} '{}' run '{}' --out '{}/out' --state '{}/state' >'{}/log' 2>&1", cpu, program, recipe,
+      fmt::format("'{}' run '{}' --loop-cpu {} --out '{}/out' --state '{}/state' >'{}/log' 2>&1", program, recipe, cpu,
                   folder, folder, folder);
   const auto text_of = [&](const char* name) {
     std::ifstream in(std::filesystem::path(folder) / name);
