@@ -11,10 +11,8 @@ namespace {
 
 using devices::DriveGoal;
 
-constexpr int kMostCommands = 8;  // a cycle; the rest waits
 constexpr std::int64_t kMostSteps =
     200;  // of motion that a stalled cycle makes up for; beyond it the stall has stopped the machine anyway
-constexpr int kResetTicks = 500;    // for the drives to leave their fault state
 constexpr int kHealthyPeriod = 50;  // cycles: the "healthy" output is a pulse, so that a stuck output shows
 
 AxisVec delays_of(const LoopSetup& setup) noexcept {
@@ -87,111 +85,6 @@ void Loop::heed_watchdog() noexcept {
   react(Fault::WatchdogStop, kNoAxis, static_cast<std::int32_t>(still / milliseconds(1)));
 }
 
-// ---- commands ----
-
-void Loop::take_commands() noexcept {
-  if (channels_.stop_now.load(std::memory_order_acquire) &&
-      (state_ == State::Running || state_ == State::Held || state_ == State::Homing))
-    obey({.kind = CommandKind::Abort});
-  Command command;
-  for (int i = 0; i < kMostCommands && channels_.commands.pop(command); ++i) {
-    if (const Fault why = refuse(command); why != Fault::None)
-      answer(command.id, why);
-    else
-      obey(command);
-  }
-}
-
-/// Why a command does not fit the machine's state; None when it does.
-Fault Loop::refuse(const Command& command) const noexcept {
-  const bool motion = command.kind == CommandKind::Enable || command.kind == CommandKind::Home ||
-                      command.kind == CommandKind::ArmProbe || command.kind == CommandKind::StartBlock ||
-                      command.kind == CommandKind::Resume;
-  if (motion && latched_ != Fault::None) return Fault::Latched;
-  switch (command.kind) {
-    case CommandKind::Enable:
-      if (state_ != State::Disabled) return Fault::Refused;
-      if ((inputs_ & setup_.door_mask) != setup_.door_mask) return Fault::DoorOpen;
-      return (inputs_ & setup_.air_mask) != setup_.air_mask ? Fault::AirMissing : Fault::None;
-    case CommandKind::Home:
-    case CommandKind::ArmProbe: return state_ == State::Ready ? Fault::None : Fault::Refused;
-    case CommandKind::StartBlock:
-      if (state_ != State::Ready) return Fault::Refused;
-      return axes_.all_referenced() ? Fault::None : Fault::NotReferenced;
-    case CommandKind::Disable:
-      return state_ == State::Ready || state_ == State::Stopped || state_ == State::Disabled ? Fault::None
-                                                                                             : Fault::Refused;
-    case CommandKind::Hold: return state_ == State::Running ? Fault::None : Fault::Refused;
-    case CommandKind::Resume: return state_ == State::Held ? Fault::None : Fault::Refused;
-    case CommandKind::Abort:
-    case CommandKind::Override:
-    case CommandKind::SetOutputs: return Fault::None;
-    case CommandKind::Reset: return state_ == State::Stopping ? Fault::Refused : Fault::None;
-  }
-  return Fault::Refused;
-}
-
-void Loop::obey(const Command& command) noexcept {
-  switch (command.kind) {
-    case CommandKind::Enable:
-      axes_.set_goal(DriveGoal::Enabled);
-      pending_ = command.id;
-      enter(State::Enabling);
-      return;
-    case CommandKind::Disable:
-      axes_.set_goal(DriveGoal::Disabled);
-      outputs_set_ = 0;
-      pending_disable_ = command.id;
-      return;
-    case CommandKind::Home:
-      axes_.start_homing(command.axes);
-      pending_ = command.id;
-      enter(State::Homing);
-      return;
-    case CommandKind::ArmProbe:
-      axes_.probe().start();
-      pending_probe_ = command.id;
-      return;
-    case CommandKind::StartBlock:
-      block_ = command.block;
-      tick_ = 0;
-      probing_ = false;
-      interpolator_.begin_block(command.block);
-      enter(State::Running);
-      break;
-    case CommandKind::Hold:
-      interpolator_.hold();
-      shut_valve_ = true;
-      enter(State::Held);
-      break;
-    case CommandKind::Resume:
-      interpolator_.resume();
-      enter(State::Running);
-      break;
-    case CommandKind::Abort:
-      if (state_ == State::Homing) axes_.cancel_homing(Fault::Aborted);
-      if (state_ == State::Running || state_ == State::Held) {
-        interpolator_.abort();
-        shut_valve_ = true;
-        stopped_by_ = Fault::Aborted;
-        enter(State::Stopping);
-      }
-      break;
-    case CommandKind::Override: override_ = std::clamp(command.value, 0.1, 2.0); break;
-    case CommandKind::SetOutputs: {
-      const std::uint32_t mask = command.mask & ~setup_.valve_mask;  // the valve opens with a dispense command only
-      outputs_set_ = (outputs_set_ & ~mask) | (command.bits & mask);
-      break;
-    }
-    case CommandKind::Reset:
-      if (!axes_.no_fault()) axes_.set_goal(DriveGoal::FaultReset);
-      pending_reset_ = command.id;
-      reset_ticks_ = 0;
-      return;
-  }
-  answer(command.id, Fault::None);
-}
-
 // ---- motion ----
 
 /// Brings the commanded values to this cycle. Where the host stalled, the ticks in between are computed too, told as
@@ -243,99 +136,6 @@ void Loop::hold_position() noexcept {
   interpolator_.start(here);
   compensation_.reset(here, commanded_.outputs & ~setup_.valve_mask);
   commanded_.target = here;
-}
-
-/// Everything that takes several cycles and is now over.
-void Loop::follow_progress() noexcept {
-  using Probe = devices::ProbeArm::Phase;
-  const Probe probe = axes_.probe().phase();
-  if (pending_probe_ != 0 && (probe == Probe::Armed || probe == Probe::Failed)) {
-    answer(pending_probe_, probe == Probe::Armed ? Fault::None : axes_.probe().fault());
-    pending_probe_ = 0;
-  }
-  if (probe == Probe::Latched && !probe_told_) {
-    probe_told_ = true;
-    if (probing_) {
-      probing_ = false;
-      interpolator_.probe_latched();
-      tell({.kind = EventKind::Touched, .axis = setup_.probe_axis, .block = block_, .value = axes_.probe_position()});
-    } else {
-      react(Fault::ProbeImplausible, setup_.probe_axis, 0);
-    }
-  }
-  if (probe != Probe::Latched) probe_told_ = false;
-
-  switch (state_) {
-    case State::Offline:
-      if (exchange_.fault == Fault::None && exchange_.al_states == 8) enter(State::Disabled);
-      hold_position();
-      break;
-    case State::Disabled:
-    case State::Stopped:
-      if (!axes_.all_enabled()) hold_position();
-      break;
-    case State::Enabling:
-      hold_position();
-      if (axes_.all_enabled()) enter(State::Ready), answer_pending(Fault::None);
-      break;
-    case State::Homing:
-      if (axes_.homing()) break;
-      finish_homing();
-      break;
-    case State::Running:
-    case State::Stopping: finish_block(); break;
-    case State::Ready:
-    case State::Held: break;
-  }
-  if (pending_reset_ != 0) finish_reset();
-  if (pending_disable_ != 0 && axes_.all_disabled()) {
-    answer(pending_disable_, Fault::None);
-    pending_disable_ = 0;
-    if (state_ == State::Ready) enter(State::Disabled);
-  }
-}
-
-/// A latch goes when its cause has gone: the drives are asked first. Nothing is enabled and nothing moves; where a
-/// drive has lost its torque, the others lose theirs, and the operator enables them together.
-void Loop::finish_reset() noexcept {
-  if (!axes_.no_fault() && ++reset_ticks_ < kResetTicks) return;
-  const bool cleared = axes_.no_fault();
-  if (cleared) latched_ = Fault::None;
-  if (!axes_.all_enabled()) axes_.set_goal(DriveGoal::Disabled);
-  if (cleared && state_ == State::Stopped) enter(axes_.all_enabled() ? State::Ready : State::Disabled);
-  answer(pending_reset_, latched_);
-  pending_reset_ = 0;
-}
-
-void Loop::finish_homing() noexcept {
-  AxisId axis = kNoAxis;
-  const Fault failed = axes_.finish_homing(axis);
-  hold_position();
-  if (latched_ != Fault::None) {
-    enter(State::Stopped);
-  } else if (failed != Fault::None && failed != Fault::Aborted) {
-    react(failed, axis, 0);
-    enter(State::Stopped);
-  } else {
-    enter(axes_.all_enabled() ? State::Ready : State::Disabled);
-  }
-  answer_pending(failed != Fault::None ? failed : latched_);
-}
-
-void Loop::finish_block() noexcept {
-  if (!interpolator_.idle() || !interpolator_.at_rest() || !settled_) return;
-  axes_.probe().stop();
-  if (state_ == State::Running) {
-    if (probing_)
-      tell({.kind = EventKind::Fault, .fault = Fault::ProbeNeverTriggered, .axis = setup_.probe_axis, .block = block_});
-    probing_ = false;
-    tell({.kind = EventKind::BlockDone, .block = block_});
-    enter(State::Ready);
-  } else {
-    tell({.kind = EventKind::BlockDone, .fault = stopped_by_, .block = block_});
-    enter(latched_ != Fault::None ? State::Stopped : axes_.all_enabled() ? State::Ready : State::Disabled);
-  }
-  block_ = 0;
 }
 
 // ---- faults ----
