@@ -6,7 +6,6 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <deque>
 #include <vector>
 
 #include "core/clock.hpp"
@@ -27,7 +26,9 @@ class LiarPort : public devices::FramePort {
   bool send(devices::PortIndex, std::span<const std::byte> frame) noexcept override {
     using namespace devices::wire;
     note_said(frame);  // what the master does next is what it made of the answers
-    std::vector<std::byte> reply(frame.begin(), frame.end());
+    waiting_ = false;
+    auto& reply = reply_;
+    reply.assign(frame.begin(), frame.end());
     reply[6] |= std::byte{kProcessedMacBit};
     for (std::size_t at = kFrameHeader;;) {
       const auto header = get_datagram_header(std::span(reply).subspan(at));
@@ -39,18 +40,17 @@ class LiarPort : public devices::FramePort {
       if (!header.more) break;
       at = counter + kWorkingCounter;
     }
-    waiting_.push_back(std::move(reply));
+    waiting_ = true;
     return true;
   }
   devices::Received receive(std::span<std::byte> buffer, Time deadline) noexcept override {
-    if (waiting_.empty()) {
+    if (!waiting_) {
       clock_.sleep_until(deadline);
       return {};
     }
-    const auto frame = std::move(waiting_.front());
-    waiting_.pop_front();
-    std::copy(frame.begin(), frame.end(), buffer.begin());
-    return {frame.size(), devices::PortIndex::Primary, clock_.now()};
+    waiting_ = false;
+    std::copy(reply_.begin(), reply_.end(), buffer.begin());
+    return {reply_.size(), devices::PortIndex::Primary, clock_.now()};
   }
   [[nodiscard]] bool link_up(devices::PortIndex) const noexcept override { return true; }
 
@@ -58,7 +58,8 @@ class LiarPort : public devices::FramePort {
   VirtualClock& clock_;
 
  private:
-  std::deque<std::vector<std::byte>> waiting_;
+  std::vector<std::byte> reply_;  ///< Link has one frame under way at a time
+  bool waiting_ = false;
 };
 
 }  // namespace gantry::fuzz

@@ -47,7 +47,7 @@ class SiiLiar final : public fuzz::LiarPort {
  private:
   std::span<const std::byte> image_;
   std::array<std::byte, 4> address_{};
-  static constexpr int kMostAsked = 160;
+  static constexpr int kMostAsked = 100;
   unsigned how_;
   std::size_t place_;
   int asked_ = 0, looks_ = 0;

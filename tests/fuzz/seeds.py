@@ -129,11 +129,11 @@ whole = bytes(words) + category(10, strings) + category(30, bytes(32)) + categor
 READS4, SLOW, ERROR, BUSY, GONE, WORDS, ALL = 1, 2, 4, 8, 12, 16, 32  # first byte of master_sii; the second one is a place, in two words
 
 
-def eeprom(image, how=ALL, place=0):
+def eeprom(image, how=0, place=0):
     return bytes([how, place]) + image
 
 
-seed("master_sii", "whole", eeprom(whole + b"\xff\xff"))
+seed("master_sii", "whole", eeprom(whole + b"\xff\xff", ALL))
 seed("master_sii", "no_end", eeprom(whole))
 seed("master_sii", "parser_alone", eeprom(whole, 0))
 seed("master_sii", "reads4", eeprom(whole + b"\xff\xff", READS4 | SLOW | WORDS | ALL))
