@@ -239,7 +239,7 @@ seed("sim_mailbox", "mapping_not_allowed", requests(ID286, sdo(0x2F, 0x1600, 0, 
                                                     sdo(0x2F, 0x1600, 0, 0), sdo(0x23, 0x1600, 1, 0x12340010), sdo(0x23, 0x1600, 1, 0x60410010), sdo(0x23, 0x1600, 1, 0x60400910), sdo(0x2F, 0x1600, 0, 200)))
 seed("sim_mailbox", "complete_refused", requests(ID286, sdo(0x50, 0x1008, 0), sdo(0x50, 0x1018, 2), sdo(0x50, 0x7777, 0), sdo(0x31, 0x1018, 0, 6) + bytes(6),
                                                  sdo(0x31, 0x10F1, 0, 10) + b"\2\0" + bytes(8), sdo(0x31, 0x10F1, 0, 10) + b"\3\0" + bytes(8), sdo(0x31, 0x1C12, 0, 20) + bytes(20), sdo(0x31, 0x1C12, 1, 2) + b"\0\x16"))
-seed("sim_mailbox", "kept", requests(ID286, sdo(0x23, 0x2000, 0, 1), sdo(0x2B, 0x2001, 0, 1), sdo(0x2B, 0x2002, 0, 1), (POWER | 3, sdo(0x40, 0x2000, 0)), sdo(0x40, 0x2001, 0)))
+seed("sim_mailbox", "kept", requests(ID286, sdo(0x2B, 0x20C9, 0, 1), sdo(0x2B, 0x20D9, 0, 1), (POWER | 3, sdo(0x40, 0x20C9, 0)), sdo(0x40, 0x20D9, 0)))
 seed("sim_mailbox", "store_and_power", requests(AMD530B, sdo(0x2B, 0x6098, 0, 35), sdo(0x23, 0x1010, 1, 0x65766173), (POWER | 3, sdo(0x40, 0x6098, 0))))
 seed("sim_mailbox", "alone", requests(STD402EC | ALONE, sdo(0x50, 0x1C32, 0), sdo(0x60, 0, 0), sdo(0x21, 0x607A, 0, 4), coe(2, b"\x07" + bytes(7)), sdo(0x31, 0x1C12, 0, 4) + b"\1\0\0\x16",
                                              coe(8, struct.pack("<BBHH", 1, 0, 0, 1)), (0, struct.pack("<HHBB", 4, 0, 0, 0x73))))

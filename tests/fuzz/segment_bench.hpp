@@ -139,7 +139,13 @@ class SegmentBench {
     }
   }
   /// SyncManagers and FMMUs of a station for what its PDOs hold now, and outputs at zero.
-  void lay_out(int position) { put(position, layout(position)); }
+  void lay_out(int position) {
+    const auto& rows = rows_[static_cast<std::size_t>(position)];
+    for (unsigned i = 0; i < rows.size(); ++i)  // where one lies changes only while it is off
+      if (rows[i].kind == config::SyncManagerKind::ProcessOut || rows[i].kind == config::SyncManagerKind::ProcessIn)
+        poke(static_cast<unsigned>(position), 0x0806 + 8 * i, 0);
+    put(position, layout(position));
+  }
   void write_outputs(int position) { put_outputs(position, layout(position)); }
 
  private:

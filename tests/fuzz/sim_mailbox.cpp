@@ -50,7 +50,7 @@ bool read_reply(SegmentBench& line, std::size_t size) {
 }
 
 void ask_state(SegmentBench& line, unsigned state) {
-  line.lay_out(0);
+  if (line.segment.station(0).state() == devices::wire::AlState::PreOp) line.lay_out(0);
   line.write_outputs(0);
   line.poke(0, 0x0120, state, 0);
   line.wait(microseconds(200));
