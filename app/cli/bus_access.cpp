@@ -6,7 +6,7 @@
 
 #include "devices/ethercat/master.hpp"
 #include "devices/raw_socket_port.hpp"
-#include "sim/segment_port.hpp"
+#include "sim/segment/segment_port.hpp"
 
 namespace gantry::cli {
 namespace {

@@ -16,7 +16,7 @@
 #include "app/cli/bus_access.hpp"
 #include "app/cli/pcapng_writer.hpp"
 #include "devices/ethercat/master.hpp"
-#include "sim/segment_port.hpp"
+#include "sim/segment/segment_port.hpp"
 
 namespace gantry::cli {
 namespace {

@@ -2,7 +2,7 @@
 #include "app/cli/stop_flag.hpp"
 #include "app/cli/verbs.hpp"
 #include "core/log.hpp"
-#include "sim/serve.hpp"
+#include "sim/machine/serve.hpp"
 
 namespace gantry::cli {
 

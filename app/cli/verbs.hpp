@@ -8,7 +8,7 @@
 
 #include "config/machine.hpp"
 #include "core/error.hpp"
-#include "sim/virtual_machine.hpp"
+#include "sim/machine/virtual_machine.hpp"
 
 namespace gantry::monitor {
 struct NetworkOptions;

@@ -11,7 +11,7 @@
 #include "core/error.hpp"
 #include "core/vec.hpp"
 #include "recipes/job.hpp"
-#include "sim/world_access.hpp"
+#include "sim/world/world_access.hpp"
 
 namespace gantry::record {
 

@@ -24,7 +24,7 @@
 #include "core/log.hpp"
 #include "devices/ethercat/master.hpp"
 #include "devices/raw_socket_port.hpp"
-#include "sim/world_client.hpp"
+#include "sim/machine/world_client.hpp"
 
 namespace gantry::run {
 namespace {

@@ -15,7 +15,7 @@
 #include "config/machine.hpp"
 #include "core/error.hpp"
 #include "recipes/job.hpp"
-#include "sim/virtual_machine.hpp"
+#include "sim/machine/virtual_machine.hpp"
 
 namespace gantry::run {
 

@@ -18,8 +18,8 @@
 #include "app/cycle/watchdog.hpp"
 #include "app/run/compose.hpp"
 #include "devices/ethercat/master.hpp"
-#include "sim/segment.hpp"
-#include "sim/segment_port.hpp"
+#include "sim/segment/segment.hpp"
+#include "sim/segment/segment_port.hpp"
 #include "tests/app/cycle/one_drive.hpp"
 
 namespace gantry::bench {

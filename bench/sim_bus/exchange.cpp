@@ -11,8 +11,8 @@
 #include "devices/ethercat/master.hpp"
 #include "devices/rt/drive.hpp"
 #include "devices/wire/bytes.hpp"
-#include "sim/segment.hpp"
-#include "sim/segment_port.hpp"
+#include "sim/segment/segment.hpp"
+#include "sim/segment/segment_port.hpp"
 
 namespace gantry::sim {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "core/clock.hpp"
 #include "devices/ethercat/master.hpp"
-#include "sim/virtual_machine.hpp"
+#include "sim/machine/virtual_machine.hpp"
 
 namespace gantry::sim {
 namespace {

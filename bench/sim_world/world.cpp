@@ -1,6 +1,6 @@
 // What the virtual world costs: a sync while a bead is dispensed, a picture, the judgement of a job's deposits.
 //   build/release/bin/bench_sim_world        (in the source folder: it reads the shipped machine and recipe)
-#include "sim/world.hpp"
+#include "sim/world/world.hpp"
 
 #include <benchmark/benchmark.h>
 #include <cstdlib>

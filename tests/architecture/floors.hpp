@@ -1,5 +1,5 @@
 // The rules of docs/architecture.md: which room may include which.
-//   Floors floors(page);  floors.verdict("sim/esc.cpp", "devices/ethercat/master.hpp")  ->  why not, or ""
+//   Floors floors(page);  floors.verdict("sim/esc/esc.cpp", "devices/ethercat/master.hpp")  ->  why not, or ""
 #pragma once
 #include <string>
 #include <string_view>

@@ -10,8 +10,8 @@
 #include "devices/profiles/map_pdos.hpp"
 #include "devices/rt/dc_lock.hpp"
 #include "devices/rt/drive.hpp"
-#include "sim/segment.hpp"
-#include "sim/segment_port.hpp"
+#include "sim/segment/segment.hpp"
+#include "sim/segment/segment_port.hpp"
 
 namespace gantry::devices {
 

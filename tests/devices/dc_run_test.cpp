@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <random>
 
-#include "sim/station.hpp"
+#include "sim/station/station.hpp"
 #include "tests/devices/bus_bench.hpp"
 
 namespace gantry::devices {

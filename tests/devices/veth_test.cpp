@@ -10,7 +10,7 @@
 #include "config/machine.hpp"
 #include "devices/ethercat/master.hpp"
 #include "devices/raw_socket_port.hpp"
-#include "sim/segment.hpp"
+#include "sim/segment/segment.hpp"
 
 namespace gantry::devices {
 namespace {

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "sim/drive402.hpp"
-#include "sim/esc.hpp"
+#include "sim/drive/drive402.hpp"
+#include "sim/esc/esc.hpp"
 #include "tests/fuzz/segment_bench.hpp"
 
 namespace gantry::fuzz {

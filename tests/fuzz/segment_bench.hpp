@@ -13,10 +13,10 @@
 #include "core/clock.hpp"
 #include "devices/wire/bytes.hpp"
 #include "devices/wire/ethercat.hpp"
-#include "sim/pdo_map.hpp"
-#include "sim/segment.hpp"
-#include "sim/sii_image.hpp"
-#include "sim/station.hpp"
+#include "sim/objects/pdo_map.hpp"
+#include "sim/objects/sii_image.hpp"
+#include "sim/segment/segment.hpp"
+#include "sim/station/station.hpp"
 #include "tests/fuzz/input.hpp"
 
 namespace gantry::fuzz {

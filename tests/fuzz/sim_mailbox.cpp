@@ -6,7 +6,7 @@
 // bits 4, 5 and 7: a mailbox, and before it the station loses its power.
 #include <memory>
 
-#include "sim/coe_server.hpp"
+#include "sim/objects/coe_server.hpp"
 #include "tests/fuzz/segment_bench.hpp"
 
 using namespace gantry;

@@ -8,7 +8,7 @@
 #include "core/clock.hpp"
 #include "devices/rt/frame.hpp"
 #include "devices/wire/ethercat.hpp"
-#include "sim/segment.hpp"
+#include "sim/segment/segment.hpp"
 
 namespace gantry::interop {
 namespace {

@@ -11,7 +11,7 @@
 #include <sched.h>
 
 #include "app/run/order_socket.hpp"
-#include "sim/world_client.hpp"
+#include "sim/machine/world_client.hpp"
 #include "tests/machine/cable.hpp"
 
 namespace gantry::test {

@@ -1,5 +1,5 @@
 // SDO transfers that need more than one mailbox (ETG.1000.6, 5.6.2.3 to 5.6.2.6), and what the server makes of rubbish.
-#include "sim/coe_server.hpp"
+#include "sim/objects/coe_server.hpp"
 
 #include <gtest/gtest.h>
 #include <random>

@@ -6,7 +6,7 @@
 
 #include "machines.hpp"
 #include "raw_master.hpp"
-#include "sim/segment.hpp"
+#include "sim/segment/segment.hpp"
 
 namespace gantry::sim::test {
 namespace {

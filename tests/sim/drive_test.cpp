@@ -6,9 +6,9 @@
 
 #include "machines.hpp"
 #include "raw_master.hpp"
-#include "sim/drive402.hpp"
-#include "sim/segment.hpp"
-#include "sim/station.hpp"
+#include "sim/drive/drive402.hpp"
+#include "sim/segment/segment.hpp"
+#include "sim/station/station.hpp"
 
 namespace gantry::sim::test {
 namespace {

@@ -1,13 +1,13 @@
 // The slave controller as a stranger finds it. Expectations are those of the ET1100's register description (ESC data
 // sheet, section II) and of the chapters on SyncManagers, FMMUs and the SII (section I); ETG.1000.4 where it says so.
-#include "sim/esc.hpp"
+#include "sim/esc/esc.hpp"
 
 #include <gtest/gtest.h>
 
 #include "machines.hpp"
 #include "raw_master.hpp"
-#include "sim/segment.hpp"
-#include "sim/station.hpp"
+#include "sim/segment/segment.hpp"
+#include "sim/station/station.hpp"
 
 namespace gantry::sim::test {
 namespace {

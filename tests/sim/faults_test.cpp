@@ -5,9 +5,9 @@
 
 #include "machines.hpp"
 #include "raw_master.hpp"
-#include "sim/segment.hpp"
-#include "sim/segment_port.hpp"
-#include "sim/station.hpp"
+#include "sim/segment/segment.hpp"
+#include "sim/segment/segment_port.hpp"
+#include "sim/station/station.hpp"
 
 namespace gantry::sim::test {
 namespace {

@@ -1,6 +1,6 @@
 // The motor against an integrator that knows nothing of the closed solution: classic Runge-Kutta in steps of 100 ns,
 // and edges found by watching its samples.
-#include "sim/motor.hpp"
+#include "sim/drive/motor.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>

@@ -4,8 +4,8 @@
 #include "core/rt/trap.hpp"
 #include "machines.hpp"
 #include "raw_master.hpp"
-#include "sim/segment.hpp"
-#include "sim/station.hpp"
+#include "sim/segment/segment.hpp"
+#include "sim/station/station.hpp"
 
 namespace gantry::sim::test {
 namespace {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/clock.hpp"
-#include "sim/segment.hpp"
+#include "sim/segment/segment.hpp"
 
 namespace gantry::sim::test {
 

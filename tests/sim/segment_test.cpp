@@ -1,12 +1,12 @@
 // The ring as a stranger sees it: frames made byte by byte (tests/sim/raw_master.hpp), expectations from ETG.1000.4.
-#include "sim/segment.hpp"
+#include "sim/segment/segment.hpp"
 
 #include <gtest/gtest.h>
 #include <random>
 
 #include "machines.hpp"
 #include "raw_master.hpp"
-#include "sim/station.hpp"
+#include "sim/station/station.hpp"
 
 namespace gantry::sim::test {
 namespace {

@@ -1,12 +1,12 @@
 // One station through its states, byte by byte: AL status codes (ETG.1000.6 table 11, ETG.1020), mailbox and SDO
 // (ETG.1000.6, 5.6), PDO mapping, watchdog and distributed clock.
-#include "sim/station.hpp"
+#include "sim/station/station.hpp"
 
 #include <gtest/gtest.h>
 
 #include "machines.hpp"
 #include "raw_master.hpp"
-#include "sim/segment.hpp"
+#include "sim/segment/segment.hpp"
 
 namespace gantry::sim::test {
 namespace {

@@ -1,4 +1,4 @@
-#include "sim/board.hpp"
+#include "sim/world/board.hpp"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "sim/collisions.hpp"
+#include "sim/world/collisions.hpp"
 
 #include <algorithm>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "sim/deposits.hpp"
+#include "sim/world/deposits.hpp"
 
 #include <filesystem>
 #include <fstream>

@@ -1,4 +1,4 @@
-#include "sim/render.hpp"
+#include "sim/world/render.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>

@@ -7,7 +7,7 @@
 
 #include "config/machine.hpp"
 #include "recipes/recipe.hpp"
-#include "sim/world.hpp"
+#include "sim/world/world.hpp"
 
 namespace gantry::sim::sample {
 

@@ -1,4 +1,4 @@
-#include "sim/script.hpp"
+#include "sim/script/script.hpp"
 
 #include <gtest/gtest.h>
 

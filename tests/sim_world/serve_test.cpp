@@ -1,7 +1,7 @@
 // `gantry sim` as another process would meet it: frames over a veth pair, the world over its socket. Needs the right to
 // make a veth pair; where that is missing the test says so and is skipped. Waits for things to come about and never for
 // a time to pass.
-#include "sim/serve.hpp"
+#include "sim/machine/serve.hpp"
 
 #include <cstdlib>
 #include <filesystem>
@@ -13,7 +13,7 @@
 #include "core/clock.hpp"
 #include "devices/ethercat/master.hpp"
 #include "devices/raw_socket_port.hpp"
-#include "sim/world_client.hpp"
+#include "sim/machine/world_client.hpp"
 
 namespace gantry::sim {
 namespace {

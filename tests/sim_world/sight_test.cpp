@@ -5,7 +5,7 @@
 
 #include "recipes/recipe.hpp"
 #include "sim/random.hpp"
-#include "sim/render.hpp"
+#include "sim/world/render.hpp"
 #include "vision/camera_model.hpp"
 #include "vision/find.hpp"
 

@@ -1,4 +1,4 @@
-#include "sim/valve.hpp"
+#include "sim/world/valve.hpp"
 
 #include <gtest/gtest.h>
 #include <random>

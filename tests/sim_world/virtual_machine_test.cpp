@@ -1,5 +1,5 @@
 // The virtual machine as a whole: a master on its bus, a controller's questions in process and over the socket.
-#include "sim/virtual_machine.hpp"
+#include "sim/machine/virtual_machine.hpp"
 
 #include <cmath>
 #include <cstring>
@@ -14,9 +14,9 @@
 #include "devices/ethercat/master.hpp"
 #include "recipes/job.hpp"
 #include "sample.hpp"
-#include "sim/world_client.hpp"
-#include "sim/world_log.hpp"
-#include "sim/world_server.hpp"
+#include "sim/machine/world_client.hpp"
+#include "sim/machine/world_server.hpp"
+#include "sim/world/world_log.hpp"
 
 namespace gantry::sim {
 namespace {

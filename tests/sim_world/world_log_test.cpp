@@ -1,4 +1,4 @@
-#include "sim/world_log.hpp"
+#include "sim/world/world_log.hpp"
 
 #include <cstring>
 #include <filesystem>

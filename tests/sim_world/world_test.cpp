@@ -1,11 +1,11 @@
-#include "sim/world.hpp"
+#include "sim/world/world.hpp"
 
 #include <filesystem>
 #include <gtest/gtest.h>
 
 #include "sample.hpp"
-#include "sim/script.hpp"
-#include "sim/world_log.hpp"
+#include "sim/script/script.hpp"
+#include "sim/world/world_log.hpp"
 
 namespace gantry::sim {
 namespace {

@@ -16,8 +16,8 @@
 #include "app/run/compose.hpp"
 #include "config/machine.hpp"
 #include "devices/ethercat/master.hpp"
-#include "sim/segment.hpp"
-#include "sim/segment_port.hpp"
+#include "sim/segment/segment.hpp"
+#include "sim/segment/segment_port.hpp"
 #include "tests/app/cycle/two_ends.hpp"
 #include "tests/app/cycle/wire_judge.hpp"
 

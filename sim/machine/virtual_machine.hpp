@@ -1,0 +1,66 @@
+// The whole virtual machine: bus segment with its stations and drives, the plant they move, and the world it stands in.
+// Nothing above the two ports and the camera can tell it from a real one.
+//   auto vm = sim::VirtualMachine::open(machine, clock, {.seed = 7, .placement = "dx=1.3 mm, rot=0.8 deg"});
+//   master over vm->bus(), loop over vm->can(), vision over vm->camera()
+// The bus side runs on the thread that sends frames; everything of WorldAccess may be called from any other thread.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "config/machine.hpp"
+#include "core/clock.hpp"
+#include "devices/can_port.hpp"
+#include "devices/frame_port.hpp"
+#include "sim/world/world_access.hpp"
+
+namespace gantry::sim {
+
+struct BoardPlan;
+struct FrameFate;
+
+struct VirtualMachineOptions {
+  std::uint64_t seed = 1;
+  std::string placement;    ///< --sim-board; empty: the seed places the board
+  std::string script_file;  ///< --sim-script; empty: none
+  std::string state_dir;    ///< --sim-state; empty: the world is new and forgets
+};
+
+class VirtualMachine final : public WorldAccess {
+ public:
+  /// `machine` and `clock` must outlive it. Fault 4xx with file:line:col for a bad placement or script, FileUnreadable,
+  /// FileUnwritable for the state.
+  static Result<std::unique_ptr<VirtualMachine>> open(const config::Machine& machine, Clock& clock,
+                                                      const VirtualMachineOptions& options);
+  ~VirtualMachine() override;
+
+  devices::FramePort& bus();
+  devices::CanPort& can();
+  // For a host that answers frames itself (`gantry sim --interface`) instead of bus().
+  /// The frame becomes in place what comes back; false: nothing does.
+  bool answer(std::span<std::byte> frame);
+  /// What is to happen to that answer on its way back.
+  [[nodiscard]] const FrameFate& fate() const;
+  /// No frame came: time passes for the stations all the same.
+  void pass_time();
+
+  vision::Camera& camera() override;
+  Result<void> load_board(const recipes::Recipe& recipe) override;
+  /// The same for a board that came over the socket.
+  Result<void> load_board(BoardPlan plan);
+  Result<bool> board_loaded() override;
+  Result<void> begin_job() override;
+  Result<std::vector<Deposit>> deposits() override;
+  Result<std::vector<Collision>> collisions() override;
+  Result<void> write_deposits(const std::string& path) override;
+  Result<std::string> placement() override;
+  Result<void> add_script(std::string_view yaml) override;
+
+ private:
+  struct Parts;
+  explicit VirtualMachine(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace gantry::sim

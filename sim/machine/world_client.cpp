@@ -1,0 +1,140 @@
+#include "sim/machine/world_client.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fmt/format.h>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "sim/machine/line_socket.hpp"
+#include "sim/world/board.hpp"
+#include "sim/world/world_json.hpp"
+
+namespace gantry::sim {
+
+using nlohmann::json;
+
+/// The conversation: one question at a time, from any thread.
+class WorldClient::Link final : public vision::Camera {
+ public:
+  Link(int fd, std::string path) : socket_(fd), path_(std::move(path)) {}
+
+  Result<json> ask(const json& question) {
+    const std::scoped_lock lock(mutex_);
+    return ask_locked(question);
+  }
+
+  std::uint64_t latest() override {
+    const auto a = ask({{"do", "latest"}});
+    if (a) latest_ = a->value("value", latest_);
+    return latest_;
+  }
+
+  Result<vision::Frame> fetch(std::uint64_t after, Time timeout) override {
+    const std::scoped_lock lock(mutex_);
+    const auto a = ask_locked({{"do", "fetch"}, {"after", after}, {"timeout_ns", timeout.count()}});
+    if (!a) return tl::unexpected(a.error());
+    vision::Frame frame{a->value("counter", std::uint64_t{0}), {a->value("width", 0), a->value("height", 0), {}}};
+    const auto bytes = a->value("bytes", std::size_t{0});
+    if (bytes != static_cast<std::size_t>(frame.image.width) * static_cast<std::size_t>(frame.image.height))
+      return gone();
+    frame.image.pixels.resize(bytes);
+    if (!socket_.read_exactly(frame.image.pixels)) return gone();
+    return frame;
+  }
+
+ private:
+  [[nodiscard]] tl::unexpected<Error> gone() const {
+    return fail(Fault::WorldUnreachable, "the virtual machine's world has stopped answering", path_);
+  }
+  Result<json> ask_locked(const json& question) {
+    if (!socket_.write(question.dump(-1, ' ', false, json::error_handler_t::replace) + "\n")) return gone();
+    const auto line = socket_.read_line();
+    if (!line) return gone();
+    auto a = parse_json(*line);
+    if (!a || !a->is_object()) return gone();
+    if (!a->value("ok", false))
+      return fail(static_cast<Fault>(a->value("fault", 0)), a->value("message", std::string()),
+                  a->value("where", std::string()));
+    return a;
+  }
+
+  LineSocket socket_;
+  std::string path_;
+  std::mutex mutex_;
+  std::uint64_t latest_ = 0;
+};
+
+namespace {
+
+template <class T>
+Result<std::vector<T>> list_in(const Result<json>& answer, const char* name, Result<T> (*read)(const json&)) {
+  if (!answer) return tl::unexpected(answer.error());
+  std::vector<T> out;
+  for (const json& item : answer->value(name, json::array())) {
+    auto each = read(item);
+    if (!each) return tl::unexpected(each.error());
+    out.push_back(std::move(*each));
+  }
+  return out;
+}
+Result<void> done(const Result<json>& answer) {
+  if (!answer) return tl::unexpected(answer.error());
+  return {};
+}
+template <class T>
+Result<T> value(const Result<json>& answer) {
+  if (!answer) return tl::unexpected(answer.error());
+  return answer->value("value", T{});
+}
+
+}  // namespace
+
+WorldClient::WorldClient(std::unique_ptr<Link> link) : link_(std::move(link)) {}
+WorldClient::~WorldClient() = default;
+
+Result<std::unique_ptr<WorldClient>> WorldClient::connect(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path)
+    return fail(Fault::WorldUnreachable, "the socket's path is too long", path);
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  auto link = std::make_unique<Link>(fd, path);
+  if (fd < 0 || ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    return fail(
+        Fault::WorldUnreachable,
+        fmt::format("nobody answers there ({}); start `gantry sim --world {}` first", std::strerror(errno), path),
+        path);
+  // A world that hangs must not hang its client: far above every answer's time.
+  const timeval patience{30, 0};
+  ::setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  return std::unique_ptr<WorldClient>(new WorldClient(std::move(link)));
+}
+
+vision::Camera& WorldClient::camera() { return *link_; }
+Result<void> WorldClient::load_board(const recipes::Recipe& recipe) {
+  return done(link_->ask({{"do", "load_board"}, {"plan", to_json(board_plan(recipe))}}));
+}
+Result<bool> WorldClient::board_loaded() { return value<bool>(link_->ask({{"do", "board_loaded"}})); }
+Result<void> WorldClient::begin_job() { return done(link_->ask({{"do", "begin_job"}})); }
+Result<std::vector<Deposit>> WorldClient::deposits() {
+  return list_in<Deposit>(link_->ask({{"do", "deposits"}}), "deposits", deposit_from_json);
+}
+Result<std::vector<Collision>> WorldClient::collisions() {
+  return list_in<Collision>(link_->ask({{"do", "collisions"}}), "collisions", collision_from_json);
+}
+Result<void> WorldClient::write_deposits(const std::string& path) {
+  // The other process has its own working directory.
+  return done(link_->ask({{"do", "write_deposits"}, {"path", std::filesystem::absolute(path).string()}}));
+}
+Result<std::string> WorldClient::placement() { return value<std::string>(link_->ask({{"do", "placement"}})); }
+Result<void> WorldClient::add_script(std::string_view yaml) {
+  return done(link_->ask({{"do", "add_script"}, {"yaml", yaml}}));
+}
+
+}  // namespace gantry::sim

@@ -1,0 +1,61 @@
+// Watches the head for contact with anything solid while it moves. Every motion between two syncs is walked in steps of
+// at most 0.2 mm where bounds meet; a pair counts once until it has been apart.
+//   CollisionWatch watch(head);   watch.set_solids(solids_of(...));   for (const Contact& c : watch.step(from, to,
+//   0.001)) ...
+// The probe may touch: slowly, straight down, and no deeper than its spring. Anything else is a collision.
+#pragma once
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "core/axis_vec.hpp"
+#include "sim/world/head.hpp"
+#include "sim/world/obstacles.hpp"
+#include "sim/world/overlap.hpp"
+
+namespace gantry::sim {
+
+struct Contact {
+  std::string_view moving, standing;
+  Vec3 at;
+};
+
+inline constexpr double kTouchSpeed_mm_s = 10;
+inline constexpr double kTouchOvertravel_mm = 2;  ///< spring of a touch probe
+inline constexpr double kTouchDrag_mm = 0.05;
+
+class CollisionWatch {
+ public:
+  explicit CollisionWatch(const Head& head);
+
+  /// Pairs that touch and are still there go on touching.
+  void set_solids(std::vector<Solid> solids);
+  [[nodiscard]] const std::vector<Solid>& solids() const { return solids_; }
+
+  /// New collisions on the straight way between two axis positions; valid until the next call.
+  std::span<const Contact> step(const AxisVec& from, const AxisVec& to, double dt_s);
+
+ private:
+  enum class Touching : std::uint8_t { Apart, Touch, Collided };
+  struct Pair {
+    Touching state = Touching::Apart;
+    Vec3 since;  ///< where the moving body was when a touch began
+  };
+  void step_pair(std::size_t body, std::size_t solid, Vec3 from, Vec3 to, double dt_s);
+  void collide(std::size_t body, std::size_t solid, Vec3 centre);
+  [[nodiscard]] Vec3 meeting_point(std::size_t body, std::size_t solid, Vec3 centre) const;
+  [[nodiscard]] bool overlaps(std::size_t body, std::size_t solid, Vec3 centre);
+
+  const Head& head_;
+  std::vector<OverlapShape> body_shapes_, solid_shapes_;
+  std::vector<Solid> solids_;
+  std::vector<Bounds> body_bounds_;  ///< about the body's centre
+  std::vector<Bounds> solid_bounds_;
+  std::vector<Pair> pairs_;        ///< body * solids + solid
+  std::vector<Contact> contacts_;  ///< of this step
+  std::size_t touching_ = 0;
+  Bounds all_;
+  bool fresh_ = true;  ///< solids have changed: look even when nothing moves
+};
+
+}  // namespace gantry::sim

@@ -1,0 +1,42 @@
+// What came out of the valve, judged against what the recipe wants: by geometry alone, never by the controller's word.
+//   auto deposits = judge(plan, intervals);   write_csv(deposits, "deposits.csv");
+#pragma once
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/clock.hpp"
+#include "core/error.hpp"
+#include "sim/world/board.hpp"
+#include "sim/world/world_access.hpp"
+
+namespace gantry::sim {
+
+/// One time that the valve was open: where the needle was, in the board's frame (z: height over the true surface).
+/// First and last point are those of the physical edges, between two syncs; the others those of syncs.
+struct Shot {
+  Time opened{}, closed{};  ///< on the machine's clock
+  std::uint64_t opened_cycle = 0, closed_cycle = 0;
+  std::vector<Vec3> path;
+};
+
+/// Each shot, in order, takes the nearest feature that no shot before it has taken, when it lies within `kMatch_mm` of
+/// it; a second shot on the same feature, and one that lies on none, has no id.
+std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_ptr<const Shot>> shots);
+
+inline constexpr double kMatch_mm = 3;
+/// A shot that moves less than this is a dot by its own geometry.
+inline constexpr double kDotExtent_mm = 0.2;
+
+/// Index of the feature that a needle at `at` would begin; nothing within kMatch_mm: -1.
+int feature_begun(const BoardPlan& plan, Vec2 at);
+
+/// id, kind, opened_cycle, closed_cycle, error_mm, gap_mm, nominal_mm, board_mm ("x y z;x y z").
+Result<void> write_csv(std::span<const Deposit> deposits, const std::string& path);
+
+/// Largest distance between a dispensed path and a polyline: of every point of the path to the polyline, of every
+/// corner of the polyline to the path, and of the two ends.
+double path_error(std::span<const Vec3> path, std::span<const Vec2> nominal);
+
+}  // namespace gantry::sim

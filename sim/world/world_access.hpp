@@ -1,0 +1,57 @@
+// What a program may ask the virtual world, whether it lives in this process (VirtualMachine) or behind a socket
+// (WorldClient). It is what a person standing beside the machine could see or do: put a board in, look at what was
+// dispensed, count the crashes. Control never passes this way; it passes the bus.
+//   world.load_board(recipe); world.begin_job();  ... run ...  world.deposits();
+#pragma once
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/vec.hpp"
+#include "recipes/recipe.hpp"
+#include "vision/camera.hpp"
+
+namespace gantry::sim {
+
+/// What lies on the board after the valve was open once. Board frame, mm; z is the height over the true surface.
+struct Deposit {
+  std::string id;                ///< of the feature it lies on by its own geometry; empty: it lies on none
+  std::string kind;              ///< "dot" or "bead"
+  std::vector<Vec3> nominal_mm;  ///< where the recipe wants it; z the gap
+  std::vector<Vec3> board_mm;    ///< the needle while the valve was open (dot: at opening)
+  double error_mm = 0;           ///< largest lateral distance between the two, ends and corners included
+  double gap_mm = 0;             ///< the height farthest from the nominal gap
+  std::uint64_t opened_cycle = 0, closed_cycle = 0;  ///< closed 0: the valve is still open
+};
+
+/// Bodies that have met. Counted once until they have been apart again.
+struct Collision {
+  std::string moving, standing;
+  Vec3 at;  ///< machine frame, mm
+  std::uint64_t cycle = 0;
+  double t_s = 0;  ///< since begin_job()
+};
+
+class WorldAccess {
+ public:
+  virtual ~WorldAccess() = default;
+  virtual vision::Camera& camera() = 0;
+  /// Puts a new board of this recipe into the machine; where it lies is the world's secret (placement text, else seed).
+  virtual Result<void> load_board(const recipes::Recipe& recipe) = 0;
+  /// A board lies in the machine already (the world outlives the controller): a job that resumes does not load one.
+  virtual Result<bool> board_loaded() = 0;
+  /// From here on deposits and collisions are counted anew. A job that resumes does not call it.
+  virtual Result<void> begin_job() = 0;
+  virtual Result<std::vector<Deposit>> deposits() = 0;
+  virtual Result<std::vector<Collision>> collisions() = 0;
+  /// The world writes its deposits of the job to a CSV file (by its own hand, also when it is another process).
+  virtual Result<void> write_deposits(const std::string& path) = 0;
+  /// The hidden truth for the report: "dx=1.3 mm, dy=-0.7 mm, rot=0.8 deg, dz=0.12 mm".
+  virtual Result<std::string> placement() = 0;
+  /// Entries of a world script (sim/script/script.hpp), YAML.
+  virtual Result<void> add_script(std::string_view yaml) = 0;
+};
+
+}  // namespace gantry::sim

@@ -1,0 +1,133 @@
+#include "sim/world/world_log.hpp"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+namespace gantry::sim {
+
+namespace {
+
+constexpr std::uint32_t kMagic = 0x474C5752;  // "RWLG"
+constexpr std::size_t kRoom = std::size_t{64} << 20;
+
+struct Header {
+  std::uint32_t magic = kMagic;
+  std::uint32_t kind = 0;
+  std::uint32_t size = 0;
+  std::uint32_t crc = 0;  ///< of kind, size and payload
+};
+static_assert(sizeof(Header) == 16);
+
+constexpr std::size_t padded(std::size_t n) { return (n + 7) & ~std::size_t{7}; }
+
+std::uint32_t checksum(const Header& h, std::span<const std::byte> payload) {
+  return crc32(payload, crc32(std::as_bytes(std::span(&h.kind, 2))));
+}
+
+/// The record at `offset`; an empty span of size 0 with magic 0 where there is none.
+bool read_header(const std::byte* memory, std::size_t offset, std::size_t end, Header& h) {
+  if (offset + sizeof(Header) > end) return false;
+  std::memcpy(&h, memory + offset, sizeof h);
+  if (h.magic != kMagic || h.size > end - offset - sizeof(Header)) return false;
+  return checksum(h, {memory + offset + sizeof(Header), h.size}) == h.crc;
+}
+
+}  // namespace
+
+/// IEEE 802.3, reflected 0xEDB88320.
+std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t seed) noexcept {
+  static constexpr auto kTable = [] {
+    std::array<std::uint32_t, 256> t{};
+    for (std::uint32_t i = 0; i < 256; ++i) {
+      std::uint32_t c = i;
+      for (int k = 0; k < 8; ++k) c = (c & 1) ? 0xEDB88320U ^ (c >> 1) : c >> 1;
+      t[i] = c;
+    }
+    return t;
+  }();
+  std::uint32_t c = ~seed;
+  for (const std::byte b : bytes) c = kTable[(c ^ static_cast<std::uint8_t>(b)) & 0xFF] ^ (c >> 8);
+  return ~c;
+}
+
+Result<std::unique_ptr<WorldLog>> WorldLog::open(const std::string& dir) {
+  std::error_code problem;
+  std::filesystem::create_directories(dir, problem);
+  if (problem)
+    return fail(Fault::FileUnwritable, fmt::format("cannot make the world's folder: {}", problem.message()), dir);
+  const std::string path = dir + "/world.log";
+  const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (file < 0)
+    return fail(Fault::FileUnwritable, fmt::format("cannot open the world's log: {}", std::strerror(errno)), path);
+  std::unique_ptr<WorldLog> log(new WorldLog(file, path));
+  if (::flock(file, LOCK_EX | LOCK_NB) != 0)
+    return fail(Fault::SecondOwner, "another virtual machine uses this world; give it another --sim-state folder",
+                path);
+  const off_t size = ::lseek(file, 0, SEEK_END);
+  if (auto mapped = log->map(static_cast<std::size_t>(size) + kRoom); !mapped) return tl::unexpected(mapped.error());
+  Header h;
+  while (read_header(log->memory_, log->used_, log->mapped_, h)) log->used_ += padded(sizeof h + h.size);
+  // Whatever stands behind the last whole record is torn: cut, and read as zeros again.
+  if (::ftruncate(file, static_cast<off_t>(log->used_)) != 0 ||
+      ::ftruncate(file, static_cast<off_t>(log->mapped_)) != 0)
+    return fail(Fault::FileUnwritable, fmt::format("cannot cut the world's log: {}", std::strerror(errno)), path);
+  return log;
+}
+
+Result<void> WorldLog::map(std::size_t bytes) {
+  if (::ftruncate(file_, static_cast<off_t>(bytes)) != 0)
+    return fail(Fault::FileUnwritable, fmt::format("cannot enlarge the world's log: {}", std::strerror(errno)), path_);
+  void* const memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file_, 0);
+  if (memory == MAP_FAILED)
+    return fail(Fault::FileUnwritable, fmt::format("cannot map the world's log: {}", std::strerror(errno)), path_);
+  if (memory_ != nullptr) ::munmap(memory_, mapped_);
+  memory_ = static_cast<std::byte*>(memory);
+  mapped_ = bytes;
+  return {};
+}
+
+WorldLog::~WorldLog() {
+  if (memory_ != nullptr) ::munmap(memory_, mapped_);
+  if (memory_ != nullptr && ::ftruncate(file_, static_cast<off_t>(used_)) != 0) {
+    // The room stays behind as zeros, which the next reader takes for the end.
+  }
+  ::close(file_);
+}
+
+std::vector<WorldLog::Record> WorldLog::records() const {
+  std::vector<Record> out;
+  Header h;
+  for (std::size_t at = 0; at < used_ && read_header(memory_, at, used_, h); at += padded(sizeof h + h.size))
+    out.push_back({static_cast<Kind>(h.kind), {memory_ + at + sizeof h, h.size}});
+  return out;
+}
+
+bool WorldLog::append(Kind kind, std::span<const std::byte> payload) noexcept {
+  const std::size_t size = padded(sizeof(Header) + payload.size());
+  if (size > mapped_ - used_) {
+    ++refused_;
+    return false;
+  }
+  Header h{kMagic, static_cast<std::uint32_t>(kind), static_cast<std::uint32_t>(payload.size()), 0};
+  h.crc = checksum(h, payload);
+  // The payload first: a record whose header stands is whole.
+  if (!payload.empty()) std::memcpy(memory_ + used_ + sizeof h, payload.data(), payload.size());
+  std::memcpy(memory_ + used_, &h, sizeof h);
+  used_ += size;
+  return true;
+}
+
+Result<void> WorldLog::make_room() {
+  refused_ = 0;
+  if (mapped_ - used_ >= kRoom / 2) return {};
+  return map(used_ + kRoom);
+}
+
+}  // namespace gantry::sim
