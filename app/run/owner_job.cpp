@@ -1,0 +1,85 @@
+// An owner's job: what it does with each snapshot and event, and one recipe from its first block to its end.
+#include <algorithm>
+#include <chrono>
+
+#include "app/record/summary.hpp"
+#include "app/run/fault_words.hpp"
+#include "app/run/job_files.hpp"
+#include "app/run/owner_parts.hpp"
+#include "core/log.hpp"
+
+namespace gantry::run {
+
+void Owner::Parts::on_step() {
+  if (publisher) publisher->poll(clock->now());
+  if (poll) poll();
+}
+
+void Owner::Parts::on_snapshot(const cycle::Snapshot& s) {
+  if (shared) shared->push(s);
+  if (recording != nullptr) recording->add(s);
+}
+
+void Owner::Parts::on_event(const cycle::Event& e) {
+  const bool fault = e.kind == cycle::EventKind::Fault;
+  if (shared) shared->push(e, fault ? in_words(machine, e).message : "");
+  if (!fault || info(e.fault).severity == Severity::Info) return;
+  const std::int64_t now_ns = feed->latest().time_ns;
+  std::optional<std::string> words = to_text(in_words(machine, e));
+  if (info(e.fault).reaction == Reaction::Note) words = notes.tell(e.fault, now_ns, std::move(*words));
+  if (!words) return;
+  log::warn("{}", *words);
+  if (recording != nullptr) recording->note(now_ns, *words);
+}
+
+record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& job, const RunOptions& options) {
+  Parts& p = *parts_;
+  record::JobResult result = begin_result(p.machine, recipe, job, options);
+  result.bus = p.options.bus;
+  const auto wall_start = std::chrono::steady_clock::now();
+
+  p.control->begin();
+  Recording recording(p.machine, result, latest().time_ns, options.out, p.shared ? &*p.shared : nullptr);
+  Runner runner({p.machine, *p.control, p.world != nullptr ? &p.world->camera() : nullptr}, recipe, job, result);
+  p.recording = &recording;
+  recording.tell("running");
+
+  Result<void> ended;
+  if (p.world != nullptr) {
+    const auto loaded = p.world->board_loaded();
+    if (!loaded)
+      ended = tl::unexpected(loaded.error());
+    else if (!*loaded)
+      ended = p.world->load_board(recipe);
+    if (ended) ended = p.world->begin_job();
+  }
+  if (ended) ended = enable();
+  p.runner = &runner;
+  if (ended) ended = runner.run();
+  if (!ended) {
+    result.errors.push_back(ended.error());
+    result.exit_code = info(ended.error().fault).exit_code;
+  }
+
+  recording.tell(record::result_word(result));
+  p.runner = nullptr, p.recording = nullptr;
+  recording.finish(recipe, p.channels->lost.load() == 0);
+  result.cycles.virtual_time = p.options.virtual_time;
+  if (p.thread)
+    result.cycles.real_time_priority = p.thread->rights().priority,
+    result.cycles.memory_locked = p.thread->rights().memory;
+  if (p.world != nullptr) add_world(result, *p.world, options);
+  result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
+  return result;
+}
+
+Progress Owner::progress() const {
+  const Parts& p = *parts_;
+  if (p.recording == nullptr) return {};
+  return {.features_done = p.recording->features_seen(),
+          .features_total = p.recording->features_total(),
+          .doing = p.runner != nullptr ? p.runner->doing() : "homing",
+          .elapsed_s = p.recording->elapsed_s()};
+}
+
+}  // namespace gantry::run

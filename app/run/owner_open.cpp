@@ -1,0 +1,75 @@
+// Builds an owner from its machine file and options: clock, bus, loop, readers.
+#include <fmt/format.h>
+
+#include "app/run/compose.hpp"
+#include "app/run/owner_parts.hpp"
+
+namespace gantry::run {
+namespace {
+
+constexpr std::string_view kEthercat = "ethercat:";
+
+}  // namespace
+
+Result<devices::FramePort*> Owner::Parts::open_bus() {
+  if (options.bus == "sim") {
+    auto vm = sim::VirtualMachine::open(machine, *clock, options.sim);
+    if (!vm) return tl::unexpected(vm.error());
+    virtual_machine = std::move(*vm);
+    world = virtual_machine.get();
+    can = &virtual_machine->can();
+    return &virtual_machine->bus();
+  }
+  if (!options.bus.starts_with(kEthercat))
+    return fail(Fault::Usage, fmt::format("'{}' is no bus; write sim or ethercat:IFACE", options.bus), "--bus");
+  auto raw = devices::RawSocketPort::open(options.bus.substr(kEthercat.size()));
+  if (!raw) return tl::unexpected(raw.error());
+  raw_port = std::move(*raw);
+  if (!options.world_socket.empty()) {
+    auto client = sim::WorldClient::connect(options.world_socket);
+    if (!client) return tl::unexpected(client.error());
+    world_client = std::move(*client);
+    world = world_client.get();
+  }
+  return raw_port.get();
+}
+
+Result<std::unique_ptr<Owner>> Owner::open(const config::Machine& machine, const OwnerOptions& options) {
+  auto p = std::make_unique<Parts>();
+  p->machine = machine;
+  p->options = options;
+  if (auto r = compose_startup(p->machine); !r) return tl::unexpected(r.error());
+  if (options.virtual_time)
+    p->clock = std::make_unique<VirtualClock>();
+  else
+    p->clock = std::make_unique<MonotonicClock>();
+
+  const auto port = p->open_bus();
+  if (!port) return tl::unexpected(port.error());
+
+  // A virtual segment behind an interface is still a simulation of the host's making: what counts is whether steel
+  // moves.
+  auto setup = compose_loop(p->machine, p->raw_port != nullptr && p->world == nullptr);
+  if (!setup) return tl::unexpected(setup.error());
+  p->bus = std::make_unique<devices::EthercatMaster>(p->machine, **port, *p->clock);
+  if ((*port)->descriptor() >= 0) p->stop = std::make_unique<cycle::StopFrame>(*setup, (*port)->descriptor());
+  p->stuck_after = setup->stuck_after();
+  p->loop = std::make_unique<cycle::Loop>(*setup, *p->bus, p->can, *p->clock, *p->channels, p->stop.get());
+  if (!options.virtual_time) {
+    auto cpu = cycle::LoopCpu::take(options.loop_cpu);
+    if (!cpu) return tl::unexpected(cpu.error());
+    p->loop_cpu = std::move(*cpu);
+  }
+  if (options.publish) {
+    auto shared = monitor::SnapshotWriter::create(monitor::machine_info(p->machine));
+    if (!shared) return tl::unexpected(shared.error());
+    p->shared.emplace(std::move(*shared));
+    p->publisher = std::make_unique<monitor::PublishChild>(p->shared->fd());
+  }
+  p->feed = std::make_unique<Feed>(*p->channels);
+  p->feed->listen([parts = p.get()](const cycle::Snapshot& s) { parts->on_snapshot(s); },
+                  [parts = p.get()](const cycle::Event& e) { parts->on_event(e); });
+  return std::unique_ptr<Owner>(new Owner(std::move(p)));
+}
+
+}  // namespace gantry::run

@@ -1,0 +1,63 @@
+// What an owner is made of; see owner.hpp. Order matters: what stands below may use what stands above.
+#pragma once
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "app/cycle/crash_stop.hpp"
+#include "app/cycle/thread.hpp"
+#include "app/cycle/watchdog.hpp"
+#include "app/monitor/child.hpp"
+#include "app/monitor/snapshot_shm.hpp"
+#include "app/run/feed.hpp"
+#include "app/run/owner.hpp"
+#include "app/run/recording.hpp"
+#include "app/run/repeated_notes.hpp"
+#include "app/run/runner.hpp"
+#include "devices/ethercat/master.hpp"
+#include "devices/raw_socket_port.hpp"
+#include "sim/machine/world_client.hpp"
+
+namespace gantry::run {
+
+struct Owner::Parts {
+  config::Machine machine;
+  OwnerOptions options;
+  std::unique_ptr<Clock> clock;
+  std::unique_ptr<sim::VirtualMachine> virtual_machine;
+  std::unique_ptr<sim::WorldClient> world_client;
+  std::unique_ptr<devices::RawSocketPort> raw_port;
+  sim::WorldAccess* world = nullptr;  // null on a machine of steel
+  devices::CanPort* can = nullptr;
+  std::unique_ptr<devices::EthercatMaster> bus;
+  std::unique_ptr<cycle::Channels> channels = std::make_unique<cycle::Channels>();
+  std::unique_ptr<cycle::StopFrame> stop;  // on a bus that others than the loop can send on
+  Time stuck_after{};
+  std::unique_ptr<cycle::Loop> loop;
+  std::unique_ptr<Feed> feed;
+  std::unique_ptr<cycle::LoopCpu> loop_cpu;  // these two in real time only
+  std::unique_ptr<cycle::LoopThread> thread;
+  std::unique_ptr<cycle::Watchdog> watchdog;  // these two while the stations are in OP
+  std::unique_ptr<cycle::CrashStop> crash_stop;
+  std::unique_ptr<Pump> pump;
+  std::unique_ptr<Control> control;
+  std::optional<monitor::SnapshotWriter> shared;  // what `gantry publish` reads
+  std::unique_ptr<monitor::PublishChild> publisher;
+  std::function<void()> poll;
+  RepeatedNotes notes;
+  bool up = false;
+  bool hangs = false;  // the loop has not ended: what it uses must outlive this program
+  int idle_short = 0;  // idle steps in a row in which a station did not take part
+
+  Runner* runner = nullptr;  // these two while a job runs
+  Recording* recording = nullptr;
+
+  /// The bus and what stands behind it: the virtual machine in this process, or a wire. The port is its alone.
+  Result<devices::FramePort*> open_bus();
+
+  void on_step();
+  void on_snapshot(const cycle::Snapshot& s);
+  void on_event(const cycle::Event& e);
+};
+
+}  // namespace gantry::run
