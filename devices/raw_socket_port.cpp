@@ -78,8 +78,7 @@ Result<std::unique_ptr<RawSocketPort>> RawSocketPort::open(const std::string& in
   const int on = 1;
   if (::setsockopt(fd.get(), SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on) != 0)
     return unusable(interface, "cannot leave out what is sent");
-  // Past the queueing discipline, if the driver can: a cycle frame never waits behind other traffic.
-  ::setsockopt(fd.get(), SOL_PACKET, PACKET_QDISC_BYPASS, &on, sizeof on);
+  // PACKET_QDISC_BYPASS stays off: what passes it by is in no capture.
   sockaddr_ll address{};
   address.sll_family = AF_PACKET;
   address.sll_protocol = protocol;

@@ -72,8 +72,8 @@ void do_job(Context& context, JobRequest request) {
       result.errors.push_back(written.error());
       if (result.exit_code == ExitCode::Done) result.exit_code = ExitCode::Internal;
     }
-  show_result(result, options.out, context.json);
   context.exit_code = static_cast<int>(result.exit_code);
+  show_result(result, options.out, context.json);
 }
 
 }  // namespace gantry::cli

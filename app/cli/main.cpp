@@ -2,6 +2,7 @@
 // verb has its file.
 #include <exception>
 #include <fmt/format.h>
+#include <system_error>
 
 #include "app/cli/verbs.hpp"
 #include "core/log.hpp"
@@ -47,6 +48,8 @@ int main(int argc, char** argv) try {
   } catch (const CLI::ParseError& error) {
     app.exit(error);
     return static_cast<int>(ExitCode::Usage);
+  } catch (const std::system_error& error) {
+    if (error.code() != std::errc::broken_pipe) throw;  // who reads our output has seen enough: `... | head`
   }
   return context.exit_code;
 } catch (const std::exception& error) {

@@ -75,7 +75,9 @@ void* LoopThread::run(void* self) {
   auto& me = *static_cast<LoopThread*>(self);
   const AlternateStack stack;
   touch_stack();
-  Pacer pacer(me.first_, me.loop_.period());
+  // Locking the memory of a large machine takes longer than a cycle; the first cycle that is still to come begins.
+  const Time period = me.loop_.period(), late = me.clock_.now() - me.first_;
+  Pacer pacer(late < Time{} ? me.first_ : me.first_ + (late / period + 1) * period, period);
   while (!me.channels_.quit.load(std::memory_order_acquire)) pacer.shift(me.loop_.tick(pacer.wait(me.clock_)));
   return nullptr;
 }

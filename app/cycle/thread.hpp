@@ -26,8 +26,8 @@ bool start_thread(pthread_t& thread, const char* name, int priority, void* (*bod
 
 class LoopThread {
  public:
-  /// Starts at once, on `cpu` alone (LoopCpu::kAny: anywhere); cycles begin at `first`. `loop`, `clock` and `channels`
-  /// must live until join().
+  /// Starts at once, on `cpu` alone (LoopCpu::kAny: anywhere); cycles begin at `first`, or whole periods after it
+  /// when the thread is not ready by then. `loop`, `clock` and `channels` must live until join().
   LoopThread(Loop& loop, Clock& clock, Channels& channels, Time first, int cpu = LoopCpu::kAny);
   ~LoopThread() { join(); }
   LoopThread(const LoopThread&) = delete;

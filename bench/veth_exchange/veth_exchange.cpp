@@ -47,7 +47,6 @@ int open_socket(const std::string& interface) {
   const timeval patience{.tv_sec = 0, .tv_usec = 20'000};
   if (fd < 0 || ::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
       ::setsockopt(fd, SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on) != 0 ||
-      ::setsockopt(fd, SOL_PACKET, PACKET_QDISC_BYPASS, &on, sizeof on) != 0 ||
       ::setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience) != 0) {
     fmt::print(stderr, "{}: no raw socket\n", interface);
     std::exit(1);
