@@ -10,7 +10,7 @@ using namespace wire::cia402;
 
 constexpr Time kTransitionTimeout = milliseconds(1000);  // R42
 constexpr Time kModeGrace = milliseconds(100);           // a drive may take this long to show another mode
-constexpr int kCatchUp = 5;   // cycles after a stall in which the actual position may make up for it
+constexpr int kCatchUp = 5;   // cycles after a stall or lost frames in which the actual position may make up for it
 constexpr int kEdgeHold = 4;  // acknowledged cycles for which each level of the reset bit stands
 
 bool bit(std::uint32_t word, std::int8_t number) noexcept { return number >= 0 && (word >> number & 1u) != 0; }
@@ -26,10 +26,11 @@ Drive::Drive(const DriveLayout& layout, const AxisScale& scale, const DriveOptio
 
 const Feedback& Drive::read(std::span<const std::byte> inputs, bool fresh, std::int64_t elapsed) noexcept {
   Feedback& f = feedback_;
-  if (elapsed > 1) {
-    behind_ = elapsed - 1;
+  const std::int64_t missed = elapsed - 1 + (fresh ? stale_ : 0);  // slept through here, or lost on the way
+  if (missed > 0) {
+    behind_ += missed;
     catching_up_ = kCatchUp;
-  } else if (catching_up_ > 0 && --catching_up_ == 0) {
+  } else if (fresh && catching_up_ > 0 && --catching_up_ == 0) {
     behind_ = 0;
   }
   f.fresh = fresh;
@@ -64,7 +65,7 @@ const Feedback& Drive::read(std::span<const std::byte> inputs, bool fresh, std::
   f.fault = judge(before, gap);
   const std::int64_t step = std::abs(f.counts.value - counts_before.value);
   if (f.fault == Fault::None && known_ && step_max_counts_ > 0 && f.mode != kHoming &&
-      step > step_max_counts_ * (stale_ + 1 + behind_))
+      step > step_max_counts_ * (1 + behind_))
     f.fault = Fault::EncoderJump;
   stale_ = 0;
   known_ = true;

@@ -180,6 +180,19 @@ TEST(Drive, a_position_that_jumps_farther_than_the_axis_can_move_is_told) {
   EXPECT_EQ(b.cycle({.goal = DriveGoal::Enabled}).fault, Fault::None);
 }
 
+TEST(Drive, catching_up_after_lost_frames_is_no_jump_of_the_encoder) {
+  DriveBench b(2000, false, {.step_max = 1.0});
+  b.enable();
+  constexpr std::int32_t kLost = 12;
+  for (int i = 0; i < kLost; ++i) b.drive.read(b.inputs, false);
+  EXPECT_EQ(b.cycle({.goal = DriveGoal::Enabled}).fault, Fault::None);  // latched before the new target came
+  b.position(2000 * kLost);                                             // the next inputs show all of it at once
+  EXPECT_EQ(b.cycle({.goal = DriveGoal::Enabled}).fault, Fault::None);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(b.cycle({.goal = DriveGoal::Enabled}).fault, Fault::None);
+  b.position(2000 * kLost + 2000 * 3);  // the allowance is over by now
+  EXPECT_EQ(b.cycle({.goal = DriveGoal::Enabled}).fault, Fault::EncoderJump);
+}
+
 TEST(Drive, catching_up_after_a_stall_is_no_jump_of_the_encoder) {
   DriveBench b(2000, false, {.step_max = 1.0});
   b.enable();
