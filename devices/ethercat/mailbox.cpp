@@ -37,18 +37,25 @@ Result<void> Mailbox::send(MailboxType type, std::span<const std::byte> body) {
     return fail(Fault::MailboxProtocol,
                 fmt::format("a request of {} bytes does not fit the station's mailbox of {}", body.size(), capacity()),
                 station_.where);
-  station_.mailbox.request_counter = next_counter(station_.mailbox.request_counter);
+  MailboxState& state = station_.mailbox;
+  const bool counted = state.count != MailboxState::Count::Foreign;
+  if (counted) state.request_counter = next_counter(state.request_counter);
+  if (!counted) state.count = MailboxState::Count::Tried;
   // The whole mailbox is written: its last byte is what hands it over.
-  std::vector<std::byte> request(sm->length);
-  put_mailbox_header(
-      request,
-      {.length = static_cast<std::uint16_t>(body.size()), .type = type, .counter = station_.mailbox.request_counter});
-  std::copy(body.begin(), body.end(), request.begin() + kMailboxHeader);
+  request_.assign(sm->length, std::byte{0});
+  put_mailbox_header(request_, {.length = static_cast<std::uint16_t>(body.size()),
+                                .type = type,
+                                .counter = counted ? state.request_counter : std::uint8_t{0}});
+  std::copy(body.begin(), body.end(), request_.begin() + kMailboxHeader);
+  return hand_over();
+}
 
+Result<void> Mailbox::hand_over() {
+  const auto* sm = find_sync_manager(station_, SyncManagerKind::MailboxOut, nullptr);
   const Time deadline = link_.clock().now() + kSendTimeout;
   for (;;) {
     // A lost reply is repeated with the same counter: the station drops what it has already.
-    std::vector<std::byte> data = request;
+    std::vector<std::byte> data = request_;
     const auto wkc = link_.transact(Command::Fpwr, physical_address(station_.address, sm->start), data);
     if (!wkc) return tl::unexpected(wkc.error());
     if (*wkc == kWkcWrite) return {};
@@ -91,7 +98,8 @@ Result<std::vector<std::byte>> Mailbox::fetch() {
 }
 
 Result<std::vector<std::byte>> Mailbox::receive(MailboxType type) {
-  const Time deadline = link_.clock().now() + kReplyTimeout;
+  constexpr int kMostResent = 2;  // one that knows no counter 0, and then meets the counter it saw last
+  Time deadline = link_.clock().now() + kReplyTimeout;
   for (;;) {
     const auto waiting = full(SyncManagerKind::MailboxIn);
     if (!waiting) return tl::unexpected(waiting.error());
@@ -112,6 +120,8 @@ Result<std::vector<std::byte>> Mailbox::receive(MailboxType type) {
         state.last_reply_counter = h.counter;
         const auto body = std::span<const std::byte>(*reply).subspan(kMailboxHeader, h.length);
         const bool taken = repeated || keep_emergency(h, body);
+        if (!taken && h.type == type && state.count == MailboxState::Count::Tried && state.request_counter != 0)
+          state.count = MailboxState::Count::Ours;
         if (!taken && h.type == type) return std::vector<std::byte>(body.begin(), body.end());
         if (!taken && h.type == MailboxType::Error)
           return fail(Fault::MailboxProtocol,
@@ -120,7 +130,15 @@ Result<std::vector<std::byte>> Mailbox::receive(MailboxType type) {
                       station_.where);
       }
     }
-    if (link_.clock().now() >= deadline)
+    const bool late = link_.clock().now() >= deadline;
+    if (late && station_.mailbox.count != MailboxState::Count::Ours && !request_.empty() && resent_ < kMostResent) {
+      ++resent_;
+      MailboxHeader again = get_mailbox_header(request_);
+      again.counter = station_.mailbox.request_counter = next_counter(station_.mailbox.request_counter);
+      put_mailbox_header(request_, again);
+      if (auto ok = hand_over(); !ok) return tl::unexpected(ok.error());
+      deadline = link_.clock().now() + kReplyTimeout;
+    } else if (late)
       return fail(Fault::MailboxTimeout, fmt::format("no reply within {} ms", kReplyTimeout / milliseconds(1)),
                   station_.where);
     if (!*waiting) link_.pause(kPoll);

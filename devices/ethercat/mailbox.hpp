@@ -26,7 +26,8 @@ class Mailbox {
   [[nodiscard]] std::size_t capacity() const;
   /// Fault::MailboxTimeout when the station's mailbox stays full.
   Result<void> send(wire::MailboxType type, std::span<const std::byte> body);
-  /// The next reply of this type; others are dropped, emergencies are kept in the record.
+  /// The next reply of this type; others are dropped, emergencies are kept in the record. A request that the station
+  /// may have taken for a repeat (MailboxState::Count) is sent again, at most twice.
   /// Fault::MailboxTimeout, Fault::MailboxProtocol.
   Result<std::vector<std::byte>> receive(wire::MailboxType type);
   /// Takes what came unasked, and throws away what an earlier, abandoned request left behind.
@@ -35,11 +36,14 @@ class Mailbox {
  private:
   [[nodiscard]] Result<bool> full(config::SyncManagerKind kind);
   [[nodiscard]] Result<std::vector<std::byte>> fetch();
+  [[nodiscard]] Result<void> hand_over();
   [[nodiscard]] Result<void> ask_repeat(int number);
   bool keep_emergency(const wire::MailboxHeader& header, std::span<const std::byte> body);
 
   Link& link_;
   StationRecord& station_;
+  std::vector<std::byte> request_;  ///< the last one, header included
+  int resent_ = 0;
 };
 
 }  // namespace gantry::devices

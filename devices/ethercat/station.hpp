@@ -49,6 +49,11 @@ struct Emergency {
 
 /// Counters of a mailbox: those of the request and of the reply run independently.
 struct MailboxState {
+  /// A station drops a request whose counter is that of the one before. Where another master has spoken with it
+  /// (Foreign), that counter is not known: the first request goes out uncounted, and until a counted one is answered
+  /// (Tried), one without an answer is sent again under the next counter.
+  enum class Count : std::uint8_t { Ours, Foreign, Tried };
+  Count count = Count::Ours;
   std::uint8_t request_counter = 0;
   std::uint8_t last_reply_counter = 0;
   bool repeat_toggle = false;

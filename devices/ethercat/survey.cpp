@@ -132,7 +132,9 @@ Result<StationRecord*> Survey::with_mailbox(int position) {
   if (al->state == AlState::Boot)
     return fail(Fault::MailboxProtocol, "the station is in BOOT; take it to INIT first", r.where);
   if (al->state != AlState::Init) {
-    // Somebody has opened the mailbox: it is where they put it.
+    // Somebody has opened the mailbox: it is where they put it, and they have counted requests.
+    if (r.mailbox.request_counter == 0 && r.mailbox.count == MailboxState::Count::Ours)
+      r.mailbox.count = MailboxState::Count::Foreign;
     for (std::size_t i = 0; i < r.sync_managers.size(); ++i) {
       if (!r.sync_managers[i].is_mailbox()) continue;
       std::array<std::byte, kSyncManagerBytes> raw{};

@@ -61,6 +61,7 @@ expect_value "d['stations'][0]['state']" "PRE_OP"
 expect_exit 0 "a write over a wire" inside "$gantry" bus sdo write z 0x6081 4711 --interface $name-ctl
 expect_exit 0 "is still there for the next" inside "$gantry" --json bus sdo read 3 6081 --interface $name-ctl
 expect_value "d['value']" 4711
+expect_exit 0 "and for the one after that" inside "$gantry" --json bus sdo read 3 6081 --interface $name-ctl
 expect_exit 0 "counters over a wire" inside "$gantry" bus errors --interface $name-ctl
 expect_exit 0 "clocks over a wire" inside "$gantry" bus dc --interface $name-ctl
 kill -INT $capture; wait $capture || fail "the capture did not end in order"
@@ -76,6 +77,8 @@ expect_value "[(s['vendor'], s['product'], s['name'], s['configured_name']) for 
 expect_value "[len(s['pdos']) for s in d['stations']]" "[2, 2, 2]"
 expect_exit 0 "a stranger's object" inside "$gantry" --json bus sdo read 1 1008 --type string --interface $name-ctl
 expect_value "d['value']" "a name that does not fit into four bytes"
+expect_exit 0 "and read by the next tool" inside "$gantry" bus sdo read 1 1018:1 --interface $name-ctl
+expect_exit 0 "and by the one after that" inside "$gantry" bus sdo read 1 1018:1 --interface $name-ctl
 expect_exit 5 "a name of the machine file whose station is not there" inside "$gantry" bus sdo read x 0x6064 --interface $name-ctl
 kill $strange; wait $strange 2>/dev/null
 expect_exit 5 "a bus where nobody answers" inside "$gantry" bus scan --interface $name-ctl

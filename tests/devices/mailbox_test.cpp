@@ -31,6 +31,10 @@ class MailboxStation final : public FramePort {
   int lose_read = -1;  ///< this read of a full mailbox is lost on its way back
   int repeats = 0;
   std::vector<std::uint8_t> request_counters;
+  /// What a station does with counters (ETG.1000.4, 5.6): nothing, or it drops one that comes twice. 0 is no counter;
+  /// a station may forget the last one by it, keep it, or (against the standard) drop the request.
+  enum class Repeats { Taken, ZeroForgets, ZeroKeeps, ZeroDropped } repeats_are = Repeats::Taken;
+  std::uint8_t last_counter = 0;
 
   void push(const Bytes& coe) {
     Bytes m(size_);
@@ -104,6 +108,9 @@ class MailboxStation final : public FramePort {
     if (at != 0x1000 || data.size() != size_) return at < 0x1000;
     const auto h = get_mailbox_header(data);
     request_counters.push_back(h.counter);
+    if (repeats_are != Repeats::Taken && h.counter != 0 && h.counter == last_counter) return true;
+    if (repeats_are == Repeats::ZeroDropped && h.counter == 0) return true;
+    if (h.counter != 0 || repeats_are == Repeats::ZeroForgets) last_counter = h.counter;
     requests.emplace_back(data.begin() + kMailboxHeader, data.begin() + kMailboxHeader + h.length);
     for (const Bytes& b : answer(requests.back())) push(b);
     return true;
@@ -262,6 +269,40 @@ TEST(Sdo, request_counters_run_1_to_7_and_reply_counters_are_their_own) {
     for (int i = 0; i < 16; ++i) ASSERT_TRUE(sdo_upload(b.link, b.station, {0x6061, 0})) << kind;
     EXPECT_EQ(b.port.request_counters, (std::vector<std::uint8_t>{1, 2, 3, 4, 5, 6, 7, 1, 2, 3, 4, 5, 6, 7, 1, 2}));
   }
+}
+
+// The counter that another master used last is not known; a station drops a request that carries it.
+TEST(Sdo, a_mailbox_that_another_master_has_used_answers_whatever_was_counted_last) {
+  using Repeats = MailboxStation::Repeats;
+  for (const auto habit : {Repeats::Taken, Repeats::ZeroForgets, Repeats::ZeroKeeps, Repeats::ZeroDropped})
+    for (std::uint8_t last = 0; last <= 7; ++last) {
+      SCOPED_TRACE(testing::Message() << static_cast<int>(habit) << " " << static_cast<int>(last));
+      Bench b;
+      b.port.repeats_are = habit;
+      b.port.last_counter = last;
+      b.station.mailbox.count = MailboxState::Count::Foreign;
+      b.port.answer = [](const Bytes&) {
+        return std::vector<Bytes>{bytes({0, 0x30, 0x4F, 0x61, 0x60, 0, 8, 0, 0, 0})};
+      };
+      const Time start = b.clock.now();
+      for (int i = 0; i < 10; ++i) {
+        const auto value = sdo_upload(b.link, b.station, {0x6061, 0});
+        ASSERT_TRUE(value) << i << ": " << to_text(value.error());
+      }
+      EXPECT_EQ(b.station.mailbox.count, MailboxState::Count::Ours);
+      EXPECT_LT(b.clock.now() - start, milliseconds(2100));
+      // One that does as the standard says is not kept waiting for the first answer.
+      if (habit != Repeats::ZeroDropped) {
+        EXPECT_EQ(b.port.request_counters.front(), 0);
+      }
+      // And one that never answers is given up in bounded time.
+      b.station.mailbox = {};
+      b.station.mailbox.count = MailboxState::Count::Foreign;
+      b.port.answer = [](const Bytes&) { return std::vector<Bytes>{}; };
+      const Time begin = b.clock.now();
+      EXPECT_EQ(sdo_upload(b.link, b.station, {0x6061, 0}).error().fault, Fault::MailboxTimeout);
+      EXPECT_LT(b.clock.now() - begin, milliseconds(3100));
+    }
 }
 
 TEST(Sdo, complete_access_that_is_refused_falls_back_to_single_sub_indices) {

@@ -58,6 +58,20 @@ TEST(Survey, objects_and_pdos_of_a_station_are_read_without_a_profile) {
   EXPECT_EQ(b.survey.read_object(6, {0x1018, 1}).error().fault, Fault::StationMissing);
 }
 
+// Each tool is a program of its own and begins to count anew; the station goes on from the one before.
+TEST(Survey, one_tool_after_the_other_reads_the_same_object) {
+  SurveyBench b;
+  for (int tool = 0; tool < 10; ++tool) {
+    Survey survey(b.port, b.clock);
+    const Time begin = b.clock.now();
+    for (int n = 0; n <= tool; ++n) {
+      const auto vendor = survey.read_object(0, {0x1018, 1});
+      ASSERT_TRUE(vendor) << tool << ": " << to_text(vendor.error());
+    }
+    EXPECT_LT(b.clock.now() - begin, milliseconds(500)) << tool;
+  }
+}
+
 // Whether the station takes complete access, or refuses it and is asked one by one, the bytes are the same.
 TEST(Survey, an_object_is_read_whole) {
   SurveyBench b;

@@ -94,6 +94,7 @@ class Application:
 
     def __init__(self, esc):
         self.esc, self.h, self.counter, self.queue, self.upload = esc, esc.h, 0, [], None
+        self.last_request = 0
         h = self.h
         self.objects = {(0x1000, 0): struct.pack("<I", 0x00000191), (0x1018, 0): b"\4", (0x1008, 0): h.boot_string,
                         **{(0x1018, k + 1): struct.pack("<I", v) for k, v in enumerate((0x5A5A, h.product, 3, 99))},
@@ -123,12 +124,16 @@ class Application:
             return
         if esc.get(0x0130, 1) & 0x0F < 2:
             self.queue.clear()
+            self.last_request = 0
             return
         if esc.m[0x805] & 8:
             raw = bytes(esc.m[h.mailbox_out[0]:sum(h.mailbox_out)])
             esc.m[0x805] &= 0xF7
             size, _, _, kind = struct.unpack_from("<HHBB", raw)
-            if kind & 0xF == 3:
+            counter = kind >> 4 & 7
+            repeated = counter != 0 and counter == self.last_request  # ETG.1000.4, 5.6: 0 is no counter
+            self.last_request = counter or self.last_request
+            if kind & 0xF == 3 and not repeated:
                 self.coe(raw[6:6 + size])
         if self.queue and not esc.m[0x80D] & 8 and esc.sm(1)[3]:
             reply = self.queue.pop(0)
