@@ -147,8 +147,18 @@ Result<std::vector<StationRecord>> find_stations(Link& link) {
   const std::array<std::byte, 1> to_us{};  // the EEPROM belongs to the master, not to the station's processor
   if (auto ok = link.write_all(reg::kSiiConfig, to_us); !ok) return tl::unexpected(ok.error());
   auto sii = read_all_sii(link, stations.front().address, *count);
-  if (!sii) return tl::unexpected(sii.error());
-  for (std::size_t i = 0; i < stations.size(); ++i) stations[i].sii = std::move((*sii)[i]);
+  if (!sii && sii.error().fault != Fault::SiiInvalid) return tl::unexpected(sii.error());
+  for (std::size_t i = 0; sii && i < stations.size(); ++i) stations[i].sii = std::move((*sii)[i]);
+  if (sii) return stations;
+  // One of them cannot be read: each by itself, so that it keeps its error and the others are known.
+  for (StationRecord& s : stations) {
+    auto own = read_station_sii(link, s.address);
+    if (!own && own.error().fault != Fault::SiiInvalid) return tl::unexpected(own.error());
+    if (own)
+      s.sii = std::move(*own);
+    else
+      s.sii.add_damage(own.error().message);
+  }
   return stations;
 }
 
@@ -257,9 +267,11 @@ Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machi
       r.where = where(*r.config);
     }
     if (auto ok = wait_for_state(link, r, AlState::Init); !ok) return place(ok.error());
-    if (anybody) {
+    if (!r.sii.read) return place({Fault::SiiInvalid, r.sii.damage, {}});
+    if (anybody)
       if (auto ok = read_whole_sii(link, r); !ok) return place(ok.error());
-      if (!r.sii.damage.empty()) notes.push_back(r.where + ": SII EEPROM: " + r.sii.damage);
+    if (!r.sii.damage.empty()) notes.push_back(r.where + ": SII EEPROM: " + r.sii.damage);
+    if (anybody) {
       plan_from_sii(r);
     } else {
       if (auto ok = check_alias(*r.config, r); !ok) return tl::unexpected(ok.error());

@@ -53,6 +53,7 @@ struct StationSii {
   std::uint32_t vendor = 0, product = 0, revision = 0, serial = 0;
   SiiMailbox mailbox, bootstrap;
   std::uint16_t protocols = 0;  ///< wire::sii::kProtocol...
+  bool read = false;            ///< the fixed words were; what could not is told in `damage`
   bool checksum_ok = false;
   // the categories; empty until the whole EEPROM was read
   std::string group, order, name;
@@ -62,8 +63,9 @@ struct StationSii {
   std::vector<SiiSyncManager> sync_managers;
   std::vector<SiiPdo> rx_pdos, tx_pdos;
   std::vector<SiiDcMode> dc_modes;
-  std::string damage;  ///< what of the categories could not be understood; empty: all was
+  std::string damage;  ///< what could not be read or understood, and a wrong checksum; empty: all is well
 
+  void add_damage(std::string_view text);
   [[nodiscard]] bool has_coe() const { return mailbox.exists() && (protocols & wire::sii::kProtocolCoe) != 0; }
 };
 

@@ -51,7 +51,7 @@ struct Strings {
 
 void parse_general(std::span<const std::byte> d, const Strings& strings, StationSii& s) {
   if (d.size() <= sii::kGeneralEbusCurrent + 1) {
-    s.damage = "the category 'general' is too short";
+    s.add_damage("the category 'general' is too short");
     return;
   }
   s.group = strings.at(d[sii::kGeneralGroup]);
@@ -85,7 +85,7 @@ void parse_pdos(std::span<const std::byte> d, const Strings& strings, std::vecto
     const auto entries = std::to_integer<std::size_t>(head[sii::kPdoEntries]);
     at += sii::kPdoHeader;
     if (entries * sii::kEntryBytes > d.size() - at) {
-      s.damage = fmt::format("PDO {:04X}h has more entries than its category holds", pdo.index);
+      s.add_damage(fmt::format("PDO {:04X}h has more entries than its category holds", pdo.index));
       return;
     }
     for (std::size_t i = 0; i < entries; ++i, at += sii::kEntryBytes) {
@@ -121,7 +121,7 @@ std::vector<CategoryAt> find_categories(std::span<const std::byte> image, Statio
     at += 4;
     if (type == sii::Category::End) break;
     if (bytes > image.size() - at) {
-      s.damage = fmt::format("category {} runs over the end of the EEPROM", static_cast<unsigned>(type));
+      s.add_damage(fmt::format("category {} runs over the end of the EEPROM", static_cast<unsigned>(type)));
       break;
     }
     found.push_back({type, image.subspan(at, bytes)});
@@ -131,6 +131,11 @@ std::vector<CategoryAt> find_categories(std::span<const std::byte> image, Statio
 }
 
 }  // namespace
+
+void StationSii::add_damage(std::string_view text) {
+  if (!damage.empty()) damage += "; ";
+  damage += text;
+}
 
 Result<StationSii> parse_sii_words(std::span<const std::byte> image) {
   if (image.size() < kMailboxWordsEnd)
@@ -145,6 +150,9 @@ Result<StationSii> parse_sii_words(std::span<const std::byte> image) {
   s.bootstrap = mailbox_at(image, kBootstrapOutStart);
   s.mailbox = mailbox_at(image, sii::kMailboxOutStart);
   s.protocols = word(image, sii::kMailboxProtocols);
+  s.read = true;
+  if (!s.checksum_ok)
+    s.add_damage("the checksum of words 0 to 6 is wrong, so the station has not loaded its configuration");
   return s;
 }
 

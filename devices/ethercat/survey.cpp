@@ -101,7 +101,7 @@ Result<std::vector<FoundStation>> Survey::scan() {
   for (StationRecord& r : *records) {
     if (auto whole = read_whole_sii(link_, r); !whole) {
       if (whole.error().fault != Fault::SiiInvalid) return tl::unexpected(whole.error());
-      r.sii.damage = whole.error().message;
+      r.sii.add_damage(whole.error().message);
     }
     plan_from_sii(r);
     const auto al = read_al_status(link_, r);

@@ -48,7 +48,7 @@ class Survey {
  public:
   Survey(FramePort& port, Clock& clock) : link_(port, clock) {}
 
-  /// Fault::BusDown when nobody answers, SiiInvalid, StationMissing. A station whose EEPROM cannot be parsed is listed
+  /// Fault::BusDown when nobody answers, StationMissing. A station whose EEPROM cannot be read or parsed is listed
   /// with what could be read, and record.sii.damage.
   Result<std::vector<FoundStation>> scan();
 

@@ -95,6 +95,40 @@ TEST(Survey, error_counters_and_clocks_are_read_from_all) {
   EXPECT_EQ(clocks->front().activation, 0);
 }
 
+/// As a service tool writes one word of an EEPROM (ETG.1000.4, 6.4), and forgets the checksum.
+void write_sii(SurveyBench& b, std::uint16_t station, std::uint16_t word, std::uint16_t value) {
+  Link link(b.port, b.clock);
+  std::array<std::byte, 8> order{};
+  wire::put_le<std::uint16_t>(order, 0, wire::kSiiWriteEnable | wire::kSiiWrite);
+  wire::put_le<std::uint32_t>(order, 2, word);
+  wire::put_le<std::uint16_t>(order, 6, value);
+  ASSERT_TRUE(link.write(station, wire::reg::kSiiControl, std::span<const std::byte>(order)));
+  link.pause(milliseconds(20));
+}
+
+TEST(Survey, a_station_with_a_wrong_eeprom_checksum_is_listed_with_the_others) {
+  SurveyBench b;
+  ASSERT_TRUE(b.survey.scan());
+  write_sii(b, 0x1003, wire::sii::kAlias, 0x1234);
+  b.segment.power_cycle(b.machine.stations[2].id, milliseconds(10));
+  b.clock.sleep_until(b.clock.now() + milliseconds(100));
+  const auto found = b.survey.scan();
+  ASSERT_TRUE(found) << to_text(found.error());
+  ASSERT_EQ(found->size(), 6u);
+  for (const auto& s : *found) {
+    EXPECT_EQ(s.record.sii.product,
+              b.machine.stations[static_cast<std::size_t>(s.record.position)].profile.identity.product);
+    EXPECT_EQ(s.record.sii.damage.find("checksum") != std::string::npos, s.record.position == 2) << s.record.sii.damage;
+    EXPECT_FALSE(s.name().empty());
+  }
+  EXPECT_TRUE(b.survey.error_counters());
+  EXPECT_TRUE(b.survey.read_object(3, {0x1018, 1}));
+  // Its application does not start: it refuses with 0051h, EEPROM error (ETG.1020).
+  const auto refused = b.survey.read_object(2, {0x1018, 1});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("0051h"), std::string::npos) << refused.error().message;
+}
+
 TEST(Survey, a_dead_bus_is_told_and_nothing_hangs) {
   SurveyBench b;
   b.segment.cut_link(0);
