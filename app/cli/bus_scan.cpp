@@ -113,11 +113,14 @@ Result<ordered_json> scan(BusAccess& bus, const ScanOptions& options, bool json)
                  open_ports(r.ports), (r.esc.features & wire::kFeatureDc) != 0 ? "yes" : "no", state_text(s.al));
       if (!r.sii.damage.empty()) fmt::print("       EEPROM: {}\n", r.sii.damage);
     }
+    // What one station refuses is told with it, and the others are asked all the same.
     const auto map = survey.read_pdo_map(r.position);
-    if (!map) return tl::unexpected(map.error());
-    one["pdos"] = to_json(*map);
-    if (!json) print(*map);
-    if (options.objects && r.sii.has_coe()) {
+    if (!map && map.error().fault == Fault::BusDown) return tl::unexpected(map.error());
+    one["pdos"] = map ? to_json(*map) : ordered_json::array();
+    if (!map) one["pdos_missing"] = map.error().message;
+    if (!json && map) print(*map);
+    if (!json && !map) fmt::print("       no PDO map: {}\n", map.error().message);
+    if (options.objects && map && r.sii.has_coe()) {
       const auto objects = survey.object_list(r.position, true);
       if (objects) {
         one["objects"] = to_json(*objects);

@@ -99,7 +99,7 @@ Result<std::vector<FoundStation>> Survey::scan() {
   if (!records) return tl::unexpected(records.error());
   std::vector<FoundStation> found;
   for (StationRecord& r : *records) {
-    if (auto whole = read_whole_sii(link_, r); !whole) {
+    if (auto whole = r.sii.read ? read_whole_sii(link_, r) : Result<void>{}; !whole) {
       if (whole.error().fault != Fault::SiiInvalid) return tl::unexpected(whole.error());
       r.sii.add_damage(whole.error().message);
     }

@@ -81,4 +81,17 @@ expect_exit 0 "and read by the next tool" inside "$gantry" bus sdo read 1 1018:1
 expect_exit 0 "and by the one after that" inside "$gantry" bus sdo read 1 1018:1 --interface $name-ctl
 expect_exit 5 "a name of the machine file whose station is not there" inside "$gantry" bus sdo read x 0x6064 --interface $name-ctl
 kill $strange; wait $strange 2>/dev/null
+
+scripts/veth-pair exec $name -- env PYTHONDONTWRITEBYTECODE=1 python3 tests/interop/strange_stations.py $name-sim \
+  simple booting stubborn deaf nameless big_box >"$work/strange.out" 2>&1 </dev/null &
+strange=$!; pids+=($strange)
+wait_for 5 grep -q strange "$work/strange.out"
+expect_exit 0 "a scan of stations of which four refuse" inside "$gantry" --json bus scan --objects --interface $name-ctl
+expect_value "[s['product'] for s in d['stations']]" "[262, 263, 264, 265, 0, 257]"
+expect_value "[len(s['pdos']) for s in d['stations']]" "[2, 0, 0, 0, 0, 2]"
+expect_value "['BOOT' in d['stations'][1]['pdos_missing'], '0014h' in d['stations'][2]['pdos_missing'], 'no reply' in d['stations'][3]['pdos_missing']]" "[True, True, True]"
+expect_value "d['stations'][4]['eeprom_damage'].count('2000h')" 1
+expect_exit 0 "and as a table" inside "$gantry" bus scan --interface $name-ctl
+expect_text "no PDO map: the station is in BOOT"; expect_text "^5 stranger"
+kill $strange; wait $strange 2>/dev/null
 expect_exit 5 "a bus where nobody answers" inside "$gantry" bus scan --interface $name-ctl

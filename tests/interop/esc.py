@@ -14,7 +14,7 @@ class Esc:
         self.h, self.sii, self.m = habits, bytearray(sii), bytearray(0x3000)
         self.m[0x0000:0x000A] = struct.pack("<BBHBBBBH", 0x04, 1, 3, habits.fmmus, 8, 4, 0x0F, habits.features)
         self.put(0x0012, struct.unpack_from("<H", self.sii, 8)[0], 2)
-        self.put(0x0120, 1, 2), self.put(0x0130, 1, 2)
+        self.put(0x0120, habits.starts_in, 2), self.put(0x0130, habits.starts_in, 2)
         self.put(0x0400, 0x09C2, 2), self.put(0x0410, 1000, 2), self.put(0x0420, 1000, 2)
         self.sii_busy, self.al_due, self.al_wanted, self.safe_op_refused = 0, None, 1, False
         self.start, self.adjust_ns, self.last_port = time.monotonic_ns(), 0, True
@@ -165,13 +165,13 @@ class Esc:
         if self.al_due is not None and time.monotonic() >= self.al_due:
             self.al_due = None
             now, wanted = self.get(0x0130, 2) & 0x0F, self.al_wanted
-            legal = {1: (1, 2), 2: (1, 2, 4), 4: (1, 2, 4, 8), 8: (1, 2, 4, 8)}
+            legal = {3: (1, 3), 1: (1, 2), 2: (1, 2, 4), 4: (1, 2, 4, 8), 8: (1, 2, 4, 8)}
             if wanted not in legal.get(now, ()):
                 self.refuse(now, 0x11)
             elif wanted == 4 and now == 2 and self.h.refuse_first_safe_op and not self.safe_op_refused:
                 self.safe_op_refused = True
                 self.refuse(now, 0x0020)  # "needs cold start", and then does not
-            elif wanted == 2 and now == 1 and (code := self.mailbox_fault()):
+            elif wanted == 2 and now == 1 and (code := self.h.refuse_pre_op or self.mailbox_fault()):
                 self.refuse(now, code)
             elif wanted == 4 and now == 2 and (code := self.process_fault()):
                 self.refuse(now, code)
@@ -208,7 +208,7 @@ class Esc:
         elif getattr(self, "sii_data", None):
             self.m[0x508:0x508 + len(self.sii_data)] = self.sii_data
             self.sii_data = None
-        self.put(0x502, status, 2)
+        self.put(0x502, status | (0x2000 if self.h.no_eeprom else 0), 2)
 
     # --- clock
     def local(self):

@@ -36,6 +36,10 @@ class Habits:
     sii_turned: bool = False      # categories in another order, with one that nobody knows
     emergency_in_sdo: bool = False
     complete_access: bool = False
+    starts_in: int = 1            # AL state at power-on
+    refuse_pre_op: int = 0        # AL status code
+    deaf: bool = False            # takes requests from its mailbox and never answers
+    no_eeprom: bool = False       # its EEPROM chip does not acknowledge
     expedited_only: bool = False
     boot_string: bytes = b"a name that does not fit into four bytes"
 
@@ -58,6 +62,14 @@ KINDS = {
     # no mailbox at all; outputs in SM0, inputs in SM1
     "simple": Habits(product=0x106, mailbox_out=(), mailbox_in=(), out_sm=0, in_sm=1, out_at=0x0F00, in_at=0x1000,
                      out_bytes=2, in_bytes=2, dc_bits=64, drift_ppm=-20),
+    # left in BOOT by somebody's firmware update
+    "booting": Habits(product=0x107, starts_in=3),
+    # never leaves INIT
+    "stubborn": Habits(product=0x108, refuse_pre_op=0x0014),
+    # takes requests and says nothing
+    "deaf": Habits(product=0x109, deaf=True),
+    # nobody knows what it is
+    "nameless": Habits(product=0x10A, no_eeprom=True),
 }
 
 
@@ -133,7 +145,7 @@ class Application:
             counter = kind >> 4 & 7
             repeated = counter != 0 and counter == self.last_request  # ETG.1000.4, 5.6: 0 is no counter
             self.last_request = counter or self.last_request
-            if kind & 0xF == 3 and not repeated:
+            if kind & 0xF == 3 and not repeated and not h.deaf:
                 self.coe(raw[6:6 + size])
         if self.queue and not esc.m[0x80D] & 8 and esc.sm(1)[3]:
             reply = self.queue.pop(0)
