@@ -65,25 +65,30 @@ Result<void> Mailbox::hand_over() {
   }
 }
 
-Result<void> Mailbox::ask_repeat(int number) {
+/// False: the station does not know the repeat request.
+Result<bool> Mailbox::ask_repeat(int number) {
+  if (!station_.mailbox.repeats) return false;
   auto& toggle = station_.mailbox.repeat_toggle;
   toggle = !toggle;
   station_.mailbox.repeated = true;
   const auto activate = static_cast<std::uint8_t>(kSmActivateEnable | (toggle ? kSmActivateRepeatRequest : 0));
   if (auto ok = link_.write<std::uint8_t>(station_.address, sm_register(number, kActivateByte), activate); !ok)
-    return ok;
+    return tl::unexpected(ok.error());
   const Time deadline = link_.clock().now() + kSendTimeout;
   for (;;) {
     const auto pdi = link_.read<std::uint8_t>(station_.address, sm_register(number, kPdiControlByte));
     if (!pdi) return tl::unexpected(pdi.error());
-    if (((*pdi & kSmPdiRepeatAck) != 0) == toggle) return {};
-    if (link_.clock().now() >= deadline)
-      return fail(Fault::MailboxTimeout, "the station does not repeat a lost reply", station_.where);
+    if (((*pdi & kSmPdiRepeatAck) != 0) == toggle) return true;
+    if (link_.clock().now() >= deadline) return station_.mailbox.repeats = false;
     link_.pause(kPoll);
   }
 }
 
-/// Reads the full mailbox. A reply that is lost on the way has emptied it, so it is asked for again.
+/// Reads the full mailbox. When no answer comes, either the request was lost and the mailbox is full as before, or the
+/// reply was, and has emptied it. Asking the station to repeat is right in both cases: it gives the message that was
+/// read last and then the one that waits, and a copy is known by its counter. From a full mailbox alone one could not
+/// tell the lost message from the next one. A station that does not repeat is read again as long as its mailbox is
+/// full.
 Result<std::vector<std::byte>> Mailbox::fetch() {
   int number = 0;
   const auto* sm = find_sync_manager(station_, SyncManagerKind::MailboxIn, &number);
@@ -92,7 +97,12 @@ Result<std::vector<std::byte>> Mailbox::fetch() {
     const auto wkc = link_.transact(Command::Fprd, physical_address(station_.address, sm->start), reply, 1);
     if (wkc && *wkc == kWkcRead) return reply;
     if (wkc) return std::vector<std::byte>{};  // empty after all
-    if (auto ok = ask_repeat(number); !ok) return tl::unexpected(ok.error());
+    const auto repeats = ask_repeat(number);
+    if (!repeats) return tl::unexpected(repeats.error());
+    if (*repeats) continue;
+    const auto still = full(SyncManagerKind::MailboxIn);
+    if (!still) return tl::unexpected(still.error());
+    if (!*still) return fail(Fault::MailboxTimeout, "the station does not repeat a lost reply", station_.where);
   }
   return fail(Fault::BusDown, "the station's reply is lost again and again", station_.where);
 }

@@ -37,7 +37,7 @@ class Mailbox {
   [[nodiscard]] Result<bool> full(config::SyncManagerKind kind);
   [[nodiscard]] Result<std::vector<std::byte>> fetch();
   [[nodiscard]] Result<void> hand_over();
-  [[nodiscard]] Result<void> ask_repeat(int number);
+  [[nodiscard]] Result<bool> ask_repeat(int number);
   bool keep_emergency(const wire::MailboxHeader& header, std::span<const std::byte> body);
 
   Link& link_;

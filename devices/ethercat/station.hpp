@@ -57,6 +57,7 @@ struct MailboxState {
   std::uint8_t request_counter = 0;
   std::uint8_t last_reply_counter = 0;
   bool repeat_toggle = false;
+  bool repeats = true;                 ///< the station acknowledges repeat requests, as far as is known
   bool repeated = false;               ///< a repeat was asked for: the next reply may be one that we have
   bool clean = false;                  ///< nothing of an abandoned request can be in it
   std::vector<Emergency> emergencies;  ///< that came in and were not fetched yet; the oldest kMostEmergencies

@@ -29,6 +29,8 @@ class MailboxStation final : public FramePort {
   std::vector<Bytes> requests;
   std::function<std::uint8_t()> next_counter = [this] { return counter_ = wire::next_counter(counter_); };
   int lose_read = -1;  ///< this read of a full mailbox is lost on its way back
+  int lose_look = -1;  ///< this one on its way out: the mailbox stays full
+  bool knows_repeat = true;
   int repeats = 0;
   std::vector<std::uint8_t> request_counters;
   /// What a station does with counters (ETG.1000.4, 5.6): nothing, or it drops one that comes twice. 0 is no counter;
@@ -90,9 +92,10 @@ class MailboxStation final : public FramePort {
  private:
   bool read(std::uint16_t at, std::span<std::byte> data, bool& lost) {
     if (at == 0x080D) data[0] = static_cast<std::byte>(full_.empty() ? 0 : kSmStatusMailboxFull);
-    if (at == 0x080F) data[0] = static_cast<std::byte>(toggle_ ? kSmPdiRepeatAck : 0);
+    if (at == 0x080F) data[0] = static_cast<std::byte>(toggle_ && knows_repeat ? kSmPdiRepeatAck : 0);
     if (at < 0x1000) return true;
     if (at != 0x1000 + size_ || full_.empty()) return false;
+    if (looks_++ == lose_look) return lost = true;
     std::copy(full_.front().begin(), full_.front().end(), data.begin());
     last_ = full_.front();
     full_.pop_front();
@@ -102,7 +105,8 @@ class MailboxStation final : public FramePort {
   bool write(std::uint16_t at, std::span<const std::byte> data) {
     if (at == 0x080E) {
       const bool toggle = (std::to_integer<int>(data[0]) & kSmActivateRepeatRequest) != 0;
-      if (toggle != toggle_) ++repeats, full_.push_front(last_);
+      if (toggle != toggle_ && knows_repeat && !last_.empty()) full_.push_front(last_);
+      if (toggle != toggle_) ++repeats;
       toggle_ = toggle;
     }
     if (at != 0x1000 || data.size() != size_) return at < 0x1000;
@@ -121,7 +125,7 @@ class MailboxStation final : public FramePort {
   Bytes arriving_, last_;
   std::deque<Bytes> full_;
   bool toggle_ = false;
-  int reads_ = 0;
+  int reads_ = 0, looks_ = 0;
   std::uint8_t counter_ = 0;
 };
 
@@ -258,6 +262,43 @@ TEST(Sdo, a_lost_reply_is_asked_for_again_and_the_request_is_not_carried_out_twi
     EXPECT_EQ(b.port.repeats, 1);
     EXPECT_EQ(b.port.requests.size(), 6u);
   }
+}
+
+// The repeat request is optional. Without it a read that was lost on its way out is done again; a reply that was lost
+// on its way back is gone, and that is told.
+TEST(Sdo, a_station_without_repeat_is_read_again_while_its_mailbox_is_full) {
+  for (const bool knows_repeat : {true, false})
+    for (const bool way_out : {true, false})
+      for (int n = 0; n < 6; ++n) {
+        SCOPED_TRACE(testing::Message() << knows_repeat << way_out << n);
+        Bench b;
+        b.port.knows_repeat = knows_repeat;
+        (way_out ? b.port.lose_look : b.port.lose_read) = n;
+        b.port.answer = [](const Bytes& r) {
+          Bytes out = bytes({0, 0x30, 0x43, 0, 0, 0, 0, 0, 0, 0});
+          std::copy(r.begin() + 3, r.begin() + 6, out.begin() + 3);
+          out[6] = r[3];
+          return std::vector<Bytes>{bytes({0, 0x10, 0x10, 0x32, 0x04, 1, 2, 3, 4, 5}), out};  // an emergency in front
+        };
+        const bool gone = !knows_repeat && !way_out;
+        for (int i = 0; i < 3; ++i) {
+          const Time begin = b.clock.now();
+          const auto value = sdo_upload(b.link, b.station, {static_cast<std::uint16_t>(0x2000 + i), 0});
+          EXPECT_LT(b.clock.now() - begin, milliseconds(1200));
+          if (!gone) {
+            ASSERT_TRUE(value) << to_text(value.error());
+          } else if (!value) {
+            EXPECT_EQ(value.error().fault, Fault::MailboxTimeout);
+          }
+          if (value) {
+            EXPECT_EQ((*value)[0], static_cast<std::byte>(i));
+          }
+        }
+        if (!gone) {
+          EXPECT_EQ(b.port.requests.size(), 3u);
+          EXPECT_EQ(b.station.mailbox.emergencies.size(), 3u);
+        }
+      }
 }
 
 TEST(Sdo, request_counters_run_1_to_7_and_reply_counters_are_their_own) {
