@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 
+#include "devices/ethercat/layout_check.hpp"
 #include "devices/ethercat/sdo.hpp"
 #include "devices/profiles/map_pdos.hpp"
 #include "devices/profiles/object_value.hpp"
@@ -92,6 +93,7 @@ Result<ImageSize> lay_out(std::vector<StationRecord>& stations, std::uint32_t lo
     const auto inputs = s.logical + static_cast<std::uint32_t>(s.input_at);
     if (auto ok = map_direction(s, SyncManagerKind::ProcessIn, s.input_bytes, inputs); !ok)
       return tl::unexpected(ok.error());
+    if (auto ok = check_areas(s); !ok) return tl::unexpected(ok.error());
   }
   return size;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 
+#include "devices/ethercat/layout_check.hpp"
 #include "devices/ethercat/mailbox.hpp"
 #include "devices/ethercat/recovery.hpp"
 #include "devices/ethercat/scan.hpp"
@@ -42,6 +43,7 @@ Result<void> EthercatMaster::enter(AlState state) {
 Result<void> EthercatMaster::configure(StationRecord& s) {
   if (auto ok = at(s, write_startup(link_, s)); !ok) return ok;
   if (auto ok = at(s, write_pdo_mapping(link_, s)); !ok) return ok;
+  if (auto ok = at(s, check_fixed_map(link_, s)); !ok) return ok;
   return at(s, write_process_data(link_, s));
 }
 

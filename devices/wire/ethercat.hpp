@@ -201,7 +201,8 @@ inline constexpr std::size_t kSmStatusOffset = 5;
 // interrupt, 6 watchdog trigger. Values as ESI files carry them.
 inline constexpr std::uint8_t kSmControlMailboxOut = 0x26, kSmControlMailboxIn = 0x22, kSmControlOutputs = 0x64,
                               kSmControlInputs = 0x20;
-inline constexpr std::uint8_t kSmMailboxMode = 0x02, kSmEcatWrites = 0x04, kSmWatchdogTrigger = 0x40;
+inline constexpr std::uint8_t kSmBufferMask = 0x03, kSmMailboxMode = 0x02, kSmEcatWrites = 0x04,
+                              kSmWatchdogTrigger = 0x40;
 inline constexpr std::uint8_t kSmStatusMailboxFull = 0x08;
 inline constexpr std::uint8_t kSmActivateEnable = 0x01, kSmActivateRepeatRequest = 0x02;
 inline constexpr std::uint8_t kSmPdiRepeatAck = 0x02;

@@ -1,0 +1,104 @@
+// The bring-up over a line that loses frames, breaks for good, or answers nonsense.
+#include <gtest/gtest.h>
+#include <map>
+#include <random>
+
+#include "tests/devices/bus_bench.hpp"
+
+namespace gantry::devices {
+namespace {
+
+/// Loses frame number `n` (counted from 1), or all from there on.
+class LossyPort final : public FramePort {
+ public:
+  LossyPort(FramePort& port, int n, bool for_good) : port_(port), n_(n), for_good_(for_good) {}
+  bool send(PortIndex port, std::span<const std::byte> frame) noexcept override {
+    ++sent_;
+    if (sent_ == n_ || (for_good_ && sent_ > n_)) return true;
+    return port_.send(port, frame);
+  }
+  Received receive(std::span<std::byte> buffer, Time deadline) noexcept override {
+    return port_.receive(buffer, deadline);
+  }
+  [[nodiscard]] bool link_up(PortIndex port) const noexcept override { return port_.link_up(port); }
+  [[nodiscard]] int sent() const { return sent_; }
+
+ private:
+  FramePort& port_;
+  int n_, sent_ = 0;
+  bool for_good_;
+};
+
+int frames_of_bring_up() {
+  BusBench b;
+  LossyPort port(b.port, 0, false);
+  b.way = &port;
+  EXPECT_TRUE(b.bring_up());
+  return port.sent();
+}
+
+TEST(Unplug, any_single_frame_of_the_bring_up_may_be_lost) {
+  const int frames = frames_of_bring_up();
+  RecordProperty("frames", frames);
+  for (int n = 1; n <= frames; ++n) {
+    BusBench b;
+    LossyPort port(b.port, n, false);
+    b.way = &port;
+    const auto up = b.bring_up();
+    EXPECT_TRUE(up) << "frame " << n << ": " << to_text(up.error());
+  }
+}
+
+TEST(Unplug, unplugging_at_any_frame_of_the_bring_up_ends_in_bounded_time_with_a_named_error) {
+  const int frames = frames_of_bring_up();
+  for (int n = 1; n <= frames; ++n) {
+    BusBench b;
+    LossyPort port(b.port, n, true);
+    b.way = &port;
+    const Time begin = b.clock.now();
+    const auto up = b.bring_up();
+    ASSERT_FALSE(up) << "frame " << n;
+    EXPECT_EQ(up.error().fault, Fault::BusDown) << "frame " << n << ": " << to_text(up.error());
+    EXPECT_LT(b.clock.now() - begin, milliseconds(3000)) << "frame " << n;
+  }
+}
+
+/// Flips bits in what comes back, behind the headers: what a station with broken firmware would say.
+class LyingPort final : public FramePort {
+ public:
+  LyingPort(FramePort& port, unsigned seed, double rate) : port_(port), random_(seed), lie_(rate) {}
+  bool send(PortIndex port, std::span<const std::byte> frame) noexcept override { return port_.send(port, frame); }
+  Received receive(std::span<std::byte> buffer, Time deadline) noexcept override {
+    const Received got = port_.receive(buffer, deadline);
+    const std::size_t data = wire::kFrameHeader + wire::kDatagramHeader;
+    if (got.size > data && lie_(random_))
+      for (unsigned n = 1 + static_cast<unsigned>(random_()) % 4; n > 0; --n)
+        buffer[data + random_() % (got.size - data)] ^= static_cast<std::byte>(1u << (random_() % 8));
+    return got;
+  }
+  [[nodiscard]] bool link_up(PortIndex port) const noexcept override { return port_.link_up(port); }
+
+ private:
+  FramePort& port_;
+  std::mt19937 random_;
+  std::bernoulli_distribution lie_;
+};
+
+TEST(Unplug, stations_that_answer_nonsense_give_a_named_error_in_bounded_time) {
+  std::map<std::string_view, int> endings;
+  for (unsigned seed = 1; seed <= 500; ++seed) {
+    BusBench b;
+    LyingPort port(b.port, seed, seed % 2 == 0 ? 0.002 : 0.05);
+    b.way = &port;
+    const Time begin = b.clock.now();
+    const auto up = b.bring_up();
+    ++endings[up ? "up" : info(up.error().fault).name];
+    EXPECT_TRUE(up || !up.error().message.empty()) << "seed " << seed;
+    EXPECT_LT(b.clock.now() - begin, milliseconds(60'000)) << "seed " << seed;
+  }
+  for (const auto& [ending, times] : endings) RecordProperty(std::string(ending), times);
+  EXPECT_GT(endings.size(), 5u);  // it did meet all sorts
+}
+
+}  // namespace
+}  // namespace gantry::devices
