@@ -44,6 +44,8 @@ Result<void> map_direction(StationRecord& s, SyncManagerKind kind, std::size_t b
   sm.length = static_cast<std::uint16_t>(bytes);
   sm.activate = kSmActivateEnable;
   const bool out = kind == SyncManagerKind::ProcessOut;
+  // Whatever an EEPROM says: outputs that nobody watches would stay on when the bus is lost.
+  if (out) sm.control |= kSmWatchdogTrigger;
   s.fmmus.push_back({.logical_start = logical,
                      .length = sm.length,
                      .physical_start = sm.start,
@@ -203,7 +205,15 @@ Result<void> write_watchdog(Link& link, const StationRecord& s) {
   if (!divider) return tl::unexpected(divider.error());
   const auto time = link.read<std::uint16_t>(s.address, reg::kWatchdogTimeProcessData);
   if (!time) return tl::unexpected(time.error());
-  return *divider != kWatchdogDivider100us || *time != units ? off() : Result<void>{};
+  if (*divider != kWatchdogDivider100us || *time != units) return off();
+  for (std::size_t i = 0; i < s.sync_managers.size(); ++i) {
+    if (!s.sync_managers[i].is(SyncManagerKind::ProcessOut) || s.sync_managers[i].registers.length == 0) continue;
+    const auto control = link.read<std::uint8_t>(
+        s.address, static_cast<std::uint16_t>(reg::kSyncManager0 + kSyncManagerBytes * i + kSmControlOffset));
+    if (!control) return tl::unexpected(control.error());
+    if ((*control & kSmWatchdogTrigger) == 0) return off();
+  }
+  return {};
 }
 
 }  // namespace

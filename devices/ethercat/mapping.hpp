@@ -37,7 +37,7 @@ Result<void> write_startup(Link& link, StationRecord& station);
 Result<void> write_pdo_mapping(Link& link, StationRecord& station);
 
 /// SyncManagers and FMMUs of process data and the output watchdog (PRE_OP, before SAFE_OP is asked for). The watchdog
-/// is read back: Fault::WatchdogDisabled when it is off.
+/// is read back, and so is that the outputs' SyncManagers trigger it: Fault::WatchdogDisabled when it is off.
 Result<void> write_process_data(Link& link, const StationRecord& station);
 
 }  // namespace gantry::devices

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "devices/ethercat/layout_check.hpp"
+#include "devices/ethercat/survey.hpp"
 #include "tests/devices/bus_bench.hpp"
 
 namespace gantry::devices {
@@ -93,6 +94,80 @@ TEST(Layout, sync_managers_that_lie_over_each_other_or_over_the_end_of_the_ram_a
     EXPECT_EQ(up.error().fault, Fault::Inconsistent) << to_text(up.error());
     EXPECT_NE(up.error().message.find(c.says), std::string::npos) << up.error().message;
   }
+}
+
+// Bit 6 of a SyncManager's control byte is what makes its writes trigger the watchdog (ETG.1000.4, table 59); there are
+// EEPROMs without it.
+TEST(Layout, outputs_of_a_stranger_are_watched_also_when_its_eeprom_does_not_ask_for_it) {
+  BusBench b;
+  constexpr std::uint16_t kStation = 0x1001;
+  Link link(b.port, b.clock);
+  Survey survey(b.port, b.clock);
+  ASSERT_TRUE(survey.scan());
+  const auto image = read_sii_image(link, kStation);
+  ASSERT_TRUE(image) << to_text(image.error());
+  std::size_t at = 2 * wire::sii::kFirstCategory;
+  const auto word = [&](std::size_t byte) { return wire::get_le<std::uint16_t>(*image, byte); };
+  while (word(at) != static_cast<std::uint16_t>(wire::sii::Category::SyncManager)) at += 4 + 2u * word(at + 2);
+  const std::size_t control = at + 4 + 2 * wire::sii::kSmBytes + wire::sii::kSmControl;  // of SM2
+  ASSERT_EQ(control % 2, 0u);
+  ASSERT_EQ(word(control), 0x0064);
+  std::array<std::byte, 8> order{};
+  wire::put_le<std::uint16_t>(order, 0, wire::kSiiWriteEnable | wire::kSiiWrite);
+  wire::put_le<std::uint32_t>(order, 2, static_cast<std::uint32_t>(control / 2));
+  wire::put_le<std::uint16_t>(order, 6, 0x0024);
+  ASSERT_TRUE(link.write(kStation, wire::reg::kSiiControl, std::span<const std::byte>(order)));
+  link.pause(milliseconds(20));
+
+  const config::Machine empty;
+  EthercatMaster master(empty, b.port, b.clock, {.strangers = true});
+  const auto up = master.bring_up();
+  ASSERT_TRUE(up) << to_text(up.error());
+  Time due = master.first_cycle(b.clock.now());
+  Exchange e;
+  const auto cycles = [&](int n) {
+    for (int i = 0; i < n; ++i, due += milliseconds(1))
+      b.clock.sleep_until(due), e = master.exchange(due + microseconds(400));
+  };
+  cycles(20);
+  ASSERT_TRUE(master.request_operation());
+  cycles(200);
+  ASSERT_EQ(e.al_states, 8);
+  b.clock.sleep_until(due += milliseconds(500));  // the cycle stops
+  const auto al = link.read<std::uint16_t>(kStation, wire::reg::kAlStatus);
+  ASSERT_TRUE(al);
+  EXPECT_EQ(*al, static_cast<std::uint16_t>(wire::AlState::SafeOp) | wire::kAlError);
+}
+
+/// A station that does not take the watchdog bit of its SyncManager 2.
+class UnwatchedPort final : public FramePort {
+ public:
+  explicit UnwatchedPort(FramePort& port) : port_(port) {}
+  bool send(PortIndex port, std::span<const std::byte> frame) noexcept override {
+    std::vector<std::byte> changed(frame.begin(), frame.end());
+    const auto h = wire::get_datagram_header(std::span<const std::byte>(changed).subspan(wire::kFrameHeader));
+    if (h.command == wire::Command::Fpwr && h.adp() == 0x1002 && h.ado() == 0x0810)
+      changed[wire::kFrameHeader + wire::kDatagramHeader + wire::kSmControlOffset] &=
+          ~std::byte{wire::kSmWatchdogTrigger};
+    return port_.send(port, changed);
+  }
+  Received receive(std::span<std::byte> buffer, Time deadline) noexcept override {
+    return port_.receive(buffer, deadline);
+  }
+  [[nodiscard]] bool link_up(PortIndex port) const noexcept override { return port_.link_up(port); }
+
+ private:
+  FramePort& port_;
+};
+
+TEST(Layout, a_station_whose_outputs_do_not_trigger_the_watchdog_is_refused) {
+  BusBench b;
+  UnwatchedPort port(b.port);
+  b.way = &port;
+  const auto up = b.bring_up();
+  ASSERT_FALSE(up);
+  EXPECT_EQ(up.error().fault, Fault::WatchdogDisabled);
+  EXPECT_NE(up.error().where.find("'y1'"), std::string::npos) << up.error().where;
 }
 
 }  // namespace
