@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <map>
 
 #include "devices/ethercat/scan.hpp"
 #include "devices/ethercat/survey.hpp"
@@ -78,12 +79,19 @@ tl::unexpected<Error> differs(const StationRecord& s, const Direction& d, std::s
               s.where);
 }
 
+/// Bytes of bits that are counted by SyncManager: each of them begins with a new byte.
+std::size_t bytes(const std::map<int, std::size_t>& bits) {
+  std::size_t n = 0;
+  for (const auto& [sync_manager, count] : bits) n += (count + 7) / 8;
+  return n;
+}
+
 /// The objects of the profile lie where the station has them. Gaps are nobody's.
 Result<void> compare_entries(const StationRecord& s, const Direction& d, const PdoMap& map) {
-  std::size_t bits = 0;
+  std::map<int, std::size_t> bits;
   for (const MappedPdo& pdo : map.pdos)
-    if (pdo.outputs == d.outputs) bits += pdo.bits();
-  if ((bits + 7) / 8 != d.our_bytes) return differs(s, d, (bits + 7) / 8, "its objects");
+    if (pdo.outputs == d.outputs) bits[pdo.sync_manager] += pdo.bits();
+  if (bytes(bits) != d.our_bytes) return differs(s, d, bytes(bits), "its objects");
   for (const PdoRow& pdo : d.ours)
     for (const auto& entry : pdo.entries) {
       if (entry.address.index == 0) continue;
@@ -109,15 +117,15 @@ Result<void> compare_entries(const StationRecord& s, const Direction& d, const P
 
 /// Bytes by the EEPROM: the SyncManagers' default lengths, or where those are 0, the PDOs. Nothing: it does not say.
 std::optional<std::size_t> eeprom_bytes(const StationSii& sii, const Direction& d) {
-  std::size_t bytes = 0;
+  std::size_t lengths = 0;
   for (const SiiSyncManager& sm : sii.sync_managers)
-    if (sm.type == static_cast<std::uint8_t>(d.kind)) bytes += sm.registers.length;
-  if (bytes != 0) return bytes;
-  std::size_t bits = 0;
+    if (sm.type == static_cast<std::uint8_t>(d.kind)) lengths += sm.registers.length;
+  if (lengths != 0) return lengths;
+  std::map<int, std::size_t> bits;
   for (const SiiPdo& pdo : d.outputs ? sii.rx_pdos : sii.tx_pdos)
     if (pdo.sync_manager != sii::kNoSyncManager)
-      for (const SiiPdoEntry& e : pdo.entries) bits += e.bit_length;
-  return bits != 0 ? std::optional((bits + 7) / 8) : std::nullopt;
+      for (const SiiPdoEntry& e : pdo.entries) bits[pdo.sync_manager] += e.bit_length;
+  return bytes(bits) != 0 ? std::optional(bytes(bits)) : std::nullopt;
 }
 
 }  // namespace
@@ -137,8 +145,8 @@ Result<void> check_fixed_map(Link& link, StationRecord& s) {
   }
   if (auto ok = read_whole_sii(link, s); !ok) return ok;
   for (const Direction& d : directions)
-    if (const auto bytes = eeprom_bytes(s.sii, d); bytes && *bytes != d.our_bytes)
-      return differs(s, d, *bytes, "its EEPROM");
+    if (const auto theirs = eeprom_bytes(s.sii, d); theirs && *theirs != d.our_bytes)
+      return differs(s, d, *theirs, "its EEPROM");
   return {};
 }
 

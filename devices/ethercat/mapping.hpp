@@ -20,9 +20,11 @@ struct ImageSize {
 /// makes frames shorter.
 enum class MapKind : std::uint8_t { Separate, Overlapped };
 
+/// A direction may have several SyncManagers, one FMMU each; in the map they lie in the order of their numbers.
 /// Fills in the record of every station (SyncManager lengths, FMMUs, places in the images and in the logical map).
 /// Fault::PdoMappingDiffers when a PDO is over the device's limits, Fault::Inconsistent when a station has PDOs but no
-/// SyncManager for them, more process data than a frame carries, or areas that its ESC cannot have (check_areas()).
+/// SyncManager for them, several that do not fill whole bytes, more process data than a frame carries, or areas that
+/// its ESC cannot have (check_areas()).
 Result<ImageSize> lay_out(std::vector<StationRecord>& stations, std::uint32_t logical_start, MapKind kind);
 
 /// Configures the mailbox (INIT, before PRE_OP): by the station's own SII where it says something.

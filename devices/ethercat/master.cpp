@@ -77,16 +77,34 @@ Result<void> EthercatMaster::bring_up() {
   return enter(AlState::SafeOp);
 }
 
-/// What a stranger with CoE exchanges, its objects say.
+/// What a stranger with CoE exchanges, its objects say. Where a station of the machine file has several SyncManagers of
+/// a kind and a fixed mapping, they or its EEPROM say which of them carries a PDO.
 Result<void> EthercatMaster::learn_pdos(StationRecord& s) {
-  if (s.config != nullptr || !s.has_coe()) return {};
+  const auto count = [&](config::SyncManagerKind kind) {
+    return std::ranges::count_if(s.sync_managers, [&](const auto& p) { return p.is(kind); });
+  };
+  const bool several = count(config::SyncManagerKind::ProcessOut) > 1 || count(config::SyncManagerKind::ProcessIn) > 1;
+  if (s.config != nullptr ? s.writes_mapping || !several : !s.has_coe()) return {};
+  if (auto ok = read_whole_sii(link_, s); !ok) return ok;
   const auto map = devices::read_pdo_map(link_, s);
   if (!map) return tl::unexpected(map.error());
-  if (!map->from_objects) return {};
-  s.rx_pdos.clear();
-  s.tx_pdos.clear();
-  for (const MappedPdo& pdo : map->pdos)
-    (pdo.outputs ? s.rx_pdos : s.tx_pdos).push_back({.index = pdo.index, .slot = 0, .entries = pdo.entries});
+  if (s.config == nullptr && !map->from_objects) return {};
+  if (s.config == nullptr) {
+    s.rx_pdos.clear();
+    s.tx_pdos.clear();
+    for (const MappedPdo& pdo : map->pdos)
+      (pdo.outputs ? s.rx_pdos : s.tx_pdos).push_back({.index = pdo.index, .slot = 0, .entries = pdo.entries});
+  }
+  const auto carriers = [&](const std::vector<config::PdoRow>& pdos) {
+    std::vector<std::uint8_t> numbers;
+    for (const auto& pdo : pdos) {
+      const auto at = std::ranges::find(map->pdos, pdo.index, &MappedPdo::index);
+      numbers.push_back(at != map->pdos.end() ? at->sync_manager : sii::kNoSyncManager);
+    }
+    return numbers;
+  };
+  s.rx_sync_managers = carriers(s.rx_pdos);
+  s.tx_sync_managers = carriers(s.tx_pdos);
   return {};
 }
 

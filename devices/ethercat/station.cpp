@@ -18,13 +18,15 @@ SyncManagerPlan mailbox_plan(SyncManagerKind kind, std::uint16_t start, std::uin
           static_cast<std::uint8_t>(kind)};
 }
 
-std::vector<config::PdoRow> to_rows(const std::vector<SiiPdo>& pdos) {
+std::vector<config::PdoRow> to_rows(const std::vector<SiiPdo>& pdos, std::vector<std::uint8_t>& sync_managers) {
   std::vector<config::PdoRow> rows;
+  sync_managers.clear();
   for (const SiiPdo& pdo : pdos) {
     if (pdo.sync_manager == sii::kNoSyncManager) continue;  // not assigned by default
     config::PdoRow row{.index = pdo.index, .slot = 0, .entries = {}};
     for (const SiiPdoEntry& e : pdo.entries) row.entries.push_back({e.address, e.bit_length});
     rows.push_back(std::move(row));
+    sync_managers.push_back(pdo.sync_manager);
   }
   return rows;
 }
@@ -76,6 +78,8 @@ void plan_from_profile(StationRecord& s, const config::StationProfile& profile) 
   s.startup = profile.startup;
   s.rx_pdos = profile.rx_pdos;
   s.tx_pdos = profile.tx_pdos;
+  s.rx_sync_managers.clear();
+  s.tx_sync_managers.clear();
   s.writes_mapping = !profile.pdo_fixed && s.has_mailbox();
   s.max_pdo_entries = profile.max_pdo_entries;
   s.max_pdo_bytes = profile.max_pdo_bytes;
@@ -97,8 +101,8 @@ void plan_from_sii(StationRecord& s) {
     s.sync_managers[1] = mailbox_plan(SyncManagerKind::MailboxIn, s.sii.mailbox.in_start, s.sii.mailbox.in_bytes);
   }
   s.startup.clear();
-  s.rx_pdos = to_rows(s.sii.rx_pdos);
-  s.tx_pdos = to_rows(s.sii.tx_pdos);
+  s.rx_pdos = to_rows(s.sii.rx_pdos, s.rx_sync_managers);
+  s.tx_pdos = to_rows(s.sii.tx_pdos, s.tx_sync_managers);
   s.writes_mapping = false;
   s.max_pdo_entries = s.max_pdo_bytes = 0;
   s.watchdog_ms = kStrangerWatchdogMs;

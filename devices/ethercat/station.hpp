@@ -86,8 +86,10 @@ struct StationRecord {
   // written by SDO in PRE_OP
   std::vector<config::StartupRow> startup;
   std::vector<config::PdoRow> rx_pdos, tx_pdos;  ///< the station's outputs (to it) and inputs (from it)
-  bool writes_mapping = false;                   ///< 1C12h, 1C13h, 16xxh, 1Axxh are ours to write
-  int max_pdo_entries = 0, max_pdo_bytes = 0;    ///< 0: not stated
+  /// SyncManager of each of these PDOs, by its number; empty: all in the first of their kind.
+  std::vector<std::uint8_t> rx_sync_managers, tx_sync_managers;
+  bool writes_mapping = false;                 ///< 1C12h, 1C13h, 16xxh, 1Axxh are ours to write
+  int max_pdo_entries = 0, max_pdo_bytes = 0;  ///< 0: not stated
   // written in PRE_OP, before SAFE_OP
   std::vector<wire::Fmmu> fmmus;
   std::uint16_t watchdog_ms = 0;

@@ -96,6 +96,43 @@ TEST(Layout, sync_managers_that_lie_over_each_other_or_over_the_end_of_the_ram_a
   }
 }
 
+// A terminal of 4 + 4 bit outputs and 8 + 16 bit inputs, two SyncManagers a direction, in the order that its EEPROM has
+// them: inputs first.
+TEST(Layout, each_sync_manager_of_a_direction_carries_its_own_pdos) {
+  StationRecord s;
+  s.sii.sync_managers.resize(4);
+  for (std::size_t i = 0; i < 4; ++i) {
+    s.sii.sync_managers[i].type = i < 2 ? 4 : 3;
+    s.sii.sync_managers[i].registers.start = static_cast<std::uint16_t>(0x1000 + 0x100 * i);
+  }
+  const auto pdo = [](std::uint16_t index, std::uint8_t sm, std::uint8_t bits) {
+    return SiiPdo{index, sm, "", {{{0x7000, 1}, "", 0, bits}}};
+  };
+  s.sii.rx_pdos = {pdo(0x1600, 3, 4), pdo(0x1601, 2, 4), pdo(0x1602, wire::sii::kNoSyncManager, 32)};
+  s.sii.tx_pdos = {pdo(0x1A00, 0, 8), pdo(0x1A01, 1, 16)};
+  plan_from_sii(s);
+  std::vector<StationRecord> line{s, s};
+  const auto size = lay_out(line, 0x10000, MapKind::Separate);
+  ASSERT_TRUE(size) << to_text(size.error());
+  EXPECT_EQ(size->output_bytes, 4u);
+  EXPECT_EQ(size->input_bytes, 6u);
+  const auto fmmu = [&](int i) { return line[1].fmmus[static_cast<std::size_t>(i)]; };
+  ASSERT_EQ(line[1].fmmus.size(), 4u);
+  const std::uint32_t at = 0x10005;  // behind the first station's five bytes
+  struct Row {
+    std::uint32_t logical;
+    std::uint16_t length, physical;
+    int type;
+  };
+  const Row rows[] = {{at, 1, 0x1200, 2}, {at + 1, 1, 0x1300, 2}, {at + 2, 1, 0x1000, 1}, {at + 3, 2, 0x1100, 1}};
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(fmmu(i).logical_start, rows[i].logical) << i;
+    EXPECT_EQ(fmmu(i).length, rows[i].length) << i;
+    EXPECT_EQ(fmmu(i).physical_start, rows[i].physical) << i;
+    EXPECT_EQ(fmmu(i).type, rows[i].type) << i;
+  }
+}
+
 // Bit 6 of a SyncManager's control byte is what makes its writes trigger the watchdog (ETG.1000.4, table 59); there are
 // EEPROMs without it.
 TEST(Layout, outputs_of_a_stranger_are_watched_also_when_its_eeprom_does_not_ask_for_it) {

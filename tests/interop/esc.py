@@ -185,9 +185,10 @@ class Esc:
         return 0 if [self.sm(i)[:2] for i in (0, 1)] == [self.h.mailbox_out, self.h.mailbox_in] else 0x16
 
     def process_fault(self):
-        for i, size, code in ((self.h.out_sm, self.h.out_bytes, 0x1D), (self.h.in_sm, self.h.in_bytes, 0x1E)):
-            if size and (self.sm(i)[1] != size or not self.sm(i)[3] or self.sm(i)[0] != (self.h.out_at if code == 0x1D else self.h.in_at)):
-                return code
+        for outputs, code in ((True, 0x1D), (False, 0x1E)):
+            for i, at, size in self.h.areas(outputs):
+                if size and (self.sm(i)[:2] != (at, size) or not self.sm(i)[3]):
+                    return code
         return 0
 
     # --- EEPROM

@@ -26,11 +26,13 @@ struct Kind {
   std::uint16_t out_at, in_at;
   int bytes;
   bool dc;
+  bool split = false;  ///< each half of the bytes in a SyncManager and a PDO of its own, 20h apart
 };
 const std::map<std::string, Kind> kKinds{
-    {"big_box", {0x101, true, 0x1100, 0x1400, 4, false}},    {"slow", {0x102, true, 0x1100, 0x1400, 4, true}},
-    {"capricious", {0x103, true, 0x1100, 0x1400, 4, false}}, {"no_lrw", {0x104, true, 0x1100, 0x1400, 4, true}},
-    {"nervous", {0x105, true, 0x1100, 0x1400, 4, false}},    {"simple", {0x106, false, 0x0F00, 0x1000, 2, true}},
+    {"big_box", {0x101, true, 0x1100, 0x1400, 4, false}},      {"slow", {0x102, true, 0x1100, 0x1400, 4, true}},
+    {"capricious", {0x103, true, 0x1100, 0x1400, 4, false}},   {"no_lrw", {0x104, true, 0x1100, 0x1400, 4, true}},
+    {"nervous", {0x105, true, 0x1100, 0x1400, 4, false}},      {"simple", {0x106, false, 0x0F00, 0x1000, 2, true}},
+    {"split", {0x10B, false, 0x0F00, 0x1000, 4, false, true}},
 };
 
 /// As somebody would write config/devices/KIND.yaml from the stations' data sheet.
@@ -47,15 +49,22 @@ config::Station station(int position, const std::string& name) {
   s.profile.watchdog_ms = 1000;
   if (kind.mailbox)
     s.profile.sync_managers = {{SyncManagerKind::MailboxOut, 0x1000, 128}, {SyncManagerKind::MailboxIn, 0x1080, 128}};
-  s.profile.sync_managers.push_back({SyncManagerKind::ProcessOut, kind.out_at, 0});
-  s.profile.sync_managers.push_back({SyncManagerKind::ProcessIn, kind.in_at, 0});
-  config::PdoRow rx{0x1600, 0, {}}, tx{0x1A00, 0, {}};
-  for (int k = 1; k <= kind.bytes; ++k) {
-    rx.entries.push_back({{0x7000, static_cast<std::uint8_t>(k)}, 8});
-    tx.entries.push_back({{0x6000, static_cast<std::uint8_t>(k)}, 8});
+  const int halves = kind.split ? 2 : 1;
+  for (int n = 0; n < halves; ++n)
+    s.profile.sync_managers.push_back(
+        {SyncManagerKind::ProcessOut, static_cast<std::uint16_t>(kind.out_at + 0x20 * n), 0});
+  for (int n = 0; n < halves; ++n)
+    s.profile.sync_managers.push_back(
+        {SyncManagerKind::ProcessIn, static_cast<std::uint16_t>(kind.in_at + 0x20 * n), 0});
+  for (int n = 0; n < halves; ++n) {
+    config::PdoRow rx{static_cast<std::uint16_t>(0x1600 + n), 0, {}}, tx{static_cast<std::uint16_t>(0x1A00 + n), 0, {}};
+    for (int k = n * kind.bytes / halves + 1; k <= (n + 1) * kind.bytes / halves; ++k) {
+      rx.entries.push_back({{0x7000, static_cast<std::uint8_t>(k)}, 8});
+      tx.entries.push_back({{0x6000, static_cast<std::uint8_t>(k)}, 8});
+    }
+    s.profile.rx_pdos.push_back(rx);
+    s.profile.tx_pdos.push_back(tx);
   }
-  s.profile.rx_pdos = {rx};
-  s.profile.tx_pdos = {tx};
   return s;
 }
 

@@ -24,6 +24,7 @@ class Habits:
     in_sm: int = 3
     out_bytes: int = 4
     in_bytes: int = 4
+    split: bool = False           # the last half of each direction in a SyncManager of its own (in_sm, in_sm + 1 ...)
     fmmus: int = 3
     lrw: bool = True
     dc_bits: int = 0
@@ -42,6 +43,11 @@ class Habits:
     no_eeprom: bool = False       # its EEPROM chip does not acknowledge
     expedited_only: bool = False
     boot_string: bytes = b"a name that does not fit into four bytes"
+
+    def areas(self, outputs):
+        """(SyncManager, address, bytes) of one direction."""
+        sm, at, size = (self.out_sm, self.out_at, self.out_bytes) if outputs else (self.in_sm, self.in_at, self.in_bytes)
+        return [(sm, at, size // 2), (sm + 1, at + 0x20, size - size // 2)] if self.split else [(sm, at, size)]
 
     @property
     def features(self):
@@ -62,6 +68,9 @@ KINDS = {
     # no mailbox at all; outputs in SM0, inputs in SM1
     "simple": Habits(product=0x106, mailbox_out=(), mailbox_in=(), out_sm=0, in_sm=1, out_at=0x0F00, in_at=0x1000,
                      out_bytes=2, in_bytes=2, dc_bits=64, drift_ppm=-20),
+    # a terminal of which each half of the channels has a SyncManager of its own
+    "split": Habits(product=0x10B, mailbox_out=(), mailbox_in=(), out_sm=0, in_sm=2, out_at=0x0F00, in_at=0x1000,
+                    split=True, fmmus=4),
     # left in BOOT by somebody's firmware update
     "booting": Habits(product=0x107, starts_in=3),
     # never leaves INIT
@@ -86,12 +95,16 @@ def sii_image(h):
     general = bytearray(32)
     general[3], general[5] = 1, 0x01 | (0x20 if h.complete_access else 0) if h.mailbox_out else 0
     sms = [struct.pack("<HHBBBB", *h.mailbox_out, 0x26, 0, 1, 1), struct.pack("<HHBBBB", *h.mailbox_in, 0x22, 0, 1, 2)] if h.mailbox_out else []
-    sms += [struct.pack("<HHBBBB", h.out_at, h.out_bytes, 0x44, 0, 1, 3), struct.pack("<HHBBBB", h.in_at, h.in_bytes, 0x00, 0, 1, 4)]
-    def pdo(index, sm, obj, size):
-        rows = b"".join(struct.pack("<HBBBBH", obj, k + 1, 0, 5, 8, 0) for k in range(size))
-        return struct.pack("<HBBBBH", index, size, sm, 0, 0, 0) + rows
+    sms += [struct.pack("<HHBBBB", at, size, 0x44, 0, 1, 3) for _, at, size in h.areas(True)]
+    sms += [struct.pack("<HHBBBB", at, size, 0x00, 0, 1, 4) for _, at, size in h.areas(False)]
+    def pdos(index, obj, outputs):
+        out, sub = b"", 1
+        for n, (sm, _, size) in enumerate(h.areas(outputs)):
+            rows = b"".join(struct.pack("<HBBBBH", obj, sub + k, 0, 5, 8, 0) for k in range(size))
+            out, sub = out + struct.pack("<HBBBBH", index + n, size, sm, 0, 0, 0) + rows, sub + size
+        return out
     categories = [(10, strings), (30, bytes(general)), (40, b"\1\2\3\0"), (41, b"".join(sms)),
-                  (50, pdo(0x1A00, h.in_sm, 0x6000, h.in_bytes)), (51, pdo(0x1600, h.out_sm, 0x7000, h.out_bytes))]
+                  (50, pdos(0x1A00, 0x6000, False)), (51, pdos(0x1600, 0x7000, True))]
     if h.sii_turned:
         categories = [(0x0802, b"vendor's own")] + categories[::-1]
     out = bytes(words)
@@ -122,8 +135,8 @@ class Application:
 
     def echo(self):
         h, m = self.h, self.esc.m
-        size = min(h.out_bytes, h.in_bytes)
-        m[h.in_at:h.in_at + size] = bytes(b ^ 0xFF for b in m[h.out_at:h.out_at + size])
+        for (_, out_at, size), (_, in_at, _) in zip(h.areas(True), h.areas(False)):
+            m[in_at:in_at + size] = bytes(b ^ 0xFF for b in m[out_at:out_at + size])
 
     def post(self, service, body):
         self.counter = self.counter % 7 + 1
