@@ -3,6 +3,7 @@
 //   lay_out(stations, start, MapKind::Separate) -> ImageSize;   write_pdo_mapping(link, station);
 //   write_process_data(link, station);
 #pragma once
+#include <string>
 #include <vector>
 
 #include "core/error.hpp"
@@ -41,5 +42,9 @@ Result<void> write_pdo_mapping(Link& link, StationRecord& station);
 /// SyncManagers and FMMUs of process data and the output watchdog (PRE_OP, before SAFE_OP is asked for). The watchdog
 /// is read back, and so is that the outputs' SyncManagers trigger it: Fault::WatchdogDisabled when it is off.
 Result<void> write_process_data(Link& link, const StationRecord& station);
+
+/// Whether stations that do not say otherwise take LRW, by trying it (SAFE_OP, outputs 0): one that lets LRW pass and
+/// counts for LWR and LRD gets those from now on (StationRecord::lrw) and a note. How many changed. Fault::BusDown.
+Result<int> try_lrw(Link& link, std::vector<StationRecord>& stations, std::vector<std::string>& notes);
 
 }  // namespace gantry::devices

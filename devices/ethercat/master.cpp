@@ -74,7 +74,11 @@ Result<void> EthercatMaster::bring_up() {
   input_image_.assign(size->input_bytes, std::byte{0});
   spare_image_ = output_image_;
   begin_cycles();
-  return enter(AlState::SafeOp);
+  if (auto ok = enter(AlState::SafeOp); !ok) return ok;
+  const auto changed = try_lrw(link_, stations_, notes_);
+  if (!changed) return tl::unexpected(changed.error());
+  if (*changed > 0) begin_cycles();
+  return {};
 }
 
 /// What a stranger with CoE exchanges, its objects say. Where a station of the machine file has several SyncManagers of

@@ -29,10 +29,10 @@ struct Kind {
   bool split = false;  ///< each half of the bytes in a SyncManager and a PDO of its own, 20h apart
 };
 const std::map<std::string, Kind> kKinds{
-    {"big_box", {0x101, true, 0x1100, 0x1400, 4, false}},      {"slow", {0x102, true, 0x1100, 0x1400, 4, true}},
-    {"capricious", {0x103, true, 0x1100, 0x1400, 4, false}},   {"no_lrw", {0x104, true, 0x1100, 0x1400, 4, true}},
-    {"nervous", {0x105, true, 0x1100, 0x1400, 4, false}},      {"simple", {0x106, false, 0x0F00, 0x1000, 2, true}},
-    {"split", {0x10B, false, 0x0F00, 0x1000, 4, false, true}},
+    {"big_box", {0x101, true, 0x1100, 0x1400, 4, false}},    {"slow", {0x102, true, 0x1100, 0x1400, 4, true}},
+    {"capricious", {0x103, true, 0x1100, 0x1400, 4, false}}, {"no_lrw", {0x104, true, 0x1100, 0x1400, 4, true}},
+    {"nervous", {0x105, true, 0x1100, 0x1400, 4, false}},    {"simple", {0x106, false, 0x0F00, 0x1000, 2, true}},
+    {"hushed", {0x10C, true, 0x1100, 0x1400, 4, false}},     {"split", {0x10B, false, 0x0F00, 0x1000, 4, false, true}},
 };
 
 /// As somebody would write config/devices/KIND.yaml from the stations' data sheet.

@@ -27,6 +27,7 @@ class Habits:
     split: bool = False           # the last half of each direction in a SyncManager of its own (in_sm, in_sm + 1 ...)
     fmmus: int = 3
     lrw: bool = True
+    lrw_told: bool = True         # an ESC without LRW says so in 0008h
     dc_bits: int = 0
     drift_ppm: float = 0
     clock_begin_ns: int = 0
@@ -51,7 +52,7 @@ class Habits:
 
     @property
     def features(self):
-        return (0x04 if self.dc_bits else 0) | (0x08 if self.dc_bits == 64 else 0) | (0 if self.lrw else 0x0200)
+        return (0x04 if self.dc_bits else 0) | (0x08 if self.dc_bits == 64 else 0) | (0 if self.lrw or not self.lrw_told else 0x0200)
 
 
 KINDS = {
@@ -63,6 +64,8 @@ KINDS = {
     "capricious": Habits(product=0x103, refuse_first_safe_op=True),
     # LRW passes it by
     "no_lrw": Habits(product=0x104, lrw=False, dc_bits=64, clock_begin_ns=7_000_000),
+    # the same, and does not say so
+    "hushed": Habits(product=0x10C, lrw=False, lrw_told=False),
     # an emergency in front of every SDO answer, no transfer of more than four bytes
     "nervous": Habits(product=0x105, emergency_in_sdo=True, expedited_only=True, sii_8=True),
     # no mailbox at all; outputs in SM0, inputs in SM1
