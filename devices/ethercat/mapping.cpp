@@ -132,18 +132,32 @@ Result<ImageSize> lay_out(std::vector<StationRecord>& stations, std::uint32_t lo
 
 namespace {
 
+std::uint16_t sm_register(std::size_t number, std::size_t byte) {
+  return static_cast<std::uint16_t>(reg::kSyncManager0 + kSyncManagerBytes * number + byte);
+}
+
 Result<void> write_sync_manager(Link& link, const StationRecord& s, std::size_t number) {
-  const auto raw = to_bytes(s.sync_managers[number].registers);
-  return link.write(s.address, static_cast<std::uint16_t>(reg::kSyncManager0 + kSyncManagerBytes * number),
-                    std::span<const std::byte>(raw));
+  SyncManager registers = s.sync_managers[number].registers;
+  if (s.sync_managers[number].is(SyncManagerKind::MailboxIn) && s.mailbox.repeat_toggle)
+    registers.activate |= kSmActivateRepeatRequest;
+  const auto raw = to_bytes(registers);
+  return link.write(s.address, sm_register(number, 0), std::span<const std::byte>(raw));
 }
 
 }  // namespace
 
-Result<void> write_mailbox_setup(Link& link, const StationRecord& s) {
-  for (std::size_t i = 0; i < s.sync_managers.size(); ++i)
-    if (s.sync_managers[i].is_mailbox())
-      if (auto ok = write_sync_manager(link, s, i); !ok) return ok;
+Result<void> write_mailbox_setup(Link& link, StationRecord& s) {
+  for (std::size_t i = 0; i < s.sync_managers.size(); ++i) {
+    if (!s.sync_managers[i].is_mailbox()) continue;
+    if (s.sync_managers[i].is(SyncManagerKind::MailboxIn)) {
+      // The request bit begins as the station has acknowledged it last: a difference would ask it to repeat a message
+      // of the time before.
+      const auto acknowledged = link.read<std::uint8_t>(s.address, sm_register(i, kSmPdiControlOffset));
+      if (!acknowledged) return tl::unexpected(acknowledged.error());
+      s.mailbox.repeat_toggle = (*acknowledged & kSmPdiRepeatAck) != 0;
+    }
+    if (auto ok = write_sync_manager(link, s, i); !ok) return ok;
+  }
   return {};
 }
 
@@ -238,8 +252,7 @@ Result<void> write_watchdog(Link& link, const StationRecord& s) {
   if (*divider != kWatchdogDivider100us || *time != units) return off();
   for (std::size_t i = 0; i < s.sync_managers.size(); ++i) {
     if (!s.sync_managers[i].is(SyncManagerKind::ProcessOut) || s.sync_managers[i].registers.length == 0) continue;
-    const auto control = link.read<std::uint8_t>(
-        s.address, static_cast<std::uint16_t>(reg::kSyncManager0 + kSyncManagerBytes * i + kSmControlOffset));
+    const auto control = link.read<std::uint8_t>(s.address, sm_register(i, kSmControlOffset));
     if (!control) return tl::unexpected(control.error());
     if ((*control & kSmWatchdogTrigger) == 0) return off();
   }

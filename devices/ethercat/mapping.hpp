@@ -28,8 +28,9 @@ enum class MapKind : std::uint8_t { Separate, Overlapped };
 /// its ESC cannot have (check_areas()).
 Result<ImageSize> lay_out(std::vector<StationRecord>& stations, std::uint32_t logical_start, MapKind kind);
 
-/// Configures the mailbox (INIT, before PRE_OP): by the station's own SII where it says something.
-Result<void> write_mailbox_setup(Link& link, const StationRecord& station);
+/// Configures the mailbox (INIT, before PRE_OP): by the station's own SII where it says something. The record's mailbox
+/// state is new before.
+Result<void> write_mailbox_setup(Link& link, StationRecord& station);
 
 /// Start-up objects of the profile in order (PRE_OP). With `compare_first`, equal values are left alone.
 Result<void> write_startup(Link& link, StationRecord& station);

@@ -55,7 +55,7 @@ Result<void> EthercatMaster::bring_up() {
   if (!found) return tl::unexpected(found.error());
   stations_ = std::move(*found);
 
-  for (const auto& s : stations_)
+  for (auto& s : stations_)
     if (auto ok = at(s, write_mailbox_setup(link_, s)); !ok) return ok;
   if (auto ok = enter(AlState::PreOp); !ok) return ok;
   for (auto& s : stations_)

@@ -27,6 +27,7 @@ struct Conversation {
   ObjectAddress object;
   Mailbox box{link, station};
   std::uint32_t aborted = 0;  ///< code of the abort that ended it
+  int strays = 0;             ///< answers that were not to us
 
   [[nodiscard]] tl::unexpected<Error> broken(std::string_view what) const {
     return fail(Fault::MailboxProtocol, fmt::format("{}: {}", text(object), what), station.where);
@@ -38,7 +39,12 @@ struct Conversation {
     put_le<std::uint16_t>(request, 0, coe_header(CoeService::SdoRequest));
     std::copy(sdo_message.begin(), sdo_message.end(), request.begin() + kCoeHeader);
     if (auto ok = box.send(MailboxType::Coe, request); !ok) return tl::unexpected(ok.error());
-    for (int strays = 0; strays < kMostStrays; ++strays) {
+    return listen();
+  }
+
+  /// The next answer.
+  Result<Bytes> listen() {
+    for (; strays < kMostStrays; ++strays) {
       auto reply = box.receive(MailboxType::Coe);
       if (!reply) return reply;
       if (reply->size() < kCoeHeader) return broken("the reply is too short");
@@ -64,16 +70,27 @@ struct Conversation {
 
   /// First answer of an initiate request: the command is as expected and the object is ours.
   Result<Bytes> initiate(const SdoHeader& header, std::span<const std::byte> data, std::uint8_t expected) {
-    Bytes message(kSdoBytes + data.size());
+    Bytes message(kSdoBytes);
     put_sdo_header(message, header);
-    std::copy(data.begin(), data.end(), message.begin() + kSdoBytes);
+    message.insert(message.end(), data.begin(), data.end());
     auto reply = ask(message);
+    while (reply && about_another(*reply)) {
+      ++strays;
+      reply = listen();
+    }
     if (!reply) return reply;
     if (reply->size() < kBody) return broken("the reply is too short");
     const SdoHeader h = get_sdo_header(std::span<const std::byte>(*reply).subspan(kCoeHeader));
-    if ((h.command & sdo::kCommandMask) != expected || h.index != object.index || h.sub != object.sub)
-      return broken("the reply is to another request");
+    if ((h.command & sdo::kCommandMask) != expected) return broken("the reply is to another request");
     return reply;
+  }
+
+  /// The answer to a request that was given up, which a station may hold for long (and repeat when its mailbox starts
+  /// anew). Ours follows.
+  [[nodiscard]] bool about_another(const Bytes& reply) const {
+    if (reply.size() < kBody) return false;
+    const SdoHeader h = get_sdo_header(std::span<const std::byte>(reply).subspan(kCoeHeader));
+    return h.index != object.index || h.sub != object.sub;
   }
 
   /// The rest of an object that did not fit the first answer.

@@ -150,13 +150,13 @@ Result<StationRecord*> Survey::with_mailbox(int position) {
   }
   if (al->error)
     if (auto ok = acknowledge(link_, r); !ok) return tl::unexpected(ok.error());
+  r.mailbox = {};
   if (auto ok = write_mailbox_setup(link_, r); !ok) return tl::unexpected(ok.error());
   if (auto ok = request_state(link_, r, AlState::PreOp); !ok) return tl::unexpected(ok.error());
   if (auto ok = wait_for_state(link_, r, AlState::PreOp); !ok) return tl::unexpected(ok.error());
   const std::size_t capacity = find_sync_manager(r, config::SyncManagerKind::MailboxOut, nullptr)->length;
   if (capacity < kMailboxHeader)
     return fail(Fault::MailboxProtocol, "the station's mailbox is smaller than a header", r.where);
-  r.mailbox = {};
   return s;
 }
 

@@ -196,7 +196,7 @@ constexpr Fmmu get_fmmu(std::span<const std::byte> b) noexcept {
 // ----------------------------------------------------------------------------
 
 inline constexpr std::size_t kSyncManagerBytes = 8;
-inline constexpr std::size_t kSmControlOffset = 4, kSmStatusOffset = 5;
+inline constexpr std::size_t kSmControlOffset = 4, kSmStatusOffset = 5, kSmPdiControlOffset = 7;
 // Control byte: bits 0-1 buffer (0 three buffers, 2 mailbox), 2-3 direction (0 ECAT reads, 1 ECAT writes), 5 PDI
 // interrupt, 6 watchdog trigger. Values as ESI files carry them.
 inline constexpr std::uint8_t kSmControlMailboxOut = 0x26, kSmControlMailboxIn = 0x22, kSmControlOutputs = 0x64,

@@ -312,6 +312,24 @@ TEST(Sdo, request_counters_run_1_to_7_and_reply_counters_are_their_own) {
   }
 }
 
+TEST(Sdo, answers_to_requests_that_were_given_up_are_passed_over) {
+  for (const int strays : {1, 5, 15, 16, 1000}) {
+    Bench b;
+    b.port.answer = [&](const Bytes&) {
+      std::vector<Bytes> all(static_cast<std::size_t>(strays), bytes({0, 0x30, 0x4B, 0x61, 0x60, 0, 8, 0, 0, 0}));
+      all.push_back(bytes({0, 0x30, 0x4B, 0x41, 0x60, 0, 0x37, 0x02, 0, 0}));
+      return all;
+    };
+    const auto value = sdo_upload(b.link, b.station, {0x6041, 0});
+    ASSERT_EQ(value.has_value(), strays < 16) << strays;
+    if (value) {
+      EXPECT_EQ(*value, bytes({0x37, 0x02}));
+    } else {
+      EXPECT_EQ(value.error().fault, Fault::MailboxProtocol);
+    }
+  }
+}
+
 // The counter that another master used last is not known; a station drops a request that carries it.
 TEST(Sdo, a_mailbox_that_another_master_has_used_answers_whatever_was_counted_last) {
   using Repeats = MailboxStation::Repeats;
