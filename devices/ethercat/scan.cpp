@@ -220,11 +220,18 @@ Result<std::string> check_identity(const config::Machine& machine, const config:
 
 namespace {
 
-Result<void> check_alias(const config::Station& station, const StationRecord& found) {
+Result<void> check_alias(const config::Machine& machine, const config::Station& station, const StationRecord& found) {
   if (station.alias == 0 || station.alias == found.alias) return {};
+  const auto other = std::find_if(machine.stations.begin(), machine.stations.end(), [&](const auto& s) {
+    return s.bus == config::BusKind::EtherCat && s.alias != 0 && s.alias == found.alias;
+  });
+  const std::string whose =
+      other != machine.stations.end()
+          ? fmt::format(", which is that of '{}'; correct the wiring, or the switches", other->name)
+          : "";
   return fail(Fault::IdentityMismatch,
-              fmt::format("position {} should be '{}' with alias {}, but has alias {}", station.position, station.name,
-                          station.alias, found.alias),
+              fmt::format("position {} should be '{}' with alias {}, but has alias {}{}", station.position,
+                          station.name, station.alias, found.alias, whose),
               found.where);
 }
 
@@ -274,7 +281,7 @@ Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machi
     if (anybody) {
       plan_from_sii(r);
     } else {
-      if (auto ok = check_alias(*r.config, r); !ok) return tl::unexpected(ok.error());
+      if (auto ok = check_alias(machine, *r.config, r); !ok) return tl::unexpected(ok.error());
       auto note = check_identity(machine, *r.config, r.sii);
       if (!note) return tl::unexpected(note.error());
       if (!note->empty()) notes.push_back(std::move(*note));

@@ -1,4 +1,6 @@
 // What is about to be written to a station, against what the station can take and says it has.
+#include <algorithm>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "devices/ethercat/layout_check.hpp"
@@ -18,6 +20,68 @@ TEST(Layout, a_profile_of_another_length_than_a_station_without_mailbox_has_is_r
   EXPECT_NE(up.error().where.find("'io'"), std::string::npos) << up.error().where;
   EXPECT_NE(up.error().message.find("inputs are 2 bytes by its EEPROM, and 3 bytes"), std::string::npos)
       << up.error().message;
+}
+
+/// Whether the machine file's stations are taken on a segment of these.
+Result<void> bring_up_on(const config::Machine& wired, const config::Machine& machine) {
+  VirtualClock clock;
+  sim::Segment segment(wired, clock);
+  sim::SegmentPort port(segment, clock);
+  EthercatMaster master(machine, port, clock);
+  return master.bring_up();
+}
+
+// Two drives of one make: only the switches on their housings, read as alias (0012h), tell them apart.
+TEST(Layout, two_drives_of_one_make_that_are_swapped_are_told_by_their_aliases) {
+  const auto with_aliases = [](std::uint16_t y1, std::uint16_t y2) {
+    config::Machine m = reference_machine();
+    for (auto& s : m.stations) s.alias = s.name == "y1" ? y1 : s.name == "y2" ? y2 : std::uint16_t{0};
+    return m;
+  };
+  const config::Machine file = with_aliases(7, 8);
+  const auto right = bring_up_on(with_aliases(7, 8), file);
+  EXPECT_TRUE(right) << to_text(right.error());
+  const auto unasked = bring_up_on(with_aliases(7, 8), with_aliases(0, 0));  // the file does not care
+  EXPECT_TRUE(unasked) << to_text(unasked.error());
+  const auto swapped = bring_up_on(with_aliases(8, 7), file);
+  ASSERT_FALSE(swapped);
+  EXPECT_EQ(swapped.error().fault, Fault::IdentityMismatch);
+  EXPECT_NE(swapped.error().message.find("'y1' with alias 7, but has alias 8, which is that of 'y2'"),
+            std::string::npos)
+      << swapped.error().message;
+  const auto unset = bring_up_on(with_aliases(7, 0), file);
+  ASSERT_FALSE(unset);
+  EXPECT_NE(unset.error().message.find("'y2' with alias 8, but has alias 0"), std::string::npos)
+      << unset.error().message;
+}
+
+// Entries and bytes that a PDO may have stand in the profile: the longest that fits, and one less.
+TEST(Layout, a_pdo_that_is_over_the_devices_limits_is_refused) {
+  const config::Machine wired = reference_machine();
+  const auto y1 = [](config::Machine& m) -> config::StationProfile& {
+    return std::ranges::find(m.stations, "y1", &config::Station::name)->profile;
+  };
+  config::Machine exact = wired;
+  auto& profile = y1(exact);
+  profile.max_pdo_entries = profile.max_pdo_bytes = 0;
+  for (const auto* pdos : {&profile.rx_pdos, &profile.tx_pdos})
+    for (const auto& pdo : *pdos) {
+      profile.max_pdo_entries = std::max(profile.max_pdo_entries, static_cast<int>(pdo.entries.size()));
+      profile.max_pdo_bytes = std::max(profile.max_pdo_bytes, static_cast<int>(image_bytes(std::span(&pdo, 1))));
+    }
+  const auto fits = bring_up_on(wired, exact);
+  EXPECT_TRUE(fits) << to_text(fits.error());
+  for (const bool entries : {true, false}) {
+    config::Machine over = exact;
+    entries ? --y1(over).max_pdo_entries : --y1(over).max_pdo_bytes;
+    const auto up = bring_up_on(wired, over);
+    ASSERT_FALSE(up);
+    EXPECT_EQ(up.error().fault, Fault::PdoMappingDiffers);
+    EXPECT_NE(up.error().where.find("'y1'"), std::string::npos) << up.error().where;
+    EXPECT_NE(up.error().message.find(fmt::format("takes {} and {}", y1(over).max_pdo_entries, y1(over).max_pdo_bytes)),
+              std::string::npos)
+        << up.error().message;
+  }
 }
 
 /// The reference machine with a terminal of analogue channels at its end: CoE, and a mapping that cannot be written.
