@@ -65,7 +65,9 @@ ordered_json to_json(const std::vector<devices::ObjectDescription>& objects) {
     ordered_json entries = ordered_json::array();
     for (const auto& e : o.entries)
       entries.push_back({{"sub", e.address.sub}, {"name", e.name}, {"bits", e.bit_length}, {"access", e.access}});
-    out.push_back({{"index", o.index}, {"name", o.name}, {"entries", entries}});
+    ordered_json one{{"index", o.index}, {"name", o.name}, {"entries", entries}};
+    if (!o.refused.empty()) one["refused"] = o.refused;
+    out.push_back(std::move(one));
   }
   return out;
 }
@@ -85,7 +87,7 @@ void print(const devices::PdoMap& map) {
 
 void print(const std::vector<devices::ObjectDescription>& objects) {
   for (const auto& o : objects) {
-    fmt::print("       {:04X}h {}\n", o.index, o.name);
+    fmt::print("       {:04X}h {}\n", o.index, o.refused.empty() ? o.name : "not described: " + o.refused);
     for (const auto& e : o.entries)
       if (o.entries.size() > 1 || e.address.sub != 0)
         fmt::print("         :{:<3} {:<32} {:>3} bits\n", e.address.sub, e.name, e.bit_length);

@@ -162,6 +162,12 @@ Result<std::vector<ObjectDescription>> read_object_list(Link& link, StationRecor
   std::vector<ObjectDescription> objects;
   for (const std::uint16_t index : *indices) {
     auto object = describe_object(link, station, index);
+    if (!object && object.error().fault == Fault::SdoAbort) {
+      ObjectDescription& listed = objects.emplace_back();
+      listed.index = index;
+      listed.refused = std::move(object.error().message);
+      continue;
+    }
     if (!object) return tl::unexpected(object.error());
     for (int sub = 0; with_entries && sub <= object->max_sub; ++sub) {
       auto entry = describe_entry(link, station, {index, static_cast<std::uint8_t>(sub)});

@@ -28,6 +28,7 @@ struct ObjectDescription {
   std::uint16_t data_type = 0;
   std::uint8_t max_sub = 0, code = 0;     ///< wire::sdo_info::kCode...
   std::vector<EntryDescription> entries;  ///< empty unless asked for
+  std::string refused;                    ///< why the station lists the object and does not describe it
 };
 
 /// Fault::SdoAbort when the station refuses (a sub-index that does not exist ...), MailboxTimeout, MailboxProtocol
@@ -35,7 +36,8 @@ struct ObjectDescription {
 Result<std::vector<std::uint16_t>> read_object_indices(Link& link, StationRecord& station, std::uint16_t list);
 Result<ObjectDescription> describe_object(Link& link, StationRecord& station, std::uint16_t index);
 Result<EntryDescription> describe_entry(Link& link, StationRecord& station, config::ObjectAddress address);
-/// All objects; with their entries (gaps in the sub-indices are left out).
+/// All objects; with their entries (gaps in the sub-indices are left out). One that the station lists and then refuses
+/// to describe stays in the list with what it says.
 Result<std::vector<ObjectDescription>> read_object_list(Link& link, StationRecord& station, bool with_entries);
 
 /// "UNSIGNED16" for 6; empty when the standard does not name it.

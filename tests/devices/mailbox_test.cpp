@@ -439,6 +439,30 @@ TEST(SdoInfo, objects_and_entries_are_described) {
   EXPECT_EQ(data_type_name(entry->data_type), "UNSIGNED32");
 }
 
+TEST(SdoInfo, an_object_that_is_listed_and_not_described_does_not_hide_the_others) {
+  Bench b;
+  b.port.answer = [](const Bytes& r) {
+    if (r[2] == std::byte{1})
+      return std::vector<Bytes>{bytes({0, 0x80, 2, 0, 0, 0, 1, 0, 0x00, 0x10, 0x01, 0x20, 0x18, 0x10})};
+    if (r[2] == std::byte{3} && r[6] == std::byte{0x01})  // 2001h: there is none, says the station now
+      return std::vector<Bytes>{bytes({0, 0x80, 7, 0, 0, 0, 0x00, 0x00, 0x02, 0x06})};
+    if (r[2] == std::byte{3})
+      return std::vector<Bytes>{
+          bytes({0, 0x80, 4, 0, 0, 0, std::to_integer<int>(r[6]), std::to_integer<int>(r[7]), 7, 0, 0, 7, 'o', 'k'})};
+    return std::vector<Bytes>{bytes(
+        {0, 0x80, 6, 0, 0, 0, std::to_integer<int>(r[6]), std::to_integer<int>(r[7]), 0, 0, 7, 0, 32, 0, 7, 0, 'v'})};
+  };
+  const auto list = read_object_list(b.link, b.station, true);
+  ASSERT_TRUE(list) << to_text(list.error());
+  ASSERT_EQ(list->size(), 3u);
+  EXPECT_EQ((*list)[0].name, "ok");
+  EXPECT_EQ((*list)[1].index, 0x2001);
+  EXPECT_NE((*list)[1].refused.find("06020000h"), std::string::npos) << (*list)[1].refused;
+  EXPECT_EQ((*list)[2].index, 0x1018);
+  EXPECT_EQ((*list)[2].entries.size(), 1u);
+  EXPECT_EQ((*list)[2].refused, "");
+}
+
 TEST(SdoInfo, an_error_answer_is_told) {
   Bench b;
   b.port.answer = [](const Bytes&) { return std::vector<Bytes>{bytes({0, 0x80, 7, 0, 0, 0, 0x00, 0x00, 0x02, 0x06})}; };
