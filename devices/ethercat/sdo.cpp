@@ -33,6 +33,16 @@ struct Conversation {
     return fail(Fault::MailboxProtocol, fmt::format("{}: {}", text(object), what), station.where);
   }
 
+  /// Ends a transfer that the station still believes in (ETG.1000.6, 5.6.2.7). It does not answer to that; whether it
+  /// takes it changes nothing for us.
+  [[nodiscard]] tl::unexpected<Error> abort(std::uint32_t code, std::string_view what) {
+    Bytes request(kBody);
+    put_le<std::uint16_t>(request, 0, coe_header(CoeService::SdoRequest));
+    put_sdo_header(std::span(request).subspan(kCoeHeader), {sdo::kAbort, object.index, object.sub, code});
+    (void)box.send(MailboxType::Coe, request);
+    return broken(what);
+  }
+
   /// Sends an SDO message and returns the answer's bytes from the CoE header on; aborts become errors.
   Result<Bytes> ask(std::span<const std::byte> sdo_message) {
     Bytes request(kCoeHeader + sdo_message.size());
@@ -101,14 +111,16 @@ struct Conversation {
       const auto reply = ask(message);
       if (!reply) return reply;
       const auto command = get_le<std::uint8_t>(*reply, kCoeHeader);
-      if ((command & sdo::kCommandMask) != sdo::kUploadSegmentResponse || (command & sdo::kToggle) != toggle)
-        return broken("a segment is out of turn");
+      if ((command & sdo::kCommandMask) != sdo::kUploadSegmentResponse)
+        return abort(abort_code::kCommand, "the answer is no segment");
+      if ((command & sdo::kToggle) != toggle) return abort(abort_code::kToggle, "a segment is out of turn");
       std::size_t size = reply->size() - kSegmentHeader;
       if (size <= 7) size = std::min(size, sdo::short_segment_size(command));
       const auto first = reply->begin() + kSegmentHeader;
       value.insert(value.end(), first, first + static_cast<std::ptrdiff_t>(size));
       const bool last = (command & sdo::kLastSegment) != 0;
-      if (last != (value.size() == complete) || (size == 0 && !last)) return broken("segments and size disagree");
+      if (last != (value.size() == complete) || (size == 0 && !last))
+        return abort(abort_code::kSize, "segments and size disagree");
     }
     return value;
   }
@@ -128,8 +140,10 @@ struct Conversation {
       const auto reply = ask(message);
       if (!reply) return tl::unexpected(reply.error());
       const auto command = get_le<std::uint8_t>(*reply, kCoeHeader);
-      if ((command & sdo::kCommandMask) != sdo::kDownloadSegmentResponse || (command & sdo::kToggle) != toggle)
-        return broken("a segment is acknowledged out of turn");
+      if ((command & sdo::kCommandMask) != sdo::kDownloadSegmentResponse)
+        return abort(abort_code::kCommand, "the answer is no acknowledgement of a segment");
+      if ((command & sdo::kToggle) != toggle)
+        return abort(abort_code::kToggle, "a segment is acknowledged out of turn");
     }
     return {};
   }
@@ -167,7 +181,7 @@ Result<Bytes> upload(Conversation& c, SdoAccess access) {
     const std::size_t size = (h.command & sdo::kSizeIndicated) != 0 ? sdo::expedited_size(h.command) : 4;
     return Bytes(data, data + static_cast<std::ptrdiff_t>(size));
   }
-  if (h.data > kMaxObjectBytes) return c.broken("the object is larger than anything we read");
+  if (h.data > kMaxObjectBytes) return c.abort(abort_code::kOutOfMemory, "the object is larger than anything we read");
   const std::size_t here = std::min<std::size_t>(reply->size() - kBody, h.data);
   Bytes value(reply->begin() + kBody, reply->begin() + static_cast<std::ptrdiff_t>(kBody + here));
   return c.collect_segments(std::move(value), h.data);

@@ -217,6 +217,47 @@ TEST(Sdo, objects_of_any_length_pass_through_mailboxes_of_any_size_both_ways) {
     }
 }
 
+// CiA 301, 7.2.4.3: whoever finds a transfer broken says so; the other side would wait for its next segment.
+TEST(Sdo, a_broken_segmented_transfer_is_aborted_with_the_reason) {
+  struct Case {
+    const char* what;
+    std::uint8_t spoil_command;  ///< XORed into the answer to the second segment
+    bool upload;
+    std::uint32_t code;
+  };
+  for (const Case& c :
+       {Case{"toggle, upload", 0x10, true, 0x05030000}, Case{"command, upload", 0x40, true, 0x05040001},
+        Case{"last too early", 0x01, true, 0x06070010}, Case{"toggle, download", 0x10, false, 0x05030000},
+        Case{"command, download", 0x40, false, 0x05040001}}) {
+    SCOPED_TRACE(c.what);
+    Bench b(32);
+    auto object = std::make_shared<LongObject>();
+    object->room = 32;
+    object->value.resize(200);
+    auto segments = std::make_shared<int>(0);
+    b.port.answer = [=](const Bytes& r) -> std::vector<Bytes> {
+      if (r[2] == std::byte{0x80}) return {};  // an abort is not answered
+      auto out = (*object)(r);
+      const int command = std::to_integer<int>(r[2]) & 0xE0;
+      const bool segment = command == 0x60 || command == 0x00;
+      if (segment && ++*segments == 2) out.front()[2] ^= std::byte{c.spoil_command};
+      return out;
+    };
+    const Bytes value(200, std::byte{1});
+    const auto done = c.upload ? [&]() -> Result<void> {
+      auto read = sdo_upload(b.link, b.station, {0x2000, 0});
+      if (!read) return tl::unexpected(read.error());
+      return {};
+    }()
+        : sdo_download(b.link, b.station, {0x2000, 0}, value);
+    ASSERT_FALSE(done);
+    EXPECT_EQ(done.error().fault, Fault::MailboxProtocol) << to_text(done.error());
+    Bytes expected = bytes({0, 0x20, 0x80, 0x00, 0x20, 0, 0, 0, 0, 0});
+    put_le<std::uint32_t>(expected, 6, c.code);
+    EXPECT_EQ(b.port.requests.back(), expected);
+  }
+}
+
 TEST(Sdo, an_emergency_in_the_middle_is_kept_and_disturbs_nothing) {
   Bench b;
   b.port.answer = [](const Bytes&) {
