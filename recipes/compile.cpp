@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "recipes/job.hpp"
+#include "recipes/valve_leads.hpp"
 
 namespace gantry::recipes {
 namespace {
@@ -131,6 +132,7 @@ class Feasibility {
 Checked<Job> compile(const Recipe& recipe, const config::Machine& machine) {
   Mistakes mistakes(recipe.file);
   Feasibility(recipe, machine, mistakes).check();
+  check_valve_leads(recipe, machine, mistakes);
   if (!mistakes.none()) return tl::unexpected(mistakes.errors());
 
   Job job;

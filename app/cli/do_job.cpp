@@ -2,6 +2,7 @@
 
 #include "app/cli/job_verbs.hpp"
 #include "app/cli/keys.hpp"
+#include "app/record/deposit_figures.hpp"
 #include "app/record/summary.hpp"
 #include "app/run/job_files.hpp"
 #include "app/run/prove.hpp"
@@ -25,10 +26,13 @@ void show_result(const record::JobResult& result, const std::string& folder, boo
                result.offset.shift.x, result.offset.shift.y, units::deg(result.offset.rotation),
                result.offset_rms_mm * 1000);
   if (result.has_world) {
-    double worst = 0;
-    for (const auto& d : result.deposits) worst = std::max(worst, d.error_mm);
-    fmt::print("  deposits       {}, worst lateral error {:.1f} um\n  collisions     {}\n", result.deposits.size(),
-               worst * 1000, result.collisions.size());
+    const record::DepositFigures f = record::deposit_figures(result);
+    fmt::print("  deposits       {}", result.deposits.size());
+    if (f.worst != nullptr)
+      fmt::print(", worst '{}': {:.1f} um beside, {:.0f} um allowed", f.worst->id, f.worst->error_mm * 1000,
+                 f.worst_allowed_mm * 1000);
+    if (f.strays > 0) fmt::print(", {} on no feature", f.strays);
+    fmt::print("\n  collisions     {}\n", result.collisions.size());
   }
   fmt::print("  wake-up        p50 {:.0f} us, p99 {:.0f} us, max {:.0f} us; {} cycles skipped\n",
              static_cast<double>(result.cycles.wake.p50) / 1e3, static_cast<double>(result.cycles.wake.p99) / 1e3,

@@ -63,7 +63,10 @@ std::string number(double value, int decimals) {
   return s;
 }
 
-std::string micrometres(double mm) { return std::abs(mm) >= 1 ? number(mm, 3) + " mm" : number(mm * 1000, 1) + " µm"; }
+std::string micrometres(double mm) {
+  if (!std::isfinite(mm)) return number(mm, 0);
+  return std::abs(mm) >= 1 ? number(mm, 3) + " mm" : number(mm * 1000, 1) + " µm";
+}
 
 std::string duration(double ns) {
   if (ns < 1e3) return number(ns, 0) + " ns";

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <set>
 
+#include "app/record/deposit_figures.hpp"
 #include "app/record/html.hpp"
 #include "app/record/report_geometry.hpp"
 #include "app/record/report_plots.hpp"

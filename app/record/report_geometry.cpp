@@ -2,11 +2,6 @@
 
 namespace gantry::record {
 
-double allowed_error_mm(const JobResult& r, const Deposit& d) {
-  const auto corner = r.drawing.corner_tolerance_mm.find(d.id);
-  return kErrorLimit_mm + (corner != r.drawing.corner_tolerance_mm.end() ? corner->second : 0);
-}
-
 Vec2 to_board(const JobResult& r, Vec2 nominal) {
   return r.has_offset ? rotated(nominal - r.offset.shift, -r.offset.rotation) : nominal;
 }

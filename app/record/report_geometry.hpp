@@ -1,13 +1,8 @@
-// From the machine's coordinates to the board's own, in which the report draws, and what a deposit may be off by.
+// From the machine's coordinates to the board's own, in which the report draws.
 #pragma once
 #include "app/record/job_result.hpp"
 
 namespace gantry::record {
-
-/// What every deposit may be off by sideways; at corners the recipe's tolerance comes on top.
-inline constexpr double kErrorLimit_mm = 0.020;
-inline constexpr double kGapLimit_mm = 0.030;
-double allowed_error_mm(const JobResult& result, const Deposit& deposit);
 
 /// A point relative to the nominal place of the board's origin -> board frame, back through the work offset.
 Vec2 to_board(const JobResult& result, Vec2 nominal);

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 
+#include "app/record/deposit_figures.hpp"
 #include "app/record/html.hpp"
-#include "app/record/report_geometry.hpp"
 #include "app/record/report_plots.hpp"
 #include "app/record/setpoint_hash.hpp"
 #include "app/record/summary.hpp"
@@ -54,7 +55,10 @@ std::string span_of_time(double s) {
   return fmt::format("{:.0f} min {:04.1f} s", minutes, s - 60 * minutes);
 }
 
-double nominal_gap(const Deposit& d) { return d.nominal_mm.empty() ? d.gap_mm : d.nominal_mm.front().z; }
+/// Not a number where the deposit lies on no feature.
+double nominal_gap(const Deposit& d) {
+  return d.nominal_mm.empty() ? std::numeric_limits<double>::quiet_NaN() : d.nominal_mm.front().z;
+}
 
 /// A length in µm, red when it is beyond its limit or unknown.
 std::string limited(double mm, double limit_mm) {
@@ -103,20 +107,13 @@ std::string tiles(const JobResult& r) {
               r.features_done < r.features_total ? "warn" : "");
   out += tile(span_of_time(r.actual_s), "motion, predicted " + span_of_time(r.predicted_s));
   if (r.has_world) {
-    const Deposit* worst = nullptr;
-    bool within = true;
-    double gap = 0;
-    for (const auto& d : r.deposits) {
-      if (worst == nullptr || std::abs(d.error_mm) > std::abs(worst->error_mm)) worst = &d;
-      within = within && std::abs(d.error_mm) <= allowed_error_mm(r, d);
-      gap = std::max(gap, std::abs(d.gap_mm - nominal_gap(d)));
+    const DepositFigures f = deposit_figures(r);
+    if (f.worst != nullptr) {
+      out += tile(micrometres(f.worst->error_mm),
+                  "worst lateral error, allowed there " + micrometres(f.worst_allowed_mm), f.within() ? "" : "warn");
+      out += tile(micrometres(f.worst_gap_mm), "largest gap deviation", f.worst_gap_mm > kGapLimit_mm ? "warn" : "");
     }
-    if (worst != nullptr) {
-      out += tile(micrometres(worst->error_mm),
-                  "largest lateral error, allowed there " + micrometres(allowed_error_mm(r, *worst)),
-                  within ? "" : "warn");
-      out += tile(micrometres(gap), "largest gap deviation", gap > kGapLimit_mm ? "warn" : "");
-    }
+    if (f.strays > 0) out += tile(std::to_string(f.strays), "deposits on no feature", "bad");
     out += tile(std::to_string(r.collisions.size()), "collisions", r.collisions.empty() ? "" : "bad");
   }
   if (r.cycles.cycles > 0)

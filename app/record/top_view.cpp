@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/record/deposit_figures.hpp"
 #include "app/record/report_geometry.hpp"
 #include "app/record/report_plots.hpp"
 #include "app/record/svg.hpp"

@@ -136,8 +136,9 @@ Result<void> write_csv(std::span<const Deposit> deposits, const std::string& pat
     // Ids are the recipe's and may hold a comma or a quote: RFC 4180, 2.6 and 2.7.
     std::string id = d.id;
     for (std::size_t at = 0; (at = id.find('"', at)) != std::string::npos; at += 2) id.insert(at, 1, '"');
-    out << fmt::format("\"{}\",{},{},{},{:.6f},{:.6f},{},{}\n", id, d.kind, d.opened_cycle, d.closed_cycle, d.error_mm,
-                       d.gap_mm, text(d.nominal_mm), text(d.board_mm));
+    const std::string error = std::isfinite(d.error_mm) ? fmt::format("{:.6f}", d.error_mm) : std::string();
+    out << fmt::format("\"{}\",{},{},{},{},{:.6f},{},{}\n", id, d.kind, d.opened_cycle, d.closed_cycle, error, d.gap_mm,
+                       text(d.nominal_mm), text(d.board_mm));
   }
   out.close();
   if (!out) return fail(Fault::FileUnwritable, "cannot write the deposits; check the folder and free space", path);

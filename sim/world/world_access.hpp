@@ -4,6 +4,7 @@
 //   world.load_board(recipe); world.begin_job();  ... run ...  world.deposits();
 #pragma once
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,8 +22,9 @@ struct Deposit {
   std::string kind;              ///< "dot" or "bead"
   std::vector<Vec3> nominal_mm;  ///< where the recipe wants it; z the gap
   std::vector<Vec3> board_mm;    ///< the needle while the valve was open (dot: at opening)
-  double error_mm = 0;           ///< largest lateral distance between the two, ends and corners included
-  double gap_mm = 0;             ///< the height farthest from the nominal gap
+  /// Largest lateral distance between the two, ends and corners included; not a number where it lies on no feature.
+  double error_mm = std::numeric_limits<double>::quiet_NaN();
+  double gap_mm = 0;  ///< the height farthest from the nominal gap; on no feature: at opening
   std::uint64_t opened_cycle = 0, closed_cycle = 0;  ///< closed 0: the valve is still open
 };
 

@@ -1,5 +1,6 @@
 #include "sim/world/world_json.hpp"
 
+#include <limits>
 #include <nlohmann/json.hpp>
 
 namespace gantry::sim {
@@ -12,6 +13,9 @@ json to_json(Vec2 p) { return json::array({p.x, p.y}); }
 json to_json(Vec3 p) { return json::array({p.x, p.y, p.z}); }
 Vec2 vec2(const json& j) { return {j.at(0).get<double>(), j.at(1).get<double>()}; }
 Vec3 vec3(const json& j) { return {j.at(0).get<double>(), j.at(1).get<double>(), j.at(2).get<double>()}; }
+
+/// JSON has no word for what is not a number but null.
+double number(const json& j) { return j.is_null() ? std::numeric_limits<double>::quiet_NaN() : j.get<double>(); }
 
 template <class Point>
 json points(const std::vector<Point>& list) {
@@ -109,7 +113,7 @@ Result<Deposit> deposit_from_json(const json& j) {
                    j.at("kind"),
                    points<Vec3>(j.at("nominal_mm"), vec3),
                    points<Vec3>(j.at("board_mm"), vec3),
-                   j.at("error_mm"),
+                   number(j.at("error_mm")),
                    j.at("gap_mm"),
                    j.at("opened_cycle"),
                    j.at("closed_cycle")};

@@ -167,7 +167,17 @@ INSTANTIATE_TEST_SUITE_P(
                     Wrong{"mark", [](Recipe& r, config::Machine&) { r.marks[0].diameter = 16; }, Fault::OutOfReach,
                           "front_left", "camera sees"},
                     Wrong{"window", [](Recipe& r, config::Machine&) { r.touch_rules.window_mm = 6; }, Fault::OutOfReach,
-                          "front_left", "window"}),
+                          "front_left", "window"},
+                    Wrong{"open_lead", [](Recipe& r, config::Machine&) { r.materials[0].valve_open_lead = 0.5; },
+                          Fault::NoSolution, "adhesive", "before the needle is on its last way to 'spreader[0][0]'"},
+                    Wrong{"open_lead_without_a_way",
+                          [](Recipe& r, config::Machine&) {
+                            r.materials[0].retract = 0;
+                            r.materials[0].settle_time = 0.005;
+                          },
+                          Fault::NoSolution, "takes 5 ms", "'settle_time' or 'retract'"},
+                    Wrong{"close_lead", [](Recipe& r, config::Machine&) { r.materials[0].valve_close_lead = 0.068; },
+                          Fault::Inconsistent, "adhesive", "open for 60 ms"}),
     [](const auto& each) { return std::string(each.param.name); });
 
 TEST(Compile, notes_tell_what_a_bus_loss_costs_at_the_recipes_speeds) {

@@ -98,6 +98,8 @@ TEST(Deposits, a_second_shot_on_a_dot_and_a_stray_shot_have_no_id) {
   const auto d = judge(
       plan, std::vector{shot({{20, 20, 0.3}}), shot({{20, 20, 0.3}}), shot({{90, 30, 0.3}}), shot({{25, 20, 0.3}})});
   ASSERT_EQ(d.size(), 4u);
+  EXPECT_EQ(d[0].error_mm, 0);
+  EXPECT_TRUE(std::isnan(d[1].error_mm) && std::isnan(d[2].error_mm)) << "there is nothing to compare them with";
   EXPECT_EQ(d[0].id, "d1");
   EXPECT_EQ(d[1].id, "") << "must not steal the neighbour d2";
   EXPECT_EQ(d[2].id, "");

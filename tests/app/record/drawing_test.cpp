@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "app/record/deposit_figures.hpp"
 #include "app/record/report_geometry.hpp"
 #include "tests/app/record/snapshots.hpp"
 

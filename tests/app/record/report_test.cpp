@@ -6,7 +6,9 @@
 #include <iterator>
 #include <limits>
 
+#include "app/record/deposit_figures.hpp"
 #include "app/record/html.hpp"
+#include "app/record/summary.hpp"
 #include "tests/app/record/made_up_job.hpp"
 #include "tests/app/record/snapshots.hpp"
 
@@ -87,6 +89,18 @@ TEST(Report, names_from_outside_cannot_become_markup) {
   const auto page = report_page(r);
   EXPECT_EQ(page.find("<script"), std::string::npos);
   EXPECT_EQ(page.find("\"onload="), std::string::npos);
+}
+
+TEST(Report, a_deposit_on_no_feature_is_no_error_of_0_and_is_counted) {
+  auto r = made_up_job();
+  const auto before = deposit_figures(r);
+  r.deposits.push_back({.id = "", .kind = "bead", .nominal_mm = {}, .board_mm = {{1, 1, 5}, {2, 1, 5}}, .gap_mm = 5});
+  const auto f = deposit_figures(r);
+  EXPECT_EQ(f.strays, 1u);
+  EXPECT_EQ(f.worst->id, before.worst->id);
+  EXPECT_EQ(f.worst_gap_mm, before.worst_gap_mm) << "no gap was asked for there";
+  EXPECT_NE(report_page(r).find("deposits on no feature"), std::string::npos);
+  EXPECT_TRUE(to_json(r).at("deposits").back().at("error_mm").is_null());
 }
 
 TEST(Report, is_well_formed_and_survives_an_empty_job_and_numbers_that_are_none) {

@@ -1,0 +1,78 @@
+#include "recipes/valve_leads.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <set>
+
+#include "motion/profile/planner.hpp"
+
+namespace gantry::recipes {
+namespace {
+
+motion::Bounds bounds(const config::Axis& axis) { return {axis.v_max, axis.a_max, axis.j_max}; }
+
+/// Down from the retract height to the gap, from rest to rest.
+double way_down_s(const config::Machine& machine, const Material& m) {
+  if (m.retract <= 0) return 0;
+  return motion::duration(motion::move({0, 0, 0}, {m.retract, 0, 0}, bounds(machine.axes[machine.z.value])).profile);
+}
+
+/// From rest to the material's speed along the first leg of a bead. A speed beyond the axes is told elsewhere.
+double run_up_s(const config::Machine& machine, const Material& m, const Bead& bead) {
+  const Vec2 leg = bead.points[1] - bead.points[0];
+  const Vec2 direction = leg * (1 / std::max(norm(leg), 1e-9));
+  motion::Bounds along{m.speed, 1e9, 1e9};
+  for (const auto& [part, id] : {std::pair{direction.x, machine.x}, {direction.y, machine.y}}) {
+    if (std::abs(part) < 1e-9) continue;
+    const motion::Bounds axis = bounds(machine.axes[id.value]);
+    along.a = std::min(along.a, axis.a / std::abs(part));
+    along.j = std::min(along.j, axis.j / std::abs(part));
+  }
+  return motion::duration(motion::change_speed({0, 0, 0}, m.speed, along).profile);
+}
+
+double length(const Bead& bead) {
+  double mm = 0;
+  for (std::size_t i = 1; i < bead.points.size(); ++i) mm += norm(bead.points[i] - bead.points[i - 1]);
+  return mm;
+}
+
+/// How long the needle is on its last way to a feature, and how long the valve is to be open on it.
+struct Times {
+  double last_way_s = 0, open_s = 0;
+  const char* more_room = "";
+};
+Times times(const config::Machine& machine, const Material& m, const Dot&) {
+  return {way_down_s(machine, m) + m.settle_time, m.dot_time, "'settle_time' or 'retract'"};
+}
+Times times(const config::Machine& machine, const Material& m, const Bead& bead) {
+  return {way_down_s(machine, m) + run_up_s(machine, m, bead), length(bead) / m.speed, "'retract'"};
+}
+
+}  // namespace
+
+void check_valve_leads(const Recipe& recipe, const config::Machine& machine, config::Mistakes& mistakes) {
+  std::set<std::pair<std::string_view, bool>> told;  // material, and whether the lead is the opening one
+  const auto judge = [&](const auto& feature) {
+    const Material* m = find_material(recipe, feature.material);
+    if (m == nullptr) return;
+    const Times t = times(machine, *m, feature);
+    if (m->valve_open_lead > t.last_way_s && told.insert({m->name, true}).second)
+      mistakes.add(Fault::NoSolution,
+                   fmt::format("material '{}': 'valve_open_lead' of {:.6g} ms opens the valve before the needle is on "
+                               "its last way to '{}', which takes {:.0f} ms; give it a shorter lead, or more {}",
+                               m->name, m->valve_open_lead * 1e3, feature.id, t.last_way_s * 1e3, t.more_room),
+                   m->place);
+    if (m->valve_close_lead >= m->valve_open_lead + t.open_s && told.insert({m->name, false}).second)
+      mistakes.add(
+          Fault::Inconsistent,
+          fmt::format("material '{}': 'valve_close_lead' of {:.6g} ms closes the valve before it is opened for "
+                      "'{}', on which it is open for {:.0f} ms",
+                      m->name, m->valve_close_lead * 1e3, feature.id, t.open_s * 1e3),
+          m->place);
+  };
+  for (const Feature& feature : recipe.features) std::visit(judge, feature);
+}
+
+}  // namespace gantry::recipes
