@@ -26,6 +26,7 @@ class Feasibility {
                     {1, 1});
       return;
     }
+    outputs();
     for (const Material& material : recipe_.materials) speed(material);
     for (const MarkDef& m : recipe_.marks) mark(m);
     for (const TouchPoint& t : recipe_.touches) touch(t);
@@ -64,6 +65,22 @@ class Feasibility {
       return false;
     }
     return true;
+  }
+
+  /// What a recipe asks of the machine's outputs, told where it asks first.
+  void outputs() {
+    using config::Output;
+    const auto wants = [&](Output output, std::string_view what, Place place) {
+      if (!machine_.outputs[static_cast<std::size_t>(output)])
+        mistakes_.add(
+            Fault::UnknownReference,
+            fmt::format("machine '{}' has no output '{}', without which {}", machine_.name, config::name(output), what),
+            place);
+    };
+    if (!recipe_.marks.empty()) wants(Output::CameraTrigger, "the camera sees no mark", recipe_.marks.front().place);
+    if (!recipe_.features.empty())
+      wants(Output::Valve, "nothing is dispensed",
+            std::visit([](const auto& f) { return f.place; }, recipe_.features.front()));
   }
 
   void speed(const Material& material) {

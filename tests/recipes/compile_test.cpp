@@ -148,36 +148,44 @@ TEST_P(NotFeasible, is_told_with_the_place_in_the_recipe) {
 
 INSTANTIATE_TEST_SUITE_P(
     Compile, NotFeasible,
-    testing::Values(Wrong{"frame", [](Recipe& r, config::Machine&) { r.board.frame = "palet"; },
-                          Fault::UnknownReference, "palet", "pallet"},
-                    Wrong{"speed", [](Recipe& r, config::Machine&) { r.materials[1].speed = 600; },
-                          Fault::SpeedNotReachable, "sealant", "500 mm/s"},
-                    Wrong{"needle_x", [](Recipe& r, config::Machine&) { r.board.at.x = 215; }, Fault::OutOfReach,
-                          "axis X", "500"},
-                    Wrong{"camera_x", [](Recipe& r, config::Machine&) { r.board.at.x = -130; }, Fault::OutOfReach,
-                          "front_left", "camera"},
-                    Wrong{"too_low", [](Recipe&, config::Machine& m) { m.frames[0].origin.z -= 30; }, Fault::OutOfReach,
-                          "axis Z", "probe"},
-                    Wrong{"margin",
-                          [](Recipe& r, config::Machine&) {
-                            r.board.at.x = 193;
-                            r.mark_rules.max_shift_mm = 6;
-                          },
-                          Fault::OutOfReach, "axis X", "off by up to"},
-                    Wrong{"mark", [](Recipe& r, config::Machine&) { r.marks[0].diameter = 16; }, Fault::OutOfReach,
-                          "front_left", "camera sees"},
-                    Wrong{"window", [](Recipe& r, config::Machine&) { r.touch_rules.window_mm = 6; }, Fault::OutOfReach,
-                          "front_left", "window"},
-                    Wrong{"open_lead", [](Recipe& r, config::Machine&) { r.materials[0].valve_open_lead = 0.5; },
-                          Fault::NoSolution, "adhesive", "before the needle is on its last way to 'spreader[0][0]'"},
-                    Wrong{"open_lead_without_a_way",
-                          [](Recipe& r, config::Machine&) {
-                            r.materials[0].retract = 0;
-                            r.materials[0].settle_time = 0.005;
-                          },
-                          Fault::NoSolution, "takes 5 ms", "'settle_time' or 'retract'"},
-                    Wrong{"close_lead", [](Recipe& r, config::Machine&) { r.materials[0].valve_close_lead = 0.068; },
-                          Fault::Inconsistent, "adhesive", "open for 60 ms"}),
+    testing::Values(
+        Wrong{"frame", [](Recipe& r, config::Machine&) { r.board.frame = "palet"; }, Fault::UnknownReference, "palet",
+              "pallet"},
+        Wrong{"speed", [](Recipe& r, config::Machine&) { r.materials[1].speed = 600; }, Fault::SpeedNotReachable,
+              "sealant", "500 mm/s"},
+        Wrong{"needle_x", [](Recipe& r, config::Machine&) { r.board.at.x = 215; }, Fault::OutOfReach, "axis X", "500"},
+        Wrong{"camera_x", [](Recipe& r, config::Machine&) { r.board.at.x = -130; }, Fault::OutOfReach, "front_left",
+              "camera"},
+        Wrong{"too_low", [](Recipe&, config::Machine& m) { m.frames[0].origin.z -= 30; }, Fault::OutOfReach, "axis Z",
+              "probe"},
+        Wrong{"margin",
+              [](Recipe& r, config::Machine&) {
+                r.board.at.x = 193;
+                r.mark_rules.max_shift_mm = 6;
+              },
+              Fault::OutOfReach, "axis X", "off by up to"},
+        Wrong{"mark", [](Recipe& r, config::Machine&) { r.marks[0].diameter = 16; }, Fault::OutOfReach, "front_left",
+              "camera sees"},
+        Wrong{"window", [](Recipe& r, config::Machine&) { r.touch_rules.window_mm = 6; }, Fault::OutOfReach,
+              "front_left", "window"},
+        Wrong{"no_valve",
+              [](Recipe&, config::Machine& m) { m.outputs[static_cast<std::size_t>(config::Output::Valve)].reset(); },
+              Fault::UnknownReference, "'valve'", "nothing is dispensed"},
+        Wrong{"no_trigger",
+              [](Recipe&, config::Machine& m) {
+                m.outputs[static_cast<std::size_t>(config::Output::CameraTrigger)].reset();
+              },
+              Fault::UnknownReference, "'camera_trigger'", "sees no mark"},
+        Wrong{"open_lead", [](Recipe& r, config::Machine&) { r.materials[0].valve_open_lead = 0.5; }, Fault::NoSolution,
+              "adhesive", "before the needle is on its last way to 'spreader[0][0]'"},
+        Wrong{"open_lead_without_a_way",
+              [](Recipe& r, config::Machine&) {
+                r.materials[0].retract = 0;
+                r.materials[0].settle_time = 0.005;
+              },
+              Fault::NoSolution, "takes 5 ms", "'settle_time' or 'retract'"},
+        Wrong{"close_lead", [](Recipe& r, config::Machine&) { r.materials[0].valve_close_lead = 0.068; },
+              Fault::Inconsistent, "adhesive", "open for 60 ms"}),
     [](const auto& each) { return std::string(each.param.name); });
 
 TEST(Compile, notes_tell_what_a_bus_loss_costs_at_the_recipes_speeds) {
