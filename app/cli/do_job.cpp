@@ -12,13 +12,7 @@
 namespace gantry::cli {
 namespace {
 
-void show_result(const record::JobResult& result, const std::string& folder, bool json) {
-  if (json) {
-    auto document = record::to_json(result);
-    document["folder"] = folder;
-    fmt::print("{}\n", document.dump(2));
-    return;
-  }
+void show_figures(const record::JobResult& result) {
   fmt::print("{}: {} of {} features, {:.1f} s of motion ({:.1f} s planned)\n", record::result_word(result),
              result.features_done, result.features_total, result.actual_s, result.predicted_s);
   if (result.has_offset)
@@ -39,8 +33,21 @@ void show_result(const record::JobResult& result, const std::string& folder, boo
              static_cast<double>(result.cycles.wake.max) / 1e3, result.cycles.skipped);
   fmt::print("  setpoint hash  {:016x} over {} ticks{}\n", result.setpoint_hash, result.setpoint_ticks,
              result.setpoint_stream_complete ? "" : " (incomplete)");
-  if (!folder.empty()) fmt::print("  report         {}/report.html\n", folder);
+}
+
+void show_result(const record::JobResult& result, const std::string& folder, bool json) {
   for (const Error& e : result.errors) fmt::print(stderr, "{}\n    remedy: {}\n", to_text(e), info(e.fault).remedy);
+  if (json) {
+    auto document = record::to_json(result);
+    document["folder"] = folder;
+    fmt::print("{}\n", document.dump(2));
+    return;
+  }
+  if (result.cycles.cycles == 0)
+    fmt::print("{} before it began\n", record::result_word(result));
+  else
+    show_figures(result);
+  fmt::print("  report         {}/report.html\n", folder);
 }
 
 }  // namespace
@@ -54,28 +61,34 @@ void do_job(Context& context, JobRequest request) {
   const auto job = recipes::compile(*recipe, *machine);
   if (!job) return stop_with(job.error());
   const auto proof = run::prove_nominal(*machine, *recipe, *job);
-  if (!proof) return stop_with({proof.error()});
-  log::info("{}: {} motions proved free at the nominal place, nearest {:.2f} mm; about {:.0f} s", recipe->name,
-            proof->motions, proof->minimum_clearance_mm, proof->duration_s);
+  std::unique_ptr<run::Owner> owner;
+  if (proof) {
+    log::info("{}: {} motions proved free at the nominal place, nearest {:.2f} mm; about {:.0f} s", recipe->name,
+              proof->motions, proof->minimum_clearance_mm, proof->duration_s);
+    auto opened = run::Owner::open(*machine, request.owner);
+    if (!opened) return stop_with({opened.error()});
+    owner = std::move(*opened);
+  }
 
-  run::RunOptions options{.out = request.out, .dry_run = request.dry_run};
+  // From here on there is a job: whatever becomes of it, its folder tells.
   const auto folder = run::job_folder(request.out, request.recipe_file);
   if (!folder) return stop_with({folder.error()});
-  options.out = *folder;
-  auto owner = run::Owner::open(*machine, request.owner);
-  if (!owner) return stop_with({owner.error()});
-  Keys keys(**owner, !context.json && !request.dry_run);
-  (*owner)->on_step([&] { keys.poll(); });
-  if (auto up = (*owner)->bring_up(); !up) return stop_with({up.error()});
-
-  record::JobResult result = (*owner)->run(*recipe, *job, options);
-  keys.end();
-  (*owner)->shut_down();
-  if (!options.out.empty())
-    if (auto written = run::write_job(result, options.out); !written) {
-      result.errors.push_back(written.error());
-      if (result.exit_code == ExitCode::Done) result.exit_code = ExitCode::Internal;
-    }
+  const run::RunOptions options{.out = *folder, .dry_run = request.dry_run};
+  record::JobResult result = run::begin_result(*machine, *recipe, *job, options);
+  result.bus = request.owner.bus;
+  if (!proof) {
+    run::add_error(result, proof.error());
+  } else {
+    Keys keys(*owner, !context.json && !request.dry_run);
+    owner->on_step([&] { keys.poll(); });
+    if (auto up = owner->bring_up(); up)
+      result = owner->run(*recipe, *job, options);
+    else
+      run::add_error(result, up.error());
+    keys.end();
+    owner->shut_down();
+  }
+  if (auto written = run::write_job(result, options.out); !written) run::add_error(result, written.error());
   context.exit_code = static_cast<int>(result.exit_code);
   show_result(result, options.out, context.json);
 }

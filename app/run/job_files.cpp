@@ -1,8 +1,10 @@
 #include "app/run/job_files.hpp"
 
+#include <cerrno>
 #include <filesystem>
 #include <fmt/format.h>
 #include <system_error>
+#include <unistd.h>
 
 #include "app/record/drawing.hpp"
 #include "app/record/environment.hpp"
@@ -11,6 +13,12 @@
 
 namespace gantry::run {
 namespace fs = std::filesystem;
+namespace {
+
+/// What a job leaves in its folder.
+constexpr const char* kLeft[] = {"report.html", "summary.json", "deposits.csv", "setpoints.bin", "marks"};
+
+}  // namespace
 
 record::JobResult begin_result(const config::Machine& machine, const recipes::Recipe& recipe, const recipes::Job& job,
                                const RunOptions& options) {
@@ -22,39 +30,48 @@ record::JobResult begin_result(const config::Machine& machine, const recipes::Re
   result.dry_run = options.dry_run;
   result.started = record::utc_now();
   result.environment = record::environment_facts();
+  result.blocks_total = job.blocks.size();
+  result.features_total = recipe.features.size();
   result.drawing = record::drawing_of(recipe, machine, job);
   return result;
 }
 
+void add_error(record::JobResult& result, Error error) {
+  if (result.exit_code == ExitCode::Done) result.exit_code = info(error.fault).exit_code;
+  result.errors.push_back(std::move(error));
+}
+
 void add_world(record::JobResult& result, sim::WorldAccess& world, const RunOptions& options) {
-  const auto complain = [&](const Error& e) {
-    result.errors.push_back(e);
-    if (result.exit_code == ExitCode::Done) result.exit_code = info(e.fault).exit_code;
-  };
   if (auto deposits = world.deposits())
     result.deposits = std::move(*deposits), result.has_world = true;
   else
-    complain(deposits.error());
+    add_error(result, deposits.error());
   if (auto collisions = world.collisions())
     result.collisions = std::move(*collisions);
   else
-    complain(collisions.error());
+    add_error(result, collisions.error());
   if (auto placement = world.placement()) result.placement = std::move(*placement);
   if (!options.out.empty())
     if (auto written = world.write_deposits(fs::absolute(options.out).string() + "/deposits.csv"); !written)
-      complain(written.error());
+      add_error(result, written.error());
 }
 
 Result<std::string> job_folder(const std::string& wanted, const std::string& recipe_file) {
   constexpr int kMost = 100000;
-  const auto cannot = [](const fs::path& folder, const std::error_code& error) {
-    return fail(Fault::FileUnwritable, fmt::format("cannot make the folder: {}", error.message()), folder.string());
+  const auto cannot = [&](const fs::path& folder, const std::error_code& error) {
+    return fail(wanted.empty() ? Fault::FileUnwritable : Fault::Usage,
+                fmt::format("cannot make or clear the folder for results: {}", error.message()), folder.string());
   };
   std::error_code error;
   const fs::path parent = wanted.empty() ? fs::path("out") : fs::path(wanted);
   fs::create_directories(parent, error);
   if (error) return cannot(parent, error);
-  if (!wanted.empty()) return wanted;
+  if (!wanted.empty()) {
+    for (const char* left : kLeft)
+      if (fs::remove_all(parent / left, error); error) return cannot(parent, error);
+    if (::access(parent.c_str(), W_OK | X_OK) != 0) return cannot(parent, {errno, std::generic_category()});
+    return wanted;
+  }
   const std::string stem = fs::path(recipe_file).stem().string();
   for (int n = 1; n <= kMost; ++n) {
     const fs::path folder = parent / fmt::format("{}-{:03}", stem, n);

@@ -1,6 +1,6 @@
 // A job's result from its first line to the files that it leaves: what is known before it starts, what the virtual
 // world adds, and the folder.
-//   auto result = begin_result(machine, recipe, options);   ...   write_job(result, options.out);
+//   auto result = begin_result(machine, recipe, job, options);   ...   write_job(result, options.out);
 #pragma once
 #include <string>
 
@@ -11,13 +11,15 @@ namespace gantry::run {
 
 record::JobResult begin_result(const config::Machine& machine, const recipes::Recipe& recipe, const recipes::Job& job,
                                const RunOptions& options);
+/// The error counts; the first one gives the exit code.
+void add_error(record::JobResult& result, Error error);
 
 /// Deposits, collisions and the hidden placement; the world also writes its own deposits.csv. What cannot be had is
 /// added to the result's errors.
 void add_world(record::JobResult& result, sim::WorldAccess& world, const RunOptions& options);
 
-/// The folder for a job's results, made: `wanted`, or where that is empty the first out/<recipe>-<n> that is not there
-/// yet. Fault::FileUnwritable.
+/// The folder for a job's results, made: `wanted`, cleared of what another job has left in it, or where that is empty
+/// the first out/<recipe>-<n> that is not there yet. Fault::Usage (a wanted folder cannot be written), FileUnwritable.
 Result<std::string> job_folder(const std::string& wanted, const std::string& recipe_file);
 
 /// report.html, summary.json and the images of the marks. Fault::FileUnwritable.

@@ -34,8 +34,6 @@ Runner::Runner(const Site& site, const recipes::Recipe& recipe, const recipes::J
       result_(result),
       planned_path_(site.machine),
       planner_(site.machine, recipe) {
-  result_.blocks_total = job.blocks.size();
-  result_.features_total = recipe.features.size();
   result_.drawing.tip_of_block.clear();
 }
 

@@ -18,6 +18,18 @@ expect_exit 3 "three mistakes, nothing runs" "$gantry" dry-run "$work/three.yaml
 awk '{print} /^parts:/ {print "  roof: {at: [36 mm, 34 mm], size: [20 mm, 20 mm, 18 mm]}"}' $demo >"$work/roof.yaml"
 expect_exit 4 "an obstacle on the only way" "$gantry" dry-run "$work/roof.yaml" --out "$work/roof"
 expect_text "roof"; expect_text "needle"; expect_text "$work/roof.yaml:[0-9]*:[0-9]*"
+expect_refusal() {  # FOLDER CODE: a job that never began still tells why
+  grep -q "\"exit_code\": $2" "$1/summary.json" && grep -q '"code":"G' "$1/summary.json" && [ -s "$1/report.html" ] ||
+    fail "$1 does not tell the refusal"
+}
+expect_refusal "$work/roof" 4
+echo '- {at: cycle 10, do: cut_link, station: y1}' >"$work/cut.yaml"
+echo left >"$work/roof/marks"
+expect_exit 5 "a bus that is cut in the bring-up" "$gantry" dry-run $demo --sim-script "$work/cut.yaml" --out "$work/roof"
+expect_refusal "$work/roof" 5
+[ -e "$work/roof/marks" ] && fail "files of the job before are left in the folder"
+expect_exit 2 "a folder that cannot be made" "$gantry" dry-run $demo --out /proc/none
+expect_text "/proc/none"
 
 echo '- {at: job start, do: remove_mark, name: back_right}' >"$work/no-mark.yaml"
 expect_exit 6 "a mark that is not there" "$gantry" dry-run $demo --sim-script "$work/no-mark.yaml" --out "$work/m"
