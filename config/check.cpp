@@ -179,7 +179,7 @@ void check_machine(const Machine& m, const MachineFile& file, Mistakes& mistakes
   check_sim(m, file, mistakes);
 }
 
-std::vector<std::string> notes(const Machine& machine) {
+std::vector<std::string> assumptions(const Machine& machine) {
   std::vector<std::string> out;
   std::set<std::string> told;
   for (const Station& s : machine.stations) {
@@ -189,24 +189,25 @@ std::vector<std::string> notes(const Machine& machine) {
           "{}: identity {:08X}:{:08X} is assumed; a station that answers otherwise is asked about, not refused",
           s.profile.title, s.profile.identity.vendor, s.profile.identity.product));
     for (const std::string& sentence : s.profile.assumptions)
-      out.push_back(fmt::format("{}: {} (assumed)", s.profile.title, sentence));
+      out.push_back(fmt::format("{}: {}", s.profile.title, sentence));
   }
+  return out;
+}
+
+std::vector<std::string> notes(const Machine& machine) {
+  std::vector<std::string> out;
   for (const Axis& axis : machine.axes) {
     const Station& s = machine.stations[axis.drives.front().station.value];
     if (!s.profile.drive->closed_loop)
       out.push_back(fmt::format("axis {} runs open loop: its following error is not available, lost steps are not seen",
                                 axis.name));
   }
-  // What the loss of the bus costs: the valve's output stays as it is until the station's own watchdog bites.
-  const auto& valve = machine.outputs[static_cast<std::size_t>(Output::Valve)];
-  if (valve) {
-    const double watchdog_s = machine.stations[valve->station.value].profile.watchdog_ms * 1e-3;
-    constexpr double kSpeed = 20;  // of a usual bead; recipes::notes() tells it for the speeds of a recipe
+  // What the loss of the bus costs; recipes::notes() tells it for the speeds of a recipe.
+  if (const auto& valve = machine.outputs[static_cast<std::size_t>(Output::Valve)])
     out.push_back(
-        fmt::format("a bus that is lost while a bead is laid at {} mm/s: the valve stays open for {:.0f} ms, "
-                    "{:.1f} mm of path (that the station's watchdog closes it is assumed)",
-                    kSpeed, watchdog_s * 1e3, kSpeed * watchdog_s));
-  }
+        fmt::format("a bus that is lost: the valve stays as it is for {} ms (that the station's watchdog then closes "
+                    "it is assumed)",
+                    machine.stations[valve->station.value].profile.watchdog_ms));
   for (const AxisId id : {machine.x, machine.y}) {
     const Axis& axis = machine.axes[id.value];
     const double watchdog_s = machine.stations[axis.drives.front().station.value].profile.watchdog_ms * 1e-3;

@@ -191,7 +191,9 @@ const WorkFrame* find_frame(const Machine& machine, std::string_view name);
 /// Every mistake with its place; Fault 4xx.
 Checked<Machine> load_machine(const std::string& path);
 
-/// Sentences about what is assumed or costs something (assumed identities, blob length at bus loss ...), for `check`.
+/// Sentences for `check`: what the stations' profiles assume, and what else one should know (open-loop axes, what the
+/// loss of the bus costs).
+std::vector<std::string> assumptions(const Machine& machine);
 std::vector<std::string> notes(const Machine& machine);
 
 }  // namespace gantry::config

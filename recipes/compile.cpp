@@ -165,20 +165,4 @@ Checked<Job> compile(const Recipe& recipe, const config::Machine& machine) {
   return job;
 }
 
-std::vector<std::string> notes(const Recipe& recipe, const config::Machine& machine) {
-  std::vector<std::string> out;
-  if (recipe.marks.empty()) out.push_back("no marks: the board is taken to lie at its nominal place");
-  if (recipe.touches.empty()) out.push_back("no touches: the board's surface is taken to be at its nominal height");
-  const auto& valve = machine.outputs[static_cast<std::size_t>(config::Output::Valve)];
-  if (!valve) return out;
-  // The output stays as it is until the station's own watchdog bites.
-  const double watchdog_s = machine.stations[valve->station.value].profile.watchdog_ms * 1e-3;
-  for (const Material& m : recipe.materials)
-    out.push_back(
-        fmt::format("{}: a bus that is lost on a bead costs {:.1f} mm of it ({:.6g} mm/s for {:.0f} ms), on a dot "
-                    "{:.1f} times its shot",
-                    m.name, m.speed * watchdog_s, m.speed, watchdog_s * 1e3, watchdog_s / m.dot_time));
-  return out;
-}
-
 }  // namespace gantry::recipes

@@ -60,7 +60,8 @@ inline bool needs_surface(const Block& block) {
 /// the recipe. Fault 4xx, 5xx.
 Checked<Job> compile(const Recipe& recipe, const config::Machine& machine);
 
-/// What the loss of the bus costs at the speeds of this recipe, for `check`.
+/// What the loss of the bus costs at the speeds of this recipe, and valve leads that the virtual valve does not have;
+/// for `check`.
 std::vector<std::string> notes(const Recipe& recipe, const config::Machine& machine);
 
 /// A point where a tool's tip shall be, in the machine frame, with the posture of the other axes.

@@ -16,6 +16,8 @@ void add_check(CLI::App& app, Context& context) {
     const auto machine = load_machine(context);
     if (!machine) return;
     std::vector<Error> errors;
+    auto notes = config::notes(*machine);
+    const auto assumed = config::assumptions(*machine);
     nlohmann::ordered_json checked = nlohmann::json::array({context.machine_file});
     for (const std::string& file : *files) {
       checked.push_back(file);
@@ -26,19 +28,26 @@ void add_check(CLI::App& app, Context& context) {
       }
       if (auto job = recipes::compile(*recipe, *machine); !job)
         errors.insert(errors.end(), job.error().begin(), job.error().end());
+      for (const std::string& note : recipes::notes(*recipe, *machine)) notes.push_back(file + ": " + note);
     }
     if (!errors.empty()) {
       context.exit_code = show(errors, context.json);
       return;
     }
-    const auto notes = config::notes(*machine);
     if (context.json) {
-      fmt::print("{}\n", nlohmann::ordered_json{{"result", "ok"}, {"checked", checked}, {"notes", notes}}.dump(2));
+      fmt::print(
+          "{}\n",
+          nlohmann::ordered_json{{"result", "ok"}, {"checked", checked}, {"notes", notes}, {"assumptions", assumed}}
+              .dump(2));
       return;
     }
     fmt::print("{}: {} axes, {} stations\n", context.machine_file, machine->axes.size(), machine->stations.size());
     for (const std::string& file : *files) fmt::print("{}: ok\n", file);
     for (const std::string& note : notes) fmt::print("  note: {}\n", note);
+    if (files->empty())
+      for (const std::string& each : assumed) fmt::print("  assumed: {}\n", each);
+    else
+      fmt::print("  {} things are assumed of the stations; `gantry check` alone lists them\n", assumed.size());
   });
 }
 

@@ -42,3 +42,6 @@ expect_exit 2 "an unknown bus" "$gantry" run $demo --bus profibus --state "$work
 expect_exit 3 "a recipe that is not there" "$gantry" dry-run "$work/nothing.yaml"
 expect_exit 0 "a code explained" "$gantry" explain G207
 expect_text "lag\|follow"
+expect_exit 0 "the demo board checked" "$gantry" check $demo
+expect_text "sealant: a bus that is lost on a bead costs 2.0 mm"
+expect_text "things are assumed"

@@ -195,6 +195,20 @@ TEST(Compile, notes_tell_what_a_bus_loss_costs_at_the_recipes_speeds) {
   EXPECT_NE(told[1].find("sealant: a bus that is lost on a bead costs 2.0 mm"), std::string::npos) << told[1];
 }
 
+TEST(Compile, notes_tell_a_valve_lead_that_the_virtual_valve_does_not_have) {
+  Recipe r = demo();
+  r.materials[0].valve_open_lead = 0.030;
+  r.materials[1].valve_close_lead = 0.002;
+  const auto told = notes(r, dispenser());
+  ASSERT_EQ(told.size(), 4u);
+  EXPECT_NE(told[1].find("adhesive: valve_open_lead is 30 ms, but the virtual valve opens 8 ms after"),
+            std::string::npos)
+      << told[1];
+  EXPECT_NE(told[1].find("22 ms early, 0.33 mm"), std::string::npos) << told[1];
+  EXPECT_NE(told[3].find("sealant: valve_close_lead is 2 ms"), std::string::npos) << told[3];
+  EXPECT_NE(told[3].find("4 ms late, 0.08 mm"), std::string::npos) << told[3];
+}
+
 TEST(Compile, an_array_out_of_reach_is_told_once) {
   Recipe r = demo();
   r.board.at.x = 270;

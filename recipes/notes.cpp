@@ -1,0 +1,62 @@
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "recipes/job.hpp"
+
+namespace gantry::recipes {
+namespace {
+
+double watchdog_s(const config::Machine& machine, StationId station) {
+  return machine.stations[station.value].profile.watchdog_ms * 1e-3;
+}
+
+/// Way of the head after the bus is lost at a speed: until its drives' watchdogs bite, then braking as hard as allowed.
+double stopping_mm(const config::Machine& machine, double speed_mm_s) {
+  double most = 0;
+  for (const AxisId id : {machine.x, machine.y}) {
+    const config::Axis& axis = machine.axes[id.value];
+    for (const config::DriveRef& drive : axis.drives)
+      most =
+          std::max(most, speed_mm_s * watchdog_s(machine, drive.station) + speed_mm_s * speed_mm_s / (2 * axis.a_max));
+  }
+  return most;
+}
+
+/// The virtual valve acts as late as the machine file says; another lead shows in a dry run as an early or late valve.
+void add_lead(const Material& m, std::string_view key, double lead_s, double lag_s, std::string_view acts,
+              std::vector<std::string>& to) {
+  constexpr double kSame_s = 0.5e-3;
+  const double late_s = lag_s - lead_s;
+  if (std::abs(late_s) <= kSame_s) return;
+  to.push_back(
+      fmt::format("{}: {} is {:.6g} ms, but the virtual valve {} {:.6g} ms after it is told: a dry run shows it "
+                  "{:.6g} ms {}, {:.2f} mm on a bead",
+                  m.name, key, lead_s * 1e3, acts, lag_s * 1e3, std::abs(late_s) * 1e3, late_s > 0 ? "late" : "early",
+                  std::abs(late_s) * m.speed));
+}
+
+}  // namespace
+
+std::vector<std::string> notes(const Recipe& recipe, const config::Machine& machine) {
+  std::vector<std::string> out;
+  if (recipe.marks.empty()) out.push_back("no marks: the board is taken to lie at its nominal place");
+  if (recipe.touches.empty()) out.push_back("no touches: the board's surface is taken to be at its nominal height");
+  const auto& valve = machine.outputs[static_cast<std::size_t>(config::Output::Valve)];
+  for (const Material& m : recipe.materials) {
+    if (valve) {
+      // The output stays as it is until the station's own watchdog bites.
+      const double open_s = watchdog_s(machine, valve->station);
+      out.push_back(fmt::format(
+          "{}: a bus that is lost on a bead costs {:.1f} mm of it ({:.6g} mm/s for {:.0f} ms), on a dot {:.1f} times "
+          "its "
+          "shot; the needle stands after {:.1f} mm (that watchdogs close the valve and brake the axes is assumed)",
+          m.name, m.speed * open_s, m.speed, open_s * 1e3, open_s / m.dot_time, stopping_mm(machine, m.speed)));
+    }
+    add_lead(m, "valve_open_lead", m.valve_open_lead, machine.sim.valve_open_lag_s, "opens", out);
+    add_lead(m, "valve_close_lead", m.valve_close_lead, machine.sim.valve_close_lag_s, "closes", out);
+  }
+  return out;
+}
+
+}  // namespace gantry::recipes
