@@ -226,7 +226,7 @@ Result<std::unique_ptr<VirtualMachine>> VirtualMachine::open(const config::Machi
     parts->world.remember(std::move(*log));
     if (const auto motors = parts->world.remembered_motors()) parts->wiring.recall(*motors);
   }
-  parts->world.add_script(std::move(script));
+  if (auto added = parts->world.add_script(std::move(script)); !added) return tl::unexpected(added.error());
   parts->segment.set_world(&parts->wiring);
   return std::unique_ptr<VirtualMachine>(new VirtualMachine(std::move(parts)));
 }
@@ -263,8 +263,7 @@ Result<std::string> VirtualMachine::placement() { return parts_->world.placement
 Result<void> VirtualMachine::add_script(std::string_view yaml) {
   auto entries = parse_script(yaml, "script", parts_->machine);
   if (!entries) return tl::unexpected(joined(entries.error()));
-  parts_->world.add_script(std::move(*entries));
-  return {};
+  return parts_->world.add_script(std::move(*entries));
 }
 
 }  // namespace gantry::sim

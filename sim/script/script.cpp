@@ -96,7 +96,7 @@ const std::vector<ActionRow>& actions() {
                        "what it reads")}},
       {"drive_fault",
        ActionKind::DriveFault,
-       {axis, config::integer("code", &E::code, {1, 0xFFFFFFFF}, kRequired, "as it stands in 603Fh"),
+       {axis, config::integer("code", &E::code, {1, 0xFFFF}, kRequired, "as it stands in 603Fh"),
         config::integer("drive", &E::count, {0, 1}, kOptional, "which side of a gantry axis")}},
       {"stall", ActionKind::Stall, {axis}},
       {"release", ActionKind::Release, {axis}},

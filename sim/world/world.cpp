@@ -184,6 +184,9 @@ Result<void> World::load_board(BoardPlan plan) {
   if (frame == nullptr)
     return fail(Fault::UnknownReference, fmt::format("the machine has no work frame '{}'", plan.board.frame));
   const std::scoped_lock lock(mutex_);
+  std::vector<ScriptEntry> waiting;
+  for (const Waiting& w : script_) waiting.push_back(w.entry);
+  if (auto fits = script_fits(waiting, plan); !fits) return fits;
   if (log_) {
     if (log_->refused() > 0)
       log::warn("the world's log was full: {} records of the last board are not remembered", log_->refused());

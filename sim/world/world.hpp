@@ -61,7 +61,8 @@ class World {
   [[nodiscard]] std::string placement();
   /// Times that the valve has opened in its life.
   [[nodiscard]] std::uint64_t valve_shots();
-  void add_script(std::vector<ScriptEntry> entries);
+  /// Judged against the board: at once when one is there, else when it comes. Fault::UnknownReference.
+  Result<void> add_script(std::vector<ScriptEntry> entries);
   /// Motor positions of the last life, when the log holds them.
   [[nodiscard]] std::optional<std::vector<double>> remembered_motors() const { return remembered_motors_; }
   void keep_motors(std::span<const double> positions);
@@ -82,6 +83,7 @@ class World {
   void do_action(const Action& action, Time now);
   void change_board(const Action& action);
   void place_solids();
+  [[nodiscard]] Result<void> script_fits(std::span<const ScriptEntry> entries, const BoardPlan& plan) const;
   [[nodiscard]] Vec3 needle_on_board(const AxisVec& q) const;
   [[nodiscard]] double probe_contact(const AxisVec& q);
   [[nodiscard]] std::uint32_t inputs(std::uint32_t outputs, Time now) const;

@@ -1,13 +1,23 @@
 // World: what scripts make happen.
 #include <algorithm>
 
+#include "sim/world/script_on_board.hpp"
 #include "sim/world/world.hpp"
 
 namespace gantry::sim {
 
-void World::add_script(std::vector<ScriptEntry> entries) {
+Result<void> World::add_script(std::vector<ScriptEntry> entries) {
   const std::scoped_lock lock(mutex_);
+  if (board_)
+    if (auto fits = script_fits(entries, board_->plan); !fits) return fits;
   for (ScriptEntry& e : entries) script_.push_back({std::move(e), std::nullopt});
+  return {};
+}
+
+Result<void> World::script_fits(std::span<const ScriptEntry> entries, const BoardPlan& plan) const {
+  std::vector<std::string> standing;
+  for (const config::Body& b : obstacles_) standing.push_back(b.name);
+  return fits_board(entries, plan, std::move(standing));
 }
 
 void World::fire(Trigger::Kind kind, std::uint64_t count, std::string_view name, Time now) {

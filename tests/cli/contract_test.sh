@@ -45,3 +45,7 @@ expect_text "lag\|follow"
 expect_exit 0 "the demo board checked" "$gantry" check $demo
 expect_text "sealant: a bus that is lost on a bead costs 2.0 mm"
 expect_text "things are assumed"
+printf -- '- {at: feature nope, do: camera_dead}\n- {at: job start, do: remove_mark, name: back_rigt}\n' >"$work/never.yaml"
+expect_exit 3 "entries of a script that never happen" "$gantry" dry-run $demo --sim-script "$work/never.yaml" --out "$work/n"
+expect_text "$work/never.yaml:1:3: this never happens: there is no feature 'nope'"
+expect_text "$work/never.yaml:2:3: .*did you mean 'back_right'"

@@ -72,6 +72,8 @@ TEST(Script, reads_what_the_bus_may_suffer) {
   EXPECT_EQ((*s)[5].action.amount, -1234);
   EXPECT_EQ((*s)[6].action.code, 1u);
   EXPECT_FALSE(parse_script("{do: noise, loss: 1.5}", "bus.yaml", machine()));
+  EXPECT_FALSE(parse_script("{do: drive_fault, axis: Y, code: 30000000}", "bus.yaml", machine()))
+      << "603Fh has 16 bits";
 }
 
 TEST(Script, one_line_is_one_entry) {

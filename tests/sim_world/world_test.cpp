@@ -148,9 +148,9 @@ TEST_F(InWorld, buttons_door_air_and_clamp_are_inputs) {
   EXPECT_EQ(s.to({}).inputs, bit(Input::DoorClosed) | bit(Input::AirOk)) << "the clamp follows its output";
   s.outputs = bit(Output::Clamp);
   EXPECT_EQ(s.to({}).inputs, bit(Input::DoorClosed) | bit(Input::AirOk) | bit(Input::ClampClosed));
-  w.add_script(
-      script("- {do: press, input: start, hold: 3 ms}\n"
-             "- {at: cycle 8, do: set_input, input: door_closed, on: false}\n"));
+  EXPECT_TRUE(
+      w.add_script(script("- {do: press, input: start, hold: 3 ms}\n"
+                          "- {at: cycle 8, do: set_input, input: door_closed, on: false}\n")));
   std::vector<bool> start, closed;
   for (int k = 3; k < 12; ++k) {
     const auto in = s.to({}).inputs;
@@ -162,9 +162,9 @@ TEST_F(InWorld, buttons_door_air_and_clamp_are_inputs) {
 }
 
 TEST_F(InWorld, scripts_wait_for_what_the_world_sees) {
-  world.add_script(
-      script("- {at: feature dot 2, do: drive_fault, axis: X, code: 0x7500}\n"
-             "- {at: mark M1, do: remove_mark, name: M1}\n"));
+  ASSERT_TRUE(
+      world.add_script(script("- {at: feature dot 2, do: drive_fault, axis: X, code: 0x7500}\n"
+                              "- {at: mark M1, do: remove_mark, name: M1}\n")));
   const auto dot = [&](Vec2 at) {
     const AxisVec q = needle_over(at, 0.3);
     step.to(q);
@@ -186,6 +186,33 @@ TEST_F(InWorld, scripts_wait_for_what_the_world_sees) {
   const auto frame = world.camera().fetch(0, {});
   ASSERT_TRUE(frame);
   EXPECT_LT(frame->image.at(320, 256), 120) << "gone before the picture was taken";
+}
+
+TEST_F(InWorld, an_entry_that_can_never_happen_is_refused_with_its_place_and_the_nearest_word) {
+  struct Never {
+    const char *entry, *says;
+  };
+  for (const auto& [entry, says] : {
+           Never{"{at: feature b2, do: camera_dead}", "feature 'b2'; did you mean"},
+           Never{"{at: feature dot 3, do: camera_dead}", "no dot 3; the board has 2"},
+           Never{"{at: feature bead 2, do: camera_dead}", "no bead 2; the board has 1"},
+           Never{"{at: mark X9Y, do: camera_dead}", "no mark 'X9Y'"},
+           Never{"{do: remove_mark, name: M11}", "did you mean 'M1'?"},
+           Never{"{do: remove_obstacle, name: brick}", "no obstacle 'brick'"},
+       }) {
+    const auto added = world.add_script(script(entry));
+    ASSERT_FALSE(added) << entry;
+    EXPECT_EQ(added.error().fault, Fault::UnknownReference) << entry;
+    EXPECT_EQ(added.error().where, "test:1:1") << entry;
+    EXPECT_NE(added.error().message.find(says), std::string::npos) << added.error().message;
+    World later(machine, clock, 1, std::nullopt);
+    EXPECT_TRUE(later.add_script(script(entry))) << "which board comes is not known yet";
+    EXPECT_FALSE(later.load_board(board_plan(sample::recipe()))) << entry;
+  }
+  EXPECT_TRUE(world.add_script(
+      script("- {do: add_obstacle, name: brick, centre: [10 mm, 20 mm, 300 mm], size: [1 mm, 2 mm, 3 mm]}\n"
+             "- {at: job start, do: remove_obstacle, name: brick}\n"
+             "- {do: stain, by: [1 mm, 1 mm], diameter: 1 mm}\n")));
 }
 
 TEST_F(InWorld, is_a_pure_function_of_seed_and_steps) {
@@ -219,7 +246,8 @@ TEST(WorldMemory, board_deposits_and_motors_survive_the_world_even_in_the_middle
     w.remember(std::move(*log));
     ASSERT_TRUE(w.load_board(board_plan(sample::recipe())));
     placement = w.placement();
-    w.add_script(*parse_script("{do: stain, name: M1, by: [0 mm, 0 mm], diameter: 1 mm}", "test", machine));
+    ASSERT_TRUE(
+        w.add_script(*parse_script("{do: stain, name: M1, by: [0 mm, 0 mm], diameter: 1 mm}", "test", machine)));
     Stepper s{w};
     s.outputs = bit(Output::Valve);
     const AxisVec q = tool_at(machine, "needle", {140, 110, 5});
