@@ -6,9 +6,12 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <fmt/format.h>
+#include <fstream>
 #include <sys/file.h>
 #include <sys/mman.h>
 #include <unistd.h>
+
+#include "core/log.hpp"
 
 namespace gantry::sim {
 
@@ -74,11 +77,32 @@ Result<std::unique_ptr<WorldLog>> WorldLog::open(const std::string& dir) {
   if (auto mapped = log->map(static_cast<std::size_t>(size) + kRoom); !mapped) return tl::unexpected(mapped.error());
   Header h;
   while (read_header(log->memory_, log->used_, log->mapped_, h)) log->used_ += padded(sizeof h + h.size);
-  // Whatever stands behind the last whole record is torn: cut, and read as zeros again.
+  if (auto kept = log->keep_tail(static_cast<std::size_t>(size)); !kept) {
+    log->used_ = static_cast<std::size_t>(size);  // the file stays as it is
+    return tl::unexpected(kept.error());
+  }
+  // Whatever stands behind the last whole record is cut, and read as zeros again.
   if (::ftruncate(file, static_cast<off_t>(log->used_)) != 0 ||
       ::ftruncate(file, static_cast<off_t>(log->mapped_)) != 0)
     return fail(Fault::FileUnwritable, fmt::format("cannot cut the world's log: {}", std::strerror(errno)), path);
   return log;
+}
+
+/// What cannot be read is not lost in silence. Zeros are the room of a writer that was killed.
+Result<void> WorldLog::keep_tail(std::size_t file_size) const {
+  std::size_t end = file_size;
+  while (end > used_ && memory_[end - 1] == std::byte{0}) --end;
+  if (end <= used_) return {};
+  if (used_ == 0)
+    return fail(Fault::FileUnreadable,
+                "is no world's log, or its beginning is damaged; move it away to begin a new world", path_);
+  const std::string beside = path_ + ".cut";
+  std::ofstream out(beside, std::ios::binary | std::ios::trunc);
+  out.write(reinterpret_cast<const char*>(memory_ + used_), static_cast<std::streamsize>(end - used_));
+  out.close();
+  if (!out) return fail(Fault::FileUnwritable, "cannot keep the damaged end of the world's log", beside);
+  log::warn("{}: the last {} bytes are damaged and not remembered; they are kept in {}", path_, end - used_, beside);
+  return {};
 }
 
 Result<void> WorldLog::map(std::size_t bytes) {

@@ -32,8 +32,8 @@ class WorldLog {
     std::span<const std::byte> payload;
   };
 
-  /// Makes the folder when it is missing; a torn tail is cut. Fault::FileUnwritable, SecondOwner when another process
-  /// has it open.
+  /// Makes the folder when it is missing. A damaged end is cut, kept in world.log.cut and told. Fault::FileUnreadable
+  /// (nothing in it can be read), FileUnwritable, SecondOwner when another process has it open.
   static Result<std::unique_ptr<WorldLog>> open(const std::string& dir);
   ~WorldLog();
   WorldLog(const WorldLog&) = delete;
@@ -50,6 +50,7 @@ class WorldLog {
  private:
   WorldLog(int file, std::string path) : file_(file), path_(std::move(path)) {}
   Result<void> map(std::size_t bytes);
+  [[nodiscard]] Result<void> keep_tail(std::size_t file_size) const;
 
   int file_ = -1;
   std::string path_;

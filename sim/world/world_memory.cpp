@@ -1,7 +1,9 @@
 // World: what it remembers from one life to the next.
 #include <cstring>
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/log.hpp"
 #include "sim/world/world.hpp"
 #include "sim/world/world_json.hpp"
 
@@ -44,13 +46,14 @@ void World::keep_collision(const Collision& collision) {
 }
 
 void World::recall_board(std::string_view text) {
+  const auto forget = [](std::string_view why) { log::warn("the board of the last life is not remembered: {}", why); };
   const auto j = parse_json(text);
-  if (!j || !j->is_object()) return;
+  if (!j || !j->is_object()) return forget("its record is no JSON");
   const auto plan = plan_from_json(j->value("plan", nlohmann::json()));
   const auto placement = placement_from_json(j->value("placement", nlohmann::json()));
-  if (!plan || !placement) return;
+  if (!plan || !placement) return forget((plan ? placement.error() : plan.error()).message);
   const config::WorkFrame* frame = config::find_frame(machine_, plan->board.frame);
-  if (frame == nullptr) return;  // the machine file has lost the frame: the board is not in this machine
+  if (frame == nullptr) return forget(fmt::format("the machine has no frame '{}'", plan->board.frame));
   auto board = std::make_shared<BoardTruth>(*plan, frame->origin, *placement);
   for (const auto& s : j->value("stains", nlohmann::json::array())) board->stains.push_back({{s[0], s[1]}, s[2], s[3]});
   board_ = std::move(board);

@@ -74,5 +74,29 @@ TEST_F(WithLog, a_tail_torn_at_any_byte_is_cut_and_the_rest_stays) {
   }
 }
 
+TEST_F(WithLog, damage_in_the_middle_is_kept_beside_and_a_file_that_is_no_log_is_left_alone) {
+  {
+    auto log = WorldLog::open(dir);
+    for (const char* record : {"one", "two", "three"}) (*log)->append(WorldLog::Kind::Board, bytes(record));
+  }
+  const auto path = dir + "/world.log";
+  const auto content = [](const std::string& file) {
+    std::ifstream in(file, std::ios::binary);
+    return std::string((std::istreambuf_iterator<char>(in)), {});
+  };
+  std::string bad = content(path);
+  bad[24 + 16] = 'X';  // in the second record
+  std::ofstream(path, std::ios::binary | std::ios::trunc) << bad;
+  EXPECT_EQ(read(), std::vector<std::string>{"one"});
+  EXPECT_NE(content(path + ".cut").find("three"), std::string::npos) << "what could not be read may be looked at";
+
+  const std::string other = "a letter to my aunt";
+  std::ofstream(path, std::ios::binary | std::ios::trunc) << other;
+  const auto opened = WorldLog::open(dir);
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().fault, Fault::FileUnreadable);
+  EXPECT_EQ(content(path).substr(0, other.size()), other);
+}
+
 }  // namespace
 }  // namespace gantry::sim
