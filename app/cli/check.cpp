@@ -1,53 +1,128 @@
-// gantry check [FILE...]: machine and recipe files, every mistake at once.
-#include <filesystem>
+// gantry check [FILE...]: machine files, recipes, profiles of stations and world scripts, every mistake at once.
+#include <algorithm>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/verbs.hpp"
+#include "config/formats.hpp"
 #include "recipes/job.hpp"
+#include "recipes/recipe_file.hpp"
+#include "sim/script/script.hpp"
 
 namespace gantry::cli {
+namespace {
+
+enum class Kind { Recipe, Machine, Profile, Script };
+
+/// What a file is meant to be: the format that knows most of its keys; a list is a script for the world. What cannot be
+/// read is taken for a recipe, whose reader tells why.
+Kind kind_of(const std::string& path) {
+  const auto text = config::read_text_file(path);
+  config::Mistakes ignored(path);
+  const auto root = text ? config::read_yaml(*text, ignored) : std::nullopt;
+  if (!root) return Kind::Recipe;
+  if (root->kind == config::Node::Kind::Sequence) return Kind::Script;
+  Kind best = Kind::Recipe;
+  std::ptrdiff_t most = 0;
+  for (const auto& [kind, format] : {std::pair{Kind::Recipe, &recipes::recipe_format()},
+                                     {Kind::Machine, &config::machine_format()},
+                                     {Kind::Profile, &config::profile_format()}}) {
+    const auto known = std::count_if(format->begin(), format->end(),
+                                     [&](const config::FieldShape& field) { return root->find(field.key) != nullptr; });
+    if (known > most) best = kind, most = known;
+  }
+  return best;
+}
+
+/// What was found in the files.
+struct Findings {
+  std::vector<Error> errors;
+  std::vector<std::string> good;  ///< a line for each file that is right
+  std::vector<std::string> notes, assumptions;
+
+  /// Takes the mistakes; true: there are none.
+  template <class T>
+  bool take(const Checked<T>& checked) {
+    if (!checked) errors.insert(errors.end(), checked.error().begin(), checked.error().end());
+    return checked.has_value();
+  }
+};
+
+std::optional<config::Machine> check_machine(const std::string& file, Findings& to) {
+  auto machine = config::load_machine(file);
+  if (!to.take(machine)) return std::nullopt;
+  to.good.push_back(fmt::format("{}: {} axes, {} stations", file, machine->axes.size(), machine->stations.size()));
+  for (auto& note : config::notes(*machine)) to.notes.push_back(std::move(note));
+  for (auto& each : config::assumptions(*machine)) to.assumptions.push_back(std::move(each));
+  return std::move(*machine);
+}
+
+void check_recipe(const std::string& file, const config::Machine& machine, Findings& to) {
+  const auto recipe = recipes::load(file);
+  if (!to.take(recipe) || !to.take(recipes::compile(*recipe, machine))) return;
+  to.good.push_back(fmt::format("{}: {} features on '{}'", file, recipe->features.size(), machine.name));
+  for (const auto& note : recipes::notes(*recipe, machine)) to.notes.push_back(file + ": " + note);
+}
+
+void check_profile(const std::string& file, Findings& to) {
+  const auto profile = config::load_profile(file);
+  if (to.take(profile)) to.good.push_back(fmt::format("{}: {}", file, profile->title));
+}
+
+void check_script(const std::string& file, const config::Machine& machine, Findings& to) {
+  const auto script = sim::load_script(file, machine);
+  if (to.take(script)) to.good.push_back(fmt::format("{}: {} entries", file, script->size()));
+}
+
+void show_findings(const Findings& found, const std::vector<std::string>& files, bool list_assumptions, bool json) {
+  if (json) {
+    fmt::print("{}\n",
+               nlohmann::ordered_json{
+                   {"result", "ok"}, {"checked", files}, {"notes", found.notes}, {"assumptions", found.assumptions}}
+                   .dump(2));
+    return;
+  }
+  for (const std::string& line : found.good) fmt::print("{}\n", line);
+  for (const std::string& note : found.notes) fmt::print("  note: {}\n", note);
+  if (list_assumptions)
+    for (const std::string& each : found.assumptions) fmt::print("  assumed: {}\n", each);
+  else
+    fmt::print("  {} things are assumed of the stations; `gantry check` alone lists them\n", found.assumptions.size());
+}
+
+}  // namespace
 
 void add_check(CLI::App& app, Context& context) {
-  auto* verb = app.add_subcommand("check", "Machine and recipe files: every mistake at once, file:line:col");
+  auto* verb = app.add_subcommand("check", "Machine files, recipes, scripts: every mistake at once, file:line:col");
   auto files = std::make_shared<std::vector<std::string>>();
-  verb->add_option("FILE", *files, "Recipes; without one only the machine file is checked");
+  verb->add_option("FILE", *files, "What to check; recipes on the first machine file named here, else on --machine");
   verb->callback([&context, files] {
-    const auto machine = load_machine(context);
-    if (!machine) return;
-    std::vector<Error> errors;
-    auto notes = config::notes(*machine);
-    const auto assumed = config::assumptions(*machine);
-    nlohmann::ordered_json checked = nlohmann::json::array({context.machine_file});
+    std::vector<std::pair<std::string, Kind>> rest;
+    std::vector<std::string> machines;
     for (const std::string& file : *files) {
+      const Kind kind = kind_of(file);
+      kind == Kind::Machine ? machines.push_back(file) : rest.emplace_back(file, kind);
+    }
+    if (machines.empty()) machines.push_back(context.machine_file);
+
+    Findings found;
+    std::vector<std::string> checked = machines;
+    std::optional<config::Machine> machine;
+    for (const std::string& file : machines) {
+      auto read = check_machine(file, found);
+      if (file == machines.front()) machine = std::move(read);
+    }
+    for (const auto& [file, kind] : rest) {
       checked.push_back(file);
-      auto recipe = recipes::load(file);
-      if (!recipe) {
-        errors.insert(errors.end(), recipe.error().begin(), recipe.error().end());
-        continue;
-      }
-      if (auto job = recipes::compile(*recipe, *machine); !job)
-        errors.insert(errors.end(), job.error().begin(), job.error().end());
-      for (const std::string& note : recipes::notes(*recipe, *machine)) notes.push_back(file + ": " + note);
+      if (kind == Kind::Profile) check_profile(file, found);
+      if (!machine) continue;  // its own mistakes are told
+      if (kind == Kind::Recipe) check_recipe(file, *machine, found);
+      if (kind == Kind::Script) check_script(file, *machine, found);
     }
-    if (!errors.empty()) {
-      context.exit_code = show(errors, context.json);
-      return;
-    }
-    if (context.json) {
-      fmt::print(
-          "{}\n",
-          nlohmann::ordered_json{{"result", "ok"}, {"checked", checked}, {"notes", notes}, {"assumptions", assumed}}
-              .dump(2));
-      return;
-    }
-    fmt::print("{}: {} axes, {} stations\n", context.machine_file, machine->axes.size(), machine->stations.size());
-    for (const std::string& file : *files) fmt::print("{}: ok\n", file);
-    for (const std::string& note : notes) fmt::print("  note: {}\n", note);
-    if (files->empty())
-      for (const std::string& each : assumed) fmt::print("  assumed: {}\n", each);
+    if (found.errors.empty())
+      show_findings(found, checked, rest.empty(), context.json);
     else
-      fmt::print("  {} things are assumed of the stations; `gantry check` alone lists them\n", assumed.size());
+      context.exit_code = show(found.errors, context.json);
   });
 }
 
