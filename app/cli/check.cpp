@@ -101,7 +101,10 @@ void add_check(CLI::App& app, Context& context) {
     std::vector<std::string> machines;
     for (const std::string& file : *files) {
       const Kind kind = kind_of(file);
-      kind == Kind::Machine ? machines.push_back(file) : rest.emplace_back(file, kind);
+      if (kind == Kind::Machine)
+        machines.push_back(file);
+      else
+        rest.emplace_back(file, kind);
     }
     if (machines.empty()) machines.push_back(context.machine_file);
 

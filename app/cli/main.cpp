@@ -1,9 +1,12 @@
 // gantry: machine controller for gantry and dispensing machines. main builds the house and hands the parts down; each
 // verb has its file.
+#include <algorithm>
 #include <exception>
 #include <fmt/format.h>
+#include <string_view>
 #include <system_error>
 
+#include "app/cli/usage.hpp"
 #include "app/cli/verbs.hpp"
 #include "core/log.hpp"
 
@@ -46,8 +49,9 @@ int main(int argc, char** argv) try {
   } catch (const CLI::Success& help) {
     return app.exit(help);
   } catch (const CLI::ParseError& error) {
-    app.exit(error);
-    return static_cast<int>(ExitCode::Usage);
+    // What stands behind the mistake was not read: --json is looked for by hand.
+    return cli::show(cli::usage_error(app, error),
+                     std::find(argv, argv + argc, std::string_view("--json")) != argv + argc);
   } catch (const std::system_error& error) {
     if (error.code() != std::errc::broken_pipe) throw;  // who reads our output has seen enough: `... | head`
   }

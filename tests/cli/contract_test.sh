@@ -37,7 +37,19 @@ echo '- {at: feature dot 3, do: drive_fault, axis: X, code: 0x0E}' >"$work/fault
 expect_exit 5 "a drive fault in mid job" "$gantry" dry-run $demo --sim-script "$work/fault.yaml" --out "$work/f"
 expect_text "60 V"
 expect_exit 3 "a placement with a mistake" "$gantry" dry-run $demo --sim-board "dx=1.3, dy=1 mm"
-expect_exit 2 "an unknown verb" "$gantry" fly
+expect_exit 2 "an unknown verb" "$gantry" rum
+expect_text "there is no 'gantry rum'; did you mean 'run'?"
+expect_exit 2 "an unknown verb of a verb" "$gantry" bus fly
+expect_text "there is no 'gantry bus fly'; there are scan"
+expect_exit 2 "an unknown option" "$gantry" --json dry-run $demo --fast
+grep -q '"code": "G901"' "$work/out" || fail "a mistake of usage is no JSON document"
+# What remedies tell people to type exists: words in backticks, up to the first option.
+grep -o '`[^`]*`' core/fault_table.def | tr -d '`' | sed -e 's/^gantry //' -e 's, *--.*,,' | grep -v '^ip ' | sort -u |
+  while read -r words; do
+    # shellcheck disable=SC2086
+    "$gantry" $words --help 2>&1 | grep -q "^Usage: gantry${words:+ $words} " || echo "remedy names '$words'"
+  done >"$work/no-verbs"
+[ -s "$work/no-verbs" ] && fail "$(cat "$work/no-verbs")"
 expect_exit 2 "an unknown bus" "$gantry" run $demo --bus profibus --state "$work/none"
 expect_exit 3 "a recipe that is not there" "$gantry" dry-run "$work/nothing.yaml"
 expect_exit 0 "a code explained" "$gantry" explain G207
@@ -49,3 +61,15 @@ printf -- '- {at: feature nope, do: camera_dead}\n- {at: job start, do: remove_m
 expect_exit 3 "entries of a script that never happen" "$gantry" dry-run $demo --sim-script "$work/never.yaml" --out "$work/n"
 expect_text "$work/never.yaml:1:3: this never happens: there is no feature 'nope'"
 expect_text "$work/never.yaml:2:3: .*did you mean 'back_right'"
+sed 's/^stations:/statons:/' config/machines/dispenser.yaml >"$work/machine.yaml"
+expect_exit 3 "a machine file is checked as one" "$gantry" check "$work/machine.yaml"
+expect_text "$work/machine.yaml:[0-9]*:1: unknown key 'statons'; did you mean 'stations'?"
+expect_exit 0 "a machine file, a recipe, a profile and a script" "$gantry" check config/machines/dispenser.yaml $demo \
+  config/drives/id286.yaml "$work/fault.yaml"
+expect_text "$work/fault.yaml: 1 entries"
+for wrong in "monitor --for -1" "dry-run $demo --sim-seed -1" "run $demo --world nowhere.sock"; do
+  # shellcheck disable=SC2086
+  expect_exit 2 "$wrong" "$gantry" $wrong
+done
+expect_exit 0 "the catalogue as JSON" "$gantry" --json explain
+python3 -c 'import json, sys; assert len(json.load(sys.stdin)) > 50' <"$work/out" || fail "the catalogue is no JSON"
