@@ -32,6 +32,17 @@ constexpr std::string_view clear_text(Clear c) {
   return "";
 }
 
+nlohmann::ordered_json to_json(const FaultInfo& f) {
+  return {{"code", std::string_view(code(f.fault))},
+          {"name", f.name},
+          {"text", f.text},
+          {"reaction", reaction_text(f.reaction)},
+          {"clear", clear_text(f.clear)},
+          {"exit_code", static_cast<int>(f.exit_code)},
+          {"remedy", f.remedy},
+          {"threat", f.threat}};
+}
+
 /// "G204", "204" or "FollowingError".
 const FaultInfo* look_up(std::string_view wanted) {
   if (!wanted.empty() && (wanted.front() == 'G' || wanted.front() == 'g') && wanted.size() > 1 &&
@@ -51,6 +62,13 @@ void add_explain(CLI::App& app, Context& context) {
   auto* verb = app.add_subcommand("explain", "What a fault code means and what to do");
   auto* wanted = verb->add_option("CODE", "G204, 204 or a name; without it: the whole catalogue");
   verb->callback([&context, wanted] {
+    if (wanted->count() == 0 && context.json) {
+      auto all = nlohmann::ordered_json::array();
+      for (const FaultInfo& f : catalogue())
+        if (f.fault != Fault::None) all.push_back(to_json(f));
+      fmt::print("{}\n", all.dump(2));
+      return;
+    }
     if (wanted->count() == 0) {
       for (const FaultInfo& f : catalogue())
         if (f.fault != Fault::None) fmt::print("{}  {:<22} {}\n", std::string_view(code(f.fault)), f.name, f.text);
@@ -64,15 +82,7 @@ void add_explain(CLI::App& app, Context& context) {
       return;
     }
     if (context.json) {
-      fmt::print("{}\n", nlohmann::ordered_json{{"code", std::string_view(code(f->fault))},
-                                                {"name", f->name},
-                                                {"text", f->text},
-                                                {"reaction", reaction_text(f->reaction)},
-                                                {"clear", clear_text(f->clear)},
-                                                {"exit_code", static_cast<int>(f->exit_code)},
-                                                {"remedy", f->remedy},
-                                                {"threat", f->threat}}
-                             .dump(2));
+      fmt::print("{}\n", to_json(*f).dump(2));
       return;
     }
     fmt::print("{} {}\n  what:     {}\n  machine:  {}\n  cleared:  by {}\n  remedy:   {}\n  exit:     {}\n",

@@ -30,7 +30,9 @@ void add_sim(CLI::App& app, Context& context) {
 void add_world_options(CLI::App& verb, sim::VirtualMachineOptions& options) {
   verb.add_option("--sim-board", options.placement,
                   "Where the board lies, e.g. \"dx=1.3 mm, dy=-0.7 mm, rot=0.8 deg\"; else the seed places it");
-  verb.add_option("--sim-seed", options.seed, "Seed of everything random in the virtual world")->capture_default_str();
+  verb.add_option("--sim-seed", options.seed, "Seed of everything random in the virtual world")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   verb.add_option("--sim-script", options.script_file, "What happens in the world: a script file");
   verb.add_option("--sim-state", options.state_dir, "Folder in which the world outlives this program");
 }
