@@ -10,6 +10,9 @@ namespace {
 
 using written::MachineFile;
 
+/// No stepper or servo of this size turns faster (assumed); what is written beyond is another unit or a 0 too many.
+constexpr double kMostRevs_s = 200;
+
 void check_stations(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   std::map<std::pair<BusKind, int>, std::string> places;
   int on_ring = 0;
@@ -55,10 +58,13 @@ void check_timing(const Machine& m, const MachineFile& file, Mistakes& mistakes)
 
 void check_axis(const Machine& m, const Axis& axis, const written::AxisRow& row, Mistakes& mistakes) {
   const auto mode = static_cast<std::int8_t>(axis.kind == AxisKind::Streamed ? 8 : 1);
+  bool watched = !axis.drives.empty();  // every drive does its part and measures where it is
   for (std::size_t d = 0; d < axis.drives.size(); ++d) {
     const Station& station = m.stations[axis.drives[d].station.value];
     const DriveFacts& drive = *station.profile.drive;
-    if (std::find(drive.modes.begin(), drive.modes.end(), mode) == drive.modes.end())
+    const bool able = std::find(drive.modes.begin(), drive.modes.end(), mode) != drive.modes.end();
+    watched = watched && able && drive.closed_loop;
+    if (!able)
       mistakes.add(Fault::Inconsistent,
                    fmt::format("{} cannot be {}: it lacks mode {}", station.profile.title,
                                mode == 8 ? "streamed (write kind: positioned)" : "positioned", mode),
@@ -75,6 +81,13 @@ void check_axis(const Machine& m, const Axis& axis, const written::AxisRow& row,
                       station.profile.title),
           row.following->base.place);
   }
+  if (watched && axis.kind == AxisKind::Streamed && !row.following)
+    mistakes.add(Fault::MissingKey, "'following' is missing here (the window of a closed-loop axis)", row.place);
+  if (axis.unit_per_rev > 0 && axis.v_max / axis.unit_per_rev > kMostRevs_s)
+    mistakes.add(Fault::OutOfRange,
+                 fmt::format("turns the motor at {:.6g} rpm; more than {:.6g} rpm is taken for a slip",
+                             60 * axis.v_max / axis.unit_per_rev, 60 * kMostRevs_s),
+                 row.v_max.place);
   if (axis.drives.size() == 2 && axis.skew_max <= 0)
     mistakes.add(Fault::MissingKey, "'skew_max' is missing here (a gantry axis must watch its two sides)", row.place);
   if (axis.drives.size() == 1 && row.skew_max.given())
@@ -98,6 +111,15 @@ void check_axes(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   for (const auto& [role, name] : {std::pair{m.x, &file.roles.x}, {m.y, &file.roles.y}, {m.z, &file.roles.z}})
     if (m.axes[role.value].kind != AxisKind::Streamed)
       mistakes.add(Fault::Inconsistent, "an axis that carries the head must be streamed", name->place);
+  const auto& z_homing = m.axes[m.z.value].homing;
+  for (const AxisId id : {m.x, m.y})
+    if (const auto& h = m.axes[id.value].homing; h && z_homing && z_homing->order >= h->order) {
+      mistakes.add(Fault::Inconsistent,
+                   fmt::format("axis {} moves sideways before {} is up; give {} the lowest order",
+                               m.axes[id.value].name, m.axes[m.z.value].name, m.axes[m.z.value].name),
+                   file.axes[m.z.value].homing->place);
+      break;
+    }
   if (m.x == m.y || m.y == m.z || m.x == m.z)
     mistakes.add(Fault::Inconsistent, "X, Y and Z must be three axes", file.roles.z.place);
   for (std::size_t i = 0; i < file.park.size(); ++i) {

@@ -24,6 +24,7 @@ class Resolver {
   /// Index of `name` among rows that have a name; reports the nearest when there is none.
   template <class Rows>
   std::optional<std::size_t> index(const Rows& rows, const At<std::string>& name, std::string_view what) {
+    if (rows.empty()) return std::nullopt;  // that their list is missing is told already
     std::vector<std::string_view> known;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       if (rows[i].name == name.value) return i;

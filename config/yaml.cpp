@@ -245,11 +245,12 @@ class TreeBuilder : public YAML::EventHandler {
 
 }  // namespace
 
-void Mistakes::add(Fault fault, std::string message, Place place) {
-  if (rows_.size() < kMost)
-    rows_.push_back({fault, std::move(message), place});
-  else
+void Mistakes::add(Fault fault, std::string_view message, Place place) {
+  if (full()) {
     ++more_;
+    return;
+  }
+  rows_.push_back({fault, shortened(message, kLongest), place});
 }
 
 std::vector<Error> Mistakes::errors() const {
@@ -327,6 +328,12 @@ Result<std::string> read_text_file(const std::string& path, std::size_t max_byte
   if (too_large) return fail(Fault::FileTooLarge, fmt::format("larger than {} bytes; split the file", max_bytes), path);
   if (!ok) return fail(Fault::FileUnreadable, "is no regular file that can be read", path);
   return text;
+}
+
+std::string shortened(std::string_view text, std::size_t bytes) {
+  if (text.size() <= bytes) return std::string(text);
+  while (bytes > 0 && (text[bytes] & 0xC0) == 0x80) --bytes;
+  return std::string(text.substr(0, bytes)) + "...";
 }
 
 std::string_view nearest(std::string_view word, const std::vector<std::string_view>& known) {

@@ -20,13 +20,15 @@ struct Place {
   constexpr auto operator<=>(const Place&) const = default;
 };
 
-/// All mistakes of one file. Keeps the first kMost of them and counts the rest.
+/// All mistakes of one file. Keeps the first kMost of them and counts the rest; a message is cut after kLongest bytes.
 class Mistakes {
  public:
-  static constexpr std::size_t kMost = 100;
+  static constexpr std::size_t kMost = 100, kLongest = 1000;
   explicit Mistakes(std::string file) : file_(std::move(file)) {}
-  void add(Fault fault, std::string message, Place place);
+  void add(Fault fault, std::string_view message, Place place);
   [[nodiscard]] bool none() const { return rows_.empty(); }
+  /// What is added from here on is only counted.
+  [[nodiscard]] bool full() const { return rows_.size() >= kMost; }
   [[nodiscard]] const std::string& file() const { return file_; }
   /// In the order of the file, `where` set to "file:line:col".
   [[nodiscard]] std::vector<Error> errors() const;
@@ -79,6 +81,9 @@ std::optional<Node> read_yaml(std::string_view text, Mistakes& mistakes, const Y
 
 /// A regular file's text. Fault::FileUnreadable, Fault::FileTooLarge.
 Result<std::string> read_text_file(const std::string& path, std::size_t max_bytes = YamlBudget{}.bytes);
+
+/// Text for a message, cut after so many bytes, never within a character.
+std::string shortened(std::string_view text, std::size_t bytes);
 
 /// The known word nearest to `word` by edit distance; empty when none is near enough to be meant.
 std::string_view nearest(std::string_view word, const std::vector<std::string_view>& known);

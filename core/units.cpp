@@ -126,6 +126,9 @@ Result<double> parse(std::string_view text, Dimension dimension) {
     if (unit.empty()) return value;
     return fail(Fault::BadUnit, fmt::format("'{}' is a plain number here; leave out the unit '{}'", all, unit));
   }
+  if (unit.starts_with(','))
+    return fail(Fault::BadValue,
+                fmt::format("'{}' has a decimal comma; write a point, for example '{}'", all, example(dimension)));
   if (unit.empty())
     return fail(Fault::BadUnit, fmt::format("'{}' lacks a unit; write for example '{}' (units: {})", all,
                                             example(dimension), accepted(dimension)));

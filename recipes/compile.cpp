@@ -20,10 +20,13 @@ class Feasibility {
     if (!config::find_frame(machine_, recipe_.board.frame)) {
       std::vector<std::string_view> known;
       for (const auto& frame : machine_.frames) known.push_back(frame.name);
+      const std::string_view near = config::nearest(recipe_.board.frame, known);
       mistakes_.add(Fault::UnknownReference,
-                    fmt::format("machine '{}' has no frame '{}'; known: {}", machine_.name, recipe_.board.frame,
-                                fmt::join(known, ", ")),
-                    {1, 1});
+                    near.empty() ? fmt::format("machine '{}' has no frame '{}'; known: {}", machine_.name,
+                                               recipe_.board.frame, fmt::join(known, ", "))
+                                 : fmt::format("machine '{}' has no frame '{}'; did you mean '{}'?", machine_.name,
+                                               recipe_.board.frame, near),
+                    recipe_.board.frame_place);
       return;
     }
     outputs();

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <set>
 
@@ -18,7 +20,13 @@ class Checker {
   Checker(const Recipe& recipe, Mistakes& mistakes) : recipe_(recipe), mistakes_(mistakes) {}
 
   void board_items() {
-    for (const MarkDef& m : recipe_.marks) on_board(m.at, m.place, "mark");
+    for (const MarkDef& m : recipe_.marks) {
+      on_board(m.at, m.place, "mark");
+      for (const Part& p : recipe_.parts)
+        if (covers(p, m.at, m.diameter / 2))
+          mistakes_.add(Fault::Inconsistent, fmt::format("'{}' covers the mark: the camera looks from above", p.name),
+                        m.place);
+    }
     for (const TouchPoint& t : recipe_.touches) on_board(t.at, t.place, "touch point");
     std::set<std::string> names;
     for (const Part& p : recipe_.parts) {
@@ -52,6 +60,8 @@ class Checker {
       if (i > 0 && row.points[i].value == row.points[i - 1].value)
         mistakes_.add(Fault::Inconsistent, "the same point twice in a row", row.points[i].place);
     }
+    if ((row.columns > 1 && row.pitch.value.x == 0) || (row.rows > 1 && row.pitch.value.y == 0))
+      mistakes_.add(Fault::Inconsistent, "with a pitch of 0 several dots lie on one spot", row.pitch.place);
     if (row.closed && row.points.size() > 1 && row.points.front().value == row.points.back().value)
       mistakes_.add(Fault::Inconsistent, "a closed bead goes back by itself; leave out its last point",
                     row.points.back().place);
@@ -67,6 +77,12 @@ class Checker {
   }
 
  private:
+  /// A part, or a fixture with the board in its nominal place, over any point of a disc.
+  [[nodiscard]] static bool covers(const Part& part, Vec2 at, double radius) {
+    const Vec2 p = rotated(at - part.at, -part.rotation);
+    const Vec2 beyond{std::max(0.0, std::abs(p.x) - part.size.x / 2), std::max(0.0, std::abs(p.y) - part.size.y / 2)};
+    return norm(beyond) < radius;
+  }
   [[nodiscard]] bool inside(Vec2 p) const {
     const Vec2 size = recipe_.board.size;
     constexpr double kSlack = 1e-9;
@@ -106,6 +122,8 @@ void expand_array(const FeatureRow& row, Recipe& to, Checker& check, Mistakes& m
       points.push_back(p);
       to.features.emplace_back(Dot{fmt::format("{}[{}][{}]", row.name.value, r, c), p, row.material.value, row.place});
     }
+  if (points.empty() && count > 0)
+    mistakes.add(Fault::Inconsistent, "every dot of the array is skipped; leave the array out", row.place);
   check.expanded(points, row.at.place, "array's dot");
 }
 

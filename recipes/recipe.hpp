@@ -24,6 +24,7 @@ struct Board {
   std::string frame;        ///< work frame of the machine: "pallet"
   Vec2 at;                  ///< nominal place of the board's origin in that frame
   double clamp_margin = 0;  ///< mm kept free at the edges by the fixture; informational
+  Place frame_place{};
 };
 
 /// Something solid: a part that stands on the board's top face, or a fixture (a clamp) that stands on the pallet,

@@ -27,11 +27,20 @@ using D = config::Dimension;
 constexpr Range kOnBoard{-2000, 2000}, kExtent{0.01, 2000};
 constexpr Range kHalfTurn{units::rad(-180), units::rad(180)}, kTurn{units::rad(-360), units::rad(360)};
 
+/// The machine is asked for it later: a mistake is told where it stands.
+config::Field<Board> frame() {
+  auto inner = name_of("frame", &Board::frame, kRequired, "a frame of the machine");
+  return {inner.row, [inner](const Node& node, Board& to, Mistakes& mistakes) {
+            inner.read(node, to, mistakes);
+            to.frame_place = node.place;
+          }};
+}
+
 const Fields<Board> kBoard{
     point("size", &Board::size, kExtent, kRequired, "its edges along X and Y"),
     number("thickness", &Board::thickness, D::Length, {0.01, 500}, kRequired,
            "its top face stands this far above the frame's origin"),
-    name_of("frame", &Board::frame, kRequired, "a frame of the machine"),
+    frame(),
     point("at", &Board::at, kOnBoard, kOptional, "nominal place of its origin in that frame"),
     number("clamp_margin", &Board::clamp_margin, D::Length, {0, 100}, kOptional,
            "kept free at the edges by the fixture"),

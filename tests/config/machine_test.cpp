@@ -202,6 +202,10 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"v_max: 500 mm/s", "v_max: 500 deg/s", "500", Fault::BadUnit, "mm/s"},
         Wrong{"v_max: 360 deg/s", "v_max: 360 mm/s", "360", Fault::BadUnit, "rad/s"},
         Wrong{"a_max: 4000 mm/s^2", "a_max: 0 mm/s^2", "0", Fault::OutOfRange, "more than 0"},
+        Wrong{"v_max: 500 mm/s", "v_max: 500000 mm/s", "500000", Fault::OutOfRange, "3e+06 rpm"},
+        Wrong{"    following: {base: 0.5 mm, per_speed: 10 ms}\n", "", "X:\n    drives", Fault::MissingKey,
+              "following"},
+        Wrong{"order: 0, method: 18", "order: 2, method: 18", "{order: 2", Fault::Inconsistent, "before Z is up"},
         Wrong{"method: 17", "method: 15", "15", Fault::Inconsistent, "methods"},
         Wrong{"  Y:\n    drives: [{station: y1}, {station: y2}]", "  Y:\n    drives: [{station: y1}]", "0.2 mm\n",
               Fault::Inconsistent, "no skew"},
@@ -227,6 +231,15 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"limits: [-2 mm, 505 mm]", "limits: [2 mm, 505 mm]", "[", Fault::Inconsistent, "outside the travel"},
         Wrong{"start: 230 mm", "start: 830 mm", "830", Fault::OutOfRange, "limit switches"},
         Wrong{"  post:  ", "  needle: ", "needle", Fault::DuplicateKey, "head"}));
+
+TEST(Machine, names_that_only_miss_their_misspelt_list_are_not_told) {
+  Changed file;
+  file.swap("\nstations:", "\nstatons:", "statons");
+  const auto m = file.load();
+  ASSERT_FALSE(m);
+  EXPECT_EQ(m.error().size(), 1u) << to_text(m.error().back());
+  EXPECT_EQ(m.error()[0].where, file.where());
+}
 
 TEST(Machine, a_mistake_in_a_profile_is_told_with_the_profiles_place) {
   const auto folder = fs::path(testing::TempDir()) / ("gantry_profiles_" + std::to_string(::getpid()));

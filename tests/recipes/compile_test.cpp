@@ -188,6 +188,16 @@ INSTANTIATE_TEST_SUITE_P(
               Fault::Inconsistent, "adhesive", "open for 60 ms"}),
     [](const auto& each) { return std::string(each.param.name); });
 
+TEST(Compile, an_unknown_frame_is_told_where_it_stands) {
+  Recipe r = demo();
+  r.board.frame = "palet";
+  const auto job = compile(r, dispenser());
+  ASSERT_FALSE(job);
+  const std::string text = *config::read_text_file("recipes/demo-board.yaml");
+  const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<long>(text.find("frame: pallet")), '\n');
+  EXPECT_EQ(job.error()[0].where, "recipes/demo-board.yaml:" + std::to_string(line) + ":10");
+}
+
 TEST(Compile, notes_tell_what_a_bus_loss_costs_at_the_recipes_speeds) {
   const auto told = notes(demo(), dispenser());
   ASSERT_EQ(told.size(), 2u);

@@ -77,6 +77,17 @@ TEST(Recipe, three_mistakes_are_three_messages_at_their_places) {
   for (const Error& e : r.error()) EXPECT_EQ(info(e.fault).exit_code, ExitCode::InvalidFile);
 }
 
+TEST(Recipe, a_mark_under_something_is_told) {
+  for (const char* thing : {"parts: {lid: {at: [90 mm, 46 mm], size: [20 mm, 8 mm, 5 mm]}}\n",
+                            "fixtures: {lid: {at: [97 mm, 50 mm], size: [14 mm, 6 mm, 5 mm], rotation: 20 deg}}\n"}) {
+    const auto r = parse(thing + with("  - dot: {name: d, material: glue, at: [5 mm, 5 mm]}\n"), "f");
+    ASSERT_FALSE(r) << thing;
+    EXPECT_EQ(r.error().size(), 1u);
+    EXPECT_EQ(r.error()[0].where, "f:5:48");
+    EXPECT_NE(r.error()[0].message.find("'lid' covers"), std::string::npos);
+  }
+}
+
 TEST(Recipe, the_example_of_the_docs_reads) {
   const std::string page = *config::read_text_file("docs/recipe.md");
   const auto from = page.find("```yaml\n") + 8;
@@ -176,7 +187,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"  - line: {name: d, material: glue, from: [1 mm, 5 mm], to: [1 mm, 5 mm]}\n", Fault::Inconsistent,
               "[1 mm, 5 mm]}", "where it starts"},
         Wrong{"  - polyline: {name: d, material: glue, points: [[1 mm, 5 mm]]}\n", Fault::OutOfRange, "[[",
-              "2 .. 10000"},
+              "at least 2"},
         Wrong{"  - polyline: {name: d, material: glue, points: [[1 mm, 5 mm], [2 mm, 5 mm], [2 mm, 5 mm]]}\n",
               Fault::Inconsistent, "[2 mm", "twice in a row"},
         Wrong{"  - polyline: {name: d, material: glue, closed: true, points: [[1 mm, 5 mm], [2 mm, 5 mm], [1 mm, 5 "
@@ -187,8 +198,13 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"  - rectangle: {name: d, material: glue, at: [90 mm, 5 mm], size: [0 mm, 5 mm]}\n", Fault::OutOfRange,
               "0 mm, 5 mm]}", "0.01 mm"},
         Wrong{
-            "  - array: {name: d, material: glue, at: [5 mm, 5 mm], rows: 1000, columns: 1000, pitch: [0 mm, 0 mm]}\n",
+            "  - array: {name: d, material: glue, at: [5 mm, 5 mm], rows: 1000, columns: 1000, pitch: [1 mm, 1 mm]}\n",
             Fault::TooManySteps, "array", "100000"},
+        Wrong{"  - array: {name: d, material: glue, at: [5 mm, 5 mm], rows: 2, columns: 2, pitch: [0 mm, 2 mm]}\n",
+              Fault::Inconsistent, "[0 mm", "one spot"},
+        Wrong{"  - array: {name: d, material: glue, at: [5 mm, 5 mm], rows: 1, columns: 2, pitch: [3 mm, 0 mm], skip: "
+              "[[0, 0], [0, 1]]}\n",
+              Fault::Inconsistent, "array", "every dot"},
         Wrong{"  - array: {name: d, material: glue, at: [5 mm, 5 mm], rows: 2, columns: 30, pitch: [5 mm, 5 mm]}\n",
               Fault::OutOfRange, "[5 mm, 5 mm], rows", "(105, 5)"},
         Wrong{"  - array: {name: d, material: glue, at: [5 mm, 5 mm], rows: 2, columns: 3, pitch: [5 mm, 5 mm], skip: "
