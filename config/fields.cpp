@@ -4,15 +4,14 @@
 #include <charconv>
 #include <cmath>
 #include <fmt/format.h>
+#include <iterator>
 
 namespace gantry::config {
 namespace {
 
-constexpr std::size_t kMaxName = 64, kMaxText = 600;
+constexpr std::size_t kMaxName = 64, kMaxText = 600, kMaxNumber = 60;
 
-std::string shown(std::string_view text) {
-  return text.size() > 40 ? std::string(text.substr(0, 40)) + "..." : std::string(text);
-}
+std::string shown(std::string_view text) { return shortened(text, 40); }
 
 std::string what_it_is(const Node& node) {
   switch (node.kind) {
@@ -55,29 +54,39 @@ bool ambiguous(const Node& node) {
   return numeric && std::any_of(lower.begin(), lower.end(), is_digit) && !is_letter(lower[0]);
 }
 
-std::string show(double value, Dimension dimension) {
-  if (dimension == Dimension::Angle) return fmt::format("{:.6g} deg", units::deg(value));
-  const std::string_view unit = units::name(dimension);
-  return unit.empty() ? fmt::format("{:.9g}", value) : fmt::format("{:.9g} {}", value, unit);
-}
-
 bool in_range(double value, const Range& range) {
   // A hair of slack: 180 deg read from text and 180 deg in code differ in the last bit.
   const double slack = 1e-12 * std::max(1.0, std::abs(value));
   return value >= range.min - slack && value <= range.max + slack;
 }
 std::string outside(double value, const Range& range, Dimension d) {
-  if (!std::isfinite(range.max)) return fmt::format("{} is less than {}", show(value, d), show(range.min, d));
-  if (!std::isfinite(range.min)) return fmt::format("{} is more than {}", show(value, d), show(range.max, d));
-  if (range.min == range.max) return fmt::format("{} stands here; expected {}", show(value, d), show(range.min, d));
-  return fmt::format("{} is outside {} .. {}", show(value, d), show(range.min, d), show(range.max, d));
+  if (!std::isfinite(range.max))
+    return fmt::format("{} is less than {}", as_written(value, d), as_written(range.min, d));
+  if (!std::isfinite(range.min))
+    return fmt::format("{} is more than {}", as_written(value, d), as_written(range.max, d));
+  if (range.min == range.max)
+    return fmt::format("{} stands here; expected {}", as_written(value, d), as_written(range.min, d));
+  return fmt::format("{} is outside {} .. {}", as_written(value, d), as_written(range.min, d),
+                     as_written(range.max, d));
 }
 
 }  // namespace
 
+std::string as_written(double value, Dimension dimension) {
+  if (dimension == Dimension::Angle) return fmt::format("{:.6g} deg", units::deg(value));
+  const std::string_view unit = units::name(dimension);
+  return unit.empty() ? fmt::format("{:.9g}", value) : fmt::format("{:.9g} {}", value, unit);
+}
+
 std::optional<Quantity> read_quantity(const Node& node, const ValueShape& shape, Mistakes& mistakes) {
   const Dimension first = shape.dimensions.front();
   if (!expect_scalar(node, fmt::format("a value such as '{}'", units::example(first)), mistakes)) return std::nullopt;
+  if (node.text.size() > kMaxNumber) {
+    mistakes.add(Fault::BadValue,
+                 fmt::format("'{}' is not a number; write for example '{}'", shown(node.text), units::example(first)),
+                 node.place);
+    return std::nullopt;
+  }
   std::optional<Error> error;
   for (const Dimension dimension : shape.dimensions) {
     const Result<double> value = units::parse(node.text, dimension);
@@ -184,13 +193,18 @@ bool expect_list(const Node& node, Range count, Mistakes& mistakes) {
     mistakes.add(Fault::BadValue, fmt::format("{}; expected a list", what_it_is(node)), node.place);
     return false;
   }
+  return expect_count(node, count, mistakes);
+}
+
+bool expect_count(const Node& node, Range count, Mistakes& mistakes) {
   const auto n = static_cast<double>(node.items.size());
-  if (n < count.min || n > count.max) {
-    mistakes.add(Fault::OutOfRange, fmt::format("a list of {} stands here; {}", n, outside(n, count, Dimension::None)),
-                 node.place);
-    return false;
-  }
-  return true;
+  if (in_range(n, count)) return true;
+  const bool few = n < count.min;
+  mistakes.add(
+      Fault::OutOfRange,
+      fmt::format("{} stand here; {} {} are wanted", n, few ? "at least" : "at most", few ? count.min : count.max),
+      node.place);
+  return false;
 }
 
 bool expect_map(const Node& node, std::string_view what, Mistakes& mistakes) {
@@ -211,14 +225,18 @@ bool expect_name(const Node::Key& key, Mistakes& mistakes) {
 void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Place owner, Mistakes& mistakes) {
   std::vector<std::string_view> words;
   for (const FieldShape* field : known) words.push_back(field->key);
+  std::vector<std::string_view> open;  // that are not there
+  std::copy_if(words.begin(), words.end(), std::back_inserter(open),
+               [&](std::string_view word) { return map.find(word) == nullptr; });
   std::vector<std::string_view> meant;  // a misspelt key is one mistake, not an unknown and a missing one
   for (std::size_t i = 0; i < map.keys.size(); ++i) {
     const auto& key = map.keys[i];
     if (map.items[i].kind == Node::Kind::Refused || std::find(words.begin(), words.end(), key.text) != words.end())
       continue;
-    std::vector<std::string_view> open;
-    for (const std::string_view word : words)
-      if (!map.find(word)) open.push_back(word);
+    if (mistakes.full()) {
+      mistakes.add(Fault::UnknownKey, {}, key.place);
+      continue;
+    }
     std::string_view near = nearest(key.text, open);
     if (near.empty()) near = nearest(key.text, words);
     if (!near.empty()) meant.push_back(near);

@@ -71,6 +71,7 @@ struct FieldShape {
   Need need = kOptional;
   std::string doc;
   ValueShape shape;
+  std::string fallback{};  ///< what holds when the key is left out, as one would write it; empty: nothing does
 };
 
 template <class T>
@@ -91,6 +92,7 @@ std::optional<std::size_t> read_choice(const Node& node, const ValueShape& shape
 std::optional<std::pair<std::uint16_t, std::uint8_t>> read_address(const Node& node, Mistakes& mistakes);
 /// False, and a mistake, when the node is no such container or its count is out of range.
 bool expect_list(const Node& node, Range count, Mistakes& mistakes);
+bool expect_count(const Node& node, Range count, Mistakes& mistakes);
 bool expect_map(const Node& node, std::string_view what, Mistakes& mistakes);
 bool expect_name(const Node::Key& key, Mistakes& mistakes);
 /// Unknown and missing keys of a map. `owner` is where a missing key is reported.
@@ -163,12 +165,26 @@ auto& object_in(V& to) {
 }
 }  // namespace detail
 
+/// A number as one would write it: "5 mm", "2.5 deg", "3".
+std::string as_written(double value, Dimension dimension);
+
+namespace detail {
+/// What a member holds when its key is left out.
+template <class T, class V>
+std::string fallback(V T::*member, Need need, Dimension dimension) {
+  if constexpr (std::is_arithmetic_v<V>)
+    if (need == kOptional) return as_written(static_cast<double>(T{}.*member), dimension);
+  return {};
+}
+}  // namespace detail
+
 // One function a kind of row.
 
 template <class T, class V>
 Field<T> number(std::string key, V T::*member, Dimension dimension, Range range, Need need, std::string doc) {
   ValueShape shape{ValueShape::Kind::Number, {dimension}, range, {}, {}, {}};
-  return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
+  return {{std::move(key), need, std::move(doc), shape, detail::fallback(member, need, dimension)},
+          [member, shape](const Node& node, T& to, Mistakes& mistakes) {
             if (const auto v = read_quantity(node, shape, mistakes)) detail::put(to.*member, v->value, node);
           }};
 }
@@ -186,7 +202,8 @@ Field<T> quantity(std::string key, At<Quantity> T::*member, std::vector<Dimensio
 template <class T, class V>
 Field<T> integer(std::string key, V T::*member, Range range, Need need, std::string doc) {
   ValueShape shape{ValueShape::Kind::Integer, {}, range, {}, {}, {}};
-  return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
+  return {{std::move(key), need, std::move(doc), shape, detail::fallback(member, need, Dimension::None)},
+          [member, shape](const Node& node, T& to, Mistakes& mistakes) {
             if (const auto v = read_integer(node, shape, mistakes)) detail::put(to.*member, *v, node);
           }};
 }
@@ -194,7 +211,11 @@ Field<T> integer(std::string key, V T::*member, Range range, Need need, std::str
 template <class T, class V>
 Field<T> flag(std::string key, V T::*member, Need need, std::string doc) {
   ValueShape shape{ValueShape::Kind::Flag, {}, kAny, {}, {}, {}};
-  return {{std::move(key), need, std::move(doc), shape}, [member](const Node& node, T& to, Mistakes& mistakes) {
+  std::string otherwise;
+  if constexpr (std::is_same_v<V, bool>)
+    if (need == kOptional) otherwise = T{}.*member ? "true" : "false";
+  return {{std::move(key), need, std::move(doc), shape, std::move(otherwise)},
+          [member](const Node& node, T& to, Mistakes& mistakes) {
             if (const auto v = read_flag(node, mistakes)) detail::put(to.*member, *v, node);
           }};
 }
@@ -221,8 +242,13 @@ using Choices = std::vector<std::pair<std::string, E>>;
 template <class T, class V, class E>
 Field<T> choice(std::string key, V T::*member, Choices<E> choices, Need need, std::string doc) {
   ValueShape shape{ValueShape::Kind::Choice, {}, kAny, {}, {}, {}};
-  for (const auto& [name, value] : choices) shape.choices.push_back(name);
-  return {{std::move(key), need, std::move(doc), shape},
+  std::string otherwise;
+  for (const auto& [name, value] : choices) {
+    shape.choices.push_back(name);
+    if constexpr (std::is_same_v<V, E>)
+      if (need == kOptional && T{}.*member == value) otherwise = name;
+  }
+  return {{std::move(key), need, std::move(doc), shape, std::move(otherwise)},
           [member, shape, choices = std::move(choices)](const Node& node, T& to, Mistakes& mistakes) {
             if (const auto v = read_choice(node, shape, mistakes)) detail::put(to.*member, choices[*v].second, node);
           }};
@@ -290,9 +316,7 @@ Field<T> named(std::string key, std::vector<U> T::*member, const Fields<U>& fiel
   return {{std::move(key), need, std::move(doc), shape},
           [member, fields, count](const Node& node, T& to, Mistakes& mistakes) {
             if (!expect_map(node, "names with values", mistakes)) return;
-            const auto n = static_cast<double>(node.keys.size());
-            if (n < count.min || n > count.max)
-              mistakes.add(Fault::OutOfRange, "too few or too many of them here", node.place);
+            expect_count(node, count, mistakes);
             for (std::size_t i = 0; i < node.keys.size(); ++i) {
               if (!expect_name(node.keys[i], mistakes) || node.items[i].kind == Node::Kind::Refused) continue;
               U& each = (to.*member).emplace_back();

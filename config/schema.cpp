@@ -22,25 +22,27 @@ std::string units_pattern(const std::vector<Dimension>& dimensions) {
   return "^[-+]?([0-9]+\\.?[0-9]*|\\.[0-9]+)([eE][-+]?[0-9]+)? *(" + units + ")$";
 }
 
-std::string shown(double value, Dimension dimension) {
-  if (dimension == Dimension::Angle) return fmt::format("{:.6g} deg", units::deg(value));
-  const std::string_view unit = units::name(dimension);
-  return fmt::format("{:.9g}{}{}", value, unit.empty() ? "" : " ", unit);
-}
 /// "0.1 mm .. 50 mm"; empty when anything goes.
 std::string range_text(const ValueShape& shape) {
   const Dimension d = shape.dimensions.empty() ? Dimension::None : shape.dimensions.front();
   const bool low = std::isfinite(shape.range.min), high = std::isfinite(shape.range.max);
   if (low && high) {
     return shape.range.min == shape.range.max
-               ? shown(shape.range.min, d)
-               : fmt::format("{} .. {}", shown(shape.range.min, d), shown(shape.range.max, d));
+               ? as_written(shape.range.min, d)
+               : fmt::format("{} .. {}", as_written(shape.range.min, d), as_written(shape.range.max, d));
   }
-  if (low) return fmt::format("at least {}", shown(shape.range.min, d));
-  return high ? fmt::format("at most {}", shown(shape.range.max, d)) : "";
+  if (low) return fmt::format("at least {}", as_written(shape.range.min, d));
+  return high ? fmt::format("at most {}", as_written(shape.range.max, d)) : "";
 }
 
 Json value_schema(const ValueShape& shape);
+
+/// As JSON has it: what is written without a unit is a number or a flag.
+Json fallback(const FieldShape& field) {
+  const bool text = field.shape.kind == Kind::Choice ||
+                    (field.shape.kind == Kind::Number && field.shape.dimensions.front() != Dimension::None);
+  return text ? Json(field.fallback) : Json::parse(field.fallback);
+}
 
 Json object_schema(const std::vector<FieldShape>& fields) {
   Json out{{"type", "object"}, {"additionalProperties", false}};
@@ -52,6 +54,7 @@ Json object_schema(const std::vector<FieldShape>& fields) {
     if (field.shape.kind == Kind::Number && !range_text(field.shape).empty())
       doc += " (" + range_text(field.shape) + ")";
     value["description"] = doc;
+    if (!field.fallback.empty()) value["default"] = fallback(field);
     properties[field.key] = std::move(value);
     if (field.need == kRequired) required.push_back(field.key);
   }
@@ -158,8 +161,10 @@ void rows(const std::vector<FieldShape>& fields, const std::string& above, bool 
         field.shape.items.front().kind != Kind::OneOf)
       value = "list of " + sample(field.shape.items.front());
     if (field.shape.kind == Kind::Named) range.clear();
-    out += fmt::format("| `{}{}` | {} | {} | {}{} |\n", above, field.key, value, range, field.doc,
-                       field.need == kRequired || choice ? "" : " (may be left out)");
+    const std::string need = field.need == kRequired || choice ? ""
+                             : field.fallback.empty()          ? " (may be left out)"
+                                                               : fmt::format(" (left out: {})", field.fallback);
+    out += fmt::format("| `{}{}` | {} | {} | {}{} |\n", above, field.key, value, range, field.doc, need);
     rows_below(field.shape, above + field.key, out);
   }
 }

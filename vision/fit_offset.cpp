@@ -91,13 +91,14 @@ Result<OffsetFit> fit_offset(std::span<const MarkPair> marks, const FitRules& ru
   if (norm(fit.shift_mm) > rules.max_shift_mm)
     return fail(
         Fault::ResidualTooLarge,
-        fmt::format("the board would lie {:.3f} mm off its place, more than the {:.3f} mm that the recipe allows",
+        fmt::format("the board would lie {:.3f} mm off its place, more than the {:.3f} mm of mark_rules: max_shift",
                     norm(fit.shift_mm), rules.max_shift_mm));
   if (std::abs(fit.rotation_rad) > rules.max_rotation_rad) {
     constexpr double kDegree = 180 / std::numbers::pi;
-    return fail(Fault::ResidualTooLarge,
-                fmt::format("the board would be turned by {:.3f} deg, more than the {:.3f} deg that the recipe allows",
-                            fit.rotation_rad * kDegree, rules.max_rotation_rad * kDegree));
+    return fail(
+        Fault::ResidualTooLarge,
+        fmt::format("the board would be turned by {:.3f} deg, more than the {:.3f} deg of mark_rules: max_rotation",
+                    fit.rotation_rad * kDegree, rules.max_rotation_rad * kDegree));
   }
   return fit;
 }

@@ -107,7 +107,8 @@ INSTANTIATE_TEST_SUITE_P(
         Trick{"extent: 5 inch", Fault::BadUnit, 9, "inch"}, Trick{"extent: .nan mm", Fault::BadValue, 9, ".nan"},
         Trick{"extent: .inf", Fault::BadValue, 9, ".inf"}, Trick{"extent: 1e999 mm", Fault::BadValue, 9, "1e999"},
         Trick{"extent: 010 mm", Fault::BadValue, 9, "010"}, Trick{"extent: 0x10 mm", Fault::BadUnit, 9, "x10"},
-        Trick{"extent: 1_000 mm", Fault::BadUnit, 9, "_000"}, Trick{"extent: 1,5 mm", Fault::BadUnit, 9, ",5"},
+        Trick{"extent: 1_000 mm", Fault::BadUnit, 9, "_000"},
+        Trick{"extent: 1,5 mm", Fault::BadValue, 9, "decimal comma"},
         Trick{"extent: --5 mm", Fault::BadValue, 9, "--5"}, Trick{"extent:", Fault::BadValue, 1, "nothing stands here"},
         Trick{"extent: ~", Fault::BadValue, 9, "nothing stands here"},
         Trick{"extent: [5 mm]", Fault::BadValue, 9, "a list"}, Trick{"extent: {a: 5 mm}", Fault::BadValue, 9, "keys"},
@@ -142,7 +143,7 @@ INSTANTIATE_TEST_SUITE_P(
         Trick{"at: [1 mm, 2]", Fault::BadUnit, 12, "lacks a unit"},
         Trick{"at: [1 mm, 51 mm]", Fault::OutOfRange, 12, "-50 mm .. 50 mm"},
         Trick{"items: {a: {size: 1 mm}, b: {size: 1 mm}, c: {size: 1 mm}}", Fault::OutOfRange, 8,
-              "too few or too many"},
+              "3 stand here; at most 2"},
         Trick{"items: {a: {size: 11 mm}}", Fault::OutOfRange, 19, "10 mm"},
         Trick{"items: {a: {}}", Fault::MissingKey, 9, "'size'"},
         Trick{"items: {a b: {size: 1 mm}}", Fault::BadValue, 9, "no name"},
@@ -152,6 +153,19 @@ INSTANTIATE_TEST_SUITE_P(
         Trick{"object: 0x16040", Fault::BadValue, 9, "no object"},
         Trick{"color: red", Fault::UnknownKey, 1, "'colour'"},
         Trick{"weather: 5", Fault::UnknownKey, 1, "known here: speed"}));
+
+TEST(Fields, a_long_value_makes_no_long_message) {
+  const std::string digits(100000, '7'), accents = std::string(39, 'x') + "\u00e9\u00e9";
+  for (const std::string& value : {digits, "\"" + digits + "\"", accents}) {
+    const Outcome out = read("speed: " + value + "\n");
+    ASSERT_EQ(out.errors.size(), 1u);
+    EXPECT_LT(out.errors[0].message.size(), 200u);
+    EXPECT_NE(out.errors[0].message.find("20 mm/s"), std::string::npos) << out.errors[0].message;
+  }
+  const Outcome cut = read("colour: " + accents + "\n");
+  EXPECT_NE(cut.errors.back().message.find(std::string(39, 'x') + "..."), std::string::npos) << "no half character";
+  EXPECT_EQ(shortened("\u00e9\u00e9", 3), "\u00e9...");
+}
 
 TEST(Fields, a_misspelt_key_is_one_mistake) {
   const Outcome out = read("sped: 1 mm/s\n");
