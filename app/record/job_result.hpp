@@ -35,7 +35,7 @@ struct TouchResult {
 
 /// Where the needle, camera or probe was to go, and where it went; machine frame, thinned for drawing.
 struct PathPoint {
-  double t_s = 0;  ///< since the job's first block
+  double t_s = 0;  ///< since the job began, as events and collisions count; homing comes before the first block
   Vec3 head;       ///< X Y Z of the axes
   std::uint32_t block = 0;
   bool valve = false;
@@ -65,9 +65,10 @@ struct CycleStatistics {
 
 struct AxisResult {
   std::string name;
-  bool measured = false;     ///< false on an open-loop axis: following error is n/a
-  double max_following = 0;  ///< mm or rad, while enabled
-  bool rotary = false;       ///< rad instead of mm
+  bool measured = false;                             ///< false on an open-loop axis: following error is n/a
+  double max_following = 0;                          ///< mm or rad, while enabled
+  bool rotary = false;                               ///< rad instead of mm
+  double allowed_at_rest = 0, allowed_at_v_max = 0;  ///< the window, which grows with the speed; 0: none is watched
 };
 
 using Deposit = sim::Deposit;

@@ -50,7 +50,9 @@ std::string time_section(const JobResult& r) {
   const auto view = height_view(r);
   if (view.empty()) return {};
   return "<section><h2>Height of the tool over the board's nominal top, mm</h2>" + view +
-         "<p class=\"note\">Green: the valve is open.</p></section>\n";
+         "<p class=\"note\">Time since the job began, as events and collisions count it; homing comes first. Green: "
+         "the "
+         "valve is open.</p></section>\n";
 }
 
 /// A name that is safe as a file's, different for different marks.

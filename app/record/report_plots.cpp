@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "app/record/polyline.hpp"
 #include "app/record/report_geometry.hpp"
 #include "app/record/svg.hpp"
 
@@ -77,14 +78,20 @@ std::string height_view(const JobResult& r) {
     svg.words({a.px(x, 0).x, a.bottom + 18}, html::number(x, step_x < 1 ? 1 : 0) + " s", "tick", "middle");
 
   // The valve first, as bands behind the line.
+  std::vector<Vec2> bands;  // from, to
   for (std::size_t i = 0; i < r.actual.size(); ++i) {
     if (!r.actual[i].valve) continue;
     std::size_t j = i;
     while (j + 1 < r.actual.size() && r.actual[j].valve) ++j;
     const double from = a.px(r.actual[i].t_s, 0).x, to = a.px(r.actual[j].t_s, 0).x;
-    svg.rect({from, a.top}, {std::max(0.6, to - from), a.bottom - a.top}, "valve-band");
+    if (bands.empty() || from > bands.back().y + 0.5)
+      bands.push_back({from, to});
+    else
+      bands.back().y = to;  // as near as this they cannot be told apart
     i = j;
   }
+  for (const Vec2 band : bands)
+    svg.rect({band.x, a.top}, {std::max(0.6, band.y - band.x), a.bottom - a.top}, "valve-band");
   const auto draw = [&](const std::vector<PathPoint>& path, const char* css) {
     std::vector<Vec2> points;
     std::uint32_t block = 0;
@@ -93,15 +100,15 @@ std::string height_view(const JobResult& r) {
       if (!std::isfinite(z) || !std::isfinite(p.t_s)) continue;
       const Vec2 at = a.px(p.t_s, z);
       // Another block is another tool, whose tip is elsewhere: the line begins anew.
-      if (p.block != block) svg.path(points, css), points.clear();
+      if (p.block != block) svg.path(envelope(points), css), points.clear();
       block = p.block;
-      // Points that would fall on the same place of the picture are left out.
-      if (points.empty() || norm(at - points.back()) > 0.4) points.push_back(at);
+      points.push_back(at);
     }
-    svg.path(points, css);
+    svg.path(envelope(points), css);
   };
   draw(planned, "planned");
   draw(r.actual, "actual");
+  for (const auto& c : r.collisions) svg.line(a.px(c.t_s, a.y0), a.px(c.t_s, a.y1), "hit", {});
   return svg.done();
 }
 

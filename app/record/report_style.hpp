@@ -7,10 +7,10 @@ namespace gantry::record {
 inline constexpr std::string_view kStyle = R"css(
 :root{color-scheme:light dark;--bg:#f5f6f7;--card:#fff;--ink:#1c2430;--muted:#66717f;--line:#e1e5ea;--accent:#2563a8;
 --good:#1a7f55;--warn:#9a6200;--bad:#b3261e;--board:#eaf3ec;--board-edge:#9dbfa6;--part:#d5dae1;--part-edge:#a9b2bd;
---fixture:#e9dfd0;--fixture-edge:#c0a884;--planned:#cfdcec;--actual:#4a6fa3;--band:#d9efe3;--bead:#1a8f78}
+--fixture:#e9dfd0;--fixture-edge:#c0a884;--planned:#f4c77f;--actual:#1f4f8f;--band:#d9efe3;--bead:#1a8f78}
 @media(prefers-color-scheme:dark){:root{--bg:#14181d;--card:#1c2229;--ink:#e6eaef;--muted:#97a3b1;--line:#2d353f;
 --accent:#74abe8;--good:#5cc895;--warn:#e0b04b;--bad:#f28b82;--board:#1d2b23;--board-edge:#44604d;--part:#333c47;
---part-edge:#525e6c;--fixture:#3b3327;--fixture-edge:#6b5a3d;--planned:#2c3c51;--actual:#8fb4e0;--band:#1d3a2d;
+--part-edge:#525e6c;--fixture:#3b3327;--fixture-edge:#6b5a3d;--planned:#7d5a20;--actual:#9ec6f5;--band:#1d3a2d;
 --bead:#45c9ad}}
 *{box-sizing:border-box}
 body{margin:0;background:var(--bg);color:var(--ink);font:15px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,sans-serif}
@@ -66,8 +66,8 @@ svg .label{font-size:11px;fill:var(--ink);opacity:.75}
 .grid{stroke:var(--line);stroke-width:1}.zero{stroke:var(--muted)}
 .board{fill:var(--board);stroke:var(--board-edge);stroke-width:1.5}
 .part{fill:var(--part);stroke:var(--part-edge)}.fixture{fill:var(--fixture);stroke:var(--fixture-edge)}
-.planned{fill:none;stroke:var(--planned);stroke-width:4;stroke-linejoin:round}
-.actual{fill:none;stroke:var(--actual);stroke-width:.8;stroke-linejoin:round}
+.planned{fill:none;stroke:var(--planned);stroke-width:4.5;stroke-linejoin:round}
+.actual{fill:none;stroke:var(--actual);stroke-width:1.1;stroke-linejoin:round}
 .bead{fill:none;stroke:var(--bead);stroke-linejoin:round;stroke-linecap:round}
 .valve-dot{fill:var(--bead)}
 .valve-band{fill:var(--band)}
@@ -76,7 +76,7 @@ svg .label{font-size:11px;fill:var(--ink);opacity:.75}
 .touch{fill:var(--accent)}
 .hit{fill:none;stroke:var(--bad);stroke-width:2}.cross{stroke:var(--bad);stroke-width:2.4;stroke-linecap:round}
 .bar{fill:var(--accent)}
-@media print{body{background:#fff}section,.tile{break-inside:avoid}.scroll{max-height:none}}
+@media print{body{background:#fff}section,.tile{break-inside:avoid}.scroll{max-height:none;overflow:visible}}
 )css";
 
 }  // namespace gantry::record

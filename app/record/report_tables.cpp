@@ -17,7 +17,7 @@ namespace {
 
 using html::micrometres, html::number, html::text;
 
-constexpr std::size_t kDepositsShown = 300;
+constexpr std::size_t kDepositsShown = 60;
 
 /// Cells are HTML already. A heading that starts with '>' is set to the right, with its column.
 class Table {
@@ -208,59 +208,55 @@ std::string deposit_section(const JobResult& r) {
       "allowed. Beads may round corners by the recipe's tolerance.";
   if (worst.size() > kDepositsShown)
     note += fmt::format(" The {} worst of {}; summary.json has all.", kDepositsShown, worst.size());
-  return section("Deposits", "<div class=\"scroll\">" + table.done() + "</div>" + note + "</p>");
+  return section("Deposits", table.done() + note + "</p>");
 }
 
 std::string following_section(const JobResult& r) {
   if (r.axes.empty()) return {};
-  double largest_mm = 0, largest_rad = 0;
   bool open_loop = false;
+  Table table({"axis", ">largest", "", ">allowed at rest", ">at full speed"});
   for (const auto& a : r.axes) {
     open_loop = open_loop || !a.measured;
-    if (a.measured)
-      (a.rotary ? largest_rad : largest_mm) = std::max(a.rotary ? largest_rad : largest_mm, a.max_following);
+    const auto length = [&](double v) { return a.rotary ? number(v * 1000, 2) + " mrad" : micrometres(v); };
+    const bool watched = a.measured && a.allowed_at_v_max > 0;
+    table.row({text(a.name), a.measured ? length(a.max_following) : "n/a",
+               watched ? meter(a.max_following / a.allowed_at_v_max) : "", watched ? length(a.allowed_at_rest) : "",
+               watched ? length(a.allowed_at_v_max) : ""});
   }
-  Table table({"axis", ">largest", ""});
-  for (const auto& a : r.axes) {
-    const double largest = a.rotary ? largest_rad : largest_mm;
-    table.row(
-        {text(a.name),
-         a.measured ? (a.rotary ? number(a.max_following * 1000, 2) + " mrad" : micrometres(a.max_following)) : "n/a",
-         a.measured && largest > 0 ? meter(a.max_following / largest) : ""});
-  }
-  return section(
-      "Following error",
-      table.done() + (open_loop ? "<p class=\"note\">n/a: an open-loop axis (or one that never was enabled in a "
-                                  "block) reports its command, not where it is.</p>"
-                                : ""));
+  return section("Following error",
+                 table.done() +
+                     "<p class=\"note\">The window grows with the axis' speed; an axis that leaves it stops. Bars "
+                     "are parts of the window at full speed." +
+                     (open_loop ? " n/a: an open-loop axis (or one that never was enabled in a block) reports its "
+                                  "command, not where it is."
+                                : "") +
+                     "</p>");
 }
 
 std::string cycle_section(const JobResult& r) {
   const auto& c = r.cycles;
   if (c.cycles == 0) return {};
+  const std::string counted =
+      fmt::format("{} cycles: {} skipped in {} stalls, {} frames lost, {} wrong working counters.", grouped(c.cycles),
+                  c.skipped, c.stalls, c.frames_lost, c.working_counter_errors);
+  if (c.virtual_time)
+    return section("Cycle",
+                   "<p>" + counted +
+                       "</p><p class=\"note\">In virtual time nobody waits, and the clock stands while the loop "
+                       "works: there are no times to measure.</p>");
   Table table({"", ">median", ">99 %", ">99.9 %", ">max"});
   const auto row = [&](const char* name, const Quantiles& q) {
     const auto t = [](std::int64_t ns) { return html::duration(static_cast<double>(ns)); };
     table.row({name, t(q.p50), t(q.p99), t(q.p999), t(q.max)});
   };
-  if (!c.virtual_time) row("late by", c.wake);
+  row("late by", c.wake);
   row("own work", c.compute);
   row("bus", c.bus);
-  std::string body = table.done();
-  body += c.virtual_time ? histogram_view(c.compute_histogram) : histogram_view(c.wake_histogram);
-  body += fmt::format(
-      "<p class=\"note\">{} in {} cycles, how often against how long. {} cycles skipped in {} stalls, {} frames lost, "
-      "{} wrong "
-      "working "
-      "counters.",
-      c.virtual_time ? "The loop's own work" : "How late the loop woke", grouped(c.cycles), c.skipped, c.stalls,
-      c.frames_lost, c.working_counter_errors);
-  if (c.virtual_time)
-    body += " In virtual time nobody waits: wake-up is no measurement here.";
-  else
-    body += fmt::format(" Real-time priority: {}; memory locked: {}.", c.real_time_priority ? "yes" : "no",
-                        c.memory_locked ? "yes" : "no");
-  return section("Cycle", body + "</p>");
+  return section("Cycle",
+                 table.done() + histogram_view(c.wake_histogram) +
+                     fmt::format("<p class=\"note\">How late the loop woke, how often against how long. {} "
+                                 "Real-time priority: {}; memory locked: {}.</p>",
+                                 counted, c.real_time_priority ? "yes" : "no", c.memory_locked ? "yes" : "no"));
 }
 
 std::string event_section(const JobResult& r) {

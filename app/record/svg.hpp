@@ -39,6 +39,12 @@ class Svg {
     if (closed) out_ += 'Z';
     out_ += fmt::format(R"(" class="{}"{}>{}</path>)", css, styled(style), titled(title));
   }
+  /// Many of one size and colour, which are the stroke's.
+  void dots(const std::vector<Vec2>& at, std::string_view css, std::string_view style) {
+    out_ += "<path d=\"";
+    for (const auto& p : at) out_ += fmt::format("M{:.1f} {:.1f}h0", p.x, p.y);
+    out_ += fmt::format(R"(" class="{}"{}></path>)", css, styled(style));
+  }
   void words(Vec2 at, std::string_view text, std::string_view css, std::string_view anchor = "start") {
     out_ += fmt::format(R"(<text x="{:.1f}" y="{:.1f}" class="{}" text-anchor="{}">{}</text>)", at.x, at.y, css, anchor,
                         html::text(text));

@@ -2,8 +2,10 @@
 // of the machine are brought back through the work offset, and through the tip of the tool that worked in the block.
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "app/record/deposit_figures.hpp"
+#include "app/record/polyline.hpp"
 #include "app/record/report_geometry.hpp"
 #include "app/record/report_plots.hpp"
 #include "app/record/svg.hpp"
@@ -13,6 +15,8 @@ namespace {
 
 constexpr double kWidth = 1000, kMaxHeight = 720, kFrame = 34;  // px
 constexpr double kBead_mm = 0.7;                                // drawn width; the recipe knows no width
+constexpr std::size_t kMostPoints = 20000;                      // of a line
+constexpr std::size_t kMostTitles = 2000;                       // deposits that tell themselves when pointed at
 constexpr double kResidualPx = 34.0;                            // the largest residual is drawn this long
 
 struct View {
@@ -41,16 +45,17 @@ Vec2 tip(const JobResult& r, const PathPoint& p) {
   return {at.x, at.y};
 }
 
-/// Calls `draw(points, valve)` for each run of one block with one state of the valve; neighbours share their point.
+/// Calls `draw(points, valve)` for each run of one block, cut where the valve switches when that is `by_valve`;
+/// neighbours share their point.
 template <class Draw>
-void runs(const JobResult& r, const std::vector<PathPoint>& path, const View& v, Draw&& draw) {
+void runs(const JobResult& r, const std::vector<PathPoint>& path, const View& v, bool by_valve, Draw&& draw) {
   std::vector<Vec2> points;
   for (std::size_t i = 0; i < path.size(); ++i) {
     points.push_back(v.px(tip(r, path[i])));
-    const bool last = i + 1 == path.size();
-    if (!last && path[i + 1].block == path[i].block && path[i + 1].valve == path[i].valve) continue;
-    if (!last && path[i + 1].block == path[i].block) points.push_back(v.px(tip(r, path[i + 1])));
-    draw(points, path[i].valve);
+    const bool goes_on = i + 1 < path.size() && path[i + 1].block == path[i].block;
+    if (goes_on && (!by_valve || path[i + 1].valve == path[i].valve)) continue;
+    if (goes_on) points.push_back(v.px(tip(r, path[i + 1])));
+    draw(thinned(points, kMostPoints), path[i].valve);
     points.clear();
   }
 }
@@ -92,28 +97,31 @@ void label_parts(Svg& svg, const View& v, const JobResult& r) {
 
 void draw_deposits(Svg& svg, const View& v, const JobResult& r) {
   const double width = std::max(3.0, kBead_mm * v.scale);
+  const bool crowd = r.deposits.size() > kMostTitles;
+  std::map<std::string, std::vector<Vec2>> dots;  // of a crowd, by colour
   for (const auto& d : r.deposits) {
     std::vector<Vec2> points;
-    for (std::size_t i = 0; i < d.board_mm.size(); ++i) {
-      const Vec2 at = v.px({d.board_mm[i].x, d.board_mm[i].y});
-      // A point a millisecond is far more than the picture can show.
-      if (i == 0 || i + 1 == d.board_mm.size() || norm(at - points.back()) > 0.5) points.push_back(at);
-    }
+    for (const Vec3& p : d.board_mm) points.push_back(v.px({p.x, p.y}));
+    points = thinned(points, kMostPoints);  // a point a millisecond is far more than the picture can show
     if (points.empty()) continue;
     const auto title = fmt::format("{}: error {}, gap {} mm", d.id.empty() ? "on no feature" : d.id,
                                    html::micrometres(d.error_mm), html::number(d.gap_mm, 3));
     const auto colour = error_colour(d.error_mm / allowed_error_mm(r, d));
-    if (d.kind == "dot" || points.size() == 1) {
+    if (crowd && (d.kind == "dot" || points.size() == 1)) {
+      dots[colour].push_back(points.front());
+    } else if (d.kind == "dot" || points.size() == 1) {
       svg.circle(points.front(), width * 0.8, "dot", "fill:" + colour, title);
     } else {
       svg.path(points, "bead", false, fmt::format("stroke:{};stroke-width:{:.1f}", colour, width), title);
     }
   }
+  for (const auto& [colour, points] : dots)
+    svg.dots(points, "bead", fmt::format("stroke:{};stroke-width:{:.1f}", colour, width * 1.6));
 }
 
 void draw_valve_path(Svg& svg, const View& v, const JobResult& r) {
   const double width = std::max(3.0, kBead_mm * v.scale);
-  runs(r, r.actual, v, [&](const std::vector<Vec2>& points, bool valve) {
+  runs(r, r.actual, v, true, [&](const std::vector<Vec2>& points, bool valve) {
     if (!valve) return;
     double length = 0;
     for (std::size_t i = 1; i < points.size(); ++i) length += norm(points[i] - points[i - 1]);
@@ -167,8 +175,8 @@ std::string top_view(const JobResult& r) {
   draw_ground(svg, v, d);
   svg.begin_clip(v.px({v.low.x, v.high.y}), v.size(), "board-clip");
   draw_parts(svg, v, r);
-  runs(r, r.planned, v, [&](const std::vector<Vec2>& points, bool) { svg.path(points, "planned"); });
-  runs(r, r.actual, v, [&](const std::vector<Vec2>& points, bool) { svg.path(points, "actual"); });
+  runs(r, r.planned, v, false, [&](const std::vector<Vec2>& points, bool) { svg.path(points, "planned"); });
+  runs(r, r.actual, v, false, [&](const std::vector<Vec2>& points, bool) { svg.path(points, "actual"); });
   if (r.has_world)
     draw_deposits(svg, v, r);
   else

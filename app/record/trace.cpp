@@ -67,11 +67,16 @@ std::vector<PathPoint> ThinPath::points() const {
   return result;
 }
 
-Trace::Trace(const config::Machine& machine)
+Trace::Trace(const config::Machine& machine, std::optional<std::int64_t> start_ns)
     : xyz_{machine.x.value, machine.y.value, machine.z.value},
       lift_(machine.u ? std::optional<std::size_t>(machine.u->value) : std::nullopt),
-      cycle_ns_(machine.bus.cycle.count()) {
-  for (const auto& axis : machine.axes) axes_.push_back({axis.name, axis.rotary});
+      cycle_ns_(machine.bus.cycle.count()),
+      start_ns_(start_ns) {
+  for (const auto& axis : machine.axes)
+    axes_.push_back({.name = axis.name,
+                     .rotary = axis.rotary,
+                     .allowed_at_rest = axis.following_base,
+                     .allowed_at_v_max = axis.following_base + axis.following_per_speed_s * axis.v_max});
 }
 
 void Trace::add(const cycle::Snapshot& s) {
@@ -80,8 +85,8 @@ void Trace::add(const cycle::Snapshot& s) {
   if (s.block == 0) return;
 
   ++block_ticks_;
-  if (!first_ns_) first_ns_ = s.time_ns;
-  path_.add({.t_s = static_cast<double>(s.time_ns - *first_ns_) * 1e-9,
+  if (!start_ns_) start_ns_ = s.time_ns;
+  path_.add({.t_s = static_cast<double>(s.time_ns - *start_ns_) * 1e-9,
              .head = {s.actual[xyz_[0]], s.actual[xyz_[1]], s.actual[xyz_[2]]},
              .block = s.block,
              .valve = valve_,
@@ -140,7 +145,12 @@ void Trace::fill(JobResult& r, const recipes::Recipe& recipe) const {
   r.actual_s = static_cast<double>(block_ticks_) * static_cast<double>(cycle_ns_) * 1e-9;
   r.axes.clear();
   for (const auto& a : axes_)
-    r.axes.push_back({.name = a.name, .measured = a.measured, .max_following = a.max_following, .rotary = a.rotary});
+    r.axes.push_back({.name = a.name,
+                      .measured = a.measured,
+                      .max_following = a.max_following,
+                      .rotary = a.rotary,
+                      .allowed_at_rest = a.allowed_at_rest,
+                      .allowed_at_v_max = a.allowed_at_v_max});
   r.interrupted.clear();
   for (const auto index : interrupted_) r.interrupted.push_back(feature_name(recipe, index));
   r.valve_openings = valve_openings_;

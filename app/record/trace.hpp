@@ -31,7 +31,8 @@ class ThinPath {
 
 class Trace {
  public:
-  explicit Trace(const config::Machine& machine);
+  /// `start_ns`: when the job began, from which the path's time counts; without it, its first block.
+  explicit Trace(const config::Machine& machine, std::optional<std::int64_t> start_ns = std::nullopt);
   void add(const cycle::Snapshot& snapshot);
 
   /// Indices of features whose dispensing a stop has cut, in the order it happened.
@@ -47,7 +48,7 @@ class Trace {
   struct Axis {
     std::string name;
     bool rotary = false, measured = false;
-    double max_following = 0;
+    double max_following = 0, allowed_at_rest = 0, allowed_at_v_max = 0;
   };
   std::vector<Axis> axes_;
   std::array<std::size_t, 3> xyz_;
@@ -55,7 +56,7 @@ class Trace {
   std::int64_t cycle_ns_;
 
   ThinPath path_;
-  std::optional<std::int64_t> first_ns_;
+  std::optional<std::int64_t> start_ns_;
   std::uint64_t block_ticks_ = 0;
   bool valve_ = false;
   std::uint32_t valve_feature_ = motion::kTravel;

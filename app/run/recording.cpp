@@ -10,7 +10,7 @@ namespace gantry::run {
 
 Recording::Recording(const config::Machine& machine, record::JobResult& result, std::int64_t start_ns,
                      const std::string& out, monitor::SnapshotWriter* watched)
-    : result_(result), watched_(watched), trace_(machine), start_ns_(start_ns), now_ns_(start_ns) {
+    : result_(result), watched_(watched), trace_(machine, start_ns), start_ns_(start_ns), now_ns_(start_ns) {
   if (out.empty()) return;
   if (auto file = record::SetpointFile::create(out + "/setpoints.bin"))
     setpoints_.emplace(std::move(*file));

@@ -1,5 +1,6 @@
 #include "app/record/report.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -8,6 +9,8 @@
 
 #include "app/record/deposit_figures.hpp"
 #include "app/record/html.hpp"
+#include "app/record/polyline.hpp"
+#include "app/record/report_plots.hpp"
 #include "app/record/summary.hpp"
 #include "tests/app/record/made_up_job.hpp"
 #include "tests/app/record/snapshots.hpp"
@@ -101,6 +104,56 @@ TEST(Report, a_deposit_on_no_feature_is_no_error_of_0_and_is_counted) {
   EXPECT_EQ(f.worst_gap_mm, before.worst_gap_mm) << "no gap was asked for there";
   EXPECT_NE(report_page(r).find("deposits on no feature"), std::string::npos);
   EXPECT_TRUE(to_json(r).at("deposits").back().at("error_mm").is_null());
+}
+
+TEST(Report, collisions_stand_on_the_time_of_the_height_plot) {
+  auto r = made_up_job();
+  const double last_s = r.actual.back().t_s;
+  r.collisions.push_back({.moving = "needle", .standing = "U3", .at = {}, .t_s = last_s});
+  const auto plot = height_view(r);
+  EXPECT_NE(plot.find("<line x1=\"992.0\""), std::string::npos) << "a collision at the end stands at the right edge";
+}
+
+TEST(Report, following_error_stands_beside_its_window) {
+  const auto page = report_page(made_up_job());
+  EXPECT_NE(page.find("<td>X</td><td class=\"r\">12.3 µm</td>"), std::string::npos);
+  EXPECT_NE(page.find("500.0 µm</td><td class=\"r\">5.500 mm</td>"), std::string::npos);
+}
+
+TEST(Report, virtual_time_has_no_times_of_the_loop) {
+  auto r = made_up_job();
+  r.cycles.virtual_time = true;
+  EXPECT_EQ(report_page(r).find("99.9 %"), std::string::npos);
+  r.cycles.virtual_time = false;
+  EXPECT_NE(report_page(r).find("99.9 %"), std::string::npos);
+}
+
+TEST(Report, of_a_hundred_thousand_dots_opens) {
+  auto r = made_up_job();
+  const auto dot = r.deposits.front();
+  const auto points = r.actual;
+  while (r.deposits.size() < 100'000) r.deposits.push_back(dot);
+  double t_s = points.back().t_s;
+  while (r.actual.size() < 400'000)
+    for (auto p : points) p.t_s = t_s += 0.01, p.block = points.back().block, r.actual.push_back(p);
+  r.planned = r.actual;
+  EXPECT_LT(report_page(r).size(), 5'000'000u);
+}
+
+TEST(Polyline, an_envelope_keeps_peaks_and_thinning_keeps_ends) {
+  std::vector<Vec2> saw;
+  for (int i = 0; i < 10000; ++i) saw.push_back({i * 0.01, i % 7 == 3 ? 50.0 : i == 4321 ? -20.0 : 0.0});
+  const auto kept = envelope(saw);
+  EXPECT_LE(kept.size(), 4u * 201);
+  const auto [low, high] = std::minmax_element(kept.begin(), kept.end(), [](Vec2 a, Vec2 b) { return a.y < b.y; });
+  EXPECT_EQ(low->y, -20);
+  EXPECT_EQ(high->y, 50);
+  EXPECT_TRUE(std::is_sorted(kept.begin(), kept.end(), [](Vec2 a, Vec2 b) { return a.x < b.x; }));
+  const auto thin = thinned(saw, 50);
+  EXPECT_LE(thin.size(), 50u);
+  EXPECT_EQ(thin.front(), saw.front());
+  EXPECT_EQ(thin.back(), saw.back());
+  EXPECT_TRUE(thinned({}, 50).empty());
 }
 
 TEST(Report, is_well_formed_and_survives_an_empty_job_and_numbers_that_are_none) {
