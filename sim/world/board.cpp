@@ -111,11 +111,20 @@ BoardPlan board_plan(const recipes::Recipe& recipe) {
   return plan;
 }
 
+Starts starts_of(const BoardPlan& plan) {
+  constexpr double kNowhere_mm = 1e9;  // a feature without points
+  std::vector<Vec2> points;
+  for (const BoardPlan::Feature& f : plan.features)
+    points.push_back(f.points.empty() ? Vec2{kNowhere_mm, kNowhere_mm} : f.points.front());
+  return Starts(points);
+}
+
 BoardTruth::BoardTruth(BoardPlan cad, Vec3 frame_origin, const BoardPlacement& placement)
     : plan(std::move(cad)),
       origin_(frame_origin),
       nominal_(frame_origin + Vec3{plan.board.at.x, plan.board.at.y, plan.board.thickness}),
       placement_(placement),
+      starts_(starts_of(plan)),
       cos_(std::cos(placement.rotation_rad)),
       sin_(std::sin(placement.rotation_rad)) {}
 

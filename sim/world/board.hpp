@@ -16,6 +16,7 @@
 #include "core/error.hpp"
 #include "core/vec.hpp"
 #include "recipes/recipe.hpp"
+#include "sim/world/starts.hpp"
 
 namespace gantry::sim {
 
@@ -57,6 +58,8 @@ struct BoardPlan {
   std::vector<Feature> features;
 };
 BoardPlan board_plan(const recipes::Recipe& recipe);
+/// Where its features begin.
+Starts starts_of(const BoardPlan& plan);
 
 /// Dirt on the board that the camera sees.
 struct Stain {
@@ -82,6 +85,7 @@ class BoardTruth {
   }
   [[nodiscard]] const BoardPlacement& placement() const { return placement_; }
   [[nodiscard]] Vec3 frame_origin() const { return origin_; }
+  [[nodiscard]] const Starts& starts() const { return starts_; }
 
   BoardPlan plan;  ///< scripts may take marks away or move them
   std::vector<Stain> stains;
@@ -90,6 +94,7 @@ class BoardTruth {
   Vec3 origin_;   ///< of the work frame
   Vec3 nominal_;  ///< nominal place of the board's origin, at its top face
   BoardPlacement placement_;
+  Starts starts_;  ///< features stay as they are
   double cos_ = 1, sin_ = 0;
 };
 

@@ -55,18 +55,26 @@ constexpr double kWrongKind_mm = 0.05;
 /// A free feature this much farther away than one that is taken is not meant: the shot is a second one on the same.
 constexpr double kSecondShot_mm = 0.2;
 
-Match match(const BoardPlan& plan, const Shot& shot, const std::vector<bool>& taken) {
+/// The better fit; of equal ones the first in the recipe.
+void keep_better(Match& best, int feature, double misfit) {
+  if (misfit < best.misfit || (misfit == best.misfit && feature < best.feature)) best = {feature, misfit};
+}
+
+Match match(const BoardPlan& plan, const Starts& starts, const Shot& shot, const std::vector<bool>& taken) {
   const bool moved = extent(shot) > kDotExtent_mm;
+  const Vec2 begin = flat(shot.path.front());
   Match free, any;
-  for (std::size_t i = 0; i < plan.features.size(); ++i) {
+  starts.nearest_first(begin, kMatch_mm, [&](std::size_t i, double at_least_mm) {
+    if (at_least_mm > free.misfit) return false;  // nothing fits better than it begins
     const BoardPlan::Feature& f = plan.features[i];
-    if (f.points.empty() || norm(flat(shot.path.front()) - f.points.front()) > kMatch_mm) continue;
+    if (norm(begin - f.points.front()) > kMatch_mm) return true;
     double fit = misfit(shot, f, kMatch_mm);
-    if (fit > kMatch_mm) continue;
+    if (fit > kMatch_mm) return true;
     if (f.bead != moved) fit += kWrongKind_mm;
-    if (fit < any.misfit) any = {static_cast<int>(i), fit};
-    if (!taken[i] && fit < free.misfit) free = {static_cast<int>(i), fit};
-  }
+    keep_better(any, static_cast<int>(i), fit);
+    if (!taken[i]) keep_better(free, static_cast<int>(i), fit);
+    return true;
+  });
   if (free.feature >= 0 && free.misfit > any.misfit + kSecondShot_mm) return {};
   return free;
 }
@@ -98,11 +106,12 @@ double path_error(std::span<const Vec3> path, std::span<const Vec2> nominal) {
 
 std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_ptr<const Shot>> shots) {
   std::vector<bool> taken(plan.features.size(), false);
+  const Starts starts = starts_of(plan);
   std::vector<Deposit> out;
   for (const auto& shot : shots) {
     if (shot->path.empty()) continue;
     Deposit d = deposit_of(*shot);
-    if (const Match m = match(plan, *shot, taken); m.feature >= 0) {
+    if (const Match m = match(plan, starts, *shot, taken); m.feature >= 0) {
       const BoardPlan::Feature& f = plan.features[static_cast<std::size_t>(m.feature)];
       taken[static_cast<std::size_t>(m.feature)] = true;
       d.id = f.id;
@@ -118,15 +127,14 @@ std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_pt
   return out;
 }
 
-int feature_begun(const BoardPlan& plan, Vec2 at) {
-  int best = -1;
-  double nearest = kMatch_mm;
-  for (std::size_t i = 0; i < plan.features.size(); ++i) {
-    if (plan.features[i].points.empty()) continue;
-    const double d = norm(at - plan.features[i].points.front());
-    if (d < nearest) nearest = d, best = static_cast<int>(i);
-  }
-  return best;
+int feature_begun(const BoardPlan& plan, const Starts& starts, Vec2 at) {
+  Match best{-1, kMatch_mm};
+  starts.nearest_first(at, kMatch_mm, [&](std::size_t i, double at_least_mm) {
+    if (at_least_mm > best.misfit) return false;
+    keep_better(best, static_cast<int>(i), norm(at - plan.features[i].points.front()));
+    return true;
+  });
+  return best.feature;
 }
 
 Result<void> write_csv(std::span<const Deposit> deposits, const std::string& path) {

@@ -30,7 +30,7 @@ inline constexpr double kMatch_mm = 3;
 inline constexpr double kDotExtent_mm = 0.2;
 
 /// Index of the feature that a needle at `at` would begin; nothing within kMatch_mm: -1.
-int feature_begun(const BoardPlan& plan, Vec2 at);
+int feature_begun(const BoardPlan& plan, const Starts& starts, Vec2 at);
 
 /// id, kind, opened_cycle, closed_cycle, error_mm (empty: on no feature), gap_mm, nominal_mm, board_mm ("x y z;x y z").
 Result<void> write_csv(std::span<const Deposit> deposits, const std::string& path);

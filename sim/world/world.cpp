@@ -104,7 +104,7 @@ void World::opened(Vec3 at, Time when, std::uint64_t cycle) {
     const ShotRecord r{when.count(), cycle, at.x, at.y, at.z};
     log_->append(WorldLog::Kind::ShotOpened, std::as_bytes(std::span(&r, 1)));
   }
-  const int feature = board_ ? feature_begun(board_->plan, {at.x, at.y}) : -1;
+  const int feature = board_ ? feature_begun(board_->plan, board_->starts(), {at.x, at.y}) : -1;
   if (feature < 0) return;
   const BoardPlan::Feature& f = board_->plan.features[static_cast<std::size_t>(feature)];
   f.bead ? fire(Trigger::Kind::NthBead, ++job_beads_, {}, when) : fire(Trigger::Kind::NthDot, ++job_dots_, {}, when);

@@ -118,6 +118,36 @@ TEST(Deposits, two_features_at_one_place_are_both_found) {
   EXPECT_EQ(d[3].id, "b1");
 }
 
+TEST(Deposits, the_feature_that_begins_nearest_is_found_as_by_looking_at_all) {
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> place(0, 30);
+  BoardPlan plan;
+  for (int i = 0; i < 300; ++i)
+    plan.features.push_back({std::to_string(i), false, {{place(random), place(random)}}, 0.3});
+  const Starts starts = starts_of(plan);
+  for (int n = 0; n < 2000; ++n) {
+    const Vec2 at{place(random) * 1.5 - 8, place(random) * 1.5 - 8};
+    int best = -1;
+    double nearest = kMatch_mm;
+    for (std::size_t i = 0; i < plan.features.size(); ++i)
+      if (const double d = norm(at - plan.features[i].points.front()); d < nearest)
+        nearest = d, best = static_cast<int>(i);
+    ASSERT_EQ(feature_begun(plan, starts, at), best) << "seed 11, case " << n;
+  }
+}
+
+TEST(Deposits, of_a_hundred_thousand_dots_are_judged_each_by_its_own) {
+  BoardPlan plan;
+  std::vector<std::shared_ptr<const Shot>> shots;
+  for (int i = 0; i < 100'000; ++i) {
+    const Vec2 at{0.1 * (i % 316), 0.05 * (i / 316)};
+    plan.features.push_back({std::to_string(i), false, {at}, 0.3});
+    shots.push_back(shot({{at.x + 0.001, at.y, 0.3}}));
+  }
+  const auto d = judge(plan, shots);
+  for (std::size_t i = 0; i < d.size(); ++i) ASSERT_EQ(d[i].id, plan.features[i].id);
+}
+
 TEST(Deposits, csv_has_one_line_each_and_quotes_ids) {
   BoardPlan plan = board_plan(sample::recipe());
   plan.features[0].id = "odd \"id\", with comma";
