@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "vision/candidates.hpp"
+#include "vision/words.hpp"
 
 namespace gantry::vision {
 namespace {
@@ -49,20 +50,20 @@ std::optional<Tried> try_candidate(const Image& image, const MarkModel& model, c
   return t;
 }
 
-std::string place(Vec2 at) { return fmt::format("({:.1f}, {:.1f})", at.x, at.y); }
-
 }  // namespace
 
 Result<FoundMark> find_mark(const Image& image, const MarkModel& model, Vec2 expected_px, double search_radius_px,
                             const FindRules& rules) {
-  const double reach = reach_px(model.shape);
+  const double reach = reach_px(model.shape), mm = rules.mm_per_px;
+  const auto place = [&](Vec2 at_px) { return vision::place(at_px, expected_px, mm); };
   const auto pixels =
       static_cast<std::size_t>(std::max(image.width, 0)) * static_cast<std::size_t>(std::max(image.height, 0));
   if (pixels == 0 || image.pixels.size() != pixels)
     return fail(Fault::MarkNotFound, "the camera's frame is empty or has another size than it says");
   if (!(reach >= 2) || reach > std::min(image.width, image.height) / 2.0)
-    return fail(Fault::MarkNotFound, fmt::format("a mark of {:.1f} px across cannot be found in an image of {} x {} px",
-                                                 2 * reach, image.width, image.height));
+    return fail(Fault::MarkNotFound,
+                fmt::format("a mark of {} across cannot be found in an image of {} x {}", length(2 * reach, mm),
+                            length(image.width, mm), length(image.height, mm)));
 
   std::vector<Tried> tried;
   for (const Candidate& c : find_candidates(image, model, expected_px, search_radius_px, rules.candidates))
@@ -90,7 +91,7 @@ Result<FoundMark> find_mark(const Image& image, const MarkModel& model, Vec2 exp
                                             : fmt::format("what looks most like it, at {}, is none: {}",
                                                           place(best->fit.at_px), best->judgement.rejected);
     return fail(Fault::MarkNotFound,
-                fmt::format("no mark within {:.0f} px of {}: {}", search_radius_px, place(expected_px), why));
+                fmt::format("no mark within {} of where it should be: {}", length(search_radius_px, mm), why));
   }
   if (second != nullptr &&
       (second->judgement.rejected.empty() || best->judgement.coverage - second->judgement.coverage < rules.min_margin))

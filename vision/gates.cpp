@@ -4,6 +4,8 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "vision/words.hpp"
+
 namespace gantry::vision {
 namespace {
 
@@ -104,7 +106,7 @@ std::string reject_fit(const MarkModel& model, const ShapeFit& fit, const FindRu
     return fmt::format("its size is {:.1f} % of the mark's", 100 * fit.scale);
   if (fit.noise > rules.max_noise_share * std::abs(fit.contrast)) return "its surroundings do not look like a mark's";
   if (fit.blur_px > std::max(3.0, rules.max_blur_share * reach_px(model.shape)))
-    return fmt::format("its edge is blurred over {:.1f} px", fit.blur_px);
+    return "its edge is blurred over " + length(fit.blur_px, rules.mm_per_px);
   return {};
 }
 
@@ -129,12 +131,12 @@ Judgement judge(const Image& image, const MarkModel& model, const ShapeFit& fit,
   for (int k = 0; k < kRings; ++k) {
     const double width = (depth - clear) / kRings, from = -depth + k * width;
     if (std::abs(median_between(all, from, from + width)) > rules.max_level_error)
-      j.rejected = fmt::format("its inside has another grey {:.0f} px from its edge", -from - width / 2);
+      j.rejected = "its inside has another grey " + length(-from - width / 2, rules.mm_per_px) + " from its edge";
   }
   for (int k = 0; k < 2 && j.rejected.empty(); ++k) {
     const double width = 0.125 * depth, from = clear + k * width;
     if (std::abs(median_between(all, from, from + width)) > rules.max_level_error)
-      j.rejected = fmt::format("there is another edge around it, {:.0f} px out", from);
+      j.rejected = "there is another edge around it, " + length(from, rules.mm_per_px) + " out";
   }
   if (j.rejected.empty() && j.interior < rules.min_interior)
     j.rejected = fmt::format("only {:.0f} % of its inside has one grey", 100 * j.interior);

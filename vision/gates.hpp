@@ -21,6 +21,7 @@ struct FindRules {
   double max_level_error = 0.4;     ///< share of the contrast by which grey may be off, inside and around
   double min_margin = 0.15;         ///< coverage that the mark must have over the next candidate
   std::size_t candidates = 12;
+  double mm_per_px = 0;  ///< for messages; 0: they speak in pixels
 };
 
 struct Judgement {

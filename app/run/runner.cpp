@@ -148,7 +148,8 @@ Result<record::MarkResult> Runner::judge(std::size_t mark, const AxisVec& head, 
   const vision::CameraModel camera(site_.machine.camera);
   const vision::MarkModel model{.shape = vision::Disc{camera.length_px(def.diameter)}, .bright = def.bright};
   const Vec2 expected = camera.centre_px();
-  const auto seen = vision::find_mark(frame->image, model, expected, camera.length_px(site_.machine.camera.search_mm));
+  const auto seen = vision::find_mark(frame->image, model, expected, camera.length_px(site_.machine.camera.search_mm),
+                                      {.mm_per_px = camera.mm_per_px()});
 
   record::MarkResult result;
   result.name = def.name;

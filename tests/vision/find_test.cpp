@@ -188,6 +188,23 @@ TEST(FindMark, refuses_two_marks_and_names_both_places) {
   EXPECT_NEAR(left->at_px.x, 200, 0.02);
 }
 
+TEST(FindMark, speaks_of_millimetres_from_where_the_mark_should_be_when_it_knows_the_scale) {
+  std::mt19937_64 random(kSeed);
+  DrawnImage drawn(640, 480, 60);
+  drawn.disc({200, 250}, 50, 180);
+  drawn.disc({440, 200}, 50, 180);
+  drawn.blur(1);
+  const Image image = drawn.image(2, random);
+  const auto both = find_mark(image, kModel, {320, 240}, 200, {.mm_per_px = 0.02});
+  ASSERT_FALSE(both);
+  EXPECT_NE(both.error().message.find("(-2.40, -0.20) mm from there"), std::string::npos) << both.error().message;
+  EXPECT_NE(both.error().message.find("(+2.40, +0.80) mm from there"), std::string::npos) << both.error().message;
+  const auto none = find_mark(image, kModel, {320, 240}, 50, {.mm_per_px = 0.02});
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().message.find("no mark within 1.00 mm of where it should be"), std::string::npos)
+      << none.error().message;
+}
+
 struct Refused {
   const char* name;
   const char* says;
