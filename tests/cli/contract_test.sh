@@ -10,14 +10,19 @@ python3 -m json.tool "$work/out" >/dev/null 2>&1 || grep -q '"setpoint_hash"' "$
 sed -e 's/speed: 15 mm\/s/sped: 15 mm\/s/' -e 's/gap: 0.4 mm/gap: 0.4/' -e 's/material: sealant/material: selant/' $demo |
   awk '/material: selant/ && n++ {sub("selant", "sealant")} {print}' >"$work/three.yaml"
 expect_exit 3 "three mistakes" "$gantry" check "$work/three.yaml"
+# place PATTERN: "line:col" of its first match
+place() { grep -n -o -b -m1 -- "$1" "$work/three.yaml" | head -1 | { IFS=: read -r line byte _
+  start=$(head -n $((line - 1)) "$work/three.yaml" | wc -c); echo "$line:$((byte - start + 1))"; }; }
 count=$(grep -c "$work/three.yaml:[0-9]*:[0-9]*:" "$work/err")
 [ "$count" = 3 ] || fail "three mistakes gave $count messages"
-expect_text "did you mean 'speed'"
+expect_text "$work/three.yaml:$(place sped): unknown key 'sped'; did you mean 'speed'"
+expect_text "$work/three.yaml:$(place '0\.4$'): '0.4' lacks a unit"
+expect_text "$work/three.yaml:$(place selant): there is no material 'selant'; did you mean 'sealant'"
 expect_exit 3 "three mistakes, nothing runs" "$gantry" dry-run "$work/three.yaml"
 
 awk '{print} /^parts:/ {print "  roof: {at: [36 mm, 34 mm], size: [20 mm, 20 mm, 18 mm]}"}' $demo >"$work/roof.yaml"
 expect_exit 4 "an obstacle on the only way" "$gantry" dry-run "$work/roof.yaml" --out "$work/roof"
-expect_text "roof"; expect_text "needle"; expect_text "$work/roof.yaml:[0-9]*:[0-9]*"
+expect_text "$work/roof.yaml:[0-9]*:5: dot .spreader.*needle comes within 2 mm of roof at (216.00, 184.00, "
 expect_refusal() {  # FOLDER CODE: a job that never began still tells why
   grep -q "\"exit_code\": $2" "$1/summary.json" && grep -q '"code":"G' "$1/summary.json" && [ -s "$1/report.html" ] ||
     fail "$1 does not tell the refusal"

@@ -7,6 +7,15 @@ expect_exit 0 "in virtual time" "$gantry" dry-run $job --out "$work/dry"
 expect_exit 0 "in real time" "$gantry" run $job --state "$work/none" --out "$work/real"
 [ "$(hash_of "$work/dry")" = "$(hash_of "$work/real")" ] && echo "ok: same setpoints" || fail "another hash in real time"
 
+# Without the rights for real time the job runs, and says so.
+taken=-sys_nice,-ipc_lock,-sys_resource
+[ "$(id -u)" = 0 ] && plain=(setpriv --bounding-set=$taken --inh-caps=$taken) || plain=()
+expect_exit 0 "without real-time rights" "${plain[@]}" bash -c 'ulimit -l 64; ulimit -r 0; exec "$@"' _ "$gantry" run $job \
+  --state "$work/none" --out "$work/plain"
+expect_text "no real-time rights"
+grep -q '"real_time_priority":false,"memory_locked":false' "$work/plain/summary.json" || fail "the summary claims rights"
+[ "$(hash_of "$work/dry")" = "$(hash_of "$work/plain")" ] || fail "another hash without real-time rights"
+
 # The publisher's death costs nothing.
 "$gantry" run $job --state "$work/none" --out "$work/killed" >"$work/k.out" 2>&1 </dev/null &
 runner=$!; pids+=($runner)

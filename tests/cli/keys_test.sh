@@ -1,0 +1,4 @@
+#!/usr/bin/env bash
+# What the operator's keys do: hold, resume, override, abort.
+source "$(dirname "$0")/lib.sh"
+python3 tests/cli/keys_test.py "$gantry" tests/cli/short-board.yaml "$work" || failures=$((failures + 1))
