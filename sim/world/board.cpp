@@ -95,8 +95,12 @@ std::string to_text(const BoardPlacement& p) {
 }
 
 BoardPlan board_plan(const recipes::Recipe& recipe) {
-  BoardPlan plan{
-      .name = recipe.name, .board = recipe.board, .parts = recipe.parts, .marks = recipe.marks, .features = {}};
+  BoardPlan plan{.name = recipe.name,
+                 .board = recipe.board,
+                 .parts = recipe.parts,
+                 .marks = recipe.marks,
+                 .features = {},
+                 .touches = recipe.touches.size()};
   const auto gap = [&](const std::string& material) {
     const auto at = std::find_if(recipe.materials.begin(), recipe.materials.end(),
                                  [&](const recipes::Material& m) { return m.name == material; });

@@ -56,6 +56,7 @@ struct BoardPlan {
   std::vector<recipes::Part> parts;
   std::vector<recipes::MarkDef> marks;
   std::vector<Feature> features;
+  std::size_t touches = 0;  ///< how often a job probes it
 };
 BoardPlan board_plan(const recipes::Recipe& recipe);
 /// Where its features begin.

@@ -13,12 +13,13 @@ using Kind = Trigger::Kind;
 
 struct Known {
   std::vector<std::string> marks, features, obstacles;
-  std::size_t dots = 0, beads = 0;
+  std::size_t dots = 0, beads = 0, touches = 0;
 };
 
 Known known_of(std::span<const ScriptEntry> entries, const BoardPlan& plan, std::vector<std::string> obstacles) {
   Known k;
   k.obstacles = std::move(obstacles);
+  k.touches = plan.touches;
   for (const recipes::MarkDef& m : plan.marks) k.marks.push_back(m.name);
   for (const BoardPlan::Feature& f : plan.features) k.features.push_back(f.id), ++(f.bead ? k.beads : k.dots);
   for (const ScriptEntry& e : entries)
@@ -41,6 +42,7 @@ std::string trouble(const Trigger& t, const Known& k) {
   switch (t.kind) {
     case Kind::NthDot: return lacks("dot", t.count, k.dots);
     case Kind::NthBead: return lacks("bead", t.count, k.beads);
+    case Kind::NthTouch: return lacks("touch", t.count, k.touches);
     case Kind::FeatureId: return lacks("feature", t.name, k.features);
     case Kind::MarkExposed: return lacks("mark", t.name, k.marks);
     default: return {};

@@ -49,7 +49,8 @@ json to_json(const BoardPlan& plan) {
       {"board", {{"size", to_json(b.size)}, {"thickness", b.thickness}, {"frame", b.frame}, {"at", to_json(b.at)}}},
       {"parts", json::array()},
       {"marks", json::array()},
-      {"features", json::array()}};
+      {"features", json::array()},
+      {"touches", plan.touches}};
   for (const recipes::Part& p : plan.parts)
     out["parts"].push_back({{"name", p.name},
                             {"at", to_json(p.at)},
@@ -97,6 +98,7 @@ Result<BoardPlan> plan_from_json(const json& j) {
       plan.marks.push_back({m.at("name"), vec2(m.at("at")), m.at("diameter"), m.at("bright"), {}});
     for (const json& f : j.at("features"))
       plan.features.push_back({f.at("id"), f.at("bead"), points<Vec2>(f.at("points"), vec2), f.at("gap")});
+    plan.touches = j.value("touches", std::size_t{0});
     return plan;
   });
 }

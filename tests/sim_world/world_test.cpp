@@ -196,6 +196,7 @@ TEST_F(InWorld, an_entry_that_can_never_happen_is_refused_with_its_place_and_the
            Never{"{at: feature b2, do: camera_dead}", "feature 'b2'; did you mean"},
            Never{"{at: feature dot 3, do: camera_dead}", "no dot 3; the board has 2"},
            Never{"{at: feature bead 2, do: camera_dead}", "no bead 2; the board has 1"},
+           Never{"{at: touch 1, do: camera_dead}", "no touch 1; the board has 0"},
            Never{"{at: mark X9Y, do: camera_dead}", "no mark 'X9Y'"},
            Never{"{do: remove_mark, name: M11}", "did you mean 'M1'?"},
            Never{"{do: remove_obstacle, name: brick}", "no obstacle 'brick'"},
