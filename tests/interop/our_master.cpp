@@ -6,67 +6,18 @@
 #include <atomic>
 #include <cstdio>
 #include <cstring>
-#include <map>
 #include <string>
 #include <thread>
 
 #include "config/machine.hpp"
 #include "devices/ethercat/master.hpp"
 #include "devices/raw_socket_port.hpp"
+#include "tests/interop/strange_kinds.hpp"
 
 using namespace gantry;
 using namespace gantry::devices;
-using config::SyncManagerKind;
 
 namespace {
-
-struct Kind {
-  std::uint32_t product;
-  bool mailbox;
-  std::uint16_t out_at, in_at;
-  int bytes;
-  bool dc;
-  bool split = false;  ///< each half of the bytes in a SyncManager and a PDO of its own, 20h apart
-};
-const std::map<std::string, Kind> kKinds{
-    {"big_box", {0x101, true, 0x1100, 0x1400, 4, false}},    {"slow", {0x102, true, 0x1100, 0x1400, 4, true}},
-    {"capricious", {0x103, true, 0x1100, 0x1400, 4, false}}, {"no_lrw", {0x104, true, 0x1100, 0x1400, 4, true}},
-    {"nervous", {0x105, true, 0x1100, 0x1400, 4, false}},    {"simple", {0x106, false, 0x0F00, 0x1000, 2, true}},
-    {"hushed", {0x10C, true, 0x1100, 0x1400, 4, false}},     {"split", {0x10B, false, 0x0F00, 0x1000, 4, false, true}},
-};
-
-/// As somebody would write config/devices/KIND.yaml from the stations' data sheet.
-config::Station station(int position, const std::string& name) {
-  const Kind& kind = kKinds.at(name);
-  config::Station s;
-  s.id = StationId{static_cast<std::uint16_t>(position)};
-  s.position = position;
-  s.name = s.profile.name = s.profile.title = name;
-  s.profile.identity = {0x5A5A, kind.product, 3, false};
-  s.profile.slots = 0;
-  s.profile.pdo_fixed = true;
-  s.profile.dc = kind.dc;
-  s.profile.watchdog_ms = 1000;
-  if (kind.mailbox)
-    s.profile.sync_managers = {{SyncManagerKind::MailboxOut, 0x1000, 128}, {SyncManagerKind::MailboxIn, 0x1080, 128}};
-  const int halves = kind.split ? 2 : 1;
-  for (int n = 0; n < halves; ++n)
-    s.profile.sync_managers.push_back(
-        {SyncManagerKind::ProcessOut, static_cast<std::uint16_t>(kind.out_at + 0x20 * n), 0});
-  for (int n = 0; n < halves; ++n)
-    s.profile.sync_managers.push_back(
-        {SyncManagerKind::ProcessIn, static_cast<std::uint16_t>(kind.in_at + 0x20 * n), 0});
-  for (int n = 0; n < halves; ++n) {
-    config::PdoRow rx{static_cast<std::uint16_t>(0x1600 + n), 0, {}}, tx{static_cast<std::uint16_t>(0x1A00 + n), 0, {}};
-    for (int k = n * kind.bytes / halves + 1; k <= (n + 1) * kind.bytes / halves; ++k) {
-      rx.entries.push_back({{0x7000, static_cast<std::uint8_t>(k)}, 8});
-      tx.entries.push_back({{0x6000, static_cast<std::uint8_t>(k)}, 8});
-    }
-    s.profile.rx_pdos.push_back(rx);
-    s.profile.tx_pdos.push_back(tx);
-  }
-  return s;
-}
 
 int failed(const std::string& what) {
   std::printf("FAILED: %s\n", what.c_str());
@@ -145,7 +96,7 @@ class Loop {
 int main(int argc, char** argv) {
   if (argc < 3) return 2;
   config::Machine machine;
-  for (int i = 2; i < argc; ++i) machine.stations.push_back(station(i - 2, argv[i]));
+  for (int i = 2; i < argc; ++i) machine.stations.push_back(interop::strange_station(i - 2, argv[i]));
   MonotonicClock clock;
   auto port = RawSocketPort::open(argv[1]);
   if (!port) return failed(to_text(port.error()));
@@ -155,7 +106,7 @@ int main(int argc, char** argv) {
   std::printf("ok: brought up in %lld ms\n", static_cast<long long>((clock.now() - begin).count() / 1'000'000));
   for (const auto& note : master.notes()) std::printf("note: %s\n", note.c_str());
   for (const auto& s : machine.stations)
-    if (kKinds.at(s.name).mailbox)
+    if (interop::kinds().at(s.name).mailbox)
       if (const auto wrong = objects(master, s); !wrong.empty()) return failed(s.name + ": " + wrong);
   std::printf("ok: objects\n");
 
@@ -172,7 +123,7 @@ int main(int argc, char** argv) {
   while (loop.cycles < cycles_before + kCycles) clock.sleep_until(clock.now() + milliseconds(10));
   // Objects while the cycle runs.
   for (const auto& s : machine.stations)
-    if (kKinds.at(s.name).mailbox)
+    if (interop::kinds().at(s.name).mailbox)
       if (const auto wrong = objects(master, s); !wrong.empty()) return failed("in OP, " + s.name + ": " + wrong);
   loop.end();
   const int fresh = loop.fresh - fresh_before, cycles = loop.cycles - cycles_before,

@@ -1,78 +1,20 @@
 // Recorded bring-ups as tests of the parsers of both sides (captures/README.md tells how they were made).
-#include <fstream>
 #include <gtest/gtest.h>
-#include <optional>
 #include <vector>
 
 #include "config/machine.hpp"
 #include "core/clock.hpp"
+#include "devices/ethercat/master.hpp"
 #include "devices/rt/frame.hpp"
-#include "devices/wire/ethercat.hpp"
 #include "sim/segment/segment.hpp"
+#include "tests/interop/capture.hpp"
+#include "tests/interop/replay_line.hpp"
+#include "tests/interop/strange_kinds.hpp"
 
 namespace gantry::interop {
 namespace {
 
-using Bytes = std::vector<std::byte>;
-namespace wire = devices::wire;
 constexpr std::uint32_t kMailboxInStatus = 0x080D, kMailboxIn = 0x1080;  // SyncManager 1, as the strange master sets it
-
-struct Record {
-  std::uint64_t time_ns = 0;
-  Bytes frame;
-};
-
-/// Enhanced packets of a little-endian pcapng file.
-std::vector<Record> read_pcapng(const std::string& name) {
-  std::ifstream file(std::string(GANTRY_SOURCE_DIR "/tests/interop/captures/") + name, std::ios::binary);
-  const std::vector<char> raw((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  const std::span bytes(reinterpret_cast<const std::byte*>(raw.data()), raw.size());
-  std::vector<Record> out;
-  for (std::size_t at = 0; at + 12 <= bytes.size();) {
-    const auto type = wire::get_le<std::uint32_t>(bytes, at), length = wire::get_le<std::uint32_t>(bytes, at + 4);
-    if (length < 12 || at + length > bytes.size()) break;
-    if (type == 6) {
-      const auto size = wire::get_le<std::uint32_t>(bytes, at + 20);
-      const std::uint64_t high = wire::get_le<std::uint32_t>(bytes, at + 12);
-      const auto frame = bytes.subspan(at + 28, size);
-      out.push_back({high << 32 | wire::get_le<std::uint32_t>(bytes, at + 16), {frame.begin(), frame.end()}});
-    }
-    at += length;
-  }
-  return out;
-}
-
-struct Datagram {
-  wire::DatagramHeader header;
-  std::span<const std::byte> data;
-  std::uint16_t working_counter = 0;
-};
-std::vector<Datagram> datagrams(std::span<const std::byte> frame) {
-  std::vector<Datagram> out;
-  for (std::size_t at = wire::kFrameHeader; at + wire::kDatagramHeader <= frame.size();) {
-    const auto header = wire::get_datagram_header(frame.subspan(at));
-    const std::size_t end = at + wire::kDatagramHeader + header.length;
-    if (end + wire::kWorkingCounter > frame.size()) break;
-    out.push_back(
-        {header, frame.subspan(at + wire::kDatagramHeader, header.length), wire::get_le<std::uint16_t>(frame, end)});
-    if (!header.more) break;
-    at = end + wire::kWorkingCounter;
-  }
-  return out;
-}
-
-/// Request and reply, paired by order: one is out at a time in these captures. Not by the bit of the source address
-/// that stations set, which a stranger's own address may have.
-std::vector<std::pair<Record, Record>> exchanges(const std::vector<Record>& records) {
-  std::vector<std::pair<Record, Record>> out;
-  for (std::size_t i = 0; i + 1 < records.size(); i += 2) {
-    const auto asked = datagrams(records[i].frame), told = datagrams(records[i + 1].frame);
-    EXPECT_TRUE(!asked.empty() && asked.size() == told.size() && asked[0].header.index == told[0].header.index)
-        << "packet " << i + 2 << " is no reply to the one before";
-    out.emplace_back(records[i], records[i + 1]);
-  }
-  return out;
-}
 
 TEST(Replay, our_frames_are_built_again_byte_by_byte_and_the_recorded_replies_are_taken) {
   const auto turns = exchanges(read_pcapng("our_master_and_strange_stations.pcapng"));
@@ -99,6 +41,55 @@ TEST(Replay, our_frames_are_built_again_byte_by_byte_and_the_recorded_replies_ar
     }
   }
   EXPECT_GT(several, 10u);
+}
+
+/// As it was recorded: see captures/README.md.
+config::Machine recorded_line() {
+  config::Machine m;
+  for (const char* kind : {"simple", "big_box", "nervous"})
+    m.stations.push_back(strange_station(static_cast<int>(m.stations.size()), kind));
+  return m;
+}
+
+TEST(Replay, the_master_brings_a_recorded_line_up) {
+  const auto turns = exchanges(read_pcapng("our_master_and_strange_stations.pcapng"));
+  VirtualClock clock;
+  ReplayLine line(turns, clock);
+  const config::Machine machine = recorded_line();
+  devices::EthercatMaster master(machine, line, clock);
+  const auto up = master.bring_up();
+  ASSERT_TRUE(up) << to_text(up.error());
+  EXPECT_GT(line.answered, 300);
+  EXPECT_TRUE(line.unknown.empty()) << line.unknown.size() << " questions were never recorded, the first at "
+                                    << std::hex << (line.unknown.empty() ? 0 : line.unknown.front());
+  ASSERT_EQ(master.stations().size(), 3u);
+  const std::uint32_t products[] = {0x106, 0x101, 0x105};  // as strange_stations.py has them
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(master.stations()[i].sii.vendor, 0x5A5Au);
+    EXPECT_EQ(master.stations()[i].sii.product, products[i]);
+    EXPECT_EQ(master.stations()[i].sii.serial, 99u);
+    EXPECT_EQ(master.stations()[i].parent, static_cast<int>(i) - 1);
+  }
+  // Objects of the recorded conversation, whatever else was asked in between.
+  for (const std::size_t i : {1u, 2u}) {
+    const auto product = master.read_object(StationId{static_cast<std::uint16_t>(i)}, {0x1018, 2});
+    ASSERT_TRUE(product) << to_text(product.error());
+    EXPECT_EQ(wire::get_le<std::uint32_t>(*product, 0), products[i]);
+  }
+  const auto refused = master.read_object(StationId{2}, {0x1008, 0});  // `nervous` has nothing longer than four bytes
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().fault, Fault::SdoAbort);
+  EXPECT_GE(master.stations()[2].mailbox.emergencies.size(), 2u);
+}
+
+TEST(Replay, a_recorded_line_in_another_order_than_configured_is_refused) {
+  VirtualClock clock;
+  ReplayLine line(exchanges(read_pcapng("our_master_and_strange_stations.pcapng")), clock);
+  config::Machine machine = recorded_line();
+  std::swap(machine.stations[0].profile, machine.stations[1].profile);
+  const auto up = devices::EthercatMaster(machine, line, clock).bring_up();
+  ASSERT_FALSE(up);
+  EXPECT_EQ(up.error().fault, Fault::IdentityMismatch) << to_text(up.error());
 }
 
 TEST(Replay, the_virtual_line_answers_a_recorded_stranger_as_it_did) {
