@@ -57,7 +57,7 @@ Result<config::ObjectAddress> parse_object(const std::string& text) {
   return config::ObjectAddress{*i, *s};
 }
 
-/// The type by --type, else as the machine file's profile has it; nullptr: nobody says.
+/// The type by --type, else as the machine file's profile has it; nullptr: it does not say.
 const Type* type_of(const config::Station* station, config::ObjectAddress object, const std::string& asked) {
   if (!asked.empty()) return find_type(asked);
   if (station == nullptr) return nullptr;
@@ -67,6 +67,29 @@ const Type* type_of(const config::Station* station, config::ObjectAddress object
       constexpr std::string_view kNames[] = {"u8", "i8", "u8", "i16", "u16", "i32", "u32", "string"};
       return find_type(kNames[static_cast<std::size_t>(row->type)]);
     }
+  return nullptr;
+}
+
+/// The type that the station itself tells (SDO information, base types of ETG.1020), or by the length of what it holds:
+/// then a number without sign, or with one where the value has it. nullptr: no number that we know.
+const Type* type_by_station(devices::Survey& survey, int position, config::ObjectAddress object,
+                            const std::string& value) {
+  if (const auto entry = survey.describe_entry(position, object)) {
+    struct Row {
+      std::uint16_t data_type;
+      std::string_view name;
+    };
+    constexpr Row kRows[] = {{0x01, "u8"},    {0x02, "i8"},  {0x03, "i16"}, {0x04, "i32"},
+                             {0x05, "u8"},    {0x06, "u16"}, {0x07, "u32"}, {0x09, "string"},
+                             {0x0A, "bytes"}, {0x15, "i64"}, {0x1B, "u64"}, {0x1E, "u8"},
+                             {0x1F, "u16"},   {0x20, "u32"}, {0x30, "u8"},  {0x37, "u8"}};
+    for (const auto& row : kRows)
+      if (row.data_type == entry->data_type) return find_type(row.name);
+  }
+  const auto held = survey.read_object(position, object);
+  if (!held) return nullptr;
+  for (const auto& t : kTypes)
+    if (t.bytes == held->size() && t.bytes != 0 && t.is_signed == value.starts_with('-')) return &t;
   return nullptr;
 }
 
@@ -122,6 +145,12 @@ Result<Bytes> to_bytes(const std::string& text, const Type& type) {
   return out;
 }
 
+/// Errors name the station as successes do: with its name in the machine file.
+Error named(Error error, const std::string& title) {
+  if (error.where.starts_with("station ")) error.where = "station " + title;
+  return error;
+}
+
 struct Target {
   int position = 0;
   std::string title;
@@ -166,9 +195,17 @@ Result<void> read(Context& context, BusAccess& bus, const SdoOptions& options) {
   if (!target) return tl::unexpected(target.error());
   const auto access = options.complete ? devices::SdoAccess::Complete : devices::SdoAccess::Single;
   const auto bytes = survey.read_object(target->position, target->object, access);
-  if (!bytes) return tl::unexpected(bytes.error());
+  if (!bytes) return tl::unexpected(named(bytes.error(), target->title));
   auto shown = *target;
   if (options.complete && options.type.empty()) shown.type = find_type("bytes");
+  if (shown.type != nullptr && shown.type->bytes != 0 && shown.type->bytes != bytes->size()) {
+    if (!options.type.empty())
+      return fail(Fault::SdoSizeMismatch,
+                  fmt::format("{:04X}h:{} has {} bytes, {} has {}", target->object.index, target->object.sub,
+                              bytes->size(), options.type, shown.type->bytes),
+                  "station " + target->title);
+    shown.type = nullptr;  // the profile has it otherwise: shown as it came
+  }
   print(context, shown, *bytes);
   return {};
 }
@@ -177,13 +214,17 @@ Result<void> write(Context& context, BusAccess& bus, const SdoOptions& options) 
   devices::Survey survey(bus.port(), bus.clock());
   auto target = aim(bus, survey, options);
   if (!target) return tl::unexpected(target.error());
+  const auto access = options.complete ? devices::SdoAccess::Complete : devices::SdoAccess::Single;
+  if (options.complete && options.type.empty()) target->type = find_type("bytes");
+  if (target->type == nullptr) target->type = type_by_station(survey, target->position, target->object, options.value);
   if (target->type == nullptr)
     return fail(Fault::Usage, fmt::format("the type of {:04X}h:{} is not known here; name it with --type",
                                           target->object.index, target->object.sub));
   const auto bytes = to_bytes(options.value, *target->type);
   if (!bytes) return tl::unexpected(bytes.error());
-  if (auto ok = survey.write_object(target->position, target->object, *bytes); !ok) return tl::unexpected(ok.error());
-  const auto back = survey.read_object(target->position, target->object);
+  if (auto ok = survey.write_object(target->position, target->object, *bytes, access); !ok)
+    return tl::unexpected(named(ok.error(), target->title));
+  const auto back = survey.read_object(target->position, target->object, access);
   print(context, *target, back ? *back : *bytes);
   return {};
 }
@@ -199,9 +240,11 @@ void add(CLI::App& sdo, Context& context, const char* name, const char* help, bo
         ->required();
   std::string types;
   for (const auto& t : kTypes) types += (types.empty() ? "" : ", ") + std::string(t.name);
-  verb->add_option("--type", options->type, types + "; default: as the machine file's profile has it")
+  verb->add_option("--type", options->type, types + "; default: as the machine file's profile or the station has it")
       ->check([types](const std::string& t) { return find_type(t) != nullptr ? std::string() : "one of " + types; });
-  if (!writes) verb->add_flag("--complete", options->complete, "Complete access: all sub-indices in one");
+  verb->add_flag("--complete", options->complete,
+                 writes ? "Complete access: VALUE is all sub-indices in one, sub-index 0 as two bytes, in hexadecimal"
+                        : "Complete access: all sub-indices in one");
   add_bus_interface(*verb, *options);
   verb->footer(
       writes

@@ -174,6 +174,12 @@ Result<std::vector<ObjectDescription>> Survey::object_list(int position, bool wi
   return read_object_list(link_, **s, with_entries);
 }
 
+Result<EntryDescription> Survey::describe_entry(int position, config::ObjectAddress object) {
+  auto s = with_mailbox(position);
+  if (!s) return tl::unexpected(s.error());
+  return devices::describe_entry(link_, **s, object);
+}
+
 Result<Bytes> Survey::read_object(int position, config::ObjectAddress object, SdoAccess access) {
   auto s = with_mailbox(position);
   if (!s) return tl::unexpected(s.error());

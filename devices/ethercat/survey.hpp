@@ -54,6 +54,7 @@ class Survey {
 
   Result<PdoMap> read_pdo_map(int position);
   Result<std::vector<ObjectDescription>> object_list(int position, bool with_entries = false);
+  Result<EntryDescription> describe_entry(int position, config::ObjectAddress object);
   Result<Bytes> read_object(int position, config::ObjectAddress object, SdoAccess access = SdoAccess::Single);
   Result<void> write_object(int position, config::ObjectAddress object, std::span<const std::byte> value,
                             SdoAccess access = SdoAccess::Single);

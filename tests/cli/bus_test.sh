@@ -27,6 +27,21 @@ expect_exit 2 "a station that is not there" "$gantry" bus sdo read nobody 0x1018
 expect_text "positions 0 to 5, x, y1"
 expect_exit 2 "an object that is none" "$gantry" bus sdo read x here
 expect_exit 2 "a value that does not fit" "$gantry" bus sdo write x 0x6098 300
+expect_exit 2 "a verb that is none" "$gantry" bus foo
+expect_text "no .gantry bus foo.*there are scan, sdo"
+expect_exit 2 "no verb" "$gantry" bus
+expect_exit 2 "an option that is none" "$gantry" bus scan --foo
+expect_exit 5 "a type of another length" "$gantry" bus sdo read x 1018:1 --type u8
+expect_text "station 0 'x'.*has 4 bytes, u8 has 1"
+expect_exit 5 "an error names the station as a success does" "$gantry" bus sdo read x 0x5FFF
+expect_text "station 0 'x'"
+expect_exit 0 "a write of an object whose type only the station knows" "$gantry" --json bus sdo write x 0x10F1:2 7
+expect_value "(d['type'], d['value'])" "('u32', 7)"
+expect_exit 2 "and its range is the type's" "$gantry" bus sdo write x 0x10F1:2 4294967296
+expect_exit 0 "a complete read" "$gantry" --json bus sdo read x 0x10F1 --complete
+whole=$(json "d['value']")
+expect_exit 0 "a complete write" "$gantry" --json bus sdo write x 0x10F1 "${whole%????????}09000000" --complete
+expect_value "d['value'] == '${whole%????????}09000000'" True
 expect_exit 2 "an unknown type" "$gantry" bus sdo read x 0x6064 --type float
 expect_exit 5 "an interface that is not there" "$gantry" bus scan --interface none0
 expect_exit 0 "clocks" "$gantry" --json bus dc
