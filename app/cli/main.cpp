@@ -42,6 +42,7 @@ int main(int argc, char** argv) try {
   cli::add_publish(app, context);
   cli::add_bus(app, context);
   cli::add_monitor(app, context);
+  cli::add_trace(app, context);
   cli::add_explain(app, context);
 
   try {

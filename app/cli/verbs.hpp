@@ -32,6 +32,7 @@ void add_monitor(CLI::App& app, Context& context);
 void add_publish(CLI::App& app, Context& context);
 void add_run(CLI::App& app, Context& context);
 void add_sim(CLI::App& app, Context& context);
+void add_trace(CLI::App& app, Context& context);
 void add_up(CLI::App& app, Context& context);
 
 /// --sim-board, --sim-seed, --sim-script, --sim-state.

@@ -25,3 +25,10 @@ expect_text() { grep -q -- "$1" "$work/out" "$work/err" || { fail "no '$1' in th
 hash_of() { grep -o '"setpoint_hash": "[^"]*"' "$1/summary.json"; }
 # wait_for SECONDS COMMAND...: until it succeeds
 wait_for() { local n=$(($1 * 20)); shift; for _ in $(seq "$n"); do "$@" >/dev/null 2>&1 && return 0; sleep 0.05; done; return 1; }
+# same_setpoints A B WHAT: two runs commanded the same. Where the host stalled one of them a touch ends a tick later; then
+# what both sent is compared.
+same_setpoints() {
+  [ "$(hash_of "$1")" = "$(hash_of "$2")" ] && { echo "ok: $3: same setpoints"; return; }
+  grep -qE '"(skipped|frames_lost)": [1-9]' "$1/summary.json" "$2/summary.json" && "$gantry" trace diff "$1" "$2" >"$work/diff" 2>&1 &&
+    echo "ok: $3: the host stalled; $(head -1 "$work/diff")" || { fail "$3: other setpoints"; cat "$work/diff"; }
+}

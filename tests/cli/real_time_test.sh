@@ -5,7 +5,7 @@ job=tests/cli/short-board.yaml
 
 expect_exit 0 "in virtual time" "$gantry" dry-run $job --out "$work/dry"
 expect_exit 0 "in real time" "$gantry" run $job --state "$work/none" --out "$work/real"
-[ "$(hash_of "$work/dry")" = "$(hash_of "$work/real")" ] && echo "ok: same setpoints" || fail "another hash in real time"
+same_setpoints "$work/dry" "$work/real" "in real time"
 
 # Without the rights for real time the job runs, and says so.
 taken=-sys_nice,-ipc_lock,-sys_resource
@@ -21,7 +21,7 @@ grep -q '"real_time_priority":false,"memory_locked":false' "$work/plain/summary.
 runner=$!; pids+=($runner)
 if wait_for 5 pgrep -P $runner; then kill -9 "$(pgrep -P $runner | head -1)" && echo "ok: publisher killed"; else fail "no publisher was started"; fi
 wait $runner || fail "the job did not survive its publisher's death"
-[ "$(hash_of "$work/dry")" = "$(hash_of "$work/killed")" ] || fail "another hash when the publisher was killed"
+same_setpoints "$work/dry" "$work/killed" "with the publisher killed"
 
 "$gantry" run $job --state "$work/none" --out "$work/int" >"$work/i.out" 2>&1 </dev/null &
 runner=$!; pids+=($runner)
@@ -36,5 +36,5 @@ wait_for 20 grep -q "is up" "$work/up.out" || { fail "the owner did not come up"
 expect_exit 7 "a second owner" "$gantry" up --state "$work/state"
 expect_exit 0 "home as a client" "$gantry" home --state "$work/state"
 expect_exit 0 "a job as a client" "$gantry" --json run $job --state "$work/state" --out "$work/client"
-[ "$(hash_of "$work/dry")" = "$(hash_of "$work/client")" ] || fail "another hash through the owner"
+same_setpoints "$work/dry" "$work/client" "through the owner"
 kill -TERM $owner; wait $owner && echo "ok: the owner ends in order" || fail "the owner did not end in order"

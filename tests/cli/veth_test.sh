@@ -21,7 +21,7 @@ inside tshark -i $name-ctl -a duration:30 -w "$work/bus.pcapng" >/dev/null 2>&1 
 shark=$!; pids+=($shark)
 sleep 1.5
 expect_exit 0 "over a wire" inside "$gantry" run $job --bus ethercat:$name-ctl --world "$work/world" --state "$work/none" --out "$work/wire"
-[ "$(hash_of "$work/dry")" = "$(hash_of "$work/wire")" ] && echo "ok: same setpoints" || fail "another hash over the wire"
+same_setpoints "$work/dry" "$work/wire" "over a wire"
 python3 - "$work/dry" "$work/wire" <<'E' && echo "ok: same deposits" || fail "other deposits over the wire"
 import json, sys
 dry, wire = ({d["id"]: d for d in json.load(open(f + "/summary.json"))["deposits"]} for f in sys.argv[1:3])

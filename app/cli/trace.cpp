@@ -1,0 +1,62 @@
+// gantry trace diff A B: did two runs of a job command the same?
+#include <filesystem>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/verbs.hpp"
+#include "app/record/setpoint_file.hpp"
+
+namespace gantry::cli {
+namespace {
+
+struct DiffOptions {
+  std::string a, b;
+};
+
+std::string setpoints_of(const std::string& named) {
+  return std::filesystem::is_directory(named) ? (std::filesystem::path(named) / "setpoints.bin").string() : named;
+}
+
+void show_comparison(const record::SetpointComparison& c, bool json) {
+  if (json) {
+    nlohmann::ordered_json document{{"result", c.first_difference ? "different" : "equal"},
+                                    {"ticks", {c.ticks_a, c.ticks_b}},
+                                    {"sent_by_both", c.common},
+                                    {"sent_by_one", {c.only_a, c.only_b}}};
+    if (const auto& d = c.first_difference)
+      document["first_difference"] = {{"block", d->block}, {"tick", d->tick}, {"what", d->what}};
+    fmt::print("{}\n", document.dump(2));
+    return;
+  }
+  fmt::print("{} ticks were sent by both, {} by the first alone, {} by the second alone\n", c.common, c.only_a,
+             c.only_b);
+  if (!c.first_difference) fmt::print("equal wherever both sent\n");
+}
+
+void diff(Context& context, const DiffOptions& options) {
+  const std::string a = setpoints_of(options.a), b = setpoints_of(options.b);
+  const auto compared = record::compare(a, b);
+  if (!compared) return void(context.exit_code = show(compared.error(), context.json));
+  if (compared->first_difference) context.exit_code = static_cast<int>(info(Fault::SetpointsDiffer).exit_code);
+  show_comparison(*compared, context.json);
+  if (const auto& d = compared->first_difference; d && !context.json)
+    show(Error{Fault::SetpointsDiffer, fmt::format("block {}, tick {}: {}", d->block, d->tick, d->what), b}, false);
+}
+
+}  // namespace
+
+void add_trace(CLI::App& app, Context& context) {
+  auto* verb = app.add_subcommand("trace", "What a job commanded, tick by tick");
+  verb->require_subcommand(1);
+  auto* diff_verb = verb->add_subcommand(
+      "diff",
+      "Compares two runs: where the host stalled, or frames were lost, only the ticks that both sent can be compared");
+  auto options = std::make_shared<DiffOptions>();
+  diff_verb->add_option("A", options->a, "A job's folder, or its setpoints.bin")->required();
+  diff_verb->add_option("B", options->b, "The other")->required();
+  diff_verb->footer("Exit code 0: equal wherever both sent; 7: they differ. For example:\n"
+                    "  gantry trace diff out/demo-board-1 out/demo-board-2");
+  diff_verb->callback([&context, options] { diff(context, *options); });
+}
+
+}  // namespace gantry::cli
