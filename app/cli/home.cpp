@@ -25,7 +25,7 @@ void add_home(CLI::App& app, Context& context) {
     Keys keys(**owner, false);
     (*owner)->on_step([&] { keys.poll(); });
     Result<void> done = (*owner)->bring_up();
-    if (done) done = (*owner)->enable();
+    if (done) done = (*owner)->home();
     if (!done) return void(context.exit_code = show(done.error(), context.json));
     nlohmann::ordered_json axes = nlohmann::json::array();
     for (const config::Axis& axis : machine->axes) {

@@ -54,8 +54,9 @@ void add_trace(CLI::App& app, Context& context) {
   auto options = std::make_shared<DiffOptions>();
   diff_verb->add_option("A", options->a, "A job's folder, or its setpoints.bin")->required();
   diff_verb->add_option("B", options->b, "The other")->required();
-  diff_verb->footer("Exit code 0: equal wherever both sent; 7: they differ. For example:\n"
-                    "  gantry trace diff out/demo-board-1 out/demo-board-2");
+  diff_verb->footer(
+      "Exit code 0: equal wherever both sent; 7: they differ. For example:\n"
+      "  gantry trace diff out/demo-board-1 out/demo-board-2");
   diff_verb->callback([&context, options] { diff(context, *options); });
 }
 

@@ -105,10 +105,7 @@ class Desk {
     switch (order.kind) {
       case run::OrderKind::Enable: done = owner_.enable(); break;
       case run::OrderKind::Disable: done = owner_.disable(); break;
-      case run::OrderKind::Home:
-        done = owner_.enable();
-        if (done) done = owner_.home();
-        break;
+      case run::OrderKind::Home: done = owner_.home(); break;
       case run::OrderKind::Run: return run_job(order);
       default: break;
     }

@@ -151,6 +151,17 @@ Result<PlannedBlock> BlockPlanner::retract(std::uint32_t block, const AxisVec& f
   return builder.finish();
 }
 
+std::optional<PlannedBlock> BlockPlanner::rise(std::uint32_t block, const AxisVec& from) const {
+  constexpr double kLow_mm = 0.5;
+  if (from[machine_.z.value] >= machine_.safe_z_mm - kLow_mm) return std::nullopt;
+  Builder builder{*this, block, from, {}};
+  AxisVec to = from;
+  to[machine_.z.value] = machine_.safe_z_mm;
+  builder.take(motion::line_move(limits_, from, to), motion::kTravel);
+  builder.at = to;
+  return builder.finish();
+}
+
 Result<PlannedBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& from,
                                             const std::vector<std::size_t>& features) const {
   Builder builder{*this, block, from, {}};

@@ -5,6 +5,7 @@
 // Errors name both bodies, the point and the line of the recipe.
 #pragma once
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,9 @@ class BlockPlanner {
   Result<PlannedBlock> look_at_mark(std::uint32_t block, const AxisVec& from, std::size_t mark) const;
   /// Probe down until it touches.
   Result<PlannedBlock> touch(std::uint32_t block, const AxisVec& from, std::size_t touch) const;
+  /// Straight up to the safe height, from wherever a stop has left the head; nothing when it is up there
+  /// already. As in homing (Z first) the way is free by declaration: what is near is what it was just working on.
+  std::optional<PlannedBlock> rise(std::uint32_t block, const AxisVec& from) const;
   /// Straight up from a touch, so that the probe opens again.
   Result<PlannedBlock> retract(std::uint32_t block, const AxisVec& from) const;
   Result<PlannedBlock> dispense(std::uint32_t block, const AxisVec& from,

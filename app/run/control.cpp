@@ -54,6 +54,10 @@ void Control::abort(Error why) {
 
 void Control::begin() {
   fault_.reset();
+  forget_abort();
+}
+
+void Control::forget_abort() {
   aborted_.reset();
   channels_.stop_now.store(false, std::memory_order_release);
 }

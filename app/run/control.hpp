@@ -56,6 +56,8 @@ class Control {
   void begin();
   /// From any order: the running wait ends with `why` once the machine stands.
   void abort(Error why);
+  /// What was aborted has ended: the next order is not concerned.
+  void forget_abort();
 
  private:
   void on_event(const cycle::Event& event);

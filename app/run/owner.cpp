@@ -16,6 +16,7 @@ namespace {
 constexpr double kOperationTimeout_s = 5;
 constexpr int kOperationAttempts = 2;
 constexpr double kEnableTimeout_s = 4;
+constexpr double kSettled_s = 0.005;
 constexpr Time kLockTimeout = std::chrono::seconds(5);
 constexpr std::int32_t kLocked_ns = 100'000;  // phase error below which SYNC0 and our frames are well apart
 constexpr int kRecoverEvery = 100;            // idle steps between two attempts to bring stations back
@@ -78,10 +79,17 @@ Result<void> Owner::bring_up() {
   return fail(Fault::DcNotLocked, "the loop did not lock to the bus's reference clock");
 }
 
+Result<void> Owner::Parts::torque() {
+  const cycle::Snapshot& now = control->latest();
+  if (now.latched != Fault::None)
+    return fail(Fault::Latched, fmt::format("{} is latched: {}", code(now.latched), info(now.latched).text));
+  if (now.state != cycle::State::Disabled) return {};
+  return control->command({.kind = cycle::CommandKind::Enable}, kEnableTimeout_s);
+}
+
 Result<void> Owner::enable() {
   Parts& p = *parts_;
-  if (p.control->latest().state == cycle::State::Disabled)
-    if (auto r = p.control->command({.kind = cycle::CommandKind::Enable}, kEnableTimeout_s); !r) return r;
+  if (auto r = p.torque(); !r) return r;
   for (const config::Axis& axis : p.machine.axes)
     if (axis.homing && axis.kind == config::AxisKind::Streamed &&
         (p.control->latest().referenced >> axis.id.value & 1u) == 0)
@@ -91,23 +99,30 @@ Result<void> Owner::enable() {
 
 Result<void> Owner::home() {
   Parts& p = *parts_;
+  auto done = p.home();
+  if (p.recording == nullptr) p.control->forget_abort();
+  return done;
+}
+
+Result<void> Owner::Parts::home() {
+  if (auto r = torque(); !r) return r;
   std::set<int> orders;
-  for (const config::Axis& axis : p.machine.axes)
+  for (const config::Axis& axis : machine.axes)
     if (axis.homing && axis.kind == config::AxisKind::Streamed) orders.insert(axis.homing->order);
   for (const int order : orders) {
     std::uint32_t mask = 0;
     double timeout_s = 1;
     std::string names;
-    for (const config::Axis& axis : p.machine.axes) {
+    for (const config::Axis& axis : machine.axes) {
       if (!axis.homing || axis.kind != config::AxisKind::Streamed || axis.homing->order != order) continue;
       mask |= 1u << axis.id.value;
       timeout_s = std::max(timeout_s, axis.homing->timeout_s + 2);
       names += (names.empty() ? "" : ", ") + axis.name;
     }
     log::info("homing {}", names);
-    if (auto r = p.control->command({.kind = cycle::CommandKind::Home, .axes = mask}, timeout_s); !r) return r;
+    if (auto r = control->command({.kind = cycle::CommandKind::Home, .axes = mask}, timeout_s); !r) return r;
   }
-  return {};
+  return control->pass(kSettled_s);  // positions are told in the new reference
 }
 
 Result<void> Owner::disable() {
@@ -157,8 +172,9 @@ Result<void> Owner::order(const Order& order) {
       p.control->begin();
       return {};
     case OrderKind::Abort:
-      if (p.runner == nullptr) return refuse("a job that runs");
-      interrupt(Error{Fault::Aborted, "the operator aborted the job", ""});
+      if (p.recording == nullptr && state != State::Homing && state != State::Enabling)
+        return refuse("a job that runs, or homing");
+      interrupt(Error{Fault::Aborted, "the operator aborted it", ""});
       return {};
     case OrderKind::Status: return {};
     default: return refuse("an owner that is idle");

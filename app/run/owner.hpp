@@ -51,6 +51,7 @@ class Owner {
   Result<void> bring_up();
   /// Drives to Operation Enabled, and every axis that is not referenced is homed, lowest order first.
   Result<void> enable();
+  /// The same, and every axis is homed.
   Result<void> home();
   Result<void> disable();
   /// One job from its first block to its end. Never throws away what happened: the result tells it, also of a job that

@@ -1,6 +1,7 @@
 // An owner's job: what it does with each snapshot and event, and one recipe from its first block to its end.
 #include <algorithm>
 #include <chrono>
+#include <fmt/format.h>
 
 #include "app/record/summary.hpp"
 #include "app/run/fault_words.hpp"
@@ -46,10 +47,10 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
 
   Result<void> ended;
   if (p.world != nullptr) {
-    const auto loaded = p.world->board_loaded();
-    if (!loaded)
-      ended = tl::unexpected(loaded.error());
-    else if (!*loaded)
+    const auto held = p.world->holds_board(recipe);
+    if (!held)
+      ended = tl::unexpected(held.error());
+    else if (!*held)
       ended = p.world->load_board(recipe);
     if (ended) ended = p.world->begin_job();
   }
@@ -63,12 +64,23 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
 
   recording.tell(record::result_word(result));
   p.runner = nullptr, p.recording = nullptr;
+  p.control->forget_abort();
   recording.finish(recipe, p.channels->lost.load() == 0);
   result.cycles.virtual_time = p.options.virtual_time;
   if (p.thread)
     result.cycles.real_time_priority = p.thread->rights().priority,
     result.cycles.memory_locked = p.thread->rights().memory;
-  if (p.world != nullptr) add_world(result, *p.world, options);
+  if (p.world != nullptr) {
+    add_world(result, *p.world, options);
+    if (!result.collisions.empty() && result.exit_code == ExitCode::Done) {
+      const sim::Collision& first = result.collisions.front();
+      result.errors.push_back({Fault::Collision,
+                               fmt::format("the virtual world saw {} collisions, the first of {} with {} at {:.3f} s",
+                                           result.collisions.size(), first.moving, first.standing, first.t_s),
+                               {}});
+      result.exit_code = info(Fault::Collision).exit_code;
+    }
+  }
   result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
   return result;
 }

@@ -55,6 +55,11 @@ struct Owner::Parts {
   /// The bus and what stands behind it: the virtual machine in this process, or a wire. The port is its alone.
   Result<devices::FramePort*> open_bus();
 
+  /// Drives to Operation Enabled. Fault::Latched while a fault is.
+  Result<void> torque();
+  /// Every axis, lowest order first.
+  Result<void> home();
+
   void on_step();
   void on_snapshot(const cycle::Snapshot& s);
   void on_event(const cycle::Event& e);

@@ -54,6 +54,11 @@ Result<void> Runner::play_blocks() {
         !r)
       return r;
 
+  if (const auto rise = planner_.rise(block_ + 1, at_)) {
+    doing_ = "raising the head";
+    next_block("needle");
+    if (auto r = play(*rise); !r) return tl::unexpected(r.error());
+  }
   for (const recipes::Block& block : job_.blocks) {
     if (recipes::needs_offset(block) && !offset_settled_)
       if (auto r = settle_offset(); !r) return r;

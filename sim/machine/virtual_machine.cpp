@@ -248,7 +248,8 @@ vision::Camera& VirtualMachine::camera() { return parts_->world.camera(); }
 
 Result<void> VirtualMachine::load_board(const recipes::Recipe& recipe) { return load_board(board_plan(recipe)); }
 Result<void> VirtualMachine::load_board(BoardPlan plan) { return parts_->world.load_board(std::move(plan)); }
-Result<bool> VirtualMachine::board_loaded() { return parts_->world.board_loaded(); }
+Result<bool> VirtualMachine::holds_board(const recipes::Recipe& recipe) { return holds_board(board_plan(recipe)); }
+Result<bool> VirtualMachine::holds_board(const BoardPlan& plan) { return parts_->world.holds_board(plan); }
 Result<void> VirtualMachine::begin_job() {
   parts_->world.begin_job();
   return {};

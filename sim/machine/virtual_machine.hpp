@@ -49,7 +49,8 @@ class VirtualMachine final : public WorldAccess {
   Result<void> load_board(const recipes::Recipe& recipe) override;
   /// The same for a board that came over the socket.
   Result<void> load_board(BoardPlan plan);
-  Result<bool> board_loaded() override;
+  Result<bool> holds_board(const recipes::Recipe& recipe) override;
+  Result<bool> holds_board(const BoardPlan& plan);
   Result<void> begin_job() override;
   Result<std::vector<Deposit>> deposits() override;
   Result<std::vector<Collision>> collisions() override;

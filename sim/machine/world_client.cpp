@@ -120,7 +120,9 @@ vision::Camera& WorldClient::camera() { return *link_; }
 Result<void> WorldClient::load_board(const recipes::Recipe& recipe) {
   return done(link_->ask({{"do", "load_board"}, {"plan", to_json(board_plan(recipe))}}));
 }
-Result<bool> WorldClient::board_loaded() { return value<bool>(link_->ask({{"do", "board_loaded"}})); }
+Result<bool> WorldClient::holds_board(const recipes::Recipe& recipe) {
+  return value<bool>(link_->ask({{"do", "holds_board"}, {"plan", to_json(board_plan(recipe))}}));
+}
 Result<void> WorldClient::begin_job() { return done(link_->ask({{"do", "begin_job"}})); }
 Result<std::vector<Deposit>> WorldClient::deposits() {
   return list_in<Deposit>(link_->ask({{"do", "deposits"}}), "deposits", deposit_from_json);

@@ -18,7 +18,7 @@ class WorldClient final : public WorldAccess {
   /// Frames of the remote camera. `timeout` runs on the world's clock.
   vision::Camera& camera() override;
   Result<void> load_board(const recipes::Recipe& recipe) override;
-  Result<bool> board_loaded() override;
+  Result<bool> holds_board(const recipes::Recipe& recipe) override;
   Result<void> begin_job() override;
   Result<std::vector<Deposit>> deposits() override;
   Result<std::vector<Collision>> collisions() override;

@@ -57,12 +57,12 @@ Answer answer(VirtualMachine& world, const json& q) {
   const std::string what = q.at("do").get<std::string>();
   if (what == "latest") return {{{"ok", true}, {"value", world.camera().latest()}}, {}};
   if (what == "fetch") return fetch(world.camera(), q);
-  if (what == "load_board") {
+  if (what == "load_board" || what == "holds_board") {
     auto plan = plan_from_json(q.at("plan"));
     if (!plan) return {refused(plan.error()), {}};
+    if (what == "holds_board") return {value(world.holds_board(*plan)), {}};
     return {done(world.load_board(std::move(*plan))), {}};
   }
-  if (what == "board_loaded") return {value(world.board_loaded()), {}};
   if (what == "begin_job") return {done(world.begin_job()), {}};
   if (what == "deposits") return {list_of(world.deposits(), "deposits"), {}};
   if (what == "collisions") return {list_of(world.collisions(), "collisions"), {}};

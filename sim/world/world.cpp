@@ -199,11 +199,6 @@ Result<void> World::load_board(BoardPlan plan) {
   return {};
 }
 
-bool World::board_loaded() {
-  const std::scoped_lock lock(mutex_);
-  return board_ != nullptr;
-}
-
 void World::begin_job() {
   const std::scoped_lock lock(mutex_);
   job_shot_ = shots_.size();

@@ -54,7 +54,7 @@ class World {
 
   SimCamera& camera() { return camera_; }
   Result<void> load_board(BoardPlan plan);
-  [[nodiscard]] bool board_loaded();
+  [[nodiscard]] bool holds_board(const BoardPlan& plan);
   void begin_job();
   [[nodiscard]] std::vector<Deposit> deposits();
   [[nodiscard]] std::vector<Collision> collisions();

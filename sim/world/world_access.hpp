@@ -42,8 +42,9 @@ class WorldAccess {
   virtual vision::Camera& camera() = 0;
   /// Puts a new board of this recipe into the machine; where it lies is the world's secret (placement text, else seed).
   virtual Result<void> load_board(const recipes::Recipe& recipe) = 0;
-  /// A board lies in the machine already (the world outlives the controller): a job that resumes does not load one.
-  virtual Result<bool> board_loaded() = 0;
+  /// A board of this very recipe lies in the machine already (the world outlives the controller): a job that resumes
+  /// does not load one.
+  virtual Result<bool> holds_board(const recipes::Recipe& recipe) = 0;
   /// From here on deposits and collisions are counted anew. A job that resumes does not call it.
   virtual Result<void> begin_job() = 0;
   virtual Result<std::vector<Deposit>> deposits() = 0;

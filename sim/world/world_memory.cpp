@@ -108,4 +108,15 @@ void World::remember(std::unique_ptr<WorldLog> log) {
   place_solids();
 }
 
+bool World::holds_board(const BoardPlan& plan) {
+  const auto held = [&] {
+    const std::scoped_lock lock(mutex_);
+    return board_;
+  }();
+  if (held == nullptr) return false;
+  auto ours = to_json(held->plan), theirs = to_json(plan);
+  ours.erase("marks"), theirs.erase("marks");  // a script may have taken one away
+  return ours == theirs;
+}
+
 }  // namespace gantry::sim

@@ -93,6 +93,18 @@ TEST(Faults, the_world_counts_what_the_planner_was_not_told) {
   EXPECT_EQ(result.collisions.front().standing, "forgotten_tool");
 }
 
+TEST(Faults, a_job_that_the_world_saw_crash_is_not_done) {
+  Rig rig({.placement = "dx=0 mm",
+           .script =
+               "- {at: feature dot 5, do: add_obstacle, name: forgotten_tool, centre: [240 mm, 190 mm, -95 mm], size: "
+               "[60 mm, 60 mm, 30 mm]}"});
+  const auto result = rig.run(kDemo);
+  EXPECT_EQ(result.features_done, result.features_total);
+  EXPECT_EQ(result.exit_code, ExitCode::NotFeasible);
+  ASSERT_FALSE(result.errors.empty());
+  EXPECT_NE(result.errors.front().message.find("forgotten_tool"), std::string::npos);
+}
+
 TEST(Faults, an_obstacle_on_the_only_way_is_refused_before_anything_moves) {
   recipes::Recipe recipe = test::load_recipe(kDemo);
   // A roof over a dot: no way down to it.

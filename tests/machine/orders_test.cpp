@@ -95,6 +95,77 @@ TEST(Orders, an_interrupt_at_any_time_of_homing_ends_in_order) {
   }
 }
 
+/// Aborts the first job of `rig` in the middle of a bead.
+void abort_in_a_bead(Rig& rig) {
+  bool sent = false;
+  rig.on_step = [&](run::Owner& owner) {
+    if (sent || !valve_open(owner.latest()) || owner.latest().path_speed < 10) return;
+    sent = true;
+    EXPECT_TRUE(owner.order(order(OrderKind::Abort)));
+  };
+  EXPECT_EQ(rig.run(kDemo).exit_code, info(Fault::Aborted).exit_code);
+  ASSERT_TRUE(sent);
+  rig.on_step = {};
+}
+
+TEST(Orders, after_an_abort_in_a_bead_the_next_job_raises_the_needle_and_runs) {
+  Rig rig({.placement = "dx=0.5 mm"});
+  abort_in_a_bead(rig);
+  ASSERT_LT(rig.owner().latest().target[rig.machine().z.value], rig.machine().safe_z_mm - 5);
+  const auto again = rig.run(kDemo);
+  EXPECT_EQ(again.exit_code, ExitCode::Done) << (again.errors.empty() ? "" : to_text(again.errors.front()));
+  EXPECT_EQ(again.features_done, again.features_total);
+  EXPECT_TRUE(again.collisions.empty());
+}
+
+TEST(Orders, after_an_abort_homing_is_not_told_that_it_was_aborted) {
+  Rig rig({.placement = "dx=0.5 mm"});
+  abort_in_a_bead(rig);
+  const auto homed = rig.owner().home();
+  EXPECT_TRUE(homed) << to_text(homed.error());
+  EXPECT_EQ(rig.owner().latest().state, cycle::State::Ready);
+  EXPECT_NEAR(rig.owner().latest().actual[rig.machine().z.value], 1, 0.1) << "in the new reference, at its switch";
+}
+
+TEST(Orders, homing_can_be_aborted_and_done_again) {
+  Rig rig({});
+  ASSERT_TRUE(rig.owner().bring_up());
+  bool sent = false;
+  rig.owner().on_step([&] {
+    if (!sent && rig.owner().latest().state == cycle::State::Homing)
+      sent = rig.owner().order(order(OrderKind::Abort)).has_value();
+  });
+  const auto homed = rig.owner().home();
+  ASSERT_FALSE(homed);
+  EXPECT_EQ(homed.error().fault, Fault::Aborted);
+  rig.owner().on_step({});
+  const auto again = rig.owner().home();
+  EXPECT_TRUE(again) << to_text(again.error());
+}
+
+TEST(Orders, a_job_is_refused_while_a_fault_is_latched_and_runs_after_the_reset) {
+  Rig rig({.placement = "dx=0.5 mm", .script = "- {at: feature dot 3, do: press, input: stop, hold: 100 ms}"});
+  const auto stopped = rig.run(kDemo);
+  ASSERT_NE(stopped.exit_code, ExitCode::Done);
+  ASSERT_NE(rig.owner().latest().latched, Fault::None);
+  const auto refused = rig.run(kDemo);
+  ASSERT_FALSE(refused.errors.empty());
+  EXPECT_EQ(refused.errors.front().fault, Fault::Latched) << to_text(refused.errors.front());
+  EXPECT_EQ(refused.exit_code, ExitCode::Refused);
+  for (int i = 0; i < 2000; ++i) rig.owner().idle();
+  ASSERT_TRUE(rig.owner().order(order(OrderKind::Reset)));
+  for (int i = 0; i < 500; ++i) rig.owner().idle();
+  const auto again = rig.run(kDemo);
+  EXPECT_EQ(again.exit_code, ExitCode::Done) << (again.errors.empty() ? "" : to_text(again.errors.front()));
+}
+
+TEST(Orders, another_recipe_finds_its_own_board_in_the_machine) {
+  Rig rig({.placement = "dx=0.5 mm"});
+  ASSERT_EQ(rig.run("tests/cli/short-board.yaml").exit_code, ExitCode::Done);
+  const auto other = rig.run(kDemo);
+  EXPECT_EQ(other.exit_code, ExitCode::Done) << (other.errors.empty() ? "" : to_text(other.errors.front()));
+}
+
 TEST(Orders, what_does_not_fit_the_state_is_refused_with_a_reason) {
   Rig rig({});
   ASSERT_TRUE(rig.owner().bring_up());

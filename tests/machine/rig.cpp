@@ -68,7 +68,9 @@ record::JobResult Rig::run(const recipes::Recipe& recipe) {
   owner_->on_step([this] {
     if (on_step) on_step(*owner_);
   });
-  if (auto up = owner_->bring_up(); !up) return failed({up.error()});
+  if (!up_)
+    if (auto up = owner_->bring_up(); !up) return failed({up.error()});
+  up_ = true;
   return owner_->run(recipe, *job, {});
 }
 

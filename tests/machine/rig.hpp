@@ -26,7 +26,8 @@ class Rig {
   explicit Rig(const RigOptions& options);
   ~Rig();
 
-  /// Loads, compiles, brings up, runs. What fails before the job starts comes back as the result's errors.
+  /// Loads, compiles, brings up if that was not done yet, runs. What fails before the job starts comes back as the
+  /// result's errors.
   record::JobResult run(const std::string& recipe_file);
   record::JobResult run(const recipes::Recipe& recipe);
 
@@ -40,6 +41,7 @@ class Rig {
   config::Machine machine_;
   std::string script_file_;
   std::unique_ptr<run::Owner> owner_;
+  bool up_ = false;
 };
 
 recipes::Recipe load_recipe(const std::string& file);

@@ -183,7 +183,7 @@ TEST(VirtualMachine, motors_and_board_stay_where_they_are_when_the_world_is_open
   {
     Controller c(options);
     c.start();
-    EXPECT_TRUE(*c.vm->board_loaded());
+    EXPECT_TRUE(*c.vm->holds_board(recipe()));
     EXPECT_EQ(*c.vm->placement(), placement);
     EXPECT_EQ(c.vm->deposits()->size(), deposits) << "the job goes on";
     EXPECT_EQ(squirt(c), before);
@@ -226,9 +226,12 @@ TEST_F(OverTheSocket, the_same_questions_have_the_same_answers) {
   ASSERT_TRUE(client) << to_text(client.error());
   WorldAccess& remote = **client;
 
-  EXPECT_FALSE(*remote.board_loaded());
+  EXPECT_FALSE(*remote.holds_board(recipe()));
   ASSERT_TRUE(remote.load_board(recipe()));
-  EXPECT_TRUE(*remote.board_loaded());
+  EXPECT_TRUE(*remote.holds_board(recipe()));
+  recipes::Recipe other = recipe();
+  other.board.size.x += 0.5;
+  EXPECT_FALSE(*remote.holds_board(other)) << "that board is longer";
   ASSERT_TRUE(remote.begin_job());
   EXPECT_EQ(*remote.placement(), *c.vm->placement());
 

@@ -267,7 +267,7 @@ TEST(WorldMemory, board_deposits_and_motors_survive_the_world_even_in_the_middle
   auto log = WorldLog::open(dir);
   ASSERT_TRUE(log) << log.error().message;
   w.remember(std::move(*log));
-  EXPECT_TRUE(w.board_loaded());
+  EXPECT_TRUE(w.holds_board(board_plan(sample::recipe())));
   EXPECT_EQ(w.placement(), placement);
   const auto d = w.deposits();
   ASSERT_EQ(d.size(), 1u) << "of the job that was interrupted";
