@@ -14,7 +14,7 @@ expect_exit 0 "without real-time rights" "${plain[@]}" bash -c 'ulimit -l 64; ul
   --state "$work/none" --out "$work/plain"
 expect_text "no real-time rights"
 grep -q '"real_time_priority":false,"memory_locked":false' "$work/plain/summary.json" || fail "the summary claims rights"
-[ "$(hash_of "$work/dry")" = "$(hash_of "$work/plain")" ] || fail "another hash without real-time rights"
+same_setpoints "$work/dry" "$work/plain" "without real-time rights"
 
 # The publisher's death costs nothing.
 "$gantry" run $job --state "$work/none" --out "$work/killed" >"$work/k.out" 2>&1 </dev/null &

@@ -24,11 +24,13 @@ expect_exit 0 "over a wire" inside "$gantry" run $job --bus ethercat:$name-ctl -
 same_setpoints "$work/dry" "$work/wire" "over a wire"
 python3 - "$work/dry" "$work/wire" <<'E' && echo "ok: same deposits" || fail "other deposits over the wire"
 import json, sys
-dry, wire = ({d["id"]: d for d in json.load(open(f + "/summary.json"))["deposits"]} for f in sys.argv[1:3])
+dry, wire = (json.load(open(f + "/summary.json")) for f in sys.argv[1:3])
+lost = wire["cycle"]["skipped"] + wire["cycle"]["frames_lost"]  # each may shift an end by a cycle's travel
+dry, wire = ({d["id"]: d for d in s["deposits"]} for s in (dry, wire))
 assert dry.keys() == wire.keys() == {"a", "b", "corner"}, (dry.keys(), wire.keys())
 for name, d in dry.items():  # the loop's clock moves against SYNC0: half a cycle at the speed of the bead, and a hair
     off = max(abs(x - y) for end in (0, -1) for x, y in zip(d["board_mm"][end], wire[name]["board_mm"][end]))
-    assert off < 0.02, (name, off)
+    assert off < 0.02 * (1 + lost), (name, off, lost)
 E
 wait $shark
 frames=$(tshark -r "$work/bus.pcapng" -Y ecat 2>/dev/null | wc -l)
