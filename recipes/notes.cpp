@@ -42,6 +42,10 @@ std::vector<std::string> notes(const Recipe& recipe, const config::Machine& mach
   std::vector<std::string> out;
   if (recipe.marks.empty()) out.push_back("no marks: the board is taken to lie at its nominal place");
   if (recipe.touches.empty()) out.push_back("no touches: the board's surface is taken to be at its nominal height");
+  if (!recipe.touches.empty() && recipe.touches.size() < 3)
+    out.push_back(fmt::format("{} touch{}: the board is taken to be level {}", recipe.touches.size(),
+                              recipe.touches.size() == 1 ? "" : "es",
+                              recipe.touches.size() == 1 ? "in both directions" : "across the line through them"));
   const auto& valve = machine.outputs[static_cast<std::size_t>(config::Output::Valve)];
   for (const Material& m : recipe.materials) {
     if (valve) {

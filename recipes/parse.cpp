@@ -28,6 +28,7 @@ class Checker {
                         m.place);
     }
     for (const TouchPoint& t : recipe_.touches) on_board(t.at, t.place, "touch point");
+    touches_give_a_plane();
     std::set<std::string> names;
     for (const Part& p : recipe_.parts) {
       if (!names.insert(p.name).second)
@@ -77,6 +78,25 @@ class Checker {
   }
 
  private:
+  /// Three touches and more are meant to measure the tilt in both directions; on one line they cannot.
+  void touches_give_a_plane() {
+    constexpr double kWidth = 0.1;  // of the line's length; nearer to it, the touches' errors turn the plane about it
+    if (recipe_.touches.size() < 3) return;
+    const Vec2 from = recipe_.touches.front().at;
+    const auto farthest = std::max_element(recipe_.touches.begin(), recipe_.touches.end(),
+                                           [&](auto& a, auto& b) { return norm(a.at - from) < norm(b.at - from); });
+    const Vec2 along = farthest->at - from;
+    const double length = norm(along);
+    double width = 0;
+    for (const TouchPoint& t : recipe_.touches)
+      if (length > 0) width = std::max(width, std::abs(dot(Vec2{-along.y, along.x}, t.at - from)) / length);
+    if (width < kWidth * length || length == 0)
+      mistakes_.add(Fault::Inconsistent,
+                    fmt::format("the {} touches lie on one line, so the tilt across it stays unmeasured; put one at "
+                                "least {:.6g} mm beside it",
+                                recipe_.touches.size(), std::max(1.0, kWidth * length)),
+                    recipe_.touches.back().place);
+  }
   /// A part, or a fixture with the board in its nominal place, over any point of a disc.
   [[nodiscard]] static bool covers(const Part& part, Vec2 at, double radius) {
     const Vec2 p = rotated(at - part.at, -part.rotation);

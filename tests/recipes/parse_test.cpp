@@ -88,6 +88,24 @@ TEST(Recipe, a_mark_under_something_is_told) {
   }
 }
 
+TEST(Recipe, three_touches_on_one_line_cannot_give_a_plane) {
+  const auto with_third = [](const std::string& third) {
+    std::string text = with("  - dot: {name: d, material: glue, at: [50 mm, 30 mm]}\n");
+    const std::string one = "t: {at: [10 mm, 10 mm]}";
+    text.replace(text.find(one), one.size(), "t: {at: [10 mm, 10 mm]}, u: {at: [80 mm, 50 mm]}" + third);
+    return parse(text, "f");
+  };
+  EXPECT_TRUE(with_third(""));
+  EXPECT_TRUE(with_third(", v: {at: [10 mm, 50 mm]}"));
+  for (const char* third : {", v: {at: [45 mm, 30 mm]}", ", v: {at: [45 mm, 33 mm]}", ", v: {at: [10 mm, 10 mm]}"}) {
+    const auto r = with_third(third);
+    ASSERT_FALSE(r) << third;
+    EXPECT_EQ(r.error().size(), 1u);
+    EXPECT_EQ(r.error()[0].where, "f:5:61");
+    EXPECT_NE(r.error()[0].message.find("on one line"), std::string::npos);
+  }
+}
+
 TEST(Recipe, the_example_of_the_docs_reads) {
   const std::string page = *config::read_text_file("docs/recipe.md");
   const auto from = page.find("```yaml\n") + 8;
