@@ -117,13 +117,15 @@ class Desk {
     if (!recipe) return failure(recipe.error());
     const auto job = recipes::compile(*recipe, machine_);
     if (!job) return failure(job.error());
-    if (const auto proof = run::prove_nominal(machine_, *recipe, *job); !proof) return failure({proof.error()});
-    run::RunOptions options{.out = order.out, .dry_run = false};
     const auto folder = run::job_folder(order.out, order.recipe);
     if (!folder) return failure({folder.error()});
-    options.out = *folder;
-    record::JobResult result = owner_.run(*recipe, *job, options);
-    if (auto written = run::write_job(result, options.out); !written) result.errors.push_back(written.error());
+    const run::RunOptions options{.out = *folder, .dry_run = false};
+    record::JobResult result = run::begin_result(machine_, *recipe, *job, options);
+    if (const auto proof = run::prove_nominal(machine_, *recipe, *job); proof)
+      result = owner_.run(*recipe, *job, options);
+    else
+      run::add_error(result, proof.error());
+    if (auto written = run::write_job(result, options.out); !written) run::add_error(result, written.error());
     Json document = record::to_json(result);
     document["ok"] = result.exit_code == ExitCode::Done;
     document["folder"] = std::filesystem::absolute(options.out).string();
