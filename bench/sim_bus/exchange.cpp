@@ -1,6 +1,7 @@
 // What a cycle of the reference machine costs in process: the segment alone (SYNC0 of every station, then the frame),
 // and with the master around it. Drives stand, or move in CSP.
 //   build/release/bin/bench_sim_bus          (in the source folder: it reads the shipped machine)
+#include <array>
 #include <benchmark/benchmark.h>
 #include <cmath>
 #include <memory>
@@ -35,9 +36,29 @@ class Tap final : public devices::FramePort {
   devices::FramePort& port_;
 };
 
-/// The reference machine in OP, cycles at 1 kHz.
+config::Machine reference() { return config::load_machine("config/machines/dispenser.yaml").value(); }
+
+/// Drives of the three makes in turn, until there are so many axes.
+config::Machine line_of(std::int64_t axes) {
+  config::Machine m;
+  m.bus = reference().bus;
+  constexpr std::array kMakes{"id286", "amd530b", "std402ec"};
+  for (std::size_t i = 0; axes > 0; ++i) {
+    config::Station s;
+    s.id = StationId{static_cast<std::uint16_t>(i)};
+    s.position = static_cast<int>(i);
+    s.name = "s" + std::to_string(i);
+    const std::string make = axes == 1 ? kMakes[0] : kMakes[i % kMakes.size()];
+    s.profile = config::load_profile("config/drives/" + make + ".yaml").value();
+    axes -= make == "std402ec" ? 2 : 1;
+    m.stations.push_back(std::move(s));
+  }
+  return m;
+}
+
+/// A machine in OP, cycles at 1 kHz.
 struct Bench {
-  config::Machine machine = config::load_machine("config/machines/dispenser.yaml").value();
+  config::Machine machine;
   VirtualClock clock;
   Segment segment{machine, clock};
   SegmentPort port{segment, clock};
@@ -46,7 +67,7 @@ struct Bench {
   Time next{};
   devices::Exchange last;
 
-  Bench() {
+  explicit Bench(config::Machine m = reference()) : machine(std::move(m)) {
     if (auto ok = master.bring_up(); !ok) throw std::runtime_error(to_text(ok.error()));
     next = master.first_cycle(clock.now() + milliseconds(1));
     for (int i = 0; i < 20; ++i) cycle();
@@ -106,6 +127,14 @@ void master_and_segment(benchmark::State& state) {
   if (!b.last.inputs_fresh) state.SkipWithError("an exchange was lost");
 }
 BENCHMARK(master_and_segment)->ArgName("moving")->Arg(0)->Arg(1);
+
+void a_line_of_drives(benchmark::State& state) {
+  Bench b(line_of(state.range(0)));
+  b.enable();
+  for (auto _ : state) b.cycle();
+  if (!b.last.inputs_fresh) state.SkipWithError("an exchange was lost");
+}
+BENCHMARK(a_line_of_drives)->ArgName("axes")->Arg(1)->Arg(4)->Arg(16)->Arg(64);
 
 }  // namespace
 }  // namespace gantry::sim
