@@ -29,7 +29,11 @@ void Axes::read(const devices::FieldBus& bus, bool answered, std::int64_t elapse
   for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
     const StationId station = setup_.drives[d].station;
     const bool fresh = bus.fresh(station);
-    drives_[d].read(bus.inputs(station), fresh, elapsed);
+    const bool was_enabled = drives_[d].feedback().state == DriveState::OperationEnabled;
+    const DriveState state = drives_[d].read(bus.inputs(station), fresh, elapsed).state;
+    if (goal_ == DriveGoal::Enabled && was_enabled && state != DriveState::OperationEnabled &&
+        state != DriveState::FaultReaction && state != DriveState::Fault)
+      dropped_.set(d);
     const bool was_away = away_[d] >= setup_.counter_low_max;
     if (!fresh && answered)
       away_[d] = std::min(away_[d] + 1, setup_.counter_low_max);
@@ -59,8 +63,8 @@ void Axes::write(devices::FieldBus& bus, const AxisVec& target, std::int64_t ela
     const DriveSetup& setup = setup_.drives[d];
     devices::DriveCommand command;
     if (homing_[d].busy()) command = homing_[d].step(drives_[d].feedback());
-    const bool was_away = away_[d] >= setup_.counter_low_max && goal_ == DriveGoal::Enabled;
-    command.goal = was_away ? DriveGoal::Disabled : goal_;
+    const bool stays_off = (away_[d] >= setup_.counter_low_max || dropped_[d]) && goal_ == DriveGoal::Enabled;
+    command.goal = stays_off ? DriveGoal::Disabled : goal_;
     // An axis that has come home stands where it is until the others have, too: the interpolator's place is of the time
     // before.
     const bool in_homing = (homing_mask_ >> setup.axis.value & 1u) != 0;

@@ -4,6 +4,7 @@
 // Also here: what the drives are asked to be (goal), their homing, and the probe on one of them. RT.
 #pragma once
 #include <array>
+#include <bitset>
 #include <cstdint>
 
 #include "app/cycle/loop_setup.hpp"
@@ -25,16 +26,20 @@ class Axes {
   /// `elapsed` as for read().
   void write(devices::FieldBus& bus, const AxisVec& target, std::int64_t elapsed) noexcept;
 
-  /// A new goal holds for drives that were away, too: enabling them again is the operator's.
+  /// A new goal holds for drives that were away or have dropped out, too: enabling them again is the operator's.
   void set_goal(devices::DriveGoal goal) noexcept {
     goal_ = goal;
     away_.fill(0);
+    dropped_.reset();
   }
   [[nodiscard]] devices::DriveGoal goal() const noexcept { return goal_; }
   /// Every drive of a streamed axis takes targets.
   [[nodiscard]] bool all_enabled() const noexcept;
   /// No drive has torque.
   [[nodiscard]] bool all_disabled() const noexcept;
+  /// It was enabled, shows no fault and has left Operation Enabled unasked (its station was out of OP, or its own
+  /// input disabled it). It stays without torque until the next goal.
+  [[nodiscard]] bool dropped(std::size_t d) const noexcept { return dropped_[d]; }
   /// No drive is in a fault.
   [[nodiscard]] bool no_fault() const noexcept;
   [[nodiscard]] bool enabled(AxisId id) const noexcept;
@@ -95,6 +100,7 @@ class Axes {
   std::uint32_t homing_mask_ = 0, referenced_ = 0;
   std::array<int, kMaxDrives>
       away_{};  ///< cycles in which its station did not take part, up to counter_low_max: it was lost then
+  std::bitset<kMaxDrives> dropped_;
 };
 
 }  // namespace gantry::cycle

@@ -74,6 +74,9 @@ void Supervisor::look_at_bus(const View& view, Findings& found) noexcept {
 void Supervisor::look_at_drives(const View& view, Findings& found) noexcept {
   for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
     const devices::Feedback& drive = view.axes.drive(d);
+    if (drive.fresh && drive.fault == Fault::None && view.axes.dropped(d) && !dropped_[d])
+      found.push_back({Fault::DriveDropped, setup_.drives[d].axis, drive.statusword});
+    dropped_[d] = view.axes.dropped(d);
     if (!drive.fresh || drive.fault == Fault::None) continue;
     if (view.state == State::Homing && drive.fault == Fault::LimitSwitch)
       continue;  // homing meets the switches on purpose

@@ -3,6 +3,7 @@
 //   Findings f = supervisor.look(view);   for (const Finding& x : f) react(x.fault, x.axis, x.detail);
 // RT.
 #pragma once
+#include <bitset>
 #include <cstdint>
 
 #include "app/cycle/axes.hpp"
@@ -49,6 +50,7 @@ class Supervisor {
   int late_in_window_ = 0;
   std::int64_t window_left_ = 0;
   std::array<std::uint16_t, kMaxDrives> last_code_{};
+  std::bitset<kMaxDrives> dropped_;                   ///< as last seen
   std::array<std::int64_t, kMaxAxes> over_window_{};  ///< cycles in a row outside the following window
 };
 

@@ -33,6 +33,7 @@ std::string detail_text(const config::Axis* axis, const cycle::Event& e) {
     case Fault::WorkingCounterLow:
     case Fault::WorkingCounterLost:
     case Fault::WorkingCounterHigh: return fmt::format("working counter {}", e.detail);
+    case Fault::DriveDropped:
     case Fault::ImpossibleStatus:
     case Fault::TransitionTimeout:
     case Fault::WrongMode: return fmt::format("statusword {:04X}h", e.detail);
