@@ -19,7 +19,6 @@ constexpr double kEnableTimeout_s = 4;
 constexpr double kSettled_s = 0.005;
 constexpr Time kLockTimeout = std::chrono::seconds(5);
 constexpr std::int32_t kLocked_ns = 100'000;  // phase error below which SYNC0 and our frames are well apart
-constexpr int kRecoverEvery = 100;            // idle steps between two attempts to bring stations back
 
 /// The catalogue numbers what drives report 2xx.
 bool of_a_drive(Fault fault) { return static_cast<int>(fault) / 100 == 2; }
@@ -49,6 +48,7 @@ Result<void> Owner::bring_up() {
   p.control = std::make_unique<Control>(*p.channels, *p.feed, *p.pump,
                                         [&p](const cycle::Event& e) { return in_words(p.machine, e); });
   p.control->on_step([&p] { p.on_step(); });
+  p.recovery = std::make_unique<Recovery>(*p.bus);
   p.up = true;
 
   if (auto r = p.control->pass(0.02); !r) return r;
@@ -191,19 +191,7 @@ Result<void> Owner::idle() {
   Parts& p = *parts_;
   p.control->step();
   if (auto alive = p.control->alive(); !alive) return alive;
-  // Stations that have stopped taking part are brought back between two orders. Their axes stay disabled.
-  const cycle::Snapshot& now = latest();
-  const bool short_of = now.working_counter < now.expected && now.working_counter != 0;
-  p.idle_short = short_of ? p.idle_short + 1 : 0;
-  if (p.idle_short < kRecoverEvery) return {};
-  p.idle_short = 0;
-  p.bus->step_by([&p] { p.control->step(); });
-  const auto back = p.bus->recover();
-  p.bus->step_by({});
-  if (back)
-    log::info("every station takes part again; reset, then enable and home the axes that were away");
-  else
-    log::debug("recovery: {}", to_text(back.error()));
+  p.recovery->step(*p.control);
   return {};
 }
 

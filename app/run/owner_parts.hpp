@@ -12,6 +12,7 @@
 #include "app/run/feed.hpp"
 #include "app/run/owner.hpp"
 #include "app/run/recording.hpp"
+#include "app/run/recovery.hpp"
 #include "app/run/repeated_notes.hpp"
 #include "app/run/runner.hpp"
 #include "devices/ethercat/master.hpp"
@@ -41,13 +42,13 @@ struct Owner::Parts {
   std::unique_ptr<cycle::CrashStop> crash_stop;
   std::unique_ptr<Pump> pump;
   std::unique_ptr<Control> control;
+  std::unique_ptr<Recovery> recovery;
   std::optional<monitor::SnapshotWriter> shared;  // what `gantry publish` reads
   std::unique_ptr<monitor::PublishChild> publisher;
   std::function<void()> poll;
   RepeatedNotes notes;
   bool up = false;
   bool hangs = false;  // the loop has not ended: what it uses must outlive this program
-  int idle_short = 0;  // idle steps in a row in which a station did not take part
 
   Runner* runner = nullptr;  // these two while a job runs
   Recording* recording = nullptr;

@@ -276,6 +276,16 @@ Result<void> EthercatMaster::recover() {
   return first;
 }
 
+Result<bool> EthercatMaster::bring_back(StationId station) {
+  auto s = record(station);
+  if (!s) return tl::unexpected(s.error());
+  const auto where = at(**s, look_for(link_, **s));
+  if (!where) return tl::unexpected(where.error());
+  if (*where == Whereabouts::InOp && cyclic_->was_fresh(static_cast<std::size_t>(*s - stations_.data()))) return false;
+  if (auto back = at(**s, recover(**s)); !back) return tl::unexpected(back.error());
+  return true;
+}
+
 std::vector<std::pair<StationId, Emergency>> EthercatMaster::take_emergencies() {
   choose_way();
   std::vector<std::pair<StationId, Emergency>> taken;

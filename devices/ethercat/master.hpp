@@ -47,6 +47,8 @@ class EthercatMaster final : public FieldBus {
   /// Fault::StationMissing names the first that stays away; other faults are those of bring-up. Bounded: about half a
   /// second for a station that answers.
   Result<void> recover();
+  /// The same for one station. False when it is in OP and its inputs are fresh: there was nothing to do.
+  Result<bool> bring_back(StationId station);
   /// Takes what stations have sent unasked (emergencies) since the last call. Blocking, but cheap: only stations whose
   /// mailbox flag the cycles have seen are asked.
   std::vector<std::pair<StationId, Emergency>> take_emergencies();

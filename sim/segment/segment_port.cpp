@@ -16,8 +16,9 @@ constexpr Time kByte{80}, kMastersCable{1240};
 
 bool SegmentPort::send(devices::PortIndex port, std::span<const std::byte> frame) noexcept {
   const rt::Outside outside;
-  if (port != devices::PortIndex::Primary || frame.size() > devices::kMaxFrameBytes || !segment_.link_up())
-    return false;
+  if (port != devices::PortIndex::Primary || frame.size() > devices::kMaxFrameBytes) return false;
+  if (!segment_.link_up()) segment_.advance();  // time passes for the stations, and their supply may return
+  if (!segment_.link_up()) return false;
   std::memcpy(passing_.data(), frame.data(), frame.size());
   const std::span whole(passing_.data(), frame.size());
   if (!segment_.process(whole)) return true;  // sent, and lost

@@ -1,0 +1,75 @@
+#include "app/run/recovery.hpp"
+
+#include <algorithm>
+
+#include "core/log.hpp"
+
+namespace gantry::run {
+namespace {
+
+constexpr CycleIndex kLookEvery = 100;     // cycles between two rounds
+constexpr CycleIndex kWhole = 20;          // cycles in a row with all stations before they count as back
+constexpr CycleIndex kLong = 20;           // cycles of an attempt after which the next idle step goes on
+constexpr CycleIndex kMostWait = 10'000;   // cycles between two attempts at a station that refuses
+constexpr CycleIndex kTellAgain = 10'000;  // cycles in which a station's reason is not told again
+
+constexpr std::uint16_t kOperational = 8;
+
+}  // namespace
+
+void Recovery::step(Control& control) {
+  const cycle::Snapshot& now = control.latest();
+  if (now.working_counter >= now.expected && now.al_states == kOperational) {
+    short_since_ = -1;
+    if (whole_since_ < 0) whole_since_ = now.cycle;
+    if (now.cycle - whole_since_ >= kWhole) tell_all_back();
+    return;
+  }
+  whole_since_ = -1;
+  if (short_since_ < 0) short_since_ = now.cycle;
+  if (now.cycle - short_since_ < kLookEvery) return;
+
+  away_.resize(bus_.stations().size());
+  bus_.step_by([&control] { control.step(); });
+  bool ended = true;
+  while (next_ < away_.size()) {
+    const std::size_t i = next_++;
+    Away& away = away_[i];
+    const CycleIndex begin = control.latest().cycle;
+    if (begin < away.not_before) continue;
+    const auto back = bus_.bring_back(bus_.stations()[i].id);
+    const CycleIndex end = control.latest().cycle;
+    away.seen |= !back || *back;
+    if (!back) failed(away, back.error(), end);
+    if (!back && back.error().fault == Fault::BusDown) next_ = away_.size();  // what is true of one is true of all
+    ended = end - begin < kLong;
+    if (!ended) break;
+  }
+  bus_.step_by({});
+  if (!ended && next_ < away_.size()) return;
+  next_ = 0;
+  short_since_ = control.latest().cycle;
+}
+
+void Recovery::failed(Away& away, const Error& why, CycleIndex now) {
+  const bool silent = why.fault == Fault::StationMissing || why.fault == Fault::BusDown;
+  away.wait = silent ? 0 : std::clamp(2 * away.wait, kLookEvery, kMostWait);
+  away.not_before = now + away.wait;
+  const bool news = away.told != why.fault && (away.told == Fault::None || now - away.told_at >= kTellAgain);
+  if (!news && !silent) log::debug("recovery: {}", to_text(why));
+  if (!news) return;
+  log::warn("{}", to_text(why));
+  away.told = why.fault, away.told_at = now;
+}
+
+void Recovery::tell_all_back() {
+  std::string names;
+  for (std::size_t i = 0; i < std::min(away_.size(), bus_.stations().size()); ++i)
+    if (away_[i].seen) names += (names.empty() ? "" : ", ") + bus_.stations()[i].where;
+  away_.clear();
+  next_ = 0;
+  if (names.empty()) return;
+  log::info("every station takes part again, also {}; reset, then enable and home the axes that were away", names);
+}
+
+}  // namespace gantry::run

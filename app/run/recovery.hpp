@@ -1,0 +1,41 @@
+// Brings back stations that have stopped taking part in the cycle or left OP, while the owner has nothing else to do.
+// Their axes stay disabled: the operator resets, enables and homes.
+//   Recovery recovery(bus);
+//   each idle step: recovery.step(control);
+// It looks every tenth of a second for as long as something is missing; a station that answers but refuses is asked
+// more and more rarely, since every attempt writes its whole record. What keeps a station away is told once, not with
+// every attempt.
+#pragma once
+#include <vector>
+
+#include "app/run/control.hpp"
+#include "devices/ethercat/master.hpp"
+
+namespace gantry::run {
+
+class Recovery {
+ public:
+  explicit Recovery(devices::EthercatMaster& bus) : bus_(bus) {}
+
+  /// One idle step has passed. When something is missing, this one takes longer: `control` steps meanwhile, at most
+  /// until one station has come back or has refused.
+  void step(Control& control);
+
+ private:
+  struct Away {
+    bool seen = false;          ///< since all were there
+    CycleIndex not_before = 0;  ///< of the next attempt
+    CycleIndex wait = 0;        ///< after the next refusal
+    Fault told = Fault::None;
+    CycleIndex told_at = 0;
+  };
+  void tell_all_back();
+  void failed(Away& away, const Error& why, CycleIndex now);
+
+  devices::EthercatMaster& bus_;
+  std::vector<Away> away_;  ///< by index in bus_.stations()
+  std::size_t next_ = 0;    ///< station of the round that runs
+  CycleIndex whole_since_ = -1, short_since_ = -1;
+};
+
+}  // namespace gantry::run
