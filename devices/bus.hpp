@@ -22,6 +22,9 @@ struct Exchange {
   bool inputs_fresh = false;  ///< all inputs are of this exchange; stale ones are the last good ones, unchanged
   std::uint16_t working_counter = 0, expected = 0;
   std::uint64_t dc_time_ns = 0;  ///< reference clock (0910h) as read in this frame; 0 when there is none
+  StationId clock_station;       ///< whose clock was looked at in this cycle, in turn
+  bool clock_seen = false;       ///< one was
+  std::int32_t clock_ns = 0;     ///< its system time minus the one that came by (092Ch)
   std::uint16_t al_states = 0;   ///< AL states of all stations OR-ed (BRD 0130h); 8: all in OP
 };
 

@@ -13,6 +13,8 @@
 
 namespace gantry::cycle {
 
+inline constexpr StationId kNoStation{0xFFFF};
+
 /// What the machine as a whole is doing. docs/architecture.md draws the changes.
 enum class State : std::uint8_t {
   Offline,   ///< the bus is not in OP
@@ -62,6 +64,7 @@ struct Event {
   EventKind kind{};
   Fault fault = Fault::None;
   AxisId axis = kNoAxis;
+  StationId station = kNoStation;
   std::uint32_t id = 0, block = 0;
   std::int32_t detail = 0;
   double value = 0;

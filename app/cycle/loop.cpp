@@ -53,7 +53,7 @@ Time Loop::tick(const Beat& beat) noexcept {
   axes_.read(bus_, exchange_.fault != Fault::FrameLost && exchange_.fault != Fault::BusDown, beat.elapsed);
   inputs_ = read_inputs(bus_, setup_, inputs_);
   const View view{beat, exchange_, axes_, commanded_.target, inputs_, state_, compute_};
-  for (const Finding& found : supervisor_.look(view)) react(found.fault, found.axis, found.detail);
+  for (const Finding& found : supervisor_.look(view)) react(found.fault, found.axis, found.detail, found.station);
   follow_progress();
 
   bus_time_ = received - sending;
@@ -140,13 +140,15 @@ void Loop::hold_position() noexcept {
 
 // ---- faults ----
 
-void Loop::react(Fault fault, AxisId axis, std::int32_t detail) noexcept {
+void Loop::react(Fault fault, AxisId axis, std::int32_t detail, StationId station) noexcept {
   const FaultInfo& row = info(fault);
   const bool first = latched_ == Fault::None;
+  const Event event{
+      .kind = EventKind::Fault, .fault = fault, .axis = axis, .station = station, .block = block_, .detail = detail};
   if (!latches(row)) {
-    tell({.kind = EventKind::Fault, .fault = fault, .axis = axis, .block = block_, .detail = detail});
+    tell(event);
   } else if (first || row.reaction > info(latched_).reaction) {
-    tell({.kind = EventKind::Fault, .fault = fault, .axis = axis, .block = block_, .detail = detail});
+    tell(event);
     if (first) latched_ = fault;
   } else {
     return;  // a consequence of what has already stopped the machine

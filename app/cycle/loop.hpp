@@ -53,7 +53,7 @@ class Loop {
   void finish_reset() noexcept;
   void finish_homing() noexcept;
   void finish_block() noexcept;
-  void react(Fault fault, AxisId axis, std::int32_t detail) noexcept;
+  void react(Fault fault, AxisId axis, std::int32_t detail, StationId station = kNoStation) noexcept;
   void hold_position() noexcept;
   void enter(State state) noexcept;
   void answer(std::uint32_t id, Fault fault) noexcept;

@@ -1,11 +1,14 @@
 #include "app/cycle/supervisor.hpp"
 
 #include <cmath>
+#include <cstdlib>
 
 namespace gantry::cycle {
 namespace {
 
 constexpr int kFollowingCycles = 3;        // R33: at most 3 cycles over the window
+constexpr CycleIndex kClockCycles = 10;    // R10: cycles beyond a bound
+constexpr CycleIndex kClockCalm = 100;     // cycles within it after which that is over
 constexpr std::int64_t kLateWindow = 100;  // R11: cycles in which late ones are counted
 
 std::int32_t clamp_i32(double v) { return static_cast<std::int32_t>(std::fmin(std::fmax(v, -2e9), 2e9)); }
@@ -16,6 +19,7 @@ Findings Supervisor::look(const View& view) noexcept {
   Findings found;
   look_at_time(view, found);
   look_at_bus(view, found);
+  look_at_clocks(view, found);
   if (!operational_) return found;
   look_at_drives(view, found);
   look_at_axes(view, found);
@@ -69,6 +73,36 @@ void Supervisor::look_at_bus(const View& view, Findings& found) noexcept {
   if (operational_ && x.fault == Fault::None && !all_operational)
     found.push_back({Fault::StationLeftOp, kNoAxis, x.al_states});
   if (!operational_ && x.fault == Fault::None && all_operational) operational_ = true;
+}
+
+bool Supervisor::lasts(Apart& apart, bool beyond, CycleIndex now) noexcept {
+  if (apart.since >= 0 && now - apart.last > kClockCalm) apart = {};
+  if (!beyond) return false;
+  if (apart.since < 0) apart.since = now;
+  apart.last = now;
+  return now - apart.since >= kClockCycles;
+}
+
+/// Clocks count only while every station is in OP and takes part: one that is on its way there is still being set.
+void Supervisor::look_at_clocks(const View& view, Findings& found) noexcept {
+  const devices::Exchange& x = view.exchange;
+  constexpr std::uint16_t kOperational = 8;
+  if (!operational_ || x.fault != Fault::None || x.al_states != kOperational) {
+    if (clocks_asked_) drifts_.fill({}), lost_.fill({});
+    clocks_asked_ = false;
+    return;
+  }
+  const std::size_t i = x.clock_station.value;
+  if (!x.clock_seen || i >= drifts_.size()) return;
+  clocks_asked_ = true;
+  const std::int64_t off = std::abs(std::int64_t{x.clock_ns});
+  if (lasts(drifts_[i], off > setup_.clock_note_ns, view.beat.cycle) && !drifts_[i].told) {
+    drifts_[i].told = true;
+    found.push_back({Fault::DcNotLocked, kNoAxis, x.clock_ns, x.clock_station});
+  }
+  // For as long as it lasts, so that a reset does not hide it.
+  if (lasts(lost_[i], off > setup_.clock_stop_ns, view.beat.cycle))
+    found.push_back({Fault::DcLost, kNoAxis, x.clock_ns, x.clock_station});
 }
 
 void Supervisor::look_at_drives(const View& view, Findings& found) noexcept {

@@ -18,6 +18,7 @@ struct Finding {
   Fault fault = Fault::None;
   AxisId axis = kNoAxis;
   std::int32_t detail = 0;
+  StationId station = kNoStation;
 };
 using Findings = rt::FixedVector<Finding, 32>;
 
@@ -40,9 +41,19 @@ class Supervisor {
  private:
   void look_at_time(const View& view, Findings& found) noexcept;
   void look_at_bus(const View& view, Findings& found) noexcept;
+  void look_at_clocks(const View& view, Findings& found) noexcept;
   void look_at_drives(const View& view, Findings& found) noexcept;
   void look_at_axes(const View& view, Findings& found) noexcept;
   void look_at_inputs(const View& view, Findings& found) noexcept;
+
+  /// A station's clock beyond one bound. One that strays to both sides passes the middle now and then: only when it
+  /// has been within for a while is it over.
+  struct Apart {
+    CycleIndex since = -1, last = -1;
+    bool told = false;
+  };
+  /// True when it is beyond the bound, and has been for long enough.
+  [[nodiscard]] static bool lasts(Apart& apart, bool beyond, CycleIndex now) noexcept;
 
   const LoopSetup& setup_;
   bool operational_ = false;  ///< all stations were in OP before
@@ -50,8 +61,10 @@ class Supervisor {
   int late_in_window_ = 0;
   std::int64_t window_left_ = 0;
   std::array<std::uint16_t, kMaxDrives> last_code_{};
-  std::bitset<kMaxDrives> dropped_;                   ///< as last seen
-  std::array<std::int64_t, kMaxAxes> over_window_{};  ///< cycles in a row outside the following window
+  std::array<Apart, kMaxStations> drifts_{}, lost_{};  ///< by StationId
+  bool clocks_asked_ = false;                          ///< something stands in these
+  std::bitset<kMaxDrives> dropped_;                    ///< as last seen
+  std::array<std::int64_t, kMaxAxes> over_window_{};   ///< cycles in a row outside the following window
 };
 
 }  // namespace gantry::cycle

@@ -33,6 +33,8 @@ std::string detail_text(const config::Axis* axis, const cycle::Event& e) {
     case Fault::WorkingCounterLow:
     case Fault::WorkingCounterLost:
     case Fault::WorkingCounterHigh: return fmt::format("working counter {}", e.detail);
+    case Fault::DcNotLocked:
+    case Fault::DcLost: return fmt::format("by {:.1f} us", e.detail / 1000.0);
     case Fault::DriveDropped:
     case Fault::ImpossibleStatus:
     case Fault::TransitionTimeout:
@@ -53,6 +55,8 @@ Error in_words(const config::Machine& machine, const cycle::Event& e) {
   const config::Axis* axis = axis_of(machine, e.axis);
   const config::Station* station = drive_station(machine, axis);
   Error error{e.fault, std::string(row.text), axis != nullptr ? "axis " + axis->name : ""};
+  for (const config::Station& s : machine.stations)
+    if (s.id == e.station) error.where = fmt::format("station {} '{}'", s.position, s.name);
   if (station != nullptr && tells_code(e.fault) && e.detail != 0) {
     const auto text = devices::fault_text(station->profile, static_cast<std::uint32_t>(e.detail));
     error.message += ": " + text.text;

@@ -125,7 +125,8 @@ void EthercatMaster::begin_cycles() {
     int box = 0;
     const bool mailbox = find_sync_manager(s, config::SyncManagerKind::MailboxIn, &box) != nullptr;
     cyclic_stations_.push_back(
-        {.address = s.address,
+        {.id = s.id,
+         .address = s.address,
          .logical = s.logical,
          .region_bytes = static_cast<std::uint16_t>(s.region_bytes),
          .output_at = 0,

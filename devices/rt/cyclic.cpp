@@ -227,7 +227,7 @@ Exchange Cyclic::judge() noexcept {
     low |= seen < layout_.stations_on_bus;
     high |= seen > layout_.stations_on_bus;
     if (clock_ != kNoSlot && first.working_counter(clock_) != 0) e.dc_time_ns = read_clock(first.data(clock_));
-    look(first);
+    look(first, e);
   }
   if (high)
     e.fault = Fault::WorkingCounterHigh, ++counts_.working_counter_high;
@@ -271,7 +271,7 @@ std::uint64_t Cyclic::read_clock(std::span<const std::byte> data) noexcept {
 }
 
 /// What this cycle's look at one station has shown.
-void Cyclic::look(const Reply& first) noexcept {
+void Cyclic::look(const Reply& first, Exchange& e) noexcept {
   if (errors_ == kNoSlot || first.working_counter(errors_) != kWkcRead) return;
   StationHealth& h = health_[rolled_];
   ++h.looks;
@@ -281,6 +281,9 @@ void Cyclic::look(const Reply& first) noexcept {
     h.dc_difference_ns = dc_difference_ns(get_le<std::uint32_t>(first.data(difference_), 0));
     const auto size = static_cast<std::uint32_t>(h.dc_difference_ns < 0 ? -h.dc_difference_ns : h.dc_difference_ns);
     h.dc_difference_max_ns = std::max(h.dc_difference_max_ns, size);
+    e.clock_station = layout_.stations[rolled_].id;
+    e.clock_seen = true;
+    e.clock_ns = h.dc_difference_ns;
   }
   if (mailbox_ != kNoSlot && first.working_counter(mailbox_) == kWkcRead)
     h.mailbox_waiting = (get_le<std::uint8_t>(first.data(mailbox_), 0) & kSmStatusMailboxFull) != 0;

@@ -28,6 +28,7 @@ inline constexpr std::size_t kMaxCyclicStations = 128;
 
 /// One station's part of a cycle.
 struct CyclicStation {
+  StationId id{};
   std::uint16_t address = 0;
   std::uint32_t logical = 0;                  ///< first address of its region
   std::uint16_t region_bytes = 0;             ///< 0: it has no process data
@@ -112,7 +113,7 @@ class Cyclic {
   [[nodiscard]] bool take(std::span<const std::byte> received) noexcept;
   [[nodiscard]] Exchange judge() noexcept;
   void take_inputs(const Part& part, const Placed& placed) noexcept;
-  void look(const Reply& first) noexcept;
+  void look(const Reply& first, Exchange& e) noexcept;
   [[nodiscard]] std::uint64_t read_clock(std::span<const std::byte> data) noexcept;
   void tell_fresh() noexcept;
 
