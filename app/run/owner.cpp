@@ -49,6 +49,7 @@ Result<void> Owner::bring_up() {
                                         [&p](const cycle::Event& e) { return in_words(p.machine, e); });
   p.control->on_step([&p] { p.on_step(); });
   p.recovery = std::make_unique<Recovery>(*p.bus);
+  p.culprits = std::make_unique<Culprits>(*p.bus);
   p.up = true;
 
   if (auto r = p.control->pass(0.02); !r) return r;
@@ -84,7 +85,7 @@ Result<void> Owner::Parts::torque() {
   if (now.latched != Fault::None)
     return fail(Fault::Latched, fmt::format("{} is latched: {}", code(now.latched), info(now.latched).text));
   if (now.state != cycle::State::Disabled) return {};
-  return control->command({.kind = cycle::CommandKind::Enable}, kEnableTimeout_s);
+  return command({.kind = cycle::CommandKind::Enable}, kEnableTimeout_s);
 }
 
 Result<void> Owner::enable() {
@@ -120,14 +121,12 @@ Result<void> Owner::Parts::home() {
       names += (names.empty() ? "" : ", ") + axis.name;
     }
     log::info("homing {}", names);
-    if (auto r = control->command({.kind = cycle::CommandKind::Home, .axes = mask}, timeout_s); !r) return r;
+    if (auto r = command({.kind = cycle::CommandKind::Home, .axes = mask}, timeout_s); !r) return r;
   }
   return control->pass(kSettled_s);  // positions are told in the new reference
 }
 
-Result<void> Owner::disable() {
-  return parts_->control->command({.kind = cycle::CommandKind::Disable}, kEnableTimeout_s);
-}
+Result<void> Owner::disable() { return parts_->command({.kind = cycle::CommandKind::Disable}, kEnableTimeout_s); }
 
 void Owner::shut_down() {
   Parts& p = *parts_;
@@ -170,6 +169,7 @@ Result<void> Owner::order(const Order& order) {
     case OrderKind::Reset:
       p.control->post({.kind = CommandKind::Reset});
       p.control->begin();
+      p.named.reset();
       return {};
     case OrderKind::Abort:
       if (p.recording == nullptr && state != State::Homing && state != State::Enabling)

@@ -10,9 +10,16 @@
 #include "core/log.hpp"
 
 namespace gantry::run {
+namespace {
+
+/// Notes about one station do not hold back those about another.
+int of(const cycle::Event& e) { return e.station == cycle::kNoStation ? -1 : e.station.value; }
+
+}  // namespace
 
 void Owner::Parts::on_step() {
   if (publisher) publisher->poll(clock->now());
+  if (culprits) look_at_stations();
   if (poll) poll();
 }
 
@@ -22,15 +29,44 @@ void Owner::Parts::on_snapshot(const cycle::Snapshot& s) {
 }
 
 void Owner::Parts::on_event(const cycle::Event& e) {
-  const bool fault = e.kind == cycle::EventKind::Fault;
-  if (shared) shared->push(e, fault ? in_words(machine, e).message : "");
-  if (!fault || info(e.fault).severity == Severity::Info) return;
+  if (e.kind != cycle::EventKind::Fault) {
+    if (shared) shared->push(e);
+  } else if (culprits && Culprits::wanted(e.fault)) {
+    culprits->ask(e);
+  } else {
+    tell(e, in_words(machine, e));
+  }
+}
+
+void Owner::Parts::tell(const cycle::Event& e, const Error& error) {
+  if (shared) shared->push(e, error.message);
+  if (info(e.fault).severity == Severity::Info) return;
   const std::int64_t now_ns = feed->latest().time_ns;
-  std::optional<std::string> words = to_text(in_words(machine, e));
-  if (info(e.fault).reaction == Reaction::Note) words = notes.tell(e.fault, now_ns, std::move(*words));
+  std::optional<std::string> words = to_text(error);
+  if (info(e.fault).reaction == Reaction::Note) words = notes.tell({e.fault, of(e)}, now_ns, std::move(*words));
   if (!words) return;
   log::warn("{}", *words);
   if (recording != nullptr) recording->note(now_ns, *words);
+}
+
+void Owner::Parts::look_at_stations() {
+  const cycle::Snapshot& now = feed->latest();
+  culprits->watch(now);
+  while (const auto known = culprits->next()) {
+    Error words = in_words(machine, known->event);
+    words.where = known->where;
+    words.message += known->what;
+    tell(known->event, words);
+    if (latches(info(words.fault))) named = std::move(words);
+  }
+}
+
+Result<void> Owner::Parts::with_stations(Result<void> result) {
+  if (result || !result.error().where.empty()) return result;
+  const Fault fault = result.error().fault;
+  while (culprits->waiting(fault)) control->step();
+  if (named && named->fault == fault) return tl::unexpected(*named);
+  return result;
 }
 
 record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& job, const RunOptions& options) {
@@ -40,6 +76,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   const auto wall_start = std::chrono::steady_clock::now();
 
   p.control->begin();
+  p.named.reset();
   Recording recording(p.machine, result, latest().time_ns, options.out, p.shared ? &*p.shared : nullptr);
   Runner runner({p.machine, *p.control, p.world != nullptr ? &p.world->camera() : nullptr}, recipe, job, result);
   p.recording = &recording;
@@ -56,7 +93,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   }
   if (ended) ended = enable();
   p.runner = &runner;
-  if (ended) ended = runner.run();
+  if (ended) ended = p.with_stations(runner.run());
   if (!ended) {
     result.errors.push_back(ended.error());
     result.exit_code = info(ended.error().fault).exit_code;

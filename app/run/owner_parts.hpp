@@ -9,6 +9,7 @@
 #include "app/cycle/watchdog.hpp"
 #include "app/monitor/child.hpp"
 #include "app/monitor/snapshot_shm.hpp"
+#include "app/run/culprits.hpp"
 #include "app/run/feed.hpp"
 #include "app/run/owner.hpp"
 #include "app/run/recording.hpp"
@@ -42,7 +43,9 @@ struct Owner::Parts {
   std::unique_ptr<cycle::CrashStop> crash_stop;
   std::unique_ptr<Pump> pump;
   std::unique_ptr<Control> control;
-  std::unique_ptr<Recovery> recovery;
+  std::unique_ptr<Recovery> recovery;  // these two while the bus is up
+  std::unique_ptr<Culprits> culprits;
+  std::optional<Error> named;                     // the last latched fault whose stations were found
   std::optional<monitor::SnapshotWriter> shared;  // what `gantry publish` reads
   std::unique_ptr<monitor::PublishChild> publisher;
   std::function<void()> poll;
@@ -64,6 +67,13 @@ struct Owner::Parts {
   void on_step();
   void on_snapshot(const cycle::Snapshot& s);
   void on_event(const cycle::Event& e);
+  void tell(const cycle::Event& e, const Error& words);
+  void look_at_stations();
+  Result<void> command(const cycle::Command& order, double timeout_s) {
+    return with_stations(control->command(order, timeout_s));
+  }
+  /// Ends when the stations that an error of the bus is about are known, and names them.
+  Result<void> with_stations(Result<void> result);
 };
 
 }  // namespace gantry::run

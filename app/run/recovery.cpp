@@ -1,6 +1,7 @@
 #include "app/run/recovery.hpp"
 
 #include <algorithm>
+#include <fmt/format.h>
 
 #include "core/log.hpp"
 
@@ -19,6 +20,7 @@ constexpr std::uint16_t kOperational = 8;
 
 void Recovery::step(Control& control) {
   const cycle::Snapshot& now = control.latest();
+  now_ns_ = now.time_ns;
   if (now.working_counter >= now.expected && now.al_states == kOperational) {
     short_since_ = -1;
     if (whole_since_ < 0) whole_since_ = now.cycle;
@@ -39,8 +41,9 @@ void Recovery::step(Control& control) {
     if (begin < away.not_before) continue;
     const auto back = bus_.bring_back(bus_.stations()[i].id);
     const CycleIndex end = control.latest().cycle;
-    away.seen |= !back || *back;
+    away.seen |= !back || back->has_value();
     if (!back) failed(away, back.error(), end);
+    if (back && *back) returned(i, **back);
     if (!back && back.error().fault == Fault::BusDown) next_ = away_.size();  // what is true of one is true of all
     ended = end - begin < kLong;
     if (!ended) break;
@@ -51,6 +54,14 @@ void Recovery::step(Control& control) {
   short_since_ = control.latest().cycle;
 }
 
+void Recovery::returned(std::size_t i, const devices::AlStatus& found) {
+  std::string words = fmt::format("{}: takes part again; it was in {}", bus_.stations()[i].where, name(found.state));
+  if (found.code != 0)
+    words += fmt::format(": AL status code {:04X}h, {}", found.code, devices::wire::al_status_text(found.code));
+  if (const auto told = notes_.tell({Fault::StationLeftOp, static_cast<int>(i)}, now_ns_, std::move(words)))
+    log::info("{}", *told);
+}
+
 void Recovery::failed(Away& away, const Error& why, CycleIndex now) {
   const bool silent = why.fault == Fault::StationMissing || why.fault == Fault::BusDown;
   away.wait = silent ? 0 : std::clamp(2 * away.wait, kLookEvery, kMostWait);
@@ -58,18 +69,19 @@ void Recovery::failed(Away& away, const Error& why, CycleIndex now) {
   const bool news = away.told != why.fault && (away.told == Fault::None || now - away.told_at >= kTellAgain);
   if (!news && !silent) log::debug("recovery: {}", to_text(why));
   if (!news) return;
-  log::warn("{}", to_text(why));
   away.told = why.fault, away.told_at = now;
+  const auto of = static_cast<int>(&away - away_.data());
+  if (const auto told = notes_.tell({why.fault, of}, now_ns_, to_text(why))) log::warn("{}", *told);
 }
 
 void Recovery::tell_all_back() {
-  std::string names;
-  for (std::size_t i = 0; i < std::min(away_.size(), bus_.stations().size()); ++i)
-    if (away_[i].seen) names += (names.empty() ? "" : ", ") + bus_.stations()[i].where;
+  const bool any = std::any_of(away_.begin(), away_.end(), [](const Away& a) { return a.seen; });
   away_.clear();
   next_ = 0;
-  if (names.empty()) return;
-  log::info("every station takes part again, also {}; reset, then enable and home the axes that were away", names);
+  if (!any) return;
+  const auto told = notes_.tell({Fault::None}, now_ns_,
+                                "every station takes part again; reset, then enable and home the axes that were away");
+  if (told) log::info("{}", *told);
 }
 
 }  // namespace gantry::run

@@ -277,14 +277,18 @@ Result<void> EthercatMaster::recover() {
   return first;
 }
 
-Result<bool> EthercatMaster::bring_back(StationId station) {
+Result<std::optional<AlStatus>> EthercatMaster::bring_back(StationId station) {
   auto s = record(station);
   if (!s) return tl::unexpected(s.error());
   const auto where = at(**s, look_for(link_, **s));
   if (!where) return tl::unexpected(where.error());
-  if (*where == Whereabouts::InOp && cyclic_->was_fresh(static_cast<std::size_t>(*s - stations_.data()))) return false;
+  if (*where == Whereabouts::InOp && cyclic_->was_fresh(static_cast<std::size_t>(*s - stations_.data())))
+    return std::nullopt;
+  auto found = Result<AlStatus>{};
+  if (*where != Whereabouts::Gone) found = at(**s, read_al_status(link_, **s));
+  if (!found) return tl::unexpected(found.error());
   if (auto back = at(**s, recover(**s)); !back) return tl::unexpected(back.error());
-  return true;
+  return *found;
 }
 
 std::vector<std::pair<StationId, Emergency>> EthercatMaster::take_emergencies() {

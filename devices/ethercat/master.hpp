@@ -7,6 +7,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "devices/ethercat/dc_setup.hpp"
 #include "devices/ethercat/link.hpp"
 #include "devices/ethercat/mapping.hpp"
+#include "devices/ethercat/states.hpp"
 #include "devices/ethercat/station.hpp"
 #include "devices/ethercat/survey.hpp"
 #include "devices/rt/cyclic.hpp"
@@ -47,8 +49,8 @@ class EthercatMaster final : public FieldBus {
   /// Fault::StationMissing names the first that stays away; other faults are those of bring-up. Bounded: about half a
   /// second for a station that answers.
   Result<void> recover();
-  /// The same for one station. False when it is in OP and its inputs are fresh: there was nothing to do.
-  Result<bool> bring_back(StationId station);
+  /// The same for one station: in what state it was found; nothing when it is in OP and its inputs are fresh.
+  Result<std::optional<AlStatus>> bring_back(StationId station);
   /// Takes what stations have sent unasked (emergencies) since the last call. Blocking, but cheap: only stations whose
   /// mailbox flag the cycles have seen are asked.
   std::vector<std::pair<StationId, Emergency>> take_emergencies();
@@ -73,6 +75,8 @@ class EthercatMaster final : public FieldBus {
   [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
   [[nodiscard]] const std::vector<StationRecord>& stations() const noexcept { return stations_; }
   [[nodiscard]] const CyclicCounts& counts() const noexcept { return cyclic_->counts(); }
+  /// Exchanges since bring_up(). Any thread.
+  [[nodiscard]] std::uint64_t cycles() const noexcept { return cyclic_->cycles(); }
   /// What the cycles have seen of a station (index in stations()); false when it was not looked at yet. Any thread.
   bool health(std::size_t station, StationHealth& out) const noexcept { return cyclic_->health(station, out); }
 

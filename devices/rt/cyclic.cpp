@@ -9,6 +9,7 @@ using namespace wire;
 
 constexpr std::size_t kFramesLookedAt = 64;  // in one cycle: old and foreign frames must not hold the loop
 constexpr int kSinglyCycles = 100;           // after the last wrong working counter
+constexpr std::size_t kAlStatusBytes = 6;    // 0130h with the code in 0134h
 
 }  // namespace
 
@@ -84,7 +85,7 @@ void Cyclic::build(AcyclicSlot& acyclic) noexcept {
 
 /// What the first frame of a cycle carries beside process data.
 void Cyclic::add_common(Frame& frame) noexcept {
-  clock_ = errors_ = difference_ = mailbox_ = kNoSlot;
+  clock_ = errors_ = difference_ = mailbox_ = al_status_ = kNoSlot;
   states_ = frame.add(Command::Brd, physical_address(0, reg::kAlStatus), 2);
   if (layout_.reference_address != 0 && fresh_[layout_.reference_station])
     clock_ = frame.add(Command::Frmw, physical_address(layout_.reference_address, reg::kDcSystemTime),
@@ -96,6 +97,7 @@ void Cyclic::add_common(Frame& frame) noexcept {
   errors_ = frame.add(Command::Fprd, physical_address(s.address, reg::kRxErrorCounters), reg::kErrorCounterBytes);
   if (s.clock) difference_ = frame.add(Command::Fprd, physical_address(s.address, reg::kDcSystemTimeDifference), 4);
   if (s.mailbox_status != 0) mailbox_ = frame.add(Command::Fprd, physical_address(s.address, s.mailbox_status), 1);
+  if (!all_in_op_) al_status_ = frame.add(Command::Fprd, physical_address(s.address, reg::kAlStatus), kAlStatusBytes);
 }
 
 /// The next frame of process data.
@@ -224,6 +226,7 @@ Exchange Cyclic::judge() noexcept {
     const Reply& first = replies_[0];
     const std::uint16_t seen = first.working_counter(states_);
     e.al_states = get_le<std::uint16_t>(first.data(states_), 0);
+    all_in_op_ = e.al_states == static_cast<std::uint16_t>(AlState::Op);
     low |= seen < layout_.stations_on_bus;
     high |= seen > layout_.stations_on_bus;
     if (clock_ != kNoSlot && first.working_counter(clock_) != 0) e.dc_time_ns = read_clock(first.data(clock_));
@@ -270,10 +273,11 @@ std::uint64_t Cyclic::read_clock(std::span<const std::byte> data) noexcept {
   return dc_time_;
 }
 
-/// What this cycle's look at one station has shown.
+/// What this cycle's look at one station has shown. Of one that is silent, that it did not take part.
 void Cyclic::look(const Reply& first, Exchange& e) noexcept {
-  if (errors_ == kNoSlot || first.working_counter(errors_) != kWkcRead) return;
+  if (errors_ == kNoSlot) return;
   StationHealth& h = health_[rolled_];
+  if (first.working_counter(errors_) != kWkcRead) return told_[rolled_].store(h);
   ++h.looks;
   const auto errors = first.data(errors_);
   std::copy(errors.begin(), errors.end(), h.errors.begin());
@@ -287,6 +291,11 @@ void Cyclic::look(const Reply& first, Exchange& e) noexcept {
   }
   if (mailbox_ != kNoSlot && first.working_counter(mailbox_) == kWkcRead)
     h.mailbox_waiting = (get_le<std::uint8_t>(first.data(mailbox_), 0) & kSmStatusMailboxFull) != 0;
+  if (al_status_ != kNoSlot && first.working_counter(al_status_) == kWkcRead) {
+    h.al_status = get_le<std::uint16_t>(first.data(al_status_), 0);
+    h.al_code = get_le<std::uint16_t>(first.data(al_status_), 4);
+    h.al_cycle = cycles_.load(std::memory_order_relaxed);
+  }
   told_[rolled_].store(h);
 }
 

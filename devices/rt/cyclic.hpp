@@ -1,7 +1,8 @@
 // The cyclic exchange. Every station has a region of the logical map, one behind the other; a frame carries LRW over as
 // many regions as it holds (LWR and LRD where a station cannot LRW), the first one also FRMW 0910h (the reference
 // clock's time goes to all the others), BRD 0130h (AL states of all stations OR-ed), what is looked at of one station a
-// cycle in turn (error counters, 092Ch, mailbox), and whatever rides in the AcyclicSlot. A map that needs several
+// cycle in turn (error counters, 092Ch, mailbox; while not all are in OP also its AL status), and whatever rides in the
+// AcyclicSlot. A map that needs several
 // frames goes out in several, all in one cycle.
 //   Cyclic cyclic(layout, outputs, inputs);
 //   const Exchange e = cyclic.run(port, deadline);   cyclic.fresh(i)
@@ -62,6 +63,8 @@ struct CyclicCounts {
 struct StationHealth {
   std::uint64_t stale_cycles = 0;  ///< in which it did not take part although the frame came back, since the start
   std::uint64_t looks = 0;         ///< how often the values below were read
+  std::uint64_t al_cycle = 0;      ///< cycles() when its AL status was last read, which is while not all are in OP
+  std::uint16_t al_status = 0, al_code = 0;                       ///< 0130h, 0134h
   std::array<std::byte, wire::reg::kErrorCounterBytes> errors{};  ///< 0300h..
   std::int32_t dc_difference_ns = 0;
   std::uint32_t dc_difference_max_ns = 0;  ///< largest magnitude since the start
@@ -133,7 +136,9 @@ class Cyclic {
   std::array<Reply, kMaxFrames> replies_;
   std::bitset<kMaxFrames> answered_;
   std::size_t used_ = 0, answers_ = 0;  ///< frames of this cycle, and how many came back
-  SlotIndex clock_ = kNoSlot, states_ = kNoSlot, errors_ = kNoSlot, difference_ = kNoSlot, mailbox_ = kNoSlot;
+  SlotIndex clock_ = kNoSlot, states_ = kNoSlot, errors_ = kNoSlot, difference_ = kNoSlot, mailbox_ = kNoSlot,
+            al_status_ = kNoSlot;
+  bool all_in_op_ = true;                 ///< as of the last BRD that came back
   std::size_t rolled_ = 0;                ///< station that is looked at in this cycle
   std::size_t rider_frame_ = kMaxFrames;  ///< frame in which the AcyclicSlot rides
   std::array<std::array<std::byte, kMaxFrameBytes>, kMaxFrames> received_{};
