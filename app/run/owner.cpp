@@ -50,6 +50,7 @@ Result<void> Owner::bring_up() {
   p.control->on_step([&p] { p.on_step(); });
   p.recovery = std::make_unique<Recovery>(*p.bus);
   p.culprits = std::make_unique<Culprits>(*p.bus);
+  p.news = std::make_unique<StationNews>(*p.bus, p.machine);
   p.up = true;
 
   if (auto r = p.control->pass(0.02); !r) return r;
@@ -191,7 +192,9 @@ Result<void> Owner::idle() {
   Parts& p = *parts_;
   p.control->step();
   if (auto alive = p.control->alive(); !alive) return alive;
+  p.on_bus = true;
   p.recovery->step(*p.control);
+  p.on_bus = false;
   return {};
 }
 

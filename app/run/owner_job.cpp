@@ -12,8 +12,11 @@
 namespace gantry::run {
 namespace {
 
-/// Notes about one station do not hold back those about another.
-int of(const cycle::Event& e) { return e.station == cycle::kNoStation ? -1 : e.station.value; }
+/// Notes about one station, or its emergency of one code, do not hold back those about another.
+int of(const cycle::Event& e) {
+  if (e.station == cycle::kNoStation) return -1;
+  return e.station.value << 16 | (e.fault == Fault::EmergencyMessage ? e.detail & 0xFFFF : 0);
+}
 
 }  // namespace
 
@@ -59,6 +62,22 @@ void Owner::Parts::look_at_stations() {
     tell(known->event, words);
     if (latches(info(words.fault))) named = std::move(words);
   }
+  const auto tell_news = [&](const std::vector<StationNews::Item>& items) {
+    for (const StationNews::Item& item : items)
+      tell({.kind = cycle::EventKind::Fault,
+            .fault = item.words.fault,
+            .station = item.station,
+            .detail = item.detail,
+            .cycle = now.cycle},
+           item.words);
+  };
+  tell_news(news->counted(now.time_ns));
+  if (!up || on_bus || !news->mail()) return;
+  on_bus = true;
+  bus->step_by([this] { control->step(); });
+  tell_news(news->fetch());
+  bus->step_by({});
+  on_bus = false;
 }
 
 Result<void> Owner::Parts::with_stations(Result<void> result) {

@@ -16,6 +16,7 @@
 #include "app/run/recovery.hpp"
 #include "app/run/repeated_notes.hpp"
 #include "app/run/runner.hpp"
+#include "app/run/station_news.hpp"
 #include "devices/ethercat/master.hpp"
 #include "devices/raw_socket_port.hpp"
 #include "sim/machine/world_client.hpp"
@@ -43,15 +44,17 @@ struct Owner::Parts {
   std::unique_ptr<cycle::CrashStop> crash_stop;
   std::unique_ptr<Pump> pump;
   std::unique_ptr<Control> control;
-  std::unique_ptr<Recovery> recovery;  // these two while the bus is up
+  std::unique_ptr<Recovery> recovery;  // these three while the bus is up
   std::unique_ptr<Culprits> culprits;
+  std::unique_ptr<StationNews> news;
   std::optional<Error> named;                     // the last latched fault whose stations were found
   std::optional<monitor::SnapshotWriter> shared;  // what `gantry publish` reads
   std::unique_ptr<monitor::PublishChild> publisher;
   std::function<void()> poll;
   RepeatedNotes notes;
   bool up = false;
-  bool hangs = false;  // the loop has not ended: what it uses must outlive this program
+  bool on_bus = false;  // the run thread asks stations while the loop steps
+  bool hangs = false;   // the loop has not ended: what it uses must outlive this program
 
   Runner* runner = nullptr;  // these two while a job runs
   Recording* recording = nullptr;

@@ -104,5 +104,21 @@ TEST(StationsNamed, one_that_comes_back_has_its_reason_told) {
   }
 }
 
+TEST(StationsNamed, errors_that_a_station_counts_on_its_link_are_told_with_port_and_number_and_not_each_time) {
+  Said said;
+  Idle idle(
+      "[{at: cycle 20000, do: count_errors, station: z, port: 1, count: 3},"
+      " {at: cycle 20050, do: count_errors, station: y1, port: 0, count: 1},"
+      " {at: cycle 22000, do: count_errors, station: z, port: 1, count: 2},"
+      " {at: cycle 24000, do: count_errors, station: z, port: 1, count: 5}]");
+  idle.pass_to(29'000);
+  EXPECT_EQ(said.count({"station 3 'z'", "port 1: 3 frames with a wrong checksum", "[G129]"}), 1) << said.all();
+  EXPECT_EQ(said.count({"station 1 'y1'", "port 0: 1 ", "[G129]"}), 1) << said.all();
+  EXPECT_EQ(said.count({"[G129]"}), 2) << said.all();
+  idle.pass_to(31'000);
+  EXPECT_EQ(said.count({"station 3 'z'", "port 1: 7 ", "[G129]"}), 1) << said.all();
+  EXPECT_EQ(idle.now().latched, Fault::None);
+}
+
 }  // namespace
 }  // namespace gantry
