@@ -282,6 +282,7 @@ Machine Resolver::resolve(const written::MachineFile& file) {
   m.bus.stop_after_missed_hardware = file.bus.stop_after_missed.value.hardware;
   m.bus.stop_after_missed_sim = file.bus.stop_after_missed.value.sim;
   m.bus.frames_lost_max = file.bus.frames_lost_max;
+  m.bus.map = file.bus.map;
   stations(file, m);
   axes(file, m);
   roles(file, m);

@@ -134,12 +134,18 @@ struct WorkFrame {
   Vec3 origin;
 };
 
-/// What bus timing tolerates.
+/// How stations share the logical map of the process data. Each has a region, one behind the other. Separate: its
+/// outputs, then its inputs. Overlapped: both from the same address on (an LRW takes the outputs and leaves the inputs
+/// in their place), which makes frames shorter.
+enum class MapKind : std::uint8_t { Separate, Overlapped };
+
+/// What bus timing tolerates, and how process data lies on it.
 struct BusConfig {
   Time cycle = milliseconds(1);
   int stop_after_missed_hardware = 3;
   int stop_after_missed_sim = 50;
   int frames_lost_max = 3;  ///< consecutive (R02)
+  MapKind map = MapKind::Separate;
 };
 
 /// Truth of the virtual machine, unknown to the controller.

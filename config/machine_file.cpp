@@ -139,6 +139,8 @@ const Fields<BusRow> kBus{
        to.stop_after_missed.place = node.place;
      }},
     integer("frames_lost_max", &BusRow::frames_lost_max, {1, 100}, kOptional, "frames in a row that may be lost"),
+    choice("map", &BusRow::map, Choices<MapKind>{{"separate", MapKind::Separate}, {"overlapped", MapKind::Overlapped}},
+           kOptional, "a station's inputs lie behind its outputs in the logical map, or over them (shorter frames)"),
 };
 
 const Fields<SimAxisRow> kSimAxis{

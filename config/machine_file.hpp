@@ -100,6 +100,7 @@ struct BusRow {
   At<double> cycle_s;
   At<StallRow> stop_after_missed;
   int frames_lost_max = 3;
+  MapKind map = MapKind::Separate;
 };
 
 struct SimAxisRow {

@@ -16,10 +16,7 @@ struct ImageSize {
   std::size_t output_bytes = 0, input_bytes = 0;
 };
 
-/// Every station has a region of the logical map, one behind the other. Separate: its outputs, then its inputs.
-/// Overlapped: both from the same address on (an LRW takes the outputs and leaves the inputs in their place), which
-/// makes frames shorter.
-enum class MapKind : std::uint8_t { Separate, Overlapped };
+using config::MapKind;
 
 /// A direction may have several SyncManagers, one FMMU each; in the map they lie in the order of their numbers.
 /// Fills in the record of every station (SyncManager lengths, FMMUs, places in the images and in the logical map).

@@ -60,7 +60,7 @@ Result<void> EthercatMaster::bring_up() {
   if (auto ok = enter(AlState::PreOp); !ok) return ok;
   for (auto& s : stations_)
     if (auto ok = at(s, learn_pdos(s)); !ok) return ok;
-  const auto size = lay_out(stations_, kLogicalStart, options_.map);
+  const auto size = lay_out(stations_, kLogicalStart, options_.map.value_or(machine_.bus.map));
   if (!size) return tl::unexpected(size.error());
   for (auto& s : stations_)
     if (auto ok = configure(s); !ok) return ok;

@@ -24,8 +24,8 @@
 namespace gantry::devices {
 
 struct MasterOptions {
-  MapKind map = MapKind::Separate;
-  bool strangers = false;  ///< a machine file without EtherCAT stations takes whatever is on the bus (see scan())
+  std::optional<MapKind> map{};  ///< instead of the machine file's
+  bool strangers = false;        ///< a machine file without EtherCAT stations takes whatever is on the bus (see scan())
 };
 
 class EthercatMaster final : public FieldBus {

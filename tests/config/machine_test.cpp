@@ -163,6 +163,15 @@ class Changed {
   int line_ = 0, column_ = 0;
 };
 
+TEST(Machine, the_kind_of_logical_map_is_separate_unless_it_is_written) {
+  EXPECT_EQ(dispenser().bus.map, MapKind::Separate);
+  Changed file;
+  file.swap("  frames_lost_max: 3", "  frames_lost_max: 3\n  map: overlapped", "map");
+  const auto m = file.load();
+  ASSERT_TRUE(m) << to_text(m.error().front());
+  EXPECT_EQ(m->bus.map, MapKind::Overlapped);
+}
+
 struct Wrong {
   const char *from, *to, *at;
   Fault fault;
@@ -193,6 +202,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"iss57,    position: 1", "iss57,    position: 0", "0", Fault::OutOfRange, "1 .. 127"},
         Wrong{"cycle: 1 ms", "cycle: 0.5 ms", "0.5", Fault::Inconsistent, "STD402EC"},
         Wrong{"cycle: 1 ms", "cycle: 1", "1", Fault::BadUnit, "lacks a unit"},
+        Wrong{"frames_lost_max: 3", "map: overlaped", "overlaped", Fault::BadValue, "overlapped"},
         Wrong{"{hardware: 3,", "{hardware: 1000,", "{hard", Fault::Inconsistent, "watchdog"},
         Wrong{"drives: [{station: x}]", "drives: [{station: y3}]", "y3", Fault::UnknownReference, "'y1'"},
         Wrong{"drives: [{station: x}]", "drives: [{station: io}]", "io}]", Fault::Inconsistent, "no drive"},
