@@ -109,7 +109,7 @@ void Supervisor::look_at_drives(const View& view, Findings& found) noexcept {
   for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
     const devices::Feedback& drive = view.axes.drive(d);
     if (drive.fresh && drive.fault == Fault::None && view.axes.dropped(d) && !dropped_[d])
-      found.push_back({Fault::DriveDropped, setup_.drives[d].axis, drive.statusword});
+      found.push_back({Fault::DriveDropped, setup_.drives[d].axis, drive.statusword, setup_.drives[d].station});
     dropped_[d] = view.axes.dropped(d);
     if (!drive.fresh || drive.fault == Fault::None) continue;
     if (view.state == State::Homing && drive.fault == Fault::LimitSwitch)
@@ -117,8 +117,8 @@ void Supervisor::look_at_drives(const View& view, Findings& found) noexcept {
     // A warning is told once; whatever stops the machine is told for as long as it lasts (the loop latches the first).
     const bool news = drive.error_code != last_code_[d];
     if (news || info(drive.fault).reaction != Reaction::Note)
-      found.push_back(
-          {drive.fault, setup_.drives[d].axis, drive.error_code != 0 ? drive.error_code : drive.statusword});
+      found.push_back({drive.fault, setup_.drives[d].axis, drive.error_code != 0 ? drive.error_code : drive.statusword,
+                       setup_.drives[d].station});
   }
   for (std::size_t d = 0; d < setup_.drives.size(); ++d)
     if (view.axes.drive(d).fresh) last_code_[d] = view.axes.drive(d).error_code;

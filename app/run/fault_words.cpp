@@ -11,10 +11,12 @@ const config::Axis* axis_of(const config::Machine& machine, AxisId id) {
   return id.value < machine.axes.size() ? &machine.axes[id.value] : nullptr;
 }
 
-const config::Station* drive_station(const config::Machine& machine, const config::Axis* axis) {
-  if (axis == nullptr || axis->drives.empty()) return nullptr;
+/// The one that the event names; an axis of one drive has no other.
+const config::Station* station_of(const config::Machine& machine, const cycle::Event& e, const config::Axis* axis) {
+  const bool only = e.station == cycle::kNoStation && axis != nullptr && axis->drives.size() == 1;
+  const StationId id = only ? axis->drives.front().station : e.station;
   for (const config::Station& s : machine.stations)
-    if (s.id == axis->drives.front().station) return &s;
+    if (s.id == id) return &s;
   return nullptr;
 }
 
@@ -53,15 +55,15 @@ bool tells_code(Fault f) {
 Error in_words(const config::Machine& machine, const cycle::Event& e) {
   const FaultInfo& row = info(e.fault);
   const config::Axis* axis = axis_of(machine, e.axis);
-  const config::Station* station = drive_station(machine, axis);
+  const config::Station* station = station_of(machine, e, axis);
+  const bool named = station != nullptr && (e.station == station->id || tells_code(e.fault));
   Error error{e.fault, std::string(row.text), axis != nullptr ? "axis " + axis->name : ""};
-  for (const config::Station& s : machine.stations)
-    if (s.id == e.station) error.where = fmt::format("station {} '{}'", s.position, s.name);
+  if (named)
+    error.where += fmt::format("{}station {} '{}'", error.where.empty() ? "" : ", ", station->position, station->name);
   if (station != nullptr && tells_code(e.fault) && e.detail != 0) {
     const auto text = devices::fault_text(station->profile, static_cast<std::uint32_t>(e.detail));
     error.message += ": " + text.text;
     if (!text.remedy.empty()) error.message += "; " + text.remedy;
-    error.where += fmt::format(", station {} '{}'", station->position, station->name);
   } else if (const std::string more = detail_text(axis, e); !more.empty()) {
     error.message += " (" + more + ")";
   }

@@ -87,7 +87,7 @@ const Bad kBad[] = {
     {"--3 mm", Dimension::Length, Fault::BadValue},
     {"+-3 mm", Dimension::Length, Fault::BadValue},
     {"1.2.3 mm", Dimension::Length, Fault::BadValue},
-    {"1,5 mm", Dimension::Length, Fault::BadUnit},
+    {"1,5 mm", Dimension::Length, Fault::BadValue},
     {"one mm", Dimension::Length, Fault::BadValue},
     // numbers that YAML readers disagree about, or that are none
     {"010 mm", Dimension::Length, Fault::BadValue},

@@ -82,6 +82,18 @@ TEST(Faults, a_cut_cable_ends_the_job_with_5) {
   EXPECT_EQ(result.exit_code, ExitCode::Device);
 }
 
+TEST(Faults, of_two_drives_on_one_axis_the_one_at_fault_is_named) {
+  for (const auto& [drive, name] : {std::pair{0, "station 1 'y1'"}, std::pair{1, "station 2 'y2'"}}) {
+    Rig rig({.placement = "dx=0.5 mm",
+             .script = "- {at: feature bead 2, do: drive_fault, axis: Y, drive: " + std::to_string(drive) +
+                       ", code: 0x3210}"});
+    const auto result = rig.run(kDemo);
+    EXPECT_EQ(result.exit_code, ExitCode::Device);
+    ASSERT_FALSE(result.errors.empty());
+    EXPECT_EQ(result.errors.front().where, std::string("axis Y, ") + name);
+  }
+}
+
 TEST(Faults, the_world_counts_what_the_planner_was_not_told) {
   // An obstacle that stands in no file: the proof cannot know it, the world sees the crash.
   Rig rig({.placement = "dx=0 mm",
