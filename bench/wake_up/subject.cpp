@@ -79,6 +79,7 @@ Result<Figures> parse_summary(const std::string& text) {
     return Figures{.at = {wake.at("p50").get<double>(), wake.at("p99").get<double>(), wake.at("p99_9").get<double>()},
                    .max = wake.at("max").get<double>(),
                    .stalls = cycle.at("stalls").get<std::uint64_t>(),
+                   .slept = cycle.at("skipped").get<std::uint64_t>(),
                    .missed = cycle.at("deadline_misses").get<std::uint64_t>(),
                    .cycles = cycle.at("cycles").get<std::uint64_t>(),
                    .cost = fmt::format("{:.1f} / {:.1f} / {:.1f} / {:.1f}", compute.at("p50").get<double>(),

@@ -63,13 +63,15 @@ TEST(Cyclictest, anything_else_is_an_error) {
 }
 
 TEST(Summary, wake_up_and_cost_are_read_and_a_loop_without_priority_is_no_measure) {
-  const std::string text = R"({"cycle": {"cycles": 40000, "deadline_misses": 7, "stalls": 2, "real_time_priority": true,
+  const std::string text =
+      R"({"cycle": {"cycles": 40000, "deadline_misses": 7, "skipped": 5, "stalls": 2, "real_time_priority": true,
     "wake_us": {"p50": 12.5, "p99": 40, "p99_9": 90.25, "max": 1234},
     "compute_us": {"p50": 5, "p99": 6, "p99_9": 9, "max": 30}}})";
   const auto f = parse_summary(text);
   ASSERT_TRUE(f) << f.error().message;
   EXPECT_EQ(f->at, (std::array<double, 3>{12.5, 40, 90.25}));
   EXPECT_EQ(f->stalls, 2u);
+  EXPECT_EQ(f->slept, 5u);
   EXPECT_EQ(f->missed, 7u);
   EXPECT_EQ(f->cycles, 40000u);
   EXPECT_EQ(f->cost, "5.0 / 6.0 / 9.0 / 30.0");
