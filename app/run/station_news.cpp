@@ -97,8 +97,10 @@ std::vector<StationNews::Item> StationNews::counted(std::int64_t now_ns) {
   devices::StationHealth health;
   for (std::size_t i = 0; i < stations.size(); ++i) {
     Seen& seen = seen_[i];
-    if (!bus_.health(i, health) || health.looks == 0 || now_ns < seen.quiet_until_ns) continue;
+    if (!bus_.health(i, health) || health.looks == seen.counted_at || now_ns < seen.quiet_until_ns) continue;
+    seen.counted_at = health.looks;
     const ErrorCounters now = devices::decode_error_counters(health.errors);
+    if (seen.known && now == seen.told) continue;
     const std::string words = seen.known ? growth(seen.told, now) : "";
     seen.told = now;
     seen.known = true;

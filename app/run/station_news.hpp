@@ -37,7 +37,7 @@ class StationNews {
     bool known = false;
     devices::ErrorCounters told;  ///< as last told, or as they were at the beginning
     std::int64_t quiet_until_ns = 0;
-    std::uint64_t fetched_at = 0;  ///< StationHealth::looks
+    std::uint64_t counted_at = 0, fetched_at = 0;  ///< StationHealth::looks
   };
   [[nodiscard]] Error emergency_words(StationId station, const devices::Emergency& emergency) const;
 

@@ -20,10 +20,12 @@ struct ErrorCounters {
     std::uint8_t rx_errors = 0;       ///< symbols that are none
     std::uint8_t forwarded = 0;       ///< errors that a station further up has seen already
     std::uint8_t lost_links = 0;
+    bool operator==(const Port&) const = default;
   };
   std::array<Port, wire::kPorts> ports;
   std::uint8_t processing_unit = 0, pdi = 0;
   [[nodiscard]] bool any() const;
+  bool operator==(const ErrorCounters&) const = default;
 };
 ErrorCounters decode_error_counters(std::span<const std::byte, wire::reg::kErrorCounterBytes> raw);
 Result<ErrorCounters> read_error_counters(Link& link, const StationRecord& station);
