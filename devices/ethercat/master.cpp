@@ -5,7 +5,6 @@
 
 #include "devices/ethercat/layout_check.hpp"
 #include "devices/ethercat/mailbox.hpp"
-#include "devices/ethercat/recovery.hpp"
 #include "devices/ethercat/scan.hpp"
 #include "devices/ethercat/sdo.hpp"
 #include "devices/ethercat/states.hpp"
@@ -247,13 +246,11 @@ Result<void> EthercatMaster::wait_until_fresh(const StationRecord& s) {
   return {};
 }
 
-Result<void> EthercatMaster::recover(StationRecord& s) {
-  const auto where = look_for(link_, s);
-  if (!where) return tl::unexpected(where.error());
-  if (*where == Whereabouts::InOp) return wait_until_fresh(s);
-  if (*where == Whereabouts::Gone)
+Result<void> EthercatMaster::recover(StationRecord& s, Whereabouts where) {
+  if (where == Whereabouts::InOp) return wait_until_fresh(s);
+  if (where == Whereabouts::Gone)
     return fail(Fault::StationMissing, "does not answer; check its supply and the cable before it", s.where);
-  if (*where == Whereabouts::Fallen && pick_up(link_, s)) return wait_until_fresh(s);
+  if (where == Whereabouts::Fallen && pick_up(link_, s)) return wait_until_fresh(s);
   // The time that the others kept: the reference's, or when that is the one that was away, another clock's.
   std::uint16_t source = dc_.reference_address;
   for (const auto& other : stations_)
@@ -269,7 +266,8 @@ Result<void> EthercatMaster::recover() {
   choose_way();
   Result<void> first;
   for (auto& s : stations_) {
-    auto back = at(s, recover(s));
+    const auto where = look_for(link_, s);
+    auto back = at(s, where ? recover(s, *where) : Result<void>(tl::unexpected(where.error())));
     if (back) continue;
     if (first) first = std::move(back);
     // What stands behind a station that is gone may have moved up, or be gone with it; it is looked for all the same.
@@ -287,7 +285,7 @@ Result<std::optional<AlStatus>> EthercatMaster::bring_back(StationId station) {
   auto found = Result<AlStatus>{};
   if (*where != Whereabouts::Gone) found = at(**s, read_al_status(link_, **s));
   if (!found) return tl::unexpected(found.error());
-  if (auto back = at(**s, recover(**s)); !back) return tl::unexpected(back.error());
+  if (auto back = at(**s, recover(**s, *where)); !back) return tl::unexpected(back.error());
   return *found;
 }
 

@@ -16,6 +16,7 @@
 #include "devices/ethercat/dc_setup.hpp"
 #include "devices/ethercat/link.hpp"
 #include "devices/ethercat/mapping.hpp"
+#include "devices/ethercat/recovery.hpp"
 #include "devices/ethercat/states.hpp"
 #include "devices/ethercat/station.hpp"
 #include "devices/ethercat/survey.hpp"
@@ -89,7 +90,7 @@ class EthercatMaster final : public FieldBus {
   Result<void> configure(StationRecord& station);
   Result<void> learn_pdos(StationRecord& station);
   void begin_cycles();
-  Result<void> recover(StationRecord& station);
+  Result<void> recover(StationRecord& station, Whereabouts where);
   [[nodiscard]] Result<void> wait_until_fresh(const StationRecord& station);
   [[nodiscard]] Result<StationRecord*> record(StationId station);
   void choose_way() noexcept;
