@@ -54,6 +54,12 @@ void add_world(record::JobResult& result, sim::WorldAccess& world, const RunOpti
   if (!options.out.empty())
     if (auto written = world.write_deposits(fs::absolute(options.out).string() + "/deposits.csv"); !written)
       add_error(result, written.error());
+  if (result.collisions.empty() || result.exit_code != ExitCode::Done) return;
+  const sim::Collision& first = result.collisions.front();
+  add_error(result, {Fault::Collision,
+                     fmt::format("the virtual world saw {} collisions, the first of {} with {} at {:.3f} s",
+                                 result.collisions.size(), first.moving, first.standing, first.t_s),
+                     {}});
 }
 
 Result<std::string> job_folder(const std::string& wanted, const std::string& recipe_file) {

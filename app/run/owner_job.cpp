@@ -1,7 +1,6 @@
 // An owner's job: what it does with each snapshot and event, and one recipe from its first block to its end.
 #include <algorithm>
 #include <chrono>
-#include <fmt/format.h>
 
 #include "app/record/summary.hpp"
 #include "app/run/fault_words.hpp"
@@ -113,10 +112,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   if (ended) ended = enable();
   p.runner = &runner;
   if (ended) ended = p.with_stations(runner.run());
-  if (!ended) {
-    result.errors.push_back(ended.error());
-    result.exit_code = info(ended.error().fault).exit_code;
-  }
+  if (!ended) add_error(result, ended.error());
 
   recording.tell(record::result_word(result));
   p.runner = nullptr, p.recording = nullptr;
@@ -126,17 +122,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   if (p.thread)
     result.cycles.real_time_priority = p.thread->rights().priority,
     result.cycles.memory_locked = p.thread->rights().memory;
-  if (p.world != nullptr) {
-    add_world(result, *p.world, options);
-    if (!result.collisions.empty() && result.exit_code == ExitCode::Done) {
-      const sim::Collision& first = result.collisions.front();
-      result.errors.push_back({Fault::Collision,
-                               fmt::format("the virtual world saw {} collisions, the first of {} with {} at {:.3f} s",
-                                           result.collisions.size(), first.moving, first.standing, first.t_s),
-                               {}});
-      result.exit_code = info(Fault::Collision).exit_code;
-    }
-  }
+  if (p.world != nullptr) add_world(result, *p.world, options);
   result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
   return result;
 }
