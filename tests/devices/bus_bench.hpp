@@ -45,8 +45,8 @@ struct BusBench {
   Time due{};
   Exchange last;
 
-  Result<void> bring_up() {
-    master = std::make_unique<EthercatMaster>(machine, *way, clock);
+  Result<void> bring_up(const MasterOptions& options = {}) {
+    master = std::make_unique<EthercatMaster>(machine, *way, clock, options);
     if (auto ok = master->bring_up(); !ok) return ok;
     drives.clear();
     for (const auto& axis : machine.axes)

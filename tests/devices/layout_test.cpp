@@ -220,21 +220,14 @@ TEST(Layout, outputs_of_a_stranger_are_watched_also_when_its_eeprom_does_not_ask
   ASSERT_TRUE(link.write(kStation, wire::reg::kSiiControl, std::span<const std::byte>(order)));
   link.pause(milliseconds(20));
 
-  const config::Machine empty;
-  EthercatMaster master(empty, b.port, b.clock, {.strangers = true});
-  const auto up = master.bring_up();
+  b.machine = {};
+  const auto up = b.bring_up({.strangers = true});
   ASSERT_TRUE(up) << to_text(up.error());
-  Time due = master.first_cycle(b.clock.now());
-  Exchange e;
-  const auto cycles = [&](int n) {
-    for (int i = 0; i < n; ++i, due += milliseconds(1))
-      b.clock.sleep_until(due), e = master.exchange(due + microseconds(400));
-  };
-  cycles(20);
-  ASSERT_TRUE(master.request_operation());
-  cycles(200);
-  ASSERT_EQ(e.al_states, 8);
-  b.clock.sleep_until(due += milliseconds(500));  // the cycle stops
+  b.cycles(20);
+  ASSERT_TRUE(b.master->request_operation());
+  b.cycles(200);
+  ASSERT_EQ(b.last.al_states, 8);
+  b.clock.sleep_until(b.due + milliseconds(500));  // the cycle stops
   const auto al = link.read<std::uint16_t>(kStation, wire::reg::kAlStatus);
   ASSERT_TRUE(al);
   EXPECT_EQ(*al, static_cast<std::uint16_t>(wire::AlState::SafeOp) | wire::kAlError);

@@ -94,22 +94,21 @@ TEST(Faults, of_two_drives_on_one_axis_the_one_at_fault_is_named) {
   }
 }
 
+/// An obstacle that stands in no file: the proof cannot know it, the world sees the crash.
+std::string forgotten_tool(const std::string& at) {
+  return "- {at: " + at +
+         ", do: add_obstacle, name: forgotten_tool, centre: [240 mm, 190 mm, -95 mm], size: [60 mm, 60 mm, 30 mm]}";
+}
+
 TEST(Faults, the_world_counts_what_the_planner_was_not_told) {
-  // An obstacle that stands in no file: the proof cannot know it, the world sees the crash.
-  Rig rig({.placement = "dx=0 mm",
-           .script =
-               "- {at: job start, do: add_obstacle, name: forgotten_tool, centre: [240 mm, 190 mm, -95 mm], size: "
-               "[60 mm, 60 mm, 30 mm]}"});
+  Rig rig({.placement = "dx=0 mm", .script = forgotten_tool("job start")});
   const auto result = rig.run(kDemo);
   ASSERT_FALSE(result.collisions.empty());
   EXPECT_EQ(result.collisions.front().standing, "forgotten_tool");
 }
 
 TEST(Faults, a_job_that_the_world_saw_crash_is_not_done) {
-  Rig rig({.placement = "dx=0 mm",
-           .script =
-               "- {at: feature dot 5, do: add_obstacle, name: forgotten_tool, centre: [240 mm, 190 mm, -95 mm], size: "
-               "[60 mm, 60 mm, 30 mm]}"});
+  Rig rig({.placement = "dx=0 mm", .script = forgotten_tool("feature dot 5")});
   const auto result = rig.run(kDemo);
   EXPECT_EQ(result.features_done, result.features_total);
   EXPECT_EQ(result.exit_code, ExitCode::NotFeasible);
