@@ -6,6 +6,10 @@
 #include "motion/profile/brake.hpp"
 
 namespace gantry::motion {
+namespace {
+constexpr double kNear = 10;       // resolutions by which a mix may miss
+constexpr double kReached = 5000;  // between the end of a leg and where it leads: half of what the planner grants
+}  // namespace
 
 Corridor::Corridor(const State& from, const State& to, const AxisBounds& bounds, double resolution,
                    std::size_t used) noexcept
@@ -38,17 +42,20 @@ double Corridor::outside_by(const Profile& profile) const noexcept {
 }
 
 /// A touch may have an acceleration that would lead out of the speed bounds if it had to be taken out: the target, or
-/// the start, can be nearer than that. So speeds are looked at here.
-double Corridor::excess(const Profile& profile) const noexcept {
+/// the start, can be nearer than that. So speeds are looked at here, and the end: an extremal motion that coasts does
+/// so at the bound only when it does not come to it faster.
+double Corridor::excess(const Profile& profile, const State& target) const noexcept {
   const double grown = 1 + kSlack;
   State x = profile.from;
   for (const Phase& phase : profile.phases) {
     const double turn = -x.a / phase.jerk, top = x.v + turn * x.a / 2;
     const bool turns = turn > 0 && turn < phase.duration_s;
     if (turns && (top > b_.v_max * grown || top < b_.v_min * grown)) return kNever;
-    x.v += phase.duration_s * (x.a + phase.duration_s * phase.jerk / 2), x.a += phase.duration_s * phase.jerk;
+    const double t = phase.duration_s;
+    x.p += t * (x.v + t * (x.a / 2 + t * phase.jerk / 6));
+    x.v += t * (x.a + t * phase.jerk / 2), x.a += t * phase.jerk;
   }
-  return outside_by(profile);
+  return std::abs(x.p - target.p) <= kReached * resolution_ ? outside_by(profile) : kNever;
 }
 
 double Corridor::leg(const State& a, const State& b, Profile& out) const noexcept {
@@ -60,7 +67,7 @@ double Corridor::leg(const State& a, const State& b, Profile& out) const noexcep
     out.from = a;
     out.phases.clear();
     append(out, reachable.shape(f), scale_);
-    if (excess(out) == 0) return duration(out);
+    if (excess(out, b) == 0) return duration(out);
     f = reachable.next(p, unsure, f);
   }
   return kNever;
@@ -75,10 +82,10 @@ double Corridor::slow_leg(const State& a, const State& b, double t, Profile& out
   out.from = a;
   out.phases.clear();
   scaled::Reachable reachable(scale_.ends(a, b), scale_.box);
-  const scaled::Mix mix = reachable.mix(t / scale_.t, (b.p - a.p) / scale_.p, 10 * resolution_ / scale_.p);
+  const scaled::Mix mix = reachable.mix(t / scale_.t, (b.p - a.p) / scale_.p, kNear * resolution_ / scale_.p);
   if (!mix.possible) return mix.missing * scale_.p;
   append(out, mix, scale_);
-  return excess(out);
+  return excess(out, b);
 }
 
 double Corridor::time(const Route& route) const noexcept {
@@ -153,7 +160,7 @@ bool Corridor::write(const Route& route, Profile& profile) const noexcept {
 
 bool Corridor::sound(const Route& route) const noexcept {
   Profile profile{from_, {}};
-  return write(route, profile) && profile.phases.size() + used_ <= kMaxPhases && excess(profile) == 0;
+  return write(route, profile) && profile.phases.size() + used_ <= kMaxPhases && excess(profile, to_) == 0;
 }
 
 }  // namespace gantry::motion

@@ -70,8 +70,8 @@ class Corridor {
   [[nodiscard]] double most(bool upper) const noexcept { return upper ? -b_.a_min : b_.a_max; }
   /// How far it leaves the position limits; 0: it does not.
   [[nodiscard]] double outside_by(const Profile& profile) const noexcept;
-  /// The same; kNever: it leaves the speed bounds.
-  [[nodiscard]] double excess(const Profile& profile) const noexcept;
+  /// The same; kNever: it leaves the speed bounds, or does not end where `target` is.
+  [[nodiscard]] double excess(const Profile& profile, const State& target) const noexcept;
   [[nodiscard]] bool exists(bool upper) const noexcept { return std::isfinite(upper ? b_.p_max : b_.p_min); }
   /// Duration of the shortest motion that stays inside by itself; kNever: none does.
   double leg(const State& a, const State& b, Profile& out) const noexcept;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "motion/profile/reachable.hpp"
 #include "motion/profile/scale.hpp"
@@ -35,7 +36,14 @@ Plan change_speed(const State& from, double v_to, const AxisBounds& bounds, doub
   }
   // One ramp from a to a_to comes to this speed.
   const double ramp_jerk = a_to >= x.a ? bounds.j_max : bounds.j_min;
-  const bool up = v_to >= x.v + (a_to - x.a) * (a_to + x.a) / (2 * ramp_jerk);
+  const double beyond = (v_to - x.v) - (a_to - x.a) * (a_to + x.a) / (2 * ramp_jerk);
+  const double unsure = 8 * std::numeric_limits<double>::epsilon() *
+                        (std::abs(v_to) + std::abs(x.v) + (a_to * a_to + x.a * x.a) / (2 * std::abs(ramp_jerk)));
+  if (std::abs(beyond) <= unsure) {  // that ramp alone: rounding must not ask for a detour
+    append(plan.profile, (a_to - x.a) / ramp_jerk, ramp_jerk);
+    return plan;
+  }
+  const bool up = beyond > 0;
   const double sign = up ? 1 : -1, a_max = up ? bounds.a_max : -bounds.a_min;
   const double j_up = up ? bounds.j_max : -bounds.j_min, j_down = up ? -bounds.j_min : bounds.j_max;
   const double a0 = sign * x.a, af = sign * a_to, c = (1 / j_up + 1 / j_down) / 2;
@@ -69,11 +77,12 @@ Plan move(const State& from, const State& to, const AxisBounds& bounds, Outside 
 
   const double scale_p = position_scale(from, to, bounds);
   const double v = std::max(bounds.v_max, -bounds.v_min), a = std::max(bounds.a_max, -bounds.a_min);
-  if (std::abs(to.p - from.p) <= kSame * scale_p && std::abs(to.v - from.v) <= kSame * v &&
-      std::abs(to.a - from.a) <= kSame * a)
-    return plan;
 
   const State inside = enter(from, bounds, outside, plan.profile);
+  if (const auto ramp = one_ramp(plan.profile, inside, to, bounds)) {
+    append(plan.profile, ramp->duration_s, ramp->jerk);
+    return plan;
+  }
   const bool walls = std::isfinite(bounds.p_min) || std::isfinite(bounds.p_max);
   plan.reason =
       (walls ? append_between_walls : append_shortest)(inside, to, bounds, plan.profile, kResolution * scale_p);

@@ -18,8 +18,25 @@ scaled::Ends Scale::ends(const State& from, const State& to) const noexcept {
 }
 
 double position_scale(const State& from, const State& to, const AxisBounds& b) noexcept {
-  const double v = std::max(b.v_max, -b.v_min), a = std::max(b.a_max, -b.a_min);
-  return std::max({std::abs(from.p), std::abs(to.p), v * v / a});
+  const double a = std::max(b.a_max, -b.a_min), j = std::max(b.j_max, -b.j_min);
+  const double left = std::max(std::abs(from.a), std::abs(to.a));
+  const double v = std::max(std::abs(from.v), std::abs(to.v)) + left * left / (2 * j);
+  return std::max({std::abs(from.p), std::abs(to.p), v * (v / a + std::sqrt(v / j))});
+}
+
+std::optional<Phase> one_ramp(const Profile& before, const State& from, const State& to, const AxisBounds& b) noexcept {
+  const double p = position_scale(from, to, b), v = std::max(b.v_max, -b.v_min), a = std::max(b.a_max, -b.a_min);
+  const bool ramp = std::abs(to.a - from.a) > kSame * a;
+  const double jerk = !ramp ? 0 : to.a > from.a ? b.j_max : b.j_min, t = ramp ? (to.a - from.a) / jerk : 0;
+  const double p_end = from.p + t * (from.v + t * (from.a / 2 + t * jerk / 6)),
+               v_end = from.v + t * (from.a + to.a) / 2;
+  const double near = ramp ? kOnRamp : kSame;
+  if (std::abs(p_end - to.p) > near * p || std::abs(v_end - to.v) > near * v) return std::nullopt;
+  Profile way = before;
+  append(way, t, jerk);
+  const Extent e = extent(way);
+  if (e.low < b.p_min || e.high > b.p_max) return std::nullopt;
+  return Phase{t, jerk};
 }
 
 double coming_speed(const State& x, const AxisBounds& b, int time_sign) noexcept {

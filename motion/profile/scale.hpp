@@ -1,5 +1,7 @@
 // From one axis's units to the scaled problem and back.
 #pragma once
+#include <optional>
+
 #include "motion/profile/planner.hpp"
 #include "motion/profile/reachable.hpp"
 
@@ -8,6 +10,8 @@ namespace gantry::motion {
 // Two states closer than this, relative to the scales of the problem, are one: below what an end state is asked for
 // (1e-9), above what positions and bounds carry as doubles.
 inline constexpr double kSame = 1e-12;
+// A ramp that ends closer to the target, relative to the same scales, leads there.
+inline constexpr double kOnRamp = 1e-11;
 // A bound overstepped by less is met.
 inline constexpr double kSlack = 1e-11;
 
@@ -19,8 +23,14 @@ struct Scale {
   [[nodiscard]] scaled::Ends ends(const State& from, const State& to) const noexcept;
 };
 
-/// What positions of this problem are measured by: max(|p0|, |p1|, v^2/a).
+/// What positions of this problem are measured by: where the ends lie, and how far the faster of them takes to stop.
 [[nodiscard]] double position_scale(const State& from, const State& to, const AxisBounds& bounds) noexcept;
+
+/// One phase, or none, that leads to the target but for rounding: where the target is the start, or lies on a ramp at
+/// full jerk from it, as it does for whoever plans anew in the last phase. Rounding must not ask for a detour there.
+/// `before`: what has led to the start; with it the motion keeps the position limits, or it is none.
+[[nodiscard]] std::optional<Phase> one_ramp(const Profile& before, const State& from, const State& to,
+                                            const AxisBounds& bounds) noexcept;
 
 /// Speed that (v, a) comes to when the acceleration is taken out at full jerk; with `time_sign` -1: came from.
 [[nodiscard]] double coming_speed(const State& x, const AxisBounds& bounds, int time_sign = 1) noexcept;

@@ -13,7 +13,14 @@ Way::Way(const State& from, const State& to, const AxisBounds& bounds, Outside o
   resolution_ = kResolution * scale_p / scale_.p;
   tolerance_ = 1e-9 * scale_p;
   reachable_.emplace(scale_.ends(inside_, to), scale_.box);
-  if (std::isfinite(bounds.p_min) || std::isfinite(bounds.p_max)) {
+  const bool walls = std::isfinite(bounds.p_min) || std::isfinite(bounds.p_max);
+  if ((ramp_ = one_ramp(entered_, inside_, to, bounds))) {
+    shortest_s_ = entered_s_ + ramp_->duration_s;
+    if (walls) route_.emplace().duration_s = ramp_->duration_s;
+    reason_ = Reason::Solved;
+    return;
+  }
+  if (walls) {
     enter_corridor();
     return;
   }
@@ -47,6 +54,10 @@ double Way::first_s(double t) noexcept {
 
 bool Way::write(double t, Profile& profile) noexcept {
   profile = entered_;
+  if (ramp_ && t <= shortest_s_ * (1 + kEqual)) {
+    append(profile, ramp_->duration_s, ramp_->jerk);
+    return true;
+  }
   if (route_) {
     if (!corridor().write(*route_, profile)) return false;
   } else if (std::abs(t - shortest_s_) <= kEqual * t) {

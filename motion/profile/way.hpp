@@ -35,6 +35,7 @@ class Way {
   State inside_, to_;
   AxisBounds bounds_;
   Reason reason_ = Reason::NoSolution;
+  std::optional<Phase> ramp_;  // where one leads to the target
   Scale scale_;
   double p_ = 0, resolution_ = 0, tolerance_ = 0;
   std::optional<scaled::Reachable> reachable_;
