@@ -19,6 +19,11 @@
 namespace gantry::devices {
 namespace {
 
+// A deadline that is far away is waited for in naps that the kernel's coarse timers end: they cost a frame that comes
+// nothing, while an exact timer is programmed and, before the frame is handed over, programmed back (a trap to the
+// host each on virtual machines).
+constexpr Time kNap = milliseconds(10), kNapEnds = milliseconds(30);  // ends: with room for coarse timers (HZ 100)
+
 class Fd {
  public:
   explicit Fd(int fd) noexcept : fd_(fd) {}
@@ -73,11 +78,14 @@ Result<std::unique_ptr<RawSocketPort>> RawSocketPort::open(const std::string& in
   Fd lock(*lock_fd);
 
   const auto protocol = htons(wire::kEtherType);
-  Fd fd(::socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, protocol));
+  Fd fd(::socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, protocol));
   if (fd.get() < 0) return unusable(interface, "cannot open a raw socket (it needs CAP_NET_RAW)");
   const int on = 1;
   if (::setsockopt(fd.get(), SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on) != 0)
     return unusable(interface, "cannot leave out what is sent");
+  const timeval nap{.tv_sec = 0, .tv_usec = std::chrono::duration_cast<std::chrono::microseconds>(kNap).count()};
+  if (::setsockopt(fd.get(), SOL_SOCKET, SO_RCVTIMEO, &nap, sizeof nap) != 0)
+    return unusable(interface, "cannot bound its waits");
   // PACKET_QDISC_BYPASS stays off: what passes it by is in no capture.
   sockaddr_ll address{};
   address.sll_family = AF_PACKET;
@@ -104,21 +112,27 @@ bool RawSocketPort::send(PortIndex port, std::span<const std::byte> frame) noexc
 }
 
 Received RawSocketPort::receive(std::span<std::byte> buffer, Time deadline) noexcept {
-  for (;;) {
-    const ssize_t got = ::recv(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT);
-    const Time now = monotonic();
+  for (Time now = monotonic();;) {
+    const Time left = deadline - now;
+    const bool far = left > kNapEnds;
+    if (!far && left > Time{}) wait(left);
+    const ssize_t got = ::recv(socket_, buffer.data(), buffer.size(), far ? 0 : MSG_DONTWAIT);
+    now = monotonic();
     if (got > 0) return {static_cast<std::size_t>(got), PortIndex::Primary, now};
     if (now >= deadline) return {};
-    const Time left = std::min(deadline - now, Time{std::chrono::seconds(1)});  // the deadline may be kNever
-    const timespec wait{.tv_sec = left.count() / 1'000'000'000, .tv_nsec = left.count() % 1'000'000'000};
-    pollfd p{.fd = socket_, .events = POLLIN, .revents = 0};
-    ::ppoll(&p, 1, &wait, nullptr);
-    // An interface that went down reports an error for as long as it is down; without this it would spin.
-    if ((p.revents & (POLLERR | POLLHUP)) != 0 && (p.revents & POLLIN) == 0) {
-      int error = 0;
-      socklen_t size = sizeof error;
-      ::getsockopt(socket_, SOL_SOCKET, SO_ERROR, &error, &size);  // takes the error, so that the next wait waits
-    }
+  }
+}
+
+/// Exact to the timer that it sets up and, when a frame comes, takes down again.
+void RawSocketPort::wait(Time left) const noexcept {
+  const timespec time{.tv_sec = left.count() / 1'000'000'000, .tv_nsec = left.count() % 1'000'000'000};
+  pollfd p{.fd = socket_, .events = POLLIN, .revents = 0};
+  ::ppoll(&p, 1, &time, nullptr);
+  // An interface that went down reports an error for as long as it is down; without this it would spin.
+  if ((p.revents & (POLLERR | POLLHUP)) != 0 && (p.revents & POLLIN) == 0) {
+    int error = 0;
+    socklen_t size = sizeof error;
+    ::getsockopt(socket_, SOL_SOCKET, SO_ERROR, &error, &size);  // takes the error, so that the next wait waits
   }
 }
 

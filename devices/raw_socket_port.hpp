@@ -30,6 +30,8 @@ class RawSocketPort final : public FramePort {
   RawSocketPort(int socket, int lock, std::string interface)
       : socket_(socket), lock_(lock), interface_(std::move(interface)) {}
 
+  void wait(Time left) const noexcept;
+
   int socket_, lock_;
   std::string interface_;
 };
