@@ -16,6 +16,7 @@
 #include "app/cli/bus_access.hpp"
 #include "app/cli/pcapng_writer.hpp"
 #include "devices/ethercat/master.hpp"
+#include "devices/passing_port.hpp"
 #include "sim/segment/segment_port.hpp"
 
 namespace gantry::cli {
@@ -34,10 +35,10 @@ std::uint64_t since_1970_ns() {
 }
 
 /// Passes frames on and writes them down.
-class TapPort final : public devices::FramePort {
+class TapPort final : public devices::PassingPort {
  public:
   TapPort(devices::FramePort& port, const Clock& clock, PcapngWriter& file)
-      : port_(port), file_(file), clock_(clock), begin_ns_(since_1970_ns()), begin_(clock.now()) {}
+      : PassingPort(port), file_(file), clock_(clock), begin_ns_(since_1970_ns()), begin_(clock.now()) {}
   bool send(devices::PortIndex port, std::span<const std::byte> frame) noexcept override {
     file_.add(stamp(), frame);
     return port_.send(port, frame);
@@ -47,13 +48,11 @@ class TapPort final : public devices::FramePort {
     if (got.size > 0) file_.add(stamp(), buffer.first(got.size));
     return got;
   }
-  [[nodiscard]] bool link_up(devices::PortIndex port) const noexcept override { return port_.link_up(port); }
 
  private:
   [[nodiscard]] std::uint64_t stamp() const {
     return begin_ns_ + static_cast<std::uint64_t>((clock_.now() - begin_).count());
   }
-  devices::FramePort& port_;
   PcapngWriter& file_;
   const Clock& clock_;
   std::uint64_t begin_ns_;

@@ -1,19 +1,48 @@
 // gantry bus dc: the stations' clocks, how far they are apart, and what SYNC0 is set to.
+#include <algorithm>
+#include <cstdlib>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/bus_access.hpp"
 
 namespace gantry::cli {
+namespace {
+
+struct Clocks {
+  std::vector<devices::DcStatus> last;
+  std::vector<std::int64_t> largest_ns;  ///< of the difference's magnitude, over all looks
+};
+
+/// One look, and others every 10 ms until `seconds` have passed.
+Result<Clocks> watch(devices::Survey& survey, Clock& clock, double seconds) {
+  constexpr Time kLook = milliseconds(10);
+  Clocks seen;
+  for (const Time end = clock.now() + Time{static_cast<std::int64_t>(seconds * 1e9)};;) {
+    auto now = survey.dc_status();
+    if (!now) return tl::unexpected(now.error());
+    seen.last = std::move(*now);
+    seen.largest_ns.resize(seen.last.size());
+    for (std::size_t i = 0; i < seen.last.size(); ++i)
+      seen.largest_ns[i] = std::max(seen.largest_ns[i], std::abs(std::int64_t{seen.last[i].difference_ns}));
+    if (clock.now() + kLook > end) return seen;
+    clock.sleep_until(clock.now() + kLook);
+  }
+}
+
+}  // namespace
 
 void add_bus_dc(CLI::App& bus, Context& context) {
   auto* verb = bus.add_subcommand("dc", "Distributed clocks: difference, delay, SYNC0 of every station");
   auto options = std::make_shared<BusOptions>();
   add_bus_interface(*verb, *options);
+  auto seconds = std::make_shared<double>(0);
+  verb->add_option("--watch", *seconds, "Look so many seconds, every 10 ms; `largest` is of that time")
+      ->check(CLI::Range(0.0, 86400.0));
   verb->footer(
       "difference: the station's clock minus the time that comes by (092Ch); within 1000 ns it is in step. Without a\n"
       "cycle nobody carries the time round, and clocks drift. The virtual segment is brought up first.");
-  verb->callback([&context, options] {
+  verb->callback([&context, options, seconds] {
     const auto access = BusAccess::open(context, *options);
     if (!access) return;
     if (access->is_virtual())
@@ -21,21 +50,23 @@ void add_bus_dc(CLI::App& bus, Context& context) {
     devices::Survey survey(access->port(), access->clock());
     const auto stations = survey.scan();
     if (!stations) return void(context.exit_code = show(stations.error(), context.json));
-    const auto clocks = survey.dc_status();
-    if (!clocks) return void(context.exit_code = show(clocks.error(), context.json));
+    const auto seen = watch(survey, access->clock(), *seconds);
+    if (!seen) return void(context.exit_code = show(seen.error(), context.json));
+    const auto& clocks = seen->last;
 
     nlohmann::ordered_json all = nlohmann::json::array();
     if (!context.json)
-      fmt::print("{:<18} {:>5} {:>13} {:>9} {:>8} {:>10}\n", "station", "clock", "difference ns", "delay ns", "SYNC0",
-                 "cycle us");
-    for (std::size_t i = 0; i < clocks->size(); ++i) {
+      fmt::print("{:<18} {:>5} {:>13} {:>10} {:>9} {:>8} {:>10}\n", "station", "clock", "difference ns", "largest ns",
+                 "delay ns", "SYNC0", "cycle us");
+    for (std::size_t i = 0; i < clocks.size(); ++i) {
       const auto& s = (*stations)[i];
-      const auto& c = (*clocks)[i];
+      const auto& c = clocks[i];
       all.push_back({{"position", s.record.position},
                      {"name", s.name()},
                      {"clock_bits", c.present ? (c.wide ? 64 : 32) : 0},
                      {"system_time_ns", c.system_time_ns},
                      {"difference_ns", c.difference_ns},
+                     {"largest_difference_ns", seen->largest_ns[i]},
                      {"delay_ns", c.delay_ns},
                      {"sync0_active", (c.activation & 2) != 0},
                      {"sync0_cycle_ns", c.sync0_cycle_ns}});
@@ -43,8 +74,9 @@ void add_bus_dc(CLI::App& bus, Context& context) {
       if (!c.present)
         fmt::print("{:<18} {:>5}\n", title(*access, s), "none");
       else
-        fmt::print("{:<18} {:>5} {:>13} {:>9} {:>8} {:>10.1f}\n", title(*access, s), c.wide ? 64 : 32, c.difference_ns,
-                   c.delay_ns, (c.activation & 2) != 0 ? "on" : "off", c.sync0_cycle_ns / 1000.0);
+        fmt::print("{:<18} {:>5} {:>13} {:>10} {:>9} {:>8} {:>10.1f}\n", title(*access, s), c.wide ? 64 : 32,
+                   c.difference_ns, seen->largest_ns[i], c.delay_ns, (c.activation & 2) != 0 ? "on" : "off",
+                   c.sync0_cycle_ns / 1000.0);
     }
     if (context.json) fmt::print("{}\n", nlohmann::ordered_json{{"result", "done"}, {"stations", all}}.dump(2));
   });

@@ -1,5 +1,5 @@
-// gantry up: owns the machine until it is stopped, and takes orders on a local socket. `home` and `run` are its clients
-// while it is up.
+// gantry up: owns the machine until it is stopped, and takes orders on a local socket. `home`, `jog` and `run` are its
+// clients while it is up.
 #include <filesystem>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -10,6 +10,7 @@
 #include "app/run/order_socket.hpp"
 #include "app/run/prove.hpp"
 #include "core/log.hpp"
+#include "core/units.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -106,10 +107,33 @@ class Desk {
       case run::OrderKind::Enable: done = owner_.enable(); break;
       case run::OrderKind::Disable: done = owner_.disable(); break;
       case run::OrderKind::Home: done = owner_.home(); break;
+      case run::OrderKind::Jog: return jog(order.jog);
       case run::OrderKind::Run: return run_job(order);
       default: break;
     }
     return done ? status() : failure({done.error()});
+  }
+
+  /// "said" is the same for people.
+  Json jog(const run::JogWords& words) {
+    const auto done = owner_.jog(words);
+    if (!done) return failure({done.error()});
+    Json axes = Json::array();
+    std::string said;
+    for (const config::Axis& axis : machine_.axes) {
+      if ((done->axes >> axis.id.value & 1u) == 0) continue;
+      const double start = done->start[axis.id.value], end = done->end[axis.id.value];
+      axes.push_back({{"name", axis.name}, {"unit", axis.rotary ? "rad" : "mm"}, {"start", start}, {"end", end}});
+      const double shown = axis.rotary ? units::deg(1) : 1;
+      said +=
+          fmt::format("{} {:.3f} -> {:.3f} {}, ", axis.name, start * shown, end * shown, axis.rotary ? "deg" : "mm");
+    }
+    said += fmt::format("{:.3f} s", done->duration_s);
+    return {{"ok", true},
+            {"state", cycle::name(owner_.latest().state)},
+            {"said", said},
+            {"axes", axes},
+            {"duration_s", done->duration_s}};
   }
 
   Json run_job(const run::Order& order) {
@@ -144,7 +168,7 @@ class Desk {
 std::string owner_socket(const std::string& state_dir) { return state_dir + "/owner.sock"; }
 
 void add_up(CLI::App& app, Context& context) {
-  auto* verb = app.add_subcommand("up", "Owns the machine until stopped; `run` and `home` are then its clients");
+  auto* verb = app.add_subcommand("up", "Owns the machine until stopped; `run`, `home` and `jog` are its clients");
   auto options = std::make_shared<run::OwnerOptions>();
   auto state = std::make_shared<std::string>("state");
   options->publish = true;
@@ -154,7 +178,8 @@ void add_up(CLI::App& app, Context& context) {
   verb->add_option("--state", *state, "Folder of the machine's state; holds owner.sock")->capture_default_str();
   add_world_options(*verb, options->sim);
   verb->footer(
-      "Orders are JSON lines on STATE/owner.sock: {\"order\": \"status\"}, enable, disable, home, run, hold, resume, "
+      "Orders are JSON lines on STATE/owner.sock: {\"order\": \"status\"}, enable, disable, home, jog, run, hold, "
+      "resume, "
       "abort, override, reset, quit.");
   verb->callback([&context, options, state] {
     const auto machine = load_machine(context);

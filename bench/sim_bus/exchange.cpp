@@ -10,6 +10,7 @@
 
 #include "config/machine.hpp"
 #include "devices/ethercat/master.hpp"
+#include "devices/passing_port.hpp"
 #include "devices/rt/drive.hpp"
 #include "devices/wire/bytes.hpp"
 #include "sim/segment/segment.hpp"
@@ -19,21 +20,14 @@ namespace gantry::sim {
 namespace {
 
 /// Keeps the last frame as it was sent.
-class Tap final : public devices::FramePort {
+class Tap final : public devices::PassingPort {
  public:
-  explicit Tap(devices::FramePort& port) : port_(port) {}
+  explicit Tap(devices::FramePort& port) : PassingPort(port) {}
   bool send(devices::PortIndex port, std::span<const std::byte> frame) noexcept override {
     last.assign(frame.begin(), frame.end());
     return port_.send(port, frame);
   }
-  devices::Received receive(std::span<std::byte> buffer, Time deadline) noexcept override {
-    return port_.receive(buffer, deadline);
-  }
-  bool link_up(devices::PortIndex port) const noexcept override { return port_.link_up(port); }
   std::vector<std::byte> last;
-
- private:
-  devices::FramePort& port_;
 };
 
 config::Machine reference() { return config::load_machine("config/machines/dispenser.yaml").value(); }

@@ -18,6 +18,7 @@
 
 #include "config/machine.hpp"
 #include "devices/ethercat/master.hpp"
+#include "devices/passing_port.hpp"
 #include "devices/raw_socket_port.hpp"
 
 using namespace gantry;
@@ -106,21 +107,14 @@ int echo(const std::string& interface) {
 }
 
 /// Tells how long the cyclic frame is.
-class SizedPort final : public FramePort {
+class SizedPort final : public PassingPort {
  public:
-  explicit SizedPort(FramePort& port) : port_(port) {}
+  explicit SizedPort(FramePort& port) : PassingPort(port) {}
   std::size_t last = 0;
   bool send(PortIndex port, std::span<const std::byte> frame) noexcept override {
     last = frame.size();
     return port_.send(port, frame);
   }
-  Received receive(std::span<std::byte> buffer, Time deadline) noexcept override {
-    return port_.receive(buffer, deadline);
-  }
-  [[nodiscard]] bool link_up(PortIndex port) const noexcept override { return port_.link_up(port); }
-
- private:
-  FramePort& port_;
 };
 
 int ours(const config::Machine& machine, const std::string& interface, int cycles) {

@@ -31,10 +31,12 @@ constexpr std::array kTypeNames{
     TypeName{0x0016, "UNSIGNED24"},   TypeName{0x0018, "UNSIGNED40"},     TypeName{0x0019, "UNSIGNED48"},
     TypeName{0x001A, "UNSIGNED56"},   TypeName{0x001B, "UNSIGNED64"},     TypeName{0x001D, "GUID"},
     TypeName{0x001E, "BYTE"},         TypeName{0x001F, "WORD"},           TypeName{0x0020, "DWORD"},
-    TypeName{0x0021, "PDO_MAPPING"},  TypeName{0x0023, "IDENTITY"},       TypeName{0x0030, "BIT1"},
-    TypeName{0x0031, "BIT2"},         TypeName{0x0032, "BIT3"},           TypeName{0x0033, "BIT4"},
-    TypeName{0x0034, "BIT5"},         TypeName{0x0035, "BIT6"},           TypeName{0x0036, "BIT7"},
-    TypeName{0x0037, "BIT8"},
+    TypeName{0x0021, "PDO_MAPPING"},  TypeName{0x0022, "SDO_PARAMETER"},  TypeName{0x0023, "IDENTITY"},
+    TypeName{0x0025, "COMMAND_PAR"},  TypeName{0x0027, "PDO_PARAMETER"},  TypeName{0x0028, "ENUM"},
+    TypeName{0x0029, "SYNC_PAR"},     TypeName{0x002A, "RECORD"},         TypeName{0x002B, "BACKUP_PARAMETER"},
+    TypeName{0x0030, "BIT1"},         TypeName{0x0031, "BIT2"},           TypeName{0x0032, "BIT3"},
+    TypeName{0x0033, "BIT4"},         TypeName{0x0034, "BIT5"},           TypeName{0x0035, "BIT6"},
+    TypeName{0x0036, "BIT7"},         TypeName{0x0037, "BIT8"},           TypeName{0x0080, "INTERPOLATION_TIME_PERIOD"},
 };
 
 tl::unexpected<Error> broken(const StationRecord& s, std::string_view what) {

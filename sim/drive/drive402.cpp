@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <utility>
 
+#include "sim/whole.hpp"
+
 namespace gantry::sim {
 
 using namespace devices::wire;
@@ -156,7 +158,7 @@ void Drive402::sample() noexcept {
 
   actual_.value = static_cast<std::int32_t>(motion_.counts());
   demand_.value = static_cast<std::int32_t>(motion_.demand());
-  velocity_.value = std::llround(motion_.speed() / facts_.velocity_counts_s);
+  velocity_.value = whole(motion_.speed() / facts_.velocity_counts_s);
   std::uint32_t bits = inputs_base_;
   const auto show = [&](std::int8_t bit, std::uint32_t input) {
     if (bit >= 0 && (levels & input) != 0) bits |= 1u << bit;

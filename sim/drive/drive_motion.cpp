@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/whole.hpp"
+
 namespace gantry::sim {
 namespace {
 constexpr double kNoTime_s = 1e-12, kFarAway = 1e18;
@@ -108,9 +110,9 @@ std::uint32_t DriveMotion::view(std::uint32_t inputs) const noexcept {
 
 double DriveMotion::place() const noexcept { return closed_loop_ ? sign_ * motor_->position() : at_; }
 
-std::int64_t DriveMotion::counts() const noexcept { return std::llround((place() - zero_) * counts_per_unit_); }
+std::int64_t DriveMotion::counts() const noexcept { return whole((place() - zero_) * counts_per_unit_); }
 
-std::int64_t DriveMotion::demand() const noexcept { return std::llround((at_ - zero_) * counts_per_unit_); }
+std::int64_t DriveMotion::demand() const noexcept { return whole((at_ - zero_) * counts_per_unit_); }
 
 double DriveMotion::speed() const noexcept {
   return (closed_loop_ ? sign_ * motor_->velocity() : speed_) * counts_per_unit_;

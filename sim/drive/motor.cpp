@@ -21,9 +21,14 @@ struct Course {
   Course(const CommandPiece& c, double x0, double lag) noexcept
       : p(c.p - lag * c.v + lag * lag * c.a), v(c.v - lag * c.a), a(c.a), tau(lag), k(lag > 0 ? x0 - p : 0) {}
 
-  [[nodiscard]] double decay(double t) const noexcept { return tau > 0 ? k * std::exp(-t / tau) : 0; }
-  [[nodiscard]] double at(double t) const noexcept { return p + (v + 0.5 * a * t) * t + decay(t); }
-  [[nodiscard]] double speed(double t) const noexcept { return v + a * t - (tau > 0 ? decay(t) / tau : 0); }
+  [[nodiscard]] double fade(double t) const noexcept { return tau > 0 ? std::exp(-t / tau) : 0; }
+  [[nodiscard]] double decay(double t) const noexcept { return k * fade(t); }
+  [[nodiscard]] double at(double t, double decayed) const noexcept { return p + (v + 0.5 * a * t) * t + decayed; }
+  [[nodiscard]] double speed(double t, double decayed) const noexcept {
+    return v + a * t - (tau > 0 ? decayed / tau : 0);
+  }
+  [[nodiscard]] double at(double t) const noexcept { return at(t, decay(t)); }
+  [[nodiscard]] double speed(double t) const noexcept { return speed(t, decay(t)); }
   /// No point of [0, t] lies farther from at(0) than this.
   [[nodiscard]] double reach(double t) const noexcept {
     const double transient = tau > 0 ? std::abs(k) * std::min(1.0, t / tau) : 0;
@@ -77,29 +82,10 @@ struct Stretches {
   }
 };
 
-struct Threshold {
-  std::uint32_t input;
-  double edge;
-  bool closed_below;  // closed at and below the edge; else at and above
-
-  [[nodiscard]] bool closed(double x) const noexcept { return closed_below ? x <= edge : x >= edge; }
-  /// The first place on the other side of the edge, seen from a place where the input is `closed_before`.
-  [[nodiscard]] double beyond(bool closed_before) const noexcept {
-    if (!closed_before) return edge;
-    return std::nextafter(edge, closed_below ? kInfinity : -kInfinity);
-  }
-};
-
-std::array<Threshold, 4> thresholds(const config::SimAxis& truth, double contact) noexcept {
-  return {Threshold{kNegLimit, truth.neg_limit, true}, Threshold{kPosLimit, truth.pos_limit, false},
-          Threshold{kHome, truth.home_switch, truth.home_active_below}, Threshold{kProbe, contact, true}};
-}
-
 // First instant in [0, t] at which x, coming from x0, passes the threshold; infinity when it does not. Without a lag
 // the motor stands on its command at once, so at(0) may lie far from x0.
 double crossing(const Course& x, const Threshold& threshold, double x0, double t) noexcept {
   const double start = x.at(0);
-  if (std::abs(threshold.edge - start) > x.reach(t) * (1 + 1e-9) + std::abs(start - x0) + kRest) return kInfinity;
   const bool before = threshold.closed(x0);
   if (std::abs(start - x0) > kRest && threshold.closed(start) != before) return 0;
   const auto f = [&](double s) { return x.at(s) - threshold.edge; };
@@ -121,9 +107,20 @@ CommandPiece shifted(const CommandPiece& c, double t) noexcept {
   return {c.p + (c.v + 0.5 * c.a * t) * t, c.v + c.a * t, c.a};
 }
 
+/// The first place on the other side of the edge, seen from a place where the input is `closed_before`.
+double beyond(const Threshold& threshold, bool closed_before) noexcept {
+  if (!closed_before) return threshold.edge;
+  return std::nextafter(threshold.edge, threshold.closed_below ? kInfinity : -kInfinity);
+}
+
 }  // namespace
 
-Motor::Motor(const config::SimAxis& truth) : truth_(truth) { restore(truth.start); }
+Motor::Motor(const config::SimAxis& truth)
+    : truth_(truth),
+      edges_{Threshold{kNegLimit, truth.neg_limit, true}, Threshold{kPosLimit, truth.pos_limit, false},
+             Threshold{kHome, truth.home_switch, truth.home_active_below}, Threshold{kProbe, kNoContact, true}} {
+  restore(truth.start);
+}
 
 void Motor::restore(double position) noexcept {
   position_ = position, velocity_ = 0;
@@ -133,7 +130,7 @@ void Motor::restore(double position) noexcept {
 
 std::uint32_t Motor::inputs() const noexcept {
   std::uint32_t bits = 0;
-  for (const auto& t : thresholds(truth_, contact_))
+  for (const auto& t : edges_)
     if (t.closed(position_)) bits |= t.input;
   return bits;
 }
@@ -171,25 +168,28 @@ Ran Motor::follow(const CommandPiece& command, double dt, std::uint32_t watch) n
     return {dt, 0, position_};
   }
   const Course course(command, position_, truth_.lag_s);
-  const auto edges = thresholds(truth_, contact_);
+  // What lies farther away than this is not met.
+  const double reach = course.reach(dt) * (1 + 1e-9) + 2 * std::abs(course.at(0) - position_) + kRest;
   std::array<double, 4> met{};
   double elapsed = dt;
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    met[i] = (watch & edges[i].input) != 0 ? crossing(course, edges[i], position_, dt) : kInfinity;
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    const bool near = (watch & edges_[i].input) != 0 && std::abs(edges_[i].edge - position_) <= reach;
+    met[i] = near ? crossing(course, edges_[i], position_, dt) : kInfinity;
     elapsed = std::min(elapsed, met[i]);
   }
-  const double start = position_;
-  position_ = course.at(elapsed);
-  velocity_ = course.speed(elapsed);
+  if (elapsed != faded_s_) faded_s_ = elapsed, faded_ = course.fade(elapsed);
+  const double start = position_, decayed = course.k * faded_;
+  position_ = course.at(elapsed, decayed);
+  velocity_ = course.speed(elapsed, decayed);
   if (standing && std::abs(position_ - command.p) < kRest) position_ = command.p, velocity_ = 0;
 
   // The motor is put exactly on the edge that it met, on the side where the level has changed, so that rounding cannot
   // show the same edge twice.
   Ran ran{elapsed, 0, 0};
-  for (std::size_t i = 0; i < edges.size(); ++i)
-    if (met[i] <= elapsed && std::abs(position_ - edges[i].edge) <= kRest)
-      position_ = edges[i].beyond(edges[i].closed(start));
-  for (const auto& t : edges)
+  for (std::size_t i = 0; i < edges_.size(); ++i)
+    if (met[i] <= elapsed && std::abs(position_ - edges_[i].edge) <= kRest)
+      position_ = beyond(edges_[i], edges_[i].closed(start));
+  for (const auto& t : edges_)
     if ((watch & t.input) != 0 && t.closed(position_) != t.closed(start)) ran.changed |= t.input;
   ran.position = position_;
   return ran;

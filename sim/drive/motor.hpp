@@ -20,6 +20,15 @@ struct CommandPiece {
 /// Inputs as bits: what a drive can see of its axis.
 enum MotorInput : std::uint32_t { kNegLimit = 1, kPosLimit = 2, kHome = 4, kProbe = 8 };
 
+/// An input, and where on the axis it changes.
+struct Threshold {
+  std::uint32_t input = 0;
+  double edge = 0;
+  bool closed_below = false;  ///< closed at and below the edge; else at and above
+
+  [[nodiscard]] bool closed(double x) const noexcept { return closed_below ? x <= edge : x >= edge; }
+};
+
 struct Ran {
   double elapsed_s = 0;       ///< <= dt; shorter when a watched input changed
   std::uint32_t changed = 0;  ///< bits of the inputs that changed at that instant
@@ -42,7 +51,7 @@ class Motor {
 
   /// The world tells at which coordinate the probe on this axis closes (it closes at and below it); far away when there
   /// is nothing under it.
-  void set_contact(double coordinate) noexcept { contact_ = coordinate; }
+  void set_contact(double coordinate) noexcept { edges_.back().edge = coordinate; }
   /// Script: the axis is held by an obstacle.
   void set_stalled(bool stalled) noexcept { stalled_ = stalled; }
   /// Puts the motor somewhere, at rest; commands still on their way are forgotten.
@@ -59,7 +68,10 @@ class Motor {
   void remember(const CommandPiece& command, double dt) noexcept;
 
   config::SimAxis truth_;
-  double position_ = 0, velocity_ = 0, contact_ = -1e9;
+  static constexpr double kNoContact = -1e9;
+  std::array<Threshold, 4> edges_;  ///< the probe last
+  double position_ = 0, velocity_ = 0;
+  double faded_s_ = -1, faded_ = 0;  ///< e^(-t/lag) of the last t, which is the same in most cycles
   bool stalled_ = false;
   std::array<Delayed, 64> delayed_{};  ///< commands not yet acted on, oldest first; together delay_s long
   std::size_t first_ = 0, waiting_ = 0;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "sim/whole.hpp"
+
 namespace gantry::sim {
 namespace {
 // The control loop of the local copy, loosely that of an ESC (Beckhoff ESC data sheet, section I, 9.1.3.4): a share of
@@ -30,7 +32,7 @@ void DcUnit::power_on(Time now, int bits) noexcept {
 
 void DcUnit::set_drift(double ppm, Time now) noexcept {
   const std::int64_t elapsed = (now - drift_since_).count();
-  local_base_ += static_cast<std::uint64_t>(elapsed + std::llround(drift_ * static_cast<double>(elapsed)));
+  local_base_ += static_cast<std::uint64_t>(elapsed + whole(drift_ * static_cast<double>(elapsed)));
   drift_since_ = now;
   drift_ = ppm * 1e-6;
   schedule(now);
@@ -47,13 +49,13 @@ std::uint64_t DcUnit::system(Time now) const noexcept { return cut(whole_system(
 std::uint64_t DcUnit::whole_system(Time now) const noexcept {
   const std::int64_t elapsed = (now - drift_since_).count();
   const double adjust = correction_ns_ + rate_ * static_cast<double>((now - corrected_at_).count());
-  return local_base_ + static_cast<std::uint64_t>(elapsed + std::llround(drift_ * static_cast<double>(elapsed))) +
-         static_cast<std::uint64_t>(std::llround(adjust)) + offset_ns_;
+  return local_base_ + static_cast<std::uint64_t>(elapsed + whole(drift_ * static_cast<double>(elapsed))) +
+         static_cast<std::uint64_t>(whole(adjust)) + offset_ns_;
 }
 
 std::uint64_t DcUnit::latch(Time now) noexcept {
   if (jitter_ns_ == 0) return local(now);
-  return local(now + Time{std::llround(random_.symmetric(jitter_ns_))});
+  return local(now + Time{whole(random_.symmetric(jitter_ns_))});
 }
 
 void DcUnit::set_offset(std::uint64_t offset_ns, Time now) noexcept {
@@ -72,7 +74,7 @@ void DcUnit::reset_filter(Time now) noexcept {
 }
 
 void DcUnit::receive(std::uint64_t reference_ns, int bits, Time now) noexcept {
-  const Time seen = jitter_ns_ == 0 ? now : now + Time{std::llround(random_.symmetric(jitter_ns_))};
+  const Time seen = jitter_ns_ == 0 ? now : now + Time{whole(random_.symmetric(jitter_ns_))};
   const std::uint64_t mine = system(seen) - delay_ns_;
   const std::int64_t difference = bits == 32 || bits_ == 32
                                       ? static_cast<std::int32_t>(static_cast<std::uint32_t>(mine - reference_ns))
@@ -128,7 +130,7 @@ void DcUnit::schedule(Time now) noexcept {
   constexpr std::int64_t kNeverSoon_ns = 1'000'000'000'000'000'000;  // 31 years: keeps sums of times in range
   const auto soon = std::min(ahead, kNeverSoon_ns);
   const double rate = 1 + drift_ + rate_;
-  next_ = missed_ ? kNever : now + Time{rate == 1.0 ? soon : std::llround(static_cast<double>(soon) / rate)};
+  next_ = missed_ ? kNever : now + Time{rate == 1.0 ? soon : whole(static_cast<double>(soon) / rate)};
 }
 
 }  // namespace gantry::sim

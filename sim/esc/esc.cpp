@@ -13,8 +13,16 @@ namespace {
 
 constexpr std::uint8_t kTypeEt1100 = 0x11;
 constexpr std::uint32_t kDlControlAtStart = 0x0007'0001;  // foreign frames are destroyed, all loops automatic
-constexpr std::uint16_t kWatchdog100ms = 1000;            // 0410h and 0420h, units of 100 us
-constexpr std::uint16_t kSeparateFcsErrors = 0x0080;      // 0008h
+constexpr std::uint16_t kPowerOnValues = 0x0E00;
+constexpr std::uint16_t kWatchdog100ms = 1000;     // 0410h and 0420h, units of 100 us
+constexpr std::uint16_t kFeaturesEt1100 = 0x00F0;  // 0008h: low jitter, link detection, FCS errors apart
+
+/// 0E00h: which ports there are (bits 0 and 1), and that they are MII (one bit each from bit 2 on).
+constexpr std::uint16_t power_on_values(unsigned ports) noexcept {
+  const unsigned third = ports >> 2 & 1, fourth = ports >> 3 & 1;
+  return static_cast<std::uint16_t>((third | fourth << 1) | 0b0011u << 2 | (third | fourth) << 4 |
+                                    (third & fourth) << 5);
+}
 
 }  // namespace
 
@@ -36,16 +44,18 @@ void Esc::power_on(Time now) noexcept {
   const unsigned clock = clock_ == ClockWidth::Bits64   ? kFeatureDc | kFeatureDc64
                          : clock_ == ClockWidth::Bits32 ? unsigned{kFeatureDc}
                                                         : 0u;
-  put<std::uint16_t>(reg::kFeatures, static_cast<std::uint16_t>(kSeparateFcsErrors | clock));
+  put<std::uint16_t>(reg::kFeatures, static_cast<std::uint16_t>(kFeaturesEt1100 | clock));
   // What the ESC loads from its EEPROM (data sheet II, table "ESC configuration area").
   if (sii_.loaded()) {
     put<std::uint16_t>(reg::kStationAlias, sii_.word(sii::kAlias));
-    put<std::uint16_t>(0x0140, sii_.word(sii::kPdiControl));
+    put<std::uint16_t>(0x0140, sii_.word(sii::kPdiControl));  // 0140h and 0141h
     put<std::uint16_t>(0x0150, sii_.word(sii::kPdiConfig));
     put<std::uint16_t>(0x0152, sii_.word(sii::kPdiConfig2));
     if (has_dc()) put<std::uint16_t>(reg::kDcPulseLength, sii_.word(sii::kSyncImpulse));
   }
+  put<std::uint16_t>(kPowerOnValues, power_on_values(ports_));
   put<std::uint32_t>(reg::kDlControl, kDlControlAtStart);
+  update_addresses();
   put<std::uint16_t>(reg::kAlControl, static_cast<std::uint16_t>(AlState::Init));
   put<std::uint16_t>(reg::kAlStatus, static_cast<std::uint16_t>(AlState::Init));
   put<std::uint16_t>(reg::kWatchdogDivider, kWatchdogDivider100us);
@@ -66,6 +76,11 @@ void Esc::power_on(Time now) noexcept {
   irq_ = 0;
   outputs_written_at_ = kNever;
   update_watchdog_limit();
+  reset_written_.reset();
+  reset_progress_ = 0;
+  update_protection();
+  // Without its EEPROM an ESC lets nobody at the process RAM (0110h bit 0).
+  reachable_to_ = sii_.loaded() ? kMemoryBytes : std::size_t{reg::kProcessRam};
   links_ = shut_ports_ = 0;
   update_ports();
   dc_.power_on(now, clock_ == ClockWidth::Bits32 ? 32 : 64);
@@ -76,15 +91,9 @@ void Esc::renew() noexcept {
   dc_ = {};
 }
 
-bool Esc::answers_to(std::uint16_t address) const noexcept {
-  const bool alias_enabled = (get<std::uint8_t>(reg::kDlControl + 3) & 1) != 0;
-  return get<std::uint16_t>(reg::kStationAddress) == address ||
-         (alias_enabled && get<std::uint16_t>(reg::kStationAlias) == address);
-}
-
 bool Esc::read(std::uint16_t ado, std::span<std::byte> out, Time now) noexcept {
   const std::size_t at = ado;
-  if (at >= memory_.size() || out.empty() || out.size() > memory_.size() - at) return false;
+  if (at >= reachable_to_ || out.empty() || out.size() > reachable_to_ - at) return false;
   if (at >= kMemoryFrom) return read_ram(at, out);
   const std::size_t here = std::min(out.size(), kMemoryFrom - at);
   const bool registers = read_registers(at, out.first(here), now);
@@ -94,7 +103,9 @@ bool Esc::read(std::uint16_t ado, std::span<std::byte> out, Time now) noexcept {
 
 bool Esc::write(std::uint16_t ado, std::span<const std::byte> in, Time now) noexcept {
   const std::size_t at = ado;
-  if (at >= memory_.size() || in.empty() || in.size() > memory_.size() - at) return false;
+  if (at >= reachable_to_ || in.empty() || in.size() > reachable_to_ - at) return false;
+  if (at < protected_to_) [[unlikely]]
+    return write_protected(at, in, now);
   if (at >= kMemoryFrom) return write_ram(at, in, now);
   const std::size_t here = std::min(in.size(), kMemoryFrom - at);
   const bool registers = write_registers(at, in.first(here), now);
@@ -118,6 +129,7 @@ void Esc::update_watchdog_limit() noexcept {
   const auto units = get<std::uint16_t>(reg::kWatchdogTimeProcessData);
   const bool triggered = std::any_of(buffers_.begin(), buffers_.end(), [](const Buffer& b) { return b.watched; });
   watchdog_limit_ = kNever;
+  if (units == 0) put<std::uint8_t>(reg::kWatchdogStatusProcessData, 1);  // one that is off has not expired
   if (units == 0 || !triggered) return;
   const std::int64_t unit_ns = (get<std::uint16_t>(reg::kWatchdogDivider) + 2) * std::int64_t{40};
   watchdog_limit_ = Time{unit_ns * units};

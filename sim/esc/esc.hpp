@@ -11,6 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -32,6 +33,8 @@ class Esc {
   /// From here on SyncManagers may lie: the digital outputs and the user RAM, then the process RAM (data sheet
   /// II, 1.1).
   static constexpr std::size_t kMemoryFrom = 0x0F00;
+  /// Between kMemoryFrom and here lie the ESC's own outputs and inputs.
+  static constexpr std::size_t kUserRam = 0x0F80;
 
   enum Event : std::uint32_t {
     kAlControl = 1,             ///< 0120h was written
@@ -41,7 +44,8 @@ class Esc {
     kOutputsWritten = 16,       ///< a process-data SyncManager got its last byte
     kSyncManagersChanged = 32,  ///< 0800h..087Fh were written
     kSync0Changed = 64,         ///< 0981h was written
-    kPortsChanged = 128,        ///< 0101h was written: loops may open or close
+    kPortsChanged = 128,        ///< 0100h..0103h were written: loops may open or close
+    kFrameEnds = 256,           ///< something lasts until the end of the frame: end_frame() is due
   };
 
   Esc(std::vector<std::byte> sii, ClockWidth clock);
@@ -57,15 +61,25 @@ class Esc {
   /// `data` is what the frame carries at `address`; reads replace it, after writes have taken it.
   std::uint16_t logical(devices::wire::Command command, std::uint32_t address, std::span<std::byte> data,
                         Time now) noexcept;
-  [[nodiscard]] bool answers_to(std::uint16_t station_address) const noexcept;
+  [[nodiscard]] bool answers_to(std::uint16_t address) const noexcept {
+    return address == address_ || address == alias_;
+  }
+  /// 0108h: how far from what it reads a read-write command (APRW, FPRW, BRW) writes.
+  [[nodiscard]] std::uint16_t read_write_offset() const noexcept { return get<std::uint16_t>(0x0108); }
+  /// After the frame in which kFrameEnds came up. True: it was the last of the three that reset the station (0040h).
+  bool end_frame() noexcept;
   /// What this station ORs into the IRQ field of every datagram: its events (0210h) under its mask (0200h).
-  [[nodiscard]] std::uint16_t irq() const noexcept;
+  [[nodiscard]] std::uint16_t irq() const noexcept { return irq_; }
 
   // --- The line ---
   /// Ports that exist on this station, bit by port; 0 and 1 unless told otherwise.
   void set_ports(unsigned mask) noexcept { ports_ = mask; }
   /// The cable at a port got or lost its link.
   void set_link(int port, bool up) noexcept;
+  /// 0100h: frames that are no EtherCAT end here; else they pass, and so does the source address of all.
+  [[nodiscard]] bool destroys_foreign_frames() const noexcept {
+    return (get<std::uint8_t>(devices::wire::reg::kDlControl) & 1) != 0;
+  }
   /// Frames go through this port; where it is closed they turn back inside the station.
   [[nodiscard]] bool port_open(int port) const noexcept { return (open_ports_ >> port & 1) != 0; }
   [[nodiscard]] bool link(int port) const noexcept { return (links_ >> port & 1) != 0; }
@@ -139,12 +153,16 @@ class Esc {
   // Registers
   bool read_registers(std::size_t at, std::span<std::byte> out, Time now) noexcept;
   bool write_registers(std::size_t at, std::span<const std::byte> in, Time now) noexcept;
+  bool write_pins(std::size_t at, std::span<const std::byte> in) noexcept;
+  bool write_protected(std::size_t at, std::span<const std::byte> in, Time now) noexcept;
+  void update_protection() noexcept;
   void on_register_write(std::size_t at, std::size_t size, Time now) noexcept;
   void on_clock_write(std::size_t at, std::size_t size, Time now) noexcept;
   void show_clock(Time now) noexcept;
   void latch_receive_times(Time now) noexcept;
   void update_watchdog_limit() noexcept;
   void update_ports() noexcept;
+  void update_addresses() noexcept;
   void update_irq() noexcept;
 
   // RAM and SyncManagers
@@ -176,6 +194,11 @@ class Esc {
   std::uint32_t active_buffers_ = 0;  ///< bit by SyncManager
   std::uint32_t events_ = 0;
   std::uint16_t irq_ = 0;
+  std::size_t protected_to_ = 0;               ///< the bus writes nothing below this
+  std::size_t reachable_to_ = kMemoryBytes;    ///< nor reaches anything from here on
+  std::optional<std::uint8_t> reset_written_;  ///< to 0040h in this frame
+  std::uint8_t reset_progress_ = 0;
+  std::uint16_t address_ = 0, alias_ = 0;  ///< 0010h, and 0012h where that counts; else the same again
   unsigned ports_ = 0b0011, links_ = 0, open_ports_ = 0, shut_ports_ = 0;
   std::array<Time, kPorts> port_times_{};
   Time outputs_written_at_ = kNever, watchdog_limit_ = kNever;

@@ -56,8 +56,12 @@ bool Esc::write_ram(std::size_t at, std::span<const std::byte> in, Time now) noe
     if (i >= 0) {
       any |= write_buffer(i, at + done, part, now);
     } else {
-      std::memcpy(memory_.data() + at + done, part.data(), part.size());
-      any = true;
+      const std::size_t pins = at + done < kUserRam ? std::min(part.size(), kUserRam - at - done) : 0;
+      if (pins > 0) any |= write_pins(at + done, part.first(pins));
+      if (pins < part.size()) {
+        std::memcpy(memory_.data() + at + done + pins, part.data() + pins, part.size() - pins);
+        any = true;
+      }
     }
     done = end - at;
   }

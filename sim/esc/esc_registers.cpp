@@ -10,10 +10,6 @@ using namespace devices::wire;
 
 namespace {
 
-struct Range {
-  std::size_t from, to;  // [from, to)
-};
-
 constexpr bool overlaps(std::size_t at, std::size_t size, std::size_t from, std::size_t length) noexcept {
   return at < from + length && from < at + size;
 }
@@ -22,36 +18,72 @@ constexpr std::uint16_t kEventMask = 0x0200, kEvents = 0x0210, kStationEvents = 
 constexpr std::size_t kForwardedErrors = 0x0308, kUnitErrors = 0x030C, kPdiErrors = 0x030D;
 constexpr std::uint16_t kDlChanged = 1u << 2, kAlChanged = 1u << 3;  // 0210h
 constexpr std::size_t kDcFrom = 0x0900, kDcTo = 0x0A00;
+constexpr std::size_t kEscConfiguration = 0x0141;
 
-// Registers that the bus may write (ESC data sheet, section II, register overview). Of a SyncManager the status (byte
-// 5) and the station's side (byte 7) are not among them, nor what is under way in one that is active.
+// What the bus may write (ESC data sheet, section II, columns "ECAT" of an ET1100), and the bits of it that stay:
+// reserved ones read 0. Anything else takes nothing and does not count. Nor does what is under way in an active
+// SyncManager.
+constexpr std::uint8_t kNobody = 0, kAlways = 1, kWithClock = 2;
+struct Writable {
+  std::uint16_t from, to;  // [from, to)
+  std::uint8_t bits = 0xFF;
+  std::uint8_t needs = kAlways;
+};
 constexpr std::array kWritable{
-    Range{0x0010, 0x0012},                                                // station address
-    Range{0x0100, 0x0104},                                                // DL control
-    Range{0x0120, 0x0122},                                                // AL control
-    Range{0x0200, 0x0202},                                                // event mask
-    Range{0x0300, 0x0314},                                                // error counters: a write clears
-    Range{0x0400, 0x0402}, Range{0x0410, 0x0412}, Range{0x0420, 0x0422},  // watchdogs
-    Range{0x0442, 0x0444},                                                // their counters: a write clears
-    Range{0x0600, 0x0680},                                                // FMMU 0..7
-    Range{0x0800, 0x0840},                                                // SyncManager 0..7
+    Writable{0x0010, 0x0012},        // station address
+    Writable{0x0020, 0x0022, 0x01},  // register write enable, register write protection
+    Writable{0x0030, 0x0032, 0x01},  // ESC write enable, ESC write protection
+    Writable{0x0040, 0x0041},        // reset
+    Writable{0x0100, 0x0101, 0x03},  // DL control: forwarding rule, temporary loops
+    Writable{0x0101, 0x0103},        // DL control: loops, FIFO
+    Writable{0x0103, 0x0104, 0x01},  // DL control: alias
+    Writable{0x0108, 0x010A},        // physical read/write offset
+    Writable{0x0120, 0x0122},        // AL control
+    Writable{0x0200, 0x0202},        // event mask
+    Writable{0x0300, 0x030E},        // error counters: a write clears
+    Writable{0x0310, 0x0314},        // lost links: a write clears
+    Writable{0x0400, 0x0402},        // watchdogs
+    Writable{0x0410, 0x0412},
+    Writable{0x0420, 0x0422},
+    Writable{0x0442, 0x0444},                    // their counters: a write clears
+    Writable{0x0900, 0x0901, 0xFF, kWithClock},  // a write latches the receive times
+    Writable{0x0910, 0x0918, 0xFF, kWithClock},
+    Writable{0x0920, 0x092C, 0xFF, kWithClock},
+    Writable{0x0930, 0x0932, 0xFF, kWithClock},
+    Writable{0x0934, 0x0936, 0x0F, kWithClock},
+    Writable{0x0936, 0x0937, 0x01, kWithClock},
+    Writable{0x0980, 0x0981, 0x31, kWithClock},
+    Writable{0x0981, 0x0982, 0x07, kWithClock},
+    Writable{0x0990, 0x0998, 0xFF, kWithClock},
+    Writable{0x09A0, 0x09A8, 0xFF, kWithClock},
+    Writable{0x09A8, 0x09AA, 0x03, kWithClock},  // latch units
+    Writable{0x0F00, 0x0F04},                    // digital outputs
+    Writable{0x0F10, 0x0F12},                    // general purpose outputs: 16 of them
 };
-constexpr std::array kWritableDc{
-    Range{0x0900, 0x0904}, Range{0x0910, 0x0918}, Range{0x0920, 0x092C}, Range{0x0930, 0x0932},
-    Range{0x0934, 0x0936}, Range{0x0980, 0x0982}, Range{0x0990, 0x0998}, Range{0x09A0, 0x09AA},
-};
+// The same for each FMMU and each SyncManager.
+constexpr std::array<std::uint8_t, kFmmuBytes> kFmmuBits{0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x07,
+                                                         0x07, 0xFF, 0xFF, 0x07, 0x03, 0x01};
+constexpr std::array<std::uint8_t, kSyncManagerBytes> kSyncManagerBits{0xFF, 0xFF, 0xFF, 0xFF, 0x7F, 0x00, 0xC3};
 
-enum : std::uint8_t { kAlways = 1, kWithClock = 2 };
+struct Access {
+  std::uint8_t rights = 0, bits = 0;
+};
 constexpr auto kAccess = [] {
-  std::array<std::uint8_t, Esc::kMemoryFrom> table{};
-  for (const Range& r : kWritable)
-    for (std::size_t i = r.from; i < r.to; ++i) table[i] = kAlways;
-  for (const Range& r : kWritableDc)
-    for (std::size_t i = r.from; i < r.to; ++i) table[i] = kWithClock;
-  for (std::size_t i = reg::kSyncManager0; i < reg::kSyncManager0 + Esc::kSyncManagers * kSyncManagerBytes; ++i)
-    if (i % kSyncManagerBytes == kSmStatusOffset || i % kSyncManagerBytes == 7) table[i] = 0;
+  std::array<Access, Esc::kUserRam> table{};
+  for (const Writable& w : kWritable)
+    for (std::size_t i = w.from; i < w.to; ++i) table[i] = {w.needs, w.bits};
+  const auto repeat = [&](std::size_t at, int times, auto&& pattern) {
+    for (; times > 0; --times)
+      for (const std::uint8_t bits : pattern) table[at++] = {bits != 0 ? kAlways : kNobody, bits};
+  };
+  repeat(reg::kFmmu0, Esc::kFmmus, kFmmuBits);
+  repeat(reg::kSyncManager0, Esc::kSyncManagers, kSyncManagerBits);
   return table;
 }();
+
+constexpr std::uint16_t kRegisterEnable = 0x0020, kRegisterProtection = 0x0021, kEscEnable = 0x0030,
+                        kEscProtection = 0x0031, kReset = 0x0040;
+constexpr std::array<std::uint8_t, 3> kResetSequence{'R', 'E', 'S'};
 
 }  // namespace
 
@@ -94,7 +126,11 @@ void Esc::show_clock(Time now) noexcept {
   if (dc_.sync0_active()) put<std::uint64_t>(reg::kDcStartTime, dc_.next_sync0_system());
 }
 
-std::uint16_t Esc::irq() const noexcept { return irq_; }
+void Esc::update_addresses() noexcept {
+  const bool alias_counts = (get<std::uint8_t>(reg::kDlControl + 3) & 1) != 0;
+  address_ = get<std::uint16_t>(reg::kStationAddress);
+  alias_ = alias_counts ? get<std::uint16_t>(reg::kStationAlias) : address_;
+}
 
 void Esc::update_irq() noexcept {
   irq_ = static_cast<std::uint16_t>(get<std::uint16_t>(kEvents) & get<std::uint16_t>(kEventMask));
@@ -110,27 +146,90 @@ bool Esc::write_registers(std::size_t at, std::span<const std::byte> in, Time no
     const std::size_t to = std::min<std::size_t>(at + in.size(), reg::kSiiConfig + SiiUnit::kRegisterBytes);
     any = sii_.write(from, in.subspan(from - at, to - from), now);
   }
-  const unsigned rights = has_dc() ? kAlways | kWithClock : static_cast<unsigned>(kAlways);
+  const unsigned rights = has_dc() ? kAlways | kWithClock : kAlways;
   bool changed = false;
   for (std::size_t i = 0; i < in.size(); ++i) {
     const std::size_t byte = at + i;
-    if ((kAccess[byte] & rights) == 0) continue;
+    if ((kAccess[byte].rights & rights) == 0) continue;
     if (byte >= reg::kSyncManager0 && byte < reg::kSyncManager0 + kSyncManagers * kSyncManagerBytes &&
         byte % kSyncManagerBytes < kSmStatusOffset &&
         sync_manager_active(static_cast<int>((byte - reg::kSyncManager0) / kSyncManagerBytes)))
       continue;  // where it lies changes only while it is off
     if (dc_.sync0_active() && byte >= reg::kDcStartTime && byte < reg::kDcStartTime + 8u) continue;
-    memory_[byte] = in[i];
+    memory_[byte] = in[i] & std::byte{kAccess[byte].bits};
     changed = true;
   }
   if (changed) on_register_write(at, in.size(), now);
   return any || changed;
 }
 
+/// Outputs of the ESC itself; what lies between them and the user RAM is reserved or an input.
+bool Esc::write_pins(std::size_t at, std::span<const std::byte> in) noexcept {
+  bool any = false;
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    if (kAccess[at + i].rights == 0) continue;
+    memory_[at + i] = in[i];
+    any = true;
+  }
+  return any;
+}
+
+// --- Write protection and reset (data sheet II, 2.3)
+// ----------------------------------------------------------------------------------------------------------
+
+/// Registers 0000h to 0F7Fh, or all there is, until the register that enables writing was written in the same frame.
+void Esc::update_protection() noexcept {
+  const auto closed = [&](std::uint16_t protection, std::uint16_t enable) {
+    if (get<std::uint8_t>(protection) == 0) put<std::uint8_t>(enable, 0);
+    return get<std::uint8_t>(protection) != 0 && get<std::uint8_t>(enable) == 0;
+  };
+  const bool registers = closed(kRegisterProtection, kRegisterEnable);
+  protected_to_ = closed(kEscProtection, kEscEnable) ? kMemoryBytes : registers ? kUserRam : 0;
+}
+
+bool Esc::write_protected(std::size_t at, std::span<const std::byte> in, Time now) noexcept {
+  const bool all = protected_to_ > kUserRam;
+  const auto open = [&](std::size_t byte) {
+    return byte == kEscEnable || (!all && (byte == kRegisterEnable || byte >= kUserRam));
+  };
+  std::size_t i = 0;
+  while (i < in.size() && !open(at + i)) ++i;
+  if (i == in.size()) return false;
+  if (at + i >= kUserRam) return write_ram(at + i, in.subspan(i), now);
+  write_registers(at + i, in.subspan(i, 1), now);
+  if (i + 1 < in.size()) write(static_cast<std::uint16_t>(at + i + 1), in.subspan(i + 1), now);
+  return true;
+}
+
+bool Esc::end_frame() noexcept {
+  const bool goes_on = reset_written_ && *reset_written_ == kResetSequence[reset_progress_];
+  reset_written_.reset();
+  reset_progress_ = static_cast<std::uint8_t>(goes_on ? reset_progress_ + 1 : 0);
+  if (reset_progress_ == kResetSequence.size()) return true;
+  put<std::uint8_t>(kReset, reset_progress_);
+  if (reset_progress_ > 0) events_ |= kFrameEnds;  // any frame that does not go on with the sequence ends it
+  put<std::uint8_t>(kRegisterEnable, 0);
+  put<std::uint8_t>(kEscEnable, 0);
+  update_protection();
+  return false;
+}
+
 void Esc::on_register_write(std::size_t at, std::size_t size, Time now) noexcept {
   if (at >= kDcFrom) return on_clock_write(at, size, now);
   const auto hit = [&](std::size_t from, std::size_t length) { return overlaps(at, size, from, length); };
   const auto clear = [&](std::size_t from, std::size_t length) { std::memset(memory_.data() + from, 0, length); };
+  if (at <= kReset) {
+    // What is written to the enabling registers does not matter, that it is written does.
+    if (hit(kRegisterEnable, 1)) put<std::uint8_t>(kRegisterEnable, 1), events_ |= kFrameEnds;
+    if (hit(kEscEnable, 1)) put<std::uint8_t>(kEscEnable, 1), events_ |= kFrameEnds;
+    if (hit(kRegisterEnable, 2) || hit(kEscEnable, 2)) update_protection();
+    if (hit(kReset, 1)) {
+      reset_written_ = get<std::uint8_t>(kReset);
+      put<std::uint8_t>(kReset, reset_progress_);
+      events_ |= kFrameEnds;
+    }
+  }
+  if (hit(reg::kStationAddress, 2) || hit(reg::kDlControl, 4)) update_addresses();
   if (hit(reg::kDlControl, 4)) {
     if (hit(reg::kDlControl + 1, 1)) shut_ports_ = 0;  // what closed itself opens again
     update_ports();
@@ -209,6 +308,7 @@ void Esc::set_link(int port, bool up) noexcept {
 void Esc::update_ports() noexcept {
   const auto control = get<std::uint8_t>(reg::kDlControl + 1);
   unsigned status = (sii_.loaded() ? 1u : 0u) | 2u;
+  if ((get<std::uint8_t>(kEscConfiguration) & 0xF2) != 0) status |= 4u;  // enhanced link detection, at one port or all
   open_ports_ = 0;
   for (int port = 0; port < kPorts; ++port) {
     const bool up = link(port);

@@ -62,6 +62,7 @@ bool SiiUnit::write(std::size_t at, std::span<const std::byte> in, Time now) noe
       any = true;
       continue;
     }
+    if (byte >= kDataAt + 2) continue;  // a word is what it writes; the others are read only
     // The bus reaches the rest only while it owns the EEPROM and no command runs.
     if ((owner() & kOwnedByStation) != 0 || running_ != 0) continue;
     any = true;

@@ -13,6 +13,7 @@ struct StationTiming {
   Time sii_read = microseconds(100);    ///< one read command of the SII, 8 bytes
   Time sii_write = milliseconds(2);     ///< one word
   Time sii_reload = milliseconds(1);    ///< the configuration area
+  Time restart = milliseconds(100);     ///< after a reset by 0040h, until its ports have a link again
 };
 
 }  // namespace gantry::sim

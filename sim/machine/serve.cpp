@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 #include <memory>
+#include <mutex>
 #include <poll.h>
 #include <pthread.h>
 #include <string>
@@ -14,34 +15,53 @@
 #include "devices/raw_socket_port.hpp"
 #include "sim/machine/world_server.hpp"
 #include "sim/segment/delay_line.hpp"
+#include "sim/world/priority_mutex.hpp"
 
 namespace gantry::sim {
 
 namespace {
 
-/// Answers frames like a ring of stations until `stop`; time passes for the stations without frames too, so that their
-/// watchdogs notice a master that is gone. What is too long for a frame, or no EtherCAT, goes by unanswered.
-void answer_frames(devices::FramePort& wire, VirtualMachine& world, const Clock& clock, const std::atomic<bool>& stop) {
-  // Longer than a master's cycle: a wait that runs out just when the next frame is due would delay that frame.
-  constexpr Time kPatience = milliseconds(5);
+/// The virtual machine between the thread that answers frames and the one that lets time pass.
+struct Shared {
+  VirtualMachine& world;
+  Clock& clock;
+  const std::atomic<bool>& stop;
+  PriorityMutex mutex;
+};
+
+/// Answers frames like a ring of stations. What is too long for a frame, or no EtherCAT, goes by unanswered.
+void answer_frames(devices::FramePort& wire, Shared& shared) {
+  constexpr Time kLook = milliseconds(100);                   // for `stop`
   std::array<std::byte, 2 * devices::kMaxFrameBytes> buffer;  // an oversize frame must not look like a whole one
   const auto late = std::make_unique<DelayLine>();            // what a script holds back
-  while (!stop) {
-    const auto got = wire.receive(buffer, std::min(clock.now() + kPatience, late->next()));
+  while (!shared.stop) {
+    const auto got = wire.receive(buffer, std::min(shared.clock.now() + kLook, late->next()));
     if (got.size > 0 && got.size <= devices::kMaxFrameBytes) {
       const std::span frame(buffer.data(), got.size);
-      if (world.answer(frame)) {
-        const FrameFate& fate = world.fate();
-        const bool at_once = !fate.held && !fate.duplicate && fate.delay == Time{0} && late->empty();
-        if (at_once)
-          wire.send(got.port, frame);
-        else
-          late->put(frame, clock.now(), fate);
-      }
-    } else if (got.size == 0) {
-      world.pass_time();
+      std::unique_lock lock(shared.mutex);
+      const bool back = shared.world.answer(frame);
+      const FrameFate fate = shared.world.fate();
+      lock.unlock();
+      const bool at_once = !fate.held && !fate.duplicate && fate.delay == Time{0} && late->empty();
+      if (back && at_once)
+        wire.send(got.port, frame);
+      else if (back)
+        late->put(frame, shared.clock.now(), fate);
     }
-    for (; late->next() <= clock.now(); late->pop()) wire.send(devices::PortIndex::Primary, late->front());
+    for (; late->next() <= shared.clock.now(); late->pop()) wire.send(devices::PortIndex::Primary, late->front());
+  }
+}
+
+/// Cycles of the stations happen when they are due, and not only when the next frame asks for them: that frame finds
+/// them done, and the stations' watchdogs notice a master that is gone.
+void let_time_pass(Shared& shared) {
+  constexpr Time kPatience = milliseconds(5);  // a frame may have brought the next one nearer
+  while (!shared.stop) {
+    std::unique_lock lock(shared.mutex);
+    shared.world.pass_time();
+    const Time next = shared.world.next_tick();
+    lock.unlock();
+    shared.clock.sleep_until(std::min(shared.clock.now() + kPatience, next));
   }
 }
 
@@ -86,11 +106,17 @@ Result<void> serve(const config::Machine& machine, const ServeOptions& options, 
   }
   std::thread script;
   if (options.script_on_stdin) script = std::thread([&] { read_script_lines(**world, stop); });
+  Shared shared{**world, clock, stop, {}};
+  std::thread time([&] {
+    ask_for_priority();
+    let_time_pass(shared);
+  });
   std::thread bus([&] {
     ask_for_priority();
-    answer_frames(**wire, **world, clock, stop);
+    answer_frames(**wire, shared);
   });
   bus.join();
+  time.join();
   if (script.joinable()) script.join();
   return {};
 }

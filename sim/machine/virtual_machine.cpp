@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/rt/trap.hpp"
+#include "devices/passing_port.hpp"
 #include "sim/script/script.hpp"
 #include "sim/segment/can_segment.hpp"
 #include "sim/segment/segment.hpp"
@@ -137,7 +138,9 @@ class Wiring final : public WorldHook {
       case ActionKind::HeedWrites: segment_.ignore_writes(a.station, std::nullopt); break;
       case ActionKind::SetObject: segment_.set_object(a.station, a.object, std::llround(a.amount)); break;
       case ActionKind::DriveFault: segment_.drive_fault(a.axis, static_cast<int>(a.count), a.code); break;
-      case ActionKind::PowerCycle: segment_.power_cycle(a.station); break;
+      case ActionKind::PowerOff: segment_.power_off(a.station); break;
+      case ActionKind::PowerOn: segment_.power_on(a.station); break;
+      case ActionKind::PowerCycle: segment_.power_cycle(a.station, a.hold); break;
       case ActionKind::Stall:
       case ActionKind::Release:
         for (const Drive& d : drives_)
@@ -163,21 +166,16 @@ class Wiring final : public WorldHook {
 };
 
 /// The segment's port, with scripts between its frames.
-class ScriptedPort final : public devices::FramePort {
+class ScriptedPort final : public devices::PassingPort {
  public:
-  ScriptedPort(SegmentPort& port, Wiring& wiring) : port_(port), wiring_(wiring) {}
+  ScriptedPort(SegmentPort& port, Wiring& wiring) : PassingPort(port), wiring_(wiring) {}
   bool send(devices::PortIndex port, std::span<const std::byte> frame) noexcept override {
     const rt::Outside world;  // scripts and the world are not held to the loop's rules
     wiring_.do_due();
     return port_.send(port, frame);
   }
-  devices::Received receive(std::span<std::byte> buffer, Time deadline) noexcept override {
-    return port_.receive(buffer, deadline);
-  }
-  [[nodiscard]] bool link_up(devices::PortIndex port) const noexcept override { return port_.link_up(port); }
 
  private:
-  SegmentPort& port_;
   Wiring& wiring_;
 };
 
@@ -244,6 +242,8 @@ void VirtualMachine::pass_time() {
   parts_->segment.advance();
 }
 
+Time VirtualMachine::next_tick() const { return parts_->segment.next_tick(); }
+
 vision::Camera& VirtualMachine::camera() { return parts_->world.camera(); }
 
 Result<void> VirtualMachine::load_board(const recipes::Recipe& recipe) { return load_board(board_plan(recipe)); }
@@ -259,6 +259,7 @@ Result<std::vector<Collision>> VirtualMachine::collisions() { return parts_->wor
 Result<void> VirtualMachine::write_deposits(const std::string& path) {
   return write_csv(parts_->world.deposits(), path);
 }
+Result<std::vector<std::string>> VirtualMachine::script_left() { return parts_->world.script_left(); }
 Result<std::string> VirtualMachine::placement() { return parts_->world.placement(); }
 
 Result<void> VirtualMachine::add_script(std::string_view yaml) {

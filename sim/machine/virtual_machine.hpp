@@ -44,6 +44,8 @@ class VirtualMachine final : public WorldAccess {
   [[nodiscard]] const FrameFate& fate() const;
   /// No frame came: time passes for the stations all the same.
   void pass_time();
+  /// When it should be called next, so that the frame which comes then finds the stations' cycle done.
+  [[nodiscard]] Time next_tick() const;
 
   vision::Camera& camera() override;
   Result<void> load_board(const recipes::Recipe& recipe) override;
@@ -57,6 +59,7 @@ class VirtualMachine final : public WorldAccess {
   Result<void> write_deposits(const std::string& path) override;
   Result<std::string> placement() override;
   Result<void> add_script(std::string_view yaml) override;
+  Result<std::vector<std::string>> script_left() override;
 
  private:
   struct Parts;

@@ -138,5 +138,8 @@ Result<std::string> WorldClient::placement() { return value<std::string>(link_->
 Result<void> WorldClient::add_script(std::string_view yaml) {
   return done(link_->ask({{"do", "add_script"}, {"yaml", yaml}}));
 }
+Result<std::vector<std::string>> WorldClient::script_left() {
+  return value<std::vector<std::string>>(link_->ask({{"do", "script_left"}}));
+}
 
 }  // namespace gantry::sim

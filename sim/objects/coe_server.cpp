@@ -18,7 +18,7 @@ constexpr std::size_t kLongestObject = 4096;  // a download announced as longer 
 void CoeServer::reset() noexcept {
   replies_.clear();
   transfer_ = {};
-  last_request_counter_ = 0;
+  last_request_counter_ = reply_counter_ = 0;
 }
 
 CoeServer::Bytes CoeServer::next() {

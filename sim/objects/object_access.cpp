@@ -1,4 +1,4 @@
-// ObjectDictionary: an index as a whole - what it is, and complete access to it.
+// ObjectDictionary: complete access, to an index as a whole.
 #include <algorithm>
 
 #include "devices/wire/coe.hpp"
@@ -9,43 +9,6 @@ namespace gantry::sim {
 using config::ObjectAddress;
 using config::ObjectType;
 namespace abort_code = devices::wire::abort_code;
-
-namespace {
-constexpr std::uint16_t kPdoMapping = 0x0021, kIdentity = 0x0023;  // data types of records (CiA 301, 7.4.7.1)
-}
-
-std::uint16_t base_type(ObjectType type) noexcept {
-  switch (type) {
-    case ObjectType::Bool: return 0x0001;
-    case ObjectType::I8: return 0x0002;
-    case ObjectType::I16: return 0x0003;
-    case ObjectType::I32: return 0x0004;
-    case ObjectType::U8: return 0x0005;
-    case ObjectType::U16: return 0x0006;
-    case ObjectType::U32: return 0x0007;
-    case ObjectType::String: return 0x0009;
-  }
-  return 0;
-}
-
-ObjectShape ObjectDictionary::shape(std::uint16_t of) const {
-  const auto subs = index(of);
-  if (subs.empty()) return {};
-  if (subs.size() == 1 && subs[0].address.sub == 0) return {ObjectCode::Var, base_type(subs[0].type), subs[0].name};
-  const auto elements = subs.subspan(1);
-  const bool alike = std::all_of(elements.begin(), elements.end(), [&](const Object& o) {
-    return o.type == elements[0].type && o.name == elements[0].name;
-  });
-  if (of == 0x1018) return {ObjectCode::Record, kIdentity, "identity"};
-  if (subs[0].rule == ObjectRule::Mapping)
-    return {ObjectCode::Record, kPdoMapping, of < 0x1A00 ? "RxPDO mapping" : "TxPDO mapping"};
-  if (alike) return {ObjectCode::Array, base_type(elements[0].type), elements[0].name};
-  const std::string name = of == 0x1C32   ? "output SyncManager parameters"
-                           : of == 0x1C33 ? "input SyncManager parameters"
-                           : of == 0x10F1 ? "error settings"
-                                          : elements[0].name;
-  return {ObjectCode::Record, 0, name};
-}
 
 std::uint32_t ObjectDictionary::read_complete(ObjectAddress from, std::vector<std::byte>& out) const {
   const auto subs = index(from.index);

@@ -26,20 +26,6 @@ std::size_t size_of(ObjectType type) noexcept {
   return 0;
 }
 
-std::int64_t fit(ObjectType type, std::int64_t value) noexcept {
-  switch (type) {
-    case ObjectType::Bool: return value & 1;
-    case ObjectType::I8: return static_cast<std::int8_t>(value);
-    case ObjectType::U8: return static_cast<std::uint8_t>(value);
-    case ObjectType::I16: return static_cast<std::int16_t>(value);
-    case ObjectType::U16: return static_cast<std::uint16_t>(value);
-    case ObjectType::I32: return static_cast<std::int32_t>(value);
-    case ObjectType::U32: return static_cast<std::uint32_t>(value);
-    case ObjectType::String: break;
-  }
-  return value;
-}
-
 namespace {
 
 constexpr std::uint16_t kStoreParameters = 0x1010;

@@ -43,7 +43,19 @@ struct Object {
 /// Bytes of a number on the wire; 0 for strings.
 std::size_t size_of(config::ObjectType type) noexcept;
 /// The value as an object of this type holds it: cut to its width, sign-extended where it is signed.
-std::int64_t fit(config::ObjectType type, std::int64_t value) noexcept;
+inline std::int64_t fit(config::ObjectType type, std::int64_t value) noexcept {
+  switch (type) {
+    case config::ObjectType::Bool: return value & 1;
+    case config::ObjectType::I8: return static_cast<std::int8_t>(value);
+    case config::ObjectType::U8: return static_cast<std::uint8_t>(value);
+    case config::ObjectType::I16: return static_cast<std::int16_t>(value);
+    case config::ObjectType::U16: return static_cast<std::uint16_t>(value);
+    case config::ObjectType::I32: return static_cast<std::int32_t>(value);
+    case config::ObjectType::U32: return static_cast<std::uint32_t>(value);
+    case config::ObjectType::String: break;
+  }
+  return value;
+}
 
 /// Objects that a station keeps without its supply.
 using Kept = std::map<config::ObjectAddress, std::int64_t>;

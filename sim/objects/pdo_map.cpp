@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "devices/wire/bytes.hpp"
 #include "devices/wire/cia402.hpp"
 #include "devices/wire/coe.hpp"
 
@@ -11,6 +12,8 @@ using config::PdoEntry;
 using config::PdoRow;
 namespace abort_code = devices::wire::abort_code;
 namespace cia402 = devices::wire::cia402;
+using devices::wire::get_le;
+using devices::wire::put_le;
 
 std::uint32_t mapping_entry(const PdoEntry& e) noexcept {
   return static_cast<std::uint32_t>(e.address.index) << 16 | static_cast<std::uint32_t>(e.address.sub) << 8 |
@@ -119,7 +122,11 @@ PdoMap PdoMap::build(ObjectDictionary& objects, PdoDirection direction) {
       const auto entry = mapped(static_cast<std::uint32_t>(objects.value({pdo, static_cast<std::uint8_t>(k)})));
       Object* object = entry.address.index != 0 ? objects.find(entry.address) : nullptr;
       map.complete_ = map.complete_ && (object != nullptr || entry.address.index == 0);
-      if (object != nullptr) map.fields_.push_back({object, static_cast<std::uint32_t>(map.bits_), entry.bit_length});
+      const bool whole =
+          map.bits_ % 8 == 0 && (entry.bit_length == 8 || entry.bit_length == 16 || entry.bit_length == 32);
+      if (object != nullptr)
+        map.fields_.push_back({object, static_cast<std::uint32_t>(map.bits_), entry.bit_length,
+                               static_cast<std::uint8_t>(whole ? entry.bit_length / 8 : 0)});
       map.bits_ += entry.bit_length;
     }
   }
@@ -129,12 +136,13 @@ PdoMap PdoMap::build(ObjectDictionary& objects, PdoDirection direction) {
 void PdoMap::unpack(std::span<const std::byte> image) const noexcept {
   for (const Field& f : fields_) {
     std::uint64_t raw = 0;
-    if ((f.bit & 7) == 0 && (f.bits & 7) == 0) {
-      for (std::uint32_t i = 0; i < f.bits / 8u; ++i)
-        raw |= std::to_integer<std::uint64_t>(image[f.bit / 8 + i]) << (8 * i);
-    } else {
-      for (std::uint32_t i = 0; i < f.bits; ++i)
-        raw |= (std::to_integer<std::uint64_t>(image[(f.bit + i) / 8]) >> ((f.bit + i) & 7) & 1) << i;
+    switch (f.whole) {
+      case 1: raw = get_le<std::uint8_t>(image, f.bit / 8); break;
+      case 2: raw = get_le<std::uint16_t>(image, f.bit / 8); break;
+      case 4: raw = get_le<std::uint32_t>(image, f.bit / 8); break;
+      default:
+        for (std::uint32_t i = 0; i < f.bits; ++i)
+          raw |= (std::to_integer<std::uint64_t>(image[(f.bit + i) / 8]) >> ((f.bit + i) & 7) & 1) << i;
     }
     f.object->value = fit(f.object->type, static_cast<std::int64_t>(raw));
   }
@@ -143,15 +151,16 @@ void PdoMap::unpack(std::span<const std::byte> image) const noexcept {
 void PdoMap::pack(std::span<std::byte> image) const noexcept {
   for (const Field& f : fields_) {
     const auto raw = static_cast<std::uint64_t>(f.object->value);
-    if ((f.bit & 7) == 0 && (f.bits & 7) == 0) {
-      for (std::uint32_t i = 0; i < f.bits / 8u; ++i)
-        image[f.bit / 8 + i] = static_cast<std::byte>(raw >> (8 * i) & 0xFF);
-    } else {
-      for (std::uint32_t i = 0; i < f.bits; ++i) {
-        const auto mask = static_cast<std::byte>(1u << ((f.bit + i) & 7));
-        std::byte& b = image[(f.bit + i) / 8];
-        b = (raw >> i & 1) != 0 ? b | mask : b & ~mask;
-      }
+    switch (f.whole) {
+      case 1: put_le<std::uint8_t>(image, f.bit / 8, static_cast<std::uint8_t>(raw)); break;
+      case 2: put_le<std::uint16_t>(image, f.bit / 8, static_cast<std::uint16_t>(raw)); break;
+      case 4: put_le<std::uint32_t>(image, f.bit / 8, static_cast<std::uint32_t>(raw)); break;
+      default:
+        for (std::uint32_t i = 0; i < f.bits; ++i) {
+          const auto mask = static_cast<std::byte>(1u << ((f.bit + i) & 7));
+          std::byte& b = image[(f.bit + i) / 8];
+          b = (raw >> i & 1) != 0 ? b | mask : b & ~mask;
+        }
     }
   }
 }

@@ -100,7 +100,11 @@ const std::vector<ActionRow>& actions() {
         config::integer("drive", &E::count, {0, 1}, kOptional, "which side of a gantry axis")}},
       {"stall", ActionKind::Stall, {axis}},
       {"release", ActionKind::Release, {axis}},
-      {"power_cycle", ActionKind::PowerCycle, {station}},
+      {"power_off", ActionKind::PowerOff, {station}},
+      {"power_on", ActionKind::PowerOn, {station}},
+      {"power_cycle",
+       ActionKind::PowerCycle,
+       {station, config::number("dark", &E::hold_s, Dimension::Time, {1e-3, 3600}, kOptional, "how long it is off")}},
       {"remove_mark", ActionKind::RemoveMark, {name}},
       {"move_mark",
        ActionKind::MoveMark,
@@ -242,6 +246,7 @@ void read_entry(const Node& node, const config::Machine& machine, Mistakes& mist
   config::read_object(node, fields, e, node.place, mistakes);
   ScriptEntry entry;
   entry.where = fmt::format("{}:{}:{}", mistakes.file(), node.place.line, node.place.column);
+  entry.text = fmt::format("{} at {}", row->name, e.at.given() ? e.at.value : "once");
   Action& a = entry.action;
   a.kind = row->kind;
   a.name = e.name.value;

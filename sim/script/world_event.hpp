@@ -52,7 +52,9 @@ enum class ActionKind : std::uint8_t {
   DriveFault,  ///< `axis` raises `code`, in its drive number `count`
   Stall,       ///< `axis` is held by an obstacle; until Release
   Release,
-  PowerCycle,  ///< `station` loses its supply for a moment
+  PowerOff,  ///< `station` loses its supply, until PowerOn
+  PowerOn,
+  PowerCycle,  ///< ... and has it back after `hold`
   // of the world
   RemoveMark,      ///< `name`
   MoveMark,        ///< `name` by `at`
@@ -86,6 +88,7 @@ struct ScriptEntry {
   Trigger trigger;
   Action action;
   std::string where;  ///< "crash.yaml:3:3"
+  std::string text;   ///< "lose_frames at cycle 12000"
 };
 
 }  // namespace gantry::sim

@@ -82,10 +82,15 @@ Segment::~Segment() = default;
 
 void Segment::advance() noexcept { advance_to(clock_.now()); }
 
+Time Segment::next_tick() const noexcept {
+  Time tick = kNever;
+  for (const auto& s : ring_) tick = std::min(tick, s->next_tick());
+  return tick;
+}
+
 void Segment::advance_to(Time now) noexcept {
   for (;;) {
-    Time tick = kNever;
-    for (const auto& s : ring_) tick = std::min(tick, s->next_tick());
+    const Time tick = next_tick();
     const auto back = std::min_element(power_returns_.begin(), power_returns_.end());
     if (back != power_returns_.end() && *back <= std::min(tick, now)) {
       const Time at = *back;

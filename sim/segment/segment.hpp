@@ -57,6 +57,8 @@ class Segment {
   /// Brings every station up to clock.now() without a frame: for a host that nobody talks to, and before the world is
   /// read.
   void advance() noexcept;
+  /// When advance() has something to do next: a cycle of a station. kNever: no station has power.
+  [[nodiscard]] Time next_tick() const noexcept;
 
   // --- The plant, for the world ---
   /// `drive`: place in config::Axis::drives (a gantry axis has two). Axes that are not on this segment have no motor:
@@ -144,8 +146,9 @@ class Segment {
     Station* station = nullptr;
     Time entry{};
   };
-  std::vector<Hop> route_;           ///< in the order in which a frame passes
-  bool route_ends_nowhere_ = false;  ///< an open port without a cable: frames do not come back
+  std::vector<Hop> route_;              ///< in the order in which a frame passes
+  bool route_ends_nowhere_ = false;     ///< an open port without a cable: frames do not come back
+  bool passes_foreign_frames_ = false;  ///< every station on the way lets them through (0100h)
   Time round_trip_{};
   std::vector<bool> link_cut_;       ///< by link
   std::vector<Time> power_returns_;  ///< by position; kNever: it is not to return by itself

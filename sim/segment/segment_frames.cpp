@@ -13,21 +13,33 @@ using namespace devices::wire;
 
 namespace {
 
-bool is_ethercat(std::span<const std::byte> frame) noexcept {
-  return frame.size() >= kFrameHeader && frame[12] == std::byte{kEtherType >> 8} &&
-         frame[13] == std::byte{kEtherType & 0xFF};
+constexpr std::size_t kTag = 4;            // IEEE 802.1Q
+constexpr std::uint16_t kTagged = 0x8100;  // big-endian on the wire
+
+bool has_type(std::span<const std::byte> frame, std::size_t at, std::uint16_t type) noexcept {
+  return frame.size() >= at + 4 && frame[at] == static_cast<std::byte>(type >> 8) &&
+         frame[at + 1] == static_cast<std::byte>(type & 0xFF);
 }
 
-/// Bytes of the datagrams behind the two headers; 0: this is no frame that a ring would answer.
-std::size_t datagram_bytes(std::span<const std::byte> frame) noexcept {
-  if (frame.size() < kFrameHeader + kDatagramHeader + kWorkingCounter || frame.size() > devices::kMaxFrameBytes)
+/// Where the datagrams of an EtherCAT frame begin; 0: it is none. A VLAN tag is passed over and not looked at (ESC data
+/// sheet I, 2.1).
+std::size_t datagrams_at(std::span<const std::byte> frame) noexcept {
+  constexpr std::size_t kType = kEthernetHeader - 2;
+  if (has_type(frame, kType, kEtherType)) return kFrameHeader;
+  if (has_type(frame, kType, kTagged) && has_type(frame, kType + kTag, kEtherType)) return kFrameHeader + kTag;
+  return 0;
+}
+
+/// Bytes of the datagrams from `begin` on; 0: no ring would answer this.
+std::size_t datagram_bytes(std::span<const std::byte> frame, std::size_t begin) noexcept {
+  if (frame.size() < begin + kDatagramHeader + kWorkingCounter ||
+      frame.size() - begin > devices::kMaxFrameBytes - kFrameHeader)
     return 0;
-  if (!is_ethercat(frame)) return 0;
-  const auto header = get_le<std::uint16_t>(frame, kEthernetHeader);
+  const auto header = get_le<std::uint16_t>(frame, begin - kEtherCatHeader);
   const std::size_t length = header & kLengthMask;
-  if (header >> 12 != kTypeDatagrams || length > frame.size() - kFrameHeader) return 0;
-  std::size_t at = kFrameHeader;
-  const std::size_t end = kFrameHeader + length;
+  if (header >> 12 != kTypeDatagrams || length > frame.size() - begin) return 0;
+  std::size_t at = begin;
+  const std::size_t end = begin + length;
   for (bool more = true; more;) {
     if (end - at < kDatagramHeader + kWorkingCounter) return 0;
     const DatagramHeader h = get_datagram_header(frame.subspan(at));
@@ -41,11 +53,13 @@ std::size_t datagram_bytes(std::span<const std::byte> frame) noexcept {
 }  // namespace
 
 bool Segment::process(std::span<std::byte> frame) noexcept {
-  const std::size_t length = datagram_bytes(frame);
+  const std::size_t begin = datagrams_at(frame);
+  const std::size_t length = begin > 0 ? datagram_bytes(frame, begin) : 0;
   const Time now = clock_.now();
   if (length == 0) {
-    if (is_ethercat(frame))
-      for (const Hop& hop : route_) hop.station->esc().count_error(Esc::FrameError::ProcessingUnit, 0);
+    fate_ = {};
+    if (begin == 0) return frame.size() >= kEthernetHeader && passes_foreign_frames_ && !route_ends_nowhere_;
+    for (const Hop& hop : route_) hop.station->esc().count_error(Esc::FrameError::ProcessingUnit, 0);
     return false;
   }
   advance_to(now);
@@ -56,8 +70,8 @@ bool Segment::process(std::span<std::byte> frame) noexcept {
     count_hit(fate_.hit_at);
     return false;
   }
-  frame[6] |= std::byte{kProcessedMacBit};
-  for (std::size_t at = kFrameHeader; at < kFrameHeader + length;) {
+  if (!passes_foreign_frames_) frame[6] |= std::byte{kProcessedMacBit};
+  for (std::size_t at = begin; at < begin + length;) {
     const DatagramHeader h = get_datagram_header(frame.subspan(at));
     const std::size_t data = at + kDatagramHeader, counter = data + h.length;
     serve_datagram(frame.subspan(at, kDatagramHeader), frame.subspan(data, h.length),
@@ -65,12 +79,16 @@ bool Segment::process(std::span<std::byte> frame) noexcept {
     at = counter + kWorkingCounter;
     if (!h.more) break;
   }
-  bool ports_changed = false;
-  for (const Hop& hop : route_) ports_changed |= hop.station->serve(now);
+  bool way_changed = false;
+  for (const Hop& hop : route_) way_changed |= hop.station->serve(now);
   const bool back = !route_ends_nowhere_;
-  if (ports_changed) update_links();
+  if (way_changed) {
+    for (int i = 0; i < station_count(); ++i)
+      if (const auto dark = station(i).take_restart()) power_cycle(ids_[static_cast<std::size_t>(i)], *dark);
+    update_links();
+  }
   ++frames_;
-  if (fate_.header) spoil_header(frame.first(kFrameHeader + length));
+  if (fate_.header) spoil_header(frame.first(begin + length));
   return back;
 }
 
@@ -89,11 +107,12 @@ void Segment::serve_datagram(std::span<std::byte> header, std::span<std::byte> d
   const auto write = [&](Esc& esc, Time at) {
     wkc = static_cast<std::uint16_t>(wkc + (esc.write(ado, data, at) ? kWkcWrite : 0));
   };
+  const auto shifted = [&](const Esc& esc) { return static_cast<std::uint16_t>(ado + esc.read_write_offset()); };
   // Reads what was there and writes what came.
   const auto exchange = [&](Esc& esc, Time at) {
     std::memcpy(mine.data(), data.data(), data.size());
     if (esc.read(ado, data, at)) wkc = static_cast<std::uint16_t>(wkc + kWkcReadWriteRead);
-    if (esc.write(ado, mine, at)) wkc = static_cast<std::uint16_t>(wkc + kWkcReadWriteWrite);
+    if (esc.write(shifted(esc), mine, at)) wkc = static_cast<std::uint16_t>(wkc + kWkcReadWriteWrite);
   };
   const auto read_or = [&](Esc& esc, Time at) {
     std::memset(mine.data(), 0, mine.size());  // what lies under a closed SyncManager adds nothing
@@ -138,7 +157,7 @@ void Segment::serve_datagram(std::span<std::byte> header, std::span<std::byte> d
         std::array<std::byte, devices::kMaxFrameBytes> came;
         std::memcpy(came.data(), data.data(), data.size());
         read_or(esc, at);
-        if (esc.write(ado, std::span(came).first(data.size()), at))
+        if (esc.write(shifted(esc), std::span(came).first(data.size()), at))
           wkc = static_cast<std::uint16_t>(wkc + kWkcReadWriteWrite);
         break;
       }

@@ -69,6 +69,9 @@ void Segment::update_links() noexcept {
   route_ends_nowhere_ = false;
   round_trip_ = Time{0};
   if (station_count() > 0 && joined(0)) round_trip_ = trace(0, Time{0});
+  passes_foreign_frames_ = !route_.empty() && std::none_of(route_.begin(), route_.end(), [](const Hop& hop) {
+    return hop.station->esc().destroys_foreign_frames();
+  });
 }
 
 /// The frame enters a station through port 0, goes out and back through each open port, and leaves as it came. Returns

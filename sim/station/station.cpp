@@ -28,6 +28,8 @@ Station::Station(const config::Station& config, std::uint32_t serial, std::vecto
       rows_(sync_managers(config.profile)),
       esc_(sii_image(config.profile, config.alias, serial), clock_of(config.profile)),
       objects_(config.profile, serial, &kept_),
+      error_register_(objects_.find({0x1001, 0})),
+      missed_most_(objects_.find({0x10F1, 2})),
       drives_(wiring_.size()) {
   for (int i = 0; i < static_cast<int>(rows_.size()); ++i) switch (rows_[static_cast<std::size_t>(i)].kind) {
       case SyncManagerKind::MailboxOut: mailbox_out_ = i; break;
@@ -38,7 +40,7 @@ Station::Station(const config::Station& config, std::uint32_t serial, std::vecto
 }
 
 void Station::power_on(Time now) {
-  powered_ = true;
+  powered_ = true, restart_ = false;
   for (auto& drive : drives_) drive.reset();
   objects_.power_on();
   coe_ = std::make_unique<CoeServer>(objects_, has_mailbox() ? rows_[static_cast<std::size_t>(mailbox_in_)].length : 0);
@@ -97,11 +99,10 @@ void Station::latch(Time at) noexcept {
   next_free_run_ = (at / kFreeRun + 1) * kFreeRun;
   latch_outputs();
   if (state_ != AlState::Op || !sync0_runs()) return;
-  // ETG.1020, 10F1h:2: how far missed outputs may count up; 0: not watched.
-  const auto limit = objects_.value({0x10F1, 2});
+  const std::int64_t most = missed_most_->value;
   missed_outputs_ = outputs_new_ ? std::max(missed_outputs_ - 1, 0) : missed_outputs_ + kMissedStep;
   outputs_new_ = false;
-  if (limit > 0 && missed_outputs_ > limit) fail(AlState::SafeOp, al_code::kSyncError);
+  if (most > 0 && missed_outputs_ > most) fail(AlState::SafeOp, al_code::kSyncError);
 }
 
 void Station::latch_outputs() noexcept {
@@ -143,8 +144,7 @@ void Station::take(Time at) noexcept {
     if (const auto code = drive->take_emergency(); code && has_mailbox()) coe_->emergency(*code, *code != 0 ? 1 : 0);
     any_fault |= drive->faulted();
   }
-  if (!drives_.empty())
-    if (Object* error_register = objects_.find({0x1001, 0})) error_register->value = any_fault ? 1 : 0;
+  if (!drives_.empty()) error_register_->value = any_fault ? 1 : 0;
   fill_mailbox();
   supervise(at);
 }

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "config/machine.hpp"
@@ -53,10 +54,17 @@ class Station {
   [[nodiscard]] Drive402* drive(int slot) const noexcept { return drives_[static_cast<std::size_t>(slot)].get(); }
   [[nodiscard]] devices::wire::AlState state() const noexcept { return state_; }
 
-  /// Looks at what the bus has written. True: the loop control of its ports was, too.
+  /// Looks at what the bus has written. True: the way of the frames may change - the loop control of its ports was
+  /// among it, or it is to restart.
   bool serve(Time now) noexcept;
+  /// The bus has reset it (0040h): it wants to be without power for so long. Asked once.
+  [[nodiscard]] std::optional<Time> take_restart() noexcept {
+    return std::exchange(restart_, false) ? std::optional(timing_.restart) : std::nullopt;
+  }
   /// Watchdog, and state changes that are due.
-  void supervise(Time now) noexcept;
+  void supervise(Time now) noexcept {
+    if (esc_.watchdog_expires() <= now || request_.due <= now || operation_until_) do_due(now);
+  }
 
   // Its cycle: SYNC0, or without it each ms.
   [[nodiscard]] Time next_tick() const noexcept;
@@ -74,6 +82,7 @@ class Station {
  private:
   using AlState = devices::wire::AlState;
 
+  void do_due(Time now) noexcept;
   void on_al_control(Time now) noexcept;
   void take_request(std::uint16_t control, Time now) noexcept;
   void show_state(std::uint16_t code) noexcept;
@@ -88,6 +97,7 @@ class Station {
   void try_operation(Time now) noexcept;
   void on_sync_managers_changed() noexcept;
   void on_mailbox() noexcept;
+  void forget_mailbox() noexcept;
   void fill_mailbox() noexcept;
   void emergency(std::uint16_t error, std::uint16_t al_status_code) noexcept;
   void drop_outputs(bool orderly) noexcept;
@@ -100,10 +110,12 @@ class Station {
   int mailbox_out_ = -1, mailbox_in_ = -1, process_out_ = -1, process_in_ = -1;  ///< SyncManagers; -1: none
   StationTiming timing_;
   Esc esc_;
-  bool powered_ = false;
+  bool powered_ = false, restart_ = false;
 
   Kept kept_;  ///< objects in the drive's own memory
   ObjectDictionary objects_;
+  Object* error_register_;     ///< 1001h
+  const Object* missed_most_;  ///< 10F1h:2: how far missed outputs may count up; 0: not watched (ETG.1020)
   // New with each power-on.
   std::unique_ptr<CoeServer> coe_;
   std::vector<std::unique_ptr<Drive402>> drives_;

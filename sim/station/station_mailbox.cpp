@@ -7,6 +7,13 @@ namespace gantry::sim {
 
 using namespace devices::wire;
 
+/// INIT stops the mailbox, and what was under way or could have been asked for again is gone.
+void Station::forget_mailbox() noexcept {
+  coe_->reset();
+  last_mailbox_.clear();
+  if (has_mailbox()) esc_.acknowledge_repeat(mailbox_in_);
+}
+
 void Station::on_mailbox() noexcept {
   if (!has_mailbox() || state_ == AlState::Init) return;
   const auto& in = esc_.sync_manager(mailbox_in_);

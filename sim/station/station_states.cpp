@@ -20,6 +20,7 @@ bool is_state(unsigned value) noexcept { return value == 1 || value == 2 || valu
 bool Station::serve(Time now) noexcept {
   const std::uint32_t events = esc_.take_events();
   if (events == 0) return false;
+  if ((events & Esc::kFrameEnds) != 0 && esc_.end_frame()) return restart_ = true;
   if ((events & Esc::kOutputsWritten) != 0) {
     outputs_new_ = true;
     if (!sync0_runs()) latch_outputs();
@@ -86,7 +87,9 @@ void Station::lock_sync_managers() noexcept {
 }
 
 void Station::change_state(AlState wanted, Time now) {
-  if (wanted == AlState::Boot) return fail(state_, al_code::kNoBootstrap);
+  // BOOT lies behind INIT alone: from elsewhere that step does not exist, for stations that could do it, too.
+  if (wanted == AlState::Boot)
+    return fail(state_, state_ == AlState::Init ? al_code::kNoBootstrap : al_code::kInvalidChange);
   if (wanted <= state_) return enter(wanted);
   std::uint16_t code = al_code::kInvalidChange;
   if (state_ == AlState::Init && wanted == AlState::PreOp) {
@@ -138,7 +141,7 @@ void Station::try_operation(Time now) noexcept {
 void Station::enter(AlState state) noexcept {
   if (state_ == AlState::Op && state != AlState::Op) drop_outputs(true);
   if (state == AlState::SafeOp && state_ != AlState::SafeOp) esc_.stop_watchdog();  // outputs count from here on
-  if (state == AlState::Init) coe_->reset();
+  if (state == AlState::Init) forget_mailbox();
   state_ = state;
   error_ = false;
   missed_outputs_ = 0;
@@ -227,7 +230,7 @@ void Station::on_sync_managers_changed() noexcept {
   if (state_ >= AlState::PreOp && check_mailbox() != 0) fail(AlState::Init, al_code::kMailboxConfig);
 }
 
-void Station::supervise(Time now) noexcept {
+void Station::do_due(Time now) noexcept {
   if (esc_.watchdog_expires() <= now) {
     esc_.expire_watchdog();
     if (state_ == AlState::Op) fail(AlState::SafeOp, al_code::kSmWatchdog);

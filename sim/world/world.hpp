@@ -63,6 +63,7 @@ class World {
   [[nodiscard]] std::uint64_t valve_shots();
   /// Judged against the board: at once when one is there, else when it comes. Fault::UnknownReference.
   Result<void> add_script(std::vector<ScriptEntry> entries);
+  [[nodiscard]] std::vector<std::string> script_left();
   /// Motor positions of the last life, when the log holds them.
   [[nodiscard]] std::optional<std::vector<double>> remembered_motors() const { return remembered_motors_; }
   void keep_motors(std::span<const double> positions);

@@ -55,6 +55,8 @@ class WorldAccess {
   virtual Result<std::string> placement() = 0;
   /// Entries of a world script (sim/script/script.hpp), YAML.
   virtual Result<void> add_script(std::string_view yaml) = 0;
+  /// Entries whose instant has not come: "crash.yaml:3:5: lose_frames at cycle 90000".
+  virtual Result<std::vector<std::string>> script_left() = 0;
 };
 
 }  // namespace gantry::sim

@@ -14,6 +14,14 @@ Result<void> World::add_script(std::vector<ScriptEntry> entries) {
   return {};
 }
 
+std::vector<std::string> World::script_left() {
+  const std::scoped_lock lock(mutex_);
+  std::vector<std::string> left;
+  for (const Waiting& w : script_)
+    if (w.due != kNever) left.push_back(w.entry.where + ": " + w.entry.text);
+  return left;
+}
+
 Result<void> World::script_fits(std::span<const ScriptEntry> entries, const BoardPlan& plan) const {
   std::vector<std::string> standing;
   for (const config::Body& b : obstacles_) standing.push_back(b.name);

@@ -47,6 +47,8 @@ expect_exit 5 "an interface that is not there" "$gantry" bus scan --interface no
 expect_exit 0 "clocks" "$gantry" --json bus dc
 expect_value "max(abs(s['difference_ns']) for s in d['stations']) < 1000" True
 expect_value "{s['sync0_cycle_ns'] for s in d['stations'][:5]}" "{1000000}"
+expect_exit 0 "clocks for a while" "$gantry" --json bus dc --watch 0.1
+expect_value "all(abs(s['difference_ns']) <= s['largest_difference_ns'] < 1000 for s in d['stations'])" True
 expect_exit 0 "error counters" "$gantry" --json bus errors
 expect_exit 0 "a capture of a bring-up" "$gantry" bus capture "$work/up.pcapng"
 judge() { # FILE: what tshark says of it

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "devices/passing_port.hpp"
 #include "devices/rt/cyclic.hpp"
 #include "tests/devices/fake_port.hpp"
 
@@ -171,9 +172,9 @@ TEST(CyclicMap, a_rider_as_large_as_a_mailbox_can_be_takes_a_frame_of_its_own) {
 
 /// A cable that loses, doubles, delays, reorders, and changes a bit of a header. Payload and working counters are under
 /// the FCS: a hit there is a lost frame.
-class BadCable final : public FramePort {
+class BadCable final : public PassingPort {
  public:
-  BadCable(FramePort& port, unsigned seed) : port_(port), random_(seed) {}
+  BadCable(FramePort& port, unsigned seed) : PassingPort(port), random_(seed) {}
   bool send(PortIndex p, std::span<const std::byte> frame) noexcept override {
     ++sent;
     std::vector<std::byte> copy(frame.begin(), frame.end());
@@ -224,7 +225,6 @@ class BadCable final : public FramePort {
     frame[headers[random_() % headers.size()]] ^= static_cast<std::byte>(1u << random_() % 8);
   }
 
-  FramePort& port_;
   std::mt19937 random_;
   std::vector<Arriving> arriving_;
 };

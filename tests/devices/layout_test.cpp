@@ -5,6 +5,7 @@
 
 #include "devices/ethercat/layout_check.hpp"
 #include "devices/ethercat/survey.hpp"
+#include "devices/passing_port.hpp"
 #include "tests/devices/bus_bench.hpp"
 
 namespace gantry::devices {
@@ -234,9 +235,9 @@ TEST(Layout, outputs_of_a_stranger_are_watched_also_when_its_eeprom_does_not_ask
 }
 
 /// A station that does not take the watchdog bit of its SyncManager 2.
-class UnwatchedPort final : public FramePort {
+class UnwatchedPort final : public PassingPort {
  public:
-  explicit UnwatchedPort(FramePort& port) : port_(port) {}
+  explicit UnwatchedPort(FramePort& port) : PassingPort(port) {}
   bool send(PortIndex port, std::span<const std::byte> frame) noexcept override {
     std::vector<std::byte> changed(frame.begin(), frame.end());
     const auto h = wire::get_datagram_header(std::span<const std::byte>(changed).subspan(wire::kFrameHeader));
@@ -245,13 +246,6 @@ class UnwatchedPort final : public FramePort {
           ~std::byte{wire::kSmWatchdogTrigger};
     return port_.send(port, changed);
   }
-  Received receive(std::span<std::byte> buffer, Time deadline) noexcept override {
-    return port_.receive(buffer, deadline);
-  }
-  [[nodiscard]] bool link_up(PortIndex port) const noexcept override { return port_.link_up(port); }
-
- private:
-  FramePort& port_;
 };
 
 TEST(Layout, a_station_whose_outputs_do_not_trigger_the_watchdog_is_refused) {

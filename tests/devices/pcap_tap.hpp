@@ -4,14 +4,14 @@
 #include <fstream>
 #include <string>
 
-#include "devices/frame_port.hpp"
+#include "devices/passing_port.hpp"
 
 namespace gantry::devices {
 
-class PcapTap final : public FramePort {
+class PcapTap final : public PassingPort {
  public:
   PcapTap(FramePort& port, Clock& clock, const std::string& file)
-      : port_(port), clock_(clock), out_(file, std::ios::binary | std::ios::trunc) {
+      : PassingPort(port), clock_(clock), out_(file, std::ios::binary | std::ios::trunc) {
     // libpcap file header: nanosecond magic, version 2.4, snap length, link type 1 (Ethernet)
     for (const std::uint32_t word : {0xA1B23C4Du, 0x00040002u, 0u, 0u, 65535u, 1u}) put(word);
   }
@@ -24,7 +24,6 @@ class PcapTap final : public FramePort {
     if (got.size > 0) record(buffer.first(got.size));
     return got;
   }
-  [[nodiscard]] bool link_up(PortIndex port) const noexcept override { return port_.link_up(port); }
   void flush() { out_.flush(); }
   [[nodiscard]] std::size_t frames() const noexcept { return frames_; }
 
@@ -40,7 +39,6 @@ class PcapTap final : public FramePort {
     ++frames_;
   }
 
-  FramePort& port_;
   Clock& clock_;
   std::ofstream out_;
   std::size_t frames_ = 0;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <map>
 
+#include "devices/passing_port.hpp"
 #include "tests/devices/bus_bench.hpp"
 
 namespace gantry::devices {
@@ -12,9 +13,9 @@ namespace {
 enum class Harm { None, RequestLost, ReplyLost, NoRequests, NoReplies, Cut };
 
 /// Does harm at frame `at` (from 1 on).
-class HarmfulPort final : public FramePort {
+class HarmfulPort final : public PassingPort {
  public:
-  HarmfulPort(FramePort& port, sim::Segment& segment) : port_(port), segment_(segment) {}
+  HarmfulPort(FramePort& port, sim::Segment& segment) : PassingPort(port), segment_(segment) {}
   void expect(Harm harm, int at, int link) { harm_ = harm, at_ = at, link_ = link, sent_ = 0, done_ = false; }
   void spare() { harm_ = Harm::None; }
   [[nodiscard]] int sent() const { return sent_; }
@@ -42,11 +43,9 @@ class HarmfulPort final : public FramePort {
       return got;
     }
   }
-  [[nodiscard]] bool link_up(PortIndex port) const noexcept override { return port_.link_up(port); }
 
  private:
   static constexpr std::size_t kIndexAt = wire::kFrameHeader + 1;
-  FramePort& port_;
   sim::Segment& segment_;
   Harm harm_ = Harm::None;
   int at_ = 0, link_ = 0, sent_ = 0, lost_index_ = -1;

@@ -3,28 +3,24 @@
 #include <map>
 #include <random>
 
+#include "devices/passing_port.hpp"
 #include "tests/devices/bus_bench.hpp"
 
 namespace gantry::devices {
 namespace {
 
 /// Loses frame number `n` (counted from 1), or all from there on.
-class LossyPort final : public FramePort {
+class LossyPort final : public PassingPort {
  public:
-  LossyPort(FramePort& port, int n, bool for_good) : port_(port), n_(n), for_good_(for_good) {}
+  LossyPort(FramePort& port, int n, bool for_good) : PassingPort(port), n_(n), for_good_(for_good) {}
   bool send(PortIndex port, std::span<const std::byte> frame) noexcept override {
     ++sent_;
     if (sent_ == n_ || (for_good_ && sent_ > n_)) return true;
     return port_.send(port, frame);
   }
-  Received receive(std::span<std::byte> buffer, Time deadline) noexcept override {
-    return port_.receive(buffer, deadline);
-  }
-  [[nodiscard]] bool link_up(PortIndex port) const noexcept override { return port_.link_up(port); }
   [[nodiscard]] int sent() const { return sent_; }
 
  private:
-  FramePort& port_;
   int n_, sent_ = 0;
   bool for_good_;
 };
@@ -64,10 +60,9 @@ TEST(Unplug, unplugging_at_any_frame_of_the_bring_up_ends_in_bounded_time_with_a
 }
 
 /// Flips bits in what comes back, behind the headers: what a station with broken firmware would say.
-class LyingPort final : public FramePort {
+class LyingPort final : public PassingPort {
  public:
-  LyingPort(FramePort& port, unsigned seed, double rate) : port_(port), random_(seed), lie_(rate) {}
-  bool send(PortIndex port, std::span<const std::byte> frame) noexcept override { return port_.send(port, frame); }
+  LyingPort(FramePort& port, unsigned seed, double rate) : PassingPort(port), random_(seed), lie_(rate) {}
   Received receive(std::span<std::byte> buffer, Time deadline) noexcept override {
     const Received got = port_.receive(buffer, deadline);
     const std::size_t data = wire::kFrameHeader + wire::kDatagramHeader;
@@ -76,10 +71,8 @@ class LyingPort final : public FramePort {
         buffer[data + random_() % (got.size - data)] ^= static_cast<std::byte>(1u << (random_() % 8));
     return got;
   }
-  [[nodiscard]] bool link_up(PortIndex port) const noexcept override { return port_.link_up(port); }
 
  private:
-  FramePort& port_;
   std::mt19937 random_;
   std::bernoulli_distribution lie_;
 };

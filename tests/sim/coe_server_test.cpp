@@ -185,6 +185,46 @@ TEST_F(Information, describes_objects) {
   EXPECT_EQ(answered, 7);
 }
 
+TEST(Shapes, of_standard_objects_are_those_of_etg_1020_and_cia_402) {
+  struct Row {
+    std::uint16_t index;
+    ObjectCode code;
+    std::uint16_t type;  // 0x04 INTEGER32, 0x05..0x07 UNSIGNED8..32, 0x21 PDO mapping, 0x23 identity, 0x29 SYNC_PAR
+    const char* name;
+  };
+  // Codes, types and names as an independent stack has them (the ETG's slave sample code: identity 23h with 4 entries,
+  // 1C00h an array of UNSIGNED8, 1C12h of UNSIGNED16, 1C32h type 29h with 32); CiA 402-2 for the drive's.
+  for (const char* file : {"drives/id286.yaml", "drives/amd530b.yaml", "drives/std402ec.yaml"}) {
+    const auto drive = profile(file);
+    const ObjectDictionary objects(drive, 1);
+    for (const Row& row :
+         {Row{0x1018, ObjectCode::Record, 0x23, "Identity object"},
+          Row{0x10F1, ObjectCode::Record, 0x2A, "Error settings"},
+          Row{0x1600, ObjectCode::Record, 0x21, "RxPDO mapping"},
+          Row{0x1A00, ObjectCode::Record, 0x21, "TxPDO mapping"},
+          Row{0x1C00, ObjectCode::Array, 0x05, "Sync manager type"},
+          Row{0x1C12, ObjectCode::Array, 0x06, "RxPDO assign"}, Row{0x1C13, ObjectCode::Array, 0x06, "TxPDO assign"},
+          Row{0x1C32, ObjectCode::Record, 0x29, "SM output parameter"},
+          Row{0x1C33, ObjectCode::Record, 0x29, "SM input parameter"},
+          Row{0x607A, ObjectCode::Var, 0x04, "target position"}, Row{0x6099, ObjectCode::Array, 0x07, "Homing speeds"},
+          Row{0x60FE, ObjectCode::Array, 0x07, "Digital outputs"}}) {
+      const auto shape = objects.shape(row.index);
+      EXPECT_EQ(shape.code, row.code) << file << std::hex << row.index;
+      EXPECT_EQ(shape.data_type, row.type) << file << std::hex << row.index;
+      EXPECT_EQ(shape.name, row.name) << file << std::hex << row.index;
+    }
+    EXPECT_EQ(objects.index(0x1C32).back().address.sub, 32);
+    EXPECT_EQ(objects.index(0x1018).back().address.sub, 4);
+  }
+  const auto two_axes = profile("drives/std402ec.yaml");
+  EXPECT_EQ(ObjectDictionary(two_axes, 1).shape(0x6899).name, "Homing speeds");
+  const auto id286 = profile("drives/id286.yaml");
+  EXPECT_EQ(ObjectDictionary(id286, 1).shape(0x607D).name, "Software position limit");
+  EXPECT_EQ(ObjectDictionary(id286, 1).shape(0x2190).name, "IN function");  // the vendor's: what its entries share
+  const auto dio = profile("devices/dio16.yaml");
+  EXPECT_EQ(ObjectDictionary(dio, 1).shape(0x6000).name, "inputs");
+}
+
 TEST_F(Information, describes_entries_with_what_is_asked_for) {
   const Raw method = inform(5, bytes(0x6098, 2) + Raw{0, 0x7F});
   EXPECT_EQ(answered, 6);

@@ -41,12 +41,121 @@ TEST_F(Registers, tell_what_the_controller_is) {
 }
 
 TEST_F(Registers, that_are_read_only_stay_as_they_are) {
-  for (const int number : {0x0000, 0x0004, 0x0008, 0x0012, 0x0110, 0x0130, 0x0134, 0x0140, 0x0220, 0x0440, 0x0982}) {
+  for (const int number : {0x0000, 0x0004, 0x0008, 0x0012, 0x0041, 0x0110, 0x0130, 0x0134, 0x0140, 0x0204,
+                           0x0220, 0x030E, 0x0440, 0x050A, 0x060D, 0x0904, 0x0918, 0x092C, 0x0932, 0x0982,
+                           0x098E, 0x0998, 0x09AE, 0x09B0, 0x09C8, 0x0E00, 0x0F04, 0x0F18, 0x0F20}) {
     const auto at = static_cast<std::uint16_t>(number);
     const auto before = reg(at, 2);
     EXPECT_EQ(bus.write(kStation, at, 0x5A5A, 2), 0) << at;
     EXPECT_EQ(reg(at, 2), before) << at;
   }
+}
+
+TEST_F(Registers, that_the_bus_may_write_count_and_keep_their_bits) {
+  struct Row {
+    std::uint16_t at;
+    std::size_t size;
+    std::uint64_t kept;  // of ones everywhere
+  };
+  // ESC data sheet, section II: columns "ECAT" of an ET1100 that say r/w, without the bits that are reserved.
+  for (const Row& row :
+       {Row{0x0108, 2, 0xFFFF}, Row{0x0200, 2, 0xFFFF}, Row{0x0400, 2, 0xFFFF}, Row{0x0410, 2, 0xFFFF},
+        Row{0x0420, 2, 0xFFFF}, Row{0x0610, 8, 0x0707FFFFFFFFFFFF}, Row{0x0618, 8, 0x0000000103'07FFFF},
+        Row{0x0820, 5, 0x7FFFFFFFFF}, Row{0x0826, 1, 0xC2}, Row{0x0930, 2, 0xFFFF}, Row{0x0934, 1, 0x0F},
+        Row{0x0936, 1, 0x01}, Row{0x09A0, 8, 0xFFFFFFFFFFFFFFFF}, Row{0x09A8, 2, 0x0303}, Row{0x0F00, 4, 0xFFFFFFFF},
+        Row{0x0F10, 2, 0xFFFF}, Row{0x0F80, 8, 0xFFFFFFFFFFFFFFFF}}) {
+    Raw ones(row.size, 0xFF);
+    if (row.at == 0x0826) ones[0] = 0xFE;  // not switched on
+    EXPECT_EQ(bus.write(kStation, row.at, ones), 1) << std::hex << row.at;
+    EXPECT_EQ(reg(row.at, row.size), row.kept) << std::hex << row.at;
+  }
+  // Reserved bytes beside it take nothing; the datagram counts by what it could write.
+  EXPECT_EQ(bus.write(kStation, 0x0F0E, Raw(6, 0x55)), 1);
+  EXPECT_EQ(reg(0x0F0E, 6), 0x0000'5555'0000u);
+}
+
+TEST_F(Registers, of_the_power_on_values_tell_the_ports) {
+  EXPECT_EQ(reg(0x0E00, 2), 0x000Cu);  // ports 0 and 1, both MII
+  EXPECT_EQ(reg(0x0008, 2), 0x00FCu);
+  EXPECT_EQ(reg(0x0F18, 8), 0u);
+}
+
+TEST_F(Registers, under_protection_are_open_for_the_rest_of_a_frame_only) {
+  const auto both = [&](std::uint16_t first, std::uint16_t second, std::uint64_t v) {
+    Raw f = RawMaster::frame(RawMaster::datagram(5, kStation, first, Raw(1), true) +
+                             RawMaster::datagram(5, kStation, second, bytes(v, 2)));
+    EXPECT_TRUE(bus.process(f));
+    return static_cast<int>(value(f, 27, 2)) * 10 + static_cast<int>(value(f, 41, 2));
+  };
+  EXPECT_EQ(bus.write(kStation, 0x0021, 1, 1), 1);
+  EXPECT_EQ(bus.write(kStation, 0x0410, 7, 2), 0);
+  EXPECT_EQ(bus.write(kStation, 0x0021, 0, 1), 0);  // nor can it be taken off without
+  EXPECT_EQ(bus.write(kStation, 0x1F00, 7, 2), 1);  // RAM is no register
+  EXPECT_EQ(bus.write(kStation, 0x0F80, 7, 2), 1);
+  EXPECT_EQ(both(0x0020, 0x0410, 7), 11);  // enabled by any value, here 0
+  EXPECT_EQ(reg(0x0410, 2), 7u);
+  EXPECT_EQ(reg(0x0020, 2), 0x0100u);  // which is over with its frame
+  EXPECT_EQ(bus.write(kStation, 0x0410, 8, 2), 0);
+  EXPECT_EQ(both(0x0030, 0x0410, 8), 10);                // the other register takes the write and opens nothing
+  EXPECT_EQ(bus.write(kSecond, 0x0410, 8, 2), 1);        // its neighbour is not concerned
+  EXPECT_EQ(bus.write(kStation, 0x0020, Raw{1, 0}), 1);  // enabled and taken off by one datagram
+  EXPECT_EQ(bus.write(kStation, 0x0410, 9, 2), 1);
+
+  bus.write(kStation, 0x0031, 1, 1);  // all there is
+  EXPECT_EQ(bus.write(kStation, 0x1F00, 1, 2), 0);
+  EXPECT_EQ(bus.write(kStation, 0x0410, 1, 2), 0);
+  EXPECT_EQ(both(0x0020, 0x1F00, 1), 0);
+  EXPECT_EQ(both(0x0030, 0x1F00, 3), 11);
+  EXPECT_EQ(reg(0x1F00, 2), 3u);
+  // Through an FMMU, too.
+  EXPECT_EQ(both(0x0030, 0x0031, 0), 11);
+  bus.fmmu(kStation, 0, 0x10000, 2, 0x1F00, 2);
+  EXPECT_EQ(bus.logical(11, 0x10000, Raw{1, 2}).wkc, 1);
+  bus.write(kStation, 0x0031, 1, 1);
+  EXPECT_EQ(bus.logical(11, 0x10000, Raw{3, 4}).wkc, 0);
+  EXPECT_EQ(reg(0x1F00, 2), 0x0201u);
+}
+
+TEST_F(Registers, a_station_restarts_after_r_e_s_in_three_frames) {
+  const auto write = [&](char c) { EXPECT_EQ(bus.write(kStation, 0x0040, static_cast<std::uint8_t>(c), 1), 1); };
+  write('R');
+  EXPECT_EQ(reg(0x0040, 1), 1u);  // progress
+  write('E');                     // the look at it was a frame between, which ends the sequence
+  EXPECT_EQ(reg(0x0040, 1), 0u);
+  write('R'), write('E'), write('R'), write('S');
+  EXPECT_EQ(bus.address_all(), 6);
+  // All three in one frame are one step at most.
+  Raw f = RawMaster::frame(RawMaster::datagram(5, kStation, 0x0040, Raw{'R'}, true) +
+                           RawMaster::datagram(5, kStation, 0x0040, Raw{'E'}, true) +
+                           RawMaster::datagram(5, kStation, 0x0040, Raw{'S'}));
+  EXPECT_TRUE(bus.process(f));
+  EXPECT_EQ(bus.send(7, 0, 0, Raw(1)).wkc, 6);
+
+  bus.write(kStation, 0x0410, 7, 2);
+  bus.write(0x1003, 0x0410, 7, 2);
+  for (const char c : {'R', 'E'}) EXPECT_EQ(bus.write(0x1003, 0x0040, static_cast<std::uint8_t>(c), 1), 1);
+  EXPECT_EQ(bus.write(0x1003, 0x0040, 'S', 1), 1);  // this frame still comes round
+  EXPECT_EQ(bus.send(7, 0, 0, Raw(1)).wkc, 2);      // then the line ends before it
+  bus.wait(milliseconds(101));
+  EXPECT_EQ(bus.send(7, 0, 0, Raw(1)).wkc, 6);
+  EXPECT_EQ(bus.read(0x1003, 0x0130, 2).wkc, 0);  // nor does it know its address
+  EXPECT_EQ(value(bus.send(1, static_cast<std::uint16_t>(-2), 0x0410, Raw(2)).data), 1000u);
+  EXPECT_EQ(reg(0x0410, 2), 7u);
+}
+
+TEST_F(Registers, a_read_write_command_writes_at_its_offset) {
+  bus.write(kStation, 0x1000, 0x1111, 2);
+  bus.write(kStation, 0x0108, 0x0100, 2);
+  const Answer a = bus.send(6, kStation, 0x1000, bytes(0x2222, 2));  // FPRW
+  EXPECT_EQ(a.wkc, 3);
+  EXPECT_EQ(value(a.data), 0x1111u);
+  EXPECT_EQ(reg(0x1000, 2), 0x1111u);
+  EXPECT_EQ(reg(0x1100, 2), 0x2222u);
+  EXPECT_EQ(bus.send(9, 0, 0x1000, bytes(0x4444, 2)).wkc, 3 * 6);  // BRW
+  EXPECT_EQ(reg(0x1100, 2), 0x4444u);
+  EXPECT_EQ(reg(0x1000, 2, kSecond), 0x5555u);  // no offset there; what came is OR-ed with what the first one had
+  EXPECT_EQ(bus.write(kStation, 0x1000, 0x5555, 2), 1);
+  EXPECT_EQ(reg(0x1000, 2), 0x5555u);  // a plain write has none
 }
 
 TEST_F(Registers, the_alias_answers_when_it_is_enabled) {
@@ -176,8 +285,11 @@ TEST_F(Registers, a_wrong_checksum_keeps_the_application_from_starting) {
   segment.power_cycle(StationId{0}, milliseconds(10));
   bus.wait(milliseconds(11));
   bus.address_all();
-  EXPECT_EQ(reg(0x0502, 2), 0x1840u);  // checksum, not loaded
-  EXPECT_EQ(reg(0x0110, 2) & 1u, 0u);  // not operational
+  EXPECT_EQ(reg(0x0502, 2), 0x1840u);               // checksum, not loaded
+  EXPECT_EQ(reg(0x0110, 2) & 1u, 0u);               // not operational
+  EXPECT_EQ(bus.read(kStation, 0x1000, 2).wkc, 0);  // and no process RAM
+  EXPECT_EQ(bus.write(kStation, 0x1000, 1, 2), 0);
+  EXPECT_EQ(bus.write(kStation, 0x0F80, 1, 2), 1);
   bus.mailboxes(kStation);
   EXPECT_EQ(bus.request(kStation, 2), 0x11);
   EXPECT_EQ(bus.status_code(kStation), 0x51);

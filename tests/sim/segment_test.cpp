@@ -129,6 +129,51 @@ TEST_F(Bus, what_is_no_frame_is_dropped) {
   EXPECT_TRUE(bus.process(good));
 }
 
+TEST_F(Bus, a_vlan_tag_is_passed_over) {
+  const auto tagged = [](Raw f, const Raw& tag) {
+    f.insert(f.begin() + 12, tag.begin(), tag.end());
+    return f;
+  };
+  for (const Raw& tag : {Raw{0x81, 0x00, 0x00, 0x00}, Raw{0x81, 0x00, 0xE0, 0x05}}) {
+    Raw f = tagged(RawMaster::frame(RawMaster::datagram(7, 0, 0x0000, Raw(1), true) +
+                                    RawMaster::datagram(2, 0, 0x0010, bytes(0x1234, 2))),
+                   tag);
+    const Raw before = f;
+    ASSERT_TRUE(bus.process(f));
+    EXPECT_EQ(Raw(f.begin() + 12, f.begin() + 20), Raw(before.begin() + 12, before.begin() + 20));  // tag and headers
+    EXPECT_EQ(f[6], before[6] | 0x02);
+    EXPECT_EQ(value(f, 31, 2), 6u);  // every station counted
+    EXPECT_EQ(value(f, 45, 2), 1u);
+    EXPECT_EQ(bus.read(0x1234, 0x0010, 2).wkc, 1);
+  }
+  // Broken behind its tag it is a frame that the processing unit counts; tagged twice, it is none of ours.
+  Raw broken = tagged(RawMaster::frame(RawMaster::datagram(7, 0, 0, Raw(64))), Raw{0x81, 0x00, 0x00, 0x00});
+  broken[19] = 0x40;
+  EXPECT_FALSE(bus.process(broken));
+  EXPECT_EQ(value(bus.read(0x1234, 0x030C, 1).data), 1u);
+  Raw twice =
+      tagged(tagged(RawMaster::frame(RawMaster::datagram(7, 0, 0, Raw(1))), Raw{0x81, 0, 0, 0}), Raw{0x81, 0, 0, 0});
+  EXPECT_FALSE(bus.process(twice));
+  EXPECT_EQ(value(bus.read(0x1234, 0x030C, 1).data), 1u);
+}
+
+TEST_F(Bus, foreign_frames_pass_when_every_station_lets_them) {
+  bus.address_all();
+  Raw arp = RawMaster::frame(Raw(40));
+  arp[12] = 0x08, arp[13] = 0x06;
+  const Raw before = arp;
+  EXPECT_FALSE(bus.process(arp));  // 0100h bit 0: destroyed, which is how a station starts
+  bus.send(8, 0, 0x0100, Raw{0});
+  EXPECT_TRUE(bus.process(arp));
+  EXPECT_EQ(arp, before);
+  Raw ours = RawMaster::frame(RawMaster::datagram(7, 0, 0, Raw(1)));
+  EXPECT_TRUE(bus.process(ours));
+  EXPECT_EQ(ours[6], 0x10);  // the source address stays, too
+  Raw one = RawMaster::frame(RawMaster::datagram(5, 0x1004, 0x0100, Raw{1}));
+  EXPECT_TRUE(bus.process(one));
+  EXPECT_FALSE(bus.process(arp));
+}
+
 TEST_F(Bus, random_bytes_neither_crash_nor_hang_it) {
   std::mt19937 random(20240501);
   for (int i = 0; i < 100'000; ++i) {

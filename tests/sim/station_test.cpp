@@ -65,6 +65,20 @@ TEST_F(OneAmd, refuses_what_is_no_step_up) {
   EXPECT_EQ(bus.status_code(kStation), 0x13);
 }
 
+TEST_F(OneAmd, bootstrap_is_not_supported_in_init_and_no_step_from_elsewhere) {
+  EXPECT_EQ(bus.request(kStation, 3), 0x11);
+  EXPECT_EQ(bus.status_code(kStation), 0x13);
+  EXPECT_EQ(bus.request(kStation, 0x11), 1);
+  pre_op();
+  EXPECT_EQ(bus.request(kStation, 3), 0x12);
+  EXPECT_EQ(bus.status_code(kStation), 0x11);
+  EXPECT_EQ(bus.request(kStation, 0x12), 2);
+  process_data();
+  ASSERT_EQ(bus.request(kStation, 4), 4);
+  EXPECT_EQ(bus.request(kStation, 3), 0x14);
+  EXPECT_EQ(bus.status_code(kStation), 0x11);
+}
+
 TEST_F(OneAmd, an_error_stands_until_it_is_acknowledged) {
   EXPECT_EQ(bus.request(kStation, 2), 0x11);  // no mailboxes
   EXPECT_EQ(bus.status_code(kStation), 0x16);
@@ -172,6 +186,32 @@ TEST_F(OneAmd, a_lost_reply_is_given_again_on_the_repeat_bit) {
   // The same request with the same counter is not served twice.
   bus.write(kStation, 0x1000, request);
   EXPECT_EQ(bus.read(kStation, 0x1080, 128).wkc, 0);
+}
+
+TEST_F(OneAmd, init_forgets_what_was_in_the_mailbox) {
+  pre_op();
+  const Raw read_type = bytes(0x2000, 2) + Raw{0x40, 0x00, 0x10, 0} + bytes(0, 4);
+  ASSERT_TRUE(bus.mailbox(kStation, read_type));
+  // A download in segments that does not get beyond its announcement.
+  ASSERT_TRUE(bus.mailbox(kStation, bytes(0x2000, 2) + Raw{0x21, 0x7D, 0x60, 1} + bytes(4, 4)));
+  bus.write(kStation, 0x080E, 0x03, 1);  // and an answer that is asked for again, and not fetched
+  EXPECT_EQ(value(bus.read(kStation, 0x080D, 1).data) & 8u, 8u);
+  ASSERT_EQ(bus.request(kStation, 1), 1);
+  pre_op();  // clears the SyncManagers and their repeat bit
+  EXPECT_EQ(value(bus.read(kStation, 0x080D, 1).data) & 8u, 0u);
+  bus.write(kStation, 0x080E, 0x03, 1);
+  EXPECT_EQ(value(bus.read(kStation, 0x080D, 1).data) & 8u, 0u);  // nothing to repeat
+  EXPECT_EQ(value(bus.read(kStation, 0x080F, 1).data) & 2u, 2u);  // which is acknowledged all the same
+  Raw request = bytes(10, 2) + bytes(0, 2) + Raw{0, 0x13} + read_type;
+  request.resize(128);
+  EXPECT_EQ(bus.write(kStation, 0x1000, request), 1);
+  const Answer first = bus.read(kStation, 0x1080, 128);
+  EXPECT_EQ(first.wkc, 1);
+  EXPECT_EQ(first.data[5] >> 4, 1);  // counted from the beginning
+  const auto segment_reply = bus.mailbox(kStation, bytes(0x2000, 2) + Raw{0x01} + bytes(0, 7));
+  ASSERT_TRUE(segment_reply);
+  EXPECT_EQ((*segment_reply)[2], 0x80);
+  EXPECT_EQ(value(*segment_reply, 6, 4), 0x05040001u);  // no transfer is under way
 }
 
 TEST_F(OneAmd, sdo_reads_and_writes_numbers) {

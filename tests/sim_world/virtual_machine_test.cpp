@@ -143,6 +143,148 @@ TEST(VirtualMachine, scripts_reach_the_bus_between_frames) {
   EXPECT_EQ(missing.error().where, "script:1:25");
 }
 
+/// The virtual machine and frames put on its bus by hand: one broadcast read each, known by the datagram's index.
+struct ByHand {
+  VirtualClock clock;
+  std::unique_ptr<VirtualMachine> vm;
+  ByHand() { vm = std::move(*VirtualMachine::open(machine(), clock, {})); }
+  void pass(Time t) {
+    for (const Time end = clock.now() + t; clock.now() < end;) {
+      clock.sleep_until(std::min(end, clock.now() + milliseconds(1)));
+      vm->pass_time();
+    }
+  }
+  /// An entry that has happened when this returns, or is to at the next frame.
+  void script(const std::string& entry) {
+    const auto added = vm->add_script(entry);
+    ASSERT_TRUE(added) << to_text(added.error());
+    pass(milliseconds(2));
+  }
+  /// The answer to a datagram of `size` bytes; the working counter behind it.
+  std::vector<std::uint8_t> ask(std::uint8_t command, std::uint16_t adp, std::uint16_t ado, std::size_t size,
+                                std::uint8_t number = 0) {
+    send(command, adp, ado, size, number);
+    std::array<std::byte, devices::kMaxFrameBytes> buffer;
+    const auto got = vm->bus().receive(buffer, clock.now() + milliseconds(1));
+    if (got.size == 0) return {};
+    std::vector<std::uint8_t> out;
+    for (std::size_t i = 0; i < size + 2; ++i) out.push_back(std::to_integer<std::uint8_t>(buffer[26 + i]));
+    return out;
+  }
+  void send(std::uint8_t command, std::uint16_t adp, std::uint16_t ado, std::size_t size, std::uint8_t number) {
+    std::vector<std::uint8_t> f(60);
+    std::fill_n(f.begin(), 6, std::uint8_t{0xFF});
+    f[6] = 0x10, f[12] = 0x88, f[13] = 0xA4;
+    f[14] = static_cast<std::uint8_t>(size + 12), f[15] = 0x10;
+    f[16] = command, f[17] = number;
+    f[18] = static_cast<std::uint8_t>(adp), f[19] = static_cast<std::uint8_t>(adp >> 8);
+    f[20] = static_cast<std::uint8_t>(ado), f[21] = static_cast<std::uint8_t>(ado >> 8);
+    f[22] = static_cast<std::uint8_t>(size);
+    vm->bus().send(devices::PortIndex::Primary, std::as_bytes(std::span(f)));
+    clock.sleep_until(clock.now() + microseconds(10));  // no two frames leave at once
+  }
+  /// Stations that answer.
+  int count() {
+    const auto answer = ask(7, 0, 0, 1);
+    return answer.empty() ? -1 : answer[1];
+  }
+  /// Numbers of the frames that come within `t`, and when.
+  std::vector<std::pair<int, Time>> come(Time t) {
+    std::vector<std::pair<int, Time>> out;
+    std::array<std::byte, devices::kMaxFrameBytes> buffer;
+    for (const Time until = clock.now() + t;;) {
+      const auto got = vm->bus().receive(buffer, until);
+      if (got.size == 0) return out;
+      out.emplace_back(std::to_integer<int>(buffer[17]), clock.now());
+    }
+  }
+  std::vector<int> numbers(Time t) {
+    std::vector<int> out;
+    for (const auto& [number, at] : come(t)) out.push_back(number);
+    return out;
+  }
+};
+
+TEST(Script, duplicated_reordered_and_delayed_frames_are_just_those_that_were_named) {
+  ByHand bus;
+  bus.script("{do: duplicate_frames, count: 2}");
+  for (std::uint8_t n = 1; n <= 3; ++n) bus.send(7, 0, 0, 1, n);
+  EXPECT_EQ(bus.numbers(milliseconds(1)), (std::vector{1, 1, 2, 2, 3}));
+  bus.script("{do: reorder_frames, count: 1}");
+  for (std::uint8_t n = 1; n <= 3; ++n) bus.send(7, 0, 0, 1, n);
+  EXPECT_EQ(bus.numbers(milliseconds(1)), (std::vector{2, 1, 3}));
+  bus.script("{do: delay_frames, count: 2, by: 3 ms}");
+  const Time sent = bus.clock.now();
+  for (std::uint8_t n = 1; n <= 3; ++n) bus.send(7, 0, 0, 1, n);
+  const auto late = bus.come(milliseconds(10));
+  ASSERT_EQ(late.size(), 3u);
+  EXPECT_EQ(late[0].first, 3);
+  EXPECT_LT(late[0].second, sent + microseconds(100));
+  EXPECT_EQ(late[1].first, 1);
+  EXPECT_GE(late[1].second, sent + milliseconds(3));
+  EXPECT_LT(late[2].second, sent + microseconds(3100));
+}
+
+TEST(Script, a_clock_that_drifts_gains_so_much_on_the_machines) {
+  ByHand bus;
+  const auto local = [&](int position) {
+    const auto answer = bus.ask(1, static_cast<std::uint16_t>(-position), 0x0910, 8);
+    std::int64_t t = 0;
+    for (std::size_t i = 0; i < 8 && i < answer.size(); ++i) t |= std::int64_t{answer[i]} << (8 * i);
+    return t;
+  };
+  const auto gain_in_a_second = [&](int position) {
+    const std::int64_t before = local(position);
+    const Time began = bus.clock.now();
+    bus.pass(milliseconds(1000));
+    const std::int64_t gained = local(position) - before;
+    return gained - (bus.clock.now() - began).count();
+  };
+  const auto still = gain_in_a_second(0);
+  bus.script("{do: drift, station: x, ppm: 50}");
+  EXPECT_NEAR(static_cast<double>(gain_in_a_second(0) - still), 50'000, 10);
+  EXPECT_NEAR(static_cast<double>(gain_in_a_second(1) - still), 0, 10);  // its neighbour
+  bus.script("{do: drift, station: x, ppm: -20}");
+  EXPECT_NEAR(static_cast<double>(gain_in_a_second(0) - still), -20'000, 10);
+}
+
+TEST(Script, a_station_is_dark_as_long_as_it_says) {
+  ByHand bus;
+  ASSERT_EQ(bus.count(), 6);
+  bus.script("{do: power_off, station: z}");
+  EXPECT_EQ(bus.count(), 3);  // and with it the line behind
+  bus.pass(milliseconds(5000));
+  EXPECT_EQ(bus.count(), 3);
+  bus.script("{do: power_on, station: z}");
+  EXPECT_EQ(bus.count(), 6);
+  bus.script("{do: power_cycle, station: z, dark: 500 ms}");
+  bus.pass(milliseconds(480));
+  EXPECT_EQ(bus.count(), 3);
+  bus.pass(milliseconds(30));
+  EXPECT_EQ(bus.count(), 6);
+  bus.script("{do: power_cycle, station: z}");
+  bus.pass(milliseconds(180));
+  EXPECT_EQ(bus.count(), 3);
+  bus.pass(milliseconds(30));
+  EXPECT_EQ(bus.count(), 6);
+}
+
+TEST(Script, what_has_not_happened_is_told_with_its_line) {
+  ByHand bus;
+  ASSERT_TRUE(
+      bus.vm->add_script("- {do: lose_frames, count: 1}\n"
+                         "- {at: cycle 90000, do: cut_link, station: z}\n"
+                         "- {at: job start, after: 1 s, do: press, input: stop}\n"));
+  EXPECT_EQ(bus.vm->script_left()->size(), 3u);
+  bus.pass(milliseconds(2));
+  ASSERT_TRUE(bus.vm->begin_job());
+  bus.pass(milliseconds(20));
+  EXPECT_EQ(*bus.vm->script_left(),
+            (std::vector<std::string>{"script:2:3: cut_link at cycle 90000", "script:3:3: press at job start"}));
+  bus.pass(milliseconds(2000));
+  EXPECT_EQ(bus.vm->script_left()->size(), 1u);
+}
+
 TEST(VirtualMachine, a_bad_placement_or_script_is_refused_with_its_place) {
   VirtualClock clock;
   const auto placement =
@@ -255,6 +397,8 @@ TEST_F(OverTheSocket, the_same_questions_have_the_same_answers) {
   EXPECT_EQ(there[0].board_mm, here[0].board_mm);
   EXPECT_EQ(there[0].opened_cycle, here[0].opened_cycle);
   EXPECT_EQ(remote.collisions()->size(), c.vm->collisions()->size());
+  ASSERT_TRUE(remote.add_script("{at: cycle 900000000, do: camera_dead}"));
+  EXPECT_EQ(*remote.script_left(), (std::vector<std::string>{"script:1:1: camera_dead at cycle 900000000"}));
 
   const std::string csv = temporary("gantry-remote-deposits.csv");
   ASSERT_TRUE(remote.write_deposits(csv));
