@@ -50,6 +50,7 @@ struct Command {
   std::uint32_t block = 0;
   std::uint32_t mask = 0, bits = 0;
   double value = 0;
+  bool clamp_may_be_open = false;  ///< StartBlock: nothing is done to a board that the clamp has to hold
 };
 
 enum class EventKind : std::uint8_t {

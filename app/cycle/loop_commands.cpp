@@ -15,10 +15,12 @@ void Loop::take_commands() noexcept {
     obey({.kind = CommandKind::Abort});
   Command command;
   for (int i = 0; i < kMostCommands && channels_.commands.pop(command); ++i) {
-    if (const Fault why = refuse(command); why != Fault::None)
+    if (const Fault why = refuse(command); why != Fault::None) {
+      if (command.kind == CommandKind::StartBlock) interpolator_.forget(command.block);
       answer(command.id, why);
-    else
+    } else {
       obey(command);
+    }
   }
 }
 
@@ -74,6 +76,7 @@ void Loop::obey(const Command& command) noexcept {
       return;
     case CommandKind::StartBlock:
       block_ = command.block;
+      clamp_may_be_open_ = command.clamp_may_be_open;
       tick_ = 0;
       probing_ = false;
       interpolator_.begin_block(command.block);

@@ -150,8 +150,8 @@ void Supervisor::look_at_inputs(const View& view, Findings& found) noexcept {
   const auto missing = [&](std::uint32_t mask) { return mask != 0 && (view.inputs & mask) == 0; };
   if (missing(setup_.door_mask)) found.push_back({Fault::DoorOpen});
   if (missing(setup_.air_mask)) found.push_back({Fault::AirMissing});
-  const bool in_job = view.state == State::Running || view.state == State::Held;
-  if (in_job && missing(setup_.clamp_mask)) found.push_back({Fault::ClampOpen});
+  const bool plays = view.state == State::Running || view.state == State::Held;
+  if (plays && !view.clamp_may_be_open && missing(setup_.clamp_mask)) found.push_back({Fault::ClampOpen});
   if (setup_.stop_mask != 0 && (view.inputs & setup_.stop_mask) != 0) found.push_back({Fault::StopPressed});
 }
 

@@ -31,6 +31,7 @@ struct View {
   std::uint32_t inputs = 0;
   State state = State::Offline;
   Time compute{};  ///< own work of the last cycle
+  bool clamp_may_be_open = false;
 };
 
 class Supervisor {

@@ -6,16 +6,12 @@
 #include "motion/path/speeds.hpp"
 
 namespace gantry::motion {
-namespace {
 
-/// Length of the way of the linear axes, or of the rotary ones when no linear axis moves.
 double path_length(const Limits& limits, const AxisVec& way) {
   double linear = 0, rotary = 0;
   for (std::size_t i = 0; i < limits.axes; ++i) (limits.linear[i] ? linear : rotary) += way[i] * way[i];
   return std::sqrt(linear > 0 ? linear : rotary);
 }
-
-}  // namespace
 
 std::vector<Segment> line_move(const Limits& limits, const AxisVec& from, const AxisVec& to, double v_cap) {
   AxisVec way{}, direction{};

@@ -12,6 +12,9 @@ namespace gantry::motion {
 
 inline constexpr double kNoCap = std::numeric_limits<double>::infinity();
 
+/// Length of the way of the linear axes, or of the others when no linear axis moves.
+double path_length(const Limits& limits, const AxisVec& way);
+
 /// Straight in all axes, rest to rest, as fast as the axis limits and v_cap (along s) allow. s is the path length of
 /// the linear axes, or of the rotary ones where no linear axis moves. Empty where from equals to. Soft limits are the
 /// caller's to check: within(limits, q).

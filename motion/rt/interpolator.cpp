@@ -142,6 +142,11 @@ void Interpolator::pop() noexcept {
   looked_ahead_ = false;
 }
 
+void Interpolator::forget(std::uint32_t block) noexcept {
+  if (doing_ == Doing::Block && block == block_) return;
+  while (ring_.peek(0) != nullptr && front().block == block) pop();
+}
+
 void Interpolator::drop_block() noexcept {
   while (ring_.peek(0) != nullptr && front().block == block_) pop();
   course_ = Course::None;

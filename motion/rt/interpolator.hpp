@@ -29,6 +29,9 @@ class Interpolator {
   /// dropped. Only when idle.
   void begin_block(std::uint32_t block) noexcept;
 
+  /// Drops the segments of a block that was not let begin, so that none is left for the next block of that number.
+  void forget(std::uint32_t block) noexcept;
+
   /// One tick on. override_factor: 0.1 .. 2.0, 1 = as planned; clamped.
   Setpoint step(double override_factor) noexcept;
 

@@ -16,6 +16,7 @@
 #include "app/run/compose.hpp"
 #include "config/machine.hpp"
 #include "devices/ethercat/master.hpp"
+#include "devices/passing_port.hpp"
 #include "sim/segment/segment.hpp"
 #include "sim/segment/segment_port.hpp"
 #include "tests/app/cycle/two_ends.hpp"
@@ -33,9 +34,9 @@ inline const config::Machine& reference_machine() {
 }
 
 /// Keeps what the loop sends; can hold it up in its exchange.
-class TapPort final : public devices::FramePort {
+class TapPort final : public devices::PassingPort {
  public:
-  TapPort(devices::FramePort& port, int socket) : port_(port), socket_(socket) {}
+  TapPort(devices::FramePort& port, int socket) : PassingPort(port), socket_(socket) {}
   bool send(devices::PortIndex port, std::span<const std::byte> frame) noexcept override {
     size_ = std::min(frame.size(), last_.size());
     std::copy_n(frame.begin(), size_, last_.begin());
@@ -50,7 +51,6 @@ class TapPort final : public devices::FramePort {
     while (hold_up.load()) ::usleep(100);
     return port_.receive(buffer, deadline);
   }
-  [[nodiscard]] bool link_up(devices::PortIndex port) const noexcept override { return port_.link_up(port); }
   [[nodiscard]] int descriptor() const noexcept override { return socket_; }
 
   [[nodiscard]] std::vector<std::byte> last() const {
@@ -66,7 +66,6 @@ class TapPort final : public devices::FramePort {
   std::atomic<bool> hold_up{false};
 
  private:
-  devices::FramePort& port_;
   int socket_;
   std::array<std::byte, devices::kMaxFrameBytes> last_{};
   std::size_t size_ = 0;

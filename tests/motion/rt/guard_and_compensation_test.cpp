@@ -5,6 +5,7 @@
 #include "motion/rt/compensation.hpp"
 #include "motion/rt/guard.hpp"
 #include "tests/motion/machine.hpp"
+#include "tests/motion/rt/play.hpp"
 
 namespace gantry::motion {
 namespace {
@@ -96,6 +97,43 @@ TEST(Compensation, delays_planned_outputs_but_never_a_stop) {
   s.outputs = 2;
   EXPECT_EQ(c.step(s, 1).outputs, 2u) << "a stop's closing comes at once";
   for (int n = 0; n < 10; ++n) EXPECT_EQ(c.step(s, 0).outputs, 2u) << "and what was on its way stays closed";
+}
+
+TEST(Compensation, of_planned_motion_never_looks_to_the_guard_like_a_step_or_a_limit_passed) {
+  // At full speed, in whole ticks (so that nothing is stretched), and to the very limit, delayed by parts of a tick.
+  int moves = 0;
+  for (const double fraction : {0.1, 0.25, 0.5, 0.8})
+    for (const double j : {5'000.0, 60'000.0, 400'000.0})
+      for (int k = 0; k < 60; ++k, ++moves) {
+        Limits m;
+        m.axes = 2;
+        m.linear[0] = true;
+        const double v = 150, a = 2'500;
+        const double to_speed = a * a / j < v ? v / a + a / j : 2 * std::sqrt(v / j);
+        const double whole = std::ceil((to_speed + 0.02) / m.tick_s) * m.tick_s + k * m.tick_s;
+        const double length = (whole - to_speed) * v;
+        m.axis[0] = {-length, 0, v, a, j};
+        m.axis[1] = m.axis[0];
+        AxisVec from{}, to{};
+        from[0] = k % 2 == 0 ? -length : 0, to[0] = -length - from[0];
+        test::Player player(m, from);
+        auto segments = line_move(m, from, to);
+        for (Segment& s : segments) s.block = 1, s.ends_block = true;
+        player.push(segments);
+        player.play.begin_block(1);
+        Compensation c(m, AxisVec{fraction * m.tick_s, m.tick_s});
+        c.reset(from);
+        AxisVec last = from;
+        for (int n = 0; n < 10 + std::lround(whole / m.tick_s); ++n) {
+          const AxisVec next = c.step(player.step(), 0).q;
+          const Verdict verdict = check_target(m, last, next);
+          ASSERT_EQ(verdict.fault, Fault::None)
+              << "j " << j << ", " << length << " mm, tick " << n << ": " << last[0] << " to " << next[0];
+          last = next;
+        }
+        ASSERT_NEAR(last[0], to[0], 1e-9);
+      }
+  EXPECT_EQ(moves, 720);
 }
 
 TEST(Compensation, is_settled_when_the_slowest_axis_stands) {
