@@ -12,10 +12,9 @@ void add_run(CLI::App& app, Context& context) {
   auto state = std::make_shared<std::string>("state");
   request->owner.publish = true;
   verb->add_option("RECIPE", request->recipe_file, "Recipe file")->required();
-  auto* bus = verb->add_option("--bus", request->owner.bus, "sim, or ethercat:IFACE")->capture_default_str();
+  verb->add_option("--bus", request->owner.bus, "sim, or ethercat:IFACE")->capture_default_str();
   verb->add_option("--loop-cpu", request->owner.loop_cpu, "CPU for the 1 ms loop alone; default: the last of several");
-  verb->add_option("--world", request->owner.world_socket, "Socket of a `gantry sim` that shows camera and world")
-      ->needs(bus);
+  verb->add_option("--world", request->owner.world_socket, "Socket of a `gantry sim` that shows camera and world");
   verb->add_option("--out", request->out, "Folder for the results; default: a new one under out/");
   verb->add_option("--state", *state, "Folder of the machine's state; an owner that is up there gets the order")
       ->capture_default_str();

@@ -57,6 +57,8 @@ grep -o '`[^`]*`' core/fault_table.def | tr -d '`' | sed -e 's/^gantry //' -e 's
 [ -s "$work/no-verbs" ] && fail "$(cat "$work/no-verbs")"
 expect_exit 2 "an unknown bus" "$gantry" run $demo --bus profibus --state "$work/none"
 expect_exit 3 "a recipe that is not there" "$gantry" dry-run "$work/nothing.yaml"
+expect_exit 2 "a world beside the virtual bus" "$gantry" run $demo --world "$work/world.sock" --state "$work/none"
+expect_text "bus ethercat:IFACE"
 expect_exit 0 "a code explained" "$gantry" explain G207
 expect_text "lag\|follow"
 expect_exit 0 "the demo board checked" "$gantry" check $demo
