@@ -38,7 +38,7 @@ bool ask_owner(Context& context, const std::string& state_dir, const run::Order&
     else if (answer.contains("result"))
       fmt::print("{}  ({}/report.html)\n", answer["result"].get<std::string>(), answer.value("folder", ""));
     else
-      fmt::print("{}\n", answer.value("ok", false) ? answer.value("state", "done") : "failed");
+      fmt::print("{}\n", answer.value("ok", false) ? answer.value("said", answer.value("state", "done")) : "failed");
     if (answer.contains("errors"))
       for (const auto& e : answer["errors"])
         fmt::print(stderr, "{}{}{} [{}]\n", e.value("where", ""), e.value("where", "").empty() ? "" : ": ",

@@ -38,6 +38,7 @@ int main(int argc, char** argv) try {
   cli::add_run(app, context);
   cli::add_up(app, context);
   cli::add_home(app, context);
+  cli::add_jog(app, context);
   cli::add_sim(app, context);
   cli::add_publish(app, context);
   cli::add_bus(app, context);

@@ -28,6 +28,7 @@ void add_check(CLI::App& app, Context& context);
 void add_dry_run(CLI::App& app, Context& context);
 void add_explain(CLI::App& app, Context& context);
 void add_home(CLI::App& app, Context& context);
+void add_jog(CLI::App& app, Context& context);
 void add_monitor(CLI::App& app, Context& context);
 void add_publish(CLI::App& app, Context& context);
 void add_run(CLI::App& app, Context& context);

@@ -4,12 +4,10 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <span>
 
 #include "app/run/compose.hpp"
 #include "app/run/surroundings.hpp"
 #include "motion/path/bead.hpp"
-#include "motion/path/moves.hpp"
 
 namespace gantry::run {
 namespace {
@@ -24,66 +22,11 @@ Error with_place(Error e, const recipes::Recipe& recipe, recipes::Place place, s
 
 }  // namespace
 
-// Collects the segments of one block. Every addition is certified before it is taken.
-struct BlockPlanner::Builder {
-  const BlockPlanner& planner;
-  std::uint32_t block;
-  AxisVec at;
-  PlannedBlock out;
-  double gap_mm = 1e9;  ///< of the last feature: the needle stands so near to the board, lifted or not
-
-  const motion::Scene& scene() const { return planner.surroundings_->scene(); }
-
-  /// A tool over what it works on is near by design; the figure of interest is how near everything else comes.
-  void count(const motion::Certificate& certificate, const motion::PathRules& rules) {
-    out.motions += certificate.motions.size();
-    for (const auto& m : certificate.motions) {
-      const bool by_design = std::any_of(rules.touches.begin(), rules.touches.end(),
-                                         [&](const auto& t) { return t.head == m.head && t.standing == m.standing; });
-      if (!by_design) out.minimum_clearance_mm = std::min(out.minimum_clearance_mm, m.min_clearance_mm);
-    }
-  }
-  void take(std::span<const motion::Segment> segments, std::uint32_t feature) {
-    for (motion::Segment s : segments) {
-      s.block = block;
-      s.feature = feature;
-      out.segments.push_back(s);
-    }
-    out.duration_s += motion::duration(segments);
-  }
-  Result<void> travel(const AxisVec& to, const motion::PathRules& rules) {
-    auto path = motion::find_path(scene(), at, to, rules);
-    if (!path) return tl::unexpected(path.error());
-    count(path->certificate, rules);
-    for (std::size_t i = 1; i < path->points.size(); ++i)
-      take(motion::line_move(planner.limits_, path->points[i - 1], path->points[i]), motion::kTravel);
-    at = to;
-    return {};
-  }
-  /// Straight, where a detour would make no sense (down to the surface, up from it).
-  Result<void> straight(const AxisVec& to, const motion::PathRules& rules) {
-    const std::array points{at, to};
-    auto certificate = motion::certify(scene(), points, rules);
-    if (!certificate) return tl::unexpected(certificate.error());
-    count(*certificate, rules);
-    take(motion::line_move(planner.limits_, at, to), motion::kTravel);
-    at = to;
-    return {};
-  }
-  PlannedBlock finish() {
-    if (out.segments.empty())
-      take(std::array{motion::dwell(planner.limits_, at, planner.limits_.tick_s)}, motion::kTravel);
-    out.segments.back().ends_block = true;
-    out.end = at;
-    return std::move(out);
-  }
-};
-
 BlockPlanner::BlockPlanner(const config::Machine& machine, const recipes::Recipe& recipe)
     : machine_(machine),
       recipe_(recipe),
       limits_(compose_limits(machine)),
-      surroundings_(std::make_unique<Surroundings>(machine, recipe, unmeasured(recipe))) {}
+      surroundings_(std::make_shared<Surroundings>(machine, recipe, unmeasured(recipe))) {}
 
 BlockPlanner::~BlockPlanner() = default;
 
@@ -91,7 +34,7 @@ void BlockPlanner::know(const recipes::WorkOffset& offset, const recipes::Surfac
   offset_ = guess_ = offset;
   surface_ = surface;
   Belief belief{offset, surface, 0, surface_measured ? 0 : unmeasured(recipe_).upwards_mm};
-  surroundings_ = std::make_unique<Surroundings>(machine_, recipe_, belief);
+  surroundings_ = std::make_shared<Surroundings>(machine_, recipe_, belief);
 }
 
 Vec3 BlockPlanner::mark_view(std::size_t mark) const {
@@ -101,7 +44,7 @@ Vec3 BlockPlanner::mark_view(std::size_t mark) const {
 Result<PlannedBlock> BlockPlanner::look_at_mark(std::uint32_t block, const AxisVec& from, std::size_t mark) const {
   const recipes::MarkDef& def = recipe_.marks[mark];
   const config::Tool& camera = *config::find_tool(machine_, "camera");
-  Builder builder{*this, block, from, {}};
+  BlockBuilder builder(limits_, surroundings_->scene(), block, from);
   const AxisVec to = recipes::tool_at(machine_, camera, mark_view(mark), 0);
   if (auto r = builder.travel(to, surroundings_->rules(machine_.clearance_mm)); !r)
     return tl::unexpected(with_place(r.error(), recipe_, def.place, fmt::format("mark '{}'", def.name)));
@@ -114,7 +57,7 @@ Result<PlannedBlock> BlockPlanner::look_at_mark(std::uint32_t block, const AxisV
   const std::array after{motion::OutputEvent{.at_s = kTriggerPulse_s / 2, .mask = light | trigger, .value = 0}};
   builder.take(std::array{motion::dwell(limits_, to, settle_s + limits_.tick_s, expose),
                           motion::dwell(limits_, to, kTriggerPulse_s, after)},
-               motion::kTravel);
+               to);
   return builder.finish();
 }
 
@@ -128,21 +71,19 @@ Result<PlannedBlock> BlockPlanner::touch(std::uint32_t block, const AxisVec& fro
   const auto wrong = [&](const Error& e) {
     return tl::unexpected(with_place(e, recipe_, point.place, fmt::format("touch '{}'", point.name)));
   };
-  Builder builder{*this, block, from, {}};
+  BlockBuilder builder(limits_, surroundings_->scene(), block, from);
   const motion::PathRules near = surroundings_->rules(machine_.clearance_mm, window);
   if (auto r = builder.travel(at_height(window + machine_.probe.approach_mm), near); !r) return wrong(r.error());
   const AxisVec deepest = at_height(-window);
-  const std::array way{builder.at, deepest};
-  if (auto proof = motion::certify(builder.scene(), way, near); !proof)
-    return wrong(proof.error());
-  else
-    builder.count(*proof, near);
-  builder.take(motion::probe_move(limits_, builder.at, deepest, machine_.probe.speed_mm_s), motion::kTravel);
+  const AxisVec above = builder.at();
+  if (auto r = builder.prove(std::array{above, deepest}, near); !r) return wrong(r.error());
+  builder.take(motion::probe_move(limits_, above, deepest, machine_.probe.speed_mm_s),
+               above);  // it goes back there: where it will touch is not known
   return builder.finish();
 }
 
 Result<PlannedBlock> BlockPlanner::retract(std::uint32_t block, const AxisVec& from) const {
-  Builder builder{*this, block, from, {}};
+  BlockBuilder builder(limits_, surroundings_->scene(), block, from);
   AxisVec to = from;
   double& z = to[machine_.z.value];
   z = std::min(z + machine_.probe.retract_mm, limits_.axis[machine_.z.value].p_max);
@@ -154,22 +95,22 @@ Result<PlannedBlock> BlockPlanner::retract(std::uint32_t block, const AxisVec& f
 std::optional<PlannedBlock> BlockPlanner::rise(std::uint32_t block, const AxisVec& from) const {
   constexpr double kLow_mm = 0.5;
   if (from[machine_.z.value] >= machine_.safe_z_mm - kLow_mm) return std::nullopt;
-  Builder builder{*this, block, from, {}};
+  BlockBuilder builder(limits_, surroundings_->scene(), block, from);
   AxisVec to = from;
   to[machine_.z.value] = machine_.safe_z_mm;
-  builder.take(motion::line_move(limits_, from, to), motion::kTravel);
-  builder.at = to;
+  builder.take(motion::line_move(limits_, from, to), to);
   return builder.finish();
 }
 
 Result<PlannedBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& from,
                                             const std::vector<std::size_t>& features) const {
-  Builder builder{*this, block, from, {}};
+  BlockBuilder builder(limits_, surroundings_->scene(), block, from);
+  double gap_mm = 1e9;  // of the last feature: the needle stands so near to the board, lifted or not
   for (const std::size_t f : features) {
     const recipes::Feature& feature = recipe_.features[f];
     const auto dispensed = std::holds_alternative<recipes::Dot>(feature)
-                               ? add_dot(builder, std::get<recipes::Dot>(feature), f)
-                               : add_bead(builder, std::get<recipes::Bead>(feature), f);
+                               ? add_dot(builder, std::get<recipes::Dot>(feature), f, gap_mm)
+                               : add_bead(builder, std::get<recipes::Bead>(feature), f, gap_mm);
     if (!dispensed) return tl::unexpected(dispensed.error());
   }
   return builder.finish();
@@ -186,12 +127,13 @@ AxisVec BlockPlanner::lifted(AxisVec q, const recipes::Material& material) const
   return q;
 }
 
-Result<void> BlockPlanner::add_dot(Builder& builder, const recipes::Dot& dot, std::size_t index) const {
+Result<void> BlockPlanner::add_dot(BlockBuilder& builder, const recipes::Dot& dot, std::size_t index,
+                                   double& gap_mm) const {
   const recipes::Material& m = *recipes::find_material(recipe_, dot.material);
   const motion::PathRules rules = surroundings_->rules(m.gap);
   const AxisVec to = needle_at(dot.at, m.gap);
-  Result<void> done = builder.travel(lifted(to, m), surroundings_->rules(std::min(builder.gap_mm, m.gap)));
-  builder.gap_mm = m.gap;
+  Result<void> done = builder.travel(lifted(to, m), surroundings_->rules(std::min(gap_mm, m.gap)));
+  gap_mm = m.gap;
   if (done) done = builder.straight(to, rules);
   if (done) {
     const std::uint32_t valve = config::bit(config::Output::Valve);
@@ -200,7 +142,7 @@ Result<void> BlockPlanner::add_dot(Builder& builder, const recipes::Dot& dot, st
             .at_s = m.settle_time, .lead_s = m.valve_open_lead, .mask = valve, .value = valve, .dispense = true},
         motion::OutputEvent{
             .at_s = m.settle_time + m.dot_time, .lead_s = m.valve_close_lead, .mask = valve, .value = 0}};
-    builder.take(std::array{motion::dwell(limits_, to, m.settle_time + m.dot_time, events)},
+    builder.take(std::array{motion::dwell(limits_, to, m.settle_time + m.dot_time, events)}, to,
                  static_cast<std::uint32_t>(index));
     done = builder.straight(lifted(to, m), rules);
   }
@@ -208,7 +150,8 @@ Result<void> BlockPlanner::add_dot(Builder& builder, const recipes::Dot& dot, st
   return {};
 }
 
-Result<void> BlockPlanner::add_bead(Builder& builder, const recipes::Bead& bead, std::size_t index) const {
+Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& bead, std::size_t index,
+                                    double& gap_mm) const {
   const recipes::Material& m = *recipes::find_material(recipe_, bead.material);
   const motion::PathRules rules = surroundings_->rules(m.gap);
   const auto wrong = [&](const Error& e) {
@@ -224,24 +167,21 @@ Result<void> BlockPlanner::add_bead(Builder& builder, const recipes::Bead& bead,
   auto planned = motion::plan_bead(limits_, spec);
   if (!planned) return wrong(planned.error());
 
-  const motion::PathRules way_there = surroundings_->rules(std::min(builder.gap_mm, m.gap));
+  const motion::PathRules way_there = surroundings_->rules(std::min(gap_mm, m.gap));
   if (auto r = builder.travel(lifted(planned->start, m), way_there); !r) return wrong(r.error());
-  builder.gap_mm = m.gap;
+  gap_mm = m.gap;
   if (auto r = builder.straight(planned->start, rules); !r) return wrong(r.error());
   std::vector<AxisVec> way{planned->start};
   way.insert(way.end(), spec.points.begin(), spec.points.end());
   way.push_back(planned->end);
-  auto proof = motion::certify(builder.scene(), way, rules, bead.corner_tolerance);
-  if (!proof) return wrong(proof.error());
-  builder.count(*proof, rules);
-  builder.take(planned->segments, static_cast<std::uint32_t>(index));
-  builder.at = planned->end;
+  if (auto r = builder.prove(way, rules, bead.corner_tolerance); !r) return wrong(r.error());
+  builder.take(planned->segments, planned->end, static_cast<std::uint32_t>(index));
   if (auto r = builder.straight(lifted(planned->end, m), rules); !r) return wrong(r.error());
   return {};
 }
 
 Result<PlannedBlock> BlockPlanner::park(std::uint32_t block, const AxisVec& from) const {
-  Builder builder{*this, block, from, {}};
+  BlockBuilder builder(limits_, surroundings_->scene(), block, from);
   AxisVec to = from;
   for (const auto& [axis, position] : machine_.park) to[axis.value] = position;
   double gap = machine_.clearance_mm;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "app/run/block_builder.hpp"
 #include "config/machine.hpp"
 #include "core/axis_vec.hpp"
 #include "core/error.hpp"
@@ -18,14 +19,6 @@
 namespace gantry::run {
 
 class Surroundings;
-
-struct PlannedBlock {
-  std::vector<motion::Segment> segments;
-  AxisVec end{};                      ///< where the axes rest, if nothing ends it earlier
-  double duration_s = 0;              ///< nominal
-  double minimum_clearance_mm = 1e9;  ///< over all certified motions
-  std::size_t motions = 0;            ///< that were certified
-};
 
 class BlockPlanner {
  public:
@@ -51,14 +44,15 @@ class BlockPlanner {
                                 const std::vector<std::size_t>& features) const;
   Result<PlannedBlock> park(std::uint32_t block, const AxisVec& from) const;
 
+  /// What it plans among, by what is known now; outlives the planner.
+  [[nodiscard]] const std::shared_ptr<const Surroundings>& surroundings() const { return surroundings_; }
   /// Where the camera's tip is meant to be for a mark, machine frame.
   [[nodiscard]] Vec3 mark_view(std::size_t mark) const;
 
  private:
-  struct Builder;
-
-  Result<void> add_dot(Builder& builder, const recipes::Dot& dot, std::size_t index) const;
-  Result<void> add_bead(Builder& builder, const recipes::Bead& bead, std::size_t index) const;
+  /// `gap_mm`: of the feature before, and of this one afterwards.
+  Result<void> add_dot(BlockBuilder& builder, const recipes::Dot& dot, std::size_t index, double& gap_mm) const;
+  Result<void> add_bead(BlockBuilder& builder, const recipes::Bead& bead, std::size_t index, double& gap_mm) const;
   [[nodiscard]] AxisVec needle_at(Vec2 at, double height_mm) const;
   [[nodiscard]] AxisVec lifted(AxisVec q, const recipes::Material& material) const;
 
@@ -67,7 +61,7 @@ class BlockPlanner {
   motion::Limits limits_;
   recipes::WorkOffset guess_, offset_;
   recipes::Surface surface_;
-  std::unique_ptr<Surroundings> surroundings_;
+  std::shared_ptr<const Surroundings> surroundings_;
 };
 
 }  // namespace gantry::run

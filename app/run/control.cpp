@@ -74,15 +74,27 @@ Result<void> Control::ended() const {
   return {};
 }
 
+/// The machine is braking: a wait is over when it stands, so that whoever goes on finds it at rest. An abort has been
+/// taken only when the loop says so: before, the machine may stand on hold, or be about to start a block.
+void Control::come_to_rest() {
+  const bool asked = aborted_.has_value();
+  const cycle::Command last{.kind = CommandKind::Abort, .id = next_id_++};  // behind everything that was sent
+  while (asked && !channels_.commands.push(last) && alive()) step();
+  const auto taken = [&] {
+    return !asked || std::any_of(answers_.begin(), answers_.end(), [&](const cycle::Event& e) {
+      return e.kind == EventKind::CommandDone && e.id == last.id && e.cycle <= latest().cycle;
+    });
+  };
+  const CycleIndex give_up = latest().cycle + static_cast<CycleIndex>(kStopTimeout_s * 1000);
+  while (alive() && latest().cycle < give_up && !(taken() && standing())) step();
+}
+
 Result<void> Control::wait(const std::function<bool()>& done, double timeout_s, Error late) {
   const CycleIndex begin = latest().cycle;
   const auto limit = static_cast<CycleIndex>(timeout_s * 1000.0);
   while (!done()) {
     if (!ended()) {
-      // The machine is braking: the wait is over when it stands, so that whoever goes on finds it at rest.
-      const CycleIndex stop_begin = latest().cycle;
-      while (alive() && !standing() && latest().cycle - stop_begin < static_cast<CycleIndex>(kStopTimeout_s * 1000))
-        step();
+      come_to_rest();
       auto why = ended();
       channels_.stop_now.store(false, std::memory_order_release);
       return why;
@@ -117,14 +129,15 @@ Result<void> Control::command(cycle::Command command, double timeout_s) {
   return wait([&, cycle = answer->cycle] { return latest().cycle >= cycle; }, 1, {});
 }
 
-Result<Played> Control::play(std::uint32_t block, std::span<const motion::Segment> segments) {
+Result<Played> Control::play(std::uint32_t block, std::span<const motion::Segment> segments, bool clamp_may_be_open) {
   answers_.clear();
   std::size_t pushed = 0;
   const auto feed_ring = [&] {
     while (pushed < segments.size() && channels_.segments.push(segments[pushed])) ++pushed;
   };
   feed_ring();
-  if (auto r = command({.kind = CommandKind::StartBlock, .block = block}, 5.0); !r) return tl::unexpected(r.error());
+  const cycle::Command start{.kind = CommandKind::StartBlock, .block = block, .clamp_may_be_open = clamp_may_be_open};
+  if (auto r = command(start, 5.0); !r) return tl::unexpected(r.error());
   Played played;
   bool over = false;
   std::optional<cycle::Event> stopped;

@@ -39,7 +39,7 @@ class Control {
   void post(cycle::Command command);
   /// Plays one block to its end. A hold makes it wait; an abort or a fault ends it with an error when the machine
   /// stands.
-  Result<Played> play(std::uint32_t block, std::span<const motion::Segment> segments);
+  Result<Played> play(std::uint32_t block, std::span<const motion::Segment> segments, bool clamp_may_be_open = false);
   /// Lets time pass until `done`; Error `late` after `timeout_s` of machine time.
   Result<void> wait(const std::function<bool()>& done, double timeout_s, Error late);
   /// Lets `seconds` of machine time pass.
@@ -61,6 +61,7 @@ class Control {
 
  private:
   void on_event(const cycle::Event& event);
+  void come_to_rest();
   [[nodiscard]] bool standing() const;
   Result<void> ended() const;
 

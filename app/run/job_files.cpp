@@ -10,6 +10,7 @@
 #include "app/record/environment.hpp"
 #include "app/record/report.hpp"
 #include "app/record/summary.hpp"
+#include "core/log.hpp"
 
 namespace gantry::run {
 namespace fs = std::filesystem;
@@ -51,6 +52,11 @@ void add_world(record::JobResult& result, sim::WorldAccess& world, const RunOpti
   else
     add_error(result, collisions.error());
   if (auto placement = world.placement()) result.placement = std::move(*placement);
+  if (const auto left = world.script_left())
+    for (const std::string& entry : *left) {
+      result.events.push_back(fmt::format("script: {} did not happen before the job ended", entry));
+      log::warn("{}", result.events.back());
+    }
   if (!options.out.empty())
     if (auto written = world.write_deposits(fs::absolute(options.out).string() + "/deposits.csv"); !written)
       add_error(result, written.error());

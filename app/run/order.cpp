@@ -1,5 +1,6 @@
 #include "app/run/order.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
@@ -13,10 +14,10 @@ struct Row {
   std::string_view name;
 };
 constexpr std::array kOrders{
-    Row{OrderKind::Status, "status"}, Row{OrderKind::Enable, "enable"}, Row{OrderKind::Disable, "disable"},
-    Row{OrderKind::Home, "home"},     Row{OrderKind::Run, "run"},       Row{OrderKind::Hold, "hold"},
-    Row{OrderKind::Resume, "resume"}, Row{OrderKind::Abort, "abort"},   Row{OrderKind::Override, "override"},
-    Row{OrderKind::Reset, "reset"},   Row{OrderKind::Quit, "quit"}};
+    Row{OrderKind::Status, "status"},     Row{OrderKind::Enable, "enable"}, Row{OrderKind::Disable, "disable"},
+    Row{OrderKind::Home, "home"},         Row{OrderKind::Jog, "jog"},       Row{OrderKind::Run, "run"},
+    Row{OrderKind::Hold, "hold"},         Row{OrderKind::Resume, "resume"}, Row{OrderKind::Abort, "abort"},
+    Row{OrderKind::Override, "override"}, Row{OrderKind::Reset, "reset"},   Row{OrderKind::Quit, "quit"}};
 constexpr std::size_t kLongestLine = 64 * 1024;
 
 }  // namespace
@@ -46,6 +47,14 @@ Result<Order> parse_order(std::string_view line) {
   };
   text("recipe", order.recipe);
   text("out", order.out);
+  text("speed", order.jog.speed);
+  if (order.kind == OrderKind::Jog) {
+    const auto by = json.find("by");
+    if (by == json.end() || !by->is_object() || by->empty() ||
+        !std::all_of(by->begin(), by->end(), [](const auto& way) { return way.is_string(); }))
+      return fail(Fault::Refused, R"('jog' needs "by": axes with how far they go, for example {"X": "10 mm"})");
+    for (const auto& [axis, way] : by->items()) order.jog.by[axis] = way.get<std::string>();
+  }
   if (order.kind == OrderKind::Run && order.recipe.empty())
     return fail(Fault::Refused, "'run' needs \"recipe\": the path of a recipe");
   if (order.kind == OrderKind::Override) {
@@ -61,6 +70,8 @@ std::string to_line(const Order& order) {
   nlohmann::ordered_json json{{"order", name(order.kind)}};
   if (!order.recipe.empty()) json["recipe"] = order.recipe;
   if (!order.out.empty()) json["out"] = order.out;
+  if (!order.jog.by.empty()) json["by"] = order.jog.by;
+  if (!order.jog.speed.empty()) json["speed"] = order.jog.speed;
   if (order.kind == OrderKind::Override) json["value"] = order.value;
   return json.dump();
 }

@@ -81,11 +81,15 @@ Result<void> Owner::bring_up() {
   return fail(Fault::DcNotLocked, "the loop did not lock to the bus's reference clock");
 }
 
+Result<void> Owner::Parts::not_latched() const {
+  const Fault latched = control->latest().latched;
+  if (latched == Fault::None) return {};
+  return fail(Fault::Latched, fmt::format("{} is latched: {}", code(latched), info(latched).text));
+}
+
 Result<void> Owner::Parts::torque() {
-  const cycle::Snapshot& now = control->latest();
-  if (now.latched != Fault::None)
-    return fail(Fault::Latched, fmt::format("{} is latched: {}", code(now.latched), info(now.latched).text));
-  if (now.state != cycle::State::Disabled) return {};
+  if (auto r = not_latched(); !r) return r;
+  if (control->latest().state != cycle::State::Disabled) return {};
   return command({.kind = cycle::CommandKind::Enable}, kEnableTimeout_s);
 }
 
@@ -159,11 +163,11 @@ Result<void> Owner::order(const Order& order) {
   };
   switch (order.kind) {
     case OrderKind::Hold:
-      if (state != State::Running) return refuse("a job that runs");
+      if (state != State::Running) return refuse("a job or a jog that runs");
       p.control->post({.kind = CommandKind::Hold});
       return {};
     case OrderKind::Resume:
-      if (state != State::Held) return refuse("a job on hold");
+      if (state != State::Held) return refuse("a job or a jog on hold");
       p.control->post({.kind = CommandKind::Resume});
       return {};
     case OrderKind::Override: p.control->post({.kind = CommandKind::Override, .value = order.value}); return {};
@@ -173,8 +177,8 @@ Result<void> Owner::order(const Order& order) {
       p.named.reset();
       return {};
     case OrderKind::Abort:
-      if (p.recording == nullptr && state != State::Homing && state != State::Enabling)
-        return refuse("a job that runs, or homing");
+      if (p.recording == nullptr && !p.jogs && state != State::Homing && state != State::Enabling)
+        return refuse("a job that runs, a jog, or homing");
       interrupt(Error{Fault::Aborted, "the operator aborted it", ""});
       return {};
     case OrderKind::Status: return {};
@@ -197,6 +201,8 @@ Result<void> Owner::idle() {
   p.on_bus = false;
   return {};
 }
+
+sim::WorldAccess* Owner::world() const { return parts_->world; }
 
 const cycle::Snapshot& Owner::latest() const { return parts_->feed->latest(); }
 

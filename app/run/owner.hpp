@@ -33,6 +33,13 @@ struct RunOptions {
   bool dry_run = false;  ///< for the result's words only
 };
 
+/// What a jog came to: where the axes were sent, mm or rad, and the machine time from the order until they stood.
+struct Jogged {
+  std::uint32_t axes = 0;  ///< bit n: AxisId n was named
+  AxisVec start{}, end{};
+  double duration_s = 0;
+};
+
 /// Where a job is, for a progress bar.
 struct Progress {
   std::size_t features_done = 0, features_total = 0;
@@ -54,6 +61,11 @@ class Owner {
   /// The same, and every axis is homed.
   Result<void> home();
   Result<void> disable();
+  /// Some axes by some way, straight; app/run/jog.hpp. Enables the drives, and homes nothing. Nothing moves unless the
+  /// whole way is proved free, of the machine's own bodies and of the board and parts of the last job, where that job
+  /// has found them. Fault::NotReferenced, OutOfReach, Collision, Latched ...; Aborted, Interrupted when it was
+  /// stopped.
+  Result<Jogged> jog(const JogWords& words);
   /// One job from its first block to its end. Never throws away what happened: the result tells it, also of a job that
   /// failed.
   record::JobResult run(const recipes::Recipe& recipe, const recipes::Job& job, const RunOptions& options);
@@ -72,6 +84,8 @@ class Owner {
 
   [[nodiscard]] const cycle::Snapshot& latest() const;
   [[nodiscard]] Progress progress() const;
+  /// What a person beside a virtual machine would see; null on a machine of steel.
+  [[nodiscard]] sim::WorldAccess* world() const;
 
  private:
   struct Parts;

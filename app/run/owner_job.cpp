@@ -116,6 +116,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
 
   recording.tell(record::result_word(result));
   p.runner = nullptr, p.recording = nullptr;
+  p.around = runner.surroundings();
   p.control->forget_abort();
   recording.finish(recipe, p.channels->lost.load() == 0);
   result.cycles.virtual_time = p.options.virtual_time;

@@ -3,6 +3,7 @@
 
 #include "app/run/compose.hpp"
 #include "app/run/owner_parts.hpp"
+#include "app/run/surroundings.hpp"
 
 namespace gantry::run {
 namespace {
@@ -13,6 +14,11 @@ constexpr std::string_view kEthercat = "ethercat:";
 
 Result<devices::FramePort*> Owner::Parts::open_bus() {
   if (options.bus == "sim") {
+    if (!options.world_socket.empty())
+      return fail(
+          Fault::Usage,
+          "the virtual bus has its world in itself; for that of a `gantry sim` name its bus: --bus ethercat:IFACE",
+          "--world");
     auto vm = sim::VirtualMachine::open(machine, *clock, options.sim);
     if (!vm) return tl::unexpected(vm.error());
     virtual_machine = std::move(*vm);
@@ -53,6 +59,7 @@ Result<std::unique_ptr<Owner>> Owner::open(const config::Machine& machine, const
   if (!setup) return tl::unexpected(setup.error());
   p->bus = std::make_unique<devices::EthercatMaster>(p->machine, **port, *p->clock);
   if ((*port)->descriptor() >= 0) p->stop = std::make_unique<cycle::StopFrame>(*setup, (*port)->descriptor());
+  p->around = std::make_shared<Surroundings>(p->machine);
   p->stuck_after = setup->stuck_after();
   p->loop = std::make_unique<cycle::Loop>(*setup, *p->bus, p->can, *p->clock, *p->channels, p->stop.get());
   if (!options.virtual_time) {

@@ -56,16 +56,24 @@ struct Owner::Parts {
   bool on_bus = false;  // the run thread asks stations while the loop steps
   bool hangs = false;   // the loop has not ended: what it uses must outlive this program
 
+  /// Where the last job has found its board and parts; before the first one, the machine's own bodies.
+  std::shared_ptr<const Surroundings> around;
+  bool jogs = false;
+
   Runner* runner = nullptr;  // these two while a job runs
   Recording* recording = nullptr;
 
   /// The bus and what stands behind it: the virtual machine in this process, or a wire. The port is its alone.
   Result<devices::FramePort*> open_bus();
 
+  /// Fault::Latched while a fault is.
+  [[nodiscard]] Result<void> not_latched() const;
   /// Drives to Operation Enabled. Fault::Latched while a fault is.
   Result<void> torque();
   /// Every axis, lowest order first.
   Result<void> home();
+
+  Result<Jogged> jog(const JogWords& words);
 
   void on_step();
   void on_snapshot(const cycle::Snapshot& s);

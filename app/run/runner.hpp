@@ -3,6 +3,7 @@
 // says how far it came.
 //   Runner runner(site, recipe, job, result);   auto ended = runner.run();
 #pragma once
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -34,6 +35,8 @@ class Runner {
   Result<void> run();
   /// What it does now, for people: "mark M2", "touch T1", "dispensing".
   [[nodiscard]] const std::string& doing() const { return doing_; }
+  /// What stands around the head, by what the job has measured so far.
+  [[nodiscard]] const std::shared_ptr<const Surroundings>& surroundings() const { return planner_.surroundings(); }
 
  private:
   Result<void> play_blocks();

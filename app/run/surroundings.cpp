@@ -3,13 +3,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+
+#include "motion/plan/sweep.hpp"
 
 namespace gantry::run {
 namespace {
 
 constexpr const char* kBoard = "board";
 constexpr double kTipTolerance_mm = 0.5;
-constexpr double kSlack_mm = 0.05;  // measured heights and following error may take this much of a gap
+constexpr double kDeepest_mm = 5;      // that bodies may overlap by belief and be led apart: a probe's spring
+constexpr double kMeasured_mm = 1e-5;  // how exactly it is found how near two bodies stand
+constexpr double kSlack_mm = 0.05;     // measured heights and following error may take this much of a gap
 
 /// The body of the head at whose lower end a tool has its tip: the one that may come near to what the tool works on.
 std::string working_body(const config::Machine& machine, std::string_view tool_name) {
@@ -22,6 +27,21 @@ std::string working_body(const config::Machine& machine, std::string_view tool_n
   return {};
 }
 
+/// The largest margin that two bodies are proved to keep where they stand, at most `clearance_mm`; below 0 they
+/// overlap. Nothing when that is by more than a touch can.
+std::optional<double> margin_kept(const motion::Scene& scene, std::size_t head, std::size_t standing,
+                                  const AxisVec& now, double clearance_mm) {
+  const motion::BodySweep still(scene, head, now, now);
+  double kept = -kDeepest_mm, not_kept = clearance_mm;
+  if (still.far(standing, not_kept) || still.prove(standing, not_kept)) return clearance_mm;
+  if (!still.prove(standing, kept)) return std::nullopt;
+  while (not_kept - kept > kMeasured_mm) {
+    const double middle = (kept + not_kept) / 2;
+    (still.prove(standing, middle) ? kept : not_kept) = middle;
+  }
+  return kept;
+}
+
 }  // namespace
 
 Belief unmeasured(const recipes::Recipe& recipe) {
@@ -32,12 +52,15 @@ Belief unmeasured(const recipes::Recipe& recipe) {
   return belief;
 }
 
-Surroundings::Surroundings(const config::Machine& machine, const recipes::Recipe& recipe, const Belief& belief)
-    : belief_(belief),
-      scene_(machine),
+Surroundings::Surroundings(const config::Machine& machine)
+    : scene_(machine),
       clearance_mm_(machine.clearance_mm),
       needle_(working_body(machine, "needle")),
-      probe_(working_body(machine, "probe")) {
+      probe_(working_body(machine, "probe")) {}
+
+Surroundings::Surroundings(const config::Machine& machine, const recipes::Recipe& recipe, const Belief& belief)
+    : Surroundings(machine) {
+  belief_ = belief;
   add_recipe(machine, recipe);
   const double nominal_top = recipes::to_machine(recipe, machine, {}, {}, {0, 0}, 0).z;
   for (const config::Body& body : machine.scene) {
@@ -81,6 +104,15 @@ motion::PathRules Surroundings::rules(double gap_mm, double press_mm) const {
   };
   may(needle_, needle);
   may(probe_, probe);
+  return rules;
+}
+
+motion::PathRules Surroundings::no_nearer_than(const AxisVec& now) const {
+  motion::PathRules rules{.clearance_mm = clearance_mm_, .touches = {}};
+  for (std::size_t i = 0; i < scene_.head().size(); ++i)
+    for (std::size_t k = 0; k < scene_.standing().size(); ++k)
+      if (const auto kept = margin_kept(scene_, i, k, now, clearance_mm_); kept && *kept < clearance_mm_)
+        rules.touches.push_back({scene_.head()[i].name, scene_.standing()[k].name, *kept});
   return rules;
 }
 

@@ -26,12 +26,17 @@ Belief unmeasured(const recipes::Recipe& recipe);
 
 class Surroundings {
  public:
+  /// The machine's own bodies alone.
+  explicit Surroundings(const config::Machine& machine);
   Surroundings(const config::Machine& machine, const recipes::Recipe& recipe, const Belief& belief);
 
   [[nodiscard]] const motion::Scene& scene() const { return scene_; }
   /// Full clearance, but for tools over the surface that they work on: the needle keeps `gap_mm`, the probe may press
   /// in by `press_mm` (after a touch it stands pressed in by its stopping distance).
   [[nodiscard]] motion::PathRules rules(double gap_mm, double press_mm = 0.2) const;
+  /// Full clearance, but for bodies that stand nearer to each other now (the needle over a dot, the probe on the
+  /// surface): they come no nearer than that, nor to what is nowhere higher (motion/plan/sweep.hpp).
+  [[nodiscard]] motion::PathRules no_nearer_than(const AxisVec& now) const;
   [[nodiscard]] double sideways_mm() const { return belief_.sideways_mm; }
 
  private:

@@ -28,6 +28,17 @@ TEST(Faults, a_missing_mark_ends_the_job_with_6) {
   EXPECT_TRUE(result.deposits.empty());
 }
 
+TEST(Faults, a_script_entry_beyond_the_end_of_the_job_is_told_with_its_line) {
+  Rig rig({.placement = "dx=0.5 mm",
+           .script = "- {at: feature dot 1, do: duplicate_frames, count: 1}\n"
+                     "- {at: cycle 90000000, do: lose_frames, count: 3}\n"});
+  const auto result = rig.run(kDemo);
+  EXPECT_EQ(result.exit_code, ExitCode::Done);
+  ASSERT_EQ(result.events.size(), 1u);
+  EXPECT_TRUE(result.events[0].ends_with(":2:3: lose_frames at cycle 90000000 did not happen before the job ended"))
+      << result.events[0];
+}
+
 TEST(Faults, marks_that_disagree_are_refused_with_6) {
   Rig rig(
       {.placement = "dx=0.5 mm", .script = "- {at: job start, do: move_mark, name: back_right, by: [0.4 mm, 0 mm]}"});

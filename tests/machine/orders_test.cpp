@@ -118,6 +118,23 @@ TEST(Orders, after_an_abort_in_a_bead_the_next_job_raises_the_needle_and_runs) {
   EXPECT_TRUE(again.collisions.empty());
 }
 
+TEST(Orders, a_job_on_hold_can_be_aborted_and_the_machine_is_free) {
+  Rig rig({.placement = "dx=0.5 mm"});
+  CycleIndex held_at = 0;
+  bool aborted = false;
+  rig.on_step = [&](run::Owner& owner) {
+    const auto& s = owner.latest();
+    if (held_at == 0 && valve_open(s) && s.path_speed > 10 && owner.order(order(OrderKind::Hold))) held_at = s.cycle;
+    if (held_at != 0 && !aborted && s.cycle > held_at + 400) aborted = owner.order(order(OrderKind::Abort)).has_value();
+  };
+  EXPECT_EQ(rig.run(kDemo).exit_code, info(Fault::Aborted).exit_code);
+  ASSERT_TRUE(aborted);
+  rig.on_step = {};
+  EXPECT_EQ(rig.owner().latest().state, cycle::State::Ready);
+  const auto again = rig.run(kDemo);
+  EXPECT_EQ(again.exit_code, ExitCode::Done) << (again.errors.empty() ? "" : to_text(again.errors.front()));
+}
+
 TEST(Orders, after_an_abort_homing_is_not_told_that_it_was_aborted) {
   Rig rig({.placement = "dx=0.5 mm"});
   abort_in_a_bead(rig);

@@ -1,0 +1,54 @@
+// gantry jog AXIS DISTANCE ...: moves axes by some way, as a client of the owner that is up.
+#include "app/run/jog.hpp"
+
+#include <fmt/format.h>
+
+#include "app/cli/client.hpp"
+
+namespace gantry::cli {
+namespace {
+
+/// "X", "10mm", "Z", "-2 mm": pairs of what was typed.
+Result<run::JogWords> pairs(const std::vector<std::string>& typed, std::string speed) {
+  run::JogWords words{.by = {}, .speed = std::move(speed)};
+  if (typed.size() % 2 != 0)
+    return fail(Fault::Usage, "each axis is followed by how far it goes, in one word: X 10mm, or X \"10 mm\"");
+  for (std::size_t i = 0; i < typed.size(); i += 2)
+    if (!words.by.emplace(typed[i], typed[i + 1]).second)
+      return fail(Fault::Usage, fmt::format("axis {} is named twice", typed[i]));
+  return words;
+}
+
+}  // namespace
+
+void add_jog(CLI::App& app, Context& context) {
+  auto* verb =
+      app.add_subcommand("jog", "Moves axes by some way on a straight line; needs `gantry up` and `gantry home`");
+  auto typed = std::make_shared<std::vector<std::string>>();
+  auto speed = std::make_shared<std::string>();
+  auto state = std::make_shared<std::string>("state");
+  verb->add_option("AXIS DISTANCE", *typed, "Axes, each with how far it goes from where it stands")->required();
+  verb->add_option("--speed", *speed, "Of all mm axes together; deg/s where only rotary axes go; default: 20 of these");
+  verb->add_option("--state", *state, "Folder of the machine's state, where the owner takes its orders")
+      ->capture_default_str();
+  verb->footer(
+      "  gantry jog Z -2mm\n"
+      "  gantry jog X 40mm Y \"-12.5 mm\" --speed \"50 mm/s\"\n"
+      "The whole way is proved free before anything moves: of the machine's own bodies, and of the board and parts of\n"
+      "the last job where that has found them. A hold and an abort (Ctrl-C) stop on that way. The valve stays shut.");
+  verb->callback([&context, typed, speed, state] {
+    const auto words = pairs(*typed, *speed);
+    if (!words) return void(context.exit_code = show(words.error(), context.json));
+    if (ask_owner(context, *state, {.kind = run::OrderKind::Jog, .jog = *words})) return;
+    const auto machine = load_machine(context);
+    if (!machine) return;
+    const auto jog = run::read_jog(*machine, *words);
+    const Error nobody{Fault::NotReferenced,
+                       "no owner is up, and only one that is knows where the axes stand; start `gantry up`, then "
+                       "`gantry home`",
+                       owner_socket(*state)};
+    context.exit_code = show(jog ? nobody : jog.error(), context.json);
+  });
+}
+
+}  // namespace gantry::cli

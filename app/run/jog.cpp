@@ -1,0 +1,120 @@
+#include "app/run/jog.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <vector>
+
+#include "app/run/compose.hpp"
+#include "config/yaml.hpp"
+#include "core/units.hpp"
+#include "motion/path/moves.hpp"
+
+namespace gantry::run {
+namespace {
+
+using units::Dimension;
+
+constexpr double kSpeed_mm_s = 20, kSlowest_mm_s = 0.01;
+constexpr double kSpeed_rad_s = units::rad(20), kSlowest_rad_s = units::rad(0.01);
+constexpr double kLeast_mm = 1e-4, kLeast_rad = units::rad(1e-4);  // less than a drive counts
+constexpr double kRounding = 1e-9;
+
+std::string shown(const config::Axis& axis, double value) {
+  return axis.rotary ? fmt::format("{:.3f} deg", units::deg(value)) : fmt::format("{:.3f} mm", value);
+}
+
+Result<const config::Axis*> axis_named(const config::Machine& machine, const std::string& name) {
+  const config::Axis* axis = config::find_axis(machine, name);
+  if (axis == nullptr) {
+    std::vector<std::string_view> names;
+    for (const config::Axis& a : machine.axes) names.push_back(a.name);
+    const std::string_view near = config::nearest(name, names);
+    return fail(Fault::UnknownReference,
+                fmt::format("there is no axis '{}'; {}there are {}", name,
+                            near.empty() ? "" : fmt::format("did you mean '{}'? ", near), fmt::join(names, ", ")));
+  }
+  if (axis->kind == config::AxisKind::Positioned)
+    return fail(Fault::PositionedAxisInMove,
+                "it positions by itself, and jog moves only axes that get a target in every cycle", "axis " + name);
+  return axis;
+}
+
+/// How far the jog goes in mm, or in rad where it turns only.
+double length(const config::Machine& machine, const Jog& jog, bool rotary) {
+  double sum = 0;
+  for (const config::Axis& axis : machine.axes)
+    if (axis.rotary == rotary) sum += jog.way[axis.id.value] * jog.way[axis.id.value];
+  return std::sqrt(sum);
+}
+
+}  // namespace
+
+Result<Jog> read_jog(const config::Machine& machine, const JogWords& words) {
+  if (words.by.empty()) return fail(Fault::BadValue, "a jog names at least one axis and how far it goes: X 10mm");
+  Jog jog;
+  bool turns_only = true;
+  for (const auto& [name, by] : words.by) {
+    const auto axis = axis_named(machine, name);
+    if (!axis) return tl::unexpected(axis.error());
+    const auto way = units::parse(by, (*axis)->rotary ? Dimension::Angle : Dimension::Length);
+    if (!way) return fail(way.error().fault, way.error().message, "axis " + name);
+    if (std::abs(*way) < ((*axis)->rotary ? kLeast_rad : kLeast_mm))
+      return fail(Fault::OutOfRange,
+                  fmt::format("a jog goes by at least {}", (*axis)->rotary ? "0.0001 deg" : "0.0001 mm"),
+                  "axis " + name);
+    jog.axes |= 1u << (*axis)->id.value;
+    jog.way[(*axis)->id.value] = *way;
+    turns_only = turns_only && (*axis)->rotary;
+  }
+  double speed = turns_only ? kSpeed_rad_s : kSpeed_mm_s;
+  if (!words.speed.empty()) {
+    const auto asked = units::parse(words.speed, turns_only ? Dimension::AngularSpeed : Dimension::Speed);
+    if (!asked) return fail(asked.error().fault, asked.error().message, "the speed");
+    speed = *asked;
+  }
+  if (!(speed >= (turns_only ? kSlowest_rad_s : kSlowest_mm_s)))
+    return fail(Fault::OutOfRange, fmt::format("a jog is no slower than {}", turns_only ? "0.01 deg/s" : "0.01 mm/s"),
+                "the speed");
+  // What s is depends on the axes (motion/path/moves.hpp); the speed is that of all mm axes together. An axis that
+  // turns while others go somewhere follows them.
+  jog.v_cap = speed * motion::path_length(compose_limits(machine), jog.way) / length(machine, jog, turns_only);
+  return jog;
+}
+
+Result<void> know_place(const config::Machine& machine, std::uint32_t referenced, const Jog& jog) {
+  for (const config::Axis& axis : machine.axes) {
+    const std::uint32_t bit = 1u << axis.id.value;
+    const bool carries = axis.kind == config::AxisKind::Streamed && axis.homing;
+    if ((referenced & bit) != 0 || ((jog.axes & bit) == 0 && !carries)) continue;
+    return fail(Fault::NotReferenced,
+                "it is not referenced, so that it is not known where the head stands; run `gantry home` first",
+                "axis " + axis.name);
+  }
+  return {};
+}
+
+Result<PlannedBlock> plan_jog(const config::Machine& machine, const Surroundings& around, const AxisVec& at,
+                              const Jog& jog) {
+  AxisVec to = at;
+  for (const config::Axis& axis : machine.axes) {
+    const std::size_t i = axis.id.value;
+    to[i] += jog.way[i];
+    const bool up = jog.way[i] > 0;
+    const double limit = up ? axis.p_max : axis.p_min;
+    const double left = std::max(0.0, up ? limit - at[i] : at[i] - limit);
+    if (jog.way[i] == 0 || (up ? to[i] - limit : limit - to[i]) <= kRounding) continue;
+    return fail(
+        Fault::OutOfReach,
+        fmt::format("it would go to {}, past its {} limit {}; it stands at {}, {} from there", shown(axis, to[i]),
+                    up ? "upper" : "lower", shown(axis, limit), shown(axis, at[i]), shown(axis, left)),
+        "axis " + axis.name);
+  }
+  const motion::Limits limits = compose_limits(machine);
+  BlockBuilder builder(limits, around.scene(), 1, at);
+  if (auto r = builder.straight(to, around.no_nearer_than(at), jog.v_cap); !r) return tl::unexpected(r.error());
+  return builder.finish();
+}
+
+}  // namespace gantry::run

@@ -1,0 +1,45 @@
+// An owner's jog: what must be so before anything moves, and the one block that moves.
+#include "app/run/jog.hpp"
+#include "app/run/owner_parts.hpp"
+
+namespace gantry::run {
+
+Result<Jogged> Owner::jog(const JogWords& words) {
+  Parts& p = *parts_;
+  if (p.recording != nullptr || p.jogs) return fail(Fault::Refused, "'jog' needs an owner that is idle");
+  p.control->begin();
+  p.named.reset();
+  p.jogs = true;
+  auto done = p.jog(words);
+  p.jogs = false;
+  p.control->forget_abort();
+  return done;
+}
+
+Result<Jogged> Owner::Parts::jog(const JogWords& words) {
+  const auto asked = read_jog(machine, words);
+  if (!asked) return tl::unexpected(asked.error());
+  const cycle::Snapshot& now = control->latest();
+  if (auto r = not_latched(); !r) return tl::unexpected(r.error());
+  if (auto r = know_place(machine, now.referenced, *asked); !r) return tl::unexpected(r.error());
+  if (auto r = torque(); !r) return tl::unexpected(r.error());
+  Jogged jogged{.axes = asked->axes, .start = now.target};
+  const auto planned = plan_jog(machine, *around, jogged.start, *asked);
+  if (!planned) return tl::unexpected(planned.error());
+
+  const CycleIndex begin = now.cycle;
+  CycleIndex end = begin;
+  const auto play = [&]() -> Result<void> {
+    constexpr bool kClampMayBeOpen = true;  // as in homing: nothing is done to a board
+    const auto played = control->play(planned->segments.front().block, planned->segments, kClampMayBeOpen);
+    if (!played) return tl::unexpected(played.error());
+    end = played->end;
+    return {};
+  };
+  if (auto r = with_stations(play()); !r) return tl::unexpected(r.error());
+  jogged.end = now.target;
+  jogged.duration_s = static_cast<double>(end - begin) * seconds(machine.bus.cycle);
+  return jogged;
+}
+
+}  // namespace gantry::run
