@@ -121,7 +121,8 @@ const Fields<CameraConfig> kCamera{
 
 const Fields<ProbeRow> kProbe{
     name_of("axis", &ProbeRow::axis, kRequired, "axis whose drive latches"),
-    number("speed", &ProbeRow::speed_mm_s, D::Speed, {0.1, 100}, kRequired, "towards the surface"),
+    number("speed", &ProbeRow::speed_mm_s, D::Speed, {0.1, 100}, kRequired,
+           "towards the surface; presses in by 25 ms of way and a stop"),
     number("approach", &ProbeRow::approach_mm, D::Length, {0.1, 100}, kRequired, "begins this far above the surface"),
     number("travel", &ProbeRow::travel_mm, D::Length, {0.1, 100}, kRequired, "gives up after this way"),
     number("retract", &ProbeRow::retract_mm, D::Length, {0.1, 100}, kRequired, "back up after the touch"),

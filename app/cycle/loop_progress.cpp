@@ -22,7 +22,7 @@ void Loop::follow_progress() noexcept {
     probe_told_ = true;
     if (probing_) {
       probing_ = false;
-      interpolator_.probe_latched();
+      interpolator_.probe_latched(setup_.probe_axis, axes_.probe_position());
       tell({.kind = EventKind::Touched, .axis = setup_.probe_axis, .block = block_, .value = axes_.probe_position()});
     } else {
       react(Fault::ProbeImplausible, setup_.probe_axis, 0);

@@ -21,8 +21,8 @@ int of(const cycle::Event& e) {
 
 void Owner::Parts::on_step() {
   if (publisher) publisher->poll(clock->now());
-  if (culprits) look_at_stations();
   if (poll) poll();
+  if (culprits) look_at_stations();  // may step on itself
 }
 
 void Owner::Parts::on_snapshot(const cycle::Snapshot& s) {

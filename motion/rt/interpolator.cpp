@@ -137,6 +137,7 @@ bool Interpolator::leave() noexcept {
 
 void Interpolator::pop() noexcept {
   fired(0) = 0;
+  way_end_ = kWholeWay;
   ring_.pop(scratch_);
   ++popped_;
   looked_ahead_ = false;

@@ -8,7 +8,9 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <limits>
 
+#include "core/id.hpp"
 #include "motion/profile/planner.hpp"
 #include "motion/rt/lookahead.hpp"
 #include "motion/rt/output_word.hpp"
@@ -35,12 +37,14 @@ class Interpolator {
   /// One tick on. override_factor: 0.1 .. 2.0, 1 = as planned; clamped.
   Setpoint step(double override_factor) noexcept;
 
-  void hold() noexcept;           ///< brakes on the path; the valve closes at once
-  void resume() noexcept;         ///< after hold or stop_path
-  void stop_path() noexcept;      ///< like hold, for a fault
-  void abort() noexcept;          ///< brakes on the path, then drops the rest of the block
-  void probe_latched() noexcept;  ///< the probe has latched: brakes on the path, the block ends there
-  void axis_stop() noexcept;      ///< every axis brakes with its own limits; the path is lost, the block is dropped
+  void hold() noexcept;       ///< brakes on the path; the valve closes at once
+  void resume() noexcept;     ///< after hold or stop_path
+  void stop_path() noexcept;  ///< like hold, for a fault
+  void abort() noexcept;      ///< brakes on the path, then drops the rest of the block
+  /// The probe has latched where `axis` stood at `position`: the block ends a fixed way beyond that place, whenever
+  /// this is told; told too late for that, at once.
+  void probe_latched(AxisId axis, double position) noexcept;
+  void axis_stop() noexcept;  ///< every axis brakes with its own limits; the path is lost, the block is dropped
 
   /// Sets bits of the output word outside the valve's.
   void set_outputs(std::uint32_t mask, std::uint32_t bits) noexcept;
@@ -77,6 +81,7 @@ class Interpolator {
   void choose_course() noexcept;
   bool replan(const State& x) noexcept;
   bool replan_to_rest(const State& x) noexcept;
+  bool replan_beyond(AxisId axis, double position) noexcept;
   bool speeds_fit(const Profile& braking, std::size_t segments) noexcept;
   [[nodiscard]] bool nominal_fits(const Segment& s, double v_in) const noexcept;
   double v_at_end() noexcept;
@@ -92,6 +97,7 @@ class Interpolator {
   const Segment& front() noexcept { return *ring_.peek(0); }
   std::uint8_t& fired(std::size_t i) noexcept { return fired_[(popped_ + i) % kEventWindow]; }
 
+  static constexpr double kWholeWay = std::numeric_limits<double>::infinity();
   static constexpr std::size_t kEventWindow = 32;  ///< segments ahead in which events are looked for
 
   SegmentRing& ring_;
@@ -108,11 +114,12 @@ class Interpolator {
   double override_ = 1;
 
   Course course_ = Course::None;
-  Profile profile_;           ///< s(t) on the front segment
-  double t_ = 0, t_end_ = 0;  ///< into it, and its duration
-  double v_in_ = 0;           ///< path speed at which the next segment is entered
-  double v_out_ = 0;          ///< path speed at which a course ToEnd comes to the end
-  bool stale_ = false;        ///< the course has to be planned anew, as soon as it can be
+  Profile profile_;             ///< s(t) on the front segment
+  double t_ = 0, t_end_ = 0;    ///< into it, and its duration
+  double way_end_ = kWholeWay;  ///< s at which a touch ends on the front segment
+  double v_in_ = 0;             ///< path speed at which the next segment is entered
+  double v_out_ = 0;            ///< path speed at which a course ToEnd comes to the end
+  bool stale_ = false;          ///< the course has to be planned anew, as soon as it can be
   bool starving_ = false;
   bool looked_ahead_ = false;   ///< ahead_ is up to date
   std::size_t popped_ = 0;      ///< segments that have gone so far

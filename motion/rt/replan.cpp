@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "motion/geometry.hpp"
 #include "motion/rt/approach.hpp"
 #include "motion/rt/interpolator.hpp"
 
@@ -10,8 +11,20 @@ namespace {
 
 constexpr double kSameSpeed = 1e-9;        // relative: speeds that are one
 constexpr std::size_t kStopSegments = 16;  // how many segments one stop may reach over
+// A latch is seen cycles after it happened (the axis' lag, the wire there and back, a host that was late). Braking only
+// this long beyond the latched place, seen early or late, makes every setpoint a function of the place alone.
+constexpr double kSeenWithin_s = 0.025;
 
 bool faster(double v, double limit) noexcept { return v > limit * (1 + kSameSpeed); }
+
+double peak_speed(const Profile& profile) noexcept {
+  double t = 0, peak = profile.from.v;
+  for (const Phase& phase : profile.phases) {
+    t += phase.duration_s;
+    peak = std::max(peak, evaluate(profile, t).v);
+  }
+  return peak;
+}
 
 }  // namespace
 
@@ -32,9 +45,29 @@ void Interpolator::hold() noexcept { brake(AfterStop::Wait); }
 void Interpolator::stop_path() noexcept { brake(AfterStop::Wait); }
 void Interpolator::abort() noexcept { brake(AfterStop::Drop); }
 
-void Interpolator::probe_latched() noexcept {
-  if (doing_ == Doing::Block && course_ != Course::None && front().kind == SegmentKind::UntilProbe)
-    brake(AfterStop::EndBlock);
+void Interpolator::probe_latched(AxisId axis, double position) noexcept {
+  if (doing_ != Doing::Block || course_ == Course::None || front().kind != SegmentKind::UntilProbe) return;
+  if (stopping_ || !replan_beyond(axis, position)) brake(AfterStop::EndBlock);
+}
+
+/// Goes on from the latched place at the speed of the course that it has, and brakes. False: too late for that.
+bool Interpolator::replan_beyond(AxisId axis, double position) noexcept {
+  const Geometry& line = front().geometry;
+  const double along = derivative<1>(line, 0)[axis.value];
+  if (along == 0) return false;
+  const State x = evaluate(profile_, t_);
+  const double latched = std::min((position - line.c[0][axis.value]) / along, x.p);
+  Bounds b = bounds_of(front(), override_);
+  b.v = std::min(b.v, peak_speed(profile_) * (1 + kSameSpeed));
+  const double end = latched + kSeenWithin_s * b.v + change_length(b.v, 0, b.a, b.j);
+  if (end < line.length) {
+    const Approach a = approach(x, end, 0, 0, b);
+    if (!a.found) return false;
+    adopt(Course::ToEnd, a.profile);
+    v_out_ = 0;
+    way_end_ = end;
+  }
+  return true;
 }
 
 void Interpolator::resume() noexcept {
@@ -82,8 +115,9 @@ bool Interpolator::replan(const State& x) noexcept {
   const Segment& s = front();
   const double v_now = v_at_end();
   const Bounds b = bounds_of(s, override_);
-  Approach a = approach(x, s.geometry.length, stopping_ ? 0 : v_allowed(0), v_now, b);
-  if (!a.found && stopping_) a = approach(x, s.geometry.length, v_allowed(0), v_now, b);
+  const double end = std::min(way_end_, s.geometry.length);
+  Approach a = approach(x, end, stopping_ ? 0 : v_allowed(0), v_now, b);
+  if (!a.found && stopping_) a = approach(x, end, v_allowed(0), v_now, b);
   if (!a.found) return false;
   adopt(Course::ToEnd, a.profile);
   v_out_ = a.v_out;

@@ -36,8 +36,7 @@ def late(c):
 sys.exit(0 if any(late(json.load(open(d + "/summary.json"))["cycle"]) for d in sys.argv[1:]) else 1)
 PY
 }
-# same_setpoints A B WHAT: two runs commanded the same. Where the host held one of them up a touch may end a tick later;
-# then what both sent is compared.
+# same_setpoints A B WHAT: two runs commanded the same. Where the host held one of them up, what both sent is compared.
 same_setpoints() {
   [ "$(hash_of "$1")" = "$(hash_of "$2")" ] && { echo "ok: $3: same setpoints"; return; }
   "$gantry" trace diff "$1" "$2" >"$work/diff" 2>&1 && host_held_up "$1" "$2" &&

@@ -65,5 +65,20 @@ TEST(DemoBoard, a_run_is_a_pure_function_of_its_inputs) {
   EXPECT_EQ(hashes.size(), 2u) << "another placement must give another stream";
 }
 
+TEST(DemoBoard, what_is_seen_late_changes_no_setpoint) {
+  std::set<std::uint64_t> hashes;
+  for (const char* disturbed : {"", "- {at: mark back_right, do: noise, loss: 0.3, seed: 1}",
+                                "- {at: mark back_right, do: noise, loss: 0.3, seed: 2}"}) {
+    Rig rig({.placement = "dx=-0.4 mm, dy=0.9 mm, rot=-0.6 deg", .script = disturbed, .change = [](config::Machine& m) {
+               m.bus.frames_lost_max = 30;
+             }});
+    const record::JobResult result = rig.run(kDemo);
+    EXPECT_EQ(result.exit_code, ExitCode::Done);
+    EXPECT_EQ(result.cycles.frames_lost > 10000, *disturbed != 0);
+    hashes.insert(result.setpoint_hash);
+  }
+  EXPECT_EQ(hashes.size(), 1u);
+}
+
 }  // namespace
 }  // namespace gantry

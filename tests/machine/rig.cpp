@@ -30,6 +30,7 @@ Rig::Rig(const RigOptions& options) : options_(options) {
     return;
   }
   machine_ = *machine;
+  if (options.change) options.change(machine_);
   if (!options_.script.empty()) {
     std::string name = "/tmp/gantry-script-XXXXXX";
     const int fd = mkstemp(name.data());

@@ -19,6 +19,7 @@ struct RigOptions {
   std::string script{};  ///< world script, YAML
   std::uint64_t seed = 1;
   std::string machine = "config/machines/dispenser.yaml";
+  std::function<void(config::Machine&)> change{};  ///< made to the machine file's content
 };
 
 class Rig {

@@ -255,7 +255,10 @@ TEST(Interpolator, axis_stop_brakes_every_axis_within_its_own_limits) {
   }
 }
 
-TEST(Interpolator, a_touch_brakes_where_the_probe_latches_and_ends_its_block) {
+constexpr AxisId kDown{2};
+constexpr double kSeenWithin_s = 0.025;  // as docs/architecture.md has it
+
+TEST(Interpolator, a_touch_ends_beyond_where_the_probe_latches_and_ends_its_block) {
   const Limits m = machine();
   std::mt19937_64 random(kSeed + 7);
   for (int n = 0; n < 500; ++n) {
@@ -273,7 +276,7 @@ TEST(Interpolator, a_touch_brakes_where_the_probe_latches_and_ends_its_block) {
     for (int k = 0; k < at; ++k) x = p.step();
     EXPECT_TRUE(x.probing);
     const double speed = x.s_dot, s = x.s;
-    p.play.probe_latched();
+    p.play.probe_latched(kDown, x.q[2]);
     int ticks = 0;
     while (!p.play.idle() && ++ticks < 1000) {
       x = p.step();
@@ -286,11 +289,66 @@ TEST(Interpolator, a_touch_brakes_where_the_probe_latches_and_ends_its_block) {
     EXPECT_TRUE(x.probing || at == total);
     EXPECT_TRUE(p.play.at_rest());
     EXPECT_EQ(p.ring->size(), 0u);
-    // No further than a stop at once needs, were it at its worst: at speed, still speeding up.
+    // The way at speed and what a stop needs, were it at its worst: still speeding up.
     const Bounds b{touch[0].v_max, touch[0].a_max, touch[0].j_max};
-    EXPECT_LE(x.s, s + way_to_speed({0, speed, b.a}, 0, b) + 1e-9) << label(n);
+    EXPECT_LE(x.s, s + kSeenWithin_s * touch[0].v_cap + way_to_speed({0, speed, b.a}, 0, b) + 1e-9) << label(n);
     p.step();
     expect_within(p.use(), label(n));
+  }
+}
+
+/// A touch at `speed` that latches at `latched` below its start and is told `late` ticks after the setpoint passed
+/// there.
+std::vector<Setpoint> touch_told_late(double speed, double latched, int late) {
+  const Limits m = machine();
+  Player p(m, home());
+  AxisVec down = home();
+  down[2] = -25;
+  std::vector<Segment> touch = probe_move(m, home(), down, speed);
+  touch[0].block = 4;
+  p.push(touch);
+  p.play.begin_block(4);
+  std::vector<Setpoint> stream;
+  while (stream.empty() || stream.back().s < latched) stream.push_back(p.step());
+  for (int k = 0; k < late; ++k) stream.push_back(p.step());
+  p.play.probe_latched(kDown, home()[2] - latched);
+  while (!p.play.idle()) stream.push_back(p.step());
+  EXPECT_TRUE(stream.back().block_done);
+  return stream;
+}
+
+TEST(Interpolator, a_touch_is_a_function_of_where_it_latched_not_of_when_that_was_seen) {
+  for (const double speed : {0.5, 5.0, 40.0})
+    for (const double latched : {7.0, 7.1234567}) {
+      const std::vector<Setpoint> at_once = touch_told_late(speed, latched, 0);
+      EXPECT_GT(at_once.back().s, latched);
+      for (int late = 1; late <= 24; ++late) {
+        const std::vector<Setpoint> seen = touch_told_late(speed, latched, late);
+        ASSERT_EQ(seen.size(), at_once.size()) << late;
+        for (std::size_t k = 0; k < seen.size(); ++k) ASSERT_NEAR(seen[k].q[2], at_once[k].q[2], 1e-9) << late;
+      }
+      const std::vector<Setpoint> too_late = touch_told_late(speed, latched, 60);
+      EXPECT_GT(too_late.size(), at_once.size());
+      EXPECT_LT(too_late.size(), at_once.size() + 60) << "brakes at once";
+    }
+}
+
+TEST(Interpolator, a_latched_place_that_cannot_be_only_makes_a_touch_end_sooner) {
+  for (const double latched : {-100.0, 100.0}) {
+    const Limits m = machine();
+    Player p(m, home());
+    AxisVec down = home();
+    down[2] = -25;
+    std::vector<Segment> touch = probe_move(m, home(), down, 5);
+    touch[0].block = 4;
+    p.push(touch);
+    p.play.begin_block(4);
+    for (int k = 0; k < 1000; ++k) p.step();
+    const double seen_at = p.last.s;
+    p.play.probe_latched(kDown, home()[2] - latched);
+    while (!p.play.idle()) p.step();
+    const Bounds b{touch[0].v_max, touch[0].a_max, touch[0].j_max};
+    EXPECT_LE(p.last.s, seen_at + kSeenWithin_s * 5 + way_to_speed({0, 5, 0}, 0, b) + 1e-6) << latched;
   }
 }
 
@@ -423,7 +481,7 @@ TEST(Interpolator, an_idle_machine_stands_whatever_is_asked_of_it) {
   p.play.hold();
   p.play.resume();
   p.play.abort();
-  p.play.probe_latched();
+  p.play.probe_latched(kDown, -10);
   const Setpoint x = p.step(NAN);
   EXPECT_EQ(x.q, home());
   EXPECT_EQ(x.block, 0u);
