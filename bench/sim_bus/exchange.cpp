@@ -60,6 +60,11 @@ struct Bench {
   devices::EthercatMaster master{machine, tap, clock};
   Time next{};
   devices::Exchange last;
+  struct Place {
+    std::span<std::byte> outputs;
+    std::size_t at;
+  };
+  std::vector<Place> controls, targets;
 
   explicit Bench(config::Machine m = reference()) : machine(std::move(m)) {
     if (auto ok = master.bring_up(); !ok) throw std::runtime_error(to_text(ok.error()));
@@ -74,8 +79,13 @@ struct Bench {
     last = master.exchange(next + microseconds(300));
     next += milliseconds(1);
   }
-  /// Controlword and target of every axis, at the places where the profiles map them.
+  /// Controlword and target of every axis.
   void command(std::uint16_t control, std::int32_t target) {
+    for (const Place& p : controls) devices::wire::put_le<std::uint16_t>(p.outputs, p.at, control);
+    for (const Place& p : targets) devices::wire::put_le<std::int32_t>(p.outputs, p.at, target);
+  }
+  /// Where the profiles map what is commanded. The mode is CSP throughout.
+  void find_places() {
     for (const auto& s : machine.stations) {
       if (s.bus != config::BusKind::EtherCat || !s.profile.drive) continue;
       const auto out = master.outputs(s.id);
@@ -83,14 +93,15 @@ struct Bench {
       for (const auto& pdo : s.profile.rx_pdos)
         for (const auto& e : pdo.entries) {
           const auto object = e.address.index & 0x67FF;
-          if (object == 0x6040) devices::wire::put_le<std::uint16_t>(out, at, control);
+          if (object == 0x6040) controls.push_back({out, at});
+          if (object == 0x607A) targets.push_back({out, at});
           if (object == 0x6060) devices::wire::put_le<std::int8_t>(out, at, 8);
-          if (object == 0x607A) devices::wire::put_le<std::int32_t>(out, at, target);
           at += e.bit_length / 8u;
         }
     }
   }
   void enable() {
+    find_places();
     for (const int control : {0x00, 0x06, 0x07, 0x0F})
       for (int i = 0; i < 5; ++i) command(static_cast<std::uint16_t>(control), 0), cycle();
   }

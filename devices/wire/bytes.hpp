@@ -2,6 +2,7 @@
 // promise: they are checked where the bytes come in, not at every access.
 //   put_le<std::uint16_t>(frame, 12, 0x88A4);   auto state = get_le<std::uint16_t>(data, 0);
 #pragma once
+#include <array>
 #include <bit>
 #include <cassert>
 #include <concepts>
@@ -37,6 +38,29 @@ constexpr void put_le(std::span<std::byte> bytes, std::size_t offset, std::type_
   } else {
     for (std::size_t i = 0; i < sizeof(T); ++i) bytes[offset + i] = static_cast<std::byte>((raw >> (8 * i)) & 0xFF);
   }
+}
+
+/// For the few bytes of registers and process data, which are copied many times a cycle: a call costs more than they
+/// do. As many as `from` has; the two must not overlap.
+inline void copy_few(std::byte* to, std::span<const std::byte> from) noexcept {
+  const std::size_t n = from.size();
+  const auto ends = [&]<std::size_t size>(std::integral_constant<std::size_t, size>) {  // the two may overlap
+    std::array<std::byte, size> first, last;
+    std::memcpy(first.data(), from.data(), size);
+    std::memcpy(last.data(), from.data() + n - size, size);
+    std::memcpy(to, first.data(), size);
+    std::memcpy(to + n - size, last.data(), size);
+  };
+  if (n > 32)
+    std::memcpy(to, from.data(), n);
+  else if (n >= 16)
+    ends(std::integral_constant<std::size_t, 16>{});
+  else if (n >= 8)
+    ends(std::integral_constant<std::size_t, 8>{});
+  else if (n >= 4)
+    ends(std::integral_constant<std::size_t, 4>{});
+  else
+    for (std::size_t i = 0; i < n; ++i) to[i] = from[i];
 }
 
 }  // namespace gantry::devices::wire

@@ -67,7 +67,7 @@ void Esc::power_on(Time now) noexcept {
     put<std::uint8_t>(0x0935, 12);  // of the speed counter
   }
   fmmus_ = {};
-  active_fmmus_ = 0;
+  active_fmmus_ = 0, logical_to_ = 0;
   sync_managers_ = {};
   buffers_ = {};
   active_buffers_ = 0;

@@ -60,7 +60,10 @@ class Esc {
   bool write(std::uint16_t ado, std::span<const std::byte> in, Time now) noexcept;
   /// `data` is what the frame carries at `address`; reads replace it, after writes have taken it.
   std::uint16_t logical(devices::wire::Command command, std::uint32_t address, std::span<std::byte> data,
-                        Time now) noexcept;
+                        Time now) noexcept {
+    const bool mine = address < logical_to_ && std::uint64_t{address} + data.size() > logical_from_;
+    return mine ? logical_here(command, address, data, now) : std::uint16_t{0};
+  }
   [[nodiscard]] bool answers_to(std::uint16_t address) const noexcept {
     return address == address_ || address == alias_;
   }
@@ -177,6 +180,8 @@ class Esc {
 
   // FMMUs
   void reload_fmmus() noexcept;
+  std::uint16_t logical_here(devices::wire::Command command, std::uint32_t address, std::span<std::byte> data,
+                             Time now) noexcept;
   bool map_bytes(const devices::wire::Fmmu& fmmu, std::uint32_t address, std::span<std::byte> data, bool to_station,
                  Time now) noexcept;
   bool map_bits(const devices::wire::Fmmu& fmmu, std::uint32_t address, std::span<std::byte> data, bool to_station,
@@ -189,6 +194,7 @@ class Esc {
   DcUnit dc_;
   std::array<devices::wire::Fmmu, kFmmus> fmmus_{};  ///< the active ones, decoded when they are written
   std::size_t active_fmmus_ = 0;
+  std::uint64_t logical_from_ = 0, logical_to_ = 0;  ///< all that they map lies in [from, to)
   std::array<devices::wire::SyncManager, kSyncManagers> sync_managers_{};
   std::array<Buffer, kSyncManagers> buffers_{};
   std::uint32_t active_buffers_ = 0;  ///< bit by SyncManager

@@ -39,7 +39,7 @@ bool Esc::read_ram(std::size_t at, std::span<std::byte> out) noexcept {
     if (i >= 0) {
       any |= read_buffer(i, at + done, part);
     } else {
-      std::memcpy(part.data(), memory_.data() + at + done, part.size());
+      copy_few(part.data(), std::span(memory_).subspan(at + done, part.size()));
       any = true;
     }
     done = end - at;
@@ -74,12 +74,12 @@ bool Esc::read_buffer(int i, std::size_t at, std::span<std::byte> out) noexcept 
   if (b.locked || b.bus_writes || !b.written) return false;
   if (at == b.from) {
     b.open = true;
-    if (!b.mailbox) std::memcpy(memory_.data() + b.from, other_side_.data() + b.from, b.to - b.from);
+    if (!b.mailbox) copy_few(memory_.data() + b.from, std::span(other_side_).subspan(b.from, b.to - b.from));
     sm.status = static_cast<std::uint8_t>(sm.status & ~kWrittenInterrupt);
   } else if (!b.open) {
     return false;
   }
-  std::memcpy(out.data(), memory_.data() + at, out.size());
+  copy_few(out.data(), std::span(memory_).subspan(at, out.size()));
   if (at + out.size() == b.to) {
     b.open = false;
     sm.status |= kReadInterrupt;
@@ -102,7 +102,7 @@ bool Esc::write_buffer(int i, std::size_t at, std::span<const std::byte> in, Tim
   } else if (!b.open) {
     return false;
   }
-  std::memcpy(memory_.data() + at, in.data(), in.size());
+  copy_few(memory_.data() + at, in);
   if (at + in.size() == b.to) {
     b.open = false;
     b.written = true;
@@ -110,7 +110,7 @@ bool Esc::write_buffer(int i, std::size_t at, std::span<const std::byte> in, Tim
     if (b.mailbox) {
       events_ |= kMailboxWritten;
     } else {
-      std::memcpy(other_side_.data() + b.from, memory_.data() + b.from, b.to - b.from);
+      copy_few(other_side_.data() + b.from, std::span(memory_).subspan(b.from, b.to - b.from));
       b.number = static_cast<std::uint8_t>((b.number + 1) % 3);
       outputs_written_at_ = now;
       put<std::uint8_t>(reg::kWatchdogStatusProcessData, 1);

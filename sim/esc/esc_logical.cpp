@@ -9,13 +9,17 @@ using namespace devices::wire;
 
 void Esc::reload_fmmus() noexcept {
   active_fmmus_ = 0;
+  logical_from_ = ~std::uint64_t{0}, logical_to_ = 0;
   for (std::size_t i = 0; i < fmmus_.size(); ++i) {
     const Fmmu f = get_fmmu(std::span(memory_).subspan(reg::kFmmu0 + i * kFmmuBytes, kFmmuBytes));
-    if (f.active && f.length > 0) fmmus_[active_fmmus_++] = f;
+    if (!f.active || f.length == 0) continue;
+    fmmus_[active_fmmus_++] = f;
+    logical_from_ = std::min<std::uint64_t>(logical_from_, f.logical_start);
+    logical_to_ = std::max(logical_to_, std::uint64_t{f.logical_start} + f.length);
   }
 }
 
-std::uint16_t Esc::logical(Command command, std::uint32_t address, std::span<std::byte> data, Time now) noexcept {
+std::uint16_t Esc::logical_here(Command command, std::uint32_t address, std::span<std::byte> data, Time now) noexcept {
   const auto apply = [&](FmmuType type, bool to_station) {
     bool any = false;
     for (const Fmmu& f : std::span(fmmus_).first(active_fmmus_)) {

@@ -105,7 +105,7 @@ bool Esc::read_registers(std::size_t at, std::span<std::byte> out, Time now) noe
     if (!has_dc() && at >= kDcFrom && at + size <= kDcTo) return false;
     if (has_dc()) show_clock(now);
   }
-  std::memcpy(out.data(), memory_.data() + at, size);
+  copy_few(out.data(), std::span(memory_).subspan(at, size));
   // Reading what an event tells of takes it back.
   if (irq_ != 0 || get<std::uint16_t>(kEvents) != 0) {
     unsigned gone = 0;
@@ -140,6 +140,11 @@ void Esc::update_irq() noexcept {
 // ----------------------------------------------------------------------------------------------------------
 
 bool Esc::write_registers(std::size_t at, std::span<const std::byte> in, Time now) noexcept {
+  if (at == reg::kDcSystemTime && in.size() == 8 && has_dc()) {  // every station, every cycle
+    copy_few(memory_.data() + at, in);
+    dc_.receive(get<std::uint64_t>(at), 64, now);
+    return true;
+  }
   bool any = false;
   if (overlaps(at, in.size(), reg::kSiiConfig, SiiUnit::kRegisterBytes)) {
     const std::size_t from = std::max<std::size_t>(at, reg::kSiiConfig);
@@ -260,7 +265,6 @@ void Esc::on_clock_write(std::size_t at, std::size_t size, Time now) noexcept {
       dc_.receive(get<std::uint64_t>(reg::kDcSystemTime), 64, now);
     else
       dc_.receive(get<std::uint32_t>(reg::kDcSystemTime), 32, now);
-    if (at >= reg::kDcSystemTime && at + size <= reg::kDcSystemTime + 8u) return;  // every cycle: nothing else
   }
   if (hit(reg::kDcReceiveTimePort0, 1)) latch_receive_times(now);
   if (hit(reg::kDcSystemTimeOffset, 8)) dc_.set_offset(get<std::uint64_t>(reg::kDcSystemTimeOffset), now);

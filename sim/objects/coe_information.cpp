@@ -112,23 +112,23 @@ void CoeServer::describe_entry(config::ObjectAddress address, std::uint8_t value
   std::uint8_t told = value_info & 0x07;
   const bool number = o->type != ObjectType::String;
   if (number) told |= value_info & kDefault;
-  if (number && o->min) told |= value_info & kMinimum;
-  if (number && o->max) told |= value_info & kMaximum;
+  if (number && o->facts->min) told |= value_info & kMinimum;
+  if (number && o->facts->max) told |= value_info & kMaximum;
   Bytes body;
   append<std::uint16_t>(body, address.index);
   append<std::uint8_t>(body, address.sub);
   append<std::uint8_t>(body, told);
   append<std::uint16_t>(body, base_type(o->type));
-  append<std::uint16_t>(body, number ? static_cast<unsigned>(config::bits(o->type)) : 8 * o->text.size());
+  append<std::uint16_t>(body, number ? static_cast<unsigned>(config::bits(o->type)) : 8 * o->facts->text.size());
   append<std::uint16_t>(body, access_of(*o));
   const auto value = [&](std::int64_t v) {
     for (std::size_t i = 0; i < size_of(o->type); ++i)
       body.push_back(static_cast<std::byte>(static_cast<std::uint64_t>(v) >> (8 * i) & 0xFF));
   };
-  if ((told & kDefault) != 0) value(o->initial);
-  if ((told & kMinimum) != 0) value(*o->min);
-  if ((told & kMaximum) != 0) value(*o->max);
-  append(body, o->name);
+  if ((told & kDefault) != 0) value(o->facts->initial);
+  if ((told & kMinimum) != 0) value(*o->facts->min);
+  if ((told & kMaximum) != 0) value(*o->facts->max);
+  append(body, o->facts->name);
   reply_information(kEntryResponse, body);
 }
 

@@ -30,7 +30,8 @@ std::uint32_t ObjectDictionary::write_complete(ObjectAddress from, std::span<con
   if (subs.empty()) return abort_code::kNoObject;
   if (from.sub > 1 || subs.size() == 1) return abort_code::kUnsupportedAccess;
   if (subs.back().type == ObjectType::String) return abort_code::kCompleteAccessUnsupported;
-  const std::vector<Object> before(subs.begin(), subs.end());
+  std::vector<std::int64_t> before;
+  for (const Object& o : subs) before.push_back(o.value);
   const bool counted = subs[0].rule != ObjectRule::Plain;
   const auto take = [&]() -> std::uint32_t {
     std::size_t at = 0;
@@ -47,7 +48,7 @@ std::uint32_t ObjectDictionary::write_complete(ObjectAddress from, std::span<con
     } else if (from.sub == 0 && std::to_integer<std::int64_t>(count[0]) != subs[0].value) {
       return subs[0].writable ? abort_code::kValueRange : abort_code::kReadOnly;
     }
-    for (const Object& o : before) {
+    for (const Object& o : subs) {
       if (o.address.sub == 0 || at == bytes.size()) continue;
       const std::size_t size = size_of(o.type);
       if (bytes.size() - at < size) return abort_code::kSizeTooSmall;
@@ -59,13 +60,12 @@ std::uint32_t ObjectDictionary::write_complete(ObjectAddress from, std::span<con
     }
     if (at < bytes.size()) return abort_code::kSizeTooLarge;
     if (counted && from.sub == 0) return write(subs[0].address, count, pre_op);
-    return std::any_of(before.begin(), before.end(), [](const Object& o) { return o.writable; })
-               ? 0
-               : abort_code::kReadOnly;
+    return std::any_of(subs.begin(), subs.end(), [](const Object& o) { return o.writable; }) ? 0
+                                                                                             : abort_code::kReadOnly;
   };
   const std::uint32_t refused = take();
   if (refused != 0)
-    for (std::size_t i = 0; i < before.size(); ++i) subs[i].value = before[i].value;
+    for (std::size_t i = 0; i < before.size(); ++i) subs[i].value = before[i];
   return refused;
 }
 

@@ -38,13 +38,15 @@ std::uint16_t index_on(const config::StationProfile& profile, std::uint16_t inde
 
 Object number(ObjectAddress address, ObjectType type, std::int64_t value, std::string name) {
   Object o;
-  o.address = address, o.type = type, o.value = value, o.name = std::move(name);
+  o.address = address, o.type = type, o.value = value;
+  o.facts = std::make_unique<ObjectFacts>();
+  o.facts->name = std::move(name);
   return o;
 }
 
 Object text(ObjectAddress address, std::string value, std::string name) {
   Object o = number(address, ObjectType::String, 0, std::move(name));
-  o.text = std::move(value);
+  o.facts->text = std::move(value);
   return o;
 }
 
@@ -65,7 +67,7 @@ ObjectDictionary::ObjectDictionary(const config::StationProfile& profile, std::u
 
 void ObjectDictionary::power_on() noexcept {
   ignored_.reset();
-  for (Object& o : objects_) o.value = o.initial;
+  for (Object& o : objects_) o.value = o.facts->initial;
   if (kept_ != nullptr)
     for (const auto& [address, value] : *kept_)
       if (Object* o = find(address)) o->value = value;
@@ -74,7 +76,7 @@ void ObjectDictionary::power_on() noexcept {
 void ObjectDictionary::note_what_is_kept() {
   using config::Storage;
   for (Object& o : objects_) {
-    o.initial = o.value;
+    o.facts->initial = o.value;
     const bool vendors = o.address.index >= 0x2000 && o.address.index < 0x6000;
     const bool standard = o.address.index >= 0x6000 && o.address.index < 0xA000;
     o.kept = o.writable && o.rule == ObjectRule::Plain &&
@@ -97,13 +99,10 @@ void ObjectDictionary::add_profile_rows() {
       if (slot > 0 && row.address.index < 0x2000) continue;
       const bool of_identity = row.address.index == 0x1008 || row.address.index == 0x1018;
       if (of_identity && !row.initial) continue;  // the profile's identity fills it
-      Object o;
-      o.address = {index_on(profile_, row.address.index, slot), row.address.sub};
-      o.type = row.type;
+      Object o = number({index_on(profile_, row.address.index, slot), row.address.sub}, row.type,
+                        row.initial.value_or(0), row.name);
       o.readable = row.readable, o.writable = row.writable, o.mappable = row.mappable;
-      o.value = row.initial.value_or(0);
-      o.min = row.min, o.max = row.max;
-      o.name = row.name, o.unit = row.unit;
+      o.facts->min = row.min, o.facts->max = row.max;
       add(std::move(o));
     }
 }
@@ -243,7 +242,7 @@ std::uint32_t ObjectDictionary::read(ObjectAddress address, std::vector<std::byt
   if (o == nullptr) return missing(address);
   if (!o->readable) return abort_code::kWriteOnly;
   if (o->type == ObjectType::String) {
-    for (const char c : o->text) out.push_back(static_cast<std::byte>(c));
+    for (const char c : o->facts->text) out.push_back(static_cast<std::byte>(c));
     return 0;
   }
   for (std::size_t i = 0; i < size_of(o->type); ++i)
@@ -261,8 +260,8 @@ std::uint32_t ObjectDictionary::write(ObjectAddress address, std::span<const std
   std::uint64_t raw = 0;
   for (std::size_t i = 0; i < size; ++i) raw |= std::to_integer<std::uint64_t>(bytes[i]) << (8 * i);
   const std::int64_t value = fit(o->type, static_cast<std::int64_t>(raw));
-  if (o->max && value > *o->max) return abort_code::kValueTooHigh;
-  if (o->min && value < *o->min) return abort_code::kValueTooLow;
+  if (o->facts->max && value > *o->facts->max) return abort_code::kValueTooHigh;
+  if (o->facts->min && value < *o->facts->min) return abort_code::kValueTooLow;
   if (o->rule != ObjectRule::Plain)
     if (const auto refused = check_mapping_write(*this, *o, value, pre_op); refused != 0) return refused;
   if (ignored_ && (ignored_->index == 0 || *ignored_ == address)) return 0;

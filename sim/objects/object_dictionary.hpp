@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -28,20 +29,30 @@ enum class ObjectRule : std::uint8_t {
 /// Object codes of CiA 301.
 enum class ObjectCode : std::uint8_t { Var = 7, Array = 8, Record = 9 };
 
+/// What is asked for now and then only.
+struct ObjectFacts {
+  std::int64_t initial = 0;
+  std::optional<std::int64_t> min, max;
+  std::string text;  ///< of String objects
+  std::string name;
+};
+
+/// Small: drives and process data go through many of them in every cycle.
 struct Object {
-  config::ObjectAddress address;
+  std::int64_t value = 0;
+  std::unique_ptr<ObjectFacts> facts{};  ///< of every object in a dictionary
+  config::ObjectAddress address{};
   config::ObjectType type = config::ObjectType::U16;
   bool readable = true, writable = false, mappable = false;
   ObjectRule rule = ObjectRule::Plain;
-  std::int64_t value = 0, initial = 0;
   bool kept = false;  ///< outlives the supply
-  std::optional<std::int64_t> min, max;
-  std::string text;  ///< of String objects
-  std::string name, unit;
 };
 
 /// Bytes of a number on the wire; 0 for strings.
 std::size_t size_of(config::ObjectType type) noexcept;
+constexpr bool is_signed(config::ObjectType type) noexcept {
+  return type == config::ObjectType::I8 || type == config::ObjectType::I16 || type == config::ObjectType::I32;
+}
 /// The value as an object of this type holds it: cut to its width, sign-extended where it is signed.
 inline std::int64_t fit(config::ObjectType type, std::int64_t value) noexcept {
   switch (type) {

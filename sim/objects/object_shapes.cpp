@@ -58,14 +58,14 @@ std::vector<std::string> words(const std::string& name) {
 /// The words that the names of all elements have; where there is none, the first name.
 std::string common_name(std::span<const Object> elements) {
   std::string name;
-  for (const std::string& word : words(elements[0].name)) {
+  for (const std::string& word : words(elements[0].facts->name)) {
     const bool everywhere = std::all_of(elements.begin(), elements.end(), [&](const Object& o) {
-      const auto theirs = words(o.name);
+      const auto theirs = words(o.facts->name);
       return std::find(theirs.begin(), theirs.end(), word) != theirs.end();
     });
     if (everywhere && !word.empty()) name += (name.empty() ? "" : " ") + word;
   }
-  return name.empty() ? elements[0].name : name;
+  return name.empty() ? elements[0].facts->name : name;
 }
 
 }  // namespace
@@ -87,7 +87,8 @@ std::uint16_t base_type(ObjectType type) noexcept {
 ObjectShape ObjectDictionary::shape(std::uint16_t of) const {
   const auto subs = index(of);
   if (subs.empty()) return {};
-  if (subs.size() == 1 && subs[0].address.sub == 0) return {ObjectCode::Var, base_type(subs[0].type), subs[0].name};
+  if (subs.size() == 1 && subs[0].address.sub == 0)
+    return {ObjectCode::Var, base_type(subs[0].type), subs[0].facts->name};
   if (subs[0].rule == ObjectRule::Mapping)
     return {ObjectCode::Record, kPdoMapping, of < 0x1A00 ? "RxPDO mapping" : "TxPDO mapping"};
   const auto elements = subs.subspan(1);

@@ -53,6 +53,7 @@ class PdoMap {
     std::uint32_t bit = 0;
     std::uint8_t bits = 0;
     std::uint8_t whole = 0;  ///< 1, 2 or 4: it is so many whole bytes
+    bool is_signed = false;
   };
   std::vector<Field> fields_;
   std::size_t bits_ = 0;

@@ -55,6 +55,7 @@ Segment::Segment(const config::Machine& machine, Clock& clock) : machine_(machin
   }
   places_.resize(ring_.size());
   route_.reserve(ring_.size());
+  datagrams_.reserve(Datagram::kMostOfAFrame);
   for (int i = 1; i < station_count(); ++i) {
     places_[static_cast<std::size_t>(i)].parent = i - 1;
     places_[static_cast<std::size_t>(i - 1)].child[1] = i;
@@ -65,6 +66,7 @@ Segment::Segment(const config::Machine& machine, Clock& clock) : machine_(machin
 void Segment::renew() {
   link_cut_.assign(ring_.size(), false);
   power_returns_.assign(ring_.size(), kNever);
+  next_return_ = kNever;
   cycles_ = frames_ = 0;
   faults_ = {};
   fate_ = {};
@@ -89,21 +91,27 @@ Time Segment::next_tick() const noexcept {
 }
 
 void Segment::advance_to(Time now) noexcept {
-  for (;;) {
-    const Time tick = next_tick();
-    const auto back = std::min_element(power_returns_.begin(), power_returns_.end());
-    if (back != power_returns_.end() && *back <= std::min(tick, now)) {
-      const Time at = *back;
-      *back = kNever;
-      ring_[static_cast<std::size_t>(back - power_returns_.begin())]->power_on(at);
-      update_links();
-      continue;
-    }
-    if (tick > now) break;
-    tick_group(tick);
+  for (Time tick = next_tick(); std::min(tick, next_return_) <= now; tick = next_tick()) {
+    if (next_return_ <= tick)
+      power_returns();
+    else
+      tick_group(tick);
   }
   for (const auto& s : ring_)
     if (s->powered()) s->supervise(now);
+}
+
+/// The station that is next to have its supply again has it.
+void Segment::power_returns() noexcept {
+  const auto back = std::min_element(power_returns_.begin(), power_returns_.end());
+  ring_[static_cast<std::size_t>(back - power_returns_.begin())]->power_on(*back);
+  set_return(static_cast<int>(back - power_returns_.begin()), kNever);
+  update_links();
+}
+
+void Segment::set_return(int position, Time at) noexcept {
+  power_returns_[static_cast<std::size_t>(position)] = at;
+  next_return_ = *std::min_element(power_returns_.begin(), power_returns_.end());
 }
 
 /// Everything that happens at one instant: motors arrive, outputs take effect, the world looks, inputs are sampled,
@@ -121,14 +129,16 @@ void Segment::tick_group(Time at) noexcept {
   for (Station* s : members) {
     s->supervise(at);
     s->move(at);
+    s->latch(at);
   }
-  for (Station* s : members) s->latch(at);
   if (std::find(members.begin(), members.end(), lead) != members.end()) {
     if (world_ != nullptr) world_->on_sync(cycles_, at);
     ++cycles_;
   }
-  for (Station* s : members) s->sample();
-  for (Station* s : members) s->take(at);
+  for (Station* s : members) {
+    s->sample();
+    s->take(at);
+  }
 }
 
 // --- The plant

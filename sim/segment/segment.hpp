@@ -18,6 +18,7 @@
 #include "core/clock.hpp"
 #include "sim/drive/drive_memory.hpp"
 #include "sim/drive/motor.hpp"
+#include "sim/segment/datagram.hpp"
 #include "sim/segment/frame_faults.hpp"
 #include "sim/segment/segment_host.hpp"
 
@@ -120,9 +121,9 @@ class Segment {
   [[nodiscard]] Drive402* drive(AxisId axis, int drive) const noexcept;
   [[nodiscard]] int position_of(StationId station) const noexcept;
   void advance_to(Time now) noexcept;
+  void power_returns() noexcept;
+  void set_return(int position, Time at) noexcept;
   void tick_group(Time at) noexcept;
-  void serve_datagram(std::span<std::byte> header, std::span<std::byte> data, std::span<std::byte> counter,
-                      Time now) noexcept;
   void count_hit(int place) noexcept;
   void spoil_header(std::span<std::byte> frame) noexcept;
   void update_links() noexcept;
@@ -152,7 +153,9 @@ class Segment {
   Time round_trip_{};
   std::vector<bool> link_cut_;       ///< by link
   std::vector<Time> power_returns_;  ///< by position; kNever: it is not to return by itself
+  Time next_return_ = kNever;        ///< the first of them
   std::uint64_t cycles_ = 0, frames_ = 0;
+  std::vector<Datagram> datagrams_;  ///< of the frame that goes round
   FrameFaults faults_;
   FrameFate fate_;
 };

@@ -1,7 +1,4 @@
 // Segment: a frame goes through the stations.
-#include <array>
-#include <cstring>
-
 #include "devices/frame_port.hpp"
 #include "devices/wire/ethercat.hpp"
 #include "sim/segment/segment.hpp"
@@ -71,16 +68,18 @@ bool Segment::process(std::span<std::byte> frame) noexcept {
     return false;
   }
   if (!passes_foreign_frames_) frame[6] |= std::byte{kProcessedMacBit};
+  datagrams_.clear();
   for (std::size_t at = begin; at < begin + length;) {
-    const DatagramHeader h = get_datagram_header(frame.subspan(at));
-    const std::size_t data = at + kDatagramHeader, counter = data + h.length;
-    serve_datagram(frame.subspan(at, kDatagramHeader), frame.subspan(data, h.length),
-                   frame.subspan(counter, kWorkingCounter), now);
-    at = counter + kWorkingCounter;
-    if (!h.more) break;
+    const Datagram& d = datagrams_.emplace_back(frame.subspan(at));
+    at += d.size();
+    if (!d.more()) break;
   }
   bool way_changed = false;
-  for (const Hop& hop : route_) way_changed |= hop.station->serve(now);
+  for (const Hop& hop : route_) {
+    for (Datagram& d : datagrams_) d.pass(hop.station->esc(), now + hop.entry);
+    way_changed |= hop.station->serve(now);
+  }
+  for (const Datagram& d : datagrams_) d.put_back();
   const bool back = !route_ends_nowhere_;
   if (way_changed) {
     for (int i = 0; i < station_count(); ++i)
@@ -90,100 +89,6 @@ bool Segment::process(std::span<std::byte> frame) noexcept {
   ++frames_;
   if (fate_.header) spoil_header(frame.first(begin + length));
   return back;
-}
-
-void Segment::serve_datagram(std::span<std::byte> header, std::span<std::byte> data, std::span<std::byte> counter,
-                             Time now) noexcept {
-  DatagramHeader h = get_datagram_header(header);
-  auto wkc = get_le<std::uint16_t>(counter, 0);
-  std::uint16_t adp = h.adp();
-  const std::uint16_t ado = h.ado();
-  std::array<std::byte, devices::kMaxFrameBytes> copy;  // what a station had
-  const auto mine = std::span(copy).first(data.size());
-
-  const auto read = [&](Esc& esc, Time at) {
-    wkc = static_cast<std::uint16_t>(wkc + (esc.read(ado, data, at) ? kWkcRead : 0));
-  };
-  const auto write = [&](Esc& esc, Time at) {
-    wkc = static_cast<std::uint16_t>(wkc + (esc.write(ado, data, at) ? kWkcWrite : 0));
-  };
-  const auto shifted = [&](const Esc& esc) { return static_cast<std::uint16_t>(ado + esc.read_write_offset()); };
-  // Reads what was there and writes what came.
-  const auto exchange = [&](Esc& esc, Time at) {
-    std::memcpy(mine.data(), data.data(), data.size());
-    if (esc.read(ado, data, at)) wkc = static_cast<std::uint16_t>(wkc + kWkcReadWriteRead);
-    if (esc.write(shifted(esc), mine, at)) wkc = static_cast<std::uint16_t>(wkc + kWkcReadWriteWrite);
-  };
-  const auto read_or = [&](Esc& esc, Time at) {
-    std::memset(mine.data(), 0, mine.size());  // what lies under a closed SyncManager adds nothing
-    if (!esc.read(ado, mine, at)) return;
-    for (std::size_t i = 0; i < data.size(); ++i) data[i] |= mine[i];
-    wkc = static_cast<std::uint16_t>(wkc + kWkcRead);
-  };
-
-  for (const Hop& hop : route_) {
-    Esc& esc = hop.station->esc();
-    const Time at = now + hop.entry;
-    h.irq |= esc.irq();
-    switch (h.command) {
-      case Command::Aprd:
-        if (adp++ == 0) read(esc, at);
-        break;
-      case Command::Apwr:
-        if (adp++ == 0) write(esc, at);
-        break;
-      case Command::Aprw:
-        if (adp++ == 0) exchange(esc, at);
-        break;
-      case Command::Fprd:
-        if (esc.answers_to(adp)) read(esc, at);
-        break;
-      case Command::Fpwr:
-        if (esc.answers_to(adp)) write(esc, at);
-        break;
-      case Command::Fprw:
-        if (esc.answers_to(adp)) exchange(esc, at);
-        break;
-      case Command::Brd:
-        ++adp;
-        read_or(esc, at);
-        break;
-      case Command::Bwr:
-        ++adp;
-        write(esc, at);
-        break;
-      case Command::Brw: {
-        ++adp;
-        std::array<std::byte, devices::kMaxFrameBytes> came;
-        std::memcpy(came.data(), data.data(), data.size());
-        read_or(esc, at);
-        if (esc.write(shifted(esc), std::span(came).first(data.size()), at))
-          wkc = static_cast<std::uint16_t>(wkc + kWkcReadWriteWrite);
-        break;
-      }
-      case Command::Lrd:
-      case Command::Lwr:
-      case Command::Lrw: wkc = static_cast<std::uint16_t>(wkc + esc.logical(h.command, h.address, data, at)); break;
-      case Command::Armw:
-        if (adp++ == 0)
-          read(esc, at);
-        else
-          write(esc, at);
-        break;
-      case Command::Frmw:
-        if (esc.answers_to(adp))
-          read(esc, at);
-        else
-          write(esc, at);
-        break;
-      case Command::Nop:
-      default: break;
-    }
-  }
-  const bool logical = h.command == Command::Lrd || h.command == Command::Lwr || h.command == Command::Lrw;
-  if (!logical) h.address = physical_address(adp, ado);
-  put_datagram_header(header, h);
-  put_le<std::uint16_t>(counter, 0, wkc);
 }
 
 /// Bits are hit on one of the cables, counted there and back: the station behind it sees a wrong FCS, those after it

@@ -118,7 +118,7 @@ void Segment::power_off(StationId id) noexcept {
   advance();
   const int position = position_of(id);
   if (position < 0) return;
-  power_returns_[static_cast<std::size_t>(position)] = kNever;
+  set_return(position, kNever);
   station(position).power_off();
   update_links();
 }
@@ -127,15 +127,14 @@ void Segment::power_on(StationId id) {
   advance();
   const int position = position_of(id);
   if (position < 0 || station(position).powered()) return;
-  power_returns_[static_cast<std::size_t>(position)] = kNever;
+  set_return(position, kNever);
   station(position).power_on(clock_.now());
   update_links();
 }
 
 void Segment::power_cycle(StationId id, Time dark) {
   power_off(id);
-  if (const int position = position_of(id); position >= 0)
-    power_returns_[static_cast<std::size_t>(position)] = clock_.now() + dark;
+  if (const int position = position_of(id); position >= 0) set_return(position, clock_.now() + dark);
 }
 
 void Segment::drive_fault(AxisId axis, int drive_of_axis, std::uint32_t code) {

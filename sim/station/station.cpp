@@ -82,11 +82,6 @@ void Station::power_off() noexcept {
 // --- Cycle
 // ------------------------------------------------------------------------------------------------------------
 
-Time Station::next_tick() const noexcept {
-  if (!powered_) return kNever;
-  return sync0_runs() ? esc_.dc().next_sync0() : std::min(next_free_run_, esc_.dc().next_sync0());
-}
-
 void Station::move(Time at) noexcept {
   if (at <= last_tick_) return;
   const double dt_s = seconds(at - last_tick_);

@@ -6,6 +6,7 @@
 // AL status codes are those of ETG.1000.6 table 11 and ETG.1020; transitions take the time of sim/esc/timing.hpp. The
 // code stands in station.cpp (power and cycle), station_states.cpp (AL state machine) and station_mailbox.cpp.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -67,7 +68,10 @@ class Station {
   }
 
   // Its cycle: SYNC0, or without it each ms.
-  [[nodiscard]] Time next_tick() const noexcept;
+  [[nodiscard]] Time next_tick() const noexcept {
+    if (!powered_) return kNever;
+    return sync0_runs() ? esc_.dc().next_sync0() : std::min(next_free_run_, esc_.dc().next_sync0());
+  }
   [[nodiscard]] bool sync0_runs() const noexcept {
     return powered_ && esc_.dc().sync0_active() && esc_.dc().pulses() > 0;
   }

@@ -34,7 +34,7 @@ std::vector<std::uint64_t> state_of(SegmentBench& line) {
     }
     for (const sim::Object& o : station.objects().all()) {
       seen.push_back(std::uint64_t{o.address.index} << 8 | o.address.sub);
-      seen.insert(seen.end(), {static_cast<std::uint64_t>(o.value), static_cast<std::uint64_t>(o.initial)});
+      seen.insert(seen.end(), {static_cast<std::uint64_t>(o.value), static_cast<std::uint64_t>(o.facts->initial)});
     }
     if (i == 0) {  // the drive
       const sim::DriveMemory m = station.drive(0)->memory();
