@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <arpa/inet.h>
+#include <array>
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
@@ -13,15 +14,15 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
+#include <utility>
 
 #include "devices/wire/ethercat.hpp"
 
 namespace gantry::devices {
 namespace {
 
-// A deadline that is far away is waited for in naps that the kernel's coarse timers end: they cost a frame that comes
-// nothing, while an exact timer is programmed and, before the frame is handed over, programmed back (a trap to the
-// host each on virtual machines).
+// A deadline that is far away is waited for in naps that the kernel's coarse timers end: like the ticks of
+// DeadlineTimer they cost a frame that comes nothing.
 constexpr Time kNap = milliseconds(10), kNapEnds = milliseconds(30);  // ends: with room for coarse timers (HZ 100)
 
 class Fd {
@@ -98,7 +99,9 @@ Result<std::unique_ptr<RawSocketPort>> RawSocketPort::open(const std::string& in
   promiscuous.mr_type = PACKET_MR_PROMISC;
   if (::setsockopt(fd.get(), SOL_PACKET, PACKET_ADD_MEMBERSHIP, &promiscuous, sizeof promiscuous) != 0)
     return unusable(interface, "cannot receive all frames");
-  return std::unique_ptr<RawSocketPort>(new RawSocketPort(fd.release(), lock.release(), interface));
+  auto port = std::unique_ptr<RawSocketPort>(new RawSocketPort(fd.release(), lock.release(), interface));
+  if (!port->timer_.valid()) return unusable(interface, "cannot make a timer");
+  return port;
 }
 
 RawSocketPort::~RawSocketPort() {
@@ -112,10 +115,14 @@ bool RawSocketPort::send(PortIndex port, std::span<const std::byte> frame) noexc
 }
 
 Received RawSocketPort::receive(std::span<std::byte> buffer, Time deadline) noexcept {
+  bool aimed = false;
   for (Time now = monotonic();;) {
     const Time left = deadline - now;
     const bool far = left > kNapEnds;
-    if (!far && left > Time{}) wait(left);
+    if (!far && left > Time{}) {
+      if (!std::exchange(aimed, true)) timer_.aim(deadline);
+      wait();
+    }
     const ssize_t got = ::recv(socket_, buffer.data(), buffer.size(), far ? 0 : MSG_DONTWAIT);
     now = monotonic();
     if (got > 0) return {static_cast<std::size_t>(got), PortIndex::Primary, now};
@@ -123,11 +130,13 @@ Received RawSocketPort::receive(std::span<std::byte> buffer, Time deadline) noex
   }
 }
 
-/// Exact to the timer that it sets up and, when a frame comes, takes down again.
-void RawSocketPort::wait(Time left) const noexcept {
-  const timespec time{.tv_sec = left.count() / 1'000'000'000, .tv_nsec = left.count() % 1'000'000'000};
-  pollfd p{.fd = socket_, .events = POLLIN, .revents = 0};
-  ::ppoll(&p, 1, &time, nullptr);
+/// Until a frame comes or the timer ticks.
+void RawSocketPort::wait() noexcept {
+  std::array<pollfd, 2> ends{pollfd{.fd = socket_, .events = POLLIN, .revents = 0},
+                             pollfd{.fd = timer_.descriptor(), .events = POLLIN, .revents = 0}};
+  ::poll(ends.data(), ends.size(), -1);
+  if (ends[1].revents != 0) timer_.clear();
+  const pollfd& p = ends[0];
   // An interface that went down reports an error for as long as it is down; without this it would spin.
   if ((p.revents & (POLLERR | POLLHUP)) != 0 && (p.revents & POLLIN) == 0) {
     int error = 0;

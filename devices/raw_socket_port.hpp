@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "devices/deadline_timer.hpp"
 #include "devices/frame_port.hpp"
 
 namespace gantry::devices {
@@ -30,9 +31,10 @@ class RawSocketPort final : public FramePort {
   RawSocketPort(int socket, int lock, std::string interface)
       : socket_(socket), lock_(lock), interface_(std::move(interface)) {}
 
-  void wait(Time left) const noexcept;
+  void wait() noexcept;
 
   int socket_, lock_;
+  DeadlineTimer timer_;
   std::string interface_;
 };
 

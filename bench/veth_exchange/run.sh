@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# bash bench/veth_exchange/run.sh [BUILD_DIR] [ROUNDS] [CYCLES]: round trip of our master's cyclic frame (eight stations, 1 ms,
+# bash bench/veth_exchange/run.sh [BUILD_DIR] [ROUNDS] [CYCLES] [WAIT_US]: round trip of our master's cyclic frame (eight stations, 1 ms,
 # against `gantry sim` in a process of its own) beside a plain AF_PACKET ping-pong of the same size with the same pinning
 # in the same run. Both placements: master and far end on one CPU, and on two. The order is swapped every round. Needs root.
 # Prints the median and p99 of each round, and the ratios of all rounds.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
-build=${1:-build/release} rounds=${2:-4} cycles=${3:-3000}
+build=${1:-build/release} rounds=${2:-4} cycles=${3:-3000} wait_us=${4:-400}
 name=gbench$$
 scripts/veth-pair up $name
 far=
@@ -30,7 +30,7 @@ one() {
   fi
   far=$!
   sleep 0.7
-  taskset -c 0 scripts/veth-pair exec $name -- "$build/bin/veth_exchange" --machine $machine "$1" --interface $name-ctl --cycles "$cycles" --size "$size" |
+  taskset -c 0 scripts/veth-pair exec $name -- "$build/bin/veth_exchange" --machine $machine "$1" --interface $name-ctl --cycles "$cycles" --size "$size" --wait "$wait_us" |
     sed "s/^/$2 $1 /" | tee -a "$results"
   kill $far; wait $far 2>/dev/null || true
   far=

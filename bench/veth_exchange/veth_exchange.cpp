@@ -27,7 +27,7 @@ using namespace gantry::devices;
 namespace {
 
 constexpr int kMasterPriority = 80, kFarPriority = 50;  // `gantry sim` gives itself the same as the echo
-constexpr Time kPeriod = milliseconds(1), kPatience = milliseconds(20);
+constexpr Time kPeriod = milliseconds(1);
 constexpr int kWarmUp = 200;
 constexpr std::uint16_t kEtherCat = 0x88A4;
 
@@ -65,7 +65,8 @@ struct Turns {
   }
 };
 
-/// Calls `exchange` once a period and keeps how long each took; false from it: lost.
+/// Calls `exchange` once a period, with the instant at which it is due, and keeps how long each took; false from it:
+/// lost.
 template <class F>
 Turns beat(int cycles, Clock& clock, F exchange) {
   Turns turns;
@@ -74,7 +75,7 @@ Turns beat(int cycles, Clock& clock, F exchange) {
   for (int n = 0; n < cycles + kWarmUp; ++n) {
     clock.sleep_until(next);
     const Time begin = clock.now();
-    const bool back = exchange();
+    const bool back = exchange(next);
     const Time end = clock.now();
     if (n >= kWarmUp && back) turns.us.push_back(static_cast<double>((end - begin).count()) / 1000);
     if (n >= kWarmUp && !back) ++turns.lost;
@@ -90,7 +91,7 @@ int plain(const std::string& interface, std::size_t size, int cycles) {
   std::fill_n(frame.begin(), 6, std::uint8_t{0xFF});
   frame[12] = kEtherCat >> 8, frame[13] = kEtherCat & 0xFF;
   MonotonicClock clock;
-  beat(cycles, clock, [&] {
+  beat(cycles, clock, [&](Time) {
     return ::send(fd, frame.data(), frame.size(), 0) == static_cast<ssize_t>(size) &&
            ::recv(fd, back.data(), back.size(), 0) == static_cast<ssize_t>(size);
   }).print(size);
@@ -117,7 +118,7 @@ class SizedPort final : public PassingPort {
   }
 };
 
-int ours(const config::Machine& machine, const std::string& interface, int cycles) {
+int ours(const config::Machine& machine, const std::string& interface, int cycles, Time wait) {
   MonotonicClock clock;
   auto wire = RawSocketPort::open(interface);
   if (!wire) return fmt::print(stderr, "{}\n", to_text(wire.error())), 1;
@@ -129,8 +130,8 @@ int ours(const config::Machine& machine, const std::string& interface, int cycle
   std::atomic<int> states{0};
   std::thread loop([&] {
     real_time(kMasterPriority);
-    const auto exchange = [&] {
-      const Exchange e = master.exchange(clock.now() + kPatience);
+    const auto exchange = [&](Time due) {
+      const Exchange e = master.exchange(due + wait);
       states = e.al_states;
       return e.inputs_fresh;
     };
@@ -152,16 +153,17 @@ int main(int argc, char** argv) {
   CLI::App app{"Round trips over a veth pair; see run.sh"};
   std::string what, interface, machine_file = "config/machines/dispenser.yaml";
   std::size_t size = 300;
-  int cycles = 3000;
+  int cycles = 3000, wait_us = 400;
   app.add_option("WHAT", what, "ours, plain or echo")->required()->check(CLI::IsMember({"ours", "plain", "echo"}));
   app.add_option("--interface", interface, "Network interface")->required();
   app.add_option("--machine", machine_file, "Machine file");
   app.add_option("--size", size, "Bytes of the plain frame")->check(CLI::Range(60, 1514));
   app.add_option("--cycles", cycles, "Cycles that count");
+  app.add_option("--wait", wait_us, "How long our master waits for its frame, in us; the loop of a machine: 400");
   CLI11_PARSE(app, argc, argv);
   if (what == "plain") return plain(interface, size, cycles);
   if (what == "echo") return echo(interface);
   const auto machine = config::load_machine(machine_file);
   if (!machine) return fmt::print(stderr, "{}\n", to_text(machine.error().front())), 1;
-  return ours(*machine, interface, cycles);
+  return ours(*machine, interface, cycles, microseconds(wait_us));
 }

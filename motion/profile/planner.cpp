@@ -79,6 +79,7 @@ Plan move(const State& from, const State& to, const AxisBounds& bounds, Outside 
   const double v = std::max(bounds.v_max, -bounds.v_min), a = std::max(bounds.a_max, -bounds.a_min);
 
   const State inside = enter(from, bounds, outside, plan.profile);
+  const std::size_t entered = plan.profile.phases.size();
   if (const auto ramp = one_ramp(plan.profile, inside, to, bounds)) {
     append(plan.profile, ramp->duration_s, ramp->jerk);
     return plan;
@@ -87,6 +88,7 @@ Plan move(const State& from, const State& to, const AxisBounds& bounds, Outside 
   plan.reason =
       (walls ? append_between_walls : append_shortest)(inside, to, bounds, plan.profile, kResolution * scale_p);
   if (!plan) return plan;
+  if (entered > 0 && !settle(plan.profile, to, bounds)) plan.reason = Reason::NoSolution;
   const State end = end_state(plan.profile);
   if (!(std::abs(end.p - to.p) <= 1e-9 * scale_p) || !(std::abs(end.v - to.v) <= 1e-9 * v) ||
       !(std::abs(end.a - to.a) <= 1e-9 * a))

@@ -46,6 +46,11 @@ struct Scale {
 [[nodiscard]] Reason append_shortest(const State& from, const State& to, const AxisBounds& bounds, Profile& profile,
                                      double resolution) noexcept;
 
+/// For starts outside of the bounds, which may be carried far away first: what rounding on the long way back leaves of
+/// the target is taken out of the coasting phase. False: the end is not within 1e-9 of the target, by the scales of
+/// start, target and bounds; the phases' durations have no digits for it.
+[[nodiscard]] bool settle(Profile& profile, const State& to, const AxisBounds& bounds) noexcept;
+
 inline void append(Profile& profile, double duration_s, double jerk) noexcept {
   if (duration_s > 0) profile.phases.push_back({duration_s, jerk});
 }

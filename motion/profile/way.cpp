@@ -67,6 +67,7 @@ bool Way::write(double t, Profile& profile) noexcept {
     if (!mix.possible) return false;
     append(profile, mix, scale_);
   }
+  if (!entered_.phases.empty() && !settle(profile, to_, bounds_)) return false;
   const State end = end_state(profile);
   return std::abs(end.p - to_.p) <= tolerance_ &&
          std::abs(end.v - to_.v) <= 1e-9 * scale_.v * std::max(scale_.box.v_up, scale_.box.v_down) &&

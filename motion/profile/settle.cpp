@@ -1,0 +1,74 @@
+// The end of a motion, judged by what its start and its target are, not by how far it goes in between.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "motion/profile/scale.hpp"
+
+namespace gantry::motion {
+namespace {
+
+constexpr double kEnd = 1e-9;       // of the scales of the problem
+constexpr double kLongest = 1e-9;   // of the duration, that the end may be moved in time
+constexpr double kCoasting = 1e-9;  // of the acceleration: what is left of it while coasting
+
+/// With more digits than the phases have: the way may be 1e10 times as long as its ends are apart.
+struct Place {
+  long double p, v, a;
+  void go(const Phase& phase) noexcept {
+    const long double t = phase.duration_s, j = phase.jerk;
+    p += t * (v + t * (a / 2 + t * j / 6));
+    v += t * (a + t * j / 2);
+    a += t * j;
+  }
+};
+
+Place end_of(const Profile& profile) noexcept {
+  Place x{profile.from.p, profile.from.v, profile.from.a};
+  for (const Phase& phase : profile.phases) x.go(phase);
+  return x;
+}
+
+/// What whoever adds the phases up in doubles may be wrong by at the end: rounding of the highest speed, for as long as
+/// the motion takes. (No position is farther away than that speed leads in that time.)
+double uncertainty(const Profile& profile) noexcept {
+  Place x{profile.from.p, profile.from.v, profile.from.a};
+  long double fastest = std::abs(x.v), seconds = 0;
+  for (const Phase& phase : profile.phases) {
+    x.go(phase);
+    seconds += phase.duration_s;
+    fastest = std::max(fastest, std::abs(x.v));
+  }
+  return static_cast<double>(fastest * seconds) * std::numeric_limits<double>::epsilon() / 2;
+}
+
+/// The longest phase at constant speed, and that speed.
+Phase* coasting(Profile& profile, double a_bound, long double& v) noexcept {
+  Place x{profile.from.p, profile.from.v, profile.from.a};
+  Phase* longest = nullptr;
+  for (Phase& phase : profile.phases) {
+    const bool coasts = phase.jerk == 0 && std::abs(static_cast<double>(x.a)) <= kCoasting * a_bound && x.v != 0;
+    if (coasts && (longest == nullptr || phase.duration_s > longest->duration_s)) longest = &phase, v = x.v;
+    x.go(phase);
+  }
+  return longest;
+}
+
+}  // namespace
+
+bool settle(Profile& profile, const State& to, const AxisBounds& b) noexcept {
+  const double v = std::max(b.v_max, -b.v_min), a = std::max(b.a_max, -b.a_min);
+  const double p = std::max({std::abs(profile.from.p), std::abs(to.p), v * v / a});
+  if (uncertainty(profile) > kEnd * p) return false;
+  const auto miss = [&] { return static_cast<double>(end_of(profile).p - to.p); };
+  long double speed = 0;
+  if (Phase* phase = coasting(profile, a, speed); phase != nullptr && std::abs(miss()) > kEnd / 100 * p) {
+    const double wanted = phase->duration_s - static_cast<double>(miss() / speed);
+    if (wanted > 0 && std::abs(wanted - phase->duration_s) <= kLongest * duration(profile)) phase->duration_s = wanted;
+  }
+  const Place end = end_of(profile);
+  return std::abs(miss()) <= kEnd * p && std::abs(static_cast<double>(end.v - to.v)) <= kEnd * v &&
+         std::abs(static_cast<double>(end.a - to.a)) <= kEnd * a;
+}
+
+}  // namespace gantry::motion
