@@ -9,13 +9,6 @@
 #include "motion/profile/scale.hpp"
 
 namespace gantry::motion {
-namespace {
-
-// What a position of the problem is uncertain by, of its scale: a little more than rounding.
-constexpr double kResolution = 1e-13;
-
-}  // namespace
-
 // Along the direction of the change (jerk +j_up, 0, -j_down): with g = (v_to - v) + a^2/(2 j_up) + a_to^2/(2 j_down)
 // and c = (1/j_up + 1/j_down)/2 the peak P is sqrt(g/c), or a_max held for (g - c a_max^2)/a_max.
 Plan change_speed(const State& from, double v_to, const AxisBounds& bounds, double a_to) noexcept {
@@ -76,10 +69,8 @@ Plan move(const State& from, const State& to, const AxisBounds& bounds, Outside 
   if (!plan) return plan;
 
   const double scale_p = position_scale(from, to, bounds);
-  const double v = std::max(bounds.v_max, -bounds.v_min), a = std::max(bounds.a_max, -bounds.a_min);
-
   const State inside = enter(from, bounds, outside, plan.profile);
-  const std::size_t entered = plan.profile.phases.size();
+  const bool was_outside = !plan.profile.phases.empty();
   if (const auto ramp = one_ramp(plan.profile, inside, to, bounds)) {
     append(plan.profile, ramp->duration_s, ramp->jerk);
     return plan;
@@ -87,12 +78,7 @@ Plan move(const State& from, const State& to, const AxisBounds& bounds, Outside 
   const bool walls = std::isfinite(bounds.p_min) || std::isfinite(bounds.p_max);
   plan.reason =
       (walls ? append_between_walls : append_shortest)(inside, to, bounds, plan.profile, kResolution * scale_p);
-  if (!plan) return plan;
-  if (entered > 0 && !settle(plan.profile, to, bounds)) plan.reason = Reason::NoSolution;
-  const State end = end_state(plan.profile);
-  if (!(std::abs(end.p - to.p) <= 1e-9 * scale_p) || !(std::abs(end.v - to.v) <= 1e-9 * v) ||
-      !(std::abs(end.a - to.a) <= 1e-9 * a))
-    plan.reason = Reason::NoSolution;
+  if (plan && !arrives(plan.profile, to, bounds, scale_p, was_outside)) plan.reason = Reason::NoSolution;
   return plan;
 }
 

@@ -12,6 +12,8 @@ namespace gantry::motion {
 inline constexpr double kSame = 1e-12;
 // A ramp that ends closer to the target, relative to the same scales, leads there.
 inline constexpr double kOnRamp = 1e-11;
+// What a position of the problem is uncertain by, of its scale: a little more than rounding.
+inline constexpr double kResolution = 1e-13;
 // A bound overstepped by less is met.
 inline constexpr double kSlack = 1e-11;
 
@@ -46,10 +48,11 @@ struct Scale {
 [[nodiscard]] Reason append_shortest(const State& from, const State& to, const AxisBounds& bounds, Profile& profile,
                                      double resolution) noexcept;
 
-/// For starts outside of the bounds, which may be carried far away first: what rounding on the long way back leaves of
-/// the target is taken out of the coasting phase. False: the end is not within 1e-9 of the target, by the scales of
-/// start, target and bounds; the phases' durations have no digits for it.
-[[nodiscard]] bool settle(Profile& profile, const State& to, const AxisBounds& bounds) noexcept;
+/// The profile ends at the target, within 1e-9 of the problem's scales; `scale_p` is position_scale(). A start that was
+/// `outside` of the bounds may be carried far away first: what rounding on the long way back leaves of the target is
+/// then taken out of the coasting phase, and the end is judged by start, target and bounds alone.
+[[nodiscard]] bool arrives(Profile& profile, const State& to, const AxisBounds& bounds, double scale_p,
+                           bool outside) noexcept;
 
 inline void append(Profile& profile, double duration_s, double jerk) noexcept {
   if (duration_s > 0) profile.phases.push_back({duration_s, jerk});

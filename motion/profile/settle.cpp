@@ -54,8 +54,7 @@ Phase* coasting(Profile& profile, double a_bound, long double& v) noexcept {
   return longest;
 }
 
-}  // namespace
-
+/// Takes the miss out of the coasting phase. False: the phases' durations have no digits for the target.
 bool settle(Profile& profile, const State& to, const AxisBounds& b) noexcept {
   const double v = std::max(b.v_max, -b.v_min), a = std::max(b.a_max, -b.a_min);
   const double p = std::max({std::abs(profile.from.p), std::abs(to.p), v * v / a});
@@ -69,6 +68,15 @@ bool settle(Profile& profile, const State& to, const AxisBounds& b) noexcept {
   const Place end = end_of(profile);
   return std::abs(miss()) <= kEnd * p && std::abs(static_cast<double>(end.v - to.v)) <= kEnd * v &&
          std::abs(static_cast<double>(end.a - to.a)) <= kEnd * a;
+}
+
+}  // namespace
+
+bool arrives(Profile& profile, const State& to, const AxisBounds& b, double scale_p, bool outside) noexcept {
+  if (outside && !settle(profile, to, b)) return false;
+  const State end = end_state(profile);
+  return std::abs(end.p - to.p) <= kEnd * scale_p && std::abs(end.v - to.v) <= kEnd * std::max(b.v_max, -b.v_min) &&
+         std::abs(end.a - to.a) <= kEnd * std::max(b.a_max, -b.a_min);
 }
 
 }  // namespace gantry::motion

@@ -7,11 +7,10 @@ namespace gantry::motion {
 Way::Way(const State& from, const State& to, const AxisBounds& bounds, Outside outside) noexcept
     : entered_{from, {}}, to_(to), bounds_(bounds), scale_(bounds) {
   inside_ = enter(from, bounds, outside, entered_);
-  const double scale_p = position_scale(from, to, bounds);
+  scale_p_ = position_scale(from, to, bounds);
   entered_s_ = duration(entered_);
   p_ = (to.p - inside_.p) / scale_.p;
-  resolution_ = kResolution * scale_p / scale_.p;
-  tolerance_ = 1e-9 * scale_p;
+  resolution_ = kResolution * scale_p_ / scale_.p;
   reachable_.emplace(scale_.ends(inside_, to), scale_.box);
   const bool walls = std::isfinite(bounds.p_min) || std::isfinite(bounds.p_max);
   if ((ramp_ = one_ramp(entered_, inside_, to, bounds))) {
@@ -67,11 +66,7 @@ bool Way::write(double t, Profile& profile) noexcept {
     if (!mix.possible) return false;
     append(profile, mix, scale_);
   }
-  if (!entered_.phases.empty() && !settle(profile, to_, bounds_)) return false;
-  const State end = end_state(profile);
-  return std::abs(end.p - to_.p) <= tolerance_ &&
-         std::abs(end.v - to_.v) <= 1e-9 * scale_.v * std::max(scale_.box.v_up, scale_.box.v_down) &&
-         std::abs(end.a - to_.a) <= 1e-9 * scale_.a;
+  return arrives(profile, to_, bounds_, scale_p_, !entered_.phases.empty());
 }
 
 double on_grid(double t, double cycle_s) noexcept {

@@ -10,8 +10,7 @@
 
 namespace gantry::motion {
 
-inline constexpr double kResolution = 1e-13;  ///< what a position is uncertain by, of its scale
-inline constexpr double kEqual = 1e-13;       ///< durations that differ by less, relatively, are one
+inline constexpr double kEqual = 1e-13;  ///< durations that differ by less, relatively, are one
 
 class Way {
  public:
@@ -37,7 +36,7 @@ class Way {
   Reason reason_ = Reason::NoSolution;
   std::optional<Phase> ramp_;  // where one leads to the target
   Scale scale_;
-  double p_ = 0, resolution_ = 0, tolerance_ = 0;
+  double p_ = 0, resolution_ = 0, scale_p_ = 0;
   std::optional<scaled::Reachable> reachable_;
   scaled::Found shortest_;
   std::optional<Route> route_;  // with position limits: of the duration that was asked for last
