@@ -144,12 +144,15 @@ void Interpolator::pop() noexcept {
 }
 
 void Interpolator::forget(std::uint32_t block) noexcept {
-  if (doing_ == Doing::Block && block == block_) return;
+  if (doing_ != Doing::Block || block != block_) pop_block(block);
+}
+
+void Interpolator::pop_block(std::uint32_t block) noexcept {
   while (ring_.peek(0) != nullptr && front().block == block) pop();
 }
 
 void Interpolator::drop_block() noexcept {
-  while (ring_.peek(0) != nullptr && front().block == block_) pop();
+  pop_block(block_);
   course_ = Course::None;
 }
 

@@ -70,6 +70,7 @@ class Interpolator {
   bool enter() noexcept;
   bool leave() noexcept;
   void pop() noexcept;
+  void pop_block(std::uint32_t block) noexcept;
   void drop_block() noexcept;
   bool stands() noexcept;
   void take_path_state() noexcept;
