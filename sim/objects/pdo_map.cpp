@@ -122,11 +122,11 @@ PdoMap PdoMap::build(ObjectDictionary& objects, PdoDirection direction) {
       const auto entry = mapped(static_cast<std::uint32_t>(objects.value({pdo, static_cast<std::uint8_t>(k)})));
       Object* object = entry.address.index != 0 ? objects.find(entry.address) : nullptr;
       map.complete_ = map.complete_ && (object != nullptr || entry.address.index == 0);
-      const bool whole =
-          map.bits_ % 8 == 0 && (entry.bit_length == 8 || entry.bit_length == 16 || entry.bit_length == 32);
-      if (object != nullptr)
+      if (object != nullptr) {
+        const bool whole = map.bits_ % 8 == 0 && entry.bit_length == 8 * size_of(object->type);
         map.fields_.push_back({object, static_cast<std::uint32_t>(map.bits_), entry.bit_length,
                                static_cast<std::uint8_t>(whole ? entry.bit_length / 8 : 0), is_signed(object->type)});
+      }
       map.bits_ += entry.bit_length;
     }
   }
@@ -135,19 +135,19 @@ PdoMap PdoMap::build(ObjectDictionary& objects, PdoDirection direction) {
 
 void PdoMap::unpack(std::span<const std::byte> image) const noexcept {
   for (const Field& f : fields_) {
-    const auto whole = [&]<class Signed>(Signed) {
-      const auto raw = static_cast<Signed>(get_le<std::make_unsigned_t<Signed>>(image, f.bit / 8));
-      return f.is_signed ? raw : std::int64_t{static_cast<std::make_unsigned_t<Signed>>(raw)};
-    };
+    std::int64_t& value = f.object->value;
+    const std::size_t at = f.bit / 8;
     switch (f.whole) {
-      case 1: f.object->value = whole(std::int8_t{}); break;
-      case 2: f.object->value = whole(std::int16_t{}); break;
-      case 4: f.object->value = whole(std::int32_t{}); break;
+      case 1: value = f.is_signed ? get_le<std::int8_t>(image, at) : get_le<std::uint8_t>(image, at); break;
+      case 2: value = f.is_signed ? get_le<std::int16_t>(image, at) : get_le<std::uint16_t>(image, at); break;
+      case 4:
+        value = f.is_signed ? std::int64_t{get_le<std::int32_t>(image, at)} : get_le<std::uint32_t>(image, at);
+        break;
       default: {
         std::uint64_t raw = 0;
         for (std::uint32_t i = 0; i < f.bits; ++i)
           raw |= (std::to_integer<std::uint64_t>(image[(f.bit + i) / 8]) >> ((f.bit + i) & 7) & 1) << i;
-        f.object->value = fit(f.object->type, static_cast<std::int64_t>(raw));
+        value = fit(f.object->type, static_cast<std::int64_t>(raw));
       }
     }
   }

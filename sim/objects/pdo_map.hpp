@@ -52,7 +52,7 @@ class PdoMap {
     Object* object = nullptr;
     std::uint32_t bit = 0;
     std::uint8_t bits = 0;
-    std::uint8_t whole = 0;  ///< 1, 2 or 4: it is so many whole bytes
+    std::uint8_t whole = 0;  ///< 1, 2 or 4: it is so many whole bytes, all of its object
     bool is_signed = false;
   };
   std::vector<Field> fields_;
