@@ -12,8 +12,7 @@ Time MonotonicClock::now() const noexcept {
 
 void MonotonicClock::sleep_until(Time t) noexcept {
   if (t <= now()) return;  // the kernel would arm a timer for it and wait for its interrupt: 20 us
-  const timespec ts{.tv_sec = static_cast<time_t>(t.count() / 1'000'000'000),
-                    .tv_nsec = static_cast<long>(t.count() % 1'000'000'000)};
+  const timespec ts = to_timespec(t);
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &ts, nullptr) == EINTR) {
   }
 }

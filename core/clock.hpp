@@ -15,6 +15,11 @@ inline constexpr Time kNever = Time::max();
 
 constexpr double seconds(Time t) { return static_cast<double>(t.count()) * 1e-9; }
 
+constexpr timespec to_timespec(Time t) noexcept {
+  return {.tv_sec = static_cast<time_t>(t.count() / 1'000'000'000),
+          .tv_nsec = static_cast<long>(t.count() % 1'000'000'000)};
+}
+
 class Clock {
  public:
   virtual ~Clock() = default;

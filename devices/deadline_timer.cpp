@@ -9,10 +9,6 @@ namespace {
 // Cycles that a bus may have. Deadlines that are nearer to each other or farther apart are single ones.
 constexpr Time kShortest = microseconds(100), kLongest = milliseconds(20);
 
-timespec to_timespec(Time t) noexcept {
-  return {.tv_sec = static_cast<time_t>(t.count() / 1'000'000'000), .tv_nsec = t.count() % 1'000'000'000};
-}
-
 }  // namespace
 
 DeadlineTimer::DeadlineTimer() noexcept : fd_(::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC)) {}

@@ -63,12 +63,6 @@ Result<int> own(const std::string& interface) {
   return unusable(interface, "cannot lock it");
 }
 
-Time monotonic() noexcept {
-  timespec t{};
-  ::clock_gettime(CLOCK_MONOTONIC, &t);
-  return std::chrono::seconds(t.tv_sec) + nanoseconds(t.tv_nsec);
-}
-
 }  // namespace
 
 Result<std::unique_ptr<RawSocketPort>> RawSocketPort::open(const std::string& interface) {
@@ -115,8 +109,9 @@ bool RawSocketPort::send(PortIndex port, std::span<const std::byte> frame) noexc
 }
 
 Received RawSocketPort::receive(std::span<std::byte> buffer, Time deadline) noexcept {
+  const MonotonicClock clock;
   bool aimed = false;
-  for (Time now = monotonic();;) {
+  for (Time now = clock.now();;) {
     const Time left = deadline - now;
     const bool far = left > kNapEnds;
     if (!far && left > Time{}) {
@@ -124,7 +119,7 @@ Received RawSocketPort::receive(std::span<std::byte> buffer, Time deadline) noex
       wait();
     }
     const ssize_t got = ::recv(socket_, buffer.data(), buffer.size(), far ? 0 : MSG_DONTWAIT);
-    now = monotonic();
+    now = clock.now();
     if (got > 0) return {static_cast<std::size_t>(got), PortIndex::Primary, now};
     if (now >= deadline) return {};
   }
