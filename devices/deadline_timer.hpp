@@ -1,7 +1,7 @@
-// Ends waits at deadlines that come once a cycle. It is programmed once and then ticks on with the cycle, whether
-// somebody waits or not: a timer that is programmed for each wait, and back when the wait ends early, costs two traps
-// to the host of a virtual machine, both inside the round trip of a frame.
-//   DeadlineTimer timer;   timer.aim(deadline);   poll(frames, timer.descriptor()) ...
+// Ends a wait for frames at an instant. Programming it costs 1 to 8 us (in a virtual machine a trap to the host), so a
+// cycle does it when its work is done, for the next one: no wait for a frame programs a timer then.
+//   DeadlineTimer timer;   timer.aim(deadline);   ...   poll(frames, timer.descriptor())
+// It is never read: reading a timer that ticks by itself programs it again.
 #pragma once
 #include "core/clock.hpp"
 
@@ -9,9 +9,6 @@ namespace gantry::devices {
 
 class DeadlineTimer {
  public:
-  /// A tick comes at most this late.
-  static constexpr Time kLate = microseconds(30);
-
   DeadlineTimer() noexcept;
   ~DeadlineTimer();
   DeadlineTimer(const DeadlineTimer&) = delete;
@@ -19,20 +16,15 @@ class DeadlineTimer {
 
   /// False: the system has no timer left (errno).
   [[nodiscard]] bool valid() const noexcept { return fd_ >= 0; }
-  /// Readable when it has ticked since clear() or aim().
+  /// Readable from the deadline on.
   [[nodiscard]] int descriptor() const noexcept { return fd_; }
 
-  /// A tick comes at `deadline` (CLOCK_MONOTONIC) or up to kLate after it; to a wait of more than a period others come
-  /// before. One system call, which programs nothing while deadlines keep to the period that the last two had.
+  /// Ends at `deadline` on CLOCK_MONOTONIC. Free when that is where it aims already, else one system call.
   void aim(Time deadline) noexcept;
-  /// Takes the ticks that have been.
-  void clear() noexcept;
 
  private:
   int fd_;
-  Time last_{};    ///< deadline
-  Time tick_{};    ///< one of its ticks
-  Time period_{};  ///< 0: no more than that one
+  Time aimed_{};
 };
 
 }  // namespace gantry::devices

@@ -15,6 +15,7 @@ class PassingPort : public FramePort {
   Received receive(std::span<std::byte> buffer, Time deadline) noexcept override {
     return port_.receive(buffer, deadline);
   }
+  void arm(Time deadline) noexcept override { port_.arm(deadline); }
   [[nodiscard]] bool link_up(PortIndex port) const noexcept override { return port_.link_up(port); }
 
  protected:

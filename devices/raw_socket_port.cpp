@@ -21,8 +21,7 @@
 namespace gantry::devices {
 namespace {
 
-// A deadline that is far away is waited for in naps that the kernel's coarse timers end: like the ticks of
-// DeadlineTimer they cost a frame that comes nothing.
+// A deadline that is far away is waited for in naps that the kernel's coarse timers end: they cost next to nothing.
 constexpr Time kNap = milliseconds(10), kNapEnds = milliseconds(30);  // ends: with room for coarse timers (HZ 100)
 
 class Fd {
@@ -110,12 +109,11 @@ bool RawSocketPort::send(PortIndex port, std::span<const std::byte> frame) noexc
 
 Received RawSocketPort::receive(std::span<std::byte> buffer, Time deadline) noexcept {
   const MonotonicClock clock;
-  bool aimed = false;
   for (Time now = clock.now();;) {
     const Time left = deadline - now;
     const bool far = left > kNapEnds;
     if (!far && left > Time{}) {
-      if (!std::exchange(aimed, true)) timer_.aim(deadline);
+      timer_.aim(deadline);
       wait();
     }
     const ssize_t got = ::recv(socket_, buffer.data(), buffer.size(), far ? 0 : MSG_DONTWAIT);
@@ -125,12 +123,13 @@ Received RawSocketPort::receive(std::span<std::byte> buffer, Time deadline) noex
   }
 }
 
-/// Until a frame comes or the timer ticks.
+void RawSocketPort::arm(Time deadline) noexcept { timer_.aim(deadline); }
+
+/// Until a frame comes or the timer has ended.
 void RawSocketPort::wait() noexcept {
   std::array<pollfd, 2> ends{pollfd{.fd = socket_, .events = POLLIN, .revents = 0},
                              pollfd{.fd = timer_.descriptor(), .events = POLLIN, .revents = 0}};
   ::poll(ends.data(), ends.size(), -1);
-  if (ends[1].revents != 0) timer_.clear();
   const pollfd& p = ends[0];
   // An interface that went down reports an error for as long as it is down; without this it would spin.
   if ((p.revents & (POLLERR | POLLHUP)) != 0 && (p.revents & POLLIN) == 0) {

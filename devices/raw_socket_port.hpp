@@ -23,6 +23,7 @@ class RawSocketPort final : public FramePort {
   bool send(PortIndex port, std::span<const std::byte> frame) noexcept override;
   /// rx_time is when the frame was read, on CLOCK_MONOTONIC.
   Received receive(std::span<std::byte> buffer, Time deadline) noexcept override;
+  void arm(Time deadline) noexcept override;
   /// A system call (SIOCGIFFLAGS); asked only when a frame is missing.
   [[nodiscard]] bool link_up(PortIndex port) const noexcept override;
   [[nodiscard]] int descriptor() const noexcept override { return socket_; }

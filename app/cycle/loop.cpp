@@ -59,8 +59,13 @@ Time Loop::tick(const Beat& beat) noexcept {
   bus_time_ = received - sending;
   compute_ = clock_.now() - beat.woke - bus_time_;
   tell_snapshot(beat, true);
-  return dc_lock_.step(exchange_.dc_time_ns);
+  const Time shift = dc_lock_.step(exchange_.dc_time_ns);
+  bus_.arm(frame_deadline(beat.due + setup_.period + shift));
+  return shift;
 }
+
+/// A frame that is not back two fifths into its cycle counts as lost: SYNC0 comes half a cycle after it was due.
+Time Loop::frame_deadline(Time due) const noexcept { return due + setup_.period * 2 / 5; }
 
 void Loop::exchange(const Beat& beat, Time now) noexcept {
   if (stop_ != nullptr) {
@@ -72,7 +77,7 @@ void Loop::exchange(const Beat& beat, Time now) noexcept {
       sent_outputs_ = 0;
     }
   }
-  exchange_ = bus_.exchange(beat.due + setup_.period * 2 / 5);
+  exchange_ = bus_.exchange(frame_deadline(beat.due));
   if (stop_ != nullptr) stop_->end_exchange();
 }
 

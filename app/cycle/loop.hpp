@@ -49,6 +49,7 @@ class Loop {
   void write_image(const Beat& beat) noexcept;
   void heed_watchdog() noexcept;
   void exchange(const Beat& beat, Time now) noexcept;
+  [[nodiscard]] Time frame_deadline(Time due) const noexcept;
   void follow_progress() noexcept;
   void finish_reset() noexcept;
   void finish_homing() noexcept;

@@ -66,9 +66,9 @@ struct Turns {
 };
 
 /// Calls `exchange` once a period, with the instant at which it is due, and keeps how long each took; false from it:
-/// lost.
-template <class F>
-Turns beat(int cycles, Clock& clock, F exchange) {
+/// lost. `rest` is called when that is over, with the next instant: what a cycle has to do for the one after it.
+template <class F, class R>
+Turns beat(int cycles, Clock& clock, F exchange, R rest) {
   Turns turns;
   turns.us.reserve(static_cast<std::size_t>(cycles));
   Time next = clock.now() + kPeriod;
@@ -80,6 +80,7 @@ Turns beat(int cycles, Clock& clock, F exchange) {
     if (n >= kWarmUp && back) turns.us.push_back(static_cast<double>((end - begin).count()) / 1000);
     if (n >= kWarmUp && !back) ++turns.lost;
     next = std::max(next + kPeriod, end);
+    rest(next);
   }
   return turns;
 }
@@ -91,10 +92,14 @@ int plain(const std::string& interface, std::size_t size, int cycles) {
   std::fill_n(frame.begin(), 6, std::uint8_t{0xFF});
   frame[12] = kEtherCat >> 8, frame[13] = kEtherCat & 0xFF;
   MonotonicClock clock;
-  beat(cycles, clock, [&](Time) {
-    return ::send(fd, frame.data(), frame.size(), 0) == static_cast<ssize_t>(size) &&
-           ::recv(fd, back.data(), back.size(), 0) == static_cast<ssize_t>(size);
-  }).print(size);
+  beat(
+      cycles, clock,
+      [&](Time) {
+        return ::send(fd, frame.data(), frame.size(), 0) == static_cast<ssize_t>(size) &&
+               ::recv(fd, back.data(), back.size(), 0) == static_cast<ssize_t>(size);
+      },
+      [](Time) {})
+      .print(size);
   return 0;
 }
 
@@ -135,8 +140,9 @@ int ours(const config::Machine& machine, const std::string& interface, int cycle
       states = e.al_states;
       return e.inputs_fresh;
     };
-    while (!operating) beat(1, clock, exchange);
-    beat(cycles, clock, exchange).print(port.last);
+    const auto rest = [&](Time next) { master.arm(next + wait); };  // as the loop of a machine
+    while (!operating) beat(1, clock, exchange, rest);
+    beat(cycles, clock, exchange, rest).print(port.last);
   });
   const auto asked = master.request_operation();
   for (int i = 0; i < 500 && asked && states != 8; ++i) clock.sleep_until(clock.now() + milliseconds(10));
