@@ -134,23 +134,40 @@ Extremal::Arc Extremal::arc(double duration, const Region& region) const noexcep
   return a;
 }
 
-Extremal::Reach Extremal::reach(double duration, const Region& region) const noexcept {
-  const Arc m = arc(duration, region);
+Extremal::Reach Extremal::reach(const Arc& m, const Region& region) const noexcept {
+  constexpr double kSixth = 1.0 / 6;
   double p = 0, v = e_.v0, a = e_.a0;
-  const auto go = [&](double t, double j) {
-    p += t * (v + t * (a / 2 + t * j / 6));
-    v += t * (a + t * j / 2);
-    a += t * j;
+  const auto ramp = [&](double t, double to, double j_sixth) {  // a constant jerk from a to `to`
+    p += t * (v + t * (a / 2 + t * j_sixth));
+    v += t * (a + to) / 2;
+    a = to;
   };
-  const double fall = std::max(m.peak + m.low, 0.0) * down_;
-  go(std::max(m.peak - e_.a0, 0.0) * up_, b_.j_up);
-  go(m.hold_peak, 0);
+  const auto hold = [&](double t) {
+    p += t * (v + t * a / 2);
+    v += t * a;
+  };
+  const double rise = std::max(m.peak - e_.a0, 0.0) * up_, fall = std::max(m.peak + m.low, 0.0) * down_;
+  ramp(rise, m.peak, b_.j_up * kSixth);
+  hold(m.hold_peak);
   const double h = v + m.peak * fall / 2;
-  go(fall, -b_.j_down);
-  go(m.hold_low, 0);
-  go(std::max(e_.af + m.low, 0.0) * up_, b_.j_up);
+  ramp(fall, -m.low, -b_.j_down * kSixth);
+  hold(m.hold_low);
+  ramp(std::max(e_.af + m.low, 0.0) * up_, e_.af, b_.j_up * kSixth);
   if (region.form == Region::Form::Coast) return {p + b_.v_up * m.coast, b_.v_up};
   return {p, h};
+}
+
+/// dH/dT, from H = v0 + (P^2 - a0^2)/(2 j_up) + a_up h + P (P + L)/(2 j_down) and what P, L, h are of T.
+double Extremal::bend(const Arc& m, Region::Form form) const noexcept {
+  const double both = m.peak + m.low;
+  switch (form) {
+    case Region::Form::Free: return (m.peak * m.low / both * up_ + both * down_ / 2) / (2 * c_);
+    case Region::Form::Peak: return b_.a_up * (1 + (down_ / 2 - 2 * c_) * b_.a_up / (2 * c_ * both));
+    case Region::Form::Low: return (m.peak * up_ + (m.peak + both) * down_ / 2) * b_.a_down / (2 * c_ * both);
+    case Region::Form::PeakAndLow: return b_.a_up * b_.a_down / both;
+    case Region::Form::Coast: break;
+  }
+  return 0;
 }
 
 Shape Extremal::shape(double duration, const Region& region) const noexcept {

@@ -41,7 +41,16 @@ class Extremal {
   struct Reach {
     double p = 0, dp_dt = 0;
   };
-  [[nodiscard]] Reach reach(double duration, const Region& region) const noexcept;
+  [[nodiscard]] Reach reach(double duration, const Region& region) const noexcept {
+    return reach(arc(duration, region), region);
+  }
+  struct Curve : Reach {
+    double d2p_dt2 = 0;
+  };
+  [[nodiscard]] Curve curve(double duration, const Region& region) const noexcept {
+    const Arc m = arc(duration, region);
+    return {reach(m, region), bend(m, region.form)};
+  }
   [[nodiscard]] Shape shape(double duration, const Region& region) const noexcept;
   /// The region that holds T (to within `slack`); nullptr: no motion takes T.
   [[nodiscard]] const Region* find(double duration, double slack) const noexcept;
@@ -57,6 +66,8 @@ class Extremal {
   };
   [[nodiscard]] Arc arc(double duration, const Region& region) const noexcept;
   [[nodiscard]] Arc arc_at(double x) const noexcept;
+  [[nodiscard]] Reach reach(const Arc& m, const Region& region) const noexcept;
+  [[nodiscard]] double bend(const Arc& m, Region::Form form) const noexcept;
   [[nodiscard]] double duration_at(double x) const noexcept;
   [[nodiscard]] double parameter(double sum) const noexcept;
   void add(double x_begin, double x_end, bool after_gap) noexcept;

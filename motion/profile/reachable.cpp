@@ -22,18 +22,24 @@ struct Moment {
   int region = 0;
 };
 
-/// Root of p(T) = p in [lo, hi], where it rises through p. Newton inside the bracket: from the right it runs down a
-/// convex p(T) without a step too far.
+/// Root of p(T) = p in [lo, hi], where it rises through p: Halley's method inside the bracket. Its error goes with the
+/// third power, in units of p'/p'': a step of less than kLast of them is the last one.
 double root(const Extremal& e, const Region& r, double p, double lo, double hi, double p_lo, double p_hi) noexcept {
   double t = lo + (hi - lo) * std::cbrt((p - p_lo) / (p_hi - p_lo));  // durations count in the third power
+  constexpr double kLast = 1e-5;
   for (int i = 0; i < 80; ++i) {
-    const auto at = e.reach(t, r);
+    const auto at = e.curve(t, r);
     const double f = at.p - p;
     // A rounding of T is worth so much, and below it f is noise.
     if (std::abs(f) <= 4 * kEps * (std::abs(p) + std::abs(at.dp_dt) * t)) break;
     (f < 0 ? lo : hi) = t;
-    double next = t - f / at.dp_dt;
-    if (!(next > lo && next < hi)) next = (lo + hi) / 2;
+    const double newton = f / at.dp_dt, bend = newton * at.d2p_dt2 / at.dp_dt;  // the step in units of p'/p''
+    double next = t - newton / (1 - bend / 2);
+    if (!(next > lo && next < hi)) {
+      next = (lo + hi) / 2;
+    } else if (std::abs(bend) <= kLast && std::abs(next - t) <= kLast * t) {
+      return next;
+    }
     if (std::abs(next - t) <= 2 * kEps * t) break;
     t = next;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "motion/profile/arrive.hpp"
 #include "motion/profile/way.hpp"
 
 namespace gantry::motion {
@@ -78,12 +79,11 @@ bool move_straight(std::span<const AxisMove> axes, const Together& how, Joint& o
   Line line;
   if (!line_of(axes, line)) return false;
   const State from{0, line.along[1], line.along[3]}, to{line.along[0], line.along[2], line.along[4]};
-  std::optional<Way> way;
-  way.emplace(from, to, bounds_of(axes, line.direction), how.outside);
-  if (way->reason() != Reason::Solved) return false;
-  const double t = common_duration(std::span(&way, 1), std::max(way->shortest_s(), how.min_duration_s), how.cycle_s);
+  Way way(from, to, bounds_of(axes, line.direction), how.outside);
+  if (way.reason() != Reason::Solved) return false;
+  const double t = common_duration(std::span(&way, 1), std::max(way.shortest_s(), how.min_duration_s), how.cycle_s);
   Profile scalar;
-  if (t < 0 || !way->write(t, scalar)) return false;
+  if (t < 0 || !way.write(t, scalar)) return false;
   out.duration_s = t;
   out.straight = true;
   for (std::size_t i = 0; i < axes.size(); ++i) {

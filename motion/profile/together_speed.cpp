@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
-#include "motion/profile/together.hpp"
-#include "motion/profile/way.hpp"
+#include "motion/profile/arrive.hpp"
+#include "motion/profile/scale.hpp"
 
 namespace gantry::motion {
 namespace {
@@ -76,6 +77,8 @@ class SpeedWay {
     return next;
   }
 
+  [[nodiscard]] Reason reason_of_none() const noexcept { return Reason::NoSolution; }
+
   bool write(double t, Profile& profile) const noexcept {
     if (std::abs(t - shortest_s_) <= kEqual * t) {
       profile = plan_.profile;
@@ -125,33 +128,8 @@ class SpeedWay {
 
 Joint change_speeds_together(std::span<const AxisMove> axes, const Together& how) noexcept {
   Joint out;
-  const auto failed = [&out](Reason reason, std::size_t axis) {
-    out.reason = reason;
-    out.axis = static_cast<std::uint8_t>(axis);
-    return out;
-  };
-  if (axes.size() > kMaxAxes) return failed(Reason::BadBounds, kMaxAxes);
-  if (!std::isfinite(how.min_duration_s) || !std::isfinite(how.cycle_s)) return failed(Reason::NotFinite, 0);
-  std::array<std::optional<SpeedWay>, kMaxAxes> ways;
-  double longest = std::max(how.min_duration_s, 0.0);
-  for (std::size_t i = 0; i < axes.size(); ++i) {
-    out.profiles.push_back({axes[i].from, {}});
-    if (!axes[i].enabled) continue;
-    ways[i].emplace(axes[i]);
-    if (ways[i]->reason() != Reason::Solved) return failed(ways[i]->reason(), i);
-    longest = std::max(longest, ways[i]->shortest_s());
-  }
-  const bool together = how.sync != Sync::None;
-  const std::span all(ways.data(), axes.size());
-  const double common = together ? common_duration(all, longest, how.cycle_s) : 0;
-  for (std::size_t i = 0; i < axes.size(); ++i) {
-    if (!ways[i]) continue;
-    const double least = std::max(how.min_duration_s, ways[i]->shortest_s());
-    const double t = together ? common : common_duration(all.subspan(i, 1), least, how.cycle_s);
-    if (t < 0 || !ways[i]->write(t, out.profiles[i])) return failed(Reason::NoSolution, i);
-    out.duration_s = std::max(out.duration_s, t);
-  }
-  out.reason = Reason::Solved;
+  if (check(axes, how, out))
+    arrive<SpeedWay>(axes, how, out, [](auto& ways, const AxisMove& m) -> SpeedWay& { return ways.emplace_back(m); });
   return out;
 }
 

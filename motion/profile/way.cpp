@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "motion/profile/arrive.hpp"
+
 namespace gantry::motion {
 Way::Way(const State& from, const State& to, const AxisBounds& bounds, Outside outside) noexcept
     : entered_{from, {}}, to_(to), bounds_(bounds), scale_(bounds) {
@@ -67,10 +69,6 @@ bool Way::write(double t, Profile& profile) noexcept {
     append(profile, mix, scale_);
   }
   return arrives(profile, to_, bounds_, scale_p_, !entered_.phases.empty());
-}
-
-double on_grid(double t, double cycle_s) noexcept {
-  return cycle_s > 0 ? std::ceil(t / cycle_s * (1 - kEqual)) * cycle_s : t;
 }
 
 }  // namespace gantry::motion

@@ -2,15 +2,11 @@
 //   Way way(from, to, bounds, outside);     if (way.reason() == Reason::Solved)
 //   t = way.shortest_s();   t = way.first_s(t);   way.write(t, profile);
 #pragma once
-#include <algorithm>
 #include <optional>
-#include <span>
 
 #include "motion/profile/corridor.hpp"
 
 namespace gantry::motion {
-
-inline constexpr double kEqual = 1e-13;  ///< durations that differ by less, relatively, are one
 
 class Way {
  public:
@@ -41,27 +37,5 @@ class Way {
   scaled::Found shortest_;
   std::optional<Route> route_;  // with position limits: of the duration that was asked for last
 };
-
-/// t rounded up to a multiple of the cycle; cycle 0: t.
-[[nodiscard]] double on_grid(double t, double cycle_s) noexcept;
-
-/// First duration >= least, on the grid, that none of the ways has blocked; negative: none was found.
-template <class AnyWay>
-[[nodiscard]] double common_duration(std::span<std::optional<AnyWay>> ways, double least, double cycle_s) noexcept {
-  constexpr int kMostRounds = 64;  // each axis has two gaps at most; a grid may take a few tries over each
-  double t = on_grid(least, cycle_s);
-  for (int round = 0; round < kMostRounds; ++round) {
-    double need = t;
-    for (auto& way : ways) {
-      if (!way) continue;
-      const double first = way->first_s(t);
-      if (first < 0) return -1;
-      need = std::max(need, first);
-    }
-    if (need <= t * (1 + kEqual)) return t;
-    t = on_grid(need, cycle_s);
-  }
-  return -1;
-}
 
 }  // namespace gantry::motion
