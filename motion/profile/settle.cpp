@@ -29,6 +29,27 @@ Place end_of(const Profile& profile) noexcept {
   return x;
 }
 
+/// No rounding on the way can matter: not of the speed for as long as the motion takes, nor of what is left of an
+/// acceleration that has ended.
+bool surely_exact(const Profile& profile, const AxisBounds& b, double p, double v, double a) noexcept {
+  const double seconds = duration(profile), unsure = (v + a * seconds) * std::numeric_limits<double>::epsilon();
+  return seconds * unsure <= kEnd / 10 * p && unsure <= kEnd / 10 * std::min(b.v_max, -b.v_min);
+}
+
+/// Within the bounds on speed, from a start that is.
+bool keeps_speed(const Profile& profile, const AxisBounds& b) noexcept {
+  const long double most = b.v_max * (1 + kEnd), least = b.v_min * (1 + kEnd);
+  Place x{profile.from.p, profile.from.v, profile.from.a};
+  for (const Phase& phase : profile.phases) {
+    const long double turn = phase.jerk != 0 ? -x.a / phase.jerk : -1;
+    if (turn > 0 && turn < phase.duration_s && (x.v + x.a * turn / 2 > most || x.v + x.a * turn / 2 < least))
+      return false;
+    x.go(phase);
+    if (x.v > most || x.v < least) return false;
+  }
+  return true;
+}
+
 /// What whoever adds the phases up in doubles may be wrong by at the end: rounding of the highest speed, for as long as
 /// the motion takes. (No position is farther away than that speed leads in that time.)
 double uncertainty(const Profile& profile) noexcept {
@@ -55,9 +76,7 @@ Phase* coasting(Profile& profile, double a_bound, long double& v) noexcept {
 }
 
 /// Takes the miss out of the coasting phase. False: the phases' durations have no digits for the target.
-bool settle(Profile& profile, const State& to, const AxisBounds& b) noexcept {
-  const double v = std::max(b.v_max, -b.v_min), a = std::max(b.a_max, -b.a_min);
-  const double p = std::max({std::abs(profile.from.p), std::abs(to.p), v * v / a});
+bool settle(Profile& profile, const State& to, double p, double v, double a) noexcept {
   if (uncertainty(profile) > kEnd * p) return false;
   const auto miss = [&] { return static_cast<double>(end_of(profile).p - to.p); };
   long double speed = 0;
@@ -73,10 +92,16 @@ bool settle(Profile& profile, const State& to, const AxisBounds& b) noexcept {
 }  // namespace
 
 bool arrives(Profile& profile, const State& to, const AxisBounds& b, double scale_p, bool outside) noexcept {
-  if (outside && !settle(profile, to, b)) return false;
+  const double v = std::max(b.v_max, -b.v_min), a = std::max(b.a_max, -b.a_min);
+  const double p = std::max({std::abs(profile.from.p), std::abs(to.p), v * v / a});
+  double near = std::min(scale_p, p);
+  if (const bool sure = surely_exact(profile, b, p, v, a); outside || !sure) {
+    if (!settle(profile, to, p, v, a) || !(outside || keeps_speed(profile, b))) return false;
+    near = scale_p;  // settle() has judged it by p, with more digits than are here
+  }
   const State end = end_state(profile);
-  return std::abs(end.p - to.p) <= kEnd * scale_p && std::abs(end.v - to.v) <= kEnd * std::max(b.v_max, -b.v_min) &&
-         std::abs(end.a - to.a) <= kEnd * std::max(b.a_max, -b.a_min);
+  return std::abs(end.p - to.p) <= kEnd * near && std::abs(end.v - to.v) <= kEnd * v &&
+         std::abs(end.a - to.a) <= kEnd * a;
 }
 
 }  // namespace gantry::motion

@@ -288,6 +288,40 @@ TEST(Planner, a_start_far_outside_comes_to_its_target_exactly_or_is_refused) {
   EXPECT_LT(refused, 9000);
 }
 
+// Bounds up to 1e6 times apart: what is left of an acceleration that has ended may then matter more, over the long time
+// at the lower speed bound, than where the motion was to end. Where all bounds lie within a factor of 100 it never
+// does.
+TEST(Planner, what_is_solved_is_right_however_far_the_bounds_lie_apart) {
+  std::mt19937_64 random(kSeed + 12);
+  const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  int refused = 0, cases = 0;
+  for (int n = 0; n < 60000; ++n) {
+    const double decades = n % 2 == 0 ? 3 : 1;
+    const auto bound = [&] { return std::pow(10, uniform(-decades, decades)); };
+    const OneSidedCase c{{uniform(-8, 8), 0, 0},
+                         {uniform(-8, 8), 0, 0},
+                         AxisBounds(bound(), -bound(), bound(), -bound(), bound(), -bound())};
+    State from = c.from, to = c.to;
+    if (n % 3 > 0) from.v = uniform(c.b.v_min, c.b.v_max), from.a = uniform(c.b.a_min, c.b.a_max);
+    if (n % 5 > 1) to.v = uniform(c.b.v_min, c.b.v_max), to.a = n % 7 > 2 ? uniform(c.b.a_min, c.b.a_max) : 0;
+    if (!judge::tenable(from, c.b, 1) || !judge::tenable(to, c.b, -1)) continue;
+    ++cases;
+    const std::string what = text({from, to, c.b});
+    const Plan plan = move(from, to, c.b);
+    if (plan) {
+      ASSERT_EQ(judge::verdict(plan.profile, from, to, c.b), "") << what;
+    } else {
+      ++refused;
+      ASSERT_EQ(plan.reason, Reason::NoSolution) << what;
+      ASSERT_EQ(decades, 3) << what;
+    }
+  }
+  EXPECT_GT(cases, 20000);
+  EXPECT_LT(refused, cases / 10);
+  RecordProperty("cases", cases);
+  RecordProperty("refused", refused);
+}
+
 TEST(Planner, says_why_it_has_no_profile) {
   EXPECT_EQ(move({0, 0, 0}, {1, 0, 0}, {0, 1, 1}).reason, Reason::BadBounds);
   EXPECT_EQ(move({0, 0, 0}, {1, 0, 0}, {1, 1, -1}).reason, Reason::BadBounds);
