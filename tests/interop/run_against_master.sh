@@ -5,29 +5,14 @@ set -uo pipefail
 program=$(realpath "$1"); shift
 cd "$(dirname "${BASH_SOURCE[0]}")/../.." || exit 1
 name=gim$$
-work=$(mktemp -d)
-if ! scripts/veth-pair up $name >"$work/pair" 2>&1; then
-  cat "$work/pair"
-  rm -rf "$work"
-  [ "$(id -u)" = 0 ] && exit 1
-  echo "only root may make a veth pair: nothing to test"
-  exit 77
-fi
-stations=
-finish() {
-  [ -n "$stations" ] && kill "$stations" 2>/dev/null
-  wait 2>/dev/null
-  scripts/veth-pair down $name >/dev/null 2>&1
-  rm -rf "$work"
-}
-trap finish EXIT
+source tests/interop/veth_line.sh
 scripts/veth-pair exec $name -- env PYTHONDONTWRITEBYTECODE=1 python3 tests/interop/strange_stations.py $name-sim "$@" \
   --capture "$work/capture.pcapng" >"$work/out" 2>&1 </dev/null &
-stations=$!
+far=$!
 for _ in $(seq 100); do grep -qs "strange stations on" "$work/out" && break; sleep 0.05; done
 failures=0
 scripts/veth-pair exec $name -- "$program" $name-ctl "$@" || failures=1
-kill $stations; wait $stations; stations=
+kill $far; wait $far; far=
 cat "$work/out"
 bad=$(tshark -r "$work/capture.pcapng" -Y '_ws.malformed' 2>/dev/null | wc -l)
 frames=$(tshark -r "$work/capture.pcapng" -Y ecat 2>/dev/null | wc -l)

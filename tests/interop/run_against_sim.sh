@@ -6,22 +6,7 @@ set -uo pipefail
 gantry=$(realpath "$1"); shift
 cd "$(dirname "${BASH_SOURCE[0]}")/../.." || exit 1
 name=gio$$
-work=$(mktemp -d)
-if ! scripts/veth-pair up $name >"$work/pair" 2>&1; then
-  cat "$work/pair"
-  rm -rf "$work"
-  [ "$(id -u)" = 0 ] && exit 1
-  echo "only root may make a veth pair: nothing to test"
-  exit 77
-fi
-sim=
-finish() {
-  [ -n "$sim" ] && kill "$sim" 2>/dev/null
-  wait 2>/dev/null
-  scripts/veth-pair down $name >/dev/null 2>&1
-  rm -rf "$work"
-}
-trap finish EXIT
+source tests/interop/veth_line.sh
 machine=${MACHINE:-config/machines/dispenser.yaml}
 failures=0
 fail() { echo "FAILED: $*"; failures=$((failures + 1)); }
@@ -29,12 +14,12 @@ fail() { echo "FAILED: $*"; failures=$((failures + 1)); }
 # once MASTER: a fresh virtual machine and one master
 once() {
   scripts/veth-pair exec $name -- "$gantry" --machine "$machine" sim --interface $name-sim >"$work/sim.out" 2>&1 </dev/null &
-  sim=$!
+  far=$!
   for _ in $(seq 100); do grep -qs "virtual machine" "$work/sim.out" && break; sleep 0.05; done
   sleep 0.3
   scripts/veth-pair exec $name -- env PYTHONDONTWRITEBYTECODE=1 python3 tests/interop/run.py "$1" $name-ctl "$machine" "$work/$1.pcapng"
   local code=$?
-  kill $sim; wait $sim 2>/dev/null; sim=
+  kill $far; wait $far 2>/dev/null; far=
   return $code
 }
 
