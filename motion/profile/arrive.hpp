@@ -37,7 +37,10 @@ template <class AnyWay>
   return -1;
 }
 
+/// Nothing of a motion is left in `out` but why there is none.
 inline void fail(Joint& out, Reason reason, std::size_t axis) noexcept {
+  out.profiles.clear();
+  out.duration_s = 0;
   out.reason = reason;
   out.axis = static_cast<std::uint8_t>(axis);
 }

@@ -169,6 +169,17 @@ TEST(Together, a_disabled_axis_is_not_planned) {
   EXPECT_EQ(move_together(axes).axis, 1);
 }
 
+TEST(Together, what_fails_leaves_no_motion_behind) {
+  // The second way is known not to exist only when the first one is planned: its start cannot stay within its limits.
+  AxisMove axes[] = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 1}}, {{0, 1, 0}, {0.05, 0, 0}, {1, 1, 1}}};
+  axes[1].bounds.p_min = -1, axes[1].bounds.p_max = 0.1;
+  const Joint joint = move_together(axes);
+  EXPECT_EQ(joint.reason, Reason::StartCannotStay);
+  EXPECT_EQ(joint.axis, 1);
+  EXPECT_TRUE(joint.profiles.empty());
+  EXPECT_EQ(joint.duration_s, 0);
+}
+
 TEST(SpeedsTogether, all_axes_have_their_speeds_at_once) {
   Draw draw(8);
   int waited = 0;
