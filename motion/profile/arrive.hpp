@@ -8,11 +8,10 @@
 #include <span>
 
 #include "core/rt/fixed_vector.hpp"
+#include "motion/profile/scale.hpp"
 #include "motion/profile/together.hpp"
 
 namespace gantry::motion {
-
-inline constexpr double kEqual = 1e-13;  ///< durations that differ by less, relatively, are one
 
 /// t rounded up to a multiple of the cycle; cycle 0: t.
 [[nodiscard]] inline double on_grid(double t, double cycle_s) noexcept {

@@ -14,6 +14,8 @@ inline constexpr double kSame = 1e-12;
 inline constexpr double kOnRamp = 1e-11;
 // What a position of the problem is uncertain by, of its scale: a little more than rounding.
 inline constexpr double kResolution = 1e-13;
+// Durations that differ by less, relatively, are one.
+inline constexpr double kEqual = 1e-13;
 // A bound overstepped by less is met.
 inline constexpr double kSlack = 1e-11;
 
@@ -50,7 +52,8 @@ struct Scale {
 
 /// The profile ends at the target, within 1e-9 of the problem's scales; `scale_p` is position_scale(). A start that was
 /// `outside` of the bounds may be carried far away first: what rounding on the long way back leaves of the target is
-/// then taken out of the coasting phase, and the end is judged by start, target and bounds alone.
+/// then taken out of the coasting phase, and the end is judged by start, target and bounds alone. So is that of a
+/// motion so long that rounding would show at its end, which has to keep its bounds on speed, too.
 [[nodiscard]] bool arrives(Profile& profile, const State& to, const AxisBounds& bounds, double scale_p,
                            bool outside) noexcept;
 

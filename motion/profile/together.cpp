@@ -1,7 +1,5 @@
 #include "motion/profile/together.hpp"
 
-#include <cmath>
-
 #include "motion/profile/arrive.hpp"
 #include "motion/profile/straight.hpp"
 #include "motion/profile/way.hpp"

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "motion/profile/arrive.hpp"
-
 namespace gantry::motion {
 Way::Way(const State& from, const State& to, const AxisBounds& bounds, Outside outside) noexcept
     : entered_{from, {}}, to_(to), bounds_(bounds), scale_(bounds) {
