@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <arpa/inet.h>
-#include <array>
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
 #include <fmt/format.h>
 #include <linux/if_packet.h>
 #include <net/if.h>
-#include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -109,14 +107,11 @@ bool RawSocketPort::send(PortIndex port, std::span<const std::byte> frame) noexc
 
 Received RawSocketPort::receive(std::span<std::byte> buffer, Time deadline) noexcept {
   const MonotonicClock clock;
+  const DeadlineTimer::Wait wait(timer_, deadline);
   for (Time now = clock.now();;) {
     const Time left = deadline - now;
-    const bool far = left > kNapEnds;
-    if (!far && left > Time{}) {
-      timer_.aim(deadline);
-      wait();
-    }
-    const ssize_t got = ::recv(socket_, buffer.data(), buffer.size(), far ? 0 : MSG_DONTWAIT);
+    if (left > Time{} && left <= kNapEnds) timer_.aim(deadline);
+    const ssize_t got = ::recv(socket_, buffer.data(), buffer.size(), left > Time{} ? 0 : MSG_DONTWAIT);
     now = clock.now();
     if (got > 0) return {static_cast<std::size_t>(got), PortIndex::Primary, now};
     if (now >= deadline) return {};
@@ -124,20 +119,6 @@ Received RawSocketPort::receive(std::span<std::byte> buffer, Time deadline) noex
 }
 
 void RawSocketPort::arm(Time deadline) noexcept { timer_.aim(deadline); }
-
-/// Until a frame comes or the timer has ended.
-void RawSocketPort::wait() noexcept {
-  std::array<pollfd, 2> ends{pollfd{.fd = socket_, .events = POLLIN, .revents = 0},
-                             pollfd{.fd = timer_.descriptor(), .events = POLLIN, .revents = 0}};
-  ::poll(ends.data(), ends.size(), -1);
-  const pollfd& p = ends[0];
-  // An interface that went down reports an error for as long as it is down; without this it would spin.
-  if ((p.revents & (POLLERR | POLLHUP)) != 0 && (p.revents & POLLIN) == 0) {
-    int error = 0;
-    socklen_t size = sizeof error;
-    ::getsockopt(socket_, SOL_SOCKET, SO_ERROR, &error, &size);  // takes the error, so that the next wait waits
-  }
-}
 
 bool RawSocketPort::link_up(PortIndex port) const noexcept {
   if (port != PortIndex::Primary) return false;

@@ -32,8 +32,6 @@ class RawSocketPort final : public FramePort {
   RawSocketPort(int socket, int lock, std::string interface)
       : socket_(socket), lock_(lock), interface_(std::move(interface)) {}
 
-  void wait() noexcept;
-
   int socket_, lock_;
   DeadlineTimer timer_;
   std::string interface_;

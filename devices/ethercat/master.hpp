@@ -70,7 +70,10 @@ class EthercatMaster final : public FieldBus {
   [[nodiscard]] std::span<const std::byte> inputs(StationId station) const noexcept override;
   [[nodiscard]] bool fresh(StationId station) const noexcept override;
   Exchange exchange(Time deadline) noexcept override;
-  void arm(Time deadline) noexcept override { port_.arm(deadline); }
+  void arm(Time deadline) noexcept override {
+    cyclic_->prepare();
+    port_.arm(deadline);
+  }
   std::size_t spare_frames(std::span<const ImageChange> changes, std::span<FrameBytes> frames) noexcept override;
 
   /// What bring-up found worth telling (assumed identities that differ, clocks ...).

@@ -55,7 +55,9 @@ void Cyclic::plan(Parts& parts, std::size_t most_bytes) noexcept {
   }
 }
 
-void Cyclic::build(AcyclicSlot& acyclic) noexcept {
+void Cyclic::prepare() noexcept {
+  if (prepared_) return;
+  prepared_ = true;
   used_ = answers_ = 0;
   rider_frame_ = kMaxFrames;
   answered_.reset();
@@ -68,10 +70,17 @@ void Cyclic::build(AcyclicSlot& acyclic) noexcept {
       placed_[i] = {};
       continue;
     }
-    Frame& frame = frames_[used_ - 1];
-    const SlotIndex slot = frame.add(part.command, layout_.stations[part.first].logical, part.bytes);
-    placed_[i] = {used_ - 1, slot};
-    if (part.command != Command::Lrd) fill(part, outputs_, frame.data(slot));
+    placed_[i] = {used_ - 1, frames_[used_ - 1].add(part.command, layout_.stations[part.first].logical, part.bytes)};
+  }
+}
+
+/// What is known only when the frames go out: the outputs, and what rides along.
+void Cyclic::load(AcyclicSlot& acyclic) noexcept {
+  for (std::size_t i = 0; i < parts_->size(); ++i) {
+    const Part& part = (*parts_)[i];
+    const Placed& placed = placed_[i];
+    if (placed.slot != kNoSlot && part.command != Command::Lrd)
+      fill(part, outputs_, frames_[placed.frame].data(placed.slot));
   }
   if (!acyclic.waiting()) return;
   if (!acyclic.ride(frames_[used_ - 1])) {  // then in a frame of its own, which takes any
@@ -170,7 +179,9 @@ bool Cyclic::take(std::span<const std::byte> received) noexcept {
 }
 
 Exchange Cyclic::run(FramePort& port, AcyclicSlot& acyclic, Time deadline) noexcept {
-  build(acyclic);
+  prepare();
+  prepared_ = false;
+  load(acyclic);
   std::size_t sent = 0;
   for (std::size_t i = 0; i < used_; ++i) {
     const bool ok = port.send(PortIndex::Primary, frames_[i].bytes());

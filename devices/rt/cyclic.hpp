@@ -78,6 +78,8 @@ class Cyclic {
   Cyclic(const Cyclic&) = delete;
   Cyclic& operator=(const Cyclic&) = delete;
 
+  /// Makes the frames of the next run() ready, but for what is known only then. Only saves time, between two cycles.
+  void prepare() noexcept;
   Exchange run(FramePort& port, AcyclicSlot& acyclic, Time deadline) noexcept;
   /// The frames that carry `outputs`, laid out like the image, and nothing else, for somebody else to send. They count
   /// as late when they come back: their index is half a round away from those under way. How many; 0: they do not fit.
@@ -93,7 +95,6 @@ class Cyclic {
     return (told_fresh_[station / 64].load(std::memory_order_relaxed) >> (station % 64) & 1) != 0;
   }
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_.load(std::memory_order_acquire); }
-  [[nodiscard]] std::size_t frames_a_cycle() const noexcept { return used_; }
 
  private:
   /// One datagram of process data over stations first .. first+count-1.
@@ -109,7 +110,7 @@ class Cyclic {
   };
 
   void plan(Parts& parts, std::size_t most_bytes) noexcept;
-  void build(AcyclicSlot& acyclic) noexcept;
+  void load(AcyclicSlot& acyclic) noexcept;
   void add_common(Frame& frame) noexcept;
   [[nodiscard]] bool open_frame() noexcept;
   void fill(const Part& part, std::span<const std::byte> outputs, std::span<std::byte> data) const noexcept;
@@ -124,6 +125,7 @@ class Cyclic {
   std::span<const std::byte> outputs_;
   std::span<std::byte> inputs_;
   std::uint32_t sequence_ = 0;
+  bool prepared_ = false;
   std::uint64_t dc_time_ = 0;
 
   Parts together_, singly_;

@@ -2,7 +2,6 @@
 #include "devices/raw_socket_port.hpp"
 
 #include <gtest/gtest.h>
-#include <poll.h>
 #include <unistd.h>
 
 #include "devices/rt/frame.hpp"
@@ -43,28 +42,6 @@ TEST(RawSocketPort, returns_with_nothing_when_the_deadline_is_past) {
   EXPECT_EQ(port->receive(buffer, deadline).size, 0u);
   EXPECT_GE(clock.now(), deadline);
   EXPECT_FALSE(port->send(PortIndex::Secondary, buffer));
-}
-
-TEST(DeadlineTimer, ends_at_its_deadline_and_not_before) {
-  MonotonicClock clock;
-  DeadlineTimer timer;
-  ASSERT_TRUE(timer.valid());
-  const auto ended = [&](int patience_ms) {
-    pollfd p{.fd = timer.descriptor(), .events = POLLIN, .revents = 0};
-    return ::poll(&p, 1, patience_ms) == 1;
-  };
-  for (const int step_us : {50, 700, 25'000, 30, 3000, 3000, 1000, 17, 0}) {
-    const Time deadline = clock.now() + microseconds(step_us);
-    timer.aim(deadline);
-    ASSERT_TRUE(ended(5000)) << step_us;
-    EXPECT_GE(clock.now(), deadline) << step_us;
-    timer.aim(deadline);  // aims there already
-    EXPECT_TRUE(ended(0)) << step_us;
-  }
-  timer.aim(clock.now() + milliseconds(500));  // what has ended is forgotten
-  EXPECT_FALSE(ended(0));
-  timer.aim(clock.now() + milliseconds(1));  // an earlier one takes the place of a later one
-  EXPECT_TRUE(ended(400));
 }
 
 TEST(RawSocketPort, a_second_owner_is_refused_until_the_first_is_gone) {
