@@ -26,7 +26,7 @@ constexpr std::uint16_t power_on_values(unsigned ports) noexcept {
 
 }  // namespace
 
-Esc::Esc(std::vector<std::byte> sii, ClockWidth clock) : sii_(std::move(sii)), clock_(clock) {}
+Esc::Esc(std::vector<std::byte> sii, ClockWidth clock) : clock_(clock), sii_(std::move(sii)) {}
 
 void Esc::power_on(Time now) noexcept {
   memory_.fill(std::byte{0});
@@ -71,7 +71,8 @@ void Esc::power_on(Time now) noexcept {
   sync_managers_ = {};
   buffers_ = {};
   active_buffers_ = 0;
-  for (int i = 0; i < kSyncManagers; ++i) show_status(i);
+  bus_events_ = 0;
+  for (int i = 0; i < kSyncManagers; ++i) update_status(i);
   events_ = 0;
   irq_ = 0;
   outputs_written_at_ = kNever;
@@ -118,7 +119,7 @@ bool Esc::write(std::uint16_t ado, std::span<const std::byte> in, Time now) noex
 
 void Esc::set_al_status(std::uint16_t status, std::uint16_t code) noexcept {
   if (get<std::uint16_t>(reg::kAlStatus) != status) {
-    put<std::uint16_t>(0x0210, static_cast<std::uint16_t>(get<std::uint16_t>(0x0210) | 1u << 3));
+    bus_events_ |= kAlChanged;
     update_irq();
   }
   put<std::uint16_t>(reg::kAlStatus, status);

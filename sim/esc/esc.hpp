@@ -144,6 +144,8 @@ class Esc {
     std::uint8_t number = 3;
   };
 
+  static constexpr std::uint16_t kDlChanged = 1u << 2, kAlChanged = 1u << 3;  ///< bits of 0210h
+
   template <class T>
   [[nodiscard]] T get(std::size_t at) const noexcept {
     return devices::wire::get_le<T>(memory_, at);
@@ -162,6 +164,7 @@ class Esc {
   void on_register_write(std::size_t at, std::size_t size, Time now) noexcept;
   void on_clock_write(std::size_t at, std::size_t size, Time now) noexcept;
   void show_clock(Time now) noexcept;
+  void show_sync_managers() noexcept;
   void latch_receive_times(Time now) noexcept;
   void update_watchdog_limit() noexcept;
   void update_ports() noexcept;
@@ -176,7 +179,7 @@ class Esc {
   /// The active SyncManager that covers `at`; -1: none. `end`: where that ends.
   [[nodiscard]] int covering(std::size_t at, std::size_t& end) const noexcept;
   void reload_sync_managers(std::size_t at, std::size_t size) noexcept;
-  void show_status(int i) noexcept;
+  void update_status(int i) noexcept;
 
   // FMMUs
   void reload_fmmus() noexcept;
@@ -187,27 +190,30 @@ class Esc {
   bool map_bits(const devices::wire::Fmmu& fmmu, std::uint32_t address, std::span<std::byte> data, bool to_station,
                 Time now) noexcept;
 
+  // First what every frame asks for, together: a virtual bus runs once a millisecond, on a processor that has forgotten
+  // it in between.
+  std::uint16_t irq_ = 0;
+  std::uint16_t address_ = 0, alias_ = 0;    ///< 0010h, and 0012h where that counts; else the same again
+  std::uint16_t bus_events_ = 0;             ///< 0210h
+  std::uint32_t events_ = 0;                 ///< for the station
+  std::uint32_t active_buffers_ = 0;         ///< bit by SyncManager
+  std::size_t protected_to_ = 0;             ///< the bus writes nothing below this
+  std::size_t reachable_to_ = kMemoryBytes;  ///< nor reaches anything from here on
+  std::uint64_t logical_from_ = 0, logical_to_ = 0;  ///< all that the FMMUs map lies in [from, to)
+  std::size_t active_fmmus_ = 0;
+  Time outputs_written_at_ = kNever, watchdog_limit_ = kNever;
+  ClockWidth clock_;
+  std::array<devices::wire::Fmmu, kFmmus> fmmus_{};  ///< the active ones, decoded when they are written
+  DcUnit dc_;
+  std::array<devices::wire::SyncManager, kSyncManagers> sync_managers_{};
+  std::array<Buffer, kSyncManagers> buffers_{};
   std::array<std::byte, kMemoryBytes> memory_{};
   std::array<std::byte, kMemoryBytes> other_side_{};  ///< buffers of three-buffer SyncManagers as the station sees them
   SiiUnit sii_;
-  ClockWidth clock_;
-  DcUnit dc_;
-  std::array<devices::wire::Fmmu, kFmmus> fmmus_{};  ///< the active ones, decoded when they are written
-  std::size_t active_fmmus_ = 0;
-  std::uint64_t logical_from_ = 0, logical_to_ = 0;  ///< all that they map lies in [from, to)
-  std::array<devices::wire::SyncManager, kSyncManagers> sync_managers_{};
-  std::array<Buffer, kSyncManagers> buffers_{};
-  std::uint32_t active_buffers_ = 0;  ///< bit by SyncManager
-  std::uint32_t events_ = 0;
-  std::uint16_t irq_ = 0;
-  std::size_t protected_to_ = 0;               ///< the bus writes nothing below this
-  std::size_t reachable_to_ = kMemoryBytes;    ///< nor reaches anything from here on
   std::optional<std::uint8_t> reset_written_;  ///< to 0040h in this frame
   std::uint8_t reset_progress_ = 0;
-  std::uint16_t address_ = 0, alias_ = 0;  ///< 0010h, and 0012h where that counts; else the same again
   unsigned ports_ = 0b0011, links_ = 0, open_ports_ = 0, shut_ports_ = 0;
   std::array<Time, kPorts> port_times_{};
-  Time outputs_written_at_ = kNever, watchdog_limit_ = kNever;
 };
 
 }  // namespace gantry::sim

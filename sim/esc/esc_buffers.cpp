@@ -13,7 +13,6 @@ using namespace devices::wire;
 namespace {
 constexpr std::size_t kSm0 = reg::kSyncManager0;
 constexpr std::uint8_t kWrittenInterrupt = 0x01, kReadInterrupt = 0x02, kPdiDisable = 0x01;  // bytes 5 and 7
-constexpr std::uint16_t kEvents = 0x0210;
 constexpr std::uint8_t kNoBuffer = 3;
 }  // namespace
 
@@ -72,15 +71,18 @@ bool Esc::read_buffer(int i, std::size_t at, std::span<std::byte> out) noexcept 
   Buffer& b = buffers_[static_cast<std::size_t>(i)];
   auto& sm = sync_managers_[static_cast<std::size_t>(i)];
   if (b.locked || b.bus_writes || !b.written) return false;
+  const bool last = at + out.size() == b.to;
+  bool from_other = false;  // all at once: nothing to keep
   if (at == b.from) {
     b.open = true;
-    if (!b.mailbox) copy_few(memory_.data() + b.from, std::span(other_side_).subspan(b.from, b.to - b.from));
+    from_other = !b.mailbox && last;
+    if (!b.mailbox && !last) copy_few(memory_.data() + b.from, std::span(other_side_).subspan(b.from, b.to - b.from));
     sm.status = static_cast<std::uint8_t>(sm.status & ~kWrittenInterrupt);
   } else if (!b.open) {
     return false;
   }
-  copy_few(out.data(), std::span(memory_).subspan(at, out.size()));
-  if (at + out.size() == b.to) {
+  copy_few(out.data(), std::span(from_other ? other_side_ : memory_).subspan(at, out.size()));
+  if (last) {
     b.open = false;
     sm.status |= kReadInterrupt;
     if (b.mailbox) {
@@ -88,7 +90,7 @@ bool Esc::read_buffer(int i, std::size_t at, std::span<std::byte> out) noexcept 
       events_ |= kMailboxRead;
     }
   }
-  show_status(i);
+  update_status(i);
   return true;
 }
 
@@ -102,27 +104,29 @@ bool Esc::write_buffer(int i, std::size_t at, std::span<const std::byte> in, Tim
   } else if (!b.open) {
     return false;
   }
-  copy_few(memory_.data() + at, in);
-  if (at + in.size() == b.to) {
+  const bool last = at + in.size() == b.to;
+  const bool to_other = !b.mailbox && last && at == b.from;  // all at once
+  copy_few((to_other ? other_side_ : memory_).data() + at, in);
+  if (last) {
     b.open = false;
     b.written = true;
     sm.status |= kWrittenInterrupt;
     if (b.mailbox) {
       events_ |= kMailboxWritten;
     } else {
-      copy_few(other_side_.data() + b.from, std::span(memory_).subspan(b.from, b.to - b.from));
+      if (!to_other) copy_few(other_side_.data() + b.from, std::span(memory_).subspan(b.from, b.to - b.from));
       b.number = static_cast<std::uint8_t>((b.number + 1) % 3);
+      if (outputs_written_at_ == kNever) put<std::uint8_t>(reg::kWatchdogStatusProcessData, 1);
       outputs_written_at_ = now;
-      put<std::uint8_t>(reg::kWatchdogStatusProcessData, 1);
       events_ |= kOutputsWritten;
     }
   }
-  show_status(i);
+  update_status(i);
   return true;
 }
 
-/// Byte 5, and its mirror in 0210h.
-void Esc::show_status(int i) noexcept {
+/// Byte 5, and what 0210h says of a mailbox.
+void Esc::update_status(int i) noexcept {
   const auto n = static_cast<std::size_t>(i);
   const Buffer& b = buffers_[n];
   auto& sm = sync_managers_[n];
@@ -131,14 +135,16 @@ void Esc::show_status(int i) noexcept {
   const auto status = static_cast<std::uint8_t>((sm.status & (kWrittenInterrupt | kReadInterrupt)) |
                                                 (full ? kSmStatusMailboxFull : 0u) | buffer << 4);
   sm.status = status;
-  put<std::uint8_t>(kSm0 + n * kSyncManagerBytes + kSmStatusOffset, status);
-  const bool told = b.mailbox && !b.bus_writes && (status & kWrittenInterrupt) != 0;
-  const auto events = get<std::uint16_t>(kEvents);
   const auto bit = static_cast<std::uint16_t>(1u << (4 + i));
-  if (((events & bit) != 0) != told) {
-    put<std::uint16_t>(kEvents, static_cast<std::uint16_t>(events ^ bit));
-    update_irq();
-  }
+  const bool told = b.mailbox && !b.bus_writes && (status & kWrittenInterrupt) != 0;
+  if (((bus_events_ & bit) != 0) == told) return;
+  bus_events_ ^= bit;
+  update_irq();
+}
+
+void Esc::show_sync_managers() noexcept {
+  for (std::size_t i = 0; i < kSyncManagers; ++i)
+    put<std::uint8_t>(kSm0 + i * kSyncManagerBytes + kSmStatusOffset, sync_managers_[i].status);
 }
 
 void Esc::reload_sync_managers(std::size_t at, std::size_t size) noexcept {
@@ -171,7 +177,7 @@ void Esc::reload_sync_managers(std::size_t at, std::size_t size) noexcept {
     if (active && b.mailbox && ((sm.activate ^ sm.pdi_control) & kSmActivateRepeatRequest) != 0)
       events_ |= kMailboxRepeat;
     sync_managers_[n] = sm;
-    show_status(i);
+    update_status(i);
   }
   update_watchdog_limit();
 }
@@ -187,7 +193,7 @@ void Esc::lock_sync_manager(int i, bool locked) noexcept {
   sm.status = 0;
   sm.pdi_control = static_cast<std::uint8_t>(locked ? sm.pdi_control | kPdiDisable : sm.pdi_control & ~kPdiDisable);
   put<std::uint8_t>(kSm0 + n * kSyncManagerBytes + 7, sm.pdi_control);
-  show_status(i);
+  update_status(i);
 }
 
 std::span<std::byte> Esc::area(int i) noexcept {
@@ -203,7 +209,7 @@ void Esc::publish(int i) noexcept {
   b.number = static_cast<std::uint8_t>((b.number + 1) % 3);
   auto& sm = sync_managers_[static_cast<std::size_t>(i)];
   sm.status = static_cast<std::uint8_t>((sm.status & ~kReadInterrupt) | kWrittenInterrupt);
-  show_status(i);
+  update_status(i);
 }
 
 bool Esc::mailbox_full(int i) const noexcept {
@@ -219,7 +225,7 @@ void Esc::set_mailbox_full(int i, bool full) noexcept {
   sm.status = static_cast<std::uint8_t>(full           ? (sm.status & ~kReadInterrupt) | kWrittenInterrupt
                                         : b.bus_writes ? (sm.status & ~kWrittenInterrupt) | kReadInterrupt
                                                        : sm.status & ~kWrittenInterrupt);
-  show_status(i);
+  update_status(i);
 }
 
 void Esc::acknowledge_repeat(int i) noexcept {

@@ -16,7 +16,6 @@ constexpr bool overlaps(std::size_t at, std::size_t size, std::size_t from, std:
 
 constexpr std::uint16_t kEventMask = 0x0200, kEvents = 0x0210, kStationEvents = 0x0220;
 constexpr std::size_t kForwardedErrors = 0x0308, kUnitErrors = 0x030C, kPdiErrors = 0x030D;
-constexpr std::uint16_t kDlChanged = 1u << 2, kAlChanged = 1u << 3;  // 0210h
 constexpr std::size_t kDcFrom = 0x0900, kDcTo = 0x0A00;
 constexpr std::size_t kEscConfiguration = 0x0141;
 
@@ -95,6 +94,8 @@ bool Esc::read_registers(std::size_t at, std::span<std::byte> out, Time now) noe
   const auto hit = [&](std::size_t from, std::size_t length) { return overlaps(at, size, from, length); };
   if (hit(reg::kSiiConfig, SiiUnit::kRegisterBytes))
     sii_.show(std::span(memory_).subspan(reg::kSiiConfig, SiiUnit::kRegisterBytes), now);
+  if (hit(kEvents, 2)) put<std::uint16_t>(kEvents, bus_events_);
+  if (hit(reg::kSyncManager0, kSyncManagers * kSyncManagerBytes)) show_sync_managers();
   if (hit(kStationEvents, 4)) {
     put<std::uint32_t>(kStationEvents, ((events_ & kAlControl) != 0 ? 1u : 0u) |
                                            ((events_ & kSyncManagersChanged) != 0 ? 1u << 4 : 0u) |
@@ -107,12 +108,12 @@ bool Esc::read_registers(std::size_t at, std::span<std::byte> out, Time now) noe
   }
   copy_few(out.data(), std::span(memory_).subspan(at, size));
   // Reading what an event tells of takes it back.
-  if (irq_ != 0 || get<std::uint16_t>(kEvents) != 0) {
+  if (bus_events_ != 0) {
     unsigned gone = 0;
     if (hit(reg::kDlStatus, 2)) gone |= kDlChanged;
     if (hit(reg::kAlStatus, 2)) gone |= kAlChanged;
-    if (gone != 0) {
-      put<std::uint16_t>(kEvents, static_cast<std::uint16_t>(get<std::uint16_t>(kEvents) & ~gone));
+    if ((bus_events_ & gone) != 0) {
+      bus_events_ = static_cast<std::uint16_t>(bus_events_ & ~gone);
       update_irq();
     }
   }
@@ -133,7 +134,7 @@ void Esc::update_addresses() noexcept {
 }
 
 void Esc::update_irq() noexcept {
-  irq_ = static_cast<std::uint16_t>(get<std::uint16_t>(kEvents) & get<std::uint16_t>(kEventMask));
+  irq_ = bus_events_ == 0 ? std::uint16_t{0} : static_cast<std::uint16_t>(bus_events_ & get<std::uint16_t>(kEventMask));
 }
 
 // --- Writing
@@ -141,8 +142,7 @@ void Esc::update_irq() noexcept {
 
 bool Esc::write_registers(std::size_t at, std::span<const std::byte> in, Time now) noexcept {
   if (at == reg::kDcSystemTime && in.size() == 8 && has_dc()) {  // every station, every cycle
-    copy_few(memory_.data() + at, in);
-    dc_.receive(get<std::uint64_t>(at), 64, now);
+    dc_.receive(get_le<std::uint64_t>(in, 0), 64, now);
     return true;
   }
   bool any = false;
@@ -303,7 +303,7 @@ void Esc::set_link(int port, bool up) noexcept {
     // "Auto close": a port that lost its link stays closed until the loop control is written.
     if ((get<std::uint8_t>(reg::kDlControl + 1) >> (2 * port) & 3) == 1) shut_ports_ |= bit;
   }
-  put<std::uint16_t>(kEvents, static_cast<std::uint16_t>(get<std::uint16_t>(kEvents) | kDlChanged));
+  bus_events_ |= kDlChanged;
   update_irq();
   update_ports();
 }

@@ -24,9 +24,9 @@ ClockWidth clock_of(const config::StationProfile& profile) noexcept {
 
 Station::Station(const config::Station& config, std::uint32_t serial, std::vector<DriveWiring> wiring)
     : config_(config),
+      esc_(sii_image(config.profile, config.alias, serial), clock_of(config.profile)),
       wiring_(std::move(wiring)),
       rows_(sync_managers(config.profile)),
-      esc_(sii_image(config.profile, config.alias, serial), clock_of(config.profile)),
       objects_(config.profile, serial, &kept_),
       error_register_(objects_.find({0x1001, 0})),
       missed_most_(objects_.find({0x10F1, 2})),

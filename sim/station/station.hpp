@@ -109,37 +109,38 @@ class Station {
   [[nodiscard]] bool has_mailbox() const noexcept { return mailbox_out_ >= 0 && mailbox_in_ >= 0; }
 
   const config::Station& config_;
-  std::vector<DriveWiring> wiring_;
-  std::vector<config::SyncManagerRow> rows_;                                     ///< by SyncManager
-  int mailbox_out_ = -1, mailbox_in_ = -1, process_out_ = -1, process_in_ = -1;  ///< SyncManagers; -1: none
-  StationTiming timing_;
-  Esc esc_;
   bool powered_ = false, restart_ = false;
-
-  Kept kept_;  ///< objects in the drive's own memory
-  ObjectDictionary objects_;
-  Object* error_register_;     ///< 1001h
-  const Object* missed_most_;  ///< 10F1h:2: how far missed outputs may count up; 0: not watched (ETG.1020)
-  // New with each power-on.
-  std::unique_ptr<CoeServer> coe_;
-  std::vector<std::unique_ptr<Drive402>> drives_;
-  PdoMap rx_, tx_;
+  // The AL state machine, new with each power-on.
   AlState state_ = AlState::Init;
   bool error_ = false;
+  bool identification_ = false;  ///< 0134h shows the device's identification instead of a code
+  bool outputs_new_ = false;     ///< written since the last tick
   /// What 0120h asks for and when the station is done with it.
   struct Request {
     std::uint16_t control = 0;
     Time due = kNever;
   };
   Request request_;
-  bool identification_ = false;          ///< 0134h shows the device's identification instead of a code
   std::optional<Time> operation_until_;  ///< OP was asked for and waits this long for outputs and SYNC0
-  CoeServer::Bytes last_mailbox_;        ///< for the repeat request
   Time last_tick_{}, next_free_run_{};
-  bool outputs_new_ = false;  ///< written since the last tick
-  int missed_outputs_ = 0;    ///< error counter of ETG.1020, 10F1h:2
+  int missed_outputs_ = 0;  ///< error counter of ETG.1020, 10F1h:2
   std::uint16_t io_outputs_ = 0, io_inputs_ = 0;
   bool io_inputs_told_ = false;  ///< the terminals are wired: they, not the dictionary, say what comes in
+  int mailbox_out_ = -1, mailbox_in_ = -1, process_out_ = -1, process_in_ = -1;  ///< SyncManagers; -1: none
+  Esc esc_;
+
+  std::vector<DriveWiring> wiring_;
+  std::vector<config::SyncManagerRow> rows_;  ///< by SyncManager
+  StationTiming timing_;
+  Kept kept_;  ///< objects in the drive's own memory
+  ObjectDictionary objects_;
+  Object* error_register_;     ///< 1001h
+  const Object* missed_most_;  ///< 10F1h:2: how far missed outputs may count up; 0: not watched (ETG.1020)
+  // New with each power-on, too.
+  std::unique_ptr<CoeServer> coe_;
+  std::vector<std::unique_ptr<Drive402>> drives_;
+  PdoMap rx_, tx_;
+  CoeServer::Bytes last_mailbox_;  ///< for the repeat request
 };
 
 }  // namespace gantry::sim
