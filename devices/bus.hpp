@@ -49,7 +49,8 @@ class FieldBus {
   virtual Result<void> bring_up() = 0;
   /// Asks for OP; the caller goes on exchanging and watches al_states. From the first exchange() on, blocking calls
   /// ride along in the cyclic frames (under a virtual clock they go out by themselves: one thread owns everything
-  /// there).
+  /// there). This one waits for that exchange, 0.1 s at most: a loop in a thread of its own may have been started just
+  /// now.
   virtual Result<void> request_operation() = 0;
   /// Which station is not in OP, and why: Fault::StationLeftOp with its AL status code as text. Blocking.
   virtual Result<void> check_operation() = 0;

@@ -145,8 +145,9 @@ int ours(const config::Machine& machine, const std::string& interface, int cycle
     beat(cycles, clock, exchange, rest).print(port.last);
   });
   const auto asked = master.request_operation();
+  if (!asked) fmt::print(stderr, "{}\n", to_text(asked.error()));
   for (int i = 0; i < 500 && asked && states != 8; ++i) clock.sleep_until(clock.now() + milliseconds(10));
-  if (states != 8) fmt::print(stderr, "not in OP\n");
+  if (const auto all = master.check_operation(); !all) fmt::print(stderr, "{}\n", to_text(all.error()));
   operating = true;
   loop.join();
   master.shut_down();

@@ -17,6 +17,7 @@ using namespace wire;
 constexpr std::uint32_t kLogicalStart = 0x0001'0000;
 constexpr int kFreshCycles = 10;  // in a row: only then a station counts as recovered
 constexpr Time kFreshTimeout = milliseconds(200);
+constexpr Time kLoopBegins = milliseconds(100);
 
 /// Errors of registers do not know whose register it was.
 template <class T>
@@ -160,6 +161,10 @@ void EthercatMaster::step_by(std::function<void()> step) {
 }
 
 Result<void> EthercatMaster::request_operation() {
+  // A loop that was just started takes the port with its first exchange, and must not find this thread at it.
+  const Time patience = clock_.now() + kLoopBegins;
+  while (!clock_.is_virtual() && !exchanging_ && clock_.now() < patience)
+    clock_.sleep_until(clock_.now() + milliseconds(1));
   choose_way();
   for (const auto& s : stations_) {
     const auto status = at(s, read_al_status(link_, s));

@@ -193,12 +193,12 @@ class Esc {
   // First what every frame asks for, together: a virtual bus runs once a millisecond, on a processor that has forgotten
   // it in between.
   std::uint16_t irq_ = 0;
-  std::uint16_t address_ = 0, alias_ = 0;    ///< 0010h, and 0012h where that counts; else the same again
-  std::uint16_t bus_events_ = 0;             ///< 0210h
-  std::uint32_t events_ = 0;                 ///< for the station
-  std::uint32_t active_buffers_ = 0;         ///< bit by SyncManager
-  std::size_t protected_to_ = 0;             ///< the bus writes nothing below this
-  std::size_t reachable_to_ = kMemoryBytes;  ///< nor reaches anything from here on
+  std::uint16_t address_ = 0, alias_ = 0;            ///< 0010h, and 0012h where that counts; else the same again
+  std::uint16_t bus_events_ = 0;                     ///< 0210h
+  std::uint32_t events_ = 0;                         ///< for the station
+  std::uint32_t active_buffers_ = 0;                 ///< bit by SyncManager
+  std::size_t protected_to_ = 0;                     ///< the bus writes nothing below this
+  std::size_t reachable_to_ = kMemoryBytes;          ///< nor reaches anything from here on
   std::uint64_t logical_from_ = 0, logical_to_ = 0;  ///< all that the FMMUs map lies in [from, to)
   std::size_t active_fmmus_ = 0;
   Time outputs_written_at_ = kNever, watchdog_limit_ = kNever;
