@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstring>
 #include <memory>
 #include <mutex>
 #include <poll.h>
 #include <pthread.h>
 #include <string>
+#include <sys/mman.h>
 #include <thread>
 #include <unistd.h>
 
@@ -82,6 +84,12 @@ void read_script_lines(VirtualMachine& world, const std::atomic<bool>& stop) {
   }
 }
 
+/// Where it is allowed: a page that the system took back would cost a master its cycle.
+void keep_memory() {
+  if (::mlockall(MCL_CURRENT) != 0)
+    log::info("the virtual bus answers from memory that the system may take back ({})", std::strerror(errno));
+}
+
 /// Real time where it is allowed: a master's cycle does not wait for us.
 void ask_for_priority() {
   sched_param p{};
@@ -113,6 +121,7 @@ Result<void> serve(const config::Machine& machine, const ServeOptions& options, 
   });
   std::thread bus([&] {
     ask_for_priority();
+    keep_memory();
     answer_frames(**wire, shared);
   });
   bus.join();
