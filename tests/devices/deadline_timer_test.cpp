@@ -37,7 +37,17 @@ class Silence {
   int ends_[2]{};
 };
 
-TEST(DeadlineTimer, ends_a_wait_at_its_deadline) {
+/// ThreadSanitizer of g++ 12 keeps signals to itself while recv() waits (its interceptor does not count as blocking).
+class DeadlineTimerWaits : public ::testing::Test {
+ protected:
+  void SetUp() override {
+#ifdef __SANITIZE_THREAD__
+    GTEST_SKIP() << "signals do not interrupt recv() under ThreadSanitizer";
+#endif
+  }
+};
+
+TEST_F(DeadlineTimerWaits, end_at_the_deadline) {
   MonotonicClock clock;
   const Silence silence;
   DeadlineTimer timer;
@@ -54,7 +64,7 @@ TEST(DeadlineTimer, ends_a_wait_at_its_deadline) {
 }
 
 // The signal then comes before the call, in it, and at every instant between: none may be waited out.
-TEST(DeadlineTimer, ends_a_wait_that_begins_when_it_has_rung) {
+TEST_F(DeadlineTimerWaits, end_although_they_begin_when_it_has_rung) {
   MonotonicClock clock;
   const Silence silence;
   DeadlineTimer timer;
@@ -65,7 +75,7 @@ TEST(DeadlineTimer, ends_a_wait_that_begins_when_it_has_rung) {
   }
 }
 
-TEST(DeadlineTimer, rings_in_the_thread_that_aims_it) {
+TEST_F(DeadlineTimerWaits, end_in_the_thread_that_aims_it) {
   MonotonicClock clock;
   const Silence silence;
   DeadlineTimer timer;
