@@ -3,16 +3,17 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/run/order_socket.hpp"
+#include "app/desk/order_line.hpp"
+#include "app/desk/order_socket.hpp"
 #include "core/log.hpp"
 
 namespace gantry::cli {
 
 bool ask_owner(Context& context, const std::string& state_dir, const run::Order& order) {
-  auto client = run::OrderClient::connect(owner_socket(state_dir));
+  auto client = desk::OrderClient::connect(owner_socket(state_dir));
   if (!client) return false;
   log::info("'{}' goes to the owner that is up", run::name(order.kind));
-  if (!client->send(run::to_line(order))) {
+  if (!client->send(desk::to_line(order))) {
     context.exit_code = show(Error{Fault::Refused, "the owner does not listen", owner_socket(state_dir)}, context.json);
     return true;
   }
@@ -21,7 +22,7 @@ bool ask_owner(Context& context, const std::string& state_dir, const run::Order&
     const auto line = client->read_line(milliseconds(200));
     if (interrupted() && !aborted) {
       aborted = true;
-      client->send(run::to_line({.kind = run::OrderKind::Abort}));
+      client->send(desk::to_line({.kind = run::OrderKind::Abort}));
     }
     if (!line && client->gone()) {
       context.exit_code =

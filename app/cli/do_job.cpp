@@ -1,11 +1,11 @@
+#include "app/desk/do_job.hpp"
+
 #include <fmt/format.h>
 
 #include "app/cli/job_verbs.hpp"
 #include "app/cli/keys.hpp"
 #include "app/record/deposit_figures.hpp"
 #include "app/record/summary.hpp"
-#include "app/run/job_files.hpp"
-#include "app/run/prove.hpp"
 #include "core/log.hpp"
 #include "core/units.hpp"
 
@@ -56,41 +56,35 @@ void do_job(Context& context, JobRequest request) {
   const auto stop_with = [&](const std::vector<Error>& errors) { context.exit_code = show(errors, context.json); };
   const auto machine = load_machine(context);
   if (!machine) return;
-  const auto recipe = recipes::load(request.recipe_file);
-  if (!recipe) return stop_with(recipe.error());
-  const auto job = recipes::compile(*recipe, *machine);
-  if (!job) return stop_with(job.error());
-  const auto proof = run::prove_nominal(*machine, *recipe, *job);
+  const auto prepared = desk::prepare(*machine, request.recipe_file);
+  if (!prepared) return stop_with(prepared.error());
   std::unique_ptr<run::Owner> owner;
-  if (proof) {
-    log::info("{}: {} motions proved free at the nominal place, nearest {:.2f} mm; about {:.0f} s", recipe->name,
-              proof->motions, proof->minimum_clearance_mm, proof->duration_s);
+  if (prepared->proof) {
+    log::info("{}: {} motions proved free at the nominal place, nearest {:.2f} mm; about {:.0f} s",
+              prepared->recipe.name, prepared->proof->motions, prepared->proof->minimum_clearance_mm,
+              prepared->proof->duration_s);
     auto opened = run::Owner::open(*machine, request.owner);
     if (!opened) return stop_with({opened.error()});
     owner = std::move(*opened);
   }
 
-  // From here on there is a job: whatever becomes of it, its folder tells.
-  const auto folder = run::job_folder(request.out, request.recipe_file);
-  if (!folder) return stop_with({folder.error()});
-  const run::RunOptions options{.out = *folder, .dry_run = request.dry_run};
-  record::JobResult result = run::begin_result(*machine, *recipe, *job, options);
-  result.bus = request.owner.bus;
-  if (!proof) {
-    run::add_error(result, proof.error());
-  } else {
-    Keys keys(*owner, !context.json && !request.dry_run);
-    owner->on_step([&] { keys.poll(); });
-    if (auto up = owner->bring_up(); up)
-      result = owner->run(*recipe, *job, options);
-    else
-      run::add_error(result, up.error());
-    keys.end();
-    owner->shut_down();
+  std::optional<Keys> keys;
+  desk::Bench bench{.owner = owner.get()};
+  if (owner) {
+    bench.bring_up = [&] {
+      keys.emplace(*owner, !context.json && !request.dry_run);
+      owner->on_step([&] { keys->poll(); });
+      return owner->bring_up();
+    };
+    bench.release = [&] {
+      if (keys) keys->end();
+      owner->shut_down();
+    };
   }
-  if (auto written = run::write_job(result, options.out); !written) run::add_error(result, written.error());
-  context.exit_code = static_cast<int>(result.exit_code);
-  show_result(result, options.out, context.json);
+  const auto done = desk::do_job(*machine, *prepared, {.out = request.out, .dry_run = request.dry_run}, bench);
+  if (!done) return stop_with({done.error()});
+  context.exit_code = static_cast<int>(done->result.exit_code);
+  show_result(done->result, done->folder, context.json);
 }
 
 }  // namespace gantry::cli

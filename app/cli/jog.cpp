@@ -1,5 +1,5 @@
 // gantry jog AXIS DISTANCE ...: moves axes by some way, as a client of the owner that is up.
-#include "app/run/jog.hpp"
+#include "app/job/jog.hpp"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,8 @@ namespace gantry::cli {
 namespace {
 
 /// "X", "10mm", "Z", "-2 mm": pairs of what was typed.
-Result<run::JogWords> pairs(const std::vector<std::string>& typed, std::string speed) {
-  run::JogWords words{.by = {}, .speed = std::move(speed)};
+Result<job::JogWords> pairs(const std::vector<std::string>& typed, std::string speed) {
+  job::JogWords words{.by = {}, .speed = std::move(speed)};
   if (typed.size() % 2 != 0)
     return fail(Fault::Usage, "each axis is followed by how far it goes, in one word: X 10mm, or X \"10 mm\"");
   for (std::size_t i = 0; i < typed.size(); i += 2)
@@ -42,7 +42,7 @@ void add_jog(CLI::App& app, Context& context) {
     if (ask_owner(context, *state, {.kind = run::OrderKind::Jog, .jog = *words})) return;
     const auto machine = load_machine(context);
     if (!machine) return;
-    const auto jog = run::read_jog(*machine, *words);
+    const auto jog = job::read_jog(*machine, *words);
     const Error nobody{Fault::NotReferenced,
                        "no owner is up, and only one that is knows where the axes stand; start `gantry up`, then "
                        "`gantry home`",

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "app/job/limits.hpp"
 #include "devices/profiles/homing_objects.hpp"
 #include "devices/profiles/map_pdos.hpp"
 
@@ -65,22 +66,10 @@ Result<void> compose_startup(config::Machine& machine) {
   return {};
 }
 
-motion::Limits compose_limits(const config::Machine& machine) {
-  motion::Limits limits;
-  limits.axes = machine.axes.size();
-  limits.tick_s = seconds(machine.bus.cycle);
-  for (std::size_t i = 0; i < machine.axes.size(); ++i) {
-    const config::Axis& a = machine.axes[i];
-    limits.axis[i] = {a.p_min, a.p_max, a.v_max, a.a_max, a.j_max};
-  }
-  for (const AxisId id : {machine.x, machine.y, machine.z}) limits.linear[id.value] = true;
-  return limits;
-}
-
 Result<LoopSetup> compose_loop(const config::Machine& machine, bool hardware) {
   LoopSetup loop;
   loop.period = machine.bus.cycle;
-  loop.limits = compose_limits(machine);
+  loop.limits = job::limits_of(machine);
   for (const config::Axis& axis : machine.axes) {
     cycle::AxisSetup setup;
     setup.following_base = axis.following_base;

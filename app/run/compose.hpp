@@ -1,10 +1,9 @@
-// From the machine file to the plain values that the loop and the planner take. The one place where names become bits
+// From the machine file to the plain values that the loop takes. The one place where names become bits
 // and indices.
 #pragma once
 #include "app/cycle/loop_setup.hpp"
 #include "config/machine.hpp"
 #include "core/error.hpp"
-#include "motion/types.hpp"
 
 namespace gantry::run {
 
@@ -16,8 +15,5 @@ Result<cycle::LoopSetup> compose_loop(const config::Machine& machine, bool hardw
 /// after a power cycle) with the rest of the station's record. Fault::OutOfRange, BadUnit when a drive cannot take
 /// them.
 Result<void> compose_startup(config::Machine& machine);
-
-/// The bounds that paths are planned under.
-motion::Limits compose_limits(const config::Machine& machine);
 
 }  // namespace gantry::run

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <set>
 
-#include "app/run/fault_words.hpp"
 #include "app/run/owner_parts.hpp"
+#include "app/stations/fault_words.hpp"
 #include "core/log.hpp"
 
 namespace gantry::run {
@@ -46,11 +46,11 @@ Result<void> Owner::bring_up() {
       log::warn("no real-time rights: the system refused {}; cycles may come late", p.thread->rights().refused);
   }
   p.control = std::make_unique<Control>(*p.channels, *p.feed, *p.pump,
-                                        [&p](const cycle::Event& e) { return in_words(p.machine, e); });
+                                        [&p](const cycle::Event& e) { return stations::in_words(p.machine, e); });
   p.control->on_step([&p] { p.on_step(); });
   p.recovery = std::make_unique<Recovery>(*p.bus);
-  p.culprits = std::make_unique<Culprits>(*p.bus);
-  p.news = std::make_unique<StationNews>(*p.bus, p.machine);
+  p.culprits = std::make_unique<stations::Culprits>(*p.bus);
+  p.news = std::make_unique<stations::StationNews>(*p.bus, p.machine);
   p.up = true;
 
   if (auto r = p.control->pass(0.02); !r) return r;

@@ -61,11 +61,11 @@ class Owner {
   /// The same, and every axis is homed.
   Result<void> home();
   Result<void> disable();
-  /// Some axes by some way, straight; app/run/jog.hpp. Enables the drives, and homes nothing. Nothing moves unless the
+  /// Some axes by some way, straight; app/job/jog.hpp. Enables the drives, and homes nothing. Nothing moves unless the
   /// whole way is proved free, of the machine's own bodies and of the board and parts of the last job, where that job
   /// has found them. Fault::NotReferenced, OutOfReach, Collision, Latched ...; Aborted, Interrupted when it was
   /// stopped.
-  Result<Jogged> jog(const JogWords& words);
+  Result<Jogged> jog(const job::JogWords& words);
   /// One job from its first block to its end. Never throws away what happened: the result tells it, also of a job that
   /// failed.
   record::JobResult run(const recipes::Recipe& recipe, const recipes::Job& job, const RunOptions& options);

@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <chrono>
 
+#include "app/record/outcome.hpp"
 #include "app/record/summary.hpp"
-#include "app/run/fault_words.hpp"
-#include "app/run/job_files.hpp"
 #include "app/run/owner_parts.hpp"
+#include "app/stations/fault_words.hpp"
 #include "core/log.hpp"
 
 namespace gantry::run {
@@ -33,10 +33,10 @@ void Owner::Parts::on_snapshot(const cycle::Snapshot& s) {
 void Owner::Parts::on_event(const cycle::Event& e) {
   if (e.kind != cycle::EventKind::Fault) {
     if (shared) shared->push(e);
-  } else if (culprits && Culprits::wanted(e.fault)) {
+  } else if (culprits && stations::Culprits::wanted(e.fault)) {
     culprits->ask(e);
   } else {
-    tell(e, in_words(machine, e));
+    tell(e, stations::in_words(machine, e));
   }
 }
 
@@ -55,14 +55,14 @@ void Owner::Parts::look_at_stations() {
   const cycle::Snapshot& now = feed->latest();
   culprits->watch(now);
   while (const auto known = culprits->next()) {
-    Error words = in_words(machine, known->event);
+    Error words = stations::in_words(machine, known->event);
     words.where = known->where;
     words.message += known->what;
     tell(known->event, words);
     if (latches(info(words.fault))) named = std::move(words);
   }
-  const auto tell_news = [&](const std::vector<StationNews::Item>& items) {
-    for (const StationNews::Item& item : items)
+  const auto tell_news = [&](const std::vector<stations::StationNews::Item>& items) {
+    for (const stations::StationNews::Item& item : items)
       tell({.kind = cycle::EventKind::Fault,
             .fault = item.words.fault,
             .station = item.station,
@@ -89,7 +89,7 @@ Result<void> Owner::Parts::with_stations(Result<void> result) {
 
 record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& job, const RunOptions& options) {
   Parts& p = *parts_;
-  record::JobResult result = begin_result(p.machine, recipe, job, options);
+  record::JobResult result = record::begin_result(p.machine, recipe, job, options.out, options.dry_run);
   result.bus = p.options.bus;
   const auto wall_start = std::chrono::steady_clock::now();
 
@@ -112,7 +112,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   if (ended) ended = enable();
   p.runner = &runner;
   if (ended) ended = p.with_stations(runner.run());
-  if (!ended) add_error(result, ended.error());
+  if (!ended) record::add_error(result, ended.error());
 
   recording.tell(record::result_word(result));
   p.runner = nullptr, p.recording = nullptr;
@@ -123,7 +123,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   if (p.thread)
     result.cycles.real_time_priority = p.thread->rights().priority,
     result.cycles.memory_locked = p.thread->rights().memory;
-  if (p.world != nullptr) add_world(result, *p.world, options);
+  if (p.world != nullptr) record::add_world(result, *p.world, options.out);
   result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
   return result;
 }

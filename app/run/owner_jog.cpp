@@ -1,10 +1,10 @@
 // An owner's jog: what must be so before anything moves, and the one block that moves.
-#include "app/run/jog.hpp"
+#include "app/job/jog.hpp"
 #include "app/run/owner_parts.hpp"
 
 namespace gantry::run {
 
-Result<Jogged> Owner::jog(const JogWords& words) {
+Result<Jogged> Owner::jog(const job::JogWords& words) {
   Parts& p = *parts_;
   if (p.recording != nullptr || p.jogs) return fail(Fault::Refused, "'jog' needs an owner that is idle");
   p.control->begin();
@@ -16,15 +16,15 @@ Result<Jogged> Owner::jog(const JogWords& words) {
   return done;
 }
 
-Result<Jogged> Owner::Parts::jog(const JogWords& words) {
-  const auto asked = read_jog(machine, words);
+Result<Jogged> Owner::Parts::jog(const job::JogWords& words) {
+  const auto asked = job::read_jog(machine, words);
   if (!asked) return tl::unexpected(asked.error());
   const cycle::Snapshot& now = control->latest();
   if (auto r = not_latched(); !r) return tl::unexpected(r.error());
-  if (auto r = know_place(machine, now.referenced, *asked); !r) return tl::unexpected(r.error());
+  if (auto r = job::know_place(machine, now.referenced, *asked); !r) return tl::unexpected(r.error());
   if (auto r = torque(); !r) return tl::unexpected(r.error());
   Jogged jogged{.axes = asked->axes, .start = now.target};
-  const auto planned = plan_jog(machine, *around, jogged.start, *asked);
+  const auto planned = job::plan_jog(machine, *around, jogged.start, *asked);
   if (!planned) return tl::unexpected(planned.error());
 
   const CycleIndex begin = now.cycle;

@@ -1,9 +1,9 @@
 // Builds an owner from its machine file and options: clock, bus, loop, readers.
 #include <fmt/format.h>
 
+#include "app/job/surroundings.hpp"
 #include "app/run/compose.hpp"
 #include "app/run/owner_parts.hpp"
-#include "app/run/surroundings.hpp"
 
 namespace gantry::run {
 namespace {
@@ -59,7 +59,7 @@ Result<std::unique_ptr<Owner>> Owner::open(const config::Machine& machine, const
   if (!setup) return tl::unexpected(setup.error());
   p->bus = std::make_unique<devices::EthercatMaster>(p->machine, **port, *p->clock);
   if ((*port)->descriptor() >= 0) p->stop = std::make_unique<cycle::StopFrame>(*setup, (*port)->descriptor());
-  p->around = std::make_shared<Surroundings>(p->machine);
+  p->around = std::make_shared<job::Surroundings>(p->machine);
   p->stuck_after = setup->stuck_after();
   p->loop = std::make_unique<cycle::Loop>(*setup, *p->bus, p->can, *p->clock, *p->channels, p->stop.get());
   if (!options.virtual_time) {

@@ -9,14 +9,14 @@
 #include "app/cycle/watchdog.hpp"
 #include "app/monitor/child.hpp"
 #include "app/monitor/snapshot_shm.hpp"
-#include "app/run/culprits.hpp"
 #include "app/run/feed.hpp"
 #include "app/run/owner.hpp"
 #include "app/run/recording.hpp"
 #include "app/run/recovery.hpp"
-#include "app/run/repeated_notes.hpp"
 #include "app/run/runner.hpp"
-#include "app/run/station_news.hpp"
+#include "app/stations/culprits.hpp"
+#include "app/stations/repeated_notes.hpp"
+#include "app/stations/station_news.hpp"
 #include "devices/ethercat/master.hpp"
 #include "devices/raw_socket_port.hpp"
 #include "sim/machine/world_client.hpp"
@@ -45,19 +45,19 @@ struct Owner::Parts {
   std::unique_ptr<Pump> pump;
   std::unique_ptr<Control> control;
   std::unique_ptr<Recovery> recovery;  // these three while the bus is up
-  std::unique_ptr<Culprits> culprits;
-  std::unique_ptr<StationNews> news;
+  std::unique_ptr<stations::Culprits> culprits;
+  std::unique_ptr<stations::StationNews> news;
   std::optional<Error> named;                     // the last latched fault whose stations were found
   std::optional<monitor::SnapshotWriter> shared;  // what `gantry publish` reads
   std::unique_ptr<monitor::PublishChild> publisher;
   std::function<void()> poll;
-  RepeatedNotes notes;
+  stations::RepeatedNotes notes;
   bool up = false;
   bool on_bus = false;  // the run thread asks stations while the loop steps
   bool hangs = false;   // the loop has not ended: what it uses must outlive this program
 
   /// Where the last job has found its board and parts; before the first one, the machine's own bodies.
-  std::shared_ptr<const Surroundings> around;
+  std::shared_ptr<const job::Surroundings> around;
   bool jogs = false;
 
   Runner* runner = nullptr;  // these two while a job runs
@@ -73,7 +73,7 @@ struct Owner::Parts {
   /// Every axis, lowest order first.
   Result<void> home();
 
-  Result<Jogged> jog(const JogWords& words);
+  Result<Jogged> jog(const job::JogWords& words);
 
   void on_step();
   void on_snapshot(const cycle::Snapshot& s);

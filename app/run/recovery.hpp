@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/run/control.hpp"
-#include "app/run/repeated_notes.hpp"
+#include "app/stations/repeated_notes.hpp"
 #include "devices/ethercat/master.hpp"
 
 namespace gantry::run {
@@ -35,9 +35,9 @@ class Recovery {
   void failed(Away& away, const Error& why, CycleIndex now);
 
   devices::EthercatMaster& bus_;
-  std::vector<Away> away_;  ///< by index in bus_.stations()
-  std::size_t next_ = 0;    ///< station of the round that runs
-  RepeatedNotes notes_;     ///< a station that comes and goes does not fill the log
+  std::vector<Away> away_;         ///< by index in bus_.stations()
+  std::size_t next_ = 0;           ///< station of the round that runs
+  stations::RepeatedNotes notes_;  ///< a station that comes and goes does not fill the log
   std::int64_t now_ns_ = 0;
   CycleIndex whole_since_ = -1, short_since_ = -1;
 };

@@ -96,7 +96,7 @@ std::uint32_t Runner::next_block(std::string_view tool_name) {
   return block_;
 }
 
-Result<Played> Runner::play(const Result<PlannedBlock>& planned) {
+Result<Played> Runner::play(const Result<job::PlannedBlock>& planned) {
   if (!planned) return tl::unexpected(planned.error());
   result_.predicted_s += planned->duration_s;
   result_.motions_certified += planned->motions;

@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
+#include "app/job/block_plan.hpp"
 #include "app/record/job_result.hpp"
 #include "app/record/planned_path.hpp"
-#include "app/run/block_plan.hpp"
 #include "app/run/control.hpp"
 #include "config/machine.hpp"
 #include "recipes/job.hpp"
@@ -36,7 +36,7 @@ class Runner {
   /// What it does now, for people: "mark M2", "touch T1", "dispensing".
   [[nodiscard]] const std::string& doing() const { return doing_; }
   /// What stands around the head, by what the job has measured so far.
-  [[nodiscard]] const std::shared_ptr<const Surroundings>& surroundings() const { return planner_.surroundings(); }
+  [[nodiscard]] const std::shared_ptr<const job::Surroundings>& surroundings() const { return planner_.surroundings(); }
 
  private:
   Result<void> play_blocks();
@@ -46,7 +46,7 @@ class Runner {
   Result<void> touch(std::size_t index);
   Result<void> settle_surface();
   std::uint32_t next_block(std::string_view tool_name);
-  Result<Played> play(const Result<PlannedBlock>& planned);
+  Result<Played> play(const Result<job::PlannedBlock>& planned);
   void guess_from_marks();
 
   Site site_;
@@ -54,7 +54,7 @@ class Runner {
   const recipes::Job& job_;
   record::JobResult& result_;
   record::PlannedPath planned_path_;
-  BlockPlanner planner_;
+  job::BlockPlanner planner_;
   AxisVec at_{};             ///< where the axes stand
   std::uint32_t block_ = 0;  ///< number of the block that plays
   std::vector<vision::MarkPair> marks_;

@@ -1,5 +1,5 @@
 // Emergency messages of stations: told by the owner, in idle and in a job, and at no extra frame.
-#include "app/run/station_news.hpp"
+#include "app/stations/station_news.hpp"
 #include "tests/devices/bus_bench.hpp"
 #include "tests/machine/idle.hpp"
 #include "tests/machine/said.hpp"
@@ -33,7 +33,7 @@ TEST(Emergencies, in_a_job_they_stand_among_its_events) {
 TEST(Emergencies, are_fetched_without_an_extra_frame) {
   devices::BusBench b;
   b.operate();
-  run::StationNews news(*b.master, b.machine);
+  stations::StationNews news(*b.master, b.machine);
   b.cycles(20);
   while (news.mail()) {  // what the bring-up may have left
     b.master->step_by([&] { b.cycle(); });
@@ -58,12 +58,12 @@ TEST(Emergencies, are_fetched_without_an_extra_frame) {
 }
 
 TEST(Emergencies, codes_that_no_drive_lists_have_the_text_of_their_class) {
-  EXPECT_EQ(run::emergency_class(0x2310), "current, output side");
-  EXPECT_EQ(run::emergency_class(0x2F00), "current");
-  EXPECT_EQ(run::emergency_class(0x8130), "communication");
-  EXPECT_EQ(run::emergency_class(0xA001), "refused SAFE_OP to OP");
-  EXPECT_EQ(run::emergency_class(0xFF19), "device specific");
-  EXPECT_EQ(run::emergency_class(0xB000), "of a class that no standard names");
+  EXPECT_EQ(stations::emergency_class(0x2310), "current, output side");
+  EXPECT_EQ(stations::emergency_class(0x2F00), "current");
+  EXPECT_EQ(stations::emergency_class(0x8130), "communication");
+  EXPECT_EQ(stations::emergency_class(0xA001), "refused SAFE_OP to OP");
+  EXPECT_EQ(stations::emergency_class(0xFF19), "device specific");
+  EXPECT_EQ(stations::emergency_class(0xB000), "of a class that no standard names");
 }
 
 }  // namespace

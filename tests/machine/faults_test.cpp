@@ -2,7 +2,7 @@
 // words name the cause.
 #include <fmt/format.h>
 
-#include "app/run/prove.hpp"
+#include "app/job/prove.hpp"
 #include "tests/machine/rig.hpp"
 
 namespace gantry {
@@ -137,7 +137,7 @@ TEST(Faults, an_obstacle_on_the_only_way_is_refused_before_anything_moves) {
   ASSERT_TRUE(machine);
   const auto job = recipes::compile(recipe, *machine);
   ASSERT_TRUE(job) << to_text(job.error().front());
-  const auto proof = run::prove_nominal(*machine, recipe, *job);
+  const auto proof = job::prove_nominal(*machine, recipe, *job);
   ASSERT_FALSE(proof);
   EXPECT_EQ(info(proof.error().fault).exit_code, ExitCode::NotFeasible);
   EXPECT_NE(proof.error().message.find("needle"), std::string::npos) << proof.error().message;

@@ -1,5 +1,5 @@
 // Jogs on the whole machine in virtual time: where they end, how fast, what they refuse, and what a stop leaves.
-#include "app/run/jog.hpp"
+#include "app/job/jog.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <random>
 
-#include "app/run/compose.hpp"
+#include "app/job/limits.hpp"
 #include "core/units.hpp"
 #include "motion/path/moves.hpp"
 #include "motion/profile/together.hpp"
@@ -16,7 +16,7 @@
 namespace gantry {
 namespace {
 
-using run::JogWords;
+using job::JogWords;
 using run::OrderKind;
 using test::Rig;
 
@@ -157,7 +157,7 @@ TEST(Jog, is_as_short_as_the_planner_of_states_finds_and_keeps_every_bound) {
   for (const Case& c : cases) {
     SCOPED_TRACE(fmt::format("{} axes from {}, {}", c.by.size(), c.by.begin()->first, c.speed));
     const AxisVec from = bench.at();
-    const auto jog = run::read_jog(bench.rig.machine(), words(c.by, c.speed));
+    const auto jog = job::read_jog(bench.rig.machine(), words(c.by, c.speed));
     ASSERT_TRUE(jog) << to_text(jog.error());
     const auto done = bench.jog(words(c.by, c.speed));
     ASSERT_TRUE(done) << to_text(done.error());
@@ -179,8 +179,8 @@ TEST(Jog, is_as_short_as_the_planner_of_states_finds_and_keeps_every_bound) {
     const motion::Joint shortest = motion::move_together(moves, {.sync = motion::Sync::Phase});
     ASSERT_TRUE(shortest) << motion::name(shortest.reason);
     EXPECT_TRUE(shortest.straight);
-    const run::Surroundings around(bench.rig.machine());
-    const auto planned = run::plan_jog(bench.rig.machine(), around, from, *jog);
+    const job::Surroundings around(bench.rig.machine());
+    const auto planned = job::plan_jog(bench.rig.machine(), around, from, *jog);
     ASSERT_TRUE(planned) << to_text(planned.error());
     EXPECT_GE(planned->duration_s, shortest.duration_s - 1e-9);
     EXPECT_LT(planned->duration_s, shortest.duration_s + 0.001 + 1e-9) << "rounded up to the cycle";
@@ -288,27 +288,10 @@ TEST(Jog, words_that_are_no_jog_are_refused_with_what_would_be_one) {
       Case{words({{"X", "1 mm"}}, "0 mm/s"), Fault::OutOfRange, "no slower than"},
       Case{words({{"X", "1 mm"}}, "-5 mm/s"), Fault::OutOfRange, "no slower than"}};
   for (const Case& c : cases) {
-    const auto jog = run::read_jog(*machine, c.asked);
+    const auto jog = job::read_jog(*machine, c.asked);
     ASSERT_FALSE(jog) << c.says;
     EXPECT_EQ(jog.error().fault, c.fault) << to_text(jog.error());
     EXPECT_NE(to_text(jog.error()).find(c.says), std::string::npos) << to_text(jog.error());
-  }
-}
-
-TEST(Jog, is_one_line_of_json_and_back) {
-  const run::Order order{.kind = OrderKind::Jog, .jog = words({{"X", "10 mm"}, {"C", "-15 deg"}}, "20 mm/s")};
-  const std::string line = run::to_line(order);
-  EXPECT_EQ(line, R"({"order":"jog","by":{"C":"-15 deg","X":"10 mm"},"speed":"20 mm/s"})");
-  const auto read = run::parse_order(line);
-  ASSERT_TRUE(read) << to_text(read.error());
-  EXPECT_EQ(read->kind, OrderKind::Jog);
-  EXPECT_EQ(read->jog.by, order.jog.by);
-  EXPECT_EQ(read->jog.speed, order.jog.speed);
-  for (const char* wrong : {R"({"order":"jog"})", R"({"order":"jog","by":{}})", R"({"order":"jog","by":["X","1 mm"]})",
-                            R"({"order":"jog","by":{"X":10}})"}) {
-    const auto refused = run::parse_order(wrong);
-    ASSERT_FALSE(refused) << wrong;
-    EXPECT_NE(refused.error().message.find(R"({"X": "10 mm"})"), std::string::npos) << wrong;
   }
 }
 
@@ -356,8 +339,8 @@ TEST(Jog, an_abort_at_any_time_ends_on_the_way_within_the_planners_stopping_dist
     bench.to(200, 20, -10);
     const AxisVec from = bench.at();
     const JogWords asked = words({{"X", "80 mm"}, {"Y", "60 mm"}}, "400 mm/s");
-    const auto jog = run::read_jog(bench.rig.machine(), asked);
-    const auto planned = run::plan_jog(bench.rig.machine(), run::Surroundings(bench.rig.machine()), from, *jog);
+    const auto jog = job::read_jog(bench.rig.machine(), asked);
+    const auto planned = job::plan_jog(bench.rig.machine(), job::Surroundings(bench.rig.machine()), from, *jog);
     ASSERT_TRUE(planned);
     ASSERT_EQ(planned->segments.size(), 1u);
     bool sent = false;
@@ -489,7 +472,7 @@ TEST(Jog, at_random_ends_where_it_was_sent_or_is_refused_and_the_world_sees_no_c
   Rig rig({.placement = "dx=0.4 mm, dy=-0.7 mm, rot=0.6 deg"});
   ASSERT_EQ(rig.run(kShort).exit_code, ExitCode::Done);
   run::Owner& owner = rig.owner();
-  const motion::Limits limits = run::compose_limits(rig.machine());
+  const motion::Limits limits = job::limits_of(rig.machine());
   constexpr std::uint64_t kSeed = 20;
   constexpr int kJogs = 80;
   SCOPED_TRACE(fmt::format("seed {}", kSeed));

@@ -10,7 +10,7 @@
 #include <regex>
 #include <sched.h>
 
-#include "app/run/order_socket.hpp"
+#include "app/desk/order_socket.hpp"
 #include "sim/machine/world_client.hpp"
 #include "tests/machine/cable.hpp"
 
@@ -48,13 +48,13 @@ class Owner {
   }
 
  private:
-  static std::optional<run::OrderClient> knock(Program& up, const std::string& socket) {
+  static std::optional<desk::OrderClient> knock(Program& up, const std::string& socket) {
     for (const double until = now_s() + kPatience_s; up.running() && now_s() < until; usleep(10'000))
-      if (up.output().find("is up") != std::string::npos) return run::OrderClient::connect(socket);
+      if (up.output().find("is up") != std::string::npos) return desk::OrderClient::connect(socket);
     return std::nullopt;
   }
   Program up_;
-  std::optional<run::OrderClient> door_;
+  std::optional<desk::OrderClient> door_;
 };
 
 class LastWord : public ::testing::Test {

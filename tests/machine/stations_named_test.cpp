@@ -1,7 +1,7 @@
 // Messages about the bus say which station, and where it can be read why.
 #include <fmt/format.h>
 
-#include "app/run/culprits.hpp"
+#include "app/stations/culprits.hpp"
 #include "tests/devices/bus_bench.hpp"
 #include "tests/machine/idle.hpp"
 #include "tests/machine/said.hpp"
@@ -36,7 +36,7 @@ TEST(StationsNamed, all_behind_a_cut_are_named_and_none_before_it) {
 struct Asked : devices::BusBench {
   Asked() {
     operate();
-    culprits = std::make_unique<run::Culprits>(*master);
+    culprits = std::make_unique<stations::Culprits>(*master);
     pass(50);
   }
   void pass(int n) {
@@ -46,7 +46,7 @@ struct Asked : devices::BusBench {
           {.working_counter = last.working_counter, .expected = last.expected, .al_states = last.al_states});
     }
   }
-  run::Culprits::Known who(Fault fault) {
+  stations::Culprits::Known who(Fault fault) {
     culprits->ask({.kind = cycle::EventKind::Fault, .fault = fault});
     for (int i = 0; i < 100; ++i) {
       pass(1);
@@ -55,7 +55,7 @@ struct Asked : devices::BusBench {
     ADD_FAILURE() << "nobody is named after 100 cycles";
     return {};
   }
-  std::unique_ptr<run::Culprits> culprits;
+  std::unique_ptr<stations::Culprits> culprits;
 };
 
 TEST(StationsNamed, a_station_that_left_op_is_named_with_its_al_status_code) {

@@ -15,7 +15,7 @@ void travel(LoopBench& b) {
   b.operate();
   b.enable();
   b.home();
-  const motion::Limits limits = run::compose_limits(b.machine);
+  const motion::Limits limits = job::limits_of(b.machine);
   AxisVec far = b.now.target;
   far[0] = 450, far[1] = 350;
   b.play(motion::line_move(limits, b.now.target, far));

@@ -21,7 +21,7 @@ void dispense(LoopBench& b) {
   b.home();
   const std::uint32_t on = config::bit(config::Output::CameraLight) | config::bit(config::Output::Clamp);
   ASSERT_EQ(b.command({.kind = CommandKind::SetOutputs, .mask = on, .bits = on}), Fault::None);
-  const motion::Limits limits = run::compose_limits(b.machine);
+  const motion::Limits limits = job::limits_of(b.machine);
   const AxisVec from{100, 100, -20, 0, 10};
   AxisVec to = from;
   to[0] = 300, to[1] = 150;

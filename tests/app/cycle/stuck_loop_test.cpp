@@ -5,7 +5,7 @@
 
 #include "app/cycle/thread.hpp"
 #include "app/run/control.hpp"
-#include "app/run/fault_words.hpp"
+#include "app/stations/fault_words.hpp"
 #include "tests/app/cycle/loop_bench.hpp"
 
 namespace gantry::test {
@@ -53,7 +53,7 @@ struct RunningLoop {
   std::unique_ptr<cycle::Loop> loop;
   run::Feed feed{*channels};
   run::RealPump pump{clock, machine.bus.cycle};
-  run::Control control{*channels, feed, pump, [this](const cycle::Event& e) { return run::in_words(machine, e); }};
+  run::Control control{*channels, feed, pump, [this](const cycle::Event& e) { return stations::in_words(machine, e); }};
   std::vector<cycle::Event> events;
   std::optional<cycle::LoopThread> thread;
 };

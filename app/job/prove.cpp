@@ -1,10 +1,10 @@
-#include "app/run/prove.hpp"
+#include "app/job/prove.hpp"
 
 #include <algorithm>
 
-#include "app/run/block_plan.hpp"
+#include "app/job/block_plan.hpp"
 
-namespace gantry::run {
+namespace gantry::job {
 
 Result<NominalProof> prove_nominal(const config::Machine& machine, const recipes::Recipe& recipe,
                                    const recipes::Job& job) {
@@ -40,4 +40,4 @@ Result<NominalProof> prove_nominal(const config::Machine& machine, const recipes
   return proof;
 }
 
-}  // namespace gantry::run
+}  // namespace gantry::job

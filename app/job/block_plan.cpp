@@ -1,15 +1,15 @@
-#include "app/run/block_plan.hpp"
+#include "app/job/block_plan.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
 
-#include "app/run/compose.hpp"
-#include "app/run/surroundings.hpp"
+#include "app/job/limits.hpp"
+#include "app/job/surroundings.hpp"
 #include "motion/path/bead.hpp"
 
-namespace gantry::run {
+namespace gantry::job {
 namespace {
 
 constexpr double kTriggerPulse_s = 0.010;
@@ -25,7 +25,7 @@ Error with_place(Error e, const recipes::Recipe& recipe, recipes::Place place, s
 BlockPlanner::BlockPlanner(const config::Machine& machine, const recipes::Recipe& recipe)
     : machine_(machine),
       recipe_(recipe),
-      limits_(compose_limits(machine)),
+      limits_(limits_of(machine)),
       surroundings_(std::make_shared<Surroundings>(machine, recipe, unmeasured(recipe))) {}
 
 BlockPlanner::~BlockPlanner() = default;
@@ -194,4 +194,4 @@ Result<PlannedBlock> BlockPlanner::park(std::uint32_t block, const AxisVec& from
   return builder.finish();
 }
 
-}  // namespace gantry::run
+}  // namespace gantry::job

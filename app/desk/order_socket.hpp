@@ -13,7 +13,7 @@
 #include "core/clock.hpp"
 #include "core/error.hpp"
 
-namespace gantry::run {
+namespace gantry::desk {
 
 class OrderSocket {
  public:
@@ -71,4 +71,4 @@ class OrderClient {
   std::string received_;
 };
 
-}  // namespace gantry::run
+}  // namespace gantry::desk

@@ -1,10 +1,10 @@
-#include "app/run/fault_words.hpp"
+#include "app/stations/fault_words.hpp"
 
 #include <fmt/format.h>
 
 #include "devices/profiles/fault_text.hpp"
 
-namespace gantry::run {
+namespace gantry::stations {
 namespace {
 
 const config::Axis* axis_of(const config::Machine& machine, AxisId id) {
@@ -70,4 +70,4 @@ Error in_words(const config::Machine& machine, const cycle::Event& e) {
   return error;
 }
 
-}  // namespace gantry::run
+}  // namespace gantry::stations

@@ -1,4 +1,4 @@
-#include "app/run/order_socket.hpp"
+#include "app/desk/order_socket.hpp"
 
 #include <array>
 #include <cerrno>
@@ -14,7 +14,7 @@
 #include <unistd.h>
 #include <utility>
 
-namespace gantry::run {
+namespace gantry::desk {
 namespace {
 
 constexpr std::size_t kMostClients = 16;
@@ -158,4 +158,4 @@ std::optional<std::string> OrderClient::read_line(Time timeout) {
   return take_line(received_);
 }
 
-}  // namespace gantry::run
+}  // namespace gantry::desk

@@ -9,7 +9,7 @@
 
 #include "core/fault.hpp"
 
-namespace gantry::run {
+namespace gantry::stations {
 
 class RepeatedNotes {
  public:
@@ -40,4 +40,4 @@ class RepeatedNotes {
   std::map<Key, Told> told_;
 };
 
-}  // namespace gantry::run
+}  // namespace gantry::stations

@@ -14,7 +14,7 @@
 #include "devices/ethercat/diagnosis.hpp"
 #include "devices/ethercat/master.hpp"
 
-namespace gantry::run {
+namespace gantry::stations {
 
 class StationNews {
  public:
@@ -49,4 +49,4 @@ class StationNews {
 /// What an emergency code says by itself: its class (CiA 301, 7.2.7.1; A0xxh by ETG.1000.6, 5.6.4).
 std::string_view emergency_class(std::uint16_t code);
 
-}  // namespace gantry::run
+}  // namespace gantry::stations

@@ -1,9 +1,9 @@
-#include "app/run/block_builder.hpp"
+#include "app/job/block_builder.hpp"
 
 #include <algorithm>
 #include <array>
 
-namespace gantry::run {
+namespace gantry::job {
 
 /// A tool over what it works on is near by design; the figure of interest is how near everything else comes.
 void BlockBuilder::count(const motion::Certificate& certificate, const motion::PathRules& rules) {
@@ -54,4 +54,4 @@ PlannedBlock BlockBuilder::finish() {
   return std::move(out_);
 }
 
-}  // namespace gantry::run
+}  // namespace gantry::job

@@ -12,7 +12,7 @@
 #include "motion/plan/scene.hpp"
 #include "motion/types.hpp"
 
-namespace gantry::run {
+namespace gantry::job {
 
 struct PlannedBlock {
   std::vector<motion::Segment> segments;
@@ -50,4 +50,4 @@ class BlockBuilder {
   PlannedBlock out_;
 };
 
-}  // namespace gantry::run
+}  // namespace gantry::job

@@ -1,9 +1,9 @@
-#include "app/run/culprits.hpp"
+#include "app/stations/culprits.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
 
-namespace gantry::run {
+namespace gantry::stations {
 namespace {
 
 using namespace devices::wire;
@@ -68,4 +68,4 @@ Culprits::Known Culprits::name(const cycle::Event& event) const {
   return known;
 }
 
-}  // namespace gantry::run
+}  // namespace gantry::stations

@@ -4,8 +4,8 @@
 #include "config/machine.hpp"
 #include "core/error.hpp"
 
-namespace gantry::run {
+namespace gantry::stations {
 
 Error in_words(const config::Machine& machine, const cycle::Event& event);
 
-}  // namespace gantry::run
+}  // namespace gantry::stations

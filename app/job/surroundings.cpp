@@ -1,4 +1,4 @@
-#include "app/run/surroundings.hpp"
+#include "app/job/surroundings.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 
 #include "motion/plan/sweep.hpp"
 
-namespace gantry::run {
+namespace gantry::job {
 namespace {
 
 constexpr const char* kBoard = "board";
@@ -116,4 +116,4 @@ motion::PathRules Surroundings::no_nearer_than(const AxisVec& now) const {
   return rules;
 }
 
-}  // namespace gantry::run
+}  // namespace gantry::job

@@ -1,4 +1,4 @@
-#include "app/run/jog.hpp"
+#include "app/job/jog.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,12 +6,12 @@
 #include <fmt/ranges.h>
 #include <vector>
 
-#include "app/run/compose.hpp"
+#include "app/job/limits.hpp"
 #include "config/yaml.hpp"
 #include "core/units.hpp"
 #include "motion/path/moves.hpp"
 
-namespace gantry::run {
+namespace gantry::job {
 namespace {
 
 using units::Dimension;
@@ -79,7 +79,7 @@ Result<Jog> read_jog(const config::Machine& machine, const JogWords& words) {
                 "the speed");
   // What s is depends on the axes (motion/path/moves.hpp); the speed is that of all mm axes together. An axis that
   // turns while others go somewhere follows them.
-  jog.v_cap = speed * motion::path_length(compose_limits(machine), jog.way) / length(machine, jog, turns_only);
+  jog.v_cap = speed * motion::path_length(limits_of(machine), jog.way) / length(machine, jog, turns_only);
   return jog;
 }
 
@@ -111,10 +111,10 @@ Result<PlannedBlock> plan_jog(const config::Machine& machine, const Surroundings
                     up ? "upper" : "lower", shown(axis, limit), shown(axis, at[i]), shown(axis, left)),
         "axis " + axis.name);
   }
-  const motion::Limits limits = compose_limits(machine);
+  const motion::Limits limits = limits_of(machine);
   BlockBuilder builder(limits, around.scene(), 1, at);
   if (auto r = builder.straight(to, around.no_nearer_than(at), jog.v_cap); !r) return tl::unexpected(r.error());
   return builder.finish();
 }
 
-}  // namespace gantry::run
+}  // namespace gantry::job

@@ -6,15 +6,22 @@
 // has been nowhere else.
 #pragma once
 #include <cstdint>
+#include <map>
+#include <string>
 
-#include "app/run/block_builder.hpp"
-#include "app/run/order.hpp"
-#include "app/run/surroundings.hpp"
+#include "app/job/block_builder.hpp"
+#include "app/job/surroundings.hpp"
 #include "config/machine.hpp"
 #include "core/axis_vec.hpp"
 #include "core/error.hpp"
 
-namespace gantry::run {
+namespace gantry::job {
+
+/// What a jog is asked for.
+struct JogWords {
+  std::map<std::string, std::string> by{};  ///< axis: "10 mm", "-15 deg"
+  std::string speed{};                      ///< "20 mm/s", or "20 deg/s" where only rotary axes move; "" takes these
+};
 
 struct Jog {
   std::uint32_t axes = 0;  ///< bit n: AxisId n is named
@@ -33,4 +40,4 @@ Result<void> know_place(const config::Machine& machine, std::uint32_t referenced
 Result<PlannedBlock> plan_jog(const config::Machine& machine, const Surroundings& around, const AxisVec& at,
                               const Jog& jog);
 
-}  // namespace gantry::run
+}  // namespace gantry::job

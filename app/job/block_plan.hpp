@@ -9,14 +9,14 @@
 #include <string>
 #include <vector>
 
-#include "app/run/block_builder.hpp"
+#include "app/job/block_builder.hpp"
 #include "config/machine.hpp"
 #include "core/axis_vec.hpp"
 #include "core/error.hpp"
 #include "motion/types.hpp"
 #include "recipes/job.hpp"
 
-namespace gantry::run {
+namespace gantry::job {
 
 class Surroundings;
 
@@ -64,4 +64,4 @@ class BlockPlanner {
   std::shared_ptr<const Surroundings> surroundings_;
 };
 
-}  // namespace gantry::run
+}  // namespace gantry::job

@@ -1,4 +1,4 @@
-#include "app/run/station_news.hpp"
+#include "app/stations/station_news.hpp"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 
 #include "devices/profiles/fault_text.hpp"
 
-namespace gantry::run {
+namespace gantry::stations {
 namespace {
 
 using devices::ErrorCounters;
@@ -151,4 +151,4 @@ Error StationNews::emergency_words(StationId station, const devices::Emergency& 
   return error;
 }
 
-}  // namespace gantry::run
+}  // namespace gantry::stations

@@ -13,7 +13,7 @@
 #include "app/cycle/channels.hpp"
 #include "devices/ethercat/master.hpp"
 
-namespace gantry::run {
+namespace gantry::stations {
 
 class Culprits {
  public:
@@ -49,4 +49,4 @@ class Culprits {
   std::vector<std::uint64_t> stale_before_;  ///< StationHealth::stale_cycles while all was well
 };
 
-}  // namespace gantry::run
+}  // namespace gantry::stations

@@ -11,7 +11,7 @@
 #include "motion/plan/scene.hpp"
 #include "recipes/job.hpp"
 
-namespace gantry::run {
+namespace gantry::job {
 
 /// Where the board is, and how far it may be from there.
 struct Belief {
@@ -52,4 +52,4 @@ class Surroundings {
   std::vector<std::pair<std::string, double>> below_;
 };
 
-}  // namespace gantry::run
+}  // namespace gantry::job

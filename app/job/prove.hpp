@@ -5,7 +5,7 @@
 #include "core/error.hpp"
 #include "recipes/job.hpp"
 
-namespace gantry::run {
+namespace gantry::job {
 
 struct NominalProof {
   std::size_t motions = 0;
@@ -18,4 +18,4 @@ struct NominalProof {
 Result<NominalProof> prove_nominal(const config::Machine& machine, const recipes::Recipe& recipe,
                                    const recipes::Job& job);
 
-}  // namespace gantry::run
+}  // namespace gantry::job

@@ -1,0 +1,44 @@
+// The one way in which a job is done, whoever asks for it: the recipe is loaded, compiled and proved, then there is a
+// folder, and whatever becomes of the job is written there.
+//   auto prepared = prepare(machine, "board.yaml");                                      // Checked<Prepared>
+//   auto done = do_job(machine, *prepared, {.out = "", .dry_run = false}, {&owner});   // Result<JobDone>
+#pragma once
+#include <functional>
+#include <string>
+
+#include "app/job/prove.hpp"
+#include "app/record/job_result.hpp"
+#include "app/run/owner.hpp"
+#include "config/machine.hpp"
+#include "core/error.hpp"
+#include "recipes/job.hpp"
+
+namespace gantry::desk {
+
+struct Prepared {
+  recipes::Recipe recipe;
+  recipes::Job job;
+  Result<job::NominalProof> proof;  ///< its error: the job is not feasible, and nothing may move
+};
+
+/// Every mistake of the recipe, with its place.
+Checked<Prepared> prepare(const config::Machine& machine, const std::string& recipe_file);
+
+struct JobDone {
+  record::JobResult result;
+  std::string folder;
+};
+
+/// The machine that a job is done on.
+struct Bench {
+  run::Owner* owner = nullptr;               ///< null only where the proof has failed
+  std::function<Result<void>()> bring_up{};  ///< before the first motion; empty: the owner is up
+  std::function<void()> release{};           ///< when nothing moves any more, before the files are written
+};
+
+/// A job that was not proved is not run, and its result says why. `options.out` as record::job_folder() takes it. An
+/// error: there is no folder, and nothing has begun.
+Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared, const run::RunOptions& options,
+                       const Bench& bench);
+
+}  // namespace gantry::desk

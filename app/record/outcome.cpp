@@ -1,0 +1,60 @@
+#include "app/record/outcome.hpp"
+
+#include <filesystem>
+#include <fmt/format.h>
+
+#include "app/record/drawing.hpp"
+#include "app/record/environment.hpp"
+#include "core/log.hpp"
+
+namespace gantry::record {
+namespace fs = std::filesystem;
+
+JobResult begin_result(const config::Machine& machine, const recipes::Recipe& recipe, const recipes::Job& job,
+                       const std::string& out, bool dry_run) {
+  JobResult result;
+  result.job = out.empty() ? fs::path(recipe.file).stem().string() : fs::path(out).filename().string();
+  result.recipe_file = recipe.file;
+  result.recipe_name = recipe.name;
+  result.machine_name = machine.name;
+  result.dry_run = dry_run;
+  result.started = utc_now();
+  result.environment = environment_facts();
+  result.blocks_total = job.blocks.size();
+  result.features_total = recipe.features.size();
+  result.drawing = drawing_of(recipe, machine, job);
+  return result;
+}
+
+void add_error(JobResult& result, Error error) {
+  if (result.exit_code == ExitCode::Done) result.exit_code = info(error.fault).exit_code;
+  result.errors.push_back(std::move(error));
+}
+
+void add_world(JobResult& result, sim::WorldAccess& world, const std::string& out) {
+  if (auto deposits = world.deposits())
+    result.deposits = std::move(*deposits), result.has_world = true;
+  else
+    add_error(result, deposits.error());
+  if (auto collisions = world.collisions())
+    result.collisions = std::move(*collisions);
+  else
+    add_error(result, collisions.error());
+  if (auto placement = world.placement()) result.placement = std::move(*placement);
+  if (const auto left = world.script_left())
+    for (const std::string& entry : *left) {
+      result.events.push_back(fmt::format("script: {} did not happen before the job ended", entry));
+      log::warn("{}", result.events.back());
+    }
+  if (!out.empty())
+    if (auto written = world.write_deposits(fs::absolute(out).string() + "/deposits.csv"); !written)
+      add_error(result, written.error());
+  if (result.collisions.empty() || result.exit_code != ExitCode::Done) return;
+  const sim::Collision& first = result.collisions.front();
+  add_error(result, {Fault::Collision,
+                     fmt::format("the virtual world saw {} collisions, the first of {} with {} at {:.3f} s",
+                                 result.collisions.size(), first.moving, first.standing, first.t_s),
+                     {}});
+}
+
+}  // namespace gantry::record
