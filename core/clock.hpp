@@ -1,6 +1,8 @@
 // Time of the machine. Monotonic in a real run, virtual in a dry run, where sleeping is what makes time pass.
 #pragma once
 #include <chrono>
+#include <cmath>
+#include <cstdint>
 #include <ctime>
 
 namespace gantry {
@@ -14,6 +16,9 @@ using std::chrono::nanoseconds;
 inline constexpr Time kNever = Time::max();
 
 constexpr double seconds(Time t) { return static_cast<double>(t.count()) * 1e-9; }
+
+/// How many cycles of `period` a duration takes, to the nearest: the one place where seconds become cycles.
+inline std::int64_t cycles_in(double duration_s, Time period) { return std::llround(duration_s / seconds(period)); }
 
 constexpr timespec to_timespec(Time t) noexcept {
   return {.tv_sec = static_cast<time_t>(t.count() / 1'000'000'000),

@@ -50,7 +50,7 @@ void Keys::press(char key) {
   using run::OrderKind;
   run::Order order;
   switch (key) {
-    case ' ': order.kind = owner_.latest().state == cycle::State::Held ? OrderKind::Resume : OrderKind::Hold; break;
+    case ' ': order.kind = owner_.held() ? OrderKind::Resume : OrderKind::Hold; break;
     case 'a': order.kind = OrderKind::Abort; break;
     case 'r': order.kind = OrderKind::Reset; break;
     case '+':

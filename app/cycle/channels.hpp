@@ -4,7 +4,9 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <optional>
 
+#include "app/cycle/machine_state.hpp"
 #include "core/axis_vec.hpp"
 #include "core/fault.hpp"
 #include "core/id.hpp"
@@ -14,20 +16,6 @@
 namespace gantry::cycle {
 
 inline constexpr StationId kNoStation{0xFFFF};
-
-/// What the machine as a whole is doing. docs/architecture.md draws the changes.
-enum class State : std::uint8_t {
-  Offline,   ///< the bus is not in OP
-  Disabled,  ///< in OP, drives without torque
-  Enabling,  ///< drives on their way to Operation Enabled
-  Ready,     ///< enabled, standing
-  Homing,
-  Running,   ///< a block plays
-  Held,      ///< standing or braking in the middle of a block, resumable
-  Stopping,  ///< braking because of a fault or an abort
-  Stopped,   ///< a fault is latched, standing
-};
-const char* name(State state) noexcept;
 
 enum class CommandKind : std::uint8_t {
   Enable,      ///< all drives to Operation Enabled
@@ -42,6 +30,8 @@ enum class CommandKind : std::uint8_t {
   SetOutputs,  ///< `mask`, `bits` of the output word; never the valve
   Reset,       ///< clear latches whose cause is gone; nothing moves
 };
+/// As a row of the machine's states; nothing: not bound to a state (override, outputs).
+std::optional<Cause> cause(CommandKind kind) noexcept;
 
 struct Command {
   CommandKind kind{};
@@ -112,7 +102,8 @@ struct Channels {
   rt::Ring<motion::Segment, 1024> segments;
   rt::Ring<Snapshot, 4096> snapshots;
   rt::Ring<Event, 256> events;
-  std::atomic<bool> stop_now{false};   ///< path stop at the next tick, from any thread (Ctrl-C, a closing owner)
+  /// An abort from any thread: a path stop at the next tick. As long as it is set, nothing begins to move.
+  std::atomic<bool> stop_now{false};
   std::atomic<bool> quit{false};       ///< the loop returns after the running tick
   std::atomic<std::uint64_t> lost{0};  ///< snapshots or events that found their ring full
 };

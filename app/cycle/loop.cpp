@@ -53,6 +53,7 @@ Time Loop::tick(const Beat& beat) noexcept {
   axes_.read(bus_, exchange_.fault != Fault::FrameLost && exchange_.fault != Fault::BusDown, beat.elapsed);
   inputs_ = read_inputs(bus_, setup_, inputs_);
   const View view{beat, exchange_, axes_, commanded_.target, inputs_, state_, compute_, clamp_may_be_open_};
+  present_ = Fault::None;
   for (const Finding& found : supervisor_.look(view)) react(found.fault, found.axis, found.detail, found.station);
   follow_progress();
 
@@ -146,47 +147,43 @@ void Loop::hold_position() noexcept {
 // ---- faults ----
 
 void Loop::react(Fault fault, AxisId axis, std::int32_t detail, StationId station) noexcept {
-  const FaultInfo& row = info(fault);
+  const FaultInfo& info_row = info(fault);
+  if (info_row.clear == Clear::Rehome && axis != kNoAxis) axes_.forget_reference(axis);  // whatever else is wrong
+  const bool latching = latches(info_row);
+  if (latching && (present_ == Fault::None || info_row.reaction > info(present_).reaction)) present_ = fault;
   const bool first = latched_ == Fault::None;
-  const Event event{
-      .kind = EventKind::Fault, .fault = fault, .axis = axis, .station = station, .block = block_, .detail = detail};
-  if (!latches(row)) {
-    tell(event);
-  } else if (first || row.reaction > info(latched_).reaction) {
-    tell(event);
+  // What calls for no more than what was done already is a consequence of it, or the same again.
+  if (latching && !first && info_row.reaction <= reacted_) return;
+  tell({.kind = EventKind::Fault, .fault = fault, .axis = axis, .station = station, .block = block_, .detail = detail});
+  if (latching) {
     if (first) latched_ = fault;
-  } else {
-    return;  // a consequence of what has already stopped the machine
+    reacted_ = std::max(reacted_, info_row.reaction);
   }
-  if (row.clear == Clear::Rehome && axis != kNoAxis) axes_.forget_reference(axis);
-  if (row.reaction == Reaction::Note) return;
+  if (const ReactionRow* reaction = row(info_row.reaction)) carry_out(*reaction, fault);
+}
+
+void Loop::carry_out(const ReactionRow& reaction, Fault fault) noexcept {
   shut_valve_ = true;
-  const bool moves = state_ == State::Running || state_ == State::Held || state_ == State::Stopping;
-  if (row.reaction == Reaction::PathStop && moves) interpolator_.abort();
-  if (row.reaction == Reaction::AxisStop && moves) interpolator_.axis_stop();
+  const bool on_path = block_ != 0;
+  if (reaction.braking == Braking::OnPath && on_path) interpolator_.abort();
+  if (reaction.braking == Braking::EachAxis && on_path) interpolator_.axis_stop();
   if (state_ == State::Homing) axes_.cancel_homing(fault);
-  if (row.reaction == Reaction::QuickStop) {
-    if (moves) interpolator_.axis_stop();
-    axes_.set_goal(DriveGoal::QuickStop);
-  }
-  if (row.reaction == Reaction::Off) axes_.set_goal(DriveGoal::Disabled);
-  if (state_ == State::Enabling) {
-    axes_.set_goal(DriveGoal::Disabled);
+  if (reaction.goal) axes_.set_goal(*reaction.goal);
+  if (state_ == State::Enabling || state_ == State::Disabling) {
+    if (!reaction.goal) axes_.set_goal(DriveGoal::Disabled);
     answer_pending(fault);
   }
-  if (moves && state_ != State::Stopping) stopped_by_ = fault;
-  if (moves)
-    enter(State::Stopping);
-  else if (latches(row) && state_ != State::Homing && state_ != State::Offline)
-    enter(State::Stopped);
+  if (on_path && state_ != State::Stopping) stopped_by_ = fault;
+  if (on_path || latched_ != Fault::None) change(reaction.cause);
 }
 
 // ---- telling ----
 
-void Loop::enter(State state) noexcept {
-  if (state == state_) return;
-  state_ = state;
-  tell({.kind = EventKind::StateChange, .block = block_, .detail = static_cast<std::int32_t>(state)});
+void Loop::change(Cause cause) noexcept {
+  const std::optional<State> to = next(state_, cause);
+  if (!to || *to == state_) return;
+  state_ = *to;
+  tell({.kind = EventKind::StateChange, .block = block_, .detail = static_cast<std::int32_t>(state_)});
 }
 
 void Loop::answer(std::uint32_t id, Fault fault) noexcept {

@@ -10,6 +10,7 @@
 #include "app/cycle/axes.hpp"
 #include "app/cycle/channels.hpp"
 #include "app/cycle/loop_setup.hpp"
+#include "app/cycle/machine_state.hpp"
 #include "app/cycle/pacer.hpp"
 #include "app/cycle/stop_frame.hpp"
 #include "app/cycle/supervisor.hpp"
@@ -43,7 +44,9 @@ class Loop {
 
   void take_commands() noexcept;
   void obey(const Command& command) noexcept;
-  Fault refuse(const Command& command) const noexcept;
+  [[nodiscard]] Fault refuse(const Command& command) const noexcept;
+  [[nodiscard]] Fault interlock() const noexcept;
+  void abort() noexcept;
   void advance(const Beat& beat) noexcept;
   void step_motion() noexcept;
   void write_image(const Beat& beat) noexcept;
@@ -55,8 +58,11 @@ class Loop {
   void finish_homing() noexcept;
   void finish_block() noexcept;
   void react(Fault fault, AxisId axis, std::int32_t detail, StationId station = kNoStation) noexcept;
+  void carry_out(const ReactionRow& reaction, Fault fault) noexcept;
   void hold_position() noexcept;
-  void enter(State state) noexcept;
+  /// The state that the table has for this cause, if it has one.
+  void change(Cause cause) noexcept;
+  [[nodiscard]] Cause rest() const noexcept;
   void answer(std::uint32_t id, Fault fault) noexcept;
   void answer_pending(Fault fault) noexcept;
   void tell(Event event) noexcept;
@@ -81,6 +87,9 @@ class Loop {
   devices::Exchange exchange_;
   CycleIndex cycle_ = 0;
   Fault latched_ = Fault::None;
+  Reaction reacted_ = Reaction::Note;  ///< the strongest since the first latch
+  Fault present_ = Fault::None;        ///< the worst latching fault that this cycle shows
+  bool aborting_ = false;              ///< Channels::stop_now, as this cycle found it
   std::uint32_t pending_ = 0, pending_disable_ = 0, pending_probe_ = 0,
                 pending_reset_ = 0;     ///< ids of commands that take time
   bool clamp_may_be_open_ = false;      ///< of the block that plays

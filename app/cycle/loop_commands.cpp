@@ -1,4 +1,6 @@
 // What the run thread asks of the loop: refused with a reason, or carried out.
+#include <algorithm>
+
 #include "app/cycle/loop.hpp"
 
 namespace gantry::cycle {
@@ -9,9 +11,26 @@ namespace {
 constexpr int kMostCommands = 8;  // a cycle; the rest waits
 }
 
+std::optional<Cause> cause(CommandKind kind) noexcept {
+  switch (kind) {
+    case CommandKind::Enable: return Cause::Enable;
+    case CommandKind::Disable: return Cause::Disable;
+    case CommandKind::Home: return Cause::Home;
+    case CommandKind::ArmProbe:
+    case CommandKind::StartBlock: return Cause::Play;
+    case CommandKind::Hold: return Cause::Hold;
+    case CommandKind::Resume: return Cause::Resume;
+    case CommandKind::Abort: return Cause::Abort;
+    case CommandKind::Reset: return Cause::Reset;
+    case CommandKind::Override:
+    case CommandKind::SetOutputs: break;
+  }
+  return std::nullopt;
+}
+
 void Loop::take_commands() noexcept {
-  if (channels_.stop_now.load(std::memory_order_acquire) &&
-      (state_ == State::Running || state_ == State::Held || state_ == State::Homing))
+  aborting_ = channels_.stop_now.load(std::memory_order_acquire);
+  if (aborting_ && (row(state_).moves || state_ == State::Held || state_ == State::Enabling))
     obey({.kind = CommandKind::Abort});
   Command command;
   for (int i = 0; i < kMostCommands && channels_.commands.pop(command); ++i) {
@@ -26,41 +45,36 @@ void Loop::take_commands() noexcept {
 
 /// Why a command does not fit the machine's state; None when it does.
 Fault Loop::refuse(const Command& command) const noexcept {
-  const bool motion = command.kind == CommandKind::Enable || command.kind == CommandKind::Home ||
-                      command.kind == CommandKind::ArmProbe || command.kind == CommandKind::StartBlock ||
-                      command.kind == CommandKind::Resume;
-  if (motion && latched_ != Fault::None) return Fault::Latched;
-  switch (command.kind) {
-    case CommandKind::Enable:
-      if (state_ != State::Disabled) return Fault::Refused;
-      if ((inputs_ & setup_.door_mask) != setup_.door_mask) return Fault::DoorOpen;
-      return (inputs_ & setup_.air_mask) != setup_.air_mask ? Fault::AirMissing : Fault::None;
-    case CommandKind::Home:
-    case CommandKind::ArmProbe: return state_ == State::Ready ? Fault::None : Fault::Refused;
-    case CommandKind::StartBlock:
-      if (state_ != State::Ready) return Fault::Refused;
-      return axes_.all_referenced() ? Fault::None : Fault::NotReferenced;
-    case CommandKind::Disable:
-      return state_ == State::Ready || state_ == State::Stopped || state_ == State::Disabled ? Fault::None
-                                                                                             : Fault::Refused;
-    case CommandKind::Hold: return state_ == State::Running ? Fault::None : Fault::Refused;
-    case CommandKind::Resume: return state_ == State::Held ? Fault::None : Fault::Refused;
-    case CommandKind::Abort:
-    case CommandKind::Override:
-    case CommandKind::SetOutputs: return Fault::None;
-    case CommandKind::Reset: return state_ == State::Stopping ? Fault::Refused : Fault::None;
-  }
-  return Fault::Refused;
+  const std::optional<Cause> order = cause(command.kind);
+  if (!order) return Fault::None;
+  const bool to_motion =
+      order == Cause::Enable || order == Cause::Home || order == Cause::Play || order == Cause::Resume;
+  if (to_motion && aborting_) return Fault::Aborted;
+  if (to_motion && latched_ != Fault::None) return Fault::Latched;
+  if (!next(state_, *order)) return Fault::Refused;
+  if (command.kind == CommandKind::Enable) return interlock();
+  if (command.kind == CommandKind::StartBlock && !axes_.all_referenced()) return Fault::NotReferenced;
+  if (command.kind == CommandKind::Reset && pending_reset_ != 0) return Fault::Refused;
+  return Fault::None;
+}
+
+/// What keeps the drives from having torque, by the inputs; None when nothing does.
+Fault Loop::interlock() const noexcept {
+  const auto missing = [&](std::uint32_t mask) { return (inputs_ & mask) != mask; };
+  if (setup_.stop_mask != 0 && (inputs_ & setup_.stop_mask) != 0) return Fault::StopPressed;
+  if (missing(setup_.door_mask)) return Fault::DoorOpen;
+  return missing(setup_.air_mask) ? Fault::AirMissing : Fault::None;
 }
 
 void Loop::obey(const Command& command) noexcept {
+  if (const auto order = cause(command.kind); order && command.kind != CommandKind::ArmProbe) change(*order);
   switch (command.kind) {
     case CommandKind::Enable:
       axes_.set_goal(DriveGoal::Enabled);
       pending_ = command.id;
-      enter(State::Enabling);
       return;
     case CommandKind::Disable:
+      answer_pending(Fault::Aborted);  // an Enable that this overtakes
       axes_.set_goal(DriveGoal::Disabled);
       outputs_set_ = 0;
       pending_disable_ = command.id;
@@ -68,7 +82,6 @@ void Loop::obey(const Command& command) noexcept {
     case CommandKind::Home:
       axes_.start_homing(command.axes);
       pending_ = command.id;
-      enter(State::Homing);
       return;
     case CommandKind::ArmProbe:
       axes_.probe().start();
@@ -80,26 +93,13 @@ void Loop::obey(const Command& command) noexcept {
       tick_ = 0;
       probing_ = false;
       interpolator_.begin_block(command.block);
-      enter(State::Running);
       break;
     case CommandKind::Hold:
       interpolator_.hold();
       shut_valve_ = true;
-      enter(State::Held);
       break;
-    case CommandKind::Resume:
-      interpolator_.resume();
-      enter(State::Running);
-      break;
-    case CommandKind::Abort:
-      if (state_ == State::Homing) axes_.cancel_homing(Fault::Aborted);
-      if (state_ == State::Running || state_ == State::Held) {
-        interpolator_.abort();
-        shut_valve_ = true;
-        stopped_by_ = Fault::Aborted;
-        enter(State::Stopping);
-      }
-      break;
+    case CommandKind::Resume: interpolator_.resume(); break;
+    case CommandKind::Abort: abort(); break;
     case CommandKind::Override: override_ = std::clamp(command.value, 0.1, 2.0); break;
     case CommandKind::SetOutputs: {
       const std::uint32_t mask = command.mask & ~setup_.valve_mask;  // the valve opens with a dispense command only
@@ -113,6 +113,19 @@ void Loop::obey(const Command& command) noexcept {
       return;
   }
   answer(command.id, Fault::None);
+}
+
+/// The state has changed already: what was under way ends.
+void Loop::abort() noexcept {
+  if (state_ == State::Homing) axes_.cancel_homing(Fault::Aborted);
+  if (state_ == State::Disabling && pending_ != 0) {  // it was enabling
+    axes_.set_goal(DriveGoal::Disabled);
+    answer_pending(Fault::Aborted);
+  }
+  if (state_ != State::Stopping || stopped_by_ != Fault::None) return;
+  interpolator_.abort();
+  shut_valve_ = true;
+  stopped_by_ = Fault::Aborted;
 }
 
 }  // namespace gantry::cycle

@@ -1,5 +1,7 @@
 // What takes several cycles: probing, enabling, resetting, homing, blocks. Looked at in every cycle, answered when
 // over.
+#include <utility>
+
 #include "app/cycle/loop.hpp"
 
 namespace gantry::cycle {
@@ -30,75 +32,80 @@ void Loop::follow_progress() noexcept {
   }
   if (probe != Probe::Latched) probe_told_ = false;
 
+  const bool rests = interpolator_.at_rest() && settled_;
   switch (state_) {
     case State::Offline:
-      if (exchange_.fault == Fault::None && exchange_.al_states == 8) enter(State::Disabled);
+      if (exchange_.fault == Fault::None && exchange_.al_states == 8)
+        change(latched_ == Fault::None ? Cause::Operational : Cause::OperationalLatched);
       hold_position();
       break;
     case State::Disabled:
+    case State::Disabling:
     case State::Stopped:
       if (!axes_.all_enabled()) hold_position();
       break;
     case State::Enabling:
       hold_position();
-      if (axes_.all_enabled()) enter(State::Ready), answer_pending(Fault::None);
+      if (axes_.all_enabled()) change(Cause::TorqueOn), answer_pending(Fault::None);
       break;
     case State::Homing:
-      if (axes_.homing()) break;
-      finish_homing();
+      if (!axes_.homing()) finish_homing();
       break;
     case State::Running:
-    case State::Stopping: finish_block(); break;
+    case State::Stopping:
+      if (rests && interpolator_.idle()) finish_block();
+      break;
+    case State::Holding:
+      if (rests) change(Cause::Rest);
+      break;
     case State::Ready:
     case State::Held: break;
   }
   if (pending_reset_ != 0) finish_reset();
-  if (pending_disable_ != 0 && axes_.all_disabled()) {
-    answer(pending_disable_, Fault::None);
-    pending_disable_ = 0;
-    if (state_ == State::Ready) enter(State::Disabled);
+  if (axes_.all_disabled()) {
+    change(Cause::TorqueOff);
+    answer(std::exchange(pending_disable_, 0), Fault::None);
   }
 }
 
-/// A latch goes when its cause has gone: the drives are asked first. Nothing is enabled and nothing moves; where a
-/// drive has lost its torque, the others lose theirs, and the operator enables them together.
+/// What standing still comes to.
+Cause Loop::rest() const noexcept {
+  if (latched_ != Fault::None) return Cause::RestLatched;
+  return axes_.all_enabled() ? Cause::Rest : Cause::RestTorqueOff;
+}
+
+/// A latch goes when its cause has gone: the drives are asked first, and what this very cycle still shows stays
+/// latched. Nothing is enabled and nothing moves; where a drive has lost its torque, the others lose theirs, and the
+/// operator enables them together.
 void Loop::finish_reset() noexcept {
   if (!axes_.no_fault() && ++reset_ticks_ < kResetTicks) return;
-  const bool cleared = axes_.no_fault();
-  if (cleared) latched_ = Fault::None;
+  if (axes_.no_fault()) latched_ = present_;
+  if (latched_ == Fault::None) reacted_ = Reaction::Note;
   if (!axes_.all_enabled()) axes_.set_goal(DriveGoal::Disabled);
-  if (cleared && state_ == State::Stopped) enter(axes_.all_enabled() ? State::Ready : State::Disabled);
-  answer(pending_reset_, latched_);
-  pending_reset_ = 0;
+  if (latched_ == Fault::None) change(axes_.all_enabled() ? Cause::Cleared : Cause::ClearedTorqueOff);
+  answer(std::exchange(pending_reset_, 0), latched_);
 }
 
 void Loop::finish_homing() noexcept {
   AxisId axis = kNoAxis;
   const Fault failed = axes_.finish_homing(axis);
   hold_position();
-  if (latched_ != Fault::None) {
-    enter(State::Stopped);
-  } else if (failed != Fault::None && failed != Fault::Aborted) {
-    react(failed, axis, 0);
-    enter(State::Stopped);
-  } else {
-    enter(axes_.all_enabled() ? State::Ready : State::Disabled);
-  }
+  if (latched_ == Fault::None && failed != Fault::None && failed != Fault::Aborted) react(failed, axis, 0);
+  change(rest());
   answer_pending(failed != Fault::None ? failed : latched_);
 }
 
 void Loop::finish_block() noexcept {
-  if (!interpolator_.idle() || !interpolator_.at_rest() || !settled_) return;
   axes_.probe().stop();
   if (state_ == State::Running) {
     if (probing_)
       tell({.kind = EventKind::Fault, .fault = Fault::ProbeNeverTriggered, .axis = setup_.probe_axis, .block = block_});
     probing_ = false;
     tell({.kind = EventKind::BlockDone, .block = block_});
-    enter(State::Ready);
+    change(Cause::BlockEnd);
   } else {
-    tell({.kind = EventKind::BlockDone, .fault = stopped_by_, .block = block_});
-    enter(latched_ != Fault::None ? State::Stopped : axes_.all_enabled() ? State::Ready : State::Disabled);
+    tell({.kind = EventKind::BlockDone, .fault = std::exchange(stopped_by_, Fault::None), .block = block_});
+    change(rest());
   }
   block_ = 0;
 }

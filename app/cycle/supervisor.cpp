@@ -23,7 +23,7 @@ Findings Supervisor::look(const View& view) noexcept {
   if (!operational_) return found;
   look_at_drives(view, found);
   look_at_axes(view, found);
-  if (view.exchange.inputs_fresh) look_at_inputs(view, found);
+  look_at_inputs(view, found);  // bits of a station that did not take part are as they were
   return found;
 }
 
@@ -46,10 +46,11 @@ void Supervisor::look_at_time(const View& view, Findings& found) noexcept {
 
 void Supervisor::look_at_bus(const View& view, Findings& found) noexcept {
   const devices::Exchange& x = view.exchange;
-  // Each run of bad cycles is told at its beginning and at its bound, not in every cycle.
+  // A run of bad cycles is told at its beginning; from its bound on it stands for as long as it lasts, so that a reset
+  // does not hide it.
   if (x.fault == Fault::FrameLost) {
     ++frames_lost_;
-    if (frames_lost_ == setup_.frames_lost_max && operational_)
+    if (frames_lost_ >= setup_.frames_lost_max && operational_)
       found.push_back({Fault::FramesLost, kNoAxis, frames_lost_});
     else if (frames_lost_ == 1)
       found.push_back({Fault::FrameLost, kNoAxis, frames_lost_});
@@ -59,7 +60,7 @@ void Supervisor::look_at_bus(const View& view, Findings& found) noexcept {
   if (x.fault == Fault::None || x.fault == Fault::WorkingCounterHigh) frames_lost_ = 0;
   if (x.fault == Fault::WorkingCounterLow) {
     ++counter_low_;
-    if (operational_ && counter_low_ == setup_.counter_low_max)
+    if (operational_ && counter_low_ >= setup_.counter_low_max)
       found.push_back({Fault::WorkingCounterLost, kNoAxis, x.working_counter});
     else if (operational_ && counter_low_ == 1)
       found.push_back({Fault::WorkingCounterLow, kNoAxis, x.working_counter});
@@ -150,7 +151,7 @@ void Supervisor::look_at_inputs(const View& view, Findings& found) noexcept {
   const auto missing = [&](std::uint32_t mask) { return mask != 0 && (view.inputs & mask) == 0; };
   if (missing(setup_.door_mask)) found.push_back({Fault::DoorOpen});
   if (missing(setup_.air_mask)) found.push_back({Fault::AirMissing});
-  const bool plays = view.state == State::Running || view.state == State::Held;
+  const bool plays = view.state == State::Running || view.state == State::Holding || view.state == State::Held;
   if (plays && !view.clamp_may_be_open && missing(setup_.clamp_mask)) found.push_back({Fault::ClampOpen});
   if (setup_.stop_mask != 0 && (view.inputs & setup_.stop_mask) != 0) found.push_back({Fault::StopPressed});
 }

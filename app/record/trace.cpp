@@ -27,8 +27,8 @@ std::vector<HistogramBucket> buckets(const rt::Histogram& h) {
 }
 
 bool stopped_by_force(cycle::State s) {
-  return s == cycle::State::Held || s == cycle::State::Stopping || s == cycle::State::Stopped ||
-         s == cycle::State::Disabled || s == cycle::State::Offline;
+  return s == cycle::State::Holding || s == cycle::State::Held || s == cycle::State::Stopping ||
+         s == cycle::State::Stopped || s == cycle::State::Disabled || s == cycle::State::Offline;
 }
 
 std::string feature_name(const recipes::Recipe& recipe, std::uint32_t index) {

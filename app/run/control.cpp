@@ -16,16 +16,21 @@ constexpr int kSilentSteps = 2000;  // of about a cycle each; a host that stands
 
 }  // namespace
 
-Control::Control(cycle::Channels& channels, Feed& feed, Pump& pump, std::function<Error(const cycle::Event&)> describe)
-    : channels_(channels), feed_(feed), pump_(pump), describe_(std::move(describe)) {
+Control::Control(cycle::Channels& channels, Feed& feed, Pump& pump, Time period,
+                 std::function<Error(const cycle::Event&)> describe)
+    : channels_(channels), feed_(feed), pump_(pump), period_(period), describe_(std::move(describe)) {
   feed_.listen({}, [this](const cycle::Event& event) { on_event(event); });
 }
 
 void Control::on_event(const cycle::Event& event) {
   if (event.kind == EventKind::Fault && latches(info(event.fault)) && !fault_) fault_ = describe_(event);
+  if (event.kind == EventKind::CommandDone)
+    if (const auto asked = requests_.find(event.id); asked != requests_.end()) asked->second = event;
   if (event.kind == EventKind::CommandDone || event.kind == EventKind::BlockDone || event.kind == EventKind::Touched)
     answers_.push_back(event);
 }
+
+CycleIndex Control::cycles(double seconds) const { return cycles_in(seconds, period_); }
 
 void Control::step() {
   pump_.step();
@@ -35,6 +40,11 @@ void Control::step() {
   if (poll_orders_) poll_orders_();
 }
 
+void Control::idle() {
+  step();
+  if (service_) service_();
+}
+
 Result<void> Control::alive() const {
   if (silent_steps_ < kSilentSteps) return {};
   return fail(Fault::LoopDied,
@@ -42,8 +52,31 @@ Result<void> Control::alive() const {
 }
 
 void Control::post(cycle::Command command) {
+  if (command.id == 0) command.id = next_id_++;
+  while (!channels_.commands.push(command) && alive()) {
+    pump_.step();
+    feed_.drain();
+  }
+}
+
+Request Control::request(cycle::Command command) {
   command.id = next_id_++;
-  while (!channels_.commands.push(command) && alive()) step();
+  requests_.emplace(command.id, std::nullopt);
+  post(command);
+  return {command.id};
+}
+
+std::optional<Result<void>> Control::answer(Request request) {
+  const auto asked = requests_.find(request.id);
+  if (asked == requests_.end() || !asked->second) return std::nullopt;
+  const cycle::Event answer = *asked->second;
+  requests_.erase(asked);
+  if (answer.fault == Fault::None) return Result<void>{};
+  return Result<void>(tl::unexpected(words(answer)));
+}
+
+Error Control::words(const cycle::Event& answer) const {
+  return answer.fault == Fault::Aborted && aborted_ ? *aborted_ : describe_(answer);
 }
 
 void Control::abort(Error why) {
@@ -54,22 +87,27 @@ void Control::abort(Error why) {
 
 void Control::begin() {
   fault_.reset();
-  forget_abort();
+  end();
 }
 
-void Control::forget_abort() {
+void Control::end() {
   aborted_.reset();
+  hold_next_ = false;
   channels_.stop_now.store(false, std::memory_order_release);
 }
 
 bool Control::standing() const {
   const State s = latest().state;
-  return s != State::Running && s != State::Stopping && s != State::Homing && s != State::Enabling;
+  return !row(s).moves && s != State::Enabling && s != State::Disabling;
 }
 
 Result<void> Control::ended() const {
   if (auto dead = alive(); !dead) return dead;
   if (fault_) return tl::unexpected(*fault_);
+  return not_aborted();
+}
+
+Result<void> Control::not_aborted() const {
   if (aborted_) return tl::unexpected(*aborted_);
   return {};
 }
@@ -79,41 +117,39 @@ Result<void> Control::ended() const {
 void Control::come_to_rest() {
   const bool asked = aborted_.has_value();
   const cycle::Command last{.kind = CommandKind::Abort, .id = next_id_++};  // behind everything that was sent
-  while (asked && !channels_.commands.push(last) && alive()) step();
+  if (asked) post(last);
   const auto taken = [&] {
     return !asked || std::any_of(answers_.begin(), answers_.end(), [&](const cycle::Event& e) {
       return e.kind == EventKind::CommandDone && e.id == last.id && e.cycle <= latest().cycle;
     });
   };
-  const CycleIndex give_up = latest().cycle + static_cast<CycleIndex>(kStopTimeout_s * 1000);
-  while (alive() && latest().cycle < give_up && !(taken() && standing())) step();
+  const CycleIndex give_up = latest().cycle + cycles(kStopTimeout_s);
+  while (alive() && latest().cycle < give_up && !(taken() && standing())) idle();
 }
 
 Result<void> Control::wait(const std::function<bool()>& done, double timeout_s, Error late) {
   const CycleIndex begin = latest().cycle;
-  const auto limit = static_cast<CycleIndex>(timeout_s * 1000.0);
+  const CycleIndex limit = cycles(timeout_s);
   while (!done()) {
     if (!ended()) {
       come_to_rest();
-      auto why = ended();
-      channels_.stop_now.store(false, std::memory_order_release);
-      return why;
+      return ended();
     }
     if (latest().cycle - begin > limit) return tl::unexpected(std::move(late));
-    step();
+    idle();
   }
   return {};
 }
 
 Result<void> Control::pass(double seconds) {
-  const CycleIndex until = latest().cycle + static_cast<CycleIndex>(seconds * 1000.0 + 0.5);
+  const CycleIndex until = latest().cycle + cycles(seconds);
   return wait([&] { return latest().cycle >= until; }, seconds + 3600, {});
 }
 
 Result<void> Control::command(cycle::Command command, double timeout_s) {
   command.id = next_id_++;
   answers_.clear();
-  while (!channels_.commands.push(command) && alive()) step();
+  post(command);
   const cycle::Event* answer = nullptr;
   const auto answered = [&] {
     for (const cycle::Event& e : answers_)
@@ -125,11 +161,13 @@ Result<void> Control::command(cycle::Command command, double timeout_s) {
                Error{Fault::TransitionTimeout, fmt::format("the machine did not answer within {:g} s", timeout_s), ""});
       !r)
     return r;
-  if (answer->fault != Fault::None) return tl::unexpected(describe_(*answer));
+  if (answer->fault != Fault::None) return tl::unexpected(words(*answer));
   return wait([&, cycle = answer->cycle] { return latest().cycle >= cycle; }, 1, {});
 }
 
 Result<Played> Control::play(std::uint32_t block, std::span<const motion::Segment> segments, bool clamp_may_be_open) {
+  constexpr double kNoLimit_s = 1e9;  // a held block may wait for its operator
+  if (auto r = wait([&] { return !hold_next_; }, kNoLimit_s, {}); !r) return tl::unexpected(r.error());
   answers_.clear();
   std::size_t pushed = 0;
   const auto feed_ring = [&] {
@@ -151,7 +189,6 @@ Result<Played> Control::play(std::uint32_t block, std::span<const motion::Segmen
     }
     return over && latest().cycle >= played.end;
   };
-  constexpr double kNoLimit_s = 1e9;  // a held block may wait for its operator
   if (auto r = wait(look, kNoLimit_s, {}); !r) return tl::unexpected(r.error());
   if (stopped) return tl::unexpected(fault_ ? *fault_ : describe_(*stopped));  // the fault's own event knows more
   return played;

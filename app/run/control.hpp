@@ -1,9 +1,12 @@
 // The run thread's hand on the loop: sends a command or a block, lets time pass, and comes back with what became of it.
 //   control.command({.kind = CommandKind::Enable}, 5.0);        control.play(block, segments);
+//   const Request r = control.request({.kind = CommandKind::Reset});   ... if (auto done = control.answer(r)) ...
 // Waiting drains the feed, polls for orders (hold, abort ...) and ends at the first latched fault, so the code that
-// uses it reads in the order it happens.
+// uses it reads in the order it happens. A step never steps again by itself: what takes several steps (fetching a
+// station's mail) is a service, which runs between two steps.
 #pragma once
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -12,6 +15,7 @@
 #include "app/cycle/channels.hpp"
 #include "app/run/feed.hpp"
 #include "app/run/pump.hpp"
+#include "core/clock.hpp"
 #include "core/error.hpp"
 #include "motion/types.hpp"
 
@@ -24,55 +28,82 @@ struct Played {
   CycleIndex end = 0;
 };
 
+/// A command whose answer is still to come.
+struct Request {
+  std::uint32_t id = 0;
+};
+
 class Control {
  public:
-  /// `describe` turns a fault event into words (which axis, the drive's own text).
-  Control(cycle::Channels& channels, Feed& feed, Pump& pump, std::function<Error(const cycle::Event&)> describe);
+  /// `describe` turns a fault event into words (which axis, the drive's own text). `period`: the machine's cycle.
+  Control(cycle::Channels& channels, Feed& feed, Pump& pump, Time period,
+          std::function<Error(const cycle::Event&)> describe);
 
-  /// Called in every waiting step: the place where orders of operators come in.
+  /// Called in every step: the place where orders of operators come in. It must not wait for the machine.
   void on_step(std::function<void()> poll_orders) { poll_orders_ = std::move(poll_orders); }
+  /// Called between the steps of every wait. It may step(), and nothing else of this.
+  void serve_by(std::function<void()> service) { service_ = std::move(service); }
 
   /// Sends and waits until the loop has done it. Fault of the refusal, or TransitionTimeout after `timeout_s` of
   /// machine time.
   Result<void> command(cycle::Command command, double timeout_s);
-  /// Sends and does not wait (hold, resume, override, abort).
+  /// Sends and does not wait (hold, resume, override).
   void post(cycle::Command command);
-  /// Plays one block to its end. A hold makes it wait; an abort or a fault ends it with an error when the machine
-  /// stands.
+  /// Sends, and keeps the answer for whoever asks for it.
+  Request request(cycle::Command command);
+  /// Nothing as long as it has not come; once told, it is forgotten.
+  std::optional<Result<void>> answer(Request request);
+  /// Plays one block to its end. A hold makes it wait, also before it begins; an abort or a fault ends it with an error
+  /// when the machine stands.
   Result<Played> play(std::uint32_t block, std::span<const motion::Segment> segments, bool clamp_may_be_open = false);
+  /// The next block waits until it is released.
+  void hold_next(bool wait) { hold_next_ = wait; }
+  [[nodiscard]] bool holds_next() const { return hold_next_; }
   /// Lets time pass until `done`; Error `late` after `timeout_s` of machine time.
   Result<void> wait(const std::function<bool()>& done, double timeout_s, Error late);
   /// Lets `seconds` of machine time pass.
   Result<void> pass(double seconds);
   /// One step without looking for faults (shutting down).
   void step();
+  /// The same, and the service behind it.
+  void idle();
   /// Fault::LoopDied when the loop has not told anything for so many steps that it hangs.
   [[nodiscard]] Result<void> alive() const;
 
   [[nodiscard]] const cycle::Snapshot& latest() const { return feed_.latest(); }
+  /// So many cycles of this machine, rounded to the nearest.
+  [[nodiscard]] CycleIndex cycles(double seconds) const;
   /// The first latched fault since begin(), in words.
   [[nodiscard]] const std::optional<Error>& fault() const { return fault_; }
-  /// A new job, or a reset: what ended the last one is forgotten.
+  /// A new undertaking: what ended the last one is forgotten.
   void begin();
-  /// From any order: the running wait ends with `why` once the machine stands.
+  /// From any order: nothing begins to move any more, and the running wait ends with `why` once the machine stands. It
+  /// holds until end().
   void abort(Error why);
-  /// What was aborted has ended: the next order is not concerned.
-  void forget_abort();
+  [[nodiscard]] bool aborting() const { return aborted_.has_value(); }
+  /// The abort that is pending, as an error.
+  [[nodiscard]] Result<void> not_aborted() const;
+  /// The undertaking is over, and what was aborted with it: the next one is not concerned.
+  void end();
 
  private:
   void on_event(const cycle::Event& event);
   void come_to_rest();
   [[nodiscard]] bool standing() const;
-  Result<void> ended() const;
+  [[nodiscard]] Result<void> ended() const;
+  [[nodiscard]] Error words(const cycle::Event& answer) const;
 
   cycle::Channels& channels_;
   Feed& feed_;
   Pump& pump_;
+  Time period_;
   std::function<Error(const cycle::Event&)> describe_;
-  std::function<void()> poll_orders_;
+  std::function<void()> poll_orders_, service_;
   std::uint32_t next_id_ = 1;
   std::optional<Error> fault_, aborted_;
-  std::vector<cycle::Event> answers_;  ///< events of the wait that runs
+  std::vector<cycle::Event> answers_;                              ///< events of the wait that runs
+  std::map<std::uint32_t, std::optional<cycle::Event>> requests_;  ///< by id; nothing: not answered yet
+  bool hold_next_ = false;
   CycleIndex last_cycle_ = 0;
   int silent_steps_ = 0;  ///< in which no cycle was told
 };

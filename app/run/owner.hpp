@@ -1,13 +1,15 @@
 // The owner of a machine: bus, loop, planner, eyes and world as one object with orders in and events out. `gantry up`
 // keeps one until it is stopped; `run` and `dry-run` make their own for one job.
-//   auto owner = Owner::open(machine, options);   owner->bring_up();   JobResult r = owner->run(recipe, job, {.out =
-//   "out/x"});   owner->shut_down();
+//   auto owner = Owner::open(machine, options);   owner->bring_up();
+//   JobResult r = owner->run(recipe, job, {.out = "out/x"});   owner->shut_down();
 // One thread calls it (the run thread). In virtual time that thread also steps the loop; otherwise the loop has its
 // own.
 #pragma once
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "app/record/job_result.hpp"
 #include "app/run/control.hpp"
@@ -47,6 +49,10 @@ struct Progress {
   double elapsed_s = 0;
 };
 
+/// What takes machine time: one at a time.
+enum class Undertaking { None, BringUp, Enable, Disable, Home, Jog, Job };
+std::string_view name(Undertaking what);
+
 class Owner {
  public:
   static Result<std::unique_ptr<Owner>> open(const config::Machine& machine, const OwnerOptions& options);
@@ -56,9 +62,9 @@ class Owner {
 
   /// Scan, configuration, OP; the loop runs, drives are without torque.
   Result<void> bring_up();
-  /// Drives to Operation Enabled, and every axis that is not referenced is homed, lowest order first.
+  /// Drives to Operation Enabled. No axis moves.
   Result<void> enable();
-  /// The same, and every axis is homed.
+  /// The same, and every axis is homed, lowest order first.
   Result<void> home();
   Result<void> disable();
   /// Some axes by some way, straight; app/job/jog.hpp. Enables the drives, and homes nothing. Nothing moves unless the
@@ -72,9 +78,14 @@ class Owner {
   /// Torque off, bus down in order. Also done by the destructor.
   void shut_down();
 
-  /// Hold, resume, abort, override, reset: at once. Fault::Refused when the order does not fit.
+  /// Hold, resume, abort, override, reset: at once. Fault::Refused when the order does not fit; the message names what
+  /// lifts the refusal. An abort is never refused and never undone: it holds until what it has ended is over. What a
+  /// reset came to is told by reset_answer().
   Result<void> order(const Order& order);
-  /// The job that runs ends with `why` as soon as the machine stands (Ctrl-C: Fault::Interrupted).
+  /// Of the last reset that was taken: nothing as long as it is under way, or when it was told already. Fault of what
+  /// stays latched.
+  std::optional<Result<void>> reset_answer();
+  /// What is under way ends with `why` as soon as the machine stands (Ctrl-C: Fault::Interrupted).
   void interrupt(Error why);
   /// Called in every waiting step of the run thread: where orders are polled and progress is shown.
   void on_step(std::function<void()> poll);
@@ -84,11 +95,15 @@ class Owner {
 
   [[nodiscard]] const cycle::Snapshot& latest() const;
   [[nodiscard]] Progress progress() const;
+  [[nodiscard]] Undertaking undertaking() const;
+  /// On hold, or on the way there: a resume goes on.
+  [[nodiscard]] bool held() const;
   /// What a person beside a virtual machine would see; null on a machine of steel.
   [[nodiscard]] sim::WorldAccess* world() const;
 
  private:
   struct Parts;
+  class Turn;
   explicit Owner(std::unique_ptr<Parts> parts);
   std::unique_ptr<Parts> parts_;
 };

@@ -1,6 +1,6 @@
 // An owner's job: what it does with each snapshot and event, and one recipe from its first block to its end.
-#include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "app/record/outcome.hpp"
 #include "app/record/summary.hpp"
@@ -19,22 +19,16 @@ int of(const cycle::Event& e) {
 
 }  // namespace
 
-void Owner::Parts::on_step() {
-  if (publisher) publisher->poll(clock->now());
-  if (poll) poll();
-  if (culprits) look_at_stations();  // may step on itself
-}
-
 void Owner::Parts::on_snapshot(const cycle::Snapshot& s) {
   if (shared) shared->push(s);
-  if (recording != nullptr) recording->add(s);
+  if (job) job->recording.add(s);
 }
 
 void Owner::Parts::on_event(const cycle::Event& e) {
   if (e.kind != cycle::EventKind::Fault) {
     if (shared) shared->push(e);
-  } else if (culprits && stations::Culprits::wanted(e.fault)) {
-    culprits->ask(e);
+  } else if (on_bus && stations::Culprits::wanted(e.fault)) {
+    on_bus->culprits.ask(e);
   } else {
     tell(e, stations::in_words(machine, e));
   }
@@ -48,19 +42,29 @@ void Owner::Parts::tell(const cycle::Event& e, const Error& error) {
   if (info(e.fault).reaction == Reaction::Note) words = notes.tell({e.fault, of(e)}, now_ns, std::move(*words));
   if (!words) return;
   log::warn("{}", *words);
-  if (recording != nullptr) recording->note(now_ns, *words);
+  if (job) job->recording.note(now_ns, *words);
 }
 
-void Owner::Parts::look_at_stations() {
-  const cycle::Snapshot& now = feed->latest();
-  culprits->watch(now);
-  while (const auto known = culprits->next()) {
+void Owner::Parts::serve() {
+  if (std::exchange(on_bus->serving, true)) return;
+  name_culprits();
+  fetch_mail();
+  on_bus->serving = false;
+}
+
+void Owner::Parts::name_culprits() {
+  on_bus->culprits.watch(feed->latest());
+  while (const auto known = on_bus->culprits.next()) {
     Error words = stations::in_words(machine, known->event);
     words.where = known->where;
     words.message += known->what;
     tell(known->event, words);
-    if (latches(info(words.fault))) named = std::move(words);
+    if (latches(info(words.fault))) on_bus->named = std::move(words);
   }
+}
+
+void Owner::Parts::fetch_mail() {
+  const cycle::Snapshot& now = feed->latest();
   const auto tell_news = [&](const std::vector<stations::StationNews::Item>& items) {
     for (const stations::StationNews::Item& item : items)
       tell({.kind = cycle::EventKind::Fault,
@@ -70,20 +74,18 @@ void Owner::Parts::look_at_stations() {
             .cycle = now.cycle},
            item.words);
   };
-  tell_news(news->counted(now.time_ns));
-  if (!up || on_bus || !news->mail()) return;
-  on_bus = true;
-  bus->step_by([this] { control->step(); });
-  tell_news(news->fetch());
+  tell_news(on_bus->news.counted(now.time_ns));
+  if (!on_bus->news.mail()) return;
+  bus->step_by([this] { control().step(); });
+  tell_news(on_bus->news.fetch());
   bus->step_by({});
-  on_bus = false;
 }
 
 Result<void> Owner::Parts::with_stations(Result<void> result) {
   if (result || !result.error().where.empty()) return result;
   const Fault fault = result.error().fault;
-  while (culprits->waiting(fault)) control->step();
-  if (named && named->fault == fault) return tl::unexpected(*named);
+  while (on_bus->culprits.waiting(fault)) control().idle();
+  if (on_bus->named && on_bus->named->fault == fault) return tl::unexpected(*on_bus->named);
   return result;
 }
 
@@ -92,13 +94,15 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   record::JobResult result = record::begin_result(p.machine, recipe, job, options.out, options.dry_run);
   result.bus = p.options.bus;
   const auto wall_start = std::chrono::steady_clock::now();
-
-  p.control->begin();
-  p.named.reset();
-  Recording recording(p.machine, result, latest().time_ns, options.out, p.shared ? &*p.shared : nullptr);
-  Runner runner({p.machine, *p.control, p.world != nullptr ? &p.world->camera() : nullptr}, recipe, job, result);
-  p.recording = &recording;
-  recording.tell("running");
+  const Turn turn(p, Undertaking::Job);
+  if (!turn.taken()) {
+    record::add_error(result, turn.refused().error());
+    return result;
+  }
+  p.job.emplace(RunningJob{
+      Recording(p.machine, result, latest().time_ns, options.out, p.shared ? &*p.shared : nullptr),
+      Runner({p.machine, p.control(), p.world != nullptr ? &p.world->camera() : nullptr}, recipe, job, result)});
+  p.job->recording.tell("running");
 
   Result<void> ended;
   if (p.world != nullptr) {
@@ -109,20 +113,18 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
       ended = p.world->load_board(recipe);
     if (ended) ended = p.world->begin_job();
   }
-  if (ended) ended = enable();
-  p.runner = &runner;
-  if (ended) ended = p.with_stations(runner.run());
+  if (ended) ended = p.torque();
+  if (ended && !p.all_referenced()) ended = p.home();
+  if (ended) ended = p.with_stations(p.job->runner.run());
   if (!ended) record::add_error(result, ended.error());
 
-  recording.tell(record::result_word(result));
-  p.runner = nullptr, p.recording = nullptr;
-  p.around = runner.surroundings();
-  p.control->forget_abort();
-  recording.finish(recipe, p.channels->lost.load() == 0);
+  p.job->recording.tell(record::result_word(result));
+  p.around = p.job->runner.surroundings();
+  p.job->recording.finish(recipe, p.channels->lost.load() == 0);
+  p.job.reset();
   result.cycles.virtual_time = p.options.virtual_time;
-  if (p.thread)
-    result.cycles.real_time_priority = p.thread->rights().priority,
-    result.cycles.memory_locked = p.thread->rights().memory;
+  if (const auto& thread = p.on_bus->thread)
+    result.cycles.real_time_priority = thread->rights().priority, result.cycles.memory_locked = thread->rights().memory;
   if (p.world != nullptr) record::add_world(result, *p.world, options.out);
   result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
   return result;
@@ -130,11 +132,11 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
 
 Progress Owner::progress() const {
   const Parts& p = *parts_;
-  if (p.recording == nullptr) return {};
-  return {.features_done = p.recording->features_seen(),
-          .features_total = p.recording->features_total(),
-          .doing = p.runner != nullptr ? p.runner->doing() : "homing",
-          .elapsed_s = p.recording->elapsed_s()};
+  if (!p.job) return {};
+  return {.features_done = p.job->recording.features_seen(),
+          .features_total = p.job->recording.features_total(),
+          .doing = latest().state == cycle::State::Homing ? "homing" : p.job->runner.doing(),
+          .elapsed_s = p.job->recording.elapsed_s()};
 }
 
 }  // namespace gantry::run

@@ -5,21 +5,15 @@
 namespace gantry::run {
 
 Result<Jogged> Owner::jog(const job::JogWords& words) {
-  Parts& p = *parts_;
-  if (p.recording != nullptr || p.jogs) return fail(Fault::Refused, "'jog' needs an owner that is idle");
-  p.control->begin();
-  p.named.reset();
-  p.jogs = true;
-  auto done = p.jog(words);
-  p.jogs = false;
-  p.control->forget_abort();
-  return done;
+  const Turn turn(*parts_, Undertaking::Jog);
+  if (!turn.taken()) return tl::unexpected(turn.refused().error());
+  return parts_->jog(words);
 }
 
 Result<Jogged> Owner::Parts::jog(const job::JogWords& words) {
   const auto asked = job::read_jog(machine, words);
   if (!asked) return tl::unexpected(asked.error());
-  const cycle::Snapshot& now = control->latest();
+  const cycle::Snapshot& now = control().latest();
   if (auto r = not_latched(); !r) return tl::unexpected(r.error());
   if (auto r = job::know_place(machine, now.referenced, *asked); !r) return tl::unexpected(r.error());
   if (auto r = torque(); !r) return tl::unexpected(r.error());
@@ -31,7 +25,7 @@ Result<Jogged> Owner::Parts::jog(const job::JogWords& words) {
   CycleIndex end = begin;
   const auto play = [&]() -> Result<void> {
     constexpr bool kClampMayBeOpen = true;  // as in homing: nothing is done to a board
-    const auto played = control->play(planned->segments.front().block, planned->segments, kClampMayBeOpen);
+    const auto played = control().play(planned->segments.front().block, planned->segments, kClampMayBeOpen);
     if (!played) return tl::unexpected(played.error());
     end = played->end;
     return {};

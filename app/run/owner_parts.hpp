@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "app/cycle/crash_stop.hpp"
 #include "app/cycle/thread.hpp"
@@ -23,6 +24,28 @@
 
 namespace gantry::run {
 
+/// What lives while the bus is up.
+struct OnBus {
+  std::unique_ptr<cycle::LoopThread> thread;  ///< in real time only
+  std::unique_ptr<Pump> pump;
+  std::unique_ptr<Control> control;
+  Recovery recovery;
+  stations::Culprits culprits;
+  stations::StationNews news;
+  std::unique_ptr<cycle::Watchdog> watchdog;  ///< these two while the stations are in OP
+  std::unique_ptr<cycle::CrashStop> crash_stop;
+  std::optional<Error> named;  ///< the last latched fault whose stations were found
+  std::optional<Request> reset;
+  std::optional<Result<void>> reset_answer;
+  bool serving = false;  ///< a service runs: it steps, and none runs within it
+};
+
+/// What lives while a job runs.
+struct RunningJob {
+  Recording recording;
+  Runner runner;
+};
+
 struct Owner::Parts {
   config::Machine machine;
   OwnerOptions options;
@@ -38,53 +61,71 @@ struct Owner::Parts {
   Time stuck_after{};
   std::unique_ptr<cycle::Loop> loop;
   std::unique_ptr<Feed> feed;
-  std::unique_ptr<cycle::LoopCpu> loop_cpu;  // these two in real time only
-  std::unique_ptr<cycle::LoopThread> thread;
-  std::unique_ptr<cycle::Watchdog> watchdog;  // these two while the stations are in OP
-  std::unique_ptr<cycle::CrashStop> crash_stop;
-  std::unique_ptr<Pump> pump;
-  std::unique_ptr<Control> control;
-  std::unique_ptr<Recovery> recovery;  // these three while the bus is up
-  std::unique_ptr<stations::Culprits> culprits;
-  std::unique_ptr<stations::StationNews> news;
-  std::optional<Error> named;                     // the last latched fault whose stations were found
+  std::unique_ptr<cycle::LoopCpu> loop_cpu;       // in real time only
   std::optional<monitor::SnapshotWriter> shared;  // what `gantry publish` reads
   std::unique_ptr<monitor::PublishChild> publisher;
   std::function<void()> poll;
   stations::RepeatedNotes notes;
-  bool up = false;
-  bool on_bus = false;  // the run thread asks stations while the loop steps
-  bool hangs = false;   // the loop has not ended: what it uses must outlive this program
+  std::unique_ptr<OnBus> on_bus;
+  bool hangs = false;  // the loop has not ended: what it uses must outlive this program
 
   /// Where the last job has found its board and parts; before the first one, the machine's own bodies.
   std::shared_ptr<const job::Surroundings> around;
-  bool jogs = false;
+  Undertaking undertaking = Undertaking::None;
+  std::optional<RunningJob> job;
+  std::optional<Error> ending;  ///< the program was asked to end: nothing is undertaken any more
 
-  Runner* runner = nullptr;  // these two while a job runs
-  Recording* recording = nullptr;
+  [[nodiscard]] Control& control() const { return *on_bus->control; }
 
   /// The bus and what stands behind it: the virtual machine in this process, or a wire. The port is its alone.
   Result<devices::FramePort*> open_bus();
+  Result<void> go_on_bus();
+  void make_on_bus(Time first);
 
   /// Fault::Latched while a fault is.
   [[nodiscard]] Result<void> not_latched() const;
   /// Drives to Operation Enabled. Fault::Latched while a fault is.
   Result<void> torque();
+  [[nodiscard]] bool all_referenced() const;
   /// Every axis, lowest order first.
   Result<void> home();
-
   Result<Jogged> jog(const job::JogWords& words);
 
-  void on_step();
+  [[nodiscard]] Result<void> hold();
+  [[nodiscard]] Result<void> resume();
+  [[nodiscard]] Result<void> reset();
+  [[nodiscard]] Error refusal(OrderKind order) const;
+
   void on_snapshot(const cycle::Snapshot& s);
   void on_event(const cycle::Event& e);
   void tell(const cycle::Event& e, const Error& words);
-  void look_at_stations();
+  void serve();
+  void name_culprits();
+  void fetch_mail();
   Result<void> command(const cycle::Command& order, double timeout_s) {
-    return with_stations(control->command(order, timeout_s));
+    return with_stations(control().command(order, timeout_s));
   }
   /// Ends when the stations that an error of the bus is about are known, and names them.
   Result<void> with_stations(Result<void> result);
+};
+
+/// What an owner does at a time, from its beginning to its end: an abort holds as long as it lasts, and nothing of it
+/// is left for the next one.
+//   const Turn turn(parts, Undertaking::Home);   if (!turn.taken()) return turn.refused();
+class Owner::Turn {
+ public:
+  Turn(Parts& parts, Undertaking what);
+  ~Turn();
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+
+  [[nodiscard]] bool taken() const { return taken_; }
+  [[nodiscard]] Result<void> refused() const;
+
+ private:
+  Parts& parts_;
+  Undertaking what_;
+  bool taken_;
 };
 
 }  // namespace gantry::run

@@ -126,7 +126,7 @@ Result<void> Runner::look(std::size_t mark) {
     found = *judged;
     found.attempts = attempt;
     // The answer takes effect a fixed time after the exposure, so that runs repeat whatever the host does meanwhile.
-    const auto latency = static_cast<CycleIndex>(std::llround(site_.machine.camera.answer_latency_s * 1000));
+    const auto latency = site_.control.cycles(site_.machine.camera.answer_latency_s);
     const CycleIndex due = played->end + latency;
     if (site_.control.latest().cycle > due) log::warn("{}: the image took longer than the configured latency", doing_);
     if (auto r = site_.control.wait([&] { return site_.control.latest().cycle >= due; }, 60, {}); !r) return r;

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <regex>
 
+#include "app/cycle/machine_state.hpp"
 #include "core/fault.hpp"
 
 namespace gantry::architecture {
@@ -64,6 +65,61 @@ std::string faults_page() {
         page += fmt::format("| {} {} | {} | {} | {} | {} | {} | {} |\n", std::string_view(code(row.fault)), row.name,
                             row.text, row.remedy, kReactions[static_cast<std::size_t>(row.reaction)],
                             kClears[static_cast<std::size_t>(row.clear)], static_cast<int>(row.exit_code), row.threat);
+  }
+  return page;
+}
+
+std::string states_page() {
+  using cycle::Cause;
+  using cycle::State;
+  std::string page =
+      "# States of the machine\n\n"
+      "Written by `scripts/docs` from the table of `app/cycle/machine_state.cpp`, which the 1 ms loop carries out.\n\n"
+      "## Orders\n\n"
+      "What an order leads to. A dash: it is refused there, and the refusal names what it waits for. An abort is never "
+      "refused;\na reset changes no state by itself: when every cause has gone, a stopped machine becomes ready, or "
+      "disabled where drives\nhave lost their torque.\n\n| state | axes may move |";
+  const auto causes = [](bool orders) {
+    std::vector<Cause> list;
+    for (std::size_t c = 0; c < cycle::kCauses; ++c)
+      if (cycle::is_order(static_cast<Cause>(c)) == orders) list.push_back(static_cast<Cause>(c));
+    return list;
+  };
+  for (const Cause c : causes(true)) page += fmt::format(" {} |", cycle::name(c));
+  page += " a refused order waits for |\n|---|---|";
+  for (std::size_t i = 0; i < causes(true).size(); ++i) page += "---|";
+  page += "---|\n";
+  for (std::size_t s = 0; s < cycle::kStates; ++s) {
+    const auto state = static_cast<State>(s);
+    page += fmt::format("| {} | {} |", cycle::name(state), cycle::row(state).moves ? "yes" : "no");
+    for (const Cause c : causes(true)) {
+      const auto to = cycle::next(state, c);
+      page += fmt::format(" {} |", to ? cycle::name(*to) : "-");
+    }
+    page += fmt::format(" {} |\n", cycle::row(state).lifts_it);
+  }
+  page += "\n## What comes of itself, and faults\n\n| cause |";
+  for (std::size_t s = 0; s < cycle::kStates; ++s) page += fmt::format(" {} |", cycle::name(static_cast<State>(s)));
+  page += "\n|---|";
+  for (std::size_t s = 0; s < cycle::kStates; ++s) page += "---|";
+  page += "\n";
+  for (const Cause c : causes(false)) {
+    page += fmt::format("| {} |", cycle::name(c));
+    for (std::size_t s = 0; s < cycle::kStates; ++s) {
+      const auto to = cycle::next(static_cast<State>(s), c);
+      page += fmt::format(" {} |", to ? cycle::name(*to) : "");
+    }
+    page += "\n";
+  }
+  constexpr std::array kBraking{"no braking: torque goes at once", "all axes together, on the path",
+                                "each axis with its own limits, off the path"};
+  page +=
+      "\n## Reactions\n\nThe valve closes with each of them, in the next frame.\n\n"
+      "| reaction | how the axes come to rest | torque | the job |\n|---|---|---|---|\n";
+  for (const Reaction r : {Reaction::PathStop, Reaction::AxisStop, Reaction::QuickStop, Reaction::Off}) {
+    const cycle::ReactionRow& row = *cycle::row(r);
+    page += fmt::format("| {} | {} | {} | ends |\n", kReactions[static_cast<std::size_t>(r)],
+                        kBraking[static_cast<std::size_t>(row.braking)], row.goal ? "off when they stand" : "stays");
   }
   return page;
 }

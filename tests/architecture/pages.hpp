@@ -11,6 +11,9 @@ namespace gantry::architecture {
 /// docs/faults.md, whole.
 std::string faults_page();
 
+/// docs/states.md, whole.
+std::string states_page();
+
 /// How far the sources have come with a threat, by rising degree.
 enum class Handled { NotYet, Named, InProgram, Tested };
 

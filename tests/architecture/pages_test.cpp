@@ -10,6 +10,10 @@ namespace {
 
 std::string committed(const char* name) { return read(std::filesystem::path(GANTRY_SOURCE_DIR) / "docs" / name); }
 
+TEST(Pages, states_page_is_what_the_table_says) {
+  EXPECT_EQ(committed("states.md"), states_page()) << "run scripts/docs";
+}
+
 TEST(Pages, faults_page_is_what_the_catalogue_says) {
   EXPECT_EQ(committed("faults.md"), faults_page()) << "run scripts/docs";
 }

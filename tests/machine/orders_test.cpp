@@ -186,12 +186,174 @@ TEST(Orders, another_recipe_finds_its_own_board_in_the_machine) {
 TEST(Orders, what_does_not_fit_the_state_is_refused_with_a_reason) {
   Rig rig({});
   ASSERT_TRUE(rig.owner().bring_up());
-  for (const OrderKind kind : {OrderKind::Hold, OrderKind::Resume, OrderKind::Abort}) {
+  for (const OrderKind kind : {OrderKind::Hold, OrderKind::Resume}) {
     const auto refused = rig.owner().order(order(kind));
     ASSERT_FALSE(refused) << run::name(kind);
     EXPECT_EQ(refused.error().fault, Fault::Refused);
     EXPECT_NE(refused.error().message.find(std::string(run::name(kind))), std::string::npos);
+    EXPECT_NE(refused.error().message.find("`enable`"), std::string::npos)
+        << "it names what lifts it: " << refused.error().message;
   }
+  EXPECT_TRUE(rig.owner().order(order(OrderKind::Abort))) << "an abort is never refused";
+}
+
+// ---- an abort cannot be undone, a reset starts nothing ----
+
+TEST(Orders, an_abort_is_not_undone_by_a_reset_of_the_same_poll) {
+  // At many instants of a job: in travel, over a mark, in a touch, in a bead, between two blocks.
+  for (const CycleIndex after : {5, 300, 900, 2500, 4700, 7100, 9000, 12'000, 18'000, 25'000}) {
+    Rig rig({.placement = "dx=0.5 mm"});
+    CycleIndex begin = 0;
+    bool reset_taken = false;
+    AxisVec at_abort{};
+    rig.on_step = [&](run::Owner& owner) {
+      const auto& s = owner.latest();
+      if (s.block == 0 && begin == 0) return;
+      if (begin == 0) begin = s.cycle;
+      if (s.cycle < begin + after) return;
+      if (at_abort == AxisVec{}) at_abort = s.target;
+      EXPECT_TRUE(owner.order(order(OrderKind::Abort)));
+      reset_taken = owner.order(order(OrderKind::Reset)).has_value() || reset_taken;
+      EXPECT_FALSE(owner.order(order(OrderKind::Resume)));
+    };
+    const auto result = rig.run(kDemo);
+    ASSERT_NE(begin, 0);
+    EXPECT_EQ(result.exit_code, info(Fault::Aborted).exit_code) << after;
+    EXPECT_FALSE(reset_taken) << after;
+    EXPECT_FALSE(valve_open(rig.owner().latest())) << after;
+    rig.on_step = {};
+    const AxisVec at = rig.owner().latest().target;
+    for (int i = 0; i < 200; ++i) ASSERT_TRUE(rig.owner().idle());
+    EXPECT_EQ(rig.owner().latest().target, at) << after;
+  }
+}
+
+TEST(Orders, a_reset_is_refused_while_axes_home_and_keeps_their_torque) {
+  Rig rig({});
+  ASSERT_TRUE(rig.owner().bring_up());
+  int refused = 0;
+  rig.owner().on_step([&] {
+    if (rig.owner().latest().state != cycle::State::Homing) return;
+    const auto reset = rig.owner().order(order(OrderKind::Reset));
+    ASSERT_FALSE(reset);
+    EXPECT_NE(reset.error().message.find("abort"), std::string::npos) << reset.error().message;
+    ++refused;
+    EXPECT_NE(rig.owner().latest().enabled, 0u);
+  });
+  const auto homed = rig.owner().home();
+  EXPECT_TRUE(homed) << to_text(homed.error());
+  EXPECT_GT(refused, 100);
+}
+
+TEST(Orders, a_reset_right_after_enable_does_not_leave_the_machine_enabling) {
+  Rig rig({});
+  ASSERT_TRUE(rig.owner().bring_up());
+  int refused = 0;
+  rig.owner().on_step([&] {
+    if (rig.owner().latest().state == cycle::State::Enabling)
+      refused += rig.owner().order(order(OrderKind::Reset)).has_value() ? 0 : 1;
+  });
+  EXPECT_TRUE(rig.owner().enable());
+  EXPECT_GT(refused, 0);
+  EXPECT_EQ(rig.owner().latest().state, cycle::State::Ready);
+  EXPECT_EQ(rig.owner().latest().referenced, 0u) << "enabling moves no axis";
+}
+
+TEST(Orders, enabling_can_be_aborted_and_done_again) {
+  Rig rig({});
+  ASSERT_TRUE(rig.owner().bring_up());
+  rig.owner().on_step([&] {
+    if (rig.owner().latest().state != cycle::State::Enabling) return;
+    EXPECT_TRUE(rig.owner().order(order(OrderKind::Abort)));
+  });
+  const auto enabled = rig.owner().enable();
+  ASSERT_FALSE(enabled);
+  EXPECT_EQ(enabled.error().fault, Fault::Aborted);
+  rig.owner().on_step({});
+  for (int i = 0; i < 500; ++i) ASSERT_TRUE(rig.owner().idle());
+  EXPECT_EQ(rig.owner().latest().state, cycle::State::Disabled);
+  EXPECT_EQ(rig.owner().latest().enabled, 0u);
+  EXPECT_TRUE(rig.owner().enable());
+}
+
+/// Idles until the reset that was taken has its answer.
+Result<void> answer_of_reset(run::Owner& owner) {
+  for (int i = 0; i < 5000; ++i) {
+    if (const auto answer = owner.reset_answer()) return *answer;
+    EXPECT_TRUE(owner.idle());
+  }
+  ADD_FAILURE() << "a reset without an answer";
+  return {};
+}
+
+TEST(Orders, a_reset_after_which_something_stays_latched_says_what) {
+  Rig rig({.placement = "dx=0.5 mm",
+           .script = "- {at: feature dot 3, do: set_input, input: door_closed, on: false}\n"
+                     "- {at: cycle 60000, do: set_input, input: door_closed, on: true}"});
+  EXPECT_EQ(rig.run(kDemo).exit_code, ExitCode::Refused);
+  ASSERT_EQ(rig.owner().latest().latched, Fault::DoorOpen);
+  ASSERT_LT(rig.owner().latest().cycle, 59'000);
+  ASSERT_TRUE(rig.owner().order(order(OrderKind::Reset)));
+  const auto still = answer_of_reset(rig.owner());
+  ASSERT_FALSE(still) << "the door is open";
+  EXPECT_NE(still.error().message.find("G704"), std::string::npos) << still.error().message;
+  EXPECT_EQ(rig.owner().latest().state, cycle::State::Stopped);
+  while (rig.owner().latest().cycle < 60'500) ASSERT_TRUE(rig.owner().idle());
+  ASSERT_TRUE(rig.owner().order(order(OrderKind::Reset)));
+  EXPECT_TRUE(answer_of_reset(rig.owner()));
+  EXPECT_EQ(rig.owner().latest().latched, Fault::None);
+  const AxisVec at = rig.owner().latest().target;
+  for (int i = 0; i < 500; ++i) ASSERT_TRUE(rig.owner().idle());
+  EXPECT_EQ(rig.owner().latest().target, at) << "a reset starts no motion";
+  ASSERT_TRUE(rig.owner().order(order(OrderKind::Reset))) << "with nothing latched";
+  EXPECT_TRUE(answer_of_reset(rig.owner()));
+}
+
+TEST(Orders, a_hold_between_two_blocks_keeps_the_next_one_waiting) {
+  Rig rig({.placement = "dx=0.5 mm"});
+  CycleIndex held_at = 0;
+  bool moved = false, resumed = false;
+  AxisVec at{};
+  rig.on_step = [&](run::Owner& owner) {
+    const auto& s = owner.latest();
+    if (held_at == 0 && owner.progress().doing.starts_with("mark") && s.state == cycle::State::Ready && s.block == 0) {
+      ASSERT_TRUE(owner.order(order(OrderKind::Hold)));
+      EXPECT_TRUE(owner.held());
+      held_at = s.cycle;
+      at = s.target;
+    }
+    if (held_at == 0 || resumed) return;
+    moved = moved || s.target != at;
+    if (s.cycle > held_at + 3000) resumed = owner.order(order(OrderKind::Resume)).has_value();
+  };
+  EXPECT_EQ(rig.run(kDemo).exit_code, ExitCode::Done);
+  EXPECT_TRUE(resumed);
+  EXPECT_FALSE(moved);
+}
+
+TEST(Orders, one_undertaking_at_a_time) {
+  Rig rig({.placement = "dx=0.5 mm"});
+  int asked = 0;
+  rig.on_step = [&](run::Owner& owner) {
+    if (asked > 0 || owner.latest().block == 0) return;
+    ++asked;
+    EXPECT_FALSE(owner.home());
+    EXPECT_FALSE(owner.enable());
+    EXPECT_FALSE(owner.disable());
+    EXPECT_FALSE(owner.jog({.by = {{"Z", "1 mm"}}, .speed = ""}));
+  };
+  EXPECT_EQ(rig.run(kDemo).exit_code, ExitCode::Done);
+  EXPECT_EQ(asked, 1);
+}
+
+TEST(Orders, after_an_interrupt_nothing_is_undertaken_any_more) {
+  Rig rig({});
+  ASSERT_TRUE(rig.owner().bring_up());
+  rig.owner().interrupt(Error{Fault::Interrupted, "interrupted", ""});
+  const auto homed = rig.owner().home();
+  ASSERT_FALSE(homed);
+  EXPECT_EQ(homed.error().fault, Fault::Interrupted);
+  EXPECT_EQ(rig.owner().latest().enabled, 0u);
 }
 
 }  // namespace

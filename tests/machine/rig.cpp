@@ -52,7 +52,8 @@ Rig::Rig(const RigOptions& options) : options_(options) {
 }
 
 Rig::~Rig() {
-  on_step = {};  // it may look at what the test has already destroyed
+  on_step = {};  // these may look at what the test has already destroyed
+  if (owner_) owner_->on_step({});
   owner_.reset();
   if (!script_file_.empty()) unlink(script_file_.c_str());
 }

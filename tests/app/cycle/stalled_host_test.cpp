@@ -2,6 +2,7 @@
 // says (stop_after_missed: sim), the drives catch up, and an axis that really does not follow is still found (R33).
 #include <random>
 
+#include "app/job/limits.hpp"
 #include "motion/path/moves.hpp"
 #include "tests/app/cycle/loop_bench.hpp"
 

@@ -2,6 +2,7 @@
 // Virtual time, the whole reference machine; the judge reads bytes (wire_judge.hpp), or is the virtual segment.
 #include "app/cycle/stop_frame.hpp"
 
+#include "app/job/limits.hpp"
 #include "motion/path/bead.hpp"
 #include "motion/path/moves.hpp"
 #include "tests/app/cycle/loop_bench.hpp"
@@ -170,11 +171,18 @@ TEST(SpokenFor, the_loop_latches_it_in_every_state_and_never_goes_on_with_the_ol
        },
        State::Homing},
       {"running", dispense, State::Running},
-      {"held",
+      {"holding",
        [](LoopBench& b) {
          dispense(b);
          b.channels->commands.push({.kind = CommandKind::Hold, .id = 50});
          b.ticks(5);
+       },
+       State::Holding},
+      {"held",
+       [](LoopBench& b) {
+         dispense(b);
+         b.channels->commands.push({.kind = CommandKind::Hold, .id = 50});
+         b.ticks(500);
        },
        State::Held},
   };

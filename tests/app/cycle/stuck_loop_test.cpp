@@ -53,7 +53,8 @@ struct RunningLoop {
   std::unique_ptr<cycle::Loop> loop;
   run::Feed feed{*channels};
   run::RealPump pump{clock, machine.bus.cycle};
-  run::Control control{*channels, feed, pump, [this](const cycle::Event& e) { return stations::in_words(machine, e); }};
+  run::Control control{*channels, feed, pump, machine.bus.cycle,
+                       [this](const cycle::Event& e) { return stations::in_words(machine, e); }};
   std::vector<cycle::Event> events;
   std::optional<cycle::LoopThread> thread;
 };

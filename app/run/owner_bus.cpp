@@ -1,0 +1,116 @@
+// An owner's bus: from its first scan to the running loop, and down again in order.
+#include <chrono>
+#include <cmath>
+
+#include "app/run/owner_parts.hpp"
+#include "app/stations/fault_words.hpp"
+#include "core/log.hpp"
+
+namespace gantry::run {
+namespace {
+
+constexpr double kOperationTimeout_s = 5;
+constexpr int kOperationAttempts = 2;
+constexpr Time kLockTimeout = std::chrono::seconds(5);
+constexpr std::int32_t kLocked_ns = 100'000;  // phase error below which SYNC0 and our frames are well apart
+constexpr double kFirstCycles_s = 0.02;
+constexpr double kDisableTimeout_s = 0.5, kDisableLeast_s = 0.02;
+
+/// The catalogue numbers what drives report 2xx.
+bool of_a_drive(Fault fault) { return static_cast<int>(fault) / 100 == 2; }
+
+}  // namespace
+
+Result<void> Owner::bring_up() {
+  Parts& p = *parts_;
+  const Turn turn(p, Undertaking::BringUp);
+  if (!turn.taken()) return turn.refused();
+  if (auto r = p.bus->bring_up(); !r) return r;
+  for (const std::string& note : p.bus->notes()) log::debug("{}", note);
+  p.make_on_bus(p.bus->first_cycle(p.clock->now() + milliseconds(5)));
+  return p.go_on_bus();
+}
+
+void Owner::Parts::make_on_bus(Time first) {
+  on_bus = std::make_unique<OnBus>(OnBus{.thread = nullptr,
+                                         .pump = nullptr,
+                                         .control = nullptr,
+                                         .recovery = Recovery(*bus),
+                                         .culprits = stations::Culprits(*bus),
+                                         .news = stations::StationNews(*bus, machine),
+                                         .watchdog = nullptr,
+                                         .crash_stop = nullptr,
+                                         .named = {},
+                                         .reset = {},
+                                         .reset_answer = {}});
+  if (options.virtual_time) {
+    on_bus->pump = std::make_unique<VirtualPump>(*loop, *clock, first);
+  } else {
+    on_bus->thread = std::make_unique<cycle::LoopThread>(*loop, *clock, *channels, first, loop_cpu->number());
+    on_bus->pump = std::make_unique<RealPump>(*clock, machine.bus.cycle);
+    if (!on_bus->thread->rights().refused.empty())
+      log::warn("no real-time rights: the system refused {}; cycles may come late", on_bus->thread->rights().refused);
+  }
+  on_bus->control = std::make_unique<Control>(*channels, *feed, *on_bus->pump, machine.bus.cycle,
+                                              [this](const cycle::Event& e) { return stations::in_words(machine, e); });
+  control().on_step([this] {
+    if (publisher) publisher->poll(clock->now());
+    if (poll) poll();
+  });
+  control().serve_by([this] { serve(); });
+}
+
+Result<void> Owner::Parts::go_on_bus() {
+  if (auto r = control().pass(kFirstCycles_s); !r) return r;
+  Result<void> operational;
+  for (int attempt = 0; attempt < kOperationAttempts; ++attempt) {  // a station may refuse while it is still busy
+    if (auto r = bus->request_operation(); !r) return r;
+    operational = control().wait([&] { return control().latest().state != cycle::State::Offline; },
+                                 kOperationTimeout_s / kOperationAttempts,
+                                 Error{Fault::StateChangeRefused, "the stations did not come to OP", ""});
+    if (operational || operational.error().fault != Fault::StateChangeRefused) break;
+  }
+  if (!operational) {
+    if (auto why = bus->check_operation(); !why) return why;
+    if (!of_a_drive(operational.error().fault)) return operational;
+  }
+  if (stop) {
+    on_bus->watchdog = std::make_unique<cycle::Watchdog>(*stop, *clock, stuck_after);
+    on_bus->crash_stop = std::make_unique<cycle::CrashStop>(*stop);
+    if (on_bus->thread->rights().priority && !on_bus->watchdog->rights().priority)
+      log::warn("the loop's watchdog has no real-time rights: the system refused {}",
+                on_bus->watchdog->rights().refused);
+  }
+  // A drive may come up with a fault of its own, and this owner is who can reset it: that ends no bring-up.
+  const auto locked = [&] { return std::abs(control().latest().dc_error_ns) < kLocked_ns; };
+  const CycleIndex give_up = control().latest().cycle + kLockTimeout / machine.bus.cycle;
+  while (!locked() && control().latest().cycle < give_up && control().alive() && !control().aborting())
+    control().idle();
+  if (const auto& fault = control().fault(); fault && !of_a_drive(fault->fault)) return tl::unexpected(*fault);
+  if (auto r = control().not_aborted(); !r) return r;
+  if (locked()) return {};
+  return fail(Fault::DcNotLocked, "the loop did not lock to the bus's reference clock");
+}
+
+void Owner::shut_down() {
+  Parts& p = *parts_;
+  if (!p.on_bus) return;
+  // Torque off in order, as far as the machine still answers; then the bus.
+  p.control().post({.kind = cycle::CommandKind::Disable});
+  const CycleIndex begin = p.control().latest().cycle;
+  const CycleIndex least = p.control().cycles(kDisableLeast_s), most = p.control().cycles(kDisableTimeout_s);
+  const auto passed = [&] { return p.control().latest().cycle - begin; };
+  while (p.control().alive() && passed() < most && (p.control().latest().enabled != 0 || passed() < least))
+    p.control().step();
+  p.on_bus->watchdog.reset();
+  if (p.on_bus->thread && !p.on_bus->thread->join()) {
+    p.hangs = true;
+    log::report(Error{Fault::LoopDied, std::string(info(Fault::LoopDied).text), ""});
+    return;  // the port is still the loop's; the stations' watchdogs have answered
+  }
+  p.bus->shut_down();
+  p.on_bus->crash_stop.reset();
+  p.on_bus.reset();
+}
+
+}  // namespace gantry::run

@@ -1,0 +1,112 @@
+// Orders that are answered at once: which are taken stands in the table of states (app/cycle/machine_state.hpp), and
+// what is under way may refuse besides.
+#include <fmt/format.h>
+#include <utility>
+
+#include "app/run/owner_parts.hpp"
+
+namespace gantry::run {
+
+using cycle::CommandKind;
+using cycle::State;
+
+Error Owner::Parts::refusal(OrderKind order) const {
+  const State state = control().latest().state;
+  if (control().aborting())
+    return {Fault::Refused,
+            fmt::format("'{}' is refused while an abort ends what was under way; it is taken as soon as the axes stand",
+                        name(order)),
+            ""};
+  return {Fault::Refused,
+          fmt::format("'{}' is refused while the machine is {}{}; it waits for {}", name(order), cycle::name(state),
+                      undertaking == Undertaking::Job ? " in a job" : "", cycle::row(state).lifts_it),
+          ""};
+}
+
+Result<void> Owner::Parts::hold() {
+  const State state = control().latest().state;
+  if (control().aborting()) return tl::unexpected(refusal(OrderKind::Hold));
+  if (next(state, cycle::Cause::Hold)) {
+    control().post({.kind = CommandKind::Hold});
+    return {};
+  }
+  // Between two blocks nothing moves, and the next one waits.
+  const bool between = undertaking == Undertaking::Job && state == State::Ready;
+  if (!between) return tl::unexpected(refusal(OrderKind::Hold));
+  control().hold_next(true);
+  return {};
+}
+
+Result<void> Owner::Parts::resume() {
+  if (control().aborting()) return tl::unexpected(refusal(OrderKind::Resume));
+  if (control().holds_next()) {
+    control().hold_next(false);
+    return {};
+  }
+  if (!next(control().latest().state, cycle::Cause::Resume)) return tl::unexpected(refusal(OrderKind::Resume));
+  control().post({.kind = CommandKind::Resume});
+  return {};
+}
+
+/// While something moves or is to move, a reset could only be meant for what comes after. A job that stands on hold may
+/// take one.
+Result<void> Owner::Parts::reset() {
+  const State state = control().latest().state;
+  if (on_bus->reset) {
+    on_bus->reset_answer = control().answer(*on_bus->reset);
+    if (!on_bus->reset_answer) return fail(Fault::Refused, "'reset' is refused: one is under way already");
+  }
+  const bool busy = undertaking != Undertaking::None && !(undertaking == Undertaking::Job && state == State::Held);
+  if (control().aborting() || busy || !next(state, cycle::Cause::Reset))
+    return tl::unexpected(refusal(OrderKind::Reset));
+  on_bus->named.reset();
+  on_bus->reset_answer.reset();
+  on_bus->reset = control().request({.kind = CommandKind::Reset});
+  return {};
+}
+
+Result<void> Owner::order(const Order& order) {
+  Parts& p = *parts_;
+  if (!p.on_bus) {
+    if (order.kind == OrderKind::Abort || order.kind == OrderKind::Status) return {};
+    return fail(Fault::Refused, fmt::format("'{}' is refused: the bus is not up yet", name(order.kind)));
+  }
+  switch (order.kind) {
+    case OrderKind::Status: return {};
+    case OrderKind::Hold: return p.hold();
+    case OrderKind::Resume: return p.resume();
+    case OrderKind::Reset: return p.reset();
+    case OrderKind::Override: p.control().post({.kind = CommandKind::Override, .value = order.value}); return {};
+    case OrderKind::Abort:
+      if (p.undertaking != Undertaking::None) p.control().abort({Fault::Aborted, "the operator aborted it", ""});
+      return {};
+    default: return tl::unexpected(p.refusal(order.kind));
+  }
+}
+
+std::optional<Result<void>> Owner::reset_answer() {
+  OnBus* on_bus = parts_->on_bus.get();
+  if (on_bus == nullptr || !on_bus->reset) return std::nullopt;
+  if (!on_bus->reset_answer) on_bus->reset_answer = on_bus->control->answer(*on_bus->reset);
+  if (!on_bus->reset_answer) return std::nullopt;
+  on_bus->reset.reset();
+  auto answer = *std::exchange(on_bus->reset_answer, std::nullopt);
+  if (answer) return answer;
+  const Error& why = answer.error();
+  return fail(Fault::Latched, fmt::format("{} stays latched: {}", std::string_view(code(why.fault)), why.message),
+              why.where);
+}
+
+void Owner::interrupt(Error why) {
+  Parts& p = *parts_;
+  if (why.fault == Fault::Interrupted && !p.ending) p.ending = why;
+  if (p.on_bus && p.undertaking != Undertaking::None) p.control().abort(std::move(why));
+}
+
+bool Owner::held() const {
+  if (!parts_->on_bus) return false;
+  const State state = latest().state;
+  return parts_->control().holds_next() || state == State::Held || state == State::Holding;
+}
+
+}  // namespace gantry::run
