@@ -9,7 +9,10 @@ namespace gantry::cli {
 void add_network_options(CLI::App& verb, monitor::NetworkOptions& options) {
   verb.add_option("--domain", options.domain, "DDS domain")->capture_default_str();
   verb.add_option("--interface", options.interface,
-                  "Also on the network of this interface; without it this computer alone");
+                  "Speak on the network of this interface, and nowhere else; without it on this computer alone");
+  verb.add_option("--peer", options.peers,
+                  "IPv4 address of a computer that multicast does not reach; may be given again")
+      ->allow_extra_args(false);
 }
 
 void add_publish(CLI::App& app, Context& context) {

@@ -10,6 +10,7 @@
 
 #include "app/monitor/publish.hpp"
 #include "app/monitor/topics.hpp"
+#include "core/log.hpp"
 
 namespace {
 
@@ -38,6 +39,7 @@ int hold(const NetworkOptions& network) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  gantry::log::open(gantry::log::Level::Normal);
   std::string shm;
   PublishOptions options;
   for (int i = 1; i + 1 < argc; ++i) {
