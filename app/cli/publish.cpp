@@ -3,6 +3,7 @@
 
 #include "app/cli/stop_flag.hpp"
 #include "app/cli/verbs.hpp"
+#include "app/monitor/rights.hpp"
 
 namespace gantry::cli {
 
@@ -18,11 +19,14 @@ void add_network_options(CLI::App& verb, monitor::NetworkOptions& options) {
 void add_publish(CLI::App& app, Context& context) {
   auto* verb = app.add_subcommand("publish", "Tells an owner's shared memory over DDS; the owner starts it by itself");
   auto options = std::make_shared<monitor::PublishOptions>();
-  auto shm = std::make_shared<std::string>();
-  verb->add_option("--shm", *shm, "The owner's memory, /proc/PID/fd/N")->required();
+  auto shm = std::make_shared<int>(-1);
+  verb->add_option("--shm", *shm, "The owner's memory: the number of an inherited file descriptor")->required();
   verb->add_option("--rate", options->rate_hz, "Samples of the state a second")->capture_default_str();
   add_network_options(*verb, options->network);
   verb->callback([&context, options, shm] {
+    // Before the first thread: each thread has rights of its own.
+    if (auto given_up = monitor::give_up_rights(); !given_up)
+      return void(context.exit_code = show(given_up.error(), context.json));
     StopFlag stop;
     if (auto done = monitor::publish(*shm, *options, stop.flag()); !done)
       context.exit_code = show(done.error(), context.json);

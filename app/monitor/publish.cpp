@@ -4,6 +4,7 @@
 #include <optional>
 #include <thread>
 #include <tuple>
+#include <unistd.h>
 
 #include "app/monitor/snapshot_shm.hpp"
 #include "app/monitor/topics.hpp"
@@ -137,10 +138,11 @@ class Publisher {
 
 }  // namespace
 
-Result<void> publish(const std::string& shm_path, const PublishOptions& options, const std::atomic<bool>& stop) {
+Result<void> publish(int shm_fd, const PublishOptions& options, const std::atomic<bool>& stop) {
   if (!(options.rate_hz >= 0.1 && options.rate_hz <= 200))
     return fail(Fault::Usage, "the rate of publishing must be between 0.1 and 200 Hz");
-  auto in = SnapshotReader::open(shm_path);
+  auto in = SnapshotReader::open(shm_fd);
+  close(shm_fd);
   if (!in) return tl::unexpected(in.error());
   auto participant = dds::Participant::open(options.network);
   if (!participant) return tl::unexpected(participant.error());

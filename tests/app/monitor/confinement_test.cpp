@@ -110,7 +110,7 @@ TEST(Confinement, a_publisher_that_cannot_be_confined_does_not_run) {
     dup2(said_fd, STDERR_FILENO);
     const int memory = dup(writer->fd());  // inherited
     if (memory < 0 || !forbid_binding_to_a_device()) _exit(77);
-    const auto number = "/proc/self/fd/" + std::to_string(memory), domain = std::to_string(own_domain());
+    const auto number = std::to_string(memory), domain = std::to_string(own_domain());
     execl(PUBLISH_TOOL, "publish_tool", "publish", "--shm", number.c_str(), "--domain", domain.c_str(), nullptr);
     _exit(78);
   }
@@ -122,6 +122,54 @@ TEST(Confinement, a_publisher_that_cannot_be_confined_does_not_run) {
   EXPECT_EQ(WEXITSTATUS(status), 1);
   EXPECT_NE(text.find("bound to the device 'lo' (Operation not permitted)"), std::string::npos) << text;
   EXPECT_NE(text.find("CAP_NET_RAW"), std::string::npos) << text;
+}
+
+std::map<std::string, std::string> status_of(const std::filesystem::path& task) {
+  std::map<std::string, std::string> status;
+  std::ifstream in(task / "status");
+  for (std::string line; std::getline(in, line);) {
+    const auto colon = line.find(':');
+    std::istringstream words(line.substr(colon + 1));
+    std::string value;
+    for (std::string word; words >> word;) value += (value.empty() ? "" : " ") + word;
+    status[line.substr(0, colon)] = value;
+  }
+  return status;
+}
+
+TEST(Confinement, the_publisher_has_no_rights_that_it_does_not_need) {
+  Owner owner;
+  ASSERT_EQ(heard(listening(1)).size(), 1u);
+  const auto process = std::filesystem::path("/proc") / std::to_string(owner.publisher);
+  int threads = 0;
+  for (const auto& task : std::filesystem::directory_iterator(process / "task")) {
+    auto status = status_of(task);
+    if (status.empty()) continue;  // has ended
+    ++threads;
+    for (const char* set : {"CapInh", "CapPrm", "CapEff", "CapAmb"}) EXPECT_EQ(status[set], "0000000000000000") << set;
+    EXPECT_EQ(status["NoNewPrivs"], "1");
+    if (geteuid() == 0) {
+      EXPECT_EQ(status["CapBnd"], "0000000000000000");
+      EXPECT_EQ(status["Uid"], "65534 65534 65534 65534");
+      EXPECT_EQ(status["Gid"], "65534 65534 65534 65534");
+      EXPECT_EQ(status["Groups"], "");
+    }
+    const auto tid = std::stoi(task.path().filename());
+    EXPECT_EQ(sched_getscheduler(tid), SCHED_OTHER);
+    EXPECT_EQ(getpriority(PRIO_PROCESS, static_cast<id_t>(tid)), getpriority(PRIO_PROCESS, 0));
+  }
+  EXPECT_GE(threads, 3) << "those of DDS too";
+  if (geteuid() != 0) return;  // only root may look at the files of a process that gave its rights up
+  for (const auto& entry : std::filesystem::directory_iterator(process / "fd")) {
+    const auto file = std::filesystem::read_symlink(entry).string();
+    EXPECT_EQ(file.find("memfd"), std::string::npos) << "mapped, and closed";
+    const auto own = [](int fd) {
+      return std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(fd)).string();
+    };
+    const bool expected = file == "/dev/null" || file == own(STDERR_FILENO) || file.starts_with("socket:") ||
+                          file.starts_with("pipe:") || file.starts_with("anon_inode:");
+    EXPECT_TRUE(expected) << file;
+  }
 }
 
 /// stderr of this process, and of what it starts, in a file while it lives.
