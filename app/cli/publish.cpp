@@ -16,6 +16,11 @@ void add_network_options(CLI::App& verb, monitor::NetworkOptions& options) {
       ->allow_extra_args(false);
 }
 
+void add_publish_options(CLI::App& verb, monitor::NetworkOptions& options, std::string& name) {
+  add_network_options(verb, options);
+  verb.add_option("--name", name, "The machine's name on DDS; default: the one in the machine file");
+}
+
 void add_publish(CLI::App& app, Context& context) {
   auto* verb = app.add_subcommand("publish", "Tells an owner's shared memory over DDS; the owner starts it by itself");
   auto options = std::make_shared<monitor::PublishOptions>();
