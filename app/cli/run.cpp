@@ -18,6 +18,7 @@ void add_run(CLI::App& app, Context& context) {
   verb->add_option("--out", request->out, "Folder for the results; default: a new one under out/");
   verb->add_option("--state", *state, "Folder of the machine's state; an owner that is up there gets the order")
       ->capture_default_str();
+  add_publish_options(*verb, request->owner.network, request->owner.name);
   add_world_options(*verb, request->owner.sim);
   verb->footer(
       "Keys on a terminal: space hold and resume, a abort, + and - override, Ctrl-C ends with the safe state.");

@@ -18,6 +18,7 @@ void add_up(CLI::App& app, Context& context) {
   verb->add_option("--loop-cpu", options->loop_cpu, "CPU for the 1 ms loop alone; default: the last of several");
   verb->add_option("--world", options->world_socket, "Socket of a `gantry sim` that shows camera and world");
   verb->add_option("--state", *state, "Folder of the machine's state; holds owner.sock")->capture_default_str();
+  add_publish_options(*verb, options->network, options->name);
   add_world_options(*verb, options->sim);
   verb->footer(
       "Orders are JSON lines on STATE/owner.sock: {\"order\": \"status\"}, enable, disable, home, jog, run, hold, "

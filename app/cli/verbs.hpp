@@ -39,8 +39,10 @@ void add_up(CLI::App& app, Context& context);
 /// --sim-board, --sim-seed, --sim-script, --sim-state.
 void add_world_options(CLI::App& verb, sim::VirtualMachineOptions& options);
 
-/// --domain, --interface.
+/// --domain, --interface, --peer.
 void add_network_options(CLI::App& verb, monitor::NetworkOptions& options);
+/// The same of a verb that owns a machine, and --name.
+void add_publish_options(CLI::App& verb, monitor::NetworkOptions& options, std::string& name);
 
 /// Shows errors (text on stderr, or a JSON document {"errors": [...]} on stdout) and gives the exit code of the worst.
 int show(const std::vector<Error>& errors, bool json);

@@ -19,7 +19,6 @@ namespace gantry::monitor {
 namespace {
 
 constexpr int kChildFd = 3;
-constexpr const char* kChildPath = "/proc/self/fd/3";
 constexpr auto kStable = std::chrono::seconds(30);  // a child that lived this long has earned a quick restart
 
 /// What posix_spawn needs, freed with it.
@@ -106,7 +105,7 @@ bool PublishChild::reap() {
 }
 
 void PublishChild::start() {
-  std::vector<std::string> words{"gantry", "publish", "--shm", kChildPath};
+  std::vector<std::string> words{"gantry", "publish", "--shm", std::to_string(kChildFd)};
   words.insert(words.end(), options_.arguments.begin(), options_.arguments.end());
   std::vector<char*> argv;
   for (auto& w : words) argv.push_back(w.data());

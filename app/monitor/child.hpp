@@ -2,7 +2,7 @@
 // waits for the child, and nothing that happens to the child reaches the machine.
 //   PublishChild child(writer.fd());
 //   child.poll(clock_now);            // now and then from the run thread, never from the loop
-// The child gets the shared memory as file descriptor 3 and is told `publish --shm /proc/self/fd/3`.
+// The child gets the shared memory as file descriptor 3 and is told `publish --shm 3`.
 #pragma once
 #include <string>
 #include <sys/types.h>
@@ -14,7 +14,7 @@ namespace gantry::monitor {
 
 struct ChildOptions {
   std::string program = "/proc/self/exe";  ///< this very program, also when its file has been replaced
-  std::vector<std::string> arguments;      ///< after `publish --shm PATH`: "--domain", "3", ...
+  std::vector<std::string> arguments{};    ///< after `publish --shm FD`: "--domain", "3", ...
   Time back_off_first = milliseconds(200);
   Time back_off_most = std::chrono::seconds(10);
 };

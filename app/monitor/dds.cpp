@@ -1,9 +1,11 @@
 #include "app/monitor/dds.hpp"
 
-#include <algorithm>
-#include <cctype>
 #include <cstdlib>
 #include <fmt/format.h>
+
+#include "app/monitor/dds_log.hpp"
+#include "app/monitor/device_sockets.hpp"
+#include "core/log.hpp"
 
 namespace gantry::monitor::dds {
 namespace {
@@ -12,24 +14,20 @@ tl::unexpected<Error> refused(const char* what, dds_return_t code) {
   return fail(Fault::DdsUnusable, fmt::format("{}: {}", what, dds_strretcode(code)));
 }
 
-/// Cyclone's settings. On loopback there is no multicast, so peers are asked one by one: each takes the first free
-/// index, and 32 of them are looked for.
-std::string configuration(const std::string& interface) {
-  if (interface.empty())
-    return R"(<CycloneDDS><Domain Id="any"><General>
-      <Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
-      <AllowMulticast>false</AllowMulticast></General>
-      <Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>
-      <Peers><Peer Address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>)";
+/// Cyclone's settings. Every participant takes the first free index, so that who knows its address finds it at one of
+/// 33 ports; on loopback, where there is no multicast, all of this computer are asked so. On a network multicast only
+/// finds others: samples go to each reader by its address, also through a router. Who came first or whose first packet
+/// was lost is asked for again each second.
+std::string configuration(const NetworkOptions& options) {
+  const bool alone = options.device() == "lo";
+  std::string peers = alone ? R"(<Peer Address="127.0.0.1"/>)" : "";
+  for (const std::string& peer : options.peers) peers += fmt::format(R"(<Peer Address="{}"/>)", peer);
   return fmt::format(R"(<CycloneDDS><Domain Id="any"><General>
-      <Interfaces><NetworkInterface name="{}"/></Interfaces></General></Domain></CycloneDDS>)",
-                     interface);
-}
-
-bool is_interface_name(const std::string& name) {
-  return name.size() < 16 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
-           return std::isalnum(c) || c == '-' || c == '_' || c == '.' || c == '@';
-         });
+      <Interfaces><NetworkInterface name="{}" {}/></Interfaces>
+      <AllowMulticast>{}</AllowMulticast></General>
+      <Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>
+      <Peers>{}</Peers><SPDPInterval>1s</SPDPInterval></Discovery></Domain></CycloneDDS>)",
+                     options.device(), alone ? R"(multicast="false")" : "", alone ? "false" : "spdp", peers);
 }
 
 Result<Entity> topic_of(const Participant& participant, const dds_topic_descriptor_t& type, const char* name) {
@@ -41,23 +39,22 @@ Result<Entity> topic_of(const Participant& participant, const dds_topic_descript
 }  // namespace
 
 Result<Participant> Participant::open(const NetworkOptions& options) {
-  if (options.domain < 0 || options.domain > 230)
-    return fail(Fault::Usage, fmt::format("DDS domain {} is out of range; use 0 .. 230", options.domain));
-  if (!is_interface_name(options.interface))
-    return fail(Fault::Usage, "'" + options.interface + "' is no name of a network interface; see `ip link`");
+  if (auto fits = check(options); !fits) return tl::unexpected(fits.error());
+  if (auto bound = confine_sockets(options.device()); !bound) return tl::unexpected(bound.error());
+  log_in_bounds();
+  if (const char* uri = std::getenv("CYCLONEDDS_URI"); uri != nullptr && *uri != '\0')
+    log::info("CYCLONEDDS_URI is set and not followed; --domain, --interface and --peer decide");
   Participant p;
   const auto domain = static_cast<dds_domainid_t>(options.domain);
-  const char* uri = std::getenv("CYCLONEDDS_URI");
-  if (uri == nullptr || *uri == '\0') {
-    const auto created = dds_create_domain(domain, configuration(options.interface).c_str());
-    // Somebody else in this process has opened the domain already: his settings hold.
-    if (created < 0 && created != DDS_RETCODE_PRECONDITION_NOT_MET)
-      return refused("DDS cannot be set up on this computer's network", created);
-    if (created > 0) p.domain_ = Entity(created);
-  }
+  const auto created = dds_create_domain(domain, configuration(options).c_str());
+  // Somebody else in this process has opened the domain already: his settings hold.
+  if (created < 0 && created != DDS_RETCODE_PRECONDITION_NOT_MET)
+    return refused("DDS cannot be set up on this computer's network", created);
+  if (created > 0) p.domain_ = Entity(created);
   const auto participant = dds_create_participant(domain, nullptr, nullptr);
   if (participant < 0) return refused("DDS cannot be joined", participant);
   p.participant_ = Entity(participant);
+  if (auto bound = check_sockets(options.device()); !bound) return tl::unexpected(bound.error());
   return p;
 }
 

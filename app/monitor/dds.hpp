@@ -1,24 +1,18 @@
 // A thin layer over Cyclone DDS's C interface: entities that delete themselves, and errors as Results.
-//   auto p = dds::Participant::open({});                                       // loopback only
+//   auto p = dds::Participant::open({});                                       // this computer alone
 //   auto w = dds::writer(*p, gantry_msg_Event_desc, "gantry/event", dds::Qos().reliable().keep_last(1));
 //   dds_write(w->id(), &sample);
-// By default nothing leaves this computer. The LAN is opted into with an interface's name, or with the user's own
-// CYCLONEDDS_URI, which then decides everything.
+// Nothing leaves this computer, and nothing from elsewhere is received, unless an interface is named; then that one
+// alone is used. A CYCLONEDDS_URI in the environment is not followed: it would decide this in our place.
 #pragma once
 #include <dds/dds.h>
 #include <string>
 #include <utility>
 
+#include "app/monitor/network.hpp"
 #include "core/error.hpp"
 
-namespace gantry::monitor {
-
-struct NetworkOptions {
-  int domain = 0;         ///< 0 .. 230
-  std::string interface;  ///< "eth0": also tell this network; empty: this computer alone
-};
-
-namespace dds {
+namespace gantry::monitor::dds {
 
 class Entity {
  public:
@@ -64,7 +58,9 @@ class Qos {
 
 class Participant {
  public:
-  /// Fault::DdsUnusable with DDS's own reason, Fault::Usage for a domain that cannot be.
+  /// Confines the network sockets of this process to one device, for good. Fault::Usage for options that cannot be,
+  /// Fault::Refused for a second device in one process, Fault::DdsUnusable with DDS's own reason or when a socket would
+  /// be open to other devices.
   static Result<Participant> open(const NetworkOptions& options);
   [[nodiscard]] dds_entity_t id() const { return participant_.id(); }
 
@@ -96,5 +92,4 @@ int take_all(const Entity& reader, Use&& use) {
   }
 }
 
-}  // namespace dds
-}  // namespace gantry::monitor
+}  // namespace gantry::monitor::dds

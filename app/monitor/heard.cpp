@@ -11,7 +11,7 @@ namespace gantry::monitor {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr std::size_t kEventsShown = 5, kEventsHeld = 512;
+constexpr std::size_t kEventsShown = 5, kEventsHeld = 512, kPastSessionsHeld = 64;
 
 std::vector<std::string> names(const dds_sequence_gantry_msg_Name& list) {
   std::vector<std::string> result;
@@ -56,7 +56,11 @@ bool Heard::current(std::uint64_t session) {
     ++replayed_;
     return false;
   }
-  if (session_ != 0) past_sessions_.push_back(session_);
+  if (session_ != 0) {
+    past_sessions_.push_back(session_);
+    if (past_sessions_.size() > kPastSessionsHeld) past_sessions_.pop_front();
+    ++restarts_;
+  }
   session_ = session;
   state_.seq = 0;
   next_event_ = 0;

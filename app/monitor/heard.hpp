@@ -45,7 +45,7 @@ class Heard {
   [[nodiscard]] const HeardState& state() const { return state_; }
   /// Samples of the state that did not arrive, and how often the machine's program was started anew meanwhile.
   [[nodiscard]] std::uint64_t missed() const { return missed_; }
-  [[nodiscard]] int restarts() const { return static_cast<int>(past_sessions_.size()); }
+  [[nodiscard]] int restarts() const { return restarts_; }
   [[nodiscard]] std::uint64_t replayed() const { return replayed_; }
   /// The newest events, oldest first.
   [[nodiscard]] const std::deque<gantry_msg_Event>& events() const { return events_; }
@@ -65,7 +65,8 @@ class Heard {
   std::size_t untold_ = 0;
   std::uint64_t session_ = 0, next_event_ = 0, events_missed_ = 0, missed_ = 0, replayed_ = 0;
   bool first_event_ = true;
-  std::vector<std::uint64_t> past_sessions_;
+  std::deque<std::uint64_t> past_sessions_;  // the newest 64
+  int restarts_ = 0;
 };
 
 /// A few lines, each ended by a newline. `silent_s`: since the last state was heard. `colour`: terminal colours.

@@ -7,6 +7,8 @@
 #include <ostream>
 
 #include "app/monitor/heard.hpp"
+#include "app/monitor/line_limit.hpp"
+#include "app/monitor/namesake_watch.hpp"
 #include "app/monitor/topics.hpp"
 #include "core/log.hpp"
 
@@ -15,6 +17,8 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 constexpr auto kRedraw = std::chrono::milliseconds(100);
+constexpr std::size_t kMostMachines = 256;  // names come from the network: who invents more is not listened to
+constexpr std::size_t kMostHosts = 64;
 
 double since(SteadyClock::time_point t) { return std::chrono::duration<double>(SteadyClock::now() - t).count(); }
 
@@ -22,6 +26,9 @@ struct Machine {
   Heard heard;
   SteadyClock::time_point at = SteadyClock::now();
   bool told_silence = false;  // for the lines without redraw
+  Namesakes namesakes;
+  std::map<std::uint64_t, std::string> hosts;  // of the sessions that were heard
+  std::string namesakes_told;                  // two machines of this name, in words
 };
 
 class Monitor {
@@ -58,13 +65,13 @@ class Monitor {
       dds_attach_t woken[1];
       dds_waitset_wait(waitset_.id(), woken, 1, DDS_MSECS(50));
       dds::take_all<gantry_msg_Event>(events_, [&](const auto& s, const auto&) {
-        if (mine(s.machine)) machines_[s.machine].heard.event(s);
+        if (Machine* m = machine(s.machine)) m->heard.event(s);
       });
       dds::take_all<gantry_msg_JobStatus>(jobs_, [&](const auto& s, const auto&) {
-        if (mine(s.machine)) machines_[s.machine].heard.job(s);
+        if (Machine* m = machine(s.machine)) m->heard.job(s);
       });
-      dds::take_all<gantry_msg_MachineState>(states_, [&](const auto& s, const auto&) {
-        if (mine(s.machine)) take(s);
+      dds::take_all<gantry_msg_MachineState>(states_, [&](const auto& s, const auto& info) {
+        if (Machine* m = machine(s.machine)) take(*m, s, info.publication_handle);
       });
       if (!options_.json) draw(begin);
       silences(begin);
@@ -75,11 +82,16 @@ class Monitor {
   }
 
  private:
-  bool mine(const char* machine) const { return options_.machine.empty() || options_.machine == machine; }
+  /// Null for one that is not listened to.
+  Machine* machine(const char* name) {
+    if (!options_.machine.empty() && options_.machine != name) return nullptr;
+    if (machines_.size() >= kMostMachines && !machines_.contains(name)) return nullptr;
+    return &machines_[name];
+  }
 
-  void take(const gantry_msg_MachineState& sample) {
+  void take(Machine& m, const gantry_msg_MachineState& sample, dds_instance_handle_t writer) {
     if (enough_) return;
-    Machine& m = machines_[sample.machine];
+    tell_namesakes(m, sample, writer);
     if (!m.heard.state(sample)) return;
     m.at = SteadyClock::now();
     if (m.told_silence) tell(fmt::format("machine '{}' is heard again", sample.machine));
@@ -91,11 +103,24 @@ class Monitor {
       out_ << line(m.heard) << std::endl;
   }
 
+  void tell_namesakes(Machine& m, const gantry_msg_MachineState& sample, dds_instance_handle_t writer) {
+    if (!m.hosts.contains(sample.session)) {
+      const auto speaker = speaker_of(states_, writer);
+      if (m.hosts.size() >= kMostHosts) m.hosts.clear();
+      m.hosts[sample.session] = speaker && speaker->session == sample.session ? speaker->host : "";
+    }
+    const auto other = m.namesakes.heard(sample.session);
+    if (!other) return;
+    m.namesakes_told = namesake_words({sample.machine, sample.session, m.hosts[sample.session]},
+                                      {sample.machine, *other, m.hosts[*other]});
+    if (!options_.live) tell(m.namesakes_told);
+  }
+
   /// Without a terminal to redraw: one line a sample.
   static std::string line(const Heard& heard) {
     const auto& s = heard.state();
-    auto text = fmt::format("{} {} block {} tick {}", s.machine, s.state, s.block, s.tick);
-    for (const auto& a : s.axes) text += fmt::format("  {} {:.4f}", a.name, a.actual);
+    auto text = fmt::format("{} {} block {} tick {}", printable(s.machine), printable(s.state), s.block, s.tick);
+    for (const auto& a : s.axes) text += fmt::format("  {} {:.4f}", printable(a.name), a.actual);
     if (s.latched_fault != 0) text += fmt::format("  latched G{:03}", s.latched_fault);
     return text;
   }
@@ -105,7 +130,11 @@ class Monitor {
     drawn_at_ = SteadyClock::now();
     std::string text;
     for (const auto& [name, m] : machines_)
-      if (m.heard.has_state()) text += live_view(m.heard, since(m.at), true) + "\n";
+      if (m.heard.has_state()) {
+        text += live_view(m.heard, since(m.at), true);
+        if (!m.namesakes_told.empty()) text += "  \x1b[1;31m" + printable(m.namesakes_told) + "\x1b[0m\n";
+        text += "\n";
+      }
     if (text.empty()) text = since(begin) > options_.silence_s ? not_heard(since(begin)) + "\n" : "listening ...\n";
     // Back to where the last picture began, then over it; what was longer is erased to the end.
     if (lines_ > 0) out_ << fmt::format("\x1b[{}F", lines_);
@@ -136,7 +165,9 @@ class Monitor {
                        where, options_.network.domain);
   }
 
-  void tell(const std::string& text) const {
+  void tell(const std::string& words) {
+    if (!limit_.admit(SteadyClock::now().time_since_epoch())) return;
+    const std::string text = printable(words) + limit_.left_out_words();
     if (options_.notice)
       options_.notice(text);
     else
@@ -149,6 +180,7 @@ class Monitor {
   dds::Entity states_, events_, jobs_, waitset_, condition_;
   std::map<std::string, Machine> machines_;
   std::uint64_t samples_ = 0;
+  LineLimit limit_;
   bool enough_ = false, told_nothing_ = false;
   SteadyClock::time_point drawn_at_{};
   std::ptrdiff_t lines_ = 0;

@@ -4,7 +4,9 @@
 #include <optional>
 #include <thread>
 #include <tuple>
+#include <unistd.h>
 
+#include "app/monitor/namesake_watch.hpp"
 #include "app/monitor/snapshot_shm.hpp"
 #include "app/monitor/topics.hpp"
 #include "core/log.hpp"
@@ -33,7 +35,9 @@ class Publisher {
   Result<void> open() {
     using dds::Qos;
     // Keep last: a subscriber that is slow, dead or greedy loses samples and holds nobody up (R94).
-    auto w = dds::writer(dds_, gantry_msg_MachineState_desc, kStateTopic, Qos().reliable().keep_last(1));
+    const Speaker self{std::string(in_.info().name.view()), in_.session(), host_name()};
+    auto w = dds::writer(dds_, gantry_msg_MachineState_desc, kStateTopic,
+                         Qos().reliable().keep_last(1).user_data(announcement(self)));
     if (!w) return tl::unexpected(w.error());
     state_writer_ = std::move(*w);
     w = dds::writer(dds_, gantry_msg_Event_desc, kEventTopic,
@@ -47,7 +51,7 @@ class Publisher {
                     Qos().reliable().keep_last(1).user_data(kJointStateHash));
     if (!w) return tl::unexpected(w.error());
     joint_writer_ = std::move(*w);
-    return {};
+    return namesakes_.open(dds_, self);
   }
 
   Result<void> run(const PublishOptions& options, const std::atomic<bool>& stop) {
@@ -58,6 +62,7 @@ class Publisher {
       if (now >= look_at) {
         look_at = now + kLook;
         if (in_.writer_gone() || in_.silence_s() > options.owner_silent_s) break;
+        namesakes_.poll(now.time_since_epoch());
       }
       events();
       state(now, period);
@@ -126,6 +131,7 @@ class Publisher {
   SnapshotReader in_;
   dds::Participant dds_;
   dds::Entity state_writer_, event_writer_, job_writer_, joint_writer_;
+  NamesakeWatch namesakes_;
   StateSample state_;
   JointSample joints_;
   std::optional<cycle::Snapshot> last_;
@@ -137,10 +143,11 @@ class Publisher {
 
 }  // namespace
 
-Result<void> publish(const std::string& shm_path, const PublishOptions& options, const std::atomic<bool>& stop) {
+Result<void> publish(int shm_fd, const PublishOptions& options, const std::atomic<bool>& stop) {
   if (!(options.rate_hz >= 0.1 && options.rate_hz <= 200))
     return fail(Fault::Usage, "the rate of publishing must be between 0.1 and 200 Hz");
-  auto in = SnapshotReader::open(shm_path);
+  auto in = SnapshotReader::open(shm_fd);
+  close(shm_fd);
   if (!in) return tl::unexpected(in.error());
   auto participant = dds::Participant::open(options.network);
   if (!participant) return tl::unexpected(participant.error());

@@ -64,10 +64,17 @@ Result<SnapshotWriter> SnapshotWriter::create(const MachineInfo& info) {
   const int fd = memfd_create("gantry-snapshots", MFD_CLOEXEC | MFD_ALLOW_SEALING);
   if (fd < 0) return fail(Fault::Internal, "no shared memory for the monitor: " + why());
   void* at = MAP_FAILED;
-  // Sealed: a reader that shortens the memory would kill the owner with SIGBUS.
-  if (ftruncate(fd, sizeof(SharedMemory)) == 0 &&
-      fcntl(fd, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) == 0)
+  if (ftruncate(fd, sizeof(SharedMemory)) == 0)
     at = mmap(nullptr, sizeof(SharedMemory), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, fd, 0);
+  // Sealed: a reader that shortens the memory would kill the owner with SIGBUS, and one that writes would lie to
+  // others. The mapping above stays writable (F_SEAL_FUTURE_WRITE, Linux 5.1).
+  constexpr int kSeals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_FUTURE_WRITE | F_SEAL_SEAL;
+  if (at != MAP_FAILED && fcntl(fd, F_ADD_SEALS, kSeals) != 0) {
+    const int reason = errno;
+    munmap(at, sizeof(SharedMemory));
+    errno = reason;
+    at = MAP_FAILED;
+  }
   if (at == MAP_FAILED) {
     const auto reason = why();
     close(fd);
@@ -114,27 +121,22 @@ void SnapshotWriter::push(const SharedJob& job) noexcept {
   beat();
 }
 
-std::string SnapshotWriter::path() const { return fmt::format("/proc/{}/fd/{}", getpid(), fd_); }
-
 std::uint64_t SnapshotWriter::session() const noexcept { return memory_->session; }
 
-Result<SnapshotReader> SnapshotReader::open(const std::string& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0) return fail(Fault::FileUnreadable, "the shared memory cannot be opened: " + why(), path);
+Result<SnapshotReader> SnapshotReader::open(int fd) {
   struct stat status {};
   const bool fits = fstat(fd, &status) == 0 && S_ISREG(status.st_mode) && status.st_size == sizeof(SharedMemory);
   void* at = fits ? mmap(nullptr, sizeof(SharedMemory), PROT_READ, MAP_SHARED, fd, 0) : MAP_FAILED;
-  close(fd);
-  if (at == MAP_FAILED)
-    return fail(Fault::Inconsistent, "this is not the memory of a running machine of this version of the program",
-                path);
   const auto* memory = static_cast<const SharedMemory*>(at);
-  if (memory->magic.load(std::memory_order_acquire) != kMagic || memory->layout != sizeof(SharedMemory)) {
-    munmap(at, sizeof(SharedMemory));
-    return fail(Fault::Inconsistent, "this is not the memory of a running machine of this version of the program",
-                path);
-  }
-  return SnapshotReader(memory);
+  if (at != MAP_FAILED && memory->magic.load(std::memory_order_acquire) == kMagic &&
+      memory->layout == sizeof(SharedMemory))
+    return SnapshotReader(memory);
+  if (at != MAP_FAILED) munmap(at, sizeof(SharedMemory));
+  return fail(Fault::Inconsistent,
+              fmt::format("file descriptor {} is not the memory of a running machine of this version of the program; "
+                          "`gantry up` and `gantry run` start the publisher by themselves",
+                          fd),
+              "--shm");
 }
 
 SnapshotReader::SnapshotReader(const SharedMemory* memory)

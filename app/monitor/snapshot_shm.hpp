@@ -1,9 +1,9 @@
 // The memory between the owner of the machine and `gantry publish`: snapshots, events and the job's progress. The owner
 // writes and never waits; whoever reads cannot disturb it (its view is read-only, and the memory can neither shrink nor
-// grow under the owner).
+// grow under the owner, nor be written through another mapping than the owner's).
 //   auto shm = SnapshotWriter::create(machine_info(machine));     // the feed, off the RT thread
 //   shm->push(snapshot);   shm->push(event, "what the drive says");   shm->push(job);
-//   auto in = SnapshotReader::open("/proc/self/fd/3");            // the publisher
+//   auto in = SnapshotReader::open(3);     // the publisher, which has inherited the memory
 // The memory is anonymous (memfd): it goes with the processes that hold it and leaves no file behind.
 #pragma once
 #include <cstdint>
@@ -40,8 +40,6 @@ class SnapshotWriter {
   void beat() noexcept;
 
   [[nodiscard]] int fd() const noexcept { return fd_; }
-  /// Opens the memory from any process of the same user while this one lives: "/proc/1234/fd/5".
-  [[nodiscard]] std::string path() const;
   [[nodiscard]] std::uint64_t session() const noexcept;
 
  private:
@@ -52,8 +50,9 @@ class SnapshotWriter {
 
 class SnapshotReader {
  public:
-  /// Fault::FileUnreadable, Fault::Inconsistent (not this memory, or of another version of the program).
-  static Result<SnapshotReader> open(const std::string& path);
+  /// fd stays the caller's and may be closed. Fault::Inconsistent: not this memory, or of another version of the
+  /// program.
+  static Result<SnapshotReader> open(int fd);
   SnapshotReader(SnapshotReader&& other) noexcept;
   SnapshotReader& operator=(SnapshotReader&&) = delete;
   ~SnapshotReader();

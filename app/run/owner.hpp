@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "app/monitor/network.hpp"
 #include "app/record/job_result.hpp"
 #include "app/run/control.hpp"
 #include "app/run/order.hpp"
@@ -22,12 +23,14 @@
 namespace gantry::run {
 
 struct OwnerOptions {
-  std::string bus = "sim";         ///< "sim", or "ethercat:IFACE"
-  bool virtual_time = false;       ///< with "sim" only
-  std::string world_socket;        ///< camera and world of a `gantry sim` elsewhere
-  sim::VirtualMachineOptions sim;  ///< of the virtual machine in this process, and of the board it is given
-  bool publish = false;            ///< start `gantry publish` and keep it alive
-  std::optional<int> loop_cpu;     ///< for the loop alone; default: the last one that may be used, if there are several
+  std::string bus = "sim";            ///< "sim", or "ethercat:IFACE"
+  bool virtual_time = false;          ///< with "sim" only
+  std::string world_socket;           ///< camera and world of a `gantry sim` elsewhere
+  sim::VirtualMachineOptions sim;     ///< of the virtual machine in this process, and of the board it is given
+  bool publish = false;               ///< start `gantry publish` and keep it alive
+  monitor::NetworkOptions network{};  ///< of the publisher
+  std::string name{};                 ///< of the machine on DDS; "": as in the machine file
+  std::optional<int> loop_cpu;  ///< for the loop alone; default: the last one that may be used, if there are several
 };
 
 struct RunOptions {

@@ -41,6 +41,11 @@ Result<devices::FramePort*> Owner::Parts::open_bus() {
 }
 
 Result<std::unique_ptr<Owner>> Owner::open(const config::Machine& machine, const OwnerOptions& options) {
+  if (options.publish) {
+    if (auto fits = monitor::check(options.network); !fits) return tl::unexpected(fits.error());
+    if (!options.name.empty())
+      if (auto fits = monitor::check_name(options.name); !fits) return tl::unexpected(fits.error());
+  }
   auto p = std::make_unique<Parts>();
   p->machine = machine;
   p->options = options;
@@ -68,10 +73,13 @@ Result<std::unique_ptr<Owner>> Owner::open(const config::Machine& machine, const
     p->loop_cpu = std::move(*cpu);
   }
   if (options.publish) {
-    auto shared = monitor::SnapshotWriter::create(monitor::machine_info(p->machine));
+    auto info = monitor::machine_info(p->machine);
+    if (!options.name.empty()) info.name = options.name;
+    auto shared = monitor::SnapshotWriter::create(info);
     if (!shared) return tl::unexpected(shared.error());
     p->shared.emplace(std::move(*shared));
-    p->publisher = std::make_unique<monitor::PublishChild>(p->shared->fd());
+    p->publisher = std::make_unique<monitor::PublishChild>(
+        p->shared->fd(), monitor::ChildOptions{.arguments = monitor::words(options.network)});
   }
   p->feed = std::make_unique<Feed>(*p->channels);
   p->feed->listen([parts = p.get()](const cycle::Snapshot& s) { parts->on_snapshot(s); },

@@ -4,105 +4,21 @@
 #include <csignal>
 #include <dds/dds.h>
 #include <fstream>
-#include <functional>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <sstream>
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
 
 #include "app/monitor/child.hpp"
-#include "app/monitor/monitor.hpp"
 #include "app/monitor/snapshot_shm.hpp"
 #include "app/monitor/topics.hpp"
+#include "tests/app/monitor/over_dds.hpp"
 #include "tests/app/monitor/samples.hpp"
 
 namespace gantry::monitor {
 namespace {
-
-constexpr double kPatience_s = 30;
-
-/// A domain of this process's own: other tests may run beside it.
-int own_domain() {
-  static const int domain = 1 + static_cast<int>(getpid() % 200);
-  return domain;
-}
-
-/// The owner of a pretended machine: pushes snapshots, polls its child.
-class Owner {
- public:
-  Owner() {
-    ChildOptions options;
-    options.program = PUBLISH_TOOL;
-    options.arguments = {"--domain", std::to_string(own_domain())};
-    options.back_off_first = milliseconds(50);
-    child_.emplace(writer_->fd(), options);
-    thread_ = std::thread([this] { run(); });
-  }
-  ~Owner() {
-    quit_ = true;
-    thread_.join();
-  }
-  std::atomic<int> kill_children{0};  ///< set by the test; counted down when one was killed
-  std::atomic<std::int64_t> cycle{0};
-  std::atomic<int> starts{0};
-
- private:
-  void run() {
-    MonotonicClock clock;
-    pid_t killed = 0;
-    auto shared = running_snapshot();
-    SharedEvent e;
-    e.event.kind = cycle::EventKind::Fault;
-    e.event.fault = Fault::DoorOpen;
-    writer_->push(e.event, "somebody opened the door");
-    SharedJob job;
-    job.job = "demo", job.state = "running";
-    for (auto due = clock.now(); !quit_; due += milliseconds(1)) {
-      shared.snapshot.cycle = ++cycle;
-      writer_->push(shared.snapshot);
-      if (cycle % 100 == 0) {
-        ++job.features_done;
-        writer_->push(job);
-      }
-      child_->poll(clock.now());
-      starts = child_->starts();
-      if (kill_children > 0 && child_->alive() && child_->pid() != killed) {
-        killed = child_->pid();
-        kill(killed, SIGKILL);
-        --kill_children;
-      }
-      clock.sleep_until(due);
-    }
-  }
-  Result<SnapshotWriter> writer_ = SnapshotWriter::create(bench_machine());
-  std::optional<PublishChild> child_;
-  std::atomic<bool> quit_{false};
-  std::thread thread_;
-};
-
-MonitorOptions listening(std::uint64_t count) {
-  MonitorOptions o;
-  o.network.domain = own_domain();
-  o.json = true;
-  o.count = count;
-  o.for_s = kPatience_s;
-  o.notice = [](const std::string&) {};
-  return o;
-}
-
-std::vector<nlohmann::json> heard(const MonitorOptions& options) {
-  std::ostringstream out;
-  const std::atomic<bool> stop{false};
-  const auto done = monitor(options, out, stop);
-  EXPECT_TRUE(done) << done.error().message;
-  std::vector<nlohmann::json> lines;
-  std::istringstream in(out.str());
-  for (std::string line; std::getline(in, line);) lines.push_back(nlohmann::json::parse(line));
-  return lines;
-}
 
 TEST(MonitorOverDds, hears_state_event_and_job_of_a_machine_in_another_process) {
   Owner owner;
@@ -228,7 +144,7 @@ TEST(MonitorOverDds, says_when_no_machine_is_heard) {
 
 TEST(MonitorOverDds, joint_states_are_there_for_ros_tools) {
   Owner owner;
-  auto participant = dds::Participant::open({.domain = own_domain(), .interface = ""});
+  auto participant = dds::Participant::open({.domain = own_domain(), .interface = "", .peers = {}});
   ASSERT_TRUE(participant);
   auto reader = dds::reader(*participant, sensor_msgs_msg_dds__JointState__desc, kJointTopic,
                             dds::Qos().reliable().keep_last(10));
@@ -259,8 +175,8 @@ TEST(MonitorOverDds, joint_states_are_there_for_ros_tools) {
 }
 
 TEST(MonitorOverDds, nonsense_is_refused_before_anything_is_opened) {
-  EXPECT_EQ(dds::Participant::open({.domain = 500, .interface = ""}).error().fault, Fault::Usage);
-  EXPECT_EQ(dds::Participant::open({.domain = 0, .interface = "eth0\"/><x"}).error().fault, Fault::Usage);
+  EXPECT_EQ(dds::Participant::open({.domain = 500, .interface = "", .peers = {}}).error().fault, Fault::Usage);
+  EXPECT_EQ(dds::Participant::open({.domain = 0, .interface = "eth0\"/><x", .peers = {}}).error().fault, Fault::Usage);
 }
 
 }  // namespace

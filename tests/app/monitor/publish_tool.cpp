@@ -1,18 +1,25 @@
-// The other process of the tests over DDS: publish --shm PATH --domain N is the publisher; hold --domain N is a
-// subscriber that asks for every sample, has room for one, and never reads. It writes a byte when it is matched.
+// The other processes of the tests over DDS, with --domain N, --interface IF, --peer ADDR as in the program:
+//   publish --shm FD     the publisher
+//   hold                 a subscriber that asks for every sample, has room for one, and never reads; it writes a byte
+//   when
+//                        it is matched
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <dds/dds.h>
 #include <iostream>
+#include <string>
 #include <sys/prctl.h>
 #include <unistd.h>
 
 #include "app/monitor/publish.hpp"
+#include "app/monitor/rights.hpp"
 #include "app/monitor/topics.hpp"
+#include "core/log.hpp"
 
 namespace {
 
+using namespace gantry;
 using namespace gantry::monitor;
 
 int hold(const NetworkOptions& network) {
@@ -35,18 +42,30 @@ int hold(const NetworkOptions& network) {
   for (;;) pause();
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  std::string shm;
-  PublishOptions options;
-  for (int i = 1; i + 1 < argc; ++i) {
-    if (std::strcmp(argv[i], "--shm") == 0) shm = argv[i + 1];
-    if (std::strcmp(argv[i], "--domain") == 0) options.network.domain = std::atoi(argv[i + 1]);
+int publish_as_child(int shm, const PublishOptions& options) {
+  if (auto given_up = give_up_rights(); !given_up) {
+    std::cerr << to_text(given_up.error()) << '\n';
+    return 1;
   }
-  if (argc > 1 && std::strcmp(argv[1], "hold") == 0) return hold(options.network);
   const std::atomic<bool> stop{false};
   const auto done = publish(shm, options, stop);
   if (!done) std::cerr << to_text(done.error()) << '\n';
   return done ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  log::open(log::Level::Normal);
+  int shm = -1;
+  PublishOptions options;
+  for (int i = 1; i + 1 < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--shm") shm = std::atoi(argv[i + 1]);
+    if (word == "--domain") options.network.domain = std::atoi(argv[i + 1]);
+    if (word == "--interface") options.network.interface = argv[i + 1];
+    if (word == "--peer") options.network.peers.emplace_back(argv[i + 1]);
+  }
+  if (argc > 1 && std::strcmp(argv[1], "hold") == 0) return hold(options.network);
+  return publish_as_child(shm, options);
 }

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <string>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -52,7 +53,7 @@ TEST(SharedText, is_cut_between_characters_and_always_ended) {
 TEST(SnapshotShm, a_reader_sees_what_the_owner_wrote) {
   auto writer = SnapshotWriter::create(two_axes());
   ASSERT_TRUE(writer);
-  auto reader = SnapshotReader::open(writer->path());
+  auto reader = SnapshotReader::open(writer->fd());
   ASSERT_TRUE(reader) << reader.error().message;
   EXPECT_EQ(reader->info().name.view(), "bench");
   EXPECT_EQ(reader->info().axis[1].name.view(), "C");
@@ -81,7 +82,7 @@ TEST(SnapshotShm, a_reader_sees_what_the_owner_wrote) {
 TEST(SnapshotShm, a_reader_that_comes_late_gets_the_events_that_are_still_there) {
   auto writer = SnapshotWriter::create(two_axes());
   for (std::uint32_t i = 0; i < 3; ++i) writer->push(event_of(i), "words of event " + std::to_string(i));
-  auto reader = SnapshotReader::open(writer->path());
+  auto reader = SnapshotReader::open(writer->fd());
   SharedEvent e;
   std::uint64_t number = 99;
   for (std::uint32_t i = 0; i < 3; ++i) {
@@ -96,7 +97,7 @@ TEST(SnapshotShm, a_reader_that_comes_late_gets_the_events_that_are_still_there)
 
 TEST(SnapshotShm, events_that_nobody_read_in_time_are_counted) {
   auto writer = SnapshotWriter::create(two_axes());
-  auto reader = SnapshotReader::open(writer->path());
+  auto reader = SnapshotReader::open(writer->fd());
   for (std::uint32_t i = 0; i < 1500; ++i) writer->push(event_of(i));
   SharedEvent e;
   std::uint64_t number = 0, read = 0;
@@ -108,13 +109,12 @@ TEST(SnapshotShm, events_that_nobody_read_in_time_are_counted) {
 
 TEST(SnapshotShm, the_owner_does_not_notice_readers_that_are_killed_at_any_moment) {
   auto writer = SnapshotWriter::create(two_axes());
-  const auto path = writer->path();
   std::int64_t cycle = 0;
   for (int round = 0; round < 10; ++round) {
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {  // reads as fast as it can until it is killed
-      auto reader = SnapshotReader::open(path);
+      auto reader = SnapshotReader::open(writer->fd());
       SharedSnapshot s;
       SharedEvent e;
       std::uint64_t number = 0;
@@ -135,7 +135,7 @@ TEST(SnapshotShm, the_owner_does_not_notice_readers_that_are_killed_at_any_momen
     ASSERT_EQ(waitpid(child, &status, 0), child);
     EXPECT_TRUE(WIFSIGNALED(status)) << "the reader ended by itself with " << WEXITSTATUS(status);
   }
-  auto reader = SnapshotReader::open(path);
+  auto reader = SnapshotReader::open(writer->fd());
   ASSERT_TRUE(reader);
   SharedSnapshot s;
   ASSERT_TRUE(reader->newest(s));
@@ -151,14 +151,17 @@ TEST(SnapshotShm, an_owner_that_is_killed_leaves_readable_memory_and_is_seen_to_
   if (owner == 0) {
     auto writer = SnapshotWriter::create(two_axes());
     if (!writer) _exit(1);
-    const auto path = writer->path();
+    const auto path = "/proc/" + std::to_string(getpid()) + "/fd/" + std::to_string(writer->fd());
     if (write(channel[1], path.c_str(), path.size() + 1) < 0) _exit(1);
     for (std::int64_t c = 1;; ++c) writer->push(of_cycle(c));
   }
   char path[64] = {};
   ASSERT_GT(read(channel[0], path, sizeof path - 1), 0);
   close(channel[0]), close(channel[1]);
-  auto reader = SnapshotReader::open(path);
+  const int fd = open(path, O_RDONLY | O_CLOEXEC);
+  ASSERT_GE(fd, 0);
+  auto reader = SnapshotReader::open(fd);
+  close(fd);
   ASSERT_TRUE(reader);
   SharedSnapshot s;
   while (!reader->newest(s)) {
@@ -177,25 +180,38 @@ TEST(SnapshotShm, an_owner_that_is_killed_leaves_readable_memory_and_is_seen_to_
 
 TEST(SnapshotShm, an_owner_that_ends_in_order_is_gone_at_once) {
   auto writer = std::make_unique<SnapshotWriter>(std::move(*SnapshotWriter::create(two_axes())));
-  auto reader = SnapshotReader::open(writer->path());
+  auto reader = SnapshotReader::open(writer->fd());
   ASSERT_TRUE(reader);
   EXPECT_LT(reader->silence_s(), 60);
   writer.reset();
   EXPECT_TRUE(reader->writer_gone());
 }
 
-TEST(SnapshotShm, nobody_can_shorten_the_memory_under_the_owner) {
+TEST(SnapshotShm, nobody_but_the_owner_can_shorten_or_write_the_memory) {
   auto writer = SnapshotWriter::create(two_axes());
-  const int fd = open(writer->path().c_str(), O_RDWR | O_CLOEXEC);
+  const auto path = "/proc/self/fd/" + std::to_string(writer->fd());
+  const int fd = open(path.c_str(), O_RDWR | O_CLOEXEC);
   ASSERT_GE(fd, 0);
   EXPECT_NE(ftruncate(fd, 0), 0) << "shortening it would kill the owner with SIGBUS";
+  EXPECT_EQ(mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0), MAP_FAILED);
+  EXPECT_LT(pwrite(fd, "x", 1, 0), 0);
+  void* view = mmap(nullptr, 4096, PROT_READ, MAP_SHARED, fd, 0);
+  ASSERT_NE(view, MAP_FAILED);
+  EXPECT_NE(mprotect(view, 4096, PROT_READ | PROT_WRITE), 0);
+  munmap(view, 4096);
   close(fd);
+  writer->push(of_cycle(1));  // the owner still can
 }
 
 TEST(SnapshotShm, other_files_are_refused) {
-  EXPECT_EQ(SnapshotReader::open("/no/such/memory").error().fault, Fault::FileUnreadable);
-  EXPECT_EQ(SnapshotReader::open("/proc/self/cmdline").error().fault, Fault::Inconsistent);
-  EXPECT_EQ(SnapshotReader::open("/dev/zero").error().fault, Fault::Inconsistent);
+  EXPECT_EQ(SnapshotReader::open(-1).error().fault, Fault::Inconsistent);
+  EXPECT_EQ(SnapshotReader::open(1023).error().fault, Fault::Inconsistent);
+  for (const char* other : {"/proc/self/cmdline", "/dev/zero", "/proc/self/exe", "/"}) {
+    const int fd = open(other, O_RDONLY | O_CLOEXEC);
+    ASSERT_GE(fd, 0) << other;
+    EXPECT_EQ(SnapshotReader::open(fd).error().fault, Fault::Inconsistent) << other;
+    close(fd);
+  }
 }
 
 TEST(SnapshotShm, the_machine_file_names_machine_and_axes) {
