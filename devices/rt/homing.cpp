@@ -24,6 +24,7 @@ void HomingRun::start(const HomingLimits& limits, const Feedback& feedback) noex
 }
 
 void HomingRun::cancel(Fault why) noexcept {
+  if (phase_ == Phase::Done) fault_ = why, enter(Phase::Failed);
   if (!busy()) return;
   if (fault_ == Fault::None) fault_ = why;
   if (phase_ != Phase::LeaveMode) enter(Phase::Settle);

@@ -34,7 +34,8 @@ class HomingRun {
 
   void start(const HomingLimits& limits, const Feedback& feedback) noexcept;
   DriveCommand step(const Feedback& feedback) noexcept;
-  /// Ends it early (an abort): stops, comes back to CSP and ends as Failed with `why`.
+  /// Ends it early (an abort): stops, comes back to CSP and ends as Failed with `why`. One that is Done fails, too:
+  /// what it has found no longer holds (the counter jumped while other axes were still homing).
   void cancel(Fault why) noexcept;
 
   [[nodiscard]] bool busy() const noexcept {

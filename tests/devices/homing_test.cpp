@@ -129,5 +129,17 @@ TEST(Homing, can_be_cancelled_and_leaves_the_axis_standing_in_csp) {
   EXPECT_EQ(h.mode, 8);
 }
 
+TEST(Homing, that_is_done_fails_when_it_is_cancelled_before_its_result_was_taken) {
+  HomingDrive h;
+  h.run.start({}, h.bench.drive.feedback());
+  h.until_done();
+  ASSERT_EQ(h.run.phase(), HomingRun::Phase::Done);
+  h.run.cancel(Fault::EncoderJump);
+  EXPECT_EQ(h.run.phase(), HomingRun::Phase::Failed);
+  EXPECT_EQ(h.run.fault(), Fault::EncoderJump);
+  h.run.cancel(Fault::HomingTimeout);  // the first cause stays
+  EXPECT_EQ(h.run.fault(), Fault::EncoderJump);
+}
+
 }  // namespace
 }  // namespace gantry::devices
