@@ -57,7 +57,8 @@ class FieldBus {
   /// First instant at or after `not_before`, on the machine's clock, at which a cycle should begin so that SYNC0 comes
   /// half a cycle later. Without DC: `not_before`.
   [[nodiscard]] virtual Time first_cycle(Time not_before) const noexcept = 0;
-  /// Leaves cyclic operation in order (outputs safe, INIT). The caller has stopped exchanging.
+  /// Leaves cyclic operation in order: outputs safe, then down to INIT, where every station that answers is when this
+  /// returns. Blocking, bounded in time. The caller has stopped exchanging.
   virtual void shut_down() = 0;
   virtual Result<Bytes> read_object(StationId station, config::ObjectAddress address) = 0;
   virtual Result<void> write_object(StationId station, config::ObjectAddress address,

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "devices/ethercat/layout_check.hpp"
+#include "devices/ethercat/leave.hpp"
 #include "devices/ethercat/mailbox.hpp"
 #include "devices/ethercat/scan.hpp"
 #include "devices/ethercat/sdo.hpp"
@@ -203,15 +204,10 @@ void EthercatMaster::shut_down() {
   link_.ride_in(nullptr);
   if (stations_.empty()) return;
   std::fill(output_image_.begin(), output_image_.end(), std::byte{0});
-  cyclic_->run(port_, acyclic_, clock_.now() + Link::kReplyTimeout);
-  constexpr std::array<std::byte, 1> off{};
-  for (const auto state : {AlState::SafeOp, AlState::Init}) {
-    std::array<std::byte, 2> raw{};
-    put_le<std::uint16_t>(raw, 0, static_cast<std::uint16_t>(state));
-    // The bus may be gone; the stations' watchdogs have answered then.
-    if (!link_.write_all(reg::kAlControl, raw)) return;
-  }
-  if (!link_.write_all(reg::kDcActivation, off)) return;
+  const auto exchange = [&] { cyclic_->run(port_, acyclic_, clock_.now() + Link::kReplyTimeout); };
+  exchange();
+  for (std::string& left : leave_operation(link_, stations_, machine_.bus.cycle, exchange))
+    notes_.push_back(std::move(left));
   stations_.clear();
 }
 

@@ -76,7 +76,8 @@ class EthercatMaster final : public FieldBus {
   }
   std::size_t spare_frames(std::span<const ImageChange> changes, std::span<FrameBytes> frames) noexcept override;
 
-  /// What bring-up found worth telling (assumed identities that differ, clocks ...).
+  /// What bring-up found worth reporting (assumed identities that differ, clocks ...), and behind it after shut_down()
+  /// the stations that could not be brought to INIT.
   [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
   [[nodiscard]] const std::vector<StationRecord>& stations() const noexcept { return stations_; }
   [[nodiscard]] const CyclicCounts& counts() const noexcept { return cyclic_->counts(); }
