@@ -18,7 +18,9 @@ using Bytes = std::vector<std::byte>;
 
 /// What one cyclic exchange gave.
 struct Exchange {
-  Fault fault = Fault::None;  ///< FrameLost, WorkingCounterLow, WorkingCounterHigh, BusDown
+  /// FrameLost: a frame did not come back. WorkingCounterLow: all came back, but not everybody took part; also when
+  /// nobody did. WorkingCounterHigh, BusDown (no link).
+  Fault fault = Fault::None;
   bool inputs_fresh = false;  ///< all inputs are of this exchange; stale ones are the last good ones, unchanged
   std::uint16_t working_counter = 0, expected = 0;
   std::uint64_t dc_time_ns = 0;  ///< reference clock (0910h) as read in this frame; 0 when there is none

@@ -80,7 +80,8 @@ class EthercatMaster final : public FieldBus {
   /// the stations that could not be brought to INIT.
   [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
   [[nodiscard]] const std::vector<StationRecord>& stations() const noexcept { return stations_; }
-  [[nodiscard]] const CyclicCounts& counts() const noexcept { return cyclic_->counts(); }
+  /// What became of the frames and cycles since bring_up(). Any thread, without a lock.
+  [[nodiscard]] CyclicCounts counters() const noexcept { return cyclic_->counters(); }
   /// Exchanges since bring_up(). Any thread.
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cyclic_->cycles(); }
   /// What the cycles have seen of a station (index in stations()); false when it was not looked at yet. Any thread.

@@ -61,6 +61,7 @@ void Cyclic::prepare() noexcept {
   used_ = answers_ = 0;
   rider_frame_ = kMaxFrames;
   answered_.reset();
+  untouched_.reset();
   frames_[used_++].start(++sequence_);
   add_common(frames_[0]);
   parts_ = singly_left_ > 0 ? &singly_ : &together_;
@@ -156,26 +157,61 @@ std::size_t Cyclic::spare_frames(std::span<const std::byte> outputs, std::span<F
 
 /// Sorts in what was received; true when it is the answer to a frame of this cycle.
 bool Cyclic::take(std::span<const std::byte> received) noexcept {
-  bool late = false, malformed = false, unprocessed = false;
+  bool late = false, malformed = false, untouched = false, duplicate = false;
   for (std::size_t i = 0; i < used_; ++i) {
     Reply reply;
     switch (match(frames_[i], received, reply)) {
       case Match::Ours:
         if (answered_[i]) {
-          late = true;  // a second copy
+          duplicate = true;
           break;
         }
         replies_[i] = reply;
         answered_[i] = true;
         return true;
-      case Match::Unprocessed: unprocessed = true; break;
+      case Match::Unprocessed:
+        untouched = true;
+        untouched_[i] = true;
+        break;
       case Match::Late: late = true; break;
       case Match::Malformed: malformed = true; break;
       case Match::Foreign: break;
     }
   }
-  ++(unprocessed ? counts_.unprocessed : malformed ? counts_.malformed : late ? counts_.late : counts_.foreign);
+  if (late && !duplicate) duplicate = was_answered(received);
+  ++(untouched   ? counts_.untouched
+     : duplicate ? counts_.duplicate
+     : malformed ? counts_.malformed
+     : late      ? counts_.late
+                 : counts_.foreign);
   return false;
+}
+
+/// Whether it is a copy of a frame of the last cycles whose answer was taken then. The first two index fields of a
+/// frame are the low bytes of its sequence (see Frame::start()).
+bool Cyclic::was_answered(std::span<const std::byte> received) const noexcept {
+  if (received.size() < kFrameHeader + kDatagramHeader) return false;
+  const auto first = get_datagram_header(received.subspan(kFrameHeader));
+  const std::size_t second_at = kFrameHeader + kDatagramHeader + first.length + kWorkingCounter;
+  if (!first.more || received.size() < second_at + kDatagramHeader) return false;
+  const auto low =
+      static_cast<std::uint16_t>(first.index | get_datagram_header(received.subspan(second_at)).index << 8);
+  const auto age = static_cast<std::uint16_t>(sequence_ - low);
+  return age >= used_ && age < kRemembered && answered_before_[low % kRemembered];
+}
+
+/// Books what has become of this cycle's frames.
+void Cyclic::end_cycle() noexcept {
+  for (std::size_t i = 0; i < used_; ++i) {
+    answered_before_[(sequence_ - used_ + 1 + i) % kRemembered] = answered_[i];
+    if (!answered_[i] && !untouched_[i]) ++counts_.lost;
+  }
+}
+
+CyclicCounts Cyclic::counters() const noexcept {
+  CountWords words;
+  for (std::size_t i = 0; i < words.size(); ++i) words[i] = told_counts_[i].load(std::memory_order_relaxed);
+  return std::bit_cast<CyclicCounts>(words);
 }
 
 Exchange Cyclic::run(FramePort& port, AcyclicSlot& acyclic, Time deadline) noexcept {
@@ -199,12 +235,14 @@ Exchange Cyclic::run(FramePort& port, AcyclicSlot& acyclic, Time deadline) noexc
     else
       acyclic.lose();
   }
-  counts_.lost += used_ - answers_;
+  end_cycle();
   Exchange e = judge();
-  if (answers_ < used_) {
+  if (const std::size_t back = (answered_ | untouched_).count(); back < used_) {
     e.fault = port.link_up(PortIndex::Primary) ? Fault::FrameLost : Fault::BusDown;
     e.inputs_fresh = false;
   }
+  const auto words = std::bit_cast<CountWords>(counts_);
+  for (std::size_t i = 0; i < words.size(); ++i) told_counts_[i].store(words[i], std::memory_order_relaxed);
   return e;
 }
 
@@ -218,15 +256,16 @@ Exchange Cyclic::judge() noexcept {
     e.expected = static_cast<std::uint16_t>(e.expected + part.expected);
     const auto [frame, slot] = placed_[i];
     const bool answered = slot != kNoSlot && answered_[frame];
+    const bool back = answered || (slot != kNoSlot && untouched_[frame]);
     const std::uint16_t counter = answered ? replies_[frame].working_counter(slot) : std::uint16_t{0};
     e.working_counter = static_cast<std::uint16_t>(e.working_counter + counter);
-    low |= answered && counter < part.expected;
+    low |= back && counter < part.expected;
     high |= answered && counter > part.expected;
     if (!answered || counter != part.expected) e.inputs_fresh = false;
     for (std::size_t k = 0; k < part.count; ++k) {
       const std::size_t station = part.first + k;
       if (!answered || counter != part.expected) fresh_[station] = false;
-      if (answered && counter != part.expected && parts_ == &singly_) ++health_[station].stale_cycles;
+      if (back && counter != part.expected && parts_ == &singly_) ++health_[station].stale_cycles;
     }
   }
   tell_fresh();
@@ -243,15 +282,23 @@ Exchange Cyclic::judge() noexcept {
     if (clock_ != kNoSlot && first.working_counter(clock_) != 0) e.dc_time_ns = read_clock(first.data(clock_));
     look(first, e);
   }
+  if ((untouched_ & ~answered_).any()) low = true, e.inputs_fresh = false;  // where nobody has process data, too
+  judge_counters(e, low, high);
+  return e;
+}
+
+void Cyclic::judge_counters(Exchange& e, bool low, bool high) noexcept {
   if (high)
-    e.fault = Fault::WorkingCounterHigh, ++counts_.working_counter_high;
+    e.fault = Fault::WorkingCounterHigh;
   else if (low)
-    e.fault = Fault::WorkingCounterLow, ++counts_.working_counter_low;
+    e.fault = Fault::WorkingCounterLow;
+  const bool nobody = e.working_counter == 0 && e.expected != 0;
+  if ((low || high) && (answered_ | untouched_).count() == used_)  // where frames are missing, that is what happened
+    ++(high ? counts_.wkc_high : nobody ? counts_.wkc_zero : counts_.wkc_low);
   if (low || high)
     singly_left_ = kSinglyCycles;
   else if (singly_left_ > 0 && answers_ == used_)
     --singly_left_;
-  return e;
 }
 
 void Cyclic::tell_fresh() noexcept {
