@@ -1,6 +1,6 @@
 // Emergency messages of stations: told by the owner, in idle and in a job, and at no extra frame.
 #include "app/stations/station_news.hpp"
-#include "tests/devices/bus_bench.hpp"
+#include "tests/devices/ethercat/bus_bench.hpp"
 #include "tests/machine/idle.hpp"
 #include "tests/machine/said.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "devices/passing_port.hpp"
 #include "devices/rt/cyclic.hpp"
-#include "tests/devices/fake_port.hpp"
+#include "tests/devices/rt/fake_port.hpp"
 
 namespace gantry::devices {
 namespace {

@@ -12,8 +12,8 @@
 #include "devices/profiles/object_value.hpp"
 #include "devices/rt/homing.hpp"
 #include "devices/rt/probe.hpp"
-#include "tests/devices/bus_bench.hpp"
-#include "tests/devices/pcap_tap.hpp"
+#include "tests/devices/ethercat/bus_bench.hpp"
+#include "tests/devices/ethercat/pcap_tap.hpp"
 
 namespace gantry::devices {
 namespace {

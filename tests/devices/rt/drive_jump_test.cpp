@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/devices/drive_bench.hpp"
+#include "tests/devices/rt/drive_bench.hpp"
 
 namespace gantry::devices {
 namespace {

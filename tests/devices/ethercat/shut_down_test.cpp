@@ -8,7 +8,7 @@
 #include "devices/passing_port.hpp"
 #include "sim/esc/timing.hpp"
 #include "sim/station/station.hpp"
-#include "tests/devices/bus_bench.hpp"
+#include "tests/devices/ethercat/bus_bench.hpp"
 
 namespace gantry::devices {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/devices/drive_bench.hpp"
+#include "tests/devices/rt/drive_bench.hpp"
 
 namespace gantry::devices {
 namespace {

@@ -5,7 +5,7 @@
 #include <random>
 #include <thread>
 
-#include "tests/devices/fake_port.hpp"
+#include "tests/devices/rt/fake_port.hpp"
 
 namespace gantry::devices {
 namespace {
