@@ -85,5 +85,97 @@ TEST(DcLock, a_locked_clock_gets_no_correction) {
   for (std::uint64_t k = 1; k < 1000; ++k) EXPECT_EQ(lock.step(k * 1'000'000 + 500'000).count(), 0);
 }
 
+// ---- locked() ----
+
+std::uint64_t at(std::int64_t cycle, std::int64_t error_ns) {
+  return static_cast<std::uint64_t>(1'000'000'000 + cycle * 1'000'000 + 500'000 + error_ns);
+}
+
+TEST(DcLock, is_locked_only_after_it_has_kept_the_phase_for_a_while) {
+  DcLock lock;
+  EXPECT_FALSE(lock.locked());
+  for (int i = 0; i < 99; ++i) lock.step(at(i, 30'000));
+  EXPECT_FALSE(lock.locked());
+  lock.step(at(99, 30'000));
+  EXPECT_TRUE(lock.locked());
+}
+
+TEST(DcLock, that_only_passes_through_the_phase_is_not_locked) {
+  DcLock lock;
+  std::int64_t error = -400'000;
+  for (int i = 0; i < 160; ++i, error += 5000) {  // 20 samples within the bound
+    lock.step(at(i, error));
+    EXPECT_FALSE(lock.locked()) << error;
+  }
+}
+
+TEST(DcLock, between_the_bounds_the_answer_stays_what_it_was) {
+  DcLock locked, not_locked;
+  for (int i = 0; i < 200; ++i) locked.step(at(i, 0));
+  for (int i = 200; i < 2000; ++i) {
+    locked.step(at(i, 95'000 - (i % 2) * 30'000));
+    not_locked.step(at(i, 95'000 - (i % 2) * 30'000));
+    ASSERT_TRUE(locked.locked()) << i;
+    ASSERT_FALSE(not_locked.locked()) << i;
+  }
+}
+
+TEST(DcLock, is_lost_when_the_phase_is_and_is_locked_again_when_it_is_back) {
+  DcLock lock;
+  for (int i = 0; i < 200; ++i) lock.step(at(i, 0));
+  int i = 200;
+  for (std::int64_t error = 0; error <= 100'000; error += 1000, ++i) lock.step(at(i, error));
+  EXPECT_TRUE(lock.locked());
+  for (int n = 0; n < 9; ++n, ++i) lock.step(at(i, 101'000));
+  EXPECT_TRUE(lock.locked());
+  lock.step(at(i++, 101'000));
+  EXPECT_FALSE(lock.locked());
+  for (std::int64_t error = 100'000; error > 0; error -= 1000, ++i) lock.step(at(i, error));
+  for (int n = 0; n < 100; ++n, ++i) lock.step(at(i, 0));
+  EXPECT_TRUE(lock.locked());
+}
+
+TEST(DcLock, frames_that_the_host_sent_late_do_not_unlock_it_and_a_second_without_any_sample_does) {
+  DcLock lock;
+  for (int i = 0; i < 200; ++i) lock.step(at(i, 0));
+  for (int i = 200; i < 2200; ++i) {
+    lock.step(i % 3 == 0 ? at(i, 0) : at(i, 300'000));
+    ASSERT_TRUE(lock.locked()) << i;
+  }
+  lock.step(at(2200, 0));
+  for (int i = 0; i < 999; ++i) lock.step(0);
+  EXPECT_TRUE(lock.locked());
+  lock.step(0);
+  EXPECT_FALSE(lock.locked());
+}
+
+TEST(DcLock, locks_at_every_cycle_time_that_a_machine_may_have) {
+  for (const Time cycle : std::initializer_list<Time>{microseconds(250), microseconds(500), milliseconds(1),
+                                                      milliseconds(4), milliseconds(10)})
+    for (const double ppm : {-100.0, 100.0}) {
+      SCOPED_TRACE(cycle.count());
+      DcLock lock(dc_lock_options(cycle));
+      const auto period = static_cast<double>(cycle.count());
+      double master_ns = 0.9 * period, error = 0;
+      for (int i = 0; i < 3000; ++i) {
+        const double dc = master_ns * (1 + ppm * 1e-6) + 1000 * period;
+        error = std::abs(std::fmod(dc, period) - period / 2);
+        master_ns += period + static_cast<double>(lock.step(static_cast<std::uint64_t>(dc)).count());
+      }
+      EXPECT_TRUE(lock.locked());
+      EXPECT_LT(error, 1e-4 * period + 2);
+    }
+}
+
+TEST(DcLock, options_for_a_millisecond_are_the_defaults) {
+  const DcLockOptions a = dc_lock_options(milliseconds(1)), b;
+  EXPECT_EQ(a.phase, b.phase);
+  EXPECT_EQ(a.correction_max, b.correction_max);
+  EXPECT_EQ(a.rate_max, b.rate_max);
+  EXPECT_EQ(a.outlier, b.outlier);
+  EXPECT_EQ(a.lock_below, b.lock_below);
+  EXPECT_EQ(a.unlock_beyond, b.unlock_beyond);
+}
+
 }  // namespace
 }  // namespace gantry::devices
