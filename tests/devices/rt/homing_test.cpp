@@ -141,5 +141,20 @@ TEST(Homing, that_is_done_fails_when_it_is_cancelled_before_its_result_was_taken
   EXPECT_EQ(h.run.fault(), Fault::EncoderJump);
 }
 
+// The bound is a second of the machine, whatever its cycle is.
+TEST(Homing, a_drive_that_does_not_take_the_mode_is_given_up_after_a_second_at_every_cycle_time) {
+  for (const Time cycle : std::initializer_list<Time>{microseconds(250), milliseconds(1), milliseconds(10)}) {
+    SCOPED_TRACE(cycle.count());
+    DriveBench bench;
+    bench.enable();
+    HomingRun run;
+    run.start({.cycle = cycle}, bench.drive.feedback());
+    std::int64_t n = 0;
+    for (; run.phase() == HomingRun::Phase::EnterMode && n < 10'000; ++n) bench.cycle(run.step(bench.drive.feedback()));
+    EXPECT_NEAR(seconds(n * cycle), 1.0, 2 * seconds(cycle));
+    EXPECT_EQ(run.fault(), Fault::WrongMode);
+  }
+}
+
 }  // namespace
 }  // namespace gantry::devices
