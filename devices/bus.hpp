@@ -27,7 +27,7 @@ struct Exchange {
   StationId clock_station;       ///< whose clock was looked at in this cycle, in turn
   bool clock_seen = false;       ///< one was
   std::int32_t clock_ns = 0;     ///< its system time minus the one that came by (092Ch)
-  std::uint16_t al_states = 0;   ///< AL states of all stations OR-ed (BRD 0130h); 8: all in OP
+  std::uint16_t al_states = 0;   ///< AL states of all stations OR-ed (BRD 0130h); see wire::all_in_op()
 };
 
 /// One byte of a station's outputs made otherwise: what is kept of it, and what is set.

@@ -5,10 +5,13 @@
 
 #include "devices/ethercat/layout_check.hpp"
 #include "devices/ethercat/leave.hpp"
+#include "devices/ethercat/lrw_trial.hpp"
 #include "devices/ethercat/mailbox.hpp"
 #include "devices/ethercat/scan.hpp"
 #include "devices/ethercat/sdo.hpp"
 #include "devices/ethercat/states.hpp"
+#include "devices/ethercat/station_objects.hpp"
+#include "devices/ethercat/station_registers.hpp"
 
 namespace gantry::devices {
 namespace {
@@ -247,7 +250,7 @@ Result<void> EthercatMaster::wait_until_fresh(const StationRecord& s) {
   return {};
 }
 
-Result<void> EthercatMaster::recover(StationRecord& s, Whereabouts where) {
+Result<void> EthercatMaster::bring_back(StationRecord& s, Whereabouts where) {
   if (where == Whereabouts::InOp) return wait_until_fresh(s);
   if (where == Whereabouts::Gone)
     return fail(Fault::StationMissing, "does not answer; check its supply and the cable before it", s.where);
@@ -263,19 +266,6 @@ Result<void> EthercatMaster::recover(StationRecord& s, Whereabouts where) {
   return wait_until_fresh(s);
 }
 
-Result<void> EthercatMaster::recover() {
-  choose_way();
-  Result<void> first;
-  for (auto& s : stations_) {
-    const auto where = look_for(link_, s);
-    auto back = at(s, where ? recover(s, *where) : Result<void>(tl::unexpected(where.error())));
-    if (back) continue;
-    if (first) first = std::move(back);
-    // What stands behind a station that is gone may have moved up, or be gone with it; it is looked for all the same.
-  }
-  return first;
-}
-
 Result<std::optional<AlStatus>> EthercatMaster::bring_back(StationId station) {
   auto s = record(station);
   if (!s) return tl::unexpected(s.error());
@@ -286,7 +276,7 @@ Result<std::optional<AlStatus>> EthercatMaster::bring_back(StationId station) {
   auto found = Result<AlStatus>{};
   if (*where != Whereabouts::Gone) found = at(**s, read_al_status(link_, **s));
   if (!found) return tl::unexpected(found.error());
-  if (auto back = at(**s, recover(**s, *where)); !back) return tl::unexpected(back.error());
+  if (auto back = at(**s, bring_back(**s, *where)); !back) return tl::unexpected(back.error());
   return *found;
 }
 

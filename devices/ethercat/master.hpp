@@ -15,7 +15,7 @@
 #include "devices/bus.hpp"
 #include "devices/ethercat/dc_setup.hpp"
 #include "devices/ethercat/link.hpp"
-#include "devices/ethercat/mapping.hpp"
+#include "devices/ethercat/logical_map.hpp"
 #include "devices/ethercat/recovery.hpp"
 #include "devices/ethercat/states.hpp"
 #include "devices/ethercat/station.hpp"
@@ -45,12 +45,10 @@ class EthercatMaster final : public FieldBus {
 
   /// In virtual time: what a blocking call does to let a cycle pass. With it, they ride along there too.
   void step_by(std::function<void()> step);
-  /// Looks for stations that do not take part, and brings back those that answer by replaying their records, while the
-  /// loop goes on. A station is back when it takes part and its inputs are fresh, cycle after cycle.
-  /// Fault::StationMissing names the first that stays away; other faults are those of bring-up. Bounded: about half a
-  /// second for a station that answers.
-  Result<void> recover();
-  /// The same for one station: in what state it was found; nothing when it is in OP and its inputs are fresh.
+  /// Looks for a station that does not take part, and brings it back by replaying its record, while the loop goes on:
+  /// in what state it was found; nothing when it is in OP and its inputs are fresh. It is back when it takes part and
+  /// its inputs are fresh, cycle after cycle. Fault::StationMissing when it stays away; other faults are those of
+  /// bring-up. Bounded: about half a second for a station that answers.
   Result<std::optional<AlStatus>> bring_back(StationId station);
   /// Takes what stations have sent unasked (emergencies) since the last call. Blocking, but cheap: only stations whose
   /// mailbox flag the cycles have seen are asked.
@@ -96,7 +94,7 @@ class EthercatMaster final : public FieldBus {
   Result<void> configure(StationRecord& station);
   Result<void> learn_pdos(StationRecord& station);
   void begin_cycles();
-  Result<void> recover(StationRecord& station, Whereabouts where);
+  Result<void> bring_back(StationRecord& station, Whereabouts where);
   [[nodiscard]] Result<void> wait_until_fresh(const StationRecord& station);
   [[nodiscard]] Result<StationRecord*> record(StationId station);
   void choose_way() noexcept;

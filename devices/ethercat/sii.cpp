@@ -68,13 +68,6 @@ Result<std::size_t> read_words(Link& link, std::uint16_t first, std::span<Interf
 
 }  // namespace
 
-Result<std::uint32_t> read_sii(Link& link, std::uint16_t station, std::uint16_t word) {
-  std::array<Interface, 1> one{};
-  if (auto ok = wait_idle(link, station, one); !ok) return tl::unexpected(ok.error());
-  if (auto ok = read_words(link, station, one, word); !ok) return tl::unexpected(ok.error());
-  return get_le<std::uint32_t>(one[0], 6);
-}
-
 Result<std::vector<StationSii>> read_all_sii(Link& link, std::uint16_t first, int count) {
   std::vector<Interface> stations(static_cast<std::size_t>(count));
   std::vector<Bytes> images(stations.size(), Bytes(2 * kFixedWords));

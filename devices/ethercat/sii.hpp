@@ -77,9 +77,8 @@ Result<StationSii> parse_sii_words(std::span<const std::byte> image);
 /// before stays. Fault::SiiInvalid when not even the fixed words are there.
 Result<StationSii> parse_sii(std::span<const std::byte> image);
 
-/// Two words from word address `word`. Fault::SiiInvalid when the EEPROM reports an error or stays busy for 100 ms.
-Result<std::uint32_t> read_sii(Link& link, std::uint16_t station, std::uint16_t word);
-/// Identity and standard mailbox of a station: six reads.
+/// Identity and standard mailbox of a station: six reads. Fault::SiiInvalid when the EEPROM reports an error or stays
+/// busy for 100 ms; also of the reads below.
 Result<StationSii> read_station_sii(Link& link, std::uint16_t station);
 /// The same of stations first..first+count-1 at once: they read side by side.
 Result<std::vector<StationSii>> read_all_sii(Link& link, std::uint16_t first, int count);

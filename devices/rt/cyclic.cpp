@@ -276,7 +276,7 @@ Exchange Cyclic::judge() noexcept {
     const Reply& first = replies_[0];
     const std::uint16_t seen = first.working_counter(states_);
     e.al_states = get_le<std::uint16_t>(first.data(states_), 0);
-    all_in_op_ = e.al_states == static_cast<std::uint16_t>(AlState::Op);
+    all_in_op_ = all_in_op(e.al_states);
     low |= seen < layout_.stations_on_bus;
     high |= seen > layout_.stations_on_bus;
     if (clock_ != kNoSlot && first.working_counter(clock_) != 0) e.dc_time_ns = read_clock(first.data(clock_));
