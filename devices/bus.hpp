@@ -73,8 +73,8 @@ class FieldBus {
   [[nodiscard]] virtual bool fresh(StationId station) const noexcept = 0;
   /// One cycle: sends the image and takes what comes back until `deadline`. RT.
   virtual Exchange exchange(Time deadline) noexcept = 0;
-  /// The next exchange() is to have this deadline: told when a cycle is done, it costs nothing while a frame is under
-  /// way. Not telling it, or another one, only costs time. RT.
+  /// Announces the deadline of the next exchange(), when a cycle is done and time is left. Without it, or with another
+  /// deadline, exchange() works all the same and takes a little longer. RT.
   virtual void arm(Time /*deadline*/) noexcept {}
   /// Writes the frames that carry the image as it stands, but for `changes`, for somebody else to send at any later
   /// time (their answers are never taken for those of an exchange). How many; 0 before bring_up(). RT.

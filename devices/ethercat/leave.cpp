@@ -26,7 +26,7 @@ constexpr int kBusDeadAfter = 3;                       // the same of the whole 
 constexpr Time kBeforeAskingAgain = milliseconds(10);  // of a station that shows an error, or did not hear
 constexpr std::size_t kAlBytes = 6;                    // 0130h, with the code in 0134h
 
-/// Height on the way from INIT to OP. BOOT lies beside PRE_OP: only INIT leads out of it.
+/// How far up from INIT to OP. BOOT lies beside PRE_OP: only INIT leads out of it.
 int height(AlState state) {
   switch (state) {
     case AlState::Op: return 3;

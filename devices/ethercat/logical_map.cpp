@@ -34,7 +34,7 @@ struct Part {
   [[nodiscard]] std::size_t bytes() const { return (bits + 7) / 8; }
 };
 
-/// PDOs by their SyncManagers, in the order of those. A station that tells no PDOs has its SyncManagers' lengths.
+/// PDOs by their SyncManagers, in the order of those. Where no PDOs are known, the lengths of its SyncManagers count.
 Result<std::vector<Part>> parts(const StationRecord& s, SyncManagerKind kind) {
   const bool out = kind == SyncManagerKind::ProcessOut;
   const auto& pdos = out ? s.rx_pdos : s.tx_pdos;
@@ -54,7 +54,7 @@ Result<std::vector<Part>> parts(const StationRecord& s, SyncManagerKind kind) {
     for (const auto& entry : pdos[n].entries) carrier->bits += entry.bit_length;
   }
   std::erase_if(all, [](const Part& p) { return p.bits == 0; });
-  // The places of a profile's objects are counted over all PDOs, one behind the other.
+  // The offsets of a profile's objects are counted over all PDOs, one behind the other.
   for (std::size_t i = 0; s.config != nullptr && i + 1 < all.size(); ++i)
     if (all[i].bits % 8 != 0)
       return fail(Fault::Inconsistent,

@@ -86,7 +86,7 @@ class EthercatMaster final : public FieldBus {
   bool health(std::size_t station, StationHealth& out) const noexcept { return cyclic_->health(station, out); }
 
  private:
-  struct Place {
+  struct ImagePart {
     std::size_t output_offset = 0, output_bytes = 0, input_offset = 0, input_bytes = 0;
     std::size_t index = 0;  ///< in stations_
   };
@@ -97,7 +97,7 @@ class EthercatMaster final : public FieldBus {
   Result<void> bring_back(StationRecord& station, Whereabouts where);
   [[nodiscard]] Result<void> wait_until_fresh(const StationRecord& station);
   [[nodiscard]] Result<StationRecord*> record(StationId station);
-  void choose_way() noexcept;
+  void choose_carrier() noexcept;
 
   const config::Machine& machine_;
   FramePort& port_;
@@ -106,7 +106,7 @@ class EthercatMaster final : public FieldBus {
   Link link_;
   AcyclicSlot acyclic_;
   std::vector<StationRecord> stations_;  ///< in the order of positions
-  std::vector<Place> places_;            ///< by StationId; empty places for stations of other buses
+  std::vector<ImagePart> image_parts_;   ///< by StationId; empty for stations of other buses
   std::vector<std::byte> output_image_, input_image_, spare_image_;
   std::vector<CyclicStation> cyclic_stations_;
   std::unique_ptr<Cyclic> cyclic_ = std::make_unique<Cyclic>();

@@ -54,7 +54,7 @@ Result<std::size_t> read_words(Link& link, std::uint16_t first, std::span<Interf
   if (auto ok = wait_idle(link, first, stations); !ok) return tl::unexpected(ok.error());
   std::size_t words = 4;
   for (std::size_t i = 0; i < stations.size(); ++i) {
-    // These two tell of the first words at start-up, which an empty EEPROM or one that was written without a new
+    // These two bits are about the first words at start-up, which an empty EEPROM or one that was written without a new
     // checksum fails (an ET1100 sets both until the next reload); reading still works.
     if ((control(stations[i]) & (kSiiErrors & ~(kSiiChecksumError | kSiiNotLoaded))) != 0)
       return fail(

@@ -21,8 +21,8 @@ Cyclic::Cyclic(const CyclicLayout& layout, std::span<const std::byte> outputs, s
   fresh_.set();
 }
 
-/// Regions that lie side by side and are reached in the same way share a datagram of at most this size, or have one
-/// each (0).
+/// Regions that lie side by side and are reached by the same commands share a datagram of at most this size, or have
+/// one each (0).
 void Cyclic::plan(Parts& parts, std::size_t most_bytes) noexcept {
   const auto& stations = layout_.stations;
   for (std::size_t first = 0; first < stations.size();) {
@@ -210,7 +210,7 @@ void Cyclic::end_cycle() noexcept {
 
 CyclicCounts Cyclic::counters() const noexcept {
   CountWords words;
-  for (std::size_t i = 0; i < words.size(); ++i) words[i] = told_counts_[i].load(std::memory_order_relaxed);
+  for (std::size_t i = 0; i < words.size(); ++i) words[i] = published_counts_[i].load(std::memory_order_relaxed);
   return std::bit_cast<CyclicCounts>(words);
 }
 
@@ -242,7 +242,7 @@ Exchange Cyclic::run(FramePort& port, AcyclicSlot& acyclic, Time deadline) noexc
     e.inputs_fresh = false;
   }
   const auto words = std::bit_cast<CountWords>(counts_);
-  for (std::size_t i = 0; i < words.size(); ++i) told_counts_[i].store(words[i], std::memory_order_relaxed);
+  for (std::size_t i = 0; i < words.size(); ++i) published_counts_[i].store(words[i], std::memory_order_relaxed);
   return e;
 }
 
@@ -268,7 +268,7 @@ Exchange Cyclic::judge() noexcept {
       if (back && counter != part.expected && parts_ == &singly_) ++health_[station].stale_cycles;
     }
   }
-  tell_fresh();
+  publish_fresh();
   // Inputs last: a station without LRW is fresh only when both its datagrams were answered in full.
   for (std::size_t i = 0; i < parts_->size(); ++i) take_inputs((*parts_)[i], placed_[i]);
 
@@ -301,12 +301,12 @@ void Cyclic::judge_counters(Exchange& e, bool low, bool high) noexcept {
     --singly_left_;
 }
 
-void Cyclic::tell_fresh() noexcept {
-  for (std::size_t w = 0; w < told_fresh_.size(); ++w) {
+void Cyclic::publish_fresh() noexcept {
+  for (std::size_t w = 0; w < published_fresh_.size(); ++w) {
     std::uint64_t word = 0;
     for (std::size_t i = 64 * w; i < std::min(layout_.stations.size(), 64 * (w + 1)); ++i)
       word |= std::uint64_t{fresh_[i]} << (i % 64);
-    told_fresh_[w].store(word, std::memory_order_relaxed);
+    published_fresh_[w].store(word, std::memory_order_relaxed);
   }
   cycles_.fetch_add(1, std::memory_order_release);
 }
@@ -335,7 +335,7 @@ std::uint64_t Cyclic::read_clock(std::span<const std::byte> data) noexcept {
 void Cyclic::look(const Reply& first, Exchange& e) noexcept {
   if (errors_ == kNoSlot) return;
   StationHealth& h = health_[rolled_];
-  if (first.working_counter(errors_) != kWkcRead) return told_[rolled_].store(h);
+  if (first.working_counter(errors_) != kWkcRead) return published_[rolled_].store(h);
   ++h.looks;
   const auto errors = first.data(errors_);
   std::copy(errors.begin(), errors.end(), h.errors.begin());
@@ -354,7 +354,7 @@ void Cyclic::look(const Reply& first, Exchange& e) noexcept {
     h.al_code = get_le<std::uint16_t>(first.data(al_status_), 4);
     h.al_cycle = cycles_.load(std::memory_order_relaxed);
   }
-  told_[rolled_].store(h);
+  published_[rolled_].store(h);
 }
 
 }  // namespace gantry::devices

@@ -98,7 +98,7 @@ class Cyclic {
   void prepare() noexcept;
   Exchange run(FramePort& port, AcyclicSlot& acyclic, Time deadline) noexcept;
   /// The frames that carry `outputs`, laid out like the image, and nothing else, for somebody else to send. They count
-  /// as late when they come back: their index is half a round away from those under way. How many; 0: they do not fit.
+  /// as late when they come back: their index is half a round away from the loop's own. How many; 0: they do not fit.
   std::size_t spare_frames(std::span<const std::byte> outputs, std::span<FrameBytes> frames) noexcept;
 
   /// The inputs of a station (index in the layout) are of the last exchange.
@@ -107,10 +107,10 @@ class Cyclic {
   /// follow each other.
   [[nodiscard]] CyclicCounts counters() const noexcept;
   /// For the run thread. False when it was not looked at yet.
-  bool health(std::size_t station, StationHealth& out) const noexcept { return told_[station].load(out); }
+  bool health(std::size_t station, StationHealth& out) const noexcept { return published_[station].load(out); }
   /// The same as fresh(), for the run thread, with the number of cycles so far.
   [[nodiscard]] bool was_fresh(std::size_t station) const noexcept {
-    return (told_fresh_[station / 64].load(std::memory_order_relaxed) >> (station % 64) & 1) != 0;
+    return (published_fresh_[station / 64].load(std::memory_order_relaxed) >> (station % 64) & 1) != 0;
   }
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_.load(std::memory_order_acquire); }
 
@@ -141,7 +141,7 @@ class Cyclic {
   void take_inputs(const Part& part, const Placed& placed) noexcept;
   void look(const Reply& first, Exchange& e) noexcept;
   [[nodiscard]] std::uint64_t read_clock(std::span<const std::byte> data) noexcept;
-  void tell_fresh() noexcept;
+  void publish_fresh() noexcept;
 
   CyclicLayout layout_;
   std::span<const std::byte> outputs_;
@@ -171,12 +171,12 @@ class Cyclic {
 
   std::bitset<kMaxCyclicStations> fresh_;
   std::array<StationHealth, kMaxCyclicStations> health_{};
-  std::array<rt::Latest<StationHealth>, kMaxCyclicStations> told_;
-  std::array<std::atomic<std::uint64_t>, kMaxCyclicStations / 64> told_fresh_{};
+  std::array<rt::Latest<StationHealth>, kMaxCyclicStations> published_;
+  std::array<std::atomic<std::uint64_t>, kMaxCyclicStations / 64> published_fresh_{};
   std::atomic<std::uint64_t> cycles_{0};
   CyclicCounts counts_;
   using CountWords = std::array<std::uint64_t, sizeof(CyclicCounts) / sizeof(std::uint64_t)>;
-  std::array<std::atomic<std::uint64_t>, std::tuple_size_v<CountWords>> told_counts_{};
+  std::array<std::atomic<std::uint64_t>, std::tuple_size_v<CountWords>> published_counts_{};
 };
 
 }  // namespace gantry::devices

@@ -24,8 +24,8 @@ Drive::Drive(const DriveLayout& layout, const AxisScale& scale, const DriveOptio
       timeout_cycles_(kTransitionTimeout / options.cycle),
       mode_grace_cycles_(kModeGrace / options.cycle) {}
 
-/// Cycles of motion that the next position may show at once: slept through here, or lost on the way. Of a drive that
-/// was not known before there is nothing to catch up with.
+/// Cycles of motion that the next position may show at once: this program slept, or frames were lost. A drive that
+/// was not known before has nothing to catch up with.
 void Drive::count_missed(bool fresh, std::int64_t elapsed) noexcept {
   const std::int64_t missed = known_ ? elapsed - 1 + (fresh ? stale_ : 0) : 0;
   if (missed > 0) {
