@@ -92,9 +92,9 @@ std::vector<std::uint32_t> propagation_delays(const Tree& tree, std::span<const 
     const auto p = static_cast<std::size_t>(up);
     const int entry = tree.nodes[p].entry_port;
     int before = entry;
-    for (const int exit : exits_of(stations[p], entry)) {
-      if (exit == port) break;
-      before = exit;
+    for (const int out : exits_of(stations[p], entry)) {
+      if (out == port) break;
+      before = out;
     }
     const std::uint32_t behind = at(p, port) - at(p, before);  // out by this port and back again
     const auto own_exits = exits_of(stations[i], tree.nodes[i].entry_port);
