@@ -18,14 +18,16 @@ using Bytes = std::vector<std::byte>;
 
 /// What one cyclic exchange gave.
 struct Exchange {
-  Fault fault = Fault::None;  ///< FrameLost, WorkingCounterLow, WorkingCounterHigh, BusDown
+  /// FrameLost: a frame did not come back. WorkingCounterLow: all came back, but not everybody took part; also when
+  /// nobody did. WorkingCounterHigh, BusDown (no link).
+  Fault fault = Fault::None;
   bool inputs_fresh = false;  ///< all inputs are of this exchange; stale ones are the last good ones, unchanged
   std::uint16_t working_counter = 0, expected = 0;
   std::uint64_t dc_time_ns = 0;  ///< reference clock (0910h) as read in this frame; 0 when there is none
   StationId clock_station;       ///< whose clock was looked at in this cycle, in turn
   bool clock_seen = false;       ///< one was
   std::int32_t clock_ns = 0;     ///< its system time minus the one that came by (092Ch)
-  std::uint16_t al_states = 0;   ///< AL states of all stations OR-ed (BRD 0130h); 8: all in OP
+  std::uint16_t al_states = 0;   ///< AL states of all stations OR-ed (BRD 0130h); see wire::all_in_op()
 };
 
 /// One byte of a station's outputs made otherwise: what is kept of it, and what is set.
@@ -57,7 +59,8 @@ class FieldBus {
   /// First instant at or after `not_before`, on the machine's clock, at which a cycle should begin so that SYNC0 comes
   /// half a cycle later. Without DC: `not_before`.
   [[nodiscard]] virtual Time first_cycle(Time not_before) const noexcept = 0;
-  /// Leaves cyclic operation in order (outputs safe, INIT). The caller has stopped exchanging.
+  /// Leaves cyclic operation in order: outputs safe, then down to INIT, where every station that answers is when this
+  /// returns. Blocking, bounded in time. The caller has stopped exchanging.
   virtual void shut_down() = 0;
   virtual Result<Bytes> read_object(StationId station, config::ObjectAddress address) = 0;
   virtual Result<void> write_object(StationId station, config::ObjectAddress address,
@@ -70,8 +73,8 @@ class FieldBus {
   [[nodiscard]] virtual bool fresh(StationId station) const noexcept = 0;
   /// One cycle: sends the image and takes what comes back until `deadline`. RT.
   virtual Exchange exchange(Time deadline) noexcept = 0;
-  /// The next exchange() is to have this deadline: told when a cycle is done, it costs nothing while a frame is under
-  /// way. Not telling it, or another one, only costs time. RT.
+  /// Announces the deadline of the next exchange(), when a cycle is done and time is left. Without it, or with another
+  /// deadline, exchange() works all the same and takes a little longer. RT.
   virtual void arm(Time /*deadline*/) noexcept {}
   /// Writes the frames that carry the image as it stands, but for `changes`, for somebody else to send at any later
   /// time (their answers are never taken for those of an exchange). How many; 0 before bring_up(). RT.

@@ -28,12 +28,12 @@ class FramePort {
   /// The next frame that has arrived, waiting until `deadline` at most (a past deadline only looks). A frame whose FCS
   /// was wrong never shows.
   virtual Received receive(std::span<std::byte> buffer, Time deadline) noexcept = 0;
-  /// A receive() that waits until exactly `deadline` is to come: what its wait needs is made ready now, while no frame
-  /// is under way. Only saves time, and only the one that was told last.
+  /// A receive() that waits until exactly `deadline` is to come: what its wait needs is made ready now, while no answer
+  /// is waited for. Only saves time, and only for the deadline of the last call.
   virtual void arm(Time /*deadline*/) noexcept {}
   [[nodiscard]] virtual bool link_up(PortIndex port) const noexcept = 0;
-  /// A socket on which one `::send` puts a whole frame on the wire, from any thread and from a signal handler: the way
-  /// of the last frame of a program that hangs or dies. -1: there is none (a virtual segment belongs to one thread).
+  /// A socket on which one `::send` puts a whole frame on the wire, from any thread and from a signal handler: by it
+  /// a program that hangs or dies sends its last frame. -1: there is none (a virtual segment belongs to one thread).
   [[nodiscard]] virtual int descriptor() const noexcept { return -1; }
 };
 

@@ -1,7 +1,7 @@
 // A port that stands in front of another one and passes everything on: the base of those that look at frames or change
-// some of them on the way.
+// some of them.
 //   class Tap final : public PassingPort { using PassingPort::PassingPort;  bool send(...) noexcept override; };
-// It has no descriptor: what goes past it would not be seen by it.
+// It has no descriptor: frames that are sent on a socket directly would not pass through it.
 #pragma once
 #include "devices/frame_port.hpp"
 

@@ -33,7 +33,11 @@ void Axes::read(const devices::FieldBus& bus, bool answered, std::int64_t elapse
     const DriveState state = drives_[d].read(bus.inputs(station), fresh, elapsed).state;
     if (goal_ == DriveGoal::Enabled && was_enabled && state != DriveState::OperationEnabled &&
         state != DriveState::FaultReaction && state != DriveState::Fault)
-      dropped_[d] = true;  // set() could throw
+      dropped_[d] = true;                // set() could throw
+    if (drives_[d].feedback().jumped) {  // whatever else is wrong, and whatever the loop does about that
+      forget_reference(setup_.drives[d].axis);
+      homing_[d].cancel(Fault::EncoderJump);
+    }
     const bool was_away = away_[d] >= setup_.counter_low_max;
     if (!fresh && answered)
       away_[d] = std::min(away_[d] + 1, setup_.counter_low_max);

@@ -34,7 +34,8 @@ Loop::Loop(const LoopSetup& setup, devices::FieldBus& bus, devices::CanPort* can
       axes_(setup_),
       supervisor_(setup_),
       interpolator_(channels.segments, setup_.limits, setup_.valve_mask),
-      compensation_(setup_.limits, delays_of(setup_)) {}
+      compensation_(setup_.limits, delays_of(setup_)),
+      dc_lock_(devices::dc_lock_options(setup_.period)) {}
 
 Time Loop::tick(const Beat& beat) noexcept {
   const rt::Section in_loop;

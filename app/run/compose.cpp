@@ -79,6 +79,7 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, bool hardware) {
     if (axis.homing) {
       setup.homing.possible = true;
       setup.homing.position = axis.homing->position;
+      setup.homing.limits.cycle = loop.period;
       setup.homing.limits.timeout_cycles = cycles_in(axis.homing->timeout_s, loop.period);
       const double travel = kHomingTravel * (axis.p_max - axis.p_min) + std::abs(axis.homing->position);
       setup.homing.limits.travel_counts = std::llround(travel * axis.counts_per_unit);

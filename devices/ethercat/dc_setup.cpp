@@ -38,7 +38,7 @@ Result<std::vector<Latched>> read_latched(Link& link, std::span<const StationRec
   if (auto ok = link.transact(batch); !ok) return tl::unexpected(ok.error());
   for (const Datagram& d : batch)
     if (d.working_counter != kWkcRead)
-      return fail(Fault::StationMissing, "the station does not tell its receive times (0900h)",
+      return fail(Fault::StationMissing, "the station does not give its receive times (0900h)",
                   fmt::format("station address {:04X}h", d.address & 0xFFFF));
   std::vector<Latched> latched(stations.size());
   for (std::size_t i = 0; i < stations.size(); ++i) {
@@ -155,7 +155,7 @@ Result<void> rejoin_clocks(Link& link, const StationRecord& s, const DcSetup& dc
   const auto machine_time = static_cast<std::uint64_t>(link.clock().now().count());
   if (auto ok = link.transact(std::span(both).first(source != 0 ? 2 : 1)); !ok) return ok;
   if (both[0].working_counter != kWkcRead || (source != 0 && both[1].working_counter != kWkcRead))
-    return fail(Fault::StationMissing, "the station or the clock that it follows does not tell its time (0910h)",
+    return fail(Fault::StationMissing, "the station or the clock that it follows does not give its time (0910h)",
                 s.where);
   const bool wide = dc.reference_wide && (s.esc.features & kFeatureDc64) != 0;
   const auto time = [&](std::span<const std::byte> raw) {

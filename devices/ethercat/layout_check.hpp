@@ -1,5 +1,5 @@
-// Whether a station can take what is about to be written to it, asked before SAFE_OP: a wrong length or two areas over
-// each other is told by our own words, with both sides, and not found by stations that do not look.
+// Whether a station can take what is about to be written to it, checked before SAFE_OP. Stations refuse a wrong length
+// or areas over each other with a bare code, or do not look; here the message names both sides.
 //   check_areas(station);                  // SyncManagers against each other, the RAM, and the ESC's numbers
 //   check_fixed_map(link, station);        // a mapping that is not written, against what the station says it has
 // Off the RT side.

@@ -63,7 +63,7 @@ bool Link::attempt(std::span<Datagram> of_one_frame) {
 
 bool Link::attempt_riding(std::span<Datagram> at_once) {
   const Time deadline = clock_.now() + kRideTimeout;
-  while (!slot_->post(at_once)) {  // those before were given up and are still under way
+  while (!slot_->post(at_once)) {  // an earlier request was given up, and its answer is still to come
     if (slot_->take({}) == AcyclicSlot::Taken::Pending && clock_.now() >= deadline) return false;
     pause(kRidePause);
   }

@@ -87,8 +87,8 @@ Result<bool> Mailbox::ask_repeat(int number) {
 /// Reads the full mailbox. When no answer comes, either the request was lost and the mailbox is full as before, or the
 /// reply was, and has emptied it. Asking the station to repeat is right in both cases: it gives the message that was
 /// read last and then the one that waits, and a copy is known by its counter. From a full mailbox alone one could not
-/// tell the lost message from the next one. A station that does not repeat is read again as long as its mailbox is
-/// full.
+/// distinguish the lost message from the next one. A station that does not repeat is read again as long as its mailbox
+/// is full.
 Result<std::vector<std::byte>> Mailbox::fetch() {
   int number = 0;
   const auto* sm = find_sync_manager(station_, SyncManagerKind::MailboxIn, &number);

@@ -1,4 +1,4 @@
-// The mailbox of one station: one request out, one reply in, nothing lost on the way (ETG.1000.4, 6.6: counter,
+// The mailbox of one station: one request out, one reply in, nothing lost in between (ETG.1000.4, 6.6: counter,
 // repeat).
 //   Mailbox box(link, station);
 //   box.send(wire::MailboxType::Coe, request);

@@ -4,10 +4,14 @@
 #include <fmt/format.h>
 
 #include "devices/ethercat/layout_check.hpp"
+#include "devices/ethercat/leave.hpp"
+#include "devices/ethercat/lrw_trial.hpp"
 #include "devices/ethercat/mailbox.hpp"
 #include "devices/ethercat/scan.hpp"
 #include "devices/ethercat/sdo.hpp"
 #include "devices/ethercat/states.hpp"
+#include "devices/ethercat/station_objects.hpp"
+#include "devices/ethercat/station_registers.hpp"
 
 namespace gantry::devices {
 namespace {
@@ -115,13 +119,13 @@ Result<void> EthercatMaster::learn_pdos(StationRecord& s) {
 void EthercatMaster::begin_cycles() {
   std::size_t ids = machine_.stations.size();
   for (const auto& s : stations_) ids = std::max<std::size_t>(ids, s.id.value + 1u);
-  places_.assign(ids, Place{.index = kMaxCyclicStations});
+  image_parts_.assign(ids, ImagePart{.index = kMaxCyclicStations});
   cyclic_stations_.clear();
   std::size_t reference = 0;
   for (std::size_t i = 0; i < stations_.size(); ++i) {
     const StationRecord& s = stations_[i];
     if (s.address == dc_.reference_address) reference = i;
-    places_[s.id.value] = {s.output_offset, s.output_bytes, s.input_offset, s.input_bytes, i};
+    image_parts_[s.id.value] = {s.output_offset, s.output_bytes, s.input_offset, s.input_bytes, i};
     int box = 0;
     const bool mailbox = find_sync_manager(s, config::SyncManagerKind::MailboxIn, &box) != nullptr;
     cyclic_stations_.push_back(
@@ -151,7 +155,7 @@ void EthercatMaster::begin_cycles() {
 
 /// While the loop exchanges in a thread of its own, datagrams ride in its frames. On a virtual clock one thread owns
 /// everything: they go out by themselves between two cycles, unless whoever waits lets the loop step.
-void EthercatMaster::choose_way() noexcept {
+void EthercatMaster::choose_carrier() noexcept {
   link_.ride_in(exchanging_ && (stepped_ || !clock_.is_virtual()) ? &acyclic_ : nullptr);
 }
 
@@ -165,7 +169,7 @@ Result<void> EthercatMaster::request_operation() {
   const Time patience = clock_.now() + kLoopBegins;
   while (!clock_.is_virtual() && !exchanging_ && clock_.now() < patience)
     clock_.sleep_until(clock_.now() + milliseconds(1));
-  choose_way();
+  choose_carrier();
   for (const auto& s : stations_) {
     const auto status = at(s, read_al_status(link_, s));
     if (!status) return tl::unexpected(status.error());
@@ -178,7 +182,7 @@ Result<void> EthercatMaster::request_operation() {
 }
 
 Result<void> EthercatMaster::check_operation() {
-  choose_way();
+  choose_carrier();
   for (const auto& s : stations_) {
     const auto status = at(s, read_al_status(link_, s));
     if (!status) return tl::unexpected(status.error());
@@ -203,15 +207,10 @@ void EthercatMaster::shut_down() {
   link_.ride_in(nullptr);
   if (stations_.empty()) return;
   std::fill(output_image_.begin(), output_image_.end(), std::byte{0});
-  cyclic_->run(port_, acyclic_, clock_.now() + Link::kReplyTimeout);
-  constexpr std::array<std::byte, 1> off{};
-  for (const auto state : {AlState::SafeOp, AlState::Init}) {
-    std::array<std::byte, 2> raw{};
-    put_le<std::uint16_t>(raw, 0, static_cast<std::uint16_t>(state));
-    // The bus may be gone; the stations' watchdogs have answered then.
-    if (!link_.write_all(reg::kAlControl, raw)) return;
-  }
-  if (!link_.write_all(reg::kDcActivation, off)) return;
+  const auto exchange = [&] { cyclic_->run(port_, acyclic_, clock_.now() + Link::kReplyTimeout); };
+  exchange();
+  for (std::string& left : leave_operation(link_, stations_, machine_.bus.cycle, exchange))
+    notes_.push_back(std::move(left));
   stations_.clear();
 }
 
@@ -220,7 +219,7 @@ Result<StationRecord*> EthercatMaster::record(StationId station) {
   if (it == stations_.end())
     return fail(Fault::StationMissing,
                 fmt::format("station {} is not on this bus, or the bus is not up", station.value));
-  choose_way();
+  choose_carrier();
   return &*it;
 }
 
@@ -251,7 +250,7 @@ Result<void> EthercatMaster::wait_until_fresh(const StationRecord& s) {
   return {};
 }
 
-Result<void> EthercatMaster::recover(StationRecord& s, Whereabouts where) {
+Result<void> EthercatMaster::bring_back(StationRecord& s, Whereabouts where) {
   if (where == Whereabouts::InOp) return wait_until_fresh(s);
   if (where == Whereabouts::Gone)
     return fail(Fault::StationMissing, "does not answer; check its supply and the cable before it", s.where);
@@ -267,19 +266,6 @@ Result<void> EthercatMaster::recover(StationRecord& s, Whereabouts where) {
   return wait_until_fresh(s);
 }
 
-Result<void> EthercatMaster::recover() {
-  choose_way();
-  Result<void> first;
-  for (auto& s : stations_) {
-    const auto where = look_for(link_, s);
-    auto back = at(s, where ? recover(s, *where) : Result<void>(tl::unexpected(where.error())));
-    if (back) continue;
-    if (first) first = std::move(back);
-    // What stands behind a station that is gone may have moved up, or be gone with it; it is looked for all the same.
-  }
-  return first;
-}
-
 Result<std::optional<AlStatus>> EthercatMaster::bring_back(StationId station) {
   auto s = record(station);
   if (!s) return tl::unexpected(s.error());
@@ -290,12 +276,12 @@ Result<std::optional<AlStatus>> EthercatMaster::bring_back(StationId station) {
   auto found = Result<AlStatus>{};
   if (*where != Whereabouts::Gone) found = at(**s, read_al_status(link_, **s));
   if (!found) return tl::unexpected(found.error());
-  if (auto back = at(**s, recover(**s, *where)); !back) return tl::unexpected(back.error());
+  if (auto back = at(**s, bring_back(**s, *where)); !back) return tl::unexpected(back.error());
   return *found;
 }
 
 std::vector<std::pair<StationId, Emergency>> EthercatMaster::take_emergencies() {
-  choose_way();
+  choose_carrier();
   std::vector<std::pair<StationId, Emergency>> taken;
   for (std::size_t i = 0; i < stations_.size(); ++i) {
     StationRecord& s = stations_[i];
@@ -337,7 +323,7 @@ Result<std::vector<ObjectDescription>> EthercatMaster::object_list(StationId sta
 }
 
 Result<std::vector<ErrorCounters>> EthercatMaster::error_counters() {
-  choose_way();
+  choose_carrier();
   std::vector<ErrorCounters> all;
   for (const auto& s : stations_) {
     const auto counters = at(s, read_error_counters(link_, s));
@@ -348,7 +334,7 @@ Result<std::vector<ErrorCounters>> EthercatMaster::error_counters() {
 }
 
 Result<std::vector<DcStatus>> EthercatMaster::dc_status() {
-  choose_way();
+  choose_carrier();
   std::vector<DcStatus> all;
   for (const auto& s : stations_) {
     const auto status = at(s, read_dc_status(link_, s));
@@ -359,20 +345,20 @@ Result<std::vector<DcStatus>> EthercatMaster::dc_status() {
 }
 
 std::span<std::byte> EthercatMaster::outputs(StationId station) noexcept {
-  if (station.value >= places_.size()) return {};
-  const Place& p = places_[station.value];
+  if (station.value >= image_parts_.size()) return {};
+  const ImagePart& p = image_parts_[station.value];
   return std::span(output_image_).subspan(p.output_offset, p.output_bytes);
 }
 
 std::span<const std::byte> EthercatMaster::inputs(StationId station) const noexcept {
-  if (station.value >= places_.size()) return {};
-  const Place& p = places_[station.value];
+  if (station.value >= image_parts_.size()) return {};
+  const ImagePart& p = image_parts_[station.value];
   return std::span<const std::byte>(input_image_).subspan(p.input_offset, p.input_bytes);
 }
 
 bool EthercatMaster::fresh(StationId station) const noexcept {
-  return station.value < places_.size() && places_[station.value].index < kMaxCyclicStations &&
-         cyclic_->fresh(places_[station.value].index);
+  return station.value < image_parts_.size() && image_parts_[station.value].index < kMaxCyclicStations &&
+         cyclic_->fresh(image_parts_[station.value].index);
 }
 
 Exchange EthercatMaster::exchange(Time deadline) noexcept {
@@ -383,8 +369,8 @@ Exchange EthercatMaster::exchange(Time deadline) noexcept {
 std::size_t EthercatMaster::spare_frames(std::span<const ImageChange> changes, std::span<FrameBytes> frames) noexcept {
   std::copy(output_image_.begin(), output_image_.end(), spare_image_.begin());
   for (const ImageChange& change : changes) {
-    if (change.station.value >= places_.size()) continue;
-    const Place& p = places_[change.station.value];
+    if (change.station.value >= image_parts_.size()) continue;
+    const ImagePart& p = image_parts_[change.station.value];
     change.apply(std::span(spare_image_).subspan(p.output_offset, p.output_bytes));
   }
   return cyclic_->spare_frames(spare_image_, frames);

@@ -15,7 +15,7 @@
 #include "devices/bus.hpp"
 #include "devices/ethercat/dc_setup.hpp"
 #include "devices/ethercat/link.hpp"
-#include "devices/ethercat/mapping.hpp"
+#include "devices/ethercat/logical_map.hpp"
 #include "devices/ethercat/recovery.hpp"
 #include "devices/ethercat/states.hpp"
 #include "devices/ethercat/station.hpp"
@@ -45,12 +45,10 @@ class EthercatMaster final : public FieldBus {
 
   /// In virtual time: what a blocking call does to let a cycle pass. With it, they ride along there too.
   void step_by(std::function<void()> step);
-  /// Looks for stations that do not take part, and brings back those that answer by replaying their records, while the
-  /// loop goes on. A station is back when it takes part and its inputs are fresh, cycle after cycle.
-  /// Fault::StationMissing names the first that stays away; other faults are those of bring-up. Bounded: about half a
-  /// second for a station that answers.
-  Result<void> recover();
-  /// The same for one station: in what state it was found; nothing when it is in OP and its inputs are fresh.
+  /// Looks for a station that does not take part, and brings it back by replaying its record, while the loop goes on:
+  /// in what state it was found; nothing when it is in OP and its inputs are fresh. It is back when it takes part and
+  /// its inputs are fresh, cycle after cycle. Fault::StationMissing when it stays away; other faults are those of
+  /// bring-up. Bounded: about half a second for a station that answers.
   Result<std::optional<AlStatus>> bring_back(StationId station);
   /// Takes what stations have sent unasked (emergencies) since the last call. Blocking, but cheap: only stations whose
   /// mailbox flag the cycles have seen are asked.
@@ -76,17 +74,19 @@ class EthercatMaster final : public FieldBus {
   }
   std::size_t spare_frames(std::span<const ImageChange> changes, std::span<FrameBytes> frames) noexcept override;
 
-  /// What bring-up found worth telling (assumed identities that differ, clocks ...).
+  /// What bring-up found worth reporting (assumed identities that differ, clocks ...), and behind it after shut_down()
+  /// the stations that could not be brought to INIT.
   [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
   [[nodiscard]] const std::vector<StationRecord>& stations() const noexcept { return stations_; }
-  [[nodiscard]] const CyclicCounts& counts() const noexcept { return cyclic_->counts(); }
+  /// What became of the frames and cycles since bring_up(). Any thread, without a lock.
+  [[nodiscard]] CyclicCounts counters() const noexcept { return cyclic_->counters(); }
   /// Exchanges since bring_up(). Any thread.
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cyclic_->cycles(); }
   /// What the cycles have seen of a station (index in stations()); false when it was not looked at yet. Any thread.
   bool health(std::size_t station, StationHealth& out) const noexcept { return cyclic_->health(station, out); }
 
  private:
-  struct Place {
+  struct ImagePart {
     std::size_t output_offset = 0, output_bytes = 0, input_offset = 0, input_bytes = 0;
     std::size_t index = 0;  ///< in stations_
   };
@@ -94,10 +94,10 @@ class EthercatMaster final : public FieldBus {
   Result<void> configure(StationRecord& station);
   Result<void> learn_pdos(StationRecord& station);
   void begin_cycles();
-  Result<void> recover(StationRecord& station, Whereabouts where);
+  Result<void> bring_back(StationRecord& station, Whereabouts where);
   [[nodiscard]] Result<void> wait_until_fresh(const StationRecord& station);
   [[nodiscard]] Result<StationRecord*> record(StationId station);
-  void choose_way() noexcept;
+  void choose_carrier() noexcept;
 
   const config::Machine& machine_;
   FramePort& port_;
@@ -106,7 +106,7 @@ class EthercatMaster final : public FieldBus {
   Link link_;
   AcyclicSlot acyclic_;
   std::vector<StationRecord> stations_;  ///< in the order of positions
-  std::vector<Place> places_;            ///< by StationId; empty places for stations of other buses
+  std::vector<ImagePart> image_parts_;   ///< by StationId; empty for stations of other buses
   std::vector<std::byte> output_image_, input_image_, spare_image_;
   std::vector<CyclicStation> cyclic_stations_;
   std::unique_ptr<Cyclic> cyclic_ = std::make_unique<Cyclic>();

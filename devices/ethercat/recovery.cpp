@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
-#include "devices/ethercat/mapping.hpp"
 #include "devices/ethercat/scan.hpp"
 #include "devices/ethercat/sii.hpp"
 #include "devices/ethercat/states.hpp"
+#include "devices/ethercat/station_objects.hpp"
+#include "devices/ethercat/station_registers.hpp"
 
 namespace gantry::devices {
 namespace {

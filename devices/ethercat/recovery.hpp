@@ -14,7 +14,7 @@
 namespace gantry::devices {
 
 enum class Whereabouts : std::uint8_t {
-  Gone,       ///< nobody answers at its place
+  Gone,       ///< nobody answers at its address or its position
   Forgetful,  ///< it answers, but it has lost its power: everything is to be written
   Fallen,     ///< it has kept what was written, but left OP (its watchdog, a lost clock)
   InOp,

@@ -103,8 +103,8 @@ void find_parents(std::vector<StationRecord>& stations) {
   for (const auto& s : stations) ports.push_back(s.ports);
   const Tree tree = build_tree(ports);
   for (std::size_t i = 0; i < stations.size(); ++i) {
-    stations[i].parent = tree.places[i].parent;
-    stations[i].parent_port = tree.places[i].parent_port;
+    stations[i].parent = tree.nodes[i].parent;
+    stations[i].parent_port = tree.nodes[i].parent_port;
   }
 }
 
@@ -251,7 +251,7 @@ Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machi
                                         std::vector<std::string>& notes) {
   const auto configured = on_ethercat(machine);
   const bool anybody = strangers && configured.empty();
-  // Counted before anything is touched: a bus with another number of stations stays as it is.
+  // Counted before anything is written: a bus with another number of stations stays as it is.
   const auto count = count_stations(link);
   if (!count) return tl::unexpected(count.error());
   if (!anybody)
@@ -264,7 +264,7 @@ Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machi
 
   for (std::size_t i = 0; i < records->size(); ++i) {
     StationRecord& r = (*records)[i];
-    const auto place = [&](Error e) {
+    const auto located = [&](Error e) {
       if (e.where.empty()) e.where = r.where;
       return tl::unexpected(std::move(e));
     };
@@ -273,10 +273,10 @@ Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machi
       r.id = r.config->id;
       r.where = where(*r.config);
     }
-    if (auto ok = wait_for_state(link, r, AlState::Init); !ok) return place(ok.error());
-    if (!r.sii.read) return place({Fault::SiiInvalid, r.sii.damage, {}});
+    if (auto ok = wait_for_state(link, r, AlState::Init); !ok) return located(ok.error());
+    if (!r.sii.read) return located({Fault::SiiInvalid, r.sii.damage, {}});
     if (anybody)
-      if (auto ok = read_whole_sii(link, r); !ok) return place(ok.error());
+      if (auto ok = read_whole_sii(link, r); !ok) return located(ok.error());
     if (!r.sii.damage.empty()) notes.push_back(r.where + ": SII EEPROM: " + r.sii.damage);
     if (anybody) {
       plan_from_sii(r);

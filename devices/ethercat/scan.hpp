@@ -22,7 +22,7 @@ constexpr std::uint16_t station_address(int position) { return static_cast<std::
 Result<int> count_stations(Link& link);
 
 /// Records of all stations that answer, by position: address given, ESC, ports and parent, alias and the EEPROM's
-/// fixed words read (an EEPROM that cannot be read is told in sii.damage). No state is changed. Fault::StationMissing,
+/// fixed words read (sii.damage says when an EEPROM cannot be read). No state is changed. Fault::StationMissing,
 /// BusDown.
 Result<std::vector<StationRecord>> find_stations(Link& link);
 /// Reads the EEPROM's categories too.

@@ -224,7 +224,7 @@ Result<Bytes> upload_singly(Link& link, StationRecord& station, std::uint16_t in
   return all;
 }
 
-/// The same the other way. How long each sub-index is, the station knows. Objects like a PDO's mapping take their
+/// The same for a download. How long each sub-index is, the station knows. Objects like a PDO's mapping take their
 /// entries only while sub-index 0 is 0; where it is fixed, that is refused and does not matter.
 Result<void> download_singly(Link& link, StationRecord& station, std::uint16_t index,
                              std::span<const std::byte> value) {

@@ -1,4 +1,5 @@
-// Reading and writing objects of a station by CoE SDO (ETG.1000.6, 5.6.2): expedited, normal and segmented, both ways.
+// Reading and writing objects of a station by CoE SDO (ETG.1000.6, 5.6.2): expedited, normal and segmented, up and
+// down.
 //   auto value = sdo_upload(link, station, {0x6064, 0});
 #pragma once
 #include <cstdint>

@@ -54,7 +54,7 @@ Result<std::size_t> read_words(Link& link, std::uint16_t first, std::span<Interf
   if (auto ok = wait_idle(link, first, stations); !ok) return tl::unexpected(ok.error());
   std::size_t words = 4;
   for (std::size_t i = 0; i < stations.size(); ++i) {
-    // These two tell of the first words at start-up, which an empty EEPROM or one that was written without a new
+    // These two bits are about the first words at start-up, which an empty EEPROM or one that was written without a new
     // checksum fails (an ET1100 sets both until the next reload); reading still works.
     if ((control(stations[i]) & (kSiiErrors & ~(kSiiChecksumError | kSiiNotLoaded))) != 0)
       return fail(
@@ -67,13 +67,6 @@ Result<std::size_t> read_words(Link& link, std::uint16_t first, std::span<Interf
 }
 
 }  // namespace
-
-Result<std::uint32_t> read_sii(Link& link, std::uint16_t station, std::uint16_t word) {
-  std::array<Interface, 1> one{};
-  if (auto ok = wait_idle(link, station, one); !ok) return tl::unexpected(ok.error());
-  if (auto ok = read_words(link, station, one, word); !ok) return tl::unexpected(ok.error());
-  return get_le<std::uint32_t>(one[0], 6);
-}
 
 Result<std::vector<StationSii>> read_all_sii(Link& link, std::uint16_t first, int count) {
   std::vector<Interface> stations(static_cast<std::size_t>(count));

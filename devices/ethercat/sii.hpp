@@ -53,7 +53,7 @@ struct StationSii {
   std::uint32_t vendor = 0, product = 0, revision = 0, serial = 0;
   SiiMailbox mailbox, bootstrap;
   std::uint16_t protocols = 0;  ///< wire::sii::kProtocol...
-  bool read = false;            ///< the fixed words were; what could not is told in `damage`
+  bool read = false;            ///< the fixed words were; what could not be read is named in `damage`
   bool checksum_ok = false;
   // the categories; empty until the whole EEPROM was read
   std::string group, order, name;
@@ -73,13 +73,12 @@ inline constexpr std::size_t kMaxSiiBytes = 64 * 1024;
 
 /// The fixed words alone, of at least 64 bytes. Fault::SiiInvalid.
 Result<StationSii> parse_sii_words(std::span<const std::byte> image);
-/// All of it. Categories that run over the end, or PDOs over theirs, end the parse and are told in `damage`; what came
+/// All of it. Categories that run over the end, or PDOs over theirs, end the parse and are named in `damage`; what came
 /// before stays. Fault::SiiInvalid when not even the fixed words are there.
 Result<StationSii> parse_sii(std::span<const std::byte> image);
 
-/// Two words from word address `word`. Fault::SiiInvalid when the EEPROM reports an error or stays busy for 100 ms.
-Result<std::uint32_t> read_sii(Link& link, std::uint16_t station, std::uint16_t word);
-/// Identity and standard mailbox of a station: six reads.
+/// Identity and standard mailbox of a station: six reads. Fault::SiiInvalid when the EEPROM reports an error or stays
+/// busy for 100 ms; also of the reads below.
 Result<StationSii> read_station_sii(Link& link, std::uint16_t station);
 /// The same of stations first..first+count-1 at once: they read side by side.
 Result<std::vector<StationSii>> read_all_sii(Link& link, std::uint16_t first, int count);

@@ -1,5 +1,5 @@
-// EtherCAT states of a station (ETG.1000.6, 6.4): asked for, waited for, and a refusal told with its status code as
-// text.
+// EtherCAT states of a station (ETG.1000.6, 6.4): asks for them and waits for them; a refusal carries the AL status
+// code and its text.
 #pragma once
 #include "core/error.hpp"
 #include "devices/ethercat/link.hpp"

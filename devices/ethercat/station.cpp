@@ -48,7 +48,7 @@ bool StationRecord::has_mailbox() const {
          find_sync_manager(*this, SyncManagerKind::MailboxIn, nullptr) != nullptr;
 }
 
-/// A profile with a mailbox has CoE; a stranger's EEPROM tells it.
+/// A profile with a mailbox has CoE; of a stranger its EEPROM says whether it has.
 bool StationRecord::has_coe() const { return has_mailbox() && (config != nullptr || sii.has_coe()); }
 
 void plan_from_profile(StationRecord& s, const config::StationProfile& profile) {

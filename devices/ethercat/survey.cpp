@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <fmt/format.h>
 
-#include "devices/ethercat/mapping.hpp"
 #include "devices/ethercat/scan.hpp"
+#include "devices/ethercat/station_registers.hpp"
 #include "devices/wire/coe.hpp"
 
 namespace gantry::devices {

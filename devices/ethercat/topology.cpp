@@ -5,22 +5,24 @@
 namespace gantry::devices {
 namespace {
 
-/// The way of a frame through an ESC: in by port 0, then the others in this order, and out by port 0.
-constexpr std::array<int, wire::kPorts> kWay{0, 3, 1, 2};
+/// Ports in the order in which a frame passes an ESC: in by port 0, then out and in by the others, and out by port 0.
+constexpr std::array<int, wire::kPorts> kPortOrder{0, 3, 1, 2};
 
-int place_on_way(int port) { return static_cast<int>(std::find(kWay.begin(), kWay.end(), port) - kWay.begin()); }
-int next_on_way(int port) { return kWay[static_cast<std::size_t>((place_on_way(port) + 1) % wire::kPorts)]; }
+int order_of(int port) {
+  return static_cast<int>(std::find(kPortOrder.begin(), kPortOrder.end(), port) - kPortOrder.begin());
+}
+int next_port(int port) { return kPortOrder[static_cast<std::size_t>((order_of(port) + 1) % wire::kPorts)]; }
 
 int entry_of(const Ports& ports) {
-  for (const int port : kWay)
+  for (const int port : kPortOrder)
     if (ports[static_cast<std::size_t>(port)].open()) return port;
   return 0;
 }
 
 /// Ports that the frame leaves by, in turn.
-std::vector<int> ways_on(const Ports& ports, int entry) {
+std::vector<int> exits_of(const Ports& ports, int entry) {
   std::vector<int> open;
-  for (int port = next_on_way(entry); port != entry; port = next_on_way(port))
+  for (int port = next_port(entry); port != entry; port = next_port(port))
     if (ports[static_cast<std::size_t>(port)].open()) open.push_back(port);
   return open;
 }
@@ -48,19 +50,19 @@ Tree build_tree(std::span<const Ports> stations) {
   Tree tree;
   std::vector<Branch> branches;
   for (std::size_t i = 0; i < stations.size(); ++i) {
-    TreePlace place;
-    place.entry_port = entry_of(stations[i]);
+    TreeNode node;
+    node.entry_port = entry_of(stations[i]);
     while (!branches.empty() && branches.back().used == branches.back().open.size()) branches.pop_back();
     if (!branches.empty()) {
       Branch& b = branches.back();
-      place.parent = b.position;
-      place.parent_port = b.open[b.used++];
+      node.parent = b.position;
+      node.parent_port = b.open[b.used++];
     } else if (i > 0) {
       tree.sound = false;
-      place.parent = static_cast<int>(i) - 1;
+      node.parent = static_cast<int>(i) - 1;
     }
-    tree.places.push_back(place);
-    branches.push_back({static_cast<int>(i), ways_on(stations[i], place.entry_port)});
+    tree.nodes.push_back(node);
+    branches.push_back({static_cast<int>(i), exits_of(stations[i], node.entry_port)});
   }
   std::size_t leading_nowhere = 0;
   for (const Branch& b : branches) leading_nowhere += b.open.size() - b.used;
@@ -81,22 +83,22 @@ std::vector<std::uint32_t> propagation_delays(const Tree& tree, std::span<const 
       continue;
     }
     // The nearest station up the tree that has a clock, and its port that leads here.
-    int up = tree.places[i].parent, port = tree.places[i].parent_port;
+    int up = tree.nodes[i].parent, port = tree.nodes[i].parent_port;
     while (up >= 0 && !clocks[static_cast<std::size_t>(up)]) {
-      port = tree.places[static_cast<std::size_t>(up)].parent_port;
-      up = tree.places[static_cast<std::size_t>(up)].parent;
+      port = tree.nodes[static_cast<std::size_t>(up)].parent_port;
+      up = tree.nodes[static_cast<std::size_t>(up)].parent;
     }
     if (up < 0 || port < 0) continue;
     const auto p = static_cast<std::size_t>(up);
-    const int entry = tree.places[p].entry_port;
+    const int entry = tree.nodes[p].entry_port;
     int before = entry;
-    for (const int way : ways_on(stations[p], entry)) {
-      if (way == port) break;
-      before = way;
+    for (const int out : exits_of(stations[p], entry)) {
+      if (out == port) break;
+      before = out;
     }
     const std::uint32_t behind = at(p, port) - at(p, before);  // out by this port and back again
-    const auto own_ways = ways_on(stations[i], tree.places[i].entry_port);
-    const std::uint32_t inside = own_ways.empty() ? 0 : at(i, own_ways.back()) - at(i, tree.places[i].entry_port);
+    const auto own_exits = exits_of(stations[i], tree.nodes[i].entry_port);
+    const std::uint32_t inside = own_exits.empty() ? 0 : at(i, own_exits.back()) - at(i, tree.nodes[i].entry_port);
     const std::uint32_t link = behind > inside ? (behind - inside) / 2 : 0;
     delays[i] = delays[p] + (at(p, before) - at(p, entry)) + link;
   }

@@ -12,26 +12,26 @@ using config::PdoRow;
 using config::StationProfile;
 namespace cia = wire::cia402;
 
-struct Place {
+struct Bits {
   std::size_t bit = 0;
   std::size_t bits = 0;
 };
 
-std::optional<Place> place_of(std::span<const PdoRow> pdos, ObjectAddress object) {
+std::optional<Bits> find_bits(std::span<const PdoRow> pdos, ObjectAddress object) {
   std::size_t bit = 0;
   for (const auto& pdo : pdos)
     for (const auto& entry : pdo.entries) {
-      if (entry.address == object) return Place{bit, entry.bit_length};
+      if (entry.address == object) return Bits{bit, entry.bit_length};
       bit += entry.bit_length;
     }
   return std::nullopt;
 }
 
-/// Finds an object's field; false when it is mapped in a way that the loop cannot use.
+/// Finds an object's field; false when it is mapped so that the loop cannot use it.
 template <class T>
-bool place(const StationProfile& profile, std::span<const PdoRow> pdos, std::uint16_t index, int slot,
-           PdoField<T>& field) {
-  const auto at = place_of(pdos, config::in_slot(profile, {index, 0}, slot));
+bool find_field(const StationProfile& profile, std::span<const PdoRow> pdos, std::uint16_t index, int slot,
+                PdoField<T>& field) {
+  const auto at = find_bits(pdos, config::in_slot(profile, {index, 0}, slot));
   if (!at) return true;  // not mapped is a choice of the profile
   if (at->bit % 8 != 0 || at->bits != 8 * sizeof(T)) return false;
   field.offset = static_cast<std::int16_t>(at->bit / 8);
@@ -61,7 +61,7 @@ std::size_t image_bytes(std::span<const PdoRow> pdos) {
 }
 
 std::optional<std::size_t> find_mapped(std::span<const PdoRow> pdos, ObjectAddress object) {
-  const auto at = place_of(pdos, object);
+  const auto at = find_bits(pdos, object);
   return at ? std::optional(at->bit) : std::nullopt;
 }
 
@@ -74,7 +74,7 @@ Result<DriveLayout> map_drive(const StationProfile& profile, int slot) {
   DriveLayout l;
   std::uint16_t unusable = 0;
   const auto use = [&](std::span<const PdoRow> pdos, std::uint16_t index, auto& field) {
-    if (unusable == 0 && !place(profile, pdos, index, slot, field)) unusable = index;
+    if (unusable == 0 && !find_field(profile, pdos, index, slot, field)) unusable = index;
   };
   use(out, cia::kControlword, l.controlword);
   use(out, cia::kMode, l.mode);

@@ -1,4 +1,4 @@
-// From a profile's PDO rows to places in the station's process image: the same rows that bring-up writes to the
+// From a profile's PDO rows to offsets in the station's process image: the same rows that bring-up writes to the
 // station.
 //   auto layout = map_drive(station.profile, slot);      // then Drive(*layout, scale)
 #pragma once

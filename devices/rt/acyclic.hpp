@@ -31,7 +31,7 @@ class AcyclicSlot {
   }
 
   // --- the asker -----------------------------------------------------------------------------------------------------
-  /// False when they are too many or too long, or those before are still under way.
+  /// False when they are too many or too long, or the ones before them have not been answered yet.
   bool post(std::span<const Datagram> datagrams) noexcept {
     if (datagrams.empty() || datagrams.size() > kMost || state_.load(std::memory_order_acquire) != State::Free)
       return false;
@@ -64,7 +64,7 @@ class AcyclicSlot {
     state_.store(State::Free, std::memory_order_release);
     return now == State::Answered ? Taken::Answered : Taken::Lost;
   }
-  /// Gives up on datagrams that the loop has not picked up (the loop stands). False when they are under way.
+  /// Takes back datagrams that the loop has not picked up (the loop stands). False when they are in a frame already.
   bool withdraw() noexcept {
     State posted = State::Posted;
     return state_.compare_exchange_strong(posted, State::Free);

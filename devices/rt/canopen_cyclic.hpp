@@ -1,5 +1,5 @@
-// The place of the CANopen bus in the loop: each tick sends SYNC and drains what came in, so that the feeder is kept
-// by the same clock as everything else. What the frames say (PDOs, heartbeat, 6039h guard) comes with the feeder.
+// The CANopen bus in the loop: each tick sends SYNC and takes the frames that have come in, so that the feeder runs by
+// the same clock as everything else. What the frames say (PDOs, heartbeat, 6039h guard) comes with the feeder.
 //   CanopenCyclic can;
 //   const CanTick t = can.tick(port, now);
 // Lives in the RT loop.

@@ -21,8 +21,8 @@ Cyclic::Cyclic(const CyclicLayout& layout, std::span<const std::byte> outputs, s
   fresh_.set();
 }
 
-/// Regions that lie side by side and are reached in the same way share a datagram of at most this size, or have one
-/// each (0).
+/// Regions that lie side by side and are reached by the same commands share a datagram of at most this size, or have
+/// one each (0).
 void Cyclic::plan(Parts& parts, std::size_t most_bytes) noexcept {
   const auto& stations = layout_.stations;
   for (std::size_t first = 0; first < stations.size();) {
@@ -61,6 +61,7 @@ void Cyclic::prepare() noexcept {
   used_ = answers_ = 0;
   rider_frame_ = kMaxFrames;
   answered_.reset();
+  untouched_.reset();
   frames_[used_++].start(++sequence_);
   add_common(frames_[0]);
   parts_ = singly_left_ > 0 ? &singly_ : &together_;
@@ -156,26 +157,61 @@ std::size_t Cyclic::spare_frames(std::span<const std::byte> outputs, std::span<F
 
 /// Sorts in what was received; true when it is the answer to a frame of this cycle.
 bool Cyclic::take(std::span<const std::byte> received) noexcept {
-  bool late = false, malformed = false, unprocessed = false;
+  bool late = false, malformed = false, untouched = false, duplicate = false;
   for (std::size_t i = 0; i < used_; ++i) {
     Reply reply;
     switch (match(frames_[i], received, reply)) {
       case Match::Ours:
         if (answered_[i]) {
-          late = true;  // a second copy
+          duplicate = true;
           break;
         }
         replies_[i] = reply;
         answered_[i] = true;
         return true;
-      case Match::Unprocessed: unprocessed = true; break;
+      case Match::Unprocessed:
+        untouched = true;
+        untouched_[i] = true;
+        break;
       case Match::Late: late = true; break;
       case Match::Malformed: malformed = true; break;
       case Match::Foreign: break;
     }
   }
-  ++(unprocessed ? counts_.unprocessed : malformed ? counts_.malformed : late ? counts_.late : counts_.foreign);
+  if (late && !duplicate) duplicate = was_answered(received);
+  ++(untouched   ? counts_.untouched
+     : duplicate ? counts_.duplicate
+     : malformed ? counts_.malformed
+     : late      ? counts_.late
+                 : counts_.foreign);
   return false;
+}
+
+/// Whether it is a copy of a frame of the last cycles whose answer was taken then. The first two index fields of a
+/// frame are the low bytes of its sequence (see Frame::start()).
+bool Cyclic::was_answered(std::span<const std::byte> received) const noexcept {
+  if (received.size() < kFrameHeader + kDatagramHeader) return false;
+  const auto first = get_datagram_header(received.subspan(kFrameHeader));
+  const std::size_t second_at = kFrameHeader + kDatagramHeader + first.length + kWorkingCounter;
+  if (!first.more || received.size() < second_at + kDatagramHeader) return false;
+  const auto low =
+      static_cast<std::uint16_t>(first.index | get_datagram_header(received.subspan(second_at)).index << 8);
+  const auto age = static_cast<std::uint16_t>(sequence_ - low);
+  return age >= used_ && age < kRemembered && answered_before_[low % kRemembered];
+}
+
+/// Books what has become of this cycle's frames.
+void Cyclic::end_cycle() noexcept {
+  for (std::size_t i = 0; i < used_; ++i) {
+    answered_before_[(sequence_ - used_ + 1 + i) % kRemembered] = answered_[i];
+    if (!answered_[i] && !untouched_[i]) ++counts_.lost;
+  }
+}
+
+CyclicCounts Cyclic::counters() const noexcept {
+  CountWords words;
+  for (std::size_t i = 0; i < words.size(); ++i) words[i] = published_counts_[i].load(std::memory_order_relaxed);
+  return std::bit_cast<CyclicCounts>(words);
 }
 
 Exchange Cyclic::run(FramePort& port, AcyclicSlot& acyclic, Time deadline) noexcept {
@@ -199,12 +235,14 @@ Exchange Cyclic::run(FramePort& port, AcyclicSlot& acyclic, Time deadline) noexc
     else
       acyclic.lose();
   }
-  counts_.lost += used_ - answers_;
+  end_cycle();
   Exchange e = judge();
-  if (answers_ < used_) {
+  if (const std::size_t back = (answered_ | untouched_).count(); back < used_) {
     e.fault = port.link_up(PortIndex::Primary) ? Fault::FrameLost : Fault::BusDown;
     e.inputs_fresh = false;
   }
+  const auto words = std::bit_cast<CountWords>(counts_);
+  for (std::size_t i = 0; i < words.size(); ++i) published_counts_[i].store(words[i], std::memory_order_relaxed);
   return e;
 }
 
@@ -218,18 +256,19 @@ Exchange Cyclic::judge() noexcept {
     e.expected = static_cast<std::uint16_t>(e.expected + part.expected);
     const auto [frame, slot] = placed_[i];
     const bool answered = slot != kNoSlot && answered_[frame];
+    const bool back = answered || (slot != kNoSlot && untouched_[frame]);
     const std::uint16_t counter = answered ? replies_[frame].working_counter(slot) : std::uint16_t{0};
     e.working_counter = static_cast<std::uint16_t>(e.working_counter + counter);
-    low |= answered && counter < part.expected;
+    low |= back && counter < part.expected;
     high |= answered && counter > part.expected;
     if (!answered || counter != part.expected) e.inputs_fresh = false;
     for (std::size_t k = 0; k < part.count; ++k) {
       const std::size_t station = part.first + k;
       if (!answered || counter != part.expected) fresh_[station] = false;
-      if (answered && counter != part.expected && parts_ == &singly_) ++health_[station].stale_cycles;
+      if (back && counter != part.expected && parts_ == &singly_) ++health_[station].stale_cycles;
     }
   }
-  tell_fresh();
+  publish_fresh();
   // Inputs last: a station without LRW is fresh only when both its datagrams were answered in full.
   for (std::size_t i = 0; i < parts_->size(); ++i) take_inputs((*parts_)[i], placed_[i]);
 
@@ -237,29 +276,37 @@ Exchange Cyclic::judge() noexcept {
     const Reply& first = replies_[0];
     const std::uint16_t seen = first.working_counter(states_);
     e.al_states = get_le<std::uint16_t>(first.data(states_), 0);
-    all_in_op_ = e.al_states == static_cast<std::uint16_t>(AlState::Op);
+    all_in_op_ = all_in_op(e.al_states);
     low |= seen < layout_.stations_on_bus;
     high |= seen > layout_.stations_on_bus;
     if (clock_ != kNoSlot && first.working_counter(clock_) != 0) e.dc_time_ns = read_clock(first.data(clock_));
     look(first, e);
   }
+  if ((untouched_ & ~answered_).any()) low = true, e.inputs_fresh = false;  // where nobody has process data, too
+  judge_counters(e, low, high);
+  return e;
+}
+
+void Cyclic::judge_counters(Exchange& e, bool low, bool high) noexcept {
   if (high)
-    e.fault = Fault::WorkingCounterHigh, ++counts_.working_counter_high;
+    e.fault = Fault::WorkingCounterHigh;
   else if (low)
-    e.fault = Fault::WorkingCounterLow, ++counts_.working_counter_low;
+    e.fault = Fault::WorkingCounterLow;
+  const bool nobody = e.working_counter == 0 && e.expected != 0;
+  if ((low || high) && (answered_ | untouched_).count() == used_)  // where frames are missing, that is what happened
+    ++(high ? counts_.wkc_high : nobody ? counts_.wkc_zero : counts_.wkc_low);
   if (low || high)
     singly_left_ = kSinglyCycles;
   else if (singly_left_ > 0 && answers_ == used_)
     --singly_left_;
-  return e;
 }
 
-void Cyclic::tell_fresh() noexcept {
-  for (std::size_t w = 0; w < told_fresh_.size(); ++w) {
+void Cyclic::publish_fresh() noexcept {
+  for (std::size_t w = 0; w < published_fresh_.size(); ++w) {
     std::uint64_t word = 0;
     for (std::size_t i = 64 * w; i < std::min(layout_.stations.size(), 64 * (w + 1)); ++i)
       word |= std::uint64_t{fresh_[i]} << (i % 64);
-    told_fresh_[w].store(word, std::memory_order_relaxed);
+    published_fresh_[w].store(word, std::memory_order_relaxed);
   }
   cycles_.fetch_add(1, std::memory_order_release);
 }
@@ -288,7 +335,7 @@ std::uint64_t Cyclic::read_clock(std::span<const std::byte> data) noexcept {
 void Cyclic::look(const Reply& first, Exchange& e) noexcept {
   if (errors_ == kNoSlot) return;
   StationHealth& h = health_[rolled_];
-  if (first.working_counter(errors_) != kWkcRead) return told_[rolled_].store(h);
+  if (first.working_counter(errors_) != kWkcRead) return published_[rolled_].store(h);
   ++h.looks;
   const auto errors = first.data(errors_);
   std::copy(errors.begin(), errors.end(), h.errors.begin());
@@ -307,7 +354,7 @@ void Cyclic::look(const Reply& first, Exchange& e) noexcept {
     h.al_code = get_le<std::uint16_t>(first.data(al_status_), 4);
     h.al_cycle = cycles_.load(std::memory_order_relaxed);
   }
-  told_[rolled_].store(h);
+  published_[rolled_].store(h);
 }
 
 }  // namespace gantry::devices

@@ -12,6 +12,7 @@
 #pragma once
 #include <array>
 #include <atomic>
+#include <bit>
 #include <bitset>
 #include <cstdint>
 #include <span>
@@ -53,10 +54,25 @@ struct CyclicLayout {
   static constexpr std::size_t kMaxBytes = 1380;
 };
 
-/// What happened since the start. Frames, not cycles.
+/// What became of frames and cycles since the start, each counted as what it was.
 struct CyclicCounts {
-  std::uint64_t sent = 0, lost = 0, late = 0, foreign = 0, malformed = 0, unprocessed = 0, not_sent = 0;
-  std::uint64_t working_counter_low = 0, working_counter_high = 0;  ///< cycles
+  // Frames that were sent.
+  std::uint64_t sent = 0;
+  std::uint64_t not_sent = 0;  ///< refused by the port (no link, its queue is full)
+  std::uint64_t lost = 0;      ///< did not come back within their cycle, or were not sent
+  // Frames that came in and were no answer.
+  std::uint64_t late = 0;  ///< of an earlier cycle, where it counts as lost; or sent by somebody else for this master
+  std::uint64_t duplicate = 0;  ///< a further copy of an answer that was taken already
+  std::uint64_t foreign = 0;    ///< not EtherCAT, or of another master
+  std::uint64_t malformed = 0;  ///< changed on the way
+  std::uint64_t untouched =
+      0;  ///< came back as they were sent: no station has seen them (a loop in the cabling, an echo)
+  // Cycles whose frames came back.
+  std::uint64_t wkc_zero = 0;  ///< nobody exchanged process data
+  std::uint64_t wkc_low = 0;   ///< fewer stations than expected took part
+  std::uint64_t wkc_high = 0;  ///< more
+
+  bool operator==(const CyclicCounts&) const = default;
 };
 
 /// What was last seen of one station.
@@ -82,17 +98,19 @@ class Cyclic {
   void prepare() noexcept;
   Exchange run(FramePort& port, AcyclicSlot& acyclic, Time deadline) noexcept;
   /// The frames that carry `outputs`, laid out like the image, and nothing else, for somebody else to send. They count
-  /// as late when they come back: their index is half a round away from those under way. How many; 0: they do not fit.
+  /// as late when they come back: their index is half a round away from the loop's own. How many; 0: they do not fit.
   std::size_t spare_frames(std::span<const std::byte> outputs, std::span<FrameBytes> frames) noexcept;
 
   /// The inputs of a station (index in the layout) are of the last exchange.
   [[nodiscard]] bool fresh(std::size_t station) const noexcept { return fresh_[station]; }
-  [[nodiscard]] const CyclicCounts& counts() const noexcept { return counts_; }
+  /// Any thread, without a lock. Each figure is right by itself; while the loop runs, two of them may be of cycles that
+  /// follow each other.
+  [[nodiscard]] CyclicCounts counters() const noexcept;
   /// For the run thread. False when it was not looked at yet.
-  bool health(std::size_t station, StationHealth& out) const noexcept { return told_[station].load(out); }
+  bool health(std::size_t station, StationHealth& out) const noexcept { return published_[station].load(out); }
   /// The same as fresh(), for the run thread, with the number of cycles so far.
   [[nodiscard]] bool was_fresh(std::size_t station) const noexcept {
-    return (told_fresh_[station / 64].load(std::memory_order_relaxed) >> (station % 64) & 1) != 0;
+    return (published_fresh_[station / 64].load(std::memory_order_relaxed) >> (station % 64) & 1) != 0;
   }
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_.load(std::memory_order_acquire); }
 
@@ -102,6 +120,7 @@ class Cyclic {
     wire::Command command = wire::Command::Lrw;
     std::uint16_t first = 0, count = 0, bytes = 0, expected = 0;
   };
+  static constexpr std::uint32_t kRemembered = 256;  ///< frames; a power of two
   static constexpr std::size_t kMaxParts = 2 * kMaxCyclicStations, kMaxFrames = kMaxCyclicFrames;
   using Parts = rt::FixedVector<Part, kMaxParts>;
   struct Placed {
@@ -115,11 +134,14 @@ class Cyclic {
   [[nodiscard]] bool open_frame() noexcept;
   void fill(const Part& part, std::span<const std::byte> outputs, std::span<std::byte> data) const noexcept;
   [[nodiscard]] bool take(std::span<const std::byte> received) noexcept;
+  [[nodiscard]] bool was_answered(std::span<const std::byte> received) const noexcept;
+  void end_cycle() noexcept;
   [[nodiscard]] Exchange judge() noexcept;
+  void judge_counters(Exchange& e, bool low, bool high) noexcept;
   void take_inputs(const Part& part, const Placed& placed) noexcept;
   void look(const Reply& first, Exchange& e) noexcept;
   [[nodiscard]] std::uint64_t read_clock(std::span<const std::byte> data) noexcept;
-  void tell_fresh() noexcept;
+  void publish_fresh() noexcept;
 
   CyclicLayout layout_;
   std::span<const std::byte> outputs_;
@@ -137,7 +159,9 @@ class Cyclic {
   Frame spare_;
   std::array<Reply, kMaxFrames> replies_;
   std::bitset<kMaxFrames> answered_;
-  std::size_t used_ = 0, answers_ = 0;  ///< frames of this cycle, and how many came back
+  std::bitset<kMaxFrames> untouched_;         ///< came back as it was sent
+  std::bitset<kRemembered> answered_before_;  ///< by the low bits of the sequence: frames of the last cycles
+  std::size_t used_ = 0, answers_ = 0;        ///< frames of this cycle, and how many came back
   SlotIndex clock_ = kNoSlot, states_ = kNoSlot, errors_ = kNoSlot, difference_ = kNoSlot, mailbox_ = kNoSlot,
             al_status_ = kNoSlot;
   bool all_in_op_ = true;                 ///< as of the last BRD that came back
@@ -147,10 +171,12 @@ class Cyclic {
 
   std::bitset<kMaxCyclicStations> fresh_;
   std::array<StationHealth, kMaxCyclicStations> health_{};
-  std::array<rt::Latest<StationHealth>, kMaxCyclicStations> told_;
-  std::array<std::atomic<std::uint64_t>, kMaxCyclicStations / 64> told_fresh_{};
+  std::array<rt::Latest<StationHealth>, kMaxCyclicStations> published_;
+  std::array<std::atomic<std::uint64_t>, kMaxCyclicStations / 64> published_fresh_{};
   std::atomic<std::uint64_t> cycles_{0};
   CyclicCounts counts_;
+  using CountWords = std::array<std::uint64_t, sizeof(CyclicCounts) / sizeof(std::uint64_t)>;
+  std::array<std::atomic<std::uint64_t>, std::tuple_size_v<CountWords>> published_counts_{};
 };
 
 }  // namespace gantry::devices

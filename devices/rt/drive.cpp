@@ -24,16 +24,32 @@ Drive::Drive(const DriveLayout& layout, const AxisScale& scale, const DriveOptio
       timeout_cycles_(kTransitionTimeout / options.cycle),
       mode_grace_cycles_(kModeGrace / options.cycle) {}
 
-const Feedback& Drive::read(std::span<const std::byte> inputs, bool fresh, std::int64_t elapsed) noexcept {
-  Feedback& f = feedback_;
-  const std::int64_t missed = elapsed - 1 + (fresh ? stale_ : 0);  // slept through here, or lost on the way
+/// Cycles of motion that the next position may show at once: this program slept, or frames were lost. A drive that
+/// was not known before has nothing to catch up with.
+void Drive::count_missed(bool fresh, std::int64_t elapsed) noexcept {
+  const std::int64_t missed = known_ ? elapsed - 1 + (fresh ? stale_ : 0) : 0;
   if (missed > 0) {
     behind_ += missed;
     catching_up_ = kCatchUp;
   } else if (fresh && catching_up_ > 0 && --catching_up_ == 0) {
     behind_ = 0;
   }
+}
+
+/// Whether the position has moved farther than the axis can. Not judged: the first reading, and a drive in homing,
+/// which sets its counter at the home edge. A drive that shows the homing mode unasked is judged like any other.
+bool Drive::judge_step(Counts before) noexcept {
+  const bool homing = asked_to_home_ && feedback_.mode == kHoming;
+  if (!homing && mode_ != kHoming) asked_to_home_ = false;
+  if (!known_ || homing || step_max_counts_ <= 0) return false;
+  return std::abs(feedback_.counts.value - before.value) > step_max_counts_ * (1 + behind_);
+}
+
+const Feedback& Drive::read(std::span<const std::byte> inputs, bool fresh, std::int64_t elapsed) noexcept {
+  Feedback& f = feedback_;
+  count_missed(fresh, elapsed);
   f.fresh = fresh;
+  f.jumped = false;
   if (!fresh) {
     ++stale_;
     f.fault = Fault::None;
@@ -62,10 +78,10 @@ const Feedback& Drive::read(std::span<const std::byte> inputs, bool fresh, std::
 
   ++level_held_;
   waiting_ = f.state == before && !reached(f.state, goal_) ? waiting_ + 1 : 0;
+  f.jumped = judge_step(counts_before);
   f.fault = judge(before, gap);
-  const std::int64_t step = std::abs(f.counts.value - counts_before.value);
-  if (f.fault == Fault::None && known_ && step_max_counts_ > 0 && f.mode != kHoming &&
-      step > step_max_counts_ * (1 + behind_))
+  // A warning must not keep the machine in motion on a position that is wrong.
+  if (f.jumped && (f.fault == Fault::None || info(f.fault).reaction < info(Fault::EncoderJump).reaction))
     f.fault = Fault::EncoderJump;
   stale_ = 0;
   known_ = true;
@@ -110,6 +126,7 @@ void Drive::write(std::span<std::byte> outputs, const DriveCommand& command) noe
   }
   mode_asked_ = command.mode == mode_ ? mode_asked_ + 1 : 0;
   mode_ = command.mode;
+  if (mode_ == kHoming) asked_to_home_ = true;
 
   word_ = resetting ? reset_word() : next_controlword(feedback_.state, goal_, word_);
   const bool enabled = feedback_.state == DriveState::OperationEnabled && goal_ == DriveGoal::Enabled;
@@ -127,10 +144,11 @@ void Drive::write(std::span<std::byte> outputs, const DriveCommand& command) noe
 
 void Drive::lose() noexcept {
   feedback_.state = DriveState::NotReady;
-  feedback_.takes_targets = false;
+  feedback_.takes_targets = feedback_.jumped = false;
   unwrap_ = Unwrap{};
-  known_ = false;
-  stale_ = waiting_ = 0;
+  known_ = asked_to_home_ = false;
+  stale_ = waiting_ = behind_ = 0;
+  catching_up_ = 0;
   word_ = kDisableVoltage;
 }
 

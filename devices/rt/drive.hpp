@@ -47,8 +47,8 @@ struct DriveLayout {
   rt::FixedVector<CodeMeaning, 32> codes;
 };
 
-/// What one cycle says about the axis. Where inputs are stale, everything but `fresh` and `fault` is of the last good
-/// cycle.
+/// What one cycle says about the axis. Where inputs are stale, everything but `fresh`, `jumped` and `fault` is of the
+/// last good cycle.
 struct Feedback {
   bool fresh = false;
   DriveState state = DriveState::NotReady;
@@ -64,7 +64,10 @@ struct Feedback {
   std::uint16_t probe_status = 0;
   bool probe_level = false;
   Counts probe_rising, probe_falling;  ///< latched counts, unwrapped beside `counts`
-  Fault fault = Fault::None;           ///< what is wrong now; nothing is latched here
+  /// The counter has moved farther since the last good cycle than the axis can travel in that time, whatever else is
+  /// wrong: the reference no longer holds. `fault` names it only where nothing graver is wrong.
+  bool jumped = false;
+  Fault fault = Fault::None;  ///< what is wrong now; nothing is latched here
 };
 
 /// What the loop wants of the drive in this cycle.
@@ -78,7 +81,7 @@ struct DriveCommand {
 
 struct DriveOptions {
   Time cycle = milliseconds(1);
-  double step_max = 0;  ///< mm or rad that the axis can move in one cycle; more is Fault::EncoderJump; 0: not judged
+  double step_max = 0;  ///< mm or rad that the axis can move in one cycle; more is a jump; 0: not judged
 };
 
 class Drive {
@@ -108,6 +111,8 @@ class Drive {
  private:
   [[nodiscard]] Fault judge(DriveState before, bool gap) noexcept;
   [[nodiscard]] Fault judge_code() const noexcept;
+  void count_missed(bool fresh, std::int64_t elapsed) noexcept;
+  [[nodiscard]] bool judge_step(Counts before) noexcept;
   [[nodiscard]] std::uint16_t reset_word() noexcept;
 
   DriveLayout layout_;
@@ -126,7 +131,8 @@ class Drive {
   std::int64_t stale_ = 0;       ///< cycles since the last fresh inputs
   std::int64_t behind_ = 0;      ///< cycles of motion that the drive may still catch up with
   int catching_up_ = 0;          ///< cycles for which it may
-  bool known_ = false;           ///< inputs were fresh at least once
+  bool known_ = false;           ///< inputs were fresh at least once since it is there
+  bool asked_to_home_ = false;   ///< mode 6 was asked for and may still be shown: the drive may set its counter
 };
 
 }  // namespace gantry::devices

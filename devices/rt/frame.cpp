@@ -19,7 +19,7 @@ constexpr std::uint64_t scramble(std::uint64_t x) noexcept {
   return x ^ x >> 31;
 }
 
-/// Fields that stations leave as they are. ADP of positional and broadcast commands is counted up on the way.
+/// Fields that stations leave as they are. ADP of positional and broadcast commands is counted up by every station.
 bool same_target(const DatagramHeader& sent, const DatagramHeader& got) noexcept {
   switch (sent.command) {
     case Command::Aprd:
@@ -119,7 +119,7 @@ Match match(const Frame& sent, std::span<const std::byte> received, Reply& reply
                   out.begin() + kSourceOffset + 1))
     return Match::Foreign;
 
-  // Another frame of ours has another shape, perhaps; its first index tells it.
+  // Another frame of this master may have another shape; its first index shows that it is another one.
   const auto slots = sent.slots();
   if (slots.empty() || received.size() < kFrameHeader + kDatagramHeader) return Match::Malformed;
   if (get_datagram_header(received.subspan(kFrameHeader)).index != get_datagram_header(out.subspan(kFrameHeader)).index)
@@ -130,7 +130,7 @@ Match match(const Frame& sent, std::span<const std::byte> received, Reply& reply
   if (get_le<std::uint16_t>(received, kEthernetHeader) != get_le<std::uint16_t>(out, kEthernetHeader))
     return Match::Malformed;
 
-  bool index_differs = false, touched = processed;
+  bool index_differs = false, seen_by_a_station = processed;
   for (const Slot& slot : slots) {
     const auto want = get_datagram_header(out.subspan(slot.header));
     const auto got = get_datagram_header(received.subspan(slot.header));
@@ -142,12 +142,12 @@ Match match(const Frame& sent, std::span<const std::byte> received, Reply& reply
       index_differs |=
           !std::equal(data.begin(), data.end(), received.begin() + static_cast<std::ptrdiff_t>(slot.data()));
     }
-    touched |= get_le<std::uint16_t>(received, slot.end() - kWorkingCounter) != 0;
+    seen_by_a_station |= get_le<std::uint16_t>(received, slot.end() - kWorkingCounter) != 0;
   }
   if (index_differs) return Match::Late;
   reply.bytes_ = received;
   reply.slots_ = slots;
-  return touched ? Match::Ours : Match::Unprocessed;
+  return seen_by_a_station ? Match::Ours : Match::Unprocessed;
 }
 
 }  // namespace gantry::devices

@@ -18,7 +18,7 @@
 
 namespace gantry::devices {
 
-/// A datagram's place in its frame.
+/// Where a datagram lies in its frame.
 struct Slot {
   std::uint16_t header = 0;  ///< offset of the datagram's header in the frame
   std::uint16_t length = 0;  ///< of its data
@@ -31,7 +31,7 @@ inline constexpr std::size_t kMaxDatagrams = 15;  ///< as the ESCs of the first 
 
 class Frame {
  public:
-  /// Empties the frame. `sequence` tells frames apart: the index fields of the first two datagrams are its low bytes,
+  /// Empties the frame. Frames differ by `sequence`: the index fields of the first two datagrams are its low bytes,
   /// so that a reply that is 256 frames late is not mistaken for the present one; those of the next ones are scrambled
   /// of all of it, so that a changed bit does not make one frame look like another.
   void start(std::uint32_t sequence, PortIndex port = PortIndex::Primary) noexcept;
@@ -62,10 +62,10 @@ class Frame {
 
 enum class Match : std::uint8_t {
   Ours,         ///< the reply to this frame
-  Unprocessed,  ///< our frame, but no station has touched it (looped back)
-  Late,         ///< of this master, but of another frame: an earlier one, or one that is under way beside it
+  Unprocessed,  ///< our frame, but no station has seen it (looped back)
+  Late,         ///< of this master, but of another frame: an earlier one, or another one of this cycle
   Foreign,      ///< not EtherCAT, or of another master
-  Malformed,    ///< lengths that do not fit together, or a header that changed on the way
+  Malformed,    ///< lengths that do not fit together, or a header with changed bits
 };
 
 /// The reply to a frame; points into the received bytes.

@@ -1,5 +1,6 @@
 #include "devices/rt/homing.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 
 namespace gantry::devices {
@@ -7,8 +8,8 @@ namespace {
 
 using namespace wire::cia402;
 
-constexpr int kStandsCycles = 20;            // without a count of motion
-constexpr std::int64_t kPhaseCycles = 1000;  // bound for entering and leaving the mode and for coming to rest
+constexpr Time kStands = milliseconds(20);          // without a count of motion
+constexpr Time kPhaseTimeout = milliseconds(1000);  // for entering and leaving the mode and for coming to rest
 
 bool done_bits(const Feedback& f) noexcept {
   return (f.statusword & kTargetReached) != 0 && (f.statusword & kHomingAttained) != 0;
@@ -19,11 +20,14 @@ bool done_bits(const Feedback& f) noexcept {
 void HomingRun::start(const HomingLimits& limits, const Feedback& feedback) noexcept {
   *this = HomingRun{};
   limits_ = limits;
+  phase_cycles_ = kPhaseTimeout / limits.cycle;
+  stands_cycles_ = std::max<std::int64_t>(kStands / limits.cycle, 2);
   start_ = last_ = feedback.counts;
   phase_ = Phase::EnterMode;
 }
 
 void HomingRun::cancel(Fault why) noexcept {
+  if (phase_ == Phase::Done) fault_ = why, enter(Phase::Failed);
   if (!busy()) return;
   if (fault_ == Fault::None) fault_ = why;
   if (phase_ != Phase::LeaveMode) enter(Phase::Settle);
@@ -32,7 +36,7 @@ void HomingRun::cancel(Fault why) noexcept {
 bool HomingRun::stands(const Feedback& f) noexcept {
   still_ = f.counts == last_ ? still_ + 1 : 0;
   last_ = f.counts;
-  return still_ >= kStandsCycles;
+  return still_ >= stands_cycles_;
 }
 
 void HomingRun::watch_search(const Feedback& f) noexcept {
@@ -60,9 +64,9 @@ DriveCommand HomingRun::step(const Feedback& f) noexcept {
     case Phase::EnterMode:
       // Bits of an earlier homing vanish while bit 4 is 0; a drive that keeps them is started all the same and must
       // take them back then.
-      if (in_mode && (seen_undone_ || in_phase_ > kPhaseCycles / 2))
+      if (in_mode && (seen_undone_ || in_phase_ > phase_cycles_ / 2))
         enter(Phase::Search);
-      else if (in_phase_ > kPhaseCycles)
+      else if (in_phase_ > phase_cycles_)
         cancel(Fault::WrongMode);
       break;
     case Phase::Search:
@@ -70,12 +74,12 @@ DriveCommand HomingRun::step(const Feedback& f) noexcept {
       if (phase_ == Phase::Search && cycles_ > limits_.timeout_cycles) cancel(Fault::HomingTimeout);
       break;
     case Phase::Settle:
-      if (stands(f) || in_phase_ > kPhaseCycles) enter(Phase::LeaveMode);
+      if (stands(f) || in_phase_ > phase_cycles_) enter(Phase::LeaveMode);
       break;
     case Phase::LeaveMode:
       if (f.takes_targets)
         enter(fault_ == Fault::None ? Phase::Done : Phase::Failed);
-      else if (in_phase_ > kPhaseCycles)
+      else if (in_phase_ > phase_cycles_)
         fault_ = Fault::WrongMode, enter(Phase::Failed);
       break;
     case Phase::Idle:

@@ -10,6 +10,7 @@
 #pragma once
 #include <cstdint>
 
+#include "core/clock.hpp"
 #include "core/fault.hpp"
 #include "devices/rt/drive.hpp"
 
@@ -18,6 +19,7 @@ namespace gantry::devices {
 struct HomingLimits {
   std::int64_t timeout_cycles = 60'000;
   std::int64_t travel_counts = 0;  ///< from the start; 0: not bounded
+  Time cycle = milliseconds(1);    ///< between two calls of step()
 };
 
 class HomingRun {
@@ -34,7 +36,8 @@ class HomingRun {
 
   void start(const HomingLimits& limits, const Feedback& feedback) noexcept;
   DriveCommand step(const Feedback& feedback) noexcept;
-  /// Ends it early (an abort): stops, comes back to CSP and ends as Failed with `why`.
+  /// Ends it early (an abort): stops, comes back to CSP and ends as Failed with `why`. One that is Done fails, too:
+  /// what it has found no longer holds (the counter jumped while other axes were still homing).
   void cancel(Fault why) noexcept;
 
   [[nodiscard]] bool busy() const noexcept {
@@ -52,6 +55,7 @@ class HomingRun {
   Fault fault_ = Fault::None;
   HomingLimits limits_;
   Counts start_, last_;
+  std::int64_t phase_cycles_ = 1000, stands_cycles_ = 20;
   std::int64_t cycles_ = 0, in_phase_ = 0;
   int still_ = 0;             ///< cycles without a count of motion
   bool seen_undone_ = false;  ///< neither "done" nor "error" was seen, in mode 6: what comes now is of this run

@@ -1,5 +1,5 @@
-// One value of the process image at a place that the profile's mapping gave. An object that is not mapped has no place:
-// it reads as the fallback and writing it does nothing.
+// One value of the process image, at the offset that the profile's mapping gave. An object that is not mapped has no
+// offset: it reads as the fallback, and writing it does nothing.
 //   PdoField<std::uint16_t> controlword{0};   controlword.set(outputs, 0x0F);
 #pragma once
 #include <cstddef>

@@ -1,6 +1,7 @@
-// Arming a drive's touch probe 1 and knowing that what it latched is new. 60B8h works by edges (bit 0 starts; AMD530B
-// wants 0 before a new value, manual 7.2; the others a new edge of bit 0), so every touch begins with 0, seen over
-// acknowledged cycles, and the old latch must be seen to vanish before a new one counts (R49, R51).
+// Arms a drive's probe input 1 ("touch probe 1" in CiA 402) and makes sure that what it latched is new. 60B8h works by
+// edges (bit 0 starts; AMD530B wants 0 before a new value, manual 7.2; the others a new edge of bit 0), so every
+// probing begins with 0, seen over acknowledged cycles, and the old latch must be seen to vanish before a new one
+// counts (R49, R51).
 //   probe.start(ProbeEdge::Rising);
 //   command.probe_function = probe.step(drive.feedback());      // every cycle
 //   if (probe.phase() == ProbeArm::Phase::Latched) ... probe.latched()

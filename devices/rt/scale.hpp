@@ -25,7 +25,7 @@ class AxisScale {
   [[nodiscard]] double to_position(Counts counts) const noexcept {
     return static_cast<double>(counts.value - zero_) / counts_per_unit_;
   }
-  /// Counts for a length that has no place (a speed per second, a window).
+  /// Counts of a difference: a distance, a speed per second, a window.
   [[nodiscard]] double to_counts_delta(double distance) const noexcept { return distance * counts_per_unit_; }
 
   /// From now on the counts `at` are the coordinate `position`. The offset is a whole number of counts, so that a

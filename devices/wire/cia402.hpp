@@ -40,7 +40,7 @@ inline constexpr std::uint16_t kSetPointAcknowledge = 0x1000, kFollowingError = 
 inline constexpr std::int8_t kNoMode = 0, kProfilePosition = 1, kProfileVelocityMode = 3, kTorqueMode = 4, kHoming = 6,
                              kCsp = 8, kCsv = 9;
 
-// Touch probe function 60B8h and status 60B9h, probe 1 (probe 2: shifted left by 8)
+// Probe function 60B8h and status 60B9h ("touch probe" in the standard), probe 1 (probe 2: shifted left by 8)
 inline constexpr std::uint16_t kProbeEnable = 0x0001, kProbeContinuous = 0x0002, kProbeRisingEdge = 0x0010,
                                kProbeFallingEdge = 0x0020;
 inline constexpr std::uint16_t kProbeEnabled = 0x0001, kProbeRisingLatched = 0x0002, kProbeFallingLatched = 0x0004;

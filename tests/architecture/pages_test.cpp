@@ -52,8 +52,8 @@ TEST(Pages, state_of_a_threat_follows_the_sources) {
   EXPECT_EQ(handled({{"devices/rt/drive.cpp", "Fault::DriveFaultNoCode"}}, "R30"), Handled::Named) << "another fault";
   const SourceFile raises{"devices/rt/drive.cpp", "return Fault::DriveFault;"};
   EXPECT_EQ(handled({raises}, "R30"), Handled::InProgram);
-  EXPECT_EQ(handled({raises, {"tests/devices/drive_test.cpp", "Fault::DriveFault)"}}, "R30"), Handled::Tested);
-  EXPECT_EQ(handled({{"tests/devices/drive_test.cpp", "Fault::DriveFault)"}}, "R30"), Handled::Named);
+  EXPECT_EQ(handled({raises, {"tests/devices/rt/drive_test.cpp", "Fault::DriveFault)"}}, "R30"), Handled::Tested);
+  EXPECT_EQ(handled({{"tests/devices/rt/drive_test.cpp", "Fault::DriveFault)"}}, "R30"), Handled::Named);
   EXPECT_EQ(handled({{"devices/rt/scale.cpp", "// unwraps (R46)"}}, "R46"), Handled::InProgram);
   EXPECT_EQ(with_states("| R46 | a | b | c | tested |\n", threat_states({}, page)), "| R46 | a | b | c | not yet |\n");
 }

@@ -1,6 +1,6 @@
 // Emergency messages of stations: told by the owner, in idle and in a job, and at no extra frame.
 #include "app/stations/station_news.hpp"
-#include "tests/devices/bus_bench.hpp"
+#include "tests/devices/ethercat/bus_bench.hpp"
 #include "tests/machine/idle.hpp"
 #include "tests/machine/said.hpp"
 
@@ -45,11 +45,11 @@ TEST(Emergencies, are_fetched_without_an_extra_frame) {
   int waited = 0;
   while (!news.mail() && waited < 100) b.cycle(), ++waited;
   EXPECT_LT(waited, 20);
-  const auto frames = b.master->counts().sent, cycles = b.master->cycles();
+  const auto frames = b.master->counters().sent, cycles = b.master->cycles();
   b.master->step_by([&] { b.cycle(); });
   const auto items = news.fetch();
   b.master->step_by({});
-  EXPECT_EQ(b.master->counts().sent - frames, b.master->cycles() - cycles) << "one frame a cycle as ever";
+  EXPECT_EQ(b.master->counters().sent - frames, b.master->cycles() - cycles) << "one frame a cycle as ever";
   ASSERT_EQ(items.size(), 1u);
   EXPECT_EQ(items[0].detail, 0x3210);
   EXPECT_EQ(items[0].words.where, "station 2 'y2'");

@@ -1,7 +1,7 @@
 // The machine file's `bus: {map: overlapped}`: the same job by shorter frames.
 #include <gtest/gtest.h>
 
-#include "tests/devices/bus_bench.hpp"
+#include "tests/devices/ethercat/bus_bench.hpp"
 #include "tests/machine/rig.hpp"
 
 namespace gantry {

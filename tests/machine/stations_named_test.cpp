@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include "app/stations/culprits.hpp"
-#include "tests/devices/bus_bench.hpp"
+#include "tests/devices/ethercat/bus_bench.hpp"
 #include "tests/machine/idle.hpp"
 #include "tests/machine/said.hpp"
 

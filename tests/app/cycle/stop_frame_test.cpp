@@ -136,12 +136,12 @@ TEST(StopFrame, its_answer_is_not_taken_for_that_of_an_exchange) {
   dispense(b);
   ASSERT_TRUE(cycle::send(b.stop));
   const auto frame = b.wire.read(1000);
-  const auto before = b.master->counts();
+  const auto before = b.master->counters();
   b.port.send(devices::PortIndex::Primary, frame);  // comes back just before the answer that the loop waits for
   b.tick();
-  EXPECT_EQ(b.master->counts().late, before.late + 1);
+  EXPECT_EQ(b.master->counters().late, before.late + 1);
   EXPECT_TRUE(b.now.inputs_fresh);
-  EXPECT_EQ(b.master->counts().lost, before.lost);
+  EXPECT_EQ(b.master->counters().lost, before.lost);
 }
 
 // --- the loop that comes back ----------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@
 
 #include "devices/passing_port.hpp"
 #include "devices/rt/cyclic.hpp"
-#include "tests/devices/fake_port.hpp"
+#include "tests/devices/rt/fake_port.hpp"
 
 namespace gantry::devices {
 namespace {
@@ -71,7 +71,7 @@ TEST(CyclicMap, sixty_four_stations_exchange_in_several_frames_of_one_cycle) {
     EXPECT_EQ(e.working_counter, e.expected);
     b.expect_exchanged();
     EXPECT_EQ(b.port.sent, overlapped ? 2 : 3);
-    EXPECT_EQ(b.cyclic->counts().sent, static_cast<std::uint64_t>(b.port.sent));
+    EXPECT_EQ(b.cyclic->counters().sent, static_cast<std::uint64_t>(b.port.sent));
   }
 }
 
@@ -198,13 +198,14 @@ class BadCable final : public PassingPort {
       if (it->due > cycle) continue;
       std::copy(it->bytes.begin(), it->bytes.end(), buffer.begin());
       const Received r{it->bytes.size(), PortIndex::Primary, Time{}};
+      ++delivered;
       arriving_.erase(it);
       return r;
     }
     return {};
   }
   [[nodiscard]] bool link_up(PortIndex) const noexcept override { return true; }
-  std::uint64_t cycle = 0, sent = 0, lost = 0;
+  std::uint64_t cycle = 0, sent = 0, lost = 0, delivered = 0;
 
  private:
   struct Arriving {
@@ -255,7 +256,7 @@ TEST(CyclicMap, whatever_a_cable_does_no_input_is_of_another_cycle) {
     }
     ASSERT_EQ(e.fault == Fault::None && !e.inputs_fresh, false);
   }
-  const CyclicCounts& c = b.cyclic->counts();
+  const CyclicCounts& c = b.cyclic->counters();
   RecordProperty("fresh_percent", static_cast<int>(100 * fresh / (40 * cycles)));
   RecordProperty("lost", std::to_string(c.lost));
   RecordProperty("late", std::to_string(c.late));
@@ -263,6 +264,10 @@ TEST(CyclicMap, whatever_a_cable_does_no_input_is_of_another_cycle) {
   RecordProperty("foreign", std::to_string(c.foreign));
   EXPECT_EQ(c.sent, cable.sent);  // every frame is either answered or counted as lost
   EXPECT_GE(c.lost, cable.lost);
+  // And every frame that came in is counted once: an answer, or what it was instead.
+  EXPECT_EQ(cable.delivered, c.sent - c.lost + c.late + c.duplicate + c.foreign + c.malformed + c.untouched);
+  EXPECT_GT(c.duplicate, 0u);
+  EXPECT_EQ(c.untouched, 0u);
   EXPECT_GT(whole, cycles / 2);
   EXPECT_GT(c.late, 0u);
   EXPECT_GT(c.malformed, 0u);

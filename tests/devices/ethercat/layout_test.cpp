@@ -6,7 +6,7 @@
 #include "devices/ethercat/layout_check.hpp"
 #include "devices/ethercat/survey.hpp"
 #include "devices/passing_port.hpp"
-#include "tests/devices/bus_bench.hpp"
+#include "tests/devices/ethercat/bus_bench.hpp"
 
 namespace gantry::devices {
 namespace {

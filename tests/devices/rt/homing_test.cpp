@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/devices/drive_bench.hpp"
+#include "tests/devices/rt/drive_bench.hpp"
 
 namespace gantry::devices {
 namespace {
@@ -127,6 +127,33 @@ TEST(Homing, can_be_cancelled_and_leaves_the_axis_standing_in_csp) {
   h.until_done();
   EXPECT_EQ(h.run.fault(), Fault::Aborted);
   EXPECT_EQ(h.mode, 8);
+}
+
+TEST(Homing, that_is_done_fails_when_it_is_cancelled_before_its_result_was_taken) {
+  HomingDrive h;
+  h.run.start({}, h.bench.drive.feedback());
+  h.until_done();
+  ASSERT_EQ(h.run.phase(), HomingRun::Phase::Done);
+  h.run.cancel(Fault::EncoderJump);
+  EXPECT_EQ(h.run.phase(), HomingRun::Phase::Failed);
+  EXPECT_EQ(h.run.fault(), Fault::EncoderJump);
+  h.run.cancel(Fault::HomingTimeout);  // the first cause stays
+  EXPECT_EQ(h.run.fault(), Fault::EncoderJump);
+}
+
+// The bound is a second of the machine, whatever its cycle is.
+TEST(Homing, a_drive_that_does_not_take_the_mode_is_given_up_after_a_second_at_every_cycle_time) {
+  for (const Time cycle : std::initializer_list<Time>{microseconds(250), milliseconds(1), milliseconds(10)}) {
+    SCOPED_TRACE(cycle.count());
+    DriveBench bench;
+    bench.enable();
+    HomingRun run;
+    run.start({.cycle = cycle}, bench.drive.feedback());
+    std::int64_t n = 0;
+    for (; run.phase() == HomingRun::Phase::EnterMode && n < 10'000; ++n) bench.cycle(run.step(bench.drive.feedback()));
+    EXPECT_NEAR(seconds(n * cycle), 1.0, 2 * seconds(cycle));
+    EXPECT_EQ(run.fault(), Fault::WrongMode);
+  }
 }
 
 }  // namespace

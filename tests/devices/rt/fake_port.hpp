@@ -21,6 +21,8 @@ class FakePort final : public FramePort {
   std::vector<std::byte> inputs;  ///< of all stations
   std::vector<std::byte> seen_outputs = std::vector<std::byte>(4096);
   bool up = true, lose = false, twice = false, hold_back = false;
+  bool loop_back = false;  ///< frames come back as they went out
+  bool echo = false;       ///< the same, before the answer
   int sent = 0;
   std::deque<std::vector<std::byte>> waiting, held;
 
@@ -28,6 +30,8 @@ class FakePort final : public FramePort {
     ++sent;
     if (!up) return false;
     if (lose) return true;
+    if (loop_back || echo) waiting.emplace_back(frame.begin(), frame.end());
+    if (loop_back) return true;
     auto reply = answer(frame);
     if (hold_back) {
       held.push_back(std::move(reply));

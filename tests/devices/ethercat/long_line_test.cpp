@@ -1,7 +1,7 @@
 // As many stations as a segment may have: drives, analogue and digital terminals in one line.
 #include <gtest/gtest.h>
 
-#include "tests/devices/bus_bench.hpp"
+#include "tests/devices/ethercat/bus_bench.hpp"
 
 namespace gantry::devices {
 namespace {

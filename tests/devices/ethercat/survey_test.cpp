@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "devices/profiles/object_value.hpp"
-#include "tests/devices/bus_bench.hpp"
+#include "tests/devices/ethercat/bus_bench.hpp"
 
 namespace gantry::devices {
 namespace {

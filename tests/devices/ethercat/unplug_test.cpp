@@ -4,7 +4,7 @@
 #include <random>
 
 #include "devices/passing_port.hpp"
-#include "tests/devices/bus_bench.hpp"
+#include "tests/devices/ethercat/bus_bench.hpp"
 
 namespace gantry::devices {
 namespace {

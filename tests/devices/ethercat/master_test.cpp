@@ -12,8 +12,9 @@
 #include "devices/profiles/object_value.hpp"
 #include "devices/rt/homing.hpp"
 #include "devices/rt/probe.hpp"
-#include "tests/devices/bus_bench.hpp"
-#include "tests/devices/pcap_tap.hpp"
+#include "tests/devices/ethercat/bring_back_all.hpp"
+#include "tests/devices/ethercat/bus_bench.hpp"
+#include "tests/devices/ethercat/pcap_tap.hpp"
 
 namespace gantry::devices {
 namespace {
@@ -301,13 +302,13 @@ TEST(Master, a_station_that_lost_its_power_comes_back_with_its_whole_record_whil
     b.cycles(20);
     EXPECT_FALSE(b.master->fresh(lost.id));
     EXPECT_TRUE(b.master->fresh(before.id));
-    const auto gone = b.master->recover();  // it is still dark
+    const auto gone = bring_back_all(*b.master);  // it is still dark
     ASSERT_FALSE(gone);
     EXPECT_EQ(gone.error().fault, Fault::StationMissing);
     b.until([&] { return b.clock.now() >= power_returns; }, 1000);
     const Time answers = b.clock.now();
     stale_before = 0;
-    const auto back = b.master->recover();
+    const auto back = bring_back_all(*b.master);
     ASSERT_TRUE(back) << to_text(back.error());
     RecordProperty(std::string("recovered_ms_") + name, static_cast<int>((b.clock.now() - answers) / milliseconds(1)));
     EXPECT_LT(b.clock.now() - answers, milliseconds(500));
@@ -344,11 +345,11 @@ TEST(Master, a_cable_that_was_cut_and_healed_is_picked_up_without_writing_everyt
   b.segment.cut_link(3);
   b.cycles(300);
   b.master->step_by([&] { b.cycle(); });
-  EXPECT_FALSE(b.master->recover());
+  EXPECT_FALSE(bring_back_all(*b.master));
   b.segment.heal_link(3);
   b.cycles(5);
   const Time begin = b.clock.now();
-  const auto back = b.master->recover();
+  const auto back = bring_back_all(*b.master);
   ASSERT_TRUE(back) << to_text(back.error());
   RecordProperty("picked_up_ms", static_cast<int>((b.clock.now() - begin) / milliseconds(1)));
   b.cycles(150);
@@ -365,7 +366,7 @@ TEST(Master, another_device_at_the_place_of_one_that_went_away_is_not_taken) {
   const auto index = static_cast<std::size_t>(z.position);
   const_cast<StationRecord&>(b.master->stations()[index]).sii.serial += 1;  // it was another one
   b.master->step_by([&] { b.cycle(); });
-  const auto back = b.master->recover();
+  const auto back = bring_back_all(*b.master);
   ASSERT_FALSE(back);
   EXPECT_EQ(back.error().fault, Fault::IdentityMismatch);
   EXPECT_NE(back.error().where.find("'z'"), std::string::npos) << back.error().where;

@@ -1,9 +1,11 @@
 #include "devices/rt/cyclic.hpp"
 
+#include <atomic>
 #include <gtest/gtest.h>
 #include <random>
+#include <thread>
 
-#include "tests/devices/fake_port.hpp"
+#include "tests/devices/rt/fake_port.hpp"
 
 namespace gantry::devices {
 namespace {
@@ -55,13 +57,13 @@ TEST(Cyclic, a_spare_frame_carries_outputs_of_its_own_and_its_answer_is_late) {
     std::array<FrameBytes, 2> spare;
     ASSERT_EQ(b.cyclic.spare_frames(others, spare), 1u);
     for (int i = 0; i < 3; ++i) {
-      const auto before = b.cyclic.counts();
+      const auto before = b.cyclic.counters();
       b.port.send(PortIndex::Primary, spare[0].all());
       EXPECT_EQ(b.port.seen_outputs[3], std::byte{0x7E});
       EXPECT_EQ(b.run().fault, Fault::None);
       EXPECT_EQ(b.port.seen_outputs[3], std::byte{0x11});
-      EXPECT_EQ(b.cyclic.counts().late, before.late + 1) << cycles << " + " << i;
-      EXPECT_EQ(b.cyclic.counts().malformed, before.malformed);
+      EXPECT_EQ(b.cyclic.counters().late, before.late + 1) << cycles << " + " << i;
+      EXPECT_EQ(b.cyclic.counters().malformed, before.malformed);
     }
   }
 }
@@ -139,12 +141,13 @@ TEST(Cyclic, frames_of_an_earlier_cycle_are_dropped_and_counted) {
   b.port.inputs = {std::byte{7}, std::byte{7}, std::byte{7}};
   EXPECT_EQ(b.run().fault, Fault::None);
   EXPECT_EQ(b.inputs[0], std::byte{7});  // of this cycle, not of the late frame
-  EXPECT_EQ(b.cyclic.counts().late, 1u);
+  EXPECT_EQ(b.cyclic.counters().late, 1u);
   b.port.twice = true;
   b.run();
   b.port.twice = false;
   EXPECT_EQ(b.run().fault, Fault::None);
-  EXPECT_EQ(b.cyclic.counts().late, 2u);
+  EXPECT_EQ(b.cyclic.counters().late, 1u);
+  EXPECT_EQ(b.cyclic.counters().duplicate, 1u);  // its original was taken
 }
 
 TEST(Cyclic, a_flood_of_foreign_frames_does_not_hold_the_loop) {
@@ -152,7 +155,130 @@ TEST(Cyclic, a_flood_of_foreign_frames_does_not_hold_the_loop) {
   b.port.lose = true;
   for (int i = 0; i < 1000; ++i) b.port.waiting.push_back(std::vector<std::byte>(60, std::byte{0x42}));
   EXPECT_EQ(b.run().fault, Fault::FrameLost);
-  EXPECT_EQ(b.cyclic.counts().foreign, 64u);
+  EXPECT_EQ(b.cyclic.counters().foreign, 64u);
+}
+
+// ---- every cycle and every frame is counted as what it was, and as nothing else ----
+
+/// What one run() has added to the counters.
+CyclicCounts added(Bench& b, Fault expected) {
+  const CyclicCounts before = b.cyclic.counters();
+  EXPECT_EQ(b.run().fault, expected);
+  const CyclicCounts now = b.cyclic.counters();
+  return {.sent = now.sent - before.sent,
+          .not_sent = now.not_sent - before.not_sent,
+          .lost = now.lost - before.lost,
+          .late = now.late - before.late,
+          .duplicate = now.duplicate - before.duplicate,
+          .foreign = now.foreign - before.foreign,
+          .malformed = now.malformed - before.malformed,
+          .untouched = now.untouched - before.untouched,
+          .wkc_zero = now.wkc_zero - before.wkc_zero,
+          .wkc_low = now.wkc_low - before.wkc_low,
+          .wkc_high = now.wkc_high - before.wkc_high};
+}
+
+TEST(CyclicCounts, a_cycle_that_went_well_is_a_frame_that_was_sent) {
+  Bench b;
+  EXPECT_EQ(added(b, Fault::None), (CyclicCounts{.sent = 1}));
+}
+
+TEST(CyclicCounts, a_frame_that_does_not_come_back_is_lost) {
+  Bench b;
+  b.port.lose = true;
+  EXPECT_EQ(added(b, Fault::FrameLost), (CyclicCounts{.sent = 1, .lost = 1}));
+  b.port.up = false;
+  EXPECT_EQ(added(b, Fault::BusDown), (CyclicCounts{.not_sent = 1, .lost = 1}));
+}
+
+TEST(CyclicCounts, a_frame_that_comes_back_and_that_nobody_has_served_is_not_lost) {
+  Bench b;
+  b.port.alive = {false, false};  // it has passed stations, which are not in SAFE_OP
+  EXPECT_EQ(added(b, Fault::WorkingCounterLow), (CyclicCounts{.sent = 1, .wkc_zero = 1}));
+  b.port.alive = {};
+  b.port.loop_back = true;  // a plug that returns everything, in place of the first station
+  EXPECT_EQ(added(b, Fault::WorkingCounterLow), (CyclicCounts{.sent = 1, .untouched = 1, .wkc_zero = 1}));
+  EXPECT_FALSE(b.cyclic.fresh(0));
+  EXPECT_FALSE(b.cyclic.fresh(1));
+  StationHealth health;
+  const bool looked = b.cyclic.health(0, health);
+  EXPECT_TRUE(!looked || health.looks <= 2);
+}
+
+TEST(CyclicCounts, a_low_and_a_high_working_counter_are_told_apart) {
+  Bench b;
+  b.port.counter_error = -1;
+  EXPECT_EQ(added(b, Fault::WorkingCounterLow), (CyclicCounts{.sent = 1, .wkc_low = 1}));
+  b.port.counter_error = 1;
+  EXPECT_EQ(added(b, Fault::WorkingCounterHigh), (CyclicCounts{.sent = 1, .wkc_high = 1}));
+  b.port.counter_error = 0;
+  b.port.brd_counter = 1;  // one that has no process data is missing
+  EXPECT_EQ(added(b, Fault::WorkingCounterLow), (CyclicCounts{.sent = 1, .wkc_low = 1}));
+}
+
+TEST(CyclicCounts, an_echo_before_the_answer_harms_nothing_and_is_counted) {
+  Bench b;
+  b.port.echo = true;
+  EXPECT_EQ(added(b, Fault::None), (CyclicCounts{.sent = 1, .untouched = 1}));
+  EXPECT_TRUE(b.cyclic.fresh(0));
+}
+
+TEST(CyclicCounts, late_and_duplicate_frames_are_told_apart_for_256_frames) {
+  for (const int age : {1, 2, 100, 254, 255}) {
+    SCOPED_TRACE(age);
+    Bench b;
+    for (int i = 0; i < 300; ++i) b.run();
+    b.port.twice = true;
+    b.run();
+    b.port.twice = false;
+    auto copy = b.port.waiting.front();
+    b.port.waiting.clear();
+    b.port.hold_back = true;
+    b.run();
+    b.port.hold_back = false;
+    for (int i = 2; i < age; ++i) b.run();
+    b.port.waiting.push_back(copy);
+    EXPECT_EQ(added(b, Fault::None), (CyclicCounts{.sent = 1, .duplicate = 1}));
+    b.port.release();
+    EXPECT_EQ(added(b, Fault::None), (CyclicCounts{.sent = 1, .late = 1}));
+  }
+}
+
+TEST(CyclicCounts, foreign_and_spoilt_frames_have_their_numbers) {
+  Bench b;
+  b.run();
+  b.port.waiting.push_back(std::vector<std::byte>(60, std::byte{0x42}));  // not EtherCAT
+  b.port.twice = true;
+  b.run();
+  auto another = b.port.waiting.front();  // of this cycle, as another master's would be
+  b.port.waiting.clear();
+  b.port.twice = false;
+  another[7] ^= std::byte{0x01};
+  b.port.waiting.push_back(another);
+  b.port.waiting.push_back(std::vector<std::byte>(10, std::byte{0}));
+  EXPECT_EQ(added(b, Fault::None), (CyclicCounts{.sent = 1, .foreign = 1, .malformed = 1}));
+  EXPECT_EQ(b.cyclic.counters().foreign, 2u);
+}
+
+TEST(CyclicCounts, can_be_read_in_another_thread_and_never_run_backward) {
+  Bench b;
+  std::atomic<bool> stop{false};
+  std::thread reader([&] {
+    for (CyclicCounts last; !stop.load();) {
+      const CyclicCounts now = b.cyclic.counters();
+      ASSERT_GE(now.sent, last.sent);
+      ASSERT_GE(now.lost, last.lost);
+      last = now;
+    }
+  });
+  for (int i = 0; i < 20'000; ++i) {
+    b.port.lose = i % 3 == 0;
+    b.run();
+  }
+  stop = true;
+  reader.join();
+  EXPECT_EQ(b.cyclic.counters().sent, 20'000u);
+  EXPECT_EQ(b.cyclic.counters().lost, 6667u);
 }
 
 TEST(Cyclic, a_datagram_of_the_run_thread_rides_along_and_is_answered) {
@@ -200,7 +326,7 @@ TEST(Cyclic, loss_delay_and_duplication_never_give_an_input_of_another_cycle) {
     for (std::size_t i = 0; i < 3; ++i) got |= std::to_integer<unsigned>(b.inputs[i]) << (8 * i);
     ASSERT_EQ(got, cycle);
   }
-  EXPECT_EQ(b.cyclic.counts().lost, lost);
+  EXPECT_EQ(b.cyclic.counters().lost, lost);
   EXPECT_GT(lost, 1000u);
 }
 

@@ -79,13 +79,13 @@ TEST(Topology, any_tree_is_found_again_and_its_delays_are_exact) {
     ASSERT_TRUE(tree.sound) << "round " << round;
     ASSERT_FALSE(tree.ring);
     for (std::size_t i = 0; i < m.order.size(); ++i) {
-      const int parent = tree.places[i].parent;
+      const int parent = tree.nodes[i].parent;
       if (i == 0) {
         ASSERT_EQ(parent, -1);
         continue;
       }
       const auto& node = m.nodes[static_cast<std::size_t>(m.order[static_cast<std::size_t>(parent)])];
-      ASSERT_EQ(node.child[static_cast<std::size_t>(tree.places[i].parent_port)], m.order[i]) << "round " << round;
+      ASSERT_EQ(node.child[static_cast<std::size_t>(tree.nodes[i].parent_port)], m.order[i]) << "round " << round;
     }
     std::vector<PortTimes> times;
     for (const int n : m.order) times.push_back(m.times[static_cast<std::size_t>(n)]);
@@ -117,8 +117,8 @@ TEST(Topology, dl_status_words_are_decoded) {
   EXPECT_TRUE(last[0].open());
   EXPECT_FALSE(last[1].open());
   const Tree tree = build_tree(std::vector{first, last});
-  EXPECT_EQ(tree.places[1].parent, 0);
-  EXPECT_EQ(tree.places[1].parent_port, 1);
+  EXPECT_EQ(tree.nodes[1].parent, 0);
+  EXPECT_EQ(tree.nodes[1].parent_port, 1);
   EXPECT_TRUE(tree.sound);
 }
 

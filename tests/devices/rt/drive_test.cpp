@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-#include "tests/devices/drive_bench.hpp"
+#include "tests/devices/rt/drive_bench.hpp"
 
 namespace gantry::devices {
 namespace {

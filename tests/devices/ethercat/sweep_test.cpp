@@ -5,7 +5,8 @@
 #include <map>
 
 #include "devices/passing_port.hpp"
-#include "tests/devices/bus_bench.hpp"
+#include "tests/devices/ethercat/bring_back_all.hpp"
+#include "tests/devices/ethercat/bus_bench.hpp"
 
 namespace gantry::devices {
 namespace {
@@ -116,7 +117,7 @@ struct Life {
     bool well = operation();
     segment.power_cycle(machine.stations[1].id, milliseconds(2));
     for (int i = 0; i < 10; ++i) cycle();
-    well = timed("recover", [&] { return master->recover(); }) && well;
+    well = timed("recover", [&] { return bring_back_all(*master); }) && well;
     for (int i = 0; i < 5; ++i) cycle();
     return well && in_order();
   }
@@ -136,7 +137,7 @@ struct Life {
       return operation();
     }
     for (int i = 0; i < 250; ++i) cycle();  // watchdogs have run off
-    bool back = timed("recover again", [&] { return master->recover(); });
+    bool back = timed("recover again", [&] { return bring_back_all(*master); });
     for (int i = 0; i < 5; ++i) cycle();
     return back && in_order();
   }

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "sim/station/station.hpp"
-#include "tests/devices/bus_bench.hpp"
+#include "tests/devices/ethercat/bus_bench.hpp"
 
 namespace gantry::devices {
 namespace {
