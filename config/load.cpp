@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "config/machine_file.hpp"
+#include "core/near_word.hpp"
 
 namespace gantry::config {
 namespace {
@@ -35,11 +36,8 @@ class Resolver {
   }
   void unknown(const std::string& name, Place place, std::string_view what,
                const std::vector<std::string_view>& known) {
-    const std::string_view near = nearest(name, known);
     mistakes_.add(Fault::UnknownReference,
-                  near.empty() ? fmt::format("there is no {} '{}'; known: {}", what, name, fmt::join(known, ", "))
-                               : fmt::format("there is no {} '{}'; did you mean '{}'?", what, name, near),
-                  place);
+                  fmt::format("there is no {} '{}'; {}", what, name, did_you_mean(name, known)), place);
   }
 
   /// The value of a quantity that must have one dimension.

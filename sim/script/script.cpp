@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "config/fields.hpp"
+#include "core/near_word.hpp"
 
 namespace gantry::sim {
 
@@ -204,10 +205,8 @@ class Resolver {
  private:
   void expect(std::string_view what, const At<std::string>& value, const std::vector<std::string_view>& names) {
     if (std::find(names.begin(), names.end(), value.value) != names.end()) return;
-    const std::string_view near = config::nearest(value.value, names);
     mistakes_.add(Fault::UnknownReference,
-                  near.empty() ? fmt::format("the machine has no {} '{}'", what, value.value)
-                               : fmt::format("the machine has no {} '{}'; did you mean '{}'?", what, value.value, near),
+                  fmt::format("the machine has no {} '{}'; {}", what, value.value, did_you_mean(value.value, names)),
                   value.place);
   }
   const config::Machine& machine_;
@@ -227,11 +226,8 @@ const ActionRow* row_of(const Node& node, Mistakes& mistakes) {
     if (act->text == row.name) return &row;
     names.push_back(row.name);
   }
-  const std::string_view near = config::nearest(act->text, names);
   mistakes.add(Fault::BadValue,
-               near.empty()
-                   ? fmt::format("nothing is known that does '{}'; known are {}", act->text, fmt::join(names, ", "))
-                   : fmt::format("nothing is known that does '{}'; did you mean '{}'?", act->text, near),
+               fmt::format("nothing is known that does '{}'; {}", act->text, did_you_mean(act->text, names)),
                act->place);
   return nullptr;
 }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 
-#include "config/yaml.hpp"
+#include "core/near_word.hpp"
 #include "sim/script/script.hpp"
 
 namespace gantry::sim {
@@ -30,9 +30,7 @@ Known known_of(std::span<const ScriptEntry> entries, const BoardPlan& plan, std:
 /// Why there is no such thing, or nothing.
 std::string lacks(std::string_view what, const std::string& name, const std::vector<std::string>& names) {
   if (std::find(names.begin(), names.end(), name) != names.end()) return {};
-  const std::string_view near = config::nearest(name, {names.begin(), names.end()});
-  return near.empty() ? fmt::format("there is no {} '{}'", what, name)
-                      : fmt::format("there is no {} '{}'; did you mean '{}'?", what, name, near);
+  return fmt::format("there is no {} '{}'; {}", what, name, did_you_mean(name, {names.begin(), names.end()}));
 }
 std::string lacks(std::string_view what, std::uint64_t number, std::size_t count) {
   return number <= count ? std::string() : fmt::format("there is no {} {}; the board has {}", what, number, count);

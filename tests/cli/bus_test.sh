@@ -28,7 +28,7 @@ expect_text "positions 0 to 5, x, y1"
 expect_exit 2 "an object that is none" "$gantry" bus sdo read x here
 expect_exit 2 "a value that does not fit" "$gantry" bus sdo write x 0x6098 300
 expect_exit 2 "a verb that is none" "$gantry" bus foo
-expect_text "no .gantry bus foo.*there are scan, sdo"
+expect_text "no .gantry bus foo.*known: scan, sdo"
 expect_exit 2 "no verb" "$gantry" bus
 expect_exit 2 "an option that is none" "$gantry" bus scan --foo
 expect_exit 5 "a type of another length" "$gantry" bus sdo read x 1018:1 --type u8

@@ -45,7 +45,7 @@ expect_exit 3 "a placement with a mistake" "$gantry" dry-run $demo --sim-board "
 expect_exit 2 "an unknown verb" "$gantry" rum
 expect_text "there is no 'gantry rum'; did you mean 'run'?"
 expect_exit 2 "an unknown verb of a verb" "$gantry" bus fly
-expect_text "there is no 'gantry bus fly'; there are scan"
+expect_text "there is no 'gantry bus fly'; known: scan"
 expect_exit 2 "an unknown option" "$gantry" --json dry-run $demo --fast
 grep -q '"code": "G901"' "$work/out" || fail "a mistake of usage is no JSON document"
 # What remedies tell people to type exists: words in backticks, up to the first option.
