@@ -21,14 +21,17 @@ namespace {
 class Wiring final : public WorldHook {
  public:
   Wiring(const config::Machine& machine, Segment& segment, World& world)
-      : machine_(machine), segment_(segment), world_(world) {
+      : machine_(machine),
+        segment_(segment),
+        world_(world),
+        output_bits_(config::output_bits(machine)),
+        input_bits_(config::input_bits(machine)) {
     for (const config::Axis& axis : machine.axes)
       for (std::size_t i = 0; i < axis.drives.size(); ++i)
         if (segment.has_motor(axis.id, static_cast<int>(i))) drives_.push_back({axis.id, static_cast<int>(i)});
     kept_.resize(2 * drives_.size());
-    for (std::size_t i = 0; i < config::kInputs; ++i)
-      if (const auto channel = machine.inputs[i]; channel && find(channel->station) == input_stations_.end())
-        input_stations_.push_back({channel->station, 0});
+    for (const config::WordBit& input : input_bits_)
+      if (find(input.channel.station) == input_stations_.end()) input_stations_.push_back({input.channel.station, 0});
   }
 
   void recall(const std::vector<double>& values) {
@@ -94,22 +97,18 @@ class Wiring final : public WorldHook {
 
   [[nodiscard]] std::uint32_t outputs() const {
     std::uint32_t out = 0;
-    for (std::size_t i = 0; i < config::kOutputs; ++i) {
-      const auto& channel = machine_.outputs[i];
-      if (!channel) continue;
-      const bool level = (segment_.io_outputs(channel->station) >> channel->bit & 1) != 0;
-      if (level != channel->invert) out |= 1u << i;
+    for (const auto& [bit, name, channel] : output_bits_) {
+      const bool level = (segment_.io_outputs(channel.station) >> channel.bit & 1) != 0;
+      if (level != channel.invert) out |= 1u << bit;
     }
     return out;
   }
 
   void set_inputs(std::uint32_t inputs) {
     for (InputStation& s : input_stations_) s.bits = 0;
-    for (std::size_t i = 0; i < config::kInputs; ++i) {
-      const auto& channel = machine_.inputs[i];
-      if (!channel) continue;
-      const bool level = ((inputs >> i & 1) != 0) != channel->invert;
-      if (level) find(channel->station)->bits |= static_cast<std::uint16_t>(1u << channel->bit);
+    for (const auto& [bit, name, channel] : input_bits_) {
+      const bool level = ((inputs >> bit & 1) != 0) != channel.invert;
+      if (level) find(channel.station)->bits |= static_cast<std::uint16_t>(1u << channel.bit);
     }
     for (const InputStation& s : input_stations_) segment_.set_io_inputs(s.station, s.bits);
   }
@@ -161,6 +160,7 @@ class Wiring final : public WorldHook {
   World& world_;
   std::vector<Drive> drives_;
   std::vector<double> kept_;  ///< position and count zero of each drive
+  std::vector<config::WordBit> output_bits_, input_bits_;
   std::vector<InputStation> input_stations_;
   std::vector<Action> due_;
 };

@@ -20,6 +20,15 @@ constexpr double kSameSpot_mm = 5e-4;
 
 Time time_of(double seconds_) { return Time(static_cast<std::int64_t>(std::llround(seconds_ * 1e9))); }
 
+/// Contacts that are normally closed are closed, the clamp is where its output puts it, the mode is automatic, and no
+/// button is pressed.
+std::uint32_t inputs_at_rest() {
+  std::uint32_t closed = bit(Input::ClampClosed) | bit(Input::Mode);
+  for (std::size_t i = 0; i < config::kInputs; ++i)
+    if (config::normally_closed(static_cast<Input>(i))) closed |= bit(static_cast<Input>(i));
+  return closed;
+}
+
 AxisVec between(const AxisVec& a, const AxisVec& b, double t) {
   AxisVec out;
   for (std::size_t i = 0; i < out.size(); ++i) out[i] = a[i] + (b[i] - a[i]) * t;
@@ -36,7 +45,7 @@ World::World(const config::Machine& machine, Clock& clock, std::uint64_t seed, s
       camera_(machine, clock, seed),
       watch_(head_),
       valve_(time_of(machine.sim.valve_open_lag_s), time_of(machine.sim.valve_close_lag_s)),
-      steady_inputs_(bit(Input::DoorClosed) | bit(Input::AirOk) | bit(Input::ClampClosed)) {
+      steady_inputs_(inputs_at_rest()) {
   shots_.reserve(4096);
   place_solids();
 }
@@ -173,7 +182,9 @@ std::uint32_t World::inputs(std::uint32_t outputs, Time now) const {
   const auto clamp_output = machine_.outputs[static_cast<std::size_t>(Output::Clamp)];
   if (clamp_output && (outputs & bit(Output::Clamp)) == 0) out &= ~bit(Input::ClampClosed);
   for (std::size_t i = 0; i < config::kInputs; ++i)
-    if (now < pressed_until_[i]) out |= bit(static_cast<Input>(i));
+    if (now < pressed_until_[i])
+      out = config::normally_closed(static_cast<Input>(i)) ? out & ~bit(static_cast<Input>(i))
+                                                           : out | bit(static_cast<Input>(i));
   return out;
 }
 

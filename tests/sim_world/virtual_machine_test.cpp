@@ -133,7 +133,7 @@ TEST(VirtualMachine, scripts_reach_the_bus_between_frames) {
     lost += c.last.fault == Fault::FrameLost;
   }
   EXPECT_EQ(lost, 3);
-  ASSERT_TRUE(c.vm->add_script("{do: cut_link, station: io}"));
+  ASSERT_TRUE(c.vm->add_script("{do: cut_link, station: cu}"));
   c.cycles(5);
   EXPECT_LT(c.last.working_counter, c.last.expected);
   ASSERT_TRUE(c.vm->add_script("{do: power_cycle, station: z}"));
