@@ -68,6 +68,8 @@ printf -- '- {at: feature nope, do: camera_dead}\n- {at: job start, do: remove_m
 expect_exit 3 "entries of a script that never happen" "$gantry" dry-run $demo --sim-script "$work/never.yaml" --out "$work/n"
 expect_text "$work/never.yaml:1:3: this never happens: there is no feature 'nope'"
 expect_text "$work/never.yaml:2:3: .*did you mean 'back_right'"
+expect_exit 3 "a script on the board of a recipe, checked" "$gantry" check "$work/never.yaml" $demo
+expect_text "$work/never.yaml:2:3: .*did you mean 'back_right'"
 sed 's/^stations:/statons:/' config/machines/dispenser.yaml >"$work/machine.yaml"
 expect_exit 3 "a machine file is checked as one" "$gantry" check "$work/machine.yaml"
 expect_text "$work/machine.yaml:[0-9]*:1: unknown key 'statons'; did you mean 'stations'?"
