@@ -133,27 +133,6 @@ void check_axes(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
     mistakes.add(Fault::OutOfRange, fmt::format("outside the travel of axis {}", z.name), file.safe_z_mm.place);
 }
 
-void check_channels(const Machine& m, const std::vector<written::ChannelRow>& rows, bool outputs, Mistakes& mistakes) {
-  std::map<std::pair<std::string, int>, std::string> taken;
-  for (const auto& row : rows) {
-    const auto station = std::find_if(m.stations.begin(), m.stations.end(),
-                                      [&](const Station& s) { return s.name == row.station.value; });
-    if (station->profile.slots > 0) {
-      mistakes.add(Fault::Inconsistent, fmt::format("'{}' is a drive; name a station that is none", station->name),
-                   row.station.place);
-      continue;
-    }
-    int width = 0;
-    for (const PdoRow& pdo : outputs ? station->profile.rx_pdos : station->profile.tx_pdos)
-      for (const PdoEntry& entry : pdo.entries) width += entry.bit_length;
-    if (row.bit.value >= width)
-      mistakes.add(Fault::OutOfRange, fmt::format("'{}' has {} bits, 0 first", station->name, width), row.bit.place);
-    const auto [other, is_new] = taken.try_emplace({row.station.value, row.bit.value}, row.name);
-    if (!is_new)
-      mistakes.add(Fault::Inconsistent, fmt::format("'{}' has this bit already", other->second), row.bit.place);
-  }
-}
-
 void check_head(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   for (const std::string_view needed : {"needle", "camera", "probe"})
     if (!find_tool(m, needed))
@@ -195,8 +174,6 @@ void check_machine(const Machine& m, const MachineFile& file, Mistakes& mistakes
   check_stations(m, file, mistakes);
   check_timing(m, file, mistakes);
   check_axes(m, file, mistakes);
-  check_channels(m, file.outputs, true, mistakes);
-  check_channels(m, file.inputs, false, mistakes);
   check_head(m, file, mistakes);
   check_sim(m, file, mistakes);
 }
@@ -224,6 +201,7 @@ std::vector<std::string> notes(const Machine& machine) {
       out.push_back(fmt::format("axis {} runs open loop: its following error is not available, lost steps are not seen",
                                 axis.name));
   }
+  for (auto& each : channel_notes(machine)) out.push_back(std::move(each));
   // What the loss of the bus costs; recipes::notes() tells it for the speeds of a recipe.
   if (const auto& valve = machine.outputs[static_cast<std::size_t>(Output::Valve)])
     out.push_back(

@@ -188,6 +188,33 @@ const Fields<DriveFacts>& drive_fields() {
   return kFields;
 }
 
+struct TerminalRow {
+  std::string name;
+  Place place;
+  At<int> in, out;
+  int bits = 1;
+};
+const Fields<TerminalRow>& terminal_fields() {
+  static const Fields<TerminalRow> kFields{
+      integer("in", &TerminalRow::in, {0, 2047}, kOptional, "an input: its first bit of what the station sends"),
+      integer("out", &TerminalRow::out, {0, 2047}, kOptional, "an output: its first bit of what goes to the station"),
+      integer("bits", &TerminalRow::bits, {1, 64}, kOptional, "width of its value"),
+  };
+  return kFields;
+}
+
+void read_terminals(const Node& node, StationProfile& to, Mistakes& mistakes) {
+  struct Rows {
+    std::vector<TerminalRow> all;
+  } rows;
+  named("terminals", &Rows::all, terminal_fields(), {0, 256}, kOptional, "").read(node, rows, mistakes);
+  for (const TerminalRow& row : rows.all) {
+    if (row.in.given() == row.out.given())
+      mistakes.add(Fault::BadValue, fmt::format("terminal '{}' needs exactly one of: in, out", row.name), row.place);
+    to.terminals.push_back({row.name, row.out.given(), row.out.given() ? row.out.value : row.in.value, row.bits});
+  }
+}
+
 const Fields<StationProfile>& profile_fields() {
   static const Fields<StationProfile> kFields{
       format_version<StationProfile>(1),
@@ -216,6 +243,11 @@ const Fields<StationProfile>& profile_fields() {
       flag("pdo_fixed", &StationProfile::pdo_fixed, kOptional, "the mapping cannot be written"),
       list("rx_pdos", &StationProfile::rx_pdos, pdo_fields(), {0, 16}, kRequired, "to the station"),
       list("tx_pdos", &StationProfile::tx_pdos, pdo_fields(), {0, 16}, kRequired, "from the station"),
+      {{"terminals",
+        kOptional,
+        "names that are printed on the station, for `outputs` and `inputs` of a machine file",
+        {ValueShape::Kind::Named, {}, {0, 256}, {}, {}, {object_shape(terminal_fields())}}},
+       read_terminals},
       list("objects", &StationProfile::objects, object_fields(), {1, 1000}, kRequired, "objects that we use or show"),
       list("startup", &StationProfile::startup, startup_fields(), {0, 200}, kOptional, "written in PRE_OP, in order"),
       choice("storage", &StationProfile::storage,
@@ -251,6 +283,19 @@ void resolve_pdos(const StationProfile& profile, std::vector<PdoRow>& pdos, cons
                    fmt::format("PDO 0x{:04X} maps {} objects of {} bits; its limits are {} objects and {} bytes",
                                pdo.index, count, total, profile.max_pdo_entries, profile.max_pdo_bytes),
                    place);
+  }
+}
+
+/// A terminal that reaches beyond the process image is a mistake.
+void check_terminals(const StationProfile& profile, const Node& rows, Mistakes& mistakes) {
+  for (const Terminal& t : profile.terminals) {
+    const int width = image_bits(profile, t.output);
+    if (t.bit + t.bits <= width) continue;
+    const auto key = std::find_if(rows.keys.begin(), rows.keys.end(), [&](const auto& k) { return k.text == t.name; });
+    mistakes.add(Fault::OutOfRange,
+                 fmt::format("terminal '{}' ends at bit {}; the station's {} have {} bits", t.name, t.bit + t.bits - 1,
+                             t.output ? "outputs" : "inputs", width),
+                 key->place);
   }
 }
 
@@ -292,6 +337,13 @@ const ObjectRow* find_object(const StationProfile& profile, ObjectAddress addres
   return nullptr;
 }
 
+int image_bits(const StationProfile& profile, bool outputs) {
+  int bits = 0;
+  for (const PdoRow& pdo : outputs ? profile.rx_pdos : profile.tx_pdos)
+    for (const PdoEntry& entry : pdo.entries) bits += entry.bit_length;
+  return bits;
+}
+
 const std::vector<FieldShape>& profile_format() {
   static const std::vector<FieldShape> kFormat = object_shape(profile_fields()).fields;
   return kFormat;
@@ -308,6 +360,7 @@ Checked<StationProfile> load_profile(const std::string& path) {
   if (mistakes.none()) {
     resolve_pdos(profile, profile.rx_pdos, *root->find("rx_pdos"), mistakes);
     resolve_pdos(profile, profile.tx_pdos, *root->find("tx_pdos"), mistakes);
+    if (const Node* rows = root->find("terminals")) check_terminals(profile, *rows, mistakes);
   }
   if (!mistakes.none()) return tl::unexpected(mistakes.errors());
   return profile;

@@ -115,6 +115,14 @@ struct DriveFacts {
   std::vector<DriveErrorRow> errors;
 };
 
+/// A terminal of an I/O station by the name that is printed on it: where its value lies in the process image.
+struct Terminal {
+  std::string name;
+  bool output = false;
+  int bit = 0;   ///< its first, of the station's outputs or inputs
+  int bits = 1;  ///< width of its value; an analogue terminal has more than one
+};
+
 struct StationProfile {
   std::string name;    ///< file name without .yaml: "amd530b"
   std::string title;   ///< "HCFA AMD530B"
@@ -129,6 +137,7 @@ struct StationProfile {
   int max_pdo_entries = 8;               ///< per PDO; 0: not stated
   int max_pdo_bytes = 32;
   bool pdo_fixed = false;  ///< I/O stations: mapping is not written
+  std::vector<Terminal> terminals;
   std::vector<ObjectRow> objects;
   std::vector<StartupRow> startup;
   Storage storage = Storage::None;
@@ -144,6 +153,8 @@ ObjectAddress first_slot(const StationProfile& profile, ObjectAddress address, i
 /// The same object of another slot: 6064h -> 6864h.
 ObjectAddress in_slot(const StationProfile& profile, ObjectAddress address, int slot);
 const ObjectRow* find_object(const StationProfile& profile, ObjectAddress address_of_first_slot);
+/// Bits of all outputs to the station, or of all inputs from it, one behind the other.
+int image_bits(const StationProfile& profile, bool outputs);
 
 /// Reads config/drives/*.yaml or config/devices/*.yaml; the profile's name is the file's.
 Checked<StationProfile> load_profile(const std::string& path);

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <iterator>
 
+#include "core/near_word.hpp"
+
 namespace gantry::config {
 namespace {
 
@@ -237,15 +239,12 @@ void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Pl
       mistakes.add(Fault::UnknownKey, {}, key.place);
       continue;
     }
-    std::string_view near = nearest(key.text, open);
-    if (near.empty()) near = nearest(key.text, words);
-    if (!near.empty()) meant.push_back(near);
+    const auto& likely = nearest(key.text, open).empty() ? words : open;
+    if (const std::string_view near = nearest(key.text, likely); !near.empty()) meant.push_back(near);
     // {why: one, two}: "two" is read as a key.
     const char* const comma = map.items[i].kind == Node::Kind::Empty ? " (text with a comma belongs in quotes)" : "";
     mistakes.add(Fault::UnknownKey,
-                 near.empty()
-                     ? fmt::format("unknown key '{}'; known here: {}{}", shown(key.text), fmt::join(words, ", "), comma)
-                     : fmt::format("unknown key '{}'; did you mean '{}'?{}", shown(key.text), near, comma),
+                 fmt::format("unknown key '{}'; {}{}", shown(key.text), did_you_mean(key.text, likely), comma),
                  key.place);
   }
   for (const FieldShape* field : known)

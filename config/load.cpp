@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "config/machine_file.hpp"
+#include "core/near_word.hpp"
 
 namespace gantry::config {
 namespace {
@@ -35,11 +36,8 @@ class Resolver {
   }
   void unknown(const std::string& name, Place place, std::string_view what,
                const std::vector<std::string_view>& known) {
-    const std::string_view near = nearest(name, known);
     mistakes_.add(Fault::UnknownReference,
-                  near.empty() ? fmt::format("there is no {} '{}'; known: {}", what, name, fmt::join(known, ", "))
-                               : fmt::format("there is no {} '{}'; did you mean '{}'?", what, name, near),
-                  place);
+                  fmt::format("there is no {} '{}'; {}", what, name, did_you_mean(name, known)), place);
   }
 
   /// The value of a quantity that must have one dimension.
@@ -73,9 +71,6 @@ class Resolver {
   void axes(const written::MachineFile& file, Machine& m);
   void homing(const written::HomingRow& row, Axis& axis);
   void roles(const written::MachineFile& file, Machine& m);
-  template <std::size_t N, class Which>
-  void channels(const std::vector<written::ChannelRow>& rows, const Machine& m,
-                std::array<std::optional<Channel>, N>& to, Which first);
   std::vector<Body> bodies(const std::vector<written::BodyRow>& rows);
   void sim(const written::MachineFile& file, Machine& m);
 
@@ -198,24 +193,6 @@ void Resolver::roles(const written::MachineFile& file, Machine& m) {
   m.probe.axis = role(file.probe.axis, false).value_or(AxisId{});
 }
 
-template <std::size_t N, class Which>
-void Resolver::channels(const std::vector<written::ChannelRow>& rows, const Machine& m,
-                        std::array<std::optional<Channel>, N>& to, Which) {
-  std::vector<std::string_view> known;
-  for (std::size_t i = 0; i < N; ++i) known.push_back(name(static_cast<Which>(i)));
-  for (const auto& row : rows) {
-    const auto which = std::find(known.begin(), known.end(), row.name);
-    if (which == known.end()) {
-      unknown(row.name, row.place, "channel", known);
-      continue;
-    }
-    const auto station = row.station.given() ? index(m.stations, row.station, "station") : std::nullopt;
-    if (station)
-      to[static_cast<std::size_t>(which - known.begin())] =
-          Channel{{static_cast<std::uint16_t>(*station)}, static_cast<std::uint8_t>(row.bit.value), row.invert};
-  }
-}
-
 std::vector<Body> Resolver::bodies(const std::vector<written::BodyRow>& rows) {
   std::vector<Body> out;
   for (const auto& row : rows) {
@@ -286,8 +263,7 @@ Machine Resolver::resolve(const written::MachineFile& file) {
   stations(file, m);
   axes(file, m);
   roles(file, m);
-  channels(file.outputs, m, m.outputs, Output{});
-  channels(file.inputs, m, m.inputs, Input{});
+  resolve_channels(file, m, mistakes_);
   for (const auto& row : file.head.tools) m.tools.push_back({row.name, row.tip, row.lift_mm.value});
   m.head = bodies(file.head.bodies);
   m.scene = bodies(file.scene);
@@ -337,19 +313,6 @@ const WorkFrame* find_frame(const Machine& machine, std::string_view name) {
   for (const WorkFrame& frame : machine.frames)
     if (frame.name == name) return &frame;
   return nullptr;
-}
-
-std::string_view name(Output output) {
-  constexpr std::array<std::string_view, kOutputs> kNames{"valve",        "camera_light", "camera_trigger", "stack_red",
-                                                          "stack_yellow", "stack_green",  "clamp",          "healthy"};
-  const auto i = static_cast<std::size_t>(output);
-  return i < kOutputs ? kNames[i] : "";
-}
-std::string_view name(Input input) {
-  constexpr std::array<std::string_view, kInputs> kNames{"start",       "stop",   "reset",
-                                                         "door_closed", "air_ok", "clamp_closed"};
-  const auto i = static_cast<std::size_t>(input);
-  return i < kInputs ? kNames[i] : "";
 }
 
 }  // namespace gantry::config

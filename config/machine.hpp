@@ -62,6 +62,11 @@ struct Channel {
   std::uint8_t bit = 0;
   bool invert = false;
 };
+/// An output or input that the program gives no meaning to; it goes by the name in the machine file.
+struct FreeChannel {
+  std::string name;
+  Channel channel;
+};
 
 enum class Output : std::uint8_t {
   Valve,
@@ -74,7 +79,19 @@ enum class Output : std::uint8_t {
   Healthy,
   Count
 };
-enum class Input : std::uint8_t { Start, Stop, Reset, DoorClosed, AirOk, ClampClosed, Count };
+/// Stop, DoorClosed, AirOk and SafetyOk are normally closed: 1 says that all is well, and a broken wire reads as 0.
+enum class Input : std::uint8_t {
+  Start,
+  Stop,  ///< 0: pressed
+  Reset,
+  Hold,
+  Mode,  ///< 1: automatic, 0: setup; a machine without it is always automatic
+  DoorClosed,
+  AirOk,
+  ClampClosed,
+  SafetyOk,  ///< feedback of the external safety chain
+  Count
+};
 inline constexpr std::size_t kOutputs = static_cast<std::size_t>(Output::Count);
 inline constexpr std::size_t kInputs = static_cast<std::size_t>(Input::Count);
 /// Name in the machine file: "valve", "camera_light", ...
@@ -83,6 +100,8 @@ std::string_view name(Input input);
 /// Bit of an output in the loop's output word.
 constexpr std::uint32_t bit(Output o) { return 1u << static_cast<unsigned>(o); }
 constexpr std::uint32_t bit(Input i) { return 1u << static_cast<unsigned>(i); }
+inline constexpr std::size_t kChannelBits = 32;  ///< of the loop's output word, and of its input word
+bool normally_closed(Input input);
 
 struct Station {
   StationId id;
@@ -177,6 +196,7 @@ struct Machine {
   std::optional<AxisId> c, u;  ///< needle turn and lift
   std::array<std::optional<Channel>, kOutputs> outputs;
   std::array<std::optional<Channel>, kInputs> inputs;
+  std::vector<FreeChannel> free_outputs, free_inputs;
   std::vector<Tool> tools;  ///< "needle", "camera", "probe"
   std::vector<Body> head;   ///< bodies that move
   std::vector<Body> scene;  ///< bodies that stand
@@ -188,6 +208,16 @@ struct Machine {
   std::vector<std::pair<AxisId, double>> park;  ///< where a job ends
   SimConfig sim;
 };
+
+/// A channel that the machine has, and its bit in the loop's word. The bits of free channels follow those that are
+/// known, in the order of the file.
+struct WordBit {
+  unsigned bit = 0;
+  std::string_view name;  ///< of the machine
+  Channel channel;
+};
+std::vector<WordBit> output_bits(const Machine& machine);
+std::vector<WordBit> input_bits(const Machine& machine);
 
 const Tool* find_tool(const Machine& machine, std::string_view name);
 const Axis* find_axis(const Machine& machine, std::string_view name);

@@ -71,7 +71,8 @@ const Fields<RolesRow> kRoles{
 
 const Fields<ChannelRow> kChannel{
     name_of("station", &ChannelRow::station, kRequired, "one of `stations`"),
-    integer("bit", &ChannelRow::bit, {0, 255}, kRequired, "bit of its process image"),
+    integer("bit", &ChannelRow::bit, {0, 255}, kOptional, "bit of its process image; or `terminal`"),
+    name_of("terminal", &ChannelRow::terminal, kOptional, "the same by the name that the station's profile gives it"),
     flag("invert", &ChannelRow::invert, kOptional, "0 means on"),
 };
 
@@ -187,8 +188,10 @@ const Fields<MachineFile>& machine_fields() {
       named("stations", &MachineFile::stations, kStation, {1, 256}, kRequired, "bus nodes"),
       named("axes", &MachineFile::axes, kAxis, {1, kMaxAxes}, kRequired, "in the order of their numbers"),
       object("roles", &MachineFile::roles, kRoles, kRequired, "which axis carries what"),
-      named("outputs", &MachineFile::outputs, kChannel, {0, kOutputs}, kRequired, "what the machine switches"),
-      named("inputs", &MachineFile::inputs, kChannel, {0, kInputs}, kRequired, "what the machine reads"),
+      named("outputs", &MachineFile::outputs, kChannel, {0, 256}, kRequired,
+            "what the machine switches: names that the program knows, and free ones"),
+      named("inputs", &MachineFile::inputs, kChannel, {0, 256}, kRequired,
+            "what the machine reads: names that the program knows, and free ones"),
       object("head", &MachineFile::head, kHead, kRequired, "what X, Y and Z carry; its reference point is 0, 0, 0"),
       named("frames", &MachineFile::frames, kFrame, {1, 64}, kRequired, "where boards lie"),
       named("scene", &MachineFile::scene, kSceneBody, {0, 1000}, kRequired, "bodies that stand"),

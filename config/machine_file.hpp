@@ -53,8 +53,8 @@ struct RolesRow {
 struct ChannelRow {
   std::string name;
   Place place;
-  At<std::string> station;
-  At<int> bit;
+  At<std::string> station, terminal;
+  At<int> bit;  ///< or `terminal`
   bool invert = false;
 };
 
@@ -151,6 +151,12 @@ const Fields<MachineFile>& machine_fields();
 }  // namespace gantry::config::written
 
 namespace gantry::config {
+
+/// `outputs` and `inputs`, once the stations are there: known names and free ones, bits and terminals, each bit once.
+void resolve_channels(const written::MachineFile& file, Machine& machine, Mistakes& mistakes);
+
+/// Sentences for `check` about wiring that is allowed and unwise.
+std::vector<std::string> channel_notes(const Machine& machine);
 
 /// What only shows across rows: a station's slot used twice, limits that exclude each other, a park position out of
 /// reach ... `file` is where `machine` was made from, row by row.

@@ -85,7 +85,4 @@ Result<std::string> read_text_file(const std::string& path, std::size_t max_byte
 /// Text for a message, cut after so many bytes, never within a character.
 std::string shortened(std::string_view text, std::size_t bytes);
 
-/// The known word nearest to `word` by edit distance; empty when none is near enough to be meant.
-std::string_view nearest(std::string_view word, const std::vector<std::string_view>& known);
-
 }  // namespace gantry::config

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "core/near_word.hpp"
 #include "recipes/job.hpp"
 #include "recipes/valve_leads.hpp"
 
@@ -20,12 +21,9 @@ class Feasibility {
     if (!config::find_frame(machine_, recipe_.board.frame)) {
       std::vector<std::string_view> known;
       for (const auto& frame : machine_.frames) known.push_back(frame.name);
-      const std::string_view near = config::nearest(recipe_.board.frame, known);
       mistakes_.add(Fault::UnknownReference,
-                    near.empty() ? fmt::format("machine '{}' has no frame '{}'; known: {}", machine_.name,
-                                               recipe_.board.frame, fmt::join(known, ", "))
-                                 : fmt::format("machine '{}' has no frame '{}'; did you mean '{}'?", machine_.name,
-                                               recipe_.board.frame, near),
+                    fmt::format("machine '{}' has no frame '{}'; {}", machine_.name, recipe_.board.frame,
+                                did_you_mean(recipe_.board.frame, known)),
                     recipe_.board.frame_place);
       return;
     }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <set>
 
+#include "core/near_word.hpp"
 #include "recipes/recipe_file.hpp"
 
 namespace gantry::recipes {
@@ -44,11 +45,9 @@ class Checker {
     if (row.material.given() && !find_material(recipe_, row.material.value)) {
       std::vector<std::string_view> known;
       for (const Material& m : recipe_.materials) known.push_back(m.name);
-      const std::string_view near = config::nearest(row.material.value, known);
       mistakes_.add(
           Fault::UnknownReference,
-          near.empty() ? fmt::format("there is no material '{}'; known: {}", row.material.value, fmt::join(known, ", "))
-                       : fmt::format("there is no material '{}'; did you mean '{}'?", row.material.value, near),
+          fmt::format("there is no material '{}'; {}", row.material.value, did_you_mean(row.material.value, known)),
           row.material.place);
     }
     if (row.at.given() && (row.kind == FeatureKind::Dot || row.kind == FeatureKind::Line))

@@ -8,6 +8,7 @@
 #include "recipes/job.hpp"
 #include "recipes/recipe_file.hpp"
 #include "sim/script/script.hpp"
+#include "sim/world/script_on_board.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -57,11 +58,12 @@ std::optional<config::Machine> check_machine(const std::string& file, Findings& 
   return std::move(*machine);
 }
 
-void check_recipe(const std::string& file, const config::Machine& machine, Findings& to) {
-  const auto recipe = recipes::load(file);
-  if (!to.take(recipe) || !to.take(recipes::compile(*recipe, machine))) return;
+std::optional<recipes::Recipe> check_recipe(const std::string& file, const config::Machine& machine, Findings& to) {
+  auto recipe = recipes::load(file);
+  if (!to.take(recipe) || !to.take(recipes::compile(*recipe, machine))) return std::nullopt;
   to.good.push_back(fmt::format("{}: {} features on '{}'", file, recipe->features.size(), machine.name));
   for (const auto& note : recipes::notes(*recipe, machine)) to.notes.push_back(file + ": " + note);
+  return std::move(*recipe);
 }
 
 void check_profile(const std::string& file, Findings& to) {
@@ -69,9 +71,14 @@ void check_profile(const std::string& file, Findings& to) {
   if (to.take(profile)) to.good.push_back(fmt::format("{}: {}", file, profile->title));
 }
 
-void check_script(const std::string& file, const config::Machine& machine, Findings& to) {
+/// On the board of `recipe`, when there is one: without it nobody knows its marks and features.
+void check_script(const std::string& file, const config::Machine& machine, const std::optional<recipes::Recipe>& recipe,
+                  Findings& to) {
   const auto script = sim::load_script(file, machine);
-  if (to.take(script)) to.good.push_back(fmt::format("{}: {} entries", file, script->size()));
+  if (!to.take(script)) return;
+  const auto misfits = recipe ? sim::misfits_of(*script, sim::board_plan(*recipe), {}) : std::vector<Error>{};
+  to.errors.insert(to.errors.end(), misfits.begin(), misfits.end());
+  if (misfits.empty()) to.good.push_back(fmt::format("{}: {} entries", file, script->size()));
 }
 
 void show_findings(const Findings& found, const std::vector<std::string>& files, bool list_assumptions, bool json) {
@@ -95,7 +102,9 @@ void show_findings(const Findings& found, const std::vector<std::string>& files,
 void add_check(CLI::App& app, Context& context) {
   auto* verb = app.add_subcommand("check", "Machine files, recipes, scripts: every mistake at once, file:line:col");
   auto files = std::make_shared<std::vector<std::string>>();
-  verb->add_option("FILE", *files, "What to check; recipes on the first machine file named here, else on --machine");
+  verb->add_option(
+      "FILE", *files,
+      "What to check; recipes on the first machine file named here, else on --machine; scripts on the first recipe");
   verb->callback([&context, files] {
     std::vector<std::pair<std::string, Kind>> rest;
     std::vector<std::string> machines;
@@ -115,12 +124,15 @@ void add_check(CLI::App& app, Context& context) {
       auto read = check_machine(file, found);
       if (file == machines.front()) machine = std::move(read);
     }
+    std::optional<recipes::Recipe> board;
+    std::stable_partition(rest.begin(), rest.end(), [](const auto& each) { return each.second != Kind::Script; });
     for (const auto& [file, kind] : rest) {
       checked.push_back(file);
       if (kind == Kind::Profile) check_profile(file, found);
       if (!machine) continue;  // its own mistakes are told
-      if (kind == Kind::Recipe) check_recipe(file, *machine, found);
-      if (kind == Kind::Script) check_script(file, *machine, found);
+      if (kind == Kind::Recipe)
+        if (auto recipe = check_recipe(file, *machine, found); recipe && !board) board = std::move(recipe);
+      if (kind == Kind::Script) check_script(file, *machine, board, found);
     }
     if (found.errors.empty())
       show_findings(found, checked, rest.empty(), context.json);

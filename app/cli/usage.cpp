@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 
-#include "config/yaml.hpp"
+#include "core/near_word.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -28,11 +28,8 @@ Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<std::string> rest = app.remaining(true);
   const auto word = std::find_if(rest.begin(), rest.end(), [](const std::string& w) { return !w.starts_with('-'); });
   if (verbs.empty() || word == rest.end()) return {Fault::Usage, error.what(), said};
-  const std::string_view near = config::nearest(*word, {verbs.begin(), verbs.end()});
   return {Fault::Usage,
-          fmt::format("there is no '{} {}'; {}there are {}", said, *word,
-                      near.empty() ? "" : fmt::format("did you mean '{}'? ", near), fmt::join(verbs, ", ")),
-          ""};
+          fmt::format("there is no '{} {}'; {}", said, *word, did_you_mean(*word, {verbs.begin(), verbs.end()})), ""};
 }
 
 }  // namespace gantry::cli

@@ -7,7 +7,7 @@
 
 namespace gantry::cli {
 
-/// Fault::Usage. A verb that does not exist is named, with the nearest one and all there are.
+/// Fault::Usage. A verb that does not exist is named, with the nearest one, or all there are where none is near.
 Error usage_error(const CLI::App& app, const CLI::ParseError& error);
 
 }  // namespace gantry::cli

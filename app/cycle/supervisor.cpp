@@ -153,7 +153,7 @@ void Supervisor::look_at_inputs(const View& view, Findings& found) noexcept {
   if (missing(setup_.air_mask)) found.push_back({Fault::AirMissing});
   const bool plays = view.state == State::Running || view.state == State::Holding || view.state == State::Held;
   if (plays && !view.clamp_may_be_open && missing(setup_.clamp_mask)) found.push_back({Fault::ClampOpen});
-  if (setup_.stop_mask != 0 && (view.inputs & setup_.stop_mask) != 0) found.push_back({Fault::StopPressed});
+  if (missing(setup_.stop_mask)) found.push_back({Fault::StopPressed});  // normally closed
 }
 
 }  // namespace gantry::cycle

@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <vector>
 
 #include "app/job/limits.hpp"
-#include "config/yaml.hpp"
+#include "core/near_word.hpp"
 #include "core/units.hpp"
 #include "motion/path/moves.hpp"
 
@@ -30,10 +29,7 @@ Result<const config::Axis*> axis_named(const config::Machine& machine, const std
   if (axis == nullptr) {
     std::vector<std::string_view> names;
     for (const config::Axis& a : machine.axes) names.push_back(a.name);
-    const std::string_view near = config::nearest(name, names);
-    return fail(Fault::UnknownReference,
-                fmt::format("there is no axis '{}'; {}there are {}", name,
-                            near.empty() ? "" : fmt::format("did you mean '{}'? ", near), fmt::join(names, ", ")));
+    return fail(Fault::UnknownReference, fmt::format("there is no axis '{}'; {}", name, did_you_mean(name, names)));
   }
   if (axis->kind == config::AxisKind::Positioned)
     return fail(Fault::PositionedAxisInMove,

@@ -37,13 +37,11 @@ Result<void> add_drives(const config::Machine& machine, const config::Axis& axis
   return {};
 }
 
-template <std::size_t N>
-void add_bits(const std::array<std::optional<config::Channel>, N>& channels,
-              rt::FixedVector<cycle::BitPlace, 32>& places) {
-  for (std::size_t bit = 0; bit < N; ++bit)
-    if (const auto& c = channels[bit])
-      places.push_back({static_cast<std::uint8_t>(bit), c->station, static_cast<std::uint16_t>(c->bit / 8),
-                        static_cast<std::uint8_t>(1u << (c->bit % 8)), c->invert});
+void add_bits(const std::vector<config::WordBit>& bits,
+              rt::FixedVector<cycle::BitPlace, config::kChannelBits>& places) {
+  for (const auto& [bit, name, c] : bits)
+    places.push_back({static_cast<std::uint8_t>(bit), c.station, static_cast<std::uint16_t>(c.bit / 8),
+                      static_cast<std::uint8_t>(1u << (c.bit % 8)), c.invert});
 }
 
 std::uint32_t mask_of(const config::Machine& machine, config::Input input) {
@@ -89,8 +87,8 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, bool hardware) {
     if (!loop.axes.push_back(setup))
       return fail(Fault::Inconsistent, "more axes than the loop holds (16)", machine.file);
   }
-  add_bits(machine.outputs, loop.outputs);
-  add_bits(machine.inputs, loop.inputs);
+  add_bits(config::output_bits(machine), loop.outputs);
+  add_bits(config::input_bits(machine), loop.inputs);
   loop.probe_axis = machine.probe.axis;
   loop.valve_mask = config::bit(config::Output::Valve);
   loop.healthy_mask =

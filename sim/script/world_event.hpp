@@ -1,8 +1,11 @@
-// What a world script can make happen, and when. Read by sim/script/script.hpp, done by the world (board, buttons,
-// obstacles) and by the virtual machine (bus, drives).
+// What a world script can make happen, and when. Read by sim/script/script.hpp; the world does what concerns board,
+// buttons and obstacles, sim/machine/bus_actions.hpp what concerns bus and drives.
+//   ScriptEntry e{{Trigger::Kind::NthDot, 7}, BusAction{act::DriveFault{x, 0, 0x7500}}, "crash.yaml:3:3", "..."};
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <variant>
 
 #include "config/machine.hpp"
 #include "core/clock.hpp"
@@ -29,60 +32,134 @@ struct Trigger {
   Time after{};  ///< and then this much later
 };
 
-enum class ActionKind : std::uint8_t {
-  // of the bus and its drives
-  CutLink,          ///< the cable that leads to `station` (of the first one: the master's own)
-  HealLink,         ///< the same
-  LoseFrames,       ///< the next `count`
-  CorruptFrames,    ///< bits of the next `count` are hit: a wrong FCS
-  CorruptHeaders,   ///< a byte in the headers of the next `count` is wrong under a right FCS
-  DuplicateFrames,  ///< the next `count` come back twice
-  ReorderFrames,    ///< the next `count` come back behind the one that follows
-  DelayFrames,      ///< the next `count` come back `hold` later
-  Noise,            ///< from now on at random, as `noise` says
-  Drift,            ///< `station`'s clock gains `amount` ppm
-  Jitter,           ///< ... and looks at the wire up to `hold` off
-  CountErrors,      ///< `station` has seen `count` bad frames at port `code`
-  StickStatusword,  ///< `axis` shows what 6041h shows now, until FreeStatusword
-  FreeStatusword,
-  IgnoreWrites,  ///< `station` says yes to SDO downloads and keeps its values (`object`; index 0: all), until
-                 ///< HeedWrites
-  HeedWrites,
-  SetObject,   ///< `object` of `station` becomes `amount`: what an input terminal measures
-  DriveFault,  ///< `axis` raises `code`, in its drive number `count`
-  Stall,       ///< `axis` is held by an obstacle; until Release
-  Release,
-  PowerOff,  ///< `station` loses its supply, until PowerOn
-  PowerOn,
-  PowerCycle,  ///< ... and has it back after `hold`
-  // of the world
-  RemoveMark,      ///< `name`
-  MoveMark,        ///< `name` by `at`
-  Stain,           ///< dirt of `diameter` and `grey` at `at` (board frame), or at `at` from the mark `name`
-  AddObstacle,     ///< a box `name` of `size` centred at `at`, machine frame
-  RemoveObstacle,  ///< `name`
-  Press,           ///< button `input` for `hold`
-  SetInput,        ///< `input` to `on`
-  CameraDead,
-  CameraAlive,
-};
+namespace act {
 
-struct Action {
-  ActionKind kind{};
-  std::string name;
+// Of the bus and its drives. `drive` counts the drives of an axis; a gantry axis has two.
+struct CutLink {
+  StationId station;  ///< the cable that leads to it; of the first one the master's own
+};
+struct HealLink {
   StationId station;
+};
+struct LoseFrames {
+  int count = 0;  ///< of the next frames; so in those below
+};
+struct CorruptFrames {
+  int count = 0;  ///< bits are hit: a wrong FCS
+};
+struct CorruptHeaders {
+  int count = 0;  ///< a wrong byte under a right FCS
+};
+struct DuplicateFrames {
+  int count = 0;
+};
+struct ReorderFrames {
+  int count = 0;  ///< they come back behind the one that follows
+};
+struct DelayFrames {
+  int count = 0;
+  Time by{};
+};
+struct Noise {
+  LineNoise shares;  ///< from now on at random
+};
+struct Drift {
+  StationId station;
+  double ppm = 0;  ///< its clock gains this
+};
+struct Jitter {
+  StationId station;
+  Time by{};  ///< its clock looks at the wire up to this much off
+};
+struct CountErrors {
+  StationId station;
+  int port = 0, count = 0;
+};
+struct StickStatusword {
   AxisId axis;
-  config::Input input{};
-  bool on = false;
-  std::uint32_t code = 0, count = 0;
-  Vec3 at, size;
-  double diameter = 0, grey = 0, amount = 0;
+  int drive = 0;
+  bool stuck = true;
+};
+struct IgnoreWrites {
+  StationId station;
+  std::optional<config::ObjectAddress> object;  ///< nothing: all of them
+};
+struct HeedWrites {
+  StationId station;
+};
+struct SetObject {
+  StationId station;
   config::ObjectAddress object;
-  LineNoise noise;
-  Time hold = milliseconds(200);
+  double value = 0;
+};
+struct DriveFault {
+  AxisId axis;
+  int drive = 0;
+  std::uint32_t code = 0;  ///< as it stands in 603Fh
+};
+struct Stall {
+  AxisId axis;
+  bool held = true;  ///< something holds the axis
+};
+struct PowerOff {
+  StationId station;
+};
+struct PowerOn {
+  StationId station;
+};
+struct PowerCycle {
+  StationId station;
+  Time dark{};
+};
+struct EmergencyStop {
+  bool pressed = true;  ///< all drives lose their common supply, and safety_ok goes; released: both come back
 };
 
-constexpr bool of_the_bus(ActionKind k) { return k <= ActionKind::PowerCycle; }
+// Of the world. `input` is a bit of the loop's input word.
+struct RemoveMark {
+  std::string name;
+};
+struct MoveMark {
+  std::string name;
+  Vec2 by;  ///< in the board's frame
+};
+struct Stain {
+  std::string from;  ///< a mark that `by` counts from; empty: the board's origin
+  Vec2 by;
+  double diameter = 0, grey = 30;
+};
+struct AddObstacle {
+  std::string name;
+  Vec3 centre, size;  ///< a box in the machine frame
+};
+struct RemoveObstacle {
+  std::string name;
+};
+struct Press {
+  unsigned input = 0;
+  Time hold{};
+};
+struct SetInput {
+  unsigned input = 0;
+  bool on = false;
+};
+struct BreakWire {
+  unsigned input = 0;  ///< its contact reads 0 from now on
+};
+struct SetCamera {
+  bool alive = true;
+};
+
+}  // namespace act
+
+using BusAction =
+    std::variant<act::CutLink, act::HealLink, act::LoseFrames, act::CorruptFrames, act::CorruptHeaders,
+                 act::DuplicateFrames, act::ReorderFrames, act::DelayFrames, act::Noise, act::Drift, act::Jitter,
+                 act::CountErrors, act::StickStatusword, act::IgnoreWrites, act::HeedWrites, act::SetObject,
+                 act::DriveFault, act::Stall, act::PowerOff, act::PowerOn, act::PowerCycle, act::EmergencyStop>;
+using WorldAction = std::variant<act::RemoveMark, act::MoveMark, act::Stain, act::AddObstacle, act::RemoveObstacle,
+                                 act::Press, act::SetInput, act::BreakWire, act::SetCamera>;
+using Action = std::variant<BusAction, WorldAction>;
 
 struct ScriptEntry {
   Trigger trigger;

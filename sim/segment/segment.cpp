@@ -172,6 +172,11 @@ std::uint16_t Segment::io_outputs(StationId id) const noexcept {
   return position >= 0 ? ring_[static_cast<std::size_t>(position)]->io_outputs() : std::uint16_t{0};
 }
 
+bool Segment::in_operation(StationId id) const noexcept {
+  const int position = position_of(id);
+  return position >= 0 && ring_[static_cast<std::size_t>(position)]->state() == devices::wire::AlState::Op;
+}
+
 void Segment::set_io_inputs(StationId id, std::uint16_t bits) noexcept {
   if (const int position = position_of(id); position >= 0) station(position).set_io_inputs(bits);
 }

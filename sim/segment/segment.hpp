@@ -69,6 +69,8 @@ class Segment {
   [[nodiscard]] bool has_motor(AxisId axis, int drive = 0) const noexcept;
   /// Output bits of a station that is no drive as they stand at its terminals; 0 unless it is in OP.
   [[nodiscard]] std::uint16_t io_outputs(StationId station) const noexcept;
+  /// The station is in OP, so that its outputs are what the master commands.
+  [[nodiscard]] bool in_operation(StationId station) const noexcept;
   /// Levels at its input terminals, seen by the master from the next sample on.
   void set_io_inputs(StationId station, std::uint16_t bits) noexcept;
   [[nodiscard]] DriveMemory memory(AxisId axis, int drive = 0) const noexcept;

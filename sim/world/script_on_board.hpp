@@ -1,5 +1,5 @@
 // Entries of a world script that can never happen, because the board has no such mark, feature or obstacle.
-//   if (auto fits = fits_board(entries, board->plan, obstacles); !fits) return fits;
+//   const std::vector<Error> misfits = misfits_of(entries, board->plan, obstacles);   // empty: all may happen
 #pragma once
 #include <span>
 #include <string>
@@ -10,9 +10,9 @@
 
 namespace gantry::sim {
 
-/// `obstacles`: names of those that stand already; what the entries add counts too. Fault::UnknownReference at the
-/// first such entry, which names the nearest word; the message holds the others.
-Result<void> fits_board(std::span<const ScriptEntry> entries, const BoardPlan& plan,
-                        std::vector<std::string> obstacles);
+/// `obstacles`: names of those that stand already; what the entries add counts too. Fault::UnknownReference at each
+/// such entry, with the nearest word.
+std::vector<Error> misfits_of(std::span<const ScriptEntry> entries, const BoardPlan& plan,
+                              std::vector<std::string> obstacles);
 
 }  // namespace gantry::sim

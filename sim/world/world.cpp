@@ -20,6 +20,15 @@ constexpr double kSameSpot_mm = 5e-4;
 
 Time time_of(double seconds_) { return Time(static_cast<std::int64_t>(std::llround(seconds_ * 1e9))); }
 
+/// Contacts that are normally closed are closed, the clamp is where its output puts it, the mode is automatic, and no
+/// button is pressed.
+std::uint32_t inputs_at_rest() {
+  std::uint32_t closed = bit(Input::ClampClosed) | bit(Input::Mode);
+  for (std::size_t i = 0; i < config::kInputs; ++i)
+    if (config::normally_closed(static_cast<Input>(i))) closed |= bit(static_cast<Input>(i));
+  return closed;
+}
+
 AxisVec between(const AxisVec& a, const AxisVec& b, double t) {
   AxisVec out;
   for (std::size_t i = 0; i < out.size(); ++i) out[i] = a[i] + (b[i] - a[i]) * t;
@@ -36,7 +45,9 @@ World::World(const config::Machine& machine, Clock& clock, std::uint64_t seed, s
       camera_(machine, clock, seed),
       watch_(head_),
       valve_(time_of(machine.sim.valve_open_lag_s), time_of(machine.sim.valve_close_lag_s)),
-      steady_inputs_(bit(Input::DoorClosed) | bit(Input::AirOk) | bit(Input::ClampClosed)) {
+      steady_inputs_(inputs_at_rest()) {
+  for (const config::WordBit& input : config::input_bits(machine))
+    if (input.channel.invert) inverted_inputs_ |= 1u << input.bit;
   shots_.reserve(4096);
   place_solids();
 }
@@ -52,6 +63,7 @@ Senses World::step(std::uint64_t cycle, Time now, const Moment& moment) {
   const double dt_s = std::max(seconds(now - last_), 1e-9);
   run_valve(last_, now, before_.axes, moment.axes, cycle);
   run_collisions(before_.axes, moment.axes, dt_s, cycle);
+  run_clamp(moment, now);
   valve_.command((moment.outputs & bit(Output::Valve)) != 0, now);
   if ((moment.outputs & ~before_.outputs) & bit(Output::CameraTrigger)) run_camera(moment, dt_s, now);
 
@@ -172,9 +184,38 @@ std::uint32_t World::inputs(std::uint32_t outputs, Time now) const {
   std::uint32_t out = steady_inputs_;
   const auto clamp_output = machine_.outputs[static_cast<std::size_t>(Output::Clamp)];
   if (clamp_output && (outputs & bit(Output::Clamp)) == 0) out &= ~bit(Input::ClampClosed);
-  for (std::size_t i = 0; i < config::kInputs; ++i)
-    if (now < pressed_until_[i]) out |= bit(static_cast<Input>(i));
-  return out;
+  if (emergency_) out &= ~bit(Input::SafetyOk);
+  for (std::size_t i = 0; i < config::kChannelBits; ++i)
+    if (now < pressed_until_[i])
+      out = config::normally_closed(static_cast<Input>(i)) ? out & ~(1u << i) : out | 1u << i;
+  return (out & ~broken_wires_) | (broken_wires_ & inverted_inputs_);
+}
+
+// --- The board under the clamp ---
+
+void World::run_clamp(const Moment& moment, Time now) {
+  if (!moment.clamp_commanded) return;  // a clamp that nobody commands stays as it is
+  if ((moment.outputs & bit(Output::Clamp)) == 0) {
+    if (clamped_ && !opened_clamp_) opened_clamp_ = now;
+    return;
+  }
+  if (opened_clamp_ && now - *opened_clamp_ >= kChange) exchange_board();
+  clamped_ = true;
+  opened_clamp_.reset();
+}
+
+void World::exchange_board() {
+  if (board_) put_board(whole_, board_->frame_origin());
+  clamped_ = false;
+  opened_clamp_.reset();
+}
+
+void World::put_board(BoardPlan plan, Vec3 frame_origin) {
+  whole_ = plan;
+  const BoardPlacement placement = draw_placement(machine_.sim, seed_, boards_++, placement_text_);
+  board_ = std::make_shared<const BoardTruth>(std::move(plan), frame_origin, placement);
+  place_solids();
+  keep_board();
 }
 
 // --- What other threads ask ---
@@ -192,15 +233,15 @@ Result<void> World::load_board(BoardPlan plan) {
       log::warn("the world's log was full: {} records of the last board are not remembered", log_->refused());
     if (auto room = log_->make_room(); !room) return room;
   }
-  const BoardPlacement placement = draw_placement(machine_.sim, seed_, boards_++, placement_text_);
-  board_ = std::make_shared<const BoardTruth>(std::move(plan), frame->origin, placement);
-  place_solids();
-  keep_board();
+  put_board(std::move(plan), frame->origin);
+  clamped_ = false;
+  opened_clamp_.reset();
   return {};
 }
 
 void World::begin_job() {
   const std::scoped_lock lock(mutex_);
+  if (opened_clamp_ && last_ - *opened_clamp_ >= kChange) exchange_board();
   job_shot_ = shots_.size();
   job_collision_ = collisions_.size();
   job_dots_ = job_beads_ = job_touches_ = 0;

@@ -6,6 +6,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -32,15 +33,16 @@ namespace gantry::sim {
 
 /// What is physically true at a sync.
 struct Moment {
-  AxisVec axes{};             ///< actual coordinates now; of a gantry axis the mean of its sides
-  std::uint32_t outputs = 0;  ///< config::bit(Output), as they take effect at this instant
+  AxisVec axes{};               ///< actual coordinates now; of a gantry axis the mean of its sides
+  std::uint32_t outputs = 0;    ///< config::bit(Output), as they take effect at this instant
+  bool clamp_commanded = true;  ///< the clamp's station is in OP: its output is the controller's will
 };
 
 /// What the world does back to the machine.
 struct Senses {
-  double probe_contact = 0;     ///< coordinate of the probe's axis at which the probe closes
-  std::uint32_t inputs = 0;     ///< config::bit(Input)
-  std::span<const Action> bus;  ///< script actions that the bus side must do now; valid until the next step
+  double probe_contact = 0;        ///< coordinate of the probe's axis at which the probe closes
+  std::uint32_t inputs = 0;        ///< config::bit(Input)
+  std::span<const BusAction> bus;  ///< script actions that the bus side must do now; valid until the next step
 };
 
 class World {
@@ -53,7 +55,10 @@ class World {
   Senses step(std::uint64_t cycle, Time now, const Moment& moment);
 
   SimCamera& camera() { return camera_; }
+  /// Puts a new board in. Later ones come by themselves: when the clamp has been open for `kChange`, as long as hands
+  /// need, another one of the same plan lies in the machine before the clamp closes again.
   Result<void> load_board(BoardPlan plan);
+  static constexpr Time kChange = milliseconds(200);
   [[nodiscard]] bool holds_board(const BoardPlan& plan);
   void begin_job();
   [[nodiscard]] std::vector<Deposit> deposits();
@@ -81,8 +86,20 @@ class World {
   void opened(Vec3 at_board, Time at, std::uint64_t cycle);
   void closed(Vec3 at_board, Time at, std::uint64_t cycle);
   void fire(Trigger::Kind kind, std::uint64_t count, std::string_view name, Time now);
-  void do_action(const Action& action, Time now);
-  void change_board(const Action& action);
+  void do_action(const WorldAction& action, Time now);
+  void happen(const act::AddObstacle& a, Time now);
+  void happen(const act::RemoveObstacle& a, Time now);
+  void happen(const act::Press& a, Time now);
+  void happen(const act::SetInput& a, Time now);
+  void happen(const act::BreakWire& a, Time now);
+  void happen(const act::SetCamera& a, Time now);
+  void happen(const act::RemoveMark& a, Time now);
+  void happen(const act::MoveMark& a, Time now);
+  void happen(const act::Stain& a, Time now);
+  void change_board(const std::function<void(BoardTruth&)>& change);
+  void put_board(BoardPlan plan, Vec3 frame_origin);
+  void exchange_board();
+  void run_clamp(const Moment& moment, Time now);
   void place_solids();
   [[nodiscard]] Result<void> script_fits(std::span<const ScriptEntry> entries, const BoardPlan& plan) const;
   [[nodiscard]] Vec3 needle_on_board(const AxisVec& q) const;
@@ -104,7 +121,10 @@ class World {
   CollisionWatch watch_;
   Valve valve_;
   std::shared_ptr<const BoardTruth> board_;
+  BoardPlan whole_;  ///< the plan of board_ before scripts changed anything on it
   std::uint64_t boards_ = 0;
+  bool clamped_ = false;                 ///< the clamp has closed over board_
+  std::optional<Time> opened_clamp_;     ///< since when it is open again
   std::vector<config::Body> obstacles_;  ///< of scripts
 
   bool stepped_ = false;
@@ -124,9 +144,11 @@ class World {
   Time job_began_{};
 
   std::vector<Waiting> script_;
-  std::vector<Action> bus_actions_;
-  std::uint32_t steady_inputs_ = 0;
-  std::array<Time, config::kInputs> pressed_until_{};
+  std::vector<BusAction> bus_actions_;
+  bool emergency_ = false;
+  std::uint32_t steady_inputs_ = 0, broken_wires_ = 0;
+  std::uint32_t inverted_inputs_ = 0;  ///< whose contact reads 0 where the input is on
+  std::array<Time, config::kChannelBits> pressed_until_{};
 };
 
 }  // namespace gantry::sim

@@ -56,6 +56,7 @@ void World::recall_board(std::string_view text) {
   if (frame == nullptr) return forget(fmt::format("the machine has no frame '{}'", plan->board.frame));
   auto board = std::make_shared<BoardTruth>(*plan, frame->origin, *placement);
   for (const auto& s : j->value("stains", nlohmann::json::array())) board->stains.push_back({{s[0], s[1]}, s[2], s[3]});
+  whole_ = board->plan;
   board_ = std::move(board);
   boards_ = j->value("boards", std::uint64_t{1});
 }

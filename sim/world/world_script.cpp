@@ -1,6 +1,7 @@
 // World: what scripts make happen.
 #include <algorithm>
 
+#include "sim/script/script.hpp"
 #include "sim/world/script_on_board.hpp"
 #include "sim/world/world.hpp"
 
@@ -25,7 +26,9 @@ std::vector<std::string> World::script_left() {
 Result<void> World::script_fits(std::span<const ScriptEntry> entries, const BoardPlan& plan) const {
   std::vector<std::string> standing;
   for (const config::Body& b : obstacles_) standing.push_back(b.name);
-  return fits_board(entries, plan, std::move(standing));
+  const std::vector<Error> misfits = misfits_of(entries, plan, std::move(standing));
+  if (misfits.empty()) return {};
+  return tl::unexpected(joined(misfits));
 }
 
 void World::fire(Trigger::Kind kind, std::uint64_t count, std::string_view name, Time now) {
@@ -36,8 +39,8 @@ void World::fire(Trigger::Kind kind, std::uint64_t count, std::string_view name,
   // What happens at this very instant comes before what follows from it: a mark that is taken away at its exposure is
   // not seen. Bus actions wait for the end of the step.
   for (Waiting& w : script_)
-    if (w.due && *w.due <= now && !of_the_bus(w.entry.action.kind)) {
-      const Action action = w.entry.action;
+    if (w.due && *w.due <= now && std::holds_alternative<WorldAction>(w.entry.action)) {
+      const WorldAction action = std::get<WorldAction>(w.entry.action);
       w.due = kNever;  // done; run_script clears it away
       do_action(action, now);
     }
@@ -52,56 +55,60 @@ void World::run_script(std::uint64_t cycle, Time now) {
   for (Waiting& w : script_)
     if (w.due && *w.due <= now) {
       w.due = kNever;
-      if (of_the_bus(w.entry.action.kind))
-        bus_actions_.push_back(w.entry.action);
-      else
-        do_action(w.entry.action, now);
+      if (const auto* action = std::get_if<WorldAction>(&w.entry.action)) {
+        do_action(*action, now);
+      } else {
+        bus_actions_.push_back(std::get<BusAction>(w.entry.action));
+        if (const auto* stop = std::get_if<act::EmergencyStop>(&bus_actions_.back())) emergency_ = stop->pressed;
+      }
     }
   std::erase_if(script_, [](const Waiting& w) { return w.due == kNever; });
 }
 
-void World::do_action(const Action& a, Time now) {
-  switch (a.kind) {
-    case ActionKind::AddObstacle:
-      obstacles_.push_back({a.name, {config::Shape::Kind::Box, a.size}, a.at, 0, false});
-      place_solids();
-      break;
-    case ActionKind::RemoveObstacle:
-      std::erase_if(obstacles_, [&](const config::Body& b) { return b.name == a.name; });
-      place_solids();
-      break;
-    case ActionKind::Press: pressed_until_[static_cast<std::size_t>(a.input)] = now + a.hold; break;
-    case ActionKind::SetInput:
-      if (a.on)
-        steady_inputs_ |= config::bit(a.input);
-      else
-        steady_inputs_ &= ~config::bit(a.input);
-      break;
-    case ActionKind::CameraDead:
-    case ActionKind::CameraAlive: camera_.set_dead(a.kind == ActionKind::CameraDead); break;
-    default: change_board(a);
-  }
+void World::do_action(const WorldAction& action, Time now) {
+  std::visit([&](const auto& a) { happen(a, now); }, action);
 }
 
-void World::change_board(const Action& a) {
+void World::happen(const act::AddObstacle& a, Time) {
+  obstacles_.push_back({a.name, {config::Shape::Kind::Box, a.size}, a.centre, 0, false});
+  place_solids();
+}
+void World::happen(const act::RemoveObstacle& a, Time) {
+  std::erase_if(obstacles_, [&](const config::Body& b) { return b.name == a.name; });
+  place_solids();
+}
+void World::happen(const act::Press& a, Time now) { pressed_until_[a.input] = now + a.hold; }
+void World::happen(const act::SetInput& a, Time) {
+  const std::uint32_t bit = 1u << a.input;
+  steady_inputs_ = a.on ? steady_inputs_ | bit : steady_inputs_ & ~bit;
+}
+void World::happen(const act::BreakWire& a, Time) { broken_wires_ |= 1u << a.input; }
+void World::happen(const act::SetCamera& a, Time) { camera_.set_dead(!a.alive); }
+
+void World::happen(const act::RemoveMark& a, Time) {
+  change_board([&](BoardTruth& board) {
+    std::erase_if(board.plan.marks, [&](const recipes::MarkDef& m) { return m.name == a.name; });
+  });
+}
+void World::happen(const act::MoveMark& a, Time) {
+  change_board([&](BoardTruth& board) {
+    for (recipes::MarkDef& m : board.plan.marks)
+      if (m.name == a.name) m.at = m.at + a.by;
+  });
+}
+void World::happen(const act::Stain& a, Time) {
+  change_board([&](BoardTruth& board) {
+    const auto& marks = board.plan.marks;
+    const auto from = std::find_if(marks.begin(), marks.end(), [&](const auto& m) { return m.name == a.from; });
+    board.stains.push_back({from != marks.end() ? from->at + a.by : a.by, a.diameter, a.grey});
+  });
+}
+
+/// Pictures that were exposed keep the board as it was.
+void World::change_board(const std::function<void(BoardTruth&)>& change) {
   if (!board_) return;
-  // Pictures that were exposed keep the board as it was.
   auto changed = std::make_shared<BoardTruth>(*board_);
-  auto& marks = changed->plan.marks;
-  const auto mark = std::find_if(marks.begin(), marks.end(), [&](const auto& m) { return m.name == a.name; });
-  const Vec2 by{a.at.x, a.at.y};
-  switch (a.kind) {
-    case ActionKind::RemoveMark:
-      if (mark != marks.end()) marks.erase(mark);
-      break;
-    case ActionKind::MoveMark:
-      if (mark != marks.end()) mark->at = mark->at + by;
-      break;
-    case ActionKind::Stain:
-      changed->stains.push_back({mark != marks.end() ? mark->at + by : by, a.diameter, a.grey});
-      break;
-    default: return;
-  }
+  change(*changed);
   board_ = std::move(changed);
   keep_board();
 }

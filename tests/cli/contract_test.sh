@@ -45,7 +45,7 @@ expect_exit 3 "a placement with a mistake" "$gantry" dry-run $demo --sim-board "
 expect_exit 2 "an unknown verb" "$gantry" rum
 expect_text "there is no 'gantry rum'; did you mean 'run'?"
 expect_exit 2 "an unknown verb of a verb" "$gantry" bus fly
-expect_text "there is no 'gantry bus fly'; there are scan"
+expect_text "there is no 'gantry bus fly'; known: scan"
 expect_exit 2 "an unknown option" "$gantry" --json dry-run $demo --fast
 grep -q '"code": "G901"' "$work/out" || fail "a mistake of usage is no JSON document"
 # What remedies tell people to type exists: words in backticks, up to the first option.
@@ -67,6 +67,8 @@ expect_text "things are assumed"
 printf -- '- {at: feature nope, do: camera_dead}\n- {at: job start, do: remove_mark, name: back_rigt}\n' >"$work/never.yaml"
 expect_exit 3 "entries of a script that never happen" "$gantry" dry-run $demo --sim-script "$work/never.yaml" --out "$work/n"
 expect_text "$work/never.yaml:1:3: this never happens: there is no feature 'nope'"
+expect_text "$work/never.yaml:2:3: .*did you mean 'back_right'"
+expect_exit 3 "a script on the board of a recipe, checked" "$gantry" check "$work/never.yaml" $demo
 expect_text "$work/never.yaml:2:3: .*did you mean 'back_right'"
 sed 's/^stations:/statons:/' config/machines/dispenser.yaml >"$work/machine.yaml"
 expect_exit 3 "a machine file is checked as one" "$gantry" check "$work/machine.yaml"

@@ -152,7 +152,7 @@ INSTANTIATE_TEST_SUITE_P(
         Trick{"object: 0x6099:300", Fault::BadValue, 9, "no object"},
         Trick{"object: 0x16040", Fault::BadValue, 9, "no object"},
         Trick{"color: red", Fault::UnknownKey, 1, "'colour'"},
-        Trick{"weather: 5", Fault::UnknownKey, 1, "known here: speed"}));
+        Trick{"weather: 5", Fault::UnknownKey, 1, "known: speed"}));
 
 TEST(Fields, a_long_value_makes_no_long_message) {
   const std::string digits(100000, '7'), accents = std::string(39, 'x') + "\u00e9\u00e9";

@@ -25,7 +25,7 @@ Machine dispenser() {
 TEST(Machine, the_reference_machine_has_every_drive_of_the_project) {
   const Machine m = dispenser();
   ASSERT_EQ(m.stations.size(), 7u);
-  const char* profiles[] = {"id286", "amd530b", "amd530b", "id286", "std402ec", "dio16", "iss57"};
+  const char* profiles[] = {"dio16", "id286", "amd530b", "amd530b", "id286", "std402ec", "iss57"};
   for (std::size_t i = 0; i < 6; ++i) {
     EXPECT_EQ(m.stations[i].profile.name, profiles[i]);
     EXPECT_EQ(m.stations[i].position, static_cast<int>(i));
@@ -114,6 +114,13 @@ TEST(Machine, channels_have_their_bits) {
   for (std::size_t i = 0; i < kInputs; ++i) ASSERT_TRUE(m.inputs[i]) << name(static_cast<Input>(i));
 }
 
+TEST(Machine, what_stops_is_normally_closed) {
+  std::vector<std::string_view> names;
+  for (std::size_t i = 0; i < kInputs; ++i)
+    if (normally_closed(static_cast<Input>(i))) names.push_back(name(static_cast<Input>(i)));
+  EXPECT_EQ(names, (std::vector<std::string_view>{"stop", "door_closed", "air_ok", "safety_ok"}));  // issue 4, line 15
+}
+
 TEST(Machine, notes_tell_what_is_assumed_and_what_a_bus_loss_costs) {
   auto all = notes(dispenser());
   const auto assumed = assumptions(dispenser());
@@ -172,6 +179,79 @@ TEST(Machine, the_kind_of_logical_map_is_separate_unless_it_is_written) {
   EXPECT_EQ(m->bus.map, MapKind::Overlapped);
 }
 
+TEST(Machine, further_channels_have_names_of_their_own_and_the_bits_behind_the_known_ones) {
+  Changed file;
+  file.swap("  start:        {station: io, bit: 0}",
+            "  vacuum: {station: io, terminal: DI15}\n  start:        {station: io, terminal: DI0}\n"
+            "  tray_full: {station: io, bit: 14, invert: true}",
+            "x");
+  const auto m = file.load();
+  ASSERT_TRUE(m) << to_text(m.error().front());
+  ASSERT_EQ(m->free_inputs.size(), 2u);
+  EXPECT_EQ(m->inputs[0]->bit, 0);
+  const auto bits = input_bits(*m);
+  ASSERT_EQ(bits.size(), kInputs + 2);
+  EXPECT_EQ(bits[kInputs].bit, kInputs);
+  EXPECT_EQ(bits[kInputs].name, "vacuum");
+  EXPECT_EQ(bits[kInputs].channel.bit, 15);
+  EXPECT_EQ(bits[kInputs + 1].bit, kInputs + 1);
+  EXPECT_EQ(bits[kInputs + 1].name, "tray_full");
+  EXPECT_TRUE(bits[kInputs + 1].channel.invert);
+  EXPECT_EQ(output_bits(*m).size(), kOutputs);
+}
+
+TEST(Machine, more_than_32_channels_are_refused_at_the_first_that_is_too_many) {
+  Changed file;  // on a second station of 16 bits, and the free bits of the first
+  std::string rows;
+  for (int i = 0; i < 24; ++i)
+    rows += "  x" + std::to_string(i) + ": {station: " + (i < 16 ? "io2" : "io") +
+            ", bit: " + std::to_string(i < 16 ? i : i - 7) + "}\n";
+  file.swap("  feeder: {", "  io2: {profile: dio16, position: 6}\n  feeder: {", "x");
+  file.swap("  start:        {station: io, bit: 0}\n", rows + "  start:        {station: io, bit: 8}\n", "x23");
+  file.swap("  safety_ok:    {station: io, bit: 8}", "  safety_ok:    {station: io, bit: 0}", "x23");
+  const auto m = file.load();
+  ASSERT_FALSE(m);
+  ASSERT_EQ(m.error().size(), 1u) << to_text(m.error()[1]);
+  EXPECT_EQ(m.error()[0].fault, Fault::OutOfRange);
+  EXPECT_NE(m.error()[0].message.find("'x23' is one too many"), std::string::npos) << to_text(m.error()[0]);
+  EXPECT_EQ(m.error()[0].where, file.where());
+}
+
+TEST(Machine, an_analogue_terminal_is_no_channel) {
+  Changed file;
+  file.swap("  feeder: {", "  a: {profile: aio4, position: 6}\n  feeder: {", "x");
+  file.swap("  start:        {station: io, bit: 0}", "  start:        {station: a, terminal: AI1}", "AI1");
+  const auto m = file.load();
+  ASSERT_FALSE(m);
+  EXPECT_EQ(m.error()[0].where, file.where());
+  EXPECT_NE(m.error()[0].message.find("carries 16 bits"), std::string::npos) << to_text(m.error()[0]);
+}
+
+bool warns(const Checked<Machine>& m, std::string_view what) {
+  const auto all = m ? notes(*m) : std::vector<std::string>{};
+  return std::any_of(all.begin(), all.end(), [&](const std::string& n) { return n.find(what) != std::string::npos; });
+}
+
+TEST(Machine, check_warns_where_a_broken_wire_would_read_as_all_well) {
+  EXPECT_FALSE(warns(dispenser(), "warning"));
+  for (const char* name : {"stop:         ", "door_closed:  ", "air_ok:       ", "safety_ok:    "}) {
+    Changed file;
+    const std::string row = std::string("  ") + name + "{station: io, ";
+    file.swap(row, row + "invert: true, ", "x");
+    EXPECT_TRUE(warns(file.load(), "' is inverted: a broken wire reads as all well")) << name;
+  }
+  Changed other;
+  other.swap("  start:        {station: io, ", "  start:        {station: io, invert: true, ", "x");
+  EXPECT_FALSE(warns(other.load(), "warning")) << "a button that starts may be wired as one likes";
+}
+
+TEST(Machine, check_warns_where_the_io_station_leaves_the_bus_with_the_drives) {
+  Changed file;
+  file.swap("dio16,    position: 0", "dio16,    position: 1", "x");
+  file.swap("id286,    position: 1", "id286,    position: 0", "x");
+  EXPECT_TRUE(warns(file.load(), "carries stop, door_closed, air_ok, safety_ok, valve and stands behind drive 'x'"));
+}
+
 struct Wrong {
   const char *from, *to, *at;
   Fault fault;
@@ -195,9 +275,9 @@ TEST_P(Rows, that_contradict_are_one_mistake_at_its_place) {
 INSTANTIATE_TEST_SUITE_P(
     Machine, Rows,
     testing::Values(
-        Wrong{"profile: id286,    position: 0", "profile: id268,    position: 0", "id268", Fault::UnknownReference,
+        Wrong{"profile: id286,    position: 1", "profile: id268,    position: 1", "id268", Fault::UnknownReference,
               "'id286'"},
-        Wrong{"position: 5}", "position: 4}", "4}", Fault::Inconsistent, "'cu'"},
+        Wrong{"position: 5}", "position: 4}", "4}", Fault::Inconsistent, "'z'"},
         Wrong{"position: 5}", "position: 6}", "6}", Fault::OutOfRange, "6 stations"},
         Wrong{"iss57,    position: 1", "iss57,    position: 0", "0", Fault::OutOfRange, "1 .. 127"},
         Wrong{"cycle: 1 ms", "cycle: 0.5 ms", "0.5", Fault::Inconsistent, "STD402EC"},
@@ -232,7 +312,18 @@ INSTANTIATE_TEST_SUITE_P(
               Fault::Inconsistent, "bit"},
         Wrong{"valve:          {station: io, bit: 0}", "valve:          {station: x, bit: 0}", "x, bit",
               Fault::Inconsistent, "drive"},
-        Wrong{"valve:    ", "valvee:   ", "valvee", Fault::UnknownReference, "'valve'"},
+        Wrong{"valve:    ", "valvee:   ", "valvee", Fault::UnknownReference, "did you mean 'valve'?"},
+        Wrong{"  stop:  ", "  stopp: ", "stopp", Fault::UnknownReference, "did you mean 'stop'?"},
+        Wrong{"safety_ok:", "safty_ok: ", "safty_ok", Fault::UnknownReference, "did you mean 'safety_ok'?"},
+        Wrong{"{station: io, bit: 2}", "{station: io}", "camera_trigger", Fault::MissingKey, "bit, terminal"},
+        Wrong{"{station: io, bit: 2}", "{station: io, bit: 2, terminal: DO2}", "camera_trigger", Fault::Inconsistent,
+              "bit, terminal"},
+        Wrong{"{station: io, bit: 2}", "{station: io, terminal: DO22}", "DO22", Fault::UnknownReference,
+              "did you mean 'DO2"},
+        Wrong{"{station: io, bit: 2}", "{station: io, terminal: DI2}", "DI2", Fault::UnknownReference,
+              "no output terminal 'DI2'"},
+        Wrong{"{station: io, bit: 2}", "{station: io, terminal: DO3}", "3}\n  stack_yellow", Fault::Inconsistent,
+              "'camera_trigger' has this bit"},
         Wrong{"lift: 30 mm", "lift: 60 mm", "60", Fault::OutOfRange, "axis U"},
         Wrong{"{capsule: {diameter: 1.6 mm, height: 26 mm}, ", "{", "needle:       {", Fault::BadValue, "exactly one"},
         Wrong{"safe_z: -5 mm", "safe_z: 5 mm", "5 mm", Fault::OutOfRange, "axis Z"},

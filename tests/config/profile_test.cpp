@@ -17,7 +17,8 @@ const StationProfile& profile(const std::string& name) {
     for (const Error& e : p.error()) ADD_FAILURE() << to_text(e);
   return read[name] = p ? *p : StationProfile{};
 }
-const char* const kAll[] = {"drives/id286", "drives/amd530b", "drives/std402ec", "drives/iss57", "devices/dio16"};
+const char* const kAll[] = {"drives/id286", "drives/amd530b", "drives/std402ec",
+                            "drives/iss57", "devices/dio16",  "devices/aio4"};
 const char* const kEtherCatDrives[] = {"drives/id286", "drives/amd530b", "drives/std402ec"};
 
 TEST(Profile, shipped_profiles_read_without_a_mistake) {
@@ -206,6 +207,42 @@ TEST(Profile, a_pdo_over_its_limits_or_of_unknown_objects_is_a_mistake) {
   EXPECT_NE(p.error()[1].message.find("2001"), std::string::npos) << "not mappable";
   EXPECT_NE(p.error()[2].message.find("9 objects"), std::string::npos) << to_text(p.error()[2]);
   EXPECT_NE(p.error()[0].where.find(":24:5"), std::string::npos) << p.error()[0].where;
+}
+
+TEST(Profile, terminals_name_bits_of_the_image) {
+  const auto at = [](const char* of, std::string_view name) {
+    for (const Terminal& t : profile(of).terminals)
+      if (t.name == name) return t;
+    ADD_FAILURE() << name;
+    return Terminal{};
+  };
+  EXPECT_EQ(profile("devices/dio16").terminals.size(), 32u);
+  EXPECT_EQ(at("devices/dio16", "DI7").bit, 7);
+  EXPECT_FALSE(at("devices/dio16", "DI7").output);
+  EXPECT_EQ(at("devices/dio16", "DO15").bit, 15);
+  EXPECT_TRUE(at("devices/dio16", "DO15").output);
+  EXPECT_EQ(at("devices/aio4", "AI3").bit, 32);
+  EXPECT_EQ(at("devices/aio4", "AI3").bits, 16);
+}
+
+TEST(Profile, a_terminal_beyond_the_image_or_of_both_directions_is_a_mistake_at_its_place) {
+  const std::string path = testing::TempDir() + "gantry_terminals.yaml";
+  for (const auto& [row, says] : {std::pair{"  DI16: {in: 16}\n", "ends at bit 16"},
+                                  {"  DI16: {in: 1, out: 1}\n", "exactly one of: in, out"},
+                                  {"  DI16: {}\n", "exactly one of: in, out"}}) {
+    std::string text = *read_text_file("config/devices/dio16.yaml");
+    const auto at = text.find("terminals:\n") + 11;
+    text.insert(at, row);
+    std::FILE* file = std::fopen(path.c_str(), "w");
+    std::fwrite(text.data(), 1, text.size(), file);
+    std::fclose(file);
+    const auto p = load_profile(path);
+    ASSERT_FALSE(p) << row;
+    EXPECT_EQ(p.error().size(), 1u);
+    EXPECT_NE(p.error()[0].message.find(says), std::string::npos) << to_text(p.error()[0]);
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+    EXPECT_NE(p.error()[0].where.find(":" + std::to_string(line) + ":3"), std::string::npos) << p.error()[0].where;
+  }
 }
 
 }  // namespace

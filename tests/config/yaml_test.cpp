@@ -223,15 +223,5 @@ TEST(Yaml, reads_regular_files_only) {
   ::unlink(fifo.c_str());
 }
 
-TEST(Nearest, names_what_was_meant_and_nothing_far_off) {
-  const std::vector<std::string_view> known{"speed", "gap", "valve_open_lead", "retract"};
-  EXPECT_EQ(nearest("sped", known), "speed");
-  EXPECT_EQ(nearest("valve_openlead", known), "valve_open_lead");
-  EXPECT_EQ(nearest("gpa", known), "gap");
-  EXPECT_EQ(nearest("colour", known), "");
-  EXPECT_EQ(nearest("xyz", known), "");
-  EXPECT_EQ(nearest("", known), "");
-}
-
 }  // namespace
 }  // namespace gantry::config

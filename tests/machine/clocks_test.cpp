@@ -25,8 +25,8 @@ TEST(Clocks, one_that_cannot_follow_is_a_note_and_then_a_path_stop_that_names_it
   ASSERT_TRUE(idle.until([&] { return idle.now().latched != Fault::None; }, 3000)) << said.all();
   EXPECT_EQ(idle.now().latched, Fault::DcLost);
   EXPECT_EQ(idle.now().enabled, test::kAllAxes) << "drives stay enabled";
-  EXPECT_GE(said.count({"station 2 'y2'", " us", kNote}), 1) << said.all();
-  EXPECT_EQ(said.count({"station 2 'y2'", " us", kStop}), 1) << said.all();
+  EXPECT_GE(said.count({"station 3 'y2'", " us", kNote}), 1) << said.all();
+  EXPECT_EQ(said.count({"station 3 'y2'", " us", kStop}), 1) << said.all();
   EXPECT_EQ(said.count({"y1", kNote}) + said.count({"y1", kStop}), 0) << said.all();
   EXPECT_LT(said.lines().size(), 12u) << said.all();
 }
@@ -37,7 +37,7 @@ TEST(Clocks, one_that_strays_beyond_the_bound_in_a_job_ends_it_with_5_on_the_pat
   EXPECT_EQ(result.exit_code, ExitCode::Device);
   ASSERT_FALSE(result.errors.empty());
   EXPECT_EQ(result.errors.front().fault, Fault::DcLost) << to_text(result.errors.front());
-  EXPECT_EQ(result.errors.front().where, "station 1 'y1'");
+  EXPECT_EQ(result.errors.front().where, "station 2 'y1'");
   EXPECT_EQ(rig.owner().latest().outputs & config::bit(config::Output::Valve), 0u);
   EXPECT_EQ(rig.owner().latest().enabled, test::kAllAxes);
 }

@@ -14,7 +14,7 @@ using test::Said;
 TEST(Emergencies, an_idle_owner_tells_them_with_station_code_and_text) {
   Said said;
   Idle idle("[{at: cycle 20000, do: drive_fault, axis: X, code: 0x0E}]");
-  const auto heard = [&] { return said.count({"station 0 'x'", "000Eh", "above 60 V", "[G128]"}) == 1; };
+  const auto heard = [&] { return said.count({"station 1 'x'", "000Eh", "above 60 V", "[G128]"}) == 1; };
   EXPECT_TRUE(idle.until(heard, 200)) << said.all();
   EXPECT_LT(idle.now().cycle, 20'030);
 }
@@ -52,7 +52,7 @@ TEST(Emergencies, are_fetched_without_an_extra_frame) {
   EXPECT_EQ(b.master->counters().sent - frames, b.master->cycles() - cycles) << "one frame a cycle as ever";
   ASSERT_EQ(items.size(), 1u);
   EXPECT_EQ(items[0].detail, 0x3210);
-  EXPECT_EQ(items[0].words.where, "station 2 'y2'");
+  EXPECT_EQ(items[0].words.where, "station 3 'y2'");
   b.cycles(20);
   EXPECT_FALSE(news.mail());
 }

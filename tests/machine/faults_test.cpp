@@ -94,7 +94,7 @@ TEST(Faults, a_cut_cable_ends_the_job_with_5) {
 }
 
 TEST(Faults, of_two_drives_on_one_axis_the_one_at_fault_is_named) {
-  for (const auto& [drive, name] : {std::pair{0, "station 1 'y1'"}, std::pair{1, "station 2 'y2'"}}) {
+  for (const auto& [drive, name] : {std::pair{0, "station 2 'y1'"}, std::pair{1, "station 3 'y2'"}}) {
     Rig rig({.placement = "dx=0.5 mm",
              .script = "- {at: feature bead 2, do: drive_fault, axis: Y, drive: " + std::to_string(drive) +
                        ", code: 0x3210}"});

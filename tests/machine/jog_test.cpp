@@ -273,8 +273,8 @@ TEST(Jog, words_that_are_no_jog_are_refused_with_what_would_be_one) {
   };
   const std::array cases{
       Case{words({}), Fault::BadValue, "X 10mm"},
-      Case{words({{"XX", "1 mm"}}), Fault::UnknownReference, "there is no axis 'XX'; there are X, Y, Z, C, U, F"},
-      Case{words({{"Q", "1 mm"}}), Fault::UnknownReference, "there are X, Y, Z, C, U, F"},
+      Case{words({{"XX", "1 mm"}}), Fault::UnknownReference, "there is no axis 'XX'; known: X, Y, Z, C, U, F"},
+      Case{words({{"Q", "1 mm"}}), Fault::UnknownReference, "known: X, Y, Z, C, U, F"},
       Case{words({{"F", "1 mm"}}), Fault::PositionedAxisInMove, "positions by itself"},
       Case{words({{"X", "10"}}), Fault::BadUnit, "lacks a unit"},
       Case{words({{"X", "10 deg"}}), Fault::BadUnit, "mm"},

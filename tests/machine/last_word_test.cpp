@@ -236,7 +236,7 @@ TEST_F(LastWord, a_crash_in_mid_bead_quick_stops_the_drives_and_shuts_the_valve_
       after_the_old_motion_ms(e), longer);
   EXPECT_LT(longer, 50) << "the stations' watchdogs would have taken 100";
   BareBus bus("lw-ctl");
-  for (int position = 0; position < 5; ++position) {
+  for (int position = 1; position < 6; ++position) {
     const int word = bus.statusword(position);
     EXPECT_EQ(word & 0x4F, 0x40) << "switch-on disabled, no fault: station " << position << " " << std::hex << word;
   }
@@ -263,7 +263,7 @@ TEST_F(LastWord, a_kill_leaves_it_to_the_stations_watchdogs) {
     EXPECT_LT(longer, 1000);
     BareBus bus("lw-ctl");
     constexpr unsigned kAlStatus = 0x0130, kAlStatusCode = 0x0134;
-    for (int position = 0; position < 5; ++position) {
+    for (int position = 1; position < 6; ++position) {
       EXPECT_EQ(bus.read(position, kAlStatus) & 0x1F, 0x14) << "SAFE_OP with an error";
       EXPECT_EQ(bus.read(position, kAlStatusCode), 0x001B) << "process data watchdog";
       EXPECT_EQ(bus.statusword(position) & 0x4F, 0x08) << "fault: they were enabled when the bus went";

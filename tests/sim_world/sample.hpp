@@ -28,6 +28,10 @@ inline config::Machine machine() {
   config::Machine m;
   m.name = "sample";
   m.axes = {axis(0, "X"), axis(1, "Y"), axis(2, "Z"), axis(3, "C", true), axis(4, "U")};
+  m.stations.resize(1);
+  m.stations[0].name = "drives";
+  for (config::Axis& a : m.axes) a.drives = {{StationId{0}, a.id.value, false}};
+  for (auto& input : m.inputs) input = config::Channel{};
   m.x = AxisId{0}, m.y = AxisId{1}, m.z = AxisId{2};
   m.c = AxisId{3}, m.u = AxisId{4};
   m.sim.axes.resize(5);

@@ -133,7 +133,7 @@ TEST(VirtualMachine, scripts_reach_the_bus_between_frames) {
     lost += c.last.fault == Fault::FrameLost;
   }
   EXPECT_EQ(lost, 3);
-  ASSERT_TRUE(c.vm->add_script("{do: cut_link, station: io}"));
+  ASSERT_TRUE(c.vm->add_script("{do: cut_link, station: cu}"));
   c.cycles(5);
   EXPECT_LT(c.last.working_counter, c.last.expected);
   ASSERT_TRUE(c.vm->add_script("{do: power_cycle, station: z}"));
@@ -242,29 +242,39 @@ TEST(Script, a_clock_that_drifts_gains_so_much_on_the_machines) {
   };
   const auto still = gain_in_a_second(0);
   bus.script("{do: drift, station: x, ppm: 50}");
-  EXPECT_NEAR(static_cast<double>(gain_in_a_second(0) - still), 50'000, 10);
-  EXPECT_NEAR(static_cast<double>(gain_in_a_second(1) - still), 0, 10);  // its neighbour
+  EXPECT_NEAR(static_cast<double>(gain_in_a_second(1) - still), 50'000, 10);
+  EXPECT_NEAR(static_cast<double>(gain_in_a_second(2) - still), 0, 10);  // its neighbour
   bus.script("{do: drift, station: x, ppm: -20}");
-  EXPECT_NEAR(static_cast<double>(gain_in_a_second(0) - still), -20'000, 10);
+  EXPECT_NEAR(static_cast<double>(gain_in_a_second(1) - still), -20'000, 10);
+}
+
+TEST(Script, an_emergency_stop_takes_every_drive_off_the_bus_and_leaves_the_io_station) {
+  ByHand bus;
+  bus.script("{do: emergency_stop}");
+  EXPECT_EQ(bus.count(), 1);
+  bus.pass(milliseconds(5000));
+  EXPECT_EQ(bus.count(), 1);
+  bus.script("{do: emergency_release}");
+  EXPECT_EQ(bus.count(), 6);
 }
 
 TEST(Script, a_station_is_dark_as_long_as_it_says) {
   ByHand bus;
   ASSERT_EQ(bus.count(), 6);
   bus.script("{do: power_off, station: z}");
-  EXPECT_EQ(bus.count(), 3);  // and with it the line behind
+  EXPECT_EQ(bus.count(), 4);  // and with it the line behind
   bus.pass(milliseconds(5000));
-  EXPECT_EQ(bus.count(), 3);
+  EXPECT_EQ(bus.count(), 4);
   bus.script("{do: power_on, station: z}");
   EXPECT_EQ(bus.count(), 6);
   bus.script("{do: power_cycle, station: z, dark: 500 ms}");
   bus.pass(milliseconds(480));
-  EXPECT_EQ(bus.count(), 3);
+  EXPECT_EQ(bus.count(), 4);
   bus.pass(milliseconds(30));
   EXPECT_EQ(bus.count(), 6);
   bus.script("{do: power_cycle, station: z}");
   bus.pass(milliseconds(180));
-  EXPECT_EQ(bus.count(), 3);
+  EXPECT_EQ(bus.count(), 4);
   bus.pass(milliseconds(30));
   EXPECT_EQ(bus.count(), 6);
 }

@@ -145,9 +145,11 @@ TEST_F(InWorld, buttons_door_air_and_clamp_are_inputs) {
   machine.outputs[static_cast<std::size_t>(Output::Clamp)] = config::Channel{};
   World w(machine, clock, 1, std::nullopt);
   Stepper s{w};
-  EXPECT_EQ(s.to({}).inputs, bit(Input::DoorClosed) | bit(Input::AirOk)) << "the clamp follows its output";
+  const std::uint32_t rest = bit(Input::Stop) | bit(Input::DoorClosed) | bit(Input::AirOk) | bit(Input::SafetyOk) |
+                             bit(Input::Mode);  // contacts that stop are closed, the mode is automatic, no button is on
+  EXPECT_EQ(s.to({}).inputs, rest) << "the clamp follows its output";
   s.outputs = bit(Output::Clamp);
-  EXPECT_EQ(s.to({}).inputs, bit(Input::DoorClosed) | bit(Input::AirOk) | bit(Input::ClampClosed));
+  EXPECT_EQ(s.to({}).inputs, rest | bit(Input::ClampClosed));
   EXPECT_TRUE(
       w.add_script(script("- {do: press, input: start, hold: 3 ms}\n"
                           "- {at: cycle 8, do: set_input, input: door_closed, on: false}\n")));
@@ -159,6 +161,89 @@ TEST_F(InWorld, buttons_door_air_and_clamp_are_inputs) {
   }
   EXPECT_EQ(start, (std::vector<bool>{1, 1, 1, 0, 0, 0, 0, 0, 0}));
   EXPECT_EQ(closed, (std::vector<bool>{1, 1, 1, 1, 1, 0, 0, 0, 0}));
+}
+
+TEST_F(InWorld, a_broken_wire_reads_0_for_good_and_an_emergency_stop_opens_the_safety_chain) {
+  World w(machine, clock, 1, std::nullopt);
+  Stepper s{w};
+  const auto on = [&](Input input) { return (s.to({}).inputs & bit(input)) != 0; };
+  EXPECT_TRUE(on(Input::Stop));
+  ASSERT_TRUE(w.add_script(script("- {do: break_wire, input: stop}\n- {do: break_wire, input: start}\n")));
+  s.to({});
+  EXPECT_FALSE(on(Input::Stop)) << "a stop button whose wire is broken is pressed";
+  ASSERT_TRUE(
+      w.add_script(script("- {do: press, input: start, hold: 5 ms}\n- {do: set_input, input: stop, on: true}\n")));
+  s.to({});
+  EXPECT_FALSE(on(Input::Start));
+  EXPECT_FALSE(on(Input::Stop));
+  ASSERT_TRUE(w.add_script(script("- {do: emergency_stop}\n")));
+  EXPECT_EQ(s.to({}).bus.size(), 1u) << "the bus side takes the drives' supply";
+  EXPECT_FALSE(on(Input::SafetyOk));
+  EXPECT_TRUE(on(Input::DoorClosed));
+  ASSERT_TRUE(w.add_script(script("- {do: emergency_release}\n")));
+  s.to({});
+  EXPECT_TRUE(on(Input::SafetyOk));
+}
+
+TEST_F(InWorld, a_stop_button_opens_its_contact_while_it_is_pressed) {
+  World w(machine, clock, 1, std::nullopt);
+  Stepper s{w};
+  s.to({});
+  ASSERT_TRUE(w.add_script(script("- {do: press, input: stop, hold: 3 ms}\n")));
+  std::vector<bool> closed;
+  for (int k = 0; k < 5; ++k) closed.push_back(s.to({}).inputs & bit(Input::Stop));
+  EXPECT_EQ(closed, (std::vector<bool>{0, 0, 0, 1, 1}));
+}
+
+TEST_F(InWorld, the_board_changes_while_the_clamp_is_open_and_only_then) {
+  World w(machine, clock, 7, std::nullopt);
+  ASSERT_TRUE(w.load_board(board_plan(sample::recipe())));
+  Stepper s{w};
+  const auto clamp = [&](bool closed, int cycles) {
+    s.outputs = closed ? bit(Output::Clamp) : 0u;
+    for (int k = 0; k < cycles; ++k) s.to({});
+  };
+  const auto placed = [&](std::uint64_t board) { return to_text(draw_placement(machine.sim, 7, board, std::nullopt)); };
+  clamp(false, 500);
+  EXPECT_EQ(w.placement(), placed(0)) << "it lies there open, and nobody changes what was never clamped";
+  clamp(true, 500);
+  w.begin_job();
+  EXPECT_EQ(w.placement(), placed(0));
+  ASSERT_TRUE(w.add_script(script("- {do: remove_mark, name: M1}\n")));
+  clamp(true, 5);
+  w.begin_job();  // again without opening the clamp
+  EXPECT_EQ(w.placement(), placed(0)) << "the same board";
+  clamp(false, 100);
+  clamp(true, 10);
+  EXPECT_EQ(w.placement(), placed(0)) << "100 ms are too short for a pair of hands";
+  clamp(false, 400);
+  EXPECT_EQ(w.placement(), placed(0)) << "what was made is there until the next one";
+  clamp(true, 1);
+  EXPECT_EQ(w.placement(), placed(1));
+  EXPECT_TRUE(w.holds_board(board_plan(sample::recipe())));
+  EXPECT_TRUE(w.add_script(script("- {at: mark M1, do: camera_dead}\n"))) << "the new board has all its marks";
+  clamp(false, 400);
+  w.begin_job();
+  EXPECT_EQ(w.placement(), placed(2)) << "and what a script does at job start it does to the new board";
+  clamp(true, 400);
+  EXPECT_EQ(w.placement(), placed(2)) << "once";
+  clamp(false, 400);
+  ASSERT_TRUE(w.load_board(board_plan(sample::recipe())));
+  clamp(true, 400);
+  EXPECT_EQ(w.placement(), placed(3)) << "one that is put in by order is not changed again";
+}
+
+TEST_F(InWorld, a_clamp_that_nobody_commands_keeps_its_board) {
+  World w(machine, clock, 7, std::nullopt);
+  ASSERT_TRUE(w.load_board(board_plan(sample::recipe())));
+  const std::string first = w.placement();
+  Time now{};
+  std::uint64_t cycle = 0;
+  for (int k = 0; k < 1500; ++k) {
+    const bool alive = k < 500 || k >= 1000;  // the controller dies and is started again
+    w.step(++cycle, now += milliseconds(1), {{}, alive ? bit(Output::Clamp) : 0u, alive});
+  }
+  EXPECT_EQ(w.placement(), first);
 }
 
 TEST_F(InWorld, scripts_wait_for_what_the_world_sees) {

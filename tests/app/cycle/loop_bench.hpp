@@ -141,9 +141,10 @@ struct LoopBench {
   void operate() {
     const auto up = master->bring_up();
     ASSERT_TRUE(up) << to_text(up.error());
-    // Door, air and clamp as on a machine that is ready to work.
+    // As on a machine that is ready to work.
     std::uint16_t levels = 0;
-    for (const auto input : {config::Input::DoorClosed, config::Input::AirOk, config::Input::ClampClosed})
+    for (const auto input : {config::Input::Stop, config::Input::DoorClosed, config::Input::AirOk,
+                             config::Input::SafetyOk, config::Input::Mode, config::Input::ClampClosed})
       levels = static_cast<std::uint16_t>(levels | 1u << machine.inputs[static_cast<std::size_t>(input)]->bit);
     io = machine.inputs[static_cast<std::size_t>(config::Input::DoorClosed)]->station;
     segment.set_io_inputs(io, levels);

@@ -27,8 +27,7 @@ struct RunningLoop {
     const auto up = master.bring_up();
     ASSERT_TRUE(up) << to_text(up.error());
     const auto door = *machine.inputs[static_cast<std::size_t>(config::Input::DoorClosed)];
-    segment.set_io_inputs(door.station,
-                          0xFFFF & ~(1u << machine.inputs[static_cast<std::size_t>(config::Input::Stop)]->bit));
+    segment.set_io_inputs(door.station, 0xFFFF);
     thread.emplace(*loop, clock, *channels, master.first_cycle(clock.now() + milliseconds(5)));
     ASSERT_TRUE(control.pass(0.02));
     ASSERT_TRUE(master.request_operation());

@@ -52,7 +52,7 @@ TEST(Master, eight_stations_come_from_scan_to_op_in_the_time_that_they_may_take)
     config::Machine eight;
     eight.bus = b.machine.bus;
     for (int i = 0; i < 8; ++i) {
-      auto s = b.machine.stations[1];  // AMD530B: mailbox, PDO mapping, start-up objects
+      auto s = b.machine.stations[2];  // AMD530B: mailbox, PDO mapping, start-up objects
       s.id = StationId{static_cast<std::uint16_t>(i)};
       s.position = i;
       s.name = "s" + std::to_string(i);
@@ -183,14 +183,14 @@ TEST(Master, the_probe_latches_the_place_of_the_touch) {
 TEST(Master, a_drive_that_is_swapped_with_another_kind_is_refused_with_both_names) {
   BusBench b;
   for (auto& s : b.machine.stations) {
-    if (s.name == "x") s.position = 1;
-    if (s.name == "y1") s.position = 0;
+    if (s.name == "x") s.position = 2;
+    if (s.name == "y1") s.position = 1;
   }
   const auto up = b.bring_up();
   ASSERT_FALSE(up);
   EXPECT_EQ(up.error().fault, Fault::IdentityMismatch);
   const std::string text = to_text(up.error());
-  EXPECT_NE(text.find("position 0"), std::string::npos) << text;
+  EXPECT_NE(text.find("position 1"), std::string::npos) << text;
   EXPECT_NE(text.find("'y1'"), std::string::npos) << text;
   EXPECT_NE(text.find("AMD530B"), std::string::npos) << text;
   EXPECT_NE(text.find("iD286"), std::string::npos) << text;
@@ -202,7 +202,7 @@ TEST(Master, an_assumed_identity_that_nobody_has_gives_a_note_and_a_known_one_a_
   const auto up = b.bring_up();
   ASSERT_TRUE(up) << to_text(up.error());
   ASSERT_EQ(b.master->notes().size(), 2u);
-  EXPECT_NE(b.master->notes()[0].find("station 0 'x'"), std::string::npos) << b.master->notes()[0];
+  EXPECT_NE(b.master->notes()[0].find("station 1 'x'"), std::string::npos) << b.master->notes()[0];
   for (auto& s : b.machine.stations) s.profile.identity.assumed = false;
   const auto refused = b.bring_up();
   ASSERT_FALSE(refused);
@@ -211,7 +211,7 @@ TEST(Master, an_assumed_identity_that_nobody_has_gives_a_note_and_a_known_one_a_
 
 TEST(Master, a_missing_station_is_named) {
   BusBench b;
-  b.segment.cut_link(4);
+  b.segment.cut_link(5);
   const auto up = b.bring_up();
   ASSERT_FALSE(up);
   EXPECT_EQ(up.error().fault, Fault::StationMissing);
@@ -239,7 +239,7 @@ TEST(Master, a_dead_cable_is_told_as_such) {
 TEST(Master, objects_are_read_and_written_also_while_the_bus_cycles) {
   BusBench b;
   b.operate();
-  const auto y1 = b.machine.stations[1].id;
+  const auto y1 = b.machine.stations[2].id;
   ASSERT_TRUE(b.master->write_object(y1, {0x6099, 1}, to_bytes(config::ObjectType::U32, 12345)));
   b.cycles(3);
   const auto back = b.master->read_object(y1, {0x6099, 1});
@@ -251,7 +251,7 @@ TEST(Master, objects_are_read_and_written_also_while_the_bus_cycles) {
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().fault, Fault::SdoAbort);
   EXPECT_NE(none.error().message.find("object does not exist"), std::string::npos) << none.error().message;
-  const auto io = b.master->read_object(StationId{5}, {0x1008, 0});  // no mailbox
+  const auto io = b.master->read_object(StationId{0}, {0x1008, 0});  // no mailbox
   ASSERT_FALSE(io);
   EXPECT_EQ(io.error().fault, Fault::MailboxProtocol);
   b.cycles(10);
@@ -276,7 +276,7 @@ TEST(Master, a_lost_frame_a_cut_link_and_a_drive_fault_are_told_apart) {
   y2.command = {.goal = DriveGoal::FaultReset};
   EXPECT_LT(b.until([&] { return y2.drive.feedback().state == DriveState::SwitchOnDisabled; }, 100), 100);
 
-  b.segment.cut_link(3);
+  b.segment.cut_link(4);
   b.cycle();
   EXPECT_EQ(b.last.fault, Fault::WorkingCounterLow);
   EXPECT_FALSE(b.last.inputs_fresh);
@@ -342,11 +342,11 @@ TEST(Master, a_station_that_lost_its_power_comes_back_with_its_whole_record_whil
 TEST(Master, a_cable_that_was_cut_and_healed_is_picked_up_without_writing_everything_again) {
   BusBench b;
   b.operate();
-  b.segment.cut_link(3);
+  b.segment.cut_link(4);
   b.cycles(300);
   b.master->step_by([&] { b.cycle(); });
   EXPECT_FALSE(bring_back_all(*b.master));
-  b.segment.heal_link(3);
+  b.segment.heal_link(4);
   b.cycles(5);
   const Time begin = b.clock.now();
   const auto back = bring_back_all(*b.master);
@@ -380,7 +380,7 @@ TEST(Master, objects_errors_and_clocks_are_asked_while_the_bus_cycles_and_no_cyc
     b.cycle();
     bad += b.last.fault != Fault::None;
   });
-  const auto y1 = b.machine.stations[1].id;
+  const auto y1 = b.machine.stations[2].id;
   EXPECT_TRUE(b.master->read_object(y1, {0x1018, 0}, SdoAccess::Complete));
   EXPECT_TRUE(b.master->read_pdo_map(y1));
   EXPECT_TRUE(b.master->error_counters());
@@ -421,7 +421,7 @@ TEST(Master, every_drive_stops_by_quick_stop_and_can_be_enabled_again) {
   b.operate();
   b.enable();
   // AMD530B with 605Ah = 6 stays in quick stop and wants its controlword switched back (manual 8.4).
-  const auto y1 = b.machine.stations[1].id;
+  const auto y1 = b.machine.stations[2].id;
   ASSERT_TRUE(b.master->write_object(y1, {0x605A, 0}, to_bytes(config::ObjectType::I16, 6)));
   for (auto& d : b.drives) d.command.goal = DriveGoal::QuickStop;
   b.until(
@@ -471,7 +471,7 @@ TEST(Master, objects_are_reached_through_the_loops_frames_when_it_runs_in_a_thre
     }
   });
   while (!running) std::this_thread::yield();
-  const auto y1 = machine.stations[1].id;
+  const auto y1 = machine.stations[2].id;
   for (int i = 0; i < 10; ++i) {
     const auto wrote = master.write_object(y1, {0x6099, 1}, to_bytes(config::ObjectType::U32, 1000 + i));
     EXPECT_TRUE(wrote) << to_text(wrote.error());

@@ -41,20 +41,20 @@ TEST(Survey, a_line_is_listed_with_identities_ports_and_states) {
 
 TEST(Survey, objects_and_pdos_of_a_station_are_read_without_a_profile) {
   SurveyBench b;
-  const auto vendor = b.survey.read_object(0, {0x1018, 1});
+  const auto vendor = b.survey.read_object(1, {0x1018, 1});
   ASSERT_TRUE(vendor) << to_text(vendor.error());
-  EXPECT_EQ(to_number(config::ObjectType::U32, *vendor), b.machine.stations[0].profile.identity.vendor);
-  const auto map = b.survey.read_pdo_map(0);
+  EXPECT_EQ(to_number(config::ObjectType::U32, *vendor), b.machine.stations[1].profile.identity.vendor);
+  const auto map = b.survey.read_pdo_map(1);
   ASSERT_TRUE(map) << to_text(map.error());
   EXPECT_TRUE(map->from_objects);
   ASSERT_GE(map->pdos.size(), 2u);
   EXPECT_TRUE(map->pdos.front().outputs);
-  const auto io = b.survey.read_pdo_map(5);  // no mailbox: its EEPROM says it
+  const auto io = b.survey.read_pdo_map(0);  // no mailbox: its EEPROM says it
   ASSERT_TRUE(io) << to_text(io.error());
   EXPECT_FALSE(io->from_objects);
   ASSERT_EQ(io->pdos.size(), 2u);
   EXPECT_EQ(io->pdos[0].bits(), 16u);
-  EXPECT_EQ(b.survey.read_object(5, {0x1018, 1}).error().fault, Fault::MailboxProtocol);
+  EXPECT_EQ(b.survey.read_object(0, {0x1018, 1}).error().fault, Fault::MailboxProtocol);
   EXPECT_EQ(b.survey.read_object(6, {0x1018, 1}).error().fault, Fault::StationMissing);
 }
 

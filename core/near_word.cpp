@@ -1,0 +1,39 @@
+#include "core/near_word.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <numeric>
+
+namespace gantry {
+
+std::string_view nearest(std::string_view word, const std::vector<std::string_view>& known) {
+  std::string_view best;
+  std::size_t best_distance = 1 + std::max<std::size_t>(2, word.size() / 3);
+  if (word.size() > 100) return best;
+  for (const std::string_view candidate : known) {
+    // Levenshtein, one row at a time.
+    std::vector<std::size_t> row(candidate.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < word.size(); ++i) {
+      std::size_t diagonal = row[0];
+      row[0] = i + 1;
+      for (std::size_t j = 0; j < candidate.size(); ++j) {
+        const std::size_t replaced = diagonal + (word[i] == candidate[j] ? 0 : 1);
+        diagonal = row[j + 1];
+        row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+      }
+    }
+    if (row.back() < best_distance && row.back() < candidate.size()) best_distance = row.back(), best = candidate;
+  }
+  return best;
+}
+
+std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& known) {
+  constexpr std::size_t kListed = 20;
+  if (known.empty()) return "there are none";
+  if (const std::string_view near = nearest(word, known); !near.empty()) return fmt::format("did you mean '{}'?", near);
+  const auto last = known.begin() + static_cast<std::ptrdiff_t>(std::min(known.size(), kListed));
+  return fmt::format("known: {}{}", fmt::join(known.begin(), last, ", "), known.size() > kListed ? ", ..." : "");
+}
+
+}  // namespace gantry

@@ -1,0 +1,16 @@
+// "Did you mean ...?": what a message says of a name that nobody knows. One choice of words for the whole program.
+//   fail(Fault::UnknownReference, fmt::format("there is no axis '{}'; {}", name, did_you_mean(name, names)));
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace gantry {
+
+/// The known word nearest to `word` by edit distance; empty when none is near enough to be meant.
+std::string_view nearest(std::string_view word, const std::vector<std::string_view>& known);
+
+/// "did you mean 'speed'?"; where no word is near, "known: speed, gap" (the first twenty); "there are none".
+std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& known);
+
+}  // namespace gantry
