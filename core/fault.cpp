@@ -7,9 +7,9 @@ namespace gantry {
 namespace {
 
 constexpr std::array kTable{
-#define GANTRY_FAULT(number, name, threat, severity, reaction, clear, exit_code, text, remedy)        \
-  FaultInfo{Fault::name,         #name, threat, Severity::severity, Reaction::reaction, Clear::clear, \
-            ExitCode::exit_code, text,  remedy},
+#define GANTRY_FAULT(number, name, threat, severity, reaction, clear, exit_code, detail, text, remedy)                \
+  FaultInfo{Fault::name,    #name, threat, Severity::severity, Reaction::reaction, Clear::clear, ExitCode::exit_code, \
+            Detail::detail, text,  remedy},
 #include "core/fault_table.def"
 #undef GANTRY_FAULT
 };

@@ -31,6 +31,23 @@ enum class Clear : std::uint8_t {
   Restart,   ///< the program must be started again
 };
 
+/// What an event's `detail` is: its unit.
+enum class Detail : std::uint8_t {
+  None,
+  Distance,  ///< um; mrad on a rotary axis
+  Cycles,
+  OfHundredCycles,
+  Frames,
+  Nanoseconds,
+  Microseconds,
+  Milliseconds,
+  AlStates,  ///< OR of all stations' AL states
+  WorkingCounter,
+  Statusword,     ///< 6041h
+  DriveCode,      ///< 603Fh; the drive's own text
+  EmergencyCode,  ///< of the emergency message
+};
+
 enum class ExitCode : int {
   Done = 0,
   Internal = 1,
@@ -59,6 +76,7 @@ struct FaultInfo {
   Reaction reaction;
   Clear clear;
   ExitCode exit_code;
+  Detail detail;
   std::string_view text;    ///< what happened
   std::string_view remedy;  ///< what to do
 };

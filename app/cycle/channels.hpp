@@ -40,7 +40,7 @@ struct Command {
   std::uint32_t block = 0;
   std::uint32_t mask = 0, bits = 0;
   double value = 0;
-  bool clamp_may_be_open = false;  ///< StartBlock: nothing is done to a board that the clamp has to hold
+  bool jog = false;  ///< StartBlock: nothing is done to a board, so that the clamp may be open and the mode setup
 };
 
 enum class EventKind : std::uint8_t {
@@ -74,6 +74,7 @@ struct Snapshot {
   std::int32_t compute_ns = 0;  ///< own work of the cycle, without the bus
   std::int32_t bus_ns = 0;      ///< exchange: send until the answer was read
   std::int32_t dc_error_ns = 0;
+  bool dc_locked = false;  ///< the cycles keep their distance from SYNC0; also where the bus has no clock to keep it to
   State state = State::Offline;
   bool sent = true;
   bool inputs_fresh = false;

@@ -53,7 +53,7 @@ Time Loop::tick(const Beat& beat) noexcept {
 
   axes_.read(bus_, exchange_.fault != Fault::FrameLost && exchange_.fault != Fault::BusDown, beat.elapsed);
   inputs_ = read_inputs(bus_, setup_, inputs_);
-  const View view{beat, exchange_, axes_, commanded_.target, inputs_, state_, compute_, clamp_may_be_open_};
+  const View view{beat, exchange_, axes_, commanded_.target, inputs_, state_, compute_, jogs_};
   present_ = Fault::None;
   for (const Finding& found : supervisor_.look(view)) react(found.fault, found.axis, found.detail, found.station);
   follow_progress();
@@ -132,9 +132,16 @@ void Loop::write_image(const Beat& beat) noexcept {
   std::uint32_t word = commanded_.outputs | outputs_set_;
   if (setup_.healthy_mask != 0 && latched_ == Fault::None && cycle_ / kHealthyPeriod % 2 == 0)
     word |= setup_.healthy_mask;
+  word |= setup_.lamp_masks[static_cast<std::size_t>(lamp())];
   sent_outputs_ = word;
   axes_.write(bus_, commanded_.target, beat.elapsed);
   write_outputs(bus_, setup_, word);
+}
+
+/// Of the stack light: red while a fault is latched, yellow in setup.
+Lamp Loop::lamp() const noexcept {
+  if (latched_ != Fault::None) return Lamp::Red;
+  return setup_.mode_mask != 0 && (inputs_ & setup_.mode_mask) == 0 ? Lamp::Yellow : row(state_).lamp;
 }
 
 /// The interpolator stands where the drives are; nothing of the past is left in the compensation.
@@ -154,13 +161,23 @@ void Loop::react(Fault fault, AxisId axis, std::int32_t detail, StationId statio
   if (latching && (present_ == Fault::None || info_row.reaction > info(present_).reaction)) present_ = fault;
   const bool first = latched_ == Fault::None;
   // What calls for no more than what was done already is a consequence of it, or the same again.
-  if (latching && !first && info_row.reaction <= reacted_) return;
+  const bool cause = explains(fault);
+  if (latching && !first && info_row.reaction <= reacted_ && !cause) return;
   tell({.kind = EventKind::Fault, .fault = fault, .axis = axis, .station = station, .block = block_, .detail = detail});
   if (latching) {
-    if (first) latched_ = fault;
+    if (first || cause) latched_ = fault;
+    if (first) latched_at_ = cycle_;
     reacted_ = std::max(reacted_, info_row.reaction);
   }
   if (const ReactionRow* reaction = row(info_row.reaction)) carry_out(*reaction, fault);
+}
+
+/// An emergency stop takes the drives' supply: the bus may miss them before the input of the safety chain has come.
+bool Loop::explains(Fault fault) const noexcept {
+  constexpr Time kDecay = milliseconds(200);
+  constexpr int kBusAndDrives = 300;  // the catalogue numbers these below
+  return fault == Fault::SafetyChainOpen && latched_ != Fault::None && static_cast<int>(latched_) < kBusAndDrives &&
+         (cycle_ - latched_at_) * setup_.period <= kDecay;
 }
 
 void Loop::carry_out(const ReactionRow& reaction, Fault fault) noexcept {
@@ -209,6 +226,7 @@ void Loop::tell_snapshot(const Beat& beat, bool sent) noexcept {
   s.compute_ns = static_cast<std::int32_t>(compute_.count());
   s.bus_ns = static_cast<std::int32_t>(bus_time_.count());
   s.dc_error_ns = static_cast<std::int32_t>(dc_lock_.error().count());
+  s.dc_locked = dc_lock_.locked() || (exchange_.inputs_fresh && exchange_.dc_time_ns == 0);
   s.state = state_;
   s.sent = sent;
   s.inputs_fresh = exchange_.inputs_fresh;

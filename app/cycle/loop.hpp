@@ -58,6 +58,8 @@ class Loop {
   void finish_homing() noexcept;
   void finish_block() noexcept;
   void react(Fault fault, AxisId axis, std::int32_t detail, StationId station = kNoStation) noexcept;
+  [[nodiscard]] bool explains(Fault fault) const noexcept;
+  [[nodiscard]] Lamp lamp() const noexcept;
   void carry_out(const ReactionRow& reaction, Fault fault) noexcept;
   void hold_position() noexcept;
   /// The state that the table has for this cause, if it has one.
@@ -87,12 +89,13 @@ class Loop {
   devices::Exchange exchange_;
   CycleIndex cycle_ = 0;
   Fault latched_ = Fault::None;
+  CycleIndex latched_at_ = 0;
   Reaction reacted_ = Reaction::Note;  ///< the strongest since the first latch
   Fault present_ = Fault::None;        ///< the worst latching fault that this cycle shows
   bool aborting_ = false;              ///< Channels::stop_now, as this cycle found it
   std::uint32_t pending_ = 0, pending_disable_ = 0, pending_probe_ = 0,
                 pending_reset_ = 0;     ///< ids of commands that take time
-  bool clamp_may_be_open_ = false;      ///< of the block that plays
+  bool jogs_ = false;                   ///< what plays is a jog
   std::uint32_t block_ = 0, tick_ = 0;  ///< what plays; kept until the last compensated tick is out
   bool settled_ = true;                 ///< the compensation has let everything out
   bool shut_valve_ = false;             ///< this tick closes the valve, also in what is still on its way

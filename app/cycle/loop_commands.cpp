@@ -53,16 +53,20 @@ Fault Loop::refuse(const Command& command) const noexcept {
   if (to_motion && latched_ != Fault::None) return Fault::Latched;
   if (!next(state_, *order)) return Fault::Refused;
   if (command.kind == CommandKind::Enable) return interlock();
+  const bool in_setup = setup_.mode_mask != 0 && (inputs_ & setup_.mode_mask) == 0;
+  if (in_setup && (command.kind == CommandKind::Home || (command.kind == CommandKind::StartBlock && !command.jog)))
+    return Fault::SetupMode;
   if (command.kind == CommandKind::StartBlock && !axes_.all_referenced()) return Fault::NotReferenced;
   if (command.kind == CommandKind::Reset && pending_reset_ != 0) return Fault::Refused;
   return Fault::None;
 }
 
-/// What keeps the drives from having torque, by the inputs; None when nothing does.
+/// What keeps the drives from having torque, by the inputs; None when nothing does. In setup the door may be open.
 Fault Loop::interlock() const noexcept {
   const auto missing = [&](std::uint32_t mask) { return (inputs_ & mask) != mask; };
-  if (setup_.stop_mask != 0 && (inputs_ & setup_.stop_mask) != 0) return Fault::StopPressed;
-  if (missing(setup_.door_mask)) return Fault::DoorOpen;
+  if (missing(setup_.safety_mask)) return Fault::SafetyChainOpen;
+  if (missing(setup_.stop_mask)) return Fault::StopPressed;
+  if (!missing(setup_.mode_mask) && missing(setup_.door_mask)) return Fault::DoorOpen;
   return missing(setup_.air_mask) ? Fault::AirMissing : Fault::None;
 }
 
@@ -76,7 +80,6 @@ void Loop::obey(const Command& command) noexcept {
     case CommandKind::Disable:
       answer_pending(Fault::Aborted);  // an Enable that this overtakes
       axes_.set_goal(DriveGoal::Disabled);
-      outputs_set_ = 0;
       pending_disable_ = command.id;
       return;
     case CommandKind::Home:
@@ -89,7 +92,7 @@ void Loop::obey(const Command& command) noexcept {
       return;
     case CommandKind::StartBlock:
       block_ = command.block;
-      clamp_may_be_open_ = command.clamp_may_be_open;
+      jogs_ = command.jog;
       tick_ = 0;
       probing_ = false;
       interpolator_.begin_block(command.block);

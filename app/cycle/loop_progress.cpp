@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "app/cycle/loop.hpp"
+#include "devices/wire/ethercat.hpp"
 
 namespace gantry::cycle {
 
@@ -35,7 +36,7 @@ void Loop::follow_progress() noexcept {
   const bool rests = interpolator_.at_rest() && settled_;
   switch (state_) {
     case State::Offline:
-      if (exchange_.fault == Fault::None && exchange_.al_states == 8)
+      if (exchange_.fault == Fault::None && devices::wire::all_in_op(exchange_.al_states))
         change(latched_ == Fault::None ? Cause::Operational : Cause::OperationalLatched);
       hold_position();
       break;

@@ -52,10 +52,13 @@ struct LoopSetup {
   rt::FixedVector<AxisSetup, kMaxAxes> axes;
   rt::FixedVector<DriveSetup, kMaxDrives> drives;
   rt::FixedVector<BitPlace, 32> outputs, inputs;
-  AxisId probe_axis = kNoAxis;     ///< the probe latches on this axis's first drive
-  std::uint32_t valve_mask = 0;    ///< closed by every stop
-  std::uint32_t healthy_mask = 0;  ///< toggled while all is well
-  std::uint32_t door_mask = 0, air_mask = 0, clamp_mask = 0, stop_mask = 0;  ///< inputs; 0: the machine has none
+  AxisId probe_axis = kNoAxis;                     ///< the probe latches on this axis's first drive
+  std::uint32_t valve_mask = 0;                    ///< closed by every stop
+  std::uint32_t healthy_mask = 0;                  ///< toggled while all is well
+  std::array<std::uint32_t, kLamps> lamp_masks{};  ///< of the stack light, by Lamp
+  // Inputs; 0: the machine has none. All of these are 1 while all is well.
+  std::uint32_t door_mask = 0, air_mask = 0, clamp_mask = 0, stop_mask = 0, safety_mask = 0;
+  std::uint32_t mode_mask = 0;  ///< 1: automatic, 0: setup
   // R10: how far a station's clock may be from the one that comes by. Where it has been for the first, it is said; at
   // the second an axis at 500 mm/s is 12 um from where the others believe it.
   std::int32_t clock_note_ns = 10'000, clock_stop_ns = 25'000;

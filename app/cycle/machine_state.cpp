@@ -112,17 +112,17 @@ constexpr std::array kChanges{
 };
 
 constexpr std::array<StateRow, kStates> kRows{{
-    {State::Offline, "offline", false, "the stations to come to OP"},
-    {State::Disabled, "disabled", false, "`enable`"},
-    {State::Enabling, "enabling", false, "the drives to have torque, or `abort`"},
-    {State::Ready, "ready", false, "`run`, `jog` or `home`"},
-    {State::Disabling, "disabling", false, "the drives to be without torque"},
-    {State::Homing, "homing", true, "homing to end, or `abort`"},
-    {State::Running, "running", true, "the motion to end, `hold` or `abort`"},
-    {State::Holding, "holding", true, "the tool to stand, `resume` or `abort`"},
-    {State::Held, "held", false, "`resume` or `abort`"},
-    {State::Stopping, "stopping", true, "the axes to stand"},
-    {State::Stopped, "stopped", false, "`reset`"},
+    {State::Offline, "offline", Lamp::Red, false, "the stations to come to OP"},
+    {State::Disabled, "disabled", Lamp::Yellow, false, "`enable`"},
+    {State::Enabling, "enabling", Lamp::Yellow, false, "the drives to have torque, or `abort`"},
+    {State::Ready, "ready", Lamp::Green, false, "`run`, `jog` or `home`"},
+    {State::Disabling, "disabling", Lamp::Yellow, false, "the drives to be without torque"},
+    {State::Homing, "homing", Lamp::Green, true, "homing to end, or `abort`"},
+    {State::Running, "running", Lamp::Green, true, "the motion to end, `hold` or `abort`"},
+    {State::Holding, "holding", Lamp::Yellow, true, "the tool to stand, `resume` or `abort`"},
+    {State::Held, "held", Lamp::Yellow, false, "`resume` or `abort`"},
+    {State::Stopping, "stopping", Lamp::Red, true, "the axes to stand"},
+    {State::Stopped, "stopped", Lamp::Red, false, "`reset`"},
 }};
 
 constexpr std::array<std::string_view, kCauses> kCauseNames{"enable",

@@ -65,9 +65,14 @@ constexpr bool is_order(Cause cause) noexcept { return cause <= Cause::Reset; }
 /// The state that follows; nothing where the cause changes nothing, and where an order is refused.
 std::optional<State> next(State state, Cause cause) noexcept;
 
+/// Of the stack light.
+enum class Lamp : std::uint8_t { Red, Yellow, Green };
+inline constexpr std::size_t kLamps = 3;
+
 struct StateRow {
   State state;
   std::string_view name;
+  Lamp lamp;
   bool moves;                 ///< axes may be moving
   std::string_view lifts_it;  ///< what an order that is refused here has to wait for
 };

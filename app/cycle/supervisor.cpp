@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "devices/wire/ethercat.hpp"
+
 namespace gantry::cycle {
 namespace {
 
@@ -69,8 +71,7 @@ void Supervisor::look_at_bus(const View& view, Findings& found) noexcept {
   }
   if (x.fault == Fault::WorkingCounterHigh && operational_)
     found.push_back({Fault::WorkingCounterHigh, kNoAxis, x.working_counter});
-  constexpr std::uint16_t kOperational = 8;
-  const bool all_operational = x.al_states == kOperational;
+  const bool all_operational = devices::wire::all_in_op(x.al_states);
   if (operational_ && x.fault == Fault::None && !all_operational)
     found.push_back({Fault::StationLeftOp, kNoAxis, x.al_states});
   if (!operational_ && x.fault == Fault::None && all_operational) operational_ = true;
@@ -87,8 +88,7 @@ bool Supervisor::lasts(Apart& apart, bool beyond, CycleIndex now) noexcept {
 /// Clocks count only while every station is in OP and takes part: one that is on its way there is still being set.
 void Supervisor::look_at_clocks(const View& view, Findings& found) noexcept {
   const devices::Exchange& x = view.exchange;
-  constexpr std::uint16_t kOperational = 8;
-  if (!operational_ || x.fault != Fault::None || x.al_states != kOperational) {
+  if (!operational_ || x.fault != Fault::None || !devices::wire::all_in_op(x.al_states)) {
     if (clocks_asked_) drifts_.fill({}), lost_.fill({});
     clocks_asked_ = false;
     return;
@@ -145,15 +145,21 @@ void Supervisor::look_at_axes(const View& view, Findings& found) noexcept {
   }
 }
 
-/// Interlocks. Without torque nothing can move, and enabling asks for them itself.
+/// Interlocks. Without torque nothing can move, and enabling asks for them itself. In setup the door may be open, and
+/// a job may not run.
 void Supervisor::look_at_inputs(const View& view, Findings& found) noexcept {
   if (view.state == State::Offline || view.state == State::Disabled) return;
   const auto missing = [&](std::uint32_t mask) { return mask != 0 && (view.inputs & mask) == 0; };
-  if (missing(setup_.door_mask)) found.push_back({Fault::DoorOpen});
+  const bool setup_mode = missing(setup_.mode_mask);
+  if (missing(setup_.safety_mask)) found.push_back({Fault::SafetyChainOpen});
+  if (missing(setup_.stop_mask)) found.push_back({Fault::StopPressed});
+  if (!setup_mode && missing(setup_.door_mask)) found.push_back({Fault::DoorOpen});
   if (missing(setup_.air_mask)) found.push_back({Fault::AirMissing});
+  if (setup_mode && view.state == State::Homing) found.push_back({Fault::ModeChanged});
   const bool plays = view.state == State::Running || view.state == State::Holding || view.state == State::Held;
-  if (plays && !view.clamp_may_be_open && missing(setup_.clamp_mask)) found.push_back({Fault::ClampOpen});
-  if (missing(setup_.stop_mask)) found.push_back({Fault::StopPressed});  // normally closed
+  if (!plays || view.jogs) return;
+  if (missing(setup_.clamp_mask)) found.push_back({Fault::ClampOpen});
+  if (setup_mode) found.push_back({Fault::ModeChanged});
 }
 
 }  // namespace gantry::cycle

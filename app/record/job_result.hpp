@@ -10,6 +10,7 @@
 #include "core/axis_vec.hpp"
 #include "core/error.hpp"
 #include "core/vec.hpp"
+#include "devices/rt/cyclic_counts.hpp"
 #include "recipes/job.hpp"
 #include "sim/world/world_access.hpp"
 
@@ -61,6 +62,8 @@ struct CycleStatistics {
   std::vector<HistogramBucket> wake_histogram, compute_histogram, bus_histogram;
   bool real_time_priority = false, memory_locked = false;
   bool virtual_time = false;
+  int frames_lost_max = 0;       ///< in a row, that are forgiven
+  devices::CyclicCounts frames;  ///< of the job's frames, each as what it was
 };
 
 struct AxisResult {

@@ -85,6 +85,12 @@ Json microseconds_of(const Quantiles& q) {
   return {{"p50", us(q.p50)}, {"p99", us(q.p99)}, {"p99_9", us(q.p999)}, {"max", us(q.max)}};
 }
 
+Json frames(const devices::CyclicCounts& c) {
+  return {{"sent", c.sent},           {"not_sent", c.not_sent}, {"lost", c.lost},           {"late", c.late},
+          {"duplicate", c.duplicate}, {"foreign", c.foreign},   {"malformed", c.malformed}, {"untouched", c.untouched},
+          {"wkc_zero", c.wkc_zero},   {"wkc_low", c.wkc_low},   {"wkc_high", c.wkc_high}};
+}
+
 Json cycle(const CycleStatistics& c) {
   return {{"cycles", c.cycles},
           {"sent", c.sent},
@@ -92,6 +98,8 @@ Json cycle(const CycleStatistics& c) {
           {"stalls", c.stalls},
           {"deadline_misses", c.deadline_misses},
           {"frames_lost", c.frames_lost},
+          {"frames_lost_max", c.frames_lost_max},
+          {"frames", frames(c.frames)},
           {"working_counter_errors", c.working_counter_errors},
           {"wake_us", microseconds_of(c.wake)},
           {"compute_us", microseconds_of(c.compute)},

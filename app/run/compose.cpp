@@ -64,7 +64,7 @@ Result<void> compose_startup(config::Machine& machine) {
   return {};
 }
 
-Result<LoopSetup> compose_loop(const config::Machine& machine, bool hardware) {
+Result<LoopSetup> compose_loop(const config::Machine& machine, Host host) {
   LoopSetup loop;
   loop.period = machine.bus.cycle;
   loop.limits = job::limits_of(machine);
@@ -93,15 +93,25 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, bool hardware) {
   loop.valve_mask = config::bit(config::Output::Valve);
   loop.healthy_mask =
       machine.outputs[static_cast<std::size_t>(config::Output::Healthy)] ? config::bit(config::Output::Healthy) : 0;
+  for (const auto& [lamp, output] : {std::pair{cycle::Lamp::Red, config::Output::StackRed},
+                                     std::pair{cycle::Lamp::Yellow, config::Output::StackYellow},
+                                     std::pair{cycle::Lamp::Green, config::Output::StackGreen}})
+    if (machine.outputs[static_cast<std::size_t>(output)])
+      loop.lamp_masks[static_cast<std::size_t>(lamp)] = config::bit(output);
   loop.door_mask = mask_of(machine, config::Input::DoorClosed);
   loop.air_mask = mask_of(machine, config::Input::AirOk);
   loop.clamp_mask = mask_of(machine, config::Input::ClampClosed);
   loop.stop_mask = mask_of(machine, config::Input::Stop);
-  loop.stop_after_missed = hardware ? machine.bus.stop_after_missed_hardware : machine.bus.stop_after_missed_sim;
+  loop.safety_mask = mask_of(machine, config::Input::SafetyOk);
+  loop.mode_mask = mask_of(machine, config::Input::Mode);
   loop.counter_low_max = machine.bus.frames_lost_max;
-  // A virtual bus in another process is as patient to wait for as this one: its host may stall either.
+  // Only a virtual bus in this process, under the wall clock, stands still with its loop when the host stalls: there
+  // alone neither is a sign of anything.
+  const bool patient = host == Host::WallClock;
+  loop.stop_after_missed =
+      host == Host::Hardware ? machine.bus.stop_after_missed_hardware : machine.bus.stop_after_missed_sim;
   loop.frames_lost_max =
-      hardware ? machine.bus.frames_lost_max : std::max(machine.bus.frames_lost_max, loop.stop_after_missed);
+      patient ? std::max(machine.bus.frames_lost_max, machine.bus.stop_after_missed_sim) : machine.bus.frames_lost_max;
   return loop;
 }
 

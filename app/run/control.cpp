@@ -23,7 +23,8 @@ Control::Control(cycle::Channels& channels, Feed& feed, Pump& pump, Time period,
 }
 
 void Control::on_event(const cycle::Event& event) {
-  if (event.kind == EventKind::Fault && latches(info(event.fault)) && !fault_) fault_ = describe_(event);
+  const bool cause = event.fault == Fault::SafetyChainOpen;  // of whatever the bus and the drives have said before
+  if (event.kind == EventKind::Fault && latches(info(event.fault)) && (!fault_ || cause)) fault_ = describe_(event);
   if (event.kind == EventKind::CommandDone)
     if (const auto asked = requests_.find(event.id); asked != requests_.end()) asked->second = event;
   if (event.kind == EventKind::CommandDone || event.kind == EventKind::BlockDone || event.kind == EventKind::Touched)
@@ -165,7 +166,7 @@ Result<void> Control::command(cycle::Command command, double timeout_s) {
   return wait([&, cycle = answer->cycle] { return latest().cycle >= cycle; }, 1, {});
 }
 
-Result<Played> Control::play(std::uint32_t block, std::span<const motion::Segment> segments, bool clamp_may_be_open) {
+Result<Played> Control::play(std::uint32_t block, std::span<const motion::Segment> segments, bool jog) {
   constexpr double kNoLimit_s = 1e9;  // a held block may wait for its operator
   if (auto r = wait([&] { return !hold_next_; }, kNoLimit_s, {}); !r) return tl::unexpected(r.error());
   answers_.clear();
@@ -174,7 +175,7 @@ Result<Played> Control::play(std::uint32_t block, std::span<const motion::Segmen
     while (pushed < segments.size() && channels_.segments.push(segments[pushed])) ++pushed;
   };
   feed_ring();
-  const cycle::Command start{.kind = CommandKind::StartBlock, .block = block, .clamp_may_be_open = clamp_may_be_open};
+  const cycle::Command start{.kind = CommandKind::StartBlock, .block = block, .jog = jog};
   if (auto r = command(start, 5.0); !r) return tl::unexpected(r.error());
   Played played;
   bool over = false;

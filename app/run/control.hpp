@@ -55,7 +55,7 @@ class Control {
   std::optional<Result<void>> answer(Request request);
   /// Plays one block to its end. A hold makes it wait, also before it begins; an abort or a fault ends it with an error
   /// when the machine stands.
-  Result<Played> play(std::uint32_t block, std::span<const motion::Segment> segments, bool clamp_may_be_open = false);
+  Result<Played> play(std::uint32_t block, std::span<const motion::Segment> segments, bool jog = false);
   /// The next block waits until it is released.
   void hold_next(bool wait) { hold_next_ = wait; }
   [[nodiscard]] bool holds_next() const { return hold_next_; }

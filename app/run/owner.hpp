@@ -53,7 +53,7 @@ struct Progress {
 };
 
 /// What takes machine time: one at a time.
-enum class Undertaking { None, BringUp, Enable, Disable, Home, Jog, Job };
+enum class Undertaking { None, BringUp, Enable, Disable, Home, Jog, Job, Part };
 std::string_view name(Undertaking what);
 
 class Owner {
@@ -78,6 +78,8 @@ class Owner {
   /// One job from its first block to its end. Never throws away what happened: the result tells it, also of a job that
   /// failed.
   record::JobResult run(const recipes::Recipe& recipe, const recipes::Job& job, const RunOptions& options);
+  /// The part is taken out by hand: the clamp opens.
+  Result<void> part_removed();
   /// Torque off, bus down in order. Also done by the destructor.
   void shut_down();
 
@@ -101,6 +103,10 @@ class Owner {
   [[nodiscard]] Undertaking undertaking() const;
   /// On hold, or on the way there: a resume goes on.
   [[nodiscard]] bool held() const;
+  /// The mode switch says setup: only a jog may move the machine.
+  [[nodiscard]] bool in_setup() const;
+  /// The start button was pressed on an idle machine, and this is the first to ask.
+  [[nodiscard]] bool take_start();
   /// What a person beside a virtual machine would see; null on a machine of steel.
   [[nodiscard]] sim::WorldAccess* world() const;
 

@@ -1,7 +1,4 @@
 // An owner's bus: from its first scan to the running loop, and down again in order.
-#include <chrono>
-#include <cmath>
-
 #include "app/run/owner_parts.hpp"
 #include "app/stations/fault_words.hpp"
 #include "core/log.hpp"
@@ -11,8 +8,7 @@ namespace {
 
 constexpr double kOperationTimeout_s = 5;
 constexpr int kOperationAttempts = 2;
-constexpr Time kLockTimeout = std::chrono::seconds(5);
-constexpr std::int32_t kLocked_ns = 100'000;  // phase error below which SYNC0 and our frames are well apart
+constexpr double kLockTimeout_s = 5;
 constexpr double kFirstCycles_s = 0.02;
 constexpr double kDisableTimeout_s = 0.5, kDisableLeast_s = 0.02;
 
@@ -32,17 +28,7 @@ Result<void> Owner::bring_up() {
 }
 
 void Owner::Parts::make_on_bus(Time first) {
-  on_bus = std::make_unique<OnBus>(OnBus{.thread = nullptr,
-                                         .pump = nullptr,
-                                         .control = nullptr,
-                                         .recovery = Recovery(*bus),
-                                         .culprits = stations::Culprits(*bus),
-                                         .news = stations::StationNews(*bus, machine),
-                                         .watchdog = nullptr,
-                                         .crash_stop = nullptr,
-                                         .named = {},
-                                         .reset = {},
-                                         .reset_answer = {}});
+  on_bus = std::make_unique<OnBus>(*bus, machine);
   if (options.virtual_time) {
     on_bus->pump = std::make_unique<VirtualPump>(*loop, *clock, first);
   } else {
@@ -55,6 +41,7 @@ void Owner::Parts::make_on_bus(Time first) {
                                               [this](const cycle::Event& e) { return stations::in_words(machine, e); });
   control().on_step([this] {
     if (publisher) publisher->poll(clock->now());
+    heed_buttons();
     if (poll) poll();
   });
   control().serve_by([this] { serve(); });
@@ -82,8 +69,8 @@ Result<void> Owner::Parts::go_on_bus() {
                 on_bus->watchdog->rights().refused);
   }
   // A drive may come up with a fault of its own, and this owner is who can reset it: that ends no bring-up.
-  const auto locked = [&] { return std::abs(control().latest().dc_error_ns) < kLocked_ns; };
-  const CycleIndex give_up = control().latest().cycle + kLockTimeout / machine.bus.cycle;
+  const auto locked = [&] { return control().latest().dc_locked; };
+  const CycleIndex give_up = control().latest().cycle + control().cycles(kLockTimeout_s);
   while (!locked() && control().latest().cycle < give_up && control().alive() && !control().aborting())
     control().idle();
   if (const auto& fault = control().fault(); fault && !of_a_drive(fault->fault)) return tl::unexpected(*fault);
@@ -108,7 +95,9 @@ void Owner::shut_down() {
     log::report(Error{Fault::LoopDied, std::string(info(Fault::LoopDied).text), ""});
     return;  // the port is still the loop's; the stations' watchdogs have answered
   }
+  const std::size_t told = p.bus->notes().size();
   p.bus->shut_down();
+  for (std::size_t i = told; i < p.bus->notes().size(); ++i) log::warn("{}", p.bus->notes()[i]);
   p.on_bus->crash_stop.reset();
   p.on_bus.reset();
 }

@@ -1,5 +1,6 @@
 // An owner's job: what it does with each snapshot and event, and one recipe from its first block to its end.
 #include <chrono>
+#include <fmt/format.h>
 #include <utility>
 
 #include "app/record/outcome.hpp"
@@ -21,6 +22,7 @@ int of(const cycle::Event& e) {
 
 void Owner::Parts::on_snapshot(const cycle::Snapshot& s) {
   if (shared) shared->push(s);
+  if (on_bus) on_bus->buttons.watch(s.inputs, s.latched != Fault::None);
   if (job) job->recording.add(s);
 }
 
@@ -49,6 +51,7 @@ void Owner::Parts::serve() {
   if (std::exchange(on_bus->serving, true)) return;
   name_culprits();
   fetch_mail();
+  report_strays();
   on_bus->serving = false;
 }
 
@@ -81,6 +84,23 @@ void Owner::Parts::fetch_mail() {
   bus->step_by({});
 }
 
+/// Frames that were nobody's answer, at most once a second.
+void Owner::Parts::report_strays() {
+  constexpr std::int64_t kEvery_ns = 1'000'000'000;
+  const cycle::Snapshot& now = feed->latest();
+  if (now.time_ns - on_bus->counted_at_ns < kEvery_ns) return;
+  on_bus->counted_at_ns = now.time_ns;
+  const devices::CyclicCounts before = std::exchange(on_bus->counted, bus->counters());
+  const auto strays = [](const devices::CyclicCounts& c) { return c.foreign + c.late + c.duplicate + c.malformed; };
+  const auto more = static_cast<std::int32_t>(strays(on_bus->counted) - strays(before));
+  if (more == 0) return;
+  const cycle::Event event{
+      .kind = cycle::EventKind::Fault, .fault = Fault::ForeignFrame, .detail = more, .cycle = now.cycle};
+  Error words = stations::in_words(machine, event);
+  words.message += fmt::format("; {} in the last second", more);
+  tell(event, words);
+}
+
 Result<void> Owner::Parts::with_stations(Result<void> result) {
   if (result || !result.error().where.empty()) return result;
   const Fault fault = result.error().fault;
@@ -103,9 +123,11 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
       Recording(p.machine, result, latest().time_ns, options.out, p.shared ? &*p.shared : nullptr),
       Runner({p.machine, p.control(), p.world != nullptr ? &p.world->camera() : nullptr}, recipe, job, result)});
   p.job->recording.tell("running");
+  const devices::CyclicCounts counted_before = p.bus->counters();
 
   Result<void> ended;
-  if (p.world != nullptr) {
+  if (p.in_setup()) ended = fail(Fault::SetupMode, std::string(info(Fault::SetupMode).text));
+  if (ended && p.world != nullptr) {
     const auto held = p.world->holds_board(recipe);
     if (!held)
       ended = tl::unexpected(held.error());
@@ -116,6 +138,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   if (ended) ended = p.torque();
   if (ended && !p.all_referenced()) ended = p.home();
   if (ended) ended = p.with_stations(p.job->runner.run());
+  if (ended) ended = p.release_part();
   if (!ended) record::add_error(result, ended.error());
 
   p.job->recording.tell(record::result_word(result));
@@ -123,6 +146,8 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   p.job->recording.finish(recipe, p.channels->lost.load() == 0);
   p.job.reset();
   result.cycles.virtual_time = p.options.virtual_time;
+  result.cycles.frames_lost_max = p.frames_lost_max;
+  result.cycles.frames = p.bus->counters() - counted_before;
   if (const auto& thread = p.on_bus->thread)
     result.cycles.real_time_priority = thread->rights().priority, result.cycles.memory_locked = thread->rights().memory;
   if (p.world != nullptr) record::add_world(result, *p.world, options.out);

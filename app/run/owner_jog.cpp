@@ -1,4 +1,6 @@
 // An owner's jog: what must be so before anything moves, and the one block that moves.
+#include <algorithm>
+
 #include "app/job/jog.hpp"
 #include "app/run/owner_parts.hpp"
 
@@ -11,8 +13,13 @@ Result<Jogged> Owner::jog(const job::JogWords& words) {
 }
 
 Result<Jogged> Owner::Parts::jog(const job::JogWords& words) {
-  const auto asked = job::read_jog(machine, words);
+  auto asked = job::read_jog(machine, words);
   if (!asked) return tl::unexpected(asked.error());
+  if (in_setup()) {  // reduced speed: no faster than a jog is that names none
+    const auto reduced = job::read_jog(machine, {.by = words.by, .speed = ""});
+    if (!reduced) return tl::unexpected(reduced.error());
+    asked->v_cap = std::min(asked->v_cap, reduced->v_cap);
+  }
   const cycle::Snapshot& now = control().latest();
   if (auto r = not_latched(); !r) return tl::unexpected(r.error());
   if (auto r = job::know_place(machine, now.referenced, *asked); !r) return tl::unexpected(r.error());
@@ -24,8 +31,8 @@ Result<Jogged> Owner::Parts::jog(const job::JogWords& words) {
   const CycleIndex begin = now.cycle;
   CycleIndex end = begin;
   const auto play = [&]() -> Result<void> {
-    constexpr bool kClampMayBeOpen = true;  // as in homing: nothing is done to a board
-    const auto played = control().play(planned->segments.front().block, planned->segments, kClampMayBeOpen);
+    constexpr bool kJog = true;
+    const auto played = control().play(planned->segments.front().block, planned->segments, kJog);
     if (!played) return tl::unexpected(played.error());
     end = played->end;
     return {};

@@ -58,14 +58,16 @@ Result<std::unique_ptr<Owner>> Owner::open(const config::Machine& machine, const
   const auto port = p->open_bus();
   if (!port) return tl::unexpected(port.error());
 
-  // A virtual segment behind an interface is still a simulation of the host's making: what counts is whether steel
-  // moves.
-  auto setup = compose_loop(p->machine, p->raw_port != nullptr && p->world == nullptr);
+  const Host host = p->raw_port != nullptr ? (p->world == nullptr ? Host::Hardware : Host::Wire)
+                    : options.virtual_time ? Host::VirtualTime
+                                           : Host::WallClock;
+  auto setup = compose_loop(p->machine, host);
   if (!setup) return tl::unexpected(setup.error());
   p->bus = std::make_unique<devices::EthercatMaster>(p->machine, **port, *p->clock);
   if ((*port)->descriptor() >= 0) p->stop = std::make_unique<cycle::StopFrame>(*setup, (*port)->descriptor());
   p->around = std::make_shared<job::Surroundings>(p->machine);
   p->stuck_after = setup->stuck_after();
+  p->frames_lost_max = setup->frames_lost_max;
   p->loop = std::make_unique<cycle::Loop>(*setup, *p->bus, p->can, *p->clock, *p->channels, p->stop.get());
   if (!options.virtual_time) {
     auto cpu = cycle::LoopCpu::take(options.loop_cpu);

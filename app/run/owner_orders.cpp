@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "app/run/owner_parts.hpp"
+#include "core/log.hpp"
 
 namespace gantry::run {
 
@@ -63,6 +64,43 @@ Result<void> Owner::Parts::reset() {
   on_bus->reset_answer.reset();
   on_bus->reset = control().request({.kind = CommandKind::Reset});
   return {};
+}
+
+void Owner::Parts::heed_buttons() {
+  const Pressed pressed = on_bus->buttons.take();
+  const auto do_it = [](std::string_view button, const Result<void>& done) {
+    if (!done) log::warn("button {}: {}", button, done.error().message);
+  };
+  if (pressed.hold) do_it("hold", hold());
+  if (pressed.reset) do_it("reset", reset());
+  if (!pressed.start) return;
+  const State state = control().latest().state;
+  if (control().holds_next() || state == State::Held || state == State::Holding)
+    do_it("start", resume());
+  else if (undertaking != Undertaking::None)
+    do_it("start", tl::unexpected(refusal(OrderKind::Run)));
+  else
+    on_bus->start_pressed = true;
+}
+
+bool Owner::Parts::in_setup() const {
+  return machine.inputs[static_cast<std::size_t>(config::Input::Mode)] &&
+         (control().latest().inputs & config::bit(config::Input::Mode)) == 0;
+}
+
+Result<void> Owner::Parts::release_part() {
+  constexpr double kAnswer_s = 1;
+  return command({.kind = CommandKind::SetOutputs, .mask = config::bit(config::Output::Clamp), .bits = 0}, kAnswer_s);
+}
+
+bool Owner::take_start() { return parts_->on_bus && std::exchange(parts_->on_bus->start_pressed, false); }
+
+bool Owner::in_setup() const { return parts_->on_bus && parts_->in_setup(); }
+
+Result<void> Owner::part_removed() {
+  const Turn turn(*parts_, Undertaking::Part);
+  if (!turn.taken()) return turn.refused();
+  return parts_->release_part();
 }
 
 Result<void> Owner::order(const Order& order) {

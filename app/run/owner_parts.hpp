@@ -10,6 +10,7 @@
 #include "app/cycle/watchdog.hpp"
 #include "app/monitor/child.hpp"
 #include "app/monitor/snapshot_shm.hpp"
+#include "app/run/buttons.hpp"
 #include "app/run/feed.hpp"
 #include "app/run/owner.hpp"
 #include "app/run/recording.hpp"
@@ -26,6 +27,9 @@ namespace gantry::run {
 
 /// What lives while the bus is up.
 struct OnBus {
+  OnBus(devices::EthercatMaster& bus, const config::Machine& machine)
+      : recovery(bus), culprits(bus), news(bus, machine), buttons(machine) {}
+
   std::unique_ptr<cycle::LoopThread> thread;  ///< in real time only
   std::unique_ptr<Pump> pump;
   std::unique_ptr<Control> control;
@@ -34,6 +38,10 @@ struct OnBus {
   stations::StationNews news;
   std::unique_ptr<cycle::Watchdog> watchdog;  ///< these two while the stations are in OP
   std::unique_ptr<cycle::CrashStop> crash_stop;
+  Buttons buttons;
+  bool start_pressed = false;     ///< and nobody has taken it yet
+  devices::CyclicCounts counted;  ///< as last reported
+  std::int64_t counted_at_ns = 0;
   std::optional<Error> named;  ///< the last latched fault whose stations were found
   std::optional<Request> reset;
   std::optional<Result<void>> reset_answer;
@@ -59,6 +67,7 @@ struct Owner::Parts {
   std::unique_ptr<cycle::Channels> channels = std::make_unique<cycle::Channels>();
   std::unique_ptr<cycle::StopFrame> stop;  // on a bus that others than the loop can send on
   Time stuck_after{};
+  int frames_lost_max = 0;  // in a row, that are forgiven
   std::unique_ptr<cycle::Loop> loop;
   std::unique_ptr<Feed> feed;
   std::unique_ptr<cycle::LoopCpu> loop_cpu;       // in real time only
@@ -94,6 +103,10 @@ struct Owner::Parts {
   [[nodiscard]] Result<void> hold();
   [[nodiscard]] Result<void> resume();
   [[nodiscard]] Result<void> reset();
+  void heed_buttons();
+  [[nodiscard]] bool in_setup() const;
+  /// Opens the clamp: the part may be taken out.
+  Result<void> release_part();
   [[nodiscard]] Error refusal(OrderKind order) const;
 
   void on_snapshot(const cycle::Snapshot& s);
@@ -102,6 +115,7 @@ struct Owner::Parts {
   void serve();
   void name_culprits();
   void fetch_mail();
+  void report_strays();
   Result<void> command(const cycle::Command& order, double timeout_s) {
     return with_stations(control().command(order, timeout_s));
   }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "core/log.hpp"
+#include "devices/wire/ethercat.hpp"
 
 namespace gantry::run {
 namespace {
@@ -14,14 +15,12 @@ constexpr CycleIndex kLong = 20;           // cycles of an attempt after which t
 constexpr CycleIndex kMostWait = 10'000;   // cycles between two attempts at a station that refuses
 constexpr CycleIndex kTellAgain = 10'000;  // cycles in which a station's reason is not told again
 
-constexpr std::uint16_t kOperational = 8;
-
 }  // namespace
 
 void Recovery::step(Control& control) {
   const cycle::Snapshot& now = control.latest();
   now_ns_ = now.time_ns;
-  if (now.working_counter >= now.expected && now.al_states == kOperational) {
+  if (now.working_counter >= now.expected && devices::wire::all_in_op(now.al_states)) {
     short_since_ = -1;
     if (whole_since_ < 0) whole_since_ = now.cycle;
     if (now.cycle - whole_since_ >= kWhole) tell_all_back();

@@ -20,35 +20,27 @@ const config::Station* station_of(const config::Machine& machine, const cycle::E
   return nullptr;
 }
 
-/// What Event::detail adds, by fault.
+/// What Event::detail adds, by its unit in the catalogue.
 std::string detail_text(const config::Axis* axis, const cycle::Event& e) {
-  const char* unit = axis != nullptr && axis->rotary ? "mrad" : "um";
-  switch (e.fault) {
-    case Fault::FollowingError: return fmt::format("it lags its target by {} {}", e.detail, unit);
-    case Fault::GantrySkew: return fmt::format("by {} {}", e.detail, unit);
-    case Fault::ControllerStalled: return fmt::format("for {} cycles", e.detail);
-    case Fault::WatchdogStop: return fmt::format("for {} ms", e.detail);
-    case Fault::LateCycle: return fmt::format("by {} us", e.detail);
-    case Fault::LateCycles: return fmt::format("{} of the last 100", e.detail);
-    case Fault::CycleOverrun: return fmt::format("it took {} us", e.detail);
-    case Fault::StationLeftOp: return fmt::format("AL states seen: {:02X}h", e.detail);
-    case Fault::WorkingCounterLow:
-    case Fault::WorkingCounterLost:
-    case Fault::WorkingCounterHigh: return fmt::format("working counter {}", e.detail);
-    case Fault::DcNotLocked:
-    case Fault::DcLost: return fmt::format("by {:.1f} us", e.detail / 1000.0);
-    case Fault::DriveDropped:
-    case Fault::ImpossibleStatus:
-    case Fault::TransitionTimeout:
-    case Fault::WrongMode: return fmt::format("statusword {:04X}h", e.detail);
-    default: return "";
+  switch (info(e.fault).detail) {
+    case Detail::Distance: return fmt::format("by {} {}", e.detail, axis != nullptr && axis->rotary ? "mrad" : "um");
+    case Detail::Cycles: return fmt::format("for {} cycles", e.detail);
+    case Detail::OfHundredCycles: return fmt::format("{} of the last 100", e.detail);
+    case Detail::Frames: return fmt::format("{} in a row", e.detail);
+    case Detail::Nanoseconds: return fmt::format("by {:.1f} us", e.detail / 1000.0);
+    case Detail::Microseconds: return fmt::format("by {} us", e.detail);
+    case Detail::Milliseconds: return fmt::format("for {} ms", e.detail);
+    case Detail::AlStates: return fmt::format("AL states seen: {:02X}h", e.detail);
+    case Detail::WorkingCounter: return fmt::format("working counter {}", e.detail);
+    case Detail::Statusword: return fmt::format("statusword {:04X}h", e.detail);
+    case Detail::None:
+    case Detail::DriveCode:
+    case Detail::EmergencyCode: break;
   }
+  return "";
 }
 
-bool tells_code(Fault f) {
-  return f == Fault::DriveFault || f == Fault::DriveWarning || f == Fault::DriveEmergencyInput ||
-         f == Fault::Undervoltage || f == Fault::LimitSwitch;
-}
+bool tells_code(Fault f) { return info(f).detail == Detail::DriveCode; }
 
 }  // namespace
 

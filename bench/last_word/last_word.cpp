@@ -78,7 +78,7 @@ void signals(int times) {
 
 void cost() {
   const config::Machine machine = config::load_machine("config/machines/dispenser.yaml").value();
-  const auto setup = run::compose_loop(machine, true).value();
+  const auto setup = run::compose_loop(machine, run::Host::Hardware).value();
   VirtualClock clock;
   sim::Segment segment(machine, clock);
   sim::SegmentPort port(segment, clock);

@@ -22,6 +22,7 @@
 #include "devices/bus.hpp"
 #include "devices/frame_port.hpp"
 #include "devices/rt/acyclic.hpp"
+#include "devices/rt/cyclic_counts.hpp"
 #include "devices/rt/frame.hpp"
 
 namespace gantry::devices {
@@ -52,27 +53,6 @@ struct CyclicLayout {
   bool roll = true;                         ///< look at one station a cycle
   /// Data bytes of one LRW.
   static constexpr std::size_t kMaxBytes = 1380;
-};
-
-/// What became of frames and cycles since the start, each counted as what it was.
-struct CyclicCounts {
-  // Frames that were sent.
-  std::uint64_t sent = 0;
-  std::uint64_t not_sent = 0;  ///< refused by the port (no link, its queue is full)
-  std::uint64_t lost = 0;      ///< did not come back within their cycle, or were not sent
-  // Frames that came in and were no answer.
-  std::uint64_t late = 0;  ///< of an earlier cycle, where it counts as lost; or sent by somebody else for this master
-  std::uint64_t duplicate = 0;  ///< a further copy of an answer that was taken already
-  std::uint64_t foreign = 0;    ///< not EtherCAT, or of another master
-  std::uint64_t malformed = 0;  ///< changed on the way
-  std::uint64_t untouched =
-      0;  ///< came back as they were sent: no station has seen them (a loop in the cabling, an echo)
-  // Cycles whose frames came back.
-  std::uint64_t wkc_zero = 0;  ///< nobody exchanged process data
-  std::uint64_t wkc_low = 0;   ///< fewer stations than expected took part
-  std::uint64_t wkc_high = 0;  ///< more
-
-  bool operator==(const CyclicCounts&) const = default;
 };
 
 /// What was last seen of one station.

@@ -14,8 +14,8 @@ struct Idle {
   explicit Idle(const std::string& script) : rig({.placement = "dx=0 mm", .script = script}) {
     const auto up = rig.owner().bring_up();
     EXPECT_TRUE(up) << to_text(up.error());
-    const auto enabled = rig.owner().enable();
-    EXPECT_TRUE(enabled) << to_text(enabled.error());
+    const auto homed = rig.owner().home();
+    EXPECT_TRUE(homed) << to_text(homed.error());
     EXPECT_EQ(now().enabled, kAllAxes);
     EXPECT_LT(now().cycle, kTrouble - 100);
     pass_to(kTrouble - 50);

@@ -93,7 +93,8 @@ class MeddledClock final : public Clock {
 struct LoopBench {
   /// `hardware`: stops at stalls that only a virtual machine tolerates.
   explicit LoopBench(config::Machine m = reference_machine(), bool hardware = true)
-      : machine(std::move(m)), setup(run::compose_loop(machine, hardware).value()) {
+      : machine(std::move(m)),
+        setup(run::compose_loop(machine, hardware ? run::Host::Hardware : run::Host::VirtualTime).value()) {
     EXPECT_TRUE(run::compose_startup(machine));
     master = std::make_unique<devices::EthercatMaster>(machine, tap, clock);
     loop = std::make_unique<cycle::Loop>(setup, *master, nullptr, clock, *channels, &stop);

@@ -47,7 +47,8 @@ struct RunningLoop {
   TapPort tap{port, wire.in()};
   devices::EthercatMaster master{machine, tap, clock};
   std::unique_ptr<cycle::Channels> channels = std::make_unique<cycle::Channels>();
-  cycle::LoopSetup setup = run::compose_loop(machine, false).value();  // 50 cycles: the host is no controller
+  cycle::LoopSetup setup =
+      run::compose_loop(machine, run::Host::WallClock).value();  // 50 cycles: the host is no controller
   cycle::StopFrame stop{setup, tap.descriptor()};
   std::unique_ptr<cycle::Loop> loop;
   run::Feed feed{*channels};

@@ -1,0 +1,219 @@
+// What the machine's own inputs do: emergency stop, door, stop, mode switch and buttons, by the virtual I/O station
+// alone.
+#include <algorithm>
+
+#include "tests/machine/idle.hpp"
+
+namespace gantry {
+namespace {
+
+using cycle::State;
+using run::OrderKind;
+using test::Idle;
+using test::Rig;
+
+constexpr const char* kDemo = "recipes/demo-board.yaml";
+constexpr const char* kShort = "tests/cli/short-board.yaml";
+
+run::Order order(OrderKind kind) { return {.kind = kind, .value = 1}; }
+bool valve_open(const cycle::Snapshot& s) { return (s.outputs & config::bit(config::Output::Valve)) != 0; }
+bool clamped(const cycle::Snapshot& s) { return (s.outputs & config::bit(config::Output::Clamp)) != 0; }
+std::string first_error(const record::JobResult& r) { return r.errors.empty() ? "" : to_text(r.errors.front()); }
+
+/// Idles until the reset that was taken has its answer.
+Result<void> reset(run::Owner& owner) {
+  if (auto taken = owner.order(order(OrderKind::Reset)); !taken) return taken;
+  for (int i = 0; i < 5000; ++i) {
+    if (const auto answer = owner.reset_answer()) return *answer;
+    EXPECT_TRUE(owner.idle());
+  }
+  ADD_FAILURE() << "a reset without an answer";
+  return {};
+}
+
+TEST(OperatorIo, an_emergency_stop_in_a_bead_is_named_and_the_same_owner_comes_back_by_reset_enable_home) {
+  Rig rig({.placement = "dx=0.5 mm",
+           .script = "- {at: feature bead 2, after: 300 ms, do: emergency_stop}\n"
+                     "- {at: cycle 90000, do: emergency_release}"});
+  bool open_later = false;
+  CycleIndex stopped_at = 0;
+  rig.on_step = [&](run::Owner& owner) {
+    const auto& s = owner.latest();
+    if (stopped_at == 0 && (s.inputs & config::bit(config::Input::SafetyOk)) == 0 && s.block != 0) stopped_at = s.cycle;
+    if (stopped_at != 0 && s.cycle > stopped_at + 2) open_later = open_later || valve_open(s);
+  };
+  const auto result = rig.run(kDemo);
+  rig.on_step = {};
+  ASSERT_FALSE(result.errors.empty());
+  EXPECT_EQ(result.errors.front().fault, Fault::SafetyChainOpen) << first_error(result);
+  EXPECT_EQ(result.exit_code, ExitCode::Refused);
+  EXPECT_FALSE(result.interrupted.empty()) << "the cut deposit is named";
+  EXPECT_FALSE(open_later);
+  run::Owner& owner = rig.owner();
+  EXPECT_EQ(owner.latest().latched, Fault::SafetyChainOpen);
+  const auto early = reset(owner);
+  ASSERT_FALSE(early) << "the emergency stop is still pressed";
+  EXPECT_NE(early.error().message.find("G712"), std::string::npos) << early.error().message;
+  ASSERT_LT(owner.latest().cycle, 90'000);
+  while (owner.latest().cycle < 90'000 + 4000) ASSERT_TRUE(owner.idle());
+  EXPECT_EQ(owner.latest().referenced, 0u) << "the drives have lost their supply";
+  EXPECT_EQ(owner.latest().enabled, 0u);
+  const auto cleared = reset(owner);
+  ASSERT_TRUE(cleared) << to_text(cleared.error());
+  EXPECT_EQ(owner.latest().state, State::Disabled);
+  const auto enabled = owner.enable();
+  ASSERT_TRUE(enabled) << to_text(enabled.error());
+  const auto homed = owner.home();
+  ASSERT_TRUE(homed) << to_text(homed.error());
+  EXPECT_EQ(owner.latest().state, State::Ready);
+}
+
+TEST(OperatorIo, an_emergency_stop_of_an_idle_machine_voids_references_and_is_named) {
+  Idle idle("[{at: cycle 20000, do: emergency_stop}, {at: cycle 22000, do: emergency_release}]");
+  idle.pass_to(21'000);
+  EXPECT_EQ(idle.now().latched, Fault::SafetyChainOpen);
+  EXPECT_EQ(idle.now().referenced, 0u);
+  idle.pass_to(26'000);
+  EXPECT_TRUE(idle.whole());
+  EXPECT_TRUE(reset(idle.owner()));
+  EXPECT_TRUE(idle.owner().home());
+}
+
+TEST(OperatorIo, an_open_door_is_a_path_stop) {
+  Rig rig({.placement = "dx=0.5 mm",
+           .script = "- {at: feature bead 2, after: 300 ms, do: set_input, input: door_closed, on: false}"});
+  const auto result = rig.run(kDemo);
+  ASSERT_FALSE(result.errors.empty());
+  EXPECT_EQ(result.errors.front().fault, Fault::DoorOpen);
+  EXPECT_EQ(rig.owner().latest().state, State::Stopped);
+  EXPECT_EQ(rig.owner().latest().enabled, test::kAllAxes) << "the drives keep their torque";
+}
+
+TEST(OperatorIo, a_broken_wire_of_whatever_stops_is_a_stop) {
+  const std::pair<const char*, Fault> cases[] = {{"stop", Fault::StopPressed},
+                                                 {"door_closed", Fault::DoorOpen},
+                                                 {"air_ok", Fault::AirMissing},
+                                                 {"safety_ok", Fault::SafetyChainOpen}};
+  for (const auto& [input, fault] : cases) {
+    SCOPED_TRACE(input);
+    Idle idle(std::string("[{at: cycle 20000, do: break_wire, input: ") + input + "}]");
+    idle.pass_to(20'100);
+    EXPECT_EQ(idle.now().latched, fault);
+    EXPECT_EQ(idle.now().state, State::Stopped);
+    EXPECT_FALSE(reset(idle.owner()));
+    idle.pass_to(idle.now().cycle + 3000);
+    EXPECT_FALSE(idle.owner().home());
+    EXPECT_EQ(idle.now().latched, fault);
+  }
+}
+
+TEST(OperatorIo, in_setup_only_a_jog_moves_slowly_and_with_the_door_open) {
+  Idle idle(
+      "[{at: cycle 20000, do: set_input, input: mode, on: false},"
+      " {at: cycle 20100, do: set_input, input: door_closed, on: false}]");
+  idle.pass_to(20'200);
+  EXPECT_EQ(idle.now().latched, Fault::None) << "in setup the door may be open";
+  EXPECT_TRUE(idle.owner().in_setup());
+  const auto homed = idle.owner().home();
+  ASSERT_FALSE(homed);
+  EXPECT_EQ(homed.error().fault, Fault::SetupMode);
+  const auto job = idle.rig.run(kShort);
+  ASSERT_FALSE(job.errors.empty());
+  EXPECT_EQ(job.errors.front().fault, Fault::SetupMode) << first_error(job);
+  double fastest = 0;
+  bool opened = false;
+  AxisVec before = idle.now().target;
+  idle.owner().on_step([&] {
+    const auto& s = idle.now();
+    fastest = std::max(fastest, std::abs(s.target[0] - before[0]) * 1000);
+    before = s.target;
+    opened = opened || valve_open(s);
+  });
+  const auto jogged = idle.owner().jog({.by = {{"X", "15 mm"}}, .speed = "200 mm/s"});
+  idle.owner().on_step({});
+  ASSERT_TRUE(jogged) << to_text(jogged.error());
+  EXPECT_GT(fastest, 15);
+  EXPECT_LT(fastest, 20.1) << "reduced speed, whatever was asked for";
+  EXPECT_FALSE(opened);
+}
+
+TEST(OperatorIo, a_job_that_runs_when_the_mode_is_turned_to_setup_stops) {
+  Rig rig({.placement = "dx=0.5 mm", .script = "- {at: feature dot 3, do: set_input, input: mode, on: false}"});
+  const auto result = rig.run(kDemo);
+  ASSERT_FALSE(result.errors.empty());
+  EXPECT_EQ(result.errors.front().fault, Fault::ModeChanged) << first_error(result);
+}
+
+TEST(OperatorIo, the_clamp_opens_when_a_job_is_done_and_stays_shut_after_any_other_end) {
+  Rig rig({.placement = "dx=0.5 mm"});
+  ASSERT_EQ(rig.run(kShort).exit_code, ExitCode::Done);
+  ASSERT_TRUE(rig.owner().idle());
+  EXPECT_FALSE(clamped(rig.owner().latest()));
+  bool sent = false;
+  rig.on_step = [&](run::Owner& owner) {
+    if (!sent && valve_open(owner.latest())) sent = owner.order(order(OrderKind::Abort)).has_value();
+  };
+  EXPECT_NE(rig.run(kShort).exit_code, ExitCode::Done);
+  rig.on_step = {};
+  for (int i = 0; i < 500; ++i) ASSERT_TRUE(rig.owner().idle());
+  EXPECT_TRUE(clamped(rig.owner().latest()));
+  ASSERT_TRUE(rig.owner().disable());
+  ASSERT_TRUE(rig.owner().idle());
+  EXPECT_TRUE(clamped(rig.owner().latest())) << "torque off lets no part go";
+  ASSERT_TRUE(rig.owner().part_removed());
+  ASSERT_TRUE(rig.owner().idle());
+  EXPECT_FALSE(clamped(rig.owner().latest()));
+}
+
+/// Serves the start button as the desk does.
+TEST(OperatorIo, three_boards_in_a_row_with_the_buttons_alone) {
+  Rig rig({.script = "- {at: cycle 3000, do: press, input: start}\n"
+                     "- {at: cycle 60000, do: press, input: start}\n"
+                     "- {at: cycle 120000, do: press, input: start}"});
+  ASSERT_TRUE(rig.owner().bring_up());
+  std::vector<std::string> placements;
+  while (rig.owner().latest().cycle < 180'000) {
+    ASSERT_TRUE(rig.owner().idle());
+    if (!rig.owner().take_start()) continue;
+    const auto result = rig.run(kShort);
+    EXPECT_EQ(result.exit_code, ExitCode::Done) << first_error(result);
+    EXPECT_EQ(result.deposits.size(), result.features_total) << "a new board, with nothing on it";
+    placements.push_back(result.placement);
+  }
+  ASSERT_EQ(placements.size(), 3u);
+  EXPECT_NE(placements[0], placements[1]);
+  EXPECT_NE(placements[1], placements[2]);
+}
+
+TEST(OperatorIo, a_start_button_that_hangs_starts_nothing_after_a_stop) {
+  Rig rig({.placement = "dx=0.5 mm",
+           .script = "- {at: cycle 3000, do: press, input: start, hold: 60 s}\n"
+                     "- {at: cycle 30000, do: press, input: stop}\n"
+                     "- {at: cycle 31000, do: press, input: reset}\n"
+                     "- {at: cycle 80000, do: press, input: start}"});
+  ASSERT_TRUE(rig.owner().bring_up());
+  int starts = 0;
+  CycleIndex last = 0;
+  while (rig.owner().latest().cycle < 90'000) {
+    ASSERT_TRUE(rig.owner().idle());
+    if (!rig.owner().take_start()) continue;
+    ++starts;
+    last = rig.owner().latest().cycle;
+  }
+  EXPECT_EQ(starts, 2);
+  EXPECT_GE(last, 80'000) << "only after it was seen released";
+}
+
+TEST(OperatorIo, hold_and_start_are_hold_and_resume_of_a_job) {
+  Rig rig({.placement = "dx=0.5 mm",
+           .script = "- {at: feature dot 3, after: 200 ms, do: press, input: hold}\n"
+                     "- {at: feature dot 3, after: 3 s, do: press, input: start}"});
+  CycleIndex held = 0;
+  rig.on_step = [&](run::Owner& owner) { held += owner.held() ? 1 : 0; };
+  const auto result = rig.run(kDemo);
+  EXPECT_EQ(result.exit_code, ExitCode::Done) << first_error(result);
+  EXPECT_GT(held, 2000);
+}
+
+}  // namespace
+}  // namespace gantry
