@@ -159,7 +159,7 @@ std::string mark_section(const JobResult& r) {
   body += "</div>";
   if (r.has_offset)
     body +=
-        fmt::format("<p class=\"note\">The board lies {} mm, {} mm and {}° from its nominal place (residual {} rms).",
+        fmt::format("<p class=\"note\">The board lies {} mm, {} mm and {}° from its nominal position (residual {} rms).",
                     number(r.offset.shift.x, 3), number(r.offset.shift.y, 3), number(units::deg(r.offset.rotation), 3),
                     micrometres(r.offset_rms_mm));
   else

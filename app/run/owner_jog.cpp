@@ -25,7 +25,7 @@ Result<Jogged> Owner::Parts::jog(const job::JogWords& words) {
   CycleIndex end = begin;
   const auto play = [&]() -> Result<void> {
     constexpr bool kClampMayBeOpen = true;  // as in homing: nothing is done to a board
-    const auto played = control().play(planned->segments.front().block, planned->segments, kClampMayBeOpen);
+    const auto played = control().play(*planned, kClampMayBeOpen);
     if (!played) return tl::unexpected(played.error());
     end = played->end;
     return {};
