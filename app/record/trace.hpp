@@ -1,6 +1,6 @@
 // What the snapshots of a job add up to: the actual path, thinned for drawing, the largest following error of each
 // axis, and the statistics of the cycle.
-//   Trace trace(machine);   trace.add(snapshot); ...   trace.fill(result, recipe);
+//   Trace trace(machine);   trace.add(snapshot); ...   trace.fill(result);
 // Lives with the one reader of snapshots, off the RT thread. Memory grows with the path, not with the cycles.
 #pragma once
 #include <array>
