@@ -1,4 +1,4 @@
-// What motion is made of. A Segment carries geometry q(s) and a speed profile s(t); everything that happens on the way
+// What motion is made of. A Segment carries geometry q(s) and a speed profile s(t); everything that happens meanwhile
 // (hold, override, starvation) re-plans s and leaves q(s) alone, so that the tool stays on its path. Plain values: they
 // cross the RT boundary.
 #pragma once
@@ -48,9 +48,9 @@ struct Geometry {
   std::array<AxisVec, kMaxDegree + 1> c{};
 };
 
-/// Outputs that switch where (or, on a dwell, when) the tool comes to a place. Fires at the first cycle tick at which,
-/// by the current plan, s(now + lead + tick/2) >= at_s: exact on the planned ticks, within v * tick/2 under hold and
-/// override.
+/// Outputs that switch where (or, on a dwell, when) the tool comes to a position. Fires at the first cycle tick at
+/// which, by the current plan, s(now + lead + tick/2) >= at_s: exact on the planned ticks, within v * tick/2 under hold
+/// and override.
 struct OutputEvent {
   double at_s = 0;
   double lead_s = 0;                  ///< may reach back into earlier segments

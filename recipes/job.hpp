@@ -1,8 +1,8 @@
-// What a recipe means on a machine: blocks, each of which ends where the world must answer (an image, a touch) or where
-// the job ends. Points stay in the board's frame until place() puts a block into the machine frame with what is known
-// by then.
-//   auto job   = recipes::compile(recipe, machine);             // Checked<Job>
-//   auto steps = recipes::place(job->blocks[i], recipe, machine, offset, surface);
+// What a recipe means on a machine: blocks, each of which ends where the world must answer (an image, a probe touch) or
+// where the job ends. Points stay in the board's frame until a block is planned: then to_machine() puts them into the
+// machine frame, with the offset and the surface that are known by then.
+//   auto job = recipes::compile(recipe, machine);                                      // Checked<Job>
+//   Vec3 tip = recipes::to_machine(recipe, machine, offset, surface, dot.at, gap_mm);
 #pragma once
 #include <array>
 #include <string>
@@ -17,11 +17,12 @@
 
 namespace gantry::recipes {
 
-/// Rigid placement of the board in its frame: a point p of the board lies at rotated(p, rotation) + shift + nominal
-/// place.
+/// Rigid placement of the board in its frame: a point p of the board lies at rotated(p, rotation) + shift + the
+/// board's nominal position.
 struct WorkOffset {
   Vec2 shift;
   double rotation = 0;
+  bool operator==(const WorkOffset&) const = default;
 };
 
 /// Top face of the board over the board's frame: z = z0 + slope . p, mm above its nominal height.
@@ -29,18 +30,24 @@ struct Surface {
   double z0 = 0;
   Vec2 slope;
   [[nodiscard]] double at(Vec2 p) const { return z0 + dot(slope, p); }
+  bool operator==(const Surface&) const = default;
 };
 
 struct LookAtMark {
   std::size_t mark = 0;  ///< index in Recipe::marks
+  bool operator==(const LookAtMark&) const = default;
 };
 struct Touch {
   std::size_t touch = 0;  ///< index in Recipe::touches
+  bool operator==(const Touch&) const = default;
 };
 struct Dispense {
   std::vector<std::size_t> features;  ///< indices in Recipe::features, in the order of the file
+  bool operator==(const Dispense&) const = default;
 };
-struct Park {};
+struct Park {
+  bool operator==(const Park&) const = default;
+};
 struct Block {
   std::uint32_t number = 0;  ///< from 1
   std::variant<LookAtMark, Touch, Dispense, Park> what;

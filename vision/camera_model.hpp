@@ -1,4 +1,4 @@
-// Pixels and millimetres: THE place of the image's convention, which the simulated camera and everybody else follows.
+// Pixels and millimetres: the convention of the image stands here alone; the simulated camera and all others follow it.
 //   Vec2 off = CameraModel(machine.camera).to_mm(found.at_px);   // mm from the camera tool's tip, machine X and Y
 // - Pixel (0, 0) has its centre at (0, 0); the image's centre, ((width-1)/2, (height-1)/2), shows the camera tool's
 // tip.

@@ -63,7 +63,7 @@ std::vector<Tap> make_template(const MarkModel& model, int factor) {
   return taps;
 }
 
-/// Correlation at every place where the template fits; a row at a time, taps outside, so that the inner loop is over
+/// Correlation at every position where the template fits; a row at a time, taps outside, so that the inner loop is over
 /// neighbours in memory.
 Reduced correlate(const Reduced& image, const std::vector<Tap>& taps, int half) {
   Reduced out{image.width - 2 * half, image.height - 2 * half, image.factor, {}, {}};

@@ -55,7 +55,7 @@ std::optional<Tried> try_candidate(const Image& image, const MarkModel& model, c
 Result<FoundMark> find_mark(const Image& image, const MarkModel& model, Vec2 expected_px, double search_radius_px,
                             const FindRules& rules) {
   const double reach = reach_px(model.shape), mm = rules.mm_per_px;
-  const auto place = [&](Vec2 at_px) { return vision::place(at_px, expected_px, mm); };
+  const auto position = [&](Vec2 at_px) { return vision::position(at_px, expected_px, mm); };
   const auto pixels =
       static_cast<std::size_t>(std::max(image.width, 0)) * static_cast<std::size_t>(std::max(image.height, 0));
   if (pixels == 0 || image.pixels.size() != pixels)
@@ -89,7 +89,7 @@ Result<FoundMark> find_mark(const Image& image, const MarkModel& model, Vec2 exp
     if (best == nullptr && !tried.empty()) best = &tried.front();
     const std::string why = best == nullptr ? std::string("nothing there resembles it")
                                             : fmt::format("what looks most like it, at {}, is none: {}",
-                                                          place(best->fit.at_px), best->judgement.rejected);
+                                                          position(best->fit.at_px), best->judgement.rejected);
     return fail(Fault::MarkNotFound,
                 fmt::format("no mark within {} of where it should be: {}", length(search_radius_px, mm), why));
   }
@@ -97,7 +97,7 @@ Result<FoundMark> find_mark(const Image& image, const MarkModel& model, Vec2 exp
       (second->judgement.rejected.empty() || best->judgement.coverage - second->judgement.coverage < rules.min_margin))
     return fail(Fault::MarkAmbiguous,
                 fmt::format("two things look like the mark: at {} ({:.0f} % of the edge seen) and at {} ({:.0f} %)",
-                            place(best->fit.at_px), 100 * best->judgement.coverage, place(second->fit.at_px),
+                            position(best->fit.at_px), 100 * best->judgement.coverage, position(second->fit.at_px),
                             100 * second->judgement.coverage));
 
   const ShapeFit& f = best->fit;

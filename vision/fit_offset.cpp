@@ -9,9 +9,9 @@
 namespace gantry::vision {
 namespace {
 
-constexpr double kSamePlace_mm = 1e-3;
+constexpr double kSamePosition_mm = 1e-3;
 
-/// Of the nominal marks: how far they lie from their mean.
+/// How far the nominal marks lie from the first of them, at most.
 double spread(std::span<const MarkPair> marks) {
   double most = 0;
   for (const MarkPair& m : marks) most = std::max(most, norm(m.nominal_mm - marks.front().nominal_mm));
@@ -33,7 +33,7 @@ std::string suspect(std::span<const MarkPair> marks, double max_residual_mm) {
     std::vector<MarkPair> others;
     for (std::size_t i = 0; i < marks.size(); ++i)
       if (i != out) others.push_back(marks[i]);
-    if (spread(others) > kSamePlace_mm && fit_rigid(others).max_mm <= max_residual_mm)
+    if (spread(others) > kSamePosition_mm && fit_rigid(others).max_mm <= max_residual_mm)
       blamed.push_back(marks[out].name);
   }
   if (blamed.size() == 1) return fmt::format("without {} the others agree: look at that mark", blamed.front());
@@ -80,9 +80,9 @@ Result<OffsetFit> fit_offset(std::span<const MarkPair> marks, const FitRules& ru
                 fmt::format("{} mark{} found; a work offset needs two", marks.size(), marks.size() == 1 ? "" : "s"));
   for (const MarkPair& m : marks)
     if (!std::isfinite(m.nominal_mm.x + m.nominal_mm.y + m.found_mm.x + m.found_mm.y))
-      return fail(Fault::ResidualTooLarge, fmt::format("the place of mark {} is not a number", m.name));
-  if (spread(marks) <= kSamePlace_mm)
-    return fail(Fault::MarksTooFew, "all marks stand at one place; the board's rotation cannot be told");
+      return fail(Fault::ResidualTooLarge, fmt::format("the position of mark {} is not a number", m.name));
+  if (spread(marks) <= kSamePosition_mm)
+    return fail(Fault::MarksTooFew, "all marks stand at one position; the board's rotation cannot be found");
   OffsetFit fit = fit_rigid(marks);
   if (!(fit.max_mm <= rules.max_residual_mm))
     return fail(Fault::ResidualTooLarge,
@@ -91,8 +91,9 @@ Result<OffsetFit> fit_offset(std::span<const MarkPair> marks, const FitRules& ru
   if (norm(fit.shift_mm) > rules.max_shift_mm)
     return fail(
         Fault::ResidualTooLarge,
-        fmt::format("the board would lie {:.3f} mm off its place, more than the {:.3f} mm of mark_rules: max_shift",
-                    norm(fit.shift_mm), rules.max_shift_mm));
+        fmt::format(
+            "the board would lie {:.3f} mm off its nominal position, more than the {:.3f} mm of mark_rules: max_shift",
+            norm(fit.shift_mm), rules.max_shift_mm));
   if (std::abs(fit.rotation_rad) > rules.max_rotation_rad) {
     constexpr double kDegree = 180 / std::numbers::pi;
     return fail(

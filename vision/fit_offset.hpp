@@ -1,7 +1,7 @@
 // Where the board lies: the turn and shift that bring nominal marks onto found ones, and whether the marks agree.
 //   Result<OffsetFit> fit = fit_offset(marks, {.max_residual_mm = 0.05});
 //   // found = rotated(nominal, fit->rotation_rad) + fit->shift_mm: turn about the origin of the frame, then shift
-// Both sides in the board's frame at its nominal place. Rigid: no scale, so a stretched board shows as residuals.
+// Both sides in the board's frame at its nominal position. Rigid: no scale, so a stretched board shows as residuals.
 #pragma once
 #include <optional>
 #include <span>
@@ -38,10 +38,10 @@ struct OffsetFit {
   int redundancy = 0;         ///< measured numbers more than the fit has unknowns; 1 with two marks
 };
 
-/// Least squares, each mark alike (Umeyama 1991, eq. 40-42, with unit scale). At least two marks at two places.
+/// Least squares, each mark alike (Umeyama 1991, eq. 40-42, with unit scale). At least two marks at two positions.
 OffsetFit fit_rigid(std::span<const MarkPair> marks);
 
-/// fit_rigid, and refuses what it cannot trust: Fault::MarksTooFew (fewer than two, or all at one place),
+/// fit_rigid, and refuses what it cannot trust: Fault::MarksTooFew (fewer than two, or all at one position),
 /// Fault::ResidualTooLarge (marks disagree: every residual is named, and with four marks or more the one whose absence
 /// makes the others agree, if it is only one; it is never dropped), the same fault for a shift or turn beyond the
 /// rules.

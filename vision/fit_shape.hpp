@@ -1,4 +1,4 @@
-// Sub-pixel place of a shape: a robust least-squares fit of
+// Sub-pixel position of a shape: a robust least-squares fit of
 //   I(p) = A + g . (p - p0) + C Phi(-sdf(p) / sigma)
 // to the raw pixels beside the edge. sdf: signed distance to the shape at (x, y) with a scale; Phi: the normal
 // distribution, an edge blurred by optics and pixel. Tukey's weights take stains and glare out.

@@ -7,7 +7,7 @@
 namespace gantry::vision {
 namespace {
 
-/// A direction whose points spread less than this (rms) tells nothing of the tilt along it.
+/// A direction whose points spread less than this (rms) says nothing of the tilt along it.
 constexpr double kSpreadMin_mm = 0.5;
 
 /// Minimum-norm least-squares slope of centred points: by the eigenvectors of their 2x2 scatter, leaving out directions

@@ -1,6 +1,6 @@
 // The board's top face from touched heights: z = z0 + slope . p, in the frame of the points.
 //   Result<SurfaceFit> s = fit_surface(points, {.max_residual_mm = 0.1});
-// What the touches do not tell is taken as level: one touch gives a level face; touches on one line (two always are)
+// What the touches do not show is taken as level: one touch gives a level face; touches on one line (two always are)
 // give the tilt along that line and none across it, so that every touched height is met and nothing is invented.
 #pragma once
 #include <span>

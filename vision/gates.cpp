@@ -83,7 +83,7 @@ std::vector<Level> levels(const Image& image, const MarkModel& model, const Shap
   return out;
 }
 
-/// Median deviation of the blocks whose distance from the edge lies in [from, to); 0 when there are too few to tell.
+/// Median deviation of the blocks whose distance from the edge lies in [from, to); 0 when there are too few to say.
 double median_between(const std::vector<Level>& all, double from, double to) {
   std::vector<double> in;
   for (const Level& l : all)

@@ -1,5 +1,5 @@
 // What a fitted shape must pass before it is called a mark. A wrong mark is worse than no mark, so each gate names a
-// way in which something else looks like one, and says so in words.
+// respect in which something else looks like one, and says so in words.
 //   Judgement j = judge(image, model, fit, rules);   // j.rejected: "the contrast is reversed", empty when it is a mark
 #pragma once
 #include <string>

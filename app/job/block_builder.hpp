@@ -1,12 +1,14 @@
-// Collects the segments of one block. Every addition is certified before it is taken.
+// Collects the segments of one block. Every motion is certified before it is taken, and nothing else can be added.
 //   BlockBuilder builder(limits, scene, number, from);   builder.straight(to, rules);   return builder.finish();
 #pragma once
 #include <cstdint>
 #include <span>
-#include <vector>
 
+#include "app/job/proven_block.hpp"
 #include "core/axis_vec.hpp"
+#include "core/breath.hpp"
 #include "core/error.hpp"
+#include "motion/path/bead.hpp"
 #include "motion/path/moves.hpp"
 #include "motion/plan/find_path.hpp"
 #include "motion/plan/scene.hpp"
@@ -14,40 +16,37 @@
 
 namespace gantry::job {
 
-struct PlannedBlock {
-  std::vector<motion::Segment> segments;
-  AxisVec end{};                      ///< where the axes rest, if nothing ends it earlier
-  double duration_s = 0;              ///< nominal
-  double minimum_clearance_mm = 1e9;  ///< over all certified motions
-  std::size_t motions = 0;            ///< that were certified
-};
-
 class BlockBuilder {
  public:
-  /// Limits and scene outlive it.
-  BlockBuilder(const motion::Limits& limits, const motion::Scene& scene, std::uint32_t block, const AxisVec& from)
-      : limits_(limits), scene_(scene), block_(block), at_(from) {}
+  /// Limits and scene outlive it. A breath that says no ends an addition with Fault::Aborted.
+  BlockBuilder(const motion::Limits& limits, const motion::Scene& scene, std::uint32_t block, const AxisVec& from,
+               Breath breath = {});
 
-  /// A way that is free, straight or over what stands there.
+  /// A path that is free, straight or over what stands there.
   Result<void> travel(const AxisVec& to, const motion::PathRules& rules);
   /// Straight, where a detour would make no sense (down to the surface, up from it) or is not wanted.
   Result<void> straight(const AxisVec& to, const motion::PathRules& rules, double v_cap = motion::kNoCap);
-  /// A polyline that is about to be taken; `corner_mm` is how far its blends leave the corners.
-  Result<void> prove(std::span<const AxisVec> way, const motion::PathRules& rules, double corner_mm = 0);
-  /// Segments that were proved.
-  void take(std::span<const motion::Segment> segments, const AxisVec& end, std::uint32_t feature = motion::kTravel);
-  [[nodiscard]] PlannedBlock finish();
+  /// Straight until the probe latches, and `to` at most. The axes rest somewhere on that line; at() stays where it
+  /// began.
+  Result<void> until_probe(const AxisVec& to, const motion::PathRules& rules, double speed_mm_s);
+  /// A bead from its start, where the axes must stand.
+  Result<void> bead(const motion::BeadMotion& bead, const motion::PathRules& rules, std::uint32_t feature);
+  /// Stands where it is; at_s of the events is in seconds.
+  void dwell(double seconds, std::span<const motion::OutputEvent> events = {}, std::uint32_t feature = motion::kTravel);
+  [[nodiscard]] ProvenBlock finish();
 
   [[nodiscard]] const AxisVec& at() const { return at_; }
 
  private:
+  Result<void> prove(std::span<const AxisVec> polyline, const motion::PathRules& rules, double corner_mm = 0);
   void count(const motion::Certificate& certificate, const motion::PathRules& rules);
+  void take(std::span<const motion::Segment> segments, const AxisVec& end, std::uint32_t feature = motion::kTravel);
 
   const motion::Limits& limits_;
   const motion::Scene& scene_;
-  std::uint32_t block_;
   AxisVec at_;
-  PlannedBlock out_;
+  Breath breath_;
+  ProvenBlock out_;
 };
 
 }  // namespace gantry::job

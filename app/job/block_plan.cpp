@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "app/job/limits.hpp"
+#include "app/job/settle.hpp"
 #include "app/job/surroundings.hpp"
 #include "motion/path/bead.hpp"
 
@@ -14,40 +15,46 @@ namespace {
 
 constexpr double kTriggerPulse_s = 0.010;
 
-Error with_place(Error e, const recipes::Recipe& recipe, recipes::Place place, std::string_view what) {
+/// That a plan was given up is nothing about the recipe.
+Error with_line(Error e, const recipes::Recipe& recipe, recipes::Place location, std::string_view what) {
+  if (e.fault == Fault::Aborted) return e;
   e.message = fmt::format("{}: {}", what, e.message);
-  e.where = fmt::format("{}:{}:{}", recipe.file, place.line, place.column);
+  e.where = at_line(recipe, location);
   return e;
 }
 
 }  // namespace
 
-BlockPlanner::BlockPlanner(const config::Machine& machine, const recipes::Recipe& recipe)
+BlockPlanner::BlockPlanner(const config::Machine& machine, const recipes::Recipe& recipe, Breath breath)
     : machine_(machine),
       recipe_(recipe),
+      breath_(std::move(breath)),
       limits_(limits_of(machine)),
       surroundings_(std::make_shared<Surroundings>(machine, recipe, unmeasured(recipe))) {}
 
 BlockPlanner::~BlockPlanner() = default;
 
-void BlockPlanner::know(const recipes::WorkOffset& offset, const recipes::Surface& surface, bool surface_measured) {
-  offset_ = guess_ = offset;
-  surface_ = surface;
-  Belief belief{offset, surface, 0, surface_measured ? 0 : unmeasured(recipe_).upwards_mm};
-  surroundings_ = std::make_shared<Surroundings>(machine_, recipe_, belief);
+void BlockPlanner::know(const Knowledge& known) {
+  const bool moved = known.offset != known_.offset || known.surface != known_.surface;
+  known_ = known;
+  if (moved) surroundings_ = std::make_shared<Surroundings>(machine_, recipe_, belief_of(recipe_, known));
+}
+
+BlockBuilder BlockPlanner::build(std::uint32_t block, const AxisVec& from) const {
+  return {limits_, surroundings_->scene(), block, from, breath_};
 }
 
 Vec3 BlockPlanner::mark_view(std::size_t mark) const {
-  return recipes::to_machine(recipe_, machine_, guess_, {}, recipe_.marks[mark].at, 0);
+  return recipes::to_machine(recipe_, machine_, known_.guess, {}, recipe_.marks[mark].at, 0);
 }
 
-Result<PlannedBlock> BlockPlanner::look_at_mark(std::uint32_t block, const AxisVec& from, std::size_t mark) const {
+Result<ProvenBlock> BlockPlanner::look_at_mark(std::uint32_t block, const AxisVec& from, std::size_t mark) const {
   const recipes::MarkDef& def = recipe_.marks[mark];
   const config::Tool& camera = *config::find_tool(machine_, "camera");
-  BlockBuilder builder(limits_, surroundings_->scene(), block, from);
+  BlockBuilder builder = build(block, from);
   const AxisVec to = recipes::tool_at(machine_, camera, mark_view(mark), 0);
   if (auto r = builder.travel(to, surroundings_->rules(machine_.clearance_mm)); !r)
-    return tl::unexpected(with_place(r.error(), recipe_, def.place, fmt::format("mark '{}'", def.name)));
+    return tl::unexpected(with_line(r.error(), recipe_, def.place, fmt::format("mark '{}'", def.name)));
 
   const std::uint32_t light = config::bit(config::Output::CameraLight),
                       trigger = config::bit(config::Output::CameraTrigger);
@@ -55,35 +62,30 @@ Result<PlannedBlock> BlockPlanner::look_at_mark(std::uint32_t block, const AxisV
   const std::array expose{motion::OutputEvent{.at_s = 0, .mask = light, .value = light},
                           motion::OutputEvent{.at_s = settle_s, .mask = trigger, .value = trigger}};
   const std::array after{motion::OutputEvent{.at_s = kTriggerPulse_s / 2, .mask = light | trigger, .value = 0}};
-  builder.take(std::array{motion::dwell(limits_, to, settle_s + limits_.tick_s, expose),
-                          motion::dwell(limits_, to, kTriggerPulse_s, after)},
-               to);
+  builder.dwell(settle_s + limits_.tick_s, expose);
+  builder.dwell(kTriggerPulse_s, after);
   return builder.finish();
 }
 
-Result<PlannedBlock> BlockPlanner::touch(std::uint32_t block, const AxisVec& from, std::size_t index) const {
+Result<ProvenBlock> BlockPlanner::touch(std::uint32_t block, const AxisVec& from, std::size_t index) const {
   const recipes::TouchPoint& point = recipe_.touches[index];
   const config::Tool& probe = *config::find_tool(machine_, "probe");
   const double window = recipe_.touch_rules.window_mm;
   const auto at_height = [&](double h) {
-    return recipes::tool_at(machine_, probe, recipes::to_machine(recipe_, machine_, offset_, {}, point.at, h), 0);
+    return recipes::tool_at(machine_, probe, recipes::to_machine(recipe_, machine_, offset(), {}, point.at, h), 0);
   };
   const auto wrong = [&](const Error& e) {
-    return tl::unexpected(with_place(e, recipe_, point.place, fmt::format("touch '{}'", point.name)));
+    return tl::unexpected(with_line(e, recipe_, point.place, fmt::format("touch '{}'", point.name)));
   };
-  BlockBuilder builder(limits_, surroundings_->scene(), block, from);
+  BlockBuilder builder = build(block, from);
   const motion::PathRules near = surroundings_->rules(machine_.clearance_mm, window);
   if (auto r = builder.travel(at_height(window + machine_.probe.approach_mm), near); !r) return wrong(r.error());
-  const AxisVec deepest = at_height(-window);
-  const AxisVec above = builder.at();
-  if (auto r = builder.prove(std::array{above, deepest}, near); !r) return wrong(r.error());
-  builder.take(motion::probe_move(limits_, above, deepest, machine_.probe.speed_mm_s),
-               above);  // it goes back there: where it will touch is not known
+  if (auto r = builder.until_probe(at_height(-window), near, machine_.probe.speed_mm_s); !r) return wrong(r.error());
   return builder.finish();
 }
 
-Result<PlannedBlock> BlockPlanner::retract(std::uint32_t block, const AxisVec& from) const {
-  BlockBuilder builder(limits_, surroundings_->scene(), block, from);
+Result<ProvenBlock> BlockPlanner::retract(std::uint32_t block, const AxisVec& from) const {
+  BlockBuilder builder = build(block, from);
   AxisVec to = from;
   double& z = to[machine_.z.value];
   z = std::min(z + machine_.probe.retract_mm, limits_.axis[machine_.z.value].p_max);
@@ -92,21 +94,12 @@ Result<PlannedBlock> BlockPlanner::retract(std::uint32_t block, const AxisVec& f
   return builder.finish();
 }
 
-std::optional<PlannedBlock> BlockPlanner::rise(std::uint32_t block, const AxisVec& from) const {
-  constexpr double kLow_mm = 0.5;
-  if (from[machine_.z.value] >= machine_.safe_z_mm - kLow_mm) return std::nullopt;
-  BlockBuilder builder(limits_, surroundings_->scene(), block, from);
-  AxisVec to = from;
-  to[machine_.z.value] = machine_.safe_z_mm;
-  builder.take(motion::line_move(limits_, from, to), to);
-  return builder.finish();
-}
-
-Result<PlannedBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& from,
-                                            const std::vector<std::size_t>& features) const {
-  BlockBuilder builder(limits_, surroundings_->scene(), block, from);
+Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& from,
+                                           const std::vector<std::size_t>& features) const {
+  BlockBuilder builder = build(block, from);
   double gap_mm = 1e9;  // of the last feature: the needle stands so near to the board, lifted or not
   for (const std::size_t f : features) {
+    if (!go_on(breath_)) return given_up();
     const recipes::Feature& feature = recipe_.features[f];
     const auto dispensed = std::holds_alternative<recipes::Dot>(feature)
                                ? add_dot(builder, std::get<recipes::Dot>(feature), f, gap_mm)
@@ -118,10 +111,11 @@ Result<PlannedBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& 
 
 AxisVec BlockPlanner::needle_at(Vec2 at, double height_mm) const {
   return recipes::tool_at(machine_, *config::find_tool(machine_, "needle"),
-                          recipes::to_machine(recipe_, machine_, offset_, surface_, at, height_mm), offset_.rotation);
+                          recipes::to_machine(recipe_, machine_, offset(), surface(), at, height_mm),
+                          offset().rotation);
 }
 
-/// The same place, higher by the material's retract.
+/// The same position, higher by the material's retract.
 AxisVec BlockPlanner::lifted(AxisVec q, const recipes::Material& material) const {
   q[machine_.z.value] = std::min(q[machine_.z.value] + material.retract, limits_.axis[machine_.z.value].p_max);
   return q;
@@ -142,11 +136,10 @@ Result<void> BlockPlanner::add_dot(BlockBuilder& builder, const recipes::Dot& do
             .at_s = m.settle_time, .lead_s = m.valve_open_lead, .mask = valve, .value = valve, .dispense = true},
         motion::OutputEvent{
             .at_s = m.settle_time + m.dot_time, .lead_s = m.valve_close_lead, .mask = valve, .value = 0}};
-    builder.take(std::array{motion::dwell(limits_, to, m.settle_time + m.dot_time, events)}, to,
-                 static_cast<std::uint32_t>(index));
+    builder.dwell(m.settle_time + m.dot_time, events, static_cast<std::uint32_t>(index));
     done = builder.straight(lifted(to, m), rules);
   }
-  if (!done) return tl::unexpected(with_place(done.error(), recipe_, dot.place, fmt::format("dot '{}'", dot.id)));
+  if (!done) return tl::unexpected(with_line(done.error(), recipe_, dot.place, fmt::format("dot '{}'", dot.id)));
   return {};
 }
 
@@ -155,7 +148,7 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
   const recipes::Material& m = *recipes::find_material(recipe_, bead.material);
   const motion::PathRules rules = surroundings_->rules(m.gap);
   const auto wrong = [&](const Error& e) {
-    return tl::unexpected(with_place(e, recipe_, bead.place, fmt::format("bead '{}'", bead.id)));
+    return tl::unexpected(with_line(e, recipe_, bead.place, fmt::format("bead '{}'", bead.id)));
   };
   motion::BeadSpec spec;
   for (const Vec2 p : bead.points) spec.points.push_back(needle_at(p, m.gap));
@@ -167,28 +160,24 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
   auto planned = motion::plan_bead(limits_, spec);
   if (!planned) return wrong(planned.error());
 
-  const motion::PathRules way_there = surroundings_->rules(std::min(gap_mm, m.gap));
-  if (auto r = builder.travel(lifted(planned->start, m), way_there); !r) return wrong(r.error());
+  const motion::PathRules there = surroundings_->rules(std::min(gap_mm, m.gap));
+  if (auto r = builder.travel(lifted(planned->start, m), there); !r) return wrong(r.error());
   gap_mm = m.gap;
   if (auto r = builder.straight(planned->start, rules); !r) return wrong(r.error());
-  std::vector<AxisVec> way{planned->start};
-  way.insert(way.end(), spec.points.begin(), spec.points.end());
-  way.push_back(planned->end);
-  if (auto r = builder.prove(way, rules, bead.corner_tolerance); !r) return wrong(r.error());
-  builder.take(planned->segments, planned->end, static_cast<std::uint32_t>(index));
+  if (auto r = builder.bead(*planned, rules, static_cast<std::uint32_t>(index)); !r) return wrong(r.error());
   if (auto r = builder.straight(lifted(planned->end, m), rules); !r) return wrong(r.error());
   return {};
 }
 
-Result<PlannedBlock> BlockPlanner::park(std::uint32_t block, const AxisVec& from) const {
-  BlockBuilder builder(limits_, surroundings_->scene(), block, from);
+Result<ProvenBlock> BlockPlanner::park(std::uint32_t block, const AxisVec& from) const {
+  BlockBuilder builder = build(block, from);
   AxisVec to = from;
   for (const auto& [axis, position] : machine_.park) to[axis.value] = position;
   double gap = machine_.clearance_mm;
   for (const recipes::Material& m : recipe_.materials) gap = std::min(gap, m.gap);
   if (auto r = builder.travel(to, surroundings_->rules(gap, recipe_.touch_rules.window_mm)); !r) {
     Error e = r.error();
-    e.message = "parking: " + e.message;
+    if (e.fault != Fault::Aborted) e.message = "parking: " + e.message;
     return tl::unexpected(std::move(e));
   }
   return builder.finish();

@@ -41,7 +41,7 @@ Result<const config::Axis*> axis_named(const config::Machine& machine, const std
 double length(const config::Machine& machine, const Jog& jog, bool rotary) {
   double sum = 0;
   for (const config::Axis& axis : machine.axes)
-    if (axis.rotary == rotary) sum += jog.way[axis.id.value] * jog.way[axis.id.value];
+    if (axis.rotary == rotary) sum += jog.displacement[axis.id.value] * jog.displacement[axis.id.value];
   return std::sqrt(sum);
 }
 
@@ -54,14 +54,14 @@ Result<Jog> read_jog(const config::Machine& machine, const JogWords& words) {
   for (const auto& [name, by] : words.by) {
     const auto axis = axis_named(machine, name);
     if (!axis) return tl::unexpected(axis.error());
-    const auto way = units::parse(by, (*axis)->rotary ? Dimension::Angle : Dimension::Length);
-    if (!way) return fail(way.error().fault, way.error().message, "axis " + name);
-    if (std::abs(*way) < ((*axis)->rotary ? kLeast_rad : kLeast_mm))
+    const auto value = units::parse(by, (*axis)->rotary ? Dimension::Angle : Dimension::Length);
+    if (!value) return fail(value.error().fault, value.error().message, "axis " + name);
+    if (std::abs(*value) < ((*axis)->rotary ? kLeast_rad : kLeast_mm))
       return fail(Fault::OutOfRange,
                   fmt::format("a jog goes by at least {}", (*axis)->rotary ? "0.0001 deg" : "0.0001 mm"),
                   "axis " + name);
     jog.axes |= 1u << (*axis)->id.value;
-    jog.way[(*axis)->id.value] = *way;
+    jog.displacement[(*axis)->id.value] = *value;
     turns_only = turns_only && (*axis)->rotary;
   }
   double speed = turns_only ? kSpeed_rad_s : kSpeed_mm_s;
@@ -75,7 +75,7 @@ Result<Jog> read_jog(const config::Machine& machine, const JogWords& words) {
                 "the speed");
   // What s is depends on the axes (motion/path/moves.hpp); the speed is that of all mm axes together. An axis that
   // turns while others go somewhere follows them.
-  jog.v_cap = speed * motion::path_length(limits_of(machine), jog.way) / length(machine, jog, turns_only);
+  jog.v_cap = speed * motion::path_length(limits_of(machine), jog.displacement) / length(machine, jog, turns_only);
   return jog;
 }
 
@@ -91,16 +91,16 @@ Result<void> know_place(const config::Machine& machine, std::uint32_t referenced
   return {};
 }
 
-Result<PlannedBlock> plan_jog(const config::Machine& machine, const Surroundings& around, const AxisVec& at,
-                              const Jog& jog) {
+Result<ProvenBlock> plan_jog(const config::Machine& machine, const Surroundings& around, const AxisVec& at,
+                             const Jog& jog) {
   AxisVec to = at;
   for (const config::Axis& axis : machine.axes) {
     const std::size_t i = axis.id.value;
-    to[i] += jog.way[i];
-    const bool up = jog.way[i] > 0;
+    to[i] += jog.displacement[i];
+    const bool up = jog.displacement[i] > 0;
     const double limit = up ? axis.p_max : axis.p_min;
     const double left = std::max(0.0, up ? limit - at[i] : at[i] - limit);
-    if (jog.way[i] == 0 || (up ? to[i] - limit : limit - to[i]) <= kRounding) continue;
+    if (jog.displacement[i] == 0 || (up ? to[i] - limit : limit - to[i]) <= kRounding) continue;
     return fail(
         Fault::OutOfReach,
         fmt::format("it would go to {}, past its {} limit {}; it stands at {}, {} from there", shown(axis, to[i]),

@@ -1,8 +1,8 @@
-// A jog: some axes go by some way, together on a straight line, and stop. Words as people type them become numbers, and
-// those a block that is proved free; the owner plays it (Owner::jog).
+// A jog: some axes go by some displacement, together on a straight line, and stop. Words as people type them become
+// numbers, and those a block that is proved free; the owner plays it (Owner::jog).
 //   auto jog = read_jog(machine, {.by = {{"X", "10 mm"}, {"Z", "-2 mm"}}, .speed = "20 mm/s"});
 //   auto planned = plan_jog(machine, surroundings, at, *jog);
-// What is proved is the whole straight way. A hold and an abort brake on it, so that wherever the jog ends, the head
+// What is proved is the whole straight line. A hold and an abort brake on it, so that wherever the jog ends, the head
 // has been nowhere else.
 #pragma once
 #include <cstdint>
@@ -25,7 +25,7 @@ struct JogWords {
 
 struct Jog {
   std::uint32_t axes = 0;  ///< bit n: AxisId n is named
-  AxisVec way{};
+  AxisVec displacement{};
   double v_cap = 0;  ///< along the path's s, as motion::line_move takes it
 };
 
@@ -37,7 +37,7 @@ Result<void> know_place(const config::Machine& machine, std::uint32_t referenced
 
 /// One block, number 1. Fault::OutOfReach with the axis, its limit and how far it is to there; Fault::Collision with
 /// both bodies and the point. An axis that stands outside of its limits (homing leaves it there) may come back.
-Result<PlannedBlock> plan_jog(const config::Machine& machine, const Surroundings& around, const AxisVec& at,
-                              const Jog& jog);
+Result<ProvenBlock> plan_jog(const config::Machine& machine, const Surroundings& around, const AxisVec& at,
+                             const Jog& jog);
 
 }  // namespace gantry::job

@@ -5,39 +5,78 @@
 #include "app/job/block_plan.hpp"
 
 namespace gantry::job {
+namespace {
+
+/// Goes through the job as the runner does. Where the runner asks the world, the answer here is that all is nominal.
+class Prover {
+ public:
+  Prover(const config::Machine& machine, const recipes::Recipe& recipe, const Breath& breath)
+      : recipe_(recipe), breath_(breath), planner_(machine, recipe, breath), state_(begin_state(recipe)) {
+    for (const auto& [axis, position] : machine.park) at_[axis.value] = position;
+  }
+
+  Result<NominalProof> prove(const recipes::Job& job) {
+    const auto walked = walk(job, state_, [this](const auto& step) -> Result<JobState> {
+      proof_.steps.emplace_back(step);
+      return take(step);
+    });
+    if (!walked) return tl::unexpected(walked.error());
+    return std::move(proof_);
+  }
+
+ private:
+  Result<JobState> take(const SettleOffset&) { return know(after_offset(state_, {})); }
+  Result<JobState> take(const SettleSurface&) { return know(after_surface(state_, {})); }
+  Result<JobState> take(const recipes::LookAtMark& step) {
+    if (auto r = add(planner_.look_at_mark(++block_, at_, step.mark)); !r) return tl::unexpected(r.error());
+    return know(after_mark(recipe_, state_, step.mark, recipe_.marks[step.mark].at));
+  }
+  Result<JobState> take(const recipes::Touch& step) {
+    if (auto r = add(planner_.touch(++block_, at_, step.touch)); !r) return tl::unexpected(r.error());
+    return after_touch(state_, step.touch, 0);
+  }
+  Result<JobState> take(const Retract&) {
+    if (auto r = add(planner_.retract(++block_, at_)); !r) return tl::unexpected(r.error());
+    return after_retract(state_);
+  }
+  Result<JobState> take(const recipes::Dispense& step) {
+    if (auto r = add(planner_.dispense(++block_, at_, step.features)); !r) return tl::unexpected(r.error());
+    return after_dispense(state_);
+  }
+  Result<JobState> take(const recipes::Park&) {
+    if (auto r = add(planner_.park(++block_, at_)); !r) return tl::unexpected(r.error());
+    return after_park(state_);
+  }
+
+  JobState know(JobState state) {
+    planner_.know(state.known);
+    return state;
+  }
+
+  Result<void> add(Result<ProvenBlock> planned) {
+    if (!planned) return tl::unexpected(planned.error());
+    proof_.motions += planned->motions();
+    proof_.minimum_clearance_mm = std::min(proof_.minimum_clearance_mm, planned->minimum_clearance_mm());
+    proof_.duration_s += planned->duration_s();
+    at_ = planned->end();
+    discard(*std::move(planned), breath_);
+    return {};
+  }
+
+  const recipes::Recipe& recipe_;
+  const Breath& breath_;
+  BlockPlanner planner_;
+  JobState state_;
+  AxisVec at_{};
+  std::uint32_t block_ = 0;
+  NominalProof proof_{.motions = 0, .minimum_clearance_mm = 1e9, .duration_s = 0, .steps = {}};
+};
+
+}  // namespace
 
 Result<NominalProof> prove_nominal(const config::Machine& machine, const recipes::Recipe& recipe,
-                                   const recipes::Job& job) {
-  BlockPlanner planner(machine, recipe);
-  AxisVec at{};
-  for (const auto& [axis, position] : machine.park) at[axis.value] = position;
-  NominalProof proof{.motions = 0, .minimum_clearance_mm = 1e9, .duration_s = 0};
-  const auto go = [&](const Result<PlannedBlock>& planned) -> Result<void> {
-    if (!planned) return tl::unexpected(planned.error());
-    proof.motions += planned->motions;
-    proof.minimum_clearance_mm = std::min(proof.minimum_clearance_mm, planned->minimum_clearance_mm);
-    proof.duration_s += planned->duration_s;
-    at = planned->end;
-    return {};
-  };
-  bool offset_known = false, surface_known = false;
-  for (const recipes::Block& block : job.blocks) {
-    if (recipes::needs_offset(block) && !offset_known)
-      planner.know({}, {}, recipe.touches.empty()), offset_known = true;
-    if (recipes::needs_surface(block) && !surface_known) planner.know({}, {}, true), surface_known = true;
-    Result<void> done;
-    if (const auto* mark = std::get_if<recipes::LookAtMark>(&block.what))
-      done = go(planner.look_at_mark(block.number, at, mark->mark));
-    else if (const auto* touch = std::get_if<recipes::Touch>(&block.what))
-      done = go(planner.touch(block.number, at, touch->touch));
-    else if (const auto* dispense = std::get_if<recipes::Dispense>(&block.what))
-      done = go(planner.dispense(block.number, at, dispense->features));
-    else
-      done = go(planner.park(block.number, at));
-    if (done && std::holds_alternative<recipes::Touch>(block.what)) done = go(planner.retract(block.number, at));
-    if (!done) return tl::unexpected(done.error());
-  }
-  return proof;
+                                   const recipes::Job& job, const Breath& breath) {
+  return Prover(machine, recipe, breath).prove(job);
 }
 
 }  // namespace gantry::job

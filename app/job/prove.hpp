@@ -1,7 +1,11 @@
-// The proof before motion: every motion of a job at the board's nominal place, planned and certified without a machine.
+// The proof before motion: every motion of a job with the board at its nominal position, planned and certified without
+// a machine.
 #pragma once
+#include <vector>
+
+#include "app/job/job_state.hpp"
 #include "config/machine.hpp"
-#include "core/axis_vec.hpp"
+#include "core/breath.hpp"
 #include "core/error.hpp"
 #include "recipes/job.hpp"
 
@@ -10,12 +14,13 @@ namespace gantry::job {
 struct NominalProof {
   std::size_t motions = 0;
   double minimum_clearance_mm = 0;
-  double duration_s = 0;  ///< of all blocks, without waiting for images
+  double duration_s = 0;    ///< of all blocks, without waiting for images
+  std::vector<Next> steps;  ///< that were proved, in order
 };
 
 /// From the park position through all blocks and back. Fault::Collision, OutOfReach, SpeedNotReachable with the
-/// recipe's line.
+/// recipe's line; Fault::Aborted when the breath says no.
 Result<NominalProof> prove_nominal(const config::Machine& machine, const recipes::Recipe& recipe,
-                                   const recipes::Job& job);
+                                   const recipes::Job& job, const Breath& breath = {});
 
 }  // namespace gantry::job

@@ -28,7 +28,7 @@ std::string working_body(const config::Machine& machine, std::string_view tool_n
 }
 
 /// The largest margin that two bodies are proved to keep where they stand, at most `clearance_mm`; below 0 they
-/// overlap. Nothing when that is by more than a touch can.
+/// overlap. Nothing when that is by more than a probe can press in.
 std::optional<double> margin_kept(const motion::Scene& scene, std::size_t head, std::size_t standing,
                                   const AxisVec& now, double clearance_mm) {
   const motion::BodySweep still(scene, head, now, now);
@@ -49,6 +49,13 @@ Belief unmeasured(const recipes::Recipe& recipe) {
   if (!recipe.marks.empty())
     belief.sideways_mm = recipe.mark_rules.max_shift_mm + recipe.mark_rules.max_rotation_rad * norm(recipe.board.size);
   if (!recipe.touches.empty()) belief.upwards_mm = recipe.touch_rules.window_mm;
+  return belief;
+}
+
+Belief belief_of(const recipes::Recipe& recipe, const Knowledge& known) {
+  Belief belief = unmeasured(recipe);
+  if (known.offset) belief.offset = *known.offset, belief.sideways_mm = 0;
+  if (known.surface) belief.surface = *known.surface, belief.upwards_mm = 0;
   return belief;
 }
 
@@ -93,14 +100,14 @@ void Surroundings::add_recipe(const config::Machine& machine, const recipes::Rec
 }
 
 motion::PathRules Surroundings::rules(double gap_mm, double press_mm) const {
-  motion::PathRules rules{.clearance_mm = clearance_mm_, .touches = {}};
+  motion::PathRules rules{.clearance_mm = clearance_mm_, .approaches = {}};
   const double needle = gap_mm - kSlack_mm - uneven_mm_ - belief_.upwards_mm;
   const double probe = -(press_mm + kSlack_mm + uneven_mm_ + belief_.upwards_mm);
   const auto may = [&](const std::string& body, double keeps) {
     if (body.empty() || keeps >= clearance_mm_) return;
-    rules.touches.push_back({body, kBoard, keeps});
+    rules.approaches.push_back({body, kBoard, keeps});
     for (const auto& [name, depth] : below_)
-      if (keeps + depth < clearance_mm_) rules.touches.push_back({body, name, keeps + depth});
+      if (keeps + depth < clearance_mm_) rules.approaches.push_back({body, name, keeps + depth});
   };
   may(needle_, needle);
   may(probe_, probe);
@@ -108,11 +115,11 @@ motion::PathRules Surroundings::rules(double gap_mm, double press_mm) const {
 }
 
 motion::PathRules Surroundings::no_nearer_than(const AxisVec& now) const {
-  motion::PathRules rules{.clearance_mm = clearance_mm_, .touches = {}};
+  motion::PathRules rules{.clearance_mm = clearance_mm_, .approaches = {}};
   for (std::size_t i = 0; i < scene_.head().size(); ++i)
     for (std::size_t k = 0; k < scene_.standing().size(); ++k)
       if (const auto kept = margin_kept(scene_, i, k, now, clearance_mm_); kept && *kept < clearance_mm_)
-        rules.touches.push_back({scene_.head()[i].name, scene_.standing()[k].name, *kept});
+        rules.approaches.push_back({scene_.head()[i].name, scene_.standing()[k].name, *kept});
   return rules;
 }
 

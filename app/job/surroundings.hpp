@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/job/job_state.hpp"
 #include "config/machine.hpp"
 #include "motion/plan/find_path.hpp"
 #include "motion/plan/scene.hpp"
@@ -23,6 +24,8 @@ struct Belief {
 
 /// What is believed before anything was measured: nominal, and off by what the recipe's rules allow.
 Belief unmeasured(const recipes::Recipe& recipe);
+/// What is believed with what is known: a settled offset or surface is taken as it is.
+Belief belief_of(const recipes::Recipe& recipe, const Knowledge& known);
 
 class Surroundings {
  public:
@@ -32,7 +35,7 @@ class Surroundings {
 
   [[nodiscard]] const motion::Scene& scene() const { return scene_; }
   /// Full clearance, but for tools over the surface that they work on: the needle keeps `gap_mm`, the probe may press
-  /// in by `press_mm` (after a touch it stands pressed in by its stopping distance).
+  /// in by `press_mm` (after it has touched it stands pressed in by its stopping distance).
   [[nodiscard]] motion::PathRules rules(double gap_mm, double press_mm = 0.2) const;
   /// Full clearance, but for bodies that stand nearer to each other now (the needle over a dot, the probe on the
   /// surface): they come no nearer than that, nor to what is nowhere higher (motion/plan/sweep.hpp).

@@ -1,4 +1,4 @@
-// How good a job's deposits are, as the report and the terminal tell it: each against what is allowed at its place.
+// How good a job's deposits are, as the report and the terminal show it: each against what is allowed at its position.
 //   const DepositFigures f = deposit_figures(result);   if (f.worst) micrometres(f.worst->error_mm)
 #pragma once
 #include "app/record/job_result.hpp"

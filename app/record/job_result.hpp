@@ -1,4 +1,4 @@
-// What is known of a job when it has ended: filled by the runner and the trace, told by summary.json and report.html.
+// What is known of a job when it has ended: filled by the runner and the trace, shown by summary.json and report.html.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -88,7 +88,7 @@ struct DrawnPart {
 /// What the report draws under the path. Filled by drawing_of().
 struct Drawing {
   Vec2 board_size;
-  Vec3 board_origin;  ///< nominal place of the origin of the board's top face, machine frame
+  Vec3 board_origin;  ///< nominal position of the origin of the board's top face, machine frame
   std::vector<DrawnPart> parts;
   std::vector<Vec3> tip_of_block;  ///< by block number: from the head's X Y Z to the tip of the tool that works there
   Vec3 lifted_tip;                 ///< that of the tool which rides on the lift, at the lift where it works
@@ -107,8 +107,8 @@ struct JobResult {
   std::vector<Error> errors;  ///< empty: done
   ExitCode exit_code = ExitCode::Done;
   std::size_t blocks_done = 0, blocks_total = 0;
-  std::size_t features_done = 0, features_total = 0;
-  std::vector<std::string> interrupted;  ///< features whose dispensing was cut by a stop
+  std::size_t features_done = 0, features_total = 0;  ///< done: the valve has opened and closed for it as planned
+  std::vector<std::string> interrupted;  ///< features that a stop has cut or kept dry, in the order of the recipe
   std::vector<MarkResult> marks;
   recipes::WorkOffset offset;
   double offset_rms_mm = 0;
@@ -125,7 +125,7 @@ struct JobResult {
   double minimum_clearance_mm = 0;       ///< of all certified motions
   std::size_t motions_certified = 0;
   std::vector<PathPoint> planned, actual;
-  bool has_world = false;  ///< deposits and collisions are known (virtual machine)
+  bool has_world = false;  ///< deposits and collisions are known (simulated machine)
   std::vector<Deposit> deposits;
   std::vector<Collision> collisions;
   std::string placement;            ///< hidden truth of the virtual board, for the report

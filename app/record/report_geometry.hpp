@@ -4,7 +4,7 @@
 
 namespace gantry::record {
 
-/// A point relative to the nominal place of the board's origin -> board frame, back through the work offset.
+/// A point relative to the nominal position of the board's origin -> board frame, back through the work offset.
 Vec2 to_board(const JobResult& result, Vec2 nominal);
 /// A point of the machine frame -> board frame; z over the nominal top face.
 Vec3 machine_to_board(const JobResult& result, Vec3 point);

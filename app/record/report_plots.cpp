@@ -87,7 +87,7 @@ std::string height_view(const JobResult& r) {
     if (bands.empty() || from > bands.back().y + 0.5)
       bands.push_back({from, to});
     else
-      bands.back().y = to;  // as near as this they cannot be told apart
+      bands.back().y = to;  // as near as this they cannot be seen apart
     i = j;
   }
   for (const Vec2 band : bands)

@@ -16,7 +16,7 @@ namespace {
 constexpr double kWidth = 1000, kMaxHeight = 720, kFrame = 34;  // px
 constexpr double kBead_mm = 0.7;                                // drawn width; the recipe knows no width
 constexpr std::size_t kMostPoints = 20000;                      // of a line
-constexpr std::size_t kMostTitles = 2000;                       // deposits that tell themselves when pointed at
+constexpr std::size_t kMostTitles = 2000;                       // deposits that show their name when pointed at
 constexpr double kResidualPx = 34.0;                            // the largest residual is drawn this long
 
 struct View {
@@ -157,8 +157,8 @@ void draw_touches(Svg& svg, const View& v, const JobResult& r) {
 
 void draw_collisions(Svg& svg, const View& v, const JobResult& r) {
   for (const auto& c : r.collisions) {
-    const Vec3 place = machine_to_board(r, c.at);
-    const Vec2 at = v.px({place.x, place.y});
+    const Vec3 board = machine_to_board(r, c.at);
+    const Vec2 at = v.px({board.x, board.y});
     svg.circle(at, 13, "hit", {}, fmt::format("{} met {} at {:.3f} s", c.moving, c.standing, c.t_s));
     svg.line(at + Vec2{-6, -6}, at + Vec2{6, 6}, "cross");
     svg.line(at + Vec2{-6, 6}, at + Vec2{6, -6}, "cross");

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <variant>
 
 namespace gantry::record {
 namespace {
@@ -24,16 +23,6 @@ std::vector<HistogramBucket> buckets(const rt::Histogram& h) {
   std::vector<HistogramBucket> result;
   h.for_each([&](std::int64_t upper_ns, std::uint64_t count) { result.push_back({upper_ns, count}); });
   return result;
-}
-
-bool stopped_by_force(cycle::State s) {
-  return s == cycle::State::Holding || s == cycle::State::Held || s == cycle::State::Stopping ||
-         s == cycle::State::Stopped || s == cycle::State::Disabled || s == cycle::State::Offline;
-}
-
-std::string feature_name(const recipes::Recipe& recipe, std::uint32_t index) {
-  if (index >= recipe.features.size()) return "feature " + std::to_string(index);
-  return std::visit([](const auto& f) { return f.id; }, recipe.features[index]);
 }
 
 }  // namespace
@@ -128,19 +117,11 @@ void Trace::add_valve(const cycle::Snapshot& s) {
   if (open) {
     ++valve_ticks_;
     if (!valve_) ++valve_openings_;
-    if (s.feature != motion::kTravel) valve_feature_ = s.feature;
-  } else if (valve_) {
-    // The valve leads the needle by its lag, so it may close while the feature before or after is named.
-    const bool known = valve_feature_ != motion::kTravel;
-    if (known && stopped_by_force(s.state) &&
-        std::find(interrupted_.begin(), interrupted_.end(), valve_feature_) == interrupted_.end())
-      interrupted_.push_back(valve_feature_);
-    valve_feature_ = motion::kTravel;
   }
   valve_ = open;
 }
 
-void Trace::fill(JobResult& r, const recipes::Recipe& recipe) const {
+void Trace::fill(JobResult& r) const {
   r.actual = path_.points();
   r.actual_s = static_cast<double>(block_ticks_) * static_cast<double>(cycle_ns_) * 1e-9;
   r.axes.clear();
@@ -151,8 +132,6 @@ void Trace::fill(JobResult& r, const recipes::Recipe& recipe) const {
                       .rotary = a.rotary,
                       .allowed_at_rest = a.allowed_at_rest,
                       .allowed_at_v_max = a.allowed_at_v_max});
-  r.interrupted.clear();
-  for (const auto index : interrupted_) r.interrupted.push_back(feature_name(recipe, index));
   r.valve_openings = valve_openings_;
   r.valve_open_s = static_cast<double>(valve_ticks_) * static_cast<double>(cycle_ns_) * 1e-9;
 

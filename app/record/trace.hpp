@@ -1,6 +1,6 @@
 // What the snapshots of a job add up to: the actual path, thinned for drawing, the largest following error of each
-// axis, the statistics of the cycle, and which features a stop has cut.
-//   Trace trace(machine);   trace.add(snapshot); ...   trace.fill(result, recipe);
+// axis, and the statistics of the cycle.
+//   Trace trace(machine);   trace.add(snapshot); ...   trace.fill(result);
 // Lives with the one reader of snapshots, off the RT thread. Memory grows with the path, not with the cycles.
 #pragma once
 #include <array>
@@ -13,7 +13,6 @@
 #include "app/record/job_result.hpp"
 #include "config/machine.hpp"
 #include "core/rt/histogram.hpp"
-#include "recipes/recipe.hpp"
 
 namespace gantry::record {
 
@@ -35,11 +34,8 @@ class Trace {
   explicit Trace(const config::Machine& machine, std::optional<std::int64_t> start_ns = std::nullopt);
   void add(const cycle::Snapshot& snapshot);
 
-  /// Indices of features whose dispensing a stop has cut, in the order it happened.
-  [[nodiscard]] const std::vector<std::uint32_t>& interrupted() const { return interrupted_; }
-  /// Sets actual, actual_s, axes, interrupted, the valve's figures and the counted part of cycles. The recipe names the
-  /// features.
-  void fill(JobResult& result, const recipes::Recipe& recipe) const;
+  /// Sets actual, actual_s, axes, the valve's figures and the counted part of cycles.
+  void fill(JobResult& result) const;
 
  private:
   void add_cycle(const cycle::Snapshot& snapshot);
@@ -59,9 +55,7 @@ class Trace {
   std::optional<std::int64_t> start_ns_;
   std::uint64_t block_ticks_ = 0;
   bool valve_ = false;
-  std::uint32_t valve_feature_ = motion::kTravel;
   std::uint64_t valve_openings_ = 0, valve_ticks_ = 0;
-  std::vector<std::uint32_t> interrupted_;
 
   rt::Histogram wake_, compute_, bus_;
   std::int64_t asleep_ = 0;  ///< cycles skipped since the last one that was sent

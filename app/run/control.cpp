@@ -166,16 +166,17 @@ Result<void> Control::command(cycle::Command command, double timeout_s) {
   return wait([&, cycle = answer->cycle] { return latest().cycle >= cycle; }, 1, {});
 }
 
-Result<Played> Control::play(std::uint32_t block, std::span<const motion::Segment> segments, bool jog) {
+Result<Played> Control::play(const job::ProvenBlock& block, bool jog) {
   constexpr double kNoLimit_s = 1e9;  // a held block may wait for its operator
   if (auto r = wait([&] { return !hold_next_; }, kNoLimit_s, {}); !r) return tl::unexpected(r.error());
+  const auto& segments = block.segments();
   answers_.clear();
   std::size_t pushed = 0;
   const auto feed_ring = [&] {
     while (pushed < segments.size() && channels_.segments.push(segments[pushed])) ++pushed;
   };
   feed_ring();
-  const cycle::Command start{.kind = CommandKind::StartBlock, .block = block, .jog = jog};
+  const cycle::Command start{.kind = CommandKind::StartBlock, .block = block.number(), .jog = jog};
   if (auto r = command(start, 5.0); !r) return tl::unexpected(r.error());
   Played played;
   bool over = false;
@@ -184,7 +185,7 @@ Result<Played> Control::play(std::uint32_t block, std::span<const motion::Segmen
     feed_ring();
     for (const cycle::Event& e : answers_) {
       if (e.kind == EventKind::Touched) played.touched = true, played.touched_at = e.value;
-      if (e.kind != EventKind::BlockDone || e.block != block) continue;
+      if (e.kind != EventKind::BlockDone || e.block != block.number()) continue;
       over = true, played.end = e.cycle;
       if (e.fault != Fault::None) stopped = e;
     }

@@ -1,5 +1,5 @@
 // The run thread's hand on the loop: sends a command or a block, lets time pass, and comes back with what became of it.
-//   control.command({.kind = CommandKind::Enable}, 5.0);        control.play(block, segments);
+//   control.command({.kind = CommandKind::Enable}, 5.0);        control.play(block);
 //   const Request r = control.request({.kind = CommandKind::Reset});   ... if (auto done = control.answer(r)) ...
 // Waiting drains the feed, polls for orders (hold, abort ...) and ends at the first latched fault, so the code that
 // uses it reads in the order it happens. A step never steps again by itself: what takes several steps (fetching a
@@ -8,11 +8,11 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <span>
 #include <string_view>
 #include <vector>
 
 #include "app/cycle/channels.hpp"
+#include "app/job/proven_block.hpp"
 #include "app/run/feed.hpp"
 #include "app/run/pump.hpp"
 #include "core/clock.hpp"
@@ -55,7 +55,7 @@ class Control {
   std::optional<Result<void>> answer(Request request);
   /// Plays one block to its end. A hold makes it wait, also before it begins; an abort or a fault ends it with an error
   /// when the machine stands.
-  Result<Played> play(std::uint32_t block, std::span<const motion::Segment> segments, bool jog = false);
+  Result<Played> play(const job::ProvenBlock& block, bool jog = false);
   /// The next block waits until it is released.
   void hold_next(bool wait) { hold_next_ = wait; }
   [[nodiscard]] bool holds_next() const { return hold_next_; }

@@ -23,7 +23,9 @@ int of(const cycle::Event& e) {
 void Owner::Parts::on_snapshot(const cycle::Snapshot& s) {
   if (shared) shared->push(s);
   if (on_bus) on_bus->buttons.watch(s.inputs, s.latched != Fault::None);
-  if (job) job->recording.add(s);
+  if (!job) return;
+  job->runner.see(s);
+  job->recording.add(s);
 }
 
 void Owner::Parts::on_event(const cycle::Event& e) {
@@ -119,9 +121,12 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
     record::add_error(result, turn.refused().error());
     return result;
   }
-  p.job.emplace(RunningJob{
-      Recording(p.machine, result, latest().time_ns, options.out, p.shared ? &*p.shared : nullptr),
-      Runner({p.machine, p.control(), p.world != nullptr ? &p.world->camera() : nullptr}, recipe, job, result)});
+  p.job.emplace(RunningJob{Recording(p.machine, result, latest().time_ns, options.out, p.shared ? &*p.shared : nullptr),
+                           Runner({.machine = p.machine,
+                                   .control = p.control(),
+                                   .camera = p.world != nullptr ? &p.world->camera() : nullptr,
+                                   .around = p.around.get()},
+                                  recipe, job, result)});
   p.job->recording.tell("running");
   const devices::CyclicCounts counted_before = p.bus->counters();
 
@@ -143,7 +148,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
 
   p.job->recording.tell(record::result_word(result));
   p.around = p.job->runner.surroundings();
-  p.job->recording.finish(recipe, p.channels->lost.load() == 0);
+  p.job->recording.finish(p.channels->lost.load() == 0);
   p.job.reset();
   result.cycles.virtual_time = p.options.virtual_time;
   result.cycles.frames_lost_max = p.frames_lost_max;
@@ -158,7 +163,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
 Progress Owner::progress() const {
   const Parts& p = *parts_;
   if (!p.job) return {};
-  return {.features_done = p.job->recording.features_seen(),
+  return {.features_done = p.job->recording.features_done(),
           .features_total = p.job->recording.features_total(),
           .doing = latest().state == cycle::State::Homing ? "homing" : p.job->runner.doing(),
           .elapsed_s = p.job->recording.elapsed_s()};

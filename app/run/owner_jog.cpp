@@ -32,7 +32,7 @@ Result<Jogged> Owner::Parts::jog(const job::JogWords& words) {
   CycleIndex end = begin;
   const auto play = [&]() -> Result<void> {
     constexpr bool kJog = true;
-    const auto played = control().play(planned->segments.front().block, planned->segments, kJog);
+    const auto played = control().play(*planned, kJog);
     if (!played) return tl::unexpected(played.error());
     end = played->end;
     return {};

@@ -1,10 +1,8 @@
 #include "app/run/recording.hpp"
 
-#include <algorithm>
 #include <fmt/format.h>
 
 #include "core/log.hpp"
-#include "motion/types.hpp"
 
 namespace gantry::run {
 
@@ -23,8 +21,9 @@ void Recording::add(const cycle::Snapshot& s) {
   trace_.add(s);
   hash_.add(s);
   if (setpoints_) setpoints_->add(s);
-  if (s.block == 0 || s.feature == motion::kTravel) return;
-  if (features_seen_.insert(s.feature).second) tell("running");
+  if (result_.features_done == features_shown_) return;
+  features_shown_ = result_.features_done;
+  tell("running");
 }
 
 void Recording::note(std::int64_t now_ns, const std::string& words) {
@@ -39,16 +38,15 @@ void Recording::tell(std::string_view state) {
   job.state = state;
   job.blocks_done = static_cast<std::uint32_t>(result_.blocks_done);
   job.blocks_total = static_cast<std::uint32_t>(result_.blocks_total);
-  job.features_done = static_cast<std::uint32_t>(features_seen_.size());
+  job.features_done = static_cast<std::uint32_t>(result_.features_done);
   job.features_total = static_cast<std::uint32_t>(result_.features_total);
   job.elapsed_s = elapsed_s();
   job.predicted_s = result_.predicted_s;
   watched_->push(job);
 }
 
-void Recording::finish(const recipes::Recipe& recipe, bool nothing_lost) {
-  trace_.fill(result_, recipe);
-  result_.features_done = features_seen_.size() - std::min(features_seen_.size(), result_.interrupted.size());
+void Recording::finish(bool nothing_lost) {
+  trace_.fill(result_);
   result_.setpoint_hash = hash_.value();
   result_.setpoint_ticks = hash_.ticks();
   result_.setpoint_stream_complete = hash_.complete() && nothing_lost;

@@ -1,11 +1,10 @@
-// What is kept of the job that runs: trace, hash, setpoint file, which features were reached, and its words for those
-// who watch. One for each job, fed by the one reader of snapshots.
+// What is kept of the job that runs: trace, hash, setpoint file, and its news for those who watch. One for each job,
+// fed by the one reader of snapshots; which features are done stands in the result, where the runner keeps it.
 //   Recording recording(machine, result, now_ns, options.out, shared);   recording.add(snapshot); ...
-//   recording.finish(recipe, nothing_lost);
+//   recording.finish(nothing_lost);
 #pragma once
 #include <cstdint>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 
@@ -29,9 +28,9 @@ class Recording {
   /// Tells those who watch where the job is.
   void tell(std::string_view state);
   /// What the job came to: everything but the world's part. Closes the file.
-  void finish(const recipes::Recipe& recipe, bool nothing_lost);
+  void finish(bool nothing_lost);
 
-  [[nodiscard]] std::size_t features_seen() const { return features_seen_.size(); }
+  [[nodiscard]] std::size_t features_done() const { return result_.features_done; }
   [[nodiscard]] std::size_t features_total() const { return result_.features_total; }
   [[nodiscard]] double elapsed_s() const { return static_cast<double>(now_ns_ - start_ns_) * 1e-9; }
 
@@ -41,7 +40,7 @@ class Recording {
   record::Trace trace_;
   record::SetpointHash hash_;
   std::optional<record::SetpointFile> setpoints_;
-  std::set<std::uint32_t> features_seen_;
+  std::size_t features_shown_ = 0;  ///< of those done, that the watchers know
   std::int64_t start_ns_, now_ns_;
 };
 

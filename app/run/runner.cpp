@@ -4,6 +4,8 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "app/job/rise.hpp"
+#include "app/job/settle.hpp"
 #include "core/log.hpp"
 #include "vision/annotate.hpp"
 #include "vision/camera_model.hpp"
@@ -16,14 +18,14 @@ constexpr int kReportImageShrink = 2;
 constexpr double kClampTimeout_s = 2;
 constexpr Time kFrameTimeout = milliseconds(1000);
 
-std::string at_line(const recipes::Recipe& recipe, recipes::Place place) {
-  return fmt::format("{}:{}:{}", recipe.file, place.line, place.column);
+bool stopped(cycle::State s) {
+  return s == cycle::State::Holding || s == cycle::State::Held || s == cycle::State::Stopping ||
+         s == cycle::State::Stopped || s == cycle::State::Disabled || s == cycle::State::Offline;
 }
 
-template <class... F>
-struct Match : F... {
-  using F::operator()...;
-};
+const std::string& id_of(const recipes::Feature& feature) {
+  return std::visit([](const auto& f) -> const std::string& { return f.id; }, feature);
+}
 
 }  // namespace
 
@@ -33,57 +35,57 @@ Runner::Runner(const Site& site, const recipes::Recipe& recipe, const recipes::J
       job_(job),
       result_(result),
       planned_path_(site.machine),
-      planner_(site.machine, recipe) {
+      planner_(site.machine, recipe, site.breath),
+      state_(job::begin_state(recipe)) {
   result_.drawing.tip_of_block.clear();
 }
 
 Result<void> Runner::run() {
-  auto done = play_blocks();
+  at_ = site_.control.latest().target;
+  auto done = close_clamp();
+  if (done) done = rise();
+  if (done)
+    done = job::walk(job_, state_, [this](const auto& step) -> Result<job::JobState> {
+      auto after = take(step);
+      if (!after) return after;
+      planner_.know(after->known);
+      result_.blocks_done = after->block;
+      return after;
+    });
+  if (done) doing_ = "done";
+  state_ = job::lost_sight(std::move(state_));
   result_.planned = planned_path_.points();
+  for (std::size_t i = 0; i < state_.features.size(); ++i)
+    if (state_.features[i] == job::FeatureState::Interrupted || state_.features[i] == job::FeatureState::Doubtful)
+      result_.interrupted.push_back(id_of(recipe_.features[i]));
   return done;
 }
 
-Result<void> Runner::play_blocks() {
-  at_ = site_.control.latest().target;
+void Runner::see(const cycle::Snapshot& s) {
+  if (watch_.see(state_.features, {.block = s.block,
+                                   .feature = s.feature,
+                                   .valve_open = (s.outputs & config::bit(config::Output::Valve)) != 0,
+                                   .stopped = stopped(s.state)}))
+    result_.features_done = job::count(state_, job::FeatureState::Done);
+}
+
+Result<void> Runner::close_clamp() {
   const std::uint32_t clamp = config::bit(config::Output::Clamp), closed = config::bit(config::Input::ClampClosed);
   if (auto r = site_.control.command({.kind = cycle::CommandKind::SetOutputs, .mask = clamp, .bits = clamp}, 1); !r)
     return r;
-  if (site_.machine.inputs[static_cast<std::size_t>(config::Input::ClampClosed)])
-    if (auto r = site_.control.wait([&] { return (site_.control.latest().inputs & closed) != 0; }, kClampTimeout_s,
-                                    Error{Fault::ClampOpen, "the clamp did not close", "input clamp_closed"});
-        !r)
-      return r;
+  if (!site_.machine.inputs[static_cast<std::size_t>(config::Input::ClampClosed)]) return {};
+  return site_.control.wait([&] { return (site_.control.latest().inputs & closed) != 0; }, kClampTimeout_s,
+                            Error{Fault::ClampOpen, "the clamp did not close", "input clamp_closed"});
+}
 
-  if (const auto rise = planner_.rise(block_ + 1, at_)) {
-    doing_ = "raising the head";
-    next_block("needle");
-    if (auto r = play(*rise); !r) return tl::unexpected(r.error());
-  }
-  for (const recipes::Block& block : job_.blocks) {
-    if (recipes::needs_offset(block) && !offset_settled_)
-      if (auto r = settle_offset(); !r) return r;
-    if (recipes::needs_surface(block) && !surface_settled_)
-      if (auto r = settle_surface(); !r) return r;
-    auto done =
-        std::visit(Match{[&](const recipes::LookAtMark& b) { return look(b.mark); },
-                         [&](const recipes::Touch& b) { return touch(b.touch); },
-                         [&](const recipes::Dispense& b) -> Result<void> {
-                           doing_ = "dispensing";
-                           if (auto played = play(planner_.dispense(next_block("needle"), at_, b.features)); !played)
-                             return tl::unexpected(played.error());
-                           return {};
-                         },
-                         [&](const recipes::Park&) -> Result<void> {
-                           doing_ = "parking";
-                           if (auto played = play(planner_.park(next_block("needle"), at_)); !played)
-                             return tl::unexpected(played.error());
-                           return {};
-                         }},
-                   block.what);
-    if (!done) return done;
-    ++result_.blocks_done;
-  }
-  doing_ = "done";
+Result<void> Runner::rise() {
+  const job::Surroundings bodies(site_.machine);
+  auto up = job::plan_rise(site_.machine, site_.around != nullptr ? *site_.around : bodies, block_ + 1, at_);
+  if (!up) return tl::unexpected(up.error());
+  if (!*up) return {};
+  doing_ = "raising the head";
+  next_block("needle");
+  if (auto r = play(**std::move(up)); !r) return tl::unexpected(r.error());
   return {};
 }
 
@@ -96,26 +98,34 @@ std::uint32_t Runner::next_block(std::string_view tool_name) {
   return block_;
 }
 
-Result<Played> Runner::play(const Result<job::PlannedBlock>& planned) {
+Result<Played> Runner::play(Result<job::ProvenBlock> planned) {
   if (!planned) return tl::unexpected(planned.error());
-  result_.predicted_s += planned->duration_s;
-  result_.motions_certified += planned->motions;
-  result_.minimum_clearance_mm = result_.motions_certified == planned->motions
-                                     ? planned->minimum_clearance_mm
-                                     : std::min(result_.minimum_clearance_mm, planned->minimum_clearance_mm);
-  planned_path_.add(planned->segments);
-  auto played = site_.control.play(block_, planned->segments);
+  constexpr std::size_t kPiece = 16;  // segments that are drawn between two breaths
+  std::size_t drawn = 0;
+  for (const motion::Segment& segment : planned->segments()) {
+    if (drawn++ % kPiece == 0 && !go_on(site_.breath)) return given_up();
+    planned_path_.add({&segment, 1});
+  }
+  result_.predicted_s += planned->duration_s();
+  result_.motions_certified += planned->motions();
+  result_.minimum_clearance_mm = result_.motions_certified == planned->motions()
+                                     ? planned->minimum_clearance_mm()
+                                     : std::min(result_.minimum_clearance_mm, planned->minimum_clearance_mm());
+  auto played = site_.control.play(*planned);
   at_ = site_.control.latest().target;
+  job::discard(*std::move(planned), site_.breath);
   return played;
 }
 
 // ---- marks ----
 
-Result<void> Runner::look(std::size_t mark) {
+Result<job::JobState> Runner::take(const recipes::LookAtMark& step) {
+  const std::size_t mark = step.mark;
   const recipes::MarkDef& def = recipe_.marks[mark];
   doing_ = "mark " + def.name;
   if (site_.camera == nullptr)
-    return fail(Fault::CameraTimeout, "the recipe has marks, but no camera is connected", at_line(recipe_, def.place));
+    return fail(Fault::CameraTimeout, "the recipe has marks, but no camera is connected",
+                job::at_line(recipe_, def.place));
   record::MarkResult found;
   for (int attempt = 1; attempt <= std::max(1, recipe_.mark_rules.attempts); ++attempt) {
     const std::uint64_t shown_before = site_.camera->latest();
@@ -129,16 +139,15 @@ Result<void> Runner::look(std::size_t mark) {
     const auto latency = site_.control.cycles(site_.machine.camera.answer_latency_s);
     const CycleIndex due = played->end + latency;
     if (site_.control.latest().cycle > due) log::warn("{}: the image took longer than the configured latency", doing_);
-    if (auto r = site_.control.wait([&] { return site_.control.latest().cycle >= due; }, 60, {}); !r) return r;
+    if (auto r = site_.control.wait([&] { return site_.control.latest().cycle >= due; }, 60, {}); !r)
+      return tl::unexpected(r.error());
     if (found.found) break;
   }
   result_.marks.push_back(found);
   if (!found.found)
     return fail(Fault::MarkNotFound, fmt::format("mark '{}' was not found: {}", def.name, found.reason),
-                at_line(recipe_, def.place));
-  marks_.push_back({def.name, def.at, found.measured});
-  guess_from_marks();
-  return {};
+                job::at_line(recipe_, def.place));
+  return job::after_mark(recipe_, state_, mark, found.measured);
 }
 
 /// Fetches the frame of the exposure that the block triggered and finds the mark in it. A mark that is not there is an
@@ -174,81 +183,74 @@ Result<record::MarkResult> Runner::judge(std::size_t mark, const AxisVec& head, 
   return result;
 }
 
-/// Where the next mark is likely to be: the first found mark tells the shift, two tell the turn as well.
-void Runner::guess_from_marks() {
-  if (marks_.size() == 1) {
-    planner_.guess({marks_[0].found_mm - marks_[0].nominal_mm, 0});
-  } else {
-    const vision::OffsetFit fit = vision::fit_rigid(marks_);
-    planner_.guess({fit.shift_mm, fit.rotation_rad});
-  }
-}
-
-Result<void> Runner::settle_offset() {
-  offset_settled_ = true;
-  if (!recipe_.marks.empty()) {
-    const auto fit = vision::fit_offset(marks_, {.max_residual_mm = recipe_.mark_rules.max_residual_mm,
-                                                 .max_shift_mm = recipe_.mark_rules.max_shift_mm,
-                                                 .max_rotation_rad = recipe_.mark_rules.max_rotation_rad});
-    const vision::OffsetFit shown = fit ? *fit : vision::fit_rigid(marks_);
-    for (std::size_t i = 0; i < result_.marks.size() && i < shown.residuals.size(); ++i)
-      result_.marks[i].residual_mm = norm(shown.residuals[i].residual_mm);
-    if (!fit) {
-      Error e = fit.error();
-      if (e.where.empty()) e.where = at_line(recipe_, recipe_.marks.front().place);
-      return tl::unexpected(std::move(e));
-    }
-    offset_ = {fit->shift_mm, fit->rotation_rad};
-    result_.offset = offset_;
-    result_.offset_rms_mm = fit->rms_mm;
-    result_.has_offset = true;
-  }
-  planner_.know(offset_, surface_, recipe_.touches.empty());
-  return {};
+Result<job::JobState> Runner::take(const job::SettleOffset&) {
+  if (recipe_.marks.empty()) return job::after_offset(state_, {});
+  const auto fit = job::settle_offset(recipe_, state_.known.marks);
+  const vision::OffsetFit shown = fit ? *fit : job::fit_marks(recipe_, state_.known.marks);
+  for (std::size_t i = 0; i < result_.marks.size() && i < shown.residuals.size(); ++i)
+    result_.marks[i].residual_mm = norm(shown.residuals[i].residual_mm);
+  if (!fit) return tl::unexpected(fit.error());
+  result_.offset = {fit->shift_mm, fit->rotation_rad};
+  result_.offset_rms_mm = fit->rms_mm;
+  result_.has_offset = true;
+  return job::after_offset(state_, result_.offset);
 }
 
 // ---- surface ----
 
-Result<void> Runner::touch(std::size_t index) {
-  const recipes::TouchPoint& point = recipe_.touches[index];
+Result<job::JobState> Runner::take(const recipes::Touch& step) {
+  const recipes::TouchPoint& point = recipe_.touches[step.touch];
   doing_ = "touch " + point.name;
-  if (auto r = site_.control.command({.kind = cycle::CommandKind::ArmProbe}, 2); !r) return r;
-  auto played = play(planner_.touch(next_block("probe"), at_, index));
+  if (auto r = site_.control.command({.kind = cycle::CommandKind::ArmProbe}, 2); !r) return tl::unexpected(r.error());
+  const auto played = play(planner_.touch(next_block("probe"), at_, step.touch));
   if (!played) return tl::unexpected(played.error());
   if (!played->touched)
     return fail(Fault::ProbeNeverTriggered,
                 fmt::format("touch '{}': the probe met nothing within its travel", point.name),
-                at_line(recipe_, point.place));
-  if (auto free = play(planner_.retract(next_block("probe"), at_)); !free) return tl::unexpected(free.error());
+                job::at_line(recipe_, point.place));
   const config::Tool& probe = *config::find_tool(site_.machine, "probe");
-  const double height =
-      played->touched_at + probe.tip.z - recipes::to_machine(recipe_, site_.machine, {}, {}, point.at, 0).z;
-  heights_.push_back({point.name, point.at, height});
-  result_.touches.push_back({point.name, point.at, height, 0});
-  if (std::abs(height) > recipe_.touch_rules.window_mm)
-    return fail(Fault::ProbeImplausible,
-                fmt::format("touch '{}': the surface was met {:.3f} mm from its nominal height; {:.3f} mm is allowed",
-                            point.name, height, recipe_.touch_rules.window_mm),
-                at_line(recipe_, point.place));
-  return {};
+  const double nominal_mm = recipes::to_machine(recipe_, site_.machine, {}, {}, point.at, 0).z;
+  return job::after_touch(state_, step.touch, played->touched_at + probe.tip.z - nominal_mm);
 }
 
-Result<void> Runner::settle_surface() {
-  surface_settled_ = true;
-  if (!recipe_.touches.empty()) {
-    const auto fit = vision::fit_surface(heights_, {.max_residual_mm = recipe_.touch_rules.max_residual_mm});
-    if (!fit) {
-      Error e = fit.error();
-      if (e.where.empty()) e.where = at_line(recipe_, recipe_.touches.front().place);
-      return tl::unexpected(std::move(e));
-    }
-    for (std::size_t i = 0; i < result_.touches.size() && i < fit->residuals.size(); ++i)
-      result_.touches[i].residual_mm = fit->residuals[i].residual_mm;
-    surface_ = {fit->z0_mm, fit->slope};
-    result_.surface = surface_;
-  }
-  planner_.know(offset_, surface_, true);
-  return {};
+/// The height is judged once the probe is free.
+Result<job::JobState> Runner::take(const job::Retract& step) {
+  const recipes::TouchPoint& point = recipe_.touches[step.touch];
+  if (auto free = play(planner_.retract(next_block("probe"), at_)); !free) return tl::unexpected(free.error());
+  const double height_mm = state_.known.heights.back().height_mm;
+  result_.touches.push_back({point.name, point.at, height_mm, 0});
+  if (std::abs(height_mm) > recipe_.touch_rules.window_mm)
+    return fail(Fault::ProbeImplausible,
+                fmt::format("touch '{}': the surface was met {:.3f} mm from its nominal height; {:.3f} mm is allowed",
+                            point.name, height_mm, recipe_.touch_rules.window_mm),
+                job::at_line(recipe_, point.place));
+  return job::after_retract(state_);
+}
+
+Result<job::JobState> Runner::take(const job::SettleSurface&) {
+  if (recipe_.touches.empty()) return job::after_surface(state_, {});
+  const auto fit = job::settle_surface(recipe_, state_.known.heights);
+  if (!fit) return tl::unexpected(fit.error());
+  for (std::size_t i = 0; i < result_.touches.size() && i < fit->residuals.size(); ++i)
+    result_.touches[i].residual_mm = fit->residuals[i].residual_mm;
+  result_.surface = {fit->z0_mm, fit->slope};
+  return job::after_surface(state_, result_.surface);
+}
+
+// ---- features ----
+
+Result<job::JobState> Runner::take(const recipes::Dispense& step) {
+  doing_ = "dispensing";
+  const auto played = play(planner_.dispense(next_block("needle"), at_, step.features));
+  if (!played) return tl::unexpected(played.error());
+  return job::after_dispense(state_);
+}
+
+Result<job::JobState> Runner::take(const recipes::Park&) {
+  doing_ = "parking";
+  const auto played = play(planner_.park(next_block("needle"), at_));
+  if (!played) return tl::unexpected(played.error());
+  return job::after_park(state_);
 }
 
 }  // namespace gantry::run

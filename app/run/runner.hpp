@@ -1,7 +1,8 @@
 // Runs one job on a machine that is enabled and referenced: looks at the marks, touches the surface, dispenses, parks.
-// Reads from top to bottom as the machine does it; every wait may end with a fault or an order, and then the result
-// says how far it came.
+// What comes next is JobState's to say (app/job/job_state.hpp); the runner does it and asks the world. Every wait may
+// end with a fault or an order, and then state and result say how far it came.
 //   Runner runner(site, recipe, job, result);   auto ended = runner.run();
+//   each snapshot meanwhile: runner.see(snapshot);
 #pragma once
 #include <memory>
 #include <optional>
@@ -10,14 +11,15 @@
 #include <vector>
 
 #include "app/job/block_plan.hpp"
+#include "app/job/feature_watch.hpp"
+#include "app/job/job_state.hpp"
+#include "app/job/surroundings.hpp"
 #include "app/record/job_result.hpp"
 #include "app/record/planned_path.hpp"
 #include "app/run/control.hpp"
 #include "config/machine.hpp"
 #include "recipes/job.hpp"
 #include "vision/camera.hpp"
-#include "vision/fit_offset.hpp"
-#include "vision/fit_surface.hpp"
 
 namespace gantry::run {
 
@@ -26,6 +28,10 @@ struct Site {
   const config::Machine& machine;
   Control& control;
   vision::Camera* camera = nullptr;  ///< null: a recipe with marks fails
+  /// Where the last job has found its board and parts, for the first motion up from it; null: only the machine's own
+  /// bodies are known.
+  const job::Surroundings* around = nullptr;
+  Breath breath{};  ///< asked while motions are planned; no: the job ends with Fault::Aborted
 };
 
 class Runner {
@@ -33,21 +39,31 @@ class Runner {
   Runner(const Site& site, const recipes::Recipe& recipe, const recipes::Job& job, record::JobResult& result);
 
   Result<void> run();
+  /// What the loop has shown of one cycle.
+  void see(const cycle::Snapshot& snapshot);
+  [[nodiscard]] const job::JobState& state() const { return state_; }
   /// What it does now, for people: "mark M2", "touch T1", "dispensing".
   [[nodiscard]] const std::string& doing() const { return doing_; }
   /// What stands around the head, by what the job has measured so far.
   [[nodiscard]] const std::shared_ptr<const job::Surroundings>& surroundings() const { return planner_.surroundings(); }
 
  private:
-  Result<void> play_blocks();
-  Result<void> look(std::size_t mark);
+  Result<void> close_clamp();
+  Result<void> rise();
+
+  /// Does one step of the job, and gives the state after it.
+  Result<job::JobState> take(const recipes::LookAtMark& step);
+  Result<job::JobState> take(const job::SettleOffset& step);
+  Result<job::JobState> take(const recipes::Touch& step);
+  Result<job::JobState> take(const job::Retract& step);
+  Result<job::JobState> take(const job::SettleSurface& step);
+  Result<job::JobState> take(const recipes::Dispense& step);
+  Result<job::JobState> take(const recipes::Park& step);
+
   Result<record::MarkResult> judge(std::size_t mark, const AxisVec& head, std::uint64_t shown_before);
-  Result<void> settle_offset();
-  Result<void> touch(std::size_t index);
-  Result<void> settle_surface();
+  /// The number of the block that is planned next; the report draws its tool.
   std::uint32_t next_block(std::string_view tool_name);
-  Result<Played> play(const Result<job::PlannedBlock>& planned);
-  void guess_from_marks();
+  Result<Played> play(Result<job::ProvenBlock> planned);
 
   Site site_;
   const recipes::Recipe& recipe_;
@@ -57,11 +73,8 @@ class Runner {
   job::BlockPlanner planner_;
   AxisVec at_{};             ///< where the axes stand
   std::uint32_t block_ = 0;  ///< number of the block that plays
-  std::vector<vision::MarkPair> marks_;
-  std::vector<vision::TouchedHeight> heights_;
-  recipes::WorkOffset offset_;
-  recipes::Surface surface_;
-  bool offset_settled_ = false, surface_settled_ = false;
+  job::JobState state_;
+  job::FeatureWatch watch_;
   std::string doing_;
 };
 

@@ -37,15 +37,15 @@ Result<std::vector<Leg>> legs_of(const Limits& limits, const std::vector<AxisVec
     if (!legs.empty()) leg.from = legs.back().to;
     double linear = 0, rotary = 0;
     for (std::size_t i = 0; i < limits.axes; ++i) {
-      const double way = leg.to[i] - leg.from[i];
-      (limits.linear[i] ? linear : rotary) += way * way;
+      const double displacement = leg.to[i] - leg.from[i];
+      (limits.linear[i] ? linear : rotary) += displacement * displacement;
     }
     leg.length = std::sqrt(linear);
     if (leg.length < 1e-9) {
       if (rotary > 1e-18)
         return fail(Fault::NoSolution,
                     "point " + std::to_string(k + 1) +
-                        " of a bead turns an axis on the spot; give the turn some way, or split the bead");
+                        " of a bead turns an axis on the spot; spread the turn over some length, or split the bead");
       continue;  // the same point twice
     }
     for (std::size_t i = 0; i < limits.axes; ++i) leg.direction[i] = (leg.to[i] - leg.from[i]) / leg.length;
@@ -193,6 +193,11 @@ Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
     return tl::unexpected(ok.error());
   if (const auto ok = room_for(limits, bead.end, "run-out", bead.run_out_mm, v.back()); !ok)
     return tl::unexpected(ok.error());
+
+  bead.outline.push_back(bead.start);
+  bead.outline.insert(bead.outline.end(), spec.points.begin(), spec.points.end());
+  bead.outline.push_back(bead.end);
+  bead.corner_tolerance_mm = spec.corner_tolerance_mm;
 
   bead.segments.push_back(segment_of(run_up, up, v_cap, v.front() / factor, spec));
   for (std::size_t k = 0; k < pieces.size(); ++k)

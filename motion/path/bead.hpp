@@ -24,12 +24,14 @@ struct BeadMotion {
   AxisVec start{};  ///< where the run-up starts, at rest
   AxisVec end{};    ///< where the run-out ends, at rest
   std::vector<Segment> segments;
+  std::vector<AxisVec> outline;    ///< start, the points, end: the segments follow it, and leave it only at corners ...
+  double corner_tolerance_mm = 0;  ///< ... by at most this
   double bead_length_mm = 0, bead_seconds = 0, run_up_mm = 0, run_out_mm = 0;
 };
 
-/// Fault::NoSolution (fewer than two different points, a speed that is not > 0, rotary motion without way),
+/// Fault::NoSolution (fewer than two different points, a speed that is not > 0, rotary motion on the spot),
 /// Fault::OutOfReach (a point outside the soft limits), Fault::SpeedNotReachable (run-up or run-out leave the soft
-/// limits: the message tells the axis and how much room the speed needs).
+/// limits: the message names the axis and how much room the speed needs).
 Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec);
 
 }  // namespace gantry::motion

@@ -7,25 +7,26 @@
 
 namespace gantry::motion {
 
-double path_length(const Limits& limits, const AxisVec& way) {
+double path_length(const Limits& limits, const AxisVec& displacement) {
   double linear = 0, rotary = 0;
-  for (std::size_t i = 0; i < limits.axes; ++i) (limits.linear[i] ? linear : rotary) += way[i] * way[i];
+  for (std::size_t i = 0; i < limits.axes; ++i)
+    (limits.linear[i] ? linear : rotary) += displacement[i] * displacement[i];
   return std::sqrt(linear > 0 ? linear : rotary);
 }
 
 std::vector<Segment> line_move(const Limits& limits, const AxisVec& from, const AxisVec& to, double v_cap) {
-  AxisVec way{}, direction{};
-  for (std::size_t i = 0; i < limits.axes; ++i) way[i] = to[i] - from[i];
-  const double length = path_length(limits, way);
+  AxisVec displacement{}, direction{};
+  for (std::size_t i = 0; i < limits.axes; ++i) displacement[i] = to[i] - from[i];
+  const double length = path_length(limits, displacement);
   if (!(length > 1e-12)) return {};
-  for (std::size_t i = 0; i < limits.axes; ++i) direction[i] = way[i] / length;
+  for (std::size_t i = 0; i < limits.axes; ++i) direction[i] = displacement[i] / length;
 
   Segment s;
   s.feature = kTravel;
   s.geometry.length = length;
   s.geometry.degree = 1;
   s.geometry.c[0] = from;
-  s.geometry.c[1] = way;
+  s.geometry.c[1] = displacement;
   const Piece piece{s.geometry, line_bounds(limits, direction), v_cap, true};
   const Profile shortest = piece_profile(piece, 0, 0);
   const double seconds = duration(shortest);

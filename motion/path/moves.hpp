@@ -1,4 +1,4 @@
-// Segments of the simple motions: a straight line from rest to rest, a touch, a wait.
+// Segments of the simple motions: a straight line from rest to rest, a line down to the probe's touch, a wait.
 //   for (Segment& s : line_move(limits, from, to, v_cap)) { s.block = n; ... push }
 // Durations are whole ticks, so that whatever follows starts on one. Off the RT side.
 #pragma once
@@ -12,8 +12,8 @@ namespace gantry::motion {
 
 inline constexpr double kNoCap = std::numeric_limits<double>::infinity();
 
-/// Length of the way of the linear axes, or of the others when no linear axis moves.
-double path_length(const Limits& limits, const AxisVec& way);
+/// Length of the displacement of the linear axes, or of the others when no linear axis moves.
+double path_length(const Limits& limits, const AxisVec& displacement);
 
 /// Straight in all axes, rest to rest, as fast as the axis limits and v_cap (along s) allow. s is the path length of
 /// the linear axes, or of the rotary ones where no linear axis moves. Empty where from equals to. Soft limits are the

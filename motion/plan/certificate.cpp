@@ -34,12 +34,13 @@ std::string describe(const Scene& scene, const Hit& hit) {
 }
 
 Result<Certificate> certify(const Scene& scene, std::span<const AxisVec> polyline, const ClearanceRules& rules,
-                            double extra_mm) {
-  const auto margins = make_margins(scene, rules.clearance_mm, rules.touches, extra_mm);
+                            double extra_mm, const Breath& breath) {
+  const auto margins = make_margins(scene, rules.clearance_mm, rules.approaches, extra_mm);
   if (!margins) return tl::unexpected(margins.error());
   Certificate out{scene.hash(), rules.clearance_mm, extra_mm, {}, 0, std::numeric_limits<double>::infinity()};
   std::vector<PairProof> proofs;
   for (std::size_t i = 0; i + 1 < polyline.size(); ++i) {
+    if (i > 0 && !go_on(breath)) return given_up();
     MotionProof motion;
     motion.from = polyline[i], motion.to = polyline[i + 1];
     proofs.clear();

@@ -10,14 +10,14 @@ namespace {
 
 constexpr double kLimitRounding = 1e-9;
 
-/// A path whose end itself is taken has no way round: said first, since no lift-over changes it.
+/// Where one of the ends is itself too near to a body, no path helps: said first, since no lift-over changes it.
 std::optional<Error> end_taken(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins) {
   for (const bool start : {true, false}) {
     const AxisVec& at = start ? from : to;
     if (const auto hit = first_hit(scene, at, at, margins))
       return Error{
           Fault::Collision,
-          fmt::format("where the motion {}, {}; no way leads there", start ? "starts" : "ends", describe(scene, *hit)),
+          fmt::format("where the motion {}, {}; no path leads there", start ? "starts" : "ends", describe(scene, *hit)),
           ""};
   }
   return std::nullopt;
@@ -34,7 +34,7 @@ Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& t
       return fail(Fault::OutOfReach, fmt::format("axis {} would go to {:.3f}; its limits are {:.3f} and {:.3f}", a.name,
                                                  to[i], a.p_min, a.p_max));
   }
-  const auto margins = make_margins(scene, rules.clearance_mm, rules.touches, extra_mm);
+  const auto margins = make_margins(scene, rules.clearance_mm, rules.approaches, extra_mm);
   if (!margins) return tl::unexpected(margins.error());
 
   Path path{from == to ? PathKind::Standstill : PathKind::Straight, {from, to}, {}};

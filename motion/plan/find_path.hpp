@@ -1,11 +1,12 @@
-// From here to there without touching anything: straight when that is free, else over what is in the way at the lowest
-// Z that is. Everything it returns is certified; the same query gives the same path on every run.
-//   Result<Path> path = find_path(scene, from, to, {.clearance_mm = 2, .touches = {{"needle", "board", gap - 0.02}}});
-// Where the margin must give way: at the ends of a motion a tool is near the surface by design. A touch (sweep.hpp)
-// names the pair and what it still keeps over the whole motion: needle over board `gap - 0.02`, probe on board
-// `-travel`. Every other pair keeps the full clearance, at the ends too. A board that stands tilted is added as a box
-// up to its highest touched place; the touch then allows for its fall as well. Wet deposits are no bodies: who travels
-// over them lifts first.
+// A path from here to there that meets nothing: straight when that is free, else over what stands between at the lowest
+// Z that is free. Everything it returns is certified; the same query gives the same path on every run.
+//   Result<Path> path = find_path(scene, from, to, {.clearance_mm = 2, .approaches = {{"needle", "board", gap -
+//   0.02}}});
+// Where the margin must give way: at the ends of a motion a tool is near the surface by design. An allowed
+// approach (sweep.hpp) names the pair and what it still keeps over the whole motion: needle over board `gap - 0.02`,
+// probe on board `-travel`. Every other pair keeps the full clearance, at the ends too. A board that stands tilted is
+// added as a box up to its highest corner; the allowed approach then covers its fall as well. Wet deposits are no
+// bodies: who travels over them lifts first.
 #pragma once
 #include <vector>
 

@@ -14,7 +14,7 @@ struct Across {
   AxisVec from{}, to{};
 };
 
-/// The way across at height z, with the lift as high as the higher of both ends has it (a larger U is lower).
+/// The motion across at height z, with the lift as high as the higher of both ends has it (a larger U is lower).
 Across across_at(const Scene& scene, const AxisVec& from, const AxisVec& to, double z) {
   Across a{from, to};
   a.from[scene.z()] = a.to[scene.z()] = z;
@@ -22,7 +22,7 @@ Across across_at(const Scene& scene, const AxisVec& from, const AxisVec& to, dou
   return a;
 }
 
-/// Height at which a pair that hits at `z` lets the way across pass: the upper end of the interval it forbids.
+/// Height at which a pair that hits at `z` lets the motion across pass: the upper end of the interval it forbids.
 double climb(const Scene& scene, const AxisVec& from, const AxisVec& to, std::size_t head, std::size_t standing,
              double margin, double z) {
   const SceneBody &a = scene.head()[head], &b = scene.standing()[standing];
@@ -30,8 +30,8 @@ double climb(const Scene& scene, const AxisVec& from, const AxisVec& to, std::si
   double hit = z, free = z + (b.solid.centre.z + b.half_box.z + margin - bottom) + kResolution_mm;
   while (free - hit > kResolution_mm) {
     const double middle = (free + hit) / 2;
-    const Across way = across_at(scene, from, to, middle);
-    (BodySweep(scene, head, way.from, way.to).prove(standing, margin) ? free : hit) = middle;
+    const Across across = across_at(scene, from, to, middle);
+    (BodySweep(scene, head, across.from, across.to).prove(standing, margin) ? free : hit) = middle;
   }
   return free;
 }
@@ -46,8 +46,8 @@ tl::expected<LiftOver, NoLiftOver> lift_over(const Scene& scene, const AxisVec& 
   for (bool climbed = true; climbed;) {
     climbed = false;
     for (std::size_t i = 0; i < scene.head().size(); ++i) {
-      Across way = across_at(scene, from, to, z);
-      BodySweep body(scene, i, way.from, way.to);
+      Across across = across_at(scene, from, to, z);
+      BodySweep body(scene, i, across.from, across.to);
       for (std::size_t k = 0; k < scene.standing().size(); ++k) {
         if (body.far(k, margins.clearance_mm) || body.prove(k, margins.clearance_mm)) continue;
         const double margin = margins.of(i, k);
@@ -58,22 +58,22 @@ tl::expected<LiftOver, NoLiftOver> lift_over(const Scene& scene, const AxisVec& 
               fmt::format("to lift {} over {} {} would have to go to {:.2f} mm; its limit is {:.2f} mm",
                           scene.head()[i].name, scene.standing()[k].name, scene.axes()[z_axis].name, z, z_max)});
         climbed = true;
-        way = across_at(scene, from, to, z);
-        body = BodySweep(scene, i, way.from, way.to);
+        across = across_at(scene, from, to, z);
+        body = BodySweep(scene, i, across.from, across.to);
       }
     }
   }
 
-  const Across way = across_at(scene, from, to, z);
+  const Across across = across_at(scene, from, to, z);
   LiftOver out{{from}, z};
-  for (const AxisVec& next : {way.from, way.to, to})
+  for (const AxisVec& next : {across.from, across.to, to})
     if (next != out.points.back()) out.points.push_back(next);
-  // Rising further only lengthens the ways up and down, so what blocks them here blocks every lift-over.
+  // Rising further only lengthens the motions up and down, so what blocks them here blocks every lift-over.
   for (std::size_t i = 0; i + 1 < out.points.size(); ++i)
     if (const auto hit = first_hit(scene, out.points[i], out.points[i + 1], margins)) {
-      const char* const leg = out.points[i] == way.from ? "across" : i == 0 ? "up" : "down";
+      const char* const leg = out.points[i] == across.from ? "across" : i == 0 ? "up" : "down";
       return tl::unexpected(
-          NoLiftOver{fmt::format("lifted to {:.2f} mm, on the way {} {}", z, leg, describe(scene, *hit))});
+          NoLiftOver{fmt::format("lifted to {:.2f} mm, on the motion {} {}", z, leg, describe(scene, *hit))});
     }
   return out;
 }

@@ -1,7 +1,7 @@
-// What stands in the way, and what moves: the head's bodies against the machine's, the board and its parts.
+// What stands there, and what moves: the head's bodies against the machine's, the board and its parts.
 //   Scene scene(machine);
 //   scene.add({"part U7", {config::Shape::Kind::Box, {8, 8, 3}}, {120, 80, 21.5}});   // machine coordinates
-// A head body stands at its own place plus (X, Y, Z), lower by U when it rides on the lift. C turns the needle about
+// A head body stands at its own position plus (X, Y, Z), lower by U when it rides on the lift. C turns the needle about
 // its own axis and moves no body. Bodies of the head are not checked against each other: their only motion is U, whose
 // limits keep them apart.
 #pragma once

@@ -10,7 +10,7 @@
 namespace gantry::motion {
 namespace {
 
-constexpr double kFraction_mm = 1e-4;  // how exactly the place of a hit is told
+constexpr double kFraction_mm = 1e-4;  // how exactly the position of a hit is found
 
 /// Room along one direction between a swept body and a standing one; below 0 they overlap along it.
 double room_along(const Solid& a, Vec3 sweep, const Solid& b, Vec3 n) {
@@ -55,7 +55,7 @@ double Margins::of(std::size_t head, std::size_t standing) const {
   return least;
 }
 
-Result<Margins> make_margins(const Scene& scene, double clearance_mm, const std::vector<AllowedTouch>& touches,
+Result<Margins> make_margins(const Scene& scene, double clearance_mm, const std::vector<AllowedApproach>& approaches,
                              double extra_mm) {
   const auto index = [](const std::vector<SceneBody>& bodies, const std::string& name) {
     return static_cast<std::size_t>(
@@ -63,12 +63,12 @@ Result<Margins> make_margins(const Scene& scene, double clearance_mm, const std:
         bodies.begin());
   };
   Margins out{clearance_mm + extra_mm, {}};
-  for (const AllowedTouch& t : touches) {
+  for (const AllowedApproach& t : approaches) {
     const std::size_t head = index(scene.head(), t.head), standing = index(scene.standing(), t.standing);
     if (head == scene.head().size() || standing == scene.standing().size())
       return fail(Fault::UnknownReference,
-                  fmt::format("an allowed touch names '{}' and '{}', but there is no such body {}", t.head, t.standing,
-                              head == scene.head().size() ? "on the head" : "in the scene"));
+                  fmt::format("an allowed approach names '{}' and '{}', but there is no such body {}", t.head,
+                              t.standing, head == scene.head().size() ? "on the head" : "in the scene"));
     const auto top = [&](std::size_t k) { return scene.boxes()[k].centre.z + scene.boxes()[k].half.z; };
     for (std::size_t k = 0; k < scene.standing().size(); ++k)
       if (top(k) <= top(standing)) out.pairs.push_back({head, k, t.clearance_mm});
@@ -114,7 +114,8 @@ std::optional<PairProof> BodySweep::prove(std::size_t standing, double margin) c
 
 Hit BodySweep::locate(std::size_t standing, double margin) const {
   const SceneBody& b = scene_->standing()[standing];
-  double free = 0, hit = motion::prove(start_, {}, b.solid, margin) ? 1 : 0;  // a longer way never frees a shorter one
+  double free = 0,
+         hit = motion::prove(start_, {}, b.solid, margin) ? 1 : 0;  // a longer motion never frees a shorter one
   while ((hit - free) * norm(sweep_) > kFraction_mm) {
     const double middle = (free + hit) / 2;
     (motion::prove(start_, sweep_ * middle, b.solid, margin) ? free : hit) = middle;
@@ -132,7 +133,7 @@ std::optional<Hit> first_hit(const Scene& scene, const AxisVec& from, const Axis
     const BodySweep body(scene, i, from, to);
     for (std::size_t k = 0; k < scene.standing().size(); ++k) {
       if (proofs == nullptr && body.far(k, margins.clearance_mm)) continue;
-      // A touch only lowers a margin, so what keeps the full clearance need not be looked up.
+      // An allowed approach only lowers a margin, so what keeps the full clearance need not be looked up.
       auto proof = body.prove(k, margins.clearance_mm);
       const double margin = proof || margins.pairs.empty() ? margins.clearance_mm : margins.of(i, k);
       if (!proof && margin < margins.clearance_mm) proof = body.prove(k, margin);

@@ -16,14 +16,14 @@ namespace gantry::motion {
 
 /// A body of the head that may come nearer to one that stands than the clearance, by design: the needle over the board,
 /// the probe on it. `clearance_mm` is what they still keep; below 0 it is an allowed overlap, counted along an upright
-/// face normal of the standing body or Z (a touch may press in by its travel). It holds as well for whatever is nowhere
+/// face normal of the standing body or Z (a probe may press in by its travel). It holds as well for whatever is nowhere
 /// higher than the standing body's top: a thin board has the plate under it within any clearance.
-struct AllowedTouch {
+struct AllowedApproach {
   std::string head, standing;
   double clearance_mm = 0;
 };
 
-/// AllowedTouch with its names looked up.
+/// AllowedApproach with its names looked up.
 struct PairMargin {
   std::size_t head = 0, standing = 0;
   double clearance_mm = 0;
@@ -33,9 +33,10 @@ struct Margins {
   std::vector<PairMargin> pairs;
   [[nodiscard]] double of(std::size_t head, std::size_t standing) const;
 };
-/// Looks names up. `extra_mm` is added to the clearance; a touch says itself what its pair keeps, all told.
+/// Looks names up. `extra_mm` is added to the clearance; an allowed approach says what its pair keeps, everything
+/// included.
 /// Fault::UnknownReference.
-Result<Margins> make_margins(const Scene& scene, double clearance_mm, const std::vector<AllowedTouch>& touches,
+Result<Margins> make_margins(const Scene& scene, double clearance_mm, const std::vector<AllowedApproach>& approaches,
                              double extra_mm = 0);
 
 /// Why a pair stays apart over a motion: along `direction` (unit, towards the standing body) there are `room_mm`
@@ -57,14 +58,14 @@ struct Hit {
 class BodySweep {
  public:
   BodySweep(const Scene& scene, std::size_t head, const AxisVec& from, const AxisVec& to);
-  /// Far apart along X, Y or Z, as nearly all pairs are; false tells nothing.
+  /// Far apart along X, Y or Z, as nearly all pairs are; false says nothing.
   [[nodiscard]] bool far(std::size_t standing, double margin_mm) const noexcept {
     const Scene::Box& b = scene_->boxes()[standing];
     return (std::abs(b.centre.x - middle_.x) - reach_.x - b.half.x > margin_mm) |
            (std::abs(b.centre.y - middle_.y) - reach_.y - b.half.y > margin_mm) |
            (std::abs(b.centre.z - middle_.z) - reach_.z - b.half.z > margin_mm);
   }
-  /// Proof that the pair keeps more than the margin; none: it does not, or it cannot be told.
+  /// Proof that the pair keeps more than the margin; none: it does not, or it cannot be decided.
   [[nodiscard]] std::optional<PairProof> prove(std::size_t standing, double margin_mm) const;
   /// Where the pair first comes as near as the margin; for a pair that has no proof.
   [[nodiscard]] Hit locate(std::size_t standing, double margin_mm) const;
@@ -79,7 +80,7 @@ class BodySweep {
   std::array<Vec3, 3> across_{};  ///< unit, across motion and axis; 0 where the motion is along the axis
 };
 
-/// The first body in the way on the straight motion, or none. `proofs` receives one proof for every pair.
+/// The first body that the straight motion would meet, or none. `proofs` receives one proof for every pair.
 std::optional<Hit> first_hit(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
                              std::vector<PairProof>* proofs = nullptr);
 

@@ -9,7 +9,7 @@ bool holds(const Scene& scene, const AxisVec& from, const AxisVec& to, const Pai
   const Vec3 n = proof.direction;
   if (!(std::abs(dot(n, n) - 1) < kRounding)) return false;
   const SceneBody &a = scene.head()[proof.head], &b = scene.standing()[proof.standing];
-  // Furthest of the moving body along n is at one of the two ends of its way; both are looked at.
+  // Furthest of the moving body along n is at one of the two ends of its motion; both are looked at.
   const double reach = extent(a.solid, n);
   const double at_from = dot(n, a.solid.centre + scene.carried(a, from)) + reach;
   const double at_to = dot(n, a.solid.centre + scene.carried(a, to)) + reach;

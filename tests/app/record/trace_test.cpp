@@ -27,10 +27,7 @@ cycle::Snapshot at(std::uint32_t tick, Vec3 head) {
 
 JobResult filled(const Trace& trace) {
   JobResult r;
-  recipes::Recipe recipe;
-  recipe.features.push_back(recipes::Dot{.id = "a", .at = {}, .material = "", .place = {}});
-  recipe.features.push_back(recipes::Dot{.id = "b", .at = {}, .material = "", .place = {}});
-  trace.fill(r, recipe);
+  trace.fill(r);
   return r;
 }
 
@@ -81,22 +78,16 @@ TEST(Trace, following_error_counts_only_where_a_drive_is_enabled_in_a_block_and_
   EXPECT_FALSE(r.axes[2].measured);
 }
 
-TEST(Trace, a_feature_counts_as_interrupted_only_when_a_stop_closed_its_valve) {
+TEST(Trace, adds_up_how_often_and_how_long_the_valve_was_open) {
   const auto valve = config::bit(config::Output::Valve);
   Trace trace(three_axes());
-  auto add = [&, tick = 0u](std::uint32_t feature, std::uint32_t outputs, cycle::State state) mutable {
+  unsigned tick = 0;
+  for (const std::uint32_t outputs : {valve, 0u, valve, valve, 0u, 0u}) {
     auto s = at(++tick, {});
-    s.feature = feature, s.outputs = outputs, s.state = state;
+    s.outputs = outputs;
     trace.add(s);
-  };
-  add(0, valve, cycle::State::Running);
-  add(0, 0, cycle::State::Running);                    // closed as planned
-  add(motion::kTravel, valve, cycle::State::Running);  // opens ahead of the next feature
-  add(1, valve, cycle::State::Running);
-  add(1, 0, cycle::State::Held);  // cut
-  add(1, 0, cycle::State::Running);
+  }
   const auto r = filled(trace);
-  EXPECT_EQ(r.interrupted, std::vector<std::string>{"b"});
   EXPECT_EQ(r.valve_openings, 2u);
   EXPECT_DOUBLE_EQ(r.valve_open_s, 0.003);
 }

@@ -16,7 +16,7 @@ constexpr std::uint64_t kSeed = 2024;
 TEST(FindPath, goes_straight_when_nothing_is_in_the_way) {
   Scene scene(test::bare_machine());
   scene.add(box("board", {120, 80, 2}, {100, 100, 1}));
-  const auto path = find_path(scene, at(60, 80, 10), at(140, 120, 6), {.clearance_mm = 2, .touches = {}});
+  const auto path = find_path(scene, at(60, 80, 10), at(140, 120, 6), {.clearance_mm = 2, .approaches = {}});
   ASSERT_TRUE(path) << path.error().message;
   EXPECT_EQ(path->kind, PathKind::Straight);
   EXPECT_EQ(path->points, (std::vector<AxisVec>{at(60, 80, 10), at(140, 120, 6)}));
@@ -29,7 +29,7 @@ TEST(FindPath, goes_straight_when_nothing_is_in_the_way) {
 TEST(FindPath, lifts_over_a_part_as_low_as_its_clearance_lets_it) {
   Scene scene(test::bare_machine());
   scene.add(box("part U7", {10, 10, 12}, {100, 100, 6}));
-  const auto path = find_path(scene, at(80, 100, 3), at(120, 100, 3), {.clearance_mm = 2, .touches = {}});
+  const auto path = find_path(scene, at(80, 100, 3), at(120, 100, 3), {.clearance_mm = 2, .approaches = {}});
   ASSERT_TRUE(path) << path.error().message;
   EXPECT_EQ(path->kind, PathKind::LiftOver);
   ASSERT_EQ(path->points.size(), 4U);
@@ -107,7 +107,7 @@ TEST(FindPath, is_certified_and_the_same_every_time) {
     }
     const AxisVec from = at(random.real(0, 400), random.real(0, 300), random.real(10, 40));
     const AxisVec to = at(random.real(0, 400), random.real(0, 300), random.real(10, 40));
-    const PathRules rules{.clearance_mm = 1.5, .touches = {}};
+    const PathRules rules{.clearance_mm = 1.5, .approaches = {}};
     const auto path = find_path(scene, from, to, rules, 0.2);
     const auto again = find_path(scene, from, to, rules, 0.2);
     ASSERT_EQ(path.has_value(), again.has_value());
@@ -130,7 +130,7 @@ TEST(FindPath, is_certified_and_the_same_every_time) {
 TEST(FindPath, names_both_bodies_the_point_and_what_was_tried) {
   Scene scene(test::bare_machine());
   scene.add(box("gate", {6, 400, 200}, {100, 100, 100}));
-  const auto path = find_path(scene, at(10, 100, 10), at(250, 100, 10), {.clearance_mm = 2, .touches = {}});
+  const auto path = find_path(scene, at(10, 100, 10), at(250, 100, 10), {.clearance_mm = 2, .approaches = {}});
   ASSERT_FALSE(path);
   EXPECT_EQ(path.error().fault, Fault::Collision);
   for (const char* part :
@@ -141,7 +141,7 @@ TEST(FindPath, names_both_bodies_the_point_and_what_was_tried) {
 TEST(FindPath, says_when_its_end_itself_is_taken) {
   Scene scene(test::bare_machine());
   scene.add(box("clamp", {20, 20, 30}, {200, 100, 15}));
-  const auto path = find_path(scene, at(10, 100, 40), at(200, 100, 10), {.clearance_mm = 2, .touches = {}});
+  const auto path = find_path(scene, at(10, 100, 40), at(200, 100, 10), {.clearance_mm = 2, .approaches = {}});
   ASSERT_FALSE(path);
   EXPECT_NE(path.error().message.find("where the motion ends, needle comes within 2 mm of clamp"), std::string::npos)
       << path.error().message;
@@ -167,7 +167,7 @@ TEST(Certify, covers_a_bead_with_its_corner_tolerance_and_names_the_motion_that_
   Scene scene(test::bare_machine());
   scene.add(box("board", {120, 80, 2}, {100, 100, 1}));
   scene.add(box("part C3", {4, 4, 3}, {80, 90, 3.5}));
-  const ClearanceRules rules{.clearance_mm = 1, .touches = {{"needle", "board", 0.23}}};
+  const ClearanceRules rules{.clearance_mm = 1, .approaches = {{"needle", "board", 0.23}}};
   const double z = 2.25;
   const std::vector<AxisVec> bead{at(84.2, 80, z), at(84.2, 120, z), at(120, 120, z)};  // 1.7 mm from the part
   const auto proof = certify(scene, bead, rules, 0.5);

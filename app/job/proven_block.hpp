@@ -1,0 +1,42 @@
+// One block of motion that was proved free before it may be played. Only BlockBuilder makes one, and it certifies every
+// motion that it takes, so that whoever holds a ProvenBlock holds the proof.
+//   Result<ProvenBlock> block = planner.park(number, at);   control.play(*block);
+#pragma once
+#include <cstdint>
+#include <deque>
+
+#include "core/axis_vec.hpp"
+#include "core/breath.hpp"
+#include "motion/types.hpp"
+
+namespace gantry::job {
+
+class ProvenBlock {
+ public:
+  [[nodiscard]] std::uint32_t number() const { return number_; }
+  /// At least one; the last one ends the block. A deque: a block of 10^5 features is never moved as a whole.
+  [[nodiscard]] const std::deque<motion::Segment>& segments() const { return segments_; }
+  /// Where the axes rest, if nothing ends the block earlier.
+  [[nodiscard]] const AxisVec& end() const { return end_; }
+  [[nodiscard]] double duration_s() const { return duration_s_; }                      ///< nominal
+  [[nodiscard]] double minimum_clearance_mm() const { return minimum_clearance_mm_; }  ///< over all certified motions
+  [[nodiscard]] std::size_t motions() const { return motions_; }                       ///< that were certified
+
+ private:
+  friend class BlockBuilder;
+  friend void discard(ProvenBlock block, const Breath& breath);
+  ProvenBlock() = default;
+
+  std::uint32_t number_ = 0;
+  std::deque<motion::Segment> segments_;
+  AxisVec end_{};
+  double duration_s_ = 0;
+  double minimum_clearance_mm_ = 1e9;
+  std::size_t motions_ = 0;
+};
+
+/// Frees a block that is over. 10^5 features are half a gigabyte: at once that takes a tenth of a second, so the breath
+/// is asked meanwhile; its answer changes nothing.
+void discard(ProvenBlock block, const Breath& breath);
+
+}  // namespace gantry::job

@@ -1,0 +1,117 @@
+#include "app/job/block_builder.hpp"
+
+#include <gtest/gtest.h>
+#include <type_traits>
+
+#include "app/job/limits.hpp"
+#include "motion/geometry.hpp"
+#include "tests/app/job/reference.hpp"
+
+namespace gantry::job {
+namespace {
+
+// Nobody but the builder makes a block that may be played, and it takes nothing that it has not certified.
+static_assert(!std::is_default_constructible_v<ProvenBlock>);
+static_assert(!std::is_aggregate_v<ProvenBlock>);
+
+struct BlockBuilderTest : testing::Test {
+  config::Machine machine = test::reference();
+  motion::Limits limits = limits_of(machine);
+  motion::Scene scene{machine};
+  motion::PathRules rules{.clearance_mm = machine.clearance_mm, .approaches = {}};
+  AxisVec high = test::parked(machine);
+
+  BlockBuilder builder(Breath breath = {}) { return {limits, scene, 5, high, std::move(breath)}; }
+  AxisVec moved(double x, double y, double z) {
+    AxisVec q = high;
+    q[machine.x.value] += x, q[machine.y.value] += y, q[machine.z.value] += z;
+    return q;
+  }
+};
+
+TEST_F(BlockBuilderTest, segments_join_carry_their_block_and_the_last_ends_it) {
+  BlockBuilder b = builder();
+  ASSERT_TRUE(b.straight(moved(20, 0, 0), rules));
+  b.dwell(0.01, {}, 3);
+  ASSERT_TRUE(b.travel(moved(20, 30, -5), rules));
+  const ProvenBlock block = b.finish();
+  EXPECT_EQ(block.number(), 5u);
+  EXPECT_EQ(block.end(), moved(20, 30, -5));
+  AxisVec at = high;
+  double seconds = 0;
+  for (const motion::Segment& s : block.segments()) {
+    EXPECT_EQ(s.block, 5u);
+    EXPECT_EQ(s.ends_block, &s == &block.segments().back());
+    EXPECT_EQ(s.feature, s.kind == motion::SegmentKind::Dwell ? 3u : motion::kTravel);
+    for (std::size_t i = 0; i < limits.axes; ++i) EXPECT_NEAR(motion::point(s.geometry, 0)[i], at[i], 1e-9);
+    if (s.kind == motion::SegmentKind::Path) at = motion::point(s.geometry, s.geometry.length);
+    for (const motion::Phase& p : s.nominal.phases) seconds += p.duration_s;
+  }
+  for (std::size_t i = 0; i < limits.axes; ++i) EXPECT_NEAR(at[i], block.end()[i], 1e-9);
+  EXPECT_NEAR(block.duration_s(), seconds, 1e-9);
+  EXPECT_GE(block.motions(), 2u);
+}
+
+TEST_F(BlockBuilderTest, what_is_not_free_is_not_taken) {
+  const config::Body wall{"wall", {config::Shape::Kind::Box, {2, 4000, 4000}}, {}, 0, false};
+  config::Body there = wall;
+  for (const motion::SceneBody& body : scene.head()) {
+    const Vec3 at = body.solid.centre + scene.carried(body, moved(60, 0, 0));
+    if (at.x + body.half_box.x > there.centre.x) there.centre = {at.x + body.half_box.x, at.y, at.z};
+  }
+  scene.add(there);
+  BlockBuilder b = builder();
+  for (const auto& refused : {b.straight(moved(120, 0, 0), rules), b.travel(moved(120, 0, 0), rules),
+                              b.until_probe(moved(120, 0, 0), rules, 5)}) {
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().fault, Fault::Collision);
+    EXPECT_NE(refused.error().message.find("wall"), std::string::npos) << refused.error().message;
+  }
+  motion::BeadSpec spec;
+  spec.points = {moved(20, 0, 0), moved(120, 0, 0)};
+  spec.speed_mm_s = 20;
+  const auto bead = motion::plan_bead(limits, spec);
+  ASSERT_TRUE(bead);
+  ASSERT_TRUE(b.straight(bead->start, rules));
+  const auto refused = b.bead(*bead, rules, 0);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().fault, Fault::Collision);
+  EXPECT_EQ(b.at(), bead->start);
+  const ProvenBlock block = b.finish();
+  for (const motion::Segment& s : block.segments())
+    EXPECT_LE(motion::point(s.geometry, s.geometry.length)[machine.x.value], bead->start[machine.x.value] + 1e-9);
+}
+
+TEST_F(BlockBuilderTest, a_bead_is_taken_only_where_the_axes_stand) {
+  motion::BeadSpec spec;
+  spec.points = {moved(20, 0, 0), moved(40, 0, 0)};
+  spec.speed_mm_s = 20;
+  const auto bead = motion::plan_bead(limits, spec);
+  ASSERT_TRUE(bead);
+  BlockBuilder b = builder();
+  EXPECT_EQ(b.bead(*bead, rules, 0).error().fault, Fault::Internal);
+  ASSERT_TRUE(b.travel(bead->start, rules));
+  ASSERT_TRUE(b.bead(*bead, rules, 4));
+  EXPECT_EQ(b.at(), bead->end);
+}
+
+TEST_F(BlockBuilderTest, a_block_without_motion_stands_for_one_tick) {
+  const ProvenBlock block = builder().finish();
+  ASSERT_EQ(block.segments().size(), 1u);
+  EXPECT_EQ(block.segments().front().kind, motion::SegmentKind::Dwell);
+  EXPECT_TRUE(block.segments().front().ends_block);
+  EXPECT_NEAR(block.duration_s(), limits.tick_s, 1e-12);
+  EXPECT_EQ(block.end(), high);
+}
+
+TEST_F(BlockBuilderTest, a_touch_is_proved_to_its_end_and_rests_where_it_began_by_plan) {
+  BlockBuilder b = builder();
+  ASSERT_TRUE(b.until_probe(moved(0, 0, -5), rules, 4));
+  EXPECT_EQ(b.at(), high);
+  const ProvenBlock block = b.finish();
+  EXPECT_EQ(block.segments().back().kind, motion::SegmentKind::UntilProbe);
+  EXPECT_LE(block.segments().back().v_cap, 4);
+}
+
+}  // namespace
+}  // namespace gantry::job

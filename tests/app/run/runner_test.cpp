@@ -1,0 +1,99 @@
+// The runner on a whole machine in virtual time: it does what JobState says comes next, and its state says how far it
+// came.
+#include "app/run/runner.hpp"
+
+#include <gtest/gtest.h>
+#include <set>
+
+#include "app/job/prove.hpp"
+#include "tests/machine/deposits.hpp"
+#include "tests/machine/rig.hpp"
+
+namespace gantry {
+namespace {
+
+using test::Rig;
+
+constexpr const char* kDemo = "recipes/demo-board.yaml";
+
+/// Which tool each played block works with, from block 1 on, as the result keeps it for the report.
+std::vector<std::string> tools_played(const config::Machine& machine, const record::JobResult& result) {
+  std::vector<std::string> out;
+  for (std::size_t i = 1; i < result.drawing.tip_of_block.size(); ++i)
+    for (const char* name : {"camera", "probe", "needle"}) {
+      const config::Tool& tool = *config::find_tool(machine, name);
+      if (norm(result.drawing.tip_of_block[i] - (tool.tip - Vec3{0, 0, tool.lift_mm})) < 1e-9) out.emplace_back(name);
+    }
+  return out;
+}
+
+TEST(Runner, plays_the_blocks_that_the_prover_has_proved_in_their_order) {
+  for (const char* file : {kDemo, "tests/cli/short-board.yaml"}) {
+    SCOPED_TRACE(file);
+    Rig rig({});
+    const recipes::Recipe recipe = test::load_recipe(file);
+    const auto job = recipes::compile(recipe, rig.machine());
+    ASSERT_TRUE(job);
+    const auto proof = job::prove_nominal(rig.machine(), recipe, *job);
+    ASSERT_TRUE(proof);
+    std::vector<std::string> expected;
+    for (const job::Next& step : proof->steps)
+      if (!std::holds_alternative<job::SettleOffset>(step) && !std::holds_alternative<job::SettleSurface>(step))
+        expected.emplace_back(job::tool_of(step));
+    const auto result = rig.run(recipe);
+    test::expect_done(result);
+    std::size_t again = 0;  // a mark that was looked at twice has two blocks
+    for (const auto& mark : result.marks) again += static_cast<std::size_t>(mark.attempts - 1);
+    ASSERT_EQ(again, 0u);
+    EXPECT_EQ(tools_played(rig.machine(), result), expected);
+    EXPECT_EQ(result.blocks_done, result.blocks_total);
+    EXPECT_EQ(result.features_done, recipe.features.size());
+    EXPECT_TRUE(result.interrupted.empty());
+  }
+}
+
+/// The world counts a deposit when the valve has closed. Features that are done are never more than those, and at every
+/// abort all that lies on the board is either done or interrupted.
+TEST(Runner, features_done_are_those_that_lie_on_the_board_wherever_an_abort_comes) {
+  const recipes::Recipe recipe = test::load_recipe(kDemo);
+  int cut = 0, whole = 0;
+  for (int after = 0; after < 1500; after += 37) {
+    SCOPED_TRACE(after);
+    Rig rig({});
+    int cycles = 0;
+    rig.on_step = [&](run::Owner& owner) {
+      const bool valve_seen = owner.progress().features_done > 2;
+      if (valve_seen && ++cycles == after + 1) (void)owner.order({.kind = run::OrderKind::Abort});
+    };
+    const auto result = rig.run(recipe);
+    EXPECT_NE(result.exit_code, ExitCode::Done);
+    EXPECT_EQ(result.deposits.size(), result.features_done + result.interrupted.size());
+    std::set<std::string> lying;
+    for (const auto& d : result.deposits) lying.insert(d.id);
+    for (const std::string& id : result.interrupted) EXPECT_TRUE(lying.count(id)) << id;
+    cut += !result.interrupted.empty();
+    whole += result.interrupted.empty();
+  }
+  EXPECT_GT(cut, 0);
+  EXPECT_GT(whole, 0);
+}
+
+TEST(Runner, a_job_after_an_abort_rises_first_and_is_done) {
+  Rig rig({});
+  rig.on_step = [](run::Owner& owner) {
+    if (owner.progress().features_done == 5) (void)owner.order({.kind = run::OrderKind::Abort});
+  };
+  const auto stopped = rig.run(kDemo);
+  EXPECT_NE(stopped.exit_code, ExitCode::Done);
+  const double z = rig.owner().latest().target[rig.machine().z.value];
+  EXPECT_LT(z, rig.machine().safe_z_mm - 0.5);
+  rig.on_step = {};
+  const auto result = rig.run(kDemo);
+  test::expect_done(result);
+  ASSERT_FALSE(result.planned.empty());
+  EXPECT_NEAR(result.planned.front().head.z, z, 1e-9);
+  EXPECT_EQ(tools_played(rig.machine(), result).front(), "needle");
+}
+
+}  // namespace
+}  // namespace gantry

@@ -1,0 +1,114 @@
+// The speeds that the lookahead allows, against the textbook's S-curve (as in tests/motion/path/speeds_test.cpp): from
+// each of them the tool can come to rest before the known path ends, and from hardly more it could not.
+#include "motion/rt/lookahead.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <memory>
+#include <random>
+#include <vector>
+
+namespace gantry::motion {
+namespace {
+
+double length_to_change(double v1, double v2, double a, double j) {
+  const double dv = std::abs(v2 - v1);
+  const double seconds = dv * j <= a * a ? 2 * std::sqrt(dv / j) : dv / a + a / j;
+  return 0.5 * (v1 + v2) * seconds;
+}
+
+Segment line(double length, double v_cap, double v_exit, std::uint32_t block = 1) {
+  Segment s;
+  s.block = block;
+  s.geometry.length = length;
+  s.geometry.degree = 1;
+  s.v_cap = v_cap;
+  s.v_max = 300, s.a_max = 4000, s.j_max = 80'000;
+  s.v_exit = v_exit;
+  return s;
+}
+
+struct Ahead {
+  std::unique_ptr<SegmentRing> ring = std::make_unique<SegmentRing>();
+  Lookahead ahead{*ring};
+  explicit Ahead(const std::vector<Segment>& segments, double override_factor = 1) {
+    for (const Segment& s : segments) EXPECT_TRUE(ring->push(s));
+    ahead.update(1, override_factor);
+  }
+  [[nodiscard]] double v(std::size_t i) const { return ahead.v_end(i); }
+};
+
+TEST(Lookahead, the_end_of_what_is_known_is_a_standstill) {
+  EXPECT_EQ(Ahead({}).v(0), 0);
+  EXPECT_EQ(Ahead({line(100, 50, 50)}).v(0), 0) << "more may come, but is not there";
+  const Ahead two({line(100, 50, 50), line(100, 50, 50)});
+  EXPECT_EQ(two.v(0), 50);
+  EXPECT_EQ(two.v(1), 0);
+  EXPECT_EQ(two.v(2), 0);
+}
+
+TEST(Lookahead, another_block_a_dwell_and_a_rest_by_plan_end_what_is_known) {
+  EXPECT_EQ(Ahead({line(100, 50, 50), line(100, 50, 50, 2)}).v(0), 0);
+  Segment dwell = line(1, 1, 0);
+  dwell.kind = SegmentKind::Dwell;
+  EXPECT_EQ(Ahead({line(100, 50, 50), dwell, line(100, 50, 50)}).v(0), 0);
+  EXPECT_EQ(Ahead({line(100, 50, 0), line(100, 50, 50)}).v(0), 0) << "a corner";
+  Segment last = line(100, 50, 50);
+  last.ends_block = true;
+  EXPECT_EQ(Ahead({last, line(100, 50, 50)}).v(0), 0);
+}
+
+TEST(Lookahead, beyond_its_window_the_path_counts_as_unknown) {
+  const std::vector<Segment> many(Lookahead::kWindow + 50, line(0.01, 300, 300));
+  const Ahead ahead(many);
+  EXPECT_EQ(ahead.v(Lookahead::kWindow - 1), 0);
+  EXPECT_EQ(ahead.v(Lookahead::kWindow + 3), 0);
+  EXPECT_GT(ahead.v(0), 0);
+}
+
+TEST(Lookahead, override_raises_up_to_the_axis_limits_and_never_a_touch) {
+  EXPECT_EQ(Ahead({line(100, 50, 50), line(100, 50, 50)}, 2).v(0), 100);
+  EXPECT_EQ(Ahead({line(100, 200, 200), line(100, 200, 200)}, 2).v(0), 300);
+  EXPECT_EQ(Ahead({line(100, 50, 50), line(100, 50, 50)}, 0.5).v(0), 25);
+  Segment touch = line(10, 4, 0);
+  touch.kind = SegmentKind::UntilProbe;
+  EXPECT_EQ(bounds_of(touch, 2).v, 4);
+  EXPECT_EQ(bounds_of(touch, 0.5).v, 2);
+}
+
+TEST(Lookahead, random_paths_can_be_braked_on_and_not_one_boundary_faster) {
+  constexpr unsigned kSeed = 9;
+  std::mt19937_64 random(kSeed);
+  const auto between = [&](double low, double high) {
+    return std::exp(std::uniform_real_distribution<double>(std::log(low), std::log(high))(random));
+  };
+  for (int n = 0; n < 2000; ++n) {
+    std::vector<Segment> path;
+    for (int i = 0; i < 2 + n % 20; ++i) {
+      Segment s = line(between(1e-3, 50), between(1, 400), between(1, 400));
+      s.v_max = between(5, 500), s.a_max = between(50, 8000), s.j_max = between(500, 2e5);
+      path.push_back(s);
+    }
+    const double factor = n % 2 == 0 ? 1 : between(0.1, 2);
+    const Ahead ahead(path, factor);
+    for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+      SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", path " << n << ", boundary " << i);
+      const Segment& next = path[i + 1];
+      double limit = std::min({path[i].v_cap * factor, path[i].v_max, next.v_cap * factor, next.v_max});
+      if (factor == 1) limit = std::min(limit, path[i].v_exit);
+      const auto can_go_on = [&](double v) {
+        return length_to_change(v, ahead.v(i + 1), next.a_max, next.j_max) <= next.geometry.length ||
+               length_to_change(v, 0, next.a_max, next.j_max) <= next.geometry.length;
+      };
+      ASSERT_LE(ahead.v(i), limit);
+      ASSERT_TRUE(can_go_on(ahead.v(i))) << ahead.v(i);
+      const double faster = ahead.v(i) * 1.0001 + 1e-9;
+      ASSERT_TRUE(faster > limit || !can_go_on(faster)) << ahead.v(i);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gantry::motion
