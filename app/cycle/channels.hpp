@@ -82,6 +82,7 @@ struct Snapshot {
   std::uint32_t block = 0;      ///< 0: idle
   std::uint32_t tick = 0;       ///< tick in the block, from 1
   std::uint32_t feature = motion::kTravel;
+  bool valve_cut = false;  ///< a stop has shut the valve in this cycle, which was open in the last
   std::uint32_t outputs = 0, inputs = 0;
   std::uint16_t working_counter = 0, expected = 0;
   std::uint16_t al_states = 0;

@@ -118,6 +118,7 @@ void Loop::advance(const Beat& beat) noexcept {
 }
 
 void Loop::step_motion() noexcept {
+  valve_cut_ = shut_valve_ && (sent_outputs_ & setup_.valve_mask) != 0;
   if (block_ != 0) ++tick_;
   commanded_.setpoint = interpolator_.step(override_);
   const motion::Compensated out = compensation_.step(commanded_.setpoint, shut_valve_ ? setup_.valve_mask : 0);
@@ -234,6 +235,7 @@ void Loop::tell_snapshot(const Beat& beat, bool sent) noexcept {
   s.block = block_;
   s.tick = tick_;
   s.feature = commanded_.setpoint.feature;
+  s.valve_cut = valve_cut_;
   s.outputs = sent ? sent_outputs_ : commanded_.outputs | outputs_set_;
   s.inputs = inputs_;
   s.working_counter = exchange_.working_counter;

@@ -99,6 +99,7 @@ class Loop {
   std::uint32_t block_ = 0, tick_ = 0;  ///< what plays; kept until the last compensated tick is out
   bool settled_ = true;                 ///< the compensation has let everything out
   bool shut_valve_ = false;             ///< this tick closes the valve, also in what is still on its way
+  bool valve_cut_ = false;              ///< this tick closes it, and it was open
   bool probing_ = false;                ///< the block's last segment waits for the probe
   bool probe_told_ = false;
   Fault stopped_by_ = Fault::None;  ///< what ended the block that is braking

@@ -21,6 +21,7 @@ Result<void> Owner::bring_up() {
   Parts& p = *parts_;
   const Turn turn(p, Undertaking::BringUp);
   if (!turn.taken()) return turn.refused();
+  if (p.on_bus) return fail(Fault::Refused, "the bus is up already");
   if (auto r = p.bus->bring_up(); !r) return r;
   for (const std::string& note : p.bus->notes()) log::debug("{}", note);
   p.make_on_bus(p.bus->first_cycle(p.clock->now() + milliseconds(5)));

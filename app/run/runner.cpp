@@ -65,7 +65,7 @@ void Runner::see(const cycle::Snapshot& s) {
   if (watch_.see(state_.features, {.block = s.block,
                                    .feature = s.feature,
                                    .valve_open = (s.outputs & config::bit(config::Output::Valve)) != 0,
-                                   .stopped = stopped(s.state)}))
+                                   .stopped = s.valve_cut || stopped(s.state)}))
     result_.features_done = job::count(state_, job::FeatureState::Done);
 }
 

@@ -11,10 +11,10 @@ expect_value "[s['parent'] for s in d['stations']]" "[-1, 0, 1, 2, 3, 4]"
 expect_value "sum(len(p['entries']) for p in d['stations'][5]['pdos'])" 8
 expect_exit 0 "objects" "$gantry" --json bus scan --objects
 expect_exit 0 "a table" "$gantry" bus scan
-expect_text "0 'x' "; expect_text "6040h/16 607Ah/32"
+expect_text "1 'x' "; expect_text "6040h/16 607Ah/32"
 expect_exit 0 "a read by name" "$gantry" --json bus sdo read y1 0x1018:2
 expect_value "d['value']" "$((0x530B))"
-expect_exit 0 "a string" "$gantry" bus sdo read 4 1008h --type string
+expect_exit 0 "a string" "$gantry" bus sdo read 5 1008h --type string
 expect_text "STD402EC"
 expect_exit 0 "a signed write" "$gantry" --json bus sdo write x 0x607A -5
 expect_value "(d['value'], d['bytes'])" "(-5, 'FBFFFFFF')"
@@ -27,8 +27,8 @@ expect_exit 2 "a station that is not there" "$gantry" bus sdo read nobody 0x1018
 expect_text "positions 0 to 5, io, x, y1"
 expect_exit 2 "an object that is none" "$gantry" bus sdo read x here
 expect_exit 2 "a value that does not fit" "$gantry" bus sdo write x 0x6098 300
-expect_exit 2 "a verb that is none" "$gantry" bus foo
-expect_text "no .gantry bus foo.*known: scan, sdo"
+expect_exit 2 "a verb that is none" "$gantry" bus frobnicate
+expect_text "no .gantry bus frobnicate.*known: scan, sdo"
 expect_exit 2 "no verb" "$gantry" bus
 expect_exit 2 "an option that is none" "$gantry" bus scan --foo
 expect_exit 5 "a type of another length" "$gantry" bus sdo read x 1018:1 --type u8
@@ -74,11 +74,11 @@ capture=$!; pids+=($capture)
 wait_for 5 test -s "$work/wire.pcapng"; sleep 0.3
 expect_exit 0 "a scan over a wire" inside "$gantry" --json bus scan --objects --interface $name-ctl
 expect_value "[s['configured_name'] for s in d['stations']]" "['io', 'x', 'y1', 'y2', 'z', 'cu']"
-expect_value "d['stations'][0]['state']" "PRE_OP"
+expect_value "d['stations'][1]['state']" "PRE_OP"
 expect_exit 0 "a write over a wire" inside "$gantry" bus sdo write z 0x6081 4711 --interface $name-ctl
-expect_exit 0 "is still there for the next" inside "$gantry" --json bus sdo read 3 6081 --interface $name-ctl
+expect_exit 0 "is still there for the next" inside "$gantry" --json bus sdo read 4 6081 --interface $name-ctl
 expect_value "d['value']" 4711
-expect_exit 0 "and for the one after that" inside "$gantry" --json bus sdo read 3 6081 --interface $name-ctl
+expect_exit 0 "and for the one after that" inside "$gantry" --json bus sdo read 4 6081 --interface $name-ctl
 expect_exit 0 "counters over a wire" inside "$gantry" bus errors --interface $name-ctl
 expect_exit 0 "clocks over a wire" inside "$gantry" bus dc --interface $name-ctl
 kill -INT $capture; wait $capture || fail "the capture did not end in order"

@@ -164,13 +164,14 @@ TEST(Jog, is_as_short_as_the_planner_of_states_finds_and_keeps_every_bound) {
 
     // The judge: the axes' own bounds, and the path's speed shared out among them.
     double length = 0;
-    for (const std::size_t i : {kX, kY, kZ, kU}) length = std::hypot(length, jog->way[i]);
+    for (const std::size_t i : {kX, kY, kZ, kU}) length = std::hypot(length, jog->displacement[i]);
     std::vector<motion::AxisMove> moves;
     for (std::size_t i = 0; i < 5; ++i) {
-      if (jog->way[i] == 0) continue;
+      if (jog->displacement[i] == 0) continue;
       const config::Axis& axis = bench.rig.machine().axes[i];
-      const double v = std::min(axis.v_max, c.v_path * std::abs(jog->way[i]) / length);
-      moves.push_back({{from[i], 0, 0}, {from[i] + jog->way[i], 0, 0}, motion::Bounds{v, axis.a_max, axis.j_max}});
+      const double v = std::min(axis.v_max, c.v_path * std::abs(jog->displacement[i]) / length);
+      moves.push_back(
+          {{from[i], 0, 0}, {from[i] + jog->displacement[i], 0, 0}, motion::Bounds{v, axis.a_max, axis.j_max}});
       const Speeds sent = sent_speeds(bench.cycles, i);
       EXPECT_LE(sent.v, v * (1 + 1e-6)) << axis.name;
       EXPECT_LE(sent.a, axis.a_max * (1 + 1e-3)) << axis.name;
@@ -182,12 +183,12 @@ TEST(Jog, is_as_short_as_the_planner_of_states_finds_and_keeps_every_bound) {
     const job::Surroundings around(bench.rig.machine());
     const auto planned = job::plan_jog(bench.rig.machine(), around, from, *jog);
     ASSERT_TRUE(planned) << to_text(planned.error());
-    EXPECT_GE(planned->duration_s, shortest.duration_s - 1e-9);
-    EXPECT_LT(planned->duration_s, shortest.duration_s + 0.001 + 1e-9) << "rounded up to the cycle";
+    EXPECT_GE(planned->duration_s(), shortest.duration_s - 1e-9);
+    EXPECT_LT(planned->duration_s(), shortest.duration_s + 0.001 + 1e-9) << "rounded up to the cycle";
     std::uint32_t ticks = 0;
     for (const auto& s : bench.cycles) ticks = std::max(ticks, s.tick);
-    EXPECT_NEAR(ticks * 0.001, planned->duration_s, 0.0055) << "played as planned, and the slowest axis's delay";
-    EXPECT_NEAR(done->duration_s, planned->duration_s, 0.010);
+    EXPECT_NEAR(ticks * 0.001, planned->duration_s(), 0.0055) << "played as planned, and the slowest axis's delay";
+    EXPECT_NEAR(done->duration_s, planned->duration_s(), 0.010);
   }
 }
 
@@ -342,7 +343,7 @@ TEST(Jog, an_abort_at_any_time_ends_on_the_way_within_the_planners_stopping_dist
     const auto jog = job::read_jog(bench.rig.machine(), asked);
     const auto planned = job::plan_jog(bench.rig.machine(), job::Surroundings(bench.rig.machine()), from, *jog);
     ASSERT_TRUE(planned);
-    ASSERT_EQ(planned->segments.size(), 1u);
+    ASSERT_EQ(planned->segments().size(), 1u);
     bool sent = false;
     bench.on_cycle = [&] {
       if (!sent && bench.now().block == 1 && bench.now().tick == after)
@@ -355,7 +356,7 @@ TEST(Jog, an_abort_at_any_time_ends_on_the_way_within_the_planners_stopping_dist
     EXPECT_EQ(ended.error().fault, Fault::Aborted);
     EXPECT_EQ(bench.now().state, cycle::State::Ready) << "it stands, and nothing is latched";
 
-    const motion::State x = planned_state(planned->segments[0], after * 0.001);
+    const motion::State x = planned_state(planned->segments()[0], after * 0.001);
     const double factor = 100 / 80.0;  // the path's bounds are those of X, which goes farther
     const double expected =
         std::min(100.0, x.p + stopping_distance(x.v, x.a, limits.a_max * factor, limits.j_max * factor));

@@ -33,7 +33,7 @@ void expect_back_only_by_the_operator(Idle& idle, std::uint32_t away) {
   const auto enabled = idle.owner().enable();
   ASSERT_TRUE(enabled) << to_text(enabled.error());
   EXPECT_EQ(idle.now().enabled, kAll);
-  EXPECT_EQ(idle.now().referenced & away, 0u) << "enabling moves no axis";
+  EXPECT_EQ(idle.now().state, State::Ready) << "enabling moves no axis";
   const auto homed = idle.owner().home();
   ASSERT_TRUE(homed) << to_text(homed.error());
   EXPECT_EQ(idle.now().referenced & kAll, kAll);

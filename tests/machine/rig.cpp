@@ -70,9 +70,8 @@ record::JobResult Rig::run(const recipes::Recipe& recipe) {
   owner_->on_step([this] {
     if (on_step) on_step(*owner_);
   });
-  if (!up_)
+  if (owner_->latest().cycle == 0)
     if (auto up = owner_->bring_up(); !up) return failed({up.error()});
-  up_ = true;
   return owner_->run(recipe, *job, {});
 }
 

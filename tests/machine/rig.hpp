@@ -42,7 +42,6 @@ class Rig {
   config::Machine machine_;
   std::string script_file_;
   std::unique_ptr<run::Owner> owner_;
-  bool up_ = false;
 };
 
 recipes::Recipe load_recipe(const std::string& file);

@@ -16,12 +16,12 @@ using test::Said;
 constexpr const char* kDemo = "recipes/demo-board.yaml";
 
 TEST(StationsNamed, a_lost_station_ends_a_job_with_its_name) {
-  Rig rig({.placement = "dx=0.5 mm", .script = "- {at: feature dot 5, do: power_cycle, station: io}"});
+  Rig rig({.placement = "dx=0.5 mm", .script = "- {at: feature dot 5, do: power_cycle, station: cu}"});
   const auto result = rig.run(kDemo);
   EXPECT_EQ(result.exit_code, ExitCode::Device);
   ASSERT_FALSE(result.errors.empty());
   EXPECT_EQ(result.errors.front().fault, Fault::WorkingCounterLost);
-  EXPECT_EQ(result.errors.front().where, "station 0 'io'") << to_text(result.errors.front());
+  EXPECT_EQ(result.errors.front().where, "station 5 'cu'") << to_text(result.errors.front());
 }
 
 TEST(StationsNamed, all_behind_a_cut_are_named_and_none_before_it) {

@@ -24,7 +24,7 @@ struct FallenBench : LoopBench {
         link.write<std::uint16_t>(z_address(), devices::wire::reg::kAlControl, static_cast<std::uint16_t>(state));
     ASSERT_TRUE(asked) << to_text(asked.error());
   }
-  [[nodiscard]] std::uint16_t z_address() const { return master->stations()[3].address; }
+  [[nodiscard]] std::uint16_t z_address() const { return master->stations()[4].address; }
   [[nodiscard]] bool z_enabled() const { return (now.enabled >> machine.z.value & 1u) != 0; }
 };
 

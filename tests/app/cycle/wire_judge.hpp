@@ -2,7 +2,7 @@
 // of a stop frame is not the code that makes it.
 //   Ethernet header 14, EtherCAT header 2, then datagrams of header 10, data, counter 2 (ETG.1000.4, 5.3.2, 5.4)
 //   LRW: a region a station in the order of the ring, its outputs and then its inputs
-//        x 9 + 19 bytes, y1 9 + 19, y2 9 + 19, z 9 + 19, cu 18 + 38, io 2 + 2
+//        io 2 + 2 bytes, x 9 + 19, y1 9 + 19, y2 9 + 19, z 9 + 19, cu 18 + 38
 //   outputs of an axis: 6040h u16, 6060h i8, 607Ah i32, 60B8h u16     (rx_pdos and tx_pdos in config/drives)
 #pragma once
 #include <algorithm>
@@ -46,7 +46,7 @@ struct WireImage {
   }
 };
 
-constexpr std::size_t kImageBytes = 4 * (9 + 19) + (18 + 38) + (2 + 2);
+constexpr std::size_t kImageBytes = (2 + 2) + 4 * (9 + 19) + (18 + 38);
 
 /// Where the LRW's data begin in the frame; 0 when there is no LRW over the whole image.
 inline std::size_t find_lrw(std::span<const std::byte> frame) {
@@ -69,14 +69,14 @@ inline std::optional<WireImage> decode_cyclic(std::span<const std::byte> frame) 
   const auto u8 = [&](std::size_t at) { return std::to_integer<unsigned>(frame[data + at]); };
   const auto u16 = [&](std::size_t at) { return u8(at) | u8(at + 1) << 8; };
   WireImage image;
-  constexpr std::array<std::size_t, 6> kAxes{0, 28, 56, 84, 112, 112 + 9};
+  constexpr std::array<std::size_t, 6> kAxes{4, 32, 60, 88, 116, 116 + 9};
   for (std::size_t i = 0; i < 6; ++i) {
     const std::size_t at = kAxes[i];
     image.axes[i] = {static_cast<std::uint16_t>(u16(at)), static_cast<std::int8_t>(u8(at + 2)),
                      static_cast<std::int32_t>(u16(at + 3) | u16(at + 5) << 16),
                      static_cast<std::uint16_t>(u16(at + 7))};
   }
-  image.outputs = static_cast<std::uint16_t>(u16(168));
+  image.outputs = static_cast<std::uint16_t>(u16(0));
   return image;
 }
 

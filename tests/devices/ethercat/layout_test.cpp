@@ -202,7 +202,7 @@ TEST(Layout, each_sync_manager_of_a_direction_carries_its_own_pdos) {
 // EEPROMs without it.
 TEST(Layout, outputs_of_a_stranger_are_watched_also_when_its_eeprom_does_not_ask_for_it) {
   BusBench b;
-  constexpr std::uint16_t kStation = 0x1001;
+  constexpr std::uint16_t kStation = 0x1002;
   Link link(b.port, b.clock);
   Survey survey(b.port, b.clock);
   ASSERT_TRUE(survey.scan());
@@ -241,7 +241,7 @@ class UnwatchedPort final : public PassingPort {
   bool send(PortIndex port, std::span<const std::byte> frame) noexcept override {
     std::vector<std::byte> changed(frame.begin(), frame.end());
     const auto h = wire::get_datagram_header(std::span<const std::byte>(changed).subspan(wire::kFrameHeader));
-    if (h.command == wire::Command::Fpwr && h.adp() == 0x1002 && h.ado() == 0x0810)
+    if (h.command == wire::Command::Fpwr && h.adp() == 0x1003 && h.ado() == 0x0810)
       changed[wire::kFrameHeader + wire::kDatagramHeader + wire::kSmControlOffset] &=
           ~std::byte{wire::kSmWatchdogTrigger};
     return port_.send(port, changed);

@@ -65,7 +65,7 @@ TEST(Survey, one_tool_after_the_other_reads_the_same_object) {
     Survey survey(b.port, b.clock);
     const Time begin = b.clock.now();
     for (int n = 0; n <= tool; ++n) {
-      const auto vendor = survey.read_object(0, {0x1018, 1});
+      const auto vendor = survey.read_object(1, {0x1018, 1});
       ASSERT_TRUE(vendor) << tool << ": " << to_text(vendor.error());
     }
     EXPECT_LT(b.clock.now() - begin, milliseconds(500)) << tool;
@@ -75,10 +75,10 @@ TEST(Survey, one_tool_after_the_other_reads_the_same_object) {
 // Whether the station takes complete access, or refuses it and is asked one by one, the bytes are the same.
 TEST(Survey, an_object_is_read_whole) {
   SurveyBench b;
-  const auto all = b.survey.read_object(0, {0x1018, 0}, SdoAccess::Complete);
+  const auto all = b.survey.read_object(1, {0x1018, 0}, SdoAccess::Complete);
   ASSERT_TRUE(all) << to_text(all.error());
   ASSERT_GE(all->size(), 2 + 3 * 4u);
-  const auto product = b.survey.read_object(0, {0x1018, 2});
+  const auto product = b.survey.read_object(1, {0x1018, 2});
   ASSERT_TRUE(product);
   EXPECT_TRUE(std::equal(product->begin(), product->end(), all->begin() + 6));
 }

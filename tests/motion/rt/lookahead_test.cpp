@@ -78,37 +78,5 @@ TEST(Lookahead, override_raises_up_to_the_axis_limits_and_never_a_touch) {
   EXPECT_EQ(bounds_of(touch, 0.5).v, 2);
 }
 
-TEST(Lookahead, random_paths_can_be_braked_on_and_not_one_boundary_faster) {
-  constexpr unsigned kSeed = 9;
-  std::mt19937_64 random(kSeed);
-  const auto between = [&](double low, double high) {
-    return std::exp(std::uniform_real_distribution<double>(std::log(low), std::log(high))(random));
-  };
-  for (int n = 0; n < 2000; ++n) {
-    std::vector<Segment> path;
-    for (int i = 0; i < 2 + n % 20; ++i) {
-      Segment s = line(between(1e-3, 50), between(1, 400), between(1, 400));
-      s.v_max = between(5, 500), s.a_max = between(50, 8000), s.j_max = between(500, 2e5);
-      path.push_back(s);
-    }
-    const double factor = n % 2 == 0 ? 1 : between(0.1, 2);
-    const Ahead ahead(path, factor);
-    for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-      SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", path " << n << ", boundary " << i);
-      const Segment& next = path[i + 1];
-      double limit = std::min({path[i].v_cap * factor, path[i].v_max, next.v_cap * factor, next.v_max});
-      if (factor == 1) limit = std::min(limit, path[i].v_exit);
-      const auto can_go_on = [&](double v) {
-        return length_to_change(v, ahead.v(i + 1), next.a_max, next.j_max) <= next.geometry.length ||
-               length_to_change(v, 0, next.a_max, next.j_max) <= next.geometry.length;
-      };
-      ASSERT_LE(ahead.v(i), limit);
-      ASSERT_TRUE(can_go_on(ahead.v(i))) << ahead.v(i);
-      const double faster = ahead.v(i) * 1.0001 + 1e-9;
-      ASSERT_TRUE(faster > limit || !can_go_on(faster)) << ahead.v(i);
-    }
-  }
-}
-
 }  // namespace
 }  // namespace gantry::motion
