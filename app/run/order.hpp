@@ -15,7 +15,8 @@ enum class OrderKind { Status, Enable, Disable, Home, Jog, Run, Hold, Resume, Ab
 struct Order {
   OrderKind kind = OrderKind::Status;
   std::string recipe{};  ///< Run: path
-  std::string out{};     ///< Run: folder for the results
+  std::string out{};     ///< Run: folder for the results; empty: a new one in `under`
+  std::string under{};   ///< Run: empty: out/ where the owner stands
   job::JogWords jog{};   ///< Jog
   double value = 1;      ///< Override: 1 is 100 %, 0.1 .. 2
 };
