@@ -42,6 +42,7 @@ void Keys::poll() {
   }
   char key = 0;
   while (keys_ && read(STDIN_FILENO, &key, 1) == 1) press(key);
+  if (const auto reset = machine_.reset_answer(); reset && !*reset) log::report(reset->error());
   if (progress_) show_progress();
 }
 

@@ -24,6 +24,8 @@ class Operated {
   [[nodiscard]] virtual JobSeen seen() const = 0;
   /// Hold, resume, abort, override, reset.
   virtual Result<void> order(const run::Order& order) = 0;
+  /// What the last reset came to, once; nothing as long as it is under way.
+  virtual std::optional<Result<void>> reset_answer() { return std::nullopt; }
   /// Ctrl-C.
   virtual void interrupt() = 0;
 };
@@ -43,6 +45,7 @@ class OwnerOperated final : public Operated {
             .remaining_s = remaining_s_ ? remaining_s_() : std::nullopt};
   }
   Result<void> order(const run::Order& order) override { return owner_.order(order); }
+  std::optional<Result<void>> reset_answer() override { return owner_.reset_answer(); }
   void interrupt() override {
     owner_.interrupt(
         Error{Fault::Interrupted, "interrupted; the machine has come to rest and the valve is closed", ""});

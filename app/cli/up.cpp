@@ -1,5 +1,7 @@
 // gantry up: owns the machine until it is stopped, and takes orders on a local socket. `home`, `jog` and `run` are its
 // clients while it is up.
+#include <filesystem>
+
 #include "app/cli/client.hpp"
 #include "app/cli/verbs.hpp"
 #include "app/desk/desk.hpp"
@@ -13,19 +15,19 @@ namespace gantry::cli {
 void add_up(CLI::App& app, Context& context) {
   auto* verb = app.add_subcommand("up", "Owns the machine until stopped; `run`, `home` and `jog` are its clients");
   auto options = std::make_shared<run::OwnerOptions>();
-  auto state = std::make_shared<std::string>();
+  auto state = std::make_shared<std::string>(), recipe = std::make_shared<std::string>();
   options->publish = true;
   verb->add_option("--bus", options->bus, "sim, or ethercat:IFACE")->capture_default_str();
   verb->add_option("--loop-cpu", options->loop_cpu, "CPU for the 1 ms loop alone; default: the last of several");
   verb->add_option("--world", options->world_socket, "Socket of a `gantry sim` that shows camera and world");
+  verb->add_option("--recipe", *recipe, "Recipe that the machine's start button runs")->check(CLI::ExistingFile);
   verb->add_option("--state", *state, kStateHelp);
   add_publish_options(*verb, options->network, options->name);
   add_world_options(*verb, options->sim);
   verb->footer(
-      "Orders are JSON lines on STATE/owner.sock: {\"order\": \"status\"}, enable, disable, home, jog, run, hold, "
-      "resume, "
-      "abort, override, reset, quit.");
-  verb->callback([&context, options, state] {
+      "Orders are JSON lines on STATE/owner.sock: {\"order\": \"status\"}, enable, disable, home, jog, run, "
+      "part_removed, hold, resume, abort, override, reset, quit.");
+  verb->callback([&context, options, state, recipe] {
     const auto machine = load_machine(context);
     if (!machine) return;
     const auto folder = state_of(context, *state);
@@ -38,7 +40,9 @@ void add_up(CLI::App& app, Context& context) {
     if (!owner) return void(context.exit_code = show(owner.error(), context.json));
     const MonotonicClock clock;
     desk::Desk desk(*machine, **owner, **door, clock,
-                    {.interrupted = interrupted, .identity = desk::identity_of(context.machine_file, *options)});
+                    {.interrupted = interrupted,
+                     .identity = desk::identity_of(context.machine_file, *options),
+                     .recipe = recipe->empty() ? "" : std::filesystem::absolute(*recipe).string()});
     (*owner)->on_step([&] { desk.poll(); });
     if (auto up = desk.bring_up(); !up) return void(context.exit_code = show(up.error(), context.json));
     log::info("'{}' is up; orders on {}", machine->name, socket);

@@ -13,6 +13,7 @@
 #include "app/desk/do_job.hpp"
 #include "app/desk/figures.hpp"
 #include "app/record/summary.hpp"
+#include "core/log.hpp"
 #include "core/units.hpp"
 
 namespace gantry::desk {
@@ -20,6 +21,7 @@ namespace {
 
 const Error kAbortedBefore{Fault::Aborted, "the operator aborted it before anything moved", ""};
 const Error kEnding{Fault::Interrupted, "the owner was asked to end", ""};
+constexpr std::uint64_t kStartButton = 0;  // no client has this number
 
 }  // namespace
 
@@ -32,7 +34,9 @@ void Desk::end() {
 
 void Desk::poll() {
   if (options_.interrupted()) end();
+  watch_reset();
   for (const OrderSocket::Incoming& in : door_.turn(clock_.now())) take(in);
+  watch_start_button();
   watch_jog();
 }
 
@@ -40,6 +44,7 @@ void Desk::take(const OrderSocket::Incoming& in) {
   const std::uint64_t client = in.client;
   Request request = read_request(in.line);
   if (!request.order) return reply(client, request, failure({request.order.error()}));
+  if (request.order->kind == run::OrderKind::Reset) return reset(client, request);
   if (!run::takes_time(request.order->kind)) return reply(client, request, answer_now(*request.order, in.number));
   if (in.number < aborted_up_to_) return reply(client, request, failure({kAbortedBefore}));
   if (doing_ || waiting_) {
@@ -73,15 +78,47 @@ Json Desk::answer_now(const run::Order& order, std::uint64_t number) {
 /// What waits and what is prepared ends here; what moves is the owner's.
 Json Desk::abort(const run::Order& order, std::uint64_t number) {
   aborted_up_to_ = std::max(aborted_up_to_, number);
-  const bool ended_here = waiting_ || preparing_;
-  if (waiting_) {
-    reply(waiting_->client, waiting_->request, failure({kAbortedBefore}));
-    door_.set_busy(waiting_->client, false);
-    waiting_.reset();
-  }
+  if (waiting_) finish(*std::exchange(waiting_, std::nullopt), failure({kAbortedBefore}));
   aborted_ = aborted_ || preparing_;
-  if (auto done = owner_.order(order); !done && !ended_here) return failure({done.error()});
+  if (auto done = owner_.order(order); !done) return failure({done.error()});
   return status();
+}
+
+/// A reset that is taken needs some cycles to find out whether the causes are gone; its client hears what it came to.
+void Desk::reset(std::uint64_t client, const Request& request) {
+  if (auto taken = owner_.order(*request.order); !taken) return reply(client, request, failure({taken.error()}));
+  resetting_ = Waiting{client, request};
+}
+
+void Desk::watch_reset() {
+  const auto answer = owner_.reset_answer();
+  if (!answer) return;
+  if (resetting_)
+    reply(resetting_->client, resetting_->request, *answer ? status() : failure({answer->error()}));
+  else if (!*answer)  // of the machine's own button
+    log::report(answer->error());
+  resetting_.reset();
+}
+
+void Desk::watch_start_button() {
+  if (!owner_.take_start() || stop_) return;
+  if (options_.recipe.empty())
+    log::warn("button start: no recipe belongs to it; `gantry up --recipe FILE` names one");
+  else if (doing_ || waiting_)
+    log::warn("button start: the machine is busy with '{}'",
+              run::name((doing_ ? doing_ : waiting_)->request.order->kind));
+  else
+    waiting_ = Waiting{kStartButton, {run::Order{.kind = run::OrderKind::Run, .recipe = options_.recipe}}};
+}
+
+void Desk::finish(const Waiting& done, Json answer) {
+  if (done.client == kStartButton) {
+    for (const Error& e : errors_of(answer)) log::report(e);
+    if (answer.contains("folder"))
+      log::info("button start: {}: {}", answer.value("result", ""), answer.value("folder", ""));
+  }
+  reply(done.client, done.request, std::move(answer));
+  door_.set_busy(done.client, false);
 }
 
 void Desk::watch_jog() {
@@ -94,15 +131,18 @@ void Desk::watch_jog() {
                         : std::string("the jog's client has closed its connection"),
                   ""};
   if (doing_) return owner_.interrupt(why);
-  reply(waiting_->client, waiting_->request, failure({why}));
-  door_.set_busy(waiting_->client, false);
-  waiting_.reset();
+  finish(*std::exchange(waiting_, std::nullopt), failure({why}));
 }
 
 Json Desk::status() const {
   const cycle::Snapshot& s = owner_.latest();
   const run::Progress p = owner_.progress();
-  Json axes = Json::array();
+  Json axes = Json::array(), faults = Json::array();
+  if (s.latched != Fault::None) {
+    const FaultInfo& f = info(s.latched);
+    faults.push_back(
+        {{"code", std::string_view(code(s.latched))}, {"name", f.name}, {"text", f.text}, {"remedy", f.remedy}});
+  }
   for (const config::Axis& axis : machine_.axes)
     axes.push_back({{"name", axis.name},
                     {"position", s.actual[axis.id.value]},
@@ -110,7 +150,9 @@ Json Desk::status() const {
                     {"referenced", (s.referenced >> axis.id.value & 1u) != 0}});
   Json answer{{"ok", true},
               {"state", cycle::name(s.state)},
+              {"mode", owner_.in_setup() ? "setup" : "automatic"},
               {"held", owner_.held()},
+              {"faults", faults},
               {"cycle", s.cycle},
               {"busy_with", doing_ ? Json(run::name(doing_->request.order->kind)) : Json(nullptr)},
               {"recipe", recipe_.empty() ? Json(nullptr) : Json(recipe_)},
@@ -142,12 +184,11 @@ Result<void> Desk::serve() {
     if (auto alive = owner_.idle(); !alive) return alive;
     if (!waiting_ || stop_) continue;
     doing_ = std::exchange(waiting_, std::nullopt);
-    Json answer = carry_out(*doing_->request.order);
-    reply(doing_->client, doing_->request, std::move(answer));
-    door_.set_busy(doing_->client, false);
+    finish(*doing_, carry_out(*doing_->request.order));
     doing_.reset();
   }
-  if (waiting_) reply(waiting_->client, waiting_->request, failure({kEnding}));
+  for (const auto& left : {waiting_, resetting_})
+    if (left) finish(*left, failure({kEnding}));
   return {};
 }
 
@@ -159,6 +200,7 @@ Json Desk::carry_out(const run::Order& order) {
     case run::OrderKind::Home: done = owner_.home(); break;
     case run::OrderKind::Jog: return jog(order.jog);
     case run::OrderKind::Run: return run_job(order);
+    case run::OrderKind::PartRemoved: done = owner_.part_removed(); break;
     default: break;
   }
   return done ? status() : failure({done.error()});

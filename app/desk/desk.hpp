@@ -26,6 +26,7 @@ class Desk {
   struct Options {
     std::function<bool()> interrupted;  ///< the program was asked to end (a signal)
     nlohmann::ordered_json identity{};  ///< what `status` says of this owner
+    std::string recipe{};               ///< what the start button runs; "": nothing
   };
   /// `clock` is that of the clients, also where the machine's time is virtual.
   Desk(const config::Machine& machine, run::Owner& owner, OrderSocket& door, const Clock& clock, Options options)
@@ -50,6 +51,11 @@ class Desk {
   void reply(std::uint64_t client, const Request& request, Json answer);
   Json answer_now(const run::Order& order, std::uint64_t number);
   Json abort(const run::Order& order, std::uint64_t number);
+  void reset(std::uint64_t client, const Request& request);
+  void watch_reset();
+  void watch_start_button();
+  /// The last word to whoever asked for this; what the start button began is told in the log.
+  void finish(const Waiting& done, Json answer);
   void watch_jog();
   [[nodiscard]] Json status() const;
   Json carry_out(const run::Order& order);
@@ -64,7 +70,7 @@ class Desk {
   OrderSocket& door_;
   const Clock& clock_;
   Options options_;
-  std::optional<Waiting> waiting_, doing_;
+  std::optional<Waiting> waiting_, doing_, resetting_;
   std::future<void> aside_;
   std::uint64_t aborted_up_to_ = 0;  ///< number of the last abort: what arrived before it does not begin any more
   double job_duration_s_ = 0;

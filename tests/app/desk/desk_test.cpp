@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -27,12 +28,15 @@ class Desks : public ::testing::Test {
     machine_ = std::move(*machine);
     run::OwnerOptions options;
     options.virtual_time = true;
+    if (!script().empty()) {
+      std::ofstream(folder_ / "script.yaml") << script();
+      options.sim.script_file = folder_ / "script.yaml";
+    }
     auto owner = run::Owner::open(machine_, options);
     ASSERT_TRUE(owner) << to_text(owner.error());
     owner_ = std::move(*owner);
     door_ = std::move(*OrderSocket::listen(folder_ / "owner.sock", is_urgent));
-    desk_ =
-        std::make_unique<Desk>(machine_, *owner_, *door_, clock_, Desk::Options{.interrupted = [] { return false; }});
+    make_desk();
     owner_->on_step([this] { step(); });
     ASSERT_TRUE(desk_->bring_up());
     client_ = std::make_unique<Peer>(folder_ / "owner.sock");
@@ -42,6 +46,13 @@ class Desks : public ::testing::Test {
     owner_.reset();
     door_.reset();
     std::filesystem::remove_all(folder_);
+  }
+  /// What happens to the machine from without.
+  [[nodiscard]] virtual std::string script() const { return ""; }
+  void make_desk() {
+    desk_ = std::make_unique<Desk>(
+        machine_, *owner_, *door_, clock_,
+        Desk::Options{.interrupted = [] { return false; }, .recipe = std::filesystem::absolute(kShort)});
   }
   /// Each cycle is a millisecond for the clients too.
   void step() {
@@ -77,8 +88,7 @@ class Desks : public ::testing::Test {
     EXPECT_TRUE(desk_->serve());
     on_cycle_ = {};
     if (client_) heard_ += client_->hear();
-    desk_ =
-        std::make_unique<Desk>(machine_, *owner_, *door_, clock_, Desk::Options{.interrupted = [] { return false; }});
+    make_desk();
   }
   void home() {
     client_->say("{\"order\":\"home\",\"id\":1}\n");
@@ -86,7 +96,7 @@ class Desks : public ::testing::Test {
     ASSERT_TRUE(answer(1).value("ok", false)) << heard_;
   }
 
-  std::filesystem::path folder_;
+  std::filesystem::path folder_, source_ = std::filesystem::current_path();
   config::Machine machine_;
   VirtualClock clock_;
   std::unique_ptr<run::Owner> owner_;
@@ -228,6 +238,78 @@ TEST_F(Desks, a_second_order_that_takes_time_is_refused_and_the_answer_names_the
   EXPECT_TRUE(answer(1).value("ok", false));
   EXPECT_EQ(code_of(answer(2)), "G702");
   EXPECT_NE(answer(2).dump().find("'home'"), std::string::npos);
+}
+
+TEST_F(Desks, status_tells_mode_and_faults_and_the_clamp_opens_by_an_order) {
+  client_->say("{\"order\":\"status\",\"id\":1}\n{\"order\":\"part_removed\",\"id\":2}\n");
+  serve_until(2);
+  EXPECT_EQ(answer(1).value("mode", ""), "automatic");
+  EXPECT_EQ(answer(1).value("held", true), false);
+  EXPECT_TRUE(answer(1)["faults"].empty());
+  EXPECT_TRUE(answer(2).value("ok", false)) << heard_;
+  EXPECT_EQ(owner_->latest().outputs & config::bit(config::Output::Clamp), 0u);
+}
+
+class ADoorThatOpens : public Desks {
+  std::string script() const override {
+    return "- {at: cycle 2000, do: set_input, input: door_closed, on: false}\n"
+           "- {at: cycle 6000, do: set_input, input: door_closed, on: true}";
+  }
+};
+
+TEST_F(ADoorThatOpens, latches_until_a_reset_has_looked_whether_it_is_shut) {
+  client_->say("{\"order\":\"enable\",\"id\":5}\n");  // without torque a door may be open
+  bool early = false, late = false;
+  on_cycle_ = [&] {
+    const CycleIndex now = owner_->latest().cycle;
+    if (!early && now > 2500)
+      early = client_->say("{\"order\":\"status\",\"id\":1}\n{\"order\":\"reset\",\"id\":2}\n") > 0;
+    if (!late && now > 7000)
+      late = client_->say("{\"order\":\"reset\",\"id\":3}\n{\"order\":\"status\",\"id\":4}\n") > 0;
+  };
+  serve_until(3, 10);
+  ASSERT_FALSE(answer(1)["faults"].empty()) << heard_;
+  EXPECT_EQ(answer(1)["faults"][0].value("code", ""), std::string(std::string_view(code(Fault::DoorOpen))));
+  EXPECT_FALSE(answer(1)["faults"][0].value("remedy", "").empty());
+  EXPECT_FALSE(answer(2).value("ok", true)) << "the door is open";
+  EXPECT_TRUE(answer(3).value("ok", false)) << answer(3).dump();
+  EXPECT_TRUE(answer(3)["faults"].empty()) << "it is answered when it is done";
+  EXPECT_EQ(answer(3).value("state", ""), "ready");
+}
+
+class AStartButton : public Desks {
+  std::string script() const override {
+    return "- {at: cycle 3000, do: press, input: start}\n"
+           "- {at: cycle 60000, do: set_input, input: mode, on: false}\n"
+           "- {at: cycle 61000, do: press, input: start}";
+  }
+};
+
+TEST_F(AStartButton, runs_the_recipe_of_the_desk_and_in_setup_nothing) {
+  std::size_t done = 0;
+  std::string mode;
+  std::filesystem::current_path(folder_);  // results go to out/ where the owner stands
+  bool asked = false, moved_in_setup = false;
+  on_cycle_ = [&] {
+    const auto& s = owner_->latest();
+    done = std::max(done, owner_->progress().features_done);
+    if (s.cycle > 60'100 && owner_->in_setup() && s.state == cycle::State::Running) moved_in_setup = true;
+    if (asked || s.cycle <= 63'000) return;
+    client_ = std::make_unique<Peer>(folder_ / "owner.sock");  // the first one was idle for too long
+    heard_.clear();
+    asked = client_->say("{\"order\":\"status\",\"id\":1}\n") > 0;
+  };
+  serve_until(1);
+  std::filesystem::current_path(source_);
+  EXPECT_EQ(done, 3u);
+  EXPECT_FALSE(moved_in_setup);
+  EXPECT_EQ(answer(1).value("mode", ""), "setup");
+  const auto result_of = [&](const char* folder) {
+    std::ifstream file(folder_ / "out" / folder / "summary.json");
+    return file ? Json::parse(file).value("result", "") : std::string("none");
+  };
+  EXPECT_EQ(result_of("short-board-001"), "done");
+  EXPECT_EQ(result_of("short-board-002"), "failed");
 }
 
 }  // namespace

@@ -30,17 +30,17 @@ class StateFolder : public ::testing::Test {
 
 TEST_F(StateFolder, is_the_option_else_the_variable_else_that_of_xdg_by_machine_name) {
   std::map<std::string, std::string> set{
-      {"GANTRY_STATE", "/a/b/"}, {"XDG_STATE_HOME", "/home/anna/xdg"}, {"HOME", "/home/anna"}};
+      {"GANTRY_STATE", "/a/b/"}, {"XDG_STATE_HOME", "/users/anna/xdg"}, {"HOME", "/users/anna"}};
   const auto env = [&](const char* name) { return set.count(name) != 0 ? set[name] : std::string(); };
   EXPECT_EQ(*state_folder("/x/y", "dispenser", env), "/x/y");
   EXPECT_EQ(*state_folder("y/", "dispenser", env), (fs::current_path() / "y").string());
   EXPECT_EQ(*state_folder("", "dispenser", env), "/a/b");
   set.erase("GANTRY_STATE");
-  EXPECT_EQ(*state_folder("", "dispenser", env), "/home/anna/xdg/gantry/dispenser");
+  EXPECT_EQ(*state_folder("", "dispenser", env), "/users/anna/xdg/gantry/dispenser");
   set["XDG_STATE_HOME"] = "relative";  // the specification: to be ignored
-  EXPECT_EQ(*state_folder("", "dispenser", env), "/home/anna/.local/state/gantry/dispenser");
-  EXPECT_EQ(*state_folder("", "../../etc", env), "/home/anna/.local/state/gantry/..-..-etc");
-  EXPECT_EQ(*state_folder("", "..", env), "/home/anna/.local/state/gantry/machine");
+  EXPECT_EQ(*state_folder("", "dispenser", env), "/users/anna/.local/state/gantry/dispenser");
+  EXPECT_EQ(*state_folder("", "../../etc", env), "/users/anna/.local/state/gantry/..-..-etc");
+  EXPECT_EQ(*state_folder("", "..", env), "/users/anna/.local/state/gantry/machine");
   set.clear();
   ASSERT_FALSE(state_folder("", "dispenser", env));
   EXPECT_EQ(state_folder("", "dispenser", env).error().fault, Fault::Usage);
