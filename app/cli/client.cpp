@@ -1,54 +1,184 @@
 #include "app/cli/client.hpp"
 
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
 #include <fmt/format.h>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/keys.hpp"
+#include "app/desk/answer.hpp"
+#include "app/desk/identity.hpp"
+#include "app/desk/order_client.hpp"
 #include "app/desk/order_line.hpp"
-#include "app/desk/order_socket.hpp"
+#include "app/desk/state_folder.hpp"
 #include "core/log.hpp"
 
 namespace gantry::cli {
+namespace {
 
-bool ask_owner(Context& context, const std::string& state_dir, const run::Order& order) {
-  auto client = desk::OrderClient::connect(owner_socket(state_dir));
-  if (!client) return false;
-  log::info("'{}' goes to the owner that is up", run::name(order.kind));
-  if (!client->send(desk::to_line(order))) {
-    context.exit_code = show(Error{Fault::Refused, "the owner does not listen", owner_socket(state_dir)}, context.json);
-    return true;
+using desk::Json;
+
+/// What the client calls its orders.
+constexpr int kTheOrder = 1, kLook = 2, kKey = 3;
+/// How often it asks for the status: of a jog this is the sign of life that keeps it going (docs/owner-socket.md).
+constexpr Time kLookEvery = milliseconds(100), kJogLookEvery = milliseconds(15);
+
+/// An owner at the other end of a connection, as its last status tells.
+class OwnerElsewhere final : public Operated {
+ public:
+  explicit OwnerElsewhere(desk::OrderClient& owner) : owner_(owner) {}
+
+  [[nodiscard]] JobSeen seen() const override { return seen_; }
+  Result<void> order(const run::Order& order) override { return say(order, kKey); }
+  void interrupt() override { static_cast<void>(say({.kind = run::OrderKind::Abort}, kKey)), interrupted_ = true; }
+  [[nodiscard]] bool interrupted() const { return interrupted_; }
+
+  Result<void> say(const run::Order& order, int id) {
+    if (owner_.send(desk::to_line(order, id))) return {};
+    return fail(Fault::Refused, "the owner does not listen");
   }
-  bool aborted = false;
+  void look_at(const Json& status) {
+    seen_.state = status.value("state", "");
+    seen_.held = status.value("held", false);
+    seen_.cycle = status.value("cycle", CycleIndex{});
+    seen_.override_factor = status.value("override", 1.0);
+    seen_.progress = {.features_done = status.value("features_done", std::size_t{}),
+                      .features_total = status.value("features_total", std::size_t{}),
+                      .doing = status.value("doing", ""),
+                      .elapsed_s = status.value("elapsed_s", 0.0)};
+    const auto left = status.find("remaining_s");
+    seen_.remaining_s = left != status.end() && left->is_number() ? std::optional(left->get<double>()) : std::nullopt;
+  }
+
+ private:
+  desk::OrderClient& owner_;
+  JobSeen seen_;
+  bool interrupted_ = false;
+};
+
+/// The answer to `kTheOrder`; what else comes meanwhile is looked at or shown.
+Result<Json> wait_for_answer(desk::OrderClient& owner, OwnerElsewhere& elsewhere, Keys& keys, Time look_every) {
+  const MonotonicClock clock;
+  Time next_look = clock.now();
   for (;;) {
-    const auto line = client->read_line(milliseconds(200));
-    if (interrupted() && !aborted) {
-      aborted = true;
-      client->send(desk::to_line({.kind = run::OrderKind::Abort}));
+    if (clock.now() >= next_look) {
+      static_cast<void>(elsewhere.say({.kind = run::OrderKind::Status}, kLook));
+      next_look = clock.now() + look_every;
     }
-    if (!line && client->gone()) {
-      context.exit_code =
-          show(Error{Fault::Refused, "the owner has ended before it answered", owner_socket(state_dir)}, context.json);
-      return true;
-    }
-    if (!line) continue;
-    const auto answer = nlohmann::ordered_json::parse(*line, nullptr, false);
+    const auto line = owner.read_line(std::clamp(next_look - clock.now(), Time(0), Time(milliseconds(25))));
+    keys.poll();
+    if (!line && owner.gone()) return fail(Fault::Refused, "the owner has ended before it answered");
+    const auto answer = line ? Json::parse(*line, nullptr, false) : Json();
     if (!answer.is_object()) continue;
-    const bool of_abort = aborted && !answer.contains("exit_code");
-    if (of_abort) continue;
-    if (context.json)
-      fmt::print("{}\n", answer.dump(2));
-    else if (answer.contains("result"))
-      fmt::print("{}  ({}/report.html)\n", answer["result"].get<std::string>(), answer.value("folder", ""));
-    else
-      fmt::print("{}\n", answer.value("ok", false) ? answer.value("said", answer.value("state", "done")) : "failed");
-    if (answer.contains("errors"))
-      for (const auto& e : answer["errors"])
-        fmt::print(stderr, "{}{}{} [{}]\n", e.value("where", ""), e.value("where", "").empty() ? "" : ": ",
-                   e.value("message", ""), e.value("code", ""));
-    context.exit_code = aborted                     ? static_cast<int>(ExitCode::Interrupted)
-                        : answer.value("ok", false) ? 0
-                                                    : answer.value("exit_code", 1);
-    return true;
+    const Json id = answer.value("id", Json());
+    if (id == kTheOrder || id.is_null()) return answer;  // without: the connection is refused
+    if (answer.value("ok", false))
+      elsewhere.look_at(answer);
+    else if (id == kKey)
+      for (const Error& e : desk::errors_of(answer)) log::report(e);
   }
+}
+
+/// The summary that the owner has written, as `run` in process shows it.
+Json summary_in(const std::string& folder, const std::string& shown_folder) {
+  std::ifstream file(folder + "/summary.json");
+  Json document = file ? Json::parse(file, nullptr, false) : Json();
+  if (!document.is_object()) return {};
+  document.erase("files");
+  document["folder"] = shown_folder;
+  return document;
+}
+
+/// Without what one stands in.
+std::string as_seen_from_here(const std::string& folder) {
+  const std::string here = std::filesystem::current_path().string() + "/";
+  return folder.starts_with(here) ? folder.substr(here.size()) : folder;
+}
+
+void show_answer(const Context& context, const Json& answer, const std::string& shown_folder) {
+  const std::vector<Error> errors = desk::errors_of(answer);
+  const std::string folder = answer.value("folder", "");
+  const std::string shown = shown_folder.empty() ? as_seen_from_here(folder) : shown_folder;
+  if (folder.empty() && !errors.empty()) return void(show(errors, context.json));
+  for (const Error& e : errors) fmt::print(stderr, "{}\n    remedy: {}\n", to_text(e), info(e.fault).remedy);
+  if (context.json) {
+    const Json summary = folder.empty() ? Json() : summary_in(folder, shown);
+    return fmt::print("{}\n", (summary.is_null() ? answer : summary).dump(2));
+  }
+  fmt::print("{}\n", answer.value("said", answer.value("state", "done")));
+  if (!folder.empty()) fmt::print("  report         {}/report.html\n", shown);
+}
+
+int exit_code_of(const Json& answer, bool interrupted) {
+  if (answer.value("ok", false)) return static_cast<int>(ExitCode::Done);
+  return interrupted ? static_cast<int>(ExitCode::Interrupted) : answer.value("exit_code", 1);
+}
+
+/// The options that the user wrote are those of the owner.
+Result<void> compare(desk::OrderClient& owner, const Context& context, const Asked& asked) {
+  if (asked.given.empty()) return {};
+  constexpr Time kPatience = std::chrono::seconds(10);
+  if (!owner.send(desk::to_line(run::Order{.kind = run::OrderKind::Status}, kLook)))
+    return fail(Fault::Refused, "the owner does not listen");
+  const auto line = owner.read_line(kPatience);
+  const auto status = line ? Json::parse(*line, nullptr, false) : Json();
+  if (!status.is_object() || !status.contains("owner"))
+    return fail(Fault::Refused, "the owner does not say which machine it owns", asked.state);
+  static const run::OwnerOptions none;
+  return desk::same(status["owner"], desk::identity_of(context.machine_file, asked.own != nullptr ? *asked.own : none),
+                    asked.given);
+}
+
+}  // namespace
+
+std::optional<std::string> state_of(Context& context, const std::string& option) {
+  const auto environment = [](const char* name) {
+    const char* value = std::getenv(name);
+    return std::string(value != nullptr ? value : "");
+  };
+  std::string name;
+  if (option.empty() && environment("GANTRY_STATE").empty()) {
+    const auto machine = load_machine(context);
+    if (!machine) return std::nullopt;
+    name = machine->name;
+  }
+  auto folder = desk::state_folder(option, name, environment);
+  if (folder) return std::move(*folder);
+  context.exit_code = show(folder.error(), context.json);
+  return std::nullopt;
+}
+
+std::vector<std::string> given_options(const CLI::App& verb) {
+  std::vector<std::string> given;
+  for (const CLI::App* app : {&verb, verb.get_parent()})
+    for (const CLI::Option* option : app->get_options())
+      if (option->count() > 0) given.push_back(option->get_name());
+  return given;
+}
+
+bool ask_owner(Context& context, const Asked& asked) {
+  auto connected = desk::OrderClient::connect(desk::owner_socket(asked.state));
+  const auto stop_with = [&](const Error& error) {
+    context.exit_code = show(error, context.json);
+    return true;
+  };
+  if (!connected) return stop_with(connected.error());
+  if (!*connected) return false;
+  desk::OrderClient& owner = **connected;
+  if (auto r = compare(owner, context, asked); !r) return stop_with(r.error());
+  log::info("'{}' goes to the owner that is up", run::name(asked.order.kind));
+  OwnerElsewhere elsewhere(owner);
+  Keys keys(elsewhere, asked.order.kind == run::OrderKind::Run && !context.json);
+  if (auto r = elsewhere.say(asked.order, kTheOrder); !r) return stop_with(r.error());
+  const bool jogs = asked.order.kind == run::OrderKind::Jog;
+  const auto answer = wait_for_answer(owner, elsewhere, keys, jogs ? kJogLookEvery : kLookEvery);
+  keys.end();
+  if (!answer) return stop_with({answer.error().fault, answer.error().message, desk::owner_socket(asked.state)});
+  show_answer(context, *answer, asked.shown_folder);
+  context.exit_code = exit_code_of(*answer, elsewhere.interrupted());
+  return true;
 }
 
 }  // namespace gantry::cli

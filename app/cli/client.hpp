@@ -1,18 +1,38 @@
 // Orders to an owner that runs elsewhere (`gantry up`).
+//   OwnerOfState asked{context, *verb, state_option};   if (ask_owner(context, asked, order)) return;
 #pragma once
-#include <optional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "app/cli/verbs.hpp"
-#include "app/run/order.hpp"
+#include "app/run/owner.hpp"
+#include "core/error.hpp"
 
 namespace gantry::cli {
 
-/// Where the owner of a machine takes its orders: STATE/owner.sock.
-std::string owner_socket(const std::string& state_dir);
+/// The state folder that --state, the environment or the machine's name tell; the machine file is read only where its
+/// name is needed. Shows what is wrong and sets context.exit_code.
+std::optional<std::string> state_of(Context& context, const std::string& option);
 
-/// Sends the order to the owner behind `state_dir` and shows its answer; sets context.exit_code. False when no owner is
-/// up. Ctrl-C sends abort and waits for the answer.
-bool ask_owner(Context& context, const std::string& state_dir, const run::Order& order);
+inline constexpr const char* kStateHelp =
+    "Folder of the machine's state; default: $GANTRY_STATE, else $XDG_STATE_HOME/gantry/MACHINE, else "
+    "~/.local/state/gantry/MACHINE";
+
+/// What a verb asks of an owner that is up besides its order.
+struct Asked {
+  run::Order order;
+  std::string state;                       ///< folder
+  const run::OwnerOptions* own = nullptr;  ///< the verb's own options of this kind; null: it has none
+  std::vector<std::string> given{};        ///< which of them the user wrote: they must be the owner's
+  std::string shown_folder{};              ///< of a job, as the user wrote it; empty: what the owner answers
+};
+
+/// Which of the options that an owner is told apart by were written.
+std::vector<std::string> given_options(const CLI::App& verb);
+
+/// Sends the order, shows progress and takes keys while it lasts, shows its answer; sets context.exit_code. False when
+/// no owner is up and nothing was shown. Ctrl-C sends abort and waits for the answer. A jog is kept alive.
+bool ask_owner(Context& context, const Asked& asked);
 
 }  // namespace gantry::cli

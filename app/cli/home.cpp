@@ -11,18 +11,25 @@ namespace gantry::cli {
 void add_home(CLI::App& app, Context& context) {
   auto* verb = app.add_subcommand("home", "References every axis, Z first");
   auto options = std::make_shared<run::OwnerOptions>();
-  auto state = std::make_shared<std::string>("state");
+  auto state = std::make_shared<std::string>();
   verb->add_option("--bus", options->bus, "sim, or ethercat:IFACE")->capture_default_str();
   verb->add_option("--loop-cpu", options->loop_cpu, "CPU for the 1 ms loop alone; default: the last of several");
-  verb->add_option("--state", *state, "Folder of the machine's state")->capture_default_str();
+  verb->add_option("--state", *state, kStateHelp);
   add_world_options(*verb, options->sim);
-  verb->callback([&context, options, state] {
-    if (ask_owner(context, *state, {.kind = run::OrderKind::Home})) return;
+  verb->callback([&context, verb, options, state] {
+    const auto folder = state_of(context, *state);
+    if (!folder) return;
+    if (ask_owner(context, {.order = {.kind = run::OrderKind::Home},
+                            .state = *folder,
+                            .own = options.get(),
+                            .given = given_options(*verb)}))
+      return;
     const auto machine = load_machine(context);
     if (!machine) return;
     auto owner = run::Owner::open(*machine, *options);
     if (!owner) return void(context.exit_code = show(owner.error(), context.json));
-    Keys keys(**owner, false);
+    OwnerOperated operated(**owner);
+    Keys keys(operated, false);
     (*owner)->on_step([&] { keys.poll(); });
     Result<void> done = (*owner)->bring_up();
     if (done) done = (*owner)->home();

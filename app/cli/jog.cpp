@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "app/cli/client.hpp"
+#include "app/desk/state_folder.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -26,27 +27,32 @@ void add_jog(CLI::App& app, Context& context) {
       app.add_subcommand("jog", "Moves axes by some way on a straight line; needs `gantry up` and `gantry home`");
   auto typed = std::make_shared<std::vector<std::string>>();
   auto speed = std::make_shared<std::string>();
-  auto state = std::make_shared<std::string>("state");
+  auto state = std::make_shared<std::string>();
   verb->add_option("AXIS DISTANCE", *typed, "Axes, each with how far it goes from where it stands")->required();
   verb->add_option("--speed", *speed, "Of all mm axes together; deg/s where only rotary axes go; default: 20 of these");
-  verb->add_option("--state", *state, "Folder of the machine's state, where the owner takes its orders")
-      ->capture_default_str();
+  verb->add_option("--state", *state, kStateHelp);
   verb->footer(
       "  gantry jog Z -2mm\n"
       "  gantry jog X 40mm Y \"-12.5 mm\" --speed \"50 mm/s\"\n"
       "The whole way is proved free before anything moves: of the machine's own bodies, and of the board and parts of\n"
-      "the last job where that has found them. A hold and an abort (Ctrl-C) stop on that way. The valve stays shut.");
-  verb->callback([&context, typed, speed, state] {
+      "the last job where that has found them. A hold and an abort (Ctrl-C) stop on that way. The valve stays shut.\n"
+      "The axes move while this program runs: they stop when it ends, is stopped or is killed.");
+  verb->callback([&context, verb, typed, speed, state] {
     const auto words = pairs(*typed, *speed);
     if (!words) return void(context.exit_code = show(words.error(), context.json));
-    if (ask_owner(context, *state, {.kind = run::OrderKind::Jog, .jog = *words})) return;
+    const auto folder = state_of(context, *state);
+    if (!folder) return;
+    if (ask_owner(
+            context,
+            {.order = {.kind = run::OrderKind::Jog, .jog = *words}, .state = *folder, .given = given_options(*verb)}))
+      return;
     const auto machine = load_machine(context);
     if (!machine) return;
     const auto jog = job::read_jog(*machine, *words);
     const Error nobody{Fault::NotReferenced,
                        "no owner is up, and only one that is knows where the axes stand; start `gantry up`, then "
                        "`gantry home`",
-                       owner_socket(*state)};
+                       desk::owner_socket(*folder)};
     context.exit_code = show(jog ? nobody : jog.error(), context.json);
   });
 }

@@ -16,7 +16,7 @@ constexpr std::int64_t kShowEvery = 100;  // cycles
 
 }  // namespace
 
-Keys::Keys(run::Owner& owner, bool progress) : owner_(owner) {
+Keys::Keys(Operated& machine, bool progress) : machine_(machine) {
   progress_ = progress && isatty(STDERR_FILENO) != 0;
   keys_ = progress && isatty(STDIN_FILENO) != 0 && tcgetattr(STDIN_FILENO, &saved_) == 0;
   if (!keys_) return;
@@ -38,11 +38,11 @@ void Keys::end() {
 void Keys::poll() {
   if (interrupted() && !interrupted_) {
     interrupted_ = true;
-    owner_.interrupt(
-        Error{Fault::Interrupted, "interrupted; the machine has come to rest and the valve is closed", ""});
+    machine_.interrupt();
   }
   char key = 0;
   while (keys_ && read(STDIN_FILENO, &key, 1) == 1) press(key);
+  if (const auto reset = machine_.reset_answer(); reset && !*reset) log::report(reset->error());
   if (progress_) show_progress();
 }
 
@@ -50,7 +50,7 @@ void Keys::press(char key) {
   using run::OrderKind;
   run::Order order;
   switch (key) {
-    case ' ': order.kind = owner_.held() ? OrderKind::Resume : OrderKind::Hold; break;
+    case ' ': order.kind = machine_.seen().held ? OrderKind::Resume : OrderKind::Hold; break;
     case 'a': order.kind = OrderKind::Abort; break;
     case 'r': order.kind = OrderKind::Reset; break;
     case '+':
@@ -61,18 +61,18 @@ void Keys::press(char key) {
       break;
     default: return;
   }
-  if (auto done = owner_.order(order); !done) log::report(done.error());
+  if (auto done = machine_.order(order); !done) log::report(done.error());
 }
 
 void Keys::show_progress() {
-  const cycle::Snapshot& s = owner_.latest();
+  const JobSeen s = machine_.seen();
   if (s.cycle - last_shown_ < kShowEvery) return;
   last_shown_ = s.cycle;
-  const run::Progress p = owner_.progress();
+  const run::Progress& p = s.progress;
   const int filled = p.features_total == 0 ? 0 : static_cast<int>(kBarWidth * p.features_done / p.features_total);
-  fmt::print(stderr, "\r\x1b[K[{}{}] {}/{} {} {:.0f} s {}{}", std::string(static_cast<std::size_t>(filled), '#'),
+  fmt::print(stderr, "\r\x1b[K[{}{}] {}/{} {} {:.0f} s{} {}{}", std::string(static_cast<std::size_t>(filled), '#'),
              std::string(static_cast<std::size_t>(kBarWidth - filled), '.'), p.features_done, p.features_total, p.doing,
-             p.elapsed_s, cycle::name(s.state),
+             p.elapsed_s, s.remaining_s ? fmt::format(", about {:.0f} s left,", *s.remaining_s) : "", s.state,
              s.override_factor == 1 ? "" : fmt::format(" {:.0f} %", s.override_factor * 100));
   shown_ = true;
 }

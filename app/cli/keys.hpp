@@ -1,17 +1,17 @@
 // The operator's keys and the progress line while a job runs, both only on a terminal; and Ctrl-C, everywhere.
-//   Keys keys(owner, true);   owner.on_step([&] { keys.poll(); });
+//   OwnerOperated machine(owner);   Keys keys(machine, true);   owner.on_step([&] { keys.poll(); });
 // space hold / resume, a abort, + - override, r reset.
 #pragma once
 #include <cstdint>
 #include <termios.h>
 
-#include "app/run/owner.hpp"
+#include "app/cli/operated.hpp"
 
 namespace gantry::cli {
 
 class Keys {
  public:
-  Keys(run::Owner& owner, bool progress);
+  Keys(Operated& machine, bool progress);
   ~Keys() { end(); }
   Keys(const Keys&) = delete;
   Keys& operator=(const Keys&) = delete;
@@ -24,7 +24,7 @@ class Keys {
   void press(char key);
   void show_progress();
 
-  run::Owner& owner_;
+  Operated& machine_;
   bool keys_ = false, progress_ = false, interrupted_ = false, shown_ = false;
   termios saved_{};
   double override_ = 1;

@@ -60,7 +60,6 @@ std::optional<config::Machine> load_machine(Context& context) {
 
 std::string shipped_file(const std::string& relative) {
   namespace fs = std::filesystem;
-  if (fs::exists(relative)) return relative;
   std::error_code ignored;
   for (fs::path at = fs::read_symlink("/proc/self/exe", ignored).parent_path(); at.has_relative_path();
        at = at.parent_path())

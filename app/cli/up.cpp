@@ -1,40 +1,51 @@
 // gantry up: owns the machine until it is stopped, and takes orders on a local socket. `home`, `jog` and `run` are its
 // clients while it is up.
+#include <filesystem>
+
 #include "app/cli/client.hpp"
 #include "app/cli/verbs.hpp"
 #include "app/desk/desk.hpp"
+#include "app/desk/identity.hpp"
+#include "app/desk/order_line.hpp"
+#include "app/desk/state_folder.hpp"
 #include "core/log.hpp"
 
 namespace gantry::cli {
 
-std::string owner_socket(const std::string& state_dir) { return state_dir + "/owner.sock"; }
-
 void add_up(CLI::App& app, Context& context) {
   auto* verb = app.add_subcommand("up", "Owns the machine until stopped; `run`, `home` and `jog` are its clients");
   auto options = std::make_shared<run::OwnerOptions>();
-  auto state = std::make_shared<std::string>("state");
+  auto state = std::make_shared<std::string>(), recipe = std::make_shared<std::string>();
   options->publish = true;
   verb->add_option("--bus", options->bus, "sim, or ethercat:IFACE")->capture_default_str();
   verb->add_option("--loop-cpu", options->loop_cpu, "CPU for the 1 ms loop alone; default: the last of several");
   verb->add_option("--world", options->world_socket, "Socket of a `gantry sim` that shows camera and world");
-  verb->add_option("--state", *state, "Folder of the machine's state; holds owner.sock")->capture_default_str();
+  verb->add_option("--recipe", *recipe, "Recipe that the machine's start button runs")->check(CLI::ExistingFile);
+  verb->add_option("--state", *state, kStateHelp);
   add_publish_options(*verb, options->network, options->name);
   add_world_options(*verb, options->sim);
   verb->footer(
-      "Orders are JSON lines on STATE/owner.sock: {\"order\": \"status\"}, enable, disable, home, jog, run, hold, "
-      "resume, "
-      "abort, override, reset, quit.");
-  verb->callback([&context, options, state] {
+      "Orders are JSON lines on STATE/owner.sock: {\"order\": \"status\"}, enable, disable, home, jog, run, "
+      "part_removed, hold, resume, abort, override, reset, quit.");
+  verb->callback([&context, options, state, recipe] {
     const auto machine = load_machine(context);
     if (!machine) return;
-    auto door = desk::OrderSocket::listen(owner_socket(*state));
+    const auto folder = state_of(context, *state);
+    if (!folder) return;
+    if (auto r = desk::open_state_folder(*folder); !r) return void(context.exit_code = show(r.error(), context.json));
+    const std::string socket = desk::owner_socket(*folder);
+    auto door = desk::OrderSocket::listen(socket, desk::is_urgent);
     if (!door) return void(context.exit_code = show(door.error(), context.json));
     auto owner = run::Owner::open(*machine, *options);
     if (!owner) return void(context.exit_code = show(owner.error(), context.json));
-    desk::Desk desk(*machine, **owner, **door, interrupted);
+    const MonotonicClock clock;
+    desk::Desk desk(*machine, **owner, **door, clock,
+                    {.interrupted = interrupted,
+                     .identity = desk::identity_of(context.machine_file, *options),
+                     .recipe = recipe->empty() ? "" : std::filesystem::absolute(*recipe).string()});
     (*owner)->on_step([&] { desk.poll(); });
-    if (auto up = (*owner)->bring_up(); !up) return void(context.exit_code = show(up.error(), context.json));
-    log::info("'{}' is up; orders on {}", machine->name, owner_socket(*state));
+    if (auto up = desk.bring_up(); !up) return void(context.exit_code = show(up.error(), context.json));
+    log::info("'{}' is up; orders on {}", machine->name, socket);
     if (auto served = desk.serve(); !served) context.exit_code = show(served.error(), context.json);
     (*owner)->on_step({});
     (*owner)->shut_down();

@@ -51,8 +51,8 @@ int show(const Error& error, bool json);
 /// The machine that --machine names. On mistakes they are shown and context.exit_code is set.
 std::optional<config::Machine> load_machine(Context& context);
 
-/// A file that ships with the program ("config/machines/dispenser.yaml"): beside the working directory, else beside the
-/// executable's tree.
+/// A file that ships with the program ("config/machines/dispenser.yaml"), beside the executable's tree; what lies in
+/// the working folder does not replace it.
 std::string shipped_file(const std::string& relative);
 
 /// Set by SIGINT and SIGTERM; the second signal ends the program at once, with a stop frame as the last word on the

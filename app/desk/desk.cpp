@@ -1,64 +1,72 @@
 #include "app/desk/desk.hpp"
 
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
 #include <filesystem>
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
+#include <memory>
+#include <unistd.h>
 
+#include "app/desk/answer.hpp"
 #include "app/desk/do_job.hpp"
-#include "app/desk/order_line.hpp"
+#include "app/desk/figures.hpp"
 #include "app/record/summary.hpp"
+#include "core/log.hpp"
 #include "core/units.hpp"
 
 namespace gantry::desk {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-Json failure(const std::vector<Error>& errors) {
-  Json list = Json::array();
-  for (const Error& e : errors)
-    list.push_back({{"code", std::string_view(code(e.fault))}, {"message", e.message}, {"where", e.where}});
-  return {{"ok", false}, {"exit_code", static_cast<int>(info(errors.front().fault).exit_code)}, {"errors", list}};
-}
+const Error kAbortedBefore{Fault::Aborted, "the operator aborted it before anything moved", ""};
+const Error kEnding{Fault::Interrupted, "the owner was asked to end", ""};
+constexpr std::uint64_t kStartButton = 0;  // no client has this number
 
 }  // namespace
 
+// ---- between two cycles ----
+
 void Desk::end() {
   stop_ = true;
-  if (busy_) owner_.interrupt(Error{Fault::Interrupted, "the owner was asked to end", ""});
+  if (doing_ || bringing_up_) owner_.interrupt(kEnding);
 }
 
 void Desk::poll() {
-  if (interrupted_()) end();
-  while (auto in = door_.poll()) {
-    const auto order = desk::parse_order(in->line);
-    if (!order) {
-      door_.reply(in->client, failure({order.error()}).dump());
-    } else if (run::takes_time(order->kind)) {
-      if (busy_ || waiting_)
-        door_.reply(in->client, failure({Error{Fault::Refused, "the machine is busy with another order", ""}}).dump());
-      else
-        waiting_ = Waiting{in->client, *order};
-    } else {
-      door_.reply(in->client, answer_now(*order).dump());
-    }
-  }
+  if (options_.interrupted()) end();
+  watch_reset();
+  for (const OrderSocket::Incoming& in : door_.turn(clock_.now())) take(in);
+  watch_start_button();
+  watch_jog();
 }
 
-Result<void> Desk::serve() {
-  while (!stop_) {
-    if (auto alive = owner_.idle(); !alive) return alive;
-    if (!waiting_) continue;
-    const Waiting next = *waiting_;
-    waiting_.reset();
-    busy_ = true;
-    door_.reply(next.client, carry_out(next.order).dump());
-    busy_ = false;
+void Desk::take(const OrderSocket::Incoming& in) {
+  const std::uint64_t client = in.client;
+  Request request = read_request(in.line);
+  if (!request.order) return reply(client, request, failure({request.order.error()}));
+  if (request.order->kind == run::OrderKind::Reset) return reset(client, request);
+  if (!run::takes_time(request.order->kind)) return reply(client, request, answer_now(*request.order, in.number));
+  if (in.number < aborted_up_to_) return reply(client, request, failure({kAbortedBefore}));
+  if (doing_ || waiting_) {
+    const run::Order& other = doing_ ? *doing_->request.order : *waiting_->request.order;
+    return reply(client, request,
+                 failure({Error{Fault::Refused,
+                                fmt::format("the machine is busy with '{}'; wait for its end, or `abort` it",
+                                            run::name(other.kind)),
+                                ""}}));
   }
-  return {};
+  door_.set_busy(client, true);
+  waiting_ = Waiting{client, std::move(request)};
 }
 
-Json Desk::answer_now(const run::Order& order) {
+void Desk::reply(std::uint64_t client, const Request& request, Json answer) {
+  if (request.order) answer["order"] = run::name(request.order->kind);
+  if (!request.id.is_null()) answer["id"] = request.id;
+  door_.reply(client, to_line(answer));
+}
+
+Json Desk::answer_now(const run::Order& order, std::uint64_t number) {
+  if (order.kind == run::OrderKind::Abort) return abort(order, number);
   if (order.kind == run::OrderKind::Quit) {
     end();
   } else if (auto done = owner_.order(order); !done) {
@@ -67,23 +75,121 @@ Json Desk::answer_now(const run::Order& order) {
   return status();
 }
 
+/// What waits and what is prepared ends here; what moves is the owner's.
+Json Desk::abort(const run::Order& order, std::uint64_t number) {
+  aborted_up_to_ = std::max(aborted_up_to_, number);
+  if (waiting_) finish(*std::exchange(waiting_, std::nullopt), failure({kAbortedBefore}));
+  aborted_ = aborted_ || preparing_;
+  if (auto done = owner_.order(order); !done) return failure({done.error()});
+  return status();
+}
+
+/// A reset that is taken needs some cycles to find out whether the causes are gone; its client hears what it came to.
+void Desk::reset(std::uint64_t client, const Request& request) {
+  if (auto taken = owner_.order(*request.order); !taken) return reply(client, request, failure({taken.error()}));
+  resetting_ = Waiting{client, request};
+}
+
+void Desk::watch_reset() {
+  const auto answer = owner_.reset_answer();
+  if (!answer) return;
+  if (resetting_)
+    reply(resetting_->client, resetting_->request, *answer ? status() : failure({answer->error()}));
+  else if (!*answer)  // of the machine's own button
+    log::report(answer->error());
+  resetting_.reset();
+}
+
+void Desk::watch_start_button() {
+  if (!owner_.take_start() || stop_) return;
+  if (options_.recipe.empty())
+    log::warn("button start: no recipe belongs to it; `gantry up --recipe FILE` names one");
+  else if (doing_ || waiting_)
+    log::warn("button start: the machine is busy with '{}'",
+              run::name((doing_ ? doing_ : waiting_)->request.order->kind));
+  else
+    waiting_ = Waiting{kStartButton, {run::Order{.kind = run::OrderKind::Run, .recipe = options_.recipe}}};
+}
+
+void Desk::finish(const Waiting& done, Json answer) {
+  if (done.client == kStartButton) {
+    for (const Error& e : errors_of(answer)) log::report(e);
+    if (answer.contains("folder"))
+      log::info("button start: {}: {}", answer.value("result", ""), answer.value("folder", ""));
+  }
+  reply(done.client, done.request, std::move(answer));
+  door_.set_busy(done.client, false);
+}
+
+void Desk::watch_jog() {
+  const std::optional<Waiting>& at_work = doing_ ? doing_ : waiting_;
+  if (!at_work || at_work->request.order->kind != run::OrderKind::Jog) return;
+  const auto heard = door_.heard(at_work->client);
+  if (heard && clock_.now() - *heard <= kJogSilence) return;
+  const Error why{Fault::Aborted,
+                  heard ? fmt::format("the jog's client was silent for {} ms", kJogSilence / milliseconds(1))
+                        : std::string("the jog's client has closed its connection"),
+                  ""};
+  if (doing_) return owner_.interrupt(why);
+  finish(*std::exchange(waiting_, std::nullopt), failure({why}));
+}
+
 Json Desk::status() const {
   const cycle::Snapshot& s = owner_.latest();
   const run::Progress p = owner_.progress();
-  Json axes = Json::array();
+  Json axes = Json::array(), faults = Json::array();
+  if (s.latched != Fault::None) {
+    const FaultInfo& f = info(s.latched);
+    faults.push_back(
+        {{"code", std::string_view(code(s.latched))}, {"name", f.name}, {"text", f.text}, {"remedy", f.remedy}});
+  }
   for (const config::Axis& axis : machine_.axes)
     axes.push_back({{"name", axis.name},
                     {"position", s.actual[axis.id.value]},
                     {"enabled", (s.enabled >> axis.id.value & 1u) != 0},
                     {"referenced", (s.referenced >> axis.id.value & 1u) != 0}});
-  return {{"ok", true},
-          {"state", cycle::name(s.state)},
-          {"cycle", s.cycle},
-          {"doing", p.doing},
-          {"features_done", p.features_done},
-          {"features_total", p.features_total},
-          {"override", s.override_factor},
-          {"axes", axes}};
+  Json answer{{"ok", true},
+              {"state", cycle::name(s.state)},
+              {"mode", owner_.in_setup() ? "setup" : "automatic"},
+              {"held", owner_.held()},
+              {"faults", faults},
+              {"cycle", s.cycle},
+              {"busy_with", doing_ ? Json(run::name(doing_->request.order->kind)) : Json(nullptr)},
+              {"recipe", recipe_.empty() ? Json(nullptr) : Json(recipe_)},
+              {"doing", preparing_ ? "preparing" : p.doing},
+              {"features_done", p.features_done},
+              {"features_total", p.features_total},
+              {"elapsed_s", p.elapsed_s},
+              {"remaining_s", nullptr},
+              {"override", s.override_factor},
+              {"axes", axes},
+              {"owner", options_.identity}};
+  if (!recipe_.empty())
+    if (const auto left = remaining_s(job_duration_s_, p, s.override_factor)) answer["remaining_s"] = *left;
+  return answer;
+}
+
+// ---- one order after the other ----
+
+Result<void> Desk::bring_up() {
+  bringing_up_ = true;
+  auto up = owner_.bring_up();
+  bringing_up_ = false;
+  if (!up && stop_) return tl::unexpected(kEnding);
+  return up;
+}
+
+Result<void> Desk::serve() {
+  while (!stop_) {
+    if (auto alive = owner_.idle(); !alive) return alive;
+    if (!waiting_ || stop_) continue;
+    doing_ = std::exchange(waiting_, std::nullopt);
+    finish(*doing_, carry_out(*doing_->request.order));
+    doing_.reset();
+  }
+  for (const auto& left : {waiting_, resetting_})
+    if (left) finish(*left, failure({kEnding}));
+  return {};
 }
 
 Json Desk::carry_out(const run::Order& order) {
@@ -94,6 +200,7 @@ Json Desk::carry_out(const run::Order& order) {
     case run::OrderKind::Home: done = owner_.home(); break;
     case run::OrderKind::Jog: return jog(order.jog);
     case run::OrderKind::Run: return run_job(order);
+    case run::OrderKind::PartRemoved: done = owner_.part_removed(); break;
     default: break;
   }
   return done ? status() : failure({done.error()});
@@ -120,15 +227,54 @@ Json Desk::jog(const job::JogWords& words) {
           {"duration_s", done->duration_s}};
 }
 
+bool Desk::aside(std::function<void()> work, bool may_abort) {
+  const auto still = [&] {
+    return aside_.valid() && aside_.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
+  };
+  const auto serve_while_it_lasts = [&] {
+    while (still() && !(may_abort && (aborted_ || stop_)))
+      if (!owner_.idle()) break;  // the loop has died; serve() says so
+    return !may_abort || !(aborted_ || stop_);
+  };
+  if (!serve_while_it_lasts()) return false;  // what an abort has left behind comes to its end first
+  aside_ = std::async(std::launch::async, std::move(work));
+  if (!serve_while_it_lasts()) return false;
+  aside_.wait();
+  return true;
+}
+
 Json Desk::run_job(const run::Order& order) {
-  const auto prepared = prepare(machine_, order.recipe);
-  if (!prepared) return failure(prepared.error());
-  const auto done = do_job(machine_, *prepared, {.out = order.out, .dry_run = false}, {&owner_});
-  if (!done) return failure({done.error()});
-  Json document = record::to_json(done->result);
-  document["ok"] = done->result.exit_code == ExitCode::Done;
-  document["folder"] = std::filesystem::absolute(done->folder).string();
-  return document;
+  if (::access(order.recipe.c_str(), R_OK) != 0)
+    return failure({Error{
+        Fault::FileUnreadable,
+        fmt::format("the owner, which runs as user {}, cannot read this recipe: {}", ::geteuid(), std::strerror(errno)),
+        order.recipe}});
+  struct Work {
+    std::optional<Checked<Prepared>> prepared;
+  };
+  const auto shared = std::make_shared<Work>();  // outlives this call where an abort ends the waiting
+  recipe_ = order.recipe, job_duration_s_ = 0, preparing_ = true, aborted_ = false;
+  const bool ready = aside(
+      [shared, &machine = machine_, recipe = order.recipe] { shared->prepared = prepare(machine, recipe); }, true);
+  preparing_ = false;
+  const auto answer = [&]() -> Json {
+    if (!ready) return failure({stop_ ? kEnding : kAbortedBefore});
+    const Checked<Prepared>& prepared = *shared->prepared;
+    if (!prepared) return failure(prepared.error());
+    if (prepared->proof) job_duration_s_ = prepared->proof->duration_s;
+    const Bench bench{.owner = &owner_, .aside = [this](const auto& work) { aside(work, false); }};
+    const auto done = do_job(machine_, *prepared, {.out = order.out, .dry_run = false}, bench,
+                             order.under.empty() ? "out" : order.under);
+    if (!done) return failure({done.error()});
+    return {{"ok", done->result.exit_code == ExitCode::Done},
+            {"result", record::result_word(done->result)},
+            {"exit_code", static_cast<int>(done->result.exit_code)},
+            {"errors", errors_to_json(done->result.errors)},
+            {"folder", std::filesystem::absolute(done->folder).string()},
+            {"said", figures(done->result)}};
+  }();
+  recipe_.clear();
+  return answer;
 }
 
 }  // namespace gantry::desk

@@ -1,26 +1,41 @@
-// The owner with its door: orders that take time are carried out here one at a time, the others are answered between
-// two cycles.
-//   Desk desk(machine, owner, door, interrupted);   owner.on_step([&] { desk.poll(); });   desk.serve();
+// The owner with its socket: orders that take time are carried out here one at a time, the others are answered between
+// two cycles, and those that stop something wait for nothing.
+//   Desk desk(machine, owner, door, clock, {.interrupted = ..., .identity = ...});
+//   owner.on_step([&] { desk.poll(); });   desk.bring_up();   desk.serve();
+// A job does not depend on the client that ordered it, a jog does: it ends when its client is silent (hold-to-run).
 #pragma once
 #include <functional>
-#include <nlohmann/json_fwd.hpp>
+#include <future>
+#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "app/desk/order_line.hpp"
 #include "app/desk/order_socket.hpp"
 #include "app/run/owner.hpp"
 #include "config/machine.hpp"
+#include "core/clock.hpp"
 #include "core/error.hpp"
 
 namespace gantry::desk {
 
 class Desk {
  public:
-  /// `interrupted`: the program was asked to end (a signal).
-  Desk(const config::Machine& machine, run::Owner& owner, OrderSocket& door, std::function<bool()> interrupted)
-      : machine_(machine), owner_(owner), door_(door), interrupted_(std::move(interrupted)) {}
+  /// A client that jogs says something (anything, for example `status`) at least this often; the jog brakes otherwise.
+  static constexpr Time kJogSilence = milliseconds(60);  // and braking from 20 mm/s takes 34 ms: 100 in all
 
-  /// Called in every step of the run thread.
+  struct Options {
+    std::function<bool()> interrupted;  ///< the program was asked to end (a signal)
+    nlohmann::ordered_json identity{};  ///< what `status` says of this owner
+    std::string recipe{};               ///< what the start button runs; "": nothing
+  };
+  /// `clock` is that of the clients, also where the machine's time is virtual.
+  Desk(const config::Machine& machine, run::Owner& owner, OrderSocket& door, const Clock& clock, Options options)
+      : machine_(machine), owner_(owner), door_(door), clock_(clock), options_(std::move(options)) {}
+
+  /// Called in every step of the run thread: one bounded turn of the socket.
   void poll();
+  /// Owner::bring_up(), which a signal or `quit` ends early.
+  Result<void> bring_up();
   /// Until it is asked to end. Fault::LoopDied when the machine cannot be served any more.
   Result<void> serve();
 
@@ -28,22 +43,39 @@ class Desk {
   using Json = nlohmann::ordered_json;
   struct Waiting {
     std::uint64_t client = 0;
-    run::Order order;
+    Request request;
   };
 
   void end();
-  Json answer_now(const run::Order& order);
+  void take(const OrderSocket::Incoming& in);
+  void reply(std::uint64_t client, const Request& request, Json answer);
+  Json answer_now(const run::Order& order, std::uint64_t number);
+  Json abort(const run::Order& order, std::uint64_t number);
+  void reset(std::uint64_t client, const Request& request);
+  void watch_reset();
+  void watch_start_button();
+  /// The last word to whoever asked for this; what the start button began is told in the log.
+  void finish(const Waiting& done, Json answer);
+  void watch_jog();
   [[nodiscard]] Json status() const;
   Json carry_out(const run::Order& order);
   Json jog(const job::JogWords& words);
   Json run_job(const run::Order& order);
+  /// Runs `work` on another thread and serves the machine until it is done. False when an abort came first, if
+  /// `may_abort`: then the work goes on unheard.
+  bool aside(std::function<void()> work, bool may_abort);
 
   const config::Machine& machine_;
   run::Owner& owner_;
   OrderSocket& door_;
-  std::function<bool()> interrupted_;
-  std::optional<Waiting> waiting_;
-  bool busy_ = false, stop_ = false;
+  const Clock& clock_;
+  Options options_;
+  std::optional<Waiting> waiting_, doing_, resetting_;
+  std::future<void> aside_;
+  std::uint64_t aborted_up_to_ = 0;  ///< number of the last abort: what arrived before it does not begin any more
+  double job_duration_s_ = 0;
+  std::string recipe_;  ///< of the job that is prepared or runs
+  bool preparing_ = false, aborted_ = false, bringing_up_ = false, stop_ = false;
 };
 
 }  // namespace gantry::desk

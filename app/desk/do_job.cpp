@@ -15,8 +15,8 @@ Checked<Prepared> prepare(const config::Machine& machine, const std::string& rec
 }
 
 Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared, const run::RunOptions& options,
-                       const Bench& bench) {
-  const auto folder = record::job_folder(options.out, prepared.recipe.file);
+                       const Bench& bench, const std::string& under) {
+  const auto folder = record::job_folder(options.out, prepared.recipe.file, under);
   if (!folder) return tl::unexpected(folder.error());
   JobDone done{record::begin_result(machine, prepared.recipe, prepared.job, *folder, options.dry_run), *folder};
   Result<void> may_run;
@@ -29,7 +29,13 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
   else
     record::add_error(done.result, may_run.error());
   if (bench.release) bench.release();
-  if (auto written = record::write_job(done.result, *folder); !written) record::add_error(done.result, written.error());
+  Result<void> written;
+  const auto write = [&] { written = record::write_job(done.result, *folder); };
+  if (bench.aside)
+    bench.aside(write);
+  else
+    write();
+  if (!written) record::add_error(done.result, written.error());
   return done;
 }
 

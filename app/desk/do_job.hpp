@@ -34,11 +34,13 @@ struct Bench {
   run::Owner* owner = nullptr;               ///< null only where the proof has failed
   std::function<Result<void>()> bring_up{};  ///< before the first motion; empty: the owner is up
   std::function<void()> release{};           ///< when nothing moves any more, before the files are written
+  /// Runs its argument to its end while the machine goes on being served; empty: the machine may wait for files.
+  std::function<void(const std::function<void()>&)> aside{};
 };
 
-/// A job that was not proved is not run, and its result says why. `options.out` as record::job_folder() takes it. An
-/// error: there is no folder, and nothing has begun.
+/// A job that was not proved is not run, and its result says why. `options.out` and `under` as record::job_folder()
+/// takes them. An error: there is no folder, and nothing has begun.
 Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared, const run::RunOptions& options,
-                       const Bench& bench);
+                       const Bench& bench, const std::string& under = "out");
 
 }  // namespace gantry::desk

@@ -1,6 +1,7 @@
 #include "app/desk/order_line.hpp"
 
 #include <algorithm>
+#include <array>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
@@ -9,12 +10,9 @@ namespace gantry::desk {
 namespace {
 
 constexpr std::size_t kLongestLine = 64 * 1024;
+constexpr std::size_t kLongestId = 100;
 
-}  // namespace
-
-Result<run::Order> parse_order(std::string_view line) {
-  if (line.size() > kLongestLine) return fail(Fault::Refused, "an order is one line of at most 64 KiB");
-  const auto json = nlohmann::json::parse(line, nullptr, false);
+Result<run::Order> order_of(const nlohmann::json& json) {
   if (!json.is_object() || !json.contains("order") || !json["order"].is_string())
     return fail(Fault::Refused, R"(an order is one JSON object a line, for example {"order": "status"})");
   const auto& wanted = json["order"].get_ref<const std::string&>();
@@ -29,6 +27,7 @@ Result<run::Order> parse_order(std::string_view line) {
   };
   text("recipe", order.recipe);
   text("out", order.out);
+  text("under", order.under);
   text("speed", order.jog.speed);
   if (order.kind == run::OrderKind::Jog) {
     const auto by = json.find("by");
@@ -48,14 +47,44 @@ Result<run::Order> parse_order(std::string_view line) {
   return order;
 }
 
-std::string to_line(const run::Order& order) {
+}  // namespace
+
+Request read_request(std::string_view line) {
+  if (line.size() > kLongestLine) return {fail(Fault::Refused, "an order is one line of at most 64 KiB")};
+  const auto json = nlohmann::json::parse(line, nullptr, false);
+  Request request{order_of(json)};
+  if (json.is_object() && json.contains("id")) {
+    const auto& id = json["id"];
+    if (id.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).size() <= kLongestId)
+      request.id = id;
+    else
+      request.order = fail(Fault::Refused, "an \"id\" has at most 100 bytes");
+  }
+  return request;
+}
+
+Result<run::Order> parse_order(std::string_view line) { return read_request(line).order; }
+
+std::string to_line(const run::Order& order, const nlohmann::ordered_json& id) {
   nlohmann::ordered_json json{{"order", run::name(order.kind)}};
+  if (!id.is_null()) json["id"] = id;
   if (!order.recipe.empty()) json["recipe"] = order.recipe;
   if (!order.out.empty()) json["out"] = order.out;
+  if (!order.under.empty()) json["under"] = order.under;
   if (!order.jog.by.empty()) json["by"] = order.jog.by;
   if (!order.jog.speed.empty()) json["speed"] = order.jog.speed;
   if (order.kind == run::OrderKind::Override) json["value"] = order.value;
   return json.dump();
+}
+
+bool is_urgent(std::string_view line) {
+  constexpr std::size_t kLongestStop = 1024;  // an order that stops needs no more; a longer line waits for its turn
+  constexpr std::array kStops{run::OrderKind::Abort, run::OrderKind::Hold, run::OrderKind::Quit};
+  if (line.size() > kLongestStop) return false;
+  const auto named = [&](run::OrderKind kind) { return line.find(run::name(kind)) != std::string_view::npos; };
+  if (std::none_of(kStops.begin(), kStops.end(), named)) return false;
+  const auto order = parse_order(line);
+  return order && std::find(kStops.begin(), kStops.end(), order->kind) != kStops.end();
 }
 
 }  // namespace gantry::desk

@@ -1,161 +1,232 @@
 #include "app/desk/order_socket.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
-#include <filesystem>
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
-#include <utility>
+
+#include "app/desk/answer.hpp"
+#include "app/desk/socket_address.hpp"
 
 namespace gantry::desk {
 namespace {
 
-constexpr std::size_t kMostClients = 16;
-constexpr std::size_t kLongestLine = 64 * 1024;
+constexpr int kBacklog = 64;
+constexpr int kAcceptsPerTurn = 16;
 
-bool fill_address(sockaddr_un& address, const std::string& path) {
-  address = {};
-  address.sun_family = AF_UNIX;
-  if (path.size() >= sizeof(address.sun_path)) return false;
-  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
-  return true;
-}
+/// The lock file beside the socket. -1 with errno when it cannot be had.
+int open_lock(const std::string& path) { return open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600); }
 
-/// Takes the first line out of `buffer`.
-std::optional<std::string> take_line(std::string& buffer) {
-  const auto end = buffer.find('\n');
-  if (end == std::string::npos) return std::nullopt;
-  std::string line = buffer.substr(0, end);
-  buffer.erase(0, end + 1);
-  return line;
-}
-
-/// Appends what has arrived. False when the other side is gone.
-bool read_some(int fd, std::string& buffer) {
-  std::array<char, 4096> chunk{};
-  for (;;) {
-    const ssize_t n = recv(fd, chunk.data(), chunk.size(), MSG_DONTWAIT);
-    if (n > 0) {
-      buffer.append(chunk.data(), static_cast<std::size_t>(n));
-      if (buffer.size() > 4 * kLongestLine) return false;
-      continue;
-    }
-    return n < 0 && (errno == EAGAIN || errno == EINTR);
-  }
+int bind_socket(const sockaddr_un& address) {
+  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (fd < 0) return -1;
+  const mode_t old_mask = umask(0177);
+  const bool bound = bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
+  umask(old_mask);
+  if (bound && listen(fd, kBacklog) == 0) return fd;
+  const int why = errno;
+  close(fd);
+  errno = why;
+  return -1;
 }
 
 }  // namespace
 
-Result<std::unique_ptr<OrderSocket>> OrderSocket::listen(const std::string& path) {
-  std::error_code ignored;
-  if (const auto folder = std::filesystem::path(path).parent_path(); !folder.empty())
-    std::filesystem::create_directories(folder, ignored);
+Result<std::unique_ptr<OrderSocket>> OrderSocket::listen(const std::string& path,
+                                                         std::function<bool(std::string_view)> urgent) {
+  const auto address = socket_address(path);
+  if (!address) return tl::unexpected(address.error());
   const std::string lock_path = path + ".lock";
-  const int lock_fd = open(lock_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  const int lock_fd = open_lock(lock_path);
   if (lock_fd < 0)
     return fail(Fault::FileUnwritable, fmt::format("cannot write '{}': {}", lock_path, std::strerror(errno)), path);
   if (flock(lock_fd, LOCK_EX | LOCK_NB) != 0) {
     close(lock_fd);
     return fail(Fault::SecondOwner, "another `gantry up` owns this machine; send it orders, or end it first", path);
   }
-  sockaddr_un address{};
-  if (!fill_address(address, path)) {
-    close(lock_fd);
-    return fail(Fault::FileUnwritable, "the path is too long for a socket (at most 107 characters)", path);
-  }
   unlink(path.c_str());  // left behind by an owner that was killed: its lock is free
-  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  const mode_t old_mask = umask(0177);
-  const bool bound = fd >= 0 && bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
-  umask(old_mask);
-  if (!bound || ::listen(fd, 8) != 0) {
+  const int fd = bind_socket(*address);
+  if (fd < 0) {
     const std::string why = std::strerror(errno);
-    if (fd >= 0) close(fd);
     close(lock_fd);
     return fail(Fault::FileUnwritable, fmt::format("cannot open the order socket: {}", why), path);
   }
-  return std::unique_ptr<OrderSocket>(new OrderSocket(path, lock_fd, fd));
+  return std::unique_ptr<OrderSocket>(new OrderSocket(path, lock_fd, fd, std::move(urgent)));
 }
 
 OrderSocket::~OrderSocket() {
-  for (const Client& c : clients_) close(c.fd);
+  for (Client& c : clients_) {
+    send_some(c);  // the last answers, as far as they can be had without waiting
+    close(c.fd);
+  }
   close(listen_fd_);
   unlink(path_.c_str());
   close(lock_fd_);
 }
 
-void OrderSocket::accept_clients() {
-  for (;;) {
+// ---- one turn ----
+
+std::vector<OrderSocket::Incoming> OrderSocket::turn(Time now) {
+  std::vector<Incoming> lines;
+  for (Client& c : clients_) c.asked = false;
+  accept_clients(now, lines);
+  for (Client& c : clients_) {
+    send_some(c);
+    read(c, now, lines);
+  }
+  const std::size_t most = lines.size() + kLinesPerTurn, everyone = clients_.size();
+  std::size_t i = 0;
+  for (; i < everyone && lines.size() < most; ++i) {
+    Client& c = clients_[(first_ + i) % everyone];
+    // Who does not read is not asked what else it wants.
+    if (c.waiting.empty() || c.unread.size() - c.sent > kMostUnread / 2) continue;
+    lines.push_back(std::move(c.waiting.front()));
+    c.waiting.pop_front();
+    c.asked = true;
+  }
+  if (everyone > 0) first_ = (first_ + std::max<std::size_t>(i, 1)) % everyone;
+  drop_the_dead(now);
+  return lines;
+}
+
+void OrderSocket::accept_clients(Time now, std::vector<Incoming>& urgent) {
+  for (int i = 0; i < kAcceptsPerTurn; ++i) {
     const int fd = accept4(listen_fd_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (fd < 0) return;
-    if (clients_.size() >= kMostClients) {
+    Client client{.id = next_id_++, .fd = fd, .heard = now};
+    if (clients_.size() >= kMostClients && !make_room(now, urgent)) {
+      refuse(client, "every place is taken by a client whose order is carried out; try again");
+      send_some(client);
       close(fd);
       continue;
     }
-    clients_.push_back({next_id_++, fd, {}});
+    clients_.push_back(std::move(client));
   }
 }
 
-std::optional<OrderSocket::Incoming> OrderSocket::poll() {
-  accept_clients();
-  for (std::size_t i = 0; i < clients_.size(); ++i) {
-    Client& client = clients_[i];
-    const bool alive = read_some(client.fd, client.received);
-    if (auto line = take_line(client.received)) return Incoming{client.id, std::move(*line)};
-    if (!alive) {
-      close(client.fd);
-      clients_.erase(clients_.begin() + static_cast<std::ptrdiff_t>(i--));
+/// Drops the client that has been idle for longest. False when each has an order under way.
+bool OrderSocket::make_room(Time now, std::vector<Incoming>& urgent) {
+  Client* idle = nullptr;
+  for (Client& c : clients_)
+    if (!c.busy && (idle == nullptr || c.heard < idle->heard)) idle = &c;
+  if (idle == nullptr) return false;
+  read(*idle, now, urgent);  // what it has just said and is urgent is not lost with it
+  refuse(*idle, "dropped as the connection that was idle for longest: another client needed the place");
+  send_some(*idle);
+  close(idle->fd);
+  clients_.erase(clients_.begin() + (idle - clients_.data()));
+  return true;
+}
+
+void OrderSocket::read(Client& client, Time now, std::vector<Incoming>& urgent) {
+  std::array<char, 4096> chunk{};
+  bool urgent_taken = false;
+  for (std::size_t taken = 0; taken < kBytesPerTurn && !client.ended;) {
+    const ssize_t n = recv(client.fd, chunk.data(), std::min(chunk.size(), kBytesPerTurn - taken), MSG_DONTWAIT);
+    if (n < 0 && (errno == EAGAIN || errno == EINTR)) return;
+    if (n <= 0) {
+      client.ended = true;
+      return;
     }
+    taken += static_cast<std::size_t>(n);
+    std::string_view bytes(chunk.data(), static_cast<std::size_t>(n));
+    for (auto end = bytes.find('\n'); end != std::string_view::npos; end = bytes.find('\n')) {
+      client.heard = now;
+      client.part.append(bytes.substr(0, end));
+      bytes.remove_prefix(end + 1);
+      if (client.part.size() > kLongestLine) break;
+      take_line(client, std::exchange(client.part, {}), urgent_taken, urgent);
+    }
+    if (client.part.size() <= kLongestLine) client.part.append(bytes);
+    if (client.part.size() <= kLongestLine) continue;
+    refuse(client, "a line is at most 64 KiB long");
+    client.ended = true;
+    client.part.clear();
   }
-  return std::nullopt;
 }
 
-bool OrderSocket::send_line(const Client& client, const std::string& line) {
-  const std::string text = line + "\n";
-  return send(client.fd, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(text.size());
+void OrderSocket::take_line(Client& client, std::string line, bool& urgent_taken, std::vector<Incoming>& urgent) {
+  if (line.empty()) return;
+  if (!urgent_taken && urgent_(line)) {
+    urgent_taken = client.asked = true;
+    urgent.push_back({client.id, std::move(line), next_number_++});
+  } else if (client.waiting.size() < kMostWaiting) {
+    client.waiting.push_back({client.id, std::move(line), next_number_++});
+  } else {
+    refuse(client, "32 orders of this client wait already; read their answers first");
+  }
 }
+
+void OrderSocket::drop_the_dead(Time now) {
+  for (Client& c : clients_) {
+    const bool nothing_to_do = c.waiting.empty() && !c.busy && !c.asked;
+    const bool nothing_to_say = c.gone || c.sent == c.unread.size();
+    if (nothing_to_do && !c.ended && now - c.heard > kIdle) {
+      refuse(c, "idle for a minute; connect again when you need the machine");
+      send_some(c);
+      c.ended = c.gone = true;
+    }
+    if ((c.gone && c.waiting.empty()) || (c.ended && nothing_to_do && nothing_to_say)) close(std::exchange(c.fd, -1));
+  }
+  std::erase_if(clients_, [](const Client& c) { return c.fd < 0; });
+}
+
+// ---- answers ----
 
 void OrderSocket::reply(std::uint64_t client, const std::string& line) {
-  for (const Client& c : clients_)
-    if (c.id == client && !send_line(c, line)) shutdown(c.fd, SHUT_RDWR);
-}
-
-std::optional<OrderClient> OrderClient::connect(const std::string& path) {
-  sockaddr_un address{};
-  if (!fill_address(address, path)) return std::nullopt;
-  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (fd < 0) return std::nullopt;
-  if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
-    close(fd);
-    return std::nullopt;
+  if (Client* c = find(client)) {
+    put(*c, line);
+    send_some(*c);
   }
-  return OrderClient(fd);
 }
 
-OrderClient::~OrderClient() {
-  if (fd_ >= 0) close(fd_);
+void OrderSocket::put(Client& client, const std::string& line) {
+  if (client.gone) return;
+  if (client.unread.size() - client.sent + line.size() + 1 > kMostUnread) {
+    client.ended = client.gone = true;  // it does not read: nothing more can be said to it
+    client.waiting.clear();
+    return;
+  }
+  if (client.sent > client.unread.size() / 2) client.unread.erase(0, std::exchange(client.sent, 0));
+  client.unread.append(line).push_back('\n');
 }
 
-OrderClient::OrderClient(OrderClient&& other) noexcept
-    : fd_(std::exchange(other.fd_, -1)), gone_(other.gone_), received_(std::move(other.received_)) {}
-
-bool OrderClient::send(const std::string& line) const {
-  const std::string text = line + "\n";
-  return ::send(fd_, text.data(), text.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(text.size());
+void OrderSocket::send_some(Client& client) {
+  while (!client.gone && client.sent < client.unread.size()) {
+    const ssize_t n = send(client.fd, client.unread.data() + client.sent, client.unread.size() - client.sent,
+                           MSG_DONTWAIT | MSG_NOSIGNAL);
+    if (n < 0 && (errno == EAGAIN || errno == EINTR)) return;
+    if (n < 0)
+      client.ended = client.gone = true;
+    else
+      client.sent += static_cast<std::size_t>(n);
+  }
 }
 
-std::optional<std::string> OrderClient::read_line(Time timeout) {
-  if (auto line = take_line(received_)) return line;
-  pollfd waiting{fd_, POLLIN, 0};
-  if (::poll(&waiting, 1, static_cast<int>(timeout.count() / 1'000'000)) > 0) gone_ = !read_some(fd_, received_);
-  return take_line(received_);
+void OrderSocket::refuse(Client& client, std::string_view why) {
+  put(client, to_line(failure({Error{Fault::Refused, std::string(why), ""}})));
+}
+
+OrderSocket::Client* OrderSocket::find(std::uint64_t id) {
+  const auto found = std::find_if(clients_.begin(), clients_.end(), [&](const Client& c) { return c.id == id; });
+  return found == clients_.end() ? nullptr : &*found;
+}
+
+void OrderSocket::set_busy(std::uint64_t client, bool busy) {
+  if (Client* c = find(client)) c->busy = busy;
+}
+
+std::optional<Time> OrderSocket::heard(std::uint64_t client) const {
+  for (const Client& c : clients_)
+    if (c.id == client && !c.ended) return c.heard;
+  return std::nullopt;
 }
 
 }  // namespace gantry::desk

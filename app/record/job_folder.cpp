@@ -8,6 +8,7 @@
 
 #include "app/record/report.hpp"
 #include "app/record/summary.hpp"
+#include "core/new_file.hpp"
 
 namespace gantry::record {
 namespace fs = std::filesystem;
@@ -18,16 +19,16 @@ constexpr const char* kLeft[] = {"report.html", "summary.json", "deposits.csv", 
 
 }  // namespace
 
-Result<std::string> job_folder(const std::string& wanted, const std::string& recipe_file) {
+Result<std::string> job_folder(const std::string& wanted, const std::string& recipe_file, const std::string& under) {
   constexpr int kMost = 100000;
   const auto cannot = [&](const fs::path& folder, const std::error_code& error) {
     return fail(wanted.empty() ? Fault::FileUnwritable : Fault::Usage,
                 fmt::format("cannot make or clear the folder for results: {}", error.message()), folder.string());
   };
   std::error_code error;
-  const fs::path parent = wanted.empty() ? fs::path("out") : fs::path(wanted);
-  fs::create_directories(parent, error);
-  if (error) return cannot(parent, error);
+  const fs::path parent = wanted.empty() ? fs::path(under) : fs::path(wanted);
+  if (auto made = make_folder(parent.string()); !made)
+    return fail(wanted.empty() ? Fault::FileUnwritable : Fault::Usage, made.error().message, made.error().where);
   if (!wanted.empty()) {
     for (const char* left : kLeft)
       if (fs::remove_all(parent / left, error); error) return cannot(parent, error);

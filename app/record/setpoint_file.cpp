@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 #include <fmt/format.h>
+#include <fstream>
 #include <iterator>
 #include <tuple>
 #include <vector>
@@ -80,9 +81,9 @@ std::optional<SetpointDifference> difference(const Tick& a, const Tick& b, std::
 }  // namespace
 
 Result<SetpointFile> SetpointFile::create(const std::string& path) {
-  std::ofstream out(path, std::ios::binary | std::ios::trunc);
-  if (!out) return fail(Fault::FileUnwritable, "the setpoint file cannot be created; check the folder", path);
-  return SetpointFile(path, std::move(out));
+  auto out = NewFile::create(path);
+  if (!out) return tl::unexpected(out.error());
+  return SetpointFile(std::move(*out));
 }
 
 void SetpointFile::add(const cycle::Snapshot& s) {
@@ -100,7 +101,7 @@ void SetpointFile::add(const cycle::Snapshot& s) {
   put(bytes, s.sent ? kSent : 0);
   put(bytes, s.outputs & kProcessOutputs);
   for (std::uint32_t i = 0; i < drives_; ++i) put(bytes, static_cast<std::uint32_t>(s.counts[i]));
-  out_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  out_.write(bytes);
 }
 
 Result<void> SetpointFile::close() {
@@ -108,11 +109,9 @@ Result<void> SetpointFile::close() {
     std::string bytes(kMagic.begin(), kMagic.end());
     put(bytes, 0);
     put(bytes, 0);
-    out_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    out_.write(bytes);
   }
-  out_.close();
-  if (!out_) return fail(Fault::FileUnwritable, "the setpoint file could not be written to its end", path_);
-  return {};
+  return out_.close();
 }
 
 Result<SetpointComparison> compare(const std::string& path_a, const std::string& path_b) {

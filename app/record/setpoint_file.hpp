@@ -5,13 +5,13 @@
 // a record a tick of a block: block u32, tick u32, flags u32 (bit 0: sent), process outputs u32, counts i32 a drive.
 #pragma once
 #include <cstdint>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "app/cycle/channels.hpp"
 #include "core/error.hpp"
+#include "core/new_file.hpp"
 
 namespace gantry::record {
 
@@ -25,10 +25,9 @@ class SetpointFile {
   Result<void> close();
 
  private:
-  SetpointFile(std::string path, std::ofstream out) : path_(std::move(path)), out_(std::move(out)) {}
+  explicit SetpointFile(NewFile out) : out_(std::move(out)) {}
 
-  std::string path_;
-  std::ofstream out_;
+  NewFile out_;
   bool has_head_ = false;
   std::uint32_t drives_ = 0;
 };

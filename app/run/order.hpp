@@ -10,12 +10,27 @@
 
 namespace gantry::run {
 
-enum class OrderKind { Status, Enable, Disable, Home, Jog, Run, Hold, Resume, Abort, Override, Reset, Quit };
+enum class OrderKind {
+  Status,
+  Enable,
+  Disable,
+  Home,
+  Jog,
+  Run,
+  PartRemoved,
+  Hold,
+  Resume,
+  Abort,
+  Override,
+  Reset,
+  Quit
+};
 
 struct Order {
   OrderKind kind = OrderKind::Status;
   std::string recipe{};  ///< Run: path
-  std::string out{};     ///< Run: folder for the results
+  std::string out{};     ///< Run: folder for the results; empty: a new one in `under`
+  std::string under{};   ///< Run: empty: out/ where the owner stands
   job::JogWords jog{};   ///< Jog
   double value = 1;      ///< Override: 1 is 100 %, 0.1 .. 2
 };
@@ -23,7 +38,7 @@ struct Order {
 /// Whether the order takes machine time; only one such order runs at a time.
 constexpr bool takes_time(OrderKind k) {
   return k == OrderKind::Enable || k == OrderKind::Disable || k == OrderKind::Home || k == OrderKind::Jog ||
-         k == OrderKind::Run;
+         k == OrderKind::Run || k == OrderKind::PartRemoved;
 }
 
 std::string_view name(OrderKind kind);

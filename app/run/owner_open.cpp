@@ -28,7 +28,11 @@ Result<devices::FramePort*> Owner::Parts::open_bus() {
   }
   if (!options.bus.starts_with(kEthercat))
     return fail(Fault::Usage, fmt::format("'{}' is no bus; write sim or ethercat:IFACE", options.bus), "--bus");
-  auto raw = devices::RawSocketPort::open(options.bus.substr(kEthercat.size()));
+  const std::string interface = options.bus.substr(kEthercat.size());
+  auto lock = devices::InterfaceLock::take(interface);
+  if (!lock) return tl::unexpected(lock.error());
+  interface_lock.emplace(std::move(*lock));
+  auto raw = devices::RawSocketPort::open(interface);
   if (!raw) return tl::unexpected(raw.error());
   raw_port = std::move(*raw);
   if (!options.world_socket.empty()) {

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <fstream>
 #include <limits>
+
+#include "core/new_file.hpp"
 
 namespace gantry::sim {
 
@@ -138,19 +139,16 @@ int feature_begun(const BoardPlan& plan, const Starts& starts, Vec2 at) {
 }
 
 Result<void> write_csv(std::span<const Deposit> deposits, const std::string& path) {
-  std::ofstream out(path);
-  out << "id,kind,opened_cycle,closed_cycle,error_mm,gap_mm,nominal_mm,board_mm\n";
+  std::string csv = "id,kind,opened_cycle,closed_cycle,error_mm,gap_mm,nominal_mm,board_mm\n";
   for (const Deposit& d : deposits) {
     // Ids are the recipe's and may hold a comma or a quote: RFC 4180, 2.6 and 2.7.
     std::string id = d.id;
     for (std::size_t at = 0; (at = id.find('"', at)) != std::string::npos; at += 2) id.insert(at, 1, '"');
     const std::string error = std::isfinite(d.error_mm) ? fmt::format("{:.6f}", d.error_mm) : std::string();
-    out << fmt::format("\"{}\",{},{},{},{},{:.6f},{},{}\n", id, d.kind, d.opened_cycle, d.closed_cycle, error, d.gap_mm,
+    csv += fmt::format("\"{}\",{},{},{},{},{:.6f},{},{}\n", id, d.kind, d.opened_cycle, d.closed_cycle, error, d.gap_mm,
                        text(d.nominal_mm), text(d.board_mm));
   }
-  out.close();
-  if (!out) return fail(Fault::FileUnwritable, "cannot write the deposits; check the folder and free space", path);
-  return {};
+  return write_new_file(path, csv);
 }
 
 }  // namespace gantry::sim

@@ -1,0 +1,79 @@
+#include "app/desk/identity.hpp"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fmt/format.h>
+#include <fstream>
+#include <iterator>
+
+namespace gantry::desk {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Row {
+  std::string_view option;
+  const char* key;       ///< what is compared
+  const char* shown_as;  ///< what is named when it differs
+};
+constexpr std::array kRows{Row{"--machine", "machine_hash", "machine"},
+                           Row{"--bus", "bus", "bus"},
+                           Row{"--world", "world", "world"},
+                           Row{"--sim-board", "board", "board"},
+                           Row{"--sim-seed", "seed", "seed"},
+                           Row{"--sim-script", "script", "script"},
+                           Row{"--sim-state", "sim_state", "sim_state"}};
+
+std::string absolute(const std::string& path) {
+  return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
+}
+
+std::string text(const Json& of, const char* key) {
+  const auto found = of.find(key);
+  return found != of.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+}  // namespace
+
+std::string content_hash(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return "";
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (auto at = std::istreambuf_iterator<char>(in); at != std::istreambuf_iterator<char>(); ++at)
+    hash = (hash ^ static_cast<unsigned char>(*at)) * 0x100000001b3;
+  return fmt::format("{:016x}", hash);
+}
+
+Json identity_of(const std::string& machine_file, const run::OwnerOptions& options) {
+  return {{"machine", absolute(machine_file)},
+          {"machine_hash", content_hash(machine_file)},
+          {"bus", options.bus},
+          {"world", absolute(options.world_socket)},
+          {"board", options.sim.placement},
+          {"seed", std::to_string(options.sim.seed)},
+          {"script", absolute(options.sim.script_file)},
+          {"sim_state", absolute(options.sim.state_dir)}};
+}
+
+Result<void> same(const Json& owner, const Json& wanted, const std::vector<std::string>& given) {
+  for (const Row& row : kRows) {
+    if (std::find(given.begin(), given.end(), row.option) == given.end()) continue;
+    if (text(owner, row.key) == text(wanted, row.key)) continue;
+    const std::string theirs = text(owner, row.shown_as), ours = text(wanted, row.shown_as);
+    if (theirs == ours)  // a machine file that has changed since
+      return fail(Fault::Usage,
+                  fmt::format("'{}' is not what it was when the owner read it; end the owner (`gantry down`) and start "
+                              "it again",
+                              ours),
+                  std::string(row.option));
+    return fail(Fault::Usage,
+                fmt::format("the owner that is up has '{}', and '{}' was asked for; leave the option out, or start an "
+                            "owner with it",
+                            theirs, ours),
+                std::string(row.option));
+  }
+  return {};
+}
+
+}  // namespace gantry::desk

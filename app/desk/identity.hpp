@@ -1,0 +1,25 @@
+// Which machine an owner owns, and how: what `status` says of it, and what a client may have asked for otherwise.
+//   identity_of(machine_file, options)   ->   the owner's `status`   ->   Result<void> same(owner, wanted, {"--bus"})
+#pragma once
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/run/owner.hpp"
+#include "core/error.hpp"
+
+namespace gantry::desk {
+
+/// "machine", "machine_hash", "bus", "world", "board", "seed", "script", "sim_state": each a text, paths absolute.
+nlohmann::ordered_json identity_of(const std::string& machine_file, const run::OwnerOptions& options);
+
+/// Compares what `given` names (options of the command line, "--bus"); a machine file is the same when its bytes are.
+/// Fault::Usage naming option and both values.
+Result<void> same(const nlohmann::ordered_json& owner, const nlohmann::ordered_json& wanted,
+                  const std::vector<std::string>& given);
+
+/// FNV-1a, 64 bit, of a file's bytes: "9ae16a3b2f90404f". "" when it cannot be read.
+std::string content_hash(const std::string& file);
+
+}  // namespace gantry::desk

@@ -1,0 +1,105 @@
+#include "app/desk/order_client.hpp"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fmt/format.h>
+#include <poll.h>
+#include <pwd.h>
+#include <string_view>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <utility>
+
+#include "app/desk/socket_address.hpp"
+
+namespace gantry::desk {
+namespace {
+
+/// "user 'anna'" who owns the last part of `path` that can be looked at.
+std::string whose(const std::string& path) {
+  for (std::filesystem::path at = path; !at.empty(); at = at.parent_path()) {
+    struct stat found {};
+    if (lstat(at.c_str(), &found) == 0) {
+      const passwd* user = getpwuid(found.st_uid);
+      return user != nullptr ? fmt::format("user '{}'", user->pw_name) : fmt::format("user {}", found.st_uid);
+    }
+    if (at == at.parent_path()) break;
+  }
+  return "another user";
+}
+
+}  // namespace
+
+Result<std::optional<OrderClient>> OrderClient::connect(const std::string& path) {
+  const auto address = socket_address(path);
+  if (!address) return tl::unexpected(address.error());
+  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (fd < 0) return fail(Fault::Internal, fmt::format("no socket can be made: {}", std::strerror(errno)), path);
+  if (::connect(fd, reinterpret_cast<const sockaddr*>(&*address), sizeof(*address)) == 0)
+    return std::optional<OrderClient>(OrderClient(fd));
+  const int why = errno;
+  close(fd);
+  if (why == ENOENT || why == ECONNREFUSED || why == ENOTDIR) return std::optional<OrderClient>();
+  if (why == EACCES || why == EPERM)
+    return fail(
+        Fault::Refused,
+        fmt::format("the owner's socket belongs to {}, who alone may give it orders; work as that user, or with "
+                    "a state folder of your own",
+                    whose(path)),
+        path);
+  return fail(Fault::Refused, fmt::format("the owner cannot be reached: {}", std::strerror(why)), path);
+}
+
+OrderClient::~OrderClient() {
+  if (fd_ >= 0) close(fd_);
+}
+
+OrderClient::OrderClient(OrderClient&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1)),
+      gone_(other.gone_),
+      part_(std::move(other.part_)),
+      lines_(std::move(other.lines_)) {}
+
+bool OrderClient::send(const std::string& line) {
+  const std::string text = line + "\n";
+  for (std::size_t sent = 0; sent < text.size();) {
+    const ssize_t n = ::send(fd_, text.data() + sent, text.size() - sent, MSG_NOSIGNAL);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return false;
+    sent += static_cast<std::size_t>(n);
+  }
+  return true;
+}
+
+void OrderClient::read_some() {
+  std::array<char, 16384> chunk{};
+  const ssize_t n = recv(fd_, chunk.data(), chunk.size(), MSG_DONTWAIT);
+  if (n < 0 && (errno == EAGAIN || errno == EINTR)) return;
+  if (n <= 0) {
+    gone_ = true;
+    return;
+  }
+  std::string_view bytes(chunk.data(), static_cast<std::size_t>(n));
+  for (auto end = bytes.find('\n'); end != std::string_view::npos; end = bytes.find('\n')) {
+    part_.append(bytes.substr(0, end));
+    bytes.remove_prefix(end + 1);
+    lines_.push_back(std::exchange(part_, {}));
+  }
+  part_.append(bytes);
+}
+
+std::optional<std::string> OrderClient::read_line(Time timeout) {
+  if (lines_.empty() && !gone_) {
+    pollfd waiting{fd_, POLLIN, 0};
+    if (::poll(&waiting, 1, static_cast<int>(timeout.count() / 1'000'000)) > 0) read_some();
+  }
+  if (lines_.empty()) return std::nullopt;
+  std::string line = std::move(lines_.front());
+  lines_.pop_front();
+  return line;
+}
+
+}  // namespace gantry::desk

@@ -1,0 +1,26 @@
+// Where a machine's state lives: the owner's socket and lock, later journal, offsets, calibration. One place for every
+// verb, whatever folder one stands in.
+//   auto path = state_folder(option, machine.name, environment);   open_state_folder(*path);   owner_socket(*path);
+#pragma once
+#include <functional>
+#include <string>
+
+#include "core/error.hpp"
+
+namespace gantry::desk {
+
+/// "" where a variable is not set.
+using Environment = std::function<std::string(const char*)>;
+
+/// `option` (--state), else $GANTRY_STATE, else $XDG_STATE_HOME/gantry/<machine name>, else
+/// ~/.local/state/gantry/<machine name>; absolute. Fault::Usage when none of these can be told.
+Result<std::string> state_folder(const std::string& option, const std::string& machine_name, const Environment& env);
+
+/// Makes it, with what is missing above it, for this user alone (mode 0700). Fault::Refused when it is a link, belongs
+/// to another user, or others may write to it; FileUnwritable.
+Result<void> open_state_folder(const std::string& path);
+
+/// Where the owner takes its orders.
+inline std::string owner_socket(const std::string& state) { return state + "/owner.sock"; }
+
+}  // namespace gantry::desk

@@ -1,0 +1,106 @@
+#include "core/new_file.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <utility>
+
+namespace gantry {
+namespace {
+
+constexpr std::size_t kBuffer = 64 * 1024;
+
+tl::unexpected<Error> unwritable(std::string_view what, int why, const std::string& path) {
+  return fail(Fault::FileUnwritable, fmt::format("{}: {}", what, std::strerror(why)), path);
+}
+
+}  // namespace
+
+Result<NewFile> NewFile::create(const std::string& path) {
+  constexpr int kAttempts = 3;  // who puts something there again and again is told of
+  int why = EEXIST;
+  for (int i = 0; i < kAttempts && why == EEXIST; ++i) {
+    if (::unlink(path.c_str()) != 0 && errno != ENOENT) return unwritable("the file cannot be replaced", errno, path);
+    const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (fd >= 0) return NewFile(path, fd);
+    why = errno;
+  }
+  return unwritable("the file cannot be created; check the folder", why, path);
+}
+
+NewFile::~NewFile() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+NewFile::NewFile(NewFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      buffer_(std::move(other.buffer_)),
+      fd_(std::exchange(other.fd_, -1)),
+      failed_(other.failed_) {}
+
+void NewFile::write(std::string_view bytes) {
+  buffer_.append(bytes);
+  if (buffer_.size() >= kBuffer) flush();
+}
+
+void NewFile::flush() {
+  std::string_view left = buffer_;
+  while (!left.empty() && failed_ == 0) {
+    const ssize_t n = ::write(fd_, left.data(), left.size());
+    if (n >= 0)
+      left.remove_prefix(static_cast<std::size_t>(n));
+    else if (errno != EINTR)
+      failed_ = errno;
+  }
+  buffer_.clear();
+}
+
+Result<void> NewFile::close() {
+  flush();
+  const bool closed = ::close(std::exchange(fd_, -1)) == 0;
+  if (failed_ == 0 && !closed) failed_ = errno;
+  if (failed_ != 0) return unwritable("the file could not be written to its end", failed_, path_);
+  return {};
+}
+
+Result<void> write_new_file(const std::string& path, std::string_view bytes) {
+  const std::string beside = path + ".part";
+  auto file = NewFile::create(beside);
+  if (!file) return tl::unexpected(file.error());
+  file->write(bytes);
+  auto done = file->close();
+  if (done && ::rename(beside.c_str(), path.c_str()) != 0)
+    done = unwritable("the file cannot be put in place", errno, path);
+  if (!done) ::unlink(beside.c_str());
+  return done;
+}
+
+Result<void> make_folder(const std::string& path) {
+  std::string name = path;
+  while (name.size() > 1 && name.back() == '/') name.pop_back();  // a link with a slash behind it would be followed
+  if (const auto slash = name.rfind('/'); slash != std::string::npos && slash > 0) {
+    struct stat above {};
+    if (::stat(name.substr(0, slash).c_str(), &above) != 0)
+      if (auto made = make_folder(name.substr(0, slash)); !made) return made;
+  }
+  if (::mkdir(name.c_str(), 0777) == 0) return {};
+  if (errno != EEXIST) return unwritable("the folder cannot be made", errno, name);
+  struct stat found {
+  }, target{};
+  if (::lstat(name.c_str(), &found) != 0) return unwritable("the folder cannot be looked at", errno, name);
+  if (S_ISDIR(found.st_mode)) return {};
+  if (!S_ISLNK(found.st_mode)) return unwritable("there is something of this name that is no folder", ENOTDIR, name);
+  if (found.st_uid != ::geteuid() && found.st_uid != 0)
+    return fail(Fault::FileUnwritable,
+                fmt::format("is a link that user {} has made, and is not followed; name another folder", found.st_uid),
+                name);
+  if (::stat(name.c_str(), &target) != 0 || !S_ISDIR(target.st_mode))
+    return unwritable("is a link that leads to no folder", ENOTDIR, name);
+  return {};
+}
+
+}  // namespace gantry

@@ -1,0 +1,44 @@
+// A file that was not there before: nobody can have put a link in its place, and what stood under its name is replaced
+// and never written through.
+//   auto file = NewFile::create("out/job/setpoints.bin");   file->write(bytes);   file->close();
+//   make_folder("out/job/marks");
+#pragma once
+#include <string>
+#include <string_view>
+
+#include "core/error.hpp"
+
+namespace gantry {
+
+class NewFile {
+ public:
+  /// Removes what has this name (a link itself, never its target; no folder) and creates the file exclusively (open(2),
+  /// O_EXCL and O_NOFOLLOW), readable for everybody as the umask allows. Fault::FileUnwritable.
+  static Result<NewFile> create(const std::string& path);
+  ~NewFile();
+  NewFile(NewFile&& other) noexcept;
+  NewFile& operator=(NewFile&&) = delete;
+
+  /// Buffered. What goes wrong is reported by close().
+  void write(std::string_view bytes);
+  /// Whether everything has reached the file. Fault::FileUnwritable.
+  Result<void> close();
+
+ private:
+  NewFile(std::string path, int fd) : path_(std::move(path)), fd_(fd) {}
+  void flush();
+
+  std::string path_, buffer_;
+  int fd_ = -1;
+  int failed_ = 0;  ///< errno of the first write that failed
+};
+
+/// Writes beside `path` and renames into place: the file appears whole or not at all, and a link of this name is
+/// replaced, not followed. Fault::FileUnwritable.
+Result<void> write_new_file(const std::string& path, std::string_view bytes);
+
+/// Makes the folder if it is not there; missing folders above it too. A link of this name is accepted only if this user
+/// or root has made it: nobody else decides where files go. Fault::FileUnwritable.
+Result<void> make_folder(const std::string& path);
+
+}  // namespace gantry

@@ -1,0 +1,316 @@
+// The desk over a whole machine in virtual time; clients speak through the socket, and their clock is the test's.
+#include "app/desk/desk.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "app/desk/answer.hpp"
+#include "tests/app/desk/peer.hpp"
+
+namespace gantry::desk {
+namespace {
+
+using test::Peer;
+
+constexpr const char* kShort = "tests/cli/short-board.yaml";
+
+class Desks : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("gantry-desk-" + std::to_string(getpid()));
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+    auto machine = config::load_machine("config/machines/dispenser.yaml");
+    ASSERT_TRUE(machine);
+    machine_ = std::move(*machine);
+    run::OwnerOptions options;
+    options.virtual_time = true;
+    if (!script().empty()) {
+      std::ofstream(folder_ / "script.yaml") << script();
+      options.sim.script_file = folder_ / "script.yaml";
+    }
+    auto owner = run::Owner::open(machine_, options);
+    ASSERT_TRUE(owner) << to_text(owner.error());
+    owner_ = std::move(*owner);
+    door_ = std::move(*OrderSocket::listen(folder_ / "owner.sock", is_urgent));
+    make_desk();
+    owner_->on_step([this] { step(); });
+    ASSERT_TRUE(desk_->bring_up());
+    client_ = std::make_unique<Peer>(folder_ / "owner.sock");
+  }
+  void TearDown() override {
+    owner_->on_step({});
+    owner_.reset();
+    door_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+  /// What happens to the machine from without.
+  [[nodiscard]] virtual std::string script() const { return ""; }
+  void make_desk() {
+    desk_ = std::make_unique<Desk>(
+        machine_, *owner_, *door_, clock_,
+        Desk::Options{.interrupted = [] { return false; }, .recipe = std::filesystem::absolute(kShort)});
+  }
+  /// Each cycle is a millisecond for the clients too.
+  void step() {
+    clock_.sleep_until(clock_.now() + milliseconds(1));
+    ++steps_;
+    if (client_) heard_ += client_->hear();
+    if (on_cycle_) on_cycle_();
+    desk_->poll();
+    const double x = owner_->latest().target[0];
+    if (x != last_x_) moved_at_ = steps_;
+    last_x_ = x;
+  }
+  /// The answer with this id, if it has come.
+  [[nodiscard]] Json answer(int id) const {
+    for (std::size_t at = 0; at < heard_.size();) {
+      const std::size_t end = std::min(heard_.find('\n', at), heard_.size());
+      const Json line = Json::parse(heard_.substr(at, end - at), nullptr, false);
+      if (line.is_object() && line.value("id", 0) == id) return line;
+      at = end + 1;
+    }
+    return {};
+  }
+  [[nodiscard]] bool answered(int id) const { return !answer(id).is_null(); }
+  /// Serves until `id` is answered, and `cycles` more.
+  void serve_until(int id, int cycles = 0) {
+    const auto asked = on_cycle_;
+    int left = 200'000, more = cycles;
+    on_cycle_ = [&, asked] {
+      if (asked) asked();
+      if (!answered(id) && --left > 0) return;
+      if (more-- == 0) Peer(folder_ / "owner.sock").say("{\"order\":\"quit\"}\n");
+    };
+    EXPECT_TRUE(desk_->serve());
+    on_cycle_ = {};
+    if (client_) heard_ += client_->hear();
+    make_desk();
+  }
+  void home() {
+    client_->say("{\"order\":\"home\",\"id\":1}\n");
+    serve_until(1);
+    ASSERT_TRUE(answer(1).value("ok", false)) << heard_;
+  }
+
+  std::filesystem::path folder_, source_ = std::filesystem::current_path();
+  config::Machine machine_;
+  VirtualClock clock_;
+  std::unique_ptr<run::Owner> owner_;
+  std::unique_ptr<OrderSocket> door_;
+  std::unique_ptr<Desk> desk_;
+  std::unique_ptr<Peer> client_;
+  std::string heard_;
+  std::function<void()> on_cycle_;
+  int steps_ = 0, moved_at_ = 0;
+  double last_x_ = 0;
+};
+
+std::string code_of(const Json& answer) {
+  const auto errors = errors_of(answer);
+  return errors.empty() ? "" : std::string(std::string_view(code(errors.front().fault)));
+}
+
+TEST_F(Desks, an_abort_cancels_an_order_that_waits) {
+  client_->say("{\"order\":\"home\",\"id\":1}\n");
+  step();
+  Peer other(folder_ / "owner.sock");
+  other.say("{\"order\":\"abort\",\"id\":2}\n");
+  step();
+  EXPECT_NE(other.hear().find("\"ok\":true"), std::string::npos);
+  serve_until(1, 2000);
+  EXPECT_EQ(code_of(answer(1)), "G701") << heard_;
+  EXPECT_EQ(owner_->latest().state, cycle::State::Disabled);
+}
+
+TEST_F(Desks, an_abort_cancels_a_job_that_is_prepared_and_nothing_moves_afterwards) {
+  const std::string recipe = std::filesystem::absolute("recipes/demo-board.yaml");
+  client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +
+               "\"}\n");
+  bool sent = false;
+  on_cycle_ = [&] {
+    if (!sent && steps_ > 30) sent = client_->say("{\"order\":\"abort\",\"id\":2}\n") > 0;
+  };
+  client_->say("{\"order\":\"abort\",\"id\":3}\n");  // behind it in one turn: it waits already
+  serve_until(1, 3000);
+  EXPECT_EQ(code_of(answer(1)), "G701") << heard_;
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "job"));
+  EXPECT_EQ(owner_->latest().state, cycle::State::Disabled);
+}
+
+TEST_F(Desks, a_job_is_answered_in_short_and_told_in_its_folder) {
+  const std::string recipe = std::filesystem::absolute(kShort);
+  client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +
+               "\"}\n");
+  serve_until(1);
+  const Json done = answer(1);
+  EXPECT_TRUE(done.value("ok", false)) << heard_;
+  EXPECT_EQ(done.value("order", ""), "run");
+  EXPECT_EQ(done.value("result", ""), "done");
+  EXPECT_EQ(done.value("exit_code", -1), 0);
+  EXPECT_EQ(done.value("folder", ""), (folder_ / "job").string());
+  EXPECT_NE(done.value("said", "").find("3 of 3 features"), std::string::npos);
+  EXPECT_LT(done.dump().size(), kLongestAnswer);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "job/summary.json"));
+}
+
+TEST_F(Desks, a_recipe_that_cannot_be_read_is_told_as_such) {
+  client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"/none/board.yaml\"}\n");
+  serve_until(1);
+  EXPECT_NE(heard_.find("the owner, which runs as user"), std::string::npos) << heard_;
+  EXPECT_EQ(errors_of(answer(1)).front().where, "/none/board.yaml");
+}
+
+TEST_F(Desks, a_thousand_mistakes_fit_into_an_answer) {
+  std::vector<Error> errors(1000, Error{Fault::Usage, std::string(10'000, 'e'), "there"});
+  const Json answer = failure(errors);
+  EXPECT_LT(to_line(answer).size(), kLongestAnswer);
+  EXPECT_EQ(answer["errors"].size() + answer["errors_left_out"].get<std::size_t>(), 1000u);
+}
+
+TEST_F(Desks, a_jog_goes_on_while_its_client_speaks) {
+  home();
+  client_->say("{\"order\":\"jog\",\"id\":2,\"by\":{\"X\":\"10 mm\"},\"speed\":\"20 mm/s\"}\n");
+  on_cycle_ = [&] {
+    if (steps_ % 25 == 0) client_->say("{\"order\":\"status\",\"id\":9}\n");
+  };
+  const double before = owner_->latest().target[0];
+  serve_until(2);
+  EXPECT_TRUE(answer(2).value("ok", false)) << answer(2).dump();
+  EXPECT_NEAR(owner_->latest().target[0] - before, 10, 1e-6);
+}
+
+TEST_F(Desks, a_jog_ends_when_its_client_is_silent) {
+  home();
+  client_->say("{\"order\":\"jog\",\"id\":2,\"by\":{\"X\":\"100 mm\"},\"speed\":\"20 mm/s\"}\n");
+  int last_word = 0;
+  const int begin = steps_;
+  on_cycle_ = [&] {
+    if (steps_ % 25 != 0 || steps_ > begin + 1000) return;
+    client_->say("{\"order\":\"status\",\"id\":9}\n");
+    last_word = steps_;
+  };
+  const double before = owner_->latest().target[0];
+  serve_until(2, 500);
+  EXPECT_EQ(code_of(answer(2)), "G701") << heard_;
+  EXPECT_NE(answer(2).dump().find("silent for 60 ms"), std::string::npos);
+  EXPECT_GT(owner_->latest().target[0], before + 5);
+  EXPECT_LE(moved_at_ - last_word, 100) << "it stands within 100 ms";
+  EXPECT_GT(moved_at_ - last_word, 60);
+}
+
+TEST_F(Desks, a_jog_ends_when_its_client_is_gone) {
+  home();
+  client_->say("{\"order\":\"jog\",\"id\":2,\"by\":{\"X\":\"100 mm\"},\"speed\":\"20 mm/s\"}\n");
+  const int begin = steps_;
+  int gone = 0;
+  on_cycle_ = [&] {
+    if (steps_ < begin + 500 && steps_ % 25 == 0) client_->say("{\"order\":\"status\"}\n");
+    if (gone == 0 && steps_ == begin + 500) client_.reset(), gone = steps_;
+    if (steps_ == begin + 1500) Peer(folder_ / "owner.sock").say("{\"order\":\"quit\"}\n");
+  };
+  EXPECT_TRUE(desk_->serve());
+  EXPECT_GT(moved_at_, gone);
+  EXPECT_LE(moved_at_ - gone, 40);
+}
+
+TEST_F(Desks, a_job_goes_on_without_its_client) {
+  const std::string recipe = std::filesystem::absolute(kShort);
+  client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +
+               "\"}\n");
+  int left = 400'000;
+  on_cycle_ = [&] {
+    if (client_ && owner_->latest().block > 0) client_.reset();
+    if (std::filesystem::exists(folder_ / "job/summary.json") || --left == 0)
+      Peer(folder_ / "owner.sock").say("{\"order\":\"quit\"}\n");
+  };
+  EXPECT_TRUE(desk_->serve());
+  EXPECT_FALSE(client_);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "job/summary.json"));
+}
+
+TEST_F(Desks, a_second_order_that_takes_time_is_refused_and_the_answer_names_the_first) {
+  client_->say("{\"order\":\"home\",\"id\":1}\n{\"order\":\"enable\",\"id\":2}\n");
+  serve_until(1);
+  EXPECT_TRUE(answer(1).value("ok", false));
+  EXPECT_EQ(code_of(answer(2)), "G702");
+  EXPECT_NE(answer(2).dump().find("'home'"), std::string::npos);
+}
+
+TEST_F(Desks, status_tells_mode_and_faults_and_the_clamp_opens_by_an_order) {
+  client_->say("{\"order\":\"status\",\"id\":1}\n{\"order\":\"part_removed\",\"id\":2}\n");
+  serve_until(2);
+  EXPECT_EQ(answer(1).value("mode", ""), "automatic");
+  EXPECT_EQ(answer(1).value("held", true), false);
+  EXPECT_TRUE(answer(1)["faults"].empty());
+  EXPECT_TRUE(answer(2).value("ok", false)) << heard_;
+  EXPECT_EQ(owner_->latest().outputs & config::bit(config::Output::Clamp), 0u);
+}
+
+class ADoorThatOpens : public Desks {
+  std::string script() const override {
+    return "- {at: cycle 2000, do: set_input, input: door_closed, on: false}\n"
+           "- {at: cycle 6000, do: set_input, input: door_closed, on: true}";
+  }
+};
+
+TEST_F(ADoorThatOpens, latches_until_a_reset_has_looked_whether_it_is_shut) {
+  client_->say("{\"order\":\"enable\",\"id\":5}\n");  // without torque a door may be open
+  bool early = false, late = false;
+  on_cycle_ = [&] {
+    const CycleIndex now = owner_->latest().cycle;
+    if (!early && now > 2500)
+      early = client_->say("{\"order\":\"status\",\"id\":1}\n{\"order\":\"reset\",\"id\":2}\n") > 0;
+    if (!late && now > 7000)
+      late = client_->say("{\"order\":\"reset\",\"id\":3}\n{\"order\":\"status\",\"id\":4}\n") > 0;
+  };
+  serve_until(3, 10);
+  ASSERT_FALSE(answer(1)["faults"].empty()) << heard_;
+  EXPECT_EQ(answer(1)["faults"][0].value("code", ""), std::string(std::string_view(code(Fault::DoorOpen))));
+  EXPECT_FALSE(answer(1)["faults"][0].value("remedy", "").empty());
+  EXPECT_FALSE(answer(2).value("ok", true)) << "the door is open";
+  EXPECT_TRUE(answer(3).value("ok", false)) << answer(3).dump();
+  EXPECT_TRUE(answer(3)["faults"].empty()) << "it is answered when it is done";
+  EXPECT_EQ(answer(3).value("state", ""), "ready");
+}
+
+class AStartButton : public Desks {
+  std::string script() const override {
+    return "- {at: cycle 3000, do: press, input: start}\n"
+           "- {at: cycle 60000, do: set_input, input: mode, on: false}\n"
+           "- {at: cycle 61000, do: press, input: start}";
+  }
+};
+
+TEST_F(AStartButton, runs_the_recipe_of_the_desk_and_in_setup_nothing) {
+  std::size_t done = 0;
+  std::string mode;
+  std::filesystem::current_path(folder_);  // results go to out/ where the owner stands
+  bool asked = false, moved_in_setup = false;
+  on_cycle_ = [&] {
+    const auto& s = owner_->latest();
+    done = std::max(done, owner_->progress().features_done);
+    if (s.cycle > 60'100 && owner_->in_setup() && s.state == cycle::State::Running) moved_in_setup = true;
+    if (asked || s.cycle <= 63'000) return;
+    client_ = std::make_unique<Peer>(folder_ / "owner.sock");  // the first one was idle for too long
+    heard_.clear();
+    asked = client_->say("{\"order\":\"status\",\"id\":1}\n") > 0;
+  };
+  serve_until(1);
+  std::filesystem::current_path(source_);
+  EXPECT_EQ(done, 3u);
+  EXPECT_FALSE(moved_in_setup);
+  EXPECT_EQ(answer(1).value("mode", ""), "setup");
+  const auto result_of = [&](const char* folder) {
+    std::ifstream file(folder_ / "out" / folder / "summary.json");
+    return file ? Json::parse(file).value("result", "") : std::string("none");
+  };
+  EXPECT_EQ(result_of("short-board-001"), "done");
+  EXPECT_EQ(result_of("short-board-002"), "failed");
+}
+
+}  // namespace
+}  // namespace gantry::desk
