@@ -10,7 +10,7 @@
 #include <regex>
 #include <sched.h>
 
-#include "app/desk/order_socket.hpp"
+#include "app/desk/order_client.hpp"
 #include "sim/machine/world_client.hpp"
 #include "tests/machine/cable.hpp"
 
@@ -50,7 +50,8 @@ class Owner {
  private:
   static std::optional<desk::OrderClient> knock(Program& up, const std::string& socket) {
     for (const double until = now_s() + kPatience_s; up.running() && now_s() < until; usleep(10'000))
-      if (up.output().find("is up") != std::string::npos) return desk::OrderClient::connect(socket);
+      if (up.output().find("is up") != std::string::npos)
+        if (auto client = desk::OrderClient::connect(socket)) return std::move(*client);
     return std::nullopt;
   }
   Program up_;

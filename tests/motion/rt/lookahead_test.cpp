@@ -1,5 +1,4 @@
-// The speeds that the lookahead allows, against the textbook's S-curve (as in tests/motion/path/speeds_test.cpp): from
-// each of them the tool can come to rest before the known path ends, and from hardly more it could not.
+// The speeds that the lookahead allows at the ends of the segments that are known.
 #include "motion/rt/lookahead.hpp"
 
 #include <algorithm>
@@ -7,17 +6,10 @@
 #include <gtest/gtest.h>
 #include <limits>
 #include <memory>
-#include <random>
 #include <vector>
 
 namespace gantry::motion {
 namespace {
-
-double length_to_change(double v1, double v2, double a, double j) {
-  const double dv = std::abs(v2 - v1);
-  const double seconds = dv * j <= a * a ? 2 * std::sqrt(dv / j) : dv / a + a / j;
-  return 0.5 * (v1 + v2) * seconds;
-}
 
 Segment line(double length, double v_cap, double v_exit, std::uint32_t block = 1) {
   Segment s;
