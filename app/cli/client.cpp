@@ -20,6 +20,11 @@ bool ask_owner(Context& context, const std::string& state_dir, const run::Order&
   bool aborted = false;
   for (;;) {
     const auto line = client->read_line(milliseconds(200));
+    if (terminal_lost()) {  // a job does not depend on its client
+      context.exit_code = show(
+          Error{Fault::Interrupted, "the terminal is gone; the owner goes on", owner_socket(state_dir)}, context.json);
+      return true;
+    }
     if (interrupted() && !aborted) {
       aborted = true;
       client->send(desk::to_line({.kind = run::OrderKind::Abort}));

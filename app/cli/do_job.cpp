@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "app/cli/front.hpp"
 #include "app/cli/job_verbs.hpp"
 #include "app/cli/keys.hpp"
 #include "app/record/deposit_figures.hpp"
@@ -36,7 +37,7 @@ void show_figures(const record::JobResult& result) {
 }
 
 void show_result(const record::JobResult& result, const std::string& folder, bool json) {
-  for (const Error& e : result.errors) fmt::print(stderr, "{}\n    remedy: {}\n", to_text(e), info(e.fault).remedy);
+  for (const Error& e : result.errors) say("{}\n    remedy: {}\n", to_text(e), info(e.fault).remedy);
   if (json) {
     auto document = record::to_json(result);
     document["folder"] = folder;
@@ -53,6 +54,9 @@ void show_result(const record::JobResult& result, const std::string& folder, boo
 }  // namespace
 
 void do_job(Context& context, JobRequest request) {
+  hold_machine(Terminal::Matters);
+  if (!request.dry_run) hold_on_stop_key();
+  if (!request.dry_run && !context.json) stand_behind_a_front();
   const auto stop_with = [&](const std::vector<Error>& errors) { context.exit_code = show(errors, context.json); };
   const auto machine = load_machine(context);
   if (!machine) return;

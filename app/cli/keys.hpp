@@ -1,10 +1,12 @@
-// The operator's keys and the progress line while a job runs, both only on a terminal; and Ctrl-C, everywhere.
+// The operator's keys and the progress line while a job runs, both only on a terminal; and Ctrl-C, Ctrl-Z and the loss
+// of the terminal, everywhere.
 //   Keys keys(owner, true);   owner.on_step([&] { keys.poll(); });
 // space hold / resume, a abort, + - override, r reset.
 #pragma once
 #include <cstdint>
-#include <termios.h>
 
+#include "app/cli/shell_job.hpp"
+#include "app/cli/terminal.hpp"
 #include "app/run/owner.hpp"
 
 namespace gantry::cli {
@@ -21,12 +23,18 @@ class Keys {
   void end();
 
  private:
+  void read_keys();
   void press(char key);
   void show_progress();
+  void clear_line();
 
   run::Owner& owner_;
-  bool keys_ = false, progress_ = false, interrupted_ = false, shown_ = false;
-  termios saved_{};
+  RawTerminal terminal_;
+  ShellJob shell_;
+  bool keys_ = false;    ///< stdin is a terminal whose keys are read
+  bool raw_ = false;     ///< they come now; in the shell's background they do not
+  bool asleep_ = false;  ///< since Ctrl-Z, until SIGCONT
+  bool progress_ = false, interrupted_ = false, shown_ = false;
   double override_ = 1;
   std::int64_t last_shown_ = 0;
 };

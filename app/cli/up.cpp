@@ -1,6 +1,8 @@
 // gantry up: owns the machine until it is stopped, and takes orders on a local socket. `home`, `jog` and `run` are its
 // clients while it is up.
 #include "app/cli/client.hpp"
+#include "app/cli/front.hpp"
+#include "app/cli/shell_job.hpp"
 #include "app/cli/verbs.hpp"
 #include "app/desk/desk.hpp"
 #include "core/log.hpp"
@@ -26,12 +28,19 @@ void add_up(CLI::App& app, Context& context) {
   verb->callback([&context, options, state] {
     const auto machine = load_machine(context);
     if (!machine) return;
+    hold_machine(Terminal::MattersIfThereIsOne);
+    hold_on_stop_key();
+    stand_behind_a_front();
     auto door = desk::OrderSocket::listen(owner_socket(*state));
     if (!door) return void(context.exit_code = show(door.error(), context.json));
     auto owner = run::Owner::open(*machine, *options);
     if (!owner) return void(context.exit_code = show(owner.error(), context.json));
     desk::Desk desk(*machine, **owner, **door, interrupted);
-    (*owner)->on_step([&] { desk.poll(); });
+    ShellJob shell(**owner, ShellJob::Of::Service);
+    (*owner)->on_step([&] {
+      desk.poll();
+      shell.poll();
+    });
     if (auto up = (*owner)->bring_up(); !up) return void(context.exit_code = show(up.error(), context.json));
     log::info("'{}' is up; orders on {}", machine->name, owner_socket(*state));
     if (auto served = desk.serve(); !served) context.exit_code = show(served.error(), context.json);

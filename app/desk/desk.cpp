@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/desk/do_job.hpp"
+#include "app/desk/machine_status.hpp"
 #include "app/desk/order_line.hpp"
 #include "app/record/summary.hpp"
 #include "core/units.hpp"
@@ -68,22 +69,9 @@ Json Desk::answer_now(const run::Order& order) {
 }
 
 Json Desk::status() const {
-  const cycle::Snapshot& s = owner_.latest();
-  const run::Progress p = owner_.progress();
-  Json axes = Json::array();
-  for (const config::Axis& axis : machine_.axes)
-    axes.push_back({{"name", axis.name},
-                    {"position", s.actual[axis.id.value]},
-                    {"enabled", (s.enabled >> axis.id.value & 1u) != 0},
-                    {"referenced", (s.referenced >> axis.id.value & 1u) != 0}});
-  return {{"ok", true},
-          {"state", cycle::name(s.state)},
-          {"cycle", s.cycle},
-          {"doing", p.doing},
-          {"features_done", p.features_done},
-          {"features_total", p.features_total},
-          {"override", s.override_factor},
-          {"axes", axes}};
+  Json answer = machine_status(machine_, owner_);
+  answer["said"] = in_words(answer);
+  return answer;
 }
 
 Json Desk::carry_out(const run::Order& order) {
