@@ -1,4 +1,5 @@
-// gantry status, hold, resume, abort, reset, override, enable, disable, part-removed, down: one order each to the owner that is up.
+// gantry status, hold, resume, abort, reset, override, enable, disable, part-removed, down: one order each to the owner
+// that is up.
 #include <array>
 #include <filesystem>
 #include <fmt/format.h>

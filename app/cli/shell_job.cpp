@@ -41,8 +41,7 @@ bool ShellJob::poll(const std::function<void()>& before_stop) {
   }
   if (!wished_ || !stands()) return false;
   wished_ = false;
-  if (owner_.held())
-    log::info("held; the machine keeps its owner while the shell has the terminal");
+  if (owner_.held()) log::info("held; the machine keeps its owner while the shell has the terminal");
   if (before_stop) before_stop();
   stop_front();
   return true;

@@ -39,9 +39,8 @@ Json machine_status(const config::Machine& machine, const run::Owner& owner) {
 }
 
 std::string in_words(const Json& status) {
-  std::string text =
-      fmt::format("{}, {}, override {:.0f} %", status.value("state", "?"), status.value("mode", "?"),
-                  status.value("override", 1.0) * 100);
+  std::string text = fmt::format("{}, {}, override {:.0f} %", status.value("state", "?"), status.value("mode", "?"),
+                                 status.value("override", 1.0) * 100);
   if (status.value("held", false) && status.value("state", "") != "held") text += ", on hold";
   if (const auto total = status.value("features_total", 0); total > 0) {
     text +=
