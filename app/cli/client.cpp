@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/keys.hpp"
+#include "app/cli/terminal.hpp"
 #include "app/desk/answer.hpp"
 #include "app/desk/identity.hpp"
 #include "app/desk/order_client.hpp"
@@ -32,7 +33,11 @@ class OwnerElsewhere final : public Operated {
 
   [[nodiscard]] JobSeen seen() const override { return seen_; }
   Result<void> order(const run::Order& order) override { return say(order, kKey); }
-  void interrupt() override { static_cast<void>(say({.kind = run::OrderKind::Abort}, kKey)), interrupted_ = true; }
+  void interrupt() override {
+    if (terminal_lost()) return;  // a job does not depend on its client
+    static_cast<void>(say({.kind = run::OrderKind::Abort}, kKey));
+    interrupted_ = true;
+  }
   [[nodiscard]] bool interrupted() const { return interrupted_; }
 
   Result<void> say(const run::Order& order, int id) {
@@ -68,6 +73,7 @@ Result<Json> wait_for_answer(desk::OrderClient& owner, OwnerElsewhere& elsewhere
       next_look = clock.now() + look_every;
     }
     const auto line = owner.read_line(std::clamp(next_look - clock.now(), Time(0), Time(milliseconds(25))));
+    if (terminal_lost()) return fail(Fault::Interrupted, "the terminal is gone; the owner goes on");
     keys.poll();
     if (!line && owner.gone()) return fail(Fault::Refused, "the owner has ended before it answered");
     const auto answer = line ? Json::parse(*line, nullptr, false) : Json();
@@ -102,7 +108,7 @@ void show_answer(const Context& context, const Json& answer, const std::string& 
   const std::string folder = answer.value("folder", "");
   const std::string shown = shown_folder.empty() ? as_seen_from_here(folder) : shown_folder;
   if (folder.empty() && !errors.empty()) return void(show(errors, context.json));
-  for (const Error& e : errors) fmt::print(stderr, "{}\n    remedy: {}\n", to_text(e), info(e.fault).remedy);
+  for (const Error& e : errors) say("{}\n    remedy: {}\n", to_text(e), info(e.fault).remedy);
   if (context.json) {
     const Json summary = folder.empty() ? Json() : summary_in(folder, shown);
     return fmt::print("{}\n", (summary.is_null() ? answer : summary).dump(2));

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "app/cli/front.hpp"
 #include "app/cli/job_verbs.hpp"
 #include "app/cli/keys.hpp"
 #include "app/desk/figures.hpp"
@@ -12,7 +13,7 @@ namespace gantry::cli {
 namespace {
 
 void show_result(const record::JobResult& result, const std::string& folder, bool json) {
-  for (const Error& e : result.errors) fmt::print(stderr, "{}\n    remedy: {}\n", to_text(e), info(e.fault).remedy);
+  for (const Error& e : result.errors) say("{}\n    remedy: {}\n", to_text(e), info(e.fault).remedy);
   if (json) {
     auto document = record::to_json(result);
     document["folder"] = folder;
@@ -26,6 +27,9 @@ void show_result(const record::JobResult& result, const std::string& folder, boo
 }  // namespace
 
 void do_job(Context& context, JobRequest request) {
+  hold_machine(Terminal::Matters);
+  if (!request.dry_run) hold_on_stop_key();
+  if (!request.dry_run && !context.json) stand_behind_a_front();
   const auto stop_with = [&](const std::vector<Error>& errors) { context.exit_code = show(errors, context.json); };
   const auto machine = load_machine(context);
   if (!machine) return;
@@ -49,7 +53,7 @@ void do_job(Context& context, JobRequest request) {
       operated.emplace(*owner, [&] {
         return desk::remaining_s(prepared->proof->duration_s, owner->progress(), owner->latest().override_factor);
       });
-      keys.emplace(*operated, !context.json && !request.dry_run);
+      keys.emplace(*operated, !context.json && !request.dry_run, request.dry_run ? nullptr : owner.get());
       owner->on_step([&] { keys->poll(); });
       return owner->bring_up();
     };

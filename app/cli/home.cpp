@@ -1,9 +1,11 @@
-// gantry home: enables the drives and references every axis, in its own owner or in the one that is up.
+// gantry home: enables the drives and references every axis, in its own owner or in the one that is up; what it shows
+// is the same.
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/client.hpp"
 #include "app/cli/keys.hpp"
+#include "app/desk/machine_status.hpp"
 #include "app/run/owner.hpp"
 
 namespace gantry::cli {
@@ -26,23 +28,20 @@ void add_home(CLI::App& app, Context& context) {
       return;
     const auto machine = load_machine(context);
     if (!machine) return;
+    hold_machine(Terminal::Matters);
+    hold_on_stop_key();
     auto owner = run::Owner::open(*machine, *options);
     if (!owner) return void(context.exit_code = show(owner.error(), context.json));
     OwnerOperated operated(**owner);
-    Keys keys(operated, false);
+    Keys keys(operated, false, owner->get());
     (*owner)->on_step([&] { keys.poll(); });
     Result<void> done = (*owner)->bring_up();
     if (done) done = (*owner)->home();
+    nlohmann::ordered_json status = desk::machine_status(*machine, **owner);
+    (*owner)->shut_down();  // before anything is shown: whoever reads it may take their time
     if (!done) return void(context.exit_code = show(done.error(), context.json));
-    nlohmann::ordered_json axes = nlohmann::json::array();
-    for (const config::Axis& axis : machine->axes) {
-      const auto& s = (*owner)->latest();
-      if ((s.referenced >> axis.id.value & 1u) == 0) continue;
-      axes.push_back({{"name", axis.name}, {"position", s.actual[axis.id.value]}});
-      if (!context.json)
-        fmt::print("{:<6} {:10.3f} {}\n", axis.name, s.actual[axis.id.value], axis.rotary ? "rad" : "mm");
-    }
-    if (context.json) fmt::print("{}\n", nlohmann::ordered_json{{"result", "done"}, {"axes", axes}}.dump(2));
+    status["said"] = desk::in_words(status);
+    fmt::print("{}\n", context.json ? status.dump(2) : status["said"].get<std::string>());
   });
 }
 

@@ -1,11 +1,10 @@
 #include "app/cli/keys.hpp"
 
 #include <algorithm>
-#include <fmt/format.h>
 #include <string>
 #include <unistd.h>
 
-#include "app/cli/verbs.hpp"
+#include "app/cli/signals.hpp"
 #include "core/log.hpp"
 
 namespace gantry::cli {
@@ -16,34 +15,48 @@ constexpr std::int64_t kShowEvery = 100;  // cycles
 
 }  // namespace
 
-Keys::Keys(Operated& machine, bool progress) : machine_(machine) {
+Keys::Keys(Operated& machine, bool progress, run::Owner* held_here) : machine_(machine) {
+  if (held_here != nullptr) shell_.emplace(*held_here, ShellJob::Of::Job);
   progress_ = progress && isatty(STDERR_FILENO) != 0;
-  keys_ = progress && isatty(STDIN_FILENO) != 0 && tcgetattr(STDIN_FILENO, &saved_) == 0;
+  keys_ = progress && isatty(STDIN_FILENO) != 0;
   if (!keys_) return;
-  termios raw = saved_;
-  raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
-  raw.c_cc[VMIN] = 0;
-  raw.c_cc[VTIME] = 0;
-  tcsetattr(STDIN_FILENO, TCSANOW, &raw);
-  fmt::print(stderr, "keys: space hold and resume, a abort, + and - override, Ctrl-C ends\n");
+  raw_ = terminal_.enter();
+  if (raw_) say("keys: space hold and resume, a abort, + and - override, Ctrl-Z holds and suspends, Ctrl-C ends\n");
+}
+
+void Keys::clear_line() {
+  if (shown_ && in_front(STDERR_FILENO)) say("\r\x1b[K");
+  shown_ = false;
 }
 
 void Keys::end() {
-  if (keys_) tcsetattr(STDIN_FILENO, TCSANOW, &saved_);
-  keys_ = false;
-  if (shown_) fmt::print(stderr, "\r\x1b[K");
-  shown_ = progress_ = false;
+  terminal_.leave();
+  clear_line();
+  keys_ = raw_ = progress_ = false;
 }
 
 void Keys::poll() {
+  if (keys_ && !interrupted_) read_keys();
   if (interrupted() && !interrupted_) {
     interrupted_ = true;
     machine_.interrupt();
   }
-  char key = 0;
-  while (keys_ && read(STDIN_FILENO, &key, 1) == 1) press(key);
   if (const auto reset = machine_.reset_answer(); reset && !*reset) log::report(reset->error());
-  if (progress_) show_progress();
+  const bool given_away = shell_ && shell_->poll([this] {
+    clear_line();
+    terminal_.leave();
+    raw_ = false;
+  });
+  if (given_away) asleep_ = true;
+  if (take_continued()) asleep_ = raw_ = false;  // a shell sets its own mode while it has the terminal
+  if (progress_ && !asleep_) show_progress();
+}
+
+void Keys::read_keys() {
+  const bool ours = !asleep_ && in_front(STDIN_FILENO);
+  if (ours && !raw_) terminal_.enter();
+  raw_ = ours;
+  while (const auto key = raw_ ? read_key() : std::nullopt) press(*key);
 }
 
 void Keys::press(char key) {
@@ -66,14 +79,14 @@ void Keys::press(char key) {
 
 void Keys::show_progress() {
   const JobSeen s = machine_.seen();
-  if (s.cycle - last_shown_ < kShowEvery) return;
+  if (s.cycle - last_shown_ < kShowEvery || !in_front(STDERR_FILENO)) return;
   last_shown_ = s.cycle;
   const run::Progress& p = s.progress;
   const int filled = p.features_total == 0 ? 0 : static_cast<int>(kBarWidth * p.features_done / p.features_total);
-  fmt::print(stderr, "\r\x1b[K[{}{}] {}/{} {} {:.0f} s{} {}{}", std::string(static_cast<std::size_t>(filled), '#'),
-             std::string(static_cast<std::size_t>(kBarWidth - filled), '.'), p.features_done, p.features_total, p.doing,
-             p.elapsed_s, s.remaining_s ? fmt::format(", about {:.0f} s left,", *s.remaining_s) : "", s.state,
-             s.override_factor == 1 ? "" : fmt::format(" {:.0f} %", s.override_factor * 100));
+  say("\r\x1b[K[{}{}] {}/{} {} {:.0f} s{} {}{}", std::string(static_cast<std::size_t>(filled), '#'),
+      std::string(static_cast<std::size_t>(kBarWidth - filled), '.'), p.features_done, p.features_total, p.doing,
+      p.elapsed_s, s.remaining_s ? fmt::format(", about {:.0f} s left,", *s.remaining_s) : "", s.state,
+      s.override_factor == 1 ? "" : fmt::format(" {:.0f} %", s.override_factor * 100));
   shown_ = true;
 }
 

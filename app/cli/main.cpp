@@ -2,10 +2,10 @@
 // verb has its file.
 #include <algorithm>
 #include <exception>
-#include <fmt/format.h>
 #include <string_view>
 #include <system_error>
 
+#include "app/cli/terminal.hpp"
 #include "app/cli/usage.hpp"
 #include "app/cli/verbs.hpp"
 #include "core/log.hpp"
@@ -30,7 +30,7 @@ int main(int argc, char** argv) try {
   app.add_flag("-v,--verbose", verbose, "More detail on stderr");
   app.parse_complete_callback([&] {
     log::open(quiet ? log::Level::Quiet : verbose ? log::Level::Verbose : log::Level::Normal);
-    cli::catch_interrupts();
+    cli::catch_signals();
   });
 
   cli::add_check(app, context);
@@ -39,6 +39,7 @@ int main(int argc, char** argv) try {
   cli::add_up(app, context);
   cli::add_home(app, context);
   cli::add_jog(app, context);
+  cli::add_orders(app, context);
   cli::add_sim(app, context);
   cli::add_publish(app, context);
   cli::add_bus(app, context);
@@ -55,10 +56,11 @@ int main(int argc, char** argv) try {
     return cli::show(cli::usage_error(app, error),
                      std::find(argv, argv + argc, std::string_view("--json")) != argv + argc);
   } catch (const std::system_error& error) {
-    if (error.code() != std::errc::broken_pipe) throw;  // who reads our output has seen enough: `... | head`
+    // Who reads our output has seen enough (`... | head`), or the terminal is gone.
+    if (error.code() != std::errc::broken_pipe && error.code() != std::errc::io_error) throw;
   }
   return context.exit_code;
 } catch (const std::exception& error) {
-  fmt::print(stderr, "internal error: {}\n", error.what());
+  gantry::cli::say("internal error: {}\n", error.what());
   return 1;
 }

@@ -1,26 +1,15 @@
 #include <algorithm>
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "app/cli/terminal.hpp"
 #include "app/cli/verbs.hpp"
-#include "app/cycle/crash_stop.hpp"
 
 namespace gantry::cli {
 namespace {
-
-volatile std::sig_atomic_t signals_seen = 0;
-
-void on_signal(int number) {
-  signals_seen = signals_seen + 1;
-  if (signals_seen < 2) return;
-  cycle::stop_before_exit();
-  _exit(128 + number);
-}
 
 nlohmann::ordered_json to_json(const Error& e) {
   const FaultInfo& f = info(e.fault);
@@ -43,8 +32,8 @@ int show(const std::vector<Error>& errors, bool json) {
     fmt::print("{}\n", document.dump(2));
   }
   for (const Error& e : errors) {
-    fmt::print(stderr, "{}\n", to_text(e));
-    if (!info(e.fault).remedy.empty()) fmt::print(stderr, "    remedy: {}\n", info(e.fault).remedy);
+    say("{}\n", to_text(e));
+    if (!info(e.fault).remedy.empty()) say("    remedy: {}\n", info(e.fault).remedy);
   }
   return exit_code;
 }
@@ -65,17 +54,6 @@ std::string shipped_file(const std::string& relative) {
        at = at.parent_path())
     if (fs::exists(at / relative)) return (at / relative).string();
   return relative;
-}
-
-bool interrupted() { return signals_seen > 0; }
-
-void catch_interrupts() {
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  sigemptyset(&action.sa_mask);
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-  std::signal(SIGPIPE, SIG_IGN);
 }
 
 }  // namespace gantry::cli

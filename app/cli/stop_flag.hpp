@@ -5,7 +5,7 @@
 #include <chrono>
 #include <thread>
 
-#include "app/cli/verbs.hpp"
+#include "app/cli/signals.hpp"
 
 namespace gantry::cli {
 

@@ -3,6 +3,8 @@
 #include <filesystem>
 
 #include "app/cli/client.hpp"
+#include "app/cli/front.hpp"
+#include "app/cli/shell_job.hpp"
 #include "app/cli/verbs.hpp"
 #include "app/desk/desk.hpp"
 #include "app/desk/identity.hpp"
@@ -32,6 +34,9 @@ void add_up(CLI::App& app, Context& context) {
     if (!machine) return;
     const auto folder = state_of(context, *state);
     if (!folder) return;
+    hold_machine(Terminal::MattersIfThereIsOne);
+    hold_on_stop_key();
+    stand_behind_a_front();
     if (auto r = desk::open_state_folder(*folder); !r) return void(context.exit_code = show(r.error(), context.json));
     const std::string socket = desk::owner_socket(*folder);
     auto door = desk::OrderSocket::listen(socket, desk::is_urgent);
@@ -43,7 +48,11 @@ void add_up(CLI::App& app, Context& context) {
                     {.interrupted = interrupted,
                      .identity = desk::identity_of(context.machine_file, *options),
                      .recipe = recipe->empty() ? "" : std::filesystem::absolute(*recipe).string()});
-    (*owner)->on_step([&] { desk.poll(); });
+    ShellJob shell(**owner, ShellJob::Of::Service);
+    (*owner)->on_step([&] {
+      desk.poll();
+      shell.poll();
+    });
     if (auto up = desk.bring_up(); !up) return void(context.exit_code = show(up.error(), context.json));
     log::info("'{}' is up; orders on {}", machine->name, socket);
     if (auto served = desk.serve(); !served) context.exit_code = show(served.error(), context.json);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cli/signals.hpp"
 #include "config/machine.hpp"
 #include "core/error.hpp"
 #include "sim/machine/virtual_machine.hpp"
@@ -30,6 +31,7 @@ void add_explain(CLI::App& app, Context& context);
 void add_home(CLI::App& app, Context& context);
 void add_jog(CLI::App& app, Context& context);
 void add_monitor(CLI::App& app, Context& context);
+void add_orders(CLI::App& app, Context& context);
 void add_publish(CLI::App& app, Context& context);
 void add_run(CLI::App& app, Context& context);
 void add_sim(CLI::App& app, Context& context);
@@ -54,10 +56,5 @@ std::optional<config::Machine> load_machine(Context& context);
 /// A file that ships with the program ("config/machines/dispenser.yaml"), beside the executable's tree; what lies in
 /// the working folder does not replace it.
 std::string shipped_file(const std::string& relative);
-
-/// Set by SIGINT and SIGTERM; the second signal ends the program at once, with a stop frame as the last word on the
-/// bus.
-bool interrupted();
-void catch_interrupts();
 
 }  // namespace gantry::cli

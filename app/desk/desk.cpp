@@ -12,6 +12,7 @@
 #include "app/desk/answer.hpp"
 #include "app/desk/do_job.hpp"
 #include "app/desk/figures.hpp"
+#include "app/desk/machine_status.hpp"
 #include "app/record/summary.hpp"
 #include "core/log.hpp"
 #include "core/units.hpp"
@@ -135,37 +136,16 @@ void Desk::watch_jog() {
 }
 
 Json Desk::status() const {
-  const cycle::Snapshot& s = owner_.latest();
-  const run::Progress p = owner_.progress();
-  Json axes = Json::array(), faults = Json::array();
-  if (s.latched != Fault::None) {
-    const FaultInfo& f = info(s.latched);
-    faults.push_back(
-        {{"code", std::string_view(code(s.latched))}, {"name", f.name}, {"text", f.text}, {"remedy", f.remedy}});
-  }
-  for (const config::Axis& axis : machine_.axes)
-    axes.push_back({{"name", axis.name},
-                    {"position", s.actual[axis.id.value]},
-                    {"enabled", (s.enabled >> axis.id.value & 1u) != 0},
-                    {"referenced", (s.referenced >> axis.id.value & 1u) != 0}});
-  Json answer{{"ok", true},
-              {"state", cycle::name(s.state)},
-              {"mode", owner_.in_setup() ? "setup" : "automatic"},
-              {"held", owner_.held()},
-              {"faults", faults},
-              {"cycle", s.cycle},
-              {"busy_with", doing_ ? Json(run::name(doing_->request.order->kind)) : Json(nullptr)},
-              {"recipe", recipe_.empty() ? Json(nullptr) : Json(recipe_)},
-              {"doing", preparing_ ? "preparing" : p.doing},
-              {"features_done", p.features_done},
-              {"features_total", p.features_total},
-              {"elapsed_s", p.elapsed_s},
-              {"remaining_s", nullptr},
-              {"override", s.override_factor},
-              {"axes", axes},
-              {"owner", options_.identity}};
+  Json answer = machine_status(machine_, owner_);
+  answer["busy_with"] = doing_ ? Json(run::name(doing_->request.order->kind)) : Json(nullptr);
+  answer["recipe"] = recipe_.empty() ? Json(nullptr) : Json(recipe_);
+  if (preparing_) answer["doing"] = "preparing";
+  answer["remaining_s"] = nullptr;
   if (!recipe_.empty())
-    if (const auto left = remaining_s(job_duration_s_, p, s.override_factor)) answer["remaining_s"] = *left;
+    if (const auto left = remaining_s(job_duration_s_, owner_.progress(), owner_.latest().override_factor))
+      answer["remaining_s"] = *left;
+  answer["owner"] = options_.identity;
+  answer["said"] = in_words(answer);
   return answer;
 }
 

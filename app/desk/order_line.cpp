@@ -42,7 +42,8 @@ Result<run::Order> order_of(const nlohmann::json& json) {
     if (!json.contains("value") || !json["value"].is_number())
       return fail(Fault::Refused, "'override' needs \"value\": 0.1 to 2");
     order.value = json["value"].get<double>();
-    if (!(order.value >= 0.1 && order.value <= 2.0)) return fail(Fault::Refused, "an override lies between 0.1 and 2");
+    if (!(order.value >= 0.1 && order.value <= 2.0))
+      return fail(Fault::Refused, "an override lies between 0.1 and 2, which is 10 to 200 %; `hold` stops the motion");
   }
   return order;
 }

@@ -157,6 +157,8 @@ void OrderSocket::take_line(Client& client, std::string line, bool& urgent_taken
   if (!urgent_taken && urgent_(line)) {
     urgent_taken = client.asked = true;
     urgent.push_back({client.id, std::move(line), next_number_++});
+  } else if (client.gone) {  // nobody would hear the answer
+    return;
   } else if (client.waiting.size() < kMostWaiting) {
     client.waiting.push_back({client.id, std::move(line), next_number_++});
   } else {
@@ -189,7 +191,9 @@ void OrderSocket::reply(std::uint64_t client, const std::string& line) {
 
 void OrderSocket::put(Client& client, const std::string& line) {
   if (client.gone) return;
-  if (client.unread.size() - client.sent + line.size() + 1 > kMostUnread) {
+  const auto too_much = [&] { return client.unread.size() - client.sent + line.size() + 1 > kMostUnread; };
+  if (too_much()) send_some(client);
+  if (too_much()) {
     client.ended = client.gone = true;  // it does not read: nothing more can be said to it
     client.waiting.clear();
     return;

@@ -48,11 +48,13 @@ class WorldClient::Link final : public vision::Camera {
   }
 
  private:
-  [[nodiscard]] tl::unexpected<Error> gone() const {
+  /// For good: a late answer would be taken for that to the next question, and each question would wait anew.
+  tl::unexpected<Error> gone() {
+    gone_ = true;
     return fail(Fault::WorldUnreachable, "the virtual machine's world has stopped answering", path_);
   }
   Result<json> ask_locked(const json& question) {
-    if (!socket_.write(question.dump(-1, ' ', false, json::error_handler_t::replace) + "\n")) return gone();
+    if (gone_ || !socket_.write(question.dump(-1, ' ', false, json::error_handler_t::replace) + "\n")) return gone();
     const auto line = socket_.read_line();
     if (!line) return gone();
     auto a = parse_json(*line);
@@ -67,6 +69,7 @@ class WorldClient::Link final : public vision::Camera {
   std::string path_;
   std::mutex mutex_;
   std::uint64_t latest_ = 0;
+  bool gone_ = false;
 };
 
 namespace {
@@ -111,7 +114,7 @@ Result<std::unique_ptr<WorldClient>> WorldClient::connect(const std::string& pat
         fmt::format("nobody answers there ({}); start `gantry sim --world {}` first", std::strerror(errno), path),
         path);
   // A world that hangs must not hang its client: far above every answer's time.
-  const timeval patience{30, 0};
+  const timeval patience{10, 0};
   ::setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   return std::unique_ptr<WorldClient>(new WorldClient(std::move(link)));
 }

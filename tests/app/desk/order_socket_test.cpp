@@ -292,6 +292,21 @@ TEST_F(Sockets, any_mixture_of_clients_is_served_in_bounded_turns) {
   }
 }
 
+TEST_F(Sockets, three_thousand_lines_at_once_are_answered_or_the_connection_ends) {
+  const auto p = peer();
+  std::string all, told;
+  for (int i = 0; i < 3000; ++i) all += kStatus;
+  std::size_t sent = 0;
+  for (int i = 0; i < 200; ++i) {
+    if (sent < all.size()) sent += p->say(std::string_view(all).substr(sent));
+    turn();
+    if (count(told, "<end>") == 0) told += p->hear();
+  }
+  const std::size_t answers = count(told, "answer to") + count(told, "G702");
+  EXPECT_GT(answers, 100u);
+  EXPECT_TRUE(count(told, "<end>") == 1 ? door_->clients() == 0 : answers == 3000) << answers;
+}
+
 TEST_F(Sockets, a_second_owner_is_refused_and_the_first_unharmed) {
   const auto second = OrderSocket::listen(path(), is_urgent);
   ASSERT_FALSE(second);

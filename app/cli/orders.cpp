@@ -1,0 +1,84 @@
+// gantry status, hold, resume, abort, reset, override, enable, disable, part-removed, down: one order each to the owner
+// that is up.
+#include <array>
+#include <filesystem>
+#include <fmt/format.h>
+#include <thread>
+
+#include "app/cli/client.hpp"
+#include "app/desk/state_folder.hpp"
+
+namespace gantry::cli {
+namespace {
+
+using run::OrderKind;
+
+struct OrderVerb {
+  OrderKind kind;
+  const char* name;
+  const char* does;
+  const char* more;
+};
+
+constexpr std::array kVerbs{
+    OrderVerb{OrderKind::Status, "status", "State, job, faults with their remedies, override and axes of the machine",
+              "Asks only; it may be called at any time, also while a job runs."},
+    OrderVerb{OrderKind::Hold, "hold", "Stops the job or jog that runs, on its path, and keeps it",
+              "The valve shuts in the next cycle, the axes brake on their path and stand with torque.\n"
+              "`gantry resume` goes on from there, `gantry abort` ends the job."},
+    OrderVerb{OrderKind::Resume, "resume", "Goes on with what `hold` has stopped",
+              "The axes go on along the same path. A bead that was cut by the hold begins again where it was cut."},
+    OrderVerb{OrderKind::Abort, "abort", "Ends what is under way: a job, a jog, homing",
+              "The valve shuts in the next cycle, the axes brake on their path and keep their torque. It cannot be\n"
+              "resumed. The job's report tells how far it came."},
+    OrderVerb{OrderKind::Reset, "reset", "Clears a latched fault whose cause is gone; nothing moves",
+              "It gives no torque: `gantry enable` does, or the next `gantry run`. `gantry status` names the fault."},
+    OrderVerb{OrderKind::Override, "override", "Speed of the motion in percent of what the recipe says",
+              "  gantry override 50\nAt most 200 %; the axes' own limits always hold."},
+    OrderVerb{OrderKind::Enable, "enable", "Gives the drives torque", "Homing is an order of its own: `gantry home`."},
+    OrderVerb{OrderKind::Disable, "disable", "Takes the torque off all drives, in order",
+              "Brakes close first. Refused while something moves: `gantry abort` ends it."},
+    OrderVerb{OrderKind::PartRemoved, "part-removed", "Opens the clamp: the part may be taken out by hand",
+              "After a job that ended otherwise than done the clamp stays shut until this is said."},
+    OrderVerb{OrderKind::Quit, "down", "Ends the owner: torque off, bus down in order",
+              "A job that runs is stopped first, on its path and with the valve shut, and its report is written."},
+};
+
+/// The owner's socket goes when its machine is down.
+bool gone_within(const std::string& socket, std::chrono::seconds patience) {
+  const auto until = std::chrono::steady_clock::now() + patience;
+  while (std::filesystem::exists(socket) && std::chrono::steady_clock::now() < until && !interrupted())
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  return !std::filesystem::exists(socket);
+}
+
+void send_order(Context& context, const std::string& option, const run::Order& order) {
+  const auto state = state_of(context, option);
+  if (!state) return;
+  const std::string socket = desk::owner_socket(*state);
+  if (!ask_owner(context, {.order = order, .state = *state})) {
+    const Error nobody{Fault::Refused, "no owner is up here; start one with `gantry up`", socket};
+    context.exit_code = show(nobody, context.json);
+    return;
+  }
+  constexpr std::chrono::seconds kPatience{30};
+  if (order.kind == OrderKind::Quit && context.exit_code == 0 && !gone_within(socket, kPatience))
+    context.exit_code = show(Error{Fault::Refused, "the owner has not ended yet", socket}, context.json);
+}
+
+}  // namespace
+
+void add_orders(CLI::App& app, Context& context) {
+  for (const OrderVerb& row : kVerbs) {
+    auto* verb = app.add_subcommand(row.name, row.does);
+    auto state = std::make_shared<std::string>();
+    auto percent = std::make_shared<double>(100);
+    verb->add_option("--state", *state, kStateHelp);
+    if (row.kind == OrderKind::Override) verb->add_option("PERCENT", *percent, "100 is the recipe's speed")->required();
+    verb->footer(row.more);
+    verb->callback(
+        [&context, &row, state, percent] { send_order(context, *state, {.kind = row.kind, .value = *percent / 100}); });
+  }
+}
+
+}  // namespace gantry::cli

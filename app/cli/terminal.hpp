@@ -1,0 +1,49 @@
+// Words to people on stderr, and the terminal that they come from. Nothing here fails: a terminal that is gone, or
+// whose reader is slow, costs the words and not the program.
+//   say("keys: {}\n", keys);
+#pragma once
+#include <fmt/format.h>
+#include <optional>
+#include <string_view>
+#include <termios.h>
+#include <utility>
+
+namespace gantry::cli {
+
+void say_text(std::string_view text) noexcept;
+
+template <class... Args>
+void say(fmt::format_string<Args...> format, Args&&... args) {
+  say_text(fmt::format(format, std::forward<Args>(args)...));
+}
+
+/// From now on a write to stderr never waits for its reader (Ctrl-S, a full pipe): what does not fit is dropped.
+void keep_stderr_from_waiting();
+
+/// Whether this process may talk with terminal `fd`: it does not stand in the background of the shell there.
+bool in_front(int fd);
+
+/// Nobody is at the other end of stdin any more.
+bool stdin_is_gone();
+/// The next byte of stdin, if one is there.
+std::optional<char> read_key();
+
+/// A terminal that gives each key as it is pressed. Ctrl-C and Ctrl-Z stay signals.
+class RawTerminal {
+ public:
+  RawTerminal() = default;
+  ~RawTerminal() { leave(); }
+  RawTerminal(const RawTerminal&) = delete;
+  RawTerminal& operator=(const RawTerminal&) = delete;
+
+  /// False when stdin is no terminal, or this process stands in its background.
+  bool enter();
+  /// As it was before enter().
+  void leave();
+
+ private:
+  bool raw_ = false;
+  termios before_{};
+};
+
+}  // namespace gantry::cli

@@ -1,0 +1,19 @@
+// What an owner says of its machine: as values for programs, and the same in lines for people.
+//   Json answer = machine_status(machine, owner);   answer["said"] = in_words(answer);
+#pragma once
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "app/run/owner.hpp"
+#include "config/machine.hpp"
+
+namespace gantry::desk {
+
+/// "ok", "state", "mode" (automatic, setup), "held", "cycle", "faults" (the one that is latched, with text and remedy),
+/// the job's progress, "override" and "axes" (position in mm or rad, enabled, referenced).
+nlohmann::ordered_json machine_status(const config::Machine& machine, const run::Owner& owner);
+
+/// State, job, faults with their remedies, a line for each axis (rotary ones in deg). No newline at the end.
+std::string in_words(const nlohmann::ordered_json& status);
+
+}  // namespace gantry::desk
