@@ -18,9 +18,17 @@ tl::unexpected<Error> unwritable(std::string_view what, int why, const std::stri
   return fail(Fault::FileUnwritable, fmt::format("{}: {}", what, std::strerror(why)), path);
 }
 
+/// Files and links are replaced; a device, a pipe or a folder of this name is somebody's on purpose.
+Result<void> replaceable(const std::string& path) {
+  struct stat found {};
+  if (::lstat(path.c_str(), &found) != 0 || S_ISREG(found.st_mode) || S_ISLNK(found.st_mode)) return {};
+  return fail(Fault::FileUnwritable, "what has this name is no file, and is left as it is; choose another name", path);
+}
+
 }  // namespace
 
 Result<NewFile> NewFile::create(const std::string& path) {
+  if (auto may = replaceable(path); !may) return tl::unexpected(may.error());
   constexpr int kAttempts = 3;  // who puts something there again and again is told of
   int why = EEXIST;
   for (int i = 0; i < kAttempts && why == EEXIST; ++i) {
@@ -68,6 +76,7 @@ Result<void> NewFile::close() {
 }
 
 Result<void> write_new_file(const std::string& path, std::string_view bytes) {
+  if (auto may = replaceable(path); !may) return may;
   const std::string beside = path + ".part";
   auto file = NewFile::create(beside);
   if (!file) return tl::unexpected(file.error());

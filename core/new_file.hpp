@@ -12,8 +12,8 @@ namespace gantry {
 
 class NewFile {
  public:
-  /// Removes what has this name (a link itself, never its target; no folder) and creates the file exclusively (open(2),
-  /// O_EXCL and O_NOFOLLOW), readable for everybody as the umask allows. Fault::FileUnwritable.
+  /// Removes the file or link that has this name (a link itself, never its target; nothing else) and creates the file
+  /// exclusively (open(2), O_EXCL and O_NOFOLLOW), readable for everybody as the umask allows. Fault::FileUnwritable.
   static Result<NewFile> create(const std::string& path);
   ~NewFile();
   NewFile(NewFile&& other) noexcept;

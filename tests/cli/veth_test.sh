@@ -2,6 +2,7 @@
 # The virtual machine in a process of its own, behind a network interface: same deposits, same setpoints, clean frames.
 source "$(dirname "$0")/lib.sh"
 job=tests/cli/short-board.yaml
+machine=$(patient_machine)
 name=gcli$$
 if ! scripts/veth-pair up $name >"$work/pair" 2>&1; then
   cat "$work/pair"
@@ -13,14 +14,14 @@ trap 'ip netns pids $name 2>/dev/null | xargs -r kill; scripts/veth-pair down $n
 inside() { scripts/veth-pair exec $name -- "$@"; }
 
 expect_exit 0 "in virtual time" "$gantry" dry-run $job --out "$work/dry"
-inside "$gantry" sim --interface $name-sim --world "$work/world" >"$work/sim.out" 2>&1 </dev/null &
+inside "$gantry" --machine "$machine" sim --interface $name-sim --world "$work/world" >"$work/sim.out" 2>&1 </dev/null &
 pids+=($!)
 wait_for 10 test -S "$work/world" || { fail "no world socket"; cat "$work/sim.out"; }
 command -v tshark >/dev/null || fail "no tshark; scripts/setup installs it"
 inside tshark -i $name-ctl -a duration:30 -w "$work/bus.pcapng" >/dev/null 2>&1 </dev/null &
 shark=$!; pids+=($shark)
 sleep 1.5
-expect_exit 0 "over a wire" inside "$gantry" run $job --bus ethercat:$name-ctl --world "$work/world" --state "$work/none" --out "$work/wire"
+expect_exit 0 "over a wire" inside "$gantry" --machine "$machine" run $job --bus ethercat:$name-ctl --world "$work/world" --state "$work/none" --out "$work/wire"
 same_setpoints "$work/dry" "$work/wire" "over a wire"
 python3 - "$work/dry" "$work/wire" <<'E' && echo "ok: same deposits" || fail "other deposits over the wire"
 import json, sys

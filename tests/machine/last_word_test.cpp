@@ -94,7 +94,9 @@ class LastWord : public ::testing::Test {
       std::filesystem::create_directory_symlink(config / profiles, folder_ / profiles);
     std::ostringstream text;
     text << std::ifstream(config / "machines/dispenser.yaml").rdbuf();
-    const auto quick = std::regex_replace(text.str(), std::regex("fast: 60 mm/s"), "fast: 120 mm/s");
+    // And patient: the other end of the wire is a program on this host, which may be held up.
+    const auto patient = std::regex_replace(text.str(), std::regex("frames_lost_max: 3"), "frames_lost_max: 50");
+    const auto quick = std::regex_replace(patient, std::regex("fast: 60 mm/s"), "fast: 120 mm/s");
     std::ofstream(file("machines/quick.yaml"))
         << std::regex_replace(quick, std::regex("acceleration: 1000 mm/s\\^2"), "acceleration: 4000 mm/s^2");
   }

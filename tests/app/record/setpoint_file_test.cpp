@@ -1,7 +1,10 @@
 #include "app/record/setpoint_file.hpp"
 
+#include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <vector>
 
 #include "tests/app/record/snapshots.hpp"
@@ -93,12 +96,28 @@ TEST(SetpointFile, what_is_no_setpoint_file_is_refused) {
 }
 
 TEST(SetpointFile, a_disk_that_is_full_is_told_at_the_end) {
-  auto file = SetpointFile::create("/dev/full");
+  const Folder folder;
+  auto file = SetpointFile::create(folder.path + "/full.bin");
   ASSERT_TRUE(file);
+  // As a full disk would, the system takes no more than this.
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit little{.rlim_cur = 4096, .rlim_max = before.rlim_max};
+  const auto signal_before = std::signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &little), 0);
   for (std::uint32_t t = 1; t <= 5000; ++t) file->add(tick_of(1, t));
   const auto closed = file->close();
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, signal_before);
   ASSERT_FALSE(closed);
   EXPECT_EQ(closed.error().fault, Fault::FileUnwritable);
+}
+
+TEST(SetpointFile, a_device_of_its_name_is_refused_and_left_alone) {
+  const auto refused = SetpointFile::create("/dev/null");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().fault, Fault::FileUnwritable);
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
 }
 
 }  // namespace
