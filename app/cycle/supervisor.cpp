@@ -31,7 +31,7 @@ Findings Supervisor::look(const View& view) noexcept {
 
 void Supervisor::look_at_time(const View& view, Findings& found) noexcept {
   const auto missed = static_cast<int>(view.beat.elapsed - 1);
-  const Time late = view.beat.woke - view.beat.due;
+  const Time late = view.beat.woke - view.beat.due + missed * setup_.period;  // since the cycle that was slept through
   window_left_ -= view.beat.elapsed;
   if (window_left_ <= 0) window_left_ = kLateWindow, late_in_window_ = 0;
   if (missed > 0 || late > setup_.period * 2 / 5) {

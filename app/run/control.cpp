@@ -12,6 +12,7 @@ using cycle::EventKind;
 using cycle::State;
 
 constexpr double kStopTimeout_s = 10;
+constexpr std::chrono::milliseconds kBreath{5};
 constexpr int kSilentSteps = 2000;  // of about a cycle each; a host that stands still makes none
 
 }  // namespace
@@ -44,6 +45,16 @@ void Control::step() {
 void Control::idle() {
   step();
   if (service_) service_();
+}
+
+bool Control::breathe() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - breathed_ >= kBreath) {
+    breathed_ = now;
+    feed_.drain();
+    if (poll_orders_) poll_orders_();
+  }
+  return !aborting();
 }
 
 Result<void> Control::alive() const {

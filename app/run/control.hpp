@@ -5,6 +5,7 @@
 // uses it reads in the order it happens. A step never steps again by itself: what takes several steps (fetching a
 // station's mail) is a service, which runs between two steps.
 #pragma once
+#include <chrono>
 #include <functional>
 #include <map>
 #include <optional>
@@ -67,6 +68,9 @@ class Control {
   void step();
   /// The same, and the service behind it.
   void idle();
+  /// Between two pieces of long work while the machine stands: what the loop has said is read and orders come in, every
+  /// few milliseconds. No time passes. False: what is under way was aborted, and the work with it.
+  bool breathe();
   /// Fault::LoopDied when the loop has not told anything for so many steps that it hangs.
   [[nodiscard]] Result<void> alive() const;
 
@@ -104,6 +108,7 @@ class Control {
   std::vector<cycle::Event> answers_;                              ///< events of the wait that runs
   std::map<std::uint32_t, std::optional<cycle::Event>> requests_;  ///< by id; nothing: not answered yet
   bool hold_next_ = false;
+  std::chrono::steady_clock::time_point breathed_{};
   CycleIndex last_cycle_ = 0;
   int silent_steps_ = 0;  ///< in which no cycle was told
 };

@@ -18,6 +18,12 @@ int of(const cycle::Event& e) {
   return e.station.value << 16 | (e.fault == Fault::EmergencyMessage ? e.detail & 0xFFFF : 0);
 }
 
+/// A late cycle is nothing to speak of, but for one that was late by several: then the host has stood still.
+bool stood_still(const config::Machine& machine, const cycle::Event& e) {
+  constexpr int kCycles = 5;
+  return e.fault == Fault::LateCycle && microseconds(e.detail) > kCycles * machine.bus.cycle;
+}
+
 }  // namespace
 
 void Owner::Parts::on_snapshot(const cycle::Snapshot& s) {
@@ -40,7 +46,7 @@ void Owner::Parts::on_event(const cycle::Event& e) {
 
 void Owner::Parts::tell(const cycle::Event& e, const Error& error) {
   if (shared) shared->push(e, error.message);
-  if (info(e.fault).severity == Severity::Info) return;
+  if (info(e.fault).severity == Severity::Info && !stood_still(machine, e)) return;
   const std::int64_t now_ns = feed->latest().time_ns;
   std::optional<std::string> words = to_text(error);
   if (info(e.fault).reaction == Reaction::Note) words = notes.tell({e.fault, of(e)}, now_ns, std::move(*words));
@@ -125,7 +131,8 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
                            Runner({.machine = p.machine,
                                    .control = p.control(),
                                    .camera = p.world != nullptr ? &p.world->camera() : nullptr,
-                                   .around = p.around.get()},
+                                   .around = p.around.get(),
+                                   .breath = [&p] { return p.control().breathe(); }},
                                   recipe, job, result)});
   p.job->recording.tell("running");
   const devices::CyclicCounts counted_before = p.bus->counters();
@@ -143,6 +150,8 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   if (ended) ended = p.torque();
   if (ended && !p.all_referenced()) ended = p.home();
   if (ended) ended = p.with_stations(p.job->runner.run());
+  if (!ended && ended.error().fault == Fault::Aborted && p.control().aborting())
+    ended = p.control().not_aborted();  // planning that was given up does not know by whom
   if (ended) ended = p.release_part();
   if (!ended) record::add_error(result, ended.error());
 

@@ -356,5 +356,26 @@ TEST(Orders, after_an_interrupt_nothing_is_undertaken_any_more) {
   EXPECT_EQ(rig.owner().latest().enabled, 0u);
 }
 
+TEST(Orders, an_abort_while_a_block_is_planned_ends_the_planning_and_nothing_moves) {
+  Rig rig({.placement = "dx=0.5 mm"});
+  const recipes::Recipe recipe = test::load_recipe("tests/machine/many-dots.yaml");
+  AxisVec at{};
+  int asked = 0;
+  rig.on_step = [&](run::Owner& owner) {
+    const auto& s = owner.latest();
+    // All marks and touches are done, and the last block stands behind: what comes next is planned now.
+    if (asked > 0 || owner.progress().doing != "dispensing" || s.block != 0) return;
+    ++asked;
+    at = s.target;
+    EXPECT_TRUE(owner.order(order(OrderKind::Abort)));
+    EXPECT_FALSE(owner.order(order(OrderKind::Reset)));
+  };
+  const auto result = rig.run(recipe);
+  EXPECT_EQ(asked, 1) << "orders come in while 4000 dots are planned";
+  EXPECT_EQ(result.exit_code, info(Fault::Aborted).exit_code);
+  EXPECT_EQ(rig.owner().latest().target, at);
+  EXPECT_EQ(result.features_done, 0u);
+}
+
 }  // namespace
 }  // namespace gantry
