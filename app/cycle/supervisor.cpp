@@ -113,8 +113,9 @@ void Supervisor::look_at_drives(const View& view, Findings& found) noexcept {
       found.push_back({Fault::DriveDropped, setup_.drives[d].axis, drive.statusword, setup_.drives[d].station});
     dropped_[d] = view.axes.dropped(d);
     if (!drive.fresh || drive.fault == Fault::None) continue;
-    if (view.state == State::Homing && drive.fault == Fault::LimitSwitch)
-      continue;  // homing meets the switches on purpose
+    // An axis that stands on its switch must be let have torque, and homing meets the switches on purpose: it leads
+    // off.
+    if (drive.fault == Fault::LimitSwitch && view.state != State::Running && view.state != State::Holding) continue;
     // A warning is told once; whatever stops the machine is told for as long as it lasts (the loop latches the first).
     const bool news = drive.error_code != last_code_[d];
     if (news || info(drive.fault).reaction != Reaction::Note)

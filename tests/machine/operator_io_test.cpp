@@ -215,5 +215,16 @@ TEST(OperatorIo, hold_and_start_are_hold_and_resume_of_a_job) {
   EXPECT_GT(held, 2000);
 }
 
+TEST(OperatorIo, an_axis_that_stands_on_its_limit_switch_is_enabled_and_led_off_by_home) {
+  Idle idle("[{at: cycle 20000, do: drive_fault, axis: X, code: 0x800}]");  // iD286: a limit, told as a warning
+  idle.pass_to(20'200);
+  EXPECT_EQ(idle.now().latched, Fault::None) << "it stands";
+  ASSERT_TRUE(idle.owner().disable());
+  const auto enabled = idle.owner().enable();
+  EXPECT_TRUE(enabled) << to_text(enabled.error());
+  const auto homed = idle.owner().home();
+  EXPECT_TRUE(homed) << to_text(homed.error());
+}
+
 }  // namespace
 }  // namespace gantry
