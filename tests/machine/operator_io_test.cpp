@@ -20,15 +20,10 @@ bool valve_open(const cycle::Snapshot& s) { return (s.outputs & config::bit(conf
 bool clamped(const cycle::Snapshot& s) { return (s.outputs & config::bit(config::Output::Clamp)) != 0; }
 std::string first_error(const record::JobResult& r) { return r.errors.empty() ? "" : to_text(r.errors.front()); }
 
-/// Idles until the reset that was taken has its answer.
+/// What a reset comes to, whether it is refused at once or takes some cycles.
 Result<void> reset(run::Owner& owner) {
   if (auto taken = owner.order(order(OrderKind::Reset)); !taken) return taken;
-  for (int i = 0; i < 5000; ++i) {
-    if (const auto answer = owner.reset_answer()) return *answer;
-    EXPECT_TRUE(owner.idle());
-  }
-  ADD_FAILURE() << "a reset without an answer";
-  return {};
+  return test::answer_of_reset(owner);
 }
 
 TEST(OperatorIo, an_emergency_stop_in_a_bead_is_named_and_the_same_owner_comes_back_by_reset_enable_home) {

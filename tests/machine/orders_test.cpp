@@ -7,6 +7,7 @@ namespace gantry {
 namespace {
 
 using run::OrderKind;
+using test::answer_of_reset;
 using test::Rig;
 
 constexpr const char* kDemo = "recipes/demo-board.yaml";
@@ -274,16 +275,6 @@ TEST(Orders, enabling_can_be_aborted_and_done_again) {
   EXPECT_EQ(rig.owner().latest().state, cycle::State::Disabled);
   EXPECT_EQ(rig.owner().latest().enabled, 0u);
   EXPECT_TRUE(rig.owner().enable());
-}
-
-/// Idles until the reset that was taken has its answer.
-Result<void> answer_of_reset(run::Owner& owner) {
-  for (int i = 0; i < 5000; ++i) {
-    if (const auto answer = owner.reset_answer()) return *answer;
-    EXPECT_TRUE(owner.idle());
-  }
-  ADD_FAILURE() << "a reset without an answer";
-  return {};
 }
 
 TEST(Orders, a_reset_after_which_something_stays_latched_says_what) {

@@ -16,6 +16,15 @@ record::JobResult failed(std::vector<Error> errors) {
 
 }  // namespace
 
+Result<void> answer_of_reset(run::Owner& owner) {
+  for (int i = 0; i < 5000; ++i) {
+    if (const auto answer = owner.reset_answer()) return *answer;
+    EXPECT_TRUE(owner.idle());
+  }
+  ADD_FAILURE() << "a reset without an answer";
+  return {};
+}
+
 recipes::Recipe load_recipe(const std::string& file) {
   auto recipe = recipes::load(file);
   if (recipe) return *recipe;

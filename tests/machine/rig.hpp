@@ -44,6 +44,9 @@ class Rig {
   std::unique_ptr<run::Owner> owner_;
 };
 
+/// Idles until the reset that was taken has its answer.
+Result<void> answer_of_reset(run::Owner& owner);
+
 recipes::Recipe load_recipe(const std::string& file);
 
 }  // namespace gantry::test
