@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Jogs as people type them: what is no jog, nobody who owns the machine, an owner, and Ctrl-C on the way.
 source "$(dirname "$0")/lib.sh"
+use_patient_machine
 state=$work/state
 jog() { "$gantry" jog "$@" --state "$state"; }
 

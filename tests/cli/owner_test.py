@@ -1,8 +1,9 @@
-"""An owner that is up, and what its clients may do to it.  python3 owner_test.py GANTRY FOLDER
+"""An owner that is up, and what its clients may do to it.  python3 owner_test.py GANTRY FOLDER PROGRAM
+GANTRY takes a machine that forgives a slow host; PROGRAM is the program as it is.
 Limits of time are generous: what is judged is counted in cycles of the machine, from the answers."""
 import json, os, shutil, signal, socket, subprocess, sys, threading, time
 
-gantry, work = sys.argv[1:3]
+gantry, work, plain = sys.argv[1:4]
 recipe = os.path.abspath("tests/cli/short-board.yaml")
 state = os.path.join(work, "state")
 failed = 0
@@ -29,7 +30,7 @@ class Client:
 
 
 class Owner:
-    def __init__(self, *options, environment=None, folder=state, stand=None):
+    def __init__(self, *options, environment=None, folder=state, stand=None, gantry=gantry):
         self.log = open(os.path.join(work, "up.log"), "a+")
         self.process = subprocess.Popen([gantry, "up", *(["--state", folder] if folder else []), *options], stdout=self.log,
                                         stderr=self.log, stdin=subprocess.DEVNULL, env=environment, cwd=stand)
@@ -51,7 +52,7 @@ class Owner:
         return self.process.wait(60)
 
 
-def program(*words, **options):
+def program(*words, gantry=gantry, **options):
     return subprocess.run([gantry, *words], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=240, **options)
 
 
@@ -73,7 +74,7 @@ for option, value in (("--bus", "ethercat:none0"), ("--sim-board", "dx=9 mm"), (
     refused = program("run", recipe, "--state", state, option, value)
     expect(f"another {option} is refused", refused.returncode == 2 and option in refused.stderr and
            value in refused.stderr, (refused.returncode, refused.stderr))
-refused = program("--machine", other, "home", "--state", state)
+refused = program("--machine", other, "home", "--state", state, gantry=plain)
 expect("another machine file is refused", refused.returncode == 2 and other in refused.stderr and
        who["machine"] in refused.stderr, refused.stderr)
 second = program("up", "--state", state)
@@ -196,7 +197,7 @@ elsewhere = os.path.join(work, "elsewhere")
 os.makedirs(os.path.join(elsewhere, "config/machines"))
 with open(os.path.join(elsewhere, "config/machines/dispenser.yaml"), "w") as planted:
     planted.write("this is no machine\n")
-owner = Owner(environment=environment, folder=None, stand=elsewhere)
+owner = Owner(environment=environment, folder=None, stand=elsewhere, gantry=plain)
 places = os.path.join(home, ".local/state/gantry")
 end = time.monotonic() + 60
 while time.monotonic() < end and not os.path.exists(places):
@@ -204,7 +205,7 @@ while time.monotonic() < end and not os.path.exists(places):
 found = os.path.join(places, os.listdir(places)[0])
 owner.wait(found)
 expect("by machine name under the home folder", os.stat(found).st_mode & 0o777 == 0o700, found)
-expect("its clients find it from anywhere", program("home", env=environment, cwd=work).returncode == 0)
+expect("its clients find it from anywhere", program("home", env=environment, cwd=work, gantry=plain).returncode == 0)
 expect("nothing is left where one stands", os.listdir(elsewhere) == ["config"], os.listdir(elsewhere))
 owner.end()
 

@@ -6,6 +6,7 @@ job=tests/cli/short-board.yaml
 expect_exit 0 "in virtual time" "$gantry" dry-run $job --out "$work/dry"
 expect_exit 0 "in real time" "$gantry" run $job --state "$work/none" --out "$work/real"
 same_setpoints "$work/dry" "$work/real" "in real time"
+use_patient_machine
 
 # Without the rights for real time the job runs, and says so.
 taken=-sys_nice,-ipc_lock,-sys_resource
