@@ -1,5 +1,5 @@
-// gantry status, hold, resume, abort, reset, override, enable, disable, part-removed, down: one order each to the owner
-// that is up.
+// gantry status, hold, resume, abort, reset, override, enable, disable, park, part-removed, down: one order each to the
+// owner that is up.
 #include <array>
 #include <filesystem>
 #include <fmt/format.h>
@@ -23,12 +23,12 @@ struct OrderVerb {
 constexpr std::array kVerbs{
     OrderVerb{OrderKind::Status, "status", "State, job, faults with their remedies, override and axes of the machine",
               "Asks only; it may be called at any time, also while a job runs."},
-    OrderVerb{OrderKind::Hold, "hold", "Stops the job or jog that runs, on its path, and keeps it",
+    OrderVerb{OrderKind::Hold, "hold", "Stops the job, jog or parking that runs, on its path, and keeps it",
               "The valve shuts in the next cycle, the axes brake on their path and stand with torque.\n"
               "`gantry resume` goes on from there, `gantry abort` ends the job."},
     OrderVerb{OrderKind::Resume, "resume", "Goes on with what `hold` has stopped",
               "The axes go on along the same path. A bead that was cut by the hold begins again where it was cut."},
-    OrderVerb{OrderKind::Abort, "abort", "Ends what is under way: a job, a jog, homing",
+    OrderVerb{OrderKind::Abort, "abort", "Ends what is under way: a job, a jog, parking, homing",
               "The valve shuts in the next cycle, the axes brake on their path and keep their torque. It cannot be\n"
               "resumed. The job's report tells how far it came."},
     OrderVerb{OrderKind::Reset, "reset", "Clears a latched fault whose cause is gone; nothing moves",
@@ -38,6 +38,11 @@ constexpr std::array kVerbs{
     OrderVerb{OrderKind::Enable, "enable", "Gives the drives torque", "Homing is an order of its own: `gantry home`."},
     OrderVerb{OrderKind::Disable, "disable", "Takes the torque off all drives, in order",
               "Brakes close first. Refused while something moves: `gantry abort` ends it."},
+    OrderVerb{
+        OrderKind::Park, "park", "Moves the head to the park position of the machine file; needs `gantry home`",
+        "Straight up to the safe height where the head is lower, then on a path that is proved free, at the speed of\n"
+        "a job's travel. The valve stays shut, the clamp may be open; refused in setup. A hold and an abort (Ctrl-C)\n"
+        "stop on that path."},
     OrderVerb{OrderKind::PartRemoved, "part-removed", "Opens the clamp: the part may be taken out by hand",
               "After a job that ended otherwise than done the clamp stays shut until this is said."},
     OrderVerb{OrderKind::Quit, "down", "Ends the owner: torque off, bus down in order",

@@ -27,7 +27,7 @@ void add_up(CLI::App& app, Context& context) {
   add_publish_options(*verb, options->network, options->name);
   add_world_options(*verb, options->sim);
   verb->footer(
-      "Orders are JSON lines on STATE/owner.sock: {\"order\": \"status\"}, enable, disable, home, jog, run, "
+      "Orders are JSON lines on STATE/owner.sock: {\"order\": \"status\"}, enable, disable, home, jog, park, run, "
       "part_removed, hold, resume, abort, override, reset, quit.");
   verb->callback([&context, options, state, recipe] {
     const auto machine = load_machine(context);

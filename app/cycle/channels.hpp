@@ -33,6 +33,9 @@ enum class CommandKind : std::uint8_t {
 /// As a row of the machine's states; nothing: not bound to a state (override, outputs).
 std::optional<Cause> cause(CommandKind kind) noexcept;
 
+/// What a block is for. A job works on a board, so that it asks for a closed clamp. In setup only a jog plays.
+enum class Purpose : std::uint8_t { Job, Park, Jog };
+
 struct Command {
   CommandKind kind{};
   std::uint32_t id = 0;    ///< comes back in Event::CommandDone
@@ -40,7 +43,7 @@ struct Command {
   std::uint32_t block = 0;
   std::uint32_t mask = 0, bits = 0;
   double value = 0;
-  bool jog = false;  ///< StartBlock: nothing is done to a board, so that the clamp may be open and the mode setup
+  Purpose purpose = Purpose::Job;  ///< StartBlock
 };
 
 enum class EventKind : std::uint8_t {

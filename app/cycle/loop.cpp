@@ -53,7 +53,7 @@ Time Loop::tick(const Beat& beat) noexcept {
 
   axes_.read(bus_, exchange_.fault != Fault::FrameLost && exchange_.fault != Fault::BusDown, beat.elapsed);
   inputs_ = read_inputs(bus_, setup_, inputs_);
-  const View view{beat, exchange_, axes_, commanded_.target, inputs_, state_, compute_, jogs_};
+  const View view{beat, exchange_, axes_, commanded_.target, inputs_, state_, compute_, purpose_};
   present_ = Fault::None;
   for (const Finding& found : supervisor_.look(view)) react(found.fault, found.axis, found.detail, found.station);
   follow_progress();

@@ -95,7 +95,7 @@ class Loop {
   bool aborting_ = false;              ///< Channels::stop_now, as this cycle found it
   std::uint32_t pending_ = 0, pending_disable_ = 0, pending_probe_ = 0,
                 pending_reset_ = 0;     ///< ids of commands that take time
-  bool jogs_ = false;                   ///< what plays is a jog
+  Purpose purpose_ = Purpose::Job;      ///< of what plays
   std::uint32_t block_ = 0, tick_ = 0;  ///< what plays; kept until the last compensated tick is out
   bool settled_ = true;                 ///< the compensation has let everything out
   bool shut_valve_ = false;             ///< this tick closes the valve, also in what is still on its way

@@ -54,7 +54,8 @@ Fault Loop::refuse(const Command& command) const noexcept {
   if (!next(state_, *order)) return Fault::Refused;
   if (command.kind == CommandKind::Enable) return interlock();
   const bool in_setup = setup_.mode_mask != 0 && (inputs_ & setup_.mode_mask) == 0;
-  if (in_setup && (command.kind == CommandKind::Home || (command.kind == CommandKind::StartBlock && !command.jog)))
+  if (in_setup && (command.kind == CommandKind::Home ||
+                   (command.kind == CommandKind::StartBlock && command.purpose != Purpose::Jog)))
     return Fault::SetupMode;
   if (command.kind == CommandKind::StartBlock && !axes_.all_referenced()) return Fault::NotReferenced;
   if (command.kind == CommandKind::Reset && pending_reset_ != 0) return Fault::Refused;
@@ -92,7 +93,7 @@ void Loop::obey(const Command& command) noexcept {
       return;
     case CommandKind::StartBlock:
       block_ = command.block;
-      jogs_ = command.jog;
+      purpose_ = command.purpose;
       tick_ = 0;
       probing_ = false;
       interpolator_.begin_block(command.block);

@@ -115,7 +115,7 @@ constexpr std::array<StateRow, kStates> kRows{{
     {State::Offline, "offline", Lamp::Red, false, "the stations to come to OP"},
     {State::Disabled, "disabled", Lamp::Yellow, false, "`enable`"},
     {State::Enabling, "enabling", Lamp::Yellow, false, "the drives to have torque, or `abort`"},
-    {State::Ready, "ready", Lamp::Green, false, "`run`, `jog` or `home`"},
+    {State::Ready, "ready", Lamp::Green, false, "`run`, `jog`, `park` or `home`"},
     {State::Disabling, "disabling", Lamp::Yellow, false, "the drives to be without torque"},
     {State::Homing, "homing", Lamp::Green, true, "homing to end, or `abort`"},
     {State::Running, "running", Lamp::Green, true, "the motion to end, `hold` or `abort`"},

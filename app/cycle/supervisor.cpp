@@ -147,7 +147,7 @@ void Supervisor::look_at_axes(const View& view, Findings& found) noexcept {
 }
 
 /// Interlocks. Without torque nothing can move, and enabling asks for them itself. In setup the door may be open, and
-/// a job may not run.
+/// only a jog may play.
 void Supervisor::look_at_inputs(const View& view, Findings& found) noexcept {
   if (view.state == State::Offline || view.state == State::Disabled) return;
   const auto missing = [&](std::uint32_t mask) { return mask != 0 && (view.inputs & mask) == 0; };
@@ -158,9 +158,9 @@ void Supervisor::look_at_inputs(const View& view, Findings& found) noexcept {
   if (missing(setup_.air_mask)) found.push_back({Fault::AirMissing});
   if (setup_mode && view.state == State::Homing) found.push_back({Fault::ModeChanged});
   const bool plays = view.state == State::Running || view.state == State::Holding || view.state == State::Held;
-  if (!plays || view.jogs) return;
-  if (missing(setup_.clamp_mask)) found.push_back({Fault::ClampOpen});
-  if (setup_mode) found.push_back({Fault::ModeChanged});
+  if (!plays) return;
+  if (view.purpose == Purpose::Job && missing(setup_.clamp_mask)) found.push_back({Fault::ClampOpen});
+  if (view.purpose != Purpose::Jog && setup_mode) found.push_back({Fault::ModeChanged});
 }
 
 }  // namespace gantry::cycle

@@ -30,8 +30,8 @@ struct View {
   const AxisVec& target;  ///< as sent in this cycle
   std::uint32_t inputs = 0;
   State state = State::Offline;
-  Time compute{};     ///< own work of the last cycle
-  bool jogs = false;  ///< what plays is a jog
+  Time compute{};                  ///< own work of the last cycle
+  Purpose purpose = Purpose::Job;  ///< of what plays
 };
 
 class Supervisor {

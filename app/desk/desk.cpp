@@ -179,6 +179,7 @@ Json Desk::carry_out(const run::Order& order) {
     case run::OrderKind::Disable: done = owner_.disable(); break;
     case run::OrderKind::Home: done = owner_.home(); break;
     case run::OrderKind::Jog: return jog(order.jog);
+    case run::OrderKind::Park: done = owner_.park(); break;
     case run::OrderKind::Run: return run_job(order);
     case run::OrderKind::PartRemoved: done = owner_.part_removed(); break;
     default: break;

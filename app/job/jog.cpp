@@ -79,11 +79,11 @@ Result<Jog> read_jog(const config::Machine& machine, const JogWords& words) {
   return jog;
 }
 
-Result<void> know_place(const config::Machine& machine, std::uint32_t referenced, const Jog& jog) {
+Result<void> know_place(const config::Machine& machine, std::uint32_t referenced, std::uint32_t axes) {
   for (const config::Axis& axis : machine.axes) {
     const std::uint32_t bit = 1u << axis.id.value;
     const bool carries = axis.kind == config::AxisKind::Streamed && axis.homing;
-    if ((referenced & bit) != 0 || ((jog.axes & bit) == 0 && !carries)) continue;
+    if ((referenced & bit) != 0 || ((axes & bit) == 0 && !carries)) continue;
     return fail(Fault::NotReferenced,
                 "it is not referenced, so that it is not known where the head stands; run `gantry home` first",
                 "axis " + axis.name);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "app/job/block_builder.hpp"
 #include "app/job/limits.hpp"
 
 namespace gantry::job {
@@ -12,19 +11,27 @@ constexpr double kLow_mm = 0.5;  // less below the safe height is up there
 
 }  // namespace
 
-Result<std::optional<ProvenBlock>> plan_rise(const config::Machine& machine, const Surroundings& around,
-                                             std::uint32_t block, const AxisVec& from) {
+Result<bool> add_rise(const config::Machine& machine, const Surroundings& around, BlockBuilder& builder) {
+  const AxisVec from = builder.at();
   AxisVec to = from;
   double& z = to[machine.z.value];
-  if (z >= machine.safe_z_mm - kLow_mm) return std::nullopt;
+  if (z >= machine.safe_z_mm - kLow_mm) return false;
   z = machine.safe_z_mm;
-  const motion::Limits limits = limits_of(machine);
-  BlockBuilder builder(limits, around.scene(), block, from);
   if (auto r = builder.straight(to, around.no_nearer_than(from)); !r)
     return fail(r.error().fault,
                 fmt::format("the head cannot rise from Z {:.3f} mm to the safe height {:.3f} mm: {}; jog "
                             "it clear of that first, sideways or down",
                             from[machine.z.value], machine.safe_z_mm, r.error().message));
+  return true;
+}
+
+Result<std::optional<ProvenBlock>> plan_rise(const config::Machine& machine, const Surroundings& around,
+                                             std::uint32_t block, const AxisVec& from) {
+  const motion::Limits limits = limits_of(machine);
+  BlockBuilder builder(limits, around.scene(), block, from);
+  const auto rises = add_rise(machine, around, builder);
+  if (!rises) return tl::unexpected(rises.error());
+  if (!*rises) return std::nullopt;
   return builder.finish();
 }
 

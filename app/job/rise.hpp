@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "app/job/block_builder.hpp"
 #include "app/job/proven_block.hpp"
 #include "app/job/surroundings.hpp"
 #include "config/machine.hpp"
@@ -17,5 +18,7 @@ namespace gantry::job {
 /// a jog (Surroundings::no_nearer_than). Fault::Collision with both bodies, the point, and how to get out.
 Result<std::optional<ProvenBlock>> plan_rise(const config::Machine& machine, const Surroundings& around,
                                              std::uint32_t block, const AxisVec& from);
+/// The same as the beginning of a block that goes on from up there. False: it is up there already.
+Result<bool> add_rise(const config::Machine& machine, const Surroundings& around, BlockBuilder& builder);
 
 }  // namespace gantry::job

@@ -177,7 +177,7 @@ Result<void> Control::command(cycle::Command command, double timeout_s) {
   return wait([&, cycle = answer->cycle] { return latest().cycle >= cycle; }, 1, {});
 }
 
-Result<Played> Control::play(const job::ProvenBlock& block, bool jog) {
+Result<Played> Control::play(const job::ProvenBlock& block, cycle::Purpose purpose) {
   constexpr double kNoLimit_s = 1e9;  // a held block may wait for its operator
   if (auto r = wait([&] { return !hold_next_; }, kNoLimit_s, {}); !r) return tl::unexpected(r.error());
   const auto& segments = block.segments();
@@ -187,7 +187,7 @@ Result<Played> Control::play(const job::ProvenBlock& block, bool jog) {
     while (pushed < segments.size() && channels_.segments.push(segments[pushed])) ++pushed;
   };
   feed_ring();
-  const cycle::Command start{.kind = CommandKind::StartBlock, .block = block.number(), .jog = jog};
+  const cycle::Command start{.kind = CommandKind::StartBlock, .block = block.number(), .purpose = purpose};
   if (auto r = command(start, 5.0); !r) return tl::unexpected(r.error());
   Played played;
   bool over = false;

@@ -56,7 +56,7 @@ class Control {
   std::optional<Result<void>> answer(Request request);
   /// Plays one block to its end. A hold makes it wait, also before it begins; an abort or a fault ends it with an error
   /// when the machine stands.
-  Result<Played> play(const job::ProvenBlock& block, bool jog = false);
+  Result<Played> play(const job::ProvenBlock& block, cycle::Purpose purpose = cycle::Purpose::Job);
   /// The next block waits until it is released.
   void hold_next(bool wait) { hold_next_ = wait; }
   [[nodiscard]] bool holds_next() const { return hold_next_; }

@@ -9,19 +9,13 @@ struct Row {
   OrderKind kind;
   std::string_view name;
 };
-constexpr std::array kOrders{Row{OrderKind::Status, "status"},
-                             Row{OrderKind::Enable, "enable"},
-                             Row{OrderKind::Disable, "disable"},
-                             Row{OrderKind::Home, "home"},
-                             Row{OrderKind::Jog, "jog"},
-                             Row{OrderKind::Run, "run"},
-                             Row{OrderKind::PartRemoved, "part_removed"},
-                             Row{OrderKind::Hold, "hold"},
-                             Row{OrderKind::Resume, "resume"},
-                             Row{OrderKind::Abort, "abort"},
-                             Row{OrderKind::Override, "override"},
-                             Row{OrderKind::Reset, "reset"},
-                             Row{OrderKind::Quit, "quit"}};
+constexpr std::array kOrders{Row{OrderKind::Status, "status"},   Row{OrderKind::Enable, "enable"},
+                             Row{OrderKind::Disable, "disable"}, Row{OrderKind::Home, "home"},
+                             Row{OrderKind::Jog, "jog"},         Row{OrderKind::Park, "park"},
+                             Row{OrderKind::Run, "run"},         Row{OrderKind::PartRemoved, "part_removed"},
+                             Row{OrderKind::Hold, "hold"},       Row{OrderKind::Resume, "resume"},
+                             Row{OrderKind::Abort, "abort"},     Row{OrderKind::Override, "override"},
+                             Row{OrderKind::Reset, "reset"},     Row{OrderKind::Quit, "quit"}};
 
 }  // namespace
 

@@ -16,6 +16,7 @@ enum class OrderKind {
   Disable,
   Home,
   Jog,
+  Park,
   Run,
   PartRemoved,
   Hold,
@@ -38,7 +39,7 @@ struct Order {
 /// Whether the order takes machine time; only one such order runs at a time.
 constexpr bool takes_time(OrderKind k) {
   return k == OrderKind::Enable || k == OrderKind::Disable || k == OrderKind::Home || k == OrderKind::Jog ||
-         k == OrderKind::Run || k == OrderKind::PartRemoved;
+         k == OrderKind::Park || k == OrderKind::Run || k == OrderKind::PartRemoved;
 }
 
 std::string_view name(OrderKind kind);

@@ -24,8 +24,9 @@ Owner::~Owner() {
 }
 
 std::string_view name(Undertaking what) {
-  constexpr std::array<std::string_view, 8> kNames{
-      "nothing", "bringing the bus up", "enabling", "disabling", "homing", "a jog", "a job", "opening the clamp"};
+  constexpr std::array<std::string_view, 9> kNames{
+      "nothing", "bringing the bus up", "enabling", "disabling", "homing", "a jog", "parking",
+      "a job",   "opening the clamp"};
   return kNames[static_cast<std::size_t>(what)];
 }
 

@@ -53,7 +53,7 @@ struct Progress {
 };
 
 /// What takes machine time: one at a time.
-enum class Undertaking { None, BringUp, Enable, Disable, Home, Jog, Job, Part };
+enum class Undertaking { None, BringUp, Enable, Disable, Home, Jog, Park, Job, Part };
 std::string_view name(Undertaking what);
 
 class Owner {
@@ -75,6 +75,10 @@ class Owner {
   /// has found them. Fault::NotReferenced, OutOfReach, Collision, Latched ...; Aborted, Interrupted when it was
   /// stopped.
   Result<Jogged> jog(const job::JogWords& words);
+  /// From where the head stands to the machine's park position: straight up to the safe height first, then a free path;
+  /// app/job/park.hpp. It enables, homes nothing, and is proved like a jog; the clamp may be open.
+  /// Fault::SetupMode, NotReferenced, Collision, Latched ...; Aborted, Interrupted when it was stopped.
+  Result<void> park();
   /// One job from its first block to its end. Never throws away what happened: the result tells it, also of a job that
   /// failed.
   record::JobResult run(const recipes::Recipe& recipe, const recipes::Job& job, const RunOptions& options);

@@ -22,7 +22,7 @@ Result<Jogged> Owner::Parts::jog(const job::JogWords& words) {
   }
   const cycle::Snapshot& now = control().latest();
   if (auto r = not_latched(); !r) return tl::unexpected(r.error());
-  if (auto r = job::know_place(machine, now.referenced, *asked); !r) return tl::unexpected(r.error());
+  if (auto r = job::know_place(machine, now.referenced, asked->axes); !r) return tl::unexpected(r.error());
   if (auto r = torque(); !r) return tl::unexpected(r.error());
   Jogged jogged{.axes = asked->axes, .start = now.target};
   const auto planned = job::plan_jog(machine, *around, jogged.start, *asked);
@@ -31,8 +31,7 @@ Result<Jogged> Owner::Parts::jog(const job::JogWords& words) {
   const CycleIndex begin = now.cycle;
   CycleIndex end = begin;
   const auto play = [&]() -> Result<void> {
-    constexpr bool kJog = true;
-    const auto played = control().play(*planned, kJog);
+    const auto played = control().play(*planned, cycle::Purpose::Jog);
     if (!played) return tl::unexpected(played.error());
     end = played->end;
     return {};

@@ -101,6 +101,7 @@ struct Owner::Parts {
   /// Every axis, lowest order first.
   Result<void> home();
   Result<Jogged> jog(const job::JogWords& words);
+  Result<void> park();
 
   [[nodiscard]] Result<void> hold();
   [[nodiscard]] Result<void> resume();

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # The operator's verbs: nobody who owns the machine, an owner that is idle, one that runs a job, and its end.
 source "$(dirname "$0")/lib.sh"
+use_patient_machine
 state=$work/state
-verbs="status hold resume abort reset enable disable down"
+verbs="status hold resume abort reset enable disable park down"
 order() { "$gantry" "$@" --state "$state"; }
 # says KEY VALUE: of the JSON document in $work/out
 says() {
@@ -42,9 +43,14 @@ says "['override']" 0.5
 expect_exit 7 "five times the speed" order override 500
 expect_text "10 to 200 %"
 expect_exit 0 "full speed" order override 100
+expect_exit 7 "park, and nobody knows where the head stands" order park
+expect_text 'run `gantry home` first'
 expect_exit 0 "home through the owner" order --json home
 says "['state']" ready
 says "['axes'][0]['referenced']" True
+expect_exit 0 "park" order --json park
+says "['state']" ready
+says "['axes'][0]['name'] + ' %.3f' % answer['axes'][0]['position']" "X 20.000"
 expect_exit 0 "disable" order --json disable
 says "['axes'][0]['enabled']" False
 expect_exit 0 "enable" order --json enable

@@ -217,6 +217,23 @@ TEST_F(Desks, a_jog_ends_when_its_client_is_gone) {
   EXPECT_LE(moved_at_ - gone, 40);
 }
 
+TEST_F(Desks, parking_is_answered_when_the_head_stands_there_and_needs_no_sign_of_life) {
+  home();
+  client_->say("{\"order\":\"park\",\"id\":2}\n");
+  bool asked = false;
+  on_cycle_ = [&] {
+    if (!asked && owner_->latest().state == cycle::State::Running)
+      asked = client_->say("{\"order\":\"home\",\"id\":3}\n{\"order\":\"status\",\"id\":4}\n") > 0;
+  };
+  serve_until(2);
+  EXPECT_TRUE(answer(2).value("ok", false)) << answer(2).dump();
+  for (const auto& [axis, position] : machine_.park)
+    EXPECT_NEAR(owner_->latest().target[axis.value], position, 1e-6) << axis.value;
+  EXPECT_EQ(code_of(answer(3)), "G702");
+  EXPECT_NE(answer(3).dump().find("'park'"), std::string::npos);
+  EXPECT_EQ(answer(4).value("busy_with", ""), "park");
+}
+
 TEST_F(Desks, a_job_goes_on_without_its_client) {
   const std::string recipe = std::filesystem::absolute(kShort);
   client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +

@@ -1,0 +1,30 @@
+#include "app/job/park.hpp"
+
+#include <fmt/format.h>
+
+#include "app/job/block_builder.hpp"
+#include "app/job/limits.hpp"
+#include "app/job/rise.hpp"
+
+namespace gantry::job {
+
+std::uint32_t park_axes(const config::Machine& machine) {
+  std::uint32_t axes = 0;
+  for (const auto& [axis, position] : machine.park) axes |= 1u << axis.value;
+  return axes;
+}
+
+Result<ProvenBlock> plan_park(const config::Machine& machine, const Surroundings& around, const AxisVec& at) {
+  const motion::Limits limits = limits_of(machine);
+  BlockBuilder builder(limits, around.scene(), 1, at);
+  if (auto r = add_rise(machine, around, builder); !r) return tl::unexpected(r.error());
+  AxisVec to = builder.at();
+  for (const auto& [axis, position] : machine.park) to[axis.value] = position;
+  const motion::PathRules full{.clearance_mm = machine.clearance_mm, .approaches = {}};
+  if (auto r = builder.travel(to, full); !r)
+    return fail(r.error().fault, fmt::format("the head cannot go to the park position: {}", r.error().message),
+                r.error().where);
+  return builder.finish();
+}
+
+}  // namespace gantry::job
