@@ -185,16 +185,28 @@ std::vector<std::string> assumptions(const Machine& machine) {
     if (!told.insert(s.profile.name).second) continue;
     if (s.profile.identity.assumed)
       out.push_back(fmt::format(
-          "{}: identity {:08X}:{:08X} is assumed; a station that answers otherwise is asked about, not refused",
+          "{}: identity {:08X}:{:08X} is assumed; a station that answers otherwise is refused until `gantry commission "
+          "--accept` has taken it",
           s.profile.title, s.profile.identity.vendor, s.profile.identity.product));
+    std::string late;
+    for (const Parameter& p : s.profile.parameters)
+      if (p.assumed && p.acts == ActsAt::PowerUp) late += (late.empty() ? "" : ", ") + p.name;
+    if (!late.empty()) out.push_back(fmt::format("{}: that these act at power-up: {}", s.profile.title, late));
     for (const std::string& sentence : s.profile.assumptions)
       out.push_back(fmt::format("{}: {}", s.profile.title, sentence));
   }
   return out;
 }
 
+std::string not_stated(const Station& s) {
+  return fmt::format("station '{}' ({}): stations.{}.parameters does not state {}; a wrong one burns the motor", s.name,
+                     s.profile.title, s.name, fmt::join(s.profile.not_stated, ", "));
+}
+
 std::vector<std::string> notes(const Machine& machine) {
   std::vector<std::string> out;
+  for (const Station& s : machine.stations)
+    if (!s.profile.not_stated.empty()) out.push_back(not_stated(s) + ": refused on a bus of steel");
   for (const Axis& axis : machine.axes) {
     const Station& s = machine.stations[axis.drives.front().station.value];
     if (!s.profile.drive->closed_loop)

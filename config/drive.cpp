@@ -79,13 +79,25 @@ const Fields<SyncManagerRow>& sync_manager_fields() {
   return kFields;
 }
 
-const Fields<StartupRow>& startup_fields() {
-  static const Fields<StartupRow> kFields{
-      address("object", &StartupRow::address, kRequired, "index:sub; a slot's stride is in it"),
-      choice("type", &StartupRow::type, object_types(), kRequired, "its data type"),
-      integer("value", &StartupRow::value, kI64, kRequired, "what it shall hold"),
-      flag("compare_first", &StartupRow::compare_first, kOptional, "write only what differs (spares an EEPROM)"),
-      text("why", &StartupRow::why, kRequired, "what it is for"),
+const Fields<Parameter>& parameter_fields() {
+  static const Fields<Parameter> kFields{
+      name_of("name", &Parameter::name, kRequired, "by which a machine file states another value"),
+      address("object", &Parameter::address, kRequired, "index:sub of the first axis; every axis has it"),
+      choice("type", &Parameter::type, object_types(), kRequired, "its data type"),
+      integer("value", &Parameter::value, kI64, kOptional, "what it shall hold; none: what the machine file states"),
+      flag("must_be_stated", &Parameter::must_be_stated, kOptional, "by the machine file: a wrong one burns a motor"),
+      text("unit", &Parameter::unit, kOptional, "in which a machine file writes it; none: a whole number"),
+      number("per_unit", &Parameter::per_unit, Dimension::None, {1e-6, 1e9}, kOptional,
+             "the object's value of one unit"),
+      choice("rule", &Parameter::rule,
+             Choices<ParameterRule>{{"write", ParameterRule::Write}, {"must_equal", ParameterRule::MustEqual}},
+             kOptional, "must_equal: compared, never written"),
+      choice("acts", &Parameter::acts,
+             Choices<ActsAt>{
+                 {"at_once", ActsAt::Once}, {"at_standstill", ActsAt::Standstill}, {"at_power_up", ActsAt::PowerUp}},
+             kOptional, "at_power_up: start-up compares, `gantry commission` writes"),
+      flag("assumed", &Parameter::assumed, kOptional, "no manual states it"),
+      text("why", &Parameter::why, kRequired, "what it is for"),
   };
   return kFields;
 }
@@ -249,7 +261,8 @@ const Fields<StationProfile>& profile_fields() {
         {ValueShape::Kind::Named, {}, {0, 256}, {}, {}, {object_shape(terminal_fields())}}},
        read_terminals},
       list("objects", &StationProfile::objects, object_fields(), {1, 1000}, kRequired, "objects that we use or show"),
-      list("startup", &StationProfile::startup, startup_fields(), {0, 200}, kOptional, "written in PRE_OP, in order"),
+      list("parameters", &StationProfile::parameters, parameter_fields(), {0, 200}, kOptional,
+           "read, compared, written and read back in PRE_OP, in order"),
       choice("storage", &StationProfile::storage,
              Choices<Storage>{{"none", Storage::None}, {"at_once", Storage::AtOnce}, {"on_save", Storage::OnSave}},
              kOptional, "how 2xxxh objects outlive the supply: each write, or \"save\" to 1010h"),

@@ -55,13 +55,41 @@ struct SyncManagerRow {
   std::uint16_t length = 0;  ///< bytes; of process data it is computed from the PDOs
 };
 
-/// Something written by SDO in PRE_OP, in order. `compare_first`: written only when the station holds another value
-/// (2xxx objects of some drives wear an EEPROM with every write).
+/// When a written value acts.
+enum class ActsAt : std::uint8_t {
+  Once,
+  Standstill,  ///< without torque; so it is whenever start-up writes
+  PowerUp,     ///< when the supply comes the next time: start-up compares only, `gantry commission` writes and saves
+};
+enum class ParameterRule : std::uint8_t {
+  Write,
+  MustEqual,  ///< never written: a fact of the hardware (motor type), which the station must know already
+};
+/// An object that holds a value before the station may have torque. In PRE_OP it is read, compared, written where it
+/// differs and may be written, and read back; 2xxxh objects of some drives wear an EEPROM with every write.
 struct StartupRow {
   ObjectAddress address;  ///< as it goes over the wire: a slot's stride is already in it
   ObjectType type = ObjectType::U16;
   std::int64_t value = 0;
-  bool compare_first = false;
+  std::string why;
+  std::string name{};  ///< by which the machine file calls it: "run_current"
+  ParameterRule rule = ParameterRule::Write;
+  ActsAt acts = ActsAt::Once;
+  bool declared = false;  ///< the machine file vouches for a value that the station does not show
+};
+
+/// A parameter of a drive as its profile has it; machine files state other values under `stations.NAME.parameters`.
+struct Parameter {
+  std::string name;
+  ObjectAddress address;  ///< of the first axis; it stands in every slot
+  ObjectType type = ObjectType::U16;
+  std::optional<std::int64_t> value;  ///< none: only what the machine file states is written
+  bool must_be_stated = false;        ///< by the machine file: a wrong one burns a motor
+  std::string unit;                   ///< in which a machine file writes it: "A"; empty: a whole number
+  double per_unit = 1;                ///< of the object's value
+  ParameterRule rule = ParameterRule::Write;
+  ActsAt acts = ActsAt::Once;
+  bool assumed = false;  ///< no manual says when it acts, or where it is
   std::string why;
 };
 
@@ -91,7 +119,7 @@ enum class Storage : std::uint8_t {
 
 struct Identity {
   std::uint32_t vendor = 0, product = 0, revision = 0;
-  bool assumed = true;  ///< an assumed identity does not refuse a station; it asks
+  bool assumed = true;  ///< no manual states it: it counts until `gantry commission --accept` has taken what was found
 };
 
 /// Facts of one axis of a drive, alike for all its slots.
@@ -100,7 +128,7 @@ struct DriveFacts {
   std::vector<std::int8_t> modes;             ///< values of 6060h that work
   std::vector<std::uint32_t> cycle_times_us;  ///< SYNC cycles the manual lists
   std::vector<std::int8_t> homing_methods;
-  std::uint32_t counts_per_rev = 10000;  ///< command pulses per revolution as configured by `startup`
+  std::uint32_t counts_per_rev = 10000;  ///< command pulses per revolution as configured by `parameters`
   double velocity_counts_s = 1;          ///< counts/s in one unit of 6081h, 6099h, 606Ch (vendors differ: P/S, rpm)
   double acceleration_counts_s2 = 1;     ///< counts/s^2 in one unit of 6083h, 6084h, 609Ah
   std::uint32_t quick_stop_options = 0;  ///< bit n: value n of 605Ah is documented; 0: unknown or absent
@@ -139,7 +167,9 @@ struct StationProfile {
   bool pdo_fixed = false;  ///< I/O stations: mapping is not written
   std::vector<Terminal> terminals;
   std::vector<ObjectRow> objects;
-  std::vector<StartupRow> startup;
+  std::vector<Parameter> parameters;    ///< as the file has them, in order
+  std::vector<StartupRow> startup;      ///< of one station: what its parameters and its machine file ask of it
+  std::vector<std::string> not_stated;  ///< parameters that the machine file must state and does not
   Storage storage = Storage::None;
   std::optional<DriveFacts> drive;       ///< absent for stations that are no drive
   bool dc = true;                        ///< supports SYNC0

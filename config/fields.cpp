@@ -80,6 +80,11 @@ std::string as_written(double value, Dimension dimension) {
   return unit.empty() ? fmt::format("{:.9g}", value) : fmt::format("{:.9g} {}", value, unit);
 }
 
+std::optional<std::string> read_scalar(const Node& node, std::string_view wanted, Mistakes& mistakes) {
+  if (!expect_scalar(node, wanted, mistakes)) return std::nullopt;
+  return node.text;
+}
+
 std::optional<Quantity> read_quantity(const Node& node, const ValueShape& shape, Mistakes& mistakes) {
   const Dimension first = shape.dimensions.front();
   if (!expect_scalar(node, fmt::format("a value such as '{}'", units::example(first)), mistakes)) return std::nullopt;

@@ -54,6 +54,7 @@ struct ValueShape {
     Text,
     Choice,
     Address,  ///< 0x6099:1
+    Setting,  ///< a number with or without a unit, or a list of them
     Object,
     List,   ///< of items[0]
     Tuple,  ///< exactly items
@@ -88,6 +89,8 @@ std::optional<std::int64_t> read_integer(const Node& node, const ValueShape& sha
 std::optional<bool> read_flag(const Node& node, Mistakes& mistakes);
 std::optional<std::string> read_word(const Node& node, const ValueShape& shape, Mistakes& mistakes);
 std::optional<std::size_t> read_choice(const Node& node, const ValueShape& shape, Mistakes& mistakes);
+/// Any plain value, as it is written.
+std::optional<std::string> read_scalar(const Node& node, std::string_view wanted, Mistakes& mistakes);
 /// Index and sub-index of "0x6099:1".
 std::optional<std::pair<std::uint16_t, std::uint8_t>> read_address(const Node& node, Mistakes& mistakes);
 /// False, and a mistake, when the node is no such container or its count is out of range.

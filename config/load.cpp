@@ -112,7 +112,8 @@ void Resolver::stations(const written::MachineFile& file, Machine& m) {
     station.position = row.position.value;
     station.alias = static_cast<std::uint16_t>(row.alias);
     if (row.profile.given())
-      if (const auto p = profile(row.profile)) station.profile = *p, station.bus = p->bus;
+      if (const auto p = profile(row.profile))
+        station.profile = *p, station.bus = p->bus, resolve_parameters(row, station, mistakes_);
     m.stations.push_back(std::move(station));
   }
 }

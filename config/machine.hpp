@@ -103,6 +103,13 @@ constexpr std::uint32_t bit(Input i) { return 1u << static_cast<unsigned>(i); }
 inline constexpr std::size_t kChannelBits = 32;  ///< of the loop's output word, and of its input word
 bool normally_closed(Input input);
 
+/// What `gantry commission --accept` has found at a station's place, and when.
+struct Accepted {
+  std::uint32_t vendor = 0, product = 0, revision = 0, serial = 0;
+  std::string date;              ///< "2026-11-22"
+  bool restart_pending = false;  ///< parameters were written that act at power-up
+};
+
 struct Station {
   StationId id;
   std::string name;  ///< "y1"
@@ -110,6 +117,7 @@ struct Station {
   int position = 0;         ///< place in the ring, 0 first; node id on CANopen
   std::uint16_t alias = 0;  ///< 0: not checked
   StationProfile profile;
+  std::optional<Accepted> accepted;  ///< of the machine's state, not of its file
 };
 
 /// A convex body. Centre and extents in mm; cylinders and capsules stand along Z.
@@ -226,6 +234,9 @@ const WorkFrame* find_frame(const Machine& machine, std::string_view name);
 /// Reads a machine file and the profiles it names (profiles are looked for in `../drives` and `../devices` beside it).
 /// Every mistake with its place; Fault 4xx.
 Checked<Machine> load_machine(const std::string& path);
+
+/// What a station's parameters in the machine file lack, as a sentence; for a station with `not_stated` alone.
+std::string not_stated(const Station& station);
 
 /// Sentences for `check`: what the stations' profiles assume, and what else one should know (open-loop axes, what the
 /// loss of the bus costs).

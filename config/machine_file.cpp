@@ -17,10 +17,47 @@ const std::vector<D> kSpeed{D::Speed, D::AngularSpeed};
 const std::vector<D> kAcceleration{D::Acceleration, D::AngularAcceleration};
 const std::vector<D> kJerk{D::Jerk, D::AngularJerk};
 
+/// `run_current: 2.1 A`, or one value for each axis of the station.
+Field<StationRow> settings(std::string key, std::string doc) {
+  const ValueShape value{ValueShape::Kind::Setting, {}, kAny, {}, {}, {}};
+  return {{std::move(key), kOptional, std::move(doc), {ValueShape::Kind::Named, {}, {0, 100}, {}, {}, {value}}},
+          [](const Node& node, StationRow& to, Mistakes& mistakes) {
+            if (!expect_map(node, "names with values", mistakes)) return;
+            for (std::size_t i = 0; i < node.keys.size(); ++i) {
+              const Node& item = node.items[i];
+              if (!expect_name(node.keys[i], mistakes) || item.kind == Node::Kind::Refused) continue;
+              SettingRow& row = to.parameters.emplace_back(SettingRow{node.keys[i].text, node.keys[i].place, {}});
+              if (item.kind == Node::Kind::Sequence && !expect_list(item, {1, 8}, mistakes)) continue;
+              for (const Node& each : item.kind == Node::Kind::Sequence ? item.items : std::vector{item})
+                if (auto text = read_scalar(each, "a value such as '2.1 A' or 10000", mistakes))
+                  row.values.push_back({std::move(*text), each.place});
+            }
+          }};
+}
+
+Field<StationRow> declared(std::string key, std::string doc) {
+  const ValueShape name{ValueShape::Kind::Name, {}, kAny, {}, {}, {}};
+  return {{std::move(key), kOptional, std::move(doc), {ValueShape::Kind::List, {}, {0, 100}, {}, {}, {name}}},
+          [name](const Node& node, StationRow& to, Mistakes& mistakes) {
+            if (!expect_list(node, {0, 100}, mistakes)) return;
+            for (const Node& each : node.items)
+              if (auto word = read_word(each, name, mistakes)) to.declared.push_back({std::move(*word), each.place});
+          }};
+}
+
+const Fields<InputsRow> kInputsOfDrive{
+    integer("negative_limit", &InputsRow::negative_limit, {0, 31}, kOptional, "bit of 60FDh"),
+    integer("positive_limit", &InputsRow::positive_limit, {0, 31}, kOptional, "bit of 60FDh"),
+    integer("home", &InputsRow::home, {0, 31}, kOptional, "bit of 60FDh"),
+};
+
 const Fields<StationRow> kStation{
     name_of("profile", &StationRow::profile, kRequired, "a file of ../drives or ../devices, without .yaml"),
     integer("position", &StationRow::position, {0, 127}, kRequired, "place in the ring, 0 first; node id on CANopen"),
     integer("alias", &StationRow::alias, {0, 65535}, kOptional, "station alias; 0: not checked"),
+    settings("parameters", "other values of the profile's parameters; one for all axes of the station, or a list"),
+    declared("declared", "parameters whose object the station does not have: you vouch for them"),
+    object("inputs", &StationRow::inputs, kInputsOfDrive, kOptional, "other bits of 60FDh than the profile's"),
 };
 
 const Fields<DriveRow> kDrive{

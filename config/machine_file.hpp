@@ -6,12 +6,25 @@
 
 namespace gantry::config::written {
 
+/// A parameter of a station: one value for all of its axes, or one for each.
+struct SettingRow {
+  std::string name;
+  Place place;
+  std::vector<At<std::string>> values;
+};
+struct InputsRow {
+  int negative_limit = -1, positive_limit = -1, home = -1;
+  Place place;
+};
 struct StationRow {
   std::string name;
   Place place;
   At<std::string> profile;
   At<int> position;
   int alias = 0;
+  std::vector<SettingRow> parameters;
+  std::vector<At<std::string>> declared;
+  std::optional<InputsRow> inputs;
 };
 
 struct DriveRow {
@@ -154,6 +167,9 @@ namespace gantry::config {
 
 /// `outputs` and `inputs`, once the stations are there: known names and free ones, bits and terminals, each bit once.
 void resolve_channels(const written::MachineFile& file, Machine& machine, Mistakes& mistakes);
+
+/// The start-up rows of a station: its profile's parameters, with what the machine file states instead.
+void resolve_parameters(const written::StationRow& row, Station& station, Mistakes& mistakes);
 
 /// Sentences for `check` about wiring that is allowed and unwise.
 std::vector<std::string> channel_notes(const Machine& machine);

@@ -93,6 +93,7 @@ Json value_schema(const ValueShape& shape) {
       out["anyOf"] = Json::array({Json{{"type", "integer"}, {"minimum", 1}, {"maximum", 0xFFFF}},
                                   Json{{"type", "string"}, {"pattern", "^0x[0-9A-Fa-f]{1,4}(:[0-9]{1,3})?$"}}});
       break;
+    case Kind::Setting: out["type"] = Json::array({"number", "string", "array"}); break;
     case Kind::Object: out = object_schema(shape.fields); break;
     case Kind::List:
       out["type"] = "array";
@@ -136,6 +137,7 @@ std::string sample(const ValueShape& shape) {
     case Kind::Text: return "text";
     case Kind::Choice: return fmt::format("{}", fmt::join(shape.choices, ", "));
     case Kind::Address: return "0x6099:1";
+    case Kind::Setting: return "2.1 A or 10000";
     case Kind::Object: return "keys";
     case Kind::List: return "list";
     case Kind::Tuple: return "[" + samples(shape.items) + "]";

@@ -30,6 +30,7 @@ void add_home(CLI::App& app, Context& context) {
     if (!machine) return;
     hold_machine(Terminal::Matters);
     hold_on_stop_key();
+    options->state = *folder;
     auto owner = run::Owner::open(*machine, *options);
     if (!owner) return void(context.exit_code = show(owner.error(), context.json));
     OwnerOperated operated(**owner);

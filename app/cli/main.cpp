@@ -42,6 +42,7 @@ int main(int argc, char** argv) try {
   cli::add_orders(app, context);
   cli::add_sim(app, context);
   cli::add_publish(app, context);
+  cli::add_commission(app, context);
   cli::add_bus(app, context);
   cli::add_monitor(app, context);
   cli::add_trace(app, context);

@@ -35,7 +35,9 @@ void add_run(CLI::App& app, Context& context) {
                       .own = &request->owner,
                       .given = given_options(*verb),
                       .shown_folder = request->out};
-    if (!ask_owner(context, asked)) do_job(context, *request);
+    if (ask_owner(context, asked)) return;
+    request->owner.state = *folder;
+    do_job(context, *request);
   });
 }
 

@@ -41,6 +41,7 @@ void add_up(CLI::App& app, Context& context) {
     const std::string socket = desk::owner_socket(*folder);
     auto door = desk::OrderSocket::listen(socket, desk::is_urgent);
     if (!door) return void(context.exit_code = show(door.error(), context.json));
+    options->state = *folder;
     auto owner = run::Owner::open(*machine, *options);
     if (!owner) return void(context.exit_code = show(owner.error(), context.json));
     const MonotonicClock clock;

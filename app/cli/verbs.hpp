@@ -26,6 +26,7 @@ struct Context {
 
 void add_bus(CLI::App& app, Context& context);
 void add_check(CLI::App& app, Context& context);
+void add_commission(CLI::App& app, Context& context);
 void add_dry_run(CLI::App& app, Context& context);
 void add_explain(CLI::App& app, Context& context);
 void add_home(CLI::App& app, Context& context);

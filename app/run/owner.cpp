@@ -59,11 +59,25 @@ Result<void> Owner::Parts::not_latched() const {
 
 Result<void> Owner::Parts::torque() {
   if (auto r = not_latched(); !r) return r;
+  if (auto r = stations_confirmed(); !r) return r;
   if (control().latest().state == cycle::State::Ready) return {};
   auto enabled = command({.kind = cycle::CommandKind::Enable}, kEnableTimeout_s);
   if (!enabled && control().latest().state == cycle::State::Enabling)
     control().post({.kind = cycle::CommandKind::Abort});  // nobody waits for it any more
   return enabled;
+}
+
+Result<void> Owner::Parts::stations_confirmed() const {
+  const Error* first = nullptr;
+  std::size_t all = 0;
+  for (const auto& station : bus->stations()) {
+    if (first == nullptr && !station.doubts.empty()) first = &station.doubts.front();
+    all += station.doubts.size();
+  }
+  if (first == nullptr) return {};
+  Error why = *first;
+  if (all > 1) why.message += fmt::format(" (and {} more: `gantry commission --all` shows them)", all - 1);
+  return tl::unexpected(std::move(why));
 }
 
 bool Owner::Parts::all_referenced() const {

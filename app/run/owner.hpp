@@ -25,6 +25,7 @@ namespace gantry::run {
 struct OwnerOptions {
   std::string bus = "sim";            ///< "sim", or "ethercat:IFACE"
   bool virtual_time = false;          ///< with "sim" only
+  std::string state{};                ///< folder with what was accepted of the stations; "": nothing was
   std::string world_socket;           ///< camera and world of a `gantry sim` elsewhere
   sim::VirtualMachineOptions sim;     ///< of the virtual machine in this process, and of the board it is given
   bool publish = false;               ///< start `gantry publish` and keep it alive

@@ -1,5 +1,6 @@
 // An owner's bus: from its first scan to the running loop, and down again in order.
 #include "app/run/owner_parts.hpp"
+#include "app/stations/accepted.hpp"
 #include "app/stations/fault_words.hpp"
 #include "core/log.hpp"
 
@@ -24,8 +25,34 @@ Result<void> Owner::bring_up() {
   if (p.on_bus) return fail(Fault::Refused, "the bus is up already");
   if (auto r = p.bus->bring_up(); !r) return r;
   for (const std::string& note : p.bus->notes()) log::debug("{}", note);
+  for (const auto& station : p.bus->stations())
+    for (const Error& doubt : station.doubts) log::warn("{}", to_text(doubt));
+  if (const std::string names = p.only_assumed(); !names.empty())
+    log::info("what {} are is assumed, and was found so; `gantry commission --all --accept` confirms it", names);
+  p.note_restarts();
   p.make_on_bus(p.bus->first_cycle(p.clock->now() + milliseconds(5)));
   return p.go_on_bus();
+}
+
+/// Stations on a wire whose identity no manual states and nobody has accepted.
+std::string Owner::Parts::only_assumed() const {
+  std::string names;
+  for (const config::Station& s : machine.stations)
+    if (raw_port && s.bus == config::BusKind::EtherCat && s.profile.identity.assumed && !s.accepted)
+      names += (names.empty() ? "'" : ", '") + s.name + "'";
+  return names;
+}
+
+/// A station whose supply was off since parameters were written to it acts by them now.
+void Owner::Parts::note_restarts() {
+  bool any = false;
+  for (const auto& found : bus->stations())
+    for (config::Station& station : machine.stations)
+      if (station.id == found.id && found.since_power_up && station.accepted && station.accepted->restart_pending)
+        station.accepted->restart_pending = false, any = true;
+  if (!any) return;
+  const auto kept = stations::write_accepted(stations::accepted_file(options.state, options.bus), machine);
+  if (!kept) log::report(kept.error());
 }
 
 void Owner::Parts::make_on_bus(Time first) {
@@ -83,6 +110,7 @@ Result<void> Owner::Parts::go_on_bus() {
 void Owner::shut_down() {
   Parts& p = *parts_;
   if (!p.on_bus) return;
+  p.note_restarts();
   // Torque off in order, as far as the machine still answers; then the bus.
   p.control().post({.kind = cycle::CommandKind::Disable});
   const CycleIndex begin = p.control().latest().cycle;

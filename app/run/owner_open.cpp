@@ -4,6 +4,7 @@
 #include "app/job/surroundings.hpp"
 #include "app/run/compose.hpp"
 #include "app/run/owner_parts.hpp"
+#include "app/stations/accepted.hpp"
 
 namespace gantry::run {
 namespace {
@@ -19,7 +20,7 @@ Result<devices::FramePort*> Owner::Parts::open_bus() {
           Fault::Usage,
           "the virtual bus has its world in itself; for that of a `gantry sim` name its bus: --bus ethercat:IFACE",
           "--world");
-    auto vm = sim::VirtualMachine::open(machine, *clock, options.sim);
+    auto vm = sim::VirtualMachine::open(options.sim.wired ? *options.sim.wired : machine, *clock, options.sim);
     if (!vm) return tl::unexpected(vm.error());
     virtual_machine = std::move(*vm);
     world = virtual_machine.get();
@@ -28,6 +29,8 @@ Result<devices::FramePort*> Owner::Parts::open_bus() {
   }
   if (!options.bus.starts_with(kEthercat))
     return fail(Fault::Usage, fmt::format("'{}' is no bus; write sim or ethercat:IFACE", options.bus), "--bus");
+  for (const config::Station& station : machine.stations)
+    if (!station.profile.not_stated.empty()) return fail(Fault::MissingKey, config::not_stated(station), machine.file);
   const std::string interface = options.bus.substr(kEthercat.size());
   auto lock = devices::InterfaceLock::take(interface);
   if (!lock) return tl::unexpected(lock.error());
@@ -53,6 +56,9 @@ Result<std::unique_ptr<Owner>> Owner::open(const config::Machine& machine, const
   auto p = std::make_unique<Parts>();
   p->machine = machine;
   p->options = options;
+  if (!options.state.empty())
+    if (auto r = stations::read_accepted(stations::accepted_file(options.state, options.bus), p->machine); !r)
+      return tl::unexpected(r.error());
   if (auto r = compose_startup(p->machine); !r) return tl::unexpected(r.error());
   if (options.virtual_time)
     p->clock = std::make_unique<VirtualClock>();

@@ -92,10 +92,14 @@ struct Owner::Parts {
   Result<devices::FramePort*> open_bus();
   Result<void> go_on_bus();
   void make_on_bus(Time first);
+  void note_restarts();
+  [[nodiscard]] std::string only_assumed() const;
 
   /// Fault::Latched while a fault is.
   [[nodiscard]] Result<void> not_latched() const;
-  /// Drives to Operation Enabled. Fault::Latched while a fault is.
+  /// Every station holds what its rows ask for. Fault::ParameterDiffers, RestartNeeded.
+  [[nodiscard]] Result<void> stations_confirmed() const;
+  /// Drives to Operation Enabled. Fault::Latched while a fault is; what stations_confirmed() says.
   Result<void> torque();
   [[nodiscard]] bool all_referenced() const;
   /// Every axis, lowest order first.

@@ -7,6 +7,7 @@
 #include "devices/ethercat/leave.hpp"
 #include "devices/ethercat/lrw_trial.hpp"
 #include "devices/ethercat/mailbox.hpp"
+#include "devices/ethercat/parameters.hpp"
 #include "devices/ethercat/scan.hpp"
 #include "devices/ethercat/sdo.hpp"
 #include "devices/ethercat/states.hpp"

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "devices/ethercat/parameters.hpp"
 #include "devices/ethercat/scan.hpp"
 #include "devices/ethercat/sii.hpp"
 #include "devices/ethercat/states.hpp"
@@ -29,7 +30,8 @@ Result<bool> write_at_position(Link& link, int position, std::uint16_t reg, std:
 }
 
 /// Somebody without an address stands at the station's position: is it the station?
-Result<Whereabouts> recognise(Link& link, const StationRecord& s) {
+Result<Whereabouts> recognise(Link& link, StationRecord& s) {
+  s.since_power_up = true;
   const auto named = write_at_position(link, s.position, reg::kStationAddress, kWatchStation);
   if (!named) return tl::unexpected(named.error());
   if (!*named) return Whereabouts::Gone;
@@ -50,7 +52,7 @@ Result<Whereabouts> recognise(Link& link, const StationRecord& s) {
 
 }  // namespace
 
-Result<Whereabouts> look_for(Link& link, const StationRecord& s) {
+Result<Whereabouts> look_for(Link& link, StationRecord& s) {
   std::array<std::byte, 2> status{};
   const auto wkc = link.transact(Command::Fprd, physical_address(s.address, reg::kAlStatus), status);
   if (!wkc) return tl::unexpected(wkc.error());

@@ -23,7 +23,7 @@ enum class Whereabouts : std::uint8_t {
 /// Asks at its address, and when that is silent at its position: a station that answers there without an address has
 /// lost its power; if it is the same device (vendor, product, serial number) it gets its address again.
 /// Fault::IdentityMismatch when another device stands there.
-Result<Whereabouts> look_for(Link& link, const StationRecord& station);
+Result<Whereabouts> look_for(Link& link, StationRecord& station);
 
 /// From INIT to OP by its record; the time of `clock_source` (station address; 0: the machine's clock) is the one that
 /// the others kept. Faults as at bring-up.

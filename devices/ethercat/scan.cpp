@@ -12,7 +12,8 @@ namespace {
 
 using namespace wire;
 
-bool same_device(const config::Identity& a, const StationSii& b) {
+template <class Known>
+bool same_device(const Known& a, const StationSii& b) {
   return a.vendor == b.vendor && a.product == b.product;
 }
 
@@ -47,6 +48,19 @@ constexpr std::size_t kEscFactsBytes = 0x14;  // 0000h up to the alias at 0012h
 constexpr std::size_t kAliasOffset = 0x12;
 
 std::string at_position(int position) { return fmt::format("station {}", position); }
+
+/// Which of them have no address yet: a station forgets it with its supply.
+Result<std::vector<bool>> without_address(Link& link, int count) {
+  std::vector<std::array<std::byte, 2>> raw(static_cast<std::size_t>(count));
+  std::vector<Datagram> batch;
+  for (int i = 0; i < count; ++i)
+    batch.push_back(
+        {Command::Aprd, physical_address(auto_increment(i), reg::kStationAddress), raw[static_cast<std::size_t>(i)]});
+  if (auto ok = link.transact(batch); !ok) return tl::unexpected(ok.error());
+  std::vector<bool> none;
+  for (const auto& address : raw) none.push_back(get_le<std::uint16_t>(address, 0) == 0);
+  return none;
+}
 
 Result<void> give_addresses(Link& link, int count) {
   std::vector<std::array<std::byte, 2>> raw(static_cast<std::size_t>(count));
@@ -134,9 +148,12 @@ Result<std::vector<StationRecord>> find_stations(Link& link) {
   if (!count) return tl::unexpected(count.error());
   std::vector<StationRecord> stations(static_cast<std::size_t>(*count));
   if (stations.empty()) return stations;
+  const auto fresh = without_address(link, *count);
+  if (!fresh) return tl::unexpected(fresh.error());
   if (auto ok = give_addresses(link, *count); !ok) return tl::unexpected(ok.error());
   for (int i = 0; i < *count; ++i) {
     StationRecord& s = stations[static_cast<std::size_t>(i)];
+    s.since_power_up = (*fresh)[static_cast<std::size_t>(i)];
     s.id = StationId{static_cast<std::uint16_t>(i)};
     s.position = i;
     s.address = station_address(i);
@@ -190,8 +207,37 @@ Result<void> reset_station(Link& link, const StationRecord& station) {
   });
 }
 
+namespace {
+
+/// Against what was accepted at this place: the same product, and not the very device that belongs elsewhere.
+Result<std::string> check_accepted(const config::Machine& machine, const config::Station& station,
+                                   const config::Accepted& accepted, const StationSii& found) {
+  if (!same_device(accepted, found))
+    return fail(Fault::IdentityMismatch,
+                fmt::format("'{}' has changed since {}: accepted was {}, found is {}; if this is right, `gantry "
+                            "commission {} --accept`",
+                            station.name, accepted.date, device(accepted.vendor, accepted.product, accepted.revision),
+                            device(found.vendor, found.product, found.revision), station.name),
+                where(station));
+  if (accepted.serial == found.serial) return std::string{};
+  const auto other = std::find_if(machine.stations.begin(), machine.stations.end(), [&](const auto& s) {
+    return s.accepted && s.accepted->serial == found.serial && found.serial != 0 && same_device(*s.accepted, found);
+  });
+  if (other != machine.stations.end())
+    return fail(Fault::IdentityMismatch,
+                fmt::format("position {} should be '{}' with serial {}, but has serial {}, which was accepted as '{}'; "
+                            "the cables are swapped. If they are right, `gantry commission --all --accept`",
+                            station.position, station.name, accepted.serial, found.serial, other->name),
+                where(station));
+  return fmt::format("{}: another device of the same product: serial {} instead of {}", where(station), found.serial,
+                     accepted.serial);
+}
+
+}  // namespace
+
 Result<std::string> check_identity(const config::Machine& machine, const config::Station& station,
                                    const StationSii& found) {
+  if (station.accepted) return check_accepted(machine, station, *station.accepted, found);
   const config::Identity& expected = station.profile.identity;
   const std::string found_text = device(found.vendor, found.product, found.revision);
   if (same_device(expected, found)) {
@@ -209,13 +255,14 @@ Result<std::string> check_identity(const config::Machine& machine, const config:
                             "order in the machine file",
                             station.position, station.name, expected_text, other->profile.title, found_text),
                 where(station));
-  if (!expected.assumed)
-    return fail(Fault::IdentityMismatch,
-                fmt::format("position {} should be '{}', a {}, but has {}", station.position, station.name,
-                            expected_text, found_text),
-                where(station));
-  return fmt::format("{}: the identity of {} is assumed and differs: found {}; confirm it and enter it in the profile",
-                     where(station), expected_text, found_text);
+  return fail(Fault::IdentityMismatch,
+              fmt::format("position {} should be '{}', a {}, but has {}{}", station.position, station.name,
+                          expected_text, found_text,
+                          expected.assumed ? fmt::format("; the expected one is assumed: if this is the drive, `gantry "
+                                                         "commission {} --accept`",
+                                                         station.name)
+                                           : ""),
+              where(station));
 }
 
 namespace {
@@ -281,9 +328,9 @@ Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machi
     if (anybody) {
       plan_from_sii(r);
     } else {
-      if (auto ok = check_alias(machine, *r.config, r); !ok) return tl::unexpected(ok.error());
       auto note = check_identity(machine, *r.config, r.sii);
       if (!note) return tl::unexpected(note.error());
+      if (auto ok = check_alias(machine, *r.config, r); !ok) return tl::unexpected(ok.error());
       if (!note->empty()) notes.push_back(std::move(*note));
       plan_from_profile(r, r.config->profile);
     }

@@ -36,8 +36,7 @@ Result<void> reset_station(Link& link, const StationRecord& station);
 /// Records of the machine's EtherCAT stations in the order of their positions, reset, with what was found and what is
 /// to be written. With `strangers`, a machine file without EtherCAT stations takes whatever answers (StationId is the
 /// position then). Fault::StationMissing when the number differs, Fault::IdentityMismatch when another device than
-/// configured stands at a position (an assumed identity that differs gives a note, unless it is that of another station
-/// of the machine), Fault::SiiInvalid.
+/// configured, or than was accepted, stands at a position, Fault::SiiInvalid.
 Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machine, bool strangers,
                                         std::vector<std::string>& notes);
 

@@ -77,6 +77,7 @@ struct StationRecord {
   bool sii_whole = false;  ///< with its categories
   EscFacts esc;
   std::uint16_t alias = 0;
+  bool since_power_up = false;  ///< nobody has given it an address since its supply came
   Ports ports;
   int parent = -1;       ///< position of the station before it; -1: the master
   int parent_port = -1;  ///< the parent's port that leads here
@@ -85,6 +86,9 @@ struct StationRecord {
   std::vector<SyncManagerPlan> sync_managers;  ///< by number; those of process data are written in PRE_OP
   // written by SDO in PRE_OP
   std::vector<config::StartupRow> startup;
+  /// Why it must not have torque: what it holds is not what its rows ask for, or does not act yet. Found at every
+  /// start.
+  std::vector<Error> doubts;
   std::vector<config::PdoRow> rx_pdos, tx_pdos;  ///< the station's outputs (to it) and inputs (from it)
   /// SyncManager of each of these PDOs, by its number; empty: all in the first of their kind.
   std::vector<std::uint8_t> rx_sync_managers, tx_sync_managers;

@@ -13,18 +13,6 @@ using namespace wire;
 using config::ObjectType;
 using config::PdoRow;
 
-Result<void> write_startup(Link& link, StationRecord& s) {
-  for (const auto& row : s.startup) {
-    if (row.compare_first) {
-      const auto value = read_number(link, s, row.address, row.type);
-      if (!value) return tl::unexpected(value.error());
-      if (to_bytes(row.type, *value) == to_bytes(row.type, row.value)) continue;
-    }
-    if (auto ok = write_number(link, s, row.address, row.type, row.value); !ok) return ok;
-  }
-  return {};
-}
-
 namespace {
 
 struct Write {

@@ -1,6 +1,5 @@
-// What is written to the objects of a station by SDO before it exchanges process data (PRE_OP): the start-up objects of
-// its profile and the PDO mapping. All of it comes from the station's record.
-//   write_startup(link, station);   write_pdo_mapping(link, station);
+// The PDO mapping of a station's record, written by SDO before it exchanges process data (PRE_OP).
+//   write_pdo_mapping(link, station);
 // Blocking, off the RT side.
 #pragma once
 #include "core/error.hpp"
@@ -8,9 +7,6 @@
 #include "devices/ethercat/station.hpp"
 
 namespace gantry::devices {
-
-/// Start-up objects of the profile in order (PRE_OP). With `compare_first`, equal values are left alone.
-Result<void> write_startup(Link& link, StationRecord& station);
 
 /// PDO mapping (PRE_OP), in the order that the stations demand: 1C12:0 = 0, each 16xx:0 = 0, entries, 16xx:0 = n,
 /// 1C12:1.., 1C12:0 = m. Everything is read back: Fault::PdoMappingDiffers. Nothing for stations without mailbox or

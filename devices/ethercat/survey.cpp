@@ -193,6 +193,24 @@ Result<void> Survey::write_object(int position, config::ObjectAddress object, st
   return sdo_download(link_, **s, object, value, access);
 }
 
+Result<HeldObject> Survey::read_held(int position, const config::StartupRow& row) {
+  auto s = with_mailbox(position);
+  if (!s) return tl::unexpected(s.error());
+  return devices::read_held(link_, **s, row);
+}
+
+Result<void> Survey::write_held(int position, const config::StartupRow& row, std::size_t bytes) {
+  auto s = with_mailbox(position);
+  if (!s) return tl::unexpected(s.error());
+  return devices::write_held(link_, **s, row, bytes);
+}
+
+Result<void> Survey::save_parameters(int position, const config::StationProfile& profile) {
+  auto s = with_mailbox(position);
+  if (!s) return tl::unexpected(s.error());
+  return devices::save_parameters(link_, **s, profile);
+}
+
 Result<AlStatus> Survey::al_status(int position) {
   const auto s = station(position);
   if (!s) return tl::unexpected(s.error());

@@ -17,6 +17,7 @@
 #include "core/error.hpp"
 #include "devices/ethercat/diagnosis.hpp"
 #include "devices/ethercat/link.hpp"
+#include "devices/ethercat/parameters.hpp"
 #include "devices/ethercat/sdo.hpp"
 #include "devices/ethercat/sdo_info.hpp"
 #include "devices/ethercat/states.hpp"
@@ -58,6 +59,10 @@ class Survey {
   Result<Bytes> read_object(int position, config::ObjectAddress object, SdoAccess access = SdoAccess::Single);
   Result<void> write_object(int position, config::ObjectAddress object, std::span<const std::byte> value,
                             SdoAccess access = SdoAccess::Single);
+  /// Parameters; devices/ethercat/parameters.hpp.
+  Result<HeldObject> read_held(int position, const config::StartupRow& row);
+  Result<void> write_held(int position, const config::StartupRow& row, std::size_t bytes);
+  Result<void> save_parameters(int position, const config::StationProfile& profile);
   Result<AlStatus> al_status(int position);
   /// Of all stations, by position.
   Result<std::vector<ErrorCounters>> error_counters();

@@ -45,8 +45,7 @@ Result<std::vector<config::StartupRow>> homing_objects(const config::StationProf
       return fail(Fault::OutOfRange,
                   fmt::format("homing of axis {}: {} for its {} is outside what {} takes in {:04X}h:{}", axis.name,
                               value, w.why, profile.title, w.first_slot.index, w.first_slot.sub));
-    rows.push_back(
-        {config::in_slot(profile, w.first_slot, slot), row != nullptr ? row->type : w.type, value, false, w.why});
+    rows.push_back({config::in_slot(profile, w.first_slot, slot), row != nullptr ? row->type : w.type, value, w.why});
   }
   return rows;
 }

@@ -25,6 +25,8 @@ struct VirtualMachineOptions {
   std::string placement;    ///< --sim-board; empty: the seed places the board
   std::string script_file;  ///< --sim-script; empty: none
   std::string state_dir;    ///< --sim-state; empty: the world is new and forgets
+  /// The machine as it is really wired, where that is another than its file tells; null: as the file tells.
+  std::shared_ptr<const config::Machine> wired{};
 };
 
 class VirtualMachine final : public WorldAccess {

@@ -62,6 +62,7 @@ ObjectDictionary::ObjectDictionary(const config::StationProfile& profile, std::u
   add_missing_counts();
   sort();
   note_what_is_kept();
+  commission();
   power_on();
 }
 
@@ -82,6 +83,14 @@ void ObjectDictionary::note_what_is_kept() {
     o.kept = o.writable && o.rule == ObjectRule::Plain &&
              ((profile_.storage != Storage::None && vendors) || (profile_.storage == Storage::OnSave && standard));
   }
+}
+
+/// What `gantry commission` has written, once, before this world began: what acts at power-up only, and facts of the
+/// motor that is wired to the drive.
+void ObjectDictionary::commission() {
+  for (const auto& row : profile_.startup)
+    if (row.acts == config::ActsAt::PowerUp || row.rule == config::ParameterRule::MustEqual)
+      if (Object* o = find(row.address)) o->facts->initial = row.value;
 }
 
 void ObjectDictionary::sort() {

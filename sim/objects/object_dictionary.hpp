@@ -121,6 +121,7 @@ class ObjectDictionary {
   void add_missing_counts();
   void sort();
   void note_what_is_kept();
+  void commission();
   [[nodiscard]] std::uint32_t save(std::uint8_t group, std::int64_t signature);
   [[nodiscard]] std::uint32_t missing(config::ObjectAddress address) const noexcept;
 

@@ -84,31 +84,36 @@ TEST(Profile, slots_stand_their_strides_apart) {
   EXPECT_EQ(in_slot(p, {0x60B8, 0}, 1).index, 0x68B8);
   EXPECT_EQ(in_slot(p, {0x1018, 1}, 1).index, 0x1018);
   EXPECT_EQ(first_slot(p, {0x6899, 2}, 1), (ObjectAddress{0x6099, 2}));
-  for (const StartupRow& row : p.startup) {
-    const int slot = row.address.index >= 0x2200 && row.address.index < 0x2400 ? 1 : 0;
-    EXPECT_NE(find_object(p, first_slot(p, row.address, slot)), nullptr) << std::hex << row.address.index;
-  }
+  for (const Parameter& row : p.parameters)
+    EXPECT_NE(find_object(p, row.address), nullptr) << std::hex << row.address.index;
 }
 
 TEST(Profile, start_up_writes_known_objects_within_their_ranges) {
   for (const char* name : {"drives/id286", "drives/amd530b", "drives/iss57"}) {
     const StationProfile& p = profile(name);
-    for (const StartupRow& row : p.startup) {
+    for (const Parameter& row : p.parameters) {
       const ObjectRow* object = find_object(p, row.address);
       ASSERT_NE(object, nullptr) << name << std::hex << row.address.index;
       EXPECT_TRUE(object->writable) << object->name;
       EXPECT_EQ(object->type, row.type) << object->name;
-      EXPECT_GE(row.value, object->min.value_or(row.value)) << object->name;
-      EXPECT_LE(row.value, object->max.value_or(row.value)) << object->name;
+      if (!row.value) continue;
+      EXPECT_GE(*row.value, object->min.value_or(*row.value)) << object->name;
+      EXPECT_LE(*row.value, object->max.value_or(*row.value)) << object->name;
     }
   }
 }
 
-TEST(Profile, vendor_objects_are_compared_before_they_are_written) {
-  // STD402EC note 11: 2xxxh written by SDO goes to an EEPROM of a million writes.
+TEST(Profile, what_scales_motion_or_burns_a_motor_acts_at_power_up) {
+  // STD402EC note 6: parameters 201, 241, 242 (20C9h, 20F1h, 20F2h), and the motor's type (5.1).
+  for (const int index : {0x20C9, 0x20F1, 0x20F2, 0x20DA}) {
+    const auto& rows = profile("drives/std402ec").parameters;
+    const auto row = std::ranges::find_if(rows, [&](const Parameter& p) { return p.address.index == index; });
+    ASSERT_NE(row, rows.end()) << std::hex << index;
+    EXPECT_EQ(row->acts, ActsAt::PowerUp) << row->name;
+    EXPECT_EQ(row->rule == ParameterRule::MustEqual, index == 0x20DA) << row->name;
+  }
   for (const char* name : kEtherCatDrives)
-    for (const StartupRow& row : profile(name).startup)
-      EXPECT_TRUE(row.compare_first || row.address.index >= 0x6000) << name << std::hex << row.address.index;
+    EXPECT_TRUE(std::ranges::any_of(profile(name).parameters, &Parameter::must_be_stated)) << name;
 }
 
 struct Printed {

@@ -18,7 +18,7 @@ struct Idle {
     EXPECT_TRUE(homed) << to_text(homed.error());
     EXPECT_EQ(now().enabled, kAllAxes);
     EXPECT_LT(now().cycle, kTrouble - 100);
-    pass_to(kTrouble - 50);
+    pass_to(kTrouble - 100);
     stood_at = now().actual;
   }
   [[nodiscard]] const cycle::Snapshot& now() const { return rig.machine().axes.empty() ? none : owner().latest(); }

@@ -52,6 +52,11 @@ Rig::Rig(const RigOptions& options) : options_(options) {
   owner_options.sim.placement = options_.placement;
   owner_options.sim.seed = options_.seed;
   owner_options.sim.script_file = script_file_;
+  if (options_.wired) {
+    auto truth = std::make_shared<config::Machine>(machine_);
+    options_.wired(*truth);
+    owner_options.sim.wired = std::move(truth);
+  }
   auto owner = run::Owner::open(machine_, owner_options);
   if (!owner) {
     ADD_FAILURE() << to_text(owner.error());

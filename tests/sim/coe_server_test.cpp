@@ -142,6 +142,8 @@ struct Information : Server {
       EXPECT_LE(next.size(), 32u);
       reply.clear();
       for (const auto b : next) reply.push_back(std::to_integer<std::uint8_t>(b));
+      EXPECT_NE(reply[5] >> 4, last_reply_counter);
+      last_reply_counter = reply[5] >> 4;
       reply.erase(reply.begin(), reply.begin() + 6);
       EXPECT_EQ(value(reply, 4, 2) + 1, left);
     }

@@ -1,6 +1,7 @@
 // The reference machine's bus in virtual time: master, port and virtual segment in one thread, with a loop as
 // app/cycle has it.
 #pragma once
+#include <functional>
 #include <gtest/gtest.h>
 #include <map>
 #include <vector>
@@ -33,7 +34,16 @@ struct BenchDrive {
 };
 
 struct BusBench {
-  config::Machine wired = reference_machine();    ///< as the segment is built
+  using Change = std::function<void(config::Machine&)>;
+  /// `change` is made to what the segment is built from, and to nothing that the controller reads.
+  explicit BusBench(const Change& change = {}) : wired(changed(change)) {}
+  static config::Machine changed(const Change& change) {
+    config::Machine m = reference_machine();
+    if (change) change(m);
+    return m;
+  }
+
+  config::Machine wired;                          ///< as the segment is built
   config::Machine machine = reference_machine();  ///< as the controller believes
   VirtualClock clock;
   sim::Segment segment{wired, clock};

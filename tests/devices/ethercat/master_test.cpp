@@ -196,17 +196,19 @@ TEST(Master, a_drive_that_is_swapped_with_another_kind_is_refused_with_both_name
   EXPECT_NE(text.find("iD286"), std::string::npos) << text;
 }
 
-TEST(Master, an_assumed_identity_that_nobody_has_gives_a_note_and_a_known_one_a_refusal) {
-  BusBench b;
-  for (auto& s : b.machine.stations) s.profile.identity.product ^= s.name == "x" || s.name == "z" ? 0x1000u : 0u;
-  const auto up = b.bring_up();
-  ASSERT_TRUE(up) << to_text(up.error());
-  ASSERT_EQ(b.master->notes().size(), 2u);
-  EXPECT_NE(b.master->notes()[0].find("station 1 'x'"), std::string::npos) << b.master->notes()[0];
-  for (auto& s : b.machine.stations) s.profile.identity.assumed = false;
-  const auto refused = b.bring_up();
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().fault, Fault::IdentityMismatch);
+TEST(Master, an_identity_that_nobody_has_is_refused_and_accepted_only_where_it_is_assumed) {
+  for (const bool assumed : {true, false}) {
+    BusBench b;
+    for (auto& s : b.machine.stations) {
+      s.profile.identity.product ^= s.name == "x" || s.name == "z" ? 0x1000u : 0u;
+      s.profile.identity.assumed = assumed;
+    }
+    const auto refused = b.bring_up();
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().fault, Fault::IdentityMismatch);
+    EXPECT_NE(to_text(refused.error()).find("station 1 'x'"), std::string::npos) << to_text(refused.error());
+    EXPECT_EQ(refused.error().message.find("--accept") != std::string::npos, assumed) << refused.error().message;
+  }
 }
 
 TEST(Master, a_missing_station_is_named) {

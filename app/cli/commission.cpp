@@ -1,0 +1,245 @@
+// gantry commission: what the stations say they are and which values they hold, beside what the machine file asks for;
+// accepts identities, and writes what acts at power-up.
+#include <ctime>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/bus_access.hpp"
+#include "app/cli/client.hpp"
+#include "app/desk/state_folder.hpp"
+#include "app/stations/accepted.hpp"
+#include "devices/interface_lock.hpp"
+
+namespace gantry::cli {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct CommissionOptions : BusOptions {
+  std::string station, state;
+  bool all = false, accept = false, write = false;
+};
+
+std::string object_text(config::ObjectAddress a) {
+  return a.sub == 0 ? fmt::format("{:04X}h", a.index) : fmt::format("{:04X}h:{}", a.index, a.sub);
+}
+
+std::string device(std::uint32_t vendor, std::uint32_t product) {
+  return fmt::format("vendor {:08X}h, product {:08X}h", vendor, product);
+}
+
+std::string_view acts_text(config::ActsAt acts) {
+  switch (acts) {
+    case config::ActsAt::Once: return "at once";
+    case config::ActsAt::Standstill: return "at standstill";
+    case config::ActsAt::PowerUp: return "at power-up";
+  }
+  return "";
+}
+
+/// One station, read and, as asked, accepted and written.
+class Commissioning {
+ public:
+  Commissioning(const CommissionOptions& options, devices::Survey& survey, bool json)
+      : options_(options), survey_(survey), json_(json) {}
+
+  Result<ordered_json> visit(config::Station& station, const devices::FoundStation& found) {
+    const devices::StationSii& sii = found.record.sii;
+    if (station.accepted && station.accepted->restart_pending && found.record.since_power_up)
+      station.accepted->restart_pending = false, changed_ = true;
+    const bool same = accepted_or_assumed(station, sii);
+    ordered_json out{{"station", station.name},     {"position", station.position}, {"vendor", sii.vendor},
+                     {"product", sii.product},      {"revision", sii.revision},     {"serial", sii.serial},
+                     {"alias", found.record.alias}, {"as_expected", same}};
+    if (!json_) show_identity(station, found, same);
+    if (options_.accept) {
+      if (!sii.read)
+        return fail(Fault::SiiInvalid, "its EEPROM cannot be read: " + sii.damage, "station " + station.name);
+      take(station, sii);
+      out["accepted"] = station.accepted->date;
+      if (!json_) fmt::print("    accepted {}\n", station.accepted->date);
+    }
+    if (station.profile.startup.empty()) return out;
+    // A device of another kind has other objects under these numbers.
+    if (!same && !options_.accept) {
+      out["parameters"] = "not read: another device than expected";
+      if (!json_) fmt::print("    parameters not read: it is another device than expected\n");
+      return out;
+    }
+    auto parameters = visit_parameters(station, found.record);
+    if (!parameters) return tl::unexpected(parameters.error());
+    out["parameters"] = std::move(*parameters);
+    if (station.accepted) out["restart_pending"] = station.accepted->restart_pending;
+    return out;
+  }
+
+  [[nodiscard]] int differing() const { return differing_; }
+  [[nodiscard]] bool restart() const { return restart_; }
+  /// What is accepted is no longer what the file says.
+  [[nodiscard]] bool changed() const { return changed_; }
+
+ private:
+  static std::string today() { return fmt::format("{:%Y-%m-%d}", fmt::localtime(std::time(nullptr))); }
+
+  void take(config::Station& station, const devices::StationSii& sii) {
+    const bool pending = station.accepted && station.accepted->restart_pending;
+    station.accepted = config::Accepted{sii.vendor, sii.product, sii.revision, sii.serial, today(), pending};
+    changed_ = true;
+  }
+
+  static bool accepted_or_assumed(const config::Station& station, const devices::StationSii& sii) {
+    const auto& id = station.profile.identity;
+    return station.accepted ? station.accepted->vendor == sii.vendor && station.accepted->product == sii.product
+                            : id.vendor == sii.vendor && id.product == sii.product;
+  }
+
+  static void show_identity(const config::Station& station, const devices::FoundStation& found, bool same) {
+    const devices::StationSii& sii = found.record.sii;
+    const auto& id = station.profile.identity;
+    fmt::print("{} '{}' ({})\n    {}, revision {:08X}h, serial {}, alias {}: ", station.position, station.name,
+               station.profile.title, device(sii.vendor, sii.product), sii.revision, sii.serial, found.record.alias);
+    if (station.accepted)
+      fmt::print("{} accepted {}\n", same ? "as" : "another than was", station.accepted->date);
+    else if (same)
+      fmt::print("{}\n", id.assumed ? "as assumed; `--accept` confirms it" : "as the profile says");
+    else
+      fmt::print("expected is {}{}\n", device(id.vendor, id.product), id.assumed ? ", which is assumed" : "");
+  }
+
+  Result<ordered_json> visit_parameters(config::Station& station, const devices::StationRecord& found) {
+    const int position = found.position;
+    ordered_json rows = ordered_json::array();
+    bool wrote = false, acts_later = false;
+    for (const config::StartupRow& row : station.profile.startup) {
+      if (row.name.empty()) continue;  // what a machine file cannot state is written at every start
+      auto held = survey_.read_held(position, row);
+      if (!held && held.error().fault != Fault::SdoAbort && held.error().fault != Fault::SdoSizeMismatch)
+        return tl::unexpected(held.error());
+      bool differs = held && held->value != row.value;
+      std::string remark;
+      if (differs && options_.write && row.rule == config::ParameterRule::Write) {
+        if (auto ok = survey_.write_held(position, row, held->bytes); !ok) {
+          remark = "refused: " + ok.error().message;
+        } else {
+          wrote = true, acts_later |= row.acts == config::ActsAt::PowerUp;
+          held = survey_.read_held(position, row);
+          if (!held) return tl::unexpected(held.error());
+          differs = held->value != row.value;
+          remark = differs ? "the station ignores it" : "written";
+        }
+      }
+      if (!held) remark = row.declared ? "declared" : "cannot be read: " + held.error().message;
+      const bool by_start = row.rule == config::ParameterRule::Write && row.acts != config::ActsAt::PowerUp;
+      if (differs && remark.empty())
+        remark = by_start                                       ? "written at every start"
+                 : row.rule == config::ParameterRule::MustEqual ? "DIFFERS, and is never written"
+                                                                : "DIFFERS";
+      differing_ += (differs && (!by_start || options_.write)) || (!held && !row.declared);
+      ordered_json one{{"name", row.name}, {"object", object_text(row.address)}, {"asked", row.value}};
+      one["held"] = held ? ordered_json(held->value) : ordered_json();
+      one["acts"] = acts_text(row.acts);
+      one["remark"] = remark;
+      rows.push_back(std::move(one));
+      if (!json_)
+        fmt::print("    {:<24} {:<9} asked {:>9}  holds {:>9}  {:<13} {}\n", row.name, object_text(row.address),
+                   row.value, held ? fmt::format("{}", held->value) : "-", acts_text(row.acts), remark);
+    }
+    if (wrote)
+      if (auto saved = survey_.save_parameters(position, station.profile); !saved) return tl::unexpected(saved.error());
+    if (acts_later) {
+      if (!station.accepted) take(station, found.sii);  // it is what it is assumed to be, or nothing were written
+      station.accepted->restart_pending = restart_ = changed_ = true;
+    }
+    return rows;
+  }
+
+  const CommissionOptions& options_;
+  devices::Survey& survey_;
+  bool json_, restart_ = false, changed_ = false;
+  int differing_ = 0;
+};
+
+Result<ordered_json> commission(BusAccess& bus, config::Machine& machine, const CommissionOptions& options, bool json) {
+  devices::Survey survey(bus.port(), bus.clock());
+  const auto found = survey.scan();
+  if (!found) return tl::unexpected(found.error());
+  Commissioning one(options, survey, json);
+  ordered_json rows = ordered_json::array();
+  for (config::Station& station : machine.stations) {
+    if (station.bus != config::BusKind::EtherCat || !(options.all || station.name == options.station)) continue;
+    const auto at = static_cast<std::size_t>(station.position);
+    if (at >= found->size())
+      return fail(
+          Fault::StationMissing,
+          fmt::format("{} stations answer, the machine file has it at position {}", found->size(), station.position),
+          "station " + station.name);
+    auto row = one.visit(station, (*found)[at]);
+    if (!row) return tl::unexpected(row.error());
+    rows.push_back(std::move(*row));
+  }
+  if (!json && one.restart())
+    fmt::print(
+        "Values were written that act at power-up: switch the stations' supply off and on before `gantry up`.\n");
+  if (!json && one.differing() > 0)
+    fmt::print("{} parameters are not what the machine file asks for: these stations get no torque.{}\n",
+               one.differing(), options.write ? "" : " `--write` writes what may be written.");
+  return ordered_json{{"result", "done"},
+                      {"stations", rows},
+                      {"differing", one.differing()},
+                      {"restart", one.restart()},
+                      {"changed", one.changed()}};
+}
+
+}  // namespace
+
+void add_commission(CLI::App& app, Context& context) {
+  auto* verb = app.add_subcommand("commission", "Stations: confirm what they are, compare and write their parameters");
+  auto options = std::make_shared<CommissionOptions>();
+  verb->add_option("STATION", options->station, "Name in the machine file");
+  verb->add_flag("--all", options->all, "Every station");
+  verb->add_flag("--accept", options->accept, "Take what was found for what belongs there, with the date");
+  verb->add_flag("--write", options->write,
+                 "Write parameters that differ, also those that act at power-up, and save them");
+  add_bus_interface(*verb, *options);
+  verb->add_option("--state", options->state, kStateHelp);
+  verb->footer(
+      "Shows identity and parameters; changes nothing without --accept or --write. Nothing moves. What was accepted "
+      "lies in\n"
+      "the state folder. Not beside `gantry up` on the same interface: `gantry down` first.\n"
+      "Example:  gantry commission --all --interface eth1");
+  verb->callback([&context, options] {
+    const auto stop_with = [&](const Error& error) { context.exit_code = show(error, context.json); };
+    if (options->all != options->station.empty())
+      return stop_with({Fault::Usage, "name one station, or write --all", "commission"});
+    auto machine = load_machine(context);
+    if (!machine) return;
+    if (!options->all && std::ranges::none_of(machine->stations, [&](const auto& s) {
+          return s.name == options->station && s.bus == config::BusKind::EtherCat;
+        }))
+      return stop_with(
+          {Fault::Usage, fmt::format("there is no station '{}' on EtherCAT", options->station), machine->file});
+    const auto folder = state_of(context, options->state);
+    if (!folder) return;
+    const std::string file = stations::accepted_file(*folder, options->interface.empty() ? "sim" : "ethercat");
+    if (auto read = stations::read_accepted(file, *machine); !read && !options->accept) return stop_with(read.error());
+    std::optional<devices::InterfaceLock> lock;
+    if (!options->interface.empty()) {
+      auto taken = devices::InterfaceLock::take(options->interface);
+      if (!taken) return stop_with(taken.error());
+      lock.emplace(std::move(*taken));
+    }
+    const auto access = BusAccess::open(context, *options);
+    if (!access) return;
+    const auto done = commission(*access, *machine, *options, context.json);
+    if (!done) return stop_with(done.error());
+    if ((*done)["changed"].get<bool>()) {
+      if (auto made = desk::open_state_folder(*folder); !made) return stop_with(made.error());
+      if (auto kept = stations::write_accepted(file, *machine); !kept) return stop_with(kept.error());
+    }
+    if (context.json) fmt::print("{}\n", done->dump(2));
+    if ((*done)["differing"].get<int>() > 0) context.exit_code = 5;
+  });
+}
+
+}  // namespace gantry::cli

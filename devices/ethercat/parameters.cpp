@@ -1,0 +1,112 @@
+#include "devices/ethercat/parameters.hpp"
+
+#include <fmt/format.h>
+
+#include "devices/ethercat/sdo.hpp"
+#include "devices/profiles/object_value.hpp"
+
+namespace gantry::devices {
+
+using config::ObjectType;
+
+namespace {
+
+std::string text(const config::StartupRow& row) {
+  const std::string object = row.address.sub == 0 ? fmt::format("{:04X}h", row.address.index)
+                                                  : fmt::format("{:04X}h:{}", row.address.index, row.address.sub);
+  return row.name.empty() ? fmt::format("{} ({})", object, row.why) : fmt::format("{} ({})", object, row.name);
+}
+
+bool is_signed(ObjectType type) { return type == ObjectType::I8 || type == ObjectType::I16 || type == ObjectType::I32; }
+
+/// The station refused, as against one that does not answer.
+bool refused(const Error& e) { return e.fault == Fault::SdoAbort || e.fault == Fault::SdoSizeMismatch; }
+
+/// What is wrong with one row after everything that may be done about it; nothing: it holds its value.
+Result<std::optional<Error>> settle(Link& link, StationRecord& s, const config::StartupRow& row) {
+  const auto doubt = [&](Fault fault, std::string words) {
+    return std::optional<Error>(Error{fault, fmt::format("{} {}", text(row), words), s.where});
+  };
+  auto held = read_held(link, s, row);
+  if (!held && !refused(held.error())) return tl::unexpected(held.error());
+  if (!held) {
+    if (row.declared) return std::nullopt;
+    return doubt(
+        Fault::ParameterDiffers,
+        fmt::format("cannot be read, so that it is not known to be {}: {}{}", row.value, held.error().message,
+                    row.name.empty() ? "" : fmt::format("; if it is set otherwise, write `declared: [{}]`", row.name)));
+  }
+  if (held->value == row.value) return std::nullopt;
+  const std::string differs = fmt::format("is {}, the machine file asks for {}", held->value, row.value);
+  if (row.rule == config::ParameterRule::MustEqual)
+    return doubt(Fault::ParameterDiffers,
+                 differs + "; it is never written: check the station, or correct the machine file");
+  if (row.acts == config::ActsAt::PowerUp) {
+    const std::string name = s.config != nullptr ? s.config->name : fmt::format("{}", s.position);
+    return doubt(
+        Fault::ParameterDiffers,
+        fmt::format("{}, and it acts at power-up: `gantry commission {} --write`, then switch its supply off and on",
+                    differs, name));
+  }
+  if (auto ok = write_held(link, s, row, held->bytes); !ok) {
+    if (!refused(ok.error()) && ok.error().fault != Fault::OutOfRange) return tl::unexpected(ok.error());
+    return doubt(Fault::ParameterDiffers, fmt::format("{}, and was refused: {}", differs, ok.error().message));
+  }
+  held = read_held(link, s, row);
+  if (!held && !refused(held.error())) return tl::unexpected(held.error());
+  if (held && held->value == row.value) return std::nullopt;
+  return doubt(Fault::ParameterDiffers,
+               held ? fmt::format("reads back as {}, written was {}: the station ignores it", held->value, row.value)
+                    : fmt::format("cannot be read back: {}", held.error().message));
+}
+
+}  // namespace
+
+Result<HeldObject> read_held(Link& link, StationRecord& s, const config::StartupRow& row) {
+  const auto bytes = sdo_upload(link, s, row.address);
+  if (!bytes) return tl::unexpected(bytes.error());
+  const bool minus = is_signed(row.type);
+  const std::size_t n = bytes->size();
+  const ObjectType type = n == 1   ? (minus ? ObjectType::I8 : ObjectType::U8)
+                          : n == 2 ? (minus ? ObjectType::I16 : ObjectType::U16)
+                                   : (minus ? ObjectType::I32 : ObjectType::U32);
+  const auto value = to_number(type, *bytes);
+  if (!value)
+    return fail(Fault::SdoSizeMismatch, fmt::format("{} has {} bytes, which is no number", text(row), n), s.where);
+  return HeldObject{*value, n};
+}
+
+Result<void> write_held(Link& link, StationRecord& s, const config::StartupRow& row, std::size_t bytes) {
+  const int width = static_cast<int>(8 * bytes);
+  const std::int64_t high = (std::int64_t{1} << (is_signed(row.type) ? width - 1 : width)) - 1;
+  const std::int64_t low = is_signed(row.type) ? -high - 1 : 0;
+  if (row.value < low || row.value > high)
+    return fail(Fault::OutOfRange, fmt::format("{} does not fit its {} bytes", row.value, bytes), s.where);
+  Bytes raw = to_bytes(ObjectType::I32, row.value);
+  raw.resize(bytes);
+  return sdo_download(link, s, row.address, raw);
+}
+
+Result<void> write_startup(Link& link, StationRecord& s) {
+  s.doubts.clear();
+  if (s.config != nullptr && s.config->accepted && s.config->accepted->restart_pending && !s.since_power_up)
+    s.doubts.push_back(
+        {Fault::RestartNeeded, "parameters were written that act at power-up; switch its supply off and on", s.where});
+  for (const auto& row : s.startup) {
+    auto doubt = settle(link, s, row);
+    if (!doubt) return tl::unexpected(doubt.error());
+    if (*doubt) s.doubts.push_back(std::move(**doubt));
+  }
+  return {};
+}
+
+Result<void> save_parameters(Link& link, StationRecord& s, const config::StationProfile& profile) {
+  if (profile.storage != config::Storage::OnSave) return {};
+  constexpr std::uint16_t kStore = 0x1010;
+  constexpr std::int64_t kSave = 0x65766173;                           // "save"
+  for (const std::uint8_t group : {std::uint8_t{1}, std::uint8_t{2}})  // 6000h, 2000h
+    if (auto ok = write_number(link, s, {kStore, group}, ObjectType::U32, kSave); !ok) return ok;
+  return {};
+}
+
+}  // namespace gantry::devices

@@ -1,0 +1,31 @@
+// The values that a station must hold before it may have torque (the start-up rows of its record): compared, written
+// where they may be, read back. What stays otherwise is a doubt about the station.
+//   write_startup(link, station);                     // bring-up and recovery; station.doubts
+//   auto held = read_held(link, station, row);        // commissioning
+// Blocking, off the RT side.
+#pragma once
+#include "core/error.hpp"
+#include "devices/ethercat/link.hpp"
+#include "devices/ethercat/station.hpp"
+
+namespace gantry::devices {
+
+/// Start-up objects in order (PRE_OP): read, compared, written where they differ and may be written, read back. What is
+/// still another value then, or is refused, becomes one of the station's `doubts`, which keep torque from it; an error
+/// is a mailbox that does not answer.
+Result<void> write_startup(Link& link, StationRecord& station);
+
+/// One start-up object as the station holds it. The size is the station's: manuals print others.
+struct HeldObject {
+  std::int64_t value = 0;
+  std::size_t bytes = 0;
+};
+Result<HeldObject> read_held(Link& link, StationRecord& station, const config::StartupRow& row);
+/// Written in the station's own size. Fault::OutOfRange where it does not fit.
+Result<void> write_held(Link& link, StationRecord& station, const config::StartupRow& row, std::size_t bytes);
+
+/// Has the station keep what it holds over its next power-up, where that takes an order of its own (AMD530B 8.2: "save"
+/// to 1010h:1 for 6000h, to 1010h:2 for 2000h).
+Result<void> save_parameters(Link& link, StationRecord& station, const config::StationProfile& profile);
+
+}  // namespace gantry::devices

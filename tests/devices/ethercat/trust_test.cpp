@@ -1,0 +1,185 @@
+// What the master believes of a station: each test alters the station alone, never what the controller reads.
+#include <algorithm>
+#include <gtest/gtest.h>
+
+#include "devices/profiles/object_value.hpp"
+#include "devices/wire/bytes.hpp"
+#include "tests/devices/ethercat/bus_bench.hpp"
+
+namespace gantry::devices {
+namespace {
+
+config::Station& station(config::Machine& machine, std::string_view name) {
+  return *std::ranges::find(machine.stations, name, &config::Station::name);
+}
+config::ObjectRow& object(config::Machine& machine, std::string_view name, config::ObjectAddress address) {
+  return *std::ranges::find(station(machine, name).profile.objects, address, &config::ObjectRow::address);
+}
+/// What the virtual drive holds when its supply comes, whatever was commissioned.
+void holds(config::Machine& machine, std::string_view name, config::ObjectAddress address, std::int64_t value) {
+  auto& profile = station(machine, name).profile;
+  std::erase_if(profile.startup, [&](const auto& row) { return row.address == address; });
+  object(machine, name, address).initial = value;
+}
+
+struct Trust : testing::Test {
+  std::unique_ptr<BusBench> bench = std::make_unique<BusBench>();
+  BusBench& b() { return *bench; }
+  void wired(const BusBench::Change& change) { bench = std::make_unique<BusBench>(change); }
+
+  std::vector<Error> doubts(std::string_view name) {
+    const auto up = b().bring_up();
+    EXPECT_TRUE(up) << to_text(up.error());
+    for (const auto& s : b().master->stations())
+      if (s.config != nullptr && s.config->name == name) return s.doubts;
+    return {};
+  }
+  void expect_doubt(std::string_view name, std::initializer_list<const char*> words,
+                    Fault fault = Fault::ParameterDiffers) {
+    const auto found = doubts(name);
+    ASSERT_EQ(found.size(), 1u) << (found.empty() ? "none" : to_text(found[1]));
+    EXPECT_EQ(found[0].fault, fault);
+    for (const char* word : words)
+      EXPECT_NE(to_text(found[0]).find(word), std::string::npos) << to_text(found[0]) << ", " << word;
+  }
+  std::int64_t now(std::string_view name, config::ObjectAddress address, config::ObjectType type) {
+    const auto value = b().master->read_object(station(b().machine, name).id, address);
+    EXPECT_TRUE(value);
+    return value ? to_number(type, *value).value_or(-1) : -1;
+  }
+};
+
+TEST_F(Trust, the_machine_as_shipped_leaves_no_doubt) {
+  ASSERT_TRUE(b().bring_up());
+  for (const auto& s : b().master->stations()) EXPECT_TRUE(s.doubts.empty()) << to_text(s.doubts.front());
+}
+
+TEST_F(Trust, a_value_that_acts_at_power_up_is_compared_and_never_written) {
+  // STD402EC 10.1, note 6. 8000 for 10000 would scale every move by 1.25.
+  wired([](auto& m) { holds(m, "cu", {0x20F2, 0}, 8000); });
+  expect_doubt("cu", {"'cu'", "20F2h", "8000", "10000", "gantry commission cu --write"});
+  EXPECT_EQ(now("cu", {0x20F2, 0}, config::ObjectType::U32), 8000);
+}
+
+TEST_F(Trust, the_second_axis_of_a_station_has_parameters_of_its_own) {
+  wired([](auto& m) {
+    for (auto& row : station(m, "cu").profile.startup)
+      if (row.address.index == 0x22F1) row.value = 3900;
+  });
+  expect_doubt("cu", {"22F1h", "3900", "1200"});
+}
+
+TEST_F(Trust, a_motor_type_is_never_written) {
+  wired([](auto& m) { holds(m, "cu", {0x20DA, 0}, 5); });
+  const auto found = doubts("cu");
+  ASSERT_FALSE(found.empty());
+  EXPECT_NE(found[0].message.find("never written"), std::string::npos) << found[0].message;
+  EXPECT_EQ(now("cu", {0x20DA, 0}, config::ObjectType::U16), 5);
+}
+
+TEST_F(Trust, a_write_that_is_ignored_is_seen) {
+  for (const config::ObjectAddress address : {config::ObjectAddress{0x2190, 1}, config::ObjectAddress{0x6098, 0}}) {
+    BusBench other;
+    if (address.index == 0x6098)
+      station(other.machine, "x").profile.startup.push_back({address, config::ObjectType::I8, 17, "homing method"});
+    other.segment.ignore_writes(station(other.machine, "x").id, address);
+    ASSERT_TRUE(other.bring_up());
+    const auto& x = other.master->stations()[1];
+    ASSERT_EQ(x.doubts.size(), 1u) << std::hex << address.index;
+    EXPECT_NE(x.doubts[0].message.find("ignores"), std::string::npos) << x.doubts[0].message;
+  }
+}
+
+TEST_F(Trust, a_write_that_is_refused_is_told_with_its_abort) {
+  wired([](auto& m) { object(m, "x", {0x2190, 1}).writable = false; });
+  expect_doubt("x", {"2190h:1", "refused", "06010002h"});
+}
+
+TEST_F(Trust, an_object_that_is_absent_is_declared_or_refused) {
+  wired([](auto& m) {
+    std::erase_if(station(m, "y1").profile.objects, [](const auto& row) { return row.address.index == 0x2010; });
+  });
+  expect_doubt("y1", {"2010h", "filter", "declared: [filter]"});
+  for (auto& row : station(b().machine, "y1").profile.startup)
+    if (row.name == "filter") row.declared = true;
+  EXPECT_TRUE(doubts("y1").empty());
+}
+
+TEST_F(Trust, a_station_may_hold_an_object_in_another_size) {
+  // 6098h: I8 in one table of the iD286's manual, a word in another (10.1, 9.1.2).
+  wired([](auto& m) { object(m, "x", {0x6098, 0}).type = config::ObjectType::I16; });
+  auto& startup = station(b().machine, "x").profile.startup;
+  startup.push_back({{0x6098, 0}, config::ObjectType::I8, 17, "homing method"});
+  EXPECT_TRUE(doubts("x").empty());
+  EXPECT_EQ(now("x", {0x6098, 0}, config::ObjectType::I16), 17);
+}
+
+TEST_F(Trust, nothing_is_written_that_is_right_already) {
+  // STD402EC note 11: its EEPROM takes a million writes. A write here would be refused, and told.
+  wired([](auto& m) {
+    auto& row = object(m, "cu", {0x2190, 0});
+    row.initial = 10, row.writable = false;
+  });
+  EXPECT_TRUE(doubts("cu").empty());
+}
+
+TEST_F(Trust, a_foreign_device_is_refused_before_anything_is_written) {
+  wired([](auto& m) { station(m, "y2").profile.identity.vendor = 0x00005A5A; });
+  const std::uint32_t product = station(b().machine, "y2").profile.identity.product;
+  const auto up = b().bring_up();
+  ASSERT_FALSE(up);
+  EXPECT_EQ(up.error().fault, Fault::IdentityMismatch);
+  for (const char* word : {"y2", "00005A5A", "gantry commission y2 --accept"})
+    EXPECT_NE(to_text(up.error()).find(word), std::string::npos) << to_text(up.error());
+  // Accepted, it is taken; changed since, it is not.
+  auto& accepted = station(b().machine, "y2").accepted;
+  accepted = config::Accepted{.vendor = 0x5A5A, .product = product, .date = "2026-11-22"};
+  EXPECT_TRUE(b().bring_up());
+  accepted->product = product + 1;
+  const auto changed = b().bring_up();
+  ASSERT_FALSE(changed);
+  EXPECT_NE(changed.error().message.find("2026-11-22"), std::string::npos) << changed.error().message;
+}
+
+TEST_F(Trust, swapped_cables_of_stations_that_look_alike_are_named) {
+  wired([](auto& m) { std::swap(station(m, "x").alias, station(m, "z").alias); });
+  const auto up = b().bring_up();
+  ASSERT_FALSE(up);
+  EXPECT_NE(to_text(up.error()).find("'z'"), std::string::npos) << to_text(up.error());
+}
+
+TEST_F(Trust, without_an_alias_the_accepted_serials_tell_them_apart) {
+  wired([](auto& m) {
+    for (auto& s : m.stations) s.alias = 0;
+  });
+  for (auto& s : b().machine.stations) s.alias = 0;
+  ASSERT_TRUE(b().bring_up());
+  std::uint32_t serials[2] = {};
+  for (const auto& s : b().master->stations()) {
+    if (s.config->name == "x") serials[0] = s.sii.serial;
+    if (s.config->name == "z") serials[1] = s.sii.serial;
+  }
+  ASSERT_NE(serials[0], serials[1]);
+  const auto& id = station(b().machine, "x").profile.identity;
+  station(b().machine, "x").accepted = config::Accepted{id.vendor, id.product, id.revision, serials[1], "2026-11-22"};
+  station(b().machine, "z").accepted = config::Accepted{id.vendor, id.product, id.revision, serials[0], "2026-11-22"};
+  const auto up = b().bring_up();
+  ASSERT_FALSE(up);
+  EXPECT_NE(to_text(up.error()).find("swapped"), std::string::npos) << to_text(up.error());
+  // Another serial of the same product is a spare part: taken, and told.
+  station(b().machine, "x").accepted->serial = 424242;
+  station(b().machine, "z").accepted->serial = serials[1];
+  EXPECT_TRUE(b().bring_up());
+  EXPECT_FALSE(b().master->notes().empty());
+}
+
+TEST_F(Trust, what_acts_at_power_up_waits_for_it) {
+  const auto& id = station(b().machine, "x").profile.identity;
+  station(b().machine, "x").accepted = config::Accepted{id.vendor, id.product, id.revision, 0, "2026-11-22", true};
+  EXPECT_TRUE(doubts("x").empty());  // its supply has just come
+  b().master->shut_down();
+  expect_doubt("x", {"supply off and on"}, Fault::RestartNeeded);
+}
+
+}  // namespace
+}  // namespace gantry::devices
