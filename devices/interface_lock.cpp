@@ -11,6 +11,8 @@
 #include <unistd.h>
 #include <utility>
 
+#include "devices/packet_socket_owner.hpp"
+
 namespace gantry::devices {
 namespace {
 
@@ -43,10 +45,13 @@ Result<InterfaceLock> InterfaceLock::take(const std::string& interface) {
     return unusable("it cannot be locked", errno);
   const FanoutArguments alone{static_cast<std::uint16_t>(index), PACKET_FANOUT_HASH, 1};
   if (setsockopt(fd, SOL_PACKET, PACKET_FANOUT, &alone, sizeof(alone)) == 0) return lock;
-  if (errno == ENOSPC)
+  if (errno == ENOSPC) {
+    const std::string owner = packet_socket_owner(index, kNoProtocolOfTheBus);
     return fail(Fault::SecondOwner,
-                "another program drives the bus on this interface; send that owner the order, or end it first",
+                fmt::format("{} drives the bus on this interface; send that owner the order, or end it first",
+                            owner.empty() ? "another program" : owner),
                 interface);
+  }
   if (errno == EINVAL) return unusable("it cannot be locked; is it up (`ip link set dev NAME up`)?", errno);
   return unusable("it cannot be locked", errno);
 }

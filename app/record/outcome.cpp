@@ -1,5 +1,6 @@
 #include "app/record/outcome.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
 
@@ -32,10 +33,13 @@ void add_error(JobResult& result, Error error) {
 }
 
 void add_world(JobResult& result, sim::WorldAccess& world, const std::string& out) {
-  if (auto deposits = world.deposits())
-    result.deposits = std::move(*deposits), result.has_world = true;
-  else
-    add_error(result, deposits.error());
+  auto deposits = world.deposits();
+  if (!deposits) {  // then it answers nothing else either, and has been told where it ended the job
+    const auto told = [&](const Error& e) { return e.fault == deposits.error().fault; };
+    if (std::none_of(result.errors.begin(), result.errors.end(), told)) add_error(result, deposits.error());
+    return;
+  }
+  result.deposits = std::move(*deposits), result.has_world = true;
   if (auto collisions = world.collisions())
     result.collisions = std::move(*collisions);
   else

@@ -19,6 +19,7 @@ constexpr double kSettled_s = 0.005;
 Owner::Owner(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 
 Owner::~Owner() {
+  on_step({});  // who listened was made after this owner, and is gone
   shut_down();
   if (parts_->hangs) static_cast<void>(parts_.release());
 }

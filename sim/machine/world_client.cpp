@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -18,10 +19,51 @@ namespace gantry::sim {
 
 using nlohmann::json;
 
+namespace {
+
+/// A world that hangs must not hang its client: far above every answer's time.
+constexpr timeval kPatience{10, 0};
+
+Result<std::unique_ptr<LineSocket>> connect_to(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path)
+    return fail(Fault::WorldUnreachable, "the socket's path is too long", path);
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  auto socket = std::make_unique<LineSocket>(fd);
+  if (fd < 0 || ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    return fail(
+        Fault::WorldUnreachable,
+        fmt::format("nobody answers there ({}); start `gantry sim --world {}` first", std::strerror(errno), path),
+        path);
+  ::setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &kPatience, sizeof kPatience);
+  return socket;
+}
+
+/// Between two questions nothing is due: what can be read then is the end.
+bool ended(const LineSocket& socket) {
+  pollfd p{socket.fd(), POLLIN | POLLRDHUP, 0};
+  return ::poll(&p, 1, 0) != 0;
+}
+
+}  // namespace
+
 /// The conversation: one question at a time, from any thread.
 class WorldClient::Link final : public vision::Camera {
  public:
-  Link(int fd, std::string path) : socket_(fd), path_(std::move(path)) {}
+  Link(std::unique_ptr<LineSocket> socket, std::string path) : socket_(std::move(socket)), path_(std::move(path)) {}
+
+  /// Looks for the world again where it has been lost.
+  Result<void> renew() {
+    const std::scoped_lock lock(mutex_);
+    if (!gone_ && !ended(*socket_)) return {};
+    auto socket = connect_to(path_);
+    if (!socket) return tl::unexpected(socket.error());
+    socket_ = std::move(*socket);
+    gone_ = false;
+    return {};
+  }
 
   Result<json> ask(const json& question) {
     const std::scoped_lock lock(mutex_);
@@ -43,19 +85,20 @@ class WorldClient::Link final : public vision::Camera {
     if (bytes != static_cast<std::size_t>(frame.image.width) * static_cast<std::size_t>(frame.image.height))
       return gone();
     frame.image.pixels.resize(bytes);
-    if (!socket_.read_exactly(frame.image.pixels)) return gone();
+    if (!socket_->read_exactly(frame.image.pixels)) return gone();
     return frame;
   }
 
  private:
-  /// For good: a late answer would be taken for that to the next question, and each question would wait anew.
+  /// Until the next job: a late answer would be taken for that to the next question, and each question would wait anew.
   tl::unexpected<Error> gone() {
     gone_ = true;
-    return fail(Fault::WorldUnreachable, "the virtual machine's world has stopped answering", path_);
+    return fail(Fault::WorldUnreachable,
+                "the virtual machine's world has stopped answering; the next job looks for it again", path_);
   }
   Result<json> ask_locked(const json& question) {
-    if (gone_ || !socket_.write(question.dump(-1, ' ', false, json::error_handler_t::replace) + "\n")) return gone();
-    const auto line = socket_.read_line();
+    if (gone_ || !socket_->write(question.dump(-1, ' ', false, json::error_handler_t::replace) + "\n")) return gone();
+    const auto line = socket_->read_line();
     if (!line) return gone();
     auto a = parse_json(*line);
     if (!a || !a->is_object()) return gone();
@@ -65,7 +108,7 @@ class WorldClient::Link final : public vision::Camera {
     return a;
   }
 
-  LineSocket socket_;
+  std::unique_ptr<LineSocket> socket_;
   std::string path_;
   std::mutex mutex_;
   std::uint64_t latest_ = 0;
@@ -101,22 +144,9 @@ WorldClient::WorldClient(std::unique_ptr<Link> link) : link_(std::move(link)) {}
 WorldClient::~WorldClient() = default;
 
 Result<std::unique_ptr<WorldClient>> WorldClient::connect(const std::string& path) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path.size() >= sizeof address.sun_path)
-    return fail(Fault::WorldUnreachable, "the socket's path is too long", path);
-  path.copy(address.sun_path, sizeof address.sun_path - 1);
-  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  auto link = std::make_unique<Link>(fd, path);
-  if (fd < 0 || ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
-    return fail(
-        Fault::WorldUnreachable,
-        fmt::format("nobody answers there ({}); start `gantry sim --world {}` first", std::strerror(errno), path),
-        path);
-  // A world that hangs must not hang its client: far above every answer's time.
-  const timeval patience{10, 0};
-  ::setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-  return std::unique_ptr<WorldClient>(new WorldClient(std::move(link)));
+  auto socket = connect_to(path);
+  if (!socket) return tl::unexpected(socket.error());
+  return std::unique_ptr<WorldClient>(new WorldClient(std::make_unique<Link>(std::move(*socket), path)));
 }
 
 vision::Camera& WorldClient::camera() { return *link_; }
@@ -124,6 +154,7 @@ Result<void> WorldClient::load_board(const recipes::Recipe& recipe) {
   return done(link_->ask({{"do", "load_board"}, {"plan", to_json(board_plan(recipe))}}));
 }
 Result<bool> WorldClient::holds_board(const recipes::Recipe& recipe) {
+  if (auto there = link_->renew(); !there) return tl::unexpected(there.error());
   return value<bool>(link_->ask({{"do", "holds_board"}, {"plan", to_json(board_plan(recipe))}}));
 }
 Result<void> WorldClient::begin_job() { return done(link_->ask({{"do", "begin_job"}})); }

@@ -18,6 +18,8 @@ class WorldClient final : public WorldAccess {
   /// Frames of the remote camera. `timeout` runs on the world's clock.
   vision::Camera& camera() override;
   Result<void> load_board(const recipes::Recipe& recipe) override;
+  /// A job asks this first. A world that has been lost, because its `gantry sim` was ended or stood still for longer
+  /// than a question waits (10 s), answers nothing until then, and is looked for again here.
   Result<bool> holds_board(const recipes::Recipe& recipe) override;
   Result<void> begin_job() override;
   Result<std::vector<Deposit>> deposits() override;

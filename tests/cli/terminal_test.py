@@ -1,5 +1,7 @@
 """What ends a job on a terminal, what does not hold it up, and Ctrl-Z.  python3 terminal_test.py GANTRY RECIPE FOLDER"""
-import fcntl, json, os, pty, re, select, signal, subprocess, sys, termios, time
+import fcntl, json, os, signal, subprocess, sys, time
+
+from on_terminal import OnTerminal, as_a_user
 
 gantry, recipe, folder = sys.argv[1:4]
 failures = 0
@@ -11,66 +13,12 @@ def expect(what, got, wanted):
     print(f"ok: {what}" if got == wanted else f"FAILED: {what}: {got!r}, expected {wanted!r}", flush=True)
 
 
-def as_a_user():
-    """As a login shell starts a program: nothing is ignored."""
-    for number in (signal.SIGHUP, signal.SIGINT, signal.SIGQUIT, signal.SIGPIPE, signal.SIGTSTP):
-        signal.signal(number, signal.SIG_DFL)
-
-
-class OnTerminal:
-    """A program on a terminal of its own; `through_shell` puts an interactive shell between, whose job it then is."""
-
-    def __init__(self, *words, through_shell=False):
-        self.text, self.seen = "", 0
-        self.pid, self.terminal = pty.fork()
-        if self.pid == 0:
-            as_a_user()
-            if through_shell:
-                os.environ["PS1"] = "shell> "
-                os.execvp("bash", ["bash", "--norc", "--noprofile", "--noediting", "-i"])
-            os.execv(gantry, [gantry, *words])
-
-    def read(self, seconds):
-        if not select.select([self.terminal], [], [], seconds)[0]:
-            return True
-        try:
-            data = os.read(self.terminal, 65536)
-        except OSError:
-            return False
-        self.text += data.decode(errors="replace")
-        return bool(data)
-
-    def wait_for(self, pattern, seconds=60):
-        end = time.monotonic() + seconds
-        while True:
-            found = re.compile(pattern).search(self.text, self.seen)
-            if found:
-                self.seen = found.end()
-                return found
-            if time.monotonic() > end or not self.read(0.2):
-                sys.exit(f"FAILED: no '{pattern}' in {self.text[self.seen:][-800:]!r}")
-
-    def type(self, keys):
-        os.write(self.terminal, keys.encode())
-
-    def wait(self, seconds=60):
-        """Its exit status; what it says on the way is read."""
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            done, status = os.waitpid(self.pid, os.WNOHANG)
-            if done:
-                return os.waitstatus_to_exitcode(status)
-            try:
-                self.read(0.05)
-            except OSError:
-                time.sleep(0.05)
-        os.kill(self.pid, signal.SIGKILL)
-        return "it does not end"
+SHELL = ["bash", "--norc", "--noprofile", "--noediting", "-i"]  # whose job the program then is
 
 
 def job(name):
     out = os.path.join(folder, name)
-    return out, ["run", recipe, "--state", os.path.join(folder, "none"), "--out", out]
+    return out, [gantry, "run", recipe, "--state", os.path.join(folder, "none"), "--out", out]
 
 
 def summary(out):
@@ -90,30 +38,29 @@ def expect_in_order(what, out, status):
 # Signals, to the process that the shell knows.
 for number in (signal.SIGHUP, signal.SIGQUIT, signal.SIGTERM, signal.SIGINT, signal.SIGPIPE):
     out, words = job(number.name)
-    p = OnTerminal(*words)
+    p = OnTerminal(words)
     p.wait_for(r" running")
     if number == signal.SIGPIPE:  # nobody sends it to a group: it comes to whoever writes, who stands behind the front
-        child = open(f"/proc/{p.pid}/task/{p.pid}/children").read().split()
-        os.kill(int(child[0]) if child else p.pid, number)
+        os.kill(p.child(), number)
     else:
         os.kill(p.pid, number)
     expect_in_order(f"{number.name} in a job", out, p.wait())
 
 # The terminal itself goes.
 out, words = job("closed")
-p = OnTerminal(*words)
+p = OnTerminal(words)
 p.wait_for(r" running")
-os.close(p.terminal)
+p.close()
 expect_in_order("the terminal is closed", out, p.wait())
 
 # Ctrl-C, typed, once; and twice, which does not wait.
 out, words = job("ctrl-c")
-p = OnTerminal(*words)
+p = OnTerminal(words)
 p.wait_for(r" running")
 p.type("\x03")
 expect_in_order("Ctrl-C", out, p.wait())
 out, words = job("twice")
-p = OnTerminal(*words)
+p = OnTerminal(words)
 p.wait_for(r" running")
 p.type("\x03\x03")
 expect_in_order("two Ctrl-C that a hand cannot have meant", out, p.wait())
@@ -121,7 +68,7 @@ expect_in_order("two Ctrl-C that a hand cannot have meant", out, p.wait())
 # The log's reader dies, without any terminal: the next line that is logged ends the job.
 out, words = job("pipe")
 reader, writer = os.pipe()
-p = subprocess.Popen([gantry, "-v", *words], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=writer,
+p = subprocess.Popen([gantry, "-v", *words[1:]], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=writer,
                      preexec_fn=as_a_user, start_new_session=True)
 os.close(writer)
 said = b""
@@ -137,11 +84,11 @@ fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, 4096)
 os.set_blocking(writer, False)
 os.write(writer, b"x" * 4096)
 os.set_blocking(writer, True)
-p = subprocess.Popen([gantry, "-v", *words], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=writer,
+p = subprocess.Popen([gantry, "-v", *words[1:]], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=writer,
                      preexec_fn=as_a_user)
 expect("stderr is a pipe that is full", (p.wait(120), summary(out)["result"]), (0, "done"))
 out, words = job("ctrl-s")
-p = OnTerminal(*words)
+p = OnTerminal(words)
 p.wait_for(r" running")
 p.type("\x13")
 end = time.monotonic() + 60
@@ -153,9 +100,9 @@ expect("and goes on", p.wait(), 0)
 
 # Ctrl-Z: held, the shell has its terminal; fg: the keys are back, and the job waits for its operator.
 out, words = job("suspended")
-p = OnTerminal(through_shell=True)
+p = OnTerminal(SHELL, {"PS1": "shell> "})
 p.wait_for(r"shell> ")
-p.type(" ".join([gantry, *words]) + "\n")
+p.type(" ".join(words) + "\n")
 p.wait_for(r" running")
 p.type("\x1a")
 p.wait_for(r"Stopped")
@@ -179,7 +126,7 @@ expect("suspended twice, resumed and done", p.wait_for(r"status (\d+)").group(1)
 expect("every shot on its feature", sorted(d["id"] for d in summary(out)["deposits"]), ["a", "b", "corner"])
 
 out, words = job("ended")
-p.type(" ".join([gantry, *words]) + "\n")
+p.type(" ".join(words) + "\n")
 p.wait_for(r" running")
 p.type("\x1a")
 p.wait_for(r"Stopped")
@@ -192,11 +139,11 @@ expect_in_order("Ctrl-C after fg", out, int(p.wait_for(r"status (\d+)").group(1)
 
 # The shell dies while the job is suspended: nobody will resume it.
 out, words = job("forsaken")
-p.type(" ".join([gantry, *words]) + "\n")
+p.type(" ".join(words) + "\n")
 p.wait_for(r" running")
 p.type("\x1a")
 p.wait_for(r"Stopped")
-os.close(p.terminal)
+p.close()
 end = time.monotonic() + 60
 while summary(out)["result"] == "no summary" and time.monotonic() < end:
     time.sleep(0.1)
@@ -204,7 +151,7 @@ expect("a suspended job whose terminal is closed", summary(out)["result"], "inte
 
 # The front is killed: whoever holds the machine ends in order.
 out, words = job("front")
-p = OnTerminal(*words)
+p = OnTerminal(words)
 p.wait_for(r" running")
 os.kill(p.pid, signal.SIGKILL)
 end = time.monotonic() + 60

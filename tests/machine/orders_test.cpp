@@ -368,5 +368,21 @@ TEST(Orders, an_abort_while_a_block_is_planned_ends_the_planning_and_nothing_mov
   EXPECT_EQ(result.features_done, 0u);
 }
 
+TEST(Orders, an_owner_that_ends_no_longer_calls_those_who_came_after_it) {
+  const auto machine = config::load_machine("config/machines/dispenser.yaml");
+  ASSERT_TRUE(machine);
+  run::OwnerOptions options;
+  options.virtual_time = true;
+  auto owner = run::Owner::open(*machine, options);
+  ASSERT_TRUE(owner) << to_text(owner.error());
+  int calls = 0;
+  (*owner)->on_step([&calls] { ++calls; });
+  ASSERT_TRUE((*owner)->bring_up());
+  ASSERT_GT(calls, 0);
+  calls = 0;
+  owner->reset();
+  EXPECT_EQ(calls, 0);
+}
+
 }  // namespace
 }  // namespace gantry

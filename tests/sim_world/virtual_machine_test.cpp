@@ -442,6 +442,31 @@ TEST_F(OverTheSocket, the_socket_is_private_single_and_gone_at_the_end) {
   EXPECT_EQ(nobody.error().fault, Fault::WorldUnreachable);
 }
 
+TEST_F(OverTheSocket, the_next_job_finds_a_world_that_was_started_again) {
+  auto server = WorldServer::listen(*c.vm, path);
+  ASSERT_TRUE(server);
+  auto client = WorldClient::connect(path);
+  ASSERT_TRUE(client);
+  ASSERT_TRUE((*client)->load_board(recipe()));
+  server->reset();
+  EXPECT_FALSE((*client)->deposits()) << "nobody is there";
+  const auto nobody = (*client)->holds_board(recipe());
+  ASSERT_FALSE(nobody);
+  EXPECT_EQ(nobody.error().fault, Fault::WorldUnreachable);
+  EXPECT_NE(nobody.error().message.find("start `gantry sim"), std::string::npos) << nobody.error().message;
+
+  server = WorldServer::listen(*c.vm, path);
+  ASSERT_TRUE(server) << to_text(server.error());
+  EXPECT_FALSE((*client)->deposits()) << "the job that runs has lost its world";
+  EXPECT_TRUE(*(*client)->holds_board(recipe())) << "the next one looks for it again";
+  EXPECT_TRUE((*client)->deposits());
+
+  server->reset();
+  server = WorldServer::listen(*c.vm, path);
+  ASSERT_TRUE(server);
+  EXPECT_TRUE(*(*client)->holds_board(recipe())) << "also where nobody had missed it";
+}
+
 TEST_F(OverTheSocket, a_dead_socket_is_replaced_and_a_file_is_not) {
   const int fd = ::socket(AF_UNIX, SOCK_STREAM, 0);
   sockaddr_un address{};
