@@ -11,6 +11,10 @@ using devices::DriveState;
 namespace {
 constexpr double kJumpCycles = 4;   // R44: cycles of travel at full speed that one cycle may show
 constexpr double kReportDelay = 2;  // cycles from a target that is sent to a position that tells of it
+
+bool has_torque(DriveState s) noexcept {
+  return s == DriveState::OperationEnabled || s == DriveState::QuickStopActive || s == DriveState::FaultReaction;
+}
 }  // namespace
 
 Axes::Axes(const LoopSetup& setup) noexcept : setup_(setup) {
@@ -50,10 +54,32 @@ void Axes::read(const devices::FieldBus& bus, bool answered, std::int64_t elapse
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
     const auto& drives = setup_.axes[i].drives;
     if (drives.empty()) continue;
+    if (drives.size() == 2) square(AxisId{static_cast<std::uint8_t>(i)});
     double sum = 0;
     for (const std::uint8_t d : drives) sum += drives_[d].feedback().position;
     actual_[i] = sum / static_cast<double>(drives.size());
   }
+}
+
+/// Two sides without a common reference count from where the beam holds them, so that nothing pulls them to the mean of
+/// two coordinates that have nothing to do with each other; homing squares them. Both must stand.
+void Axes::join(AxisId id, bool second_moves_over) noexcept {
+  const auto& drives = setup_.axes[id.value].drives;
+  devices::Drive& to = drives_[drives[second_moves_over ? 1 : 0]];
+  to.set_reference({devices::wrap(to.feedback().counts)},
+                   drives_[drives[second_moves_over ? 0 : 1]].feedback().position);
+}
+
+/// A side without torque takes over the coordinate of the other one, where there is no reference. Sides that stand
+/// without torque farther apart than they may have lost it.
+void Axes::square(AxisId id) noexcept {
+  const auto& drives = setup_.axes[id.value].drives;
+  const devices::Drive &first = drives_[drives[0]], &second = drives_[drives[1]];
+  if (!first.feedback().fresh || !second.feedback().fresh) return;
+  const bool first_off = !has_torque(first.feedback().state), second_off = !has_torque(second.feedback().state);
+  if (!first_off && !second_off) return;
+  if (first_off && second_off && skew(id) > setup_.axes[id.value].skew_max) forget_reference(id);
+  if ((referenced_ >> id.value & 1u) == 0) join(id, second_off);
 }
 
 void Axes::write(devices::FieldBus& bus, const AxisVec& target, std::int64_t elapsed) noexcept {
@@ -123,9 +149,13 @@ AxisVec Axes::commanded() const noexcept {
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
     const auto& drives = setup_.axes[i].drives;
     if (drives.empty()) continue;
-    double sum = 0;
-    for (const std::uint8_t d : drives) sum += drives_[d].commanded();
-    q[i] = sum / static_cast<double>(drives.size());
+    double sum = 0, taking = 0;
+    int takers = 0;
+    for (const std::uint8_t d : drives) {
+      sum += drives_[d].commanded();
+      if (drives_[d].feedback().takes_targets) taking += drives_[d].commanded(), ++takers;
+    }
+    q[i] = takers > 0 ? taking / takers : sum / static_cast<double>(drives.size());
   }
   return q;
 }
@@ -200,7 +230,10 @@ Fault Axes::finish_homing(AxisId& axis) noexcept {
       done = false;
       if (first == Fault::None) first = homing_[d].fault(), axis = AxisId{static_cast<std::uint8_t>(i)};
     }
-    if (!done) continue;
+    if (!done) {
+      if (setup_.axes[i].drives.size() == 2) join(AxisId{static_cast<std::uint8_t>(i)}, true);
+      continue;
+    }
     const HomingSetup& homing = setup_.axes[i].homing;
     for (const std::uint8_t d : setup_.axes[i].drives)
       drives_[d].set_reference(Counts{homing.home_counts}, homing.position);

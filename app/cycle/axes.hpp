@@ -45,7 +45,8 @@ class Axes {
   [[nodiscard]] bool enabled(AxisId id) const noexcept;
   [[nodiscard]] std::uint32_t enabled_mask() const noexcept;
 
-  /// Where the drives were last sent: what bumpless motion starts from.
+  /// Where the drives were last sent: what bumpless motion starts from. Of an axis with two, those that take targets
+  /// count: one without torque must not draw the other one along.
   [[nodiscard]] AxisVec commanded() const noexcept;
   [[nodiscard]] const AxisVec& actual() const noexcept { return actual_; }
   [[nodiscard]] double speed(AxisId id) const noexcept { return speed_[id.value]; }  ///< of the target, per s
@@ -89,6 +90,8 @@ class Axes {
 
  private:
   [[nodiscard]] std::size_t probe_drive() const noexcept;
+  void square(AxisId id) noexcept;
+  void join(AxisId id, bool second_moves_over) noexcept;
 
   const LoopSetup& setup_;
   std::array<devices::Drive, kMaxDrives> drives_;

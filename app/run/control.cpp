@@ -88,7 +88,8 @@ std::optional<Result<void>> Control::answer(Request request) {
 }
 
 Error Control::words(const cycle::Event& answer) const {
-  return answer.fault == Fault::Aborted && aborted_ ? *aborted_ : describe_(answer);
+  if (answer.fault == Fault::Aborted && aborted_) return *aborted_;
+  return fault_ && fault_->fault == answer.fault ? *fault_ : describe_(answer);  // the fault's own event knows more
 }
 
 void Control::abort(Error why) {

@@ -20,7 +20,7 @@ const config::Station* station_of(const config::Machine& machine, const cycle::E
   return nullptr;
 }
 
-/// What Event::detail adds, by its unit in the catalogue.
+/// What Event::detail of a fault adds, by its unit in the catalogue. An answer that names a fault counts nothing.
 std::string detail_text(const config::Axis* axis, const cycle::Event& e) {
   switch (info(e.fault).detail) {
     case Detail::Distance: return fmt::format("by {} {}", e.detail, axis != nullptr && axis->rotary ? "mrad" : "um");
@@ -56,7 +56,7 @@ Error in_words(const config::Machine& machine, const cycle::Event& e) {
     const auto text = devices::fault_text(station->profile, static_cast<std::uint32_t>(e.detail));
     error.message += ": " + text.text;
     if (!text.remedy.empty()) error.message += "; " + text.remedy;
-  } else if (const std::string more = detail_text(axis, e); !more.empty()) {
+  } else if (const std::string more = detail_text(axis, e); !more.empty() && e.kind == cycle::EventKind::Fault) {
     error.message += " (" + more + ")";
   }
   return error;

@@ -29,9 +29,19 @@ Result<bool> write_at_position(Link& link, int position, std::uint16_t reg, std:
   return *wkc == kWkcWrite;
 }
 
+/// A station that was being asked when the line broke has kept the address for that. Two of them would answer at once,
+/// which reads like none.
+Result<void> take_back_watch_address(Link& link) {
+  std::array<std::byte, 2> none{};
+  const auto wkc = link.transact(Command::Fpwr, physical_address(kWatchStation, reg::kStationAddress), none);
+  if (!wkc) return tl::unexpected(wkc.error());
+  return {};
+}
+
 /// Somebody without an address stands at the station's position: is it the station?
 Result<Whereabouts> recognise(Link& link, StationRecord& s) {
   s.since_power_up = true;
+  if (auto ok = take_back_watch_address(link); !ok) return tl::unexpected(ok.error());
   const auto named = write_at_position(link, s.position, reg::kStationAddress, kWatchStation);
   if (!named) return tl::unexpected(named.error());
   if (!*named) return Whereabouts::Gone;

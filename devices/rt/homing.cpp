@@ -34,6 +34,7 @@ void HomingRun::cancel(Fault why) noexcept {
 }
 
 bool HomingRun::stands(const Feedback& f) noexcept {
+  if (!f.fresh) return false;  // it may move, unseen
   still_ = f.counts == last_ ? still_ + 1 : 0;
   last_ = f.counts;
   return still_ >= stands_cycles_;

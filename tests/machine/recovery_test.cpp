@@ -74,6 +74,29 @@ TEST(Recovery, all_stations_that_lost_their_power_come_back) {
   expect_back_only_by_the_operator(idle, kAll);
 }
 
+TEST(Recovery, a_reset_that_comes_too_early_names_what_stays_and_counts_nothing) {
+  Idle idle("[{at: cycle 20000, do: cut_link, station: cu}]");
+  idle.pass_to(20'500);
+  ASSERT_TRUE(idle.owner().order({.kind = run::OrderKind::Reset}));
+  const auto answer = test::answer_of_reset(idle.owner());
+  ASSERT_FALSE(answer);
+  EXPECT_NE(answer.error().message.find("G104"), std::string::npos) << answer.error().message;
+  EXPECT_EQ(answer.error().message.find("working counter 0"), std::string::npos) << answer.error().message;
+}
+
+TEST(Recovery, a_station_that_was_being_asked_who_it_is_when_the_line_broke_comes_back) {
+  for (int after = 120; after < 170;
+       after += 5) {  // it answers from 20 ms on, and is asked 100 cycles after it has gone
+    SCOPED_TRACE(after);
+    Idle idle(
+        fmt::format("[{{at: cycle 20000, do: power_cycle, station: cu, dark: 20 ms}},"
+                    " {{at: cycle {}, do: power_cycle, station: y1, dark: 300 ms}}]",
+                    20'000 + after));
+    idle.pass_to(20'300);
+    ASSERT_TRUE(idle.until([&] { return idle.whole(); }, 5000));
+  }
+}
+
 TEST(Recovery, the_masters_own_cable_cut_and_healed_brings_all_back_and_enables_none) {
   Idle idle("[{at: cycle 20000, do: cut_link, station: io}, {at: cycle 21000, do: heal_link, station: io}]");
   idle.pass_to(20'900);

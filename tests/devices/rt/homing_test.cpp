@@ -32,7 +32,8 @@ struct HomingDrive {
     if (fails && travelled >= switch_after) return 0x2637;
     return started ? 0x0237 : 0x8737;
   }
-  void cycle() {
+  /// `answered` false: no frame comes back, and what is known of the drive is of the past.
+  void cycle(bool answered = true) {
     const std::int8_t wanted = bench.layout.mode.get(bench.outputs);
     if (wanted != mode && ++mode_wait > 10) mode = wanted, mode_wait = 0;
     const bool start = mode == 6 && (bench.controlword() & 0x10) != 0;
@@ -44,7 +45,7 @@ struct HomingDrive {
     bench.mode(mode);
     bench.status(status());
     bench.position(counts);
-    const Feedback f = bench.drive.read(bench.inputs, true);
+    const Feedback f = bench.drive.read(bench.inputs, answered);
     bench.drive.write(bench.outputs, run.busy()
                                          ? run.step(f)
                                          : DriveCommand{.goal = DriveGoal::Enabled, .target = bench.drive.commanded()});
@@ -127,6 +128,17 @@ TEST(Homing, can_be_cancelled_and_leaves_the_axis_standing_in_csp) {
   h.until_done();
   EXPECT_EQ(h.run.fault(), Fault::Aborted);
   EXPECT_EQ(h.mode, 8);
+}
+
+TEST(Homing, a_drive_that_is_not_heard_of_is_not_taken_to_stand) {
+  HomingDrive h;
+  h.run.start({.timeout_cycles = 10'000, .travel_counts = 20'000}, h.bench.drive.feedback());
+  for (int i = 0; i < 40; ++i) h.cycle();
+  h.run.cancel(Fault::Aborted);
+  for (int i = 0; i < 60; ++i) h.cycle(false);
+  EXPECT_EQ(h.run.phase(), HomingRun::Phase::Settle);
+  h.until_done();
+  EXPECT_EQ(h.run.fault(), Fault::Aborted);
 }
 
 TEST(Homing, that_is_done_fails_when_it_is_cancelled_before_its_result_was_taken) {

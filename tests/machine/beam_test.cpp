@@ -1,0 +1,137 @@
+// The axis whose beam stands on two drives (Y: y1 and y2), when one of them loses torque, supply or the other's pace.
+#include <cmath>
+
+#include "tests/machine/idle.hpp"
+
+namespace gantry {
+namespace {
+
+using cycle::State;
+using run::OrderKind;
+using test::Idle;
+
+constexpr std::size_t kY1 = 1, kY2 = 2;  // as the machine file has them
+constexpr std::uint32_t kY = 0b10;
+
+bool enabled(const cycle::Snapshot& s, std::size_t drive) { return (s.statusword[drive] & 0x6F) == 0x27; }
+
+/// Reset, as an operator does it: what it came to.
+Result<void> reset(run::Owner& owner) {
+  if (auto taken = owner.order({.kind = OrderKind::Reset, .value = 1}); !taken) return taken;
+  return test::answer_of_reset(owner);
+}
+
+/// A jog of the beam that ends with a fault of its second side, which stops by a ramp of its own.
+struct Racked : Idle {
+  Racked() : Idle("[]") {
+    EXPECT_TRUE(owner().world()->add_script("{at: cycle 20600, do: drive_fault, axis: Y, drive: 1, code: 0x0E}"));
+    EXPECT_FALSE(owner().jog({.by = {{"Y", "350 mm"}}, .speed = "300 mm/s"}));
+    EXPECT_EQ(now().state, State::Stopped);
+    EXPECT_TRUE(enabled(now(), kY1)) << "an axis-wise stop leaves the others their torque";
+    EXPECT_FALSE(enabled(now(), kY2));
+  }
+};
+
+/// The largest step that a side with torque is sent in one cycle while `what` is done; counts.
+template <class What>
+std::int64_t largest_step(Idle& idle, What what) {
+  std::int64_t largest = 0;
+  cycle::Snapshot last = idle.now();
+  idle.owner().on_step([&] {
+    const cycle::Snapshot& s = idle.now();
+    for (const std::size_t side : {kY1, kY2})
+      if (enabled(s, side) && enabled(last, side))
+        largest = std::max<std::int64_t>(largest, std::abs(std::int64_t{s.counts[side]} - last.counts[side]));
+    last = s;
+  });
+  what();
+  idle.owner().on_step({});
+  return largest;
+}
+
+TEST(Beam, the_side_that_has_torque_stands_when_the_other_one_has_lost_it) {
+  Racked racked;
+  const auto sent = racked.now().counts[kY1];
+  EXPECT_EQ(largest_step(racked, [&] { racked.pass_to(racked.now().cycle + 1000); }), 0);
+  EXPECT_EQ(racked.now().counts[kY1], sent);
+  EXPECT_EQ(racked.now().state, State::Stopped);
+}
+
+TEST(Beam, sides_that_stand_apart_are_enabled_where_they_stand_and_squared_by_homing) {
+  Racked racked;
+  racked.pass_to(racked.now().cycle + 500);
+  const auto cleared = reset(racked.owner());
+  ASSERT_TRUE(cleared) << to_text(cleared.error());
+  EXPECT_EQ(racked.now().state, State::Disabled);
+  racked.pass_to(racked.now().cycle + 100);
+  EXPECT_EQ(racked.now().referenced & kY, 0u) << "sides farther apart than they may be have no common coordinate";
+  const auto step = largest_step(racked, [&] {
+    const auto done = racked.owner().enable();
+    EXPECT_TRUE(done) << to_text(done.error());
+    racked.pass_to(racked.now().cycle + 300);
+  });
+  EXPECT_LE(step, 1) << "enable moves no axis";
+  EXPECT_EQ(racked.now().state, State::Ready);
+  const auto homed = racked.owner().home();
+  ASSERT_TRUE(homed) << to_text(homed.error());
+  EXPECT_EQ(racked.now().state, State::Ready);
+  EXPECT_EQ(racked.now().referenced, test::kAllAxes);
+}
+
+TEST(Beam, a_side_that_was_dark_comes_back_with_another_counter_and_neither_is_moved_by_it) {
+  Idle idle("[]");
+  ASSERT_TRUE(idle.owner().jog({.by = {{"Y", "200 mm"}}, .speed = "200 mm/s"}));
+  ASSERT_TRUE(idle.owner().world()->add_script("{do: power_cycle, station: y2, dark: 200 ms}"));
+  idle.pass_to(idle.now().cycle + 5000);
+  ASSERT_TRUE(idle.whole());
+  const auto cleared = reset(idle.owner());
+  ASSERT_TRUE(cleared) << to_text(cleared.error());
+  const auto step = largest_step(idle, [&] {
+    const auto done = idle.owner().enable();
+    EXPECT_TRUE(done) << to_text(done.error());
+    idle.pass_to(idle.now().cycle + 300);
+  });
+  EXPECT_LE(step, 1) << "enable moves no axis";
+  EXPECT_EQ(idle.now().latched, Fault::None);
+  const auto homed = idle.owner().home();
+  ASSERT_TRUE(homed) << to_text(homed.error());
+  EXPECT_EQ(idle.now().referenced, test::kAllAxes);
+}
+
+TEST(Beam, homing_that_ends_between_the_edges_of_its_sides_leaves_both_where_they_stand) {
+  Racked racked;
+  ASSERT_TRUE(racked.owner().world()->add_script("{do: power_cycle, station: y2, dark: 200 ms}"));
+  racked.pass_to(racked.now().cycle + 5000);
+  ASSERT_TRUE(reset(racked.owner()));
+  ASSERT_TRUE(racked.owner().enable());
+  std::vector<cycle::Snapshot> seen{racked.now()};
+  bool aborted = false;
+  racked.owner().on_step([&] {
+    const cycle::Snapshot& s = racked.now();
+    const bool set = std::abs(s.actual[1] - seen.back().actual[1]) > 5;  // a side has met its edge: its counter is set
+    if (!aborted && s.state == State::Homing && set) aborted = bool(racked.owner().order({.kind = OrderKind::Abort}));
+    seen.push_back(s);
+  });
+  EXPECT_FALSE(racked.owner().home());
+  ASSERT_TRUE(aborted);
+  racked.pass_to(racked.now().cycle + 300);
+  racked.owner().on_step({});
+  EXPECT_EQ(racked.now().latched, Fault::None);
+  std::size_t end = seen.size() - 1;
+  while (seen[end - 1].state != State::Homing) --end;
+  for (std::size_t i = end; i < seen.size(); ++i)
+    for (const std::size_t side : {kY1, kY2})
+      ASSERT_LE(std::abs(std::int64_t{seen[i].counts[side]} - seen[i - 1].counts[side]), 1)
+          << "side " << side << ", " << i - end << " cycles after homing";
+  EXPECT_TRUE(racked.owner().home());
+}
+
+TEST(Beam, one_that_stands_square_keeps_its_reference_without_torque) {
+  Idle idle("[]");
+  ASSERT_TRUE(idle.owner().disable());
+  idle.pass_to(idle.now().cycle + 1000);
+  EXPECT_EQ(idle.now().referenced, test::kAllAxes);
+}
+
+}  // namespace
+}  // namespace gantry
