@@ -74,6 +74,10 @@ const Fields<HomingRow> kHoming{
     quantity("acceleration", &HomingRow::acceleration, kAcceleration, kRequired, "of both"),
     quantity("position", &HomingRow::position, kPosition, kRequired, "axis coordinate at the switch's edge"),
     number("timeout", &HomingRow::timeout_s, D::Time, {1, 3600}, kOptional, "given up after this"),
+    quantity("rack_max", &HomingRow::rack_max, kPosition, kOptional,
+             "gantry axis: how much farther one side may go than the other in homing; else 10 mm"),
+    quantity("square_max", &HomingRow::square_max, kPosition, kOptional,
+             "gantry axis: what homing takes out of its sides' difference; else 5 times skew_max"),
 };
 
 const Fields<FollowingRow> kFollowing{

@@ -39,6 +39,7 @@ struct HomingRow {
   At<int> method;
   At<Quantity> fast, slow, acceleration, position;
   double timeout_s = 60;
+  At<Quantity> rack_max, square_max;
   Place place;
 };
 

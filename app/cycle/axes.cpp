@@ -99,6 +99,8 @@ void Axes::write(devices::FieldBus& bus, const AxisVec& target, std::int64_t ela
     // before.
     const bool in_homing = (homing_mask_ >> setup.axis.value & 1u) != 0;
     command.target = in_homing ? drives_[d].commanded() : target[setup.axis.value];
+    if (in_homing && squaring_[setup.axis.value].busy() && d == setup_.axes[setup.axis.value].drives[1])
+      command.target = squaring_[setup.axis.value].step();
     if (d == probe_drive()) command.probe_function = probe_.step(drives_[d].feedback());
     drives_[d].write(bus.outputs(setup.station), command);
   }
@@ -206,6 +208,9 @@ void Axes::start_homing(std::uint32_t mask) noexcept {
     const AxisId id = setup_.drives[d].axis;
     if ((mask >> id.value & 1u) == 0) continue;
     referenced_ &= ~(1u << id.value);
+    squared_ &= ~(1u << id.value);
+    squaring_[id.value] = {};
+    unsquare_[id.value] = Fault::None;
     homing_[d].start(setup_.axes[id.value].homing.limits, drives_[d].feedback());
   }
 }
@@ -213,11 +218,54 @@ void Axes::start_homing(std::uint32_t mask) noexcept {
 void Axes::cancel_homing(Fault why) noexcept {
   for (std::size_t d = 0; d < setup_.drives.size(); ++d)
     if (homing_[d].busy()) homing_[d].cancel(why);
+  for (std::size_t i = 0; i < setup_.axes.size(); ++i)
+    if (squaring_[i].busy()) squaring_[i].cancel(), unsquare_[i] = why;
+}
+
+void Axes::follow_homing() noexcept {
+  for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
+    if ((homing_mask_ >> i & 1u) == 0 || setup_.axes[i].drives.size() != 2) continue;
+    watch_sides(i);
+    square_homed(i);
+  }
+}
+
+/// Both sides go the same way, to switches that stand square: what one goes farther than the other is how far the beam
+/// was racked, or one of them runs away.
+void Axes::watch_sides(std::size_t i) noexcept {
+  using Phase = devices::HomingRun::Phase;
+  const AxisSetup& axis = setup_.axes[i];
+  devices::HomingRun &a = homing_[axis.drives[0]], &b = homing_[axis.drives[1]];
+  const auto far_enough = [](const devices::HomingRun& run) { return run.phase() >= Phase::Search; };
+  if (!far_enough(a) || !far_enough(b) || !(a.busy() || b.busy()) || axis.homing.skew_max <= 0) return;
+  const auto moved = [&](const devices::HomingRun& run, std::uint8_t d) {
+    return static_cast<double>(run.moved()) / drives_[d].scale().to_counts_delta(1);
+  };
+  if (std::abs(moved(a, axis.drives[0]) - moved(b, axis.drives[1])) <= axis.homing.skew_max) return;
+  a.cancel(Fault::GantrySkew);
+  b.cancel(Fault::GantrySkew);
+}
+
+void Axes::square_homed(std::size_t i) noexcept {
+  using Phase = devices::HomingRun::Phase;
+  const AxisSetup& axis = setup_.axes[i];
+  if ((squared_ >> i & 1u) != 0 || homing_[axis.drives[0]].phase() != Phase::Done ||
+      homing_[axis.drives[1]].phase() != Phase::Done)
+    return;
+  squared_ |= 1u << i;
+  for (const std::uint8_t d : axis.drives)
+    drives_[d].set_reference(Counts{axis.homing.home_counts}, axis.homing.position);
+  const double from = drives_[axis.drives[1]].commanded(), to = drives_[axis.drives[0]].commanded();
+  if (std::abs(to - from) > axis.homing.square_max)
+    unsquare_[i] = Fault::GantryNotSquare;
+  else
+    squaring_[i].start(from, to, axis.homing.square_speed, setup_.period);
 }
 
 bool Axes::homing() const noexcept {
   return std::any_of(homing_.begin(), homing_.begin() + static_cast<std::ptrdiff_t>(setup_.drives.size()),
-                     [](const devices::HomingRun& run) { return run.busy(); });
+                     [](const devices::HomingRun& run) { return run.busy(); }) ||
+         std::any_of(squaring_.begin(), squaring_.end(), [](const Squaring& s) { return s.busy(); });
 }
 
 Fault Axes::finish_homing(AxisId& axis) noexcept {
@@ -230,13 +278,17 @@ Fault Axes::finish_homing(AxisId& axis) noexcept {
       done = false;
       if (first == Fault::None) first = homing_[d].fault(), axis = AxisId{static_cast<std::uint8_t>(i)};
     }
+    if (done && unsquare_[i] != Fault::None) {
+      done = false;
+      if (first == Fault::None) first = unsquare_[i], axis = AxisId{static_cast<std::uint8_t>(i)};
+    }
     if (!done) {
       if (setup_.axes[i].drives.size() == 2) join(AxisId{static_cast<std::uint8_t>(i)}, true);
       continue;
     }
     const HomingSetup& homing = setup_.axes[i].homing;
-    for (const std::uint8_t d : setup_.axes[i].drives)
-      drives_[d].set_reference(Counts{homing.home_counts}, homing.position);
+    if (setup_.axes[i].drives.size() == 1)  // sides have theirs since they were compared
+      drives_[setup_.axes[i].drives[0]].set_reference(Counts{homing.home_counts}, homing.position);
     referenced_ |= 1u << i;
   }
   homing_mask_ = 0;

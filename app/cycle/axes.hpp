@@ -9,6 +9,7 @@
 
 #include "app/cycle/loop_setup.hpp"
 #include "app/cycle/sent_targets.hpp"
+#include "app/cycle/squaring.hpp"
 #include "devices/bus.hpp"
 #include "devices/rt/drive.hpp"
 #include "devices/rt/homing.hpp"
@@ -71,9 +72,11 @@ class Axes {
                                   : sent_counts(d);
   }
 
-  /// Homing of the axes in `mask`, together. Then homing() until it is over.
+  /// Homing of the axes in `mask`, together, and squaring of those with two sides. Then homing() until it is over.
   void start_homing(std::uint32_t mask) noexcept;
   void cancel_homing(Fault why) noexcept;
+  /// Every cycle while homing(): axes whose sides have both arrived begin to be squared.
+  void follow_homing() noexcept;
   [[nodiscard]] bool homing() const noexcept;
   /// After homing() turned false: sets the references of the axes that have arrived. Gives the first failure and its
   /// axis.
@@ -91,6 +94,8 @@ class Axes {
  private:
   [[nodiscard]] std::size_t probe_drive() const noexcept;
   void square(AxisId id) noexcept;
+  void watch_sides(std::size_t axis) noexcept;
+  void square_homed(std::size_t axis) noexcept;
   void join(AxisId id, bool second_moves_over) noexcept;
 
   const LoopSetup& setup_;
@@ -101,6 +106,9 @@ class Axes {
   AxisVec actual_{}, speed_{}, last_target_{};
   SentTargets sent_;
   std::uint32_t homing_mask_ = 0, referenced_ = 0;
+  std::array<Squaring, kMaxAxes> squaring_{};  ///< of the second side
+  std::uint32_t squared_ = 0;                  ///< axes whose sides have been compared since they homed
+  std::array<Fault, kMaxAxes> unsquare_{};     ///< why an axis whose sides have homed is not referenced
   std::array<int, kMaxDrives>
       away_{};  ///< cycles in which its station did not take part, up to counter_low_max: it was lost then
   std::bitset<kMaxDrives> dropped_;

@@ -50,6 +50,7 @@ void Loop::follow_progress() noexcept {
       if (axes_.all_enabled()) change(Cause::TorqueOn), answer_pending(Fault::None);
       break;
     case State::Homing:
+      axes_.follow_homing();
       if (!axes_.homing()) finish_homing();
       break;
     case State::Running:

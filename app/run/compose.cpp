@@ -21,6 +21,23 @@ const config::Station* station_of(const config::Machine& machine, StationId id) 
   return nullptr;
 }
 
+/// What homing of an axis may meet, by the switches that its drives show.
+devices::HomingRules rules_of(const config::Machine& machine, const config::Axis& axis) {
+  devices::HomingRules rules = devices::homing_rules(axis.homing->method);
+  rules.known = devices::kSwitchNeg | devices::kSwitchPos | devices::kSwitchHome;
+  for (const config::DriveRef& ref : axis.drives) {
+    const config::Station* station = station_of(machine, ref.station);
+    if (station == nullptr || !station->profile.drive) continue;
+    const config::DriveFacts& facts = *station->profile.drive;
+    if (facts.input_neg_limit < 0) rules.known &= static_cast<std::uint8_t>(~devices::kSwitchNeg);
+    if (facts.input_pos_limit < 0) rules.known &= static_cast<std::uint8_t>(~devices::kSwitchPos);
+    if (facts.input_home < 0) rules.known &= static_cast<std::uint8_t>(~devices::kSwitchHome);
+  }
+  rules.counts_per_cycle =
+      std::max(axis.homing->fast, axis.homing->slow) * std::abs(axis.counts_per_unit) * seconds(machine.bus.cycle);
+  return rules;
+}
+
 Result<void> add_drives(const config::Machine& machine, const config::Axis& axis, cycle::AxisSetup& setup,
                         LoopSetup& loop) {
   for (const config::DriveRef& ref : axis.drives) {
@@ -81,6 +98,10 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, Host host) {
       setup.homing.limits.timeout_cycles = cycles_in(axis.homing->timeout_s, loop.period);
       const double travel = kHomingTravel * (axis.p_max - axis.p_min) + std::abs(axis.homing->position);
       setup.homing.limits.travel_counts = std::llround(travel * axis.counts_per_unit);
+      setup.homing.limits.rules = rules_of(machine, axis);
+      setup.homing.square_max = axis.homing->square_max;
+      setup.homing.square_speed = axis.homing->slow;
+      setup.homing.skew_max = axis.homing->rack_max;
     }
     if (auto added = add_drives(machine, axis, setup, loop); !added) return tl::unexpected(added.error());
     setup.streamed = axis.kind == config::AxisKind::Streamed && !setup.drives.empty();

@@ -23,6 +23,7 @@ void HomingRun::start(const HomingLimits& limits, const Feedback& feedback) noex
   phase_cycles_ = kPhaseTimeout / limits.cycle;
   stands_cycles_ = std::max<std::int64_t>(kStands / limits.cycle, 2);
   start_ = last_ = feedback.counts;
+  guard_ = HomingGuard(limits.rules, feedback);
   phase_ = Phase::EnterMode;
 }
 
@@ -42,10 +43,16 @@ bool HomingRun::stands(const Feedback& f) noexcept {
 
 void HomingRun::watch_search(const Feedback& f) noexcept {
   if (seen_undone_ && (f.statusword & kHomingError) != 0) return cancel(Fault::HomingFailed);
-  if (seen_undone_ && done_bits(f)) return enter(Phase::Settle);
-  if (limits_.travel_counts <= 0) return;
+  if (const Fault seen = guard_.look(f); seen != Fault::None) return cancel(seen);
+  if (seen_undone_ && done_bits(f)) {
+    if (!guard_.found_switch()) return cancel(Fault::HomingFailed);
+    return enter(Phase::Settle);
+  }
   // The drive sets its counter anew at the home edge, perhaps before it shows "done": that jump is no travel.
   const std::int64_t step = f.counts.value - last_.value;
+  constexpr double kJump = 10;  // cycles of travel in one
+  if (static_cast<double>(std::abs(step)) <= kJump * limits_.rules.counts_per_cycle) moved_ += step;
+  if (limits_.travel_counts <= 0) return void(last_ = f.counts);
   if (std::abs(step) > limits_.travel_counts / 10) start_.value += step;
   last_ = f.counts;
   if (std::abs(f.counts.value - start_.value) > limits_.travel_counts) cancel(Fault::HomingTimeout);

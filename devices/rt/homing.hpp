@@ -13,6 +13,7 @@
 #include "core/clock.hpp"
 #include "core/fault.hpp"
 #include "devices/rt/drive.hpp"
+#include "devices/rt/homing_guard.hpp"
 
 namespace gantry::devices {
 
@@ -20,6 +21,7 @@ struct HomingLimits {
   std::int64_t timeout_cycles = 60'000;
   std::int64_t travel_counts = 0;  ///< from the start; 0: not bounded
   Time cycle = milliseconds(1);    ///< between two calls of step()
+  HomingRules rules{};             ///< switches and speed that are watched meanwhile
 };
 
 class HomingRun {
@@ -31,7 +33,7 @@ class HomingRun {
     Settle,     ///< start bit cleared, until it stands
     LeaveMode,  ///< until the drive shows CSP again
     Done,
-    Failed,  ///< fault(): HomingFailed, HomingTimeout, or the drive's own
+    Failed,  ///< fault(): HomingFailed, HomingTimeout, HomingWrongLimit, HomingTooFast, or the drive's own
   };
 
   void start(const HomingLimits& limits, const Feedback& feedback) noexcept;
@@ -43,6 +45,8 @@ class HomingRun {
   [[nodiscard]] bool busy() const noexcept {
     return phase_ != Phase::Idle && phase_ != Phase::Done && phase_ != Phase::Failed;
   }
+  /// Counts of the search so far. That the drive sets its counter anew at the edge is no motion.
+  [[nodiscard]] std::int64_t moved() const noexcept { return moved_; }
   [[nodiscard]] Phase phase() const noexcept { return phase_; }
   [[nodiscard]] Fault fault() const noexcept { return fault_; }
 
@@ -54,7 +58,9 @@ class HomingRun {
   Phase phase_ = Phase::Idle;
   Fault fault_ = Fault::None;
   HomingLimits limits_;
+  HomingGuard guard_;
   Counts start_, last_;
+  std::int64_t moved_ = 0;
   std::int64_t phase_cycles_ = 1000, stands_cycles_ = 20;
   std::int64_t cycles_ = 0, in_phase_ = 0;
   int still_ = 0;             ///< cycles without a count of motion

@@ -1,5 +1,7 @@
 // A whole machine whose stations are not what its file says: nothing moves, and the reason is named.
 #include <algorithm>
+#include <cstdlib>
+#include <random>
 
 #include "tests/machine/idle.hpp"
 
@@ -83,6 +85,76 @@ TEST(Trust, a_machine_with_one_altered_station_is_refused_by_name_and_does_not_m
     EXPECT_FALSE(moved) << a.what;
     EXPECT_FALSE(torque) << a.what;
     rig.owner().on_step({});
+  }
+}
+
+/// Homing with what is altered: its error, and how far the axis went after the switch had closed, mm.
+TEST(Trust, limits_that_are_swapped_end_homing_at_once_and_are_named) {
+  for (const char* name : {"x", "z", "y2"}) {
+    Rig rig({.wired = [&](auto& m) {
+      auto& drive = *station(m, name).profile.drive;
+      std::swap(drive.input_neg_limit, drive.input_pos_limit);
+    }});
+    ASSERT_TRUE(rig.owner().bring_up());
+    const auto homed = rig.owner().home();
+    ASSERT_FALSE(homed) << name;
+    EXPECT_EQ(homed.error().fault, Fault::HomingWrongLimit) << to_text(homed.error());
+    EXPECT_EQ(rig.owner().latest().state, cycle::State::Stopped);
+  }
+}
+
+TEST(Trust, a_limit_that_is_shown_at_another_bit_is_missed) {
+  Rig rig({.wired = [](auto& m) { station(m, "x").profile.drive->input_neg_limit = 5; }});
+  ASSERT_TRUE(rig.owner().bring_up());
+  const auto homed = rig.owner().home();
+  ASSERT_FALSE(homed);
+  EXPECT_EQ(homed.error().fault, Fault::HomingFailed) << to_text(homed.error());
+}
+
+TEST(Trust, a_drive_whose_speeds_have_another_unit_is_stopped) {
+  Rig rig({.wired = [](auto& m) { station(m, "x").profile.drive->velocity_counts_s = 4; }});
+  ASSERT_TRUE(rig.owner().bring_up());
+  const auto homed = rig.owner().home();
+  ASSERT_FALSE(homed);
+  EXPECT_EQ(homed.error().fault, Fault::HomingTooFast) << to_text(homed.error());
+}
+
+/// The virtual machine's beam begins racked: y2 is an axis of its own there, which starts elsewhere.
+void racked(config::Machine& m, double by) {
+  const std::size_t y = 1;
+  config::Axis side = m.axes[y];
+  side.id = AxisId{static_cast<std::uint8_t>(m.axes.size())};
+  side.name = "Y2";
+  side.drives = {m.axes[y].drives[1]};
+  m.axes[y].drives.pop_back();
+  config::SimAxis truth = m.sim.axes[y];
+  truth.start += by;
+  m.axes.push_back(side);
+  m.sim.axes.push_back(truth);
+}
+
+// Both sides home at switches that stand square: afterwards they have one coordinate, and in truth, too.
+TEST(Trust, a_racked_beam_is_squared_within_two_counts_or_refused) {
+  std::mt19937_64 random(5);
+  const char* more = std::getenv("GANTRY_ROUNDS");
+  const int rounds = more != nullptr ? std::atoi(more) : 30;
+  for (int i = 0; i < rounds; ++i) {
+    const double by = std::uniform_real_distribution(-15.0, 15.0)(random);
+    Rig rig({.wired = [&](auto& m) { racked(m, by); }});
+    ASSERT_TRUE(rig.owner().bring_up());
+    const auto homed = rig.owner().home();
+    if (std::abs(by) < 9.9) {
+      ASSERT_TRUE(homed) << by << " " << to_text(homed.error());
+    }
+    if (std::abs(by) > 10.1) {
+      ASSERT_FALSE(homed) << by;
+      EXPECT_EQ(homed.error().fault, Fault::GantrySkew) << to_text(homed.error());
+    }
+    if (!homed) continue;
+    for (int k = 0; k < 200; ++k) ASSERT_TRUE(rig.owner().idle());
+    const auto& s = rig.owner().latest();
+    EXPECT_EQ(s.state, cycle::State::Ready);
+    EXPECT_LE(std::abs(s.counts[1] - s.counts[2]), 2) << by;
   }
 }
 

@@ -1,0 +1,46 @@
+// What the controller watches while a drive homes by itself, from what the drive shows of its own switches and counter:
+// a limit that is not on the method's way, both limits at once, more speed than was asked for. A drive that calls its
+// homing done without its switch having been seen has not found it.
+//   HomingGuard guard(rules, feedback);    each fresh cycle of the search: Fault f = guard.look(feedback);
+//   at its end: guard.found_switch()
+// Directions are those of the drive's own counter, as the methods are (IEC 61800-7-201, 10.4).
+#pragma once
+#include <cstdint>
+
+#include "core/fault.hpp"
+#include "devices/rt/drive.hpp"
+
+namespace gantry::devices {
+
+inline constexpr std::uint8_t kSwitchNeg = 1, kSwitchPos = 2, kSwitchHome = 4;
+
+struct HomingRules {
+  std::uint8_t known = 0;       ///< switches that the drive shows in 60FDh
+  std::uint8_t may_meet = 0;    ///< limits on the method's way
+  std::uint8_t reference = 0;   ///< what the method looks for; 0: homes where it stands, or at the index pulse
+  double counts_per_cycle = 0;  ///< at the faster of its speeds; 0: not watched
+};
+/// Of the methods 1 to 37 of 6098h; `known` and `counts_per_cycle` are the caller's to set.
+HomingRules homing_rules(int method) noexcept;
+
+class HomingGuard {
+ public:
+  HomingGuard() = default;
+  HomingGuard(const HomingRules& rules, const Feedback& feedback) noexcept;
+
+  /// Fault::HomingWrongLimit, HomingTooFast; None.
+  Fault look(const Feedback& feedback) noexcept;
+  /// The switch that the method looks for was closed at some time, or cannot be seen.
+  [[nodiscard]] bool found_switch() const noexcept;
+
+ private:
+  HomingRules rules_;
+  std::uint8_t leaving_ = 0;  ///< wrong limits that were closed when it began, until they open
+  std::uint8_t seen_ = 0;
+  int wrong_ = 0;  ///< cycles in a row; an input that flickers is none
+  Counts last_;
+  double travel_ = 0;  ///< counts in this window
+  int in_window_ = 0;
+};
+
+}  // namespace gantry::devices

@@ -1,0 +1,99 @@
+// The guard against the methods of IEC 61800-7-201 (10.4), told here as what each of them looks for and turns round at.
+#include "devices/rt/homing_guard.hpp"
+
+#include <gtest/gtest.h>
+
+namespace gantry::devices {
+namespace {
+
+constexpr std::uint8_t kAll = kSwitchNeg | kSwitchPos | kSwitchHome;
+
+Feedback at(std::int64_t counts, std::uint8_t switches) {
+  Feedback f;
+  f.fresh = true;
+  f.counts = {counts};
+  f.neg_limit = (switches & kSwitchNeg) != 0;
+  f.pos_limit = (switches & kSwitchPos) != 0;
+  f.home = (switches & kSwitchHome) != 0;
+  return f;
+}
+HomingRules rules(int method, double counts_per_cycle = 0) {
+  HomingRules r = homing_rules(method);
+  r.known = kAll;
+  r.counts_per_cycle = counts_per_cycle;
+  return r;
+}
+Fault after(HomingGuard& guard, int cycles, std::uint8_t switches) {
+  Fault found = Fault::None;
+  for (int i = 0; i < cycles && found == Fault::None; ++i) found = guard.look(at(0, switches));
+  return found;
+}
+
+TEST(HomingGuard, a_limit_on_the_way_is_met_and_the_other_one_ends_it) {
+  struct Way {
+    int method;
+    bool neg, pos;  ///< met by it
+  };
+  for (const Way& way : {Way{17, true, false},
+                         {18, false, true},
+                         {19, false, false},
+                         {20, false, false},
+                         {21, false, false},
+                         {22, false, false},
+                         {23, false, true},
+                         {24, false, true},
+                         {25, false, true},
+                         {26, false, true},
+                         {27, true, false},
+                         {28, true, false},
+                         {29, true, false},
+                         {30, true, false},
+                         {35, false, false}}) {
+    HomingGuard neg(rules(way.method), at(0, 0)), pos(rules(way.method), at(0, 0)), both(rules(way.method), at(0, 0));
+    EXPECT_EQ(after(neg, 100, kSwitchNeg) == Fault::None, way.neg) << way.method;
+    EXPECT_EQ(after(pos, 100, kSwitchPos) == Fault::None, way.pos) << way.method;
+    EXPECT_EQ(after(both, 100, kSwitchNeg | kSwitchPos), Fault::HomingWrongLimit) << way.method;
+  }
+}
+
+TEST(HomingGuard, an_input_that_flickers_is_no_limit) {
+  HomingGuard guard(rules(17), at(0, 0));
+  for (int i = 0; i < 3000; ++i) ASSERT_EQ(guard.look(at(0, i % 3 == 0 ? 0 : kSwitchPos)), Fault::None);
+}
+
+TEST(HomingGuard, the_wrong_limit_may_be_left_and_not_met_again) {
+  HomingGuard guard(rules(17), at(0, kSwitchPos));
+  EXPECT_EQ(after(guard, 500, kSwitchPos), Fault::None);
+  EXPECT_EQ(after(guard, 500, 0), Fault::None);
+  EXPECT_EQ(after(guard, 500, kSwitchPos), Fault::HomingWrongLimit);
+}
+
+TEST(HomingGuard, done_without_its_switch_is_not_found) {
+  HomingGuard guard(rules(17), at(0, 0));
+  after(guard, 10, 0);
+  EXPECT_FALSE(guard.found_switch());
+  after(guard, 1, kSwitchNeg);
+  EXPECT_TRUE(guard.found_switch());
+  HomingRules blind = rules(17);
+  blind.known = kSwitchHome;  // this drive shows no limits
+  EXPECT_TRUE(HomingGuard(blind, at(0, 0)).found_switch());
+  EXPECT_TRUE(HomingGuard(rules(35), at(0, 0)).found_switch());
+}
+
+TEST(HomingGuard, twice_the_speed_ends_it_and_a_tenth_more_does_not) {
+  for (const auto& [speed, fault] : {std::pair{60, Fault::None}, {66, Fault::None}, {120, Fault::HomingTooFast}}) {
+    HomingGuard guard(rules(17, 60), at(0, 0));
+    Fault found = Fault::None;
+    for (int i = 1; i <= 200 && found == Fault::None; ++i) found = guard.look(at(-speed * i, 0));
+    EXPECT_EQ(found, fault) << speed;
+  }
+}
+
+TEST(HomingGuard, a_counter_that_is_set_at_the_edge_is_no_speed) {
+  HomingGuard guard(rules(17, 60), at(400'000, 0));
+  for (int i = 1; i <= 100; ++i) ASSERT_EQ(guard.look(at(400'000 - 60 * i, 0)), Fault::None);
+  for (int i = 1; i <= 100; ++i) ASSERT_EQ(guard.look(at(5 * i, kSwitchNeg)), Fault::None);
+}
+
+}  // namespace
+}  // namespace gantry::devices
