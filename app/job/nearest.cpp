@@ -1,11 +1,12 @@
 #include "app/job/nearest.hpp"
 
+#include <cmath>
 #include <fmt/format.h>
 
 namespace gantry::job {
 
 std::string to_text(const std::optional<Nearest>& nearest) {
-  if (!nearest) return "no such pair";
+  if (!nearest || !std::isfinite(nearest->distance_mm)) return "no such pair";
   const Nearest& n = *nearest;
   const Vec3& m = n.machine_mm;
   std::string at = fmt::format("{:.2f}, {:.2f}, {:.2f}", m.x, m.y, m.z);

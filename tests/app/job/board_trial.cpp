@@ -326,7 +326,13 @@ class Trial {
     descend(point, end);
     const auto up = planner_.retract(++block_, at_, i);
     ++verdict_.steps;
-    if (!up) return refused(up.error(), point.place.line, [] { return std::vector<Leg>{}; });
+    AxisVec high = at_;
+    high[machine_.z.value] += machine_.probe.retract_mm;
+    if (!up)
+      return refused(up.error(), point.place.line, [&] {
+        return std::vector<Leg>{
+            {.from = at_, .to = high, .straight = true, .riders_grow = false, .tools = {"probe_stylus"}}};
+      });
     replay(*up, {"probe_stylus"}, height_at(point.at));
     known_.heights.push_back({i, height_at(point.at)});
     planner_.know(known_);

@@ -10,7 +10,7 @@ namespace {
 TEST(Boards, what_is_certified_is_free_and_what_is_refused_is_not) {
   const config::Machine machine = test::reference();
   test::Verdict v;
-  constexpr std::uint64_t kBoards = 300;
+  constexpr std::uint64_t kBoards = 1500;
   for (std::uint64_t i = 0; i < kBoards; ++i) test::try_board(test::random_board(machine, i), i, v);
   EXPECT_EQ(v.collisions, 0u);
   EXPECT_EQ(v.misread, 0u);

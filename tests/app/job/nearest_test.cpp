@@ -27,8 +27,8 @@ struct NearestTest : testing::Test {
 };
 
 TEST_F(NearestTest, the_needle_over_its_board_hides_no_other_pair) {
-  // 3.25 mm beside the needle (radius 0.8 mm) over the only dot, at (10, 10) mm
-  recipe.parts.push_back({.name = "relay", .at = {10 + 0.8 + 3.25 + 2, 10}, .size = {4, 4, 3}, .place = {}});
+  // 2.25 mm beside the needle (radius 0.8 mm) over the only dot, at (10, 10) mm
+  recipe.parts.push_back({.name = "relay", .at = {10 + 0.8 + 2.25 + 2, 10}, .size = {4, 4, 3}, .place = {}});
   const Clearances n = proved();
   ASSERT_TRUE(n.by_design && n.others);
   EXPECT_NEAR(n.by_design->distance_mm, 0.5, 1e-6) << "the material's gap";
@@ -40,11 +40,11 @@ TEST_F(NearestTest, the_needle_over_its_board_hides_no_other_pair) {
   recipe.board.thickness = 5;
   const Clearances thick = proved();
   ASSERT_TRUE(thick.others);
-  EXPECT_NEAR(thick.others->distance_mm, 3.25, 1e-6);
+  EXPECT_NEAR(thick.others->distance_mm, 2.25, 1e-6);
   EXPECT_EQ(thick.others->head + " " + thick.others->standing, "needle relay");
-  EXPECT_NEAR(thick.others->board_mm->x, 10 + 0.8 + 3.25, 1e-6) << "the relay's left side";
+  EXPECT_NEAR(thick.others->board_mm->x, 10 + 0.8 + 2.25, 1e-6) << "the relay's left side";
   const Vec3 origin = config::find_frame(machine, "pallet")->origin;
-  EXPECT_NEAR(thick.others->machine_mm.x, origin.x + 10 + 0.8 + 3.25, 1e-6);
+  EXPECT_NEAR(thick.others->machine_mm.x, origin.x + 10 + 0.8 + 2.25, 1e-6);
 }
 
 TEST_F(NearestTest, a_touch_is_told_by_how_far_below_the_surface_it_is_planned) {
