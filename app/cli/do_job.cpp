@@ -37,9 +37,8 @@ void do_job(Context& context, JobRequest request) {
   if (!prepared) return stop_with(prepared.error());
   std::unique_ptr<run::Owner> owner;
   if (prepared->proof) {
-    log::info("{}: {} motions proved free at the nominal place, nearest {:.2f} mm; about {:.0f} s",
-              prepared->recipe.name, prepared->proof->motions, prepared->proof->minimum_clearance_mm,
-              prepared->proof->duration_s);
+    log::info("{}: {} motions proved free at the nominal place; nearest {}; about {:.0f} s", prepared->recipe.name,
+              prepared->proof->motions, job::to_text(prepared->proof->nearest.others), prepared->proof->duration_s);
     auto opened = run::Owner::open(*machine, request.owner);
     if (!opened) return stop_with({opened.error()});
     owner = std::move(*opened);

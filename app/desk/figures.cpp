@@ -27,6 +27,11 @@ std::string figures(const record::JobResult& result) {
     if (f.strays > 0) text += fmt::format(", {} on no feature", f.strays);
     text += fmt::format("\n  collisions     {}\n", result.collisions.size());
   }
+  if (result.motions_certified > 0) {
+    text += fmt::format("  proved free    {} motions\n", result.motions_certified);
+    text += fmt::format("    by design    {}\n", job::to_text(result.minimum_clearance.by_design));
+    text += fmt::format("    all others   {}\n", job::to_text(result.minimum_clearance.others));
+  }
   text +=
       fmt::format("  wake-up        p50 {:.0f} us, p99 {:.0f} us, max {:.0f} us; {} cycles skipped\n",
                   static_cast<double>(result.cycles.wake.p50) / 1e3, static_cast<double>(result.cycles.wake.p99) / 1e3,

@@ -1,25 +1,35 @@
 #include "app/job/block_builder.hpp"
 
-#include <algorithm>
 #include <array>
+#include <fmt/format.h>
 #include <utility>
 
 namespace gantry::job {
 
 BlockBuilder::BlockBuilder(const motion::Limits& limits, const motion::Scene& scene, std::uint32_t block,
                            const AxisVec& from, Breath breath)
-    : limits_(limits), scene_(scene), at_(from), breath_(std::move(breath)) {
+    : limits_(limits), scene_(&scene), at_(from), breath_(std::move(breath)) {
   out_.number_ = block;
 }
 
-/// A tool over what it works on is near by design; the figure of interest is how near everything else comes.
-void BlockBuilder::count(const motion::Certificate& certificate, const motion::PathRules& rules) {
-  out_.motions_ += certificate.motions.size();
-  for (const auto& m : certificate.motions) {
-    const bool by_design = std::any_of(rules.approaches.begin(), rules.approaches.end(),
-                                       [&](const auto& a) { return a.head == m.head && a.standing == m.standing; });
-    if (!by_design) out_.minimum_clearance_mm_ = std::min(out_.minimum_clearance_mm_, m.min_clearance_mm);
-  }
+void BlockBuilder::count(const motion::Certificate& certificate, std::string_view leg) {
+  out_.motions_ += certificate.motions;
+  const auto take = [&](const motion::NearPair& pair, motion::NearPair& known, std::optional<Nearest>& nearest) {
+    if (pair.distance_mm >= known.distance_mm) return;
+    known = pair;
+    Nearest& n = nearest.emplace();
+    n.distance_mm = pair.distance_mm;
+    n.head = scene_->head()[pair.head].name, n.standing = scene_->standing()[pair.standing].name;
+    n.motion = subject_.kind.empty()   ? std::string(leg)
+               : subject_.name.empty() ? fmt::format("{} {}", leg, subject_.kind)
+                                       : fmt::format("{} {} '{}'", leg, subject_.kind, subject_.name);
+    if (!subject_.file.empty())
+      n.where = fmt::format("{}:{}:{}", subject_.file, subject_.place.line, subject_.place.column);
+    n.machine_mm = pair.at;
+    if (scene_->board()) n.board_mm = scene_->board()->from_machine(pair.at);
+  };
+  take(certificate.nearest.by_design, known_.by_design, out_.nearest_.by_design);
+  take(certificate.nearest.others, known_.others, out_.nearest_.others);
 }
 
 void BlockBuilder::take(std::span<const motion::Segment> segments, const AxisVec& end, std::uint32_t feature) {
@@ -34,36 +44,39 @@ void BlockBuilder::take(std::span<const motion::Segment> segments, const AxisVec
 
 Result<void> BlockBuilder::travel(const AxisVec& to, const motion::PathRules& rules) {
   if (!go_on(breath_)) return given_up();
-  auto path = motion::find_path(scene_, at_, to, rules);
+  auto path = motion::find_path(*scene_, at_, to, rules, 0, known_);
   if (!path) return tl::unexpected(path.error());
-  count(path->certificate, rules);
+  count(path->certificate, "travel to");
   for (std::size_t i = 1; i < path->points.size(); ++i)
     take(motion::line_move(limits_, path->points[i - 1], path->points[i]), path->points[i]);
   return {};
 }
 
-Result<void> BlockBuilder::prove(std::span<const AxisVec> polyline, const motion::PathRules& rules, double corner_mm) {
-  const auto certificate = motion::certify(scene_, polyline, rules, corner_mm, breath_);
+Result<void> BlockBuilder::prove(std::span<const AxisVec> polyline, const motion::PathRules& rules,
+                                 std::string_view leg, double corner_mm) {
+  const auto certificate = motion::certify(*scene_, polyline, rules, corner_mm, breath_, known_);
   if (!certificate) return tl::unexpected(certificate.error());
-  count(*certificate, rules);
+  count(*certificate, leg);
   return {};
 }
 
 Result<void> BlockBuilder::straight(const AxisVec& to, const motion::PathRules& rules, double v_cap) {
-  if (auto proved = prove(std::array{at_, to}, rules); !proved) return proved;
+  const double up = to[scene_->z()] - at_[scene_->z()];
+  if (auto proved = prove(std::array{at_, to}, rules, up > 0 ? "up from" : up < 0 ? "down to" : "straight to"); !proved)
+    return proved;
   take(motion::line_move(limits_, at_, to, v_cap), to);
   return {};
 }
 
 Result<void> BlockBuilder::until_probe(const AxisVec& to, const motion::PathRules& rules, double speed_mm_s) {
-  if (auto proved = prove(std::array{at_, to}, rules); !proved) return proved;
+  if (auto proved = prove(std::array{at_, to}, rules, "probe down at"); !proved) return proved;
   take(motion::probe_move(limits_, at_, to, speed_mm_s), at_);
   return {};
 }
 
 Result<void> BlockBuilder::bead(const motion::BeadMotion& bead, const motion::PathRules& rules, std::uint32_t feature) {
   if (at_ != bead.start) return fail(Fault::Internal, "a bead was added where the axes do not stand");
-  if (auto proved = prove(bead.outline, rules, bead.corner_tolerance_mm); !proved) return proved;
+  if (auto proved = prove(bead.outline, rules, "along", bead.corner_tolerance_mm); !proved) return proved;
   take(bead.segments, bead.end, feature);
   return {};
 }

@@ -3,6 +3,7 @@
 #pragma once
 #include <cstdint>
 #include <span>
+#include <string_view>
 
 #include "app/job/proven_block.hpp"
 #include "core/axis_vec.hpp"
@@ -13,14 +14,27 @@
 #include "motion/plan/find_path.hpp"
 #include "motion/plan/scene.hpp"
 #include "motion/types.hpp"
+#include "recipes/recipe.hpp"
 
 namespace gantry::job {
 
+/// What motions are for: "dot 'd[0][1]'" and its line. The texts outlive the builder.
+struct Subject {
+  std::string_view kind, name;
+  std::string_view file;  ///< empty: no line of a recipe asks for it
+  recipes::Place place{};
+};
+
 class BlockBuilder {
  public:
-  /// Limits and scene outlive it. A breath that says no ends an addition with Fault::Aborted.
+  /// Limits and scenes outlive it. A breath that says no ends an addition with Fault::Aborted.
   BlockBuilder(const motion::Limits& limits, const motion::Scene& scene, std::uint32_t block, const AxisVec& from,
                Breath breath = {});
+
+  /// What the motions that follow are for.
+  void about(const Subject& subject) { subject_ = subject; }
+  /// They go among these bodies.
+  void among(const motion::Scene& scene) { scene_ = &scene; }
 
   /// A path that is free, straight or over what stands there.
   Result<void> travel(const AxisVec& to, const motion::PathRules& rules);
@@ -38,14 +52,17 @@ class BlockBuilder {
   [[nodiscard]] const AxisVec& at() const { return at_; }
 
  private:
-  Result<void> prove(std::span<const AxisVec> polyline, const motion::PathRules& rules, double corner_mm = 0);
-  void count(const motion::Certificate& certificate, const motion::PathRules& rules);
+  Result<void> prove(std::span<const AxisVec> polyline, const motion::PathRules& rules, std::string_view leg,
+                     double corner_mm = 0);
+  void count(const motion::Certificate& certificate, std::string_view leg);
   void take(std::span<const motion::Segment> segments, const AxisVec& end, std::uint32_t feature = motion::kTravel);
 
   const motion::Limits& limits_;
-  const motion::Scene& scene_;
+  const motion::Scene* scene_;
   AxisVec at_;
   Breath breath_;
+  Subject subject_{};
+  motion::NearPairs known_;  ///< the nearest so far: only what is nearer is measured
   ProvenBlock out_;
 };
 

@@ -14,6 +14,7 @@ namespace gantry::job {
 namespace {
 
 constexpr double kTriggerPulse_s = 0.010;
+constexpr double kNone = 1e9;  // gap before the first feature
 
 /// That a plan was given up is nothing about the recipe.
 Error with_line(Error e, const recipes::Recipe& recipe, recipes::Place location, std::string_view what) {
@@ -21,6 +22,13 @@ Error with_line(Error e, const recipes::Recipe& recipe, recipes::Place location,
   e.message = fmt::format("{}: {}", what, e.message);
   e.where = at_line(recipe, location);
   return e;
+}
+
+/// Where the recipe asks for the last work of a job: parking goes away from there.
+recipes::Place last_place(const recipes::Recipe& recipe) {
+  if (!recipe.features.empty()) return std::visit([](const auto& f) { return f.place; }, recipe.features.back());
+  if (!recipe.touches.empty()) return recipe.touches.back().place;
+  return recipe.marks.empty() ? recipes::Place{1, 1} : recipe.marks.back().place;
 }
 
 }  // namespace
@@ -48,12 +56,17 @@ Vec3 BlockPlanner::mark_view(std::size_t mark) const {
   return recipes::to_machine(recipe_, machine_, known_.guess, {}, recipe_.marks[mark].at, 0);
 }
 
+Subject BlockPlanner::subject(std::string_view kind, const std::string& name, recipes::Place place) const {
+  return {kind, name, recipe_.file, place};
+}
+
 Result<ProvenBlock> BlockPlanner::look_at_mark(std::uint32_t block, const AxisVec& from, std::size_t mark) const {
   const recipes::MarkDef& def = recipe_.marks[mark];
   const config::Tool& camera = *config::find_tool(machine_, "camera");
   BlockBuilder builder = build(block, from);
+  builder.about(subject("mark", def.name, def.place));
   const AxisVec to = recipes::tool_at(machine_, camera, mark_view(mark), 0);
-  if (auto r = builder.travel(to, surroundings_->rules(machine_.clearance_mm)); !r)
+  if (auto r = builder.travel(to, surroundings_->travelling(from)); !r)
     return tl::unexpected(with_line(r.error(), recipe_, def.place, fmt::format("mark '{}'", def.name)));
 
   const std::uint32_t light = config::bit(config::Output::CameraLight),
@@ -78,26 +91,33 @@ Result<ProvenBlock> BlockPlanner::touch(std::uint32_t block, const AxisVec& from
     return tl::unexpected(with_line(e, recipe_, point.place, fmt::format("touch '{}'", point.name)));
   };
   BlockBuilder builder = build(block, from);
-  const motion::PathRules near = surroundings_->rules(machine_.clearance_mm, window);
-  if (auto r = builder.travel(at_height(window + machine_.probe.approach_mm), near); !r) return wrong(r.error());
-  if (auto r = builder.until_probe(at_height(-window), near, machine_.probe.speed_mm_s); !r) return wrong(r.error());
+  builder.about(subject("touch", point.name, point.place));
+  const double approach = machine_.probe.approach_mm;
+  if (auto r = builder.travel(at_height(window + approach), surroundings_->approaching(from, approach)); !r)
+    return wrong(r.error());
+  builder.among(surroundings_->scene_of_touch());
+  if (auto r = builder.until_probe(at_height(-window), surroundings_->touching(window), machine_.probe.speed_mm_s); !r)
+    return wrong(r.error());
   return builder.finish();
 }
 
-Result<ProvenBlock> BlockPlanner::retract(std::uint32_t block, const AxisVec& from) const {
+Result<ProvenBlock> BlockPlanner::retract(std::uint32_t block, const AxisVec& from, std::size_t index) const {
+  const recipes::TouchPoint& point = recipe_.touches[index];
   BlockBuilder builder = build(block, from);
+  builder.about(subject("touch", point.name, point.place));
+  builder.among(surroundings_->scene_of_touch());
   AxisVec to = from;
   double& z = to[machine_.z.value];
   z = std::min(z + machine_.probe.retract_mm, limits_.axis[machine_.z.value].p_max);
-  if (auto r = builder.straight(to, surroundings_->rules(machine_.clearance_mm, recipe_.touch_rules.window_mm)); !r)
-    return tl::unexpected(r.error());
+  if (auto r = builder.straight(to, surroundings_->touching(recipe_.touch_rules.window_mm)); !r)
+    return tl::unexpected(with_line(r.error(), recipe_, point.place, fmt::format("up from touch '{}'", point.name)));
   return builder.finish();
 }
 
 Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& from,
                                            const std::vector<std::size_t>& features) const {
   BlockBuilder builder = build(block, from);
-  double gap_mm = 1e9;  // of the last feature: the needle stands so near to the board, lifted or not
+  double gap_mm = kNone;  // of the last feature: the needle stands so near to the board, lifted or not
   for (const std::size_t f : features) {
     if (!go_on(breath_)) return given_up();
     const recipes::Feature& feature = recipe_.features[f];
@@ -107,6 +127,16 @@ Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& f
     if (!dispensed) return tl::unexpected(dispensed.error());
   }
   return builder.finish();
+}
+
+/// From feature to feature the needle stays as near to the board as the nearer of them; to the first one it comes from
+/// elsewhere.
+motion::PathRules BlockPlanner::on_the_way(const BlockBuilder& builder, double last_gap_mm, double gap_mm) const {
+  motion::PathRules rules = surroundings_->dispensing(std::min(last_gap_mm, gap_mm));
+  if (last_gap_mm != kNone) return rules;
+  motion::PathRules from = surroundings_->travelling(builder.at());
+  rules.approaches.insert(rules.approaches.end(), from.approaches.begin(), from.approaches.end());
+  return rules;
 }
 
 AxisVec BlockPlanner::needle_at(Vec2 at, double height_mm) const {
@@ -124,9 +154,10 @@ AxisVec BlockPlanner::lifted(AxisVec q, const recipes::Material& material) const
 Result<void> BlockPlanner::add_dot(BlockBuilder& builder, const recipes::Dot& dot, std::size_t index,
                                    double& gap_mm) const {
   const recipes::Material& m = *recipes::find_material(recipe_, dot.material);
-  const motion::PathRules rules = surroundings_->rules(m.gap);
+  builder.about(subject("dot", dot.id, dot.place));
+  const motion::PathRules rules = surroundings_->dispensing(m.gap);
   const AxisVec to = needle_at(dot.at, m.gap);
-  Result<void> done = builder.travel(lifted(to, m), surroundings_->rules(std::min(gap_mm, m.gap)));
+  Result<void> done = builder.travel(lifted(to, m), on_the_way(builder, gap_mm, m.gap));
   gap_mm = m.gap;
   if (done) done = builder.straight(to, rules);
   if (done) {
@@ -146,7 +177,8 @@ Result<void> BlockPlanner::add_dot(BlockBuilder& builder, const recipes::Dot& do
 Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& bead, std::size_t index,
                                     double& gap_mm) const {
   const recipes::Material& m = *recipes::find_material(recipe_, bead.material);
-  const motion::PathRules rules = surroundings_->rules(m.gap);
+  builder.about(subject("bead", bead.id, bead.place));
+  const motion::PathRules rules = surroundings_->dispensing(m.gap);
   const auto wrong = [&](const Error& e) {
     return tl::unexpected(with_line(e, recipe_, bead.place, fmt::format("bead '{}'", bead.id)));
   };
@@ -160,8 +192,8 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
   auto planned = motion::plan_bead(limits_, spec);
   if (!planned) return wrong(planned.error());
 
-  const motion::PathRules there = surroundings_->rules(std::min(gap_mm, m.gap));
-  if (auto r = builder.travel(lifted(planned->start, m), there); !r) return wrong(r.error());
+  if (auto r = builder.travel(lifted(planned->start, m), on_the_way(builder, gap_mm, m.gap)); !r)
+    return wrong(r.error());
   gap_mm = m.gap;
   if (auto r = builder.straight(planned->start, rules); !r) return wrong(r.error());
   if (auto r = builder.bead(*planned, rules, static_cast<std::uint32_t>(index)); !r) return wrong(r.error());
@@ -171,15 +203,12 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
 
 Result<ProvenBlock> BlockPlanner::park(std::uint32_t block, const AxisVec& from) const {
   BlockBuilder builder = build(block, from);
+  const recipes::Place last = last_place(recipe_);
+  builder.about({"the park position", "", recipe_.file, last});
   AxisVec to = from;
   for (const auto& [axis, position] : machine_.park) to[axis.value] = position;
-  double gap = machine_.clearance_mm;
-  for (const recipes::Material& m : recipe_.materials) gap = std::min(gap, m.gap);
-  if (auto r = builder.travel(to, surroundings_->rules(gap, recipe_.touch_rules.window_mm)); !r) {
-    Error e = r.error();
-    if (e.fault != Fault::Aborted) e.message = "parking: " + e.message;
-    return tl::unexpected(std::move(e));
-  }
+  if (auto r = builder.travel(to, surroundings_->travelling(from)); !r)
+    return tl::unexpected(with_line(r.error(), recipe_, last, "parking"));
   return builder.finish();
 }
 

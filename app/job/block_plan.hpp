@@ -37,7 +37,7 @@ class BlockPlanner {
   /// Probe down until it touches.
   Result<ProvenBlock> touch(std::uint32_t block, const AxisVec& from, std::size_t touch) const;
   /// Straight up from a touch, so that the probe opens again.
-  Result<ProvenBlock> retract(std::uint32_t block, const AxisVec& from) const;
+  Result<ProvenBlock> retract(std::uint32_t block, const AxisVec& from, std::size_t touch) const;
   Result<ProvenBlock> dispense(std::uint32_t block, const AxisVec& from,
                                const std::vector<std::size_t>& features) const;
   Result<ProvenBlock> park(std::uint32_t block, const AxisVec& from) const;
@@ -51,6 +51,8 @@ class BlockPlanner {
   /// `gap_mm`: of the feature before, and of this one afterwards.
   Result<void> add_dot(BlockBuilder& builder, const recipes::Dot& dot, std::size_t index, double& gap_mm) const;
   Result<void> add_bead(BlockBuilder& builder, const recipes::Bead& bead, std::size_t index, double& gap_mm) const;
+  [[nodiscard]] motion::PathRules on_the_way(const BlockBuilder& builder, double last_gap_mm, double gap_mm) const;
+  [[nodiscard]] Subject subject(std::string_view kind, const std::string& name, recipes::Place place) const;
   [[nodiscard]] AxisVec needle_at(Vec2 at, double height_mm) const;
   [[nodiscard]] AxisVec lifted(AxisVec q, const recipes::Material& material) const;
 

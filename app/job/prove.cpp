@@ -1,7 +1,5 @@
 #include "app/job/prove.hpp"
 
-#include <algorithm>
-
 #include "app/job/block_plan.hpp"
 
 namespace gantry::job {
@@ -35,8 +33,8 @@ class Prover {
     if (auto r = add(planner_.touch(++block_, at_, step.touch)); !r) return tl::unexpected(r.error());
     return after_touch(state_, step.touch, 0);
   }
-  Result<JobState> take(const Retract&) {
-    if (auto r = add(planner_.retract(++block_, at_)); !r) return tl::unexpected(r.error());
+  Result<JobState> take(const Retract& step) {
+    if (auto r = add(planner_.retract(++block_, at_, step.touch)); !r) return tl::unexpected(r.error());
     return after_retract(state_);
   }
   Result<JobState> take(const recipes::Dispense& step) {
@@ -56,7 +54,7 @@ class Prover {
   Result<void> add(Result<ProvenBlock> planned) {
     if (!planned) return tl::unexpected(planned.error());
     proof_.motions += planned->motions();
-    proof_.minimum_clearance_mm = std::min(proof_.minimum_clearance_mm, planned->minimum_clearance_mm());
+    take_nearer(proof_.nearest, planned->nearest());
     proof_.duration_s += planned->duration_s();
     at_ = planned->end();
     discard(*std::move(planned), breath_);
@@ -69,7 +67,7 @@ class Prover {
   JobState state_;
   AxisVec at_{};
   std::uint32_t block_ = 0;
-  NominalProof proof_{.motions = 0, .minimum_clearance_mm = 1e9, .duration_s = 0, .steps = {}};
+  NominalProof proof_;
 };
 
 }  // namespace

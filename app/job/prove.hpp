@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "app/job/job_state.hpp"
+#include "app/job/nearest.hpp"
 #include "config/machine.hpp"
 #include "core/breath.hpp"
 #include "core/error.hpp"
@@ -13,7 +14,7 @@ namespace gantry::job {
 
 struct NominalProof {
   std::size_t motions = 0;
-  double minimum_clearance_mm = 0;
+  Clearances nearest;
   double duration_s = 0;    ///< of all blocks, without waiting for images
   std::vector<Next> steps;  ///< that were proved, in order
 };

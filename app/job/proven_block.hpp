@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 
+#include "app/job/nearest.hpp"
 #include "core/axis_vec.hpp"
 #include "core/breath.hpp"
 #include "motion/types.hpp"
@@ -18,9 +19,9 @@ class ProvenBlock {
   [[nodiscard]] const std::deque<motion::Segment>& segments() const { return segments_; }
   /// Where the axes rest, if nothing ends the block earlier.
   [[nodiscard]] const AxisVec& end() const { return end_; }
-  [[nodiscard]] double duration_s() const { return duration_s_; }                      ///< nominal
-  [[nodiscard]] double minimum_clearance_mm() const { return minimum_clearance_mm_; }  ///< over all certified motions
-  [[nodiscard]] std::size_t motions() const { return motions_; }                       ///< that were certified
+  [[nodiscard]] double duration_s() const { return duration_s_; }       ///< nominal
+  [[nodiscard]] const Clearances& nearest() const { return nearest_; }  ///< over all certified motions
+  [[nodiscard]] std::size_t motions() const { return motions_; }        ///< that were certified
 
  private:
   friend class BlockBuilder;
@@ -31,7 +32,7 @@ class ProvenBlock {
   std::deque<motion::Segment> segments_;
   AxisVec end_{};
   double duration_s_ = 0;
-  double minimum_clearance_mm_ = 1e9;
+  Clearances nearest_;
   std::size_t motions_ = 0;
 };
 

@@ -10,10 +10,10 @@
 namespace gantry::job {
 namespace {
 
-constexpr const char* kBoard = "board";
 constexpr double kTipTolerance_mm = 0.5;
 constexpr double kDeepest_mm = 5;      // that bodies may overlap by belief and be led apart: a probe's spring
 constexpr double kMeasured_mm = 1e-5;  // how exactly it is found how near two bodies stand
+constexpr double kLying_mm = 1e-6;     // what ends at the board's lower face carries it
 constexpr double kSlack_mm = 0.05;     // measured heights and following error may take this much of a gap
 
 /// The body of the head at whose lower end a tool has its tip: the one that may come near to what the tool works on.
@@ -42,25 +42,44 @@ std::optional<double> margin_kept(const motion::Scene& scene, std::size_t head, 
   return kept;
 }
 
+/// What lies under the board: bodies of the machine that end at its lower face or below it, within its outline.
+bool under(const config::Body& body, const config::Body& board, double board_bottom) {
+  if (body.centre.z + body.shape.size.z / 2 > board_bottom + kLying_mm) return false;
+  const motion::Solid a = motion::make_solid(body), b = motion::make_solid(board);
+  const auto apart = [&](double Vec3::*c, Vec3 n) {
+    return std::abs(a.centre.*c - b.centre.*c) >= motion::extent(a, n) + motion::extent(b, n);
+  };
+  return !apart(&Vec3::x, {1, 0, 0}) && !apart(&Vec3::y, {0, 1, 0});
+}
+
+/// How far any point of a box that rides on the board may be off in the plane. The board turns about its origin.
+double furthest_mm(const Belief& belief, Vec2 at, Vec2 size, double rotation_rad = 0) {
+  double radius = 0;
+  for (const Vec2 corner : {Vec2{size.x, size.y}, Vec2{size.x, -size.y}, Vec2{-size.x, size.y}, Vec2{-size.x, -size.y}})
+    radius = std::max(radius, norm(at + rotated(corner * 0.5, rotation_rad)));
+  return belief.shift_mm + 2 * radius * std::sin(belief.rotation_rad / 2);
+}
+
 }  // namespace
 
 Belief unmeasured(const recipes::Recipe& recipe) {
   Belief belief;
   if (!recipe.marks.empty())
-    belief.sideways_mm = recipe.mark_rules.max_shift_mm + recipe.mark_rules.max_rotation_rad * norm(recipe.board.size);
+    belief.shift_mm = recipe.mark_rules.max_shift_mm, belief.rotation_rad = recipe.mark_rules.max_rotation_rad;
   if (!recipe.touches.empty()) belief.upwards_mm = recipe.touch_rules.window_mm;
   return belief;
 }
 
 Belief belief_of(const recipes::Recipe& recipe, const Knowledge& known) {
   Belief belief = unmeasured(recipe);
-  if (known.offset) belief.offset = *known.offset, belief.sideways_mm = 0;
+  if (known.offset) belief.offset = *known.offset, belief.shift_mm = belief.rotation_rad = 0;
   if (known.surface) belief.surface = *known.surface, belief.upwards_mm = 0;
   return belief;
 }
 
 Surroundings::Surroundings(const config::Machine& machine)
     : scene_(machine),
+      scene_of_touch_(machine),
       clearance_mm_(machine.clearance_mm),
       needle_(working_body(machine, "needle")),
       probe_(working_body(machine, "probe")) {}
@@ -68,12 +87,18 @@ Surroundings::Surroundings(const config::Machine& machine)
 Surroundings::Surroundings(const config::Machine& machine, const recipes::Recipe& recipe, const Belief& belief)
     : Surroundings(machine) {
   belief_ = belief;
+  for (const recipes::Feature& feature : recipe.features)
+    if (const auto* bead = std::get_if<recipes::Bead>(&feature))
+      corner_mm_ = std::max(corner_mm_, bead->corner_tolerance);
   add_recipe(machine, recipe);
-  const double nominal_top = recipes::to_machine(recipe, machine, {}, {}, {0, 0}, 0).z;
-  for (const config::Body& body : machine.scene) {
-    const double top = body.centre.z + body.shape.size.z / 2;
-    if (top <= nominal_top - recipe.board.thickness + 1e-6) below_.emplace_back(body.name, nominal_top - top);
-  }
+  const Vec3 corner = recipes::to_machine(recipe, machine, {}, {}, {0, 0}, 0);
+  const config::Body nominal = recipes::bodies(recipe, machine, {}, {}).front();
+  for (const config::Body& body : machine.scene)
+    if (under(body, nominal, corner.z - recipe.board.thickness))
+      carriers_.emplace_back(body.name, corner.z - body.centre.z - body.shape.size.z / 2);
+  const motion::BoardFrame frame{recipes::to_machine(recipe, machine, belief_.offset, belief_.surface, {0, 0}, 0),
+                                 belief_.offset.rotation, belief_.surface.slope};
+  scene_.tell_in(frame), scene_of_touch_.tell_in(frame);
 }
 
 /// Each body of the recipe where it is believed to be, grown by how far it may be off. The board's box reaches to its
@@ -85,41 +110,75 @@ void Surroundings::add_recipe(const config::Machine& machine, const recipes::Rec
     highest = std::max(highest, belief_.surface.at(corner));
     lowest = std::min(lowest, belief_.surface.at(corner));
   }
-  uneven_mm_ = highest - lowest;
+  highest_mm_ = highest, uneven_mm_ = highest - lowest;
   const auto bodies = recipes::bodies(recipe, machine, belief_.offset, belief_.surface);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     config::Body body = bodies[i];
-    const bool board = i == 0;
-    if (board || !recipe.parts[i - 1].fixture) {
-      const double up = belief_.upwards_mm + (board ? highest - belief_.surface.at(size * 0.5) : 0);
-      body.shape.size = body.shape.size + Vec3{2 * belief_.sideways_mm, 2 * belief_.sideways_mm, up};
-      body.centre.z += up / 2;
+    const auto grow_up = [&body](double by_mm) { body.shape.size.z += by_mm, body.centre.z += by_mm / 2; };
+    const recipes::Part* const part = i == 0 ? nullptr : &recipe.parts[i - 1];
+    if (part != nullptr && part->fixture) {
+      scene_.add(body), scene_of_touch_.add(body);
+      continue;
     }
+    if (part == nullptr) grow_up(highest - belief_.surface.at(size * 0.5));
+    const double off = part == nullptr ? furthest_mm(belief_, size * 0.5, size)
+                                       : furthest_mm(belief_, part->at, {part->size.x, part->size.y}, part->rotation);
+    body.shape.size.x += 2 * off, body.shape.size.y += 2 * off;
+    scene_of_touch_.add(body);
+    grow_up(belief_.upwards_mm);
     scene_.add(body);
   }
 }
 
-motion::PathRules Surroundings::rules(double gap_mm, double press_mm) const {
+/// The pair of a tool and what it works on, and the pairs with what carries that.
+void Surroundings::let_near(motion::PathRules& rules, const std::string& tool, const std::string& standing,
+                            double keeps_mm) const {
+  const double asked_mm = clearance_mm_ + corner_mm_;
+  if (tool.empty() || keeps_mm >= asked_mm) return;
+  rules.approaches.push_back({tool, standing, keeps_mm});
+  if (standing != kBoard) return;
+  for (const auto& [name, depth_mm] : carriers_)
+    if (const double keeps = keeps_mm + highest_mm_ + depth_mm; keeps < asked_mm)
+      rules.approaches.push_back({tool, name, keeps});
+}
+
+bool Surroundings::by_design(const std::string& head, const std::string& standing) const {
+  if (head != needle_ && head != probe_) return false;
+  return standing == kBoard || std::any_of(carriers_.begin(), carriers_.end(),
+                                           [&](const auto& carrier) { return carrier.first == standing; });
+}
+
+motion::PathRules Surroundings::kept(const AxisVec& now, bool all) const {
   motion::PathRules rules{.clearance_mm = clearance_mm_, .approaches = {}};
-  const double needle = gap_mm - kSlack_mm - uneven_mm_ - belief_.upwards_mm;
-  const double probe = -(press_mm + kSlack_mm + uneven_mm_ + belief_.upwards_mm);
-  const auto may = [&](const std::string& body, double keeps) {
-    if (body.empty() || keeps >= clearance_mm_) return;
-    rules.approaches.push_back({body, kBoard, keeps});
-    for (const auto& [name, depth] : below_)
-      if (keeps + depth < clearance_mm_) rules.approaches.push_back({body, name, keeps + depth});
-  };
-  may(needle_, needle);
-  may(probe_, probe);
+  for (std::size_t i = 0; i < scene_.head().size(); ++i)
+    for (std::size_t k = 0; k < scene_.standing().size(); ++k) {
+      const std::string &head = scene_.head()[i].name, &standing = scene_.standing()[k].name;
+      const bool meant = by_design(head, standing);
+      if (!all && !meant) continue;
+      if (const auto margin = margin_kept(scene_, i, k, now, clearance_mm_); margin && *margin < clearance_mm_)
+        rules.approaches.push_back({head, standing, *margin, meant});
+    }
   return rules;
 }
 
-motion::PathRules Surroundings::no_nearer_than(const AxisVec& now) const {
+motion::PathRules Surroundings::travelling(const AxisVec& now) const { return kept(now, false); }
+motion::PathRules Surroundings::no_nearer_than(const AxisVec& now) const { return kept(now, true); }
+
+motion::PathRules Surroundings::approaching(const AxisVec& now, double approach_mm) const {
+  motion::PathRules rules = travelling(now);
+  let_near(rules, probe_, kBoard, approach_mm - kSlack_mm);
+  return rules;
+}
+
+motion::PathRules Surroundings::touching(double press_mm) const {
   motion::PathRules rules{.clearance_mm = clearance_mm_, .approaches = {}};
-  for (std::size_t i = 0; i < scene_.head().size(); ++i)
-    for (std::size_t k = 0; k < scene_.standing().size(); ++k)
-      if (const auto kept = margin_kept(scene_, i, k, now, clearance_mm_); kept && *kept < clearance_mm_)
-        rules.approaches.push_back({scene_.head()[i].name, scene_.standing()[k].name, *kept});
+  let_near(rules, probe_, kBoard, -(press_mm + kSlack_mm + uneven_mm_));
+  return rules;
+}
+
+motion::PathRules Surroundings::dispensing(double gap_mm, const std::string& on) const {
+  motion::PathRules rules{.clearance_mm = clearance_mm_, .approaches = {}};
+  let_near(rules, needle_, on, gap_mm - kSlack_mm - uneven_mm_ - belief_.upwards_mm);
   return rules;
 }
 

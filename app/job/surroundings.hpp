@@ -1,6 +1,12 @@
 // What stands around the head while a job runs: the machine's own bodies, the board and its parts where they are
 // believed to be, and how near each tool may come to what it works on.
-//   Surroundings s(machine, recipe, belief);   find_path(s.scene(), from, to, s.rules());
+//   Surroundings s(machine, recipe, belief);   find_path(s.scene(), from, to, s.travelling(from));
+// Every pair of bodies keeps the machine's clearance, but for a pair that is named here, in a step that is named here:
+//   a touch       probe and board                   touching()
+//   dispensing    needle and what it dispenses on   dispensing()
+//   on the way    the same two, where the last step has left a tool nearer than the clearance: it comes no nearer
+// A board that is thinner than the clearance brings what it lies on near to the tool as well: that pair keeps the
+// board's thickness more. Nothing else inherits anything, however low it stands.
 #pragma once
 #include <string>
 #include <utility>
@@ -14,12 +20,15 @@
 
 namespace gantry::job {
 
+inline constexpr const char* kBoard = "board";
+
 /// Where the board is, and how far it may be from there.
 struct Belief {
   recipes::WorkOffset offset;
   recipes::Surface surface;
-  double sideways_mm = 0;  ///< any point of the board may be this far off in the plane
-  double upwards_mm = 0;   ///< its surface may be this much higher
+  double shift_mm = 0;      ///< the board's origin may be this far off in the plane
+  double rotation_rad = 0;  ///< and it may be turned about it by so much
+  double upwards_mm = 0;    ///< its surface may be this much higher
 };
 
 /// What is believed before anything was measured: nominal, and off by what the recipe's rules allow.
@@ -33,26 +42,41 @@ class Surroundings {
   explicit Surroundings(const config::Machine& machine);
   Surroundings(const config::Machine& machine, const recipes::Recipe& recipe, const Belief& belief);
 
+  /// Every body as large as it may be by belief.
   [[nodiscard]] const motion::Scene& scene() const { return scene_; }
-  /// Full clearance, but for tools over the surface that they work on: the needle keeps `gap_mm`, the probe may press
-  /// in by `press_mm` (after it has touched it stands pressed in by its stopping distance).
-  [[nodiscard]] motion::PathRules rules(double gap_mm, double press_mm = 0.2) const;
-  /// Full clearance, but for bodies that stand nearer to each other now (the needle over a dot, the probe on the
-  /// surface): they come no nearer than that, nor to what is nowhere higher (motion/plan/sweep.hpp).
+  /// The same while the probe goes down and up again. It goes until it meets the board, so that what rides on the board
+  /// is then as far below the tool's lowest point as by drawing: it is not grown by the height that is not known. (A
+  /// touch ends at the window's lower end; board and parts may differ in height by the whole window.)
+  [[nodiscard]] const motion::Scene& scene_of_touch() const { return scene_of_touch_; }
+
+  /// From `now` to anywhere: a tool that stands nearer than the clearance to what it works on comes no nearer.
+  [[nodiscard]] motion::PathRules travelling(const AxisVec& now) const;
+  /// To the point from where the probe goes down: `approach_mm` over the highest that the board may be.
+  [[nodiscard]] motion::PathRules approaching(const AxisVec& now, double approach_mm) const;
+  /// Down until the probe touches, up again: it may go `press_mm` below the surface as believed. For scene_of_touch().
+  [[nodiscard]] motion::PathRules touching(double press_mm) const;
+  /// The needle keeps `gap_mm` to what it dispenses on.
+  [[nodiscard]] motion::PathRules dispensing(double gap_mm, const std::string& on = kBoard) const;
+  /// Full clearance, but for bodies that stand nearer to each other now, whichever they are: they come no nearer.
   [[nodiscard]] motion::PathRules no_nearer_than(const AxisVec& now) const;
-  [[nodiscard]] double sideways_mm() const { return belief_.sideways_mm; }
 
  private:
   void add_recipe(const config::Machine& machine, const recipes::Recipe& recipe);
+  /// A tool with what it works on, or with what carries that.
+  [[nodiscard]] bool by_design(const std::string& head, const std::string& standing) const;
+  void let_near(motion::PathRules& rules, const std::string& tool, const std::string& standing, double keeps_mm) const;
+  /// Pairs that are nearer than the clearance now; `all`: whichever they are, else those by design.
+  [[nodiscard]] motion::PathRules kept(const AxisVec& now, bool all) const;
 
   Belief belief_;
-  motion::Scene scene_;
+  motion::Scene scene_, scene_of_touch_;
   double clearance_mm_ = 0;
+  double corner_mm_ = 0;        ///< a bead asks for so much more than the clearance (motion/plan/certificate.hpp)
   std::string needle_, probe_;  ///< bodies of the head; empty: the tool has none
-  double uneven_mm_ =
-      0;  ///< the board's box reaches to its highest corner: elsewhere the surface is lower by up to this
-  /// Bodies under the board, and how far their top is below its surface.
-  std::vector<std::pair<std::string, double>> below_;
+  /// The board's box reaches to its highest corner; elsewhere the surface is lower by up to `uneven_mm_`.
+  double highest_mm_ = 0, uneven_mm_ = 0;
+  /// Bodies of the machine that the board lies on, and how far their top is below its nominal surface.
+  std::vector<std::pair<std::string, double>> carriers_;
 };
 
 }  // namespace gantry::job

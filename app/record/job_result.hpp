@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/job/nearest.hpp"
 #include "core/axis_vec.hpp"
 #include "core/error.hpp"
 #include "core/vec.hpp"
@@ -122,7 +123,7 @@ struct JobResult {
   std::uint64_t setpoint_hash = 0;
   std::uint64_t setpoint_ticks = 0;      ///< how many ticks the hash covers
   bool setpoint_stream_complete = true;  ///< false: snapshots were lost and the hash says nothing
-  double minimum_clearance_mm = 0;       ///< of all certified motions
+  job::Clearances minimum_clearance;     ///< of all certified motions
   std::size_t motions_certified = 0;
   std::vector<PathPoint> planned, actual;
   bool has_world = false;  ///< deposits and collisions are known (simulated machine)

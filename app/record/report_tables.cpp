@@ -273,9 +273,11 @@ std::string fact_section(const JobResult& r) {
   };
   fact("recipe", r.recipe_file);
   fact("blocks", fmt::format("{} of {}", r.blocks_done, r.blocks_total));
-  if (r.motions_certified > 0)
-    fact("certificate", fmt::format("{} motions proved free, smallest clearance {} mm", r.motions_certified,
-                                    number(r.minimum_clearance_mm, 2)));
+  if (r.motions_certified > 0) {
+    fact("certificate", fmt::format("{} motions proved free", r.motions_certified));
+    fact("nearest by design", job::to_text(r.minimum_clearance.by_design));
+    fact("nearest of all others", job::to_text(r.minimum_clearance.others));
+  }
   fact("valve", fmt::format("opened {} times, {} in all", r.valve_openings, span_of_time(r.valve_open_s)));
   fact("setpoint hash",
        r.setpoint_stream_complete

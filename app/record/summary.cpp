@@ -25,6 +25,16 @@ Json points(const std::vector<Vec3>& list) {
   return result;
 }
 
+Json nearest(const std::optional<job::Nearest>& n) {
+  if (!n) return nullptr;
+  return {{"distance_mm", number(n->distance_mm)},
+          {"pair", Json::array({n->head, n->standing})},
+          {"motion", n->motion},
+          {"where", n->where},
+          {"at_mm", n->board_mm ? point(*n->board_mm) : Json(nullptr)},
+          {"machine_mm", point(n->machine_mm)}};
+}
+
 Json errors(const JobResult& r) {
   Json list = Json::array();
   for (const auto& e : r.errors) {
@@ -197,9 +207,12 @@ nlohmann::ordered_json to_json(const JobResult& r) {
   j["wall_s"] = number(r.wall_s);
   add_following(j, r);
   j["cycle"] = cycle(r.cycles);
+  const auto& others = r.minimum_clearance.others;
   j["certificate"] = {
       {"motions_certified", r.motions_certified},
-      {"minimum_clearance_mm", r.motions_certified > 0 ? number(r.minimum_clearance_mm) : Json(nullptr)}};
+      {"minimum_clearance_mm", others ? number(others->distance_mm) : Json(nullptr)},
+      {"minimum_clearance",
+       {{"by_design", nearest(r.minimum_clearance.by_design)}, {"others", nearest(r.minimum_clearance.others)}}}};
   j["setpoint_hash"] = hash_text(r.setpoint_hash);
   j["setpoint_ticks"] = r.setpoint_ticks;
   j["setpoint_stream_complete"] = r.setpoint_stream_complete;

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <set>
 
+#include "app/job/jog.hpp"
+#include "app/job/prove_homing.hpp"
 #include "app/run/owner_parts.hpp"
 #include "core/log.hpp"
 
@@ -102,6 +104,9 @@ Result<void> Owner::home() {
 
 Result<void> Owner::Parts::home() {
   if (auto r = torque(); !r) return r;
+  const cycle::Snapshot& now = control().latest();
+  if (job::know_place(machine, now.referenced, 0))
+    if (auto free = job::prove_homing(machine, *around, now.target); !free) return free;
   std::set<int> orders;
   for (const config::Axis& axis : machine.axes)
     if (axis.homing && axis.kind == config::AxisKind::Streamed) orders.insert(axis.homing->order);

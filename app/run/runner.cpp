@@ -108,9 +108,7 @@ Result<Played> Runner::play(Result<job::ProvenBlock> planned) {
   }
   result_.predicted_s += planned->duration_s();
   result_.motions_certified += planned->motions();
-  result_.minimum_clearance_mm = result_.motions_certified == planned->motions()
-                                     ? planned->minimum_clearance_mm()
-                                     : std::min(result_.minimum_clearance_mm, planned->minimum_clearance_mm());
+  job::take_nearer(result_.minimum_clearance, planned->nearest());
   auto played = site_.control.play(*planned);
   at_ = site_.control.latest().target;
   job::discard(*std::move(planned), site_.breath);
@@ -216,7 +214,8 @@ Result<job::JobState> Runner::take(const recipes::Touch& step) {
 /// The height is judged once the probe is free.
 Result<job::JobState> Runner::take(const job::Retract& step) {
   const recipes::TouchPoint& point = recipe_.touches[step.touch];
-  if (auto free = play(planner_.retract(next_block("probe"), at_)); !free) return tl::unexpected(free.error());
+  if (auto free = play(planner_.retract(next_block("probe"), at_, step.touch)); !free)
+    return tl::unexpected(free.error());
   const double height_mm = state_.known.heights.back().height_mm;
   result_.touches.push_back({point.name, point.at, height_mm, 0});
   if (std::abs(height_mm) > recipe_.touch_rules.window_mm)

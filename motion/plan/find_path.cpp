@@ -26,7 +26,7 @@ std::optional<Error> end_taken(const Scene& scene, const AxisVec& from, const Ax
 }  // namespace
 
 Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& to, const PathRules& rules,
-                       double extra_mm) {
+                       double extra_mm, const NearPairs& known) {
   for (std::size_t i = 0; i < scene.axes().size(); ++i) {
     const Scene::Axis& a = scene.axes()[i];
     if (!std::isfinite(from[i]) || !std::isfinite(to[i]) || to[i] < a.p_min - kLimitRounding ||
@@ -48,7 +48,7 @@ Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& t
     path.kind = PathKind::LiftOver;
     path.points = std::move(over->points);
   }
-  auto certificate = certify(scene, path.points, rules, extra_mm);
+  auto certificate = certify(scene, path.points, rules, extra_mm, {}, known);
   if (!certificate) return tl::unexpected(certificate.error());
   path.certificate = *std::move(certificate);
   return path;

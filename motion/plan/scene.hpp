@@ -6,6 +6,7 @@
 // limits keep them apart.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,11 +24,21 @@ struct SceneBody {
   Vec3 half_box;  ///< half edges of its axis-aligned box
 };
 
+/// Where a board lies: its own coordinates are turned, shifted to `origin`, and count Z from its top face.
+struct BoardFrame {
+  Vec3 origin;  ///< of the board's corner on its top face
+  double rotation_rad = 0;
+  Vec2 slope;  ///< of the top face over the board's coordinates
+  [[nodiscard]] Vec3 from_machine(Vec3 p) const;
+};
+
 class Scene {
  public:
   explicit Scene(const config::Machine& machine);
   /// Adds a body that stands, in machine coordinates.
   void add(const config::Body& body);
+  /// From now on points are told in the coordinates of a board that lies there; in those of the machine before.
+  void tell_in(const BoardFrame& board) { board_ = board; }
 
   [[nodiscard]] const std::vector<SceneBody>& head() const { return head_; }
   [[nodiscard]] const std::vector<SceneBody>& standing() const { return standing_; }
@@ -50,8 +61,13 @@ class Scene {
   [[nodiscard]] bool has_lift() const { return has_lift_; }
   [[nodiscard]] std::size_t u() const { return u_; }
 
+  /// A point of the machine frame for people, in the coordinates of the board, the machine's in brackets:
+  /// "(12.00, 8.00, 21.50) mm [machine 192.00, 158.00, -88.50]"; "(192.00, 158.00, -88.50) mm" where no board is known.
+  [[nodiscard]] std::string told(Vec3 machine) const;
+  [[nodiscard]] const std::optional<BoardFrame>& board() const { return board_; }
+
   /// Changes when any body changes (FNV-1a over names and numbers); stands in certificates.
-  [[nodiscard]] std::uint64_t hash() const;
+  [[nodiscard]] std::uint64_t hash() const { return hash_; }
 
  private:
   std::vector<SceneBody> head_, standing_;
@@ -59,6 +75,8 @@ class Scene {
   std::vector<Axis> axes_;
   std::size_t x_ = 0, y_ = 0, z_ = 0, u_ = 0;
   bool has_lift_ = false;
+  std::optional<BoardFrame> board_;
+  std::uint64_t hash_ = 0xcbf29ce484222325ULL;
 };
 
 }  // namespace gantry::motion

@@ -55,6 +55,11 @@ double Margins::of(std::size_t head, std::size_t standing) const {
   return least;
 }
 
+bool Margins::by_design(std::size_t head, std::size_t standing) const {
+  return std::any_of(pairs.begin(), pairs.end(),
+                     [&](const PairMargin& p) { return p.by_design && p.head == head && p.standing == standing; });
+}
+
 Result<Margins> make_margins(const Scene& scene, double clearance_mm, const std::vector<AllowedApproach>& approaches,
                              double extra_mm) {
   const auto index = [](const std::vector<SceneBody>& bodies, const std::string& name) {
@@ -69,9 +74,7 @@ Result<Margins> make_margins(const Scene& scene, double clearance_mm, const std:
       return fail(Fault::UnknownReference,
                   fmt::format("an allowed approach names '{}' and '{}', but there is no such body {}", t.head,
                               t.standing, head == scene.head().size() ? "on the head" : "in the scene"));
-    const auto top = [&](std::size_t k) { return scene.boxes()[k].centre.z + scene.boxes()[k].half.z; };
-    for (std::size_t k = 0; k < scene.standing().size(); ++k)
-      if (top(k) <= top(standing)) out.pairs.push_back({head, k, t.clearance_mm});
+    out.pairs.push_back({head, standing, t.clearance_mm, t.by_design});
   }
   return out;
 }

@@ -16,22 +16,25 @@ namespace gantry::motion {
 
 /// A body of the head that may come nearer to one that stands than the clearance, by design: the needle over the board,
 /// the probe on it. `clearance_mm` is what they still keep; below 0 it is an allowed overlap, counted along an upright
-/// face normal of the standing body or Z (a probe may press in by its travel). It holds as well for whatever is nowhere
-/// higher than the standing body's top: a thin board has the plate under it within any clearance.
+/// face normal of the standing body or Z (a probe may press in by its travel). It holds for these two bodies and for
+/// nothing else.
 struct AllowedApproach {
   std::string head, standing;
   double clearance_mm = 0;
+  bool by_design = true;  ///< false: they stand that near now, whatever the reason, and come no nearer
 };
 
 /// AllowedApproach with its names looked up.
 struct PairMargin {
   std::size_t head = 0, standing = 0;
   double clearance_mm = 0;
+  bool by_design = true;
 };
 struct Margins {
   double clearance_mm = 0;
   std::vector<PairMargin> pairs;
   [[nodiscard]] double of(std::size_t head, std::size_t standing) const;
+  [[nodiscard]] bool by_design(std::size_t head, std::size_t standing) const;
 };
 /// Looks names up. `extra_mm` is added to the clearance; an allowed approach says what its pair keeps, everything
 /// included.

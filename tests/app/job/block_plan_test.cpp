@@ -95,7 +95,7 @@ TEST_F(BlockPlanTest, the_probe_goes_through_the_window_and_comes_back_up) {
   const Vec3 surface = on_board(recipe.touches[1].at, 0, known);
   EXPECT_GE(from.z, surface.z + recipe.touch_rules.window_mm);
   EXPECT_LE(to.z, surface.z - recipe.touch_rules.window_mm + 1e-9);
-  const auto up = planner.retract(3, motion::point(down.geometry, down.geometry.length / 2));
+  const auto up = planner.retract(3, motion::point(down.geometry, down.geometry.length / 2), 1);
   ASSERT_TRUE(up) << to_text(up.error());
   EXPECT_GT(up->end()[machine.z.value], motion::point(down.geometry, down.geometry.length / 2)[machine.z.value]);
 }

@@ -164,7 +164,10 @@ JobResult made_up_job() {
             {"C", false, 0, true},
             {"U", false, 0, false}};
   r.motions_certified = 148;
-  r.minimum_clearance_mm = 2.31;
+  r.minimum_clearance.by_design = job::Nearest{
+      0.25, "needle", "board", "down to dot 'a'", "recipes/made-up.yaml:30:5", {190, 170, -110}, Vec3{10, 20, 0}};
+  r.minimum_clearance.others = job::Nearest{
+      2.31, "needle", "relay", "along bead 'seam'", "recipes/made-up.yaml:40:5", {190, 170, -107}, Vec3{10, 20, 3}};
   r.setpoint_hash = 0x3f9ac27780be1d05u;
   r.setpoint_ticks = static_cast<std::uint64_t>(pen.t * 1000);
   r.cycles.cycles = r.cycles.sent = 61234;

@@ -161,7 +161,8 @@ TEST(Report, is_well_formed_and_survives_an_empty_job_and_numbers_that_are_none)
   const Folder folder;
   auto broken = made_up_failure();
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  broken.predicted_s = broken.actual_s = broken.offset_rms_mm = broken.minimum_clearance_mm = nan;
+  broken.predicted_s = broken.actual_s = broken.offset_rms_mm = nan;
+  broken.minimum_clearance.others->distance_mm = nan;
   broken.actual[5].head.z = nan;
   broken.deposits[3].error_mm = nan;
   broken.marks[1].residual_mm = nan;

@@ -82,7 +82,7 @@ TEST(Summary, stays_valid_json_whatever_the_numbers_and_names_are) {
   auto r = made_up_job();
   const double nan = std::numeric_limits<double>::quiet_NaN();
   r.predicted_s = nan;
-  r.minimum_clearance_mm = std::numeric_limits<double>::infinity();
+  r.minimum_clearance.others->distance_mm = std::numeric_limits<double>::infinity();
   r.deposits[0].error_mm = nan;
   r.axes[0].max_following = nan;
   r.marks[0].name = "bad \xff utf-8 \"quoted\"\n";
@@ -100,7 +100,22 @@ TEST(Summary, an_empty_result_is_a_summary_too) {
   EXPECT_EQ(j.at("result"), "done");
   EXPECT_TRUE(j.at("work_offset").is_null());
   EXPECT_TRUE(j.at("deposits").is_null());
-  EXPECT_TRUE(j.at("certificate").at("minimum_clearance_mm").is_null());
+  EXPECT_TRUE(j.at("certificate").at("minimum_clearance").at("by_design").is_null());
+  EXPECT_TRUE(j.at("certificate").at("minimum_clearance").at("others").is_null());
+}
+
+TEST(Summary, the_nearest_pairs_are_two_each_with_pair_motion_line_and_both_frames) {
+  const json both = to_json(made_up_job()).at("certificate").at("minimum_clearance");
+  const json& design = both.at("by_design");
+  EXPECT_EQ(design.at("distance_mm"), 0.25);
+  EXPECT_EQ(design.at("pair"), json::array({"needle", "board"}));
+  const json& others = both.at("others");
+  EXPECT_EQ(others.at("distance_mm"), 2.31);
+  EXPECT_EQ(others.at("pair"), json::array({"needle", "relay"}));
+  EXPECT_EQ(others.at("motion"), "along bead 'seam'");
+  EXPECT_EQ(others.at("where"), "recipes/made-up.yaml:40:5");
+  EXPECT_EQ(others.at("at_mm"), json::array({10.0, 20.0, 3.0}));
+  EXPECT_EQ(others.at("machine_mm"), json::array({190.0, 170.0, -107.0}));
 }
 
 TEST(Summary, interrupted_and_aborted_jobs_are_told_apart) {

@@ -21,9 +21,12 @@ TEST(FindPath, goes_straight_when_nothing_is_in_the_way) {
   EXPECT_EQ(path->kind, PathKind::Straight);
   EXPECT_EQ(path->points, (std::vector<AxisVec>{at(60, 80, 10), at(140, 120, 6)}));
   EXPECT_EQ(path->certificate.pairs, 4U);
-  EXPECT_NEAR(path->certificate.min_clearance_mm, 4, 1e-6);
-  EXPECT_EQ(path->certificate.motions.front().head, "needle");
-  EXPECT_EQ(path->certificate.motions.front().standing, "board");
+  const NearPair& nearest = path->certificate.nearest.others;
+  EXPECT_NEAR(nearest.distance_mm, 4, 1e-6);
+  EXPECT_EQ(scene.head()[nearest.head].name, "needle");
+  EXPECT_EQ(scene.standing()[nearest.standing].name, "board");
+  EXPECT_NEAR(nearest.at.z, 2, 1e-9) << "on the board's top";
+  EXPECT_TRUE(std::isinf(path->certificate.nearest.by_design.distance_mm)) << "there is no such pair";
 }
 
 TEST(FindPath, lifts_over_a_part_as_low_as_its_clearance_lets_it) {
@@ -36,8 +39,8 @@ TEST(FindPath, lifts_over_a_part_as_low_as_its_clearance_lets_it) {
   EXPECT_EQ(path->points[1], at(80, 100, path->points[1][2]));
   EXPECT_EQ(path->points[2], at(120, 100, path->points[1][2]));
   EXPECT_NEAR(path->points[1][2], 14, 2e-3);
-  EXPECT_GE(path->certificate.min_clearance_mm, 2);
-  EXPECT_LT(path->certificate.min_clearance_mm, 2.01);
+  EXPECT_GE(path->certificate.nearest.others.distance_mm, 2);
+  EXPECT_LT(path->certificate.nearest.others.distance_mm, 2.01);
 }
 
 /// Judge: heights in steps of 0.2 mm, each leg by closed forms.
@@ -120,8 +123,8 @@ TEST(FindPath, is_certified_and_the_same_every_time) {
     EXPECT_EQ(path->points, again->points);
     EXPECT_EQ(path->points.front(), from);
     EXPECT_EQ(path->points.back(), to);
-    EXPECT_EQ(path->certificate.motions.size(), path->points.size() - 1);
-    EXPECT_GE(path->certificate.min_clearance_mm, 1.7 - 1e-9);
+    EXPECT_EQ(path->certificate.motions, path->points.size() - 1);
+    EXPECT_GE(path->certificate.nearest.others.distance_mm, 1.7 - 1e-9);
     EXPECT_EQ(path->certificate.scene_hash, scene.hash());
   }
   EXPECT_GT(found, 100);
@@ -172,8 +175,11 @@ TEST(Certify, covers_a_bead_with_its_corner_tolerance_and_names_the_motion_that_
   const std::vector<AxisVec> bead{at(84.2, 80, z), at(84.2, 120, z), at(120, 120, z)};  // 1.7 mm from the part
   const auto proof = certify(scene, bead, rules, 0.5);
   ASSERT_TRUE(proof) << proof.error().message;
-  EXPECT_EQ(proof->motions.size(), 2U);
-  EXPECT_NEAR(proof->min_clearance_mm, 0.25, 1e-6);  // needle over board, as asked
+  EXPECT_EQ(proof->motions, 2U);
+  EXPECT_NEAR(proof->nearest.by_design.distance_mm, 0.25, 1e-6);  // needle over board, as asked
+  EXPECT_NEAR(proof->nearest.others.distance_mm, 1.7, 1e-6);      // needle beside the part
+  EXPECT_EQ(scene.standing()[proof->nearest.others.standing].name, "part C3");
+  EXPECT_EQ(proof->nearest.others.motion, 0U);
   const auto wide = certify(scene, bead, rules, 0.8);
   ASSERT_FALSE(wide);
   EXPECT_EQ(wide.error().fault, Fault::Collision);

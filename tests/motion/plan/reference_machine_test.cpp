@@ -37,7 +37,9 @@ class ReferenceMachine : public testing::Test {
 
 TEST_F(ReferenceMachine, camera_needle_and_probe_reach_the_whole_board) {
   const PathRules rules{.clearance_mm = machine.clearance_mm,
-                        .approaches = {{"needle", "board", 0.18}, {"probe_stylus", "board", -0.5}}};
+                        .approaches = {{"needle", "board", 0.18},
+                                       {"needle", "pallet_plate", 0.18 + 1.6},  // which the thin board lies on
+                                       {"probe_stylus", "board", -0.5}}};
   AxisVec from{};
   for (const auto& [axis, value] : machine.park) from[axis.value] = value;
   int straight = 0, over = 0;
@@ -57,7 +59,8 @@ TEST_F(ReferenceMachine, camera_needle_and_probe_reach_the_whole_board) {
 
 TEST_F(ReferenceMachine, the_needle_does_not_go_down_on_the_clamp_rail) {
   const auto path = find_path(scene, tool_at("needle", {60, 20}, 5), tool_at("needle", {60, -10}, 0.2),
-                              {.clearance_mm = machine.clearance_mm, .approaches = {{"needle", "board", 0.18}}});
+                              {.clearance_mm = machine.clearance_mm,
+                               .approaches = {{"needle", "board", 0.18}, {"needle", "pallet_plate", 0.18}}});
   ASSERT_FALSE(path);
   EXPECT_EQ(path.error().fault, Fault::Collision);
   EXPECT_NE(path.error().message.find("needle comes within 2 mm of clamp_rail"), std::string::npos)

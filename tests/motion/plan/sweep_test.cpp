@@ -126,6 +126,26 @@ TEST(Sweep, a_touch_lets_its_pair_nearer_and_no_other) {
   EXPECT_EQ(make_margins(scene, 2, {{"needle", "bord", 0}}).error().fault, Fault::UnknownReference);
 }
 
+/// A clip beside the board, lower than its top, is no board.
+TEST(Sweep, an_allowed_approach_is_inherited_by_nothing_that_stands_lower) {
+  Scene scene(test::bare_machine());
+  scene.add(test::box("board", {120, 80, 4}, {100, 100, 2}));
+  for (const double top : {1.0, 3.5, 4.0}) {
+    Scene with = scene;
+    with.add(test::box("clip", {6, 6, top}, {100, 57, top / 2}));
+    const auto margins = make_margins(with, 2, {{"needle", "board", 0.2}});
+    ASSERT_TRUE(margins);
+    const AxisVec low = at(100, 60.5, 4.3);
+    EXPECT_FALSE(first_hit(scene, at(100, 60.5, 20), low, *margins));
+    const double apart = std::hypot(0.5, 4.8 - top) - 0.5;  // the clip's edge from the centre of the needle's round end
+    const auto hit = first_hit(with, at(100, 60.5, 20), low, *margins);
+    EXPECT_EQ(hit.has_value(), apart < 2) << top;
+    if (hit) {
+      EXPECT_EQ(with.standing()[hit->standing].name, "clip");
+    }
+  }
+}
+
 TEST(Verify, refuses_proofs_that_do_not_hold) {
   Scene scene(test::bare_machine());
   scene.add(test::box("post", {10, 10, 30}, {100, 100, 15}));

@@ -1,0 +1,27 @@
+// Homing is done by the drives themselves, each axis for itself. Where it is known where the head stands, what they may
+// sweep is proved before anything moves; where it is not, nothing can be proved, and the order of the machine file (Z
+// first) is all that there is.
+//   if (job::know_place(machine, referenced, 0)) if (auto free = job::prove_homing(machine, around, at); !free) ...
+#pragma once
+#include <vector>
+
+#include "app/job/surroundings.hpp"
+#include "config/machine.hpp"
+#include "core/axis_vec.hpp"
+#include "core/error.hpp"
+
+namespace gantry::job {
+
+/// From where to where an axis may go while it homes from `at`: to its home edge and beyond by what it needs to stop,
+/// and by its method to a limit first.
+struct HomingRange {
+  double low = 0, high = 0;
+};
+HomingRange homing_range(const config::Axis& axis, double at);
+
+/// Axes of one order home together and each as fast as it does, so that the head may be anywhere in the box that their
+/// ranges span; then they stand at their home edges, and the next order begins. What stands nearer to the head than the
+/// clearance when an order begins comes no nearer. Fault::Collision with both bodies, the axes and how to get out.
+Result<void> prove_homing(const config::Machine& machine, const Surroundings& around, const AxisVec& at);
+
+}  // namespace gantry::job

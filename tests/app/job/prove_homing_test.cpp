@@ -1,0 +1,74 @@
+#include "app/job/prove_homing.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/app/job/reference.hpp"
+
+namespace gantry::job {
+namespace {
+
+struct ProveHoming : testing::Test {
+  config::Machine machine = test::reference();
+  AxisVec at(double x, double y, double z, double u = 0) {
+    AxisVec q = test::parked(machine);
+    q[machine.x.value] = x, q[machine.y.value] = y, q[machine.z.value] = z, q[machine.u->value] = u;
+    return q;
+  }
+  Result<void> prove(const AxisVec& from) { return prove_homing(machine, Surroundings(machine), from); }
+  void refused(const AxisVec& from, std::initializer_list<const char*> words) {
+    const auto proof = prove(from);
+    ASSERT_FALSE(proof);
+    EXPECT_EQ(proof.error().fault, Fault::Collision);
+    for (const char* word : words)
+      EXPECT_NE(proof.error().message.find(word), std::string::npos) << proof.error().message;
+  }
+};
+
+TEST_F(ProveHoming, the_reference_machine_homes_from_wherever_it_works) {
+  for (const double x : {20.0, 150.0, 300.0})
+    for (const double y : {20.0, 120.0, 250.0})
+      for (const double z : {-2.0, -20.0, -38.0}) EXPECT_TRUE(prove(at(x, y, z))) << x << ' ' << y << ' ' << z;
+}
+
+/// Z goes first, and up: the camera (its top 38 mm over the axis' zero) would go into the shelf over it.
+TEST_F(ProveHoming, a_shelf_over_the_head_is_met_by_z) {
+  const AxisVec low = at(200, 150, -30);
+  machine.scene.push_back({"shelf", {config::Shape::Kind::Box, {30, 30, 2}}, {260, 150, 38 - 30 + 3.5}, 0, false});
+  refused(low, {"while Z home", "camera_body", "shelf"});
+  machine.scene.back().centre.x = 400;  // beside it: nothing is over the head any more
+  EXPECT_TRUE(prove(low));
+}
+
+/// At the top X and Y go to their edges at the same time, each as fast as it does: the whole rectangle counts.
+TEST_F(ProveHoming, a_post_beside_the_diagonal_is_in_the_rectangle) {
+  const AxisVec here = at(300, 300, -2);
+  machine.scene.push_back({"mast", {config::Shape::Kind::Box, {4, 4, 300}}, {60, 330, 0}, 0, false});
+  refused(here, {"X", "Y", "mast"});
+  machine.scene.back().centre = {480, 330, 0};
+  EXPECT_TRUE(prove(here)) << "away from where the axes go";
+}
+
+/// What stands near when homing begins comes no nearer, and may stay.
+TEST_F(ProveHoming, what_is_near_already_may_be_left) {
+  const AxisVec here = at(200, 150, -30);
+  machine.scene.push_back({"stand", {config::Shape::Kind::Box, {10, 10, 10}}, {200, 150, -70 - 1 - 5}, 0, false});
+  EXPECT_TRUE(prove(here)) << "1 mm under the needle, which goes up";
+}
+
+/// IEC 61800-7-201, 10.4: how far an axis goes while it homes.
+TEST(HomingRange, goes_to_the_edge_and_as_far_beyond_as_it_brakes) {
+  config::Axis axis;
+  axis.p_min = 0, axis.p_max = 100;
+  axis.homing = config::Homing{.method = 17, .fast = 20, .slow = 2, .acceleration = 200, .position = -2};
+  const double beyond = 20 * 0.02 + 20.0 * 20 / (2 * 200);  // 20 ms until it brakes, then v^2 / 2a
+  EXPECT_NEAR(homing_range(axis, 60).low, -2 - beyond, 1e-12);
+  EXPECT_EQ(homing_range(axis, 60).high, 60);
+  axis.homing->method = 23;  // may run to the positive limit first
+  EXPECT_GE(homing_range(axis, 60).high, 100);
+  axis.homing->method = 37;  // homes where it stands
+  EXPECT_EQ(homing_range(axis, 60).low, 60);
+  EXPECT_EQ(homing_range(axis, 60).high, 60);
+}
+
+}  // namespace
+}  // namespace gantry::job
