@@ -37,7 +37,7 @@ struct Homing {
   double acceleration = 0;    ///< mm/s^2 or rad/s^2: 609Ah
   double position = 0;        ///< axis coordinate at the home edge, mm or rad
   double timeout_s = 60;
-  double rack_max = 10;   ///< gantry axis: how much farther one side may go than the other while both search, mm
+  double rack_max = 0;    ///< gantry axis: how much farther one side may go than the other while both search, mm
   double square_max = 0;  ///< gantry axis: difference of its sides at their switches that homing removes, mm
 };
 

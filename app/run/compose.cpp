@@ -101,7 +101,9 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, Host host) {
       setup.homing.limits.rules = rules_of(machine, axis);
       setup.homing.square_max = axis.homing->square_max;
       setup.homing.square_speed = axis.homing->slow;
-      setup.homing.skew_max = axis.homing->rack_max;
+      // A side that comes to its switch late runs past it, as the other one has, and back.
+      setup.homing.skew_max =
+          axis.homing->rack_max + axis.homing->fast * axis.homing->fast / (2 * axis.homing->acceleration);
     }
     if (auto added = add_drives(machine, axis, setup, loop); !added) return tl::unexpected(added.error());
     setup.streamed = axis.kind == config::AxisKind::Streamed && !setup.drives.empty();

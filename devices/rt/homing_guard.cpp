@@ -10,7 +10,8 @@ constexpr int kWrongCycles = 3;      // more than an input flickers
 constexpr int kWindow = 20;          // cycles over which the speed is taken
 constexpr double kTooFast = 1.5;     // of what was asked; a drive overshoots when it starts
 constexpr double kSlackCounts = 20;  // in a window: of a motor that is held
-constexpr double kCounterSet = 10;   // windows' worth of counts in one cycle: the counter was set anew
+constexpr double kCounterSet = 10;   // cycles of travel in one: the counter was set anew, or frames were lost
+constexpr int kSets = 3;             // of these in a window: it really goes that fast
 
 struct Row {
   int first, last;
@@ -57,10 +58,13 @@ Fault HomingGuard::look(const Feedback& f) noexcept {
   last_ = f.counts;
   if (rules_.counts_per_cycle <= 0) return Fault::None;
   // The drive sets its counter anew at the home edge: that is no travel.
-  if (step < kCounterSet * kWindow * rules_.counts_per_cycle) travel_ += step;
+  if (step > kCounterSet * rules_.counts_per_cycle + kSlackCounts)
+    ++sets_;
+  else
+    travel_ += step;
   if (++in_window_ < kWindow) return Fault::None;
-  const bool too_fast = travel_ > kTooFast * kWindow * rules_.counts_per_cycle + kSlackCounts;
-  travel_ = 0, in_window_ = 0;
+  const bool too_fast = travel_ > kTooFast * kWindow * rules_.counts_per_cycle + kSlackCounts || sets_ >= kSets;
+  travel_ = 0, in_window_ = 0, sets_ = 0;
   return too_fast ? Fault::HomingTooFast : Fault::None;
 }
 

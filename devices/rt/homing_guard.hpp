@@ -40,7 +40,7 @@ class HomingGuard {
   int wrong_ = 0;  ///< cycles in a row; an input that flickers is none
   Counts last_;
   double travel_ = 0;  ///< counts in this window
-  int in_window_ = 0;
+  int in_window_ = 0, sets_ = 0;
 };
 
 }  // namespace gantry::devices

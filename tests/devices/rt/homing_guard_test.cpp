@@ -81,7 +81,8 @@ TEST(HomingGuard, done_without_its_switch_is_not_found) {
 }
 
 TEST(HomingGuard, twice_the_speed_ends_it_and_a_tenth_more_does_not) {
-  for (const auto& [speed, fault] : {std::pair{60, Fault::None}, {66, Fault::None}, {120, Fault::HomingTooFast}}) {
+  for (const auto& [speed, fault] :
+       {std::pair{60, Fault::None}, {66, Fault::None}, {120, Fault::HomingTooFast}, {10'000, Fault::HomingTooFast}}) {
     HomingGuard guard(rules(17, 60), at(0, 0));
     Fault found = Fault::None;
     for (int i = 1; i <= 200 && found == Fault::None; ++i) found = guard.look(at(-speed * i, 0));
@@ -90,9 +91,11 @@ TEST(HomingGuard, twice_the_speed_ends_it_and_a_tenth_more_does_not) {
 }
 
 TEST(HomingGuard, a_counter_that_is_set_at_the_edge_is_no_speed) {
-  HomingGuard guard(rules(17, 60), at(400'000, 0));
-  for (int i = 1; i <= 100; ++i) ASSERT_EQ(guard.look(at(400'000 - 60 * i, 0)), Fault::None);
-  for (int i = 1; i <= 100; ++i) ASSERT_EQ(guard.look(at(5 * i, kSwitchNeg)), Fault::None);
+  for (const int before : {400'000, 40'000, 9'000, 5'000, 900, 500, 60, 0, -300, -3'000}) {
+    HomingGuard guard(rules(17, 60), at(before + 60 * 100, 0));
+    for (int i = 100; i > 0; --i) ASSERT_EQ(guard.look(at(before + 60 * i, 0)), Fault::None) << before;
+    for (int i = 0; i < 100; ++i) ASSERT_EQ(guard.look(at(5 * i, kSwitchNeg)), Fault::None) << before;
+  }
 }
 
 }  // namespace
