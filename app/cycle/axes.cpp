@@ -92,7 +92,7 @@ void Axes::write(devices::FieldBus& bus, const AxisVec& target, std::int64_t ela
   for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
     const DriveSetup& setup = setup_.drives[d];
     devices::DriveCommand command;
-    if (homing_[d].busy()) command = homing_[d].step(drives_[d].feedback());
+    if (homing_[d].busy()) command = homing_[d].step(drives_[d].feedback(), elapsed);
     const bool stays_off = (away_[d] >= setup_.counter_low_max || dropped_[d]) && goal_ == DriveGoal::Enabled;
     command.goal = stays_off ? DriveGoal::Disabled : goal_;
     // An axis that has come home stands where it is until the others have, too: the interpolator's place is of the time

@@ -43,7 +43,7 @@ bool HomingRun::stands(const Feedback& f) noexcept {
 
 void HomingRun::watch_search(const Feedback& f) noexcept {
   if (seen_undone_ && (f.statusword & kHomingError) != 0) return cancel(Fault::HomingFailed);
-  if (const Fault seen = guard_.look(f); seen != Fault::None) return cancel(seen);
+  if (const Fault seen = guard_.look(f, unseen_); seen != Fault::None) return cancel(seen);
   if (seen_undone_ && done_bits(f)) {
     if (!guard_.found_switch()) return cancel(Fault::HomingFailed);
     return enter(Phase::Settle);
@@ -51,17 +51,19 @@ void HomingRun::watch_search(const Feedback& f) noexcept {
   // The drive sets its counter anew at the home edge, perhaps before it shows "done": that jump is no travel.
   const std::int64_t step = f.counts.value - last_.value;
   constexpr double kJump = 10;  // cycles of travel in one
-  if (static_cast<double>(std::abs(step)) <= kJump * limits_.rules.counts_per_cycle) moved_ += step;
+  if (static_cast<double>(std::abs(step)) <= kJump * static_cast<double>(unseen_) * limits_.rules.counts_per_cycle)
+    moved_ += step;
   if (limits_.travel_counts <= 0) return void(last_ = f.counts);
   if (std::abs(step) > limits_.travel_counts / 10) start_.value += step;
   last_ = f.counts;
   if (std::abs(f.counts.value - start_.value) > limits_.travel_counts) cancel(Fault::HomingTimeout);
 }
 
-DriveCommand HomingRun::step(const Feedback& f) noexcept {
+DriveCommand HomingRun::step(const Feedback& f, std::int64_t elapsed) noexcept {
   DriveCommand command{.goal = DriveGoal::Enabled, .mode = kHoming, .target = f.position};
   ++cycles_;
   ++in_phase_;
+  unseen_ += elapsed;
   if (busy() && f.state != DriveState::OperationEnabled && f.fresh) {  // torque is gone: nothing to bring to rest
     if (fault_ == Fault::None) fault_ = f.fault != Fault::None ? f.fault : Fault::HomingFailed;
     enter(Phase::Failed);
@@ -94,6 +96,7 @@ DriveCommand HomingRun::step(const Feedback& f) noexcept {
     case Phase::Done:
     case Phase::Failed: break;
   }
+  if (f.fresh) unseen_ = 0;
   if (phase_ == Phase::Search) command.mode_bits = kHomingStart;
   if (phase_ != Phase::EnterMode && phase_ != Phase::Search && phase_ != Phase::Settle) command.mode = kCsp;
   if (phase_ == Phase::Failed && f.state != DriveState::OperationEnabled) command.goal = DriveGoal::Disabled;

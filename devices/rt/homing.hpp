@@ -37,7 +37,8 @@ class HomingRun {
   };
 
   void start(const HomingLimits& limits, const Feedback& feedback) noexcept;
-  DriveCommand step(const Feedback& feedback) noexcept;
+  /// `elapsed`: cycles since the last call, more than 1 after a stall.
+  DriveCommand step(const Feedback& feedback, std::int64_t elapsed = 1) noexcept;
   /// Ends it early (an abort): stops, comes back to CSP and ends as Failed with `why`. One that is Done fails, too:
   /// what it has found no longer holds (the counter jumped while other axes were still homing).
   void cancel(Fault why) noexcept;
@@ -60,7 +61,7 @@ class HomingRun {
   HomingLimits limits_;
   HomingGuard guard_;
   Counts start_, last_;
-  std::int64_t moved_ = 0;
+  std::int64_t moved_ = 0, unseen_ = 0;  ///< cycles since the last that was heard of
   std::int64_t phase_cycles_ = 1000, stands_cycles_ = 20;
   std::int64_t cycles_ = 0, in_phase_ = 0;
   int still_ = 0;             ///< cycles without a count of motion

@@ -45,7 +45,7 @@ HomingGuard::HomingGuard(const HomingRules& rules, const Feedback& f) noexcept
       seen_(closed(f)),
       last_(f.counts) {}
 
-Fault HomingGuard::look(const Feedback& f) noexcept {
+Fault HomingGuard::look(const Feedback& f, std::int64_t elapsed) noexcept {
   const std::uint8_t now = closed(f);
   seen_ |= now;
   leaving_ &= now;
@@ -58,12 +58,14 @@ Fault HomingGuard::look(const Feedback& f) noexcept {
   last_ = f.counts;
   if (rules_.counts_per_cycle <= 0) return Fault::None;
   // The drive sets its counter anew at the home edge: that is no travel.
-  if (step > kCounterSet * rules_.counts_per_cycle + kSlackCounts)
+  if (step > kCounterSet * static_cast<double>(elapsed) * rules_.counts_per_cycle + kSlackCounts)
     ++sets_;
   else
     travel_ += step;
-  if (++in_window_ < kWindow) return Fault::None;
-  const bool too_fast = travel_ > kTooFast * kWindow * rules_.counts_per_cycle + kSlackCounts || sets_ >= kSets;
+  in_window_ += elapsed;
+  if (in_window_ < kWindow) return Fault::None;
+  const bool too_fast =
+      travel_ > kTooFast * static_cast<double>(in_window_) * rules_.counts_per_cycle + kSlackCounts || sets_ >= kSets;
   travel_ = 0, in_window_ = 0, sets_ = 0;
   return too_fast ? Fault::HomingTooFast : Fault::None;
 }

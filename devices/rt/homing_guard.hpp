@@ -28,8 +28,8 @@ class HomingGuard {
   HomingGuard() = default;
   HomingGuard(const HomingRules& rules, const Feedback& feedback) noexcept;
 
-  /// Fault::HomingWrongLimit, HomingTooFast; None.
-  Fault look(const Feedback& feedback) noexcept;
+  /// `elapsed`: cycles since the last call. Fault::HomingWrongLimit, HomingTooFast; None.
+  Fault look(const Feedback& feedback, std::int64_t elapsed = 1) noexcept;
   /// The switch that the method looks for was closed at some time, or cannot be seen.
   [[nodiscard]] bool found_switch() const noexcept;
 
@@ -40,7 +40,8 @@ class HomingGuard {
   int wrong_ = 0;  ///< cycles in a row; an input that flickers is none
   Counts last_;
   double travel_ = 0;  ///< counts in this window
-  int in_window_ = 0, sets_ = 0;
+  std::int64_t in_window_ = 0;
+  int sets_ = 0;
 };
 
 }  // namespace gantry::devices

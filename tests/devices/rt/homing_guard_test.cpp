@@ -90,6 +90,16 @@ TEST(HomingGuard, twice_the_speed_ends_it_and_a_tenth_more_does_not) {
   }
 }
 
+TEST(HomingGuard, cycles_that_were_skipped_are_no_speed) {
+  HomingGuard guard(rules(17, 60), at(0, 0));
+  std::int64_t counts = 0;
+  for (int i = 0; i < 500; ++i) {
+    const int elapsed = i % 7 == 0 ? 12 : 1 + i % 3;
+    counts -= 60 * elapsed;
+    ASSERT_EQ(guard.look(at(counts, 0), elapsed), Fault::None) << i;
+  }
+}
+
 TEST(HomingGuard, a_counter_that_is_set_at_the_edge_is_no_speed) {
   for (const int before : {400'000, 40'000, 9'000, 5'000, 900, 500, 60, 0, -300, -3'000}) {
     HomingGuard guard(rules(17, 60), at(before + 60 * 100, 0));
