@@ -314,6 +314,10 @@ void check_terminals(const StationProfile& profile, const Node& rows, Mistakes& 
 
 }  // namespace
 
+std::string to_text(ObjectAddress a) {
+  return a.sub == 0 ? fmt::format("{:04X}h", a.index) : fmt::format("{:04X}h:{}", a.index, a.sub);
+}
+
 int bits(ObjectType type) {
   switch (type) {
     case ObjectType::Bool: return 1;

@@ -17,6 +17,9 @@ enum class BusKind { EtherCat, CanOpen };
 enum class ObjectType : std::uint8_t { Bool, I8, U8, I16, U16, I32, U32, String };
 /// Bits on the wire; 0 for String.
 int bits(ObjectType type);
+constexpr bool is_signed(ObjectType type) noexcept {
+  return type == ObjectType::I8 || type == ObjectType::I16 || type == ObjectType::I32;
+}
 
 /// index:sub of the CoE or CANopen object dictionary.
 struct ObjectAddress {
@@ -24,6 +27,8 @@ struct ObjectAddress {
   std::uint8_t sub = 0;
   constexpr auto operator<=>(const ObjectAddress&) const = default;
 };
+/// As people write it: "605Ah", "2190h:1".
+std::string to_text(ObjectAddress address);
 
 struct ObjectRow {
   ObjectAddress address;  ///< of the station's first axis; see StationProfile::slot_stride

@@ -18,8 +18,8 @@ struct Bounds {
 };
 Bounds bounds_of(const StationProfile& profile, const Parameter& p) {
   const int width = bits(p.type);
-  const bool is_signed = p.type == ObjectType::I8 || p.type == ObjectType::I16 || p.type == ObjectType::I32;
-  Bounds b{is_signed ? -(std::int64_t{1} << (width - 1)) : 0, (std::int64_t{1} << (is_signed ? width - 1 : width)) - 1};
+  const bool minus = is_signed(p.type);
+  Bounds b{minus ? -(std::int64_t{1} << (width - 1)) : 0, (std::int64_t{1} << (minus ? width - 1 : width)) - 1};
   if (const ObjectRow* object = find_object(profile, p.address)) {
     b.low = std::max(b.low, object->min.value_or(b.low));
     b.high = std::min(b.high, object->max.value_or(b.high));

@@ -2,7 +2,7 @@
 // group that takes one member (packet(7); `max_num_members` since Linux 5.11). Only who may send raw frames there
 // (CAP_NET_RAW) can take it, it is known in every folder and to every user of the network namespace, and it ends with
 // its process. docs/decisions/011 has the choice.
-//   auto lock = InterfaceLock::take("enp3s0");   // before the first frame, and kept as long as the bus
+//   auto lock = InterfaceLock::take("enp3s0");   // by RawSocketPort, before its first frame, and kept as long as it
 #pragma once
 #include <string>
 

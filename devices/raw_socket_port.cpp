@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <arpa/inet.h>
 #include <cerrno>
-#include <cstddef>
 #include <cstring>
 #include <fmt/format.h>
 #include <linux/if_packet.h>
 #include <net/if.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 #include <utility>
 
@@ -41,33 +39,13 @@ tl::unexpected<Error> unusable(const std::string& interface, const char* what) {
   return fail(Fault::InterfaceUnusable, fmt::format("{}: {}", what, std::strerror(errno)), "interface " + interface);
 }
 
-/// The right to an interface: a bound name in the abstract socket space, which like the interface belongs to the
-/// network namespace, and which the kernel takes back when its owner dies, however it dies.
-Result<int> own(const std::string& interface) {
-  Fd fd(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  if (fd.get() < 0) return unusable(interface, "cannot make a lock");
-  sockaddr_un name{};
-  name.sun_family = AF_UNIX;
-  const std::string text = "gantry-bus-" + interface;
-  if (text.size() + 1 > sizeof name.sun_path)
-    return fail(Fault::InterfaceUnusable, "the name is too long", "interface " + interface);
-  std::copy(text.begin(), text.end(), name.sun_path + 1);  // the leading zero makes it abstract
-  const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + text.size());
-  if (::bind(fd.get(), reinterpret_cast<const sockaddr*>(&name), length) == 0) return fd.release();
-  if (errno == EADDRINUSE)
-    return fail(Fault::SecondOwner, "another program owns the bus on this interface; stop it, or send it the order",
-                "interface " + interface);
-  return unusable(interface, "cannot lock it");
-}
-
 }  // namespace
 
 Result<std::unique_ptr<RawSocketPort>> RawSocketPort::open(const std::string& interface) {
   const unsigned index = ::if_nametoindex(interface.c_str());
   if (index == 0) return unusable(interface, "there is no such interface");
-  const auto lock_fd = own(interface);
-  if (!lock_fd) return tl::unexpected(lock_fd.error());
-  Fd lock(*lock_fd);
+  auto lock = InterfaceLock::take(interface);
+  if (!lock) return tl::unexpected(lock.error());
 
   const auto protocol = htons(wire::kEtherType);
   Fd fd(::socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, protocol));
@@ -90,15 +68,12 @@ Result<std::unique_ptr<RawSocketPort>> RawSocketPort::open(const std::string& in
   promiscuous.mr_type = PACKET_MR_PROMISC;
   if (::setsockopt(fd.get(), SOL_PACKET, PACKET_ADD_MEMBERSHIP, &promiscuous, sizeof promiscuous) != 0)
     return unusable(interface, "cannot receive all frames");
-  auto port = std::unique_ptr<RawSocketPort>(new RawSocketPort(fd.release(), lock.release(), interface));
+  auto port = std::unique_ptr<RawSocketPort>(new RawSocketPort(fd.release(), std::move(*lock), interface));
   if (!port->timer_.valid()) return unusable(interface, "cannot make a timer");
   return port;
 }
 
-RawSocketPort::~RawSocketPort() {
-  ::close(socket_);
-  ::close(lock_);
-}
+RawSocketPort::~RawSocketPort() { ::close(socket_); }
 
 bool RawSocketPort::send(PortIndex port, std::span<const std::byte> frame) noexcept {
   if (port != PortIndex::Primary) return false;

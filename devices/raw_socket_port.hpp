@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "devices/deadline_timer.hpp"
 #include "devices/frame_port.hpp"
+#include "devices/interface_lock.hpp"
 
 namespace gantry::devices {
 
@@ -29,10 +30,11 @@ class RawSocketPort final : public FramePort {
   [[nodiscard]] int descriptor() const noexcept override { return socket_; }
 
  private:
-  RawSocketPort(int socket, int lock, std::string interface)
-      : socket_(socket), lock_(lock), interface_(std::move(interface)) {}
+  RawSocketPort(int socket, InterfaceLock lock, std::string interface)
+      : lock_(std::move(lock)), socket_(socket), interface_(std::move(interface)) {}
 
-  int socket_, lock_;
+  InterfaceLock lock_;
+  int socket_;
   DeadlineTimer timer_;
   std::string interface_;
 };

@@ -9,7 +9,6 @@
 #include "app/cli/client.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/stations/accepted.hpp"
-#include "devices/interface_lock.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -20,10 +19,6 @@ struct CommissionOptions : BusOptions {
   std::string station, state;
   bool all = false, accept = false, write = false;
 };
-
-std::string object_text(config::ObjectAddress a) {
-  return a.sub == 0 ? fmt::format("{:04X}h", a.index) : fmt::format("{:04X}h:{}", a.index, a.sub);
-}
 
 std::string device(std::uint32_t vendor, std::uint32_t product) {
   return fmt::format("vendor {:08X}h, product {:08X}h", vendor, product);
@@ -136,13 +131,13 @@ class Commissioning {
                  : row.rule == config::ParameterRule::MustEqual ? "DIFFERS, and is never written"
                                                                 : "DIFFERS";
       differing_ += (differs && (!by_start || options_.write)) || (!held && !row.declared);
-      ordered_json one{{"name", row.name}, {"object", object_text(row.address)}, {"asked", row.value}};
+      ordered_json one{{"name", row.name}, {"object", config::to_text(row.address)}, {"asked", row.value}};
       one["held"] = held ? ordered_json(held->value) : ordered_json();
       one["acts"] = acts_text(row.acts);
       one["remark"] = remark;
       rows.push_back(std::move(one));
       if (!json_)
-        fmt::print("    {:<24} {:<9} asked {:>9}  holds {:>9}  {:<13} {}\n", row.name, object_text(row.address),
+        fmt::print("    {:<24} {:<9} asked {:>9}  holds {:>9}  {:<13} {}\n", row.name, config::to_text(row.address),
                    row.value, held ? fmt::format("{}", held->value) : "-", acts_text(row.acts), remark);
     }
     if (wrote)
@@ -223,12 +218,6 @@ void add_commission(CLI::App& app, Context& context) {
     if (!folder) return;
     const std::string file = stations::accepted_file(*folder, options->interface.empty() ? "sim" : "ethercat");
     if (auto read = stations::read_accepted(file, *machine); !read && !options->accept) return stop_with(read.error());
-    std::optional<devices::InterfaceLock> lock;
-    if (!options->interface.empty()) {
-      auto taken = devices::InterfaceLock::take(options->interface);
-      if (!taken) return stop_with(taken.error());
-      lock.emplace(std::move(*taken));
-    }
     const auto access = BusAccess::open(context, *options);
     if (!access) return;
     const auto done = commission(*access, *machine, *options, context.json);

@@ -54,7 +54,7 @@ void Axes::read(const devices::FieldBus& bus, bool answered, std::int64_t elapse
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
     const auto& drives = setup_.axes[i].drives;
     if (drives.empty()) continue;
-    if (drives.size() == 2) square(AxisId{static_cast<std::uint8_t>(i)});
+    if (drives.size() == 2) share_coordinate(AxisId{static_cast<std::uint8_t>(i)});
     double sum = 0;
     for (const std::uint8_t d : drives) sum += drives_[d].feedback().position;
     actual_[i] = sum / static_cast<double>(drives.size());
@@ -72,7 +72,7 @@ void Axes::join(AxisId id, bool second_moves_over) noexcept {
 
 /// A side without torque takes over the coordinate of the other one, where there is no reference. Sides that stand
 /// without torque farther apart than they may have lost it.
-void Axes::square(AxisId id) noexcept {
+void Axes::share_coordinate(AxisId id) noexcept {
   const auto& drives = setup_.axes[id.value].drives;
   const devices::Drive &first = drives_[drives[0]], &second = drives_[drives[1]];
   if (!first.feedback().fresh || !second.feedback().fresh) return;
@@ -208,9 +208,7 @@ void Axes::start_homing(std::uint32_t mask) noexcept {
     const AxisId id = setup_.drives[d].axis;
     if ((mask >> id.value & 1u) == 0) continue;
     referenced_ &= ~(1u << id.value);
-    squared_ &= ~(1u << id.value);
     squaring_[id.value] = {};
-    unsquare_[id.value] = Fault::None;
     homing_[d].start(setup_.axes[id.value].homing.limits, drives_[d].feedback());
   }
 }
@@ -218,8 +216,8 @@ void Axes::start_homing(std::uint32_t mask) noexcept {
 void Axes::cancel_homing(Fault why) noexcept {
   for (std::size_t d = 0; d < setup_.drives.size(); ++d)
     if (homing_[d].busy()) homing_[d].cancel(why);
-  for (std::size_t i = 0; i < setup_.axes.size(); ++i)
-    if (squaring_[i].busy()) squaring_[i].cancel(), unsquare_[i] = why;
+  for (Squaring& s : squaring_)
+    if (s.busy()) s.fail(why);
 }
 
 void Axes::follow_homing() noexcept {
@@ -249,15 +247,14 @@ void Axes::watch_sides(std::size_t i) noexcept {
 void Axes::square_homed(std::size_t i) noexcept {
   using Phase = devices::HomingRun::Phase;
   const AxisSetup& axis = setup_.axes[i];
-  if ((squared_ >> i & 1u) != 0 || homing_[axis.drives[0]].phase() != Phase::Done ||
+  if (squaring_[i].begun() || homing_[axis.drives[0]].phase() != Phase::Done ||
       homing_[axis.drives[1]].phase() != Phase::Done)
     return;
-  squared_ |= 1u << i;
   for (const std::uint8_t d : axis.drives)
     drives_[d].set_reference(Counts{axis.homing.home_counts}, axis.homing.position);
   const double from = drives_[axis.drives[1]].commanded(), to = drives_[axis.drives[0]].commanded();
   if (std::abs(to - from) > axis.homing.square_max)
-    unsquare_[i] = Fault::GantryNotSquare;
+    squaring_[i].fail(Fault::GantryNotSquare);
   else
     squaring_[i].start(from, to, axis.homing.square_speed, setup_.period);
 }
@@ -278,9 +275,9 @@ Fault Axes::finish_homing(AxisId& axis) noexcept {
       done = false;
       if (first == Fault::None) first = homing_[d].fault(), axis = AxisId{static_cast<std::uint8_t>(i)};
     }
-    if (done && unsquare_[i] != Fault::None) {
+    if (done && squaring_[i].fault() != Fault::None) {
       done = false;
-      if (first == Fault::None) first = unsquare_[i], axis = AxisId{static_cast<std::uint8_t>(i)};
+      if (first == Fault::None) first = squaring_[i].fault(), axis = AxisId{static_cast<std::uint8_t>(i)};
     }
     if (!done) {
       if (setup_.axes[i].drives.size() == 2) join(AxisId{static_cast<std::uint8_t>(i)}, true);

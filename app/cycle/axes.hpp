@@ -93,7 +93,7 @@ class Axes {
 
  private:
   [[nodiscard]] std::size_t probe_drive() const noexcept;
-  void square(AxisId id) noexcept;
+  void share_coordinate(AxisId id) noexcept;
   void watch_sides(std::size_t axis) noexcept;
   void square_homed(std::size_t axis) noexcept;
   void join(AxisId id, bool second_moves_over) noexcept;
@@ -106,9 +106,7 @@ class Axes {
   AxisVec actual_{}, speed_{}, last_target_{};
   SentTargets sent_;
   std::uint32_t homing_mask_ = 0, referenced_ = 0;
-  std::array<Squaring, kMaxAxes> squaring_{};  ///< of the second side
-  std::uint32_t squared_ = 0;                  ///< axes whose sides have been compared since they homed
-  std::array<Fault, kMaxAxes> unsquare_{};     ///< why an axis whose sides have homed is not referenced
+  std::array<Squaring, kMaxAxes> squaring_{};  ///< of the second side, since homing began
   std::array<int, kMaxDrives>
       away_{};  ///< cycles in which its station did not take part, up to counter_low_max: it was lost then
   std::bitset<kMaxDrives> dropped_;

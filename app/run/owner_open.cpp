@@ -31,11 +31,7 @@ Result<devices::FramePort*> Owner::Parts::open_bus() {
     return fail(Fault::Usage, fmt::format("'{}' is no bus; write sim or ethercat:IFACE", options.bus), "--bus");
   for (const config::Station& station : machine.stations)
     if (!station.profile.not_stated.empty()) return fail(Fault::MissingKey, config::not_stated(station), machine.file);
-  const std::string interface = options.bus.substr(kEthercat.size());
-  auto lock = devices::InterfaceLock::take(interface);
-  if (!lock) return tl::unexpected(lock.error());
-  interface_lock.emplace(std::move(*lock));
-  auto raw = devices::RawSocketPort::open(interface);
+  auto raw = devices::RawSocketPort::open(options.bus.substr(kEthercat.size()));
   if (!raw) return tl::unexpected(raw.error());
   raw_port = std::move(*raw);
   if (!options.world_socket.empty()) {

@@ -20,7 +20,6 @@
 #include "app/stations/repeated_notes.hpp"
 #include "app/stations/station_news.hpp"
 #include "devices/ethercat/master.hpp"
-#include "devices/interface_lock.hpp"
 #include "devices/raw_socket_port.hpp"
 #include "sim/machine/world_client.hpp"
 
@@ -61,7 +60,6 @@ struct Owner::Parts {
   std::unique_ptr<Clock> clock;
   std::unique_ptr<sim::VirtualMachine> virtual_machine;
   std::unique_ptr<sim::WorldClient> world_client;
-  std::optional<devices::InterfaceLock> interface_lock;
   std::unique_ptr<devices::RawSocketPort> raw_port;
   sim::WorldAccess* world = nullptr;  // null on a machine of steel
   devices::CanPort* can = nullptr;

@@ -12,12 +12,8 @@ using config::ObjectType;
 namespace {
 
 std::string text(const config::StartupRow& row) {
-  const std::string object = row.address.sub == 0 ? fmt::format("{:04X}h", row.address.index)
-                                                  : fmt::format("{:04X}h:{}", row.address.index, row.address.sub);
-  return row.name.empty() ? fmt::format("{} ({})", object, row.why) : fmt::format("{} ({})", object, row.name);
+  return fmt::format("{} ({})", config::to_text(row.address), row.name.empty() ? row.why : row.name);
 }
-
-bool is_signed(ObjectType type) { return type == ObjectType::I8 || type == ObjectType::I16 || type == ObjectType::I32; }
 
 /// The station refused, as against one that does not answer.
 bool refused(const Error& e) { return e.fault == Fault::SdoAbort || e.fault == Fault::SdoSizeMismatch; }

@@ -50,9 +50,6 @@ struct Object {
 
 /// Bytes of a number on the wire; 0 for strings.
 std::size_t size_of(config::ObjectType type) noexcept;
-constexpr bool is_signed(config::ObjectType type) noexcept {
-  return type == config::ObjectType::I8 || type == config::ObjectType::I16 || type == config::ObjectType::I32;
-}
 /// The value as an object of this type holds it: cut to its width, sign-extended where it is signed.
 inline std::int64_t fit(config::ObjectType type, std::int64_t value) noexcept {
   switch (type) {

@@ -44,6 +44,18 @@ use_patient_machine() {
   chmod +x "$work/gantry"
   gantry=$work/gantry
 }
+# cable NAME: a veth pair between this namespace's NAME-ctl and NAME-sim in one of its own, taken away at the end; where it
+# cannot be made, root fails and others skip.
+cable() {
+  if ! scripts/veth-pair up "$1" >"$work/pair" 2>&1; then
+    cat "$work/pair"
+    [ "$(id -u)" = 0 ] && exit 1
+    echo "only root may make a veth pair: nothing to test"
+    exit 77
+  fi
+  # shellcheck disable=SC2064
+  trap "ip netns pids $1 2>/dev/null | xargs -r kill; scripts/veth-pair down $1 >/dev/null 2>&1; finish" EXIT
+}
 hash_of() { grep -o '"setpoint_hash": "[^"]*"' "$1/summary.json"; }
 # wait_for SECONDS COMMAND...: until it succeeds
 wait_for() { local n=$(($1 * 20)); shift; for _ in $(seq "$n"); do "$@" >/dev/null 2>&1 && return 0; sleep 0.05; done; return 1; }

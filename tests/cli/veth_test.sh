@@ -4,13 +4,7 @@ source "$(dirname "$0")/lib.sh"
 job=tests/cli/short-board.yaml
 machine=$(patient_machine)
 name=gcli$$
-if ! scripts/veth-pair up $name >"$work/pair" 2>&1; then
-  cat "$work/pair"
-  [ "$(id -u)" = 0 ] && exit 1
-  echo "only root may make a veth pair: nothing to test"
-  exit 77
-fi
-trap 'ip netns pids $name 2>/dev/null | xargs -r kill; scripts/veth-pair down $name >/dev/null 2>&1; finish' EXIT
+cable $name
 inside() { scripts/veth-pair exec $name -- "$@"; }
 
 expect_exit 0 "in virtual time" "$gantry" dry-run $job --out "$work/dry"

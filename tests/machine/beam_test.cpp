@@ -49,6 +49,15 @@ std::int64_t largest_step(Idle& idle, What what) {
   return largest;
 }
 
+void expect_enable_moves_nothing(Idle& idle) {
+  const auto step = largest_step(idle, [&] {
+    const auto done = idle.owner().enable();
+    EXPECT_TRUE(done) << to_text(done.error());
+    idle.pass_to(idle.now().cycle + 300);
+  });
+  EXPECT_LE(step, 1) << "enable moves no axis";
+}
+
 TEST(Beam, the_side_that_has_torque_stands_when_the_other_one_has_lost_it) {
   Racked racked;
   const auto sent = racked.now().counts[kY1];
@@ -65,12 +74,7 @@ TEST(Beam, sides_that_stand_apart_are_enabled_where_they_stand_and_squared_by_ho
   EXPECT_EQ(racked.now().state, State::Disabled);
   racked.pass_to(racked.now().cycle + 100);
   EXPECT_EQ(racked.now().referenced & kY, 0u) << "sides farther apart than they may be have no common coordinate";
-  const auto step = largest_step(racked, [&] {
-    const auto done = racked.owner().enable();
-    EXPECT_TRUE(done) << to_text(done.error());
-    racked.pass_to(racked.now().cycle + 300);
-  });
-  EXPECT_LE(step, 1) << "enable moves no axis";
+  expect_enable_moves_nothing(racked);
   EXPECT_EQ(racked.now().state, State::Ready);
   const auto homed = racked.owner().home();
   ASSERT_TRUE(homed) << to_text(homed.error());
@@ -86,12 +90,7 @@ TEST(Beam, a_side_that_was_dark_comes_back_with_another_counter_and_neither_is_m
   ASSERT_TRUE(idle.whole());
   const auto cleared = reset(idle.owner());
   ASSERT_TRUE(cleared) << to_text(cleared.error());
-  const auto step = largest_step(idle, [&] {
-    const auto done = idle.owner().enable();
-    EXPECT_TRUE(done) << to_text(done.error());
-    idle.pass_to(idle.now().cycle + 300);
-  });
-  EXPECT_LE(step, 1) << "enable moves no axis";
+  expect_enable_moves_nothing(idle);
   EXPECT_EQ(idle.now().latched, Fault::None);
   const auto homed = idle.owner().home();
   ASSERT_TRUE(homed) << to_text(homed.error());

@@ -3,19 +3,16 @@
 #include <cstdlib>
 #include <random>
 
+#include "tests/altered.hpp"
 #include "tests/machine/idle.hpp"
 
 namespace gantry {
 namespace {
 
+using test::holds;
+using test::object;
 using test::Rig;
-
-config::Station& station(config::Machine& machine, std::string_view name) {
-  return *std::ranges::find(machine.stations, name, &config::Station::name);
-}
-config::ObjectRow& object(config::Machine& machine, std::string_view name, config::ObjectAddress address) {
-  return *std::ranges::find(station(machine, name).profile.objects, address, &config::ObjectRow::address);
-}
+using test::station;
 
 struct Altered {
   const char* what;
@@ -34,14 +31,12 @@ TEST(Trust, a_machine_with_one_altered_station_is_refused_by_name_and_does_not_m
        Fault::IdentityMismatch, "'z'"},
       {"open loop",
        [](auto& m) {
-         for (auto& row : station(m, "x").profile.startup)
-           if (row.address.index == 0x20D9) row.value = 0;
+         holds(m, "x", {0x20D9, 0}, 0);
        },
        Fault::ParameterDiffers, "20D9h"},
       {"another resolution",
        [](auto& m) {
-         for (auto& row : station(m, "cu").profile.startup)
-           if (row.address.index == 0x20F2) row.value = 4000;
+         holds(m, "cu", {0x20F2, 0}, 4000);
        },
        Fault::ParameterDiffers, "20F2h"},
       {"limit functions cannot be written",
@@ -51,8 +46,7 @@ TEST(Trust, a_machine_with_one_altered_station_is_refused_by_name_and_does_not_m
        Fault::ParameterDiffers, "2190h:2"},
       {"another motor current",
        [](auto& m) {
-         for (auto& row : station(m, "y1").profile.startup)
-           if (row.address.index == 0x2000) row.value = 8000;
+         holds(m, "y1", {0x2000, 0}, 8000);
        },
        Fault::ParameterDiffers, "run_current"},
   };

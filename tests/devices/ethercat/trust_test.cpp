@@ -4,23 +4,15 @@
 
 #include "devices/profiles/object_value.hpp"
 #include "devices/wire/bytes.hpp"
+#include "tests/altered.hpp"
 #include "tests/devices/ethercat/bus_bench.hpp"
 
 namespace gantry::devices {
 namespace {
 
-config::Station& station(config::Machine& machine, std::string_view name) {
-  return *std::ranges::find(machine.stations, name, &config::Station::name);
-}
-config::ObjectRow& object(config::Machine& machine, std::string_view name, config::ObjectAddress address) {
-  return *std::ranges::find(station(machine, name).profile.objects, address, &config::ObjectRow::address);
-}
-/// What the virtual drive holds when its supply comes, whatever was commissioned.
-void holds(config::Machine& machine, std::string_view name, config::ObjectAddress address, std::int64_t value) {
-  auto& profile = station(machine, name).profile;
-  std::erase_if(profile.startup, [&](const auto& row) { return row.address == address; });
-  object(machine, name, address).initial = value;
-}
+using test::holds;
+using test::object;
+using test::station;
 
 struct Trust : testing::Test {
   std::unique_ptr<BusBench> bench = std::make_unique<BusBench>();
