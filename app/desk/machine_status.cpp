@@ -19,10 +19,13 @@ Json machine_status(const config::Machine& machine, const run::Owner& owner) {
                     {"position", s.actual[axis.id.value]},
                     {"enabled", (s.enabled >> axis.id.value & 1u) != 0},
                     {"referenced", (s.referenced >> axis.id.value & 1u) != 0}});
-  if (s.latched != Fault::None) {
-    const FaultInfo& f = info(s.latched);
-    faults.push_back(
-        {{"code", std::string_view(code(s.latched))}, {"name", f.name}, {"text", f.text}, {"remedy", f.remedy}});
+  for (const Error& e : owner.active_faults()) {
+    const FaultInfo& f = info(e.fault);
+    faults.push_back({{"code", std::string_view(code(e.fault))},
+                      {"name", f.name},
+                      {"text", e.message},
+                      {"where", e.where},
+                      {"remedy", f.remedy}});
   }
   return {{"ok", true},
           {"state", cycle::name(s.state)},

@@ -37,6 +37,8 @@ int bind_socket(const sockaddr_un& address) {
   return -1;
 }
 
+std::string refusal(std::string_view why) { return to_line(failure({Error{Fault::Refused, std::string(why), ""}})); }
+
 }  // namespace
 
 Result<std::unique_ptr<OrderSocket>> OrderSocket::listen(const std::string& path,
@@ -128,7 +130,8 @@ bool OrderSocket::make_room(Time now, std::vector<Incoming>& urgent) {
 void OrderSocket::read(Client& client, Time now, std::vector<Incoming>& urgent) {
   std::array<char, 4096> chunk{};
   bool urgent_taken = false;
-  for (std::size_t taken = 0; taken < kBytesPerTurn && !client.ended;) {
+  std::size_t lines = 0;
+  for (std::size_t taken = 0; taken < kBytesPerTurn && lines < kLinesReadPerTurn && !client.ended;) {
     const ssize_t n = recv(client.fd, chunk.data(), std::min(chunk.size(), kBytesPerTurn - taken), MSG_DONTWAIT);
     if (n < 0 && (errno == EAGAIN || errno == EINTR)) return;
     if (n <= 0) {
@@ -139,6 +142,7 @@ void OrderSocket::read(Client& client, Time now, std::vector<Incoming>& urgent) 
     std::string_view bytes(chunk.data(), static_cast<std::size_t>(n));
     for (auto end = bytes.find('\n'); end != std::string_view::npos; end = bytes.find('\n')) {
       client.heard = now;
+      ++lines;
       client.part.append(bytes.substr(0, end));
       bytes.remove_prefix(end + 1);
       if (client.part.size() > kLongestLine) break;
@@ -162,7 +166,8 @@ void OrderSocket::take_line(Client& client, std::string line, bool& urgent_taken
   } else if (client.waiting.size() < kMostWaiting) {
     client.waiting.push_back({client.id, std::move(line), next_number_++});
   } else {
-    refuse(client, "32 orders of this client wait already; read their answers first");
+    static const std::string kTooMany = refusal("32 orders of this client wait already; read their answers first");
+    put(client, kTooMany);  // in a flood there are thousands of it
   }
 }
 
@@ -214,9 +219,7 @@ void OrderSocket::send_some(Client& client) {
   }
 }
 
-void OrderSocket::refuse(Client& client, std::string_view why) {
-  put(client, to_line(failure({Error{Fault::Refused, std::string(why), ""}})));
-}
+void OrderSocket::refuse(Client& client, std::string_view why) { put(client, refusal(why)); }
 
 OrderSocket::Client* OrderSocket::find(std::uint64_t id) {
   const auto found = std::find_if(clients_.begin(), clients_.end(), [&](const Client& c) { return c.id == id; });

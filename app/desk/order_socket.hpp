@@ -23,7 +23,8 @@ class OrderSocket {
   static constexpr std::size_t kMostClients = 16;
   static constexpr std::size_t kLinesPerTurn = 8;          ///< of all clients together, urgent ones not counted
   static constexpr std::size_t kMostWaiting = 32;          ///< lines of one client that wait for their turn
-  static constexpr std::size_t kBytesPerTurn = 64 * 1024;  ///< read of one client
+  static constexpr std::size_t kBytesPerTurn = 64 * 1024;  ///< read of one client ...
+  static constexpr std::size_t kLinesReadPerTurn = 256;    ///< ... until it was this many lines; the chunk is finished
   static constexpr std::size_t kLongestLine = 64 * 1024;   ///< without its newline
   static constexpr std::size_t kMostUnread = 256 * 1024;   ///< answers that a client has not read yet
   static constexpr Time kIdle = std::chrono::seconds(60);  ///< without a whole line and without an order under way

@@ -146,6 +146,8 @@ sim::WorldAccess* Owner::world() const { return parts_->world; }
 
 const cycle::Snapshot& Owner::latest() const { return parts_->feed->latest(); }
 
+std::vector<Error> Owner::active_faults() const { return parts_->active.list(parts_->machine, latest()); }
+
 Undertaking Owner::undertaking() const { return parts_->undertaking; }
 
 }  // namespace gantry::run

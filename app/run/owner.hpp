@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "app/monitor/network.hpp"
 #include "app/record/job_result.hpp"
@@ -104,6 +105,8 @@ class Owner {
   Result<void> idle();
 
   [[nodiscard]] const cycle::Snapshot& latest() const;
+  /// What is wrong with the machine: the latched fault first, in words; empty while none is.
+  [[nodiscard]] std::vector<Error> active_faults() const;
   [[nodiscard]] Progress progress() const;
   [[nodiscard]] Undertaking undertaking() const;
   /// On hold, or on the way there: a resume goes on.

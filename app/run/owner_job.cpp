@@ -28,6 +28,7 @@ bool stood_still(const config::Machine& machine, const cycle::Event& e) {
 
 void Owner::Parts::on_snapshot(const cycle::Snapshot& s) {
   if (shared) shared->push(s);
+  active.see(s);
   if (on_bus) on_bus->buttons.watch(s.inputs, s.latched != Fault::None);
   if (!job) return;
   job->runner.see(s);
@@ -46,6 +47,7 @@ void Owner::Parts::on_event(const cycle::Event& e) {
 
 void Owner::Parts::tell(const cycle::Event& e, const Error& error) {
   if (shared) shared->push(e, error.message);
+  if (latches(info(e.fault))) active.came(error);
   if (info(e.fault).severity == Severity::Info && !stood_still(machine, e)) return;
   const std::int64_t now_ns = feed->latest().time_ns;
   std::optional<std::string> words = to_text(error);

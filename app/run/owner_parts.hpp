@@ -16,6 +16,7 @@
 #include "app/run/recording.hpp"
 #include "app/run/recovery.hpp"
 #include "app/run/runner.hpp"
+#include "app/stations/active_faults.hpp"
 #include "app/stations/culprits.hpp"
 #include "app/stations/repeated_notes.hpp"
 #include "app/stations/station_news.hpp"
@@ -75,6 +76,7 @@ struct Owner::Parts {
   std::unique_ptr<monitor::PublishChild> publisher;
   std::function<void()> poll;
   stations::RepeatedNotes notes;
+  stations::ActiveFaults active;
   std::unique_ptr<OnBus> on_bus;
   bool hangs = false;  // the loop has not ended: what it uses must outlive this program
 

@@ -179,14 +179,16 @@ for name in (signal.SIGSTOP, signal.SIGKILL, signal.SIGINT):
 job = subprocess.Popen([gantry, "run", recipe, "--state", state, "--out", os.path.join(work, "lost")], stdin=subprocess.DEVNULL,
                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 end = time.monotonic() + 60
-while time.monotonic() < end and Client().ask(order="status")["features_done"] < 1:
+while time.monotonic() < end and job.poll() is None and Client().ask(order="status")["features_done"] < 1:
     time.sleep(0.02)
+expect("a job has begun", job.poll() is None, job.poll())
 job.kill()
 job.wait()
 while time.monotonic() < end and not os.path.exists(os.path.join(work, "lost/summary.json")):
     time.sleep(0.05)
 with open(os.path.join(work, "lost/summary.json")) as file:
-    expect("a job goes on without its client", json.load(file)["result"] == "done")
+    summary = json.load(file)
+expect("a job goes on without its client", summary["result"] == "done", (summary["result"], summary["errors"], summary["cycle"]))
 expect("the owner ends in order", owner.end() == 0)
 
 # ---- where state lives ----

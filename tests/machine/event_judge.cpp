@@ -187,7 +187,9 @@ void Judge::look_at_torque(const Snapshot& s) {
     const bool moved = std::abs(speed_[i]) > kMoving && std::abs(speed_[i]) < kNoTravel;
     if (!torque(last_.statusword[d]) || torque(s.statusword[d]) || !moved) continue;
     torque_lost_ = s.cycle;
-    const bool reaction = s.latched != Fault::None && info(s.latched).reaction >= Reaction::QuickStop;
+    // The safety chain may open behind another fault, which stays the latched one.
+    const bool chain_open = (s.inputs & config::bit(Input::SafetyOk)) == 0;
+    const bool reaction = s.latched != Fault::None && (chain_open || info(s.latched).reaction >= Reaction::QuickStop);
     if (!reaction && !excused(taken_until_, i, s.cycle))
       blame(s, fmt::format("{} loses its torque at {:.3f} a cycle, statusword {:04X}h after {:04X}h",
                            machine_.axes[i].name, speed_[i], s.statusword[d], last_.statusword[d]));

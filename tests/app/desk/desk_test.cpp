@@ -294,6 +294,40 @@ TEST_F(ADoorThatOpens, latches_until_a_reset_has_looked_whether_it_is_shut) {
   EXPECT_EQ(answer(3).value("state", ""), "ready");
 }
 
+class ADoorAndTheSafetyChain : public Desks {
+  std::string script() const override {
+    return "- {at: cycle 2000, do: set_input, input: door_closed, on: false}\n"
+           "- {at: cycle 2500, do: set_input, input: air_ok, on: false}\n"
+           "- {at: cycle 3000, do: set_input, input: safety_ok, on: false}\n"
+           "- {at: cycle 6000, do: set_input, input: door_closed, on: true}\n"
+           "- {at: cycle 6000, do: set_input, input: safety_ok, on: true}";
+  }
+};
+
+TEST_F(ADoorAndTheSafetyChain, are_all_told_by_status_also_those_that_came_behind_the_latched_one) {
+  client_->say("{\"order\":\"enable\",\"id\":5}\n");
+  int asked = 0;
+  on_cycle_ = [&] {
+    const CycleIndex now = owner_->latest().cycle;
+    if (asked == 0 && now > 2900) asked = client_->say("{\"order\":\"status\",\"id\":1}\n") > 0 ? 1 : 0;
+    if (asked == 1 && now > 4000) asked = client_->say("{\"order\":\"status\",\"id\":2}\n") > 0 ? 2 : 1;
+    if (asked == 2 && now > 7000)
+      asked = client_->say("{\"order\":\"reset\",\"id\":3}\n{\"order\":\"status\",\"id\":4}\n") > 0 ? 3 : 2;
+  };
+  const auto told = [&](int id) {
+    const Json status = answer(id);
+    std::vector<std::string> codes;
+    for (const auto& fault : status.value("faults", Json::array())) codes.push_back(fault.value("code", ""));
+    return codes;
+  };
+  serve_until(4, 10);
+  using Codes = std::vector<std::string>;
+  EXPECT_EQ(told(1), (Codes{"G704", "G705"})) << "the door is latched; air is missing, too";
+  EXPECT_EQ(told(2), (Codes{"G704", "G712", "G705"}));
+  EXPECT_FALSE(answer(3).value("ok", true)) << "air is still missing";
+  EXPECT_EQ(told(4), (Codes{"G705"}));
+}
+
 class AStartButton : public Desks {
   std::string script() const override {
     return "- {at: cycle 3000, do: press, input: start}\n"

@@ -1,0 +1,120 @@
+#!/usr/bin/env python3
+"""How long does an abort take from a client to the loop?
+  python3 bench/stop_order/stop_order.py [--runs 100] [--seed 1] [--gantry build/release/bin/gantry]
+An owner is up in real time; a client begins a job (the demo, or 90,000 dots, whose planning takes long) or a homing, and at
+an instant of the seed another client sends an abort, in half of the runs through a flood of a third one. What is measured is
+the time to the owner's answer, which it gives after it has told the loop: an upper bound. Limit: p99 20 ms."""
+import argparse, json, multiprocessing, os, random, shutil, signal, socket, subprocess, sys, tempfile, threading, time
+
+LIMIT_MS = 20
+
+
+class Client:
+    def __init__(self, state):
+        self.socket = socket.socket(socket.AF_UNIX)
+        self.socket.connect(os.path.join(state, "owner.sock"))
+        self.file = self.socket.makefile("r")
+
+    def ask(self, **order):
+        self.socket.sendall((json.dumps(order) + "\n").encode())
+        return json.loads(self.file.readline())
+
+
+def flood(state):
+    """Asks for the status without a pause, and reads what comes: a process of its own, so that this one can hear."""
+    client = Client(state)
+    client.socket.settimeout(0.2)
+
+    def read():
+        while True:
+            try:
+                client.socket.recv(65536)
+            except OSError:
+                pass
+
+    threading.Thread(target=read, daemon=True).start()
+    while True:
+        try:
+            client.socket.sendall(b'{"order":"status"}\n' * 50)
+        except OSError:
+            pass
+
+
+def many_dots(folder):
+    with open("recipes/demo-board.yaml") as file:
+        text = file.read()
+    head = text[:text.index("\nfeatures:")]
+    path = os.path.join(folder, "many.yaml")
+    with open(path, "w") as file:
+        file.write(head + """
+features:
+  - array: {name: many, material: adhesive, at: [20 mm, 20 mm], rows: 300, columns: 300, pitch: [0.1 mm, 0.1 mm]}
+""")
+    return path
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runs", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--gantry", default="build/release/bin/gantry")
+    options = parser.parse_args()
+    rng = random.Random(options.seed)
+    folder = tempfile.mkdtemp()
+    state = os.path.join(folder, "state")
+    many = many_dots(folder)
+    owner = subprocess.Popen([options.gantry, "-q", "up", "--state", state], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                             stderr=subprocess.DEVNULL)
+    took = {}
+    try:
+        end = time.monotonic() + 60
+        while True:
+            try:
+                if Client(state).ask(order="status")["state"] != "offline":
+                    break
+            except (OSError, ValueError):
+                pass
+            if time.monotonic() > end or owner.poll() is not None:
+                sys.exit("no owner came up")
+            time.sleep(0.05)
+        operator = Client(state)
+        for turn in range(options.runs):
+            work = rng.choice(["demo", "many dots", "many dots", "home"])
+            flooded = rng.random() < 0.5
+            out = os.path.join(folder, "job")
+            shutil.rmtree(out, ignore_errors=True)
+            words = ["home"] if work == "home" else ["run", many if work == "many dots" else "recipes/demo-board.yaml", "--out", out]
+            operator.ask(order="reset")
+            job = subprocess.Popen([options.gantry, "-q", *words, "--state", state], stdin=subprocess.DEVNULL,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            flooder = multiprocessing.Process(target=flood, args=[state], daemon=True) if flooded else None
+            if flooder:
+                flooder.start()
+            time.sleep(rng.uniform(0.1, 6))
+            before = operator.ask(order="status")
+            asked = time.perf_counter()
+            answer = operator.ask(order="abort")
+            ms = (time.perf_counter() - asked) * 1e3
+            if not answer["ok"]:
+                sys.exit(f"an abort was refused: {answer}")
+            if flooder:
+                flooder.kill()
+                flooder.join()
+            took.setdefault(work + (", flood" if flooded else ""), []).append((ms, before["state"]))
+            job.wait(120)
+    finally:
+        owner.send_signal(signal.SIGTERM)
+        owner.wait(60)
+        shutil.rmtree(folder)
+    every = sorted(ms for of in took.values() for ms, _ in of)
+    for name, of in sorted(took.items()):
+        ms = sorted(m for m, _ in of)
+        states = sorted({s for _, s in of})
+        print(f"{name:18} {len(ms):4} aborts, p50 {ms[len(ms) // 2]:6.2f} ms, max {ms[-1]:6.2f} ms; states: {', '.join(states)}")
+    p99 = every[min(len(every) - 1, int(0.99 * len(every)))]
+    print(f"all: {len(every)} aborts, p50 {every[len(every) // 2]:.2f} ms, p99 {p99:.2f} ms, max {every[-1]:.2f} ms (limit: p99 {LIMIT_MS} ms)")
+    return 0 if p99 <= LIMIT_MS else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
