@@ -209,6 +209,7 @@ void Axes::start_homing(std::uint32_t mask) noexcept {
     if ((mask >> id.value & 1u) == 0) continue;
     referenced_ &= ~(1u << id.value);
     squaring_[id.value] = {};
+    apart_[id.value] = 0;
     homing_[d].start(setup_.axes[id.value].homing.limits, drives_[d].feedback());
   }
 }
@@ -239,7 +240,9 @@ void Axes::watch_sides(std::size_t i) noexcept {
   const auto moved = [&](const devices::HomingRun& run, std::uint8_t d) {
     return static_cast<double>(run.moved()) / drives_[d].scale().to_counts_delta(1);
   };
-  if (std::abs(moved(a, axis.drives[0]) - moved(b, axis.drives[1])) <= axis.homing.skew_max) return;
+  const double apart = std::abs(moved(a, axis.drives[0]) - moved(b, axis.drives[1]));
+  if (apart <= axis.homing.skew_max) return;
+  apart_[i] = apart;
   a.cancel(Fault::GantrySkew);
   b.cancel(Fault::GantrySkew);
 }
@@ -253,7 +256,8 @@ void Axes::square_homed(std::size_t i) noexcept {
   for (const std::uint8_t d : axis.drives)
     drives_[d].set_reference(Counts{axis.homing.home_counts}, axis.homing.position);
   const double from = drives_[axis.drives[1]].commanded(), to = drives_[axis.drives[0]].commanded();
-  if (std::abs(to - from) > axis.homing.square_max)
+  apart_[i] = std::abs(to - from);
+  if (apart_[i] > axis.homing.square_max)
     squaring_[i].fail(Fault::GantryNotSquare);
   else
     squaring_[i].start(from, to, axis.homing.square_speed, setup_.period);
@@ -265,19 +269,19 @@ bool Axes::homing() const noexcept {
          std::any_of(squaring_.begin(), squaring_.end(), [](const Squaring& s) { return s.busy(); });
 }
 
-Fault Axes::finish_homing(AxisId& axis) noexcept {
-  Fault first = Fault::None;
+Axes::Homed Axes::finish_homing() noexcept {
+  Homed first;
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
     if ((homing_mask_ >> i & 1u) == 0) continue;
     bool done = true;
     for (const std::uint8_t d : setup_.axes[i].drives) {
       if (homing_[d].phase() == devices::HomingRun::Phase::Done) continue;
       done = false;
-      if (first == Fault::None) first = homing_[d].fault(), axis = AxisId{static_cast<std::uint8_t>(i)};
+      if (first.fault == Fault::None) first = {homing_[d].fault(), AxisId{static_cast<std::uint8_t>(i)}, apart_[i]};
     }
     if (done && squaring_[i].fault() != Fault::None) {
       done = false;
-      if (first == Fault::None) first = squaring_[i].fault(), axis = AxisId{static_cast<std::uint8_t>(i)};
+      if (first.fault == Fault::None) first = {squaring_[i].fault(), AxisId{static_cast<std::uint8_t>(i)}, apart_[i]};
     }
     if (!done) {
       if (setup_.axes[i].drives.size() == 2) join(AxisId{static_cast<std::uint8_t>(i)}, true);

@@ -78,9 +78,13 @@ class Axes {
   /// Every cycle while homing(): axes whose sides have both arrived begin to be squared.
   void follow_homing() noexcept;
   [[nodiscard]] bool homing() const noexcept;
-  /// After homing() turned false: sets the references of the axes that have arrived. Gives the first failure and its
-  /// axis.
-  Fault finish_homing(AxisId& axis) noexcept;
+  struct Homed {
+    Fault fault = Fault::None;  ///< the first failure, and its axis
+    AxisId axis = kNoAxis;
+    double sides_apart = 0;  ///< of a beam: what one side was found apart from the other, mm
+  };
+  /// After homing() turned false: sets the references of the axes that have arrived.
+  Homed finish_homing() noexcept;
   [[nodiscard]] std::uint32_t referenced() const noexcept { return referenced_; }
   /// Every streamed axis that can be homed has been.
   [[nodiscard]] bool all_referenced() const noexcept;
@@ -107,6 +111,7 @@ class Axes {
   SentTargets sent_;
   std::uint32_t homing_mask_ = 0, referenced_ = 0;
   std::array<Squaring, kMaxAxes> squaring_{};  ///< of the second side, since homing began
+  AxisVec apart_{};                            ///< of two sides, as homing has seen them, mm
   std::array<int, kMaxDrives>
       away_{};  ///< cycles in which its station did not take part, up to counter_low_max: it was lost then
   std::bitset<kMaxDrives> dropped_;

@@ -89,12 +89,12 @@ void Loop::finish_reset() noexcept {
 }
 
 void Loop::finish_homing() noexcept {
-  AxisId axis = kNoAxis;
-  const Fault failed = axes_.finish_homing(axis);
+  const Axes::Homed end = axes_.finish_homing();
   hold_position();
-  if (latched_ == Fault::None && failed != Fault::None && failed != Fault::Aborted) react(failed, axis, 0);
+  if (latched_ == Fault::None && end.fault != Fault::None && end.fault != Fault::Aborted)
+    react(end.fault, end.axis, static_cast<std::int32_t>(end.sides_apart * 1000));
   change(rest());
-  answer_pending(failed != Fault::None ? failed : latched_);
+  answer_pending(end.fault != Fault::None ? end.fault : latched_);
 }
 
 void Loop::finish_block() noexcept {

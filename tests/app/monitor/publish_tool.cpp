@@ -1,8 +1,8 @@
 // The other processes of the tests over DDS, with --domain N, --interface IF, --peer ADDR as in the program:
 //   publish --shm FD     the publisher
 //   hold                 a subscriber that asks for every sample, has room for one, and never reads; it writes a byte
-//   when
-//                        it is matched
+//                        when it is matched
+//   flood                a peer that writes states under a name of its own without a pause
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
@@ -42,6 +42,17 @@ int hold(const NetworkOptions& network) {
   for (;;) pause();
 }
 
+int flood(const NetworkOptions& network) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  auto participant = dds::Participant::open(network);
+  if (!participant) return 1;
+  const auto topic = dds_create_topic(participant->id(), &gantry_msg_MachineState_desc, kStateTopic, nullptr, nullptr);
+  const auto writer = dds_create_writer(participant->id(), topic, nullptr, nullptr);
+  gantry_msg_MachineState sample{};
+  std::strcpy(sample.machine, "flood");
+  for (;;) dds_write(writer, &sample);  // what it answers makes no difference
+}
+
 int publish_as_child(int shm, const PublishOptions& options) {
   if (auto given_up = give_up_rights(); !given_up) {
     std::cerr << to_text(given_up.error()) << '\n';
@@ -67,5 +78,6 @@ int main(int argc, char** argv) {
     if (word == "--peer") options.network.peers.emplace_back(argv[i + 1]);
   }
   if (argc > 1 && std::strcmp(argv[1], "hold") == 0) return hold(options.network);
+  if (argc > 1 && std::strcmp(argv[1], "flood") == 0) return flood(options.network);
   return publish_as_child(shm, options);
 }
