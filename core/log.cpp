@@ -1,6 +1,7 @@
 #include "core/log.hpp"
 
 #include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
 
 namespace gantry {
 
@@ -16,6 +17,12 @@ void open(Level level) {
   logger->set_level(level == Level::Quiet ? spdlog::level::warn
                                           : (level == Level::Verbose ? spdlog::level::debug : spdlog::level::info));
   spdlog::set_default_logger(std::move(logger));
+}
+
+void say(Weight weight, std::string_view line) {
+  constexpr spdlog::level::level_enum kLevels[] = {spdlog::level::debug, spdlog::level::info, spdlog::level::warn,
+                                                   spdlog::level::err};
+  spdlog::default_logger_raw()->log(kLevels[static_cast<int>(weight)], spdlog::string_view_t(line.data(), line.size()));
 }
 
 }  // namespace log

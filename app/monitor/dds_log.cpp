@@ -27,7 +27,7 @@ void write(void* to, const dds_log_data_t* line) {
   }
   const auto text = printable(std::string(line->message, line->size));
   const bool grave = (line->priority & (DDS_LC_FATAL | DDS_LC_ERROR)) != 0;
-  spdlog::log(grave ? spdlog::level::err : spdlog::level::warn, "DDS: {}{}", text, left_out);
+  log::say(grave ? log::Weight::Error : log::Weight::Warning, fmt::format("DDS: {}{}", text, left_out));
 }
 
 }  // namespace

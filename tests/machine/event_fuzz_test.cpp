@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <map>
 #include <random>
+#include <spdlog/spdlog.h>
 
 #include "core/log.hpp"
 #include "tests/machine/event_judge.hpp"
