@@ -174,7 +174,9 @@ bool ask_owner(Context& context, const Asked& asked) {
   if (!*connected) return false;
   desk::OrderClient& owner = **connected;
   if (auto r = compare(owner, context, asked); !r) return stop_with(r.error());
-  log::info("'{}' goes to the owner that is up", run::name(asked.order.kind));
+  constexpr std::array kAlsoAlone{run::OrderKind::Run, run::OrderKind::Home, run::OrderKind::Jog};
+  if (std::find(kAlsoAlone.begin(), kAlsoAlone.end(), asked.order.kind) != kAlsoAlone.end())
+    log::info("'{}' goes to the owner that is up", run::name(asked.order.kind));
   OwnerElsewhere elsewhere(owner);
   Keys keys(elsewhere, asked.order.kind == run::OrderKind::Run && !context.json);
   if (auto r = elsewhere.say(asked.order, kTheOrder); !r) return stop_with(r.error());
