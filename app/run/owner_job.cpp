@@ -62,7 +62,16 @@ void Owner::Parts::serve() {
   name_culprits();
   fetch_mail();
   report_strays();
+  serve_objects();
   on_bus->serving = false;
+}
+
+/// What stations have in no PDO goes by their mailboxes.
+void Owner::Parts::serve_objects() {
+  if (!bus->has_slow_objects()) return;
+  bus->step_by([this] { control().step(); });
+  bus->serve_objects();
+  bus->step_by({});
 }
 
 void Owner::Parts::name_culprits() {

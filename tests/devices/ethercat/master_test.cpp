@@ -509,8 +509,9 @@ TEST(Master, tshark_finds_nothing_malformed_in_a_bring_up) {
   };
   EXPECT_EQ(count("_ws.malformed || _ws.expert.severity == error"), 0);
   EXPECT_EQ(count("ecat"), static_cast<int>(tap.frames()));
-  EXPECT_GT(count("ecat_mailbox.coe.sdoreq"), 100);
-  EXPECT_GT(count("ecat_mailbox.coe.sdores"), 100);
+  // Frames; stations come up side by side, so that one carries the mailboxes of several.
+  EXPECT_GT(count("ecat_mailbox.coe.sdoreq"), 60);
+  EXPECT_GT(count("ecat_mailbox.coe.sdores"), 60);
   EXPECT_GT(count("ecat.cmd == 12"), 100);  // LRW
 }
 
