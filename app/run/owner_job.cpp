@@ -145,6 +145,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
                                    .around = p.around.get(),
                                    .breath = [&p] { return p.control().breathe(); }},
                                   recipe, job, result)});
+  for (const std::string& note : p.bus->notes()) p.job->recording.note(latest().time_ns, note);
   p.job->recording.tell("running");
   const devices::CyclicCounts counted_before = p.bus->counters();
 

@@ -377,11 +377,8 @@ Result<void> tell_what_is_lost(Link& link, StationRecord& s, std::vector<std::st
         const bool is_display = e->index == cia402::kModeDisplay;
         if (!value && is_display) by = config::in_slot(profile, {cia402::kMode, 0}, row.slot);
         if (value || is_display) s.slow.push_back({entry.address, by, entry.bit_length, outputs, e->has_sign, is_mode});
-        notes.push_back(fmt::format("{}: {} is in none of its PDOs: {}", s.where, what,
-                                    value        ? e->cost
-                                    : is_display ? "nor among its objects; 6060h is read back instead, which shows "
-                                                   "what was asked and not what the drive does"
-                                                 : "nor among its objects; it is left out"));
+        notes.push_back(value ? fmt::format("{}: {} is in none of its PDOs: {}", s.where, what, e->cost)
+                              : fmt::format("{}: it has no {}: {}", s.where, what, e->absent));
       }
   return {};
 }

@@ -20,7 +20,8 @@ struct DriveEntry {
   bool has_sign;
   EntryNeed need;
   const char* name;
-  const char* cost;  ///< of not being in a PDO
+  const char* cost;         ///< of not being in a PDO
+  const char* absent = "";  ///< of not being there at all, where SDO would do otherwise
 };
 inline constexpr std::array kDriveEntries{
     DriveEntry{wire::cia402::kControlword, true, 16, false, EntryNeed::EveryCycle, "controlword", ""},
@@ -30,12 +31,15 @@ inline constexpr std::array kDriveEntries{
     DriveEntry{wire::cia402::kMode, true, 8, true, EntryNeed::ByMailbox, "mode",
                "the mode is set by SDO, so each change of it takes some mailbox messages longer"},
     DriveEntry{wire::cia402::kModeDisplay, false, 8, true, EntryNeed::ByMailbox, "mode display",
-               "the mode is read back by SDO, so a drive that changes it by itself is noticed late"},
+               "the mode is read back by SDO, so a drive that changes it by itself is noticed late",
+               "6060h is read back instead, which shows what was asked and not what the drive does"},
     DriveEntry{
         wire::cia402::kDigitalInputs, false, 32, false, EntryNeed::ByMailbox, "digital inputs",
-        "limit and home switches are read by SDO, so the controller sees them late; the drive's own reaction stays"},
+        "limit and home switches are read by SDO, so the controller sees them late; the drive's own reaction stays",
+        "the controller does not see limit and home switches; only the drive reacts to them"},
     DriveEntry{wire::cia402::kErrorCode, false, 16, false, EntryNeed::ByMailbox, "error code",
-               "it is read by SDO, so a fault is named late, and a warning is noticed late"},
+               "it is read by SDO, so a fault is named late, and a warning is noticed late",
+               "faults are told without their code, and warnings not at all"},
     DriveEntry{wire::cia402::kProbeFunction, true, 16, false, EntryNeed::Probe, "probe function",
                "this axis cannot use a touch probe"},
     DriveEntry{wire::cia402::kProbeStatus, false, 16, false, EntryNeed::Probe, "probe status",

@@ -158,7 +158,8 @@ class ReplayLine final : public devices::FramePort {
       if (c == Command::Fpwr) note_write(s, ado, asked.data, false);
       if (c == Command::Fpwr && s.box_out != 0 && ado == s.box_out) return 1;
       if (c == Command::Fprd) {
-        if (ado == reg::kSiiControl) return tell(s.eeprom.contains(s.word) ? s.eeprom[s.word] : blank_eeprom(), data);
+        if (ado == reg::kSiiControl)
+          return s.eeprom.contains(s.word) ? tell(s.eeprom[s.word], data) : not_recorded(asked);
         if (ado == reg::kAlStatus)
           return s.states.contains(s.asked) ? tell(s.states[s.asked], data) : not_recorded(asked);
         if (ado == reg::kSyncManager0 + kSyncManagerBytes + kSmStatusOffset) {
@@ -180,7 +181,6 @@ class ReplayLine final : public devices::FramePort {
       if (!writes(c)) std::copy(a.data.begin(), a.data.end(), data.begin());
       return a.working_counter;
     }
-    if (c == Command::Bwr && ado < kMemory) return static_cast<std::uint16_t>(stations_.size());
     if (known != stations_.end() && ado < kMemory && c == Command::Fpwr) return 1;
     if (known != stations_.end() && ado < kMemory && c == Command::Fprd && known->second.written.contains(ado)) {
       for (std::size_t i = 0; i < data.size(); ++i)
@@ -188,12 +188,6 @@ class ReplayLine final : public devices::FramePort {
       return 1;
     }
     return not_recorded(asked);
-  }
-  /// What was not read while the line was recorded: a chip without categories (FFFFh ends them).
-  static Bytes blank_eeprom() {
-    Bytes interface(14, std::byte{0xFF});
-    wire::put_le<std::uint16_t>(interface, 0, wire::kSiiReads8);
-    return interface;
   }
   std::uint16_t not_recorded(const Datagram& asked) {
     unknown.push_back(asked.header.address);

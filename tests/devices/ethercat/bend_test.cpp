@@ -71,12 +71,12 @@ TEST(Bend, inputs_that_are_in_no_pdo_are_polled) {
   auto& x = b.of("X");
   EXPECT_FALSE(x.drive.feedback().home || x.drive.feedback().pos_limit || x.drive.feedback().neg_limit);
   const AxisId id = config::find_axis(b.machine, "X")->id;
-  b.bent.set_object(station(b.wired, "x").id, {0x60FD, 0}, 0);
-  b.bent.motor(id).restore(1e6);  // beyond its positive limit switch
+  b.segment.set_object(station(b.wired, "x").id, {0x60FD, 0}, 0);
+  b.segment.motor(id).restore(1e6);  // beyond its positive limit switch
   b.served_until([&] { return x.drive.feedback().pos_limit; }, 1000);
   EXPECT_TRUE(x.drive.feedback().pos_limit);
   const auto& errors = station(b.machine, "x").profile.drive->errors;
-  b.bent.drive_fault(id, 0, errors.front().code);
+  b.segment.drive_fault(id, 0, errors.front().code);
   b.served_until([&] { return x.drive.feedback().error_code == errors.front().code; }, 1000);
   EXPECT_EQ(x.drive.feedback().error_code, errors.front().code);
 }
@@ -119,7 +119,7 @@ TEST(Bend, a_probe_status_of_32_bits_touches_as_well) {
   ASSERT_NO_FATAL_FAILURE(b.works("Z"));
   auto& z = b.of("Z");
   const double from = z.drive.commanded();
-  auto& motor = b.bent.motor(config::find_axis(b.machine, "Z")->id);
+  auto& motor = b.segment.motor(config::find_axis(b.machine, "Z")->id);
   motor.set_contact(motor.position() - 3.3335);
   ProbeArm probe;
   probe.start();
@@ -210,7 +210,7 @@ TEST(Bend, a_station_that_is_bent_comes_back_after_a_loss_of_power) {
   b.operate();
   for (const char* name : {"x", "cu"}) {
     const StationId id = station(b.wired, name).id;
-    b.bent.power_cycle(id);
+    b.segment.power_cycle(id);
     b.cycles(400);
     b.master->step_by([&b] { b.cycle(); });
     const auto back = b.master->bring_back(id);
@@ -236,10 +236,10 @@ TEST(Bend, the_last_word_reaches_a_bent_station) {
   const std::size_t n = b.master->spare_frames(std::span(&stop, 1), frames);
   ASSERT_GT(n, 0u);
   for (std::size_t i = 0; i < n; ++i)
-    ASSERT_TRUE(b.bent_port.send(PortIndex::Primary, std::span(frames[i].bytes).first(frames[i].size)));
+    ASSERT_TRUE(b.port.send(PortIndex::Primary, std::span(frames[i].bytes).first(frames[i].size)));
   b.clock.sleep_until(b.clock.now() + milliseconds(2));
-  b.bent.advance();
-  EXPECT_NE(b.bent.station(station(b.machine, "x").position).objects().value({0x6041, 0}) & 0x6F, 0x27);
+  b.segment.advance();
+  EXPECT_NE(b.segment.station(station(b.machine, "x").position).objects().value({0x6041, 0}) & 0x6F, 0x27);
 }
 
 // --- Where things lie ------------------------------------------------------------------------------------------------
@@ -291,11 +291,11 @@ TEST(Bend, clocks_are_activated_as_the_eeprom_says) {
     ASSERT_NO_FATAL_FAILURE(b.works("X"));
     const auto position = station(b.wired, "x").position;
     std::array<std::byte, 8> cycles{};
-    b.bent.station(position).esc().read(0x09A0, cycles, b.clock.now());
+    b.segment.station(position).esc().read(0x09A0, cycles, b.clock.now());
     EXPECT_EQ(wire::get_le<std::uint32_t>(cycles, 0), 1'000'000u);
     EXPECT_EQ(wire::get_le<std::uint32_t>(cycles, 4),
               mode.factor1 == 2 ? 1'000'000u : mode.shift1_ns);  // SYNC1 behind SYNC0
-    EXPECT_EQ(b.bent.station(position).esc().dc().next_sync0_system() % 1'000'000, mode.shift0_ns);
+    EXPECT_EQ(b.segment.station(position).esc().dc().next_sync0_system() % 1'000'000, mode.shift0_ns);
   }
   BentBench b(kAsIs);
   b.habits("x", {.clock = sim::ClockMode{.activate = 0, .factor0 = 0}});
@@ -323,7 +323,7 @@ TEST(Bend, the_eeprom_belongs_to_the_stations_processor_from_pre_op_on) {
     if (s.bus == config::BusKind::EtherCat) b.habits(s.name, {.needs_eeprom = true});
   const auto up = b.bring_up();
   ASSERT_TRUE(up) << to_text(up.error());
-  for (int i = 0; i < b.bent.station_count(); ++i) EXPECT_TRUE(b.bent.station(i).esc().sii_is_stations()) << i;
+  for (int i = 0; i < b.segment.station_count(); ++i) EXPECT_TRUE(b.segment.station(i).esc().sii_is_stations()) << i;
   // The next bring-up takes them back to read.
   b.master->shut_down();
   const auto again = b.bring_up();
@@ -334,7 +334,7 @@ TEST(Bend, alias_addressing_that_was_left_on_is_ended) {
   BentBench b([&](Machine& wired) { station(wired, "x").alias = 0x1003; });  // the address that y1 will get
   station(b.machine, "x").alias = 0x1003;
   std::array<std::byte, 1> on{std::byte{1}};
-  for (int i = 0; i < b.bent.station_count(); ++i) b.bent.station(i).esc().write(0x0103, on, b.clock.now());
+  for (int i = 0; i < b.segment.station_count(); ++i) b.segment.station(i).esc().write(0x0103, on, b.clock.now());
   const auto up = b.bring_up();
   ASSERT_TRUE(up) << to_text(up.error());
 }
@@ -382,8 +382,8 @@ TEST(Bend, a_refusal_names_station_object_and_what_was_asked) {
   ASSERT_TRUE(up) << to_text(up.error());
   const auto& doubts = b.master->stations()[2].doubts;  // which keep torque from it
   ASSERT_EQ(doubts.size(), 1u);
-  EXPECT_TRUE(refused(tl::unexpected(doubts[0]),
-                      {"station 2 'y1'", "6085h:00", "003D0900h", "value too high", "06090031h"}));
+  EXPECT_TRUE(
+      refused(tl::unexpected(doubts[0]), {"station 2 'y1'", "6085h:00", "003D0900h", "value too high", "06090031h"}));
 }
 
 }  // namespace

@@ -14,33 +14,16 @@
 #include "devices/profiles/object_value.hpp"
 #include "devices/rt/homing.hpp"
 #include "sim/station/habits.hpp"
+#include "tests/altered.hpp"
 #include "tests/devices/ethercat/bus_bench.hpp"
 
 namespace gantry::devices {
 
-inline config::Station& station(config::Machine& machine, std::string_view name) {
-  const auto at = std::ranges::find(machine.stations, name, &config::Station::name);
-  EXPECT_NE(at, machine.stations.end()) << name;
-  return *at;
-}
-inline config::ObjectRow& object(config::StationProfile& profile, std::uint16_t index, std::uint8_t sub = 0) {
-  const auto at = std::ranges::find(profile.objects, config::ObjectAddress{index, sub}, &config::ObjectRow::address);
-  EXPECT_NE(at, profile.objects.end()) << index;
-  return *at;
-}
-inline void remove_object(config::StationProfile& profile, std::uint16_t index) {
-  std::erase_if(profile.objects, [&](const config::ObjectRow& row) { return row.address.index == index; });
-}
+using test::object, test::remove_object, test::station;
 
 struct BentBench : BusBench {
-  sim::Segment bent;
-  sim::SegmentPort bent_port{bent, clock};
-
-  explicit BentBench(const std::function<void(config::Machine&)>& mutate) : bent((mutate(wired), wired), clock) {
-    way = &bent_port;
-    with_homing_objects();
-  }
-  void habits(std::string_view name, const sim::StationHabits& h) { bent.set_habits(station(wired, name).id, h); }
+  explicit BentBench(const Change& change) : BusBench(change) { with_homing_objects(); }
+  void habits(std::string_view name, const sim::StationHabits& h) { segment.set_habits(station(wired, name).id, h); }
   /// As compose_startup() does for the real machine: homing's objects are start-up objects.
   void with_homing_objects() {
     for (const auto& axis : machine.axes) {
@@ -91,7 +74,7 @@ struct BentBench : BusBench {
           << "axis " << int(d.axis.value) << ": " << name(d.drive.feedback().state);
     const auto* axis = config::find_axis(machine, axis_name);
     auto& d = of(axis_name);
-    const double from = d.drive.commanded(), at = bent.motor(axis->id).position();
+    const double from = d.drive.commanded(), at = segment.motor(axis->id).position();
     for (int i = 1; i <= 500; ++i) {
       d.command.target = from + 1.0 * (1 - std::cos(std::numbers::pi * i / 500));
       served_cycle();
@@ -99,7 +82,7 @@ struct BentBench : BusBench {
     }
     cycles(100);
     EXPECT_NEAR(d.drive.feedback().position, from + 2.0, 0.005);
-    EXPECT_NEAR(bent.motor(axis->id).position(), at + 2.0, 0.02);
+    EXPECT_NEAR(segment.motor(axis->id).position(), at + 2.0, 0.02);
     HomingRun run;
     const double span = axis->p_max - axis->p_min;
     run.start({.timeout_cycles = 60'000, .travel_counts = std::llround(1.5 * span * axis->counts_per_unit)},
@@ -110,7 +93,7 @@ struct BentBench : BusBench {
     d.command = {.goal = DriveGoal::Enabled, .target = d.drive.commanded()};
     cycles(50);
     EXPECT_EQ(d.drive.feedback().fault, Fault::None);
-    EXPECT_NEAR(d.drive.feedback().position, bent.motor(axis->id).position(), 0.02);
+    EXPECT_NEAR(d.drive.feedback().position, segment.motor(axis->id).position(), 0.02);
     EXPECT_NEAR(d.drive.feedback().position, axis->homing->position, 0.5);
   }
 };
