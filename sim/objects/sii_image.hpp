@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "config/drive.hpp"
-#include "sim/station/habits.hpp"
+#include "sim/objects/clock_mode.hpp"
 
 namespace gantry::sim {
 
