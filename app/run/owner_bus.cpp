@@ -24,7 +24,7 @@ Result<void> Owner::bring_up() {
   if (!turn.taken()) return turn.refused();
   if (p.on_bus) return fail(Fault::Refused, "the bus is up already");
   if (auto r = p.bus->bring_up(); !r) return r;
-  for (const std::string& note : p.bus->notes()) log::debug("{}", note);
+  for (const std::string& note : p.bus->notes()) log::info("{}", note);
   for (const auto& station : p.bus->stations())
     for (const Error& doubt : station.doubts) log::warn("{}", to_text(doubt));
   if (const std::string names = p.only_assumed(); !names.empty())

@@ -62,7 +62,16 @@ void Owner::Parts::serve() {
   name_culprits();
   fetch_mail();
   report_strays();
+  serve_objects();
   on_bus->serving = false;
+}
+
+/// What stations have in no PDO goes by their mailboxes.
+void Owner::Parts::serve_objects() {
+  if (!bus->has_slow_objects()) return;
+  bus->step_by([this] { control().step(); });
+  bus->serve_objects();
+  bus->step_by({});
 }
 
 void Owner::Parts::name_culprits() {
@@ -136,6 +145,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
                                    .around = p.around.get(),
                                    .breath = [&p] { return p.control().breathe(); }},
                                   recipe, job, result)});
+  for (const std::string& note : p.bus->notes()) p.job->recording.note(latest().time_ns, note);
   p.job->recording.tell("running");
   const devices::CyclicCounts counted_before = p.bus->counters();
 

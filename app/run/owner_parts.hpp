@@ -122,6 +122,7 @@ struct Owner::Parts {
   void serve();
   void name_culprits();
   void fetch_mail();
+  void serve_objects();
   void report_strays();
   Result<void> command(const cycle::Command& order, double timeout_s) {
     return with_stations(control().command(order, timeout_s));

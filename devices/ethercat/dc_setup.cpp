@@ -39,7 +39,7 @@ Result<std::vector<Latched>> read_latched(Link& link, std::span<const StationRec
   for (const Datagram& d : batch)
     if (d.working_counter != kWkcRead)
       return fail(Fault::StationMissing, "the station does not give its receive times (0900h)",
-                  fmt::format("station address {:04X}h", d.address & 0xFFFF));
+                  std::ranges::find(stations, d.address & 0xFFFF, &StationRecord::address)->where);
   std::vector<Latched> latched(stations.size());
   for (std::size_t i = 0; i < stations.size(); ++i) {
     for (std::size_t port = 0; port < latched[i].ports.size(); ++port)
@@ -176,6 +176,38 @@ Result<void> rejoin_clocks(Link& link, const StationRecord& s, const DcSetup& dc
   }
 }
 
+namespace {
+
+/// Times of a station's pulses: the bus cycle, a multiple, a part, or what its EEPROM states in ns.
+std::int64_t pulse_period(std::int32_t factor, std::uint32_t stated_ns, Time cycle) {
+  if (factor > 0) return cycle.count() * factor;
+  if (factor < 0) return cycle.count() / -factor;
+  return stated_ns != 0 ? stated_ns : cycle.count();
+}
+
+Result<void> write_pulses(Link& link, const StationRecord& s, Time cycle, std::uint64_t start) {
+  const SyncPulses& p = s.sync;
+  const std::int64_t period0 = pulse_period(p.factor0, p.cycle0_ns, cycle);
+  // 09A4h counts from a SYNC0 to the SYNC1 that follows it.
+  const std::int64_t period1 = p.factor1 != 0 ? pulse_period(p.factor1, 0, cycle) - period0 : 0;
+  const std::int64_t behind = std::max<std::int64_t>(period1 + p.shift1_ns, 0);
+  for (auto ok :
+       {link.write<std::uint8_t>(s.address, reg::kDcActivation, 0),
+        link.write<std::uint8_t>(s.address, reg::kDcCyclicUnitControl, static_cast<std::uint8_t>(p.activate & 0xFF)),
+        link.write<std::uint32_t>(s.address, reg::kDcSync0Cycle, static_cast<std::uint32_t>(period0)),
+        link.write<std::uint32_t>(s.address, reg::kDcSync1Cycle, static_cast<std::uint32_t>(behind)),
+        link.write<std::uint64_t>(s.address, reg::kDcStartTime,
+                                  start + static_cast<std::uint64_t>(std::int64_t{p.shift0_ns})),
+        link.write<std::uint8_t>(s.address, reg::kDcActivation, static_cast<std::uint8_t>(p.activate >> 8))})
+    if (!ok) {
+      if (ok.error().where.empty()) ok.error().where = s.where;
+      return ok;
+    }
+  return {};
+}
+
+}  // namespace
+
 Result<void> start_sync0(Link& link, std::span<const StationRecord> stations, const DcSetup& dc, Time cycle) {
   if (dc.reference_address == 0) return {};
   const auto period = static_cast<std::uint64_t>(cycle.count());
@@ -186,14 +218,7 @@ Result<void> start_sync0(Link& link, std::span<const StationRecord> stations, co
     const std::uint64_t start = (*now + static_cast<std::uint64_t>(ahead.count())) / period * period + period;
     for (const auto& s : stations) {
       if (!s.sync0) continue;
-      for (const auto& ok :
-           {link.write<std::uint8_t>(s.address, reg::kDcActivation, 0),
-            link.write<std::uint8_t>(s.address, reg::kDcCyclicUnitControl, 0),
-            link.write<std::uint32_t>(s.address, reg::kDcSync0Cycle, static_cast<std::uint32_t>(period)),
-            link.write<std::uint32_t>(s.address, reg::kDcSync1Cycle, 0),
-            link.write<std::uint64_t>(s.address, reg::kDcStartTime, start),
-            link.write<std::uint8_t>(s.address, reg::kDcActivation, kDcActivateCyclic | kDcActivateSync0)})
-        if (!ok) return ok;
+      if (auto ok = write_pulses(link, s, cycle, start); !ok) return ok;
     }
     const auto after = reference_time(link, dc);
     if (!after) return tl::unexpected(after.error());

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <vector>
 
+#include "devices/ethercat/side_by_side.hpp"
+
 namespace gantry::devices {
 
 using namespace wire;
@@ -17,13 +19,13 @@ constexpr Time kRidePause = microseconds(200);
 
 void Link::pause(Time duration) {
   const Time until = clock_.now() + duration;
+  if (beside_ != nullptr) return beside_->pause_until(until);
   if (slot_ == nullptr || !step_) return clock_.sleep_until(until);
   do step_();
   while (clock_.now() < until);
 }
 
-/// How many of these go out at once: in one frame beside the idle datagram, or together in the slot.
-std::size_t Link::fitting(std::span<const Datagram> batch) {
+std::size_t Link::fitting(std::span<const Datagram> batch) const {
   const std::size_t most = slot_ != nullptr ? AcyclicSlot::kMost : kMaxDatagrams - 1;
   std::size_t bytes = kFrameHeader + kDatagramHeader + kIdleBytes + kWorkingCounter, n = 0;
   for (; n < std::min(batch.size(), most); ++n) {
@@ -81,27 +83,33 @@ bool Link::attempt_riding(std::span<Datagram> at_once) {
   }
 }
 
-Result<std::uint16_t> Link::transact(Command command, std::uint32_t address, std::span<std::byte> data, int attempts) {
-  const std::vector<std::byte> request(data.begin(), data.end());
+bool Link::attempt_now(std::span<Datagram> at_once) {
+  return slot_ != nullptr ? attempt_riding(at_once) : attempt(at_once);
+}
+
+/// As often as it takes, at most so many times; each attempt sends the same.
+bool Link::exchange(std::span<Datagram> at_once, int attempts) {
+  if (beside_ != nullptr) return beside_->exchange(at_once, attempts);
+  std::vector<std::vector<std::byte>> as_sent;
+  for (const Datagram& d : at_once) as_sent.emplace_back(d.data.begin(), d.data.end());
   for (int i = 0; i < attempts; ++i) {
-    std::copy(request.begin(), request.end(), data.begin());
-    Datagram one{command, address, data};
-    if (slot_ != nullptr ? attempt_riding(std::span(&one, 1)) : attempt(std::span(&one, 1))) return one.working_counter;
+    if (attempt_now(at_once)) return true;
+    for (std::size_t k = 0; k < at_once.size(); ++k)
+      std::copy(as_sent[k].begin(), as_sent[k].end(), at_once[k].data.begin());
   }
+  return false;
+}
+
+Result<std::uint16_t> Link::transact(Command command, std::uint32_t address, std::span<std::byte> data, int attempts) {
+  Datagram one{command, address, data};
+  if (exchange(std::span(&one, 1), attempts)) return one.working_counter;
   return tl::unexpected(silent());
 }
 
 Result<void> Link::transact(std::span<Datagram> batch) {
   for (std::span<Datagram> left = batch; !left.empty();) {
     const auto now = left.first(fitting(left));
-    std::vector<std::vector<std::byte>> requests;
-    for (const Datagram& d : now) requests.emplace_back(d.data.begin(), d.data.end());
-    int attempts = 0;
-    while (!(slot_ != nullptr ? attempt_riding(now) : attempt(now))) {
-      if (++attempts == kAttempts) return tl::unexpected(silent());
-      for (std::size_t i = 0; i < now.size(); ++i)
-        std::copy(requests[i].begin(), requests[i].end(), now[i].data.begin());
-    }
+    if (!exchange(now, kAttempts)) return tl::unexpected(silent());
     left = left.subspan(now.size());
   }
   return {};

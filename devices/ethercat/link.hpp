@@ -17,6 +17,8 @@
 
 namespace gantry::devices {
 
+class SideBySide;
+
 class Link {
  public:
   static constexpr Time kReplyTimeout = milliseconds(20);  ///< of one frame; also a busy host answers within it
@@ -61,15 +63,24 @@ class Link {
   [[nodiscard]] Clock& clock() noexcept { return clock_; }
   void pause(Time duration);
 
+  // --- For SideBySide ---
+  /// Until further notice who calls is one of several: it waits while the others go on. nullptr: alone again.
+  void beside(SideBySide* others) noexcept { beside_ = others; }
+  /// How many of these go out at once: in one frame beside the idle datagram, or together in the slot.
+  [[nodiscard]] std::size_t fitting(std::span<const Datagram> batch) const;
+  /// Sends these in one frame; false: it did not come back, and the data are what they have become.
+  [[nodiscard]] bool attempt_now(std::span<Datagram> at_once);
+
  private:
   [[nodiscard]] bool attempt(std::span<Datagram> of_one_frame);
-  [[nodiscard]] std::size_t fitting(std::span<const Datagram> batch);
+  [[nodiscard]] bool exchange(std::span<Datagram> at_once, int attempts);
   [[nodiscard]] Error silent() const;
   [[nodiscard]] bool attempt_riding(std::span<Datagram> at_once);
 
   FramePort& port_;
   Clock& clock_;
   AcyclicSlot* slot_ = nullptr;
+  SideBySide* beside_ = nullptr;
   std::function<void()> step_;
   std::uint32_t sequence_ = 0;
   Frame frame_;

@@ -28,6 +28,16 @@ Result<void> check_limits(const StationRecord& s, std::span<const PdoRow> pdos) 
   return {};
 }
 
+}  // namespace
+
+Result<void> check_pdo_limits(const StationRecord& s) {
+  for (const auto* pdos : {&s.rx_pdos, &s.tx_pdos})
+    if (auto ok = check_limits(s, *pdos); !ok) return ok;
+  return {};
+}
+
+namespace {
+
 /// What one SyncManager carries of a direction.
 struct Part {
   std::size_t number, bits;
@@ -94,8 +104,6 @@ Result<ImageSize> lay_out(std::vector<StationRecord>& stations, std::uint32_t lo
   ImageSize size;
   std::uint32_t logical = logical_start;
   for (auto& s : stations) {
-    for (const auto* pdos : {&s.rx_pdos, &s.tx_pdos})
-      if (auto ok = check_limits(s, *pdos); !ok) return tl::unexpected(ok.error());
     const auto out = parts(s, SyncManagerKind::ProcessOut), in = parts(s, SyncManagerKind::ProcessIn);
     for (const auto* direction : {&out, &in})
       if (!*direction) return tl::unexpected(direction->error());

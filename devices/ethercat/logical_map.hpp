@@ -18,9 +18,12 @@ struct ImageSize {
 
 using config::MapKind;
 
+/// Entries and bytes of each PDO against what the device takes. Fault::PdoMappingDiffers.
+Result<void> check_pdo_limits(const StationRecord& station);
+
 /// A direction may have several SyncManagers, one FMMU each; in the map they lie in the order of their numbers.
 /// Fills in the record of every station: SyncManager lengths, FMMUs, its offsets in the images and in the logical map.
-/// Fault::PdoMappingDiffers when a PDO is over the device's limits, Fault::Inconsistent when a station has PDOs but no
+/// Fault::Inconsistent when a station has PDOs but no
 /// SyncManager for them, several that do not fill whole bytes, more process data than a frame carries, or areas that
 /// its ESC cannot have (check_areas()).
 Result<ImageSize> lay_out(std::vector<StationRecord>& stations, std::uint32_t logical_start, MapKind kind);

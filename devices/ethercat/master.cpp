@@ -8,11 +8,15 @@
 #include "devices/ethercat/lrw_trial.hpp"
 #include "devices/ethercat/mailbox.hpp"
 #include "devices/ethercat/parameters.hpp"
+#include "devices/ethercat/pdo_agreement.hpp"
 #include "devices/ethercat/scan.hpp"
 #include "devices/ethercat/sdo.hpp"
+#include "devices/ethercat/side_by_side.hpp"
+#include "devices/ethercat/slow_objects.hpp"
 #include "devices/ethercat/states.hpp"
 #include "devices/ethercat/station_objects.hpp"
 #include "devices/ethercat/station_registers.hpp"
+#include "devices/profiles/drive_entries.hpp"
 
 namespace gantry::devices {
 namespace {
@@ -45,11 +49,47 @@ Result<void> EthercatMaster::enter(AlState state) {
   return {};
 }
 
-Result<void> EthercatMaster::configure(StationRecord& s) {
-  if (auto ok = at(s, write_startup(link_, s)); !ok) return ok;
-  if (auto ok = at(s, write_pdo_mapping(link_, s)); !ok) return ok;
-  if (auto ok = at(s, check_fixed_map(link_, s)); !ok) return ok;
-  return at(s, write_process_data(link_, s));
+/// The same with every station at once. The first of those that failed, by position, gives the error.
+Result<void> EthercatMaster::side_by_side(
+    const std::function<Result<void>(StationRecord&, std::vector<std::string>&)>& work) {
+  std::vector<Result<void>> results(stations_.size());
+  std::vector<std::vector<std::string>> notes(stations_.size());
+  SideBySide all(link_);
+  for (std::size_t i = 0; i < stations_.size(); ++i)
+    all.add([this, &work, &results, &notes, i] { results[i] = at(stations_[i], work(stations_[i], notes[i])); });
+  all.run();
+  for (auto& of_station : notes) std::ranges::move(of_station, std::back_inserter(notes_));
+  for (auto& result : results)
+    if (!result) return std::move(result);
+  return {};
+}
+
+/// Start-up objects and the mapping, as far as the station takes them.
+Result<void> EthercatMaster::agree(StationRecord& s, std::vector<std::string>& notes) {
+  if (auto ok = learn_pdos(s); !ok) return ok;
+  if (auto ok = check_pdo_limits(s); !ok) return ok;
+  if (auto ok = leave_out_absent(link_, s, notes); !ok) return ok;
+  if (auto ok = write_startup(link_, s); !ok) return ok;
+  if (auto ok = agree_on_pdos(link_, s, notes); !ok) return ok;
+  if (auto ok = check_probe(s); !ok) return ok;
+  return set_first_mode(link_, s);
+}
+
+/// The drive at which the machine's probe hangs has to have it in its PDOs.
+Result<void> EthercatMaster::check_probe(const StationRecord& s) const {
+  if (s.left_out.empty() || s.config == nullptr) return {};
+  for (const auto& axis : machine_.axes) {
+    if (axis.id != machine_.probe.axis) continue;
+    for (const auto& ref : axis.drives)
+      for (const auto& address : s.left_out)
+        if (ref.station == s.id && find_drive_entry(config::first_slot(s.config->profile, address, ref.slot).index))
+          return fail(Fault::PdoMappingDiffers,
+                      fmt::format("{:04X}h is in none of its PDOs, and axis {} has the machine's touch probe, which "
+                                  "needs it in every cycle",
+                                  address.index, axis.name),
+                      s.where);
+  }
+  return {};
 }
 
 Result<void> EthercatMaster::bring_up() {
@@ -58,17 +98,22 @@ Result<void> EthercatMaster::bring_up() {
   notes_.clear();
   auto found = scan(link_, machine_, options_.strangers, notes_);
   if (!found) return tl::unexpected(found.error());
+  forget_bent();
   stations_ = std::move(*found);
 
-  for (auto& s : stations_)
+  for (auto& s : stations_) {
     if (auto ok = at(s, write_mailbox_setup(link_, s)); !ok) return ok;
+    if (auto ok = at(s, hand_over_eeprom(link_, s)); !ok) return ok;
+  }
   if (auto ok = enter(AlState::PreOp); !ok) return ok;
-  for (auto& s : stations_)
-    if (auto ok = at(s, learn_pdos(s)); !ok) return ok;
+  if (auto ok = side_by_side([&](StationRecord& s, auto& notes) { return agree(s, notes); }); !ok) return ok;
   const auto size = lay_out(stations_, kLogicalStart, options_.map.value_or(machine_.bus.map));
   if (!size) return tl::unexpected(size.error());
-  for (auto& s : stations_)
-    if (auto ok = configure(s); !ok) return ok;
+  const auto lay_down = [&](StationRecord& s, auto&) {
+    if (auto ok = s.bent ? Result<void>{} : check_fixed_map(link_, s); !ok) return ok;
+    return write_process_data(link_, s);
+  };
+  if (auto ok = side_by_side(lay_down); !ok) return ok;
 
   const auto dc = set_up_clocks(link_, stations_, notes_);
   if (!dc) return tl::unexpected(dc.error());
@@ -78,6 +123,15 @@ Result<void> EthercatMaster::bring_up() {
   output_image_.assign(size->output_bytes, std::byte{0});
   input_image_.assign(size->input_bytes, std::byte{0});
   spare_image_ = output_image_;
+  for (std::size_t i = 0; i < stations_.size(); ++i) {
+    const StationRecord& s = stations_[i];
+    if (!s.bent) continue;
+    bent_.push_back({.station = i,
+                     .image = std::make_unique<BentImage>(s),
+                     .outputs = std::span(output_image_).subspan(s.output_offset, s.output_bytes),
+                     .spare = std::span(spare_image_).subspan(s.output_offset, s.output_bytes),
+                     .inputs = std::span(input_image_).subspan(s.input_offset, s.input_bytes)});
+  }
   begin_cycles();
   if (auto ok = enter(AlState::SafeOp); !ok) return ok;
   const auto changed = try_lrw(link_, stations_, notes_);
@@ -121,12 +175,16 @@ void EthercatMaster::begin_cycles() {
   std::size_t ids = machine_.stations.size();
   for (const auto& s : stations_) ids = std::max<std::size_t>(ids, s.id.value + 1u);
   image_parts_.assign(ids, ImagePart{.index = kMaxCyclicStations});
+  const auto bent_at = [&](std::size_t i) -> BentImage* {
+    const auto found = std::ranges::find(bent_, i, &Bent::station);
+    return found != bent_.end() ? found->image.get() : nullptr;
+  };
   cyclic_stations_.clear();
   std::size_t reference = 0;
   for (std::size_t i = 0; i < stations_.size(); ++i) {
     const StationRecord& s = stations_[i];
     if (s.address == dc_.reference_address) reference = i;
-    image_parts_[s.id.value] = {s.output_offset, s.output_bytes, s.input_offset, s.input_bytes, i};
+    image_parts_[s.id.value] = {s.output_offset, s.output_bytes, s.input_offset, s.input_bytes, i, bent_at(i)};
     int box = 0;
     const bool mailbox = find_sync_manager(s, config::SyncManagerKind::MailboxIn, &box) != nullptr;
     cyclic_stations_.push_back(
@@ -212,7 +270,13 @@ void EthercatMaster::shut_down() {
   exchange();
   for (std::string& left : leave_operation(link_, stations_, machine_.bus.cycle, exchange))
     notes_.push_back(std::move(left));
+  forget_bent();
   stations_.clear();
+}
+
+void EthercatMaster::forget_bent() noexcept {
+  for (ImagePart& part : image_parts_) part.bent = nullptr;
+  bent_.clear();
 }
 
 Result<StationRecord*> EthercatMaster::record(StationId station) {
@@ -348,12 +412,14 @@ Result<std::vector<DcStatus>> EthercatMaster::dc_status() {
 std::span<std::byte> EthercatMaster::outputs(StationId station) noexcept {
   if (station.value >= image_parts_.size()) return {};
   const ImagePart& p = image_parts_[station.value];
+  if (p.bent != nullptr) return p.bent->outputs();
   return std::span(output_image_).subspan(p.output_offset, p.output_bytes);
 }
 
 std::span<const std::byte> EthercatMaster::inputs(StationId station) const noexcept {
   if (station.value >= image_parts_.size()) return {};
   const ImagePart& p = image_parts_[station.value];
+  if (p.bent != nullptr) return p.bent->inputs();
   return std::span<const std::byte>(input_image_).subspan(p.input_offset, p.input_bytes);
 }
 
@@ -364,16 +430,37 @@ bool EthercatMaster::fresh(StationId station) const noexcept {
 
 Exchange EthercatMaster::exchange(Time deadline) noexcept {
   exchanging_.store(true, std::memory_order_relaxed);
-  return cyclic_->run(port_, acyclic_, deadline);
+  for (const Bent& b : bent_) b.image->to_wire(b.outputs);
+  const Exchange e = cyclic_->run(port_, acyclic_, deadline);
+  for (const Bent& b : bent_) b.image->from_wire(b.inputs, cyclic_->fresh(b.station));
+  return e;
+}
+
+bool EthercatMaster::has_slow_objects() const noexcept {
+  return std::ranges::any_of(bent_, [](const Bent& b) { return !b.image->slow().empty(); });
+}
+
+void EthercatMaster::serve_objects() {
+  if (!has_slow_objects()) return;
+  choose_carrier();
+  for (const Bent& b : bent_) {
+    if (cyclic_->was_fresh(b.station))
+      serve_slow_objects(link_, stations_[b.station], *b.image);
+    else
+      forget_slow_objects(*b.image);
+  }
 }
 
 std::size_t EthercatMaster::spare_frames(std::span<const ImageChange> changes, std::span<FrameBytes> frames) noexcept {
   std::copy(output_image_.begin(), output_image_.end(), spare_image_.begin());
+  for (const Bent& b : bent_) b.image->begin_spare();
   for (const ImageChange& change : changes) {
     if (change.station.value >= image_parts_.size()) continue;
     const ImagePart& p = image_parts_[change.station.value];
-    change.apply(std::span(spare_image_).subspan(p.output_offset, p.output_bytes));
+    change.apply(p.bent != nullptr ? p.bent->spare()
+                                   : std::span(spare_image_).subspan(p.output_offset, p.output_bytes));
   }
+  for (const Bent& b : bent_) b.image->spare_to_wire(b.spare);
   return cyclic_->spare_frames(spare_image_, frames);
 }
 

@@ -13,6 +13,7 @@
 
 #include "config/machine.hpp"
 #include "devices/bus.hpp"
+#include "devices/ethercat/bent_image.hpp"
 #include "devices/ethercat/dc_setup.hpp"
 #include "devices/ethercat/link.hpp"
 #include "devices/ethercat/logical_map.hpp"
@@ -53,6 +54,10 @@ class EthercatMaster final : public FieldBus {
   /// Takes what stations have sent unasked (emergencies) since the last call. Blocking, but cheap: only stations whose
   /// mailbox flag the cycles have seen are asked.
   std::vector<std::pair<StationId, Emergency>> take_emergencies();
+  /// Whether there are objects that go by SDO because no PDO of a station carries them (6060h, 6061h, 603Fh, 60FDh).
+  [[nodiscard]] bool has_slow_objects() const noexcept;
+  /// Writes and reads them: what the run thread does after each of its steps. Blocking; a few mailbox messages.
+  void serve_objects();
 
   // Diagnosis, at any time between bring_up() and shut_down().
   Result<Bytes> read_object(StationId station, config::ObjectAddress address, SdoAccess access);
@@ -88,11 +93,15 @@ class EthercatMaster final : public FieldBus {
  private:
   struct ImagePart {
     std::size_t output_offset = 0, output_bytes = 0, input_offset = 0, input_bytes = 0;
-    std::size_t index = 0;  ///< in stations_
+    std::size_t index = 0;      ///< in stations_
+    BentImage* bent = nullptr;  ///< instead of these bytes, where the station has another mapping than its profile
   };
   Result<void> enter(wire::AlState state);
-  Result<void> configure(StationRecord& station);
+  Result<void> side_by_side(const std::function<Result<void>(StationRecord&, std::vector<std::string>&)>& work);
+  Result<void> agree(StationRecord& station, std::vector<std::string>& notes);
+  Result<void> check_probe(const StationRecord& station) const;
   Result<void> learn_pdos(StationRecord& station);
+  void forget_bent() noexcept;
   void begin_cycles();
   Result<void> bring_back(StationRecord& station, Whereabouts where);
   [[nodiscard]] Result<void> wait_until_fresh(const StationRecord& station);
@@ -108,6 +117,13 @@ class EthercatMaster final : public FieldBus {
   std::vector<StationRecord> stations_;  ///< in the order of positions
   std::vector<ImagePart> image_parts_;   ///< by StationId; empty for stations of other buses
   std::vector<std::byte> output_image_, input_image_, spare_image_;
+  struct Bent {
+    std::size_t station = 0;  ///< in stations_
+    std::unique_ptr<BentImage> image;
+    std::span<std::byte> outputs, spare;  ///< of the images of all stations
+    std::span<const std::byte> inputs;
+  };
+  std::vector<Bent> bent_;
   std::vector<CyclicStation> cyclic_stations_;
   std::unique_ptr<Cyclic> cyclic_ = std::make_unique<Cyclic>();
   DcSetup dc_;

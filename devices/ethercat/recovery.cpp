@@ -45,7 +45,7 @@ Result<Whereabouts> recognise(Link& link, StationRecord& s) {
   const auto named = write_at_position(link, s.position, reg::kStationAddress, kWatchStation);
   if (!named) return tl::unexpected(named.error());
   if (!*named) return Whereabouts::Gone;
-  if (auto ok = link.write<std::uint8_t>(kWatchStation, reg::kSiiConfig, 0); !ok) return tl::unexpected(ok.error());
+  if (auto ok = take_eeprom(link, kWatchStation); !ok) return tl::unexpected(ok.error());
   const auto sii = read_station_sii(link, kWatchStation);
   if (!sii) return tl::unexpected(sii.error());
   const bool same = sii->vendor == s.sii.vendor && sii->product == s.sii.product && sii->serial == s.sii.serial;
@@ -88,9 +88,11 @@ Result<void> replay(Link& link, StationRecord& s, const DcSetup& dc, std::uint16
   if (auto ok = wait_for_state(link, s, AlState::Init); !ok) return ok;
   s.mailbox = {.emergencies = std::move(s.mailbox.emergencies)};
   if (auto ok = write_mailbox_setup(link, s); !ok) return ok;
+  if (auto ok = hand_over_eeprom(link, s); !ok) return ok;
   if (auto ok = enter(link, s, AlState::PreOp); !ok) return ok;
   if (auto ok = write_startup(link, s); !ok) return ok;
   if (auto ok = write_pdo_mapping(link, s); !ok) return ok;
+  if (auto ok = set_first_mode(link, s); !ok) return ok;
   // The clock before process data: a reference clock is not asked for its time before it has the right one.
   if (auto ok = rejoin_clocks(link, s, dc, clock_source); !ok) return ok;
   if (auto ok = write_process_data(link, s); !ok) return ok;

@@ -46,6 +46,7 @@ namespace {
 
 constexpr std::size_t kEscFactsBytes = 0x14;  // 0000h up to the alias at 0012h
 constexpr std::size_t kAliasOffset = 0x12;
+constexpr std::uint16_t kDlAliasOffset = 3;  // 0103h: the station answers to its alias, too
 
 std::string at_position(int position) { return fmt::format("station {}", position); }
 
@@ -83,18 +84,21 @@ Result<void> read_facts(Link& link, std::vector<StationRecord>& stations) {
   struct Raw {
     std::array<std::byte, kEscFactsBytes> esc{};
     std::array<std::byte, 2> dl{};
+    std::array<std::byte, 1> eeprom{};
   };
+  constexpr std::size_t kQuestions = 3;
   std::vector<Raw> raw(stations.size());
   std::vector<Datagram> batch;
   for (std::size_t i = 0; i < stations.size(); ++i) {
     batch.push_back({Command::Fprd, physical_address(stations[i].address, reg::kType), raw[i].esc});
     batch.push_back({Command::Fprd, physical_address(stations[i].address, reg::kDlStatus), raw[i].dl});
+    batch.push_back({Command::Fprd, physical_address(stations[i].address, reg::kSiiConfig), raw[i].eeprom});
   }
   if (auto ok = link.transact(batch); !ok) return ok;
   for (std::size_t i = 0; i < batch.size(); ++i)
     if (batch[i].working_counter != kWkcRead)
       return fail(Fault::StationMissing, "the station does not answer; it went away during the scan",
-                  stations[i / 2].where);
+                  stations[i / kQuestions].where);
   for (std::size_t i = 0; i < stations.size(); ++i) {
     StationRecord& s = stations[i];
     const std::span<const std::byte> esc(raw[i].esc);
@@ -107,6 +111,7 @@ Result<void> read_facts(Link& link, std::vector<StationRecord>& stations) {
              get_le<std::uint8_t>(esc, reg::kPortDescriptor),
              get_le<std::uint16_t>(esc, reg::kFeatures)};
     s.alias = get_le<std::uint16_t>(esc, kAliasOffset);
+    s.eeprom_given = (std::to_integer<std::uint8_t>(raw[i].eeprom[0]) & kSiiToStation) != 0;
     s.ports = decode_ports(get_le<std::uint16_t>(raw[i].dl, 0), s.esc.port_descriptor);
   }
   return {};
@@ -134,10 +139,39 @@ Result<void> clear_registers(const Write& write) {
   put_le<std::uint16_t>(init, 0, static_cast<std::uint16_t>(AlState::Init) | kAlError);
   constexpr std::array<std::byte, 256> zeros{};
   const std::span<const std::byte> zero(zeros);
-  for (const auto& c : {Clear{reg::kAlControl, init}, Clear{reg::kDcActivation, zero.first(1)},
-                        Clear{reg::kFmmu0, zero.first(256)}, Clear{reg::kSyncManager0, zero.first(128)},
-                        Clear{reg::kRxErrorCounters, zero.first(8)}, Clear{reg::kSiiConfig, zero.first(1)}})
+  for (const auto& c :
+       {Clear{reg::kAlControl, init}, Clear{reg::kDcActivation, zero.first(1)}, Clear{reg::kFmmu0, zero.first(256)},
+        Clear{reg::kSyncManager0, zero.first(128)}, Clear{reg::kRxErrorCounters, zero.first(8)},
+        Clear{reg::kSiiConfig, zero.first(1)}, Clear{reg::kDlControl + kDlAliasOffset, zero.first(1)}})
     if (auto ok = write(c); !ok) return ok;
+  return {};
+}
+
+}  // namespace
+
+namespace {
+
+/// EEPROMs of all, whole, at once. Where one of them cannot be read, each by itself, so that it keeps its error and the
+/// others are known.
+Result<void> read_eeproms(Link& link, std::vector<StationRecord>& stations) {
+  const auto images = read_all_sii_images(link, stations.front().address, static_cast<int>(stations.size()));
+  if (!images && images.error().fault != Fault::SiiInvalid) return tl::unexpected(images.error());
+  for (std::size_t i = 0; i < stations.size(); ++i) {
+    StationRecord& s = stations[i];
+    const auto own = images ? Result<Bytes>((*images)[i]) : read_sii_image(link, s.address);
+    auto sii = own ? parse_sii(*own) : tl::unexpected(own.error());
+    s.sii_whole = sii.has_value();
+    if (!sii && sii.error().fault == Fault::SiiInvalid) {
+      const std::string damage = sii.error().message;
+      sii = read_station_sii(link, s.address);
+      if (sii) sii->add_damage(damage);
+    }
+    if (!sii && sii.error().fault != Fault::SiiInvalid) return tl::unexpected(sii.error());
+    if (sii)
+      s.sii = std::move(*sii);
+    else
+      s.sii.add_damage(sii.error().message);
+  }
   return {};
 }
 
@@ -148,6 +182,9 @@ Result<std::vector<StationRecord>> find_stations(Link& link) {
   if (!count) return tl::unexpected(count.error());
   std::vector<StationRecord> stations(static_cast<std::size_t>(*count));
   if (stations.empty()) return stations;
+  // Somebody's alias may be the address that another one gets.
+  constexpr std::array<std::byte, 1> no_alias{};
+  if (auto ok = link.write_all(reg::kDlControl + kDlAliasOffset, no_alias); !ok) return tl::unexpected(ok.error());
   const auto fresh = without_address(link, *count);
   if (!fresh) return tl::unexpected(fresh.error());
   if (auto ok = give_addresses(link, *count); !ok) return tl::unexpected(ok.error());
@@ -161,33 +198,36 @@ Result<std::vector<StationRecord>> find_stations(Link& link) {
   }
   if (auto ok = read_facts(link, stations); !ok) return tl::unexpected(ok.error());
   find_parents(stations);
-  const std::array<std::byte, 1> to_us{};  // the EEPROM belongs to the master, not to the station's processor
-  if (auto ok = link.write_all(reg::kSiiConfig, to_us); !ok) return tl::unexpected(ok.error());
-  auto sii = read_all_sii(link, stations.front().address, *count);
-  if (!sii && sii.error().fault != Fault::SiiInvalid) return tl::unexpected(sii.error());
-  for (std::size_t i = 0; sii && i < stations.size(); ++i) stations[i].sii = std::move((*sii)[i]);
-  if (sii) return stations;
-  // One of them cannot be read: each by itself, so that it keeps its error and the others are known.
-  for (StationRecord& s : stations) {
-    auto own = read_station_sii(link, s.address);
-    if (!own && own.error().fault != Fault::SiiInvalid) return tl::unexpected(own.error());
-    if (own)
-      s.sii = std::move(*own);
-    else
-      s.sii.add_damage(own.error().message);
+  for (const std::uint8_t owner : {kSiiTakeAway, std::uint8_t{0}}) {
+    const std::array raw{std::byte{owner}};
+    if (auto ok = link.write_all(reg::kSiiConfig, raw); !ok) return tl::unexpected(ok.error());
   }
+  auto read = read_eeproms(link, stations);
+  for (const StationRecord& s : stations)
+    if (s.eeprom_given)
+      if (auto back = give_eeprom(link, s.address); read && !back) read = back;
+  if (!read) return tl::unexpected(read.error());
   return stations;
 }
 
 Result<void> read_whole_sii(Link& link, StationRecord& s) {
   if (s.sii_whole) return {};
+  if (s.eeprom_given)
+    if (auto ok = take_eeprom(link, s.address); !ok) return ok;
   const auto image = read_sii_image(link, s.address);
+  if (s.eeprom_given)
+    if (auto ok = give_eeprom(link, s.address); !ok) return ok;
   if (!image) return tl::unexpected(image.error());
   auto sii = parse_sii(*image);
   if (!sii) return tl::unexpected(sii.error());
   s.sii = std::move(*sii);
   s.sii_whole = true;
   return {};
+}
+
+Result<void> hand_over_eeprom(Link& link, StationRecord& s) {
+  s.eeprom_given = true;
+  return give_eeprom(link, s.address);
 }
 
 Result<void> reset_stations(Link& link) {
@@ -333,6 +373,10 @@ Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machi
       if (auto ok = check_alias(machine, *r.config, r); !ok) return tl::unexpected(ok.error());
       if (!note->empty()) notes.push_back(std::move(*note));
       plan_from_profile(r, r.config->profile);
+      if (r.config->profile.dc && !r.sync0)
+        notes.push_back(r.where +
+                        ": its EEPROM names no mode with SYNC0, so it takes its outputs when they come in, and "
+                        "not at the same instant as the others");
     }
     r.lrw = r.lrw && (r.esc.features & kFeatureNoLrw) == 0;
   }

@@ -21,14 +21,18 @@ constexpr std::uint16_t station_address(int position) { return static_cast<std::
 /// Stations that answer. Fault::BusDown; Fault::StationMissing when there are more than kMaxStations.
 Result<int> count_stations(Link& link);
 
-/// Records of all stations that answer, by position: address given, ESC, ports and parent, alias and the EEPROM's
-/// fixed words read (sii.damage says when an EEPROM cannot be read). No state is changed. Fault::StationMissing,
+/// Records of all stations that answer, by position: address given, ESC, ports and parent, alias and the EEPROM read
+/// (sii.damage says when it cannot be; whoever had it has it again). No state is changed. Fault::StationMissing,
 /// BusDown.
 Result<std::vector<StationRecord>> find_stations(Link& link);
 /// Reads the EEPROM's categories too.
 Result<void> read_whole_sii(Link& link, StationRecord& station);
 
-/// Brings every station to a known beginning: INIT, no SYNC0, no FMMU, no sync manager, error counters 0.
+/// Its processor has the EEPROM from now on (0500h): before it is asked for PRE_OP.
+Result<void> hand_over_eeprom(Link& link, StationRecord& station);
+
+/// Brings every station to a known beginning: INIT, no SYNC0, no FMMU, no sync manager, no alias addressing, error
+/// counters 0; the bus has the EEPROM.
 Result<void> reset_stations(Link& link);
 /// The same of one.
 Result<void> reset_station(Link& link, const StationRecord& station);

@@ -21,16 +21,33 @@ constexpr int kMostStrays = 16;  // answers to requests that were given up, befo
 
 std::string text(ObjectAddress o) { return fmt::format("{:04X}h:{:02X}", o.index, o.sub); }
 
+std::string reading(ObjectAddress o) { return "reading " + text(o); }
+
+/// "writing 60400010h to 1600h:01": the value with as many digits as it has bytes.
+std::string writing(ObjectAddress o, std::span<const std::byte> value) {
+  if (value.size() > 4) return fmt::format("writing {} bytes to {}", value.size(), text(o));
+  std::string digits;
+  for (const std::byte b : value) digits.insert(0, fmt::format("{:02X}", std::to_integer<unsigned>(b)));
+  return fmt::format("writing {}h to {}", digits, text(o));
+}
+
 struct Conversation {
   Link& link;
   StationRecord& station;
   ObjectAddress object;
+  std::string asked;  ///< in words, for errors
   Mailbox box{link, station};
   std::uint32_t aborted = 0;  ///< code of the abort that ended it
   int strays = 0;             ///< answers that were not to us
 
   [[nodiscard]] tl::unexpected<Error> broken(std::string_view what) const {
-    return fail(Fault::MailboxProtocol, fmt::format("{}: {}", text(object), what), station.where);
+    return fail(Fault::MailboxProtocol, fmt::format("{}: {}", asked, what), station.where);
+  }
+  /// An error of the mailbox or of a register, with what it was for.
+  [[nodiscard]] tl::unexpected<Error> during(Error error) const {
+    error.message = fmt::format("{}: {}", asked, error.message);
+    if (error.where.empty()) error.where = station.where;
+    return tl::unexpected(std::move(error));
   }
 
   /// Ends a transfer that the station still believes in (ETG.1000.6, 5.6.2.7). It does not answer to that; whether it
@@ -48,7 +65,7 @@ struct Conversation {
     Bytes request(kCoeHeader + sdo_message.size());
     put_le<std::uint16_t>(request, 0, coe_header(CoeService::SdoRequest));
     std::copy(sdo_message.begin(), sdo_message.end(), request.begin() + kCoeHeader);
-    if (auto ok = box.send(MailboxType::Coe, request); !ok) return tl::unexpected(ok.error());
+    if (auto ok = box.send(MailboxType::Coe, request); !ok) return during(ok.error());
     return listen();
   }
 
@@ -56,7 +73,7 @@ struct Conversation {
   Result<Bytes> listen() {
     for (; strays < kMostStrays; ++strays) {
       auto reply = box.receive(MailboxType::Coe);
-      if (!reply) return reply;
+      if (!reply) return during(reply.error());
       if (reply->size() < kCoeHeader) return broken("the reply is too short");
       const auto service = coe_service(get_le<std::uint16_t>(*reply, 0));
       // An abort comes with the service "request" as well as "response" (ETG.1000.6, 5.6.2.7).
@@ -65,11 +82,10 @@ struct Conversation {
       if (reply->size() < kSegmentHeader) return broken("the reply is too short");
       if (reply->size() >= kBody) {
         const SdoHeader h = get_sdo_header(std::span<const std::byte>(*reply).subspan(kCoeHeader));
-        if (h.command == sdo::kAbort) {
+        if (sdo::is_abort(h.command)) {
           if (h.index != object.index && h.index != 0) continue;  // of a request that was given up
           aborted = h.data;
-          return fail(Fault::SdoAbort,
-                      fmt::format("{}: {} (abort code {:08X}h)", text(object), abort_text(h.data), h.data),
+          return fail(Fault::SdoAbort, fmt::format("{}: {} (abort code {:08X}h)", asked, abort_text(h.data), h.data),
                       station.where);
         }
       }
@@ -149,13 +165,13 @@ struct Conversation {
   }
 };
 
-Result<Conversation> begin(Link& link, StationRecord& station, ObjectAddress object) {
+Result<Conversation> begin(Link& link, StationRecord& station, ObjectAddress object, std::string asked) {
   if (!station.has_mailbox())
-    return fail(Fault::MailboxProtocol, fmt::format("{}: the station has no mailbox", text(object)), station.where);
-  Conversation c{link, station, object};
+    return fail(Fault::MailboxProtocol, fmt::format("{}: the station has no mailbox", asked), station.where);
+  Conversation c{link, station, object, std::move(asked)};
   if (c.box.capacity() < kBody) return c.broken("the station's mailbox is too small for an SDO");
   if (!station.mailbox.clean)
-    if (auto ok = c.box.drain(); !ok) return tl::unexpected(ok.error());
+    if (auto ok = c.box.drain(); !ok) return c.during(ok.error());
   station.mailbox.clean = false;  // until this one has ended in order
   return c;
 }
@@ -254,37 +270,55 @@ Result<void> download_singly(Link& link, StationRecord& station, std::uint16_t i
 
 }  // namespace
 
-Result<Bytes> sdo_upload(Link& link, StationRecord& station, ObjectAddress object, SdoAccess access) {
-  auto c = begin(link, station, object);
+Result<Bytes> sdo_upload(Link& link, StationRecord& station, ObjectAddress object, SdoAccess access,
+                         std::uint32_t* aborted) {
+  auto c = begin(link, station, object, reading(object));
   if (!c) return tl::unexpected(c.error());
   auto value = ended(*c, upload(*c, access));
+  if (aborted != nullptr) *aborted = c->aborted;
   if (!value && access == SdoAccess::Complete && object.sub == 0 && refuses_complete(c->aborted))
     return upload_singly(link, station, object.index);
   return value;
 }
 
 Result<void> sdo_download(Link& link, StationRecord& station, ObjectAddress object, std::span<const std::byte> value,
-                          SdoAccess access) {
-  auto c = begin(link, station, object);
+                          SdoAccess access, std::uint32_t* aborted) {
+  auto c = begin(link, station, object, writing(object, value));
   if (!c) return tl::unexpected(c.error());
   auto done = ended(*c, download(*c, value, access));
+  if (aborted != nullptr) *aborted = c->aborted;
   if (!done && access == SdoAccess::Complete && object.sub == 0 && refuses_complete(c->aborted))
     return download_singly(link, station, object.index, value);
   return done;
 }
 
-Result<std::int64_t> read_number(Link& link, StationRecord& station, ObjectAddress object, ObjectType type) {
-  const auto bytes = sdo_upload(link, station, object);
+Result<std::int64_t> read_number(Link& link, StationRecord& station, ObjectAddress object, ObjectType type,
+                                 std::uint32_t* aborted) {
+  const auto bytes = sdo_upload(link, station, object, SdoAccess::Single, aborted);
   if (!bytes) return tl::unexpected(bytes.error());
-  if (const auto value = to_number(type, *bytes)) return *value;
+  if (const auto value = to_number_of_any_size(type, *bytes)) return *value;
   return fail(Fault::SdoSizeMismatch,
-              fmt::format("{} has {} bytes, the profile says {}", text(object), bytes->size(), bytes_of(type)),
+              fmt::format("{}: has {} bytes, the profile says {}", reading(object), bytes->size(), bytes_of(type)),
               station.where);
 }
 
-Result<void> write_number(Link& link, StationRecord& station, ObjectAddress object, ObjectType type,
-                          std::int64_t value) {
-  return sdo_download(link, station, object, to_bytes(type, value));
+Result<void> write_number(Link& link, StationRecord& station, ObjectAddress object, ObjectType type, std::int64_t value,
+                          std::uint32_t* aborted) {
+  std::uint32_t refused = 0;
+  auto done = sdo_download(link, station, object, to_bytes(type, value), SdoAccess::Single, &refused);
+  if (aborted != nullptr) *aborted = refused;
+  const bool of_size =
+      refused == abort_code::kSize || refused == abort_code::kSizeTooLarge || refused == abort_code::kSizeTooSmall;
+  if (done || !of_size) return done;
+  const auto as_it_is = sdo_upload(link, station, object);
+  if (!as_it_is || as_it_is->size() == bytes_of(type)) return done;
+  const auto other = type_of_size(type, as_it_is->size());
+  if (!other || to_number(*other, to_bytes(*other, value)) != value)
+    return fail(Fault::SdoSizeMismatch,
+                fmt::format("{}: has {} bytes, the profile says {}", writing(object, to_bytes(type, value)),
+                            as_it_is->size(), bytes_of(type)),
+                station.where);
+  return sdo_download(link, station, object, to_bytes(*other, value), SdoAccess::Single, aborted);
 }
 
 }  // namespace gantry::devices

@@ -44,7 +44,7 @@ tl::unexpected<Error> broken(const StationRecord& s, std::string_view what) {
 }
 
 /// Sends a request and joins the fragments of the answer: the data behind the SDO information headers.
-Result<Bytes> ask(Link& link, StationRecord& station, std::uint8_t opcode, std::span<const std::byte> data) {
+Result<Bytes> exchange(Link& link, StationRecord& station, std::uint8_t opcode, std::span<const std::byte> data) {
   if (!station.has_coe()) return broken(station, "the station has no CoE");
   Mailbox box(link, station);
   if (!station.mailbox.clean)
@@ -66,7 +66,7 @@ Result<Bytes> ask(Link& link, StationRecord& station, std::uint8_t opcode, std::
     if (r.size() < kCoeHeader) return broken(station, "the reply is too short");
     if (coe_service(get_le<std::uint16_t>(r, 0)) != CoeService::SdoInformation) {
       // A station that does not know the service may answer with an SDO abort.
-      if (r.size() >= kCoeHeader + kSdoBytes && get_le<std::uint8_t>(r, kCoeHeader) == sdo::kAbort) {
+      if (r.size() >= kCoeHeader + kSdoBytes && sdo::is_abort(get_le<std::uint8_t>(r, kCoeHeader))) {
         const auto code = get_le<std::uint32_t>(r, kCoeHeader + 4);
         station.mailbox.clean = true;
         return fail(Fault::SdoAbort, fmt::format("SDO information: {} (abort code {:08X}h)", abort_text(code), code),
@@ -98,6 +98,17 @@ Result<Bytes> ask(Link& link, StationRecord& station, std::uint8_t opcode, std::
   return broken(station, "the answer does not end");
 }
 
+/// The same; errors say what was asked.
+Result<Bytes> ask(Link& link, StationRecord& station, std::uint8_t opcode, std::span<const std::byte> data,
+                  std::string_view asked) {
+  auto answer = exchange(link, station, opcode, data);
+  if (answer) return answer;
+  Error error = std::move(answer.error());
+  error.message = fmt::format("{}: {}", asked, error.message);
+  if (error.where.empty()) error.where = station.where;
+  return tl::unexpected(std::move(error));
+}
+
 std::string text(std::span<const std::byte> raw) {
   std::string name;
   for (const std::byte b : raw) {
@@ -113,7 +124,8 @@ std::string text(std::span<const std::byte> raw) {
 Result<std::vector<std::uint16_t>> read_object_indices(Link& link, StationRecord& station, std::uint16_t list) {
   std::array<std::byte, 2> request{};
   put_le<std::uint16_t>(request, 0, list);
-  const auto answer = ask(link, station, sdo_info::kListRequest, request);
+  const auto answer =
+      ask(link, station, sdo_info::kListRequest, request, fmt::format("listing objects (list {})", list));
   if (!answer) return tl::unexpected(answer.error());
   if (answer->size() < 2 || get_le<std::uint16_t>(*answer, 0) != list)
     return broken(station, "the answer is about another list");
@@ -125,7 +137,7 @@ Result<std::vector<std::uint16_t>> read_object_indices(Link& link, StationRecord
 Result<ObjectDescription> describe_object(Link& link, StationRecord& station, std::uint16_t index) {
   std::array<std::byte, 2> request{};
   put_le<std::uint16_t>(request, 0, index);
-  const auto answer = ask(link, station, sdo_info::kObjectRequest, request);
+  const auto answer = ask(link, station, sdo_info::kObjectRequest, request, fmt::format("describing {:04X}h", index));
   if (!answer) return tl::unexpected(answer.error());
   if (answer->size() < sdo_info::kObjectName || get_le<std::uint16_t>(*answer, sdo_info::kObjectIndex) != index)
     return broken(station, "the answer is about another object");
@@ -142,7 +154,8 @@ Result<EntryDescription> describe_entry(Link& link, StationRecord& station, Obje
   std::array<std::byte, 4> request{};
   put_le<std::uint16_t>(request, 0, address.index);
   put_le<std::uint8_t>(request, 2, address.sub);
-  const auto answer = ask(link, station, sdo_info::kEntryRequest, request);
+  const auto answer = ask(link, station, sdo_info::kEntryRequest, request,
+                          fmt::format("describing {:04X}h:{:02X}", address.index, address.sub));
   if (!answer) return tl::unexpected(answer.error());
   if (answer->size() < sdo_info::kEntryName || get_le<std::uint16_t>(*answer, 0) != address.index ||
       get_le<std::uint8_t>(*answer, sdo_info::kEntrySub) != address.sub)

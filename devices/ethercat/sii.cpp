@@ -9,7 +9,7 @@ namespace {
 using namespace wire;
 
 constexpr Time kBusyTimeout = milliseconds(100);
-constexpr Time kBusyPoll = microseconds(200);
+constexpr Time kBusyPoll = microseconds(100);
 constexpr std::size_t kInterfaceBytes = 14;  // 0502h control, 0504h address, 0508h data
 constexpr std::size_t kFixedWords = 0x20;    // identity and mailboxes
 
@@ -90,26 +90,66 @@ Result<StationSii> read_station_sii(Link& link, std::uint16_t station) {
   return std::move(all->front());
 }
 
-Result<Bytes> read_sii_image(Link& link, std::uint16_t station) {
-  std::array<Interface, 1> one{};
-  if (auto ok = wait_idle(link, station, one); !ok) return tl::unexpected(ok.error());
+namespace {
+
+/// An image that grows by what is read. The end moves away as headers are read: first the fixed words, then each
+/// category.
+struct Growing {
   Bytes image;
-  // The end moves away as headers are read: first the fixed words, then each category.
   std::size_t end = 2 * std::size_t{sii::kFirstCategory} + 4, next_header = end - 4, most = kMaxSiiBytes;
-  while (image.size() < end && image.size() < most) {
-    const auto words = read_words(link, station, one, static_cast<std::uint32_t>(image.size() / 2));
-    if (!words) return tl::unexpected(words.error());
-    image.insert(image.end(), one[0].begin() + 6, one[0].begin() + 6 + static_cast<std::ptrdiff_t>(2 * *words));
-    if (image.size() == 2 * std::size_t{sii::kFirstCategory})
+  bool whole = false;
+
+  void add(std::span<const std::byte> read) {
+    if (whole) return;
+    image.insert(image.end(), read.begin(), read.end());
+    constexpr std::size_t kFixed = 2 * std::size_t{sii::kFirstCategory};
+    if (image.size() >= kFixed && most == kMaxSiiBytes)
       most = std::min(kMaxSiiBytes, (std::size_t{get_le<std::uint16_t>(image, 2 * sii::kSize)} + 1) * 128);
     while (image.size() >= next_header + 4 && next_header + 4 == end) {
-      if (get_le<std::uint16_t>(image, next_header) == static_cast<std::uint16_t>(sii::Category::End)) return image;
+      if (get_le<std::uint16_t>(image, next_header) == static_cast<std::uint16_t>(sii::Category::End)) {
+        whole = true;
+        return;
+      }
       next_header += 4 + 2 * std::size_t{get_le<std::uint16_t>(image, next_header + 2)};
       end = next_header + 4;
     }
+    if (image.size() < end && image.size() < most) return;
+    image.resize(std::min(image.size(), most));
+    whole = true;
   }
-  image.resize(std::min(image.size(), most));
-  return image;
+};
+
+}  // namespace
+
+Result<std::vector<Bytes>> read_all_sii_images(Link& link, std::uint16_t first, int count) {
+  std::vector<Interface> stations(static_cast<std::size_t>(count));
+  std::vector<Growing> growing(stations.size());
+  if (auto ok = wait_idle(link, first, stations); !ok) return tl::unexpected(ok.error());
+  for (std::uint32_t word = 0; !std::ranges::all_of(growing, &Growing::whole);) {
+    const auto words = read_words(link, first, stations, word);
+    if (!words) return tl::unexpected(words.error());
+    for (std::size_t i = 0; i < stations.size(); ++i)
+      growing[i].add(std::span<const std::byte>(stations[i]).subspan(6, 2 * *words));
+    word += static_cast<std::uint32_t>(*words);
+  }
+  std::vector<Bytes> images;
+  for (Growing& g : growing) images.push_back(std::move(g.image));
+  return images;
+}
+
+Result<Bytes> read_sii_image(Link& link, std::uint16_t station) {
+  auto images = read_all_sii_images(link, station, 1);
+  if (!images) return tl::unexpected(images.error());
+  return std::move(images->front());
+}
+
+Result<void> take_eeprom(Link& link, std::uint16_t station) {
+  if (auto ok = link.write<std::uint8_t>(station, reg::kSiiConfig, kSiiTakeAway); !ok) return ok;
+  return link.write<std::uint8_t>(station, reg::kSiiConfig, 0);
+}
+
+Result<void> give_eeprom(Link& link, std::uint16_t station) {
+  return link.write<std::uint8_t>(station, reg::kSiiConfig, kSiiToStation);
 }
 
 }  // namespace gantry::devices

@@ -43,8 +43,9 @@ struct SiiPdo {
 
 struct SiiDcMode {
   std::string name;
-  std::uint32_t cycle0_ns = 0, shift0_ns = 0;
-  std::uint16_t activate = 0;  ///< for 0980h
+  std::uint32_t cycle0_ns = 0, shift0_ns = 0, shift1_ns = 0;
+  std::int16_t factor0 = 0, factor1 = 0;  ///< of the bus cycle; 0: not stated, negative: parts of it
+  std::uint16_t activate = 0;             ///< for 0980h and 0981h
 };
 
 struct StationSii {
@@ -82,6 +83,13 @@ Result<StationSii> parse_sii(std::span<const std::byte> image);
 Result<StationSii> read_station_sii(Link& link, std::uint16_t station);
 /// The same of stations first..first+count-1 at once: they read side by side.
 Result<std::vector<StationSii>> read_all_sii(Link& link, std::uint16_t first, int count);
+/// The bus has the EEPROM from now on, or the station's processor has (0500h). Drives that emulate their EEPROM, or
+/// read it at start-up, wait for it in INIT (AL status code 0051h).
+Result<void> take_eeprom(Link& link, std::uint16_t station);
+Result<void> give_eeprom(Link& link, std::uint16_t station);
+
+/// The images of stations first..first+count-1 up to their end categories: they read side by side.
+Result<std::vector<Bytes>> read_all_sii_images(Link& link, std::uint16_t first, int count);
 /// Everything up to the end category, at most what the EEPROM says of its size (and kMaxSiiBytes).
 Result<Bytes> read_sii_image(Link& link, std::uint16_t station);
 

@@ -103,7 +103,9 @@ void parse_dc(std::span<const std::byte> d, const Strings& strings, StationSii& 
   for (std::size_t at = 0; at + sii::kDcBytes <= d.size(); at += sii::kDcBytes) {
     const auto m = d.subspan(at, sii::kDcBytes);
     s.dc_modes.push_back({strings.at(m[sii::kDcName]), get_le<std::uint32_t>(m, sii::kDcCycle0),
-                          get_le<std::uint32_t>(m, sii::kDcShift0), get_le<std::uint16_t>(m, sii::kDcActivate)});
+                          get_le<std::uint32_t>(m, sii::kDcShift0), get_le<std::uint32_t>(m, sii::kDcShift1),
+                          get_le<std::int16_t>(m, sii::kDcFactor0), get_le<std::int16_t>(m, sii::kDcFactor1),
+                          get_le<std::uint16_t>(m, sii::kDcActivate)});
   }
 }
 

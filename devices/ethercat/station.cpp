@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "devices/wire/coe.hpp"
+
 namespace gantry::devices {
 
 using namespace wire;
@@ -31,6 +33,56 @@ std::vector<config::PdoRow> to_rows(const std::vector<SiiPdo>& pdos, std::vector
   return rows;
 }
 
+/// SyncManagers as the EEPROM has them; empty where it does not name all kinds that the profile needs.
+std::vector<SyncManagerPlan> sync_managers_of(const StationSii& sii, const config::StationProfile& profile) {
+  std::vector<SyncManagerPlan> plans;
+  for (const SiiSyncManager& sm : sii.sync_managers) {
+    SyncManagerPlan plan{{}, sm.type <= 4 ? sm.type : std::uint8_t{0}};
+    const bool out = plan.is(SyncManagerKind::ProcessOut), in = plan.is(SyncManagerKind::ProcessIn);
+    if (plan.is_mailbox()) {
+      const bool from_us = plan.is(SyncManagerKind::MailboxOut);
+      const std::uint16_t in_words = from_us ? sii.mailbox.out_bytes : sii.mailbox.in_bytes;
+      plan = mailbox_plan(from_us ? SyncManagerKind::MailboxOut : SyncManagerKind::MailboxIn, sm.registers.start,
+                          sm.registers.length != 0 ? sm.registers.length : in_words);
+    } else if (out || in) {
+      plan.registers.start = sm.registers.start;
+      const std::uint8_t usual = out ? kSmControlOutputs : kSmControlInputs;
+      constexpr std::uint8_t kModeAndDirection = 0x0F;
+      const bool sane = (sm.registers.control & kModeAndDirection) == (usual & kModeAndDirection);
+      plan.registers.control = sane ? sm.registers.control : usual;
+    }
+    plans.push_back(plan);
+  }
+  while (!plans.empty() && plans.back().kind == 0) plans.pop_back();
+  for (const SyncManagerKind kind : {SyncManagerKind::MailboxOut, SyncManagerKind::MailboxIn,
+                                     SyncManagerKind::ProcessOut, SyncManagerKind::ProcessIn}) {
+    const auto ours = std::ranges::count(profile.sync_managers, kind, &config::SyncManagerRow::kind);
+    const auto theirs = std::ranges::count_if(plans, [&](const auto& p) { return p.is(kind); });
+    const bool nowhere = std::ranges::any_of(plans, [&](const auto& p) {
+      return p.is(kind) && (p.registers.start == 0 || (p.is_mailbox() && p.registers.length == 0));
+    });
+    if (ours != theirs || nowhere) return {};
+  }
+  return plans;
+}
+
+/// The first operation mode of its EEPROM that has pulses. An EEPROM without modes does not say.
+void take_clock_mode(StationRecord& s) {
+  if (s.sii.dc_modes.empty()) return;
+  constexpr std::uint16_t kCyclic = kDcActivateCyclic << 8;
+  const auto mode = std::ranges::find_if(s.sii.dc_modes, [](const auto& m) { return (m.activate & kCyclic) != 0; });
+  if (mode == s.sii.dc_modes.end()) {
+    s.sync0 = false;
+    return;
+  }
+  s.sync = {.activate = mode->activate,
+            .cycle0_ns = mode->cycle0_ns,
+            .factor0 = mode->factor0,
+            .factor1 = mode->factor1,
+            .shift0_ns = static_cast<std::int32_t>(mode->shift0_ns),
+            .shift1_ns = static_cast<std::int32_t>(mode->shift1_ns)};
+}
+
 constexpr std::uint16_t kStrangerWatchdogMs = 100;  // the ESC's own power-on value
 
 }  // namespace
@@ -51,10 +103,18 @@ bool StationRecord::has_mailbox() const {
 /// A profile with a mailbox has CoE; of a stranger its EEPROM says whether it has.
 bool StationRecord::has_coe() const { return has_mailbox() && (config != nullptr || sii.has_coe()); }
 
+std::uint16_t pdo_assignment(const StationRecord& s, bool outputs) {
+  int number = outputs ? 2 : 3;
+  find_sync_manager(s, outputs ? SyncManagerKind::ProcessOut : SyncManagerKind::ProcessIn, &number);
+  return static_cast<std::uint16_t>(object::kSyncManagerAssign0 + number);
+}
+
 void plan_from_profile(StationRecord& s, const config::StationProfile& profile) {
   s.title = profile.title;
-  s.sync_managers.clear();
+  s.sync_managers = sync_managers_of(s.sii, profile);
+  const bool eeprom_says = !s.sync_managers.empty();
   for (const auto& row : profile.sync_managers) {
+    if (eeprom_says) break;
     const SiiMailbox& box = s.sii.mailbox;
     switch (row.kind) {
       case SyncManagerKind::MailboxOut:
@@ -85,6 +145,12 @@ void plan_from_profile(StationRecord& s, const config::StationProfile& profile) 
   s.max_pdo_bytes = profile.max_pdo_bytes;
   s.watchdog_ms = profile.watchdog_ms;
   s.dc = s.sync0 = profile.dc;
+  s.bent = false;
+  s.outputs_fixed = s.inputs_fixed = {};
+  s.slow.clear();
+  s.left_out.clear();
+  s.sync = {};
+  take_clock_mode(s);
 }
 
 void plan_from_sii(StationRecord& s) {

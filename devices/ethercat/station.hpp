@@ -64,6 +64,28 @@ struct MailboxState {
   static constexpr std::size_t kMostEmergencies = 64;
 };
 
+/// An object of the profile's mapping that no PDO of the station carries: SDO does.
+struct SlowObject {
+  config::ObjectAddress address;  ///< in the profile's mapping
+  config::ObjectAddress by;       ///< what SDO reads or writes: 6060h, where there is no 6061h
+  std::uint8_t bits = 0;
+  bool output = false, has_sign = false;
+  bool is_mode = false;  ///< 6060h: CSP is set before anything else
+};
+
+/// What of a direction's mapping a station does not let be written.
+struct FixedMapping {
+  bool assignment = false, mapping = false;  ///< 1C12h or 1C13h; 16xxh or 1Axxh
+};
+
+/// How a station's clock makes its pulses, as 0980h and the registers behind it are written.
+struct SyncPulses {
+  std::uint16_t activate = 0x0300;        ///< 0980h and 0981h: SYNC0
+  std::uint32_t cycle0_ns = 0;            ///< 0: that of the bus
+  std::int32_t factor0 = 1, factor1 = 0;  ///< of the bus cycle; negative: parts of it
+  std::int32_t shift0_ns = 0, shift1_ns = 0;
+};
+
 struct StationRecord {
   StationId id;
   const config::Station* config = nullptr;  ///< null: the machine file does not know it
@@ -76,6 +98,7 @@ struct StationRecord {
   StationSii sii;
   bool sii_whole = false;  ///< with its categories
   EscFacts esc;
+  bool eeprom_given = false;  ///< 0500h: its processor has the EEPROM
   std::uint16_t alias = 0;
   bool since_power_up = false;  ///< nobody has given it an address since its supply came
   Ports ports;
@@ -92,15 +115,20 @@ struct StationRecord {
   std::vector<config::PdoRow> rx_pdos, tx_pdos;  ///< the station's outputs (to it) and inputs (from it)
   /// SyncManager of each of these PDOs, by its number; empty: all in the first of their kind.
   std::vector<std::uint8_t> rx_sync_managers, tx_sync_managers;
-  bool writes_mapping = false;                 ///< 1C12h, 1C13h, 16xxh, 1Axxh are ours to write
-  int max_pdo_entries = 0, max_pdo_bytes = 0;  ///< 0: not stated
+  bool writes_mapping = false;  ///< 1C12h, 1C13h, 16xxh, 1Axxh are ours to write
+  // What the station has made of that (pdo_agreement.hpp).
+  bool bent = false;  ///< its mapping is another than the profile's
+  FixedMapping outputs_fixed, inputs_fixed;
+  std::vector<SlowObject> slow;
+  std::vector<config::ObjectAddress> left_out;  ///< of the profile's mapping
+  int max_pdo_entries = 0, max_pdo_bytes = 0;   ///< 0: not stated
   // written in PRE_OP, before SAFE_OP
   std::vector<wire::Fmmu> fmmus;
   std::uint16_t watchdog_ms = 0;
   bool dc = false;                ///< takes part in distributed clocks
   bool sync0 = false;             ///< and gets SYNC0
   std::uint32_t dc_delay_ns = 0;  ///< from the reference clock
-  std::uint16_t dc_activate = 0x0300;
+  SyncPulses sync;
 
   // its part of a cycle
   std::size_t output_offset = 0, output_bytes = 0;  ///< in the image of all stations
@@ -112,6 +140,7 @@ struct StationRecord {
 
   MailboxState mailbox;
 
+  [[nodiscard]] FixedMapping& fixed(bool outputs) { return outputs ? outputs_fixed : inputs_fixed; }
   [[nodiscard]] bool has_mailbox() const;
   [[nodiscard]] bool has_coe() const;
 };
@@ -119,7 +148,11 @@ struct StationRecord {
 /// First sync manager of a kind, by number; nullptr when the station has none.
 const wire::SyncManager* find_sync_manager(const StationRecord& station, config::SyncManagerKind kind, int* number);
 
-/// Fills in what the profile says. The SII's mailbox wins over the profile's, where it states one.
+/// Object that says which PDOs a direction has: 1C10h and the number of its SyncManager.
+std::uint16_t pdo_assignment(const StationRecord& station, bool outputs);
+
+/// Fills in what the profile says. Where mailboxes and process data lie, and how clocks are activated, the station's
+/// EEPROM says better, where it does.
 void plan_from_profile(StationRecord& station, const config::StationProfile& profile);
 /// Fills in what the station's own EEPROM says (read whole).
 void plan_from_sii(StationRecord& station);

@@ -5,6 +5,7 @@
 
 #include "devices/ethercat/sdo.hpp"
 #include "devices/profiles/object_value.hpp"
+#include "devices/wire/cia402.hpp"
 #include "devices/wire/coe.hpp"
 
 namespace gantry::devices {
@@ -56,17 +57,48 @@ Result<void> read_back(Link& link, StationRecord& s, const std::vector<Write>& w
 
 }  // namespace
 
+Result<void> write_direction(Link& link, StationRecord& s, bool outputs, std::uint32_t* aborted) {
+  auto writes = mapping_writes(pdo_assignment(s, outputs), outputs ? s.rx_pdos : s.tx_pdos);
+  std::erase_if(writes, [&](const Write& w) {
+    const bool assignment = w.object.index < object::kRxPdoMap0 || w.object.index >= object::kSyncManagerType;
+    return assignment ? s.fixed(outputs).assignment : s.fixed(outputs).mapping;
+  });
+  for (const auto& w : writes)
+    if (auto ok = write_number(link, s, w.object, w.type, w.value, aborted); !ok) return ok;
+  return read_back(link, s, writes);
+}
+
 Result<void> write_pdo_mapping(Link& link, StationRecord& s) {
   if (!s.writes_mapping) return {};
-  struct Direction {
-    std::uint16_t assign;
-    std::span<const PdoRow> pdos;
-  };
-  for (const auto& d : {Direction{object::kRxPdoAssign, s.rx_pdos}, Direction{object::kTxPdoAssign, s.tx_pdos}}) {
-    const auto writes = mapping_writes(d.assign, d.pdos);
-    for (const auto& w : writes)
-      if (auto ok = write_number(link, s, w.object, w.type, w.value); !ok) return ok;
-    if (auto ok = read_back(link, s, writes); !ok) return ok;
+  for (const bool outputs : {true, false})
+    if (auto ok = write_direction(link, s, outputs); !ok) return ok;
+  return {};
+}
+
+Result<void> set_first_mode(Link& link, StationRecord& s) {
+  for (const SlowObject& object : s.slow)
+    if (object.is_mode)
+      if (auto ok = write_number(link, s, object.by, ObjectType::I8, cia402::kCsp); !ok) return ok;
+  return {};
+}
+
+Result<void> leave_out_absent(Link& link, StationRecord& s, std::vector<std::string>& notes) {
+  if (s.config == nullptr || !s.config->profile.drive) return {};
+  for (auto row = s.startup.begin(); row != s.startup.end();) {
+    bool acceleration = false;
+    for (int slot = 0; slot < s.config->profile.slots; ++slot)
+      acceleration |= row->address == config::in_slot(s.config->profile, {cia402::kHomingAcceleration, 0}, slot);
+    std::uint32_t aborted = 0;
+    if (acceleration)
+      if (auto value = sdo_upload(link, s, row->address, SdoAccess::Single, &aborted); !value && aborted == 0)
+        return tl::unexpected(value.error());
+    if (aborted != abort_code::kNoObject) {
+      ++row;
+      continue;
+    }
+    notes.push_back(
+        fmt::format("{}: it has no {:04X}h (homing acceleration): it homes with its own", s.where, row->address.index));
+    row = s.startup.erase(row);
   }
   return {};
 }

@@ -31,30 +31,6 @@ std::string sii_name(const StationRecord& s, std::uint16_t index) {
   return {};
 }
 
-/// One SyncManager's assignment 1C1xh with the mapping of each PDO.
-Result<void> read_assigned(Link& link, StationRecord& s, std::uint8_t number, bool outputs, PdoMap& map) {
-  const auto assign = static_cast<std::uint16_t>(object::kSyncManagerAssign0 + number);
-  const auto count = read_small(link, s, {assign, 0});
-  if (!count) return tl::unexpected(count.error());
-  for (std::uint32_t i = 1; i <= std::min<std::uint32_t>(*count, kMostPdos); ++i) {
-    const auto index = read_small(link, s, {assign, static_cast<std::uint8_t>(i)});
-    if (!index) return tl::unexpected(index.error());
-    if (*index == 0) continue;
-    MappedPdo pdo{
-        static_cast<std::uint16_t>(*index), number, outputs, sii_name(s, static_cast<std::uint16_t>(*index)), {}};
-    const auto entries = read_small(link, s, {pdo.index, 0});
-    if (!entries) return tl::unexpected(entries.error());
-    for (std::uint32_t e = 1; e <= std::min<std::uint32_t>(*entries, kMostEntries); ++e) {
-      const auto row = read_small(link, s, {pdo.index, static_cast<std::uint8_t>(e)});
-      if (!row) return tl::unexpected(row.error());
-      pdo.entries.push_back({{static_cast<std::uint16_t>(*row >> 16), static_cast<std::uint8_t>(*row >> 8 & 0xFF)},
-                             static_cast<std::uint8_t>(*row & 0xFF)});
-    }
-    map.pdos.push_back(std::move(pdo));
-  }
-  return {};
-}
-
 PdoMap default_map(const StationRecord& s) {
   PdoMap map;
   const auto add = [&](const std::vector<SiiPdo>& pdos, bool outputs) {
@@ -76,6 +52,35 @@ std::size_t MappedPdo::bits() const {
   std::size_t n = 0;
   for (const auto& e : entries) n += e.bit_length;
   return n;
+}
+
+Result<void> read_mapping(Link& link, StationRecord& s, std::uint16_t index, PdoMap& map) {
+  MappedPdo pdo{.index = index, .sync_manager = 0, .outputs = false, .name = sii_name(s, index), .entries = {}};
+  const auto entries = read_small(link, s, {index, 0});
+  if (!entries) return tl::unexpected(entries.error());
+  for (std::uint32_t e = 1; e <= std::min<std::uint32_t>(*entries, kMostEntries); ++e) {
+    const auto row = read_small(link, s, {index, static_cast<std::uint8_t>(e)});
+    if (!row) return tl::unexpected(row.error());
+    pdo.entries.push_back({{static_cast<std::uint16_t>(*row >> 16), static_cast<std::uint8_t>(*row >> 8 & 0xFF)},
+                           static_cast<std::uint8_t>(*row & 0xFF)});
+  }
+  map.pdos.push_back(std::move(pdo));
+  return {};
+}
+
+Result<void> read_assigned(Link& link, StationRecord& s, std::uint8_t number, bool outputs, PdoMap& map) {
+  const auto assign = static_cast<std::uint16_t>(object::kSyncManagerAssign0 + number);
+  const auto count = read_small(link, s, {assign, 0});
+  if (!count) return tl::unexpected(count.error());
+  for (std::uint32_t i = 1; i <= std::min<std::uint32_t>(*count, kMostPdos); ++i) {
+    const auto index = read_small(link, s, {assign, static_cast<std::uint8_t>(i)});
+    if (!index) return tl::unexpected(index.error());
+    if (*index == 0) continue;
+    if (auto ok = read_mapping(link, s, static_cast<std::uint16_t>(*index), map); !ok) return ok;
+    map.pdos.back().sync_manager = number;
+    map.pdos.back().outputs = outputs;
+  }
+  return {};
 }
 
 Result<PdoMap> read_pdo_map(Link& link, StationRecord& s) {
@@ -152,6 +157,7 @@ Result<StationRecord*> Survey::with_mailbox(int position) {
     if (auto ok = acknowledge(link_, r); !ok) return tl::unexpected(ok.error());
   r.mailbox = {};
   if (auto ok = write_mailbox_setup(link_, r); !ok) return tl::unexpected(ok.error());
+  if (auto ok = hand_over_eeprom(link_, r); !ok) return tl::unexpected(ok.error());
   if (auto ok = request_state(link_, r, AlState::PreOp); !ok) return tl::unexpected(ok.error());
   if (auto ok = wait_for_state(link_, r, AlState::PreOp); !ok) return tl::unexpected(ok.error());
   const std::size_t capacity = find_sync_manager(r, config::SyncManagerKind::MailboxOut, nullptr)->length;

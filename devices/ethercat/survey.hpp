@@ -3,10 +3,10 @@
 //   auto stations = survey.scan();                   // identity, names, ports, parents, AL state; changes no state
 //   auto pdos = survey.read_pdo_map(3);              // stations are named by their position, 0 first
 //   auto value = survey.read_object(3, {0x1018, 0}, SdoAccess::Complete);
-// Scanning gives every station its configured address (1001h + position) and takes its EEPROM interface; nothing else
-// is written. Object access needs a mailbox: a station in INIT is taken to PRE_OP for it and stays there. Every call
-// ends in bounded time with a named error. Not beside a running EthercatMaster: that one answers the same questions
-// itself.
+// Scanning gives every station its configured address (1001h + position), ends alias addressing and takes the EEPROM
+// for as long as it reads; nothing else is written. Object access needs a mailbox: a station in INIT is taken to PRE_OP
+// for it and stays there. Every call ends in bounded time with a named error. Not beside a running EthercatMaster: that
+// one answers the same questions itself.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -78,6 +78,10 @@ class Survey {
   std::vector<StationRecord> stations_;  ///< by position; empty until the first scan
 };
 
+/// One mapping object (16xxh, 1Axxh), and one SyncManager's assignment (1C10h and its number) with the mapping of each
+/// PDO; added to `map`.
+Result<void> read_mapping(Link& link, StationRecord& station, std::uint16_t index, PdoMap& map);
+Result<void> read_assigned(Link& link, StationRecord& station, std::uint8_t sync_manager, bool outputs, PdoMap& map);
 /// The PDO map of a station with an open mailbox (or of its EEPROM, where it has no CoE).
 Result<PdoMap> read_pdo_map(Link& link, StationRecord& station);
 

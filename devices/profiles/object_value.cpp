@@ -15,6 +15,22 @@ Bytes to_bytes(ObjectType type, std::int64_t value) {
   return bytes;
 }
 
+std::optional<ObjectType> type_of_size(ObjectType type, std::size_t bytes) {
+  const bool has_sign = type == ObjectType::I8 || type == ObjectType::I16 || type == ObjectType::I32;
+  if (type == ObjectType::String) return std::nullopt;
+  switch (bytes) {
+    case 1: return has_sign ? ObjectType::I8 : ObjectType::U8;
+    case 2: return has_sign ? ObjectType::I16 : ObjectType::U16;
+    case 4: return has_sign ? ObjectType::I32 : ObjectType::U32;
+    default: return std::nullopt;
+  }
+}
+
+std::optional<std::int64_t> to_number_of_any_size(ObjectType type, std::span<const std::byte> bytes) {
+  const auto as_it_is = type_of_size(type, bytes.size());
+  return as_it_is ? to_number(*as_it_is, bytes) : std::nullopt;
+}
+
 std::optional<std::int64_t> to_number(ObjectType type, std::span<const std::byte> bytes) {
   if (bytes.size() != bytes_of(type)) return std::nullopt;
   switch (type) {

@@ -80,6 +80,8 @@ inline constexpr std::uint8_t kDownloadRequest = 0x20, kDownloadResponse = 0x60,
                               kUploadSegmentRequest = 0x60, kUploadSegmentResponse = 0x00, kAbort = 0x80;
 // Initiate
 inline constexpr std::uint8_t kSizeIndicated = 0x01, kExpedited = 0x02, kCompleteAccess = 0x10;
+/// Of an abort only these bits are fixed: stations send 80h as well as 83h.
+constexpr bool is_abort(std::uint8_t command) noexcept { return (command & kCommandMask) == kAbort; }
 constexpr std::uint8_t expedited_size_bits(std::size_t size) noexcept {
   return static_cast<std::uint8_t>((4 - size) << 2);
 }

@@ -155,6 +155,8 @@ constexpr std::int32_t dc_difference_ns(std::uint32_t raw) noexcept {
 
 // kSiiControl (16 bit): 0 write enable, 6 eight bytes a read, 8 read, 9 write, 10 reload, 11 checksum error, 12 not
 // loaded, 13 no acknowledge, 14 write not enabled, 15 busy
+// kSiiConfig: who has the EEPROM; taking it away is a pulse
+inline constexpr std::uint8_t kSiiToStation = 0x01, kSiiTakeAway = 0x02;
 inline constexpr std::uint16_t kSiiWriteEnable = 0x0001, kSiiReads8 = 0x0040, kSiiRead = 0x0100, kSiiWrite = 0x0200,
                                kSiiReload = 0x0400, kSiiChecksumError = 0x0800, kSiiNotLoaded = 0x1000,
                                kSiiNoAcknowledge = 0x2000, kSiiWriteDenied = 0x4000, kSiiBusy = 0x8000,

@@ -16,8 +16,9 @@ using config::DriveErrorKind;
 namespace {
 
 constexpr std::uint16_t kPositionDemand = 0x6062;
-constexpr std::uint16_t kNoError = 0x0000;   // emergency: the error is gone (CiA 301, 7.2.7)
-constexpr int kNoQuickStopOption = 2;        // where the drive has no 605Ah: brake with 6085h, then disable (assumed)
+constexpr std::uint16_t kNoError = 0x0000;  // emergency: the error is gone (CiA 301, 7.2.7)
+constexpr int kNoQuickStopOption = 2;       // where the drive has no 605Ah: brake with 6085h, then disable (assumed)
+constexpr double kOwnHomingAcceleration_counts_s2 = 1e6;  // where the drive has no 609Ah (assumed)
 constexpr double kDeviationRevolutions = 1;  // AMD530B 2030h: 1 revolution; the others state encoder counts (assumed)
 
 /// What the controlword asks for (IEC 61800-7-201, command coding).
@@ -85,6 +86,8 @@ Drive402::Drive402(ObjectDictionary& objects, int slot, Motor& motor, double cou
       quick_deceleration_(object(kQuickStopDeceleration)),
       inputs_base_(static_cast<std::uint32_t>(inputs_.value)) {
   if (objects_.find(quick_option_.address) == nullptr) quick_option_.value = kNoQuickStopOption;
+  if (objects_.find(homing_acceleration_.address) == nullptr)
+    homing_acceleration_.value = std::llround(kOwnHomingAcceleration_counts_s2 / facts_.acceleration_counts_s2);
   levels_ = motion_.inputs();
   take_mode();
   sample();

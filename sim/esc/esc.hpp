@@ -132,6 +132,13 @@ class Esc {
   [[nodiscard]] const DcUnit& dc() const noexcept { return dc_; }
   [[nodiscard]] bool has_dc() const noexcept { return clock_ != ClockWidth::None; }
   /// The configuration area of the SII is intact: without that the application does not start.
+  /// 0500h: the station's processor has the EEPROM.
+  [[nodiscard]] bool sii_is_stations() const noexcept { return sii_.is_stations(); }
+  void deliver_sii(std::vector<std::byte> image) { sii_ = SiiUnit(std::move(image)); }
+  /// 0980h and 0981h as they were written.
+  [[nodiscard]] std::uint16_t clock_activation() const noexcept {
+    return get<std::uint16_t>(devices::wire::reg::kDcCyclicUnitControl);
+  }
   [[nodiscard]] bool sii_loaded() const noexcept { return sii_.loaded(); }
 
  private:

@@ -34,6 +34,7 @@ class SiiUnit {
 
   /// Whether the configuration area has its right checksum: without it an ESC does not hand over to its application.
   [[nodiscard]] bool loaded() const noexcept { return loaded_; }
+  [[nodiscard]] bool is_stations() const noexcept { return (std::to_integer<unsigned>(registers_[0]) & 1u) != 0; }
   [[nodiscard]] std::uint16_t word(std::size_t address) const noexcept;
 
  private:

@@ -37,7 +37,7 @@ void CoeServer::take(std::span<const std::byte> mailbox, bool pre_op) {
   if (header.length < kCoeHeader) return reply_error(MailboxError::SizeTooShort);
   const auto payload = mailbox.subspan(kMailboxHeader, header.length);
   const auto service = coe_service(get_le<std::uint16_t>(payload, 0));
-  if (service == CoeService::SdoInformation) return serve_information(payload.subspan(kCoeHeader));
+  if (service == CoeService::SdoInformation && information_) return serve_information(payload.subspan(kCoeHeader));
   if (service != CoeService::SdoRequest) return reply_error(MailboxError::ServiceNotSupported);
   if (payload.size() < kCoeHeader + kSdoBytes) return reply_error(MailboxError::SizeTooShort);
   serve_sdo(payload.subspan(kCoeHeader), pre_op);
@@ -165,7 +165,7 @@ void CoeServer::abort(ObjectAddress address, std::uint32_t code) {
   // Of the request service, as ETG.1000.6 table 42 has it in both directions.
   Bytes payload(kCoeHeader + kSdoBytes);
   put_le<std::uint16_t>(payload, 0, coe_header(CoeService::SdoRequest));
-  put_sdo_header(std::span(payload).subspan(kCoeHeader), {sdo::kAbort, address.index, address.sub, code});
+  put_sdo_header(std::span(payload).subspan(kCoeHeader), {abort_command_, address.index, address.sub, code});
   reply(MailboxType::Coe, std::move(payload));
 }
 

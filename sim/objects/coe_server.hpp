@@ -34,6 +34,10 @@ class CoeServer {
   [[nodiscard]] bool waiting() const noexcept { return !replies_.empty(); }
   /// The next mailbox for the master, header included; not longer than reply_bytes.
   Bytes next();
+  /// Command byte of an abort; whether there is SDO information.
+  void set_manner(std::uint8_t abort_command, bool information) noexcept {
+    abort_command_ = abort_command, information_ = information;
+  }
   /// INIT: nothing is under way any more.
   void reset() noexcept;
 
@@ -76,6 +80,8 @@ class CoeServer {
 
   ObjectDictionary& objects_;
   std::size_t reply_bytes_;
+  std::uint8_t abort_command_ = devices::wire::sdo::kAbort;
+  bool information_ = true;
   std::deque<Bytes> replies_;
   Transfer transfer_;
   std::uint8_t last_request_counter_ = 0, reply_counter_ = 0;

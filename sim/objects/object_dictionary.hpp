@@ -65,6 +65,12 @@ inline std::int64_t fit(config::ObjectType type, std::int64_t value) noexcept {
   return value;
 }
 
+/// What a station allows of its mapping beyond the profile's limits.
+struct PdoRules {
+  bool assignment_fixed = false, mapping_fixed = false;
+  bool even = false;  ///< see StationHabits::even_pdos
+};
+
 /// Objects that a station keeps without its supply.
 using Kept = std::map<config::ObjectAddress, std::int64_t>;
 
@@ -106,6 +112,8 @@ class ObjectDictionary {
   [[nodiscard]] std::uint32_t write_complete(config::ObjectAddress from, std::span<const std::byte> bytes, bool pre_op);
   /// Writes are answered and change nothing: to one object (index 0: to all), or to none any more.
   void ignore_writes(std::optional<config::ObjectAddress> object) noexcept { ignored_ = object; }
+  void set_pdo_rules(const PdoRules& rules) noexcept { pdo_rules_ = rules; }
+  [[nodiscard]] const PdoRules& pdo_rules() const noexcept { return pdo_rules_; }
   [[nodiscard]] ObjectShape shape(std::uint16_t index) const;
   /// 0, or an SDO abort code with nothing changed. `pre_op`: the station is in PRE_OP, where PDOs may be mapped.
   [[nodiscard]] std::uint32_t write(config::ObjectAddress address, std::span<const std::byte> bytes, bool pre_op);
@@ -124,6 +132,7 @@ class ObjectDictionary {
 
   const config::StationProfile& profile_;
   Kept* kept_;
+  PdoRules pdo_rules_;
   std::optional<config::ObjectAddress> ignored_;
   std::vector<Object> objects_;  ///< by address
 };

@@ -33,7 +33,10 @@ std::vector<PdoRow> default_mapping(const config::StationProfile& profile, PdoDi
   const std::uint16_t first = direction == PdoDirection::Rx ? 0x1600 : 0x1A00;
   std::vector<PdoRow> rows = used;
   for (auto& row : rows) row.entries.clear();
-  for (int i = 0; i < kMappingObjects; ++i) rows.push_back({static_cast<std::uint16_t>(first + i), 0, {}});
+  // Drives that count their mapping objects otherwise (an axis at 1610h) have those that they use, and no others.
+  const bool in_a_row = std::all_of(
+      used.begin(), used.end(), [&](const PdoRow& r) { return r.index >= first && r.index < first + kMappingObjects; });
+  for (int i = 0; in_a_row && i < kMappingObjects; ++i) rows.push_back({static_cast<std::uint16_t>(first + i), 0, {}});
   std::stable_sort(rows.begin(), rows.end(), [](const PdoRow& a, const PdoRow& b) { return a.index < b.index; });
   rows.erase(std::unique(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.index == b.index; }),
              rows.end());
@@ -54,6 +57,16 @@ std::vector<PdoRow> default_mapping(const config::StationProfile& profile, PdoDi
 }
 
 namespace {
+
+constexpr int kWordBits = 16;
+
+/// Bits of the entries before `sub`.
+int bits_before(ObjectDictionary& objects, std::uint16_t mapping_index, std::uint8_t sub) {
+  int bits = 0;
+  for (int i = 1; i < sub; ++i)
+    bits += mapped(static_cast<std::uint32_t>(objects.value({mapping_index, static_cast<std::uint8_t>(i)}))).bit_length;
+  return bits;
+}
 
 bool is_tx(std::uint16_t mapping_index) noexcept { return mapping_index >= 0x1A00; }
 
@@ -83,6 +96,7 @@ std::uint32_t check_count(ObjectDictionary& objects, std::uint16_t mapping_index
     if (const auto refused = check_entry(objects, mapping_index, entry); refused != 0) return refused;
     bits += entry.bit_length;
   }
+  if (objects.pdo_rules().even && bits % kWordBits != 0) return abort_code::kPdoTooLong;
   const int max_bytes = objects.profile().max_pdo_bytes;
   return max_bytes > 0 && bits > 8 * max_bytes ? abort_code::kPdoTooLong : 0;
 }
@@ -92,12 +106,17 @@ std::uint32_t check_count(ObjectDictionary& objects, std::uint16_t mapping_index
 std::uint32_t check_mapping_write(ObjectDictionary& objects, const Object& target, std::int64_t value, bool pre_op) {
   if (!pre_op) return abort_code::kDeviceState;
   const auto [index, sub] = target.address;
+  const PdoRules& rules = objects.pdo_rules();
+  if (target.rule == ObjectRule::Mapping ? rules.mapping_fixed : rules.assignment_fixed) return abort_code::kReadOnly;
   const bool count_is_zero = objects.value({index, 0}) == 0;
   if (sub != 0 && !count_is_zero) return abort_code::kSubWriteSub0First;
   if (target.rule == ObjectRule::Mapping) {
     if (assigned(objects, index)) return abort_code::kUnsupportedAccess;
     if (sub == 0) return check_count(objects, index, value);
-    return check_entry(objects, index, mapped(static_cast<std::uint32_t>(value)));
+    const PdoEntry entry = mapped(static_cast<std::uint32_t>(value));
+    if (rules.even && entry.bit_length >= kWordBits && bits_before(objects, index, sub) % kWordBits != 0)
+      return abort_code::kNotMappable;
+    return check_entry(objects, index, entry);
   }
   const bool tx = index == assignment_index(PdoDirection::Tx);
   const auto is_pdo = [&](std::int64_t pdo) {

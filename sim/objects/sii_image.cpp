@@ -157,13 +157,17 @@ Bytes pdos(const StationProfile& profile, PdoDirection direction, Strings& strin
 }
 
 /// ETG.2010 table 15, 24 bytes an operation mode: SYNC0 with the cycle of the bus, and none.
-Bytes clock_modes(Strings& strings) {
+Bytes clock_modes(Strings& strings, const std::optional<ClockMode>& only) {
+  std::vector<std::pair<const char*, ClockMode>> modes{{"DC", {}}, {"Synchron", {.activate = 0, .factor0 = 0}}};
+  if (only) modes = {{"DC", *only}};
   Bytes out;
-  for (const auto& [name, activate] : {std::pair{"DC", 0x0300}, std::pair{"Synchron", 0x0000}}) {
-    for (int i = 0; i < 3; ++i) append(out, std::uint32_t{0});  // cycle of SYNC0, shifts of SYNC0 and SYNC1
-    append(out, std::uint16_t{0});                              // factor of SYNC1
-    append(out, static_cast<std::uint16_t>(activate));
-    append(out, static_cast<std::uint16_t>(activate != 0 ? 1 : 0));  // factor of SYNC0
+  for (const auto& [name, mode] : modes) {
+    append(out, mode.cycle0_ns);
+    append(out, mode.shift0_ns);
+    append(out, mode.shift1_ns);
+    append(out, mode.factor1);
+    append(out, mode.activate);
+    append(out, mode.factor0);
     append(out, strings.index(name));
     append(out, std::uint8_t{0});
     append(out, std::uint32_t{0});
@@ -190,13 +194,14 @@ std::vector<SyncManagerRow> sync_managers(const StationProfile& profile) {
   return rows;
 }
 
-std::vector<std::byte> sii_image(const StationProfile& profile, std::uint16_t alias, std::uint32_t serial) {
+std::vector<std::byte> sii_image(const StationProfile& profile, std::uint16_t alias, std::uint32_t serial,
+                                 const std::optional<ClockMode>& clock_mode) {
   const auto rows = sync_managers(profile);
   const bool mailbox = find(rows, SyncManagerKind::MailboxOut) != nullptr;
   Strings strings;
   const Bytes general_bytes = general(profile, strings, mailbox);
   const Bytes tx = pdos(profile, PdoDirection::Tx, strings), rx = pdos(profile, PdoDirection::Rx, strings);
-  const Bytes clock = profile.dc ? clock_modes(strings) : Bytes{};
+  const Bytes clock = profile.dc ? clock_modes(strings, clock_mode) : Bytes{};
 
   Bytes fmmus, managers;
   for (const auto& row : rows) {

@@ -26,6 +26,7 @@ namespace gantry::sim {
 
 class Drive402;
 class Station;
+struct StationHabits;
 struct StationTiming;
 
 class Segment {
@@ -44,6 +45,8 @@ class Segment {
 
   void set_world(WorldHook* world) noexcept { world_ = world; }
   void set_timing(const StationTiming& timing) noexcept;
+  /// What a station does otherwise than its profile can say. It begins anew with that.
+  void set_habits(StationId station, const StationHabits& habits);
   /// The station's cable leads to `port` (1, 2 or 3) of `parent` instead of to port 1 of the station before it. Frames
   /// go through ports 3, 1, 2 in this order; positions have to agree with that. False: they would not.
   bool hang(StationId station, StationId parent, int port) noexcept;

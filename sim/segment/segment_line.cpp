@@ -18,6 +18,14 @@ void Segment::set_timing(const StationTiming& timing) noexcept {
   for (const auto& s : ring_) s->set_timing(timing);
 }
 
+void Segment::set_habits(StationId id, const StationHabits& habits) {
+  const int position = position_of(id);
+  if (position < 0) return;
+  station(position).set_habits(habits);
+  station(position).power_on(clock_.now());
+  update_links();
+}
+
 bool Segment::hang(StationId id, StationId parent_id, int port) noexcept {
   const int position = position_of(id), parent = position_of(parent_id);
   if (position < 1 || parent < 0 || parent >= position || port < 1 || port > 3) return false;

@@ -24,6 +24,7 @@ ClockWidth clock_of(const config::StationProfile& profile) noexcept {
 
 Station::Station(const config::Station& config, std::uint32_t serial, std::vector<DriveWiring> wiring)
     : config_(config),
+      serial_(serial),
       esc_(sii_image(config.profile, config.alias, serial), clock_of(config.profile)),
       wiring_(std::move(wiring)),
       rows_(sync_managers(config.profile)),
@@ -47,6 +48,8 @@ void Station::power_on(Time now) {
   for (std::size_t slot = 0; slot < wiring_.size(); ++slot)
     drives_[slot] = std::make_unique<Drive402>(objects_, static_cast<int>(slot), *wiring_[slot].motor,
                                                wiring_[slot].counts_per_unit, wiring_[slot].invert);
+  coe_->set_manner(habits_.abort_command, !habits_.no_information);
+  mailbox_due_ = kNever;
   rx_ = tx_ = PdoMap{};
   state_ = AlState::Init, error_ = identification_ = false;
   request_ = {};
@@ -70,6 +73,12 @@ void Station::renew() noexcept {
 void Station::set_timing(const StationTiming& timing) noexcept {
   timing_ = timing;
   esc_.set_timing(timing);
+}
+
+void Station::set_habits(const StationHabits& habits) {
+  habits_ = habits;
+  objects_.set_pdo_rules({habits.assignment_fixed, habits.mapping_fixed, habits.even_pdos});
+  esc_.deliver_sii(sii_image(config_.profile, config_.alias, serial_, habits.clock));
 }
 
 void Station::power_off() noexcept {
@@ -140,7 +149,7 @@ void Station::take(Time at) noexcept {
     any_fault |= drive->faulted();
   }
   if (!drives_.empty()) error_register_->value = any_fault ? 1 : 0;
-  fill_mailbox();
+  fill_mailbox(at);
   supervise(at);
 }
 

@@ -21,6 +21,7 @@
 #include "sim/objects/coe_server.hpp"
 #include "sim/objects/object_dictionary.hpp"
 #include "sim/objects/pdo_map.hpp"
+#include "sim/station/habits.hpp"
 
 namespace gantry::sim {
 
@@ -49,6 +50,8 @@ class Station {
   [[nodiscard]] bool powered() const noexcept { return powered_; }
 
   void set_timing(const StationTiming& timing) noexcept;
+  /// From its next power-on.
+  void set_habits(const StationHabits& habits);
 
   Esc& esc() noexcept { return esc_; }
   ObjectDictionary& objects() noexcept { return objects_; }
@@ -64,7 +67,7 @@ class Station {
   }
   /// Watchdog, and state changes that are due.
   void supervise(Time now) noexcept {
-    if (esc_.watchdog_expires() <= now || request_.due <= now || operation_until_) do_due(now);
+    if (esc_.watchdog_expires() <= now || request_.due <= now || mailbox_due_ <= now || operation_until_) do_due(now);
   }
 
   // Its cycle: SYNC0, or without it each ms.
@@ -100,15 +103,17 @@ class Station {
   void fail(AlState state, std::uint16_t code) noexcept;
   void try_operation(Time now) noexcept;
   void on_sync_managers_changed() noexcept;
-  void on_mailbox() noexcept;
+  void on_mailbox(Time now) noexcept;
   void forget_mailbox() noexcept;
-  void fill_mailbox() noexcept;
-  void emergency(std::uint16_t error, std::uint16_t al_status_code) noexcept;
+  void fill_mailbox(Time now) noexcept;
+  void emergency(std::uint16_t error, std::uint16_t al_status_code, Time now) noexcept;
   void drop_outputs(bool orderly) noexcept;
   void latch_outputs() noexcept;
   [[nodiscard]] bool has_mailbox() const noexcept { return mailbox_out_ >= 0 && mailbox_in_ >= 0; }
 
   const config::Station& config_;
+  const std::uint32_t serial_;
+  StationHabits habits_;
   bool powered_ = false, restart_ = false;
   // The AL state machine, new with each power-on.
   AlState state_ = AlState::Init;
@@ -140,6 +145,7 @@ class Station {
   std::unique_ptr<CoeServer> coe_;
   std::vector<std::unique_ptr<Drive402>> drives_;
   PdoMap rx_, tx_;
+  Time mailbox_due_ = kNever;      ///< when an answer is there that takes its time
   CoeServer::Bytes last_mailbox_;  ///< for the repeat request
 };
 

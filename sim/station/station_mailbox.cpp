@@ -11,10 +11,11 @@ using namespace devices::wire;
 void Station::forget_mailbox() noexcept {
   coe_->reset();
   last_mailbox_.clear();
+  mailbox_due_ = kNever;
   if (has_mailbox()) esc_.acknowledge_repeat(mailbox_in_);
 }
 
-void Station::on_mailbox() noexcept {
+void Station::on_mailbox(Time now) noexcept {
   if (!has_mailbox() || state_ == AlState::Init) return;
   const auto& in = esc_.sync_manager(mailbox_in_);
   if (((in.activate ^ in.pdi_control) & kSmActivateRepeatRequest) != 0) {
@@ -30,11 +31,14 @@ void Station::on_mailbox() noexcept {
   if (esc_.mailbox_full(mailbox_out_) && coe_->room()) {
     coe_->take(esc_.area(mailbox_out_), state_ == AlState::PreOp);
     esc_.set_mailbox_full(mailbox_out_, false);
+    if (habits_.mailbox_delay > Time{0}) mailbox_due_ = now + habits_.mailbox_delay;
   }
-  fill_mailbox();
+  fill_mailbox(now);
 }
 
-void Station::fill_mailbox() noexcept {
+void Station::fill_mailbox(Time now) noexcept {
+  if (mailbox_due_ != kNever && now < mailbox_due_) return;
+  mailbox_due_ = kNever;
   if (!has_mailbox() || state_ == AlState::Init || !coe_->waiting() || esc_.mailbox_full(mailbox_in_)) return;
   const auto area = esc_.area(mailbox_in_);
   last_mailbox_ = coe_->next();

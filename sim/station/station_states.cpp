@@ -34,7 +34,7 @@ bool Station::serve(Time now) noexcept {
     if (state_ == AlState::Op) fail(AlState::SafeOp, al_code::kFatalSync);
   }
   if ((events & Esc::kAlControl) != 0) on_al_control(now);
-  if ((events & (Esc::kMailboxWritten | Esc::kMailboxRead | Esc::kMailboxRepeat)) != 0) on_mailbox();
+  if ((events & (Esc::kMailboxWritten | Esc::kMailboxRead | Esc::kMailboxRepeat)) != 0) on_mailbox(now);
   if (operation_until_) try_operation(now);
   return (events & Esc::kPortsChanged) != 0;
 }
@@ -93,7 +93,8 @@ void Station::change_state(AlState wanted, Time now) {
   if (wanted <= state_) return enter(wanted);
   std::uint16_t code = al_code::kInvalidChange;
   if (state_ == AlState::Init && wanted == AlState::PreOp) {
-    code = esc_.sii_loaded() ? check_mailbox() : al_code::kSiiError;
+    code =
+        esc_.sii_loaded() && (!habits_.needs_eeprom || esc_.sii_is_stations()) ? check_mailbox() : al_code::kSiiError;
   }
   if (state_ == AlState::PreOp && wanted == AlState::SafeOp) {
     rx_ = PdoMap::build(objects_, PdoDirection::Rx);
@@ -101,7 +102,7 @@ void Station::change_state(AlState wanted, Time now) {
     code = check_process_data();
     if (code == 0) code = check_layout();
     if (code == 0) code = check_sync();
-    if (code != 0) emergency(0xA000, code);
+    if (code != 0) emergency(0xA000, code, now);
   }
   if (state_ == AlState::SafeOp && wanted == AlState::Op) {
     code = check_sync();
@@ -111,17 +112,17 @@ void Station::change_state(AlState wanted, Time now) {
       if (error_) enter(AlState::SafeOp);
       return try_operation(now);
     }
-    emergency(0xA001, code);
+    emergency(0xA001, code, now);
   }
   if (code != 0) return fail(state_, code);
   enter(wanted);
 }
 
 /// ETG.1000.6, 5.6.4: a state change that failed; the code follows as diagnostic data.
-void Station::emergency(std::uint16_t error, std::uint16_t al_status_code) noexcept {
+void Station::emergency(std::uint16_t error, std::uint16_t al_status_code, Time now) noexcept {
   if (!has_mailbox()) return;
   coe_->emergency(error, static_cast<std::uint8_t>(objects_.value({0x1001, 0})), al_status_code);
-  fill_mailbox();
+  fill_mailbox(now);
 }
 
 void Station::try_operation(Time now) noexcept {
@@ -134,7 +135,7 @@ void Station::try_operation(Time now) noexcept {
   if (now < *operation_until_) return;
   operation_until_.reset();
   const auto code = outputs ? al_code::kNoSync : al_code::kSmWatchdog;
-  emergency(0xA001, code);
+  emergency(0xA001, code, now);
   fail(AlState::SafeOp, code);
 }
 
@@ -216,6 +217,7 @@ std::uint16_t Station::check_layout() const noexcept {
 std::uint16_t Station::check_sync() const noexcept {
   const DcUnit& dc = esc_.dc();
   if (dc.sync1_without_sync0()) return al_code::kSyncConfig;
+  if (habits_.clock && esc_.clock_activation() != habits_.clock->activate) return al_code::kSyncConfig;
   if (!dc.sync0_active() || !config_.profile.drive) return 0;
   if (dc.sync0_cycle_ns() == 0) return al_code::kSyncConfig;
   const auto& cycles = config_.profile.drive->cycle_times_us;
@@ -241,6 +243,7 @@ void Station::do_due(Time now) noexcept {
     take_request(control, now);
     if (!error_) on_sync_managers_changed();
   }
+  if (mailbox_due_ <= now) fill_mailbox(now);
   if (operation_until_) try_operation(now);
 }
 

@@ -171,13 +171,16 @@ class Esc:
             elif wanted == 4 and now == 2 and self.h.refuse_first_safe_op and not self.safe_op_refused:
                 self.safe_op_refused = True
                 self.refuse(now, 0x0020)  # "needs cold start", and then does not
-            elif wanted == 2 and now == 1 and (code := self.h.refuse_pre_op or self.mailbox_fault()):
+            elif wanted == 2 and now == 1 and (code := self.h.refuse_pre_op or self.eeprom_fault() or self.mailbox_fault()):
                 self.refuse(now, code)
             elif wanted == 4 and now == 2 and (code := self.process_fault()):
                 self.refuse(now, code)
             else:
                 self.put(0x0130, wanted, 2), self.put(0x0134, 0, 2)
         self.on_mailbox()
+
+    def eeprom_fault(self):
+        return 0x0051 if self.h.needs_eeprom and not self.m[0x0500] & 1 else 0
 
     def mailbox_fault(self):
         if not self.h.mailbox_out:

@@ -40,7 +40,9 @@ std::string objects(EthercatMaster& master, const config::Station& s) {
   } else if (!name || name->size() != 40) {
     return "1008h: " + (name ? "wrong length" : to_text(name.error()));
   }
-  if (master.read_object(s.id, {0x5FFF, 0})) return "an unknown object was read";
+  const auto unknown = master.read_object(s.id, {0x5FFF, 0});
+  if (unknown) return "an unknown object was read";
+  if (unknown.error().fault != Fault::SdoAbort) return "the abort of 5FFFh was not told: " + to_text(unknown.error());
   return "";
 }
 

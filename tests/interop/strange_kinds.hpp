@@ -27,6 +27,7 @@ inline const std::map<std::string, Kind>& kinds() {
       {"no_lrw", {0x104, true, 0x1100, 0x1400, 4, true}},
       {"nervous", {0x105, true, 0x1100, 0x1400, 4, false}},
       {"simple", {0x106, false, 0x0F00, 0x1000, 2, true}},
+      {"wary", {0x10D, true, 0x1100, 0x1400, 4, false}},  // its data sheet is wrong about these two
       {"hushed", {0x10C, true, 0x1100, 0x1400, 4, false}},
       {"split", {0x10B, false, 0x0F00, 0x1000, 4, false, true}},
   };

@@ -40,6 +40,8 @@ class Habits:
     complete_access: bool = False
     starts_in: int = 1            # AL state at power-on
     refuse_pre_op: int = 0        # AL status code
+    needs_eeprom: bool = False    # leaves INIT only while its processor has the EEPROM (0500h)
+    abort_command: int = 0x80     # of an abort only the upper three bits are fixed
     deaf: bool = False            # takes requests from its mailbox and never answers
     no_eeprom: bool = False       # its EEPROM chip does not acknowledge
     expedited_only: bool = False
@@ -74,6 +76,9 @@ KINDS = {
     # a terminal of which each half of the channels has a SyncManager of its own
     "split": Habits(product=0x10B, mailbox_out=(), mailbox_in=(), out_sm=0, in_sm=2, out_at=0x0F00, in_at=0x1000,
                     split=True, fmmus=4),
+    # process data elsewhere than its data sheet says (the EEPROM is right), aborts as KickCAT sends them, and an EEPROM
+    # that its processor emulates
+    "wary": Habits(product=0x10D, out_at=0x1300, in_at=0x1600, needs_eeprom=True, abort_command=0x83),
     # left in BOOT by somebody's firmware update
     "booting": Habits(product=0x107, starts_in=3),
     # never leaves INIT
@@ -175,7 +180,7 @@ class Application:
         if self.h.emergency_in_sdo:
             self.post(1, struct.pack("<HB5s", 0x8130, 0x11, b"nerve"))
         command, index, sub, value = struct.unpack_from("<BHBI", body, 2)
-        abort = lambda code: self.post(2, struct.pack("<BHBI", 0x80, index, sub, code))
+        abort = lambda code: self.post(2, struct.pack("<BHBI", self.h.abort_command, index, sub, code))
         known = self.objects.get((index, sub))
         kind = command >> 5
         if kind in (1, 2) and command & 0x10:

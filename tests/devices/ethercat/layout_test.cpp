@@ -240,10 +240,13 @@ class UnwatchedPort final : public PassingPort {
   explicit UnwatchedPort(FramePort& port) : PassingPort(port) {}
   bool send(PortIndex port, std::span<const std::byte> frame) noexcept override {
     std::vector<std::byte> changed(frame.begin(), frame.end());
-    const auto h = wire::get_datagram_header(std::span<const std::byte>(changed).subspan(wire::kFrameHeader));
-    if (h.command == wire::Command::Fpwr && h.adp() == 0x1003 && h.ado() == 0x0810)
-      changed[wire::kFrameHeader + wire::kDatagramHeader + wire::kSmControlOffset] &=
-          ~std::byte{wire::kSmWatchdogTrigger};
+    for (std::size_t at = wire::kFrameHeader;;) {
+      const auto h = wire::get_datagram_header(std::span<const std::byte>(changed).subspan(at));
+      if (h.command == wire::Command::Fpwr && h.adp() == 0x1003 && h.ado() == 0x0810)
+        changed[at + wire::kDatagramHeader + wire::kSmControlOffset] &= ~std::byte{wire::kSmWatchdogTrigger};
+      if (!h.more) break;
+      at += wire::kDatagramHeader + h.length + wire::kWorkingCounter;
+    }
     return port_.send(port, changed);
   }
 };

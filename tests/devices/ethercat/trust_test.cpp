@@ -88,9 +88,7 @@ TEST_F(Trust, a_write_that_is_refused_is_told_with_its_abort) {
 }
 
 TEST_F(Trust, an_object_that_is_absent_is_declared_or_refused) {
-  wired([](auto& m) {
-    std::erase_if(station(m, "y1").profile.objects, [](const auto& row) { return row.address.index == 0x2010; });
-  });
+  wired([](auto& m) { test::remove_object(station(m, "y1").profile, 0x2010); });
   expect_doubt("y1", {"2010h", "filter", "declared: [filter]"});
   for (auto& row : station(b().machine, "y1").profile.startup)
     if (row.name == "filter") row.declared = true;

@@ -1,0 +1,107 @@
+#include "devices/ethercat/bent_image.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "devices/profiles/drive_entries.hpp"
+#include "devices/profiles/map_pdos.hpp"
+
+namespace gantry::devices {
+namespace {
+
+using config::PdoEntry;
+using config::PdoRow;
+
+constexpr std::uint32_t kMostBits = 64;
+
+std::uint64_t get_bits(std::span<const std::byte> image, std::uint32_t at, std::uint32_t bits) noexcept {
+  std::uint64_t value = 0;
+  for (std::uint32_t i = 0; i < bits;) {
+    const std::uint32_t bit = at + i, in_byte = bit % 8, n = std::min(8 - in_byte, bits - i);
+    const std::uint64_t part = std::to_integer<std::uint64_t>(image[bit / 8]) >> in_byte & ((1u << n) - 1u);
+    value |= part << i;
+    i += n;
+  }
+  return value;
+}
+
+void put_bits(std::span<std::byte> image, std::uint32_t at, std::uint32_t bits, std::uint64_t value) noexcept {
+  for (std::uint32_t i = 0; i < bits;) {
+    const std::uint32_t bit = at + i, in_byte = bit % 8, n = std::min(8 - in_byte, bits - i);
+    const auto mask = static_cast<std::byte>(((1u << n) - 1u) << in_byte);
+    std::byte& byte = image[bit / 8];
+    byte = (byte & ~mask) | (static_cast<std::byte>(value >> i << in_byte & 0xFF) & mask);
+    i += n;
+  }
+}
+
+struct Found {
+  std::uint32_t bit = 0;
+  std::uint8_t bits = 0;
+};
+std::optional<Found> find(const std::vector<PdoRow>& rows, config::ObjectAddress address) {
+  std::uint32_t bit = 0;
+  for (const PdoRow& row : rows)
+    for (const PdoEntry& entry : row.entries) {
+      if (entry.address == address) return Found{bit, entry.bit_length};
+      bit += entry.bit_length;
+    }
+  return std::nullopt;
+}
+
+}  // namespace
+
+BentImage::BentImage(const StationRecord& s) {
+  const config::StationProfile& profile = s.config->profile;
+  outputs_.resize(image_bytes(profile.rx_pdos));
+  inputs_.resize(image_bytes(profile.tx_pdos));
+  spare_ = outputs_;
+  for (const bool outputs : {true, false})
+    for (const PdoRow& row : outputs ? profile.rx_pdos : profile.tx_pdos)
+      for (const PdoEntry& entry : row.entries) {
+        const auto here = find(outputs ? profile.rx_pdos : profile.tx_pdos, entry.address);
+        const auto there = find(outputs ? s.rx_pdos : s.tx_pdos, entry.address);
+        const bool left_out = std::ranges::count(s.left_out, entry.address) != 0;
+        if (entry.address.index == 0 || !there || left_out || there->bits > kMostBits) continue;
+        const DriveEntry* e = find_drive_entry(config::first_slot(profile, entry.address, row.slot).index);
+        const bool has_sign = e != nullptr && e->has_sign;
+        if (outputs)
+          out_.push_back({here->bit, there->bit, here->bits, there->bits, has_sign});
+        else
+          in_.push_back({there->bit, here->bit, there->bits, here->bits, has_sign});
+      }
+  for (const SlowObject& object : s.slow) {
+    const auto here = find(object.output ? profile.rx_pdos : profile.tx_pdos, object.address);
+    SlowValue& value = slow_.emplace_back();
+    value.object = object;
+    value.bit = here ? here->bit : 0;
+  }
+}
+
+void BentImage::copy(const std::vector<Copy>& copies, std::span<const std::byte> from,
+                     std::span<std::byte> to) noexcept {
+  for (const Copy& c : copies) {
+    std::uint64_t value = get_bits(from, c.from, c.from_bits);
+    if (c.has_sign && c.from_bits < kMostBits && (value >> (c.from_bits - 1) & 1) != 0)
+      value |= ~std::uint64_t{0} << c.from_bits;
+    put_bits(to, c.to, c.to_bits, value);
+  }
+}
+
+void BentImage::to_wire(std::span<std::byte> wire) noexcept {
+  copy(out_, outputs_, wire);
+  for (SlowValue& v : slow_)
+    if (v.object.output)
+      v.value.store(static_cast<std::uint32_t>(get_bits(outputs_, v.bit, v.object.bits)), std::memory_order_relaxed);
+}
+
+void BentImage::from_wire(std::span<const std::byte> wire, bool fresh) noexcept {
+  if (fresh) copy(in_, wire, inputs_);
+  for (const SlowValue& v : slow_)
+    if (!v.object.output) put_bits(inputs_, v.bit, v.object.bits, v.value.load(std::memory_order_relaxed));
+}
+
+void BentImage::begin_spare() noexcept { std::ranges::copy(outputs_, spare_.begin()); }
+void BentImage::spare_to_wire(std::span<std::byte> wire) const noexcept { copy(out_, spare_, wire); }
+
+}  // namespace gantry::devices

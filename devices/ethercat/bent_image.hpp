@@ -1,0 +1,58 @@
+// The process image of a station whose mapping is not its profile's (pdo_agreement.hpp). The loop sees the profile's
+// image: here it is copied object by object to where the station has it, with the station's sizes, and back. What no
+// PDO carries goes by SDO, value by value, through SlowValue.
+//   BentImage image(station);
+//   each cycle: image.to_wire(wire_outputs), exchange, image.from_wire(wire_inputs, fresh)     RT: no allocation, no
+//   lock run thread: image.slow()[i].wanted ... .shown
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <vector>
+
+#include "devices/ethercat/station.hpp"
+
+namespace gantry::devices {
+
+/// Between the loop, which has it in its image, and the run thread, which has the mailbox.
+struct SlowValue {
+  SlowObject object;
+  std::uint32_t bit = 0;                ///< in the loop's image
+  std::atomic<std::uint32_t> value{0};  ///< an output as the loop wants it, an input as the station has shown it
+  // the run thread's
+  std::uint32_t sent = 0;  ///< the output that the station has
+  bool sent_once = false;
+  Time not_before{};
+};
+
+class BentImage {
+ public:
+  explicit BentImage(const StationRecord& station);
+
+  [[nodiscard]] std::span<std::byte> outputs() noexcept { return outputs_; }
+  [[nodiscard]] std::span<const std::byte> inputs() const noexcept { return inputs_; }
+  [[nodiscard]] std::deque<SlowValue>& slow() noexcept { return slow_; }
+
+  void to_wire(std::span<std::byte> wire) noexcept;
+  void from_wire(std::span<const std::byte> wire, bool fresh) noexcept;
+
+  // Outputs that are made beside the loop's own: a copy of these, changed and copied to a wire image of their own.
+  void begin_spare() noexcept;
+  [[nodiscard]] std::span<std::byte> spare() noexcept { return spare_; }
+  void spare_to_wire(std::span<std::byte> wire) const noexcept;
+
+ private:
+  struct Copy {
+    std::uint32_t from = 0, to = 0;  ///< first bits
+    std::uint8_t from_bits = 0, to_bits = 0;
+    bool has_sign = false;
+  };
+  static void copy(const std::vector<Copy>& copies, std::span<const std::byte> from, std::span<std::byte> to) noexcept;
+
+  std::vector<std::byte> outputs_, inputs_, spare_;  ///< as the profile has them
+  std::vector<Copy> out_, in_;
+  std::deque<SlowValue> slow_;
+};
+
+}  // namespace gantry::devices

@@ -1,0 +1,22 @@
+// Finds a mapping that the station takes, when it does not take the profile's: other sizes, entries that cannot be
+// mapped, 8-bit entries last and padded, mapping objects with other numbers, or a mapping that cannot be written at
+// all.
+//   if (auto ok = agree_on_pdos(link, station, notes); !ok) ...     // PRE_OP; s.rx_pdos and s.tx_pdos are the
+//   station's then
+// What the loop needs in every cycle (devices/profiles/drive_entries.hpp) has to be in it. A station that takes its
+// profile's mapping costs nothing more.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "devices/ethercat/link.hpp"
+#include "devices/ethercat/station.hpp"
+
+namespace gantry::devices {
+
+/// Writes the mapping, reads it back, and bends it where the station refuses. What is lost by that is told in `notes`
+/// and stands in s.slow where SDO can replace it. Fault::PdoMappingDiffers names the object and what the station said.
+Result<void> agree_on_pdos(Link& link, StationRecord& station, std::vector<std::string>& notes);
+
+}  // namespace gantry::devices

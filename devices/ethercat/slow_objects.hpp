@@ -1,0 +1,16 @@
+// Objects that no PDO of a station carries, by SDO while the loop runs: what the loop wants is written, what it looks
+// at is read again and again. One thing at a time, so that the mailbox stays free for others.
+//   serve_slow_objects(link, station, image);        // run thread, often
+#pragma once
+#include "devices/ethercat/bent_image.hpp"
+#include "devices/ethercat/link.hpp"
+#include "devices/ethercat/station.hpp"
+
+namespace gantry::devices {
+
+/// At most one transfer, or for a mode that the loop has changed, the write and the look at what became of it.
+void serve_slow_objects(Link& link, StationRecord& station, BentImage& image);
+/// The station was away: what it has is not known any more, and is written and read anew.
+void forget_slow_objects(BentImage& image);
+
+}  // namespace gantry::devices

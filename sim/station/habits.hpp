@@ -1,0 +1,23 @@
+// What a virtual station does otherwise than its profile can say: habits of real stations that a master has to bend to.
+//   segment.set_habits(id, {.even_pdos = true});      // before it is brought up; outlives its power
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "core/clock.hpp"
+#include "sim/objects/clock_mode.hpp"
+
+namespace gantry::sim {
+
+struct StationHabits {
+  Time mailbox_delay{};               ///< between a request and its answer
+  std::uint8_t abort_command = 0x80;  ///< SDO abort; only its upper three bits are fixed (ETG.1000.6, 5.6.2.7)
+  bool needs_eeprom = false;          ///< leaves INIT only while its processor has the EEPROM (0500h), else 0051h
+  bool assignment_fixed = false;      ///< 1C12h and 1C13h cannot be written
+  bool mapping_fixed = false;         ///< nor can 16xxh and 1Axxh
+  bool even_pdos = false;             ///< 16 and 32 bits on whole words only, and PDOs of an even number of bytes
+  bool no_information = false;        ///< no SDO information
+  std::optional<ClockMode> clock{};   ///< the one mode in its SII, and it takes no other
+};
+
+}  // namespace gantry::sim
