@@ -34,6 +34,13 @@ class Axes {
     dropped_.reset();
   }
   [[nodiscard]] devices::DriveGoal goal() const noexcept { return goal_; }
+  /// Bit d: drive d has torque, and what a quick stop does to it is not known. With the goal QuickStop it goes on
+  /// taking targets, until another goal takes its torque.
+  [[nodiscard]] std::uint32_t braked_by_targets() const noexcept;
+  /// Every drive that has torque was heard, for a while, to stand.
+  [[nodiscard]] bool standing() const noexcept;
+  /// All drives of the axis have torque.
+  [[nodiscard]] bool has_torque(AxisId id) const noexcept;
   /// Every drive of a streamed axis takes targets.
   [[nodiscard]] bool all_enabled() const noexcept;
   /// No drive has torque.
@@ -96,6 +103,7 @@ class Axes {
   [[nodiscard]] double probe_position() const noexcept;
 
  private:
+  [[nodiscard]] devices::DriveGoal goal_of(std::size_t d) const noexcept;
   [[nodiscard]] std::size_t probe_drive() const noexcept;
   void share_coordinate(AxisId id) noexcept;
   void watch_sides(std::size_t axis) noexcept;
@@ -115,6 +123,7 @@ class Axes {
   std::array<int, kMaxDrives>
       away_{};  ///< cycles in which its station did not take part, up to counter_low_max: it was lost then
   std::bitset<kMaxDrives> dropped_;
+  std::array<int, kMaxDrives> still_{};  ///< cycles in a row in which it was heard to stand
 };
 
 }  // namespace gantry::cycle
