@@ -111,7 +111,8 @@ Result<ProvenBlock> BlockPlanner::touch_again(std::uint32_t block, const AxisVec
   BlockBuilder builder = build(block, from);
   builder.about(subject("touch", point.name, point.place));
   builder.among(surroundings_->scene_of_touch());
-  if (auto r = builder.until_probe(probe_at(index, -window), surroundings_->touching(window), machine_.probe.speed_mm_s);
+  if (auto r =
+          builder.until_probe(probe_at(index, -window), surroundings_->touching(window), machine_.probe.speed_mm_s);
       !r)
     return tl::unexpected(with_line(r.error(), recipe_, point.place, fmt::format("second touch '{}'", point.name)));
   return builder.finish();
