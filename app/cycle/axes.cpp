@@ -113,7 +113,7 @@ void Axes::write(devices::FieldBus& bus, const AxisVec& target, std::int64_t ela
 
 /// A drive that is to be braked by its targets keeps its torque for that; one that has none gets none.
 DriveGoal Axes::goal_of(std::size_t d) const noexcept {
-  if (goal_ != DriveGoal::QuickStop || setup_.drives[d].quick_stop_brakes) return goal_;
+  if (goal_ != DriveGoal::QuickStop || setup_.drives[d].quick_stop_brakes || (let_stop_ >> d & 1u) != 0) return goal_;
   return drives_[d].feedback().state == DriveState::OperationEnabled ? DriveGoal::Enabled : DriveGoal::Disabled;
 }
 

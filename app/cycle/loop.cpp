@@ -90,6 +90,7 @@ void Loop::heed_watchdog() noexcept {
   const Time still = clock_.now() - stop_->last_beat();
   outputs_set_ = 0;
   react(Fault::WatchdogStop, kNoAxis, static_cast<std::int32_t>(still / milliseconds(1)));
+  if (axes_.goal() == DriveGoal::QuickStop) axes_.stand_only(stop_->standing());
   hold_position();  // drives that do not brake by themselves stand at their last targets
 }
 

@@ -38,6 +38,7 @@ void StopFrame::write_into(devices::FieldBus& bus) const noexcept {
 }
 
 void StopFrame::make(devices::FieldBus& bus, std::uint32_t standing) noexcept {
+  standing_ = standing;
   for (const Word& word : words_) {
     const std::uint16_t says = (standing & word.drive) != 0 ? kStand : kQuickStop;
     changes_[word.at].set = static_cast<std::byte>(says & 0xFF);

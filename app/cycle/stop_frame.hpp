@@ -31,6 +31,8 @@ class StopFrame {
   /// The bus's image holds what is to be sent in this cycle; it stays as it is. `standing`: bit d for a drive that has
   /// torque and is to stand at its target; all others are put into quick stop.
   void make(devices::FieldBus& bus, std::uint32_t standing = 0) noexcept;
+  /// Of the drives, as the last make() was told.
+  [[nodiscard]] std::uint32_t standing() const noexcept { return standing_; }
   /// Turns the bus's own image into a stop.
   void write_into(devices::FieldBus& bus) const noexcept;
   /// A sign of life; then the frame of the cycle goes out, and what comes back is taken.
@@ -71,6 +73,7 @@ class StopFrame {
   };
   rt::FixedVector<devices::ImageChange, 2 * kMaxDrives + 32> changes_;
   rt::FixedVector<Word, kMaxDrives> words_;
+  std::uint32_t standing_ = 0;
   int socket_;
   std::array<Buffer, 2> buffers_;
   // All in one order for everybody: either the loop sees that it is spoken for, or its exchange is seen.

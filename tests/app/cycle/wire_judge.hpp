@@ -43,14 +43,15 @@ struct WireImage {
     return true;
   }
   /// Some axis is asked for more than to stand where that stop has left it: it begins to have torque, it homes, or its
-  /// target is farther away than one cycle of any axis here.
+  /// target is farther away than one cycle of any axis here. One that was homing stands where it has stopped by itself.
   [[nodiscard]] bool goes_on_after(const WireImage& stop) const {
     constexpr std::int32_t kOneCycle = 500;  // counts
     for (std::size_t i = 0; i < axes.size(); ++i) {
       if ((axes[i].control & 0x0F) != 0x0F) continue;
       const bool stood = stop.axes[i].control == 0x010F;
-      if (!stood || (axes[i].control & 0x10) != 0 || std::abs(axes[i].target - stop.axes[i].target) > kOneCycle)
-        return true;
+      const bool by_itself = stop.axes[i].mode == 6;
+      const bool elsewhere = !by_itself && std::abs(axes[i].target - stop.axes[i].target) > kOneCycle;
+      if (!stood || (axes[i].control & 0x10) != 0 || elsewhere) return true;
     }
     return false;
   }
