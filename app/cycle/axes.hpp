@@ -38,7 +38,8 @@ class Axes {
   /// Bit d: drive d has torque, and what a quick stop does to it is not known. With the goal QuickStop it goes on
   /// taking targets, until another goal takes its torque.
   [[nodiscard]] std::uint32_t braked_by_targets() const noexcept;
-  /// With the goal QuickStop: drives that are not in `standing` were told to quick-stop, and nothing enables them again.
+  /// With the goal QuickStop: drives that are not in `standing` were told to quick-stop, and nothing enables them
+  /// again.
   void stand_only(std::uint32_t standing) noexcept { let_stop_ = ~standing; }
   /// Every drive that has torque was heard, for a while, to stand.
   [[nodiscard]] bool standing() const noexcept;

@@ -416,7 +416,7 @@ TEST(Machine, a_quick_stop_brakes_where_a_manual_says_so_and_its_ramp_is_set) {
   for (const auto& [to, expected] : {std::pair{"quick_stop_option: 6", QuickStop::Brakes},
                                      {"quick_stop_option: 0", QuickStop::Brakes},
                                      {"quick_stop_option: 1", QuickStop::Unknown},  // 6084h is set by nobody
-                                     {"quick_stop_option: 9", QuickStop::Unknown},
+                                     {"quick_stop_option: 3", QuickStop::Unknown},  // 60C6h is not there
                                      {"quick_stop_deceleration: 0", QuickStop::Unknown}}) {
     Changed file;
     file.swap("position_error_delay: 200 ms", to, "x");
