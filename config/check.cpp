@@ -176,6 +176,7 @@ void check_machine(const Machine& m, const MachineFile& file, Mistakes& mistakes
   check_axes(m, file, mistakes);
   check_head(m, file, mistakes);
   check_sim(m, file, mistakes);
+  check_drive_limits(m, file, mistakes);
 }
 
 std::vector<std::string> assumptions(const Machine& machine) {
@@ -198,13 +199,60 @@ std::vector<std::string> assumptions(const Machine& machine) {
   return out;
 }
 
+std::string lost_emergency_stop(const Machine& machine) {
+  const Axis& axis = machine.axes[machine.probe.axis.value];
+  if (axis.drives.empty()) return "";
+  const Station& s = machine.stations[axis.drives.front().station.value];
+  if (!s.profile.drive || !s.profile.drive->probe_takes_emergency_stop || s.emergency_stop_elsewhere) return "";
+  return fmt::format(
+      "station '{}' ({}): the probe takes the input of its emergency stop; wire the emergency stop outside of the "
+      "drive, "
+      "and write `emergency_stop_elsewhere: true` under stations.{}",
+      s.name, s.profile.title, s.name);
+}
+
 std::string not_stated(const Station& s) {
   return fmt::format("station '{}' ({}): stations.{}.parameters does not state {}; a wrong one burns the motor", s.name,
                      s.profile.title, s.name, fmt::join(s.profile.not_stated, ", "));
 }
 
+namespace {
+
+std::string_view why_not_hoped_for(QuickStop known) {
+  switch (known) {
+    case QuickStop::Coasts: return "its 605Ah takes the torque";
+    case QuickStop::Unknown: return "no manual says what its 605Ah does, or nothing sets it";
+    case QuickStop::Absent: return "it has no 605Ah";
+    case QuickStop::Brakes: break;
+  }
+  return "";
+}
+
+/// How an axis is stopped whose drives are not known to brake by themselves, and what is then left to its station.
+void note_stop(const Machine& machine, const Axis& axis, std::vector<std::string>& out) {
+  if (axis.kind != AxisKind::Streamed) return;
+  for (const DriveRef& ref : axis.drives) {
+    const Station& s = machine.stations[ref.station.value];
+    const QuickStop known = quick_stop_of(s.profile, ref.slot);
+    if (known == QuickStop::Brakes) continue;
+    const double shown = axis.rotary ? units::deg(axis.v_max) : axis.v_max;
+    const char* unit = axis.rotary ? "deg" : "mm";
+    out.push_back(fmt::format(
+        "axis {} ({}): {}; a stop brakes it by its targets and takes the torque when it stands. When the program dies "
+        "it stands at its last target until its watchdog ends that; if nothing brakes it then, it goes {:.6g} {} in "
+        "every 100 ms at full speed",
+        axis.name, s.profile.title, why_not_hoped_for(known), shown * 0.1, unit));
+    return;
+  }
+}
+
+}  // namespace
+
 std::vector<std::string> notes(const Machine& machine) {
   std::vector<std::string> out;
+  for (const Axis& axis : machine.axes) note_stop(machine, axis, out);
+  if (const std::string lost = lost_emergency_stop(machine); !lost.empty())
+    out.push_back("warning: " + lost + ": refused on a bus of steel");
   for (const Station& s : machine.stations)
     if (!s.profile.not_stated.empty()) out.push_back(not_stated(s) + ": refused on a bus of steel");
   for (const Axis& axis : machine.axes) {
@@ -213,6 +261,7 @@ std::vector<std::string> notes(const Machine& machine) {
       out.push_back(fmt::format("axis {} runs open loop: its following error is not available, lost steps are not seen",
                                 axis.name));
   }
+  for (auto& each : drive_limit_notes(machine)) out.push_back(std::move(each));
   for (auto& each : channel_notes(machine)) out.push_back(std::move(each));
   // What the loss of the bus costs; recipes::notes() tells it for the speeds of a recipe.
   if (const auto& valve = machine.outputs[static_cast<std::size_t>(Output::Valve)])

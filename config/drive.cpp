@@ -177,6 +177,16 @@ const Fields<DriveFacts>& drive_fields() {
            if (const auto v = read_integer(item, {ValueShape::Kind::Integer, {}, {0, 31}, {}, {}, {}}, mistakes))
              to.quick_stop_options |= 1u << *v;
        }},
+      {{"quick_stop_coasts",
+        kOptional,
+        "those of them that take the torque and brake nothing",
+        {ValueShape::Kind::List, {}, {0, 32}, {}, {}, {{ValueShape::Kind::Integer, {}, {0, 31}, {}, {}, {}}}}},
+       [](const Node& node, DriveFacts& to, Mistakes& mistakes) {
+         if (!expect_list(node, {0, 32}, mistakes)) return;
+         for (const Node& item : node.items)
+           if (const auto v = read_integer(item, {ValueShape::Kind::Integer, {}, {0, 31}, {}, {}, {}}, mistakes))
+             to.quick_stop_coasts |= 1u << *v;
+       }},
       {{"inputs", kOptional, "bits of 60FDh", object_shape(input_fields())},
        [](const Node& node, DriveFacts& to, Mistakes& mistakes) {
          Inputs in;
@@ -189,6 +199,8 @@ const Fields<DriveFacts>& drive_fields() {
               "bit of 60B9h that is probe 1's level"),
       flag("probe_rearm_needs_zero", &DriveFacts::probe_rearm_needs_zero, kOptional,
            "60B8h = 0 before it is armed again"),
+      flag("probe_takes_emergency_stop", &DriveFacts::probe_takes_emergency_stop, kOptional,
+           "probe 1 has no other input than that of the emergency stop"),
       flag("quick_stop_needs_toggle", &DriveFacts::quick_stop_needs_toggle, kOptional,
            "the controlword must be switched back after a quick stop"),
       integer("deviation_code", &DriveFacts::deviation_code, kU16, kOptional, "603Fh when the motor cannot follow"),
@@ -343,6 +355,33 @@ ObjectAddress in_slot(const StationProfile& profile, ObjectAddress address, int 
   address.index = static_cast<std::uint16_t>(address.index + slot * stride(profile, address.index));
   return address;
 }
+QuickStop quick_stop_of(const StationProfile& profile, int slot) {
+  constexpr ObjectAddress kOption{0x605A, 0}, kDeceleration{0x6084, 0}, kQuickDeceleration{0x6085, 0};
+  const auto asked = [&](ObjectAddress of_first_slot) -> const StartupRow* {
+    const ObjectAddress address = in_slot(profile, of_first_slot, slot);
+    const auto row = std::find_if(profile.startup.begin(), profile.startup.end(),
+                                  [&](const StartupRow& r) { return r.address == address && !r.declared; });
+    return row != profile.startup.end() ? &*row : nullptr;
+  };
+  if (!profile.drive || find_object(profile, kOption) == nullptr) return QuickStop::Absent;
+  const StartupRow* option = asked(kOption);
+  if (option == nullptr || option->value < 0 || option->value > 31) return QuickStop::Unknown;
+  const std::uint32_t value = 1u << option->value;
+  if ((profile.drive->quick_stop_coasts & value) != 0) return QuickStop::Coasts;
+  if ((profile.drive->quick_stop_options & value) == 0) return QuickStop::Unknown;
+  // Which ramp a value takes is the standard's (IEC 61800-7-201, 605Ah): 6084h, 6085h, or one that nothing here sets.
+  const auto set = [&](ObjectAddress ramp) { return asked(ramp) != nullptr && asked(ramp)->value > 0; };
+  switch (option->value) {
+    case 1:
+    case 5: return set(kDeceleration) ? QuickStop::Brakes : QuickStop::Unknown;
+    case 2:
+    case 6: return set(kQuickDeceleration) ? QuickStop::Brakes : QuickStop::Unknown;
+    case 3:
+    case 7: return QuickStop::Unknown;
+    default: return QuickStop::Brakes;
+  }
+}
+
 ObjectAddress first_slot(const StationProfile& profile, ObjectAddress address, int slot) {
   address.index = static_cast<std::uint16_t>(address.index - slot * stride(profile, address.index));
   return address;

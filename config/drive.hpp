@@ -137,11 +137,13 @@ struct DriveFacts {
   double velocity_counts_s = 1;          ///< counts/s in one unit of 6081h, 6099h, 606Ch (vendors differ: P/S, rpm)
   double acceleration_counts_s2 = 1;     ///< counts/s^2 in one unit of 6083h, 6084h, 609Ah
   std::uint32_t quick_stop_options = 0;  ///< bit n: value n of 605Ah is documented; 0: unknown or absent
+  std::uint32_t quick_stop_coasts = 0;   ///< bit n: by the manual, value n takes the torque and brakes nothing
   std::int8_t input_neg_limit = -1, input_pos_limit = -1, input_home = -1;  ///< bit in 60FDh; -1: must be configured
   std::int8_t probe_level_bit = 6;                                          ///< bit of 60B9h that shows probe 1's level
   bool probe_rearm_needs_zero =
       false;  ///< AMD530B: 60B8h = 0, then the value again; the others take a new edge of bit 0
-  bool quick_stop_needs_toggle = false;  ///< AMD530B with 605Ah 5..7: see manual 8.4
+  bool probe_takes_emergency_stop = false;  ///< AMD530B: probe 1 can be DI4 alone, which is its emergency stop
+  bool quick_stop_needs_toggle = false;     ///< AMD530B with 605Ah 5..7: see manual 8.4
   /// What 603Fh shows in these cases; 0: nothing is stated.
   std::uint16_t deviation_code = 0, bus_loss_code = 0, homing_code = 0;
   std::vector<StatuswordRow> statuswords;
@@ -188,6 +190,15 @@ ObjectAddress first_slot(const StationProfile& profile, ObjectAddress address, i
 /// The same object of another slot: 6064h -> 6864h.
 ObjectAddress in_slot(const StationProfile& profile, ObjectAddress address, int slot);
 const ObjectRow* find_object(const StationProfile& profile, ObjectAddress address_of_first_slot);
+/// What is known of a quick stop of one axis of a station, by its profile and by what its machine file asks of it.
+enum class QuickStop : std::uint8_t {
+  Brakes,   ///< 605Ah holds a value that by the manual stops the motor, and the ramp that it takes is set
+  Coasts,   ///< 605Ah holds a value that takes the torque
+  Unknown,  ///< no manual says what the value does, or nothing pins it
+  Absent,   ///< there is no 605Ah
+};
+QuickStop quick_stop_of(const StationProfile& profile, int slot);
+
 /// Bits of all outputs to the station, or of all inputs from it, one behind the other.
 int image_bits(const StationProfile& profile, bool outputs);
 

@@ -13,6 +13,8 @@ namespace {
 
 using D = Dimension;
 
+constexpr double kBackOff_mm = 1;
+
 /// Looks names up and turns quantities into mm or rad; every failure is a mistake at its place.
 class Resolver {
  public:
@@ -111,6 +113,7 @@ void Resolver::stations(const written::MachineFile& file, Machine& m) {
     station.name = row.name;
     station.position = row.position.value;
     station.alias = static_cast<std::uint16_t>(row.alias);
+    station.emergency_stop_elsewhere = row.emergency_stop_elsewhere;
     if (row.profile.given())
       if (const auto p = profile(row.profile))
         station.profile = *p, station.bus = p->bus, resolve_parameters(row, station, mistakes_);
@@ -239,6 +242,7 @@ void Resolver::sim(const written::MachineFile& file, Machine& m) {
     SimAxis& axis = sim.axes[*i];
     axis.lag_s = row.lag_s;
     axis.delay_s = row.delay_s;
+    axis.coast = positive(row.coast, m.axes[*i].rotary ? D::AngularAcceleration : D::Acceleration);
     std::tie(axis.neg_limit, axis.pos_limit) = interval(row.limits, length, "limits");
     axis.home_switch = row.home_switch.given() ? value(row.home_switch, length) : axis.neg_limit;
     axis.home_active_below = row.home_active_below;
@@ -283,6 +287,17 @@ Machine Resolver::resolve(const written::MachineFile& file) {
   m.probe.approach_mm = file.probe.approach_mm;
   m.probe.travel_mm = file.probe.travel_mm;
   m.probe.retract_mm = file.probe.retract_mm;
+  m.probe.fast_mm_s = file.probe.fast_mm_s.value;
+  m.probe.back_off_mm = file.probe.back_off_mm.given() ? file.probe.back_off_mm.value : kBackOff_mm;
+  if (file.brake && m.free_outputs.empty())
+    mistakes_.add(Fault::UnknownReference, "there is no free output; add the brake's under `outputs`",
+                  file.brake->output.place);
+  else if (file.brake) {
+    const auto output = index(m.free_outputs, file.brake->output, "free output");
+    const auto axis = index(m.axes, file.brake->axis, "axis");
+    if (output && axis)
+      m.brake = BrakeConfig{m.axes[*axis].id, static_cast<unsigned>(kOutputs + *output), file.brake->time_s};
+  }
   m.clearance_mm = file.clearance_mm;
   m.safe_z_mm = file.safe_z_mm.value;
   for (const auto& row : file.park)

@@ -41,6 +41,14 @@ struct Homing {
   double square_max = 0;  ///< gantry axis: difference of its sides at their switches that homing removes, mm
 };
 
+/// What `gantry commission AXIS` has found of response_delay, and when.
+struct MeasuredDelay {
+  double delay_s = 0;
+  double within_s = 0;  ///< what the measurement itself leaves open
+  double speed = 0;     ///< mm/s or rad/s
+  std::string date;     ///< "2026-11-22"
+};
+
 struct Axis {
   AxisId id;
   std::string name;  ///< "X"
@@ -56,6 +64,7 @@ struct Axis {
   double response_delay_s =
       0;  ///< how far the axis lags its command; compensated so that unlike drives do not bend the path
   std::optional<Homing> homing;
+  std::optional<MeasuredDelay> measured;  ///< of the machine's state, not of its file
 };
 
 /// One bit of a station's process image.
@@ -119,7 +128,8 @@ struct Station {
   int position = 0;         ///< place in the ring, 0 first; node id on CANopen
   std::uint16_t alias = 0;  ///< 0: not checked
   StationProfile profile;
-  std::optional<Accepted> accepted;  ///< of the machine's state, not of its file
+  bool emergency_stop_elsewhere = false;  ///< the file says so of a drive whose emergency stop input is given away
+  std::optional<Accepted> accepted;       ///< of the machine's state, not of its file
 };
 
 /// A convex body. Centre and extents in mm; cylinders and capsules stand along Z.
@@ -155,6 +165,15 @@ struct CameraConfig {
 struct ProbeConfig {
   AxisId axis;  ///< Z, whose drive latches
   double speed_mm_s = 0, approach_mm = 0, travel_mm = 0, retract_mm = 0;
+  double fast_mm_s = 0;    ///< of a first touch that finds the surface; 0: there is none
+  double back_off_mm = 0;  ///< up from it, before the touch that counts
+};
+
+/// A brake that the machine itself releases, by a free output (1: released); those of the drives go by themselves.
+struct BrakeConfig {
+  AxisId axis;
+  unsigned bit = 0;   ///< in the loop's output word
+  double time_s = 0;  ///< from the output that goes off to a brake that holds
 };
 
 /// Where boards lie: the origin of the pallet's frame in machine coordinates.
@@ -181,6 +200,7 @@ struct BusConfig {
 struct SimAxis {
   double lag_s = 0;                     ///< time constant of the drive's position loop
   double delay_s = 0;                   ///< pure delay before it
+  double coast = 0;                     ///< mm or rad/s^2 by which it slows down without torque; 0: it stops at once
   double home_switch = 0;               ///< axis coordinate of the home switch edge
   bool home_active_below = true;        ///< the home switch is closed at and below its edge; false: at and above
   double neg_limit = 0, pos_limit = 0;  ///< coordinates of the limit switches
@@ -213,6 +233,7 @@ struct Machine {
   std::vector<WorkFrame> frames;
   CameraConfig camera;
   ProbeConfig probe;
+  std::optional<BrakeConfig> brake;
   double clearance_mm = 2.0;                    ///< kept from every body in travel, over and above path deviation
   double safe_z_mm = 0;                         ///< Z for parking and for travel that finds nothing shorter
   std::vector<std::pair<AxisId, double>> park;  ///< where a job ends
@@ -239,6 +260,10 @@ Checked<Machine> load_machine(const std::string& path);
 
 /// What a station's parameters in the machine file lack, as a sentence; for a station with `not_stated` alone.
 std::string not_stated(const Station& station);
+
+/// Why the probe costs a drive its emergency stop input, as a sentence, as long as its station does not say that the
+/// emergency stop is wired elsewhere; empty when there is nothing to say.
+std::string lost_emergency_stop(const Machine& machine);
 
 /// Sentences for `check`: what the stations' profiles assume, and what else one should know (open-loop axes, what the
 /// loss of the bus costs).

@@ -58,6 +58,8 @@ const Fields<StationRow> kStation{
     settings("parameters", "other values of the profile's parameters; one for all axes of the station, or a list"),
     declared("declared", "parameters whose object the station does not have: you vouch for them"),
     object("inputs", &StationRow::inputs, kInputsOfDrive, kOptional, "other bits of 60FDh than the profile's"),
+    flag("emergency_stop_elsewhere", &StationRow::emergency_stop_elsewhere, kOptional,
+         "the probe takes this drive's emergency stop input: the emergency stop is wired outside of it"),
 };
 
 const Fields<DriveRow> kDrive{
@@ -169,6 +171,16 @@ const Fields<ProbeRow> kProbe{
     number("approach", &ProbeRow::approach_mm, D::Length, {0.1, 100}, kRequired, "begins this far above the surface"),
     number("travel", &ProbeRow::travel_mm, D::Length, {0.1, 100}, kRequired, "gives up after this way"),
     number("retract", &ProbeRow::retract_mm, D::Length, {0.1, 100}, kRequired, "back up after the touch"),
+    number("fast", &ProbeRow::fast_mm_s, D::Speed, {0.1, 100}, kOptional,
+           "of a first touch that finds the surface; the one at `speed` follows and counts"),
+    number("back_off", &ProbeRow::back_off_mm, D::Length, {0.1, 100}, kOptional,
+           "up from the first touch before the second; else 1 mm"),
+};
+
+const Fields<BrakeRow> kBrake{
+    name_of("axis", &BrakeRow::axis, kRequired, "what it holds; released while that axis has torque"),
+    name_of("output", &BrakeRow::output, kRequired, "a free name of `outputs`; on: released"),
+    number("time", &BrakeRow::time_s, D::Time, {0, 2}, kRequired, "until it holds, from the output that goes off"),
 };
 
 const Fields<StallRow> kStall{
@@ -190,6 +202,8 @@ const Fields<BusRow> kBus{
 const Fields<SimAxisRow> kSimAxis{
     number("lag", &SimAxisRow::lag_s, D::Time, {0, 0.1}, kRequired, "time constant of the position loop"),
     number("delay", &SimAxisRow::delay_s, D::Time, {0, 0.1}, kOptional, "pure delay before it"),
+    quantity("coast", &SimAxisRow::coast, kAcceleration, kOptional,
+             "what slows the axis down without torque; left out: it stops at once"),
     quantity("home_switch", &SimAxisRow::home_switch, kPosition, kOptional, "coordinate of its edge"),
     choice("home_active", &SimAxisRow::home_active_below, Choices<bool>{{"below", true}, {"above", false}}, kOptional,
            "side of the edge on which it is closed"),
@@ -239,6 +253,8 @@ const Fields<MachineFile>& machine_fields() {
       named("scene", &MachineFile::scene, kSceneBody, {0, 1000}, kRequired, "bodies that stand"),
       object("camera", &MachineFile::camera, kCamera, kRequired, "the camera on the head"),
       object("probe", &MachineFile::probe, kProbe, kRequired, "the touch probe"),
+      object("brake", &MachineFile::brake, kBrake, kOptional,
+             "a brake that the machine releases; those that a drive works are left to it"),
       number("clearance", &MachineFile::clearance_mm, D::Length, {0, 100}, kRequired, "kept from every body in travel"),
       number("safe_z", &MachineFile::safe_z_mm, D::Length, kLength, kRequired, "Z for travel that finds nothing lower"),
       named_quantities("park", &MachineFile::park, kPosition, kRequired, "where a job ends"),

@@ -25,6 +25,7 @@ struct StationRow {
   std::vector<SettingRow> parameters;
   std::vector<At<std::string>> declared;
   std::optional<InputsRow> inputs;
+  bool emergency_stop_elsewhere = false;
 };
 
 struct DriveRow {
@@ -105,6 +106,12 @@ struct FrameRow {
 struct ProbeRow {
   At<std::string> axis;
   double speed_mm_s = 0, approach_mm = 0, travel_mm = 0, retract_mm = 0;
+  At<double> fast_mm_s, back_off_mm;
+};
+
+struct BrakeRow {
+  At<std::string> axis, output;
+  double time_s = 0;
 };
 
 struct StallRow {
@@ -121,7 +128,7 @@ struct SimAxisRow {
   std::string name;
   Place place;
   double lag_s = 0, delay_s = 0;
-  At<Quantity> home_switch, start;
+  At<Quantity> coast, home_switch, start;
   bool home_active_below = true;
   At<std::vector<Quantity>> limits;
 };
@@ -154,6 +161,7 @@ struct MachineFile {
   std::vector<BodyRow> scene;
   CameraConfig camera;
   ProbeRow probe;
+  std::optional<BrakeRow> brake;
   double clearance_mm = 2;
   At<double> safe_z_mm;
   std::vector<NamedQuantity> park;
@@ -174,6 +182,10 @@ void resolve_parameters(const written::StationRow& row, Station& station, Mistak
 
 /// Sentences for `check` about wiring that is allowed and unwise.
 std::vector<std::string> channel_notes(const Machine& machine);
+
+/// What a drive holds of its own limits against what its axis is asked for: mistakes, and sentences for `check`.
+void check_drive_limits(const Machine& machine, const written::MachineFile& file, Mistakes& mistakes);
+std::vector<std::string> drive_limit_notes(const Machine& machine);
 
 /// What only shows across rows: a station's slot used twice, limits that exclude each other, a park position out of
 /// reach ... `file` is where `machine` was made from, row by row.

@@ -36,6 +36,26 @@ void add_lead(const Material& m, std::string_view key, double lead_s, double lag
                   std::abs(late_s) * m.speed));
 }
 
+double longest_watchdog_s(const config::Machine& machine) {
+  double longest = 0;
+  for (const config::Axis& axis : machine.axes)
+    for (const config::DriveRef& drive : axis.drives) longest = std::max(longest, watchdog_s(machine, drive.station));
+  return longest;
+}
+
+/// Axes whose drives are not known to brake by themselves, as "X, Z".
+std::string left_to_stations(const config::Machine& machine) {
+  std::string names;
+  for (const config::Axis& axis : machine.axes) {
+    const bool hoped_for = std::ranges::any_of(axis.drives, [&](const config::DriveRef& ref) {
+      const auto& profile = machine.stations[ref.station.value].profile;
+      return config::quick_stop_of(profile, ref.slot) != config::QuickStop::Brakes;
+    });
+    if (axis.kind == config::AxisKind::Streamed && hoped_for) names += (names.empty() ? "" : ", ") + axis.name;
+  }
+  return names;
+}
+
 }  // namespace
 
 std::vector<std::string> notes(const Recipe& recipe, const config::Machine& machine) {
@@ -46,6 +66,7 @@ std::vector<std::string> notes(const Recipe& recipe, const config::Machine& mach
     out.push_back(fmt::format("{} touch{}: the board is taken to be level {}", recipe.touches.size(),
                               recipe.touches.size() == 1 ? "" : "es",
                               recipe.touches.size() == 1 ? "in both directions" : "across the line through them"));
+  const std::string axes = left_to_stations(machine);
   const auto& valve = machine.outputs[static_cast<std::size_t>(config::Output::Valve)];
   for (const Material& m : recipe.materials) {
     if (valve) {
@@ -56,6 +77,16 @@ std::vector<std::string> notes(const Recipe& recipe, const config::Machine& mach
           "its "
           "shot; the needle stands after {:.1f} mm (that watchdogs close the valve and brake the axes is assumed)",
           m.name, m.speed * open_s, m.speed, open_s * 1e3, open_s / m.dot_time, stopping_mm(machine, m.speed)));
+    }
+    if (!axes.empty()) {
+      const double watchdog = longest_watchdog_s(machine);
+      out.push_back(
+          fmt::format("{}: when the program dies on a bead, {} are left to their stations, of which no manual says "
+                      "that they brake: "
+                      "if nothing does, {:.1f} mm at {:.6g} mm/s until a watchdog of {:.0f} ms, and {:.1f} mm in every "
+                      "100 ms after "
+                      "it",
+                      m.name, axes, m.speed * watchdog, m.speed, watchdog * 1e3, m.speed * 0.1));
     }
     add_lead(m, "valve_open_lead", m.valve_open_lead, machine.sim.valve_open_lag_s, "opens", out);
     add_lead(m, "valve_close_lead", m.valve_close_lead, machine.sim.valve_close_lag_s, "closes", out);

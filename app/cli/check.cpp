@@ -1,9 +1,12 @@
 // gantry check [FILE...]: machine files, recipes, profiles of stations and world scripts, every mistake at once.
 #include <algorithm>
+#include <cstdlib>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/verbs.hpp"
+#include "app/desk/state_folder.hpp"
+#include "app/stations/measured.hpp"
 #include "config/formats.hpp"
 #include "recipes/job.hpp"
 #include "recipes/recipe_file.hpp"
@@ -49,11 +52,28 @@ struct Findings {
   }
 };
 
+/// Stated and measured delays side by side; what was measured on virtual drives is told as such.
+void add_measured(config::Machine& machine, Findings& to) {
+  const auto folder = desk::state_folder("", machine.name, [](const char* name) {
+    const char* value = std::getenv(name);
+    return std::string(value != nullptr ? value : "");
+  });
+  if (!folder) return;
+  for (const char* bus : {"ethercat", "sim"}) {
+    for (config::Axis& axis : machine.axes) axis.measured.reset();
+    if (auto read = stations::read_measured(stations::measured_file(*folder, bus), machine); !read)
+      to.notes.push_back("warning: " + to_text(read.error()));
+    for (const config::Axis& axis : machine.axes)
+      if (axis.measured) to.notes.push_back(fmt::format("{} [{}]", stations::measured_in_words(axis), bus));
+  }
+}
+
 std::optional<config::Machine> check_machine(const std::string& file, Findings& to) {
   auto machine = config::load_machine(file);
   if (!to.take(machine)) return std::nullopt;
   to.good.push_back(fmt::format("{}: {} axes, {} stations", file, machine->axes.size(), machine->stations.size()));
   for (auto& note : config::notes(*machine)) to.notes.push_back(std::move(note));
+  add_measured(*machine, to);
   for (auto& each : config::assumptions(*machine)) to.assumptions.push_back(std::move(each));
   return std::move(*machine);
 }

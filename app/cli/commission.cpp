@@ -7,6 +7,7 @@
 
 #include "app/cli/bus_access.hpp"
 #include "app/cli/client.hpp"
+#include "app/cli/commission_axis.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/stations/accepted.hpp"
 
@@ -16,7 +17,7 @@ namespace {
 using nlohmann::ordered_json;
 
 struct CommissionOptions : BusOptions {
-  std::string station, state;
+  std::string station, state, speed;
   bool all = false, accept = false, write = false;
 };
 
@@ -189,19 +190,23 @@ Result<ordered_json> commission(BusAccess& bus, config::Machine& machine, const 
 }  // namespace
 
 void add_commission(CLI::App& app, Context& context) {
-  auto* verb = app.add_subcommand("commission", "Stations: confirm what they are, compare and write their parameters");
+  auto* verb = app.add_subcommand(
+      "commission", "Stations: confirm what they are, compare and write their parameters; axes: measure their delay");
   auto options = std::make_shared<CommissionOptions>();
-  verb->add_option("STATION", options->station, "Name in the machine file");
+  verb->add_option("STATION", options->station, "Station of the machine file, or an axis");
   verb->add_flag("--all", options->all, "Every station");
   verb->add_flag("--accept", options->accept, "Take what was found for what belongs there, with the date");
   verb->add_flag("--write", options->write,
                  "Write parameters that differ, also those that act at power-up, and save them");
+  verb->add_option("--speed", options->speed, "Of an axis that is measured: \"50 mm/s\"");
   add_bus_interface(*verb, *options);
   verb->add_option("--state", options->state, kStateHelp);
   verb->footer(
-      "Shows identity and parameters; changes nothing without --accept or --write. Nothing moves. What was accepted "
-      "lies in\n"
-      "the state folder. Not beside `gantry up` on the same interface: `gantry down` first.\n"
+      "Shows identity and parameters; changes nothing without --accept or --write. Nothing moves. With the name "
+      "of an\n"
+      "axis it homes the machine, moves that axis there and back, and measures how far it lags its command\n"
+      "(response_delay). What was accepted and measured lies in the state folder. Not beside `gantry up` on the same "
+      "interface: `gantry down` first.\n"
       "Example:  gantry commission --all --interface eth1");
   verb->callback([&context, options] {
     const auto stop_with = [&](const Error& error) { context.exit_code = show(error, context.json); };
@@ -209,6 +214,16 @@ void add_commission(CLI::App& app, Context& context) {
       return stop_with({Fault::Usage, "name one station, or write --all", "commission"});
     auto machine = load_machine(context);
     if (!machine) return;
+    const bool of_axis =
+        !options->all && config::find_axis(*machine, options->station) != nullptr &&
+        std::ranges::none_of(machine->stations, [&](const auto& s) { return s.name == options->station; });
+    if (of_axis && (options->accept || options->write))
+      return stop_with({Fault::Usage, "an axis is measured; --accept and --write are for stations", "commission"});
+    if (of_axis)
+      return commission_axis(context, std::move(*machine),
+                             {options->station, options->interface, options->speed, options->state});
+    if (!options->speed.empty())
+      return stop_with({Fault::Usage, "--speed is for an axis that is measured", "commission"});
     if (!options->all && std::ranges::none_of(machine->stations, [&](const auto& s) {
           return s.name == options->station && s.bus == config::BusKind::EtherCat;
         }))

@@ -11,8 +11,9 @@ using devices::DriveState;
 namespace {
 constexpr double kJumpCycles = 4;   // R44: cycles of travel at full speed that one cycle may show
 constexpr double kReportDelay = 2;  // cycles from a target that is sent to a position that tells of it
+constexpr int kStands = 10;         // cycles without motion after which a drive stands
 
-bool has_torque(DriveState s) noexcept {
+bool powered(DriveState s) noexcept {
   return s == DriveState::OperationEnabled || s == DriveState::QuickStopActive || s == DriveState::FaultReaction;
 }
 }  // namespace
@@ -34,10 +35,14 @@ void Axes::read(const devices::FieldBus& bus, bool answered, std::int64_t elapse
     const StationId station = setup_.drives[d].station;
     const bool fresh = bus.fresh(station);
     const bool was_enabled = drives_[d].feedback().state == DriveState::OperationEnabled;
+    const std::int64_t counts_before = drives_[d].feedback().counts.value;
     const DriveState state = drives_[d].read(bus.inputs(station), fresh, elapsed).state;
     if (goal_ == DriveGoal::Enabled && was_enabled && state != DriveState::OperationEnabled &&
         state != DriveState::FaultReaction && state != DriveState::Fault)
-      dropped_[d] = true;                // set() could throw
+      dropped_[d] = true;  // set() could throw
+    // A count to and fro is no motion.
+    const bool moved = std::abs(drives_[d].feedback().counts.value - counts_before) > 1;
+    still_[d] = fresh && !moved ? std::min(still_[d] + 1, kStands) : 0;
     if (drives_[d].feedback().jumped) {  // whatever else is wrong, and whatever the loop does about that
       forget_reference(setup_.drives[d].axis);
       homing_[d].cancel(Fault::EncoderJump);
@@ -76,7 +81,7 @@ void Axes::share_coordinate(AxisId id) noexcept {
   const auto& drives = setup_.axes[id.value].drives;
   const devices::Drive &first = drives_[drives[0]], &second = drives_[drives[1]];
   if (!first.feedback().fresh || !second.feedback().fresh) return;
-  const bool first_off = !has_torque(first.feedback().state), second_off = !has_torque(second.feedback().state);
+  const bool first_off = !powered(first.feedback().state), second_off = !powered(second.feedback().state);
   if (!first_off && !second_off) return;
   if (first_off && second_off && skew(id) > setup_.axes[id.value].skew_max) forget_reference(id);
   if ((referenced_ >> id.value & 1u) == 0) join(id, second_off);
@@ -94,7 +99,7 @@ void Axes::write(devices::FieldBus& bus, const AxisVec& target, std::int64_t ela
     devices::DriveCommand command;
     if (homing_[d].busy()) command = homing_[d].step(drives_[d].feedback(), elapsed);
     const bool stays_off = (away_[d] >= setup_.counter_low_max || dropped_[d]) && goal_ == DriveGoal::Enabled;
-    command.goal = stays_off ? DriveGoal::Disabled : goal_;
+    command.goal = stays_off ? DriveGoal::Disabled : goal_of(d);
     // An axis that has come home stands where it is until the others have, too: the interpolator's place is of the time
     // before.
     const bool in_homing = (homing_mask_ >> setup.axis.value & 1u) != 0;
@@ -104,6 +109,33 @@ void Axes::write(devices::FieldBus& bus, const AxisVec& target, std::int64_t ela
     if (d == probe_drive()) command.probe_function = probe_.step(drives_[d].feedback());
     drives_[d].write(bus.outputs(setup.station), command);
   }
+}
+
+/// A drive that is to be braked by its targets keeps its torque for that; one that has none gets none.
+DriveGoal Axes::goal_of(std::size_t d) const noexcept {
+  if (goal_ != DriveGoal::QuickStop || setup_.drives[d].quick_stop_brakes || (let_stop_ >> d & 1u) != 0) return goal_;
+  return drives_[d].feedback().state == DriveState::OperationEnabled ? DriveGoal::Enabled : DriveGoal::Disabled;
+}
+
+std::uint32_t Axes::braked_by_targets() const noexcept {
+  std::uint32_t mask = 0;
+  for (std::size_t d = 0; d < setup_.drives.size(); ++d)
+    if (!setup_.drives[d].quick_stop_brakes && drives_[d].feedback().state == DriveState::OperationEnabled &&
+        goal_of(d) == DriveGoal::Enabled)
+      mask |= 1u << d;
+  return mask;
+}
+
+bool Axes::standing() const noexcept {
+  for (std::size_t d = 0; d < setup_.drives.size(); ++d)
+    if (powered(drives_[d].feedback().state) && still_[d] < kStands) return false;
+  return true;
+}
+
+bool Axes::has_torque(AxisId id) const noexcept {
+  const auto& drives = setup_.axes[id.value].drives;
+  return !drives.empty() && std::all_of(drives.begin(), drives.end(),
+                                        [&](std::uint8_t d) { return powered(drives_[d].feedback().state); });
 }
 
 bool Axes::all_enabled() const noexcept {

@@ -30,10 +30,21 @@ class Axes {
   /// A new goal holds for drives that were away or have dropped out, too: enabling them again is the operator's.
   void set_goal(devices::DriveGoal goal) noexcept {
     goal_ = goal;
+    let_stop_ = 0;
     away_.fill(0);
     dropped_.reset();
   }
   [[nodiscard]] devices::DriveGoal goal() const noexcept { return goal_; }
+  /// Bit d: drive d has torque, and what a quick stop does to it is not known. With the goal QuickStop it goes on
+  /// taking targets, until another goal takes its torque.
+  [[nodiscard]] std::uint32_t braked_by_targets() const noexcept;
+  /// With the goal QuickStop: drives that are not in `standing` were told to quick-stop, and nothing enables them
+  /// again.
+  void stand_only(std::uint32_t standing) noexcept { let_stop_ = ~standing; }
+  /// Every drive that has torque was heard, for a while, to stand.
+  [[nodiscard]] bool standing() const noexcept;
+  /// All drives of the axis have torque.
+  [[nodiscard]] bool has_torque(AxisId id) const noexcept;
   /// Every drive of a streamed axis takes targets.
   [[nodiscard]] bool all_enabled() const noexcept;
   /// No drive has torque.
@@ -96,6 +107,7 @@ class Axes {
   [[nodiscard]] double probe_position() const noexcept;
 
  private:
+  [[nodiscard]] devices::DriveGoal goal_of(std::size_t d) const noexcept;
   [[nodiscard]] std::size_t probe_drive() const noexcept;
   void share_coordinate(AxisId id) noexcept;
   void watch_sides(std::size_t axis) noexcept;
@@ -115,6 +127,8 @@ class Axes {
   std::array<int, kMaxDrives>
       away_{};  ///< cycles in which its station did not take part, up to counter_low_max: it was lost then
   std::bitset<kMaxDrives> dropped_;
+  std::uint32_t let_stop_ = 0;           ///< drives that quick-stop whatever is known of that
+  std::array<int, kMaxDrives> still_{};  ///< cycles in a row in which it was heard to stand
 };
 
 }  // namespace gantry::cycle

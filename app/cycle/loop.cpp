@@ -71,7 +71,7 @@ Time Loop::frame_deadline(Time due) const noexcept { return due + setup_.period 
 
 void Loop::exchange(const Beat& beat, Time now) noexcept {
   if (stop_ != nullptr) {
-    stop_->make(bus_);
+    stop_->make(bus_, axes_.braked_by_targets());
     stop_->begin_exchange(now);
     // Spoken for while this image was made: the old motion must not follow the stop. The next tick latches it.
     if (stop_->sent()) {
@@ -90,6 +90,8 @@ void Loop::heed_watchdog() noexcept {
   const Time still = clock_.now() - stop_->last_beat();
   outputs_set_ = 0;
   react(Fault::WatchdogStop, kNoAxis, static_cast<std::int32_t>(still / milliseconds(1)));
+  if (axes_.goal() == DriveGoal::QuickStop) axes_.stand_only(stop_->standing());
+  hold_position();  // drives that do not brake by themselves stand at their last targets
 }
 
 // ---- motion ----
@@ -134,6 +136,7 @@ void Loop::write_image(const Beat& beat) noexcept {
   if (setup_.healthy_mask != 0 && latched_ == Fault::None && cycle_ / kHealthyPeriod % 2 == 0)
     word |= setup_.healthy_mask;
   word |= setup_.lamp_masks[static_cast<std::size_t>(lamp())];
+  if (setup_.brake_mask != 0 && !taking_torque_ && axes_.has_torque(setup_.brake_axis)) word |= setup_.brake_mask;
   sent_outputs_ = word;
   axes_.write(bus_, commanded_.target, beat.elapsed);
   write_outputs(bus_, setup_, word);
@@ -187,7 +190,7 @@ void Loop::carry_out(const ReactionRow& reaction, Fault fault) noexcept {
   if (reaction.braking == Braking::OnPath && on_path) interpolator_.abort();
   if (reaction.braking == Braking::EachAxis && on_path) interpolator_.axis_stop();
   if (state_ == State::Homing) axes_.cancel_homing(fault);
-  if (reaction.goal) axes_.set_goal(*reaction.goal);
+  if (reaction.goal) axes_.set_goal(*reaction.goal), stop_ticks_ = 0;
   if (state_ == State::Enabling || state_ == State::Disabling) {
     if (!reaction.goal) axes_.set_goal(DriveGoal::Disabled);
     answer_pending(fault);

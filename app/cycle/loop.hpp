@@ -54,6 +54,9 @@ class Loop {
   void exchange(const Beat& beat, Time now) noexcept;
   [[nodiscard]] Time frame_deadline(Time due) const noexcept;
   void follow_progress() noexcept;
+  void follow_stop() noexcept;
+  [[nodiscard]] bool latched_nearby() const noexcept;
+  void take_torque() noexcept;
   void finish_reset() noexcept;
   void finish_homing() noexcept;
   void finish_block() noexcept;
@@ -104,6 +107,9 @@ class Loop {
   bool probe_told_ = false;
   Fault stopped_by_ = Fault::None;  ///< what ended the block that is braking
   int reset_ticks_ = 0;
+  int stop_ticks_ = 0;          ///< since the drives were asked to stop and to lose their torque
+  bool taking_torque_ = false;  ///< the axes stand, and the brake is closing
+  int brake_ticks_ = 0;
   double override_ = 1;
   std::uint32_t outputs_set_ = 0;  ///< output bits that commands have set
   std::uint32_t sent_outputs_ = 0, inputs_ = 0;

@@ -75,12 +75,13 @@ void Loop::obey(const Command& command) noexcept {
   if (const auto order = cause(command.kind); order && command.kind != CommandKind::ArmProbe) change(*order);
   switch (command.kind) {
     case CommandKind::Enable:
+      taking_torque_ = false;
       axes_.set_goal(DriveGoal::Enabled);
       pending_ = command.id;
       return;
     case CommandKind::Disable:
       answer_pending(Fault::Aborted);  // an Enable that this overtakes
-      axes_.set_goal(DriveGoal::Disabled);
+      take_torque();
       pending_disable_ = command.id;
       return;
     case CommandKind::Home:
@@ -106,12 +107,12 @@ void Loop::obey(const Command& command) noexcept {
     case CommandKind::Abort: abort(); break;
     case CommandKind::Override: override_ = std::clamp(command.value, 0.1, 2.0); break;
     case CommandKind::SetOutputs: {
-      const std::uint32_t mask = command.mask & ~setup_.valve_mask;  // the valve opens with a dispense command only
+      // The valve opens with a dispense command only, the brake when its axis has torque.
+      const std::uint32_t mask = command.mask & ~(setup_.valve_mask | setup_.brake_mask);
       outputs_set_ = (outputs_set_ & ~mask) | (command.bits & mask);
       break;
     }
     case CommandKind::Reset:
-      if (!axes_.no_fault()) axes_.set_goal(DriveGoal::FaultReset);
       pending_reset_ = command.id;
       reset_ticks_ = 0;
       return;

@@ -1,5 +1,6 @@
 // What takes several cycles: probing, enabling, resetting, homing, blocks. Looked at in every cycle, answered when
 // over.
+#include <cmath>
 #include <utility>
 
 #include "app/cycle/loop.hpp"
@@ -10,11 +11,13 @@ namespace gantry::cycle {
 using devices::DriveGoal;
 
 namespace {
-constexpr int kResetTicks = 500;  // for the drives to leave their fault state
-}
+constexpr int kResetTicks = 500;                   // for the drives to leave their fault state
+constexpr Time kStopTimeout = milliseconds(3000);  // for axes to stand before their torque is taken
+}  // namespace
 
 /// Everything that takes several cycles and is now over.
 void Loop::follow_progress() noexcept {
+  follow_stop();
   using Probe = devices::ProbeArm::Phase;
   const Probe probe = axes_.probe().phase();
   if (pending_probe_ != 0 && (probe == Probe::Armed || probe == Probe::Failed)) {
@@ -23,7 +26,10 @@ void Loop::follow_progress() noexcept {
   }
   if (probe == Probe::Latched && !probe_told_) {
     probe_told_ = true;
-    if (probing_) {
+    if (probing_ && !latched_nearby()) {
+      probing_ = false;
+      react(Fault::ProbeImplausible, setup_.probe_axis, 0);
+    } else if (probing_) {
       probing_ = false;
       interpolator_.probe_latched(setup_.probe_axis, axes_.probe_position());
       tell({.kind = EventKind::Touched, .axis = setup_.probe_axis, .block = block_, .value = axes_.probe_position()});
@@ -70,6 +76,33 @@ void Loop::follow_progress() noexcept {
   }
 }
 
+/// Stop category 1: the axes are braked (by the drives whose quick stop does, the others by their targets); when all of
+/// them stand, or after a time-out, the brake closes, and then the torque goes.
+void Loop::follow_stop() noexcept {
+  if (axes_.goal() == DriveGoal::QuickStop) {
+    const bool stand = interpolator_.at_rest() && settled_ && !axes_.homing() && axes_.standing();
+    if (stand || ++stop_ticks_ * setup_.period > kStopTimeout) take_torque();
+  }
+  if (!taking_torque_ || ++brake_ticks_ * setup_.period <= setup_.brake_time) return;
+  axes_.set_goal(DriveGoal::Disabled);
+  taking_torque_ = false;
+}
+
+void Loop::take_torque() noexcept {
+  if (setup_.brake_mask == 0) return axes_.set_goal(DriveGoal::Disabled);
+  if (!taking_torque_) brake_ticks_ = 0;
+  taking_torque_ = true;
+}
+
+/// A probe that latches tells of it within cycles: a place that the axis has left longer ago is the latch of another
+/// touch. That of one at the same height cannot be told apart.
+bool Loop::latched_nearby() const noexcept {
+  constexpr double kTold_s = 0.025, kAnyway = 0.05;  // mm or rad
+  const std::size_t i = setup_.probe_axis.value;
+  return std::abs(axes_.probe_position() - axes_.actual()[i]) <=
+         kAnyway + kTold_s * std::abs(axes_.speed(setup_.probe_axis));
+}
+
 /// What standing still comes to.
 Cause Loop::rest() const noexcept {
   if (latched_ != Fault::None) return Cause::RestLatched;
@@ -80,10 +113,12 @@ Cause Loop::rest() const noexcept {
 /// latched. Nothing is enabled and nothing moves; where a drive has lost its torque, the others lose theirs, and the
 /// operator enables them together.
 void Loop::finish_reset() noexcept {
+  if (axes_.goal() == DriveGoal::QuickStop || taking_torque_) return;  // the stop first
+  if (!axes_.no_fault() && axes_.goal() != DriveGoal::FaultReset) axes_.set_goal(DriveGoal::FaultReset);
   if (!axes_.no_fault() && ++reset_ticks_ < kResetTicks) return;
   if (axes_.no_fault()) latched_ = present_;
   if (latched_ == Fault::None) reacted_ = Reaction::Note;
-  if (!axes_.all_enabled()) axes_.set_goal(DriveGoal::Disabled);
+  if (!axes_.all_enabled()) axes_.set_goal(DriveGoal::Disabled), taking_torque_ = false;
   if (latched_ == Fault::None) change(axes_.all_enabled() ? Cause::Cleared : Cause::ClearedTorqueOff);
   answer(std::exchange(pending_reset_, 0), latched_);
 }

@@ -19,6 +19,9 @@ struct DriveSetup {
   AxisId axis;
   devices::DriveLayout layout;
   devices::AxisScale scale;
+  /// By its manual a quick stop brakes it. Of any other drive that is not hoped for: it is braked by its targets, and
+  /// its torque goes when it stands.
+  bool quick_stop_brakes = false;
 };
 
 struct HomingSetup {
@@ -56,9 +59,12 @@ struct LoopSetup {
   rt::FixedVector<AxisSetup, kMaxAxes> axes;
   rt::FixedVector<DriveSetup, kMaxDrives> drives;
   rt::FixedVector<BitPlace, 32> outputs, inputs;
-  AxisId probe_axis = kNoAxis;                     ///< the probe latches on this axis's first drive
-  std::uint32_t valve_mask = 0;                    ///< closed by every stop
-  std::uint32_t healthy_mask = 0;                  ///< toggled while all is well
+  AxisId probe_axis = kNoAxis;     ///< the probe latches on this axis's first drive
+  std::uint32_t valve_mask = 0;    ///< closed by every stop
+  std::uint32_t healthy_mask = 0;  ///< toggled while all is well
+  std::uint32_t brake_mask = 0;    ///< released while `brake_axis` has torque
+  AxisId brake_axis = kNoAxis;
+  Time brake_time{};                               ///< until it holds
   std::array<std::uint32_t, kLamps> lamp_masks{};  ///< of the stack light, by Lamp
   // Inputs; 0: the machine has none. All of these are 1 while all is well.
   std::uint32_t door_mask = 0, air_mask = 0, clamp_mask = 0, stop_mask = 0, safety_mask = 0;

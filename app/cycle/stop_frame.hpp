@@ -1,9 +1,11 @@
-// The last word on the bus: a frame (several, where the map needs them) that puts every drive into quick stop and every
-// output off, for whoever finds that the loop cannot speak any more (watchdog.hpp, crash_stop.hpp). The loop makes it
+// The last word on the bus: a frame (several, where the map needs them) that stops every drive and puts every output
+// off, for whoever finds that the loop cannot speak any more (watchdog.hpp, crash_stop.hpp). The loop makes it
 // anew in every cycle from the image that it is about to send, so that modes, targets and all else in it are as last
 // commanded; sending it is one send() of bytes that stand ready.
+// A drive whose quick stop is known to brake is put into quick stop. Any other one would perhaps only lose its torque:
+// it is told to halt and to stand at its last target, until its station's watchdog takes the torque (decision 14).
 //   StopFrame stop(setup, port.descriptor());
-//   stop.make(bus); stop.begin_exchange(now); ... stop.end_exchange(); if (stop.take_sent()) ...  // the loop
+//   stop.make(bus, standing); stop.begin_exchange(now); ... stop.end_exchange(); if (stop.take_sent()) ...  // the loop
 //   if (now - stop.last_beat() > limit) send(stop);                                               // anybody
 // The loop's side is RT. Everybody else may read at any time, also in a signal handler.
 #pragma once
@@ -26,8 +28,11 @@ class StopFrame {
   StopFrame(const LoopSetup& setup, int socket) noexcept;
 
   // --- the loop ------------------------------------------------------------------------------------------------------
-  /// The bus's image holds what is to be sent in this cycle; it stays as it is.
-  void make(devices::FieldBus& bus) noexcept;
+  /// The bus's image holds what is to be sent in this cycle; it stays as it is. `standing`: bit d for a drive that has
+  /// torque and is to stand at its target; all others are put into quick stop.
+  void make(devices::FieldBus& bus, std::uint32_t standing = 0) noexcept;
+  /// Of the drives, as the last make() was told.
+  [[nodiscard]] std::uint32_t standing() const noexcept { return standing_; }
   /// Turns the bus's own image into a stop.
   void write_into(devices::FieldBus& bus) const noexcept;
   /// A sign of life; then the frame of the cycle goes out, and what comes back is taken.
@@ -61,7 +66,14 @@ class StopFrame {
     std::array<devices::FrameBytes, devices::kMaxCyclicFrames> frames;
     std::size_t count = 0;
   };
+  /// Both bytes of a controlword.
+  struct Word {
+    std::uint32_t drive = 0;  ///< its bit
+    std::size_t at = 0;       ///< of the low byte's change
+  };
   rt::FixedVector<devices::ImageChange, 2 * kMaxDrives + 32> changes_;
+  rt::FixedVector<Word, kMaxDrives> words_;
+  std::uint32_t standing_ = 0;
   int socket_;
   std::array<Buffer, 2> buffers_;
   // All in one order for everybody: either the loop sees that it is spoken for, or its exchange is seen.

@@ -80,35 +80,60 @@ Result<ProvenBlock> BlockPlanner::look_at_mark(std::uint32_t block, const AxisVe
   return builder.finish();
 }
 
+/// The probe's tip over a touch point, so high above the nominal surface.
+AxisVec BlockPlanner::probe_at(std::size_t touch, double height_mm) const {
+  const config::Tool& probe = *config::find_tool(machine_, "probe");
+  const Vec3 at = recipes::to_machine(recipe_, machine_, offset(), {}, recipe_.touches[touch].at, height_mm);
+  return recipes::tool_at(machine_, probe, at, 0);
+}
+
 Result<ProvenBlock> BlockPlanner::touch(std::uint32_t block, const AxisVec& from, std::size_t index) const {
   const recipes::TouchPoint& point = recipe_.touches[index];
-  const config::Tool& probe = *config::find_tool(machine_, "probe");
   const double window = recipe_.touch_rules.window_mm;
-  const auto at_height = [&](double h) {
-    return recipes::tool_at(machine_, probe, recipes::to_machine(recipe_, machine_, offset(), {}, point.at, h), 0);
-  };
   const auto wrong = [&](const Error& e) {
     return tl::unexpected(with_line(e, recipe_, point.place, fmt::format("touch '{}'", point.name)));
   };
   BlockBuilder builder = build(block, from);
   builder.about(subject("touch", point.name, point.place));
   const double approach = machine_.probe.approach_mm;
-  if (auto r = builder.travel(at_height(window + approach), surroundings_->approaching(from, approach)); !r)
+  if (auto r = builder.travel(probe_at(index, window + approach), surroundings_->approaching(from, approach)); !r)
     return wrong(r.error());
   builder.among(surroundings_->scene_of_touch());
-  if (auto r = builder.until_probe(at_height(-window), surroundings_->touching(window), machine_.probe.speed_mm_s); !r)
+  const double speed = machine_.probe.fast_mm_s > 0 ? machine_.probe.fast_mm_s : machine_.probe.speed_mm_s;
+  if (auto r = builder.until_probe(probe_at(index, -window), surroundings_->touching(window), speed); !r)
     return wrong(r.error());
   return builder.finish();
 }
 
+Result<ProvenBlock> BlockPlanner::touch_again(std::uint32_t block, const AxisVec& from, std::size_t index) const {
+  const recipes::TouchPoint& point = recipe_.touches[index];
+  const double window = recipe_.touch_rules.window_mm;
+  BlockBuilder builder = build(block, from);
+  builder.about(subject("touch", point.name, point.place));
+  builder.among(surroundings_->scene_of_touch());
+  if (auto r =
+          builder.until_probe(probe_at(index, -window), surroundings_->touching(window), machine_.probe.speed_mm_s);
+      !r)
+    return tl::unexpected(with_line(r.error(), recipe_, point.place, fmt::format("second touch '{}'", point.name)));
+  return builder.finish();
+}
+
+Result<ProvenBlock> BlockPlanner::back_off(std::uint32_t block, const AxisVec& from, std::size_t index) const {
+  return up(block, from, index, machine_.probe.back_off_mm);
+}
+
 Result<ProvenBlock> BlockPlanner::retract(std::uint32_t block, const AxisVec& from, std::size_t index) const {
+  return up(block, from, index, machine_.probe.retract_mm);
+}
+
+Result<ProvenBlock> BlockPlanner::up(std::uint32_t block, const AxisVec& from, std::size_t index, double by_mm) const {
   const recipes::TouchPoint& point = recipe_.touches[index];
   BlockBuilder builder = build(block, from);
   builder.about(subject("touch", point.name, point.place));
   builder.among(surroundings_->scene_of_touch());
   AxisVec to = from;
   double& z = to[machine_.z.value];
-  z = std::min(z + machine_.probe.retract_mm, limits_.axis[machine_.z.value].p_max);
+  z = std::min(z + by_mm, limits_.axis[machine_.z.value].p_max);
   if (auto r = builder.straight(to, surroundings_->touching(recipe_.touch_rules.window_mm)); !r)
     return tl::unexpected(with_line(r.error(), recipe_, point.place, fmt::format("up from touch '{}'", point.name)));
   return builder.finish();

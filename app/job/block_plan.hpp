@@ -34,8 +34,11 @@ class BlockPlanner {
 
   /// Camera over the mark, light, settle, trigger.
   Result<ProvenBlock> look_at_mark(std::uint32_t block, const AxisVec& from, std::size_t mark) const;
-  /// Probe down until it touches.
+  /// Over the point, and the probe down until it touches; fast where a second, slow touch follows (`probe.fast`).
   Result<ProvenBlock> touch(std::uint32_t block, const AxisVec& from, std::size_t touch) const;
+  /// From the first touch straight up by `probe.back_off`, and then down at the speed that counts.
+  Result<ProvenBlock> back_off(std::uint32_t block, const AxisVec& from, std::size_t touch) const;
+  Result<ProvenBlock> touch_again(std::uint32_t block, const AxisVec& from, std::size_t touch) const;
   /// Straight up from a touch, so that the probe opens again.
   Result<ProvenBlock> retract(std::uint32_t block, const AxisVec& from, std::size_t touch) const;
   Result<ProvenBlock> dispense(std::uint32_t block, const AxisVec& from,
@@ -55,6 +58,9 @@ class BlockPlanner {
   [[nodiscard]] Subject subject(std::string_view kind, const std::string& name, recipes::Place place) const;
   [[nodiscard]] AxisVec needle_at(Vec2 at, double height_mm) const;
   [[nodiscard]] AxisVec lifted(AxisVec q, const recipes::Material& material) const;
+
+  [[nodiscard]] AxisVec probe_at(std::size_t touch, double height_mm) const;
+  Result<ProvenBlock> up(std::uint32_t block, const AxisVec& from, std::size_t touch, double by_mm) const;
 
   [[nodiscard]] BlockBuilder build(std::uint32_t block, const AxisVec& from) const;
   [[nodiscard]] recipes::WorkOffset offset() const { return known_.offset.value_or(recipes::WorkOffset{}); }

@@ -47,7 +47,9 @@ Result<void> add_drives(const config::Machine& machine, const config::Axis& axis
     auto layout = devices::map_drive(station->profile, ref.slot);
     if (!layout) return tl::unexpected(layout.error());
     const auto index = static_cast<std::uint8_t>(loop.drives.size());
-    if (!loop.drives.push_back({ref.station, axis.id, *layout, devices::AxisScale(axis.counts_per_unit, ref.invert)}) ||
+    const bool brakes = config::quick_stop_of(station->profile, ref.slot) == config::QuickStop::Brakes;
+    if (!loop.drives.push_back(
+            {ref.station, axis.id, *layout, devices::AxisScale(axis.counts_per_unit, ref.invert), brakes}) ||
         !setup.drives.push_back(index))
       return fail(Fault::Inconsistent, fmt::format("axis {}: too many drives", axis.name), machine.file);
   }
@@ -121,6 +123,11 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, Host host) {
                                      std::pair{cycle::Lamp::Green, config::Output::StackGreen}})
     if (machine.outputs[static_cast<std::size_t>(output)])
       loop.lamp_masks[static_cast<std::size_t>(lamp)] = config::bit(output);
+  if (machine.brake) {
+    loop.brake_mask = 1u << machine.brake->bit;
+    loop.brake_axis = machine.brake->axis;
+    loop.brake_time = std::chrono::duration_cast<Time>(std::chrono::duration<double>(machine.brake->time_s));
+  }
   loop.door_mask = mask_of(machine, config::Input::DoorClosed);
   loop.air_mask = mask_of(machine, config::Input::AirOk);
   loop.clamp_mask = mask_of(machine, config::Input::ClampClosed);

@@ -31,6 +31,8 @@ Result<devices::FramePort*> Owner::Parts::open_bus() {
     return fail(Fault::Usage, fmt::format("'{}' is no bus; write sim or ethercat:IFACE", options.bus), "--bus");
   for (const config::Station& station : machine.stations)
     if (!station.profile.not_stated.empty()) return fail(Fault::MissingKey, config::not_stated(station), machine.file);
+  if (const std::string lost = config::lost_emergency_stop(machine); !lost.empty())
+    return fail(Fault::MissingKey, lost, machine.file);
   auto raw = devices::RawSocketPort::open(options.bus.substr(kEthercat.size()));
   if (!raw) return tl::unexpected(raw.error());
   raw_port = std::move(*raw);

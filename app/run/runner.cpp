@@ -196,19 +196,39 @@ Result<job::JobState> Runner::take(const job::SettleOffset&) {
 
 // ---- surface ----
 
-Result<job::JobState> Runner::take(const recipes::Touch& step) {
-  const recipes::TouchPoint& point = recipe_.touches[step.touch];
-  doing_ = "touch " + point.name;
+Result<double> Runner::touch_down(const recipes::TouchPoint& point,
+                                  const std::function<Result<job::ProvenBlock>()>& plan) {
   if (auto r = site_.control.command({.kind = cycle::CommandKind::ArmProbe}, 2); !r) return tl::unexpected(r.error());
-  const auto played = play(planner_.touch(next_block("probe"), at_, step.touch));
+  const auto played = play(plan());
   if (!played) return tl::unexpected(played.error());
   if (!played->touched)
     return fail(Fault::ProbeNeverTriggered,
                 fmt::format("touch '{}': the probe met nothing within its travel", point.name),
                 job::at_line(recipe_, point.place));
+  return played->touched_at;
+}
+
+/// Fast to the surface, up, and slowly down again, where the machine has a fast touch; the slow one counts.
+Result<job::JobState> Runner::take(const recipes::Touch& step) {
+  constexpr double kAgree_mm = 0.1;
+  const recipes::TouchPoint& point = recipe_.touches[step.touch];
+  doing_ = "touch " + point.name;
+  auto met = touch_down(point, [&] { return planner_.touch(next_block("probe"), at_, step.touch); });
+  if (met && site_.machine.probe.fast_mm_s > 0) {
+    const double first = *met;
+    if (auto free = play(planner_.back_off(next_block("probe"), at_, step.touch)); !free)
+      return tl::unexpected(free.error());
+    met = touch_down(point, [&] { return planner_.touch_again(next_block("probe"), at_, step.touch); });
+    if (met && std::abs(*met - first) > kAgree_mm)
+      return fail(Fault::ProbeImplausible,
+                  fmt::format("touch '{}': the fast and the slow touch are {:.3f} mm apart; {:.3f} mm is allowed",
+                              point.name, std::abs(*met - first), kAgree_mm),
+                  job::at_line(recipe_, point.place));
+  }
+  if (!met) return tl::unexpected(met.error());
   const config::Tool& probe = *config::find_tool(site_.machine, "probe");
   const double nominal_mm = recipes::to_machine(recipe_, site_.machine, {}, {}, point.at, 0).z;
-  return job::after_touch(state_, step.touch, played->touched_at + probe.tip.z - nominal_mm);
+  return job::after_touch(state_, step.touch, *met + probe.tip.z - nominal_mm);
 }
 
 /// The height is judged once the probe is free.

@@ -4,6 +4,7 @@
 //   Runner runner(site, recipe, job, result);   auto ended = runner.run();
 //   each snapshot meanwhile: runner.see(snapshot);
 #pragma once
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -60,6 +61,8 @@ class Runner {
   Result<job::JobState> take(const recipes::Dispense& step);
   Result<job::JobState> take(const recipes::Park& step);
 
+  /// Arms the probe and plays; Z where it touched.
+  Result<double> touch_down(const recipes::TouchPoint& point, const std::function<Result<job::ProvenBlock>()>& plan);
   Result<record::MarkResult> judge(std::size_t mark, const AxisVec& head, std::uint64_t shown_before);
   /// The number of the block that is planned next; the report draws its tool.
   std::uint32_t next_block(std::string_view tool_name);

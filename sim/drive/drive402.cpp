@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint16_t kPositionDemand = 0x6062;
 constexpr std::uint16_t kNoError = 0x0000;  // emergency: the error is gone (CiA 301, 7.2.7)
-constexpr int kNoQuickStopOption = 2;       // where the drive has no 605Ah: brake with 6085h, then disable (assumed)
+constexpr int kNoQuickStopOption = 0;  // where the drive has no 605Ah: the torque goes (assumed, the worst of them)
 constexpr double kOwnHomingAcceleration_counts_s2 = 1e6;  // where the drive has no 609Ah (assumed)
 constexpr double kDeviationRevolutions = 1;  // AMD530B 2030h: 1 revolution; the others state encoder counts (assumed)
 
@@ -143,7 +143,10 @@ void Drive402::on_inputs(std::uint32_t changed, std::uint32_t levels) noexcept {
 void Drive402::finish_stop() noexcept {
   switch (after_stop_) {
     case AfterStop::Nothing: break;
-    case AfterStop::Disable: disable(); break;
+    case AfterStop::Disable:
+      if (std::abs(motion_.deviation()) >= 1 && std::abs(motion_.speed()) >= 1) return;  // the motor comes after it
+      disable();
+      break;
     case AfterStop::Fault: state_ = State::Fault; break;
   }
   after_stop_ = AfterStop::Nothing;
@@ -277,8 +280,8 @@ void Drive402::step_state(std::uint16_t control) noexcept {
       if (command == Command::DisableVoltage || command == Command::QuickStop) disable();
       break;
     case State::OperationEnabled:
-      if (command == Command::SwitchOn) motion_.hold(), state_ = State::SwitchedOn;
-      if (command == Command::Shutdown) motion_.hold(), state_ = State::ReadyToSwitchOn;
+      if (command == Command::SwitchOn) motion_.let_go(), state_ = State::SwitchedOn;
+      if (command == Command::Shutdown) motion_.let_go(), state_ = State::ReadyToSwitchOn;
       if (command == Command::DisableVoltage) disable();
       if (command == Command::QuickStop) quick_stop();
       break;
@@ -298,7 +301,7 @@ void Drive402::enable() noexcept {
   state_ = State::OperationEnabled;
   homing_ = HomingState::Idle;
   after_stop_ = AfterStop::Nothing;
-  if (std::abs(motion_.deviation()) > 1) motion_.anchor();
+  if (std::abs(motion_.deviation()) > 1 || motion_.is_free()) motion_.anchor();
   target_counts_ = motion_.demand();
   for (const auto& [input, direction] : {std::pair{kPosLimit, +1}, std::pair{kNegLimit, -1}}) {
     motion_.release(direction);
@@ -307,19 +310,24 @@ void Drive402::enable() noexcept {
 }
 
 void Drive402::disable() noexcept {
+  leave();
+  motion_.let_go();
+}
+
+void Drive402::leave() noexcept {
   state_ = State::SwitchOnDisabled;
   homing_ = HomingState::Idle;
   after_stop_ = AfterStop::Nothing;
-  motion_.hold();
 }
 
 double Drive402::decel_counts_s2(const Object& o) const noexcept {
   return static_cast<double>(o.value) * facts_.acceleration_counts_s2;
 }
 
-// 605Ah (AMD530B 8.4; iD286 and STD402EC state no options, they are taken as CiA 402 has them).
+// 605Ah (AMD530B 8.4; iD286 and STD402EC state no options, they are taken as CiA 402 has them: 0 takes the torque).
 void Drive402::quick_stop() noexcept {
   const auto option = quick_option_.value;
+  if (option == 0 && ((facts_.quick_stop_options & 1u) == 0 || (facts_.quick_stop_coasts & 1u) != 0)) return disable();
   homing_ = HomingState::Idle;
   state_ = State::QuickStopActive;
   after_stop_ = option >= 5 ? AfterStop::Nothing : AfterStop::Disable;
@@ -362,7 +370,8 @@ void Drive402::inject(std::uint32_t code) noexcept {
     case DriveErrorKind::Limit: warning_code_ = short_code; return;
     case DriveErrorKind::EmergencyInput:  // a warning that takes the torque away (iD286 3.8.3: immediate stop)
       warning_code_ = short_code;
-      return disable();
+      motion_.hold();
+      return leave();
     case DriveErrorKind::PowerCycle: power_cycle_needed_ = true; return fault(short_code);
     case DriveErrorKind::Fault:
     case DriveErrorKind::Undervoltage: return fault(short_code);

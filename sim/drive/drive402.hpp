@@ -64,6 +64,7 @@ class Drive402 {
   void step_state(std::uint16_t controlword) noexcept;
   void enable() noexcept;
   void disable() noexcept;
+  void leave() noexcept;
   void quick_stop() noexcept;
   void fault(std::uint16_t code) noexcept;
   void finish_stop() noexcept;

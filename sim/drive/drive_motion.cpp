@@ -18,6 +18,7 @@ DriveMotion::DriveMotion(Motor& motor, double counts_per_unit, bool invert, bool
 void DriveMotion::power_on() noexcept {
   at_ = zero_ = sign_ * motor_->position();
   lowest_ = -kFarAway, highest_ = kFarAway;
+  mode_ = Mode::Hold;
   hold();
 }
 
@@ -27,7 +28,15 @@ void DriveMotion::restore(double position, double count_zero) noexcept {
   zero_ = sign_ * count_zero;
 }
 
-void DriveMotion::hold() noexcept { mode_ = Mode::Hold, speed_ = goal_ = 0; }
+void DriveMotion::hold() noexcept {
+  if (mode_ != Mode::Free) mode_ = Mode::Hold;
+  speed_ = goal_ = 0;
+}
+
+void DriveMotion::let_go() noexcept {
+  hold();
+  if (motor_->runs_out() && motor_->velocity() != 0) mode_ = Mode::Free;
+}
 
 void DriveMotion::follow(std::int64_t target, double span_s) noexcept {
   to_ = std::clamp(zero_ + static_cast<double>(target) / counts_per_unit_, lowest_, highest_);
@@ -38,6 +47,7 @@ void DriveMotion::follow(std::int64_t target, double span_s) noexcept {
 }
 
 void DriveMotion::run(double counts_s, double counts_s2) noexcept {
+  if (mode_ == Mode::Free) return;
   mode_ = Mode::Run;
   goal_ = counts_s / counts_per_unit_;
   rate_ = counts_s2 / counts_per_unit_;
@@ -60,11 +70,19 @@ void DriveMotion::anchor() noexcept {
   const double here = sign_ * motor_->position();
   if (!closed_loop_) zero_ += here - at_;
   at_ = here;
+  mode_ = Mode::Hold;
   hold();
 }
 
 std::uint32_t DriveMotion::advance(double& left_s, std::uint32_t watch) noexcept {
   while (left_s > kNoTime_s) {
+    if (mode_ == Mode::Free) {
+      const Ran ran = motor_->coast(left_s, view(watch));
+      left_s -= ran.elapsed_s;
+      if (closed_loop_) at_ = sign_ * motor_->position();  // an open-loop counter stays at what was commanded last
+      if (ran.changed != 0) return view(ran.changed);
+      continue;
+    }
     CommandPiece piece{at_, 0, 0};
     double span = left_s;
     if (mode_ == Mode::Hold) {

@@ -20,6 +20,9 @@ class DriveMotion {
   void power_on() noexcept;
 
   void hold() noexcept;
+  /// No torque: the motor runs out by itself, until anchor().
+  void let_go() noexcept;
+  [[nodiscard]] bool is_free() const noexcept { return mode_ == Mode::Free; }
   void follow(std::int64_t target_counts, double span_s) noexcept;
   /// Speeds up or down to `counts_s` and keeps it. No acceleration given: at once.
   void run(double counts_s, double counts_s2) noexcept;
@@ -46,7 +49,7 @@ class DriveMotion {
   void restore(double position, double count_zero) noexcept;
 
  private:
-  enum class Mode : std::uint8_t { Hold, Follow, Run };
+  enum class Mode : std::uint8_t { Hold, Follow, Run, Free };
   [[nodiscard]] std::uint32_t view(std::uint32_t inputs) const noexcept;
   [[nodiscard]] double place() const noexcept;  ///< what the counter counts, in units of the axis, drive's direction
 

@@ -136,14 +136,14 @@ std::uint32_t Motor::inputs() const noexcept {
 }
 
 Ran Motor::run(const CommandPiece& command, double dt, std::uint32_t watch) noexcept {
-  if (truth_.delay_s <= 0) return follow(command, dt, watch);
+  if (truth_.delay_s <= 0) return follow(command, truth_.lag_s, dt, watch);
   // What is acted on now was commanded delay_s ago; what is commanded now joins the end of the queue for as long as it
   // was really run.
   Ran ran{0, 0, position_};
   while (dt - ran.elapsed_s > kNoTime_s && waiting_ > 0 && ran.changed == 0) {
     Delayed& oldest = delayed_[first_];
     const double step = std::min(oldest.dt, dt - ran.elapsed_s);
-    const Ran part = follow(oldest.command, step, watch);
+    const Ran part = follow(oldest.command, truth_.lag_s, step, watch);
     remember(shifted(command, ran.elapsed_s), part.elapsed_s);
     ran = {ran.elapsed_s + part.elapsed_s, part.changed, part.position};
     oldest.command = shifted(oldest.command, part.elapsed_s);
@@ -157,7 +157,20 @@ Ran Motor::run(const CommandPiece& command, double dt, std::uint32_t watch) noex
   return ran;
 }
 
-Ran Motor::follow(const CommandPiece& command, double dt, std::uint32_t watch) noexcept {
+Ran Motor::coast(double dt, std::uint32_t watch) noexcept {
+  const double stops_s = truth_.coast > 0 ? std::abs(velocity_) / truth_.coast : 0;
+  Ran ran{0, 0, position_};
+  if (stops_s > 0)
+    ran = follow({position_, velocity_, -std::copysign(truth_.coast, velocity_)}, 0, std::min(dt, stops_s), watch);
+  if (ran.elapsed_s >= stops_s) velocity_ = 0;
+  // Commands that are still on their way find no torque: it stands where it is.
+  first_ = waiting_ = 0;
+  if (truth_.delay_s > 0) remember({position_, 0, 0}, truth_.delay_s);
+  if (ran.changed == 0) ran.elapsed_s = dt;
+  return ran;
+}
+
+Ran Motor::follow(const CommandPiece& command, double lag_s, double dt, std::uint32_t watch) noexcept {
   if (stalled_) {
     velocity_ = 0;
     return {dt, 0, position_};
@@ -167,7 +180,7 @@ Ran Motor::follow(const CommandPiece& command, double dt, std::uint32_t watch) n
     velocity_ = 0;
     return {dt, 0, position_};
   }
-  const Course course(command, position_, truth_.lag_s);
+  const Course course(command, position_, lag_s);
   // What lies farther away than this is not met.
   const double reach = course.reach(dt) * (1 + 1e-9) + 2 * std::abs(course.at(0) - position_) + kRest;
   std::array<double, 4> met{};
@@ -177,7 +190,8 @@ Ran Motor::follow(const CommandPiece& command, double dt, std::uint32_t watch) n
     met[i] = near ? crossing(course, edges_[i], position_, dt) : kInfinity;
     elapsed = std::min(elapsed, met[i]);
   }
-  if (elapsed != faded_s_) faded_s_ = elapsed, faded_ = course.fade(elapsed);
+  if (elapsed != faded_s_ || lag_s != faded_lag_s_)
+    faded_s_ = elapsed, faded_lag_s_ = lag_s, faded_ = course.fade(elapsed);
   const double start = position_, decayed = course.k * faded_;
   position_ = course.at(elapsed, decayed);
   velocity_ = course.speed(elapsed, decayed);

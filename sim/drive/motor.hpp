@@ -44,6 +44,10 @@ class Motor {
   /// exactly; within 1e-9 of a standing command it stands exactly on it, so that a run repeats to the bit.
   Ran run(const CommandPiece& command, double dt, std::uint32_t watch) noexcept;
 
+  /// The same without torque: nothing but friction slows the axis down (SimAxis::coast), whatever was commanded.
+  Ran coast(double dt, std::uint32_t watch) noexcept;
+
+  [[nodiscard]] bool runs_out() const noexcept { return truth_.coast > 0; }
   [[nodiscard]] double position() const noexcept { return position_; }
   [[nodiscard]] double velocity() const noexcept { return velocity_; }
   /// Switch and probe levels at this place; home is closed on the side that SimAxis::home_active_below names.
@@ -64,14 +68,14 @@ class Motor {
     CommandPiece command;
     double dt = 0;
   };
-  Ran follow(const CommandPiece& command, double dt, std::uint32_t watch) noexcept;
+  Ran follow(const CommandPiece& command, double lag_s, double dt, std::uint32_t watch) noexcept;
   void remember(const CommandPiece& command, double dt) noexcept;
 
   config::SimAxis truth_;
   static constexpr double kNoContact = -1e9;
   std::array<Threshold, 4> edges_;  ///< the probe last
   double position_ = 0, velocity_ = 0;
-  double faded_s_ = -1, faded_ = 0;  ///< e^(-t/lag) of the last t, which is the same in most cycles
+  double faded_s_ = -1, faded_lag_s_ = 0, faded_ = 0;  ///< e^(-t/lag) of the last t, the same in most cycles
   bool stalled_ = false;
   std::array<Delayed, 64> delayed_{};  ///< commands not yet acted on, oldest first; together delay_s long
   std::size_t first_ = 0, waiting_ = 0;

@@ -366,5 +366,104 @@ TEST(Machine, a_mistake_in_a_profile_is_told_with_the_profiles_place) {
   EXPECT_NE(m.error()[0].where.find("drives/iss57.yaml:7:6"), std::string::npos) << to_text(m.error()[0]);
 }
 
+TEST(Machine, what_a_drive_holds_of_its_own_limits_is_compared_with_its_axis) {
+  struct Case {
+    const char* from;
+    const char* to;
+    const char* names;  ///< the parameter, in the warning or the mistake
+    bool mistake;
+  };
+  const Case cases[] = {
+      {"position_error_limit: 5500 counts", "position_error_limit: 1000 counts",
+       "stations.x.parameters.position_error_limit (2102h)", false},
+      {", position_error_limit: 5500 counts", "", "stations.x.parameters.position_error_limit (2102h)", false},
+      {"position_error_limit: 5500 counts", "max_speed: 2400 rpm", "stations.x.parameters.max_speed (6080h)", true},
+      {"position_error_delay: 200 ms", "max_speed: 400000 P/S", "stations.y1.parameters.max_speed (6080h)", true},
+      {"position_error_delay: 200 ms", "position_error_limit: 0.5 rev",
+       "stations.y1.parameters.position_error_limit (2030h)", false},
+      {", position_error_delay: 200 ms", "", "stations.y1.parameters.position_error_delay (2041h)", false},
+      {"filter: 4 ms", "filter: 20 ms", "stations.y1.parameters.filter (2010h)", false},
+      {"position_error_limit: 5500 counts", "soft_limit_low: 0, soft_limit_high: 500000",
+       "stations.x.parameters.soft_limit_high (607Dh:2)", true},
+      {"run_current: [1 A, 1.2 A]",
+       "run_current: 1 A, soft_limits_on: 3, soft_limit_low: 0, soft_limit_high: [100000, 80000]",
+       "stations.cu.parameters.soft_limit_high (213Dh)", true},
+  };
+  for (const Case& c : cases) {
+    Changed file;
+    file.swap(c.from, c.to, "x");
+    const auto m = file.load();
+    EXPECT_EQ(m.has_value(), !c.mistake) << c.to;
+    if (c.mistake && !m) {
+      EXPECT_NE(to_text(m.error().front()).find(c.names), std::string::npos) << to_text(m.error().front());
+    }
+    if (!c.mistake) {
+      EXPECT_TRUE(warns(m, c.names)) << c.to;
+    }
+  }
+}
+
+// What the manuals say of 605Ah: AMD530B 8.4 lists it, ISS57 1.2.2 too (0 frees the motor); iD286 and STD402EC do not.
+TEST(Machine, a_quick_stop_brakes_where_a_manual_says_so_and_its_ramp_is_set) {
+  const Machine m = dispenser();
+  const auto of = [&](const Machine& machine, std::string_view name, int slot = 0) {
+    return quick_stop_of(std::ranges::find(machine.stations, name, &Station::name)->profile, slot);
+  };
+  EXPECT_EQ(of(m, "x"), QuickStop::Unknown);
+  EXPECT_EQ(of(m, "y1"), QuickStop::Brakes);
+  EXPECT_EQ(of(m, "z"), QuickStop::Unknown);
+  EXPECT_EQ(of(m, "cu", 1), QuickStop::Absent);
+  for (const auto& [to, expected] : {std::pair{"quick_stop_option: 6", QuickStop::Brakes},
+                                     {"quick_stop_option: 0", QuickStop::Brakes},
+                                     {"quick_stop_option: 1", QuickStop::Unknown},  // 6084h is set by nobody
+                                     {"quick_stop_option: 3", QuickStop::Unknown},  // 60C6h is not there
+                                     {"quick_stop_deceleration: 0", QuickStop::Unknown}}) {
+    Changed file;
+    file.swap("position_error_delay: 200 ms", to, "x");
+    const auto changed = file.load();
+    ASSERT_TRUE(changed) << to << ": " << to_text(changed.error().front());
+    EXPECT_EQ(of(*changed, "y1"), expected) << to;
+  }
+  EXPECT_TRUE(std::ranges::any_of(notes(m), [](const std::string& n) {
+    return n.find("axis X") != std::string::npos && n.find("50 mm in every 100 ms") != std::string::npos;
+  }));
+}
+
+// AMD530B 7.2: probe 1 is DI4, which is the emergency stop's from the factory.
+TEST(Machine, a_probe_that_takes_the_emergency_stop_must_be_acknowledged) {
+  EXPECT_EQ(lost_emergency_stop(dispenser()), "");
+  Changed file;
+  file.swap(
+      "z:      {profile: id286,    position: 4, alias: 4, parameters: {run_current: 3 A, encoder_counts: 10000, "
+      "position_error_limit: 4000 counts, brake_mode: 1}}",
+      "z:      {profile: amd530b, position: 4, alias: 4, parameters: {run_current: 3 A, filter: 4 ms, input_4: 5}}",
+      "x");
+  file.swap("response_delay: 2.5 ms", "response_delay: 4 ms", "x");
+  const auto m = file.load();
+  ASSERT_TRUE(m) << to_text(m.error().front());
+  EXPECT_NE(lost_emergency_stop(*m).find("station 'z'"), std::string::npos);
+  EXPECT_TRUE(warns(m, "emergency_stop_elsewhere"));
+  file.swap("filter: 4 ms, input_4: 5}}", "filter: 4 ms, input_4: 5}, emergency_stop_elsewhere: true}", "x");
+  const auto acknowledged = file.load();
+  ASSERT_TRUE(acknowledged) << to_text(acknowledged.error().front());
+  EXPECT_EQ(lost_emergency_stop(*acknowledged), "");
+}
+
+TEST(Machine, a_brake_of_the_machine_is_a_free_output_of_an_axis) {
+  EXPECT_FALSE(dispenser().brake);
+  Changed file;
+  file.swap("  healthy:        {station: io, bit: 7}",
+            "  healthy:        {station: io, bit: 7}\n  z_brake: {station: io, bit: 9}", "x");
+  file.swap("clearance: 2 mm", "brake: {axis: Z, output: z_brake, time: 60 ms}\nclearance: 2 mm", "x");
+  const auto m = file.load();
+  ASSERT_TRUE(m) << to_text(m.error().front());
+  ASSERT_TRUE(m->brake);
+  EXPECT_EQ(m->brake->axis, m->z);
+  EXPECT_EQ(m->brake->bit, kOutputs);
+  EXPECT_EQ(m->brake->time_s, 0.06);
+  file.swap("output: z_brake", "output: valve", "valve");
+  EXPECT_FALSE(file.load()) << "a name that has a meaning is no brake";
+}
+
 }  // namespace
 }  // namespace gantry::config

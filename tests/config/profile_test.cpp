@@ -250,5 +250,25 @@ TEST(Profile, a_terminal_beyond_the_image_or_of_both_directions_is_a_mistake_at_
   }
 }
 
+TEST(Profile, each_drive_has_a_page_that_names_every_object_of_its_parameters) {
+  for (const char* name : {"id286", "amd530b", "std402ec"}) {
+    const auto profile = load_profile(std::string("config/drives/") + name + ".yaml");
+    ASSERT_TRUE(profile) << name;
+    const auto page = read_text_file(std::string("docs/drives/") + name + ".md");
+    ASSERT_TRUE(page) << name;
+    ASSERT_FALSE(profile->parameters.empty());
+    for (const Parameter& p : profile->parameters) {
+      // 2190h must not be taken for a part of 2190h:1.
+      const std::string object = to_text(p.address);
+      bool named = false;
+      for (auto at = page->find(object); at != std::string::npos && !named; at = page->find(object, at + 1))
+        named = at + object.size() >= page->size() || (*page)[at + object.size()] != ':';
+      EXPECT_TRUE(named) << "docs/drives/" << name << ".md does not name " << object << " (" << p.name << ")";
+    }
+    for (const char* part : {"## Wiring", "## Parameters", "## How it stops", "## Assumed", "## To verify"})
+      EXPECT_NE(page->find(part), std::string::npos) << name << ": " << part;
+  }
+}
+
 }  // namespace
 }  // namespace gantry::config

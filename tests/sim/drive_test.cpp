@@ -19,8 +19,10 @@ struct Bench {
   static constexpr std::uint16_t kStation = 0x1001;
   static constexpr std::size_t kOut = 9, kIn = 19;
 
-  explicit Bench(const std::string& file, int slots = 1, bool invert = false) : axes(static_cast<std::size_t>(slots)) {
+  explicit Bench(const std::string& file, int slots = 1, bool invert = false, double coast_mm_s2 = 0)
+      : axes(static_cast<std::size_t>(slots)) {
     machine = one(file, slots);
+    machine.sim.axes[0].coast = coast_mm_s2;
     machine.axes[0].drives[0].invert = invert;
     segment = std::make_unique<Segment>(machine, clock);
     bus = std::make_unique<RawMaster>(*segment, clock);
@@ -251,6 +253,39 @@ TEST(Drive, brakes_with_6085_and_disables_on_quick_stop_option_2) {
   b.step(300);
   EXPECT_EQ(b.a.status(), 0x0650);
   EXPECT_NEAR(b.motor().position() - from, 100 * 100 / 2000.0 + 100 * 0.0045, 0.15);  // v^2/2a and what was on the way
+}
+
+// CiA 402: 605Ah = 0 takes the torque. The AMD530B's manual says otherwise of its own 0 (8.4), STD402EC has no 605Ah.
+TEST(Drive, a_quick_stop_that_takes_the_torque_lets_the_motor_run_out) {
+  struct Stop {
+    const char* file;
+    int slots;
+    std::uint16_t control;
+    double runs_on_mm;  ///< at 100 mm/s and 500 mm/s^2: v^2/2a; besides, 5 ms of lag and cycle are on the way
+  };
+  for (const Stop& s : {Stop{"drives/id286.yaml", 1, 0x02, 10}, Stop{"drives/std402ec.yaml", 2, 0x02, 10},
+                        Stop{"drives/id286.yaml", 1, 0x00, 10}, Stop{"drives/amd530b.yaml", 1, 0x00, 10},
+                        Stop{"drives/amd530b.yaml", 1, 0x02, 0}}) {
+    Bench b(s.file, s.slots, false, 500);
+    if (std::string(s.file) == "drives/amd530b.yaml") {
+      EXPECT_EQ(b.bus->sdo_write(Bench::kStation, 0x605A, 0, 0, 2), 0u);
+    }
+    b.enable();
+    b.move_to(b.a.target + 20000, 100);  // 100 mm/s
+    b.a.control = s.control;
+    b.step(1);  // the word is taken at the next SYNC0
+    const double from = b.motor().position();
+    b.step(600);
+    EXPECT_NEAR(b.motor().position() - from, s.runs_on_mm, 0.6) << s.file << ", word " << s.control;
+    EXPECT_EQ(b.a.status() & 0x4F, 0x40) << "without torque";
+    // Torque comes back where it stands.
+    const double stood = b.motor().position();
+    b.a.control = 0;
+    b.step(5);
+    b.enable();
+    b.step(20);
+    EXPECT_NEAR(b.motor().position(), stood, 1e-3) << s.file;
+  }
 }
 
 TEST(Drive, after_quick_stop_option_6_the_amd530b_wants_the_controlword_back_at_zero) {

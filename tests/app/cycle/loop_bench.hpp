@@ -7,6 +7,7 @@
 #include <functional>
 #include <gtest/gtest.h>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "app/cycle/loop.hpp"
@@ -41,7 +42,7 @@ class TapPort final : public devices::PassingPort {
     size_ = std::min(frame.size(), last_.size());
     std::copy_n(frame.begin(), size_, last_.begin());
     if (const auto image = decode_cyclic(frame)) {
-      enabling_ = enabling_ || image->any_enabling();
+      enabling_ = enabling_ || (stop_ ? image->goes_on_after(*stop_) : image->any_enabling());
       open_ = open_ || image->valve();
     }
     sent_.fetch_add(1);
@@ -58,8 +59,8 @@ class TapPort final : public devices::PassingPort {
   }
   [[nodiscard]] WireImage last_image() const { return decode_cyclic(last()).value_or(WireImage{}); }
   [[nodiscard]] int sent() const { return sent_.load(); }
-  /// From here on enabled() and opened() tell what the loop has asked for since.
-  void forget() { enabling_ = open_ = false; }
+  /// From here on enabled() and opened() tell what the loop has asked for since; after a stop, what goes on after it.
+  void forget(std::optional<WireImage> stop = {}) { enabling_ = open_ = false, stop_ = stop; }
   [[nodiscard]] bool enabled() const { return enabling_; }
   [[nodiscard]] bool opened() const { return open_; }
 
@@ -70,6 +71,7 @@ class TapPort final : public devices::PassingPort {
   std::array<std::byte, devices::kMaxFrameBytes> last_{};
   std::size_t size_ = 0;
   bool enabling_ = false, open_ = false;
+  std::optional<WireImage> stop_;
   std::atomic<int> sent_{0};
 };
 

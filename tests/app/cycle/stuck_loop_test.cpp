@@ -72,7 +72,7 @@ TEST(StuckLoop, its_watchdog_speaks_and_the_loop_that_comes_back_has_stopped) {
   ASSERT_TRUE(stop) << "no stop frame";
   const WireImage last = b.tap.last_image();  // the loop stands in its exchange
   EXPECT_TRUE(last.all(0x000F)) << last.text();
-  EXPECT_TRUE(stop->all(0x0002)) << stop->text();
+  EXPECT_TRUE(stop->is_stop()) << stop->text();
   EXPECT_EQ(stop->outputs, 0);
   for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(stop->axes[i].target, last.axes[i].target) << i;
   const int sent = b.tap.sent();
@@ -82,7 +82,7 @@ TEST(StuckLoop, its_watchdog_speaks_and_the_loop_that_comes_back_has_stopped) {
   EXPECT_TRUE(b.wire.read(100).empty()) << "once";
   EXPECT_EQ(b.tap.sent(), sent) << "and nothing from the loop";
 
-  b.tap.forget();
+  b.tap.forget(*stop);
   b.tap.hold_up = false;
   const auto why = b.control.wait([] { return false; }, 20, {});
   ASSERT_FALSE(why);

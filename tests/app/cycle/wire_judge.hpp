@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <optional>
 #include <span>
 #include <string>
@@ -32,6 +33,27 @@ struct WireImage {
   }
   [[nodiscard]] bool any_enabling() const {  // CiA 402: "enable operation" is xxxx x1 1111 in bits 0 to 3
     return std::any_of(axes.begin(), axes.end(), [](const AxisWords& a) { return (a.control & 0x0F) == 0x0F; });
+  }
+  /// The last word of the reference machine whose drives have torque: Y's quick stop brakes by its manual
+  /// (AMD530B 8.4); of the others no manual says so, and they halt at their targets.
+  [[nodiscard]] bool is_stop() const {
+    constexpr std::array<std::uint16_t, 6> kStops{0x010F, 0x0002, 0x0002, 0x010F, 0x010F, 0x010F};
+    for (std::size_t i = 0; i < axes.size(); ++i)
+      if (axes[i].control != kStops[i]) return false;
+    return true;
+  }
+  /// Some axis is asked for more than to stand where that stop has left it: it begins to have torque, it homes, or its
+  /// target is farther away than one cycle of any axis here. One that was homing stands where it has stopped by itself.
+  [[nodiscard]] bool goes_on_after(const WireImage& stop) const {
+    constexpr std::int32_t kOneCycle = 500;  // counts
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+      if ((axes[i].control & 0x0F) != 0x0F) continue;
+      const bool stood = stop.axes[i].control == 0x010F;
+      const bool by_itself = stop.axes[i].mode == 6;
+      const bool elsewhere = !by_itself && std::abs(axes[i].target - stop.axes[i].target) > kOneCycle;
+      if (!stood || (axes[i].control & 0x10) != 0 || elsewhere) return true;
+    }
+    return false;
   }
   [[nodiscard]] bool valve() const { return (outputs & 1) != 0; }
   [[nodiscard]] std::string text() const {

@@ -99,5 +99,25 @@ TEST(Runner, a_job_after_an_abort_rises_first_and_is_done) {
   EXPECT_EQ(tools_played(rig.machine(), result).front(), "needle");
 }
 
+// A fast touch finds the surface, the slow one measures it: the same heights, and twice the probe's blocks.
+TEST(Runner, a_touch_of_two_speeds_measures_what_the_slow_one_does) {
+  std::vector<double> heights[2];
+  std::size_t blocks[2] = {0, 0};
+  for (const bool fast : {false, true}) {
+    Rig rig({.change = [&](auto& m) {
+      if (fast) m.probe.fast_mm_s = 20;
+    }});
+    const auto result = rig.run(kDemo);
+    test::expect_done(result);
+    for (const auto& t : result.touches) heights[fast].push_back(t.height_mm);
+    for (const std::string& tool : tools_played(rig.machine(), result)) blocks[fast] += tool == "probe";
+  }
+  ASSERT_EQ(heights[0].size(), heights[1].size());
+  ASSERT_GE(heights[0].size(), 3u);
+  EXPECT_EQ(blocks[1], 2 * blocks[0]) << "down, up, down, up";
+  for (std::size_t i = 0; i < heights[0].size(); ++i)
+    EXPECT_NEAR(heights[0][i], heights[1][i], 1.0 / 2000 + 5e-3) << "a count, and a cycle at 5 mm/s";
+}
+
 }  // namespace
 }  // namespace gantry
