@@ -172,7 +172,8 @@ const Fields<ProbeRow> kProbe{
     number("travel", &ProbeRow::travel_mm, D::Length, {0.1, 100}, kRequired, "gives up after this way"),
     number("retract", &ProbeRow::retract_mm, D::Length, {0.1, 100}, kRequired, "back up after the touch"),
     number("fast", &ProbeRow::fast_mm_s, D::Speed, {0.1, 100}, kOptional,
-           "of a first touch that finds the surface; the one at `speed` follows and counts"),
+           "of a first touch that finds the surface; the one at `speed` follows and counts. The virtual probe bears 10 "
+           "mm/s"),
     number("back_off", &ProbeRow::back_off_mm, D::Length, {0.1, 100}, kOptional,
            "up from the first touch before the second; else 1 mm"),
 };

@@ -82,10 +82,8 @@ std::vector<std::string> notes(const Recipe& recipe, const config::Machine& mach
       const double watchdog = longest_watchdog_s(machine);
       out.push_back(
           fmt::format("{}: when the program dies on a bead, {} are left to their stations, of which no manual says "
-                      "that they brake: "
-                      "if nothing does, {:.1f} mm at {:.6g} mm/s until a watchdog of {:.0f} ms, and {:.1f} mm in every "
-                      "100 ms after "
-                      "it",
+                      "that they brake: if nothing does, {:.1f} mm at {:.6g} mm/s until a watchdog of {:.0f} ms, and "
+                      "{:.1f} mm in every 100 ms after it",
                       m.name, axes, m.speed * watchdog, m.speed, watchdog * 1e3, m.speed * 0.1));
     }
     add_lead(m, "valve_open_lead", m.valve_open_lead, machine.sim.valve_open_lag_s, "opens", out);

@@ -105,7 +105,7 @@ TEST(Runner, a_touch_of_two_speeds_measures_what_the_slow_one_does) {
   std::size_t blocks[2] = {0, 0};
   for (const bool fast : {false, true}) {
     Rig rig({.change = [&](auto& m) {
-      if (fast) m.probe.fast_mm_s = 20;
+      if (fast) m.probe.fast_mm_s = 10;  // what the virtual probe bears
     }});
     const auto result = rig.run(kDemo);
     test::expect_done(result);
