@@ -68,6 +68,27 @@ void Outline::emit(std::size_t last, std::vector<Vertex>& out) {
   waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(last));
 }
 
+// Of a straight line any number of points may wait: every second one that lies on the chord of its neighbours, but for
+// a thousandth of the tolerance, is forgotten, and the next one remembers how far off it was.
+bool Outline::thin_out() {
+  const double flat = 1e-3 * tolerance_mm_;
+  std::vector<Vertex> kept{waiting_.front()};
+  for (std::size_t k = 1; k < waiting_.size(); ++k) {
+    if (k % 2 == 1 && k + 1 < waiting_.size()) {
+      const Chord over = chord(k - 1, k + 1);
+      const double off = over.aside_mm + waiting_[k].aside_mm;
+      if (over.fits && over.aside_mm <= flat) {
+        waiting_[k + 1].aside_mm = std::max(waiting_[k + 1].aside_mm, off);
+        continue;
+      }
+    }
+    kept.push_back(waiting_[k]);
+  }
+  const bool thinner = kept.size() < waiting_.size();
+  waiting_ = std::move(kept);
+  return thinner;
+}
+
 void Outline::add(const AxisVec& p, double aside_mm, std::vector<Vertex>& out) {
   if (waiting_.empty()) {
     waiting_.push_back({p, 0, false});
@@ -77,7 +98,7 @@ void Outline::add(const AxisVec& p, double aside_mm, std::vector<Vertex>& out) {
   if (aside(measure_, difference(p, waiting_.back().q, measure_.axes)) < kSamePoint) return;
   waiting_.push_back({p, aside_mm, false});
   while (waiting_.size() > 2 && !chord(0, waiting_.size() - 1).fits) emit(best_break(), out);
-  if (waiting_.size() > kMostWaiting) emit(waiting_.size() - 2, out);
+  if (waiting_.size() > kMostWaiting && !thin_out()) emit(waiting_.size() - 2, out);
 }
 
 void Outline::finish(std::vector<Vertex>& out) {

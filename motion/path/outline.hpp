@@ -33,6 +33,7 @@ class Outline {
   [[nodiscard]] Chord chord(std::size_t from, std::size_t to) const;
   [[nodiscard]] std::size_t best_break() const;
   void emit(std::size_t last, std::vector<Vertex>& out);
+  bool thin_out();
 
   static constexpr std::size_t kMostWaiting = 64;
   Measure measure_;
