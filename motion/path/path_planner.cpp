@@ -1,0 +1,339 @@
+#include "motion/path/path_planner.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "motion/path/cells.hpp"
+
+namespace gantry::motion {
+namespace {
+
+// How the tolerance is shared: leaving out points, in two rounds, and the rest for rounding.
+constexpr double kFineShare = 0.08, kCoarseShare = 0.36;
+constexpr double kLeastTolerance = 1e-9;  ///< mm: what rounding of coordinates leaves of a straight line
+constexpr int kMostTries = 6;             ///< to plan one window
+constexpr std::size_t kMostJoints = 8;    ///< at which a new plan is tried to follow an old one
+constexpr double kLongestWindow = 4;      ///< times the usual one
+constexpr double kLongestLine_s = 0.25;   ///< a longer line is divided, so that windows may end on it
+
+Measure measure_of(const Limits& limits, const PathOptions& o) {
+  Measure m;
+  m.axes = limits.axes;
+  bool any = false;
+  for (std::size_t i = 0; i < limits.axes; ++i) any = any || limits.linear[i];
+  const double weight = o.tolerance_mm > 0 ? o.tolerance_mm / o.tolerance_rad : 1;
+  for (std::size_t i = 0; i < limits.axes; ++i) {
+    m.along[i] = limits.linear[i] || !any;
+    m.weight[i] = m.along[i] ? 1 : weight;
+  }
+  return m;
+}
+
+double total(const std::vector<TimePiece>& pieces) {
+  double sum = 0;
+  for (const TimePiece& p : pieces) sum += p.duration_s;
+  return sum;
+}
+
+/// Cells in which a limit was broken, and their neighbours, get less of it.
+void tighten(std::vector<PaceCell>& cells, const std::vector<PaceNode>& nodes, const Inspection& found) {
+  std::vector<double> over(cells.size() + 2, 1);
+  std::size_t piece = 0;
+  for (std::size_t k = 0; k < cells.size(); ++k)
+    for (int n = 0; n < (nodes[k].v <= 0 || nodes[k + 1].v <= 0 ? 1 : 2); ++n, ++piece)
+      if (piece < found.piece_share.size()) over[k + 1] = std::max(over[k + 1], found.piece_share[piece]);
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const double most = over[k + 1], near = std::max(over[k], over[k + 2]);
+    if (most > 1)
+      cells[k].share /= std::min(1.5, most * 1.001);
+    else if (near > 1)
+      cells[k].share /= std::min(1.2, 0.75 + 0.25 * near);
+  }
+}
+
+std::vector<Curve> first(const std::deque<Curve>& from, std::size_t count) {
+  return {from.begin(), from.begin() + static_cast<std::ptrdiff_t>(count)};
+}
+
+Stretch stretch_of(const std::deque<Curve>& waiting, std::size_t curves, const std::vector<PaceCell>& cells,
+                   const std::vector<PaceNode>& nodes) {
+  Stretch out;
+  out.curves = first(waiting, curves);
+  out.pieces = timed(cells, nodes);
+  for (const Curve& g : out.curves) out.length_mm += g.length;
+  out.duration_s = total(out.pieces);
+  return out;
+}
+
+}  // namespace
+
+PathPlanner::PathPlanner(const Limits& limits, const PathOptions& options)
+    : limits_(limits),
+      options_(options),
+      measure_(measure_of(limits, options)),
+      fine_(measure_, std::max(kFineShare * options.tolerance_mm, kLeastTolerance)),
+      coarse_(measure_, std::max(kCoarseShare * options.tolerance_mm, kLeastTolerance)),
+      spread_(measure_, options.tolerance_mm),
+      rounding_(measure_, options.tolerance_mm),
+      next_window_s_(options.window_s) {}
+
+Result<void> PathPlanner::add(const AxisVec& point) {
+  if (points_ == 0 && (!(options_.speed_mm_s > 0) || !(options_.tolerance_mm >= 0) ||
+                       !std::isfinite(options_.speed_mm_s + options_.tolerance_mm)))
+    return fail(Fault::NoSolution, "a path needs a speed above 0 and a tolerance of 0 or more");
+  ++points_;
+  for (std::size_t i = 0; i < limits_.axes; ++i)
+    if (!std::isfinite(point[i]))
+      return fail(Fault::NoSolution, "point " + std::to_string(points_) + " of a path is not a number");
+  if (points_ > 1) {
+    AxisVec step{};
+    for (std::size_t i = 0; i < limits_.axes; ++i) step[i] = point[i] - last_point_[i];
+    if (along(measure_, step) < 1e-9 && aside(measure_, step) > 1e-9)
+      return fail(Fault::NoSolution,
+                  "point " + std::to_string(points_) +
+                      " of a path turns an axis on the spot; spread the turn over some length, or split the path");
+  }
+  last_point_ = point;
+  fine_out_.clear();
+  fine_.add(point, 0, fine_out_);
+  for (const Vertex& v : fine_out_) coarse_.add(v.q, v.aside_mm, coarse_out_);
+  return coarse_out_.empty() ? Result<void>{} : collect(false);
+}
+
+Result<void> PathPlanner::finish() {
+  fine_out_.clear();
+  fine_.finish(fine_out_);
+  for (const Vertex& v : fine_out_) coarse_.add(v.q, v.aside_mm, coarse_out_);
+  coarse_.finish(coarse_out_);
+  return collect(true);
+}
+
+Result<void> PathPlanner::collect(bool last) {
+  spread_out_.clear();
+  for (const Vertex& v : coarse_out_) spread_.add(v, spread_out_);
+  coarse_out_.clear();
+  if (last) spread_.finish(spread_out_);
+  for (const Vertex& v : spread_out_) rounding_.add(v, curves_out_);
+  if (last) rounding_.finish(curves_out_);
+  for (const Curve& g : curves_out_) {
+    const double seconds = rough_seconds(g, limits_, options_.speed_mm_s);
+    const int parts = g.straight ? std::max(1, static_cast<int>(seconds / kLongestLine_s)) : 1;
+    Curve part = g;
+    for (int n = 0; n < parts; ++n) {
+      if (parts > 1) {
+        part.length = g.length / parts;
+        part.rest_after = g.rest_after && n + 1 == parts;
+        for (std::size_t i = 0; i < limits_.axes; ++i) {
+          part.c[0][i] = g.c[0][i] + g.c[1][i] * n / parts;
+          part.c[1][i] = g.c[1][i] / parts;
+        }
+      }
+      waiting_.push_back(part);
+    }
+    waiting_s_ += seconds;
+    ++counts_.curves;
+    counts_.most_waiting = std::max(counts_.most_waiting, waiting_.size());
+    if (g.rest_after) {
+      if (auto ok = look_ahead(true); !ok) return ok;
+    } else if (waiting_s_ > next_window_s_) {
+      if (auto ok = look_ahead(false); !ok) return ok;
+    }
+  }
+  curves_out_.clear();
+  if (last && !waiting_.empty()) return look_ahead(true);
+  return {};
+}
+
+bool PathPlanner::sound(const Plan& plan, const State& from, std::string& reason) const {
+  const Inspection found =
+      inspect(stretch_of(waiting_, plan.curve_end.size(), plan.cells, plan.nodes), limits_, options_.speed_mm_s, from);
+  if (!found.sound) reason = found.reason;
+  return found.sound;
+}
+
+// Over all waiting curves, from rest or from a start that is free. Where the inspection finds more than the limits, the
+// cells around get a smaller share.
+Result<PathPlanner::Plan> PathPlanner::plan_alone() {
+  const std::vector<Curve> curves = first(waiting_, waiting_.size());
+  CellGrid grid = divide(curves, limits_, options_.speed_mm_s, at_.v);
+  PaceProblem problem{std::move(grid.cells), limits_, options_.speed_mm_s, at_.v <= 0};
+  ++counts_.windows;
+  counts_.cells += problem.cells.size();
+  Pace pace;
+  std::string reason = "no speed was found";
+  for (int round = 0; round < kMostTries; ++round) {
+    Pace next = fastest(problem, round > 0 ? &pace : nullptr);
+    counts_.steps += static_cast<std::size_t>(next.steps);
+    counts_.second_tries += round > 0;
+    if (!next.solved) {
+      for (PaceCell& c : problem.cells) c.share *= 0.95;
+      continue;
+    }
+    pace = std::move(next);
+    const State from = at_.v <= 0 ? State{} : State{0, pace.nodes.front().v, pace.nodes.front().a};
+    const Inspection found =
+        inspect(stretch_of(waiting_, curves.size(), problem.cells, pace.nodes), limits_, options_.speed_mm_s, from);
+    if (found.sound) return Plan{std::move(problem.cells), std::move(pace.nodes), std::move(grid.curve_end)};
+    reason = found.reason;
+    tighten(problem.cells, pace.nodes, found);
+  }
+  return fail(Fault::NoSolution, "no speed within the limits was found for a path before point " +
+                                     std::to_string(points_) + " (" + reason + "); lower its speed");
+}
+
+// Both plans are the fastest, the one with a rest at its end, the other without a past; in between they meet. At the
+// joint of curves where they differ least the old one ends and the new one begins, and what is left of the difference
+// fades out.
+bool PathPlanner::join(const Plan& next) {
+  struct Candidate {
+    std::size_t curves;
+    double off;
+  };
+  std::vector<Candidate> candidates;
+  for (std::size_t k = 0; k < plan_.curve_end.size(); ++k) {
+    const PaceNode x = k == 0 ? PaceNode{at_.v, at_.a} : plan_.nodes[plan_.curve_end[k - 1]];
+    const PaceNode y = next.nodes[k == 0 ? 0 : next.curve_end[k - 1]];
+    candidates.push_back({k, (std::abs(x.v - y.v) + 0.01 * std::abs(x.a - y.a)) / std::max(x.v, 1e-9)});
+  }
+  std::sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) { return a.off < b.off; });
+  if (candidates.size() > kMostJoints) candidates.resize(kMostJoints);
+  std::string reason;
+  for (const double fade_s : {0.03, 0.1})
+    for (const Candidate& c : candidates) {
+      const std::size_t old_cells = c.curves == 0 ? 0 : plan_.curve_end[c.curves - 1];
+      const std::size_t new_cells = c.curves == 0 ? 0 : next.curve_end[c.curves - 1];
+      Plan joined;
+      joined.cells.assign(plan_.cells.begin(), plan_.cells.begin() + static_cast<std::ptrdiff_t>(old_cells));
+      joined.nodes.assign(plan_.nodes.begin(), plan_.nodes.begin() + static_cast<std::ptrdiff_t>(old_cells));
+      joined.curve_end.assign(plan_.curve_end.begin(), plan_.curve_end.begin() + static_cast<std::ptrdiff_t>(c.curves));
+      const PaceNode here = old_cells == 0 ? PaceNode{at_.v, at_.a} : plan_.nodes[old_cells];
+      const double b_off = here.v * here.v - next.nodes[new_cells].v * next.nodes[new_cells].v;
+      const double a_off = here.a - next.nodes[new_cells].a;
+      const double fade = std::max(fade_s * here.v, 1e-9);
+      double s = 0;
+      for (std::size_t n = new_cells; n < next.nodes.size(); ++n) {
+        PaceNode x = next.nodes[n];
+        if (const double r = s / fade; r < 1 && x.v > 0) {
+          // Quintic fades of a value and of a slope; a = (v^2)'/2.
+          const double value = 1 - r * r * r * (10 - r * (15 - 6 * r)), value_slope = -30 * r * r * (1 - r) * (1 - r);
+          const double slope = r * (1 - r * r * (6 - r * (8 - 3 * r)));
+          const double slope_slope = 1 - r * r * (18 - r * (32 - 15 * r));
+          const double b = x.v * x.v + b_off * value + 2 * a_off * fade * slope;
+          if (!(b > 0)) break;
+          x.v = std::sqrt(b);
+          x.a += 0.5 * b_off * value_slope / fade + a_off * slope_slope;
+        }
+        joined.nodes.push_back(x);
+        if (n < next.cells.size()) s += next.cells[n].length;
+      }
+      joined.cells.insert(joined.cells.end(), next.cells.begin() + static_cast<std::ptrdiff_t>(new_cells),
+                          next.cells.end());
+      for (std::size_t k = c.curves; k < next.curve_end.size(); ++k)
+        joined.curve_end.push_back(next.curve_end[k] - new_cells + old_cells);
+      if (joined.nodes.size() != joined.cells.size() + 1 || !sound(joined, at_, reason)) continue;
+      plan_ = std::move(joined);
+      return true;
+    }
+  return false;
+}
+
+Result<void> PathPlanner::look_ahead(bool all) {
+  Result<Plan> next = plan_alone();
+  if (!next) return tl::unexpected(next.error());
+  if (at_.v <= 0) {
+    plan_ = std::move(*next);
+  } else if (!join(*next)) {
+    if (!all && waiting_s_ < kLongestWindow * options_.window_s) {
+      next_window_s_ = waiting_s_ + 0.3 * options_.window_s;
+      return {};
+    }
+    // The old plan stands: it ends in a rest.
+    ++counts_.forced_rests;
+    hand_out(plan_.curve_end.size());
+    at_ = {};
+    plan_ = {};
+    return waiting_.empty() ? Result<void>{} : look_ahead(all);
+  }
+  if (all) {
+    if (options_.whole_ticks) to_whole_ticks();
+    hand_out(plan_.curve_end.size());
+    at_ = {};
+    plan_ = {};
+    waiting_s_ = 0;
+    next_window_s_ = options_.window_s;
+    return {};
+  }
+  // What is handed out lies before the last part, in which the tool comes to a rest that is only assumed.
+  const std::vector<TimePiece> pieces = timed(plan_.cells, plan_.nodes);
+  const double seconds = total(pieces), until = seconds - std::max(0.4 * seconds, 0.5 * options_.window_s);
+  double t = 0;
+  std::size_t piece = 0, cell = 0, curves = 0;
+  for (std::size_t k = 0; k < plan_.curve_end.size(); ++k) {
+    for (; cell < plan_.curve_end[k]; ++cell)
+      for (int n = 0; n < (plan_.nodes[cell].v <= 0 || plan_.nodes[cell + 1].v <= 0 ? 1 : 2); ++n)
+        t += pieces[piece++].duration_s;
+    if (t <= until) curves = k + 1;
+  }
+  hand_out(curves);
+  next_window_s_ = waiting_s_ + 0.5 * options_.window_s;
+  return {};
+}
+
+// The plan times 1 - e where it has left its start: slower by less than a tick.
+void PathPlanner::to_whole_ticks() {
+  const double tick = limits_.tick_s, seconds = total(timed(plan_.cells, plan_.nodes));
+  const double goal = std::ceil((elapsed_s_ + seconds) / tick - 1e-6) * tick - elapsed_s_;
+  double length = 0;
+  for (const PaceCell& c : plan_.cells) length += c.length;
+  const double rise = at_.v > 0 ? 0.5 * length : 0;
+  const auto slower = [&](double e) {
+    Plan out = plan_;
+    double s = 0;
+    for (std::size_t n = 0; n < out.nodes.size(); ++n) {
+      const double r = rise > 0 ? std::min(1.0, s / rise) : 1;
+      const double part = r * r * r * (10 - r * (15 - 6 * r));
+      const double slope = rise > 0 && r < 1 ? 30 * r * r * (1 - r) * (1 - r) / rise : 0;
+      PaceNode& x = out.nodes[n];
+      x.a = x.a * (1 - e * part) - 0.5 * e * slope * x.v * x.v;
+      x.v *= std::sqrt(1 - e * part);
+      if (n < out.cells.size()) s += out.cells[n].length;
+    }
+    return out;
+  };
+  double low = -1e-9, high = 0.5;
+  for (int n = 0; n < 70; ++n) {
+    const double middle = (low + high) / 2;
+    const Plan trial = slower(middle);
+    (total(timed(trial.cells, trial.nodes)) < goal ? low : high) = middle;
+  }
+  Plan best = slower(high);
+  std::string reason;
+  if (sound(best, at_, reason)) plan_ = std::move(best);
+}
+
+void PathPlanner::hand_out(std::size_t curves) {
+  if (curves == 0) return;
+  const std::size_t cells = plan_.curve_end[curves - 1];
+  const auto end = static_cast<std::ptrdiff_t>(cells);
+  const std::vector<PaceCell> some_cells(plan_.cells.begin(), plan_.cells.begin() + end);
+  const std::vector<PaceNode> some_nodes(plan_.nodes.begin(), plan_.nodes.begin() + end + 1);
+  Stretch out = stretch_of(waiting_, curves, some_cells, some_nodes);
+  elapsed_s_ += out.duration_s;
+  for (const Curve& g : out.curves) waiting_s_ -= rough_seconds(g, limits_, options_.speed_mm_s);
+  waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(curves));
+  at_ = {0, plan_.nodes[cells].v, plan_.nodes[cells].a};
+  plan_.cells.erase(plan_.cells.begin(), plan_.cells.begin() + end);
+  plan_.nodes.erase(plan_.nodes.begin(), plan_.nodes.begin() + end);
+  plan_.curve_end.erase(plan_.curve_end.begin(), plan_.curve_end.begin() + static_cast<std::ptrdiff_t>(curves));
+  for (std::size_t& n : plan_.curve_end) n -= cells;
+  ready_.push_back(std::move(out));
+}
+
+bool PathPlanner::take(Stretch& out) {
+  if (ready_.empty()) return false;
+  out = std::move(ready_.front());
+  ready_.pop_front();
+  return true;
+}
+
+}  // namespace gantry::motion

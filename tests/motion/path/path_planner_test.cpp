@@ -1,0 +1,217 @@
+// Whole paths judged from outside: setpoints every tick, differentiated by differences, their distance to the polyline
+// by the distance to all its segments.
+#include "motion/path/path_planner.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "motion/path/path_cursor.hpp"
+
+namespace gantry::motion {
+namespace {
+
+using Polyline = std::vector<std::array<double, 2>>;
+constexpr double kV = 200, kA = 3000, kJ = 50000, kTick = 0.001;
+
+struct Played {
+  std::string error;
+  Polyline setpoints;
+  double seconds = 0, off_mm = 0, v = 0, a = 0, j = 0;  ///< v, a, j: shares of the limits
+  std::size_t most_waiting = 0, forced_rests = 0;
+};
+
+double distance(const std::array<double, 2>& q, const std::array<double, 2>& a, const std::array<double, 2>& b) {
+  const double x = b[0] - a[0], y = b[1] - a[1], square = x * x + y * y;
+  const double on = square > 0 ? std::clamp(((q[0] - a[0]) * x + (q[1] - a[1]) * y) / square, 0.0, 1.0) : 0;
+  return std::hypot(q[0] - a[0] - on * x, q[1] - a[1] - on * y);
+}
+
+double share(const Polyline& p, std::size_t axis, int order, double limit) {
+  std::vector<double> x(4, p.front()[axis]);
+  for (const auto& q : p) x.push_back(q[axis]);
+  x.insert(x.end(), 4, p.back()[axis]);
+  for (int n = 0; n < order; ++n) {
+    for (std::size_t k = 0; k + 1 < x.size(); ++k) x[k] = (x[k + 1] - x[k]) / kTick;
+    x.pop_back();
+  }
+  double most = 0;
+  for (const double y : x) most = std::max(most, std::abs(y));
+  return most / limit;
+}
+
+Played play(const Polyline& polyline, double tolerance, double speed = 400) {
+  Limits limits;
+  limits.axes = 2;
+  limits.tick_s = kTick;
+  for (std::size_t i = 0; i < 2; ++i) limits.axis[i] = {-1e9, 1e9, kV, kA, kJ}, limits.linear[i] = true;
+  PathPlanner planner(limits, {.tolerance_mm = tolerance, .speed_mm_s = speed});
+  Played out;
+  double begin = 0;
+  std::size_t tick = 0;
+  const auto drain = [&] {
+    Stretch s;
+    while (planner.take(s)) {
+      PathCursor cursor;
+      for (;; ++tick) {
+        const double t = static_cast<double>(tick) * kTick - begin;
+        if (t >= s.duration_s - 1e-9) break;
+        const CurveSetpoint x = cursor.at(s, t, 2);
+        EXPECT_GE(x.s_dot, 0);
+        out.setpoints.push_back({x.q[0], x.q[1]});
+      }
+      begin += s.duration_s;
+    }
+  };
+  for (const auto& p : polyline) {
+    if (const auto ok = planner.add({p[0], p[1]}); !ok) return out.error = ok.error().message, out;
+    drain();
+  }
+  if (const auto ok = planner.finish(); !ok) return out.error = ok.error().message, out;
+  drain();
+  out.setpoints.push_back(polyline.back());
+  out.seconds = begin;
+  out.most_waiting = planner.counts().most_waiting, out.forced_rests = planner.counts().forced_rests;
+  for (std::size_t i = 0; i < 2; ++i) {
+    out.v = std::max(out.v, share(out.setpoints, i, 1, kV));
+    out.a = std::max(out.a, share(out.setpoints, i, 2, kA));
+    out.j = std::max(out.j, share(out.setpoints, i, 3, kJ));
+  }
+  if (polyline.size() < 2000)
+    for (const auto& q : out.setpoints) {
+      double best = 1e9;
+      for (std::size_t k = 1; k < polyline.size(); ++k)
+        best = std::min(best, distance(q, polyline[k - 1], polyline[k]));
+      out.off_mm = std::max(out.off_mm, best);
+    }
+  return out;
+}
+
+void expect_sound(const Played& p, double tolerance) {
+  EXPECT_EQ(p.error, "");
+  EXPECT_LE(p.v, 1.01);
+  EXPECT_LE(p.a, 1.01);
+  EXPECT_LE(p.j, 1.01);
+  EXPECT_LE(p.off_mm, tolerance + 1e-7);
+  EXPECT_EQ(p.forced_rests, 0U);
+  EXPECT_NEAR(p.seconds / kTick, std::round(p.seconds / kTick), 1e-5);
+}
+
+Polyline circle(double radius, int chords, double turns = 1) {
+  Polyline out;
+  for (int k = 0; k <= chords; ++k) {
+    const double angle = 2 * M_PI * turns * k / chords;
+    out.push_back({radius * std::cos(angle), radius * std::sin(angle)});
+  }
+  return out;
+}
+
+Polyline zigzag() {
+  Polyline out{{0, 0}};
+  for (double direction = 1; out.size() < 498; direction = -direction) {
+    for (int k = 0; k < 40; ++k) out.push_back({out.back()[0] + 0.5 * direction, out.back()[1]});
+    for (int k = 0; k < 2; ++k) out.push_back({out.back()[0], out.back()[1] + 0.5});
+  }
+  out.resize(498);
+  return out;
+}
+
+TEST(PathPlanner, a_circle_of_chords_is_driven_as_the_circle) {
+  const Played p = play(circle(40, 503), 0.05);
+  expect_sound(p, 0.05);
+  EXPECT_LE(p.seconds, 1.42);
+}
+
+TEST(PathPlanner, corners_of_a_zigzag_overlap) {
+  const Played p = play(zigzag(), 0.05);
+  expect_sound(p, 0.05);
+  EXPECT_LE(p.seconds, 3.05);
+}
+
+TEST(PathPlanner, circle_and_zigzag_make_one_path) {
+  Polyline both = circle(40, 503);
+  const auto end = both.back();
+  for (const auto& q : zigzag()) both.push_back({q[0] + end[0], q[1] + end[1]});
+  const Played p = play(both, 0.05);
+  expect_sound(p, 0.05);
+  EXPECT_LE(p.seconds, 4.5);
+}
+
+// Coordinates of three decimals, as files have them.
+TEST(PathPlanner, rounded_coordinates_cost_no_time) {
+  Polyline rounded = circle(30, 377);
+  for (auto& q : rounded)
+    for (double& x : q) x = std::round(x * 1000) / 1000;
+  const Played p = play(rounded, 0.05), exact = play(circle(30, 377), 0.05);
+  expect_sound(p, 0.05);
+  EXPECT_LE(p.seconds, 1.03 * exact.seconds);
+}
+
+TEST(PathPlanner, a_line_in_chords_takes_as_long_as_the_line) {
+  Polyline chords;
+  for (int k = 0; k <= 4000; ++k) chords.push_back({0.01 * k, 0.004 * k});
+  const Played line = play({{0, 0}, {40, 16}}, 0.05), p = play(chords, 0.05);
+  EXPECT_EQ(p.error, "");
+  EXPECT_LE(p.j, 1.01);
+  EXPECT_NEAR(p.seconds, line.seconds, 1.01 * kTick);
+}
+
+// From the limits alone: 50 mm at 200 mm/s and the time of speeding up and braking, v/a + a/j.
+TEST(PathPlanner, a_line_takes_the_least_time) {
+  const Played p = play({{0, 0}, {50, 0}}, 0.05);
+  EXPECT_NEAR(p.seconds, 50 / kV + kV / kA + kA / kJ, 1.5 * kTick);
+}
+
+TEST(PathPlanner, without_tolerance_it_rests_in_corners_and_stays_on_the_polyline) {
+  const Played p = play({{0, 0}, {20, 0}, {20, 10}}, 0);
+  expect_sound(p, 0);
+}
+
+TEST(PathPlanner, a_reversal_is_driven_without_a_standstill) {
+  const Played p = play({{0, 0}, {20, 0}, {5, 0}}, 0.05);
+  expect_sound(p, 0.05);
+}
+
+TEST(PathPlanner, a_higher_set_speed_is_not_slower) {
+  double last = 1e9;
+  for (const double speed : {20.0, 40.0, 80.0, 160.0, 320.0}) {
+    const Played p = play(circle(15, 200), 0.05, speed);
+    expect_sound(p, 0.05);
+    EXPECT_LE(p.seconds, 1.001 * last + kTick) << speed;
+    last = p.seconds;
+  }
+}
+
+TEST(PathPlanner, what_waits_does_not_grow_with_the_path) {
+  const Played one = play(circle(20, 1000, 4), 0.05), four = play(circle(20, 4000, 16), 0.05);
+  EXPECT_EQ(four.error, "");
+  EXPECT_LE(four.j, 1.01);
+  EXPECT_EQ(four.forced_rests, 0U);
+  EXPECT_LE(four.most_waiting, one.most_waiting + one.most_waiting / 2);
+}
+
+TEST(PathPlanner, random_polylines_keep_limits_and_tolerance) {
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    Polyline p{{0, 0}};
+    double angle = 0;
+    for (int k = 0; k < 12; ++k) {
+      angle += normal(random);
+      const double chord = std::pow(10.0, 0.6 * normal(random));
+      p.push_back({p.back()[0] + chord * std::cos(angle), p.back()[1] + chord * std::sin(angle)});
+    }
+    const double tolerance = seed % 2 == 0 ? 0.05 : 0.2;
+    expect_sound(play(p, tolerance), tolerance);
+  }
+}
+
+TEST(PathPlanner, refuses_what_is_no_number) {
+  EXPECT_NE(play({{0, 0}, {std::nan(""), 0}}, 0.05).error, "");
+  EXPECT_NE(play({{0, 0}, {1, 0}}, -1).error, "");
+  EXPECT_NE(play({{0, 0}, {1, 0}}, 0.05, 0).error, "");
+}
+
+}  // namespace
+}  // namespace gantry::motion
