@@ -64,9 +64,11 @@ Fault HomingGuard::look(const Feedback& f, std::int64_t elapsed) noexcept {
     travel_ += step;
   in_window_ += elapsed;
   if (in_window_ < kWindow) return Fault::None;
-  const bool too_fast =
-      travel_ > kTooFast * static_cast<double>(in_window_) * rules_.counts_per_cycle + kSlackCounts || sets_ >= kSets;
-  travel_ = 0, in_window_ = 0, sets_ = 0;
+  // A frame that a host held up shows travel whose cycles are counted with the next one, perhaps in the next window:
+  // that one is slow then.
+  const bool fast = travel_ > kTooFast * static_cast<double>(in_window_) * rules_.counts_per_cycle + kSlackCounts;
+  const bool too_fast = (fast && was_fast_) || sets_ >= kSets;
+  was_fast_ = fast, travel_ = 0, in_window_ = 0, sets_ = 0;
   return too_fast ? Fault::HomingTooFast : Fault::None;
 }
 

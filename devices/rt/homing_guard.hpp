@@ -41,6 +41,7 @@ class HomingGuard {
   Counts last_;
   double travel_ = 0;  ///< counts in this window
   std::int64_t in_window_ = 0;
+  bool was_fast_ = false;  ///< in the window before
   int sets_ = 0;
 };
 

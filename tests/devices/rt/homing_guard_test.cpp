@@ -100,6 +100,27 @@ TEST(HomingGuard, cycles_that_were_skipped_are_no_speed) {
   }
 }
 
+// The host takes the processor between waking up and sending: the frame comes late, or the next one is the first that
+// is heard, and shows the way of all that time; the cycles are counted when the loop wakes up again. Wherever that lies
+// in the guard's windows.
+TEST(HomingGuard, a_frame_that_was_held_up_is_no_speed) {
+  for (const int unheard : {0, 1, 2, 4})
+    for (int every = 11; every < 60; ++every)
+      for (const int late : {3, 6, 9, 15, 30}) {
+        HomingGuard guard(rules(17, 60), at(0, 0));
+        std::int64_t counts = 0;
+        for (int i = 1; i < 2000; ++i) {
+          const bool held_up = i % every == 0;
+          counts -= 60 * (held_up ? 1 + unheard + late : 1);
+          ASSERT_EQ(guard.look(at(counts, 0), held_up ? 1 + unheard : 1), Fault::None)
+              << i << ", " << late << " in " << every << ", unheard " << unheard;
+          if (!held_up) continue;
+          counts -= 60;
+          ASSERT_EQ(guard.look(at(counts, 0), 1 + late), Fault::None);
+        }
+      }
+}
+
 TEST(HomingGuard, a_counter_that_is_set_at_the_edge_is_no_speed) {
   for (const int before : {400'000, 40'000, 9'000, 5'000, 900, 500, 60, 0, -300, -3'000}) {
     HomingGuard guard(rules(17, 60), at(before + 60 * 100, 0));
