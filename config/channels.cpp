@@ -30,6 +30,11 @@ class Channels {
       if (which == known.end() && !may_be_free(row, rows, rest.size() + N)) continue;
       const auto channel = resolve(row);
       if (!channel) continue;
+      if (outputs_ && row.name == kOutputNames[0] && row.invert)
+        mistakes_.add(Fault::Inconsistent,
+                      "an inverted valve is open whenever nobody writes its output: when the bus is lost, the program "
+                      "ends or the station starts; wire a valve that is shut without current, and leave `invert` out",
+                      row.invert_place);
       if (which == known.end())
         rest.push_back({row.name, *channel});
       else
@@ -192,6 +197,8 @@ std::vector<std::string> channel_notes(const Machine& m) {
       carries.push_back(name(Output::Valve));
     if (!carries.empty()) note_station_behind_drives(m, station, fmt::format("{}", fmt::join(carries, ", ")), out);
   }
+  if (const auto& green = m.outputs[static_cast<std::size_t>(Output::StackGreen)]; green && green->invert)
+    out.push_back("warning: output 'stack_green' is inverted: it is lit while nobody writes it, as if all were well");
   for (std::size_t i = 0; i < kInputs; ++i) {
     if (!normally_closed(static_cast<Input>(i))) continue;
     if (m.inputs[i] && m.inputs[i]->invert)

@@ -1,8 +1,12 @@
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
+#include <iterator>
 #include <map>
+#include <optional>
 #include <set>
 
+#include "config/look_alikes.hpp"
 #include "config/machine_file.hpp"
 
 namespace gantry::config {
@@ -27,33 +31,14 @@ void check_stations(const Machine& m, const MachineFile& file, Mistakes& mistake
       mistakes.add(Fault::OutOfRange, fmt::format("the ring has {} stations; positions count from 0", on_ring), place);
     else if (s.bus == BusKind::CanOpen && s.position == 0)
       mistakes.add(Fault::OutOfRange, "CANopen node ids are 1 .. 127", place);
+    for (std::size_t k = 0; k < i; ++k)
+      if (s.alias != 0 && s.alias == m.stations[k].alias && look_alike(s, m.stations[k]))
+        mistakes.add(Fault::Inconsistent,
+                     fmt::format("'{}' looks like '{}' ({}) and has the same alias, so that nobody sees it when their "
+                                 "cables are swapped; give each an alias of its own, and set it on the station",
+                                 s.name, m.stations[k].name, s.profile.title),
+                     file.stations[i].alias_place);
   }
-}
-
-/// One value of the bus that stations contradict is one mistake, which names them all.
-void check_timing(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
-  const auto cycle_us = static_cast<std::uint32_t>(m.bus.cycle.count() / 1000);
-  const double tolerated_ms = static_cast<double>(m.bus.cycle.count()) * 1e-6 * m.bus.stop_after_missed_hardware;
-  std::vector<std::string> other_cycles, bite_early;
-  for (const Station& s : m.stations) {
-    if (s.bus != BusKind::EtherCat) continue;
-    if (s.profile.drive) {
-      const auto& cycles = s.profile.drive->cycle_times_us;
-      if (!cycles.empty() && std::find(cycles.begin(), cycles.end(), cycle_us) == cycles.end())
-        other_cycles.push_back(fmt::format("'{}' ({}: {} us)", s.name, s.profile.title, fmt::join(cycles, ", ")));
-    }
-    if (s.profile.watchdog_ms <= tolerated_ms)
-      bite_early.push_back(fmt::format("'{}' ({} ms)", s.name, s.profile.watchdog_ms));
-  }
-  if (!other_cycles.empty())
-    mistakes.add(Fault::Inconsistent,
-                 fmt::format("stations that do not support this cycle: {}", fmt::join(other_cycles, ", ")),
-                 file.bus.cycle_s.place);
-  if (!bite_early.empty())
-    mistakes.add(Fault::Inconsistent,
-                 fmt::format("a stall of {} ms is tolerated, but watchdogs bite earlier: {}", tolerated_ms,
-                             fmt::join(bite_early, ", ")),
-                 file.bus.stop_after_missed.place);
 }
 
 void check_axis(const Machine& m, const Axis& axis, const written::AxisRow& row, Mistakes& mistakes) {
@@ -92,14 +77,60 @@ void check_axis(const Machine& m, const Axis& axis, const written::AxisRow& row,
     mistakes.add(Fault::MissingKey, "'skew_max' is missing here (a gantry axis must watch its two sides)", row.place);
   if (axis.drives.size() == 1 && row.skew_max.given())
     mistakes.add(Fault::Inconsistent, "one drive has no skew; leave it out", row.skew_max.place);
-  if (axis.kind == AxisKind::Streamed && axis.response_delay_s > 0.05)
-    mistakes.add(Fault::OutOfRange, "more than 50 ms cannot be compensated", row.place);
+}
+
+/// Each role has an axis of its own; where one has two, nothing else that is told of it would be to the point.
+bool check_roles(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+  struct Role {
+    const char* name;
+    std::optional<AxisId> axis;
+    Place place;
+  };
+  const Role roles[] = {{"x", m.x, file.roles.x.place},
+                        {"y", m.y, file.roles.y.place},
+                        {"z", m.z, file.roles.z.place},
+                        {"turn", m.c, file.roles.turn.place},
+                        {"lift", m.u, file.roles.lift.place}};
+  bool apart = true;
+  for (std::size_t i = 0; i < std::size(roles); ++i)
+    for (std::size_t k = 0; k < i; ++k) {
+      if (!roles[i].axis || roles[i].axis != roles[k].axis) continue;
+      apart = false;
+      mistakes.add(Fault::Inconsistent,
+                   fmt::format("axis {} has the role '{}' already; write another axis, or leave '{}' out where the "
+                               "machine has none",
+                               m.axes[roles[i].axis->value].name, roles[k].name, roles[i].name),
+                   roles[i].place);
+    }
+  return apart;
+}
+
+/// From rest to v_max: in three phases where a_max is reached, else in two.
+double rise_s(double v, double a, double j) { return v >= a * a / j ? v / a + a / j : 2 * std::sqrt(v / j); }
+
+/// An axis that hardly starts is a slip of the unit, and every motion of it would take minutes.
+void check_rise(const Axis& axis, const written::AxisRow& row, Mistakes& mistakes) {
+  constexpr double kLongest_s = 10;
+  const double v = axis.v_max, a = axis.a_max, j = axis.j_max;
+  const bool v_is_wrong = axis.unit_per_rev > 0 && v / axis.unit_per_rev > kMostRevs_s;  // and told
+  if (v_is_wrong || !(v > 0 && a > 0 && j > 0) || rise_s(v, a, j) <= kLongest_s) return;
+  // With v / a of at most half of it, the least jerk reaches no a_max: 2 sqrt(v / j) is the whole of it.
+  const bool of_acceleration = v / a > kLongest_s / 2;
+  mistakes.add(
+      Fault::OutOfRange,
+      fmt::format("the axis needs {:.3g} s from rest to its v_max; more than {:.6g} s is taken for a slip: write "
+                  "at least {}",
+                  rise_s(v, a, j), kLongest_s,
+                  of_acceleration ? in_units(axis, 2 * v / kLongest_s, "/s^2")
+                                  : in_units(axis, 4 * v / (kLongest_s * kLongest_s), "/s^3")),
+      of_acceleration ? row.a_max.place : row.j_max.place);
 }
 
 void check_axes(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   std::map<std::pair<StationId, int>, std::string> taken;
   for (std::size_t i = 0; i < m.axes.size(); ++i) {
     check_axis(m, m.axes[i], file.axes[i], mistakes);
+    check_rise(m.axes[i], file.axes[i], mistakes);
     for (std::size_t d = 0; d < m.axes[i].drives.size(); ++d) {
       const DriveRef& ref = m.axes[i].drives[d];
       const auto [other, is_new] = taken.try_emplace({ref.station, ref.slot}, m.axes[i].name);
@@ -120,8 +151,6 @@ void check_axes(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
                    file.axes[m.z.value].homing->place);
       break;
     }
-  if (m.x == m.y || m.y == m.z || m.x == m.z)
-    mistakes.add(Fault::Inconsistent, "X, Y and Z must be three axes", file.roles.z.place);
   for (std::size_t i = 0; i < file.park.size(); ++i) {
     const Axis& axis = m.axes[m.park[i].first.value];
     if (m.park[i].second < axis.p_min || m.park[i].second > axis.p_max)
@@ -131,29 +160,6 @@ void check_axes(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   const Axis& z = m.axes[m.z.value];
   if (m.safe_z_mm < z.p_min || m.safe_z_mm > z.p_max)
     mistakes.add(Fault::OutOfRange, fmt::format("outside the travel of axis {}", z.name), file.safe_z_mm.place);
-}
-
-void check_head(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
-  for (const std::string_view needed : {"needle", "camera", "probe"})
-    if (!find_tool(m, needed))
-      mistakes.add(Fault::MissingKey, fmt::format("tool '{}' is missing under head: tools:", needed), {1, 1});
-  for (const auto& row : file.head.tools) {
-    if (!row.lift_mm.given()) continue;
-    if (!m.u) {
-      mistakes.add(Fault::Inconsistent, "no axis has the role `lift`", row.lift_mm.place);
-    } else if (const Axis& u = m.axes[m.u->value]; row.lift_mm.value < u.p_min || row.lift_mm.value > u.p_max) {
-      mistakes.add(Fault::OutOfRange, fmt::format("outside the travel of axis {}", u.name), row.lift_mm.place);
-    }
-  }
-  std::set<std::string> names;
-  for (const auto& row : file.head.bodies) names.insert(row.name);
-  for (const auto& row : file.scene)
-    if (names.count(row.name))
-      mistakes.add(Fault::DuplicateKey, fmt::format("the head has a body '{}' too; messages name bodies", row.name),
-                   row.place);
-  const StationProfile& probe = m.stations[m.axes[m.probe.axis.value].drives.front().station.value].profile;
-  if (!find_object(probe, {0x60B8, 0}))
-    mistakes.add(Fault::Inconsistent, fmt::format("{} has no probe input (60B8h)", probe.title), file.probe.axis.place);
 }
 
 void check_sim(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
@@ -170,13 +176,21 @@ void check_sim(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
 
 }  // namespace
 
+std::string in_units(const Axis& axis, double value, std::string_view per, int digits) {
+  return fmt::format("{:.{}g} {}{}", axis.rotary ? units::deg(value) : value, digits, axis.rotary ? "deg" : "mm", per);
+}
+
 void check_machine(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   check_stations(m, file, mistakes);
+  if (!check_roles(m, file, mistakes)) return;
   check_timing(m, file, mistakes);
   check_axes(m, file, mistakes);
+  check_homing(m, file, mistakes);
+  check_windows(m, file, mistakes);
   check_head(m, file, mistakes);
   check_sim(m, file, mistakes);
   check_drive_limits(m, file, mistakes);
+  check_parameters(m, file, mistakes);
 }
 
 std::vector<std::string> assumptions(const Machine& machine) {
@@ -235,13 +249,11 @@ void note_stop(const Machine& machine, const Axis& axis, std::vector<std::string
     const Station& s = machine.stations[ref.station.value];
     const QuickStop known = quick_stop_of(s.profile, ref.slot);
     if (known == QuickStop::Brakes) continue;
-    const double shown = axis.rotary ? units::deg(axis.v_max) : axis.v_max;
-    const char* unit = axis.rotary ? "deg" : "mm";
     out.push_back(fmt::format(
         "axis {} ({}): {}; a stop brakes it by its targets and takes the torque when it stands. When the program dies "
-        "it stands at its last target until its watchdog ends that; if nothing brakes it then, it goes {:.6g} {} in "
+        "it stands at its last target until its watchdog ends that; if nothing brakes it then, it goes {} in "
         "every 100 ms at full speed",
-        axis.name, s.profile.title, why_not_hoped_for(known), shown * 0.1, unit));
+        axis.name, s.profile.title, why_not_hoped_for(known), in_units(axis, axis.v_max * 0.1)));
     return;
   }
 }
@@ -261,6 +273,11 @@ std::vector<std::string> notes(const Machine& machine) {
       out.push_back(fmt::format("axis {} runs open loop: its following error is not available, lost steps are not seen",
                                 axis.name));
   }
+  for (auto& each : look_alikes(machine)) out.push_back("warning: " + std::move(each));
+  for (auto& each : homing_notes(machine)) out.push_back(std::move(each));
+  for (auto& each : window_notes(machine)) out.push_back(std::move(each));
+  for (auto& each : head_notes(machine)) out.push_back(std::move(each));
+  for (auto& each : parameter_notes(machine)) out.push_back(std::move(each));
   for (auto& each : drive_limit_notes(machine)) out.push_back(std::move(each));
   for (auto& each : channel_notes(machine)) out.push_back(std::move(each));
   // What the loss of the bus costs; recipes::notes() tells it for the speeds of a recipe.

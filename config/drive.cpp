@@ -102,6 +102,17 @@ const Fields<Parameter>& parameter_fields() {
   return kFields;
 }
 
+/// A list of values from 0 to 31, kept as a set: bit n for value n.
+Field<DriveFacts> bits_listed(std::string key, std::uint32_t DriveFacts::*member, std::string doc) {
+  const ValueShape value{ValueShape::Kind::Integer, {}, {0, 31}, {}, {}, {}};
+  return {{std::move(key), kOptional, std::move(doc), {ValueShape::Kind::List, {}, {0, 32}, {}, {}, {value}}},
+          [member, value](const Node& node, DriveFacts& to, Mistakes& mistakes) {
+            if (!expect_list(node, {0, 32}, mistakes)) return;
+            for (const Node& item : node.items)
+              if (const auto v = read_integer(item, value, mistakes)) to.*member |= 1u << *v;
+          }};
+}
+
 const Fields<DriveErrorRow>& error_fields() {
   static const Fields<DriveErrorRow> kFields{
       integer("code", &DriveErrorRow::code, kU32, kRequired, "as it stands in 603Fh"),
@@ -116,6 +127,18 @@ const Fields<DriveErrorRow>& error_fields() {
       text("text", &DriveErrorRow::text, kRequired, "what the drive means"),
       text("remedy", &DriveErrorRow::remedy, kRequired, "what to do"),
       text("section", &DriveErrorRow::section, kOptional, "where the manual says so; absent: assumed"),
+  };
+  return kFields;
+}
+
+const Fields<AlarmBitRow>& alarm_bit_fields() {
+  static const Fields<AlarmBitRow> kFields{
+      address("object", &AlarmBitRow::address, kRequired, "the alarm word"),
+      integer("bit", &AlarmBitRow::bit, {0, 31}, kRequired, "its bit, 0 the lowest"),
+      integer("code", &AlarmBitRow::code, kU32, kOptional, "603Fh that stands beside it"),
+      text("text", &AlarmBitRow::text, kRequired, "what the drive means"),
+      text("remedy", &AlarmBitRow::remedy, kRequired, "what to do"),
+      text("section", &AlarmBitRow::section, kOptional, "where the manual says so; absent: assumed"),
   };
   return kFields;
 }
@@ -167,26 +190,9 @@ const Fields<DriveFacts>& drive_fields() {
              "counts/s in one unit of 6081h and 6099h"),
       number("acceleration_counts_s2", &DriveFacts::acceleration_counts_s2, Dimension::None, {1e-6, 1e9}, kOptional,
              "counts/s^2 in one unit of 6083h and 609Ah"),
-      {{"quick_stop_options",
-        kOptional,
-        "values of 605Ah that the manual documents",
-        {ValueShape::Kind::List, {}, {0, 32}, {}, {}, {{ValueShape::Kind::Integer, {}, {0, 31}, {}, {}, {}}}}},
-       [](const Node& node, DriveFacts& to, Mistakes& mistakes) {
-         if (!expect_list(node, {0, 32}, mistakes)) return;
-         for (const Node& item : node.items)
-           if (const auto v = read_integer(item, {ValueShape::Kind::Integer, {}, {0, 31}, {}, {}, {}}, mistakes))
-             to.quick_stop_options |= 1u << *v;
-       }},
-      {{"quick_stop_coasts",
-        kOptional,
-        "those of them that take the torque and brake nothing",
-        {ValueShape::Kind::List, {}, {0, 32}, {}, {}, {{ValueShape::Kind::Integer, {}, {0, 31}, {}, {}, {}}}}},
-       [](const Node& node, DriveFacts& to, Mistakes& mistakes) {
-         if (!expect_list(node, {0, 32}, mistakes)) return;
-         for (const Node& item : node.items)
-           if (const auto v = read_integer(item, {ValueShape::Kind::Integer, {}, {0, 31}, {}, {}, {}}, mistakes))
-             to.quick_stop_coasts |= 1u << *v;
-       }},
+      bits_listed("quick_stop_options", &DriveFacts::quick_stop_options, "values of 605Ah that the manual documents"),
+      bits_listed("quick_stop_coasts", &DriveFacts::quick_stop_coasts,
+                  "those of them that take the torque and brake nothing"),
       {{"inputs", kOptional, "bits of 60FDh", object_shape(input_fields())},
        [](const Node& node, DriveFacts& to, Mistakes& mistakes) {
          Inputs in;
@@ -208,6 +214,8 @@ const Fields<DriveFacts>& drive_fields() {
       integer("homing_code", &DriveFacts::homing_code, kU16, kOptional, "603Fh when homing fails"),
       list("statuswords", &DriveFacts::statuswords, statusword_fields(), {0, 20}, kRequired, "6041h in each mode"),
       list("errors", &DriveFacts::errors, error_fields(), {0, 200}, kRequired, "codes of 603Fh"),
+      list("alarm_bits", &DriveFacts::alarm_bits, alarm_bit_fields(), {0, 200}, kOptional,
+           "bits of the vendor's alarm words, for `gantry explain`"),
   };
   return kFields;
 }
@@ -403,6 +411,10 @@ int image_bits(const StationProfile& profile, bool outputs) {
 const std::vector<FieldShape>& profile_format() {
   static const std::vector<FieldShape> kFormat = object_shape(profile_fields()).fields;
   return kFormat;
+}
+
+std::string profiles_beside(const std::string& machine_folder, const char* kind) {
+  return (std::filesystem::path(machine_folder) / ".." / kind).lexically_normal().string();
 }
 
 Checked<StationProfile> load_profile(const std::string& path) {

@@ -107,6 +107,17 @@ struct DriveErrorRow {
   std::string section;  ///< empty: assumed
 };
 
+/// A bit of an alarm word of the vendor's (AMD530B: 213Fh), which names a cause more narrowly than 603Fh. Nothing reads
+/// the word in the loop; `gantry explain` knows its bits.
+struct AlarmBitRow {
+  ObjectAddress address;
+  int bit = 0;
+  std::uint32_t code = 0;  ///< 603Fh that stands beside it; 0: the manual states none
+  std::string text;
+  std::string remedy;
+  std::string section;  ///< empty: assumed
+};
+
 /// What the virtual drive answers in 6041h in a mode (bits above the CiA 402 state), from the manual's table of typical
 /// values.
 struct StatuswordRow {
@@ -148,6 +159,7 @@ struct DriveFacts {
   std::uint16_t deviation_code = 0, bus_loss_code = 0, homing_code = 0;
   std::vector<StatuswordRow> statuswords;
   std::vector<DriveErrorRow> errors;
+  std::vector<AlarmBitRow> alarm_bits;
 };
 
 /// A terminal of an I/O station by the name that is printed on it: where its value lies in the process image.
@@ -204,5 +216,8 @@ int image_bits(const StationProfile& profile, bool outputs);
 
 /// Reads config/drives/*.yaml or config/devices/*.yaml; the profile's name is the file's.
 Checked<StationProfile> load_profile(const std::string& path);
+
+/// Where profiles lie that a machine file names: drives/ or devices/ beside its folder.
+std::string profiles_beside(const std::string& machine_folder, const char* kind);
 
 }  // namespace gantry::config

@@ -76,6 +76,7 @@ std::string outside(double value, const Range& range, Dimension d) {
 
 std::string as_written(double value, Dimension dimension) {
   if (dimension == Dimension::Angle) return fmt::format("{:.6g} deg", units::deg(value));
+  if (dimension == Dimension::Ratio) return fmt::format("{:.6g} %", value * 100);
   const std::string_view unit = units::name(dimension);
   return unit.empty() ? fmt::format("{:.9g}", value) : fmt::format("{:.9g} {}", value, unit);
 }
@@ -260,21 +261,23 @@ void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Pl
 
 bool read_tuple(const Node& node, const ValueShape& shape, std::vector<Quantity>& to, Mistakes& mistakes) {
   if (node.kind == Node::Kind::Refused) return false;
-  if (node.kind != Node::Kind::Sequence || node.items.size() != shape.items.size()) {
+  const std::size_t most = shape.items.size(), least = most - shape.optional_items;
+  if (node.kind != Node::Kind::Sequence || node.items.size() > most || node.items.size() < least) {
     std::string sample;
-    for (const ValueShape& item : shape.items)
-      sample += (sample.empty() ? "" : ", ") + std::string(units::example(item.dimensions.front()));
+    for (std::size_t i = 0; i < least; ++i)
+      sample += (i == 0 ? "" : ", ") + std::string(units::example(shape.items[i].dimensions.front()));
+    const std::string wanted = least == most ? std::to_string(most) : fmt::format("{} or {}", least, most);
     mistakes.add(Fault::BadValue,
-                 node.kind == Node::Kind::Sequence ? fmt::format("{} values stand here; expected {}, such as [{}]",
-                                                                 node.items.size(), shape.items.size(), sample)
-                                                   : fmt::format("{}; expected [{}]", what_it_is(node), sample),
+                 node.kind == Node::Kind::Sequence
+                     ? fmt::format("{} values stand here; expected {}, such as [{}]", node.items.size(), wanted, sample)
+                     : fmt::format("{}; expected [{}]", what_it_is(node), sample),
                  node.place);
     return false;
   }
   to.clear();
   for (std::size_t i = 0; i < node.items.size(); ++i)
     if (const auto v = read_quantity(node.items[i], shape.items[i], mistakes)) to.push_back(*v);
-  return to.size() == shape.items.size();
+  return to.size() == node.items.size();
 }
 
 }  // namespace gantry::config

@@ -57,7 +57,7 @@ struct ValueShape {
     Setting,  ///< a number with or without a unit, or a list of them
     Object,
     List,   ///< of items[0]
-    Tuple,  ///< exactly items
+    Tuple,  ///< items, of which the last `optional_items` may be left out
     Named,  ///< map from a name to items[0]
     OneOf,  ///< a map with exactly one of `fields`
   } kind = Kind::Text;
@@ -66,6 +66,7 @@ struct ValueShape {
   std::vector<std::string> choices;
   std::vector<FieldShape> fields;
   std::vector<ValueShape> items;
+  std::size_t optional_items = 0;
 };
 struct FieldShape {
   std::string key;
@@ -392,8 +393,22 @@ inline ValueShape tuple_shape(std::size_t size, std::vector<Dimension> dimension
 }
 }  // namespace detail
 
-/// The numbers of a tuple; false when it is none.
+/// The numbers of a tuple, as many as stand there; false when it is none.
 bool read_tuple(const Node& node, const ValueShape& shape, std::vector<Quantity>& to, Mistakes& mistakes);
+
+namespace detail {
+inline ValueShape spot_shape(Range plane, Range height) {
+  ValueShape shape = tuple_shape(3, {Dimension::Length}, plane);
+  shape.items.back().range = height;
+  shape.optional_items = 1;
+  return shape;
+}
+inline std::optional<Vec3> read_spot(const Node& node, const ValueShape& shape, Mistakes& mistakes) {
+  std::vector<Quantity> v;
+  if (!read_tuple(node, shape, v, mistakes)) return std::nullopt;
+  return Vec3{v[0].value, v[1].value, v.size() > 2 ? v[2].value : 0};
+}
+}  // namespace detail
 
 /// [10 mm, 20 mm] or [10 mm, 20 mm, 5 mm], by the member's type.
 template <class T, class V>
@@ -408,18 +423,25 @@ Field<T> point(std::string key, V T::*member, Range range, Need need, std::strin
           }};
 }
 
-/// A sequence of points of the plane.
+/// A point on a surface, and its height over it: [10 mm, 20 mm], or [10 mm, 20 mm, 3 mm]; left out the height is 0.
 template <class T>
-Field<T> points(std::string key, std::vector<At<Vec2>> T::*member, Range count, Range range, Need need,
-                std::string doc) {
-  ValueShape item = detail::tuple_shape(2, {Dimension::Length}, range);
+Field<T> spot(std::string key, At<Vec3> T::*member, Range plane, Range height, Need need, std::string doc) {
+  ValueShape shape = detail::spot_shape(plane, height);
+  return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
+            if (const auto p = detail::read_spot(node, shape, mistakes)) detail::put(to.*member, *p, node);
+          }};
+}
+
+/// A sequence of them.
+template <class T>
+Field<T> spots(std::string key, std::vector<At<Vec3>> T::*member, Range count, Range plane, Range height, Need need,
+               std::string doc) {
+  ValueShape item = detail::spot_shape(plane, height);
   return {{std::move(key), need, std::move(doc), {ValueShape::Kind::List, {}, count, {}, {}, {item}}},
           [member, item, count](const Node& node, T& to, Mistakes& mistakes) {
             if (!expect_list(node, count, mistakes)) return;
-            for (const Node& each : node.items) {
-              std::vector<Quantity> v;
-              if (read_tuple(each, item, v, mistakes)) (to.*member).push_back({{v[0].value, v[1].value}, each.place});
-            }
+            for (const Node& each : node.items)
+              if (const auto p = detail::read_spot(each, item, mistakes)) (to.*member).push_back({*p, each.place});
           }};
 }
 

@@ -7,6 +7,7 @@
 
 #include "config/machine_file.hpp"
 #include "core/near_word.hpp"
+#include "core/sha256.hpp"
 
 namespace gantry::config {
 namespace {
@@ -87,8 +88,8 @@ std::optional<StationProfile> Resolver::profile(const At<std::string>& name) {
   std::optional<StationProfile>& slot = profiles_[name.value];
   std::vector<std::string> all;
   for (const char* kind : {"drives", "devices"}) {
-    const auto folder = (folder_ / ".." / kind).lexically_normal();
-    const auto path = folder / (name.value + ".yaml");
+    const std::string folder = profiles_beside(folder_.string(), kind);
+    const auto path = std::filesystem::path(folder) / (name.value + ".yaml");
     std::error_code ignored;
     if (std::filesystem::exists(path, ignored)) {
       auto read = load_profile(path.string());
@@ -98,11 +99,14 @@ std::optional<StationProfile> Resolver::profile(const At<std::string>& name) {
         of_profiles_.insert(of_profiles_.end(), read.error().begin(), read.error().end());
       return slot;
     }
-    for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
-      if (entry.path().extension() == ".yaml") all.push_back(entry.path().stem().string());
+    for (std::string& each : yaml_files_in(folder)) all.push_back(std::move(each));
   }
   std::sort(all.begin(), all.end());
-  unknown(name.value, name.place, "profile", {all.begin(), all.end()});
+  mistakes_.add(Fault::UnknownReference,
+                fmt::format("there is no profile '{}'; looked for {}.yaml in {} and {}; {}", name.value, name.value,
+                            profiles_beside(folder_.string(), "drives"), profiles_beside(folder_.string(), "devices"),
+                            did_you_mean(name.value, {all.begin(), all.end()})),
+                name.place);
   return slot;
 }
 
@@ -283,9 +287,9 @@ Machine Resolver::resolve(const written::MachineFile& file) {
   m.scene = bodies(file.scene);
   for (const auto& row : file.frames) m.frames.push_back({row.name, row.origin});
   m.camera = file.camera;
-  m.probe.speed_mm_s = file.probe.speed_mm_s;
+  m.probe.speed_mm_s = file.probe.speed_mm_s.value;
   m.probe.approach_mm = file.probe.approach_mm;
-  m.probe.travel_mm = file.probe.travel_mm;
+  m.probe.travel_mm = file.probe.travel_mm.value;
   m.probe.retract_mm = file.probe.retract_mm;
   m.probe.fast_mm_s = file.probe.fast_mm_s.value;
   m.probe.back_off_mm = file.probe.back_off_mm.given() ? file.probe.back_off_mm.value : kBackOff_mm;
@@ -295,11 +299,19 @@ Machine Resolver::resolve(const written::MachineFile& file) {
   else if (file.brake) {
     const auto output = index(m.free_outputs, file.brake->output, "free output");
     const auto axis = index(m.axes, file.brake->axis, "axis");
+    if (output && m.free_outputs[*output].channel.invert)
+      mistakes_.add(
+          Fault::Inconsistent,
+          fmt::format("output '{}' is inverted: the brake would be released whenever nobody writes it, and the "
+                      "axis would fall; wire a brake that holds without current, and leave `invert` out",
+                      file.brake->output.value),
+          file.brake->output.place);
     if (output && axis)
       m.brake = BrakeConfig{m.axes[*axis].id, static_cast<unsigned>(kOutputs + *output), file.brake->time_s};
   }
   m.clearance_mm = file.clearance_mm;
   m.safe_z_mm = file.safe_z_mm.value;
+  m.hold_within_s = file.hold_within_s;
   for (const auto& row : file.park)
     if (const auto i = index(m.axes, {row.name, row.place}, "axis"))
       m.park.emplace_back(m.axes[*i].id, value(row.quantity, m.axes[*i].rotary ? D::Angle : D::Length));
@@ -321,6 +333,7 @@ Checked<Machine> load_machine(const std::string& path) {
   std::vector<Error> all = mistakes.errors();
   all.insert(all.end(), of_profiles.begin(), of_profiles.end());
   if (!all.empty()) return tl::unexpected(std::move(all));
+  machine.sha256 = sha256_hex(*text);
   return machine;
 }
 

@@ -216,9 +216,13 @@ struct SimConfig {
   Vec3 needle_error, camera_error, probe_error;      ///< true minus configured tip offsets
 };
 
+/// What the virtual probe bears at contact; of a real one its data sheet tells.
+inline constexpr double kVirtualProbeBears_mm_s = 10;
+
 struct Machine {
   std::string name;
-  std::string file;  ///< path it was read from
+  std::string file;    ///< path it was read from
+  std::string sha256;  ///< of the bytes that were read
   BusConfig bus;
   std::vector<Station> stations;
   std::vector<Axis> axes;      ///< index = AxisId
@@ -236,6 +240,7 @@ struct Machine {
   std::optional<BrakeConfig> brake;
   double clearance_mm = 2.0;                    ///< kept from every body in travel, over and above path deviation
   double safe_z_mm = 0;                         ///< Z for parking and for travel that finds nothing shorter
+  double hold_within_s = 2;                     ///< a hold waits for the end of the feature if that is so near
   std::vector<std::pair<AxisId, double>> park;  ///< where a job ends
   SimConfig sim;
 };

@@ -17,6 +17,15 @@ const std::vector<D> kSpeed{D::Speed, D::AngularSpeed};
 const std::vector<D> kAcceleration{D::Acceleration, D::AngularAcceleration};
 const std::vector<D> kJerk{D::Jerk, D::AngularJerk};
 
+/// The same field; `to` learns where its value stands.
+template <class T>
+Field<T> placed(Field<T> field, Place T::*place) {
+  return {std::move(field.row), [read = std::move(field.read), place](const Node& node, T& to, Mistakes& mistakes) {
+            to.*place = node.place;
+            read(node, to, mistakes);
+          }};
+}
+
 /// `run_current: 2.1 A`, or one value for each axis of the station.
 Field<StationRow> settings(std::string key, std::string doc) {
   const ValueShape value{ValueShape::Kind::Setting, {}, kAny, {}, {}, {}};
@@ -54,7 +63,8 @@ const Fields<InputsRow> kInputsOfDrive{
 const Fields<StationRow> kStation{
     name_of("profile", &StationRow::profile, kRequired, "a file of ../drives or ../devices, without .yaml"),
     integer("position", &StationRow::position, {0, 127}, kRequired, "place in the ring, 0 first; node id on CANopen"),
-    integer("alias", &StationRow::alias, {0, 65535}, kOptional, "station alias; 0: not checked"),
+    placed(integer("alias", &StationRow::alias, {0, 65535}, kOptional, "station alias; 0: not checked"),
+           &StationRow::alias_place),
     settings("parameters", "other values of the profile's parameters; one for all axes of the station, or a list"),
     declared("declared", "parameters whose object the station does not have: you vouch for them"),
     object("inputs", &StationRow::inputs, kInputsOfDrive, kOptional, "other bits of 60FDh than the profile's"),
@@ -117,7 +127,7 @@ const Fields<ChannelRow> kChannel{
     name_of("station", &ChannelRow::station, kRequired, "one of `stations`"),
     integer("bit", &ChannelRow::bit, {0, 255}, kOptional, "bit of its process image; or `terminal`"),
     name_of("terminal", &ChannelRow::terminal, kOptional, "the same by the name that the station's profile gives it"),
-    flag("invert", &ChannelRow::invert, kOptional, "0 means on"),
+    placed(flag("invert", &ChannelRow::invert, kOptional, "0 means on"), &ChannelRow::invert_place),
 };
 
 const Fields<RoundRow> kRound{
@@ -195,7 +205,9 @@ const Fields<BusRow> kBus{
        read_object(node, kStall, to.stop_after_missed.value, node.place, mistakes);
        to.stop_after_missed.place = node.place;
      }},
-    integer("frames_lost_max", &BusRow::frames_lost_max, {1, 100}, kOptional, "frames in a row that may be lost"),
+    placed(
+        integer("frames_lost_max", &BusRow::frames_lost_max, {1, 100}, kOptional, "frames in a row that may be lost"),
+        &BusRow::frames_lost_place),
     choice("map", &BusRow::map, Choices<MapKind>{{"separate", MapKind::Separate}, {"overlapped", MapKind::Overlapped}},
            kOptional, "a station's inputs lie behind its outputs in the logical map, or over them (shorter frames)"),
 };
@@ -252,12 +264,15 @@ const Fields<MachineFile>& machine_fields() {
       object("head", &MachineFile::head, kHead, kRequired, "what X, Y and Z carry; its reference point is 0, 0, 0"),
       named("frames", &MachineFile::frames, kFrame, {1, 64}, kRequired, "where boards lie"),
       named("scene", &MachineFile::scene, kSceneBody, {0, 1000}, kRequired, "bodies that stand"),
-      object("camera", &MachineFile::camera, kCamera, kRequired, "the camera on the head"),
+      placed(object("camera", &MachineFile::camera, kCamera, kRequired, "the camera on the head"),
+             &MachineFile::camera_place),
       object("probe", &MachineFile::probe, kProbe, kRequired, "the touch probe"),
       object("brake", &MachineFile::brake, kBrake, kOptional,
              "a brake that the machine releases; those that a drive works are left to it"),
       number("clearance", &MachineFile::clearance_mm, D::Length, {0, 100}, kRequired, "kept from every body in travel"),
       number("safe_z", &MachineFile::safe_z_mm, D::Length, kLength, kRequired, "Z for travel that finds nothing lower"),
+      number("hold_within", &MachineFile::hold_within_s, D::Time, {0, 3600}, kOptional,
+             "a hold waits for the end of the feature if that is so near, and stops on it if not"),
       named_quantities("park", &MachineFile::park, kPosition, kRequired, "where a job ends"),
       object("sim", &MachineFile::sim, kSim, kRequired, "truth of the virtual machine"),
   };

@@ -22,6 +22,7 @@ struct StationRow {
   At<std::string> profile;
   At<int> position;
   int alias = 0;
+  Place alias_place;
   std::vector<SettingRow> parameters;
   std::vector<At<std::string>> declared;
   std::optional<InputsRow> inputs;
@@ -71,6 +72,7 @@ struct ChannelRow {
   At<std::string> station, terminal;
   At<int> bit;  ///< or `terminal`
   bool invert = false;
+  Place invert_place;
 };
 
 struct RoundRow {
@@ -105,8 +107,8 @@ struct FrameRow {
 
 struct ProbeRow {
   At<std::string> axis;
-  double speed_mm_s = 0, approach_mm = 0, travel_mm = 0, retract_mm = 0;
-  At<double> fast_mm_s, back_off_mm;
+  double approach_mm = 0, retract_mm = 0;
+  At<double> speed_mm_s, travel_mm, fast_mm_s, back_off_mm;
 };
 
 struct BrakeRow {
@@ -121,6 +123,7 @@ struct BusRow {
   At<double> cycle_s;
   At<StallRow> stop_after_missed;
   int frames_lost_max = 3;
+  Place frames_lost_place;
   MapKind map = MapKind::Separate;
 };
 
@@ -160,9 +163,11 @@ struct MachineFile {
   std::vector<FrameRow> frames;
   std::vector<BodyRow> scene;
   CameraConfig camera;
+  Place camera_place;
   ProbeRow probe;
   std::optional<BrakeRow> brake;
   double clearance_mm = 2;
+  double hold_within_s = 2;
   At<double> safe_z_mm;
   std::vector<NamedQuantity> park;
   SimRow sim;
@@ -186,6 +191,28 @@ std::vector<std::string> channel_notes(const Machine& machine);
 /// What a drive holds of its own limits against what its axis is asked for: mistakes, and sentences for `check`.
 void check_drive_limits(const Machine& machine, const written::MachineFile& file, Mistakes& mistakes);
 std::vector<std::string> drive_limit_notes(const Machine& machine);
+
+/// "12.5 mm", "90 deg/s": a value of an axis as people write it.
+std::string in_units(const Axis& axis, double value, std::string_view per = "", int digits = 6);
+
+/// Whether homing can be right: each axis that gets targets has one, up and towards a switch that stands where it is
+/// said to, no faster than the axis.
+void check_homing(const Machine& machine, const written::MachineFile& file, Mistakes& mistakes);
+std::vector<std::string> homing_notes(const Machine& machine);
+
+/// What the cycle of the bus asks of stations and axes, and whether the windows that watch an axis can hold, and can
+/// bite.
+void check_timing(const Machine& machine, const written::MachineFile& file, Mistakes& mistakes);
+void check_windows(const Machine& machine, const written::MachineFile& file, Mistakes& mistakes);
+std::vector<std::string> window_notes(const Machine& machine);
+
+/// Whether the bodies of the head end where its tools work, and what is asked of probe and camera.
+void check_head(const Machine& machine, const written::MachineFile& file, Mistakes& mistakes);
+std::vector<std::string> head_notes(const Machine& machine);
+
+/// What is stated of a station against what the program counts on.
+void check_parameters(const Machine& machine, const written::MachineFile& file, Mistakes& mistakes);
+std::vector<std::string> parameter_notes(const Machine& machine);
 
 /// What only shows across rows: a station's slot used twice, limits that exclude each other, a park position out of
 /// reach ... `file` is where `machine` was made from, row by row.

@@ -101,7 +101,8 @@ Json value_schema(const ValueShape& shape) {
       set_bounds(out, shape.range, "minItems", "maxItems", true);
       break;
     case Kind::Tuple:
-      out = {{"type", "array"}, {"minItems", shape.items.size()}, {"maxItems", shape.items.size()}};
+      out = {
+          {"type", "array"}, {"minItems", shape.items.size() - shape.optional_items}, {"maxItems", shape.items.size()}};
       out["items"] = value_schema(shape.items.front());
       break;
     case Kind::Named:
@@ -140,7 +141,11 @@ std::string sample(const ValueShape& shape) {
     case Kind::Setting: return "2.1 A or 10000";
     case Kind::Object: return "keys";
     case Kind::List: return "list";
-    case Kind::Tuple: return "[" + samples(shape.items) + "]";
+    case Kind::Tuple: {
+      const auto always = shape.items.end() - static_cast<std::ptrdiff_t>(shape.optional_items);
+      const std::string all = "[" + samples({shape.items.begin(), always}) + "]";
+      return shape.optional_items == 0 ? all : all + " or [" + samples(shape.items) + "]";
+    }
     case Kind::Named: return "names";
     case Kind::OneOf: return "one key";
   }

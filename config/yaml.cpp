@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <fcntl.h>
+#include <filesystem>
 #include <fmt/format.h>
 #include <set>
 #include <sstream>
@@ -327,6 +328,15 @@ Result<std::string> read_text_file(const std::string& path, std::size_t max_byte
   if (too_large) return fail(Fault::FileTooLarge, fmt::format("larger than {} bytes; split the file", max_bytes), path);
   if (!ok) return fail(Fault::FileUnreadable, "is no regular file that can be read", path);
   return text;
+}
+
+std::vector<std::string> yaml_files_in(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 std::string shortened(std::string_view text, std::size_t bytes) {

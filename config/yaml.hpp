@@ -85,4 +85,7 @@ Result<std::string> read_text_file(const std::string& path, std::size_t max_byte
 /// Text for a message, cut after so many bytes, never within a character.
 std::string shortened(std::string_view text, std::size_t bytes);
 
+/// Names, without their ending, of the .yaml files in a folder, sorted; none where it cannot be read.
+std::vector<std::string> yaml_files_in(const std::string& folder);
+
 }  // namespace gantry::config

@@ -2,6 +2,7 @@
 // thing and the remedy, and the place.
 //   return fail(Fault::UnknownKey, "unknown key 'sped'; did you mean 'speed'?", "recipes/board.yaml:14:7");
 #pragma once
+#include <memory>
 #include <string>
 #include <tl/expected.hpp>
 #include <utility>
@@ -11,10 +12,14 @@
 
 namespace gantry {
 
+struct Meeting;
+
 struct Error {
   Fault fault = Fault::Internal;
   std::string message;  ///< one sentence: what is wrong, and what to do
   std::string where;    ///< "file:line:col", "station 3 'y1'", "axis Z"; empty where there is no place
+  std::shared_ptr<const Meeting>
+      meeting{};  ///< of a collision that was foreseen (core/meeting.hpp); null: nothing to show
 };
 
 template <class T>

@@ -3,10 +3,13 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "core/clean_text.hpp"
+
 namespace gantry {
 
 std::string to_text(const Error& e) {
-  return fmt::format("{}{}{} [{}]", e.where, e.where.empty() ? "" : ": ", e.message, code(e.fault));
+  return fmt::format("{}{}{} [{}]", clean_text(e.where), e.where.empty() ? "" : ": ", clean_text(e.message),
+                     code(e.fault));
 }
 
 namespace log {

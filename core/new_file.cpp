@@ -1,5 +1,6 @@
 #include "core/new_file.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -67,6 +68,11 @@ void NewFile::flush() {
   buffer_.clear();
 }
 
+void NewFile::sync() {
+  flush();
+  if (failed_ == 0 && ::fsync(fd_) != 0) failed_ = errno;
+}
+
 Result<void> NewFile::close() {
   flush();
   const bool closed = ::close(std::exchange(fd_, -1)) == 0;
@@ -75,17 +81,44 @@ Result<void> NewFile::close() {
   return {};
 }
 
-Result<void> write_new_file(const std::string& path, std::string_view bytes) {
+namespace {
+
+enum class Until { Written, OnDisk };
+
+Result<void> write_file(const std::string& path, std::string_view bytes, Until until) {
   if (auto may = replaceable(path); !may) return may;
   const std::string beside = path + ".part";
   auto file = NewFile::create(beside);
   if (!file) return tl::unexpected(file.error());
   file->write(bytes);
+  if (until == Until::OnDisk) file->sync();
   auto done = file->close();
   if (done && ::rename(beside.c_str(), path.c_str()) != 0)
     done = unwritable("the file cannot be put in place", errno, path);
   if (!done) ::unlink(beside.c_str());
   return done;
+}
+
+/// The names in a folder are on the disk.
+Result<void> sync_folder(const std::string& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const bool good = fd >= 0 && ::fsync(fd) == 0;
+  const int why = errno;
+  if (fd >= 0) ::close(fd);
+  if (!good) return unwritable("the folder could not be written to the disk", why, path);
+  return {};
+}
+
+}  // namespace
+
+Result<void> write_new_file(const std::string& path, std::string_view bytes) {
+  return write_file(path, bytes, Until::Written);
+}
+
+Result<void> write_durable_file(const std::string& path, std::string_view bytes) {
+  if (auto done = write_file(path, bytes, Until::OnDisk); !done) return done;
+  const auto slash = path.rfind('/');
+  return sync_folder(slash == std::string::npos ? "." : path.substr(0, std::max<std::size_t>(slash, 1)));
 }
 
 Result<void> make_folder(const std::string& path) {

@@ -21,6 +21,8 @@ class NewFile {
 
   /// Buffered. What goes wrong is reported by close().
   void write(std::string_view bytes);
+  /// Everything so far is on the disk when this returns (fsync(2)); what goes wrong is reported by close().
+  void sync();
   /// Whether everything has reached the file. Fault::FileUnwritable.
   Result<void> close();
 
@@ -36,6 +38,9 @@ class NewFile {
 /// Writes beside `path` and renames into place: the file appears whole or not at all, and a link of this name is
 /// replaced, not followed. Fault::FileUnwritable.
 Result<void> write_new_file(const std::string& path, std::string_view bytes);
+
+/// The same, and it survives a power cut from here on: file and folder are on the disk when this returns.
+Result<void> write_durable_file(const std::string& path, std::string_view bytes);
 
 /// Makes the folder if it is not there; missing folders above it too. A link of this name is accepted only if this user
 /// or root has made it: nobody else decides where files go. Fault::FileUnwritable.

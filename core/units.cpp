@@ -5,6 +5,8 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "core/trimmed.hpp"
+
 namespace gantry::units {
 namespace {
 
@@ -48,14 +50,8 @@ constexpr std::array kUnits{
     Unit{Dimension::AngularJerk, "rad/s^3", 1.0},
     Unit{Dimension::AngularJerk, "deg/s^3", kPi / 180},
     Unit{Dimension::AngularJerk, "deg/s³", kPi / 180},
+    Unit{Dimension::Ratio, "%", 0.01},
 };
-
-std::string_view trim(std::string_view s) {
-  constexpr std::string_view blank = " \t";
-  const auto first = s.find_first_not_of(blank);
-  if (first == std::string_view::npos) return {};
-  return s.substr(first, s.find_last_not_of(blank) - first + 1);
-}
 
 std::string accepted(Dimension dimension) {
   std::string list;
@@ -97,12 +93,13 @@ std::string_view example(Dimension dimension) {
     case Dimension::AngularSpeed: return "180 deg/s";
     case Dimension::AngularAcceleration: return "1000 deg/s^2";
     case Dimension::AngularJerk: return "20000 deg/s^3";
+    case Dimension::Ratio: return "5 %";
   }
   return "";
 }
 
 Result<double> parse(std::string_view text, Dimension dimension) {
-  const std::string_view all = trim(text);
+  const std::string_view all = trimmed(text);
   // The number ends where neither digit, sign, point nor exponent goes on; "1e3 mm" and "1e3mm" both read.
   std::size_t end = 0;
   while (end < all.size()) {
@@ -114,7 +111,7 @@ Result<double> parse(std::string_view text, Dimension dimension) {
     ++end;
   }
   std::string_view number = all.substr(0, end);
-  const std::string_view unit = trim(all.substr(end));
+  const std::string_view unit = trimmed(all.substr(end));
   if (!plain_decimal(number))
     return fail(Fault::BadValue, fmt::format("'{}' is not a number; write for example '{}'", all, example(dimension)));
   if (number.front() == '+') number.remove_prefix(1);

@@ -22,6 +22,7 @@ enum class Dimension {
   AngularSpeed,         ///< rad/s
   AngularAcceleration,  ///< rad/s^2
   AngularJerk,          ///< rad/s^3
+  Ratio,                ///< 1: 100 %
 };
 
 /// Value in the house's unit of `dimension`. Fault::BadUnit with the accepted units in the text.

@@ -39,6 +39,12 @@ tl::unexpected<Error> unusable(const std::string& interface, const char* what) {
   return fail(Fault::InterfaceUnusable, fmt::format("{}: {}", what, std::strerror(errno)), "interface " + interface);
 }
 
+ifreq request_about(const std::string& interface) noexcept {
+  ifreq request{};
+  std::copy_n(interface.begin(), std::min(interface.size(), sizeof request.ifr_name - 1), request.ifr_name);
+  return request;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<RawSocketPort>> RawSocketPort::open(const std::string& interface) {
@@ -73,6 +79,15 @@ Result<std::unique_ptr<RawSocketPort>> RawSocketPort::open(const std::string& in
   return port;
 }
 
+RawSocketPort::RawSocketPort(int socket, InterfaceLock lock, std::string interface)
+    : lock_(std::move(lock)), socket_(socket), interface_(std::move(interface)) {
+  ifreq request = request_about(interface_);
+  if (::ioctl(socket_, SIOCGIFHWADDR, &request) != 0) return;
+  constexpr std::size_t kOwn = 3;  // the bytes that the card's maker counts
+  const auto* const card = reinterpret_cast<const std::byte*>(request.ifr_hwaddr.sa_data);
+  std::copy_n(card + std::tuple_size_v<MacAddress> - kOwn, kOwn, source_.end() - kOwn);
+}
+
 RawSocketPort::~RawSocketPort() { ::close(socket_); }
 
 bool RawSocketPort::send(PortIndex port, std::span<const std::byte> frame) noexcept {
@@ -97,8 +112,7 @@ void RawSocketPort::arm(Time deadline) noexcept { timer_.aim(deadline); }
 
 bool RawSocketPort::link_up(PortIndex port) const noexcept {
   if (port != PortIndex::Primary) return false;
-  ifreq request{};
-  std::copy_n(interface_.begin(), std::min(interface_.size(), sizeof request.ifr_name - 1), request.ifr_name);
+  ifreq request = request_about(interface_);
   if (::ioctl(socket_, SIOCGIFFLAGS, &request) != 0) return false;
   return (request.ifr_flags & IFF_UP) != 0 && (request.ifr_flags & IFF_RUNNING) != 0;
 }

@@ -25,18 +25,20 @@ class RawSocketPort final : public FramePort {
   /// rx_time is when the frame was read, on CLOCK_MONOTONIC.
   Received receive(std::span<std::byte> buffer, Time deadline) noexcept override;
   void arm(Time deadline) noexcept override;
+  /// Its last bytes are the card's, so that two computers on one line differ.
+  [[nodiscard]] SourceAddress source() const noexcept override { return source_; }
   /// A system call (SIOCGIFFLAGS); asked only when a frame is missing.
   [[nodiscard]] bool link_up(PortIndex port) const noexcept override;
   [[nodiscard]] int descriptor() const noexcept override { return socket_; }
 
  private:
-  RawSocketPort(int socket, InterfaceLock lock, std::string interface)
-      : lock_(std::move(lock)), socket_(socket), interface_(std::move(interface)) {}
+  RawSocketPort(int socket, InterfaceLock lock, std::string interface);
 
   InterfaceLock lock_;
   int socket_;
   DeadlineTimer timer_;
   std::string interface_;
+  SourceAddress source_ = kUsualSource;
 };
 
 }  // namespace gantry::devices

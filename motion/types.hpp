@@ -1,6 +1,6 @@
-// What motion is made of. A Segment carries geometry q(s) and a speed profile s(t); everything that happens meanwhile
-// (hold, override, starvation) re-plans s and leaves q(s) alone, so that the tool stays on its path. Plain values: they
-// cross the RT boundary.
+// What motion is made of. A Segment carries geometry q(s) and the part of a speed profile s(t) that plays on it;
+// everything that happens meanwhile (hold, override, starvation) changes s(t) and leaves q(s) alone, so that the tool
+// stays on its path. Plain values: they cross the RT boundary.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -21,7 +21,9 @@ struct Limits {
   double tick_s = 0.001;
 };
 
-inline constexpr std::size_t kMaxPhases = 20;  ///< of one profile
+inline constexpr std::size_t kMaxPhases = 20;     ///< of one profile
+inline constexpr std::size_t kSegmentPhases = 7;  ///< of a segment: as many as a move from rest to rest has
+inline constexpr std::size_t kCoefficients = 18;  ///< of a segment's geometry: six axes on a cubic, or all on a line
 
 /// Constant jerk for a while.
 struct Phase {
@@ -34,18 +36,27 @@ struct State {
   double p = 0, v = 0, a = 0;
 };
 
+/// After a time at constant jerk.
+[[nodiscard]] inline State advanced(const State& x, double jerk, double t) noexcept {
+  return {x.p + t * (x.v + t * (x.a / 2 + t * jerk / 6)), x.v + t * (x.a + t * jerk / 2), x.a + t * jerk};
+}
+
 /// s(t) of one segment: starts at s = 0 with (v0, a0), then the phases.
 struct SpeedProfile {
   double v0 = 0, a0 = 0;
-  rt::FixedVector<Phase, kMaxPhases> phases;
+  rt::FixedVector<Phase, kSegmentPhases> phases;
 };
 
-/// q(s) = sum of c[k] u^k with u = s / length: a line (degree 1), a corner blend (up to 6) or a standstill (0).
+/// q(s): a standstill (degree 0), a line (1), or a part of a curve (3): a cubic in u, and u a quintic of arc length.
+/// geometry.hpp makes and evaluates it.
 struct Geometry {
-  static constexpr std::size_t kMaxDegree = 6;
-  double length = 0;  ///< range of s: mm of path, or rad for a move of rotary axes alone; of a dwell: seconds
+  double length = 0;            ///< range of s: mm of path, or rad for rotary axes alone; of a dwell: seconds
+  double begin = 0, whole = 0;  ///< of a curve: where this part begins on it, and its length
+  std::array<double, 5> u{};    ///< of a curve: u = x (u[0] + u[1] x + ...), x = (begin + s) / whole
+  AxisVec from{};               ///< q where u is 0
+  std::uint16_t moving = 0;     ///< bit n: axis n moves
   std::uint8_t degree = 0;
-  std::array<AxisVec, kMaxDegree + 1> c{};
+  std::array<double, kCoefficients> c{};  ///< of u, u^2 ... u^degree for the first axis that moves, then the next
 };
 
 /// Outputs that switch where (or, on a dwell, when) the tool comes to a position. Fires at the first cycle tick at
@@ -59,8 +70,10 @@ struct OutputEvent {
 };
 
 enum class SegmentKind : std::uint8_t {
-  Path,
-  Dwell,       ///< s counts seconds at rate 1; hold freezes it, override leaves it
+  Path,   ///< a straight line from rest to rest: hold and override re-plan s on it
+  Piece,  ///< of a longer path: begins and ends in motion, but for the first and the last; hold and override change
+          ///< the rate at which its planned time is played
+  Dwell,  ///< s counts seconds at rate 1; hold freezes it, override leaves it
   UntilProbe,  ///< ends where the probe latches; reaching its end without that is Fault::ProbeNeverTriggered
 };
 
@@ -70,13 +83,14 @@ struct Segment {
   std::uint32_t feature = 0;  ///< index of the recipe's feature, 0xFFFFFFFF for travel
   SegmentKind kind = SegmentKind::Path;
   bool ends_block = false;  ///< rest at its end, and the world is asked next
-  Geometry geometry;
-  SpeedProfile nominal;                    ///< what is played at override 1 without a stop
-  double v_cap = 0;                        ///< path speed that the recipe wants at most (what 100 % means)
-  double v_max = 0, a_max = 0, j_max = 0;  ///< bounds of s derivatives from the axis limits on this geometry
-  double v_exit = 0;                       ///< nominal path speed at the end; acceleration there is 0
+  bool rests = true;        ///< at its end by plan; false: the next one goes on with its speed and acceleration
+  double v_cap = 0;         ///< path speed that the recipe wants at most (what 100 % means)
   rt::FixedVector<OutputEvent, 2> events;
+  Geometry geometry;
+  SpeedProfile nominal;  ///< what is played at override 1 without a stop
 };
+
+static_assert(sizeof(Segment) <= 600);
 
 inline constexpr std::uint32_t kTravel = 0xFFFFFFFFu;
 
@@ -88,9 +102,11 @@ struct Setpoint {
   std::uint32_t feature = kTravel;
   std::uint32_t outputs = 0;  ///< the output word that events have built
   double s = 0, s_dot = 0;
+  double way = 0;  ///< mm along the block from its first segment; a dwell has none
   bool moving = false;
   bool probing = false;     ///< this tick plays a segment of kind UntilProbe
   bool block_done = false;  ///< this tick reached the end of the block
+  bool off_path = false;    ///< what was planned does not hold: every axis brakes by itself, and the path is lost
 };
 
 }  // namespace gantry::motion

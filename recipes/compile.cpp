@@ -4,6 +4,9 @@
 
 #include "core/near_word.hpp"
 #include "recipes/job.hpp"
+#include "recipes/recipe_file.hpp"
+#include "recipes/seat.hpp"
+#include "recipes/twice.hpp"
 #include "recipes/valve_leads.hpp"
 
 namespace gantry::recipes {
@@ -18,39 +21,50 @@ class Feasibility {
       : recipe_(recipe), machine_(machine), mistakes_(mistakes) {}
 
   void check() {
-    if (!config::find_frame(machine_, recipe_.board.frame)) {
-      std::vector<std::string_view> known;
-      for (const auto& frame : machine_.frames) known.push_back(frame.name);
-      mistakes_.add(Fault::UnknownReference,
-                    fmt::format("machine '{}' has no frame '{}'; {}", machine_.name, recipe_.board.frame,
-                                did_you_mean(recipe_.board.frame, known)),
-                    recipe_.board.frame_place);
-      return;
-    }
-    outputs();
-    for (const Material& material : recipe_.materials) speed(material);
+    const bool framed = frame();
+    general();
+    if (!framed) return;
+    check_seat(recipe_, machine_, mistakes_);
     for (const MarkDef& m : recipe_.marks) mark(m);
     for (const TouchPoint& t : recipe_.touches) touch(t);
+    purge();
     for (const Feature& f : recipe_.features) std::visit([&](const auto& each) { feature(each); }, f);
   }
+  /// What does not ask where anything lies.
+  void general() {
+    outputs();
+    check_tools(recipe_, machine_, mistakes_);
+    for (const Material& material : recipe_.materials) speed(material);
+  }
+  bool frame() { return known_frame(recipe_.board.frame, recipe_.board.frame_place); }
 
  private:
+  bool known_frame(const std::string& name, Place place) {
+    if (config::find_frame(machine_, name)) return true;
+    std::vector<std::string_view> known;
+    for (const auto& frame : machine_.frames) known.push_back(frame.name);
+    mistakes_.add(Fault::UnknownReference,
+                  fmt::format("machine '{}' has no frame '{}'; {}", machine_.name, name, did_you_mean(name, known)),
+                  place);
+    return false;
+  }
+
   /// How far a point of the board may stand from its nominal place by the mark rules.
   [[nodiscard]] double wander(Vec2 at) const {
     if (recipe_.marks.empty()) return 0;
     return recipe_.mark_rules.max_shift_mm + 2 * norm(at) * std::sin(recipe_.mark_rules.max_rotation_rad / 2);
   }
 
-  /// Tool's tip at a point, `low` .. `high` above the nominal surface, `around` mm to every side.
+  /// Tool's tip at a point of the board, `low` .. `high` above the nominal surface, `around` mm to every side.
   bool reach(std::string_view tool_name, Vec2 at, double low, double high, double around, Place place,
              std::string_view what) {
+    return reach(tool_name, to_machine(recipe_, machine_, {}, {}, at, 0), low, high, around, place, what);
+  }
+  /// The same of a point of the machine frame.
+  bool reach(std::string_view tool_name, Vec3 tip, double low, double high, double around, Place place,
+             std::string_view what) {
     const config::Tool* tool = config::find_tool(machine_, tool_name);
-    if (!tool) {
-      mistakes_.add(Fault::UnknownReference, fmt::format("machine '{}' has no tool '{}'", machine_.name, tool_name),
-                    place);
-      return false;
-    }
-    const Vec3 tip = to_machine(recipe_, machine_, {}, {}, at, 0);
+    if (!tool) return false;  // told by check_tools()
     const AxisVec q = tool_at(machine_, *tool, tip, 0);
     const auto bounds = {
         std::tuple{machine_.x, -around, around}, {machine_.y, -around, around}, {machine_.z, low, high}};
@@ -120,23 +134,42 @@ class Feasibility {
           fmt::format("touch '{}'", t.name));
   }
 
-  void needle(Vec2 at, const std::string& material_name, const std::string& id, Place place, bool& told) {
+  void purge() {
+    if (!recipe_.purge) return;
+    const Purge& purge = *recipe_.purge;
+    if (!purge.frame.empty() && !known_frame(purge.frame, purge.frame_place)) return;
+    const Material* material = find_material(recipe_, purge.material);
+    if (material == nullptr) return;
+    const bool on_board = purge.frame.empty();
+    const double window = on_board && !recipe_.touches.empty() ? recipe_.touch_rules.window_mm : 0;
+    reach("needle", purge_tip(recipe_, machine_, {}, {}), -window, material->retract + window,
+          on_board ? wander(flat(purge.at)) : 0, purge.at_place, "purging");
+    const Vec3 on_the_board = purge_tip(recipe_, machine_, {}, {}) - to_machine(recipe_, machine_, {}, {}, {}, 0);
+    if (const Feature* hit = feature_near(recipe_, flat(on_the_board), kPurgeClear_mm))
+      mistakes_.add(Fault::Inconsistent,
+                    fmt::format("the purge shoots onto '{}', or within {:.6g} mm of it; put its 'at' beside the work",
+                                id_of(*hit), kPurgeClear_mm),
+                    purge.at_place);
+  }
+
+  void needle(Vec2 at, double height_mm, const std::string& material_name, const std::string& id, Place place,
+              bool& told) {
     const Material* material = find_material(recipe_, material_name);
     if (told || !material) return;
     const double window = recipe_.touches.empty() ? 0 : recipe_.touch_rules.window_mm;
-    told =
-        !reach("needle", at, material->gap - window, material->gap + material->retract + window, wander(at), place, id);
+    const double gap = height_mm + material->gap;
+    told = !reach("needle", at, gap - window, gap + material->retract + window, wander(at), place, id);
   }
   void feature(const Dot& dot) {
     // An array is one line of the recipe: it is told once.
     if (dot.place == last_told_) return;
     bool told = false;
-    needle(dot.at, dot.material, dot.id, dot.place, told);
+    needle(dot.at, dot.height_mm, dot.material, dot.id, dot.place, told);
     if (told) last_told_ = dot.place;
   }
   void feature(const Bead& bead) {
     bool told = false;
-    for (const Vec2 p : bead.points) needle(p, bead.material, bead.id, bead.place, told);
+    for (const Vec3 p : bead.points) needle(flat(p), p.z, bead.material, bead.id, bead.place, told);
   }
 
   const Recipe& recipe_;
@@ -146,6 +179,26 @@ class Feasibility {
 };
 
 }  // namespace
+
+Checked<Compiled> load_for(const std::string& path, const config::Machine& machine) {
+  auto read = written::draft_file(path);
+  if (!read) return tl::unexpected(std::vector{read.error()});
+  written::Draft draft = *std::move(read);
+  if (draft.mistakes.empty()) {
+    auto job = compile(draft.recipe, machine);
+    if (!job) return tl::unexpected(job.error());
+    return Compiled{std::move(draft.recipe), *std::move(job)};
+  }
+  if (draft.readable) {
+    Mistakes more(path);
+    Feasibility of_machine(draft.recipe, machine, more);
+    if (draft.recipe.board.frame_place.line > 0) of_machine.frame();
+    of_machine.general();
+    const std::vector<Error> errors = more.errors();
+    draft.mistakes.insert(draft.mistakes.end(), errors.begin(), errors.end());
+  }
+  return tl::unexpected(std::move(draft.mistakes));
+}
 
 Checked<Job> compile(const Recipe& recipe, const config::Machine& machine) {
   Mistakes mistakes(recipe.file);
@@ -159,6 +212,7 @@ Checked<Job> compile(const Recipe& recipe, const config::Machine& machine) {
   };
   for (std::size_t i = 0; i < recipe.marks.size(); ++i) add(LookAtMark{i});
   for (std::size_t i = 0; i < recipe.touches.size(); ++i) add(Touch{i});
+  if (recipe.purge) add(PurgeNeedle{});
   Dispense all;
   for (std::size_t i = 0; i < recipe.features.size(); ++i) all.features.push_back(i);
   add(std::move(all));

@@ -41,6 +41,10 @@ struct Touch {
   std::size_t touch = 0;  ///< index in Recipe::touches
   bool operator==(const Touch&) const = default;
 };
+/// Shots at the recipe's purge place, if the valve was shut for long enough.
+struct PurgeNeedle {
+  bool operator==(const PurgeNeedle&) const = default;
+};
 struct Dispense {
   std::vector<std::size_t> features;  ///< indices in Recipe::features, in the order of the file
   bool operator==(const Dispense&) const = default;
@@ -50,11 +54,14 @@ struct Park {
 };
 struct Block {
   std::uint32_t number = 0;  ///< from 1
-  std::variant<LookAtMark, Touch, Dispense, Park> what;
+  std::variant<LookAtMark, Touch, PurgeNeedle, Dispense, Park> what;
 };
 struct Job {
   std::vector<Block> blocks;
 };
+
+/// The features that a job dispenses: indices in Recipe::features, in its order.
+std::vector<std::size_t> dispensed_by(const Job& job);
 
 /// Marks come first, then touches on the placed board, then what needs both.
 inline bool needs_offset(const Block& block) { return !std::holds_alternative<LookAtMark>(block.what); }
@@ -63,9 +70,16 @@ inline bool needs_surface(const Block& block) {
 }
 
 /// Checks a recipe against a machine (frames, reach at nominal placement with the rules' margins, speeds, tools, marks)
-/// and cuts it into blocks: one a mark, one a touch, one for all features, one to park. Every mistake with its place in
-/// the recipe. Fault 4xx, 5xx.
+/// and cuts it into blocks: one a mark, one a touch, one to purge, one for all features, one to park. Every mistake
+/// with its place in the recipe. Fault 4xx, 5xx.
 Checked<Job> compile(const Recipe& recipe, const config::Machine& machine);
+
+struct Compiled {
+  Recipe recipe;
+  Job job;
+};
+/// A file, read and compiled: of a recipe with mistakes also what the machine lacks for it, all at once.
+Checked<Compiled> load_for(const std::string& path, const config::Machine& machine);
 
 /// What the loss of the bus costs at the speeds of this recipe, and valve leads that the virtual valve does not have;
 /// for `check`.
@@ -78,6 +92,9 @@ AxisVec tool_at(const config::Machine& machine, const config::Tool& tool, Vec3 t
 /// Board point -> machine frame, z = height above the (offset) surface.
 Vec3 to_machine(const Recipe& recipe, const config::Machine& machine, const WorkOffset& offset, const Surface& surface,
                 Vec2 at, double height_mm);
+
+/// Where the needle's tip shoots when it purges, machine frame. A frame that the machine lacks counts as its origin.
+Vec3 purge_tip(const Recipe& recipe, const config::Machine& machine, const WorkOffset& offset, const Surface& surface);
 
 /// The board ("board", from the frame's origin to its top face), its parts and its fixtures as bodies of the machine
 /// frame, with the board placed by `offset`; fixtures stay where they are.

@@ -36,6 +36,13 @@ void add_lead(const Material& m, std::string_view key, double lead_s, double lag
                   std::abs(late_s) * m.speed));
 }
 
+std::string tolerances_in_words(const Material& m) {
+  return fmt::format("{}: a deposit is good within {:.6g} mm of its place, {:.6g} mm of its gap{}", m.name,
+                     m.tolerance_mm, m.gap_tolerance_mm,
+                     m.flow_follows_speed ? std::string("; its flow follows the speed")
+                                          : fmt::format(" and {:.6g} % of its speed", m.speed_tolerance * 100));
+}
+
 double longest_watchdog_s(const config::Machine& machine) {
   double longest = 0;
   for (const config::Axis& axis : machine.axes)
@@ -60,7 +67,16 @@ std::string left_to_stations(const config::Machine& machine) {
 
 std::vector<std::string> notes(const Recipe& recipe, const config::Machine& machine) {
   std::vector<std::string> out;
-  if (recipe.marks.empty()) out.push_back("no marks: the board is taken to lie at its nominal place");
+  if (recipe.marks.empty())
+    out.push_back(std::string("no marks: the board is taken to lie at its nominal place") +
+                  (recipe.placement == Placement::Fixture
+                       ? ", where its fixture holds it"
+                       : "; as nothing says so, every job ends with defects unless the recipe has marks or "
+                         "`placement: fixture`"));
+  if (recipe.marks.size() == 2)
+    out.push_back("two marks: nothing but their distance shows that they are the right ones");
+  if (!recipe.marks.empty() && !machine.outputs[static_cast<std::size_t>(config::Output::CameraLight)])
+    out.push_back("the machine has no output 'camera_light': marks are seen by whatever light there is");
   if (recipe.touches.empty()) out.push_back("no touches: the board's surface is taken to be at its nominal height");
   if (!recipe.touches.empty() && recipe.touches.size() < 3)
     out.push_back(fmt::format("{} touch{}: the board is taken to be level {}", recipe.touches.size(),
@@ -69,6 +85,7 @@ std::vector<std::string> notes(const Recipe& recipe, const config::Machine& mach
   const std::string axes = left_to_stations(machine);
   const auto& valve = machine.outputs[static_cast<std::size_t>(config::Output::Valve)];
   for (const Material& m : recipe.materials) {
+    out.push_back(tolerances_in_words(m));
     if (valve) {
       // The output stays as it is until the station's own watchdog bites.
       const double open_s = watchdog_s(machine, valve->station);

@@ -32,6 +32,16 @@ Vec3 to_machine(const Recipe& recipe, const config::Machine& machine, const Work
   return {origin.x + p.x, origin.y + p.y, origin.z + recipe.board.thickness + surface.at(at) + height_mm};
 }
 
+Vec3 purge_tip(const Recipe& recipe, const config::Machine& machine, const WorkOffset& offset, const Surface& surface) {
+  const Purge& purge = *recipe.purge;
+  if (purge.frame.empty()) {
+    const Material* material = find_material(recipe, purge.material);
+    return to_machine(recipe, machine, offset, surface, flat(purge.at), purge.at.z + (material ? material->gap : 0));
+  }
+  const config::WorkFrame* frame = config::find_frame(machine, purge.frame);
+  return (frame ? frame->origin : Vec3{}) + purge.at;
+}
+
 std::vector<config::Body> bodies(const Recipe& recipe, const config::Machine& machine, const WorkOffset& offset,
                                  const Surface& surface) {
   const Vec3 origin = frame_origin(recipe, machine);
@@ -49,7 +59,7 @@ std::vector<config::Body> bodies(const Recipe& recipe, const config::Machine& ma
                     offset.rotation));
   for (const Part& part : recipe.parts) {
     if (part.fixture)
-      out.push_back(box(part.name, part.at + recipe.board.at, 0, part.size, part.rotation));
+      out.push_back(box(part.name, part.at + recipe.board.at, part.underside, part.size, part.rotation));
     else
       out.push_back(box(part.name, on_frame(recipe, offset, part.at), recipe.board.thickness + surface.at(part.at),
                         part.size, part.rotation + offset.rotation));

@@ -4,6 +4,7 @@
 //   file:line:col
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -28,14 +29,15 @@ struct Board {
 };
 
 /// Something solid: a part that stands on the board's top face, or a fixture (a clamp) that stands on the pallet,
-/// beside or above the board. A box, upright.
+/// beside or above the board. A box, upright. A bridge is a deck and its posts.
 struct Part {
   std::string name;
   Vec2 at;               ///< centre
-  Vec3 size;             ///< z: height over the board's top face; of a fixture: over the frame's origin
+  Vec3 size;             ///< z: its own height
   double rotation = 0;   ///< rad about Z
   bool fixture = false;  ///< stands on the pallet and does not move with the board's placement
   Place place;
+  double underside = 0;  ///< of a fixture: mm over the frame's origin; 0: it stands on the pallet
 };
 
 struct MarkDef {
@@ -51,6 +53,7 @@ struct MarkRules {
   double max_shift_mm = 5;
   double max_rotation_rad = 0.05;
   int attempts = 2;
+  bool symmetric_allowed = false;  ///< a board turned in its seat may be taken for one that is not
 };
 
 struct TouchPoint {
@@ -72,7 +75,16 @@ struct Material {
   double dot_time = 0;     ///< s that the valve is open on a dot
   double settle_time = 0;  ///< s of standstill before a dot
   double retract = 0;      ///< mm that the needle lifts after a feature
-  Place place;
+  // Within what a deposit is as it should be.
+  double tolerance_mm = 0.1;        ///< beside the nominal path, and of its ends; a corner's tolerance comes on top
+  double gap_tolerance_mm = 0.1;    ///< of the gap
+  double speed_tolerance = 0.05;    ///< of the speed, where the bead is steady
+  bool flow_follows_speed = false;  ///< the dispenser doses by the path speed: a bead at another speed is as good
+  Place place{};
+  double early_off = 0;         ///< mm before the end of a bead where the valve shuts
+  double back_track = 0;        ///< mm back along the bead after its end, the valve shut
+  double tail_lift = 0;         ///< mm up on that way
+  double rejoin_within_s = 60;  ///< a bead that was cut is joined again within this since its valve shut
 };
 
 struct Dot {
@@ -80,20 +92,75 @@ struct Dot {
   Vec2 at;
   std::string material;
   Place place;
+  double height_mm = 0;    ///< of what it lies on, over the board's top face
+  std::string on{};        ///< the part that it lies on; empty: the board
+  bool off_board = false;  ///< it may leave the board
 };
 struct Bead {
   std::string id;
-  std::vector<Vec2> points;  ///< a closed bead repeats its first point at the end
+  std::vector<Vec3> points;  ///< z over the board's top face; a closed bead repeats its first point at the end
   bool closed = false;
   double corner_tolerance = 0;  ///< mm; 0: stop in every corner
   std::string material;
   Place place;
+  const char* kind = "polyline";  ///< how the recipe calls it: "arc"
+  double curve_mm = 0;            ///< length of the curve that the points sample; 0: they are all there is
+  std::string on{};               ///< the part that it lies on; empty: the board
+  bool off_board = false;         ///< it may leave the board
 };
 using Feature = std::variant<Dot, Bead>;
+
+inline const std::string& id_of(const Feature& feature) {
+  return std::visit([](const auto& each) -> const std::string& { return each.id; }, feature);
+}
+
+/// Length of a bead as the recipe draws it.
+double length_mm(const Bead& bead);
+
+/// A bead's points without the last `mm` of them.
+std::vector<Vec3> without_end(const Bead& bead, double mm);
+struct WayBack {
+  std::vector<Vec3> points;
+  std::size_t looks = 0;  ///< at points of the bead: what it has cost
+};
+/// From a bead's end back along it by so much, or to its start, as a polyline that is off it by at most `off_mm`: the
+/// first point is the bead's last.
+WayBack way_back(const Bead& bead, double back_mm, double off_mm);
+
+/// An area that is filled with parallel lines; each run of them is a bead.
+struct Fill {
+  std::string name;
+  double area_mm2 = 0, spacing_mm = 0;
+  std::size_t first = 0, beads = 0;  ///< in Recipe::features
+};
+
+/// A file that the recipe is made of: itself, then its files of points.
+struct Source {
+  std::string file;
+  std::size_t bytes = 0;
+  std::string sha256;  ///< of its bytes
+};
+
+/// Shots beside the work, so that the first deposit is of fresh material.
+struct Purge {
+  std::string material;
+  std::string frame;  ///< a frame of the machine; empty: on the board
+  Vec3 at;            ///< on the board: z over its top face, and the gap comes on top; in a frame: of the needle's tip
+  int shots = 0;
+  double after_s = 0;  ///< only when the valve was shut for longer
+  Place place, material_place{}, frame_place{}, at_place{};
+};
+
+/// What says where the board lies.
+enum class Placement {
+  Marks,
+  Fixture,  ///< it lies at its nominal place, by construction
+};
 
 struct Recipe {
   std::string name;
   std::string file;
+  Placement placement = Placement::Marks;
   Board board;
   std::vector<Part> parts;
   std::vector<MarkDef> marks;
@@ -101,12 +168,19 @@ struct Recipe {
   std::vector<TouchPoint> touches;
   TouchRules touch_rules;
   std::vector<Material> materials;
-  std::vector<Feature> features;  ///< in the order of the file, arrays expanded
+  std::optional<Purge> purge;
+  std::vector<Feature> features;  ///< in the order of the file, arrays and fills expanded
+  std::vector<Fill> fills;
+  std::vector<Source> sources;
 };
 
-/// Budgets before expansion: 256 KiB of text, 100000 features. Never throws. Fault 4xx, 505.
-Checked<Recipe> parse(std::string_view yaml, std::string_view file);
-/// Reads a regular file and parses it.
+/// Gives the text of a file that a recipe names.
+using ReadText = std::function<Result<std::string>(const std::string& name)>;
+
+/// Budgets: 256 KiB of text; expanded 100000 features, and 100000 points of beads. Never throws. Fault 4xx, 505.
+/// Without `beside` a recipe cannot name other files.
+Checked<Recipe> parse(std::string_view yaml, std::string_view file, const ReadText& beside = {});
+/// Reads a regular file and parses it; files of points lie in its folder.
 Checked<Recipe> load(const std::string& path);
 
 const Material* find_material(const Recipe& recipe, std::string_view name);

@@ -1,5 +1,8 @@
 #include "recipes/recipe_file.hpp"
 
+#include "recipes/fill.hpp"
+#include "recipes/points_file.hpp"
+
 namespace gantry::recipes {
 namespace written {
 namespace {
@@ -19,20 +22,21 @@ using config::Node;
 using config::number;
 using config::object;
 using config::point;
-using config::points;
 using config::Range;
+using config::spot;
+using config::spots;
 using config::ValueShape;
 using D = config::Dimension;
 
-constexpr Range kOnBoard{-2000, 2000}, kExtent{0.01, 2000};
+constexpr Range kExtent{0.01, 2000}, kRadius{0.01, 1000}, kSpacing{0.01, 1000};
 constexpr Range kHalfTurn{units::rad(-180), units::rad(180)}, kTurn{units::rad(-360), units::rad(360)};
 
-/// The machine is asked for it later: a mistake is told where it stands.
-config::Field<Board> frame() {
-  auto inner = name_of("frame", &Board::frame, kRequired, "a frame of the machine");
-  return {inner.row, [inner](const Node& node, Board& to, Mistakes& mistakes) {
+/// What is judged later, when a mistake in it is told where it stands.
+template <class T>
+config::Field<T> noted(config::Field<T> inner, Place T::*where) {
+  return {inner.row, [inner, where](const Node& node, T& to, Mistakes& mistakes) {
             inner.read(node, to, mistakes);
-            to.frame_place = node.place;
+            to.*where = node.place;
           }};
 }
 
@@ -40,7 +44,7 @@ const Fields<Board> kBoard{
     point("size", &Board::size, kExtent, kRequired, "its edges along X and Y"),
     number("thickness", &Board::thickness, D::Length, {0.01, 500}, kRequired,
            "its top face stands this far above the frame's origin"),
-    frame(),
+    noted(name_of("frame", &Board::frame, kRequired, "a frame of the machine"), &Board::frame_place),
     point("at", &Board::at, kOnBoard, kOptional, "nominal place of its origin in that frame"),
     number("clamp_margin", &Board::clamp_margin, D::Length, {0, 100}, kOptional,
            "kept free at the edges by the fixture"),
@@ -53,8 +57,10 @@ const Fields<Part> kPart{
 };
 const Fields<Part> kFixture{
     point("at", &Part::at, kOnBoard, kRequired, "its centre, with the board in its nominal place"),
-    point("size", &Part::size, kExtent, kRequired, "its edges; the last is its height over the frame's origin"),
+    point("size", &Part::size, kExtent, kRequired, "its edges; the last is its height"),
     number("rotation", &Part::rotation, D::Angle, kHalfTurn, kOptional, "counter-clockwise"),
+    number("z", &Part::underside, D::Length, {0, 2000}, kOptional,
+           "of its underside over the frame's origin: the deck of a bridge"),
 };
 
 const Fields<MarkDef> kMark{
@@ -68,6 +74,9 @@ const Fields<MarkRules> kMarkRules{
     number("max_rotation", &MarkRules::max_rotation_rad, D::Angle, {units::rad(0.1), units::rad(45)}, kOptional,
            "the board may be turned by this"),
     integer("attempts", &MarkRules::attempts, {1, 10}, kOptional, "pictures of a mark before it counts as missing"),
+    config::choice("symmetric", &MarkRules::symmetric_allowed,
+                   config::Choices<bool>{{"refused", false}, {"allowed", true}}, kOptional,
+                   "`allowed`: the marks need not tell a board that lies turned in its seat from one that lies right"),
 };
 
 const Fields<TouchPoint> kTouch{
@@ -90,12 +99,46 @@ const Fields<Material> kMaterial{
     number("dot_time", &Material::dot_time, D::Time, {0.001, 10}, kRequired, "the valve is open this long on a dot"),
     number("settle_time", &Material::settle_time, D::Time, {0, 10}, kOptional, "standstill before a dot"),
     number("retract", &Material::retract, D::Length, {0, 100}, kRequired, "the needle lifts by this after a feature"),
+    number("tolerance", &Material::tolerance_mm, D::Length, {0.001, 10}, kOptional,
+           "a deposit may lie beside its place by this, and end so far from its end; corners may be rounded besides"),
+    number("gap_tolerance", &Material::gap_tolerance_mm, D::Length, {0.001, 10}, kOptional,
+           "the gap may differ by this"),
+    number("speed_tolerance", &Material::speed_tolerance, D::Ratio, {0.001, 1}, kOptional,
+           "the speed may differ by this where the bead is steady"),
+    flag("flow_follows_speed", &Material::flow_follows_speed, kOptional,
+         "the dispenser doses by the path speed, so that an override changes nothing on the board"),
+    number("early_off", &Material::early_off, D::Length, {0, 100}, kOptional,
+           "the valve shuts this long before the end of a bead"),
+    number("back_track", &Material::back_track, D::Length, {0, 100}, kOptional,
+           "then the needle goes back along the bead by this, the valve shut"),
+    number("tail_lift", &Material::tail_lift, D::Length, {0, 100}, kOptional, "and up by this on that way"),
+    number("rejoin_within", &Material::rejoin_within_s, D::Time, {0, 86400}, kOptional,
+           "a bead that a hold has cut is joined again within this since its valve shut; later it stays cut"),
+};
+
+const Fields<Purge> kPurge{
+    noted(name_of("material", &Purge::material, kRequired, "one of `materials`"), &Purge::material_place),
+    noted(name_of("frame", &Purge::frame, kOptional, "a frame of the machine; left out: the board"),
+          &Purge::frame_place),
+    noted(
+        point("at", &Purge::at, kOnBoard, kRequired,
+              "where; the third is the height of what is shot on over the board, in a frame that of the needle's tip"),
+        &Purge::at_place),
+    integer("shots", &Purge::shots, {1, 1000}, kRequired, "each as long as a dot"),
+    number("after", &Purge::after_s, D::Time, {0, 86400}, kRequired,
+           "only when the valve was shut for longer; 0 s: in every job"),
 };
 
 const auto kName = name_of("name", &FeatureRow::name, kRequired, "its own name; reports and messages use it");
 const auto kOf = name_of("material", &FeatureRow::material, kRequired, "one of `materials`");
+const auto kOn = name_of("on", &FeatureRow::on, kOptional, "a part: heights count from its top; left out: the board");
 const auto kCorner = number("corner_tolerance", &FeatureRow::corner_tolerance, D::Length, {0, 5}, kOptional,
                             "corners may be rounded by this; 0: stop in each");
+const auto kCurve = number("corner_tolerance", &FeatureRow::curve_tolerance, D::Length, {0.001, 5}, kOptional,
+                           "the needle stays as near to the curve as this");
+const auto kStart = number("start", &FeatureRow::start_angle, D::Angle, kTurn, kOptional,
+                           "where it starts: angle from X about the centre, counter-clockwise");
+const auto kClockwise = flag("clockwise", &FeatureRow::clockwise, kOptional, "its sense of rotation, seen from above");
 const auto kRotation =
     number("rotation", &FeatureRow::rotation, D::Angle, kTurn, kOptional, "counter-clockwise about `at`");
 
@@ -118,17 +161,29 @@ config::Field<FeatureRow> skipped() {
           }};
 }
 
-std::vector<config::Variant<FeatureRow>> feature_kinds() {
-  const auto tag = [](FeatureKind kind) { return [kind](FeatureRow& row) { row.kind = kind; }; };
+/// A point on the board, and the height of what lies there over its top face.
+config::Field<FeatureRow> on_board(const char* key, At<Vec3> FeatureRow::*member, Need need, const char* doc) {
+  return spot(key, member, kOnBoard, kHeight, need, doc);
+}
+config::Field<FeatureRow> length(const char* key, At<double> FeatureRow::*member, Range range, Need need,
+                                 const char* doc) {
+  return number(key, member, D::Length, range, need, doc);
+}
+
+auto tag(FeatureKind kind) {
+  return [kind](FeatureRow& row) { row.kind = kind; };
+}
+
+std::vector<config::Variant<FeatureRow>> points_and_lines() {
   return {
       {"dot",
        "one shot",
        tag(FeatureKind::Dot),
-       {kName, kOf, point("at", &FeatureRow::at, kOnBoard, kRequired, "where")}},
+       {kName, kOf, kOn, on_board("at", &FeatureRow::at, kRequired, "where")}},
       {"array",
        "dots in rows and columns",
        tag(FeatureKind::Array),
-       {kName, kOf, point("at", &FeatureRow::at, kOnBoard, kRequired, "the dot of row 0, column 0"),
+       {kName, kOf, kOn, on_board("at", &FeatureRow::at, kRequired, "the dot of row 0, column 0"),
         integer("rows", &FeatureRow::rows, {1, 10000}, kRequired, "along Y"),
         integer("columns", &FeatureRow::columns, {1, 10000}, kRequired, "along X"),
         point("pitch", &FeatureRow::pitch, {-1000, 1000}, kRequired, "from column to column, from row to row"),
@@ -136,19 +191,75 @@ std::vector<config::Variant<FeatureRow>> feature_kinds() {
       {"line",
        "a straight bead",
        tag(FeatureKind::Line),
-       {kName, kOf, point("from", &FeatureRow::at, kOnBoard, kRequired, "its start"),
-        point("to", &FeatureRow::to, kOnBoard, kRequired, "its end")}},
+       {kName, kOf, kOn, on_board("from", &FeatureRow::at, kRequired, "its start"),
+        on_board("to", &FeatureRow::to, kRequired, "its end")}},
       {"polyline",
        "a bead along points",
        tag(FeatureKind::Polyline),
-       {kName, kOf, points("points", &FeatureRow::points, {2, 10000}, kOnBoard, kRequired, "in their order"), kCorner,
-        flag("closed", &FeatureRow::closed, kOptional, "goes back to its first point")}},
+       {kName, kOf, kOn,
+        spots("points", &FeatureRow::points, {2, 10000}, kOnBoard, kHeight, kOptional,
+              "in their order; or `points_file`"),
+        config::text("points_file", &FeatureRow::points_file, kOptional,
+                     "CSV file in the recipe's folder: x_mm,y_mm or x_mm,y_mm,z_mm, then a point a line"),
+        kCorner, flag("closed", &FeatureRow::closed, kOptional, "goes back to its first point")}},
       {"rectangle",
        "a closed bead",
        tag(FeatureKind::Rectangle),
-       {kName, kOf, point("at", &FeatureRow::at, kOnBoard, kRequired, "its corner, where the bead starts and ends"),
+       {kName, kOf, kOn, on_board("at", &FeatureRow::at, kRequired, "its corner, where the bead starts and ends"),
         point("size", &FeatureRow::size, kExtent, kRequired, "its edges along X and Y"), kRotation, kCorner}},
   };
+}
+
+std::vector<config::Variant<FeatureRow>> curves_and_areas() {
+  return {
+      {"arc",
+       "a bead along an arc: through three points, or about a centre",
+       tag(FeatureKind::Arc),
+       {kName, kOf, kOn, on_board("from", &FeatureRow::at, kRequired, "its start"),
+        on_board("through", &FeatureRow::through, kOptional, "a point on it, with `to`"),
+        on_board("to", &FeatureRow::to, kOptional, "its end"),
+        on_board("centre", &FeatureRow::centre, kOptional, "its centre, with `angle`; level with `from`"),
+        number("angle", &FeatureRow::angle, D::Angle, kTurn, kOptional, "counter-clockwise; below 0 clockwise"),
+        kCurve}},
+      {"circle",
+       "a closed bead",
+       tag(FeatureKind::Circle),
+       {kName, kOf, kOn, on_board("centre", &FeatureRow::centre, kRequired, "its centre"),
+        length("radius", &FeatureRow::from_radius, kRadius, kRequired, "its radius"), kStart, kClockwise, kCurve}},
+      {"spiral",
+       "a bead that winds outwards or inwards",
+       tag(FeatureKind::Spiral),
+       {kName, kOf, kOn, on_board("centre", &FeatureRow::centre, kRequired, "its centre"),
+        length("from_radius", &FeatureRow::from_radius, {0, 1000}, kRequired, "where it starts"),
+        length("to_radius", &FeatureRow::to_radius, {0, 1000}, kRequired, "where it ends"),
+        length("spacing", &FeatureRow::spacing, kSpacing, kRequired, "from one turn to the next"), kStart, kClockwise,
+        kCurve}},
+      {"fill",
+       "beads that cover a rectangle or a polygon with parallel lines",
+       tag(FeatureKind::Fill),
+       {kName, kOf, kOn, on_board("at", &FeatureRow::at, kOptional, "corner of a rectangle, with `size`"),
+        point("size", &FeatureRow::size, kExtent, kOptional, "its edges along X and Y"), kRotation,
+        spots("points", &FeatureRow::points, {3, kMostCorners}, kOnBoard, kHeight, kOptional,
+              "or the corners of a polygon, all at one height"),
+        length("spacing", &FeatureRow::spacing, kSpacing, kRequired, "from one line to the next"),
+        number("angle", &FeatureRow::line_angle, D::Angle, kTurn, kOptional, "of the lines, from X, counter-clockwise"),
+        flag("serpentine", &FeatureRow::serpentine, kOptional, "to and fro in one bead; false: each line is a bead"),
+        kCorner}},
+  };
+}
+
+std::vector<config::Variant<FeatureRow>> feature_kinds() {
+  auto all = points_and_lines();
+  for (auto& kind : curves_and_areas()) all.push_back(std::move(kind));
+  for (auto& kind : all)
+    kind.fields.push_back(flag("off_board", &FeatureRow::off_board, kOptional, "it may leave the board"));
+  for (auto& kind : all)
+    for (config::Field<FeatureRow>& field : kind.fields)
+      field.read = [key = field.row.key, read = field.read](const Node& node, FeatureRow& to, Mistakes& mistakes) {
+        to.keys.push_back(key);
+        read(node, to, mistakes);
+      };
+  return all;
 }
 
 /// A field of Recipe as a field of the file.
@@ -175,18 +286,24 @@ const Fields<RecipeFile>& recipe_fields() {
   static const Fields<RecipeFile> kFields{
       config::format_version<RecipeFile>(1),
       of_recipe(name_of("recipe", &Recipe::name, kRequired, "its name")),
+      of_recipe(config::choice("placement", &Recipe::placement,
+                               config::Choices<Placement>{{"marks", Placement::Marks}, {"fixture", Placement::Fixture}},
+                               kOptional,
+                               "what says where the board lies; `fixture`: it holds it at its nominal place")),
       of_recipe(object("board", &Recipe::board, kBoard, kRequired, "what lies on the machine")),
       of_recipe(named("parts", &Recipe::parts, kPart, {0, 1000}, kOptional, "what stands on the board")),
       fixtures(),
-      of_recipe(named(
-          "marks", &Recipe::marks, kMark, {2, 100}, kOptional,
-          "fiducials; at least two, three to trust them; without them the board is taken to lie at its nominal place")),
+      of_recipe(named("marks", &Recipe::marks, kMark, {2, 100}, kOptional,
+                      "fiducials; at least two, three to trust them; without them the recipe says `placement: "
+                      "fixture`, or its jobs "
+                      "end with defects")),
       of_recipe(object("mark_rules", &Recipe::mark_rules, kMarkRules, kOptional, "when marks are believed")),
       of_recipe(
           named("touches", &Recipe::touches, kTouch, {1, 100}, kOptional,
                 "where the height is probed; three give a plane; without them the height is taken to be nominal")),
       of_recipe(object("touch_rules", &Recipe::touch_rules, kTouchRules, kOptional, "when touches are believed")),
       of_recipe(named("materials", &Recipe::materials, kMaterial, {1, 100}, kRequired, "what is dispensed, and how")),
+      of_recipe(object("purge", &Recipe::purge, kPurge, kOptional, "shots beside the work before the first deposit")),
       list_of_variants("features", &RecipeFile::features, feature_kinds(), {1, 100000}, kRequired,
                        "what is dispensed where, in this order"),
   };

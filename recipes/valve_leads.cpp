@@ -20,22 +20,17 @@ double way_down_s(const config::Machine& machine, const Material& m) {
 
 /// From rest to the material's speed along the first leg of a bead. A speed beyond the axes is told elsewhere.
 double run_up_s(const config::Machine& machine, const Material& m, const Bead& bead) {
-  const Vec2 leg = bead.points[1] - bead.points[0];
-  const Vec2 direction = leg * (1 / std::max(norm(leg), 1e-9));
+  const Vec3 leg = bead.points[1] - bead.points[0];
+  const Vec3 direction = leg * (1 / std::max(norm(leg), 1e-9));
   motion::Bounds along{m.speed, 1e9, 1e9};
-  for (const auto& [part, id] : {std::pair{direction.x, machine.x}, {direction.y, machine.y}}) {
+  for (const auto& [part, id] :
+       {std::pair{direction.x, machine.x}, {direction.y, machine.y}, {direction.z, machine.z}}) {
     if (std::abs(part) < 1e-9) continue;
     const motion::Bounds axis = bounds(machine.axes[id.value]);
     along.a = std::min(along.a, axis.a / std::abs(part));
     along.j = std::min(along.j, axis.j / std::abs(part));
   }
   return motion::duration(motion::change_speed({0, 0, 0}, m.speed, along).profile);
-}
-
-double length(const Bead& bead) {
-  double mm = 0;
-  for (std::size_t i = 1; i < bead.points.size(); ++i) mm += norm(bead.points[i] - bead.points[i - 1]);
-  return mm;
 }
 
 /// How long the needle is on its last way to a feature, and how long the valve is to be open on it.
@@ -47,7 +42,7 @@ Times times(const config::Machine& machine, const Material& m, const Dot&) {
   return {way_down_s(machine, m) + m.settle_time, m.dot_time, "'settle_time' or 'retract'"};
 }
 Times times(const config::Machine& machine, const Material& m, const Bead& bead) {
-  return {way_down_s(machine, m) + run_up_s(machine, m, bead), length(bead) / m.speed, "'retract'"};
+  return {way_down_s(machine, m) + run_up_s(machine, m, bead), (length_mm(bead) - m.early_off) / m.speed, "'retract'"};
 }
 
 }  // namespace
@@ -57,6 +52,15 @@ void check_valve_leads(const Recipe& recipe, const config::Machine& machine, con
   const auto judge = [&](const auto& feature) {
     const Material* m = find_material(recipe, feature.material);
     if (m == nullptr) return;
+    if constexpr (std::is_same_v<std::decay_t<decltype(feature)>, Bead>)
+      if (m->early_off >= length_mm(feature)) {
+        mistakes.add(Fault::Inconsistent,
+                     fmt::format("'early_off' of material '{}' is {:.6g} mm, and '{}' is only {:.6g} mm long; make it "
+                                 "longer, or use another material",
+                                 m->name, m->early_off, feature.id, length_mm(feature)),
+                     feature.place);
+        return;
+      }
     const Times t = times(machine, *m, feature);
     if (m->valve_open_lead > t.last_way_s && told.insert({m->name, true}).second)
       mistakes.add(Fault::NoSolution,
@@ -72,6 +76,8 @@ void check_valve_leads(const Recipe& recipe, const config::Machine& machine, con
                       m->name, m->valve_close_lead * 1e3, feature.id, t.open_s * 1e3),
           m->place);
   };
+  if (recipe.purge)
+    judge(Dot{.id = "purge", .at = {}, .material = recipe.purge->material, .place = recipe.purge->place});
   for (const Feature& feature : recipe.features) std::visit(judge, feature);
 }
 

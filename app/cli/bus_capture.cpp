@@ -15,6 +15,7 @@
 
 #include "app/cli/bus_access.hpp"
 #include "app/cli/pcapng_writer.hpp"
+#include "app/cli/usage.hpp"
 #include "devices/ethercat/master.hpp"
 #include "devices/passing_port.hpp"
 #include "sim/segment/segment_port.hpp"
@@ -116,9 +117,8 @@ void add_bus_capture(CLI::App& bus, Context& context) {
   auto options = std::make_shared<CaptureOptions>();
   verb->add_option("FILE", options->file, "The file, .pcapng")->required();
   add_bus_interface(*verb, *options);
-  verb->add_option("--seconds", options->seconds, "End after so long; default: until Ctrl-C")
-      ->check(CLI::PositiveNumber);
-  verb->add_option("--frames", options->frames, "End after so many frames")->check(CLI::PositiveNumber);
+  verb->add_option("--seconds", options->seconds, "End after so long; default: until Ctrl-C")->check(above_zero);
+  verb->add_option("--frames", options->frames, "End after so many frames")->check(above_zero);
   verb->footer(
       "With --interface everything in both directions, also beside a controller that runs there. Without: the bring-up "
       "of\n"
@@ -131,7 +131,7 @@ void add_bus_capture(CLI::App& bus, Context& context) {
     auto file = PcapngWriter::create(options->file);
     if (!file) return void(context.exit_code = show(file.error(), context.json));
     auto done = machine ? capture_bring_up(*machine, **file) : listen(*options, **file);
-    if (!(*file)->close() && done) done = fail(Fault::FileUnwritable, "the disk did not take all of it", options->file);
+    if (auto closed = (*file)->close(); done) done = closed;
     if (!done) return void(context.exit_code = show(done.error(), context.json));
     if (context.json)
       fmt::print(

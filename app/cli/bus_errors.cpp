@@ -3,19 +3,40 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/bus_access.hpp"
+#include "app/record/summary.hpp"
+#include "app/stations/fault_words.hpp"
 
 namespace gantry::cli {
+namespace {
+
+std::string words(const devices::WireCheck& wire, int stations) {
+  const devices::CyclicCounts& f = wire.frames;
+  std::uint64_t repeats = 0;
+  for (const std::uint32_t n : wire.mailbox_repeats) repeats += n;
+  return fmt::format(
+      "{} frames sent: {} lost, {} late, {} twice, {} of another master, {} changed on the way, {} back untouched\n"
+      "working counter other than {}: fewer {} times, none {} times, more {} times; mailbox repeats: {}\n",
+      f.sent, f.lost, f.late, f.duplicate, f.foreign, f.malformed, f.untouched, stations, f.wkc_low, f.wkc_zero,
+      f.wkc_high, repeats);
+}
+
+}  // namespace
 
 void add_bus_errors(CLI::App& bus, Context& context) {
-  auto* verb = bus.add_subcommand("errors", "Error counters of every port: bad frames, lost links");
+  auto* verb = bus.add_subcommand("errors", "Error counters of every port, and what becomes of frames on the wire");
   auto options = std::make_shared<BusOptions>();
   add_bus_interface(*verb, *options);
+  auto frames = std::make_shared<int>(200);
+  verb->add_option("--frames", *frames, "How many frames are sent to see what becomes of them; 200 when left out")
+      ->check(CLI::Range(1, 100'000));
   verb->footer(
       "invalid: frames with a wrong checksum; rx: symbols that are none; forwarded: errors that a station in front "
       "has\n"
       "seen already; lost: the link went away. Counters stop at 255. Look first at the port where `invalid` grows and\n"
-      "`forwarded` does not: its cable or connector is the cause.");
-  verb->callback([&context, options] {
+      "`forwarded` does not: its cable or connector is the cause. Behind them what became of this verb's own frames. "
+      "Of\n"
+      "an owner that is up, `gantry --json status` has the same under `wire`.");
+  verb->callback([&context, options, frames] {
     const auto access = BusAccess::open(context, *options);
     if (!access) return;
     devices::Survey survey(access->port(), access->clock());
@@ -23,6 +44,8 @@ void add_bus_errors(CLI::App& bus, Context& context) {
     if (!stations) return void(context.exit_code = show(stations.error(), context.json));
     const auto counters = survey.error_counters();
     if (!counters) return void(context.exit_code = show(counters.error(), context.json));
+    const auto wire = survey.check_wire(*frames);
+    if (!wire) return void(context.exit_code = show(wire.error(), context.json));
 
     nlohmann::ordered_json all = nlohmann::json::array();
     if (!context.json)
@@ -47,10 +70,20 @@ void add_bus_errors(CLI::App& bus, Context& context) {
       all.push_back({{"position", s.record.position},
                      {"name", s.name()},
                      {"ports", ports},
+                     {"mailbox_repeats", wire->mailbox_repeats[i]},
                      {"processing_unit", c.processing_unit},
                      {"pdi", c.pdi}});
     }
-    if (context.json) fmt::print("{}\n", nlohmann::ordered_json{{"result", "done"}, {"stations", all}}.dump(2));
+    const std::string other = wire->other_master ? stations::sender_words(wire->other_master) : "";
+    if (context.json) {
+      nlohmann::ordered_json on_the_wire{
+          {"frames", record::to_json(wire->frames)},
+          {"other_master", other.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(other)}};
+      fmt::print("{}\n", nlohmann::ordered_json{{"result", "done"}, {"stations", all}, {"wire", on_the_wire}}.dump(2));
+      return;
+    }
+    fmt::print("\n{}", words(*wire, static_cast<int>(stations->size())));
+    if (!other.empty()) fmt::print("another EtherCAT master sends on this line, {}\n", other);
   });
 }
 

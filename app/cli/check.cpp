@@ -1,10 +1,11 @@
 // gantry check [FILE...]: machine files, recipes, profiles of stations and world scripts, every mistake at once.
 #include <algorithm>
-#include <cstdlib>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/shipped.hpp"
 #include "app/cli/verbs.hpp"
+#include "app/desk/do_job.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/stations/measured.hpp"
 #include "config/formats.hpp"
@@ -54,10 +55,7 @@ struct Findings {
 
 /// Stated and measured delays side by side; what was measured on virtual drives is told as such.
 void add_measured(config::Machine& machine, Findings& to) {
-  const auto folder = desk::state_folder("", machine.name, [](const char* name) {
-    const char* value = std::getenv(name);
-    return std::string(value != nullptr ? value : "");
-  });
+  const auto folder = desk::state_folder("", machine.name, desk::environment);
   if (!folder) return;
   for (const char* bus : {"ethercat", "sim"}) {
     for (config::Axis& axis : machine.axes) axis.measured.reset();
@@ -69,7 +67,7 @@ void add_measured(config::Machine& machine, Findings& to) {
 }
 
 std::optional<config::Machine> check_machine(const std::string& file, Findings& to) {
-  auto machine = config::load_machine(file);
+  auto machine = machine_in(file);
   if (!to.take(machine)) return std::nullopt;
   to.good.push_back(fmt::format("{}: {} axes, {} stations", file, machine->axes.size(), machine->stations.size()));
   for (auto& note : config::notes(*machine)) to.notes.push_back(std::move(note));
@@ -79,11 +77,17 @@ std::optional<config::Machine> check_machine(const std::string& file, Findings& 
 }
 
 std::optional<recipes::Recipe> check_recipe(const std::string& file, const config::Machine& machine, Findings& to) {
-  auto recipe = recipes::load(file);
-  if (!to.take(recipe) || !to.take(recipes::compile(*recipe, machine))) return std::nullopt;
-  to.good.push_back(fmt::format("{}: {} features on '{}'", file, recipe->features.size(), machine.name));
-  for (const auto& note : recipes::notes(*recipe, machine)) to.notes.push_back(file + ": " + note);
-  return std::move(*recipe);
+  auto prepared = desk::prepare(machine, file);
+  if (!to.take(prepared)) return std::nullopt;
+  if (prepared->proof) {
+    to.good.push_back(fmt::format("{}: {} features on '{}', {} motions proved free, about {:.0f} s", file,
+                                  prepared->recipe.features.size(), machine.name, prepared->proof->motions,
+                                  prepared->proof->duration_s));
+    for (const auto& note : recipes::notes(prepared->recipe, machine)) to.notes.push_back(file + ": " + note);
+  } else {
+    to.errors.push_back(prepared->proof.error());
+  }
+  return std::move(prepared->recipe);
 }
 
 void check_profile(const std::string& file, Findings& to) {

@@ -1,7 +1,6 @@
 #include "app/cli/client.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
@@ -107,7 +106,8 @@ void show_answer(const Context& context, const Json& answer, const std::string& 
   const std::vector<Error> errors = desk::errors_of(answer);
   const std::string folder = answer.value("folder", "");
   const std::string shown = shown_folder.empty() ? as_seen_from_here(folder) : shown_folder;
-  if (folder.empty() && !errors.empty()) return void(show(errors, context.json));
+  if (folder.empty() && !errors.empty())
+    return void(show(errors, context.json, answer.value("board", std::string(context.board))));
   for (const Error& e : errors) say("{}\n    remedy: {}\n", to_text(e), info(e.fault).remedy);
   if (context.json) {
     const Json summary = folder.empty() ? Json() : summary_in(folder, shown);
@@ -140,19 +140,15 @@ Result<void> compare(desk::OrderClient& owner, const Context& context, const Ask
 }  // namespace
 
 std::optional<std::string> state_of(Context& context, const std::string& option) {
-  const auto environment = [](const char* name) {
-    const char* value = std::getenv(name);
-    return std::string(value != nullptr ? value : "");
-  };
   std::string name;
-  if (option.empty() && environment("GANTRY_STATE").empty()) {
+  if (option.empty() && desk::environment("GANTRY_STATE").empty()) {
     const auto machine = load_machine(context);
     if (!machine) return std::nullopt;
     name = machine->name;
   }
-  auto folder = desk::state_folder(option, name, environment);
+  auto folder = desk::state_folder(option, name, desk::environment);
   if (folder) return std::move(*folder);
-  context.exit_code = show(folder.error(), context.json);
+  context.exit_code = show(folder.error(), context.json, context.board);
   return std::nullopt;
 }
 
@@ -167,7 +163,7 @@ std::vector<std::string> given_options(const CLI::App& verb) {
 bool ask_owner(Context& context, const Asked& asked) {
   auto connected = desk::OrderClient::connect(desk::owner_socket(asked.state));
   const auto stop_with = [&](const Error& error) {
-    context.exit_code = show(error, context.json);
+    context.exit_code = show(error, context.json, context.board);
     return true;
   };
   if (!connected) return stop_with(connected.error());
@@ -183,7 +179,11 @@ bool ask_owner(Context& context, const Asked& asked) {
   const bool jogs = asked.order.kind == run::OrderKind::Jog;
   const auto answer = wait_for_answer(owner, elsewhere, keys, jogs ? kJogLookEvery : kLookEvery);
   keys.end();
-  if (!answer) return stop_with({answer.error().fault, answer.error().message, desk::owner_socket(asked.state)});
+  if (!answer) {
+    const Error lost{answer.error().fault, answer.error().message, desk::owner_socket(asked.state)};
+    context.exit_code = show(lost, context.json, context.board.empty() ? context.board : kBoardUnknown);
+    return true;
+  }
   show_answer(context, *answer, asked.shown_folder);
   context.exit_code = exit_code_of(*answer, elsewhere.interrupted());
   return true;

@@ -42,9 +42,11 @@ void commission_axis(Context& context, config::Machine machine, const AxisOption
   own.bus = options.interface.empty() ? "sim" : "ethercat:" + options.interface;
   own.virtual_time = options.interface.empty();  // nobody watches the virtual machine
   own.state = *folder;
+  const run::DelayWords words{.axis = options.axis, .speed = options.speed};
+  if (auto r = run::measuring_speed(machine, words); !r) return stop_with(r.error());
   const std::string file = stations::measured_file(*folder, own.bus);
   if (auto read = stations::read_measured(file, machine); !read) return stop_with(read.error());
-  const auto found = measure(machine, own, {.axis = options.axis, .speed = options.speed});
+  const auto found = measure(machine, own, words);
   if (!found) return stop_with(found.error());
   config::Axis* axis = nullptr;
   for (config::Axis& each : machine.axes)

@@ -6,6 +6,9 @@
 #include "app/cli/job_verbs.hpp"
 #include "app/cli/keys.hpp"
 #include "app/desk/figures.hpp"
+#include "app/desk/held_for_ever.hpp"
+#include "app/desk/state_folder.hpp"
+#include "app/record/defects.hpp"
 #include "app/record/summary.hpp"
 #include "core/log.hpp"
 
@@ -26,15 +29,42 @@ void show_result(const record::JobResult& result, const std::string& folder, boo
 
 }  // namespace
 
+void does_a_job(CLI::App& verb, Context& context) {
+  verb.preparse_callback([&context](std::size_t) { context.board = record::name(record::Board::Untouched); });
+}
+
+void add_selection(CLI::App& verb, recipes::Selection& select) {
+  auto* from = verb.add_option("--from", select.from,
+                               "Dispense this feature and all behind it; marks, touches and the purge are done anyway");
+  auto* only =
+      verb.add_option("--only", select.only,
+                      "Dispense these features only: names of features, arrays, fills or elements, with commas "
+                      "between; may be given again");
+  only->delimiter(',')->allow_extra_args(false)->excludes(from);
+  const auto named = [](const std::string& word) {
+    return word.find_first_not_of(" \t") == std::string::npos ? std::string("a feature's name is missing here") : "";
+  };
+  from->check(named);
+  only->check(named);
+}
+
 void do_job(Context& context, JobRequest request) {
   hold_machine(Terminal::Matters);
   if (!request.dry_run) hold_on_stop_key();
   if (!request.dry_run && !context.json) stand_behind_a_front();
-  const auto stop_with = [&](const std::vector<Error>& errors) { context.exit_code = show(errors, context.json); };
+  const auto stop_with = [&](const std::vector<Error>& errors) {
+    context.exit_code = show(errors, context.json, context.board);
+  };
   const auto machine = load_machine(context);
   if (!machine) return;
-  const auto prepared = desk::prepare(*machine, request.recipe_file);
+  const auto prepared = desk::prepare(*machine, request.recipe_file, request.select);
   if (!prepared) return stop_with(prepared.error());
+  std::optional<desk::BegunParts> parts;
+  if (const auto folder = desk::BegunParts::folder(request.owner.state, request.owner, false);
+      folder && !request.dry_run) {
+    if (auto open = desk::open_state_folder(request.owner.state); !open) return stop_with({open.error()});
+    parts.emplace(*folder);
+  }
   std::unique_ptr<run::Owner> owner;
   if (prepared->proof) {
     log::info("{}: {} motions proved free at the nominal place; nearest {}; about {:.0f} s", prepared->recipe.name,
@@ -46,14 +76,19 @@ void do_job(Context& context, JobRequest request) {
 
   std::optional<OwnerOperated> operated;
   std::optional<Keys> keys;
-  desk::Bench bench{.owner = owner.get()};
+  desk::Bench bench{.owner = owner.get(), .parts = parts ? &*parts : nullptr};
+  std::optional<desk::HeldForEver> held;
+  if (owner && request.dry_run) held.emplace(*owner, machine->bus.cycle);
   if (owner) {
     bench.bring_up = [&] {
       operated.emplace(*owner, [&] {
         return desk::remaining_s(prepared->proof->duration_s, owner->progress(), owner->latest().override_factor);
       });
       keys.emplace(*operated, !context.json && !request.dry_run, request.dry_run ? nullptr : owner.get());
-      owner->on_step([&] { keys->poll(); });
+      owner->on_step([&] {
+        keys->poll();
+        if (held) held->poll();
+      });
       return owner->bring_up();
     };
     bench.release = [&] {
@@ -61,7 +96,8 @@ void do_job(Context& context, JobRequest request) {
       owner->shut_down();
     };
   }
-  const auto done = desk::do_job(*machine, *prepared, {.out = request.out, .dry_run = request.dry_run}, bench);
+  const auto done = desk::do_job(*machine, *prepared,
+                                 {.out = request.out, .dry_run = request.dry_run, .serial = request.serial}, bench);
   if (!done) return stop_with({done.error()});
   context.exit_code = static_cast<int>(done->result.exit_code);
   show_result(done->result, done->folder, context.json);

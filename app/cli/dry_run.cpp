@@ -6,11 +6,14 @@ namespace gantry::cli {
 void add_dry_run(CLI::App& app, Context& context) {
   auto* verb =
       app.add_subcommand("dry-run", "The whole job on the virtual machine, as fast as it can; report and figures");
+  does_a_job(*verb, context);
   auto request = std::make_shared<JobRequest>();
   request->dry_run = true;
   request->owner.virtual_time = true;
   verb->add_option("RECIPE", request->recipe_file, "Recipe file")->required();
   verb->add_option("--out", request->out, "Folder for the results; default: a new one under out/");
+  add_selection(*verb, request->select);
+  verb->add_option("--serial", request->serial, kSerialHelp);
   add_world_options(*verb, request->owner.sim);
   verb->footer("Example:  gantry dry-run recipes/demo-board.yaml --sim-board \"dx=1.3 mm, dy=-0.7 mm, rot=0.8 deg\"");
   verb->callback([&context, request] { do_job(context, *request); });

@@ -1,10 +1,12 @@
-// gantry explain CODE: what a fault means, what the machine does, how it is cleared.
+// gantry explain CODE: what a fault means, what the machine does, how it is cleared; a drive's own codes too.
 #include <cctype>
 #include <charconv>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/explain_drive.hpp"
 #include "app/cli/verbs.hpp"
+#include "core/near_word.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -43,6 +45,16 @@ nlohmann::ordered_json to_json(const FaultInfo& f) {
           {"threat", f.threat}};
 }
 
+std::string unknown_fault(const std::string& wanted) {
+  std::vector<std::string_view> known;
+  for (const FaultInfo& row : catalogue())
+    if (row.fault != Fault::None) known.push_back(row.name);
+  const std::string_view near = nearest(wanted, known);
+  return fmt::format(
+      "there is no fault '{}'; {}`gantry explain` lists them all, `gantry explain DRIVE` a drive's codes", wanted,
+      near.empty() ? "" : fmt::format("did you mean '{}'? ", near));
+}
+
 /// "G204", "204" or "FollowingError".
 const FaultInfo* look_up(std::string_view wanted) {
   if (!wanted.empty() && (wanted.front() == 'G' || wanted.front() == 'g') && wanted.size() > 1 &&
@@ -60,7 +72,10 @@ const FaultInfo* look_up(std::string_view wanted) {
 
 void add_explain(CLI::App& app, Context& context) {
   auto* verb = app.add_subcommand("explain", "What a fault code means and what to do");
-  auto* wanted = verb->add_option("CODE", "G204, 204 or a name; without it: the whole catalogue");
+  auto* wanted =
+      verb->add_option("CODE",
+                       "G204, 204 or a name; a drive's code: std402ec:8611, amd530b:213F.4; std402ec: all of a "
+                       "drive; without it: the whole catalogue");
   verb->callback([&context, wanted] {
     if (wanted->count() == 0 && context.json) {
       auto all = nlohmann::ordered_json::array();
@@ -75,10 +90,13 @@ void add_explain(CLI::App& app, Context& context) {
       return;
     }
     const auto text = wanted->as<std::string>();
+    if (names_drive(text, context.machine_file)) {
+      context.exit_code = explain_drive(text, context.machine_file, context.json);
+      return;
+    }
     const FaultInfo* f = look_up(text);
     if (f == nullptr) {
-      context.exit_code = show(
-          Error{Fault::Usage, fmt::format("no fault '{}'; `gantry explain` lists them all", text), ""}, context.json);
+      context.exit_code = show(Error{Fault::Usage, unknown_fault(text), ""}, context.json);
       return;
     }
     if (context.json) {

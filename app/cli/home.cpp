@@ -41,7 +41,9 @@ void add_home(CLI::App& app, Context& context) {
     nlohmann::ordered_json status = desk::machine_status(*machine, **owner);
     (*owner)->shut_down();  // before anything is shown: whoever reads it may take their time
     if (!done) return void(context.exit_code = show(done.error(), context.json));
-    status["said"] = desk::in_words(status);
+    status["said"] =
+        desk::in_words(status) +
+        "\nended: the drives have lost their torque again; `gantry up` keeps the machine and its references";
     fmt::print("{}\n", context.json ? status.dump(2) : status["said"].get<std::string>());
   });
 }

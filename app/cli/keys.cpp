@@ -64,6 +64,10 @@ void Keys::press(char key) {
   run::Order order;
   switch (key) {
     case ' ': order.kind = machine_.seen().held ? OrderKind::Resume : OrderKind::Hold; break;
+    case 'n':
+      order.kind = OrderKind::Hold;
+      order.now = true;
+      break;
     case 'a': order.kind = OrderKind::Abort; break;
     case 'r': order.kind = OrderKind::Reset; break;
     case '+':

@@ -5,9 +5,11 @@
 #include <string_view>
 #include <system_error>
 
+#include "app/cli/shipped.hpp"
 #include "app/cli/terminal.hpp"
 #include "app/cli/usage.hpp"
 #include "app/cli/verbs.hpp"
+#include "app/record/program.hpp"
 #include "core/log.hpp"
 
 int main(int argc, char** argv) try {
@@ -15,24 +17,30 @@ int main(int argc, char** argv) try {
   CLI::App app{"gantry - controller for gantry and dispensing machines", "gantry"};
   app.require_subcommand(1);
   app.fallthrough();
-  app.set_version_flag("--version", "gantry 0.1.0");
+  app.set_version_flag("--version", fmt::format("gantry {} ({})", record::program_version(), record::program_commit()));
   app.footer(
       "Exit codes: 0 done, 1 internal error, 2 usage, 3 invalid file, 4 not feasible, 5 device or bus fault,\n"
-      "6 vision or probe failed, 7 refused, 8 deadline broken, 130 interrupted with the safe state reached.\n"
+      "6 vision or probe failed, 7 refused, 8 deadline broken, 9 done with defects, 130 interrupted with the safe "
+      "state\n"
+      "reached.\n"
       "Start with:  gantry dry-run recipes/demo-board.yaml");
 
   cli::Context context;
   context.machine_file = cli::shipped_file("config/machines/dispenser.yaml");
   bool quiet = false, verbose = false;
-  app.add_option("--machine", context.machine_file, "Machine file")->capture_default_str();
+  app.add_option("--machine", context.machine_file, "Machine file, or the name of one that comes with gantry")
+      ->capture_default_str();
   app.add_flag("--json", context.json, "One JSON document on stdout; logs go to stderr");
   app.add_flag("-q,--quiet", quiet, "Only warnings and errors on stderr");
   app.add_flag("-v,--verbose", verbose, "More detail on stderr");
   app.parse_complete_callback([&] {
+    context.machine_file = cli::machine_file(context.machine_file);
     log::open(quiet ? log::Level::Quiet : verbose ? log::Level::Verbose : log::Level::Normal);
     cli::catch_signals();
   });
 
+  cli::add_init(app, context);
+  cli::add_doctor(app, context);
   cli::add_check(app, context);
   cli::add_dry_run(app, context);
   cli::add_run(app, context);
@@ -40,6 +48,7 @@ int main(int argc, char** argv) try {
   cli::add_home(app, context);
   cli::add_jog(app, context);
   cli::add_orders(app, context);
+  cli::add_plan(app, context);
   cli::add_sim(app, context);
   cli::add_publish(app, context);
   cli::add_commission(app, context);
@@ -47,6 +56,7 @@ int main(int argc, char** argv) try {
   cli::add_monitor(app, context);
   cli::add_trace(app, context);
   cli::add_explain(app, context);
+  cli::add_pages(app, context);
 
   try {
     app.parse(argc, argv);
@@ -55,7 +65,7 @@ int main(int argc, char** argv) try {
   } catch (const CLI::ParseError& error) {
     // What stands behind the mistake was not read: --json is looked for by hand.
     return cli::show(cli::usage_error(app, error),
-                     std::find(argv, argv + argc, std::string_view("--json")) != argv + argc);
+                     std::find(argv, argv + argc, std::string_view("--json")) != argv + argc, context.board);
   } catch (const std::system_error& error) {
     // Who reads our output has seen enough (`... | head`), or the terminal is gone.
     if (error.code() != std::errc::broken_pipe && error.code() != std::errc::io_error) throw;

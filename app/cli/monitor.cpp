@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "app/cli/stop_flag.hpp"
+#include "app/cli/usage.hpp"
 #include "app/cli/verbs.hpp"
 
 namespace gantry::cli {
@@ -13,8 +14,8 @@ void add_monitor(CLI::App& app, Context& context) {
   auto* verb = app.add_subcommand("monitor", "Shows what machines tell over DDS; it only listens");
   auto options = std::make_shared<monitor::MonitorOptions>();
   verb->add_option("--name", options->machine, "Listen to this machine only");
-  verb->add_option("--count", options->count, "End after so many samples")->check(CLI::NonNegativeNumber);
-  verb->add_option("--for", options->for_s, "End after so many seconds")->check(CLI::NonNegativeNumber);
+  verb->add_option("--count", options->count, "End after so many samples")->check(zero_or_more);
+  verb->add_option("--for", options->for_s, "End after so many seconds")->check(zero_or_more);
   add_network_options(*verb, options->network);
   verb->footer("With --json one line a sample. Example:  gantry --json monitor --count 5");
   verb->callback([&context, options] {

@@ -37,7 +37,7 @@ class OwnerOperated final : public Operated {
       : owner_(owner), remaining_s_(std::move(remaining_s)) {}
   [[nodiscard]] JobSeen seen() const override {
     const cycle::Snapshot& s = owner_.latest();
-    return {.state = std::string(cycle::name(s.state)),
+    return {.state = std::string(cycle::name(owner_.state())),
             .held = owner_.held(),
             .cycle = s.cycle,
             .override_factor = s.override_factor,

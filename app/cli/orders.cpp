@@ -3,9 +3,12 @@
 #include <array>
 #include <filesystem>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "app/cli/client.hpp"
+#include "app/desk/begun_parts.hpp"
 #include "app/desk/state_folder.hpp"
 
 namespace gantry::cli {
@@ -24,10 +27,13 @@ constexpr std::array kVerbs{
     OrderVerb{OrderKind::Status, "status", "State, job, faults with their remedies, override and axes of the machine",
               "Asks only; it may be called at any time, also while a job runs."},
     OrderVerb{OrderKind::Hold, "hold", "Stops the job, jog or parking that runs, on its path, and keeps it",
-              "The valve shuts in the next cycle, the axes brake on their path and stand with torque.\n"
-              "`gantry resume` goes on from there, `gantry abort` ends the job."},
+              "A feature that is being dispensed is finished first if its end is near (`hold_within` of the machine\n"
+              "file, 2 s). If it is not, at the second hold, and with --now the valve shuts in the next cycle and the\n"
+              "axes brake on the path; then the needle lifts. They stand with torque: `gantry resume` goes on,\n"
+              "`gantry abort` ends the job."},
     OrderVerb{OrderKind::Resume, "resume", "Goes on with what `hold` has stopped",
-              "The axes go on along the same path. A bead that was cut by the hold begins again where it was cut."},
+              "The axes go on along the same path. A bead that the hold has cut is joined where its valve shut, if\n"
+              "that is not longer ago than `rejoin_within` of its material; a dot that was cut stays cut."},
     OrderVerb{OrderKind::Abort, "abort", "Ends what is under way: a job, a jog, parking, homing",
               "The valve shuts in the next cycle, the axes brake on their path and keep their torque. It cannot be\n"
               "resumed. The job's report tells how far it came."},
@@ -43,8 +49,11 @@ constexpr std::array kVerbs{
         "Straight up to the safe height where the head is lower, then on a path that is proved free, at the speed of\n"
         "a job's travel. The valve stays shut, the clamp may be open; refused in setup. A hold and an abort (Ctrl-C)\n"
         "stop on that path."},
-    OrderVerb{OrderKind::PartRemoved, "part-removed", "Opens the clamp: the part may be taken out by hand",
-              "After a job that ended otherwise than done the clamp stays shut until this is said."},
+    OrderVerb{
+        OrderKind::PartRemoved, "part-removed", "Opens the clamp: the part may be taken out by hand",
+        "After a job that ended otherwise than done the clamp stays shut until this is said. A part that was\n"
+        "begun and not finished is not waited for any more: with --serial that one, else the one in the machine.\n"
+        "Without an owner no clamp opens, and the part is forgotten all the same."},
     OrderVerb{OrderKind::Quit, "down", "Ends the owner: torque off, bus down in order",
               "A job that runs is stopped first, on its path and with the valve shut, and its report is written."},
 };
@@ -57,11 +66,29 @@ bool gone_within(const std::string& socket, std::chrono::seconds patience) {
   return !std::filesystem::exists(socket);
 }
 
+/// Of a machine without an owner.
+void forget_part(Context& context, const std::string& state, const std::string& serial) {
+  std::vector<std::string> said;
+  for (desk::BegunParts& parts : desk::BegunParts::all(state)) {
+    const auto forgotten = parts.forget_removed(serial);
+    if (!forgotten) return void(context.exit_code = show(forgotten.error(), context.json));
+    if (*forgotten) said.push_back(desk::removal_in_words(*forgotten, serial));
+  }
+  if (said.empty()) said.push_back(desk::removal_in_words(std::nullopt, serial));
+  const std::string words = fmt::format("{}\nno owner is up: the clamp stays as it is", fmt::join(said, "\n"));
+  if (context.json)
+    fmt::print("{}\n", nlohmann::ordered_json{{"ok", true}, {"exit_code", 0}, {"said", words}}.dump(
+                           2, ' ', false, nlohmann::json::error_handler_t::replace));
+  else
+    fmt::print("{}\n", words);
+}
+
 void send_order(Context& context, const std::string& option, const run::Order& order) {
   const auto state = state_of(context, option);
   if (!state) return;
   const std::string socket = desk::owner_socket(*state);
   if (!ask_owner(context, {.order = order, .state = *state})) {
+    if (order.kind == OrderKind::PartRemoved) return forget_part(context, *state, order.serial);
     const Error nobody{Fault::Refused, "no owner is up here; start one with `gantry up`", socket};
     context.exit_code = show(nobody, context.json);
     return;
@@ -78,11 +105,17 @@ void add_orders(CLI::App& app, Context& context) {
     auto* verb = app.add_subcommand(row.name, row.does);
     auto state = std::make_shared<std::string>();
     auto percent = std::make_shared<double>(100);
+    auto serial = std::make_shared<std::string>();
+    auto now = std::make_shared<bool>(false);
     verb->add_option("--state", *state, kStateHelp);
+    if (row.kind == OrderKind::PartRemoved)
+      verb->add_option("--serial", *serial, "Serial number of the part, where it is not the one in the machine");
     if (row.kind == OrderKind::Override) verb->add_option("PERCENT", *percent, "100 is the recipe's speed")->required();
+    if (row.kind == OrderKind::Hold) verb->add_flag("--now", *now, "Do not wait for the end of the feature");
     verb->footer(row.more);
-    verb->callback(
-        [&context, &row, state, percent] { send_order(context, *state, {.kind = row.kind, .value = *percent / 100}); });
+    verb->callback([&context, &row, state, percent, serial, now] {
+      send_order(context, *state, {.kind = row.kind, .serial = *serial, .value = *percent / 100, .now = *now});
+    });
   }
 }
 

@@ -1,7 +1,5 @@
 #include "app/cli/pcapng_writer.hpp"
 
-#include <cerrno>
-#include <cstring>
 #include <vector>
 
 namespace gantry::cli {
@@ -18,9 +16,9 @@ constexpr std::uint32_t kSectionHeader = 0x0A0D0D0A, kInterface = 1, kEnhancedPa
 }  // namespace
 
 Result<std::unique_ptr<PcapngWriter>> PcapngWriter::create(const std::string& path) {
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  if (!file) return fail(Fault::FileUnwritable, std::string("cannot be written: ") + std::strerror(errno), path);
-  auto writer = std::unique_ptr<PcapngWriter>(new PcapngWriter(std::move(file)));
+  auto file = NewFile::create(path);
+  if (!file) return tl::unexpected(file.error());
+  auto writer = std::unique_ptr<PcapngWriter>(new PcapngWriter(std::move(*file)));
   std::vector<std::byte> section;
   append<std::uint32_t>(section, 0x1A2B3C4D);  // byte order
   append<std::uint16_t>(section, 1), append<std::uint16_t>(section, 0);
@@ -56,12 +54,9 @@ void PcapngWriter::block(std::uint32_t type, std::span<const std::byte> body) {
   out.insert(out.end(), body.begin(), body.end());
   out.resize(8 + padded);
   append<std::uint32_t>(out, static_cast<std::uint32_t>(padded + 12));
-  file_.write(reinterpret_cast<const char*>(out.data()), static_cast<std::streamsize>(out.size()));
+  file_.write({reinterpret_cast<const char*>(out.data()), out.size()});
 }
 
-bool PcapngWriter::close() {
-  file_.close();
-  return !file_.fail();
-}
+Result<void> PcapngWriter::close() { return file_.close(); }
 
 }  // namespace gantry::cli

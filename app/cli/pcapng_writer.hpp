@@ -4,12 +4,12 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <fstream>
 #include <memory>
 #include <span>
 #include <string>
 
 #include "core/error.hpp"
+#include "core/new_file.hpp"
 
 namespace gantry::cli {
 
@@ -19,15 +19,15 @@ class PcapngWriter {
   static Result<std::unique_ptr<PcapngWriter>> create(const std::string& path);
   /// `time_ns`: since 1970.
   void add(std::uint64_t time_ns, std::span<const std::byte> frame);
-  /// False when the disk did not take all of it.
-  bool close();
+  /// Whether the disk took all of it. Fault::FileUnwritable.
+  Result<void> close();
   [[nodiscard]] std::uint64_t frames() const { return frames_; }
 
  private:
-  explicit PcapngWriter(std::ofstream file) : file_(std::move(file)) {}
+  explicit PcapngWriter(NewFile file) : file_(std::move(file)) {}
   void block(std::uint32_t type, std::span<const std::byte> body);
 
-  std::ofstream file_;
+  NewFile file_;
   std::uint64_t frames_ = 0;
 };
 

@@ -8,6 +8,7 @@ namespace gantry::cli {
 
 void add_run(CLI::App& app, Context& context) {
   auto* verb = app.add_subcommand("run", "One job in real time: on the virtual machine, or on a bus");
+  does_a_job(*verb, context);
   auto request = std::make_shared<JobRequest>();
   auto state = std::make_shared<std::string>();
   request->owner.publish = true;
@@ -16,16 +17,24 @@ void add_run(CLI::App& app, Context& context) {
   verb->add_option("--loop-cpu", request->owner.loop_cpu, "CPU for the 1 ms loop alone; default: the last of several");
   verb->add_option("--world", request->owner.world_socket, "Socket of a `gantry sim` that shows camera and world");
   verb->add_option("--out", request->out, "Folder for the results; default: a new one under out/");
+  add_selection(*verb, request->select);
+  verb->add_option("--serial", request->serial, kSerialHelp);
   verb->add_option("--state", *state, kStateHelp);
   add_publish_options(*verb, request->owner.network, request->owner.name);
   add_world_options(*verb, request->owner.sim);
   verb->footer(
-      "Keys on a terminal: space hold and resume, a abort, + and - override, Ctrl-C ends with the safe state.");
+      "Keys on a terminal: space hold and resume, a abort, + and - override, Ctrl-C ends with the safe state.\n"
+      "A part that a job has begun and not finished is refused (exit 7) without --from or --only, until `gantry\n"
+      "part-removed`: it is known by its --serial; without serials it is the one in the machine, until the clamp has\n"
+      "opened. The terminal says what finishes it:  gantry run RECIPE --only transformer_dam,'spreader[1][2]'");
   verb->callback([&context, verb, request, state] {
     namespace fs = std::filesystem;
     const auto folder = state_of(context, *state);
     if (!folder) return;
-    run::Order order{.kind = run::OrderKind::Run, .recipe = fs::absolute(request->recipe_file).string()};
+    run::Order order{.kind = run::OrderKind::Run,
+                     .recipe = fs::absolute(request->recipe_file).string(),
+                     .serial = request->serial,
+                     .select = request->select};
     if (request->out.empty())
       order.under = fs::absolute("out").string();
     else

@@ -29,7 +29,7 @@ bool ShellJob::stands() {
   }
   if (of_ == Of::Service && owner_.undertaking() == run::Undertaking::None) return true;
   // Refused while nothing can be held yet, and where an abort ends it anyway: then the next cycle asks again.
-  static_cast<void>(owner_.order({.kind = run::OrderKind::Hold}));
+  static_cast<void>(owner_.order({.kind = run::OrderKind::Hold, .now = true}));
   return false;
 }
 

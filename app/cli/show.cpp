@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "app/cli/shipped.hpp"
 #include "app/cli/terminal.hpp"
 #include "app/cli/verbs.hpp"
 
@@ -22,14 +22,18 @@ nlohmann::ordered_json to_json(const Error& e) {
 
 }  // namespace
 
-int show(const std::vector<Error>& errors, bool json) {
+int show(const std::vector<Error>& errors, bool json, std::string_view board) {
   if (errors.empty()) return static_cast<int>(ExitCode::Done);
   const int exit_code = static_cast<int>(info(errors.front().fault).exit_code);
   if (json) {
     nlohmann::ordered_json document{
         {"result", "failed"}, {"exit_code", exit_code}, {"errors", nlohmann::json::array()}};
+    if (board == kBoardUnknown)
+      document["board"] = nullptr;
+    else if (!board.empty())
+      document["board"] = board;
     for (const Error& e : errors) document["errors"].push_back(to_json(e));
-    fmt::print("{}\n", document.dump(2));
+    fmt::print("{}\n", document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
   }
   for (const Error& e : errors) {
     say("{}\n", to_text(e));
@@ -38,22 +42,13 @@ int show(const std::vector<Error>& errors, bool json) {
   return exit_code;
 }
 
-int show(const Error& error, bool json) { return show(std::vector<Error>{error}, json); }
+int show(const Error& error, bool json, std::string_view board) { return show(std::vector<Error>{error}, json, board); }
 
 std::optional<config::Machine> load_machine(Context& context) {
-  auto machine = config::load_machine(context.machine_file);
+  auto machine = machine_in(context.machine_file);
   if (machine) return std::move(*machine);
-  context.exit_code = show(machine.error(), context.json);
+  context.exit_code = show(machine.error(), context.json, context.board);
   return std::nullopt;
-}
-
-std::string shipped_file(const std::string& relative) {
-  namespace fs = std::filesystem;
-  std::error_code ignored;
-  for (fs::path at = fs::read_symlink("/proc/self/exe", ignored).parent_path(); at.has_relative_path();
-       at = at.parent_path())
-    if (fs::exists(at / relative)) return (at / relative).string();
-  return relative;
 }
 
 }  // namespace gantry::cli

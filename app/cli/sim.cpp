@@ -1,5 +1,6 @@
 // gantry sim: the virtual machine in a process of its own.
 #include "app/cli/stop_flag.hpp"
+#include "app/cli/usage.hpp"
 #include "app/cli/verbs.hpp"
 #include "core/log.hpp"
 #include "sim/machine/serve.hpp"
@@ -31,7 +32,7 @@ void add_world_options(CLI::App& verb, sim::VirtualMachineOptions& options) {
   verb.add_option("--sim-board", options.placement,
                   "Where the board lies, e.g. \"dx=1.3 mm, dy=-0.7 mm, rot=0.8 deg\"; else the seed places it");
   verb.add_option("--sim-seed", options.seed, "Seed of everything random in the virtual world")
-      ->check(CLI::NonNegativeNumber)
+      ->check(zero_or_more)
       ->capture_default_str();
   verb.add_option("--sim-script", options.script_file, "What happens in the world: a script file");
   verb.add_option("--sim-state", options.state_dir, "Folder in which the world outlives this program");

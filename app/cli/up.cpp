@@ -7,6 +7,7 @@
 #include "app/cli/shell_job.hpp"
 #include "app/cli/verbs.hpp"
 #include "app/desk/desk.hpp"
+#include "app/desk/do_job.hpp"
 #include "app/desk/identity.hpp"
 #include "app/desk/order_line.hpp"
 #include "app/desk/state_folder.hpp"
@@ -32,6 +33,11 @@ void add_up(CLI::App& app, Context& context) {
   verb->callback([&context, options, state, recipe] {
     const auto machine = load_machine(context);
     if (!machine) return;
+    if (!recipe->empty()) {
+      const auto prepared = desk::prepare(*machine, *recipe);
+      if (!prepared) return void(context.exit_code = show(prepared.error(), context.json));
+      if (!prepared->proof) return void(context.exit_code = show(prepared->proof.error(), context.json));
+    }
     const auto folder = state_of(context, *state);
     if (!folder) return;
     hold_machine(Terminal::MattersIfThereIsOne);
@@ -42,13 +48,16 @@ void add_up(CLI::App& app, Context& context) {
     auto door = desk::OrderSocket::listen(socket, desk::is_urgent);
     if (!door) return void(context.exit_code = show(door.error(), context.json));
     options->state = *folder;
+    desk::BegunParts parts(*desk::BegunParts::folder(*folder, *options, true));
+    if (options->bus == "sim" && options->sim.state_dir.empty()) parts.forget_all();  // of a world that is gone
     auto owner = run::Owner::open(*machine, *options);
     if (!owner) return void(context.exit_code = show(owner.error(), context.json));
     const MonotonicClock clock;
     desk::Desk desk(*machine, **owner, **door, clock,
                     {.interrupted = interrupted,
                      .identity = desk::identity_of(context.machine_file, *options),
-                     .recipe = recipe->empty() ? "" : std::filesystem::absolute(*recipe).string()});
+                     .recipe = recipe->empty() ? "" : std::filesystem::absolute(*recipe).string(),
+                     .parts = &parts});
     ShellJob shell(**owner, ShellJob::Of::Service);
     (*owner)->on_step([&] {
       desk.poll();

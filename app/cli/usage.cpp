@@ -1,7 +1,11 @@
 #include "app/cli/usage.hpp"
 
 #include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
 #include <fmt/format.h>
+#include <optional>
 
 #include "core/near_word.hpp"
 
@@ -15,7 +19,47 @@ std::vector<std::string> verbs_of(const CLI::App& app) {
   return names;
 }
 
+/// "--sim-bord" of "--sim-bord=dx=1 mm"; "" of what is no option: a word, or a number below 0.
+std::string option_in(const std::string& word) {
+  if (word.size() < 2 || word.front() != '-') return "";
+  if (word[1] != '-' && std::isalpha(static_cast<unsigned char>(word[1])) == 0) return "";
+  return word.substr(0, word.find('='));
+}
+
+/// Of the verb, and of those above it.
+std::vector<std::string> options_of(const CLI::App* verb) {
+  std::vector<std::string> names;
+  for (const CLI::App* at = verb; at != nullptr; at = at->get_parent())
+    for (std::string& name : long_options(*at)) names.push_back(std::move(name));
+  return names;
+}
+
+std::optional<double> number(const std::string& word) {
+  double value = 0;
+  const char* const end = word.data() + word.size();
+  const auto read = std::from_chars(word.data(), end, value);
+  if (read.ec != std::errc{} || read.ptr != end || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
 }  // namespace
+
+std::vector<std::string> long_options(const CLI::App& verb) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : verb.get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  return names;
+}
+
+std::string zero_or_more(const std::string& word) {
+  const auto value = number(word);
+  return value && *value >= 0 ? "" : fmt::format("is '{}', and has to be a number of 0 or more", word);
+}
+
+std::string above_zero(const std::string& word) {
+  const auto value = number(word);
+  return value && *value > 0 ? "" : fmt::format("is '{}', and has to be a number above 0", word);
+}
 
 Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App* at = &app;  // the verb that was understood, as far as it was
@@ -26,6 +70,16 @@ Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
   }
   const std::vector<std::string> verbs = verbs_of(*at);
   const std::vector<std::string> rest = app.remaining(true);
+  for (const std::string& each : rest)
+    if (const std::string option = option_in(each); !option.empty()) {
+      const std::vector<std::string> known = options_of(at);
+      const std::string_view near = nearest(option, {known.begin(), known.end()});
+      return {Fault::Usage,
+              fmt::format(
+                  "there is no option '{}'; {}", option,
+                  near.empty() ? fmt::format("`{} --help` lists them", said) : fmt::format("did you mean '{}'?", near)),
+              said};
+    }
   const auto word = std::find_if(rest.begin(), rest.end(), [](const std::string& w) { return !w.starts_with('-'); });
   if (verbs.empty() || word == rest.end()) return {Fault::Usage, error.what(), said};
   return {Fault::Usage,

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/cli/signals.hpp"
@@ -19,20 +20,26 @@ namespace gantry::cli {
 
 /// What all verbs share.
 struct Context {
-  std::string machine_file;  ///< --machine, or the reference machine
+  std::string machine_file;  ///< --machine, or the reference machine that comes with the program
   bool json = false;         ///< --json: one JSON document on stdout
+  /// What a refusal says of the board, in its document: of a verb that does a job. Empty: it does none.
+  std::string_view board{};
   int exit_code = 0;
 };
 
 void add_bus(CLI::App& app, Context& context);
 void add_check(CLI::App& app, Context& context);
 void add_commission(CLI::App& app, Context& context);
+void add_doctor(CLI::App& app, Context& context);
 void add_dry_run(CLI::App& app, Context& context);
 void add_explain(CLI::App& app, Context& context);
 void add_home(CLI::App& app, Context& context);
+void add_init(CLI::App& app, Context& context);
 void add_jog(CLI::App& app, Context& context);
 void add_monitor(CLI::App& app, Context& context);
 void add_orders(CLI::App& app, Context& context);
+void add_pages(CLI::App& app, Context& context);
+void add_plan(CLI::App& app, Context& context);
 void add_publish(CLI::App& app, Context& context);
 void add_run(CLI::App& app, Context& context);
 void add_sim(CLI::App& app, Context& context);
@@ -48,14 +55,13 @@ void add_network_options(CLI::App& verb, monitor::NetworkOptions& options);
 void add_publish_options(CLI::App& verb, monitor::NetworkOptions& options, std::string& name);
 
 /// Shows errors (text on stderr, or a JSON document {"errors": [...]} on stdout) and gives the exit code of the worst.
-int show(const std::vector<Error>& errors, bool json);
-int show(const Error& error, bool json);
+/// `board`: of the job that they have refused or ended, told in the document; "": it was no job.
+int show(const std::vector<Error>& errors, bool json, std::string_view board = {});
+int show(const Error& error, bool json, std::string_view board = {});
+/// Nobody here knows how the job's board is left: null in the document.
+inline constexpr std::string_view kBoardUnknown = "unknown";
 
 /// The machine that --machine names. On mistakes they are shown and context.exit_code is set.
 std::optional<config::Machine> load_machine(Context& context);
-
-/// A file that ships with the program ("config/machines/dispenser.yaml"), beside the executable's tree; what lies in
-/// the working folder does not replace it.
-std::string shipped_file(const std::string& relative);
 
 }  // namespace gantry::cli

@@ -12,10 +12,6 @@ namespace {
 constexpr double kJumpCycles = 4;   // R44: cycles of travel at full speed that one cycle may show
 constexpr double kReportDelay = 2;  // cycles from a target that is sent to a position that tells of it
 constexpr int kStands = 10;         // cycles without motion after which a drive stands
-
-bool powered(DriveState s) noexcept {
-  return s == DriveState::OperationEnabled || s == DriveState::QuickStopActive || s == DriveState::FaultReaction;
-}
 }  // namespace
 
 Axes::Axes(const LoopSetup& setup) noexcept : setup_(setup) {
@@ -76,14 +72,16 @@ void Axes::join(AxisId id, bool second_moves_over) noexcept {
 }
 
 /// A side without torque takes over the coordinate of the other one, where there is no reference. Sides that stand
-/// without torque farther apart than they may have lost it.
+/// farther apart than they may, one of them or both without torque, have lost it: with torque they would be refused.
 void Axes::share_coordinate(AxisId id) noexcept {
   const auto& drives = setup_.axes[id.value].drives;
   const devices::Drive &first = drives_[drives[0]], &second = drives_[drives[1]];
   if (!first.feedback().fresh || !second.feedback().fresh) return;
-  const bool first_off = !powered(first.feedback().state), second_off = !powered(second.feedback().state);
+  const bool first_off = !cycle::has_torque(first.feedback().state),
+             second_off = !cycle::has_torque(second.feedback().state);
   if (!first_off && !second_off) return;
-  if (first_off && second_off && skew(id) > setup_.axes[id.value].skew_max) forget_reference(id);
+  const bool stand = still_[drives[0]] == kStands && still_[drives[1]] == kStands;
+  if (((first_off && second_off) || stand) && skew(id) > setup_.axes[id.value].skew_max) forget_reference(id);
   if ((referenced_ >> id.value & 1u) == 0) join(id, second_off);
 }
 
@@ -103,7 +101,8 @@ void Axes::write(devices::FieldBus& bus, const AxisVec& target, std::int64_t ela
     // An axis that has come home stands where it is until the others have, too: the interpolator's place is of the time
     // before.
     const bool in_homing = (homing_mask_ >> setup.axis.value & 1u) != 0;
-    command.target = in_homing ? drives_[d].commanded() : target[setup.axis.value];
+    command.target = in_homing ? drives_[d].commanded() + homing_[d].lead_step() / setup.scale.to_counts_delta(1)
+                               : target[setup.axis.value];
     if (in_homing && squaring_[setup.axis.value].busy() && d == setup_.axes[setup.axis.value].drives[1])
       command.target = squaring_[setup.axis.value].step();
     if (d == probe_drive()) command.probe_function = probe_.step(drives_[d].feedback());
@@ -128,14 +127,14 @@ std::uint32_t Axes::braked_by_targets() const noexcept {
 
 bool Axes::standing() const noexcept {
   for (std::size_t d = 0; d < setup_.drives.size(); ++d)
-    if (powered(drives_[d].feedback().state) && still_[d] < kStands) return false;
+    if (cycle::has_torque(drives_[d].feedback().state) && still_[d] < kStands) return false;
   return true;
 }
 
 bool Axes::has_torque(AxisId id) const noexcept {
   const auto& drives = setup_.axes[id.value].drives;
   return !drives.empty() && std::all_of(drives.begin(), drives.end(),
-                                        [&](std::uint8_t d) { return powered(drives_[d].feedback().state); });
+                                        [&](std::uint8_t d) { return cycle::has_torque(drives_[d].feedback().state); });
 }
 
 bool Axes::all_enabled() const noexcept {
@@ -174,7 +173,7 @@ bool Axes::enabled(AxisId id) const noexcept {
 std::uint32_t Axes::enabled_mask() const noexcept {
   std::uint32_t mask = 0;
   for (std::size_t i = 0; i < setup_.axes.size(); ++i)
-    if (enabled(AxisId{static_cast<std::uint8_t>(i)})) mask |= 1u << i;
+    if (has_torque(AxisId{static_cast<std::uint8_t>(i)})) mask |= 1u << i;
   return mask;
 }
 
@@ -330,7 +329,7 @@ Axes::Homed Axes::finish_homing() noexcept {
 
 bool Axes::all_referenced() const noexcept {
   for (std::size_t i = 0; i < setup_.axes.size(); ++i)
-    if (setup_.axes[i].streamed && setup_.axes[i].homing.possible && (referenced_ >> i & 1u) == 0) return false;
+    if (setup_.axes[i].streamed && (referenced_ >> i & 1u) == 0) return false;
   return true;
 }
 

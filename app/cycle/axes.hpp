@@ -17,6 +17,11 @@
 
 namespace gantry::cycle {
 
+constexpr bool has_torque(devices::DriveState s) noexcept {
+  using S = devices::DriveState;
+  return s == S::OperationEnabled || s == S::QuickStopActive || s == S::FaultReaction;
+}
+
 class Axes {
  public:
   explicit Axes(const LoopSetup& setup) noexcept;

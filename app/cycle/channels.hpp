@@ -23,7 +23,7 @@ enum class CommandKind : std::uint8_t {
   Home,        ///< the axes of `axes`, together
   ArmProbe,    ///< the probe must be armed before a block that touches
   StartBlock,  ///< play the segments of block `block`, which are in the ring
-  Hold,
+  Hold,        ///< stop on the path, as soon as the valve has shut as planned; `value` = 1, or a second one: now
   Resume,
   Abort,       ///< stop on the path, drop the rest of the block
   Override,    ///< `value` = 1 for 100 %
@@ -80,6 +80,7 @@ struct Snapshot {
   bool dc_locked = false;  ///< the cycles keep their distance from SYNC0; also where the bus has no clock to keep it to
   State state = State::Offline;
   bool sent = true;
+  bool answered = true;  ///< every frame of the cycle came back, whoever took part
   bool inputs_fresh = false;
   Fault latched = Fault::None;  ///< first fault that is latched
   std::uint32_t block = 0;      ///< 0: idle
@@ -90,11 +91,12 @@ struct Snapshot {
   std::uint16_t working_counter = 0, expected = 0;
   std::uint16_t al_states = 0;
   std::uint8_t axes = 0, drives = 0;
-  std::uint32_t enabled = 0;  ///< bit n: AxisId n is in Operation Enabled
+  std::uint32_t enabled = 0;  ///< bit n: AxisId n has torque
   std::uint32_t referenced = 0;
   double override_factor = 1;
   double path_speed = 0;
-  AxisVec target{};  ///< mm or rad, as sent
+  double way_mm = 0;  ///< along the block, as planned: the drives are there by the largest response delay later
+  AxisVec target{};   ///< mm or rad, as sent
   AxisVec actual{};
   AxisVec following{};                            ///< target - actual of the same cycle; NaN on open-loop axes
   std::array<std::int32_t, kMaxDrives> counts{};  ///< 607Ah as sent, drive by drive in the machine file's order

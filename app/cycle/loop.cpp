@@ -51,7 +51,7 @@ Time Loop::tick(const Beat& beat) noexcept {
   const devices::CanTick can = can_ != nullptr ? can_cyclic_.tick(*can_, received) : devices::CanTick{};
   if (can.fault != Fault::None) react(can.fault, kNoAxis, 0);
 
-  axes_.read(bus_, exchange_.fault != Fault::FrameLost && exchange_.fault != Fault::BusDown, beat.elapsed);
+  axes_.read(bus_, answered(), beat.elapsed);
   inputs_ = read_inputs(bus_, setup_, inputs_);
   const View view{beat, exchange_, axes_, commanded_.target, inputs_, state_, compute_, purpose_};
   present_ = Fault::None;
@@ -120,6 +120,7 @@ void Loop::advance(const Beat& beat) noexcept {
 }
 
 void Loop::step_motion() noexcept {
+  if (hold_waits_ && compensation_.clear_of(setup_.valve_mask)) hold();
   valve_cut_ = shut_valve_ && (sent_outputs_ & setup_.valve_mask) != 0;
   if (block_ != 0) ++tick_;
   commanded_.setpoint = interpolator_.step(override_);
@@ -128,6 +129,7 @@ void Loop::step_motion() noexcept {
   commanded_.target = out.q;
   commanded_.outputs = out.outputs;
   settled_ = out.settled;
+  if (commanded_.setpoint.off_path) react(Fault::TargetStep, kNoAxis, 0);
   if (commanded_.setpoint.probing && !probe_told_) probing_ = true;  // while it brakes after the touch, it is over
 }
 
@@ -186,6 +188,7 @@ bool Loop::explains(Fault fault) const noexcept {
 
 void Loop::carry_out(const ReactionRow& reaction, Fault fault) noexcept {
   shut_valve_ = true;
+  hold_waits_ = false;
   const bool on_path = block_ != 0;
   if (reaction.braking == Braking::OnPath && on_path) interpolator_.abort();
   if (reaction.braking == Braking::EachAxis && on_path) interpolator_.axis_stop();
@@ -233,6 +236,7 @@ void Loop::tell_snapshot(const Beat& beat, bool sent) noexcept {
   s.dc_locked = dc_lock_.locked() || (exchange_.inputs_fresh && exchange_.dc_time_ns == 0);
   s.state = state_;
   s.sent = sent;
+  s.answered = answered();
   s.inputs_fresh = exchange_.inputs_fresh;
   s.latched = latched_;
   s.block = block_;
@@ -250,6 +254,7 @@ void Loop::tell_snapshot(const Beat& beat, bool sent) noexcept {
   s.referenced = axes_.referenced();
   s.override_factor = override_;
   s.path_speed = commanded_.setpoint.s_dot;
+  s.way_mm = commanded_.setpoint.way;
   s.target = commanded_.target;
   s.actual = axes_.actual();
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {

@@ -47,11 +47,16 @@ class Loop {
   [[nodiscard]] Fault refuse(const Command& command) const noexcept;
   [[nodiscard]] Fault interlock() const noexcept;
   void abort() noexcept;
+  void hold() noexcept;
   void advance(const Beat& beat) noexcept;
   void step_motion() noexcept;
   void write_image(const Beat& beat) noexcept;
   void heed_watchdog() noexcept;
   void exchange(const Beat& beat, Time now) noexcept;
+  /// Every frame of the last exchange came back.
+  [[nodiscard]] bool answered() const noexcept {
+    return exchange_.fault != Fault::FrameLost && exchange_.fault != Fault::BusDown;
+  }
   [[nodiscard]] Time frame_deadline(Time due) const noexcept;
   void follow_progress() noexcept;
   void follow_stop() noexcept;
@@ -103,6 +108,7 @@ class Loop {
   bool settled_ = true;                 ///< the compensation has let everything out
   bool shut_valve_ = false;             ///< this tick closes the valve, also in what is still on its way
   bool valve_cut_ = false;              ///< this tick closes it, and it was open
+  bool hold_waits_ = false;             ///< a hold waits for the valve to shut as planned
   bool probing_ = false;                ///< the block's last segment waits for the probe
   bool probe_told_ = false;
   Fault stopped_by_ = Fault::None;  ///< what ended the block that is braking

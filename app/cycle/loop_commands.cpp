@@ -94,16 +94,22 @@ void Loop::obey(const Command& command) noexcept {
       return;
     case CommandKind::StartBlock:
       block_ = command.block;
+      hold_waits_ = false;
       purpose_ = command.purpose;
       tick_ = 0;
       probing_ = false;
       interpolator_.begin_block(command.block);
       break;
     case CommandKind::Hold:
-      interpolator_.hold();
-      shut_valve_ = true;
+      if (command.value >= 1 || hold_waits_ || (sent_outputs_ & setup_.valve_mask) == 0)
+        hold();
+      else
+        hold_waits_ = true;
       break;
-    case CommandKind::Resume: interpolator_.resume(); break;
+    case CommandKind::Resume:
+      hold_waits_ = false;
+      interpolator_.resume();
+      break;
     case CommandKind::Abort: abort(); break;
     case CommandKind::Override: override_ = std::clamp(command.value, 0.1, 2.0); break;
     case CommandKind::SetOutputs: {
@@ -120,6 +126,12 @@ void Loop::obey(const Command& command) noexcept {
   answer(command.id, Fault::None);
 }
 
+void Loop::hold() noexcept {
+  hold_waits_ = false;
+  interpolator_.hold();
+  shut_valve_ = true;
+}
+
 /// The state has changed already: what was under way ends.
 void Loop::abort() noexcept {
   if (state_ == State::Homing) axes_.cancel_homing(Fault::Aborted);
@@ -129,6 +141,7 @@ void Loop::abort() noexcept {
   }
   if (state_ != State::Stopping || stopped_by_ != Fault::None) return;
   interpolator_.abort();
+  hold_waits_ = false;
   shut_valve_ = true;
   stopped_by_ = Fault::Aborted;
 }

@@ -64,7 +64,7 @@ void Loop::follow_progress() noexcept {
       if (rests && interpolator_.idle()) finish_block();
       break;
     case State::Holding:
-      if (rests) change(Cause::Rest);
+      if (rests && !hold_waits_) change(Cause::Rest);
       break;
     case State::Ready:
     case State::Held: break;

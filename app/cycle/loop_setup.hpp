@@ -22,6 +22,7 @@ struct DriveSetup {
   /// By its manual a quick stop brakes it. Of any other drive that is not hoped for: it is braked by its targets, and
   /// its torque goes when it stands.
   bool quick_stop_brakes = false;
+  double brake_give = 0;  ///< mm or rad that the axis may move while its brake is closed; 0: it has none
 };
 
 struct HomingSetup {

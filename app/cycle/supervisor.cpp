@@ -11,6 +11,7 @@ namespace {
 constexpr int kFollowingCycles = 3;        // R33: at most 3 cycles over the window
 constexpr CycleIndex kClockCycles = 10;    // R10: cycles beyond a bound
 constexpr CycleIndex kClockCalm = 100;     // cycles within it after which that is over
+constexpr CycleIndex kBrakeCloses = 500;   // R53: until then an axis may still sink into its brake
 constexpr std::int64_t kLateWindow = 100;  // R11: cycles in which late ones are counted
 
 std::int32_t clamp_i32(double v) { return static_cast<std::int32_t>(std::fmin(std::fmax(v, -2e9), 2e9)); }
@@ -122,8 +123,36 @@ void Supervisor::look_at_drives(const View& view, Findings& found) noexcept {
       found.push_back({drive.fault, setup_.drives[d].axis, drive.error_code != 0 ? drive.error_code : drive.statusword,
                        setup_.drives[d].station});
   }
-  for (std::size_t d = 0; d < setup_.drives.size(); ++d)
+  for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
     if (view.axes.drive(d).fresh) last_code_[d] = view.axes.drive(d).error_code;
+    look_at_rest(view, d, found);
+  }
+}
+
+/// What shows at standstill alone: a switch that is active when torque comes (R36), and a brake that does not hold
+/// while there is none (R53).
+void Supervisor::look_at_rest(const View& view, std::size_t d, Findings& found) noexcept {
+  const DriveSetup& setup = setup_.drives[d];
+  const devices::Feedback& drive = view.axes.drive(d);
+  const bool torque = has_torque(drive.state);
+  if (drive.fresh && torque && !torque_[d] && (drive.neg_limit || drive.pos_limit))
+    found.push_back({Fault::LimitSwitchStuck, setup.axis, 0, setup.station});
+  if (drive.fresh) torque_[d] = torque;
+  Rest& rest = rest_[d];
+  if (torque || !drive.fresh || drive.jumped) {
+    rest.since = -1;
+    return;
+  }
+  if (setup.brake_give == 0) return;
+  if (rest.since < 0) rest = {view.beat.cycle, drive.position};
+  if (view.beat.cycle - rest.since < kBrakeCloses) {
+    rest.at = drive.position;
+    return;
+  }
+  const double moved = drive.position - rest.at;
+  if (std::abs(moved) <= setup.brake_give) return;
+  found.push_back({Fault::BrakeDrift, setup.axis, clamp_i32(moved * 1000), setup.station});
+  rest.at = drive.position;  // and again when it goes on
 }
 
 void Supervisor::look_at_axes(const View& view, Findings& found) noexcept {

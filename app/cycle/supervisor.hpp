@@ -44,6 +44,7 @@ class Supervisor {
   void look_at_bus(const View& view, Findings& found) noexcept;
   void look_at_clocks(const View& view, Findings& found) noexcept;
   void look_at_drives(const View& view, Findings& found) noexcept;
+  void look_at_rest(const View& view, std::size_t drive, Findings& found) noexcept;
   void look_at_axes(const View& view, Findings& found) noexcept;
   void look_at_inputs(const View& view, Findings& found) noexcept;
 
@@ -56,6 +57,12 @@ class Supervisor {
   /// True when it is beyond the bound, and has been for long enough.
   [[nodiscard]] static bool lasts(Apart& apart, bool beyond, CycleIndex now) noexcept;
 
+  /// A drive without torque.
+  struct Rest {
+    CycleIndex since = -1;  ///< -1: it has torque, or is away
+    double at = 0;          ///< where its brake has closed
+  };
+
   const LoopSetup& setup_;
   bool operational_ = false;  ///< all stations were in OP before
   int frames_lost_ = 0, counter_low_ = 0;
@@ -65,7 +72,9 @@ class Supervisor {
   std::array<Apart, kMaxStations> drifts_{}, lost_{};  ///< by StationId
   bool clocks_asked_ = false;                          ///< something stands in these
   std::bitset<kMaxDrives> dropped_;                    ///< as last seen
-  std::array<std::int64_t, kMaxAxes> over_window_{};   ///< cycles in a row outside the following window
+  std::bitset<kMaxDrives> torque_;                     ///< as last seen
+  std::array<Rest, kMaxDrives> rest_{};
+  std::array<std::int64_t, kMaxAxes> over_window_{};  ///< cycles in a row outside the following window
 };
 
 }  // namespace gantry::cycle

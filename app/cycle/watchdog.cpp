@@ -5,7 +5,6 @@
 namespace gantry::cycle {
 namespace {
 
-constexpr int kPriority = 85;            // above the loop, which may be what does not let go of the processor
 constexpr Time kLook = milliseconds(1);  // while there is no beat to count from
 
 }  // namespace
@@ -22,7 +21,7 @@ bool send(StopFrame& stop) noexcept {
 
 Watchdog::Watchdog(StopFrame& stop, Clock& clock, Time stuck_after)
     : stop_(stop), clock_(clock), stuck_after_(stuck_after) {
-  running_ = start_thread(thread_, "gantry-watchdog", kPriority, &Watchdog::run, this, rights_);
+  running_ = start_thread(thread_, "gantry-watchdog", kWatchdogPriority, &Watchdog::run, this, rights_);
 }
 
 Watchdog::~Watchdog() {

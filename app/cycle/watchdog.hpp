@@ -18,6 +18,9 @@ namespace gantry::cycle {
 /// loop finds out by StopFrame::sent(). False: there is no frame yet, or the system did not take it.
 bool send(StopFrame& stop) noexcept;
 
+/// Of SCHED_FIFO: above the loop, which may be what does not let go of the processor. The highest that is asked for.
+inline constexpr int kWatchdogPriority = 85;
+
 class Watchdog {
  public:
   /// Watches from the loop's first beat on. `stop` and `clock` must live as long as this. A loop that has been spoken

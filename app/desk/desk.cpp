@@ -13,6 +13,7 @@
 #include "app/desk/do_job.hpp"
 #include "app/desk/figures.hpp"
 #include "app/desk/machine_status.hpp"
+#include "app/record/defects.hpp"
 #include "app/record/summary.hpp"
 #include "core/log.hpp"
 #include "core/units.hpp"
@@ -62,6 +63,8 @@ void Desk::take(const OrderSocket::Incoming& in) {
 
 void Desk::reply(std::uint64_t client, const Request& request, Json answer) {
   if (request.order) answer["order"] = run::name(request.order->kind);
+  if (request.order && request.order->kind == run::OrderKind::Run && !answer.contains("board"))
+    answer["board"] = record::name(record::Board::Untouched);
   if (!request.id.is_null()) answer["id"] = request.id;
   door_.reply(client, to_line(answer));
 }
@@ -69,11 +72,16 @@ void Desk::reply(std::uint64_t client, const Request& request, Json answer) {
 Json Desk::answer_now(const run::Order& order, std::uint64_t number) {
   if (order.kind == run::OrderKind::Abort) return abort(order, number);
   if (order.kind == run::OrderKind::Quit) {
+    Json answer = status();
+    answer["said"] = "ending: what moves is stopped in order, then torque off and bus down";
     end();
-  } else if (auto done = owner_.order(order); !done) {
-    return failure({done.error()});
+    return answer;
   }
-  return status();
+  if (auto done = owner_.order(order); !done) return failure({done.error()});
+  Json answer = status();
+  if (const std::string where = owner_.holds_where(); order.kind == run::OrderKind::Hold && !where.empty())
+    answer["said"] = where;
+  return answer;
 }
 
 /// What waits and what is prepared ends here; what moves is the owner's.
@@ -181,7 +189,7 @@ Json Desk::carry_out(const run::Order& order) {
     case run::OrderKind::Jog: return jog(order.jog);
     case run::OrderKind::Park: done = owner_.park(); break;
     case run::OrderKind::Run: return run_job(order);
-    case run::OrderKind::PartRemoved: done = owner_.part_removed(); break;
+    case run::OrderKind::PartRemoved: return part_removed(order);
     default: break;
   }
   return done ? status() : failure({done.error()});
@@ -201,11 +209,14 @@ Json Desk::jog(const job::JogWords& words) {
     said += fmt::format("{} {:.3f} -> {:.3f} {}, ", axis.name, start * shown, end * shown, axis.rotary ? "deg" : "mm");
   }
   said += fmt::format("{:.3f} s", done->duration_s);
-  return {{"ok", true},
-          {"state", cycle::name(owner_.latest().state)},
-          {"said", said},
-          {"axes", axes},
-          {"duration_s", done->duration_s}};
+  if (!done->slowed.empty()) said += "; " + done->slowed;
+  Json answer{{"ok", true},
+              {"state", cycle::name(owner_.latest().state)},
+              {"said", said},
+              {"axes", axes},
+              {"duration_s", done->duration_s}};
+  if (!done->slowed.empty()) answer["slowed"] = done->slowed;
+  return answer;
 }
 
 bool Desk::aside(std::function<void()> work, bool may_abort) {
@@ -224,6 +235,19 @@ bool Desk::aside(std::function<void()> work, bool may_abort) {
   return true;
 }
 
+/// What was begun and not finished is out of the machine, and nothing is to be done on it any more.
+Json Desk::part_removed(const run::Order& order) {
+  if (auto open = owner_.part_removed(); !open) return failure({open.error()});
+  if (options_.parts == nullptr) return status();
+  Result<std::optional<BegunPart>> forgotten;
+  aside([&] { forgotten = options_.parts->forget_removed(order.serial); }, false);
+  if (!forgotten) return failure({forgotten.error()});
+  Json answer = status();
+  if (*forgotten || !order.serial.empty())
+    answer["said"] = removal_in_words(*forgotten, order.serial) + "\n" + answer["said"].get<std::string>();
+  return answer;
+}
+
 Json Desk::run_job(const run::Order& order) {
   if (::access(order.recipe.c_str(), R_OK) != 0)
     return failure({Error{
@@ -235,25 +259,38 @@ Json Desk::run_job(const run::Order& order) {
   };
   const auto shared = std::make_shared<Work>();  // outlives this call where an abort ends the waiting
   recipe_ = order.recipe, job_duration_s_ = 0, preparing_ = true, aborted_ = false;
-  const bool ready = aside(
-      [shared, &machine = machine_, recipe = order.recipe] { shared->prepared = prepare(machine, recipe); }, true);
-  preparing_ = false;
-  const auto answer = [&]() -> Json {
+  const bool ready = aside([shared, &machine = machine_, recipe = order.recipe,
+                            select = order.select] { shared->prepared = prepare(machine, recipe, select); },
+                           true);
+  // As long as it is prepared, an abort meets no undertaking of the owner and is kept here.
+  const auto may_start = [this]() -> Result<void> {
+    preparing_ = false;
+    if (!aborted_ && !stop_) return {};
+    return tl::unexpected(stop_ ? kEnding : kAbortedBefore);
+  };
+  Json answer = [&]() -> Json {
     if (!ready) return failure({stop_ ? kEnding : kAbortedBefore});
     const Checked<Prepared>& prepared = *shared->prepared;
     if (!prepared) return failure(prepared.error());
     if (prepared->proof) job_duration_s_ = prepared->proof->duration_s;
-    const Bench bench{.owner = &owner_, .aside = [this](const auto& work) { aside(work, false); }};
-    const auto done = do_job(machine_, *prepared, {.out = order.out, .dry_run = false}, bench,
+    const Bench bench{.owner = &owner_,
+                      .aside = [this](const auto& work) { aside(work, false); },
+                      .may_start = may_start,
+                      .parts = options_.parts};
+    const auto done = do_job(machine_, *prepared, {.out = order.out, .serial = order.serial}, bench,
                              order.under.empty() ? "out" : order.under);
     if (!done) return failure({done.error()});
     return {{"ok", done->result.exit_code == ExitCode::Done},
             {"result", record::result_word(done->result)},
             {"exit_code", static_cast<int>(done->result.exit_code)},
+            {"board", record::name(done->result.board)},
+            {"to_finish", done->result.to_finish.empty() ? Json(nullptr) : Json(done->result.to_finish)},
+            {"defects", done->result.defects.size()},
             {"errors", errors_to_json(done->result.errors)},
             {"folder", std::filesystem::absolute(done->folder).string()},
             {"said", figures(done->result)}};
   }();
+  preparing_ = false;
   recipe_.clear();
   return answer;
 }

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "app/desk/begun_parts.hpp"
 #include "app/desk/order_line.hpp"
 #include "app/desk/order_socket.hpp"
 #include "app/run/owner.hpp"
@@ -27,6 +28,7 @@ class Desk {
     std::function<bool()> interrupted;  ///< the program was asked to end (a signal)
     nlohmann::ordered_json identity{};  ///< what `status` says of this owner
     std::string recipe{};               ///< what the start button runs; "": nothing
+    BegunParts* parts = nullptr;        ///< those that were not finished; null: nothing is remembered of them
   };
   /// `clock` is that of the clients, also where the machine's time is virtual.
   Desk(const config::Machine& machine, run::Owner& owner, OrderSocket& door, const Clock& clock, Options options)
@@ -61,6 +63,7 @@ class Desk {
   Json carry_out(const run::Order& order);
   Json jog(const job::JogWords& words);
   Json run_job(const run::Order& order);
+  Json part_removed(const run::Order& order);
   /// Runs `work` on another thread and serves the machine until it is done. False when an abort came first, if
   /// `may_abort`: then the work goes on unheard.
   bool aside(std::function<void()> work, bool may_abort);

@@ -2,39 +2,48 @@
 
 #include "app/record/job_folder.hpp"
 #include "app/record/outcome.hpp"
+#include "config/inputs.hpp"
 
 namespace gantry::desk {
+namespace {
 
-Checked<Prepared> prepare(const config::Machine& machine, const std::string& recipe_file) {
-  auto recipe = recipes::load(recipe_file);
-  if (!recipe) return tl::unexpected(recipe.error());
-  auto job = recipes::compile(*recipe, machine);
-  if (!job) return tl::unexpected(job.error());
-  auto proof = job::prove_nominal(machine, *recipe, *job);
-  return Prepared{std::move(*recipe), std::move(*job), std::move(proof)};
+/// As far as the machine's outputs and inputs tell. Without them nobody sees it open.
+bool clamp_open(const config::Machine& machine, const cycle::Snapshot& now) {
+  const bool told_to_close = (now.outputs & config::bit(config::Output::Clamp)) != 0;
+  return (machine.outputs[static_cast<std::size_t>(config::Output::Clamp)] && !told_to_close) ||
+         config::is_low(machine, now.inputs, config::Input::ClampClosed);
 }
+
+}  // namespace
 
 Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared, const run::RunOptions& options,
                        const Bench& bench, const std::string& under) {
   const auto folder = record::job_folder(options.out, prepared.recipe.file, under);
   if (!folder) return tl::unexpected(folder.error());
   JobDone done{record::begin_result(machine, prepared.recipe, prepared.job, *folder, options.dry_run), *folder};
+  const auto aside = [&](const std::function<void()>& work) { bench.aside ? bench.aside(work) : work(); };
+  PartOfJob part(bench.parts, prepared, options.serial);
   Result<void> may_run;
-  if (!prepared.proof)
-    may_run = tl::unexpected(prepared.proof.error());
-  else if (bench.bring_up)
-    may_run = bench.bring_up();
-  if (may_run)
-    done.result = bench.owner->run(prepared.recipe, prepared.job, {.out = *folder, .dry_run = options.dry_run});
-  else
+  if (!prepared.proof) may_run = tl::unexpected(prepared.proof.error());
+  // A bus that is still to come up knows of no hand that has opened the clamp.
+  if (may_run) may_run = part.may_begin(!bench.bring_up && clamp_open(machine, bench.owner->latest()));
+  if (may_run && bench.bring_up) may_run = bench.bring_up();
+  if (may_run) aside([&] { may_run = part.begin(); });
+  if (may_run && bench.may_start) may_run = bench.may_start();
+  if (may_run) {
+    done.result = bench.owner->run(prepared.recipe, prepared.job,
+                                   {.out = *folder, .dry_run = options.dry_run, .before = part.before()});
+    if (bench.parts != nullptr) bench.parts->clamped(!clamp_open(machine, bench.owner->latest()));
+  } else {
     record::add_error(done.result, may_run.error());
+  }
+  done.result.origin = {prepared.recipe.sources.front().sha256, machine.file, machine.sha256, options.serial};
   if (bench.release) bench.release();
   Result<void> written;
-  const auto write = [&] { written = record::write_job(done.result, *folder); };
-  if (bench.aside)
-    bench.aside(write);
-  else
-    write();
+  aside([&] {
+    part.end(done.result);
+    written = record::write_job(done.result, *folder);
+  });
   if (!written) record::add_error(done.result, written.error());
   return done;
 }

@@ -6,23 +6,14 @@
 #include <functional>
 #include <string>
 
-#include "app/job/prove.hpp"
+#include "app/desk/part_of_job.hpp"
+#include "app/desk/prepare.hpp"
 #include "app/record/job_result.hpp"
 #include "app/run/owner.hpp"
 #include "config/machine.hpp"
 #include "core/error.hpp"
-#include "recipes/job.hpp"
 
 namespace gantry::desk {
-
-struct Prepared {
-  recipes::Recipe recipe;
-  recipes::Job job;
-  Result<job::NominalProof> proof;  ///< its error: the job is not feasible, and nothing may move
-};
-
-/// Every mistake of the recipe, with its place.
-Checked<Prepared> prepare(const config::Machine& machine, const std::string& recipe_file);
 
 struct JobDone {
   record::JobResult result;
@@ -36,9 +27,13 @@ struct Bench {
   std::function<void()> release{};           ///< when nothing moves any more, before the files are written
   /// Runs its argument to its end while the machine goes on being served; empty: the machine may wait for files.
   std::function<void(const std::function<void()>&)> aside{};
+  /// Asked last before the owner has the job: what `aside` has let in may have ended it. Empty: nothing has.
+  std::function<Result<void>()> may_start{};
+  BegunParts* parts = nullptr;  ///< what is remembered of parts that were not finished; null: nothing is
 };
 
-/// A job that was not proved is not run, and its result says why. `options.out` and `under` as record::job_folder()
+/// A job that was not proved is not run, and its result says why; so it does of one whose part was begun before and
+/// not finished (part_of_job.hpp). `options.out` and `under` as record::job_folder()
 /// takes them. An error: there is no folder, and nothing has begun.
 Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared, const run::RunOptions& options,
                        const Bench& bench, const std::string& under = "out");

@@ -3,17 +3,60 @@
 #include <algorithm>
 #include <fmt/format.h>
 
+#include "app/record/defects.hpp"
 #include "app/record/deposit_figures.hpp"
 #include "app/record/summary.hpp"
 #include "core/units.hpp"
 
 namespace gantry::desk {
 
-std::string figures(const record::JobResult& result) {
-  if (result.cycles.cycles == 0) return record::result_word(result) + " before it began";
+namespace {
+
+/// The features by name and why, as many as a terminal shows at once.
+std::string defects_in_words(const record::JobResult& result) {
+  constexpr std::size_t kShown = 10;
   std::string text;
-  text += fmt::format("{}: {} of {} features, {:.1f} s of motion ({:.1f} s planned)\n", record::result_word(result),
-                      result.features_done, result.features_total, result.actual_s, result.predicted_s);
+  for (std::size_t i = 0; i < std::min(result.defects.size(), kShown); ++i) {
+    const record::Defect& d = result.defects[i];
+    text +=
+        fmt::format("  {:<13}  {}: {}\n", i == 0 ? "defects" : "",
+                    d.feature.empty() ? std::string(record::name(d.kind)) : fmt::format("'{}'", d.feature), d.message);
+  }
+  if (result.defects.size() > kShown)
+    text += fmt::format("  {:<13}  and {} more; the report and summary.json have them\n", "",
+                        result.defects.size() - kShown);
+  return text;
+}
+
+std::string cut_in_words(const record::JobResult& result) {
+  constexpr std::size_t kShown = 20;
+  std::string names;
+  std::size_t cut = 0;
+  for (const record::Defect& d : result.defects)
+    if (d.kind == record::Defect::Kind::Cut && ++cut <= kShown)
+      names += (names.empty() ? "'" : ", '") + d.feature + "'";
+  if (cut == 0) return "";
+  return fmt::format("  cut            {}{}\n", names, cut > kShown ? fmt::format(" and {} more", cut - kShown) : "");
+}
+
+std::string to_finish_in_words(const record::JobResult& result) {
+  if (result.to_finish.empty()) return "";
+  return fmt::format("\n  to finish it   gantry run {} {}{}", result.recipe_file, result.to_finish,
+                     result.origin.serial.empty() ? "" : " --serial " + result.origin.serial);
+}
+
+}  // namespace
+
+std::string figures(const record::JobResult& result) {
+  if (result.cycles.cycles == 0)
+    return record::bus_in_words(result) + ": " + record::result_word(result) + " before it began; the board is " +
+           std::string(record::name(result.board)) + to_finish_in_words(result);
+  std::string text;
+  text += fmt::format("{}: {}: {} of {} features, {:.1f} s of motion ({:.1f} s planned)\n",
+                      record::bus_in_words(result), record::result_word(result), result.features_done,
+                      result.features_total, result.actual_s, result.predicted_s);
+  text += fmt::format("  board          {}\n", record::name(result.board));
+  text += defects_in_words(result) + cut_in_words(result);
   if (result.has_offset)
     text += fmt::format("  work offset    dx {:+.3f} mm, dy {:+.3f} mm, rot {:+.4f} deg (rms {:.1f} um)\n",
                         result.offset.shift.x, result.offset.shift.y, units::deg(result.offset.rotation),
@@ -38,6 +81,7 @@ std::string figures(const record::JobResult& result) {
                   static_cast<double>(result.cycles.wake.max) / 1e3, result.cycles.skipped);
   text += fmt::format("  setpoint hash  {:016x} over {} ticks{}", result.setpoint_hash, result.setpoint_ticks,
                       result.setpoint_stream_complete ? "" : " (incomplete)");
+  text += to_finish_in_words(result);
   return text;
 }
 

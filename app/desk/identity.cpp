@@ -4,8 +4,8 @@
 #include <array>
 #include <filesystem>
 #include <fmt/format.h>
-#include <fstream>
-#include <iterator>
+
+#include "core/sha256.hpp"
 
 namespace gantry::desk {
 namespace {
@@ -36,18 +36,9 @@ std::string text(const Json& of, const char* key) {
 
 }  // namespace
 
-std::string content_hash(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return "";
-  std::uint64_t hash = 0xcbf29ce484222325;
-  for (auto at = std::istreambuf_iterator<char>(in); at != std::istreambuf_iterator<char>(); ++at)
-    hash = (hash ^ static_cast<unsigned char>(*at)) * 0x100000001b3;
-  return fmt::format("{:016x}", hash);
-}
-
 Json identity_of(const std::string& machine_file, const run::OwnerOptions& options) {
   return {{"machine", absolute(machine_file)},
-          {"machine_hash", content_hash(machine_file)},
+          {"machine_hash", sha256_of_file(machine_file).substr(0, 16)},
           {"bus", options.bus},
           {"world", absolute(options.world_socket)},
           {"board", options.sim.placement},

@@ -11,15 +11,13 @@
 
 namespace gantry::desk {
 
-/// "machine", "machine_hash", "bus", "world", "board", "seed", "script", "sim_state": each a text, paths absolute.
+/// "machine", "machine_hash", "bus", "world", "board", "seed", "script", "sim_state": each a text, paths absolute; the
+/// hash is the start of the file's SHA-256, "" when it cannot be read.
 nlohmann::ordered_json identity_of(const std::string& machine_file, const run::OwnerOptions& options);
 
 /// Compares what `given` names (options of the command line, "--bus"); a machine file is the same when its bytes are.
 /// Fault::Usage naming option and both values.
 Result<void> same(const nlohmann::ordered_json& owner, const nlohmann::ordered_json& wanted,
                   const std::vector<std::string>& given);
-
-/// FNV-1a, 64 bit, of a file's bytes: "9ae16a3b2f90404f". "" when it cannot be read.
-std::string content_hash(const std::string& file);
 
 }  // namespace gantry::desk

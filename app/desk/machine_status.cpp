@@ -3,11 +3,22 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/record/summary.hpp"
 #include "core/units.hpp"
 
 namespace gantry::desk {
 
 using Json = nlohmann::ordered_json;
+
+namespace {
+
+Json on_the_wire(const run::WireCounts& wire) {
+  return {{"frames", record::to_json(wire.frames)},
+          {"mailbox_repeats", wire.mailbox_repeats},
+          {"other_master", wire.other_master.empty() ? Json() : Json(wire.other_master)}};
+}
+
+}  // namespace
 
 Json machine_status(const config::Machine& machine, const run::Owner& owner) {
   const cycle::Snapshot& s = owner.latest();
@@ -28,7 +39,7 @@ Json machine_status(const config::Machine& machine, const run::Owner& owner) {
                       {"remedy", f.remedy}});
   }
   return {{"ok", true},
-          {"state", cycle::name(s.state)},
+          {"state", cycle::name(owner.state())},
           {"mode", owner.in_setup() ? "setup" : "automatic"},
           {"held", owner.held()},
           {"cycle", s.cycle},
@@ -38,6 +49,7 @@ Json machine_status(const config::Machine& machine, const run::Owner& owner) {
           {"features_total", p.features_total},
           {"elapsed_s", p.elapsed_s},
           {"override", s.override_factor},
+          {"wire", on_the_wire(owner.wire())},
           {"axes", axes}};
 }
 

@@ -6,11 +6,78 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "core/near_word.hpp"
+
 namespace gantry::desk {
 namespace {
 
 constexpr std::size_t kLongestLine = 64 * 1024;
 constexpr std::size_t kLongestId = 100;
+
+/// What an order carries besides "order" and "id".
+struct Key {
+  run::OrderKind order;
+  const char* name;
+  std::string& (*text)(run::Order&);  ///< null: not a text
+};
+constexpr std::array kKeys{
+    Key{run::OrderKind::Run, "recipe", [](run::Order& o) -> std::string& { return o.recipe; }},
+    Key{run::OrderKind::Run, "out", [](run::Order& o) -> std::string& { return o.out; }},
+    Key{run::OrderKind::Run, "under", [](run::Order& o) -> std::string& { return o.under; }},
+    Key{run::OrderKind::Run, "serial", [](run::Order& o) -> std::string& { return o.serial; }},
+    Key{run::OrderKind::Run, "from", nullptr},
+    Key{run::OrderKind::Run, "only", nullptr},
+    Key{run::OrderKind::PartRemoved, "serial", [](run::Order& o) -> std::string& { return o.serial; }},
+    Key{run::OrderKind::Jog, "by", nullptr},
+    Key{run::OrderKind::Jog, "speed", [](run::Order& o) -> std::string& { return o.jog.speed; }},
+    Key{run::OrderKind::Override, "value", nullptr},
+    Key{run::OrderKind::Hold, "now", nullptr},
+};
+constexpr std::array kStops{run::OrderKind::Abort, run::OrderKind::Hold, run::OrderKind::Quit};
+
+bool stops(run::OrderKind kind) { return std::find(kStops.begin(), kStops.end(), kind) != kStops.end(); }
+
+/// Texts go into the order. A key that is not meant here moves nothing: it is refused, but an order that stops is
+/// taken.
+Result<void> take_texts(const nlohmann::json& json, run::Order& order) {
+  for (const auto& [name, value] : json.items()) {
+    if (name == "order" || name == "id") continue;
+    std::vector<std::string_view> known{"order", "id"};
+    const Key* key = nullptr;
+    for (const Key& k : kKeys)
+      if (k.order == order.kind) {
+        known.emplace_back(k.name);
+        if (name == k.name) key = &k;
+      }
+    if (key == nullptr) {
+      if (stops(order.kind)) continue;
+      return fail(Fault::Refused,
+                  fmt::format("'{}' has no key \"{}\"; {}", run::name(order.kind), name, did_you_mean(name, known)));
+    }
+    if (key->text == nullptr) continue;
+    if (!value.is_string())
+      return fail(Fault::Refused, fmt::format("\"{}\" of '{}' is a text in quotes", name, run::name(order.kind)));
+    key->text(order) = value.get<std::string>();
+  }
+  return {};
+}
+
+/// A job that was meant for some features must not do all of them because of a slip.
+Result<recipes::Selection> selection_of(const nlohmann::json& json) {
+  recipes::Selection out;
+  if (const auto from = json.find("from"); from != json.end()) {
+    if (!from->is_string() || from->get_ref<const std::string&>().empty())
+      return fail(Fault::Refused, R"("from" is the name of a feature, for example "dam")");
+    out.from = from->get<std::string>();
+  }
+  if (const auto only = json.find("only"); only != json.end()) {
+    if (!only->is_array() || only->empty() ||
+        !std::all_of(only->begin(), only->end(), [](const auto& name) { return name.is_string(); }))
+      return fail(Fault::Refused, R"("only" is a list of names of features, for example ["dam", "dots[0][3]"])");
+    out.only = only->get<std::vector<std::string>>();
+  }
+  return out;
+}
 
 Result<run::Order> order_of(const nlohmann::json& json) {
   if (!json.is_object() || !json.contains("order") || !json["order"].is_string())
@@ -22,13 +89,12 @@ Result<run::Order> order_of(const nlohmann::json& json) {
     return fail(Fault::Refused,
                 fmt::format("there is no order '{}'; there are: {}", wanted, fmt::join(run::order_names(), ", ")));
   order.kind = *kind;
-  const auto text = [&](const char* key, std::string& into) {
-    if (json.contains(key) && json[key].is_string()) into = json[key].get<std::string>();
-  };
-  text("recipe", order.recipe);
-  text("out", order.out);
-  text("under", order.under);
-  text("speed", order.jog.speed);
+  if (auto taken = take_texts(json, order); !taken) return tl::unexpected(taken.error());
+  if (order.kind == run::OrderKind::Run) {
+    auto selected = selection_of(json);
+    if (!selected) return tl::unexpected(selected.error());
+    order.select = std::move(*selected);
+  }
   if (order.kind == run::OrderKind::Jog) {
     const auto by = json.find("by");
     if (by == json.end() || !by->is_object() || by->empty() ||
@@ -38,6 +104,8 @@ Result<run::Order> order_of(const nlohmann::json& json) {
   }
   if (order.kind == run::OrderKind::Run && order.recipe.empty())
     return fail(Fault::Refused, "'run' needs \"recipe\": the path of a recipe");
+  if (const auto now = json.find("now"); order.kind == run::OrderKind::Hold && now != json.end())
+    order.now = !now->is_boolean() || now->get<bool>();  // an order that stops is taken whatever else it says
   if (order.kind == run::OrderKind::Override) {
     if (!json.contains("value") || !json["value"].is_number())
       return fail(Fault::Refused, "'override' needs \"value\": 0.1 to 2");
@@ -72,20 +140,23 @@ std::string to_line(const run::Order& order, const nlohmann::ordered_json& id) {
   if (!order.recipe.empty()) json["recipe"] = order.recipe;
   if (!order.out.empty()) json["out"] = order.out;
   if (!order.under.empty()) json["under"] = order.under;
+  if (!order.serial.empty()) json["serial"] = order.serial;
+  if (!order.select.from.empty()) json["from"] = order.select.from;
+  if (!order.select.only.empty()) json["only"] = order.select.only;
   if (!order.jog.by.empty()) json["by"] = order.jog.by;
   if (!order.jog.speed.empty()) json["speed"] = order.jog.speed;
   if (order.kind == run::OrderKind::Override) json["value"] = order.value;
+  if (order.now) json["now"] = true;
   return json.dump();
 }
 
 bool is_urgent(std::string_view line) {
   constexpr std::size_t kLongestStop = 1024;  // an order that stops needs no more; a longer line waits for its turn
-  constexpr std::array kStops{run::OrderKind::Abort, run::OrderKind::Hold, run::OrderKind::Quit};
   if (line.size() > kLongestStop) return false;
   const auto named = [&](run::OrderKind kind) { return line.find(run::name(kind)) != std::string_view::npos; };
   if (std::none_of(kStops.begin(), kStops.end(), named)) return false;
   const auto order = parse_order(line);
-  return order && std::find(kStops.begin(), kStops.end(), order->kind) != kStops.end();
+  return order && stops(order->kind);
 }
 
 }  // namespace gantry::desk

@@ -1,6 +1,7 @@
 #include "app/desk/state_folder.hpp"
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
@@ -20,6 +21,10 @@ std::string as_folder_name(std::string name) {
   return name.empty() || name == "." || name == ".." ? "machine" : name;
 }
 
+constexpr struct {
+  std::string_view what, remedy;
+} kNoFolder{"the state folder is a link or no folder", "name the folder itself with --state"};
+
 /// Whether closing it to others can surprise nobody: it is empty, or an owner has used it before.
 bool is_for_state(const fs::path& path) {
   std::error_code error;
@@ -27,6 +32,11 @@ bool is_for_state(const fs::path& path) {
 }
 
 }  // namespace
+
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr ? value : "";
+}
 
 Result<std::string> state_folder(const std::string& option, const std::string& machine_name, const Environment& env) {
   const auto absolute = [](const fs::path& path) {
@@ -44,6 +54,24 @@ Result<std::string> state_folder(const std::string& option, const std::string& m
               "--state");
 }
 
+std::optional<UnfitFolder> unfit_for_state(const std::string& path, const struct stat& found) {
+  const auto shut = [&] { return fmt::format("run `chmod 700 {}`, or name another one with --state", path); };
+  const unsigned mode = found.st_mode & 07777u;
+  if (!S_ISDIR(found.st_mode)) return UnfitFolder{std::string(kNoFolder.what), std::string(kNoFolder.remedy)};
+  if (found.st_uid != ::geteuid())
+    return UnfitFolder{
+        fmt::format("the state folder belongs to user {}, and you are user {}", found.st_uid, ::geteuid()),
+        "name one of your own with --state"};
+  if ((mode & 022u) != 0)
+    return UnfitFolder{fmt::format("other users may write to the state folder (mode {:04o})", mode), shut()};
+  if ((mode & 0777u) != 0700 && !is_for_state(path))
+    return UnfitFolder{fmt::format("other users may look into this folder (mode {:04o}), and it holds other things "
+                                   "than state",
+                                   mode),
+                       shut()};
+  return std::nullopt;
+}
+
 Result<void> open_state_folder(const std::string& path) {
   std::error_code error;
   if (const fs::path above = fs::path(path).parent_path(); !fs::is_directory(above, error)) {
@@ -59,31 +87,15 @@ Result<void> open_state_folder(const std::string& path) {
   if (fd < 0) {
     const int why = errno;
     if (why == ENOTDIR || why == ELOOP)
-      return fail(Fault::Refused, "the state folder is a link or no folder; name the folder itself with --state", path);
+      return fail(Fault::Refused, std::string(kNoFolder.what) + "; " + std::string(kNoFolder.remedy), path);
     return fail(Fault::Refused, fmt::format("the state folder cannot be opened: {}", std::strerror(why)), path);
   }
   struct stat found {};
-  const bool known = ::fstat(fd, &found) == 0;
   Result<void> done;
-  if (!known || found.st_uid != ::geteuid())
-    done =
-        fail(Fault::Refused,
-             fmt::format("the state folder belongs to user {}, and you are user {}; name one of your own with --state",
-                         found.st_uid, ::geteuid()),
-             path);
-  else if ((found.st_mode & 022u) != 0)
-    done = fail(Fault::Refused,
-                fmt::format("other users may write to the state folder (mode {:04o}); run `chmod 700 {}`, or name "
-                            "another one with --state",
-                            found.st_mode & 07777u, path),
-                path);
-  else if ((found.st_mode & 0777u) != 0700 && !is_for_state(path))
-    done =
-        fail(Fault::Refused,
-             fmt::format("other users may look into this folder (mode {:04o}), and it holds other things than state; "
-                         "run `chmod 700 {}`, or name another one with --state",
-                         found.st_mode & 07777u, path),
-             path);
+  if (::fstat(fd, &found) != 0)
+    done = fail(Fault::Refused, fmt::format("the state folder cannot be looked at: {}", std::strerror(errno)), path);
+  else if (const auto unfit = unfit_for_state(path, found))
+    done = fail(Fault::Refused, unfit->what + "; " + unfit->remedy, path);
   else if ((found.st_mode & 0777u) != 0700 && ::fchmod(fd, 0700) != 0)
     done = fail(Fault::FileUnwritable, fmt::format("its mode cannot be set: {}", std::strerror(errno)), path);
   ::close(fd);

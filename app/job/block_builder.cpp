@@ -1,8 +1,11 @@
 #include "app/job/block_builder.hpp"
 
+#include <algorithm>
 #include <array>
 #include <fmt/format.h>
 #include <utility>
+
+#include "motion/path/chords.hpp"
 
 namespace gantry::job {
 
@@ -12,7 +15,8 @@ BlockBuilder::BlockBuilder(const motion::Limits& limits, const motion::Scene& sc
   out_.number_ = block;
 }
 
-void BlockBuilder::count(const motion::Certificate& certificate, std::string_view leg) {
+void BlockBuilder::count(const motion::Certificate& certificate, std::span<const AxisVec> polyline,
+                         std::string_view leg) {
   out_.motions_ += certificate.motions;
   const auto take = [&](const motion::NearPair& pair, motion::NearPair& known, std::optional<Nearest>& nearest) {
     if (pair.distance_mm >= known.distance_mm) return;
@@ -26,6 +30,7 @@ void BlockBuilder::count(const motion::Certificate& certificate, std::string_vie
     if (!subject_.file.empty())
       n.where = fmt::format("{}:{}:{}", subject_.file, subject_.place.line, subject_.place.column);
     n.machine_mm = pair.at;
+    n.axes = between(polyline[pair.motion], polyline[pair.motion + 1], pair.fraction);
     if (scene_->board()) n.board_mm = scene_->board()->from_machine(pair.at);
   };
   take(certificate.nearest.by_design, known_.by_design, out_.nearest_.by_design);
@@ -46,17 +51,17 @@ Result<void> BlockBuilder::travel(const AxisVec& to, const motion::PathRules& ru
   if (!go_on(breath_)) return given_up();
   auto path = motion::find_path(*scene_, at_, to, rules, 0, known_);
   if (!path) return tl::unexpected(path.error());
-  count(path->certificate, "travel to");
+  count(path->certificate, path->points, "travel to");
   for (std::size_t i = 1; i < path->points.size(); ++i)
     take(motion::line_move(limits_, path->points[i - 1], path->points[i]), path->points[i]);
   return {};
 }
 
 Result<void> BlockBuilder::prove(std::span<const AxisVec> polyline, const motion::PathRules& rules,
-                                 std::string_view leg, double corner_mm) {
-  const auto certificate = motion::certify(*scene_, polyline, rules, corner_mm, breath_, known_);
+                                 std::string_view leg, double off_mm) {
+  const auto certificate = motion::certify(*scene_, polyline, rules, off_mm, breath_, known_);
   if (!certificate) return tl::unexpected(certificate.error());
-  count(*certificate, leg);
+  count(*certificate, polyline, leg);
   return {};
 }
 
@@ -76,7 +81,18 @@ Result<void> BlockBuilder::until_probe(const AxisVec& to, const motion::PathRule
 
 Result<void> BlockBuilder::bead(const motion::BeadMotion& bead, const motion::PathRules& rules, std::uint32_t feature) {
   if (at_ != bead.start) return fail(Fault::Internal, "a bead was added where the axes do not stand");
-  if (auto proved = prove(bead.outline, rules, "along", bead.corner_tolerance_mm); !proved) return proved;
+  const std::span<const motion::Segment> all(bead.segments);
+  const auto free = [&](std::span<const motion::Segment> played, const std::string& what) {
+    const bool straight =
+        std::all_of(played.begin(), played.end(), [](const auto& s) { return s.geometry.degree < 2; });
+    Result<void> proved = prove(motion::chords(played), rules, "along", straight ? 0 : motion::kChord_mm);
+    if (!proved && proved.error().fault == Fault::Collision) proved.error().message = what + proved.error().message;
+    return proved;
+  };
+  constexpr const char* kRamp = "{} of {:.3g} mm: ";
+  if (auto r = free(all.first(bead.bead_begin), fmt::format(kRamp, "its run-up", bead.run_up_mm)); !r) return r;
+  if (auto r = free(all.subspan(bead.bead_begin, bead.bead_end - bead.bead_begin), ""); !r) return r;
+  if (auto r = free(all.subspan(bead.bead_end), fmt::format(kRamp, "its run-out", bead.run_out_mm)); !r) return r;
   take(bead.segments, bead.end, feature);
   return {};
 }

@@ -53,8 +53,8 @@ class BlockBuilder {
 
  private:
   Result<void> prove(std::span<const AxisVec> polyline, const motion::PathRules& rules, std::string_view leg,
-                     double corner_mm = 0);
-  void count(const motion::Certificate& certificate, std::string_view leg);
+                     double off_mm = 0);
+  void count(const motion::Certificate& certificate, std::span<const AxisVec> polyline, std::string_view leg);
   void take(std::span<const motion::Segment> segments, const AxisVec& end, std::uint32_t feature = motion::kTravel);
 
   const motion::Limits& limits_;

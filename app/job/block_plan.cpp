@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <iterator>
+#include <utility>
 
 #include "app/job/limits.hpp"
 #include "app/job/settle.hpp"
@@ -14,7 +16,9 @@ namespace gantry::job {
 namespace {
 
 constexpr double kTriggerPulse_s = 0.010;
-constexpr double kNone = 1e9;  // gap before the first feature
+constexpr double kOverLaid = 2;  // gaps above the bead's own, where the run-up of a joined bead begins
+constexpr double kBeforeJoin_mm[] = {0.25, 0.5, 1, 2, 4};  // where no way leads down to the very place: along what lies
+constexpr double kBackTrack_mm = 0.05;                     // back over a bead the needle stays as near to it as this
 
 /// That a plan was given up is nothing about the recipe.
 Error with_line(Error e, const recipes::Recipe& recipe, recipes::Place location, std::string_view what) {
@@ -29,6 +33,44 @@ recipes::Place last_place(const recipes::Recipe& recipe) {
   if (!recipe.features.empty()) return std::visit([](const auto& f) { return f.place; }, recipe.features.back());
   if (!recipe.touches.empty()) return recipe.touches.back().place;
   return recipe.marks.empty() ? recipes::Place{1, 1} : recipe.marks.back().place;
+}
+
+bool is_level(const recipes::Bead& bead) {
+  return std::all_of(bead.points.begin(), bead.points.end(), [&](Vec3 p) { return p.z == bead.points.front().z; });
+}
+
+/// How far corners may be rounded. In space that changes the gap, the more the steeper the bead is: it stays within its
+/// tolerance, and the needle above what it dispenses on.
+double rounding_mm(const recipes::Bead& bead, const recipes::Material& m) {
+  constexpr double kSteepest = 0.3;  // cosine; beyond it a bead goes beside a wall rather than over a surface
+  if (is_level(bead)) return bead.corner_tolerance;
+  double level = 1;
+  for (std::size_t i = 1; i < bead.points.size(); ++i) {
+    const Vec3 leg = bead.points[i] - bead.points[i - 1];
+    if (norm(leg) > 0) level = std::min(level, norm(flat(leg)) / norm(leg));
+  }
+  return std::min({bead.corner_tolerance, m.gap_tolerance_mm, m.gap / 2}) * std::max(level, kSteepest);
+}
+
+/// The command that shuts the valve moves back along the bead.
+void shut_early(motion::BeadMotion& bead, double early_mm) {
+  if (early_mm <= 0) return;
+  const auto shuts = [](const motion::OutputEvent& e) { return e.mask != 0 && e.value == 0; };
+  auto from = std::find_if(bead.segments.rbegin(), bead.segments.rend(), [&](const motion::Segment& s) {
+    return std::any_of(s.events.begin(), s.events.end(), shuts);
+  });
+  if (from == bead.segments.rend()) return;
+  const auto events = std::exchange(from->events, {});
+  motion::OutputEvent shut;
+  for (const motion::OutputEvent& e : events)
+    if (shuts(e))
+      shut = e;
+    else
+      from->events.push_back(e);
+  double s = shut.at_s - early_mm;
+  for (; s < 0 && std::next(from) != bead.segments.rend(); ++from) s += std::next(from)->geometry.length;
+  shut.at_s = std::max(0.0, s);
+  from->events.push_back(shut);
 }
 
 }  // namespace
@@ -89,32 +131,30 @@ AxisVec BlockPlanner::probe_at(std::size_t touch, double height_mm) const {
 
 Result<ProvenBlock> BlockPlanner::touch(std::uint32_t block, const AxisVec& from, std::size_t index) const {
   const recipes::TouchPoint& point = recipe_.touches[index];
-  const double window = recipe_.touch_rules.window_mm;
-  const auto wrong = [&](const Error& e) {
-    return tl::unexpected(with_line(e, recipe_, point.place, fmt::format("touch '{}'", point.name)));
-  };
   BlockBuilder builder = build(block, from);
   builder.about(subject("touch", point.name, point.place));
   const double approach = machine_.probe.approach_mm;
-  if (auto r = builder.travel(probe_at(index, window + approach), surroundings_->approaching(from, approach)); !r)
-    return wrong(r.error());
-  builder.among(surroundings_->scene_of_touch());
-  const double speed = machine_.probe.fast_mm_s > 0 ? machine_.probe.fast_mm_s : machine_.probe.speed_mm_s;
-  if (auto r = builder.until_probe(probe_at(index, -window), surroundings_->touching(window), speed); !r)
-    return wrong(r.error());
-  return builder.finish();
+  const AxisVec above = probe_at(index, recipe_.touch_rules.window_mm + approach);
+  const std::string words = fmt::format("touch '{}'", point.name);
+  if (auto r = builder.travel(above, surroundings_->approaching(from, approach)); !r)
+    return tl::unexpected(with_line(r.error(), recipe_, point.place, words));
+  const double fast = machine_.probe.fast_mm_s;
+  return down(std::move(builder), index, fast > 0 ? fast : machine_.probe.speed_mm_s, words);
 }
 
 Result<ProvenBlock> BlockPlanner::touch_again(std::uint32_t block, const AxisVec& from, std::size_t index) const {
   const recipes::TouchPoint& point = recipe_.touches[index];
-  const double window = recipe_.touch_rules.window_mm;
   BlockBuilder builder = build(block, from);
   builder.about(subject("touch", point.name, point.place));
+  return down(std::move(builder), index, machine_.probe.speed_mm_s, fmt::format("second touch '{}'", point.name));
+}
+
+Result<ProvenBlock> BlockPlanner::down(BlockBuilder builder, std::size_t index, double speed_mm_s,
+                                       const std::string& words) const {
+  const double window = recipe_.touch_rules.window_mm;
   builder.among(surroundings_->scene_of_touch());
-  if (auto r =
-          builder.until_probe(probe_at(index, -window), surroundings_->touching(window), machine_.probe.speed_mm_s);
-      !r)
-    return tl::unexpected(with_line(r.error(), recipe_, point.place, fmt::format("second touch '{}'", point.name)));
+  if (auto r = builder.until_probe(probe_at(index, -window), surroundings_->touching(window), speed_mm_s); !r)
+    return tl::unexpected(with_line(r.error(), recipe_, recipe_.touches[index].place, words));
   return builder.finish();
 }
 
@@ -139,26 +179,87 @@ Result<ProvenBlock> BlockPlanner::up(std::uint32_t block, const AxisVec& from, s
   return builder.finish();
 }
 
-Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& from,
-                                           const std::vector<std::size_t>& features) const {
+Result<ProvenBlock> BlockPlanner::purge(std::uint32_t block, const AxisVec& from) const {
+  const recipes::Purge& purge = *recipe_.purge;
+  const recipes::Material& m = *recipes::find_material(recipe_, purge.material);
   BlockBuilder builder = build(block, from);
-  double gap_mm = kNone;  // of the last feature: the needle stands so near to the board, lifted or not
+  builder.about(subject("the purge place", "", purge.at_place));
+  const bool on_board = purge.frame.empty();
+  const AxisVec to = recipes::tool_at(machine_, *config::find_tool(machine_, "needle"),
+                                      recipes::purge_tip(recipe_, machine_, offset(), surface()), offset().rotation);
+  const motion::PathRules way = on_board ? on_the_way(builder, {}, {.gap_mm = m.gap}) : surroundings_->travelling(from);
+  const motion::PathRules there =
+      on_board ? surroundings_->dispensing({{.gap_mm = m.gap}}) : surroundings_->travelling(lifted(to, m));
+  Result<void> done = builder.travel(lifted(to, m), way);
+  if (done) done = builder.straight(to, there);
+  if (done) {
+    const std::uint32_t valve = config::bit(config::Output::Valve);
+    // The valve is told to open after it was told to close.
+    const double pause_s = m.settle_time + m.valve_open_lead;
+    const std::array shot{
+        motion::OutputEvent{
+            .at_s = pause_s, .lead_s = m.valve_open_lead, .mask = valve, .value = valve, .dispense = true},
+        motion::OutputEvent{.at_s = pause_s + m.dot_time, .lead_s = m.valve_close_lead, .mask = valve, .value = 0}};
+    for (int i = 0; i < purge.shots; ++i) builder.dwell(pause_s + m.dot_time, shot);
+    done = builder.straight(lifted(to, m), there);
+  }
+  if (!done) return tl::unexpected(with_line(done.error(), recipe_, purge.at_place, "purging"));
+  return builder.finish();
+}
+
+Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& from,
+                                           const std::vector<std::size_t>& features,
+                                           const std::vector<LaidPart>& laid) const {
+  BlockBuilder builder = build(block, from);
+  std::optional<Work> last;  // the needle stands so near to it, lifted or not
   for (const std::size_t f : features) {
     if (!go_on(breath_)) return given_up();
     const recipes::Feature& feature = recipe_.features[f];
     const auto dispensed = std::holds_alternative<recipes::Dot>(feature)
-                               ? add_dot(builder, std::get<recipes::Dot>(feature), f, gap_mm)
-                               : add_bead(builder, std::get<recipes::Bead>(feature), f, gap_mm);
+                               ? add_dot(builder, std::get<recipes::Dot>(feature), f, last)
+                               : add_bead(builder, std::get<recipes::Bead>(feature), {f, laid_mm(laid, f)}, last);
     if (!dispensed) return tl::unexpected(dispensed.error());
   }
   return builder.finish();
 }
 
-/// From feature to feature the needle stays as near to the board as the nearer of them; to the first one it comes from
-/// elsewhere.
-motion::PathRules BlockPlanner::on_the_way(const BlockBuilder& builder, double last_gap_mm, double gap_mm) const {
-  motion::PathRules rules = surroundings_->dispensing(std::min(last_gap_mm, gap_mm));
-  if (last_gap_mm != kNone) return rules;
+Result<ProvenBlock> BlockPlanner::lift(std::uint32_t block, const AxisVec& from, std::size_t feature) const {
+  return std::visit(
+      [&](const auto& f) -> Result<ProvenBlock> {
+        const recipes::Material& m = *recipes::find_material(recipe_, f.material);
+        BlockBuilder builder = build(block, from);
+        builder.about(subject("feature", f.id, f.place));
+        Work work;
+        if constexpr (std::is_same_v<std::decay_t<decltype(f)>, recipes::Bead>)
+          work = work_of(f);
+        else
+          work = work_of(m.gap, f.on);
+        if (auto r = builder.straight(lifted(from, m), surroundings_->dispensing({work})); !r)
+          return tl::unexpected(with_line(r.error(), recipe_, f.place, fmt::format("up from '{}'", f.id)));
+        return builder.finish();
+      },
+      recipe_.features[feature]);
+}
+
+Work BlockPlanner::work_of(const recipes::Bead& bead) const {
+  const recipes::Material& m = *recipes::find_material(recipe_, bead.material);
+  Work work = work_of(m.gap, bead.on);
+  if (!is_level(bead)) work.cut_mm = rounding_mm(bead, m);
+  return work;
+}
+
+Work BlockPlanner::work_of(double gap_mm, const std::string& on) const {
+  for (const recipes::Part& part : recipe_.parts)
+    if (!part.fixture && part.name == on) return {gap_mm, on, part.size.z};
+  return {.gap_mm = gap_mm};
+}
+
+/// From feature to feature the needle stays as near to what they lie on as the nearer of them; to the first one it
+/// comes from elsewhere.
+motion::PathRules BlockPlanner::on_the_way(const BlockBuilder& builder, const std::optional<Work>& last,
+                                           const Work& work) const {
+  if (last) return surroundings_->dispensing({*last, work});
+  motion::PathRules rules = surroundings_->dispensing({work});
   motion::PathRules from = surroundings_->travelling(builder.at());
   rules.approaches.insert(rules.approaches.end(), from.approaches.begin(), from.approaches.end());
   return rules;
@@ -177,13 +278,14 @@ AxisVec BlockPlanner::lifted(AxisVec q, const recipes::Material& material) const
 }
 
 Result<void> BlockPlanner::add_dot(BlockBuilder& builder, const recipes::Dot& dot, std::size_t index,
-                                   double& gap_mm) const {
+                                   std::optional<Work>& last) const {
   const recipes::Material& m = *recipes::find_material(recipe_, dot.material);
+  const Work work = work_of(m.gap, dot.on);
   builder.about(subject("dot", dot.id, dot.place));
-  const motion::PathRules rules = surroundings_->dispensing(m.gap);
-  const AxisVec to = needle_at(dot.at, m.gap);
-  Result<void> done = builder.travel(lifted(to, m), on_the_way(builder, gap_mm, m.gap));
-  gap_mm = m.gap;
+  const motion::PathRules rules = surroundings_->dispensing({work});
+  const AxisVec to = needle_at(dot.at, dot.height_mm + m.gap);
+  Result<void> done = builder.travel(lifted(to, m), on_the_way(builder, last, work));
+  last = work;
   if (done) done = builder.straight(to, rules);
   if (done) {
     const std::uint32_t valve = config::bit(config::Output::Valve);
@@ -199,31 +301,74 @@ Result<void> BlockPlanner::add_dot(BlockBuilder& builder, const recipes::Dot& do
   return {};
 }
 
-Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& bead, std::size_t index,
-                                    double& gap_mm) const {
+Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& bead, const LaidPart& laid,
+                                    std::optional<Work>& last) const {
   const recipes::Material& m = *recipes::find_material(recipe_, bead.material);
+  const Work work = work_of(bead);
   builder.about(subject("bead", bead.id, bead.place));
-  const motion::PathRules rules = surroundings_->dispensing(m.gap);
+  const motion::PathRules rules = surroundings_->dispensing({work});
   const auto wrong = [&](const Error& e) {
     return tl::unexpected(with_line(e, recipe_, bead.place, fmt::format("bead '{}'", bead.id)));
   };
   motion::BeadSpec spec;
-  for (const Vec2 p : bead.points) spec.points.push_back(needle_at(p, m.gap));
+  for (const Vec3 p : bead.points) spec.points.push_back(needle_at(flat(p), p.z + m.gap));
   spec.speed_mm_s = m.speed;
-  spec.corner_tolerance_mm = bead.corner_tolerance;
+  spec.corner_tolerance_mm = rounding_mm(bead, m);
   spec.valve = config::bit(config::Output::Valve);
   spec.open_lead_s = m.valve_open_lead;
   spec.close_lead_s = m.valve_close_lead;
+  // The run-up onto what lies already begins so high that the needle is above that until it joins it.
+  spec.lift_mm = kOverLaid * m.gap;
+  spec.lift_axis = machine_.z.value;
+  spec.begin_mm = laid.mm;
   auto planned = motion::plan_bead(limits_, spec);
+  for (const double back_mm : kBeforeJoin_mm)
+    if (!planned && laid.mm > back_mm) {
+      spec.begin_mm = laid.mm - back_mm;
+      spec.dry_mm = back_mm;
+      planned = motion::plan_bead(limits_, spec);
+    }
   if (!planned) return wrong(planned.error());
+  shut_early(*planned, m.early_off);
 
-  if (auto r = builder.travel(lifted(planned->start, m), on_the_way(builder, gap_mm, m.gap)); !r)
-    return wrong(r.error());
-  gap_mm = m.gap;
-  if (auto r = builder.straight(planned->start, rules); !r) return wrong(r.error());
-  if (auto r = builder.bead(*planned, rules, static_cast<std::uint32_t>(index)); !r) return wrong(r.error());
-  if (auto r = builder.straight(lifted(planned->end, m), rules); !r) return wrong(r.error());
+  const auto before = [&](Error e) {
+    if (e.fault == Fault::Collision)
+      e.message =
+          fmt::format("where its run-up starts, {:.3g} mm before its first point: {}; a lower speed needs less of it",
+                      planned->run_up_mm, e.message);
+    return wrong(e);
+  };
+  if (auto r = builder.travel(lifted(planned->start, m), on_the_way(builder, last, work)); !r) return before(r.error());
+  last = work;
+  if (auto r = builder.straight(planned->start, rules); !r) return before(r.error());
+  if (auto r = builder.bead(*planned, rules, static_cast<std::uint32_t>(laid.feature)); !r) return wrong(r.error());
+  if (auto r = leave_bead(builder, bead, rules); !r) return wrong(r.error());
+  if (auto r = builder.straight(lifted(builder.at(), m), rules); !r) return wrong(r.error());
   return {};
+}
+
+/// The valve is shut and the needle stands behind the bead's end: back along the bead, and up on that way.
+Result<void> BlockPlanner::leave_bead(BlockBuilder& builder, const recipes::Bead& bead,
+                                      const motion::PathRules& rules) const {
+  const recipes::Material& m = *recipes::find_material(recipe_, bead.material);
+  if (m.back_track <= 0 && m.tail_lift <= 0) return {};
+  const auto over = [&](Vec3 p) { return needle_at(flat(p), p.z + m.gap); };
+  const std::vector<Vec3> back =
+      recipes::way_back(bead, m.back_track, std::max(bead.corner_tolerance, kBackTrack_mm)).points;
+  const double all = length_of(back);
+  double gone = 0;
+  if (all > 0)
+    if (auto r = builder.straight(over(back.front()), rules, m.speed); !r) return r;
+  for (std::size_t i = 1; i < back.size(); ++i) {
+    gone += norm(back[i] - back[i - 1]);
+    AxisVec to = over(back[i]);
+    to[machine_.z.value] += m.tail_lift * gone / all;
+    if (auto r = builder.straight(to, rules, m.speed); !r) return r;
+  }
+  if (all > 0) return {};
+  AxisVec up = builder.at();
+  up[machine_.z.value] += m.tail_lift;
+  return builder.straight(up, rules, m.speed);
 }
 
 Result<ProvenBlock> BlockPlanner::park(std::uint32_t block, const AxisVec& from) const {

@@ -7,6 +7,7 @@
 // at least once a feature; then nothing has changed.
 #pragma once
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@
 namespace gantry::job {
 
 class Surroundings;
+struct Work;
 
 class BlockPlanner {
  public:
@@ -41,8 +43,13 @@ class BlockPlanner {
   Result<ProvenBlock> touch_again(std::uint32_t block, const AxisVec& from, std::size_t touch) const;
   /// Straight up from a touch, so that the probe opens again.
   Result<ProvenBlock> retract(std::uint32_t block, const AxisVec& from, std::size_t touch) const;
-  Result<ProvenBlock> dispense(std::uint32_t block, const AxisVec& from,
-                               const std::vector<std::size_t>& features) const;
+  /// Over the recipe's purge place, down, its shots, and up again.
+  Result<ProvenBlock> purge(std::uint32_t block, const AxisVec& from) const;
+  /// Of a bead of which a part lies already, the rest.
+  Result<ProvenBlock> dispense(std::uint32_t block, const AxisVec& from, const std::vector<std::size_t>& features,
+                               const std::vector<LaidPart>& laid = {}) const;
+  /// Straight up by the material's retract from where a stop has left the needle on a feature.
+  Result<ProvenBlock> lift(std::uint32_t block, const AxisVec& from, std::size_t feature) const;
   Result<ProvenBlock> park(std::uint32_t block, const AxisVec& from) const;
 
   /// What it plans among, by what is known now. It may be kept longer than the planner.
@@ -51,15 +58,22 @@ class BlockPlanner {
   [[nodiscard]] Vec3 mark_view(std::size_t mark) const;
 
  private:
-  /// `gap_mm`: of the feature before, and of this one afterwards.
-  Result<void> add_dot(BlockBuilder& builder, const recipes::Dot& dot, std::size_t index, double& gap_mm) const;
-  Result<void> add_bead(BlockBuilder& builder, const recipes::Bead& bead, std::size_t index, double& gap_mm) const;
-  [[nodiscard]] motion::PathRules on_the_way(const BlockBuilder& builder, double last_gap_mm, double gap_mm) const;
+  /// `last`: what the feature before was dispensed on, and this one afterwards; nothing: this is the first.
+  Result<void> add_dot(BlockBuilder& builder, const recipes::Dot& dot, std::size_t index,
+                       std::optional<Work>& last) const;
+  Result<void> add_bead(BlockBuilder& builder, const recipes::Bead& bead, const LaidPart& laid,
+                        std::optional<Work>& last) const;
+  [[nodiscard]] Work work_of(const recipes::Bead& bead) const;
+  Result<void> leave_bead(BlockBuilder& builder, const recipes::Bead& bead, const motion::PathRules& rules) const;
+  [[nodiscard]] Work work_of(double gap_mm, const std::string& on) const;
+  [[nodiscard]] motion::PathRules on_the_way(const BlockBuilder& builder, const std::optional<Work>& last,
+                                             const Work& work) const;
   [[nodiscard]] Subject subject(std::string_view kind, const std::string& name, recipes::Place place) const;
   [[nodiscard]] AxisVec needle_at(Vec2 at, double height_mm) const;
   [[nodiscard]] AxisVec lifted(AxisVec q, const recipes::Material& material) const;
 
   [[nodiscard]] AxisVec probe_at(std::size_t touch, double height_mm) const;
+  Result<ProvenBlock> down(BlockBuilder builder, std::size_t touch, double speed_mm_s, const std::string& words) const;
   Result<ProvenBlock> up(std::uint32_t block, const AxisVec& from, std::size_t touch, double by_mm) const;
 
   [[nodiscard]] BlockBuilder build(std::uint32_t block, const AxisVec& from) const;

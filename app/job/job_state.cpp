@@ -42,9 +42,10 @@ std::string_view tool_of(const Next& step) {
   return "needle";
 }
 
-JobState begin_state(const recipes::Recipe& recipe) {
+JobState begin_state(const recipes::Recipe& recipe, const recipes::Job& job) {
   JobState state;
-  state.features.assign(recipe.features.size(), FeatureState::Open);
+  state.features.assign(recipe.features.size(), FeatureState::LeftOut);
+  for (const std::size_t f : recipes::dispensed_by(job)) state.features[f] = FeatureState::Open;
   return state;
 }
 
@@ -52,6 +53,23 @@ JobState after_mark(const recipes::Recipe& recipe, JobState state, std::size_t m
   state.known.marks.push_back({mark, at_mm});
   state.known.guess = guess_offset(recipe, state.known.marks);
   ++state.block;
+  return state;
+}
+
+double laid_mm(const std::vector<LaidPart>& laid, std::size_t feature) {
+  const auto found =
+      std::find_if(laid.begin(), laid.end(), [&](const LaidPart& each) { return each.feature == feature; });
+  return found == laid.end() ? 0 : found->mm;
+}
+
+JobState after_cut(JobState state, const LaidPart& part) {
+  state.features[part.feature] = FeatureState::Open;
+  const auto known = std::find_if(state.laid.begin(), state.laid.end(),
+                                  [&](const LaidPart& each) { return each.feature == part.feature; });
+  if (known == state.laid.end())
+    state.laid.push_back(part);
+  else
+    *known = part;
   return state;
 }
 
@@ -74,6 +92,11 @@ JobState after_retract(JobState state) {
 
 JobState after_surface(JobState state, const recipes::Surface& surface) {
   state.known.surface = surface;
+  return state;
+}
+
+JobState after_purge(JobState state) {
+  ++state.block;
   return state;
 }
 

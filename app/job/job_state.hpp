@@ -43,6 +43,14 @@ enum class FeatureState : std::uint8_t {
   Done,         ///< the valve has opened and closed for it as planned
   Interrupted,  ///< a stop has closed the valve on it, or kept it shut
   Doubtful,     ///< the valve was open for it when the job was lost sight of
+  LeftOut,      ///< this job does not dispense it
+};
+
+/// Of a bead that a stop has cut: so much of it lies, along its motion.
+struct LaidPart {
+  std::size_t feature = 0;  ///< index in Recipe::features
+  double mm = 0;
+  bool operator==(const LaidPart&) const = default;
 };
 
 struct JobState {
@@ -50,6 +58,7 @@ struct JobState {
   std::size_t block = 0;               ///< the next one: index in Job::blocks
   bool pressing = false;               ///< the probe has touched and was not lifted yet
   std::vector<FeatureState> features;  ///< by index in Recipe::features
+  std::vector<LaidPart> laid;          ///< of beads that are joined where they were cut
   bool operator==(const JobState&) const = default;
 };
 
@@ -71,19 +80,22 @@ struct Retract {
 struct Ended {
   bool operator==(const Ended&) const = default;
 };
-using Next = std::variant<SettleOffset, SettleSurface, recipes::LookAtMark, recipes::Touch, Retract, recipes::Dispense,
-                          recipes::Park, Ended>;
+using Next = std::variant<SettleOffset, SettleSurface, recipes::LookAtMark, recipes::Touch, Retract,
+                          recipes::PurgeNeedle, recipes::Dispense, recipes::Park, Ended>;
 
 /// Pure. Of a block of features, those that are still open.
 Next next(const recipes::Job& job, const JobState& state);
+
+/// Of a feature that is open: so much of it lies already, mm along its motion.
+double laid_mm(const std::vector<LaidPart>& laid, std::size_t feature);
 
 /// The tool that works in a step; the report draws its tip.
 std::string_view tool_of(const Next& step);
 
 // ---- what becomes of the state ----
 
-/// Nothing is known, nothing is done.
-JobState begin_state(const recipes::Recipe& recipe);
+/// Nothing is known, nothing is done. What no block dispenses is left out.
+JobState begin_state(const recipes::Recipe& recipe, const recipes::Job& job);
 /// `at_mm` in the frame of the nominal placement. The guess follows: the first mark gives the shift, two give the
 /// rotation as well.
 JobState after_mark(const recipes::Recipe& recipe, JobState state, std::size_t mark, Vec2 at_mm);
@@ -91,9 +103,13 @@ JobState after_offset(JobState state, const recipes::WorkOffset& offset);
 JobState after_touch(JobState state, std::size_t touch, double height_mm);
 JobState after_retract(JobState state);
 JobState after_surface(JobState state, const recipes::Surface& surface);
+/// The needle is purged, or need not be.
+JobState after_purge(JobState state);
 /// The block is over. What became of its features is FeatureWatch's to say (feature_watch.hpp).
 JobState after_dispense(JobState state);
 JobState after_park(JobState state);
+/// A bead was cut, and is open again from there on.
+JobState after_cut(JobState state, const LaidPart& part);
 /// Nobody watches the valve any more: what was begun is doubtful.
 JobState lost_sight(JobState state);
 

@@ -24,14 +24,9 @@ std::string shown(const config::Axis& axis, double value) {
   return axis.rotary ? fmt::format("{:.3f} deg", units::deg(value)) : fmt::format("{:.3f} mm", value);
 }
 
-Result<const config::Axis*> axis_named(const config::Machine& machine, const std::string& name) {
-  const config::Axis* axis = config::find_axis(machine, name);
-  if (axis == nullptr) {
-    std::vector<std::string_view> names;
-    for (const config::Axis& a : machine.axes) names.push_back(a.name);
-    return fail(Fault::UnknownReference, fmt::format("there is no axis '{}'; {}", name, did_you_mean(name, names)));
-  }
-  if (axis->kind == config::AxisKind::Positioned)
+Result<const config::Axis*> streamed_axis(const config::Machine& machine, const std::string& name) {
+  const auto axis = axis_named(machine, name);
+  if (axis && (*axis)->kind == config::AxisKind::Positioned)
     return fail(Fault::PositionedAxisInMove,
                 "it positions by itself, and jog moves only axes that get a target in every cycle", "axis " + name);
   return axis;
@@ -45,14 +40,37 @@ double length(const config::Machine& machine, const Jog& jog, bool rotary) {
   return std::sqrt(sum);
 }
 
+/// What is said where an axis cannot follow at the speed that was asked for; `way` is what it is the speed of.
+std::string slowed_by(const config::Machine& machine, const Jog& jog, double speed, double way, bool turns_only) {
+  constexpr double kSame = 1e-6;  // relative: a limit as somebody writes it
+  const config::Axis* slowest = nullptr;
+  double most = speed * (1 - kSame);
+  for (const config::Axis& axis : machine.axes) {
+    const double part = std::abs(jog.displacement[axis.id.value]);
+    if (part == 0 || axis.v_max * way / part >= most) continue;
+    most = axis.v_max * way / part;
+    slowest = &axis;
+  }
+  if (slowest == nullptr) return "";
+  return fmt::format("no faster than {:.6g} {}, because axis {} can do {}/s", turns_only ? units::deg(most) : most,
+                     turns_only ? "deg/s" : "mm/s", slowest->name, shown(*slowest, slowest->v_max));
+}
+
 }  // namespace
+
+Result<const config::Axis*> axis_named(const config::Machine& machine, const std::string& name) {
+  if (const config::Axis* axis = config::find_axis(machine, name)) return axis;
+  std::vector<std::string_view> names;
+  for (const config::Axis& a : machine.axes) names.push_back(a.name);
+  return fail(Fault::UnknownReference, fmt::format("there is no axis '{}'; {}", name, did_you_mean(name, names)));
+}
 
 Result<Jog> read_jog(const config::Machine& machine, const JogWords& words) {
   if (words.by.empty()) return fail(Fault::BadValue, "a jog names at least one axis and how far it goes: X 10mm");
   Jog jog;
   bool turns_only = true;
   for (const auto& [name, by] : words.by) {
-    const auto axis = axis_named(machine, name);
+    const auto axis = streamed_axis(machine, name);
     if (!axis) return tl::unexpected(axis.error());
     const auto value = units::parse(by, (*axis)->rotary ? Dimension::Angle : Dimension::Length);
     if (!value) return fail(value.error().fault, value.error().message, "axis " + name);
@@ -75,15 +93,17 @@ Result<Jog> read_jog(const config::Machine& machine, const JogWords& words) {
                 "the speed");
   // What s is depends on the axes (motion/path/moves.hpp); the speed is that of all mm axes together. An axis that
   // turns while others go somewhere follows them.
-  jog.v_cap = speed * motion::path_length(limits_of(machine), jog.displacement) / length(machine, jog, turns_only);
+  const double way = length(machine, jog, turns_only);
+  if (!words.speed.empty()) jog.slowed = slowed_by(machine, jog, speed, way, turns_only);
+  jog.v_cap = speed * motion::path_length(limits_of(machine), jog.displacement) / way;
   return jog;
 }
 
 Result<void> know_place(const config::Machine& machine, std::uint32_t referenced, std::uint32_t axes) {
   for (const config::Axis& axis : machine.axes) {
     const std::uint32_t bit = 1u << axis.id.value;
-    const bool carries = axis.kind == config::AxisKind::Streamed && axis.homing;
-    if ((referenced & bit) != 0 || ((axes & bit) == 0 && !carries)) continue;
+    const bool streamed = axis.kind == config::AxisKind::Streamed;
+    if ((referenced & bit) != 0 || ((axes & bit) == 0 && !streamed)) continue;
     return fail(Fault::NotReferenced,
                 "it is not referenced, so that it is not known where the head stands; run `gantry home` first",
                 "axis " + axis.name);

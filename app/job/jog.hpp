@@ -26,8 +26,12 @@ struct JogWords {
 struct Jog {
   std::uint32_t axes = 0;  ///< bit n: AxisId n is named
   AxisVec displacement{};
-  double v_cap = 0;  ///< along the path's s, as motion::line_move takes it
+  double v_cap = 0;      ///< along the path's s, as motion::line_move takes it
+  std::string slowed{};  ///< why it goes slower than was asked for: "no faster than ..."; empty where it does not
 };
+
+/// Fault::UnknownReference with the nearest name.
+Result<const config::Axis*> axis_named(const config::Machine& machine, const std::string& name);
 
 /// Fault::UnknownReference, PositionedAxisInMove, BadUnit, BadValue, OutOfRange.
 Result<Jog> read_jog(const config::Machine& machine, const JogWords& words);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/axis_vec.hpp"
 #include "core/vec.hpp"
 
 namespace gantry::job {
@@ -16,6 +17,7 @@ struct Nearest {
   std::string where;             ///< "board.yaml:61:5"; empty where no line of a recipe asks for the motion
   Vec3 machine_mm;               ///< on the standing body, machine frame
   std::optional<Vec3> board_mm;  ///< the same in the board's coordinates, where a board is known
+  AxisVec axes{};                ///< where the axes stand then
 };
 
 /// Nothing where no such pair was near enough to be looked at: no motion, or no body.

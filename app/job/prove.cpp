@@ -8,8 +8,8 @@ namespace {
 /// Goes through the job as the runner does. Where the runner asks the world, the answer here is that all is nominal.
 class Prover {
  public:
-  Prover(const config::Machine& machine, const recipes::Recipe& recipe, const Breath& breath)
-      : recipe_(recipe), breath_(breath), planner_(machine, recipe, breath), state_(begin_state(recipe)) {
+  Prover(const config::Machine& machine, const recipes::Recipe& recipe, const recipes::Job& job, const Breath& breath)
+      : recipe_(recipe), breath_(breath), planner_(machine, recipe, breath), state_(begin_state(recipe, job)) {
     for (const auto& [axis, position] : machine.park) at_[axis.value] = position;
   }
 
@@ -36,6 +36,11 @@ class Prover {
   Result<JobState> take(const Retract& step) {
     if (auto r = add(planner_.retract(++block_, at_, step.touch)); !r) return tl::unexpected(r.error());
     return after_retract(state_);
+  }
+  /// Whether the job will purge is not known yet: it is proved as if it did.
+  Result<JobState> take(const recipes::PurgeNeedle&) {
+    if (auto r = add(planner_.purge(++block_, at_)); !r) return tl::unexpected(r.error());
+    return after_purge(state_);
   }
   Result<JobState> take(const recipes::Dispense& step) {
     if (auto r = add(planner_.dispense(++block_, at_, step.features)); !r) return tl::unexpected(r.error());
@@ -74,7 +79,7 @@ class Prover {
 
 Result<NominalProof> prove_nominal(const config::Machine& machine, const recipes::Recipe& recipe,
                                    const recipes::Job& job, const Breath& breath) {
-  return Prover(machine, recipe, breath).prove(job);
+  return Prover(machine, recipe, job, breath).prove(job);
 }
 
 }  // namespace gantry::job

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <optional>
 
+#include "motion/path/chords.hpp"
 #include "motion/plan/sweep.hpp"
 
 namespace gantry::job {
@@ -33,7 +35,7 @@ std::optional<double> margin_kept(const motion::Scene& scene, std::size_t head, 
                                   const AxisVec& now, double clearance_mm) {
   const motion::BodySweep still(scene, head, now, now);
   double kept = -kDeepest_mm, not_kept = clearance_mm;
-  if (still.far(standing, not_kept) || still.prove(standing, not_kept)) return clearance_mm;
+  if (still.prove(standing, not_kept)) return clearance_mm;
   if (!still.prove(standing, kept)) return std::nullopt;
   while (not_kept - kept > kMeasured_mm) {
     const double middle = (kept + not_kept) / 2;
@@ -87,9 +89,10 @@ Surroundings::Surroundings(const config::Machine& machine)
 Surroundings::Surroundings(const config::Machine& machine, const recipes::Recipe& recipe, const Belief& belief)
     : Surroundings(machine) {
   belief_ = belief;
-  for (const recipes::Feature& feature : recipe.features)
-    if (const auto* bead = std::get_if<recipes::Bead>(&feature))
-      corner_mm_ = std::max(corner_mm_, bead->corner_tolerance);
+  for (const recipes::Feature& feature : recipe.features) {
+    if (const auto& on = std::visit([](const auto& f) -> const std::string& { return f.on; }, feature); !on.empty())
+      dispensed_on_.insert(on);
+  }
   add_recipe(machine, recipe);
   const Vec3 corner = recipes::to_machine(recipe, machine, {}, {}, {0, 0}, 0);
   const config::Body nominal = recipes::bodies(recipe, machine, {}, {}).front();
@@ -112,28 +115,30 @@ void Surroundings::add_recipe(const config::Machine& machine, const recipes::Rec
   }
   highest_mm_ = highest, uneven_mm_ = highest - lowest;
   const auto bodies = recipes::bodies(recipe, machine, belief_.offset, belief_.surface);
+  std::vector<config::Body> of_travel, of_touch;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     config::Body body = bodies[i];
     const auto grow_up = [&body](double by_mm) { body.shape.size.z += by_mm, body.centre.z += by_mm / 2; };
     const recipes::Part* const part = i == 0 ? nullptr : &recipe.parts[i - 1];
     if (part != nullptr && part->fixture) {
-      scene_.add(body), scene_of_touch_.add(body);
+      of_travel.push_back(body), of_touch.push_back(body);
       continue;
     }
     if (part == nullptr) grow_up(highest - belief_.surface.at(size * 0.5));
     const double off = part == nullptr ? furthest_mm(belief_, size * 0.5, size)
                                        : furthest_mm(belief_, part->at, {part->size.x, part->size.y}, part->rotation);
     body.shape.size.x += 2 * off, body.shape.size.y += 2 * off;
-    scene_of_touch_.add(body);
+    of_touch.push_back(body);
     grow_up(belief_.upwards_mm);
-    scene_.add(body);
+    of_travel.push_back(body);
   }
+  scene_.add(of_travel), scene_of_touch_.add(of_touch);
 }
 
 /// The pair of a tool and what it works on, and the pairs with what carries that.
 void Surroundings::let_near(motion::PathRules& rules, const std::string& tool, const std::string& standing,
                             double keeps_mm) const {
-  const double asked_mm = clearance_mm_ + corner_mm_;
+  const double asked_mm = clearance_mm_ + motion::kChord_mm;
   if (tool.empty() || keeps_mm >= asked_mm) return;
   rules.approaches.push_back({tool, standing, keeps_mm});
   if (standing != kBoard) return;
@@ -144,6 +149,7 @@ void Surroundings::let_near(motion::PathRules& rules, const std::string& tool, c
 
 bool Surroundings::by_design(const std::string& head, const std::string& standing) const {
   if (head != needle_ && head != probe_) return false;
+  if (head == needle_ && dispensed_on_.contains(standing)) return true;
   return standing == kBoard || std::any_of(carriers_.begin(), carriers_.end(),
                                            [&](const auto& carrier) { return carrier.first == standing; });
 }
@@ -176,9 +182,20 @@ motion::PathRules Surroundings::touching(double press_mm) const {
   return rules;
 }
 
-motion::PathRules Surroundings::dispensing(double gap_mm, const std::string& on) const {
+motion::PathRules Surroundings::dispensing(const std::vector<Work>& works) const {
   motion::PathRules rules{.clearance_mm = clearance_mm_, .approaches = {}};
-  let_near(rules, needle_, on, gap_mm - kSlack_mm - uneven_mm_ - belief_.upwards_mm);
+  std::map<std::string, double> keeps;
+  const auto take = [&](const std::string& on, double gap_mm) {
+    const double keep = gap_mm - kSlack_mm - uneven_mm_ - belief_.upwards_mm;
+    const auto [known, added] = keeps.emplace(on, keep);
+    if (!added) known->second = std::min(known->second, keep);
+  };
+  for (const Work& work : works) {
+    const double gap_mm = work.gap_mm - std::min(work.cut_mm, work.gap_mm / 2);
+    take(kBoard, work.top_mm + gap_mm);
+    if (work.on != kBoard) take(work.on, gap_mm);
+  }
+  for (const auto& [on, keep] : keeps) let_near(rules, needle_, on, keep);
   return rules;
 }
 

@@ -8,6 +8,7 @@
 // A board that is thinner than the clearance brings what it lies on near to the tool as well: that pair keeps the
 // board's thickness more. Nothing else inherits anything, however low it stands.
 #pragma once
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,6 +37,14 @@ Belief unmeasured(const recipes::Recipe& recipe);
 /// What is believed with what is known: a settled offset or surface is taken as it is.
 Belief belief_of(const recipes::Recipe& recipe, const Knowledge& known);
 
+/// What the needle works on: so near to a body's top, which is so high over the board's.
+struct Work {
+  double gap_mm = 0;
+  std::string on = kBoard;
+  double top_mm = 0;
+  double cut_mm = 0;  ///< corners that go up or down may be cut by so much, and by half of the gap at most
+};
+
 class Surroundings {
  public:
   /// The machine's own bodies alone.
@@ -55,8 +64,8 @@ class Surroundings {
   [[nodiscard]] motion::PathRules approaching(const AxisVec& now, double approach_mm) const;
   /// Down until the probe touches, up again: it may go `press_mm` below the surface as believed. For scene_of_touch().
   [[nodiscard]] motion::PathRules touching(double press_mm) const;
-  /// The needle keeps `gap_mm` to what it dispenses on.
-  [[nodiscard]] motion::PathRules dispensing(double gap_mm, const std::string& on = kBoard) const;
+  /// The needle keeps its gap to what it dispenses on, and may be as near to the board under that as it then is.
+  [[nodiscard]] motion::PathRules dispensing(const std::vector<Work>& works) const;
   /// Full clearance, but for bodies that stand nearer to each other now, whichever they are: they come no nearer.
   [[nodiscard]] motion::PathRules no_nearer_than(const AxisVec& now) const;
 
@@ -71,8 +80,8 @@ class Surroundings {
   Belief belief_;
   motion::Scene scene_, scene_of_touch_;
   double clearance_mm_ = 0;
-  double corner_mm_ = 0;        ///< a bead asks for so much more than the clearance (motion/plan/certificate.hpp)
-  std::string needle_, probe_;  ///< bodies of the head; empty: the tool has none
+  std::string needle_, probe_;          ///< bodies of the head; empty: the tool has none
+  std::set<std::string> dispensed_on_;  ///< parts
   /// The board's box reaches to its highest corner; elsewhere the surface is lower by up to `uneven_mm_`.
   double highest_mm_ = 0, uneven_mm_ = 0;
   /// Bodies of the machine that the board lies on, and how far their top is below its nominal surface.

@@ -1,5 +1,5 @@
-// What the report draws under the path, taken from the recipe and the machine.
-//   result.drawing = drawing_of(recipe, machine, job);
+// What the report draws under and around the path, taken from the recipe and the machine.
+//   result.drawing = drawing_of(recipe, machine, job);   ...   place_drawing(result, recipe, machine);
 #pragma once
 #include "app/record/job_result.hpp"
 #include "config/machine.hpp"
@@ -10,5 +10,8 @@ namespace gantry::record {
 
 /// Parts that a machine or recipe lacks are left out; the report then draws less.
 Drawing drawing_of(const recipes::Recipe& recipe, const config::Machine& machine, const recipes::Job& job);
+
+/// Board, parts, marks and features go to where the job has found the board: offset and surface of the result.
+void place_drawing(JobResult& result, const recipes::Recipe& recipe, const config::Machine& machine);
 
 }  // namespace gantry::record

@@ -8,6 +8,8 @@
 #include <sys/utsname.h>
 #include <thread>
 
+#include "app/record/program.hpp"
+
 namespace gantry::record {
 namespace {
 
@@ -27,7 +29,7 @@ std::string proc_value(const char* path, std::string_view key) {
 }  // namespace
 
 std::vector<Fact> environment_facts() {
-  std::vector<Fact> facts{{"program", "gantry " GANTRY_VERSION}};
+  std::vector<Fact> facts{{"program", fmt::format("gantry {} ({})", program_version(), program_commit())}};
   utsname u{};
   if (uname(&u) == 0) {
     facts.push_back({"host", u.nodename});

@@ -4,10 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/job/nearest.hpp"
+#include "config/machine.hpp"
 #include "core/axis_vec.hpp"
 #include "core/error.hpp"
 #include "core/vec.hpp"
@@ -63,8 +65,9 @@ struct CycleStatistics {
   std::vector<HistogramBucket> wake_histogram, compute_histogram, bus_histogram;
   bool real_time_priority = false, memory_locked = false;
   bool virtual_time = false;
-  int frames_lost_max = 0;       ///< in a row, that are forgiven
-  devices::CyclicCounts frames;  ///< of the job's frames, each as what it was
+  int frames_lost_max = 0;            ///< in a row, that are forgiven
+  devices::CyclicCounts frames;       ///< of the job's frames, each as what it was
+  std::uint64_t mailbox_repeats = 0;  ///< answers of stations that were asked for once more, and requests sent again
 };
 
 struct AxisResult {
@@ -76,6 +79,8 @@ struct AxisResult {
 };
 
 using Deposit = sim::Deposit;
+/// Whether it lies on a feature. A shot of purging has an id as well, and a feature may have the same.
+inline bool on_feature(const Deposit& d) { return !d.id.empty() && d.kind != sim::kPurgeKind; }
 using Collision = sim::Collision;
 
 struct DrawnPart {
@@ -86,7 +91,26 @@ struct DrawnPart {
   bool fixture = false;  ///< stands where it stands, however the board lies
 };
 
-/// What the report draws under the path. Filled by drawing_of().
+/// What a deposit may differ by: its material's tolerances, and what its corners may be rounded by.
+struct Allowed {
+  double beside_mm = recipes::Material{}.tolerance_mm;
+  double gap_mm = recipes::Material{}.gap_tolerance_mm;
+};
+
+/// A body of the scene; machine frame, but for those of the head, which are in the head's.
+struct DrawnBody {
+  enum class Role { Machine, Board, Part, Fixture, Head } role = Role::Machine;
+  config::Body body;
+};
+
+/// A mark or a point of touch, machine frame.
+struct DrawnSpot {
+  std::string name;
+  Vec3 at;
+  bool touch = false;
+};
+
+/// What the report draws under the path. Filled by drawing_of() and place_drawing().
 struct Drawing {
   Vec2 board_size;
   Vec3 board_origin;  ///< nominal position of the origin of the board's top face, machine frame
@@ -94,22 +118,88 @@ struct Drawing {
   std::vector<Vec3> tip_of_block;  ///< by block number: from the head's X Y Z to the tip of the tool that works there
   Vec3 lifted_tip;                 ///< that of the tool which rides on the lift, at the lift where it works
   double lifted_at_mm = 0;
-  std::map<std::string, double> corner_tolerance_mm;  ///< by feature; a bead may round its corners by so much
+  std::map<std::string, Allowed> allowed;  ///< by feature
+  std::vector<DrawnBody> bodies;
+  std::vector<DrawnSpot> spots;
+  std::vector<std::vector<Vec3>> asked;     ///< features as the recipe asks for them, machine frame: a dot is one point
+  std::array<std::size_t, 3> xyz{0, 1, 2};  ///< which of the axes carry the head
+  std::optional<std::size_t> lift;          ///< and which one the lift
+  Vec3 park;                                ///< X Y Z
+};
+
+/// A bead as the recipe draws it.
+struct DrawnBead {
+  std::string id, kind;
+  double length_mm = 0;
 };
 
 struct Fact {
   std::string name, value;
 };
 
+/// The board after the job: what a line controller branches on.
+enum class Board {
+  Untouched,  ///< nothing lies on it
+  Begun,      ///< something of it is missing
+  Whole,      ///< all of it is within tolerance
+  Defects,    ///< all of it is there, and not all of it is good
+};
+
+/// Something about the board that is not as the recipe wants it.
+struct Defect {
+  enum class Kind { Missing, Cut, Beside, Gap, Speed, Extra, Reference };
+  std::string feature;  ///< its id; empty: no feature's
+  Kind kind = Kind::Missing;
+  std::string message;
+};
+
+/// What somebody did to the machine while the job ran, or what latched.
+struct Stamped {
+  std::string utc;  ///< "2026-11-21T08:30:16.123Z"
+  double t_s = 0;   ///< since the job began, by the machine's clock
+  std::string what;
+  std::string code;  ///< of an alarm: "G704"
+};
+
+/// A bead that a hold has cut, and that was joined there.
+struct Joined {
+  std::string feature;
+  double at_mm = 0;    ///< along its motion
+  double after_s = 0;  ///< from its valve's shutting to its opening again
+};
+
+/// What lies on a board already when a job begins that leaves features out.
+struct OnBoard {
+  std::vector<bool> whole;  ///< by index in Recipe::features; empty: nothing does
+  bool defects = false;     ///< of what lies there, not all is good
+};
+
+/// From what a job was made.
+struct Origin {
+  std::string recipe_sha256, machine_file, machine_sha256;  ///< "": not known
+  std::string serial;                                       ///< of the part; "": it has none
+};
+
+/// The job came to its end, and its board has defects. No fault has this code: it is no row of the catalogue.
+inline constexpr ExitCode kDoneWithDefects{9};
+
 struct JobResult {
   std::string job;  ///< name of the output folder
   std::string recipe_file, recipe_name, machine_name, bus;
+  Origin origin;
+  std::vector<Stamped> actions;  ///< orders and buttons, in order
+  std::vector<Stamped> alarms;   ///< what latched, in order
   bool dry_run = false;
   std::vector<Error> errors;  ///< empty: done
   ExitCode exit_code = ExitCode::Done;
+  Board board = Board::Untouched;
+  std::string to_finish;        ///< of a begun board that is remembered: what `run` dispenses then, "--only a,b"
+  std::vector<Defect> defects;  ///< of the features in their order, then of the board; also of a job that failed
   std::size_t blocks_done = 0, blocks_total = 0;
   std::size_t features_done = 0, features_total = 0;  ///< done: the valve has opened and closed for it as planned
   std::vector<std::string> interrupted;  ///< features that a stop has cut or kept dry, in the order of the recipe
+  std::map<std::string, std::string> stays_cut;  ///< by feature: why a cut that a hold has made was not joined
+  std::vector<Joined> joined;                    ///< in the order in which they were
   std::vector<MarkResult> marks;
   recipes::WorkOffset offset;
   double offset_rms_mm = 0;
@@ -133,7 +223,11 @@ struct JobResult {
   std::vector<std::string> events;  ///< "12.345 s  drive fault X ..." in order
   std::string started;              ///< "2026-11-21 08:30:16 UTC"
   std::uint64_t valve_openings = 0;
+  std::size_t purge_shots = 0;  ///< of these
   double valve_open_s = 0;
+  std::vector<recipes::Source> sources;  ///< the files that the recipe is made of
+  std::vector<DrawnBead> beads;          ///< in the order of the recipe
+  std::vector<recipes::Fill> fills;
   Drawing drawing;
   std::vector<Fact> environment;  ///< host, kernel ... : environment_facts()
 };

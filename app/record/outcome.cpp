@@ -22,13 +22,19 @@ JobResult begin_result(const config::Machine& machine, const recipes::Recipe& re
   result.started = utc_now();
   result.environment = environment_facts();
   result.blocks_total = job.blocks.size();
-  result.features_total = recipe.features.size();
+  result.features_total = recipes::dispensed_by(job).size();
+  result.sources = recipe.sources;
+  result.fills = recipe.fills;
+  for (const recipes::Feature& feature : recipe.features)
+    if (const auto* bead = std::get_if<recipes::Bead>(&feature))
+      result.beads.push_back({bead->id, bead->kind, recipes::length_mm(*bead)});
   result.drawing = drawing_of(recipe, machine, job);
   return result;
 }
 
 void add_error(JobResult& result, Error error) {
-  if (result.exit_code == ExitCode::Done) result.exit_code = info(error.fault).exit_code;
+  if (result.exit_code == ExitCode::Done || result.exit_code == kDoneWithDefects)
+    result.exit_code = info(error.fault).exit_code;
   result.errors.push_back(std::move(error));
 }
 

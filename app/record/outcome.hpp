@@ -12,7 +12,7 @@ namespace gantry::record {
 /// `out` is the folder for the results, "" where none are kept.
 JobResult begin_result(const config::Machine& machine, const recipes::Recipe& recipe, const recipes::Job& job,
                        const std::string& out, bool dry_run);
-/// The error counts; the first one gives the exit code.
+/// The error counts; the first one gives the exit code, and comes before defects.
 void add_error(JobResult& result, Error error);
 
 /// Deposits, collisions and the hidden placement; the world also writes its own deposits.csv to `out`. What cannot be

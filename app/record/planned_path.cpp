@@ -3,16 +3,12 @@
 #include <algorithm>
 
 #include "motion/geometry.hpp"
-#include "motion/profile/planner.hpp"
+#include "motion/profile/speed_profile.hpp"
 
 namespace gantry::record {
 namespace {
 
 constexpr double kStep_s = 0.005;
-
-motion::Profile profile_of(const motion::Segment& segment) {
-  return {{0, segment.nominal.v0, segment.nominal.a0}, segment.nominal.phases};
-}
 
 }  // namespace
 
@@ -31,10 +27,9 @@ PathPoint PlannedPath::at(const motion::Segment& segment, double s, double t_s) 
 
 void PlannedPath::add(std::span<const motion::Segment> segments) {
   for (const auto& segment : segments) {
-    const auto profile = profile_of(segment);
-    const double length = segment.geometry.length, lasts_s = motion::duration(profile);
+    const double length = segment.geometry.length, lasts_s = motion::duration(segment.nominal);
     for (double t = 0;; t = std::min(t + kStep_s, lasts_s)) {
-      const double s = std::clamp(motion::evaluate(profile, t).p, 0.0, length);
+      const double s = std::clamp(motion::along(segment.nominal, t).x.p, 0.0, length);
       for (const auto& event : segment.events)
         if ((event.mask & config::bit(config::Output::Valve)) != 0 && (s >= event.at_s || t >= lasts_s))
           valve_ = (event.value & config::bit(config::Output::Valve)) != 0;

@@ -10,6 +10,7 @@
 #include "app/record/report_plots.hpp"
 #include "app/record/report_style.hpp"
 #include "app/record/report_tables.hpp"
+#include "app/record/scene_section.hpp"
 #include "app/record/summary.hpp"
 #include "app/record/write_file.hpp"
 
@@ -29,10 +30,7 @@ std::string board_section(const JobResult& r) {
          fmt::format("mark, residual x {:.0f}", residual_magnification(r)).c_str());
   sample(R"(<path d="M8 3 18 3 13 11Z" class="touch"/>)", "touched, height in mm");
   if (r.has_world)
-    legend += fmt::format(
-        "<span>deposit, error 0<span class=\"scale\"></span>{:.0f} µm (beads: and the recipe's corner tolerance), "
-        "beyond it red</span>",
-        kErrorLimit_mm * 1000);
+    legend += "<span>deposit, error 0<span class=\"scale\"></span>what its tolerances allow, beyond it red</span>";
   else
     sample(R"(<line x1="3" y1="7" x2="23" y2="7" class="bead" stroke-width="6"/>)", "valve open");
   if (!r.collisions.empty())
@@ -68,22 +66,27 @@ std::string file_name(const std::string& name, std::set<std::string>& taken) {
 }  // namespace
 
 std::string report_page(const JobResult& r) {
+  const SceneSection scene = scene_section(r);
   std::string page = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
-      "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>{}: {}</title><style>{}</style>"
+      "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>{}: {}</title><style>{}</style>{}"
       "</head><body><main>\n",
-      html::text(r.recipe_name.empty() ? r.job : r.recipe_name), result_word(r), kStyle);
+      html::text(r.recipe_name.empty() ? r.job : r.recipe_name), result_word(r), kStyle, scene.head);
   page += headline(r);
   page += tiles(r);
   page += error_section(r);
+  page += defect_section(r);
+  page += scene.section;
   page += board_section(r);
   page += time_section(r);
+  page += joined_section(r);
   page += mark_section(r);
   page += deposit_section(r);
+  page += length_section(r);
   page += "<div class=\"columns\">" + height_section(r) + following_section(r) + cycle_section(r) + fact_section(r) +
           "</div>\n";
   page += event_section(r);
-  return page + "</main></body></html>\n";
+  return page + "</main>" + scene.scripts + "</body></html>\n";
 }
 
 Result<void> write_report(const std::string& dir, const JobResult& r) {

@@ -1,5 +1,5 @@
-// report.html: a job's result for people. One file that needs nothing else: style, drawings and images are inside; no
-// script. Follows the reader's light or dark setting.
+// report.html: a job's result for people. One file that needs nothing else: style, drawings, images and the scene's
+// scripts are inside, and nothing is fetched. Follows the reader's light or dark setting.
 //   write_report("out/job", result);    // report.html, and the marks' images under out/job/marks/
 #pragma once
 #include <string>

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <limits>
 
+#include "app/record/defects.hpp"
 #include "app/record/deposit_figures.hpp"
 #include "app/record/html.hpp"
 #include "app/record/report_plots.hpp"
@@ -55,11 +56,6 @@ std::string span_of_time(double s) {
   return fmt::format("{:.0f} min {:04.1f} s", minutes, s - 60 * minutes);
 }
 
-/// Not a number where the deposit lies on no feature.
-double nominal_gap(const Deposit& d) {
-  return d.nominal_mm.empty() ? std::numeric_limits<double>::quiet_NaN() : d.nominal_mm.front().z;
-}
-
 /// A length in µm, red when it is beyond its limit or unknown.
 std::string limited(double mm, double limit_mm) {
   return std::abs(mm) <= limit_mm ? micrometres(mm) : "<span class=\"bad\">" + micrometres(mm) + "</span>";
@@ -84,21 +80,38 @@ std::string meter(double part) {
 
 std::string headline(const JobResult& r) {
   const auto word = result_word(r);
-  std::string verdict = word == "done"          ? "Done"
-                        : word == "interrupted" ? "Interrupted"
-                        : word == "aborted"     ? "Aborted"
-                                                : "Failed";
+  std::string verdict = word == "done"                ? "Done"
+                        : word == "done_with_defects" ? "Done with defects"
+                        : word == "interrupted"       ? "Interrupted"
+                        : word == "aborted"           ? "Aborted"
+                                                      : "Failed";
   const char* css = word == "done" ? "" : word == "failed" ? "failed" : "warn";
   auto out = fmt::format("<header><h1>{}</h1><span class=\"verdict {}\">{}</span></header>",
                          text(r.recipe_name.empty() ? r.job : r.recipe_name), css, verdict);
   std::vector<std::string> facts;
   facts.push_back(r.dry_run ? "dry run in virtual time" : "run in real time");
   if (!r.machine_name.empty()) facts.push_back("machine " + r.machine_name);
-  if (!r.bus.empty()) facts.push_back("bus " + r.bus);
+  facts.push_back(bus_in_words(r) + " bus");
+  if (!r.origin.serial.empty()) facts.push_back("serial " + r.origin.serial);
   if (!r.started.empty()) facts.push_back(r.started);
   facts.push_back("job " + r.job);
   out += fmt::format("<p class=\"sub\">{}</p>", text(fmt::format("{}", fmt::join(facts, " · "))));
   return out;
+}
+
+std::string defect_section(const JobResult& r) {
+  if (r.defects.empty()) return {};
+  constexpr std::size_t kShown = 100;
+  Table table({"feature", "", "why"});
+  for (std::size_t i = 0; i < std::min(r.defects.size(), kShown); ++i) {
+    const Defect& d = r.defects[i];
+    table.row({d.feature.empty() ? "the board" : text(d.feature),
+               fmt::format("<span class=\"bad\">{}</span>", name(d.kind)), text(d.message)});
+  }
+  std::string body = table.done();
+  if (r.defects.size() > kShown)
+    body += fmt::format("<p class=\"note\">The first {} of {}; summary.json has all.</p>", kShown, r.defects.size());
+  return section(fmt::format("Defects: {}", r.defects.size()), body);
 }
 
 std::string tiles(const JobResult& r) {
@@ -111,7 +124,7 @@ std::string tiles(const JobResult& r) {
     if (f.worst != nullptr) {
       out += tile(micrometres(f.worst->error_mm),
                   "worst lateral error, allowed there " + micrometres(f.worst_allowed_mm), f.within() ? "" : "warn");
-      out += tile(micrometres(f.worst_gap_mm), "largest gap deviation", f.worst_gap_mm > kGapLimit_mm ? "warn" : "");
+      out += tile(micrometres(f.worst_gap_mm), "largest gap deviation", f.gaps_within ? "" : "warn");
     }
     if (f.strays > 0) out += tile(std::to_string(f.strays), "deposits on no feature", "bad");
     out += tile(std::to_string(r.collisions.size()), "collisions", r.collisions.empty() ? "" : "bad");
@@ -136,6 +149,16 @@ std::string error_section(const JobResult& r) {
     body += fmt::format("<p class=\"note\">Cut while dispensing: {}. Look at them before going on.</p>",
                         text(fmt::format("{}", fmt::join(r.interrupted, ", "))));
   return section("What stopped the job", body);
+}
+
+std::string joined_section(const JobResult& r) {
+  if (r.joined.empty()) return {};
+  Table table({"bead", ">joined at (mm)", ">shut for (s)"});
+  for (const Joined& each : r.joined) table.row({text(each.feature), number(each.at_mm, 2), number(each.after_s, 1)});
+  return section("Beads that a hold has cut", table.done() +
+                                                  "<p class=\"note\">Joined where their valve had shut. What the "
+                                                  "virtual world found missing there stands with the "
+                                                  "deposit in summary.json.</p>");
 }
 
 std::string mark_section(const JobResult& r) {
@@ -183,32 +206,52 @@ std::string height_section(const JobResult& r) {
 std::string deposit_section(const JobResult& r) {
   if (!r.has_world || r.deposits.empty()) return {};
   std::vector<const Deposit*> worst;
-  for (const auto& d : r.deposits) worst.push_back(&d);
+  for (const auto& d : r.deposits)
+    if (d.kind != sim::kPurgeKind) worst.push_back(&d);
   const auto badness = [&](const Deposit& d) {
-    return std::isfinite(d.error_mm) ? std::abs(d.error_mm) / allowed_error_mm(r, d) : 1e9;
+    return std::isfinite(d.error_mm) ? std::abs(d.error_mm) / allowed(r, d).beside_mm : 1e9;
   };
   std::stable_sort(worst.begin(), worst.end(),
                    [&](const Deposit* a, const Deposit* b) { return badness(*a) > badness(*b); });
   Table table({"deposit", "kind", "at (mm)", ">lateral error", "", ">allowed", ">gap (mm)", ">asked (mm)", ">off by"});
   for (std::size_t i = 0; i < std::min(worst.size(), kDepositsShown); ++i) {
     const auto& d = *worst[i];
-    const double allowed = allowed_error_mm(r, d);
+    const Allowed may = allowed(r, d);
     const auto at = d.board_mm.empty() ? std::string("–") : point({d.board_mm.front().x, d.board_mm.front().y});
     table.row({d.id.empty() ? "<span class=\"bad\">on no feature</span>" : text(d.id), text(d.kind), at,
-               limited(d.error_mm, allowed),
+               limited(d.error_mm, may.beside_mm),
                fmt::format("<span class=\"meter\" style=\"width:{:.0f}px;background:{}\"></span>",
-                           std::clamp(std::isfinite(d.error_mm) ? d.error_mm / allowed : 1.0, 0.0, 1.5) * 80,
-                           error_colour(d.error_mm / allowed)),
-               micrometres(allowed), number(d.gap_mm, 3), number(nominal_gap(d), 3),
-               limited(d.gap_mm - nominal_gap(d), kGapLimit_mm)});
+                           std::clamp(std::isfinite(d.error_mm) ? d.error_mm / may.beside_mm : 1.0, 0.0, 1.5) * 80,
+                           error_colour(d.error_mm / may.beside_mm)),
+               micrometres(may.beside_mm), number(d.gap_mm, 3), number(d.asked_gap_mm, 3),
+               limited(d.gap_mm - d.asked_gap_mm, may.gap_mm)});
   }
   std::string note =
       "<p class=\"note\">As the virtual world saw the needle while the valve was open; the worst first, by its part of "
       "what is "
-      "allowed. Beads may round corners by the recipe's tolerance.";
+      "allowed: the material's tolerance, and of a bead what its corners may be rounded by.";
   if (worst.size() > kDepositsShown)
     note += fmt::format(" The {} worst of {}; summary.json has all.", kDepositsShown, worst.size());
   return section("Deposits", table.done() + note + "</p>");
+}
+
+std::string length_section(const JobResult& r) {
+  const auto rows = laid_lengths(r);
+  if (rows.empty()) return {};
+  Table table({"bead", "kind", ">by the recipe (mm)", ">dispensed (mm)", ">area (mm²)", ">lines apart (mm)"});
+  for (std::size_t i = 0; i < std::min(rows.size(), kDepositsShown); ++i) {
+    const LaidLength& row = rows[i];
+    const auto optional = [](const std::optional<double>& v, int digits) {
+      return v ? number(*v, digits) : std::string();
+    };
+    table.row({text(row.name) + (row.beads > 1 ? fmt::format(" ({} beads)", row.beads) : ""), text(row.kind),
+               number(row.drawn_mm, 2), optional(row.laid_mm, 2), optional(row.area_mm2, 1),
+               optional(row.spacing_mm, 2)});
+  }
+  std::string note = "<p class=\"note\">Lengths of curves are their own; a needle that rounds corners goes less far.";
+  if (rows.size() > kDepositsShown)
+    note += fmt::format(" The first {} of {}; summary.json has all.", kDepositsShown, rows.size());
+  return section("Lengths", table.done() + note + "</p>");
 }
 
 std::string following_section(const JobResult& r) {
@@ -233,12 +276,33 @@ std::string following_section(const JobResult& r) {
                      "</p>");
 }
 
+/// What became of the frames, as the bus has counted them; only what there was.
+std::string wire_words(const CycleStatistics& c) {
+  const devices::CyclicCounts& f = c.frames;
+  std::string words = fmt::format("{} frames sent", grouped(f.sent));
+  const auto add = [&](std::uint64_t count, const char* what) {
+    if (count > 0) words += fmt::format(", {} {}", grouped(count), what);
+  };
+  add(f.not_sent, "not taken by the interface");
+  add(f.lost, "lost");
+  add(f.late, "late");
+  add(f.duplicate, "twice");
+  add(f.foreign, "of another master");
+  add(f.malformed, "changed on the way");
+  add(f.untouched, "back as they were sent");
+  add(f.wkc_zero, "cycles that no station took part in");
+  add(f.wkc_low, "cycles with fewer stations than expected");
+  add(f.wkc_high, "cycles with more stations than expected");
+  add(c.mailbox_repeats, "mailbox repeats");
+  return words + ".";
+}
+
 std::string cycle_section(const JobResult& r) {
   const auto& c = r.cycles;
   if (c.cycles == 0) return {};
   const std::string counted =
-      fmt::format("{} cycles: {} skipped in {} stalls, {} frames lost, {} wrong working counters.", grouped(c.cycles),
-                  c.skipped, c.stalls, c.frames_lost, c.working_counter_errors);
+      fmt::format("{} cycles: {} skipped in {} stalls, {} without an answer, {} wrong working counters. {}",
+                  grouped(c.cycles), c.skipped, c.stalls, c.frames_lost, c.working_counter_errors, wire_words(c));
   if (c.virtual_time)
     return section("Cycle",
                    "<p>" + counted +
@@ -272,6 +336,11 @@ std::string fact_section(const JobResult& r) {
     if (!value.empty()) list += "<dt>" + text(name) + "</dt><dd>" + text(value) + "</dd>";
   };
   fact("recipe", r.recipe_file);
+  fact("its SHA-256", r.origin.recipe_sha256);
+  fact("machine file", r.origin.machine_file);
+  fact("its SHA-256", r.origin.machine_sha256);
+  for (std::size_t i = 1; i < r.sources.size(); ++i)
+    fact("with", fmt::format("{}, SHA-256 {}", r.sources[i].file, r.sources[i].sha256));
   fact("blocks", fmt::format("{} of {}", r.blocks_done, r.blocks_total));
   if (r.motions_certified > 0) {
     fact("certificate", fmt::format("{} motions proved free", r.motions_certified));
@@ -279,6 +348,7 @@ std::string fact_section(const JobResult& r) {
     fact("nearest of all others", job::to_text(r.minimum_clearance.others));
   }
   fact("valve", fmt::format("opened {} times, {} in all", r.valve_openings, span_of_time(r.valve_open_s)));
+  if (r.purge_shots > 0) fact("purged", fmt::format("with {} shots before the first deposit", r.purge_shots));
   fact("setpoint hash",
        r.setpoint_stream_complete
            ? fmt::format("{} over {} ticks", hash_text(r.setpoint_hash), r.setpoint_ticks)

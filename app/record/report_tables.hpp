@@ -10,9 +10,12 @@ namespace gantry::record {
 std::string headline(const JobResult& result);
 std::string tiles(const JobResult& result);
 std::string error_section(const JobResult& result);
+std::string defect_section(const JobResult& result);
+std::string joined_section(const JobResult& result);
 std::string mark_section(const JobResult& result);
 std::string height_section(const JobResult& result);
 std::string deposit_section(const JobResult& result);
+std::string length_section(const JobResult& result);
 std::string following_section(const JobResult& result);
 std::string cycle_section(const JobResult& result);
 std::string event_section(const JobResult& result);

@@ -6,10 +6,7 @@
 namespace gantry::record {
 
 void SetpointHash::word(std::uint32_t value) noexcept {
-  for (int shift = 0; shift < 32; shift += 8) {
-    hash_ ^= (value >> shift) & 0xFFu;
-    hash_ *= 0x100000001b3u;
-  }
+  for (int shift = 0; shift < 32; shift += 8) hash_.add(static_cast<std::uint8_t>(value >> shift));
 }
 
 void SetpointHash::add(const cycle::Snapshot& s) noexcept {

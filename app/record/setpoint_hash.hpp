@@ -11,6 +11,7 @@
 
 #include "app/cycle/channels.hpp"
 #include "config/machine.hpp"
+#include "core/fnv.hpp"
 
 namespace gantry::record {
 
@@ -23,7 +24,7 @@ inline constexpr std::uint32_t kProcessOutputs =
 class SetpointHash {
  public:
   void add(const cycle::Snapshot& snapshot) noexcept;
-  [[nodiscard]] std::uint64_t value() const noexcept { return hash_; }
+  [[nodiscard]] std::uint64_t value() const noexcept { return hash_.value(); }
   /// How many ticks the hash covers.
   [[nodiscard]] std::uint64_t ticks() const noexcept { return ticks_; }
   /// False when ticks are missing (lost snapshots): the hash then says nothing.
@@ -32,7 +33,7 @@ class SetpointHash {
  private:
   void word(std::uint32_t value) noexcept;
 
-  std::uint64_t hash_ = 0xcbf29ce484222325u;  // offset basis of FNV-1a 64
+  Fnv1a hash_;
   std::uint64_t ticks_ = 0;
   std::uint32_t block_ = 0, tick_ = 0;
   bool complete_ = true;

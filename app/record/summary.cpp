@@ -6,6 +6,9 @@
 #include <set>
 #include <variant>
 
+#include "app/record/defects.hpp"
+#include "app/record/deposit_figures.hpp"
+#include "app/record/program.hpp"
 #include "app/record/setpoint_hash.hpp"
 #include "app/record/write_file.hpp"
 #include "core/units.hpp"
@@ -19,6 +22,11 @@ using Json = nlohmann::ordered_json;
 Json number(double v) { return std::isfinite(v) ? Json(std::round(v * 1e6) / 1e6 + 0.0) : Json(nullptr); }
 Json point(Vec2 p) { return Json::array({number(p.x), number(p.y)}); }
 Json point(Vec3 p) { return Json::array({number(p.x), number(p.y), number(p.z)}); }
+Json numbers(const std::vector<double>& list) {
+  Json out = Json::array();
+  for (const double v : list) out.push_back(number(v));
+  return out;
+}
 Json points(const std::vector<Vec3>& list) {
   Json result = Json::array();
   for (const auto& p : list) result.push_back(point(p));
@@ -48,6 +56,19 @@ Json errors(const JobResult& r) {
   return list;
 }
 
+/// Text that may be missing.
+Json known(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
+
+Json stamped(const std::vector<Stamped>& list) {
+  Json out = Json::array();
+  for (const Stamped& s : list) {
+    Json one{{"utc", s.utc}, {"t_s", number(s.t_s)}, {"what", s.what}};
+    if (!s.code.empty()) one["code"] = s.code;
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
 Json counts(const JobResult& r) {
   const auto of_kind = [&](const char* kind) {
     return std::count_if(r.deposits.begin(), r.deposits.end(), [&](const Deposit& d) { return d.kind == kind; });
@@ -61,10 +82,18 @@ Json counts(const JobResult& r) {
          {"marks_found", found},
          {"marks_total", r.marks.size()},
          {"touches", r.touches.size()},
-         {"valve_openings", r.valve_openings}};
+         {"valve_openings", r.valve_openings},
+         {"purge_shots", r.purge_shots}};
   j["dots"] = r.has_world ? Json(of_kind("dot")) : Json(nullptr);
   j["beads"] = r.has_world ? Json(of_kind("bead")) : Json(nullptr);
   return j;
+}
+
+Json joined(const JobResult& r) {
+  Json out = Json::array();
+  for (const Joined& each : r.joined)
+    out.push_back({{"feature", each.feature}, {"at_mm", number(each.at_mm)}, {"after_s", number(each.after_s)}});
+  return out;
 }
 
 Json marks(const JobResult& r) {
@@ -95,12 +124,6 @@ Json microseconds_of(const Quantiles& q) {
   return {{"p50", us(q.p50)}, {"p99", us(q.p99)}, {"p99_9", us(q.p999)}, {"max", us(q.max)}};
 }
 
-Json frames(const devices::CyclicCounts& c) {
-  return {{"sent", c.sent},           {"not_sent", c.not_sent}, {"lost", c.lost},           {"late", c.late},
-          {"duplicate", c.duplicate}, {"foreign", c.foreign},   {"malformed", c.malformed}, {"untouched", c.untouched},
-          {"wkc_zero", c.wkc_zero},   {"wkc_low", c.wkc_low},   {"wkc_high", c.wkc_high}};
-}
-
 Json cycle(const CycleStatistics& c) {
   return {{"cycles", c.cycles},
           {"sent", c.sent},
@@ -109,7 +132,8 @@ Json cycle(const CycleStatistics& c) {
           {"deadline_misses", c.deadline_misses},
           {"frames_lost", c.frames_lost},
           {"frames_lost_max", c.frames_lost_max},
-          {"frames", frames(c.frames)},
+          {"frames", to_json(c.frames)},
+          {"mailbox_repeats", c.mailbox_repeats},
           {"working_counter_errors", c.working_counter_errors},
           {"wake_us", microseconds_of(c.wake)},
           {"compute_us", microseconds_of(c.compute)},
@@ -140,16 +164,40 @@ void add_world(Json& j, const JobResult& r) {
   for (const auto& c : r.collisions)
     collisions.push_back(
         {{"moving", c.moving}, {"standing", c.standing}, {"at_mm", point(c.at)}, {"t_s", number(c.t_s)}});
-  for (const auto& d : r.deposits)
-    deposits.push_back({{"id", d.id},
-                        {"kind", d.kind},
-                        {"nominal_mm", points(d.nominal_mm)},
-                        {"board_mm", points(d.board_mm)},
-                        {"error_mm", number(d.error_mm)},
-                        {"gap_mm", number(d.gap_mm)}});
+  for (const auto& d : r.deposits) {
+    Json& told = deposits.emplace_back(Json{{"id", d.id},
+                                            {"kind", d.kind},
+                                            {"nominal_mm", points(d.nominal_mm)},
+                                            {"board_mm", points(d.board_mm)},
+                                            {"error_mm", number(d.error_mm)},
+                                            {"gap_mm", number(d.gap_mm)}});
+    if (!d.joins_mm.empty()) told["joins_mm"] = numbers(d.joins_mm);
+  }
   j["collisions"] = r.collisions.size();
   j["collision_list"] = std::move(collisions);
   j["deposits"] = std::move(deposits);
+}
+
+Json sources(const JobResult& r) {
+  Json list = Json::array();
+  for (const recipes::Source& s : r.sources)
+    list.push_back({{"file", s.file}, {"bytes", s.bytes}, {"sha256", s.sha256}});
+  return list;
+}
+
+Json lengths(const JobResult& r) {
+  const auto optional = [](const std::optional<double>& v) { return v ? number(*v) : Json(nullptr); };
+  Json list = Json::array();
+  for (const LaidLength& row : laid_lengths(r)) {
+    Json j{{"name", row.name},
+           {"kind", row.kind},
+           {"length_mm", number(row.drawn_mm)},
+           {"dispensed_mm", optional(row.laid_mm)}};
+    if (row.area_mm2)
+      j["area_mm2"] = number(*row.area_mm2), j["spacing_mm"] = optional(row.spacing_mm), j["beads"] = row.beads;
+    list.push_back(std::move(j));
+  }
+  return list;
 }
 
 /// One line a member, and in a list of objects one line an object: short, and still read by people and by grep.
@@ -177,23 +225,52 @@ std::string result_word(const JobResult& r) {
     return std::any_of(r.errors.begin(), r.errors.end(), [f](const Error& e) { return e.fault == f; });
   };
   if (r.exit_code == ExitCode::Done) return "done";
+  if (r.exit_code == kDoneWithDefects) return "done_with_defects";
   if (r.exit_code == ExitCode::Interrupted) return "interrupted";
   return has(Fault::Aborted) ? "aborted" : "failed";
+}
+
+std::string bus_in_words(const JobResult& r) {
+  if (r.bus == "sim" || (r.bus.empty() && r.dry_run)) return "VIRTUAL";
+  return r.bus.empty() ? "none" : r.bus;
+}
+
+nlohmann::ordered_json to_json(const devices::CyclicCounts& c) {
+  return {{"sent", c.sent},           {"not_sent", c.not_sent}, {"lost", c.lost},           {"late", c.late},
+          {"duplicate", c.duplicate}, {"foreign", c.foreign},   {"malformed", c.malformed}, {"untouched", c.untouched},
+          {"wkc_zero", c.wkc_zero},   {"wkc_low", c.wkc_low},   {"wkc_high", c.wkc_high}};
+}
+
+nlohmann::ordered_json to_json(std::span<const Defect> defects) {
+  Json list = Json::array();
+  for (const Defect& d : defects)
+    list.push_back({{"feature", d.feature}, {"kind", name(d.kind)}, {"message", d.message}});
+  return list;
 }
 
 nlohmann::ordered_json to_json(const JobResult& r) {
   Json j{{"job", r.job},
          {"result", result_word(r)},
          {"exit_code", static_cast<int>(r.exit_code)},
+         {"board", name(r.board)},
          {"errors", errors(r)},
+         {"defects", to_json(r.defects)},
+         {"to_finish", known(r.to_finish)},
          {"recipe", r.recipe_name},
          {"recipe_file", r.recipe_file},
+         {"recipe_sha256", known(r.origin.recipe_sha256)},
+         {"sources", sources(r)},
          {"machine", r.machine_name},
-         {"bus", r.bus},
+         {"machine_file", known(r.origin.machine_file)},
+         {"machine_sha256", known(r.origin.machine_sha256)},
+         {"serial", known(r.origin.serial)},
+         {"program", {{"version", program_version()}, {"commit", program_commit()}}},
+         {"bus", bus_in_words(r)},
          {"dry_run", r.dry_run},
          {"started", r.started},
          {"counts", counts(r)},
          {"interrupted", r.interrupted},
+         {"joined", joined(r)},
          {"marks", marks(r)}};
   j["work_offset"] = r.has_offset ? Json{{"dx_mm", number(r.offset.shift.x)},
                                          {"dy_mm", number(r.offset.shift.y)},
@@ -217,8 +294,11 @@ nlohmann::ordered_json to_json(const JobResult& r) {
   j["setpoint_ticks"] = r.setpoint_ticks;
   j["setpoint_stream_complete"] = r.setpoint_stream_complete;
   add_world(j, r);
+  j["lengths"] = lengths(r);
   j["placement"] = r.placement.empty() ? Json(nullptr) : Json(r.placement);
   j["valve_open_s"] = number(r.valve_open_s);
+  j["actions"] = stamped(r.actions);
+  j["alarms"] = stamped(r.alarms);
   j["events"] = r.events;
   Json environment = Json::object();
   for (const auto& f : r.environment) environment[f.name] = f.value;

@@ -3,6 +3,7 @@
 //   write_summary("out/job", result);      // out/job/summary.json, whole or not at all
 #pragma once
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 
 #include "app/record/job_result.hpp"
@@ -10,11 +11,17 @@
 
 namespace gantry::record {
 
-/// "done", "interrupted", "aborted" or "failed".
+/// "done", "done_with_defects", "interrupted", "aborted" or "failed".
 std::string result_word(const JobResult& result);
+
+/// "VIRTUAL", the interface ("ethercat:eth0"), or "none" of a job that was refused before it had one.
+std::string bus_in_words(const JobResult& result);
 
 /// Keys in a fixed order, the verdict first. docs/monitoring.md lists them.
 nlohmann::ordered_json to_json(const JobResult& result);
+nlohmann::ordered_json to_json(const devices::CyclicCounts& counts);
+/// {feature, kind, message} of each.
+nlohmann::ordered_json to_json(std::span<const Defect> defects);
 
 /// Also lists the files that stand in `dir` by then: write it last. Fault::FileUnwritable.
 Result<void> write_summary(const std::string& dir, const JobResult& result);

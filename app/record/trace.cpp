@@ -105,7 +105,7 @@ void Trace::add_cycle(const cycle::Snapshot& s) {
   bus_.add(s.bus_ns);
   if (std::int64_t{s.wake_ns} + s.compute_ns + s.bus_ns > cycle_ns_) ++cycles_.deadline_misses;
   if (s.state == cycle::State::Offline) return;
-  if (!s.inputs_fresh && s.working_counter == 0) {
+  if (!s.answered) {
     ++cycles_.frames_lost;
   } else if (s.working_counter != s.expected) {
     ++cycles_.working_counter_errors;

@@ -1,6 +1,6 @@
 // The machine's own buttons: which of them was pressed, by the inputs of every cycle. A press is an edge, never a
-// level, so that a button that hangs does nothing; start has to be seen released after power-up, after a stop and after
-// a reset before it counts again.
+// level, so that a button that hangs starts nothing; hold is a level as well where a job begins; start has to be seen
+// released after power-up, after a stop and after a reset before it counts again.
 //   Buttons buttons(machine);   each snapshot: buttons.watch(s.inputs, s.latched != Fault::None);
 //   const Pressed pressed = buttons.take();
 #pragma once
@@ -38,6 +38,8 @@ class Buttons {
       start_armed_ = true;
   }
 
+  /// Somebody keeps it pressed.
+  [[nodiscard]] bool holding() const { return (inputs_ & hold_) != 0; }
   /// What was pressed since the last call.
   Pressed take() { return std::exchange(pressed_, {}); }
 

@@ -13,12 +13,20 @@ namespace {
 
 using cycle::LoopSetup;
 
+// What a brake may give way, the play of its coupling with it (assumed).
+constexpr double kBrakeGive_mm = 0.5, kBrakeGive_rad = 0.02;
 constexpr double kHomingTravel = 1.2;  // of the axis' travel between the switches: more than any search needs
 
 const config::Station* station_of(const config::Machine& machine, StationId id) {
   for (const config::Station& s : machine.stations)
     if (s.id == id) return &s;
   return nullptr;
+}
+
+/// A drive that works a brake says so in its parameters.
+bool has_brake(const config::StationProfile& profile) {
+  return std::any_of(profile.startup.begin(), profile.startup.end(),
+                     [](const config::StartupRow& row) { return row.name == "brake_mode" && row.value != 0; });
 }
 
 /// What homing of an axis may meet, by the switches that its drives show.
@@ -48,8 +56,9 @@ Result<void> add_drives(const config::Machine& machine, const config::Axis& axis
     if (!layout) return tl::unexpected(layout.error());
     const auto index = static_cast<std::uint8_t>(loop.drives.size());
     const bool brakes = config::quick_stop_of(station->profile, ref.slot) == config::QuickStop::Brakes;
-    if (!loop.drives.push_back(
-            {ref.station, axis.id, *layout, devices::AxisScale(axis.counts_per_unit, ref.invert), brakes}) ||
+    const double give = axis.rotary ? kBrakeGive_rad : kBrakeGive_mm;
+    if (!loop.drives.push_back({ref.station, axis.id, *layout, devices::AxisScale(axis.counts_per_unit, ref.invert),
+                                brakes, has_brake(station->profile) && layout->closed_loop ? give : 0}) ||
         !setup.drives.push_back(index))
       return fail(Fault::Inconsistent, fmt::format("axis {}: too many drives", axis.name), machine.file);
   }

@@ -12,6 +12,7 @@ using cycle::EventKind;
 using cycle::State;
 
 constexpr double kStopTimeout_s = 10;
+constexpr double kNoLimit_s = 1e9;  // what is held may wait for its operator
 constexpr std::chrono::milliseconds kBreath{5};
 constexpr int kSilentSteps = 2000;  // of about a cycle each; a host that stands still makes none
 
@@ -20,7 +21,16 @@ constexpr int kSilentSteps = 2000;  // of about a cycle each; a host that stands
 Control::Control(cycle::Channels& channels, Feed& feed, Pump& pump, Time period,
                  std::function<Error(const cycle::Event&)> describe)
     : channels_(channels), feed_(feed), pump_(pump), period_(period), describe_(std::move(describe)) {
-  feed_.listen({}, [this](const cycle::Event& event) { on_event(event); });
+  feed_.listen([this](const cycle::Snapshot& snapshot) { on_snapshot(snapshot); },
+               [this](const cycle::Event& event) { on_event(event); });
+}
+
+/// A feature that a hold stops on is not resumed by the loop, which keeps the valve shut and has no run-up: whoever
+/// plays it plans the rest anew.
+void Control::on_snapshot(const cycle::Snapshot& s) {
+  if (playing_ == 0 || s.block != playing_) return;
+  const bool cut = s.valve_cut && (s.state == State::Holding || s.state == State::Held);
+  if (cut || (s.state == State::Held && s.feature != motion::kTravel)) cut_ = hold_next_ = true;
 }
 
 void Control::on_event(const cycle::Event& event) {
@@ -30,6 +40,12 @@ void Control::on_event(const cycle::Event& event) {
     if (const auto asked = requests_.find(event.id); asked != requests_.end()) asked->second = event;
   if (event.kind == EventKind::CommandDone || event.kind == EventKind::BlockDone || event.kind == EventKind::Touched)
     answers_.push_back(event);
+}
+
+std::optional<double> Control::valve_shut_s() const {
+  const auto open = feed_.valve_open_ns();
+  if (!open) return std::nullopt;
+  return static_cast<double>(latest().time_ns - *open) * 1e-9;
 }
 
 CycleIndex Control::cycles(double seconds) const { return cycles_in(seconds, period_); }
@@ -178,9 +194,18 @@ Result<void> Control::command(cycle::Command command, double timeout_s) {
   return wait([&, cycle = answer->cycle] { return latest().cycle >= cycle; }, 1, {});
 }
 
+Result<void> Control::wait_for_resume(const std::function<bool()>& given_up) {
+  return wait([&] { return !hold_next_ || (given_up && given_up()); }, kNoLimit_s, {});
+}
+
 Result<Played> Control::play(const job::ProvenBlock& block, cycle::Purpose purpose) {
-  constexpr double kNoLimit_s = 1e9;  // a held block may wait for its operator
-  if (auto r = wait([&] { return !hold_next_; }, kNoLimit_s, {}); !r) return tl::unexpected(r.error());
+  if (auto r = wait_for_resume(); !r) return tl::unexpected(r.error());
+  return play_now(block, purpose);
+}
+
+Result<Played> Control::play_on_hold(const job::ProvenBlock& block) { return play_now(block, cycle::Purpose::Job); }
+
+Result<Played> Control::play_now(const job::ProvenBlock& block, cycle::Purpose purpose) {
   const auto& segments = block.segments();
   answers_.clear();
   std::size_t pushed = 0;
@@ -188,13 +213,28 @@ Result<Played> Control::play(const job::ProvenBlock& block, cycle::Purpose purpo
     while (pushed < segments.size() && channels_.segments.push(segments[pushed])) ++pushed;
   };
   feed_ring();
+  Played played;
+  bool dropping = false, held_again = false;
+  const auto drop_when_held = [&] {
+    if (latest().state == State::Held) {
+      dropping = true;
+      played.on = latest().feature;
+      post({.kind = CommandKind::Abort});
+    } else if (latest().state == State::Running && !held_again) {  // resumed before the cut was seen here
+      held_again = true;
+      hold_next_ = false;
+      post({.kind = CommandKind::Hold, .value = 1});
+    }
+  };
   const cycle::Command start{.kind = CommandKind::StartBlock, .block = block.number(), .purpose = purpose};
   if (auto r = command(start, 5.0); !r) return tl::unexpected(r.error());
-  Played played;
+  playing_ = block.number();
+  cut_ = false;
   bool over = false;
   std::optional<cycle::Event> stopped;
   const auto look = [&] {
-    feed_ring();
+    if (!dropping) feed_ring();
+    if (cut_ && !dropping) drop_when_held();
     for (const cycle::Event& e : answers_) {
       if (e.kind == EventKind::Touched) played.touched = true, played.touched_at = e.value;
       if (e.kind != EventKind::BlockDone || e.block != block.number()) continue;
@@ -203,7 +243,14 @@ Result<Played> Control::play(const job::ProvenBlock& block, cycle::Purpose purpo
     }
     return over && latest().cycle >= played.end;
   };
-  if (auto r = wait(look, kNoLimit_s, {}); !r) return tl::unexpected(r.error());
+  const auto waited = wait(look, kNoLimit_s, {});
+  playing_ = 0;
+  cut_ = false;
+  if (!waited) return tl::unexpected(waited.error());
+  if (dropping && stopped && stopped->fault == Fault::Aborted) {
+    played.cut = true;
+    return played;
+  }
   if (stopped) return tl::unexpected(fault_ ? *fault_ : describe_(*stopped));  // the fault's own event knows more
   return played;
 }

@@ -26,6 +26,8 @@ namespace gantry::run {
 struct Played {
   bool touched = false;
   double touched_at = 0;  ///< coordinate of the probe's axis, mm
+  bool cut = false;       ///< a hold has stopped it on a feature: the axes stand, and the rest of the block is dropped
+  std::uint32_t on = motion::kTravel;  ///< that feature; kTravel: the valve was open ahead of it
   CycleIndex end = 0;
 };
 
@@ -54,9 +56,15 @@ class Control {
   Request request(cycle::Command command);
   /// Nothing as long as it has not come; once told, it is forgotten.
   std::optional<Result<void>> answer(Request request);
-  /// Plays one block to its end. A hold makes it wait, also before it begins; an abort or a fault ends it with an error
-  /// when the machine stands.
+  /// Plays one block to its end. A hold makes it wait, also before it begins; one that stops on a feature ends
+  /// it, and holds what comes next. An abort or a fault ends it with an error when the machine stands.
   Result<Played> play(const job::ProvenBlock& block, cycle::Purpose purpose = cycle::Purpose::Job);
+  /// Waits for the resume of what is on hold, or until `given_up` says so.
+  Result<void> wait_for_resume(const std::function<bool()>& given_up = {});
+  /// A hold has stopped the block that plays on a feature: it is dropped as soon as the axes stand.
+  [[nodiscard]] bool cut() const { return cut_; }
+  /// A block that is played while what comes next is on hold.
+  Result<Played> play_on_hold(const job::ProvenBlock& block);
   /// The next block waits until it is released.
   void hold_next(bool wait) { hold_next_ = wait; }
   [[nodiscard]] bool holds_next() const { return hold_next_; }
@@ -75,6 +83,8 @@ class Control {
   [[nodiscard]] Result<void> alive() const;
 
   [[nodiscard]] const cycle::Snapshot& latest() const { return feed_.latest(); }
+  /// For how long the valve has been shut, s; nothing: it was never open since this bus is up.
+  [[nodiscard]] std::optional<double> valve_shut_s() const;
   /// So many cycles of this machine, rounded to the nearest.
   [[nodiscard]] CycleIndex cycles(double seconds) const;
   /// The first latched fault since begin(), in words.
@@ -92,6 +102,8 @@ class Control {
 
  private:
   void on_event(const cycle::Event& event);
+  void on_snapshot(const cycle::Snapshot& snapshot);
+  Result<Played> play_now(const job::ProvenBlock& block, cycle::Purpose purpose);
   void come_to_rest();
   [[nodiscard]] bool standing() const;
   [[nodiscard]] Result<void> ended() const;
@@ -108,6 +120,8 @@ class Control {
   std::vector<cycle::Event> answers_;                              ///< events of the wait that runs
   std::map<std::uint32_t, std::optional<cycle::Event>> requests_;  ///< by id; nothing: not answered yet
   bool hold_next_ = false;
+  std::uint32_t playing_ = 0;  ///< number of the block
+  bool cut_ = false;           ///< a hold has stopped it on a feature
   std::chrono::steady_clock::time_point breathed_{};
   CycleIndex last_cycle_ = 0;
   int silent_steps_ = 0;  ///< in which no cycle was told

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "config/machine.hpp"
+
 namespace gantry::run {
 
 void Feed::listen(OnSnapshot on_snapshot, OnEvent on_event) {
@@ -12,6 +14,7 @@ void Feed::listen(OnSnapshot on_snapshot, OnEvent on_event) {
 void Feed::drain() {
   for (cycle::Snapshot s; channels_.snapshots.pop(s);) {
     latest_ = s;
+    if ((s.outputs & config::bit(config::Output::Valve)) != 0) valve_open_ns_ = s.time_ns;
     for (const auto& listener : on_snapshot_) listener(s);
   }
   for (cycle::Event e; channels_.events.pop(e);)

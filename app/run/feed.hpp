@@ -2,7 +2,9 @@
 // run thread.
 //   Feed feed(channels);   feed.listen([&](const Snapshot& s) {...}, [&](const Event& e) {...});   feed.drain();
 #pragma once
+#include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "app/cycle/channels.hpp"
@@ -25,12 +27,15 @@ class Feed {
 
   /// The newest snapshot; all zero before the first.
   [[nodiscard]] const cycle::Snapshot& latest() const { return latest_; }
+  /// When the valve was last told to be open, on the clock of the snapshots; nothing: never since this bus is up.
+  [[nodiscard]] std::optional<std::int64_t> valve_open_ns() const { return valve_open_ns_; }
 
  private:
   cycle::Channels& channels_;
   std::vector<OnSnapshot> on_snapshot_;
   std::vector<OnEvent> on_event_;
   cycle::Snapshot latest_{};
+  std::optional<std::int64_t> valve_open_ns_;
 };
 
 }  // namespace gantry::run

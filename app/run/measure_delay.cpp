@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "core/near_word.hpp"
+#include "app/job/jog.hpp"
 #include "core/units.hpp"
 
 namespace gantry::run {
@@ -69,13 +69,10 @@ Result<Leg> lag_of(const std::vector<Sample>& all, const config::Axis& axis, dou
   return leg;
 }
 
-Result<const config::Axis*> measurable(const config::Machine& machine, const std::string& name) {
-  const config::Axis* axis = config::find_axis(machine, name);
-  if (axis == nullptr) {
-    std::vector<std::string_view> names;
-    for (const config::Axis& a : machine.axes) names.push_back(a.name);
-    return fail(Fault::UnknownReference, fmt::format("there is no axis '{}'; {}", name, did_you_mean(name, names)));
-  }
+Result<const config::Axis*> measured_axis(const config::Machine& machine, const std::string& name) {
+  const auto found = job::axis_named(machine, name);
+  if (!found) return found;
+  const config::Axis* axis = *found;
   for (const config::DriveRef& ref : axis->drives)
     if (const auto& profile = machine.stations[ref.station.value].profile; !profile.drive->closed_loop)
       return fail(Fault::Refused,
@@ -90,21 +87,34 @@ Result<const config::Axis*> measurable(const config::Machine& machine, const std
 
 }  // namespace
 
-Result<config::MeasuredDelay> measure_delay(Owner& owner, const config::Machine& machine, const DelayWords& words,
-                                            const std::function<void()>& poll) {
-  const auto found = measurable(machine, words.axis);
+Result<double> measuring_speed(const config::Machine& machine, const DelayWords& words) {
+  const auto found = measured_axis(machine, words.axis);
   if (!found) return tl::unexpected(found.error());
   const config::Axis& axis = **found;
-  const std::size_t i = axis.id.value;
-  const double cycle_s = seconds(machine.bus.cycle);
   double speed = std::min(axis.rotary ? units::rad(45) : 50.0, axis.v_max / 2);
   if (!words.speed.empty()) {
     const auto asked =
         units::parse(words.speed, axis.rotary ? units::Dimension::AngularSpeed : units::Dimension::Speed);
     if (!asked) return fail(asked.error().fault, asked.error().message, "--speed");
-    speed = std::min(*asked, axis.v_max);
+    speed = *asked;
+    if (speed > axis.v_max)
+      return fail(Fault::OutOfRange,
+                  fmt::format("more than v_max of axis {}, {:.6g} {}/s; write that or less", axis.name,
+                              axis.rotary ? units::deg(axis.v_max) : axis.v_max, axis.rotary ? "deg" : "mm"),
+                  "--speed");
   }
   if (!(speed > 0)) return fail(Fault::OutOfRange, "must be more than 0", "--speed");
+  return speed;
+}
+
+Result<config::MeasuredDelay> measure_delay(Owner& owner, const config::Machine& machine, const DelayWords& words,
+                                            const std::function<void()>& poll) {
+  const auto asked = measuring_speed(machine, words);
+  if (!asked) return tl::unexpected(asked.error());
+  const config::Axis& axis = *config::find_axis(machine, words.axis);
+  const double speed = *asked;
+  const std::size_t i = axis.id.value;
+  const double cycle_s = seconds(machine.bus.cycle);
 
   // Ramps at both ends (v/a + a/j each, at half the speed on the mean), and what is measured.
   const double way = speed * (kSteady_s + speed / axis.a_max + axis.a_max / axis.j_max);

@@ -15,6 +15,10 @@ struct DelayWords {
   std::string speed{};  ///< "50 mm/s", "45 deg/s"; "" takes what suits the axis
 };
 
+/// mm/s or rad/s. What can be refused before anything moves is refused here: Fault::UnknownReference, Refused (open
+/// loop), PositionedAxisInMove, BadUnit, OutOfRange (more than the axis can do).
+Result<double> measuring_speed(const config::Machine& machine, const DelayWords& words);
+
 /// One cycle is taken for the way of 6064h to the loop (DC: it is the position of the last SYNC0); a drive that shows
 /// an older one seems that much later. Fault::UnknownReference, Refused (open loop, or the lag is not constant),
 /// OutOfReach, and what a jog may come to.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/job/jog.hpp"
+#include "recipes/selection.hpp"
 
 namespace gantry::run {
 
@@ -29,11 +30,14 @@ enum class OrderKind {
 
 struct Order {
   OrderKind kind = OrderKind::Status;
-  std::string recipe{};  ///< Run: path
-  std::string out{};     ///< Run: folder for the results; empty: a new one in `under`
-  std::string under{};   ///< Run: empty: out/ where the owner stands
-  job::JogWords jog{};   ///< Jog
-  double value = 1;      ///< Override: 1 is 100 %, 0.1 .. 2
+  std::string recipe{};         ///< Run: path
+  std::string out{};            ///< Run: folder for the results; empty: a new one in `under`
+  std::string under{};          ///< Run: empty: out/ where the owner stands
+  std::string serial{};         ///< Run, PartRemoved: of the part
+  recipes::Selection select{};  ///< Run
+  job::JogWords jog{};          ///< Jog
+  double value = 1;             ///< Override: 1 is 100 %, 0.1 .. 2
+  bool now = false;             ///< Hold: does not wait for the end of the feature
 };
 
 /// Whether the order takes machine time; only one such order runs at a time.

@@ -85,8 +85,7 @@ Result<void> Owner::Parts::stations_confirmed() const {
 
 bool Owner::Parts::all_referenced() const {
   return std::all_of(machine.axes.begin(), machine.axes.end(), [&](const config::Axis& axis) {
-    return !axis.homing || axis.kind != config::AxisKind::Streamed ||
-           (control().latest().referenced >> axis.id.value & 1u) != 0;
+    return axis.kind != config::AxisKind::Streamed || (control().latest().referenced >> axis.id.value & 1u) != 0;
   });
 }
 
@@ -103,6 +102,11 @@ Result<void> Owner::home() {
 }
 
 Result<void> Owner::Parts::home() {
+  for (const config::Axis& axis : machine.axes)
+    if (axis.kind == config::AxisKind::Streamed && !axis.homing)
+      return fail(Fault::NotReferenced,
+                  "the machine file states no `homing` for it, so that nothing can say where it stands; add it",
+                  "axis " + axis.name);
   if (auto r = torque(); !r) return r;
   const cycle::Snapshot& now = control().latest();
   if (job::know_place(machine, now.referenced, 0))
@@ -139,6 +143,7 @@ Result<void> Owner::idle() {
   control.idle();
   if (auto alive = control.alive(); !alive) return alive;
   parts_->on_bus->recovery.step(control);
+  parts_->report_restarts();
   return {};
 }
 

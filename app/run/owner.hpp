@@ -36,8 +36,11 @@ struct OwnerOptions {
 };
 
 struct RunOptions {
-  std::string out;       ///< folder for the results; "" keeps nothing
-  bool dry_run = false;  ///< for the result's words only
+  std::string out;  ///< folder for the results; "" keeps nothing
+  // For the result's words only.
+  bool dry_run = false;
+  std::string serial{};      ///< of the part
+  record::OnBoard before{};  ///< what jobs before it have left there
 };
 
 /// What a jog came to: where the axes were sent, mm or rad, and the machine time from the order until they stood.
@@ -45,6 +48,7 @@ struct Jogged {
   std::uint32_t axes = 0;  ///< bit n: AxisId n was named
   AxisVec start{}, end{};
   double duration_s = 0;
+  std::string slowed{};  ///< why it went slower than was asked for; empty where it did not
 };
 
 /// Where a job is, for a progress bar.
@@ -52,6 +56,13 @@ struct Progress {
   std::size_t features_done = 0, features_total = 0;
   std::string doing;  ///< "mark M2", "touch T1", "dots[3][2]"
   double elapsed_s = 0;
+};
+
+/// What became of the bus's frames, and what stations had to be asked for once more.
+struct WireCounts {
+  devices::CyclicCounts frames;  ///< of the cycles
+  std::uint64_t mailbox_repeats = 0;
+  std::string other_master;  ///< source address of its frames, in words; empty: there was none
 };
 
 /// What takes machine time: one at a time.
@@ -93,6 +104,9 @@ class Owner {
   /// lifts the refusal. An abort is never refused and never undone: it holds until what it has ended is over. What a
   /// reset came to is told by reset_answer().
   Result<void> order(const Order& order);
+  /// Where the last hold that was taken stops: "holds after 'bead 7', in 1.2 s"; "" where that is at once, on no
+  /// feature.
+  [[nodiscard]] std::string holds_where() const;
   /// Of the last reset that was taken: nothing as long as it is under way, or when it was told already. Fault of what
   /// stays latched.
   std::optional<Result<void>> reset_answer();
@@ -108,9 +122,13 @@ class Owner {
   /// What is wrong with the machine: the latched fault first, in words; empty while none is.
   [[nodiscard]] std::vector<Error> active_faults() const;
   [[nodiscard]] Progress progress() const;
+  /// What the bus has counted since it came up.
+  [[nodiscard]] WireCounts wire() const;
   [[nodiscard]] Undertaking undertaking() const;
   /// On hold, or on the way there: a resume goes on.
   [[nodiscard]] bool held() const;
+  /// As people are told it: a job that waits between two motions is held.
+  [[nodiscard]] cycle::State state() const;
   /// The mode switch says setup: only a jog may move the machine.
   [[nodiscard]] bool in_setup() const;
   /// The start button was pressed on an idle machine, and this is the first to ask.

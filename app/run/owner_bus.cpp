@@ -2,6 +2,7 @@
 #include "app/run/owner_parts.hpp"
 #include "app/stations/accepted.hpp"
 #include "app/stations/fault_words.hpp"
+#include "config/look_alikes.hpp"
 #include "core/log.hpp"
 
 namespace gantry::run {
@@ -27,6 +28,8 @@ Result<void> Owner::bring_up() {
   for (const std::string& note : p.bus->notes()) log::info("{}", note);
   for (const auto& station : p.bus->stations())
     for (const Error& doubt : station.doubts) log::warn("{}", to_text(doubt));
+  if (p.raw_port)
+    for (const std::string& doubt : config::look_alikes(p.machine)) log::warn("{}", doubt);
   if (const std::string names = p.only_assumed(); !names.empty())
     log::info("what {} are is assumed, and was found so; `gantry commission --all --accept` confirms it", names);
   p.note_restarts();

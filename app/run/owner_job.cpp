@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <utility>
 
+#include "app/record/defects.hpp"
+#include "app/record/drawing.hpp"
 #include "app/record/outcome.hpp"
 #include "app/record/summary.hpp"
 #include "app/run/owner_parts.hpp"
@@ -47,7 +49,10 @@ void Owner::Parts::on_event(const cycle::Event& e) {
 
 void Owner::Parts::tell(const cycle::Event& e, const Error& error) {
   if (shared) shared->push(e, error.message);
-  if (latches(info(e.fault))) active.came(error);
+  if (latches(info(e.fault))) {
+    active.came(error);
+    if (job) job->recording.alarm(feed->latest().time_ns, error);
+  }
   if (info(e.fault).severity == Severity::Info && !stood_still(machine, e)) return;
   const std::int64_t now_ns = feed->latest().time_ns;
   std::optional<std::string> words = to_text(error);
@@ -103,21 +108,40 @@ void Owner::Parts::fetch_mail() {
   bus->step_by({});
 }
 
-/// Frames that were nobody's answer, at most once a second.
+/// Frames that were nobody's answer, at most once a second: those of another master with its address, all others.
 void Owner::Parts::report_strays() {
   constexpr std::int64_t kEvery_ns = 1'000'000'000;
   const cycle::Snapshot& now = feed->latest();
   if (now.time_ns - on_bus->counted_at_ns < kEvery_ns) return;
   on_bus->counted_at_ns = now.time_ns;
   const devices::CyclicCounts before = std::exchange(on_bus->counted, bus->counters());
-  const auto strays = [](const devices::CyclicCounts& c) { return c.foreign + c.late + c.duplicate + c.malformed; };
-  const auto more = static_cast<std::int32_t>(strays(on_bus->counted) - strays(before));
-  if (more == 0) return;
-  const cycle::Event event{
-      .kind = cycle::EventKind::Fault, .fault = Fault::ForeignFrame, .detail = more, .cycle = now.cycle};
-  Error words = stations::in_words(machine, event);
-  words.message += fmt::format("; {} in the last second", more);
-  tell(event, words);
+  const devices::CyclicCounts more = on_bus->counted - before;
+  const auto report = [&](Fault fault, std::uint64_t frames, const std::string& words) {
+    if (frames == 0) return;
+    const cycle::Event event{.kind = cycle::EventKind::Fault,
+                             .fault = fault,
+                             .detail = static_cast<std::int32_t>(frames),
+                             .cycle = now.cycle};
+    Error error = stations::in_words(machine, event);
+    error.message += "; " + words;
+    tell(event, error);
+  };
+  report(Fault::ForeignFrame, more.foreign,
+         fmt::format("{} in the last second, {}", more.foreign, stations::sender_words(bus->other_master())));
+  report(Fault::StrayFrames, more.late + more.duplicate + more.malformed,
+         fmt::format("in the last second {} late, {} twice, {} changed on the way", more.late, more.duplicate,
+                     more.malformed));
+}
+
+/// Drives that were without supply.
+void Owner::Parts::report_restarts() {
+  for (const StationId station : on_bus->recovery.take_restarted()) {
+    const cycle::Event event{.kind = cycle::EventKind::Fault,
+                             .fault = Fault::DriveLostPower,
+                             .station = station,
+                             .cycle = feed->latest().cycle};
+    tell(event, stations::in_words(machine, event));
+  }
 }
 
 Result<void> Owner::Parts::with_stations(Result<void> result) {
@@ -147,7 +171,12 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
                                   recipe, job, result)});
   for (const std::string& note : p.bus->notes()) p.job->recording.note(latest().time_ns, note);
   p.job->recording.tell("running");
+  if (p.on_bus->buttons.holding()) {
+    log::warn("button hold is pressed: the job waits before its first motion; `resume` or start lets it go");
+    p.control().hold_next(true);
+  }
   const devices::CyclicCounts counted_before = p.bus->counters();
+  const std::uint64_t repeats_before = p.bus->mailbox_repeats();
 
   Result<void> ended;
   if (p.in_setup()) ended = fail(Fault::SetupMode, std::string(info(Fault::SetupMode).text));
@@ -164,9 +193,17 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   if (ended) ended = p.with_stations(p.job->runner.run());
   if (!ended && ended.error().fault == Fault::Aborted && p.control().aborting())
     ended = p.control().not_aborted();  // planning that was given up does not know by whom
-  if (ended) ended = p.release_part();
   if (!ended) record::add_error(result, ended.error());
 
+  if (p.world != nullptr) record::add_world(result, *p.world, options.out);
+  record::place_drawing(result, recipe, p.machine);
+  record::judge_board(result, recipe, {p.job->runner.state().features, p.job->runner.off_speed(), options.before},
+                      seconds(p.machine.bus.cycle));
+  // A part that lacks something is held until a hand asks for it.
+  const bool begun = result.board == record::Board::Begun ||
+                     (result.board == record::Board::Untouched && !options.before.whole.empty());
+  if (ended && !begun)
+    if (auto opened = p.release_part(); !opened) record::add_error(result, opened.error());
   p.job->recording.tell(record::result_word(result));
   p.around = p.job->runner.surroundings();
   p.job->recording.finish(p.channels->lost.load() == 0);
@@ -174,11 +211,19 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   result.cycles.virtual_time = p.options.virtual_time;
   result.cycles.frames_lost_max = p.frames_lost_max;
   result.cycles.frames = p.bus->counters() - counted_before;
+  result.cycles.mailbox_repeats = p.bus->mailbox_repeats() - repeats_before;
   if (const auto& thread = p.on_bus->thread)
     result.cycles.real_time_priority = thread->rights().priority, result.cycles.memory_locked = thread->rights().memory;
-  if (p.world != nullptr) record::add_world(result, *p.world, options.out);
   result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
   return result;
+}
+
+WireCounts Owner::wire() const {
+  const devices::EthercatMaster& bus = *parts_->bus;
+  const auto other = bus.other_master();
+  return {.frames = bus.counters(),
+          .mailbox_repeats = bus.mailbox_repeats(),
+          .other_master = other ? stations::sender_words(other) : ""};
 }
 
 Progress Owner::progress() const {

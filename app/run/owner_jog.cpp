@@ -1,6 +1,4 @@
 // An owner's jog: what must be so before anything moves, and the one block that moves.
-#include <algorithm>
-
 #include "app/job/jog.hpp"
 #include "app/run/owner_parts.hpp"
 
@@ -18,13 +16,16 @@ Result<Jogged> Owner::Parts::jog(const job::JogWords& words) {
   if (in_setup()) {  // reduced speed: no faster than a jog is that names none
     const auto reduced = job::read_jog(machine, {.by = words.by, .speed = ""});
     if (!reduced) return tl::unexpected(reduced.error());
-    asked->v_cap = std::min(asked->v_cap, reduced->v_cap);
+    if (reduced->v_cap < asked->v_cap) {
+      asked->v_cap = reduced->v_cap;
+      asked->slowed = "at the reduced speed of setup";
+    }
   }
   const cycle::Snapshot& now = control().latest();
   if (auto r = not_latched(); !r) return tl::unexpected(r.error());
   if (auto r = job::know_place(machine, now.referenced, asked->axes); !r) return tl::unexpected(r.error());
   if (auto r = torque(); !r) return tl::unexpected(r.error());
-  Jogged jogged{.axes = asked->axes, .start = now.target};
+  Jogged jogged{.axes = asked->axes, .start = now.target, .slowed = asked->slowed};
   const auto planned = job::plan_jog(machine, *around, jogged.start, *asked);
   if (!planned) return tl::unexpected(planned.error());
 

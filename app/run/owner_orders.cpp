@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "app/run/owner_parts.hpp"
+#include "config/inputs.hpp"
 #include "core/log.hpp"
 
 namespace gantry::run {
@@ -24,28 +25,36 @@ Error Owner::Parts::refusal(OrderKind order) const {
           ""};
 }
 
-Result<void> Owner::Parts::hold() {
+Result<void> Owner::Parts::hold(bool now) {
   const State state = control().latest().state;
   if (control().aborting()) return tl::unexpected(refusal(OrderKind::Hold));
   if (next(state, cycle::Cause::Hold)) {
-    control().post({.kind = CommandKind::Hold});
+    const std::optional<Ahead> ahead = job ? job->runner.ahead() : std::nullopt;
+    now = now || state != State::Running || (ahead && ahead->left_s > machine.hold_within_s);
+    holds_where = !ahead ? ""
+                  : now  ? fmt::format("holds now, on '{}'", ahead->feature)
+                         : fmt::format("holds after '{}', in {:.1f} s", ahead->feature, ahead->left_s);
+    control().post({.kind = CommandKind::Hold, .value = now ? 1.0 : 0.0});
     return {};
   }
-  // Between two blocks nothing moves, and the next one waits.
-  const bool between = undertaking == Undertaking::Job && state == State::Ready;
-  if (!between) return tl::unexpected(refusal(OrderKind::Hold));
+  holds_where.clear();
+  if (control().holds_next()) return {};
+  // Before and between its blocks a job moves nothing, but for homing, which comes to its end; the next block waits.
+  const bool before =
+      state == State::Ready || state == State::Homing || state == State::Enabling || state == State::Disabled;
+  if (undertaking != Undertaking::Job || !before) return tl::unexpected(refusal(OrderKind::Hold));
   control().hold_next(true);
   return {};
 }
 
 Result<void> Owner::Parts::resume() {
   if (control().aborting()) return tl::unexpected(refusal(OrderKind::Resume));
-  if (control().holds_next()) {
-    control().hold_next(false);
-    return {};
-  }
-  if (!next(control().latest().state, cycle::Cause::Resume)) return tl::unexpected(refusal(OrderKind::Resume));
-  control().post({.kind = CommandKind::Resume});
+  const bool waits = control().holds_next();
+  if (waits) control().hold_next(false);
+  // A block that was cut is dropped when the axes stand: it is not for the loop to go on with.
+  const bool stands = !control().cut() && next(control().latest().state, cycle::Cause::Resume);
+  if (stands) control().post({.kind = CommandKind::Resume});
+  if (!waits && !stands && !control().cut()) return tl::unexpected(refusal(OrderKind::Resume));
   return {};
 }
 
@@ -57,7 +66,8 @@ Result<void> Owner::Parts::reset() {
     on_bus->reset_answer = control().answer(*on_bus->reset);
     if (!on_bus->reset_answer) return fail(Fault::Refused, "'reset' is refused: one is under way already");
   }
-  const bool busy = undertaking != Undertaking::None && !(undertaking == Undertaking::Job && state == State::Held);
+  const bool on_hold = state == State::Held || (state == State::Ready && control().holds_next());
+  const bool busy = undertaking != Undertaking::None && !(undertaking == Undertaking::Job && on_hold);
   if (control().aborting() || busy || !next(state, cycle::Cause::Reset))
     return tl::unexpected(refusal(OrderKind::Reset));
   on_bus->named.reset();
@@ -68,10 +78,11 @@ Result<void> Owner::Parts::reset() {
 
 void Owner::Parts::heed_buttons() {
   const Pressed pressed = on_bus->buttons.take();
-  const auto do_it = [](std::string_view button, const Result<void>& done) {
-    if (!done) log::warn("button {}: {}", button, done.error().message);
+  const auto do_it = [this](std::string_view button, const Result<void>& done) {
+    if (!done) return log::warn("button {}: {}", button, done.error().message);
+    if (job) job->recording.action(fmt::format("button {}", button));
   };
-  if (pressed.hold) do_it("hold", hold());
+  if (pressed.hold) do_it("hold", hold(false));
   if (pressed.reset) do_it("reset", reset());
   if (!pressed.start) return;
   const State state = control().latest().state;
@@ -83,10 +94,7 @@ void Owner::Parts::heed_buttons() {
     on_bus->start_pressed = true;
 }
 
-bool Owner::Parts::in_setup() const {
-  return machine.inputs[static_cast<std::size_t>(config::Input::Mode)] &&
-         (control().latest().inputs & config::bit(config::Input::Mode)) == 0;
-}
+bool Owner::Parts::in_setup() const { return config::is_low(machine, control().latest().inputs, config::Input::Mode); }
 
 Result<void> Owner::Parts::release_part() {
   constexpr double kAnswer_s = 1;
@@ -109,16 +117,24 @@ Result<void> Owner::order(const Order& order) {
     if (order.kind == OrderKind::Abort || order.kind == OrderKind::Status) return {};
     return fail(Fault::Refused, fmt::format("'{}' is refused: the bus is not up yet", name(order.kind)));
   }
+  const auto done = p.at_once(order);
+  if (done && p.job && order.kind != OrderKind::Status)
+    p.job->recording.action(order.kind == OrderKind::Override ? fmt::format("override {:.0f} %", order.value * 100)
+                                                              : std::string(name(order.kind)));
+  return done;
+}
+
+Result<void> Owner::Parts::at_once(const Order& order) {
   switch (order.kind) {
     case OrderKind::Status: return {};
-    case OrderKind::Hold: return p.hold();
-    case OrderKind::Resume: return p.resume();
-    case OrderKind::Reset: return p.reset();
-    case OrderKind::Override: p.control().post({.kind = CommandKind::Override, .value = order.value}); return {};
+    case OrderKind::Hold: return hold(order.now);
+    case OrderKind::Resume: return resume();
+    case OrderKind::Reset: return reset();
+    case OrderKind::Override: control().post({.kind = CommandKind::Override, .value = order.value}); return {};
     case OrderKind::Abort:
-      if (p.undertaking != Undertaking::None) p.control().abort({Fault::Aborted, "the operator aborted it", ""});
+      if (undertaking != Undertaking::None) control().abort({Fault::Aborted, "the operator aborted it", ""});
       return {};
-    default: return tl::unexpected(p.refusal(order.kind));
+    default: return tl::unexpected(refusal(order.kind));
   }
 }
 
@@ -139,6 +155,13 @@ void Owner::interrupt(Error why) {
   Parts& p = *parts_;
   if (why.fault == Fault::Interrupted && !p.ending) p.ending = why;
   if (p.on_bus && p.undertaking != Undertaking::None) p.control().abort(std::move(why));
+}
+
+std::string Owner::holds_where() const { return parts_->holds_where; }
+
+cycle::State Owner::state() const {
+  const State state = latest().state;
+  return state == State::Ready && held() ? State::Held : state;
 }
 
 bool Owner::held() const {

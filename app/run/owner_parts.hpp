@@ -84,6 +84,7 @@ struct Owner::Parts {
   std::shared_ptr<const job::Surroundings> around;
   Undertaking undertaking = Undertaking::None;
   std::optional<RunningJob> job;
+  std::string holds_where;      ///< of the last hold, in words
   std::optional<Error> ending;  ///< the program was asked to end: nothing is undertaken any more
 
   [[nodiscard]] Control& control() const { return *on_bus->control; }
@@ -107,7 +108,9 @@ struct Owner::Parts {
   Result<Jogged> jog(const job::JogWords& words);
   Result<void> park();
 
-  [[nodiscard]] Result<void> hold();
+  /// An order that is answered at once.
+  Result<void> at_once(const Order& order);
+  [[nodiscard]] Result<void> hold(bool now);
   [[nodiscard]] Result<void> resume();
   [[nodiscard]] Result<void> reset();
   void heed_buttons();
@@ -124,6 +127,7 @@ struct Owner::Parts {
   void fetch_mail();
   void serve_objects();
   void report_strays();
+  void report_restarts();
   Result<void> command(const cycle::Command& order, double timeout_s) {
     return with_stations(control().command(order, timeout_s));
   }

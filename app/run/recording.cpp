@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "app/record/program.hpp"
 #include "core/log.hpp"
 
 namespace gantry::run {
@@ -28,6 +29,15 @@ void Recording::add(const cycle::Snapshot& s) {
 
 void Recording::note(std::int64_t now_ns, const std::string& words) {
   result_.events.push_back(fmt::format("{:.3f} s  {}", static_cast<double>(now_ns - start_ns_) * 1e-9, words));
+}
+
+void Recording::action(std::string what) {
+  result_.actions.push_back({record::utc_stamp(), elapsed_s(), std::move(what), ""});
+}
+
+void Recording::alarm(std::int64_t now_ns, const Error& error) {
+  result_.alarms.push_back({record::utc_stamp(), static_cast<double>(now_ns - start_ns_) * 1e-9, to_text(error),
+                            std::string(std::string_view(code(error.fault)))});
 }
 
 void Recording::tell(std::string_view state) {

@@ -25,6 +25,10 @@ class Recording {
   void add(const cycle::Snapshot& snapshot);
   /// Something that belongs into the job's list of events.
   void note(std::int64_t now_ns, const std::string& words);
+  /// What somebody did to the machine, "hold", "override 50 %".
+  void action(std::string what);
+  /// What latched.
+  void alarm(std::int64_t now_ns, const Error& error);
   /// Tells those who watch where the job is.
   void tell(std::string_view state);
   /// What the job came to: everything but the world's part. Closes the file.

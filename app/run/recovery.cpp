@@ -54,7 +54,9 @@ void Recovery::step(Control& control) {
 }
 
 void Recovery::returned(std::size_t i, const devices::AlStatus& found) {
-  std::string words = fmt::format("{}: takes part again; it was in {}", bus_.stations()[i].where, name(found.state));
+  const devices::StationRecord& s = bus_.stations()[i];
+  if (s.restarted && s.config != nullptr && s.config->profile.drive) restarted_.push_back(s.id);
+  std::string words = fmt::format("{}: takes part again; it was in {}", s.where, name(found.state));
   if (found.code != 0)
     words += fmt::format(": AL status code {:04X}h, {}", found.code, devices::wire::al_status_text(found.code));
   if (const auto told = notes_.tell({Fault::StationLeftOp, static_cast<int>(i)}, now_ns_, std::move(words)))

@@ -6,6 +6,7 @@
 // more and more rarely, since every attempt writes its whole record. What keeps a station away is told once, not with
 // every attempt.
 #pragma once
+#include <utility>
 #include <vector>
 
 #include "app/run/control.hpp"
@@ -21,6 +22,8 @@ class Recovery {
   /// One idle step has passed. When something is missing, this one takes longer: `control` steps meanwhile, at most
   /// until one station has come back or has refused.
   void step(Control& control);
+  /// Drives that have come back and had lost their supply, or were reset; once.
+  [[nodiscard]] std::vector<StationId> take_restarted() { return std::exchange(restarted_, {}); }
 
  private:
   struct Away {
@@ -35,8 +38,9 @@ class Recovery {
   void failed(Away& away, const Error& why, CycleIndex now);
 
   devices::EthercatMaster& bus_;
-  std::vector<Away> away_;         ///< by index in bus_.stations()
-  std::size_t next_ = 0;           ///< station of the round that runs
+  std::vector<Away> away_;  ///< by index in bus_.stations()
+  std::size_t next_ = 0;    ///< station of the round that runs
+  std::vector<StationId> restarted_;
   stations::RepeatedNotes notes_;  ///< a station that comes and goes does not fill the log
   std::int64_t now_ns_ = 0;
   CycleIndex whole_since_ = -1, short_since_ = -1;

@@ -18,13 +18,10 @@ constexpr int kReportImageShrink = 2;
 constexpr double kClampTimeout_s = 2;
 constexpr Time kFrameTimeout = milliseconds(1000);
 
+/// On the way to a hold the valve may shut as planned; a hold that shuts it says so.
 bool stopped(cycle::State s) {
-  return s == cycle::State::Holding || s == cycle::State::Held || s == cycle::State::Stopping ||
-         s == cycle::State::Stopped || s == cycle::State::Disabled || s == cycle::State::Offline;
-}
-
-const std::string& id_of(const recipes::Feature& feature) {
-  return std::visit([](const auto& f) -> const std::string& { return f.id; }, feature);
+  return s == cycle::State::Held || s == cycle::State::Stopping || s == cycle::State::Stopped ||
+         s == cycle::State::Disabled || s == cycle::State::Offline;
 }
 
 }  // namespace
@@ -36,7 +33,9 @@ Runner::Runner(const Site& site, const recipes::Recipe& recipe, const recipes::J
       result_(result),
       planned_path_(site.machine),
       planner_(site.machine, recipe, site.breath),
-      state_(job::begin_state(recipe)) {
+      state_(job::begin_state(recipe, job)),
+      speed_watch_(recipe, seconds(site.machine.bus.cycle)),
+      cut_watch_(site.machine) {
   result_.drawing.tip_of_block.clear();
 }
 
@@ -56,17 +55,26 @@ Result<void> Runner::run() {
   state_ = job::lost_sight(std::move(state_));
   result_.planned = planned_path_.points();
   for (std::size_t i = 0; i < state_.features.size(); ++i)
-    if (state_.features[i] == job::FeatureState::Interrupted || state_.features[i] == job::FeatureState::Doubtful)
+    if (state_.features[i] == job::FeatureState::Interrupted || state_.features[i] == job::FeatureState::Doubtful ||
+        (joining_ && joining_->feature == i))
       result_.interrupted.push_back(id_of(recipe_.features[i]));
   return done;
 }
 
 void Runner::see(const cycle::Snapshot& s) {
+  if (standing_by_) watch_part(s);
+  if (s.block == block_) ticks_ = s.tick;
+  if (purging_) return;
   if (watch_.see(state_.features, {.block = s.block,
                                    .feature = s.feature,
                                    .valve_open = (s.outputs & config::bit(config::Output::Valve)) != 0,
                                    .stopped = s.valve_cut || stopped(s.state)}))
     result_.features_done = job::count(state_, job::FeatureState::Done);
+  note_joined(s);
+  if (s.block == block_) cut_watch_.see({s.cycle, s.way_mm, s.valve_cut});
+  speed_watch_.see({.feature = s.block == block_ ? s.feature : motion::kTravel,
+                    .valve_open = (s.outputs & config::bit(config::Output::Valve)) != 0,
+                    .path_speed_mm_s = s.path_speed});
 }
 
 Result<void> Runner::close_clamp() {
@@ -98,7 +106,7 @@ std::uint32_t Runner::next_block(std::string_view tool_name) {
   return block_;
 }
 
-Result<Played> Runner::play(Result<job::ProvenBlock> planned) {
+Result<Played> Runner::play(Result<job::ProvenBlock> planned, When when) {
   if (!planned) return tl::unexpected(planned.error());
   constexpr std::size_t kPiece = 16;  // segments that are drawn between two breaths
   std::size_t drawn = 0;
@@ -109,8 +117,18 @@ Result<Played> Runner::play(Result<job::ProvenBlock> planned) {
   result_.predicted_s += planned->duration_s();
   result_.motions_certified += planned->motions();
   job::take_nearer(result_.minimum_clearance, planned->nearest());
-  auto played = site_.control.play(*planned);
+  const std::vector<job::FeatureState> before = state_.features;
+  speed_watch_.begin(planned->segments());
+  cut_watch_.begin();
+  playing_ = &planned->segments();
+  auto played = when == When::OnHold ? site_.control.play_on_hold(*planned) : site_.control.play(*planned);
+  playing_ = nullptr;
+  speed_watch_.end();
   at_ = site_.control.latest().target;
+  if (played && played->cut) {
+    note_cut(before, planned->segments());
+    result_.predicted_s -= std::max(0.0, planned->duration_s() - ticks_ * seconds(site_.machine.bus.cycle));
+  }
   job::discard(*std::move(planned), site_.breath);
   return played;
 }
@@ -125,12 +143,18 @@ Result<job::JobState> Runner::take(const recipes::LookAtMark& step) {
     return fail(Fault::CameraTimeout, "the recipe has marks, but no camera is connected",
                 job::at_line(recipe_, def.place));
   record::MarkResult found;
-  for (int attempt = 1; attempt <= std::max(1, recipe_.mark_rules.attempts); ++attempt) {
+  const int attempts = std::max(1, recipe_.mark_rules.attempts);
+  for (int attempt = 1; attempt <= attempts; ++attempt) {
     const std::uint64_t shown_before = site_.camera->latest();
     auto played = play(planner_.look_at_mark(next_block("camera"), at_, mark));
     if (!played) return tl::unexpected(played.error());
     const auto judged = judge(mark, site_.control.latest().actual, shown_before);
-    if (!judged) return tl::unexpected(judged.error());
+    if (!judged) {
+      // The trigger is one short pulse: what it has not reached is asked once more (R65).
+      if (attempt == attempts) return tl::unexpected(judged.error());
+      log::warn("{}: {}; it is taken once more", doing_, judged.error().message);
+      continue;
+    }
     found = *judged;
     found.attempts = attempt;
     // The answer takes effect a fixed time after the exposure, so that runs repeat whatever the host does meanwhile.
@@ -258,11 +282,29 @@ Result<job::JobState> Runner::take(const job::SettleSurface&) {
 
 // ---- features ----
 
+/// A valve of which nothing is known may have been shut for any time.
+Result<job::JobState> Runner::take(const recipes::PurgeNeedle&) {
+  const std::optional<double> shut_s = site_.control.valve_shut_s();
+  if (shut_s && *shut_s <= recipe_.purge->after_s) return job::after_purge(state_);
+  doing_ = "purging";
+  purging_ = true;
+  const auto played = play(planner_.purge(next_block("needle"), at_));
+  purging_ = false;
+  if (!played) return tl::unexpected(played.error());
+  if (played->cut) return state_;  // once more, when the operator resumes
+  result_.purge_shots += static_cast<std::size_t>(recipe_.purge->shots);
+  return job::after_purge(state_);
+}
+
 Result<job::JobState> Runner::take(const recipes::Dispense& step) {
   doing_ = "dispensing";
-  const auto played = play(planner_.dispense(next_block("needle"), at_, step.features));
+  const auto played = play(planner_.dispense(next_block("needle"), at_, step.features, state_.laid));
   if (!played) return tl::unexpected(played.error());
-  return job::after_dispense(state_);
+  if (!played->cut) return job::after_dispense(state_);
+  if (played->on == motion::kTravel && !cut_) return state_;
+  const std::size_t feature = cut_.value_or(played->on);
+  if (auto stood = stand_by(feature); !stood) return tl::unexpected(stood.error());
+  return cut_ || joining_ ? join(feature) : state_;
 }
 
 Result<job::JobState> Runner::take(const recipes::Park&) {

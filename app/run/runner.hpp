@@ -12,8 +12,10 @@
 #include <vector>
 
 #include "app/job/block_plan.hpp"
+#include "app/job/cut_bead.hpp"
 #include "app/job/feature_watch.hpp"
 #include "app/job/job_state.hpp"
+#include "app/job/speed_watch.hpp"
 #include "app/job/surroundings.hpp"
 #include "app/record/job_result.hpp"
 #include "app/record/planned_path.hpp"
@@ -35,6 +37,12 @@ struct Site {
   Breath breath{};  ///< asked while motions are planned; no: the job ends with Fault::Aborted
 };
 
+/// The feature that is dispensed, and how long it will still take.
+struct Ahead {
+  std::string feature;
+  double left_s = 0;
+};
+
 class Runner {
  public:
   Runner(const Site& site, const recipes::Recipe& recipe, const recipes::Job& job, record::JobResult& result);
@@ -43,6 +51,10 @@ class Runner {
   /// What the loop has shown of one cycle.
   void see(const cycle::Snapshot& snapshot);
   [[nodiscard]] const job::JobState& state() const { return state_; }
+  /// Nothing while the valve is shut.
+  [[nodiscard]] std::optional<Ahead> ahead() const;
+  /// Beads that were dispensed at another speed than the recipe's.
+  [[nodiscard]] std::vector<job::OffSpeed> off_speed() const { return speed_watch_.off_speed(); }
   /// What it does now, for people: "mark M2", "touch T1", "dispensing".
   [[nodiscard]] const std::string& doing() const { return doing_; }
   /// What stands around the head, by what the job has measured so far.
@@ -58,6 +70,7 @@ class Runner {
   Result<job::JobState> take(const recipes::Touch& step);
   Result<job::JobState> take(const job::Retract& step);
   Result<job::JobState> take(const job::SettleSurface& step);
+  Result<job::JobState> take(const recipes::PurgeNeedle& step);
   Result<job::JobState> take(const recipes::Dispense& step);
   Result<job::JobState> take(const recipes::Park& step);
 
@@ -66,7 +79,18 @@ class Runner {
   Result<record::MarkResult> judge(std::size_t mark, const AxisVec& head, std::uint64_t shown_before);
   /// The number of the block that is planned next; the report draws its tool.
   std::uint32_t next_block(std::string_view tool_name);
-  Result<Played> play(Result<job::ProvenBlock> planned);
+  enum class When { Released, OnHold };
+  Result<Played> play(Result<job::ProvenBlock> planned, When when = When::Released);
+  /// A hold has stopped on this feature: the needle lifts and waits for the operator to resume.
+  Result<void> stand_by(std::size_t feature);
+  Result<void> hold_off(std::size_t feature);
+  /// A bead that was cut is open again from there on.
+  Result<job::JobState> join(std::size_t feature);
+  /// The joined bead's valve has opened again.
+  void note_joined(const cycle::Snapshot& s);
+  /// Of a job that stands on hold between two blocks, where the loop looks at neither.
+  void watch_part(const cycle::Snapshot& s);
+  void note_cut(const std::vector<job::FeatureState>& before, const std::deque<motion::Segment>& segments);
 
   Site site_;
   const recipes::Recipe& recipe_;
@@ -78,6 +102,22 @@ class Runner {
   std::uint32_t block_ = 0;  ///< number of the block that plays
   job::JobState state_;
   job::FeatureWatch watch_;
+  job::SpeedWatch speed_watch_;
+  job::CutWatch cut_watch_;
+  const std::deque<motion::Segment>* playing_ = nullptr;  ///< the segments of the block that plays
+  std::optional<std::size_t> cut_;                        ///< the feature that a hold has cut in the last block
+  std::optional<job::Laid> laid_;                         ///< of it, where it is a bead
+  /// The bead that is on its way to be joined.
+  struct Joining {
+    std::size_t feature = 0;
+    record::Joined told;
+    std::int64_t shut_ns = 0;  ///< when its valve shut
+  };
+  std::optional<Joining> joining_;
+  bool standing_by_ = false;
+  std::optional<Error> part_lost_;  ///< while it stood by
+  std::uint32_t ticks_ = 0;         ///< of the block that plays
+  bool purging_ = false;            ///< the valve opens for no feature
   std::string doing_;
 };
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "config/inputs.hpp"
+
 namespace gantry::stations {
 namespace {
 
@@ -39,11 +41,12 @@ std::vector<Error> ActiveFaults::list(const config::Machine& machine, const cycl
     if (!holds(active, fault)) active.push_back({fault, std::string(info(fault).text), ""});
   };
   add(s.latched);
-  const auto is_low = [&](config::Input input) {
-    return machine.inputs[static_cast<std::size_t>(input)].has_value() && (s.inputs & config::bit(input)) == 0;
-  };
-  for (const Interlock& lock : kInterlocks)
+  const auto is_low = [&](config::Input input) { return config::is_low(machine, s.inputs, input); };
+  for (const Interlock& lock : kInterlocks) {
     if (is_low(lock.input) && !(lock.open == Fault::DoorOpen && is_low(config::Input::Mode))) add(lock.open);
+    for (Error& e : active)
+      if (e.fault == lock.open && !is_low(lock.input)) e.message += " - not any more";
+  }
   std::stable_partition(active.begin(), active.end(), [&](const Error& e) { return e.fault == s.latched; });
   return active;
 }

@@ -16,7 +16,7 @@ class ActiveFaults {
   /// In every snapshot: what is no longer latched is over, and with it what came since.
   void see(const cycle::Snapshot& s);
   /// The latched one first; empty while nothing is latched. Interlocks that are open count also where the loop had
-  /// nothing left to do about them.
+  /// nothing left to do about them; one that is closed again, and waits for a reset only, says "not any more".
   [[nodiscard]] std::vector<Error> list(const config::Machine& machine, const cycle::Snapshot& s) const;
 
  private:

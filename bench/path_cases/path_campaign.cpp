@@ -31,6 +31,7 @@ Case draw(std::uint64_t seed) {
   Case c;
   constexpr std::array<double, 7> kTolerances = {0, 1e-6, 1e-3, 0.01, 0.05, 0.2, 1};
   c.tolerance = kTolerances[static_cast<std::size_t>(unit(random) * 7)];
+  if (unit(random) < 0.5) c.tolerance = power(-6, 0);
   if (unit(random) < 0.3) c.speed = power(0, 2.3);
   c.axes = unit(random) < 0.25 ? 3 : 2;
   const auto n = static_cast<std::size_t>(2 + 30 * unit(random));
@@ -103,7 +104,7 @@ std::string judged(const Case& c, double& seconds) {
       const auto at = cursor.at(s, t, c.axes);
       x.push_back({at.q[0], at.q[1], c.axes > 2 ? at.q[2] : 0});
       if (at.s < last_s || at.s_dot < 0) wrong = "backwards";
-      if (at.s_dot > 1.001 * c.speed) wrong = "too fast";
+      if (at.s_dot > 1.001 * c.speed) wrong = "too fast: " + std::to_string(at.s_dot / c.speed);
       last_s = at.s;
     }
     begin += s.duration_s;

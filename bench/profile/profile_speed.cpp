@@ -9,29 +9,13 @@
 #include <random>
 #include <vector>
 
+#include "bench/yard.hpp"
 #include "motion/profile/together.hpp"
 
 namespace gantry::bench {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-/// Newton on quartics with coefficients from x in (0, 1): divisions, roots and branches that depend on each other.
-__attribute__((noinline)) double yard(double x) {
-  double sum = 0;
-  for (int k = 1; k <= 6; ++k) {
-    const double a = x * k, b = 1 - x / k, c = std::sqrt(a + b), d = -0.5 * c;
-    double t = 1 + a;
-    for (int i = 0; i < 4; ++i) {
-      const double f = (((t + a) * t + b) * t + c) * t + d, g = ((4 * t + 3 * a) * t + 2 * b) * t + c;
-      const double step = f / g;
-      t -= step;
-      if (std::abs(step) < 1e-9 * t) break;
-    }
-    sum += t > x ? std::sqrt(t) : t;
-  }
-  return sum;
-}
 
 struct Times {
   double median = 0, p99 = 0, p999 = 0, max = 0;

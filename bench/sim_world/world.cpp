@@ -34,9 +34,9 @@ void play(const BoardTruth& board, Visit visit) {
     return m;
   };
   for (const BoardPlan::Feature& f : board.plan.features) {
-    for (int k = 0; k < 30; ++k) visit(at(f.points.front(), 24.0 - 0.8 * k));
+    for (int k = 0; k < 30; ++k) visit(at(flat(f.points.front()), 24.0 - 0.8 * k));
     for (std::size_t i = 0; i < f.points.size(); ++i) {
-      const Vec2 a = f.points[i], b = f.points[std::min(i + 1, f.points.size() - 1)];
+      const Vec2 a = flat(f.points[i]), b = flat(f.points[std::min(i + 1, f.points.size() - 1)]);
       const int ticks = std::max(40, static_cast<int>(norm(b - a) / 0.02));
       for (int k = 0; k < ticks; ++k) {
         Moment m = at(a + (b - a) * (static_cast<double>(k) / ticks), f.gap_mm);
@@ -44,7 +44,7 @@ void play(const BoardTruth& board, Visit visit) {
         visit(m);
       }
     }
-    for (int k = 0; k < 30; ++k) visit(at(f.points.back(), 0.8 * (k + 1)));
+    for (int k = 0; k < 30; ++k) visit(at(flat(f.points.back()), 0.8 * (k + 1)));
   }
 }
 

@@ -4,7 +4,7 @@
 An owner is up in real time; a client begins a job (the demo, or 90,000 dots, whose planning takes long) or a homing, and at
 an instant of the seed another client sends an abort, in half of the runs through a flood of a third one. What is measured is
 the time to the owner's answer, which it gives after it has told the loop: an upper bound. Limit: p99 20 ms."""
-import argparse, json, multiprocessing, os, random, shutil, signal, socket, subprocess, sys, tempfile, threading, time
+import argparse, contextlib, json, multiprocessing, os, random, shutil, signal, socket, subprocess, sys, tempfile, threading, time
 
 LIMIT_MS = 20
 
@@ -18,6 +18,26 @@ class Client:
     def ask(self, **order):
         self.socket.sendall((json.dumps(order) + "\n").encode())
         return json.loads(self.file.readline())
+
+
+@contextlib.contextmanager
+def owner_up(gantry, state):
+    """An owner of the simulated machine in real time, ended in order."""
+    owner = subprocess.Popen([gantry, "-q", "up", "--state", state], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                             stderr=subprocess.DEVNULL)
+    try:
+        end = time.monotonic() + 60
+        while True:
+            with contextlib.suppress(OSError, ValueError):
+                if Client(state).ask(order="status")["state"] != "offline":
+                    break
+            if time.monotonic() > end or owner.poll() is not None:
+                sys.exit("no owner came up")
+            time.sleep(0.05)
+        yield state
+    finally:
+        owner.send_signal(signal.SIGTERM)
+        owner.wait(60)
 
 
 def flood(state):
@@ -60,23 +80,9 @@ def main():
     parser.add_argument("--gantry", default="build/release/bin/gantry")
     options = parser.parse_args()
     rng = random.Random(options.seed)
-    folder = tempfile.mkdtemp()
-    state = os.path.join(folder, "state")
-    many = many_dots(folder)
-    owner = subprocess.Popen([options.gantry, "-q", "up", "--state", state], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                             stderr=subprocess.DEVNULL)
     took = {}
-    try:
-        end = time.monotonic() + 60
-        while True:
-            try:
-                if Client(state).ask(order="status")["state"] != "offline":
-                    break
-            except (OSError, ValueError):
-                pass
-            if time.monotonic() > end or owner.poll() is not None:
-                sys.exit("no owner came up")
-            time.sleep(0.05)
+    with tempfile.TemporaryDirectory() as folder, owner_up(options.gantry, os.path.join(folder, "state")) as state:
+        many = many_dots(folder)
         operator = Client(state)
         for turn in range(options.runs):
             work = rng.choice(["demo", "many dots", "many dots", "home"])
@@ -102,10 +108,6 @@ def main():
                 flooder.join()
             took.setdefault(work + (", flood" if flooded else ""), []).append((ms, before["state"]))
             job.wait(120)
-    finally:
-        owner.send_signal(signal.SIGTERM)
-        owner.wait(60)
-        shutil.rmtree(folder)
     every = sorted(ms for of in took.values() for ms, _ in of)
     for name, of in sorted(took.items()):
         ms = sorted(m for m, _ in of)

@@ -92,6 +92,7 @@ class Case:
         self.rig, self.way, self.when = rig, way, when
         self.out = os.path.join(rig.folder, "job")
         shutil.rmtree(self.out, ignore_errors=True)
+        shutil.rmtree(os.path.join(rig.folder, "none"), ignore_errors=True)  # the part of a program that was killed
         rig.capture.clear()
         self.p = OnTerminal([rig.gantry, "--machine", rig.machine, "run", rig.recipe, "--bus", f"ethercat:{rig.name}-ctl",
                              "--world", rig.world, "--state", os.path.join(rig.folder, "none"), "--out", self.out])

@@ -5,11 +5,11 @@ One job through `gantry up`, quiet and under a load, the order of the two swappe
 of the job's summary. The loads: a client that asks without a pause, a peer that floods the owner's DDS topics and services
 (tests' publish_tool), a disk that is full (a small tmpfs; needs root). Limit: the geometric mean over the pairs of p99 under
 load to p99 quiet is at most 1.15, and no more cycles are missed than in the quiet run."""
-import argparse, contextlib, json, math, multiprocessing, os, shutil, signal, subprocess, sys, tempfile, time
+import argparse, contextlib, json, math, multiprocessing, os, shutil, subprocess, sys, tempfile, time
 
 here = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(os.path.dirname(here), "stop_order"))
-from stop_order import Client, flood
+from stop_order import Client, flood, owner_up
 
 LIMIT = 1.15
 RECIPE = "recipes/demo-board.yaml"
@@ -74,20 +74,8 @@ def main():
     parser.add_argument("--load", nargs="*", default=list(LOADS), choices=list(LOADS))
     parser.add_argument("--gantry", default="build/release/bin/gantry")
     options = parser.parse_args()
-    folder = tempfile.mkdtemp()
-    state = os.path.join(folder, "state")
-    owner = subprocess.Popen([options.gantry, "-q", "up", "--state", state], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                             stderr=subprocess.DEVNULL)
     held = True
-    try:
-        end = time.monotonic() + 60
-        while True:
-            with contextlib.suppress(OSError, ValueError):
-                if Client(state).ask(order="status")["state"] != "offline":
-                    break
-            if time.monotonic() > end or owner.poll() is not None:
-                sys.exit("no owner came up")
-            time.sleep(0.05)
+    with tempfile.TemporaryDirectory() as folder, owner_up(options.gantry, os.path.join(folder, "state")) as state:
         run_job(options.gantry, state, os.path.join(folder, "first"))  # homes
         for name in options.load:
             logs, missed = [], [0, 0]
@@ -103,10 +91,6 @@ def main():
             good = mean <= LIMIT and missed[1] <= missed[0]
             held &= good
             print(f"{name}: p99 x {mean:.2f} over {len(logs)} pairs (limit {LIMIT}); missed quiet {missed[0]}, under load {missed[1]}")
-    finally:
-        owner.send_signal(signal.SIGTERM)
-        owner.wait(60)
-        shutil.rmtree(folder, ignore_errors=True)
     return 0 if held else 1
 
 

@@ -1,10 +1,8 @@
 #include "devices/ethercat/bent_image.hpp"
 
 #include <algorithm>
-#include <optional>
 
 #include "devices/profiles/drive_entries.hpp"
-#include "devices/profiles/map_pdos.hpp"
 
 namespace gantry::devices {
 namespace {
@@ -35,20 +33,6 @@ void put_bits(std::span<std::byte> image, std::uint32_t at, std::uint32_t bits, 
   }
 }
 
-struct Found {
-  std::uint32_t bit = 0;
-  std::uint8_t bits = 0;
-};
-std::optional<Found> find(const std::vector<PdoRow>& rows, config::ObjectAddress address) {
-  std::uint32_t bit = 0;
-  for (const PdoRow& row : rows)
-    for (const PdoEntry& entry : row.entries) {
-      if (entry.address == address) return Found{bit, entry.bit_length};
-      bit += entry.bit_length;
-    }
-  return std::nullopt;
-}
-
 }  // namespace
 
 BentImage::BentImage(const StationRecord& s) {
@@ -59,23 +43,28 @@ BentImage::BentImage(const StationRecord& s) {
   for (const bool outputs : {true, false})
     for (const PdoRow& row : outputs ? profile.rx_pdos : profile.tx_pdos)
       for (const PdoEntry& entry : row.entries) {
-        const auto here = find(outputs ? profile.rx_pdos : profile.tx_pdos, entry.address);
-        const auto there = find(outputs ? s.rx_pdos : s.tx_pdos, entry.address);
+        const auto here = find_bits(outputs ? profile.rx_pdos : profile.tx_pdos, entry.address);
+        const auto there = find_bits(outputs ? s.rx_pdos : s.tx_pdos, entry.address);
         const bool left_out = std::ranges::count(s.left_out, entry.address) != 0;
         if (entry.address.index == 0 || !there || left_out || there->bits > kMostBits) continue;
         const DriveEntry* e = find_drive_entry(config::first_slot(profile, entry.address, row.slot).index);
         const bool has_sign = e != nullptr && e->has_sign;
         if (outputs)
-          out_.push_back({here->bit, there->bit, here->bits, there->bits, has_sign});
+          out_.push_back(copy_of(*here, *there, has_sign));
         else
-          in_.push_back({there->bit, here->bit, there->bits, here->bits, has_sign});
+          in_.push_back(copy_of(*there, *here, has_sign));
       }
   for (const SlowObject& object : s.slow) {
-    const auto here = find(object.output ? profile.rx_pdos : profile.tx_pdos, object.address);
+    const auto here = find_bits(object.output ? profile.rx_pdos : profile.tx_pdos, object.address);
     SlowValue& value = slow_.emplace_back();
     value.object = object;
-    value.bit = here ? here->bit : 0;
+    value.bit = here ? static_cast<std::uint32_t>(here->bit) : 0;
   }
+}
+
+BentImage::Copy BentImage::copy_of(const MappedBits& from, const MappedBits& to, bool has_sign) {
+  return {static_cast<std::uint32_t>(from.bit), static_cast<std::uint32_t>(to.bit),
+          static_cast<std::uint8_t>(from.bits), static_cast<std::uint8_t>(to.bits), has_sign};
 }
 
 void BentImage::copy(const std::vector<Copy>& copies, std::span<const std::byte> from,

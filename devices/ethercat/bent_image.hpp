@@ -2,8 +2,8 @@
 // image: here it is copied object by object to where the station has it, with the station's sizes, and back. What no
 // PDO carries goes by SDO, value by value, through SlowValue.
 //   BentImage image(station);
-//   each cycle: image.to_wire(wire_outputs), exchange, image.from_wire(wire_inputs, fresh)     RT: no allocation, no
-//   lock run thread: image.slow()[i].wanted ... .shown
+//   image.to_wire(wire_outputs); ... image.from_wire(wire_inputs, fresh);   // each cycle: no allocation, no lock
+//   serve_slow_objects(link, station, image);                               // run thread (slow_objects.hpp)
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "devices/ethercat/station.hpp"
+#include "devices/profiles/map_pdos.hpp"
 
 namespace gantry::devices {
 
@@ -48,6 +49,7 @@ class BentImage {
     std::uint8_t from_bits = 0, to_bits = 0;
     bool has_sign = false;
   };
+  static Copy copy_of(const MappedBits& from, const MappedBits& to, bool has_sign);
   static void copy(const std::vector<Copy>& copies, std::span<const std::byte> from, std::span<std::byte> to) noexcept;
 
   std::vector<std::byte> outputs_, inputs_, spare_;  ///< as the profile has them

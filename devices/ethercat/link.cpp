@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <utility>
 #include <vector>
 
 #include "devices/ethercat/side_by_side.hpp"
@@ -45,14 +46,26 @@ bool Link::attempt(std::span<Datagram> of_one_frame) {
   }
   // Beside the largest mailbox there is no room for this one.
   frame_.add_sequence();
-  if (!port_.send(PortIndex::Primary, frame_.bytes())) return false;
+  answered_[sequence_ % answered_.size()] = false;
+  const bool sent = port_.send(PortIndex::Primary, frame_.bytes());
+  ++(sent ? counts_.sent : counts_.not_sent);
+  ++counts_.lost;  // until it is back
+  if (!sent) return false;
   const Time deadline = clock_.now() + kReplyTimeout;
   std::array<std::byte, kMaxFrameBytes> buffer;
+  bool untouched = false;
   do {
     const Received got = port_.receive(buffer, deadline);
     if (got.size == 0) return false;
     Reply reply;
-    if (match(frame_, std::span<const std::byte>(buffer).first(got.size), reply) != Match::Ours) continue;
+    const auto received = std::span<const std::byte>(buffer).first(got.size);
+    if (const Match as = match(frame_, received, reply); as != Match::Ours) {
+      count(as, received);
+      if (as == Match::Unprocessed && !std::exchange(untouched, true)) --counts_.lost;
+      continue;
+    }
+    answered_[sequence_ % answered_.size()] = true;
+    if (!untouched) --counts_.lost;
     for (std::size_t i = 0; i < of_one_frame.size(); ++i) {
       const auto answer = reply.data(slots[i]);
       std::copy(answer.begin(), answer.end(), of_one_frame[i].data.begin());
@@ -61,6 +74,22 @@ bool Link::attempt(std::span<Datagram> of_one_frame) {
     return true;
   } while (clock_.now() < deadline);
   return false;
+}
+
+/// What came in and is no answer.
+void Link::count(Match match, std::span<const std::byte> received) {
+  switch (match) {
+    case Match::Unprocessed: ++counts_.untouched; break;
+    case Match::Malformed: ++counts_.malformed; break;
+    case Match::Late:
+      ++(answered_[get_datagram_header(received.subspan(kFrameHeader)).index] ? counts_.duplicate : counts_.late);
+      break;
+    case Match::Foreign:
+      ++counts_.foreign;
+      if (const auto sender = sender_of(received)) other_master_ = sender;
+      break;
+    case Match::Ours: break;
+  }
 }
 
 bool Link::attempt_riding(std::span<Datagram> at_once) {
@@ -92,7 +121,10 @@ bool Link::exchange(std::span<Datagram> at_once, int attempts) {
   if (beside_ != nullptr) return beside_->exchange(at_once, attempts);
   std::vector<std::vector<std::byte>> as_sent;
   for (const Datagram& d : at_once) as_sent.emplace_back(d.data.begin(), d.data.end());
-  for (int i = 0; i < attempts; ++i) {
+  // What rides is lost with the loop's frames, several in a row when a host stands still.
+  const bool rides = slot_ != nullptr && attempts > 1;
+  const Time until = clock_.now() + kReplyTimeout;
+  for (int i = 0; i < attempts || (rides && clock_.now() < until); ++i) {
     if (attempt_now(at_once)) return true;
     for (std::size_t k = 0; k < at_once.size(); ++k)
       std::copy(as_sent[k].begin(), as_sent[k].end(), at_once[k].data.begin());

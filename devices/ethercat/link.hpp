@@ -7,12 +7,14 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 
 #include "core/clock.hpp"
 #include "core/error.hpp"
 #include "devices/frame_port.hpp"
 #include "devices/rt/acyclic.hpp"
+#include "devices/rt/cyclic_counts.hpp"
 #include "devices/rt/frame.hpp"
 
 namespace gantry::devices {
@@ -25,7 +27,7 @@ class Link {
   static constexpr Time kRideTimeout = milliseconds(200);  ///< until the loop has taken a datagram along and back
   static constexpr int kAttempts = 3;
 
-  Link(FramePort& port, Clock& clock) noexcept : port_(port), clock_(clock) {}
+  Link(FramePort& port, Clock& clock) noexcept : port_(port), clock_(clock) { frame_.set_source(port.source()); }
 
   /// From now on the loop exchanges, and datagrams ride in `slot`; nullptr: the port is ours again.
   void ride_in(AcyclicSlot* slot) noexcept { slot_ = slot; }
@@ -59,6 +61,11 @@ class Link {
   /// Writes a register of every station; how many took part.
   Result<std::uint16_t> write_all(std::uint16_t reg, std::span<const std::byte> data);
 
+  /// What became of the frames that it has sent by itself, each counted as what it was.
+  [[nodiscard]] const CyclicCounts& counts() const noexcept { return counts_; }
+  /// Another master whose frames came in meanwhile, by its source address as it came.
+  [[nodiscard]] const std::optional<MacAddress>& other_master() const noexcept { return other_master_; }
+
   [[nodiscard]] FramePort& port() noexcept { return port_; }
   [[nodiscard]] Clock& clock() noexcept { return clock_; }
   void pause(Time duration);
@@ -73,6 +80,7 @@ class Link {
 
  private:
   [[nodiscard]] bool attempt(std::span<Datagram> of_one_frame);
+  void count(Match match, std::span<const std::byte> received);
   [[nodiscard]] bool exchange(std::span<Datagram> at_once, int attempts);
   [[nodiscard]] Error silent() const;
   [[nodiscard]] bool attempt_riding(std::span<Datagram> at_once);
@@ -84,6 +92,9 @@ class Link {
   std::function<void()> step_;
   std::uint32_t sequence_ = 0;
   Frame frame_;
+  std::array<bool, 256> answered_{};  ///< by the low byte of the sequence: of the last frames
+  CyclicCounts counts_;
+  std::optional<MacAddress> other_master_;
 };
 
 }  // namespace gantry::devices

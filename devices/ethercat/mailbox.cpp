@@ -71,6 +71,7 @@ Result<bool> Mailbox::ask_repeat(int number) {
   auto& toggle = station_.mailbox.repeat_toggle;
   toggle = !toggle;
   station_.mailbox.repeated = true;
+  ++station_.mailbox_repeats;
   const auto activate = static_cast<std::uint8_t>(kSmActivateEnable | (toggle ? kSmActivateRepeatRequest : 0));
   if (auto ok = link_.write<std::uint8_t>(station_.address, sm_register(number, kActivateByte), activate); !ok)
     return tl::unexpected(ok.error());
@@ -143,6 +144,7 @@ Result<std::vector<std::byte>> Mailbox::receive(MailboxType type) {
     const bool late = link_.clock().now() >= deadline;
     if (late && station_.mailbox.count != MailboxState::Count::Ours && !request_.empty() && resent_ < kMostResent) {
       ++resent_;
+      ++station_.mailbox_repeats;
       MailboxHeader again = get_mailbox_header(request_);
       again.counter = station_.mailbox.request_counter = next_counter(station_.mailbox.request_counter);
       put_mailbox_header(request_, again);

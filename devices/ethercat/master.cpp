@@ -208,7 +208,8 @@ void EthercatMaster::begin_cycles() {
                                                   .reference_station = reference,
                                                   .reference_wide = dc_.reference_wide,
                                                   .dc_time_ns = static_cast<std::uint64_t>(clock_.now().count()),
-                                                  .stations_on_bus = static_cast<std::uint16_t>(stations_.size())},
+                                                  .stations_on_bus = static_cast<std::uint16_t>(stations_.size()),
+                                                  .source = port_.source()},
                                      output_image_, input_image_);
 }
 
@@ -334,6 +335,7 @@ Result<void> EthercatMaster::bring_back(StationRecord& s, Whereabouts where) {
 Result<std::optional<AlStatus>> EthercatMaster::bring_back(StationId station) {
   auto s = record(station);
   if (!s) return tl::unexpected(s.error());
+  (*s)->restarted = false;
   const auto where = at(**s, look_for(link_, **s));
   if (!where) return tl::unexpected(where.error());
   if (*where == Whereabouts::InOp && cyclic_->was_fresh(static_cast<std::size_t>(*s - stations_.data())))
@@ -407,6 +409,17 @@ Result<std::vector<DcStatus>> EthercatMaster::dc_status() {
     all.push_back(*status);
   }
   return all;
+}
+
+std::optional<MacAddress> EthercatMaster::other_master() const noexcept {
+  const auto in_cycles = cyclic_->other_master();
+  return in_cycles ? in_cycles : link_.other_master();
+}
+
+std::uint64_t EthercatMaster::mailbox_repeats() const noexcept {
+  std::uint64_t repeats = 0;
+  for (const StationRecord& s : stations_) repeats += s.mailbox_repeats;
+  return repeats;
 }
 
 std::span<std::byte> EthercatMaster::outputs(StationId station) noexcept {

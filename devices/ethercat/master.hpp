@@ -85,6 +85,12 @@ class EthercatMaster final : public FieldBus {
   [[nodiscard]] const std::vector<StationRecord>& stations() const noexcept { return stations_; }
   /// What became of the frames and cycles since bring_up(). Any thread, without a lock.
   [[nodiscard]] CyclicCounts counters() const noexcept { return cyclic_->counters(); }
+  /// The same of the frames that bring-up and shutting down have sent by themselves.
+  [[nodiscard]] const CyclicCounts& blocking_counters() const noexcept { return link_.counts(); }
+  /// Another master whose frames came in, by its source address as it came; nothing as long as there was none.
+  [[nodiscard]] std::optional<MacAddress> other_master() const noexcept;
+  /// Replies of mailboxes that were asked for once more, and requests that were sent again, since bring_up().
+  [[nodiscard]] std::uint64_t mailbox_repeats() const noexcept;
   /// Exchanges since bring_up(). Any thread.
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cyclic_->cycles(); }
   /// What the cycles have seen of a station (index in stations()); false when it was not looked at yet. Any thread.

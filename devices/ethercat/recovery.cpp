@@ -40,7 +40,7 @@ Result<void> take_back_watch_address(Link& link) {
 
 /// Somebody without an address stands at the station's position: is it the station?
 Result<Whereabouts> recognise(Link& link, StationRecord& s) {
-  s.since_power_up = true;
+  s.since_power_up = s.restarted = true;
   if (auto ok = take_back_watch_address(link); !ok) return tl::unexpected(ok.error());
   const auto named = write_at_position(link, s.position, reg::kStationAddress, kWatchStation);
   if (!named) return tl::unexpected(named.error());

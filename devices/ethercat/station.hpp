@@ -100,7 +100,9 @@ struct StationRecord {
   EscFacts esc;
   bool eeprom_given = false;  ///< 0500h: its processor has the EEPROM
   std::uint16_t alias = 0;
-  bool since_power_up = false;  ///< nobody has given it an address since its supply came
+  bool since_power_up = false;        ///< nobody has given it an address since its supply came
+  std::uint32_t mailbox_repeats = 0;  ///< replies that were asked for once more, and requests that were sent again
+  bool restarted = false;             ///< it had lost its address when it was last brought back: its supply, or a reset
   Ports ports;
   int parent = -1;       ///< position of the station before it; -1: the master
   int parent_port = -1;  ///< the parent's port that leads here

@@ -245,6 +245,36 @@ Result<std::vector<DcStatus>> Survey::dc_status() {
   return all;
 }
 
+Result<WireCheck> Survey::check_wire(int frames) {
+  constexpr int kMailboxReads = 8;
+  constexpr config::ObjectAddress kDeviceType{0x1000, 0};
+  if (auto s = station(0); !s) return tl::unexpected(s.error());
+  CyclicCounts counters;
+  for (int i = 0; i < frames; ++i) {
+    std::array<std::byte, 2> states{};
+    const auto counter = link_.transact(Command::Brd, physical_address(0, reg::kAlStatus), states, 1);
+    if (!counter) continue;  // it is counted as lost
+    counters.wkc_zero += *counter == 0;
+    counters.wkc_low += *counter != 0 && *counter < stations_.size();
+    counters.wkc_high += *counter > stations_.size();
+  }
+  WireCheck check;
+  for (const StationRecord& s : stations_) {
+    const auto al = read_al_status(link_, s);
+    const bool open = al && al->state != AlState::Init && al->state != AlState::Boot && s.sii.has_coe();
+    for (int i = 0; open && i < kMailboxReads; ++i)
+      if (!read_object(s.position, kDeviceType))
+        break;  // what it refuses, or does not answer, is no matter of the wire
+    check.mailbox_repeats.push_back(s.mailbox_repeats);
+  }
+  check.frames = link_.counts();
+  check.frames.wkc_zero = counters.wkc_zero;
+  check.frames.wkc_low = counters.wkc_low;
+  check.frames.wkc_high = counters.wkc_high;
+  check.other_master = link_.other_master();
+  return check;
+}
+
 std::vector<Emergency> Survey::take_emergencies(int position) {
   if (position < 0 || position >= static_cast<int>(stations_.size())) return {};
   return std::exchange(stations_[static_cast<std::size_t>(position)].mailbox.emergencies, {});

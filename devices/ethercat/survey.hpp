@@ -9,6 +9,7 @@
 // one answers the same questions itself.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -45,6 +46,13 @@ struct PdoMap {
   bool from_objects = false;  ///< read from 1C1xh; otherwise the EEPROM's defaults
 };
 
+/// What became of a survey's frames, each counted as what it was.
+struct WireCheck {
+  CyclicCounts frames;                         ///< working counters: of reads that every station answers
+  std::vector<std::uint32_t> mailbox_repeats;  ///< by position: what had to be asked for once more
+  std::optional<MacAddress> other_master;      ///< whose frames came in, by its source address as it came
+};
+
 class Survey {
  public:
   Survey(FramePort& port, Clock& clock) : link_(port, clock) {}
@@ -67,6 +75,9 @@ class Survey {
   /// Of all stations, by position.
   Result<std::vector<ErrorCounters>> error_counters();
   Result<std::vector<DcStatus>> dc_status();
+  /// Sends `frames` reads of all AL states, and where a mailbox is open some of 1000h; nothing is changed. With them,
+  /// every frame of this survey is counted. Bounded: 20 ms for a frame that is lost.
+  Result<WireCheck> check_wire(int frames);
   /// Emergencies that came in while objects were read.
   std::vector<Emergency> take_emergencies(int position);
 

@@ -12,21 +12,6 @@ using config::PdoRow;
 using config::StationProfile;
 namespace cia = wire::cia402;
 
-struct Bits {
-  std::size_t bit = 0;
-  std::size_t bits = 0;
-};
-
-std::optional<Bits> find_bits(std::span<const PdoRow> pdos, ObjectAddress object) {
-  std::size_t bit = 0;
-  for (const auto& pdo : pdos)
-    for (const auto& entry : pdo.entries) {
-      if (entry.address == object) return Bits{bit, entry.bit_length};
-      bit += entry.bit_length;
-    }
-  return std::nullopt;
-}
-
 /// Finds an object's field; false when it is mapped so that the loop cannot use it.
 template <class T>
 bool find_field(const StationProfile& profile, std::span<const PdoRow> pdos, std::uint16_t index, int slot,
@@ -37,6 +22,8 @@ bool find_field(const StationProfile& profile, std::span<const PdoRow> pdos, std
   field.offset = static_cast<std::int16_t>(at->bit / 8);
   return true;
 }
+
+}  // namespace
 
 CodeMeaning meaning(const config::DriveErrorRow& row) {
   using enum config::DriveErrorKind;
@@ -51,13 +38,21 @@ CodeMeaning meaning(const config::DriveErrorRow& row) {
   return {row.code, gantry::Fault::DriveFault, false};
 }
 
-}  // namespace
-
 std::size_t image_bytes(std::span<const PdoRow> pdos) {
   std::size_t bits = 0;
   for (const auto& pdo : pdos)
     for (const auto& entry : pdo.entries) bits += entry.bit_length;
   return (bits + 7) / 8;
+}
+
+std::optional<MappedBits> find_bits(std::span<const PdoRow> pdos, ObjectAddress object) {
+  std::size_t bit = 0;
+  for (const auto& pdo : pdos)
+    for (const auto& entry : pdo.entries) {
+      if (entry.address == object) return MappedBits{bit, entry.bit_length};
+      bit += entry.bit_length;
+    }
+  return std::nullopt;
 }
 
 std::optional<std::size_t> find_mapped(std::span<const PdoRow> pdos, ObjectAddress object) {

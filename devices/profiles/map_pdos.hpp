@@ -15,8 +15,17 @@ namespace gantry::devices {
 /// Bytes that PDOs fill in the image, the last one padded.
 std::size_t image_bytes(std::span<const config::PdoRow> pdos);
 
+struct MappedBits {
+  std::size_t bit = 0, bits = 0;
+};
+/// Where an object (address as on the wire) lies in the image; nothing when it is not mapped.
+std::optional<MappedBits> find_bits(std::span<const config::PdoRow> pdos, config::ObjectAddress object);
+
 /// First bit of an object (address as on the wire) in the image; nothing when it is not mapped.
 std::optional<std::size_t> find_mapped(std::span<const config::PdoRow> pdos, config::ObjectAddress object);
+
+/// Which of our faults a code of a drive becomes.
+CodeMeaning meaning(const config::DriveErrorRow& row);
 
 /// Where axis `slot` of a drive lives in its station's image, with the facts that the loop needs. Fault::Inconsistent
 /// when the station is no drive, or when 6040h or 6041h is missing, not on a whole byte or of another size.

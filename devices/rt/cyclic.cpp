@@ -10,12 +10,15 @@ using namespace wire;
 constexpr std::size_t kFramesLookedAt = 64;  // in one cycle: old and foreign frames must not hold the loop
 constexpr int kSinglyCycles = 100;           // after the last wrong working counter
 constexpr std::size_t kAlStatusBytes = 6;    // 0130h with the code in 0134h
+constexpr std::uint64_t kSomebody = 1;       // in front of a source address: there was one
 
 }  // namespace
 
 Cyclic::Cyclic(const CyclicLayout& layout, std::span<const std::byte> outputs, std::span<std::byte> inputs) noexcept
     : layout_(layout), outputs_(outputs), inputs_(inputs), dc_time_(layout.dc_time_ns) {
   layout_.stations = layout_.stations.first(std::min(layout_.stations.size(), kMaxCyclicStations));
+  for (Frame& frame : frames_) frame.set_source(layout.source);
+  spare_.set_source(layout.source);
   plan(together_, CyclicLayout::kMaxBytes);
   plan(singly_, 0);
   fresh_.set();
@@ -179,12 +182,29 @@ bool Cyclic::take(std::span<const std::byte> received) noexcept {
     }
   }
   if (late && !duplicate) duplicate = was_answered(received);
+  if (!untouched && !duplicate && !malformed && !late) note_sender(received);
   ++(untouched   ? counts_.untouched
      : duplicate ? counts_.duplicate
      : malformed ? counts_.malformed
      : late      ? counts_.late
                  : counts_.foreign);
   return false;
+}
+
+void Cyclic::note_sender(std::span<const std::byte> received) noexcept {
+  const auto sender = sender_of(received);
+  if (!sender) return;
+  std::uint64_t address = kSomebody;
+  for (const std::byte b : *sender) address = address << 8 | std::to_integer<std::uint64_t>(b);
+  other_master_.store(address, std::memory_order_relaxed);
+}
+
+std::optional<MacAddress> Cyclic::other_master() const noexcept {
+  std::uint64_t address = other_master_.load(std::memory_order_relaxed);
+  if (address == 0) return std::nullopt;
+  MacAddress sender{};
+  for (std::size_t i = sender.size(); i-- > 0; address >>= 8) sender[i] = static_cast<std::byte>(address & 0xFF);
+  return sender;
 }
 
 /// Whether it is a copy of a frame of the last cycles whose answer was taken then. The first two index fields of a

@@ -15,6 +15,7 @@
 #include <bit>
 #include <bitset>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "core/rt/fixed_vector.hpp"
@@ -51,6 +52,7 @@ struct CyclicLayout {
   std::uint64_t dc_time_ns = 0;             ///< of the reference clock, about now
   std::uint16_t stations_on_bus = 0;        ///< expected of the BRD
   bool roll = true;                         ///< look at one station a cycle
+  SourceAddress source = kUsualSource;      ///< of its frames
   /// Data bytes of one LRW.
   static constexpr std::size_t kMaxBytes = 1380;
 };
@@ -86,6 +88,8 @@ class Cyclic {
   /// Any thread, without a lock. Each figure is right by itself; while the loop runs, two of them may be of cycles that
   /// follow each other.
   [[nodiscard]] CyclicCounts counters() const noexcept;
+  /// Another master whose frames came in, the last one, by its source address as it came. Any thread.
+  [[nodiscard]] std::optional<MacAddress> other_master() const noexcept;
   /// For the run thread. False when it was not looked at yet.
   bool health(std::size_t station, StationHealth& out) const noexcept { return published_[station].load(out); }
   /// The same as fresh(), for the run thread, with the number of cycles so far.
@@ -114,6 +118,7 @@ class Cyclic {
   [[nodiscard]] bool open_frame() noexcept;
   void fill(const Part& part, std::span<const std::byte> outputs, std::span<std::byte> data) const noexcept;
   [[nodiscard]] bool take(std::span<const std::byte> received) noexcept;
+  void note_sender(std::span<const std::byte> received) noexcept;
   [[nodiscard]] bool was_answered(std::span<const std::byte> received) const noexcept;
   void end_cycle() noexcept;
   [[nodiscard]] Exchange judge() noexcept;
@@ -157,6 +162,7 @@ class Cyclic {
   CyclicCounts counts_;
   using CountWords = std::array<std::uint64_t, sizeof(CyclicCounts) / sizeof(std::uint64_t)>;
   std::array<std::atomic<std::uint64_t>, std::tuple_size_v<CountWords>> published_counts_{};
+  std::atomic<std::uint64_t> other_master_{0};  ///< its address, and above it whether there was one
 };
 
 }  // namespace gantry::devices

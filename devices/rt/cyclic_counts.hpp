@@ -1,4 +1,4 @@
-// What became of the cyclic frames, each counted as what it was.
+// What became of frames, each counted as what it was: those of the cycles, or of a Link that sends by itself.
 #pragma once
 #include <cstdint>
 
@@ -9,7 +9,7 @@ struct CyclicCounts {
   // Frames that were sent.
   std::uint64_t sent = 0;
   std::uint64_t not_sent = 0;  ///< refused by the port (no link, its queue is full)
-  std::uint64_t lost = 0;      ///< did not come back within their cycle, or were not sent
+  std::uint64_t lost = 0;      ///< did not come back in time, or were not sent
   // Frames that came in and were no answer.
   std::uint64_t late = 0;  ///< of an earlier cycle, where it counts as lost; or sent by somebody else for this master
   std::uint64_t duplicate = 0;  ///< a further copy of an answer that was taken already

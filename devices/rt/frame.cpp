@@ -7,9 +7,6 @@ namespace {
 
 using namespace wire;
 
-// Source address of our frames; the last byte is the port. Bit 1 of the first byte stays clear: stations set it.
-constexpr std::array<std::byte, 6> kSource{std::byte{0x10}, std::byte{0x67}, std::byte{0x61},
-                                           std::byte{0x6E}, std::byte{0x74}, std::byte{0x00}};
 constexpr std::size_t kSourceOffset = 6, kEtherTypeOffset = 12;
 
 /// Spreads every bit of the sequence over all of the word (the finaliser of splitmix64, Steele et al. 2014).
@@ -37,8 +34,8 @@ bool same_target(const DatagramHeader& sent, const DatagramHeader& got) noexcept
 
 void Frame::start(std::uint32_t sequence, PortIndex port) noexcept {
   std::fill_n(buffer_.begin(), kSourceOffset, std::byte{0xFF});  // to everybody
-  std::copy(kSource.begin(), kSource.end(), buffer_.begin() + kSourceOffset);
-  buffer_[kSourceOffset + 5] = static_cast<std::byte>(port);
+  std::copy(source_.begin(), source_.end(), buffer_.begin() + kSourceOffset);
+  buffer_[kSourceOffset + source_.size()] = static_cast<std::byte>(port);
   buffer_[kEtherTypeOffset] = static_cast<std::byte>(kEtherType >> 8);
   buffer_[kEtherTypeOffset + 1] = static_cast<std::byte>(kEtherType & 0xFF);
   std::fill_n(buffer_.begin() + kEthernetHeader, kMinEthernetFrame - kEthernetHeader, std::byte{0});
@@ -104,6 +101,15 @@ std::span<const std::byte> Reply::data(SlotIndex slot) const noexcept {
 
 std::uint16_t Reply::working_counter(SlotIndex slot) const noexcept {
   return get_le<std::uint16_t>(bytes_, slots_[slot].end() - kWorkingCounter);
+}
+
+std::optional<MacAddress> sender_of(std::span<const std::byte> received) noexcept {
+  if (received.size() < kEthernetHeader || received[kEtherTypeOffset] != static_cast<std::byte>(kEtherType >> 8) ||
+      received[kEtherTypeOffset + 1] != static_cast<std::byte>(kEtherType & 0xFF))
+    return std::nullopt;
+  MacAddress sender{};
+  std::copy_n(received.begin() + kSourceOffset, sender.size(), sender.begin());
+  return sender;
 }
 
 Match match(const Frame& sent, std::span<const std::byte> received, Reply& reply) noexcept {

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "core/rt/fixed_vector.hpp"
@@ -35,6 +36,8 @@ class Frame {
   /// so that a reply that is 256 frames late is not mistaken for the present one; those of the next ones are scrambled
   /// of all of it, so that a changed bit does not make one frame look like another.
   void start(std::uint32_t sequence, PortIndex port = PortIndex::Primary) noexcept;
+  /// Of the frames that are started from now on.
+  void set_source(const SourceAddress& source) noexcept { source_ = source; }
 
   /// Appends a datagram with zeroed data; kNoSlot when the frame is full. `address`: see wire::DatagramHeader.
   SlotIndex add(wire::Command command, std::uint32_t address, std::size_t length) noexcept;
@@ -54,6 +57,7 @@ class Frame {
 
  private:
   std::array<std::byte, kMaxFrameBytes> buffer_{};
+  SourceAddress source_ = kUsualSource;
   std::size_t size_ = wire::kFrameHeader;
   std::uint32_t sequence_ = 0;
   std::uint64_t scrambled_ = 0;
@@ -79,6 +83,10 @@ class Reply {
   std::span<const std::byte> bytes_;
   std::span<const Slot> slots_;
 };
+
+/// Who has sent an EtherCAT frame, as its source address came in (stations set bit 1 of the first byte). Nothing where
+/// it is no EtherCAT frame.
+std::optional<MacAddress> sender_of(std::span<const std::byte> received) noexcept;
 
 /// Judges what came in against what was sent. `reply` is filled in when the answer is Match::Ours or Unprocessed.
 Match match(const Frame& sent, std::span<const std::byte> received, Reply& reply) noexcept;

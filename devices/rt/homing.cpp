@@ -1,6 +1,7 @@
 #include "devices/rt/homing.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 namespace gantry::devices {
@@ -31,7 +32,7 @@ void HomingRun::cancel(Fault why) noexcept {
   if (phase_ == Phase::Done) fault_ = why, enter(Phase::Failed);
   if (!busy()) return;
   if (fault_ == Fault::None) fault_ = why;
-  if (phase_ != Phase::LeaveMode) enter(Phase::Settle);
+  if (phase_ != Phase::LeaveMode) enter(phase_ == Phase::LeadOff ? Phase::LeaveMode : Phase::Settle);
 }
 
 bool HomingRun::stands(const Feedback& f) noexcept {
@@ -45,7 +46,8 @@ void HomingRun::watch_search(const Feedback& f) noexcept {
   if (seen_undone_ && (f.statusword & kHomingError) != 0) return cancel(Fault::HomingFailed);
   if (const Fault seen = guard_.look(f, unseen_); seen != Fault::None) return cancel(seen);
   if (seen_undone_ && done_bits(f)) {
-    if (!guard_.found_switch()) return cancel(Fault::HomingFailed);
+    if (!guard_.found_switch() && !at_the_edge()) return cancel(Fault::HomingFailed);
+    led_off_ = !guard_.found_switch();
     return enter(Phase::Settle);
   }
   // The drive sets its counter anew at the home edge, perhaps before it shows "done": that jump is no travel.
@@ -59,6 +61,31 @@ void HomingRun::watch_search(const Feedback& f) noexcept {
   if (std::abs(f.counts.value - start_.value) > limits_.travel_counts) cancel(Fault::HomingTimeout);
 }
 
+/// Its switch was not seen, but the way was so short that it may have been closed between two frames alone.
+bool HomingRun::at_the_edge() const noexcept {
+  constexpr double kNear = 10;  // cycles of travel
+  return !led_off_ && limits_.rules.toward != 0 &&
+         static_cast<double>(std::abs(moved_)) <= kNear * limits_.rules.counts_per_cycle;
+}
+
+void HomingRun::lead_off(const Feedback& f) noexcept {
+  constexpr double kWay = 2, kCycles = 32;  // cycles of travel, in so many
+  const double all = kWay * limits_.rules.counts_per_cycle;
+  if (static_cast<double>(led_) < all) {
+    const std::int64_t step = std::max<std::int64_t>(1, std::llround(all / kCycles));  // targets are whole counts
+    led_ += step;
+    lead_step_ = static_cast<int>(-limits_.rules.toward * step);
+    moved_ += lead_step_;
+    still_ = 0;
+    return;
+  }
+  if (!stands(f) && in_phase_ < phase_cycles_) return;
+  guard_ = HomingGuard(limits_.rules, f);
+  seen_undone_ = false;
+  start_ = last_ = f.counts;
+  enter(Phase::EnterMode);
+}
+
 DriveCommand HomingRun::step(const Feedback& f, std::int64_t elapsed) noexcept {
   DriveCommand command{.goal = DriveGoal::Enabled, .mode = kHoming, .target = f.position};
   ++cycles_;
@@ -68,6 +95,7 @@ DriveCommand HomingRun::step(const Feedback& f, std::int64_t elapsed) noexcept {
     if (fault_ == Fault::None) fault_ = f.fault != Fault::None ? f.fault : Fault::HomingFailed;
     enter(Phase::Failed);
   }
+  lead_step_ = 0;
   const bool in_mode = f.mode == kHoming;
   if (f.fresh && in_mode && !done_bits(f) && (f.statusword & kHomingError) == 0) seen_undone_ = true;
   switch (phase_) {
@@ -88,10 +116,11 @@ DriveCommand HomingRun::step(const Feedback& f, std::int64_t elapsed) noexcept {
       break;
     case Phase::LeaveMode:
       if (f.takes_targets)
-        enter(fault_ == Fault::None ? Phase::Done : Phase::Failed);
+        enter(fault_ != Fault::None ? Phase::Failed : led_off_ ? Phase::LeadOff : Phase::Done);
       else if (in_phase_ > phase_cycles_)
         fault_ = Fault::WrongMode, enter(Phase::Failed);
       break;
+    case Phase::LeadOff: lead_off(f); break;
     case Phase::Idle:
     case Phase::Done:
     case Phase::Failed: break;

@@ -5,7 +5,8 @@
 //   drive.write(outputs, run.step(drive.feedback()));           // every cycle while run.busy()
 //   if (run.phase() == HomingRun::Phase::Done) drive.set_reference(home_offset, axis.homing->position);
 // Done means bits 10 and 12 (an idle AMD530B sets bit 10 alone, manual 6.2); bit 13 is an error. Both must be seen to
-// be new: bits of an earlier homing do not count.
+// be new: bits of an earlier homing do not count. An axis that stood at the edge of its switch may be done before any
+// frame has shown the switch: it is led off a little (lead_step) and homed once more.
 // Pure state; lives in the RT loop.
 #pragma once
 #include <cstdint>
@@ -32,6 +33,7 @@ class HomingRun {
     Search,     ///< start bit set
     Settle,     ///< start bit cleared, until it stands
     LeaveMode,  ///< until the drive shows CSP again
+    LeadOff,    ///< a little way back from its switch, by targets; then it is searched once more
     Done,
     Failed,  ///< fault(): HomingFailed, HomingTimeout, HomingWrongLimit, HomingTooFast, or the drive's own
   };
@@ -48,12 +50,16 @@ class HomingRun {
   }
   /// Counts of the search so far. That the drive sets its counter anew at the edge is no motion.
   [[nodiscard]] std::int64_t moved() const noexcept { return moved_; }
+  /// While it leads off: counts by which the target moves in this cycle.
+  [[nodiscard]] int lead_step() const noexcept { return lead_step_; }
   [[nodiscard]] Phase phase() const noexcept { return phase_; }
   [[nodiscard]] Fault fault() const noexcept { return fault_; }
 
  private:
   void enter(Phase phase) noexcept { phase_ = phase, in_phase_ = 0; }
   void watch_search(const Feedback& f) noexcept;
+  [[nodiscard]] bool at_the_edge() const noexcept;
+  void lead_off(const Feedback& f) noexcept;
   [[nodiscard]] bool stands(const Feedback& f) noexcept;
 
   Phase phase_ = Phase::Idle;
@@ -64,7 +70,10 @@ class HomingRun {
   std::int64_t moved_ = 0, unseen_ = 0;  ///< cycles since the last that was heard of
   std::int64_t phase_cycles_ = 1000, stands_cycles_ = 20;
   std::int64_t cycles_ = 0, in_phase_ = 0;
-  int still_ = 0;             ///< cycles without a count of motion
+  int still_ = 0;         ///< cycles without a count of motion
+  bool led_off_ = false;  ///< it is to be led off, or was, and is searched for once more
+  std::int64_t led_ = 0;  ///< counts
+  int lead_step_ = 0;
   bool seen_undone_ = false;  ///< neither "done" nor "error" was seen, in mode 6: what comes now is of this run
 };
 

@@ -1,7 +1,8 @@
 #include "devices/rt/homing_guard.hpp"
 
-#include <array>
 #include <cmath>
+
+#include "config/homing_method.hpp"
 
 namespace gantry::devices {
 namespace {
@@ -13,18 +14,15 @@ constexpr double kSlackCounts = 20;  // in a window: of a motor that is held
 constexpr double kCounterSet = 10;   // cycles of travel in one: the counter was set anew, or frames were lost
 constexpr int kSets = 3;             // of these in a window: it really goes that fast
 
-struct Row {
-  int first, last;
-  std::uint8_t may_meet, reference;
-};
-// IEC 61800-7-201, 10.4: 1, 2 and 17, 18 look for a limit, 3 to 6 and 19 to 22 for the home switch from the side where
-// it stands, 7 to 14 and 23 to 30 for the home switch with a limit to turn round at.
-constexpr std::array kMethods{
-    Row{1, 1, kSwitchNeg, kSwitchNeg},    Row{2, 2, kSwitchPos, kSwitchPos},    Row{3, 6, 0, kSwitchHome},
-    Row{7, 10, kSwitchPos, kSwitchHome},  Row{11, 14, kSwitchNeg, kSwitchHome}, Row{17, 17, kSwitchNeg, kSwitchNeg},
-    Row{18, 18, kSwitchPos, kSwitchPos},  Row{19, 22, 0, kSwitchHome},          Row{23, 26, kSwitchPos, kSwitchHome},
-    Row{27, 30, kSwitchNeg, kSwitchHome},
-};
+constexpr std::uint8_t bit(config::HomingSwitch s) noexcept {
+  switch (s) {
+    case config::HomingSwitch::NegativeLimit: return kSwitchNeg;
+    case config::HomingSwitch::PositiveLimit: return kSwitchPos;
+    case config::HomingSwitch::Home: return kSwitchHome;
+    case config::HomingSwitch::None: break;
+  }
+  return 0;
+}
 
 std::uint8_t closed(const Feedback& f) noexcept {
   return static_cast<std::uint8_t>((f.neg_limit ? kSwitchNeg : 0) | (f.pos_limit ? kSwitchPos : 0) |
@@ -33,10 +31,9 @@ std::uint8_t closed(const Feedback& f) noexcept {
 
 }  // namespace
 
-HomingRules homing_rules(int method) noexcept {
-  for (const Row& row : kMethods)
-    if (method >= row.first && method <= row.last) return {.may_meet = row.may_meet, .reference = row.reference};
-  return {};
+HomingRules homing_rules(int number) noexcept {
+  const config::HomingMethod method = config::homing_method(number);
+  return {.may_meet = bit(method.turns_at), .reference = bit(method.looks_for), .toward = method.toward};
 }
 
 HomingGuard::HomingGuard(const HomingRules& rules, const Feedback& f) noexcept

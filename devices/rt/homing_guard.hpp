@@ -18,6 +18,7 @@ struct HomingRules {
   std::uint8_t known = 0;       ///< switches that the drive shows in 60FDh
   std::uint8_t may_meet = 0;    ///< limits on the method's way
   std::uint8_t reference = 0;   ///< what the method looks for; 0: homes where it stands, or at the index pulse
+  int toward = 0;               ///< where it looks for that from afar, in the drive's own counter: +1, -1; 0: nowhere
   double counts_per_cycle = 0;  ///< at the faster of its speeds; 0: not watched
 };
 /// Of the methods 1 to 37 of 6098h; `known` and `counts_per_cycle` are the caller's to set.

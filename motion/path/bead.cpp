@@ -3,14 +3,26 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <string>
 
-#include "motion/path/blend.hpp"
 #include "motion/path/moves.hpp"
-#include "motion/path/speeds.hpp"
+#include "motion/path/path_planner.hpp"
+#include "motion/path/rejoin.hpp"
+#include "motion/path/run.hpp"
+#include "motion/profile/line_bounds.hpp"
 
 namespace gantry::motion {
 namespace {
+
+/// What beads leave of the axis limits: a stop that begins where the plan uses them fully needs some of both.
+constexpr double kUseA = 0.97, kUseJ = 0.92;
+/// Shares of the tolerance that are tried one after the other where no speed is found; without any, corners are rests.
+constexpr double kShares[] = {1, 0.7, 0.4, 0.15};
+/// A rounded path stays within a tolerance of its polyline; the corner itself is up to sqrt(2) as far from the path.
+constexpr double kOfCorner = std::numbers::sqrt2 / 2;
+/// What is left of a bead that was cut in a bend is played so much slower, where no run-up leads to it else.
+constexpr double kSlower = 1.02, kSlowest = 1.045;
 
 /// A straight stretch between two points of the polyline.
 struct Leg {
@@ -19,22 +31,24 @@ struct Leg {
   double length = 0;
 };
 
-enum class Corner { Straight, Stop, Blend };
-
-/// What turns more than this (|d1 + d2| falls below) is a reversal: a blend would hardly move there.
-constexpr double kReversal = 0.5;
-
 std::string number(double x) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", x);
   return text;
 }
 
+bool straight_on(const Limits& limits, const Leg& a, const Leg& b) {
+  for (std::size_t i = 0; i < limits.axes; ++i)
+    if (std::abs(b.direction[i] - a.direction[i]) >= 1e-9) return false;
+  return true;
+}
+
+/// Legs of the polyline; what goes straight on is one.
 Result<std::vector<Leg>> legs_of(const Limits& limits, const std::vector<AxisVec>& points) {
   std::vector<Leg> legs;
+  AxisVec from = points.empty() ? AxisVec{} : points.front();
   for (std::size_t k = 1; k < points.size(); ++k) {
-    Leg leg{points[k - 1], points[k], {}, 0};
-    if (!legs.empty()) leg.from = legs.back().to;
+    Leg leg{from, points[k], {}, 0};
     double linear = 0, rotary = 0;
     for (std::size_t i = 0; i < limits.axes; ++i) {
       const double displacement = leg.to[i] - leg.from[i];
@@ -49,93 +63,113 @@ Result<std::vector<Leg>> legs_of(const Limits& limits, const std::vector<AxisVec
       continue;  // the same point twice
     }
     for (std::size_t i = 0; i < limits.axes; ++i) leg.direction[i] = (leg.to[i] - leg.from[i]) / leg.length;
-    legs.push_back(leg);
+    from = leg.to;
+    if (!legs.empty() && straight_on(limits, legs.back(), leg)) {
+      Leg& line = legs.back();
+      line.to = leg.to;
+      line.length += leg.length;
+      for (std::size_t i = 0; i < limits.axes; ++i) line.direction[i] = (line.to[i] - line.from[i]) / line.length;
+    } else {
+      legs.push_back(leg);
+    }
   }
   if (legs.empty()) return fail(Fault::NoSolution, "a bead needs at least two different points");
   return legs;
 }
 
-Corner corner_between(const Limits& limits, const Leg& a, const Leg& b, double tolerance_mm) {
-  double change = 0, along = 0;
-  for (std::size_t i = 0; i < limits.axes; ++i) {
-    change = std::max(change, std::abs(b.direction[i] - a.direction[i]));
-    const double sum = a.direction[i] + b.direction[i];
-    if (limits.linear[i]) along += sum * sum;
-  }
-  if (change < 1e-9) return Corner::Straight;
-  return tolerance_mm > 0 && std::sqrt(along) > kReversal ? Corner::Blend : Corner::Stop;
+Limits with_reserve(Limits limits) {
+  for (AxisLimits& axis : limits.axis) axis.a_max *= kUseA, axis.j_max *= kUseJ;
+  return limits;
 }
 
-AxisVec along(const AxisVec& q, const AxisVec& direction, double s) {
-  AxisVec out = q;
-  for (std::size_t i = 0; i < kMaxAxes; ++i) out[i] += direction[i] * s;
+/// Straight legs with a rest in each corner. The first begins, and the last ends, as fast as it can.
+std::vector<Run> resting_runs(const Limits& limits, const Measure& measure, const std::vector<Leg>& legs,
+                              double v_set) {
+  constexpr double kFit = 1 - 1e-9;  // the motion between extreme speeds exists beyond rounding
+  std::vector<Run> runs;
+  for (const Leg& leg : legs) {
+    Run& run = runs.emplace_back();
+    run.curve = straight_curve(measure, leg.from, leg.to);
+    run.curve.rest_after = true;
+    Bounds bounds = line_bounds(limits, leg.direction);
+    bounds.v = std::min(bounds.v, v_set);
+    const double fastest = speed_over_length(0, leg.length * kFit, bounds);
+    if (runs.size() == 1) run.v0 = fastest;
+    if (runs.size() == legs.size()) run.v1 = fastest, run.curve.rest_after = false;
+  }
+  speed_up_lines(runs, limits, v_set);
+  return runs;
+}
+
+/// The bead itself at full speed inside the tolerance, as if it came from a run-up. Empty: no speed was found.
+std::vector<Run> rounded_runs(const Limits& limits, const Measure& measure, const std::vector<AxisVec>& points,
+                              double tolerance_mm, double v_set) {
+  PathPlanner planner(limits, {.tolerance_mm = tolerance_mm, .speed_mm_s = v_set, .whole_ticks = false, .leads = true});
+  Stretch all, part;
+  const auto gather = [&] {
+    while (planner.take(part)) {
+      for (TimePiece& p : part.pieces) p.s += all.length_mm;
+      all.curves.insert(all.curves.end(), part.curves.begin(), part.curves.end());
+      all.pieces.insert(all.pieces.end(), part.pieces.begin(), part.pieces.end());
+      all.length_mm += part.length_mm;
+    }
+  };
+  for (const AxisVec& p : points) {
+    if (!planner.add(p)) return {};
+    gather();
+  }
+  if (!planner.finish()) return {};
+  gather();
+  // Where the bead begins and ends, a curve does: lines that go on through there are cut again.
+  return runs_between(measure, all, planner.lead_in_mm(), all.length_mm - planner.lead_out_mm());
+}
+
+bool all_there(const std::vector<Run>& runs) {
+  return !runs.empty() && std::none_of(runs.begin(), runs.end(), [](const Run& r) { return r.phases.empty(); });
+}
+
+Result<std::vector<Run>> runs_of_bead(const Limits& limits, const Measure& measure, const std::vector<Leg>& legs,
+                                      const BeadSpec& spec) {
+  if (legs.size() > 1 && spec.corner_tolerance_mm > 0)
+    for (const double share : kShares) {
+      std::vector<Run> runs =
+          rounded_runs(limits, measure, spec.points, share * kOfCorner * spec.corner_tolerance_mm, spec.speed_mm_s);
+      if (!all_there(runs)) continue;
+      for (const Run& run : runs)
+        if (!run.curve.straight && 3 * moving_axes(run.curve) > kCoefficients)
+          return fail(Fault::NoSolution, "a bead moves more than " + std::to_string(kCoefficients / 3) +
+                                             " axes through a rounded corner; give it no corner tolerance");
+      speed_up_lines(runs, limits, spec.speed_mm_s);
+      return runs;
+    }
+  std::vector<Run> runs = resting_runs(limits, measure, legs, spec.speed_mm_s);
+  if (!all_there(runs)) return fail(Fault::NoSolution, "a leg of a bead is too short to be planned");
+  return runs;
+}
+
+/// From rest to the state at a bead's start, or from its end to rest; in whole ticks, of which a part is a standstill.
+Profile ramp(const State& from, const State& to, const Bounds& bounds, double tick_s) {
+  Profile p = change_speed(from, to.v, bounds, to.a).profile;
+  const double seconds = duration(p), stands = whole_ticks(seconds, tick_s) - seconds;
+  if (!(stands > 0)) return p;
+  Profile out{from, {}};
+  if (from.v == 0) out.phases.push_back({stands, 0});
+  for (const Phase& phase : p.phases) out.phases.push_back(phase);
+  if (to.v == 0) out.phases.push_back({stands, 0});
   return out;
 }
 
-Geometry line(const AxisVec& from, const AxisVec& direction, double length) {
-  Geometry g;
-  g.length = length;
-  g.degree = 1;
-  g.c[0] = from;
-  for (std::size_t i = 0; i < kMaxAxes; ++i) g.c[1][i] = direction[i] * length;
-  return g;
+Result<std::vector<Run>> run_up_onto(const std::vector<Run>& runs, const Limits& limits, const Measure& measure,
+                                     const Lift& lift) {
+  const Run& first = runs.front();
+  return run_up_from_above(limits, measure, {jet(first.curve, first.begin, kMaxAxes), first.v0, first.a0}, lift);
 }
 
-/// The polyline with its corners blended or marked as stops.
-std::vector<Piece> pieces_of(const Limits& limits, const std::vector<Leg>& legs, const BeadSpec& spec) {
-  const std::size_t n = legs.size();
-  std::vector<Corner> corner(n, Corner::Stop);  // [k]: at the end of leg k
-  for (std::size_t k = 0; k + 1 < n; ++k)
-    corner[k] = corner_between(limits, legs[k], legs[k + 1], spec.corner_tolerance_mm);
-  const auto blended = [&](std::size_t k) { return k + 1 < n && corner[k] == Corner::Blend; };
-  const auto share = [&](std::size_t k) {  // of leg k that one of its corners may take
-    return k > 0 && blended(k - 1) && blended(k) ? legs[k].length / 2 : legs[k].length;
-  };
-
-  std::vector<Piece> pieces;
-  double begin = 0;  // of the current leg: where the last blend has ended
-  for (std::size_t k = 0; k < n; ++k) {
-    const Leg& leg = legs[k];
-    double d = 0;
-    if (blended(k))
-      d = std::min({blend_reach(limits, leg.direction, legs[k + 1].direction, spec.corner_tolerance_mm), share(k),
-                    share(k + 1)});
-    const double length = leg.length - d - begin;
-    if (length > 1e-12)
-      pieces.push_back({line(along(leg.from, leg.direction, begin), leg.direction, length),
-                        line_bounds(limits, leg.direction), spec.speed_mm_s, false});
-    if (blended(k))
-      pieces.push_back({blend(leg.to, leg.direction, legs[k + 1].direction, d),
-                        blend_bounds(limits, leg.direction, legs[k + 1].direction, d, spec.speed_mm_s), spec.speed_mm_s,
-                        false});
-    else if (k + 1 < n && corner[k] == Corner::Stop)
-      pieces.back().stop_after = true;
-    begin = d;
-  }
-  return pieces;
-}
-
-Segment segment_of(const Piece& piece, const Profile& profile, double v_cap, double v_exit, const BeadSpec& spec) {
-  Segment s;
-  s.block = spec.block;
-  s.feature = spec.feature;
-  s.geometry = piece.geometry;
-  s.nominal = nominal(profile);
-  s.v_cap = v_cap;
-  s.v_max = piece.bounds.v, s.a_max = piece.bounds.a, s.j_max = piece.bounds.j;
-  s.v_exit = v_exit;
-  return s;
-}
-
-/// A ramp between rest and v in whole ticks. It is symmetric: its length is v/2 times its duration, whatever it is.
-Profile ramp(double v_from, double v_to, const Bounds& bounds, double tick_s) {
-  Profile p = change_speed({0, v_from, 0}, v_to, bounds).profile;
-  const double seconds = duration(p), factor = whole_ticks(seconds, tick_s) / seconds;
-  for (Phase& phase : p.phases) {  // longer at the same speeds: jerk falls with the square
-    phase.duration_s *= factor;
-    phase.jerk /= factor * factor;
-  }
-  return p;
+/// A little slower, so that they take whole ticks; run-up and run-out stand for a part of one. The factor of time.
+double to_whole_ticks(std::vector<Run>& runs, double tick_s) {
+  const double seconds = duration(runs), factor = whole_ticks(seconds, tick_s) / seconds;
+  slow_down(runs, factor);
+  return factor;
 }
 
 Result<void> room_for(const Limits& limits, const AxisVec& q, const char* what, double length, double speed) {
@@ -160,54 +194,66 @@ Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
       return fail(Fault::OutOfReach, "point " + std::to_string(k + 1) + " of a bead lies outside the soft limits");
   const Result<std::vector<Leg>> legs = legs_of(limits, spec.points);
   if (!legs) return tl::unexpected(legs.error());
+  const Measure measure = measure_of(limits, {.tolerance_mm = spec.corner_tolerance_mm});
+  const Limits own = with_reserve(limits);
+  Result<std::vector<Run>> runs = runs_of_bead(own, measure, *legs, spec);
+  if (!runs) return tl::unexpected(runs.error());
 
-  const std::vector<Piece> pieces = pieces_of(limits, *legs, spec);
-  const std::vector<double> v = boundary_speeds(pieces, kNoCap, kNoCap);
-  std::vector<Profile> profiles;
   BeadMotion bead;
-  double seconds = 0;
-  for (std::size_t k = 0; k < pieces.size(); ++k) {
-    profiles.push_back(piece_profile(pieces[k], v[k], v[k + 1]));
-    seconds += duration(profiles.back());
-    bead.bead_length_mm += pieces[k].geometry.length;
+  double factor = to_whole_ticks(*runs, limits.tick_s);
+  std::vector<Run> run_up;
+  if (spec.begin_mm > 0) {
+    *runs = runs_from(measure, *runs, own, spec.speed_mm_s / factor, spec.begin_mm);
+    if (runs->empty()) return fail(Fault::NoSolution, "nothing of the bead is left");
+    factor *= to_whole_ticks(*runs, limits.tick_s);
+    auto from_above = run_up_onto(*runs, own, measure, {spec.lift_axis, spec.lift_mm});
+    for (double slower = kSlower; !from_above && slower <= kSlowest; slower *= kSlower) {
+      slow_down(*runs, kSlower);
+      factor *= kSlower * to_whole_ticks(*runs, limits.tick_s);
+      from_above = run_up_onto(*runs, own, measure, {spec.lift_axis, spec.lift_mm});
+    }
+    if (!from_above) from_above = run_up_onto(*runs, limits, measure, {spec.lift_axis, spec.lift_mm});
+    if (!from_above) return tl::unexpected(from_above.error());
+    run_up = *std::move(from_above);
   }
-  // A little slower, so that the bead takes whole ticks; run-up and run-out then choose their length so that they do.
-  bead.bead_seconds = whole_ticks(seconds, limits.tick_s);
-  const double factor = bead.bead_seconds / seconds;
-  const double v_cap = spec.speed_mm_s / factor;
+  bead.bead_seconds = duration(*runs);
+  for (const Run& run : *runs) bead.bead_length_mm += run.curve.length - run.begin;
 
-  const auto ramp_piece = [&](const Leg& leg, const Profile& p, bool up) {
-    const double length = end_state(p).p;
-    const AxisVec& from = up ? along(leg.from, leg.direction, -length) : leg.to;
-    return Piece{line(from, leg.direction, length), line_bounds(limits, leg.direction), v_cap, !up};
-  };
-  const Leg &first = legs->front(), &last = legs->back();
-  const Profile up = ramp(0, v.front() / factor, line_bounds(limits, first.direction), limits.tick_s);
-  const Profile down = ramp(v.back() / factor, 0, line_bounds(limits, last.direction), limits.tick_s);
-  const Piece run_up = ramp_piece(first, up, true), run_out = ramp_piece(last, down, false);
-  bead.run_up_mm = run_up.geometry.length;
-  bead.run_out_mm = run_out.geometry.length;
-  bead.start = run_up.geometry.c[0];
-  bead.end = along(last.to, last.direction, bead.run_out_mm);
-  if (const auto ok = room_for(limits, bead.start, "run-up", bead.run_up_mm, v.front()); !ok)
+  const Run &first = runs->front(), &last = runs->back();
+  const CurveJet begin = jet(first.curve, first.begin, kMaxAxes), end = jet(last.curve, last.curve.length, limits.axes);
+  const Profile down = ramp({0, last.v1, last.a1}, {0, 0, 0}, line_bounds(own, end.d1), limits.tick_s);
+  if (run_up.empty()) {
+    const Profile up = ramp({0, 0, 0}, {0, first.v0, first.a0}, line_bounds(own, begin.d1), limits.tick_s);
+    run_up.push_back(straight_run(measure, begin.q, begin.d1, true, up));
+  }
+  Run run_out = straight_run(measure, end.q, end.d1, false, down);
+  run_out.curve.rest_after = true;
+  for (const Run& run : run_up) bead.run_up_mm += run.curve.length;
+  bead.run_out_mm = run_out.curve.length;
+  bead.start = run_up.front().curve.c[0];
+  bead.end = jet(run_out.curve, run_out.curve.length, kMaxAxes).q;
+  if (const auto ok = room_for(limits, bead.start, "run-up", bead.run_up_mm, first.v0); !ok)
     return tl::unexpected(ok.error());
-  if (const auto ok = room_for(limits, bead.end, "run-out", bead.run_out_mm, v.back()); !ok)
+  if (const auto ok = room_for(limits, bead.end, "run-out", bead.run_out_mm, last.v1); !ok)
     return tl::unexpected(ok.error());
 
-  bead.outline.push_back(bead.start);
-  bead.outline.insert(bead.outline.end(), spec.points.begin(), spec.points.end());
-  bead.outline.push_back(bead.end);
-  bead.corner_tolerance_mm = spec.corner_tolerance_mm;
-
-  bead.segments.push_back(segment_of(run_up, up, v_cap, v.front() / factor, spec));
-  for (std::size_t k = 0; k < pieces.size(); ++k)
-    bead.segments.push_back(segment_of(pieces[k], stretched(profiles[k], factor), v_cap, v[k + 1] / factor, spec));
+  Segment like;
+  like.block = spec.block, like.feature = spec.feature;
+  like.v_cap = spec.speed_mm_s / factor;
+  for (const Run& run : run_up) append_segments(run, like, bead.segments);
+  bead.bead_begin = bead.segments.size();
+  for (const Run& run : *runs) append_segments(run, like, bead.segments);
+  bead.bead_end = bead.segments.size();
+  append_segments(run_out, like, bead.segments);
   if (spec.valve != 0) {
-    bead.segments[1].events.push_back({0, spec.open_lead_s, spec.valve, spec.valve, true});
-    bead.segments.back().events.push_back(
-        {bead.segments.back().geometry.length, spec.close_lead_s, spec.valve, 0, false});
+    std::size_t opening = bead.bead_begin;
+    double at = spec.dry_mm;
+    for (; at > bead.segments[opening].geometry.length && opening + 1 < bead.bead_end; ++opening)
+      at -= bead.segments[opening].geometry.length;
+    bead.segments[opening].events.push_back({at, spec.open_lead_s, spec.valve, spec.valve, true});
+    Segment& closing = bead.segments[bead.bead_end - 1];
+    closing.events.push_back({closing.geometry.length, spec.close_lead_s, spec.valve, 0, false});
   }
-  bead.segments.push_back(segment_of(run_out, down, v_cap, 0, spec));
   return bead;
 }
 

@@ -1,5 +1,5 @@
-// A bead: from a polyline of axis vectors to segments with run-up, constant speed, blended corners, run-out and valve
-// events.
+// A bead: from a polyline of axis vectors to segments with run-up, the fastest speed up to the one that is set, corners
+// rounded inside the tolerance, run-out and valve events.
 //   auto b = plan_bead(limits, {.points = p, .speed_mm_s = 20, .corner_tolerance_mm = 0.1, ...});
 //   line_move(here -> b->start), then b->segments, and the tool rests at b->end
 // Start and end of the bead fall on ticks. Off the RT side.
@@ -17,6 +17,11 @@ struct BeadSpec {
   double corner_tolerance_mm = 0;  ///< how far a corner may be cut; 0: the tool stops in it
   std::uint32_t valve = 0;         ///< output bits that open the valve; 0: a dry bead
   double open_lead_s = 0, close_lead_s = 0;
+  /// Of a bead that was cut: so much of it lies already, in mm along its motion, and the run-up comes down onto it from
+  /// so far above on this axis.
+  double begin_mm = 0, lift_mm = 0;
+  double dry_mm = 0;  ///< so far from there the valve opens
+  std::size_t lift_axis = 0;
   std::uint32_t block = 0, feature = kTravel;
 };
 
@@ -24,12 +29,12 @@ struct BeadMotion {
   AxisVec start{};  ///< where the run-up starts, at rest
   AxisVec end{};    ///< where the run-out ends, at rest
   std::vector<Segment> segments;
-  std::vector<AxisVec> outline;    ///< start, the points, end: the segments follow it, and leave it only at corners ...
-  double corner_tolerance_mm = 0;  ///< ... by at most this
-  double bead_length_mm = 0, bead_seconds = 0, run_up_mm = 0, run_out_mm = 0;
+  std::size_t bead_begin = 0, bead_end = 0;  ///< those of the bead itself, between run-up and run-out
+  double bead_length_mm = 0, bead_seconds = 0, run_up_mm = 0, run_out_mm = 0;  ///< of what is left of it
 };
 
-/// Fault::NoSolution (fewer than two different points, a speed that is not > 0, rotary motion on the spot),
+/// Fault::NoSolution (fewer than two different points, a speed that is not > 0, rotary motion on the spot, more axes on
+/// a curve than a segment carries; nothing is left of it, or no way leads down onto what is),
 /// Fault::OutOfReach (a point outside the soft limits), Fault::SpeedNotReachable (run-up or run-out leave the soft
 /// limits: the message names the axis and how much room the speed needs).
 Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec);

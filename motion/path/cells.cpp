@@ -7,7 +7,9 @@
 namespace gantry::motion {
 namespace {
 
-constexpr double kCellSeconds = 0.003;  ///< duration of a cell, about
+constexpr double kCellSeconds = 0.003;                     ///< duration of a cell, about
+constexpr double kLongCellSeconds = 0.05, kGrowth = 1.25;  ///< where the speed surely stays, next to each other
+constexpr double kSurely = 1.3;  ///< times the speed that position allows, as soon as speeding up to it could be over
 
 /// A place on the path at which the speed is estimated.
 struct Mark {
@@ -51,7 +53,7 @@ double smooth_least(std::initializer_list<double> speeds) {
 }
 
 /// One interval between marks: lengths of cells from its slow side to its middle.
-void march(double half, double v_side, double v_cap, const Along& l, std::vector<double>& at) {
+void march(double half, double v_side, double v_cap, const Along& l, bool straight, std::vector<double>& at) {
   const auto speed = [&](double x) { return std::min(v_cap, grown(v_side, x, l)); };
   double x = 0;
   at.clear();
@@ -59,9 +61,14 @@ void march(double half, double v_side, double v_cap, const Along& l, std::vector
     const double first = l.j * kCellSeconds * kCellSeconds * kCellSeconds / 6;
     at.push_back(x = std::min(first, half / 20));
   }
+  double longer = 1;
   while (x < half) {
     double step = kCellSeconds * speed(x);
     step = kCellSeconds * speed(x + step / 2);
+    if (straight && grown(v_side, x, l) > kSurely * v_cap) {
+      longer = std::min(longer * kGrowth, kLongCellSeconds / kCellSeconds);
+      step *= longer;
+    }
     if (half - x <= 1.5 * step) break;
     at.push_back(x += step);
   }
@@ -130,8 +137,8 @@ CellGrid divide(std::span<const Curve> curves, const Limits& limits, double v_se
     const Curve& g = curves[marks[n].curve];
     const double h = length(n), begin = marks[n].s - h;
     const double v_left = n > 0 ? marks[n - 1].v : v0, v_right = marks[n].v;
-    march(h / 2, v_left, along[n].v, along[n], left);
-    march(h / 2, v_right, along[n].v, along[n], right);
+    march(h / 2, v_left, along[n].v, along[n], g.straight, left);
+    march(h / 2, v_right, along[n].v, along[n], g.straight, right);
     at = left;
     for (std::size_t i = right.size() - 1; i-- > 0;) at.push_back(h - right[i]);
     at.push_back(h);

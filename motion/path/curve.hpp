@@ -7,7 +7,7 @@
 #include <array>
 #include <vector>
 
-#include "motion/types.hpp"
+#include "motion/geometry.hpp"
 
 namespace gantry::motion {
 
@@ -28,9 +28,7 @@ struct Curve {
   bool rest_after = false;     ///< the tool has to stand at its end
 };
 
-struct CurveJet {
-  AxisVec q{}, d1{}, d2{}, d3{};  ///< point and derivatives by s
-};
+using CurveJet = GeometryJet;
 
 /// s in [0, length] of the piece; only the first `axes` axes are written.
 [[nodiscard]] CurveJet jet(const Curve& curve, double s, std::size_t axes) noexcept;

@@ -92,6 +92,8 @@ Inspection inspect(const Stretch& stretch, const Limits& limits, double v_set, c
     while (curve + 1 < stretch.curves.size() && middle > begin + stretch.curves[curve].length)
       begin += stretch.curves[curve++].length;
     double& piece = out.piece_share.emplace_back(0);
+    if (const double peak = p.j != 0 ? -x.a / p.j : 0; peak > 0 && peak < p.duration_s)
+      piece = std::max(piece, (x.v + peak * x.a / 2) / v_set);
     for (int n = 0; n <= kSamples; ++n) {
       const double t = p.duration_s * n / kSamples;
       const State y{x.p + t * (x.v + t * (x.a / 2 + t * p.j / 6)), x.v + t * (x.a + t * p.j / 2), x.a + t * p.j};

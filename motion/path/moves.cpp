@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "motion/path/speeds.hpp"
+#include "motion/geometry.hpp"
+#include "motion/profile/line_bounds.hpp"
+#include "motion/profile/speed_profile.hpp"
 
 namespace gantry::motion {
 
@@ -23,16 +25,13 @@ std::vector<Segment> line_move(const Limits& limits, const AxisVec& from, const 
 
   Segment s;
   s.feature = kTravel;
-  s.geometry.length = length;
-  s.geometry.degree = 1;
-  s.geometry.c[0] = from;
-  s.geometry.c[1] = displacement;
-  const Piece piece{s.geometry, line_bounds(limits, direction), v_cap, true};
-  const Profile shortest = piece_profile(piece, 0, 0);
+  s.geometry = straight(from, displacement, length);
+  Bounds bounds = line_bounds(limits, direction);
+  bounds.v = s.v_cap = std::min(v_cap, bounds.v);
+  const Profile shortest = move({0, 0, 0}, {length, 0, 0}, bounds).profile;
   const double seconds = duration(shortest);
-  s.nominal = nominal(stretched(shortest, whole_ticks(seconds, limits.tick_s) / seconds));
-  s.v_max = piece.bounds.v, s.a_max = piece.bounds.a, s.j_max = piece.bounds.j;
-  s.v_cap = std::min(v_cap, s.v_max);
+  for (const Phase& phase : stretched(shortest, whole_ticks(seconds, limits.tick_s) / seconds).phases)
+    s.nominal.phases.push_back(phase);
   return {s};
 }
 
@@ -48,11 +47,10 @@ std::vector<Segment> probe_move(const Limits& limits, const AxisVec& from, const
 Segment dwell(const Limits& limits, const AxisVec& q, double seconds, std::span<const OutputEvent> events) {
   Segment s;
   s.kind = SegmentKind::Dwell;
-  s.geometry.length = std::max(whole_ticks(seconds, limits.tick_s), limits.tick_s);
-  s.geometry.c[0] = q;
+  s.geometry = standing(q, std::max(whole_ticks(seconds, limits.tick_s), limits.tick_s));
   s.nominal.v0 = 1;  // s is time
   s.nominal.phases.push_back({s.geometry.length, 0});
-  s.v_cap = s.v_max = 1;
+  s.v_cap = 1;
   for (const OutputEvent& e : events) s.events.push_back(e);
   return s;
 }
@@ -65,8 +63,7 @@ bool within(const Limits& limits, const AxisVec& q) {
 
 double duration(std::span<const Segment> segments) {
   double sum = 0;
-  for (const Segment& s : segments)
-    for (const Phase& phase : s.nominal.phases) sum += phase.duration_s;
+  for (const Segment& s : segments) sum += duration(s.nominal);
   return sum;
 }
 

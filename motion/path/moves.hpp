@@ -2,6 +2,7 @@
 //   for (Segment& s : line_move(limits, from, to, v_cap)) { s.block = n; ... push }
 // Durations are whole ticks, so that whatever follows starts on one. Off the RT side.
 #pragma once
+#include <cmath>
 #include <limits>
 #include <span>
 #include <vector>
@@ -11,6 +12,9 @@
 namespace gantry::motion {
 
 inline constexpr double kNoCap = std::numeric_limits<double>::infinity();
+
+/// Duration rounded up to whole ticks; what is within rounding of a tick is that tick.
+inline double whole_ticks(double seconds, double tick_s) { return std::ceil(seconds / tick_s - 1e-9) * tick_s; }
 
 /// Length of the displacement of the linear axes, or of the others when no linear axis moves.
 double path_length(const Limits& limits, const AxisVec& displacement);

@@ -88,7 +88,6 @@ class Solver {
       }
     }
     // Every point inside keeps the limits: where the method sticks, the best one so far is a plan, if not the fastest.
-    out.rough = !done;
     if (!done) c_ = best;
     if (best.empty()) return out;
     out.solved = true;

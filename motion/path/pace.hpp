@@ -36,8 +36,7 @@ struct PaceNode {
 };
 
 struct Pace {
-  bool solved = false;
-  bool rough = false;           ///< within the limits, but not the fastest
+  bool solved = false;          ///< within the limits, and the fastest as far as the search came
   std::vector<PaceNode> nodes;  ///< cells + 1
   std::vector<double> spline;   ///< of v^2, for a next try
   int steps = 0;

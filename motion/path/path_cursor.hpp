@@ -1,7 +1,7 @@
 // Where the tool is on a stretch at a time: constant-jerk pieces give s, curves give the axes.
 //   PathCursor c;  for (t ...) CurveSetpoint x = c.at(stretch, t, axes);     // t rises: each call goes on from the
 //   last
-// No allocation, no lock; may run in the loop.
+// For benches and tests: the machine plays segments (run.hpp).
 #pragma once
 #include "motion/path/timing.hpp"
 

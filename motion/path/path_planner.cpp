@@ -1,33 +1,26 @@
 #include "motion/path/path_planner.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "motion/path/cells.hpp"
+#include "motion/profile/line_bounds.hpp"
 
 namespace gantry::motion {
 namespace {
 
 // How the tolerance is shared: leaving out points, in two rounds, and the rest for rounding.
 constexpr double kFineShare = 0.08, kCoarseShare = 0.36;
+constexpr double kKept = 0.995;           ///< of the tolerance: the path between two bends is not looked at by itself
+constexpr double kLeastRounding = 3e-4;   ///< mm: in a smaller tolerance a corner is passed so slowly that it is a rest
 constexpr double kLeastTolerance = 1e-9;  ///< mm: what rounding of coordinates leaves of a straight line
-constexpr int kMostTries = 6;             ///< to plan one window
-constexpr std::size_t kMostJoints = 8;    ///< at which a new plan is tried to follow an old one
-constexpr double kLongestWindow = 4;      ///< times the usual one
-constexpr double kLongestLine_s = 0.25;   ///< a longer line is divided, so that windows may end on it
-
-Measure measure_of(const Limits& limits, const PathOptions& o) {
-  Measure m;
-  m.axes = limits.axes;
-  bool any = false;
-  for (std::size_t i = 0; i < limits.axes; ++i) any = any || limits.linear[i];
-  const double weight = o.tolerance_mm > 0 ? o.tolerance_mm / o.tolerance_rad : 1;
-  for (std::size_t i = 0; i < limits.axes; ++i) {
-    m.along[i] = limits.linear[i] || !any;
-    m.weight[i] = m.along[i] ? 1 : weight;
-  }
-  return m;
-}
+constexpr int kMostTries = 6;             ///< to plan one window at full speed
+constexpr int kGentlerTries = 6;          ///< and then slower, by this much each time:
+constexpr double kGentler = 0.85;
+constexpr std::size_t kMostJoints = 8;   ///< at which a new plan is tried to follow an old one
+constexpr double kLongestWindow = 4;     ///< times the usual one
+constexpr double kLongestLine_s = 0.25;  ///< a longer line is divided, so that windows may end on it
 
 double total(const std::vector<TimePiece>& pieces) {
   double sum = 0;
@@ -35,19 +28,42 @@ double total(const std::vector<TimePiece>& pieces) {
   return sum;
 }
 
+/// The greatest use of a limit in each cell, at least 1; one more cell at both ends.
+std::vector<double> over_limits(std::size_t cells, const std::vector<PaceNode>& nodes, const Inspection& found) {
+  std::vector<double> over(cells + 2, 1);
+  std::size_t piece = 0;
+  for (std::size_t k = 0; k < cells; ++k)
+    for (std::size_t n = 0; n < pieces_between(nodes[k], nodes[k + 1]); ++n, ++piece)
+      if (piece < found.piece_share.size()) over[k + 1] = std::max(over[k + 1], found.piece_share[piece]);
+  return over;
+}
+
 /// Cells in which a limit was broken, and their neighbours, get less of it.
 void tighten(std::vector<PaceCell>& cells, const std::vector<PaceNode>& nodes, const Inspection& found) {
-  std::vector<double> over(cells.size() + 2, 1);
-  std::size_t piece = 0;
-  for (std::size_t k = 0; k < cells.size(); ++k)
-    for (int n = 0; n < (nodes[k].v <= 0 || nodes[k + 1].v <= 0 ? 1 : 2); ++n, ++piece)
-      if (piece < found.piece_share.size()) over[k + 1] = std::max(over[k + 1], found.piece_share[piece]);
+  const std::vector<double> over = over_limits(cells.size(), nodes, found);
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const double most = over[k + 1], near = std::max(over[k], over[k + 2]);
     if (most > 1)
       cells[k].share /= std::min(1.5, most * 1.001);
     else if (near > 1)
       cells[k].share /= std::min(1.2, 0.75 + 0.25 * near);
+  }
+}
+
+/// Where the search does not come below the limits by itself: much less of them, in more cells around each time.
+void slow_down(std::vector<PaceCell>& cells, const std::vector<PaceNode>& nodes, const Inspection& found, int round) {
+  std::vector<double> over = over_limits(cells.size(), nodes, found);
+  std::size_t seen = 0;  // an inspection that came to no end has found its reason where it ended
+  for (std::size_t piece = 0; seen < cells.size() && piece < found.piece_share.size(); ++seen)
+    piece += pieces_between(nodes[seen], nodes[seen + 1]);
+  if (seen < cells.size()) over[seen + 1] = 2;
+  const std::size_t around = std::size_t{2} << round;
+  std::size_t until = 0;
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    if (over[k + 1] <= 1) continue;
+    for (std::size_t n = std::max(until, k > around ? k - around : 0); n < std::min(cells.size(), k + around + 1); ++n)
+      cells[n].share *= kGentler;
+    until = k + around + 1;
   }
 }
 
@@ -67,6 +83,19 @@ Stretch stretch_of(const std::deque<Curve>& waiting, std::size_t curves, const s
 
 }  // namespace
 
+Measure measure_of(const Limits& limits, const PathOptions& o) {
+  Measure m;
+  m.axes = limits.axes;
+  bool any = false;
+  for (std::size_t i = 0; i < limits.axes; ++i) any = any || limits.linear[i];
+  const double weight = o.tolerance_mm > 0 ? o.tolerance_mm / o.tolerance_rad : 1;
+  for (std::size_t i = 0; i < limits.axes; ++i) {
+    m.along[i] = limits.linear[i] || !any;
+    m.weight[i] = m.along[i] ? 1 : weight;
+  }
+  return m;
+}
+
 PathPlanner::PathPlanner(const Limits& limits, const PathOptions& options)
     : limits_(limits),
       options_(options),
@@ -74,7 +103,7 @@ PathPlanner::PathPlanner(const Limits& limits, const PathOptions& options)
       fine_(measure_, std::max(kFineShare * options.tolerance_mm, kLeastTolerance)),
       coarse_(measure_, std::max(kCoarseShare * options.tolerance_mm, kLeastTolerance)),
       spread_(measure_, options.tolerance_mm),
-      rounding_(measure_, options.tolerance_mm),
+      rounding_(measure_, options.tolerance_mm < kLeastRounding ? 0 : kKept * options.tolerance_mm),
       next_window_s_(options.window_s) {}
 
 Result<void> PathPlanner::add(const AxisVec& point) {
@@ -108,6 +137,33 @@ Result<void> PathPlanner::finish() {
   return collect(true);
 }
 
+/// Straight on from an end of the path, long enough for speeding up to the set speed, or braking from it.
+Curve PathPlanner::lead(const AxisVec& from, const AxisVec& direction, double sign) const {
+  constexpr double kRoom = 1.05;  // the plan uses a little less than the limits
+  const Bounds b = line_bounds(limits_, direction);
+  const double length = kRoom * change_length(0, std::min(options_.speed_mm_s, b.v), b.a, b.j);
+  AxisVec to = from;
+  for (std::size_t i = 0; i < limits_.axes; ++i) to[i] += sign * length * direction[i];
+  return sign < 0 ? straight_curve(measure_, to, from) : straight_curve(measure_, from, to);
+}
+
+// The path's ends are straight: q'' is 0 there, and the tangent that of the first or last curve.
+void PathPlanner::add_leads(bool last) {
+  if (curves_out_.empty()) return;
+  if (lead_in_mm_ == 0) {
+    const CurveJet x = jet(curves_out_.front(), 0, limits_.axes);
+    curves_out_.insert(curves_out_.begin(), lead(x.q, x.d1, -1));
+    lead_in_mm_ = curves_out_.front().length;
+  }
+  if (!last) return;
+  Curve& end = curves_out_.back();
+  end.rest_after = false;
+  const CurveJet x = jet(end, end.length, limits_.axes);
+  curves_out_.push_back(lead(x.q, x.d1, 1));
+  curves_out_.back().rest_after = true;
+  lead_out_mm_ = curves_out_.back().length;
+}
+
 Result<void> PathPlanner::collect(bool last) {
   spread_out_.clear();
   for (const Vertex& v : coarse_out_) spread_.add(v, spread_out_);
@@ -115,6 +171,7 @@ Result<void> PathPlanner::collect(bool last) {
   if (last) spread_.finish(spread_out_);
   for (const Vertex& v : spread_out_) rounding_.add(v, curves_out_);
   if (last) rounding_.finish(curves_out_);
+  if (options_.leads) add_leads(last);
   for (const Curve& g : curves_out_) {
     const double seconds = rough_seconds(g, limits_, options_.speed_mm_s);
     const int parts = g.straight ? std::max(1, static_cast<int>(seconds / kLongestLine_s)) : 1;
@@ -161,8 +218,8 @@ Result<PathPlanner::Plan> PathPlanner::plan_alone() {
   counts_.cells += problem.cells.size();
   Pace pace;
   std::string reason = "no speed was found";
-  for (int round = 0; round < kMostTries; ++round) {
-    Pace next = fastest(problem, round > 0 ? &pace : nullptr);
+  for (int round = 0; round < kMostTries + kGentlerTries; ++round) {
+    Pace next = fastest(problem, round > 0 && round < kMostTries ? &pace : nullptr);
     counts_.steps += static_cast<std::size_t>(next.steps);
     counts_.second_tries += round > 0;
     if (!next.solved) {
@@ -175,7 +232,10 @@ Result<PathPlanner::Plan> PathPlanner::plan_alone() {
         inspect(stretch_of(waiting_, curves.size(), problem.cells, pace.nodes), limits_, options_.speed_mm_s, from);
     if (found.sound) return Plan{std::move(problem.cells), std::move(pace.nodes), std::move(grid.curve_end)};
     reason = found.reason;
-    tighten(problem.cells, pace.nodes, found);
+    if (round + 1 < kMostTries)
+      tighten(problem.cells, pace.nodes, found);
+    else
+      slow_down(problem.cells, pace.nodes, found, round + 1 - kMostTries);
   }
   return fail(Fault::NoSolution, "no speed within the limits was found for a path before point " +
                                      std::to_string(points_) + " (" + reason + "); lower its speed");
@@ -196,9 +256,15 @@ bool PathPlanner::join(const Plan& next) {
     candidates.push_back({k, (std::abs(x.v - y.v) + 0.01 * std::abs(x.a - y.a)) / std::max(x.v, 1e-9)});
   }
   std::sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) { return a.off < b.off; });
-  if (candidates.size() > kMostJoints) candidates.resize(kMostJoints);
+  // The best ones, and the best of each part of the window: what spoils one place spoils those around it, too.
+  std::array<bool, kMostJoints> part_taken{};
+  std::size_t kept = std::min(kMostJoints, candidates.size());
+  for (std::size_t n = kept; n < candidates.size(); ++n)
+    if (bool& taken = part_taken[candidates[n].curves * kMostJoints / plan_.curve_end.size()]; !taken)
+      taken = true, candidates[kept++] = candidates[n];
+  candidates.resize(kept);
   std::string reason;
-  for (const double fade_s : {0.03, 0.1})
+  for (const double fade_s : {0.03, 0.1, 0.01, 0.003})
     for (const Candidate& c : candidates) {
       const std::size_t old_cells = c.curves == 0 ? 0 : plan_.curve_end[c.curves - 1];
       const std::size_t new_cells = c.curves == 0 ? 0 : next.curve_end[c.curves - 1];
@@ -270,7 +336,7 @@ Result<void> PathPlanner::look_ahead(bool all) {
   std::size_t piece = 0, cell = 0, curves = 0;
   for (std::size_t k = 0; k < plan_.curve_end.size(); ++k) {
     for (; cell < plan_.curve_end[k]; ++cell)
-      for (int n = 0; n < (plan_.nodes[cell].v <= 0 || plan_.nodes[cell + 1].v <= 0 ? 1 : 2); ++n)
+      for (std::size_t n = 0; n < pieces_between(plan_.nodes[cell], plan_.nodes[cell + 1]); ++n)
         t += pieces[piece++].duration_s;
     if (t <= until) curves = k + 1;
   }

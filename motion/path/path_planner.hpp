@@ -2,7 +2,7 @@
 //   PathPlanner plan(limits, {.tolerance_mm = 0.05, .speed_mm_s = 50});
 //   plan.add(p) ...; plan.finish();  while (plan.take(stretch)) ...          // take() at any time in between
 // The path starts and ends at rest. A stretch is handed out when what follows it is known far enough to stop on;
-// memory does not grow with the path. Off the RT side; stretches are played by PathCursor (path_cursor.hpp).
+// memory does not grow with the path. Off the RT side; stretches become segments in run.hpp.
 #pragma once
 #include <deque>
 
@@ -20,7 +20,11 @@ struct PathOptions {
   double tolerance_rad = 1e-3;  ///< the same for rotary axes that follow along
   double window_s = 2;          ///< how far ahead of what is handed out the speed is planned, about
   bool whole_ticks = true;      ///< the last stretch is slowed down so that the path takes whole ticks
+  bool leads = false;  ///< straight ways before the first and after the last point, for speeding up and braking
 };
+
+/// Lengths along the linear axes (the others where there is none); tolerances over all.
+[[nodiscard]] Measure measure_of(const Limits& limits, const PathOptions& options);
 
 class PathPlanner {
  public:
@@ -39,6 +43,9 @@ class PathPlanner {
   [[nodiscard]] bool take(Stretch& out);
 
   [[nodiscard]] const Counts& counts() const { return counts_; }
+  /// Lengths of the leads: known when the first stretch has come, and when the last one has.
+  [[nodiscard]] double lead_in_mm() const { return lead_in_mm_; }
+  [[nodiscard]] double lead_out_mm() const { return lead_out_mm_; }
 
  private:
   /// Speeds over the first of the waiting curves, down to a rest at their end.
@@ -48,6 +55,8 @@ class PathPlanner {
     std::vector<std::size_t> curve_end;  ///< number of cells up to the end of each curve
   };
   Result<void> collect(bool last);
+  void add_leads(bool last);
+  [[nodiscard]] Curve lead(const AxisVec& from, const AxisVec& direction, double sign) const;
   Result<void> look_ahead(bool all);
   Result<Plan> plan_alone();
   bool join(const Plan& next);
@@ -72,6 +81,7 @@ class PathPlanner {
   std::size_t points_ = 0;
   AxisVec last_point_{};
   std::deque<Stretch> ready_;
+  double lead_in_mm_ = 0, lead_out_mm_ = 0;
   Counts counts_;
 };
 

@@ -36,8 +36,8 @@ AxisVec Spread::tangent(std::size_t k) const {
   return out;
 }
 
-Vertex Spread::moved(std::size_t k) const {
-  const Knot& x = knots_[k];
+Vertex Spread::moved(std::size_t k) {
+  Knot& x = knots_[k];
   if (x.stays) return x.vertex;
   std::size_t reach = 1;
   while (reach < kReach && reach < k && k + reach + 1 < knots_.size() && !knots_[k - reach].stays &&
@@ -69,7 +69,29 @@ Vertex Spread::moved(std::size_t k) const {
   if ((a.stays && b.stays) || aside(measure_, off) > most_aside_mm_) return x.vertex;
   for (std::size_t m = k - reach + 1; m <= k + reach; ++m)
     out.aside_mm = std::max(out.aside_mm, knots_[m].vertex.aside_mm);
+  // The old place is a point of the polyline, which the new legs pass at some distance.
+  const AxisVec &old = x.vertex.q, &other = knots_[at > x.at ? k - 1 : k + 1].vertex.q;
+  AxisVec leg{}, way{};
+  for (std::size_t i = 0; i < measure_.axes; ++i) leg[i] = other[i] - out.q[i], way[i] = old[i] - out.q[i];
+  double on = 0, square = 0;
+  for (std::size_t i = 0; i < measure_.axes; ++i) {
+    const double w = measure_.weight[i] * measure_.weight[i];
+    on += w * leg[i] * way[i], square += w * leg[i] * leg[i];
+  }
+  for (std::size_t i = 0; i < measure_.axes; ++i) way[i] -= square > 0 ? leg[i] * on / square : 0;
+  x.left_mm = aside(measure_, way);
+  if (x.left_mm > most_aside_mm_) {
+    x.left_mm = 0;
+    return x.vertex;
+  }
+  if (at > x.at) out.aside_mm = std::max(out.aside_mm, x.left_mm);  // else it lies on the next leg
   return out;
+}
+
+void Spread::put(std::size_t k, std::vector<Vertex>& out) {
+  Vertex v = moved(k);
+  if (k > 0) v.aside_mm = std::max(v.aside_mm, knots_[k - 1].left_mm);
+  out.push_back(v);
 }
 
 void Spread::add(const Vertex& v, std::vector<Vertex>& out) {
@@ -82,7 +104,7 @@ void Spread::add(const Vertex& v, std::vector<Vertex>& out) {
   knots_.push_back(x);
   if (knots_.size() > 2) settle(knots_.size() - 2);
   // A knot is moved when those up to kReach + 1 after it are settled.
-  for (; done_ + kReach + 2 < knots_.size(); ++done_) out.push_back(moved(done_));
+  for (; done_ + kReach + 2 < knots_.size(); ++done_) put(done_, out);
   while (done_ > kKept) {
     knots_.pop_front();
     --done_;
@@ -90,7 +112,7 @@ void Spread::add(const Vertex& v, std::vector<Vertex>& out) {
 }
 
 void Spread::finish(std::vector<Vertex>& out) {
-  for (; done_ < knots_.size(); ++done_) out.push_back(moved(done_));
+  for (; done_ < knots_.size(); ++done_) put(done_, out);
   knots_.clear();
   done_ = 0;
 }

@@ -20,11 +20,13 @@ class Spread {
  private:
   struct Knot {
     Vertex vertex;
-    double at = 0;      ///< length of the legs up to it
-    bool stays = true;  ///< known when the next one is
+    double at = 0;       ///< length of the legs up to it
+    bool stays = true;   ///< known when the next one is
+    double left_mm = 0;  ///< when it was moved: how far its old place is from the new legs
   };
   void settle(std::size_t k);
-  [[nodiscard]] Vertex moved(std::size_t k) const;
+  [[nodiscard]] Vertex moved(std::size_t k);
+  void put(std::size_t k, std::vector<Vertex>& out);
   [[nodiscard]] AxisVec tangent(std::size_t k) const;
 
   static constexpr std::size_t kReach = 3, kKept = 6;

@@ -16,8 +16,11 @@ struct TimePiece {
 };
 
 /// State after time t in the piece.
-[[nodiscard]] inline State after(const TimePiece& p, double t) noexcept {
-  return {p.s + t * (p.v + t * (p.a / 2 + t * p.j / 6)), p.v + t * (p.a + t * p.j / 2), p.a + t * p.j};
+[[nodiscard]] inline State after(const TimePiece& p, double t) noexcept { return advanced({p.s, p.v, p.a}, p.j, t); }
+
+/// Into how many pieces a cell between these nodes is timed.
+[[nodiscard]] inline std::size_t pieces_between(const PaceNode& begin, const PaceNode& end) noexcept {
+  return begin.v <= 0 || end.v <= 0 ? 1 : 2;
 }
 
 /// Pieces between nodes: one in a cell that begins or ends at rest, else two of equal duration.

@@ -9,37 +9,44 @@
 namespace gantry::motion {
 namespace {
 
-/// Overlapping bodies have no nearest points: the middle of what their boxes share.
-Vec3 middle_of_overlap(const Solid& a, const Solid& b) {
-  const auto middle = [&](double Vec3::*c, Vec3 n) {
-    const double a_half = extent(a, n), b_half = extent(b, n);
-    return (std::max(a.centre.*c - a_half, b.centre.*c - b_half) +
-            std::min(a.centre.*c + a_half, b.centre.*c + b_half)) /
-           2;
-  };
-  return {middle(&Vec3::x, {1, 0, 0}), middle(&Vec3::y, {0, 1, 0}), middle(&Vec3::z, {0, 0, 1})};
+/// True distance of a pair over the motion, when it is nearer than what is known.
+void measure(const Scene& scene, const BodySweep& body, std::size_t head, std::size_t standing, std::size_t motion,
+             NearPair& best) {
+  const Solid& b = scene.standing()[standing].solid;
+  const Gap gap = motion::gap_below(body.start(), body.sweep(), b, best.distance_mm);
+  if (gap.upper >= best.distance_mm) return;
+  const Solid there = moved(body.start(), body.sweep() * gap.fraction);
+  best = {gap.upper, head, standing, motion, gap.fraction, nearest_point(there, b)};
 }
 
-/// True distances of the nearest pairs. Proofs are lower bounds, so only pairs whose bound lies below the best are
-/// measured.
-void measure_nearest(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
-                     std::span<const PairProof> proofs, std::size_t motion, NearPairs& nearest) {
-  for (const PairProof& p : proofs) {
-    if (p.room_mm >= nearest.others.distance_mm && p.room_mm >= nearest.by_design.distance_mm) continue;
-    NearPair& best = margins.by_design(p.head, p.standing) ? nearest.by_design : nearest.others;
-    if (p.room_mm >= best.distance_mm) continue;
-    const SceneBody &a = scene.head()[p.head], &b = scene.standing()[p.standing];
-    const Vec3 start = scene.carried(a, from), sweep = scene.carried(a, to) - start;
-    const Solid body = moved(a.solid, start);
-    const Gap gap = measure_gap(body, sweep, b.solid);
-    const double distance = std::max(p.room_mm, gap.lower);
-    if (distance >= best.distance_mm) continue;
-    best = {distance, p.head, p.standing, motion,
-            gap.upper > 0 ? gap.on_standing : middle_of_overlap(moved(body, sweep), b.solid)};
+/// Goes down the tree, the nearer half first; what cannot be nearer than the best is left out.
+void nearest_in(const Scene& scene, const BodySweep& body, std::size_t head, const Margins& margins, std::uint32_t node,
+                std::size_t motion, NearPair& best) {
+  const auto& nodes = scene.tree().nodes();
+  const Tree::Node& at = nodes[node];
+  if (at.body != Tree::kInner) {
+    if (!margins.by_design(head, at.body)) measure(scene, body, head, at.body, motion, best);
+    return;
   }
+  std::uint32_t near = node + 1, far = nodes[near].skip;
+  double near_mm = body.room(nodes[near].box), far_mm = body.room(nodes[far].box);
+  if (far_mm < near_mm) std::swap(near, far), std::swap(near_mm, far_mm);
+  if (near_mm < best.distance_mm) nearest_in(scene, body, head, margins, near, motion, best);
+  if (far_mm < best.distance_mm) nearest_in(scene, body, head, margins, far, motion, best);
 }
 
 }  // namespace
+
+void measure_nearest(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
+                     std::size_t motion, NearPairs& nearest) {
+  for (std::size_t i = 0; i < scene.head().size(); ++i) {
+    const BodySweep body(scene, i, from, to);
+    for (const PairMargin& pair : margins.pairs)
+      if (pair.head == i && pair.by_design) measure(scene, body, i, pair.standing, motion, nearest.by_design);
+    if (!scene.standing().empty() && body.room(scene.tree().nodes().front().box) < nearest.others.distance_mm)
+      nearest_in(scene, body, i, margins, 0, motion, nearest.others);
+  }
+}
 
 std::string describe(const Scene& scene, const Hit& hit) {
   return fmt::format("{} {} {} at {}", scene.head()[hit.head].name,
@@ -47,27 +54,31 @@ std::string describe(const Scene& scene, const Hit& hit) {
                      scene.standing()[hit.standing].name, scene.told(hit.point));
 }
 
+Error collision(const Scene& scene, const Hit& hit, const AxisVec& from, const AxisVec& to, std::string words) {
+  return {Fault::Collision, std::move(words), "",
+          std::make_shared<Meeting>(Meeting{scene.head()[hit.head].name, scene.standing()[hit.standing].name, from, to,
+                                            between(from, to, hit.fraction), hit.point, hit.clearance_mm})};
+}
+
 Result<Certificate> certify(const Scene& scene, std::span<const AxisVec> polyline, const ClearanceRules& rules,
                             double extra_mm, const Breath& breath, const NearPairs& known) {
   const auto margins = make_margins(scene, rules.clearance_mm, rules.approaches, extra_mm);
   if (!margins) return tl::unexpected(margins.error());
   Certificate out{scene.hash(), rules.clearance_mm, extra_mm, 0, 0, known};
-  std::vector<PairProof> proofs;
+  Proof proof;
   for (std::size_t i = 0; i + 1 < polyline.size(); ++i) {
     if (i > 0 && !go_on(breath)) return given_up();
     const AxisVec &from = polyline[i], &to = polyline[i + 1];
-    proofs.clear();
-    if (const auto hit = first_hit(scene, from, to, *margins, &proofs))
-      return fail(Fault::Collision, fmt::format("{}, {:.0f} % along motion {} of {}", describe(scene, *hit),
-                                                100 * hit->fraction, i + 1, polyline.size() - 1));
-    if (proofs.size() != scene.head().size() * scene.standing().size())
-      return fail(Fault::Internal, "the sweep has left out a pair of bodies");
-    for (const PairProof& p : proofs)
-      if (!holds(scene, from, to, p, margins->of(p.head, p.standing)))
-        return fail(Fault::Internal, fmt::format("the two collision checks disagree on {} and {}",
-                                                 scene.head()[p.head].name, scene.standing()[p.standing].name));
-    measure_nearest(scene, from, to, *margins, proofs, i, out.nearest);
-    out.pairs += proofs.size();
+    proof.clear();
+    if (const auto hit = first_hit(scene, from, to, *margins, &proof))
+      return tl::unexpected(collision(scene, *hit, from, to,
+                                      fmt::format("{}, {:.0f} % along motion {} of {}", describe(scene, *hit),
+                                                  100 * hit->fraction, i + 1, polyline.size() - 1)));
+    if (!is_free(scene, from, to, proof, *margins))
+      return fail(Fault::Internal,
+                  fmt::format("the two collision checks disagree on motion {} of {}", i + 1, polyline.size() - 1));
+    measure_nearest(scene, from, to, *margins, i, out.nearest);
+    out.pairs += scene.head().size() * scene.standing().size();
     ++out.motions;
   }
   return out;

@@ -1,8 +1,6 @@
 // Proof that a polyline of the axes is free, and how near it comes to what stands there.
-//   Result<Certificate> c = certify(scene, points, {.clearance_mm = 2, .approaches = {...}}, corner_tolerance_mm);
-// Corner blends stay within the corner's hull, at most the tolerance off its legs: the legs with the tolerance added to
-// the clearance cover them. (An allowed approach keeps what it says: a blend in the plane of its legs stays
-// as high over the board.)
+//   Result<Certificate> c = certify(scene, points, {.clearance_mm = 2, .approaches = {...}}, off_mm);
+// A curve is proved by its chords: how far it may be off them is added to all that is asked, allowed approaches too.
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -12,6 +10,7 @@
 
 #include "core/breath.hpp"
 #include "core/error.hpp"
+#include "core/meeting.hpp"
 #include "motion/plan/sweep.hpp"
 
 namespace gantry::motion {
@@ -27,6 +26,7 @@ struct NearPair {
   double distance_mm = std::numeric_limits<double>::infinity();
   std::size_t head = 0, standing = 0;  ///< indices in the scene
   std::size_t motion = 0;              ///< of the polyline, from 0
+  double fraction = 0;                 ///< of that motion: there they are that near
   Vec3 at;                             ///< on the standing body, machine frame
 };
 /// Pairs that are near by design (AllowedApproach) are told apart from all others: a needle over what it dispenses on
@@ -39,7 +39,7 @@ struct Certificate {
   std::uint64_t scene_hash = 0;
   double clearance_mm = 0, extra_mm = 0;  ///< what was asked
   std::size_t motions = 0;                ///< that were proved
-  std::size_t pairs = 0;                  ///< that were checked, over all motions
+  std::size_t pairs = 0;                  ///< that were proved apart, over all motions
   NearPairs nearest;
 };
 
@@ -50,7 +50,14 @@ struct Certificate {
 Result<Certificate> certify(const Scene& scene, std::span<const AxisVec> polyline, const ClearanceRules& rules,
                             double extra_mm = 0, const Breath& breath = {}, const NearPairs& known = {});
 
+/// Puts into `nearest` what comes nearer on a motion than what stands there; `motion` is its number.
+void measure_nearest(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
+                     std::size_t motion, NearPairs& nearest);
+
 /// "needle comes within 2 mm of part U7 at (12.00, 8.00, 21.50) mm [machine 192.00, 158.00, -88.50]"
 std::string describe(const Scene& scene, const Hit& hit);
+
+/// Fault::Collision with these words; what a picture of the hit needs goes with it.
+Error collision(const Scene& scene, const Hit& hit, const AxisVec& from, const AxisVec& to, std::string words);
 
 }  // namespace gantry::motion

@@ -9,18 +9,29 @@ namespace gantry::motion {
 namespace {
 
 constexpr double kLimitRounding = 1e-9;
+/// A job waits for it, and one that is refused is refused at once: about a tenth of a second.
+constexpr SearchBudget kBudget{.random_iterations = 400, .cuts = 10000};
 
 /// Where one of the ends is itself too near to a body, no path helps: said first, since no lift-over changes it.
 std::optional<Error> end_taken(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins) {
   for (const bool start : {true, false}) {
     const AxisVec& at = start ? from : to;
     if (const auto hit = first_hit(scene, at, at, margins))
-      return Error{
-          Fault::Collision,
-          fmt::format("where the motion {}, {}; no path leads there", start ? "starts" : "ends", describe(scene, *hit)),
-          ""};
+      return collision(scene, *hit, at, at,
+                       fmt::format("where the motion {}, {}; no path leads there", start ? "starts" : "ends",
+                                   describe(scene, *hit)));
   }
   return std::nullopt;
+}
+
+const char* why_not(const SearchAnswer& found) {
+  if (found.status != SearchStatus::NoPath) return "none found";
+  switch (found.closed_in) {
+    case ClosedIn::Start: return "there is no path: where it starts is closed in on all sides";
+    case ClosedIn::Goal: return "there is no path: where it ends is closed in on all sides";
+    case ClosedIn::Neither: break;
+  }
+  return "there is no path";
 }
 
 }  // namespace
@@ -40,13 +51,20 @@ Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& t
   Path path{from == to ? PathKind::Standstill : PathKind::Straight, {from, to}, {}};
   if (const auto straight = first_hit(scene, from, to, *margins)) {
     if (auto taken = end_taken(scene, from, to, *margins)) return tl::unexpected(*std::move(taken));
-    auto over = lift_over(scene, from, to, *margins);
-    if (!over)
-      return fail(Fault::Collision,
-                  fmt::format("{}; tried: straight (free for {:.0f} %), lift-over ({})", describe(scene, *straight),
-                              100 * straight->fraction, over.error().why));
-    path.kind = PathKind::LiftOver;
-    path.points = std::move(over->points);
+    if (auto over = lift_over(scene, from, to, *margins)) {
+      path.kind = PathKind::LiftOver;
+      path.points = std::move(over->points);
+    } else {
+      SearchAnswer found;
+      if (!beyond_limits(scene, from)) found = search_around(scene, from, to, *margins, kBudget, nullptr);
+      if (found.status != SearchStatus::Ok)
+        return tl::unexpected(collision(
+            scene, *straight, from, to,
+            fmt::format("{}; tried: straight (free for {:.0f} %), lift-over ({}), around ({})",
+                        describe(scene, *straight), 100 * straight->fraction, over.error().why, why_not(found))));
+      path.kind = found.kind;
+      path.points = std::move(found.points);
+    }
   }
   auto certificate = certify(scene, path.points, rules, extra_mm, {}, known);
   if (!certificate) return tl::unexpected(certificate.error());

@@ -1,5 +1,6 @@
-// A path from here to there that meets nothing: straight when that is free, else over what stands between at the lowest
-// Z that is free. Everything it returns is certified; the same query gives the same path on every run.
+// A path from here to there that meets nothing, for a job: straight when that is free, else over what stands between at
+// the lowest Z that is free, else around it (search_path.hpp). Everything it returns is certified; the same query gives
+// the same path on every run.
 //   Result<Path> path = find_path(scene, from, to, {.clearance_mm = 2, .approaches = {{"needle", "board", gap -
 //   0.02}}});
 // Where the margin must give way: at the ends of a motion a tool is near the surface by design. An allowed
@@ -14,12 +15,11 @@
 #include "core/error.hpp"
 #include "motion/plan/certificate.hpp"
 #include "motion/plan/scene.hpp"
+#include "motion/plan/search_path.hpp"
 
 namespace gantry::motion {
 
 using PathRules = ClearanceRules;
-
-enum class PathKind { Standstill, Straight, LiftOver };
 
 struct Path {
   PathKind kind = PathKind::Standstill;
@@ -27,7 +27,7 @@ struct Path {
   Certificate certificate;      ///< with the extra margin that was asked for
 };
 
-/// `extra_mm`: path deviation to be covered besides the clearance (a corner blend's tolerance).
+/// `extra_mm`: path deviation to be covered besides the clearance (of what is proved by chords).
 /// Fault::OutOfReach when `to` is beyond an axis limit (named), Fault::Collision with both bodies, the point and what
 /// was tried.
 /// `known` as for certify().

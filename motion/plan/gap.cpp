@@ -4,150 +4,171 @@
 #include <array>
 #include <cmath>
 
+#include "motion/plan/difference.hpp"
+
 namespace gantry::motion {
 namespace {
 
-constexpr int kIterations = 128;
-constexpr double kMeasured_mm = 1e-7;
+constexpr int kLooks = 120;
+constexpr double kMeasured_mm = 1e-9;
 
-constexpr Vec3 cross(Vec3 a, Vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
-
-/// A point of the difference standing - swept, and the two points that it comes from.
-struct Vertex {
-  Vec3 w, moving, standing;
+/// One end of the part of the motion that holds the minimum.
+struct End {
+  double t = 0, distance = 0, slope = 0;  ///< slope: of the distance over t
+  bool seen = false;
 };
 
-struct Simplex {
-  std::array<Vertex, 4> at;
-  std::array<double, 4> share{};  // barycentric coordinates of the point nearest to the origin
-  int size = 0;
+/// Where the tangents at both ends meet; every third time, and where they do not, the middle.
+double next_look(const End& low, const End& high, int look) {
+  const double middle = (low.t + high.t) / 2, bend = high.slope - low.slope;
+  if (look % 3 == 2 || !(bend > 0)) return middle;
+  const double t = (low.distance - high.distance + high.slope * high.t - low.slope * low.t) / bend;
+  return t > low.t && t < high.t ? t : middle;
+}
+
+class Search {
+ public:
+  Search(const Difference& d, Vec3 sweep) : d_(d), sweep_(sweep) {}
+
+  /// `done(gap)` says when enough is known.
+  template <class Done>
+  Gap run(const Done& done) {
+    const double square = dot(sweep_, sweep_);
+    End low{0}, high{1};
+    double t = square > 0 ? std::clamp(dot(d_.centre, sweep_) / square, 0.0, 1.0) : 0.0;
+    for (int look = 0; look < kLooks; ++look) {
+      const Away a = away(d_, sweep_ * t);
+      if (a.distance < best_.upper) best_.upper = a.distance, best_.fraction = t;
+      if (a.direction == Vec3{}) return best_;  // they overlap beyond their rounding
+      try_along(a.direction);
+      const double slope = -dot(a.direction, sweep_);
+      if (look > 0 && look % 2 == 0) try_across(a);
+      if (done(best_) || slope == 0 || (slope < 0 && t == 1) || (slope > 0 && t == 0)) return best_;
+      (slope < 0 ? low : high) = {t, a.distance, slope, true};
+      t = !low.seen ? 0 : !high.seen ? 1 : next_look(low, high, look);
+      if (low.seen && high.seen && (t == low.t || t == high.t)) return best_;
+    }
+    return best_;
+  }
+
+ private:
+  void try_along(Vec3 unit) {
+    const double room = dot(unit, d_.centre) - std::max(0.0, dot(unit, sweep_)) - reach(d_, unit);
+    if (room > best_.lower) best_.lower = room, best_.direction = unit;
+  }
+  void try_both(Vec3 n) {
+    const double length = norm(n);
+    if (length < 1e-9 * norm(sweep_)) return;
+    const Vec3 unit = n * (1 / length);
+    try_along(unit * std::copysign(1.0, dot(unit, d_.centre - sweep_ * 0.5)));
+  }
+  /// Planes that contain the motion: across it and an upright edge, across it and the edge that is nearest, and the one
+  /// that is nearest to the direction seen.
+  void try_across(const Away& a) {
+    try_both(cross({0, 0, 1}, sweep_));
+    try_both(cross({-a.towards.y, a.towards.x, 0}, sweep_));
+    const Vec3 without = a.direction - sweep_ * (dot(a.direction, sweep_) / dot(sweep_, sweep_));
+    if (const double length = norm(without); length > 1e-6) try_along(without * (1 / length));
+  }
+
+  const Difference& d_;
+  Vec3 sweep_;
+  Gap best_;
 };
 
-/// Each nearest_* leaves the smallest part of the simplex that holds the point nearest to the origin, with its shares
-/// (Ericson, Real-Time Collision Detection, 5.1).
-void keep(Simplex& s, std::initializer_list<std::pair<int, double>> part) {
-  Simplex out;
-  for (const auto& [i, share] : part) {
-    out.at[static_cast<std::size_t>(out.size)] = s.at[static_cast<std::size_t>(i)];
-    out.share[static_cast<std::size_t>(out.size++)] = share;
+}  // namespace
+
+Gap gap(const Solid& moving, Vec3 sweep, const Solid& standing, double decide_at) {
+  const Difference d = difference(moving, standing);
+  return Search(d, sweep).run([decide_at](const Gap& g) { return g.lower > decide_at || g.upper <= decide_at; });
+}
+
+Gap measure_gap(const Solid& moving, Vec3 sweep, const Solid& standing) {
+  const Difference d = difference(moving, standing);
+  return Search(d, sweep).run([](const Gap& g) { return g.upper - g.lower <= kMeasured_mm; });
+}
+
+Gap gap_below(const Solid& moving, Vec3 sweep, const Solid& standing, double known) {
+  const Difference d = difference(moving, standing);
+  Gap g = Search(d, sweep).run(
+      [known](const Gap& seen) { return seen.lower >= known || seen.upper - seen.lower <= kMeasured_mm; });
+  if (g.lower >= known) g.upper = std::max(g.upper, known);
+  return g;
+}
+
+double first_contact(const Solid& moving, Vec3 sweep, const Solid& standing, double margin) {
+  const Difference d = difference(moving, standing);
+  const auto near = [&](double t) { return away(d, sweep * t).distance <= margin; };
+  if (near(0)) return 0;
+  const Gap g = Search(d, sweep).run([margin](const Gap& seen) { return seen.upper <= margin; });
+  if (g.upper > margin) return 1;
+  double free = 0, hit = g.fraction;  // convex: before the contact the distance only falls
+  while (hit - free > 1e-15 * hit && (free + hit) / 2 > free && (free + hit) / 2 < hit) {
+    const double middle = (free + hit) / 2;
+    (near(middle) ? hit : free) = middle;
   }
-  s = out;
+  return hit;
 }
 
-void nearest_on_segment(Simplex& s) {
-  const Vec3 a = s.at[0].w, ab = s.at[1].w - a;
-  const double length = dot(ab, ab), t = length > 0 ? -dot(a, ab) / length : 0.0;
-  if (t <= 0) return keep(s, {{0, 1.0}});
-  if (t >= 1) return keep(s, {{1, 1.0}});
-  keep(s, {{0, 1 - t}, {1, t}});
-}
+namespace {
 
-void nearest_on_triangle(Simplex& s) {
-  const Vec3 a = s.at[0].w, b = s.at[1].w, c = s.at[2].w, ab = b - a, ac = c - a;
-  const double d1 = -dot(ab, a), d2 = -dot(ac, a);
-  if (d1 <= 0 && d2 <= 0) return keep(s, {{0, 1.0}});
-  const double d3 = -dot(ab, b), d4 = -dot(ac, b);
-  if (d3 >= 0 && d4 <= d3) return keep(s, {{1, 1.0}});
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return keep(s, {{0, 1 - d1 / (d1 - d3)}, {1, d1 / (d1 - d3)}});
-  const double d5 = -dot(ab, c), d6 = -dot(ac, c);
-  if (d6 >= 0 && d5 <= d6) return keep(s, {{2, 1.0}});
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return keep(s, {{0, 1 - d2 / (d2 - d6)}, {2, d2 / (d2 - d6)}});
-  const double va = d3 * d6 - d5 * d4, on_bc = (d4 - d3) + (d5 - d6);
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return keep(s, {{1, 1 - (d4 - d3) / on_bc}, {2, (d4 - d3) / on_bc}});
-  const double sum = va + vb + vc;
-  keep(s, {{0, va / sum}, {1, vb / sum}, {2, vc / sum}});
-}
-
-Vec3 combine(const Simplex& s, Vec3 Vertex::*of) {
-  Vec3 sum;
-  for (int i = 0; i < s.size; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    sum = sum + s.at[k].*of * s.share[k];
+/// The point of a body's figure (rectangle or disc, without a capsule's rounding) that is nearest to `p`.
+Vec2 nearest_in(const Solid& s, Vec2 p) {
+  const Vec2 c = flat(s.centre), d = p - c;
+  if (s.kind == Solid::Kind::Box) {
+    const Vec2 q{s.cos * d.x + s.sin * d.y, s.cos * d.y - s.sin * d.x};
+    const Vec2 in{std::clamp(q.x, -s.half.x, s.half.x), std::clamp(q.y, -s.half.y, s.half.y)};
+    return c + Vec2{s.cos * in.x - s.sin * in.y, s.sin * in.x + s.cos * in.y};
   }
-  return sum;
+  const double radius = s.kind == Solid::Kind::Cylinder ? s.half.x : 0.0, length = norm(d);
+  return length <= radius ? p : c + d * (radius / length);
 }
 
-/// The nearest of the faces that have the origin on their outer side; the whole when there is none: the origin is in.
-void nearest_on_tetrahedron(Simplex& s) {
-  constexpr std::array<std::array<std::size_t, 4>, 4> kFaces{{{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 3, 2, 0}}};
-  Simplex best;
+std::array<Vec2, 4> corners(const Solid& s) {
+  std::array<Vec2, 4> out;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double x = i % 2 == 0 ? s.half.x : -s.half.x, y = i < 2 ? s.half.y : -s.half.y;
+    out[i] = flat(s.centre) + Vec2{s.cos * x - s.sin * y, s.sin * x + s.cos * y};
+  }
+  return out;
+}
+
+/// Nearest point of b's figure to a's. Of two rectangles one of the nearest points is a corner, or they overlap: then
+/// going from one to the other and back ends in both.
+Vec2 nearest_of_figures(const Solid& a, const Solid& b) {
+  if (a.kind != Solid::Kind::Box) return nearest_in(b, flat(a.centre));
+  if (b.kind != Solid::Kind::Box) {
+    const Vec2 on_a = nearest_in(a, flat(b.centre));
+    return nearest_in(b, on_a);
+  }
+  Vec2 best = flat(b.centre);
   double best_square = std::numeric_limits<double>::infinity();
-  for (const auto& f : kFaces) {
-    const Vec3 a = s.at[f[0]].w, n = cross(s.at[f[1]].w - a, s.at[f[2]].w - a);
-    const double origin = -dot(n, a), opposite = dot(n, s.at[f[3]].w - a);
-    if (origin * opposite > 0) continue;  // a flat tetrahedron has opposite == 0 and is searched on all faces
-    Simplex face;
-    face.size = 3;
-    face.at[0] = s.at[f[0]], face.at[1] = s.at[f[1]], face.at[2] = s.at[f[2]];
-    nearest_on_triangle(face);
-    const Vec3 p = combine(face, &Vertex::w);
-    if (dot(p, p) < best_square) best = face, best_square = dot(p, p);
-  }
-  if (best.size > 0) s = best;
-}
-
-/// The search itself; `done(lower, upper)` says when enough is known.
-template <class Done>
-Gap search(const Solid& moving, Vec3 sweep, const Solid& standing, const Done& done) {
-  const double round = rounding(moving) + rounding(standing);
-  const auto vertex = [&](Vec3 direction) {  // of the difference, furthest along `direction`
-    Vertex v;
-    v.standing = core_support(standing, direction);
-    v.moving = core_support(moving, direction * -1);
-    if (dot(direction, sweep) < 0) v.moving = v.moving + sweep;
-    v.w = v.standing - v.moving;
-    return v;
+  const auto take = [&](Vec2 on_a, Vec2 on_b) {
+    const Vec2 v = on_a - on_b;
+    if (dot(v, v) < best_square) best_square = dot(v, v), best = on_b;
   };
-
-  Gap best;
-  Simplex s;
-  Vec3 v = standing.centre - (moving.centre + sweep * 0.5);
-  if (dot(v, v) == 0) v = {0, 0, 1};
-  double v_square = std::numeric_limits<double>::infinity();
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
-    const Vertex next = vertex(v * -1);
-    const double length = norm(v), lower = dot(v, next.w) / length - round;
-    if (lower > best.lower) best.lower = lower, best.direction = v * (1 / length);
-    if (done(best)) return best;
-    for (int i = 0; i < s.size; ++i)
-      if (s.at[static_cast<std::size_t>(i)].w == next.w) return best;  // no nearer point exists
-    s.at[static_cast<std::size_t>(s.size++)] = next;
-    switch (s.size) {
-      case 1: s.share[0] = 1; break;
-      case 2: nearest_on_segment(s); break;
-      case 3: nearest_on_triangle(s); break;
-      default: nearest_on_tetrahedron(s); break;
-    }
-    v = combine(s, &Vertex::w);
-    const double square = dot(v, v);
-    if (s.size == 4 || square < 1e-24) {  // the cores meet
-      best.upper = -round;
-      return best;
-    }
-    const double upper = std::sqrt(square) - round;
-    if (upper < best.upper) {
-      best.upper = upper;
-      const Vec3 unit = v * (1 / std::sqrt(square));
-      best.on_moving = combine(s, &Vertex::moving) + unit * rounding(moving);
-      best.on_standing = combine(s, &Vertex::standing) - unit * rounding(standing);
-    }
-    if (done(best) || square >= v_square) return best;  // rounding stops progress: what is proved so far stands
-    v_square = square;
+  for (const Vec2 p : corners(a)) take(p, nearest_in(b, p));
+  for (const Vec2 p : corners(b)) take(nearest_in(a, p), p);
+  Vec2 p = best;
+  for (int i = 0; i < 50; ++i) {
+    const Vec2 on_a = nearest_in(a, p);
+    p = nearest_in(b, on_a);
+    take(on_a, p);
   }
   return best;
 }
 
 }  // namespace
 
-Gap gap(const Solid& moving, Vec3 sweep, const Solid& standing, double decide_at) {
-  return search(moving, sweep, standing,
-                [decide_at](const Gap& g) { return g.lower > decide_at || g.upper <= decide_at; });
-}
-
-Gap measure_gap(const Solid& moving, Vec3 sweep, const Solid& standing) {
-  return search(moving, sweep, standing, [](const Gap& g) { return g.upper - g.lower <= kMeasured_mm; });
+Vec3 nearest_point(const Solid& a, const Solid& b) {
+  const Vec2 at = nearest_of_figures(a, b);
+  const double low = std::max(a.centre.z - a.half.z, b.centre.z - b.half.z);
+  const double high = std::min(a.centre.z + a.half.z, b.centre.z + b.half.z);
+  Vec3 p{at.x, at.y, (low + high) / 2};  // where their heights overlap, in the middle
+  if (low > high) p.z = b.centre.z > a.centre.z ? b.centre.z - b.half.z : b.centre.z + b.half.z;
+  if (b.kind != Solid::Kind::Capsule) return p;
+  const Vec3 towards = away(difference(b, a), {}).direction;  // from b to a
+  return p + towards * b.half.x;
 }
 
 }  // namespace gantry::motion

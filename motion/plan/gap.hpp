@@ -1,9 +1,9 @@
-// How far a convex body that is swept along a straight line stays from one that stands. For translation the swept body
-// is convex itself, its support is the body's plus that of the line, so one convex query answers exactly: no sampling.
+// How far a convex body that is moved along a straight line stays from one that stands: exact, no sampling.
 //   Gap g = gap(needle, {40, 0, 0}, part, 2.0);    // decides at 2 mm
 //   g.lower > 2.0: free, and g.direction proves it: between the planes across it there is that much room
-// GJK (Gilbert, Johnson, Keerthi 1988) in double precision and mm; each iteration gives a lower bound (with its
-// direction) and an upper bound of the distance, so that it may stop as soon as the question is answered.
+// Where the motion has come to, the distance has a closed form (difference.hpp). Along the motion it is convex and,
+// while the bodies are apart, smooth: each look gives a tangent, two tangents the next place to look at. Near the
+// minimum the planes that contain the motion are tried too: one of them parts what is apart by next to nothing.
 #pragma once
 #include <limits>
 
@@ -15,11 +15,21 @@ struct Gap {
   double lower = -std::numeric_limits<double>::infinity();  ///< proved by `direction`; mm
   double upper = std::numeric_limits<double>::infinity();   ///< two points that near exist; mm
   Vec3 direction{0, 0, 1};                                  ///< unit, from the moving body to the standing one
-  Vec3 on_moving, on_standing;                              ///< nearest points, when lower and upper meet above 0
+  double fraction = 0;                                      ///< of the motion, where they are `upper` apart
 };
 
-/// Stops when lower > decide_at or upper <= decide_at. Without `decide_at` it measures: upper - lower <= 1e-7 mm.
+/// Stops when lower > decide_at or upper <= decide_at. `measure_gap` goes on until both are as near as numbers allow
+/// (1e-7 mm or better where the bodies are apart; where they overlap, upper <= 0 and no lower bound).
 Gap gap(const Solid& moving, Vec3 sweep, const Solid& standing, double decide_at);
 Gap measure_gap(const Solid& moving, Vec3 sweep, const Solid& standing);
+/// Measures, but gives up (upper is at least `known_mm` then) as soon as it is sure that they come no nearer than that.
+Gap gap_below(const Solid& moving, Vec3 sweep, const Solid& standing, double known_mm);
+
+/// The first share of the motion at which the two are as near as `margin_mm`; 1 when they never are.
+double first_contact(const Solid& moving, Vec3 sweep, const Solid& standing, double margin_mm);
+
+/// A point of the standing body that is nearest to the moving one where it is; of overlapping bodies one that both
+/// share.
+Vec3 nearest_point(const Solid& moving, const Solid& standing);
 
 }  // namespace gantry::motion

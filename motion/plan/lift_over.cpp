@@ -36,6 +36,19 @@ double climb(const Scene& scene, const AxisVec& from, const AxisVec& to, std::si
   return free;
 }
 
+/// What a box test leaves over of the bodies from number `first` on, in their order.
+void collect(const Scene& scene, const BodySweep& body, double margin, std::uint32_t first,
+             std::vector<std::uint32_t>& near) {
+  near.clear();
+  const auto& nodes = scene.tree().nodes();
+  for (std::size_t i = 0; i < nodes.size();) {
+    const bool far = body.far(nodes[i].box, margin);
+    if (!far && nodes[i].body != Tree::kInner && nodes[i].body >= first) near.push_back(nodes[i].body);
+    i = far ? nodes[i].skip : i + 1;
+  }
+  std::sort(near.begin(), near.end());
+}
+
 }  // namespace
 
 tl::expected<LiftOver, NoLiftOver> lift_over(const Scene& scene, const AxisVec& from, const AxisVec& to,
@@ -43,13 +56,16 @@ tl::expected<LiftOver, NoLiftOver> lift_over(const Scene& scene, const AxisVec& 
   const std::size_t z_axis = scene.z();
   const double z_max = scene.axes()[z_axis].p_max;
   double z = std::max(from[z_axis], to[z_axis]);
+  std::vector<std::uint32_t> near;
   for (bool climbed = true; climbed;) {
     climbed = false;
     for (std::size_t i = 0; i < scene.head().size(); ++i) {
       Across across = across_at(scene, from, to, z);
       BodySweep body(scene, i, across.from, across.to);
-      for (std::size_t k = 0; k < scene.standing().size(); ++k) {
-        if (body.far(k, margins.clearance_mm) || body.prove(k, margins.clearance_mm)) continue;
+      collect(scene, body, margins.clearance_mm, 0, near);
+      for (std::size_t n = 0; n < near.size(); ++n) {
+        const std::uint32_t k = near[n];
+        if (body.prove(k, margins.clearance_mm)) continue;
         const double margin = margins.of(i, k);
         if (margin < margins.clearance_mm && body.prove(k, margin)) continue;
         z = climb(scene, from, to, i, k, margin, z);
@@ -60,6 +76,8 @@ tl::expected<LiftOver, NoLiftOver> lift_over(const Scene& scene, const AxisVec& 
         climbed = true;
         across = across_at(scene, from, to, z);
         body = BodySweep(scene, i, across.from, across.to);
+        collect(scene, body, margins.clearance_mm, k + 1, near);
+        n = static_cast<std::size_t>(-1);
       }
     }
   }

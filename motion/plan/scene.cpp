@@ -3,6 +3,8 @@
 #include <bit>
 #include <fmt/format.h>
 
+#include "motion/plan/verify.hpp"
+
 namespace gantry::motion {
 namespace {
 
@@ -11,18 +13,17 @@ SceneBody make(const config::Body& body) {
   return {body.name, s, body.on_lift, {extent(s, {1, 0, 0}), extent(s, {0, 1, 0}), extent(s, {0, 0, 1})}};
 }
 
-void add(std::uint64_t& hash, std::uint8_t byte) { hash = (hash ^ byte) * 0x100000001b3ULL; }
-void add(std::uint64_t& hash, double v) {
+void add(Fnv1a& hash, double v) {
   const auto bits = std::bit_cast<std::uint64_t>(v + 0.0);  // -0 is 0
-  for (int i = 0; i < 64; i += 8) add(hash, static_cast<std::uint8_t>(bits >> i));
+  for (int i = 0; i < 64; i += 8) hash.add(static_cast<std::uint8_t>(bits >> i));
 }
-void add(std::uint64_t& hash, const SceneBody& b) {
-  for (const char c : b.name) add(hash, static_cast<std::uint8_t>(c));
-  add(hash, std::uint8_t{0});
-  add(hash, static_cast<std::uint8_t>(b.solid.kind));
+void add(Fnv1a& hash, const SceneBody& b) {
+  for (const char c : b.name) hash.add(static_cast<std::uint8_t>(c));
+  hash.add(0);
+  hash.add(static_cast<std::uint8_t>(b.solid.kind));
   for (const Vec3 v : {b.solid.centre, b.solid.half}) add(hash, v.x), add(hash, v.y), add(hash, v.z);
   add(hash, b.solid.cos), add(hash, b.solid.sin);
-  add(hash, static_cast<std::uint8_t>(b.on_lift));
+  hash.add(static_cast<std::uint8_t>(b.on_lift));
 }
 
 }  // namespace
@@ -35,13 +36,18 @@ Scene::Scene(const config::Machine& m) : x_(m.x.value), y_(m.y.value), z_(m.z.va
     motion::add(hash_, head_.back());
   }
   motion::add(hash_, static_cast<double>(head_.size()));
-  for (const config::Body& b : m.scene) add(b);
+  add(m.scene);
 }
 
-void Scene::add(const config::Body& body) {
-  standing_.push_back(make(body));
-  boxes_.push_back({standing_.back().solid.centre, standing_.back().half_box});
-  motion::add(hash_, standing_.back());
+void Scene::add(std::span<const config::Body> bodies) {
+  for (const config::Body& body : bodies) {
+    standing_.push_back(make(body));
+    motion::add(hash_, standing_.back());
+  }
+  std::vector<Box> boxes;
+  for (const SceneBody& b : standing_) boxes.push_back({b.solid.centre, b.half_box});
+  tree_ = Tree(boxes), wide_tree_ = WideTree(tree_);
+  tree_holds_ = holds_all(tree_, standing_);
 }
 
 Vec3 BoardFrame::from_machine(Vec3 p) const {

@@ -7,13 +7,17 @@
 #pragma once
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "config/machine.hpp"
 #include "core/axis_vec.hpp"
+#include "core/fnv.hpp"
 #include "motion/plan/solid.hpp"
+#include "motion/plan/tree.hpp"
+#include "motion/plan/wide_tree.hpp"
 
 namespace gantry::motion {
 
@@ -35,18 +39,19 @@ struct BoardFrame {
 class Scene {
  public:
   explicit Scene(const config::Machine& machine);
-  /// Adds a body that stands, in machine coordinates.
-  void add(const config::Body& body);
+  /// Adds bodies that stand, in machine coordinates. Each call makes the tree anew: many bodies are added at once.
+  void add(std::span<const config::Body> bodies);
+  void add(const config::Body& body) { add({&body, 1}); }
   /// From now on points are told in the coordinates of a board that lies there; in those of the machine before.
   void tell_in(const BoardFrame& board) { board_ = board; }
 
   [[nodiscard]] const std::vector<SceneBody>& head() const { return head_; }
   [[nodiscard]] const std::vector<SceneBody>& standing() const { return standing_; }
-  /// Axis-aligned boxes of standing(), side by side in memory for the first look at each pair.
-  struct Box {
-    Vec3 centre, half;
-  };
-  [[nodiscard]] const std::vector<Box>& boxes() const { return boxes_; }
+  /// Over standing().
+  [[nodiscard]] const Tree& tree() const { return tree_; }
+  [[nodiscard]] const WideTree& wide_tree() const { return wide_tree_; }
+  /// The second check has looked at the tree (verify.hpp): its boxes hold what is in them, and no body is missing.
+  [[nodiscard]] bool tree_holds() const { return tree_holds_; }
   /// By how much the axes carry a body of the head.
   [[nodiscard]] Vec3 carried(const SceneBody& body, const AxisVec& q) const {
     return {q[x_], q[y_], q[z_] - (body.on_lift && has_lift_ ? q[u_] : 0.0)};
@@ -57,6 +62,8 @@ class Scene {
     double p_min = 0, p_max = 0;
   };
   [[nodiscard]] const std::vector<Axis>& axes() const { return axes_; }
+  [[nodiscard]] std::size_t x() const { return x_; }
+  [[nodiscard]] std::size_t y() const { return y_; }
   [[nodiscard]] std::size_t z() const { return z_; }
   [[nodiscard]] bool has_lift() const { return has_lift_; }
   [[nodiscard]] std::size_t u() const { return u_; }
@@ -67,16 +74,18 @@ class Scene {
   [[nodiscard]] const std::optional<BoardFrame>& board() const { return board_; }
 
   /// Changes when any body changes (FNV-1a over names and numbers); stands in certificates.
-  [[nodiscard]] std::uint64_t hash() const { return hash_; }
+  [[nodiscard]] std::uint64_t hash() const { return hash_.value(); }
 
  private:
   std::vector<SceneBody> head_, standing_;
-  std::vector<Box> boxes_;
+  Tree tree_;
+  WideTree wide_tree_;
+  bool tree_holds_ = true;
   std::vector<Axis> axes_;
   std::size_t x_ = 0, y_ = 0, z_ = 0, u_ = 0;
   bool has_lift_ = false;
   std::optional<BoardFrame> board_;
-  std::uint64_t hash_ = 0xcbf29ce484222325ULL;
+  Fnv1a hash_;
 };
 
 }  // namespace gantry::motion

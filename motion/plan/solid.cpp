@@ -23,22 +23,6 @@ Solid make_solid(const config::Body& body) {
   return s;
 }
 
-Vec3 core_support(const Solid& s, Vec3 d) {
-  switch (s.kind) {
-    case Solid::Kind::Box: {
-      const double x = std::copysign(s.half.x, s.cos * d.x + s.sin * d.y);
-      const double y = std::copysign(s.half.y, s.cos * d.y - s.sin * d.x);
-      return s.centre + Vec3{s.cos * x - s.sin * y, s.sin * x + s.cos * y, std::copysign(s.half.z, d.z)};
-    }
-    case Solid::Kind::Cylinder: {
-      const double flat = std::sqrt(d.x * d.x + d.y * d.y), k = flat > 0 ? s.half.x / flat : 0.0;
-      return s.centre + Vec3{k * d.x, k * d.y, std::copysign(s.half.z, d.z)};
-    }
-    case Solid::Kind::Capsule: break;
-  }
-  return s.centre + Vec3{0, 0, std::copysign(s.half.z, d.z)};
-}
-
 double extent(const Solid& s, Vec3 n) {
   const double up = std::abs(n.z) * s.half.z;
   switch (s.kind) {

@@ -2,8 +2,7 @@
 // Z.
 //   Solid s = make_solid(body);   // body: config::Body of the machine file
 // A solid is a core and a rounding about it (a capsule: its axis and its radius), so that round things stay exact.
-// Extents are what the second check (verify.hpp) uses; supports are what the first (gap.hpp) uses. Neither knows the
-// other.
+// Extents are what the second check (verify.hpp) uses; the first makes a body of its own of each pair (difference.hpp).
 #pragma once
 #include <cstdint>
 
@@ -26,10 +25,6 @@ inline Solid moved(Solid solid, Vec3 by) {
   return solid;
 }
 
-/// Radius of the rounding about the core: a capsule's radius, else 0.
-inline double rounding(const Solid& s) { return s.kind == Solid::Kind::Capsule ? s.half.x : 0.0; }
-/// The core's furthest point along `direction` (any length; not 0).
-Vec3 core_support(const Solid& solid, Vec3 direction);
 /// How far the solid reaches from its centre along the unit vector `n`: all shapes are symmetric about their centre.
 double extent(const Solid& solid, Vec3 n);
 

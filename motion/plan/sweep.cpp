@@ -10,7 +10,7 @@
 namespace gantry::motion {
 namespace {
 
-constexpr double kFraction_mm = 1e-4;  // how exactly the position of a hit is found
+constexpr double kFraction_mm = 1e-4;  // how exactly the position of a hit is found where overlap is allowed
 
 /// Room along one direction between a swept body and a standing one; below 0 they overlap along it.
 double room_along(const Solid& a, Vec3 sweep, const Solid& b, Vec3 n) {
@@ -19,31 +19,17 @@ double room_along(const Solid& a, Vec3 sweep, const Solid& b, Vec3 n) {
 }
 
 /// Overlap is allowed down to `margin` < 0: along Z or an upright face normal of the standing body.
-std::optional<PairProof> prove_overlap(const Solid& a, Vec3 sweep, const Solid& b, double margin) {
-  PairProof best;
-  best.room_mm = -std::numeric_limits<double>::infinity();
+std::optional<Vec3> prove_overlap(const Solid& a, Vec3 sweep, const Solid& b, double margin) {
   for (const Vec3 n : {Vec3{0, 0, 1}, Vec3{b.cos, b.sin, 0}, Vec3{-b.sin, b.cos, 0}})
-    for (const double sign : {-1.0, 1.0}) {
-      const double room = room_along(a, sweep, b, n * sign);
-      if (room > best.room_mm) best.room_mm = room, best.direction = n * sign;
-    }
-  if (best.room_mm > margin) return best;
+    for (const double sign : {-1.0, 1.0})
+      if (room_along(a, sweep, b, n * sign) > margin) return n * sign;
   return std::nullopt;
 }
 
-std::optional<PairProof> prove(const Solid& a, Vec3 sweep, const Solid& b, double margin) {
+std::optional<Vec3> prove(const Solid& a, Vec3 sweep, const Solid& b, double margin) {
   const Gap g = gap(a, sweep, b, margin);
-  if (g.lower > margin) return PairProof{0, 0, g.direction, g.lower};
+  if (g.lower > margin) return g.direction;
   return margin < 0 ? prove_overlap(a, sweep, b, margin) : std::nullopt;
-}
-
-/// Middle of what two overlapping bodies' boxes share.
-Vec3 middle_of_overlap(Vec3 a, Vec3 a_half, Vec3 b, Vec3 b_half) {
-  const auto middle = [](double p, double p_half, double q, double q_half) {
-    return (std::max(p - p_half, q - q_half) + std::min(p + p_half, q + q_half)) / 2;
-  };
-  return {middle(a.x, a_half.x, b.x, b_half.x), middle(a.y, a_half.y, b.y, b_half.y),
-          middle(a.z, a_half.z, b.z, b_half.z)};
 }
 
 }  // namespace
@@ -74,81 +60,145 @@ Result<Margins> make_margins(const Scene& scene, double clearance_mm, const std:
       return fail(Fault::UnknownReference,
                   fmt::format("an allowed approach names '{}' and '{}', but there is no such body {}", t.head,
                               t.standing, head == scene.head().size() ? "on the head" : "in the scene"));
-    out.pairs.push_back({head, standing, t.clearance_mm, t.by_design});
+    out.pairs.push_back({head, standing, t.clearance_mm + extra_mm, t.by_design});
   }
   return out;
 }
 
-BodySweep::BodySweep(const Scene& scene, std::size_t head, const AxisVec& from, const AxisVec& to)
+BodySweep::BodySweep(const Scene& scene, std::size_t head, const AxisVec& from, const AxisVec& to,
+                     const BodySweep* other)
     : scene_(&scene), head_(head), half_box_(scene.head()[head].half_box) {
   const SceneBody& body = scene.head()[head];
   const Vec3 start = scene.carried(body, from);
   sweep_ = scene.carried(body, to) - start;
   start_ = moved(body.solid, start);
-  middle_ = start_.centre + sweep_ * 0.5;
-  reach_ = half_box_ + Vec3{std::abs(sweep_.x), std::abs(sweep_.y), std::abs(sweep_.z)} * 0.5;
-  const std::array<Vec3, 3> n{{{0, sweep_.z, -sweep_.y}, {-sweep_.z, 0, sweep_.x}, {sweep_.y, -sweep_.x, 0}}};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double length = norm(n[i]);
-    if (length > 1e-9) across_[i] = n[i] * (1 / length);
+  if (other != nullptr && other->sweep_ == sweep_) {
+    across_ = other->across_, across_parts_ = other->across_parts_;
+  } else {
+    const std::array<Vec3, 3> n{{{0, sweep_.z, -sweep_.y}, {-sweep_.z, 0, sweep_.x}, {sweep_.y, -sweep_.x, 0}}};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double length = norm(n[i]);
+      if (length > 1e-9) across_[i] = n[i] * (1 / length);
+      across_parts_[i] = {std::abs(across_[i].x), std::abs(across_[i].y), std::abs(across_[i].z)};
+    }
   }
+  look_around();
 }
 
-std::optional<PairProof> BodySweep::prove(std::size_t standing, double margin) const {
-  // Three directions along the axes, three across motion and axis: for boxes every direction that can part them.
-  const SceneBody& b = scene_->standing()[standing];
-  const Vec3 d = b.solid.centre - middle_;
-  if (const double room = std::abs(d.x) - reach_.x - b.half_box.x; room > margin)
-    return PairProof{head_, standing, {std::copysign(1.0, d.x), 0, 0}, room};
-  if (const double room = std::abs(d.y) - reach_.y - b.half_box.y; room > margin)
-    return PairProof{head_, standing, {0, std::copysign(1.0, d.y), 0}, room};
-  if (const double room = std::abs(d.z) - reach_.z - b.half_box.z; room > margin)
-    return PairProof{head_, standing, {0, 0, std::copysign(1.0, d.z)}, room};
-  const Vec3 half = half_box_ + b.half_box;
-  for (const Vec3 n : across_) {
-    const double along = dot(n, d);
-    const double room = std::abs(along) - std::abs(n.x) * half.x - std::abs(n.y) * half.y - std::abs(n.z) * half.z;
-    if (room > margin && n != Vec3{}) return PairProof{head_, standing, n * std::copysign(1.0, along), room};
+void BodySweep::look_around() {
+  middle_ = start_.centre + sweep_ * 0.5;
+  reach_ = half_box_ + Vec3{std::abs(sweep_.x), std::abs(sweep_.y), std::abs(sweep_.z)} * 0.5;
+}
+
+void BodySweep::cut(double fraction) {
+  sweep_ = sweep_ * (fraction / cut_), cut_ = fraction;
+  look_around();
+}
+
+bool BodySweep::far(const Box& b, double margin_mm) const noexcept {
+  const Vec3 d = b.centre - middle_, half = b.half + half_box_;
+  const double margin = margin_mm + kTouch_mm;
+  if ((std::abs(d.z) - reach_.z - b.half.z > margin) | (std::abs(d.x) - reach_.x - b.half.x > margin) |
+      (std::abs(d.y) - reach_.y - b.half.y > margin))
+    return true;
+  bool far = false;
+  for (std::size_t i = 0; i < 3; ++i) far |= std::abs(dot(across_[i], d)) - dot(across_parts_[i], half) > margin;
+  return far & (margin > 0);  // a direction that is 0 leaves a room of 0
+}
+
+Vec3 BodySweep::parts(const Box& b, double margin_mm) const noexcept {
+  const Vec3 d = b.centre - middle_, half = b.half + half_box_;
+  const double margin = margin_mm + kTouch_mm;
+  if (std::abs(d.z) - reach_.z - b.half.z > margin) return {0, 0, std::copysign(1.0, d.z)};
+  if (std::abs(d.x) - reach_.x - b.half.x > margin) return {std::copysign(1.0, d.x), 0, 0};
+  if (std::abs(d.y) - reach_.y - b.half.y > margin) return {0, std::copysign(1.0, d.y), 0};
+  // Three directions across motion and axis: with the axes, for boxes, every one that can part them.
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double to = dot(across_[i], d);
+    if (std::abs(to) - dot(across_parts_[i], half) > margin && across_[i] != Vec3{})
+      return across_[i] * std::copysign(1.0, to);
   }
-  auto proof = motion::prove(start_, sweep_, b.solid, margin);
-  if (proof) proof->head = head_, proof->standing = standing;
-  return proof;
+  return {};
+}
+
+double BodySweep::room(const Box& b) const noexcept {
+  const Vec3 d = b.centre - middle_, half = b.half + half_box_;
+  double most = std::max(
+      {std::abs(d.x) - reach_.x - b.half.x, std::abs(d.y) - reach_.y - b.half.y, std::abs(d.z) - reach_.z - b.half.z});
+  for (std::size_t i = 0; i < 3; ++i)
+    if (across_[i] != Vec3{}) most = std::max(most, std::abs(dot(across_[i], d)) - dot(across_parts_[i], half));
+  return most;
+}
+
+std::optional<Vec3> BodySweep::prove(std::size_t standing, double margin) const {
+  const SceneBody& b = scene_->standing()[standing];
+  if (const Vec3 n = parts({b.solid.centre, b.half_box}, margin); n != Vec3{}) return n;
+  return motion::prove(start_, sweep_, b.solid, margin + kTouch_mm);
 }
 
 Hit BodySweep::locate(std::size_t standing, double margin) const {
   const SceneBody& b = scene_->standing()[standing];
-  double free = 0,
-         hit = motion::prove(start_, {}, b.solid, margin) ? 1 : 0;  // a longer motion never frees a shorter one
-  while ((hit - free) * norm(sweep_) > kFraction_mm) {
-    const double middle = (free + hit) / 2;
-    (motion::prove(start_, sweep_ * middle, b.solid, margin) ? free : hit) = middle;
+  double t = 0;
+  if (margin >= 0) {
+    t = first_contact(start_, sweep_, b.solid, margin + kTouch_mm);
+  } else if (motion::prove(start_, {}, b.solid, margin)) {  // a longer motion never frees a shorter one
+    for (double hit = 1; (hit - t) * norm(sweep_) > kFraction_mm;) {
+      const double middle = (t + hit) / 2;
+      (motion::prove(start_, sweep_ * middle, b.solid, margin) ? t : hit) = middle;
+    }
   }
-  const Solid there = moved(start_, sweep_ * free);
-  const Gap g = measure_gap(there, {}, b.solid);
-  return {head_, standing, free,
-          g.upper > 0 ? g.on_standing : middle_of_overlap(there.centre, half_box_, b.solid.centre, b.half_box), margin};
+  return {head_, standing, t * cut_, nearest_point(moved(start_, sweep_ * t), b.solid), margin};
 }
 
 std::optional<Hit> first_hit(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
-                             std::vector<PairProof>* proofs) {
+                             Proof* proof) {
   std::optional<Hit> first;
+  const auto& nodes = scene.tree().nodes();
   for (std::size_t i = 0; i < scene.head().size(); ++i) {
-    const BodySweep body(scene, i, from, to);
-    for (std::size_t k = 0; k < scene.standing().size(); ++k) {
-      if (proofs == nullptr && body.far(k, margins.clearance_mm)) continue;
+    BodySweep body(scene, i, from, to);
+    if (first) body.cut(first->fraction);
+    for (std::uint32_t node = 0; node < nodes.size();) {
       // An allowed approach only lowers a margin, so what keeps the full clearance need not be looked up.
-      auto proof = body.prove(k, margins.clearance_mm);
-      const double margin = proof || margins.pairs.empty() ? margins.clearance_mm : margins.of(i, k);
-      if (!proof && margin < margins.clearance_mm) proof = body.prove(k, margin);
-      if (!proof) {
-        const Hit hit = body.locate(k, margin);
-        if (!first || hit.fraction < first->fraction) first = hit;
-      } else if (proofs != nullptr) {
-        proofs->push_back(*proof);
+      const Tree::Node& at = nodes[node];
+      auto direction = std::optional(body.parts(at.box, margins.clearance_mm));
+      if (*direction == Vec3{} && at.body == Tree::kInner) {
+        ++node;
+        continue;
       }
+      if (*direction == Vec3{}) direction = body.prove(at.body, margins.clearance_mm);
+      if (!direction) {
+        const double margin = margins.of(i, at.body);
+        if (margin < margins.clearance_mm) direction = body.prove(at.body, margin);
+        if (!direction) {
+          const Hit hit = body.locate(at.body, margin);
+          if (!first || hit.fraction < first->fraction) first = hit;
+          if (first->fraction <= 0) return first;
+          body.cut(first->fraction);
+        }
+      }
+      if (direction && proof != nullptr) proof->push_back({static_cast<std::uint32_t>(i), node, *direction});
+      node = at.skip;
     }
   }
   return first;
+}
+
+WideQuestion BodySweep::question(double margin_mm) const {
+  return {middle_, reach_, half_box_, across_, margin_mm + kTouch_mm, scene_->wide_tree().largest_mm()};
+}
+
+bool is_clear(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins) {
+  std::optional<BodySweep> body;
+  bool clear = true;
+  for (std::size_t i = 0; i < scene.head().size() && clear; ++i) {
+    body.emplace(BodySweep(scene, i, from, to, body ? &*body : nullptr));
+    scene.wide_tree().visit(body->question(margins.clearance_mm), [&](std::uint32_t standing) {
+      if (body->prove(standing, margins.clearance_mm)) return true;
+      const double margin = margins.of(i, standing);
+      return clear = margin < margins.clearance_mm && body->prove(standing, margin);
+    });
+  }
+  return clear;
 }
 
 }  // namespace gantry::motion

@@ -1,10 +1,11 @@
 // Does the head hit anything on a straight motion of the axes? Exact: X, Y, Z and U move together, so each body of the
 // head moves along one straight line, and its sweep is one convex query against each body that stands.
 //   std::optional<Hit> hit = first_hit(scene, from, to, {.clearance_mm = 2});
-// Free is what is proved: a pair whose question stays open counts as hit.
+// Free is what is proved: a pair whose question stays open counts as hit. A tree over what stands finds the few pairs
+// that are near; all others are parted off with the box that holds them.
 #pragma once
 #include <array>
-#include <cmath>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,19 +37,21 @@ struct Margins {
   [[nodiscard]] double of(std::size_t head, std::size_t standing) const;
   [[nodiscard]] bool by_design(std::size_t head, std::size_t standing) const;
 };
-/// Looks names up. `extra_mm` is added to the clearance; an allowed approach says what its pair keeps, everything
-/// included.
-/// Fault::UnknownReference.
+/// Looks names up. `extra_mm` is added to the clearance and to what an allowed approach keeps. Fault::UnknownReference.
 Result<Margins> make_margins(const Scene& scene, double clearance_mm, const std::vector<AllowedApproach>& approaches,
                              double extra_mm = 0);
 
-/// Why a pair stays apart over a motion: along `direction` (unit, towards the standing body) there are `room_mm`
-/// between the swept body and the other. verify.hpp checks it again with other code.
-struct PairProof {
-  std::size_t head = 0, standing = 0;
+/// Touching counts as meeting: a pair is apart when there is more than the margin and this between them.
+inline constexpr double kTouch_mm = 1.02e-9;
+
+/// Why a body of the head and a node of the tree (a box with all that is in it, or one body) stay apart over a motion:
+/// along `direction` (unit, towards what stands) there is more room than the margin. verify.hpp checks it with other
+/// code. A proof of a motion is one after the other: for each body of the head, in the order of the tree.
+struct Separation {
+  std::uint32_t head = 0, node = 0;
   Vec3 direction;
-  double room_mm = 0;
 };
+using Proof = std::vector<Separation>;
 
 struct Hit {
   std::size_t head = 0, standing = 0;
@@ -60,31 +63,43 @@ struct Hit {
 /// One body of the head on one motion; the scene outlives it.
 class BodySweep {
  public:
-  BodySweep(const Scene& scene, std::size_t head, const AxisVec& from, const AxisVec& to);
-  /// Far apart along X, Y or Z, as nearly all pairs are; false says nothing.
-  [[nodiscard]] bool far(std::size_t standing, double margin_mm) const noexcept {
-    const Scene::Box& b = scene_->boxes()[standing];
-    return (std::abs(b.centre.x - middle_.x) - reach_.x - b.half.x > margin_mm) |
-           (std::abs(b.centre.y - middle_.y) - reach_.y - b.half.y > margin_mm) |
-           (std::abs(b.centre.z - middle_.z) - reach_.z - b.half.z > margin_mm);
-  }
-  /// Proof that the pair keeps more than the margin; none: it does not, or it cannot be decided.
-  [[nodiscard]] std::optional<PairProof> prove(std::size_t standing, double margin_mm) const;
+  /// `other`: a body of the same motion, whose directions this one takes over when it is carried along the same line.
+  BodySweep(const Scene& scene, std::size_t head, const AxisVec& from, const AxisVec& to,
+            const BodySweep* other = nullptr);
+  /// Direction (unit, towards the box) along which the box is parted off by more than the margin; 0: that was not seen.
+  [[nodiscard]] Vec3 parts(const Box& box, double margin_mm) const noexcept;
+  /// The same as yes or no, and quicker.
+  [[nodiscard]] bool far(const Box& box, double margin_mm) const noexcept;
+  /// What is surely left between the two, along axes and across the motion; may be less than 0.
+  [[nodiscard]] double room(const Box& box) const noexcept;
+  /// Direction that proves that the pair keeps more than the margin; none: it does not.
+  [[nodiscard]] std::optional<Vec3> prove(std::size_t standing, double margin_mm) const;
   /// Where the pair first comes as near as the margin; for a pair that has no proof.
   [[nodiscard]] Hit locate(std::size_t standing, double margin_mm) const;
+  /// The swept box as the wide tree wants it.
+  [[nodiscard]] WideQuestion question(double margin_mm) const;
+  /// The motion ends here: what comes later is of no interest.
+  void cut(double fraction);
+  [[nodiscard]] const Solid& start() const { return start_; }
+  [[nodiscard]] Vec3 sweep() const { return sweep_; }
 
  private:
+  void look_around();
   const Scene* scene_;
   std::size_t head_;
   Solid start_;
   Vec3 half_box_, sweep_;
+  double cut_ = 1;
   // Boxes along the axes, swept: the cheap test that most pairs pass.
   Vec3 middle_, reach_;
-  std::array<Vec3, 3> across_{};  ///< unit, across motion and axis; 0 where the motion is along the axis
+  std::array<Vec3, 3> across_{};        ///< unit, across motion and axis; 0 where the motion is along the axis
+  std::array<Vec3, 3> across_parts_{};  ///< the same without signs
 };
 
-/// The first body that the straight motion would meet, or none. `proofs` receives one proof for every pair.
+/// The first body that the straight motion would meet, or none. `proof` is one of the motion when there is none.
 std::optional<Hit> first_hit(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
-                             std::vector<PairProof>* proofs = nullptr);
+                             Proof* proof = nullptr);
+/// Only whether there is one.
+bool is_clear(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins);
 
 }  // namespace gantry::motion

@@ -5,14 +5,6 @@
 #include "motion/profile/planner.hpp"
 
 namespace gantry::motion {
-namespace {
-
-State advanced(const State& x, double jerk, double t) noexcept {
-  return {x.p + t * (x.v + t * (x.a / 2 + t * jerk / 6)), x.v + t * (x.a + t * jerk / 2), x.a + t * jerk};
-}
-
-}  // namespace
-
 const char* name(Reason reason) noexcept {
   switch (reason) {
     case Reason::Solved: return "solved";

@@ -36,20 +36,18 @@ bool forward(const Profile& profile) noexcept {
   return true;
 }
 
-/// A change to a coasting speed, coasting, and a change to the end speed: used where the shortest motion would go back,
-/// or where a lowered speed bound has to be eased to.
-Profile over_coasting(const State& x, double room, double v_end, const Bounds& bounds) noexcept {
-  const auto total = [&](double v) { return way_to_speed(x, v, bounds) + change_length(v, v_end, bounds.a, bounds.j); };
-  double v = v_end;
-  if (bounds.v > v_end) {
-    const double coming = std::min(coming_speed(x, bounds.j), bounds.v);
-    const double fits = coming > v_end && total(coming) <= room ? coming : v_end;
-    v = total(bounds.v) <= room ? bounds.v : nearest(fits, bounds.v, [&](double w) { return total(w) <= room; });
-  }
+/// A change to a coasting speed, coasting, and braking to rest: used where the shortest motion would go back, or where
+/// a lowered speed bound has to be eased to.
+Profile over_coasting(const State& x, double room, const Bounds& bounds) noexcept {
+  const auto total = [&](double v) { return way_to_speed(x, v, bounds) + change_length(v, 0, bounds.a, bounds.j); };
+  const double coming = std::min(coming_speed(x, bounds.j), bounds.v);
+  const double fits = total(coming) <= room ? coming : 0;
+  const double v =
+      total(bounds.v) <= room ? bounds.v : nearest(fits, bounds.v, [&](double w) { return total(w) <= room; });
   Profile out = change_speed(x, v, bounds).profile;
   const double rest = room - total(v);
   if (rest > 0 && v > 0) out.phases.push_back({rest / v, 0});
-  for (const Phase& phase : change_speed({0, v, 0}, v_end, bounds).profile.phases) out.phases.push_back(phase);
+  for (const Phase& phase : change_speed({0, v, 0}, 0, bounds).profile.phases) out.phases.push_back(phase);
   return out;
 }
 
@@ -59,36 +57,20 @@ double way_to_speed(const State& x, double v_to, const Bounds& bounds) noexcept 
   return end_state(change_speed(x, v_to, bounds).profile).p - x.p;
 }
 
-// The way to a lower speed v is not monotone in v: from (V, 0) it grows until v = V/3 and shrinks beyond, for braking
-// to rest is short though it takes long. What fits is [0, v1] and [v*, coming]; v_now lies in one of them.
-Approach approach(const State& x, double length, double v_allowed, double v_now, const Bounds& bounds) noexcept {
+Approach approach(const State& x, double length, const Bounds& bounds) noexcept {
   Approach out;
   const double room = length - x.p;
-  const auto fits = [&](double v) { return way_to_speed(x, v, bounds) <= room + kWaySlack; };
-  double v_end = v_allowed;
-  if (!fits(v_end)) {
-    const double coming = coming_speed(x, bounds.j);
-    if (!fits(coming)) return out;
-    v_end = nearest(coming, v_allowed, fits);
-    const bool none = v_now == kNoCourse;
-    if (v_end > v_allowed && (none || v_end > v_now)) {
-      if (fits(0))
-        v_end = nearest(0, v_allowed, fits);
-      else if (!none)
-        return out;
-    }
-  }
+  if (way_to_speed(x, 0, bounds) > room + kWaySlack) return out;
   out.found = true;
-  out.v_out = v_end;
-  if (std::max(x.v, coming_speed(x, bounds.j)) <= bounds.v && v_end <= bounds.v) {
-    const Plan shortest = move(x, {length, v_end, 0}, bounds);
+  if (std::max(x.v, coming_speed(x, bounds.j)) <= bounds.v) {
+    const Plan shortest = move(x, {length, 0, 0}, bounds);
     const double miss = shortest ? std::abs(end_state(shortest.profile).p - length) : 0;
     if (shortest && miss <= 10 * kWaySlack && forward(shortest.profile)) {
       out.profile = shortest.profile;
       return out;
     }
   }
-  out.profile = over_coasting(x, room, v_end, bounds);
+  out.profile = over_coasting(x, room, bounds);
   return out;
 }
 

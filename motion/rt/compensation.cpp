@@ -26,6 +26,12 @@ Compensation::Compensation(const Limits& limits, const AxisVec& response_delay_s
 
 void Compensation::reset(const AxisVec& q, std::uint32_t outputs) noexcept { history_.fill({q, {}, outputs}); }
 
+bool Compensation::clear_of(std::uint32_t mask) const noexcept {
+  for (int k = 0; k <= delay_ticks_; ++k)
+    if ((ago(k).outputs & mask) != 0) return false;
+  return true;
+}
+
 const Compensation::Sample& Compensation::ago(int ticks) const noexcept {
   return history_[(newest_ + kHistory - static_cast<std::size_t>(ticks)) % kHistory];
 }

@@ -33,6 +33,8 @@ class Compensation {
   Compensated step(const Setpoint& planned, std::uint32_t safe_mask) noexcept;
 
   [[nodiscard]] int delay_ticks() const noexcept { return delay_ticks_; }
+  /// None of these bits is on its way out, or set in what came last.
+  [[nodiscard]] bool clear_of(std::uint32_t mask) const noexcept;
 
  private:
   struct Sample {

@@ -11,14 +11,40 @@ constexpr double kReached = 1e-9;  // of s: rounding at the end of a segment
 
 }  // namespace
 
+/// Segments with events, as they come: the next few are looked at in every tick, the others not.
+void Interpolator::list_events() noexcept {
+  listed_ = std::max(listed_, popped_);
+  for (; waiting_size_ < waiting_.size() && listed_ < seen_; ++listed_)
+    if (!ring_.peek(listed_ - popped_)->events.empty()) waiting_[waiting_size_++] = {listed_, 0};
+}
+
+/// The front segment goes, and with it what waits on it.
+void Interpolator::unlist_front() noexcept {
+  if (waiting_size_ == 0 || waiting_[0].number != popped_) return;
+  std::copy(waiting_.begin() + 1, waiting_.begin() + static_cast<std::ptrdiff_t>(waiting_size_), waiting_.begin());
+  --waiting_size_;
+}
+
+/// The end of the front segment has been reached: all of its events have.
+void Interpolator::fire_front() noexcept {
+  list_events();
+  if (waiting_size_ == 0 || waiting_[0].number != popped_) return;
+  for (std::size_t k = 0; k < front().events.size(); ++k)
+    if ((waiting_[0].fired >> k & 1u) == 0)
+      stopping_ ? outputs_.apply_while_stopping(front().events[k]) : outputs_.apply(front().events[k]);
+}
+
 void Interpolator::fire_events() noexcept {
-  for (std::size_t i = 0; i < kEventWindow; ++i) {
+  list_events();
+  for (std::size_t n = 0; n < waiting_size_; ++n) {
+    Waiting& waiting = waiting_[n];
+    const std::size_t i = waiting.number - popped_;
     const Segment* s = ring_.peek(i);
     if (s == nullptr || s->block != block_) return;
     for (std::size_t k = 0; k < s->events.size(); ++k) {
       const OutputEvent& e = s->events[k];
       const auto bit = static_cast<std::uint8_t>(1u << k);
-      if (fired(i) & bit) continue;
+      if (waiting.fired & bit) continue;
       if (stopping_) {
         if (i > 0 || s_ < e.at_s - kReached) continue;
         outputs_.apply_while_stopping(e);
@@ -26,48 +52,64 @@ void Interpolator::fire_events() noexcept {
         if (!is_due(i, e)) continue;
         outputs_.apply(e);
       }
-      fired(i) = static_cast<std::uint8_t>(fired(i) | bit);
+      waiting.fired = static_cast<std::uint8_t>(waiting.fired | bit);
     }
   }
 }
 
 /// A dispense command that fired ahead of its place, which a stop now keeps the tool from, is given again.
 void Interpolator::take_back_events() noexcept {
-  for (std::size_t i = 0; i < kEventWindow; ++i) {
+  for (std::size_t n = 0; n < waiting_size_; ++n) {
+    Waiting& waiting = waiting_[n];
+    const std::size_t i = waiting.number - popped_;
     const Segment* s = ring_.peek(i);
     if (s == nullptr || s->block != block_) return;
     for (std::size_t k = 0; k < s->events.size(); ++k)
       if (s->events[k].dispense && (i > 0 || course_ == Course::None || s_ < s->events[k].at_s - kReached))
-        fired(i) = static_cast<std::uint8_t>(fired(i) & ~(1u << k));
+        waiting.fired = static_cast<std::uint8_t>(waiting.fired & ~(1u << k));
   }
 }
 
 /// By the present course, and the courses that will follow it, s(now + lead + tick/2) >= at_s on that segment.
 bool Interpolator::is_due(std::size_t segment, const OutputEvent& e) noexcept {
-  double ahead = e.lead_s + limits_.tick_s / 2;
-  double v = v_in_;
-  std::size_t next = 0;
-  if (course_ != Course::None) {
-    const bool to_end = course_ == Course::Nominal || course_ == Course::ToEnd;
-    const double rest = t_end_ - t_;
-    if (segment == 0) return (to_end && ahead >= rest) || evaluate(profile_, t_ + ahead).p >= e.at_s - kReached;
-    if (!to_end) return false;
-    ahead -= rest;
-    v = rests_after(front()) ? 0 : course_ == Course::ToEnd ? v_out_ : evaluate(profile_, t_end_).v;
-    next = 1;
-  }
-  for (std::size_t i = next; ahead >= 0; ++i) {
-    const Segment& s = *ring_.peek(i);
-    Profile p{{0, s.nominal.v0, s.nominal.a0}, s.nominal.phases};
-    if (!nominal_fits(s, v)) {
-      const Approach a = approach(v, s.geometry.length, v_allowed(i), bounds_of(s, override_));
-      if (!a.found) return false;
-      p = a.profile;
+  const double ahead = e.lead_s + limits_.tick_s / 2;
+  if (course_ == Course::None) return comes_to(0, ahead, segment, e.at_s);
+  if (course_ == Course::Paced) {
+    double t = t_ + change_.ahead(ahead, goal_, limits_.tick_s);
+    for (std::size_t i = 0;; ++i) {
+      const Segment* s = ring_.peek(i);
+      if (s == nullptr || s->block != block_) return false;
+      const double end = duration(s->nominal);
+      if (i == segment) return t >= end || along(s->nominal, t).x.p >= e.at_s - kReached;
+      t -= end;
+      if (t < 0) return false;
+      if (s->rests) return goal_ > 0 && comes_to(i + 1, t / goal_, segment, e.at_s);
     }
-    const double t = duration(p);
-    if (i == segment) return ahead >= t || evaluate(p, ahead).p >= e.at_s - kReached;
+  }
+  const bool to_end = course_ == Course::Nominal || course_ == Course::ToEnd;
+  const double rest = t_end_ - t_;
+  if (segment == 0) return (to_end && ahead >= rest) || evaluate(profile_, t_ + ahead).p >= e.at_s - kReached;
+  return to_end && comes_to(1, ahead - rest, segment, e.at_s);
+}
+
+/// From rest at the beginning of segment `from`, that segment is at at_s so much time later.
+bool Interpolator::comes_to(std::size_t from, double ahead, std::size_t segment, double at_s) noexcept {
+  for (std::size_t i = from; ahead >= 0; ++i) {
+    const Segment* s = ring_.peek(i);
+    if (s == nullptr || s->block != block_) return false;
+    if (s->kind == SegmentKind::Path || s->kind == SegmentKind::UntilProbe) {
+      if (override_ != 1) {
+        const Approach a = approach({0, 0, 0}, s->geometry.length, bounds_of(*s));
+        if (!a.found) return false;
+        const double t = duration(a.profile);
+        if (i == segment) return ahead >= t || evaluate(a.profile, ahead).p >= at_s - kReached;
+        ahead -= t;
+        continue;
+      }
+    }
+    const double rate = s->kind == SegmentKind::Piece ? std::min(override_, 1.0) : 1, t = duration(s->nominal) / rate;
+    if (i == segment) return ahead >= t || along(s->nominal, ahead * rate).x.p >= at_s - kReached;
     ahead -= t;
-    v = rests_after(s) ? 0 : end_state(p).v;
   }
   return false;
 }

@@ -9,15 +9,13 @@
 namespace gantry::motion {
 namespace {
 
-// Durations are sums of doubles: what ends within this of a tick ends on it. The shift stays below what jerk shows.
-constexpr double kSnap_s = 1e-11;
 // Bound of the work in one tick; a tool that would cross more segments than this waits for the next tick.
 constexpr int kSegmentsPerTick = 64;
 
 }  // namespace
 
 Interpolator::Interpolator(SegmentRing& ring, const Limits& limits, std::uint32_t valve_mask) noexcept
-    : ring_(ring), limits_(limits), ahead_(ring), outputs_(valve_mask) {}
+    : ring_(ring), limits_(limits), outputs_(valve_mask) {}
 
 void Interpolator::start(const AxisVec& q) noexcept {
   if (doing_ == Doing::Block) drop_block();
@@ -25,6 +23,7 @@ void Interpolator::start(const AxisVec& q) noexcept {
   stopping_ = false;
   outputs_.close_valve();
   q_ = q;
+  recent_.fill(q);
   v_ = a_ = AxisVec{};
   s_dot_ = 0;
   moving_ = false;
@@ -36,23 +35,36 @@ void Interpolator::begin_block(std::uint32_t block) noexcept {
   block_ = block;
   tick_in_block_ = 0;
   course_ = Course::None;
-  v_in_ = 0;
-  started_ = stopping_ = starving_ = looked_ahead_ = false;
+  started_ = stopping_ = starving_ = false;
+  way_ = 0;
   rest_after_ = 0;
   scanned_ = popped_;
+  known_s_ = 0;
 }
 
 Setpoint Interpolator::step(double override_factor) noexcept {
+  const Setpoint out = tick(override_factor);
+  recent_ = {recent_[1], recent_[2], out.q};
+  return out;
+}
+
+Setpoint Interpolator::tick(double override_factor) noexcept {
   if (doing_ == Doing::AxisStop) return axis_stop_tick();
   if (doing_ == Doing::Nothing) return setpoint();
   const double wanted = std::isfinite(override_factor) ? std::clamp(override_factor, 0.1, 2.0) : 1.0;
   if (wanted != override_) {
     override_ = wanted;
     stale_ = true;
-    looked_ahead_ = false;
   }
   see_new_segments();
   const bool reached_end = advance();
+  if (lost_) {
+    lost_ = false;
+    axis_stop();
+    Setpoint out = axis_stop_tick();
+    out.off_path = true;
+    return out;
+  }
   const bool stopped = !reached_end && stopping_ && stands();
   if (stopped) moving_ = false;
   Setpoint out = setpoint();
@@ -69,30 +81,24 @@ Setpoint Interpolator::step(double override_factor) noexcept {
 bool Interpolator::advance() noexcept {
   bool ended = false;
   double left = limits_.tick_s;
-  for (int n = 0; n < kSegmentsPerTick && left > 0 && !ended; ++n) {
+  if (course_ == Course::Paced) choose_rate();
+  for (int n = 0; n < kSegmentsPerTick && left > 0 && !ended && !lost_; ++n) {
     if (course_ == Course::None && !enter()) break;
-    const Segment& segment = front();
-    if (segment.kind == SegmentKind::Dwell && stopping_) break;  // frozen
-    if (stale_ && segment.kind != SegmentKind::Dwell && replan(evaluate(profile_, t_))) stale_ = false;
-    if (course_ == Course::Standing) break;
-    const double rest = t_end_ - t_;
-    const bool ends = left >= rest - kSnap_s;
-    if (course_ == Course::Nominal && !can_brake(ends ? t_end_ : t_ + left) && replan(evaluate(profile_, t_))) {
-      starving_ = true;
+    if (course_ == Course::Paced) {
+      ended = pace(left);
       continue;
     }
+    const SegmentKind kind = front().kind;
+    if (kind == SegmentKind::Dwell && stopping_) break;  // frozen
+    if (stale_ && kind != SegmentKind::Dwell && kind != SegmentKind::Piece && replan(evaluate(profile_, t_)))
+      stale_ = false;
+    if (course_ == Course::Standing) break;
     if (course_ == Course::ToRest) {
-      t_ = ends ? t_end_ : t_ + left;
-      left = 0;
-      // A stop may reach over segment ends: its s goes on into the next one.
-      while (evaluate(profile_, t_).p > front().geometry.length && ring_.peek(1) != nullptr) {
-        s_ = front().geometry.length;
-        fire_events();
-        profile_.from.p -= s_;
-        pop();
-      }
-      if (ends) adopt(Course::Standing, {{std::min(evaluate(profile_, t_).p, front().geometry.length), 0, 0}, {}});
-    } else if (ends) {
+      brake_on(left);
+      break;
+    }
+    const double rest = t_end_ - t_;
+    if (left >= rest - kSnap_s) {
       left = rest > left - kSnap_s ? 0 : left - rest;
       ended = leave();
     } else {
@@ -100,7 +106,10 @@ bool Interpolator::advance() noexcept {
       left = 0;
     }
   }
-  if (course_ != Course::None) take_path_state();
+  if (lost_ || (course_ != Course::None && !take_path_state())) {
+    lost_ = true;
+    return false;
+  }
   if (!started_) return false;
   if (course_ == Course::None && !ended && ring_.peek(0) == nullptr) starving_ = true;
   ++tick_in_block_;
@@ -111,36 +120,62 @@ bool Interpolator::advance() noexcept {
 /// Goes into the block's next segment. False: it is not there yet, or a stop keeps the tool from it.
 bool Interpolator::enter() noexcept {
   while (ring_.peek(0) != nullptr && front().block != block_) pop();
-  if (ring_.peek(0) == nullptr || (stopping_ && v_in_ == 0)) return false;
+  if (ring_.peek(0) == nullptr || stopping_) return false;
+  if (front().kind == SegmentKind::Piece && !enough_is_known()) {
+    starving_ = true;
+    return false;
+  }
   started_ = true;
   choose_course();
   return true;
 }
 
-/// The front segment has come to its end. True when the block has.
+/// The front segment has come to its end, where the path rests. True when the block ends there.
 bool Interpolator::leave() noexcept {
   t_ = t_end_;
-  take_path_state();
-  const bool ends_block = front().ends_block;
-  v_in_ = rests_after(front()) ? 0 : std::max(evaluate(profile_, t_end_).v, 0.0);
-  if (course_ == Course::ToEnd) v_in_ = v_out_;
-  if (v_in_ == 0) {
-    v_ = a_ = AxisVec{};
-    s_dot_ = 0;
-    moving_ = false;
+  if (!take_path_state()) {
+    lost_ = true;
+    return false;
   }
+  const bool ends_block = front().ends_block;
+  v_ = a_ = AxisVec{};
+  s_dot_ = 0;
+  moving_ = false;
   fire_events();
   course_ = Course::None;
   pop();
   return ends_block;
 }
 
+/// A stop on a straight way may reach over segment ends: its s goes on into the next one.
+void Interpolator::brake_on(double left) noexcept {
+  const bool ends = left >= t_end_ - t_ - kSnap_s;
+  t_ = ends ? t_end_ : t_ + left;
+  while (evaluate(profile_, t_).p > front().geometry.length && !front().rests && ring_.peek(1) != nullptr) {
+    profile_.from.p -= front().geometry.length;
+    pass_front();
+  }
+  if (!ends) return;
+  if (front().kind == SegmentKind::Piece)
+    stand_on_piece();
+  else
+    adopt(Course::Standing, {{std::min(evaluate(profile_, t_).p, front().geometry.length), 0, 0}, {}});
+}
+
+/// The tool goes on into the next segment.
+void Interpolator::pass_front() noexcept {
+  s_ = front().geometry.length;
+  fire_front();
+  pop();
+}
+
 void Interpolator::pop() noexcept {
-  fired(0) = 0;
+  unlist_front();
   way_end_ = kWholeWay;
+  if (scanned_ > popped_ && front().kind == SegmentKind::Piece) known_s_ -= duration(front().nominal);
+  if (front().kind != SegmentKind::Dwell) way_ += front().geometry.length;
   ring_.pop(scratch_);
   ++popped_;
-  looked_ahead_ = false;
 }
 
 void Interpolator::forget(std::uint32_t block) noexcept {
@@ -157,31 +192,32 @@ void Interpolator::drop_block() noexcept {
 }
 
 bool Interpolator::stands() noexcept {
-  if (course_ == Course::None) return v_in_ == 0;
-  return course_ == Course::Standing || front().kind == SegmentKind::Dwell;
+  if (course_ == Course::Paced) return rate_.r == 0 && !change_.under_way();
+  return course_ == Course::None || course_ == Course::Standing || front().kind == SegmentKind::Dwell;
 }
 
-/// Axis values from s at the end of a tick.
-void Interpolator::take_path_state() noexcept {
+/// Axis values from s at the end of a tick. False: s is not on its segment.
+bool Interpolator::take_path_state() noexcept {
   const Segment& segment = front();
-  const State x = evaluate(profile_, t_);
-  s_ = std::clamp(x.p, 0.0, segment.geometry.length);
+  const bool paced = course_ == Course::Paced;
+  State x = paced ? along(segment.nominal, t_).x : evaluate(profile_, t_);
+  if (!(x.p >= -kBeyond && x.p <= segment.geometry.length + kBeyond)) return false;
+  if (paced) x = {x.p, x.v * rate_.r, x.a * rate_.r * rate_.r + x.v * rate_.slope};
+  s_ = x.p;
+  way_at_ = segment.kind == SegmentKind::Dwell ? way_ : way_ + s_;
   feature_ = segment.feature;
   probing_ = segment.kind == SegmentKind::UntilProbe;
-  q_ = point(segment.geometry, s_);
-  if (segment.kind == SegmentKind::Dwell || course_ == Course::Standing) {
-    v_ = a_ = AxisVec{};
-    s_dot_ = 0;
-    moving_ = false;
-    return;
-  }
-  const AxisVec q1 = derivative<1>(segment.geometry, s_), q2 = derivative<2>(segment.geometry, s_);
-  for (std::size_t i = 0; i < kMaxAxes; ++i) {
-    v_[i] = q1[i] * x.v;
-    a_[i] = q2[i] * x.v * x.v + q1[i] * x.a;
-  }
+  GeometryJet g;
+  differentiate<2>(segment.geometry, s_, g);
+  q_ = g.q;
+  moving_ = segment.kind != SegmentKind::Dwell && !stands();
+  if (!moving_) x.v = x.a = 0;
   s_dot_ = x.v;
-  moving_ = true;
+  for (std::size_t i = 0; i < kMaxAxes; ++i) {
+    v_[i] = g.d1[i] * x.v;
+    a_[i] = g.d2[i] * x.v * x.v + g.d1[i] * x.a;
+  }
+  return true;
 }
 
 Setpoint Interpolator::setpoint() const noexcept {
@@ -194,6 +230,7 @@ Setpoint Interpolator::setpoint() const noexcept {
   out.tick_in_block = tick_in_block_;
   out.feature = feature_;
   out.s = s_, out.s_dot = s_dot_;
+  out.way = way_at_;
   out.probing = probing_;
   return out;
 }

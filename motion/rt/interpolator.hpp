@@ -3,7 +3,9 @@
 //   Interpolator play(ring, limits, valve_bits);  play.start(q_now);  play.begin_block(7);
 //   Setpoint p = play.step(override);             // every tick, also when idle
 //   play.hold(); ... play.resume();               // effect from the next step on
-// Nominal play evaluates s(t) of the segments as planned. Hold, override, starvation and their ends re-plan s alone.
+// Nominal play evaluates s(t) of the segments as planned. On a straight line hold and override re-plan s; on the pieces
+// of a longer path they change the rate at which its planned time is played, and a stop whose whole way is straight
+// re-plans s there, too.
 // The consumer side of the ring is the interpolator's. Lives in the loop: no allocation, no lock.
 #pragma once
 #include <array>
@@ -12,8 +14,9 @@
 
 #include "core/id.hpp"
 #include "motion/profile/planner.hpp"
-#include "motion/rt/lookahead.hpp"
 #include "motion/rt/output_word.hpp"
+#include "motion/rt/piece_cursor.hpp"
+#include "motion/rt/rate_change.hpp"
 #include "motion/types.hpp"
 
 namespace gantry::motion {
@@ -34,7 +37,8 @@ class Interpolator {
   /// Drops the segments of a block that was not let begin, so that none is left for the next block of that number.
   void forget(std::uint32_t block) noexcept;
 
-  /// One tick on. override_factor: 0.1 .. 2.0, 1 = as planned; clamped.
+  /// One tick on. override_factor: 0.1 .. 2.0, 1 = as planned; clamped. Pieces of a longer path are never faster than
+  /// planned.
   Setpoint step(double override_factor) noexcept;
 
   void hold() noexcept;       ///< brakes on the path; the valve closes at once
@@ -49,61 +53,71 @@ class Interpolator {
   /// Sets bits of the output word outside the valve's.
   void set_outputs(std::uint32_t mask, std::uint32_t bits) noexcept;
 
-  [[nodiscard]] bool idle() const noexcept;      ///< no block plays
-  [[nodiscard]] bool at_rest() const noexcept;   ///< the setpoint stands
-  [[nodiscard]] bool held() const noexcept;      ///< hold or stop_path is in force
-  [[nodiscard]] bool starving() const noexcept;  ///< slowed down because the block's next segments are not there
+  [[nodiscard]] bool idle() const noexcept;     ///< no block plays
+  [[nodiscard]] bool at_rest() const noexcept;  ///< the setpoint stands
+  [[nodiscard]] bool held() const noexcept;     ///< hold or stop_path is in force
+  [[nodiscard]] bool starving()
+      const noexcept;  ///< waits or slows down because the block's next segments are not there
 
  private:
   enum class Doing : std::uint8_t { Nothing, Block, AxisStop };
   enum class Course : std::uint8_t {
-    None,      ///< between segments: the next one is not entered yet
-    Nominal,   ///< as the planner made it, a dwell too
-    ToEnd,     ///< re-planned to the segment's end
-    ToRest,    ///< braking to rest, over following segments too
-    Standing,  ///< at rest within a segment
+    None,      ///< at rest between segments: the next one is not entered yet
+    Nominal,   ///< a line as the planner made it, a dwell too
+    ToEnd,     ///< re-planned to the line's end
+    ToRest,    ///< braking to rest on a straight way, over following pieces too
+    Standing,  ///< at rest within a line
+    Paced,     ///< pieces of a path by their planned time, at a rate; at rest there, too
   };
   enum class AfterStop : std::uint8_t { Wait, Drop, EndBlock };
 
   // interpolator.cpp: time goes on
+  Setpoint tick(double override_factor) noexcept;
   bool advance() noexcept;
   bool enter() noexcept;
   bool leave() noexcept;
+  void pass_front() noexcept;
+  void brake_on(double left) noexcept;
   void pop() noexcept;
   void pop_block(std::uint32_t block) noexcept;
   void drop_block() noexcept;
   bool stands() noexcept;
-  void take_path_state() noexcept;
+  bool take_path_state() noexcept;
   Setpoint axis_stop_tick() noexcept;
   [[nodiscard]] Setpoint setpoint() const noexcept;
-  // replan.cpp: what s does next
+  // replan.cpp: what s does next on a line
   void brake(AfterStop then) noexcept;
   void adopt(Course course, const Profile& profile) noexcept;
   void choose_course() noexcept;
   bool replan(const State& x) noexcept;
-  bool replan_to_rest(const State& x) noexcept;
   bool replan_beyond(AxisId axis, double position) noexcept;
-  bool speeds_fit(const Profile& braking, std::size_t segments) noexcept;
-  [[nodiscard]] bool nominal_fits(const Segment& s, double v_in) const noexcept;
-  double v_at_end() noexcept;
-  bool can_brake(double t) noexcept;
+  [[nodiscard]] Bounds bounds_of(const Segment& s) const noexcept;
+  // pace.cpp: the rate at which pieces are played
+  void choose_rate() noexcept;
+  bool brake_on_line(const State& x) noexcept;
+  bool pace(double& left) noexcept;
+  void stand_on_piece() noexcept;
+  bool enough_is_known() noexcept;
   bool rest_is_known() noexcept;
-  double v_allowed(std::size_t i) noexcept;
   void see_new_segments() noexcept;
   // fire.cpp: events
   void fire_events() noexcept;
+  void fire_front() noexcept;
+  void list_events() noexcept;
+  void unlist_front() noexcept;
   void take_back_events() noexcept;
   bool is_due(std::size_t segment, const OutputEvent& e) noexcept;
+  bool comes_to(std::size_t from, double ahead, std::size_t segment, double at_s) noexcept;
 
   const Segment& front() noexcept { return *ring_.peek(0); }
-  std::uint8_t& fired(std::size_t i) noexcept { return fired_[(popped_ + i) % kEventWindow]; }
 
+  /// Durations are sums of doubles: what ends within this of a tick ends on it. The shift stays below what jerk shows.
+  static constexpr double kSnap_s = 1e-11;
+  static constexpr double kBeyond = 1e-6;  ///< of s: rounding is far below, what any axis would show is above
   static constexpr double kWholeWay = std::numeric_limits<double>::infinity();
-  static constexpr std::size_t kEventWindow = 32;  ///< segments ahead in which events are looked for
 
   SegmentRing& ring_;
   Limits limits_;
-  Lookahead ahead_;
   OutputWord outputs_;
   Segment scratch_;  ///< where popped segments go: too large for the stack
 
@@ -115,22 +129,35 @@ class Interpolator {
   double override_ = 1;
 
   Course course_ = Course::None;
-  Profile profile_;             ///< s(t) on the front segment
+  Profile profile_;             ///< s(t) on the front segment; when paced, the segment's own counts
   double t_ = 0, t_end_ = 0;    ///< into it, and its duration
   double way_end_ = kWholeWay;  ///< s at which a touch ends on the front segment
-  double v_in_ = 0;             ///< path speed at which the next segment is entered
-  double v_out_ = 0;            ///< path speed at which a course ToEnd comes to the end
-  bool stale_ = false;          ///< the course has to be planned anew, as soon as it can be
+  bool stale_ = false;          ///< the course on a line has to be planned anew, as soon as it can be
+  Rate rate_;
+  RateChange change_;
+  double goal_ = 1;    ///< the rate that is, or that the change under way leads to
+  double wanted_ = 1;  ///< the rate that is tried for
+  unsigned tries_ = 0;
+  Recent recent_{};
   bool starving_ = false;
-  bool looked_ahead_ = false;   ///< ahead_ is up to date
+  bool lost_ = false;           ///< s has left its piece, or the path has ended in motion
   std::size_t popped_ = 0;      ///< segments that have gone so far
   std::size_t seen_ = 0;        ///< segments that have come so far
   std::size_t scanned_ = 0;     ///< segments looked at for a rest
   std::size_t rest_after_ = 0;  ///< number, from 1, of the nearest segment known to rest at its end
-  std::array<std::uint8_t, kEventWindow> fired_{};
+  double known_s_ = 0;          ///< planned duration of the segments that were looked at, from the front one on
+  /// A segment with events, by its number, and which of them have fired.
+  struct Waiting {
+    std::size_t number = 0;
+    std::uint8_t fired = 0;
+  };
+  std::array<Waiting, 16> waiting_{};  ///< the next ones
+  std::size_t waiting_size_ = 0;
+  std::size_t listed_ = 0;  ///< segments that were looked at for events
 
   AxisVec q_{}, v_{}, a_{};
   double s_ = 0, s_dot_ = 0;
+  double way_ = 0, way_at_ = 0;  ///< mm of the block's segments that have gone, and up to where the tool is
   std::uint32_t feature_ = kTravel;
   bool probing_ = false, moving_ = false;
   std::array<Profile, kMaxAxes> axis_stop_{};

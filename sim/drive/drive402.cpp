@@ -113,6 +113,8 @@ std::uint32_t Drive402::visible(std::uint32_t inputs) const noexcept {
 // -----------------------------------------------------------------------------------------
 
 void Drive402::advance(double dt_s) noexcept {
+  if (state_ != State::OperationEnabled && state_ != State::QuickStopActive && state_ != State::FaultReaction)
+    motion_.slip(dt_s);
   double left = dt_s;
   for (int edges = 0; left > 0 && edges < 64; ++edges) {
     std::uint32_t watch = kNegLimit | kPosLimit;

@@ -35,7 +35,10 @@ void DriveMotion::hold() noexcept {
 
 void DriveMotion::let_go() noexcept {
   hold();
-  if (motor_->runs_out() && motor_->velocity() != 0) mode_ = Mode::Free;
+  if (motor_->runs_out() && motor_->velocity() != 0)
+    mode_ = Mode::Free;
+  else
+    anchor();  // without torque nothing draws it to where it was told to be
 }
 
 void DriveMotion::follow(std::int64_t target, double span_s) noexcept {
@@ -72,6 +75,12 @@ void DriveMotion::anchor() noexcept {
   at_ = here;
   mode_ = Mode::Hold;
   hold();
+}
+
+void DriveMotion::slip(double span_s) noexcept {
+  if (motor_->slipping() == 0) return;
+  motor_->restore(motor_->position() + motor_->slipping() * span_s);
+  anchor();
 }
 
 std::uint32_t DriveMotion::advance(double& left_s, std::uint32_t watch) noexcept {

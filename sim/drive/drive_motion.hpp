@@ -32,6 +32,8 @@ class DriveMotion {
   void release(int direction) noexcept;
   /// The command begins anew where the motor is. An open-loop drive does not notice: its counter stays.
   void anchor() noexcept;
+  /// Without torque for so long: the axis goes where a brake that does not hold lets it go.
+  void slip(double span_s) noexcept;
   /// Moves for `left_s` at most. Inputs that changed (MotorInput, drive's view), with what is left; 0 at the end.
   std::uint32_t advance(double& left_s, std::uint32_t watch) noexcept;
 

@@ -58,6 +58,9 @@ class Motor {
   void set_contact(double coordinate) noexcept { edges_.back().edge = coordinate; }
   /// Script: the axis is held by an obstacle.
   void set_stalled(bool stalled) noexcept { stalled_ = stalled; }
+  /// Script: the brake does not hold; without torque the axis moves by so much a second.
+  void set_slipping(double per_s) noexcept { slipping_ = per_s; }
+  [[nodiscard]] double slipping() const noexcept { return slipping_; }
   /// Puts the motor somewhere, at rest; commands still on their way are forgotten.
   void restore(double position) noexcept;
   /// As the constructor left it.
@@ -77,6 +80,7 @@ class Motor {
   double position_ = 0, velocity_ = 0;
   double faded_s_ = -1, faded_lag_s_ = 0, faded_ = 0;  ///< e^(-t/lag) of the last t, the same in most cycles
   bool stalled_ = false;
+  double slipping_ = 0;
   std::array<Delayed, 64> delayed_{};  ///< commands not yet acted on, oldest first; together delay_s long
   std::size_t first_ = 0, waiting_ = 0;
 };

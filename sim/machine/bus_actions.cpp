@@ -20,6 +20,7 @@ struct Doing {
   void operator()(const act::CorruptHeaders& a) { segment.faults().corrupt_headers(a.count); }
   void operator()(const act::DuplicateFrames& a) { segment.faults().duplicate(a.count); }
   void operator()(const act::ReorderFrames& a) { segment.faults().reorder(a.count); }
+  void operator()(const act::ForeignFrames& a) { segment.faults().add_foreign(a.count); }
   void operator()(const act::DelayFrames& a) { segment.faults().delay(a.count, a.by); }
   void operator()(const act::Noise& a) { segment.faults().set_noise(a.shares); }
   void operator()(const act::Drift& a) { segment.set_clock_drift(a.station, a.ppm); }
@@ -40,6 +41,9 @@ struct Doing {
   }
   void operator()(const act::Stall& a) {
     for (int drive = 0; segment.has_motor(a.axis, drive); ++drive) segment.motor(a.axis, drive).set_stalled(a.held);
+  }
+  void operator()(const act::SlipBrake& a) {
+    for (int drive = 0; segment.has_motor(a.axis, drive); ++drive) segment.motor(a.axis, drive).set_slipping(a.per_s);
   }
   void operator()(const act::PowerOff& a) { segment.power_off(a.station); }
   void operator()(const act::PowerOn& a) { segment.power_on(a.station); }

@@ -55,6 +55,7 @@ std::vector<ActionRow> table() {
       {"corrupt_headers", {count}, of_frames<CorruptHeaders>},
       {"duplicate_frames", {count}, of_frames<DuplicateFrames>},
       {"reorder_frames", {count}, of_frames<ReorderFrames>},
+      {"foreign_frames", {count}, of_frames<ForeignFrames>},
       {"delay_frames",
        {count, config::number("by", &E::by_s, Dimension::Time, {1e-9, 10}, kRequired, "how much later they come")},
        [](const E& e, Names&) -> Action {
@@ -131,6 +132,11 @@ std::vector<ActionRow> table() {
        {axis},
        [](const E& e, Names& n) -> Action {
          return BusAction{Stall{n.axis(e.axis), false}};
+       }},
+      {"slip_brake",
+       {axis, config::number("speed", &E::value, Dimension::Speed, {-100, 100}, kRequired, "0 mm/s: it holds again")},
+       [](const E& e, Names& n) -> Action {
+         return BusAction{SlipBrake{n.axis(e.axis), e.value}};
        }},
       {"power_off", {station}, of_station<PowerOff>},
       {"power_on", {station}, of_station<PowerOn>},

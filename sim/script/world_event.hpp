@@ -56,6 +56,9 @@ struct DuplicateFrames {
 struct ReorderFrames {
   int count = 0;  ///< they come back behind the one that follows
 };
+struct ForeignFrames {
+  int count = 0;  ///< behind each of them one of another master comes in
+};
 struct DelayFrames {
   int count = 0;
   Time by{};
@@ -100,6 +103,10 @@ struct DriveFault {
 struct Stall {
   AxisId axis;
   bool held = true;  ///< something holds the axis
+};
+struct SlipBrake {
+  AxisId axis;
+  double per_s = 0;  ///< while its drives have no torque, in mm or rad; 0: the brake holds again
 };
 struct PowerOff {
   StationId station;
@@ -152,11 +159,11 @@ struct SetCamera {
 
 }  // namespace act
 
-using BusAction =
-    std::variant<act::CutLink, act::HealLink, act::LoseFrames, act::CorruptFrames, act::CorruptHeaders,
-                 act::DuplicateFrames, act::ReorderFrames, act::DelayFrames, act::Noise, act::Drift, act::Jitter,
-                 act::CountErrors, act::StickStatusword, act::IgnoreWrites, act::HeedWrites, act::SetObject,
-                 act::DriveFault, act::Stall, act::PowerOff, act::PowerOn, act::PowerCycle, act::EmergencyStop>;
+using BusAction = std::variant<act::CutLink, act::HealLink, act::LoseFrames, act::CorruptFrames, act::CorruptHeaders,
+                               act::DuplicateFrames, act::ReorderFrames, act::ForeignFrames, act::DelayFrames,
+                               act::Noise, act::Drift, act::Jitter, act::CountErrors, act::StickStatusword,
+                               act::IgnoreWrites, act::HeedWrites, act::SetObject, act::DriveFault, act::Stall,
+                               act::SlipBrake, act::PowerOff, act::PowerOn, act::PowerCycle, act::EmergencyStop>;
 using WorldAction = std::variant<act::RemoveMark, act::MoveMark, act::Stain, act::AddObstacle, act::RemoveObstacle,
                                  act::Press, act::SetInput, act::BreakWire, act::SetCamera>;
 using Action = std::variant<BusAction, WorldAction>;

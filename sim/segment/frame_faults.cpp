@@ -30,6 +30,7 @@ FrameFate FrameFaults::next(int places) noexcept {
   fate.header = happens(headers_, noise_.header);
   fate.duplicate = happens(duplicate_, noise_.duplicate);
   fate.held = happens(reorder_, noise_.reorder);
+  fate.foreign = happens(foreign_, 0);
   if (delay_ > 0) {
     --delay_;
     fate.delay = delay_by_;

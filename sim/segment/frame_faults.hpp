@@ -23,6 +23,7 @@ struct FrameFate {
   bool header = false;     ///< a byte of the headers is wrong under a right FCS (a bad switch or driver)
   bool duplicate = false;  ///< it comes back twice
   bool held = false;       ///< it comes back behind the next one
+  bool foreign = false;    ///< a frame of another master comes in behind it
   Time delay{};            ///< it comes back this much later
 };
 
@@ -33,6 +34,7 @@ class FrameFaults {
   void corrupt_headers(int frames) noexcept { headers_ += frames; }
   void duplicate(int frames) noexcept { duplicate_ += frames; }
   void reorder(int frames) noexcept { reorder_ += frames; }
+  void add_foreign(int frames) noexcept { foreign_ += frames; }
   void delay(int frames, Time by) noexcept { delay_ += frames, delay_by_ = by; }
   void set_noise(const LineNoise& noise) noexcept;
 
@@ -42,7 +44,7 @@ class FrameFaults {
   int below(int n) noexcept { return n > 0 ? static_cast<int>(random_.next() % static_cast<std::uint64_t>(n)) : 0; }
 
  private:
-  int lose_ = 0, corrupt_ = 0, headers_ = 0, duplicate_ = 0, reorder_ = 0, delay_ = 0;
+  int lose_ = 0, corrupt_ = 0, headers_ = 0, duplicate_ = 0, reorder_ = 0, delay_ = 0, foreign_ = 0;
   Time delay_by_{};
   LineNoise noise_;
   bool noisy_ = false;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <variant>
 
+#include "core/trimmed.hpp"
 #include "core/units.hpp"
 #include "sim/random.hpp"
 
@@ -21,12 +22,6 @@ constexpr std::array kPlacementKeys{
     PlacementKey{"dx", units::Dimension::Length},    PlacementKey{"dy", units::Dimension::Length},
     PlacementKey{"rot", units::Dimension::Angle},    PlacementKey{"dz", units::Dimension::Length},
     PlacementKey{"tilt_x", units::Dimension::Angle}, PlacementKey{"tilt_y", units::Dimension::Angle}};
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
 
 }  // namespace
 
@@ -100,17 +95,22 @@ BoardPlan board_plan(const recipes::Recipe& recipe) {
                  .parts = recipe.parts,
                  .marks = recipe.marks,
                  .features = {},
-                 .touches = recipe.touches.size()};
+                 .touches = recipe.touches.size(),
+                 .purge = recipe.purge};
   const auto gap = [&](const std::string& material) {
-    const auto at = std::find_if(recipe.materials.begin(), recipe.materials.end(),
-                                 [&](const recipes::Material& m) { return m.name == material; });
-    return at == recipe.materials.end() ? 0.0 : at->gap;
+    const recipes::Material* m = recipes::find_material(recipe, material);
+    return m == nullptr ? 0.0 : m->gap;
+  };
+  const auto early_off = [&](const std::string& material) {
+    const recipes::Material* m = recipes::find_material(recipe, material);
+    return m == nullptr ? 0.0 : m->early_off;
   };
   for (const recipes::Feature& feature : recipe.features) {
     if (const auto* dot = std::get_if<recipes::Dot>(&feature))
-      plan.features.push_back({dot->id, false, {dot->at}, gap(dot->material)});
+      plan.features.push_back({dot->id, false, {{dot->at.x, dot->at.y, dot->height_mm}}, gap(dot->material)});
     else if (const auto* bead = std::get_if<recipes::Bead>(&feature))
-      plan.features.push_back({bead->id, true, bead->points, gap(bead->material)});
+      plan.features.push_back(
+          {bead->id, true, recipes::without_end(*bead, early_off(bead->material)), gap(bead->material)});
   }
   return plan;
 }
@@ -119,7 +119,7 @@ Starts starts_of(const BoardPlan& plan) {
   constexpr double kNowhere_mm = 1e9;  // a feature without points
   std::vector<Vec2> points;
   for (const BoardPlan::Feature& f : plan.features)
-    points.push_back(f.points.empty() ? Vec2{kNowhere_mm, kNowhere_mm} : f.points.front());
+    points.push_back(f.points.empty() ? Vec2{kNowhere_mm, kNowhere_mm} : flat(f.points.front()));
   return Starts(points);
 }
 

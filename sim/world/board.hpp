@@ -48,8 +48,8 @@ struct BoardPlan {
   struct Feature {
     std::string id;
     bool bead = false;
-    std::vector<Vec2> points;
-    double gap_mm = 0;
+    std::vector<Vec3> points;  ///< of the bead itself: z over the top face
+    double gap_mm = 0;         ///< of the needle over them
   };
   std::string name;
   recipes::Board board;
@@ -57,6 +57,7 @@ struct BoardPlan {
   std::vector<recipes::MarkDef> marks;
   std::vector<Feature> features;
   std::size_t touches = 0;  ///< how often a job probes it
+  std::optional<recipes::Purge> purge;
 };
 BoardPlan board_plan(const recipes::Recipe& recipe);
 /// Where its features begin.

@@ -59,6 +59,11 @@ Vec3 CollisionWatch::meeting_point(std::size_t body, std::size_t solid, Vec3 cen
 
 std::span<const Contact> CollisionWatch::step(const AxisVec& from, const AxisVec& to, double dt_s) {
   contacts_.clear();
+  if (head_.probe_body >= 0) {
+    const config::Body& probe = head_.bodies[static_cast<std::size_t>(head_.probe_body)];
+    const Vec3 way = head_.place(probe.centre, probe.on_lift, to) - head_.place(probe.centre, probe.on_lift, from);
+    went_[steps_++ % went_.size()] = {norm(way), dt_s};
+  }
   if (solids_.empty() || (from == to && !fresh_)) return contacts_;
   fresh_ = false;
   for (std::size_t i = 0; i < head_.bodies.size(); ++i) {
@@ -77,6 +82,18 @@ std::span<const Contact> CollisionWatch::step(const AxisVec& from, const AxisVec
     }
   }
   return contacts_;
+}
+
+/// The step that has just been noted is one of them.
+bool CollisionWatch::slow_of_late(double way_mm, double dt_s) const {
+  constexpr double kRounding = 1 + 1e-9;
+  if (way_mm <= kTouchSpeed_mm_s * dt_s * kRounding) return true;
+  double way = 0, time = 0;
+  for (std::size_t back = 1; back <= std::min(steps_, went_.size()) && time < kTouchSpeedOver_s; ++back) {
+    const Went& w = went_[(steps_ - back) % went_.size()];
+    way += w.way_mm, time += w.dt_s;
+  }
+  return time >= kTouchSpeedOver_s * (1 - 1e-9) && way <= kTouchSpeed_mm_s * time * kRounding;
 }
 
 void CollisionWatch::collide(std::size_t body, std::size_t solid, Vec3 centre) {
@@ -102,7 +119,7 @@ void CollisionWatch::step_pair(std::size_t body, std::size_t solid, Vec3 from, V
     const Vec3 centre = from + way * (static_cast<double>(k) / steps);
     if (!overlaps(body, solid, centre)) continue;
     ++touching_;
-    const bool slow = norm(way) <= kTouchSpeed_mm_s * dt_s * (1 + 1e-9);
+    const bool slow = slow_of_late(norm(way), dt_s);
     const bool down = way.z < 0 && std::hypot(way.x, way.y) <= kTouchDrag_mm * std::abs(way.z);
     if (static_cast<int>(body) == head_.probe_body && slow && down) {
       pair = {Touching::Touch, centre};

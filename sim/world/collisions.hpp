@@ -4,6 +4,7 @@
 //   0.001)) ...
 // The probe may touch: slowly, straight down, and no deeper than its spring. Anything else is a collision.
 #pragma once
+#include <array>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -20,8 +21,10 @@ struct Contact {
   Vec3 at;
 };
 
-inline constexpr double kTouchSpeed_mm_s = 10;
-inline constexpr double kTouchOvertravel_mm = 2;  ///< spring of a touch probe
+inline constexpr double kTouchSpeed_mm_s =
+    config::kVirtualProbeBears_mm_s;               ///< at contact, or on the mean over the time before it
+inline constexpr double kTouchSpeedOver_s = 0.05;  ///< a host that stands still lets a slow probe catch up at once
+inline constexpr double kTouchOvertravel_mm = 2;   ///< spring of a touch probe
 inline constexpr double kTouchDrag_mm = 0.05;
 
 class CollisionWatch {
@@ -44,6 +47,7 @@ class CollisionWatch {
   void step_pair(std::size_t body, std::size_t solid, Vec3 from, Vec3 to, double dt_s);
   void collide(std::size_t body, std::size_t solid, Vec3 centre);
   [[nodiscard]] Vec3 meeting_point(std::size_t body, std::size_t solid, Vec3 centre) const;
+  [[nodiscard]] bool slow_of_late(double way_mm, double dt_s) const;
   [[nodiscard]] bool overlaps(std::size_t body, std::size_t solid, Vec3 centre);
 
   const Head& head_;
@@ -54,6 +58,11 @@ class CollisionWatch {
   std::vector<Pair> pairs_;        ///< body * solids + solid
   std::vector<Contact> contacts_;  ///< of this step
   std::size_t touching_ = 0;
+  struct Went {
+    double way_mm = 0, dt_s = 0;
+  };
+  std::array<Went, 256> went_{};  ///< the probe's last steps, a ring
+  std::size_t steps_ = 0;
   Bounds all_;
   bool fresh_ = true;  ///< solids have changed: look even when nothing moves
 };

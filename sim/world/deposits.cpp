@@ -3,32 +3,25 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <limits>
 
 #include "core/new_file.hpp"
+#include "sim/world/near_line.hpp"
 
 namespace gantry::sim {
 
 namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
-Vec2 flat(Vec3 p) { return {p.x, p.y}; }
-Vec2 flat(Vec2 p) { return p; }
 
-double distance_to_segment(Vec2 p, Vec2 a, Vec2 b) {
-  const Vec2 ab = b - a;
-  const double length2 = dot(ab, ab);
-  const double t = length2 > 0 ? std::clamp(dot(p - a, ab) / length2, 0.0, 1.0) : 0.0;
-  return norm(p - (a + ab * t));
-}
-
-template <class Point>
-double distance_to_line(Vec2 p, std::span<const Point> line) {
-  if (line.size() == 1) return norm(p - flat(line[0]));
-  double best = kFar;
-  for (std::size_t i = 1; i < line.size(); ++i)
-    best = std::min(best, distance_to_segment(p, flat(line[i - 1]), flat(line[i])));
-  return best;
+/// The largest distance of any point from a line, seen from above.
+double farthest(std::span<const Vec3> points, const NearLine& line, double at_most = kFar) {
+  double worst = 0;
+  std::size_t near = 0;
+  for (std::size_t i = 0; i < points.size() && worst <= at_most; ++i)
+    worst = std::max(worst, line.foot(flat(points[i]), near).distance_mm);
+  return worst;
 }
 
 double extent(const Shot& shot) {
@@ -39,11 +32,8 @@ double extent(const Shot& shot) {
 
 /// How badly a shot fits a feature: where it begins, and how far it strays. A bead that was cut short fits its own.
 double misfit(const Shot& shot, const BoardPlan::Feature& feature, double at_most) {
-  const std::span<const Vec2> line(feature.points);
-  double worst = norm(flat(shot.path.front()) - line.front());
-  for (std::size_t i = 0; i < shot.path.size() && worst <= at_most; ++i)
-    worst = std::max(worst, distance_to_line(flat(shot.path[i]), line));
-  return worst;
+  const double off = norm(flat(shot.path.front()) - flat(feature.points.front()));
+  return off > at_most ? off : std::max(off, farthest(shot.path, NearLine(feature.points), at_most));
 }
 
 struct Match {
@@ -55,6 +45,12 @@ struct Match {
 constexpr double kWrongKind_mm = 0.05;
 /// A free feature this much farther away than one that is taken is not meant: the shot is a second one on the same.
 constexpr double kSecondShot_mm = 0.2;
+/// A bead that ends so near to its end is whole.
+constexpr double kWhole_mm = 0.05;
+/// A shot that begins so near to where a bead was cut may go on with it.
+constexpr double kJoin_mm = 1;
+/// Over so much of a path its direction is taken.
+constexpr double kDirection_mm = 0.01;
 
 /// The better fit; of equal ones the first in the recipe.
 void keep_better(Match& best, int feature, double misfit) {
@@ -68,7 +64,7 @@ Match match(const BoardPlan& plan, const Starts& starts, const Shot& shot, const
   starts.nearest_first(begin, kMatch_mm, [&](std::size_t i, double at_least_mm) {
     if (at_least_mm > free.misfit) return false;  // nothing fits better than it begins
     const BoardPlan::Feature& f = plan.features[i];
-    if (norm(begin - f.points.front()) > kMatch_mm) return true;
+    if (norm(begin - flat(f.points.front())) > kMatch_mm) return true;
     double fit = misfit(shot, f, kMatch_mm);
     if (fit > kMatch_mm) return true;
     if (f.bead != moved) fit += kWrongKind_mm;
@@ -90,6 +86,44 @@ Deposit deposit_of(const Shot& shot) {
   return d;
 }
 
+/// A bead that a shot has left unfinished.
+struct CutBead {
+  std::size_t deposit = 0, feature = 0;  ///< indices
+};
+
+bool ends_short(const Deposit& d, const BoardPlan::Feature& f) {
+  return f.bead && norm(flat(d.board_mm.back()) - flat(f.points.back())) > kWhole_mm;
+}
+
+/// How badly a shot fits as what goes on where this bead was cut.
+double misfit_of_join(const Shot& shot, const Deposit& cut, const BoardPlan::Feature& feature) {
+  const double apart = norm(flat(shot.path.front()) - flat(cut.board_mm.back()));
+  return apart > kJoin_mm ? kFar : std::max(apart, farthest(shot.path, NearLine(feature.points), kMatch_mm));
+}
+
+/// From the end of the first to the start of the second, along the first; negative: the second lies over it.
+double missing_mm(const std::vector<Vec3>& first, const std::vector<Vec3>& second) {
+  const Vec2 end = flat(first.back());
+  const auto before =
+      std::find_if(first.rbegin(), first.rend(), [&](const Vec3& p) { return norm(end - flat(p)) > kDirection_mm; });
+  const Vec2 step = end - flat(before != first.rend() ? *before : first.front());
+  const double length = norm(step);
+  const Vec2 apart = flat(second.front()) - end;
+  return length > 0 ? dot(apart, step) / length : norm(apart);
+}
+
+void measure(Deposit& d, const BoardPlan::Feature& f) {
+  d.error_mm = path_error(d.board_mm, f.points);
+  d.gap_mm = f.gap_mm + gap_error(d.board_mm, f.points, f.gap_mm);
+}
+
+void join(Deposit& d, const Shot& shot, const BoardPlan::Feature& f) {
+  d.joins_mm.push_back(missing_mm(d.board_mm, shot.path));
+  d.board_mm.insert(d.board_mm.end(), shot.path.begin(), shot.path.end());
+  d.closed_cycle = shot.closed_cycle;
+  measure(d, f);
+}
+
 std::string text(std::span<const Vec3> points) {
   std::string out;
   for (const Vec3& p : points) out += fmt::format("{}{:.6f} {:.6f} {:.6f}", out.empty() ? "" : ";", p.x, p.y, p.z);
@@ -98,29 +132,54 @@ std::string text(std::span<const Vec3> points) {
 
 }  // namespace
 
-double path_error(std::span<const Vec3> path, std::span<const Vec2> nominal) {
-  double worst = std::max(norm(flat(path.front()) - nominal.front()), norm(flat(path.back()) - nominal.back()));
-  for (const Vec3& p : path) worst = std::max(worst, distance_to_line(flat(p), nominal));
-  for (const Vec2& corner : nominal) worst = std::max(worst, distance_to_line(corner, path));
+double path_error(std::span<const Vec3> path, std::span<const Vec3> nominal) {
+  return std::max({norm(flat(path.front()) - flat(nominal.front())), norm(flat(path.back()) - flat(nominal.back())),
+                   farthest(path, NearLine(nominal)), farthest(nominal, NearLine(path))});
+}
+
+double gap_error(std::span<const Vec3> path, std::span<const Vec3> nominal, double gap_mm) {
+  const NearLine line(nominal);
+  double worst = 0;
+  std::size_t near = 0;
+  for (const Vec3& p : path)
+    if (const double off = p.z - line.foot(flat(p), near).z - gap_mm; std::abs(off) > std::abs(worst)) worst = off;
   return worst;
 }
 
-std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_ptr<const Shot>> shots) {
+std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_ptr<const Shot>> shots,
+                           std::optional<Vec2> purge_at) {
   std::vector<bool> taken(plan.features.size(), false);
   const Starts starts = starts_of(plan);
   std::vector<Deposit> out;
+  std::vector<CutBead> cuts;
   for (const auto& shot : shots) {
     if (shot->path.empty()) continue;
     Deposit d = deposit_of(*shot);
-    if (const Match m = match(plan, starts, *shot, taken); m.feature >= 0) {
+    const double from_purge = purge_at && d.kind == "dot" ? norm(flat(shot->path.front()) - *purge_at) : kFar;
+    const Match m = match(plan, starts, *shot, taken);
+    Match onto;
+    for (std::size_t i = 0; i < cuts.size(); ++i)
+      keep_better(onto, static_cast<int>(i),
+                  misfit_of_join(*shot, out[cuts[i].deposit], plan.features[cuts[i].feature]));
+    if (onto.misfit < kMatch_mm && onto.misfit <= m.misfit) {
+      const auto cut = cuts.begin() + onto.feature;
+      const BoardPlan::Feature& f = plan.features[cut->feature];
+      Deposit& first = out[cut->deposit];
+      join(first, *shot, f);
+      if (!ends_short(first, f)) cuts.erase(cut);
+      continue;
+    }
+    if (from_purge < std::min(m.misfit, kMatch_mm)) {
+      d.id = d.kind = kPurgeKind;
+    } else if (m.feature >= 0) {
       const BoardPlan::Feature& f = plan.features[static_cast<std::size_t>(m.feature)];
       taken[static_cast<std::size_t>(m.feature)] = true;
       d.id = f.id;
       d.kind = f.bead ? "bead" : "dot";
-      for (const Vec2& p : f.points) d.nominal_mm.push_back({p.x, p.y, f.gap_mm});
-      d.error_mm = path_error(shot->path, f.points);
-      for (const Vec3& p : shot->path)
-        if (std::abs(p.z - f.gap_mm) > std::abs(d.gap_mm - f.gap_mm)) d.gap_mm = p.z;
+      for (const Vec3& p : f.points) d.nominal_mm.push_back(p + Vec3{0, 0, f.gap_mm});
+      d.asked_gap_mm = f.gap_mm;
+      measure(d, f);
+      if (ends_short(d, f)) cuts.push_back({out.size(), static_cast<std::size_t>(m.feature)});
     }
     if (d.kind == "dot") d.board_mm.resize(1);
     out.push_back(std::move(d));
@@ -132,21 +191,21 @@ int feature_begun(const BoardPlan& plan, const Starts& starts, Vec2 at) {
   Match best{-1, kMatch_mm};
   starts.nearest_first(at, kMatch_mm, [&](std::size_t i, double at_least_mm) {
     if (at_least_mm > best.misfit) return false;
-    keep_better(best, static_cast<int>(i), norm(at - plan.features[i].points.front()));
+    keep_better(best, static_cast<int>(i), norm(at - flat(plan.features[i].points.front())));
     return true;
   });
   return best.feature;
 }
 
 Result<void> write_csv(std::span<const Deposit> deposits, const std::string& path) {
-  std::string csv = "id,kind,opened_cycle,closed_cycle,error_mm,gap_mm,nominal_mm,board_mm\n";
+  std::string csv = "id,kind,opened_cycle,closed_cycle,error_mm,gap_mm,nominal_mm,board_mm,joins_mm\n";
   for (const Deposit& d : deposits) {
     // Ids are the recipe's and may hold a comma or a quote: RFC 4180, 2.6 and 2.7.
     std::string id = d.id;
     for (std::size_t at = 0; (at = id.find('"', at)) != std::string::npos; at += 2) id.insert(at, 1, '"');
     const std::string error = std::isfinite(d.error_mm) ? fmt::format("{:.6f}", d.error_mm) : std::string();
-    csv += fmt::format("\"{}\",{},{},{},{},{:.6f},{},{}\n", id, d.kind, d.opened_cycle, d.closed_cycle, error, d.gap_mm,
-                       text(d.nominal_mm), text(d.board_mm));
+    csv += fmt::format("\"{}\",{},{},{},{},{:.6f},{},{},{:.6f}\n", id, d.kind, d.opened_cycle, d.closed_cycle, error,
+                       d.gap_mm, text(d.nominal_mm), text(d.board_mm), fmt::join(d.joins_mm, ";"));
   }
   return write_new_file(path, csv);
 }

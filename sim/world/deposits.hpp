@@ -2,6 +2,7 @@
 //   auto deposits = judge(plan, intervals);   write_csv(deposits, "deposits.csv");
 #pragma once
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,8 +23,12 @@ struct Shot {
 };
 
 /// Each shot, in order, takes the nearest feature that no shot before it has taken, when it lies within `kMatch_mm` of
-/// it; a second shot on the same feature, and one that lies on none, has no id.
-std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_ptr<const Shot>> shots);
+/// it; a second shot on the same feature, and one that lies on none, has no id. A shot that begins where a bead has
+/// ended short, and follows it, is a part of that bead's deposit.
+/// `purge_at`: where the needle is to be purged, board frame; a standing shot that is nearer to it than to any feature
+/// belongs there.
+std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_ptr<const Shot>> shots,
+                           std::optional<Vec2> purge_at = {});
 
 inline constexpr double kMatch_mm = 3;
 /// A shot that moves less than this is a dot by its own geometry.
@@ -32,11 +37,15 @@ inline constexpr double kDotExtent_mm = 0.2;
 /// Index of the feature that a needle at `at` would begin; nothing within kMatch_mm: -1.
 int feature_begun(const BoardPlan& plan, const Starts& starts, Vec2 at);
 
-/// id, kind, opened_cycle, closed_cycle, error_mm (empty: on no feature), gap_mm, nominal_mm, board_mm ("x y z;x y z").
+/// id, kind, opened_cycle, closed_cycle, error_mm (empty: on no feature), gap_mm, nominal_mm, board_mm ("x y z;x y z"),
+/// joins_mm.
 Result<void> write_csv(std::span<const Deposit> deposits, const std::string& path);
 
 /// Largest distance between a dispensed path and a polyline: of every point of the path to the polyline, of every
-/// corner of the polyline to the path, and of the two ends.
-double path_error(std::span<const Vec3> path, std::span<const Vec2> nominal);
+/// corner of the polyline to the path, and of the two ends; seen from above.
+double path_error(std::span<const Vec3> path, std::span<const Vec3> nominal);
+
+/// Of the heights of a path over a polyline, that one's difference from the gap which differs most; 0 where none does.
+double gap_error(std::span<const Vec3> path, std::span<const Vec3> nominal, double gap_mm);
 
 }  // namespace gantry::sim

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace gantry::sim {
 
@@ -34,33 +33,36 @@ std::vector<Solid> solids_of(std::span<const config::Body> scene, const BoardTru
                  board->rotation(),
                  board->placement().slope});
   for (const recipes::Part& part : board->plan.parts) {
-    // A part stands on the true top face, a fixture on the pallet.
-    const Vec3 centre = part.fixture ? board->nominal_to_machine(part.at, part.size.z / 2 - cad.thickness)
-                                     : board->to_machine(part.at, part.size.z / 2);
+    // A part stands on the true top face, a fixture on the pallet or over it.
+    const Vec3 centre = part.fixture
+                            ? board->nominal_to_machine(part.at, part.underside + part.size.z / 2 - cad.thickness)
+                            : board->to_machine(part.at, part.size.z / 2);
     const double turn = part.rotation + (part.fixture ? 0.0 : board->rotation());
     out.push_back({part.name, {config::Shape::Kind::Box, part.size}, centre, turn, {}});
   }
   return out;
 }
 
-double top_at(const Solid& solid, Vec2 at) noexcept {
-  constexpr double kNothing = -std::numeric_limits<double>::infinity();
+std::optional<Heights> heights_at(const Solid& solid, Vec2 at) noexcept {
   const Vec2 d = at - Vec2{solid.centre.x, solid.centre.y};
   const Vec3& size = solid.shape.size;
+  const auto about = [](double middle, double half) { return Heights{middle - half, middle + half}; };
   switch (solid.shape.kind) {
     case config::Shape::Kind::Box: {
       const Vec2 own = rotated(d, -solid.rotation_rad);
-      if (std::abs(own.x) > size.x / 2 || std::abs(own.y) > size.y / 2) return kNothing;
-      return solid.centre.z + size.z / 2 + dot(solid.slope, own);
+      if (std::abs(own.x) > size.x / 2 || std::abs(own.y) > size.y / 2) return std::nullopt;
+      return about(solid.centre.z + dot(solid.slope, own), size.z / 2);
     }
-    case config::Shape::Kind::Cylinder: return norm(d) <= size.x / 2 ? solid.centre.z + size.z / 2 : kNothing;
+    case config::Shape::Kind::Cylinder:
+      if (norm(d) > size.x / 2) return std::nullopt;
+      return about(solid.centre.z, size.z / 2);
     case config::Shape::Kind::Capsule: {
       const double r = size.x / 2;
-      if (norm(d) > r) return kNothing;
-      return solid.centre.z + size.z / 2 - r + std::sqrt(r * r - dot(d, d));
+      if (norm(d) > r) return std::nullopt;
+      return about(solid.centre.z, size.z / 2 - r + std::sqrt(r * r - dot(d, d)));
     }
   }
-  return kNothing;
+  return std::nullopt;
 }
 
 }  // namespace gantry::sim

@@ -1,6 +1,7 @@
 // Everything solid that does not move with the head: the machine's scene, the board with its parts where they truly
 // are, and what a script has put in the way.
 #pragma once
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -36,7 +37,10 @@ Bounds joined(const Bounds& a, const Bounds& b);
 /// The solids of a scene; `board` may be null (no board lies there).
 std::vector<Solid> solids_of(std::span<const config::Body> scene, const BoardTruth* board);
 
-/// Top of a solid above (x, y), -inf where it is not.
-double top_at(const Solid& solid, Vec2 at) noexcept;
+/// A solid's lowest and highest height at (x, y); none where it is not.
+struct Heights {
+  double low = 0, high = 0;
+};
+std::optional<Heights> heights_at(const Solid& solid, Vec2 at) noexcept;
 
 }  // namespace gantry::sim

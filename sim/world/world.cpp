@@ -161,7 +161,9 @@ double World::probe_contact(const AxisVec& q) {
   const Vec3 key{tip.x, tip.y, reach};
   if (contact_known_ && key == contact_key_) return contact_;
   double top = kNoContact;
-  for (const Solid& s : watch_.solids()) top = std::max(top, top_at(s, {tip.x, tip.y}));
+  for (const Solid& s : watch_.solids())
+    if (const auto there = heights_at(s, {tip.x, tip.y}); there && there->low <= tip.z)
+      top = std::max(top, there->high);
   contact_key_ = key;
   contact_known_ = true;
   contact_ = top <= kNoContact ? kNoContact : top - reach;
@@ -242,7 +244,7 @@ Result<void> World::load_board(BoardPlan plan) {
 void World::begin_job() {
   const std::scoped_lock lock(mutex_);
   if (opened_clamp_ && last_ - *opened_clamp_ >= kChange) exchange_board();
-  job_shot_ = shots_.size();
+  job_shot_ = shots_.size() + (open_ ? 1 : 0);  // what still comes out is of the job before
   job_collision_ = collisions_.size();
   job_dots_ = job_beads_ = job_touches_ = 0;
   job_began_ = last_;
@@ -256,11 +258,18 @@ std::vector<Deposit> World::deposits() {
   std::shared_ptr<const BoardTruth> board;
   {
     const std::scoped_lock lock(mutex_);
-    shots.assign(shots_.begin() + static_cast<std::ptrdiff_t>(job_shot_), shots_.end());
-    if (open_) shots.push_back(std::make_shared<const Shot>(*open_));
+    const std::size_t first = std::min(job_shot_, shots_.size());
+    shots.assign(shots_.begin() + static_cast<std::ptrdiff_t>(first), shots_.end());
+    if (open_ && first == job_shot_) shots.push_back(std::make_shared<const Shot>(*open_));
     board = board_;
   }
-  return judge(board ? board->plan : BoardPlan{}, shots);
+  if (!board) return judge({}, shots);
+  std::optional<Vec2> purge_at;
+  if (const auto& purge = board->plan.purge) {
+    const config::WorkFrame* frame = config::find_frame(machine_, purge->frame);
+    purge_at = flat(frame != nullptr ? board->to_board(frame->origin + purge->at) : purge->at);
+  }
+  return judge(board->plan, shots, purge_at);
 }
 
 std::vector<Collision> World::collisions() {

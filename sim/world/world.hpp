@@ -69,6 +69,7 @@ class World {
   /// Judged against the board: at once when one is there, else when it comes. Fault::UnknownReference.
   Result<void> add_script(std::vector<ScriptEntry> entries);
   [[nodiscard]] std::vector<std::string> script_left();
+  [[nodiscard]] ScriptedInput scripted_input(unsigned input);
   /// Motor positions of the last life, when the log holds them.
   [[nodiscard]] std::optional<std::vector<double>> remembered_motors() const { return remembered_motors_; }
   void keep_motors(std::span<const double> positions);
@@ -86,7 +87,7 @@ class World {
   void opened(Vec3 at_board, Time at, std::uint64_t cycle);
   void closed(Vec3 at_board, Time at, std::uint64_t cycle);
   void fire(Trigger::Kind kind, std::uint64_t count, std::string_view name, Time now);
-  void do_action(const WorldAction& action, Time now);
+  void do_action(const ScriptEntry& entry, Time now);
   void happen(const act::AddObstacle& a, Time now);
   void happen(const act::RemoveObstacle& a, Time now);
   void happen(const act::Press& a, Time now);
@@ -149,6 +150,7 @@ class World {
   std::uint32_t steady_inputs_ = 0, broken_wires_ = 0;
   std::uint32_t inverted_inputs_ = 0;  ///< whose contact reads 0 where the input is on
   std::array<Time, config::kChannelBits> pressed_until_{};
+  std::array<std::string, config::kChannelBits> changed_by_{};  ///< the entry that changed an input last
 };
 
 }  // namespace gantry::sim

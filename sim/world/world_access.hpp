@@ -17,15 +17,20 @@
 namespace gantry::sim {
 
 /// What lies on the board after the valve was open once. Board frame, mm; z is the height over the true surface.
+inline constexpr const char* kPurgeKind = "purge";
 struct Deposit {
   std::string id;                ///< of the feature it lies on by its own geometry; empty: it lies on none
-  std::string kind;              ///< "dot" or "bead"
-  std::vector<Vec3> nominal_mm;  ///< where the recipe wants it; z the gap
+  std::string kind;              ///< "dot", "bead", or "purge": a shot at the purge place, whose id is "purge" as well
+  std::vector<Vec3> nominal_mm;  ///< where the recipe wants the needle
   std::vector<Vec3> board_mm;    ///< the needle while the valve was open (dot: at opening)
   /// Largest lateral distance between the two, ends and corners included; not a number where it lies on no feature.
   double error_mm = std::numeric_limits<double>::quiet_NaN();
-  double gap_mm = 0;  ///< the height farthest from the nominal gap; on no feature: at opening
-  std::uint64_t opened_cycle = 0, closed_cycle = 0;  ///< closed 0: the valve is still open
+  double gap_mm = 0;  ///< of the needle over what it lies on, farthest from the nominal gap; on no feature: at opening
+  double asked_gap_mm = std::numeric_limits<double>::quiet_NaN();  ///< that of the recipe
+  std::uint64_t opened_cycle = 0, closed_cycle = 0;                ///< closed 0: the valve is still open
+  /// Where it was cut and joined again, one after the other: mm that are missing between the two, negative where the
+  /// second lies over the first.
+  std::vector<double> joins_mm{};
 };
 
 /// Bodies that have met. Counted once until they have been apart again.
@@ -34,6 +39,12 @@ struct Collision {
   Vec3 at;  ///< machine frame, mm
   std::uint64_t cycle = 0;
   double t_s = 0;  ///< since begin_job()
+};
+
+/// What a script has made of an input.
+struct ScriptedInput {
+  std::string entry;  ///< "hold.yaml:1:3: press at feature bead 1": what has changed it last; empty: nothing has
+  bool more = false;  ///< an entry is left that waits for nothing but time
 };
 
 class WorldAccess {
@@ -57,6 +68,8 @@ class WorldAccess {
   virtual Result<void> add_script(std::string_view yaml) = 0;
   /// Entries whose instant has not come: "crash.yaml:3:5: lose_frames at cycle 90000".
   virtual Result<std::vector<std::string>> script_left() = 0;
+  /// `input`: a bit of the loop's input word. A world in another process says nothing.
+  virtual ScriptedInput scripted_input([[maybe_unused]] unsigned input) { return {}; }
 };
 
 }  // namespace gantry::sim

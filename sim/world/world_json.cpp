@@ -14,6 +14,11 @@ json to_json(Vec3 p) { return json::array({p.x, p.y, p.z}); }
 Vec2 vec2(const json& j) { return {j.at(0).get<double>(), j.at(1).get<double>()}; }
 Vec3 vec3(const json& j) { return {j.at(0).get<double>(), j.at(1).get<double>(), j.at(2).get<double>()}; }
 
+/// Worlds that were written before beads had heights hold two numbers.
+Vec3 spot(const json& j) {
+  return {j.at(0).get<double>(), j.at(1).get<double>(), j.size() > 2 ? j.at(2).get<double>() : 0};
+}
+
 /// JSON has no word for what is not a number but null.
 double number(const json& j) { return j.is_null() ? std::numeric_limits<double>::quiet_NaN() : j.get<double>(); }
 
@@ -51,12 +56,14 @@ json to_json(const BoardPlan& plan) {
       {"marks", json::array()},
       {"features", json::array()},
       {"touches", plan.touches}};
+  if (plan.purge) out["purge"] = {{"frame", plan.purge->frame}, {"at", to_json(plan.purge->at)}};
   for (const recipes::Part& p : plan.parts)
     out["parts"].push_back({{"name", p.name},
                             {"at", to_json(p.at)},
                             {"size", to_json(p.size)},
                             {"rotation", p.rotation},
-                            {"fixture", p.fixture}});
+                            {"fixture", p.fixture},
+                            {"underside", p.underside}});
   for (const recipes::MarkDef& m : plan.marks)
     out["marks"].push_back({{"name", m.name}, {"at", to_json(m.at)}, {"diameter", m.diameter}, {"bright", m.bright}});
   for (const BoardPlan::Feature& f : plan.features)
@@ -75,8 +82,10 @@ json to_json(const Deposit& d) {
           {"board_mm", points(d.board_mm)},
           {"error_mm", d.error_mm},
           {"gap_mm", d.gap_mm},
+          {"asked_gap_mm", d.asked_gap_mm},
           {"opened_cycle", d.opened_cycle},
-          {"closed_cycle", d.closed_cycle}};
+          {"closed_cycle", d.closed_cycle},
+          {"joins_mm", d.joins_mm}};
 }
 
 json to_json(const Collision& c) {
@@ -93,12 +102,23 @@ Result<BoardPlan> plan_from_json(const json& j) {
     b.at("frame").get_to(plan.board.frame);
     plan.board.at = vec2(b.at("at"));
     for (const json& p : j.at("parts"))
-      plan.parts.push_back({p.at("name"), vec2(p.at("at")), vec3(p.at("size")), p.at("rotation"), p.at("fixture"), {}});
+      plan.parts.push_back({p.at("name"),
+                            vec2(p.at("at")),
+                            vec3(p.at("size")),
+                            p.at("rotation"),
+                            p.at("fixture"),
+                            {},
+                            p.value("underside", 0.0)});
     for (const json& m : j.at("marks"))
       plan.marks.push_back({m.at("name"), vec2(m.at("at")), m.at("diameter"), m.at("bright"), {}});
     for (const json& f : j.at("features"))
-      plan.features.push_back({f.at("id"), f.at("bead"), points<Vec2>(f.at("points"), vec2), f.at("gap")});
+      plan.features.push_back({f.at("id"), f.at("bead"), points<Vec3>(f.at("points"), spot), f.at("gap")});
     plan.touches = j.value("touches", std::size_t{0});
+    if (const auto purge = j.find("purge"); purge != j.end()) {
+      plan.purge.emplace();
+      purge->at("frame").get_to(plan.purge->frame);
+      plan.purge->at = vec3(purge->at("at"));
+    }
     return plan;
   });
 }
@@ -117,8 +137,10 @@ Result<Deposit> deposit_from_json(const json& j) {
                    points<Vec3>(j.at("board_mm"), vec3),
                    number(j.at("error_mm")),
                    j.at("gap_mm"),
+                   number(j.at("asked_gap_mm")),
                    j.at("opened_cycle"),
-                   j.at("closed_cycle")};
+                   j.at("closed_cycle"),
+                   j.at("joins_mm")};
   });
 }
 

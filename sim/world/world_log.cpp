@@ -4,14 +4,13 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
-#include <filesystem>
 #include <fmt/format.h>
-#include <fstream>
 #include <sys/file.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
 #include "core/log.hpp"
+#include "core/new_file.hpp"
 
 namespace gantry::sim {
 
@@ -61,12 +60,9 @@ std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t seed) noexce
 }
 
 Result<std::unique_ptr<WorldLog>> WorldLog::open(const std::string& dir) {
-  std::error_code problem;
-  std::filesystem::create_directories(dir, problem);
-  if (problem)
-    return fail(Fault::FileUnwritable, fmt::format("cannot make the world's folder: {}", problem.message()), dir);
+  if (auto made = make_folder(dir); !made) return tl::unexpected(made.error());
   const std::string path = dir + "/world.log";
-  const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644);
   if (file < 0)
     return fail(Fault::FileUnwritable, fmt::format("cannot open the world's log: {}", std::strerror(errno)), path);
   std::unique_ptr<WorldLog> log(new WorldLog(file, path));
@@ -97,10 +93,8 @@ Result<void> WorldLog::keep_tail(std::size_t file_size) const {
     return fail(Fault::FileUnreadable,
                 "is no world's log, or its beginning is damaged; move it away to begin a new world", path_);
   const std::string beside = path_ + ".cut";
-  std::ofstream out(beside, std::ios::binary | std::ios::trunc);
-  out.write(reinterpret_cast<const char*>(memory_ + used_), static_cast<std::streamsize>(end - used_));
-  out.close();
-  if (!out) return fail(Fault::FileUnwritable, "cannot keep the damaged end of the world's log", beside);
+  if (auto kept = write_new_file(beside, {reinterpret_cast<const char*>(memory_ + used_), end - used_}); !kept)
+    return kept;
   log::warn("{}: the last {} bytes are damaged and not remembered; they are kept in {}", path_, end - used_, beside);
   return {};
 }

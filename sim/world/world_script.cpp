@@ -23,6 +23,15 @@ std::vector<std::string> World::script_left() {
   return left;
 }
 
+ScriptedInput World::scripted_input(unsigned input) {
+  const std::scoped_lock lock(mutex_);
+  const bool more = std::any_of(script_.begin(), script_.end(), [](const Waiting& w) {
+    const auto kind = w.entry.trigger.kind;
+    return w.due ? *w.due != kNever : kind == Trigger::Kind::Now || kind == Trigger::Kind::Cycle;
+  });
+  return {changed_by_.at(input), more};
+}
+
 Result<void> World::script_fits(std::span<const ScriptEntry> entries, const BoardPlan& plan) const {
   std::vector<std::string> standing;
   for (const config::Body& b : obstacles_) standing.push_back(b.name);
@@ -40,9 +49,8 @@ void World::fire(Trigger::Kind kind, std::uint64_t count, std::string_view name,
   // not seen. Bus actions wait for the end of the step.
   for (Waiting& w : script_)
     if (w.due && *w.due <= now && std::holds_alternative<WorldAction>(w.entry.action)) {
-      const WorldAction action = std::get<WorldAction>(w.entry.action);
       w.due = kNever;  // done; run_script clears it away
-      do_action(action, now);
+      do_action(w.entry, now);
     }
 }
 
@@ -55,8 +63,8 @@ void World::run_script(std::uint64_t cycle, Time now) {
   for (Waiting& w : script_)
     if (w.due && *w.due <= now) {
       w.due = kNever;
-      if (const auto* action = std::get_if<WorldAction>(&w.entry.action)) {
-        do_action(*action, now);
+      if (std::holds_alternative<WorldAction>(w.entry.action)) {
+        do_action(w.entry, now);
       } else {
         bus_actions_.push_back(std::get<BusAction>(w.entry.action));
         if (const auto* stop = std::get_if<act::EmergencyStop>(&bus_actions_.back())) emergency_ = stop->pressed;
@@ -65,8 +73,13 @@ void World::run_script(std::uint64_t cycle, Time now) {
   std::erase_if(script_, [](const Waiting& w) { return w.due == kNever; });
 }
 
-void World::do_action(const WorldAction& action, Time now) {
-  std::visit([&](const auto& a) { happen(a, now); }, action);
+void World::do_action(const ScriptEntry& entry, Time now) {
+  std::visit(
+      [&](const auto& a) {
+        if constexpr (requires { a.input; }) changed_by_[a.input] = entry.where + ": " + entry.text;
+        happen(a, now);
+      },
+      std::get<WorldAction>(entry.action));
 }
 
 void World::happen(const act::AddObstacle& a, Time) {

@@ -60,7 +60,7 @@ says "['axes'][0]['enabled']" True
 job=$!; pids+=($job)
 running() { order --json status 2>/dev/null | grep -q '"state": "running"'; }
 wait_for 40 running || fail "the job does not run"
-wait_for 5 order hold || fail "it takes no hold"
+wait_for 5 order hold --now || fail "it takes no hold"
 held() { order --json status 2>/dev/null | grep -q '"state": "held"'; }
 wait_for 5 held || fail "it is not held"
 expect_exit 0 "a job in words" order status

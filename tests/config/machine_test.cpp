@@ -8,6 +8,7 @@
 #include <numbers>
 #include <unistd.h>
 
+#include "changed.hpp"
 #include "config/yaml.hpp"
 
 namespace gantry::config {
@@ -134,42 +135,6 @@ TEST(Machine, notes_tell_what_is_assumed_and_what_a_bus_loss_costs) {
   EXPECT_TRUE(tells("full speed of axis X: 50 mm"));
 }
 
-/// The machine file with one place changed, beside the shipped profiles.
-class Changed {
- public:
-  Changed() : folder_(fs::path(testing::TempDir()) / ("gantry_machine_" + std::to_string(::getpid()))) {
-    fs::create_directories(folder_ / "machines");
-    for (const char* kind : {"drives", "devices"})
-      if (!fs::exists(folder_ / kind))
-        fs::create_directory_symlink(fs::absolute(fs::path("config") / kind), folder_ / kind);
-    text_ = *read_text_file("config/machines/dispenser.yaml");
-  }
-  ~Changed() { fs::remove_all(folder_); }
-  /// Replaces the first `from`; the mistake is expected at the next `at` from there on, or else at the last before.
-  void swap(const std::string& from, const std::string& to, const std::string& at) {
-    const auto found = text_.find(from);
-    ASSERT_NE(found, std::string::npos) << from;
-    text_.replace(found, from.size(), to);
-    auto place = text_.find(at, found);
-    if (place == std::string::npos) place = text_.rfind(at, found);
-    ASSERT_NE(place, std::string::npos) << at;
-    line_ = 1 + static_cast<int>(std::count(text_.begin(), text_.begin() + static_cast<long>(place), '\n'));
-    column_ = static_cast<int>(place - (text_.rfind('\n', place - 1) + 1)) + 1;
-  }
-  [[nodiscard]] std::string where() const {
-    return (folder_ / "machines" / "m.yaml").string() + ":" + std::to_string(line_) + ":" + std::to_string(column_);
-  }
-  Checked<Machine> load() {
-    std::ofstream(folder_ / "machines" / "m.yaml") << text_;
-    return load_machine((folder_ / "machines" / "m.yaml").string());
-  }
-
- private:
-  fs::path folder_;
-  std::string text_;
-  int line_ = 0, column_ = 0;
-};
-
 TEST(Machine, the_kind_of_logical_map_is_separate_unless_it_is_written) {
   EXPECT_EQ(dispenser().bus.map, MapKind::Separate);
   Changed file;
@@ -227,11 +192,6 @@ TEST(Machine, an_analogue_terminal_is_no_channel) {
   EXPECT_NE(m.error()[0].message.find("carries 16 bits"), std::string::npos) << to_text(m.error()[0]);
 }
 
-bool warns(const Checked<Machine>& m, std::string_view what) {
-  const auto all = m ? notes(*m) : std::vector<std::string>{};
-  return std::any_of(all.begin(), all.end(), [&](const std::string& n) { return n.find(what) != std::string::npos; });
-}
-
 TEST(Machine, check_warns_where_a_broken_wire_would_read_as_all_well) {
   EXPECT_FALSE(warns(dispenser(), "warning"));
   for (const char* name : {"stop:         ", "door_closed:  ", "air_ok:       ", "safety_ok:    "}) {
@@ -245,6 +205,26 @@ TEST(Machine, check_warns_where_a_broken_wire_would_read_as_all_well) {
   EXPECT_FALSE(warns(other.load(), "warning")) << "a button that starts may be wired as one likes";
 }
 
+TEST(Machine, an_axis_that_needs_long_to_its_speed_is_told_by_its_acceleration) {
+  Changed slow;
+  slow.swap("a_max: 4000 mm/s^2", "a_max: 45 mm/s^2", "45");
+  const auto m = slow.load();
+  ASSERT_FALSE(m);
+  EXPECT_EQ(m.error()[0].where, slow.where()) << to_text(m.error()[0]);
+  EXPECT_NE(m.error()[0].message.find("needs 11.1 s from rest to its v_max"), std::string::npos);
+  EXPECT_NE(m.error()[0].message.find("write at least 100 mm/s^2"), std::string::npos);
+  Changed enough;
+  enough.swap("j_max: 80000 mm/s^3", "j_max: 20 mm/s^3", "20");
+  const auto other = enough.load();
+  EXPECT_TRUE(other) << to_text(other.error()[0]) << ": what the message asks for is enough";
+}
+
+TEST(Machine, check_warns_of_a_first_touch_that_the_virtual_probe_does_not_bear) {
+  Changed file;
+  file.swap("speed: 5 mm/s, approach", "fast: 20 mm/s, speed: 5 mm/s, approach", "fast");
+  EXPECT_TRUE(warns(file.load(), "warning: probe: fast is 20 mm/s, and the probe is pressed in"));
+}
+
 TEST(Machine, check_warns_where_the_io_station_leaves_the_bus_with_the_drives) {
   Changed file;
   file.swap("dio16,    position: 0", "dio16,    position: 1", "x");
@@ -252,25 +232,9 @@ TEST(Machine, check_warns_where_the_io_station_leaves_the_bus_with_the_drives) {
   EXPECT_TRUE(warns(file.load(), "carries stop, door_closed, air_ok, safety_ok, valve and stands behind drive 'x'"));
 }
 
-struct Wrong {
-  const char *from, *to, *at;
-  Fault fault;
-  const char* says;
-};
-void PrintTo(const Wrong& wrong, std::ostream* out) { *out << wrong.to; }
 class Rows : public testing::TestWithParam<Wrong> {};
 
-TEST_P(Rows, that_contradict_are_one_mistake_at_its_place) {
-  const Wrong& w = GetParam();
-  Changed file;
-  file.swap(w.from, w.to, w.at);
-  const auto m = file.load();
-  ASSERT_FALSE(m);
-  EXPECT_EQ(m.error().size(), 1u) << to_text(m.error().back());
-  EXPECT_EQ(m.error()[0].fault, w.fault) << to_text(m.error()[0]);
-  EXPECT_EQ(m.error()[0].where, file.where()) << to_text(m.error()[0]);
-  EXPECT_NE(m.error()[0].message.find(w.says), std::string::npos) << to_text(m.error()[0]);
-}
+TEST_P(Rows, that_contradict_are_one_mistake_at_its_place) { expect_one_mistake(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     Machine, Rows,
@@ -339,6 +303,15 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"safe_z: -5 mm", "safe_z: 5 mm", "5 mm", Fault::OutOfRange, "axis Z"},
         Wrong{"park: {X: 20 mm", "park: {X: -20 mm", "-20", Fault::OutOfRange, "axis X"},
         Wrong{"park: {X: 20 mm", "park: {Q: 20 mm", "Q", Fault::UnknownReference, "axis 'Q'"},
+        Wrong{"lift: U}", "lift: Z}", "Z}", Fault::Inconsistent, "axis Z has the role 'z' already"},
+        Wrong{"y: Y,", "y: X,", "X, z", Fault::Inconsistent, "axis X has the role 'x' already; write another axis"},
+        Wrong{"j_max: 80000 mm/s^3", "j_max: 0.001 mm/s^3", "0.001", Fault::OutOfRange,
+              "needs 1.41e+03 s from rest to its v_max; more than 10 s is taken for a slip: write at least 20 mm/s^3"},
+        Wrong{"j_max: 80000 mm/s^3", "j_max: 19.9 mm/s^3", "19.9", Fault::OutOfRange, "needs 10 s"},
+        Wrong{"exposure: 2 ms", "exposure: 150 ms", "width_px", Fault::Inconsistent,
+              "an exposure of 150 ms is not over when its answer takes effect, 150 ms after the trigger"},
+        Wrong{"scene:\n", "scene:\n  block: {box: [50 mm, 50 mm, 60 mm], centre: [20 mm, 20 mm, -30 mm]}\n", "X: 20 mm",
+              Fault::Inconsistent, "park: there the head's body 'needle' is in 'block' of the scene"},
         Wrong{"limits: [-2 mm, 505 mm]", "limits: [2 mm, 505 mm]", "[", Fault::Inconsistent, "outside the travel"},
         Wrong{"start: 230 mm", "start: 830 mm", "830", Fault::OutOfRange, "limit switches"},
         Wrong{"  post:  ", "  needle: ", "needle", Fault::DuplicateKey, "head"}));

@@ -46,6 +46,14 @@ TEST_F(NewFiles, a_planted_link_is_replaced_and_its_target_untouched) {
   EXPECT_EQ(text("victim"), "precious");
 }
 
+TEST_F(NewFiles, a_durable_file_replaces_the_one_before_and_its_folder_must_be_there) {
+  ASSERT_TRUE(write_durable_file(here_ / "kept", "first"));
+  ASSERT_TRUE(write_durable_file(here_ / "kept", "second"));
+  EXPECT_EQ(text("kept"), "second");
+  EXPECT_FALSE(fs::exists(fs::symlink_status(here_ / "kept.part")));
+  EXPECT_FALSE(write_durable_file(here_ / "no/such/folder", "x"));
+}
+
 TEST_F(NewFiles, a_long_file_is_whole_and_a_full_device_is_told) {
   const std::string much(1'000'000, 'x');
   auto file = NewFile::create(here_ / "long");

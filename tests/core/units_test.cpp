@@ -47,6 +47,8 @@ const Good kGood[] = {
     {"180 deg/s", Dimension::AngularSpeed, kPi},
     {"360 deg/s²", Dimension::AngularAcceleration, 2 * kPi},
     {"1 rad/s^3", Dimension::AngularJerk, 1},
+    {"5 %", Dimension::Ratio, 0.05},
+    {"12.5%", Dimension::Ratio, 0.125},
     {"3", Dimension::None, 3},
     {"-0.25", Dimension::None, -0.25},
 };
@@ -68,6 +70,7 @@ struct Bad {
 const Bad kBad[] = {
     // no unit, or one of another dimension
     {"20", Dimension::Speed, Fault::BadUnit},
+    {"0.05", Dimension::Ratio, Fault::BadUnit},
     {"20 mm", Dimension::Speed, Fault::BadUnit},
     {"20 mm/s", Dimension::Length, Fault::BadUnit},
     {"20 inch", Dimension::Length, Fault::BadUnit},

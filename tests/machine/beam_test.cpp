@@ -66,6 +66,16 @@ TEST(Beam, the_side_that_has_torque_stands_when_the_other_one_has_lost_it) {
   EXPECT_EQ(racked.now().state, State::Stopped);
 }
 
+TEST(Beam, sides_that_stand_apart_are_enabled_in_the_next_cycle_after_a_reset_too) {
+  Racked racked;
+  racked.pass_to(racked.now().cycle + 500);
+  const auto cleared = reset(racked.owner());
+  ASSERT_TRUE(cleared) << to_text(cleared.error());
+  expect_enable_moves_nothing(racked);  // the side with torque never lost it
+  EXPECT_EQ(racked.now().state, State::Ready);
+  EXPECT_EQ(racked.now().referenced & kY, 0u);
+}
+
 TEST(Beam, sides_that_stand_apart_are_enabled_where_they_stand_and_squared_by_homing) {
   Racked racked;
   racked.pass_to(racked.now().cycle + 500);

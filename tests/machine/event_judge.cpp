@@ -107,19 +107,24 @@ void Judge::confirm(const Snapshot& s) {
   }
 }
 
-/// Shut in the frame after: an abort, an input that stops, a state that is a stop; and wherever no block plays.
+/// Shut in the frame after: an abort, an input that stops, a state that is a stop; and wherever no block plays. On the
+/// way to a hold a feature may be finished, and none is begun.
 void Judge::look_at_valve(const Snapshot& s) {
   using enum cycle::State;
   const auto low = [&](Input input) { return (s.inputs & config::bit(input)) == 0; };
   const bool stopped = low(Input::Stop) || low(Input::DoorClosed) || low(Input::AirOk) || low(Input::SafetyOk) ||
                        low(Input::Mode) || s.latched != Fault::None ||
-                       (aborted_at_ >= 0 && s.cycle > aborted_at_ + 1) || s.state == Holding || s.state == Held ||
-                       s.state == Stopping || s.state == Stopped;
+                       (aborted_at_ >= 0 && s.cycle > aborted_at_ + 1) || s.state == Held || s.state == Stopping ||
+                       s.state == Stopped;
+  const bool open = (s.outputs & config::bit(config::Output::Valve)) != 0;
+  if (open && !valve_ && s.state == Holding && holding_) blame(s, "the valve opens on the way to a hold");
+  valve_ = open;
+  holding_ = s.state == Holding;
   if (!stopped)
     low_since_ = -1;
   else if (low_since_ < 0)
     low_since_ = s.cycle;
-  if ((s.outputs & config::bit(config::Output::Valve)) == 0) return;
+  if (!open) return;
   if (low_since_ >= 0 && s.cycle > low_since_ + 1) blame(s, "the valve is open in a stop");
   if (began_ < 0 || !moves_) blame(s, "the valve is open and nothing is under way");
 }

@@ -74,6 +74,7 @@ class Judge {
   AxisVec travelled_{};                                    ///< since what is under way began
   std::array<CycleIndex, kMaxAxes> taken_until_{}, pushed_until_{}, away_until_{};
   CycleIndex began_ = -1, aborted_at_ = -1, rests_since_ = 0, homed_at_ = -1, low_since_ = -1, torque_lost_ = -1;
+  bool valve_ = false, holding_ = false;  ///< in the last cycle
   bool moves_ = false, resetting_ = false;
   std::string broken_;
 };

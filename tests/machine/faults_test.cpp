@@ -28,6 +28,21 @@ TEST(Faults, a_missing_mark_ends_the_job_with_6) {
   EXPECT_TRUE(result.deposits.empty());
 }
 
+TEST(Faults, a_picture_that_does_not_come_is_taken_once_more_R65) {
+  const std::string dead = "- {at: mark front_left, do: camera_dead}\n";
+  Rig once({.placement = "dx=0.5 mm", .script = dead + "- {at: mark front_left, after: 5 ms, do: camera_alive}\n"});
+  const auto good = once.run(kDemo);
+  EXPECT_EQ(good.exit_code, ExitCode::Done);
+  ASSERT_EQ(good.marks.size(), 4u);
+  EXPECT_EQ(good.marks[0].attempts, 2);
+
+  Rig gone({.placement = "dx=0.5 mm", .script = dead});
+  const auto bad = gone.run(kDemo);
+  EXPECT_EQ(bad.exit_code, ExitCode::VisionOrProbe);
+  EXPECT_EQ(only_error(bad).fault, Fault::CameraTimeout);
+  EXPECT_TRUE(bad.deposits.empty());
+}
+
 TEST(Faults, a_script_entry_beyond_the_end_of_the_job_is_told_with_its_line) {
   Rig rig({.placement = "dx=0.5 mm",
            .script = "- {at: feature dot 1, do: duplicate_frames, count: 1}\n"
@@ -129,10 +144,10 @@ TEST(Faults, a_job_that_the_world_saw_crash_is_not_done) {
 
 TEST(Faults, an_obstacle_on_the_only_way_is_refused_before_anything_moves) {
   recipes::Recipe recipe = test::load_recipe(kDemo);
-  // A roof over a dot: no way down to it.
+  // A block over a dot: no way down to it.
   const auto& dot = std::get<recipes::Dot>(recipe.features.front());
   recipe.parts.push_back(
-      {.name = "roof", .at = dot.at, .size = {20, 20, 5}, .rotation = 0, .fixture = false, .place = {}});
+      {.name = "roof", .at = dot.at, .size = {6, 6, 17}, .rotation = 0, .fixture = true, .place = {}});
   const auto machine = config::load_machine("config/machines/dispenser.yaml");
   ASSERT_TRUE(machine);
   const auto job = recipes::compile(recipe, *machine);

@@ -237,6 +237,30 @@ TEST(Jog, needs_axes_that_are_referenced) {
   EXPECT_EQ(bench.now().enabled, 0u);
 }
 
+/// No machine file is such (check refuses it); what has no homing must not count as referenced all the same.
+TEST(Unreferenced, an_axis_without_a_homing_lets_nothing_move) {
+  for (const std::size_t i : {kX, kZ, kU}) {
+    Rig rig({.change = [&](config::Machine& m) { m.axes[i].homing.reset(); }});
+    ASSERT_TRUE(rig.owner().bring_up());
+    const auto counts = rig.owner().latest().counts;
+    const std::string name = "axis " + rig.machine().axes[i].name;
+    const auto result = rig.run(kShort);
+    EXPECT_EQ(result.exit_code, ExitCode::Refused);
+    ASSERT_EQ(result.errors.size(), 1u);
+    EXPECT_EQ(result.errors[0].fault, Fault::NotReferenced) << to_text(result.errors[0]);
+    EXPECT_EQ(result.errors[0].where, name);
+    for (const auto& refused : {rig.owner().home(), rig.owner().park()}) {
+      ASSERT_FALSE(refused);
+      EXPECT_EQ(refused.error().fault, Fault::NotReferenced) << to_text(refused.error());
+    }
+    const auto jogged = rig.owner().jog(words({{"Y", "1 mm"}}));
+    ASSERT_FALSE(jogged);
+    EXPECT_EQ(jogged.error().fault, Fault::NotReferenced) << to_text(jogged.error());
+    for (int n = 0; n < 50; ++n) rig.owner().idle();
+    EXPECT_EQ(rig.owner().latest().counts, counts) << "nothing has moved";
+  }
+}
+
 TEST(Jog, is_refused_while_a_fault_is_latched_and_goes_after_the_reset) {
   Bench bench;
   ASSERT_TRUE(bench.owner().world()->add_script("- {at: cycle 1, do: press, input: stop, hold: 20 ms}"));
@@ -262,6 +286,35 @@ TEST(Jog, is_refused_in_the_middle_of_a_job_and_the_job_goes_on) {
   };
   EXPECT_EQ(rig.run(kShort).exit_code, ExitCode::Done);
   EXPECT_TRUE(asked);
+}
+
+TEST(Jog, says_what_is_cut_of_a_speed_that_was_asked_for) {
+  const auto machine = config::load_machine("config/machines/dispenser.yaml");
+  ASSERT_TRUE(machine);
+  struct Case {
+    JogWords asked;
+    const char* says;
+  };
+  for (const Case& c :
+       {Case{words({{"X", "1 mm"}}, "1e9 mm/s"), "no faster than 500 mm/s, because axis X can do 500.000 mm/s"},
+        // 3, 4: of the path's 5 mm Z does 4.
+        Case{words({{"X", "3 mm"}, {"Z", "-4 mm"}}, "188 mm/s"),
+             "no faster than 187.5 mm/s, because axis Z can do 150.000 mm/s"},
+        // C turns by 36 deg in the time of 1 mm.
+        Case{words({{"X", "1 mm"}, {"C", "36 deg"}}, "11 mm/s"),
+             "no faster than 10 mm/s, because axis C can do 360.000 deg/s"},
+        Case{words({{"C", "90 deg"}}, "361 deg/s"), "no faster than 360 deg/s, because axis C can do 360.000 deg/s"},
+        Case{words({{"X", "1 mm"}}, "500 mm/s"), ""}, Case{words({{"X", "3 mm"}, {"Z", "-4 mm"}}, "187.5 mm/s"), ""},
+        Case{words({{"C", "90 deg"}}, "360 deg/s"), ""}, Case{words({{"X", "1 mm"}, {"C", "36 deg"}}, "10 mm/s"), ""},
+        Case{words({{"X", "1 mm"}, {"C", "90 deg"}}), ""}}) {  // nobody has asked for 20 mm/s
+    const auto jog = job::read_jog(*machine, c.asked);
+    ASSERT_TRUE(jog) << to_text(jog.error());
+    EXPECT_EQ(jog->slowed, c.says);
+  }
+  Bench bench;
+  const auto done = bench.jog(words({{"Z", "-10 mm"}}, "1e6 mm/s"));
+  ASSERT_TRUE(done) << to_text(done.error());
+  EXPECT_EQ(done->slowed, "no faster than 150 mm/s, because axis Z can do 150.000 mm/s");
 }
 
 TEST(Jog, words_that_are_no_jog_are_refused_with_what_would_be_one) {

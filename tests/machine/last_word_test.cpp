@@ -20,12 +20,14 @@ namespace {
 
 constexpr int kMidBead = 150;  // frames with the valve open
 constexpr int kAttempts = 3;
+constexpr double kBraking_s = 0.7;  // at least, of the heavy machine at full speed
 constexpr const char* kJob = R"(version: 1
 recipe: one-bead
+placement: fixture
 board: {size: [120 mm, 40 mm], thickness: 12 mm, frame: pallet}
 materials:
   adhesive: {speed: 40 mm/s, gap: 0.3 mm, valve_open_lead: 8 ms, valve_close_lead: 6 ms, dot_time: 60 ms,
-             settle_time: 30 ms, retract: 3 mm}
+             settle_time: 30 ms, retract: 3 mm, tolerance: 10 mm, gap_tolerance: 5 mm}
 features:
   - polyline: {name: bead, material: adhesive, points: [[10 mm, 10 mm], [110 mm, 30 mm]]}
 )";
@@ -100,18 +102,22 @@ class LastWord : public ::testing::Test {
     const auto quick = std::regex_replace(patient, std::regex("fast: 60 mm/s"), "fast: 120 mm/s");
     std::ofstream(file("machines/quick.yaml"))
         << std::regex_replace(quick, std::regex("acceleration: 1000 mm/s\\^2"), "acceleration: 4000 mm/s^2");
-    // X and Y like a heavy machine: from full speed they brake for more than half a second.
+    // X and Y like a heavy machine: from full speed they brake for a second.
     std::ofstream(file("machines/heavy.yaml"))
-        << std::regex_replace(quick, std::regex("a_max: 4000 mm/s\\^2"), "a_max: 300 mm/s^2");
+        << std::regex_replace(std::regex_replace(patient, std::regex("a_max: 4000 mm/s\\^2"), "a_max: 150 mm/s^2"),
+                              std::regex("acceleration: 1000 mm/s\\^2"), "acceleration: 150 mm/s^2");
   }
   static std::string file(const char* name) { return (folder_ / name).string(); }
   static std::string world() { return file("world"); }
+  /// On a part of its own: what the job before has begun was lost with its program, and would be asked for.
   static std::vector<std::string> job(const char* machine = "machines/quick.yaml") {
+    std::filesystem::remove_all(file("none"));
     return {"--machine", file(machine), "run",     file("job.yaml"), "--bus", "ethercat:lw-ctl",
             "--world",   world(),       "--state", file("none"),     "--out", file("out")};
   }
 
   static std::vector<std::string> up() {
+    std::filesystem::remove_all(file("state"));
     return {"--machine",  file("machines/quick.yaml"), "up", "--bus", "ethercat:lw-ctl", "--world", world(), "--state",
             file("state")};
   }
@@ -160,7 +166,7 @@ class LastWord : public ::testing::Test {
     });
   }
 
-  /// A heavy machine that is streamed along X or Y with more than 150 mm/s: it brakes for half a second.
+  /// A heavy machine that is streamed along X or Y with more than 150 mm/s: it brakes for a second.
   static std::optional<Run> reach_full_speed(Listener& cable) {
     constexpr double kCountsOfAMillimetre = 10000 / 10.0;  // object 20F2h and per_rev of the machine file
     constexpr double kFast_counts = 0.15 * kCountsOfAMillimetre;
@@ -201,6 +207,10 @@ class LastWord : public ::testing::Test {
   static inline std::filesystem::path folder_;
   static inline Program* sim_ = nullptr;
 };
+
+double ago_s(const Heard& heard) {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count() - heard.at_s;
+}
 
 /// What was heard from the moment on when the controller was hit.
 struct Ending {
@@ -352,21 +362,32 @@ TEST_F(LastWord, a_loop_that_never_comes_back_ends_the_program) {
 
 TEST_F(LastWord, a_second_interrupt_ends_the_program_with_a_stop) {
   Listener cable("lw-sim");
-  const auto run = reach_full_speed(cable);
-  ASSERT_TRUE(run);
-  kill(run->program->pid(), SIGINT);
-  usleep(210'000);  // sooner it is taken for the same one (app/cli/signals.hpp)
-  ASSERT_TRUE(run->program->running()) << "it still brakes: " << run->program->output();
-  kill(run->program->pid(), SIGINT);
+  std::optional<Run> run;
+  // Where the host kept this test from running until the machine stood, it has seen nothing of what it looks for.
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    if (attempt > 0) reset();
+    run = reach_full_speed(cable);
+    ASSERT_TRUE(run);
+    kill(run->program->pid(), SIGINT);
+    usleep(210'000);  // sooner it is taken for the same one (app/cli/signals.hpp)
+    ASSERT_TRUE(run->program->running() || ago_s(run->last) > kBraking_s) << run->program->output();
+    kill(run->program->pid(), SIGINT);
+    if (ago_s(run->last) < kBraking_s) break;
+    std::printf("the host kept this test waiting: %.0f ms\n", 1e3 * ago_s(run->last));
+    run->program->wait();
+    run.reset();
+  }
+  ASSERT_TRUE(run) << "the host is never in time";
   const int status = run->program->wait();
   EXPECT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 130);
   const Ending e = listen_to_the_end(cable, run->last, run->open_frames);
   ASSERT_GT(e.stop, 0) << "no stop frame; the last was " << e.all.back().image.text();
   EXPECT_TRUE(e.all[static_cast<std::size_t>(e.stop) - 1].image.all(0x000F)) << "they were braking, with torque";
-  EXPECT_NE(e.all[static_cast<std::size_t>(e.stop) - 1].image.axes[0].target,
-            e.all[static_cast<std::size_t>(e.stop) - 2].image.axes[0].target)
-      << "and moved";
+  // A host that stands still may send one target twice.
+  const auto before = static_cast<std::size_t>(e.stop) - 1;
+  const std::size_t since = before - std::min<std::size_t>(before, 20);
+  EXPECT_NE(e.all[before].image.axes[0].target, e.all[since].image.axes[0].target) << "and moved";
   expect_nothing_but_stops_after(e);
   EXPECT_LE(e.all.size() - static_cast<std::size_t>(e.stop), 3u) << "and then silence";
 }

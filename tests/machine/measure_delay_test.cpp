@@ -60,6 +60,10 @@ TEST(MeasuredDelay, is_refused_of_an_open_loop_axis_and_of_what_is_no_axis) {
   const auto far = run::measure_delay(rig.owner(), rig.machine(), {.axis = "Z", .speed = "150 mm/s"});
   ASSERT_FALSE(far);
   EXPECT_EQ(far.error().fault, Fault::OutOfReach) << to_text(far.error());
+  const auto absurd = run::measure_delay(rig.owner(), rig.machine(), {.axis = "X", .speed = "1e6 mm/s"});
+  ASSERT_FALSE(absurd);
+  EXPECT_EQ(absurd.error().fault, Fault::OutOfRange) << to_text(absurd.error());
+  EXPECT_NE(to_text(absurd.error()).find("v_max of axis X, 500 mm/s"), std::string::npos) << to_text(absurd.error());
   EXPECT_EQ(rig.owner().latest().target, stood) << "nothing has moved";
 }
 

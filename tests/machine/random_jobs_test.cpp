@@ -18,8 +18,10 @@ class Author {
     const int marks = one_of({0, 2, 3, 4}), touches = one_of({0, 1, 2, 3, 4});
     placed_by_marks = marks > 0;
     std::string text = fmt::format(
-        "version: 1\nrecipe: random\nboard: {{size: [{:.3f} mm, {:.3f} mm], thickness: {:.2f} mm, frame: pallet}}\n",
-        width_, depth_, between(1, 20));
+        "version: 1\nrecipe: random\nplacement: {}\nboard: {{size: [{:.3f} mm, {:.3f} mm], thickness: {:.2f} mm, "
+        "frame: "
+        "pallet}}\n",
+        placed_by_marks ? "marks" : "fixture", width_, depth_, between(1, 20));
     const std::array<Vec2, 4> corners{Vec2{5, 5}, {width_ - 5, depth_ - 5}, {width_ - 5, 5}, {5, depth_ - 5}};
     if (marks > 0) text += "marks:\n";
     for (int i = 0; i < marks; ++i)
@@ -37,9 +39,9 @@ class Author {
     for (const char* name : {"a", "b"})
       text += fmt::format(
           "  {}: {{speed: {} mm/s, gap: {} mm, valve_open_lead: 8 ms, valve_close_lead: 6 ms, dot_time: {} ms, "
-          "settle_time: {} ms, retract: {} mm}}\n",
+          "settle_time: {} ms, retract: {} mm, gap_tolerance: {} mm}}\n",
           name, one_of({2, 10, 20, 50, 100}), touches < 3 ? one_of({0.5, 1.0}) : one_of({0.1, 0.2, 0.5, 1.0}),
-          one_of({5.0, 33.3, 60.0}), one_of({0, 10, 30}), one_of({0.5, 2.0, 5.0, 10.0}));
+          one_of({5.0, 33.3, 60.0}), one_of({0, 10, 30}), one_of({0.5, 2.0, 5.0, 10.0}), touches < 3 ? 0.6 : 0.1);
     text += "features:\n";
     const int count = one_of({1, 2, 3, 4, 5, 6});
     for (int i = 0; i < count; ++i) text += feature(i);

@@ -1,10 +1,13 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <random>
 
 #include "core/units.hpp"
 #include "recipes/job.hpp"
+#include "recipes/seat.hpp"
 
 namespace gantry::recipes {
 namespace {
@@ -59,7 +62,7 @@ TEST(DemoBoard, every_point_is_in_reach_wherever_the_board_lies) {
       for (const Feature& f : r.features) {
         if (const auto* d = std::get_if<Dot>(&f)) tool("needle", d->at, 0.2);
         if (const auto* b = std::get_if<Bead>(&f))
-          for (const Vec2 p : b->points) tool("needle", p, 0.4), tool("needle", p, 5);
+          for (const Vec3 p : b->points) tool("needle", flat(p), 0.4), tool("needle", flat(p), 5);
       }
     }
 }
@@ -120,10 +123,18 @@ TEST(DemoBoard, no_posture_of_the_job_meets_a_part_or_a_clamp) {
       if (const auto* b = std::get_if<Bead>(&f))
         for (std::size_t i = 0; i + 1 < b->points.size(); ++i)
           for (double u = 0; u <= 1; u += 0.05)
-            posture("needle", b->points[i] + (b->points[i + 1] - b->points[i]) * u, 0.4, b->id);
+            posture("needle", flat(b->points[i] + (b->points[i + 1] - b->points[i]) * u), 0.4, b->id);
     }
   }
 }
+
+Vec3 raised(Vec2 at, double z) { return {at.x, at.y, z}; }
+const Dot& first_dot(const Recipe& r) {
+  return std::get<Dot>(*std::find_if(r.features.begin(), r.features.end(),
+                                     [](const Feature& f) { return std::holds_alternative<Dot>(f); }));
+}
+
+Part& clamp(Recipe& r) { return *std::ranges::find_if(r.parts, &Part::fixture); }
 
 struct Wrong {
   const char* name;
@@ -153,19 +164,21 @@ INSTANTIATE_TEST_SUITE_P(
               "pallet"},
         Wrong{"speed", [](Recipe& r, config::Machine&) { r.materials[1].speed = 600; }, Fault::SpeedNotReachable,
               "sealant", "500 mm/s"},
-        Wrong{"needle_x", [](Recipe& r, config::Machine&) { r.board.at.x = 215; }, Fault::OutOfReach, "axis X", "500"},
-        Wrong{"camera_x", [](Recipe& r, config::Machine&) { r.board.at.x = -130; }, Fault::OutOfReach, "front_left",
-              "camera"},
-        Wrong{"too_low", [](Recipe&, config::Machine& m) { m.frames[0].origin.z -= 30; }, Fault::OutOfReach, "axis Z",
+        Wrong{"needle_x", [](Recipe& r, config::Machine& m) { r.board.at.x = 215, m.scene.clear(); }, Fault::OutOfReach,
+              "axis X", "500"},
+        Wrong{"camera_x", [](Recipe& r, config::Machine& m) { r.board.at.x = -130, m.scene.clear(); },
+              Fault::OutOfReach, "front_left", "camera"},
+        Wrong{"too_low", [](Recipe&, config::Machine& m) { m.frames[0].origin.z -= 30, m.scene.clear(); }, Fault::OutOfReach, "axis Z",
               "probe"},
         Wrong{"margin",
-              [](Recipe& r, config::Machine&) {
+              [](Recipe& r, config::Machine& m) {
+                m.scene.clear();
                 r.board.at.x = 193;
                 r.mark_rules.max_shift_mm = 6;
               },
               Fault::OutOfReach, "axis X", "off by up to"},
-        Wrong{"mark", [](Recipe& r, config::Machine&) { r.marks[0].diameter = 16; }, Fault::OutOfReach, "front_left",
-              "camera sees"},
+        Wrong{"mark", [](Recipe& r, config::Machine&) { r.marks[0].diameter = 16, r.marks[0].at = {9, 9}, r.board.clamp_margin = 0; },
+              Fault::OutOfReach, "front_left", "camera sees"},
         Wrong{"window", [](Recipe& r, config::Machine&) { r.touch_rules.window_mm = 6; }, Fault::OutOfReach,
               "front_left", "window"},
         Wrong{"no_valve",
@@ -176,6 +189,57 @@ INSTANTIATE_TEST_SUITE_P(
                 m.outputs[static_cast<std::size_t>(config::Output::CameraTrigger)].reset();
               },
               Fault::UnknownReference, "'camera_trigger'", "sees no mark"},
+        Wrong{"no_camera", [](Recipe&, config::Machine& m) { m.camera = {}; }, Fault::UnknownReference, "'camera'",
+              "no mark is seen"},
+        Wrong{"no_probe", [](Recipe&, config::Machine& m) { m.probe.speed_mm_s = 0; }, Fault::UnknownReference,
+              "'probe'", "no height is touched"},
+        Wrong{"no_needle", [](Recipe&, config::Machine& m) { m.tools.erase(m.tools.begin()); }, Fault::UnknownReference,
+              "'needle'", "nothing is dispensed"},
+        Wrong{"larger_than_its_seat",
+              [](Recipe& r, config::Machine&) {
+                r.board.size = {240, 80};
+              },
+              Fault::OutOfRange, "240 x 80 mm", "does not fit on 'pallet_plate'"},
+        Wrong{"on_nothing", [](Recipe& r, config::Machine&) { r.board.at.x = 200; }, Fault::OutOfRange,
+              "nothing carries the board: it lies from (380, 150) to (500, 230) mm",
+              "'pallet_plate' ends there, from (130, 100) to (350, 280) mm"},
+        Wrong{"over_nothing", [](Recipe&, config::Machine& m) { m.frames[0].origin.z += 40; }, Fault::OutOfRange,
+              "nothing carries the board", "underside at z -82 mm"},
+        Wrong{"in_a_rail", [](Recipe& r, config::Machine&) { r.board.at.y = -12; }, Fault::Inconsistent,
+              "the board lies in 'clamp_rail'", "correct the board's place 'at'"},
+        Wrong{"in_a_post", [](Recipe& r, config::Machine&) { r.board.at = {-10, 28}; }, Fault::Inconsistent,
+              "the board lies in 'post'", "z -122 to -62 mm"},
+        Wrong{"in_its_plate", [](Recipe&, config::Machine& m) { m.frames[0].origin.z -= 8; }, Fault::Inconsistent,
+              "the board lies in 'pallet_plate'", "the origin of frame 'pallet' in the machine file"},
+        Wrong{"a_mark_over_the_edge", [](Recipe& r, config::Machine&) { r.marks[0].at.x = 0.7, r.board.clamp_margin = 0; }, Fault::OutOfRange,
+              "mark 'front_left' of 1.5 mm", "the board's edge, which is 0.7 mm from its centre"},
+        Wrong{"a_fixture_in_the_board", [](Recipe& r, config::Machine&) { clamp(r).at = {30, 12}, clamp(r).underside = 5, clamp(r).size.z = 2; },
+              Fault::Inconsistent, "fixture 'front_clamp' is inside the board", "it ends 7 mm over"},
+        Wrong{"a_fixture_in_a_part", [](Recipe& r, config::Machine&) { clamp(r).at = {24, 46}, clamp(r).underside = 25.9; },
+              Fault::Inconsistent, "fixture 'front_clamp'", "in part 'capacitor', from z 25.9 to 47.9 mm"},
+        Wrong{"purge_on_a_dot",
+              [](Recipe& r, config::Machine&) {
+                r.purge = Purge{.material = "adhesive", .frame = "", .at = raised(first_dot(r).at + Vec2{0.9, 0}, 0), .shots = 1, .place = {}, .at_place = first_dot(r).place};
+              },
+              Fault::Inconsistent, "the purge shoots onto 'spreader[0][0]'", "put its 'at' beside the work"},
+        Wrong{"purge_of_a_frame_on_a_dot",
+              [](Recipe& r, config::Machine& m) {
+                m.frames.push_back({"cup", m.frames[0].origin + raised(first_dot(r).at, 12.2)});
+                r.purge = Purge{.material = "adhesive", .frame = "cup", .at = {}, .shots = 1, .place = {}, .at_place = first_dot(r).place};
+              },
+              Fault::Inconsistent, "the purge shoots onto 'spreader[0][0]'", "put its 'at' beside the work"},
+        Wrong{"feature_in_the_margin", [](Recipe& r, config::Machine&) { r.board.clamp_margin = 11.5; },
+              Fault::OutOfRange, "'clamp_margin'", "mark 'front_left'"},
+        Wrong{"dot_in_a_part",
+              [](Recipe& r, config::Machine&) {
+                r.parts[0].at = {36, 34};
+              },
+              Fault::Inconsistent, "dot 'spreader[0][0]'", "part 'capacitor'"},
+        Wrong{"bead_through_a_part",
+              [](Recipe& r, config::Machine&) {
+                r.parts[0].at = {70, 11};
+              },
+              Fault::Inconsistent, "bead 'front_seam'", "`on: capacitor`"},
         Wrong{"open_lead", [](Recipe& r, config::Machine&) { r.materials[0].valve_open_lead = 0.5; }, Fault::NoSolution,
               "adhesive", "before the needle is on its last way to 'spreader[0][0]'"},
         Wrong{"open_lead_without_a_way",
@@ -187,6 +251,34 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"close_lead", [](Recipe& r, config::Machine&) { r.materials[0].valve_close_lead = 0.068; },
               Fault::Inconsistent, "adhesive", "open for 60 ms"}),
     [](const auto& each) { return std::string(each.param.name); });
+
+TEST(Compile, a_feature_may_lie_on_the_part_that_it_names) {
+  Recipe r = demo();
+  r.parts[0].at = {70, 11};
+  std::get<Bead>(r.features.back()).on = "capacitor";
+  EXPECT_TRUE(compile(r, dispenser()));
+}
+
+TEST(Compile, frame_material_and_speed_are_told_at_once) {
+  std::string text = *config::read_text_file("recipes/demo-board.yaml");
+  const auto change = [&](const std::string& from, const std::string& to) {
+    const auto at = text.rfind(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+  };
+  change("frame: pallet", "frame: palett");
+  change("material: sealant", "material: selant");
+  change("speed: 20 mm/s", "speed: 900 mm/s");
+  const std::string file = testing::TempDir() + "/gantry-three-mistakes.yaml";
+  std::ofstream(file) << text;
+  const auto loaded = load_for(file, dispenser());
+  std::remove(file.c_str());
+  ASSERT_FALSE(loaded);
+  std::string all;
+  for (const Error& e : loaded.error()) all += to_text(e) + "\n";
+  EXPECT_EQ(loaded.error().size(), 3u) << all;
+  for (const char* each : {"palett", "selant", "900 mm/s"}) EXPECT_NE(all.find(each), std::string::npos) << all;
+}
 
 TEST(Compile, an_unknown_frame_is_told_where_it_stands) {
   Recipe r = demo();
@@ -200,14 +292,49 @@ TEST(Compile, an_unknown_frame_is_told_where_it_stands) {
 
 TEST(Compile, notes_tell_what_a_bus_loss_and_a_lost_program_cost_at_the_recipes_speeds) {
   const auto told = notes(demo(), dispenser());
-  ASSERT_EQ(told.size(), 4u);
-  EXPECT_NE(told[0].find("adhesive: a bus that is lost on a bead costs 1.5 mm"), std::string::npos) << told[0];
-  EXPECT_NE(told[1].find("adhesive: when the program dies on a bead, X, Z, C, U are left to their stations"),
+  ASSERT_EQ(told.size(), 6u);
+  EXPECT_EQ(told[0], "adhesive: a deposit is good within 0.1 mm of its place, 0.1 mm of its gap and 5 % of its speed");
+  EXPECT_NE(told[1].find("adhesive: a bus that is lost on a bead costs 1.5 mm"), std::string::npos) << told[1];
+  EXPECT_NE(told[2].find("adhesive: when the program dies on a bead, X, Z, C, U are left to their stations"),
             std::string::npos)
-      << told[1];
-  EXPECT_NE(told[1].find("1.5 mm at 15 mm/s until a watchdog of 100 ms"), std::string::npos) << told[1];
-  EXPECT_NE(told[2].find("sealant: a bus that is lost on a bead costs 2.0 mm"), std::string::npos) << told[2];
-  EXPECT_NE(told[3].find("2.0 mm at 20 mm/s until a watchdog of 100 ms"), std::string::npos) << told[3];
+      << told[2];
+  EXPECT_NE(told[2].find("1.5 mm at 15 mm/s until a watchdog of 100 ms"), std::string::npos) << told[2];
+  EXPECT_NE(told[4].find("sealant: a bus that is lost on a bead costs 2.0 mm"), std::string::npos) << told[4];
+  EXPECT_NE(told[5].find("2.0 mm at 20 mm/s until a watchdog of 100 ms"), std::string::npos) << told[5];
+}
+
+TEST(Compile, a_board_is_carried_by_what_is_in_the_scene_where_anything_is) {
+  Recipe r = demo();
+  config::Machine m = dispenser();
+  r.board.at = {0, -6.95};
+  EXPECT_TRUE(compile(r, m)) << "it touches the rail's side";
+  r.board.at = {0, 0};
+  m.frames[0].origin.z += 0.9;
+  EXPECT_TRUE(compile(r, m)) << "a plate that is a little lower";
+  m.scene.clear(), m.frames[0].origin.z += 5;
+  EXPECT_TRUE(compile(r, m)) << "nothing is known of what carries it";
+}
+
+TEST(Compile, a_clamp_may_reach_onto_the_board_hold_its_side_and_stand_on_a_part) {
+  const auto told = [](Vec2 at, double underside, double height) {
+    Recipe r = demo();
+    clamp(r).at = at, clamp(r).underside = underside, clamp(r).size.z = height;
+    config::Mistakes mistakes(r.file);
+    check_seat(r, dispenser(), mistakes);
+    return mistakes.none() ? std::string() : to_text(mistakes.errors().front());
+  };
+  EXPECT_EQ(told({30, 0}, 0, 22), "");
+  EXPECT_EQ(told({30, 0}, 0, 8), "") << "it grips the board's side";
+  EXPECT_EQ(told({24, 46}, 26, 5), "") << "it stands on the capacitor";
+}
+
+TEST(Compile, notes_tell_that_marks_have_no_light) {
+  config::Machine m = dispenser();
+  m.outputs[static_cast<std::size_t>(config::Output::CameraLight)].reset();
+  Recipe r = demo();
+  EXPECT_NE(notes(r, m).front().find("no output 'camera_light'"), std::string::npos) << notes(r, m).front();
+  r.marks.clear();
+  for (const std::string& note : notes(r, m)) EXPECT_EQ(note.find("camera_light"), std::string::npos) << note;
 }
 
 TEST(Compile, notes_tell_a_valve_lead_that_the_virtual_valve_does_not_have) {
@@ -215,13 +342,13 @@ TEST(Compile, notes_tell_a_valve_lead_that_the_virtual_valve_does_not_have) {
   r.materials[0].valve_open_lead = 0.030;
   r.materials[1].valve_close_lead = 0.002;
   const auto told = notes(r, dispenser());
-  ASSERT_EQ(told.size(), 6u);
-  EXPECT_NE(told[2].find("adhesive: valve_open_lead is 30 ms, but the virtual valve opens 8 ms after"),
+  ASSERT_EQ(told.size(), 8u);
+  EXPECT_NE(told[3].find("adhesive: valve_open_lead is 30 ms, but the virtual valve opens 8 ms after"),
             std::string::npos)
-      << told[2];
-  EXPECT_NE(told[2].find("22 ms early, 0.33 mm"), std::string::npos) << told[2];
-  EXPECT_NE(told[5].find("sealant: valve_close_lead is 2 ms"), std::string::npos) << told[5];
-  EXPECT_NE(told[5].find("4 ms late, 0.08 mm"), std::string::npos) << told[5];
+      << told[3];
+  EXPECT_NE(told[3].find("22 ms early, 0.33 mm"), std::string::npos) << told[3];
+  EXPECT_NE(told[7].find("sealant: valve_close_lead is 2 ms"), std::string::npos) << told[7];
+  EXPECT_NE(told[7].find("4 ms late, 0.08 mm"), std::string::npos) << told[7];
 }
 
 TEST(Compile, an_array_out_of_reach_is_told_once) {

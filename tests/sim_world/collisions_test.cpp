@@ -115,6 +115,17 @@ TEST_F(Watching, the_probe_may_touch_slowly_but_not_fast_deep_or_sideways) {
   EXPECT_EQ(go(touch, aside, 200), std::vector<std::string>{"probe/pallet"}) << "dragged";
 }
 
+TEST_F(Watching, a_slow_touch_that_a_host_held_up_and_made_up_for_is_a_slow_touch) {
+  const auto at_height = [&](double z) { return sample::tool_at(machine, "probe", {200, 100, z}); };
+  EXPECT_TRUE(go(at_height(0.6), at_height(0.05), 110).empty()) << "5 mm/s";
+  EXPECT_TRUE(go(at_height(0.05), at_height(0.05), 29).empty()) << "29 ms without a frame";
+  EXPECT_TRUE(go(at_height(0.05), at_height(-0.1), 1).empty()) << "and all of it at once";
+  go(at_height(-0.1), at_height(0.6), 200);
+  go(at_height(0.6), at_height(0.05), 110);
+  EXPECT_EQ(go(at_height(0.05), at_height(-0.5), 1), std::vector<std::string>{"probe/pallet"})
+      << "more than was missed";
+}
+
 TEST_F(Watching, every_hit_of_random_straight_moves_agrees_with_fine_sampling) {
   // Judge: the same overlap question asked every 0.01 mm, for the syringe (a cylinder) against boxes by footprint.
   std::mt19937_64 random(77);

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "sample.hpp"
+#include "sim/world/near_line.hpp"
 
 namespace gantry::sim {
 namespace {
@@ -17,21 +18,20 @@ std::shared_ptr<const Shot> shot(std::vector<Vec3> path) {
   return s;
 }
 
-std::vector<Vec3> along(const std::vector<Vec2>& line, Vec2 by = {}, double z = 0.3, double step = 0.05) {
+/// So high over the line.
+std::vector<Vec3> along(const std::vector<Vec3>& line, Vec2 by = {}, double over = 0.3, double step = 0.05) {
   std::vector<Vec3> out;
   for (std::size_t i = 1; i < line.size(); ++i) {
-    const Vec2 d = line[i] - line[i - 1];
+    const Vec3 d = line[i] - line[i - 1];
     const int n = static_cast<int>(std::ceil(norm(d) / step));
-    for (int k = i == 1 ? 0 : 1; k <= n; ++k) {
-      const Vec2 p = line[i - 1] + d * (static_cast<double>(k) / n) + by;
-      out.push_back({p.x, p.y, z});
-    }
+    for (int k = i == 1 ? 0 : 1; k <= n; ++k)
+      out.push_back(line[i - 1] + d * (static_cast<double>(k) / n) + Vec3{by.x, by.y, over});
   }
   return out;
 }
 
 /// The judge: both curves sampled densely, largest of the nearest distances, both ways, and the ends.
-double brute_force(std::span<const Vec3> path, const std::vector<Vec2>& nominal) {
+double brute_force(std::span<const Vec3> path, const std::vector<Vec3>& nominal) {
   const auto line = along(nominal, {}, 0, 0.01);
   double worst = std::max(std::hypot(path.front().x - nominal.front().x, path.front().y - nominal.front().y),
                           std::hypot(path.back().x - nominal.back().x, path.back().y - nominal.back().y));
@@ -40,7 +40,7 @@ double brute_force(std::span<const Vec3> path, const std::vector<Vec2>& nominal)
     for (const Vec3& l : line) best = std::min(best, std::hypot(p.x - l.x, p.y - l.y));
     worst = std::max(worst, best);
   }
-  for (const Vec2& c : nominal) {
+  for (const Vec3& c : nominal) {
     double best = 1e9;
     for (std::size_t i = 1; i < path.size(); ++i)
       for (int k = 0; k <= 50; ++k) {
@@ -56,8 +56,8 @@ TEST(Deposits, path_error_agrees_with_brute_force_on_random_paths) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> place(0, 10), wobble(-0.3, 0.3);
   for (int n = 0; n < 40; ++n) {
-    std::vector<Vec2> nominal;
-    for (int k = 0; k < 4; ++k) nominal.push_back({place(random), place(random)});
+    std::vector<Vec3> nominal;
+    for (int k = 0; k < 4; ++k) nominal.push_back({place(random), place(random), 0});
     auto path = along(nominal, {}, 0.3, 0.5);
     for (Vec3& p : path) p.x += wobble(random), p.y += wobble(random);
     EXPECT_NEAR(path_error(path, nominal), brute_force(path, nominal), 0.01) << "case " << n;
@@ -85,12 +85,73 @@ TEST(Deposits, each_shot_takes_its_own_feature_and_reports_lateral_and_gap_error
   EXPECT_EQ(d[2].board_mm.size(), 1u) << "of a dot the place at opening";
 }
 
+TEST(Deposits, of_a_bead_over_a_ramp_the_gap_is_over_the_ramp) {
+  BoardPlan plan;
+  plan.features.push_back({"ramp", true, {{10, 10, 0}, {20, 10, 4}, {20, 20, 4}}, 0.3});
+  const auto d = judge(plan, std::vector{shot(along(plan.features[0].points, {}, 0.31))});
+  ASSERT_EQ(d.size(), 1u);
+  EXPECT_EQ(d[0].id, "ramp");
+  EXPECT_NEAR(d[0].error_mm, 0, 1e-9);
+  EXPECT_NEAR(d[0].gap_mm, 0.31, 1e-9);
+  EXPECT_EQ(d[0].asked_gap_mm, 0.3);
+  EXPECT_EQ(d[0].nominal_mm[1], (Vec3{20, 10, 4.3}));
+}
+
+TEST(Deposits, the_nearest_of_ten_thousand_chords_is_the_nearest_of_all) {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> step(0, 0.5);
+  std::vector<Vec3> line{{0, 0, 0}};
+  for (int i = 0; i < 3000; ++i) line.push_back(line.back() + Vec3{step(random), step(random), step(random)});
+  const NearLine found(line);
+  std::size_t near = 0;
+  for (int n = 0; n < 300; ++n) {
+    const Vec3 at = line[static_cast<std::size_t>(random() % line.size())];
+    const Vec2 p{at.x + 3 * step(random), at.y + 3 * step(random)};
+    double best = 1e9;
+    for (std::size_t i = 1; i < line.size(); ++i) {
+      const Vec2 a = flat(line[i - 1]), leg = flat(line[i]) - a;
+      const double t = std::clamp(dot(p - a, leg) / dot(leg, leg), 0.0, 1.0);
+      best = std::min(best, norm(p - (a + leg * t)));
+    }
+    ASSERT_NEAR(found.foot(p, near).distance_mm, best, 1e-12) << "seed 7, case " << n;
+  }
+}
+
 TEST(Deposits, a_bead_that_was_cut_short_keeps_its_id_and_shows_how_far_its_end_is) {
   const BoardPlan plan = board_plan(sample::recipe());
   const auto d = judge(plan, std::vector{shot(along({{30, 60}, {45, 60}}))});
   ASSERT_EQ(d.size(), 1u);
   EXPECT_EQ(d[0].id, "b1");
   EXPECT_NEAR(d[0].error_mm, std::hypot(15, 10), 1e-9);
+}
+
+// b1 goes from (30, 60) over (60, 60) to (60, 70). What is missing is along it; what lies twice is negative.
+TEST(Deposits, what_goes_on_where_a_bead_was_cut_is_a_part_of_it) {
+  const BoardPlan plan = board_plan(sample::recipe());
+  const auto d =
+      judge(plan, std::vector{shot(along({{30, 60}, {45, 60}})), shot({{20, 20, 0.3}}),
+                              shot(along({{45.1, 60}, {52, 60}})), shot(along({{51.96, 60}, {60, 60}, {60, 70}}))});
+  ASSERT_EQ(d.size(), 2u);
+  EXPECT_EQ(d[0].id, "b1");
+  EXPECT_EQ(d[1].id, "d1");
+  ASSERT_EQ(d[0].joins_mm.size(), 2u);
+  EXPECT_NEAR(d[0].joins_mm[0], 0.1, 1e-9);
+  EXPECT_NEAR(d[0].joins_mm[1], -0.04, 1e-9);
+  EXPECT_NEAR(d[0].error_mm, 0, 1e-9);
+  EXPECT_TRUE(d[1].joins_mm.empty());
+}
+
+TEST(Deposits, what_does_not_follow_a_cut_bead_is_not_a_part_of_it) {
+  const BoardPlan plan = board_plan(sample::recipe());
+  for (const std::vector<Vec3>& other : {along({{46.5, 60}, {60, 60}}), along({{45.1, 60}, {45.1, 66}})}) {
+    const auto d = judge(plan, std::vector{shot(along({{30, 60}, {45, 60}})), shot(other)});
+    ASSERT_EQ(d.size(), 2u);
+    EXPECT_EQ(d[1].id, "");
+    EXPECT_TRUE(d[0].joins_mm.empty());
+  }
+  // A whole bead has nothing that could go on.
+  const auto twice = judge(plan, std::vector{shot(along(plan.features[2].points)), shot(along({{60, 70}, {60, 69}}))});
+  EXPECT_EQ(twice.size(), 2u);
 }
 
 TEST(Deposits, a_second_shot_on_a_dot_and_a_stray_shot_have_no_id) {
@@ -130,7 +191,7 @@ TEST(Deposits, the_feature_that_begins_nearest_is_found_as_by_looking_at_all) {
     int best = -1;
     double nearest = kMatch_mm;
     for (std::size_t i = 0; i < plan.features.size(); ++i)
-      if (const double d = norm(at - plan.features[i].points.front()); d < nearest)
+      if (const double d = norm(at - flat(plan.features[i].points.front())); d < nearest)
         nearest = d, best = static_cast<int>(i);
     ASSERT_EQ(feature_begun(plan, starts, at), best) << "seed 11, case " << n;
   }
@@ -141,7 +202,7 @@ TEST(Deposits, of_a_hundred_thousand_dots_are_judged_each_by_its_own) {
   std::vector<std::shared_ptr<const Shot>> shots;
   for (int i = 0; i < 100'000; ++i) {
     const Vec2 at{0.1 * (i % 316), 0.05 * (i / 316)};
-    plan.features.push_back({std::to_string(i), false, {at}, 0.3});
+    plan.features.push_back({std::to_string(i), false, {{at.x, at.y, 0}}, 0.3});
     shots.push_back(shot({{at.x + 0.001, at.y, 0.3}}));
   }
   const auto d = judge(plan, shots);

@@ -62,7 +62,7 @@ inline recipes::Recipe recipe() {
   r.board = {{120, 80}, 1.6, "pallet", {20, 10}, 0};
   r.parts = {{"relay", {60, 40}, {20, 10, 15}, 0.2, false, {}}, {"clamp", {-6, 40}, {10, 20, 12}, 0, true, {}}};
   r.marks = {{"M1", {10, 10}, 2, true, {}}, {"M2", {110, 10}, 2, true, {}}, {"M3", {110, 70}, 3, false, {}}};
-  r.materials = {{"glue", 20, 0.3, 0, 0, 0.05, 0.02, 1, {}}};
+  r.materials = {{"glue", 20, 0.3, 0, 0, 0.05, 0.02, 1}};
   r.features = {recipes::Dot{"d1", {20, 20}, "glue", {}}, recipes::Dot{"d2", {25, 20}, "glue", {}},
                 recipes::Bead{"b1", {{30, 60}, {60, 60}, {60, 70}}, false, 0, "glue", {}}};
   return r;

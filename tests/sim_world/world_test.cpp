@@ -97,6 +97,19 @@ TEST_F(InWorld, the_probe_closes_at_the_true_surface_and_on_parts) {
   EXPECT_LT(step.to(tool_at(machine, "probe", {-50, 10, 40})).probe_contact, -1e6) << "nothing there";
 }
 
+TEST_F(InWorld, the_probe_does_not_touch_what_hangs_over_its_tip) {
+  machine.scene.push_back({"shelf", {config::Shape::Kind::Box, {40, 40, 4}}, {10, 10, 60}, 0, false});
+  World roofed(machine, clock, 7, {});
+  Stepper in_it{roofed};
+  const AxisVec below = tool_at(machine, "probe", {10, 10, 40}), above = tool_at(machine, "probe", {10, 10, 70});
+  const auto height_of_contact = [&](const AxisVec& q, double tip) {
+    return in_it.to(q).probe_contact - q[machine.probe.axis.value] + tip;
+  };
+  EXPECT_NEAR(height_of_contact(below, 40), 0, 1e-9) << "the pallet";
+  in_it.to(tool_at(machine, "probe", {100, 10, 70}));  // nobody gets there through the shelf
+  EXPECT_NEAR(height_of_contact(above, 70), 62, 1e-9) << "from above it is the shelf";
+}
+
 TEST_F(InWorld, a_crash_is_counted_with_bodies_point_and_time) {
   AxisVec a = tool_at(machine, "needle", truth.to_machine({60, 40}, 30)),
           b = tool_at(machine, "needle", truth.to_machine({60, 40}, 10));

@@ -5,26 +5,18 @@
 #include <cstddef>
 
 #include "app/cycle/stop_frame.hpp"
-#include "devices/bus.hpp"
+#include "tests/app/cycle/still_bus.hpp"
 #include "tests/app/cycle/two_ends.hpp"
 
 namespace gantry::test {
 
-class OneDriveBus final : public devices::FieldBus {
+class OneDriveBus final : public StillBus {
  public:
   std::array<std::byte, 7> image{std::byte{0x0F}, std::byte{0x00}, std::byte{0x44}, std::byte{0x33},
                                  std::byte{0x22}, std::byte{0x11}, std::byte{0xFE}};
 
-  Result<void> bring_up() override { return {}; }
-  Result<void> request_operation() override { return {}; }
-  Result<void> check_operation() override { return {}; }
-  [[nodiscard]] Time first_cycle(Time t) const noexcept override { return t; }
-  void shut_down() override {}
-  Result<devices::Bytes> read_object(StationId, config::ObjectAddress) override { return devices::Bytes{}; }
-  Result<void> write_object(StationId, config::ObjectAddress, std::span<const std::byte>) override { return {}; }
   [[nodiscard]] std::span<std::byte> outputs(StationId) noexcept override { return image; }
   [[nodiscard]] std::span<const std::byte> inputs(StationId) const noexcept override { return {}; }
-  devices::Exchange exchange(Time) noexcept override { return {}; }
   [[nodiscard]] bool fresh(StationId) const noexcept override { return true; }
   std::size_t spare_frames(std::span<const devices::ImageChange> changes,
                            std::span<devices::FrameBytes> frames) noexcept override {

@@ -182,7 +182,7 @@ TEST(SpokenFor, the_loop_latches_it_in_every_state_and_never_goes_on_with_the_ol
       {"held",
        [](LoopBench& b) {
          dispense(b);
-         b.channels->commands.push({.kind = CommandKind::Hold, .id = 50});
+         b.channels->commands.push({.kind = CommandKind::Hold, .id = 50, .value = 1});
          b.ticks(500);
        },
        State::Held},

@@ -25,5 +25,51 @@ TEST(OrderLine, a_jog_is_one_line_of_json_and_back) {
   }
 }
 
+/// What is misspelt or of another type moves nothing: a jog at the speed that was not meant, an axis that was not
+/// named.
+TEST(OrderLine, a_key_that_is_not_meant_there_is_refused_by_name) {
+  const struct {
+    const char *line, *says;
+  } kWrong[] = {
+      {R"({"order":"jog","by":{"X":"10 mm"},"spee":"5 mm/s"})", "speed"},
+      {R"({"order":"jog","by":{"X":"10 mm"},"speed":5})", R"("speed" of 'jog' is a text)"},
+      {R"({"order":"home","axes":["X"]})", R"('home' has no key "axes")"},
+      {R"({"order":"run","recipe":"a.yaml","dry":true})", R"("dry")"},
+      {R"({"order":"run","recipe":["a.yaml"]})", R"("recipe" of 'run')"},
+      {R"({"order":"run","recipe":"a.yaml","value":1})", R"("value")"},
+      {R"({"order":"enable","recipe":"a.yaml"})", R"("recipe")"},
+      {R"({"order":"override","value":"0.5"})", "0.1 to 2"},
+  };
+  for (const auto& [line, says] : kWrong) {
+    const auto refused = parse_order(line);
+    ASSERT_FALSE(refused) << line;
+    EXPECT_NE(refused.error().message.find(says), std::string::npos) << refused.error().message;
+  }
+  for (const char* stop :
+       {R"({"order":"abort","reason":"smoke"})", R"({"order":"hold","now":1})", R"({"order":"quit","recipe":7})"})
+    EXPECT_TRUE(parse_order(stop)) << stop << ": a stop is taken whatever else is said";
+}
+
+TEST(OrderLine, a_run_names_the_features_that_it_dispenses_and_a_slip_is_not_taken_for_all) {
+  const run::Order order{
+      .kind = OrderKind::Run, .recipe = "r.yaml", .serial = "S", .select = {.only = {"dam", "dots[0][3]"}}};
+  const std::string line = to_line(order);
+  EXPECT_EQ(line, R"({"order":"run","recipe":"r.yaml","serial":"S","only":["dam","dots[0][3]"]})");
+  const auto read = parse_order(line);
+  ASSERT_TRUE(read) << to_text(read.error());
+  EXPECT_EQ(read->select.only, order.select.only);
+  EXPECT_TRUE(read->select.from.empty());
+  const auto from = parse_order(to_line({.kind = OrderKind::Run, .recipe = "r.yaml", .select = {.from = "dam"}}));
+  ASSERT_TRUE(from);
+  EXPECT_EQ(from->select.from, "dam");
+  EXPECT_TRUE(parse_order(R"({"order":"run","recipe":"r.yaml"})")->select.all());
+  for (const char* wrong : {R"("only":"dam")", R"("only":[])", R"("only":["dam",3])", R"("only":null)",
+                            R"("from":["dam"])", R"("from":"")", R"("from":1)", R"("from":null)"}) {
+    const auto refused = parse_order(std::string(R"({"order":"run","recipe":"r.yaml",)") + wrong + "}");
+    ASSERT_FALSE(refused) << wrong;
+    EXPECT_NE(refused.error().message.find("for example"), std::string::npos) << wrong;
+  }
+}
+
 }  // namespace
 }  // namespace gantry::desk

@@ -145,5 +145,83 @@ TEST(Approaches, a_named_pair_is_named_in_its_own_phase_only) {
   EXPECT_NE(touch.error().message.find("needle"), std::string::npos) << touch.error().message;
 }
 
+/// Over a part's edge and down its side: a corner that is cut in space comes nearer to the edge than its legs do. What
+/// is played is looked at, each tenth of a millimetre of it; the needle keeps at least a part of its gap, or the bead
+/// is refused with both bodies.
+TEST(Approaches, a_corner_that_is_cut_over_an_edge_keeps_the_needle_off_it) {
+  Table t;
+  t.recipe = test::dots(1, 1);  // no touches: where the part is is known
+  const double height = 16, beside = 0.5;
+  t.recipe.parts.push_back({.name = "U1", .at = {40, 30}, .size = {10, 10, height}, .place = {}});
+  const auto needle = std::find_if(t.machine.head.begin(), t.machine.head.end(),
+                                   [](const config::Body& body) { return body.name == "needle"; });
+  ASSERT_NE(needle, t.machine.head.end());
+  const double x = 45 + needle->shape.size.x / 2 + beside;
+  recipes::Bead bead{.id = "down",
+                     .points = {{40, 30, height}, {x, 30, height}, {x, 30, 4}},
+                     .material = t.recipe.materials.front().name,
+                     .place = {1, 1},
+                     .on = "U1"};
+  config::Body part;
+  for (const config::Body& body : recipes::bodies(t.recipe, t.machine, {}, {}))
+    if (body.name == "U1") part = body;
+  for (const double tolerance : {0.0, 0.05, 0.2, 0.5, 1.0, 2.0, 3.0}) {
+    bead.corner_tolerance = tolerance;
+    t.recipe.features = {bead};
+    const BlockPlanner planner(t.machine, t.recipe);
+    const auto block = planner.dispense(1, t.park, {0});
+    ASSERT_TRUE(block) << block.error().message;
+    const motion::Scene scene(t.machine);
+    for (const motion::Segment& piece : block->segments())
+      for (double s = 0; s <= piece.geometry.length; s += 0.1) {
+        config::Body there = *needle;
+        for (const motion::SceneBody& head : scene.head())
+          if (head.name == "needle")
+            there.centre = there.centre + scene.carried(head, motion::point(piece.geometry, s));
+        EXPECT_GE(test::distance(there, part), 0.19) << "tolerance " << tolerance;
+      }
+  }
+}
+
+/// Over a valley and a ridge the needle stays above what it dispenses on, and at its gap, whatever corner tolerance the
+/// recipe allows: the drawn line is the surface.
+TEST(Approaches, a_corner_that_is_rounded_up_and_down_keeps_the_gap) {
+  Table t;
+  t.recipe = test::dots(1, 1);
+  recipes::Material& m = t.recipe.materials.front();
+  m.gap = 0.2, m.gap_tolerance_mm = 0.08;
+  const auto& needle = *config::find_tool(t.machine, "needle");
+  for (const double tolerance : {0.05, 0.5, 2.0, 5.0}) {
+    recipes::Bead bead{.id = "ridge",
+                       .points = {{20, 30, 0}, {40, 30, 5}, {60, 30, 0}, {70, 30, 3}},
+                       .corner_tolerance = tolerance,
+                       .material = m.name,
+                       .place = {1, 1}};
+    t.recipe.features = {bead};
+    const auto block = BlockPlanner(t.machine, t.recipe).dispense(1, t.park, {0});
+    ASSERT_TRUE(block) << block.error().message;
+    const auto surface_at = [&](double x) {
+      for (std::size_t i = 1; i < bead.points.size(); ++i)
+        if (x <= bead.points[i].x) {
+          const Vec3 a = bead.points[i - 1], b = bead.points[i];
+          return a.z + (b.z - a.z) * (x - a.x) / (b.x - a.x);
+        }
+      return bead.points.back().z;
+    };
+    const Vec3 origin = recipes::to_machine(t.recipe, t.machine, {}, {}, {0, 0}, 0);
+    for (const motion::Segment& piece : block->segments()) {
+      if (piece.feature != 0) continue;
+      for (double s = 0; s <= piece.geometry.length; s += 0.05) {
+        const AxisVec q = motion::point(piece.geometry, s);
+        const double x = q[t.machine.x.value] + needle.tip.x - origin.x;
+        if (x < 20 || x > 70) continue;
+        const double z = q[t.machine.z.value] + needle.tip.z - origin.z;
+        EXPECT_NEAR(z - needle.lift_mm - surface_at(x), m.gap, m.gap_tolerance_mm + 1e-6)
+            << "tolerance " << tolerance << " x " << x;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace gantry::job

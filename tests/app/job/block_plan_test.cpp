@@ -71,7 +71,7 @@ TEST_F(BlockPlanTest, dots_are_dispensed_in_the_gap_over_the_measured_surface) {
   for (const motion::Segment& s : block->segments()) {
     if (s.feature == motion::kTravel) continue;
     seen.push_back(s.feature);
-    const Vec3 is = tip("needle", s.geometry.c[0]);
+    const Vec3 is = tip("needle", s.geometry.from);
     const Vec3 want = on_board(std::get<recipes::Dot>(recipe.features[s.feature]).at, recipe.materials[0].gap, known);
     // The tool's own lift lowers it: tip() counts U, as the machine does.
     EXPECT_NEAR(is.x, want.x, 1e-9);
@@ -113,6 +113,7 @@ TEST_F(BlockPlanTest, the_same_question_has_the_same_answer_on_every_planner) {
   ASSERT_TRUE(a && b);
   ASSERT_EQ(a->segments().size(), b->segments().size());
   for (std::size_t i = 0; i < a->segments().size(); ++i) {
+    EXPECT_EQ(a->segments()[i].geometry.from, b->segments()[i].geometry.from);
     EXPECT_EQ(a->segments()[i].geometry.c, b->segments()[i].geometry.c);
     EXPECT_EQ(a->segments()[i].v_cap, b->segments()[i].v_cap);
   }

@@ -26,8 +26,10 @@ using config::Body;
 constexpr double kAllowed_mm = 1e-6;     // about the clearance, either way
 constexpr double kOvertravel_mm = 0.05;  // of the probe behind the surface
 constexpr double kProbeStep_mm = 0.02;
-constexpr double kMeasured_mm = 1e-4;  // how exactly a rise knows how near bodies stand
-constexpr double kHeights_mm = 0.25;   // between the heights of lift-overs that are tried
+constexpr double kMeasured_mm = 1e-4;    // how exactly a rise knows how near bodies stand
+constexpr double kPlayedStep_mm = 0.02;  // on a curve
+constexpr double kPlayedOff_mm = 0.011;  // chords of the proof and of the judge, off the way together
+constexpr double kHeights_mm = 0.25;     // between the heights of lift-overs that are tried
 constexpr std::size_t kToldMost = 12;
 
 /// A motion that had to be taken, in the judge's words.
@@ -260,8 +262,8 @@ class Trial {
   void replay(const job::ProvenBlock& block, const std::vector<std::string>& tools, std::optional<double> touch) {
     verdict_.motions += block.motions();
     for (const motion::Segment& s : block.segments()) {
-      if (s.kind != motion::SegmentKind::Path) continue;
-      const int pieces = s.geometry.degree <= 1 ? 1 : 24;
+      if (s.kind != motion::SegmentKind::Path && s.kind != motion::SegmentKind::Piece) continue;
+      const int pieces = s.geometry.degree <= 1 ? 1 : 8;
       for (int k = 1; k <= pieces; ++k) {
         const AxisVec to = motion::point(s.geometry, s.geometry.length * k / pieces);
         if (s.geometry.degree <= 1) keeps(at_, to, tools, touch);
@@ -385,20 +387,24 @@ class Trial {
       }
       const auto& bead = std::get<recipes::Bead>(recipe_.features[i]);
       motion::BeadSpec spec;
-      for (const Vec2 p : bead.points)
-        spec.points.push_back(tool_at("needle", p, m.gap, *known_.offset, *known_.surface));
+      for (const Vec3 p : bead.points)
+        spec.points.push_back(tool_at("needle", flat(p), p.z + m.gap, *known_.offset, *known_.surface));
       spec.speed_mm_s = m.speed, spec.corner_tolerance_mm = bead.corner_tolerance;
       spec.open_lead_s = m.valve_open_lead, spec.close_lead_s = m.valve_close_lead;
       const auto planned = motion::plan_bead(job::limits_of(machine_), spec);
       if (!planned) return out;
       out.push_back({.from = at_, .to = over(planned->start), .tools = tools});
       out.push_back({.from = over(planned->start), .to = planned->start, .straight = true, .tools = tools});
-      for (std::size_t k = 0; k + 1 < planned->outline.size(); ++k)
-        out.push_back({.from = planned->outline[k],
-                       .to = planned->outline[k + 1],
-                       .straight = true,
-                       .extra_mm = planned->corner_tolerance_mm,
-                       .tools = tools});
+      for (const motion::Segment& piece : planned->segments) {
+        const motion::Geometry& g = piece.geometry;
+        const double parts = g.degree < 2 ? 1 : std::ceil(g.length / kPlayedStep_mm);
+        for (double k = 0; k < parts; ++k)
+          out.push_back({.from = motion::point(g, g.length * k / parts),
+                         .to = motion::point(g, g.length * (k + 1) / parts),
+                         .straight = true,
+                         .extra_mm = kPlayedOff_mm,
+                         .tools = tools});
+      }
       out.push_back({.from = planned->end, .to = over(planned->end), .straight = true, .tools = tools});
       return out;
     };

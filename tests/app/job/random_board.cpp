@@ -63,7 +63,10 @@ class Draw {
     recipes::Bead bead;
     bead.id = "b" + std::to_string(i), bead.material = "glue", bead.place = place();
     const int points = whole(2, 4);
-    for (int k = 0; k < points; ++k) bead.points.push_back(on_board());
+    for (int k = 0; k < points; ++k) {
+      const Vec2 p = on_board();
+      bead.points.push_back({p.x, p.y, 0});
+    }
     bead.corner_tolerance = chance(0.5) ? 0.2 : 0;
     recipe_.features.emplace_back(std::move(bead));
   }
@@ -75,7 +78,7 @@ class Draw {
     for (const auto& m : recipe_.marks) points.push_back(m.at);
     for (const auto& f : recipe_.features)
       points.push_back(std::holds_alternative<recipes::Dot>(f) ? std::get<recipes::Dot>(f).at
-                                                               : std::get<recipes::Bead>(f).points.front());
+                                                               : flat(std::get<recipes::Bead>(f).points.front()));
     return points[static_cast<std::size_t>(whole(0, static_cast<int>(points.size()) - 1))];
   }
 

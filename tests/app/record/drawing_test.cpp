@@ -19,7 +19,10 @@ TEST(Drawing, knows_the_board_s_place_and_the_tool_of_each_block) {
   recipe.board.frame = "pallet";
   recipe.board.at = {3, 4};
   recipes::Bead bead;
-  bead.id = "loop", bead.corner_tolerance = 0.2;
+  bead.id = "loop", bead.corner_tolerance = 0.2, bead.material = "glue";
+  recipes::Material glue;
+  glue.name = "glue", glue.tolerance_mm = 0.05, glue.gap_tolerance_mm = 0.03;
+  recipe.materials = {glue};
   recipe.features = {bead};
   recipes::Job job;
   job.blocks = {{1, recipes::LookAtMark{0}}, {2, recipes::Touch{0}}, {3, recipes::Dispense{}}, {4, recipes::Park{}}};
@@ -29,7 +32,8 @@ TEST(Drawing, knows_the_board_s_place_and_the_tool_of_each_block) {
   EXPECT_EQ(d.tip_of_block[1], (Vec3{45, 0, -90}));
   EXPECT_EQ(d.tip_of_block[2], (Vec3{-30, 10, -70}));
   EXPECT_EQ(d.tip_of_block[3], (Vec3{0, 0, -65}));
-  EXPECT_EQ(d.corner_tolerance_mm.at("loop"), 0.2);
+  EXPECT_DOUBLE_EQ(d.allowed.at("loop").beside_mm, 0.25);
+  EXPECT_DOUBLE_EQ(d.allowed.at("loop").gap_mm, 0.03);
 
   JobResult r;
   r.drawing = d;
@@ -39,8 +43,8 @@ TEST(Drawing, knows_the_board_s_place_and_the_tool_of_each_block) {
   EXPECT_DOUBLE_EQ(tip_at(r, needle).z, 100 - 60 - 11.6);
   needle.block = 1;  // the camera does not ride on the lift
   EXPECT_DOUBLE_EQ(tip_at(r, needle).z, 100 - 90 - 11.6);
-  EXPECT_DOUBLE_EQ(allowed_error_mm(r, {.id = "loop", .kind = "bead", .nominal_mm = {}, .board_mm = {}}), 0.22);
-  EXPECT_DOUBLE_EQ(allowed_error_mm(r, {.id = "dot", .kind = "dot", .nominal_mm = {}, .board_mm = {}}), 0.02);
+  EXPECT_DOUBLE_EQ(allowed(r, {.id = "loop", .kind = "bead", .nominal_mm = {}, .board_mm = {}}).beside_mm, 0.25);
+  EXPECT_DOUBLE_EQ(allowed(r, {.id = "", .kind = "dot", .nominal_mm = {}, .board_mm = {}}).beside_mm, 0.1);
 }
 
 TEST(Drawing, an_unknown_frame_or_tool_leaves_its_part_out) {

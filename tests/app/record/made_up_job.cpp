@@ -97,6 +97,17 @@ JobResult made_up_job() {
              {"clamp left", {-3, 40}, {10, 16, 12}, 0, true},
              {"clamp right", {123, 40}, {10, 16, 12}, 0, true}};
   d.tip_of_block.push_back({0, 0, kNeedleZ});
+  using Role = DrawnBody::Role;
+  using Kind = config::Shape::Kind;
+  d.bodies = {{Role::Machine, {"pallet", {Kind::Box, {200, 140, 20}}, {160, 120, 0}}},
+              {Role::Machine, {"post", {Kind::Cylinder, {16, 16, 60}}, {80, 180, 30}}},
+              {Role::Board, {"board", {Kind::Box, {120, 80, 2}}, {160, 120, 11}, r.offset.rotation}},
+              {Role::Part, {"relay", {Kind::Box, {16, 16, 9}}, {160, 122, 16.5}, r.offset.rotation + 0.2}},
+              {Role::Fixture, {"clamp left", {Kind::Box, {10, 16, 22}}, {97, 120, 21}}},
+              {Role::Head, {"needle", {Kind::Capsule, {1.6, 1.6, 26}}, {0, 0, kNeedleZ + 13}}},
+              {Role::Head, {"camera", {Kind::Box, {40, 40, 60}}, {kCameraX, 0, -20}}}};
+  d.spots = {{"lower left", {105, 85, 12}, false}, {"t1", {112, 92, 12}, true}};
+  d.asked = {{{120, 94, 12}}, {{160, 92, 12}, {160, 106, 12}, {184, 106, 12}}};
 
   Pen pen{r};
   look(pen, "lower left", {5, 5}, 0.0015);
@@ -123,6 +134,7 @@ JobResult made_up_job() {
       dot.board_mm = {near(at, 0.3)};
       dot.error_mm = std::hypot(dot.board_mm[0].x - at.x, dot.board_mm[0].y - at.y);
       dot.gap_mm = dot.board_mm[0].z;
+      dot.asked_gap_mm = dot.nominal_mm[0].z;
       r.deposits.push_back(dot);
     }
   const std::vector<std::pair<std::string, std::vector<Vec2>>> beads{
@@ -143,6 +155,7 @@ JobResult made_up_job() {
     pen.wait(0.01, false);
     bead.error_mm = 0.004 + std::abs(spread(pen.random));
     bead.gap_mm = 0.25 + spread(pen.random);
+    bead.asked_gap_mm = 0.25;
     r.deposits.push_back(bead);
   }
   ++pen.block;
@@ -164,10 +177,22 @@ JobResult made_up_job() {
             {"C", false, 0, true},
             {"U", false, 0, false}};
   r.motions_certified = 148;
-  r.minimum_clearance.by_design = job::Nearest{
-      0.25, "needle", "board", "down to dot 'a'", "recipes/made-up.yaml:30:5", {190, 170, -110}, Vec3{10, 20, 0}};
-  r.minimum_clearance.others = job::Nearest{
-      2.31, "needle", "relay", "along bead 'seam'", "recipes/made-up.yaml:40:5", {190, 170, -107}, Vec3{10, 20, 3}};
+  r.minimum_clearance.by_design = job::Nearest{0.25,
+                                               "needle",
+                                               "board",
+                                               "down to dot 'a'",
+                                               "recipes/made-up.yaml:30:5",
+                                               {190, 170, -110},
+                                               Vec3{10, 20, 0},
+                                               {190, 170, -50}};
+  r.minimum_clearance.others = job::Nearest{2.31,
+                                            "needle",
+                                            "relay",
+                                            "along bead 'seam'",
+                                            "recipes/made-up.yaml:40:5",
+                                            {190, 170, -107},
+                                            Vec3{10, 20, 3},
+                                            {192, 171, -45}};
   r.setpoint_hash = 0x3f9ac27780be1d05u;
   r.setpoint_ticks = static_cast<std::uint64_t>(pen.t * 1000);
   r.cycles.cycles = r.cycles.sent = 61234;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "motion/geometry.hpp"
 #include "tests/app/record/snapshots.hpp"
 
 namespace gantry::record {
@@ -11,10 +12,8 @@ namespace {
 motion::Segment straight(std::uint32_t block, Vec3 from, Vec3 to, double speed) {
   motion::Segment s;
   s.block = block;
-  s.geometry.length = norm(to - from);
-  s.geometry.degree = 1;
-  s.geometry.c[0] = {from.x, from.y, from.z};
-  s.geometry.c[1] = {to.x - from.x, to.y - from.y, to.z - from.z};
+  s.geometry =
+      motion::straight({from.x, from.y, from.z}, {to.x - from.x, to.y - from.y, to.z - from.z}, norm(to - from));
   s.nominal.v0 = speed;
   s.nominal.phases.push_back({s.geometry.length / speed, 0});
   return s;
@@ -48,8 +47,7 @@ TEST(PlannedPath, shows_where_the_valve_opens_and_that_dwells_take_time) {
   motion::Segment dwell;
   dwell.block = 1;
   dwell.kind = motion::SegmentKind::Dwell;
-  dwell.geometry.length = 0.5;
-  dwell.geometry.c[0] = {10, 0, 0};
+  dwell.geometry = motion::standing({10, 0, 0}, 0.5);
   dwell.nominal.v0 = 1;
   dwell.nominal.phases.push_back({0.5, 0});
   dwell.events.push_back({.at_s = 0.2, .lead_s = 0, .mask = valve, .value = 0, .dispense = false});

@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "app/record/report.hpp"
 #include "tests/app/record/made_up_job.hpp"
 #include "tests/app/record/snapshots.hpp"
 
@@ -62,6 +63,36 @@ TEST(Summary, deposits_have_exactly_the_agreed_members) {
     EXPECT_EQ(keys, agreed);
     EXPECT_EQ(d.at("nominal_mm")[0].size(), 3u);
   }
+}
+
+TEST(Summary, tells_the_lengths_of_beads_the_areas_of_fills_and_the_files_of_the_recipe) {
+  JobResult r = made_up_job();
+  r.beads = {{"L", "polyline", 38}, {"f[0]", "fill", 10}, {"f[1]", "fill", 5}, {"g", "fill", 7}, {"dry", "arc", 3}};
+  r.fills = {{"f", 120, 2, 1, 2}, {"g", 30, 1, 3, 1}};
+  r.sources = {{"r.yaml", 100, "ab"}, {"p.csv", 7, "01"}};
+  r.deposits.push_back({.id = "f[0]", .kind = "bead", .nominal_mm = {}, .board_mm = {{0, 0, 0}, {6, 0, 0}, {6, 3, 0}}});
+  r.deposits.push_back({.id = "f[1]", .kind = "bead", .nominal_mm = {}, .board_mm = {{0, 0, 0}, {0, 3, 4}}});
+  const json j = to_json(r);
+  const auto& rows = j.at("lengths");
+  ASSERT_EQ(rows.size(), 4u);
+  EXPECT_EQ(rows[0].at("name"), "L");
+  EXPECT_NEAR(rows[0].at("dispensed_mm").get<double>(), 38, 0.2);
+  EXPECT_FALSE(rows[0].contains("area_mm2"));
+  EXPECT_EQ(rows[1], (json{{"name", "f"},
+                           {"kind", "fill"},
+                           {"length_mm", 15.0},
+                           {"dispensed_mm", 14.0},
+                           {"area_mm2", 120.0},
+                           {"spacing_mm", 2.0},
+                           {"beads", 2}}));
+  EXPECT_EQ(rows[2].at("name"), "g");
+  EXPECT_EQ(rows[2].at("area_mm2"), 30.0);
+  EXPECT_EQ(rows[3].at("name"), "dry");
+  EXPECT_TRUE(rows[3].at("dispensed_mm").is_null());
+  EXPECT_EQ(j.at("sources")[1], (json{{"file", "p.csv"}, {"bytes", 7}, {"sha256", "01"}}));
+  const std::string page = report_page(r);
+  for (const char* words : {"120.0", "f (2 beads)", "p.csv, SHA-256 01"})
+    EXPECT_NE(page.find(words), std::string::npos) << words;
 }
 
 TEST(Summary, a_failure_names_code_place_and_remedy) {

@@ -101,17 +101,19 @@ TEST(Trace, counts_cycles_misses_and_lost_frames) {
   trace.add(s);
   s.sent = false;  // skipped by a stall
   trace.add(s);
-  s.sent = true, s.wake_ns = 20'000, s.inputs_fresh = false, s.working_counter = 0;
+  s.sent = true, s.wake_ns = 20'000, s.answered = s.inputs_fresh = false, s.working_counter = 0;
+  trace.add(s);
+  s.answered = true;  // nobody took part, and the frame is back: it is not lost
   trace.add(s);
   s.inputs_fresh = true, s.working_counter = 5;
   trace.add(s);
   const auto c = filled(trace).cycles;
-  EXPECT_EQ(c.cycles, 101u);
-  EXPECT_EQ(c.sent, 100u);
+  EXPECT_EQ(c.cycles, 102u);
+  EXPECT_EQ(c.sent, 101u);
   EXPECT_EQ(c.skipped, 1u);
   EXPECT_EQ(c.deadline_misses, 2u);
   EXPECT_EQ(c.frames_lost, 1u);
-  EXPECT_EQ(c.working_counter_errors, 1u);
+  EXPECT_EQ(c.working_counter_errors, 2u);
   EXPECT_EQ(c.stalls, 1u);
   EXPECT_EQ(c.wake.max, 1'020'000);  // the loop had asked for the beat before
   EXPECT_NEAR(static_cast<double>(c.wake.p50), 20'000, 20'000.0 / 16);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "devices/rt/probe.hpp"
 #include "sim/station/station.hpp"
 #include "tests/devices/ethercat/bent_bench.hpp"
 
@@ -117,26 +116,7 @@ TEST(Bend, sizes_are_the_stations) {
 TEST(Bend, a_probe_status_of_32_bits_touches_as_well) {
   BentBench b([&](Machine& wired) { object(station(wired, "z").profile, 0x60B9).type = ObjectType::U32; });
   ASSERT_NO_FATAL_FAILURE(b.works("Z"));
-  auto& z = b.of("Z");
-  const double from = z.drive.commanded();
-  auto& motor = b.segment.motor(config::find_axis(b.machine, "Z")->id);
-  motor.set_contact(motor.position() - 3.3335);
-  ProbeArm probe;
-  probe.start();
-  b.until(
-      [&] {
-        z.command.probe_function = probe.step(z.drive.feedback());
-        return probe.phase() != ProbeArm::Phase::Clearing && probe.phase() != ProbeArm::Phase::Arming;
-      },
-      200);
-  ASSERT_EQ(probe.phase(), ProbeArm::Phase::Armed) << code(probe.fault()).text;
-  for (int i = 1; i <= 1000 && probe.phase() == ProbeArm::Phase::Armed; ++i) {
-    z.command.target = from - 0.005 * i;
-    z.command.probe_function = probe.step(z.drive.feedback());
-    b.cycle();
-  }
-  ASSERT_EQ(probe.phase(), ProbeArm::Phase::Latched);
-  EXPECT_NEAR(z.drive.scale().to_position(probe.latched()), from - 3.3335, 0.002);
+  b.touches();
 }
 
 TEST(Bend, a_drive_without_a_homing_acceleration_homes_with_its_own) {

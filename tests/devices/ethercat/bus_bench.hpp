@@ -8,9 +8,11 @@
 
 #include "config/machine.hpp"
 #include "devices/ethercat/master.hpp"
+#include "devices/ethercat/survey.hpp"
 #include "devices/profiles/map_pdos.hpp"
 #include "devices/rt/dc_lock.hpp"
 #include "devices/rt/drive.hpp"
+#include "devices/rt/probe.hpp"
 #include "sim/segment/segment.hpp"
 #include "sim/segment/segment_port.hpp"
 
@@ -24,6 +26,15 @@ inline const config::Machine& reference_machine() {
   }();
   return machine;
 }
+
+/// A segment asked without a machine file.
+struct SurveyBench {
+  config::Machine machine = reference_machine();
+  VirtualClock clock;
+  sim::Segment segment{machine, clock};
+  sim::SegmentPort port{segment, clock};
+  Survey survey{port, clock};
+};
 
 /// One drive of one axis with what is asked of it.
 struct BenchDrive {
@@ -121,6 +132,29 @@ struct BusBench {
       if (d.axis == id && n-- == 0) return d;
     ADD_FAILURE() << "no drive of " << axis;
     return drives.front();
+  }
+  /// Z goes down in CSP until its probe latches, and the latched place is where the surface is.
+  void touches() {
+    auto& z = of("Z");
+    const double from = z.drive.commanded();
+    auto& motor = segment.motor(z.axis);
+    motor.set_contact(motor.position() - 3.3335);
+    ProbeArm probe;
+    probe.start();
+    until(
+        [&] {
+          z.command.probe_function = probe.step(z.drive.feedback());
+          return probe.phase() != ProbeArm::Phase::Clearing && probe.phase() != ProbeArm::Phase::Arming;
+        },
+        200);
+    ASSERT_EQ(probe.phase(), ProbeArm::Phase::Armed) << code(probe.fault()).text;
+    for (int i = 1; i <= 1000 && probe.phase() == ProbeArm::Phase::Armed; ++i) {
+      z.command.target = from - 0.005 * i;
+      z.command.probe_function = probe.step(z.drive.feedback());
+      cycle();
+    }
+    ASSERT_EQ(probe.phase(), ProbeArm::Phase::Latched);
+    EXPECT_NEAR(z.drive.scale().to_position(probe.latched()), from - 3.3335, 0.002);
   }
 };
 

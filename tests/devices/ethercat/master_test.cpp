@@ -11,7 +11,6 @@
 #include "devices/profiles/homing_objects.hpp"
 #include "devices/profiles/object_value.hpp"
 #include "devices/rt/homing.hpp"
-#include "devices/rt/probe.hpp"
 #include "tests/devices/ethercat/bring_back_all.hpp"
 #include "tests/devices/ethercat/bus_bench.hpp"
 #include "tests/devices/ethercat/pcap_tap.hpp"
@@ -157,27 +156,7 @@ TEST(Master, the_probe_latches_the_place_of_the_touch) {
   BusBench b;
   b.operate();
   b.enable();
-  auto& z = b.of("Z");
-  const auto* axis = config::find_axis(b.machine, "Z");
-  const double truth = b.segment.motor(axis->id).position();
-  const double from = z.drive.commanded();
-  b.segment.motor(axis->id).set_contact(truth - 3.3335);
-  ProbeArm probe;
-  probe.start();
-  b.until(
-      [&] {
-        z.command.probe_function = probe.step(z.drive.feedback());
-        return probe.phase() != ProbeArm::Phase::Clearing && probe.phase() != ProbeArm::Phase::Arming;
-      },
-      200);
-  ASSERT_EQ(probe.phase(), ProbeArm::Phase::Armed) << code(probe.fault()).text;
-  for (int i = 1; i <= 1000 && probe.phase() == ProbeArm::Phase::Armed; ++i) {
-    z.command.target = from - 0.005 * i;
-    z.command.probe_function = probe.step(z.drive.feedback());
-    b.cycle();
-  }
-  ASSERT_EQ(probe.phase(), ProbeArm::Phase::Latched);
-  EXPECT_NEAR(z.drive.scale().to_position(probe.latched()), from - 3.3335, 0.002);
+  b.touches();
 }
 
 TEST(Master, a_drive_that_is_swapped_with_another_kind_is_refused_with_both_names) {

@@ -9,14 +9,6 @@
 namespace gantry::devices {
 namespace {
 
-struct SurveyBench {
-  config::Machine machine = reference_machine();
-  VirtualClock clock;
-  sim::Segment segment{machine, clock};
-  sim::SegmentPort port{segment, clock};
-  Survey survey{port, clock};
-};
-
 TEST(Survey, a_line_is_listed_with_identities_ports_and_states) {
   SurveyBench b;
   const auto found = b.survey.scan();

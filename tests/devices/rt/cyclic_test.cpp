@@ -250,6 +250,7 @@ TEST(CyclicCounts, foreign_and_spoilt_frames_have_their_numbers) {
   b.port.waiting.push_back(std::vector<std::byte>(60, std::byte{0x42}));  // not EtherCAT
   b.port.twice = true;
   b.run();
+  EXPECT_FALSE(b.cyclic.other_master());
   auto another = b.port.waiting.front();  // of this cycle, as another master's would be
   b.port.waiting.clear();
   b.port.twice = false;
@@ -258,6 +259,9 @@ TEST(CyclicCounts, foreign_and_spoilt_frames_have_their_numbers) {
   b.port.waiting.push_back(std::vector<std::byte>(10, std::byte{0}));
   EXPECT_EQ(added(b, Fault::None), (CyclicCounts{.sent = 1, .foreign = 1, .malformed = 1}));
   EXPECT_EQ(b.cyclic.counters().foreign, 2u);
+  MacAddress sender{};
+  std::copy_n(another.begin() + 6, sender.size(), sender.begin());
+  EXPECT_EQ(b.cyclic.other_master(), sender);
 }
 
 TEST(CyclicCounts, can_be_read_in_another_thread_and_never_run_backward) {

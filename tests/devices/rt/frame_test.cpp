@@ -63,9 +63,16 @@ TEST(Frame, tells_unprocessed_foreign_and_malformed_apart) {
   auto other_master = answer_of(f, 3);
   other_master[8] = std::byte{0x99};
   EXPECT_EQ(match(f, other_master, r), Match::Foreign);
+  Frame of_another = two_datagrams(9);  // the same program on another computer
+  of_another.set_source({std::byte{0x10}, std::byte{0x67}, std::byte{1}, std::byte{2}, std::byte{3}});
+  of_another.start(9);
+  static_cast<void>(of_another.add(Command::Brd, 0, 2));
+  EXPECT_EQ(match(f, of_another.bytes(), r), Match::Foreign);
+  EXPECT_EQ(sender_of(of_another.bytes())->at(2), std::byte{1});
   auto ip = answer_of(f, 3);
   ip[12] = std::byte{0x08};
   EXPECT_EQ(match(f, ip, r), Match::Foreign);
+  EXPECT_FALSE(sender_of(ip));
   const auto whole = answer_of(f, 3);
   for (std::size_t cut = 0; cut < f.slots().back().end(); ++cut)
     EXPECT_EQ(match(f, std::span<const std::byte>(whole).first(cut), r), Match::Malformed) << cut;

@@ -141,6 +141,66 @@ TEST(Homing, a_drive_that_is_not_heard_of_is_not_taken_to_stand) {
   EXPECT_EQ(h.run.fault(), Fault::Aborted);
 }
 
+/// Method 17 after IEC 61800-7-201, 10.4, of a drive that takes its targets at once. Its limit is closed at and below
+/// `edge`, seen from the place it started at; standing at the edge it is done before a frame has shown the switch.
+struct LimitDrive {
+  DriveBench bench{2000};
+  HomingRun run;
+  std::int32_t place, edge, zero = 0;
+  bool sees_switch = true, started = false, homed = false, coming_back = false;
+  int led = 0;
+
+  LimitDrive(std::int32_t from, std::int32_t at) : place(from), edge(at) {
+    bench.position(place);
+    bench.enable();
+    HomingRules rules = homing_rules(17);
+    rules.known = kSwitchNeg | kSwitchPos, rules.counts_per_cycle = 60;
+    run.start({.timeout_cycles = 10'000, .travel_counts = 50'000, .rules = rules}, bench.drive.feedback());
+  }
+  void cycle() {
+    const std::int8_t mode = bench.layout.mode.get(bench.outputs);
+    const bool start = mode == 6 && (bench.controlword() & 0x10) != 0;
+    if (start && !started) homed = false, coming_back = place <= edge + 5;
+    started = start;
+    if (mode == 8) place = bench.target() + zero;
+    if (started && !homed) {
+      if (!coming_back) place -= 60, coming_back = place < edge - 600;
+      if (coming_back && place <= edge) place += 5;
+      if (coming_back && place > edge) homed = true, zero = place;
+    }
+    bench.mode(mode);
+    bench.status(mode != 6 ? 0x1237 : homed ? 0x1637 : started ? 0x0237 : 0x8737);
+    bench.position(place - zero);
+    bench.layout.digital_inputs.set(bench.inputs, sees_switch && place <= edge ? 1u : 0u);
+    const Feedback f = bench.drive.read(bench.inputs, true);
+    DriveCommand command{.goal = DriveGoal::Enabled, .target = bench.drive.commanded()};
+    if (run.busy()) {
+      command = run.step(f);
+      led += run.lead_step();
+      command.target = bench.drive.commanded() + run.lead_step() / 2000.0;
+    }
+    bench.drive.write(bench.outputs, command);
+  }
+  void until_done() {
+    for (int n = 0; run.busy() && n < 20'000; ++n) cycle();
+  }
+};
+
+TEST(Homing, at_the_edge_of_its_switch_it_is_led_off_and_homed_once_more) {
+  LimitDrive far(20'000, 0), at_edge(3, 0), blind(3, 0), blind_far(20'000, 0);
+  blind.sees_switch = blind_far.sees_switch = false;
+  for (LimitDrive* d : {&far, &at_edge, &blind, &blind_far}) d->until_done();
+  EXPECT_EQ(far.run.phase(), HomingRun::Phase::Done);
+  EXPECT_EQ(far.led, 0);
+  EXPECT_EQ(at_edge.run.phase(), HomingRun::Phase::Done) << code(at_edge.run.fault()).text;
+  EXPECT_NEAR(at_edge.led, 120, 10) << "away from the negative limit";
+  EXPECT_NEAR(at_edge.place, 0, 10) << "and at the edge again";
+  EXPECT_EQ(blind.run.fault(), Fault::HomingFailed) << "once, not for ever";
+  EXPECT_NEAR(blind.led, 120, 10);
+  EXPECT_EQ(blind_far.run.fault(), Fault::HomingFailed) << "20,000 counts away there must have been a switch to see";
+  EXPECT_EQ(blind_far.led, 0);
+}
+
 TEST(Homing, that_is_done_fails_when_it_is_cancelled_before_its_result_was_taken) {
   HomingDrive h;
   h.run.start({}, h.bench.drive.feedback());

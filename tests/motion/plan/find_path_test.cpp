@@ -132,13 +132,26 @@ TEST(FindPath, is_certified_and_the_same_every_time) {
 
 TEST(FindPath, names_both_bodies_the_point_and_what_was_tried) {
   Scene scene(test::bare_machine());
-  scene.add(box("gate", {6, 400, 200}, {100, 100, 100}));
+  scene.add(box("gate", {6, 1000, 200}, {100, 100, 100}));
   const auto path = find_path(scene, at(10, 100, 10), at(250, 100, 10), {.clearance_mm = 2, .approaches = {}});
   ASSERT_FALSE(path);
   EXPECT_EQ(path.error().fault, Fault::Collision);
-  for (const char* part :
-       {"camera comes within 2 mm of gate at (97.00,", "straight (free for", "Z would have to go to", "90.00 mm"})
+  for (const char* part : {"camera comes within 2 mm of gate at (97.00,", "straight (free for", "Z would have to go to",
+                           "90.00 mm", "around (there is no path"})
     EXPECT_NE(path.error().message.find(part), std::string::npos) << path.error().message;
+}
+
+TEST(FindPath, goes_around_a_wall_with_an_open_end) {
+  Scene scene(test::bare_machine());
+  scene.add(box("gate", {6, 400, 200}, {100, 100, 100}));  // ends at y 300, the machine at 350
+  const PathRules rules{.clearance_mm = 2, .approaches = {}};
+  const auto path = find_path(scene, at(10, 100, 10, 0), at(250, 100, 10, 5), rules);
+  ASSERT_TRUE(path) << path.error().message;
+  EXPECT_EQ(path->kind, PathKind::Detour);
+  EXPECT_EQ(path->points.front(), at(10, 100, 10, 0));
+  EXPECT_EQ(path->points.back(), at(250, 100, 10, 5));
+  EXPECT_GE(path->certificate.nearest.others.distance_mm, 2);
+  EXPECT_EQ(find_path(scene, at(10, 100, 10, 0), at(250, 100, 10, 5), rules)->points, path->points);
 }
 
 TEST(FindPath, says_when_its_end_itself_is_taken) {
@@ -166,11 +179,11 @@ TEST(FindPath, standing_still_is_a_path_of_its_own) {
   EXPECT_EQ(path->kind, PathKind::Standstill);
 }
 
-TEST(Certify, covers_a_bead_with_its_corner_tolerance_and_names_the_motion_that_fails) {
+TEST(Certify, covers_what_the_way_may_be_off_its_chords_and_names_the_motion_that_fails) {
   Scene scene(test::bare_machine());
   scene.add(box("board", {120, 80, 2}, {100, 100, 1}));
   scene.add(box("part C3", {4, 4, 3}, {80, 90, 3.5}));
-  const ClearanceRules rules{.clearance_mm = 1, .approaches = {{"needle", "board", 0.23}}};
+  ClearanceRules rules{.clearance_mm = 1, .approaches = {{"needle", "board", 0.23 - 0.5}}};
   const double z = 2.25;
   const std::vector<AxisVec> bead{at(84.2, 80, z), at(84.2, 120, z), at(120, 120, z)};  // 1.7 mm from the part
   const auto proof = certify(scene, bead, rules, 0.5);
@@ -180,6 +193,12 @@ TEST(Certify, covers_a_bead_with_its_corner_tolerance_and_names_the_motion_that_
   EXPECT_NEAR(proof->nearest.others.distance_mm, 1.7, 1e-6);      // needle beside the part
   EXPECT_EQ(scene.standing()[proof->nearest.others.standing].name, "part C3");
   EXPECT_EQ(proof->nearest.others.motion, 0U);
+  rules.approaches.front().clearance_mm = 0.23;
+  const auto low = certify(scene, bead, rules, 0.021);
+  ASSERT_FALSE(low) << "an approach is no nearer than it says, off the chords as well";
+  EXPECT_NE(low.error().message.find("of board"), std::string::npos) << low.error().message;
+  EXPECT_TRUE(certify(scene, bead, rules, 0.019));
+  rules.approaches.front().clearance_mm = -1;
   const auto wide = certify(scene, bead, rules, 0.8);
   ASSERT_FALSE(wide);
   EXPECT_EQ(wide.error().fault, Fault::Collision);

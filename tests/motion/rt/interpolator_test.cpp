@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "motion/profile/line_bounds.hpp"
 #include "motion/rt/approach.hpp"
 #include "tests/motion/rt/play.hpp"
 
@@ -12,7 +13,7 @@ using test::expect_within;
 using test::kValve;
 using test::machine;
 using test::Player;
-using test::random_block;
+using test::pooled_block;
 
 constexpr unsigned kSeed = 97;
 
@@ -38,11 +39,10 @@ struct StraightBead {
 
 TEST(Interpolator, nominal_play_is_the_plan_at_every_tick) {
   const Limits m = machine();
-  std::mt19937_64 random(kSeed);
-  for (int n = 0; n < 200; ++n) {
+  for (int n = 0; n < 120; ++n) {
     AxisVec q = home();
     Player p(m, q);
-    const std::vector<Segment> block = random_block(m, random, q, 1);
+    const std::vector<Segment> block = pooled_block(m, home(), n, q, 1);
     p.push(block);
     const std::vector<AxisVec> plan = test::sampled(block, m.tick_s);
     p.play.begin_block(1);
@@ -65,12 +65,11 @@ TEST(Interpolator, nominal_play_is_the_plan_at_every_tick) {
 // The tick at which an event is due by the plan: the first n with s(n tick + lead + tick/2) >= at_s.
 TEST(Interpolator, events_switch_on_exactly_the_planned_ticks) {
   const Limits m = machine();
-  std::mt19937_64 random(kSeed + 1);
   int edges = 0;
-  for (int n = 0; n < 200; ++n) {
+  for (int n = 0; n < 120; ++n) {
     AxisVec q = home();
     Player p(m, q);
-    const std::vector<Segment> block = random_block(m, random, q, 1);
+    const std::vector<Segment> block = pooled_block(m, home(), n, q, 1);
     p.push(block);
     std::vector<std::pair<long, bool>> due;
     long double begin = 0;
@@ -103,10 +102,9 @@ TEST(Interpolator, events_switch_on_exactly_the_planned_ticks) {
 
 TEST(Interpolator, the_same_segments_give_the_same_bits_whenever_they_were_pushed) {
   const Limits m = machine();
-  std::mt19937_64 random(kSeed + 2);
   for (int n = 0; n < 50; ++n) {
     AxisVec q = home();
-    const std::vector<Segment> block = random_block(m, random, q, 3);
+    const std::vector<Segment> block = pooled_block(m, home(), n, q, 3);
     Player at_once(m, home()), late(m, home());
     at_once.push(block);
     at_once.play.begin_block(3);
@@ -135,7 +133,7 @@ TEST(Interpolator, holds_resumes_and_overrides_at_random_keep_path_and_limits) {
   for (int n = 0; n < 500; ++n) {
     AxisVec q = home();
     Player p(m, q);
-    p.push(random_block(m, random, q, 1));
+    p.push(pooled_block(m, home(), n, q, 1));
     p.play.begin_block(1);
     double factor = 1;
     const double restless = std::pow(10.0, uniform(-3, -1));  // actions a tick
@@ -176,7 +174,7 @@ TEST(Interpolator, starvation_at_random_brakes_on_the_path_and_goes_on) {
   for (int n = 0; n < 500; ++n) {
     AxisVec q = home();
     Player p(m, q);
-    const std::vector<Segment> block = random_block(m, random, q, 1);
+    const std::vector<Segment> block = pooled_block(m, home(), n, q, 1);
     p.play.begin_block(1);
     const double rate = std::pow(10.0, uniform(-2.7, -0.5)), factor = uniform(0, 1) < 0.7 ? 1 : uniform(0.2, 2);
     std::size_t pushed = 0;
@@ -204,7 +202,7 @@ TEST(Interpolator, abort_stops_on_the_path_and_forgets_the_rest) {
   for (int n = 0; n < 500; ++n) {
     AxisVec q = home();
     Player p(m, q);
-    const std::vector<Segment> block = random_block(m, random, q, 1);
+    const std::vector<Segment> block = pooled_block(m, home(), n, q, 1);
     p.push(block);
     p.play.begin_block(1);
     const auto at = std::uniform_int_distribution<int>(1, static_cast<int>(duration(block) / m.tick_s))(random);
@@ -239,7 +237,7 @@ TEST(Interpolator, axis_stop_brakes_every_axis_within_its_own_limits) {
   for (int n = 0; n < 500; ++n) {
     AxisVec q = home();
     Player p(m, q);
-    const std::vector<Segment> block = random_block(m, random, q, 1);
+    const std::vector<Segment> block = pooled_block(m, home(), n, q, 1);
     p.push(block);
     p.play.begin_block(1);
     const auto at = std::uniform_int_distribution<int>(1, static_cast<int>(duration(block) / m.tick_s))(random);
@@ -290,7 +288,7 @@ TEST(Interpolator, a_touch_ends_beyond_where_the_probe_latches_and_ends_its_bloc
     EXPECT_TRUE(p.play.at_rest());
     EXPECT_EQ(p.ring->size(), 0u);
     // The way at speed and what a stop needs, were it at its worst: still speeding up.
-    const Bounds b{touch[0].v_max, touch[0].a_max, touch[0].j_max};
+    const Bounds b = line_bounds(m, derivative<1>(touch[0].geometry, 0));
     EXPECT_LE(x.s, s + kSeenWithin_s * touch[0].v_cap + way_to_speed({0, speed, b.a}, 0, b) + 1e-9) << label(n);
     p.step();
     expect_within(p.use(), label(n));
@@ -347,7 +345,7 @@ TEST(Interpolator, a_latched_place_that_cannot_be_only_makes_a_touch_end_sooner)
     const double seen_at = p.last.s;
     p.play.probe_latched(kDown, home()[2] - latched);
     while (!p.play.idle()) p.step();
-    const Bounds b{touch[0].v_max, touch[0].a_max, touch[0].j_max};
+    const Bounds b = line_bounds(m, derivative<1>(touch[0].geometry, 0));
     EXPECT_LE(p.last.s, seen_at + kSeenWithin_s * 5 + way_to_speed({0, 5, 0}, 0, b) + 1e-6) << latched;
   }
 }
@@ -411,7 +409,25 @@ TEST(Interpolator, a_hold_before_the_bead_does_not_lose_the_bead) {
   EXPECT_FALSE(p.play.idle());
 }
 
-TEST(Interpolator, override_scales_the_path_speed_up_to_the_axis_limits_and_comes_back_to_the_plan) {
+TEST(Interpolator, override_scales_a_line_up_to_the_axis_limits) {
+  const Limits m = machine();
+  AxisVec to = home();
+  to[0] += 400;
+  for (const double factor : {0.1, 0.5, 1.5, 2.0}) {
+    Player p(m, home());
+    std::vector<Segment> move = line_move(m, home(), to, 100);
+    move[0].block = 1, move[0].ends_block = true;
+    p.push(move);
+    p.play.begin_block(1);
+    while (p.last.q[0] < 220) p.step();
+    for (int k = 0; k < 150; ++k) p.step(factor);
+    EXPECT_NEAR(p.last.s_dot, 100 * factor, 0.2) << factor;
+    while (!p.play.idle()) p.step(1);
+    EXPECT_NEAR(p.last.q[0], to[0], 1e-9);
+  }
+}
+
+TEST(Interpolator, override_scales_the_speed_of_a_bead_not_above_the_plan_and_comes_back_to_it) {
   StraightBead one(200, 100);
   for (const double factor : {0.1, 0.5, 1.5, 2.0}) {
     Player p(one.m, one.bead.start);
@@ -419,9 +435,12 @@ TEST(Interpolator, override_scales_the_path_speed_up_to_the_axis_limits_and_come
     p.play.begin_block(1);
     while (p.last.q[0] < 220) p.step();
     for (int k = 0; k < 150; ++k) p.step(factor);
-    EXPECT_NEAR(p.last.s_dot, 100 * factor, 0.2) << factor;
+    EXPECT_NEAR(p.last.s_dot, 100 * std::min(factor, 1.0), 0.2) << factor;
+    for (int k = 0; k < 150; ++k) p.step(1);
+    EXPECT_NEAR(p.last.s_dot, 100, 0.2) << factor;
     while (!p.play.idle()) p.step(1);
     EXPECT_NEAR(p.last.q[0], one.bead.end[0], 1e-9);
+    expect_within(p.use(), " override " + std::to_string(factor));
   }
 }
 
@@ -445,8 +464,35 @@ TEST(Interpolator, events_under_override_are_off_by_half_a_tick_of_way_at_most) 
       const auto k = static_cast<std::size_t>(tick);
       return x[k] + (tick - static_cast<double>(k)) * (x[k + 1] - x[k]);
     };
-    EXPECT_NEAR(place(opened + 12), 200, 50 * factor * 0.0005 + 1e-3) << factor;
-    EXPECT_NEAR(place(closed + 7), 260, 50 * factor * 0.0005 + 1e-3) << factor;
+    EXPECT_NEAR(place(opened + 12), 200, 50 * std::min(factor, 1.0) * 0.0005 + 1e-3) << factor;
+    EXPECT_NEAR(place(closed + 7), 260, 50 * std::min(factor, 1.0) * 0.0005 + 1e-3) << factor;
+  }
+}
+
+// Nothing is clamped: a plan that is wrong stops the axes and is told.
+TEST(Interpolator, a_piece_that_s_leaves_is_told_and_every_axis_brakes_by_itself) {
+  for (const bool short_piece : {true, false}) {
+    StraightBead one(60, 50);
+    Player p(one.m, one.bead.start);
+    std::vector<Segment> wrong = one.bead.segments;
+    if (short_piece)
+      wrong[1].geometry.length -= 1e-3;
+    else
+      wrong[2].kind = SegmentKind::Path;  // nothing that the piece before could go on in
+    p.push(wrong);
+    p.play.begin_block(1);
+    int told = 0;
+    while (!p.play.idle()) {
+      const bool off_path = p.step().off_path;
+      told += off_path;
+      if (told > 0) {
+        EXPECT_EQ(p.last.outputs & kValve, 0u);
+      }
+    }
+    EXPECT_EQ(told, 1) << short_piece;
+    EXPECT_TRUE(p.play.at_rest());
+    EXPECT_EQ(p.ring->size(), 0u);
+    expect_within(p.use(), short_piece ? " short" : " alone");
   }
 }
 

@@ -56,6 +56,29 @@ inline std::vector<Segment> random_block(const Limits& m, std::mt19937_64& rando
   return out;
 }
 
+/// The n-th of a pool of such blocks, all from `home`; q becomes where it ends. Planning them anew for each case would
+/// take longer than playing them.
+inline std::vector<Segment> pooled_block(const Limits& m, const AxisVec& home, int n, AxisVec& q,
+                                         std::uint32_t number) {
+  constexpr std::size_t kPool = 120;
+  struct Block {
+    std::vector<Segment> segments;
+    AxisVec end{};
+  };
+  static std::vector<Block> pool;
+  static std::mt19937_64 random(41);
+  const std::size_t k = static_cast<std::size_t>(n) % kPool;
+  while (pool.size() <= k) {
+    AxisVec end = home;
+    std::vector<Segment> segments = random_block(m, random, end, 1);
+    pool.push_back({std::move(segments), end});
+  }
+  std::vector<Segment> out = pool[k].segments;
+  for (Segment& s : out) s.block = number;
+  q = pool[k].end;
+  return out;
+}
+
 class Player {
  public:
   explicit Player(const Limits& limits, const AxisVec& q)
@@ -83,7 +106,8 @@ class Player {
   /// The tool is where the path is at the reported s, on a segment not before the last one.
   void expect_on_path(const std::string& what) {
     for (std::size_t k = on; k < path.size(); ++k) {
-      const AxisVec q = point(path[k].geometry, std::min(last.s, path[k].geometry.length));
+      if (last.s > path[k].geometry.length + 1e-9) continue;
+      const AxisVec q = point(path[k].geometry, last.s);
       double off = 0;
       for (std::size_t i = 0; i < m.axes; ++i) off = std::max(off, std::abs(q[i] - last.q[i]));
       if (off < 1e-9) {

@@ -1,0 +1,88 @@
+// gantry init DIR: a machine and a recipe to start from, copied from what comes with the program.
+#include <algorithm>
+#include <filesystem>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/shipped.hpp"
+#include "app/cli/verbs.hpp"
+
+namespace gantry::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kMachine = "config/machines/dispenser.yaml";
+constexpr const char* kRecipe = "recipes/demo-board.yaml";
+/// Whole folders: profiles, and schemas for editors.
+constexpr const char* kFolders[] = {"config/drives", "config/devices", "config/schema", "recipes/schema"};
+
+/// What is to be copied, relative to both folders.
+Result<std::vector<std::string>> files_to_copy(const fs::path& from) {
+  std::vector<std::string> files{kMachine, kRecipe};
+  for (const char* folder : kFolders) {
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(from / folder, error))
+      if (entry.is_regular_file(error)) files.push_back(fs::path(folder) / entry.path().filename());
+    if (error)
+      return fail(Fault::FileUnreadable, fmt::format("cannot be read ({})", error.message()), (from / folder).string());
+  }
+  std::sort(files.begin() + 2, files.end());
+  return files;
+}
+
+/// Nothing is written unless all of it can be: a file that is there already is not overwritten.
+Result<std::vector<std::string>> copy_to(const fs::path& folder) {
+  const std::string from = shipped_folder();
+  if (from.empty())
+    return fail(Fault::FileUnreadable,
+                fmt::format("the files that come with gantry are not there; looked for in {}",
+                            fmt::join(installed_folders(), " and ")),
+                "");
+  const auto files = files_to_copy(from);
+  if (!files) return files;
+  std::error_code error;
+  for (const std::string& file : *files)
+    if (fs::symlink_status(folder / file, error).type() != fs::file_type::not_found)
+      return fail(Fault::Refused, "is there already and is not overwritten; name another folder",
+                  (folder / file).string());
+  for (const std::string& file : *files) {
+    fs::create_directories((folder / file).parent_path(), error);
+    if (!error) fs::copy_file(fs::path(from) / file, folder / file, error);
+    if (error)
+      return fail(Fault::Usage, fmt::format("cannot be written ({})", error.message()), (folder / file).string());
+  }
+  return files;
+}
+
+}  // namespace
+
+void add_init(CLI::App& app, Context& context) {
+  auto* verb = app.add_subcommand("init", "Copies a working machine and a recipe into a folder, to start from");
+  auto folder = std::make_shared<std::string>();
+  verb->add_option("DIR", *folder, "Where to; it is made when it is not there")->required();
+  verb->callback([&context, folder] {
+    const auto files = copy_to(*folder);
+    if (!files) return void(context.exit_code = show(files.error(), context.json));
+    const std::vector<std::string> next{fmt::format("cd {}", *folder),
+                                        fmt::format("gantry --machine {} check {}", kMachine, kRecipe),
+                                        fmt::format("gantry --machine {} dry-run {}", kMachine, kRecipe),
+                                        fmt::format("gantry --machine {} run {}", kMachine, kRecipe)};
+    if (context.json) {
+      fmt::print("{}\n", nlohmann::ordered_json{{"result", "ok"},
+                                                {"exit_code", 0},
+                                                {"folder", fs::absolute(*folder).lexically_normal().string()},
+                                                {"files", *files},
+                                                {"next", next}}
+                             .dump(2));
+      return;
+    }
+    fmt::print(
+        "{}: {} files\n  {}  the machine: axes, stations, limits, scene\n  {}         a recipe for it\n"
+        "  config/drives, config/devices   profiles of its stations\nNext:\n",
+        *folder, files->size(), kMachine, kRecipe);
+    for (const std::string& line : next) fmt::print("  {}\n", line);
+  });
+}
+
+}  // namespace gantry::cli

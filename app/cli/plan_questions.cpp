@@ -1,0 +1,222 @@
+#include "app/cli/plan_questions.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <fmt/format.h>
+#include <optional>
+#include <set>
+
+#include "config/yaml.hpp"
+#include "core/near_word.hpp"
+#include "motion/plan/certificate.hpp"
+#include "motion/plan/search_path.hpp"
+
+namespace gantry::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr std::size_t kMostBytes = 64u << 20;
+
+/// "file:line:col" of a byte.
+std::string place_in(const std::string& path, std::string_view text, std::size_t byte) {
+  const std::string_view before = text.substr(0, std::min(text.size(), byte > 0 ? byte - 1 : 0));
+  const auto line_start = before.rfind('\n');
+  return fmt::format("{}:{}:{}", path, 1 + std::count(before.begin(), before.end(), '\n'),
+                     before.size() - (line_start == std::string_view::npos ? 0 : line_start + 1) + 1);
+}
+
+class Reader {
+ public:
+  Reader(std::string path, std::array<const char*, 2> ends) : path_(std::move(path)), ends_(ends) {}
+
+  Checked<std::vector<Question>> read() {
+    const auto text = config::read_text_file(path_, kMostBytes);
+    if (!text) return tl::unexpected(std::vector{text.error()});
+    Json root;
+    try {
+      root = Json::parse(*text);
+    } catch (const nlohmann::json::parse_error& error) {
+      return tl::unexpected(std::vector{Error{Fault::BadValue, fmt::format("this is no JSON ({})", error.what()),
+                                              place_in(path_, *text, error.byte)}});
+    } catch (const nlohmann::json::exception& error) {  // a number that no double holds
+      return tl::unexpected(std::vector{Error{Fault::BadValue, error.what(), path_}});
+    }
+    if (!root.is_array()) {
+      add(Fault::BadValue, "",
+          fmt::format("a list is expected: [{{\"id\": 1, \"{}\": [x, y, z], \"{}\": [x, y, z]}}]", ends_[0], ends_[1]));
+      return tl::unexpected(std::move(errors_));
+    }
+    for (std::size_t i = 0; i < root.size() && errors_.size() < config::Mistakes::kMost; ++i) take(root[i], i);
+    if (!errors_.empty()) return tl::unexpected(std::move(errors_));
+    return std::move(questions_);
+  }
+
+ private:
+  void add(Fault fault, const std::string& at, std::string message) {
+    errors_.push_back({fault, std::move(message), path_ + at});
+  }
+
+  void take(const Json& row, std::size_t number) {
+    const std::string at = fmt::format("[{}]", number);
+    if (!row.is_object())
+      return add(Fault::BadValue, at, fmt::format("expected {{\"id\", \"{}\", \"{}\"}}", ends_[0], ends_[1]));
+    const std::vector<std::string> known{"id", ends_[0], ends_[1]};
+    for (const auto& [key, value] : row.items())
+      if (std::find(known.begin(), known.end(), key) == known.end())
+        add(Fault::UnknownKey, at,
+            fmt::format("unknown key '{}'; {}", config::shortened(key, 40),
+                        did_you_mean(key, {known.begin(), known.end()})));
+    Question out;
+    const auto id = row.find("id");
+    if (id == row.end()) return add(Fault::MissingKey, at, "the key 'id' is missing; give a text or a whole number");
+    if (!id->is_string() && !id->is_number_integer())
+      return add(Fault::BadValue, at + ".id", "expected a text or a whole number");
+    out.id = *id;
+    if (!ids_.insert(id->dump(-1, ' ', true, Json::error_handler_t::replace)).second)
+      add(Fault::DuplicateKey, at + ".id", "this id stands twice; give each its own");
+    const auto from = point(row, ends_[0], at), to = point(row, ends_[1], at);
+    if (!from || !to) return;
+    out.from = *from, out.to = *to;
+    questions_.push_back(std::move(out));
+  }
+
+  std::optional<Vec3> point(const Json& row, const char* key, const std::string& at) {
+    const auto found = row.find(key);
+    if (found == row.end()) {
+      add(Fault::MissingKey, at, fmt::format("the key '{}' is missing; give [x, y, z] in mm", key));
+      return std::nullopt;
+    }
+    const bool good = found->is_array() && found->size() == 3 && std::all_of(found->begin(), found->end(), [](auto& v) {
+                        return v.is_number() && std::isfinite(v.template get<double>());
+                      });
+    if (!good) {
+      add(Fault::BadValue, fmt::format("{}.{}", at, key), "expected three numbers, [x, y, z] in mm");
+      return std::nullopt;
+    }
+    return Vec3{(*found)[0].get<double>(), (*found)[1].get<double>(), (*found)[2].get<double>()};
+  }
+
+  std::string path_;
+  std::array<const char*, 2> ends_;
+  std::vector<Error> errors_;
+  std::vector<Question> questions_;
+  std::set<std::string> ids_;
+};
+
+AxisVec axes(Vec3 p) { return {p.x, p.y, p.z}; }
+Vec3 tip(const AxisVec& q) { return {q[0], q[1], q[2]}; }
+Json json(Vec3 p) { return Json::array({p.x, p.y, p.z}); }
+Json names(const motion::Scene& scene, std::size_t head, std::size_t standing) {
+  return Json::array({scene.head()[head].name, scene.standing()[standing].name});
+}
+const Json kWorkspace = Json::array({"tip", "workspace"});
+
+double us_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
+}
+
+const char* word(motion::SearchStatus status) {
+  using enum motion::SearchStatus;
+  switch (status) {
+    case Ok: return "ok";
+    case StartCollides: return "start_collides";
+    case GoalCollides: return "goal_collides";
+    case NoPath: return "no_path";
+    case Budget: break;
+  }
+  return "budget";
+}
+
+/// The share of the motion at which the tip leaves the workspace; nothing when it never does.
+std::optional<double> leaves_at(const motion::Scene& scene, const AxisVec& from, const AxisVec& to) {
+  if (motion::beyond_limits(scene, from)) return 0;
+  if (!motion::beyond_limits(scene, to)) return std::nullopt;
+  double first = 1;
+  for (std::size_t i = 0; i < scene.axes().size(); ++i) {
+    const auto& a = scene.axes()[i];
+    const double step = to[i] - from[i];
+    if (to[i] > a.p_max) first = std::min(first, (a.p_max - from[i]) / step);
+    if (to[i] < a.p_min) first = std::min(first, (a.p_min - from[i]) / step);
+  }
+  return std::max(0.0, first);
+}
+
+}  // namespace
+
+Checked<std::vector<Question>> read_queries(const std::string& path) { return Reader(path, {"start", "goal"}).read(); }
+Checked<std::vector<Question>> read_motions(const std::string& path) { return Reader(path, {"from", "to"}).read(); }
+
+Result<Json> answer_queries(const motion::Scene& scene, double clearance_mm, const std::vector<Question>& queries) {
+  auto rows = Json::array();
+  for (const Question& query : queries) {
+    Json row{{"id", query.id},        {"status", ""},         {"closed_in", nullptr},
+             {"path", Json::array()}, {"length_mm", nullptr}, {"min_clearance_mm", nullptr},
+             {"pair", nullptr},       {"point", nullptr},     {"plan_us", nullptr}};
+    const auto start = std::chrono::steady_clock::now();
+    const auto found = motion::search_path(scene, axes(query.from), axes(query.to), {clearance_mm, {}});
+    Result<motion::Certificate> proof;
+    if (found.status == motion::SearchStatus::Ok) {
+      proof = motion::certify(scene, found.points, {clearance_mm, {}});
+      if (!proof) return tl::unexpected(proof.error());
+    }
+    row["plan_us"] = us_since(start);
+    row["status"] = word(found.status);
+    if (found.closed_in != motion::ClosedIn::Neither)
+      row["closed_in"] = found.closed_in == motion::ClosedIn::Start ? "start" : "goal";
+    if (found.beyond) row["pair"] = kWorkspace;
+    if (found.hit)
+      row["pair"] = names(scene, found.hit->head, found.hit->standing), row["point"] = json(found.hit->point);
+    if (found.status == motion::SearchStatus::Ok) {
+      for (const AxisVec& q : found.points) row["path"].push_back(json(tip(q)));
+      row["length_mm"] = found.length_mm;
+      if (const motion::NearPair& near = proof->nearest.others; std::isfinite(near.distance_mm)) {
+        row["min_clearance_mm"] = near.distance_mm;
+        row["pair"] = names(scene, near.head, near.standing), row["point"] = json(near.at);
+      }
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+Result<Json> answer_motions(const motion::Scene& scene, double clearance_mm, const std::vector<Question>& motions) {
+  auto rows = Json::array();
+  const motion::Margins margins{clearance_mm, {}};
+  for (const Question& each : motions) {
+    const AxisVec from = axes(each.from), to = axes(each.to);
+    Json row{{"id", each.id},    {"free", false},          {"pair", nullptr},    {"t", nullptr},
+             {"point", nullptr}, {"distance_mm", nullptr}, {"check_us", nullptr}};
+    const auto start = std::chrono::steady_clock::now();
+    const bool free = motion::is_clear(scene, from, to, margins);
+    row["check_us"] = us_since(start);
+    const auto left = leaves_at(scene, from, to);
+    row["free"] = free && !left;
+    motion::NearPairs nearest;
+    if (free) {
+      const auto proved = motion::certify(scene, std::array{from, to}, {clearance_mm, {}});
+      if (!proved) return tl::unexpected(proved.error());
+      nearest = proved->nearest;
+    } else {
+      motion::measure_nearest(scene, from, to, margins, 0, nearest);
+    }
+    const motion::NearPair& near = nearest.others;
+    if (std::isfinite(near.distance_mm)) {
+      row["distance_mm"] = near.distance_mm;
+      row["pair"] = names(scene, near.head, near.standing), row["point"] = json(near.at);
+    }
+    if (const auto hit = free ? std::nullopt : motion::first_hit(scene, from, to, margins)) {
+      row["t"] = hit->fraction;
+      row["pair"] = names(scene, hit->head, hit->standing), row["point"] = json(hit->point);
+    }
+    if (left && (row["t"].is_null() || *left < row["t"].get<double>())) {
+      row["t"] = *left, row["pair"] = kWorkspace;
+      row["point"] = json(each.from + (each.to - each.from) * *left);
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+}  // namespace gantry::cli

@@ -1,0 +1,92 @@
+#include "app/cli/shipped.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fmt/format.h>
+
+#include "config/yaml.hpp"
+#include "core/near_word.hpp"
+
+namespace gantry::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kMachines = "config/machines";
+
+/// Where the program's file lies; a link to it is followed.
+fs::path folder_of_program() {
+  std::error_code ignored;
+  return fs::read_symlink("/proc/self/exe", ignored).parent_path();
+}
+
+bool holds_machines(const fs::path& folder) {
+  std::error_code ignored;
+  return fs::is_directory(folder / kMachines, ignored);
+}
+
+std::vector<std::string> machines_in(const fs::path& folder) {
+  std::vector<std::string> names = config::yaml_files_in(folder.string());
+  for (std::string& name : names) name += ".yaml";
+  return names;
+}
+
+}  // namespace
+
+std::vector<std::string> installed_folders() {
+  return {(folder_of_program() / ".." / "share" / "gantry").lexically_normal().string(), GANTRY_DATA_DIR};
+}
+
+std::string shipped_folder() {
+  const auto installed = installed_folders();
+  if (holds_machines(installed[0])) return installed[0];
+  for (fs::path at = folder_of_program(); at.has_relative_path(); at = at.parent_path())
+    if (holds_machines(at)) return at.string();
+  return holds_machines(installed[1]) ? installed[1] : "";
+}
+
+std::string shipped_file(const std::string& relative) {
+  const std::string folder = shipped_folder();
+  return folder.empty() ? relative : (fs::path(folder) / relative).string();
+}
+
+std::string machine_file(const std::string& word) {
+  std::error_code ignored;
+  if (fs::exists(word, ignored) || word.find('/') != std::string::npos) return word;
+  for (const char* ending : {"", ".yaml"})
+    if (const fs::path shipped = shipped_file(std::string(kMachines) + "/" + word + ending);
+        fs::is_regular_file(shipped, ignored))
+      return shipped.string();
+  return word;
+}
+
+namespace {
+
+Error no_machine_file(const std::string& word) {
+  std::error_code ignored;
+  const fs::path asked = fs::absolute(word, ignored).lexically_normal();
+  std::vector<std::string> looked{asked.parent_path().string()}, names = machines_in(asked.parent_path());
+  if (word.find('/') == std::string::npos) {
+    if (const std::string shipped = shipped_folder(); !shipped.empty()) {
+      looked.push_back((fs::path(shipped) / kMachines).string());
+    } else {
+      for (const std::string& folder : installed_folders()) looked.push_back(folder + "/" + kMachines);
+    }
+    for (std::size_t i = 1; i < looked.size(); ++i)
+      for (std::string& name : machines_in(looked[i])) names.push_back(std::move(name));
+  }
+  return {
+      Fault::FileUnreadable,
+      fmt::format("there is no machine file '{}'; looked for in {}; {}", asked.filename().string(),
+                  fmt::join(looked, " and "), did_you_mean(asked.filename().string(), {names.begin(), names.end()})),
+      word};
+}
+
+}  // namespace
+
+Checked<config::Machine> machine_in(const std::string& word) {
+  if (std::error_code ignored; !fs::exists(word, ignored)) return tl::unexpected(std::vector{no_machine_file(word)});
+  return config::load_machine(word);
+}
+
+}  // namespace gantry::cli

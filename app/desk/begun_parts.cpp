@@ -1,0 +1,185 @@
+#include "app/desk/begun_parts.hpp"
+
+#include <filesystem>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "config/yaml.hpp"
+#include "core/log.hpp"
+#include "core/new_file.hpp"
+#include "core/sha256.hpp"
+
+namespace gantry::desk {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr int kFormat = 1;
+constexpr std::size_t kLargestFile = 8u << 20;
+constexpr std::string_view kFolders = "begun-";
+
+/// Runs of indices as [first, how many]: an array's dots are thousands.
+Json runs_of(const std::vector<std::size_t>& indices) {
+  Json runs = Json::array();
+  for (std::size_t i = 0; i < indices.size();) {
+    std::size_t end = i + 1;
+    while (end < indices.size() && indices[end] == indices[end - 1] + 1) ++end;
+    runs.push_back({indices[i], end - i});
+    i = end;
+  }
+  return runs;
+}
+
+std::vector<std::size_t> indices_of(const Json& runs) {
+  constexpr std::size_t kMost = 100000;  // features of a recipe
+  std::vector<std::size_t> indices;
+  if (runs.empty()) throw std::runtime_error("nothing is left of it");
+  for (const Json& run : runs) {
+    const auto first = run.at(0).get<std::size_t>(), count = run.at(1).get<std::size_t>();
+    if (first >= kMost || count > kMost - first) throw std::runtime_error("more features than a recipe holds");
+    if (!indices.empty() && first <= indices.back()) throw std::runtime_error("features out of order");
+    for (std::size_t i = 0; i < count; ++i) indices.push_back(first + i);
+  }
+  return indices;
+}
+
+/// What `take` makes of the document; nothing where there is no file.
+template <class Take>
+Result<std::optional<std::invoke_result_t<Take, const Json&>>> document(const std::string& file, Take&& take) {
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return std::nullopt;
+  const auto text = config::read_text_file(file, kLargestFile);
+  if (!text) return tl::unexpected(text.error());
+  try {
+    const Json all = Json::parse(*text);
+    if (all.at("format").get<int>() != kFormat) throw std::runtime_error("another format");
+    return take(all);
+  } catch (const std::exception& error) {
+    return fail(Fault::BadValue,
+                fmt::format("what is known of a part that was begun cannot be read ({}); look at the board, and remove "
+                            "the file",
+                            config::shortened(error.what(), 200)),
+                file);
+  }
+}
+
+std::string text_of(const Json& all) { return all.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+Result<void> removed(const std::string& file) {
+  std::error_code error;
+  fs::remove(file, error);
+  if (error) return fail(Fault::FileUnwritable, fmt::format("cannot be removed: {}", error.message()), file);
+  return {};
+}
+
+}  // namespace
+
+std::string removal_in_words(const std::optional<BegunPart>& forgotten, const std::string& serial) {
+  const auto quoted = [](const std::string& text) { return "'" + config::shortened(text, 100) + "'"; };
+  if (!forgotten)
+    return serial.empty() ? "no part was begun and not finished"
+                          : fmt::format("no part with serial {} was begun and not finished", quoted(serial));
+  return fmt::format("the part {}that recipe '{}' began at {} and did not finish is not waited for any more",
+                     forgotten->serial.empty() ? "" : quoted(forgotten->serial) + " ", forgotten->recipe,
+                     forgotten->began);
+}
+
+std::optional<std::string> BegunParts::folder(const std::string& state, const run::OwnerOptions& options,
+                                              bool lives_long) {
+  const bool simulated = options.bus == "sim", kept = !options.sim.state_dir.empty();
+  if (simulated && !kept && !lives_long) return std::nullopt;
+  const std::string kind = simulated && kept ? "sim-kept" : options.bus.substr(0, options.bus.find(':'));
+  return fmt::format("{}/{}{}", state, kFolders, kind);
+}
+
+std::vector<BegunParts> BegunParts::all(const std::string& state) {
+  std::vector<BegunParts> found;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(state, error))
+    if (std::error_code ignored; entry.path().filename().string().starts_with(kFolders) && entry.is_directory(ignored))
+      found.emplace_back(entry.path().string());
+  return found;
+}
+
+std::string BegunParts::file_of(const std::string& serial) const {
+  return serial.empty() ? folder_ + "/part.json" : fmt::format("{}/part-{}.json", folder_, sha256_hex(serial));
+}
+
+Result<std::optional<std::string>> BegunParts::in_machine() const {
+  return document(in_machine_file(), [](const Json& all) { return all.at("serial").get<std::string>(); });
+}
+
+Result<std::optional<BegunPart>> BegunParts::read(const std::string& serial) const {
+  return document(file_of(serial), [&](const Json& all) {
+    return BegunPart{.serial = serial,
+                     .recipe = all.at("recipe").get<std::string>(),
+                     .recipe_file = all.at("recipe_file").get<std::string>(),
+                     .sha256 = all.at("sha256").get<std::string>(),
+                     .began = all.at("began").get<std::string>(),
+                     .left = indices_of(all.at("left")),
+                     .to_finish = all.at("to_finish").get<std::string>(),
+                     .lost = all.at("lost").get<bool>(),
+                     .defects = all.at("defects").get<bool>()};
+  });
+}
+
+Result<std::optional<BegunPart>> BegunParts::find(const std::string& serial, bool clamp_open) {
+  if (!serial.empty())
+    if (auto own = read(serial); !own || *own) return own;
+  const auto inside = in_machine();
+  if (!inside) return tl::unexpected(inside.error());
+  const bool another = *inside && !serial.empty() && !(**inside).empty();
+  if (!*inside || another) return std::nullopt;
+  auto part = read(**inside);
+  if (!part || !*part) return part;
+  // A power cut opens clamps, too: that is no hand which takes the part out.
+  if (!clamp_open || !clamped_ || (**part).lost) return part;
+  if ((**part).serial.empty()) {
+    log::warn(
+        "the part that was begun at {} by recipe '{}' was not finished; the clamp has opened since, so that this "
+        "one is taken for another",
+        (**part).began, (**part).recipe);
+    if (auto done = forget(""); !done) return tl::unexpected(done.error());
+  }
+  if (auto done = removed(in_machine_file()); !done) return tl::unexpected(done.error());
+  return std::nullopt;
+}
+
+Result<void> BegunParts::keep(const BegunPart& part) {
+  if (auto made = make_folder(folder_); !made) return made;  // in the state folder, which is this user's alone
+  const Json all{{"format", kFormat},           {"serial", part.serial},
+                 {"recipe", part.recipe},       {"recipe_file", part.recipe_file},
+                 {"sha256", part.sha256},       {"began", part.began},
+                 {"to_finish", part.to_finish}, {"lost", part.lost},
+                 {"defects", part.defects},     {"left", runs_of(part.left)}};
+  if (auto done = write_durable_file(file_of(part.serial), text_of(all)); !done) return done;
+  return write_durable_file(in_machine_file(), text_of({{"format", kFormat}, {"serial", part.serial}}));
+}
+
+Result<void> BegunParts::forget(const std::string& serial) { return removed(file_of(serial)); }
+
+Result<std::optional<BegunPart>> BegunParts::forget_removed(const std::string& serial) {
+  std::string which = serial;
+  if (serial.empty()) {
+    const auto inside = in_machine();
+    if (!inside) return tl::unexpected(inside.error());
+    if (*inside) which = **inside;
+    if (auto done = removed(in_machine_file()); !done) return tl::unexpected(done.error());
+  }
+  auto part = read(which);
+  if (!part || !*part) return part;
+  if (auto done = forget(which); !done) return tl::unexpected(done.error());
+  return part;
+}
+
+void BegunParts::forget_all() {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder_, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name == "in-machine.json" || (name.starts_with("part") && name.ends_with(".json")))
+      if (auto done = removed(entry.path().string()); !done) log::report(done.error());
+  }
+}
+
+}  // namespace gantry::desk

@@ -1,0 +1,64 @@
+// Parts that a job has begun and not finished, kept in the machine's state folder: a job that would dispense all of its
+// recipe over one of them is refused.
+//   BegunParts parts(BegunParts::folder(state, options));
+//   auto part = parts.find(serial, clamp_open);   parts.keep(part);   parts.forget(serial);
+// A part is known by its serial. Without serials it is the one in the machine, until the clamp that held it has opened.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/run/owner.hpp"
+#include "core/error.hpp"
+
+namespace gantry::desk {
+
+struct BegunPart {
+  std::string serial;               ///< "": it has none
+  std::string recipe, recipe_file;  ///< its name and its path
+  std::string sha256;               ///< of the recipe with all the files that it is made of
+  std::string began;                ///< UTC
+  std::vector<std::size_t> left;    ///< not whole on it: indices in Recipe::features, in its order
+  std::string to_finish;            ///< the same as words of the command line
+  bool lost = false;     ///< its job never told its end (a power cut): of what is left, some may be dispensed
+  bool defects = false;  ///< of what lies on it, not all is good
+};
+
+/// What `part-removed` came to, for people: that it is forgotten, or that there was none of this serial.
+std::string removal_in_words(const std::optional<BegunPart>& forgotten, const std::string& serial);
+
+class BegunParts {
+ public:
+  /// Parts of steel and of each kind of simulation do not know of each other. Nothing where each owner makes a board
+  /// of its own and `lives_long` is false: there none outlives its job.
+  static std::optional<std::string> folder(const std::string& state, const run::OwnerOptions& options, bool lives_long);
+  /// All that there are in a state folder.
+  static std::vector<BegunParts> all(const std::string& state);
+
+  explicit BegunParts(std::string folder) : folder_(std::move(folder)) {}
+
+  /// The begun part that a job of this serial would be done on: that of the serial, else the one in the machine, which
+  /// is another one only if both have serials, or if the clamp is open and has held it (clamped()). Then one without
+  /// serial is forgotten, unless its job was lost. Fault::BadValue, FileUnreadable.
+  Result<std::optional<BegunPart>> find(const std::string& serial, bool clamp_open);
+  /// It is in the machine. On the disk when this returns. Fault::FileUnwritable.
+  Result<void> keep(const BegunPart& part);
+  /// Whether the clamp holds it, as seen after a job. What was open already when the bus came up is no removal.
+  void clamped(bool held) { clamped_ = held; }
+  Result<void> forget(const std::string& serial);
+  /// The part with this serial; "": the one in the machine. What was forgotten, if there was something.
+  Result<std::optional<BegunPart>> forget_removed(const std::string& serial);
+  /// All of them: the world that they were in is gone.
+  void forget_all();
+
+ private:
+  [[nodiscard]] std::string file_of(const std::string& serial) const;
+  [[nodiscard]] std::string in_machine_file() const { return folder_ + "/in-machine.json"; }
+  [[nodiscard]] Result<std::optional<std::string>> in_machine() const;
+  [[nodiscard]] Result<std::optional<BegunPart>> read(const std::string& serial) const;
+
+  std::string folder_;
+  bool clamped_ = false;
+};
+
+}  // namespace gantry::desk

@@ -1,0 +1,153 @@
+#include "app/desk/part_of_job.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <iterator>
+#include <numeric>
+#include <set>
+#include <string_view>
+
+#include "app/record/defects.hpp"
+#include "app/record/outcome.hpp"
+#include "app/record/program.hpp"
+#include "config/yaml.hpp"
+#include "core/log.hpp"
+#include "core/sha256.hpp"
+#include "recipes/selection.hpp"
+
+namespace gantry::desk {
+namespace {
+
+std::string sha256_of(const recipes::Recipe& recipe) {
+  std::string all;
+  for (const recipes::Source& s : recipe.sources) all += s.sha256 + "\n";
+  return sha256_hex(all);
+}
+
+std::vector<std::size_t> all_of(const recipes::Recipe& recipe) {
+  std::vector<std::size_t> all(recipe.features.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return all;
+}
+
+}  // namespace
+
+PartOfJob::PartOfJob(BegunParts* parts, const Prepared& prepared, std::string serial)
+    : parts_(parts),
+      recipe_(prepared.recipe),
+      all_(prepared.selection.all()),
+      serial_(std::move(serial)),
+      sha256_(sha256_of(prepared.recipe)),
+      chosen_(recipes::dispensed_by(prepared.job)) {}
+
+Result<void> PartOfJob::may_begin(bool clamp_open) {
+  if (parts_ == nullptr) return {};
+  auto found = parts_->find(serial_, clamp_open);
+  if (!found) return tl::unexpected(found.error());
+  found_ = std::move(*found);
+  if (!found_) return {};
+  const bool same = found_->sha256 == sha256_ && found_->left.back() < recipe_.features.size();
+  if (!same || all_) return tl::unexpected(refusal());
+  for (const std::size_t f : chosen_)
+    if (!std::binary_search(found_->left.begin(), found_->left.end(), f))
+      log::warn("'{}' lies on this board already and is dispensed once more", id_of(recipe_.features[f]));
+  return {};
+}
+
+std::string PartOfJob::named() const {
+  return found_->serial.empty() ? "the part in the machine"
+                                : fmt::format("the part with serial '{}'", config::shortened(found_->serial, 100));
+}
+
+Error PartOfJob::refusal() const {
+  const std::string take_out = found_->serial.empty() || serial_.empty()
+                                   ? "`gantry part-removed`"
+                                   : "`gantry part-removed --serial " + config::shortened(serial_, 100) + "`";
+  if (found_->sha256 != sha256_)
+    return {
+        Fault::Refused,
+        fmt::format("{} was begun at {} with {} ('{}', {}) and not finished, and other features do not finish it; "
+                    "run that one with {}, or say {} when it is taken out",
+                    named(), found_->began,
+                    found_->recipe == recipe_.name ? "this recipe as it was before it was changed" : "another recipe",
+                    found_->recipe, found_->recipe_file, config::shortened(found_->to_finish, 200), take_out),
+        recipe_.file};
+  const std::string how_far =
+      found_->lost ? std::string(
+                         "nobody saw how far it came; look at the board and dispense what is missing with "
+                         "--from FEATURE or --only FEATURES")
+                   : fmt::format("{} of its {} features are not whole; finish it with {}", found_->left.size(),
+                                 recipe_.features.size(), config::shortened(found_->to_finish, 200));
+  return {Fault::Refused,
+          fmt::format("{} was begun at {} and not finished: {}, or say {} when it is taken out", named(), found_->began,
+                      how_far, take_out),
+          recipe_.file};
+}
+
+BegunPart PartOfJob::part(std::vector<std::size_t> left, bool lost) const {
+  return {.serial = found_ ? found_->serial : serial_,
+          .recipe = recipe_.name,
+          .recipe_file = recipe_.file,
+          .sha256 = sha256_,
+          .began = began_,
+          .left = std::move(left),
+          .to_finish = "",
+          .lost = lost,
+          .defects = found_ && found_->defects};
+}
+
+std::vector<std::size_t> PartOfJob::left_before() const { return found_ ? found_->left : all_of(recipe_); }
+
+Result<void> PartOfJob::keep(BegunPart part, record::JobResult* result) {
+  part.to_finish = recipes::to_text(recipes::selection_of(recipe_, part.left));
+  if (result != nullptr) result->to_finish = part.to_finish;
+  return parts_->keep(part);
+}
+
+Result<void> PartOfJob::begin() {
+  if (parts_ == nullptr) return {};
+  begun_ = true;
+  began_ = found_ ? found_->began : record::utc_stamp();
+  const std::vector<std::size_t> before = left_before();
+  std::vector<std::size_t> open;
+  std::set_union(before.begin(), before.end(), chosen_.begin(), chosen_.end(), std::back_inserter(open));
+  return keep(part(std::move(open), true), nullptr);
+}
+
+record::OnBoard PartOfJob::before() const {
+  if (!found_) return {};
+  record::OnBoard before{std::vector<bool>(recipe_.features.size(), true), found_->defects};
+  for (const std::size_t f : found_->left) before.whole[f] = false;
+  return before;
+}
+
+void PartOfJob::end(record::JobResult& result) {
+  if (parts_ == nullptr) return;
+  const bool nothing_new = result.board == record::Board::Untouched;
+  if (nothing_new && found_) result.board = record::Board::Begun;
+  if (!begun_) {
+    if (found_) result.to_finish = found_->to_finish;
+    return;
+  }
+  BegunPart now = part({}, found_ && found_->lost);
+  const std::vector<std::size_t> before = left_before();
+  if (nothing_new) {
+    if (found_) now.left = before;
+  } else {
+    std::set<std::string_view> lacking;
+    for (const record::Defect& d : result.defects) {
+      if (record::is_lacking(d)) lacking.insert(d.feature);
+      now.defects = now.defects || !record::is_lacking(d);
+    }
+    std::vector<std::size_t> again;  // of this job's
+    std::copy_if(chosen_.begin(), chosen_.end(), std::back_inserter(again),
+                 [&](std::size_t f) { return lacking.count(id_of(recipe_.features[f])) != 0; });
+    std::vector<std::size_t> untried;
+    std::set_difference(before.begin(), before.end(), chosen_.begin(), chosen_.end(), std::back_inserter(untried));
+    std::set_union(untried.begin(), untried.end(), again.begin(), again.end(), std::back_inserter(now.left));
+  }
+  const auto done = now.left.empty() ? parts_->forget(now.serial) : keep(std::move(now), &result);
+  if (!done) record::add_error(result, done.error());
+}
+
+}  // namespace gantry::desk

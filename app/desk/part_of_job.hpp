@@ -1,0 +1,51 @@
+// The part that one job is done on: whether it may be begun, and what is remembered of it until it is finished.
+//   PartOfJob part(parts, prepared, serial);
+//   part.may_begin(clamp_open);   part.begin();   owner.run(..., {.before = part.before()});   part.end(result);
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/desk/begun_parts.hpp"
+#include "app/desk/prepare.hpp"
+#include "app/record/job_result.hpp"
+#include "core/error.hpp"
+#include "recipes/recipe.hpp"
+
+namespace gantry::desk {
+
+class PartOfJob {
+ public:
+  /// `parts` null: none is remembered, and every part may be begun. All outlive it.
+  PartOfJob(BegunParts* parts, const Prepared& prepared, std::string serial);
+
+  /// Fault::Refused where the part was begun and not finished, unless --from or --only says what it lacks and the
+  /// recipe is the one that it was begun with.
+  Result<void> may_begin(bool clamp_open);
+  /// From here on it counts as begun, whatever happens to this program.
+  Result<void> begin();
+  /// What lies on it already.
+  [[nodiscard]] record::OnBoard before() const;
+  /// After the job, also after one that was refused: what is left is remembered, or the part is finished.
+  void end(record::JobResult& result);
+
+ private:
+  [[nodiscard]] Error refusal() const;
+  /// The part of this job, as jobs before it have left it.
+  [[nodiscard]] BegunPart part(std::vector<std::size_t> left, bool lost) const;
+  /// What was not whole on it before.
+  [[nodiscard]] std::vector<std::size_t> left_before() const;
+  [[nodiscard]] Result<void> keep(BegunPart part, record::JobResult* result);
+  [[nodiscard]] std::string named() const;
+
+  BegunParts* parts_;
+  const recipes::Recipe& recipe_;
+  bool all_;  ///< the whole recipe is asked for, without a word about what lies there
+  std::string serial_, sha256_;
+  std::string began_;  ///< UTC; of the first job on it
+  std::vector<std::size_t> chosen_;
+  std::optional<BegunPart> found_;
+  bool begun_ = false;
+};
+
+}  // namespace gantry::desk

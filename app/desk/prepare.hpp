@@ -1,0 +1,25 @@
+// A recipe, loaded, compiled and proved for a machine: what a job needs before a machine is asked for.
+//   auto prepared = prepare(machine, "board.yaml", {.only = {"dam"}});     // Checked<Prepared>: every mistake, with
+//   its place
+#pragma once
+#include <string>
+
+#include "app/job/prove.hpp"
+#include "config/machine.hpp"
+#include "core/error.hpp"
+#include "recipes/job.hpp"
+#include "recipes/selection.hpp"
+
+namespace gantry::desk {
+
+struct Prepared {
+  recipes::Recipe recipe;
+  recipes::Job job;  ///< of what is selected
+  recipes::Selection selection;
+  Result<job::NominalProof> proof;  ///< its error: the job is not feasible, and nothing may move
+};
+
+Checked<Prepared> prepare(const config::Machine& machine, const std::string& recipe_file,
+                          const recipes::Selection& selection = {});
+
+}  // namespace gantry::desk

@@ -1,0 +1,61 @@
+#include "app/job/cut_bead.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/job/limits.hpp"
+#include "motion/rt/compensation.hpp"
+
+namespace gantry::job {
+namespace {
+
+constexpr std::size_t kCycles = 4096;  // that are kept: a stop takes fewer
+
+int delay_ticks(const config::Machine& machine) {
+  AxisVec delays{};
+  for (std::size_t i = 0; i < machine.axes.size(); ++i) delays[i] = machine.axes[i].response_delay_s;
+  return motion::Compensation(limits_of(machine), delays).delay_ticks();
+}
+
+}  // namespace
+
+CutWatch::CutWatch(const config::Machine& machine)
+    : tick_s_(seconds(machine.bus.cycle)), delay_ticks_(delay_ticks(machine)) {}
+
+void CutWatch::begin() {
+  seen_.clear();
+  cut_.reset();
+}
+
+void CutWatch::see(const WayCycle& cycle) {
+  if (seen_.size() == kCycles) seen_.pop_front();
+  seen_.push_back(cycle);
+  if (cycle.valve_cut && !cut_) cut_ = cycle.cycle;
+}
+
+std::optional<double> CutWatch::shut_at_mm(double close_lead_s) const {
+  if (!cut_) return std::nullopt;
+  const double at = static_cast<double>(*cut_ - delay_ticks_) + close_lead_s / tick_s_;
+  const auto later =
+      std::find_if(seen_.begin(), seen_.end(), [&](const WayCycle& c) { return static_cast<double>(c.cycle) >= at; });
+  if (later == seen_.end()) return seen_.back().way_mm;
+  if (later == seen_.begin()) return later->way_mm;
+  const WayCycle &a = *std::prev(later), &b = *later;
+  const double part = (at - static_cast<double>(a.cycle)) / static_cast<double>(b.cycle - a.cycle);
+  return a.way_mm + part * (b.way_mm - a.way_mm);
+}
+
+std::optional<Laid> laid_part(const std::deque<motion::Segment>& segments, std::size_t feature, double shut_at_mm,
+                              double before_mm) {
+  double way_mm = 0;
+  std::optional<double> opens, shuts;
+  for (const motion::Segment& s : segments) {
+    if (s.feature == feature)
+      for (const motion::OutputEvent& e : s.events) (e.dispense ? opens : shuts) = way_mm + e.at_s;
+    if (s.kind != motion::SegmentKind::Dwell) way_mm += s.geometry.length;
+  }
+  if (!opens || !shuts) return std::nullopt;
+  return Laid{before_mm + std::max(0.0, shut_at_mm - *opens), before_mm + *shuts - *opens};
+}
+
+}  // namespace gantry::job

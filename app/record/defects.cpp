@@ -1,0 +1,220 @@
+#include "app/record/defects.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <variant>
+
+namespace gantry::record {
+namespace {
+
+using job::FeatureState;
+using Kind = Defect::Kind;
+
+bool has_shut(const Deposit& shot) { return shot.closed_cycle != 0; }
+
+double from_above_mm(Vec3 a, Vec3 b) { return std::hypot(a.x - b.x, a.y - b.y); }
+
+double length_mm(const std::vector<Vec3>& path) {
+  double mm = 0;
+  for (std::size_t i = 1; i < path.size(); ++i) mm += from_above_mm(path[i - 1], path[i]);
+  return mm;
+}
+
+/// One job's features, one after the other.
+class Judge {
+ public:
+  Judge(JobResult& result, const recipes::Recipe& recipe, double cycle_s)
+      : result_(result), recipe_(recipe), cycle_s_(cycle_s) {
+    for (const Deposit& d : result.deposits)
+      if (on_feature(d)) deposits_.emplace(d.id, &d);
+  }
+
+  void feature(std::size_t index, FeatureState state) {
+    if (state == FeatureState::LeftOut) return left_out(index);
+    std::visit([&](const auto& each) { judge(each, state); }, recipe_.features[index]);
+  }
+
+  void off_speed(const job::OffSpeed& seen) {
+    const auto& bead = std::get<recipes::Bead>(recipe_.features[seen.feature]);
+    add(bead.id, Kind::Speed,
+        fmt::format("dispensed at {:.3g} mm/s instead of {:.3g} mm/s, {:.1f} mm of it off its speed", seen.worst_mm_s,
+                    seen.asked_mm_s, seen.length_mm));
+  }
+
+  void extra() {
+    for (const Deposit& d : result_.deposits)
+      if (d.id.empty() && !d.board_mm.empty() && used_.count(&d) == 0) add_extra(d);
+  }
+
+  void reference() {
+    if (recipe_.marks.empty() && recipe_.placement != recipes::Placement::Fixture)
+      add("", Kind::Reference,
+          "nothing said where the board lay; give the recipe marks, or `placement: fixture` where a fixture holds it");
+  }
+
+ private:
+  void add(const std::string& id, Kind kind, std::string message) {
+    if (const auto why = result_.stays_cut.find(id); kind == Kind::Cut && why != result_.stays_cut.end())
+      message += "; not joined: " + why->second;
+    result_.defects.push_back({id, kind, std::move(message)});
+  }
+
+  /// What stands of a feature for sure; null: nothing, and it was told.
+  const Deposit* deposit_of(const std::string& id, FeatureState state) {
+    if (!result_.has_world) {
+      if (state == FeatureState::Open) add(id, Kind::Missing, "not dispensed");
+      if (state == FeatureState::Interrupted) add(id, Kind::Cut, "cut by a stop, or kept dry by it");
+      if (state == FeatureState::Doubtful) add(id, Kind::Cut, "nobody saw how far it came");
+      return nullptr;
+    }
+    const auto found = deposits_.find(id);
+    if (found != deposits_.end()) return found->second;
+    add(id, Kind::Missing, state == FeatureState::Open ? "not dispensed" : "nothing of it lies on the board");
+    return nullptr;
+  }
+
+  /// What lies there of this job is one too many.
+  void left_out(std::size_t index) {
+    const std::string& id = recipes::id_of(recipe_.features[index]);
+    if (const auto found = deposits_.find(id); found != deposits_.end())
+      add(id, Kind::Extra, "dispensed by a job that leaves it out");
+  }
+
+  void judge(const recipes::Dot& dot, FeatureState state) {
+    const Deposit* d = deposit_of(dot.id, state);
+    const recipes::Material* m = recipes::find_material(recipe_, dot.material);
+    if (d == nullptr || m == nullptr || d->nominal_mm.empty()) return;
+    const auto shot_s = [&](const Deposit& shot) {
+      return static_cast<double>(shot.closed_cycle - shot.opened_cycle) * cycle_s_;
+    };
+    const auto full = [&](const Deposit& shot) {
+      return has_shut(shot) && shot_s(shot) >= m->dot_time * (1 - m->speed_tolerance) - cycle_s_;
+    };
+    if (state != FeatureState::Done && !full(*d)) {
+      const Vec3 at = d->nominal_mm.front();
+      if (!given_again(
+              [&](const Deposit& o) { return full(o) && from_above_mm(o.board_mm.front(), at) <= m->tolerance_mm; }))
+        return add(dot.id, Kind::Cut,
+                   has_shut(*d)
+                       ? fmt::format("a shot of {:.0f} ms instead of {:.0f} ms", shot_s(*d) * 1e3, m->dot_time * 1e3)
+                       : std::string("its shot was still open when the job ended"));
+      return add_extra(*d);
+    }
+    if (d->error_mm > m->tolerance_mm) add(dot.id, Kind::Beside, beside(d->error_mm, m->tolerance_mm));
+    gap(dot.id, *d, *m);
+  }
+
+  void judge(const recipes::Bead& bead, FeatureState state) {
+    const Deposit* d = deposit_of(bead.id, state);
+    const recipes::Material* m = recipes::find_material(recipe_, bead.material);
+    if (d == nullptr || m == nullptr || d->nominal_mm.empty() || d->board_mm.empty()) return;
+    const Vec3 start = d->nominal_mm.front(), end = d->nominal_mm.back();
+    const double start_off_mm = from_above_mm(d->board_mm.front(), start),
+                 end_off_mm = from_above_mm(d->board_mm.back(), end),
+                 allowed_mm = m->tolerance_mm + bead.corner_tolerance;
+    const bool ends = start_off_mm <= m->tolerance_mm && end_off_mm <= m->tolerance_mm;
+    if ((!ends || !(d->error_mm <= allowed_mm)) && state != FeatureState::Done) {
+      const double nearly_all_mm =
+          length_mm(d->nominal_mm) - 2 * allowed_mm * static_cast<double>(d->nominal_mm.size());
+      if (!given_again([&](const Deposit& o) {
+            return from_above_mm(o.board_mm.front(), start) <= m->tolerance_mm &&
+                   from_above_mm(o.board_mm.back(), end) <= m->tolerance_mm && length_mm(o.board_mm) >= nearly_all_mm;
+          }))
+        return add(bead.id, Kind::Cut,
+                   fmt::format("cut by a stop: it starts {:.2f} mm from its start and ends {:.2f} mm from its end",
+                               start_off_mm, end_off_mm));
+      return add_extra(*d);
+    }
+    joins(bead.id, *d, *m);
+    if (!ends || !(d->error_mm <= allowed_mm))
+      add(bead.id, Kind::Beside, beside(std::max({d->error_mm, start_off_mm, end_off_mm}), allowed_mm));
+    gap(bead.id, *d, *m);
+  }
+
+  /// A stop that took the valve's command back lets it be given again: then the whole of it lies over the drop that had
+  /// come out.
+  template <class Whole>
+  bool given_again(Whole&& whole) {
+    for (const Deposit& d : result_.deposits)
+      if (d.id.empty() && !d.board_mm.empty() && used_.count(&d) == 0 && has_shut(d) && whole(d))
+        return used_.insert(&d).second;
+    return false;
+  }
+
+  void add_extra(const Deposit& d) {
+    add("", Kind::Extra,
+        fmt::format("a {} at ({:.2f}, {:.2f}) mm that no feature asks for", d.kind, d.board_mm.front().x,
+                    d.board_mm.front().y));
+  }
+
+  void joins(const std::string& id, const Deposit& d, const recipes::Material& m) {
+    for (const double missing_mm : d.joins_mm)
+      if (missing_mm > m.tolerance_mm)
+        add(id, Kind::Cut, fmt::format("{:.3f} mm are missing where it was cut and joined again", missing_mm));
+      else if (missing_mm < -m.tolerance_mm)
+        add(id, Kind::Extra, fmt::format("{:.3f} mm lie twice where it was cut and joined again", -missing_mm));
+  }
+
+  void gap(const std::string& id, const Deposit& d, const recipes::Material& m) {
+    if (std::abs(d.gap_mm - m.gap) <= m.gap_tolerance_mm) return;
+    add(id, Kind::Gap,
+        fmt::format("dispensed at a gap of {:.3f} mm instead of {:.3f} mm; {:.3g} mm are allowed", d.gap_mm, m.gap,
+                    m.gap_tolerance_mm));
+  }
+
+  static std::string beside(double off_mm, double allowed_mm) {
+    return fmt::format("{:.3f} mm beside its place; {:.3g} mm are allowed", off_mm, allowed_mm);
+  }
+
+  JobResult& result_;
+  const recipes::Recipe& recipe_;
+  double cycle_s_;
+  std::unordered_map<std::string, const Deposit*> deposits_;
+  std::set<const Deposit*> used_;  ///< of those on no feature: given again
+};
+
+}  // namespace
+
+void judge_board(JobResult& result, const recipes::Recipe& recipe, const Seen& seen, double cycle_s) {
+  result.defects.clear();
+  const bool dispensed = std::any_of(result.deposits.begin(), result.deposits.end(),
+                                     [](const Deposit& d) { return d.kind != sim::kPurgeKind; });
+  const bool begun = dispensed || std::any_of(seen.features.begin(), seen.features.end(), [](FeatureState s) {
+                       return s != FeatureState::Open && s != FeatureState::LeftOut;
+                     });
+  if (!begun && result.exit_code != ExitCode::Done) {
+    result.board = Board::Untouched;
+    return;
+  }
+  Judge judge(result, recipe, cycle_s);
+  for (std::size_t i = 0; i < seen.features.size(); ++i) judge.feature(i, seen.features[i]);
+  for (const job::OffSpeed& each : seen.off_speed) judge.off_speed(each);
+  judge.extra();
+  judge.reference();
+  bool lacks = std::any_of(result.defects.begin(), result.defects.end(), is_lacking);
+  for (std::size_t i = 0; i < seen.features.size(); ++i)
+    lacks =
+        lacks || (seen.features[i] == FeatureState::LeftOut && !(i < seen.before.whole.size() && seen.before.whole[i]));
+  const bool good = result.defects.empty() && !seen.before.defects;
+  result.board = !begun ? Board::Untouched : lacks ? Board::Begun : good ? Board::Whole : Board::Defects;
+  if (result.exit_code == ExitCode::Done && !result.defects.empty()) result.exit_code = kDoneWithDefects;
+}
+
+bool is_lacking(const Defect& defect) { return defect.kind == Kind::Missing || defect.kind == Kind::Cut; }
+
+std::string_view name(Board board) {
+  constexpr std::array<std::string_view, 4> kNames{"untouched", "begun", "whole", "defects"};
+  return kNames[static_cast<std::size_t>(board)];
+}
+
+std::string_view name(Kind kind) {
+  constexpr std::array<std::string_view, 7> kNames{"missing", "cut", "beside", "gap", "speed", "extra", "reference"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+}  // namespace gantry::record

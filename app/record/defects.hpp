@@ -1,0 +1,34 @@
+// Whether a job that says "done" is done: what is wrong with its deposits, feature by feature, as far as the machine
+// can know; where a world was asked, by what lies on its board.
+//   judge_board(result, recipe, {state.features, watch.off_speed()}, cycle_s);    // result.defects, .board, .exit_code
+// Where a world knows, it decides where deposits lie and how much of them; what a stop has cut counts only where it
+// shows.
+#pragma once
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "app/job/job_state.hpp"
+#include "app/job/speed_watch.hpp"
+#include "app/record/job_result.hpp"
+#include "recipes/recipe.hpp"
+
+namespace gantry::record {
+
+/// What the controller has seen of its features.
+struct Seen {
+  std::span<const job::FeatureState> features;  ///< by index in Recipe::features
+  std::vector<job::OffSpeed> off_speed;
+  OnBoard before{};
+};
+
+/// After the world was asked. An error's exit code stays.
+void judge_board(JobResult& result, const recipes::Recipe& recipe, const Seen& seen, double cycle_s);
+
+/// Something of the feature is not on the board.
+bool is_lacking(const Defect& defect);
+
+std::string_view name(Board board);        ///< "untouched", "begun", "whole", "defects"
+std::string_view name(Defect::Kind kind);  ///< "missing", "cut", "beside", "gap", "speed", "extra", "reference"
+
+}  // namespace gantry::record

@@ -1,0 +1,129 @@
+// A feature that a hold has cut: where it was cut, the needle off it, and what is left of a bead joined to what lies.
+#include <algorithm>
+#include <fmt/format.h>
+
+#include "app/run/runner.hpp"
+#include "config/inputs.hpp"
+#include "core/log.hpp"
+#include "motion/profile/speed_profile.hpp"
+
+namespace gantry::run {
+namespace {
+
+constexpr double kWhole_mm = 0.02;  // of a bead that are no worth going back for
+
+}  // namespace
+
+std::optional<Ahead> Runner::ahead() const {
+  const cycle::Snapshot& s = site_.control.latest();
+  const bool open = (s.outputs & config::bit(config::Output::Valve)) != 0;
+  if (playing_ == nullptr || s.block != block_ || !open) return std::nullopt;
+  double way_mm = 0, left_s = 0;
+  std::uint32_t feature = s.feature;
+  for (const motion::Segment& segment : *playing_) {
+    const bool moves = segment.kind != motion::SegmentKind::Dwell;
+    const double end_mm = way_mm + (moves ? segment.geometry.length : 0);
+    const bool behind = end_mm < s.way_mm || (!moves && segment.feature != feature);
+    if (!behind) {
+      if (feature == motion::kTravel) feature = segment.feature;  // the valve opens ahead of it
+      if (segment.feature != feature && left_s > 0) break;
+      if (segment.feature == feature) {
+        const double gone_s = moves ? motion::time_at(segment.nominal, std::max(0.0, s.way_mm - way_mm)) : 0;
+        left_s += motion::duration(segment.nominal) - std::min(gone_s, motion::duration(segment.nominal));
+      }
+    }
+    way_mm = end_mm;
+  }
+  if (feature >= recipe_.features.size()) return std::nullopt;
+  return Ahead{recipes::id_of(recipe_.features[feature]), left_s / std::min(1.0, s.override_factor)};
+}
+
+void Runner::note_cut(const std::vector<job::FeatureState>& before, const std::deque<motion::Segment>& segments) {
+  cut_.reset();
+  watch_ = {};
+  for (std::size_t f = 0; f < state_.features.size() && !cut_; ++f)
+    if (state_.features[f] == job::FeatureState::Interrupted && before[f] != job::FeatureState::Interrupted) cut_ = f;
+  if (!cut_) return;  // what lies of a bead that was to be joined is as it was
+  laid_.reset();
+  joining_.reset();
+  const auto* bead = std::get_if<recipes::Bead>(&recipe_.features[*cut_]);
+  if (bead == nullptr) return;
+  const recipes::Material& m = *recipes::find_material(recipe_, bead->material);
+  if (const auto shut_mm = cut_watch_.shut_at_mm(m.valve_close_lead))
+    laid_ = job::laid_part(segments, *cut_, *shut_mm, job::laid_mm(state_.laid, *cut_));
+}
+
+Result<void> Runner::stand_by(std::size_t feature) {
+  standing_by_ = true;
+  part_lost_.reset();
+  const auto stood = hold_off(feature);
+  standing_by_ = false;
+  if (stood && part_lost_) return tl::unexpected(*part_lost_);
+  return stood;
+}
+
+Result<void> Runner::hold_off(std::size_t feature) {
+  doing_ = fmt::format("on hold, on '{}'", recipes::id_of(recipe_.features[feature]));
+  if (auto up = planner_.lift(next_block("needle"), at_, feature); !up)
+    log::warn("the needle stays on what it dispenses: {}", up.error().message);
+  else if (auto lifted = play(std::move(up), When::OnHold); !lifted)
+    return tl::unexpected(lifted.error());
+  return site_.control.wait_for_resume([this] { return part_lost_.has_value(); });
+}
+
+void Runner::watch_part(const cycle::Snapshot& s) {
+  const auto low = [&](config::Input input) { return config::is_low(site_.machine, s.inputs, input); };
+  const auto lost = [&](Fault fault) { part_lost_ = Error{fault, std::string(info(fault).text), ""}; };
+  if (part_lost_) return;
+  if (low(config::Input::ClampClosed)) lost(Fault::ClampOpen);
+  if (low(config::Input::Mode)) lost(Fault::ModeChanged);
+}
+
+void Runner::note_joined(const cycle::Snapshot& s) {
+  if (!joining_ || state_.features[joining_->feature] != job::FeatureState::Begun) return;
+  joining_->told.after_s = static_cast<double>(s.time_ns - joining_->shut_ns) * 1e-9;
+  result_.joined.push_back(joining_->told);
+  joining_.reset();
+}
+
+/// Joined is what can be joined; what cannot stays cut, and the job goes on with the next feature.
+Result<job::JobState> Runner::join(std::size_t feature) {
+  const std::string& id = recipes::id_of(recipe_.features[feature]);
+  joining_.reset();
+  const auto stays_cut = [&](const std::string& why) {
+    log::warn("'{}' stays cut: {}", id, why);
+    result_.stays_cut[id] = why;
+    job::JobState cut = state_;
+    cut.features[feature] = job::FeatureState::Interrupted;
+    return cut;
+  };
+  if (std::holds_alternative<recipes::Dot>(recipe_.features[feature])) return stays_cut("a dot cannot be joined");
+  if (!laid_) return stays_cut("nobody saw where its valve shut");
+  const auto& bead = std::get<recipes::Bead>(recipe_.features[feature]);
+  const recipes::Material& m = *recipes::find_material(recipe_, bead.material);
+  const double left_mm = laid_->all_mm - laid_->mm;
+  if (left_mm <= kWhole_mm) {
+    job::JobState whole = state_;
+    whole.features[feature] = job::FeatureState::Done;
+    return whole;
+  }
+  const double shut_s = site_.control.valve_shut_s().value_or(0);
+  if (shut_s > m.rejoin_within_s)
+    return stays_cut(
+        fmt::format("its valve has been shut for {:.1f} s, and material '{}' is to be joined within {:.6g} s "
+                    "('rejoin_within')",
+                    shut_s, m.name, m.rejoin_within_s));
+  if (left_mm / m.speed <= m.valve_close_lead - m.valve_open_lead)
+    return stays_cut(fmt::format("the {:.3f} mm that are left are too short for the valve", left_mm));
+  const job::LaidPart part{feature, laid_->mm};
+  if (const auto tried = planner_.dispense(block_, at_, {feature}, {part}); !tried) {
+    if (tried.error().fault == Fault::Aborted) return tl::unexpected(tried.error());
+    return stays_cut(tried.error().message);
+  }
+  log::info("'{}' is joined {:.2f} mm from its start, {:.1f} s after it was cut", id, part.mm, shut_s);
+  joining_ =
+      Joining{feature, {id, part.mm, shut_s}, site_.control.latest().time_ns - static_cast<std::int64_t>(shut_s * 1e9)};
+  return job::after_cut(state_, part);
+}
+
+}  // namespace gantry::run

@@ -1,0 +1,153 @@
+// What the head carries: whether its tools are there, whether a body that the proofs know ends where a tool works, and
+// whether probe and camera can do what is asked of them.
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <set>
+
+#include "config/machine_file.hpp"
+#include "config/upright.hpp"
+#include "core/axis_vec.hpp"
+
+namespace gantry::config {
+namespace {
+
+using written::MachineFile;
+using written::ToolRow;
+
+constexpr double kLeastSlack_mm = 0.1;  // of a tip and the end of its body, where nothing is kept clear
+
+/// How far a tool's working point is from the lower end of a body.
+double from_end(const Body& body, const Vec3& tip) {
+  const double bottom = body.centre.z - body.shape.size.z / 2;
+  const double beside_x = std::max(0.0, std::abs(tip.x - body.centre.x) - body.shape.size.x / 2),
+               beside_y = std::max(0.0, std::abs(tip.y - body.centre.y) - body.shape.size.y / 2);
+  return std::hypot(beside_x, beside_y, tip.z - bottom);
+}
+
+/// What touches or nearly touches the board must be known to the proofs: one that keeps every body clear knows nothing
+/// of a tip that stands out of all of them.
+void check_tip(const Machine& m, const ToolRow& row, Mistakes& mistakes) {
+  const double slack = std::max(m.clearance_mm, kLeastSlack_mm);
+  const Body* nearest = nullptr;
+  for (const Body& body : m.head)
+    if (nearest == nullptr || from_end(body, row.tip) < from_end(*nearest, row.tip)) nearest = &body;
+  if (nearest == nullptr) return;
+  if (const double off = from_end(*nearest, row.tip); off > slack)
+    mistakes.add(Fault::Inconsistent,
+                 fmt::format("the tip of '{}' is {:.4g} mm from the lower end of the nearest body of the head ('{}'), "
+                             "more than the {:.4g} mm that are kept clear: no proof would know of it; give it a body "
+                             "under head: bodies: that ends at its tip, or correct one of the two",
+                             row.name, off, nearest->name, slack),
+                 row.place);
+  else if (row.lift_mm.value > 0 && !nearest->on_lift)
+    mistakes.add(
+        Fault::Inconsistent,
+        fmt::format("'{}' works with the lift down, and its body '{}' does not ride on it; write on_lift: true "
+                    "there, or leave `lift` out",
+                    row.name, nearest->name),
+        row.lift_mm.place);
+}
+
+void check_probe(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+  const Axis& z = m.axes[m.z.value];
+  const StationProfile& probe = m.stations[m.axes[m.probe.axis.value].drives.front().station.value].profile;
+  if (m.probe.axis != m.z && z.kind == AxisKind::Streamed)
+    mistakes.add(
+        Fault::Inconsistent,
+        fmt::format("a touch goes down by axis {}, so that its drive must latch; write axis: {}", z.name, z.name),
+        file.probe.axis.place);
+  else if (!find_object(probe, {0x60B8, 0}))
+    mistakes.add(Fault::Inconsistent, fmt::format("{} has no probe input (60B8h)", probe.title), file.probe.axis.place);
+  if (m.probe.travel_mm <= m.probe.approach_mm)
+    mistakes.add(
+        Fault::Inconsistent,
+        fmt::format("gives up after {:.6g} mm, and the surface is {:.6g} mm below where it begins (`approach`); "
+                    "write more",
+                    m.probe.travel_mm, m.probe.approach_mm),
+        file.probe.travel_mm.place);
+  for (const auto* at : {&file.probe.speed_mm_s, &file.probe.fast_mm_s})
+    if (at->given() && at->value > z.v_max)
+      mistakes.add(Fault::OutOfRange,
+                   fmt::format("more than v_max of axis {}, {:.6g} mm/s; write that or less", z.name, z.v_max),
+                   at->place);
+}
+
+/// The axes stand still until the answer: an exposure that is not over by then has none.
+void check_camera(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+  if (m.camera.exposure_s >= m.camera.answer_latency_s)
+    mistakes.add(
+        Fault::Inconsistent,
+        fmt::format("camera: an exposure of {:.6g} ms is not over when its answer takes effect, {:.6g} ms after "
+                    "the trigger (`answer_latency`); write a shorter `exposure`, or a longer `answer_latency`",
+                    m.camera.exposure_s * 1e3, m.camera.answer_latency_s * 1e3),
+        file.camera_place);
+}
+
+/// Where a job ends, bodies of the head may not stand in those of the scene.
+void check_park(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+  AxisVec at{};
+  for (const auto& [axis, position] : m.park) at[axis.value] = position;
+  for (Body body : m.head) {
+    const double down_mm = body.on_lift && m.u ? at[m.u->value] : 0;
+    body.centre = body.centre + Vec3{at[m.x.value], at[m.y.value], at[m.z.value] - down_mm};
+    for (const Body& stands : m.scene) {
+      if (!in_one_another(upright(body), upright(stands), 0)) continue;
+      mistakes.add(Fault::Inconsistent,
+                   fmt::format("park: there the head's body '{}' is in '{}' of the scene; write another position, or "
+                               "correct that body",
+                               body.name, stands.name),
+                   file.park.front().place);
+      return;
+    }
+  }
+}
+
+}  // namespace
+
+void check_head(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+  for (const std::string_view needed : {"needle", "camera", "probe"})
+    if (!find_tool(m, needed))
+      mistakes.add(Fault::MissingKey, fmt::format("tool '{}' is missing under head: tools:", needed), {1, 1});
+  for (const auto& row : file.head.tools) {
+    if (row.name != "camera") check_tip(m, row, mistakes);  // the camera's is a point in focus
+    if (!row.lift_mm.given()) continue;
+    if (!m.u) {
+      mistakes.add(Fault::Inconsistent, "no axis has the role `lift`", row.lift_mm.place);
+    } else if (const Axis& u = m.axes[m.u->value]; row.lift_mm.value < u.p_min || row.lift_mm.value > u.p_max) {
+      mistakes.add(Fault::OutOfRange, fmt::format("outside the travel of axis {}", u.name), row.lift_mm.place);
+    }
+  }
+  std::set<std::string> names;
+  for (const auto& row : file.head.bodies) names.insert(row.name);
+  for (const auto& row : file.scene)
+    if (names.count(row.name))
+      mistakes.add(Fault::DuplicateKey, fmt::format("the head has a body '{}' too; messages name bodies", row.name),
+                   row.place);
+  check_probe(m, file, mistakes);
+  check_camera(m, file, mistakes);
+  check_park(m, file, mistakes);
+}
+
+std::vector<std::string> head_notes(const Machine& m) {
+  std::vector<std::string> out;
+  const auto presses_in = [&](std::string_view key, double speed_mm_s, std::string_view remedy) {
+    if (speed_mm_s > kVirtualProbeBears_mm_s)
+      out.push_back(
+          fmt::format("warning: probe: {} is {:.6g} mm/s, and the probe is pressed in for 25 ms and a stop "
+                      "({:.2g} mm); the virtual one bears {:.6g} mm/s. {}",
+                      key, speed_mm_s, speed_mm_s * 0.025 + speed_mm_s * speed_mm_s / (2 * m.axes[m.z.value].a_max),
+                      kVirtualProbeBears_mm_s, remedy));
+  };
+  presses_in("speed", m.probe.speed_mm_s, "State a slow one, and `fast` for a first touch");
+  presses_in("fast", m.probe.fast_mm_s, "Write that or less, or what the probe's maker allows");
+  const double half_mm = std::min(m.camera.width_px, m.camera.height_px) * m.camera.mm_per_px / 2;
+  if (m.camera.search_mm > half_mm)
+    out.push_back(
+        fmt::format("warning: camera: search looks {:.4g} mm far, and half of the image is {:.4g} mm: a mark "
+                    "farther off is not in it",
+                    m.camera.search_mm, half_mm));
+  return out;
+}
+
+}  // namespace gantry::config

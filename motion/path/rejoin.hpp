@@ -1,0 +1,36 @@
+// A bead that was cut is joined again: what is left of its plan, and a run-up that comes down onto it. The geometry and
+// the speeds of what is left are those of the whole bead, so that a joined bead is the one that was planned.
+//   std::vector<Run> rest = runs_from(measure, runs, limits, v_set, 31.2);
+//   Result<std::vector<Run>> run_up = run_up_from_above(limits, measure, {jet, v0, a0}, {z, 0.6}, 0.5);
+// Off the RT side.
+#pragma once
+#include <vector>
+
+#include "core/error.hpp"
+#include "motion/path/run.hpp"
+
+namespace gantry::motion {
+
+/// What is left of planned runs from `begin_mm` on; empty where nothing is. A straight one that is cut begins as fast
+/// as it can.
+[[nodiscard]] std::vector<Run> runs_from(const Measure& measure, const std::vector<Run>& runs, const Limits& limits,
+                                         double v_set, double begin_mm);
+
+/// Where a run-up ends: place, direction and curvature, speed and acceleration there.
+struct Join {
+  CurveJet at;
+  double v = 0, a = 0;
+};
+
+/// How high above the join's height it starts, and on which axis that counts.
+struct Lift {
+  std::size_t axis = 0;
+  double mm = 0;
+};
+
+/// From rest to the join, in whole ticks; it comes down on the join's tangent, bent as the bead is bent there, and is
+/// above the bead until it ends. Fault::NoSolution where no such way is within the limits.
+[[nodiscard]] Result<std::vector<Run>> run_up_from_above(const Limits& limits, const Measure& measure, const Join& join,
+                                                         const Lift& lift);
+
+}  // namespace gantry::motion

@@ -1,0 +1,163 @@
+#include "motion/plan/search_path.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "motion/plan/random_tree.hpp"
+#include "motion/plan/shorten.hpp"
+
+namespace gantry::motion {
+namespace {
+
+constexpr double kLimitRounding = 1e-9;
+constexpr double kGoodEnough = 1.03;       // times the straight line: no other way is looked for
+constexpr double kWorthShortening = 1.25;  // times the best: a path of chance that is longer is not worth the work
+
+Vec3 position(const Scene& scene, const AxisVec& q) { return {q[scene.x()], q[scene.y()], q[scene.z()]}; }
+
+/// Positions of the carrying axes while all others stand.
+class Carried {
+ public:
+  Carried(const Scene& scene, const Margins& margins, const AxisVec& others)
+      : scene_(scene), margins_(margins), others_(others) {}
+
+  [[nodiscard]] AxisVec at(Vec3 p) const {
+    AxisVec q = others_;
+    q[scene_.x()] = p.x, q[scene_.y()] = p.y, q[scene_.z()] = p.z;
+    return q;
+  }
+  [[nodiscard]] bool clear(Vec3 a, Vec3 b) const { return is_clear(scene_, at(a), at(b), margins_); }
+  [[nodiscard]] Vec3 low() const {
+    const auto& a = scene_.axes();
+    return {a[scene_.x()].p_min, a[scene_.y()].p_min, a[scene_.z()].p_min};
+  }
+  [[nodiscard]] Vec3 high() const {
+    const auto& a = scene_.axes();
+    return {a[scene_.x()].p_max, a[scene_.y()].p_max, a[scene_.z()].p_max};
+  }
+  [[nodiscard]] std::vector<CellPair> pairs() const {
+    std::vector<CellPair> out;
+    out.reserve(scene_.head().size() * scene_.standing().size());
+    for (std::size_t i = 0; i < scene_.head().size(); ++i) {
+      const SceneBody& body = scene_.head()[i];
+      const Solid there = moved(body.solid, scene_.carried(body, at({})));
+      for (std::size_t k = 0; k < scene_.standing().size(); ++k)
+        out.emplace_back(difference(there, scene_.standing()[k].solid), margins_.of(i, k));
+    }
+    return out;
+  }
+
+ private:
+  const Scene& scene_;
+  const Margins& margins_;
+  AxisVec others_;
+};
+
+std::uint64_t seed_of(const Scene& scene, Vec3 from, Vec3 to) {
+  std::uint64_t h = scene.hash();
+  for (const double v : {from.x, from.y, from.z, to.x, to.y, to.z}) {
+    h ^= std::bit_cast<std::uint64_t>(v + 0.0);
+    h *= 0x9e3779b97f4a7c15ULL;
+    h ^= h >> 29;
+  }
+  return h;
+}
+
+struct Best {
+  std::vector<Vec3> points;
+  double length_mm = 0;
+  PathKind kind = PathKind::Detour;
+  void offer(std::vector<Vec3> other, PathKind of) {
+    if (other.empty()) return;
+    const double length = length_of(other);
+    if (points.empty() || length < length_mm) points = std::move(other), length_mm = length, kind = of;
+  }
+};
+
+}  // namespace
+
+std::optional<std::size_t> beyond_limits(const Scene& scene, const AxisVec& q) {
+  for (std::size_t i = 0; i < scene.axes().size(); ++i) {
+    const Scene::Axis& a = scene.axes()[i];
+    if (!(q[i] >= a.p_min - kLimitRounding && q[i] <= a.p_max + kLimitRounding)) return i;
+  }
+  return std::nullopt;
+}
+
+SearchAnswer search_path(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
+                         const SearchBudget& budget) {
+  SearchAnswer out;
+  for (const bool start : {true, false}) {
+    const AxisVec& end = start ? from : to;
+    out.status = start ? SearchStatus::StartCollides : SearchStatus::GoalCollides;
+    if (out.beyond = beyond_limits(scene, end); out.beyond) return out;
+    if (out.hit = first_hit(scene, end, end, margins); out.hit) return out;
+  }
+  if (!is_clear(scene, from, to, margins)) {
+    const auto over = lift_over(scene, from, to, margins);
+    return search_around(scene, from, to, margins, budget, over ? &*over : nullptr);
+  }
+  out.status = SearchStatus::Ok;
+  out.kind = from == to ? PathKind::Standstill : PathKind::Straight;
+  out.length_mm = norm(position(scene, to) - position(scene, from)), out.points = {from, to};
+  return out;
+}
+
+SearchAnswer search_around(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
+                           const SearchBudget& budget, const LiftOver* over) {
+  SearchAnswer out;
+  out.status = SearchStatus::Ok;
+
+  AxisVec others = from;
+  if (scene.has_lift()) others[scene.u()] = std::min(from[scene.u()], to[scene.u()]);
+  const Carried carried(scene, margins, others);
+  const Vec3 start = position(scene, from), goal = position(scene, to);
+  const auto finish = [&](const std::vector<Vec3>& points, PathKind kind) {
+    out.kind = kind, out.length_mm = length_of(points);
+    out.points = {from};
+    for (const Vec3 p : points)
+      if (carried.at(p) != out.points.back()) out.points.push_back(carried.at(p));
+    if (out.points.back() != to) out.points.push_back(to);
+    if (out.points.size() == 1) out.points.push_back(to), out.kind = PathKind::Standstill;
+    return out;
+  };
+  // The other axes go where they stay before X, Y and Z move, and where they end after that.
+  if (!is_clear(scene, from, carried.at(start), margins) || !is_clear(scene, carried.at(goal), to, margins)) {
+    out.status = SearchStatus::Budget;
+    return out;
+  }
+
+  const Clear clear = [&](Vec3 a, Vec3 b) { return carried.clear(a, b); };
+  Best best;
+  if (over != nullptr) {
+    std::vector<Vec3> points;
+    for (const AxisVec& q : over->points)
+      if (const Vec3 p = position(scene, q); points.empty() || p != points.back()) points.push_back(p);
+    shorten(points, clear);
+    best.offer(std::move(points), PathKind::LiftOver);
+  }
+  if (best.points.empty() || best.length_mm > kGoodEnough * norm(goal - start)) {
+    auto tree = random_tree(clear, carried.low(), carried.high(), start, goal, seed_of(scene, start, goal),
+                            budget.random_iterations);
+    if (!tree.empty()) leave_out(tree, clear);
+    if (!tree.empty() && (best.points.empty() || length_of(tree) < kWorthShortening * best.length_mm)) {
+      shorten(tree, clear);
+      best.offer(std::move(tree), PathKind::Detour);
+    }
+  }
+  if (!best.points.empty()) return finish(best.points, best.kind);
+
+  const Vec3 low = carried.low(), high = carried.high();
+  CellSearch cells(carried.pairs(), {{low.x, low.y, low.z}, {high.x, high.y, high.z}});
+  CellAnswer answer = cells.search(start, goal, budget.cuts);
+  if (answer.kind == CellAnswer::Kind::Path) {
+    shorten(answer.points, clear);
+    return finish(answer.points, PathKind::Detour);
+  }
+  out.closed_in = answer.closed_in;
+  out.status = answer.kind == CellAnswer::Kind::NoPath ? SearchStatus::NoPath : SearchStatus::Budget;
+  return out;
+}
+
+}  // namespace gantry::motion

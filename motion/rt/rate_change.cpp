@@ -1,0 +1,123 @@
+#include "motion/rt/rate_change.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "motion/geometry.hpp"
+#include "motion/rt/differences.hpp"
+
+namespace gantry::motion {
+namespace {
+
+// Where the path is slow the limits would let the rate change within a tick; it takes at least so many.
+constexpr double kLeastTicks = 8;
+
+/// Derivatives of the planned motion by planned time.
+struct Planned {
+  AxisVec q{}, n1{}, n2{}, n3{};
+};
+
+Planned planned(const PieceCursor& at, std::size_t axes) noexcept {
+  const Along x = along(at.piece().nominal, at.t());
+  const double v = x.x.v, a = x.x.a;
+  const GeometryJet g = jet(at.piece().geometry, x.x.p);
+  Planned out;
+  out.q = g.q;
+  for (std::size_t i = 0; i < axes; ++i) {
+    out.n1[i] = g.d1[i] * v;
+    out.n2[i] = g.d2[i] * v * v + g.d1[i] * a;
+    out.n3[i] = g.d3[i] * v * v * v + 3 * g.d2[i] * v * a + g.d1[i] * x.jerk;
+  }
+  return out;
+}
+
+/// What r'' may be over the next tick, by what the limits leave here.
+std::pair<double, double> room(const Planned& x, const Rate& now, const Limits& limits, double use) noexcept {
+  const double h = limits.tick_s, cap = 4 / (kLeastTicks * kLeastTicks * h * h);
+  double low = -cap, high = cap;
+  const auto within = [&](double slope, double constant, double limit) {  // |constant + slope r''| <= limit
+    const double reach = limit / std::abs(slope), middle = -constant / slope;
+    low = std::max(low, middle - reach), high = std::min(high, middle + reach);
+  };
+  const double r = now.r, next = r + now.slope * h;
+  for (std::size_t i = 0; i < limits.axes; ++i) {
+    const double later1 = x.n1[i] + h * r * x.n2[i], later2 = x.n2[i] + h * r * x.n3[i];  // at the end of the tick
+    const auto jerk = [&](double n1, double n2, double rate, double after) {
+      const double slope = n1 + 3 * n2 * rate * after;
+      if (std::abs(slope) > 1e-9)
+        within(slope, x.n3[i] * rate * rate * rate + 3 * n2 * rate * now.slope, limits.axis[i].j_max);
+    };
+    jerk(x.n1[i], x.n2[i], r, 0);
+    jerk(later1, later2, next, h);
+    if (std::abs(later1) > 1e-9) within(later1 * h, later2 * next * next + later1 * now.slope, limits.axis[i].a_max);
+  }
+  return {low < 0 ? use * low : low, high > 0 ? use * high : high};
+}
+
+}  // namespace
+
+bool RateChange::plan(PieceCursor at, const Rate& from, double to, const Recent& recent, const Limits& limits,
+                      const Vigour& vigour) noexcept {
+  const double h = limits.tick_s, highest = std::max({1.0, from.r, to}) + 1e-9;
+  auto& steps = steps_[1 - active_];
+  Differences judge(recent, limits);
+  Planned x = planned(at, limits.axes);
+  Rate now = from;
+  for (std::size_t n = 0; n < kMostTicks; ++n) {
+    const auto [low, high] = room(x, now, limits, vigour.use);
+    if (low > high) return false;
+    const double gap = to - now.r;
+    const double toward = gap > 0 ? high : low, against = gap > 0 ? low : high;
+    double bend = toward;
+    Step& step = steps[n];
+    bool landed = false;
+    if (now.slope * gap > 0) {
+      // With r'' = -r'^2/(2 gap) the slope ends where the gap does; begun when that takes the room there is.
+      const double landing = -now.slope * now.slope / (2 * gap);
+      const double next_gap = gap - h * (now.slope + bend * h / 2), next_slope = now.slope + bend * h;
+      const bool late = next_gap * gap <= 0 || next_slope * next_slope > 2 * std::abs(next_gap * against) * vigour.land;
+      if (late) bend = std::clamp(landing, low, high);
+      const double rest = 2 * gap / now.slope;
+      if (late && bend == landing && rest <= h) {
+        landed = true;
+        step = {to * h - gap * rest / 3, {to, 0}};  // r = to - gap (1 - t/rest)^2 until rest
+      }
+    } else if (gap == 0 && now.slope == 0) {
+      landed = true;
+      step = {to * h, {to, 0}};
+    }
+    if (!landed) {
+      step.ahead = h * (now.r + h * (now.slope / 2 + h * bend / 6));
+      step.end = {now.r + h * (now.slope + h * bend / 2), now.slope + h * bend};
+      if (step.end.r < 0 || step.end.r > highest || step.ahead < 0) return false;
+    }
+    const PieceCursor::Met met = at.advance(step.ahead);
+    if (met == PieceCursor::Met::Unknown) return false;
+    x = planned(at, limits.axes);
+    if (!judge.keeps_limits(x.q)) return false;
+    now = step.end;
+    if (!landed && met != PieceCursor::Met::Rest) continue;
+    for (int k = 0; k < 3; ++k) {
+      if (met == PieceCursor::Met::Way && at.advance(to * h) == PieceCursor::Met::Unknown) return false;
+      if (!judge.keeps_limits(planned(at, limits.axes).q)) return false;
+    }
+    active_ = 1 - active_;
+    next_ = 0;
+    size_ = n + 1;
+    return true;
+  }
+  return false;
+}
+
+double RateChange::ahead(double seconds, double after, double tick_s) const noexcept {
+  double sum = 0;
+  for (std::size_t n = next_; n < size_ && seconds > 0; ++n) {
+    const double share = std::min(1.0, seconds / tick_s);
+    sum += share * steps_[active_][n].ahead;
+    seconds -= share * tick_s;
+  }
+  return sum + std::max(seconds, 0.0) * after;
+}
+
+}  // namespace gantry::motion

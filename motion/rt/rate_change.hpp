@@ -1,0 +1,51 @@
+// How the rate changes at which the planned time of a path is played: to 0 for a stop, back to 1, to an override.
+//   RateChange change;
+//   if (change.plan(cursor, {1, 0}, 0, recent, limits, {.use = 1, .land = 0.85}))     // else: not from here, not so
+//     while (change.under_way()) { step = change.next(); tau += step.ahead; }         // hard, or not yet
+// With tau the planned time and r = dtau/dt an axis has q' = n' r, q'' = n'' r^2 + n' r', q''' = n''' r^3 + 3 n'' r r'
+// + n' r'': any constant r <= 1 keeps all limits. The way between two rates is played to its end before it is adopted,
+// tick by tick, and judged by the differences of its setpoints. Lives in the loop: no allocation, bounded work.
+#pragma once
+#include <array>
+
+#include "motion/rt/differences.hpp"
+#include "motion/rt/piece_cursor.hpp"
+#include "motion/types.hpp"
+
+namespace gantry::motion {
+
+/// dtau/dt and its derivative.
+struct Rate {
+  double r = 1, slope = 0;
+};
+
+class RateChange {
+ public:
+  static constexpr std::size_t kMostTicks = 400;  ///< of a change: bounds the work of looking for one
+
+  /// How hard: shares of the room for r'' that a change and its end may use, of what can be seen at one place.
+  struct Vigour {
+    double use = 1, land = 0.85;
+  };
+  struct Step {
+    double ahead = 0;  ///< planned time that goes by in the tick
+    Rate end;
+  };
+
+  /// False: it would break a limit, run out of the known path, or take too long; what is under way stays.
+  bool plan(PieceCursor from, const Rate& now, double to, const Recent& recent, const Limits& limits,
+            const Vigour& vigour) noexcept;
+
+  [[nodiscard]] bool under_way() const noexcept { return next_ < size_; }
+  Step next() noexcept { return steps_[active_][next_++]; }
+  void drop() noexcept { next_ = size_ = 0; }
+
+  /// Planned time that goes by within `seconds` from now; `after`: the rate when nothing is under way (any more).
+  [[nodiscard]] double ahead(double seconds, double after, double tick_s) const noexcept;
+
+ private:
+  std::array<std::array<Step, kMostTicks>, 2> steps_;
+  std::size_t active_ = 0, next_ = 0, size_ = 0;
+};
+
+}  // namespace gantry::motion

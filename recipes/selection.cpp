@@ -1,0 +1,125 @@
+#include "recipes/selection.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <string_view>
+#include <unordered_map>
+
+#include "core/near_word.hpp"
+#include "core/trimmed.hpp"
+
+namespace gantry::recipes {
+namespace {
+
+constexpr const char* kFrom = "--from";
+constexpr const char* kOnly = "--only";
+
+/// The name that the recipe gives: of "dots[3][5]" that of the array.
+std::string_view name_of(std::string_view id) { return id.substr(0, id.find('[')); }
+
+/// Elements of one array stand next to each other.
+struct Run {
+  std::size_t first = 0, end = 0;
+};
+
+class Names {
+ public:
+  explicit Names(const Recipe& recipe) : recipe_(recipe) {
+    for (std::size_t i = 0; i < recipe.features.size(); ++i) {
+      const std::string_view id = id_of(recipe.features[i]), name = name_of(id);
+      runs_.try_emplace(name, Run{i, i}).first->second.end = i + 1;
+      runs_.try_emplace(id, Run{i, i + 1});
+    }
+  }
+  [[nodiscard]] Run run(std::string_view name) const { return runs_.at(name); }
+  Result<Run> find(std::string_view written, const char* option) const {
+    const std::string_view word = trimmed(written);
+    if (word.empty()) return fail(Fault::Usage, "a feature's name is missing here", option);
+    if (const auto found = runs_.find(word); found != runs_.end()) return found->second;
+    std::vector<std::string_view> known;
+    const bool element = word.find('[') != std::string_view::npos;
+    for (const Feature& feature : recipe_.features) {
+      const std::string_view shown = element ? id_of(feature) : name_of(id_of(feature));
+      if (known.empty() || known.back() != shown) known.push_back(shown);
+    }
+    return fail(Fault::Usage,
+                fmt::format("{} has no feature '{}'; {}", recipe_.file, word.substr(0, 100), did_you_mean(word, known)),
+                option);
+  }
+
+ private:
+  const Recipe& recipe_;
+  std::unordered_map<std::string_view, Run> runs_;
+};
+
+}  // namespace
+
+std::vector<std::size_t> dispensed_by(const Job& job) {
+  std::vector<std::size_t> all;
+  for (const Block& block : job.blocks)
+    if (const auto* dispense = std::get_if<Dispense>(&block.what))
+      all.insert(all.end(), dispense->features.begin(), dispense->features.end());
+  return all;
+}
+
+Result<std::vector<std::size_t>> choose(const Recipe& recipe, const Selection& selection) {
+  if (!selection.from.empty() && !selection.only.empty())
+    return fail(Fault::Usage, "'--from' and '--only' are not given together; name each feature with '--only'", kOnly);
+  const Names names(recipe);
+  std::vector<bool> taken(recipe.features.size(), selection.all());
+  const auto take = [&](Run run) {
+    std::fill(taken.begin() + static_cast<std::ptrdiff_t>(run.first),
+              taken.begin() + static_cast<std::ptrdiff_t>(run.end), true);
+  };
+  if (!selection.from.empty()) {
+    const auto run = names.find(selection.from, kFrom);
+    if (!run) return tl::unexpected(run.error());
+    take({run->first, taken.size()});
+  }
+  for (const std::string& word : selection.only) {
+    const auto run = names.find(word, kOnly);
+    if (!run) return tl::unexpected(run.error());
+    take(*run);
+  }
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < taken.size(); ++i)
+    if (taken[i]) chosen.push_back(i);
+  return chosen;
+}
+
+Job only(Job job, const std::vector<std::size_t>& chosen) {
+  for (Block& block : job.blocks)
+    if (auto* dispense = std::get_if<Dispense>(&block.what))
+      std::erase_if(dispense->features,
+                    [&](std::size_t f) { return !std::binary_search(chosen.begin(), chosen.end(), f); });
+  return job;
+}
+
+Selection selection_of(const Recipe& recipe, const std::vector<std::size_t>& chosen) {
+  const Names names(recipe);
+  const auto name_at = [&](std::size_t i) { return name_of(id_of(recipe.features[i])); };
+  std::vector<std::string> words;
+  for (std::size_t k = 0; k < chosen.size();) {
+    const Run run = names.run(name_at(chosen[k]));
+    const std::size_t last = k + (run.end - run.first) - 1;
+    const bool whole = chosen[k] == run.first && last < chosen.size() && chosen[last] == run.end - 1;
+    words.emplace_back(whole ? name_at(chosen[k]) : id_of(recipe.features[chosen[k]]));
+    k = whole ? last + 1 : k + 1;
+  }
+  const bool to_the_end = !chosen.empty() && chosen.back() + 1 == recipe.features.size() &&
+                          chosen.size() == recipe.features.size() - chosen.front();
+  if (to_the_end && words.size() > 1) return {.from = words.front()};
+  return {.only = std::move(words)};
+}
+
+std::string to_text(const Selection& selection) {
+  const auto quoted = [](const std::string& words) {
+    return words.find('[') == std::string::npos ? words : "'" + words + "'";  // a shell would look for files
+  };
+  if (!selection.from.empty()) return "--from " + quoted(selection.from);
+  if (selection.only.empty()) return "";
+  return "--only " + quoted(fmt::format("{}", fmt::join(selection.only, ",")));
+}
+
+}  // namespace gantry::recipes

@@ -1,0 +1,331 @@
+// What each cycle shows and what is named of it: when, and for how long. Expected numbers come from docs/threats.md
+// (R02, R04, R10, R11, R33, R36, R53), not from the code.
+#include "app/cycle/supervisor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <gtest/gtest.h>
+#include <vector>
+
+#include "devices/wire/bytes.hpp"
+#include "tests/app/cycle/still_bus.hpp"
+
+namespace gantry::cycle {
+namespace {
+
+constexpr std::uint16_t kOp = 8, kSafeOp = 4;
+constexpr std::uint16_t kNoTorque = 0x0240, kTorque = 0x0237;  // CiA 402-2: switch-on disabled, operation enabled
+
+/// One station whose inputs the test writes: 6041h, 6061h, 6064h, 603Fh, 60FDh.
+class HandMadeBus final : public test::StillBus {
+ public:
+  std::array<std::byte, 13> in{};
+  std::array<std::byte, 16> out{};
+  bool takes_part = true;
+
+  void show(std::uint16_t status, std::int32_t position, std::uint16_t error = 0, std::uint32_t switches = 0) {
+    devices::wire::put_le<std::uint16_t>(in, 0, status);
+    in[2] = std::byte{8};
+    devices::wire::put_le<std::int32_t>(in, 3, position);
+    devices::wire::put_le<std::uint16_t>(in, 7, error);
+    devices::wire::put_le<std::uint32_t>(in, 9, switches);
+  }
+  [[nodiscard]] std::span<std::byte> outputs(StationId) noexcept override { return out; }
+  [[nodiscard]] std::span<const std::byte> inputs(StationId) const noexcept override { return in; }
+  [[nodiscard]] bool fresh(StationId) const noexcept override { return takes_part; }
+};
+
+/// A machine of one axis, 1000 counts a mm, window 0.5 mm + 10 ms of travel; what the supervisor says of each cycle.
+struct Watched {
+  static LoopSetup one_axis() {
+    LoopSetup s;
+    DriveSetup drive;
+    drive.station = StationId{0}, drive.axis = AxisId{0};
+    drive.layout.controlword = {0}, drive.layout.mode = {2}, drive.layout.target = {4};
+    drive.layout.statusword = {0}, drive.layout.mode_display = {2}, drive.layout.position = {3};
+    drive.layout.error_code = {7}, drive.layout.digital_inputs = {9};
+    drive.layout.neg_limit_bit = 0, drive.layout.pos_limit_bit = 1;
+    drive.layout.closed_loop = true;
+    drive.scale = devices::AxisScale(1000, false);
+    drive.brake_give = 0.5;
+    s.drives.push_back(drive);
+    AxisSetup axis;
+    axis.drives.push_back(0);
+    axis.following_base = 0.5, axis.following_per_speed_s = 0.01;
+    s.axes.push_back(axis);
+    s.limits.axes = 1;
+    s.limits.axis[0] = {-1000, 1000, 500, 4000, 40'000};
+    return s;
+  }
+
+  static devices::Exchange good() {
+    devices::Exchange x;
+    x.inputs_fresh = true, x.al_states = kOp;
+    return x;
+  }
+
+  LoopSetup setup;
+  HandMadeBus bus;
+  Axes axes{setup};
+  Supervisor supervisor{setup};
+  devices::Exchange x = good();
+  State state = State::Ready;
+  Purpose purpose = Purpose::Job;
+  std::uint32_t inputs = 0;
+  double target = 0;
+  Time compute{}, late{};
+  CycleIndex cycle = 0;
+  std::vector<Finding> found;
+
+  explicit Watched(LoopSetup made = one_axis()) : setup(std::move(made)) {
+    bus.show(kNoTorque, 0);
+    look();
+    found.clear();
+  }
+  /// One cycle, or one after so many.
+  void look(std::int64_t elapsed = 1) {
+    cycle += elapsed;
+    const bool answered = x.fault != Fault::FrameLost && x.fault != Fault::BusDown;
+    bus.takes_part = answered;
+    axes.read(bus, answered, elapsed);
+    AxisVec to{};
+    to[0] = target;
+    axes.write(bus, to, elapsed);
+    const Beat beat{cycle, elapsed, milliseconds(1) * cycle, milliseconds(1) * cycle + late};
+    found.clear();
+    for (const Finding& f : supervisor.look({beat, x, axes, to, inputs, state, compute, purpose})) found.push_back(f);
+  }
+  [[nodiscard]] bool says(Fault fault) const {
+    return std::any_of(found.begin(), found.end(), [&](const Finding& f) { return f.fault == fault; });
+  }
+  /// In which of so many cycles it says so, from 1.
+  std::vector<int> cycles_that_say(Fault fault, int cycles) {
+    std::vector<int> out;
+    for (int i = 1; i <= cycles; ++i) {
+      look();
+      if (says(fault)) out.push_back(i);
+    }
+    return out;
+  }
+  /// Torque, standing at the target.
+  void have_torque() {
+    axes.set_goal(devices::DriveGoal::Enabled);
+    bus.show(kTorque, 0);
+    for (int i = 0; i < 5; ++i) look();
+  }
+};
+
+using Cycles = std::vector<int>;
+
+TEST(Supervisor, a_quiet_cycle_says_nothing) {
+  Watched w;
+  w.have_torque();
+  for (int i = 0; i < 1000; ++i) {
+    w.look();
+    ASSERT_TRUE(w.found.empty()) << info(w.found.front().fault).name << " in cycle " << i;
+  }
+}
+
+TEST(Supervisor, the_first_lost_frame_is_a_note_and_so_many_in_a_row_stop_until_one_comes) {
+  for (const int most : {1, 3, 5}) {
+    Watched w;
+    w.setup.frames_lost_max = most;
+    w.x.fault = Fault::FrameLost, w.x.inputs_fresh = false;
+    Cycles stops;
+    for (int i = most; i <= 10; ++i) stops.push_back(i);
+    EXPECT_EQ(w.cycles_that_say(Fault::FramesLost, 10), stops) << "and for as long as it lasts";
+    w.x.fault = Fault::None, w.x.inputs_fresh = true;
+    w.look();
+    EXPECT_FALSE(w.says(Fault::FramesLost));
+    w.x.fault = Fault::FrameLost;
+    w.look();
+    EXPECT_EQ(w.says(Fault::FramesLost), most == 1) << "it counts anew";
+    EXPECT_EQ(w.says(Fault::FrameLost), most > 1);
+  }
+}
+
+TEST(Supervisor, a_station_that_does_not_take_part_is_told_once_and_stops_at_the_bound) {
+  Watched w;
+  w.setup.counter_low_max = 3;
+  w.x.fault = Fault::WorkingCounterLow, w.x.working_counter = 4;
+  w.look();
+  EXPECT_TRUE(w.says(Fault::WorkingCounterLow));
+  EXPECT_FALSE(w.says(Fault::WorkingCounterLost));
+  EXPECT_EQ(w.cycles_that_say(Fault::WorkingCounterLost, 5), (Cycles{2, 3, 4, 5}));
+  EXPECT_EQ(w.found.front().detail, 4);
+}
+
+TEST(Supervisor, nothing_is_said_of_stations_before_all_were_in_op_once) {
+  Watched w;
+  Supervisor fresh(w.setup);
+  AxisVec at{};
+  devices::Exchange x;
+  x.fault = Fault::WorkingCounterLow, x.al_states = kSafeOp;
+  for (CycleIndex c = 1; c < 50; ++c)
+    EXPECT_TRUE(fresh.look({Beat{c, 1, {}, {}}, x, w.axes, at, 0, State::Offline, {}, Purpose::Job}).empty());
+}
+
+TEST(Supervisor, a_station_that_leaves_op_is_told_in_that_cycle) {
+  Watched w;
+  w.x.al_states = kOp | kSafeOp;
+  w.look();
+  EXPECT_TRUE(w.says(Fault::StationLeftOp));
+}
+
+TEST(Supervisor, late_cycles_are_notes_and_more_than_allowed_in_a_tenth_of_a_second_stop) {
+  Watched w;
+  w.setup.stop_after_missed = 3;
+  w.late = microseconds(390);
+  w.look();
+  EXPECT_FALSE(w.says(Fault::LateCycle)) << "two fifths of a cycle are left before SYNC0";
+  w.late = microseconds(450);
+  EXPECT_EQ(w.cycles_that_say(Fault::LateCycles, 4), (Cycles{4}));
+  EXPECT_TRUE(w.says(Fault::LateCycle));
+}
+
+TEST(Supervisor, a_stall_longer_than_allowed_stops_at_once_with_its_length) {
+  for (const int missed : {1, 3, 4, 50}) {
+    Watched w;
+    w.setup.stop_after_missed = 3;
+    w.look(missed + 1);
+    EXPECT_EQ(w.says(Fault::ControllerStalled), missed > 3) << missed;
+    EXPECT_TRUE(w.says(Fault::LateCycle));
+    if (missed > 3) {
+      EXPECT_EQ(w.found.back().detail, missed);
+    }
+  }
+}
+
+TEST(Supervisor, own_work_longer_than_a_cycle_is_an_overrun) {
+  Watched w;
+  w.compute = microseconds(1001);
+  w.look();
+  EXPECT_TRUE(w.says(Fault::CycleOverrun));
+}
+
+TEST(Supervisor, a_clock_that_is_off_for_ten_cycles_is_told_once_and_at_the_second_bound_as_long_as_it_lasts) {
+  Watched w;
+  w.x.clock_seen = true, w.x.clock_station = StationId{2};
+  w.x.clock_ns = w.setup.clock_note_ns + 1;
+  EXPECT_EQ(w.cycles_that_say(Fault::DcNotLocked, 40), (Cycles{11})) << "beyond it since ten cycles";
+  w.x.clock_ns = -w.setup.clock_stop_ns - 1;
+  const Cycles stops = w.cycles_that_say(Fault::DcLost, 20);
+  EXPECT_EQ(stops.front(), 11);
+  EXPECT_EQ(stops.size(), 10u);
+  EXPECT_EQ(w.found.front().station, StationId{2});
+  w.x.clock_ns = 0;
+  EXPECT_TRUE(w.cycles_that_say(Fault::DcLost, 50).empty());
+}
+
+TEST(Supervisor, an_axis_outside_its_window_stops_in_the_third_cycle_and_the_window_grows_with_speed) {
+  Watched w;
+  w.have_torque();
+  w.bus.show(kTorque, 501);
+  EXPECT_EQ(w.cycles_that_say(Fault::FollowingError, 4), (Cycles{3, 4})) << "0.501 mm at rest, window 0.5";
+  for (const double lag : {2.4, 2.6}) {  // 0.5 + 10 ms * 200 mm/s = 2.5 mm
+    Watched moving;
+    moving.have_torque();
+    moving.state = State::Running;
+    bool stops = false;
+    for (int i = 1; i <= 100; ++i) {
+      moving.target = 0.2 * i;
+      moving.bus.show(kTorque, static_cast<std::int32_t>(1000 * std::max(0.0, moving.target - lag)));
+      moving.look();
+      stops = stops || moving.says(Fault::FollowingError);
+    }
+    EXPECT_EQ(stops, lag > 2.5) << lag;
+  }
+}
+
+TEST(Supervisor, homing_has_no_window) {
+  Watched w;
+  w.have_torque();
+  w.state = State::Homing;
+  w.bus.show(kTorque, 499);
+  w.bus.show(kTorque, 900);
+  EXPECT_TRUE(w.cycles_that_say(Fault::FollowingError, 20).empty());
+}
+
+TEST(Supervisor, a_limit_switch_stops_a_motion_and_is_told_when_torque_comes) {
+  Watched w;
+  w.bus.show(kNoTorque, 0, 0, 0b01);
+  w.look();
+  EXPECT_FALSE(w.says(Fault::LimitSwitchStuck));
+  w.axes.set_goal(devices::DriveGoal::Enabled);
+  w.bus.show(kTorque, 0, 0, 0b01);
+  EXPECT_EQ(w.cycles_that_say(Fault::LimitSwitchStuck, 10), (Cycles{1}));
+  EXPECT_FALSE(w.says(Fault::LimitSwitch)) << "it may be led off";
+  w.state = State::Running;
+  w.look();
+  EXPECT_TRUE(w.says(Fault::LimitSwitch));
+}
+
+TEST(Supervisor, a_brake_that_gives_half_a_millimetre_is_told_and_again_when_it_goes_on) {
+  Watched w;
+  w.state = State::Disabled;
+  for (int i = 0; i < 600; ++i) w.look();  // closed by then
+  w.bus.show(kNoTorque, -499);
+  EXPECT_TRUE(w.cycles_that_say(Fault::BrakeDrift, 20).empty());
+  w.bus.show(kNoTorque, -501);
+  EXPECT_EQ(w.cycles_that_say(Fault::BrakeDrift, 20), (Cycles{1}));
+  w.bus.show(kNoTorque, -1002);
+  EXPECT_EQ(w.cycles_that_say(Fault::BrakeDrift, 20), (Cycles{1}));
+}
+
+TEST(Supervisor, a_fault_of_a_drive_lasts_and_a_warning_is_told_once) {
+  LoopSetup setup = Watched::one_axis();
+  setup.drives[0].layout.codes.push_back({0x000A, Fault::DriveFault, false});
+  Watched w(setup);
+  w.bus.show(0x0208, 0, 0x000A);  // CiA 402-2: fault
+  EXPECT_EQ(w.cycles_that_say(Fault::DriveFault, 5).size(), 5u);
+  EXPECT_EQ(w.found.front().detail, 0x000A);
+  EXPECT_EQ(w.found.front().axis, AxisId{0});
+}
+
+/// Which open contact is named where, row by row: state, mode, what plays.
+TEST(Supervisor, an_open_contact_is_named_by_the_state_and_by_what_plays) {
+  Watched w;
+  w.setup.safety_mask = 1, w.setup.stop_mask = 2, w.setup.door_mask = 4, w.setup.air_mask = 8, w.setup.clamp_mask = 16,
+  w.setup.mode_mask = 32;
+  constexpr std::uint32_t kAll = 63;
+  const struct {
+    std::uint32_t open;
+    State state;
+    Purpose purpose;
+    std::vector<Fault> says;
+  } kRows[] = {
+      {0, State::Running, Purpose::Job, {}},
+      {1, State::Ready, Purpose::Job, {Fault::SafetyChainOpen}},
+      {1, State::Disabled, Purpose::Job, {}},
+      {2, State::Ready, Purpose::Job, {Fault::StopPressed}},
+      {4, State::Ready, Purpose::Job, {Fault::DoorOpen}},
+      {4, State::Disabled, Purpose::Job, {}},
+      {4 | 32, State::Running, Purpose::Jog, {}},
+      {4, State::Running, Purpose::Jog, {Fault::DoorOpen}},
+      {8, State::Homing, Purpose::Job, {Fault::AirMissing}},
+      {16, State::Running, Purpose::Job, {Fault::ClampOpen}},
+      {16, State::Held, Purpose::Job, {Fault::ClampOpen}},
+      {16, State::Running, Purpose::Jog, {}},
+      {16, State::Running, Purpose::Park, {}},
+      {16, State::Ready, Purpose::Job, {}},
+      {32, State::Running, Purpose::Job, {Fault::ModeChanged}},
+      {32, State::Running, Purpose::Park, {Fault::ModeChanged}},
+      {32, State::Holding, Purpose::Job, {Fault::ModeChanged}},
+      {32, State::Homing, Purpose::Job, {Fault::ModeChanged}},
+      {32, State::Running, Purpose::Jog, {}},
+      {1 | 2 | 4 | 8,
+       State::Ready,
+       Purpose::Job,
+       {Fault::SafetyChainOpen, Fault::StopPressed, Fault::DoorOpen, Fault::AirMissing}},
+  };
+  for (const auto& row : kRows) {
+    w.inputs = kAll & ~row.open, w.state = row.state, w.purpose = row.purpose;
+    w.look();
+    std::vector<Fault> said;
+    for (const Finding& f : w.found) said.push_back(f.fault);
+    EXPECT_EQ(said, row.says) << "open " << row.open << " in " << name(row.state);
+  }
+}
+
+}  // namespace
+}  // namespace gantry::cycle

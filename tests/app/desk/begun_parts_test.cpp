@@ -1,0 +1,73 @@
+// Which part a job meets: by its serial, or as the one in the machine.
+#include "app/desk/begun_parts.hpp"
+
+#include <filesystem>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+namespace gantry::desk {
+namespace {
+
+class KnownParts : public ::testing::Test {
+ protected:
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  /// What a program does whose job ends with features missing; `clamped`: the clamp is shut after it.
+  static void begin(BegunParts& parts, const std::string& serial, bool clamped, bool lost = false) {
+    ASSERT_TRUE(parts.keep({.serial = serial,
+                            .recipe = "r",
+                            .recipe_file = "r.yaml",
+                            .sha256 = "0",
+                            .began = "2026-01-01",
+                            .left = {1},
+                            .to_finish = "--only b",
+                            .lost = lost}));
+    parts.clamped(clamped);
+  }
+  static std::string met(BegunParts& parts, const std::string& serial, bool clamp_open) {
+    const auto found = parts.find(serial, clamp_open);
+    if (!found) return to_text(found.error());
+    return *found ? "part '" + (**found).serial + "'" : "another";
+  }
+  std::string folder_ = std::filesystem::temp_directory_path() / ("gantry-known-" + std::to_string(getpid()));
+};
+
+TEST_F(KnownParts, a_serial_does_not_make_another_of_the_part_in_the_machine) {
+  BegunParts parts(folder_);
+  begin(parts, "", true);
+  EXPECT_EQ(met(parts, "Z1", false), "part ''");
+  EXPECT_EQ(met(parts, "", false), "part ''");
+  EXPECT_EQ(met(parts, "Z1", true), "another") << "the clamp that held it has opened";
+  EXPECT_EQ(met(parts, "", false), "another") << "it is forgotten";
+}
+
+TEST_F(KnownParts, two_serials_are_two_parts) {
+  BegunParts parts(folder_);
+  begin(parts, "S1", true);
+  EXPECT_EQ(met(parts, "S2", false), "another");
+  EXPECT_EQ(met(parts, "S1", true), "part 'S1'");
+  EXPECT_EQ(met(parts, "", false), "part 'S1'");
+  EXPECT_EQ(met(parts, "", true), "another");
+  EXPECT_EQ(met(parts, "S1", true), "part 'S1'") << "wherever it has been";
+}
+
+TEST_F(KnownParts, a_clamp_that_opens_as_a_bus_comes_up_takes_out_nothing) {
+  for (const char* serial : {"", "S5"}) {
+    BegunParts before(folder_);
+    begin(before, serial, true);
+    BegunParts after(folder_);  // another program
+    EXPECT_EQ(met(after, "", true), "part '" + std::string(serial) + "'");
+    ASSERT_TRUE(after.forget_removed(""));
+    EXPECT_EQ(met(after, "", true), "another");
+  }
+}
+
+TEST_F(KnownParts, one_whose_job_was_lost_is_met_with_the_clamp_open_too) {
+  for (const char* serial : {"", "S5"}) {
+    BegunParts parts(folder_);
+    begin(parts, serial, true, true);
+    EXPECT_EQ(met(parts, "", true), "part '" + std::string(serial) + "'");
+  }
+}
+
+}  // namespace
+}  // namespace gantry::desk

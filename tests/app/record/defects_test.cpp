@@ -1,0 +1,239 @@
+#include "app/record/defects.hpp"
+
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "app/record/deposit_figures.hpp"
+#include "app/record/outcome.hpp"
+#include "app/record/report.hpp"
+#include "app/record/summary.hpp"
+
+namespace gantry::record {
+namespace {
+
+using job::FeatureState;
+using Kind = Defect::Kind;
+
+constexpr double kCycle_s = 0.001;
+
+recipes::Recipe recipe(const char* placement = "fixture") {
+  const std::string text =
+      std::string("version: 1\nrecipe: r\nplacement: ") + placement +
+      "\nboard: {size: [90 mm, 60 mm], thickness: 8 mm, frame: pallet}\nmaterials:\n"
+      "  a: {speed: 20 mm/s, gap: 0.2 mm, valve_open_lead: 8 ms, valve_close_lead: 6 ms, "
+      "dot_time: 60 ms, retract: 3 mm, tolerance: 0.05 mm, gap_tolerance: 0.02 mm}\nfeatures:\n"
+      "  - dot: {name: d, material: a, at: [10 mm, 10 mm]}\n"
+      "  - polyline: {name: b, material: a, points: [[20 mm, 10 mm], [40 mm, 10 mm], [40 mm, 30 mm]],"
+      " corner_tolerance: 0.1 mm}\n";
+  return recipes::parse(text, "r.yaml").value();
+}
+
+Deposit dot() { return {"d", "dot", {{10, 10, 0.2}}, {{10.01, 10, 0.2}}, 0.01, 0.2, 0.2, 1000, 1060}; }
+Deposit bead() {
+  return {"b",
+          "bead",
+          {{20, 10, 0.2}, {40, 10, 0.2}, {40, 30, 0.2}},
+          {{20, 10, 0.2}, {39.9, 10.1, 0.2}, {40, 30, 0.2}},
+          0.12,
+          0.2,
+          0.2,
+          2000,
+          4000};
+}
+
+const std::vector<FeatureState> kDone{FeatureState::Done, FeatureState::Done};
+
+JobResult judged(const std::vector<Deposit>& deposits, const std::vector<FeatureState>& features = kDone,
+                 std::vector<job::OffSpeed> off_speed = {}, const char* placement = "fixture") {
+  JobResult r;
+  r.deposits = deposits, r.has_world = true;
+  judge_board(r, recipe(placement), {features, std::move(off_speed)}, kCycle_s);
+  return r;
+}
+
+void expect_one(const JobResult& r, const char* feature, Kind kind, Board board) {
+  ASSERT_EQ(r.defects.size(), 1u);
+  EXPECT_EQ(r.defects[0].feature, feature);
+  EXPECT_EQ(r.defects[0].kind, kind) << r.defects[0].message;
+  EXPECT_EQ(r.board, board);
+  EXPECT_EQ(r.exit_code, kDoneWithDefects);
+  EXPECT_EQ(result_word(r), "done_with_defects");
+}
+
+TEST(Defects, a_board_within_tolerance_is_whole_and_done) {
+  const JobResult r = judged({dot(), bead()});
+  EXPECT_TRUE(r.defects.empty());
+  EXPECT_EQ(r.board, Board::Whole);
+  EXPECT_EQ(r.exit_code, ExitCode::Done);
+}
+
+TEST(Defects, each_kind_is_told_of_its_feature) {
+  expect_one(judged({dot()}), "b", Kind::Missing, Board::Begun);
+  auto off = dot();
+  off.error_mm = 0.06;
+  expect_one(judged({off, bead()}), "d", Kind::Beside, Board::Defects);
+  auto high = bead();
+  high.gap_mm = 0.23;
+  expect_one(judged({dot(), high}), "b", Kind::Gap, Board::Defects);
+  auto corner = bead();
+  corner.error_mm = 0.16;
+  expect_one(judged({dot(), corner}), "b", Kind::Beside, Board::Defects);
+  auto end = bead();  // a corner's tolerance is no end's
+  end.board_mm.back().y = 29.9;
+  expect_one(judged({dot(), end}), "b", Kind::Beside, Board::Defects);
+  auto stray = dot();
+  stray.id = "", stray.error_mm = std::numeric_limits<double>::quiet_NaN();
+  expect_one(judged({dot(), stray, bead()}), "", Kind::Extra, Board::Defects);
+  expect_one(judged({dot(), bead()}, kDone, {{1, 20, 10, 5}}), "b", Kind::Speed, Board::Defects);
+  expect_one(judged({dot(), bead()}, kDone, {}, "marks"), "", Kind::Reference, Board::Defects);
+}
+
+TEST(Defects, what_a_stop_has_cut_counts_where_it_shows) {
+  const std::vector<FeatureState> cut{FeatureState::Interrupted, FeatureState::Done};
+  EXPECT_TRUE(judged({dot(), bead()}, cut).defects.empty()) << "the world says that it is all there";
+  auto small = dot();
+  small.closed_cycle = 1020;
+  expect_one(judged({small, bead()}, cut), "d", Kind::Cut, Board::Begun);
+  auto half = bead();
+  half.board_mm = {{20, 10, 0.2}, {30, 10, 0.2}}, half.error_mm = 22;
+  expect_one(judged({dot(), half}, {FeatureState::Done, FeatureState::Interrupted}), "b", Kind::Cut, Board::Begun);
+}
+
+TEST(Defects, a_drop_under_a_feature_that_was_given_again_is_one_too_many_and_nothing_is_missing) {
+  auto drop = dot(), again = dot();
+  drop.closed_cycle = 1003;
+  again.id = "", again.opened_cycle = 1500, again.closed_cycle = 1560;
+  expect_one(judged({drop, again, bead()}, {FeatureState::Interrupted, FeatureState::Done}), "", Kind::Extra,
+             Board::Defects);
+  auto spot = bead();
+  spot.board_mm = {{20, 10, 0.2}, {20.1, 10, 0.2}}, spot.error_mm = 28;
+  auto whole = bead();
+  whole.id = "";
+  expect_one(judged({dot(), spot, whole}, {FeatureState::Done, FeatureState::Interrupted}), "", Kind::Extra,
+             Board::Defects);
+}
+
+TEST(Defects, a_shot_that_is_still_open_is_not_whole) {
+  const std::vector<FeatureState> cut{FeatureState::Interrupted, FeatureState::Done};
+  auto open = dot();
+  open.closed_cycle = 0;
+  expect_one(judged({open, bead()}, cut), "d", Kind::Cut, Board::Begun);
+  auto again = open;  // given again, and still open: nothing is whole
+  again.id = "", again.opened_cycle = 1500;
+  auto drop = dot();
+  drop.closed_cycle = 1003;
+  const JobResult r = judged({drop, again, bead()}, cut);
+  ASSERT_EQ(r.defects.size(), 2u);
+  EXPECT_EQ(r.defects[0].kind, Kind::Cut);
+  EXPECT_EQ(r.board, Board::Begun);
+  auto spot = bead(), whole = bead();
+  spot.board_mm = {{20, 10, 0.2}, {20.1, 10, 0.2}}, spot.error_mm = 28;
+  whole.id = "", whole.closed_cycle = 0;
+  const JobResult b = judged({dot(), spot, whole}, {FeatureState::Done, FeatureState::Interrupted});
+  ASSERT_EQ(b.defects.size(), 2u);
+  EXPECT_EQ(b.defects[0].kind, Kind::Cut);
+}
+
+TEST(Defects, a_feature_called_purge_is_judged_by_its_own_deposits) {
+  auto called_purge = recipe();
+  std::get<recipes::Dot>(called_purge.features[0]).id = "purge";
+  std::get<recipes::Bead>(called_purge.features[1]).id = "purge";
+  Deposit shot = dot();  // of purging, beside the work: far shorter than the dot, and no feature's
+  shot.id = shot.kind = sim::kPurgeKind;
+  shot.nominal_mm.clear(), shot.board_mm = {{-5, -5, 1}, {-9, -5, 1}};
+  shot.error_mm = std::numeric_limits<double>::quiet_NaN();
+  const auto judged_with = [&](const std::vector<Deposit>& deposits, FeatureState state) {
+    JobResult r;
+    r.deposits = deposits, r.has_world = true;
+    r.beads = {{"purge", "polyline", 40}};
+    auto one = called_purge;
+    one.features.resize(1);
+    const std::vector<FeatureState> features{state};
+    judge_board(r, one, {features, {}}, kCycle_s);
+    return r;
+  };
+  expect_one(judged_with({shot}, FeatureState::Done), "purge", Kind::Missing, Board::Begun);
+  auto off = dot();
+  off.id = "purge", off.error_mm = 0.06;
+  expect_one(judged_with({shot, off}, FeatureState::Done), "purge", Kind::Beside, Board::Defects);
+  auto laid = bead();
+  laid.id = "purge";
+  const JobResult r = judged_with({shot, shot, laid}, FeatureState::Done);
+  ASSERT_EQ(laid_lengths(r).size(), 1u);
+  EXPECT_DOUBLE_EQ(laid_lengths(r)[0].laid_mm.value_or(0), length_mm(laid));
+}
+
+TEST(Defects, what_a_job_leaves_out_is_no_defect_and_decides_whether_the_board_is_whole) {
+  const std::vector<FeatureState> only_bead{FeatureState::LeftOut, FeatureState::Done};
+  const auto judged_after = [&](std::vector<bool> whole, bool defects, const std::vector<Deposit>& deposits) {
+    JobResult r;
+    r.deposits = deposits, r.has_world = true;
+    judge_board(r, recipe(), {only_bead, {}, {std::move(whole), defects}}, kCycle_s);
+    return r;
+  };
+  const JobResult alone = judged_after({}, false, {bead()});
+  EXPECT_TRUE(alone.defects.empty());
+  EXPECT_EQ(alone.exit_code, ExitCode::Done) << "what was asked for is done";
+  EXPECT_EQ(alone.board, Board::Begun) << "and the dot is missing";
+  EXPECT_EQ(judged_after({true, false}, false, {bead()}).board, Board::Whole);
+  EXPECT_EQ(judged_after({true, false}, true, {bead()}).board, Board::Defects);
+  EXPECT_EQ(judged_after({false, true}, false, {bead()}).board, Board::Begun);
+  expect_one(judged_after({true, false}, false, {}), "b", Kind::Missing, Board::Begun);
+  expect_one(judged_after({true, true}, false, {dot(), bead()}), "d", Kind::Extra, Board::Defects);
+
+  JobResult never;
+  add_error(never, {Fault::DriveFault, "a drive fault", ""});
+  const std::vector<FeatureState> not_begun{FeatureState::LeftOut, FeatureState::Open};
+  judge_board(never, recipe(), {not_begun, {}}, kCycle_s);
+  EXPECT_EQ(never.board, Board::Untouched);
+}
+
+TEST(Defects, a_machine_without_a_world_tells_what_it_knows) {
+  JobResult r;
+  judge_board(r, recipe(), {kDone, {}}, kCycle_s);
+  EXPECT_EQ(r.board, Board::Whole);
+  for (const FeatureState state : {FeatureState::Open, FeatureState::Interrupted, FeatureState::Doubtful}) {
+    const std::vector<FeatureState> features{FeatureState::Done, state};
+    r = {};
+    judge_board(r, recipe(), {features, {}}, kCycle_s);
+    expect_one(r, "b", state == FeatureState::Open ? Kind::Missing : Kind::Cut, Board::Begun);
+  }
+}
+
+TEST(Defects, an_errors_own_code_wins_and_defects_are_listed_beside_it) {
+  JobResult r;
+  add_error(r, {Fault::DriveFault, "a drive fault", ""});
+  const std::vector<FeatureState> features{FeatureState::Interrupted, FeatureState::Open};
+  judge_board(r, recipe(), {features, {}}, kCycle_s);
+  EXPECT_EQ(r.exit_code, ExitCode::Device);
+  EXPECT_EQ(r.defects.size(), 2u);
+  EXPECT_EQ(r.board, Board::Begun);
+
+  JobResult late = judged({dot()});
+  add_error(late, {Fault::FileUnwritable, "no room", ""});
+  EXPECT_EQ(late.exit_code, info(Fault::FileUnwritable).exit_code);
+
+  JobResult never;
+  add_error(never, {Fault::DriveFault, "a drive fault", ""});
+  judge_board(never, recipe(), {std::vector<FeatureState>(2, FeatureState::Open), {}}, kCycle_s);
+  EXPECT_EQ(never.board, Board::Untouched);
+  EXPECT_TRUE(never.defects.empty()) << "nothing was begun";
+}
+
+TEST(Defects, the_summary_and_the_report_say_so_at_the_top) {
+  const JobResult r = judged({dot()});
+  const auto summary = to_json(r);
+  EXPECT_EQ(summary.at("result"), "done_with_defects");
+  EXPECT_EQ(summary.at("exit_code"), 9);
+  EXPECT_EQ(summary.at("board"), "begun");
+  ASSERT_EQ(summary.at("defects").size(), 1u);
+  EXPECT_EQ(summary.at("defects")[0].at("feature"), "b");
+  EXPECT_EQ(summary.at("defects")[0].at("kind"), "missing");
+  EXPECT_FALSE(summary.at("defects")[0].at("message").get<std::string>().empty());
+  const std::string page = report_page(r);
+  EXPECT_NE(page.find("Done with defects"), std::string::npos);
+  EXPECT_LT(page.find("Defects: 1"), page.find("Particulars"));
+}
+
+}  // namespace
+}  // namespace gantry::record

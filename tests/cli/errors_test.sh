@@ -1,0 +1,48 @@
+#!/usr/bin/env bash
+# The way of errors: what is missing is told with the folders that were looked at, what is misspelt with what was meant.
+source "$(dirname "$0")/lib.sh"
+demo=recipes/demo-board.yaml
+
+expect_exit 2 "a misspelt option" "$gantry" dry-run $demo --sim-bord "dx=1 mm"
+expect_text "there is no option '--sim-bord'; did you mean '--sim-board'?"
+expect_exit 2 "a misspelt option with its value behind =" "$gantry" dry-run $demo "--sim-sed=4"
+expect_text "there is no option '--sim-sed'; did you mean '--sim-seed'?"
+expect_exit 2 "a misspelt option before the recipe" "$gantry" run --machin other.yaml $demo
+expect_text "there is no option '--machin'; did you mean '--machine'?"
+expect_exit 2 "a misspelt option of the program" "$gantry" --jsn check $demo
+expect_text "there is no option '--jsn'; did you mean '--json'?"
+expect_exit 2 "an option that is like none" "$gantry" dry-run $demo --zzzzzzzzzzzz
+expect_text "gantry dry-run --help"
+expect_exit 2 "a misspelt option as JSON" "$gantry" --json dry-run $demo --sim-bord "dx=1 mm"
+python3 -c 'import json, sys
+e = json.load(sys.stdin)
+assert e["exit_code"] == 2 and "--sim-board" in e["errors"][0]["message"]' <"$work/out" || fail "no JSON"
+expect_exit 2 "no recipe" "$gantry" dry-run
+expect_text "RECIPE"
+expect_exit 2 "a seed that is no number" "$gantry" dry-run $demo --sim-seed -1
+[ "$(wc -c <"$work/err")" -lt 300 ] || fail "the message is $(wc -c <"$work/err") bytes long"
+# Whatever verb: a misspelt option is exit 2 and moves nothing.
+"$gantry" --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z-]*\) .*/\1/p' >"$work/verbs"
+[ "$(wc -l <"$work/verbs")" -gt 20 ] || fail "the verbs cannot be read from the help"
+while read -r verb; do
+  "$gantry" "$verb" --jsen >"$work/out" 2>"$work/err" </dev/null
+  [ $? = 2 ] || fail "gantry $verb --jsen: another exit code than 2"
+done <"$work/verbs"
+
+expect_exit 3 "a machine file that is not there" "$gantry" --machine dispensr.yaml check
+expect_text "there is no machine file 'dispensr.yaml'; looked for in $PWD and .*/config/machines; did you mean 'dispenser.yaml'?"
+expect_exit 3 "a folder that is not there" "$gantry" --machine "$work/none/m.yaml" check
+expect_text "looked for in $work/none"
+expect_exit 3 "the same for a job" "$gantry" --machine "$work/none/m.yaml" dry-run $demo --out "$work/job"
+expect_text "looked for in $work/none"
+(cd "$work" && "$gantry" --machine dispenser check >"$work/out" 2>"$work/err") || fail "a machine that comes with gantry is not found by its name"
+expect_text "config/machines/dispenser.yaml: [0-9]* axes"
+
+mkdir -p "$work/alone/machines"
+cp config/machines/dispenser.yaml "$work/alone/machines/mine.yaml"
+expect_exit 3 "a machine file without its profiles" "$gantry" --machine "$work/alone/machines/mine.yaml" check
+expect_text "mine.yaml:[0-9]*:[0-9]*: there is no profile 'id286'; looked for id286.yaml in $work/alone/drives and $work/alone/devices; there are none"
+cp -r config/drives config/devices "$work/alone/"
+sed -i 's/profile: id286/profile: id268/' "$work/alone/machines/mine.yaml"
+expect_exit 3 "a misspelt profile" "$gantry" --machine "$work/alone/machines/mine.yaml" check
+expect_text "did you mean 'id286'?"

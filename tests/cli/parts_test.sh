@@ -1,0 +1,94 @@
+#!/usr/bin/env bash
+# A part that was begun and not finished, as its operator sees it: through an owner, by `run` alone, after a power cut.
+source "$(dirname "$0")/lib.sh"
+use_patient_machine
+short=tests/cli/short-board.yaml
+state=$work/state
+echo '- {at: feature bead 1, after: 300 ms, do: press, input: stop, hold: 100 ms}' >"$work/stop.yaml"
+order() { "$gantry" "$@" --state "$state"; }
+start_owner() { # OPTIONS...
+  "$gantry" up --state "$state" "$@" >"$work/up.out" 2>&1 </dev/null &
+  pids+=($!)
+  wait_for 40 grep -q "is up" "$work/up.out" || { fail "the owner did not come up"; cat "$work/up.out"; }
+}
+end_owner() { expect_exit 0 "down" order down; wait "${pids[-1]}"; }
+reset() { # once the stop button is up again
+  wait_for 10 sh -c "'$gantry' status --state '$state' | grep -q 'the stop button is pressed - not any more'" ||
+    fail "the stop button is still pressed"
+  expect_exit 0 "reset" order reset
+}
+says() { python3 -c 'import json, sys; d = json.load(open(sys.argv[1])); assert str(eval("d" + sys.argv[2])) == sys.argv[3], d' \
+  "$work/out" "$1" "$2" || fail "'$1' is not '$2'"; }
+run() { local code=$1 what=$2; shift 2; expect_exit "$code" "$what" order run $short --out "$work/job" "$@"; }
+
+start_owner --sim-script "$work/stop.yaml"
+run 7 "a bead is cut by the stop button" --serial S-1
+expect_text "board          begun"
+expect_text "cut            'corner'"
+expect_text "to finish it   gantry run .*short-board.yaml --only corner --serial S-1"
+ls "$state"/begun-sim/part-*.json >/dev/null 2>&1 || fail "nothing is remembered in the state folder"
+reset
+run 7 "the same part again" --serial S-1
+expect_text "the part with serial 'S-1' was begun at 20.*Z and not finished: 1 of its 3 features are not whole"
+expect_text "finish it with --only corner, or say .gantry part-removed --serial S-1. when it is taken out"
+run 7 "the same part again, as JSON" --serial S-1 --json
+says "['board']" begun
+says "['to_finish']" "--only corner"
+run 7 "no serial, and the clamp has not opened"
+expect_exit 0 "a dry run does not care" "$gantry" dry-run $short --serial S-1 --out "$work/dry"
+run 2 "a feature that is not there" --serial S-1 --only cornr
+expect_text "did you mean 'corner'?"
+run 2 "from and only at once" --from a --only corner
+run 0 "what was cut makes it whole" --serial S-1 --only " corner"
+expect_text "done: 1 of 1 features"
+expect_text "board          whole"
+ls "$state"/begun-sim/part*.json 2>/dev/null && fail "it is finished, and remembered"
+run 0 "the next board"
+end_owner
+
+start_owner --sim-script "$work/stop.yaml"
+run 7 "cut, and no serial"
+reset
+run 7 "the part in the machine"
+expect_text "the part in the machine was begun"
+expect_exit 0 "it is taken out" order part-removed
+expect_text "is not waited for any more"
+run 0 "another part"
+end_owner
+
+start_owner --sim-script "$work/stop.yaml"
+run 7 "cut with the owner's last board" --serial S-9
+mkdir -p "$state/begun-ethercat" && cp "$state"/begun-sim/*.json "$state/begun-ethercat"
+end_owner
+expect_exit 0 "taken out of a machine without owner" order part-removed
+expect_text "the part 'S-9' that recipe .* is not waited for any more"
+ls "$state"/begun-ethercat/part*.json 2>/dev/null && fail "it is remembered still"
+expect_exit 0 "nothing is in a machine without owner" order part-removed
+expect_text "no part was begun and not finished"
+expect_exit 0 "nobody knows this serial" order part-removed --serial nosuch
+expect_text "no part with serial 'nosuch' was begun and not finished"
+start_owner
+run 0 "a new simulated board" --serial S-9
+end_owner
+
+# `run` alone makes a new simulated board each time: nothing is remembered, and nothing is refused.
+alone() { local code=$1 what=$2; shift 2; expect_exit "$code" "$what" "$gantry" run $short --state "$work/alone" --out "$work/job" "$@"; }
+alone 7 "cut, alone" --serial S-1 --sim-script "$work/stop.yaml"
+[ -e "$work/alone" ] && fail "a state folder was made: $(find "$work/alone")"
+alone 0 "again, alone" --serial S-1
+
+# Where the simulated world outlives the program: the power fails while the job runs.
+for serial in "" "--serial P-1"; do
+  rm -rf "$work/alone" "$work/world"
+  # shellcheck disable=SC2086
+  "$gantry" run $short --state "$work/alone" --sim-state "$work/world" --out "$work/job" $serial >"$work/cut.out" 2>&1 </dev/null &
+  job=$!; pids+=($job)
+  wait_for 40 ls "$work/alone/begun-sim-kept/in-machine.json" || { fail "nothing is remembered before the job"; cat "$work/cut.out"; }
+  sleep 1; kill -9 $job; wait $job 2>/dev/null
+  # shellcheck disable=SC2086
+  { alone 7 "after a power cut${serial:+, with a serial}" --sim-state "$work/world" $serial
+    expect_text "nobody saw how far it came; look at the board and dispense what is missing with --from FEATURE or --only FEATURES"
+    alone 0 "from its first feature" --sim-state "$work/world" --from a $serial
+    expect_text "board          whole"
+    alone 0 "the next one" --sim-state "$work/world" ${serial:+--serial P-2}; }
+done

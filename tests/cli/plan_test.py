@@ -1,0 +1,275 @@
+"""gantry plan against closed forms of distance in another language: paths, motions, repeats, and documents that are wrong.
+
+  python3 tests/cli/plan_test.py build/release/bin/gantry FOLDER
+"""
+import json, math, os, random, subprocess, sys, time
+
+GANTRY = sys.argv[1]
+WORK = sys.argv[2]
+FAILURES = []
+
+
+def check(good, what):
+    if not good:
+        FAILURES.append(what)
+        print("FAILED:", what)
+
+
+def plan(scene, *arguments, text=None):
+    path = os.path.join(WORK, "scene.json")
+    with open(path, "w") as f:
+        f.write(text if text is not None else json.dumps(scene, indent="\t"))
+    done = subprocess.run([GANTRY, "plan", "--scene", path, *arguments, "--json"], capture_output=True, text=True, timeout=60)
+    return done.returncode, json.loads(done.stdout)
+
+
+def written(name, rows):
+    path = os.path.join(WORK, name)
+    with open(path, "w") as f:
+        json.dump(rows, f)
+    return path
+
+
+def figure(b):
+    """(half x, half y, disc, half height, ball) of an upright body."""
+    kind = b["type"]
+    if kind == "box":
+        return b["size"][0] / 2, b["size"][1] / 2, 0, b["size"][2] / 2, 0
+    r, l = b["radius"], b.get("length", 0)
+    return (0, 0, r, l / 2, 0) if kind == "cylinder" else (0, 0, 0, l / 2, r)
+
+
+def corners(b, at):
+    hx, hy, *_ = figure(b)
+    a = math.radians(b.get("yaw_deg", 0))
+    return [(at[0] + x * math.cos(a) - y * math.sin(a), at[1] + x * math.sin(a) + y * math.cos(a))
+            for x, y in ((hx, hy), (-hx, hy), (-hx, -hy), (hx, -hy))]
+
+
+def to_segment(p, a, b):
+    d = (b[0] - a[0], b[1] - a[1])
+    square = d[0] ** 2 + d[1] ** 2
+    t = 0 if square == 0 else min(1, max(0, ((p[0] - a[0]) * d[0] + (p[1] - a[1]) * d[1]) / square))
+    return math.hypot(p[0] - a[0] - t * d[0], p[1] - a[1] - t * d[1])
+
+
+def inside(p, poly):
+    return all((b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) >= 0
+               for a, b in zip(poly, poly[1:] + poly[:1]))
+
+
+def apart(p, q):
+    """Distance of two convex polygons."""
+    for one, other in ((p, q), (q, p)):  # an edge that parts them?
+        for a, b in zip(one, one[1:] + one[:1]):
+            n = (b[1] - a[1], a[0] - b[0])
+            if min(n[0] * (c[0] - a[0]) + n[1] * (c[1] - a[1]) for c in other) > 0:
+                return min(min(to_segment(c, a2, b2) for c in u for a2, b2 in zip(v, v[1:] + v[:1])) for u, v in ((p, q), (q, p)))
+    return 0
+
+
+def distance(h, tip, o):
+    at = [h["center"][i] + tip[i] for i in range(3)]
+    to = o["center"]
+    _, _, disc_h, up_h, ball_h = figure(h)
+    _, _, disc_o, up_o, ball_o = figure(o)
+    if h["type"] == "box" and o["type"] == "box":
+        flat = apart(corners(h, at), corners(o, to))
+    elif h["type"] == "box" or o["type"] == "box":
+        poly, point = (corners(h, at), to) if h["type"] == "box" else (corners(o, to), at)
+        flat = 0 if inside(point, poly) else min(to_segment(point, a, b) for a, b in zip(poly, poly[1:] + poly[:1]))
+    else:
+        flat = math.hypot(at[0] - to[0], at[1] - to[1])
+    flat = max(0, flat - disc_h - disc_o)
+    up = max(0, abs(at[2] - to[2]) - up_h - up_o)
+    return math.hypot(flat, up) - ball_h - ball_o
+
+
+def least(scene, tip):
+    return min((distance(h, tip, o) for h in scene["head"] for o in scene["obstacles"]), default=math.inf)
+
+
+def first_contact(scene, a, b, clearance, step=0.02):
+    """The first share of a motion that is within the clearance, by steps as far as there is room; None: there is none."""
+    length, at = math.dist(a, b), 0
+    while True:
+        t = at / length if length else 0
+        d = least(scene, [a[i] + t * (b[i] - a[i]) for i in range(3)])
+        if d <= clearance:
+            return t
+        if at >= length:
+            return None
+        at = min(length, at + max(step, d - clearance))
+
+
+def least_over(scene, a, b):
+    """Least distance over a motion: of each pair it is convex, so thirds end at it."""
+    length, best = math.dist(a, b), math.inf
+    tip = lambda t: [a[i] + t * (b[i] - a[i]) for i in range(3)]
+    for h in scene["head"]:
+        for o in scene["obstacles"]:
+            if distance(h, tip(0.5), o) - length / 2 > best:
+                continue
+            low, high = 0, 1
+            while (high - low) * length > 1e-7:
+                p, q = low + (high - low) / 3, high - (high - low) / 3
+                if distance(h, tip(p), o) <= distance(h, tip(q), o):
+                    high = q
+                else:
+                    low = p
+            best = min(best, *(distance(h, tip(t), o) for t in (0, low, high, 1)))
+    return best
+
+
+def random_scene(r):
+    def body(name, low, high):
+        kind = r.choice(["box", "cylinder", "capsule", "sphere"])
+        b = {"name": name, "type": kind, "center": [round(r.uniform(0, x), 3) for x in (100, 80, 20)]}
+        size = [round(r.choice([0.05, 0.2, r.uniform(low, high)]), 3) if r.random() < 0.2 else round(r.uniform(low, high), 3) for _ in range(3)]
+        if kind == "box":
+            b["size"], b["yaw_deg"] = size, r.choice([0, 90, r.uniform(-180, 180)])
+        else:
+            b["radius"] = size[0] / 2
+            if kind != "sphere":
+                b["length"] = size[2]
+        return b
+    head = [{"name": "needle", "type": "capsule", "center": [0, 0, 6], "radius": 0.1, "length": 11.8},
+            {"name": "syringe", "type": "cylinder", "center": [0, 0, 22], "radius": 5, "length": 20},
+            {"name": "camera", "type": "box", "center": [14, 0, 30], "size": [10, 12, 20], "yaw_deg": 20}]
+    return {"workspace_tip": {"min": [0, 0, 0], "max": [100, 80, 40]}, "required_clearance_mm": r.choice([0, 0.3, 1]),
+            "head": head[: r.randint(1, 3)], "obstacles": [body(f"part {i}", 1, 15) for i in range(r.randint(1, 25))]}
+
+
+def paths_and_motions():
+    r = random.Random(7)
+    seen = {}
+    for number in range(24):
+        scene = random_scene(r)
+        c = scene["required_clearance_mm"]
+        somewhere = lambda: [r.uniform(0, 100), r.uniform(0, 80), r.uniform(0, 20)]
+        queries = [{"id": f"q{i}", "start": somewhere(), "goal": somewhere()} for i in range(4)]
+        motions = [{"id": i, "from": somewhere(), "to": somewhere()} for i in range(4)]
+        files = ["--queries", written("q.json", queries), "--motions", written("m.json", motions)]
+        code, out = plan(scene, *files)
+        check(code == 0 and out["result"] == "ok" and out["exit_code"] == 0 and out["errors"] == [], f"scene {number}: {out.get('errors')}")
+        again = plan(scene, *files)[1]
+        for q, row, row2 in zip(queries, out["queries"], again["queries"]):
+            seen[row["status"]] = seen.get(row["status"], 0) + 1
+            check(row["id"] == q["id"] and row["path"] == row2["path"], f"scene {number} {q['id']}: not the same again")
+            if row["status"] != "ok":
+                check(row["path"] == [], "a path without being ok")
+                end = q["start"] if row["status"] == "start_collides" else q["goal"]
+                if row["status"] in ("start_collides", "goal_collides"):
+                    check(least(scene, end) <= c + 1e-6, f"scene {number} {q['id']}: {row['status']}, but it is free")
+                continue
+            p = row["path"]
+            check(p[0] == q["start"] and p[-1] == q["goal"], "a path without its ends")
+            check(abs(sum(math.dist(a, b) for a, b in zip(p, p[1:])) - row["length_mm"]) < 1e-6, "a wrong length")
+            nearest = min(least_over(scene, a, b) for a, b in zip(p, p[1:]))
+            check(nearest > c, f"scene {number} {q['id']}: collides, {nearest} <= {c}")
+            check(abs(nearest - row["min_clearance_mm"]) < 1e-5, f"scene {number} {q['id']}: clearance {row['min_clearance_mm']} and {nearest}")
+        for m, row in zip(motions, out["motions"]):
+            seen[row["free"]] = seen.get(row["free"], 0) + 1
+            nearest, hit = least_over(scene, m["from"], m["to"]), first_contact(scene, m["from"], m["to"], c)
+            what = f"scene {number} motion {m['id']}: {row}; nearest {nearest}, first contact {hit}"
+            check(row["free"] == (nearest > c) or abs(nearest - c) < 1e-5, what)
+            check(row["free"] == (row["distance_mm"] > c) or abs(nearest - c) < 1e-6, what)
+            check((nearest <= 0 and row["distance_mm"] <= 0) or abs(nearest - row["distance_mm"]) < 1e-5, what)
+            if hit is not None and not row["free"]:
+                check(-1e-9 <= hit - row["t"] < 0.05 / max(0.05, math.dist(m["from"], m["to"])), what)
+    print("seen:", seen)
+    check(seen.get("ok", 0) > 30 and seen.get(True, 0) > 20 and seen.get(False, 0) > 20, "too few of a kind")
+
+
+GOOD = {"workspace_tip": {"min": [0, 0, 0], "max": [100, 80, 40]}, "required_clearance_mm": 0.5,
+        "head": [{"name": "needle", "type": "capsule", "center": [0, 0, 6], "radius": 0.1, "length": 11.8}],
+        "obstacles": [{"name": "block", "type": "box", "center": [50, 40, 10], "size": [10, 10, 20]}]}
+
+
+def altered(change):
+    scene = json.loads(json.dumps(GOOD))
+    change(scene)
+    return scene
+
+
+def wrong_documents():
+    queries = written("q.json", [{"id": 1, "start": [1, 1, 1], "goal": [9, 9, 1]}])
+    code, out = plan(GOOD, "--queries", queries)
+    check(code == 0 and out["queries"][0]["status"] == "ok", "the good document")
+    outside = written("o.json", [{"id": 1, "start": [-1, 1, 1], "goal": [9, 9, 1]}, {"id": 2, "start": [1, 1, 1], "goal": [9, 9, 41]}])
+    rows = plan(GOOD, "--queries", outside)[1]["queries"]
+    check([(x["status"], x["pair"]) for x in rows] == [("start_collides", ["tip", "workspace"]), ("goal_collides", ["tip", "workspace"])], f"outside: {rows}")
+    code, out = plan(None, "--queries", queries, text="""# as YAML
+workspace_tip: {min: [0, 0, 0], max: [100, 80, 40]}
+required_clearance_mm: 0.5
+head:
+  - {name: needle, type: sphere, center: [0, 0, 1], radius: 1}
+obstacles: []
+""")
+    check(code == 0 and out["queries"][0]["min_clearance_mm"] is None, "YAML, nothing stands")
+    cases = [
+        ("a misspelt key", altered(lambda s: s["obstacles"][0].update(yaw=3)), "yaw_deg"),
+        ("a negative size", altered(lambda s: s["obstacles"][0].update(size=[10, -10, 20])), "-10"),
+        ("no size", altered(lambda s: s["obstacles"][0].pop("size")), "size"),
+        ("a radius of a box", altered(lambda s: s["obstacles"][0].update(radius=1)), "radius"),
+        ("a type that is none", altered(lambda s: s["obstacles"][0].update(type="cone")), "cone"),
+        ("a name that stands twice", altered(lambda s: s["obstacles"].append(s["obstacles"][0])), "block"),
+        ("no head", altered(lambda s: s.pop("head")), "head"),
+        ("an empty head", altered(lambda s: s.update(head=[])), ""),
+        ("no workspace", altered(lambda s: s.pop("workspace_tip")), "workspace_tip"),
+        ("a workspace turned over", altered(lambda s: s["workspace_tip"].update(max=[-1, 80, 40])), "max"),
+        ("no clearance", altered(lambda s: s.pop("required_clearance_mm")), "required_clearance_mm"),
+        ("a negative clearance", altered(lambda s: s.update(required_clearance_mm=-1)), "-1"),
+        ("two numbers for three", altered(lambda s: s["obstacles"][0].update(center=[1, 2])), ""),
+        ("NaN", altered(lambda s: s["obstacles"][0].update(center=[float("nan"), 2, 3])), "NaN"),
+        ("infinity", altered(lambda s: s["obstacles"][0].update(center=[float("inf"), 2, 3])), "Infinity"),
+        ("a text for a number", altered(lambda s: s["head"][0].update(radius="x")), "x"),
+        ("a list", [], ""),
+    ]
+    for what, scene, word in cases:
+        code, out = plan(scene, "--queries", queries)
+        said = json.dumps(out.get("errors", []))
+        check(code == 3 and out["exit_code"] == 3 and "scene.json:" in said and word in said, f"{what}: exit {code}, {said}")
+    begin = time.time()
+    for what, text in (("nothing", ""), ("brackets", "[" * 2000000), ("half a document", json.dumps(GOOD)[:150]), ("bytes", "\x00\x01"),
+                       ("too much", json.dumps(altered(lambda s: s.update(obstacles=s["obstacles"] * 60000))))):
+        code, out = plan(None, "--queries", queries, text=text)
+        check(code == 3, f"{what}: exit {code}")
+    check(time.time() - begin < 20, "wrong documents take too long")
+    for what, text in (("no JSON", "[{"), ("NaN", '[{"id":1,"start":[NaN,1,1],"goal":[1,1,1]}]'), ("1e999", '[{"id":1,"start":[1e999,1,1],"goal":[1,1,1]}]'),
+                       ("no list", "{}"), ("a misspelt key", '[{"id":1,"strat":[1,1,1],"goal":[1,1,1]}]'), ("no id", '[{"start":[1,1,1],"goal":[1,1,1]}]'),
+                       ("two numbers", '[{"id":1,"start":[1,1],"goal":[1,1,1]}]'), ("an id twice", '[{"id":1,"start":[1,1,1],"goal":[1,1,1]},{"id":1,"start":[1,1,1],"goal":[1,1,1]}]')):
+        path = os.path.join(WORK, "bad.json")
+        with open(path, "w") as f:
+            f.write(text)
+        code, out = plan(GOOD, "--queries", path)
+        check(code == 3 and "bad.json" in json.dumps(out["errors"]), f"queries, {what}: exit {code} {out.get('errors')}")
+    check(plan(GOOD)[0] == 2, "nothing is asked")
+    check(plan(GOOD, "--queries", "/nowhere.json")[0] == 3, "a file that is not there")
+
+
+def slots_and_pockets():
+    wall = lambda name, y0, y1: {"name": name, "type": "box", "center": [50, (y0 + y1) / 2, 20], "size": [5, y1 - y0, 100]}
+    scene = altered(lambda s: s.update(obstacles=[wall("front", -50, 39.5), wall("back", 40.8, 130)]))
+    queries = written("q.json", [{"id": "slot", "start": [10, 10, 1], "goal": [90, 70, 1]}])
+    row = plan(scene, "--queries", queries)[1]["queries"][0]
+    check(row["status"] == "ok" and row["min_clearance_mm"] > 0.5, f"a slot of 1.3 mm: {row}")
+    scene["obstacles"][1] = wall("back", 40.7, 130)
+    row = plan(scene, "--queries", queries)[1]["queries"][0]
+    check(row["status"] == "no_path" and row["closed_in"] is None, f"a slot that leaves nothing: {row}")
+    shell = lambda yaw: [
+        {"name": f"wall {i}", "type": "box", "center": [60 + 15 * x, 40 + 15 * y, 10], "size": [0.05 + 30.05 * (x == 0), 0.05 + 30.05 * (y == 0), 40]}
+        for i, (x, y) in enumerate(((1, 0), (-1, 0), (0, 1), (0, -1)))] + [
+        {"name": "lid", "type": "box", "center": [60, 40, 35], "size": [31, 31, 0.05]}]
+    scene["obstacles"] = shell(0)
+    queries = written("q.json", [{"id": "in", "start": [10, 10, 1], "goal": [60, 40, 1]}, {"id": "out", "start": [60, 40, 1], "goal": [10, 10, 1]}])
+    begin = time.time()
+    rows = plan(scene, "--queries", queries)[1]["queries"]
+    check([(x["status"], x["closed_in"]) for x in rows] == [("no_path", "goal"), ("no_path", "start")], f"a pocket of foil: {rows}")
+    check(time.time() - begin < 10, "a pocket takes too long")
+
+
+wrong_documents()
+slots_and_pockets()
+paths_and_motions()
+sys.exit(1 if FAILURES else 0)

@@ -1,0 +1,177 @@
+#include "tests/machine/board_oracle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <fstream>
+#include <sstream>
+
+namespace gantry::test {
+namespace {
+
+constexpr double kSame_mm = 0.003;  // of a limit: nearer than that nobody can say
+constexpr double kNear_mm = 3;      // as far as a board may lie off that nobody has looked at
+constexpr std::size_t kWindow = 8;  // cycles over which a speed is taken
+
+double from_line(Vec2 p, const std::vector<Vec2>& line) {
+  double best = line.empty() ? 1e9 : norm(p - line.front());
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    const Vec2 along = line[i] - line[i - 1];
+    const double square = dot(along, along), t = square > 0 ? dot(p - line[i - 1], along) / square : 0;
+    best = std::min(best, norm(p - (line[i - 1] + along * std::clamp(t, 0.0, 1.0))));
+  }
+  return best;
+}
+
+std::vector<Vec2> flat(const std::vector<Vec3>& path) {
+  std::vector<Vec2> out;
+  for (const Vec3& p : path) out.push_back(flat(p));
+  return out;
+}
+
+/// Path length up to each point.
+std::vector<double> lengths(const std::vector<Vec3>& path) {
+  std::vector<double> out{0};
+  for (std::size_t i = 1; i < path.size(); ++i) out.push_back(out.back() + norm(flat(path[i]) - flat(path[i - 1])));
+  return out;
+}
+
+/// Time in cycles at which a path has come so far: but for its ends it has a point a cycle.
+double cycle_at(const std::vector<double>& to, double length) {
+  const auto next = std::lower_bound(to.begin(), to.end(), length);
+  if (next == to.begin()) return 0;
+  if (next == to.end()) return static_cast<double>(to.size() - 1);
+  const auto i = static_cast<std::size_t>(next - to.begin());
+  return static_cast<double>(i - 1) + (length - to[i - 1]) / std::max(1e-12, to[i] - to[i - 1]);
+}
+
+class OfOne {
+ public:
+  Verdict verdict = Verdict::Good;
+  std::string why;
+  bool full = true;
+
+  void limit(double value, double allowed, const char* what) {
+    if (value <= allowed - kSame_mm) return;
+    note(value <= allowed + kSame_mm ? Verdict::Near : Verdict::Spoilt,
+         fmt::format("{} {:.4f} of {:.4f}", what, value, allowed));
+  }
+  void note(Verdict worse, std::string text) {
+    if (verdict == Verdict::Spoilt) return;
+    if (worse == Verdict::Spoilt || verdict == Verdict::Good) verdict = worse, why = std::move(text);
+  }
+
+  void dot(const Wanted& w, const RawShot& shot) {
+    limit(norm(flat(shot.path.front()) - w.points.front()), w.tolerance_mm, "dot beside");
+    limit(std::abs(shot.path.front().z - w.gap_mm), w.gap_tolerance_mm, "gap");
+    const double lasted_s = static_cast<double>(shot.closed - shot.opened) * 1e-3;
+    if (lasted_s < w.dot_s * 0.95 - 0.002)
+      full = false, note(Verdict::Spoilt, fmt::format("a shot of {} s", lasted_s));
+    else if (lasted_s < w.dot_s * 0.95)
+      note(Verdict::Near, "a short shot");
+  }
+
+  void bead(const Wanted& w, const RawShot& shot, const RawShot* undisturbed) {
+    const double allowed = w.tolerance_mm + w.corner_mm;
+    const std::vector<Vec2> path = flat(shot.path);
+    limit(norm(path.front() - w.points.front()), w.tolerance_mm, "start off");
+    limit(norm(path.back() - w.points.back()), w.tolerance_mm, "end off");
+    double beside = 0, bare = 0, gap = 0;
+    for (const Vec3& p : shot.path)
+      beside = std::max(beside, from_line(flat(p), w.points)), gap = std::max(gap, std::abs(p.z - w.gap_mm));
+    for (std::size_t i = 1; i < w.points.size(); ++i) {
+      const Vec2 along = w.points[i] - w.points[i - 1];
+      const int steps = std::max(1, static_cast<int>(norm(along) / 0.5));
+      for (int k = 0; k <= steps; ++k)
+        bare = std::max(bare, from_line(w.points[i - 1] + along * (static_cast<double>(k) / steps), path));
+    }
+    limit(beside, allowed, "beside");
+    limit(bare, allowed, "bare");
+    limit(gap, w.gap_tolerance_mm, "gap");
+    if (undisturbed == nullptr) return;
+    const std::vector<double> now = lengths(shot.path), planned = lengths(undisturbed->path);
+    full = now.back() >= planned.back() - w.tolerance_mm;
+    if (!full || w.flow_follows_speed) return;
+    speed(w, now, planned);
+  }
+
+ private:
+  void speed(const Wanted& w, const std::vector<double>& now, const std::vector<double>& planned) {
+    double worst = 0;
+    for (std::size_t i = 1; i + 3 * kWindow < planned.size(); ++i) {
+      const std::size_t from = i + kWindow, to = from + kWindow;  // steady before and behind, too
+      bool steady = true;
+      for (const std::size_t at : {i, from, to})
+        steady = steady && std::abs((planned[at + kWindow] - planned[at]) / kWindow / (w.speed_mm_s * 1e-3) - 1) < 0.02;
+      if (!steady) continue;
+      const double took = cycle_at(now, planned[to]) - cycle_at(now, planned[from]);
+      worst = std::max(worst, std::abs(static_cast<double>(kWindow) / std::max(took, 1e-9) - 1));
+    }
+    if (worst > 0.12)
+      note(Verdict::Spoilt, fmt::format("speed off by {:.0f} %", worst * 100));
+    else if (worst > 0.03)
+      note(Verdict::Near, fmt::format("speed off by {:.1f} %", worst * 100));
+  }
+};
+
+OfOne judge(const Wanted& w, const RawShot& shot, const RawShot* undisturbed) {
+  OfOne one;
+  w.bead ? one.bead(w, shot, undisturbed) : one.dot(w, shot);
+  return one;
+}
+
+}  // namespace
+
+std::vector<RawShot> read_shots(const std::string& csv_file) {
+  std::vector<RawShot> shots;
+  std::ifstream in(csv_file);
+  std::string line;
+  std::getline(in, line);
+  while (std::getline(in, line)) {
+    std::istringstream rest(line.substr(line.rfind('"') + 2));  // behind the id
+    std::string field[7];
+    for (std::string& f : field) std::getline(rest, f, ',');
+    RawShot shot{std::stoll(field[1]), std::stoll(field[2]), {}};
+    std::istringstream points(field[6]);
+    for (std::string point; std::getline(points, point, ';');) {
+      std::istringstream numbers(point);
+      Vec3 p;
+      numbers >> p.x >> p.y >> p.z;
+      shot.path.push_back(p);
+    }
+    shots.push_back(std::move(shot));
+  }
+  return shots;
+}
+
+Opinion opinion(const std::vector<Wanted>& wanted, const std::vector<RawShot>& shots,
+                const std::vector<RawShot>& undisturbed) {
+  Opinion out;
+  const auto note = [&](const OfOne& one, std::size_t i) {
+    if (one.verdict == Verdict::Good || out.verdict == Verdict::Spoilt) return;
+    if (out.verdict == Verdict::Good || one.verdict == Verdict::Spoilt)
+      out.verdict = one.verdict, out.why = fmt::format("feature {}: {}", i, one.why);
+  };
+  const auto planned = [&](std::size_t i) { return undisturbed.size() == wanted.size() ? &undisturbed[i] : nullptr; };
+  bool all_there = true;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    bool there = false;
+    for (const RawShot& shot : shots) {
+      const bool meant = shots.size() == wanted.size()
+                             ? &shot == &shots[i]
+                             : norm(flat(shot.path.front()) - wanted[i].points.front()) < kNear_mm;
+      if (!meant) continue;
+      const bool moves = norm(flat(shot.path.back()) - flat(shot.path.front())) > 0.2 || shot.path.size() > 3;
+      there = there || (moves == wanted[i].bead && judge(wanted[i], shot, planned(i)).full);
+    }
+    all_there = all_there && there;
+  }
+  if (shots.size() == wanted.size())
+    for (std::size_t i = 0; i < wanted.size(); ++i) note(judge(wanted[i], shots[i], planned(i)), i);
+  else
+    out.verdict = Verdict::Spoilt, out.why = fmt::format("{} shots for {} features", shots.size(), wanted.size());
+  out.board = shots.empty() ? "untouched" : !all_there ? "begun" : out.verdict == Verdict::Good ? "whole" : "defects";
+  return out;
+}
+
+}  // namespace gantry::test

@@ -1,0 +1,197 @@
+// What a material's keys make of a bead's end, and dispensing on a part: by the world's log, and by where the axes were
+// told to go.
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "app/job/prove.hpp"
+#include "tests/machine/deposits.hpp"
+
+namespace gantry {
+namespace {
+
+using test::Rig;
+
+recipes::Recipe recipe_of(const std::string& material_keys, const std::string& parts, const std::string& features) {
+  const auto recipe = recipes::parse(
+      fmt::format("version: 1\nrecipe: keys\nplacement: fixture\nboard: {{size: [80 mm, 55 mm], thickness: 12 mm, "
+                  "frame: pallet}}\n"
+                  "parts: {{{}}}\nmaterials:\n"
+                  "  glue: {{speed: 20 mm/s, gap: 0.5 mm, valve_open_lead: 8 ms, valve_close_lead: 6 ms, "
+                  "dot_time: 30 ms, settle_time: 10 ms, retract: 3 mm, tolerance: 5 mm, gap_tolerance: 2 mm{}}}\n"
+                  "features:\n{}",
+                  parts, material_keys, features),
+      "keys.yaml");
+  if (recipe) return *recipe;
+  for (const Error& e : recipe.error()) ADD_FAILURE() << to_text(e);
+  return {};
+}
+constexpr const char* kLine = "  - line: {name: l, material: glue, from: [20 mm, 20 mm], to: [50 mm, 20 mm]}\n";
+
+/// The needle's tip over the board as it nominally lies, and the valve, cycle by cycle.
+struct Way {
+  std::vector<Vec3> tip;
+  std::vector<bool> valve;
+
+  record::JobResult run(Rig& rig, const recipes::Recipe& recipe) {
+    rig.on_step = [&](run::Owner& owner) {
+      const cycle::Snapshot& s = owner.latest();
+      const config::Machine& m = rig.machine();
+      const config::Tool& needle = *config::find_tool(m, "needle");
+      const Vec3 origin = config::find_frame(m, "pallet")->origin;
+      tip.push_back({s.target[m.x.value] + needle.tip.x - origin.x, s.target[m.y.value] + needle.tip.y - origin.y,
+                     s.target[m.z.value] + needle.tip.z - s.target[m.u->value] - origin.z - recipe.board.thickness});
+      valve.push_back((s.outputs & config::bit(config::Output::Valve)) != 0);
+    };
+    return rig.run(recipe);
+  }
+  /// Index after the valve was shut last.
+  [[nodiscard]] std::size_t shut() const {
+    return valve.size() - static_cast<std::size_t>(std::find(valve.rbegin(), valve.rend(), true) - valve.rbegin());
+  }
+  /// How near the tip comes to a point from cycle `from` on, and when.
+  [[nodiscard]] std::pair<double, std::size_t> nearest(Vec3 p, std::size_t from) const {
+    std::pair<double, std::size_t> best{1e9, from};
+    for (std::size_t i = from; i < tip.size(); ++i)
+      if (const double d = norm(tip[i] - p); d < best.first) best = {d, i};
+    return best;
+  }
+};
+
+const record::Deposit& deposit(const record::JobResult& r, const std::string& id) {
+  static const record::Deposit kNone{};
+  for (const record::Deposit& d : r.deposits)
+    if (d.id == id && !d.board_mm.empty()) return d;
+  ADD_FAILURE() << "not dispensed: " << id;
+  return kNone;
+}
+
+TEST(MaterialKeys, early_off_ends_the_bead_so_much_before_its_end) {
+  const recipes::Recipe recipe = recipe_of(", early_off: 4 mm", "", kLine);
+  Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
+  const record::JobResult r = rig.run(recipe);
+  test::expect_done(r);
+  const auto& path = deposit(r, "l").board_mm;
+  ASSERT_FALSE(path.empty());
+  EXPECT_NEAR(path.front().x, 20, 0.03);
+  EXPECT_NEAR(path.back().x, 46, 0.03);
+  EXPECT_LE(deposit(r, "l").error_mm, 0.03) << "the world expects it there";
+}
+
+TEST(MaterialKeys, early_off_counts_along_the_chords_of_a_curve) {
+  const recipes::Recipe recipe = recipe_of(
+      ", early_off: 5 mm", "", "  - circle: {name: c, material: glue, centre: [40 mm, 25 mm], radius: 10 mm}\n");
+  Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
+  const record::JobResult r = rig.run(recipe);
+  test::expect_done(r);
+  const auto& path = deposit(r, "c").board_mm;
+  ASSERT_FALSE(path.empty());
+  const double angle = std::atan2(path.back().y - 25, path.back().x - 40);
+  EXPECT_NEAR(angle * 10, -5, 0.06);
+}
+
+TEST(MaterialKeys, back_track_goes_back_over_the_bead_and_up_on_the_way) {
+  const recipes::Recipe recipe = recipe_of(", back_track: 6 mm, tail_lift: 1.5 mm", "", kLine);
+  Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
+  Way way;
+  test::expect_done(way.run(rig, recipe));
+  const std::size_t shut = way.shut();
+  const auto end = way.nearest({50, 20, 0.5}, shut), back = way.nearest({44, 20, 2}, shut);
+  EXPECT_LT(end.first, 0.02);
+  EXPECT_LT(back.first, 0.001) << "it rests there";
+  EXPECT_GT(back.second, end.second);
+  for (std::size_t i = shut; i <= back.second; ++i) {
+    EXPECT_NEAR(way.tip[i].y, 20, 0.001);
+    EXPECT_GE(way.tip[i].z, 0.499);
+  }
+  const auto up = way.nearest({44, 20, 5}, back.second);
+  EXPECT_LT(up.first, 0.3) << "and from there straight up by retract";
+  for (std::size_t i = back.second; i <= up.second; ++i) EXPECT_NEAR(way.tip[i].x, 44, 0.3);
+}
+
+TEST(MaterialKeys, tail_lift_alone_goes_straight_up_at_the_speed_of_the_bead) {
+  const recipes::Recipe recipe = recipe_of(", tail_lift: 2 mm", "", kLine);
+  Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
+  Way way;
+  test::expect_done(way.run(rig, recipe));
+  for (std::size_t i = way.shut(); i + 1 < way.tip.size() && way.tip[i].z < 2.4; ++i)
+    EXPECT_LE((way.tip[i + 1].z - way.tip[i].z) * 1000, 20.01) << way.tip[i].z;
+}
+
+TEST(MaterialKeys, that_cannot_be_meant_are_told_with_the_bead) {
+  const auto machine = config::load_machine("config/machines/dispenser.yaml");
+  ASSERT_TRUE(machine);
+  const auto job = recipes::compile(recipe_of(", early_off: 31 mm", "", kLine), *machine);
+  ASSERT_FALSE(job);
+  EXPECT_EQ(job.error()[0].fault, Fault::Inconsistent);
+  EXPECT_EQ(job.error()[0].where, "keys.yaml:9:5");
+  EXPECT_NE(job.error()[0].message.find("only 30 mm"), std::string::npos) << job.error()[0].message;
+}
+
+TEST(RunUp, that_is_blocked_is_named_with_the_body_and_the_line) {
+  const auto machine = config::load_machine("config/machines/dispenser.yaml");
+  ASSERT_TRUE(machine);
+  const auto proof = [&](const std::string& at) {
+    const recipes::Recipe recipe = recipe_of("", "post: {at: [" + at + "], size: [1 mm, 1 mm, 2.4 mm]}", kLine);
+    const auto job = recipes::compile(recipe, *machine);
+    EXPECT_TRUE(job);
+    return job::prove_nominal(*machine, recipe, *job);
+  };
+  // At the bead's start the needle is 0.8 mm thick to each side and keeps 2 mm: a post up to x = 17.2 mm may stand
+  // there. The run-up comes nearer.
+  const auto run_up = proof("16.6 mm, 20 mm");
+  ASSERT_FALSE(run_up);
+  for (const char* word : {"bead 'l'", "run-up", "post", "needle"})
+    EXPECT_NE(run_up.error().message.find(word), std::string::npos) << run_up.error().message;
+  EXPECT_EQ(run_up.error().where, "keys.yaml:9:5");
+  const auto free = proof("14 mm, 20 mm");
+  EXPECT_TRUE(free) << to_text(free.error());
+  const auto along = proof("35 mm, 21 mm");
+  ASSERT_FALSE(along);
+  EXPECT_EQ(along.error().message.find("run-"), std::string::npos) << along.error().message;
+  for (const char* word : {"bead 'l'", "post", "needle"})
+    EXPECT_NE(along.error().message.find(word), std::string::npos) << along.error().message;
+  EXPECT_EQ(along.error().where, "keys.yaml:9:5");
+}
+
+constexpr const char* kParts = "relay: {at: [40 mm, 30 mm], size: [20 mm, 12 mm, 9 mm]}";
+
+TEST(OnAPart, features_lie_on_its_top_and_nothing_is_hit) {
+  const recipes::Recipe recipe =
+      recipe_of("", kParts,
+                "  - dot: {name: d, material: glue, on: relay, at: [33 mm, 27 mm]}\n"
+                "  - line: {name: l, material: glue, on: relay, from: [32 mm, 30 mm], to: [48 mm, 30 mm]}\n"
+                "  - dot: {name: beside, material: glue, at: [10 mm, 10 mm]}\n");
+  Rig rig({.placement = "dx=0.5 mm, dy=0.5 mm, rot=0 deg"});
+  Way way;
+  const record::JobResult r = way.run(rig, recipe);
+  test::expect_done(r);
+  EXPECT_TRUE(r.collisions.empty());
+  EXPECT_EQ(r.features_done, 3u);
+  const auto none = rig.machine().sim.height_spread_mm;  // the world's board may be so much higher or lower
+  EXPECT_NEAR(deposit(r, "d").board_mm[0].z, 9.5, none + 0.03);
+  for (const Vec3 p : deposit(r, "l").board_mm) EXPECT_NEAR(p.z, 9.5, none + 0.03);
+  const auto& nearest = r.minimum_clearance.by_design;
+  ASSERT_TRUE(nearest);
+  EXPECT_EQ(nearest->head, "needle");
+}
+
+TEST(OnAPart, other_pairs_keep_their_clearance_and_the_error_names_both) {
+  const auto machine = config::load_machine("config/machines/dispenser.yaml");
+  ASSERT_TRUE(machine);
+  const auto proof = [&](const std::string& on) {
+    const recipes::Recipe recipe =
+        recipe_of("", std::string(kParts) + ", tower: {at: [40 mm, 39 mm], size: [4 mm, 4 mm, 20 mm]}",
+                  "  - dot: {name: d, material: glue, on: relay, at: " + on + "}\n");
+    const auto job = recipes::compile(recipe, *machine);
+    EXPECT_TRUE(job);
+    return job::prove_nominal(*machine, recipe, *job);
+  };
+  EXPECT_TRUE(proof("[33 mm, 27 mm]")) << to_text(proof("[33 mm, 27 mm]").error());
+  const auto near = proof("[40 mm, 35.5 mm]");
+  ASSERT_FALSE(near) << "the tower is beside it";
+  EXPECT_NE(near.error().message.find("tower"), std::string::npos) << near.error().message;
+}
+
+}  // namespace
+}  // namespace gantry

@@ -1,0 +1,101 @@
+// When the needle is purged: by the time that the valve was shut, on the machine's own clock.
+#include <algorithm>
+#include <fmt/format.h>
+
+#include "app/job/prove.hpp"
+#include "tests/machine/deposits.hpp"
+
+namespace gantry {
+namespace {
+
+using test::Rig;
+
+recipes::Recipe with_purge(const std::string& purge) {
+  const auto recipe = recipes::parse(
+      fmt::format("version: 1\nrecipe: purged\nplacement: fixture\nboard: {{size: [80 mm, 55 mm], thickness: 12 mm, "
+                  "frame: pallet}}\n"
+                  "materials:\n  glue: {{speed: 20 mm/s, gap: 0.5 mm, valve_open_lead: 8 ms, valve_close_lead: 6 ms, "
+                  "dot_time: 30 ms, settle_time: 10 ms, retract: 3 mm, tolerance: 5 mm, gap_tolerance: 2 mm}}\n"
+                  "purge: {}\n"
+                  "features:\n  - dot: {{name: d, material: glue, at: [10 mm, 10 mm]}}\n",
+                  purge),
+      "purged.yaml");
+  if (recipe) return *recipe;
+  for (const Error& e : recipe.error()) ADD_FAILURE() << to_text(e);
+  return {};
+}
+
+std::size_t purges(const record::JobResult& r) {
+  return static_cast<std::size_t>(
+      std::count_if(r.deposits.begin(), r.deposits.end(), [](const auto& d) { return d.kind == "purge"; }));
+}
+
+TEST(Purge, is_done_in_the_first_job_and_again_only_when_the_valve_was_shut_for_longer) {
+  const recipes::Recipe recipe = with_purge("{material: glue, at: [60 mm, 40 mm, 0 mm], shots: 2, after: 30 s}");
+  Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
+  const record::JobResult first = rig.run(recipe);
+  test::expect_done(first);
+  EXPECT_EQ(purges(first), 2u) << "nothing is known of a valve that was not open since the bus is up";
+  EXPECT_EQ(first.purge_shots, 2u);
+  EXPECT_EQ(first.features_done, 1u);
+  test::expect_deposits(recipe, first);
+  const record::JobResult second = rig.run(recipe);
+  test::expect_done(second);
+  EXPECT_LT(second.actual_s, 25);
+  EXPECT_EQ(purges(second), 0u);
+  EXPECT_EQ(second.features_done, 1u);
+  for (int i = 0; i < 30'000; ++i) rig.owner().idle();
+  const record::JobResult third = rig.run(recipe);
+  test::expect_done(third);
+  EXPECT_EQ(purges(third), 2u);
+}
+
+TEST(Purge, is_the_same_in_every_run) {
+  const recipes::Recipe recipe = with_purge("{material: glue, at: [60 mm, 40 mm, 0 mm], shots: 2, after: 0 s}");
+  std::uint64_t hash = 0;
+  for (int i = 0; i < 2; ++i) {
+    Rig rig({});
+    const record::JobResult r = rig.run(recipe);
+    test::expect_done(r);
+    if (i > 0) {
+      EXPECT_EQ(r.setpoint_hash, hash);
+    }
+    hash = r.setpoint_hash;
+  }
+}
+
+TEST(Purge, goes_to_a_place_of_the_machine_however_the_board_lies) {
+  const recipes::Recipe recipe =
+      with_purge("{material: glue, frame: pallet, at: [70 mm, 45 mm, 40 mm], shots: 1, after: 0 s}");
+  Rig rig({.placement = "dx=2 mm, dy=-1 mm, rot=1 deg"});
+  const record::JobResult r = rig.run(recipe);
+  test::expect_done(r);
+  ASSERT_EQ(purges(r), 1u);
+  // Without marks the board is taken to lie at its nominal place; the world knows better: turned by 1 deg and shifted.
+  const Vec3 at = r.deposits.front().board_mm.front();
+  const Vec2 in_frame = rotated({at.x, at.y}, M_PI / 180) + Vec2{2, -1};
+  EXPECT_NEAR(in_frame.x, 70, 0.02);
+  EXPECT_NEAR(in_frame.y, 45, 0.02);
+}
+
+TEST(Purge, is_proved_like_any_motion) {
+  const auto machine = config::load_machine("config/machines/dispenser.yaml");
+  ASSERT_TRUE(machine);
+  const auto proof = [&](const std::string& purge, const std::string& part) {
+    recipes::Recipe recipe = with_purge(purge);
+    if (!part.empty()) recipe.parts.push_back({.name = part, .at = {60, 40}, .size = {10, 10, 15}, .place = {}});
+    const auto job = recipes::compile(recipe, *machine);
+    EXPECT_TRUE(job);
+    return job::prove_nominal(*machine, recipe, *job);
+  };
+  EXPECT_TRUE(proof("{material: glue, at: [60 mm, 40 mm, 0 mm], shots: 2, after: 30 s}", ""));
+  const auto blocked = proof("{material: glue, at: [60 mm, 40 mm, 0 mm], shots: 2, after: 30 s}", "relay");
+  ASSERT_FALSE(blocked);
+  EXPECT_EQ(blocked.error().fault, Fault::Collision);
+  EXPECT_EQ(blocked.error().where, "purged.yaml:7:29");
+  EXPECT_NE(blocked.error().message.find("purging"), std::string::npos);
+  EXPECT_NE(blocked.error().message.find("relay"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace gantry

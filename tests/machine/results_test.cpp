@@ -1,0 +1,260 @@
+// A job that says "done" is done: random boards, and in half of the jobs something happens to them (holds, overrides,
+// faults, aborts), or the machine is not what its file says (the needle's tip, the board's tilt, its place). The oracle
+// (board_oracle.hpp) has the world's deposits.csv and the author's own drawing.
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fmt/format.h>
+#include <random>
+#include <unistd.h>
+
+#include "app/record/defects.hpp"
+#include "app/record/summary.hpp"
+#include "recipes/recipe.hpp"
+#include "tests/machine/board_oracle.hpp"
+#include "tests/machine/rig.hpp"
+
+namespace gantry {
+namespace {
+
+using test::Verdict;
+using test::Wanted;
+
+struct Material {
+  const char* name;
+  double speed_mm_s, gap_mm, dot_ms;
+  bool follows;
+};
+
+/// A recipe, and what its author wants.
+class Author {
+ public:
+  explicit Author(std::uint64_t seed) : random_(seed) {}
+
+  double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+  template <class T>
+  T one_of(std::initializer_list<T> values) {
+    return *(values.begin() + std::uniform_int_distribution<std::ptrdiff_t>(0, std::ssize(values) - 1)(random_));
+  }
+
+  std::string recipe() {
+    const int marks = one_of({0, 3, 3, 4}), touches = one_of({0, 3, 3, 4});
+    fixture = marks == 0 && one_of({true, true, false});
+    reference = marks > 0 || fixture;
+    std::string text = "version: 1\nrecipe: random\n";
+    if (fixture) text += "placement: fixture\n";
+    text += "board: {size: [90 mm, 60 mm], thickness: 8 mm, frame: pallet}\n";
+    const std::array<Vec2, 4> corners{Vec2{4, 5}, {86, 55}, {85, 4}, {4, 55}};
+    for (std::size_t i = 0; i < static_cast<std::size_t>(marks); ++i)
+      text += fmt::format("{}  m{}: {{at: {}, diameter: 1.5 mm}}\n", i == 0 ? "marks:\n" : "", i, point(corners[i]));
+    const std::array<Vec2, 4> probed{Vec2{20, 15}, {70, 20}, {45, 48}, {15, 50}};
+    for (std::size_t i = 0; i < static_cast<std::size_t>(touches); ++i)
+      text += fmt::format("{}  t{}: {{at: {}}}\n", i == 0 ? "touches:\n" : "", i, point(probed[i]));
+    text += "materials:\n";
+    for (const char* name : {"a", "b"}) {
+      materials_.push_back({name, one_of({10.0, 20.0, 50.0, 100.0}), touches < 3 ? 0.8 : one_of({0.2, 0.4}),
+                            one_of({33.0, 60.0}), one_of({true, false, false, false})});
+      const Material& m = materials_.back();
+      text += fmt::format(
+          "  {}: {{speed: {} mm/s, gap: {} mm, valve_open_lead: 8 ms, valve_close_lead: 6 ms, dot_time: {} ms, "
+          "settle_time: 10 ms, retract: 3 mm, flow_follows_speed: {}}}\n",
+          m.name, m.speed_mm_s, m.gap_mm, m.dot_ms, m.follows);
+    }
+    text += "features:\n";
+    const int count = one_of({2, 3, 4, 5});
+    for (int i = 0; i < count; ++i) text += feature(i);
+    return text;
+  }
+
+  std::vector<Wanted> wanted;
+  bool fixture = false, reference = false;
+
+ private:
+  static std::string point(Vec2 p) { return fmt::format("[{:.4f} mm, {:.4f} mm]", p.x, p.y); }
+  Vec2 anywhere() { return {between(10, 80), between(10, 50)}; }
+  Vec2 as_written(Vec2 p) { return {std::round(p.x * 1e4) / 1e4, std::round(p.y * 1e4) / 1e4}; }
+
+  std::string feature(int i) {
+    const Material& m = materials_[static_cast<std::size_t>(one_of({0, 1}))];
+    const std::string head = fmt::format("name: f{}, material: {}", i, m.name);
+    Wanted w{.bead = true,
+             .points = {},
+             .corner_mm = 0,
+             .speed_mm_s = m.speed_mm_s,
+             .gap_mm = m.gap_mm,
+             .dot_s = m.dot_ms * 1e-3,
+             .flow_follows_speed = m.follows};
+    const auto add = [&] {
+      w.points.push_back(as_written(anywhere()));
+      return point(w.points.back());
+    };
+    std::string text;
+    switch (one_of({0, 1, 2, 2, 3})) {
+      case 0:
+        w.bead = false;
+        text = fmt::format("  - dot: {{{}, at: {}}}\n", head, add());
+        break;
+      case 1: {
+        const std::string from = add();
+        text = fmt::format("  - line: {{{}, from: {}, to: {}}}\n", head, from, add());
+        break;
+      }
+      case 2: {
+        w.corner_mm = one_of({0.0, 0.1, 0.2});
+        const bool closed = one_of({true, false});
+        std::string points = add();
+        for (int n = one_of({1, 2, 3}); n >= 0; --n) points += ", " + add();
+        text = fmt::format("  - polyline: {{{}, points: [{}], corner_tolerance: {} mm, closed: {}}}\n", head, points,
+                           w.corner_mm, closed);
+        if (closed) w.points.push_back(w.points.front());
+        break;
+      }
+      default: {
+        const Vec2 at = as_written({between(10, 40), between(10, 30)}),
+                   size = as_written({between(8, 35), between(8, 20)});
+        w.corner_mm = one_of({0.0, 0.1, 0.3});
+        w.points = {at, at + Vec2{size.x, 0}, at + size, at + Vec2{0, size.y}, at};
+        text = fmt::format("  - rectangle: {{{}, at: {}, size: {}, corner_tolerance: {} mm}}\n", head, point(at),
+                           point(size), w.corner_mm);
+      }
+    }
+    wanted.push_back(std::move(w));
+    return text;
+  }
+
+  std::mt19937_64 random_;
+  std::vector<Material> materials_;
+};
+
+/// What happens to the second job on the rig.
+struct Trouble {
+  enum class Kind { Hold, Override, Both, Abort, Fault } kind = Kind::Hold;
+  CycleIndex at = 0, lasts = 0;  ///< cycles from the job's start
+  double factor = 1;
+};
+
+/// Orders that come at their cycle.
+void meddle(run::Owner& owner, const Trouble& t, CycleIndex job_began) {
+  const CycleIndex now = owner.latest().cycle - job_began;
+  const auto order = [&](run::OrderKind kind, double value = 1) {
+    static_cast<void>(owner.order({.kind = kind, .value = value}));  // what does not fit is refused
+  };
+  using Kind = Trouble::Kind;
+  if (now == t.at) {
+    if (t.kind == Kind::Override || t.kind == Kind::Both) order(run::OrderKind::Override, t.factor);
+    if (t.kind == Kind::Hold || t.kind == Kind::Both) order(run::OrderKind::Hold);
+    if (t.kind == Kind::Abort) order(run::OrderKind::Abort);
+  }
+  if (now >= t.at + t.lasts) {
+    if (now == t.at + t.lasts) order(run::OrderKind::Override, 1);
+    if (owner.held()) order(run::OrderKind::Resume);
+  }
+}
+
+class Jobs {
+ public:
+  int judged = 0, good = 0, spoilt = 0, near = 0, failed = 0;
+
+  void judge(const Author& author, const record::JobResult& result, run::Owner& owner,
+             const std::vector<test::RawShot>& undisturbed) {
+    const std::string file = std::filesystem::temp_directory_path() / fmt::format("gantry-results-{}.csv", getpid());
+    ASSERT_TRUE(owner.world()->write_deposits(file));
+    shots = test::read_shots(file);
+    std::filesystem::remove(file);
+    const test::Opinion o = test::opinion(author.wanted, shots, undisturbed);
+    ++judged;
+    const std::string word = record::result_word(result);
+    std::string told;
+    for (const record::Defect& d : result.defects)
+      told += fmt::format("\n  {} {}: {}", d.feature, record::name(d.kind), d.message);
+    SCOPED_TRACE(fmt::format("{}, board {}; the oracle: {} {} {}", word, record::name(result.board), o.board,
+                             static_cast<int>(o.verdict), o.why) +
+                 told);
+    if (o.verdict == Verdict::Near) {
+      ++near;
+      EXPECT_NE(result.board, record::Board::Untouched);
+      return;
+    }
+    const bool is_good = o.verdict == Verdict::Good && author.reference;
+    if (word == "done" || word == "done_with_defects") {
+      EXPECT_EQ(word, is_good ? "done" : "done_with_defects");
+      EXPECT_EQ(result.exit_code, is_good ? ExitCode::Done : record::kDoneWithDefects);
+      ++(is_good ? good : spoilt);
+    } else {
+      ++failed;
+      EXPECT_FALSE(result.errors.empty());
+    }
+    const bool unknown = o.board == "whole" && !author.reference;
+    EXPECT_EQ(record::name(result.board), unknown ? "defects" : o.board);
+    EXPECT_EQ(result.defects.empty(), is_good || o.board == "untouched");
+  }
+
+  std::vector<test::RawShot> shots;
+};
+
+TEST(Results, the_word_and_the_board_agree_with_an_oracle_over_the_worlds_deposits) {
+  const char* rounds = std::getenv("GANTRY_ROUNDS");
+  const char* first = std::getenv("GANTRY_SEED");
+  const auto from = static_cast<std::uint64_t>(first != nullptr ? std::atoll(first) : 1);
+  Jobs jobs;
+  for (std::uint64_t seed = from, end = from + static_cast<std::uint64_t>(rounds != nullptr ? std::atoi(rounds) : 6);
+       seed < end; ++seed) {
+    Author author(seed);
+    const std::string text = author.recipe();
+    SCOPED_TRACE(fmt::format("seed {}\n{}", seed, text));
+    const auto recipe = recipes::parse(text, "random.yaml");
+    ASSERT_TRUE(recipe) << to_text(recipe.error().front());
+    // What the machine does not know of itself, and where the board lies.
+    const double tip = author.one_of({0.0, 0.0, 0.0, 0.05, 0.2}), up = author.one_of({0.0, 0.0, 0.05, 0.2}),
+                 tilt_deg = author.one_of({0.0, 0.02, 0.1, 0.3}), turn = author.between(0, 6.283);
+    const bool off = author.reference ? !author.fixture : author.one_of({true, false});
+    const std::string placement =
+        fmt::format("dx={:.3f} mm, dy={:.3f} mm, rot={:.3f} deg, dz={:.3f} mm, tilt_x={} deg, tilt_y=0 deg",
+                    off ? author.between(-1.5, 1.5) : 0, off ? author.between(-1.5, 1.5) : 0,
+                    off ? author.between(-1, 1) : 0, author.between(-0.15, 0.15), tilt_deg);
+    SCOPED_TRACE(fmt::format("tip {} mm, {} mm up, board at {}", tip, up, placement));
+    Trouble trouble{.kind = static_cast<Trouble::Kind>(author.one_of({0, 0, 1, 1, 1, 2, 3, 4}))};
+    test::Rig rig({.placement = placement, .seed = seed, .change = [&](config::Machine& m) {
+                     m.sim.needle_error = {tip * std::cos(turn), tip * std::sin(turn), up};
+                   }});
+    const record::JobResult quiet = rig.run(*recipe);
+    if (quiet.exit_code == ExitCode::NotFeasible && quiet.deposits.empty()) continue;  // a way that is not free
+    jobs.judge(author, quiet, rig.owner(), {});
+    const std::vector<test::RawShot> undisturbed = jobs.shots;
+    if (undisturbed.empty() || undisturbed.size() != author.wanted.size()) continue;
+    // Somewhere between shortly before the first shot and the end of the last.
+    const CycleIndex dispensed = undisturbed.back().closed - undisturbed.front().opened;
+    CycleIndex first_shot = 0;
+    trouble.lasts = static_cast<CycleIndex>(author.between(60, 1500));
+    trouble.factor = author.one_of({0.3, 0.5, 0.8, 1.3, 1.8});
+    const auto delay = static_cast<CycleIndex>(author.between(-50, static_cast<double>(dispensed)));
+    const auto axis = author.one_of({0, 1, 2});
+    bool struck = false;
+    rig.on_step = [&](run::Owner& owner) {
+      const auto& s = owner.latest();
+      if (first_shot == 0 && s.feature != motion::kTravel) first_shot = s.cycle;
+      if (first_shot == 0) return;
+      trouble.at = std::max<CycleIndex>(1, delay);
+      if (trouble.kind != Trouble::Kind::Fault) return meddle(owner, trouble, first_shot);
+      if (struck || s.cycle - first_shot < trouble.at) return;
+      struck = true;
+      static_cast<void>(owner.world()->add_script(fmt::format(
+          "- {{do: drive_fault, axis: {}, code: 0x0E}}", std::array{"X", "Z", "X"}[static_cast<std::size_t>(axis)])));
+    };
+    const record::JobResult second = rig.run(*recipe);
+    rig.on_step = {};
+    SCOPED_TRACE(fmt::format("trouble {} at {} for {}, factor {}", static_cast<int>(trouble.kind), trouble.at,
+                             trouble.lasts, trouble.factor));
+    jobs.judge(author, second, rig.owner(), undisturbed);
+    if (testing::Test::HasFailure() && rounds == nullptr) break;
+  }
+  std::printf("%d jobs: %d good, %d spoilt, %d failed, %d too close to a limit to say\n", jobs.judged, jobs.good,
+              jobs.spoilt, jobs.failed, jobs.near);
+  EXPECT_GT(jobs.good, 0);
+  EXPECT_GT(jobs.spoilt, 0);
+  EXPECT_LE(jobs.near, jobs.judged / 10 + 1);
+}
+
+}  // namespace
+}  // namespace gantry

@@ -1,0 +1,147 @@
+// What is left of a bead that was cut, against the whole bead: the same places at the same lengths, the same limits,
+// and a run-up that comes down onto it.
+#include "motion/path/rejoin.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/motion/machine.hpp"
+#include "tests/motion/path/a_bead.hpp"
+#include "tests/motion/path/sampled.hpp"
+
+namespace gantry::motion {
+namespace {
+
+using test::at;
+using test::limit_use;
+using test::machine;
+using test::path_state;
+
+constexpr std::size_t kZ = 2;
+constexpr double kLift_mm = 0.6;
+
+/// Of which a part may lie already.
+BeadSpec cut_bead(std::vector<AxisVec> points, double speed, double tolerance) {
+  BeadSpec s = test::spec_of(std::move(points), speed, tolerance);
+  s.lift_mm = kLift_mm, s.lift_axis = kZ;
+  return s;
+}
+
+/// Where the bead is, so far along it.
+AxisVec place(const BeadMotion& bead, double s) {
+  std::size_t k = bead.bead_begin;
+  for (; k + 1 < bead.bead_end && s > bead.segments[k].geometry.length; ++k) s -= bead.segments[k].geometry.length;
+  return point(bead.segments[k].geometry, s);
+}
+
+double seconds(const BeadMotion& bead, std::size_t from, std::size_t to) {
+  long double t = 0;
+  for (std::size_t k = from; k < to; ++k) t += test::duration_of(bead.segments[k]);
+  return static_cast<double>(t);
+}
+
+void check(const Limits& m, const BeadMotion& whole, const BeadMotion& left, double begin_mm, const std::string& what) {
+  // What is left is the bead's own.
+  ASSERT_NEAR(left.bead_length_mm, whole.bead_length_mm - begin_mm, 1e-6) << what;
+  for (int n = 0; n <= 50; ++n) {
+    const double s = left.bead_length_mm * n / 50;
+    const AxisVec a = place(whole, begin_mm + s), b = place(left, s);
+    for (std::size_t i = 0; i < m.axes; ++i) ASSERT_NEAR(a[i], b[i], 2e-4) << "axis " << i << " at " << s << what;
+  }
+  // It goes on from piece to piece, and from the run-up into the bead.
+  AxisVec end = left.start;
+  test::PathState last;
+  for (std::size_t k = 0; k < left.segments.size(); ++k) {
+    const Segment& s = left.segments[k];
+    ASSERT_NEAR(s.nominal.v0, static_cast<double>(last.v), 1e-6 * (1 + s.v_cap)) << k << what;
+    ASSERT_NEAR(s.nominal.a0, static_cast<double>(last.a), 1e-2) << k << what;
+    const bool rested = k == 0 || left.segments[k - 1].rests;
+    for (std::size_t i = 0; i < m.axes; ++i) {
+      ASSERT_NEAR(point(s.geometry, 0)[i], end[i], 1e-9) << k << what;
+      if (rested) continue;
+      const Geometry& before = left.segments[k - 1].geometry;
+      ASSERT_NEAR(derivative<1>(s.geometry, 0)[i], derivative<1>(before, before.length)[i], 1e-4) << k << what;
+      const double bend = derivative<2>(s.geometry, 0)[i] - derivative<2>(before, before.length)[i];
+      ASSERT_LE(std::abs(bend) * s.nominal.v0 * s.nominal.v0, 2e-3 * m.axis[i].a_max) << k << what;
+    }
+    last = path_state(s, 1e9);
+    ASSERT_NEAR(static_cast<double>(last.s), s.geometry.length, 1e-8) << k << what;
+    if (s.rests) last = {};
+    end = point(s.geometry, s.geometry.length);
+    for (int n = 0; n <= 20; ++n)
+      ASSERT_GE(static_cast<double>(path_state(s, test::duration_of(s) * n / 20).v), -1e-9) << k << what;
+  }
+  for (const double t : {seconds(left, 0, left.bead_begin), seconds(left, left.bead_begin, left.bead_end)})
+    ASSERT_NEAR(t / m.tick_s, std::round(t / m.tick_s), 1e-6) << what;
+  const test::Use use = limit_use(m, test::sampled(left.segments, 2.5e-4), 2.5e-4);
+  ASSERT_LE(use.v, 1 + 1e-6) << what;
+  ASSERT_LE(use.a, 1 + 1e-3) << what;
+  ASSERT_LE(use.j, 1 + 1e-2) << what;
+  // Down onto it: never below the way that lies there already, and at its height only where it ends.
+  const AxisVec join = place(left, 0);
+  double above = left.start[kZ] - join[kZ];
+  ASSERT_NEAR(above, kLift_mm, 1e-9) << what;
+  for (std::size_t k = 0; k < left.bead_begin; ++k)
+    for (int n = 0; n <= 10; ++n) {
+      const Geometry& g = left.segments[k].geometry;
+      above = std::min(above, point(g, g.length * n / 10)[kZ] - join[kZ]);
+    }
+  ASSERT_GE(above, -1e-9) << what;
+}
+
+TEST(Rejoin, what_is_left_of_any_bead_is_that_bead) {
+  const Limits m = machine();
+  std::mt19937_64 random(23);
+  int planned = 0, refused = 0, beads = 0;
+  for (int n = 0; n < 60; ++n) {
+    const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+    const double tolerance = uniform(0, 1) < 0.25 ? 0 : std::pow(10.0, uniform(-2.5, 0.3));
+    BeadSpec spec = cut_bead(test::random_polyline(random), std::pow(10.0, uniform(0.5, 2.3)), tolerance);
+    for (AxisVec& p : spec.points) p[kZ] = -50;
+    const auto whole = plan_bead(m, spec);
+    if (!whole) continue;
+    ++beads;
+    for (int c = 0; c < 4; ++c) {
+      const double begin_mm = whole->bead_length_mm * uniform(0.01, 0.99);
+      spec.begin_mm = begin_mm;
+      const auto left = plan_bead(m, spec);
+      const std::string what = " case " + std::to_string(n) + " cut at " + std::to_string(begin_mm) + " of " +
+                               std::to_string(whole->bead_length_mm) + " speed " + std::to_string(spec.speed_mm_s) +
+                               " tolerance " + std::to_string(tolerance) + " " + test::text(spec.points);
+      if (!left) {
+        ++refused;
+        continue;
+      }
+      ++planned;
+      check(m, *whole, *left, begin_mm, what);
+      if (HasFatalFailure()) return;
+    }
+    spec.begin_mm = 0;
+  }
+  EXPECT_GT(beads, 40);
+  EXPECT_LT(refused, planned / 50) << planned;  // in bends where the bead itself is at its limits
+}
+
+TEST(Rejoin, a_straight_bead_is_come_to_over_itself) {
+  const Limits m = machine();
+  BeadSpec spec = cut_bead({at(100, 100), at(160, 100)}, 20, 0);
+  spec.begin_mm = 25;
+  const auto left = plan_bead(m, spec);
+  ASSERT_TRUE(left) << left.error().message;
+  EXPECT_NEAR(left->start[kZ], -50 + kLift_mm, 1e-9);
+  EXPECT_EQ(left->start[1], 100);
+  EXPECT_LT(left->start[0], 125 - 3);
+  EXPECT_NEAR(place(*left, 0)[0], 125, 1e-9);
+  EXPECT_NEAR(left->segments[left->bead_begin].nominal.v0, 20, 0.02 * 20);
+  EXPECT_TRUE(left->segments[left->bead_begin].events[0].dispense);
+}
+
+TEST(Rejoin, nothing_is_left_behind_the_end) {
+  BeadSpec spec = cut_bead({at(100, 100), at(160, 100)}, 20, 0);
+  spec.begin_mm = 60;
+  const auto left = plan_bead(machine(), spec);
+  ASSERT_FALSE(left);
+  EXPECT_EQ(left.error().message, "nothing of the bead is left");
+}
+
+}  // namespace
+}  // namespace gantry::motion
