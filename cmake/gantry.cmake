@@ -66,12 +66,16 @@ function(gantry_rt_library name)
   set_property(GLOBAL APPEND PROPERTY GANTRY_RT_LIBRARIES ${name})
 endfunction()
 
-# gantry_test(NAME SOURCES a_test.cpp ... DEPS libs ... LABELS unit machine ... TIMEOUT s): one GoogleTest program.
+# Before the command of a test in real time.
+set(GANTRY_ON_A_CALM_HOST python3 ${CMAKE_SOURCE_DIR}/tests/calm_host.py)
+
+# gantry_test(NAME SOURCES a_test.cpp ... DEPS libs ... LABELS unit machine ... TIMEOUT s REAL_TIME): one GoogleTest
+# program; REAL_TIME: alone, and again where the host stood still.
 # Labels that scripts know: `sanitized` (scripts/test runs the test a second time under ASan and UBSan, so it is a quick
 # one), `threads` (scripts/tsan runs it). The target tests.LABEL builds all tests of a label.
 set(GANTRY_SANITIZED_DIR "" CACHE PATH "Build folder that holds the sanitized twins of tests labelled `sanitized`")
 function(gantry_test name)
-  cmake_parse_arguments(A "" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
+  cmake_parse_arguments(A "REAL_TIME" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
   if(NOT A_LABELS)
     set(A_LABELS unit)
   endif()
@@ -82,7 +86,12 @@ function(gantry_test name)
   target_link_libraries(${name} PRIVATE gantry_flags ${A_DEPS} GTest::gtest GTest::gtest_main)
   gantry_build_quickly(${name})
   target_compile_definitions(${name} PRIVATE GANTRY_SOURCE_DIR="${CMAKE_SOURCE_DIR}" GANTRY_BINARY_DIR="${CMAKE_BINARY_DIR}")
-  add_test(NAME ${name} COMMAND ${name} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
+  if(A_REAL_TIME)
+    add_test(NAME ${name} COMMAND ${GANTRY_ON_A_CALM_HOST} $<TARGET_FILE:${name}> WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
+    set_tests_properties(${name} PROPERTIES RUN_SERIAL ON)
+  else()
+    add_test(NAME ${name} COMMAND ${name} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
+  endif()
   set_tests_properties(${name} PROPERTIES LABELS "${A_LABELS}" TIMEOUT ${A_TIMEOUT})
   foreach(label ${A_LABELS})
     if(NOT TARGET tests.${label})

@@ -312,6 +312,7 @@ Machine Resolver::resolve(const written::MachineFile& file) {
   m.clearance_mm = file.clearance_mm;
   m.safe_z_mm = file.safe_z_mm.value;
   m.hold_within_s = file.hold_within_s;
+  m.override_max = file.override_max;
   for (const auto& row : file.park)
     if (const auto i = index(m.axes, {row.name, row.place}, "axis"))
       m.park.emplace_back(m.axes[*i].id, value(row.quantity, m.axes[*i].rotary ? D::Angle : D::Length));

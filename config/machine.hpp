@@ -241,6 +241,7 @@ struct Machine {
   double clearance_mm = 2.0;                    ///< kept from every body in travel, over and above path deviation
   double safe_z_mm = 0;                         ///< Z for parking and for travel that finds nothing shorter
   double hold_within_s = 2;                     ///< a hold waits for the end of the feature if that is so near
+  double override_max = 1;                      ///< the highest override, 1: the recipe's speed
   std::vector<std::pair<AxisId, double>> park;  ///< where a job ends
   SimConfig sim;
 };

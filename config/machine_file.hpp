@@ -168,6 +168,7 @@ struct MachineFile {
   std::optional<BrakeRow> brake;
   double clearance_mm = 2;
   double hold_within_s = 2;
+  double override_max = 1;
   At<double> safe_z_mm;
   std::vector<NamedQuantity> park;
   SimRow sim;

@@ -25,6 +25,7 @@ enum class Severity : std::uint8_t { Info, Warning, Error, Fatal };
 enum class Clear : std::uint8_t {
   None,      ///< not latched: it ends with its message
   Reset,     ///< operator reset
+  Resume,    ///< operator reset; a job that was stopped is then on hold, and waits for its resume
   Reenable,  ///< reset, then enable the drives again
   Rehome,    ///< reset, enable, and the axis must be referenced again
   Power,     ///< power cycle of the station
@@ -58,6 +59,7 @@ enum class ExitCode : int {
   VisionOrProbe = 6,
   Refused = 7,
   Deadline = 8,
+  DoneWithDefects = 9,  ///< of a job that came to its end, and of no fault
   Interrupted = 130,
 };
 
@@ -95,5 +97,7 @@ struct FaultCode {
 FaultCode code(Fault fault) noexcept;
 
 constexpr bool latches(const FaultInfo& f) noexcept { return f.clear != Clear::None; }
+/// A job that it stops can go on.
+constexpr bool outlived(const FaultInfo& f) noexcept { return f.clear == Clear::Resume; }
 
 }  // namespace gantry

@@ -84,6 +84,11 @@ std::optional<recipes::Recipe> check_recipe(const std::string& file, const confi
                                   prepared->recipe.features.size(), machine.name, prepared->proof->motions,
                                   prepared->proof->duration_s));
     for (const auto& note : recipes::notes(prepared->recipe, machine)) to.notes.push_back(file + ": " + note);
+    if (const auto& named = prepared->proof->only_when_placed; !named.empty())
+      to.notes.push_back(
+          fmt::format("{}: proved free at the nominal place, but not wherever marks and touches may find "
+                      "the board: {}; a start is refused when it is found where they are not",
+                      file, job::to_text(named)));
   } else {
     to.errors.push_back(prepared->proof.error());
   }

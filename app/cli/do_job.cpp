@@ -27,10 +27,21 @@ void show_result(const record::JobResult& result, const std::string& folder, boo
   fmt::print("  report         {}/report.html\n", folder);
 }
 
+/// Somebody at the machine can reset and resume what a stop has left on hold.
+bool has_buttons(const config::Machine& machine) {
+  const auto has = [&](config::Input input) { return machine.inputs[static_cast<std::size_t>(input)].has_value(); };
+  return has(config::Input::Reset) && has(config::Input::Start);
+}
+
 }  // namespace
 
 void does_a_job(CLI::App& verb, Context& context) {
   verb.preparse_callback([&context](std::size_t) { context.board = record::name(record::Board::Untouched); });
+}
+
+void add_folder(CLI::App& verb, JobRequest& request) {
+  auto* out = verb.add_option("--out", request.out, "Folder for the results; default: a new one under out/");
+  verb.add_flag("--force", request.force, "Overwrite the results of another job in that folder")->needs(out);
 }
 
 void add_selection(CLI::App& verb, recipes::Selection& select) {
@@ -78,7 +89,10 @@ void do_job(Context& context, JobRequest request) {
   std::optional<Keys> keys;
   desk::Bench bench{.owner = owner.get(), .parts = parts ? &*parts : nullptr};
   std::optional<desk::HeldForEver> held;
-  if (owner && request.dry_run) held.emplace(*owner, machine->bus.cycle);
+  const bool at_keys = Keys::usable(!context.json && !request.dry_run);
+  if (owner && !at_keys)
+    held.emplace(*owner, machine->bus.cycle,
+                 request.dry_run ? desk::HeldForEver::Ends::HoldsToo : desk::HeldForEver::Ends::Stops);
   if (owner) {
     bench.bring_up = [&] {
       operated.emplace(*owner, [&] {
@@ -96,8 +110,10 @@ void do_job(Context& context, JobRequest request) {
       owner->shut_down();
     };
   }
-  const auto done = desk::do_job(*machine, *prepared,
-                                 {.out = request.out, .dry_run = request.dry_run, .serial = request.serial}, bench);
+  const bool resumed = at_keys || (owner && owner->world() != nullptr) || has_buttons(*machine);
+  const run::RunOptions options{.dry_run = request.dry_run, .serial = request.serial, .outlives_stops = resumed};
+  const auto done =
+      desk::do_job(*machine, *prepared, {.path = request.out, .overwrite = request.force}, options, bench);
   if (!done) return stop_with({done.error()});
   context.exit_code = static_cast<int>(done->result.exit_code);
   show_result(done->result, done->folder, context.json);

@@ -11,7 +11,7 @@ void add_dry_run(CLI::App& app, Context& context) {
   request->dry_run = true;
   request->owner.virtual_time = true;
   verb->add_option("RECIPE", request->recipe_file, "Recipe file")->required();
-  verb->add_option("--out", request->out, "Folder for the results; default: a new one under out/");
+  add_folder(*verb, *request);
   add_selection(*verb, request->select);
   verb->add_option("--serial", request->serial, kSerialHelp);
   add_world_options(*verb, request->owner.sim);

@@ -26,6 +26,7 @@ constexpr std::string_view clear_text(Clear c) {
   switch (c) {
     case Clear::None: return "nothing is latched";
     case Clear::Reset: return "reset";
+    case Clear::Resume: return "reset; a job goes on with resume";
     case Clear::Reenable: return "reset, then enable the drives";
     case Clear::Rehome: return "reset, enable, and reference the axis again";
     case Clear::Power: return "power cycle of the station";

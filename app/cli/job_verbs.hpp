@@ -18,11 +18,14 @@ struct JobRequest {
   std::string recipe_file;
   recipes::Selection select;
   std::string serial;
-  std::string out;  ///< folder for the results; "" makes a new one under out/
+  std::string out;     ///< folder for the results; "" makes a new one under out/
+  bool force = false;  ///< what another job has left in it may be overwritten
   run::OwnerOptions owner;
   bool dry_run = false;
 };
 
+/// --out and --force.
+void add_folder(CLI::App& verb, JobRequest& request);
 /// --from and --only.
 void add_selection(CLI::App& verb, recipes::Selection& select);
 

@@ -18,11 +18,14 @@ constexpr std::int64_t kShowEvery = 100;  // cycles
 Keys::Keys(Operated& machine, bool progress, run::Owner* held_here) : machine_(machine) {
   if (held_here != nullptr) shell_.emplace(*held_here, ShellJob::Of::Job);
   progress_ = progress && isatty(STDERR_FILENO) != 0;
-  keys_ = progress && isatty(STDIN_FILENO) != 0;
+  keys_ = usable(progress);
   if (!keys_) return;
   raw_ = terminal_.enter();
-  if (raw_) say("keys: space hold and resume, a abort, + and - override, Ctrl-Z holds and suspends, Ctrl-C ends\n");
+  if (raw_)
+    say("keys: space hold and resume, a abort, r reset, + and - override, Ctrl-Z holds and suspends, Ctrl-C ends\n");
 }
+
+bool Keys::usable(bool progress) { return progress && isatty(STDIN_FILENO) != 0; }
 
 void Keys::clear_line() {
   if (shown_ && in_front(STDERR_FILENO)) say("\r\x1b[K");
@@ -73,12 +76,13 @@ void Keys::press(char key) {
     case '+':
     case '-':
       order.kind = OrderKind::Override;
-      override_ = std::clamp(override_ + (key == '+' ? 0.1 : -0.1), 0.1, 2.0);
-      order.value = override_;
+      order.value = std::clamp(override_ + (key == '+' ? 0.1 : -0.1), 0.1, 2.0);
       break;
     default: return;
   }
-  if (auto done = machine_.order(order); !done) log::report(done.error());
+  const auto done = machine_.order(order);
+  if (!done) return log::report(done.error());
+  if (order.kind == run::OrderKind::Override) override_ = order.value;
 }
 
 void Keys::show_progress() {

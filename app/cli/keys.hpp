@@ -20,6 +20,9 @@ class Keys {
   Keys(const Keys&) = delete;
   Keys& operator=(const Keys&) = delete;
 
+  /// Somebody sits at a terminal whose keys can be read.
+  static bool usable(bool progress);
+
   void poll();
   /// Gives the terminal back and clears the progress line.
   void end();

@@ -40,7 +40,10 @@ constexpr std::array kVerbs{
     OrderVerb{OrderKind::Reset, "reset", "Clears a latched fault whose cause is gone; nothing moves",
               "It gives no torque: `gantry enable` does, or the next `gantry run`. `gantry status` names the fault."},
     OrderVerb{OrderKind::Override, "override", "Speed of the motion in percent of what the recipe says",
-              "  gantry override 50\nAt most 200 %; the axes' own limits always hold."},
+              "  gantry override 50\nMore than 100 % where the machine file's `override_max` allows it; the axes' own "
+              "limits\n"
+              "always hold. 0 holds now. What is being dispensed is made slower at once, and faster when its valve has "
+              "shut."},
     OrderVerb{OrderKind::Enable, "enable", "Gives the drives torque", "Homing is an order of its own: `gantry home`."},
     OrderVerb{OrderKind::Disable, "disable", "Takes the torque off all drives, in order",
               "Brakes close first. Refused while something moves: `gantry abort` ends it."},

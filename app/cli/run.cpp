@@ -16,7 +16,7 @@ void add_run(CLI::App& app, Context& context) {
   verb->add_option("--bus", request->owner.bus, "sim, or ethercat:IFACE")->capture_default_str();
   verb->add_option("--loop-cpu", request->owner.loop_cpu, "CPU for the 1 ms loop alone; default: the last of several");
   verb->add_option("--world", request->owner.world_socket, "Socket of a `gantry sim` that shows camera and world");
-  verb->add_option("--out", request->out, "Folder for the results; default: a new one under out/");
+  add_folder(*verb, *request);
   add_selection(*verb, request->select);
   verb->add_option("--serial", request->serial, kSerialHelp);
   verb->add_option("--state", *state, kStateHelp);
@@ -38,7 +38,7 @@ void add_run(CLI::App& app, Context& context) {
     if (request->out.empty())
       order.under = fs::absolute("out").string();
     else
-      order.out = fs::absolute(request->out).string();
+      order.out = fs::absolute(request->out).string(), order.force = request->force;
     const Asked asked{.order = order,
                       .state = *folder,
                       .own = &request->owner,

@@ -173,6 +173,15 @@ Result<std::optional<BegunPart>> BegunParts::forget_removed(const std::string& s
   return part;
 }
 
+Result<std::string> BegunParts::another_inside(const std::string& serial) const {
+  const auto inside = in_machine();
+  if (!inside) return tl::unexpected(inside.error());
+  if (!*inside || serial.empty() || **inside == serial) return "";
+  const auto begun = read(**inside);
+  if (!begun) return tl::unexpected(begun.error());
+  return *begun ? **inside : "";
+}
+
 void BegunParts::forget_all() {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder_, error)) {

@@ -15,6 +15,7 @@
 #include "app/desk/machine_status.hpp"
 #include "app/record/defects.hpp"
 #include "app/record/summary.hpp"
+#include "config/yaml.hpp"
 #include "core/log.hpp"
 #include "core/units.hpp"
 
@@ -24,6 +25,14 @@ namespace {
 const Error kAbortedBefore{Fault::Aborted, "the operator aborted it before anything moved", ""};
 const Error kEnding{Fault::Interrupted, "the owner was asked to end", ""};
 constexpr std::uint64_t kStartButton = 0;  // no client has this number
+constexpr Time kTaken = milliseconds(4);   // by then the loop has heard of an order
+
+/// The loop carries it out, and needs no longer than some cycles for it.
+bool goes_to_the_loop(run::OrderKind kind) {
+  using run::OrderKind;
+  return kind == OrderKind::Hold || kind == OrderKind::Resume || kind == OrderKind::Override ||
+         kind == OrderKind::Abort;
+}
 
 }  // namespace
 
@@ -38,16 +47,19 @@ void Desk::poll() {
   if (options_.interrupted()) end();
   watch_reset();
   for (const OrderSocket::Incoming& in : door_.turn(clock_.now())) take(in);
+  tell_given({});
   watch_start_button();
   watch_jog();
 }
 
 void Desk::take(const OrderSocket::Incoming& in) {
   const std::uint64_t client = in.client;
+  tell_given(client);
   Request request = read_request(in.line);
   if (!request.order) return reply(client, request, failure({request.order.error()}));
   if (request.order->kind == run::OrderKind::Reset) return reset(client, request);
-  if (!run::takes_time(request.order->kind)) return reply(client, request, answer_now(*request.order, in.number));
+  if (goes_to_the_loop(request.order->kind)) return give(client, request, in.number);
+  if (!run::takes_time(request.order->kind)) return reply(client, request, answer_now(*request.order));
   if (in.number < aborted_up_to_) return reply(client, request, failure({kAbortedBefore}));
   if (doing_ || waiting_) {
     const run::Order& other = doing_ ? *doing_->request.order : *waiting_->request.order;
@@ -69,8 +81,7 @@ void Desk::reply(std::uint64_t client, const Request& request, Json answer) {
   door_.reply(client, to_line(answer));
 }
 
-Json Desk::answer_now(const run::Order& order, std::uint64_t number) {
-  if (order.kind == run::OrderKind::Abort) return abort(order, number);
+Json Desk::answer_now(const run::Order& order) {
   if (order.kind == run::OrderKind::Quit) {
     Json answer = status();
     answer["said"] = "ending: what moves is stopped in order, then torque off and bus down";
@@ -78,19 +89,30 @@ Json Desk::answer_now(const run::Order& order, std::uint64_t number) {
     return answer;
   }
   if (auto done = owner_.order(order); !done) return failure({done.error()});
-  Json answer = status();
-  if (const std::string where = owner_.holds_where(); order.kind == run::OrderKind::Hold && !where.empty())
-    answer["said"] = where;
-  return answer;
+  return status();
 }
 
-/// What waits and what is prepared ends here; what moves is the owner's.
-Json Desk::abort(const run::Order& order, std::uint64_t number) {
+void Desk::give(std::uint64_t client, const Request& request, std::uint64_t number) {
+  if (request.order->kind == run::OrderKind::Abort) abort_what_waits(number);
+  if (auto done = owner_.order(*request.order); !done) return reply(client, request, failure({done.error()}));
+  const bool says = request.order->kind == run::OrderKind::Hold || request.order->kind == run::OrderKind::Override;
+  given_.push_back({{client, request}, clock_.now() + kTaken, says ? owner_.order_said() : ""});
+}
+
+void Desk::tell_given(std::optional<std::uint64_t> client) {
+  std::erase_if(given_, [&](const Told& told) {
+    if (client ? told.to.client != *client : clock_.now() < told.due) return false;
+    Json answer = status();
+    if (!told.said.empty()) answer["said"] = told.said;
+    reply(told.to.client, told.to.request, std::move(answer));
+    return true;
+  });
+}
+
+void Desk::abort_what_waits(std::uint64_t number) {
   aborted_up_to_ = std::max(aborted_up_to_, number);
   if (waiting_) finish(*std::exchange(waiting_, std::nullopt), failure({kAbortedBefore}));
   aborted_ = aborted_ || preparing_;
-  if (auto done = owner_.order(order); !done) return failure({done.error()});
-  return status();
 }
 
 /// A reset that is taken needs some cycles to find out whether the causes are gone; its client hears what it came to.
@@ -177,6 +199,7 @@ Result<void> Desk::serve() {
   }
   for (const auto& left : {waiting_, resetting_})
     if (left) finish(*left, failure({kEnding}));
+  for (const Told& told : std::exchange(given_, {})) reply(told.to.client, told.to.request, status());
   return {};
 }
 
@@ -237,14 +260,22 @@ bool Desk::aside(std::function<void()> work, bool may_abort) {
 
 /// What was begun and not finished is out of the machine, and nothing is to be done on it any more.
 Json Desk::part_removed(const run::Order& order) {
-  if (auto open = owner_.part_removed(); !open) return failure({open.error()});
+  Result<std::string> another;
+  if (options_.parts != nullptr) aside([&] { another = options_.parts->another_inside(order.serial); }, false);
+  if (!another) return failure({another.error()});
+  if (another->empty())
+    if (auto open = owner_.part_removed(); !open) return failure({open.error()});
   if (options_.parts == nullptr) return status();
   Result<std::optional<BegunPart>> forgotten;
   aside([&] { forgotten = options_.parts->forget_removed(order.serial); }, false);
   if (!forgotten) return failure({forgotten.error()});
   Json answer = status();
-  if (*forgotten || !order.serial.empty())
-    answer["said"] = removal_in_words(*forgotten, order.serial) + "\n" + answer["said"].get<std::string>();
+  std::string said;
+  if (*forgotten || !order.serial.empty()) said = removal_in_words(*forgotten, order.serial) + "\n";
+  if (!another->empty())
+    said +=
+        fmt::format("the clamp stays as it is: the part in the machine is '{}'\n", config::shortened(*another, 100));
+  answer["said"] = said + answer["said"].get<std::string>();
   return answer;
 }
 
@@ -277,8 +308,9 @@ Json Desk::run_job(const run::Order& order) {
                       .aside = [this](const auto& work) { aside(work, false); },
                       .may_start = may_start,
                       .parts = options_.parts};
-    const auto done = do_job(machine_, *prepared, {.out = order.out, .serial = order.serial}, bench,
-                             order.under.empty() ? "out" : order.under);
+    const record::WantedFolder folder{
+        .path = order.out, .under = order.under.empty() ? "out" : order.under, .overwrite = order.force};
+    const auto done = do_job(machine_, *prepared, folder, {.serial = order.serial, .outlives_stops = true}, bench);
     if (!done) return failure({done.error()});
     return {{"ok", done->result.exit_code == ExitCode::Done},
             {"result", record::result_word(done->result)},

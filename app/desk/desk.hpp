@@ -8,6 +8,7 @@
 #include <future>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <vector>
 
 #include "app/desk/begun_parts.hpp"
 #include "app/desk/order_line.hpp"
@@ -48,11 +49,22 @@ class Desk {
     Request request;
   };
 
+  /// An order that has been given to the loop: its client hears of the state that it has led to.
+  struct Told {
+    Waiting to;
+    Time due;
+    std::string said;
+  };
+
   void end();
   void take(const OrderSocket::Incoming& in);
   void reply(std::uint64_t client, const Request& request, Json answer);
-  Json answer_now(const run::Order& order, std::uint64_t number);
-  Json abort(const run::Order& order, std::uint64_t number);
+  Json answer_now(const run::Order& order);
+  void give(std::uint64_t client, const Request& request, std::uint64_t number);
+  /// Those of one client (its next line has come), or whose time has come.
+  void tell_given(std::optional<std::uint64_t> client);
+  /// What waits or is prepared ends here; what moves is the owner's.
+  void abort_what_waits(std::uint64_t number);
   void reset(std::uint64_t client, const Request& request);
   void watch_reset();
   void watch_start_button();
@@ -74,6 +86,7 @@ class Desk {
   const Clock& clock_;
   Options options_;
   std::optional<Waiting> waiting_, doing_, resetting_;
+  std::vector<Told> given_;
   std::future<void> aside_;
   std::uint64_t aborted_up_to_ = 0;  ///< number of the last abort: what arrived before it does not begin any more
   double job_duration_s_ = 0;

@@ -1,8 +1,8 @@
 #include "app/desk/do_job.hpp"
 
-#include "app/record/job_folder.hpp"
 #include "app/record/outcome.hpp"
 #include "config/inputs.hpp"
+#include "core/log.hpp"
 
 namespace gantry::desk {
 namespace {
@@ -16,11 +16,13 @@ bool clamp_open(const config::Machine& machine, const cycle::Snapshot& now) {
 
 }  // namespace
 
-Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared, const run::RunOptions& options,
-                       const Bench& bench, const std::string& under) {
-  const auto folder = record::job_folder(options.out, prepared.recipe.file, under);
+Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared, const record::WantedFolder& wanted,
+                       const run::RunOptions& options, const Bench& bench) {
+  const auto folder = record::job_folder(wanted, prepared.recipe.file);
   if (!folder) return tl::unexpected(folder.error());
   JobDone done{record::begin_result(machine, prepared.recipe, prepared.job, *folder, options.dry_run), *folder};
+  if (prepared.proof && !prepared.proof->only_when_placed.empty())
+    log::info("proved free only when the board is found: {}", job::to_text(prepared.proof->only_when_placed));
   const auto aside = [&](const std::function<void()>& work) { bench.aside ? bench.aside(work) : work(); };
   PartOfJob part(bench.parts, prepared, options.serial);
   Result<void> may_run;
@@ -32,7 +34,10 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
   if (may_run && bench.may_start) may_run = bench.may_start();
   if (may_run) {
     done.result = bench.owner->run(prepared.recipe, prepared.job,
-                                   {.out = *folder, .dry_run = options.dry_run, .before = part.before()});
+                                   {.out = *folder,
+                                    .dry_run = options.dry_run,
+                                    .before = part.before(),
+                                    .outlives_stops = options.outlives_stops});
     if (bench.parts != nullptr) bench.parts->clamped(!clamp_open(machine, bench.owner->latest()));
   } else {
     record::add_error(done.result, may_run.error());

@@ -1,13 +1,14 @@
 // The one way in which a job is done, whoever asks for it: the recipe is loaded, compiled and proved, then there is a
 // folder, and whatever becomes of the job is written there.
 //   auto prepared = prepare(machine, "board.yaml");                                      // Checked<Prepared>
-//   auto done = do_job(machine, *prepared, {.out = "", .dry_run = false}, {&owner});   // Result<JobDone>
+//   auto done = do_job(machine, *prepared, {}, {.dry_run = false}, {&owner});   // Result<JobDone>
 #pragma once
 #include <functional>
 #include <string>
 
 #include "app/desk/part_of_job.hpp"
 #include "app/desk/prepare.hpp"
+#include "app/record/job_folder.hpp"
 #include "app/record/job_result.hpp"
 #include "app/run/owner.hpp"
 #include "config/machine.hpp"
@@ -33,9 +34,8 @@ struct Bench {
 };
 
 /// A job that was not proved is not run, and its result says why; so it does of one whose part was begun before and
-/// not finished (part_of_job.hpp). `options.out` and `under` as record::job_folder()
-/// takes them. An error: there is no folder, and nothing has begun.
-Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared, const run::RunOptions& options,
-                       const Bench& bench, const std::string& under = "out");
+/// not finished (part_of_job.hpp). `options.out` is set here. An error: there is no folder, and nothing has begun.
+Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared, const record::WantedFolder& folder,
+                       const run::RunOptions& options, const Bench& bench);
 
 }  // namespace gantry::desk

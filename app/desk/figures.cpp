@@ -75,10 +75,11 @@ std::string figures(const record::JobResult& result) {
     text += fmt::format("    by design    {}\n", job::to_text(result.minimum_clearance.by_design));
     text += fmt::format("    all others   {}\n", job::to_text(result.minimum_clearance.others));
   }
-  text +=
-      fmt::format("  wake-up        p50 {:.0f} us, p99 {:.0f} us, max {:.0f} us; {} cycles skipped\n",
-                  static_cast<double>(result.cycles.wake.p50) / 1e3, static_cast<double>(result.cycles.wake.p99) / 1e3,
-                  static_cast<double>(result.cycles.wake.max) / 1e3, result.cycles.skipped);
+  if (!result.cycles.virtual_time)
+    text += fmt::format("  wake-up        p50 {:.0f} us, p99 {:.0f} us, max {:.0f} us; {} cycles skipped\n",
+                        static_cast<double>(result.cycles.wake.p50) / 1e3,
+                        static_cast<double>(result.cycles.wake.p99) / 1e3,
+                        static_cast<double>(result.cycles.wake.max) / 1e3, result.cycles.skipped);
   text += fmt::format("  setpoint hash  {:016x} over {} ticks{}", result.setpoint_hash, result.setpoint_ticks,
                       result.setpoint_stream_complete ? "" : " (incomplete)");
   text += to_finish_in_words(result);

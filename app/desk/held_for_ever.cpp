@@ -8,7 +8,8 @@ void HeldForEver::poll() {
   constexpr Time kLook = std::chrono::seconds(1);
   constexpr int kLooks = 2;  // what was pressed before the first may not have acted yet
   const CycleIndex now = owner_.latest().cycle;
-  if (!owner_.held() || owner_.world() == nullptr) {
+  const auto stopped = owner_.stopped();
+  if (!owner_.held() || owner_.world() == nullptr || (ends_ == Ends::Stops && !stopped)) {
     since_.reset();
     return;
   }
@@ -18,6 +19,7 @@ void HeldForEver::poll() {
   const auto hold = owner_.world()->scripted_input(static_cast<unsigned>(config::Input::Hold));
   nothing_left_ = hold.more ? 0 : nothing_left_ + 1;
   if (nothing_left_ < kLooks && (now - *since_) * cycle_ < kLongest) return;
+  if (stopped) return owner_.interrupt(*stopped);
   const auto place = hold.entry.find(": ");
   const std::string where = place == std::string::npos ? "" : hold.entry.substr(0, place);
   owner_.interrupt(

@@ -1,5 +1,6 @@
-// Ends a dry run that stands on hold and that nobody resumes: its time is virtual, so that it would never end.
-//   HeldForEver held(owner, machine.bus.cycle);   each step: held.poll();
+// Ends a simulated job that stands on hold, or that a fault has stopped, and that nobody resumes: in virtual time it
+// would never end.
+//   HeldForEver held(owner, machine.bus.cycle, HeldForEver::Ends::Stops);   each step: held.poll();
 #pragma once
 #include <optional>
 
@@ -10,9 +11,12 @@ namespace gantry::desk {
 
 class HeldForEver {
  public:
-  HeldForEver(run::Owner& owner, Time cycle) : owner_(owner), cycle_(cycle) {}
-  /// Fault::Inconsistent at the script's entry that presses hold, when nothing is left in the script that would change
-  /// it, or when it has stood for `kLongest`.
+  /// Of jobs in real time that somebody may hold by other means than the script, the stops alone.
+  enum class Ends { Stops, HoldsToo };
+
+  HeldForEver(run::Owner& owner, Time cycle, Ends ends) : owner_(owner), cycle_(cycle), ends_(ends) {}
+  /// When nothing is left in the script that would change it, or when it has stood for `kLongest`: the job ends with
+  /// the fault that has stopped it, else with Fault::Inconsistent at the script's entry that presses hold.
   void poll();
 
   static constexpr Time kLongest = std::chrono::minutes(10);
@@ -20,6 +24,7 @@ class HeldForEver {
  private:
   run::Owner& owner_;
   Time cycle_;
+  Ends ends_;
   std::optional<CycleIndex> since_;  ///< it stands on hold
   CycleIndex asked_ = 0;             ///< when the script was looked at last
   int nothing_left_ = 0;             ///< looks at it in a row

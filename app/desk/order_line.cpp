@@ -25,6 +25,7 @@ constexpr std::array kKeys{
     Key{run::OrderKind::Run, "out", [](run::Order& o) -> std::string& { return o.out; }},
     Key{run::OrderKind::Run, "under", [](run::Order& o) -> std::string& { return o.under; }},
     Key{run::OrderKind::Run, "serial", [](run::Order& o) -> std::string& { return o.serial; }},
+    Key{run::OrderKind::Run, "force", nullptr},
     Key{run::OrderKind::Run, "from", nullptr},
     Key{run::OrderKind::Run, "only", nullptr},
     Key{run::OrderKind::PartRemoved, "serial", [](run::Order& o) -> std::string& { return o.serial; }},
@@ -91,6 +92,10 @@ Result<run::Order> order_of(const nlohmann::json& json) {
   order.kind = *kind;
   if (auto taken = take_texts(json, order); !taken) return tl::unexpected(taken.error());
   if (order.kind == run::OrderKind::Run) {
+    if (const auto force = json.find("force"); force != json.end()) {
+      if (!force->is_boolean()) return fail(Fault::Refused, R"("force" is true or false)");
+      order.force = force->get<bool>();
+    }
     auto selected = selection_of(json);
     if (!selected) return tl::unexpected(selected.error());
     order.select = std::move(*selected);
@@ -108,10 +113,10 @@ Result<run::Order> order_of(const nlohmann::json& json) {
     order.now = !now->is_boolean() || now->get<bool>();  // an order that stops is taken whatever else it says
   if (order.kind == run::OrderKind::Override) {
     if (!json.contains("value") || !json["value"].is_number())
-      return fail(Fault::Refused, "'override' needs \"value\": 0.1 to 2");
+      return fail(Fault::Refused, "'override' needs \"value\": 0, or 0.1 to 2");
     order.value = json["value"].get<double>();
-    if (!(order.value >= 0.1 && order.value <= 2.0))
-      return fail(Fault::Refused, "an override lies between 0.1 and 2, which is 10 to 200 %; `hold` stops the motion");
+    if (order.value != 0 && !(order.value >= 0.1 && order.value <= 2.0))
+      return fail(Fault::Refused, "an override is 0, which holds, or 0.1 to 2, which is 10 to 200 %");
   }
   return order;
 }
@@ -139,6 +144,7 @@ std::string to_line(const run::Order& order, const nlohmann::ordered_json& id) {
   if (!id.is_null()) json["id"] = id;
   if (!order.recipe.empty()) json["recipe"] = order.recipe;
   if (!order.out.empty()) json["out"] = order.out;
+  if (order.force) json["force"] = true;
   if (!order.under.empty()) json["under"] = order.under;
   if (!order.serial.empty()) json["serial"] = order.serial;
   if (!order.select.from.empty()) json["from"] = order.select.from;

@@ -79,7 +79,12 @@ class Prover {
 
 Result<NominalProof> prove_nominal(const config::Machine& machine, const recipes::Recipe& recipe,
                                    const recipes::Job& job, const Breath& breath) {
-  return Prover(machine, recipe, job, breath).prove(job);
+  auto proof = Prover(machine, recipe, job, breath).prove(job);
+  if (!proof) return proof;
+  auto named = only_when_placed(machine, recipe, job, breath);
+  if (!named) return tl::unexpected(named.error());
+  proof->only_when_placed = *std::move(named);
+  return proof;
 }
 
 }  // namespace gantry::job

@@ -5,6 +5,7 @@
 
 #include "app/job/job_state.hpp"
 #include "app/job/nearest.hpp"
+#include "app/job/wherever.hpp"
 #include "config/machine.hpp"
 #include "core/breath.hpp"
 #include "core/error.hpp"
@@ -17,6 +18,7 @@ struct NominalProof {
   Clearances nearest;
   double duration_s = 0;    ///< of all blocks, without waiting for images
   std::vector<Next> steps;  ///< that were proved, in order
+  std::vector<OnlyWhenPlaced> only_when_placed;
 };
 
 /// From the park position through all blocks and back. Fault::Collision, OutOfReach, SpeedNotReachable with the

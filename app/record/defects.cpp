@@ -202,7 +202,7 @@ void judge_board(JobResult& result, const recipes::Recipe& recipe, const Seen& s
         lacks || (seen.features[i] == FeatureState::LeftOut && !(i < seen.before.whole.size() && seen.before.whole[i]));
   const bool good = result.defects.empty() && !seen.before.defects;
   result.board = !begun ? Board::Untouched : lacks ? Board::Begun : good ? Board::Whole : Board::Defects;
-  if (result.exit_code == ExitCode::Done && !result.defects.empty()) result.exit_code = kDoneWithDefects;
+  if (result.exit_code == ExitCode::Done && !result.defects.empty()) result.exit_code = ExitCode::DoneWithDefects;
 }
 
 bool is_lacking(const Defect& defect) { return defect.kind == Kind::Missing || defect.kind == Kind::Cut; }

@@ -74,6 +74,7 @@ struct AxisResult {
   std::string name;
   bool measured = false;                             ///< false on an open-loop axis: following error is n/a
   double max_following = 0;                          ///< mm or rad, while enabled
+  double allowed_there = 0;                          ///< at the speed that the axis had then; 0: none is watched
   bool rotary = false;                               ///< rad instead of mm
   double allowed_at_rest = 0, allowed_at_v_max = 0;  ///< the window, which grows with the speed; 0: none is watched
 };
@@ -179,9 +180,6 @@ struct Origin {
   std::string recipe_sha256, machine_file, machine_sha256;  ///< "": not known
   std::string serial;                                       ///< of the part; "": it has none
 };
-
-/// The job came to its end, and its board has defects. No fault has this code: it is no row of the catalogue.
-inline constexpr ExitCode kDoneWithDefects{9};
 
 struct JobResult {
   std::string job;  ///< name of the output folder

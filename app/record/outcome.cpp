@@ -33,7 +33,7 @@ JobResult begin_result(const config::Machine& machine, const recipes::Recipe& re
 }
 
 void add_error(JobResult& result, Error error) {
-  if (result.exit_code == ExitCode::Done || result.exit_code == kDoneWithDefects)
+  if (result.exit_code == ExitCode::Done || result.exit_code == ExitCode::DoneWithDefects)
     result.exit_code = info(error.fault).exit_code;
   result.errors.push_back(std::move(error));
 }

@@ -257,19 +257,19 @@ std::string length_section(const JobResult& r) {
 std::string following_section(const JobResult& r) {
   if (r.axes.empty()) return {};
   bool open_loop = false;
-  Table table({"axis", ">largest", "", ">allowed at rest", ">at full speed"});
+  Table table({"axis", ">largest", "", ">allowed at that speed", ">at rest", ">at full speed"});
   for (const auto& a : r.axes) {
     open_loop = open_loop || !a.measured;
     const auto length = [&](double v) { return a.rotary ? number(v * 1000, 2) + " mrad" : micrometres(v); };
-    const bool watched = a.measured && a.allowed_at_v_max > 0;
+    const bool watched = a.measured && a.allowed_there > 0;
     table.row({text(a.name), a.measured ? length(a.max_following) : "n/a",
-               watched ? meter(a.max_following / a.allowed_at_v_max) : "", watched ? length(a.allowed_at_rest) : "",
-               watched ? length(a.allowed_at_v_max) : ""});
+               watched ? meter(a.max_following / a.allowed_there) : "", watched ? length(a.allowed_there) : "",
+               watched ? length(a.allowed_at_rest) : "", watched ? length(a.allowed_at_v_max) : ""});
   }
   return section("Following error",
                  table.done() +
                      "<p class=\"note\">The window grows with the axis' speed; an axis that leaves it stops. Bars "
-                     "are parts of the window at full speed." +
+                     "are parts of the window at the speed that the axis had then." +
                      (open_loop ? " n/a: an open-loop axis (or one that never was enabled in a block) reports its "
                                   "command, not where it is."
                                 : "") +

@@ -125,6 +125,8 @@ Json microseconds_of(const Quantiles& q) {
 }
 
 Json cycle(const CycleStatistics& c) {
+  // In virtual time nobody waits: there is nothing to measure.
+  const auto measured = [&](const Quantiles& q) { return c.virtual_time ? Json(nullptr) : microseconds_of(q); };
   return {{"cycles", c.cycles},
           {"sent", c.sent},
           {"skipped", c.skipped},
@@ -135,21 +137,23 @@ Json cycle(const CycleStatistics& c) {
           {"frames", to_json(c.frames)},
           {"mailbox_repeats", c.mailbox_repeats},
           {"working_counter_errors", c.working_counter_errors},
-          {"wake_us", microseconds_of(c.wake)},
-          {"compute_us", microseconds_of(c.compute)},
-          {"bus_us", microseconds_of(c.bus)},
+          {"wake_us", measured(c.wake)},
+          {"compute_us", measured(c.compute)},
+          {"bus_us", measured(c.bus)},
           {"real_time_priority", c.real_time_priority},
           {"memory_locked", c.memory_locked},
           {"virtual_time", c.virtual_time}};
 }
 
 void add_following(Json& j, const JobResult& r) {
-  Json values = Json::object(), units = Json::object();
+  Json values = Json::object(), allowed = Json::object(), units = Json::object();
   for (const auto& a : r.axes) {
+    allowed[a.name] = a.measured && a.allowed_there > 0 ? number(a.allowed_there) : Json(nullptr);
     values[a.name] = a.measured && std::isfinite(a.max_following) ? number(a.max_following) : Json("n/a");
     units[a.name] = a.rotary ? "rad" : "mm";
   }
   j["max_following_error"] = std::move(values);
+  j["max_following_error_allowed"] = std::move(allowed);
   j["max_following_error_units"] = std::move(units);
 }
 
@@ -225,7 +229,7 @@ std::string result_word(const JobResult& r) {
     return std::any_of(r.errors.begin(), r.errors.end(), [f](const Error& e) { return e.fault == f; });
   };
   if (r.exit_code == ExitCode::Done) return "done";
-  if (r.exit_code == kDoneWithDefects) return "done_with_defects";
+  if (r.exit_code == ExitCode::DoneWithDefects) return "done_with_defects";
   if (r.exit_code == ExitCode::Interrupted) return "interrupted";
   return has(Fault::Aborted) ? "aborted" : "failed";
 }

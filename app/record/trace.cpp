@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace gantry::record {
 namespace {
@@ -65,12 +66,14 @@ Trace::Trace(const config::Machine& machine, std::optional<std::int64_t> start_n
     axes_.push_back({.name = axis.name,
                      .rotary = axis.rotary,
                      .allowed_at_rest = axis.following_base,
-                     .allowed_at_v_max = axis.following_base + axis.following_per_speed_s * axis.v_max});
+                     .allowed_at_v_max = axis.following_base + axis.following_per_speed_s * axis.v_max,
+                     .per_speed_s = axis.following_per_speed_s});
 }
 
 void Trace::add(const cycle::Snapshot& s) {
   add_cycle(s);
   add_valve(s);
+  add_following(s);
   if (s.block == 0) return;
 
   ++block_ticks_;
@@ -80,11 +83,21 @@ void Trace::add(const cycle::Snapshot& s) {
              .block = s.block,
              .valve = valve_,
              .lift_mm = lift_ ? s.actual[*lift_] : 0});
-  if (!s.sent || !s.inputs_fresh) return;
+}
+
+/// The largest, and what is allowed at the speed that the axis has in that cycle.
+void Trace::add_following(const cycle::Snapshot& s) {
+  const double passed_s = static_cast<double>((s.cycle - std::exchange(target_cycle_, s.cycle)) * cycle_ns_) * 1e-9;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    if ((s.enabled >> i & 1u) == 0 || !std::isfinite(s.following[i])) continue;
-    axes_[i].measured = true;
-    axes_[i].max_following = std::max(axes_[i].max_following, std::abs(s.following[i]));
+    Axis& axis = axes_[i];
+    const double moved = std::abs(s.target[i] - std::exchange(axis.target, s.target[i]));
+    const bool seen = s.block != 0 && s.sent && s.inputs_fresh && (s.enabled >> i & 1u) != 0;
+    if (!seen || !std::isfinite(s.following[i])) continue;
+    const bool larger = !axis.measured || std::abs(s.following[i]) > axis.max_following;
+    axis.measured = true;
+    if (!larger) continue;
+    axis.max_following = std::abs(s.following[i]);
+    axis.allowed_there = axis.allowed_at_rest + (passed_s > 0 ? axis.per_speed_s * moved / passed_s : 0);
   }
 }
 
@@ -129,6 +142,7 @@ void Trace::fill(JobResult& r) const {
     r.axes.push_back({.name = a.name,
                       .measured = a.measured,
                       .max_following = a.max_following,
+                      .allowed_there = a.allowed_there,
                       .rotary = a.rotary,
                       .allowed_at_rest = a.allowed_at_rest,
                       .allowed_at_v_max = a.allowed_at_v_max});

@@ -40,13 +40,16 @@ class Trace {
  private:
   void add_cycle(const cycle::Snapshot& snapshot);
   void add_valve(const cycle::Snapshot& snapshot);
+  void add_following(const cycle::Snapshot& snapshot);
 
   struct Axis {
     std::string name;
     bool rotary = false, measured = false;
-    double max_following = 0, allowed_at_rest = 0, allowed_at_v_max = 0;
+    double max_following = 0, allowed_there = 0, allowed_at_rest = 0, allowed_at_v_max = 0, per_speed_s = 0;
+    double target = 0;  ///< of the cycle before
   };
   std::vector<Axis> axes_;
+  CycleIndex target_cycle_ = 0;  ///< of the axes' targets
   std::array<std::size_t, 3> xyz_;
   std::optional<std::size_t> lift_;
   std::int64_t cycle_ns_;

@@ -28,6 +28,7 @@ Control::Control(cycle::Channels& channels, Feed& feed, Pump& pump, Time period,
 /// A feature that a hold stops on is not resumed by the loop, which keeps the valve shut and has no run-up: whoever
 /// plays it plans the rest anew.
 void Control::on_snapshot(const cycle::Snapshot& s) {
+  if (waits_ && stopped() && s.cycle > fault_at_ && s.latched == Fault::None) fault_.reset();
   if (playing_ == 0 || s.block != playing_) return;
   const bool cut = s.valve_cut && (s.state == State::Holding || s.state == State::Held);
   if (cut || (s.state == State::Held && s.feature != motion::kTravel)) cut_ = hold_next_ = true;
@@ -35,7 +36,11 @@ void Control::on_snapshot(const cycle::Snapshot& s) {
 
 void Control::on_event(const cycle::Event& event) {
   const bool cause = event.fault == Fault::SafetyChainOpen;  // of whatever the bus and the drives have said before
-  if (event.kind == EventKind::Fault && latches(info(event.fault)) && (!fault_ || cause)) fault_ = describe_(event);
+  if (event.kind == EventKind::Fault && latches(info(event.fault))) {
+    const bool worse = stopped() && !outlived(info(event.fault));
+    if (!fault_ || cause || worse) fault_ = describe_(event), fault_at_ = event.cycle;
+    if (stopped()) hold_next_ = true;
+  }
   if (event.kind == EventKind::CommandDone)
     if (const auto asked = requests_.find(event.id); asked != requests_.end()) asked->second = event;
   if (event.kind == EventKind::CommandDone || event.kind == EventKind::BlockDone || event.kind == EventKind::Touched)
@@ -121,7 +126,7 @@ void Control::begin() {
 
 void Control::end() {
   aborted_.reset();
-  hold_next_ = false;
+  hold_next_ = outlives_ = false;
   channels_.stop_now.store(false, std::memory_order_release);
 }
 
@@ -132,7 +137,7 @@ bool Control::standing() const {
 
 Result<void> Control::ended() const {
   if (auto dead = alive(); !dead) return dead;
-  if (fault_) return tl::unexpected(*fault_);
+  if (fault_ && !(waits_ && stopped())) return tl::unexpected(*fault_);
   return not_aborted();
 }
 
@@ -195,7 +200,19 @@ Result<void> Control::command(cycle::Command command, double timeout_s) {
 }
 
 Result<void> Control::wait_for_resume(const std::function<bool()>& given_up) {
-  return wait([&] { return !hold_next_ || (given_up && given_up()); }, kNoLimit_s, {});
+  std::optional<Error> torque_lost;
+  waits_ = true;
+  auto waited = wait(
+      [&] {
+        if (stopped()) torque_lost = fault_;
+        const bool none = torque_lost && !stopped() && latest().state == State::Disabled;
+        return none || !(hold_next_ || stopped()) || (given_up && given_up());
+      },
+      kNoLimit_s, {});
+  waits_ = false;
+  if (!waited || !torque_lost || latest().state != State::Disabled) return waited;
+  torque_lost->message += "; the drives have lost their torque meanwhile, so that the job cannot go on";
+  return tl::unexpected(*torque_lost);
 }
 
 Result<Played> Control::play(const job::ProvenBlock& block, cycle::Purpose purpose) {

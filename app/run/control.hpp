@@ -59,7 +59,14 @@ class Control {
   /// Plays one block to its end. A hold makes it wait, also before it begins; one that stops on a feature ends
   /// it, and holds what comes next. An abort or a fault ends it with an error when the machine stands.
   Result<Played> play(const job::ProvenBlock& block, cycle::Purpose purpose = cycle::Purpose::Job);
-  /// Waits for the resume of what is on hold, or until `given_up` says so.
+  /// From here to end(): a fault that can be outlived (Clear::Resume) ends what plays with its error, as any other
+  /// does, and puts what comes next on hold. It is over when a reset has cleared it.
+  void outlive_stops() { outlives_ = true; }
+  [[nodiscard]] bool outlives_stops() const { return outlives_; }
+  /// Such a fault has stopped what played, and no reset has cleared it.
+  [[nodiscard]] bool stopped() const { return outlives_ && fault_ && outlived(info(fault_->fault)); }
+  /// Waits for the resume of what is on hold, or until `given_up` says so. An error, too, when the drives have lost
+  /// their torque meanwhile.
   Result<void> wait_for_resume(const std::function<bool()>& given_up = {});
   /// A hold has stopped the block that plays on a feature: it is dropped as soon as the axes stand.
   [[nodiscard]] bool cut() const { return cut_; }
@@ -87,7 +94,7 @@ class Control {
   [[nodiscard]] std::optional<double> valve_shut_s() const;
   /// So many cycles of this machine, rounded to the nearest.
   [[nodiscard]] CycleIndex cycles(double seconds) const;
-  /// The first latched fault since begin(), in words.
+  /// The first latched fault since begin(), in words; a worse one takes the place of one that is outlived.
   [[nodiscard]] const std::optional<Error>& fault() const { return fault_; }
   /// A new undertaking: what ended the last one is forgotten.
   void begin();
@@ -117,6 +124,9 @@ class Control {
   std::function<void()> poll_orders_, service_;
   std::uint32_t next_id_ = 1;
   std::optional<Error> fault_, aborted_;
+  CycleIndex fault_at_ = 0;
+  bool outlives_ = false;                                          ///< an undertaking that goes on after a stop
+  bool waits_ = false;                                             ///< for a resume: a stop does not end that
   std::vector<cycle::Event> answers_;                              ///< events of the wait that runs
   std::map<std::uint32_t, std::optional<cycle::Event>> requests_;  ///< by id; nothing: not answered yet
   bool hold_next_ = false;

@@ -36,11 +36,14 @@ struct OwnerOptions {
 };
 
 struct RunOptions {
-  std::string out;  ///< folder for the results; "" keeps nothing
+  std::string out{};  ///< folder for the results; "" keeps nothing
   // For the result's words only.
   bool dry_run = false;
   std::string serial{};      ///< of the part
   record::OnBoard before{};  ///< what jobs before it have left there
+  /// A door, air or stop fault (Clear::Resume) leaves the job on hold until somebody resets and resumes; else it ends
+  /// it.
+  bool outlives_stops = false;
 };
 
 /// What a jog came to: where the axes were sent, mm or rad, and the machine time from the order until they stood.
@@ -104,9 +107,9 @@ class Owner {
   /// lifts the refusal. An abort is never refused and never undone: it holds until what it has ended is over. What a
   /// reset came to is told by reset_answer().
   Result<void> order(const Order& order);
-  /// Where the last hold that was taken stops: "holds after 'bead 7', in 1.2 s"; "" where that is at once, on no
-  /// feature.
-  [[nodiscard]] std::string holds_where() const;
+  /// What the last hold or override that was taken leads to: "holds after 'bead 7', in 1.2 s", "80 % when the valve has
+  /// shut"; "" where it takes effect at once, on no feature.
+  [[nodiscard]] std::string order_said() const;
   /// Of the last reset that was taken: nothing as long as it is under way, or when it was told already. Fault of what
   /// stays latched.
   std::optional<Result<void>> reset_answer();
@@ -125,8 +128,10 @@ class Owner {
   /// What the bus has counted since it came up.
   [[nodiscard]] WireCounts wire() const;
   [[nodiscard]] Undertaking undertaking() const;
-  /// On hold, or on the way there: a resume goes on.
+  /// On hold, or on the way there: a resume goes on, behind a reset where a fault has stopped the job.
   [[nodiscard]] bool held() const;
+  /// The fault that has stopped the job and that it outlives; nothing once a reset has cleared it.
+  [[nodiscard]] std::optional<Error> stopped() const;
   /// As people are told it: a job that waits between two motions is held.
   [[nodiscard]] cycle::State state() const;
   /// The mode switch says setup: only a jog may move the machine.

@@ -73,6 +73,7 @@ void Owner::Parts::make_on_bus(Time first) {
   control().on_step([this] {
     if (publisher) publisher->poll(clock->now());
     heed_buttons();
+    raise_when_shut();
     if (poll) poll();
   });
   control().serve_by([this] { serve(); });

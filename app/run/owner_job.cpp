@@ -58,6 +58,8 @@ void Owner::Parts::tell(const cycle::Event& e, const Error& error) {
   std::optional<std::string> words = to_text(error);
   if (info(e.fault).reaction == Reaction::Note) words = notes.tell({e.fault, of(e)}, now_ns, std::move(*words));
   if (!words) return;
+  if (job && outlived(info(e.fault)) && control().outlives_stops())
+    *words += fmt::format("; the job waits: {}", info(e.fault).remedy);
   log::warn("{}", *words);
   if (job) job->recording.note(now_ns, *words);
 }
@@ -161,6 +163,13 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   if (!turn.taken()) {
     record::add_error(result, turn.refused().error());
     return result;
+  }
+  if (options.outlives_stops) p.control().outlive_stops();
+  if (const double factor = latest().override_factor; factor > 1) {
+    log::warn("the override returns from {:.0f} to 100 %, as at the start of every job", factor * 100);
+    p.control().post({.kind = cycle::CommandKind::Override, .value = 1});
+  } else if (factor < 1) {
+    log::warn("an override of {:.0f} % is in force", factor * 100);
   }
   p.job.emplace(RunningJob{Recording(p.machine, result, latest().time_ns, options.out, p.shared ? &*p.shared : nullptr),
                            Runner({.machine = p.machine,

@@ -31,13 +31,13 @@ Result<void> Owner::Parts::hold(bool now) {
   if (next(state, cycle::Cause::Hold)) {
     const std::optional<Ahead> ahead = job ? job->runner.ahead() : std::nullopt;
     now = now || state != State::Running || (ahead && ahead->left_s > machine.hold_within_s);
-    holds_where = !ahead ? ""
-                  : now  ? fmt::format("holds now, on '{}'", ahead->feature)
-                         : fmt::format("holds after '{}', in {:.1f} s", ahead->feature, ahead->left_s);
+    order_said = !ahead ? ""
+                 : now  ? fmt::format("holds now, on '{}'", ahead->feature)
+                        : fmt::format("holds after '{}', in {:.1f} s", ahead->feature, ahead->left_s);
     control().post({.kind = CommandKind::Hold, .value = now ? 1.0 : 0.0});
     return {};
   }
-  holds_where.clear();
+  order_said.clear();
   if (control().holds_next()) return {};
   // Before and between its blocks a job moves nothing, but for homing, which comes to its end; the next block waits.
   const bool before =
@@ -48,14 +48,45 @@ Result<void> Owner::Parts::hold(bool now) {
 }
 
 Result<void> Owner::Parts::resume() {
-  if (control().aborting()) return tl::unexpected(refusal(OrderKind::Resume));
+  if (control().aborting() || control().stopped()) return tl::unexpected(refusal(OrderKind::Resume));
   const bool waits = control().holds_next();
   if (waits) control().hold_next(false);
   // A block that was cut is dropped when the axes stand: it is not for the loop to go on with.
   const bool stands = !control().cut() && next(control().latest().state, cycle::Cause::Resume);
   if (stands) control().post({.kind = CommandKind::Resume});
-  if (!waits && !stands && !control().cut()) return tl::unexpected(refusal(OrderKind::Resume));
+  if (!waits && !stands && !control().cut()) return fail(Fault::Refused, "'resume' is refused: nothing is on hold");
   return {};
+}
+
+/// Lowering is obeyed at once; what is dispensed is not made faster than it was begun.
+Result<void> Owner::Parts::set_override(double factor) {
+  order_said.clear();
+  if (factor == 0) {
+    auto held = hold(true);
+    if (held) order_said = "0 % holds now; `resume` goes on" + (order_said.empty() ? "" : " (" + order_said + ")");
+    return held;
+  }
+  if (factor > machine.override_max)
+    return fail(Fault::Refused,
+                fmt::format("this machine allows an override of at most {:.0f} % (`override_max` of its "
+                            "file)",
+                            machine.override_max * 100));
+  raise_to.reset();
+  const cycle::Snapshot& s = control().latest();
+  const bool open = (s.outputs & config::bit(config::Output::Valve)) != 0;
+  if (open && factor > s.override_factor) {
+    raise_to = factor;
+    order_said = fmt::format("{:.0f} % when the valve has shut", factor * 100);
+    return {};
+  }
+  control().post({.kind = CommandKind::Override, .value = factor});
+  return {};
+}
+
+void Owner::Parts::raise_when_shut() {
+  const bool open = (feed->latest().outputs & config::bit(config::Output::Valve)) != 0;
+  if (!raise_to || open) return;
+  control().post({.kind = CommandKind::Override, .value = *std::exchange(raise_to, std::nullopt)});
 }
 
 /// While something moves or is to move, a reset could only be meant for what comes after. A job that stands on hold may
@@ -66,7 +97,8 @@ Result<void> Owner::Parts::reset() {
     on_bus->reset_answer = control().answer(*on_bus->reset);
     if (!on_bus->reset_answer) return fail(Fault::Refused, "'reset' is refused: one is under way already");
   }
-  const bool on_hold = state == State::Held || (state == State::Ready && control().holds_next());
+  const bool on_hold =
+      state == State::Held || ((state == State::Ready || state == State::Stopped) && control().holds_next());
   const bool busy = undertaking != Undertaking::None && !(undertaking == Undertaking::Job && on_hold);
   if (control().aborting() || busy || !next(state, cycle::Cause::Reset))
     return tl::unexpected(refusal(OrderKind::Reset));
@@ -130,7 +162,7 @@ Result<void> Owner::Parts::at_once(const Order& order) {
     case OrderKind::Hold: return hold(order.now);
     case OrderKind::Resume: return resume();
     case OrderKind::Reset: return reset();
-    case OrderKind::Override: control().post({.kind = CommandKind::Override, .value = order.value}); return {};
+    case OrderKind::Override: return set_override(order.value);
     case OrderKind::Abort:
       if (undertaking != Undertaking::None) control().abort({Fault::Aborted, "the operator aborted it", ""});
       return {};
@@ -157,11 +189,16 @@ void Owner::interrupt(Error why) {
   if (p.on_bus && p.undertaking != Undertaking::None) p.control().abort(std::move(why));
 }
 
-std::string Owner::holds_where() const { return parts_->holds_where; }
+std::string Owner::order_said() const { return parts_->order_said; }
 
 cycle::State Owner::state() const {
   const State state = latest().state;
   return state == State::Ready && held() ? State::Held : state;
+}
+
+std::optional<Error> Owner::stopped() const {
+  if (!parts_->on_bus || !parts_->control().stopped()) return std::nullopt;
+  return parts_->control().fault();
 }
 
 bool Owner::held() const {

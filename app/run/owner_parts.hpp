@@ -84,8 +84,9 @@ struct Owner::Parts {
   std::shared_ptr<const job::Surroundings> around;
   Undertaking undertaking = Undertaking::None;
   std::optional<RunningJob> job;
-  std::string holds_where;      ///< of the last hold, in words
-  std::optional<Error> ending;  ///< the program was asked to end: nothing is undertaken any more
+  std::string order_said;          ///< what the last hold or override leads to, in words; empty: at once
+  std::optional<double> raise_to;  ///< override that waits for the valve to be shut
+  std::optional<Error> ending;     ///< the program was asked to end: nothing is undertaken any more
 
   [[nodiscard]] Control& control() const { return *on_bus->control; }
 
@@ -112,6 +113,9 @@ struct Owner::Parts {
   Result<void> at_once(const Order& order);
   [[nodiscard]] Result<void> hold(bool now);
   [[nodiscard]] Result<void> resume();
+  [[nodiscard]] Result<void> set_override(double factor);
+  /// An override that was raised while the valve was open takes effect when it is shut.
+  void raise_when_shut();
   [[nodiscard]] Result<void> reset();
   void heed_buttons();
   [[nodiscard]] bool in_setup() const;

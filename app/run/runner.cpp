@@ -42,10 +42,16 @@ Runner::Runner(const Site& site, const recipes::Recipe& recipe, const recipes::J
 Result<void> Runner::run() {
   at_ = site_.control.latest().target;
   auto done = close_clamp();
-  if (done) done = rise();
+  if (done) {
+    const job::Surroundings bodies(site_.machine);
+    done = rise(site_.around != nullptr ? *site_.around : bodies);
+    if (!done && site_.control.stopped()) done = sit_out();
+  }
   if (done)
     done = job::walk(job_, state_, [this](const auto& step) -> Result<job::JobState> {
+      cut_.reset();
       auto after = take(step);
+      if (!after && site_.control.stopped()) after = go_on_after_stop();
       if (!after) return after;
       planner_.know(after->known);
       result_.blocks_done = after->block;
@@ -86,9 +92,8 @@ Result<void> Runner::close_clamp() {
                             Error{Fault::ClampOpen, "the clamp did not close", "input clamp_closed"});
 }
 
-Result<void> Runner::rise() {
-  const job::Surroundings bodies(site_.machine);
-  auto up = job::plan_rise(site_.machine, site_.around != nullptr ? *site_.around : bodies, block_ + 1, at_);
+Result<void> Runner::rise(const job::Surroundings& around) {
+  auto up = job::plan_rise(site_.machine, around, block_ + 1, at_);
   if (!up) return tl::unexpected(up.error());
   if (!*up) return {};
   doing_ = "raising the head";
@@ -125,8 +130,9 @@ Result<Played> Runner::play(Result<job::ProvenBlock> planned, When when) {
   playing_ = nullptr;
   speed_watch_.end();
   at_ = site_.control.latest().target;
-  if (played && played->cut) {
-    note_cut(before, planned->segments());
+  const bool cut = played ? played->cut : site_.control.stopped();
+  if (cut) {
+    if (when == When::Released) note_cut(before, planned->segments());
     result_.predicted_s -= std::max(0.0, planned->duration_s() - ticks_ * seconds(site_.machine.bus.cycle));
   }
   job::discard(*std::move(planned), site_.breath);
@@ -303,7 +309,7 @@ Result<job::JobState> Runner::take(const recipes::Dispense& step) {
   if (!played->cut) return job::after_dispense(state_);
   if (played->on == motion::kTravel && !cut_) return state_;
   const std::size_t feature = cut_.value_or(played->on);
-  if (auto stood = stand_by(feature); !stood) return tl::unexpected(stood.error());
+  if (auto stood = hold_off(feature); !stood) return tl::unexpected(stood.error());
   return cut_ || joining_ ? join(feature) : state_;
 }
 

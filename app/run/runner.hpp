@@ -62,7 +62,7 @@ class Runner {
 
  private:
   Result<void> close_clamp();
-  Result<void> rise();
+  Result<void> rise(const job::Surroundings& around);
 
   /// Does one step of the job, and gives the state after it.
   Result<job::JobState> take(const recipes::LookAtMark& step);
@@ -82,8 +82,14 @@ class Runner {
   enum class When { Released, OnHold };
   Result<Played> play(Result<job::ProvenBlock> planned, When when = When::Released);
   /// A hold has stopped on this feature: the needle lifts and waits for the operator to resume.
-  Result<void> stand_by(std::size_t feature);
   Result<void> hold_off(std::size_t feature);
+  /// A fault that a job outlives has stopped it: nothing moves until somebody has reset and resumed; then up to the
+  /// safe height.
+  Result<void> sit_out();
+  /// The same, and then what was stopped is done again; of a bead that was cut, what is missing.
+  Result<job::JobState> go_on_after_stop();
+  /// Until the resume, or until the part may not lie where it lay.
+  Result<void> wait_for_resume();
   /// A bead that was cut is open again from there on.
   Result<job::JobState> join(std::size_t feature);
   /// The joined bead's valve has opened again.
@@ -105,7 +111,7 @@ class Runner {
   job::SpeedWatch speed_watch_;
   job::CutWatch cut_watch_;
   const std::deque<motion::Segment>* playing_ = nullptr;  ///< the segments of the block that plays
-  std::optional<std::size_t> cut_;                        ///< the feature that a hold has cut in the last block
+  std::optional<std::size_t> cut_;                        ///< the feature that a hold or a stop has cut in this step
   std::optional<job::Laid> laid_;                         ///< of it, where it is a bead
   /// The bead that is on its way to be joined.
   struct Joining {

@@ -1,4 +1,4 @@
-// A feature that a hold has cut: where it was cut, the needle off it, and what is left of a bead joined to what lies.
+// What a hold or a stop has cut: where it was cut, the needle off it, and what is left of a bead joined to what lies.
 #include <algorithm>
 #include <fmt/format.h>
 
@@ -39,11 +39,12 @@ std::optional<Ahead> Runner::ahead() const {
 }
 
 void Runner::note_cut(const std::vector<job::FeatureState>& before, const std::deque<motion::Segment>& segments) {
-  cut_.reset();
   watch_ = {};
-  for (std::size_t f = 0; f < state_.features.size() && !cut_; ++f)
-    if (state_.features[f] == job::FeatureState::Interrupted && before[f] != job::FeatureState::Interrupted) cut_ = f;
-  if (!cut_) return;  // what lies of a bead that was to be joined is as it was
+  std::optional<std::size_t> cut;
+  for (std::size_t f = 0; f < state_.features.size() && !cut; ++f)
+    if (state_.features[f] == job::FeatureState::Interrupted && before[f] != job::FeatureState::Interrupted) cut = f;
+  if (!cut) return;  // what was cut before in this step is as it was, and what lies of it
+  cut_ = cut;
   laid_.reset();
   joining_.reset();
   const auto* bead = std::get_if<recipes::Bead>(&recipe_.features[*cut_]);
@@ -53,22 +54,37 @@ void Runner::note_cut(const std::vector<job::FeatureState>& before, const std::d
     laid_ = job::laid_part(segments, *cut_, *shut_mm, job::laid_mm(state_.laid, *cut_));
 }
 
-Result<void> Runner::stand_by(std::size_t feature) {
-  standing_by_ = true;
-  part_lost_.reset();
-  const auto stood = hold_off(feature);
-  standing_by_ = false;
-  if (stood && part_lost_) return tl::unexpected(*part_lost_);
-  return stood;
-}
-
 Result<void> Runner::hold_off(std::size_t feature) {
   doing_ = fmt::format("on hold, on '{}'", recipes::id_of(recipe_.features[feature]));
   if (auto up = planner_.lift(next_block("needle"), at_, feature); !up)
     log::warn("the needle stays on what it dispenses: {}", up.error().message);
   else if (auto lifted = play(std::move(up), When::OnHold); !lifted)
     return tl::unexpected(lifted.error());
-  return site_.control.wait_for_resume([this] { return part_lost_.has_value(); });
+  return wait_for_resume();
+}
+
+Result<void> Runner::sit_out() {
+  for (;;) {
+    doing_ = cut_ ? fmt::format("stopped, on '{}'", recipes::id_of(recipe_.features[*cut_])) : "stopped";
+    if (auto stood = wait_for_resume(); !stood) return stood;
+    auto up = rise(*planner_.surroundings());
+    if (up || !site_.control.stopped()) return up;
+  }
+}
+
+Result<job::JobState> Runner::go_on_after_stop() {
+  if (auto up = sit_out(); !up) return tl::unexpected(up.error());
+  if (!cut_) return state_;
+  return join(*cut_);
+}
+
+Result<void> Runner::wait_for_resume() {
+  standing_by_ = true;
+  part_lost_.reset();
+  const auto stood = site_.control.wait_for_resume([this] { return part_lost_.has_value(); });
+  standing_by_ = false;
+  if (stood && part_lost_) return tl::unexpected(*part_lost_);
+  return stood;
 }
 
 void Runner::watch_part(const cycle::Snapshot& s) {

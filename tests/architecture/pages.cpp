@@ -12,7 +12,8 @@ namespace gantry::architecture {
 namespace {
 
 constexpr std::array kReactions{"note", "path stop", "axis-wise stop", "quick stop", "off"};
-constexpr std::array kClears{"-", "reset", "reset, enable", "reset, enable, home", "power cycle", "restart"};
+constexpr std::array kClears{"-",           "reset",  "reset, resume", "reset, enable", "reset, enable, home",
+                             "power cycle", "restart"};
 
 struct Chapter {
   int hundred;
@@ -118,8 +119,13 @@ std::string states_page() {
       "| reaction | how the axes come to rest | torque | the job |\n|---|---|---|---|\n";
   for (const Reaction r : {Reaction::PathStop, Reaction::AxisStop, Reaction::QuickStop, Reaction::Off}) {
     const cycle::ReactionRow& row = *cycle::row(r);
-    page += fmt::format("| {} | {} | {} | ends |\n", kReactions[static_cast<std::size_t>(r)],
-                        kBraking[static_cast<std::size_t>(row.braking)], row.goal ? "off when they stand" : "stays");
+    std::string outlived_ones;
+    for (const FaultInfo& f : catalogue())
+      if (outlived(f) && f.reaction == r) outlived_ones += fmt::format(" {}", std::string_view(code(f.fault)));
+    page += fmt::format(
+        "| {} | {} | {} | {} |\n", kReactions[static_cast<std::size_t>(r)],
+        kBraking[static_cast<std::size_t>(row.braking)], row.goal ? "off when they stand" : "stays",
+        outlived_ones.empty() ? "ends" : "waits for reset and resume after" + outlived_ones + ", else ends");
   }
   return page;
 }

@@ -94,7 +94,7 @@ def reset():
 def job_of_owner(name):
     """Of the owner that is up. Frames that a busy host loses say nothing about it: then it is run again."""
     for _ in range(3):
-        got = program("run", recipe, "--out", os.path.join(folder, name))
+        got = program("run", recipe, "--out", os.path.join(folder, name), "--force")
         if "G102" not in got.stderr:
             break
         reset()
@@ -105,7 +105,7 @@ def start_job(name, capture, state="none"):
     """A job that is in its bead or in a dot: the valve has been open for some frames."""
     for _ in range(5):
         capture.clear()
-        job = Program(words_of("run", recipe, "--out", os.path.join(folder, name), state=state))
+        job = Program(words_of("run", recipe, "--out", os.path.join(folder, name), "--force", state=state))
         while job.process.poll() is None:
             capture.read()
             if sum(bool(c.valve) for c in capture.cycles[-40:] if not c.answer) >= 10:

@@ -16,10 +16,12 @@ trap finish EXIT
 fail() { echo "FAILED: $*"; failures=$((failures + 1)); }
 # expect_exit CODE WHAT COMMAND...: stdout and stderr go to $work/out and $work/err. A job that is to end well and that the
 # host held up for longer than the machine file tolerates (exit 8; G121: half of its cycles, G123: 50 ms) has shown nothing
-# and is run again, twice.
+# and is run again, twice, in place of the first.
 expect_exit() {
-  local code=$1 what=$2 got attempt; shift 2
+  local code=$1 what=$2 got attempt again=(); shift 2
+  [[ " $* " == *" --out "* ]] && again=(--force)
   for attempt in 1 2 3; do
+    [ "$attempt" = 1 ] || set -- "$@" "${again[@]}"
     "$@" >"$work/out" 2>"$work/err" </dev/null
     got=$?
     [ "$code" = 0 ] && [ "$got" = 8 ] && grep -qE "G121|G123" "$work/err" || break
@@ -29,10 +31,11 @@ expect_exit() {
 }
 expect_text() { grep -q -- "$1" "$work/out" "$work/err" || { fail "no '$1' in the output"; cat "$work/out" "$work/err" | tail -5; }; }
 # The reference machine on a host that may hold up this program, or the one at the other end of its wire: it forgives more lost
-# frames, more late cycles and larger deviations in the drives than a machine of steel should. What these tests judge is not time.
+# frames, more late cycles, longer silence on the wire and larger deviations in the drives than a machine of steel should. What
+# these tests judge is not time.
 patient_machine() {
-  mkdir -p "$work/config/machines" && ln -sfn "$source_dir/config/drives" "$work/config/drives" &&
-    ln -sfn "$source_dir/config/devices" "$work/config/devices" &&
+  mkdir -p "$work/config/machines" && cp -r config/drives config/devices "$work/config" &&
+    sed -i 's/^watchdog: 100 ms$/watchdog: 3000 ms/' "$work"/config/drives/*.yaml "$work"/config/devices/*.yaml &&
     sed -e 's/^  frames_lost_max: 3$/  frames_lost_max: 50/' -e 's/^\(  stop_after_missed: .*\)sim: 50}$/\1sim: 1000}/' \
       -e 's/position_error_limit: [0-9]* counts/position_error_limit: 30000 counts/' \
       -e 's/position_error_delay: 200 ms/position_error_delay: 2000 ms/' \

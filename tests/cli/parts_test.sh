@@ -8,20 +8,28 @@ echo '- {at: feature bead 1, after: 300 ms, do: press, input: stop, hold: 100 ms
 order() { "$gantry" "$@" --state "$state"; }
 start_owner() { # OPTIONS...
   "$gantry" up --state "$state" "$@" >"$work/up.out" 2>&1 </dev/null &
-  pids+=($!)
+  owner=$!
+  pids+=("$owner")
   wait_for 40 grep -q "is up" "$work/up.out" || { fail "the owner did not come up"; cat "$work/up.out"; }
 }
-end_owner() { expect_exit 0 "down" order down; wait "${pids[-1]}"; }
+end_owner() { expect_exit 0 "down" order down; wait "$owner"; }
 reset() { # once the stop button is up again
   wait_for 10 sh -c "'$gantry' status --state '$state' | grep -q 'the stop button is pressed - not any more'" ||
     fail "the stop button is still pressed"
   expect_exit 0 "reset" order reset
 }
+# Stopped by the button, a job of an owner waits: it is given up as soon as the button is up again.
+give_up_when_stopped() {
+  (wait_for 60 sh -c "'$gantry' status --state '$state' | grep -q 'the stop button is pressed - not any more'" &&
+    "$gantry" abort --state "$state" >/dev/null) &
+  pids+=($!)
+}
 says() { python3 -c 'import json, sys; d = json.load(open(sys.argv[1])); assert str(eval("d" + sys.argv[2])) == sys.argv[3], d' \
   "$work/out" "$1" "$2" || fail "'$1' is not '$2'"; }
-run() { local code=$1 what=$2; shift 2; expect_exit "$code" "$what" order run $short --out "$work/job" "$@"; }
+run() { local code=$1 what=$2; shift 2; expect_exit "$code" "$what" order run $short --out "$work/job" --force "$@"; }
 
 start_owner --sim-script "$work/stop.yaml"
+give_up_when_stopped
 run 7 "a bead is cut by the stop button" --serial S-1
 expect_text "board          begun"
 expect_text "cut            'corner'"
@@ -47,6 +55,7 @@ run 0 "the next board"
 end_owner
 
 start_owner --sim-script "$work/stop.yaml"
+give_up_when_stopped
 run 7 "cut, and no serial"
 reset
 run 7 "the part in the machine"
@@ -57,6 +66,7 @@ run 0 "another part"
 end_owner
 
 start_owner --sim-script "$work/stop.yaml"
+give_up_when_stopped
 run 7 "cut with the owner's last board" --serial S-9
 mkdir -p "$state/begun-ethercat" && cp "$state"/begun-sim/*.json "$state/begun-ethercat"
 end_owner
@@ -72,7 +82,7 @@ run 0 "a new simulated board" --serial S-9
 end_owner
 
 # `run` alone makes a new simulated board each time: nothing is remembered, and nothing is refused.
-alone() { local code=$1 what=$2; shift 2; expect_exit "$code" "$what" "$gantry" run $short --state "$work/alone" --out "$work/job" "$@"; }
+alone() { local code=$1 what=$2; shift 2; expect_exit "$code" "$what" "$gantry" run $short --state "$work/alone" --out "$work/job" --force "$@"; }
 alone 7 "cut, alone" --serial S-1 --sim-script "$work/stop.yaml"
 [ -e "$work/alone" ] && fail "a state folder was made: $(find "$work/alone")"
 alone 0 "again, alone" --serial S-1
@@ -81,7 +91,7 @@ alone 0 "again, alone" --serial S-1
 for serial in "" "--serial P-1"; do
   rm -rf "$work/alone" "$work/world"
   # shellcheck disable=SC2086
-  "$gantry" run $short --state "$work/alone" --sim-state "$work/world" --out "$work/job" $serial >"$work/cut.out" 2>&1 </dev/null &
+  "$gantry" run $short --state "$work/alone" --sim-state "$work/world" --out "$work/job" --force $serial >"$work/cut.out" 2>&1 </dev/null &
   job=$!; pids+=($job)
   wait_for 40 ls "$work/alone/begun-sim-kept/in-machine.json" || { fail "nothing is remembered before the job"; cat "$work/cut.out"; }
   sleep 1; kill -9 $job; wait $job 2>/dev/null

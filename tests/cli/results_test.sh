@@ -39,7 +39,7 @@ key "$work/held" actions | grep -q '"utc": "20[0-9-]*T[0-9:.]*Z", "t_s": [0-9.]*
 # is left that could resume it, and after ten minutes of the machine in any case.
 held_for_good() {  # WHAT SCRIPT SECONDS
   printf -- "$2" >"$work/for-good.yaml"
-  expect_exit 3 "$1" timeout 250 "$gantry" dry-run $demo --sim-script "$work/for-good.yaml" --out "$work/good"
+  expect_exit 3 "$1" timeout 250 "$gantry" dry-run $demo --sim-script "$work/for-good.yaml" --out "$work/good" --force
   expect_text "$work/for-good.yaml:1:3: the dry run stands on hold by 'press at .*', and nobody resumes it"
   expect_text "presses start"
   python3 -c 'import json, sys; n = json.load(open(sys.argv[1]))["setpoint_ticks"]; assert n < float(sys.argv[2]) * 1000, n' \

@@ -24,7 +24,7 @@ TEST(Orders, override_changes_the_time_and_not_the_path) {
       slowed = owner.order(order(OrderKind::Override, 0.5)).has_value();
   };
   const auto result = rig.run(kDemo);
-  EXPECT_EQ(result.exit_code, record::kDoneWithDefects) << "beads are thicker at half their speed";
+  EXPECT_EQ(result.exit_code, ExitCode::DoneWithDefects) << "beads are thicker at half their speed";
   EXPECT_EQ(result.board, record::Board::Defects);
   EXPECT_EQ(std::count_if(result.defects.begin(), result.defects.end(),
                           [](const auto& d) { return d.kind == record::Defect::Kind::Speed; }),
@@ -35,6 +35,52 @@ TEST(Orders, override_changes_the_time_and_not_the_path) {
   for (const auto& d : result.deposits)
     EXPECT_LE(d.error_mm, 0.25) << d.id;  // on the path; ends are worth v x 0.5 ms more
   EXPECT_TRUE(result.collisions.empty());
+}
+
+// Raised while it dispenses, a bead keeps the speed with which it was begun; the next one has the new one.
+TEST(Orders, an_override_is_raised_when_the_valve_has_shut) {
+  Rig rig({.placement = "dx=0.5 mm", .change = [](config::Machine& m) { m.override_max = 1.5; }});
+  bool slowed = false, raised = false;
+  rig.on_step = [&](run::Owner& owner) {
+    const auto& s = owner.latest();
+    if (!slowed && s.block != 0) slowed = owner.order(order(OrderKind::Override, 0.5)).has_value();
+    if (slowed && !raised && valve_open(s) && s.path_speed > 5 && s.override_factor == 0.5) {
+      raised = owner.order(order(OrderKind::Override, 1)).has_value();
+      EXPECT_EQ(owner.order_said(), "100 % when the valve has shut");
+    }
+    EXPECT_FALSE(owner.order(order(OrderKind::Override, 1.6))) << "more than the machine allows";
+  };
+  const auto result = rig.run("recipes/patterns.yaml");
+  ASSERT_TRUE(raised);
+  EXPECT_EQ(std::count_if(result.defects.begin(), result.defects.end(),
+                          [](const auto& d) { return d.kind == record::Defect::Kind::Speed; }),
+            1)
+      << "the bead that was begun at half its speed";
+}
+
+TEST(Orders, an_override_of_0_holds_and_one_above_100_ends_with_the_job) {
+  Rig rig({.placement = "dx=0.5 mm", .change = [](config::Machine& m) { m.override_max = 1.5; }});
+  CycleIndex held_at = 0;
+  bool fast = false;
+  rig.on_step = [&](run::Owner& owner) {
+    const auto& s = owner.latest();
+    if (held_at == 0 && s.block != 0 && s.path_speed > 10 && !valve_open(s)) {
+      EXPECT_TRUE(owner.order(order(OrderKind::Override, 0)));
+      EXPECT_TRUE(owner.held());
+      held_at = s.cycle;
+    }
+    if (held_at != 0 && s.cycle == held_at + 500) {
+      EXPECT_TRUE(owner.order(order(OrderKind::Resume)));
+    }
+    if (held_at != 0 && !fast && s.cycle > held_at + 600 && !valve_open(s))
+      fast = owner.order(order(OrderKind::Override, 1.5)).has_value();
+  };
+  EXPECT_EQ(rig.run(kDemo).exit_code, ExitCode::Done);
+  ASSERT_TRUE(fast);
+  EXPECT_EQ(rig.owner().latest().override_factor, 1.5);
+  rig.on_step = {};
+  EXPECT_EQ(rig.run(kDemo).exit_code, ExitCode::Done);
+  EXPECT_EQ(rig.owner().latest().override_factor, 1);
 }
 
 TEST(Orders, an_interrupt_comes_to_rest_with_the_valve_closed_and_says_130) {

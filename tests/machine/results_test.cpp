@@ -179,7 +179,7 @@ class Jobs {
     const bool is_good = o.verdict == Verdict::Good && author.reference;
     if (word == "done" || word == "done_with_defects") {
       EXPECT_EQ(word, is_good ? "done" : "done_with_defects");
-      EXPECT_EQ(result.exit_code, is_good ? ExitCode::Done : record::kDoneWithDefects);
+      EXPECT_EQ(result.exit_code, is_good ? ExitCode::Done : ExitCode::DoneWithDefects);
       ++(is_good ? good : spoilt);
     } else {
       ++failed;
@@ -216,6 +216,7 @@ TEST(Results, the_word_and_the_board_agree_with_an_oracle_over_the_worlds_deposi
     SCOPED_TRACE(fmt::format("tip {} mm, {} mm up, board at {}", tip, up, placement));
     Trouble trouble{.kind = static_cast<Trouble::Kind>(author.one_of({0, 0, 1, 1, 1, 2, 3, 4}))};
     test::Rig rig({.placement = placement, .seed = seed, .change = [&](config::Machine& m) {
+                     m.override_max = 2;
                      m.sim.needle_error = {tip * std::cos(turn), tip * std::sin(turn), up};
                    }});
     const record::JobResult quiet = rig.run(*recipe);

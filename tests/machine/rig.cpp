@@ -86,7 +86,7 @@ record::JobResult Rig::run(const recipes::Recipe& recipe) {
   });
   if (owner_->latest().cycle == 0)
     if (auto up = owner_->bring_up(); !up) return failed({up.error()});
-  return owner_->run(recipe, *job, {});
+  return owner_->run(recipe, *job, {.outlives_stops = options_.outlives_stops});
 }
 
 }  // namespace gantry::test

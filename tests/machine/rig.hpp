@@ -21,6 +21,7 @@ struct RigOptions {
   std::string machine = "config/machines/dispenser.yaml";
   std::function<void(config::Machine&)> change{};  ///< made to the machine file's content
   std::function<void(config::Machine&)> wired{};   ///< made to the virtual machine alone, after `change`
+  bool outlives_stops = false;                     ///< as in run::RunOptions
 };
 
 class Rig {

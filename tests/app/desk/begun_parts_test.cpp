@@ -61,6 +61,17 @@ TEST_F(KnownParts, a_clamp_that_opens_as_a_bus_comes_up_takes_out_nothing) {
   }
 }
 
+TEST_F(KnownParts, the_one_in_the_machine_is_another_than_that_of_a_serial) {
+  BegunParts parts(folder_);
+  begin(parts, "S1", true);
+  begin(parts, "S2", true);
+  EXPECT_EQ(*parts.another_inside("S1"), "S2");
+  EXPECT_EQ(*parts.another_inside("S2"), "");
+  EXPECT_EQ(*parts.another_inside(""), "") << "whichever it is";
+  ASSERT_TRUE(parts.forget("S2"));
+  EXPECT_EQ(*parts.another_inside("S1"), "") << "S2 was finished, and may be gone";
+}
+
 TEST_F(KnownParts, one_whose_job_was_lost_is_met_with_the_clamp_open_too) {
   for (const char* serial : {"", "S5"}) {
     BegunParts parts(folder_);

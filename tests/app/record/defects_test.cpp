@@ -56,7 +56,7 @@ void expect_one(const JobResult& r, const char* feature, Kind kind, Board board)
   EXPECT_EQ(r.defects[0].feature, feature);
   EXPECT_EQ(r.defects[0].kind, kind) << r.defects[0].message;
   EXPECT_EQ(r.board, board);
-  EXPECT_EQ(r.exit_code, kDoneWithDefects);
+  EXPECT_EQ(r.exit_code, ExitCode::DoneWithDefects);
   EXPECT_EQ(result_word(r), "done_with_defects");
 }
 

@@ -61,6 +61,26 @@ TEST(Trace, the_thinned_path_stays_close_to_the_real_one_and_is_much_shorter) {
   EXPECT_LT(worst, 0.05);
 }
 
+// The window is that of the speed in the cycle with the largest error, not of the full one.
+TEST(Trace, the_largest_following_error_stands_beside_what_was_allowed_then) {
+  config::Machine machine = three_axes();
+  machine.axes[0].following_base = 0.05, machine.axes[0].following_per_speed_s = 0.002;
+  Trace trace(machine);
+  const auto cycle = [&](std::uint32_t n, double x, double following) {
+    auto s = at(n, {x, 0, 0});
+    s.cycle = n;
+    s.target[0] = x;
+    s.following[0] = following;
+    trace.add(s);
+  };
+  cycle(1, 0, 0.001);
+  cycle(2, 0.1, 0.020);  // 100 mm/s
+  cycle(3, 0.4, 0.015);  // 300 mm/s
+  const auto r = filled(trace);
+  EXPECT_DOUBLE_EQ(r.axes[0].max_following, 0.020);
+  EXPECT_NEAR(r.axes[0].allowed_there, 0.05 + 0.002 * 100, 1e-12);
+}
+
 TEST(Trace, following_error_counts_only_where_a_drive_is_enabled_in_a_block_and_measures) {
   Trace trace(three_axes());
   auto s = at(1, {});

@@ -1,0 +1,116 @@
+#include "app/job/wherever.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "app/job/block_plan.hpp"
+#include "recipes/selection.hpp"
+
+namespace gantry::job {
+namespace {
+
+/// By how much bodies are off, seen from the board, mm.
+struct Range {
+  double beside = 0, above = 0;  ///< of what stays
+  double lever = 0;              ///< of what rides on the board, seen from the head
+};
+
+double furthest_feature_mm(const recipes::Recipe& recipe) {
+  double most = 0;
+  for (const recipes::Feature& feature : recipe.features) {
+    if (const auto* dot = std::get_if<recipes::Dot>(&feature)) most = std::max(most, norm(dot->at));
+    if (const auto* bead = std::get_if<recipes::Bead>(&feature))
+      for (const Vec3 p : bead->points) most = std::max(most, norm(flat(p)));
+  }
+  return most;
+}
+
+/// Of the head's bodies from the needle's tip, in the plane.
+double reach_of_head_mm(const config::Machine& machine) {
+  const config::Tool& needle = *config::find_tool(machine, "needle");
+  double most = 0;
+  for (const config::Body& body : machine.head)
+    most = std::max(most, norm(flat(body.centre - needle.tip)) + norm(flat(body.shape.size)) / 2);
+  return most;
+}
+
+Range range_of(const config::Machine& machine, const recipes::Recipe& recipe) {
+  Range range;
+  if (!recipe.marks.empty()) {
+    const double chord = 2 * std::sin(recipe.mark_rules.max_rotation_rad / 2);  // of a turn, for each mm of radius
+    range.beside = recipe.mark_rules.max_shift_mm + chord * furthest_feature_mm(recipe);
+    range.lever = chord * reach_of_head_mm(machine);
+  }
+  if (!recipe.touches.empty()) range.above = recipe.touch_rules.window_mm;
+  return range;
+}
+
+void grow(config::Body& body, const Range& range) {
+  const bool round_ends = body.shape.kind == config::Shape::Kind::Capsule;
+  body.shape.size = body.shape.size + Vec3{2 * range.beside, 2 * range.beside,
+                                           2 * (round_ends ? range.above + range.beside : range.above)};
+}
+
+config::Machine grown(config::Machine machine, const recipes::Recipe& recipe, const Range& range) {
+  const double underside = recipes::to_machine(recipe, machine, {}, {}, {0, 0}, 0).z - recipe.board.thickness;
+  for (config::Body& body : machine.scene)
+    if (body.centre.z + body.shape.size.z / 2 > underside + 1e-6) grow(body, range);
+  return machine;
+}
+
+recipes::Recipe grown(recipes::Recipe recipe, const Range& range) {
+  for (recipes::Part& part : recipe.parts) {
+    const double by = part.fixture ? range.beside : range.lever;
+    part.size.x += 2 * by, part.size.y += 2 * by;
+    if (part.fixture) part.underside -= range.above, part.size.z += 2 * range.above;
+  }
+  return recipe;
+}
+
+/// The head at the safe height, the needle over where a feature begins.
+AxisVec over(const config::Machine& machine, const recipes::Recipe& recipe, const recipes::Feature& feature) {
+  const auto* dot = std::get_if<recipes::Dot>(&feature);
+  const Vec2 at = dot != nullptr ? dot->at : flat(std::get<recipes::Bead>(feature).points.front());
+  AxisVec q = recipes::tool_at(machine, *config::find_tool(machine, "needle"),
+                               recipes::to_machine(recipe, machine, {}, {}, at, 0), 0);
+  q[machine.z.value] = machine.safe_z_mm;
+  return q;
+}
+
+}  // namespace
+
+Result<std::vector<OnlyWhenPlaced>> only_when_placed(const config::Machine& machine, const recipes::Recipe& recipe,
+                                                     const recipes::Job& job, const Breath& breath) {
+  std::vector<OnlyWhenPlaced> named;
+  const std::vector<std::size_t> features = recipes::dispensed_by(job);
+  if (features.empty() || (recipe.marks.empty() && recipe.touches.empty())) return named;
+  const Range range = range_of(machine, recipe);
+  const config::Machine among = grown(machine, recipe, range);
+  const recipes::Recipe on = grown(recipe, range);
+  BlockPlanner planner(among, on, breath);
+  Knowledge nominal;
+  nominal.offset = recipes::WorkOffset{}, nominal.surface = recipes::Surface{};
+  planner.know(nominal);
+  for (const std::size_t f : features) {
+    auto planned = planner.dispense(1, over(machine, recipe, recipe.features[f]), {f});
+    if (planned) {
+      discard(*std::move(planned), breath);
+      continue;
+    }
+    if (planned.error().fault == Fault::Aborted) return tl::unexpected(planned.error());
+    named.push_back({recipes::id_of(recipe.features[f]), planned.error()});
+  }
+  return named;
+}
+
+std::string to_text(const std::vector<OnlyWhenPlaced>& features) {
+  constexpr std::size_t kShown = 5;
+  std::string names;
+  for (std::size_t i = 0; i < std::min(kShown, features.size()); ++i)
+    names += fmt::format("{}'{}'", i == 0 ? "" : ", ", features[i].feature);
+  if (features.size() > kShown) names += fmt::format(" and {} more", features.size() - kShown);
+  return fmt::format("{} ({})", names, features.front().why.message);
+}
+
+}  // namespace gantry::job

@@ -1,0 +1,196 @@
+// A job that the door, the air or the stop button has stopped: it waits, goes on behind reset and resume, and the board
+// is whole. Judged by what lies on the world's board and by where the axes go meanwhile.
+#include <cmath>
+#include <cstdlib>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "tests/machine/rig.hpp"
+
+namespace gantry {
+namespace {
+
+using cycle::State;
+using run::OrderKind;
+using test::Rig;
+
+constexpr const char* kDemo = "recipes/demo-board.yaml";
+constexpr const char* kPatterns = "recipes/patterns.yaml";
+constexpr double kSpeed_mm_s = 20, kPlace_mm = 0.02, kStill_mm = 1e-6;
+
+bool valve_open(const cycle::Snapshot& s) { return (s.outputs & config::bit(config::Output::Valve)) != 0; }
+std::string first_error(const record::JobResult& r) { return r.errors.empty() ? "" : to_text(r.errors.front()); }
+
+void set(run::Owner& owner, const std::string& input, bool on) {
+  ASSERT_TRUE(owner.world()->add_script(fmt::format("[{{do: set_input, input: {}, on: {}}}]", input, on)));
+}
+
+/// Opens the door (or another interlock) now and then, closes it, resets and resumes; and looks at what the machine
+/// does between.
+struct Clumsy {
+  explicit Clumsy(unsigned seed) : random(seed) {}
+  std::mt19937 random;
+  int most = 1000, stops = 0;
+  CycleIndex runs_for = 500, stands_for = 300;
+  bool at_open_valve = false;
+
+  enum class Phase { Waiting, Stopping, Open, Reset, Clear } phase = Phase::Waiting;
+  std::string input{};
+  CycleIndex since = 0;
+  AxisVec stood{};
+
+  int some(int from, int to) { return std::uniform_int_distribution<int>(from, to)(random); }
+  void turn(Phase to, CycleIndex now) { phase = to, since = now; }
+
+  void operator()(run::Owner& owner) {
+    const auto& s = owner.latest();
+    switch (phase) {
+      case Phase::Waiting:
+        if (s.state == State::Homing || s.state == State::Enabling || s.block == 0 || stops == most) return;
+        if (since == 0 || (at_open_valve && !valve_open(s))) since = s.cycle;  // so long it runs, or is open
+        if (s.cycle < since + runs_for) return;
+        input = std::vector<std::string>{"door_closed", "stop", "air_ok"}[static_cast<std::size_t>(some(0, 2))];
+        set(owner, input, false);
+        ++stops;
+        return turn(Phase::Stopping, s.cycle);
+      case Phase::Stopping:
+        EXPECT_FALSE(s.cycle > since + 4 && valve_open(s));
+        EXPECT_LT(s.cycle, since + 2000) << "does not come to rest";
+        if (s.state != State::Stopped) return;
+        stood = s.target;
+        EXPECT_TRUE(owner.stopped());
+        EXPECT_FALSE(owner.order({.kind = OrderKind::Resume})) << "behind a reset only";
+        return turn(Phase::Open, s.cycle);
+      case Phase::Open:
+        expect_still(s);
+        if (s.cycle == since + 20) static_cast<void>(owner.order({.kind = OrderKind::Reset}));  // finds the cause there
+        if (s.cycle < since + stands_for) return;
+        EXPECT_EQ(s.state, State::Stopped);
+        set(owner, input, true);
+        return turn(Phase::Reset, s.cycle);
+      case Phase::Reset:
+        expect_still(s);
+        static_cast<void>(owner.reset_answer());
+        if (s.cycle < since + 10) return;
+        if (!owner.order({.kind = OrderKind::Reset})) return;
+        return turn(Phase::Clear, s.cycle);
+      case Phase::Clear:
+        expect_still(s);
+        if (s.cycle < since + 200) return;
+        static_cast<void>(owner.reset_answer());
+        EXPECT_EQ(owner.state(), State::Held);
+        EXPECT_TRUE(owner.order({.kind = OrderKind::Resume}));
+        runs_for = at_open_valve ? some(12, 900) : some(1, 4000);
+        return turn(Phase::Waiting, s.cycle);
+    }
+  }
+  void expect_still(const cycle::Snapshot& s) const {
+    EXPECT_FALSE(valve_open(s));
+    for (std::size_t i = 0; i < s.axes; ++i) EXPECT_NEAR(s.target[i], stood[i], kStill_mm);
+  }
+};
+
+TEST(OutlivedStops, whatever_they_cut_is_whole_at_the_end) {
+  std::size_t joins = 0, stops = 0;
+  double worst = 0;
+  for (const bool at_open_valve : {true, false}) {
+    Rig rig({.placement = "dx=0.5 mm, rot=0.4 deg", .seed = 5, .outlives_stops = true});
+    Clumsy hand(7);
+    hand.at_open_valve = at_open_valve;
+    hand.most = std::getenv("GANTRY_ROUNDS") != nullptr ? 1000 : 12;
+    rig.on_step = [&](run::Owner& owner) { hand(owner); };
+    const auto result = rig.run(kPatterns);
+    EXPECT_EQ(result.exit_code, ExitCode::Done) << first_error(result);
+    EXPECT_EQ(result.board, record::Board::Whole);
+    for (const auto& d : result.defects) ADD_FAILURE() << d.feature << ": " << d.message;
+    EXPECT_TRUE(result.collisions.empty());
+    stops += static_cast<std::size_t>(hand.stops);
+    for (const auto& d : result.deposits)
+      for (const double missing_mm : d.joins_mm) {
+        ++joins;
+        worst = std::max(worst, std::abs(missing_mm));
+        EXPECT_LE(std::abs(missing_mm), kSpeed_mm_s * 0.5e-3 + kPlace_mm) << d.id;
+      }
+  }
+  std::printf("%zu stops, %zu joins, the worst %.4f mm\n", stops, joins, worst);
+  EXPECT_GE(stops, 24u);
+  EXPECT_GE(joins, 12u);
+}
+
+// Marks, touches, travel, dots and beads: only a dot that was cut is no longer whole.
+TEST(OutlivedStops, marks_and_touches_are_done_again) {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    SCOPED_TRACE(seed);
+    Rig rig({.placement = "dx=0.5 mm, rot=-0.4 deg, dz=0.1 mm", .seed = seed, .outlives_stops = true});
+    Clumsy hand(seed);
+    rig.on_step = [&](run::Owner& owner) { hand(owner); };
+    const auto result = rig.run(kDemo);
+    EXPECT_TRUE(result.errors.empty()) << first_error(result);
+    EXPECT_GT(hand.stops, 10);
+    EXPECT_TRUE(result.collisions.empty());
+    EXPECT_EQ(result.marks.size(), test::load_recipe(kDemo).marks.size());
+    EXPECT_EQ(result.touches.size(), test::load_recipe(kDemo).touches.size());
+    std::size_t dots = 0;
+    for (const auto& d : result.defects) {
+      EXPECT_EQ(d.kind, record::Defect::Kind::Cut) << d.feature << ": " << d.message;
+      EXPECT_NE(d.message.find("not joined: "), std::string::npos) << d.feature << ": " << d.message;
+      dots += d.message.find("a dot cannot be joined") != std::string::npos;
+    }
+    EXPECT_EQ(result.features_done + result.defects.size(), result.features_total);
+    EXPECT_GE(dots + 1, result.defects.size()) << "but for a bead whose run-up a part stands in the way of";
+  }
+}
+
+TEST(OutlivedStops, an_emergency_stop_in_one_ends_the_job) {
+  Rig rig({.placement = "dx=0.5 mm",
+           .script = "- {at: feature bead 1, after: 500 ms, do: set_input, input: door_closed, on: false}\n"
+                     "- {at: feature bead 1, after: 1500 ms, do: emergency_stop}",
+           .outlives_stops = true});
+  const auto result = rig.run(kPatterns);
+  ASSERT_FALSE(result.errors.empty());
+  EXPECT_EQ(result.errors.front().fault, Fault::SafetyChainOpen) << first_error(result);
+  EXPECT_EQ(result.board, record::Board::Begun);
+}
+
+TEST(OutlivedStops, an_abort_in_one_ends_the_job) {
+  Rig rig({.placement = "dx=0.5 mm",
+           .script = "- {at: feature bead 1, after: 500 ms, do: set_input, input: door_closed, on: false}",
+           .outlives_stops = true});
+  rig.on_step = [&](run::Owner& owner) {
+    if (owner.state() != State::Stopped || !owner.stopped()) return;
+    EXPECT_TRUE(owner.order({.kind = OrderKind::Abort}));
+  };
+  const auto result = rig.run(kPatterns);
+  ASSERT_FALSE(result.errors.empty());
+  EXPECT_EQ(result.errors.front().fault, Fault::Aborted) << first_error(result);
+  EXPECT_EQ(result.interrupted, std::vector<std::string>{"seam"});
+}
+
+// The clamp lets the part go while the door is open.
+TEST(OutlivedStops, a_part_that_is_let_go_in_one_ends_the_job) {
+  Rig rig({.placement = "dx=0.5 mm",
+           .script = "- {at: feature bead 1, after: 500 ms, do: set_input, input: door_closed, on: false}\n"
+                     "- {at: feature bead 1, after: 1500 ms, do: set_input, input: clamp_closed, on: false}",
+           .outlives_stops = true});
+  const auto result = rig.run(kPatterns);
+  ASSERT_FALSE(result.errors.empty());
+  EXPECT_EQ(result.errors.front().fault, Fault::ClampOpen) << first_error(result);
+}
+
+// By the machine's own buttons, as in a dry run.
+TEST(OutlivedStops, the_buttons_are_enough) {
+  Rig rig({.placement = "dx=0.5 mm",
+           .script = "- {at: feature bead 1, after: 500 ms, do: set_input, input: door_closed, on: false}\n"
+                     "- {at: feature bead 1, after: 1500 ms, do: set_input, input: door_closed, on: true}\n"
+                     "- {at: feature bead 1, after: 2500 ms, do: press, input: reset}\n"
+                     "- {at: feature bead 1, after: 3500 ms, do: press, input: start}",
+           .outlives_stops = true});
+  const auto result = rig.run(kPatterns);
+  EXPECT_EQ(result.exit_code, ExitCode::Done) << first_error(result);
+  EXPECT_EQ(result.joined.size(), 1u);
+  EXPECT_EQ(result.board, record::Board::Whole);
+}
+
+}  // namespace
+}  // namespace gantry
