@@ -32,7 +32,11 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
   if (may_run && bench.may_start) may_run = bench.may_start();
   if (may_run) {
     done.result = bench.owner->run(prepared.recipe, prepared.job,
-                                   {.out = *folder, .dry_run = options.dry_run, .before = part.before()});
+                                   {.out = *folder,
+                                    .dry_run = options.dry_run,
+                                    .planned_s = prepared.proof->duration_s,
+                                    .serial = options.serial,
+                                    .before = part.before()});
     if (bench.parts != nullptr) bench.parts->clamped(!clamp_open(machine, bench.owner->latest()));
   } else {
     record::add_error(done.result, may_run.error());
