@@ -54,6 +54,15 @@ void Owner::Parts::watch_alarms(const cycle::Snapshot& s) {
   shared->alarms(active.list(machine, s));
 }
 
+void Owner::Parts::acted(const std::string& what) {
+  if (shared) shared->push(monitor::Told::Action, feed->latest().cycle, what);
+  if (job) job->recording.action(what);
+}
+
+void Owner::Parts::tell_part(const std::string& what) {
+  if (shared) shared->push(monitor::Told::Part, feed->latest().cycle, what);
+}
+
 void Owner::Parts::on_event(const cycle::Event& e) {
   if (e.kind != cycle::EventKind::Fault) {
     if (shared) shared->push(e);
@@ -80,18 +89,9 @@ void Owner::Parts::tell_now(const FaultInWords& fault, int count) {
   const cycle::Event& e = fault.event;
   if (shared) shared->push(e, fault.words.message, static_cast<std::uint32_t>(count));
   if (info(e.fault).severity == Severity::Info && !stood_still(machine, e)) return;
-  const std::string words = to_text(fault.words) + stations::again(count);
+  std::string words = to_text(fault.words) + stations::again(count);
   log::warn("{}", words);
   if (job) job->recording.note(feed->latest().time_ns, words);
-}
-
-void Owner::Parts::acted(const std::string& what) {
-  if (shared) shared->push(monitor::Told::Action, feed->latest().cycle, what);
-  if (job) job->recording.action(what);
-}
-
-void Owner::Parts::tell_part(const std::string& what) {
-  if (shared) shared->push(monitor::Told::Part, feed->latest().cycle, what);
 }
 
 void Owner::Parts::serve() {
@@ -190,19 +190,19 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   record::JobResult result = record::begin_result(p.machine, recipe, job, options.out, options.dry_run);
   result.bus = p.options.bus;
   const auto wall_start = std::chrono::steady_clock::now();
+  monitor::SnapshotWriter* const watched = p.shared ? &*p.shared : nullptr;
   const Turn turn(p, Undertaking::Job);
   if (!turn.taken()) {
     record::add_error(result, turn.refused().error());
     return result;
   }
-  p.job.emplace(RunningJob{
-      Recording(p.machine, result, latest().time_ns, options.out, options.planned_s, p.shared ? &*p.shared : nullptr),
-      Runner({.machine = p.machine,
-              .control = p.control(),
-              .camera = p.world != nullptr ? &p.world->camera() : nullptr,
-              .around = p.around.get(),
-              .breath = [&p] { return p.control().breathe(); }},
-             recipe, job, result)});
+  p.job.emplace(RunningJob{Recording(p.machine, result, latest().time_ns, options.out, options.planned_s, watched),
+                           Runner({.machine = p.machine,
+                                   .control = p.control(),
+                                   .camera = p.world != nullptr ? &p.world->camera() : nullptr,
+                                   .around = p.around.get(),
+                                   .breath = [&p] { return p.control().breathe(); }},
+                                  recipe, job, result)});
   for (const std::string& note : p.bus->notes()) p.job->recording.note(latest().time_ns, note);
   p.job->recording.begin();
   const std::string part = options.serial.empty() ? result.job : fmt::format("{}, part {}", result.job, options.serial);
