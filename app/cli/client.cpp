@@ -53,7 +53,8 @@ class OwnerElsewhere final : public Operated {
                       .doing = status.value("doing", ""),
                       .elapsed_s = status.value("elapsed_s", 0.0)};
     const auto left = status.find("remaining_s");
-    seen_.remaining_s = left != status.end() && left->is_number() ? std::optional(left->get<double>()) : std::nullopt;
+    seen_.progress.remaining_s =
+        left != status.end() && left->is_number() ? std::optional(left->get<double>()) : std::nullopt;
   }
 
  private:

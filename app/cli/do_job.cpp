@@ -95,9 +95,7 @@ void do_job(Context& context, JobRequest request) {
                  request.dry_run ? desk::HeldForEver::Ends::HoldsToo : desk::HeldForEver::Ends::Stops);
   if (owner) {
     bench.bring_up = [&] {
-      operated.emplace(*owner, [&] {
-        return desk::remaining_s(prepared->proof->duration_s, owner->progress(), owner->latest().override_factor);
-      });
+      operated.emplace(*owner);
       keys.emplace(*operated, !context.json && !request.dry_run, request.dry_run ? nullptr : owner.get());
       owner->on_step([&] {
         keys->poll();

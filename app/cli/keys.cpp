@@ -93,7 +93,7 @@ void Keys::show_progress() {
   const int filled = p.features_total == 0 ? 0 : static_cast<int>(kBarWidth * p.features_done / p.features_total);
   say("\r\x1b[K[{}{}] {}/{} {} {:.0f} s{} {}{}", std::string(static_cast<std::size_t>(filled), '#'),
       std::string(static_cast<std::size_t>(kBarWidth - filled), '.'), p.features_done, p.features_total, p.doing,
-      p.elapsed_s, s.remaining_s ? fmt::format(", about {:.0f} s left,", *s.remaining_s) : "", s.state,
+      p.elapsed_s, p.remaining_s ? fmt::format(", about {:.0f} s left,", *p.remaining_s) : "", s.state,
       s.override_factor == 1 ? "" : fmt::format(" {:.0f} %", s.override_factor * 100));
   shown_ = true;
 }

@@ -1,6 +1,5 @@
 // What an operator's keys act on: the owner in this process, or the one behind a connection.
 #pragma once
-#include <functional>
 #include <optional>
 #include <string>
 
@@ -15,7 +14,6 @@ struct JobSeen {
   CycleIndex cycle = 0;  ///< at which this was so
   double override_factor = 1;
   run::Progress progress{};
-  std::optional<double> remaining_s{};  ///< about; nothing while it is not known
 };
 
 class Operated {
@@ -32,17 +30,14 @@ class Operated {
 
 class OwnerOperated final : public Operated {
  public:
-  /// `remaining_s`: asked each time something is shown.
-  explicit OwnerOperated(run::Owner& owner, std::function<std::optional<double>()> remaining_s = {})
-      : owner_(owner), remaining_s_(std::move(remaining_s)) {}
+  explicit OwnerOperated(run::Owner& owner) : owner_(owner) {}
   [[nodiscard]] JobSeen seen() const override {
     const cycle::Snapshot& s = owner_.latest();
     return {.state = std::string(cycle::name(owner_.state())),
             .held = owner_.held(),
             .cycle = s.cycle,
             .override_factor = s.override_factor,
-            .progress = owner_.progress(),
-            .remaining_s = remaining_s_ ? remaining_s_() : std::nullopt};
+            .progress = owner_.progress()};
   }
   Result<void> order(const run::Order& order) override { return owner_.order(order); }
   std::optional<Result<void>> reset_answer() override { return owner_.reset_answer(); }
@@ -53,7 +48,6 @@ class OwnerOperated final : public Operated {
 
  private:
   run::Owner& owner_;
-  std::function<std::optional<double>()> remaining_s_;
 };
 
 }  // namespace gantry::cli

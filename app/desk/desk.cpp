@@ -170,10 +170,8 @@ Json Desk::status() const {
   answer["busy_with"] = doing_ ? Json(run::name(doing_->request.order->kind)) : Json(nullptr);
   answer["recipe"] = recipe_.empty() ? Json(nullptr) : Json(recipe_);
   if (preparing_) answer["doing"] = "preparing";
-  answer["remaining_s"] = nullptr;
-  if (!recipe_.empty())
-    if (const auto left = remaining_s(job_duration_s_, owner_.progress(), owner_.latest().override_factor))
-      answer["remaining_s"] = *left;
+  const std::optional<double> left = owner_.progress().remaining_s;
+  answer["remaining_s"] = left ? Json(*left) : Json(nullptr);
   answer["owner"] = options_.identity;
   answer["said"] = in_words(answer);
   return answer;
@@ -289,7 +287,7 @@ Json Desk::run_job(const run::Order& order) {
     std::optional<Checked<Prepared>> prepared;
   };
   const auto shared = std::make_shared<Work>();  // outlives this call where an abort ends the waiting
-  recipe_ = order.recipe, job_duration_s_ = 0, preparing_ = true, aborted_ = false;
+  recipe_ = order.recipe, preparing_ = true, aborted_ = false;
   const bool ready = aside([shared, &machine = machine_, recipe = order.recipe,
                             select = order.select] { shared->prepared = prepare(machine, recipe, select); },
                            true);
@@ -303,7 +301,6 @@ Json Desk::run_job(const run::Order& order) {
     if (!ready) return failure({stop_ ? kEnding : kAbortedBefore});
     const Checked<Prepared>& prepared = *shared->prepared;
     if (!prepared) return failure(prepared.error());
-    if (prepared->proof) job_duration_s_ = prepared->proof->duration_s;
     const Bench bench{.owner = &owner_,
                       .aside = [this](const auto& work) { aside(work, false); },
                       .may_start = may_start,

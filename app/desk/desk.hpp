@@ -89,8 +89,7 @@ class Desk {
   std::vector<Told> given_;
   std::future<void> aside_;
   std::uint64_t aborted_up_to_ = 0;  ///< number of the last abort: what arrived before it does not begin any more
-  double job_duration_s_ = 0;
-  std::string recipe_;  ///< of the job that is prepared or runs
+  std::string recipe_;               ///< of the job that is prepared or runs
   bool preparing_ = false, aborted_ = false, bringing_up_ = false, stop_ = false;
 };
 

@@ -36,6 +36,8 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
     done.result = bench.owner->run(prepared.recipe, prepared.job,
                                    {.out = *folder,
                                     .dry_run = options.dry_run,
+                                    .planned_s = prepared.proof->duration_s,
+                                    .serial = options.serial,
                                     .before = part.before(),
                                     .outlives_stops = options.outlives_stops});
     if (bench.parts != nullptr) bench.parts->clamped(!clamp_open(machine, bench.owner->latest()));

@@ -86,11 +86,4 @@ std::string figures(const record::JobResult& result) {
   return text;
 }
 
-std::optional<double> remaining_s(double duration_s, const run::Progress& progress, double override_factor) {
-  if (progress.features_total == 0 || override_factor <= 0) return std::nullopt;
-  const double done =
-      std::min(1.0, static_cast<double>(progress.features_done) / static_cast<double>(progress.features_total));
-  return duration_s * (1 - done) / override_factor;
-}
-
 }  // namespace gantry::desk

@@ -48,6 +48,8 @@ class Qos {
     dds_qset_durability_service(qos_, 0, DDS_HISTORY_KEEP_LAST, depth, -1, -1, -1);
     return *this;
   }
+  /// An instance ends where the writer says so, and not because it has gone.
+  Qos& disposed_by_hand() { return dds_qset_writer_data_lifecycle(qos_, false), *this; }
   /// What the endpoint announces of itself in discovery.
   Qos& user_data(const std::string& text) { return dds_qset_userdata(qos_, text.data(), text.size()), *this; }
   [[nodiscard]] const dds_qos_t* get() const { return qos_; }
@@ -75,21 +77,32 @@ Result<Entity> writer(const Participant& participant, const dds_topic_descriptor
 Result<Entity> reader(const Participant& participant, const dds_topic_descriptor_t& type, const char* topic,
                       const Qos& qos);
 
-/// Takes what has come, one at a time: `use(sample, info)`, T as its C type, only valid data. Returns how many.
+/// Takes what has come, one at a time: `use(sample, info)`, T as its C type. Where info.valid_data is false only the
+/// key is: an instance has ended. Returns how many.
 template <class T, class Use>
-int take_all(const Entity& reader, Use&& use) {
+int take_changes(const Entity& reader, Use&& use) {
   int taken = 0;
   for (;;) {
     void* sample = nullptr;  // the reader lends it
     dds_sample_info_t info{};
     const auto n = dds_take(reader.id(), &sample, &info, 1, 1);
     if (n <= 0) return taken;
-    if (info.valid_data) {
-      use(*static_cast<const T*>(sample), info);
-      ++taken;
-    }
+    use(*static_cast<const T*>(sample), info);
+    ++taken;
     dds_return_loan(reader.id(), &sample, n);
   }
+}
+
+/// The same of valid data alone.
+template <class T, class Use>
+int take_all(const Entity& reader, Use&& use) {
+  int valid = 0;
+  take_changes<T>(reader, [&](const T& sample, const dds_sample_info_t& info) {
+    if (!info.valid_data) return;
+    use(sample, info);
+    ++valid;
+  });
+  return valid;
 }
 
 }  // namespace gantry::monitor::dds

@@ -25,7 +25,7 @@ void write(void* to, const dds_log_data_t* line) {
     if (!sink.limit.admit(sink.clock.now())) return;
     left_out = sink.limit.left_out_words();
   }
-  const auto text = printable(std::string(line->message, line->size));
+  const auto text = printable({line->message, line->size});
   const bool grave = (line->priority & (DDS_LC_FATAL | DDS_LC_ERROR)) != 0;
   log::say(grave ? log::Weight::Error : log::Weight::Warning, fmt::format("DDS: {}{}", text, left_out));
 }

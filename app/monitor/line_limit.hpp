@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <utility>
 
+#include "core/clean_text.hpp"
 #include "core/clock.hpp"
 
 namespace gantry::monitor {
@@ -43,12 +45,13 @@ class LineLimit {
 };
 
 /// One line of bounded length in which nothing steers a terminal: for text that comes from elsewhere.
-inline std::string printable(std::string text) {
-  while (!text.empty() && text.back() == '\n') text.pop_back();
-  if (text.size() > LineLimit::kLongest) text.resize(LineLimit::kLongest);
-  for (auto& c : text)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
-  return text;
+inline std::string printable(std::string_view text) {
+  while (!text.empty() && text.back() == '\n') text.remove_suffix(1);
+  std::string line = clean_text(text.substr(0, LineLimit::kLongest));
+  std::size_t end = std::min(line.size(), LineLimit::kLongest);
+  while (end < line.size() && (static_cast<unsigned char>(line[end]) & 0xC0u) == 0x80u) --end;  // between characters
+  line.resize(end);
+  return line;
 }
 
 }  // namespace gantry::monitor

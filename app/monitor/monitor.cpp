@@ -17,6 +17,7 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 constexpr auto kRedraw = std::chrono::milliseconds(100);
+constexpr double kHistory_s = 1;            // for which a first line waits for what was published before
 constexpr std::size_t kMostMachines = 256;  // names come from the network: who invents more is not listened to
 constexpr std::size_t kMostHosts = 64;
 
@@ -24,7 +25,8 @@ double since(SteadyClock::time_point t) { return std::chrono::duration<double>(S
 
 struct Machine {
   Heard heard;
-  SteadyClock::time_point at = SteadyClock::now();
+  SteadyClock::time_point at = SteadyClock::now(), since = at;
+  bool shown = false;         // a line of it was written
   bool told_silence = false;  // for the lines without redraw
   Namesakes namesakes;
   std::map<std::uint64_t, std::string> hosts;  // of the sessions that were heard
@@ -48,6 +50,9 @@ class Monitor {
                     Qos().reliable().keep_last(kEventsKept).for_latecomers(kEventsKept));
     if (!r) return tl::unexpected(r.error());
     events_ = std::move(*r);
+    r = dds::reader(dds_, gantry_msg_Alarm_desc, kAlarmTopic, Qos().reliable().keep_last(1).for_latecomers(1));
+    if (!r) return tl::unexpected(r.error());
+    alarms_ = std::move(*r);
     r = dds::reader(dds_, gantry_msg_JobStatus_desc, kJobTopic, Qos().reliable().keep_last(1).for_latecomers(1));
     if (!r) return tl::unexpected(r.error());
     jobs_ = std::move(*r);
@@ -67,6 +72,10 @@ class Monitor {
       dds::take_all<gantry_msg_Event>(events_, [&](const auto& s, const auto&) {
         if (Machine* m = machine(s.machine)) m->heard.event(s);
       });
+      dds::take_changes<gantry_msg_Alarm>(alarms_, [&](const auto& s, const auto& info) {
+        const bool active = info.valid_data && info.instance_state == DDS_IST_ALIVE && s.active;
+        if (Machine* m = machine(s.machine)) m->heard.alarm(s, active);
+      });
       dds::take_all<gantry_msg_JobStatus>(jobs_, [&](const auto& s, const auto&) {
         if (Machine* m = machine(s.machine)) m->heard.job(s);
       });
@@ -77,6 +86,8 @@ class Monitor {
       silences(begin);
       if (!out_) break;  // nobody reads any more
     }
+    for (auto& [name, m] : machines_)
+      if (options_.json && !enough_ && m.heard.has_state() && !m.shown) show(m);
     if (samples_ == 0 && !stop.load()) return fail(Fault::NoMachineHeard, not_heard(since(begin)));
     return {};
   }
@@ -96,6 +107,13 @@ class Monitor {
     m.at = SteadyClock::now();
     if (m.told_silence) tell(fmt::format("machine '{}' is heard again", sample.machine));
     m.told_silence = false;
+    if (options_.json && !m.shown && !m.heard.complete() && since(m.since) < kHistory_s) return;
+    show(m);
+  }
+
+  /// One more sample for whoever reads.
+  void show(Machine& m) {
+    m.shown = true;
     enough_ = ++samples_ == options_.count && options_.count != 0;
     if (options_.json)
       out_ << m.heard.to_json().dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << std::endl;
@@ -119,8 +137,8 @@ class Monitor {
   /// Without a terminal to redraw: one line a sample.
   static std::string line(const Heard& heard) {
     const auto& s = heard.state();
-    auto text = fmt::format("{} {} block {} tick {}", printable(s.machine), printable(s.state), s.block, s.tick);
-    for (const auto& a : s.axes) text += fmt::format("  {} {:.4f}", printable(a.name), a.actual);
+    auto text = fmt::format("{} {} block {} tick {}", s.machine, s.state, s.block, s.tick);
+    for (const auto& a : s.axes) text += fmt::format("  {} {:.4f}", a.name, a.actual);
     if (s.latched_fault != 0) text += fmt::format("  latched G{:03}", s.latched_fault);
     return text;
   }
@@ -177,7 +195,7 @@ class Monitor {
   MonitorOptions options_;
   std::ostream& out_;
   dds::Participant dds_;
-  dds::Entity states_, events_, jobs_, waitset_, condition_;
+  dds::Entity states_, events_, alarms_, jobs_, waitset_, condition_;
   std::map<std::string, Machine> machines_;
   std::uint64_t samples_ = 0;
   LineLimit limit_;

@@ -1,10 +1,12 @@
 #include "app/monitor/publish.hpp"
 
 #include <chrono>
+#include <map>
 #include <optional>
 #include <thread>
 #include <tuple>
 #include <unistd.h>
+#include <utility>
 
 #include "app/monitor/namesake_watch.hpp"
 #include "app/monitor/snapshot_shm.hpp"
@@ -20,7 +22,8 @@ constexpr auto kPoll = std::chrono::milliseconds(4);
 constexpr auto kFastest = std::chrono::milliseconds(5);        // a signal that flutters is thinned to this
 constexpr auto kStateAnyway = std::chrono::milliseconds(500);  // sent although the loop stands still: age_s tells it
 constexpr auto kLook = std::chrono::milliseconds(100);         // how often the owner's life is checked
-constexpr auto kJobAnyway = std::chrono::seconds(1);
+constexpr auto kJobFastest = std::chrono::milliseconds(100);
+constexpr auto kJobAnyway = std::chrono::milliseconds(490);  // and one look more: twice a second
 
 /// What is told at once when it changes.
 auto watched(const cycle::Snapshot& s) {
@@ -44,6 +47,10 @@ class Publisher {
                     Qos().reliable().keep_last(kEventsKept).for_latecomers(kEventsKept));
     if (!w) return tl::unexpected(w.error());
     event_writer_ = std::move(*w);
+    w = dds::writer(dds_, gantry_msg_Alarm_desc, kAlarmTopic,
+                    Qos().reliable().keep_last(1).for_latecomers(1).disposed_by_hand());
+    if (!w) return tl::unexpected(w.error());
+    alarm_writer_ = std::move(*w);
     w = dds::writer(dds_, gantry_msg_JobStatus_desc, kJobTopic, Qos().reliable().keep_last(1).for_latecomers(1));
     if (!w) return tl::unexpected(w.error());
     job_writer_ = std::move(*w);
@@ -65,12 +72,15 @@ class Publisher {
         namesakes_.poll(now.time_since_epoch());
       }
       events();
-      state(now, period);
+      alarms();
       job(now);
+      state(now, period);
       if (failed_ < 0) return fail(Fault::DdsUnusable, std::string("DDS took no sample: ") + dds_strretcode(failed_));
       std::this_thread::sleep_for(kPoll);
     }
     events();  // the last words
+    alarms();
+    job_at_ = {};
     job(SteadyClock::now());
     dds_wait_for_acks(event_writer_.id(), DDS_MSECS(200));
     return {};
@@ -83,6 +93,23 @@ class Publisher {
     while (in_.next(event, number)) {
       const auto sample = event_sample(in_.info(), in_.session(), number, event);
       check(dds_write(event_writer_.id(), &sample));
+    }
+  }
+
+  void alarms() {
+    SharedAlarms now;
+    if (!in_.alarms(now) || now.version == alarms_version_) return;
+    alarms_version_ = now.version;
+    std::map<Fault, gantry_msg_Alarm> gone = std::exchange(alarms_, {});
+    for (std::uint32_t i = 0; i < now.count; ++i) {
+      const auto sample = alarm_sample(in_.info(), in_.session(), now.alarms[i]);
+      check(dds_write(alarm_writer_.id(), &sample));
+      alarms_[now.alarms[i].fault] = sample;
+      gone.erase(now.alarms[i].fault);
+    }
+    for (auto& [fault, sample] : gone) {
+      sample.active = false;
+      check(dds_writedispose(alarm_writer_.id(), &sample));
     }
   }
 
@@ -102,6 +129,9 @@ class Publisher {
     state_.sample.seq = ++sequence_;
     state_.sample.age_s = age_s(shared);
     state_.sample.events_lost = in_.events_lost();
+    state_.sample.events_next = in_.events_next();
+    state_.sample.alarms_active = static_cast<std::uint32_t>(alarms_.size());
+    state_.sample.job_known = job_known_;
     check(dds_write(state_writer_.id(), &state_.sample));
     joints_.set(in_.info(), shared);
     check(dds_write(joint_writer_.id(), &joints_.sample));
@@ -109,7 +139,7 @@ class Publisher {
 
   void job(SteadyClock::time_point now) {
     SharedJob shared;
-    if (now - job_at_ < std::chrono::milliseconds(100) || !in_.job(shared)) return;
+    if (now - job_at_ < kJobFastest || !in_.job(shared)) return;
     const auto told = std::tuple(shared.state.view(), shared.job.view(), shared.blocks_done, shared.features_done,
                                  shared.message.view());
     const auto before =
@@ -117,6 +147,7 @@ class Publisher {
     if (told == before && now - job_at_ < kJobAnyway) return;
     job_ = shared;
     job_at_ = now;
+    job_known_ = true;
     const auto wall = std::chrono::system_clock::now().time_since_epoch();
     const auto sample = job_sample(in_.info(), in_.session(),
                                    std::chrono::duration_cast<std::chrono::nanoseconds>(wall).count(), shared);
@@ -130,12 +161,15 @@ class Publisher {
 
   SnapshotReader in_;
   dds::Participant dds_;
-  dds::Entity state_writer_, event_writer_, job_writer_, joint_writer_;
+  dds::Entity state_writer_, event_writer_, alarm_writer_, job_writer_, joint_writer_;
   NamesakeWatch namesakes_;
   StateSample state_;
   JointSample joints_;
   std::optional<cycle::Snapshot> last_;
+  std::map<Fault, gantry_msg_Alarm> alarms_;  ///< that are active, as last written
+  std::uint64_t alarms_version_ = 0;
   SharedJob job_;
+  bool job_known_ = false;
   SteadyClock::time_point sent_at_{}, job_at_{};
   std::uint64_t sequence_ = 0;
   dds_return_t failed_ = 0;

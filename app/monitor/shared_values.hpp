@@ -44,17 +44,42 @@ struct SharedSnapshot {
   std::int64_t wall_ns = 0, monotonic_ns = 0;
 };
 
+/// Whose an event is.
+enum class Told : std::uint8_t {
+  Machine,  ///< as `event` says
+  Action,   ///< somebody has given an order, or pressed a button
+  Part,     ///< the job on a part begins, or has come to its result
+};
+
 struct SharedEvent {
   cycle::Event event;
   std::int64_t wall_ns = 0;
-  Text<256> text;  ///< what the owner knows beyond the catalogue: the drive's own words, a command's name
+  Told told = Told::Machine;
+  std::uint32_t count = 1;  ///< so often it came since it was last told
+  Text<256> text;           ///< what the owner knows beyond the catalogue: the drive's own words, a command's name
+};
+
+struct SharedAlarm {
+  Fault fault = Fault::None;
+  std::int64_t since_ns = 0;  ///< by the wall clock
+  Text<96> where;
+  Text<256> text;
+};
+
+/// What is wrong with the machine now, the latched fault first.
+struct SharedAlarms {
+  static constexpr std::size_t kMost = 16;  ///< more are not told
+  std::uint64_t version = 0;                ///< another number: something has changed
+  std::uint32_t count = 0;
+  std::array<SharedAlarm, kMost> alarms{};
 };
 
 struct SharedJob {
   Text<64> job, recipe;
-  Text<32> state;  ///< "idle", "running", "held", "done", "failed", "interrupted"
+  Text<32> state;  ///< as in the topic (idl/gantry_topics.idl)
   std::uint32_t blocks_done = 0, blocks_total = 0, features_done = 0, features_total = 0;
   double elapsed_s = 0, predicted_s = 0;
+  double remaining_s = -1;  ///< below 0: not known
   Text<256> message;
 };
 

@@ -1,5 +1,6 @@
 #include "app/monitor/snapshot_shm.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -29,6 +30,7 @@ struct SharedMemory {
   std::atomic<std::uint32_t> closed{0};
   MachineInfo info;
   rt::Latest<SharedJob> job;
+  rt::Latest<SharedAlarms> alarms;
   LossyRing<SharedEvent, kEvents> events;
   LossyRing<SharedSnapshot, kSnapshots> snapshots;
 };
@@ -92,7 +94,7 @@ Result<SnapshotWriter> SnapshotWriter::create(const MachineInfo& info) {
 }
 
 SnapshotWriter::SnapshotWriter(SnapshotWriter&& other) noexcept
-    : fd_(std::exchange(other.fd_, -1)), memory_(std::exchange(other.memory_, nullptr)) {}
+    : fd_(std::exchange(other.fd_, -1)), memory_(std::exchange(other.memory_, nullptr)), alarms_(other.alarms_) {}
 
 SnapshotWriter::~SnapshotWriter() {
   if (memory_ == nullptr) return;
@@ -111,13 +113,46 @@ void SnapshotWriter::push(const cycle::Snapshot& snapshot) noexcept {
   memory_->heartbeat_ns.store(now, std::memory_order_relaxed);
 }
 
-void SnapshotWriter::push(const cycle::Event& event, std::string_view text) noexcept {
-  memory_->events.push({event, now_ns(CLOCK_REALTIME), text});
+void SnapshotWriter::push(const cycle::Event& event, std::string_view text, std::uint32_t count) noexcept {
+  memory_->events.push({event, now_ns(CLOCK_REALTIME), Told::Machine, count, text});
+  beat();
+}
+
+void SnapshotWriter::push(Told told, CycleIndex cycle, std::string_view text) noexcept {
+  cycle::Event event;
+  event.cycle = cycle;
+  memory_->events.push({event, now_ns(CLOCK_REALTIME), told, 1, text});
   beat();
 }
 
 void SnapshotWriter::push(const SharedJob& job) noexcept {
   memory_->job.store(job);
+  beat();
+}
+
+void SnapshotWriter::alarms(std::span<const Error> active) noexcept {
+  SharedAlarms now;
+  const auto of = [](const SharedAlarms& list, Fault fault) -> const SharedAlarm* {
+    const auto end = list.alarms.begin() + list.count;
+    const auto found = std::find_if(list.alarms.begin(), end, [&](const SharedAlarm& a) { return a.fault == fault; });
+    return found == end ? nullptr : &*found;
+  };
+  for (const Error& e : active) {
+    if (now.count == SharedAlarms::kMost) break;
+    if (of(now, e.fault) != nullptr) continue;
+    const SharedAlarm* before = of(alarms_, e.fault);
+    now.alarms[now.count++] = {e.fault, before != nullptr ? before->since_ns : now_ns(CLOCK_REALTIME),
+                               std::string_view(e.where), std::string_view(e.message)};
+  }
+  const auto same = [](const SharedAlarm& a, const SharedAlarm& b) {
+    return a.fault == b.fault && a.where.view() == b.where.view() && a.text.view() == b.text.view();
+  };
+  const bool changed = !std::equal(now.alarms.begin(), now.alarms.begin() + now.count, alarms_.alarms.begin(),
+                                   alarms_.alarms.begin() + alarms_.count, same);
+  if (!changed && alarms_.version != 0) return;
+  now.version = alarms_.version + 1;
+  alarms_ = now;
+  memory_->alarms.store(now);
   beat();
 }
 
@@ -154,6 +189,7 @@ std::uint64_t SnapshotReader::session() const noexcept { return memory_->session
 bool SnapshotReader::newest(SharedSnapshot& s) const noexcept { return memory_->snapshots.newest(s); }
 bool SnapshotReader::next(SharedSnapshot& s) noexcept { return memory_->snapshots.next(snapshots_, s); }
 bool SnapshotReader::job(SharedJob& job) const noexcept { return memory_->job.load(job); }
+bool SnapshotReader::alarms(SharedAlarms& alarms) const noexcept { return memory_->alarms.load(alarms); }
 
 bool SnapshotReader::next(SharedEvent& event, std::uint64_t& number) noexcept {
   if (!memory_->events.next(events_, event)) return false;

@@ -1,12 +1,13 @@
-// The memory between the owner of the machine and `gantry publish`: snapshots, events and the job's progress. The owner
-// writes and never waits; whoever reads cannot disturb it (its view is read-only, and the memory can neither shrink nor
-// grow under the owner, nor be written through another mapping than the owner's).
+// The memory between the owner of the machine and `gantry publish`: snapshots, events, active alarms and the job's
+// progress. The owner writes and never waits; whoever reads cannot disturb it (its view is read-only, and the memory
+// can neither shrink nor grow under the owner, nor be written through another mapping than the owner's).
 //   auto shm = SnapshotWriter::create(machine_info(machine));     // the feed, off the RT thread
-//   shm->push(snapshot);   shm->push(event, "what the drive says");   shm->push(job);
+//   shm->push(snapshot);   shm->push(event, "what the drive says");   shm->push(job);   shm->alarms(active_faults);
 //   auto in = SnapshotReader::open(3);     // the publisher, which has inherited the memory
 // The memory is anonymous (memfd): it goes with the processes that hold it and leaves no file behind.
 #pragma once
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -34,8 +35,14 @@ class SnapshotWriter {
 
   /// One thread writes. No allocation, no lock, no wait.
   void push(const cycle::Snapshot& snapshot) noexcept;
-  void push(const cycle::Event& event, std::string_view text = {}) noexcept;
+  /// `count`: so often it came since it was last pushed.
+  void push(const cycle::Event& event, std::string_view text = {}, std::uint32_t count = 1) noexcept;
+  /// Something that is not the loop's to say, in words.
+  void push(Told told, CycleIndex cycle, std::string_view text) noexcept;
   void push(const SharedJob& job) noexcept;
+  /// What is wrong with the machine now, all of it. Each counts from when it was first in such a list; one fault is one
+  /// alarm.
+  void alarms(std::span<const Error> active) noexcept;
   /// A sign of life where no snapshots flow; push() is one too.
   void beat() noexcept;
 
@@ -46,6 +53,7 @@ class SnapshotWriter {
   SnapshotWriter(int fd, SharedMemory* memory) : fd_(fd), memory_(memory) {}
   int fd_ = -1;
   SharedMemory* memory_ = nullptr;
+  SharedAlarms alarms_;  ///< as last stored
 };
 
 class SnapshotReader {
@@ -66,7 +74,11 @@ class SnapshotReader {
   /// Every event since the owner started, as far as the memory reaches back (1024 of them). `number` counts from 0;
   /// where it jumps, events_lost() has grown.
   bool next(SharedEvent& event, std::uint64_t& number) noexcept;
+  /// Number of the event that next() gives next: those below it were given or are lost.
+  [[nodiscard]] std::uint64_t events_next() const noexcept { return events_.position; }
   bool job(SharedJob& job) const noexcept;
+  /// False before the first list.
+  bool alarms(SharedAlarms& alarms) const noexcept;
   [[nodiscard]] std::uint64_t events_lost() const noexcept { return events_.lost; }
   [[nodiscard]] std::uint64_t snapshots_lost() const noexcept { return snapshots_.lost; }
   /// True when the owner has closed the memory or its process is gone.

@@ -15,8 +15,10 @@ void put(char (&out)[N], std::string_view text) {
   std::memcpy(out, bounded.chars, N);
 }
 
-const char* kind_name(cycle::EventKind kind) {
-  switch (kind) {
+const char* kind_name(const SharedEvent& e) {
+  if (e.told == Told::Action) return "action";
+  if (e.told == Told::Part) return "part";
+  switch (e.event.kind) {
     case cycle::EventKind::CommandDone: return "command_done";
     case cycle::EventKind::BlockDone: return "block_done";
     case cycle::EventKind::Touched: return "touched";
@@ -109,7 +111,7 @@ gantry_msg_Event event_sample(const MachineInfo& info, std::uint64_t session, st
   sample.seq = number;
   sample.time_ns = shared.wall_ns;
   sample.cycle = e.cycle;
-  put(sample.kind, kind_name(e.kind));
+  put(sample.kind, kind_name(shared));
   sample.fault = static_cast<std::uint16_t>(e.fault);
   if (e.fault != Fault::None) {
     put(sample.code, code(e.fault));
@@ -121,10 +123,28 @@ gantry_msg_Event event_sample(const MachineInfo& info, std::uint64_t session, st
   sample.detail = e.detail;
   sample.value = std::isfinite(e.value) ? e.value : 0;
   sample.block = e.block;
+  sample.count = shared.count;
   std::string_view text = shared.text.view();
   if (text.empty() && e.fault != Fault::None) text = fault.text;
   if (text.empty() && e.kind == cycle::EventKind::StateChange) text = cycle::name(static_cast<cycle::State>(e.detail));
   put(sample.text, text);
+  return sample;
+}
+
+gantry_msg_Alarm alarm_sample(const MachineInfo& info, std::uint64_t session, const SharedAlarm& shared) {
+  const FaultInfo& fault = gantry::info(shared.fault);
+  gantry_msg_Alarm sample{};
+  put(sample.machine, info.name.view());
+  put(sample.code, code(shared.fault));
+  sample.session = session;
+  sample.since_ns = shared.since_ns;
+  sample.active = true;
+  sample.fault = static_cast<std::uint16_t>(shared.fault);
+  put(sample.fault_name, fault.name);
+  put(sample.severity, severity_name(fault.severity));
+  put(sample.where, shared.where.view());
+  put(sample.text, shared.text.view());
+  put(sample.remedy, fault.remedy);
   return sample;
 }
 
@@ -143,6 +163,8 @@ gantry_msg_JobStatus job_sample(const MachineInfo& info, std::uint64_t session, 
   sample.features_total = shared.features_total;
   sample.elapsed_s = shared.elapsed_s;
   sample.predicted_s = shared.predicted_s;
+  sample.remaining_known = shared.remaining_s >= 0;
+  sample.remaining_s = sample.remaining_known ? shared.remaining_s : 0;
   put(sample.message, shared.message.view());
   return sample;
 }

@@ -15,6 +15,7 @@ namespace gantry::monitor {
 
 inline constexpr const char* kStateTopic = "gantry/state";
 inline constexpr const char* kEventTopic = "gantry/event";
+inline constexpr const char* kAlarmTopic = "gantry/alarm";
 inline constexpr const char* kJobTopic = "gantry/job";
 inline constexpr const char* kJointTopic = "rt/joint_states";  ///< ROS 2 calls it /joint_states
 inline constexpr int kEventsKept = 256;                        ///< for who comes late
@@ -29,7 +30,7 @@ class StateSample {
   StateSample() = default;
   StateSample(const StateSample&) = delete;
   StateSample& operator=(const StateSample&) = delete;
-  /// Everything but seq, age_s and events_lost.
+  /// Everything but seq, age_s and what the publisher alone knows: events_lost, events_next, alarms_active, job_known.
   void set(const MachineInfo& info, std::uint64_t session, const SharedSnapshot& shared);
   gantry_msg_MachineState sample{};
 
@@ -57,6 +58,7 @@ class JointSample {
 
 gantry_msg_Event event_sample(const MachineInfo& info, std::uint64_t session, std::uint64_t number,
                               const SharedEvent& shared);
+gantry_msg_Alarm alarm_sample(const MachineInfo& info, std::uint64_t session, const SharedAlarm& shared);
 gantry_msg_JobStatus job_sample(const MachineInfo& info, std::uint64_t session, std::int64_t time_ns,
                                 const SharedJob& shared);
 

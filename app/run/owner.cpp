@@ -40,6 +40,7 @@ Owner::Turn::Turn(Parts& parts, Undertaking what)
   if (!parts_.on_bus) return;
   parts_.control().begin();
   parts_.on_bus->named.reset();
+  if (what != Undertaking::Job) parts_.acted(std::string(name(what)));
 }
 
 Owner::Turn::~Turn() {

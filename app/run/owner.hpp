@@ -39,6 +39,7 @@ struct RunOptions {
   std::string out{};  ///< folder for the results; "" keeps nothing
   // For the result's words only.
   bool dry_run = false;
+  double planned_s = 0;      ///< motion of the whole job, as proved; 0: not known
   std::string serial{};      ///< of the part
   record::OnBoard before{};  ///< what jobs before it have left there
   /// A door, air or stop fault (Clear::Resume) leaves the job on hold until somebody resets and resumes; else it ends
@@ -59,6 +60,7 @@ struct Progress {
   std::size_t features_done = 0, features_total = 0;
   std::string doing;  ///< "mark M2", "touch T1", "dots[3][2]"
   double elapsed_s = 0;
+  std::optional<double> remaining_s{};  ///< about; Recording::remaining_s()
 };
 
 /// What became of the bus's frames, and what stations had to be asked for once more.

@@ -26,15 +26,41 @@ bool stood_still(const config::Machine& machine, const cycle::Event& e) {
   return e.fault == Fault::LateCycle && microseconds(e.detail) > kCycles * machine.bus.cycle;
 }
 
+std::string result_in_words(const record::JobResult& result) {
+  std::string words = fmt::format("{}; board: {}", record::result_word(result), record::name(result.board));
+  for (const record::Defect& d : result.defects)
+    words += d.feature.empty() ? fmt::format("; {}", record::name(d.kind))
+                               : fmt::format("; '{}' {}", d.feature, record::name(d.kind));
+  return words;
+}
+
 }  // namespace
 
 void Owner::Parts::on_snapshot(const cycle::Snapshot& s) {
   if (shared) shared->push(s);
   active.see(s);
+  watch_alarms(s);
   if (on_bus) on_bus->buttons.watch(s.inputs, s.latched != Fault::None);
   if (!job) return;
   job->runner.see(s);
-  job->recording.add(s);
+  job->recording.add(s, control().holds_next(), s.state == cycle::State::Homing ? "homing" : job->runner.doing());
+}
+
+/// Some times a second: what the list holds is put into words each time.
+void Owner::Parts::watch_alarms(const cycle::Snapshot& s) {
+  constexpr std::int64_t kEvery_ns = 50'000'000;
+  if (!shared || s.time_ns - alarms_told_ns < kEvery_ns) return;
+  alarms_told_ns = s.time_ns;
+  shared->alarms(active.list(machine, s));
+}
+
+void Owner::Parts::acted(const std::string& what) {
+  if (shared) shared->push(monitor::Told::Action, feed->latest().cycle, what);
+  if (job) job->recording.action(what);
+}
+
+void Owner::Parts::tell_part(const std::string& what) {
+  if (shared) shared->push(monitor::Told::Part, feed->latest().cycle, what);
 }
 
 void Owner::Parts::on_event(const cycle::Event& e) {
@@ -48,20 +74,26 @@ void Owner::Parts::on_event(const cycle::Event& e) {
 }
 
 void Owner::Parts::tell(const cycle::Event& e, const Error& error) {
-  if (shared) shared->push(e, error.message);
+  const std::int64_t now_ns = feed->latest().time_ns;
   if (latches(info(e.fault))) {
     active.came(error);
-    if (job) job->recording.alarm(feed->latest().time_ns, error);
+    if (job) job->recording.alarm(now_ns, error);
   }
+  if (info(e.fault).reaction != Reaction::Note) return tell_now({e, error}, 1);
+  constexpr int kStoodStill = -2;  // not held back for cycles that were a little late
+  const int what = stood_still(machine, e) ? kStoodStill : of(e);
+  if (const auto told = notes.tell({e.fault, what}, now_ns, {e, error})) tell_now(told->note, told->count);
+}
+
+void Owner::Parts::tell_now(const FaultInWords& fault, int count) {
+  const cycle::Event& e = fault.event;
+  if (shared) shared->push(e, fault.words.message, static_cast<std::uint32_t>(count));
   if (info(e.fault).severity == Severity::Info && !stood_still(machine, e)) return;
-  const std::int64_t now_ns = feed->latest().time_ns;
-  std::optional<std::string> words = to_text(error);
-  if (info(e.fault).reaction == Reaction::Note) words = notes.tell({e.fault, of(e)}, now_ns, std::move(*words));
-  if (!words) return;
+  std::string words = to_text(fault.words) + stations::again(count);
   if (job && outlived(info(e.fault)) && control().outlives_stops())
-    *words += fmt::format("; the job waits: {}", info(e.fault).remedy);
-  log::warn("{}", *words);
-  if (job) job->recording.note(now_ns, *words);
+    words += fmt::format("; the job waits: {}", info(e.fault).remedy);
+  log::warn("{}", words);
+  if (job) job->recording.note(feed->latest().time_ns, words);
 }
 
 void Owner::Parts::serve() {
@@ -69,6 +101,7 @@ void Owner::Parts::serve() {
   name_culprits();
   fetch_mail();
   report_strays();
+  for (const auto& told : notes.due(feed->latest().time_ns)) tell_now(told.note, told.count);
   serve_objects();
   on_bus->serving = false;
 }
@@ -159,6 +192,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   record::JobResult result = record::begin_result(p.machine, recipe, job, options.out, options.dry_run);
   result.bus = p.options.bus;
   const auto wall_start = std::chrono::steady_clock::now();
+  monitor::SnapshotWriter* const watched = p.shared ? &*p.shared : nullptr;
   const Turn turn(p, Undertaking::Job);
   if (!turn.taken()) {
     record::add_error(result, turn.refused().error());
@@ -171,7 +205,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   } else if (factor < 1) {
     log::warn("an override of {:.0f} % is in force", factor * 100);
   }
-  p.job.emplace(RunningJob{Recording(p.machine, result, latest().time_ns, options.out, p.shared ? &*p.shared : nullptr),
+  p.job.emplace(RunningJob{Recording(p.machine, result, latest().time_ns, options.out, options.planned_s, watched),
                            Runner({.machine = p.machine,
                                    .control = p.control(),
                                    .camera = p.world != nullptr ? &p.world->camera() : nullptr,
@@ -179,7 +213,9 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
                                    .breath = [&p] { return p.control().breathe(); }},
                                   recipe, job, result)});
   for (const std::string& note : p.bus->notes()) p.job->recording.note(latest().time_ns, note);
-  p.job->recording.tell("running");
+  p.job->recording.begin();
+  const std::string part = options.serial.empty() ? result.job : fmt::format("{}, part {}", result.job, options.serial);
+  p.tell_part(part + " begins");
   if (p.on_bus->buttons.holding()) {
     log::warn("button hold is pressed: the job waits before its first motion; `resume` or start lets it go");
     p.control().hold_next(true);
@@ -213,7 +249,8 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
                      (result.board == record::Board::Untouched && !options.before.whole.empty());
   if (ended && !begun)
     if (auto opened = p.release_part(); !opened) record::add_error(result, opened.error());
-  p.job->recording.tell(record::result_word(result));
+  p.job->recording.over(record::result_word(result));
+  p.tell_part(fmt::format("{}: {}", part, result_in_words(result)));
   p.around = p.job->runner.surroundings();
   p.job->recording.finish(p.channels->lost.load() == 0);
   p.job.reset();
@@ -241,7 +278,8 @@ Progress Owner::progress() const {
   return {.features_done = p.job->recording.features_done(),
           .features_total = p.job->recording.features_total(),
           .doing = latest().state == cycle::State::Homing ? "homing" : p.job->runner.doing(),
-          .elapsed_s = p.job->recording.elapsed_s()};
+          .elapsed_s = p.job->recording.elapsed_s(),
+          .remaining_s = p.job->recording.remaining_s()};
 }
 
 }  // namespace gantry::run

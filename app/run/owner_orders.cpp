@@ -112,7 +112,7 @@ void Owner::Parts::heed_buttons() {
   const Pressed pressed = on_bus->buttons.take();
   const auto do_it = [this](std::string_view button, const Result<void>& done) {
     if (!done) return log::warn("button {}: {}", button, done.error().message);
-    if (job) job->recording.action(fmt::format("button {}", button));
+    acted(fmt::format("button {}", button));
   };
   if (pressed.hold) do_it("hold", hold(false));
   if (pressed.reset) do_it("reset", reset());
@@ -150,9 +150,9 @@ Result<void> Owner::order(const Order& order) {
     return fail(Fault::Refused, fmt::format("'{}' is refused: the bus is not up yet", name(order.kind)));
   }
   const auto done = p.at_once(order);
-  if (done && p.job && order.kind != OrderKind::Status)
-    p.job->recording.action(order.kind == OrderKind::Override ? fmt::format("override {:.0f} %", order.value * 100)
-                                                              : std::string(name(order.kind)));
+  if (done && order.kind != OrderKind::Status)
+    p.acted(order.kind == OrderKind::Override ? fmt::format("override {:.0f} %", order.value * 100)
+                                              : std::string(name(order.kind)));
   return done;
 }
 

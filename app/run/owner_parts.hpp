@@ -55,6 +55,12 @@ struct RunningJob {
   Runner runner;
 };
 
+/// A fault of the loop, a station's news ..., and its words.
+struct FaultInWords {
+  cycle::Event event;
+  Error words;
+};
+
 struct Owner::Parts {
   config::Machine machine;
   OwnerOptions options;
@@ -73,9 +79,10 @@ struct Owner::Parts {
   std::unique_ptr<Feed> feed;
   std::unique_ptr<cycle::LoopCpu> loop_cpu;       // in real time only
   std::optional<monitor::SnapshotWriter> shared;  // what `gantry publish` reads
+  std::int64_t alarms_told_ns = 0;                // there
   std::unique_ptr<monitor::PublishChild> publisher;
   std::function<void()> poll;
-  stations::RepeatedNotes notes;
+  stations::RepeatedNotes<FaultInWords> notes;
   stations::ActiveFaults active;
   std::unique_ptr<OnBus> on_bus;
   bool hangs = false;  // the loop has not ended: what it uses must outlive this program
@@ -126,6 +133,12 @@ struct Owner::Parts {
   void on_snapshot(const cycle::Snapshot& s);
   void on_event(const cycle::Event& e);
   void tell(const cycle::Event& e, const Error& words);
+  void tell_now(const FaultInWords& fault, int count);
+  /// Somebody has given an order that was taken, or pressed a button.
+  void acted(const std::string& what);
+  /// Of the job on a part: that it begins, what it came to.
+  void tell_part(const std::string& what);
+  void watch_alarms(const cycle::Snapshot& s);
   void serve();
   void name_culprits();
   void fetch_mail();

@@ -1,5 +1,6 @@
 #include "app/run/recording.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
 
 #include "app/record/program.hpp"
@@ -7,9 +8,24 @@
 
 namespace gantry::run {
 
+std::string_view job_word(const cycle::Snapshot& s, bool holds_next) {
+  using cycle::State;
+  if (s.latched != Fault::None) return "stopped";
+  // What waits between two motions stands ready, and the needle that is lifted off what a hold has cut moves.
+  const bool waits = holds_next && (s.state == State::Ready || s.state == State::Running);
+  return waits || s.state == State::Held ? "held" : "running";
+}
+
 Recording::Recording(const config::Machine& machine, record::JobResult& result, std::int64_t start_ns,
-                     const std::string& out, monitor::SnapshotWriter* watched)
-    : result_(result), watched_(watched), trace_(machine, start_ns), start_ns_(start_ns), now_ns_(start_ns) {
+                     const std::string& out, double planned_s, monitor::SnapshotWriter* watched)
+    : result_(result),
+      watched_(watched),
+      trace_(machine, start_ns),
+      start_ns_(start_ns),
+      now_ns_(start_ns),
+      told_ns_(start_ns),
+      cycle_s_(seconds(machine.bus.cycle)),
+      planned_s_(planned_s) {
   if (out.empty()) return;
   if (auto file = record::SetpointFile::create(out + "/setpoints.bin"))
     setpoints_.emplace(std::move(*file));
@@ -17,14 +33,16 @@ Recording::Recording(const config::Machine& machine, record::JobResult& result, 
     log::report(file.error());
 }
 
-void Recording::add(const cycle::Snapshot& s) {
+void Recording::add(const cycle::Snapshot& s, bool holds_next, const std::string& doing) {
   now_ns_ = s.time_ns;
   trace_.add(s);
   hash_.add(s);
   if (setpoints_) setpoints_->add(s);
-  if (result_.features_done == features_shown_) return;
-  features_shown_ = result_.features_done;
-  tell("running");
+  override_ = s.override_factor;
+  if (s.state == cycle::State::Running && !holds_next) played_s_ += cycle_s_ * s.override_factor;
+  if (watched_ == nullptr) return;
+  const std::string_view state = job_word(s, holds_next);
+  if (now_ns_ - told_ns_ >= kTellEvery_ns || state != told_state_) tell(state, doing);
 }
 
 void Recording::note(std::int64_t now_ns, const std::string& words) {
@@ -40,8 +58,21 @@ void Recording::alarm(std::int64_t now_ns, const Error& error) {
                             std::string(std::string_view(code(error.fault)))});
 }
 
-void Recording::tell(std::string_view state) {
+void Recording::over(std::string_view word) {
+  over_ = true;
+  tell(word, result_.errors.empty() ? "" : to_text(result_.errors.front()));
+}
+
+std::optional<double> Recording::remaining_s() const {
+  if (over_) return 0;
+  if (planned_s_ <= 0 || override_ <= 0) return std::nullopt;
+  return std::max(0.0, planned_s_ - played_s_) / override_;
+}
+
+void Recording::tell(std::string_view state, std::string_view message) {
   if (watched_ == nullptr) return;
+  told_ns_ = now_ns_;
+  told_state_ = state;
   monitor::SharedJob job;
   job.job = result_.job;
   job.recipe = result_.recipe_name;
@@ -51,7 +82,9 @@ void Recording::tell(std::string_view state) {
   job.features_done = static_cast<std::uint32_t>(result_.features_done);
   job.features_total = static_cast<std::uint32_t>(result_.features_total);
   job.elapsed_s = elapsed_s();
-  job.predicted_s = result_.predicted_s;
+  job.predicted_s = planned_s_;
+  job.remaining_s = remaining_s().value_or(-1);
+  job.message = message;
   watched_->push(job);
 }
 

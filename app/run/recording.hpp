@@ -1,6 +1,6 @@
 // What is kept of the job that runs: trace, hash, setpoint file, and its news for those who watch. One for each job,
 // fed by the one reader of snapshots; which features are done stands in the result, where the runner keeps it.
-//   Recording recording(machine, result, now_ns, options.out, shared);   recording.add(snapshot); ...
+//   Recording recording(machine, result, now_ns, options, shared);   recording.add(snapshot, holds_next, doing); ...
 //   recording.finish(nothing_lost);
 #pragma once
 #include <cstdint>
@@ -16,36 +16,56 @@
 
 namespace gantry::run {
 
+/// A job as those who watch are told of it while it lasts: "running", "held", or "stopped" by a fault that is latched.
+/// `holds_next`: its next motion waits for a resume.
+std::string_view job_word(const cycle::Snapshot& snapshot, bool holds_next);
+
 class Recording {
  public:
-  /// `out` is the folder for setpoints.bin, "" keeps none; `watched` may be null.
+  /// `out` is the folder for setpoints.bin, "" keeps none; `planned_s` the planned motion of the whole job, 0: not
+  /// known; `watched` may be null.
   Recording(const config::Machine& machine, record::JobResult& result, std::int64_t start_ns, const std::string& out,
-            monitor::SnapshotWriter* watched);
+            double planned_s, monitor::SnapshotWriter* watched);
 
-  void add(const cycle::Snapshot& snapshot);
+  /// Those who watch hear of it at least every kTellEvery_ns of machine time, whatever the job does. `doing` in words.
+  void add(const cycle::Snapshot& snapshot, bool holds_next, const std::string& doing);
   /// Something that belongs into the job's list of events.
   void note(std::int64_t now_ns, const std::string& words);
   /// What somebody did to the machine, "hold", "override 50 %".
   void action(std::string what);
   /// What latched.
   void alarm(std::int64_t now_ns, const Error& error);
-  /// Tells those who watch where the job is.
-  void tell(std::string_view state);
+  /// Those who watch are told where it is: "running" as long as it has shown no cycle.
+  void begin() { tell("running", "begins"); }
+  /// The job is over; `word` as record::result_word() has it. Those who watch are told why, too.
+  void over(std::string_view word);
   /// What the job came to: everything but the world's part. Closes the file.
   void finish(bool nothing_lost);
 
   [[nodiscard]] std::size_t features_done() const { return result_.features_done; }
   [[nodiscard]] std::size_t features_total() const { return result_.features_total; }
   [[nodiscard]] double elapsed_s() const { return static_cast<double>(now_ns_ - start_ns_) * 1e-9; }
+  /// About how long the job will still take: the planned motion that is left, at the override of now. Nothing where
+  /// the whole is not known, 0 where the job is over.
+  [[nodiscard]] std::optional<double> remaining_s() const;
+
+  static constexpr std::int64_t kTellEvery_ns = 50'000'000;
 
  private:
+  void tell(std::string_view state, std::string_view message);
+
   record::JobResult& result_;
   monitor::SnapshotWriter* watched_;
   record::Trace trace_;
   record::SetpointHash hash_;
   std::optional<record::SetpointFile> setpoints_;
-  std::size_t features_shown_ = 0;  ///< of those done, that the watchers know
   std::int64_t start_ns_, now_ns_;
+  std::int64_t told_ns_;  ///< when the watchers were told last
+  std::string told_state_;
+  double cycle_s_, planned_s_;
+  double played_s_ = 0;  ///< of the planned motion, at the planned speed
+  double override_ = 1;
+  bool over_ = false;
 };
 
 }  // namespace gantry::run

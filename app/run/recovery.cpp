@@ -59,8 +59,8 @@ void Recovery::returned(std::size_t i, const devices::AlStatus& found) {
   std::string words = fmt::format("{}: takes part again; it was in {}", s.where, name(found.state));
   if (found.code != 0)
     words += fmt::format(": AL status code {:04X}h, {}", found.code, devices::wire::al_status_text(found.code));
-  if (const auto told = notes_.tell({Fault::StationLeftOp, static_cast<int>(i)}, now_ns_, std::move(words)))
-    log::info("{}", *told);
+  if (const std::string said = told(Fault::StationLeftOp, static_cast<int>(i), std::move(words)); !said.empty())
+    log::info("{}", said);
 }
 
 void Recovery::failed(Away& away, const Error& why, CycleIndex now) {
@@ -72,7 +72,7 @@ void Recovery::failed(Away& away, const Error& why, CycleIndex now) {
   if (!news) return;
   away.told = why.fault, away.told_at = now;
   const auto of = static_cast<int>(&away - away_.data());
-  if (const auto told = notes_.tell({why.fault, of}, now_ns_, to_text(why))) log::warn("{}", *told);
+  if (const std::string said = told(why.fault, of, to_text(why)); !said.empty()) log::warn("{}", said);
 }
 
 void Recovery::tell_all_back() {
@@ -80,9 +80,14 @@ void Recovery::tell_all_back() {
   away_.clear();
   next_ = 0;
   if (!any) return;
-  const auto told = notes_.tell({Fault::None}, now_ns_,
-                                "every station takes part again; reset, then enable and home the axes that were away");
-  if (told) log::info("{}", *told);
+  const std::string said =
+      told(Fault::None, -1, "every station takes part again; reset, then enable and home the axes that were away");
+  if (!said.empty()) log::info("{}", said);
+}
+
+std::string Recovery::told(Fault fault, int of, std::string words) {
+  const auto now = notes_.tell({fault, of}, now_ns_, std::move(words));
+  return now ? now->note + stations::again(now->count) : "";
 }
 
 }  // namespace gantry::run

@@ -6,6 +6,7 @@
 // more and more rarely, since every attempt writes its whole record. What keeps a station away is told once, not with
 // every attempt.
 #pragma once
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -35,13 +36,15 @@ class Recovery {
   };
   void returned(std::size_t i, const devices::AlStatus& found);
   void tell_all_back();
+  /// What is to be said of it now; "": nothing.
+  [[nodiscard]] std::string told(Fault fault, int of, std::string words);
   void failed(Away& away, const Error& why, CycleIndex now);
 
   devices::EthercatMaster& bus_;
   std::vector<Away> away_;  ///< by index in bus_.stations()
   std::size_t next_ = 0;    ///< station of the round that runs
   std::vector<StationId> restarted_;
-  stations::RepeatedNotes notes_;  ///< a station that comes and goes does not fill the log
+  stations::RepeatedNotes<std::string> notes_{1};  ///< a station that comes and goes does not fill the log
   std::int64_t now_ns_ = 0;
   CycleIndex whole_since_ = -1, short_since_ = -1;
 };

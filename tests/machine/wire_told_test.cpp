@@ -1,4 +1,6 @@
 // What the wire and the drives show beside the job is told, and where it was.
+#include <fmt/format.h>
+
 #include "tests/altered.hpp"
 #include "tests/machine/idle.hpp"
 #include "tests/machine/said.hpp"
@@ -22,6 +24,25 @@ TEST(WireTold, another_master_is_named_with_its_address) {  // R16
   EXPECT_EQ(idle.owner().wire().frames.foreign, 12u);
   EXPECT_EQ(idle.owner().wire().frames.lost, 0u);
   EXPECT_NE(idle.owner().wire().other_master.find("02:1B:21"), std::string::npos);
+}
+
+// Another master that sends every 1.5 s for 15 s: ten notes.
+TEST(WireTold, a_note_that_comes_again_and_again_is_told_more_and_more_rarely_and_none_is_lost) {
+  Said said;
+  std::string script = "[";
+  for (int i = 0; i < 10; ++i)
+    script += fmt::format("{}{{at: cycle {}, do: foreign_frames, count: 3}}", i == 0 ? "" : ", ", 20'000 + 1500 * i);
+  Idle idle(script + "]");
+  idle.pass_to(20'000 + 15'000 + 31'000);
+  EXPECT_EQ(idle.owner().wire().frames.foreign, 30u);
+  int told = 0, notes = 0;
+  for (const std::string& line : said.lines()) {
+    if (line.find("[G119]") == std::string::npos) continue;
+    ++told, ++notes;
+    if (const auto more = line.find("] ("); more != std::string::npos) notes += std::stoi(line.substr(more + 3));
+  }
+  EXPECT_EQ(notes, 10) << said.all();
+  EXPECT_LE(told, 5) << said.all();
 }
 
 TEST(WireTold, a_job_counts_each_frame_as_what_it_was) {  // R12

@@ -36,8 +36,12 @@ TEST(LineLimit, quiet_times_earn_the_burst_again_and_no_more) {
 
 TEST(Printable, is_one_bounded_line_that_steers_no_terminal) {
   EXPECT_EQ(printable("a\n\n"), "a");
-  EXPECT_EQ(printable("a\nb\x1b[2Jc\x7f"), "a b [2Jc ");
+  EXPECT_EQ(printable("a\nb\x1b[2Jc\x7f"), "a b\uFFFD[2Jc\uFFFD");
+  EXPECT_EQ(printable("a\u009b2Jb\u202ec\x9b"), "a\uFFFD2Jb\uFFFDc\uFFFD") << "C1, a turn of direction, no UTF-8";
   EXPECT_EQ(printable(std::string(5000, 'x')).size(), LineLimit::kLongest);
+  const std::string wide = printable(std::string(5000, '\x1b'));
+  EXPECT_LE(wide.size(), LineLimit::kLongest);
+  EXPECT_EQ(wide.size() % 3, 0u) << "cut between characters";
 }
 
 }  // namespace

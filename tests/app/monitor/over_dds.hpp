@@ -10,6 +10,7 @@
 #include <sstream>
 #include <thread>
 #include <unistd.h>
+#include <vector>
 
 #include "app/monitor/child.hpp"
 #include "app/monitor/monitor.hpp"
@@ -45,6 +46,9 @@ class Owner {
   std::atomic<std::int64_t> cycle{0};
   std::atomic<int> starts{0};
   std::atomic<pid_t> publisher{-1};
+  std::atomic<int> notes{0};            ///< set by the test; counted down as notes are pushed
+  std::atomic<bool> door_open{false};   ///< an alarm
+  std::atomic<bool> job_stands{false};  ///< nothing of it changes but its clock
 
  private:
   void run() {
@@ -57,13 +61,18 @@ class Owner {
     writer_->push(e.event, "somebody opened the door");
     SharedJob job;
     job.job = "demo", job.state = "running";
+    const Error alarm{Fault::DoorOpen, "the door of the pretended machine is open", "station 9 'io'"};
     for (auto due = clock.now(); !quit_; due += milliseconds(1)) {
       shared.snapshot.cycle = ++cycle;
       writer_->push(shared.snapshot);
-      if (cycle % 100 == 0) {
-        ++job.features_done;
-        writer_->push(job);
+      if (cycle % 100 == 0 && !job_stands) ++job.features_done;
+      job.elapsed_s = static_cast<double>(cycle) * 1e-3;
+      if (cycle % 50 == 0) writer_->push(job);
+      for (int i = 0; i < 4 && notes > 0; ++i, --notes) {
+        e.event.fault = Fault::LateCycle;
+        writer_->push(e.event, "a note", 1);
       }
+      if (cycle % 10 == 0) writer_->alarms(door_open ? std::vector{alarm} : std::vector<Error>{});
       child_->poll(clock.now());
       starts = child_->starts();
       publisher = child_->pid();

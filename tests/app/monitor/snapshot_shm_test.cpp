@@ -8,6 +8,7 @@
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <vector>
 
 namespace gantry::monitor {
 namespace {
@@ -93,6 +94,41 @@ TEST(SnapshotShm, a_reader_that_comes_late_gets_the_events_that_are_still_there)
   }
   EXPECT_FALSE(reader->next(e, number));
   EXPECT_EQ(reader->events_lost(), 0u);
+}
+
+TEST(SnapshotShm, alarms_keep_the_time_at_which_each_came_and_repetition_is_no_news) {
+  auto writer = SnapshotWriter::create(two_axes());
+  auto reader = SnapshotReader::open(writer->fd());
+  SharedAlarms seen;
+  EXPECT_FALSE(reader->alarms(seen));
+  const Error door{Fault::DoorOpen, "the door is open", ""}, drive{Fault::DriveFault, "overvoltage", "axis X"};
+  writer->alarms(std::vector{door});
+  ASSERT_TRUE(reader->alarms(seen));
+  ASSERT_EQ(seen.count, 1u);
+  const auto version = seen.version;
+  const auto since = seen.alarms[0].since_ns;
+  EXPECT_GT(since, 1'600'000'000'000'000'000);
+  writer->alarms(std::vector{door});
+  reader->alarms(seen);
+  EXPECT_EQ(seen.version, version);
+  const Error closed{Fault::DoorOpen, "the door is open - not any more", ""};
+  writer->alarms(std::vector{drive, closed, drive});
+  reader->alarms(seen);
+  ASSERT_EQ(seen.count, 2u) << "one fault is one alarm";
+  EXPECT_NE(seen.version, version);
+  EXPECT_EQ(seen.alarms[0].fault, Fault::DriveFault);
+  EXPECT_EQ(seen.alarms[0].where.view(), "axis X");
+  EXPECT_GE(seen.alarms[0].since_ns, since);
+  EXPECT_EQ(seen.alarms[1].text.view(), "the door is open - not any more");
+  EXPECT_EQ(seen.alarms[1].since_ns, since) << "other words, the same alarm";
+  writer->alarms({});
+  reader->alarms(seen);
+  EXPECT_EQ(seen.count, 0u);
+  std::vector<Error> many;
+  for (const auto& row : catalogue()) many.push_back({row.fault, "x", ""});
+  writer->alarms(many);
+  reader->alarms(seen);
+  EXPECT_EQ(seen.count, SharedAlarms::kMost);
 }
 
 TEST(SnapshotShm, events_that_nobody_read_in_time_are_counted) {

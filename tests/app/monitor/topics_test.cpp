@@ -81,12 +81,52 @@ TEST(Topics, an_event_carries_code_text_and_remedy_and_the_owners_words_come_fir
   EXPECT_STREQ(e.text, "DC bus overvoltage (3210h)");
 }
 
+TEST(Topics, actions_and_parts_are_kinds_of_their_own) {
+  SharedEvent shared;
+  shared.text = "hold";
+  shared.told = Told::Action;
+  EXPECT_STREQ(event_sample(bench_machine(), 5, 17, shared).kind, "action");
+  EXPECT_STREQ(event_sample(bench_machine(), 5, 17, shared).text, "hold");
+  EXPECT_STREQ(event_sample(bench_machine(), 5, 17, shared).code, "");
+  shared.told = Told::Part;
+  EXPECT_STREQ(event_sample(bench_machine(), 5, 17, shared).kind, "part");
+  EXPECT_EQ(event_sample(bench_machine(), 5, 17, shared).count, 1u);
+  shared.count = 33;
+  EXPECT_EQ(event_sample(bench_machine(), 5, 17, shared).count, 33u);
+}
+
+TEST(Topics, an_alarm_says_what_since_when_and_what_to_do) {
+  SharedAlarm shared{Fault::DriveFault, 1'700'000'000'000'000'000, std::string_view("axis C"),
+                     std::string_view("DC bus overvoltage")};
+  const auto a = alarm_sample(bench_machine(), 5, shared);
+  EXPECT_STREQ(a.machine, "bench");
+  EXPECT_STREQ(a.code, "G200");
+  EXPECT_EQ(a.session, 5u);
+  EXPECT_TRUE(a.active);
+  EXPECT_STREQ(a.severity, "error");
+  EXPECT_STREQ(a.where, "axis C");
+  EXPECT_STREQ(a.text, "DC bus overvoltage");
+  EXPECT_EQ(std::string(a.remedy), info(Fault::DriveFault).remedy);
+  EXPECT_EQ(a.since_ns, 1'700'000'000'000'000'000);
+}
+
+TEST(Topics, what_is_left_of_a_job_is_known_or_said_to_be_unknown) {
+  SharedJob job;
+  EXPECT_FALSE(job_sample(bench_machine(), 1, 0, job).remaining_known);
+  EXPECT_DOUBLE_EQ(job_sample(bench_machine(), 1, 0, job).remaining_s, 0);
+  job.remaining_s = 12.5;
+  EXPECT_TRUE(job_sample(bench_machine(), 1, 0, job).remaining_known);
+  EXPECT_DOUBLE_EQ(job_sample(bench_machine(), 1, 0, job).remaining_s, 12.5);
+}
+
 TEST(Topics, every_remedy_and_text_of_the_catalogue_fits) {
   for (const auto& row : catalogue()) {
     EXPECT_LT(row.text.size(), sizeof gantry_msg_MachineState::latched_text) << row.name;
     EXPECT_LT(row.text.size(), sizeof gantry_msg_Event::text) << row.name;
     EXPECT_LT(row.remedy.size(), sizeof gantry_msg_Event::remedy) << row.name;
     EXPECT_LT(row.name.size(), sizeof gantry_msg_Event::fault_name) << row.name;
+    EXPECT_LT(row.remedy.size(), sizeof gantry_msg_Alarm::remedy) << row.name;
+    EXPECT_LT(row.text.size(), sizeof gantry_msg_Alarm::text) << row.name;
   }
 }
 
