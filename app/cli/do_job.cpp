@@ -57,7 +57,9 @@ void do_job(Context& context, JobRequest request) {
   };
   const auto machine = load_machine(context);
   if (!machine) return;
-  const auto prepared = desk::prepare(*machine, request.recipe_file, request.select);
+  const motion::Opinion opinion = request.dry_run ? motion::fcl_opinion() : motion::Opinion{};
+  const auto prepared = desk::prepare(*machine, request.recipe_file, request.select,
+                                      {.certificate = request.certificate, .opinion = opinion});
   if (!prepared) return stop_with(prepared.error());
   std::optional<desk::BegunParts> parts;
   if (const auto folder = desk::BegunParts::folder(request.owner.state, request.owner, false);
@@ -96,8 +98,9 @@ void do_job(Context& context, JobRequest request) {
       owner->shut_down();
     };
   }
-  const auto done = desk::do_job(*machine, *prepared,
-                                 {.out = request.out, .dry_run = request.dry_run, .serial = request.serial}, bench);
+  const auto done = desk::do_job(
+      *machine, *prepared,
+      {.out = request.out, .dry_run = request.dry_run, .serial = request.serial, .opinion = opinion}, bench);
   if (!done) return stop_with({done.error()});
   context.exit_code = static_cast<int>(done->result.exit_code);
   show_result(done->result, done->folder, context.json);

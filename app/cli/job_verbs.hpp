@@ -18,7 +18,8 @@ struct JobRequest {
   std::string recipe_file;
   recipes::Selection select;
   std::string serial;
-  std::string out;  ///< folder for the results; "" makes a new one under out/
+  std::string certificate;  ///< that the job must match; "": none is demanded
+  std::string out;          ///< folder for the results; "" makes a new one under out/
   run::OwnerOptions owner;
   bool dry_run = false;
 };

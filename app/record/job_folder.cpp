@@ -15,7 +15,8 @@ namespace fs = std::filesystem;
 namespace {
 
 /// What a job leaves in its folder.
-constexpr const char* kLeft[] = {"report.html", "summary.json", "deposits.csv", "setpoints.bin", "marks"};
+constexpr const char* kLeft[] = {"report.html",   "summary.json",     "deposits.csv",
+                                 "setpoints.bin", "certificate.json", "marks"};
 
 }  // namespace
 

@@ -18,6 +18,7 @@
 #include "app/run/order.hpp"
 #include "config/machine.hpp"
 #include "core/error.hpp"
+#include "motion/plan/second_opinion.hpp"
 #include "recipes/job.hpp"
 #include "sim/machine/virtual_machine.hpp"
 
@@ -39,8 +40,9 @@ struct RunOptions {
   std::string out;  ///< folder for the results; "" keeps nothing
   // For the result's words only.
   bool dry_run = false;
-  std::string serial{};      ///< of the part
-  record::OnBoard before{};  ///< what jobs before it have left there
+  std::string serial{};       ///< of the part
+  record::OnBoard before{};   ///< what jobs before it have left there
+  motion::Opinion opinion{};  ///< asked of each motion before it is played; empty: nobody is
 };
 
 /// What a jog came to: where the axes were sent, mm or rad, and the machine time from the order until they stood.
