@@ -20,34 +20,29 @@ namespace {
 
 using fcl::CollisionObjectd;
 
-/// Bodies are thinner by this all around: faces that only touch are nobody's to decide, where a pair keeps no
-/// clearance.
-constexpr double kSkin_mm = 1e-3;
 /// So many poses are looked at together: what their common box does not touch is not near any of them.
 constexpr std::size_t kTogether = 32;
 /// Scenes that are kept: of travels and touches, before and after the board was measured.
 constexpr std::size_t kScenes = 4;
 
-/// Never less than half of it, and never nothing: FCL has no use for what has no size.
-double thinner(double half) {
+/// FCL has no use for what has no size.
+double some(double half) {
   constexpr double kLeast_mm = 1e-6;
-  return std::max({half - kSkin_mm, half / 2, kLeast_mm});
+  return std::max(half, kLeast_mm);
 }
 
 std::unique_ptr<CollisionObjectd> object(const Solid& s) {
   std::shared_ptr<fcl::CollisionGeometryd> geometry;
   switch (s.kind) {
     case Solid::Kind::Box:
-      geometry = std::make_shared<fcl::Boxd>(2 * thinner(s.half.x), 2 * thinner(s.half.y), 2 * thinner(s.half.z));
+      geometry = std::make_shared<fcl::Boxd>(2 * some(s.half.x), 2 * some(s.half.y), 2 * some(s.half.z));
       break;
-    case Solid::Kind::Cylinder:
-      geometry = std::make_shared<fcl::Cylinderd>(thinner(s.half.x), 2 * thinner(s.half.z));
-      break;
+    case Solid::Kind::Cylinder: geometry = std::make_shared<fcl::Cylinderd>(some(s.half.x), 2 * some(s.half.z)); break;
     case Solid::Kind::Capsule:
       if (s.half.z > 0)
-        geometry = std::make_shared<fcl::Capsuled>(thinner(s.half.x), 2 * s.half.z);
+        geometry = std::make_shared<fcl::Capsuled>(some(s.half.x), 2 * s.half.z);
       else
-        geometry = std::make_shared<fcl::Sphered>(thinner(s.half.x));
+        geometry = std::make_shared<fcl::Sphered>(some(s.half.x));
       break;
   }
   fcl::Transform3d pose = fcl::Transform3d::Identity();
@@ -191,9 +186,9 @@ class Fcl {
     for (const Segment& segment : all)
       if (segment.geometry.degree > 0) add_poses(scene, segment.geometry, poses);
     for (std::size_t first = 0; first < poses.size(); first += kTogether) {
-      const auto some = std::span<const AxisVec>(poses).subspan(first, std::min(kTogether, poses.size() - first));
-      if (const auto contact = bodies.contact(scene, *margins, some))
-        return tl::unexpected(disagreement(scene, rules, *contact, some));
+      const auto together = std::span<const AxisVec>(poses).subspan(first, std::min(kTogether, poses.size() - first));
+      if (const auto contact = bodies.contact(scene, *margins, together))
+        return tl::unexpected(disagreement(scene, rules, *contact, together));
     }
     return poses.size();
   }

@@ -4,6 +4,7 @@
 #include "app/job/block_builder.hpp"
 #include "app/job/limits.hpp"
 #include "app/job/prove.hpp"
+#include "app/job/rise.hpp"
 #include "motion/geometry.hpp"
 #include "motion/path/bead.hpp"
 #include "tests/app/job/reference.hpp"
@@ -76,6 +77,23 @@ TEST(Opinion, that_is_against_a_motion_keeps_it_out_of_the_block) {
   EXPECT_EQ(builder.at(), at);
   const ProvenBlock block = builder.finish();
   for (const motion::Segment& s : block.segments()) EXPECT_EQ(s.geometry.degree, 0);
+}
+
+/// Where the head stands low when a job begins.
+TEST(Opinion, is_asked_of_the_way_up_and_its_words_stay_its_own) {
+  const config::Machine machine = test::reference();
+  AxisVec low = test::parked(machine);
+  low[machine.z.value] = machine.safe_z_mm - 10;
+  const auto up = plan_rise(machine, Surroundings(machine), 1, low,
+                            [](const auto&, const auto&, auto) -> Result<std::size_t> { return 11; });
+  ASSERT_TRUE(up && *up);
+  EXPECT_EQ((*up)->poses(), 11u);
+  const auto refused =
+      plan_rise(machine, Surroundings(machine), 1, low,
+                [](const auto&, const auto&, auto) -> Result<std::size_t> { return fail(Fault::Internal, "no"); });
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().fault, Fault::Internal);
+  EXPECT_EQ(refused.error().message, "no");
 }
 
 TEST(Opinion, of_fcl_is_not_against_a_job_that_was_proved) {

@@ -135,6 +135,17 @@ TEST(SecondOpinion, a_body_that_is_planted_on_a_certified_motion_is_always_notic
   }
 }
 
+/// A foil that the needle, 1 mm across, touches at one pose and at no other.
+TEST(SecondOpinion, leaves_no_pose_out) {
+  const Opinion fcl = fcl_opinion();
+  const std::array motion{line(at(100, 100, 2), at(160, 100, 2)), line(at(160, 100, 2), at(200, 100, 2))};
+  for (int k = 0; k <= 100; ++k) {
+    Scene scene(bare_machine());
+    scene.add(box("foil", {0.05, 5, 5}, {100.0 + k, 100, 2.5}));
+    EXPECT_FALSE(fcl(scene, kClear, motion)) << "pose " << k;
+  }
+}
+
 TEST(SecondOpinion, looks_at_curves_at_lifts_and_at_every_segment_of_a_motion) {
   Scene scene(bare_machine());
   scene.add(box("post", {1, 1, 10}, {150, 120, 5}));
@@ -167,6 +178,8 @@ TEST(SecondOpinion, looks_at_a_pose_at_least_every_millimetre_and_at_both_ends) 
   const std::array bead{line(at(100, 100, 50), at(120, 100, 50)), line(at(120, 100, 50), at(120, 120, 50)),
                         line(at(120, 120, 50), at(180, 120, 50))};
   EXPECT_EQ(*fcl_opinion()(scene, kClear, bead), 101u) << "20, 20 and 60 mm, and corners once";
+  const auto there_and_back = asked(scene, arc({100, 100, 50}, {100, 140, 50}, {100, 100, 50}));
+  EXPECT_GE(*there_and_back, 41u) << "20 mm, and its ends are one place";
   Segment dwell;
   dwell.geometry = standing(at(100, 100, 50), 1);
   EXPECT_EQ(*asked(scene, dwell), 0u) << "it stands where the motion before has ended";
@@ -210,6 +223,37 @@ TEST(SecondOpinion, bodies_without_size_and_bodies_that_touch_are_no_trouble) {
   ASSERT_TRUE(certify(table, std::array{from, to}, touching));
   EXPECT_TRUE(asked(table, line(from, to), touching));
   EXPECT_FALSE(asked(table, line(at(140, 100, -0.01), at(190, 100, -0.01)), touching));
+}
+
+/// A machine may ask for no clearance: then bodies that are apart by some nanometres are free.
+TEST(SecondOpinion, bodies_that_are_apart_by_next_to_nothing_are_not_contradicted) {
+  constexpr std::uint64_t kSeed = 77;
+  test::RandomBodies random(kSeed);
+  const ClearanceRules none{.clearance_mm = 0, .approaches = {}};
+  int asked_for = 0;
+  for (int i = 0; i < 8000; ++i) {
+    const bool grid = i % 2 == 0;
+    Scene scene(bare_machine());
+    config::Body body = random.body(20, grid);
+    body.centre = body.centre + Vec3{100.0 + (i % 3 == 0 ? 0 : i % 3 == 1 ? 55 : 0), 100.0 + (i % 3 == 2 ? 30 : 0), 30};
+    body.name = "body";
+    scene.add(body);
+    const double x = grid ? random.whole(90, 110) : random.real(90, 110), z = random.real(0, 60);
+    const bool down = i % 4 < 2;
+    const AxisVec from = down ? at(x, 100, 90) : at(x - 140, 100, z), to = down ? at(x, 100, 0) : at(x, 100, z);
+    const auto hit = first_hit(scene, from, to, Margins{0, {}});
+    if (!hit) continue;
+    for (const double gap_mm : {3e-9, 1e-8, 1e-7, 1e-6, 1e-5}) {
+      AxisVec near = between(from, to, hit->fraction);
+      near[down ? 2 : 0] += down ? gap_mm : -gap_mm;
+      if (!certify(scene, std::array{from, near}, none)) continue;
+      const auto opinion = asked(scene, line(from, near), none);
+      ASSERT_TRUE(opinion) << to_text(opinion.error()) << " seed " << kSeed << " case " << i << " gap " << gap_mm;
+      ++asked_for;
+    }
+  }
+  EXPECT_GT(asked_for, 5000);
+  std::printf("%d motions that end 3 nm to 10 um from a body, none contradicted\n", asked_for);
 }
 
 TEST(SecondOpinion, an_empty_scene_has_nothing_to_meet) {
