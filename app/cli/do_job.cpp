@@ -68,7 +68,9 @@ void do_job(Context& context, JobRequest request) {
   };
   const auto machine = load_machine(context);
   if (!machine) return;
-  const auto prepared = desk::prepare(*machine, request.recipe_file, request.select);
+  const motion::Opinion opinion = request.dry_run ? motion::fcl_opinion() : motion::Opinion{};
+  const auto prepared = desk::prepare(*machine, request.recipe_file, request.select,
+                                      {.certificate = request.certificate, .opinion = opinion});
   if (!prepared) return stop_with(prepared.error());
   std::optional<desk::BegunParts> parts;
   if (const auto folder = desk::BegunParts::folder(request.owner.state, request.owner, false);
@@ -109,7 +111,8 @@ void do_job(Context& context, JobRequest request) {
     };
   }
   const bool resumed = at_keys || (owner && owner->world() != nullptr) || has_buttons(*machine);
-  const run::RunOptions options{.dry_run = request.dry_run, .serial = request.serial, .outlives_stops = resumed};
+  const run::RunOptions options{
+      .dry_run = request.dry_run, .serial = request.serial, .outlives_stops = resumed, .opinion = opinion};
   const auto done =
       desk::do_job(*machine, *prepared, {.path = request.out, .overwrite = request.force}, options, bench);
   if (!done) return stop_with({done.error()});

@@ -18,8 +18,9 @@ struct JobRequest {
   std::string recipe_file;
   recipes::Selection select;
   std::string serial;
-  std::string out;     ///< folder for the results; "" makes a new one under out/
-  bool force = false;  ///< what another job has left in it may be overwritten
+  std::string certificate;  ///< that the job must match; "": none is demanded
+  std::string out;          ///< folder for the results; "" makes a new one under out/
+  bool force = false;       ///< what another job has left in it may be overwritten
   run::OwnerOptions owner;
   bool dry_run = false;
 };

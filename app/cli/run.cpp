@@ -18,6 +18,10 @@ void add_run(CLI::App& app, Context& context) {
   verb->add_option("--world", request->owner.world_socket, "Socket of a `gantry sim` that shows camera and world");
   add_folder(*verb, *request);
   add_selection(*verb, request->select);
+  verb->add_option("--certificate", request->certificate,
+                   "certificate.json of a dry run: the job is refused (exit 7) when scene, head, recipe, limits or "
+                   "calibration have changed since")
+      ->check([](const std::string& file) { return file.empty() ? "the certificate's path is missing here" : ""; });
   verb->add_option("--serial", request->serial, kSerialHelp);
   verb->add_option("--state", *state, kStateHelp);
   add_publish_options(*verb, request->owner.network, request->owner.name);
@@ -35,6 +39,7 @@ void add_run(CLI::App& app, Context& context) {
                      .recipe = fs::absolute(request->recipe_file).string(),
                      .serial = request->serial,
                      .select = request->select};
+    if (!request->certificate.empty()) order.certificate = fs::absolute(request->certificate).string();
     if (request->out.empty())
       order.under = fs::absolute("out").string();
     else

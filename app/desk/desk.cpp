@@ -288,9 +288,11 @@ Json Desk::run_job(const run::Order& order) {
   };
   const auto shared = std::make_shared<Work>();  // outlives this call where an abort ends the waiting
   recipe_ = order.recipe, preparing_ = true, aborted_ = false;
-  const bool ready = aside([shared, &machine = machine_, recipe = order.recipe,
-                            select = order.select] { shared->prepared = prepare(machine, recipe, select); },
-                           true);
+  const bool ready = aside(
+      [shared, &machine = machine_, recipe = order.recipe, select = order.select, certificate = order.certificate] {
+        shared->prepared = prepare(machine, recipe, select, {.certificate = certificate});
+      },
+      true);
   // As long as it is prepared, an abort meets no undertaking of the owner and is kept here.
   const auto may_start = [this]() -> Result<void> {
     preparing_ = false;

@@ -1,5 +1,8 @@
 #include "app/desk/do_job.hpp"
 
+#include <filesystem>
+
+#include "app/record/certificate.hpp"
 #include "app/record/outcome.hpp"
 #include "config/inputs.hpp"
 #include "core/log.hpp"
@@ -12,6 +15,19 @@ bool clamp_open(const config::Machine& machine, const cycle::Snapshot& now) {
   const bool told_to_close = (now.outputs & config::bit(config::Output::Clamp)) != 0;
   return (machine.outputs[static_cast<std::size_t>(config::Output::Clamp)] && !told_to_close) ||
          config::is_low(machine, now.inputs, config::Input::ClampClosed);
+}
+
+/// All files of the job. A certificate stands beside the report of its job, or nowhere.
+Result<void> write_files(JobDone& done, const config::Machine& machine, const Prepared& prepared) {
+  if (prepared.proof)
+    if (auto certified = record::write_certificate(done.folder, done.result,
+                                                   {machine, prepared.recipe, prepared.selection, *prepared.proof});
+        !certified)
+      record::add_error(done.result, certified.error());
+  auto written = record::write_job(done.result, done.folder);
+  std::error_code ignored;
+  if (!written) std::filesystem::remove(std::filesystem::path(done.folder) / record::kCertificateFile, ignored);
+  return written;
 }
 
 }  // namespace
@@ -39,7 +55,8 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
                                     .planned_s = prepared.proof->duration_s,
                                     .serial = options.serial,
                                     .before = part.before(),
-                                    .outlives_stops = options.outlives_stops});
+                                    .outlives_stops = options.outlives_stops,
+                                    .opinion = options.opinion});
     if (bench.parts != nullptr) bench.parts->clamped(!clamp_open(machine, bench.owner->latest()));
   } else {
     record::add_error(done.result, may_run.error());
@@ -49,7 +66,7 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
   Result<void> written;
   aside([&] {
     part.end(done.result);
-    written = record::write_job(done.result, *folder);
+    written = write_files(done, machine, prepared);
   });
   if (!written) record::add_error(done.result, written.error());
   return done;

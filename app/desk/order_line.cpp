@@ -26,6 +26,7 @@ constexpr std::array kKeys{
     Key{run::OrderKind::Run, "under", [](run::Order& o) -> std::string& { return o.under; }},
     Key{run::OrderKind::Run, "serial", [](run::Order& o) -> std::string& { return o.serial; }},
     Key{run::OrderKind::Run, "force", nullptr},
+    Key{run::OrderKind::Run, "certificate", [](run::Order& o) -> std::string& { return o.certificate; }},
     Key{run::OrderKind::Run, "from", nullptr},
     Key{run::OrderKind::Run, "only", nullptr},
     Key{run::OrderKind::PartRemoved, "serial", [](run::Order& o) -> std::string& { return o.serial; }},
@@ -109,6 +110,8 @@ Result<run::Order> order_of(const nlohmann::json& json) {
   }
   if (order.kind == run::OrderKind::Run && order.recipe.empty())
     return fail(Fault::Refused, "'run' needs \"recipe\": the path of a recipe");
+  if (order.certificate.empty() && json.contains("certificate"))
+    return fail(Fault::Refused, "\"certificate\" is the path of a dry run's certificate.json");
   if (const auto now = json.find("now"); order.kind == run::OrderKind::Hold && now != json.end())
     order.now = !now->is_boolean() || now->get<bool>();  // an order that stops is taken whatever else it says
   if (order.kind == run::OrderKind::Override) {
@@ -147,6 +150,7 @@ std::string to_line(const run::Order& order, const nlohmann::ordered_json& id) {
   if (order.force) json["force"] = true;
   if (!order.under.empty()) json["under"] = order.under;
   if (!order.serial.empty()) json["serial"] = order.serial;
+  if (!order.certificate.empty()) json["certificate"] = order.certificate;
   if (!order.select.from.empty()) json["from"] = order.select.from;
   if (!order.select.only.empty()) json["only"] = order.select.only;
   if (!order.jog.by.empty()) json["by"] = order.jog.by;

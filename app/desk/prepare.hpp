@@ -1,6 +1,7 @@
 // A recipe, loaded, compiled and proved for a machine: what a job needs before a machine is asked for.
 //   auto prepared = prepare(machine, "board.yaml", {.only = {"dam"}});     // Checked<Prepared>: every mistake, with
 //   its place
+// A job that is to be one that a dry run has certified is compared with the certificate, and proved all the same.
 #pragma once
 #include <string>
 
@@ -19,7 +20,14 @@ struct Prepared {
   Result<job::NominalProof> proof;  ///< its error: the job is not feasible, and nothing may move
 };
 
+/// What is looked at besides the proof.
+struct Checks {
+  std::string certificate{};  ///< a file that must match (app/record/certificate.hpp); "": none is demanded
+  motion::Opinion opinion{};  ///< asked of each motion of the proof; empty: nobody is
+};
+
+/// Fault::Refused: the certificate does not match.
 Checked<Prepared> prepare(const config::Machine& machine, const std::string& recipe_file,
-                          const recipes::Selection& selection = {});
+                          const recipes::Selection& selection = {}, const Checks& checks = {});
 
 }  // namespace gantry::desk

@@ -10,8 +10,8 @@
 namespace gantry::job {
 
 BlockBuilder::BlockBuilder(const motion::Limits& limits, const motion::Scene& scene, std::uint32_t block,
-                           const AxisVec& from, Breath breath)
-    : limits_(limits), scene_(&scene), at_(from), breath_(std::move(breath)) {
+                           const AxisVec& from, Breath breath, motion::Opinion opinion)
+    : limits_(limits), scene_(&scene), at_(from), breath_(std::move(breath)), opinion_(std::move(opinion)) {
   out_.number_ = block;
 }
 
@@ -47,13 +47,24 @@ void BlockBuilder::take(std::span<const motion::Segment> segments, const AxisVec
   at_ = end;
 }
 
+Result<void> BlockBuilder::ask(std::span<const motion::Segment> segments, const motion::PathRules& rules) {
+  if (!opinion_) return {};
+  const auto poses = opinion_(*scene_, rules, segments);
+  if (!poses) return tl::unexpected(poses.error());
+  out_.poses_ += *poses;
+  return {};
+}
+
 Result<void> BlockBuilder::travel(const AxisVec& to, const motion::PathRules& rules) {
   if (!go_on(breath_)) return given_up();
   auto path = motion::find_path(*scene_, at_, to, rules, 0, known_);
   if (!path) return tl::unexpected(path.error());
   count(path->certificate, path->points, "travel to");
-  for (std::size_t i = 1; i < path->points.size(); ++i)
-    take(motion::line_move(limits_, path->points[i - 1], path->points[i]), path->points[i]);
+  for (std::size_t i = 1; i < path->points.size(); ++i) {
+    const auto leg = motion::line_move(limits_, path->points[i - 1], path->points[i]);
+    if (auto asked = ask(leg, rules); !asked) return asked;
+    take(leg, path->points[i]);
+  }
   return {};
 }
 
@@ -69,13 +80,17 @@ Result<void> BlockBuilder::straight(const AxisVec& to, const motion::PathRules& 
   const double up = to[scene_->z()] - at_[scene_->z()];
   if (auto proved = prove(std::array{at_, to}, rules, up > 0 ? "up from" : up < 0 ? "down to" : "straight to"); !proved)
     return proved;
-  take(motion::line_move(limits_, at_, to, v_cap), to);
+  const auto line = motion::line_move(limits_, at_, to, v_cap);
+  if (auto asked = ask(line, rules); !asked) return asked;
+  take(line, to);
   return {};
 }
 
 Result<void> BlockBuilder::until_probe(const AxisVec& to, const motion::PathRules& rules, double speed_mm_s) {
   if (auto proved = prove(std::array{at_, to}, rules, "probe down at"); !proved) return proved;
-  take(motion::probe_move(limits_, at_, to, speed_mm_s), at_);
+  const auto line = motion::probe_move(limits_, at_, to, speed_mm_s);
+  if (auto asked = ask(line, rules); !asked) return asked;
+  take(line, at_);
   return {};
 }
 
@@ -93,6 +108,7 @@ Result<void> BlockBuilder::bead(const motion::BeadMotion& bead, const motion::Pa
   if (auto r = free(all.first(bead.bead_begin), fmt::format(kRamp, "its run-up", bead.run_up_mm)); !r) return r;
   if (auto r = free(all.subspan(bead.bead_begin, bead.bead_end - bead.bead_begin), ""); !r) return r;
   if (auto r = free(all.subspan(bead.bead_end), fmt::format(kRamp, "its run-out", bead.run_out_mm)); !r) return r;
+  if (auto asked = ask(all, rules); !asked) return asked;
   take(bead.segments, bead.end, feature);
   return {};
 }

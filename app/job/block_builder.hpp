@@ -13,6 +13,7 @@
 #include "motion/path/moves.hpp"
 #include "motion/plan/find_path.hpp"
 #include "motion/plan/scene.hpp"
+#include "motion/plan/second_opinion.hpp"
 #include "motion/types.hpp"
 #include "recipes/recipe.hpp"
 
@@ -27,9 +28,10 @@ struct Subject {
 
 class BlockBuilder {
  public:
-  /// Limits and scenes outlive it. A breath that says no ends an addition with Fault::Aborted.
+  /// Limits and scenes outlive it. A breath that says no ends an addition with Fault::Aborted. A second opinion is
+  /// asked of each motion that was certified; its error is the addition's.
   BlockBuilder(const motion::Limits& limits, const motion::Scene& scene, std::uint32_t block, const AxisVec& from,
-               Breath breath = {});
+               Breath breath = {}, motion::Opinion opinion = {});
 
   /// What the motions that follow are for.
   void about(const Subject& subject) { subject_ = subject; }
@@ -54,6 +56,7 @@ class BlockBuilder {
  private:
   Result<void> prove(std::span<const AxisVec> polyline, const motion::PathRules& rules, std::string_view leg,
                      double off_mm = 0);
+  Result<void> ask(std::span<const motion::Segment> segments, const motion::PathRules& rules);
   void count(const motion::Certificate& certificate, std::span<const AxisVec> polyline, std::string_view leg);
   void take(std::span<const motion::Segment> segments, const AxisVec& end, std::uint32_t feature = motion::kTravel);
 
@@ -61,6 +64,7 @@ class BlockBuilder {
   const motion::Scene* scene_;
   AxisVec at_;
   Breath breath_;
+  motion::Opinion opinion_;
   Subject subject_{};
   motion::NearPairs known_;  ///< the nearest so far: only what is nearer is measured
   ProvenBlock out_;

@@ -75,10 +75,12 @@ void shut_early(motion::BeadMotion& bead, double early_mm) {
 
 }  // namespace
 
-BlockPlanner::BlockPlanner(const config::Machine& machine, const recipes::Recipe& recipe, Breath breath)
+BlockPlanner::BlockPlanner(const config::Machine& machine, const recipes::Recipe& recipe, Breath breath,
+                           motion::Opinion opinion)
     : machine_(machine),
       recipe_(recipe),
       breath_(std::move(breath)),
+      opinion_(std::move(opinion)),
       limits_(limits_of(machine)),
       surroundings_(std::make_shared<Surroundings>(machine, recipe, unmeasured(recipe))) {}
 
@@ -91,7 +93,7 @@ void BlockPlanner::know(const Knowledge& known) {
 }
 
 BlockBuilder BlockPlanner::build(std::uint32_t block, const AxisVec& from) const {
-  return {limits_, surroundings_->scene(), block, from, breath_};
+  return {limits_, surroundings_->scene(), block, from, breath_, opinion_};
 }
 
 Vec3 BlockPlanner::mark_view(std::size_t mark) const {

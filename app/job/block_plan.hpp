@@ -27,8 +27,9 @@ struct Work;
 
 class BlockPlanner {
  public:
-  /// Machine and recipe outlive it.
-  BlockPlanner(const config::Machine& machine, const recipes::Recipe& recipe, Breath breath = {});
+  /// Machine and recipe outlive it. `opinion`: asked of each motion besides the proof; empty: nobody is.
+  BlockPlanner(const config::Machine& machine, const recipes::Recipe& recipe, Breath breath = {},
+               motion::Opinion opinion = {});
   ~BlockPlanner();
 
   /// Board and parts stand where this says (surroundings.hpp: belief_of).
@@ -83,6 +84,7 @@ class BlockPlanner {
   const config::Machine& machine_;
   const recipes::Recipe& recipe_;
   Breath breath_;
+  motion::Opinion opinion_;
   motion::Limits limits_;
   Knowledge known_;
   std::shared_ptr<const Surroundings> surroundings_;

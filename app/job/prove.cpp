@@ -8,8 +8,9 @@ namespace {
 /// Goes through the job as the runner does. Where the runner asks the world, the answer here is that all is nominal.
 class Prover {
  public:
-  Prover(const config::Machine& machine, const recipes::Recipe& recipe, const recipes::Job& job, const Breath& breath)
-      : recipe_(recipe), breath_(breath), planner_(machine, recipe, breath), state_(begin_state(recipe, job)) {
+  Prover(const config::Machine& machine, const recipes::Recipe& recipe, const recipes::Job& job, const Breath& breath,
+         const motion::Opinion& opinion)
+      : recipe_(recipe), breath_(breath), planner_(machine, recipe, breath, opinion), state_(begin_state(recipe, job)) {
     for (const auto& [axis, position] : machine.park) at_[axis.value] = position;
   }
 
@@ -59,6 +60,7 @@ class Prover {
   Result<void> add(Result<ProvenBlock> planned) {
     if (!planned) return tl::unexpected(planned.error());
     proof_.motions += planned->motions();
+    proof_.poses += planned->poses();
     take_nearer(proof_.nearest, planned->nearest());
     proof_.duration_s += planned->duration_s();
     at_ = planned->end();
@@ -78,8 +80,8 @@ class Prover {
 }  // namespace
 
 Result<NominalProof> prove_nominal(const config::Machine& machine, const recipes::Recipe& recipe,
-                                   const recipes::Job& job, const Breath& breath) {
-  auto proof = Prover(machine, recipe, job, breath).prove(job);
+                                   const recipes::Job& job, const Breath& breath, const motion::Opinion& opinion) {
+  auto proof = Prover(machine, recipe, job, breath, opinion).prove(job);
   if (!proof) return proof;
   auto named = only_when_placed(machine, recipe, job, breath);
   if (!named) return tl::unexpected(named.error());

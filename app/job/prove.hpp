@@ -9,12 +9,14 @@
 #include "config/machine.hpp"
 #include "core/breath.hpp"
 #include "core/error.hpp"
+#include "motion/plan/second_opinion.hpp"
 #include "recipes/job.hpp"
 
 namespace gantry::job {
 
 struct NominalProof {
   std::size_t motions = 0;
+  std::size_t poses = 0;  ///< along them, of which a second opinion was asked
   Clearances nearest;
   double duration_s = 0;    ///< of all blocks, without waiting for images
   std::vector<Next> steps;  ///< that were proved, in order
@@ -22,8 +24,9 @@ struct NominalProof {
 };
 
 /// From the park position through all blocks and back. Fault::Collision, OutOfReach, SpeedNotReachable with the
-/// recipe's line; Fault::Aborted when the breath says no.
+/// recipe's line; Fault::Aborted when the breath says no; what the second opinion says, if there is one.
 Result<NominalProof> prove_nominal(const config::Machine& machine, const recipes::Recipe& recipe,
-                                   const recipes::Job& job, const Breath& breath = {});
+                                   const recipes::Job& job, const Breath& breath = {},
+                                   const motion::Opinion& opinion = {});
 
 }  // namespace gantry::job

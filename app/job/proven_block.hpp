@@ -22,6 +22,8 @@ class ProvenBlock {
   [[nodiscard]] double duration_s() const { return duration_s_; }       ///< nominal
   [[nodiscard]] const Clearances& nearest() const { return nearest_; }  ///< over all certified motions
   [[nodiscard]] std::size_t motions() const { return motions_; }        ///< that were certified
+  /// Along these motions, of which a second opinion was asked; 0: none was.
+  [[nodiscard]] std::size_t poses() const { return poses_; }
 
  private:
   friend class BlockBuilder;
@@ -33,7 +35,7 @@ class ProvenBlock {
   AxisVec end_{};
   double duration_s_ = 0;
   Clearances nearest_;
-  std::size_t motions_ = 0;
+  std::size_t motions_ = 0, poses_ = 0;
 };
 
 /// Frees a block that is over. 10^5 features are half a gigabyte: at once that takes a tenth of a second, so the breath

@@ -17,18 +17,20 @@ Result<bool> add_rise(const config::Machine& machine, const Surroundings& around
   double& z = to[machine.z.value];
   if (z >= machine.safe_z_mm - kLow_mm) return false;
   z = machine.safe_z_mm;
-  if (auto r = builder.straight(to, around.no_nearer_than(from)); !r)
-    return fail(r.error().fault,
-                fmt::format("the head cannot rise from Z {:.3f} mm to the safe height {:.3f} mm: {}; jog "
-                            "it clear of that first, sideways or down",
-                            from[machine.z.value], machine.safe_z_mm, r.error().message));
-  return true;
+  const auto up = builder.straight(to, around.no_nearer_than(from));
+  if (up) return true;
+  if (up.error().fault != Fault::Collision) return tl::unexpected(up.error());
+  return fail(
+      Fault::Collision,
+      fmt::format("the head cannot rise from Z {:.3f} mm to the safe height {:.3f} mm: {}; jog it clear of that "
+                  "first, sideways or down",
+                  from[machine.z.value], machine.safe_z_mm, up.error().message));
 }
 
 Result<std::optional<ProvenBlock>> plan_rise(const config::Machine& machine, const Surroundings& around,
-                                             std::uint32_t block, const AxisVec& from) {
+                                             std::uint32_t block, const AxisVec& from, const motion::Opinion& opinion) {
   const motion::Limits limits = limits_of(machine);
-  BlockBuilder builder(limits, around.scene(), block, from);
+  BlockBuilder builder(limits, around.scene(), block, from, {}, opinion);
   const auto rises = add_rise(machine, around, builder);
   if (!rises) return tl::unexpected(rises.error());
   if (!*rises) return std::nullopt;

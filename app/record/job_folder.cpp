@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 namespace {
 
 /// What a job leaves in its folder.
-constexpr const char* kLeft[] = {"report.html", "summary.json", "deposits.csv", "setpoints.bin", "marks"};
+constexpr const char* kLeft[] = {"report.html",   "summary.json",     "deposits.csv",
+                                 "setpoints.bin", "certificate.json", "marks"};
 constexpr int kMostFolders = 100000;
 
 bool holds_a_job(const fs::path& folder) {

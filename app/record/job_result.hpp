@@ -213,6 +213,7 @@ struct JobResult {
   bool setpoint_stream_complete = true;  ///< false: snapshots were lost and the hash says nothing
   job::Clearances minimum_clearance;     ///< of all certified motions
   std::size_t motions_certified = 0;
+  std::size_t opinion_poses = 0;  ///< along them, of which a second opinion was asked; 0: nobody was asked
   std::vector<PathPoint> planned, actual;
   bool has_world = false;  ///< deposits and collisions are known (simulated machine)
   std::vector<Deposit> deposits;

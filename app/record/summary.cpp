@@ -245,6 +245,10 @@ nlohmann::ordered_json to_json(const devices::CyclicCounts& c) {
           {"wkc_zero", c.wkc_zero},   {"wkc_low", c.wkc_low},   {"wkc_high", c.wkc_high}};
 }
 
+nlohmann::ordered_json to_json(const job::Clearances& clearances) {
+  return {{"by_design", nearest(clearances.by_design)}, {"others", nearest(clearances.others)}};
+}
+
 nlohmann::ordered_json to_json(std::span<const Defect> defects) {
   Json list = Json::array();
   for (const Defect& d : defects)
@@ -289,11 +293,10 @@ nlohmann::ordered_json to_json(const JobResult& r) {
   add_following(j, r);
   j["cycle"] = cycle(r.cycles);
   const auto& others = r.minimum_clearance.others;
-  j["certificate"] = {
-      {"motions_certified", r.motions_certified},
-      {"minimum_clearance_mm", others ? number(others->distance_mm) : Json(nullptr)},
-      {"minimum_clearance",
-       {{"by_design", nearest(r.minimum_clearance.by_design)}, {"others", nearest(r.minimum_clearance.others)}}}};
+  j["certificate"] = {{"motions_certified", r.motions_certified},
+                      {"minimum_clearance_mm", others ? number(others->distance_mm) : Json(nullptr)},
+                      {"minimum_clearance", to_json(r.minimum_clearance)},
+                      {"second_opinion_poses", r.opinion_poses > 0 ? Json(r.opinion_poses) : Json(nullptr)}};
   j["setpoint_hash"] = hash_text(r.setpoint_hash);
   j["setpoint_ticks"] = r.setpoint_ticks;
   j["setpoint_stream_complete"] = r.setpoint_stream_complete;

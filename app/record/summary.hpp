@@ -20,6 +20,8 @@ std::string bus_in_words(const JobResult& result);
 /// Keys in a fixed order, the verdict first. docs/monitoring.md lists them.
 nlohmann::ordered_json to_json(const JobResult& result);
 nlohmann::ordered_json to_json(const devices::CyclicCounts& counts);
+/// {by_design, others}: {distance_mm, pair, motion, where, at_mm, machine_mm} of each, or null.
+nlohmann::ordered_json to_json(const job::Clearances& clearances);
 /// {feature, kind, message} of each.
 nlohmann::ordered_json to_json(std::span<const Defect> defects);
 

@@ -36,6 +36,7 @@ struct Order {
   std::string under{};          ///< Run: empty: out/ where the owner stands
   std::string serial{};         ///< Run, PartRemoved: of the part
   recipes::Selection select{};  ///< Run
+  std::string certificate{};    ///< Run: path of the certificate that it demands; empty: none
   job::JogWords jog{};          ///< Jog
   double value = 1;             ///< Override: 1 is 100 %; 0.1 .. 2, or 0: hold now
   bool now = false;             ///< Hold: does not wait for the end of the feature

@@ -18,6 +18,7 @@
 #include "app/run/order.hpp"
 #include "config/machine.hpp"
 #include "core/error.hpp"
+#include "motion/plan/second_opinion.hpp"
 #include "recipes/job.hpp"
 #include "sim/machine/virtual_machine.hpp"
 
@@ -45,6 +46,7 @@ struct RunOptions {
   /// A door, air or stop fault (Clear::Resume) leaves the job on hold until somebody resets and resumes; else it ends
   /// it.
   bool outlives_stops = false;
+  motion::Opinion opinion{};  ///< asked of each motion before it is played; empty: nobody is
 };
 
 /// What a jog came to: where the axes were sent, mm or rad, and the machine time from the order until they stood.

@@ -210,7 +210,8 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
                                    .control = p.control(),
                                    .camera = p.world != nullptr ? &p.world->camera() : nullptr,
                                    .around = p.around.get(),
-                                   .breath = [&p] { return p.control().breathe(); }},
+                                   .breath = [&p] { return p.control().breathe(); },
+                                   .opinion = options.opinion},
                                   recipe, job, result)});
   for (const std::string& note : p.bus->notes()) p.job->recording.note(latest().time_ns, note);
   p.job->recording.begin();

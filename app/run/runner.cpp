@@ -32,7 +32,7 @@ Runner::Runner(const Site& site, const recipes::Recipe& recipe, const recipes::J
       job_(job),
       result_(result),
       planned_path_(site.machine),
-      planner_(site.machine, recipe, site.breath),
+      planner_(site.machine, recipe, site.breath, site.opinion),
       state_(job::begin_state(recipe, job)),
       speed_watch_(recipe, seconds(site.machine.bus.cycle)),
       cut_watch_(site.machine) {
@@ -93,7 +93,7 @@ Result<void> Runner::close_clamp() {
 }
 
 Result<void> Runner::rise(const job::Surroundings& around) {
-  auto up = job::plan_rise(site_.machine, around, block_ + 1, at_);
+  auto up = job::plan_rise(site_.machine, around, block_ + 1, at_, site_.opinion);
   if (!up) return tl::unexpected(up.error());
   if (!*up) return {};
   doing_ = "raising the head";
@@ -121,6 +121,7 @@ Result<Played> Runner::play(Result<job::ProvenBlock> planned, When when) {
   }
   result_.predicted_s += planned->duration_s();
   result_.motions_certified += planned->motions();
+  result_.opinion_poses += planned->poses();
   job::take_nearer(result_.minimum_clearance, planned->nearest());
   const std::vector<job::FeatureState> before = state_.features;
   speed_watch_.begin(planned->segments());

@@ -34,7 +34,8 @@ struct Site {
   /// Where the last job has found its board and parts, for the first motion up from it; null: only the machine's own
   /// bodies are known.
   const job::Surroundings* around = nullptr;
-  Breath breath{};  ///< asked while motions are planned; no: the job ends with Fault::Aborted
+  Breath breath{};            ///< asked while motions are planned; no: the job ends with Fault::Aborted
+  motion::Opinion opinion{};  ///< asked of each motion besides the proof; empty: nobody is
 };
 
 /// The feature that is dispensed, and how long it will still take.

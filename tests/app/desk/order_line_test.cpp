@@ -50,6 +50,22 @@ TEST(OrderLine, a_key_that_is_not_meant_there_is_refused_by_name) {
     EXPECT_TRUE(parse_order(stop)) << stop << ": a stop is taken whatever else is said";
 }
 
+TEST(OrderLine, a_run_names_the_certificate_that_it_demands_and_an_empty_name_is_not_taken_for_none) {
+  const run::Order order{.kind = OrderKind::Run, .recipe = "r.yaml", .certificate = "/out/certificate.json"};
+  const std::string line = to_line(order);
+  EXPECT_EQ(line, R"({"order":"run","recipe":"r.yaml","certificate":"/out/certificate.json"})");
+  const auto read = parse_order(line);
+  ASSERT_TRUE(read) << to_text(read.error());
+  EXPECT_EQ(read->certificate, order.certificate);
+  for (const char* wrong :
+       {R"({"order":"run","recipe":"r.yaml","certificate":""})", R"({"order":"run","recipe":"r.yaml","certificate":7})",
+        R"({"order":"home","certificate":"c.json"})"}) {
+    const auto refused = parse_order(wrong);
+    ASSERT_FALSE(refused) << wrong;
+    EXPECT_NE(refused.error().message.find("certificate"), std::string::npos) << refused.error().message;
+  }
+}
+
 TEST(OrderLine, a_run_names_the_features_that_it_dispenses_and_a_slip_is_not_taken_for_all) {
   const run::Order order{
       .kind = OrderKind::Run, .recipe = "r.yaml", .serial = "S", .select = {.only = {"dam", "dots[0][3]"}}};

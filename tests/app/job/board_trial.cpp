@@ -57,7 +57,7 @@ class Trial {
         head_(machine_),
         watch_(head_),
         truth_(sim::board_plan(recipe_), config::find_frame(machine_, recipe_.board.frame)->origin, b_.placement),
-        planner_(machine_, recipe_),
+        planner_(machine_, recipe_, {}, motion::fcl_opinion()),
         random_(number) {
     watch_.set_solids(sim::solids_of(machine_.scene, &truth_));
     for (const auto& [axis, position] : machine_.park) at_[axis.value] = position;
@@ -211,6 +211,7 @@ class Trial {
   template <class Legs>
   void refused(const Error& e, int line, const Legs& legs) {
     ++verdict_.refused;
+    if (e.fault == Fault::Internal) return wrong(verdict_.collisions, to_text(e));  // FCL contradicts the proof
     if (e.fault != Fault::Collision) {
       ++verdict_.by_rules;
       return;

@@ -171,11 +171,11 @@ JobResult made_up_job() {
   r.features_done = r.features_total = 30;
   r.valve_openings = 30;
   r.valve_open_s = 11.2;
-  r.axes = {{"X", true, 0.0123, false, 0.5, 5.5},
-            {"Y", true, 0.0181, false},
-            {"Z", true, 0.0049, false},
-            {"C", false, 0, true},
-            {"U", false, 0, false}};
+  r.axes = {{"X", true, 0.0123, 2.5, false, 0.5, 5.5},
+            {"Y", true, 0.0181, 0, false},
+            {"Z", true, 0.0049, 0, false},
+            {"C", false, 0, 0, true},
+            {"U", false, 0, 0, false}};
   r.motions_certified = 148;
   r.minimum_clearance.by_design = job::Nearest{0.25,
                                                "needle",

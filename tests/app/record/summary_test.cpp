@@ -42,6 +42,8 @@ TEST(Summary, carries_every_key_that_a_judge_of_the_job_reads) {
   EXPECT_GT(j.at("actual_s").get<double>(), 0);
   EXPECT_DOUBLE_EQ(j.at("max_following_error").at("X"), 0.0123);
   EXPECT_EQ(j.at("max_following_error").at("C"), "n/a");
+  EXPECT_DOUBLE_EQ(j.at("max_following_error_allowed").at("X"), 2.5);
+  EXPECT_TRUE(j.at("max_following_error_allowed").at("C").is_null());
   EXPECT_EQ(j.at("cycle").at("cycles"), 61234);
   EXPECT_EQ(j.at("cycle").at("deadline_misses"), 0);
   for (const char* key : {"p50", "p99", "p99_9", "max"}) EXPECT_TRUE(j.at("cycle").at("wake_us").contains(key)) << key;
