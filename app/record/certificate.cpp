@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "app/job/surroundings.hpp"
+#include "app/record/json_number.hpp"
 #include "app/record/program.hpp"
 #include "app/record/summary.hpp"
 #include "app/record/write_file.hpp"
@@ -21,9 +22,6 @@ using Json = nlohmann::ordered_json;
 constexpr int kFormat = 1;
 constexpr std::size_t kHashDigits = 64;
 constexpr config::YamlBudget kBudget{1u << 20, 60000, 16};
-
-/// To a nanometre, as in summary.json.
-Json number(double v) { return std::isfinite(v) ? Json(std::round(v * 1e6) / 1e6 + 0.0) : Json(nullptr); }
 
 /// Within what of its place the board may lie for what was proved.
 Json range(double shift_mm, double rotation_rad, double upwards_mm) {

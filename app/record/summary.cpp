@@ -8,6 +8,7 @@
 
 #include "app/record/defects.hpp"
 #include "app/record/deposit_figures.hpp"
+#include "app/record/json_number.hpp"
 #include "app/record/program.hpp"
 #include "app/record/setpoint_hash.hpp"
 #include "app/record/write_file.hpp"
@@ -18,8 +19,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// To a nanometre (or ns): the digits behind are the arithmetic's, and triple the size of a file.
-Json number(double v) { return std::isfinite(v) ? Json(std::round(v * 1e6) / 1e6 + 0.0) : Json(nullptr); }
 Json point(Vec2 p) { return Json::array({number(p.x), number(p.y)}); }
 Json point(Vec3 p) { return Json::array({number(p.x), number(p.y), number(p.z)}); }
 Json numbers(const std::vector<double>& list) {

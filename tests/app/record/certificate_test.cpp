@@ -23,6 +23,7 @@ struct CertificateFile : testing::Test {
   job::NominalProof proof = [] {
     job::NominalProof some;
     some.motions = 77;
+    some.only_when_placed.push_back({"near_the_clip", {}});
     return some;
   }();
   std::string path = folder.path + "/certificate.json";
@@ -60,6 +61,8 @@ TEST_F(CertificateFile, tells_what_was_proved_and_what_the_proof_rests_on) {
             (ordered_json{{"shift_mm", 3.0}, {"rotation_deg", 2.0}, {"upwards_mm", 1.5}}));
   EXPECT_EQ(j.at("scope").at("nominal").at("to_touches"),
             (ordered_json{{"shift_mm", 0.0}, {"rotation_deg", 0.0}, {"upwards_mm", 1.5}}));
+  EXPECT_EQ(j.at("scope").at("nominal").at("features"), j.at("scope").at("nominal").at("to_marks"));
+  EXPECT_EQ(j.at("scope").at("nominal").at("only_when_placed"), ordered_json::array({"near_the_clip"}));
   EXPECT_EQ(j.at("scope").at("placed").at("dx_mm"), 1.3);
   EXPECT_EQ(j.at("machine_file"), "config/machines/dispenser.yaml");
   for (const char* key : {"recipe", "recipe_file", "machine", "program", "made", "format"})
@@ -185,12 +188,12 @@ TEST_F(CertificateFile, a_damaged_one_is_never_a_match_that_it_was_not) {
 TEST_F(CertificateFile, is_written_of_a_dry_run_that_is_done_alone_and_an_older_one_does_not_survive) {
   write();
   ASSERT_TRUE(std::filesystem::exists(path));
-  ASSERT_TRUE(job_folder(folder.path, recipe.file));
+  ASSERT_TRUE(job_folder({.path = folder.path, .overwrite = true}, recipe.file));
   EXPECT_FALSE(std::filesystem::exists(path)) << "it was of another job";
   JobResult failed = made_up_failure();
   failed.dry_run = true;
   JobResult defects = result();
-  defects.exit_code = kDoneWithDefects;
+  defects.exit_code = ExitCode::DoneWithDefects;
   JobResult real = result();
   real.dry_run = false;
   for (const JobResult& r : {failed, defects, real}) {
