@@ -13,7 +13,7 @@ namespace {
 /// By how much bodies are off, seen from the board, mm.
 struct Range {
   double beside = 0, above = 0;  ///< of what stays
-  double lever = 0;              ///< of what rides on the board, seen from the head
+  double turn = 0;               ///< of the head, for each mm from the needle's tip
 };
 
 double furthest_feature_mm(const recipes::Recipe& recipe) {
@@ -26,21 +26,11 @@ double furthest_feature_mm(const recipes::Recipe& recipe) {
   return most;
 }
 
-/// Of the head's bodies from the needle's tip, in the plane.
-double reach_of_head_mm(const config::Machine& machine) {
-  const config::Tool& needle = *config::find_tool(machine, "needle");
-  double most = 0;
-  for (const config::Body& body : machine.head)
-    most = std::max(most, norm(flat(body.centre - needle.tip)) + norm(flat(body.shape.size)) / 2);
-  return most;
-}
-
-Range range_of(const config::Machine& machine, const recipes::Recipe& recipe) {
+Range range_of(const recipes::Recipe& recipe) {
   Range range;
   if (!recipe.marks.empty()) {
-    const double chord = 2 * std::sin(recipe.mark_rules.max_rotation_rad / 2);  // of a turn, for each mm of radius
-    range.beside = recipe.mark_rules.max_shift_mm + chord * furthest_feature_mm(recipe);
-    range.lever = chord * reach_of_head_mm(machine);
+    range.turn = 2 * std::sin(recipe.mark_rules.max_rotation_rad / 2);
+    range.beside = recipe.mark_rules.max_shift_mm + range.turn * furthest_feature_mm(recipe);
   }
   if (!recipe.touches.empty()) range.above = recipe.touch_rules.window_mm;
   return range;
@@ -56,14 +46,20 @@ config::Machine grown(config::Machine machine, const recipes::Recipe& recipe, co
   const double underside = recipes::to_machine(recipe, machine, {}, {}, {0, 0}, 0).z - recipe.board.thickness;
   for (config::Body& body : machine.scene)
     if (body.centre.z + body.shape.size.z / 2 > underside + 1e-6) grow(body, range);
+  const config::Tool& needle = *config::find_tool(machine, "needle");
+  for (config::Body& body : machine.head) {
+    const bool round = body.shape.kind != config::Shape::Kind::Box;  // its own turn changes nothing
+    const double reach = norm(flat(body.centre - needle.tip)) + (round ? 0 : norm(flat(body.shape.size)) / 2);
+    grow(body, {.beside = range.turn * reach});
+  }
   return machine;
 }
 
 recipes::Recipe grown(recipes::Recipe recipe, const Range& range) {
   for (recipes::Part& part : recipe.parts) {
-    const double by = part.fixture ? range.beside : range.lever;
-    part.size.x += 2 * by, part.size.y += 2 * by;
-    if (part.fixture) part.underside -= range.above, part.size.z += 2 * range.above;
+    if (!part.fixture) continue;
+    part.size = part.size + Vec3{2 * range.beside, 2 * range.beside, 2 * range.above};
+    part.underside -= range.above;
   }
   return recipe;
 }
@@ -85,7 +81,7 @@ Result<std::vector<OnlyWhenPlaced>> only_when_placed(const config::Machine& mach
   std::vector<OnlyWhenPlaced> named;
   const std::vector<std::size_t> features = recipes::dispensed_by(job);
   if (features.empty() || (recipe.marks.empty() && recipe.touches.empty())) return named;
-  const Range range = range_of(machine, recipe);
+  const Range range = range_of(recipe);
   const config::Machine among = grown(machine, recipe, range);
   const recipes::Recipe on = grown(recipe, range);
   BlockPlanner planner(among, on, breath);
