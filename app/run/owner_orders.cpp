@@ -54,8 +54,9 @@ Result<void> Owner::Parts::resume() {
   // A block that was cut is dropped when the axes stand: it is not for the loop to go on with.
   const bool stands = !control().cut() && next(control().latest().state, cycle::Cause::Resume);
   if (stands) control().post({.kind = CommandKind::Resume});
-  if (!waits && !stands && !control().cut()) return fail(Fault::Refused, "'resume' is refused: nothing is on hold");
-  return {};
+  if (waits || stands || control().cut()) return {};
+  if (undertaking != Undertaking::Job) return tl::unexpected(refusal(OrderKind::Resume));
+  return fail(Fault::Refused, "'resume' is refused: the job is not on hold");
 }
 
 /// Lowering is obeyed at once; what is dispensed is not made faster than it was begun.
