@@ -87,7 +87,7 @@ std::optional<recipes::Recipe> check_recipe(const std::string& file, const confi
     if (const auto& named = prepared->proof->only_when_placed; !named.empty())
       to.notes.push_back(
           fmt::format("{}: proved free at the nominal place, but not wherever marks and touches may find "
-                      "the board: {}; a start is refused when it is found where they are not",
+                      "the board: {}; found where they are not, a job ends before it dispenses",
                       file, job::to_text(named)));
   } else {
     to.errors.push_back(prepared->proof.error());

@@ -41,6 +41,8 @@ void does_a_job(CLI::App& verb, Context& context) {
 
 void add_folder(CLI::App& verb, JobRequest& request) {
   auto* out = verb.add_option("--out", request.out, "Folder for the results; default: a new one under out/");
+  out->check(
+      [](const std::string& word) { return word.empty() ? std::string("a folder's name is missing here") : ""; });
   verb.add_flag("--force", request.force, "Overwrite the results of another job in that folder")->needs(out);
 }
 

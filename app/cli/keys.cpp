@@ -22,7 +22,8 @@ Keys::Keys(Operated& machine, bool progress, run::Owner* held_here) : machine_(m
   if (!keys_) return;
   raw_ = terminal_.enter();
   if (raw_)
-    say("keys: space hold and resume, a abort, r reset, + and - override, Ctrl-Z holds and suspends, Ctrl-C ends\n");
+    say("keys: space hold and resume, n hold now, a abort, r reset, + and - override, Ctrl-Z holds and suspends, "
+        "Ctrl-C ends\n");
 }
 
 bool Keys::usable(bool progress) { return progress && isatty(STDIN_FILENO) != 0; }
@@ -76,13 +77,11 @@ void Keys::press(char key) {
     case '+':
     case '-':
       order.kind = OrderKind::Override;
-      order.value = std::clamp(override_ + (key == '+' ? 0.1 : -0.1), 0.1, 2.0);
+      order.value = std::clamp(machine_.seen().override_factor + (key == '+' ? 0.1 : -0.1), 0.1, 2.0);
       break;
     default: return;
   }
-  const auto done = machine_.order(order);
-  if (!done) return log::report(done.error());
-  if (order.kind == run::OrderKind::Override) override_ = order.value;
+  if (auto done = machine_.order(order); !done) log::report(done.error());
 }
 
 void Keys::show_progress() {

@@ -1,7 +1,7 @@
 // The operator's keys and the progress line while a job runs, both only on a terminal; and Ctrl-C, Ctrl-Z and the loss
 // of the terminal, everywhere.
 //   OwnerOperated machine(owner);   Keys keys(machine, true, &owner);   owner.on_step([&] { keys.poll(); });
-// space hold / resume, a abort, + - override, r reset.
+// space hold / resume, n hold now, a abort, + - override, r reset.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -40,7 +40,6 @@ class Keys {
   bool raw_ = false;     ///< they come now; in the shell's background they do not
   bool asleep_ = false;  ///< since Ctrl-Z, until SIGCONT
   bool progress_ = false, interrupted_ = false, shown_ = false;
-  double override_ = 1;
   std::int64_t last_shown_ = 0;
 };
 

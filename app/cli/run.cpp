@@ -27,7 +27,8 @@ void add_run(CLI::App& app, Context& context) {
   add_publish_options(*verb, request->owner.network, request->owner.name);
   add_world_options(*verb, request->owner.sim);
   verb->footer(
-      "Keys on a terminal: space hold and resume, a abort, + and - override, Ctrl-C ends with the safe state.\n"
+      "Keys on a terminal: space hold and resume, n hold now, a abort, r reset, + and - override, Ctrl-Z holds and\n"
+      "suspends, Ctrl-C ends with the safe state.\n"
       "A part that a job has begun and not finished is refused (exit 7) without --from or --only, until `gantry\n"
       "part-removed`: it is known by its --serial; without serials it is the one in the machine, until the clamp has\n"
       "opened. The terminal says what finishes it:  gantry run RECIPE --only transformer_dam,'spreader[1][2]'");

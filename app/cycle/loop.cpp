@@ -168,10 +168,11 @@ void Loop::react(Fault fault, AxisId axis, std::int32_t detail, StationId statio
   const bool first = latched_ == Fault::None;
   // What calls for no more than what was done already is a consequence of it, or the same again.
   const bool cause = explains(fault);
-  if (latching && !first && info_row.reaction <= reacted_ && !cause) return;
+  const bool ends = !first && outlived(info(latched_)) && !outlived(info_row);  // a job that would have gone on
+  if (latching && !first && info_row.reaction <= reacted_ && !cause && !ends) return;
   tell({.kind = EventKind::Fault, .fault = fault, .axis = axis, .station = station, .block = block_, .detail = detail});
   if (latching) {
-    if (first || cause) latched_ = fault;
+    if (first || cause || ends) latched_ = fault;
     if (first) latched_at_ = cycle_;
     reacted_ = std::max(reacted_, info_row.reaction);
   }

@@ -173,13 +173,13 @@ Result<std::optional<BegunPart>> BegunParts::forget_removed(const std::string& s
   return part;
 }
 
-Result<std::string> BegunParts::another_inside(const std::string& serial) const {
+Result<std::optional<std::string>> BegunParts::another_inside(const std::string& serial) const {
   const auto inside = in_machine();
   if (!inside) return tl::unexpected(inside.error());
-  if (!*inside || serial.empty() || **inside == serial) return "";
+  if (!*inside || serial.empty() || **inside == serial) return std::nullopt;
   const auto begun = read(**inside);
   if (!begun) return tl::unexpected(begun.error());
-  return *begun ? **inside : "";
+  return *begun ? *inside : std::nullopt;
 }
 
 void BegunParts::forget_all() {

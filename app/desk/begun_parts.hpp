@@ -48,8 +48,8 @@ class BegunParts {
   Result<void> forget(const std::string& serial);
   /// The part with this serial; "": the one in the machine. What was forgotten, if there was something.
   Result<std::optional<BegunPart>> forget_removed(const std::string& serial);
-  /// The serial of the begun part in the machine, where that is known to be another one; else "".
-  [[nodiscard]] Result<std::string> another_inside(const std::string& serial) const;
+  /// The serial ("" has none) of the begun part in the machine, where that is another one than this serial's.
+  [[nodiscard]] Result<std::optional<std::string>> another_inside(const std::string& serial) const;
   /// All of them: the world that they were in is gone.
   void forget_all();
 

@@ -25,7 +25,7 @@ namespace {
 const Error kAbortedBefore{Fault::Aborted, "the operator aborted it before anything moved", ""};
 const Error kEnding{Fault::Interrupted, "the owner was asked to end", ""};
 constexpr std::uint64_t kStartButton = 0;  // no client has this number
-constexpr Time kTaken = milliseconds(4);   // by then the loop has heard of an order
+constexpr Time kTaken = milliseconds(10);  // by then the loop has heard of an order, and was heard
 
 /// The loop carries it out, and needs no longer than some cycles for it.
 bool goes_to_the_loop(run::OrderKind kind) {
@@ -97,16 +97,26 @@ void Desk::give(std::uint64_t client, const Request& request, std::uint64_t numb
   if (auto done = owner_.order(*request.order); !done) return reply(client, request, failure({done.error()}));
   const bool says = request.order->kind == run::OrderKind::Hold || request.order->kind == run::OrderKind::Override;
   given_.push_back({{client, request}, clock_.now() + kTaken, says ? owner_.order_said() : ""});
+  door_.set_busy(client, true);
 }
 
 void Desk::tell_given(std::optional<std::uint64_t> client) {
+  std::vector<std::uint64_t> answered;
   std::erase_if(given_, [&](const Told& told) {
     if (client ? told.to.client != *client : clock_.now() < told.due) return false;
     Json answer = status();
     if (!told.said.empty()) answer["said"] = told.said;
+    answered.push_back(told.to.client);
     reply(told.to.client, told.to.request, std::move(answer));
     return true;
   });
+  for (const std::uint64_t each : answered) door_.set_busy(each, is_answered_later(each));
+}
+
+bool Desk::is_answered_later(std::uint64_t client) const {
+  const auto of = [client](const std::optional<Waiting>& order) { return order && order->client == client; };
+  return of(waiting_) || of(doing_) || of(resetting_) ||
+         std::any_of(given_.begin(), given_.end(), [&](const Told& told) { return told.to.client == client; });
 }
 
 void Desk::abort_what_waits(std::uint64_t number) {
@@ -119,16 +129,18 @@ void Desk::abort_what_waits(std::uint64_t number) {
 void Desk::reset(std::uint64_t client, const Request& request) {
   if (auto taken = owner_.order(*request.order); !taken) return reply(client, request, failure({taken.error()}));
   resetting_ = Waiting{client, request};
+  door_.set_busy(client, true);
 }
 
 void Desk::watch_reset() {
   const auto answer = owner_.reset_answer();
   if (!answer) return;
-  if (resetting_)
-    reply(resetting_->client, resetting_->request, *answer ? status() : failure({answer->error()}));
-  else if (!*answer)  // of the machine's own button
+  if (const auto to = std::exchange(resetting_, std::nullopt)) {
+    reply(to->client, to->request, *answer ? status() : failure({answer->error()}));
+    door_.set_busy(to->client, is_answered_later(to->client));
+  } else if (!*answer) {  // of the machine's own button
     log::report(answer->error());
-  resetting_.reset();
+  }
 }
 
 void Desk::watch_start_button() {
@@ -149,7 +161,7 @@ void Desk::finish(const Waiting& done, Json answer) {
       log::info("button start: {}: {}", answer.value("result", ""), answer.value("folder", ""));
   }
   reply(done.client, done.request, std::move(answer));
-  door_.set_busy(done.client, false);
+  door_.set_busy(done.client, is_answered_later(done.client));
 }
 
 void Desk::watch_jog() {
@@ -192,12 +204,12 @@ Result<void> Desk::serve() {
     if (auto alive = owner_.idle(); !alive) return alive;
     if (!waiting_ || stop_) continue;
     doing_ = std::exchange(waiting_, std::nullopt);
-    finish(*doing_, carry_out(*doing_->request.order));
-    doing_.reset();
+    Json answer = carry_out(*doing_->request.order);
+    finish(*std::exchange(doing_, std::nullopt), std::move(answer));
   }
   for (const auto& left : {waiting_, resetting_})
     if (left) finish(*left, failure({kEnding}));
-  for (const Told& told : std::exchange(given_, {})) reply(told.to.client, told.to.request, status());
+  while (!given_.empty()) tell_given(given_.front().to.client);
   return {};
 }
 
@@ -258,10 +270,10 @@ bool Desk::aside(std::function<void()> work, bool may_abort) {
 
 /// What was begun and not finished is out of the machine, and nothing is to be done on it any more.
 Json Desk::part_removed(const run::Order& order) {
-  Result<std::string> another;
+  Result<std::optional<std::string>> another;
   if (options_.parts != nullptr) aside([&] { another = options_.parts->another_inside(order.serial); }, false);
   if (!another) return failure({another.error()});
-  if (another->empty())
+  if (!*another)
     if (auto open = owner_.part_removed(); !open) return failure({open.error()});
   if (options_.parts == nullptr) return status();
   Result<std::optional<BegunPart>> forgotten;
@@ -270,9 +282,10 @@ Json Desk::part_removed(const run::Order& order) {
   Json answer = status();
   std::string said;
   if (*forgotten || !order.serial.empty()) said = removal_in_words(*forgotten, order.serial) + "\n";
-  if (!another->empty())
-    said +=
-        fmt::format("the clamp stays as it is: the part in the machine is '{}'\n", config::shortened(*another, 100));
+  if (*another)
+    said += fmt::format("the clamp stays as it is: the part in the machine {}\n",
+                        (*another)->empty() ? "was begun without a serial; `gantry part-removed` alone means it"
+                                            : "is '" + config::shortened(**another, 100) + "'");
   answer["said"] = said + answer["said"].get<std::string>();
   return answer;
 }

@@ -30,10 +30,12 @@ Json range(double shift_mm, double rotation_rad, double upwards_mm) {
           {"upwards_mm", number(upwards_mm)}};
 }
 
+/// As many names as a file of bounded size holds.
 Json names_of(const std::vector<job::OnlyWhenPlaced>& features) {
+  constexpr std::size_t kMostNamed = 100;
   Json names = Json::array();
-  for (const job::OnlyWhenPlaced& each : features) names.push_back(each.feature);
-  return names;
+  for (std::size_t i = 0; i < std::min(features.size(), kMostNamed); ++i) names.push_back(features[i].feature);
+  return {{"count", features.size()}, {"first", names}};
 }
 
 Json scope(const JobResult& r, const ProvedJob& proved) {
@@ -93,6 +95,8 @@ class Reader {
           Fault::BadValue,
           fmt::format("this program reads certificates of format {}; do the dry run again with it", kFormat),
           format->place);
+    if (const Node* result = wanted(root, "result", Node::Kind::Scalar, "a word"); result && result->text != "done")
+      mistakes_.add(Fault::BadValue, "the dry run of a certificate was done; do it again", result->place);
     if (const Node* hashes = wanted(root, "hashes", Node::Kind::Map, "hashes by their names"))
       for (const job::ProofInput& input : job::kProofInputs) take(*hashes, input);
     if (const Node* scope = wanted(root, "scope", Node::Kind::Map, "what was certified"))

@@ -13,6 +13,7 @@ namespace gantry::run {
 
 struct Pressed {
   bool start = false, hold = false, reset = false;
+  bool start_in_vain = false;  ///< while a fault was latched
 };
 
 class Buttons {
@@ -30,6 +31,7 @@ class Buttons {
     const bool stop = (inputs & stop_) != stop_;
     const auto edge = [&](std::uint32_t mask) { return !first && !stop && (inputs & ~before & mask) != 0; };
     if (edge(start_) && start_armed_ && !stopped) pressed_.start = true, start_armed_ = false;
+    if (edge(start_) && stopped) pressed_.start_in_vain = true;
     if (edge(hold_)) pressed_.hold = true;
     if (edge(reset_)) pressed_.reset = true;
     if (stop || stopped || pressed_.reset)

@@ -28,7 +28,7 @@ Control::Control(cycle::Channels& channels, Feed& feed, Pump& pump, Time period,
 /// A feature that a hold stops on is not resumed by the loop, which keeps the valve shut and has no run-up: whoever
 /// plays it plans the rest anew.
 void Control::on_snapshot(const cycle::Snapshot& s) {
-  if (waits_ && stopped() && s.cycle > fault_at_ && s.latched == Fault::None) fault_.reset();
+  if (playing_ == 0 && stopped() && s.cycle > fault_at_ && s.latched == Fault::None) fault_.reset();
   if (playing_ == 0 || s.block != playing_) return;
   const bool cut = s.valve_cut && (s.state == State::Holding || s.state == State::Held);
   if (cut || (s.state == State::Held && s.feature != motion::kTravel)) cut_ = hold_next_ = true;
@@ -37,8 +37,7 @@ void Control::on_snapshot(const cycle::Snapshot& s) {
 void Control::on_event(const cycle::Event& event) {
   const bool cause = event.fault == Fault::SafetyChainOpen;  // of whatever the bus and the drives have said before
   if (event.kind == EventKind::Fault && latches(info(event.fault))) {
-    const bool worse = stopped() && !outlived(info(event.fault));
-    if (!fault_ || cause || worse) fault_ = describe_(event), fault_at_ = event.cycle;
+    if (!fault_ || cause || stopped()) fault_ = describe_(event), fault_at_ = event.cycle;
     if (stopped()) hold_next_ = true;
   }
   if (event.kind == EventKind::CommandDone)
@@ -165,9 +164,10 @@ Result<void> Control::wait(const std::function<bool()>& done, double timeout_s, 
   const CycleIndex begin = latest().cycle;
   const CycleIndex limit = cycles(timeout_s);
   while (!done()) {
-    if (!ended()) {
+    if (auto why = ended(); !why) {
       come_to_rest();
-      return ended();
+      auto after = ended();  // it may know more by now
+      return after ? why : after;
     }
     if (latest().cycle - begin > limit) return tl::unexpected(std::move(late));
     idle();
@@ -248,7 +248,7 @@ Result<Played> Control::play_now(const job::ProvenBlock& block, cycle::Purpose p
   playing_ = block.number();
   cut_ = false;
   bool over = false;
-  std::optional<cycle::Event> stopped;
+  std::optional<cycle::Event> stop;
   const auto look = [&] {
     if (!dropping) feed_ring();
     if (cut_ && !dropping) drop_when_held();
@@ -256,7 +256,7 @@ Result<Played> Control::play_now(const job::ProvenBlock& block, cycle::Purpose p
       if (e.kind == EventKind::Touched) played.touched = true, played.touched_at = e.value;
       if (e.kind != EventKind::BlockDone || e.block != block.number()) continue;
       over = true, played.end = e.cycle;
-      if (e.fault != Fault::None) stopped = e;
+      if (e.fault != Fault::None) stop = e;
     }
     return over && latest().cycle >= played.end;
   };
@@ -264,11 +264,11 @@ Result<Played> Control::play_now(const job::ProvenBlock& block, cycle::Purpose p
   playing_ = 0;
   cut_ = false;
   if (!waited) return tl::unexpected(waited.error());
-  if (dropping && stopped && stopped->fault == Fault::Aborted) {
+  if (dropping && stop && stop->fault == Fault::Aborted) {
     played.cut = true;
     return played;
   }
-  if (stopped) return tl::unexpected(fault_ ? *fault_ : describe_(*stopped));  // the fault's own event knows more
+  if (stop) return tl::unexpected(fault_ ? *fault_ : describe_(*stop));  // the fault's own event knows more
   return played;
 }
 

@@ -1,7 +1,7 @@
 // The run thread's hand on the loop: sends a command or a block, lets time pass, and comes back with what became of it.
 //   control.command({.kind = CommandKind::Enable}, 5.0);        control.play(block);
 //   const Request r = control.request({.kind = CommandKind::Reset});   ... if (auto done = control.answer(r)) ...
-// Waiting drains the feed, polls for orders (hold, abort ...) and ends at the first latched fault, so the code that
+// Waiting drains the feed, polls for orders (hold, abort ...) and ends at a latched fault, so the code that
 // uses it reads in the order it happens. A step never steps again by itself: what takes several steps (fetching a
 // station's mail) is a service, which runs between two steps.
 #pragma once
@@ -61,7 +61,7 @@ class Control {
   Result<Played> play(const job::ProvenBlock& block, cycle::Purpose purpose = cycle::Purpose::Job);
   /// From here to end(): a fault that can be outlived (Clear::Resume) ends what plays with its error, as any other
   /// does, and puts what comes next on hold. It is over when a reset has cleared it.
-  void outlive_stops() { outlives_ = true; }
+  void outlive_stops(bool yes) { outlives_ = yes; }
   [[nodiscard]] bool outlives_stops() const { return outlives_; }
   /// Such a fault has stopped what played, and no reset has cleared it.
   [[nodiscard]] bool stopped() const { return outlives_ && fault_ && outlived(info(fault_->fault)); }
@@ -94,7 +94,7 @@ class Control {
   [[nodiscard]] std::optional<double> valve_shut_s() const;
   /// So many cycles of this machine, rounded to the nearest.
   [[nodiscard]] CycleIndex cycles(double seconds) const;
-  /// The first latched fault since begin(), in words; a worse one takes the place of one that is outlived.
+  /// The first latched fault since begin(), in words; any other takes the place of one that is outlived.
   [[nodiscard]] const std::optional<Error>& fault() const { return fault_; }
   /// A new undertaking: what ended the last one is forgotten.
   void begin();

@@ -1,4 +1,5 @@
 // An owner's job: what it does with each snapshot and event, and one recipe from its first block to its end.
+#include <algorithm>
 #include <chrono>
 #include <fmt/format.h>
 #include <utility>
@@ -198,7 +199,6 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
     record::add_error(result, turn.refused().error());
     return result;
   }
-  if (options.outlives_stops) p.control().outlive_stops();
   if (const double factor = latest().override_factor; factor > 1) {
     log::warn("the override returns from {:.0f} to 100 %, as at the start of every job", factor * 100);
     p.control().post({.kind = cycle::CommandKind::Override, .value = 1});
@@ -213,6 +213,8 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
                                    .breath = [&p] { return p.control().breathe(); },
                                    .opinion = options.opinion},
                                   recipe, job, result)});
+  if (const double factor = latest().override_factor; factor < 1)
+    p.job->recording.note(latest().time_ns, fmt::format("an override of {:.0f} % is in force", factor * 100));
   for (const std::string& note : p.bus->notes()) p.job->recording.note(latest().time_ns, note);
   p.job->recording.begin();
   const std::string part = options.serial.empty() ? result.job : fmt::format("{}, part {}", result.job, options.serial);
@@ -236,10 +238,22 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   }
   if (ended) ended = p.torque();
   if (ended && !p.all_referenced()) ended = p.home();
+  p.control().outlive_stops(options.outlives_stops);  // a stop in homing ends the job
   if (ended) ended = p.with_stations(p.job->runner.run());
+  p.control().outlive_stops(false);
+  p.raise_to.reset();
   if (!ended && ended.error().fault == Fault::Aborted && p.control().aborting())
     ended = p.control().not_aborted();  // planning that was given up does not know by whom
-  if (!ended) record::add_error(result, ended.error());
+  if (!ended) {
+    // What the job itself has seen while nobody played, such as a clamp that opened, has latched nowhere.
+    const std::string code(std::string_view(gantry::code(ended.error().fault)));
+    const bool told =
+        std::any_of(result.alarms.begin(), result.alarms.end(), [&](const auto& a) { return a.code == code; });
+    if (latches(info(ended.error().fault)) && ended.error().fault != Fault::Aborted &&
+        ended.error().fault != Fault::Interrupted && !told)
+      p.job->recording.alarm(latest().time_ns, ended.error());
+    record::add_error(result, ended.error());
+  }
 
   if (p.world != nullptr) record::add_world(result, *p.world, options.out);
   record::place_drawing(result, recipe, p.machine);

@@ -28,6 +28,7 @@ Error Owner::Parts::refusal(OrderKind order) const {
 Result<void> Owner::Parts::hold(bool now) {
   const State state = control().latest().state;
   if (control().aborting()) return tl::unexpected(refusal(OrderKind::Hold));
+  raise_to.reset();
   if (next(state, cycle::Cause::Hold)) {
     const std::optional<Ahead> ahead = job ? job->runner.ahead() : std::nullopt;
     now = now || state != State::Running || (ahead && ahead->left_s > machine.hold_within_s);
@@ -38,6 +39,7 @@ Result<void> Owner::Parts::hold(bool now) {
     return {};
   }
   order_said.clear();
+  if (control().stopped()) order_said = "the job is stopped already; `reset`, then `resume` goes on";
   if (control().holds_next()) return {};
   // Before and between its blocks a job moves nothing, but for homing, which comes to its end; the next block waits.
   const bool before =
@@ -49,6 +51,11 @@ Result<void> Owner::Parts::hold(bool now) {
 
 Result<void> Owner::Parts::resume() {
   if (control().aborting() || control().stopped()) return tl::unexpected(refusal(OrderKind::Resume));
+  // Braked on its run-up, a bead would begin too slowly: when the tool stands, it is approached anew.
+  const cycle::Snapshot& s = control().latest();
+  const bool open = (s.outputs & config::bit(config::Output::Valve)) != 0;
+  if (s.state == State::Holding && s.feature != motion::kTravel && !open && !control().cut())
+    return tl::unexpected(refusal(OrderKind::Resume));
   const bool waits = control().holds_next();
   if (waits) control().hold_next(false);
   // A block that was cut is dropped when the axes stand: it is not for the loop to go on with.
@@ -62,9 +69,11 @@ Result<void> Owner::Parts::resume() {
 /// Lowering is obeyed at once; what is dispensed is not made faster than it was begun.
 Result<void> Owner::Parts::set_override(double factor) {
   order_said.clear();
+  raise_to.reset();
   if (factor == 0) {
     auto held = hold(true);
-    if (held) order_said = "0 % holds now; `resume` goes on" + (order_said.empty() ? "" : " (" + order_said + ")");
+    if (held && !control().stopped())
+      order_said = "0 % holds now; `resume` goes on" + (order_said.empty() ? "" : " (" + order_said + ")");
     return held;
   }
   if (factor > machine.override_max)
@@ -72,7 +81,6 @@ Result<void> Owner::Parts::set_override(double factor) {
                 fmt::format("this machine allows an override of at most {:.0f} % (`override_max` of its "
                             "file)",
                             machine.override_max * 100));
-  raise_to.reset();
   const cycle::Snapshot& s = control().latest();
   const bool open = (s.outputs & config::bit(config::Output::Valve)) != 0;
   if (open && factor > s.override_factor) {
@@ -117,6 +125,7 @@ void Owner::Parts::heed_buttons() {
   };
   if (pressed.hold) do_it("hold", hold(false));
   if (pressed.reset) do_it("reset", reset());
+  if (pressed.start_in_vain) log::warn("button start: a fault is latched; `reset` comes first");
   if (!pressed.start) return;
   const State state = control().latest().state;
   if (control().holds_next() || state == State::Held || state == State::Holding)
@@ -165,6 +174,7 @@ Result<void> Owner::Parts::at_once(const Order& order) {
     case OrderKind::Reset: return reset();
     case OrderKind::Override: return set_override(order.value);
     case OrderKind::Abort:
+      raise_to.reset();
       if (undertaking != Undertaking::None) control().abort({Fault::Aborted, "the operator aborted it", ""});
       return {};
     default: return tl::unexpected(refusal(order.kind));

@@ -41,17 +41,12 @@ Runner::Runner(const Site& site, const recipes::Recipe& recipe, const recipes::J
 
 Result<void> Runner::run() {
   at_ = site_.control.latest().target;
-  auto done = close_clamp();
-  if (done) {
-    const job::Surroundings bodies(site_.machine);
-    done = rise(site_.around != nullptr ? *site_.around : bodies);
-    if (!done && site_.control.stopped()) done = sit_out();
-  }
+  auto done = begin();
   if (done)
     done = job::walk(job_, state_, [this](const auto& step) -> Result<job::JobState> {
       cut_.reset();
       auto after = take(step);
-      if (!after && site_.control.stopped()) after = go_on_after_stop();
+      if (!after && outlives(after.error())) after = go_on_after_stop();
       if (!after) return after;
       planner_.know(after->known);
       result_.blocks_done = after->block;
@@ -81,6 +76,22 @@ void Runner::see(const cycle::Snapshot& s) {
   speed_watch_.see({.feature = s.block == block_ ? s.feature : motion::kTravel,
                     .valve_open = (s.outputs & config::bit(config::Output::Valve)) != 0,
                     .path_speed_mm_s = s.path_speed});
+}
+
+/// The clamp shut and the head up, among what the last job has left there.
+Result<void> Runner::begin() {
+  const job::Surroundings bodies(site_.machine);
+  for (;;) {
+    auto done = close_clamp();
+    if (done) done = rise(site_.around != nullptr ? *site_.around : bodies);
+    if (done || !outlives(done.error())) return done;
+    doing_ = "stopped";
+    if (auto stood = site_.control.wait_for_resume(); !stood) return stood;
+  }
+}
+
+bool Runner::outlives(const Error& error) const {
+  return site_.control.outlives_stops() && outlived(info(error.fault));
 }
 
 Result<void> Runner::close_clamp() {
@@ -127,11 +138,14 @@ Result<Played> Runner::play(Result<job::ProvenBlock> planned, When when) {
   speed_watch_.begin(planned->segments());
   cut_watch_.begin();
   playing_ = &planned->segments();
+  if (when == When::Released)
+    if (auto stood = wait_for_resume(); !stood) return tl::unexpected(stood.error());
+  ticks_ = 0;
   auto played = when == When::OnHold ? site_.control.play_on_hold(*planned) : site_.control.play(*planned);
   playing_ = nullptr;
   speed_watch_.end();
   at_ = site_.control.latest().target;
-  const bool cut = played ? played->cut : site_.control.stopped();
+  const bool cut = played ? played->cut : outlives(played.error());
   if (cut) {
     if (when == When::Released) note_cut(before, planned->segments());
     result_.predicted_s -= std::max(0.0, planned->duration_s() - ticks_ * seconds(site_.machine.bus.cycle));
@@ -292,13 +306,14 @@ Result<job::JobState> Runner::take(const job::SettleSurface&) {
 /// A valve of which nothing is known may have been shut for any time.
 Result<job::JobState> Runner::take(const recipes::PurgeNeedle&) {
   const std::optional<double> shut_s = site_.control.valve_shut_s();
-  if (shut_s && *shut_s <= recipe_.purge->after_s) return job::after_purge(state_);
+  if (shut_s && *shut_s <= recipe_.purge->after_s && !purge_cut_) return job::after_purge(state_);
   doing_ = "purging";
-  purging_ = true;
+  purging_ = purge_cut_ = true;
   const auto played = play(planner_.purge(next_block("needle"), at_));
   purging_ = false;
   if (!played) return tl::unexpected(played.error());
   if (played->cut) return state_;  // once more, when the operator resumes
+  purge_cut_ = false;
   result_.purge_shots += static_cast<std::size_t>(recipe_.purge->shots);
   return job::after_purge(state_);
 }

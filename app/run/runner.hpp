@@ -62,6 +62,9 @@ class Runner {
   [[nodiscard]] const std::shared_ptr<const job::Surroundings>& surroundings() const { return planner_.surroundings(); }
 
  private:
+  Result<void> begin();
+  /// The job goes on behind a reset and a resume.
+  [[nodiscard]] bool outlives(const Error& error) const;
   Result<void> close_clamp();
   Result<void> rise(const job::Surroundings& around);
 
@@ -125,6 +128,7 @@ class Runner {
   std::optional<Error> part_lost_;  ///< while it stood by
   std::uint32_t ticks_ = 0;         ///< of the block that plays
   bool purging_ = false;            ///< the valve opens for no feature
+  bool purge_cut_ = false;          ///< a purge was begun, and not all of its shots came
   std::string doing_;
 };
 

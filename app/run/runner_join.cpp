@@ -10,7 +10,8 @@
 namespace gantry::run {
 namespace {
 
-constexpr double kWhole_mm = 0.02;  // of a bead that are no worth going back for
+constexpr double kOfTolerance = 0.5;   // so much of its end tolerance may be missing of a bead: no worth going back for
+constexpr double kShortest_s = 0.005;  // that a valve can be open for what is left
 
 }  // namespace
 
@@ -68,14 +69,14 @@ Result<void> Runner::sit_out() {
     doing_ = cut_ ? fmt::format("stopped, on '{}'", recipes::id_of(recipe_.features[*cut_])) : "stopped";
     if (auto stood = wait_for_resume(); !stood) return stood;
     auto up = rise(*planner_.surroundings());
-    if (up || !site_.control.stopped()) return up;
+    if (up || !outlives(up.error())) return up;
   }
 }
 
 Result<job::JobState> Runner::go_on_after_stop() {
   if (auto up = sit_out(); !up) return tl::unexpected(up.error());
-  if (!cut_) return state_;
-  return join(*cut_);
+  if (cut_) return join(*cut_);
+  return joining_ ? join(joining_->feature) : Result<job::JobState>(state_);
 }
 
 Result<void> Runner::wait_for_resume() {
@@ -118,7 +119,7 @@ Result<job::JobState> Runner::join(std::size_t feature) {
   const auto& bead = std::get<recipes::Bead>(recipe_.features[feature]);
   const recipes::Material& m = *recipes::find_material(recipe_, bead.material);
   const double left_mm = laid_->all_mm - laid_->mm;
-  if (left_mm <= kWhole_mm) {
+  if (left_mm <= kOfTolerance * m.tolerance_mm) {
     job::JobState whole = state_;
     whole.features[feature] = job::FeatureState::Done;
     return whole;
@@ -129,7 +130,7 @@ Result<job::JobState> Runner::join(std::size_t feature) {
         fmt::format("its valve has been shut for {:.1f} s, and material '{}' is to be joined within {:.6g} s "
                     "('rejoin_within')",
                     shut_s, m.name, m.rejoin_within_s));
-  if (left_mm / m.speed <= m.valve_close_lead - m.valve_open_lead)
+  if (left_mm / m.speed <= std::max(kShortest_s, m.valve_close_lead - m.valve_open_lead))
     return stays_cut(fmt::format("the {:.3f} mm that are left are too short for the valve", left_mm));
   const job::LaidPart part{feature, laid_->mm};
   if (const auto tried = planner_.dispense(block_, at_, {feature}, {part}); !tried) {

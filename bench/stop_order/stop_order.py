@@ -89,7 +89,7 @@ def main():
             flooded = rng.random() < 0.5
             out = os.path.join(folder, "job")
             shutil.rmtree(out, ignore_errors=True)
-            words = ["home"] if work == "home" else ["run", many if work == "many dots" else "recipes/demo-board.yaml", "--out", out]
+            words = ["home"] if work == "home" else ["run", many if work == "many dots" else "recipes/demo-board.yaml", "--out", out, "--force"]
             operator.ask(order="reset")
             job = subprocess.Popen([options.gantry, "-q", *words, "--state", state], stdin=subprocess.DEVNULL,
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

@@ -95,7 +95,7 @@ class Case:
         shutil.rmtree(os.path.join(rig.folder, "none"), ignore_errors=True)  # the part of a program that was killed
         rig.capture.clear()
         self.p = OnTerminal([rig.gantry, "--machine", rig.machine, "run", rig.recipe, "--bus", f"ethercat:{rig.name}-ctl",
-                             "--world", rig.world, "--state", os.path.join(rig.folder, "none"), "--out", self.out])
+                             "--world", rig.world, "--state", os.path.join(rig.folder, "none"), "--out", self.out, "--force"])
         self.p.ended_as = None
 
     def follow(self, seconds):

@@ -52,8 +52,8 @@ Result<Figures> run_job(int cpu, const std::string& program, const std::string& 
   std::string folder = (std::filesystem::temp_directory_path() / "wake_up-XXXXXX").string();
   if (mkdtemp(folder.data()) == nullptr) return fail(Fault::FileUnwritable, "no folder for the job's results", folder);
   const std::string command =
-      fmt::format("'{}' run '{}' --loop-cpu {} --out '{}/out' --state '{}/state' >'{}/log' 2>&1", program, recipe, cpu,
-                  folder, folder, folder);
+      fmt::format("'{}' run '{}' --loop-cpu {} --out '{}/out' --force --state '{}/state' >'{}/log' 2>&1", program,
+                  recipe, cpu, folder, folder, folder);
   const auto text_of = [&](const char* name) {
     std::ifstream in(std::filesystem::path(folder) / name);
     return std::string(std::istreambuf_iterator<char>(in), {});

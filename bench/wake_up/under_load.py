@@ -55,7 +55,7 @@ def run_job(gantry, state, out):
     """The figures of one job, from its own folder or, where nothing could be written, from its answer."""
     shutil.rmtree(out, ignore_errors=True)
     Client(state).ask(order="reset")
-    done = subprocess.run([gantry, "run", RECIPE, "--state", state, "--out", out, "--json"], capture_output=True, text=True,
+    done = subprocess.run([gantry, "run", RECIPE, "--state", state, "--out", out, "--force", "--json"], capture_output=True, text=True,
                           stdin=subprocess.DEVNULL, timeout=300)
     try:
         with open(os.path.join(out, "summary.json")) as file:

@@ -25,9 +25,9 @@ def expect(what, got, wanted):
 
 job = Job("held")
 job.wait_for(r" running")
-job.type("+")
-job.wait_for(r"running 110 %")
 job.type("-")
+job.wait_for(r"running 90 %")
+job.type("+")
 job.type(" ")
 job.wait_for(r" held")
 job.type(" ")

@@ -103,6 +103,9 @@ class OfOne {
       bool steady = true;
       for (const std::size_t at : {i, from, to})
         steady = steady && std::abs((planned[at + kWindow] - planned[at]) / kWindow / (w.speed_mm_s * 1e-3) - 1) < 0.02;
+      const double slack_mm = w.speed_mm_s * 0.5e-3 + 0.02;  // that a join may be off
+      for (const double join : w.joins_mm)
+        steady = steady && (planned[from] > join + slack_mm || planned[to] < join - slack_mm);
       if (!steady) continue;
       const double took = cycle_at(now, planned[to]) - cycle_at(now, planned[from]);
       worst = std::max(worst, std::abs(static_cast<double>(kWindow) / std::max(took, 1e-9) - 1));

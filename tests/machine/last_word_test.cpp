@@ -112,8 +112,8 @@ class LastWord : public ::testing::Test {
   /// On a part of its own: what the job before has begun was lost with its program, and would be asked for.
   static std::vector<std::string> job(const char* machine = "machines/quick.yaml") {
     std::filesystem::remove_all(file("none"));
-    return {"--machine", file(machine), "run",     file("job.yaml"), "--bus", "ethercat:lw-ctl",
-            "--world",   world(),       "--state", file("none"),     "--out", file("out")};
+    return {"--machine", file(machine), "run",        file("job.yaml"), "--bus",     "ethercat:lw-ctl", "--world",
+            world(),     "--state",     file("none"), "--out",          file("out"), "--force"};
   }
 
   static std::vector<std::string> up() {

@@ -1,5 +1,6 @@
 // A job that the door, the air or the stop button has stopped: it waits, goes on behind reset and resume, and the board
 // is whole. Judged by what lies on the world's board and by where the axes go meanwhile.
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fmt/format.h>
@@ -174,6 +175,87 @@ TEST(OutlivedStops, a_part_that_is_let_go_in_one_ends_the_job) {
                      "- {at: feature bead 1, after: 1500 ms, do: set_input, input: clamp_closed, on: false}",
            .outlives_stops = true});
   const auto result = rig.run(kPatterns);
+  ASSERT_FALSE(result.errors.empty());
+  EXPECT_EQ(result.errors.front().fault, Fault::ClampOpen) << first_error(result);
+}
+
+// What is latched behind the stop is not lost: the reset names it, and the job ends with a fault that it does not
+// outlive.
+TEST(OutlivedStops, another_fault_behind_one_is_heard) {
+  Rig rig({.placement = "dx=0.5 mm",
+           .script = "- {at: feature bead 1, after: 500 ms, do: set_input, input: door_closed, on: false}\n"
+                     "- {at: feature bead 1, after: 800 ms, do: set_input, input: air_ok, on: false}\n"
+                     "- {at: feature bead 1, after: 1500 ms, do: set_input, input: door_closed, on: true}\n"
+                     "- {at: feature bead 1, after: 2500 ms, do: press, input: reset}",
+           .outlives_stops = true});
+  bool told = false;
+  rig.on_step = [&](run::Owner& owner) {
+    static_cast<void>(owner.reset_answer());
+    const auto stop = owner.stopped();
+    if (!stop || stop->fault != Fault::AirMissing) return;
+    told = true;
+    EXPECT_TRUE(owner.order({.kind = OrderKind::Abort}));
+  };
+  const auto result = rig.run(kPatterns);
+  EXPECT_TRUE(told);
+  EXPECT_TRUE(std::any_of(result.alarms.begin(), result.alarms.end(), [](const auto& a) { return a.code == "G705"; }));
+}
+
+TEST(OutlivedStops, clocks_that_drift_meanwhile_end_the_job) {
+  Rig rig({.placement = "dx=0.5 mm",
+           .script = "- {at: feature bead 1, after: 500 ms, do: set_input, input: stop, on: false}\n"
+                     "- {at: feature bead 1, after: 800 ms, do: jitter, station: y1, by: 300 us}\n"
+                     "- {at: feature bead 1, after: 4800 ms, do: jitter, station: y1, by: 0 us}\n"
+                     "- {at: feature bead 1, after: 900 ms, do: set_input, input: stop, on: true}\n"
+                     "- {at: feature bead 1, after: 6 s, do: press, input: reset}\n"
+                     "- {at: feature bead 1, after: 7 s, do: press, input: start}",
+           .outlives_stops = true});
+  const auto result = rig.run(kPatterns);
+  ASSERT_FALSE(result.errors.empty());
+  EXPECT_EQ(result.errors.front().fault, Fault::DcLost) << first_error(result);
+}
+
+// In homing nothing is under way that could go on.
+TEST(OutlivedStops, one_in_homing_ends_the_job_and_does_not_say_that_it_waits) {
+  Rig rig({.script = "- {at: cycle 2500, do: set_input, input: door_closed, on: false}", .outlives_stops = true});
+  const auto result = rig.run(kPatterns);
+  ASSERT_FALSE(result.errors.empty());
+  EXPECT_EQ(result.errors.front().fault, Fault::DoorOpen) << first_error(result);
+  for (const std::string& event : result.events) EXPECT_EQ(event.find("the job waits"), std::string::npos) << event;
+}
+
+// The second stop comes on the way to the join: the time since the valve shut goes on.
+TEST(OutlivedStops, a_second_one_on_the_way_to_a_join_keeps_the_time_since_the_cut) {
+  Rig rig({.placement = "dx=0.5 mm", .outlives_stops = true});
+  recipes::Recipe recipe = test::load_recipe(kPatterns);
+  for (auto& m : recipe.materials) m.rejoin_within_s = 10;
+  Clumsy hand(3);
+  hand.at_open_valve = true, hand.runs_for = 200, hand.most = 1;
+  bool again = false;
+  rig.on_step = [&](run::Owner& owner) {
+    const auto& s = owner.latest();
+    hand(owner);
+    if (again || hand.stops != 1 || hand.phase != Clumsy::Phase::Waiting || s.block == 0 || valve_open(s)) return;
+    if (s.cycle < hand.since + 400) return;  // it has risen, and is on its way
+    again = true;
+    hand.most = 2, hand.at_open_valve = false, hand.runs_for = 0, hand.stands_for = 12'000;
+  };
+  const auto result = rig.run(recipe);
+  EXPECT_TRUE(again);
+  EXPECT_TRUE(result.joined.empty());
+  ASSERT_EQ(result.defects.size(), 1u);
+  EXPECT_NE(result.defects[0].message.find("not joined: its valve has been shut for 1"), std::string::npos)
+      << result.defects[0].message;
+}
+
+// Nobody plays while the answer to an image is waited for: the job itself looks at its clamp.
+TEST(OutlivedStops, a_part_that_is_let_go_on_hold_between_two_blocks_ends_the_job) {
+  Rig rig({.placement = "dx=0.5 mm",
+           .script = "- {at: mark front_left, after: 20 ms, do: press, input: hold, hold: 100 ms}\n"
+                     "- {at: mark front_left, after: 2 s, do: set_input, input: clamp_closed, on: false}\n"
+                     "- {at: mark front_left, after: 3 s, do: set_input, input: clamp_closed, on: true}\n"
+                     "- {at: mark front_left, after: 4 s, do: press, input: start}"});
+  const auto result = rig.run(kDemo);
   ASSERT_FALSE(result.errors.empty());
   EXPECT_EQ(result.errors.front().fault, Fault::ClampOpen) << first_error(result);
 }

@@ -162,7 +162,10 @@ class Jobs {
     ASSERT_TRUE(owner.world()->write_deposits(file));
     shots = test::read_shots(file);
     std::filesystem::remove(file);
-    const test::Opinion o = test::opinion(author.wanted, shots, undisturbed);
+    std::vector<test::Wanted> wanted = author.wanted;
+    for (const record::Joined& j : result.joined)
+      wanted.at(std::stoul(j.feature.substr(1))).joins_mm.push_back(j.at_mm);
+    const test::Opinion o = test::opinion(wanted, shots, undisturbed);
     ++judged;
     const std::string word = record::result_word(result);
     std::string told;

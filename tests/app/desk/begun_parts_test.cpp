@@ -66,10 +66,12 @@ TEST_F(KnownParts, the_one_in_the_machine_is_another_than_that_of_a_serial) {
   begin(parts, "S1", true);
   begin(parts, "S2", true);
   EXPECT_EQ(*parts.another_inside("S1"), "S2");
-  EXPECT_EQ(*parts.another_inside("S2"), "");
-  EXPECT_EQ(*parts.another_inside(""), "") << "whichever it is";
+  EXPECT_EQ(*parts.another_inside("S2"), std::nullopt);
+  EXPECT_EQ(*parts.another_inside(""), std::nullopt) << "whichever it is";
   ASSERT_TRUE(parts.forget("S2"));
-  EXPECT_EQ(*parts.another_inside("S1"), "") << "S2 was finished, and may be gone";
+  EXPECT_EQ(*parts.another_inside("S1"), std::nullopt) << "S2 was finished, and may be gone";
+  begin(parts, "", true);
+  EXPECT_EQ(*parts.another_inside("nosuch"), "") << "it has no serial, and is begun";
 }
 
 TEST_F(KnownParts, one_whose_job_was_lost_is_met_with_the_clamp_open_too) {

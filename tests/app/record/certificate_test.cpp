@@ -62,7 +62,8 @@ TEST_F(CertificateFile, tells_what_was_proved_and_what_the_proof_rests_on) {
   EXPECT_EQ(j.at("scope").at("nominal").at("to_touches"),
             (ordered_json{{"shift_mm", 0.0}, {"rotation_deg", 0.0}, {"upwards_mm", 1.5}}));
   EXPECT_EQ(j.at("scope").at("nominal").at("features"), j.at("scope").at("nominal").at("to_marks"));
-  EXPECT_EQ(j.at("scope").at("nominal").at("only_when_placed"), ordered_json::array({"near_the_clip"}));
+  EXPECT_EQ(j.at("scope").at("nominal").at("only_when_placed"),
+            (ordered_json{{"count", 1}, {"first", {"near_the_clip"}}}));
   EXPECT_EQ(j.at("scope").at("placed").at("dx_mm"), 1.3);
   EXPECT_EQ(j.at("machine_file"), "config/machines/dispenser.yaml");
   for (const char* key : {"recipe", "recipe_file", "machine", "program", "made", "format"})
