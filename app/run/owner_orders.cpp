@@ -69,7 +69,6 @@ Result<void> Owner::Parts::resume() {
 /// Lowering is obeyed at once; what is dispensed is not made faster than it was begun.
 Result<void> Owner::Parts::set_override(double factor) {
   order_said.clear();
-  raise_to.reset();
   if (factor == 0) {
     auto held = hold(true);
     if (held && !control().stopped())
@@ -81,6 +80,7 @@ Result<void> Owner::Parts::set_override(double factor) {
                 fmt::format("this machine allows an override of at most {:.0f} % (`override_max` of its "
                             "file)",
                             machine.override_max * 100));
+  raise_to.reset();
   const cycle::Snapshot& s = control().latest();
   const bool open = (s.outputs & config::bit(config::Output::Valve)) != 0;
   if (open && factor > s.override_factor) {
