@@ -34,7 +34,7 @@ if(GANTRY_SANITIZE)
 endif()
 
 # gantry_compile_alone(a.cpp ...): files of this folder whose unnamed namespaces hold names that a neighbour has, too.
-# Where files are compiled together (below, and everywhere in the preset asan) these are not.
+# Where files are compiled together (below, and everywhere in the presets release and asan) these are not.
 function(gantry_compile_alone)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
