@@ -103,7 +103,8 @@ void Desk::give(std::uint64_t client, const Request& request, std::uint64_t numb
 void Desk::tell_given(std::optional<std::uint64_t> client) {
   std::vector<std::uint64_t> answered;
   std::erase_if(given_, [&](const Told& told) {
-    if (client ? told.to.client != *client : clock_.now() < told.due) return false;
+    const bool in_order = told.to.request.id.is_null();  // by ids a client tells answers apart in any order
+    if (client ? told.to.client != *client || !in_order : clock_.now() < told.due) return false;
     Json answer = status();
     if (!told.said.empty()) answer["said"] = told.said;
     answered.push_back(told.to.client);
@@ -209,7 +210,11 @@ Result<void> Desk::serve() {
   }
   for (const auto& left : {waiting_, resetting_})
     if (left) finish(*left, failure({kEnding}));
-  while (!given_.empty()) tell_given(given_.front().to.client);
+  for (const Told& told : std::exchange(given_, {})) {
+    Json answer = status();
+    if (!told.said.empty()) answer["said"] = told.said;
+    reply(told.to.client, told.to.request, std::move(answer));
+  }
   return {};
 }
 

@@ -61,7 +61,7 @@ class Desk {
   void reply(std::uint64_t client, const Request& request, Json answer);
   Json answer_now(const run::Order& order);
   void give(std::uint64_t client, const Request& request, std::uint64_t number);
-  /// Those of one client (its next line has come), or whose time has come.
+  /// Those of one client without ids (its next line has come), or whose time has come.
   void tell_given(std::optional<std::uint64_t> client);
   [[nodiscard]] bool is_answered_later(std::uint64_t client) const;
   /// What waits or is prepared ends here; what moves is the owner's.
