@@ -116,8 +116,11 @@ void Loop::finish_reset() noexcept {
   if (axes_.goal() == DriveGoal::QuickStop || taking_torque_) return;  // the stop first
   if (!axes_.no_fault() && axes_.goal() != DriveGoal::FaultReset) axes_.set_goal(DriveGoal::FaultReset);
   if (!axes_.no_fault() && ++reset_ticks_ < kResetTicks) return;
-  if (axes_.no_fault() && std::exchange(latched_, present_) != present_ && present_ != Fault::None)
-    tell({.kind = EventKind::Fault, .fault = present_});  // it came behind the one that has gone
+  if (axes_.no_fault()) {
+    const bool another = present_ != Fault::None && present_ != latched_;  // it came behind the one that has gone
+    latched_ = present_;
+    if (another) tell({.kind = EventKind::Fault, .fault = latched_});
+  }
   if (latched_ == Fault::None) reacted_ = Reaction::Note;
   if (!axes_.all_enabled()) axes_.set_goal(DriveGoal::Disabled), taking_torque_ = false;
   if (latched_ == Fault::None) change(axes_.all_enabled() ? Cause::Cleared : Cause::ClearedTorqueOff);

@@ -105,13 +105,17 @@ void Desk::tell_given(std::optional<std::uint64_t> client) {
   std::erase_if(given_, [&](const Told& told) {
     const bool in_order = told.to.request.id.is_null();  // by ids a client tells answers apart in any order
     if (client ? told.to.client != *client || !in_order : clock_.now() < told.due) return false;
-    Json answer = status();
-    if (!told.said.empty()) answer["said"] = told.said;
+    tell(told);
     answered.push_back(told.to.client);
-    reply(told.to.client, told.to.request, std::move(answer));
     return true;
   });
   for (const std::uint64_t each : answered) door_.set_busy(each, is_answered_later(each));
+}
+
+void Desk::tell(const Told& told) {
+  Json answer = status();
+  if (!told.said.empty()) answer["said"] = told.said;
+  reply(told.to.client, told.to.request, std::move(answer));
 }
 
 bool Desk::is_answered_later(std::uint64_t client) const {
@@ -210,11 +214,7 @@ Result<void> Desk::serve() {
   }
   for (const auto& left : {waiting_, resetting_})
     if (left) finish(*left, failure({kEnding}));
-  for (const Told& told : std::exchange(given_, {})) {
-    Json answer = status();
-    if (!told.said.empty()) answer["said"] = told.said;
-    reply(told.to.client, told.to.request, std::move(answer));
-  }
+  for (const Told& told : std::exchange(given_, {})) tell(told);
   return {};
 }
 

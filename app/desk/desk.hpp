@@ -63,6 +63,7 @@ class Desk {
   void give(std::uint64_t client, const Request& request, std::uint64_t number);
   /// Those of one client without ids (its next line has come), or whose time has come.
   void tell_given(std::optional<std::uint64_t> client);
+  void tell(const Told& told);
   [[nodiscard]] bool is_answered_later(std::uint64_t client) const;
   /// What waits or is prepared ends here; what moves is the owner's.
   void abort_what_waits(std::uint64_t number);

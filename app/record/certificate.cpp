@@ -40,15 +40,15 @@ Json names_of(const std::vector<job::OnlyWhenPlaced>& features) {
 
 Json scope(const JobResult& r, const ProvedJob& proved) {
   const job::Belief before = job::unmeasured(proved.recipe);
+  const Json anywhere = range(before.shift_mm, before.rotation_rad, before.upwards_mm);
   const Json from = proved.selection.from.empty() ? Json(nullptr) : Json(proved.selection.from);
   Json nominal{{"motions_certified", proved.proof.motions},
                {"minimum_clearance", to_json(proved.proof.nearest)},
                {"to_marks", nullptr},
                {"to_touches", nullptr},
-               {"features", range(before.shift_mm, before.rotation_rad, before.upwards_mm)},
+               {"features", anywhere},
                {"only_when_placed", names_of(proved.proof.only_when_placed)}};
-  if (!proved.recipe.marks.empty())
-    nominal["to_marks"] = range(before.shift_mm, before.rotation_rad, before.upwards_mm);
+  if (!proved.recipe.marks.empty()) nominal["to_marks"] = anywhere;
   if (!proved.recipe.touches.empty()) nominal["to_touches"] = range(0, 0, before.upwards_mm);
   return {{"selection", {{"from", from}, {"only", proved.selection.only}}},
           {"nominal", nominal},

@@ -200,19 +200,19 @@ Result<void> Control::command(cycle::Command command, double timeout_s) {
 }
 
 Result<void> Control::wait_for_resume(const std::function<bool()>& given_up) {
-  std::optional<Error> torque_lost;
+  std::optional<Error> stop;
+  const auto torque_lost = [&] { return stop && !stopped() && latest().state == State::Disabled; };
   waits_ = true;
-  auto waited = wait(
+  const auto waited = wait(
       [&] {
-        if (stopped()) torque_lost = fault_;
-        const bool none = torque_lost && !stopped() && latest().state == State::Disabled;
-        return none || !(hold_next_ || stopped()) || (given_up && given_up());
+        if (stopped()) stop = fault_;
+        return torque_lost() || !(hold_next_ || stopped()) || (given_up && given_up());
       },
       kNoLimit_s, {});
   waits_ = false;
-  if (!waited || !torque_lost || latest().state != State::Disabled) return waited;
-  torque_lost->message += "; the drives have lost their torque meanwhile, so that the job cannot go on";
-  return tl::unexpected(*torque_lost);
+  if (!waited || !torque_lost()) return waited;
+  stop->message += "; the drives have lost their torque meanwhile, so that the job cannot go on";
+  return tl::unexpected(*stop);
 }
 
 Result<Played> Control::play(const job::ProvenBlock& block, cycle::Purpose purpose) {

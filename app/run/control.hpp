@@ -16,6 +16,7 @@
 #include "app/job/proven_block.hpp"
 #include "app/run/feed.hpp"
 #include "app/run/pump.hpp"
+#include "config/machine.hpp"
 #include "core/clock.hpp"
 #include "core/error.hpp"
 #include "motion/types.hpp"
@@ -59,8 +60,8 @@ class Control {
   /// Plays one block to its end. A hold makes it wait, also before it begins; one that stops on a feature ends
   /// it, and holds what comes next. An abort or a fault ends it with an error when the machine stands.
   Result<Played> play(const job::ProvenBlock& block, cycle::Purpose purpose = cycle::Purpose::Job);
-  /// From here to end(): a fault that can be outlived (Clear::Resume) ends what plays with its error, as any other
-  /// does, and puts what comes next on hold. It is over when a reset has cleared it.
+  /// While this is on, until end(): a fault that can be outlived (Clear::Resume) ends what plays with its error, as any
+  /// other does, and puts what comes next on hold. It is over when a reset has cleared it.
   void outlive_stops(bool yes) { outlives_ = yes; }
   [[nodiscard]] bool outlives_stops() const { return outlives_; }
   /// Such a fault has stopped what played, and no reset has cleared it.
@@ -90,6 +91,8 @@ class Control {
   [[nodiscard]] Result<void> alive() const;
 
   [[nodiscard]] const cycle::Snapshot& latest() const { return feed_.latest(); }
+  /// As it was last told.
+  [[nodiscard]] bool valve_open() const { return (latest().outputs & config::bit(config::Output::Valve)) != 0; }
   /// For how long the valve has been shut, s; nothing: it was never open since this bus is up.
   [[nodiscard]] std::optional<double> valve_shut_s() const;
   /// So many cycles of this machine, rounded to the nearest.

@@ -199,12 +199,6 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
     record::add_error(result, turn.refused().error());
     return result;
   }
-  if (const double factor = latest().override_factor; factor > 1) {
-    log::warn("the override returns from {:.0f} to 100 %, as at the start of every job", factor * 100);
-    p.control().post({.kind = cycle::CommandKind::Override, .value = 1});
-  } else if (factor < 1) {
-    log::warn("an override of {:.0f} % is in force", factor * 100);
-  }
   p.job.emplace(RunningJob{Recording(p.machine, result, latest().time_ns, options.out, options.planned_s, watched),
                            Runner({.machine = p.machine,
                                    .control = p.control(),
@@ -213,8 +207,14 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
                                    .breath = [&p] { return p.control().breathe(); },
                                    .opinion = options.opinion},
                                   recipe, job, result)});
-  if (const double factor = latest().override_factor; factor < 1)
-    p.job->recording.note(latest().time_ns, fmt::format("an override of {:.0f} % is in force", factor * 100));
+  if (const double factor = latest().override_factor; factor > 1) {
+    log::warn("the override returns from {:.0f} to 100 %, as at the start of every job", factor * 100);
+    p.control().post({.kind = cycle::CommandKind::Override, .value = 1});
+  } else if (factor < 1) {
+    const std::string words = fmt::format("an override of {:.0f} % is in force", factor * 100);
+    log::warn("{}", words);
+    p.job->recording.note(latest().time_ns, words);
+  }
   for (const std::string& note : p.bus->notes()) p.job->recording.note(latest().time_ns, note);
   p.job->recording.begin();
   const std::string part = options.serial.empty() ? result.job : fmt::format("{}, part {}", result.job, options.serial);

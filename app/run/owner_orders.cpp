@@ -53,8 +53,7 @@ Result<void> Owner::Parts::resume() {
   if (control().aborting() || control().stopped()) return tl::unexpected(refusal(OrderKind::Resume));
   // Braked on its run-up, a bead would begin too slowly: when the tool stands, it is approached anew.
   const cycle::Snapshot& s = control().latest();
-  const bool open = (s.outputs & config::bit(config::Output::Valve)) != 0;
-  if (s.state == State::Holding && s.feature != motion::kTravel && !open && !control().cut())
+  if (s.state == State::Holding && s.feature != motion::kTravel && !control().valve_open() && !control().cut())
     return tl::unexpected(refusal(OrderKind::Resume));
   const bool waits = control().holds_next();
   if (waits) control().hold_next(false);
@@ -81,9 +80,7 @@ Result<void> Owner::Parts::set_override(double factor) {
                             "file)",
                             machine.override_max * 100));
   raise_to.reset();
-  const cycle::Snapshot& s = control().latest();
-  const bool open = (s.outputs & config::bit(config::Output::Valve)) != 0;
-  if (open && factor > s.override_factor) {
+  if (control().valve_open() && factor > control().latest().override_factor) {
     raise_to = factor;
     order_said = fmt::format("{:.0f} % when the valve has shut", factor * 100);
     return {};
@@ -93,8 +90,7 @@ Result<void> Owner::Parts::set_override(double factor) {
 }
 
 void Owner::Parts::raise_when_shut() {
-  const bool open = (feed->latest().outputs & config::bit(config::Output::Valve)) != 0;
-  if (!raise_to || open) return;
+  if (!raise_to || control().valve_open()) return;
   control().post({.kind = CommandKind::Override, .value = *std::exchange(raise_to, std::nullopt)});
 }
 

@@ -17,8 +17,7 @@ constexpr double kShortest_s = 0.005;  // that a valve can be open for what is l
 
 std::optional<Ahead> Runner::ahead() const {
   const cycle::Snapshot& s = site_.control.latest();
-  const bool open = (s.outputs & config::bit(config::Output::Valve)) != 0;
-  if (playing_ == nullptr || s.block != block_ || !open) return std::nullopt;
+  if (playing_ == nullptr || s.block != block_ || !site_.control.valve_open()) return std::nullopt;
   double way_mm = 0, left_s = 0;
   std::uint32_t feature = s.feature;
   for (const motion::Segment& segment : *playing_) {
