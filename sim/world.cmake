@@ -3,7 +3,7 @@ find_package(fcl REQUIRED)
 gantry_library(gantry_sim_world
   SOURCES
     script/actions.cpp script/names.cpp script/script.cpp
-    world/board.cpp world/camera.cpp world/collisions.cpp world/deposits.cpp world/head.cpp world/obstacles.cpp
+    world/board.cpp world/camera.cpp world/collisions.cpp world/deposits.cpp world/deposit_speed.cpp world/head.cpp world/obstacles.cpp
     world/overlap.cpp world/render.cpp world/script_on_board.cpp world/world.cpp world/world_json.cpp world/world_log.cpp world/world_memory.cpp
     world/world_script.cpp
   DEPS gantry_core gantry_config gantry_recipes nlohmann_json::nlohmann_json fcl)

@@ -82,7 +82,7 @@ std::optional<recipes::Recipe> check_recipe(const std::string& file, const confi
   if (prepared->proof) {
     to.good.push_back(fmt::format("{}: {} features on '{}', {} motions proved free, about {:.0f} s", file,
                                   prepared->recipe.features.size(), machine.name, prepared->proof->motions,
-                                  prepared->proof->duration_s));
+                                  prepared->proof->forecast.s));
     for (const auto& note : recipes::notes(prepared->recipe, machine)) to.notes.push_back(file + ": " + note);
     if (const auto& named = prepared->proof->only_when_placed; !named.empty())
       to.notes.push_back(

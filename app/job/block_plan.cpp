@@ -124,7 +124,6 @@ Result<ProvenBlock> BlockPlanner::look_at_mark(std::uint32_t block, const AxisVe
   return builder.finish();
 }
 
-/// The probe's tip over a touch point, so high above the nominal surface.
 AxisVec BlockPlanner::probe_at(std::size_t touch, double height_mm) const {
   const config::Tool& probe = *config::find_tool(machine_, "probe");
   const Vec3 at = recipes::to_machine(recipe_, machine_, offset(), {}, recipe_.touches[touch].at, height_mm);

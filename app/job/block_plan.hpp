@@ -57,6 +57,8 @@ class BlockPlanner {
   [[nodiscard]] const std::shared_ptr<const Surroundings>& surroundings() const { return surroundings_; }
   /// Where the camera's tip is meant to be for a mark, machine frame.
   [[nodiscard]] Vec3 mark_view(std::size_t mark) const;
+  /// The axes with the probe's tip over a touch, so high above the nominal surface.
+  [[nodiscard]] AxisVec probe_at(std::size_t touch, double height_mm) const;
 
  private:
   /// `last`: what the feature before was dispensed on, and this one afterwards; nothing: this is the first.
@@ -73,7 +75,6 @@ class BlockPlanner {
   [[nodiscard]] AxisVec needle_at(Vec2 at, double height_mm) const;
   [[nodiscard]] AxisVec lifted(AxisVec q, const recipes::Material& material) const;
 
-  [[nodiscard]] AxisVec probe_at(std::size_t touch, double height_mm) const;
   Result<ProvenBlock> down(BlockBuilder builder, std::size_t touch, double speed_mm_s, const std::string& words) const;
   Result<ProvenBlock> up(std::uint32_t block, const AxisVec& from, std::size_t touch, double by_mm) const;
 

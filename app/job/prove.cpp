@@ -10,14 +10,23 @@ class Prover {
  public:
   Prover(const config::Machine& machine, const recipes::Recipe& recipe, const recipes::Job& job, const Breath& breath,
          const motion::Opinion& opinion)
-      : recipe_(recipe), breath_(breath), planner_(machine, recipe, breath, opinion), state_(begin_state(recipe, job)) {
+      : machine_(machine),
+        recipe_(recipe),
+        breath_(breath),
+        planner_(machine, recipe, breath, opinion),
+        state_(begin_state(recipe, job)) {
+    proof_.forecast.features.resize(recipe.features.size());
     for (const auto& [axis, position] : machine.park) at_[axis.value] = position;
   }
 
   Result<NominalProof> prove(const recipes::Job& job) {
     const auto walked = walk(job, state_, [this](const auto& step) -> Result<JobState> {
       proof_.steps.emplace_back(step);
-      return take(step);
+      const double before_s = proof_.forecast.s;
+      auto after = take(step);
+      if (std::string what = words_of(step, recipe_); !what.empty())
+        proof_.forecast.steps.push_back({std::move(what), proof_.forecast.s - before_s});
+      return after;
     });
     if (!walked) return tl::unexpected(walked.error());
     return std::move(proof_);
@@ -28,10 +37,16 @@ class Prover {
   Result<JobState> take(const SettleSurface&) { return know(after_surface(state_, {})); }
   Result<JobState> take(const recipes::LookAtMark& step) {
     if (auto r = add(planner_.look_at_mark(++block_, at_, step.mark)); !r) return tl::unexpected(r.error());
+    proof_.forecast.s += machine_.camera.answer_latency_s;
     return know(after_mark(recipe_, state_, step.mark, recipe_.marks[step.mark].at));
   }
   Result<JobState> take(const recipes::Touch& step) {
-    if (auto r = add(planner_.touch(++block_, at_, step.touch)); !r) return tl::unexpected(r.error());
+    const AxisVec surface = planner_.probe_at(step.touch, 0);
+    if (auto r = add(planner_.touch(++block_, at_, step.touch), &surface); !r) return tl::unexpected(r.error());
+    if (machine_.probe.fast_mm_s > 0) {
+      if (auto r = add(planner_.back_off(++block_, at_, step.touch)); !r) return tl::unexpected(r.error());
+      if (auto r = add(planner_.touch_again(++block_, at_, step.touch), &surface); !r) return tl::unexpected(r.error());
+    }
     return after_touch(state_, step.touch, 0);
   }
   Result<JobState> take(const Retract& step) {
@@ -57,17 +72,22 @@ class Prover {
     return state;
   }
 
-  Result<void> add(Result<ProvenBlock> planned) {
+  /// `surface`: the block ends where the probe latches, with the axes there.
+  Result<void> add(Result<ProvenBlock> planned, const AxisVec* surface = nullptr) {
     if (!planned) return tl::unexpected(planned.error());
     proof_.motions += planned->motions();
     proof_.poses += planned->poses();
     take_nearer(proof_.nearest, planned->nearest());
-    proof_.duration_s += planned->duration_s();
-    at_ = planned->end();
+    const BlockEnd end =
+        surface != nullptr ? touched(machine_, *planned, *surface) : BlockEnd{planned->duration_s(), planned->end()};
+    proof_.forecast.s += end.s;
+    add_times(proof_.forecast.features, *planned);
+    at_ = end.at;
     discard(*std::move(planned), breath_);
     return {};
   }
 
+  const config::Machine& machine_;
   const recipes::Recipe& recipe_;
   const Breath& breath_;
   BlockPlanner planner_;

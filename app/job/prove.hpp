@@ -3,6 +3,7 @@
 #pragma once
 #include <vector>
 
+#include "app/job/forecast.hpp"
 #include "app/job/job_state.hpp"
 #include "app/job/nearest.hpp"
 #include "app/job/wherever.hpp"
@@ -18,7 +19,7 @@ struct NominalProof {
   std::size_t motions = 0;
   std::size_t poses = 0;  ///< along them, of which a second opinion was asked
   Clearances nearest;
-  double duration_s = 0;    ///< of all blocks, without waiting for images
+  Forecast forecast;
   std::vector<Next> steps;  ///< that were proved, in order
   std::vector<OnlyWhenPlaced> only_when_placed;
 };

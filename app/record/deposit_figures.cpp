@@ -22,7 +22,8 @@ DepositFigures deposit_figures(const JobResult& r) {
     const Allowed may = allowed(r, d);
     if (std::isfinite(d.asked_gap_mm)) {
       const double off_mm = std::abs(d.gap_mm - d.asked_gap_mm);
-      f.worst_gap_mm = std::max(f.worst_gap_mm, off_mm);
+      if (f.worst_gap_allowed_mm == 0 || off_mm / may.gap_mm > f.worst_gap_mm / f.worst_gap_allowed_mm)
+        f.worst_gap_mm = off_mm, f.worst_gap_allowed_mm = may.gap_mm;
       f.gaps_within = f.gaps_within && off_mm <= may.gap_mm;
     }
     if (!std::isfinite(d.error_mm)) continue;

@@ -13,11 +13,12 @@ namespace gantry::record {
 Allowed allowed(const JobResult& result, const Deposit& deposit);
 
 struct DepositFigures {
-  const Deposit* worst = nullptr;  ///< by its part of what is allowed there; null: none lies on a feature
-  double worst_allowed_mm = 0;     ///< of that one
-  double worst_gap_mm = 0;         ///< largest deviation from the gap that was asked for
-  bool gaps_within = true;         ///< each is within its tolerance
-  std::size_t strays = 0;          ///< on no feature
+  const Deposit* worst = nullptr;   ///< by its part of what is allowed there; null: none lies on a feature
+  double worst_allowed_mm = 0;      ///< of that one
+  double worst_gap_mm = 0;          ///< deviation from the gap that was asked for, the largest part of what is allowed
+  double worst_gap_allowed_mm = 0;  ///< of that one; 0: no gap is known
+  bool gaps_within = true;          ///< each is within its tolerance
+  std::size_t strays = 0;           ///< on no feature
   [[nodiscard]] bool within() const { return worst == nullptr || worst->error_mm <= worst_allowed_mm; }
 };
 DepositFigures deposit_figures(const JobResult& result);

@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "app/job/job_times.hpp"
 #include "app/job/nearest.hpp"
+#include "app/record/envelope_line.hpp"
 #include "config/machine.hpp"
 #include "core/axis_vec.hpp"
 #include "core/error.hpp"
@@ -77,6 +79,7 @@ struct AxisResult {
   double allowed_there = 0;                          ///< at the speed that the axis had then; 0: none is watched
   bool rotary = false;                               ///< rad instead of mm
   double allowed_at_rest = 0, allowed_at_v_max = 0;  ///< the window, which grows with the speed; 0: none is watched
+  std::vector<EnvelopePoint> over_time{};            ///< largest following error, and what is allowed at that speed
 };
 
 using Deposit = sim::Deposit;
@@ -204,8 +207,15 @@ struct JobResult {
   bool has_offset = false;
   std::vector<TouchResult> touches;
   recipes::Surface surface;
-  double predicted_s = 0, actual_s = 0;  ///< motion time of the blocks, planned and played
-  double wall_s = 0;                     ///< of the whole run on the host
+  double predicted_s = 0;             ///< of all blocks and images, forecast before the first motion; 0: nobody has
+  double actual_s = 0;                ///< what they took, holds on the way included
+  double images_s = 0;                ///< of these, for images to be taken
+  std::vector<job::StepTaken> steps;  ///< in order
+  std::vector<job::FeatureTaken> feature_times;  ///< by index in Recipe::features
+  std::vector<std::string> feature_names;        ///< by the same index
+  std::vector<std::size_t> feature_order;        ///< of those that the job dispenses: indices, in its order
+  std::vector<recipes::Material> materials;      ///< of the recipe
+  double wall_s = 0;                             ///< of the whole run on the host
   std::vector<AxisResult> axes;
   CycleStatistics cycles;
   std::uint64_t setpoint_hash = 0;
@@ -230,5 +240,10 @@ struct JobResult {
   Drawing drawing;
   std::vector<Fact> environment;  ///< host, kernel ... : environment_facts()
 };
+
+/// Not all that it was to do is done, and something other than its end has ended it.
+inline bool ended_early(const JobResult& r) {
+  return r.exit_code != ExitCode::Done && r.exit_code != ExitCode::DoneWithDefects;
+}
 
 }  // namespace gantry::record

@@ -25,6 +25,9 @@ JobResult begin_result(const config::Machine& machine, const recipes::Recipe& re
   result.features_total = recipes::dispensed_by(job).size();
   result.sources = recipe.sources;
   result.fills = recipe.fills;
+  result.feature_order = recipes::dispensed_by(job);
+  result.materials = recipe.materials;
+  for (const recipes::Feature& feature : recipe.features) result.feature_names.push_back(recipes::id_of(feature));
   for (const recipes::Feature& feature : recipe.features)
     if (const auto* bead = std::get_if<recipes::Bead>(&feature))
       result.beads.push_back({bead->id, bead->kind, recipes::length_mm(*bead)});

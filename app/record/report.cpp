@@ -26,6 +26,10 @@ std::string board_section(const JobResult& r) {
   };
   sample(R"(<line x1="1" y1="7" x2="25" y2="7" class="planned"/>)", "planned");
   sample(R"(<line x1="1" y1="7" x2="25" y2="7" class="actual"/>)", "actual");
+  if (r.features_done < r.features_total)
+    sample(R"(<line x1="1" y1="7" x2="25" y2="7" class="asked"/>)", "asked for by the recipe");
+  if (ended_early(r) && !r.actual.empty())
+    sample(R"(<circle cx="13" cy="7" r="6" class="stopped"/>)", "where the job ended");
   sample(R"(<circle cx="13" cy="7" r="5" class="mark"/><line x1="13" y1="7" x2="22" y2="3" class="residual"/>)",
          fmt::format("mark, residual x {:.0f}", residual_magnification(r)).c_str());
   sample(R"(<path d="M8 3 18 3 13 11Z" class="touch"/>)", "touched, height in mm");
@@ -83,6 +87,9 @@ std::string report_page(const JobResult& r) {
   page += mark_section(r);
   page += deposit_section(r);
   page += length_section(r);
+  page += speed_section(r);
+  page += times_section(r);
+  page += recipe_section(r);
   page += "<div class=\"columns\">" + height_section(r) + following_section(r) + cycle_section(r) + fact_section(r) +
           "</div>\n";
   page += event_section(r);

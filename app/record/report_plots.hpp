@@ -9,8 +9,10 @@ namespace gantry::record {
 /// The board from above, in its own frame: parts, marks with magnified residuals, touches, planned and actual path,
 /// deposits coloured by error, collisions. Empty when the job has no drawing.
 std::string top_view(const JobResult& result);
-/// Height of the working tool over the board's nominal top against time, with the valve.
+/// Height of the working tool over the board's nominal top against time, with the valve and where the job was stopped.
 std::string height_view(const JobResult& result);
+/// Following error of an axis over time, with what is allowed; empty where neither is known.
+std::string following_view(const AxisResult& axis);
 /// Counts on a logarithmic scale over logarithmic time.
 std::string histogram_view(const std::vector<HistogramBucket>& buckets);
 

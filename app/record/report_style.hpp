@@ -68,6 +68,11 @@ svg .label{font-size:11px;fill:var(--ink);opacity:.75}
 .part{fill:var(--part);stroke:var(--part-edge)}.fixture{fill:var(--fixture);stroke:var(--fixture-edge)}
 .planned{fill:none;stroke:var(--planned);stroke-width:4.5;stroke-linejoin:round}
 .actual{fill:none;stroke:var(--actual);stroke-width:1.1;stroke-linejoin:round}
+.asked{fill:none;stroke:var(--muted);stroke-width:1.2;stroke-dasharray:4 3}
+.limit{fill:none;stroke:var(--warn);stroke-width:1.2;stroke-dasharray:5 3}
+.stopped{fill:none;stroke:var(--bad);stroke-width:2.4}
+.order{font-size:10px;fill:var(--muted)}
+h3{font-size:14px;font-weight:600;margin:12px 0 4px}
 .bead{fill:none;stroke:var(--bead);stroke-linejoin:round;stroke-linecap:round}
 .valve-dot{fill:var(--bead)}
 .valve-band{fill:var(--band)}

@@ -8,6 +8,7 @@
 #include "app/record/defects.hpp"
 #include "app/record/deposit_figures.hpp"
 #include "app/record/html.hpp"
+#include "app/record/html_table.hpp"
 #include "app/record/report_plots.hpp"
 #include "app/record/setpoint_hash.hpp"
 #include "app/record/summary.hpp"
@@ -16,45 +17,11 @@
 namespace gantry::record {
 namespace {
 
-using html::micrometres, html::number, html::text;
+using html::micrometres, html::number, html::section, html::span_of_time, html::Table, html::text;
 
 constexpr std::size_t kDepositsShown = 60;
 
-/// Cells are HTML already. A heading that starts with '>' is set to the right, with its column.
-class Table {
- public:
-  explicit Table(std::vector<std::string> headings) : headings_(std::move(headings)) {
-    out_ = "<table><thead><tr>";
-    for (const auto& h : headings_)
-      out_ += h.starts_with('>') ? "<th class=\"r\">" + text(h.substr(1)) + "</th>" : "<th>" + text(h) + "</th>";
-    out_ += "</tr></thead><tbody>";
-  }
-  void row(const std::vector<std::string>& cells) {
-    out_ += "<tr>";
-    for (std::size_t i = 0; i < cells.size(); ++i)
-      out_ +=
-          (i < headings_.size() && headings_[i].starts_with('>') ? "<td class=\"r\">" : "<td>") + cells[i] + "</td>";
-    out_ += "</tr>";
-  }
-  [[nodiscard]] std::string done() const { return out_ + "</tbody></table>"; }
-
- private:
-  std::vector<std::string> headings_;
-  std::string out_;
-};
-
-std::string section(std::string_view title, const std::string& body) {
-  return fmt::format("<section><h2>{}</h2>{}</section>\n", title, body);
-}
-
 std::string point(Vec2 p) { return number(p.x, 2) + ", " + number(p.y, 2); }
-
-/// "12.345 s", or "1 min 05.2 s" from a minute on.
-std::string span_of_time(double s) {
-  if (!(s >= 60)) return number(s, 2) + " s";
-  const double minutes = std::floor(s / 60);
-  return fmt::format("{:.0f} min {:04.1f} s", minutes, s - 60 * minutes);
-}
 
 /// A length in µm, red when it is beyond its limit or unknown.
 std::string limited(double mm, double limit_mm) {
@@ -124,13 +91,16 @@ std::string tiles(const JobResult& r) {
     if (f.worst != nullptr) {
       out += tile(micrometres(f.worst->error_mm),
                   "worst lateral error, allowed there " + micrometres(f.worst_allowed_mm), f.within() ? "" : "warn");
-      out += tile(micrometres(f.worst_gap_mm), "largest gap deviation", f.gaps_within ? "" : "warn");
+      out += tile(micrometres(f.worst_gap_mm),
+                  "largest gap deviation, allowed there " + micrometres(f.worst_gap_allowed_mm),
+                  f.gaps_within ? "" : "warn");
     }
-    if (f.strays > 0) out += tile(std::to_string(f.strays), "deposits on no feature", "bad");
-    out += tile(std::to_string(r.collisions.size()), "collisions", r.collisions.empty() ? "" : "bad");
+    if (f.strays > 0) out += tile(std::to_string(f.strays), "deposits on no feature, 0 allowed", "bad");
+    out += tile(std::to_string(r.collisions.size()), "collisions, 0 allowed", r.collisions.empty() ? "" : "bad");
   }
   if (r.cycles.cycles > 0)
-    out += tile(std::to_string(r.cycles.deadline_misses), "deadline misses in " + grouped(r.cycles.cycles) + " cycles",
+    out += tile(std::to_string(r.cycles.deadline_misses),
+                "deadline misses in " + grouped(r.cycles.cycles) + " cycles; 0 wanted",
                 r.cycles.deadline_misses > 0 ? "warn" : "");
   return out + "</div>\n";
 }
@@ -266,10 +236,15 @@ std::string following_section(const JobResult& r) {
                watched ? meter(a.max_following / a.allowed_there) : "", watched ? length(a.allowed_there) : "",
                watched ? length(a.allowed_at_rest) : "", watched ? length(a.allowed_at_v_max) : ""});
   }
+  std::string plots;
+  for (const auto& a : r.axes)
+    if (const std::string view = following_view(a); !view.empty())
+      plots += fmt::format("<h3>{}, {}</h3>{}", text(a.name), a.rotary ? "mrad" : "µm", view);
   return section("Following error",
-                 table.done() +
+                 table.done() + plots +
                      "<p class=\"note\">The window grows with the axis' speed; an axis that leaves it stops. Bars "
-                     "are parts of the window at the speed that the axis had then." +
+                     "are parts of the window at the speed that the axis had then. In the plots the dashed line is "
+                     "what is allowed." +
                      (open_loop ? " n/a: an open-loop axis (or one that never was enabled in a block) reports its "
                                   "command, not where it is."
                                 : "") +

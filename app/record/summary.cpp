@@ -175,10 +175,43 @@ void add_world(Json& j, const JobResult& r) {
                                             {"error_mm", number(d.error_mm)},
                                             {"gap_mm", number(d.gap_mm)}});
     if (!d.joins_mm.empty()) told["joins_mm"] = numbers(d.joins_mm);
+    if (d.speed)
+      told["speed_mm_s"] = Json{{"asked", number(d.speed->asked_mm_s)},
+                                {"min", number(d.speed->least_mm_s)},
+                                {"max", number(d.speed->most_mm_s)}},
+      told["within_5_percent"] = number(d.speed->within_5_percent),
+      told["volume_per_length"] = number(d.speed->volume_per_length);
   }
   j["collisions"] = r.collisions.size();
   j["collision_list"] = std::move(collisions);
   j["deposits"] = std::move(deposits);
+}
+
+Json steps(const JobResult& r) {
+  Json list = Json::array();
+  for (const job::StepTaken& s : r.steps)
+    list.push_back({{"what", s.what},
+                    {"predicted_s", s.predicted_s ? number(*s.predicted_s) : Json(nullptr)},
+                    {"actual_s", number(s.actual_s)},
+                    {"done", s.done},
+                    {"disturbed", s.disturbed}});
+  return list;
+}
+
+/// Those of features that the job dispenses.
+Json feature_times(const JobResult& r) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < r.feature_times.size(); ++i) {
+    const job::FeatureTaken& f = r.feature_times[i];
+    if (f.predicted.on_it_s == 0 && f.actual.on_it_s == 0) continue;
+    list.push_back({{"id", i < r.feature_names.size() ? r.feature_names[i] : std::string()},
+                    {"predicted_s", number(f.predicted.on_it_s)},
+                    {"actual_s", number(f.actual.on_it_s)},
+                    {"travel_predicted_s", number(f.predicted.travel_s)},
+                    {"travel_actual_s", number(f.actual.travel_s)},
+                    {"disturbed", f.disturbed}});
+  }
+  return list;
 }
 
 Json sources(const JobResult& r) {
@@ -288,6 +321,8 @@ nlohmann::ordered_json to_json(const JobResult& r) {
   j["surface"] = {{"z0_mm", number(r.surface.z0)}, {"slope", point(r.surface.slope)}};
   j["predicted_s"] = number(r.predicted_s);
   j["actual_s"] = number(r.actual_s);
+  j["steps"] = steps(r);
+  j["feature_times"] = feature_times(r);
   j["wall_s"] = number(r.wall_s);
   add_following(j, r);
   j["cycle"] = cycle(r.cycles);

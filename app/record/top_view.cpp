@@ -165,6 +165,55 @@ void draw_collisions(Svg& svg, const View& v, const JobResult& r) {
   }
 }
 
+/// As the recipe draws them, where not all of it was dispensed.
+void draw_asked(Svg& svg, const View& v, const JobResult& r) {
+  if (r.features_done >= r.features_total) return;
+  std::vector<Vec2> dots;
+  for (const auto& feature : r.drawing.asked) {
+    std::vector<Vec2> points;
+    for (const Vec3& p : feature) {
+      const Vec3 board = machine_to_board(r, p);
+      points.push_back(v.px({board.x, board.y}));
+    }
+    if (points.size() == 1)
+      dots.push_back(points.front());
+    else
+      svg.path(thinned(points, kMostPoints), "asked");
+  }
+  if (!dots.empty()) svg.dots(dots, "asked dot-asked", "stroke-width:4;stroke-linecap:round;stroke-dasharray:none");
+}
+
+/// The order in which features are dispensed, with their names where there are few; no word upon another.
+void label_features(Svg& svg, const View& v, const JobResult& r) {
+  constexpr std::size_t kMostNames = 40, kMostNumbers = 400;
+  constexpr double kLetter_px = 5.4, kLine_px = 11;
+  if (r.feature_order.size() > kMostNumbers) return;
+  std::vector<Vec2> taken;  // left ends of words, and how long they are
+  std::vector<double> lengths;
+  for (std::size_t n = 0; n < r.feature_order.size(); ++n) {
+    const std::size_t feature = r.feature_order[n];
+    if (feature >= r.drawing.asked.size() || r.drawing.asked[feature].empty()) continue;
+    const Vec3 start = machine_to_board(r, r.drawing.asked[feature].front());
+    const Vec2 at = v.px({start.x, start.y}) + Vec2{6, -5};
+    std::string words = std::to_string(n + 1);
+    if (r.feature_order.size() <= kMostNames && feature < r.feature_names.size())
+      words += " " + r.feature_names[feature];
+    const double length = kLetter_px * static_cast<double>(words.size());
+    bool free = true;
+    for (std::size_t i = 0; free && i < taken.size(); ++i)
+      free = std::abs(taken[i].y - at.y) >= kLine_px || at.x > taken[i].x + lengths[i] || taken[i].x > at.x + length;
+    if (!free) continue;
+    taken.push_back(at), lengths.push_back(length);
+    svg.words(at, words, "order");
+  }
+}
+
+void draw_end(Svg& svg, const View& v, const JobResult& r) {
+  if (!ended_early(r) || r.actual.empty()) return;
+  const Vec2 at = v.px(tip(r, r.actual.back()));
+  svg.circle(at, 10, "stopped", {}, "the job ended here");
+}
+
 }  // namespace
 
 std::string top_view(const JobResult& r) {
@@ -175,6 +224,7 @@ std::string top_view(const JobResult& r) {
   draw_ground(svg, v, d);
   svg.begin_clip(v.px({v.low.x, v.high.y}), v.size(), "board-clip");
   draw_parts(svg, v, r);
+  draw_asked(svg, v, r);
   runs(r, r.planned, v, false, [&](const std::vector<Vec2>& points, bool) { svg.path(points, "planned"); });
   runs(r, r.actual, v, false, [&](const std::vector<Vec2>& points, bool) { svg.path(points, "actual"); });
   if (r.has_world)
@@ -184,7 +234,9 @@ std::string top_view(const JobResult& r) {
   draw_touches(svg, v, r);
   draw_marks(svg, v, r);
   label_parts(svg, v, r);
+  label_features(svg, v, r);
   draw_collisions(svg, v, r);
+  draw_end(svg, v, r);
   svg.end_clip();
   return svg.done();
 }

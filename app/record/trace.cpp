@@ -93,11 +93,13 @@ void Trace::add_following(const cycle::Snapshot& s) {
     const double moved = std::abs(s.target[i] - std::exchange(axis.target, s.target[i]));
     const bool seen = s.block != 0 && s.sent && s.inputs_fresh && (s.enabled >> i & 1u) != 0;
     if (!seen || !std::isfinite(s.following[i])) continue;
-    const bool larger = !axis.measured || std::abs(s.following[i]) > axis.max_following;
+    const double off = std::abs(s.following[i]),
+                 allowed = axis.allowed_at_rest + (passed_s > 0 ? axis.per_speed_s * moved / passed_s : 0);
+    if (allowed > 0 && start_ns_) axis.over_time.add(static_cast<double>(s.time_ns - *start_ns_) * 1e-9, off, allowed);
+    if (axis.measured && off <= axis.max_following) continue;
     axis.measured = true;
-    if (!larger) continue;
-    axis.max_following = std::abs(s.following[i]);
-    axis.allowed_there = axis.allowed_at_rest + (passed_s > 0 ? axis.per_speed_s * moved / passed_s : 0);
+    axis.max_following = off;
+    axis.allowed_there = allowed;
   }
 }
 
@@ -136,7 +138,7 @@ void Trace::add_valve(const cycle::Snapshot& s) {
 
 void Trace::fill(JobResult& r) const {
   r.actual = path_.points();
-  r.actual_s = static_cast<double>(block_ticks_) * static_cast<double>(cycle_ns_) * 1e-9;
+  r.actual_s = static_cast<double>(block_ticks_) * static_cast<double>(cycle_ns_) * 1e-9 + r.images_s;
   r.axes.clear();
   for (const auto& a : axes_)
     r.axes.push_back({.name = a.name,
@@ -145,7 +147,8 @@ void Trace::fill(JobResult& r) const {
                       .allowed_there = a.allowed_there,
                       .rotary = a.rotary,
                       .allowed_at_rest = a.allowed_at_rest,
-                      .allowed_at_v_max = a.allowed_at_v_max});
+                      .allowed_at_v_max = a.allowed_at_v_max,
+                      .over_time = a.over_time.points()});
   r.valve_openings = valve_openings_;
   r.valve_open_s = static_cast<double>(valve_ticks_) * static_cast<double>(cycle_ns_) * 1e-9;
 

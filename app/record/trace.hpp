@@ -47,6 +47,7 @@ class Trace {
     bool rotary = false, measured = false;
     double max_following = 0, allowed_there = 0, allowed_at_rest = 0, allowed_at_v_max = 0, per_speed_s = 0;
     double target = 0;  ///< of the cycle before
+    EnvelopeLine over_time{};
   };
   std::vector<Axis> axes_;
   CycleIndex target_cycle_ = 0;  ///< of the axes' targets

@@ -40,9 +40,9 @@ struct RunOptions {
   std::string out{};  ///< folder for the results; "" keeps nothing
   // For the result's words only.
   bool dry_run = false;
-  double planned_s = 0;      ///< motion of the whole job, as proved; 0: not known
-  std::string serial{};      ///< of the part
-  record::OnBoard before{};  ///< what jobs before it have left there
+  const job::Forecast* forecast = nullptr;  ///< of the job, from the park position; null: there is none
+  std::string serial{};                     ///< of the part
+  record::OnBoard before{};                 ///< what jobs before it have left there
   /// A door, air or stop fault (Clear::Resume) leaves the job on hold until somebody resets and resumes; else it ends
   /// it.
   bool outlives_stops = false;

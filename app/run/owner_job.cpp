@@ -44,7 +44,8 @@ void Owner::Parts::on_snapshot(const cycle::Snapshot& s) {
   if (on_bus) on_bus->buttons.watch(s.inputs, s.latched != Fault::None);
   if (!job) return;
   job->runner.see(s);
-  job->recording.add(s, control().holds_next(), s.state == cycle::State::Homing ? "homing" : job->runner.doing());
+  job->recording.add(s, control().holds_next(), s.state == cycle::State::Homing ? "homing" : job->runner.doing(),
+                     job->runner.left_s());
 }
 
 /// Some times a second: what the list holds is put into words each time.
@@ -188,6 +189,14 @@ Result<void> Owner::Parts::with_stations(Result<void> result) {
   return result;
 }
 
+AxisVec Owner::Parts::where_a_job_begins() const {
+  AxisVec at = feed->latest().target;
+  if (all_referenced()) return at;
+  for (std::size_t i = 0; i < machine.axes.size(); ++i)
+    if (const auto& homing = machine.axes[i].homing) at[i] = homing->position;
+  return at;
+}
+
 record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& job, const RunOptions& options) {
   Parts& p = *parts_;
   record::JobResult result = record::begin_result(p.machine, recipe, job, options.out, options.dry_run);
@@ -199,13 +208,18 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
     record::add_error(result, turn.refused().error());
     return result;
   }
-  p.job.emplace(RunningJob{Recording(p.machine, result, latest().time_ns, options.out, options.planned_s, watched),
+  std::optional<job::Forecast> forecast;
+  if (options.forecast != nullptr)
+    forecast =
+        job::from_here(*options.forecast, p.machine, recipe, job, p.where_a_job_begins(), p.control().valve_shut_s());
+  p.job.emplace(RunningJob{Recording(p.machine, result, latest().time_ns, options.out, watched),
                            Runner({.machine = p.machine,
                                    .control = p.control(),
                                    .camera = p.world != nullptr ? &p.world->camera() : nullptr,
                                    .around = p.around.get(),
                                    .breath = [&p] { return p.control().breathe(); },
-                                   .opinion = options.opinion},
+                                   .opinion = options.opinion,
+                                   .forecast = forecast ? &*forecast : nullptr},
                                   recipe, job, result)});
   if (const double factor = latest().override_factor; factor > 1) {
     log::warn("the override returns from {:.0f} to 100 %, as at the start of every job", factor * 100);
@@ -216,7 +230,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
     p.job->recording.note(latest().time_ns, words);
   }
   for (const std::string& note : p.bus->notes()) p.job->recording.note(latest().time_ns, note);
-  p.job->recording.begin();
+  p.job->recording.begin(p.job->runner.left_s());
   const std::string part = options.serial.empty() ? result.job : fmt::format("{}, part {}", result.job, options.serial);
   p.tell_part(part + " begins");
   if (p.on_bus->buttons.holding()) {

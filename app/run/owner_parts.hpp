@@ -113,6 +113,8 @@ struct Owner::Parts {
   [[nodiscard]] bool all_referenced() const;
   /// Every axis, lowest order first.
   Result<void> home();
+  /// The axes as a job that begins now finds them; those that are homed before stand at their home edges then.
+  [[nodiscard]] AxisVec where_a_job_begins() const;
   Result<Jogged> jog(const job::JogWords& words);
   Result<void> park();
 

@@ -17,15 +17,13 @@ std::string_view job_word(const cycle::Snapshot& s, bool holds_next) {
 }
 
 Recording::Recording(const config::Machine& machine, record::JobResult& result, std::int64_t start_ns,
-                     const std::string& out, double planned_s, monitor::SnapshotWriter* watched)
+                     const std::string& out, monitor::SnapshotWriter* watched)
     : result_(result),
       watched_(watched),
       trace_(machine, start_ns),
       start_ns_(start_ns),
       now_ns_(start_ns),
-      told_ns_(start_ns),
-      cycle_s_(seconds(machine.bus.cycle)),
-      planned_s_(planned_s) {
+      told_ns_(start_ns) {
   if (out.empty()) return;
   if (auto file = record::SetpointFile::create(out + "/setpoints.bin"))
     setpoints_.emplace(std::move(*file));
@@ -33,13 +31,13 @@ Recording::Recording(const config::Machine& machine, record::JobResult& result, 
     log::report(file.error());
 }
 
-void Recording::add(const cycle::Snapshot& s, bool holds_next, const std::string& doing) {
+void Recording::add(const cycle::Snapshot& s, bool holds_next, const std::string& doing, std::optional<double> left_s) {
   now_ns_ = s.time_ns;
   trace_.add(s);
   hash_.add(s);
   if (setpoints_) setpoints_->add(s);
   override_ = s.override_factor;
-  if (s.state == cycle::State::Running && !holds_next) played_s_ += cycle_s_ * s.override_factor;
+  left_s_ = left_s;
   if (watched_ == nullptr) return;
   const std::string_view state = job_word(s, holds_next);
   if (now_ns_ - told_ns_ >= kTellEvery_ns || state != told_state_) tell(state, doing);
@@ -65,8 +63,8 @@ void Recording::over(std::string_view word) {
 
 std::optional<double> Recording::remaining_s() const {
   if (over_) return 0;
-  if (planned_s_ <= 0 || override_ <= 0) return std::nullopt;
-  return std::max(0.0, planned_s_ - played_s_) / override_;
+  if (!left_s_ || override_ <= 0) return std::nullopt;
+  return *left_s_ / override_;
 }
 
 void Recording::tell(std::string_view state, std::string_view message) {
@@ -82,7 +80,7 @@ void Recording::tell(std::string_view state, std::string_view message) {
   job.features_done = static_cast<std::uint32_t>(result_.features_done);
   job.features_total = static_cast<std::uint32_t>(result_.features_total);
   job.elapsed_s = elapsed_s();
-  job.predicted_s = planned_s_;
+  job.predicted_s = result_.predicted_s;
   job.remaining_s = remaining_s().value_or(-1);
   job.message = message;
   watched_->push(job);

@@ -22,13 +22,13 @@ std::string_view job_word(const cycle::Snapshot& snapshot, bool holds_next);
 
 class Recording {
  public:
-  /// `out` is the folder for setpoints.bin, "" keeps none; `planned_s` the planned motion of the whole job, 0: not
-  /// known; `watched` may be null.
+  /// `out` is the folder for setpoints.bin, "" keeps none; `watched` may be null.
   Recording(const config::Machine& machine, record::JobResult& result, std::int64_t start_ns, const std::string& out,
-            double planned_s, monitor::SnapshotWriter* watched);
+            monitor::SnapshotWriter* watched);
 
-  /// Those who watch hear of it at least every kTellEvery_ns of machine time, whatever the job does. `doing` in words.
-  void add(const cycle::Snapshot& snapshot, bool holds_next, const std::string& doing);
+  /// Those who watch hear of it at least every kTellEvery_ns of machine time, whatever the job does. `doing` in words;
+  /// `left_s` is the time that the job will still take at an override of 100 %.
+  void add(const cycle::Snapshot& snapshot, bool holds_next, const std::string& doing, std::optional<double> left_s);
   /// Something that belongs into the job's list of events.
   void note(std::int64_t now_ns, const std::string& words);
   /// What somebody did to the machine, "hold", "override 50 %".
@@ -36,7 +36,7 @@ class Recording {
   /// What latched.
   void alarm(std::int64_t now_ns, const Error& error);
   /// Those who watch are told where it is: "running" as long as it has shown no cycle.
-  void begin() { tell("running", "begins"); }
+  void begin(std::optional<double> left_s) { left_s_ = left_s, tell("running", "begins"); }
   /// The job is over; `word` as record::result_word() has it. Those who watch are told why, too.
   void over(std::string_view word);
   /// What the job came to: everything but the world's part. Closes the file.
@@ -45,8 +45,8 @@ class Recording {
   [[nodiscard]] std::size_t features_done() const { return result_.features_done; }
   [[nodiscard]] std::size_t features_total() const { return result_.features_total; }
   [[nodiscard]] double elapsed_s() const { return static_cast<double>(now_ns_ - start_ns_) * 1e-9; }
-  /// About how long the job will still take: the planned motion that is left, at the override of now. Nothing where
-  /// the whole is not known, 0 where the job is over.
+  /// About how long the job will still take at the override of now. Nothing where that is not known, 0 where the job
+  /// is over.
   [[nodiscard]] std::optional<double> remaining_s() const;
 
   static constexpr std::int64_t kTellEvery_ns = 50'000'000;
@@ -62,8 +62,7 @@ class Recording {
   std::int64_t start_ns_, now_ns_;
   std::int64_t told_ns_;  ///< when the watchers were told last
   std::string told_state_;
-  double cycle_s_, planned_s_;
-  double played_s_ = 0;  ///< of the planned motion, at the planned speed
+  std::optional<double> left_s_;
   double override_ = 1;
   bool over_ = false;
 };

@@ -35,8 +35,10 @@ Runner::Runner(const Site& site, const recipes::Recipe& recipe, const recipes::J
       planner_(site.machine, recipe, site.breath, site.opinion),
       state_(job::begin_state(recipe, job)),
       speed_watch_(recipe, seconds(site.machine.bus.cycle)),
-      cut_watch_(site.machine) {
+      cut_watch_(site.machine),
+      times_(site.forecast, recipe.features.size(), seconds(site.machine.bus.cycle)) {
   result_.drawing.tip_of_block.clear();
+  if (site.forecast != nullptr) result_.predicted_s = site.forecast->s;
 }
 
 Result<void> Runner::run() {
@@ -45,9 +47,11 @@ Result<void> Runner::run() {
   if (done)
     done = job::walk(job_, state_, [this](const auto& step) -> Result<job::JobState> {
       cut_.reset();
+      if (const std::string what = job::words_of(step, recipe_); !what.empty()) times_.begin(what);
       auto after = take(step);
       if (!after && outlives(after.error())) after = go_on_after_stop();
       if (!after) return after;
+      if (after->block != state_.block || after->pressing != state_.pressing) times_.done();
       planner_.know(after->known);
       result_.blocks_done = after->block;
       return after;
@@ -55,6 +59,9 @@ Result<void> Runner::run() {
   if (done) doing_ = "done";
   state_ = job::lost_sight(std::move(state_));
   result_.planned = planned_path_.points();
+  result_.steps = times_.steps();
+  result_.feature_times = times_.features();
+  result_.images_s = times_.images_s();
   for (std::size_t i = 0; i < state_.features.size(); ++i)
     if (state_.features[i] == job::FeatureState::Interrupted || state_.features[i] == job::FeatureState::Doubtful ||
         (joining_ && joining_->feature == i))
@@ -64,7 +71,10 @@ Result<void> Runner::run() {
 
 void Runner::see(const cycle::Snapshot& s) {
   if (standing_by_) watch_part(s);
-  if (s.block == block_) ticks_ = s.tick;
+  times_.see({.plays = s.block != 0 && s.block == block_,
+              .feature = s.feature,
+              .rate = s.override_factor,
+              .stopped = stopped(s.state)});
   if (purging_) return;
   if (watch_.see(state_.features, {.block = s.block,
                                    .feature = s.feature,
@@ -130,7 +140,6 @@ Result<Played> Runner::play(Result<job::ProvenBlock> planned, When when) {
     if (drawn++ % kPiece == 0 && !go_on(site_.breath)) return given_up();
     planned_path_.add({&segment, 1});
   }
-  result_.predicted_s += planned->duration_s();
   result_.motions_certified += planned->motions();
   result_.opinion_poses += planned->poses();
   job::take_nearer(result_.minimum_clearance, planned->nearest());
@@ -140,15 +149,14 @@ Result<Played> Runner::play(Result<job::ProvenBlock> planned, When when) {
   playing_ = &planned->segments();
   if (when == When::Released)
     if (auto stood = wait_for_resume(); !stood) return tl::unexpected(stood.error());
-  ticks_ = 0;
   auto played = when == When::OnHold ? site_.control.play_on_hold(*planned) : site_.control.play(*planned);
   playing_ = nullptr;
   speed_watch_.end();
   at_ = site_.control.latest().target;
   const bool cut = played ? played->cut : outlives(played.error());
   if (cut) {
+    times_.disturb();
     if (when == When::Released) note_cut(before, planned->segments());
-    result_.predicted_s -= std::max(0.0, planned->duration_s() - ticks_ * seconds(site_.machine.bus.cycle));
   }
   job::discard(*std::move(planned), site_.breath);
   return played;
@@ -174,6 +182,7 @@ Result<job::JobState> Runner::take(const recipes::LookAtMark& step) {
       // The trigger is one short pulse: what it has not reached is asked once more (R65).
       if (attempt == attempts) return tl::unexpected(judged.error());
       log::warn("{}: {}; it is taken once more", doing_, judged.error().message);
+      times_.disturb();
       continue;
     }
     found = *judged;
@@ -184,7 +193,9 @@ Result<job::JobState> Runner::take(const recipes::LookAtMark& step) {
     if (site_.control.latest().cycle > due) log::warn("{}: the image took longer than the configured latency", doing_);
     if (auto r = site_.control.wait([&] { return site_.control.latest().cycle >= due; }, 60, {}); !r)
       return tl::unexpected(r.error());
+    times_.image(site_.machine.camera.answer_latency_s);
     if (found.found) break;
+    times_.disturb();
   }
   result_.marks.push_back(found);
   if (!found.found)

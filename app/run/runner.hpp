@@ -15,6 +15,7 @@
 #include "app/job/cut_bead.hpp"
 #include "app/job/feature_watch.hpp"
 #include "app/job/job_state.hpp"
+#include "app/job/job_times.hpp"
 #include "app/job/speed_watch.hpp"
 #include "app/job/surroundings.hpp"
 #include "app/record/job_result.hpp"
@@ -34,8 +35,9 @@ struct Site {
   /// Where the last job has found its board and parts, for the first motion up from it; null: only the machine's own
   /// bodies are known.
   const job::Surroundings* around = nullptr;
-  Breath breath{};            ///< asked while motions are planned; no: the job ends with Fault::Aborted
-  motion::Opinion opinion{};  ///< asked of each motion besides the proof; empty: nobody is
+  Breath breath{};                          ///< asked while motions are planned; no: the job ends with Fault::Aborted
+  motion::Opinion opinion{};                ///< asked of each motion besides the proof; empty: nobody is
+  const job::Forecast* forecast = nullptr;  ///< of the job; null: there is none
 };
 
 /// The feature that is dispensed, and how long it will still take.
@@ -58,6 +60,8 @@ class Runner {
   [[nodiscard]] std::vector<job::OffSpeed> off_speed() const { return speed_watch_.off_speed(); }
   /// What it does now, for people: "mark M2", "touch T1", "dispensing".
   [[nodiscard]] const std::string& doing() const { return doing_; }
+  /// About how long the job will still take at an override of 100 %; nothing without a forecast.
+  [[nodiscard]] std::optional<double> left_s() const { return times_.left_s(); }
   /// What stands around the head, by what the job has measured so far.
   [[nodiscard]] const std::shared_ptr<const job::Surroundings>& surroundings() const { return planner_.surroundings(); }
 
@@ -114,6 +118,7 @@ class Runner {
   job::FeatureWatch watch_;
   job::SpeedWatch speed_watch_;
   job::CutWatch cut_watch_;
+  job::JobTimes times_;
   const std::deque<motion::Segment>* playing_ = nullptr;  ///< the segments of the block that plays
   std::optional<std::size_t> cut_;                        ///< the feature that a hold or a stop has cut in this step
   std::optional<job::Laid> laid_;                         ///< of it, where it is a bead
@@ -126,7 +131,6 @@ class Runner {
   std::optional<Joining> joining_;
   bool standing_by_ = false;
   std::optional<Error> part_lost_;  ///< while it stood by
-  std::uint32_t ticks_ = 0;         ///< of the block that plays
   bool purging_ = false;            ///< the valve opens for no feature
   bool purge_cut_ = false;          ///< a purge was begun, and not all of its shots came
   std::string doing_;

@@ -4,6 +4,7 @@
 
 #include "motion/geometry.hpp"
 #include "motion/profile/line_bounds.hpp"
+#include "motion/profile/touch_end.hpp"
 #include "motion/rt/approach.hpp"
 #include "motion/rt/interpolator.hpp"
 
@@ -11,9 +12,6 @@ namespace gantry::motion {
 namespace {
 
 constexpr double kSameSpeed = 1e-9;  // relative: speeds that are one
-// A latch is seen cycles after it happened (the axis' lag, the wire there and back, a host that was late). Braking only
-// this long beyond the latched place, seen early or late, makes every setpoint a function of the place alone.
-constexpr double kSeenWithin_s = 0.025;
 
 double peak_speed(const Profile& profile) noexcept {
   double t = 0, peak = profile.from.v;
@@ -57,7 +55,7 @@ bool Interpolator::replan_beyond(AxisId axis, double position) noexcept {
   const double latched = std::min((position - line.from[axis.value]) / slope, x.p);
   Bounds b = bounds_of(front());
   b.v = std::min(b.v, peak_speed(profile_) * (1 + kSameSpeed));
-  const double end = latched + kSeenWithin_s * b.v + change_length(b.v, 0, b.a, b.j);
+  const double end = touch_end(latched, b);
   if (end < line.length) {
     const Approach a = approach(x, end, b);
     if (!a.found) return false;

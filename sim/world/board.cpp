@@ -105,12 +105,16 @@ BoardPlan board_plan(const recipes::Recipe& recipe) {
     const recipes::Material* m = recipes::find_material(recipe, material);
     return m == nullptr ? 0.0 : m->early_off;
   };
+  const auto speed = [&](const std::string& material) {
+    const recipes::Material* m = recipes::find_material(recipe, material);
+    return m == nullptr ? 0.0 : m->speed;
+  };
   for (const recipes::Feature& feature : recipe.features) {
     if (const auto* dot = std::get_if<recipes::Dot>(&feature))
-      plan.features.push_back({dot->id, false, {{dot->at.x, dot->at.y, dot->height_mm}}, gap(dot->material)});
+      plan.features.push_back({dot->id, false, {{dot->at.x, dot->at.y, dot->height_mm}}, gap(dot->material), 0});
     else if (const auto* bead = std::get_if<recipes::Bead>(&feature))
-      plan.features.push_back(
-          {bead->id, true, recipes::without_end(*bead, early_off(bead->material)), gap(bead->material)});
+      plan.features.push_back({bead->id, true, recipes::without_end(*bead, early_off(bead->material)),
+                               gap(bead->material), speed(bead->material)});
   }
   return plan;
 }

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/new_file.hpp"
+#include "sim/world/deposit_speed.hpp"
 #include "sim/world/near_line.hpp"
 
 namespace gantry::sim {
@@ -147,11 +148,13 @@ double gap_error(std::span<const Vec3> path, std::span<const Vec3> nominal, doub
 }
 
 std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_ptr<const Shot>> shots,
-                           std::optional<Vec2> purge_at) {
+                           std::optional<Vec2> purge_at, double sync_s) {
   std::vector<bool> taken(plan.features.size(), false);
   const Starts starts = starts_of(plan);
   std::vector<Deposit> out;
   std::vector<CutBead> cuts;
+  std::vector<std::vector<const Shot*>> beads;  // by index in `out`: what makes it up
+  std::vector<double> asked_mm_s;               // by the same; 0: no bead's
   for (const auto& shot : shots) {
     if (shot->path.empty()) continue;
     Deposit d = deposit_of(*shot);
@@ -166,6 +169,7 @@ std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_pt
       const BoardPlan::Feature& f = plan.features[cut->feature];
       Deposit& first = out[cut->deposit];
       join(first, *shot, f);
+      beads[cut->deposit].push_back(shot.get());
       if (!ends_short(first, f)) cuts.erase(cut);
       continue;
     }
@@ -182,8 +186,12 @@ std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_pt
       if (ends_short(d, f)) cuts.push_back({out.size(), static_cast<std::size_t>(m.feature)});
     }
     if (d.kind == "dot") d.board_mm.resize(1);
+    const bool bead = d.kind == "bead" && m.feature >= 0;
+    beads.push_back({shot.get()});
+    asked_mm_s.push_back(bead ? plan.features[static_cast<std::size_t>(m.feature)].speed_mm_s : 0);
     out.push_back(std::move(d));
   }
+  for (std::size_t i = 0; i < out.size(); ++i) out[i].speed = speed_of(beads[i], asked_mm_s[i], sync_s);
   return out;
 }
 
@@ -198,14 +206,20 @@ int feature_begun(const BoardPlan& plan, const Starts& starts, Vec2 at) {
 }
 
 Result<void> write_csv(std::span<const Deposit> deposits, const std::string& path) {
-  std::string csv = "id,kind,opened_cycle,closed_cycle,error_mm,gap_mm,nominal_mm,board_mm,joins_mm\n";
+  std::string csv =
+      "id,kind,opened_cycle,closed_cycle,error_mm,gap_mm,nominal_mm,board_mm,joins_mm,"
+      "speed_min_mm_s,speed_max_mm_s,within_5_percent,volume_per_length\n";
   for (const Deposit& d : deposits) {
     // Ids are the recipe's and may hold a comma or a quote: RFC 4180, 2.6 and 2.7.
     std::string id = d.id;
     for (std::size_t at = 0; (at = id.find('"', at)) != std::string::npos; at += 2) id.insert(at, 1, '"');
     const std::string error = std::isfinite(d.error_mm) ? fmt::format("{:.6f}", d.error_mm) : std::string();
-    csv += fmt::format("\"{}\",{},{},{},{},{:.6f},{},{},{:.6f}\n", id, d.kind, d.opened_cycle, d.closed_cycle, error,
-                       d.gap_mm, text(d.nominal_mm), text(d.board_mm), fmt::join(d.joins_mm, ";"));
+    const std::string speed = d.speed
+                                  ? fmt::format("{:.4f},{:.4f},{:.5f},{:.5f}", d.speed->least_mm_s, d.speed->most_mm_s,
+                                                d.speed->within_5_percent, d.speed->volume_per_length)
+                                  : std::string(",,,");
+    csv += fmt::format("\"{}\",{},{},{},{},{:.6f},{},{},{:.6f},{}\n", id, d.kind, d.opened_cycle, d.closed_cycle, error,
+                       d.gap_mm, text(d.nominal_mm), text(d.board_mm), fmt::join(d.joins_mm, ";"), speed);
   }
   return write_new_file(path, csv);
 }

@@ -20,15 +20,17 @@ struct Shot {
   Time opened{}, closed{};  ///< on the machine's clock
   std::uint64_t opened_cycle = 0, closed_cycle = 0;
   std::vector<Vec3> path;
+  std::vector<std::uint32_t>
+      since;  ///< of each point: cycles since it was opened; where the needle stands none is kept
 };
 
 /// Each shot, in order, takes the nearest feature that no shot before it has taken, when it lies within `kMatch_mm` of
 /// it; a second shot on the same feature, and one that lies on none, has no id. A shot that begins where a bead has
 /// ended short, and follows it, is a part of that bead's deposit.
 /// `purge_at`: where the needle is to be purged, board frame; a standing shot that is nearer to it than to any feature
-/// belongs there.
+/// belongs there. `sync_s`: how long a cycle is.
 std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_ptr<const Shot>> shots,
-                           std::optional<Vec2> purge_at = {});
+                           std::optional<Vec2> purge_at = {}, double sync_s = 0.001);
 
 inline constexpr double kMatch_mm = 3;
 /// A shot that moves less than this is a dot by its own geometry.
@@ -38,7 +40,7 @@ inline constexpr double kDotExtent_mm = 0.2;
 int feature_begun(const BoardPlan& plan, const Starts& starts, Vec2 at);
 
 /// id, kind, opened_cycle, closed_cycle, error_mm (empty: on no feature), gap_mm, nominal_mm, board_mm ("x y z;x y z"),
-/// joins_mm.
+/// joins_mm; of beads also speed_min_mm_s, speed_max_mm_s, within_5_percent, volume_per_length.
 Result<void> write_csv(std::span<const Deposit> deposits, const std::string& path);
 
 /// Largest distance between a dispensed path and a polyline: of every point of the path to the polyline, of every

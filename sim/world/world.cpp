@@ -99,6 +99,7 @@ void World::run_valve(Time from, Time to, const AxisVec& a, const AxisVec& b, st
   const Vec3 at = needle_on_board(b);
   if (norm(at - open_->path.back()) < kSameSpot_mm) return;
   open_->path.push_back(at);
+  open_->since.push_back(static_cast<std::uint32_t>(cycle - open_->opened_cycle));
   if (log_) {
     const ShotRecord r{0, cycle, at.x, at.y, at.z};
     log_->append(WorldLog::Kind::ShotPoint, std::as_bytes(std::span(&r, 1)));
@@ -111,6 +112,7 @@ void World::opened(Vec3 at, Time when, std::uint64_t cycle) {
   open_->opened = when;
   open_->opened_cycle = cycle;
   open_->path.push_back(at);
+  open_->since.push_back(0);
   ++valve_shots_;
   if (log_) {
     const ShotRecord r{when.count(), cycle, at.x, at.y, at.z};
@@ -128,10 +130,12 @@ void World::closed(Vec3 at, Time when, std::uint64_t cycle) {
   open_->closed = when;
   open_->closed_cycle = cycle;
   open_->path.push_back(at);
+  open_->since.push_back(static_cast<std::uint32_t>(cycle - open_->opened_cycle));
   if (log_) {
     const ShotRecord r{when.count(), cycle, at.x, at.y, at.z};
     log_->append(WorldLog::Kind::ShotClosed, std::as_bytes(std::span(&r, 1)));
   }
+  open_->since.shrink_to_fit();
   open_->path.shrink_to_fit();  // thousands of dots keep a few points each
   shots_.push_back(std::move(open_));
   open_.reset();
@@ -269,7 +273,7 @@ std::vector<Deposit> World::deposits() {
     const config::WorkFrame* frame = config::find_frame(machine_, purge->frame);
     purge_at = flat(frame != nullptr ? board->to_board(frame->origin + purge->at) : purge->at);
   }
-  return judge(board->plan, shots, purge_at);
+  return judge(board->plan, shots, purge_at, seconds(machine_.bus.cycle));
 }
 
 std::vector<Collision> World::collisions() {

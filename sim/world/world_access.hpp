@@ -5,6 +5,7 @@
 #pragma once
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +16,14 @@
 #include "vision/camera.hpp"
 
 namespace gantry::sim {
+
+/// How fast the needle went over the board while the valve was open, over five syncs at a time.
+struct DepositSpeed {
+  double asked_mm_s = 0;  ///< that of the recipe
+  double least_mm_s = 0, most_mm_s = 0;
+  double within_5_percent = 0;   ///< share of the length, 0..1, at the asked speed but for 5 %
+  double volume_per_length = 0;  ///< from a valve with a steady flow: 1 is what the asked speed gives
+};
 
 /// What lies on the board after the valve was open once. Board frame, mm; z is the height over the true surface.
 inline constexpr const char* kPurgeKind = "purge";
@@ -31,6 +40,7 @@ struct Deposit {
   /// Where it was cut and joined again, one after the other: mm that are missing between the two, negative where the
   /// second lies over the first.
   std::vector<double> joins_mm{};
+  std::optional<DepositSpeed> speed{};  ///< of a bead on its feature
 };
 
 /// Bodies that have met. Counted once until they have been apart again.

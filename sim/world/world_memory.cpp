@@ -78,12 +78,14 @@ void World::remember(std::unique_ptr<WorldLog> log) {
         open_->opened = Time(point->at_ns);
         open_->opened_cycle = point->cycle;
         open_->path.push_back({point->x, point->y, point->z});
+        open_->since.push_back(0);
         ++valve_shots_;
         break;
       case WorldLog::Kind::ShotPoint:
       case WorldLog::Kind::ShotClosed:
         if (!point || !open_) break;
         open_->path.push_back({point->x, point->y, point->z});
+        open_->since.push_back(static_cast<std::uint32_t>(point->cycle - open_->opened_cycle));
         open_->closed_cycle = point->cycle;
         if (r.kind == WorldLog::Kind::ShotPoint) break;
         open_->closed = Time(point->at_ns);

@@ -4,6 +4,8 @@
 #include <fstream>
 #include <unistd.h>
 
+#include "app/job/prove.hpp"
+
 namespace gantry::test {
 namespace {
 
@@ -86,7 +88,9 @@ record::JobResult Rig::run(const recipes::Recipe& recipe) {
   });
   if (owner_->latest().cycle == 0)
     if (auto up = owner_->bring_up(); !up) return failed({up.error()});
-  return owner_->run(recipe, *job, {.outlives_stops = options_.outlives_stops});
+  const auto proof = job::prove_nominal(machine_, recipe, *job);
+  return owner_->run(recipe, *job,
+                     {.forecast = proof ? &proof->forecast : nullptr, .outlives_stops = options_.outlives_stops});
 }
 
 }  // namespace gantry::test

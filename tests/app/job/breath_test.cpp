@@ -68,7 +68,7 @@ TEST(Breath, two_planners_on_two_threads_do_not_disturb_each_other) {
   worker.join();
   for (const auto* proof : {&here, &std::as_const(other)}) {
     ASSERT_TRUE(*proof);
-    EXPECT_EQ((*proof)->duration_s, alone->duration_s);
+    EXPECT_EQ((*proof)->forecast.s, alone->forecast.s);
     EXPECT_EQ((*proof)->motions, alone->motions);
   }
 }

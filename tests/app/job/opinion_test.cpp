@@ -106,7 +106,7 @@ TEST(Opinion, of_fcl_is_not_against_a_job_that_was_proved) {
     EXPECT_GT(proof->poses, proof->motions) << file;
     const auto alone = prove_nominal(machine, compiled->recipe, compiled->job);
     EXPECT_EQ(alone->poses, 0u);
-    EXPECT_EQ(alone->duration_s, proof->duration_s);
+    EXPECT_EQ(alone->forecast.s, proof->forecast.s);
   }
 }
 

@@ -1,6 +1,7 @@
 #include "app/record/report.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -8,6 +9,7 @@
 #include <limits>
 
 #include "app/record/deposit_figures.hpp"
+#include "app/record/envelope_line.hpp"
 #include "app/record/html.hpp"
 #include "app/record/polyline.hpp"
 #include "app/record/report_plots.hpp"
@@ -129,6 +131,94 @@ TEST(Report, virtual_time_has_no_times_of_the_loop) {
   EXPECT_EQ(report_page(r).find("99.9 %"), std::string::npos);
   r.cycles.virtual_time = false;
   EXPECT_NE(report_page(r).find("99.9 %"), std::string::npos);
+}
+
+/// The words of all cells in the row of a table that begins with this one.
+std::string row_of(const std::string& page, const std::string& first) {
+  const auto from = page.find("<td>" + first + "</td>");
+  if (from == std::string::npos) return {};
+  std::string out;
+  bool markup = true;
+  for (const char c : page.substr(from, page.find("</tr>", from) - from)) {
+    if (c == '<') markup = true;
+    if (!markup) out += c;
+    if (c == '>') markup = false, out += out.empty() || out.back() == '|' ? "" : "|";
+  }
+  return out;
+}
+
+TEST(Report, what_was_forecast_stands_beside_what_it_took) {
+  auto r = made_up_job();
+  r.steps = {{.what = "mark 'lower left'", .predicted_s = 0.8, .actual_s = 0.812, .done = true},
+             {.what = "dispense 30 features", .predicted_s = 20, .actual_s = 26.5, .disturbed = true, .done = true},
+             {.what = "purge", .predicted_s = {}, .actual_s = 1.5, .done = true},
+             {.what = "park", .predicted_s = 1.25}};
+  r.feature_names = {"dam", "seam"};
+  r.feature_times = {{.predicted = {.travel_s = 0.4, .on_it_s = 2}, .actual = {.travel_s = 0.4, .on_it_s = 2.001}},
+                     {.predicted = {.travel_s = 0.3, .on_it_s = 5}, .actual = {.travel_s = 0.3, .on_it_s = 6}}};
+  const std::string page = report_page(r);
+  EXPECT_EQ(row_of(page, "mark &#39;lower left&#39;"), "mark &#39;lower left&#39;|0.800|0.812|+0.012|");
+  EXPECT_EQ(row_of(page, "dispense 30 features"), "dispense 30 features|20.000|26.500|disturbed|") << "not compared";
+  EXPECT_EQ(row_of(page, "purge"), "purge|1.500|") << "not forecast";
+  EXPECT_EQ(row_of(page, "park"), "park|1.250|–|not begun|");
+  EXPECT_EQ(row_of(page, "dam"), "dam|0.400|0.400|2.001|2.000|");
+  EXPECT_LT(page.find("<td>seam</td>"), page.find("<td>dam</td>")) << "the slowest first";
+}
+
+TEST(Report, the_steadiness_of_beads_is_told_with_the_least_steady_first) {
+  auto r = made_up_job();
+  const auto beads =
+      std::find_if(r.deposits.begin(), r.deposits.end(), [](const Deposit& d) { return d.kind == "bead"; });
+  ASSERT_GE(r.deposits.end() - beads, 2);
+  beads[0].speed = {
+      .asked_mm_s = 20, .least_mm_s = 19.5, .most_mm_s = 20.1, .within_5_percent = 1, .volume_per_length = 1};
+  beads[1].speed = {
+      .asked_mm_s = 20, .least_mm_s = 8, .most_mm_s = 20.1, .within_5_percent = 0.8, .volume_per_length = 1.25};
+  const std::string page = report_page(r);
+  const auto from = page.find("How steadily");
+  ASSERT_NE(from, std::string::npos);
+  EXPECT_EQ(row_of(page.substr(from), beads[1].id), beads[1].id + "|20.0|8.00|20.10|80.0 %|125.0 %|");
+  EXPECT_LT(page.find(beads[1].id, from), page.find(beads[0].id, from));
+}
+
+TEST(Report, what_was_asked_and_where_it_ended_are_drawn_of_a_job_that_did_not_finish) {
+  auto r = made_up_job();
+  const std::string whole = report_page(r);
+  EXPECT_EQ(whole.find("class=\"asked"), std::string::npos);
+  EXPECT_EQ(whole.find("the job ended here"), std::string::npos);
+  r.features_done = 3, r.exit_code = ExitCode::Interrupted;
+  const std::string page = report_page(r);
+  EXPECT_NE(page.find("class=\"asked"), std::string::npos);
+  EXPECT_NE(page.find("the job ended here"), std::string::npos);
+}
+
+TEST(Report, features_are_numbered_in_the_order_in_which_they_were_dispensed) {
+  auto r = made_up_job();
+  r.feature_names = {"first_written", "second_written"};
+  r.feature_order = {1, 0};
+  const std::string page = report_page(r);
+  EXPECT_NE(page.find(">1 second_written<"), std::string::npos);
+  EXPECT_NE(page.find(">2 first_written<"), std::string::npos);
+}
+
+/// The judge keeps every sample.
+TEST(EnvelopeLine, keeps_the_worst_part_of_its_limit_whatever_the_length) {
+  for (const int n : {10, 1000, 400'000}) {
+    EnvelopeLine line;
+    double worst = 0, worst_at = 0;
+    for (int i = 0; i < n; ++i) {
+      const double t = i * 0.001, limit = 1 + (i % 13), value = limit * std::abs(std::sin(i * 12.9898)) * 0.9;
+      line.add(t, value, limit);
+      if (value / limit > worst) worst = value / limit, worst_at = t;
+    }
+    EXPECT_LE(line.points().size(), EnvelopeLine::kMost);
+    double kept = 0, kept_at = 0;
+    for (const EnvelopePoint& p : line.points())
+      if (p.value / p.limit > kept) kept = p.value / p.limit, kept_at = p.t_s;
+    EXPECT_DOUBLE_EQ(kept, worst) << n;
+    EXPECT_LE(kept_at, worst_at + 1e-9);
+    EXPECT_GE(kept_at + line.stretch_s(), worst_at) << n;
+  }
 }
 
 TEST(Report, of_a_hundred_thousand_dots_opens) {

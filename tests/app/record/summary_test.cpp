@@ -67,6 +67,28 @@ TEST(Summary, deposits_have_exactly_the_agreed_members) {
   }
 }
 
+TEST(Summary, tells_times_as_forecast_and_as_taken_and_how_steady_a_bead_was) {
+  auto r = made_up_job();
+  r.steps = {{.what = "park", .predicted_s = 1.25, .actual_s = 1.26, .done = true},
+             {.what = "purge", .predicted_s = {}}};
+  r.feature_names = {"left_out", "seam"};
+  r.feature_times.resize(2);
+  r.feature_times[1].predicted = {.travel_s = 0.3, .on_it_s = 5};
+  r.deposits.back().speed = {
+      .asked_mm_s = 20, .least_mm_s = 8, .most_mm_s = 21, .within_5_percent = 0.8, .volume_per_length = 1.25};
+  const json j = to_json(r);
+  EXPECT_EQ(j.at("steps")[0],
+            json({{"what", "park"}, {"predicted_s", 1.25}, {"actual_s", 1.26}, {"done", true}, {"disturbed", false}}));
+  EXPECT_TRUE(j.at("steps")[1].at("predicted_s").is_null());
+  ASSERT_EQ(j.at("feature_times").size(), 1u);
+  EXPECT_EQ(j.at("feature_times")[0].at("id"), "seam");
+  EXPECT_EQ(j.at("feature_times")[0].at("travel_predicted_s"), 0.3);
+  const json& told = j.at("deposits").back();
+  EXPECT_EQ(told.at("speed_mm_s"), json({{"asked", 20}, {"min", 8}, {"max", 21}}));
+  EXPECT_EQ(told.at("within_5_percent"), 0.8);
+  EXPECT_EQ(told.at("volume_per_length"), 1.25);
+}
+
 TEST(Summary, tells_the_lengths_of_beads_the_areas_of_fills_and_the_files_of_the_recipe) {
   JobResult r = made_up_job();
   r.beads = {{"L", "polyline", 38}, {"f[0]", "fill", 10}, {"f[1]", "fill", 5}, {"g", "fill", 7}, {"dry", "arc", 3}};

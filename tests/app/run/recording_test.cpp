@@ -19,7 +19,7 @@ class RecordingTest : public ::testing::Test {
     snapshot.block = block;
     for (int i = 0; i < static_cast<int>(seconds * 1000); ++i) {
       snapshot.time_ns += kCycle_ns;
-      recording.add(snapshot, holds_next, "dispensing");
+      recording.add(snapshot, holds_next, "dispensing", left_s);
     }
   }
   monitor::SharedJob seen() {
@@ -30,17 +30,22 @@ class RecordingTest : public ::testing::Test {
 
   Result<monitor::SnapshotWriter> writer = monitor::SnapshotWriter::create({});
   Result<monitor::SnapshotReader> reader = monitor::SnapshotReader::open(writer->fd());
-  record::JobResult result;
+  record::JobResult result = [] {
+    record::JobResult r;
+    r.predicted_s = 100;
+    return r;
+  }();
+  std::optional<double> left_s = 100;
   cycle::Snapshot snapshot = [] {
     cycle::Snapshot s;
     s.time_ns = 7'000 * kCycle_ns;
     return s;
   }();
-  Recording recording{record::three_axes(), result, snapshot.time_ns, "", 100, &*writer};
+  Recording recording{record::three_axes(), result, snapshot.time_ns, "", &*writer};
 };
 
 TEST_F(RecordingTest, one_clock_goes_on_whatever_the_job_does) {
-  recording.begin();
+  recording.begin(left_s);
   EXPECT_EQ(seen().state.view(), "running");
   EXPECT_DOUBLE_EQ(seen().elapsed_s, 0);
   const struct {
@@ -76,27 +81,26 @@ TEST_F(RecordingTest, a_latched_fault_has_stopped_the_job_until_it_is_reset) {
   EXPECT_EQ(seen().state.view(), "held") << "it waits for its resume";
 }
 
-TEST_F(RecordingTest, what_is_left_falls_with_the_planned_motion_and_with_nothing_else) {
-  recording.begin();
+TEST_F(RecordingTest, what_is_left_is_told_at_the_override_of_now) {
+  recording.begin(left_s);
   EXPECT_DOUBLE_EQ(seen().predicted_s, 100);
   EXPECT_DOUBLE_EQ(seen().remaining_s, 100) << "from the beginning";
-  pass(State::Homing, 10);
+  pass(State::Homing, 1);
   EXPECT_DOUBLE_EQ(seen().remaining_s, 100);
-  pass(State::Running, 20, 1);
-  EXPECT_NEAR(seen().remaining_s, 80, 0.06);
-  pass(State::Held, 30, 1);
-  EXPECT_NEAR(seen().remaining_s, 80, 0.06);
+  left_s = 80;
+  pass(State::Running, 1, 1);
+  EXPECT_DOUBLE_EQ(seen().remaining_s, 80);
   snapshot.override_factor = 0.5;
-  pass(State::Running, 40, 1);
-  EXPECT_NEAR(seen().remaining_s, 120, 0.2) << "60 s of motion at half the speed";
-  pass(State::Running, 1000, 1);
-  EXPECT_DOUBLE_EQ(seen().remaining_s, 0) << "longer than planned";
-  EXPECT_DOUBLE_EQ(seen().predicted_s, 100);
+  pass(State::Running, 1, 1);
+  EXPECT_DOUBLE_EQ(seen().remaining_s, 160) << "at half the speed";
+  snapshot.override_factor = 0;
+  pass(State::Running, 1, 1);
+  EXPECT_LT(seen().remaining_s, 0) << "nobody knows";
 }
 
 TEST_F(RecordingTest, nobody_knows_what_is_left_of_a_job_that_was_not_proved) {
-  Recording other(record::three_axes(), result, 0, "", 0, &*writer);
-  other.begin();
+  Recording other(record::three_axes(), result, 0, "", &*writer);
+  other.begin({});
   EXPECT_LT(seen().remaining_s, 0);
 }
 
