@@ -15,23 +15,25 @@ BlockBuilder::BlockBuilder(const motion::Limits& limits, const motion::Scene& sc
   out_.number_ = block;
 }
 
-void BlockBuilder::count(const motion::Certificate& certificate, std::span<const AxisVec> polyline,
-                         std::string_view leg) {
+void BlockBuilder::count(const Proved& proved, const motion::Certificate& certificate,
+                         std::span<const AxisVec> polyline) {
   out_.motions_ += certificate.motions;
+  const Subject& subject = proved.subject;
   const auto take = [&](const motion::NearPair& pair, motion::NearPair& known, std::optional<Nearest>& nearest) {
     if (pair.distance_mm >= known.distance_mm) return;
     known = pair;
+    const motion::Scene& scene = *proved.scene;
     Nearest& n = nearest.emplace();
     n.distance_mm = pair.distance_mm;
-    n.head = scene_->head()[pair.head].name, n.standing = scene_->standing()[pair.standing].name;
-    n.motion = subject_.kind.empty()   ? std::string(leg)
-               : subject_.name.empty() ? fmt::format("{} {}", leg, subject_.kind)
-                                       : fmt::format("{} {} '{}'", leg, subject_.kind, subject_.name);
-    if (!subject_.file.empty())
-      n.where = fmt::format("{}:{}:{}", subject_.file, subject_.place.line, subject_.place.column);
+    n.head = scene.head()[pair.head].name, n.standing = scene.standing()[pair.standing].name;
+    n.motion = subject.kind.empty()   ? std::string(proved.leg)
+               : subject.name.empty() ? fmt::format("{} {}", proved.leg, subject.kind)
+                                      : fmt::format("{} {} '{}'", proved.leg, subject.kind, subject.name);
+    if (!subject.file.empty())
+      n.where = fmt::format("{}:{}:{}", subject.file, subject.place.line, subject.place.column);
     n.machine_mm = pair.at;
     n.axes = between(polyline[pair.motion], polyline[pair.motion + 1], pair.fraction);
-    if (scene_->board()) n.board_mm = scene_->board()->from_machine(pair.at);
+    if (scene.board()) n.board_mm = scene.board()->from_machine(pair.at);
   };
   take(certificate.nearest.by_design, known_.by_design, out_.nearest_.by_design);
   take(certificate.nearest.others, known_.others, out_.nearest_.others);
@@ -47,55 +49,70 @@ void BlockBuilder::take(std::span<const motion::Segment> segments, const AxisVec
   at_ = end;
 }
 
-Result<void> BlockBuilder::ask(std::span<const motion::Segment> segments, const motion::PathRules& rules) {
-  if (!opinion_) return {};
-  const auto poses = opinion_(*scene_, rules, segments);
+Result<void> BlockBuilder::ask(const motion::Scene& scene, std::span<const motion::Segment> segments,
+                               const motion::PathRules& rules) {
+  if (!opinion_ || segments.empty()) return {};
+  const auto poses = opinion_(scene, rules, segments);
   if (!poses) return tl::unexpected(poses.error());
   out_.poses_ += *poses;
   return {};
 }
 
-Result<void> BlockBuilder::travel(const AxisVec& to, const motion::PathRules& rules) {
+Result<void> BlockBuilder::travel(const AxisVec& to, const motion::PathRules& rules, const motion::PathRules& turning) {
   if (!go_on(breath_)) return given_up();
   auto path = motion::find_path(*scene_, at_, to, rules, 0, known_);
   if (!path) return tl::unexpected(path.error());
-  count(path->certificate, path->points, "travel to");
-  for (std::size_t i = 1; i < path->points.size(); ++i) {
-    const auto leg = motion::line_move(limits_, path->points[i - 1], path->points[i]);
-    if (auto asked = ask(leg, rules); !asked) return asked;
-    take(leg, path->points[i]);
-  }
-  return {};
+  return wait_for_next({.leg = "travel to",
+                        .points = std::move(path->points),
+                        .rules = rules,
+                        .turning = turning,
+                        .certificate = std::move(path->certificate)});
+}
+
+Result<void> BlockBuilder::vertical(const AxisVec& to, const motion::PathRules& rules, double alone_mm) {
+  auto certificate = motion::certify(*scene_, std::array{at_, to}, rules, 0, breath_, known_);
+  if (!certificate) return tl::unexpected(certificate.error());
+  return wait_for_next({.leg = up_or_down(to),
+                        .points = {at_, to},
+                        .rules = rules,
+                        .alone_mm = alone_mm,
+                        .certificate = *std::move(certificate)});
+}
+
+std::string_view BlockBuilder::up_or_down(const AxisVec& to) const {
+  const double up = to[scene_->z()] - at_[scene_->z()];
+  return up > 0 ? "up from" : up < 0 ? "down to" : "straight to";
 }
 
 Result<void> BlockBuilder::prove(std::span<const AxisVec> polyline, const motion::PathRules& rules,
                                  std::string_view leg, double off_mm) {
   const auto certificate = motion::certify(*scene_, polyline, rules, off_mm, breath_, known_);
   if (!certificate) return tl::unexpected(certificate.error());
-  count(*certificate, polyline, leg);
+  count({.leg = leg, .scene = scene_, .subject = subject_}, *certificate, polyline);
   return {};
 }
 
 Result<void> BlockBuilder::straight(const AxisVec& to, const motion::PathRules& rules, double v_cap) {
-  const double up = to[scene_->z()] - at_[scene_->z()];
-  if (auto proved = prove(std::array{at_, to}, rules, up > 0 ? "up from" : up < 0 ? "down to" : "straight to"); !proved)
-    return proved;
+  if (auto settled = settle(); !settled) return settled;
+  if (auto proved = prove(std::array{at_, to}, rules, up_or_down(to)); !proved) return proved;
   const auto line = motion::line_move(limits_, at_, to, v_cap);
-  if (auto asked = ask(line, rules); !asked) return asked;
+  if (auto asked = ask(*scene_, line, rules); !asked) return asked;
   take(line, to);
   return {};
 }
 
 Result<void> BlockBuilder::until_probe(const AxisVec& to, const motion::PathRules& rules, double speed_mm_s) {
+  if (auto settled = settle(); !settled) return settled;
   if (auto proved = prove(std::array{at_, to}, rules, "probe down at"); !proved) return proved;
   const auto line = motion::probe_move(limits_, at_, to, speed_mm_s);
-  if (auto asked = ask(line, rules); !asked) return asked;
+  if (auto asked = ask(*scene_, line, rules); !asked) return asked;
   take(line, at_);
   return {};
 }
 
 Result<void> BlockBuilder::bead(const motion::BeadMotion& bead, const motion::PathRules& rules, std::uint32_t feature) {
   if (at_ != bead.start) return fail(Fault::Internal, "a bead was added where the axes do not stand");
+  if (auto settled = settle(); !settled) return settled;
   const std::span<const motion::Segment> all(bead.segments);
   const auto free = [&](std::span<const motion::Segment> played, const std::string& what) {
     const bool straight =
@@ -108,13 +125,15 @@ Result<void> BlockBuilder::bead(const motion::BeadMotion& bead, const motion::Pa
   if (auto r = free(all.first(bead.bead_begin), fmt::format(kRamp, "its run-up", bead.run_up_mm)); !r) return r;
   if (auto r = free(all.subspan(bead.bead_begin, bead.bead_end - bead.bead_begin), ""); !r) return r;
   if (auto r = free(all.subspan(bead.bead_end), fmt::format(kRamp, "its run-out", bead.run_out_mm)); !r) return r;
-  if (auto asked = ask(all, rules); !asked) return asked;
+  if (auto asked = ask(*scene_, all, rules); !asked) return asked;
   take(bead.segments, bead.end, feature);
   return {};
 }
 
-void BlockBuilder::dwell(double seconds, std::span<const motion::OutputEvent> events, std::uint32_t feature) {
+Result<void> BlockBuilder::dwell(double seconds, std::span<const motion::OutputEvent> events, std::uint32_t feature) {
+  if (auto settled = settle(); !settled) return settled;
   take(std::array{motion::dwell(limits_, at_, seconds, events)}, at_, feature);
+  return {};
 }
 
 void discard(ProvenBlock block, const Breath& breath) {
@@ -125,8 +144,9 @@ void discard(ProvenBlock block, const Breath& breath) {
   }
 }
 
-ProvenBlock BlockBuilder::finish() {
-  if (out_.segments_.empty()) dwell(limits_.tick_s);
+Result<ProvenBlock> BlockBuilder::finish() {
+  if (auto settled = settle(); !settled) return tl::unexpected(settled.error());
+  if (out_.segments_.empty()) take(std::array{motion::dwell(limits_, at_, limits_.tick_s)}, at_);
   out_.segments_.back().ends_block = true;
   out_.end_ = at_;
   return std::move(out_);

@@ -1,9 +1,13 @@
 // Collects the segments of one block. Every motion is certified before it is taken, and nothing else can be added.
 //   BlockBuilder builder(limits, scene, number, from);   builder.straight(to, rules);   return builder.finish();
+// Up from where something was worked on, away, and down to what is next: these wait for each other, and become one
+// motion (motion/path/arch.hpp) where that is free and quicker.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "app/job/proven_block.hpp"
 #include "core/axis_vec.hpp"
@@ -29,7 +33,7 @@ struct Subject {
 class BlockBuilder {
  public:
   /// Limits and scenes outlive it. A breath that says no ends an addition with Fault::Aborted. A second opinion is
-  /// asked of each motion that was certified; its error is the addition's.
+  /// asked of each motion that is taken; its error is that of the addition that it was taken for, or of finish().
   BlockBuilder(const motion::Limits& limits, const motion::Scene& scene, std::uint32_t block, const AxisVec& from,
                Breath breath = {}, motion::Opinion opinion = {});
 
@@ -38,9 +42,13 @@ class BlockBuilder {
   /// They go among these bodies.
   void among(const motion::Scene& scene) { scene_ = &scene; }
 
-  /// A path that is free, straight or over what stands there.
-  Result<void> travel(const AxisVec& to, const motion::PathRules& rules);
-  /// Straight, where a detour would make no sense (down to the surface, up from it) or is not wanted.
+  /// A path that is free, straight or over what stands there. `turning`: what has to be kept where it is blended with
+  /// the motions up and down.
+  Result<void> travel(const AxisVec& to, const motion::PathRules& rules, const motion::PathRules& turning);
+  Result<void> travel(const AxisVec& to, const motion::PathRules& rules) { return travel(to, rules, rules); }
+  /// Straight up from where something is worked on, or down to it; nothing else moves within `alone_mm` of there.
+  Result<void> vertical(const AxisVec& to, const motion::PathRules& rules, double alone_mm);
+  /// Straight from rest to rest, where a detour would make no sense or is not wanted.
   Result<void> straight(const AxisVec& to, const motion::PathRules& rules, double v_cap = motion::kNoCap);
   /// Straight until the probe latches, and `to` at most. The axes rest somewhere on that line; at() stays where it
   /// began.
@@ -48,16 +56,45 @@ class BlockBuilder {
   /// A bead from its start, where the axes must stand.
   Result<void> bead(const motion::BeadMotion& bead, const motion::PathRules& rules, std::uint32_t feature);
   /// Stands where it is; at_s of the events is in seconds.
-  void dwell(double seconds, std::span<const motion::OutputEvent> events = {}, std::uint32_t feature = motion::kTravel);
-  [[nodiscard]] ProvenBlock finish();
+  Result<void> dwell(double seconds, std::span<const motion::OutputEvent> events = {},
+                     std::uint32_t feature = motion::kTravel);
+  Result<ProvenBlock> finish();
 
+  /// Where the axes stand after all that was added.
   [[nodiscard]] const AxisVec& at() const { return at_; }
 
  private:
+  /// What was proved and is not taken yet.
+  struct Proved {
+    std::string_view leg;
+    std::vector<AxisVec> points{};
+    motion::PathRules rules{};
+    std::optional<motion::PathRules> turning{};  ///< of a path; a motion up or down has none
+    double alone_mm = 0;
+    motion::Certificate certificate{};
+    const motion::Scene* scene = nullptr;
+    Subject subject{};
+  };
+  /// A part of a motion with what it has to keep.
+  struct Part {
+    std::span<const motion::Segment> segments;
+    const Proved* by = nullptr;
+    const motion::PathRules* rules = nullptr;
+    std::vector<AxisVec> chords{};
+    motion::Certificate certificate{};
+  };
+
   Result<void> prove(std::span<const AxisVec> polyline, const motion::PathRules& rules, std::string_view leg,
                      double off_mm = 0);
-  Result<void> ask(std::span<const motion::Segment> segments, const motion::PathRules& rules);
-  void count(const motion::Certificate& certificate, std::span<const AxisVec> polyline, std::string_view leg);
+  [[nodiscard]] std::string_view up_or_down(const AxisVec& to) const;
+  Result<void> wait_for_next(Proved proved);
+  Result<void> settle();
+  Result<bool> take_as_arch(std::span<const Proved> legs);
+  Result<void> prove_parts(std::span<Part> parts) const;
+  Result<void> take_legs(std::span<const Proved> legs);
+  Result<void> ask(const motion::Scene& scene, std::span<const motion::Segment> segments,
+                   const motion::PathRules& rules);
+  void count(const Proved& proved, const motion::Certificate& certificate, std::span<const AxisVec> polyline);
   void take(std::span<const motion::Segment> segments, const AxisVec& end, std::uint32_t feature = motion::kTravel);
 
   const motion::Limits& limits_;
@@ -67,6 +104,8 @@ class BlockBuilder {
   motion::Opinion opinion_;
   Subject subject_{};
   motion::NearPairs known_;  ///< the nearest so far: only what is nearer is measured
+  /// At most a motion up, a path and a motion down, in this order.
+  std::vector<Proved> waiting_;
   ProvenBlock out_;
 };
 

@@ -18,7 +18,8 @@ namespace {
 constexpr double kTriggerPulse_s = 0.010;
 constexpr double kOverLaid = 2;  // gaps above the bead's own, where the run-up of a joined bead begins
 constexpr double kBeforeJoin_mm[] = {0.25, 0.5, 1, 2, 4};  // where no way leads down to the very place: along what lies
-constexpr double kBackTrack_mm = 0.05;                     // back over a bead the needle stays as near to it as this
+constexpr double kAlone = 0.5;          // of the material's retract: within it nothing moves but up and down
+constexpr double kBackTrack_mm = 0.05;  // back over a bead the needle stays as near to it as this
 
 /// That a plan was given up is nothing about the recipe.
 Error with_line(Error e, const recipes::Recipe& recipe, recipes::Place location, std::string_view what) {
@@ -119,8 +120,10 @@ Result<ProvenBlock> BlockPlanner::look_at_mark(std::uint32_t block, const AxisVe
   const std::array expose{motion::OutputEvent{.at_s = 0, .mask = light, .value = light},
                           motion::OutputEvent{.at_s = settle_s, .mask = trigger, .value = trigger}};
   const std::array after{motion::OutputEvent{.at_s = kTriggerPulse_s / 2, .mask = light | trigger, .value = 0}};
-  builder.dwell(settle_s + limits_.tick_s, expose);
-  builder.dwell(kTriggerPulse_s, after);
+  for (const auto& [seconds, events] :
+       {std::pair(settle_s + limits_.tick_s, std::span<const motion::OutputEvent>(expose)),
+        std::pair(kTriggerPulse_s, std::span<const motion::OutputEvent>(after))})
+    if (auto r = builder.dwell(seconds, events); !r) return tl::unexpected(r.error());
   return builder.finish();
 }
 
@@ -188,11 +191,11 @@ Result<ProvenBlock> BlockPlanner::purge(std::uint32_t block, const AxisVec& from
   const bool on_board = purge.frame.empty();
   const AxisVec to = recipes::tool_at(machine_, *config::find_tool(machine_, "needle"),
                                       recipes::purge_tip(recipe_, machine_, offset(), surface()), offset().rotation);
-  const motion::PathRules way = on_board ? on_the_way(builder, {}, {.gap_mm = m.gap}) : surroundings_->travelling(from);
+  const motion::PathRules way = on_board ? on_the_way(builder, {}, work_of(m, "")) : surroundings_->travelling(from);
   const motion::PathRules there =
-      on_board ? surroundings_->dispensing({{.gap_mm = m.gap}}) : surroundings_->travelling(lifted(to, m));
+      on_board ? surroundings_->dispensing({work_of(m, "")}) : surroundings_->travelling(lifted(to, m));
   Result<void> done = builder.travel(lifted(to, m), way);
-  if (done) done = builder.straight(to, there);
+  if (done) done = builder.vertical(to, there, m.retract * kAlone);
   if (done) {
     const std::uint32_t valve = config::bit(config::Output::Valve);
     // The valve is told to open after it was told to close.
@@ -201,8 +204,8 @@ Result<ProvenBlock> BlockPlanner::purge(std::uint32_t block, const AxisVec& from
         motion::OutputEvent{
             .at_s = pause_s, .lead_s = m.valve_open_lead, .mask = valve, .value = valve, .dispense = true},
         motion::OutputEvent{.at_s = pause_s + m.dot_time, .lead_s = m.valve_close_lead, .mask = valve, .value = 0}};
-    for (int i = 0; i < purge.shots; ++i) builder.dwell(pause_s + m.dot_time, shot);
-    done = builder.straight(lifted(to, m), there);
+    for (int i = 0; done && i < purge.shots; ++i) done = builder.dwell(pause_s + m.dot_time, shot);
+    if (done) done = builder.vertical(lifted(to, m), there, m.retract * kAlone);
   }
   if (!done) return tl::unexpected(with_line(done.error(), recipe_, purge.at_place, "purging"));
   return builder.finish();
@@ -221,7 +224,14 @@ Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& f
                                : add_bead(builder, std::get<recipes::Bead>(feature), {f, laid_mm(laid, f)}, last);
     if (!dispensed) return tl::unexpected(dispensed.error());
   }
-  return builder.finish();
+  auto planned = builder.finish();
+  if (!planned && !features.empty())
+    return std::visit(
+        [&](const auto& f) -> Result<ProvenBlock> {
+          return tl::unexpected(with_line(planned.error(), recipe_, f.place, fmt::format("up from '{}'", f.id)));
+        },
+        recipe_.features[features.back()]);
+  return planned;
 }
 
 Result<ProvenBlock> BlockPlanner::lift(std::uint32_t block, const AxisVec& from, std::size_t feature) const {
@@ -234,7 +244,7 @@ Result<ProvenBlock> BlockPlanner::lift(std::uint32_t block, const AxisVec& from,
         if constexpr (std::is_same_v<std::decay_t<decltype(f)>, recipes::Bead>)
           work = work_of(f);
         else
-          work = work_of(m.gap, f.on);
+          work = work_of(m, f.on);
         if (auto r = builder.straight(lifted(from, m), surroundings_->dispensing({work})); !r)
           return tl::unexpected(with_line(r.error(), recipe_, f.place, fmt::format("up from '{}'", f.id)));
         return builder.finish();
@@ -244,15 +254,16 @@ Result<ProvenBlock> BlockPlanner::lift(std::uint32_t block, const AxisVec& from,
 
 Work BlockPlanner::work_of(const recipes::Bead& bead) const {
   const recipes::Material& m = *recipes::find_material(recipe_, bead.material);
-  Work work = work_of(m.gap, bead.on);
+  Work work = work_of(m, bead.on);
   if (!is_level(bead)) work.cut_mm = rounding_mm(bead, m);
   return work;
 }
 
-Work BlockPlanner::work_of(double gap_mm, const std::string& on) const {
+Work BlockPlanner::work_of(const recipes::Material& material, const std::string& on) const {
+  Work work{.gap_mm = material.gap, .alone_mm = material.retract * kAlone};
   for (const recipes::Part& part : recipe_.parts)
-    if (!part.fixture && part.name == on) return {gap_mm, on, part.size.z};
-  return {.gap_mm = gap_mm};
+    if (!part.fixture && part.name == on) work.on = on, work.top_mm = part.size.z;
+  return work;
 }
 
 /// From feature to feature the needle stays as near to what they lie on as the nearer of them; to the first one it
@@ -264,6 +275,15 @@ motion::PathRules BlockPlanner::on_the_way(const BlockBuilder& builder, const st
   motion::PathRules from = surroundings_->travelling(builder.at());
   rules.approaches.insert(rules.approaches.end(), from.approaches.begin(), from.approaches.end());
   return rules;
+}
+
+/// Over the next work, by a path that is free. Where it turns out of the motion up and into the motion down, the needle
+/// is higher over both works by what it goes alone there.
+Result<void> BlockPlanner::go_over(BlockBuilder& builder, const AxisVec& to, const std::optional<Work>& last,
+                                   const Work& work) const {
+  const auto higher = [](Work w) { return w.gap_mm += w.alone_mm, w; };
+  return builder.travel(to, on_the_way(builder, last, work),
+                        on_the_way(builder, last ? std::optional(higher(*last)) : std::nullopt, higher(work)));
 }
 
 AxisVec BlockPlanner::needle_at(Vec2 at, double height_mm) const {
@@ -281,13 +301,13 @@ AxisVec BlockPlanner::lifted(AxisVec q, const recipes::Material& material) const
 Result<void> BlockPlanner::add_dot(BlockBuilder& builder, const recipes::Dot& dot, std::size_t index,
                                    std::optional<Work>& last) const {
   const recipes::Material& m = *recipes::find_material(recipe_, dot.material);
-  const Work work = work_of(m.gap, dot.on);
+  const Work work = work_of(m, dot.on);
   builder.about(subject("dot", dot.id, dot.place));
   const motion::PathRules rules = surroundings_->dispensing({work});
   const AxisVec to = needle_at(dot.at, dot.height_mm + m.gap);
-  Result<void> done = builder.travel(lifted(to, m), on_the_way(builder, last, work));
+  Result<void> done = go_over(builder, lifted(to, m), last, work);
   last = work;
-  if (done) done = builder.straight(to, rules);
+  if (done) done = builder.vertical(to, rules, work.alone_mm);
   if (done) {
     const std::uint32_t valve = config::bit(config::Output::Valve);
     const std::array events{
@@ -295,8 +315,8 @@ Result<void> BlockPlanner::add_dot(BlockBuilder& builder, const recipes::Dot& do
             .at_s = m.settle_time, .lead_s = m.valve_open_lead, .mask = valve, .value = valve, .dispense = true},
         motion::OutputEvent{
             .at_s = m.settle_time + m.dot_time, .lead_s = m.valve_close_lead, .mask = valve, .value = 0}};
-    builder.dwell(m.settle_time + m.dot_time, events, static_cast<std::uint32_t>(index));
-    done = builder.straight(lifted(to, m), rules);
+    done = builder.dwell(m.settle_time + m.dot_time, events, static_cast<std::uint32_t>(index));
+    if (done) done = builder.vertical(lifted(to, m), rules, work.alone_mm);
   }
   if (!done) return tl::unexpected(with_line(done.error(), recipe_, dot.place, fmt::format("dot '{}'", dot.id)));
   return {};
@@ -339,12 +359,12 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
                       planned->run_up_mm, e.message);
     return wrong(e);
   };
-  if (auto r = builder.travel(lifted(planned->start, m), on_the_way(builder, last, work)); !r) return before(r.error());
+  if (auto r = go_over(builder, lifted(planned->start, m), last, work); !r) return before(r.error());
   last = work;
-  if (auto r = builder.straight(planned->start, rules); !r) return before(r.error());
+  if (auto r = builder.vertical(planned->start, rules, work.alone_mm); !r) return before(r.error());
   if (auto r = builder.bead(*planned, rules, static_cast<std::uint32_t>(laid.feature)); !r) return wrong(r.error());
   if (auto r = leave_bead(builder, bead, rules); !r) return wrong(r.error());
-  if (auto r = builder.straight(lifted(builder.at(), m), rules); !r) return wrong(r.error());
+  if (auto r = builder.vertical(lifted(builder.at(), m), rules, work.alone_mm); !r) return wrong(r.error());
   return {};
 }
 

@@ -68,9 +68,11 @@ class BlockPlanner {
                         std::optional<Work>& last) const;
   [[nodiscard]] Work work_of(const recipes::Bead& bead) const;
   Result<void> leave_bead(BlockBuilder& builder, const recipes::Bead& bead, const motion::PathRules& rules) const;
-  [[nodiscard]] Work work_of(double gap_mm, const std::string& on) const;
+  [[nodiscard]] Work work_of(const recipes::Material& material, const std::string& on) const;
   [[nodiscard]] motion::PathRules on_the_way(const BlockBuilder& builder, const std::optional<Work>& last,
                                              const Work& work) const;
+  Result<void> go_over(BlockBuilder& builder, const AxisVec& to, const std::optional<Work>& last,
+                       const Work& work) const;
   [[nodiscard]] Subject subject(std::string_view kind, const std::string& name, recipes::Place place) const;
   [[nodiscard]] AxisVec needle_at(Vec2 at, double height_mm) const;
   [[nodiscard]] AxisVec lifted(AxisVec q, const recipes::Material& material) const;

@@ -186,7 +186,7 @@ motion::PathRules Surroundings::dispensing(const std::vector<Work>& works) const
   motion::PathRules rules{.clearance_mm = clearance_mm_, .approaches = {}};
   std::map<std::string, double> keeps;
   const auto take = [&](const std::string& on, double gap_mm) {
-    const double keep = gap_mm - kSlack_mm - uneven_mm_ - belief_.upwards_mm;
+    const double keep = std::min(gap_mm - kSlack_mm - uneven_mm_ - belief_.upwards_mm, clearance_mm_);
     const auto [known, added] = keeps.emplace(on, keep);
     if (!added) known->second = std::min(known->second, keep);
   };

@@ -42,7 +42,8 @@ struct Work {
   double gap_mm = 0;
   std::string on = kBoard;
   double top_mm = 0;
-  double cut_mm = 0;  ///< corners that go up or down may be cut by so much, and by half of the gap at most
+  double cut_mm = 0;    ///< corners that go up or down may be cut by so much, and by half of the gap at most
+  double alone_mm = 0;  ///< the needle comes and leaves straight down and up, within so much of there
 };
 
 class Surroundings {

@@ -17,8 +17,10 @@ int main(int argc, char** argv) {
   test::Verdict v;
   for (std::uint64_t i = first; i < first + boards; ++i) test::try_board(test::random_board(*machine, i), i, v);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  fmt::print("{} boards from number {} in {:.0f} s: {} steps, {} motions certified, {} touches, {} rises, {} homings\n",
-             v.boards, first, took.count(), v.steps, v.motions, v.touched, v.rises, v.homings);
+  fmt::print(
+      "{} boards from number {} in {:.0f} s: {} steps, {} motions certified, {} touches, {} rises, {} homings, {} "
+      "pieces of blended travel\n",
+      v.boards, first, took.count(), v.steps, v.motions, v.touched, v.rises, v.homings, v.blended);
   fmt::print("  certified: {} world collisions, {} touches of something else, {} nearer than the clearance\n",
              v.collisions, v.misread, v.too_near);
   fmt::print("  refused:   {} ({} by another rule), {} without both bodies and the line, {} falsely\n", v.refused,

@@ -32,9 +32,9 @@ struct BlockBuilderTest : testing::Test {
 TEST_F(BlockBuilderTest, segments_join_carry_their_block_and_the_last_ends_it) {
   BlockBuilder b = builder();
   ASSERT_TRUE(b.straight(moved(20, 0, 0), rules));
-  b.dwell(0.01, {}, 3);
+  ASSERT_TRUE(b.dwell(0.01, {}, 3));
   ASSERT_TRUE(b.travel(moved(20, 30, -5), rules));
-  const ProvenBlock block = b.finish();
+  const ProvenBlock block = b.finish().value();
   EXPECT_EQ(block.number(), 5u);
   EXPECT_EQ(block.end(), moved(20, 30, -5));
   AxisVec at = high;
@@ -77,7 +77,7 @@ TEST_F(BlockBuilderTest, what_is_not_free_is_not_taken) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().fault, Fault::Collision);
   EXPECT_EQ(b.at(), bead->start);
-  const ProvenBlock block = b.finish();
+  const ProvenBlock block = b.finish().value();
   for (const motion::Segment& s : block.segments())
     EXPECT_LE(motion::point(s.geometry, s.geometry.length)[machine.x.value], bead->start[machine.x.value] + 1e-9);
 }
@@ -96,7 +96,7 @@ TEST_F(BlockBuilderTest, a_bead_is_taken_only_where_the_axes_stand) {
 }
 
 TEST_F(BlockBuilderTest, a_block_without_motion_stands_for_one_tick) {
-  const ProvenBlock block = builder().finish();
+  const ProvenBlock block = builder().finish().value();
   ASSERT_EQ(block.segments().size(), 1u);
   EXPECT_EQ(block.segments().front().kind, motion::SegmentKind::Dwell);
   EXPECT_TRUE(block.segments().front().ends_block);
@@ -108,7 +108,7 @@ TEST_F(BlockBuilderTest, a_touch_is_proved_to_its_end_and_rests_where_it_began_b
   BlockBuilder b = builder();
   ASSERT_TRUE(b.until_probe(moved(0, 0, -5), rules, 4));
   EXPECT_EQ(b.at(), high);
-  const ProvenBlock block = b.finish();
+  const ProvenBlock block = b.finish().value();
   EXPECT_EQ(block.segments().back().kind, motion::SegmentKind::UntilProbe);
   EXPECT_LE(block.segments().back().v_cap, 4);
 }

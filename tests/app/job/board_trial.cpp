@@ -15,6 +15,7 @@
 #include "app/job/surroundings.hpp"
 #include "motion/geometry.hpp"
 #include "motion/path/bead.hpp"
+#include "motion/path/moves.hpp"
 #include "sim/world/collisions.hpp"
 #include "tests/motion/plan/prism_distance.hpp"
 
@@ -29,6 +30,7 @@ constexpr double kProbeStep_mm = 0.02;
 constexpr double kMeasured_mm = 1e-4;    // how exactly a rise knows how near bodies stand
 constexpr double kPlayedStep_mm = 0.02;  // on a curve
 constexpr double kPlayedOff_mm = 0.011;  // chords of the proof and of the judge, off the way together
+constexpr double kTickOff_mm = 0.001;    // of a curve from its chord over a tick, here and there
 constexpr double kHeights_mm = 0.25;     // between the heights of lift-overs that are tried
 constexpr std::size_t kToldMost = 12;
 
@@ -72,6 +74,7 @@ class Trial {
     for (std::size_t i = 0; i < recipe_.touches.size(); ++i) touch(i);
     if (!settle_touches()) return;
     for (std::size_t i = 0; i < recipe_.features.size(); ++i) feature(i);
+    all_features();
     for (int i = 0; i < 4; ++i) rise();
     step(planner_.park(++block_, at_), last_line(),
          [&] {
@@ -232,12 +235,12 @@ class Trial {
   // ---- what was certified ----
 
   /// True distances, but for the pairs that are named; the tilted board is the world's to judge.
-  void keeps(const AxisVec& from, const AxisVec& to, const std::vector<std::string>& tools,
-             std::optional<double> touch) {
+  void keeps(const AxisVec& from, const AxisVec& to, const std::vector<std::string>& tools, std::optional<double> touch,
+             double off_mm = 0) {
     const Leg leg{.tools = tools};
     for (const Body& standing : true_bodies_) {
       if (standing.name == "board" && (b_.placement.slope.x != 0 || b_.placement.slope.y != 0)) continue;
-      double wanted = machine_.clearance_mm - kAllowed_mm;
+      double wanted = machine_.clearance_mm - kAllowed_mm - off_mm;
       // In a touch, what differs from the touched height by more than the window may be nearer by that.
       if (touch)
         for (const recipes::Part& p : recipe_.parts)
@@ -264,10 +267,11 @@ class Trial {
     verdict_.motions += block.motions();
     for (const motion::Segment& s : block.segments()) {
       if (s.kind != motion::SegmentKind::Path && s.kind != motion::SegmentKind::Piece) continue;
-      const int pieces = s.geometry.degree <= 1 ? 1 : 8;
+      const bool curve = s.geometry.degree > 1;
+      const int pieces = curve ? std::max(8, static_cast<int>(motion::duration({&s, 1}) / 1e-3)) : 1;
       for (int k = 1; k <= pieces; ++k) {
         const AxisVec to = motion::point(s.geometry, s.geometry.length * k / pieces);
-        if (s.geometry.degree <= 1) keeps(at_, to, tools, touch);
+        keeps(at_, to, tools, touch, curve ? kTickOff_mm : 0);
         go(to, 1e-3);
       }
     }
@@ -410,7 +414,42 @@ class Trial {
       return out;
     };
     const int line = std::visit([](const auto& f) { return f.place.line; }, recipe_.features[i]);
-    step(planner_.dispense(++block_, at_, {i}), line, legs, {"needle", "probe_stylus"});
+    if (step(planner_.dispense(++block_, at_, {i}), line, legs, {"needle", "probe_stylus"})) possible_.push_back(i);
+  }
+
+  /// Those that can be dispensed, in one block: travel between them is blended with the motions up and down.
+  void all_features() {
+    if (possible_.size() < 2) return;
+    const auto block = planner_.dispense(++block_, at_, possible_);
+    if (!block) return;  // what refuses a feature by itself was judged
+    const auto& all = block->segments();
+    for (auto first = all.begin(); first != all.end();) {
+      const auto travels = [](const motion::Segment& s) { return s.feature == motion::kTravel; };
+      const auto begin = std::find_if(first, all.end(), travels), end = std::find_if_not(begin, all.end(), travels);
+      if (begin != all.begin() && end != all.end()) turns_above(begin, end);
+      first = end;
+    }
+    replay(*block, {"needle", "probe_stylus"}, std::nullopt);
+  }
+  /// Between two features nothing but Z moves lower than half of the retract.
+  template <class It>
+  void turns_above(It begin, It end) {
+    const auto place = [](const motion::Segment& s, double share) {
+      return motion::point(s.geometry, share * s.geometry.length);
+    };
+    const std::size_t x = machine_.x.value, y = machine_.y.value, z = machine_.z.value;
+    AxisVec last = place(*begin, 0);
+    const double lowest = std::min(last[z], place(*std::prev(end), 1)[z]) + recipe_.materials.front().retract / 2;
+    for (auto s = begin; s != end; ++s) {
+      verdict_.blended += s->geometry.degree == 3;
+      for (int k = 1; k <= 20; ++k) {
+        const AxisVec next = place(*s, k / 20.0);
+        const double low = std::min(last[z], next[z]);
+        if (std::hypot(next[x] - last[x], next[y] - last[y]) > 1e-9 && low < lowest - 1e-9)
+          return wrong(verdict_.too_near, fmt::format("turns {:.6f} mm too low", lowest - low));
+        last = next;
+      }
+    }
   }
 
   // ---- rising and homing from anywhere ----
@@ -485,6 +524,7 @@ class Trial {
   std::mt19937_64 random_;
   std::vector<Body> true_bodies_;
   job::Knowledge known_;
+  std::vector<std::size_t> possible_;  ///< features that could be dispensed by themselves
   AxisVec at_{};
   std::uint32_t block_ = 0;
 };

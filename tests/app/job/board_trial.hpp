@@ -16,6 +16,7 @@ namespace gantry::test {
 
 struct Verdict {
   std::size_t boards = 0, steps = 0, motions = 0, refused = 0, touched = 0, rises = 0, homings = 0;
+  std::size_t blended = 0;         ///< pieces in which up, across and down overlap, between features
   std::size_t collisions = 0;      ///< by the world's watch
   std::size_t misread = 0;         ///< touches that met something else than the board
   std::size_t too_near = 0;        ///< certified, and nearer than the clearance by more than 1e-6 mm

@@ -38,7 +38,7 @@ TEST(Opinion, is_asked_of_every_segment_that_moves_and_of_no_other) {
   BlockBuilder builder(limits, scene, 1, at, {}, opinion);
   ASSERT_TRUE(builder.travel(moved(50, 30, -5), rules));
   ASSERT_TRUE(builder.straight(moved(50, 30, -7), rules));
-  builder.dwell(0.1);
+  ASSERT_TRUE(builder.dwell(0.1));
   motion::BeadSpec spec;
   spec.points = {moved(60, 30, -7), moved(90, 30, -7), moved(90, 60, -7)};
   spec.speed_mm_s = 20, spec.corner_tolerance_mm = 0.2;
@@ -47,7 +47,7 @@ TEST(Opinion, is_asked_of_every_segment_that_moves_and_of_no_other) {
   ASSERT_TRUE(builder.straight(bead->start, rules));
   ASSERT_TRUE(builder.bead(*bead, rules, 0));
   ASSERT_TRUE(builder.until_probe(moved(90, 60, -9), rules, 5));
-  const ProvenBlock block = builder.finish();
+  const ProvenBlock block = builder.finish().value();
   std::size_t moving = 0;
   for (const motion::Segment& s : block.segments()) {
     if (s.geometry.degree == 0) continue;
@@ -68,15 +68,22 @@ TEST(Opinion, that_is_against_a_motion_keeps_it_out_of_the_block) {
   AxisVec to = at;
   to[machine.x.value] += 10;
   const motion::PathRules rules{.clearance_mm = machine.clearance_mm, .approaches = {}};
-  BlockBuilder builder(limits, scene, 1, at, {}, [](const auto&, const auto&, auto) -> Result<std::size_t> {
-    return fail(Fault::Internal, "no");
-  });
-  EXPECT_FALSE(builder.travel(to, rules));
-  EXPECT_FALSE(builder.straight(to, rules));
-  EXPECT_FALSE(builder.until_probe(to, rules, 5));
-  EXPECT_EQ(builder.at(), at);
-  const ProvenBlock block = builder.finish();
-  for (const motion::Segment& s : block.segments()) EXPECT_EQ(s.geometry.degree, 0);
+  const auto refused = [&](const auto& add) {
+    BlockBuilder builder(limits, scene, 1, at, {}, [](const auto&, const auto&, auto) -> Result<std::size_t> {
+      return fail(Fault::Internal, "no");
+    });
+    const Result<void> added = add(builder);
+    const Error error = added ? builder.finish().error() : added.error();
+    EXPECT_EQ(error.message, "no");
+    if (added) return;  // it waited for the motions that might have followed
+    EXPECT_EQ(builder.at(), at);
+    const ProvenBlock block = builder.finish().value();
+    for (const motion::Segment& s : block.segments()) EXPECT_EQ(s.geometry.degree, 0);
+  };
+  refused([&](BlockBuilder& b) { return b.travel(to, rules); });
+  refused([&](BlockBuilder& b) { return b.vertical(to, rules, 1); });
+  refused([&](BlockBuilder& b) { return b.straight(to, rules); });
+  refused([&](BlockBuilder& b) { return b.until_probe(to, rules, 5); });
 }
 
 /// Where the head stands low when a job begins.

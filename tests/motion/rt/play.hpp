@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "motion/geometry.hpp"
+#include "motion/path/arch.hpp"
 #include "motion/path/bead.hpp"
 #include "motion/path/moves.hpp"
 #include "motion/rt/interpolator.hpp"
@@ -25,7 +26,12 @@ inline std::vector<Segment> random_block(const Limits& m, std::mt19937_64& rando
     if (uniform(0, 1) < 0.3) {  // a dot
       AxisVec dot = q;
       dot[0] = uniform(100, 500), dot[1] = uniform(100, 400), dot[2] = -40;
-      add(line_move(m, q, dot));
+      if (uniform(0, 1) < 0.5) {
+        add(line_move(m, q, dot));
+      } else {  // as between features
+        const double top = std::max(q[2], dot[2]) + uniform(0.5, 4);
+        add(arch(m, {q, dot, 2, top, 0.5 * (top - q[2]), 0.5 * (top - dot[2])}).segments);
+      }
       const double t = std::ceil(uniform(0.01, 0.05) / m.tick_s) * m.tick_s;
       const OutputEvent events[] = {{0.005, 0.002, kValve, kValve, true}, {t, 0.001, kValve, 0, false}};
       out.push_back(dwell(m, dot, t, events));

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "motion/geometry.hpp"
+#include "motion/path/arch.hpp"
 #include "motion/path/bead.hpp"
 #include "motion/path/moves.hpp"
 #include "motion/rt/interpolator.hpp"
@@ -51,6 +52,15 @@ std::vector<AxisVec> smooth_polyline(Draw& draw) {
   return out;
 }
 
+/// Travel as between features: up, across and down as one motion.
+std::vector<Segment> over_to(const Limits& m, Draw& draw, const AxisVec& from, const AxisVec& to) {
+  ArchSpec spec{.from = from, .to = to, .up = 2, .top = std::max(from[2], to[2]) + draw.power(-0.5, 1)};
+  spec.top = std::min(spec.top, m.axis[2].p_max);
+  spec.leave_mm = draw.uniform(0.3, 0.8) * (spec.top - from[2]);
+  spec.arrive_mm = draw.uniform(0.3, 0.8) * (spec.top - to[2]);
+  return arch(m, spec).segments;
+}
+
 std::vector<Segment> block_of(const Limits& m, Draw& draw, const AxisVec& from) {
   std::vector<Segment> out;
   AxisVec q = from;
@@ -66,9 +76,16 @@ std::vector<Segment> block_of(const Limits& m, Draw& draw, const AxisVec& from) 
     spec.feature = static_cast<std::uint32_t>(f);
     const auto bead = plan_bead(m, spec);
     if (!bead) continue;
-    add(line_move(m, q, bead->start));
+    add(draw.chance(0.5) ? line_move(m, q, bead->start) : over_to(m, draw, q, bead->start));
     add(bead->segments);
     q = bead->end;
+    for (int dots = draw.chance(0.4) ? 3 : 0; dots > 0; --dots) {
+      AxisVec dot = q;
+      dot[0] += draw.uniform(-1, 1) * draw.power(0, 2), dot[1] += draw.uniform(-1, 1) * draw.power(0, 2);
+      dot[2] += draw.uniform(-0.1, 0.1);
+      add(over_to(m, draw, q, dot));
+      out.push_back(dwell(m, q = dot, 0.02));
+    }
   }
   AxisVec up = q;
   up[2] = -5;
@@ -83,6 +100,7 @@ class Undisturbed {
  public:
   explicit Undisturbed(const std::vector<Segment>& block) : q_(sampled(block, 1e-4)) {
     q_.push_back(point(block.back().geometry, block.back().geometry.length));
+    q_.erase(std::unique(q_.begin(), q_.end()), q_.end());  // a dwell is one place
   }
 
   /// Distance of q to the path; goes on along it as long as it comes nearer. A step back is told.
@@ -98,6 +116,8 @@ class Undisturbed {
       if (d < least - 1e-12) least = d, best = k, on = there;
     }
     back = best == at_ && on < before - 1e-7;
+    for (std::size_t k = at_ + 1; back && k + 1 < std::min(q_.size(), at_ + 120); ++k)  // the path itself comes back
+      if (off(q, k, on) < 1e-10) best = k, back = false;
     at_ = best, on_ = on;
     return least;
   }

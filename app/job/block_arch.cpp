@@ -1,0 +1,131 @@
+// How what waits in a builder is taken: as one arch, across as early as is free, or motion by motion.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "app/job/block_builder.hpp"
+#include "core/meeting.hpp"
+#include "motion/path/arch.hpp"
+#include "motion/path/chords.hpp"
+
+namespace gantry::job {
+namespace {
+
+constexpr int kSteps = 4;  // in which the motions up and down go on alone for longer, where across is not free yet
+
+double level_mm(const motion::Scene& scene, const AxisVec& a, const AxisVec& b) {
+  return std::hypot(a[scene.x()] - b[scene.x()], a[scene.y()] - b[scene.y()]);
+}
+
+/// How long one end of an arch goes up or down alone.
+struct End {
+  double least_mm = 0, all_mm = 0;
+  int step = 0;
+  [[nodiscard]] double alone_mm() const { return least_mm + (all_mm - least_mm) * step / kSteps; }
+};
+
+End end_of(bool work, double alone_mm, double all_mm) {
+  return {work ? std::min(alone_mm, all_mm) : all_mm / 2, all_mm, all_mm > 0 ? 0 : kSteps};
+}
+
+}  // namespace
+
+/// The order is up, path, down; what does not go on in it begins anew.
+Result<void> BlockBuilder::wait_for_next(Proved proved) {
+  const bool path = proved.turning.has_value();
+  const bool has_path = std::any_of(waiting_.begin(), waiting_.end(), [](const Proved& p) { return p.turning; });
+  const bool goes_on = waiting_.empty() || (path ? !has_path : waiting_.back().turning.has_value());
+  if (!goes_on)
+    if (auto settled = settle(); !settled) return settled;
+  proved.scene = scene_;
+  proved.subject = subject_;
+  at_ = proved.points.back();
+  waiting_.push_back(std::move(proved));
+  return {};
+}
+
+Result<void> BlockBuilder::settle() {
+  const std::vector<Proved> legs = std::exchange(waiting_, {});
+  if (legs.empty()) return {};
+  const Result<bool> taken = take_as_arch(legs);
+  if (!taken) return tl::unexpected(taken.error());
+  return *taken ? Result<void>{} : take_legs(legs);
+}
+
+Result<void> BlockBuilder::take_legs(std::span<const Proved> legs) {
+  for (const Proved& proved : legs) {
+    count(proved, proved.certificate, proved.points);
+    for (std::size_t i = 1; i < proved.points.size(); ++i) {
+      const auto line = motion::line_move(limits_, proved.points[i - 1], proved.points[i]);
+      if (auto asked = ask(*proved.scene, line, proved.rules); !asked) return asked;
+      take(line, proved.points[i]);
+    }
+  }
+  return {};
+}
+
+/// False: it has another shape, it is not free, or it saves no time.
+Result<bool> BlockBuilder::take_as_arch(std::span<const Proved> legs) {
+  const auto path = std::find_if(legs.begin(), legs.end(), [](const Proved& p) { return p.turning.has_value(); });
+  if (path == legs.end()) return false;
+  const motion::Scene& scene = *path->scene;
+  std::vector<AxisVec> points;
+  double by_legs_s = 0;
+  for (const Proved& proved : legs) {
+    if (proved.scene != path->scene) return false;
+    points.insert(points.end(), proved.points.begin(), proved.points.end());
+    for (std::size_t i = 1; i < proved.points.size(); ++i)
+      by_legs_s += motion::duration(motion::line_move(limits_, proved.points[i - 1], proved.points[i]));
+  }
+  // The lift carries some bodies of the head and not the others: chords would not tell how far they go.
+  const auto lifts = [&](const AxisVec& q) { return q[scene.u()] != points.front()[scene.u()]; };
+  if (scene.has_lift() && std::any_of(points.begin(), points.end(), lifts)) return false;
+  std::optional<motion::ArchSpec> spec = motion::arch_over(points, scene.z());
+  if (!spec) return false;
+
+  End up = end_of(path != legs.begin(), legs.front().alone_mm, spec->top - spec->from[scene.z()]);
+  End down = end_of(&*path != &legs.back(), legs.back().alone_mm, spec->top - spec->to[scene.z()]);
+  for (;;) {
+    spec->leave_mm = up.alone_mm(), spec->arrive_mm = down.alone_mm();
+    const motion::Arch arch = motion::arch(limits_, *spec);
+    if (motion::duration(arch.segments) > by_legs_s - limits_.tick_s / 2) return false;
+    const std::span<const motion::Segment> all(arch.segments);
+    std::array parts{Part{all.first(arch.up), &legs.front(), &legs.front().rules},
+                     Part{all.subspan(arch.up, all.size() - arch.up - arch.down), &*path, &*path->turning},
+                     Part{all.last(arch.down), &legs.back(), &legs.back().rules}};
+    if (const auto proved = prove_parts(parts)) {
+      for (const Part& part : parts) {
+        if (auto asked = ask(scene, part.segments, *part.rules); !asked) return tl::unexpected(asked.error());
+        count(*part.by, part.certificate, part.chords);
+      }
+      take(all, spec->to);
+      return true;
+    } else if (proved.error().fault != Fault::Collision || !proved.error().meeting) {
+      return tl::unexpected(proved.error());
+    } else {
+      const AxisVec& met = proved.error().meeting->axes;
+      const bool leaving = level_mm(scene, met, spec->from) < level_mm(scene, met, spec->to);
+      End& tried = (leaving ? up : down).step < kSteps ? (leaving ? up : down) : (leaving ? down : up);
+      if (tried.step == kSteps) return false;
+      ++tried.step;
+    }
+  }
+}
+
+/// Straight up and down by themselves, what lies between by its chords.
+Result<void> BlockBuilder::prove_parts(std::span<Part> parts) const {
+  if (!go_on(breath_)) return given_up();
+  for (Part& part : parts) {
+    if (part.segments.empty()) continue;
+    part.chords = motion::chords(part.segments);
+    const bool straight = part.rules == &part.by->rules;
+    auto certificate =
+        motion::certify(*part.by->scene, part.chords, *part.rules, straight ? 0 : motion::kChord_mm, breath_, known_);
+    if (!certificate) return tl::unexpected(certificate.error());
+    part.certificate = *std::move(certificate);
+  }
+  return {};
+}
+
+}  // namespace gantry::job

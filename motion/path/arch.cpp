@@ -1,0 +1,227 @@
+#include "motion/path/arch.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "motion/geometry.hpp"
+#include "motion/path/moves.hpp"
+#include "motion/profile/speed_profile.hpp"
+
+namespace gantry::motion {
+namespace {
+
+constexpr double kSame_s = 1e-8;  // moments that rounding has made two of
+
+/// One of the three motions and when it begins.
+struct Stroke {
+  std::optional<Segment> line;
+  double lasts_s = 0, begin_s = 0;
+  [[nodiscard]] double end_s() const { return begin_s + lasts_s; }
+};
+
+Stroke stroke(const Limits& limits, const AxisVec& from, const AxisVec& to) {
+  Stroke out;
+  const std::vector<Segment> move = line_move(limits, from, to);
+  if (!move.empty()) out.line = move.front(), out.lasts_s = duration(move.front().nominal);
+  return out;
+}
+
+double down_to_ticks(double seconds, double tick_s) { return std::floor(seconds / tick_s + 1e-9) * tick_s; }
+
+/// Time that is left of the motion up when it has gone so far.
+double left_of(const Stroke& up, double gone_mm, double tick_s) {
+  if (!up.line || gone_mm >= up.line->geometry.length) return 0;
+  return down_to_ticks(up.lasts_s - time_at(up.line->nominal, std::max(gone_mm, 0.0)), tick_s);
+}
+
+/// The three together.
+class Together {
+ public:
+  Together(const Limits& limits, const AxisVec& from, const std::array<Stroke, 3>& strokes)
+      : limits_(limits), from_(from), strokes_(strokes) {
+    for (const Stroke& stroke : strokes_) {
+      if (!stroke.line) continue;
+      double t = stroke.begin_s;
+      moments_.push_back(t);
+      for (const Phase& phase : stroke.line->nominal.phases) moments_.push_back(t += phase.duration_s);
+    }
+    std::sort(moments_.begin(), moments_.end());
+    const auto same = [](double a, double b) { return b - a < kSame_s; };
+    const double end = moments_.empty() ? 0 : moments_.back();
+    moments_.erase(std::unique(moments_.begin(), moments_.end(), same), moments_.end());
+    if (!moments_.empty()) moments_.back() = end;
+  }
+
+  Arch arch() {
+    Arch out;
+    const Stroke* alone = nullptr;
+    for (std::size_t n = 0; n + 1 < moments_.size(); ++n) {
+      const double begin = moments_[n], end = moments_[n + 1];
+      const auto now = under_way((begin + end) / 2);
+      if (now[1] != nullptr) {
+        out.segments.push_back(curve(begin, end));
+        alone = nullptr;
+        continue;
+      }
+      if (now[0] != alone || !extend(out.segments.back(), *alone, begin, end)) {
+        alone = now[0];
+        out.segments.push_back(line(*alone, begin));
+        extend(out.segments.back(), *alone, begin, end);
+      }
+      if (alone == &strokes_[0]) out.up = out.segments.size();
+      if (alone == &strokes_[2] && out.down == 0) out.down = out.segments.size();
+    }
+    if (out.down > 0) out.down = out.segments.size() - out.down + 1;
+    if (!out.segments.empty()) out.segments.back().rests = true;
+    return out;
+  }
+
+ private:
+  [[nodiscard]] std::array<const Stroke*, 2> under_way(double t) const {
+    std::array<const Stroke*, 2> out{};
+    std::size_t n = 0;
+    for (const Stroke& stroke : strokes_)
+      if (stroke.line && t > stroke.begin_s && t < stroke.end_s() && n < out.size()) out[n++] = &stroke;
+    return out;
+  }
+
+  [[nodiscard]] AxisVec at(double t) const {
+    AxisVec q = from_;
+    for (const Stroke& stroke : strokes_) {
+      if (!stroke.line || t <= stroke.begin_s) continue;
+      const Geometry& g = stroke.line->geometry;
+      const AxisVec on = point(g, t >= stroke.end_s() ? g.length : along(stroke.line->nominal, t - stroke.begin_s).x.p);
+      for (std::size_t i = 0; i < kMaxAxes; ++i)
+        if ((g.moving >> i & 1u) != 0) q[i] = on[i];
+    }
+    return q;
+  }
+
+  /// A part of one of the motions that begins there; its phases are added.
+  [[nodiscard]] Segment line(const Stroke& stroke, double begin) const {
+    Segment s = *stroke.line;
+    s.kind = SegmentKind::Piece;
+    s.rests = false;
+    const State x = along(stroke.line->nominal, begin - stroke.begin_s).x;
+    s.nominal = {x.v, x.a, {}};
+    s.geometry = straight(at(begin), {}, 0);
+    return s;
+  }
+  /// False: it has as many phases as it can have.
+  bool extend(Segment& s, const Stroke& stroke, double begin, double end) const {
+    const Geometry& whole = stroke.line->geometry;
+    const double jerk = along(stroke.line->nominal, (begin + end) / 2 - stroke.begin_s).jerk;
+    if (!s.nominal.phases.push_back({end - begin, jerk})) return false;
+    const double length = along(s.nominal, duration(s.nominal)).x.p;
+    AxisVec displacement = derivative<1>(whole, 0);
+    for (double& d : displacement) d *= length;
+    s.geometry = straight(s.geometry.from, displacement, length);
+    return true;
+  }
+
+  /// Two motions at once, each at constant jerk.
+  [[nodiscard]] Segment curve(double begin, double end) const {
+    const double T = end - begin;
+    Segment s;
+    s.feature = kTravel;
+    s.kind = SegmentKind::Piece;
+    s.rests = false;
+    Geometry& g = s.geometry;
+    g.from = at(begin);
+    g.degree = 3;
+    g.u = {1, 0, 0, 0, 0};
+    std::array<std::array<double, 3>, kMaxAxes> c{};  // q = from + v T u + a T^2/2 u^2 + j T^3/6 u^3
+    for (const Stroke* stroke : under_way((begin + end) / 2)) {
+      const Geometry& line = stroke->line->geometry;
+      const Along now = along(stroke->line->nominal, begin - stroke->begin_s);
+      const double jerk = along(stroke->line->nominal, (begin + end) / 2 - stroke->begin_s).jerk;
+      const AxisVec d = derivative<1>(line, 0);
+      for (std::size_t i = 0; i < kMaxAxes; ++i)
+        if ((line.moving >> i & 1u) != 0)
+          c[i] = {d[i] * now.x.v * T, d[i] * now.x.a * T * T / 2, d[i] * jerk * T * T * T / 6};
+      s.v_cap = std::max(s.v_cap, stroke->line->v_cap);
+    }
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < kMaxAxes; ++i) {
+      if (c[i] == std::array<double, 3>{}) continue;
+      g.moving = static_cast<std::uint16_t>(g.moving | 1u << i);
+      for (const double x : c[i]) g.c[n++] = x;
+    }
+    g.length = g.whole = length_of(c);
+    s.nominal.v0 = g.length / T;
+    s.nominal.phases.push_back({T, 0});
+    return s;
+  }
+
+  /// Of a cubic over u from 0 to 1 (Gauss-Legendre, five points).
+  [[nodiscard]] double length_of(const std::array<std::array<double, 3>, kMaxAxes>& c) const {
+    constexpr std::array<double, 5> kAt{-0.9061798459386640, -0.5384693101056831, 0, 0.5384693101056831,
+                                        0.9061798459386640};
+    constexpr std::array<double, 5> kWeight{0.2369268850561891, 0.4786286704993665, 0.5688888888888889,
+                                            0.4786286704993665, 0.2369268850561891};
+    double length = 0;
+    for (std::size_t k = 0; k < kAt.size(); ++k) {
+      const double u = (1 + kAt[k]) / 2;
+      double square = 0;
+      for (std::size_t i = 0; i < limits_.axes; ++i)
+        if (limits_.linear[i]) square += std::pow(c[i][0] + u * (2 * c[i][1] + u * 3 * c[i][2]), 2);
+      length += kWeight[k] / 2 * std::sqrt(square);
+    }
+    return length;
+  }
+
+  const Limits& limits_;
+  AxisVec from_;
+  const std::array<Stroke, 3>& strokes_;
+  std::vector<double> moments_;
+};
+
+bool only_up(const AxisVec& a, const AxisVec& b, std::size_t up) {
+  for (std::size_t i = 0; i < kMaxAxes; ++i)
+    if (i != up && a[i] != b[i]) return false;
+  return true;
+}
+
+AxisVec at_height(AxisVec q, std::size_t up, double height) {
+  q[up] = height;
+  return q;
+}
+
+}  // namespace
+
+std::optional<ArchSpec> arch_over(std::span<const AxisVec> polyline, std::size_t up) {
+  std::optional<std::size_t> across;
+  for (std::size_t i = 0; i + 1 < polyline.size(); ++i) {
+    const AxisVec &a = polyline[i], &b = polyline[i + 1];
+    if (!only_up(a, b, up)) {
+      if (across) return std::nullopt;
+      across = i;
+    } else if (across ? b[up] > a[up] : b[up] < a[up]) {
+      return std::nullopt;
+    }
+  }
+  if (!across) return std::nullopt;
+  ArchSpec out{polyline.front(), polyline.back(), up, std::max(polyline[*across][up], polyline[*across + 1][up])};
+  if (out.top <= out.from[up] && out.top <= out.to[up]) return std::nullopt;
+  return out;
+}
+
+Arch arch(const Limits& limits, const ArchSpec& spec) {
+  const AxisVec over_from = at_height(spec.from, spec.up, spec.top), over_to = at_height(spec.to, spec.up, spec.top);
+  std::array<Stroke, 3> strokes{stroke(limits, spec.from, over_from), stroke(limits, over_from, over_to),
+                                stroke(limits, over_to, spec.to)};
+  auto& [up, across, down] = strokes;
+  // The way down backwards is a way up: a motion from rest to rest is its own mirror image.
+  double early = left_of(up, spec.leave_mm, limits.tick_s), late = left_of(down, spec.arrive_mm, limits.tick_s);
+  if (early + late > across.lasts_s) {
+    const double half = down_to_ticks(across.lasts_s / 2, limits.tick_s);
+    early = std::min(early, std::max(half, across.lasts_s - late));
+    late = std::min(late, across.lasts_s - early);
+  }
+  across.begin_s = up.lasts_s - early;
+  down.begin_s = across.end_s() - late;
+  return Together(limits, spec.from, strokes).arch();
+}
+
+}  // namespace gantry::motion
