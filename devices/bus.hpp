@@ -16,18 +16,27 @@ namespace gantry::devices {
 
 using Bytes = std::vector<std::byte>;
 
-/// What one cyclic exchange gave.
+/// What EtherCAT says of an exchange in its own terms. Carried to people (snapshots, topics, reports): nothing in the
+/// loop or above it decides by it. A bus of another kind leaves it empty.
+struct EthercatFigures {
+  std::uint16_t working_counter = 0, expected = 0;
+  std::uint16_t al_states = 0;  ///< AL states of all stations OR-ed (BRD 0130h)
+};
+
+/// What one cyclic exchange gave, whatever the bus (docs/decisions/015).
 struct Exchange {
-  /// FrameLost: a frame did not come back. WorkingCounterLow: all came back, but not everybody took part; also when
-  /// nobody did. WorkingCounterHigh, BusDown (no link).
+  /// FrameLost: not all that was sent came back. WorkingCounterLow: it did, but not everybody took part; also when
+  /// nobody did. WorkingCounterHigh: somebody took part that should not. BusDown: no link.
   Fault fault = Fault::None;
   bool inputs_fresh = false;  ///< all inputs are of this exchange; stale ones are the last good ones, unchanged
-  std::uint16_t working_counter = 0, expected = 0;
-  std::uint64_t dc_time_ns = 0;  ///< reference clock (0910h) as read in this frame; 0 when there is none
-  StationId clock_station;       ///< whose clock was looked at in this cycle, in turn
-  bool clock_seen = false;       ///< one was
-  std::int32_t clock_ns = 0;     ///< its system time minus the one that came by (092Ch)
-  std::uint16_t al_states = 0;   ///< AL states of all stations OR-ed (BRD 0130h); see wire::all_in_op()
+  bool complete = false;      ///< as many took part as belong to the bus
+  bool operational = false;   ///< every station says that it is operational
+  std::int32_t detail = 0;    ///< a figure for people to the verdict, or to `operational`, in the terms of the fault
+  std::uint64_t reference_ns = 0;  ///< the bus's own clock in this exchange, which cycles keep to; 0: it has none
+  StationId clock_station;         ///< whose clock was looked at in this cycle, in turn
+  bool clock_seen = false;         ///< one was
+  std::int32_t clock_ns = 0;       ///< that clock minus the reference
+  EthercatFigures ethercat;
 };
 
 /// One byte of a station's outputs made otherwise: what is kept of it, and what is set.
@@ -46,21 +55,21 @@ inline constexpr std::size_t kMaxCyclicFrames = 24;
 class FieldBus {
  public:
   virtual ~FieldBus() = default;
-  /// Scan, identities, configuration, states up to where cyclic exchange may begin (SAFE_OP). Bounded in time; Fault
+  /// Scan, identities, configuration, states up to where cyclic exchange may begin. Bounded in time; Fault
   /// 1xx with the station's name.
   virtual Result<void> bring_up() = 0;
-  /// Asks for OP; the caller goes on exchanging and watches al_states. From the first exchange() on, blocking calls
-  /// ride along in the cyclic frames (under a virtual clock they go out by themselves: one thread owns everything
-  /// there). This one waits for that exchange, 0.1 s at most: a loop in a thread of its own may have been started just
-  /// now.
+  /// Asks for operation; the caller goes on exchanging and watches Exchange::operational. From the first exchange() on,
+  /// blocking calls ride along in the cyclic frames (under a virtual clock they go out by themselves: one thread owns
+  /// everything there). This one waits for that exchange, 0.1 s at most: a loop in a thread of its own may have been
+  /// started just now.
   virtual Result<void> request_operation() = 0;
-  /// Which station is not in OP, and why: Fault::StationLeftOp with its AL status code as text. Blocking.
+  /// Which station is not operational, and why: Fault::StationLeftOp with what it says as text. Blocking.
   virtual Result<void> check_operation() = 0;
-  /// First instant at or after `not_before`, on the machine's clock, at which a cycle should begin so that SYNC0 comes
-  /// half a cycle later. Without DC: `not_before`.
+  /// First instant at or after `not_before`, on the machine's clock, at which a cycle should begin so that the stations
+  /// act half a cycle later. Where the bus has no clock to keep to: `not_before`.
   [[nodiscard]] virtual Time first_cycle(Time not_before) const noexcept = 0;
-  /// Leaves cyclic operation in order: outputs safe, then down to INIT, where every station that answers is when this
-  /// returns. Blocking, bounded in time. The caller has stopped exchanging.
+  /// Leaves cyclic operation in order: outputs safe, then down, where every station that answers is when this returns.
+  /// Blocking, bounded in time. The caller has stopped exchanging.
   virtual void shut_down() = 0;
   virtual Result<Bytes> read_object(StationId station, config::ObjectAddress address) = 0;
   virtual Result<void> write_object(StationId station, config::ObjectAddress address,

@@ -82,13 +82,15 @@ struct Snapshot {
   bool sent = true;
   bool answered = true;  ///< every frame of the cycle came back, whoever took part
   bool inputs_fresh = false;
+  bool complete = false;        ///< as many stations took part as belong to the bus
+  bool operational = false;     ///< every station says that it is operational
   Fault latched = Fault::None;  ///< first fault that is latched
   std::uint32_t block = 0;      ///< 0: idle
   std::uint32_t tick = 0;       ///< tick in the block, from 1
   std::uint32_t feature = motion::kTravel;
   bool valve_cut = false;  ///< a stop has shut the valve in this cycle, which was open in the last
   std::uint32_t outputs = 0, inputs = 0;
-  std::uint16_t working_counter = 0, expected = 0;
+  std::uint16_t working_counter = 0, expected = 0;  ///< these three are EtherCAT's, and for people
   std::uint16_t al_states = 0;
   std::uint8_t axes = 0, drives = 0;
   std::uint32_t enabled = 0;  ///< bit n: AxisId n has torque

@@ -61,7 +61,7 @@ Time Loop::tick(const Beat& beat) noexcept {
   bus_time_ = received - sending;
   compute_ = clock_.now() - beat.woke - bus_time_;
   tell_snapshot(beat, true);
-  const Time shift = dc_lock_.step(exchange_.dc_time_ns);
+  const Time shift = dc_lock_.step(exchange_.reference_ns);
   bus_.arm(frame_deadline(beat.due + setup_.period + shift));
   return shift;
 }
@@ -234,7 +234,7 @@ void Loop::tell_snapshot(const Beat& beat, bool sent) noexcept {
   s.compute_ns = static_cast<std::int32_t>(compute_.count());
   s.bus_ns = static_cast<std::int32_t>(bus_time_.count());
   s.dc_error_ns = static_cast<std::int32_t>(dc_lock_.error().count());
-  s.dc_locked = dc_lock_.locked() || (exchange_.inputs_fresh && exchange_.dc_time_ns == 0);
+  s.dc_locked = dc_lock_.locked() || (exchange_.inputs_fresh && exchange_.reference_ns == 0);
   s.state = state_;
   s.sent = sent;
   s.answered = answered();
@@ -246,9 +246,11 @@ void Loop::tell_snapshot(const Beat& beat, bool sent) noexcept {
   s.valve_cut = valve_cut_;
   s.outputs = sent ? sent_outputs_ : commanded_.outputs | outputs_set_;
   s.inputs = inputs_;
-  s.working_counter = exchange_.working_counter;
-  s.expected = exchange_.expected;
-  s.al_states = exchange_.al_states;
+  s.complete = exchange_.complete;
+  s.operational = exchange_.operational;
+  s.working_counter = exchange_.ethercat.working_counter;
+  s.expected = exchange_.ethercat.expected;
+  s.al_states = exchange_.ethercat.al_states;
   s.axes = static_cast<std::uint8_t>(setup_.axes.size());
   s.drives = static_cast<std::uint8_t>(setup_.drives.size());
   s.enabled = axes_.enabled_mask();

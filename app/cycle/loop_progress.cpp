@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "app/cycle/loop.hpp"
-#include "devices/wire/ethercat.hpp"
 
 namespace gantry::cycle {
 
@@ -42,7 +41,7 @@ void Loop::follow_progress() noexcept {
   const bool rests = interpolator_.at_rest() && settled_;
   switch (state_) {
     case State::Offline:
-      if (exchange_.fault == Fault::None && devices::wire::all_in_op(exchange_.al_states))
+      if (exchange_.fault == Fault::None && exchange_.operational)
         change(latched_ == Fault::None ? Cause::Operational : Cause::OperationalLatched);
       hold_position();
       break;

@@ -3,8 +3,6 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "devices/wire/ethercat.hpp"
-
 namespace gantry::cycle {
 namespace {
 
@@ -64,18 +62,17 @@ void Supervisor::look_at_bus(const View& view, Findings& found) noexcept {
   if (x.fault == Fault::WorkingCounterLow) {
     ++counter_low_;
     if (operational_ && counter_low_ >= setup_.counter_low_max)
-      found.push_back({Fault::WorkingCounterLost, kNoAxis, x.working_counter});
+      found.push_back({Fault::WorkingCounterLost, kNoAxis, x.detail});
     else if (operational_ && counter_low_ == 1)
-      found.push_back({Fault::WorkingCounterLow, kNoAxis, x.working_counter});
+      found.push_back({Fault::WorkingCounterLow, kNoAxis, x.detail});
   } else {
     counter_low_ = 0;
   }
   if (x.fault == Fault::WorkingCounterHigh && operational_)
-    found.push_back({Fault::WorkingCounterHigh, kNoAxis, x.working_counter});
-  const bool all_operational = devices::wire::all_in_op(x.al_states);
-  if (operational_ && x.fault == Fault::None && !all_operational)
-    found.push_back({Fault::StationLeftOp, kNoAxis, x.al_states});
-  if (!operational_ && x.fault == Fault::None && all_operational) operational_ = true;
+    found.push_back({Fault::WorkingCounterHigh, kNoAxis, x.detail});
+  if (operational_ && x.fault == Fault::None && !x.operational)
+    found.push_back({Fault::StationLeftOp, kNoAxis, x.detail});
+  if (!operational_ && x.fault == Fault::None && x.operational) operational_ = true;
 }
 
 bool Supervisor::lasts(Apart& apart, bool beyond, CycleIndex now) noexcept {
@@ -86,10 +83,11 @@ bool Supervisor::lasts(Apart& apart, bool beyond, CycleIndex now) noexcept {
   return now - apart.since >= kClockCycles;
 }
 
-/// Clocks count only while every station is in OP and takes part: one that is on its way there is still being set.
+/// Clocks count only while every station is operational and takes part: one that is on its way there is still being
+/// set.
 void Supervisor::look_at_clocks(const View& view, Findings& found) noexcept {
   const devices::Exchange& x = view.exchange;
-  if (!operational_ || x.fault != Fault::None || !devices::wire::all_in_op(x.al_states)) {
+  if (!operational_ || x.fault != Fault::None || !x.operational) {
     if (clocks_asked_) drifts_.fill({}), lost_.fill({});
     clocks_asked_ = false;
     return;

@@ -74,7 +74,8 @@ Result<void> Owner::Parts::torque() {
 Result<void> Owner::Parts::stations_confirmed() const {
   const Error* first = nullptr;
   std::size_t all = 0;
-  for (const auto& station : bus->stations()) {
+  for (std::size_t i = 0; i < bus->station_count(); ++i) {
+    const devices::BusStation& station = bus->station(i);
     if (first == nullptr && !station.doubts.empty()) first = &station.doubts.front();
     all += station.doubts.size();
   }

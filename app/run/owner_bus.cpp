@@ -26,8 +26,8 @@ Result<void> Owner::bring_up() {
   if (p.on_bus) return fail(Fault::Refused, "the bus is up already");
   if (auto r = p.bus->bring_up(); !r) return r;
   for (const std::string& note : p.bus->notes()) log::info("{}", note);
-  for (const auto& station : p.bus->stations())
-    for (const Error& doubt : station.doubts) log::warn("{}", to_text(doubt));
+  for (std::size_t i = 0; i < p.bus->station_count(); ++i)
+    for (const Error& doubt : p.bus->station(i).doubts) log::warn("{}", to_text(doubt));
   if (p.raw_port)
     for (const std::string& doubt : config::look_alikes(p.machine)) log::warn("{}", doubt);
   if (const std::string names = p.only_assumed(); !names.empty())
@@ -49,9 +49,10 @@ std::string Owner::Parts::only_assumed() const {
 /// A station whose supply was off since parameters were written to it acts by them now.
 void Owner::Parts::note_restarts() {
   bool any = false;
-  for (const auto& found : bus->stations())
+  for (std::size_t i = 0; i < bus->station_count(); ++i)
     for (config::Station& station : machine.stations)
-      if (station.id == found.id && found.since_power_up && station.accepted && station.accepted->restart_pending)
+      if (station.id == bus->station(i).id && bus->station(i).since_power_up && station.accepted &&
+          station.accepted->restart_pending)
         station.accepted->restart_pending = false, any = true;
   if (!any) return;
   const auto kept = stations::write_accepted(stations::accepted_file(options.state, options.bus), machine);

@@ -294,7 +294,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
 }
 
 WireCounts Owner::wire() const {
-  const devices::EthercatMaster& bus = *parts_->bus;
+  const devices::StationBus& bus = *parts_->bus;
   const auto other = bus.other_master();
   return {.frames = bus.counters(),
           .mailbox_repeats = bus.mailbox_repeats(),

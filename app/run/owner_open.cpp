@@ -5,6 +5,7 @@
 #include "app/run/compose.hpp"
 #include "app/run/owner_parts.hpp"
 #include "app/stations/accepted.hpp"
+#include "devices/ethercat/master.hpp"
 
 namespace gantry::run {
 namespace {

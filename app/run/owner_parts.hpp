@@ -20,15 +20,15 @@
 #include "app/stations/culprits.hpp"
 #include "app/stations/repeated_notes.hpp"
 #include "app/stations/station_news.hpp"
-#include "devices/ethercat/master.hpp"
 #include "devices/raw_socket_port.hpp"
+#include "devices/station_bus.hpp"
 #include "sim/machine/world_client.hpp"
 
 namespace gantry::run {
 
 /// What lives while the bus is up.
 struct OnBus {
-  OnBus(devices::EthercatMaster& bus, const config::Machine& machine)
+  OnBus(devices::StationBus& bus, const config::Machine& machine)
       : recovery(bus), culprits(bus), news(bus, machine), buttons(machine) {}
 
   std::unique_ptr<cycle::LoopThread> thread;  ///< in real time only
@@ -70,7 +70,7 @@ struct Owner::Parts {
   std::unique_ptr<devices::RawSocketPort> raw_port;
   sim::WorldAccess* world = nullptr;  // null on a machine of steel
   devices::CanPort* can = nullptr;
-  std::unique_ptr<devices::EthercatMaster> bus;
+  std::unique_ptr<devices::StationBus> bus;
   std::unique_ptr<cycle::Channels> channels = std::make_unique<cycle::Channels>();
   std::unique_ptr<cycle::StopFrame> stop;  // on a bus that others than the loop can send on
   Time stuck_after{};

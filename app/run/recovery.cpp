@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include "core/log.hpp"
-#include "devices/wire/ethercat.hpp"
 
 namespace gantry::run {
 namespace {
@@ -20,7 +19,7 @@ constexpr CycleIndex kTellAgain = 10'000;  // cycles in which a station's reason
 void Recovery::step(Control& control) {
   const cycle::Snapshot& now = control.latest();
   now_ns_ = now.time_ns;
-  if (now.working_counter >= now.expected && devices::wire::all_in_op(now.al_states)) {
+  if (now.complete && now.operational) {
     short_since_ = -1;
     if (whole_since_ < 0) whole_since_ = now.cycle;
     if (now.cycle - whole_since_ >= kWhole) tell_all_back();
@@ -30,7 +29,7 @@ void Recovery::step(Control& control) {
   if (short_since_ < 0) short_since_ = now.cycle;
   if (now.cycle - short_since_ < kLookEvery) return;
 
-  away_.resize(bus_.stations().size());
+  away_.resize(bus_.station_count());
   bus_.step_by([&control] { control.step(); });
   bool ended = true;
   while (next_ < away_.size()) {
@@ -38,7 +37,7 @@ void Recovery::step(Control& control) {
     Away& away = away_[i];
     const CycleIndex begin = control.latest().cycle;
     if (begin < away.not_before) continue;
-    const auto back = bus_.bring_back(bus_.stations()[i].id);
+    const auto back = bus_.recover(i);
     const CycleIndex end = control.latest().cycle;
     away.seen |= !back || back->has_value();
     if (!back) failed(away, back.error(), end);
@@ -53,12 +52,10 @@ void Recovery::step(Control& control) {
   short_since_ = control.latest().cycle;
 }
 
-void Recovery::returned(std::size_t i, const devices::AlStatus& found) {
-  const devices::StationRecord& s = bus_.stations()[i];
-  if (s.restarted && s.config != nullptr && s.config->profile.drive) restarted_.push_back(s.id);
-  std::string words = fmt::format("{}: takes part again; it was in {}", s.where, name(found.state));
-  if (found.code != 0)
-    words += fmt::format(": AL status code {:04X}h, {}", found.code, devices::wire::al_status_text(found.code));
+void Recovery::returned(std::size_t i, const devices::Recovered& back) {
+  const devices::BusStation& s = bus_.station(i);
+  if (back.restarted && s.config != nullptr && s.config->profile.drive) restarted_.push_back(s.id);
+  std::string words = fmt::format("{}: takes part again; it was {}", s.where, back.found);
   if (const std::string said = told(Fault::StationLeftOp, static_cast<int>(i), std::move(words)); !said.empty())
     log::info("{}", said);
 }

@@ -1,5 +1,5 @@
-// Brings back stations that have stopped taking part in the cycle or left OP, while the owner has nothing else to do.
-// Their axes stay disabled: the operator resets, enables and homes.
+// Brings back stations that have stopped taking part in the cycle or in operation, while the owner has nothing else to
+// do. Their axes stay disabled: the operator resets, enables and homes.
 //   Recovery recovery(bus);
 //   each idle step: recovery.step(control);
 // It looks every tenth of a second for as long as something is missing; a station that answers but refuses is asked
@@ -12,13 +12,13 @@
 
 #include "app/run/control.hpp"
 #include "app/stations/repeated_notes.hpp"
-#include "devices/ethercat/master.hpp"
+#include "devices/station_bus.hpp"
 
 namespace gantry::run {
 
 class Recovery {
  public:
-  explicit Recovery(devices::EthercatMaster& bus) : bus_(bus) {}
+  explicit Recovery(devices::StationBus& bus) : bus_(bus) {}
 
   /// One idle step has passed. When something is missing, this one takes longer: `control` steps meanwhile, at most
   /// until one station has come back or has refused.
@@ -34,14 +34,14 @@ class Recovery {
     Fault told = Fault::None;
     CycleIndex told_at = 0;
   };
-  void returned(std::size_t i, const devices::AlStatus& found);
+  void returned(std::size_t i, const devices::Recovered& back);
   void tell_all_back();
   /// What is to be said of it now; "": nothing.
   [[nodiscard]] std::string told(Fault fault, int of, std::string words);
   void failed(Away& away, const Error& why, CycleIndex now);
 
-  devices::EthercatMaster& bus_;
-  std::vector<Away> away_;  ///< by index in bus_.stations()
+  devices::StationBus& bus_;
+  std::vector<Away> away_;  ///< by index of the bus
   std::size_t next_ = 0;    ///< station of the round that runs
   std::vector<StationId> restarted_;
   stations::RepeatedNotes<std::string> notes_{1};  ///< a station that comes and goes does not fill the log

@@ -6,35 +6,24 @@
 namespace gantry::stations {
 namespace {
 
-using namespace devices::wire;
-
 constexpr std::uint64_t kMargin = 5;  // cycles until the exchange asks each station by itself
 constexpr int kMostSteps = 200;
 constexpr std::size_t kMostNamed = 4;
 
-std::string words_of(const devices::StationRecord& station, const devices::StationHealth& health) {
-  const auto state = static_cast<AlState>(health.al_status & kAlStateMask);
-  const std::string words = fmt::format("; {} is in {}", station.where, devices::wire::name(state));
-  if (health.al_code == 0) return words;
-  return words + fmt::format(": AL status code {:04X}h, {}", health.al_code, al_status_text(health.al_code));
-}
-
 }  // namespace
 
 /// In which every station is looked at once.
-std::uint64_t Culprits::turn() const { return bus_.stations().size() + kMargin; }
+std::uint64_t Culprits::turn() const { return bus_.station_count() + kMargin; }
 
 void Culprits::ask(const cycle::Event& event) { asked_.push_back({event, bus_.cycles()}); }
 
 void Culprits::watch(const cycle::Snapshot& now) {
   for (Asked& a : asked_) ++a.steps;
-  const bool whole = now.expected != 0 && now.working_counter == now.expected &&
-                     now.al_states == static_cast<std::uint16_t>(AlState::Op);
-  if (!asked_.empty() || !whole) return;
-  stale_before_.resize(bus_.stations().size());
-  devices::StationHealth health;
-  for (std::size_t i = 0; i < stale_before_.size(); ++i)
-    if (bus_.health(i, health)) stale_before_[i] = health.stale_cycles;
+  if (!asked_.empty() || !now.complete || !now.operational) return;
+  missed_before_.resize(bus_.station_count());
+  devices::Presence presence;
+  for (std::size_t i = 0; i < missed_before_.size(); ++i)
+    if (bus_.presence(i, presence)) missed_before_[i] = presence.missed;
 }
 
 std::optional<Culprits::Known> Culprits::next() {
@@ -53,16 +42,16 @@ bool Culprits::waiting(Fault fault) const {
 Culprits::Known Culprits::name(const cycle::Event& event) const {
   Known known{event, {}, {}};
   std::size_t count = 0;
-  devices::StationHealth health;
-  for (std::size_t i = 0; i < bus_.stations().size(); ++i) {
-    if (!bus_.health(i, health)) continue;
-    const bool stale = health.stale_cycles > (i < stale_before_.size() ? stale_before_[i] : 0);
-    const bool asked = health.al_cycle != 0 && health.al_cycle + turn() + kMargin >= bus_.cycles();
-    const bool left = asked && health.al_status != static_cast<std::uint16_t>(AlState::Op);
-    if ((!stale && !left) || ++count > kMostNamed) continue;
-    const devices::StationRecord& station = bus_.stations()[i];
-    known.where += (known.where.empty() ? "" : ", ") + station.where;
-    if (left) known.what += words_of(station, health);
+  devices::Presence presence;
+  for (std::size_t i = 0; i < bus_.station_count(); ++i) {
+    if (!bus_.presence(i, presence)) continue;
+    const bool missing = presence.missed > (i < missed_before_.size() ? missed_before_[i] : 0);
+    const bool asked = presence.asked_at != 0 && presence.asked_at + turn() + kMargin >= bus_.cycles();
+    const bool left = asked && !presence.operational;
+    if ((!missing && !left) || ++count > kMostNamed) continue;
+    const std::string& where = bus_.station(i).where;
+    known.where += (known.where.empty() ? "" : ", ") + where;
+    if (left) known.what += fmt::format("; {} is {}", where, bus_.state_words(i));
   }
   if (count > kMostNamed) known.where += fmt::format(" and {} more", count - kMostNamed);
   return known;

@@ -1,4 +1,4 @@
-// Which stations a fault of the bus is about. The loop knows that the working counter is low or that not all are in OP;
+// Which stations a fault of the bus is about. The loop knows that not all take part or that not all are operational;
 // the cycles that follow show who, and this waits for them: a few, one for each station.
 //   Culprits culprits(bus);
 //   culprits.ask(event);   each step: culprits.watch(snapshot);   while (auto known = culprits.next()) ...
@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "app/cycle/channels.hpp"
-#include "devices/ethercat/master.hpp"
+#include "devices/station_bus.hpp"
 
 namespace gantry::stations {
 
@@ -22,7 +22,7 @@ class Culprits {
     std::string where;  ///< "station 3 'z', station 4 'cu'"; empty: it was over before it could be told who
     std::string what;   ///< "; station 3 'z' is in SAFE_OP: AL status code 001Bh, ..."
   };
-  explicit Culprits(const devices::EthercatMaster& bus) : bus_(bus) {}
+  explicit Culprits(const devices::StationBus& bus) : bus_(bus) {}
 
   /// Faults that the loop tells without a station.
   static bool wanted(Fault fault) noexcept {
@@ -44,9 +44,9 @@ class Culprits {
   [[nodiscard]] std::uint64_t turn() const;
   [[nodiscard]] Known name(const cycle::Event& event) const;
 
-  const devices::EthercatMaster& bus_;
+  const devices::StationBus& bus_;
   std::deque<Asked> asked_;
-  std::vector<std::uint64_t> stale_before_;  ///< StationHealth::stale_cycles while all was well
+  std::vector<std::uint64_t> missed_before_;  ///< Presence::missed while all was well
 };
 
 }  // namespace gantry::stations

@@ -9,7 +9,7 @@
 namespace gantry::stations {
 namespace {
 
-using devices::ErrorCounters;
+using devices::ErrorCounts;
 
 constexpr std::int64_t kQuiet_ns = 10'000'000'000;
 
@@ -49,37 +49,18 @@ constexpr std::array kClasses{
 };
 
 /// "port 1: 3 frames with a wrong checksum, 1 lost links"; a counter that is lower has begun anew with the supply.
-class Growth {
- public:
-  void port(std::size_t number) { port_ = fmt::format("port {}: ", number); }
-  void inside() { port_ = "inside: "; }
-  void add(unsigned before, unsigned now, std::string_view what) {
-    const unsigned more = now >= before ? now - before : now;
-    if (more == 0) return;
-    const char* const between = words_.empty() ? "" : port_.empty() ? ", " : "; ";
-    words_ += fmt::format("{}{}{} {}", between, port_, more, what);
-    port_.clear();
+std::string growth(const ErrorCounts& before, const ErrorCounts& now) {
+  std::string words;
+  std::string_view place;
+  for (std::size_t i = 0; i < now.size() && i < before.size(); ++i) {
+    const unsigned more = now[i].value >= before[i].value ? now[i].value - before[i].value : now[i].value;
+    if (more == 0) continue;
+    const bool elsewhere = words.empty() || now[i].place != place;
+    if (!words.empty()) words += elsewhere ? "; " : ", ";
+    place = now[i].place;
+    words += elsewhere ? fmt::format("{}: {} {}", place, more, now[i].what) : fmt::format("{} {}", more, now[i].what);
   }
-  [[nodiscard]] const std::string& words() const { return words_; }
-
- private:
-  std::string port_, words_;
-};
-
-/// Without the errors that it has only passed on: the station where they came in tells them.
-std::string growth(const ErrorCounters& before, const ErrorCounters& now) {
-  Growth g;
-  for (std::size_t p = 0; p < now.ports.size(); ++p) {
-    const ErrorCounters::Port &a = before.ports[p], &b = now.ports[p];
-    g.port(p);
-    g.add(a.invalid_frames, b.invalid_frames, "frames with a wrong checksum");
-    g.add(a.rx_errors, b.rx_errors, "wrong symbols");
-    g.add(a.lost_links, b.lost_links, "lost links");
-  }
-  g.inside();
-  g.add(before.processing_unit, now.processing_unit, "frames that are no EtherCAT");
-  g.add(before.pdi, now.pdi, "errors towards its own processor");
-  return g.words();
+  return words;
 }
 
 }  // namespace
@@ -92,36 +73,34 @@ std::string_view emergency_class(std::uint16_t code) {
 
 std::vector<StationNews::Item> StationNews::counted(std::int64_t now_ns) {
   std::vector<Item> items;
-  const auto& stations = bus_.stations();
-  seen_.resize(stations.size());
-  devices::StationHealth health;
-  for (std::size_t i = 0; i < stations.size(); ++i) {
+  seen_.resize(bus_.station_count());
+  devices::StationLook look;
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
     Seen& seen = seen_[i];
-    if (!bus_.health(i, health) || health.looks == seen.counted_at || now_ns < seen.quiet_until_ns) continue;
-    seen.counted_at = health.looks;
-    const ErrorCounters now = devices::decode_error_counters(health.errors);
-    if (seen.known && now == seen.told) continue;
+    if (!bus_.look(i, look) || look.looks == seen.counted_at || now_ns < seen.quiet_until_ns) continue;
+    seen.counted_at = look.looks;
+    const ErrorCounts now = bus_.error_counts(i);
+    if (seen.known && std::ranges::equal(now, seen.told)) continue;
     const std::string words = seen.known ? growth(seen.told, now) : "";
     seen.told = now;
     seen.known = true;
     if (words.empty()) continue;
     seen.quiet_until_ns = now_ns + kQuiet_ns;
     items.push_back(
-        {stations[i].id, 0,
-         Error{Fault::LinkErrors, fmt::format("{}: {}", info(Fault::LinkErrors).text, words), stations[i].where}});
+        {bus_.station(i).id, 0,
+         Error{Fault::LinkErrors, fmt::format("{}: {}", info(Fault::LinkErrors).text, words), bus_.station(i).where}});
   }
   return items;
 }
 
 bool StationNews::mail() {
-  const auto& stations = bus_.stations();
-  seen_.resize(stations.size());
-  devices::StationHealth health;
+  seen_.resize(bus_.station_count());
+  devices::StationLook look;
   bool any = false;
-  for (std::size_t i = 0; i < stations.size(); ++i) {
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
     // What was fetched shows only with the next look.
-    if (!bus_.health(i, health) || !health.mailbox_waiting || health.looks == seen_[i].fetched_at) continue;
-    seen_[i].fetched_at = health.looks;
+    if (!bus_.look(i, look) || !look.message_waiting || look.looks == seen_[i].fetched_at) continue;
+    seen_[i].fetched_at = look.looks;
     any = true;
   }
   return any;
@@ -136,8 +115,8 @@ std::vector<StationNews::Item> StationNews::fetch() {
 
 Error StationNews::emergency_words(StationId station, const devices::Emergency& e) const {
   Error error{Fault::EmergencyMessage, "", ""};
-  for (const devices::StationRecord& s : bus_.stations())
-    if (s.id == station) error.where = s.where;
+  for (std::size_t i = 0; i < bus_.station_count(); ++i)
+    if (bus_.station(i).id == station) error.where = bus_.station(i).where;
   std::string text;
   for (const config::Station& s : machine_.stations)
     if (s.id == station && s.profile.drive && e.code != 0)

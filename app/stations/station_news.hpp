@@ -11,8 +11,7 @@
 #include "app/cycle/channels.hpp"
 #include "config/machine.hpp"
 #include "core/error.hpp"
-#include "devices/ethercat/diagnosis.hpp"
-#include "devices/ethercat/master.hpp"
+#include "devices/station_bus.hpp"
 
 namespace gantry::stations {
 
@@ -23,7 +22,7 @@ class StationNews {
     std::int32_t detail = 0;  ///< the emergency's code
     Error words;
   };
-  StationNews(devices::EthercatMaster& bus, const config::Machine& machine) : bus_(bus), machine_(machine) {}
+  StationNews(devices::StationBus& bus, const config::Machine& machine) : bus_(bus), machine_(machine) {}
 
   /// Counters that have grown, by station at most every ten seconds.
   std::vector<Item> counted(std::int64_t now_ns);
@@ -35,15 +34,15 @@ class StationNews {
  private:
   struct Seen {
     bool known = false;
-    devices::ErrorCounters told;  ///< as last told, or as they were at the beginning
+    devices::ErrorCounts told;  ///< as last told, or as they were at the beginning
     std::int64_t quiet_until_ns = 0;
-    std::uint64_t counted_at = 0, fetched_at = 0;  ///< StationHealth::looks
+    std::uint64_t counted_at = 0, fetched_at = 0;  ///< StationLook::looks
   };
   [[nodiscard]] Error emergency_words(StationId station, const devices::Emergency& emergency) const;
 
-  devices::EthercatMaster& bus_;
+  devices::StationBus& bus_;
   const config::Machine& machine_;
-  std::vector<Seen> seen_;  ///< by index in bus_.stations()
+  std::vector<Seen> seen_;  ///< by index of the bus
 };
 
 /// What an emergency code says by itself: its class (CiA 301, 7.2.7.1; A0xxh by ETG.1000.6, 5.6.4).

@@ -72,7 +72,7 @@ struct Bench {
     for (int i = 0; i < 20; ++i) cycle();
     if (auto ok = master.request_operation(); !ok) throw std::runtime_error(to_text(ok.error()));
     for (int i = 0; i < 500; ++i) cycle();
-    if (last.al_states != 8) throw std::runtime_error("not every station is in OP");
+    if (last.ethercat.al_states != 8) throw std::runtime_error("not every station is in OP");
   }
   void cycle() {
     clock.sleep_until(next);

@@ -138,7 +138,7 @@ int ours(const config::Machine& machine, const std::string& interface, int cycle
     real_time(kMasterPriority);
     const auto exchange = [&](Time due) {
       const Exchange e = master.exchange(due + wait);
-      states = e.al_states;
+      states = e.ethercat.al_states;
       return e.inputs_fresh;
     };
     const auto rest = [&](Time next) { master.arm(next + wait); };  // as the loop of a machine

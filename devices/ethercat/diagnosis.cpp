@@ -23,6 +23,19 @@ ErrorCounters decode_error_counters(std::span<const std::byte, reg::kErrorCounte
   return c;
 }
 
+ErrorCounts counts_of(const ErrorCounters& c) noexcept {
+  constexpr std::array<std::string_view, kPorts> kNames{"port 0", "port 1", "port 2", "port 3"};
+  ErrorCounts counts;
+  for (std::size_t p = 0; p < c.ports.size(); ++p) {
+    counts.push_back({kNames[p], "frames with a wrong checksum", c.ports[p].invalid_frames});
+    counts.push_back({kNames[p], "wrong symbols", c.ports[p].rx_errors});
+    counts.push_back({kNames[p], "lost links", c.ports[p].lost_links});
+  }
+  counts.push_back({"inside", "frames that are no EtherCAT", c.processing_unit});
+  counts.push_back({"inside", "errors towards its own processor", c.pdi});
+  return counts;
+}
+
 Result<ErrorCounters> read_error_counters(Link& link, const StationRecord& station) {
   std::array<std::byte, reg::kErrorCounterBytes> raw{};
   if (auto ok = link.read(station.address, reg::kRxErrorCounters, raw); !ok) return tl::unexpected(ok.error());

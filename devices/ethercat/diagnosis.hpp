@@ -28,6 +28,9 @@ struct ErrorCounters {
   bool operator==(const ErrorCounters&) const = default;
 };
 ErrorCounters decode_error_counters(std::span<const std::byte, wire::reg::kErrorCounterBytes> raw);
+/// Those that tell of trouble at this station, without errors that it has only passed on: the station where they came
+/// in counts them too.
+ErrorCounts counts_of(const ErrorCounters& counters) noexcept;
 Result<ErrorCounters> read_error_counters(Link& link, const StationRecord& station);
 
 struct DcStatus {

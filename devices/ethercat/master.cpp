@@ -347,6 +347,16 @@ Result<std::optional<AlStatus>> EthercatMaster::bring_back(StationId station) {
   return *found;
 }
 
+/// That a station has restarted is known from the first attempt, which gives it its address again; it is told when it
+/// takes part, whichever attempt that was the work of.
+Result<std::optional<Recovered>> EthercatMaster::recover(std::size_t i) {
+  const auto back = bring_back(stations_[i].id);
+  if (!back) return tl::unexpected(back.error());
+  const bool restarted = std::exchange(stations_[i].restarted, false);
+  if (!*back && !restarted) return std::nullopt;
+  return Recovered{.found = *back ? in_words(**back) : "on its way to OP", .restarted = restarted};
+}
+
 std::vector<std::pair<StationId, Emergency>> EthercatMaster::take_emergencies() {
   choose_carrier();
   std::vector<std::pair<StationId, Emergency>> taken;
@@ -363,6 +373,34 @@ std::vector<std::pair<StationId, Emergency>> EthercatMaster::take_emergencies() 
 }
 
 // ---- diagnosis ----
+
+bool EthercatMaster::presence(std::size_t i, Presence& out) const noexcept {
+  StationHealth health;
+  if (!cyclic_->health(i, health)) return false;
+  out = {.missed = health.stale_cycles,
+         .asked_at = health.al_cycle,
+         .operational = health.al_status == static_cast<std::uint16_t>(AlState::Op)};
+  return true;
+}
+
+bool EthercatMaster::look(std::size_t i, StationLook& out) const noexcept {
+  StationHealth health;
+  if (!cyclic_->health(i, health)) return false;
+  out = {.looks = health.looks, .message_waiting = health.mailbox_waiting};
+  return true;
+}
+
+ErrorCounts EthercatMaster::error_counts(std::size_t i) const noexcept {
+  StationHealth health;
+  return cyclic_->health(i, health) ? counts_of(decode_error_counters(health.errors)) : ErrorCounts{};
+}
+
+std::string EthercatMaster::state_words(std::size_t i) const {
+  StationHealth health;
+  if (!cyclic_->health(i, health)) return "in a state that is not known";
+  return in_words(
+      {static_cast<AlState>(health.al_status & kAlStateMask), (health.al_status & kAlError) != 0, health.al_code});
+}
 
 Result<Bytes> EthercatMaster::read_object(StationId station, config::ObjectAddress address, SdoAccess access) {
   auto s = record(station);

@@ -1,4 +1,4 @@
-// The EtherCAT master: FieldBus for the EtherCAT stations of a machine, over any FramePort and Clock.
+// The EtherCAT master: StationBus for the EtherCAT stations of a machine, over any FramePort and Clock.
 //   EthercatMaster master(machine, port, clock);
 //   if (auto ok = master.bring_up(); !ok) ...        // scan, identities, mapping, clocks, SAFE_OP
 //   each cycle: write outputs(), exchange(deadline), read inputs();   request_operation() once the cycle runs
@@ -22,6 +22,7 @@
 #include "devices/ethercat/station.hpp"
 #include "devices/ethercat/survey.hpp"
 #include "devices/rt/cyclic.hpp"
+#include "devices/station_bus.hpp"
 
 namespace gantry::devices {
 
@@ -30,7 +31,7 @@ struct MasterOptions {
   bool strangers = false;        ///< a machine file without EtherCAT stations takes whatever is on the bus (see scan())
 };
 
-class EthercatMaster final : public FieldBus {
+class EthercatMaster final : public StationBus {
  public:
   /// The three must outlive the master.
   EthercatMaster(const config::Machine& machine, FramePort& port, Clock& clock, const MasterOptions& options = {});
@@ -45,19 +46,20 @@ class EthercatMaster final : public FieldBus {
                             std::span<const std::byte> value) override;
 
   /// In virtual time: what a blocking call does to let a cycle pass. With it, they ride along there too.
-  void step_by(std::function<void()> step);
+  void step_by(std::function<void()> step) override;
   /// Looks for a station that does not take part, and brings it back by replaying its record, while the loop goes on:
   /// in what state it was found; nothing when it is in OP and its inputs are fresh. It is back when it takes part and
   /// its inputs are fresh, cycle after cycle. Fault::StationMissing when it stays away; other faults are those of
   /// bring-up. Bounded: about half a second for a station that answers.
   Result<std::optional<AlStatus>> bring_back(StationId station);
+  Result<std::optional<Recovered>> recover(std::size_t i) override;
   /// Takes what stations have sent unasked (emergencies) since the last call. Blocking, but cheap: only stations whose
   /// mailbox flag the cycles have seen are asked.
-  std::vector<std::pair<StationId, Emergency>> take_emergencies();
+  std::vector<std::pair<StationId, Emergency>> take_emergencies() override;
   /// Whether there are objects that go by SDO because no PDO of a station carries them (6060h, 6061h, 603Fh, 60FDh).
-  [[nodiscard]] bool has_slow_objects() const noexcept;
+  [[nodiscard]] bool has_slow_objects() const noexcept override;
   /// Writes and reads them: what the run thread does after each of its steps. Blocking; a few mailbox messages.
-  void serve_objects();
+  void serve_objects() override;
 
   // Diagnosis, at any time between bring_up() and shut_down().
   Result<Bytes> read_object(StationId station, config::ObjectAddress address, SdoAccess access);
@@ -81,20 +83,27 @@ class EthercatMaster final : public FieldBus {
 
   /// What bring-up found worth reporting (assumed identities that differ, clocks ...), and behind it after shut_down()
   /// the stations that could not be brought to INIT.
-  [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
+  [[nodiscard]] const std::vector<std::string>& notes() const noexcept override { return notes_; }
   [[nodiscard]] const std::vector<StationRecord>& stations() const noexcept { return stations_; }
+  [[nodiscard]] std::size_t station_count() const noexcept override { return stations_.size(); }
+  [[nodiscard]] const BusStation& station(std::size_t i) const noexcept override { return stations_[i]; }
   /// What became of the frames and cycles since bring_up(). Any thread, without a lock.
-  [[nodiscard]] CyclicCounts counters() const noexcept { return cyclic_->counters(); }
+  [[nodiscard]] CyclicCounts counters() const noexcept override { return cyclic_->counters(); }
   /// The same of the frames that bring-up and shutting down have sent by themselves.
   [[nodiscard]] const CyclicCounts& blocking_counters() const noexcept { return link_.counts(); }
   /// Another master whose frames came in, by its source address as it came; nothing as long as there was none.
-  [[nodiscard]] std::optional<MacAddress> other_master() const noexcept;
+  [[nodiscard]] std::optional<MacAddress> other_master() const noexcept override;
   /// Replies of mailboxes that were asked for once more, and requests that were sent again, since bring_up().
-  [[nodiscard]] std::uint64_t mailbox_repeats() const noexcept;
+  [[nodiscard]] std::uint64_t mailbox_repeats() const noexcept override;
   /// Exchanges since bring_up(). Any thread.
-  [[nodiscard]] std::uint64_t cycles() const noexcept { return cyclic_->cycles(); }
+  [[nodiscard]] std::uint64_t cycles() const noexcept override { return cyclic_->cycles(); }
   /// What the cycles have seen of a station (index in stations()); false when it was not looked at yet. Any thread.
   bool health(std::size_t station, StationHealth& out) const noexcept { return cyclic_->health(station, out); }
+  // The same in terms of any bus.
+  bool presence(std::size_t i, Presence& out) const noexcept override;
+  bool look(std::size_t i, StationLook& out) const noexcept override;
+  [[nodiscard]] ErrorCounts error_counts(std::size_t i) const noexcept override;
+  [[nodiscard]] std::string state_words(std::size_t i) const override;
 
  private:
   struct ImagePart {

@@ -364,6 +364,7 @@ Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machi
     if (!r.sii.read) return located({Fault::SiiInvalid, r.sii.damage, {}});
     if (anybody)
       if (auto ok = read_whole_sii(link, r); !ok) return located(ok.error());
+    r.vendor = r.sii.vendor, r.product = r.sii.product, r.revision = r.sii.revision, r.serial = r.sii.serial;
     if (!r.sii.damage.empty()) notes.push_back(r.where + ": SII EEPROM: " + r.sii.damage);
     if (anybody) {
       plan_from_sii(r);

@@ -17,6 +17,12 @@ Result<AlStatus> read_al_status(Link& link, const StationRecord& station) {
   return AlStatus{static_cast<AlState>(status & kAlStateMask), (status & kAlError) != 0, get_le<std::uint16_t>(raw, 4)};
 }
 
+std::string in_words(const AlStatus& status) {
+  std::string words = fmt::format("in {}", name(status.state));
+  if (status.code != 0) words += fmt::format(": AL status code {:04X}h, {}", status.code, al_status_text(status.code));
+  return words;
+}
+
 Result<void> request_state(Link& link, const StationRecord& station, AlState state) {
   return link.write<std::uint16_t>(station.address, reg::kAlControl, static_cast<std::uint16_t>(state));
 }

@@ -12,6 +12,8 @@ struct AlStatus {
   bool error = false;
   std::uint16_t code = 0;
 };
+/// "in SAFE_OP: AL status code 001Bh, sync manager watchdog"; without a code only the state.
+std::string in_words(const AlStatus& status);
 Result<AlStatus> read_al_status(Link& link, const StationRecord& station);
 
 /// Asks without waiting.

@@ -9,6 +9,7 @@
 
 #include "config/machine.hpp"
 #include "devices/ethercat/sii.hpp"
+#include "devices/station_bus.hpp"
 #include "devices/wire/ethercat.hpp"
 
 namespace gantry::devices {
@@ -38,13 +39,6 @@ struct SyncManagerPlan {
   [[nodiscard]] bool is_mailbox() const {
     return is(config::SyncManagerKind::MailboxOut) || is(config::SyncManagerKind::MailboxIn);
   }
-};
-
-/// An emergency message (CoE, ETG.1000.6, 5.6.4).
-struct Emergency {
-  std::uint16_t code = 0;  ///< as in 603Fh
-  std::uint8_t error_register = 0;
-  std::array<std::uint8_t, 5> data{};
 };
 
 /// Counters of a mailbox: those of the request and of the reply run independently.
@@ -86,11 +80,8 @@ struct SyncPulses {
   std::int32_t shift0_ns = 0, shift1_ns = 0;
 };
 
-struct StationRecord {
-  StationId id;
-  const config::Station* config = nullptr;  ///< null: the machine file does not know it
-  std::string where;                        ///< "station 3 'y1'": position from 0 and name
-  std::string title;                        ///< "HCFA AMD530B"
+struct StationRecord : BusStation {
+  std::string title;  ///< "HCFA AMD530B"
   int position = 0;
   std::uint16_t address = 0;  ///< configured station address, 1001h + position
 
@@ -100,9 +91,9 @@ struct StationRecord {
   EscFacts esc;
   bool eeprom_given = false;  ///< 0500h: its processor has the EEPROM
   std::uint16_t alias = 0;
-  bool since_power_up = false;        ///< nobody has given it an address since its supply came
   std::uint32_t mailbox_repeats = 0;  ///< replies that were asked for once more, and requests that were sent again
-  bool restarted = false;             ///< it had lost its address when it was last brought back: its supply, or a reset
+  bool restarted =
+      false;  ///< since it went away it was found without its address: it has lost its supply, or was reset
   Ports ports;
   int parent = -1;       ///< position of the station before it; -1: the master
   int parent_port = -1;  ///< the parent's port that leads here
@@ -111,9 +102,6 @@ struct StationRecord {
   std::vector<SyncManagerPlan> sync_managers;  ///< by number; those of process data are written in PRE_OP
   // written by SDO in PRE_OP
   std::vector<config::StartupRow> startup;
-  /// Why it must not have torque: what it holds is not what its rows ask for, or does not act yet. Found at every
-  /// start.
-  std::vector<Error> doubts;
   std::vector<config::PdoRow> rx_pdos, tx_pdos;  ///< the station's outputs (to it) and inputs (from it)
   /// SyncManager of each of these PDOs, by its number; empty: all in the first of their kind.
   std::vector<std::uint8_t> rx_sync_managers, tx_sync_managers;

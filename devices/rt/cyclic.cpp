@@ -273,12 +273,12 @@ Exchange Cyclic::judge() noexcept {
   fresh_.set();
   for (std::size_t i = 0; i < parts_->size(); ++i) {
     const Part& part = (*parts_)[i];
-    e.expected = static_cast<std::uint16_t>(e.expected + part.expected);
+    e.ethercat.expected = static_cast<std::uint16_t>(e.ethercat.expected + part.expected);
     const auto [frame, slot] = placed_[i];
     const bool answered = slot != kNoSlot && answered_[frame];
     const bool back = answered || (slot != kNoSlot && untouched_[frame]);
     const std::uint16_t counter = answered ? replies_[frame].working_counter(slot) : std::uint16_t{0};
-    e.working_counter = static_cast<std::uint16_t>(e.working_counter + counter);
+    e.ethercat.working_counter = static_cast<std::uint16_t>(e.ethercat.working_counter + counter);
     low |= back && counter < part.expected;
     high |= answered && counter > part.expected;
     if (!answered || counter != part.expected) e.inputs_fresh = false;
@@ -295,15 +295,17 @@ Exchange Cyclic::judge() noexcept {
   if (answered_[0]) {
     const Reply& first = replies_[0];
     const std::uint16_t seen = first.working_counter(states_);
-    e.al_states = get_le<std::uint16_t>(first.data(states_), 0);
-    all_in_op_ = all_in_op(e.al_states);
+    e.ethercat.al_states = get_le<std::uint16_t>(first.data(states_), 0);
+    all_in_op_ = e.operational = all_in_op(e.ethercat.al_states);
     low |= seen < layout_.stations_on_bus;
     high |= seen > layout_.stations_on_bus;
-    if (clock_ != kNoSlot && first.working_counter(clock_) != 0) e.dc_time_ns = read_clock(first.data(clock_));
+    if (clock_ != kNoSlot && first.working_counter(clock_) != 0) e.reference_ns = read_clock(first.data(clock_));
     look(first, e);
   }
   if ((untouched_ & ~answered_).any()) low = true, e.inputs_fresh = false;  // where nobody has process data, too
   judge_counters(e, low, high);
+  e.complete = e.ethercat.working_counter >= e.ethercat.expected;
+  e.detail = e.fault == Fault::None ? e.ethercat.al_states : e.ethercat.working_counter;
   return e;
 }
 
@@ -312,7 +314,7 @@ void Cyclic::judge_counters(Exchange& e, bool low, bool high) noexcept {
     e.fault = Fault::WorkingCounterHigh;
   else if (low)
     e.fault = Fault::WorkingCounterLow;
-  const bool nobody = e.working_counter == 0 && e.expected != 0;
+  const bool nobody = e.ethercat.working_counter == 0 && e.ethercat.expected != 0;
   if ((low || high) && (answered_ | untouched_).count() == used_)  // where frames are missing, that is what happened
     ++(high ? counts_.wkc_high : nobody ? counts_.wkc_zero : counts_.wkc_low);
   if (low || high)

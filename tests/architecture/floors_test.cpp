@@ -1,6 +1,7 @@
 // Every #include against the tables of docs/architecture.md.
 #include "tests/architecture/floors.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 #include <map>
 #include <set>
@@ -101,6 +102,57 @@ TEST(Headers, large_libraries_stay_in_few_files) {
     for (const std::string& path : users[row[0]]) list += " " + path;
     EXPECT_LE(users[row[0]].size(), std::stoul(row.back())) << row[0] << " is included by" << list;
   }
+}
+
+/// What a file includes of the rooms that a bus is made of, and of those that are to know none in particular; by whom.
+std::map<std::string, std::string> reached(const std::map<std::string, std::string>& tree, const std::string& from) {
+  std::map<std::string, std::string> by{{from, ""}};
+  for (std::vector<std::string> next{from}; !next.empty();) {
+    const std::string file = next.back();
+    next.pop_back();
+    const auto text = tree.find(file);
+    if (text == tree.end()) continue;
+    for (const Include& include : includes(text->second)) {
+      const bool follow = within(include.path, "devices") || within(include.path, "app");
+      if (!include.angled && follow && by.emplace(include.path, file).second) next.push_back(include.path);
+    }
+  }
+  return by;
+}
+
+TEST(Buses, loop_recovery_and_diagnosis_include_nothing_of_ethercat_but_in_named_files) {
+  const auto rooms = table(page(), "ethercat"), lists = table(page(), "ethercat-headers");
+  ASSERT_EQ(rooms.size(), 3u);
+  ASSERT_FALSE(lists.empty());
+  std::vector<std::string> headers;
+  for (const auto& row : lists) headers.insert(headers.end(), row.begin(), row.end());
+  const auto ethercats = [&](const std::string& path) {
+    return std::ranges::any_of(headers, [&](const std::string& h) { return within(path, h); });
+  };
+  std::map<std::string, std::string> tree;
+  for (const SourceFile& file : source_tree())
+    if (is_code(file)) tree.emplace(file.path, file.text);
+  std::set<std::string> unused;
+  for (const auto& row : rooms) unused.insert(row.begin() + 1, row.end());
+  int looked_at = 0;
+  for (const auto& [path, text] : tree) {
+    const auto row = std::ranges::find_if(rooms, [&](const auto& r) { return within(path, r.front()); });
+    const bool second_bus = path.starts_with("tests/app/run/second_bus");
+    if (row == rooms.end() && !second_bus) continue;
+    const bool named = !second_bus && std::find(row->begin() + 1, row->end(), path) != row->end();
+    ++looked_at;
+    for (const auto& [header, by] : reached(tree, path)) {
+      if (!ethercats(header)) continue;
+      if (named) unused.erase(path);
+      EXPECT_TRUE(named) << path << " knows EtherCAT: " << by << " includes " << header;
+    }
+  }
+  EXPECT_GT(looked_at, 60);
+  EXPECT_TRUE(unused.empty()) << *unused.begin() << " needs no exception";
+  for (const std::string& h : headers)
+    EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(GANTRY_SOURCE_DIR) / h)) << h;
+  EXPECT_TRUE(ethercats("devices/ethercat/master.hpp"));  // the judge can see
+  EXPECT_TRUE(reached(tree, "app/run/owner_open.cpp").contains("devices/wire/ethercat.hpp"));
 }
 
 TEST(Headers, imgcodecs_is_not_used) {

@@ -80,7 +80,7 @@ class Loop {
       for (const auto& s : machine_.stations)
         for (auto& b : master_.outputs(s.id)) b = output(n, s);
       const Exchange e = master_.exchange(clock_.now() + milliseconds(20));
-      al_states = e.al_states;
+      al_states = e.ethercat.al_states;
       if (e.inputs_fresh) ++fresh, echoed += echo_of(n) || echo_of(last);
       if (e.inputs_fresh) last = n;
       cycles = n;

@@ -21,7 +21,7 @@ TEST(MapKind, overlapped_regions_are_as_long_as_the_longer_of_the_two) {
   b.enable();
   b.cycles(100);
   EXPECT_EQ(b.last.fault, Fault::None);
-  EXPECT_EQ(b.last.working_counter, b.last.expected);
+  EXPECT_EQ(b.last.ethercat.working_counter, b.last.ethercat.expected);
 }
 
 TEST(MapKind, a_job_comes_out_the_same_by_either) {

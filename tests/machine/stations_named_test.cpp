@@ -42,8 +42,7 @@ struct Asked : devices::BusBench {
   void pass(int n) {
     for (int i = 0; i < n; ++i) {
       cycle();
-      culprits->watch(
-          {.working_counter = last.working_counter, .expected = last.expected, .al_states = last.al_states});
+      culprits->watch({.complete = last.complete, .operational = last.operational});
     }
   }
   stations::Culprits::Known who(Fault fault) {
@@ -64,7 +63,7 @@ TEST(StationsNamed, a_station_that_left_op_is_named_with_its_al_status_code) {
   b.pass(300);
   b.segment.heal_link(5);
   b.pass(2);
-  EXPECT_EQ(b.last.al_states, 0x1C);
+  EXPECT_EQ(b.last.ethercat.al_states, 0x1C);
   b.pass(150);
   const auto known = b.who(Fault::StationLeftOp);
   EXPECT_EQ(known.where, "station 5 'cu'");

@@ -81,7 +81,7 @@ TEST(Serve, a_master_on_the_other_end_of_the_cable_brings_the_bus_up_and_takes_a
     for (unsigned k = 0; !stop_loop; ++k) {
       clock.sleep_until(next);
       const auto got = master.exchange(next + microseconds(900));
-      if (got.inputs_fresh) states = got.al_states;
+      if (got.inputs_fresh) states = got.ethercat.al_states;
       do next += milliseconds(1);
       while (next < clock.now());  // the phase is kept when the host stalls
       master.outputs(light.station)[0] = static_cast<std::byte>(1u << light.bit | (k / 20 % 2) << trigger.bit);

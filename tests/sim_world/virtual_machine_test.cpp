@@ -61,8 +61,8 @@ struct Controller {
     cycles(20);
     const auto requested = master->request_operation();
     ASSERT_TRUE(requested) << to_text(requested.error());
-    for (int k = 0; k < 2000 && last.al_states != 8; ++k) cycles(1);
-    ASSERT_EQ(last.al_states, 8);
+    for (int k = 0; k < 2000 && last.ethercat.al_states != 8; ++k) cycles(1);
+    ASSERT_EQ(last.ethercat.al_states, 8);
   }
   devices::Exchange last;
   void cycles(int n) {
@@ -135,7 +135,7 @@ TEST(VirtualMachine, scripts_reach_the_bus_between_frames) {
   EXPECT_EQ(lost, 3);
   ASSERT_TRUE(c.vm->add_script("{do: cut_link, station: cu}"));
   c.cycles(5);
-  EXPECT_LT(c.last.working_counter, c.last.expected);
+  EXPECT_LT(c.last.ethercat.working_counter, c.last.ethercat.expected);
   ASSERT_TRUE(c.vm->add_script("{do: power_cycle, station: z}"));
   c.cycles(5);
   const auto missing = c.vm->add_script("{do: cut_link, station: nowhere}");

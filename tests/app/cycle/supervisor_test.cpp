@@ -13,7 +13,6 @@
 namespace gantry::cycle {
 namespace {
 
-constexpr std::uint16_t kOp = 8, kSafeOp = 4;
 constexpr std::uint16_t kNoTorque = 0x0240, kTorque = 0x0237;  // CiA 402-2: switch-on disabled, operation enabled
 
 /// One station whose inputs the test writes: 6041h, 6061h, 6064h, 603Fh, 60FDh.
@@ -60,7 +59,7 @@ struct Watched {
 
   static devices::Exchange good() {
     devices::Exchange x;
-    x.inputs_fresh = true, x.al_states = kOp;
+    x.inputs_fresh = x.complete = x.operational = true;
     return x;
   }
 
@@ -147,7 +146,7 @@ TEST(Supervisor, the_first_lost_frame_is_a_note_and_so_many_in_a_row_stop_until_
 TEST(Supervisor, a_station_that_does_not_take_part_is_told_once_and_stops_at_the_bound) {
   Watched w;
   w.setup.counter_low_max = 3;
-  w.x.fault = Fault::WorkingCounterLow, w.x.working_counter = 4;
+  w.x.fault = Fault::WorkingCounterLow, w.x.detail = 4;
   w.look();
   EXPECT_TRUE(w.says(Fault::WorkingCounterLow));
   EXPECT_FALSE(w.says(Fault::WorkingCounterLost));
@@ -160,14 +159,14 @@ TEST(Supervisor, nothing_is_said_of_stations_before_all_were_in_op_once) {
   Supervisor fresh(w.setup);
   AxisVec at{};
   devices::Exchange x;
-  x.fault = Fault::WorkingCounterLow, x.al_states = kSafeOp;
+  x.fault = Fault::WorkingCounterLow;
   for (CycleIndex c = 1; c < 50; ++c)
     EXPECT_TRUE(fresh.look({Beat{c, 1, {}, {}}, x, w.axes, at, 0, State::Offline, {}, Purpose::Job}).empty());
 }
 
 TEST(Supervisor, a_station_that_leaves_op_is_told_in_that_cycle) {
   Watched w;
-  w.x.al_states = kOp | kSafeOp;
+  w.x.operational = false;
   w.look();
   EXPECT_TRUE(w.says(Fault::StationLeftOp));
 }

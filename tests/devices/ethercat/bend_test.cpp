@@ -197,7 +197,7 @@ TEST(Bend, a_station_that_is_bent_comes_back_after_a_loss_of_power) {
     b.master->step_by({});
     ASSERT_TRUE(back) << to_text(back.error());
   }
-  b.served_until([&] { return b.last.al_states == 8; }, 2000);
+  b.served_until([&] { return b.last.ethercat.al_states == 8; }, 2000);
   auto& x = b.of("X");
   x.command = {.goal = DriveGoal::Enabled, .target = x.drive.feedback().position};
   b.served_until([&] { return x.command.target = x.drive.commanded(), x.drive.feedback().takes_targets; }, 2000);

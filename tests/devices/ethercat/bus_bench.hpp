@@ -87,7 +87,7 @@ struct BusBench {
     for (auto& d : drives) d.drive.write(master->outputs(d.station), d.command);
     last = master->exchange(due + microseconds(400));
     for (auto& d : drives) d.drive.read(master->inputs(d.station), master->fresh(d.station));
-    due += machine.bus.cycle + lock.step(last.dc_time_ns);
+    due += machine.bus.cycle + lock.step(last.reference_ns);
   }
   void cycles(int n) {
     for (int i = 0; i < n; ++i) cycle();
@@ -106,7 +106,7 @@ struct BusBench {
     cycles(20);
     const auto asked = master->request_operation();
     ASSERT_TRUE(asked) << to_text(asked.error());
-    until([&] { return last.al_states == 8; }, 2000);
+    until([&] { return last.ethercat.al_states == 8; }, 2000);
     const auto all = master->check_operation();
     ASSERT_TRUE(all) << to_text(all.error());
   }

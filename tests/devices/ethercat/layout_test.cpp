@@ -227,7 +227,7 @@ TEST(Layout, outputs_of_a_stranger_are_watched_also_when_its_eeprom_does_not_ask
   b.cycles(20);
   ASSERT_TRUE(b.master->request_operation());
   b.cycles(200);
-  ASSERT_EQ(b.last.al_states, 8);
+  ASSERT_EQ(b.last.ethercat.al_states, 8);
   b.clock.sleep_until(b.due + milliseconds(500));  // the cycle stops
   const auto al = link.read<std::uint16_t>(kStation, wire::reg::kAlStatus);
   ASSERT_TRUE(al);

@@ -51,14 +51,14 @@ TEST(LongLine, sixty_four_stations_come_to_op_and_exchange_with_the_exact_workin
     const auto cycle = [&] {
       clock.sleep_until(due);
       e = master.exchange(due + microseconds(800));
-      due += machine.bus.cycle + lock.step(e.dc_time_ns);
+      due += machine.bus.cycle + lock.step(e.reference_ns);
     };
     for (int i = 0; i < 20; ++i) cycle();
     master.step_by(cycle);  // what is asked from here on rides in the cycle's frames
     ASSERT_TRUE(master.request_operation());
     int needed = 0;
-    for (; needed < 2000 && e.al_states != 8; ++needed) cycle();
-    ASSERT_EQ(e.al_states, 8);
+    for (; needed < 2000 && e.ethercat.al_states != 8; ++needed) cycle();
+    ASSERT_EQ(e.ethercat.al_states, 8);
     const auto all = master.check_operation();
     ASSERT_TRUE(all) << to_text(all.error());
     RecordProperty(map == MapKind::Separate ? "until_op_ms" : "until_op_overlapped_ms",
@@ -66,9 +66,9 @@ TEST(LongLine, sixty_four_stations_come_to_op_and_exchange_with_the_exact_workin
     for (int i = 0; i < 1000; ++i) {
       cycle();
       ASSERT_EQ(e.fault, Fault::None) << "cycle " << i << ": " << code(e.fault).text;
-      ASSERT_EQ(e.expected, 3 * kStations);
-      ASSERT_EQ(e.working_counter, 3 * kStations);
-      ASSERT_EQ(e.al_states, 8);
+      ASSERT_EQ(e.ethercat.expected, 3 * kStations);
+      ASSERT_EQ(e.ethercat.working_counter, 3 * kStations);
+      ASSERT_EQ(e.ethercat.al_states, 8);
     }
     // And each of them is one by itself: what is written to a station arrives there and nowhere else.
     for (const auto& s : machine.stations) {
@@ -87,7 +87,7 @@ TEST(LongLine, sixty_four_stations_come_to_op_and_exchange_with_the_exact_workin
     segment.power_off(machine.stations.back().id);
     cycle();
     EXPECT_EQ(e.fault, Fault::WorkingCounterLow);
-    EXPECT_EQ(e.working_counter, 3 * (kStations - 1));
+    EXPECT_EQ(e.ethercat.working_counter, 3 * (kStations - 1));
     master.step_by({});
     master.shut_down();
   }

@@ -102,7 +102,7 @@ struct Life {
     if (!timed("request_operation", [&] { return master->request_operation(); })) return false;
     // SYNC0 begins up to 200 ms later where a frame of its start was lost. A line that is cut does not come to OP.
     const int most = way.harm() == Harm::RequestLost || way.harm() == Harm::ReplyLost ? 400 : 60;
-    for (int i = 0; i < most && last.al_states != 8; ++i) cycle();
+    for (int i = 0; i < most && last.ethercat.al_states != 8; ++i) cycle();
     return timed("check_operation", [&] { return master->check_operation(); });
   }
   /// Whether all went well to its end.
@@ -123,7 +123,8 @@ struct Life {
   }
   [[nodiscard]] bool in_order() {
     if (last.fault == Fault::FrameLost) cycle();  // the one that the harm was done to
-    return last.al_states == 8 && last.working_counter == last.expected && last.fault == Fault::None;
+    return last.ethercat.al_states == 8 && last.ethercat.working_counter == last.ethercat.expected &&
+           last.fault == Fault::None;
   }
   /// The line is whole again: the same master brings everything back.
   bool come_back(int link) {

@@ -48,8 +48,8 @@ TEST(OverVeth, the_reference_machine_comes_up_through_a_real_interface) {
     Exchange e;
     for (int tries = 0; tries < 20 && !e.inputs_fresh; ++tries) e = master.exchange(clock.now() + milliseconds(500));
     EXPECT_TRUE(e.inputs_fresh);
-    EXPECT_EQ(e.working_counter, e.expected);
-    EXPECT_EQ(e.al_states, 4);
+    EXPECT_EQ(e.ethercat.working_counter, e.ethercat.expected);
+    EXPECT_EQ(e.ethercat.al_states, 4);
     master.shut_down();
   }
   stop = true;

@@ -67,8 +67,8 @@ TEST(CyclicMap, sixty_four_stations_exchange_in_several_frames_of_one_cycle) {
     const Exchange e = b.run();
     EXPECT_EQ(e.fault, Fault::None);
     EXPECT_TRUE(e.inputs_fresh);
-    EXPECT_EQ(e.expected, 64 * 3);
-    EXPECT_EQ(e.working_counter, e.expected);
+    EXPECT_EQ(e.ethercat.expected, 64 * 3);
+    EXPECT_EQ(e.ethercat.working_counter, e.ethercat.expected);
     b.expect_exchanged();
     EXPECT_EQ(b.port.sent, overlapped ? 2 : 3);
     EXPECT_EQ(b.cyclic->counters().sent, static_cast<std::uint64_t>(b.port.sent));
@@ -84,8 +84,8 @@ TEST(CyclicMap, stations_that_cannot_lrw_are_reached_by_lwr_and_lrd) {
   b.fill(4);
   const Exchange e = b.run();
   EXPECT_EQ(e.fault, Fault::None);
-  EXPECT_EQ(e.expected, 4 * 3 + 2 * 2 + 1);
-  EXPECT_EQ(e.working_counter, e.expected);
+  EXPECT_EQ(e.ethercat.expected, 4 * 3 + 2 * 2 + 1);
+  EXPECT_EQ(e.ethercat.working_counter, e.ethercat.expected);
   EXPECT_EQ(b.inputs, b.port.inputs);
   EXPECT_TRUE(std::equal(b.outputs.begin(), b.outputs.begin() + 30, b.port.seen_outputs.begin()));
 }
@@ -153,7 +153,7 @@ TEST(CyclicMap, a_reference_clock_of_32_bits_goes_on_over_its_wrap) {
   for (std::uint64_t cycle = 0; cycle < 20'000; ++cycle) {
     const std::uint64_t now = begin + cycle * 1'000'000;
     b.port.dc_time = now & 0xFFFF'FFFF;
-    ASSERT_EQ(b.run().dc_time_ns, now);
+    ASSERT_EQ(b.run().reference_ns, now);
   }
 }
 

@@ -40,9 +40,9 @@ TEST(Cyclic, exchanges_outputs_and_inputs_in_one_frame) {
   const Exchange e = b.run();
   EXPECT_EQ(e.fault, Fault::None);
   EXPECT_TRUE(e.inputs_fresh);
-  EXPECT_EQ(e.working_counter, 6);
-  EXPECT_EQ(e.dc_time_ns, 123'456'789'000u);
-  EXPECT_EQ(e.al_states, 8);
+  EXPECT_EQ(e.ethercat.working_counter, 6);
+  EXPECT_EQ(e.reference_ns, 123'456'789'000u);
+  EXPECT_EQ(e.ethercat.al_states, 8);
   EXPECT_EQ(b.inputs[2], std::byte{3});
   EXPECT_EQ(b.port.seen_outputs[3], std::byte{0x11});
   EXPECT_EQ(b.port.sent, 1);
