@@ -3,7 +3,9 @@
 #include <ctime>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "app/cli/bus_access.hpp"
 #include "app/cli/client.hpp"
@@ -37,8 +39,10 @@ std::string_view acts_text(config::ActsAt acts) {
 /// One station, read and, as asked, accepted and written.
 class Commissioning {
  public:
-  Commissioning(const CommissionOptions& options, devices::Survey& survey, bool json)
-      : options_(options), survey_(survey), json_(json) {}
+  /// `keep` writes what is accepted, and which stations wait for their supply, into the state folder.
+  Commissioning(const CommissionOptions& options, devices::Survey& survey, bool json,
+                std::function<Result<void>()> keep)
+      : options_(options), survey_(survey), json_(json), keep_(std::move(keep)) {}
 
   Result<ordered_json> visit(config::Station& station, const devices::FoundStation& found) {
     const devices::StationSii& sii = found.record.sii;
@@ -107,6 +111,7 @@ class Commissioning {
     const int position = found.position;
     ordered_json rows = ordered_json::array();
     bool wrote = false, acts_later = false;
+    const bool waited = station.accepted && station.accepted->restart_pending;
     for (const config::StartupRow& row : station.profile.startup) {
       if (row.name.empty()) continue;  // what a machine file cannot state is written at every start
       auto held = survey_.read_held(position, row);
@@ -115,6 +120,8 @@ class Commissioning {
       bool differs = held && held->value != row.value;
       std::string remark;
       if (differs && options_.write && row.rule == config::ParameterRule::Write) {
+        if (row.acts == config::ActsAt::PowerUp)
+          if (auto kept = waits_for_supply(station, found.sii, true); !kept) return tl::unexpected(kept.error());
         if (auto ok = survey_.write_held(position, row, held->bytes); !ok) {
           remark = "refused: " + ok.error().message;
         } else {
@@ -143,24 +150,34 @@ class Commissioning {
     }
     if (wrote)
       if (auto saved = survey_.save_parameters(position, station.profile); !saved) return tl::unexpected(saved.error());
-    if (acts_later) {
-      if (!station.accepted) take(station, found.sii);  // it is what it is assumed to be, or nothing were written
-      station.accepted->restart_pending = restart_ = changed_ = true;
-    }
+    restart_ = restart_ || acts_later;
+    if (!acts_later && station.accepted && station.accepted->restart_pending != waited)  // the station took none of it
+      if (auto kept = waits_for_supply(station, found.sii, waited); !kept) return tl::unexpected(kept.error());
     return rows;
+  }
+
+  /// Kept before anything is written: a program that ends in between must not leave a station that acts by its old
+  /// values, and nobody who knows.
+  Result<void> waits_for_supply(config::Station& station, const devices::StationSii& sii, bool waits) {
+    if (!station.accepted) take(station, sii);  // it is what it is assumed to be, or nothing were written
+    if (std::exchange(station.accepted->restart_pending, waits) == waits) return {};
+    changed_ = true;
+    return keep_();
   }
 
   const CommissionOptions& options_;
   devices::Survey& survey_;
   bool json_, restart_ = false, changed_ = false;
+  std::function<Result<void>()> keep_;
   int differing_ = 0;
 };
 
-Result<ordered_json> commission(BusAccess& bus, config::Machine& machine, const CommissionOptions& options, bool json) {
+Result<ordered_json> commission(BusAccess& bus, config::Machine& machine, const CommissionOptions& options, bool json,
+                                const std::function<Result<void>()>& keep) {
   devices::Survey survey(bus.port(), bus.clock());
   const auto found = survey.scan();
   if (!found) return tl::unexpected(found.error());
-  Commissioning one(options, survey, json);
+  Commissioning one(options, survey, json, keep);
   ordered_json rows = ordered_json::array();
   for (config::Station& station : machine.stations) {
     if (station.bus != config::BusKind::EtherCat || !(options.all || station.name == options.station)) continue;
@@ -171,7 +188,10 @@ Result<ordered_json> commission(BusAccess& bus, config::Machine& machine, const 
           fmt::format("{} stations answer, the machine file has it at position {}", found->size(), station.position),
           "station " + station.name);
     auto row = one.visit(station, (*found)[at]);
-    if (!row) return tl::unexpected(row.error());
+    if (!row) {
+      if (one.changed()) static_cast<void>(keep());  // what was found of the stations before it
+      return tl::unexpected(row.error());
+    }
     rows.push_back(std::move(*row));
   }
   if (!json && one.restart())
@@ -235,12 +255,14 @@ void add_commission(CLI::App& app, Context& context) {
     if (auto read = stations::read_accepted(file, *machine); !read && !options->accept) return stop_with(read.error());
     const auto access = BusAccess::open(context, *options);
     if (!access) return;
-    const auto done = commission(*access, *machine, *options, context.json);
+    const auto keep = [&]() -> Result<void> {
+      if (auto made = desk::open_state_folder(*folder); !made) return tl::unexpected(made.error());
+      return stations::write_accepted(file, *machine);
+    };
+    const auto done = commission(*access, *machine, *options, context.json, keep);
     if (!done) return stop_with(done.error());
-    if ((*done)["changed"].get<bool>()) {
-      if (auto made = desk::open_state_folder(*folder); !made) return stop_with(made.error());
-      if (auto kept = stations::write_accepted(file, *machine); !kept) return stop_with(kept.error());
-    }
+    if ((*done)["changed"].get<bool>())
+      if (auto kept = keep(); !kept) return stop_with(kept.error());
     if (context.json) fmt::print("{}\n", done->dump(2));
     if ((*done)["differing"].get<int>() > 0) context.exit_code = 5;
   });

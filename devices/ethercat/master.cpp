@@ -100,7 +100,13 @@ Result<void> EthercatMaster::bring_up() {
   if (!found) return tl::unexpected(found.error());
   forget_bent();
   stations_ = std::move(*found);
+  auto up = set_up();
+  if (!up) give_back_addresses(link_, stations_);
+  return up;
+}
 
+/// From INIT to SAFE_OP.
+Result<void> EthercatMaster::set_up() {
   for (auto& s : stations_) {
     if (auto ok = at(s, write_mailbox_setup(link_, s)); !ok) return ok;
     if (auto ok = at(s, hand_over_eeprom(link_, s)); !ok) return ok;
@@ -335,7 +341,6 @@ Result<void> EthercatMaster::bring_back(StationRecord& s, Whereabouts where) {
 Result<std::optional<AlStatus>> EthercatMaster::bring_back(StationId station) {
   auto s = record(station);
   if (!s) return tl::unexpected(s.error());
-  (*s)->restarted = false;
   const auto where = at(**s, look_for(link_, **s));
   if (!where) return tl::unexpected(where.error());
   if (*where == Whereabouts::InOp && cyclic_->was_fresh(static_cast<std::size_t>(*s - stations_.data())))

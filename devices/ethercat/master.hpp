@@ -111,6 +111,7 @@ class EthercatMaster final : public StationBus {
     std::size_t index = 0;      ///< in stations_
     BentImage* bent = nullptr;  ///< instead of these bytes, where the station has another mapping than its profile
   };
+  Result<void> set_up();
   Result<void> enter(wire::AlState state);
   Result<void> side_by_side(const std::function<Result<void>(StationRecord&, std::vector<std::string>&)>& work);
   Result<void> agree(StationRecord& station, std::vector<std::string>& notes);

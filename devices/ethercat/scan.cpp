@@ -177,6 +177,32 @@ Result<void> read_eeproms(Link& link, std::vector<StationRecord>& stations) {
 
 }  // namespace
 
+namespace {
+
+/// What there is to know of stations that have their address now.
+Result<void> learn(Link& link, std::vector<StationRecord>& stations) {
+  if (auto ok = read_facts(link, stations); !ok) return ok;
+  find_parents(stations);
+  for (const std::uint8_t owner : {kSiiTakeAway, std::uint8_t{0}}) {
+    const std::array raw{std::byte{owner}};
+    if (auto ok = link.write_all(reg::kSiiConfig, raw); !ok) return tl::unexpected(ok.error());
+  }
+  auto read = read_eeproms(link, stations);
+  for (const StationRecord& s : stations)
+    if (s.eeprom_given)
+      if (auto back = give_eeprom(link, s.address); read && !back) read = back;
+  return read;
+}
+
+}  // namespace
+
+void give_back_addresses(Link& link, const std::vector<StationRecord>& stations) {
+  std::array<std::byte, 2> none{};
+  for (const StationRecord& s : stations)
+    if (s.since_power_up)
+      static_cast<void>(link.transact(Command::Fpwr, physical_address(s.address, reg::kStationAddress), none));
+}
+
 Result<std::vector<StationRecord>> find_stations(Link& link) {
   const auto count = count_stations(link);
   if (!count) return tl::unexpected(count.error());
@@ -187,7 +213,6 @@ Result<std::vector<StationRecord>> find_stations(Link& link) {
   if (auto ok = link.write_all(reg::kDlControl + kDlAliasOffset, no_alias); !ok) return tl::unexpected(ok.error());
   const auto fresh = without_address(link, *count);
   if (!fresh) return tl::unexpected(fresh.error());
-  if (auto ok = give_addresses(link, *count); !ok) return tl::unexpected(ok.error());
   for (int i = 0; i < *count; ++i) {
     StationRecord& s = stations[static_cast<std::size_t>(i)];
     s.since_power_up = (*fresh)[static_cast<std::size_t>(i)];
@@ -196,17 +221,12 @@ Result<std::vector<StationRecord>> find_stations(Link& link) {
     s.address = station_address(i);
     s.where = at_position(i);
   }
-  if (auto ok = read_facts(link, stations); !ok) return tl::unexpected(ok.error());
-  find_parents(stations);
-  for (const std::uint8_t owner : {kSiiTakeAway, std::uint8_t{0}}) {
-    const std::array raw{std::byte{owner}};
-    if (auto ok = link.write_all(reg::kSiiConfig, raw); !ok) return tl::unexpected(ok.error());
+  // Where not all have theirs, two may have the same one: then nothing is taken back by address.
+  if (auto ok = give_addresses(link, *count); !ok) return tl::unexpected(ok.error());
+  if (auto ok = learn(link, stations); !ok) {
+    give_back_addresses(link, stations);
+    return tl::unexpected(ok.error());
   }
-  auto read = read_eeproms(link, stations);
-  for (const StationRecord& s : stations)
-    if (s.eeprom_given)
-      if (auto back = give_eeprom(link, s.address); read && !back) read = back;
-  if (!read) return tl::unexpected(read.error());
   return stations;
 }
 
@@ -334,23 +354,17 @@ Result<void> check_count(const std::vector<const config::Station*>& configured, 
 
 }  // namespace
 
-Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machine, bool strangers,
-                                        std::vector<std::string>& notes) {
-  const auto configured = on_ethercat(machine);
-  const bool anybody = strangers && configured.empty();
-  // Counted before anything is written: a bus with another number of stations stays as it is.
-  const auto count = count_stations(link);
-  if (!count) return tl::unexpected(count.error());
-  if (!anybody)
-    if (auto ok = check_count(configured, static_cast<std::size_t>(*count)); !ok) return tl::unexpected(ok.error());
-  if (auto ok = reset_stations(link); !ok) return tl::unexpected(ok.error());
-  auto records = find_stations(link);
-  if (!records) return records;
-  if (!anybody)
-    if (auto ok = check_count(configured, records->size()); !ok) return tl::unexpected(ok.error());
+namespace {
 
-  for (std::size_t i = 0; i < records->size(); ++i) {
-    StationRecord& r = (*records)[i];
+/// Whether they are what the machine file has in their places, and how they are to be set up. `configured` is empty
+/// where anybody is taken.
+Result<void> confirm(Link& link, const config::Machine& machine, const std::vector<const config::Station*>& configured,
+                     std::vector<StationRecord>& records, std::vector<std::string>& notes) {
+  const bool anybody = configured.empty();
+  if (!anybody)
+    if (auto ok = check_count(configured, records.size()); !ok) return ok;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    StationRecord& r = records[i];
     const auto located = [&](Error e) {
       if (e.where.empty()) e.where = r.where;
       return tl::unexpected(std::move(e));
@@ -380,6 +394,27 @@ Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machi
                         "not at the same instant as the others");
     }
     r.lrw = r.lrw && (r.esc.features & kFeatureNoLrw) == 0;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machine, bool strangers,
+                                        std::vector<std::string>& notes) {
+  const auto configured = on_ethercat(machine);
+  const bool anybody = strangers && configured.empty();
+  // Counted before anything is written: a bus with another number of stations stays as it is.
+  const auto count = count_stations(link);
+  if (!count) return tl::unexpected(count.error());
+  if (!anybody)
+    if (auto ok = check_count(configured, static_cast<std::size_t>(*count)); !ok) return tl::unexpected(ok.error());
+  if (auto ok = reset_stations(link); !ok) return tl::unexpected(ok.error());
+  auto records = find_stations(link);
+  if (!records) return records;
+  if (auto ok = confirm(link, machine, configured, *records, notes); !ok) {
+    give_back_addresses(link, *records);
+    return tl::unexpected(ok.error());
   }
   return records;
 }

@@ -25,6 +25,10 @@ Result<int> count_stations(Link& link);
 /// (sii.damage says when it cannot be; whoever had it has it again). No state is changed. Fault::StationMissing,
 /// BusDown.
 Result<std::vector<StationRecord>> find_stations(Link& link);
+/// Those that had no address when they were found have none again. A station forgets its address with its supply, and
+/// that is how it is known later that it has restarted: whoever only looks must not wipe it out. Best effort; one that
+/// is not reached keeps its address, and counts as one that has not restarted.
+void give_back_addresses(Link& link, const std::vector<StationRecord>& stations);
 /// Reads the EEPROM's categories too.
 Result<void> read_whole_sii(Link& link, StationRecord& station);
 

@@ -99,7 +99,11 @@ Result<PdoMap> read_pdo_map(Link& link, StationRecord& s) {
   return map;
 }
 
+void Survey::give_back() { give_back_addresses(link_, stations_); }
+
 Result<std::vector<FoundStation>> Survey::scan() {
+  give_back();
+  stations_.clear();
   auto records = find_stations(link_);
   if (!records) return tl::unexpected(records.error());
   std::vector<FoundStation> found;
@@ -208,6 +212,7 @@ Result<HeldObject> Survey::read_held(int position, const config::StartupRow& row
 Result<void> Survey::write_held(int position, const config::StartupRow& row, std::size_t bytes) {
   auto s = with_mailbox(position);
   if (!s) return tl::unexpected(s.error());
+  if (row.acts == config::ActsAt::PowerUp) (*s)->since_power_up = false;
   return devices::write_held(link_, **s, row, bytes);
 }
 

@@ -4,9 +4,10 @@
 //   auto pdos = survey.read_pdo_map(3);              // stations are named by their position, 0 first
 //   auto value = survey.read_object(3, {0x1018, 0}, SdoAccess::Complete);
 // Scanning gives every station its configured address (1001h + position), ends alias addressing and takes the EEPROM
-// for as long as it reads; nothing else is written. Object access needs a mailbox: a station in INIT is taken to PRE_OP
-// for it and stays there. Every call ends in bounded time with a named error. Not beside a running EthercatMaster: that
-// one answers the same questions itself.
+// for as long as it reads; nothing else is written. A station that had no address has none again when the survey ends,
+// so that the machine's next start still knows that its supply was off. Object access needs a mailbox: a station in
+// INIT is taken to PRE_OP for it and stays there. Every call ends in bounded time with a named error. Not beside a
+// running EthercatMaster: that one answers the same questions itself.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -56,6 +57,9 @@ struct WireCheck {
 class Survey {
  public:
   Survey(FramePort& port, Clock& clock) : link_(port, clock) {}
+  ~Survey() { give_back(); }
+  Survey(const Survey&) = delete;
+  Survey& operator=(const Survey&) = delete;
 
   /// Fault::BusDown when nobody answers, StationMissing. A station whose EEPROM cannot be read or parsed is listed
   /// with what could be read, and record.sii.damage.
@@ -69,6 +73,7 @@ class Survey {
                             SdoAccess access = SdoAccess::Single);
   /// Parameters; devices/ethercat/parameters.hpp.
   Result<HeldObject> read_held(int position, const config::StartupRow& row);
+  /// After a value that acts at power-up, what is known of an earlier restart of the station says nothing any more.
   Result<void> write_held(int position, const config::StartupRow& row, std::size_t bytes);
   Result<void> save_parameters(int position, const config::StationProfile& profile);
   Result<AlStatus> al_status(int position);
@@ -82,6 +87,7 @@ class Survey {
   std::vector<Emergency> take_emergencies(int position);
 
  private:
+  void give_back();
   Result<StationRecord*> station(int position);
   Result<StationRecord*> with_mailbox(int position);
 

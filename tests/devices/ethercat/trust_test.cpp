@@ -171,5 +171,85 @@ TEST_F(Trust, what_acts_at_power_up_waits_for_it) {
   expect_doubt("x", {"supply off and on"}, Fault::RestartNeeded);
 }
 
+/// x and y1 wait for their supply; that it was off is known to the next start by the address that they have lost.
+struct Waiting : BusBench {
+  Waiting() {
+    for (const char* name : {"x", "y1"}) {
+      const auto& id = station(machine, name).profile.identity;
+      station(machine, name).accepted = config::Accepted{id.vendor, id.product, id.revision, 0, "2026-11-24", true};
+    }
+  }
+  int waiting() {
+    EXPECT_TRUE(bring_up());
+    int n = 0;
+    for (const auto& s : master->stations()) n += s.doubts.empty() ? 0 : 1;
+    master->shut_down();
+    return n;
+  }
+};
+
+TEST(Restarted, a_look_at_the_bus_leaves_it_to_the_next_start) {
+  Waiting b;
+  {
+    Survey survey(b.port, b.clock);
+    for (int times = 0; times < 2; ++times) {
+      const auto found = survey.scan();
+      ASSERT_TRUE(found);
+      for (const auto& s : *found) EXPECT_TRUE(s.record.since_power_up) << s.record.where;
+    }
+    ASSERT_TRUE(survey.read_object(1, {0x1018, 1}));  // by its mailbox, in PRE_OP
+  }
+  EXPECT_EQ(b.waiting(), 0);
+  EXPECT_EQ(b.waiting(), 2) << "since then it was not off";
+  EXPECT_TRUE(Survey(b.port, b.clock).scan());
+  EXPECT_EQ(b.waiting(), 2) << "and a look does not say that it was";
+}
+
+TEST(Restarted, a_start_that_fails_leaves_it_to_the_next_one) {
+  for (const bool in_the_scan : {true, false}) {
+    Waiting b;
+    auto& z = station(b.machine, "z").profile;
+    const auto before = z;
+    if (in_the_scan)
+      z.identity.product ^= 1;
+    else
+      z.max_pdo_entries = 1;
+    EXPECT_FALSE(b.bring_up());
+    z = before;
+    EXPECT_EQ(b.waiting(), 0) << in_the_scan;
+  }
+}
+
+TEST(Restarted, what_acts_at_power_up_and_was_written_after_it_waits_for_the_next_one) {
+  Waiting b;
+  const auto& startup = station(b.machine, "x").profile.startup;
+  const auto row = std::ranges::find(startup, config::ActsAt::PowerUp, &config::StartupRow::acts);
+  ASSERT_NE(row, startup.end());
+  {
+    Survey survey(b.port, b.clock);
+    ASSERT_TRUE(survey.write_held(1, *row, static_cast<std::size_t>(config::bits(row->type)) / 8));
+  }
+  EXPECT_EQ(b.waiting(), 1);
+}
+
+TEST(Restarted, it_is_told_by_whichever_attempt_brings_the_station_back) {
+  BusBench b;
+  b.operate();
+  const std::size_t x = 1;
+  b.segment.power_cycle(b.master->stations()[x].id, milliseconds(20));
+  b.cycles(500);
+  EXPECT_FALSE(b.master->recover(x)) << "nobody exchanges meanwhile, so that it cannot be seen to take part";
+  b.due = b.master->first_cycle(b.clock.now());
+  b.cycles(5);
+  b.master->step_by([&] { b.cycle(); });
+  const auto back = b.master->recover(x);
+  ASSERT_TRUE(back) << to_text(back.error());
+  ASSERT_TRUE(*back);
+  EXPECT_TRUE((*back)->restarted);
+  const auto again = b.master->recover(x);
+  ASSERT_TRUE(again);
+  EXPECT_FALSE(*again);
+}
+
 }  // namespace
 }  // namespace gantry::devices
