@@ -1,6 +1,7 @@
-// Stations that answer alike: only an alias (or a serial that was accepted) tells which of them stands where. Where
-// neither does, swapped cables make the one take the other's orders.
+// Stations that answer alike: only an alias, a serial that was accepted, or a person who has watched their axes move (a
+// walk) tells which of them stands where. Where none of them does, swapped cables make the one take the other's orders.
 #pragma once
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -11,7 +12,18 @@ namespace gantry::config {
 /// On one EtherCAT line, of one profile, or of one vendor and product.
 bool look_alike(const Station& a, const Station& b);
 
-/// A sentence for each kind of station of which two are told apart by nothing, with the remedy.
+/// What the machine file says of which axis a station moves, and which way: "X: slot 0, direction 0"; "" for a station
+/// that moves none. When that has changed since a walk, the walk says nothing any more.
+std::string wiring_of(const Machine& machine, const Station& station);
+/// A person has seen its axes move as the machine file says today.
+bool walked(const Machine& machine, const Station& station);
+
+/// A sentence for each kind of station of which two are told apart by nothing, or by a walk alone, with the remedy.
 std::vector<std::string> look_alikes(const Machine& machine);
+
+/// Two stations as they were found on a bus: by the serial numbers that they show now.
+/// "": something tells that each stands in its place; else a sentence with the remedy. For drives.
+std::string not_told_apart(const Machine& machine, const Station& a, std::uint32_t serial_a, const Station& b,
+                           std::uint32_t serial_b);
 
 }  // namespace gantry::config

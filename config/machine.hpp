@@ -119,6 +119,8 @@ struct Accepted {
   std::uint32_t vendor = 0, product = 0, revision = 0, serial = 0;
   std::string date;              ///< "2026-11-22"
   bool restart_pending = false;  ///< parameters were written that act at power-up
+  std::string walked{};          ///< when a person has seen its axes move; empty: nobody has
+  std::string walked_as{};       ///< what the machine file said of them then: config::wiring_of()
 };
 
 struct Station {

@@ -10,6 +10,7 @@
 #include "app/cli/bus_access.hpp"
 #include "app/cli/client.hpp"
 #include "app/cli/commission_axis.hpp"
+#include "app/cli/commission_walk.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/stations/accepted.hpp"
 
@@ -20,7 +21,7 @@ using nlohmann::ordered_json;
 
 struct CommissionOptions : BusOptions {
   std::string station, state, speed;
-  bool all = false, accept = false, write = false;
+  bool all = false, accept = false, write = false, walk = false;
 };
 
 std::string device(std::uint32_t vendor, std::uint32_t product) {
@@ -84,7 +85,10 @@ class Commissioning {
 
   void take(config::Station& station, const devices::StationSii& sii) {
     const bool pending = station.accepted && station.accepted->restart_pending;
-    station.accepted = config::Accepted{sii.vendor, sii.product, sii.revision, sii.serial, today(), pending};
+    const auto was =
+        station.accepted && station.accepted->serial == sii.serial ? *station.accepted : config::Accepted{};
+    station.accepted = config::Accepted{sii.vendor, sii.product, sii.revision, sii.serial,
+                                        today(),    pending,     was.walked,   was.walked_as};
     changed_ = true;
   }
 
@@ -211,29 +215,41 @@ Result<ordered_json> commission(BusAccess& bus, config::Machine& machine, const 
 
 void add_commission(CLI::App& app, Context& context) {
   auto* verb = app.add_subcommand(
-      "commission", "Stations: confirm what they are, compare and write their parameters; axes: measure their delay");
+      "commission",
+      "Stations: confirm what they are, compare and write their parameters; axes: see which way they move, "
+      "measure their delay");
   auto options = std::make_shared<CommissionOptions>();
   verb->add_option("STATION", options->station, "Station of the machine file, or an axis");
   verb->add_flag("--all", options->all, "Every station");
   verb->add_flag("--accept", options->accept, "Take what was found for what belongs there, with the date");
   verb->add_flag("--write", options->write,
                  "Write parameters that differ, also those that act at power-up, and save them");
+  verb->add_flag("--walk", options->walk,
+                 "Each axis goes a little way and back; you say which one moved, and which way");
   verb->add_option("--speed", options->speed, "Of an axis that is measured: \"50 mm/s\"");
   add_bus_interface(*verb, *options);
   verb->add_option("--state", options->state, kStateHelp);
   verb->footer(
-      "Shows identity and parameters; changes nothing without --accept or --write. Nothing moves. With the name "
-      "of an\n"
+      "Shows identity and parameters; changes nothing without --accept or --write. Nothing moves. With --walk each "
+      "axis\n"
+      "goes by 1 mm or 3 degrees and back in setup, not homed; you answer with what you have seen (\"X+\"), and only "
+      "when\n"
+      "all of it is as the machine file says, it is kept. With the name of an\n"
       "axis it homes the machine, moves that axis there and back, and measures how far it lags its command\n"
       "(response_delay). What was accepted and measured lies in the state folder. Not beside `gantry up` on the same "
       "interface: `gantry down` first.\n"
       "Example:  gantry commission --all --interface eth1");
   verb->callback([&context, options] {
     const auto stop_with = [&](const Error& error) { context.exit_code = show(error, context.json); };
-    if (options->all != options->station.empty())
+    const bool alone =
+        options->station.empty() && !options->all && !options->accept && !options->write && options->speed.empty();
+    if (options->walk && !alone)
+      return stop_with({Fault::Usage, "--walk is for all axes, and stands alone", "commission"});
+    if (!options->walk && options->all != options->station.empty())
       return stop_with({Fault::Usage, "name one station, or write --all", "commission"});
     auto machine = load_machine(context);
     if (!machine) return;
+    if (options->walk) return commission_walk(context, std::move(*machine), options->interface, options->state);
     const bool of_axis =
         !options->all && config::find_axis(*machine, options->station) != nullptr &&
         std::ranges::none_of(machine->stations, [&](const auto& s) { return s.name == options->station; });

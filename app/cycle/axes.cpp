@@ -233,6 +233,12 @@ bool Axes::on_limit(AxisId id) const noexcept {
   });
 }
 
+AxisId Axes::first_on_limit() const noexcept {
+  for (std::size_t i = 0; i < setup_.axes.size(); ++i)
+    if (const AxisId id{static_cast<std::uint8_t>(i)}; on_limit(id)) return id;
+  return kNoAxis;
+}
+
 void Axes::start_homing(std::uint32_t mask) noexcept {
   homing_mask_ = mask;
   for (std::size_t d = 0; d < setup_.drives.size(); ++d) {

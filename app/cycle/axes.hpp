@@ -75,6 +75,8 @@ class Axes {
   [[nodiscard]] double behind(AxisId id) const noexcept;
   [[nodiscard]] double skew(AxisId id) const noexcept;
   [[nodiscard]] bool on_limit(AxisId id) const noexcept;
+  /// kNoAxis: none stands on a limit switch.
+  [[nodiscard]] AxisId first_on_limit() const noexcept;
   /// All inputs of the axis's drives are of the last cycle.
   [[nodiscard]] bool fresh(AxisId id) const noexcept;
   [[nodiscard]] const devices::Feedback& drive(std::size_t d) const noexcept { return drives_[d].feedback(); }

@@ -33,8 +33,10 @@ enum class CommandKind : std::uint8_t {
 /// As a row of the machine's states; nothing: not bound to a state (override, outputs).
 std::optional<Cause> cause(CommandKind kind) noexcept;
 
-/// What a block is for. A job works on a board, so that it asks for a closed clamp. In setup only a jog plays.
-enum class Purpose : std::uint8_t { Job, Park, Jog };
+/// What a block is for. A job works on a board, so that it asks for a closed clamp. In setup only a jog and a walk
+/// play. A walk moves an axis so little that it may be without a reference (LoopSetup::walk_max), and plays in setup
+/// only.
+enum class Purpose : std::uint8_t { Job, Park, Jog, Walk };
 
 struct Command {
   CommandKind kind{};

@@ -111,8 +111,9 @@ void Loop::advance(const Beat& beat) noexcept {
     }
   }
   if (state_ == State::Offline || !axes_.all_enabled()) return;
-  const motion::Verdict verdict =
-      motion::check_target(setup_.limits, before, commanded_.target, static_cast<int>(steps - 1), axes_.referenced());
+  const bool walks = block_ != 0 && purpose_ == Purpose::Walk;
+  const motion::Verdict verdict = motion::check_target(walks ? walk_limits_ : setup_.limits, before, commanded_.target,
+                                                       static_cast<int>(steps - 1), walks ? ~0u : axes_.referenced());
   if (verdict.fault != Fault::None) {
     react(verdict.fault, verdict.axis, 0);
     hold_position();

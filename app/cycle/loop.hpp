@@ -45,7 +45,9 @@ class Loop {
   void take_commands() noexcept;
   void obey(const Command& command) noexcept;
   [[nodiscard]] Fault refuse(const Command& command) const noexcept;
+  [[nodiscard]] Fault refuse_walk(bool in_setup) const noexcept;
   [[nodiscard]] Fault interlock() const noexcept;
+  void bound_walk() noexcept;
   void abort() noexcept;
   void hold() noexcept;
   void advance(const Beat& beat) noexcept;
@@ -105,6 +107,7 @@ class Loop {
                 pending_reset_ = 0;     ///< ids of commands that take time
   Purpose purpose_ = Purpose::Job;      ///< of what plays
   std::uint32_t block_ = 0, tick_ = 0;  ///< what plays; kept until the last compensated tick is out
+  motion::Limits walk_limits_;          ///< of a walk that plays: about where it began
   bool settled_ = true;                 ///< the compensation has let everything out
   bool shut_valve_ = false;             ///< this tick closes the valve, also in what is still on its way
   bool valve_cut_ = false;              ///< this tick closes it, and it was open

@@ -36,7 +36,9 @@ void Loop::take_commands() noexcept {
   for (int i = 0; i < kMostCommands && channels_.commands.pop(command); ++i) {
     if (const Fault why = refuse(command); why != Fault::None) {
       if (command.kind == CommandKind::StartBlock) interpolator_.forget(command.block);
-      answer(command.id, why);
+      const AxisId axis = why == Fault::LimitSwitch ? axes_.first_on_limit() : kNoAxis;
+      if (command.id != 0)
+        tell({.kind = EventKind::CommandDone, .fault = why, .axis = axis, .id = command.id, .block = block_});
     } else {
       obey(command);
     }
@@ -54,12 +56,28 @@ Fault Loop::refuse(const Command& command) const noexcept {
   if (!next(state_, *order)) return Fault::Refused;
   if (command.kind == CommandKind::Enable) return interlock();
   const bool in_setup = setup_.mode_mask != 0 && (inputs_ & setup_.mode_mask) == 0;
-  if (in_setup && (command.kind == CommandKind::Home ||
-                   (command.kind == CommandKind::StartBlock && command.purpose != Purpose::Jog)))
+  const bool start = command.kind == CommandKind::StartBlock;
+  if (start && command.purpose == Purpose::Walk) return refuse_walk(in_setup);
+  if (in_setup && (command.kind == CommandKind::Home || (start && command.purpose != Purpose::Jog)))
     return Fault::SetupMode;
-  if (command.kind == CommandKind::StartBlock && !axes_.all_referenced()) return Fault::NotReferenced;
+  if (start && !axes_.all_referenced()) return Fault::NotReferenced;
   if (command.kind == CommandKind::Reset && pending_reset_ != 0) return Fault::Refused;
   return Fault::None;
+}
+
+/// It is not known where the axes stand: one that stands on a limit switch may be anywhere behind it.
+Fault Loop::refuse_walk(bool in_setup) const noexcept {
+  if (setup_.mode_mask != 0 && !in_setup) return Fault::Refused;
+  return axes_.first_on_limit() != kNoAxis ? Fault::LimitSwitch : Fault::None;
+}
+
+/// Whatever was planned, no axis goes farther than this.
+void Loop::bound_walk() noexcept {
+  walk_limits_ = setup_.limits;
+  for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
+    walk_limits_.axis[i].p_min = commanded_.target[i] - setup_.walk_max[i];
+    walk_limits_.axis[i].p_max = commanded_.target[i] + setup_.walk_max[i];
+  }
 }
 
 /// What keeps the drives from having torque, by the inputs; None when nothing does. In setup the door may be open.
@@ -96,6 +114,7 @@ void Loop::obey(const Command& command) noexcept {
       block_ = command.block;
       hold_waits_ = false;
       purpose_ = command.purpose;
+      if (purpose_ == Purpose::Walk) bound_walk();
       tick_ = 0;
       probing_ = false;
       interpolator_.begin_block(command.block);

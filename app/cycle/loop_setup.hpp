@@ -73,6 +73,7 @@ struct LoopSetup {
   // R10: how far a station's clock may be from the one that comes by. Where it has been for the first, it is said; at
   // the second an axis at 500 mm/s is 12 um from where the others believe it.
   std::int32_t clock_note_ns = 10'000, clock_stop_ns = 25'000;
+  AxisVec walk_max{};  ///< mm or rad that an axis goes at most from where a walk began
   int stop_after_missed = 3;
   int frames_lost_max = 3;  ///< cyclic frames in a row that may be missing (R02)
   int counter_low_max = 3;  ///< cycles in a row in which a station may not take part (R04)

@@ -174,7 +174,7 @@ void Supervisor::look_at_axes(const View& view, Findings& found) noexcept {
 }
 
 /// Interlocks. Without torque nothing can move, and enabling asks for them itself. In setup the door may be open, and
-/// only a jog may play.
+/// only a jog may play, or a walk, which plays nowhere else.
 void Supervisor::look_at_inputs(const View& view, Findings& found) noexcept {
   if (view.state == State::Offline || view.state == State::Disabled) return;
   const auto missing = [&](std::uint32_t mask) { return mask != 0 && (view.inputs & mask) == 0; };
@@ -187,7 +187,9 @@ void Supervisor::look_at_inputs(const View& view, Findings& found) noexcept {
   const bool plays = view.state == State::Running || view.state == State::Holding || view.state == State::Held;
   if (!plays) return;
   if (view.purpose == Purpose::Job && missing(setup_.clamp_mask)) found.push_back({Fault::ClampOpen});
-  if (view.purpose != Purpose::Jog && setup_mode) found.push_back({Fault::ModeChanged});
+  const bool walks = view.purpose == Purpose::Walk;
+  const bool wrong_mode = walks ? setup_.mode_mask != 0 && !setup_mode : view.purpose != Purpose::Jog && setup_mode;
+  if (wrong_mode) found.push_back({Fault::ModeChanged});
 }
 
 }  // namespace gantry::cycle

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <fmt/format.h>
 #include <utility>
 
@@ -98,6 +99,20 @@ Result<void> BlockBuilder::straight(const AxisVec& to, const motion::PathRules& 
   const auto line = motion::line_move(limits_, at_, to, v_cap);
   if (auto asked = ask(*scene_, line, rules); !asked) return asked;
   take(line, to);
+  return {};
+}
+
+Result<void> BlockBuilder::unplaced(const AxisVec& to, double v_cap, double most) {
+  constexpr double kRounding = 1e-9;
+  int moving = 0;
+  double farthest = 0;
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    moving += to[i] != at_[i] ? 1 : 0;
+    farthest = std::max(farthest, std::abs(to[i] - at_[i]));
+  }
+  if (moving > 1 || farthest > most + kRounding)
+    return fail(Fault::Internal, "a motion without a place was to be more than a walk");
+  take(motion::line_move(limits_, at_, to, v_cap), to);
   return {};
 }
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "app/job/limits.hpp"
+#include "app/job/walk.hpp"
 #include "devices/profiles/homing_objects.hpp"
 #include "devices/profiles/map_pdos.hpp"
 
@@ -102,6 +103,7 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, Host host) {
     setup.following_per_speed_s = axis.following_per_speed_s;
     setup.skew_max = axis.skew_max;
     setup.response_delay_s = axis.response_delay_s;
+    loop.walk_max[axis.id.value] = job::walk_distance(axis);
     if (axis.homing) {
       setup.homing.possible = true;
       setup.homing.position = axis.homing->position;

@@ -27,9 +27,9 @@ Owner::~Owner() {
 }
 
 std::string_view name(Undertaking what) {
-  constexpr std::array<std::string_view, 9> kNames{
+  constexpr std::array<std::string_view, 10> kNames{
       "nothing", "bringing the bus up", "enabling", "disabling", "homing", "a jog", "parking",
-      "a job",   "opening the clamp"};
+      "a job",   "opening the clamp",   "a walk"};
   return kNames[static_cast<std::size_t>(what)];
 }
 
@@ -79,6 +79,8 @@ Result<void> Owner::Parts::stations_confirmed() const {
     if (first == nullptr && !station.doubts.empty()) first = &station.doubts.front();
     all += station.doubts.size();
   }
+  if (first == nullptr && raw_port && undertaking != Undertaking::Walk)
+    if (const auto alike = not_told_apart(); !alike.empty()) return tl::unexpected(alike.front());
   if (first == nullptr) return {};
   Error why = *first;
   if (all > 1) why.message += fmt::format(" (and {} more: `gantry commission --all` shows them)", all - 1);

@@ -73,7 +73,7 @@ struct WireCounts {
 };
 
 /// What takes machine time: one at a time.
-enum class Undertaking { None, BringUp, Enable, Disable, Home, Jog, Park, Job, Part };
+enum class Undertaking { None, BringUp, Enable, Disable, Home, Jog, Park, Job, Part, Walk };
 std::string_view name(Undertaking what);
 
 class Owner {
@@ -99,6 +99,16 @@ class Owner {
   /// app/job/park.hpp. It enables, homes nothing, and is proved like a jog; the clamp may be open.
   /// Fault::SetupMode, NotReferenced, Collision, Latched ...; Aborted, Interrupted when it was stopped.
   Result<void> park();
+  /// One axis goes a little way up its coordinate and back, to be watched (app/job/walk.hpp). It need not be
+  /// referenced; it is done in setup only, where the machine has such a mode. Fault::LimitSwitch when an axis stands on
+  /// one.
+  Result<void> walk(const std::string& axis);
+  /// A person has seen every axis move as the machine file says: kept with what stands on the bus now, in the state
+  /// folder. Fault::FileUnwritable.
+  Result<void> keep_walk(const std::string& date);
+  /// A person has seen otherwise: what earlier walks and accepted serial numbers said of where drives stand is void.
+  /// Fault::FileUnwritable.
+  Result<void> forget_walk();
   /// One job from its first block to its end. Never throws away what happened: the result tells it, also of a job that
   /// failed.
   record::JobResult run(const recipes::Recipe& recipe, const recipes::Job& job, const RunOptions& options);

@@ -28,8 +28,11 @@ Result<void> Owner::bring_up() {
   for (const std::string& note : p.bus->notes()) log::info("{}", note);
   for (std::size_t i = 0; i < p.bus->station_count(); ++i)
     for (const Error& doubt : p.bus->station(i).doubts) log::warn("{}", to_text(doubt));
-  if (p.raw_port)
-    for (const std::string& doubt : config::look_alikes(p.machine)) log::warn("{}", doubt);
+  for (const std::string& doubt : config::look_alikes(p.machine)) log::warn("{}", doubt);
+  for (const config::Station& s : p.machine.stations)
+    if (s.accepted && !s.accepted->walked.empty() && !config::walked(p.machine, s))
+      log::warn("station '{}' was walked {} as '{}', and the machine file says '{}' now: `gantry commission --walk`",
+                s.name, s.accepted->walked, s.accepted->walked_as, config::wiring_of(p.machine, s));
   if (const std::string names = p.only_assumed(); !names.empty())
     log::info("what {} are is assumed, and was found so; `gantry commission --all --accept` confirms it", names);
   p.note_restarts();

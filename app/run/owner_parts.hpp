@@ -106,7 +106,8 @@ struct Owner::Parts {
 
   /// Fault::Latched while a fault is.
   [[nodiscard]] Result<void> not_latched() const;
-  /// Every station holds what its rows ask for. Fault::ParameterDiffers, RestartNeeded.
+  /// Every station holds what its rows ask for, and on a wire something tells that each drive stands in its place.
+  /// Fault::ParameterDiffers, RestartNeeded, IdentityMismatch.
   [[nodiscard]] Result<void> stations_confirmed() const;
   /// Drives to Operation Enabled. Fault::Latched while a fault is; what stations_confirmed() says.
   Result<void> torque();
@@ -117,6 +118,8 @@ struct Owner::Parts {
   [[nodiscard]] AxisVec where_a_job_begins() const;
   Result<Jogged> jog(const job::JogWords& words);
   Result<void> park();
+  Result<void> walk(const std::string& axis);
+  [[nodiscard]] std::vector<Error> not_told_apart() const;
 
   /// An order that is answered at once.
   Result<void> at_once(const Order& order);

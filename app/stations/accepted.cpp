@@ -12,8 +12,9 @@ constexpr KeptFile kFile{.stem = "accepted",
                          .remedy = "`gantry commission --all --accept` writes it anew"};
 
 Json to_json(const config::Accepted& a) {
-  return {{"vendor", a.vendor}, {"product", a.product}, {"revision", a.revision},
-          {"serial", a.serial}, {"date", a.date},       {"restart_pending", a.restart_pending}};
+  return {{"vendor", a.vendor}, {"product", a.product},    {"revision", a.revision},
+          {"serial", a.serial}, {"date", a.date},          {"restart_pending", a.restart_pending},
+          {"walked", a.walked}, {"walked_as", a.walked_as}};
 }
 
 config::Accepted from_json(const Json& j) {
@@ -22,7 +23,9 @@ config::Accepted from_json(const Json& j) {
           .revision = j.at("revision").get<std::uint32_t>(),
           .serial = j.at("serial").get<std::uint32_t>(),
           .date = j.at("date").get<std::string>(),
-          .restart_pending = j.at("restart_pending").get<bool>()};
+          .restart_pending = j.at("restart_pending").get<bool>(),
+          .walked = j.value("walked", ""),
+          .walked_as = j.value("walked_as", "")};
 }
 
 }  // namespace

@@ -289,8 +289,11 @@ Result<std::string> check_accepted(const config::Machine& machine, const config:
                             "the cables are swapped. If they are right, `gantry commission --all --accept`",
                             station.position, station.name, accepted.serial, found.serial, other->name),
                 where(station));
-  return fmt::format("{}: another device of the same product: serial {} instead of {}", where(station), found.serial,
-                     accepted.serial);
+  if (accepted.serial == 0) return fmt::format("{}: serial {} was not accepted yet", where(station), found.serial);
+  return fmt::format(
+      "{}: another device of the same product: serial {} instead of {}{}", where(station), found.serial,
+      accepted.serial,
+      accepted.walked.empty() ? "" : "; nobody has seen yet which way it moves: `gantry commission --walk`");
 }
 
 }  // namespace

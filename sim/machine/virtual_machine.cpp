@@ -89,6 +89,7 @@ Result<void> VirtualMachine::write_deposits(const std::string& path) {
   return write_csv(parts_->world.deposits(), path);
 }
 Result<std::vector<std::string>> VirtualMachine::script_left() { return parts_->world.script_left(); }
+std::optional<AxisVec> VirtualMachine::axes() { return parts_->world.axes(); }
 ScriptedInput VirtualMachine::scripted_input(unsigned input) { return parts_->world.scripted_input(input); }
 Result<std::string> VirtualMachine::placement() { return parts_->world.placement(); }
 

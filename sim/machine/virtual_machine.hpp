@@ -62,6 +62,7 @@ class VirtualMachine final : public WorldAccess {
   Result<std::string> placement() override;
   Result<void> add_script(std::string_view yaml) override;
   Result<std::vector<std::string>> script_left() override;
+  std::optional<AxisVec> axes() override;
   ScriptedInput scripted_input(unsigned input) override;
 
  private:

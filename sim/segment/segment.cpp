@@ -51,7 +51,8 @@ Segment::Segment(const config::Machine& machine, Clock& clock) : machine_(machin
       motors_.push_back(std::make_unique<Motor>(free_axis()));
       w = {motors_.back().get(), static_cast<double>(stations[i]->profile.drive->counts_per_rev), false};
     }
-    ring_.push_back(std::make_unique<Station>(*stations[i], static_cast<std::uint32_t>(i + 1), std::move(wiring[i])));
+    ring_.push_back(std::make_unique<Station>(*stations[i], static_cast<std::uint32_t>(stations[i]->id.value + 1),
+                                              std::move(wiring[i])));
   }
   places_.resize(ring_.size());
   route_.reserve(ring_.size());

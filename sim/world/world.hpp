@@ -69,6 +69,8 @@ class World {
   /// Judged against the board: at once when one is there, else when it comes. Fault::UnknownReference.
   Result<void> add_script(std::vector<ScriptEntry> entries);
   [[nodiscard]] std::vector<std::string> script_left();
+  /// As of the last step; nothing before the first.
+  [[nodiscard]] std::optional<AxisVec> axes();
   [[nodiscard]] ScriptedInput scripted_input(unsigned input);
   /// Motor positions of the last life, when the log holds them.
   [[nodiscard]] std::optional<std::vector<double>> remembered_motors() const { return remembered_motors_; }

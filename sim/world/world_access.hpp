@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/axis_vec.hpp"
 #include "core/error.hpp"
 #include "core/vec.hpp"
 #include "recipes/recipe.hpp"
@@ -78,6 +79,9 @@ class WorldAccess {
   virtual Result<void> add_script(std::string_view yaml) = 0;
   /// Entries whose instant has not come: "crash.yaml:3:5: lose_frames at cycle 90000".
   virtual Result<std::vector<std::string>> script_left() = 0;
+  /// Where each axis really stands, mm or rad, as somebody sees it who looks at the machine; nothing where nobody can
+  /// say (a world in another process).
+  virtual std::optional<AxisVec> axes() { return std::nullopt; }
   /// `input`: a bit of the loop's input word. A world in another process says nothing.
   virtual ScriptedInput scripted_input([[maybe_unused]] unsigned input) { return {}; }
 };

@@ -23,6 +23,12 @@ std::vector<std::string> World::script_left() {
   return left;
 }
 
+std::optional<AxisVec> World::axes() {
+  const std::scoped_lock lock(mutex_);
+  if (!stepped_) return std::nullopt;
+  return before_.axes;
+}
+
 ScriptedInput World::scripted_input(unsigned input) {
   const std::scoped_lock lock(mutex_);
   const bool more = std::any_of(script_.begin(), script_.end(), [](const Waiting& w) {
