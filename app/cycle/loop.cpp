@@ -139,7 +139,7 @@ void Loop::write_image(const Beat& beat) noexcept {
   if (setup_.healthy_mask != 0 && latched_ == Fault::None && cycle_ / kHealthyPeriod % 2 == 0)
     word |= setup_.healthy_mask;
   word |= setup_.lamp_masks[static_cast<std::size_t>(lamp())];
-  if (setup_.brake_mask != 0 && !taking_torque_ && axes_.has_torque(setup_.brake_axis)) word |= setup_.brake_mask;
+  if (brake_released()) word |= setup_.brake_mask;
   sent_outputs_ = word;
   axes_.write(bus_, commanded_.target, beat.elapsed);
   write_outputs(bus_, setup_, word);
@@ -197,7 +197,7 @@ void Loop::carry_out(const ReactionRow& reaction, Fault fault) noexcept {
   if (state_ == State::Homing) axes_.cancel_homing(fault);
   if (reaction.goal) axes_.set_goal(*reaction.goal), stop_ticks_ = 0;
   if (state_ == State::Enabling || state_ == State::Disabling) {
-    if (!reaction.goal) axes_.set_goal(DriveGoal::Disabled);
+    if (!reaction.goal) take_torque();
     answer_pending(fault);
   }
   if (on_path && state_ != State::Stopping) stopped_by_ = fault;

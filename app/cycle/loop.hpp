@@ -64,6 +64,7 @@ class Loop {
   void follow_stop() noexcept;
   [[nodiscard]] bool latched_nearby() const noexcept;
   void take_torque() noexcept;
+  [[nodiscard]] bool brake_released() const noexcept;
   void finish_reset() noexcept;
   void finish_homing() noexcept;
   void finish_block() noexcept;

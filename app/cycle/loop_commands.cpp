@@ -155,7 +155,7 @@ void Loop::hold() noexcept {
 void Loop::abort() noexcept {
   if (state_ == State::Homing) axes_.cancel_homing(Fault::Aborted);
   if (state_ == State::Disabling && pending_ != 0) {  // it was enabling
-    axes_.set_goal(DriveGoal::Disabled);
+    take_torque();
     answer_pending(Fault::Aborted);
   }
   if (state_ != State::Stopping || stopped_by_ != Fault::None) return;

@@ -87,10 +87,18 @@ void Loop::follow_stop() noexcept {
   taking_torque_ = false;
 }
 
+/// At once where no brake is open, else when it holds.
 void Loop::take_torque() noexcept {
-  if (setup_.brake_mask == 0) return axes_.set_goal(DriveGoal::Disabled);
-  if (!taking_torque_) brake_ticks_ = 0;
+  if (taking_torque_) return;
+  if (!brake_released()) return axes_.set_goal(DriveGoal::Disabled);
   taking_torque_ = true;
+  brake_ticks_ = 0;
+}
+
+/// While its axis has torque and is not about to lose it.
+bool Loop::brake_released() const noexcept {
+  const bool loses = taking_torque_ || axes_.goal() == DriveGoal::Disabled || axes_.goal() == DriveGoal::FaultReset;
+  return setup_.brake_mask != 0 && !loses && axes_.has_torque(setup_.brake_axis);
 }
 
 /// A probe that latches tells of it within cycles: a place that the axis has left longer ago is the latch of another
@@ -113,6 +121,7 @@ Cause Loop::rest() const noexcept {
 /// operator enables them together.
 void Loop::finish_reset() noexcept {
   if (axes_.goal() == DriveGoal::QuickStop || taking_torque_) return;  // the stop first
+  if (brake_released() && !(axes_.no_fault() && axes_.all_enabled())) return take_torque();
   if (!axes_.no_fault() && axes_.goal() != DriveGoal::FaultReset) axes_.set_goal(DriveGoal::FaultReset);
   if (!axes_.no_fault() && ++reset_ticks_ < kResetTicks) return;
   if (axes_.no_fault()) {
@@ -121,7 +130,7 @@ void Loop::finish_reset() noexcept {
     if (another) tell({.kind = EventKind::Fault, .fault = latched_});
   }
   if (latched_ == Fault::None) reacted_ = Reaction::Note;
-  if (!axes_.all_enabled()) axes_.set_goal(DriveGoal::Disabled), taking_torque_ = false;
+  if (!axes_.all_enabled()) axes_.set_goal(DriveGoal::Disabled);
   if (latched_ == Fault::None) change(axes_.all_enabled() ? Cause::Cleared : Cause::ClearedTorqueOff);
   answer(std::exchange(pending_reset_, 0), latched_);
 }
