@@ -154,5 +154,27 @@ TEST(Trust, a_racked_beam_is_squared_within_two_counts_or_refused) {
   }
 }
 
+// AMD530B 7.2: a probe works on DI4 alone, the emergency stop's input. Refused before anything is sent.
+TEST(Trust, a_wire_is_not_opened_for_a_probe_in_place_of_an_emergency_stop_or_a_current_that_nobody_states) {
+  const auto opened = [](const std::function<void(config::Machine&)>& change) {
+    auto m = *config::load_machine("config/machines/dispenser.yaml");
+    change(m);
+    run::OwnerOptions options;
+    options.bus = "ethercat:none0";
+    return run::Owner::open(m, options).error();
+  };
+  EXPECT_EQ(opened([](auto&) {}).fault, Fault::InterfaceUnusable) << "there is no such interface";
+  const auto on_di4 = [](auto& m) { station(m, "z").profile.drive->probe_takes_emergency_stop = true; };
+  const Error lost = opened(on_di4);
+  EXPECT_EQ(lost.fault, Fault::MissingKey);
+  EXPECT_NE(lost.message.find("'z'"), std::string::npos) << lost.message;
+  EXPECT_NE(lost.message.find("emergency_stop_elsewhere"), std::string::npos) << lost.message;
+  const auto elsewhere = [&](auto& m) { on_di4(m), station(m, "z").emergency_stop_elsewhere = true; };
+  EXPECT_EQ(opened(elsewhere).fault, Fault::InterfaceUnusable);
+  const Error current = opened([](auto& m) { station(m, "cu").profile.not_stated = {"run_current"}; });
+  EXPECT_EQ(current.fault, Fault::MissingKey);
+  EXPECT_NE(current.message.find("'cu'"), std::string::npos) << current.message;
+}
+
 }  // namespace
 }  // namespace gantry

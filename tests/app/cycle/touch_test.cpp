@@ -1,5 +1,7 @@
 // A plane at a known height is touched from many heights, at many places within a cycle: the probe's latch must tell it
 // within a count and what the axis goes in one cycle. The judge is the coordinate at which the virtual motor meets it.
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <random>
 
@@ -14,8 +16,48 @@ using cycle::CommandKind;
 using cycle::EventKind;
 using cycle::State;
 
+/// The bus as it is, but for what the drive of the probe says that it has latched.
+class OtherLatch final : public devices::FieldBus {
+ public:
+  OtherLatch(devices::FieldBus& bus, const cycle::DriveSetup& drive) : bus_(bus), drive_(drive) {}
+  Counts off{};
+
+  Result<void> bring_up() override { return bus_.bring_up(); }
+  Result<void> request_operation() override { return bus_.request_operation(); }
+  Result<void> check_operation() override { return bus_.check_operation(); }
+  [[nodiscard]] Time first_cycle(Time t) const noexcept override { return bus_.first_cycle(t); }
+  void shut_down() override { bus_.shut_down(); }
+  Result<devices::Bytes> read_object(StationId s, config::ObjectAddress a) override { return bus_.read_object(s, a); }
+  Result<void> write_object(StationId s, config::ObjectAddress a, std::span<const std::byte> v) override {
+    return bus_.write_object(s, a, v);
+  }
+  [[nodiscard]] std::span<std::byte> outputs(StationId s) noexcept override { return bus_.outputs(s); }
+  [[nodiscard]] std::span<const std::byte> inputs(StationId s) const noexcept override {
+    if (s != drive_.station) return bus_.inputs(s);
+    const auto true_ones = bus_.inputs(s);
+    const std::span told = std::span(told_).first(true_ones.size());
+    std::ranges::copy(true_ones, told.begin());
+    drive_.layout.probe_rising.set(told,
+                                   static_cast<std::int32_t>(drive_.layout.probe_rising.get(true_ones) + off.value));
+    return told;
+  }
+  [[nodiscard]] bool fresh(StationId s) const noexcept override { return bus_.fresh(s); }
+  devices::Exchange exchange(Time deadline) noexcept override { return bus_.exchange(deadline); }
+  void arm(Time deadline) noexcept override { bus_.arm(deadline); }
+  std::size_t spare_frames(std::span<const devices::ImageChange> changes,
+                           std::span<devices::FrameBytes> frames) noexcept override {
+    return bus_.spare_frames(changes, frames);
+  }
+
+ private:
+  devices::FieldBus& bus_;
+  const cycle::DriveSetup& drive_;
+  mutable std::array<std::byte, 64> told_{};
+};
+
 struct Touching : LoopBench {
   Touching() {
+    loop = std::make_unique<cycle::Loop>(setup, bus, nullptr, clock, *channels, &stop);
     operate();
     enable();
     home();
@@ -53,6 +95,7 @@ struct Touching : LoopBench {
   }
   sim::Motor& z() { return segment.motor(machine.z); }
 
+  OtherLatch bus{*master, *std::ranges::find(setup.drives, machine.z, &cycle::DriveSetup::axis)};
   motion::Limits limits;
   std::uint32_t block = 100;
   Fault refused = Fault::None;
@@ -106,6 +149,32 @@ TEST(Touch, a_latch_that_comes_before_the_touch_is_none) {
   EXPECT_EQ(b.now.latched, Fault::None) << "a path stop that needs no reset";
   EXPECT_EQ(b.told(Fault::ProbeImplausible), 1);
   for (const cycle::Event& e : b.events) EXPECT_NE(e.kind, EventKind::Touched);
+}
+
+// R50, R51: a drive that latches nonsense, or shows the latch of another touch.
+TEST(Touch, a_latch_outside_of_what_was_approached_is_refused_and_ends_the_approach) {
+  Touching b;
+  if (HasFatalFailure()) return;
+  const double counts_per_mm = b.machine.axes[b.machine.z.value].counts_per_unit;
+  constexpr double kPlane = -40, kAbove = 2, kLowest = kPlane - 3;
+  for (const double off_mm : {0.0, 2.5, 30.0, -0.5, -2.0, -5.0, 400.0, -1e5, 1e5}) {
+    SCOPED_TRACE(off_mm);
+    b.z().set_contact(-1e9);
+    b.bus.off = {};
+    b.go(kPlane + kAbove);
+    b.z().set_contact(kPlane);
+    b.bus.off = {static_cast<std::int64_t>(std::lround(off_mm * counts_per_mm))};
+    const auto met = b.touch(kLowest);
+    if (off_mm == 0) {
+      ASSERT_TRUE(met);
+      EXPECT_NEAR(*met, kPlane, 0.01);
+      continue;
+    }
+    EXPECT_FALSE(met) << *met;
+    EXPECT_EQ(b.told(Fault::ProbeImplausible), 1);
+    EXPECT_GT(b.now.actual[b.machine.z.value], kPlane - 0.5) << "it ends where the probe has closed";
+    for (const cycle::Event& e : b.events) EXPECT_NE(e.kind, EventKind::Touched);
+  }
 }
 
 }  // namespace

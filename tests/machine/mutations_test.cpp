@@ -1,0 +1,212 @@
+// Stations altered on the virtual machine's side alone, by hand and at random: the machine works as well, or it is
+// refused by name. The judge is the virtual world: an axis that the controller calls referenced must stand where the
+// controller believes, and one that was jogged must have gone that way.
+//   GANTRY_ROUNDS=500 GANTRY_SEED=7 build/release/bin/machine_mutations_test
+#include <cmath>
+#include <cstdlib>
+#include <fmt/format.h>
+#include <random>
+#include <set>
+
+#include "tests/altered.hpp"
+#include "tests/machine/rig.hpp"
+#include "tests/machine/said.hpp"
+
+namespace gantry::test {
+namespace {
+
+struct Outcome {
+  bool works = false;
+  Error why;
+  std::string wrong;  ///< why neither of the two; empty: it is fine
+};
+
+/// Named: the reason says which station, axis or object it is about.
+bool names_something(const Error& why) { return why.fault != Fault::None && !why.where.empty(); }
+
+Outcome drive(const std::function<void(config::Machine&)>& wired) {
+  const Said quiet;
+  Rig rig({.placement = "dx=0 mm", .wired = wired});
+  Outcome out;
+  const auto refused = [&](const Error& why) {
+    out.why = why;
+    if (!names_something(why)) out.wrong = "refused without a name: " + to_text(why);
+    return out;
+  };
+  if (const auto up = rig.owner().bring_up(); !up) return refused(up.error());
+  const auto home = rig.owner().home();
+  const auto off = [&](const config::Axis& axis, double by) {
+    const auto world = rig.owner().world()->axes();
+    return world ? (*world)[axis.id.value] - rig.owner().latest().actual[axis.id.value] - by : 1e9;
+  };
+  constexpr double kOff = 0.02;  // mm or rad: two counts and what a motor still creeps
+  for (int i = 0; i < 100; ++i) static_cast<void>(rig.owner().idle());
+  for (const config::Axis& axis : rig.machine().axes) {
+    if (axis.kind != config::AxisKind::Streamed) continue;
+    const bool referenced = (rig.owner().latest().referenced >> axis.id.value & 1u) != 0;
+    if (referenced && std::abs(off(axis, 0)) > kOff)
+      out.wrong = fmt::format("{} is called referenced and stands {:.3f} elsewhere", axis.name, off(axis, 0));
+  }
+  if (!home) return refused(home.error());
+  for (const char* name : {"X", "Y", "C"}) {
+    job::JogWords words;
+    words.by[name] = std::string(name) == "C" ? "5 deg" : "7 mm";
+    if (const auto jogged = rig.owner().jog(words); !jogged) return refused(jogged.error());
+  }
+  for (int i = 0; i < 100; ++i) static_cast<void>(rig.owner().idle());
+  for (const config::Axis& axis : rig.machine().axes)
+    if (axis.kind == config::AxisKind::Streamed && std::abs(off(axis, 0)) > kOff)
+      out.wrong = fmt::format("{} has gone {:.3f} elsewhere", axis.name, off(axis, 0));
+  out.works = true;
+  return out;
+}
+
+struct Altered {
+  const char* what;
+  std::function<void(config::Machine&)> wired;
+  const char* refused;  ///< words of the reason; null: it works as well
+};
+
+TEST(Mutations, by_hand) {
+  const auto facts = [](auto& m, const char* name) -> config::DriveFacts& { return *station(m, name).profile.drive; };
+  const Altered all[] = {
+      {"a drive without CSP", [&](auto& m) { std::erase(facts(m, "x").modes, 8); }, "station 1 'x'"},
+      {"a drive that cannot home", [&](auto& m) { std::erase(facts(m, "z").modes, 6); }, "'z'"},
+      {"homing goes twice as fast", [&](auto& m) { facts(m, "y1").velocity_counts_s *= 2; }, "axis Y"},
+      {"homing goes half as fast", [&](auto& m) { facts(m, "x").velocity_counts_s /= 2; }, nullptr},
+      {"the home switch is stuck", [](auto& m) { m.sim.axes[3].home_switch = 1e6; }, "axis C"},
+      {"a limit that stays closed", [](auto& m) { m.sim.axes[0].pos_limit = -1e6; }, "axis X"},
+      {"both limits swapped on one side of the beam",
+       [&](auto& m) { std::swap(facts(m, "y1").input_neg_limit, facts(m, "y1").input_pos_limit); }, "axis Y"},
+      {"one side of the beam turns the other way", [](auto& m) { m.axes[1].drives[1].invert ^= true; }, "axis Y"},
+      {"the second axis is absent", [](auto& m) { station(m, "cu").profile.slots = 1; }, "'cu'"},
+      {"an error code that stays from before",
+       [](auto& m) {
+         object(m, "x", {0x603F, 0}).initial = 0x7500;
+       },
+       nullptr},
+      {"a clock of 32 bits", [](auto& m) { station(m, "y2").profile.clock_bits = 32; }, nullptr},
+      {"no clock", [](auto& m) { station(m, "cu").profile.dc = false; }, nullptr},
+      {"mailboxes that overlap",
+       [](auto& m) {
+         // Two mailboxes on top of each other: no profile or manual has it, an EEPROM may.
+         for (auto& row : station(m, "z").profile.sync_managers)
+           if (row.kind == config::SyncManagerKind::MailboxOut || row.kind == config::SyncManagerKind::MailboxIn)
+             row.length = 512;
+       },
+       "'z'"},
+      {"607Ah is not mappable",
+       [](auto& m) {
+         object(m, "y2", {0x607A, 0}).mappable = false;
+       },
+       "'y2'"},
+      {"6041h is not mappable",
+       [](auto& m) {
+         object(m, "cu", {0x6041, 0}).mappable = false;
+       },
+       "'cu'"},
+      {"the probe cannot be mapped",
+       [](auto& m) {
+         object(m, "z", {0x60BA, 0}).mappable = false;
+       },
+       "'z'"},
+      {"homing speeds cannot be written",
+       [](auto& m) {
+         object(m, "x", {0x6099, 1}).writable = false;
+       },
+       "6099h:1"},
+      {"the homing method cannot be written",
+       [](auto& m) {
+         object(m, "z", {0x6098, 0}).writable = false;
+       },
+       "6098h"},
+      {"no 6099h", [](auto& m) { remove_object(station(m, "x").profile, 0x6099); }, "6099h"},
+      {"another serial, revision", [](auto& m) { station(m, "x").profile.identity.revision += 5; }, nullptr},
+      {"another product", [](auto& m) { station(m, "io").profile.identity.product += 5; }, "'io'"},
+      {"the wrong alias", [](auto& m) { station(m, "y1").alias = 77; }, "'y1'"},
+      {"a station that drops its motor current",
+       [](auto& m) {
+         holds(m, "x", {0x20F1, 0}, 100);
+       },
+       "run_current"},
+  };
+  for (const Altered& a : all) {
+    const Outcome out = drive(a.wired);
+    EXPECT_EQ(out.wrong, "") << a.what;
+    if (a.refused == nullptr) {
+      EXPECT_TRUE(out.works) << a.what << ": " << to_text(out.why);
+      continue;
+    }
+    EXPECT_FALSE(out.works) << a.what;
+    EXPECT_NE(to_text(out.why).find(a.refused), std::string::npos) << a.what << ": " << to_text(out.why);
+  }
+}
+
+/// One alteration of one station, and its name.
+std::string alter(config::Machine& m, std::mt19937_64& random) {
+  const auto any = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random); };
+  constexpr const char* kNames[] = {"x", "y1", "y2", "z", "cu"};
+  const char* const name = kNames[any(std::size(kNames))];
+  config::StationProfile& p = station(m, name).profile;
+  config::ObjectRow& row = p.objects[any(p.objects.size())];
+  const std::string at = fmt::format("{} {:04X}h:{}", name, row.address.index, row.address.sub);
+  switch (any(9)) {
+    case 0: {
+      const auto address = row.address;
+      std::erase_if(p.objects, [&](const auto& o) { return o.address == address; });
+      return at + " removed";
+    }
+    case 1: row.writable = false; return at + " read only";
+    case 2: row.mappable = false; return at + " not mappable";
+    case 3: {
+      using T = config::ObjectType;
+      constexpr T kTypes[] = {T::I8, T::U8, T::I16, T::U16, T::I32, T::U32};
+      row.type = kTypes[any(std::size(kTypes))];
+      return at + fmt::format(" of type {}", static_cast<int>(row.type));
+    }
+    case 4: {
+      const auto value = static_cast<std::int64_t>(any(20000));
+      row.initial = value;
+      if (row.max && value > *row.max) row.initial = *row.max;
+      return at + fmt::format(" begins with {}", *row.initial);
+    }
+    case 5: row.readable = false; return at + " cannot be read";
+    case 6: {
+      auto& facts = *p.drive;
+      std::int8_t* const bits[] = {&facts.input_neg_limit, &facts.input_pos_limit, &facts.input_home};
+      const std::size_t a = any(3), b = (a + 1 + any(2)) % 3;
+      std::swap(*bits[a], *bits[b]);
+      return fmt::format("{} inputs {} and {} swapped", name, a, b);
+    }
+    case 7: {
+      auto& methods = p.drive->homing_methods;
+      if (!methods.empty()) methods.erase(methods.begin() + static_cast<std::ptrdiff_t>(any(methods.size())));
+      return std::string(name) + " lacks a homing method";
+    }
+    default: {
+      for (auto& sm : p.sync_managers) sm.start = static_cast<std::uint16_t>(sm.start + 0x100);
+      return std::string(name) + " SyncManagers elsewhere";
+    }
+  }
+}
+
+TEST(Mutations, at_random) {
+  const char* more = std::getenv("GANTRY_ROUNDS");
+  const char* seed = std::getenv("GANTRY_SEED");
+  const int rounds = more != nullptr ? std::atoi(more) : 25;
+  const std::uint64_t first = seed != nullptr ? std::strtoull(seed, nullptr, 10) : 1;
+  int works = 0;
+  for (int i = 0; i < rounds; ++i) {
+    std::mt19937_64 random(first + static_cast<std::uint64_t>(i));
+    std::string what;
+    const Outcome out = drive([&](config::Machine& m) { what = alter(m, random); });
+    works += out.works ? 1 : 0;
+    EXPECT_EQ(out.wrong, "") << "seed " << first + static_cast<std::uint64_t>(i) << ": " << what;
+    if (std::getenv("GANTRY_SHOW") != nullptr)
+      std::printf("%-40s %s\n", what.c_str(), out.works ? "works" : to_text(out.why).c_str());
+  }
+  std::printf("%d of %d work as well, the others are refused by name\n", works, rounds);
+}
+
+}  // namespace
+}  // namespace gantry::test
