@@ -112,6 +112,7 @@ Result<void> BlockBuilder::unplaced(const AxisVec& to, double v_cap, double most
   }
   if (moving > 1 || farthest > most + kRounding)
     return fail(Fault::Internal, "a motion without a place was to be more than a walk");
+  if (auto settled = settle(); !settled) return settled;
   take(motion::line_move(limits_, at_, to, v_cap), to);
   return {};
 }

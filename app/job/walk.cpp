@@ -40,7 +40,7 @@ Result<ProvenBlock> plan_walk(const config::Machine& machine, const Surroundings
                           : builder.unplaced(to, walk_speed(axis), walk_distance(axis));
   };
   if (auto r = go(out); !r) return tl::unexpected(r.error());
-  builder.dwell(kRests_s);
+  if (auto r = builder.dwell(kRests_s); !r) return tl::unexpected(r.error());
   if (auto r = go(at); !r) return tl::unexpected(r.error());
   return builder.finish();
 }
