@@ -59,6 +59,7 @@ struct ValueShape {
     List,   ///< of items[0]
     Tuple,  ///< items, of which the last `optional_items` may be left out
     Named,  ///< map from a name to items[0]
+    Names,  ///< one of items[0], or a list of them
     OneOf,  ///< a map with exactly one of `fields`
   } kind = Kind::Text;
   std::vector<Dimension> dimensions;
@@ -239,6 +240,22 @@ Field<T> name_of(std::string key, V T::*member, Need need, std::string doc) {
 template <class T, class V>
 Field<T> text(std::string key, V T::*member, Need need, std::string doc) {
   return word(ValueShape::Kind::Text, std::move(key), member, need, std::move(doc));
+}
+
+/// A name, or a list of names, each with its place.
+template <class T>
+Field<T> names(std::string key, std::vector<At<std::string>> T::*member, Range count, Need need, std::string doc) {
+  ValueShape name{ValueShape::Kind::Name, {}, kAny, {}, {}, {}};
+  ValueShape shape{ValueShape::Kind::Names, {}, count, {}, {}, {name}};
+  return {{std::move(key), need, std::move(doc), shape},
+          [member, name, count](const Node& node, T& to, Mistakes& mistakes) {
+            const auto take = [&](const Node& one) {
+              if (auto v = read_word(one, name, mistakes)) (to.*member).push_back({std::move(*v), one.place});
+            };
+            if (node.kind != Node::Kind::Sequence) return take(node);
+            if (!expect_list(node, count, mistakes)) return;
+            for (const Node& each : node.items) take(each);
+          }};
 }
 
 template <class E>

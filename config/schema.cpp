@@ -100,6 +100,12 @@ Json value_schema(const ValueShape& shape) {
       out["items"] = value_schema(shape.items.front());
       set_bounds(out, shape.range, "minItems", "maxItems", true);
       break;
+    case Kind::Names: {
+      Json several{{"type", "array"}, {"items", value_schema(shape.items.front())}};
+      set_bounds(several, shape.range, "minItems", "maxItems", true);
+      out["anyOf"] = Json::array({value_schema(shape.items.front()), several});
+      break;
+    }
     case Kind::Tuple:
       out = {
           {"type", "array"}, {"minItems", shape.items.size() - shape.optional_items}, {"maxItems", shape.items.size()}};
@@ -147,6 +153,7 @@ std::string sample(const ValueShape& shape) {
       return shape.optional_items == 0 ? all : all + " or [" + samples(shape.items) + "]";
     }
     case Kind::Named: return "names";
+    case Kind::Names: return "name or [name, name]";
     case Kind::OneOf: return "one key";
   }
   return "";
@@ -167,7 +174,7 @@ void rows(const std::vector<FieldShape>& fields, const std::string& above, bool 
     if (field.shape.kind == Kind::List && field.shape.items.front().kind != Kind::Object &&
         field.shape.items.front().kind != Kind::OneOf)
       value = "list of " + sample(field.shape.items.front());
-    if (field.shape.kind == Kind::Named) range.clear();
+    if (field.shape.kind == Kind::Named || field.shape.kind == Kind::Names) range.clear();
     const std::string need = field.need == kRequired || choice ? ""
                              : field.fallback.empty()          ? " (may be left out)"
                                                                : fmt::format(" (left out: {})", field.fallback);

@@ -67,10 +67,10 @@ struct Node {
 };
 
 /// Bounds that hold before anything is built. yaml-cpp takes 0.25 s and 100 MB for 1 MiB of brackets; within these
-/// bounds no text takes much longer than a file full of points, about 0.1 s.
+/// bounds no text takes much longer than a file full of points, about 0.2 s.
 struct YamlBudget {
-  std::size_t bytes = 256u << 10;
-  std::size_t nodes = 60000;
+  std::size_t bytes = 512u << 10;
+  std::size_t nodes = 120000;
   std::size_t depth = 32;
 };
 

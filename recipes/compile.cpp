@@ -213,9 +213,7 @@ Checked<Job> compile(const Recipe& recipe, const config::Machine& machine) {
   for (std::size_t i = 0; i < recipe.marks.size(); ++i) add(LookAtMark{i});
   for (std::size_t i = 0; i < recipe.touches.size(); ++i) add(Touch{i});
   if (recipe.purge) add(PurgeNeedle{});
-  Dispense all;
-  for (std::size_t i = 0; i < recipe.features.size(); ++i) all.features.push_back(i);
-  add(std::move(all));
+  add(Dispense{sequence_of(recipe)});
   add(Park{});
   return job;
 }

@@ -46,7 +46,7 @@ struct PurgeNeedle {
   bool operator==(const PurgeNeedle&) const = default;
 };
 struct Dispense {
-  std::vector<std::size_t> features;  ///< indices in Recipe::features, in the order of the file
+  std::vector<std::size_t> features;  ///< indices in Recipe::features, in the order in which they are dispensed
   bool operator==(const Dispense&) const = default;
 };
 struct Park {
@@ -60,7 +60,7 @@ struct Job {
   std::vector<Block> blocks;
 };
 
-/// The features that a job dispenses: indices in Recipe::features, in its order.
+/// The features that a job dispenses: indices in Recipe::features, in the order in which it does.
 std::vector<std::size_t> dispensed_by(const Job& job);
 
 /// Marks come first, then touches on the placed board, then what needs both.

@@ -1,14 +1,19 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <numeric>
 #include <set>
 
 #include "core/near_word.hpp"
 #include "core/sha256.hpp"
+#include "recipes/after.hpp"
 #include "recipes/expand.hpp"
 #include "recipes/on_board.hpp"
 #include "recipes/points_file.hpp"
+#include "recipes/precedence.hpp"
 #include "recipes/recipe_file.hpp"
+#include "recipes/shortest.hpp"
+#include "recipes/travel.hpp"
 #include "recipes/twice.hpp"
 
 namespace gantry::recipes {
@@ -127,6 +132,12 @@ class Checker {
   std::set<std::string> names_;
 };
 
+/// Of a recipe without mistakes.
+Result<std::vector<std::size_t>> short_sequence(const Recipe& recipe, Precedence before) {
+  if (auto kept = keep_layers(recipe, before); !kept) return tl::unexpected(kept.error());
+  return shortest_order(ends_of(recipe), before);
+}
+
 Checked<Recipe> whole(written::Draft draft) {
   if (!draft.mistakes.empty()) return tl::unexpected(std::move(draft.mistakes));
   return std::move(draft.recipe);
@@ -151,13 +162,23 @@ written::Draft written::draft(std::string_view yaml, std::string_view file, cons
   check.board_items();
   check.purge();
   Expander expander(recipe, mistakes, beside);
+  std::vector<std::uint32_t> row_of;  // of each feature
   std::size_t looked_at = 0;
   for (; looked_at < read->features.size() && !expander.full(); ++looked_at) {
     check.feature(read->features[looked_at]);
     expander.add(read->features[looked_at]);
+    row_of.resize(recipe.features.size(), static_cast<std::uint32_t>(looked_at));
   }
+  auto before = rows_before(read->features, recipe.order, mistakes);
   const std::vector<Error> in_files = expander.mistakes_in_files();
   if (mistakes.none() && in_files.empty()) check_twice(recipe, mistakes);
+  if (mistakes.none() && in_files.empty() && recipe.order == Order::Shortest) {
+    auto sequence = short_sequence(recipe, by_rows(std::move(before), std::move(row_of)));
+    if (sequence)
+      recipe.sequence = *std::move(sequence);
+    else
+      mistakes.add(sequence.error().fault, sequence.error().message, read->features.front().place);
+  }
   std::vector<Error> all = mistakes.errors();
   all.insert(all.end(), in_files.begin(), in_files.end());
   if (const std::size_t left = read->features.size() - looked_at; left > 0)
@@ -174,6 +195,13 @@ Checked<Recipe> load(const std::string& path) {
   auto draft = written::draft_file(path);
   if (!draft) return tl::unexpected(std::vector{draft.error()});
   return whole(*std::move(draft));
+}
+
+std::vector<std::size_t> sequence_of(const Recipe& recipe) {
+  if (!recipe.sequence.empty()) return recipe.sequence;
+  std::vector<std::size_t> as_they_stand(recipe.features.size());
+  std::iota(as_they_stand.begin(), as_they_stand.end(), std::size_t{0});
+  return as_they_stand;
 }
 
 double length_mm(const Bead& bead) {

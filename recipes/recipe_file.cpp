@@ -29,6 +29,7 @@ using config::ValueShape;
 using D = config::Dimension;
 
 constexpr Range kExtent{0.01, 2000}, kRadius{0.01, 1000}, kSpacing{0.01, 1000};
+constexpr double kMostParts = 5000;  // and as many fixtures
 constexpr Range kHalfTurn{units::rad(-180), units::rad(180)}, kTurn{units::rad(-360), units::rad(360)};
 
 /// What is judged later, when a mistake in it is told where it stands.
@@ -251,8 +252,11 @@ std::vector<config::Variant<FeatureRow>> curves_and_areas() {
 std::vector<config::Variant<FeatureRow>> feature_kinds() {
   auto all = points_and_lines();
   for (auto& kind : curves_and_areas()) all.push_back(std::move(kind));
-  for (auto& kind : all)
+  for (auto& kind : all) {
     kind.fields.push_back(flag("off_board", &FeatureRow::off_board, kOptional, "it may leave the board"));
+    kind.fields.push_back(config::names("after", &FeatureRow::after, {1, 1000}, kOptional,
+                                        "a feature, or a list of them, that is dispensed before this one"));
+  }
   for (auto& kind : all)
     for (config::Field<FeatureRow>& field : kind.fields)
       field.read = [key = field.row.key, read = field.read](const Node& node, FeatureRow& to, Mistakes& mistakes) {
@@ -271,7 +275,7 @@ config::Field<RecipeFile> of_recipe(config::Field<U> inner) {
 
 /// Fixtures are parts that stay where they are.
 config::Field<RecipeFile> fixtures() {
-  auto inner = named("fixtures", &Recipe::parts, kFixture, {0, 1000}, kOptional,
+  auto inner = named("fixtures", &Recipe::parts, kFixture, {0, kMostParts}, kOptional,
                      "what stands on the pallet near the board: clamps");
   return {inner.row, [inner](const Node& node, RecipeFile& to, Mistakes& mistakes) {
             const std::size_t first = to.recipe.parts.size();
@@ -290,8 +294,11 @@ const Fields<RecipeFile>& recipe_fields() {
                                config::Choices<Placement>{{"marks", Placement::Marks}, {"fixture", Placement::Fixture}},
                                kOptional,
                                "what says where the board lies; `fixture`: it holds it at its nominal place")),
+      of_recipe(config::choice("order", &Recipe::order,
+                               config::Choices<Order>{{"file", Order::File}, {"shortest", Order::Shortest}}, kOptional,
+                               "in which features are dispensed: that of the file, or one with little travel")),
       of_recipe(object("board", &Recipe::board, kBoard, kRequired, "what lies on the machine")),
-      of_recipe(named("parts", &Recipe::parts, kPart, {0, 1000}, kOptional, "what stands on the board")),
+      of_recipe(named("parts", &Recipe::parts, kPart, {0, kMostParts}, kOptional, "what stands on the board")),
       fixtures(),
       of_recipe(named("marks", &Recipe::marks, kMark, {2, 100}, kOptional,
                       "fiducials; at least two, three to trust them; without them the recipe says `placement: "
@@ -305,7 +312,7 @@ const Fields<RecipeFile>& recipe_fields() {
       of_recipe(named("materials", &Recipe::materials, kMaterial, {1, 100}, kRequired, "what is dispensed, and how")),
       of_recipe(object("purge", &Recipe::purge, kPurge, kOptional, "shots beside the work before the first deposit")),
       list_of_variants("features", &RecipeFile::features, feature_kinds(), {1, 100000}, kRequired,
-                       "what is dispensed where, in this order"),
+                       "what is dispensed where; `order` says in which order"),
   };
   return kFields;
 }

@@ -16,6 +16,7 @@ struct FeatureRow {
   Place place;                    ///< of the key that names the kind
   std::vector<std::string> keys;  ///< that are written, whether or not they could be read
   At<std::string> name, material, on;
+  std::vector<At<std::string>> after;  ///< names of features
   At<Vec3> at, to, through, centre;
   At<Vec2> size, pitch;
   std::vector<At<Vec3>> points;

@@ -99,6 +99,11 @@ void board_on_its_seat(const Recipe& recipe, const config::Machine& machine, Mis
                recipe.board.frame_place);
 }
 
+/// Surely beside: seen from above, circles about both do not meet.
+bool far_apart(const Part& part, Vec2 middle, double reach) {
+  return norm(part.at - middle) > reach + norm(Vec2{part.size.x / 2, part.size.y / 2}) + kSlack_mm;
+}
+
 /// Whether a stretch from above goes over a part.
 bool crosses(const Part& part, Vec2 from, Vec2 to) {
   const Vec2 a = rotated(from - part.at, -part.rotation), b = rotated(to - part.at, -part.rotation);
@@ -136,8 +141,11 @@ class Work {
   }
 
   void off_the_parts(Vec2 from, Vec2 to, const std::string& on, Place place, std::string_view what) {
+    const Vec2 middle = (from + to) * 0.5;
+    const double reach = norm(to - from) / 2;
     for (const Part& part : recipe_.parts) {
-      if (part.fixture || part.name == on || !crosses(part, from, to) || told(place)) continue;
+      if (part.fixture || far_apart(part, middle, reach) || part.name == on || !crosses(part, from, to) || told(place))
+        continue;
       tell(Fault::Inconsistent, place,
            fmt::format("{} goes through part '{}'; move it, or write `on: {}` where it is meant to lie on that part",
                        what, part.name, part.name));
@@ -209,7 +217,8 @@ void fixture_beside_all(const Recipe& recipe, const Part& clamp, Mistakes& mista
                              clamp.name, itself.high, recipe.board.thickness),
                  clamp.place);
   for (const Part& part : recipe.parts)
-    if (!part.fixture && in_one_another(itself, upright(part, recipe.board), kTouching_mm))
+    if (!part.fixture && !far_apart(part, clamp.at, norm(itself.half)) &&
+        in_one_another(itself, upright(part, recipe.board), kTouching_mm))
       mistakes.add(Fault::Inconsistent,
                    fmt::format("fixture '{}' stands in part '{}', from z {:.6g} to {:.6g} mm over the frame's origin; "
                                "correct the 'at', 'size' or 'z' of one of them",

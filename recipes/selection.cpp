@@ -18,9 +18,10 @@ constexpr const char* kOnly = "--only";
 /// The name that the recipe gives: of "dots[3][5]" that of the array.
 std::string_view name_of(std::string_view id) { return id.substr(0, id.find('[')); }
 
-/// Elements of one array stand next to each other.
+/// Elements of one array stand next to each other in the recipe, whatever the order in which they are dispensed.
 struct Run {
   std::size_t first = 0, end = 0;
+  [[nodiscard]] bool holds(std::size_t feature) const { return feature >= first && feature < end; }
 };
 
 class Names {
@@ -68,19 +69,17 @@ Result<std::vector<std::size_t>> choose(const Recipe& recipe, const Selection& s
     return fail(Fault::Usage, "'--from' and '--only' are not given together; name each feature with '--only'", kOnly);
   const Names names(recipe);
   std::vector<bool> taken(recipe.features.size(), selection.all());
-  const auto take = [&](Run run) {
-    std::fill(taken.begin() + static_cast<std::ptrdiff_t>(run.first),
-              taken.begin() + static_cast<std::ptrdiff_t>(run.end), true);
-  };
   if (!selection.from.empty()) {
     const auto run = names.find(selection.from, kFrom);
     if (!run) return tl::unexpected(run.error());
-    take({run->first, taken.size()});
+    const std::vector<std::size_t> sequence = sequence_of(recipe);
+    const auto first = std::find_if(sequence.begin(), sequence.end(), [&](std::size_t f) { return run->holds(f); });
+    std::for_each(first, sequence.end(), [&](std::size_t f) { taken[f] = true; });
   }
   for (const std::string& word : selection.only) {
     const auto run = names.find(word, kOnly);
     if (!run) return tl::unexpected(run.error());
-    take(*run);
+    for (std::size_t f = run->first; f < run->end; ++f) taken[f] = true;
   }
   std::vector<std::size_t> chosen;
   for (std::size_t i = 0; i < taken.size(); ++i)
@@ -107,10 +106,16 @@ Selection selection_of(const Recipe& recipe, const std::vector<std::size_t>& cho
     words.emplace_back(whole ? name_at(chosen[k]) : id_of(recipe.features[chosen[k]]));
     k = whole ? last + 1 : k + 1;
   }
-  const bool to_the_end = !chosen.empty() && chosen.back() + 1 == recipe.features.size() &&
-                          chosen.size() == recipe.features.size() - chosen.front();
-  if (to_the_end && words.size() > 1) return {.from = words.front()};
-  return {.only = std::move(words)};
+  if (words.size() < 2) return {.only = std::move(words)};
+  const std::vector<std::size_t> sequence = sequence_of(recipe);
+  std::vector<std::size_t> last(sequence.end() - static_cast<std::ptrdiff_t>(chosen.size()), sequence.end());
+  const std::size_t first = last.front();
+  std::sort(last.begin(), last.end());
+  if (last != chosen) return {.only = std::move(words)};
+  const Run run = names.run(name_at(first));
+  const bool begins_run = std::find_if(sequence.begin(), sequence.end(), [&](std::size_t f) { return run.holds(f); }) ==
+                          sequence.end() - static_cast<std::ptrdiff_t>(chosen.size());
+  return {.from = std::string(begins_run ? name_at(first) : id_of(recipe.features[first]))};
 }
 
 std::string to_text(const Selection& selection) {

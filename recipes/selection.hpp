@@ -12,12 +12,12 @@
 namespace gantry::recipes {
 
 struct Selection {
-  std::string from{};               ///< this feature and all behind it in the recipe
-  std::vector<std::string> only{};  ///< these, in the order of the recipe
+  std::string from{};  ///< this feature and all that are dispensed behind it; of an array, from its first element on
+  std::vector<std::string> only{};  ///< these, in the order in which they are dispensed
   [[nodiscard]] bool all() const { return from.empty() && only.empty(); }
 };
 
-/// Indices in Recipe::features, in its order, each once. Fault::Usage: a name that the recipe does not have, nothing
+/// Indices in Recipe::features, ascending, each once. Fault::Usage: a name that the recipe does not have, nothing
 /// named, or both kinds at once.
 Result<std::vector<std::size_t>> choose(const Recipe& recipe, const Selection& selection);
 

@@ -11,6 +11,7 @@
 #include "config/formats.hpp"
 #include "recipes/job.hpp"
 #include "recipes/recipe_file.hpp"
+#include "recipes/travel.hpp"
 #include "sim/script/script.hpp"
 #include "sim/world/script_on_board.hpp"
 
@@ -84,6 +85,10 @@ std::optional<recipes::Recipe> check_recipe(const std::string& file, const confi
                                   prepared->recipe.features.size(), machine.name, prepared->proof->motions,
                                   prepared->proof->forecast.s));
     for (const auto& note : recipes::notes(prepared->recipe, machine)) to.notes.push_back(file + ": " + note);
+    if (prepared->recipe.order == recipes::Order::Shortest)
+      to.notes.push_back(
+          fmt::format("{}: `order: shortest`: the needle {}", file,
+                      to_text(recipes::travel_of(prepared->recipe, recipes::dispensed_by(prepared->job)))));
     if (const auto& named = prepared->proof->only_when_placed; !named.empty())
       to.notes.push_back(
           fmt::format("{}: proved free at the nominal place, but not wherever marks and touches may find "

@@ -57,6 +57,9 @@ std::string figures(const record::JobResult& result) {
                       result.features_total, result.actual_s, result.predicted_s);
   text += fmt::format("  board          {}\n", record::name(result.board));
   text += defects_in_words(result) + cut_in_words(result);
+  if (result.order == recipes::Order::Shortest)
+    text += fmt::format("  travel         {:.1f} mm between features, {:.1f} mm in the order of the file\n",
+                        result.travel.as_ordered_mm, result.travel.in_file_order_mm);
   if (result.has_offset)
     text += fmt::format("  work offset    dx {:+.3f} mm, dy {:+.3f} mm, rot {:+.4f} deg (rms {:.1f} um)\n",
                         result.offset.shift.x, result.offset.shift.y, units::deg(result.offset.rotation),

@@ -38,7 +38,9 @@ PartOfJob::PartOfJob(BegunParts* parts, const Prepared& prepared, std::string se
       all_(prepared.selection.all()),
       serial_(std::move(serial)),
       sha256_(sha256_of(prepared.recipe)),
-      chosen_(recipes::dispensed_by(prepared.job)) {}
+      chosen_(recipes::dispensed_by(prepared.job)) {
+  std::sort(chosen_.begin(), chosen_.end());
+}
 
 Result<void> PartOfJob::may_begin(bool clamp_open) {
   if (parts_ == nullptr) return {};

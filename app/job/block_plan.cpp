@@ -31,7 +31,8 @@ Error with_line(Error e, const recipes::Recipe& recipe, recipes::Place location,
 
 /// Where the recipe asks for the last work of a job: parking goes away from there.
 recipes::Place last_place(const recipes::Recipe& recipe) {
-  if (!recipe.features.empty()) return std::visit([](const auto& f) { return f.place; }, recipe.features.back());
+  if (!recipe.features.empty())
+    return std::visit([](const auto& f) { return f.place; }, recipe.features[recipes::sequence_of(recipe).back()]);
   if (!recipe.touches.empty()) return recipe.touches.back().place;
   return recipe.marks.empty() ? recipes::Place{1, 1} : recipe.marks.back().place;
 }

@@ -165,11 +165,10 @@ Row row(const recipes::Part& part) {
   return out;
 }
 
-/// Lists that are gone through in their order keep it; fills and files of points stand in the features as they came
-/// out.
+/// Lists that are gone through in an order keep that; fills and files of points stand in the features as they came out.
 std::string recipe_of(const recipes::Recipe& recipe) {
-  const auto& [name, file, placement, board, parts, marks, mark_rules, touches, touch_rules, materials, purge, features,
-               fills, sources] = recipe;
+  const auto& [name, file, placement, order, board, parts, marks, mark_rules, touches, touch_rules, materials, purge,
+               features, fills, sources, sequence] = recipe;
   std::string out = Row("recipe").add(name).add(placement == recipes::Placement::Marks ? "marks" : "fixture").text();
   {
     const auto& [size, thickness, frame, at, clamp_margin, place] = board;
@@ -199,8 +198,8 @@ std::string recipe_of(const recipes::Recipe& recipe) {
     const auto& [material, frame, at, shots, after_s, place, material_place, frame_place, at_place] = *purge;
     out += Row("purge").add(material).add(frame).add(at).add(shots).add(after_s).text();
   }
-  for (const recipes::Feature& feature : features)
-    out += std::visit([](const auto& each) { return row(each).text(); }, feature);
+  for (const std::size_t f : recipes::sequence_of(recipe))
+    out += std::visit([](const auto& each) { return row(each).text(); }, features[f]);
   return out;
 }
 

@@ -17,6 +17,7 @@
 #include "core/vec.hpp"
 #include "devices/rt/cyclic_counts.hpp"
 #include "recipes/job.hpp"
+#include "recipes/travel.hpp"
 #include "sim/world/world_access.hpp"
 
 namespace gantry::record {
@@ -197,6 +198,8 @@ struct JobResult {
   std::string to_finish;        ///< of a begun board that is remembered: what `run` dispenses then, "--only a,b"
   std::vector<Defect> defects;  ///< of the features in their order, then of the board; also of a job that failed
   std::size_t blocks_done = 0, blocks_total = 0;
+  recipes::Order order = recipes::Order::File;
+  recipes::Travel travel;                             ///< between the features that are dispensed
   std::size_t features_done = 0, features_total = 0;  ///< done: the valve has opened and closed for it as planned
   std::vector<std::string> interrupted;  ///< features that a stop has cut or kept dry, in the order of the recipe
   std::map<std::string, std::string> stays_cut;  ///< by feature: why a cut that a hold has made was not joined

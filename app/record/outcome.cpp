@@ -22,7 +22,10 @@ JobResult begin_result(const config::Machine& machine, const recipes::Recipe& re
   result.started = utc_now();
   result.environment = environment_facts();
   result.blocks_total = job.blocks.size();
-  result.features_total = recipes::dispensed_by(job).size();
+  const std::vector<std::size_t> dispensed = recipes::dispensed_by(job);
+  result.features_total = dispensed.size();
+  result.order = recipe.order;
+  result.travel = recipes::travel_of(recipe, dispensed);
   result.sources = recipe.sources;
   result.fills = recipe.fills;
   result.feature_order = recipes::dispensed_by(job);

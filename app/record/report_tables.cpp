@@ -86,6 +86,9 @@ std::string tiles(const JobResult& r) {
   out += tile(fmt::format("{} / {}", r.features_done, r.features_total), "features dispensed",
               r.features_done < r.features_total ? "warn" : "");
   out += tile(span_of_time(r.actual_s), "motion, predicted " + span_of_time(r.predicted_s));
+  if (r.order == recipes::Order::Shortest)
+    out += tile(number(r.travel.as_ordered_mm, 1) + " mm",
+                "travel between features, in the order of the file " + number(r.travel.in_file_order_mm, 1) + " mm");
   if (r.has_world) {
     const DepositFigures f = deposit_figures(r);
     if (f.worst != nullptr) {

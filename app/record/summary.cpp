@@ -335,6 +335,9 @@ nlohmann::ordered_json to_json(const JobResult& r) {
   j["setpoint_ticks"] = r.setpoint_ticks;
   j["setpoint_stream_complete"] = r.setpoint_stream_complete;
   add_world(j, r);
+  j["travel"] = {{"order", r.order == recipes::Order::Shortest ? "shortest" : "file"},
+                 {"as_ordered_mm", number(r.travel.as_ordered_mm)},
+                 {"in_file_order_mm", number(r.travel.in_file_order_mm)}};
   j["lengths"] = lengths(r);
   j["placement"] = r.placement.empty() ? Json(nullptr) : Json(r.placement);
   j["valve_open_s"] = number(r.valve_open_s);

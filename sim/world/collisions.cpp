@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string_view>
+#include <unordered_map>
 
 namespace gantry::sim {
 
 namespace {
 constexpr double kStep_mm = 0.2;
-constexpr double kFar = std::numeric_limits<double>::infinity();
+constexpr double kHair_mm = 1e-6;
+constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 Bounds shifted(const Bounds& b, Vec3 by) { return {b.low + by, b.high + by}; }
 }  // namespace
 
@@ -21,25 +24,34 @@ CollisionWatch::CollisionWatch(const Head& head) : head_(head) {
 }
 
 void CollisionWatch::set_solids(std::vector<Solid> solids) {
+  std::unordered_map<std::string_view, std::size_t> known;
+  for (std::size_t old = 0; old < solids_.size(); ++old) known[solids_[old].name] = old;
   std::vector<Pair> pairs(head_.bodies.size() * solids.size());
-  for (std::size_t j = 0; j < solids.size(); ++j)
-    for (std::size_t old = 0; old < solids_.size(); ++old)
-      if (solids_[old].name == solids[j].name)
-        for (std::size_t i = 0; i < head_.bodies.size(); ++i)
-          pairs[i * solids.size() + j] = pairs_[i * solids_.size() + old];
+  touching_.clear();
+  for (std::size_t j = 0; j < solids.size(); ++j) {
+    const auto old = known.find(solids[j].name);
+    if (old == known.end()) continue;
+    for (std::size_t i = 0; i < head_.bodies.size(); ++i) {
+      Pair& pair = pairs[i * solids.size() + j] = pairs_[i * solids_.size() + old->second];
+      if (pair.state != Touching::Apart) touching_.push_back({i, j});
+    }
+  }
   solids_ = std::move(solids);
   pairs_ = std::move(pairs);
-  touching_ = static_cast<std::size_t>(
-      std::count_if(pairs_.begin(), pairs_.end(), [](const Pair& p) { return p.state != Touching::Apart; }));
   solid_shapes_.clear();
   solid_bounds_.clear();
-  all_ = {{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
   for (const Solid& s : solids_) {
     solid_shapes_.emplace_back(s.shape);
     solid_bounds_.push_back(bounds_of(s.shape, s.centre, s.rotation_rad, s.slope));
-    all_ = joined(all_, solid_bounds_.back());
   }
+  tree_ = SolidTree(solid_bounds_);
+  near_.reserve(solids_.size());
   fresh_ = true;
+}
+
+std::span<const std::uint32_t> CollisionWatch::solids_at(Vec2 at) {
+  tree_.meets({{at.x - kHair_mm, at.y - kHair_mm, -kAnywhere}, {at.x + kHair_mm, at.y + kHair_mm, kAnywhere}}, near_);
+  return near_;
 }
 
 bool CollisionWatch::overlaps(std::size_t body, std::size_t solid, Vec3 centre) {
@@ -70,18 +82,24 @@ std::span<const Contact> CollisionWatch::step(const AxisVec& from, const AxisVec
     const config::Body& body = head_.bodies[i];
     const Vec3 a = head_.place(body.centre, body.on_lift, from), b = head_.place(body.centre, body.on_lift, to);
     const Bounds swept = joined(shifted(body_bounds_[i], a), shifted(body_bounds_[i], b));
-    if (touching_ == 0 && !swept.meets(all_)) continue;
-    for (std::size_t j = 0; j < solids_.size(); ++j) {
-      Pair& pair = pairs_[i * solids_.size() + j];
-      if (swept.meets(solid_bounds_[j])) {
-        step_pair(i, j, a, b, dt_s);
-      } else if (pair.state != Touching::Apart) {
-        pair.state = Touching::Apart;
-        --touching_;
-      }
-    }
+    part_what_is_left_behind(i, swept);
+    tree_.meets(swept, near_);
+    for (const std::uint32_t j : near_) step_pair(i, j, a, b, dt_s);
   }
   return contacts_;
+}
+
+void CollisionWatch::part(std::size_t body, std::size_t solid) {
+  pairs_[body * solids_.size() + solid].state = Touching::Apart;
+  std::erase_if(touching_, [&](const Index& pair) { return pair.body == body && pair.solid == solid; });
+}
+
+void CollisionWatch::part_what_is_left_behind(std::size_t body, const Bounds& swept) {
+  std::erase_if(touching_, [&](const Index& pair) {
+    const bool left = pair.body == body && !swept.meets(solid_bounds_[pair.solid]);
+    if (left) pairs_[body * solids_.size() + pair.solid].state = Touching::Apart;
+    return left;
+  });
 }
 
 /// The step that has just been noted is one of them.
@@ -105,8 +123,7 @@ void CollisionWatch::step_pair(std::size_t body, std::size_t solid, Vec3 from, V
   Pair& pair = pairs_[body * solids_.size() + solid];
   if (pair.state != Touching::Apart) {
     if (!overlaps(body, solid, to)) {
-      pair.state = Touching::Apart;
-      --touching_;
+      part(body, solid);
     } else if (pair.state == Touching::Touch) {
       const Vec3 since = to - pair.since;
       if (std::hypot(since.x, since.y) > kTouchDrag_mm || since.z < -kTouchOvertravel_mm) collide(body, solid, to);
@@ -118,7 +135,7 @@ void CollisionWatch::step_pair(std::size_t body, std::size_t solid, Vec3 from, V
   for (int k = 1; k <= steps; ++k) {
     const Vec3 centre = from + way * (static_cast<double>(k) / steps);
     if (!overlaps(body, solid, centre)) continue;
-    ++touching_;
+    touching_.push_back({body, solid});
     const bool slow = slow_of_late(norm(way), dt_s);
     const bool down = way.z < 0 && std::hypot(way.x, way.y) <= kTouchDrag_mm * std::abs(way.z);
     if (static_cast<int>(body) == head_.probe_body && slow && down) {

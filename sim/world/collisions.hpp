@@ -1,10 +1,11 @@
 // Watches the head for contact with anything solid while it moves. Every motion between two syncs is walked in steps of
-// at most 0.2 mm where bounds meet; a pair counts once until it has been apart.
+// at most 0.2 mm where bounds meet, which a tree over what stands finds; a pair counts once until it has been apart.
 //   CollisionWatch watch(head);   watch.set_solids(solids_of(...));   for (const Contact& c : watch.step(from, to,
 //   0.001)) ...
 // The probe may touch: slowly, straight down, and no deeper than its spring. Anything else is a collision.
 #pragma once
 #include <array>
+#include <cstdint>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "sim/world/head.hpp"
 #include "sim/world/obstacles.hpp"
 #include "sim/world/overlap.hpp"
+#include "sim/world/solid_tree.hpp"
 
 namespace gantry::sim {
 
@@ -35,6 +37,10 @@ class CollisionWatch {
   void set_solids(std::vector<Solid> solids);
   [[nodiscard]] const std::vector<Solid>& solids() const { return solids_; }
 
+  /// Solids over or under a point, and those that may be a hair beside it: all others are not. Valid until the next
+  /// call.
+  std::span<const std::uint32_t> solids_at(Vec2 at);
+
   /// New collisions on the straight way between two axis positions; valid until the next call.
   std::span<const Contact> step(const AxisVec& from, const AxisVec& to, double dt_s);
 
@@ -45,6 +51,8 @@ class CollisionWatch {
     Vec3 since;  ///< where the moving body was when a touch began
   };
   void step_pair(std::size_t body, std::size_t solid, Vec3 from, Vec3 to, double dt_s);
+  void part(std::size_t body, std::size_t solid);
+  void part_what_is_left_behind(std::size_t body, const Bounds& swept);
   void collide(std::size_t body, std::size_t solid, Vec3 centre);
   [[nodiscard]] Vec3 meeting_point(std::size_t body, std::size_t solid, Vec3 centre) const;
   [[nodiscard]] bool slow_of_late(double way_mm, double dt_s) const;
@@ -55,15 +63,19 @@ class CollisionWatch {
   std::vector<Solid> solids_;
   std::vector<Bounds> body_bounds_;  ///< about the body's centre
   std::vector<Bounds> solid_bounds_;
-  std::vector<Pair> pairs_;        ///< body * solids + solid
-  std::vector<Contact> contacts_;  ///< of this step
-  std::size_t touching_ = 0;
+  SolidTree tree_;                   ///< over solid_bounds_
+  std::vector<std::uint32_t> near_;  ///< solids that the last question found
+  std::vector<Pair> pairs_;          ///< body * solids + solid
+  std::vector<Contact> contacts_;    ///< of this step
+  struct Index {
+    std::size_t body = 0, solid = 0;
+  };
+  std::vector<Index> touching_;  ///< pairs that are not apart
   struct Went {
     double way_mm = 0, dt_s = 0;
   };
   std::array<Went, 256> went_{};  ///< the probe's last steps, a ring
   std::size_t steps_ = 0;
-  Bounds all_;
   bool fresh_ = true;  ///< solids have changed: look even when nothing moves
 };
 

@@ -165,8 +165,8 @@ double World::probe_contact(const AxisVec& q) {
   const Vec3 key{tip.x, tip.y, reach};
   if (contact_known_ && key == contact_key_) return contact_;
   double top = kNoContact;
-  for (const Solid& s : watch_.solids())
-    if (const auto there = heights_at(s, {tip.x, tip.y}); there && there->low <= tip.z)
+  for (const std::uint32_t i : watch_.solids_at({tip.x, tip.y}))
+    if (const auto there = heights_at(watch_.solids()[i], {tip.x, tip.y}); there && there->low <= tip.z)
       top = std::max(top, there->high);
   contact_key_ = key;
   contact_known_ = true;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <gtest/gtest.h>
+#include <optional>
 #include <set>
 
 #include "core/units.hpp"
@@ -46,6 +47,28 @@ TEST(Recipe, the_demo_board_is_the_job_that_it_promises) {
   EXPECT_EQ(closed, 2u);
   EXPECT_TRUE(std::any_of(r.parts.begin(), r.parts.end(), [](const Part& p) { return p.fixture; }));
   EXPECT_TRUE(std::any_of(r.parts.begin(), r.parts.end(), [](const Part& p) { return !p.fixture && p.size.z >= 18; }));
+}
+
+TEST(Recipe, holds_5000_parts_and_512_KiB_and_no_more) {
+  const auto with_parts = [](std::size_t count) {
+    std::string text = with("  - dot: {name: d, material: glue, at: [10 mm, 10 mm]}\n") + "parts:\n";
+    for (std::size_t i = 0; i < count; ++i)
+      text += "  p" + std::to_string(i) + ": {at: [" + std::to_string(20 + i % 60) +
+              ".125 mm, 30.125 mm], size: [0.5 mm, " + "0.5 mm, 1 mm], rotation: 12 deg}\n";
+    return text;
+  };
+  const auto fault = [](const std::string& text) {
+    const auto r = parse(text, "r.yaml");
+    return r ? std::optional<Fault>() : r.error().front().fault;
+  };
+  std::string text = with_parts(5000);
+  EXPECT_EQ(fault(text), std::nullopt);
+  EXPECT_EQ(fault(with_parts(5001)), Fault::OutOfRange);
+  constexpr std::size_t kBytes = 512 * 1024;
+  ASSERT_LT(text.size(), kBytes);
+  text += "#" + std::string(kBytes - text.size() - 1, '.');
+  EXPECT_EQ(fault(text), std::nullopt);
+  EXPECT_EQ(fault(text + "."), Fault::FileTooLarge);
 }
 
 TEST(Recipe, three_mistakes_are_three_messages_at_their_places) {

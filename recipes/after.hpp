@@ -1,0 +1,16 @@
+// What rows of a recipe say with `after`: which rows they wait for.
+//   auto rows = written::rows_before(read->features, recipe.order, mistakes);      // of each row, indices of others
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "recipes/recipe_file.hpp"
+
+namespace gantry::recipes::written {
+
+/// Mistakes: a name that no feature has; features that wait for one another in a circle; in the order of the file one
+/// that waits for a feature behind it. Without mistakes no circle is left.
+std::vector<std::vector<std::uint32_t>> rows_before(const std::vector<FeatureRow>& rows, Order order,
+                                                    config::Mistakes& mistakes);
+
+}  // namespace gantry::recipes::written
