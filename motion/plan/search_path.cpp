@@ -137,9 +137,10 @@ SearchAnswer search_around(const Scene& scene, const AxisVec& from, const AxisVe
     shorten(points, clear);
     best.offer(std::move(points), PathKind::LiftOver);
   }
-  if (best.points.empty() || best.length_mm > kGoodEnough * norm(goal - start)) {
-    auto tree = random_tree(clear, carried.low(), carried.high(), start, goal, seed_of(scene, start, goal),
-                            budget.random_iterations);
+  for (int n = 0; n < budget.random_trees; ++n) {
+    if (!best.points.empty() && best.length_mm <= kGoodEnough * norm(goal - start)) break;
+    auto tree = random_tree(clear, carried.low(), carried.high(), start, goal,
+                            seed_of(scene, start, goal) + static_cast<std::uint64_t>(n), budget.random_iterations);
     if (!tree.empty()) leave_out(tree, clear);
     if (!tree.empty() && (best.points.empty() || length_of(tree) < kWorthShortening * best.length_mm)) {
       shorten(tree, clear);

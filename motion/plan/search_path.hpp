@@ -17,6 +17,7 @@ enum class PathKind { Standstill, Straight, LiftOver, Detour };
 enum class SearchStatus : std::uint8_t { Ok, StartCollides, GoalCollides, NoPath, Budget };
 
 struct SearchBudget {
+  int random_trees = 1;  ///< of each the way is shortened, and the shortest is taken
   int random_iterations = 400;
   std::size_t cuts = 120000;
 };
