@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <functional>
 #include <limits>
 #include <map>
-#include <queue>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
@@ -108,28 +107,63 @@ Precedence by_rows(std::vector<std::vector<std::uint32_t>> after, std::vector<st
   return before;
 }
 
-std::vector<std::size_t> in_rows(const Precedence& before) {
-  std::vector<std::vector<std::uint32_t>> waiting(before.rows.size());  // for a row
-  std::vector<std::size_t> open(before.rows.size());                    // rows that it still waits for
-  std::vector<std::vector<std::size_t>> features(before.rows.size());
-  for (std::size_t f = 0; f < before.row.size(); ++f) features[before.row[f]].push_back(f);
-  std::priority_queue<std::uint32_t, std::vector<std::uint32_t>, std::greater<>> ready;
-  for (std::uint32_t row = 0; row < before.rows.size(); ++row) {
-    open[row] = before.rows[row].size();
-    for (const std::uint32_t first : before.rows[row]) waiting[first].push_back(row);
-    if (open[row] == 0) ready.push(row);
+namespace {
+
+/// The lowest feature first of those that wait for none, so that rows stay whole. With `wishes` (of each feature others
+/// that would better come before it) first those whose wishes are met, too.
+std::vector<std::size_t> lowest_first(const Precedence& before, std::span<const std::vector<std::uint32_t>> wishes) {
+  const std::size_t rows = before.rows.size(), count = before.row.size();
+  std::vector<std::vector<std::uint32_t>> in_row(rows), for_row(rows), for_feature(count), wished_of(count);
+  std::vector<std::size_t> left_in_row(rows), row_waits(rows), waits(count), unmet(count);
+  for (std::uint32_t f = 0; f < count; ++f) {
+    in_row[before.row[f]].push_back(f), ++left_in_row[before.row[f]];
+    for (const std::uint32_t first : before.features[f]) for_feature[first].push_back(f), ++waits[f];
+    if (!wishes.empty())
+      for (const std::uint32_t first : wishes[f]) wished_of[first].push_back(f), ++unmet[f];
   }
+  std::set<std::uint32_t> ready, reluctant;
+  const auto look = [&](std::uint32_t f) {
+    if (row_waits[before.row[f]] == 0 && waits[f] == 0) (unmet[f] == 0 ? ready : reluctant).insert(f);
+  };
+  std::vector<std::uint32_t> empty;  // rows without a feature
+  for (std::uint32_t row = 0; row < rows; ++row) {
+    row_waits[row] = before.rows[row].size();
+    for (const std::uint32_t first : before.rows[row]) for_row[first].push_back(row);
+  }
+  const auto row_done = [&](std::uint32_t done) {
+    empty.push_back(done);
+    while (!empty.empty()) {
+      const std::uint32_t row = empty.back();
+      empty.pop_back();
+      for (const std::uint32_t next : for_row[row]) {
+        if (--row_waits[next] > 0) continue;
+        for (const std::uint32_t f : in_row[next]) look(f);
+        if (in_row[next].empty()) empty.push_back(next);
+      }
+    }
+  };
+  for (std::uint32_t f = 0; f < count; ++f) look(f);
+  for (std::uint32_t row = 0; row < rows; ++row)
+    if (in_row[row].empty() && before.rows[row].empty()) row_done(row);
   std::vector<std::size_t> order;
-  order.reserve(before.row.size());
-  while (!ready.empty()) {
-    const std::uint32_t row = ready.top();
-    ready.pop();
-    order.insert(order.end(), features[row].begin(), features[row].end());
-    for (const std::uint32_t next : waiting[row])
-      if (--open[next] == 0) ready.push(next);
+  order.reserve(count);
+  while (!ready.empty() || !reluctant.empty()) {
+    auto& from = ready.empty() ? reluctant : ready;
+    const std::uint32_t f = *from.begin();
+    from.erase(from.begin());
+    order.push_back(f);
+    for (const std::uint32_t next : for_feature[f])
+      if (--waits[next] == 0) look(next);
+    for (const std::uint32_t next : wished_of[f])
+      if (--unmet[next] == 0 && reluctant.erase(next) > 0) ready.insert(next);
+    if (--left_in_row[before.row[f]] == 0) row_done(before.row[f]);
   }
   return order;
 }
+
+}  // namespace
+
+std::vector<std::size_t> in_rows(const Precedence& before) { return lowest_first(before, {}); }
 
 Result<void> keep_layers(const Recipe& recipe, Precedence& before) {
   const auto material = [&](std::uint32_t f) -> const std::string& {
@@ -140,14 +174,10 @@ Result<void> keep_layers(const Recipe& recipe, Precedence& before) {
   for (std::uint32_t f = 0; f < number.size(); ++f)
     number[f] = numbers.emplace(material(f), static_cast<std::uint32_t>(numbers.size())).first->second;
   if (numbers.size() < 2) return {};
-  const std::vector<std::size_t> order = in_rows(before);
-  std::vector<std::size_t> place(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = i;
-
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> found;  // feature, and the one before it
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> found;  // the one that stands later in the file, the other
   const bool all = Pieces(recipe).pairs([&](std::uint32_t a, std::uint32_t b) { return number[a] != number[b]; },
                                         [&](std::uint32_t a, std::uint32_t b) {
-                                          place[a] < place[b] ? found.emplace_back(b, a) : found.emplace_back(a, b);
+                                          found.emplace_back(std::max(a, b), std::min(a, b));
                                           return found.size() < kMostPairs;
                                         });
   if (!all)
@@ -157,7 +187,16 @@ Result<void> keep_layers(const Recipe& recipe, Precedence& before) {
                             kLayer_mm));
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
-  for (const auto& [feature, first] : found) before.features[feature].push_back(first);
+  // `after` may turn some of them round: an order that keeps it, and as many of them as it can, says which.
+  std::vector<std::vector<std::uint32_t>> wishes(before.row.size());
+  for (const auto& [feature, first] : found) wishes[feature].push_back(first);
+  const std::vector<std::size_t> order = lowest_first(before, wishes);
+  std::vector<std::size_t> place(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = i;
+  for (const auto& [feature, first] : found) {
+    const bool kept = place[first] < place[feature];
+    before.features[kept ? feature : first].push_back(kept ? first : feature);
+  }
   return {};
 }
 

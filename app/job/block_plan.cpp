@@ -11,6 +11,7 @@
 #include "app/job/settle.hpp"
 #include "app/job/surroundings.hpp"
 #include "motion/path/bead.hpp"
+#include "motion/profile/speed_profile.hpp"
 
 namespace gantry::job {
 namespace {
@@ -294,6 +295,17 @@ AxisVec BlockPlanner::needle_at(Vec2 at, double height_mm) const {
 }
 
 /// The same position, higher by the material's retract.
+/// Within this of its end nothing but the way down goes on: half of retract, or more, so that the valve is told to open
+/// on it. `after_s`: from the end of the way down to the moment that the lead counts from.
+double BlockPlanner::straight_down_mm(const AxisVec& to, const recipes::Material& m, double after_s) const {
+  const double alone_mm = m.retract * kAlone, before_s = m.valve_open_lead - after_s + limits_.tick_s;
+  const std::vector<motion::Segment> down = motion::line_move(limits_, lifted(to, m), to);
+  if (before_s <= 0 || down.empty()) return alone_mm;
+  const motion::Segment& line = down.front();
+  const double gone_mm = motion::along(line.nominal, std::max(0.0, motion::duration(down) - before_s)).x.p;
+  return std::max(alone_mm, line.geometry.length - gone_mm);
+}
+
 AxisVec BlockPlanner::lifted(AxisVec q, const recipes::Material& material) const {
   q[machine_.z.value] = std::min(q[machine_.z.value] + material.retract, limits_.axis[machine_.z.value].p_max);
   return q;
@@ -308,7 +320,7 @@ Result<void> BlockPlanner::add_dot(BlockBuilder& builder, const recipes::Dot& do
   const AxisVec to = needle_at(dot.at, dot.height_mm + m.gap);
   Result<void> done = go_over(builder, lifted(to, m), last, work);
   last = work;
-  if (done) done = builder.vertical(to, rules, work.alone_mm);
+  if (done) done = builder.vertical(to, rules, straight_down_mm(to, m, m.settle_time));
   if (done) {
     const std::uint32_t valve = config::bit(config::Output::Valve);
     const std::array events{
@@ -362,7 +374,9 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
   };
   if (auto r = go_over(builder, lifted(planned->start, m), last, work); !r) return before(r.error());
   last = work;
-  if (auto r = builder.vertical(planned->start, rules, work.alone_mm); !r) return before(r.error());
+  const double run_up_s = motion::duration(std::span(planned->segments).first(planned->bead_begin));
+  if (auto r = builder.vertical(planned->start, rules, straight_down_mm(planned->start, m, run_up_s)); !r)
+    return before(r.error());
   if (auto r = builder.bead(*planned, rules, static_cast<std::uint32_t>(laid.feature)); !r) return wrong(r.error());
   if (auto r = leave_bead(builder, bead, rules); !r) return wrong(r.error());
   if (auto r = builder.vertical(lifted(builder.at(), m), rules, work.alone_mm); !r) return wrong(r.error());

@@ -1,6 +1,7 @@
 #include "app/job/feature_watch.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "motion/rt/compensation.hpp"
 
@@ -16,6 +17,11 @@ bool change(FeatureState& state, FeatureState from, FeatureState to) {
 }
 
 }  // namespace
+
+FeatureWatch::FeatureWatch(std::vector<std::size_t> order) : order_(std::move(order)) {
+  if (!order_.empty()) place_.resize(*std::max_element(order_.begin(), order_.end()) + 1);
+  for (std::size_t i = 0; i < order_.size(); ++i) place_[order_[i]] = i;
+}
 
 bool FeatureWatch::see(std::vector<FeatureState>& features, const ValveCycle& cycle) {
   bool changed = false;
@@ -43,10 +49,11 @@ bool FeatureWatch::opens(std::vector<FeatureState>& features, bool named) {
     open_ = on_;
     had_opening_ = true;
   } else if (!ahead_) {  // of the next one; a stop that takes the command back lets it be given again
-    const auto from = features.begin() + (open_ ? static_cast<std::ptrdiff_t>(*open_) + 1 : 0);
-    const auto next = std::find(from, features.end(), FeatureState::Open);
-    if (next == features.end()) return false;
-    open_ = static_cast<std::uint32_t>(next - features.begin());
+    const auto from = order_.begin() + (open_ ? static_cast<std::ptrdiff_t>(place_[*open_]) + 1 : 0);
+    const auto next =
+        std::find_if(from, order_.end(), [&](std::size_t f) { return features[f] == FeatureState::Open; });
+    if (next == order_.end()) return false;
+    open_ = static_cast<std::uint32_t>(*next);
     ahead_ = true;
   }
   return change(features[*open_], FeatureState::Open, FeatureState::Begun);

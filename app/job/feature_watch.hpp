@@ -1,6 +1,6 @@
 // What became of each feature, from what the loop shows in every cycle: which feature the path is on, whether the valve
 // is open, and whether a stop has hold of the machine.
-//   FeatureWatch watch;
+//   FeatureWatch watch(recipes::dispensed_by(job));
 //   each snapshot: watch.see(state.features, {.block = s.block, .feature = s.feature, .valve_open = ..., .stopped =
 //   ...});
 // A feature is done when its valve has closed as planned, not when the path reaches it. Each feature opens the valve
@@ -25,6 +25,8 @@ struct ValveCycle {
 
 class FeatureWatch {
  public:
+  /// The features of the job, in the order in which it dispenses them: the valve opens ahead of the next of these.
+  explicit FeatureWatch(std::vector<std::size_t> order);
   /// True when a feature has changed its state.
   bool see(std::vector<FeatureState>& features, const ValveCycle& cycle);
 
@@ -34,6 +36,8 @@ class FeatureWatch {
   /// The path has left the feature, and the valve was never open for it.
   bool judge_left(std::vector<FeatureState>& features);
 
+  std::vector<std::size_t> order_;
+  std::vector<std::size_t> place_;     ///< in order_, by feature; one that is not in it: 0
   std::optional<std::uint32_t> on_;    ///< the feature that the path is on, or was on last
   int cycles_since_ = 0;               ///< since the path has left it
   bool had_opening_ = false;           ///< the valve was opened for it

@@ -34,6 +34,7 @@ Runner::Runner(const Site& site, const recipes::Recipe& recipe, const recipes::J
       planned_path_(site.machine),
       planner_(site.machine, recipe, site.breath, site.opinion),
       state_(job::begin_state(recipe, job)),
+      watch_(recipes::dispensed_by(job)),
       speed_watch_(recipe, seconds(site.machine.bus.cycle)),
       cut_watch_(site.machine),
       times_(site.forecast, recipe.features.size(), seconds(site.machine.bus.cycle)) {

@@ -39,7 +39,7 @@ std::optional<Ahead> Runner::ahead() const {
 }
 
 void Runner::note_cut(const std::vector<job::FeatureState>& before, const std::deque<motion::Segment>& segments) {
-  watch_ = {};
+  watch_ = job::FeatureWatch(recipes::dispensed_by(job_));
   std::optional<std::size_t> cut;
   for (std::size_t f = 0; f < state_.features.size() && !cut; ++f)
     if (state_.features[f] == job::FeatureState::Interrupted && before[f] != job::FeatureState::Interrupted) cut = f;

@@ -109,7 +109,9 @@ BoardPlan board_plan(const recipes::Recipe& recipe) {
     const recipes::Material* m = recipes::find_material(recipe, material);
     return m == nullptr ? 0.0 : m->speed;
   };
-  for (const recipes::Feature& feature : recipe.features) {
+  // In the order in which they are dispensed: of two that lie on each other the first shot is that of the earlier one.
+  for (const std::size_t index : recipes::sequence_of(recipe)) {
+    const recipes::Feature& feature = recipe.features[index];
     if (const auto* dot = std::get_if<recipes::Dot>(&feature))
       plan.features.push_back({dot->id, false, {{dot->at.x, dot->at.y, dot->height_mm}}, gap(dot->material), 0});
     else if (const auto* bead = std::get_if<recipes::Bead>(&feature))

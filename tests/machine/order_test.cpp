@@ -1,5 +1,6 @@
 // A whole job in an order with little travel, in virtual time: what the world saw, in the order in which it saw it.
 #include <algorithm>
+#include <fmt/format.h>
 
 #include "recipes/points_file.hpp"
 #include "recipes/travel.hpp"
@@ -18,6 +19,58 @@ recipes::Recipe patterns(const std::string& order) {
   auto recipe = recipes::parse(text, kPatterns, [](const auto& name) { return recipes::read_beside(kPatterns, name); });
   for (const Error& e : recipe ? std::vector<Error>{} : recipe.error()) ADD_FAILURE() << to_text(e);
   return recipe.value_or(recipes::Recipe{});
+}
+
+/// Dots and lines on a bare board that lies where it should.
+recipes::Recipe plain(const std::string& materials, const std::string& features) {
+  const std::string text =
+      "version: 1\nrecipe: r\nplacement: fixture\norder: shortest\n"
+      "board: {size: [120 mm, 80 mm], thickness: 12 mm, frame: pallet}\nmaterials:\n" +
+      materials + "features:\n" + features;
+  auto recipe = recipes::parse(text, "r.yaml");
+  for (const Error& e : recipe ? std::vector<Error>{} : recipe.error()) ADD_FAILURE() << to_text(e);
+  return recipe.value_or(recipes::Recipe{});
+}
+std::string material(const std::string& name, double gap_mm, double lead_ms) {
+  return fmt::format(
+      "  {}: {{speed: 20 mm/s, gap: {} mm, valve_open_lead: {} ms, valve_close_lead: 6 ms, dot_time: 60 ms, retract: 3 "
+      "mm}}\n",
+      name, gap_mm, lead_ms);
+}
+
+// The valve is told to open before the path has come to the feature: which one is next is the job's to say.
+TEST(OrderShortest, a_valve_that_opens_ahead_opens_for_the_next_in_the_order_of_the_job) {
+  const recipes::Recipe recipe = plain(material("glue", 0.3, 8),
+                                       "  - dot: {name: a, material: glue, at: [20 mm, 40 mm]}\n"
+                                       "  - dot: {name: b, material: glue, at: [80 mm, 40 mm]}\n"
+                                       "  - dot: {name: c, material: glue, at: [40 mm, 40 mm]}\n");
+  ASSERT_EQ(recipe.sequence, (std::vector<std::size_t>{0, 2, 1}));
+  test::Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg, dz=0 mm, tilt_x=0 deg, tilt_y=0 deg"});
+  const record::JobResult result = rig.run(recipe);
+  EXPECT_EQ(result.features_done, 3u);
+  EXPECT_TRUE(result.interrupted.empty());
+  EXPECT_EQ(result.board, record::Board::Whole);
+}
+
+TEST(OrderShortest, of_two_that_lie_on_each_other_each_has_its_own_deposit) {
+  for (const char* kind : {"  - dot: {name: NAME, material: M, at: [50 mm, 40 mm]AFTER}\n",
+                           "  - line: {name: NAME, material: M, from: [40 mm, 40 mm], to: [60 mm, 40 mm]AFTER}\n"}) {
+    const auto row = [&](std::string text, const std::string& name, const std::string& m, const std::string& after) {
+      for (const auto& [key, value] : {std::pair("NAME", name), std::pair("M,", m + ","), std::pair("AFTER", after)})
+        text.replace(text.find(key), std::string(key).size(), value);
+      return text;
+    };
+    const recipes::Recipe recipe = plain(material("m1", 0.4, 8) + material("m2", 0.3, 8),
+                                         row(kind, "primer", "m1", ", after: glue") + row(kind, "glue", "m2", ""));
+    ASSERT_EQ(recipe.sequence, (std::vector<std::size_t>{1, 0}));
+    test::Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg, dz=0 mm, tilt_x=0 deg, tilt_y=0 deg"});
+    const record::JobResult result = rig.run(recipe);
+    EXPECT_TRUE(result.defects.empty()) << result.defects.front().message;
+    ASSERT_EQ(result.deposits.size(), 2u);
+    EXPECT_EQ(result.deposits[0].id, "glue");
+    EXPECT_NEAR(result.deposits[0].gap_mm, 0.3, 0.05);
+    EXPECT_NEAR(result.deposits[1].gap_mm, 0.4, 0.05);
+  }
 }
 
 TEST(OrderShortest, a_job_dispenses_all_of_it_with_less_travel_and_keeps_what_comes_first) {

@@ -35,6 +35,7 @@ struct Clumsy {
   int most = 1000, stops = 0;
   CycleIndex runs_for = 500, stands_for = 300;
   bool at_open_valve = false;
+  std::vector<bool> dots{};  ///< by feature: a dot that is cut is a defect, and its valve is left alone
 
   enum class Phase { Waiting, Stopping, Open, Reset, Clear } phase = Phase::Waiting;
   std::string input{};
@@ -44,13 +45,18 @@ struct Clumsy {
   int some(int from, int to) { return std::uniform_int_distribution<int>(from, to)(random); }
   void turn(Phase to, CycleIndex now) { phase = to, since = now; }
 
+  /// Also ahead of what may be one, by the valve's lead.
+  [[nodiscard]] bool in_dot(const cycle::Snapshot& s) const {
+    return !dots.empty() && valve_open(s) && (s.feature >= dots.size() || dots[s.feature]);
+  }
+
   void operator()(run::Owner& owner) {
     const auto& s = owner.latest();
     switch (phase) {
       case Phase::Waiting:
         if (s.state == State::Homing || s.state == State::Enabling || s.block == 0 || stops == most) return;
         if (since == 0 || (at_open_valve && !valve_open(s))) since = s.cycle;  // so long it runs, or is open
-        if (s.cycle < since + runs_for) return;
+        if (s.cycle < since + runs_for || in_dot(s)) return;
         input = std::vector<std::string>{"door_closed", "stop", "air_ok"}[static_cast<std::size_t>(some(0, 2))];
         set(owner, input, false);
         ++stops;
@@ -99,6 +105,8 @@ TEST(OutlivedStops, whatever_they_cut_is_whole_at_the_end) {
     Rig rig({.placement = "dx=0.5 mm, rot=0.4 deg", .seed = 5, .outlives_stops = true});
     Clumsy hand(7);
     hand.at_open_valve = at_open_valve;
+    for (const recipes::Feature& f : test::load_recipe(kPatterns).features)
+      hand.dots.push_back(std::holds_alternative<recipes::Dot>(f));
     hand.most = std::getenv("GANTRY_ROUNDS") != nullptr ? 1000 : 12;
     rig.on_step = [&](run::Owner& owner) { hand(owner); };
     const auto result = rig.run(kPatterns);

@@ -1,6 +1,9 @@
 // `order` and `after` as a recipe says them.
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <numeric>
+#include <random>
 
 #include "recipes/job.hpp"
 #include "recipes/selection.hpp"
@@ -23,7 +26,8 @@ std::string with(const std::string& order, const std::string& features) {
          features;
 }
 
-std::string dot(const std::string& name, int x_mm, const std::string& more = "", const std::string& material = "glue") {
+std::string dot(const std::string& name, double x_mm, const std::string& more = "",
+                const std::string& material = "glue") {
   return "  - dot: {name: " + name + ", material: " + material + ", at: [" + std::to_string(x_mm) + " mm, 10 mm]" +
          more + "}\n";
 }
@@ -96,6 +100,50 @@ TEST(Order, a_deposit_of_another_material_keeps_what_it_may_lie_on) {
                                             dot("on_it", 59, "", "paste")))),
             "on_it bead a")
       << "`after` turns it round";
+}
+
+TEST(Order, what_comes_later_for_another_reason_still_lies_under_what_lay_on_it) {
+  // A waits for C alone; B lies on A.
+  EXPECT_EQ(names(read(with("shortest", dot("A", 60, ", after: C") + dot("B", 60.5, "", "paste") + dot("C", 20)))),
+            "C A B");
+}
+
+/// The judge: all orders. Where one keeps every layer of the file and `after`, so does the answer.
+TEST(Order, keeps_all_layers_where_that_can_be) {
+  std::mt19937 random(11);
+  const auto draw = [&](std::size_t n) { return static_cast<std::size_t>(random()) % n; };
+  int judged = 0;
+  for (int n = 0; n < 150; ++n) {
+    constexpr std::size_t count = 6, none = count;
+    std::vector<std::size_t> x(count), paste(count), after(count, none);
+    std::string text;
+    for (std::size_t f = 0; f < count; ++f) {
+      x[f] = 10 + 2 * draw(3) + 30 * draw(2), paste[f] = draw(2);
+      if (draw(2) == 0) after[f] = (f + 1 + draw(count - 1)) % count;
+    }
+    for (std::size_t f = 0; f < count; ++f)  // 0.1 mm apart: none is a twin
+      text += dot("f" + std::to_string(f), static_cast<double>(x[f]) + 0.1 * static_cast<double>(f),
+                  after[f] == none ? "" : ", after: f" + std::to_string(after[f]), paste[f] != 0 ? "paste" : "glue");
+    const auto r = parse(with("shortest", text), "r.yaml");
+    if (!r) continue;  // a circle
+    const auto keeps = [&](const Indices& place, bool layers) {
+      for (std::size_t f = 0; f < count; ++f) {
+        if (after[f] != none && place[after[f]] > place[f]) return false;
+        for (std::size_t g = 0; g < f && layers; ++g)
+          if (x[f] == x[g] && paste[f] != paste[g] && place[g] > place[f]) return false;
+      }
+      return true;
+    };
+    Indices place(count);
+    std::iota(place.begin(), place.end(), 0u);
+    bool possible = false;
+    do possible = keeps(place, true);
+    while (!possible && std::next_permutation(place.begin(), place.end()));
+    for (std::size_t k = 0; k < count; ++k) place[r->sequence[k]] = k;
+    EXPECT_TRUE(keeps(place, possible)) << text << names(*r);
+    judged += possible ? 1 : 0;
+  }
+  EXPECT_GT(judged, 50);
 }
 
 TEST(Order, a_bead_keeps_its_direction) {

@@ -4,6 +4,8 @@
 #include <set>
 
 #include "motion/geometry.hpp"
+#include "motion/path/moves.hpp"
+#include "motion/profile/speed_profile.hpp"
 #include "tests/app/job/reference.hpp"
 
 namespace gantry::job {
@@ -79,6 +81,39 @@ TEST_F(BlockPlanTest, dots_are_dispensed_in_the_gap_over_the_measured_surface) {
     EXPECT_NEAR(is.z, want.z, 1e-9);
   }
   EXPECT_EQ(seen, some);
+}
+
+/// The needle is over its dot, and goes straight down to it, when the valve is told to open; however long the lead.
+TEST_F(BlockPlanTest, the_valve_is_told_to_open_when_nothing_goes_across_any_more) {
+  for (const double lead_s : {0.0, 0.02, 0.06, 0.08, 0.1, 0.11}) {
+    recipe.materials.front().settle_time = 0;
+    recipe.materials.front().retract = 3;
+    recipe.materials.front().valve_open_lead = lead_s;
+    BlockPlanner planner(machine, recipe);
+    const auto block = planner.dispense(9, park, {0, 1, 2, 3, 4, 5});
+    ASSERT_TRUE(block) << to_text(block.error());
+    const auto at = [&](double t) {
+      for (const motion::Segment& s : block->segments()) {
+        const double lasts = motion::duration({&s, 1});
+        if (t <= lasts) return motion::point(s.geometry, motion::along(s.nominal, t).x.p);
+        t -= lasts;
+      }
+      return block->end();
+    };
+    double begins = 0;
+    int told = 0;
+    for (const motion::Segment& s : block->segments()) {
+      for (const motion::OutputEvent& e : s.events) {
+        if (!e.dispense) continue;
+        const AxisVec then = at(begins + e.at_s - e.lead_s), there = at(begins + e.at_s);
+        EXPECT_NEAR(then[machine.x.value], there[machine.x.value], 1e-9) << lead_s;
+        EXPECT_NEAR(then[machine.y.value], there[machine.y.value], 1e-9) << lead_s;
+        ++told;
+      }
+      begins += motion::duration({&s, 1});
+    }
+    EXPECT_EQ(told, 6);
+  }
 }
 
 TEST_F(BlockPlanTest, the_probe_goes_through_the_window_and_comes_back_up) {

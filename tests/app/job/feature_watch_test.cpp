@@ -1,6 +1,7 @@
 #include "app/job/feature_watch.hpp"
 
 #include <gtest/gtest.h>
+#include <numeric>
 #include <random>
 
 namespace gantry::job {
@@ -11,12 +12,18 @@ using enum FeatureState;
 /// A made-up loop: the path and the valve, cycle by cycle.
 struct Loop {
   std::vector<FeatureState> features;
-  FeatureWatch watch{};
+  FeatureWatch watch;
   std::uint32_t feature = motion::kTravel;
   bool valve = false, stopped = false;
   int changes = 0;
 
-  explicit Loop(std::size_t n) : features(n, Open) {}
+  explicit Loop(std::size_t n) : Loop(n, in_file(n)) {}
+  Loop(std::size_t n, std::vector<std::size_t> order) : features(n, Open), watch(std::move(order)) {}
+  static std::vector<std::size_t> in_file(std::size_t n) {
+    std::vector<std::size_t> order(n);
+    std::iota(order.begin(), order.end(), 0u);
+    return order;
+  }
   Loop& pass(int cycles = 1, std::uint32_t block = 3) {
     for (int i = 0; i < cycles; ++i)
       changes += watch.see(features, {.block = block, .feature = feature, .valve_open = valve, .stopped = stopped});
@@ -27,6 +34,18 @@ struct Loop {
   Loop& open(bool is = true) { return valve = is, pass(); }
   Loop& stop(bool is = true) { return stopped = is, pass(); }
 };
+
+TEST(FeatureWatch, ahead_of_a_feature_the_valve_opens_for_the_next_in_the_order_of_the_job) {
+  Loop loop(3, {0, 2, 1});
+  loop.travel().on(0).open().open(false).travel().open();
+  EXPECT_EQ(loop.features, (std::vector{Done, Open, Begun}));
+  loop.on(2).open(false).travel().open().on(1).open(false);
+  EXPECT_EQ(loop.features, (std::vector{Done, Done, Done}));
+
+  Loop cut(3, {0, 2, 1});
+  cut.travel().on(0).open().open(false).travel().open().on(2).stop().open(false);
+  EXPECT_EQ(cut.features, (std::vector{Done, Open, Interrupted}));
+}
 
 TEST(FeatureWatch, a_feature_is_done_when_its_valve_has_closed_and_not_before) {
   Loop loop(3);
