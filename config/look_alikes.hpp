@@ -1,5 +1,6 @@
-// Stations that answer alike: only an alias, a serial that was accepted, or a person who has watched their axes move (a
-// walk) tells which of them stands where. Where none of them does, swapped cables make the one take the other's orders.
+// Stations that answer alike: only an alias, or a person who has watched their axes move (a walk) tells which of them
+// stands where; serials that were accepted then notice when they are exchanged. Where none of them does, swapped cables
+// make the one take the other's orders.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -12,8 +13,8 @@ namespace gantry::config {
 /// On one EtherCAT line, of one profile, or of one vendor and product.
 bool look_alike(const Station& a, const Station& b);
 
-/// What the machine file says of which axis a station moves, and which way: "X: slot 0, direction 0"; "" for a station
-/// that moves none. When that has changed since a walk, the walk says nothing any more.
+/// What the machine file says of which axis a station moves, and which way: "position 1; X: slot 0; direction 0"; ""
+/// for a station that moves none. When that has changed since a walk, the walk says nothing any more.
 std::string wiring_of(const Machine& machine, const Station& station);
 /// A person has seen its axes move as the machine file says today.
 bool walked(const Machine& machine, const Station& station);

@@ -85,8 +85,10 @@ class Commissioning {
 
   void take(config::Station& station, const devices::StationSii& sii) {
     const bool pending = station.accepted && station.accepted->restart_pending;
-    const auto was =
-        station.accepted && station.accepted->serial == sii.serial ? *station.accepted : config::Accepted{};
+    const auto was = station.accepted && station.accepted->vendor == sii.vendor &&
+                             station.accepted->product == sii.product && station.accepted->serial == sii.serial
+                         ? *station.accepted
+                         : config::Accepted{};
     station.accepted = config::Accepted{sii.vendor, sii.product, sii.revision, sii.serial,
                                         today(),    pending,     was.walked,   was.walked_as};
     changed_ = true;

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <poll.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include "app/cli/client.hpp"
@@ -20,13 +21,20 @@ namespace {
 
 constexpr const char* kSetup = "[{do: set_input, input: mode, on: false}]";
 
-/// Lines of stdin as they come; a terminal that is gone and Ctrl-C end it.
+/// Ctrl-C, and Ctrl-Z as well: a loop that stops with its process would leave torque without its master.
+bool ended() {
+  static bool wished = false;
+  wished = wished || take_hold_wish();
+  return wished || interrupted();
+}
+
+/// Lines of stdin as they come; a terminal that is gone, Ctrl-C and Ctrl-Z end it.
 class Lines {
  public:
   explicit Lines(bool patient) : patience_ms_(patient ? 20 : 0) {}
 
   Result<std::optional<std::string>> next() {
-    if (interrupted()) return fail(Fault::Interrupted, "interrupted; nothing is kept of the walk");
+    if (ended()) return fail(Fault::Interrupted, "interrupted; nothing is kept of the walk");
     if (const auto end = read_.find('\n'); end != std::string::npos) {
       std::string line = read_.substr(0, end);
       read_.erase(0, end + 1);
@@ -36,9 +44,17 @@ class Lines {
     if (::poll(&in, 1, patience_ms_) <= 0) return std::nullopt;
     char bytes[256];
     const ssize_t got = ::read(STDIN_FILENO, bytes, sizeof bytes);
+    if (got <= 0 && !read_.empty()) return std::exchange(read_, {});  // the last line of a file without its end
     if (got <= 0) return fail(Fault::Aborted, "the answers have ended before the walk; nothing is kept of it");
     read_.append(bytes, static_cast<std::size_t>(got));
     return std::nullopt;
+  }
+
+  /// What a person has typed before the question: a key that bounced is no consent. Answers from a file stay.
+  void forget() {
+    if (::isatty(STDIN_FILENO) == 0) return;
+    read_.clear();
+    ::tcflush(STDIN_FILENO, TCIFLUSH);
   }
 
  private:
@@ -49,12 +65,13 @@ class Lines {
 Result<std::vector<const config::Axis*>> walk_all(const config::Machine& machine, const run::OwnerOptions& own,
                                                   const std::string& date) {
   hold_machine(Terminal::Matters);
+  hold_on_stop_key();
   auto owner = run::Owner::open(machine, own);
   if (!owner) return tl::unexpected(owner.error());
   OwnerOperated operated(**owner);
   bool asked = false;
   const auto poll = [&] {
-    if (interrupted() && !std::exchange(asked, true)) operated.interrupt();
+    if (ended() && !std::exchange(asked, true)) operated.interrupt();
   };
   (*owner)->on_step(poll);
   Lines lines(own.virtual_time);
@@ -64,8 +81,10 @@ Result<std::vector<const config::Axis*>> walk_all(const config::Machine& machine
     say("the mode switch of the virtual machine is turned to setup\n");
     for (int i = 0; ready && i < 20; ++i) ready = (*owner)->idle();
   }
-  const run::WalkTalk talk{
-      .say = [](const std::string& words) { say_text(words); }, .hear = [&] { return lines.next(); }, .poll = poll};
+  const run::WalkTalk talk{.say = [](const std::string& words) { say_text(words); },
+                           .hear = [&] { return lines.next(); },
+                           .poll = poll,
+                           .forget = [&] { lines.forget(); }};
   auto walked = ready ? run::walk(**owner, machine, talk)
                       : Result<std::vector<const config::Axis*>>(tl::unexpected(ready.error()));
   if (walked)

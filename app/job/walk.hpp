@@ -12,14 +12,17 @@
 
 namespace gantry::job {
 
-/// How far an axis goes: 1 mm, or 3 degrees. mm or rad.
-double walk_distance(const config::Axis& axis) noexcept;
+/// The farthest that any axis goes: 1 mm, or 3 degrees. mm or rad.
+double walk_most(const config::Axis& axis) noexcept;
+/// How far an axis goes first, in its coordinate (mm or rad): up it; the lift, which counts downwards, down it, so that
+/// what it carries goes up. Its counts take no motor farther than walk_most() whose station could be taken for its own.
+double walk_by(const config::Machine& machine, const config::Axis& axis) noexcept;
 /// Twice that in a second, and no more than the axis can. mm/s or rad/s.
-double walk_speed(const config::Axis& axis) noexcept;
-/// "1 mm at 2 mm/s", "3 deg at 6 deg/s".
-std::string walk_in_words(const config::Axis& axis);
+double walk_speed(const config::Machine& machine, const config::Axis& axis) noexcept;
+/// "+1 mm at 2 mm/s", "-3 deg at 6 deg/s".
+std::string walk_in_words(const config::Machine& machine, const config::Axis& axis);
 
-/// Up its coordinate (Z and the lift: away from what lies below), a moment at rest, and back to where it stands. Where
+/// By walk_by(), a moment at rest, and back to where it stands. Where
 /// all axes are referenced it is proved like a jog. Where they are not, nothing can be proved among bodies, as in
 /// homing: what holds then is its length, which the loop watches (Purpose::Walk), and that a person keeps the distance
 /// free. Fault::OutOfReach, Collision.

@@ -103,7 +103,7 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, Host host) {
     setup.following_per_speed_s = axis.following_per_speed_s;
     setup.skew_max = axis.skew_max;
     setup.response_delay_s = axis.response_delay_s;
-    loop.walk_max[axis.id.value] = job::walk_distance(axis);
+    loop.walk_max[axis.id.value] = std::abs(job::walk_by(machine, axis));
     if (axis.homing) {
       setup.homing.possible = true;
       setup.homing.position = axis.homing->position;

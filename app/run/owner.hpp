@@ -107,8 +107,8 @@ class Owner {
   /// folder. Fault::FileUnwritable.
   Result<void> keep_walk(const std::string& date);
   /// A person has seen otherwise: what earlier walks and accepted serial numbers said of where drives stand is void.
-  /// Fault::FileUnwritable.
-  Result<void> forget_walk();
+  /// False: there was nothing. Fault::FileUnwritable.
+  Result<bool> forget_walk();
   /// One job from its first block to its end. Never throws away what happened: the result tells it, also of a job that
   /// failed.
   record::JobResult run(const recipes::Recipe& recipe, const recipes::Job& job, const RunOptions& options);

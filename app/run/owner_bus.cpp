@@ -122,7 +122,8 @@ void Owner::shut_down() {
   // Torque off in order, as far as the machine still answers; then the bus.
   p.control().post({.kind = cycle::CommandKind::Disable});
   const CycleIndex begin = p.control().latest().cycle;
-  const CycleIndex least = p.control().cycles(kDisableLeast_s), most = p.control().cycles(kDisableTimeout_s);
+  const double brake_s = p.machine.brake ? p.machine.brake->time_s : 0;  // torque stays until it holds
+  const CycleIndex least = p.control().cycles(kDisableLeast_s), most = p.control().cycles(kDisableTimeout_s + brake_s);
   const auto passed = [&] { return p.control().latest().cycle - begin; };
   while (p.control().alive() && passed() < most && (p.control().latest().enabled != 0 || passed() < least))
     p.control().step();

@@ -53,7 +53,7 @@ Result<void> Owner::keep_walk(const std::string& date) {
   return stations::write_accepted(stations::accepted_file(p.options.state, p.options.bus), p.machine);
 }
 
-Result<void> Owner::forget_walk() {
+Result<bool> Owner::forget_walk() {
   Parts& p = *parts_;
   bool any = false;
   for (config::Station& s : p.machine.stations) {
@@ -62,8 +62,10 @@ Result<void> Owner::forget_walk() {
     s.accepted->walked.clear(), s.accepted->walked_as.clear();
     any = true;
   }
-  if (!any) return {};
-  return stations::write_accepted(stations::accepted_file(p.options.state, p.options.bus), p.machine);
+  if (!any) return false;
+  auto written = stations::write_accepted(stations::accepted_file(p.options.state, p.options.bus), p.machine);
+  if (!written) return tl::unexpected(written.error());
+  return true;
 }
 
 /// Drives that look alike and of which nothing says that each stands in its place.

@@ -21,17 +21,18 @@ struct Seen {
 /// "X+", "z -", "nothing". Fault::BadValue with how it is written.
 Result<Seen> read_seen(const config::Machine& machine, const std::string& text);
 
-/// Whether that is what `axis` had to do, whose coordinate rises first. Fault::AxisNotAsWired with the remedy.
+/// Whether that is what `axis` had to do (job::walk_by()). Fault::AxisNotAsWired with the remedy.
 Result<void> judge_seen(const config::Machine& machine, const config::Axis& axis, const Seen& seen);
 
-/// The axes that walk, in this order: those that come up first, then the others as the file has them.
+/// The axes that walk, in this order: those that go up first, then the others as the file has them.
 std::vector<const config::Axis*> walk_order(const config::Machine& machine);
 
 struct WalkTalk {
   std::function<void(const std::string&)> say;
   /// A line that somebody has written; nothing when there is none yet. An error ends the walk.
   std::function<Result<std::optional<std::string>>()> hear;
-  std::function<void()> poll{};  ///< in every step while an axis moves
+  std::function<void()> poll{};    ///< in every step while an axis moves
+  std::function<void()> forget{};  ///< what was written and not heard yet
 };
 
 /// Of a machine that is up, and in setup. The axes that have walked. Fault::AxisNotAsWired, and what a walk of one axis

@@ -40,7 +40,6 @@ Result<void> take_back_watch_address(Link& link) {
 
 /// Somebody without an address stands at the station's position: is it the station?
 Result<Whereabouts> recognise(Link& link, StationRecord& s) {
-  s.since_power_up = s.restarted = true;
   if (auto ok = take_back_watch_address(link); !ok) return tl::unexpected(ok.error());
   const auto named = write_at_position(link, s.position, reg::kStationAddress, kWatchStation);
   if (!named) return tl::unexpected(named.error());
@@ -48,15 +47,23 @@ Result<Whereabouts> recognise(Link& link, StationRecord& s) {
   if (auto ok = take_eeprom(link, kWatchStation); !ok) return tl::unexpected(ok.error());
   const auto sii = read_station_sii(link, kWatchStation);
   if (!sii) return tl::unexpected(sii.error());
-  const bool same = sii->vendor == s.sii.vendor && sii->product == s.sii.product && sii->serial == s.sii.serial;
+  std::array<std::byte, 2> alias{};
+  const auto told = link.transact(Command::Fprd, physical_address(kWatchStation, reg::kStationAlias), alias);
+  if (!told) return tl::unexpected(told.error());
+  const bool alias_same = s.config == nullptr || s.config->alias == 0 || *told != kWkcRead ||
+                          get_le<std::uint16_t>(alias, 0) == s.config->alias;
+  const bool same =
+      sii->vendor == s.sii.vendor && sii->product == s.sii.product && sii->serial == s.sii.serial && alias_same;
   const auto given = write_at_position(link, s.position, reg::kStationAddress, same ? s.address : std::uint16_t{0});
   if (!given) return tl::unexpected(given.error());
   if (!same)
     return fail(Fault::IdentityMismatch,
-                fmt::format("another device stands where it was: vendor {:08X}h, product {:08X}h, serial {} instead of "
-                            "vendor {:08X}h, product {:08X}h, serial {}",
-                            sii->vendor, sii->product, sii->serial, s.sii.vendor, s.sii.product, s.sii.serial),
+                fmt::format("another device stands where it was: vendor {:08X}h, product {:08X}h, serial {}, alias {} "
+                            "instead of vendor {:08X}h, product {:08X}h, serial {}, alias {}",
+                            sii->vendor, sii->product, sii->serial, get_le<std::uint16_t>(alias, 0), s.sii.vendor,
+                            s.sii.product, s.sii.serial, s.config == nullptr ? 0 : s.config->alias),
                 s.where);
+  s.since_power_up = s.restarted = true;
   return *given ? Whereabouts::Forgetful : Whereabouts::Gone;
 }
 

@@ -15,6 +15,9 @@ expect_exit 2 "a walk that accepts besides" commission --walk --accept
 answers ""
 expect_exit 7 "answers that end" walk
 expect_text "the answers have ended"
+answers "no"
+expect_exit 7 "somebody who does not want it" walk
+expect_text "Enter alone"
 answers "" "Z-"
 expect_exit 5 "an axis that goes the other way" walk
 expect_text "G133"
@@ -28,9 +31,9 @@ expect_text "write the axis that moved"
 expect_text "nothing moved: look at the supply"
 [ ! -e "$kept" ] || fail "wrong answers were kept"
 
-answers "" "Z+" "" "u +" "" "X+" "" "Y+" "" "C+"
+answers "" "Z+" "" "u -" "" "X+" "" "Y+" "" "C+"
 expect_exit 0 "all as the machine file says" walk --json
-expect_text "Z by +1 mm and back"
+expect_text "Z by +0.5 mm and back"
 expect_text "C by +3 deg and back"
 python3 - "$work/out" "$kept" <<'PY' || fail "not kept as it was walked"
 import json, sys

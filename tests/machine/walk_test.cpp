@@ -49,6 +49,7 @@ struct Operator {
     for (std::size_t i = 0; i < now.size(); ++i) {
       const double by = now[i] - start[i];
       if (std::abs(by) > std::abs(farthest[i])) farthest[i] = by;
+      if (std::abs(by) > std::abs(most[i])) most[i] = by;
       fastest = std::max(fastest, std::abs(now[i] - last[i]) / seconds(rig.machine().bus.cycle));
       last[i] = now[i];
     }
@@ -61,7 +62,7 @@ struct Operator {
   std::string seen() {
     for (const config::Axis& axis : rig.machine().axes) {
       const double by = std::exchange(farthest[axis.id.value], 0);
-      if (std::abs(by) < 0.5 * job::walk_distance(axis)) continue;
+      if (std::abs(by) < 0.5 * std::abs(job::walk_by(rig.machine(), axis))) continue;
       return axis.name + (by > 0 ? "+" : "-");
     }
     return "nothing";
@@ -78,8 +79,14 @@ struct Operator {
                       .poll = [&] { watch(); }});
   }
 
+  /// Of the real motors, whoever was ordered.
+  void expect_no_farther_than_a_walk() {
+    for (const config::Axis& axis : rig.machine().axes)
+      EXPECT_LE(std::abs(most[axis.id.value]), job::walk_most(axis) * 1.01) << axis.name;
+  }
+
   Rig rig;
-  AxisVec start{}, last{}, farthest{};
+  AxisVec start{}, last{}, farthest{}, most{};
   double fastest = 0;
   int most_axes = 0;
   std::uint32_t outputs = 0;
@@ -91,7 +98,11 @@ TEST(Walk, of_the_machine_as_shipped_each_axis_goes_out_and_back_alone_slowly_an
   const auto walked = op.walk();
   ASSERT_TRUE(walked) << to_text(walked.error());
   ASSERT_EQ(walked->size(), 5u);
-  EXPECT_EQ(walked->front()->name, "Z") << "what comes up goes first";
+  EXPECT_EQ(walked->front()->name, "Z") << "what goes up goes first";
+  EXPECT_EQ((*walked)[1]->name, "U");
+  EXPECT_GT(op.most[op.rig.machine().z.value], 0.4);
+  EXPECT_LT(op.most[op.rig.machine().u->value], -0.3) << "the lift counts downwards: what hangs on it goes up";
+  op.expect_no_farther_than_a_walk();
   const AxisVec end = op.look();
   for (const config::Axis* axis : *walked)
     EXPECT_NEAR(end[axis->id.value], op.start[axis->id.value], 3 / axis->counts_per_unit) << axis->name;
@@ -99,7 +110,7 @@ TEST(Walk, of_the_machine_as_shipped_each_axis_goes_out_and_back_alone_slowly_an
   EXPECT_EQ(op.most_axes, 1);
   EXPECT_EQ(op.outputs & config::bit(config::Output::Valve), 0u);
   EXPECT_EQ(op.rig.owner().latest().referenced, 0u);
-  EXPECT_NE(op.said.find("Z ('z' (position 4)) goes by +1 mm at 2 mm/s"), std::string::npos) << op.said;
+  EXPECT_NE(op.said.find("Z ('z' (position 4)) goes by +0.5 mm at 1 mm/s"), std::string::npos) << op.said;
 }
 
 TEST(Walk, swapped_cables_of_stations_that_nothing_tells_apart_are_seen_and_named_with_the_remedy) {
@@ -107,8 +118,9 @@ TEST(Walk, swapped_cables_of_stations_that_nothing_tells_apart_are_seen_and_name
   const auto walked = op.walk();
   ASSERT_FALSE(walked);
   EXPECT_EQ(walked.error().fault, Fault::AxisNotAsWired);
-  for (const char* words : {"axis Z", "X moved", "'x' (position 1)", "'z' (position 4)", "exchange their cables"})
+  for (const char* words : {"axis Z", "X moved", "'x' (position 1)", "'z' (position 4)", "exchange their bus cables"})
     EXPECT_NE(to_text(walked.error()).find(words), std::string::npos) << to_text(walked.error());
+  op.expect_no_farther_than_a_walk();
 }
 
 TEST(Walk, a_turned_polarity_is_seen_and_named_with_what_turns_it) {
@@ -129,11 +141,11 @@ TEST(Walk, swapped_motors_of_one_station_are_named_as_that) {
     auto c = std::ranges::find(m.axes, "C", &config::Axis::name),
          u = std::ranges::find(m.axes, "U", &config::Axis::name);
     std::swap(c->drives, u->drives);
-    std::swap(c->counts_per_unit, u->counts_per_unit);
   });
   const auto walked = op.walk();
   ASSERT_FALSE(walked);
   EXPECT_NE(walked.error().message.find("cables of the two motors"), std::string::npos) << to_text(walked.error());
+  op.expect_no_farther_than_a_walk();
 }
 
 TEST(Walk, is_refused_outside_of_setup_and_on_a_limit_switch_and_by_what_refuses_torque) {
@@ -185,6 +197,52 @@ TEST(Walk, answers_are_read_as_people_write_them_and_judged) {
   for (const char* bad : {"", "X", "+", "W+", "yes", "X+-"}) EXPECT_FALSE(run::read_seen(m, bad)) << bad;
   EXPECT_FALSE(run::judge_seen(m, m.axes[0], {}));
   EXPECT_TRUE(run::judge_seen(m, m.axes[0], {"X", true}));
+  const config::Axis& lift = m.axes[m.u->value];
+  EXPECT_TRUE(run::judge_seen(m, lift, {"U", false}));
+  EXPECT_FALSE(run::judge_seen(m, lift, {"U", true}));
+  EXPECT_NE(run::judge_seen(m, lift, {"X", true}).error().message.find("motor cables"), std::string::npos)
+      << "stations of two kinds are not exchanged on the bus";
+}
+
+TEST(Walk, moves_nothing_but_for_enter_alone_and_does_not_ask_for_ever) {
+  const auto with = [](Operator& op, std::vector<std::string> answers) {
+    std::size_t next = 0;
+    return run::walk(op.rig.owner(), op.rig.machine(),
+                     {.say = [](const std::string&) {},
+                      .hear = [&]() -> Result<std::optional<std::string>> {
+                        return next < answers.size() ? std::optional(answers[next++]) : std::nullopt;
+                      },
+                      .poll = [&] { op.watch(); }});
+  };
+  for (const char* words : {"no", "q", "abort", "Z+"}) {
+    Operator op;
+    const auto ended = with(op, {words});
+    ASSERT_FALSE(ended);
+    EXPECT_EQ(ended.error().fault, Fault::Aborted);
+    EXPECT_EQ(op.look(), op.start) << words;
+  }
+  Operator op;
+  const auto rubbish = with(op, {"", "y", "y", "y", "y"});
+  ASSERT_FALSE(rubbish);
+  EXPECT_EQ(rubbish.error().fault, Fault::BadValue);
+}
+
+TEST(Walk, ends_where_the_machine_was_stopped_while_it_waited) {
+  Operator op;
+  int asked = 0;
+  const auto ended =
+      run::walk(op.rig.owner(), op.rig.machine(),
+                {.say = [](const std::string&) {},
+                 .hear = [&]() -> Result<std::optional<std::string>> {
+                   if (++asked == 1) return "";
+                   if (asked == 2) {
+                     EXPECT_TRUE(op.rig.owner().world()->add_script("[{do: set_input, input: stop, on: false}]"));
+                   }
+                   if (asked > 3000) return fail(Fault::Aborted, "it waits on");
+                   return std::nullopt;
+                 }});
+  ASSERT_FALSE(ended);
+  EXPECT_NE(ended.error().message.find("walk anew"), std::string::npos) << to_text(ended.error());
 }
 
 /// A state folder of its own, and what was accepted there.
@@ -220,7 +278,7 @@ TEST(Walk, what_was_seen_is_kept_with_a_date_and_notices_a_swap_by_the_serial_nu
   config::Machine after = machine;
   ASSERT_TRUE(stations::read_accepted(stations::accepted_file(kept.folder, "sim"), after));
   EXPECT_EQ(station(after, "x").accepted->walked, "2026-11-24");
-  EXPECT_EQ(station(after, "x").accepted->walked_as, "X: slot 0; direction 0");
+  EXPECT_EQ(station(after, "x").accepted->walked_as, "position 1; X: slot 0; direction 0");
   EXPECT_FALSE(station(after, "io").accepted) << "it moves nothing";
   EXPECT_TRUE(config::look_alikes(after).empty());
   {
@@ -267,19 +325,32 @@ TEST(Walk, a_wrong_answer_voids_what_earlier_walks_have_said) {
   ASSERT_EQ(kept_of("x").walked, "2026-11-24");
   ASSERT_NE(kept_of("x").serial, 0u);
   int heard = 0;
-  const char* const answers[] = {"", "Z+", "", "U+", "", "what?", "X-"};
+  const char* const answers[] = {"", "Z+", "", "U-", "", "what?", "X-"};
   const auto walked = run::walk(**owner, machine,
                                 {.say = [](const std::string&) {},
                                  .hear = [&]() -> Result<std::optional<std::string>> { return answers[heard++]; }});
   ASSERT_FALSE(walked);
   EXPECT_EQ(walked.error().fault, Fault::AxisNotAsWired);
   EXPECT_EQ(walked.error().where, "axis X");
+  EXPECT_NE(walked.error().message.find("is void"), std::string::npos) << to_text(walked.error());
   EXPECT_EQ(heard, 7) << "what cannot be read is asked for once more";
   for (const char* name : {"x", "z", "y1"}) {
     EXPECT_EQ(kept_of(name).walked, "") << name;
     EXPECT_EQ(kept_of(name).serial, 0u) << name;
   }
   EXPECT_EQ(config::look_alikes(machine).size(), 2u);
+
+  // What was seen is told, also where it cannot be written.
+  ASSERT_TRUE((*owner)->keep_walk("2026-11-24"));
+  std::filesystem::create_directories(stations::accepted_file(kept.folder, "sim") + ".part/in the way");
+  heard = 4;
+  const char* const again[] = {"", "", "", "", "", "X-"};
+  const auto unwritten = run::walk(**owner, machine,
+                                   {.say = [](const std::string&) {},
+                                    .hear = [&]() -> Result<std::optional<std::string>> { return again[heard++]; }});
+  ASSERT_FALSE(unwritten);
+  EXPECT_EQ(unwritten.error().fault, Fault::AxisNotAsWired);
+  EXPECT_NE(unwritten.error().message.find("could not be voided"), std::string::npos) << to_text(unwritten.error());
 }
 
 // Of two drives that look alike and show no serial number, a swap after the walk cannot be known: it is said.
@@ -297,17 +368,29 @@ TEST(Walk, what_tells_look_alikes_apart_is_alias_serials_or_the_walk_in_that_ord
   bool told = false;
   for (const std::string& s : config::look_alikes(m)) told = told || s.find("only the walk of 2026-11-24") != s.npos;
   EXPECT_TRUE(told);
+  x.accepted = config::Accepted{.serial = 7, .date = "d"}, z.accepted = config::Accepted{.serial = 8, .date = "d"};
+  EXPECT_NE(config::not_told_apart(m, x, 7, z, 8), "") << "nobody has looked which of them stands where";
   walked(x, 7), walked(z, 8);
   EXPECT_EQ(config::not_told_apart(m, x, 7, z, 8), "");
   EXPECT_EQ(config::not_told_apart(m, x, 9, z, 8), "") << "the one that is known leaves its place to the spare part";
   EXPECT_NE(config::not_told_apart(m, x, 9, z, 10), "") << "of two new ones nothing is known";
   x.accepted->walked_as = z.accepted->walked_as = "other";
-  EXPECT_EQ(config::not_told_apart(m, x, 7, z, 8), "");
+  EXPECT_NE(config::not_told_apart(m, x, 7, z, 8), "");
+  walked(x, 7), walked(z, 8);
+  std::swap(x.position, z.position);
+  EXPECT_NE(config::not_told_apart(m, x, 7, z, 8), "") << "the file has them in other places since";
+  std::swap(x.position, z.position);
   walked(x, 0), walked(z, 0);
   m.axes[0].drives[0].invert = true;
   EXPECT_NE(config::not_told_apart(m, x, 0, z, 0), "") << "the machine file says otherwise since";
   x.alias = 1, z.alias = 4;
   EXPECT_EQ(config::not_told_apart(m, x, 0, z, 0), "");
+
+  config::Station &y1 = station(m, "y1"), &y2 = station(m, "y2");
+  walked(y1, 0), walked(y2, 0);
+  EXPECT_NE(config::not_told_apart(m, y1, 0, y2, 0), "") << "both move Y";
+  walked(y1, 5), walked(y2, 6);
+  EXPECT_EQ(config::not_told_apart(m, y1, 5, y2, 6), "");
 }
 
 }  // namespace
