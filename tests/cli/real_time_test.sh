@@ -33,7 +33,7 @@ grep -q '"result": "interrupted"' "$work/int/summary.json" || fail "the summary 
 
 "$gantry" up --state "$work/state" >"$work/up.out" 2>&1 </dev/null &
 owner=$!; pids+=($owner)
-wait_for 20 grep -q "is up" "$work/up.out" || { fail "the owner did not come up"; cat "$work/up.out"; }
+wait_for 20 grep -q "is up" "$work/up.out" || { fail "the owner did not come up"; cat "$work/up.out"; exit 1; }
 expect_exit 7 "a second owner" "$gantry" up --state "$work/state"
 expect_exit 0 "home as a client" "$gantry" home --state "$work/state"
 expect_exit 0 "a job as a client" "$gantry" --json run $job --state "$work/state" --out "$work/client"
