@@ -107,56 +107,78 @@ Precedence by_rows(std::vector<std::vector<std::uint32_t>> after, std::vector<st
   return before;
 }
 
+MayCome::MayCome(const Precedence& before)
+    : row_(before.row),
+      in_row_(before.rows.size()),
+      rows_behind_(before.rows.size()),
+      behind_(before.row.size()),
+      waits_(before.row.size()),
+      left_(before.rows.size()),
+      row_waits_(before.rows.size()) {
+  for (std::uint32_t f = 0; f < row_.size(); ++f) {
+    in_row_[row_[f]].push_back(f), ++left_[row_[f]];
+    waits_[f] = before.features[f].size() + (before.rows[row_[f]].empty() ? 0 : 1);
+    for (const std::uint32_t first : before.features[f]) behind_[first].push_back(f);
+  }
+  for (std::uint32_t row = 0; row < before.rows.size(); ++row) {
+    row_waits_[row] = before.rows[row].size();
+    for (const std::uint32_t first : before.rows[row]) rows_behind_[first].push_back(row);
+  }
+  std::vector<std::uint32_t> freed;
+  for (std::uint32_t row = 0; row < before.rows.size(); ++row)
+    if (in_row_[row].empty() && before.rows[row].empty()) row_came(row, freed);
+}
+
+void MayCome::came(std::uint32_t feature, std::vector<std::uint32_t>& freed) {
+  freed.clear();
+  for (const std::uint32_t next : behind_[feature]) one_less(next, freed);
+  if (--left_[row_[feature]] == 0) row_came(row_[feature], freed);
+}
+
+void MayCome::row_came(std::uint32_t first, std::vector<std::uint32_t>& freed) {
+  std::vector<std::uint32_t> all{first};  // and rows without a feature behind it
+  while (!all.empty()) {
+    const std::uint32_t row = all.back();
+    all.pop_back();
+    for (const std::uint32_t next : rows_behind_[row]) {
+      if (--row_waits_[next] > 0) continue;
+      for (const std::uint32_t f : in_row_[next]) one_less(f, freed);
+      if (in_row_[next].empty()) all.push_back(next);
+    }
+  }
+}
+
+void MayCome::one_less(std::uint32_t feature, std::vector<std::uint32_t>& freed) {
+  if (--waits_[feature] == 0) freed.push_back(feature);
+}
+
 namespace {
 
 /// The lowest feature first of those that wait for none, so that rows stay whole. With `wishes` (of each feature others
 /// that would better come before it) first those whose wishes are met, too.
 std::vector<std::size_t> lowest_first(const Precedence& before, std::span<const std::vector<std::uint32_t>> wishes) {
-  const std::size_t rows = before.rows.size(), count = before.row.size();
-  std::vector<std::vector<std::uint32_t>> in_row(rows), for_row(rows), for_feature(count), wished_of(count);
-  std::vector<std::size_t> left_in_row(rows), row_waits(rows), waits(count), unmet(count);
-  for (std::uint32_t f = 0; f < count; ++f) {
-    in_row[before.row[f]].push_back(f), ++left_in_row[before.row[f]];
-    for (const std::uint32_t first : before.features[f]) for_feature[first].push_back(f), ++waits[f];
-    if (!wishes.empty())
-      for (const std::uint32_t first : wishes[f]) wished_of[first].push_back(f), ++unmet[f];
-  }
+  const auto count = static_cast<std::uint32_t>(before.row.size());
+  std::vector<std::vector<std::uint32_t>> wished_of(count);
+  std::vector<std::size_t> unmet(count);
+  for (std::uint32_t f = 0; f < wishes.size(); ++f)
+    for (const std::uint32_t first : wishes[f]) wished_of[first].push_back(f), ++unmet[f];
+  MayCome may(before);
   std::set<std::uint32_t> ready, reluctant;
-  const auto look = [&](std::uint32_t f) {
-    if (row_waits[before.row[f]] == 0 && waits[f] == 0) (unmet[f] == 0 ? ready : reluctant).insert(f);
-  };
-  std::vector<std::uint32_t> empty;  // rows without a feature
-  for (std::uint32_t row = 0; row < rows; ++row) {
-    row_waits[row] = before.rows[row].size();
-    for (const std::uint32_t first : before.rows[row]) for_row[first].push_back(row);
-  }
-  const auto row_done = [&](std::uint32_t done) {
-    empty.push_back(done);
-    while (!empty.empty()) {
-      const std::uint32_t row = empty.back();
-      empty.pop_back();
-      for (const std::uint32_t next : for_row[row]) {
-        if (--row_waits[next] > 0) continue;
-        for (const std::uint32_t f : in_row[next]) look(f);
-        if (in_row[next].empty()) empty.push_back(next);
-      }
-    }
-  };
-  for (std::uint32_t f = 0; f < count; ++f) look(f);
-  for (std::uint32_t row = 0; row < rows; ++row)
-    if (in_row[row].empty() && before.rows[row].empty()) row_done(row);
+  const auto take_in = [&](std::uint32_t f) { (unmet[f] == 0 ? ready : reluctant).insert(f); };
+  for (std::uint32_t f = 0; f < count; ++f)
+    if (may.is_free(f)) take_in(f);
   std::vector<std::size_t> order;
   order.reserve(count);
+  std::vector<std::uint32_t> freed;
   while (!ready.empty() || !reluctant.empty()) {
     auto& from = ready.empty() ? reluctant : ready;
     const std::uint32_t f = *from.begin();
     from.erase(from.begin());
     order.push_back(f);
-    for (const std::uint32_t next : for_feature[f])
-      if (--waits[next] == 0) look(next);
     for (const std::uint32_t next : wished_of[f])
       if (--unmet[next] == 0 && reluctant.erase(next) > 0) ready.insert(next);
-    if (--left_in_row[before.row[f]] == 0) row_done(before.row[f]);
+    may.came(f, freed);
+    for (const std::uint32_t next : freed) take_in(next);
   }
   return order;
 }

@@ -23,6 +23,25 @@ struct Precedence {
 /// `after`: of each row those that it waits for, without a circle; `row_of`: the row of each feature.
 Precedence by_rows(std::vector<std::vector<std::uint32_t>> after, std::vector<std::uint32_t> row_of);
 
+/// Which features may come next, while others come one after the other.
+class MayCome {
+ public:
+  explicit MayCome(const Precedence& before);
+  /// It waits for none that has not come.
+  [[nodiscard]] bool is_free(std::uint32_t feature) const { return waits_[feature] == 0; }
+  /// One that was free comes; `freed` is overwritten with those that are free by that.
+  void came(std::uint32_t feature, std::vector<std::uint32_t>& freed);
+
+ private:
+  void row_came(std::uint32_t row, std::vector<std::uint32_t>& freed);
+  void one_less(std::uint32_t feature, std::vector<std::uint32_t>& freed);
+
+  std::vector<std::uint32_t> row_;
+  std::vector<std::vector<std::uint32_t>> in_row_, rows_behind_;  ///< of each row: its features; rows that wait for it
+  std::vector<std::vector<std::uint32_t>> behind_;                ///< of each feature: those that wait for it alone
+  std::vector<std::size_t> waits_, left_, row_waits_;
+};
+
 /// The order of the file, with as few rows later as `after` asks for.
 std::vector<std::size_t> in_rows(const Precedence& before);
 

@@ -29,32 +29,16 @@ std::vector<Index> nearest_first(std::span<const Ends> ends, const Precedence& b
   std::vector<Vec3> from;
   for (const Ends& each : ends) from.push_back(each.from);
   NearPoints open(std::move(from));
-  std::vector<std::vector<Index>> features_after(count), rows_after(before.rows.size()), in_row(before.rows.size());
-  std::vector<std::size_t> waits(count), row_waits(before.rows.size()), left(before.rows.size());
-  for (Index f = 0; f < count; ++f) {
-    const Index row = before.row[f];
-    in_row[row].push_back(f), ++left[row];
-    waits[f] = before.features[f].size() + (before.rows[row].empty() ? 0 : 1);
-    for (const Index earlier : before.features[f]) features_after[earlier].push_back(f);
-    if (waits[f] > 0) open.take_out(f);
-  }
-  for (Index row = 0; row < before.rows.size(); ++row) {
-    row_waits[row] = before.rows[row].size();
-    for (const Index earlier : before.rows[row]) rows_after[earlier].push_back(row);
-  }
-  const auto one_less = [&](Index f) {
-    if (--waits[f] == 0) open.put_in(f);
-  };
-  std::vector<Index> order, near{first};
+  MayCome may(before);
+  for (Index f = 0; f < count; ++f)
+    if (!may.is_free(f)) open.take_out(f);
+  std::vector<Index> order, freed, near{first};
   while (!near.empty()) {
     const Index f = near.front();
     order.push_back(f);
     open.take_out(f);
-    for (const Index later : features_after[f]) one_less(later);
-    if (--left[before.row[f]] == 0)
-      for (const Index row : rows_after[before.row[f]])
-        if (--row_waits[row] == 0)
-          for (const Index later : in_row[row]) one_less(later);
+    may.came(f, freed);
+    for (const Index later : freed) open.put_in(later);
     open.nearest(ends[f].to, 1, near);
   }
   return order;
