@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/job/limits.hpp"
+#include "app/job/park.hpp"
 #include "app/job/settle.hpp"
 #include "app/job/surroundings.hpp"
 #include "motion/path/bead.hpp"
@@ -299,8 +300,9 @@ AxisVec BlockPlanner::needle_at(Vec2 at, double height_mm) const {
 /// on it. `after_s`: from the end of the way down to the moment that the lead counts from.
 double BlockPlanner::straight_down_mm(const AxisVec& to, const recipes::Material& m, double after_s) const {
   const double alone_mm = m.retract * kAlone, before_s = m.valve_open_lead - after_s + limits_.tick_s;
+  if (before_s <= 0) return alone_mm;
   const std::vector<motion::Segment> down = motion::line_move(limits_, lifted(to, m), to);
-  if (before_s <= 0 || down.empty()) return alone_mm;
+  if (down.empty()) return alone_mm;
   const motion::Segment& line = down.front();
   const double gone_mm = motion::along(line.nominal, std::max(0.0, motion::duration(down) - before_s)).x.p;
   return std::max(alone_mm, line.geometry.length - gone_mm);
@@ -411,9 +413,7 @@ Result<ProvenBlock> BlockPlanner::park(std::uint32_t block, const AxisVec& from)
   BlockBuilder builder = build(block, from);
   const recipes::Place last = last_place(recipe_);
   builder.about({"the park position", "", recipe_.file, last});
-  AxisVec to = from;
-  for (const auto& [axis, position] : machine_.park) to[axis.value] = position;
-  if (auto r = builder.travel(to, surroundings_->travelling(from)); !r)
+  if (auto r = builder.travel(parked(machine_, from), surroundings_->travelling(from)); !r)
     return tl::unexpected(with_line(r.error(), recipe_, last, "parking"));
   return builder.finish();
 }

@@ -8,6 +8,7 @@
 
 #include "app/job/block_plan.hpp"
 #include "app/job/limits.hpp"
+#include "app/job/park.hpp"
 #include "app/job/rise.hpp"
 #include "app/job/surroundings.hpp"
 #include "motion/geometry.hpp"
@@ -31,12 +32,6 @@ std::optional<double> first_motion_s(const BlockPlanner& planner, const recipes:
   if (const auto* all = std::get_if<recipes::Dispense>(&block.what); all != nullptr && !all->features.empty())
     return length(planner.dispense(1, from, {all->features.front()}));
   return length(planner.park(1, from));
-}
-
-AxisVec parked(const config::Machine& machine) {
-  AxisVec at{};
-  for (const auto& [axis, position] : machine.park) at[axis.value] = position;
-  return at;
 }
 
 /// Index of the step that purges, among those with motion.
@@ -116,7 +111,7 @@ Forecast from_here(Forecast forecast, const config::Machine& machine, const reci
   double rise_s = 0;
   if (const auto up = plan_rise(machine, *planner.surroundings(), 1, at); up && *up)
     rise_s = (*up)->duration_s(), from = (*up)->end();
-  const auto nominal_s = first_motion_s(planner, job.blocks.front(), parked(machine)),
+  const auto nominal_s = first_motion_s(planner, job.blocks.front(), parked(machine, {})),
              here_s = first_motion_s(planner, job.blocks.front(), from);
   if (!nominal_s || !here_s) return forecast;
   const double more_s = *here_s - *nominal_s;

@@ -1,6 +1,6 @@
 // How long a job takes, as planned before anything moves: with the board at its nominal place, every touch at its
 // nominal height, every mark found in its first image.
-//   Forecast f;   f.add(step, recipe, block, end);   f.s
+//   NominalProof proof = ...;   proof.forecast.s;   from_here(proof.forecast, machine, recipe, job, at, shut_s).s
 #pragma once
 #include <cstdint>
 #include <optional>

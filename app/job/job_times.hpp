@@ -1,5 +1,5 @@
 // What was forecast of a job beside what it took, step by step and feature by feature, and how long it will still take.
-//   JobTimes times(forecast, recipe, cycle_s);
+//   JobTimes times(&forecast, recipe.features.size(), cycle_s);
 //   times.begin(words_of(step, recipe));   each cycle: times.see({...});   times.done();
 // Waits that the host is to blame for are between blocks, and no step's.
 #pragma once

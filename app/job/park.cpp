@@ -14,12 +14,16 @@ std::uint32_t park_axes(const config::Machine& machine) {
   return axes;
 }
 
+AxisVec parked(const config::Machine& machine, AxisVec at) {
+  for (const auto& [axis, position] : machine.park) at[axis.value] = position;
+  return at;
+}
+
 Result<ProvenBlock> plan_park(const config::Machine& machine, const Surroundings& around, const AxisVec& at) {
   const motion::Limits limits = limits_of(machine);
   BlockBuilder builder(limits, around.scene(), 1, at);
   if (auto r = add_rise(machine, around, builder); !r) return tl::unexpected(r.error());
-  AxisVec to = builder.at();
-  for (const auto& [axis, position] : machine.park) to[axis.value] = position;
+  const AxisVec to = parked(machine, builder.at());
   const motion::PathRules full{.clearance_mm = machine.clearance_mm, .approaches = {}};
   if (auto r = builder.travel(to, full); !r)
     return fail(r.error().fault, fmt::format("the head cannot go to the park position: {}", r.error().message),

@@ -16,6 +16,9 @@ namespace gantry::job {
 /// The axes that the park position names, bit n: AxisId n.
 std::uint32_t park_axes(const config::Machine& machine);
 
+/// The park position; axes that it does not name stay as in `at`.
+AxisVec parked(const config::Machine& machine, AxisVec at);
+
 /// One block, number 1; axes that the park position does not name stay. It opens no valve. Fault::Collision with both
 /// bodies and the point.
 Result<ProvenBlock> plan_park(const config::Machine& machine, const Surroundings& around, const AxisVec& at);

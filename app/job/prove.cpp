@@ -1,6 +1,7 @@
 #include "app/job/prove.hpp"
 
 #include "app/job/block_plan.hpp"
+#include "app/job/park.hpp"
 
 namespace gantry::job {
 namespace {
@@ -16,7 +17,7 @@ class Prover {
         planner_(machine, recipe, breath, opinion),
         state_(begin_state(recipe, job)) {
     proof_.forecast.features.resize(recipe.features.size());
-    for (const auto& [axis, position] : machine.park) at_[axis.value] = position;
+    at_ = parked(machine, at_);
   }
 
   Result<NominalProof> prove(const recipes::Job& job) {

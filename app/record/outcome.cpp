@@ -22,13 +22,12 @@ JobResult begin_result(const config::Machine& machine, const recipes::Recipe& re
   result.started = utc_now();
   result.environment = environment_facts();
   result.blocks_total = job.blocks.size();
-  const std::vector<std::size_t> dispensed = recipes::dispensed_by(job);
-  result.features_total = dispensed.size();
+  result.feature_order = recipes::dispensed_by(job);
+  result.features_total = result.feature_order.size();
   result.order = recipe.order;
-  result.travel = recipes::travel_of(recipe, dispensed);
+  result.travel = recipes::travel_of(recipe, result.feature_order);
   result.sources = recipe.sources;
   result.fills = recipe.fills;
-  result.feature_order = recipes::dispensed_by(job);
   result.materials = recipe.materials;
   for (const recipes::Feature& feature : recipe.features) result.feature_names.push_back(recipes::id_of(feature));
   for (const recipes::Feature& feature : recipe.features)

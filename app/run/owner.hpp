@@ -99,7 +99,7 @@ class Owner {
   /// app/job/park.hpp. It enables, homes nothing, and is proved like a jog; the clamp may be open.
   /// Fault::SetupMode, NotReferenced, Collision, Latched ...; Aborted, Interrupted when it was stopped.
   Result<void> park();
-  /// One axis goes a little way up its coordinate and back, to be watched (app/job/walk.hpp). It need not be
+  /// One axis goes a little way and back, to be watched (app/job/walk.hpp). It need not be
   /// referenced; it is done in setup only, where the machine has such a mode. Fault::LimitSwitch when an axis stands on
   /// one.
   Result<void> walk(const std::string& axis);
