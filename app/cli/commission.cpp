@@ -1,7 +1,5 @@
 // gantry commission: what the stations say they are and which values they hold, beside what the machine file asks for;
 // accepts identities, and writes what acts at power-up.
-#include <ctime>
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -11,6 +9,7 @@
 #include "app/cli/client.hpp"
 #include "app/cli/commission_axis.hpp"
 #include "app/cli/commission_walk.hpp"
+#include "app/cli/today.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/stations/accepted.hpp"
 
@@ -81,8 +80,6 @@ class Commissioning {
   [[nodiscard]] bool changed() const { return changed_; }
 
  private:
-  static std::string today() { return fmt::format("{:%Y-%m-%d}", fmt::localtime(std::time(nullptr))); }
-
   void take(config::Station& station, const devices::StationSii& sii) {
     const bool pending = station.accepted && station.accepted->restart_pending;
     const auto was = station.accepted && station.accepted->vendor == sii.vendor &&
@@ -234,7 +231,8 @@ void add_commission(CLI::App& app, Context& context) {
   verb->footer(
       "Shows identity and parameters; changes nothing without --accept or --write. Nothing moves. With --walk each "
       "axis\n"
-      "goes by 1 mm or 3 degrees and back in setup, not homed; you answer with what you have seen (\"X+\"), and only "
+      "goes by at most 1 mm or 3 degrees and back in setup, not homed; you answer with what you have seen (\"X+\"), "
+      "and only "
       "when\n"
       "all of it is as the machine file says, it is kept. With the name of an\n"
       "axis it homes the machine, moves that axis there and back, and measures how far it lags its command\n"

@@ -1,12 +1,11 @@
 #include "app/cli/commission_axis.hpp"
 
-#include <ctime>
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/client.hpp"
 #include "app/cli/keys.hpp"
+#include "app/cli/today.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/run/measure_delay.hpp"
 #include "app/stations/measured.hpp"
@@ -28,7 +27,7 @@ Result<config::MeasuredDelay> measure(config::Machine& machine, const run::Owner
   auto found = ready ? run::measure_delay(**owner, machine, words, [&] { keys.poll(); })
                      : Result<config::MeasuredDelay>(tl::unexpected(ready.error()));
   (*owner)->shut_down();
-  if (found) found->date = fmt::format("{:%Y-%m-%d}", fmt::localtime(std::time(nullptr)));
+  if (found) found->date = today();
   return found;
 }
 

@@ -1,7 +1,5 @@
 #include "app/cli/commission_walk.hpp"
 
-#include <ctime>
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <poll.h>
@@ -12,6 +10,7 @@
 #include "app/cli/operated.hpp"
 #include "app/cli/signals.hpp"
 #include "app/cli/terminal.hpp"
+#include "app/cli/today.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/job/walk.hpp"
 #include "app/run/walk.hpp"
@@ -105,7 +104,7 @@ void commission_walk(Context& context, config::Machine machine, const std::strin
   own.bus = interface.empty() ? "sim" : "ethercat:" + interface;
   own.virtual_time = interface.empty();
   own.state = *folder;
-  const std::string date = fmt::format("{:%Y-%m-%d}", fmt::localtime(std::time(nullptr)));
+  const std::string date = today();
   const auto walked = walk_all(machine, own, date);
   if (!walked) return stop_with(walked.error());
   nlohmann::ordered_json names = nlohmann::ordered_json::array();
