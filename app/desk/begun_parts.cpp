@@ -127,6 +127,8 @@ Result<std::optional<BegunPart>> BegunParts::read(const std::string& serial) con
 Result<std::optional<BegunPart>> BegunParts::find(const std::string& serial, bool clamp_open) {
   if (!serial.empty())
     if (auto own = read(serial); !own || *own) return own;
+  if (clamp_open) finished_.reset();
+  if (finished_ && (serial.empty() || finished_->serial.empty() || serial == finished_->serial)) return finished_;
   const auto inside = in_machine();
   if (!inside) return tl::unexpected(inside.error());
   const bool another = *inside && !serial.empty() && !(**inside).empty();
@@ -147,6 +149,7 @@ Result<std::optional<BegunPart>> BegunParts::find(const std::string& serial, boo
 }
 
 Result<void> BegunParts::keep(const BegunPart& part) {
+  finished_.reset();
   if (auto made = make_folder(folder_); !made) return made;  // in the state folder, which is this user's alone
   const Json all{{"format", kFormat},           {"serial", part.serial},
                  {"recipe", part.recipe},       {"recipe_file", part.recipe_file},
@@ -161,6 +164,7 @@ Result<void> BegunParts::forget(const std::string& serial) { return removed(file
 
 Result<std::optional<BegunPart>> BegunParts::forget_removed(const std::string& serial) {
   std::string which = serial;
+  if (serial.empty() || (finished_ && finished_->serial == serial)) finished_.reset();
   if (serial.empty()) {
     const auto inside = in_machine();
     if (!inside) return tl::unexpected(inside.error());

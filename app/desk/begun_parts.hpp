@@ -18,7 +18,7 @@ struct BegunPart {
   std::string recipe, recipe_file;  ///< its name and its path
   std::string sha256;               ///< of the recipe with all the files that it is made of
   std::string began;                ///< UTC
-  std::vector<std::size_t> left;    ///< not whole on it: indices in Recipe::features, in its order
+  std::vector<std::size_t> left;    ///< not whole on it: indices in Recipe::features, in its order; none: finished
   std::string to_finish;            ///< the same as words of the command line
   bool lost = false;     ///< its job never told its end (a power cut): of what is left, some may be dispensed
   bool defects = false;  ///< of what lies on it, not all is good
@@ -39,13 +39,17 @@ class BegunParts {
 
   /// The begun part that a job of this serial would be done on: that of the serial, else the one in the machine, which
   /// is another one only if both have serials, or if the clamp is open and has held it (clamped()). Then one without
-  /// serial is forgotten, unless its job was lost. Fault::BadValue, FileUnreadable.
+  /// serial is forgotten, unless its job was lost. A finished part that the clamp still holds is found, too: nothing is
+  /// left of it. Fault::BadValue, FileUnreadable.
   Result<std::optional<BegunPart>> find(const std::string& serial, bool clamp_open);
   /// It is in the machine. On the disk when this returns. Fault::FileUnwritable.
   Result<void> keep(const BegunPart& part);
   /// Whether the clamp holds it, as seen after a job. What was open already when the bus came up is no removal.
   void clamped(bool held) { clamped_ = held; }
   Result<void> forget(const std::string& serial);
+  /// It is finished and lies in the machine, because its job has not opened the clamp. The clamp opens with its bus, so
+  /// that only the owner that holds it remembers that.
+  void keep_finished(BegunPart part) { finished_ = std::move(part); }
   /// The part with this serial; "": the one in the machine. What was forgotten, if there was something.
   Result<std::optional<BegunPart>> forget_removed(const std::string& serial);
   /// The serial ("" has none) of the begun part in the machine, where that is another one than this serial's.
@@ -61,6 +65,7 @@ class BegunParts {
 
   std::string folder_;
   bool clamped_ = false;
+  std::optional<BegunPart> finished_;  ///< and held
 };
 
 }  // namespace gantry::desk

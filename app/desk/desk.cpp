@@ -25,6 +25,7 @@ namespace {
 const Error kAbortedBefore{Fault::Aborted, "the operator aborted it before anything moved", ""};
 const Error kEnding{Fault::Interrupted, "the owner was asked to end", ""};
 constexpr std::uint64_t kStartButton = 0;  // no client has this number
+constexpr const char* kClampShut = "\n  clamp          shut; `gantry part-removed` opens it";
 constexpr Time kTaken = milliseconds(10);  // by then the loop has heard of an order, and was heard
 
 /// The loop carries it out, and needs no longer than some cycles for it.
@@ -337,7 +338,7 @@ Json Desk::run_job(const run::Order& order) {
             {"defects", done->result.defects.size()},
             {"errors", errors_to_json(done->result.errors)},
             {"folder", std::filesystem::absolute(done->folder).string()},
-            {"said", figures(done->result)}};
+            {"said", figures(done->result) + (done->clamp_holds ? kClampShut : "")}};
   }();
   preparing_ = false;
   recipe_.clear();

@@ -17,6 +17,11 @@ bool clamp_open(const config::Machine& machine, const cycle::Snapshot& now) {
          config::is_low(machine, now.inputs, config::Input::ClampClosed);
 }
 
+/// By an output of the program's own: nobody gets the part out before it opens.
+bool clamp_holds(const config::Machine& machine, const cycle::Snapshot& now) {
+  return machine.outputs[static_cast<std::size_t>(config::Output::Clamp)] && !clamp_open(machine, now);
+}
+
 /// All files of the job. A certificate stands beside the report of its job, or nowhere.
 Result<void> write_files(JobDone& done, const config::Machine& machine, const Prepared& prepared) {
   if (prepared.proof)
@@ -36,7 +41,8 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
                        const run::RunOptions& options, const Bench& bench) {
   const auto folder = record::job_folder(wanted, prepared.recipe.file);
   if (!folder) return tl::unexpected(folder.error());
-  JobDone done{record::begin_result(machine, prepared.recipe, prepared.job, *folder, options.dry_run), *folder};
+  JobDone done{.result = record::begin_result(machine, prepared.recipe, prepared.job, *folder, options.dry_run),
+               .folder = *folder};
   if (prepared.proof && !prepared.proof->only_when_placed.empty())
     log::info("proved free only when the board is found: {}", job::to_text(prepared.proof->only_when_placed));
   const auto aside = [&](const std::function<void()>& work) { bench.aside ? bench.aside(work) : work(); };
@@ -62,10 +68,11 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
     record::add_error(done.result, may_run.error());
   }
   done.result.origin = {prepared.recipe.sources.front().sha256, machine.file, machine.sha256, options.serial};
+  done.clamp_holds = !bench.release && bench.owner != nullptr && clamp_holds(machine, bench.owner->latest());
   if (bench.release) bench.release();
   Result<void> written;
   aside([&] {
-    part.end(done.result);
+    part.end(done.result, done.clamp_holds);
     written = write_files(done, machine, prepared);
   });
   if (!written) record::add_error(done.result, written.error());

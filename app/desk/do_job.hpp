@@ -19,6 +19,7 @@ namespace gantry::desk {
 struct JobDone {
   record::JobResult result;
   std::string folder;
+  bool clamp_holds = false;  ///< its part, and the owner goes on: an order opens the clamp
 };
 
 /// The machine that a job is done on.

@@ -48,7 +48,8 @@ Result<void> PartOfJob::may_begin(bool clamp_open) {
   if (!found) return tl::unexpected(found.error());
   found_ = std::move(*found);
   if (!found_) return {};
-  const bool same = found_->sha256 == sha256_ && found_->left.back() < recipe_.features.size();
+  const bool same =
+      found_->sha256 == sha256_ && (found_->left.empty() || found_->left.back() < recipe_.features.size());
   if (!same || all_) return tl::unexpected(refusal());
   for (const std::size_t f : chosen_)
     if (!std::binary_search(found_->left.begin(), found_->left.end(), f))
@@ -65,6 +66,12 @@ Error PartOfJob::refusal() const {
   const std::string take_out = found_->serial.empty() || serial_.empty()
                                    ? "`gantry part-removed`"
                                    : "`gantry part-removed --serial " + config::shortened(serial_, 100) + "`";
+  if (found_->left.empty())
+    return {Fault::Refused,
+            fmt::format("{}, begun at {}, has all its features, and the clamp still holds it, because its job did not "
+                        "end 'done'; say {} to open the clamp, or dispense something of '{}' once more with --only",
+                        named(), found_->began, take_out, found_->recipe),
+            recipe_.file};
   if (found_->sha256 != sha256_)
     return {
         Fault::Refused,
@@ -123,10 +130,13 @@ record::OnBoard PartOfJob::before() const {
   return before;
 }
 
-void PartOfJob::end(record::JobResult& result) {
+void PartOfJob::end(record::JobResult& result, bool clamp_holds) {
   if (parts_ == nullptr) return;
   const bool nothing_new = result.board == record::Board::Untouched;
-  if (nothing_new && found_) result.board = record::Board::Begun;
+  if (nothing_new && found_)
+    result.board = !found_->left.empty() ? record::Board::Begun
+                   : found_->defects     ? record::Board::Defects
+                                         : record::Board::Whole;
   if (!begun_) {
     if (found_) result.to_finish = found_->to_finish;
     return;
@@ -148,8 +158,11 @@ void PartOfJob::end(record::JobResult& result) {
     std::set_difference(before.begin(), before.end(), chosen_.begin(), chosen_.end(), std::back_inserter(untried));
     std::set_union(untried.begin(), untried.end(), again.begin(), again.end(), std::back_inserter(now.left));
   }
-  const auto done = now.left.empty() ? parts_->forget(now.serial) : keep(std::move(now), &result);
+  const bool finished = now.left.empty();
+  const bool lies_there = finished && clamp_holds && !(nothing_new && !found_);
+  const auto done = finished ? parts_->forget(now.serial) : keep(now, &result);
   if (!done) record::add_error(result, done.error());
+  if (lies_there) parts_->keep_finished(std::move(now));
 }
 
 }  // namespace gantry::desk

@@ -1,6 +1,7 @@
 // The part that one job is done on: whether it may be begun, and what is remembered of it until it is finished.
 //   PartOfJob part(parts, prepared, serial);
-//   part.may_begin(clamp_open);   part.begin();   owner.run(..., {.before = part.before()});   part.end(result);
+//   part.may_begin(clamp_open);   part.begin();   owner.run(..., {.before = part.before()});   part.end(result,
+//   clamp_holds);
 #pragma once
 #include <optional>
 #include <string>
@@ -26,8 +27,9 @@ class PartOfJob {
   Result<void> begin();
   /// What lies on it already.
   [[nodiscard]] record::OnBoard before() const;
-  /// After the job, also after one that was refused: what is left is remembered, or the part is finished.
-  void end(record::JobResult& result);
+  /// After the job, also after one that was refused: what is left is remembered, or the part is finished; then it is
+  /// remembered as long as the clamp holds it.
+  void end(record::JobResult& result, bool clamp_holds);
 
  private:
   [[nodiscard]] Error refusal() const;

@@ -273,10 +273,10 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   record::place_drawing(result, recipe, p.machine);
   record::judge_board(result, recipe, {p.job->runner.state().features, p.job->runner.off_speed(), options.before},
                       seconds(p.machine.bus.cycle));
-  // A part that lacks something is held until a hand asks for it.
+  // A part that lacks something, or of which not all is good, is held until a hand asks for it.
   const bool begun = result.board == record::Board::Begun ||
                      (result.board == record::Board::Untouched && !options.before.whole.empty());
-  if (ended && !begun)
+  if (result.exit_code == ExitCode::Done && !begun)
     if (auto opened = p.release_part(); !opened) record::add_error(result, opened.error());
   p.job->recording.over(record::result_word(result));
   p.tell_part(fmt::format("{}: {}", part, result_in_words(result)));

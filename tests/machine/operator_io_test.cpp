@@ -160,6 +160,23 @@ TEST(OperatorIo, the_clamp_opens_when_a_job_is_done_and_stays_shut_after_any_oth
   EXPECT_FALSE(clamped(rig.owner().latest()));
 }
 
+TEST(OperatorIo, a_job_that_is_done_with_defects_does_not_open_the_clamp) {
+  Rig rig({.placement = "dx=0.5 mm"});
+  bool slowed = false;
+  rig.on_step = [&](run::Owner& owner) {
+    if (!slowed && valve_open(owner.latest()))
+      slowed = owner.order({.kind = OrderKind::Override, .value = 0.2}).has_value();
+  };
+  const auto result = rig.run(kShort);
+  rig.on_step = {};
+  ASSERT_EQ(result.exit_code, ExitCode::DoneWithDefects) << first_error(result);
+  for (int i = 0; i < 500; ++i) ASSERT_TRUE(rig.owner().idle());
+  EXPECT_TRUE(clamped(rig.owner().latest()));
+  ASSERT_TRUE(rig.owner().part_removed());
+  ASSERT_TRUE(rig.owner().idle());
+  EXPECT_FALSE(clamped(rig.owner().latest()));
+}
+
 /// Serves the start button as the desk does.
 TEST(OperatorIo, three_boards_in_a_row_with_the_buttons_alone) {
   Rig rig({.script = "- {at: cycle 3000, do: press, input: start}\n"

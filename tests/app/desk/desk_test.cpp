@@ -528,6 +528,53 @@ TEST_F(APartThatIsCut, is_not_begun_by_a_job_that_is_aborted_while_it_is_written
   EXPECT_EQ(remembered(), 0u);
 }
 
+/// The clamp opens when a job ends `done` and by `part_removed`: until then nobody dispenses over a finished part.
+class APartWithDefects : public APartThatIsCut {
+ protected:
+  [[nodiscard]] std::string script() const override { return ""; }
+  void SetUp() override {
+    APartThatIsCut::SetUp();
+    on_cycle_ = [this] {
+      if (!slowed_ && (owner_->latest().outputs & config::bit(config::Output::Valve)) != 0)
+        slowed_ = client_->say("{\"order\":\"override\",\"value\":0.2}\n") > 0;
+    };
+    first_ = run();
+    ASSERT_EQ(first_.value("result", ""), "done_with_defects") << first_.dump();
+    EXPECT_TRUE(ask({{"order", "override"}, {"value", 1}}).value("ok", false));
+  }
+  Json first_;
+
+ private:
+  bool slowed_ = false;
+};
+
+TEST_F(APartWithDefects, stays_clamped_and_no_job_begins_over_it_until_it_is_removed) {
+  EXPECT_TRUE(clamped());
+  EXPECT_NE(first_.value("said", "").find("`gantry part-removed` opens it"), std::string::npos) << first_.dump();
+  const int stood = moved_at_;
+  const Json refused = run();
+  EXPECT_EQ(code_of(refused), "G702") << refused.dump();
+  EXPECT_NE(refused.dump().find("say `gantry part-removed` to open the clamp"), std::string::npos) << refused.dump();
+  EXPECT_EQ(refused.value("board", ""), "defects");
+  EXPECT_EQ(moved_at_, stood);
+  EXPECT_TRUE(ask({{"order", "part_removed"}}).value("ok", false));
+  EXPECT_FALSE(clamped());
+  expect_whole(run());
+}
+
+TEST_F(APartWithDefects, may_get_a_feature_once_more) {
+  const Json again = run({{"only", {"b"}}});
+  EXPECT_NE(code_of(again), "G702") << again.dump();
+  EXPECT_EQ(again.value("board", ""), "defects") << again.dump();
+  EXPECT_TRUE(again["to_finish"].is_null()) << again.dump();
+}
+
+TEST_F(APartWithDefects, is_another_one_than_that_of_a_serial_only_when_both_have_serials) {
+  EXPECT_EQ(code_of(run({{"serial", "S/1"}})), "G702");
+  EXPECT_TRUE(ask({{"order", "part_removed"}, {"serial", "S/1"}}).value("ok", false));
+  expect_whole(run({{"serial", "S/1"}}));
+}
+
 TEST_F(APartThatIsCut, whose_file_cannot_be_read_is_not_run_over) {
   cut();
   std::ofstream(kept() / "part.json") << "{\"format\": 1, \"left\": [[5, 99999999999]]}";
