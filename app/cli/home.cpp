@@ -11,17 +11,19 @@
 namespace gantry::cli {
 
 void add_home(CLI::App& app, Context& context) {
-  auto* verb = app.add_subcommand("home", "References every axis, Z first");
+  auto* verb = app.add_subcommand("home", "References every axis, Z first, or those that are named alone");
+  auto axes = std::make_shared<std::vector<std::string>>();
   auto options = std::make_shared<run::OwnerOptions>();
   auto state = std::make_shared<std::string>();
+  verb->add_option("AXIS", *axes, "These alone; needs X, Y and Z to be referenced; default: every axis");
   verb->add_option("--bus", options->bus, "sim, or ethercat:IFACE")->capture_default_str();
   verb->add_option("--loop-cpu", options->loop_cpu, "CPU for the 1 ms loop alone; default: the last of several");
   verb->add_option("--state", *state, kStateHelp);
   add_world_options(*verb, options->sim);
-  verb->callback([&context, verb, options, state] {
+  verb->callback([&context, verb, axes, options, state] {
     const auto folder = state_of(context, *state);
     if (!folder) return;
-    if (ask_owner(context, {.order = {.kind = run::OrderKind::Home},
+    if (ask_owner(context, {.order = {.kind = run::OrderKind::Home, .axes = *axes},
                             .state = *folder,
                             .own = options.get(),
                             .given = given_options(*verb)}))
@@ -37,7 +39,7 @@ void add_home(CLI::App& app, Context& context) {
     Keys keys(operated, false, owner->get());
     (*owner)->on_step([&] { keys.poll(); });
     Result<void> done = (*owner)->bring_up();
-    if (done) done = (*owner)->home();
+    if (done) done = (*owner)->home(*axes);
     nlohmann::ordered_json status = desk::machine_status(*machine, **owner);
     (*owner)->shut_down();  // before anything is shown: whoever reads it may take their time
     if (!done) return void(context.exit_code = show(done.error(), context.json));

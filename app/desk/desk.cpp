@@ -224,7 +224,7 @@ Json Desk::carry_out(const run::Order& order) {
   switch (order.kind) {
     case run::OrderKind::Enable: done = owner_.enable(); break;
     case run::OrderKind::Disable: done = owner_.disable(); break;
-    case run::OrderKind::Home: done = owner_.home(); break;
+    case run::OrderKind::Home: done = owner_.home(order.axes); break;
     case run::OrderKind::Jog: return jog(order.jog);
     case run::OrderKind::Park: done = owner_.park(); break;
     case run::OrderKind::Run: return run_job(order);

@@ -30,6 +30,7 @@ constexpr std::array kKeys{
     Key{run::OrderKind::Run, "from", nullptr},
     Key{run::OrderKind::Run, "only", nullptr},
     Key{run::OrderKind::PartRemoved, "serial", [](run::Order& o) -> std::string& { return o.serial; }},
+    Key{run::OrderKind::Home, "only", nullptr},
     Key{run::OrderKind::Jog, "by", nullptr},
     Key{run::OrderKind::Jog, "speed", [](run::Order& o) -> std::string& { return o.jog.speed; }},
     Key{run::OrderKind::Override, "value", nullptr},
@@ -64,6 +65,11 @@ Result<void> take_texts(const nlohmann::json& json, run::Order& order) {
   return {};
 }
 
+bool is_list_of_texts(const nlohmann::json& json) {
+  return json.is_array() && !json.empty() &&
+         std::all_of(json.begin(), json.end(), [](const auto& name) { return name.is_string(); });
+}
+
 /// A job that was meant for some features must not do all of them because of a slip.
 Result<recipes::Selection> selection_of(const nlohmann::json& json) {
   recipes::Selection out;
@@ -73,8 +79,7 @@ Result<recipes::Selection> selection_of(const nlohmann::json& json) {
     out.from = from->get<std::string>();
   }
   if (const auto only = json.find("only"); only != json.end()) {
-    if (!only->is_array() || only->empty() ||
-        !std::all_of(only->begin(), only->end(), [](const auto& name) { return name.is_string(); }))
+    if (!is_list_of_texts(*only))
       return fail(Fault::Refused, R"("only" is a list of names of features, for example ["dam", "dots[0][3]"])");
     out.only = only->get<std::vector<std::string>>();
   }
@@ -100,6 +105,11 @@ Result<run::Order> order_of(const nlohmann::json& json) {
     auto selected = selection_of(json);
     if (!selected) return tl::unexpected(selected.error());
     order.select = std::move(*selected);
+  }
+  if (const auto only = json.find("only"); order.kind == run::OrderKind::Home && only != json.end()) {
+    if (!is_list_of_texts(*only))
+      return fail(Fault::Refused, R"("only" is a list of names of axes, for example ["C", "U"])");
+    order.axes = only->get<std::vector<std::string>>();
   }
   if (order.kind == run::OrderKind::Jog) {
     const auto by = json.find("by");
@@ -153,6 +163,7 @@ std::string to_line(const run::Order& order, const nlohmann::ordered_json& id) {
   if (!order.certificate.empty()) json["certificate"] = order.certificate;
   if (!order.select.from.empty()) json["from"] = order.select.from;
   if (!order.select.only.empty()) json["only"] = order.select.only;
+  if (!order.axes.empty()) json["only"] = order.axes;
   if (!order.jog.by.empty()) json["by"] = order.jog.by;
   if (!order.jog.speed.empty()) json["speed"] = order.jog.speed;
   if (order.kind == run::OrderKind::Override) json["value"] = order.value;

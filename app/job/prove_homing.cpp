@@ -1,13 +1,15 @@
 #include "app/job/prove_homing.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <fmt/format.h>
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 
-#include "motion/plan/certificate.hpp"
 #include "motion/plan/gap.hpp"
+#include "motion/plan/sweep.hpp"
 
 namespace gantry::job {
 namespace {
@@ -21,40 +23,133 @@ bool homes(const config::Axis& axis) { return axis.homing && axis.kind == config
 bool stays(int method) { return method == 35 || method == 37; }
 bool one_way(int method) { return method == 1 || method == 2 || (method >= 17 && method <= 22); }
 
-/// All that a body of the head can be in while the axes are anywhere in a box: its own box, as wide as it gets.
-motion::Solid swept(const motion::Scene& scene, const motion::SceneBody& body, const AxisVec& low,
-                    const AxisVec& high) {
-  Vec3 from = scene.carried(body, low), to = scene.carried(body, high);
-  if (body.on_lift && scene.has_lift()) {  // a larger U is lower
-    from.z = low[scene.z()] - high[scene.u()];
-    to.z = high[scene.z()] - low[scene.u()];
-  }
-  motion::Solid box;
-  box.centre = body.solid.centre + (from + to) * 0.5;
-  box.half = body.half_box + (to - from) * 0.5;
-  return box;
+/// Where the axes may be while those of one order home.
+struct Stage {
+  AxisVec low{}, high{};
+  AxisVec lowest_start{};     ///< where the order begins; a lift of which that is not known is as far down as it may be
+  bool lift_unknown = false;  ///< it may begin anywhere
+  bool only_rises = false;    ///< what is on the lift goes straight up and nowhere else ...
+  AxisVec end_low{}, end_high{};  ///< ... but for here, where the lift may go down by what it needs to leave its edge
+};
+
+double beyond(const config::Homing& h) {
+  return h.fast * kReaction_s + (h.acceleration > 0 ? h.fast * h.fast / (2 * h.acceleration) : 0);
 }
 
-/// A pair that the box of positions does not keep apart. One axis alone moves the head on a line, which is swept as it
-/// is; several span a box of which the bodies' own boxes are swept.
-std::optional<motion::PairMargin> meets(const motion::Scene& scene, const AxisVec& low, const AxisVec& high,
+/// Whether a pair keeps its margin while the axes are anywhere between two corners. A body that is carried along one
+/// line is swept as it is; of one that is carried anywhere in a box its own box is swept.
+bool apart(const motion::Scene& scene, std::size_t head, std::size_t standing, AxisVec low, AxisVec high,
+           double margin_mm) {
+  const motion::SceneBody& body = scene.head()[head];
+  if (scene.has_lift()) std::swap(low[scene.u()], high[scene.u()]);  // a larger U is lower
+  const Vec3 way = scene.carried(body, high) - scene.carried(body, low);
+  if ((way.x != 0) + (way.y != 0) + (way.z != 0) <= 1)
+    return motion::BodySweep(scene, head, low, high).prove(standing, margin_mm).has_value();
+  motion::Solid box;
+  box.centre = body.solid.centre + (scene.carried(body, low) + scene.carried(body, high)) * 0.5;
+  box.half = body.half_box + way * 0.5;
+  return motion::gap(box, {}, scene.standing()[standing].solid, margin_mm).lower > margin_mm;
+}
+
+/// Two convex bodies that would overlap at the lowest start: the head stands higher than that, and the distance along a
+/// straight line is convex, so that whatever rises from where it really stands only goes away.
+bool only_leaves(const motion::Scene& scene, const Stage& stage, std::size_t head, std::size_t standing,
+                 double margin_mm) {
+  if (!stage.lift_unknown || !stage.only_rises || !scene.head()[head].on_lift) return false;
+  if (apart(scene, head, standing, stage.lowest_start, stage.lowest_start, 0)) return false;
+  return apart(scene, head, standing, stage.end_low, stage.end_high, margin_mm);
+}
+
+/// A pair that the positions of a stage do not keep apart.
+std::optional<motion::PairMargin> meets(const motion::Scene& scene, const Stage& stage,
                                         const motion::Margins& margins) {
-  std::size_t moving = 0;
-  for (std::size_t i = 0; i < scene.axes().size(); ++i) moving += low[i] != high[i];
-  if (moving <= 1) {
-    const auto hit = motion::first_hit(scene, low, high, margins);
-    if (!hit) return std::nullopt;
-    return motion::PairMargin{hit->head, hit->standing, hit->clearance_mm};
-  }
-  for (std::size_t i = 0; i < scene.head().size(); ++i) {
-    const motion::Solid body = swept(scene, scene.head()[i], low, high);
+  for (std::size_t i = 0; i < scene.head().size(); ++i)
     for (std::size_t k = 0; k < scene.standing().size(); ++k) {
       const double margin = margins.of(i, k);
-      if (!(motion::gap(body, {}, scene.standing()[k].solid, margin).lower > margin))
+      if (!apart(scene, i, k, stage.low, stage.high, margin) && !only_leaves(scene, stage, i, k, margin))
         return motion::PairMargin{i, k, margin};
     }
-  }
   return std::nullopt;
+}
+
+/// What is near when a stage begins may be as near. What would overlap there is a place where the lift does not stand.
+Result<motion::Margins> margins_of(const Surroundings& around, const Stage& stage) {
+  const motion::Scene& scene = around.scene();
+  const motion::PathRules rules = around.no_nearer_than(stage.lowest_start);
+  auto margins = motion::make_margins(scene, rules.clearance_mm, rules.approaches);
+  if (margins && stage.lift_unknown)
+    std::erase_if(margins->pairs, [&](const motion::PairMargin& pair) {
+      return pair.clearance_mm < 0 && scene.head()[pair.head].on_lift;
+    });
+  return margins;
+}
+
+std::string names(const config::Machine& machine, std::uint32_t mask, const char* between) {
+  std::string out;
+  for (const config::Axis& axis : machine.axes)
+    if ((mask >> axis.id.value & 1u) != 0) out += (out.empty() ? "" : between) + axis.name;
+  return out;
+}
+
+/// Which axes of an order home, from where to where, and where those stand that do not.
+Stage stage_of(const config::Machine& machine, const AxisVec& now, std::uint32_t known, std::uint32_t homing) {
+  Stage stage{.low = now, .high = now, .lowest_start = now};
+  const auto bit = [](AxisId id) { return 1u << id.value; };
+  for (const config::Axis& axis : machine.axes) {
+    const std::size_t i = axis.id.value;
+    if (!homes(axis)) continue;
+    const bool placed = (known & bit(axis.id)) != 0;
+    if (placed && (homing & bit(axis.id)) == 0) continue;
+    const HomingRange range = placed ? homing_range(axis, now[i]) : homing_range(axis);
+    stage.low[i] = range.low, stage.high[i] = range.high;
+  }
+  stage.end_low = stage.low, stage.end_high = stage.high;
+  if (!machine.u || (known & bit(*machine.u)) != 0) return stage;
+  const std::size_t u = machine.u->value, z = machine.z.value;
+  stage.lift_unknown = true;
+  stage.lowest_start[u] = stage.high[u];
+  const bool z_homes = (homing & bit(machine.z)) != 0, u_homes = (homing & bit(*machine.u)) != 0;
+  if ((homing & (bit(machine.x) | bit(machine.y))) != 0 || (z_homes && u_homes)) return stage;
+  if (z_homes) {
+    const config::Homing& h = *machine.axes[z].homing;
+    stage.only_rises = one_way(h.method) && now[z] < h.position - beyond(h);
+    stage.end_low[z] = stage.end_high[z], stage.end_low[u] = stage.end_high[u] = stage.low[u];
+  } else if (u_homes) {
+    const config::Homing& h = *machine.axes[u].homing;
+    stage.only_rises = one_way(h.method) && h.position <= machine.axes[u].p_min;
+    stage.end_high[u] = h.position + beyond(h);
+  }
+  return stage;
+}
+
+Result<void> prove(const config::Machine& machine, const Surroundings& around, const AxisVec& at,
+                   const HomingAxes& axes) {
+  const motion::Scene& scene = around.scene();
+  std::set<int> orders;
+  for (const config::Axis& axis : machine.axes)
+    if (homes(axis)) orders.insert(axis.homing->order);
+  AxisVec now = at;
+  std::uint32_t known = axes.referenced;
+  for (const int order : orders) {
+    std::uint32_t homing = 0;
+    for (const config::Axis& axis : machine.axes)
+      if (homes(axis) && axis.homing->order == order) homing |= axes.homed & 1u << axis.id.value;
+    if (homing == 0) continue;
+    const Stage stage = stage_of(machine, now, known, homing);
+    const auto margins = margins_of(around, stage);
+    if (!margins) return tl::unexpected(margins.error());
+    if (const auto met = meets(scene, stage, *margins))
+      return fail(Fault::Collision,
+                  fmt::format("while {} home, {} could come within {:.3g} mm of {}", names(machine, homing, ", "),
+                              scene.head()[met->head].name, met->clearance_mm, scene.standing()[met->standing].name));
+    for (const config::Axis& axis : machine.axes) {
+      const std::uint32_t bit = 1u << axis.id.value;
+      if ((homing & bit) != 0 && (!stays(axis.homing->method) || (known & bit) == 0))
+        now[axis.id.value] = axis.homing->position;
+    }
+    known |= homing;
+  }
+  return {};
 }
 
 }  // namespace
@@ -62,39 +157,41 @@ std::optional<motion::PairMargin> meets(const motion::Scene& scene, const AxisVe
 HomingRange homing_range(const config::Axis& axis, double at) {
   const config::Homing& h = *axis.homing;
   if (stays(h.method)) return {at, at};
-  const double beyond = h.fast * kReaction_s + (h.acceleration > 0 ? h.fast * h.fast / (2 * h.acceleration) : 0);
-  const HomingRange range{std::min(at, h.position - beyond), std::max(at, h.position + beyond)};
+  const HomingRange range{std::min(at, h.position - beyond(h)), std::max(at, h.position + beyond(h))};
   if (one_way(h.method)) return range;
-  return {std::min(range.low, axis.p_min - beyond), std::max(range.high, axis.p_max + beyond)};
+  return {std::min(range.low, axis.p_min - beyond(h)), std::max(range.high, axis.p_max + beyond(h))};
 }
 
-Result<void> prove_homing(const config::Machine& machine, const Surroundings& around, const AxisVec& at) {
-  const motion::Scene& scene = around.scene();
-  std::set<int> orders;
+HomingRange homing_range(const config::Axis& axis) {
+  const config::Homing& h = *axis.homing;
+  return {std::min(axis.p_min, h.position) - beyond(h), std::max(axis.p_max, h.position) + beyond(h)};
+}
+
+bool head_is_placed(const config::Machine& machine, std::uint32_t referenced) {
+  const std::uint32_t head = 1u << machine.x.value | 1u << machine.y.value | 1u << machine.z.value;
+  return (referenced & head) == head;
+}
+
+Result<void> prove_homing(const config::Machine& machine, const Surroundings& around, const AxisVec& at,
+                          const HomingAxes& axes) {
+  auto proof = prove(machine, around, at, axes);
+  if (proof) return proof;
+  std::uint32_t lost = 0;
   for (const config::Axis& axis : machine.axes)
-    if (homes(axis)) orders.insert(axis.homing->order);
-  AxisVec now = at;
-  for (const int order : orders) {
-    const motion::PathRules rules = around.no_nearer_than(now);
-    const auto margins = motion::make_margins(scene, rules.clearance_mm, rules.approaches);
-    if (!margins) return tl::unexpected(margins.error());
-    AxisVec low = now, high = now;
-    std::string names;
-    for (const config::Axis& axis : machine.axes) {
-      if (!homes(axis) || axis.homing->order != order) continue;
-      const HomingRange range = homing_range(axis, now[axis.id.value]);
-      low[axis.id.value] = range.low, high[axis.id.value] = range.high;
-      if (!stays(axis.homing->method)) now[axis.id.value] = axis.homing->position;
-      names += (names.empty() ? "" : ", ") + axis.name;
-    }
-    if (const auto met = meets(scene, low, high, *margins))
-      return fail(
-          Fault::Collision,
-          fmt::format("while {} home, {} could come within {:.3g} mm of {}; park the head, or "
-                      "jog it clear of that, and home then",
-                      names, scene.head()[met->head].name, met->clearance_mm, scene.standing()[met->standing].name));
-  }
-  return {};
+    if (homes(axis)) lost |= ~axes.referenced & 1u << axis.id.value;
+  std::string way_out = "park the head, or jog it clear of that, and home then";
+  if (lost != 0 && lost != axes.homed && prove(machine, around, at, {axes.referenced, lost}))
+    way_out =
+        fmt::format("home {} alone first, which is proved (`gantry home {}`); then home, or jog the head clear of that",
+                    names(machine, lost, ", "), names(machine, lost, " "));
+  else if (lost != 0)
+    way_out = fmt::format(
+        "{} {} not referenced, so that no jog is proved either: without torque, move the head clear "
+        "of that by hand",
+        names(machine, lost, ", "), std::has_single_bit(lost) ? "is" : "are");
+  Error why = proof.error();
+  why.message += "; " + way_out;
+  return tl::unexpected(std::move(why));
 }
 
 }  // namespace gantry::job

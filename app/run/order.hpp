@@ -30,16 +30,17 @@ enum class OrderKind {
 
 struct Order {
   OrderKind kind = OrderKind::Status;
-  std::string recipe{};         ///< Run: path
-  std::string out{};            ///< Run: folder for the results; empty: a new one in `under`
-  bool force = false;           ///< Run: what another job has left in `out` is overwritten
-  std::string under{};          ///< Run: empty: out/ where the owner stands
-  std::string serial{};         ///< Run, PartRemoved: of the part
-  recipes::Selection select{};  ///< Run
-  std::string certificate{};    ///< Run: path of the certificate that it demands; empty: none
-  job::JogWords jog{};          ///< Jog
-  double value = 1;             ///< Override: 1 is 100 %; 0.1 .. 2, or 0: hold now
-  bool now = false;             ///< Hold: does not wait for the end of the feature
+  std::string recipe{};             ///< Run: path
+  std::string out{};                ///< Run: folder for the results; empty: a new one in `under`
+  bool force = false;               ///< Run: what another job has left in `out` is overwritten
+  std::string under{};              ///< Run: empty: out/ where the owner stands
+  std::string serial{};             ///< Run, PartRemoved: of the part
+  recipes::Selection select{};      ///< Run
+  std::string certificate{};        ///< Run: path of the certificate that it demands; empty: none
+  std::vector<std::string> axes{};  ///< Home: these alone; empty: every one
+  job::JogWords jog{};              ///< Jog
+  double value = 1;                 ///< Override: 1 is 100 %; 0.1 .. 2, or 0: hold now
+  bool now = false;                 ///< Hold: does not wait for the end of the feature
 };
 
 /// Whether the order takes machine time; only one such order runs at a time.

@@ -99,13 +99,28 @@ Result<void> Owner::enable() {
   return parts_->torque();
 }
 
-Result<void> Owner::home() {
+Result<void> Owner::home(const std::vector<std::string>& axes) {
   const Turn turn(*parts_, Undertaking::Home);
   if (!turn.taken()) return turn.refused();
-  return parts_->home();
+  if (axes.empty()) return parts_->home();
+  std::uint32_t named = 0;
+  for (const std::string& name : axes) {
+    const auto axis = job::axis_named(parts_->machine, name);
+    if (!axis) return tl::unexpected(axis.error());
+    if ((*axis)->kind == config::AxisKind::Positioned)
+      return fail(Fault::PositionedAxisInMove, "it positions by itself, and is not homed by this order",
+                  "axis " + name);
+    named |= 1u << (*axis)->id.value;
+  }
+  if (!job::head_is_placed(parts_->machine, latest().referenced))
+    return fail(
+        Fault::NotReferenced,
+        "axes are homed alone only where X, Y and Z say where the head stands; `gantry home` homes all of them, "
+        "Z first");
+  return parts_->home(named);
 }
 
-Result<void> Owner::Parts::home() {
+Result<void> Owner::Parts::home(std::uint32_t named) {
   for (const config::Axis& axis : machine.axes)
     if (axis.kind == config::AxisKind::Streamed && !axis.homing)
       return fail(Fault::NotReferenced,
@@ -113,8 +128,10 @@ Result<void> Owner::Parts::home() {
                   "axis " + axis.name);
   if (auto r = torque(); !r) return r;
   const cycle::Snapshot& now = control().latest();
-  if (job::know_place(machine, now.referenced, 0))
-    if (auto free = job::prove_homing(machine, *around, now.target); !free) return free;
+  if (job::head_is_placed(machine, now.referenced))
+    if (auto free = job::prove_homing(machine, *around, now.target, {.referenced = now.referenced, .homed = named});
+        !free)
+      return free;
   std::set<int> orders;
   for (const config::Axis& axis : machine.axes)
     if (axis.homing && axis.kind == config::AxisKind::Streamed) orders.insert(axis.homing->order);
@@ -124,10 +141,12 @@ Result<void> Owner::Parts::home() {
     std::string names;
     for (const config::Axis& axis : machine.axes) {
       if (!axis.homing || axis.kind != config::AxisKind::Streamed || axis.homing->order != order) continue;
+      if ((named >> axis.id.value & 1u) == 0) continue;
       mask |= 1u << axis.id.value;
       timeout_s = std::max(timeout_s, axis.homing->timeout_s + 2);
       names += (names.empty() ? "" : ", ") + axis.name;
     }
+    if (mask == 0) continue;
     log::info("homing {}", names);
     if (auto r = command({.kind = cycle::CommandKind::Home, .axes = mask}, timeout_s); !r) return r;
   }

@@ -87,8 +87,10 @@ class Owner {
   Result<void> bring_up();
   /// Drives to Operation Enabled. No axis moves.
   Result<void> enable();
-  /// The same, and every axis is homed, lowest order first.
-  Result<void> home();
+  /// The same, and every axis is homed, lowest order first; or those that are named alone, which needs X, Y and Z to be
+  /// referenced. Where they are, what may be swept is proved first (app/job/prove_homing.hpp). Fault::Collision,
+  /// NotReferenced, UnknownReference, Latched ...
+  Result<void> home(const std::vector<std::string>& axes = {});
   Result<void> disable();
   /// Some axes by some way, straight; app/job/jog.hpp. Enables the drives, and homes nothing. Nothing moves unless the
   /// whole way is proved free, of the machine's own bodies and of the board and parts of the last job, where that job

@@ -112,8 +112,8 @@ struct Owner::Parts {
   /// Drives to Operation Enabled. Fault::Latched while a fault is; what stations_confirmed() says.
   Result<void> torque();
   [[nodiscard]] bool all_referenced() const;
-  /// Every axis, lowest order first.
-  Result<void> home();
+  /// Those axes (bit n: AxisId n), lowest order first.
+  Result<void> home(std::uint32_t named = ~0u);
   /// The axes as a job that begins now finds them; those that are homed before stand at their home edges then.
   [[nodiscard]] AxisVec where_a_job_begins() const;
   Result<Jogged> jog(const job::JogWords& words);

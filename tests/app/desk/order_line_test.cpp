@@ -50,6 +50,21 @@ TEST(OrderLine, a_key_that_is_not_meant_there_is_refused_by_name) {
     EXPECT_TRUE(parse_order(stop)) << stop << ": a stop is taken whatever else is said";
 }
 
+TEST(OrderLine, home_names_the_axes_that_it_homes_alone) {
+  const std::string line = to_line({.kind = OrderKind::Home, .axes = {"C", "U"}});
+  EXPECT_EQ(line, R"({"order":"home","only":["C","U"]})");
+  const auto read = parse_order(line);
+  ASSERT_TRUE(read) << to_text(read.error());
+  EXPECT_EQ(read->axes, (std::vector<std::string>{"C", "U"}));
+  EXPECT_TRUE(parse_order(R"({"order":"home"})")->axes.empty());
+  for (const char* wrong : {R"({"order":"home","only":"C"})", R"({"order":"home","only":[]})",
+                            R"({"order":"home","only":[1]})", R"({"order":"jog","by":{"X":"1 mm"},"only":["X"]})"}) {
+    const auto refused = parse_order(wrong);
+    ASSERT_FALSE(refused) << wrong;
+    EXPECT_NE(refused.error().message.find("only"), std::string::npos) << wrong;
+  }
+}
+
 TEST(OrderLine, a_run_names_the_certificate_that_it_demands_and_an_empty_name_is_not_taken_for_none) {
   const run::Order order{.kind = OrderKind::Run, .recipe = "r.yaml", .certificate = "/out/certificate.json"};
   const std::string line = to_line(order);

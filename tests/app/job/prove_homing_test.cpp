@@ -55,6 +55,69 @@ TEST_F(ProveHoming, what_is_near_already_may_be_left) {
   EXPECT_TRUE(prove(here)) << "1 mm under the needle, which goes up";
 }
 
+constexpr std::uint32_t bits(std::initializer_list<AxisId> ids) {
+  std::uint32_t mask = 0;
+  for (const AxisId id : ids) mask |= 1u << id.value;
+  return mask;
+}
+
+/// The head is placed by X, Y and Z: a turn that is lost moves no body, a lift may stand anywhere.
+TEST_F(ProveHoming, what_does_not_hang_on_the_lost_axis_is_proved_as_ever) {
+  const AxisVec low = at(200, 150, -30);
+  const std::uint32_t lost = bits({*machine.c, *machine.u});
+  EXPECT_TRUE(prove_homing(machine, Surroundings(machine), low, {.referenced = ~lost}));
+  machine.scene.push_back({"shelf", {config::Shape::Kind::Box, {30, 30, 2}}, {260, 150, 38 - 30 + 3.5}, 0, false});
+  const auto all = prove_homing(machine, Surroundings(machine), low, {.referenced = ~lost});
+  ASSERT_FALSE(all);
+  EXPECT_EQ(all.error().fault, Fault::Collision);
+  for (const char* word : {"while Z home", "camera_body", "shelf", "gantry home C U"})
+    EXPECT_NE(all.error().message.find(word), std::string::npos) << all.error().message;
+  EXPECT_TRUE(prove_homing(machine, Surroundings(machine), low, {.referenced = ~lost, .homed = lost}));
+}
+
+/// The syringe (15 mm under the axis' zero to 55 over it) may stand 40 mm lower: with the lift down it passes under the
+/// shelf, and goes up into it.
+TEST_F(ProveHoming, a_shelf_over_the_syringe_is_met_by_a_lift_that_may_stand_under_it) {
+  const AxisVec here = at(200, 150, -30);
+  const std::uint32_t lost = bits({*machine.u});
+  machine.scene.push_back({"shelf", {config::Shape::Kind::Box, {4, 4, 2}}, {212, 150, -30 + 55 + 5}, 0, false});
+  const auto alone = prove_homing(machine, Surroundings(machine), here, {.referenced = ~lost, .homed = lost});
+  ASSERT_FALSE(alone);
+  for (const char* word : {"while U home", "syringe", "shelf", "U is not referenced", "by hand"})
+    EXPECT_NE(alone.error().message.find(word), std::string::npos) << alone.error().message;
+  machine.scene.back().centre.x = 260;
+  EXPECT_TRUE(prove_homing(machine, Surroundings(machine), here, {.referenced = ~lost, .homed = lost}));
+}
+
+/// A needle that works stands near the board: the lift could be lower only in the board. What is under it is left.
+TEST_F(ProveHoming, a_needle_at_work_rises_from_what_it_cannot_stand_in) {
+  const std::uint32_t lost = bits({*machine.c, *machine.u});
+  machine.scene.push_back(
+      {"block", {config::Shape::Kind::Box, {30, 30, 20}}, {200, 150, -40 - 40 - 30 - 1 - 10}, 0, false});
+  const AxisVec low = at(200, 150, -40);  // U stood at 30: 1 mm over the block
+  EXPECT_TRUE(prove_homing(machine, Surroundings(machine), low, {.referenced = ~lost}));
+  EXPECT_TRUE(prove_homing(machine, Surroundings(machine), low, {.referenced = ~lost, .homed = lost}));
+}
+
+/// At the top a lift that may be down still reaches 40 mm lower while X and Y go to their edges.
+TEST_F(ProveHoming, a_lift_that_may_be_down_is_swept_over_the_rectangle) {
+  const AxisVec here = at(300, 300, -2);
+  machine.scene.clear();
+  machine.scene.push_back({"mast", {config::Shape::Kind::Box, {4, 4, 20}}, {100, 100, -70}, 0, false});
+  EXPECT_TRUE(prove(here)) << "the mast ends at -60, the probe at -46";
+  const std::uint32_t lost = bits({*machine.u});
+  const auto all = prove_homing(machine, Surroundings(machine), here, {.referenced = ~lost});
+  ASSERT_FALSE(all);
+  for (const char* word : {"X, Y", "needle", "mast", "gantry home U"})
+    EXPECT_NE(all.error().message.find(word), std::string::npos) << all.error().message;
+  EXPECT_TRUE(prove_homing(machine, Surroundings(machine), here, {.referenced = ~lost, .homed = lost}));
+}
+
+TEST_F(ProveHoming, the_head_is_placed_by_x_y_and_z) {
+  EXPECT_TRUE(head_is_placed(machine, ~bits({*machine.c, *machine.u})));
+  for (const AxisId axis : {machine.x, machine.y, machine.z}) EXPECT_FALSE(head_is_placed(machine, ~bits({axis})));
+}
+
 /// IEC 61800-7-201, 10.4: how far an axis goes while it homes.
 TEST(HomingRange, goes_to_the_edge_and_as_far_beyond_as_it_brakes) {
   config::Axis axis;
