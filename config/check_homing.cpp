@@ -235,6 +235,11 @@ std::string example(const Machine& m, const Axis& axis) {
 
 }  // namespace
 
+double racked_by_fault(const Axis& axis) {
+  constexpr double kSeen_s = 0.02;
+  return axis.v_max * (kSeen_s + axis.v_max / (2 * axis.a_max) + axis.a_max / (2 * axis.j_max));
+}
+
 void check_homing(const Machine& m, const written::MachineFile& file, Mistakes& mistakes) {
   for (std::size_t i = 0; i < m.axes.size(); ++i) {
     const Axis& axis = m.axes[i];
@@ -276,6 +281,11 @@ std::vector<std::string> homing_notes(const Machine& m) {
                       "back over its edge, and homing is given up after {:.6g} s; state a longer `timeout`, or "
                       "more than {} and {} for `fast` and `slow`",
                       axis.name, search_s, h.timeout_s, in_units(axis, h.fast, "/s"), in_units(axis, h.slow, "/s")));
+    if (axis.drives.size() == 2 && h.rack_max >= racked_by_fault(axis))
+      out.push_back(
+          fmt::format("warning: axis {} may home with one side {} farther than the other before it is stopped, as far "
+                      "as a fault at v_max may leave them apart; state what the beam bears: homing.rack_max",
+                      axis.name, in_units(axis, h.rack_max)));
     const SimAxis& truth = m.sim.axes[axis.id.value];
     const double edge = edge_of(axis, truth);
     if (!method.index_pulse && std::abs(edge - h.position) > kSame)

@@ -134,12 +134,7 @@ void Resolver::homing(const written::HomingRow& row, Axis& axis) {
   h.acceleration = positive(row.acceleration, axis.rotary ? D::AngularAcceleration : D::Acceleration);
   h.position = value(row.position, axis.rotary ? D::Angle : D::Length);
   h.timeout_s = row.timeout_s;
-  // As far as a fault of one side may leave the beam racked that ran at full speed, until it is seen and while the
-  // other side brakes, with limited jerk: homing leads out of it.
-  constexpr double kSeen_s = 0.02;
-  h.rack_max = row.rack_max.given()
-                   ? value(row.rack_max, axis.rotary ? D::Angle : D::Length)
-                   : axis.v_max * (kSeen_s + axis.v_max / (2 * axis.a_max) + axis.a_max / (2 * axis.j_max));
+  h.rack_max = row.rack_max.given() ? value(row.rack_max, axis.rotary ? D::Angle : D::Length) : racked_by_fault(axis);
   constexpr double kSquare = 5;  // times skew_max
   h.square_max =
       row.square_max.given() ? value(row.square_max, axis.rotary ? D::Angle : D::Length) : kSquare * axis.skew_max;

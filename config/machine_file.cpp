@@ -86,9 +86,10 @@ const Fields<HomingRow> kHoming{
     quantity("acceleration", &HomingRow::acceleration, kAcceleration, kRequired, "of both"),
     quantity("position", &HomingRow::position, kPosition, kRequired, "axis coordinate at the switch's edge"),
     number("timeout", &HomingRow::timeout_s, D::Time, {1, 3600}, kOptional, "given up after this"),
-    quantity("rack_max", &HomingRow::rack_max, kPosition, kOptional,
-             "gantry axis: how much farther one side may go than the other in homing; else 20 ms at v_max and braking "
-             "from there"),
+    quantity(
+        "rack_max", &HomingRow::rack_max, kPosition, kOptional,
+        "gantry axis: how much farther one side may go than the other in homing: what the beam bears; else 20 ms at "
+        "v_max and braking from there"),
     quantity("square_max", &HomingRow::square_max, kPosition, kOptional,
              "gantry axis: what homing takes out of its sides' difference; else 5 times skew_max"),
 };

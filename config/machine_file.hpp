@@ -198,6 +198,9 @@ std::string in_units(const Axis& axis, double value, std::string_view per = "", 
 
 /// Whether homing can be right: each axis that gets targets has one, up and towards a switch that stands where it is
 /// said to, no faster than the axis.
+/// How far a fault of one side at v_max may leave the sides of a gantry axis apart: until it is seen, and while the
+/// other side brakes, with limited jerk. Homing leads out of it. In the axis' units.
+double racked_by_fault(const Axis& axis);
 void check_homing(const Machine& machine, const written::MachineFile& file, Mistakes& mistakes);
 std::vector<std::string> homing_notes(const Machine& machine);
 

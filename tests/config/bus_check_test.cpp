@@ -25,9 +25,7 @@ INSTANTIATE_TEST_SUITE_P(
         // Drives interpolate over a cycle; X answers after 3 ms, C and U after 2.
         Wrong{"cycle: 1 ms", "cycle: 4 ms", "4 ms", Fault::Inconsistent, "X (3 ms), Z (2.5 ms), C (2 ms), U (2 ms)"},
         Wrong{"skew_max: 0.2 mm", "skew_max: 300 mm", "300", Fault::Inconsistent, "less than 11 mm"},
-        Wrong{"skew_max: 0.2 mm\n    response_delay: 4 ms\n    homing: {",
-              "skew_max: 0.2 mm\n    response_delay: 4 ms\n    homing: {rack_max: 400 mm, ", "400", Fault::OutOfRange,
-              "it watches nothing"},
+        Wrong{"rack_max: 12 mm", "rack_max: 400 mm", "400", Fault::OutOfRange, "it watches nothing"},
         Wrong{"skew_max: 0.2 mm\n    response_delay: 4 ms\n    homing: {",
               "skew_max: 0.2 mm\n    response_delay: 4 ms\n    homing: {square_max: -1 mm, ", "-1", Fault::OutOfRange,
               "more than 0"},
@@ -123,6 +121,7 @@ TEST(Check, warns_of_what_surprises) {
         Case{"filter: 4 ms, position_error_delay: 200 ms}}\n  z", "filter: 5 ms, position_error_delay: 200 ms}}\n  z",
              "the sides of axis Y are asked for different filter: 4 ms of 'y1', 5 ms of 'y2'"},
         Case{"run_current: 3 A,", "run_current: 3 A, input_1: 9,", "input_1 is 9, and the profile counts on 10"},
+        Case{", rack_max: 12 mm", "", "axis Y may home with one side 53.75 mm farther than the other"},
         Case{"j_max: 80000 mm/s^3", "j_max: 80000000 mm/s^3", "axis X has a_max after 0.05 ms, within one cycle"},
         Case{"stack_green:    {station: io, bit: 5}", "stack_green:    {station: io, bit: 5, invert: true}",
              "'stack_green' is inverted"}}) {

@@ -134,14 +134,13 @@ TEST(Trust, a_racked_beam_is_squared_within_two_counts_or_refused) {
   const int rounds = more != nullptr ? std::atoi(more) : 30;
   for (int i = 0; i < rounds; ++i) {
     const double by = std::uniform_real_distribution(-80.0, 80.0)(random);
-    Rig rig({.wired = [&](auto& m) { racked(m, by); }});
+    Rig rig({.change = [](auto& m) { m.axes[1].homing->rack_max = 53.75; }, .wired = [&](auto& m) { racked(m, by); }});
     ASSERT_TRUE(rig.owner().bring_up());
     const auto homed = rig.owner().home();
     if (std::abs(by) < 53.7) {
       ASSERT_TRUE(homed) << by << " " << to_text(homed.error());
     }
-    // 500 mm/s x (20 ms + 500 mm/s / (2 x 4000 mm/s^2) + 4000 mm/s^2 / (2 x 80000 mm/s^3)), and the way in which homing
-    // brakes.
+    // rack_max, and the 60^2 / (2 x 1000) mm in which homing brakes.
     if (std::abs(by) > 55.6) {
       ASSERT_FALSE(homed) << by;
       EXPECT_EQ(homed.error().fault, Fault::GantrySkew) << to_text(homed.error());
@@ -152,6 +151,24 @@ TEST(Trust, a_racked_beam_is_squared_within_two_counts_or_refused) {
     EXPECT_EQ(s.state, cycle::State::Ready);
     EXPECT_LE(std::abs(s.counts[1] - s.counts[2]), 2) << by;
   }
+}
+
+// The beam is stopped before it is racked by what it does not bear: 12 mm of the machine file, and the way in which
+// homing brakes, twice.
+TEST(Trust, a_side_that_homes_at_half_the_speed_racks_the_beam_no_farther_than_it_bears) {
+  Rig rig({.wired = [](auto& m) { station(m, "y2").profile.drive->velocity_counts_s /= 2; }});
+  ASSERT_TRUE(rig.owner().bring_up());
+  std::int64_t most = 0;
+  rig.owner().on_step([&] {
+    const auto& s = rig.owner().latest();
+    if (s.state == cycle::State::Homing || s.state == cycle::State::Stopping)
+      most = std::max<std::int64_t>(most, std::abs(std::int64_t{s.counts[1]} - s.counts[2]));
+  });
+  const auto homed = rig.owner().home();
+  rig.owner().on_step({});
+  ASSERT_FALSE(homed);
+  EXPECT_EQ(homed.error().fault, Fault::GantrySkew) << to_text(homed.error());
+  EXPECT_LT(most, 16'000) << "counts of 1 um";
 }
 
 // AMD530B 7.2: a probe works on DI4 alone, the emergency stop's input. Refused before anything is sent.
