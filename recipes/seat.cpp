@@ -140,15 +140,20 @@ class Work {
              what, at.x, at.y, recipe_.board.clamp_margin));
   }
 
-  void off_the_parts(Vec2 from, Vec2 to, const std::string& on, Place place, std::string_view what) {
+  /// `on`: the part that it is meant to lie on, of what may lie on one; null: of a touch, which reads the board.
+  void off_the_parts(Vec2 from, Vec2 to, const std::string* on, Place place, std::string_view what) {
     const Vec2 middle = (from + to) * 0.5;
     const double reach = norm(to - from) / 2;
     for (const Part& part : recipe_.parts) {
-      if (part.fixture || far_apart(part, middle, reach) || part.name == on || !crosses(part, from, to) || told(place))
+      if (part.fixture || far_apart(part, middle, reach) || (on != nullptr && part.name == *on) ||
+          !crosses(part, from, to) || told(place))
         continue;
       tell(Fault::Inconsistent, place,
-           fmt::format("{} goes through part '{}'; move it, or write `on: {}` where it is meant to lie on that part",
-                       what, part.name, part.name));
+           on == nullptr ? fmt::format("{} is on part '{}', and the board's surface is what it has to find; move it",
+                                       what, part.name)
+                         : fmt::format("{} goes through part '{}'; move it, or write `on: {}` where it is meant to lie "
+                                       "on that part",
+                                       what, part.name, part.name));
     }
   }
 
@@ -167,7 +172,7 @@ class Work {
 void feature(Work& work, const Dot& dot) {
   const std::string what = fmt::format("dot '{}'", dot.id);
   if (!dot.off_board) work.off_the_margin(dot.at, 0, dot.place, what);
-  work.off_the_parts(dot.at, dot.at, dot.on, dot.place, what);
+  work.off_the_parts(dot.at, dot.at, &dot.on, dot.place, what);
 }
 
 void feature(Work& work, const Bead& bead) {
@@ -175,7 +180,7 @@ void feature(Work& work, const Bead& bead) {
   for (std::size_t i = 0; i < bead.points.size(); ++i) {
     const Vec2 at = flat(bead.points[i]);
     if (!bead.off_board) work.off_the_margin(at, 0, bead.place, what);
-    if (i > 0) work.off_the_parts(flat(bead.points[i - 1]), at, bead.on, bead.place, what);
+    if (i > 0) work.off_the_parts(flat(bead.points[i - 1]), at, &bead.on, bead.place, what);
   }
 }
 
@@ -238,7 +243,7 @@ void check_seat(const Recipe& recipe, const config::Machine& machine, Mistakes& 
     work.off_the_margin(m.at, m.diameter / 2, m.place, fmt::format("mark '{}'", m.name));
   for (const TouchPoint& t : recipe.touches) {
     work.off_the_margin(t.at, 0, t.place, fmt::format("touch '{}'", t.name));
-    work.off_the_parts(t.at, t.at, "", t.place, fmt::format("touch '{}'", t.name));
+    work.off_the_parts(t.at, t.at, nullptr, t.place, fmt::format("touch '{}'", t.name));
   }
   for (const Feature& each : recipe.features) std::visit([&](const auto& f) { feature(work, f); }, each);
 }

@@ -259,6 +259,19 @@ TEST(Compile, a_feature_may_lie_on_the_part_that_it_names) {
   EXPECT_TRUE(compile(r, dispenser()));
 }
 
+/// A touch has no `on`: what it touches is the board.
+TEST(Compile, a_touch_on_a_part_is_moved_and_not_told_to_lie_on_it) {
+  Recipe r = demo();
+  r.parts[0].at = r.touches[0].at;
+  const auto job = compile(r, dispenser());
+  ASSERT_FALSE(job);
+  std::string all;
+  for (const Error& e : job.error()) all += e.message + "\n";
+  EXPECT_NE(all.find("touch '" + r.touches[0].name + "' is on part 'capacitor'"), std::string::npos) << all;
+  EXPECT_NE(all.find("move it"), std::string::npos) << all;
+  EXPECT_EQ(all.find("`on:"), std::string::npos) << all;
+}
+
 TEST(Compile, frame_material_and_speed_are_told_at_once) {
   std::string text = *config::read_text_file("recipes/demo-board.yaml");
   const auto change = [&](const std::string& from, const std::string& to) {
