@@ -35,7 +35,7 @@ void put_bits(std::span<std::byte> image, std::uint32_t at, std::uint32_t bits, 
 
 }  // namespace
 
-BentImage::BentImage(const StationRecord& s) {
+BentImage::BentImage(const StationRecord& s) : foreign_(s.foreign_outputs) {
   const config::StationProfile& profile = s.config->profile;
   outputs_.resize(image_bytes(profile.rx_pdos));
   inputs_.resize(image_bytes(profile.tx_pdos));
@@ -75,6 +75,11 @@ void BentImage::copy(const std::vector<Copy>& copies, std::span<const std::byte>
       value |= ~std::uint64_t{0} << c.from_bits;
     put_bits(to, c.to, c.to_bits, value);
   }
+}
+
+void BentImage::begin_wire(std::span<std::byte> wire) const noexcept {
+  for (const ForeignOutput& f : foreign_)
+    put_bits(wire, static_cast<std::uint32_t>(f.bit), std::min<std::uint32_t>(f.bits, kMostBits), f.value);
 }
 
 void BentImage::to_wire(std::span<std::byte> wire) noexcept {

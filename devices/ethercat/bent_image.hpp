@@ -35,6 +35,8 @@ class BentImage {
   [[nodiscard]] std::span<const std::byte> inputs() const noexcept { return inputs_; }
   [[nodiscard]] std::deque<SlowValue>& slow() noexcept { return slow_; }
 
+  /// Outputs that the loop does not know, into a wire image of zeros: what the station has there.
+  void begin_wire(std::span<std::byte> wire) const noexcept;
   void to_wire(std::span<std::byte> wire) noexcept;
   void from_wire(std::span<const std::byte> wire, bool fresh) noexcept;
 
@@ -54,6 +56,7 @@ class BentImage {
 
   std::vector<std::byte> outputs_, inputs_, spare_;  ///< as the profile has them
   std::vector<Copy> out_, in_;
+  std::vector<ForeignOutput> foreign_;
   std::deque<SlowValue> slow_;
 };
 

@@ -71,6 +71,7 @@ Result<void> EthercatMaster::agree(StationRecord& s, std::vector<std::string>& n
   if (auto ok = leave_out_absent(link_, s, notes); !ok) return ok;
   if (auto ok = write_startup(link_, s); !ok) return ok;
   if (auto ok = agree_on_pdos(link_, s, notes); !ok) return ok;
+  if (auto ok = learn_foreign_outputs(link_, s, notes); !ok) return ok;
   if (auto ok = check_probe(s); !ok) return ok;
   return set_first_mode(link_, s);
 }
@@ -126,7 +127,7 @@ Result<void> EthercatMaster::set_up() {
   dc_ = *dc;
   if (auto ok = start_sync0(link_, stations_, dc_, machine_.bus.cycle); !ok) return ok;
 
-  output_image_.assign(size->output_bytes, std::byte{0});
+  output_image_.resize(size->output_bytes);
   input_image_.assign(size->input_bytes, std::byte{0});
   spare_image_ = output_image_;
   for (std::size_t i = 0; i < stations_.size(); ++i) {
@@ -138,6 +139,7 @@ Result<void> EthercatMaster::set_up() {
                      .spare = std::span(spare_image_).subspan(s.output_offset, s.output_bytes),
                      .inputs = std::span(input_image_).subspan(s.input_offset, s.input_bytes)});
   }
+  clear_outputs();
   begin_cycles();
   if (auto ok = enter(AlState::SafeOp); !ok) return ok;
   const auto changed = try_lrw(link_, stations_, notes_);
@@ -272,13 +274,19 @@ void EthercatMaster::shut_down() {
   exchanging_ = false;
   link_.ride_in(nullptr);
   if (stations_.empty()) return;
-  std::fill(output_image_.begin(), output_image_.end(), std::byte{0});
+  clear_outputs();
   const auto exchange = [&] { cyclic_->run(port_, acyclic_, clock_.now() + Link::kReplyTimeout); };
   exchange();
   for (std::string& left : leave_operation(link_, stations_, machine_.bus.cycle, exchange))
     notes_.push_back(std::move(left));
   forget_bent();
   stations_.clear();
+}
+
+/// Zeros, but what a station's own mapping holds beyond the profile's.
+void EthercatMaster::clear_outputs() noexcept {
+  std::ranges::fill(output_image_, std::byte{0});
+  for (const Bent& b : bent_) b.image->begin_wire(b.outputs);
 }
 
 void EthercatMaster::forget_bent() noexcept {

@@ -117,6 +117,7 @@ class EthercatMaster final : public StationBus {
   Result<void> agree(StationRecord& station, std::vector<std::string>& notes);
   Result<void> check_probe(const StationRecord& station) const;
   Result<void> learn_pdos(StationRecord& station);
+  void clear_outputs() noexcept;
   void forget_bent() noexcept;
   void begin_cycles();
   Result<void> bring_back(StationRecord& station, Whereabouts where);

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <optional>
+#include <utility>
 
 #include "devices/ethercat/sdo.hpp"
 #include "devices/ethercat/sdo_info.hpp"
 #include "devices/ethercat/station_objects.hpp"
 #include "devices/ethercat/survey.hpp"
 #include "devices/profiles/drive_entries.hpp"
+#include "devices/profiles/map_pdos.hpp"
 #include "devices/wire/coe.hpp"
 
 namespace gantry::devices {
@@ -384,6 +386,31 @@ Result<void> tell_what_is_lost(Link& link, StationRecord& s, std::vector<std::st
 }
 
 }  // namespace
+
+Result<void> learn_foreign_outputs(Link& link, StationRecord& s, std::vector<std::string>& notes) {
+  s.foreign_outputs.clear();
+  if (!s.bent) return {};
+  std::size_t bit = 0;
+  for (const PdoRow& row : s.rx_pdos)
+    for (const PdoEntry& entry : row.entries) {
+      const std::size_t at = std::exchange(bit, bit + entry.bit_length);
+      if (entry.address.index == 0 || find_bits(s.config->profile.rx_pdos, entry.address)) continue;
+      const std::string what = config::to_text(entry.address);
+      const auto held = sdo_upload(link, s, entry.address);
+      if (!held || held->size() > sizeof(std::uint64_t))
+        return fail(Fault::PdoMappingDiffers,
+                    fmt::format("its mapping is its own and holds {}, which is not known here; it would be sent zeros, "
+                                "and what it has cannot be kept: {}",
+                                what, held ? "it is longer than 8 bytes" : held.error().message),
+                    s.where);
+      std::uint64_t value = 0;
+      for (std::size_t i = 0; i < held->size(); ++i) value |= std::to_integer<std::uint64_t>((*held)[i]) << 8 * i;
+      s.foreign_outputs.push_back({at, entry.bit_length, value});
+      notes.push_back(fmt::format("{}: {} is in its PDOs and not known here: it goes on being sent the {} that it has",
+                                  s.where, what, value));
+    }
+  return {};
+}
 
 Result<void> agree_on_pdos(Link& link, StationRecord& s, std::vector<std::string>& notes) {
   if (!s.writes_mapping) return {};

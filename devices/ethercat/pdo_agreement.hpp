@@ -15,6 +15,11 @@
 
 namespace gantry::devices {
 
+/// Outputs of a mapping that is the station's own are sent whatever the loop knows of them, and zeros would take a
+/// drive's speed or torque: what each of these objects holds goes out instead. Behind the start-up objects.
+/// Fault::PdoMappingDiffers names the one that cannot be read.
+Result<void> learn_foreign_outputs(Link& link, StationRecord& station, std::vector<std::string>& notes);
+
 /// Writes the mapping, reads it back, and bends it where the station refuses. What is lost by that is told in `notes`
 /// and stands in s.slow where SDO can replace it. Fault::PdoMappingDiffers names the object and what the station said.
 Result<void> agree_on_pdos(Link& link, StationRecord& station, std::vector<std::string>& notes);

@@ -148,6 +148,7 @@ void plan_from_profile(StationRecord& s, const config::StationProfile& profile) 
   s.bent = false;
   s.outputs_fixed = s.inputs_fixed = {};
   s.slow.clear();
+  s.foreign_outputs.clear();
   s.left_out.clear();
   s.sync = {};
   take_clock_mode(s);

@@ -67,6 +67,13 @@ struct SlowObject {
   bool is_mode = false;  ///< 6060h: CSP is set before anything else
 };
 
+/// An output of a station's own mapping that is not in the profile's: it is sent in every cycle, too.
+struct ForeignOutput {
+  std::size_t bit = 0;  ///< first one, of the station's outputs
+  std::uint8_t bits = 0;
+  std::uint64_t value = 0;  ///< what the object held when the station was brought up
+};
+
 /// What of a direction's mapping a station does not let be written.
 struct FixedMapping {
   bool assignment = false, mapping = false;  ///< 1C12h or 1C13h; 16xxh or 1Axxh
@@ -110,6 +117,7 @@ struct StationRecord : BusStation {
   bool bent = false;  ///< its mapping is another than the profile's
   FixedMapping outputs_fixed, inputs_fixed;
   std::vector<SlowObject> slow;
+  std::vector<ForeignOutput> foreign_outputs;
   std::vector<config::ObjectAddress> left_out;  ///< of the profile's mapping
   int max_pdo_entries = 0, max_pdo_bytes = 0;   ///< 0: not stated
   // written in PRE_OP, before SAFE_OP

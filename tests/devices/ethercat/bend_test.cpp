@@ -160,6 +160,45 @@ TEST(Bend, a_fixed_mapping_is_taken_if_it_holds_what_is_needed) {
   EXPECT_TRUE(refused(poor.bring_up(), {"'x'", "607Ah", "fixed"}));
 }
 
+/// 6080h of the AMD530B bounds its speed (8.4): a zero there and nothing moves.
+TEST(Bend, outputs_that_are_not_known_here_keep_what_the_station_has) {
+  const auto own = [](Machine& wired) {
+    auto& p = station(wired, "y1").profile;
+    p.pdo_fixed = true;
+    p.rx_pdos[0].entries.push_back({{0x6098, 0}, 8});
+    p.rx_pdos[0].entries.push_back({{0x6080, 0}, 32});
+  };
+  BentBench b(own);
+  const StationId id = station(b.machine, "y1").id;
+  const auto held = [&](std::uint16_t index) {
+    return b.segment.station(station(b.machine, "y1").position).objects().value({index, 0});
+  };
+  for (int start = 0; start < 2; ++start) {
+    SCOPED_TRACE(start);
+    ASSERT_NO_FATAL_FAILURE(b.operate());
+    b.cycles(50);
+    EXPECT_EQ(held(0x6080), 833'333);
+    EXPECT_EQ(held(0x6098), 17);
+    EXPECT_TRUE(b.noted("'y1'", "6080h")) << b.all_notes();
+    std::array<FrameBytes, kMaxCyclicFrames> frames{};
+    const ImageChange nothing{id, 0, std::byte{0xFF}, std::byte{0}};
+    const std::size_t n = b.master->spare_frames(std::span(&nothing, 1), frames);
+    ASSERT_GT(n, 0u);
+    for (std::size_t i = 0; i < n; ++i)
+      ASSERT_TRUE(b.port.send(PortIndex::Primary, std::span(frames[i].bytes).first(frames[i].size)));
+    b.clock.sleep_until(b.clock.now() + milliseconds(2));
+    b.segment.advance();
+    EXPECT_EQ(held(0x6080), 833'333) << "also after the last word";
+    b.master->shut_down();
+    EXPECT_EQ(held(0x6080), 833'333) << "also after the end";
+  }
+  BentBench unread([&](Machine& wired) {
+    own(wired);
+    object(wired, "y1", {0x6080, 0}).readable = false;
+  });
+  EXPECT_TRUE(refused(unread.bring_up(), {"'y1'", "6080h"}));
+}
+
 TEST(Bend, a_mapping_of_which_only_one_half_can_be_written_is_bent_to) {
   // 1C12h and 1C13h are fixed, and carry at power-on what the axes need, or the mapping objects themselves are.
   for (const bool assignment : {true, false}) {
