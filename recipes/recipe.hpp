@@ -53,7 +53,7 @@ struct MarkRules {
   double max_shift_mm = 5;
   double max_rotation_rad = 0.05;
   int attempts = 2;
-  bool symmetric_allowed = false;  ///< a board turned in its seat may be taken for one that is not
+  bool symmetric_allowed = false;  ///< a board turned in its seat, or turned over, may be taken for one that is not
 };
 
 struct TouchPoint {

@@ -77,7 +77,8 @@ const Fields<MarkRules> kMarkRules{
     integer("attempts", &MarkRules::attempts, {1, 10}, kOptional, "pictures of a mark before it counts as missing"),
     config::choice("symmetric", &MarkRules::symmetric_allowed,
                    config::Choices<bool>{{"refused", false}, {"allowed", true}}, kOptional,
-                   "`allowed`: the marks need not tell a board that lies turned in its seat from one that lies right"),
+                   "`allowed`: the marks need not tell a board that lies turned in its seat, "
+                   "or turned over, from one that lies right"),
 };
 
 const Fields<TouchPoint> kTouch{

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -15,8 +14,25 @@ namespace {
 constexpr double kSquare_mm = 1;    // edges that differ by less: the seat does not tell them apart
 constexpr double kSameDisc = 1.25;  // discs whose diameters differ by a smaller factor may be taken for each other
 
+/// How a board may be put into its seat: where its edges along X and Y then run.
+struct WrongWay {
+  const char* words;
+  bool of_squares;  ///< only a square board fits its seat like this
+  Vec2 x, y;
+};
+
+constexpr WrongWay kWrongWays[] = {
+    {"turned by 180 deg in its seat", false, {-1, 0}, {0, -1}},
+    {"turned by 90 deg in its seat", true, {0, 1}, {-1, 0}},
+    {"turned by 270 deg in its seat", true, {0, -1}, {1, 0}},
+    {"turned over, its bottom up, about its X direction", false, {1, 0}, {0, -1}},
+    {"turned over, its bottom up, about its Y direction", false, {-1, 0}, {0, 1}},
+    {"turned over, its bottom up, about the diagonal through its origin", true, {0, 1}, {1, 0}},
+    {"turned over, its bottom up, about the diagonal beside its origin", true, {0, -1}, {-1, 0}},
+};
+
 /// The marks that the camera finds where it looks for those of a board that lies right, or nothing: one is not there.
-std::optional<std::vector<FoundMark>> found_on(const recipes::Recipe& recipe, double turn_rad, double window_mm) {
+std::optional<std::vector<FoundMark>> found_on(const recipes::Recipe& recipe, const WrongWay& lies, double window_mm) {
   const Vec2 centre = recipe.board.size * 0.5;
   std::vector<FoundMark> found;
   for (std::size_t i = 0; i < recipe.marks.size(); ++i) {
@@ -25,7 +41,8 @@ std::optional<std::vector<FoundMark>> found_on(const recipes::Recipe& recipe, do
     std::optional<Vec2> at;
     for (const recipes::MarkDef& other : recipe.marks) {
       const double ratio = std::max(wanted.diameter / other.diameter, other.diameter / wanted.diameter);
-      const Vec2 there = centre + rotated(other.at - centre, turn_rad);
+      const Vec2 from_centre = other.at - centre;
+      const Vec2 there = centre + lies.x * from_centre.x + lies.y * from_centre.y;
       if (other.bright != wanted.bright || ratio >= kSameDisc || norm(there - wanted.at) > nearest_mm) continue;
       nearest_mm = norm(there - wanted.at);
       at = there;
@@ -37,9 +54,9 @@ std::optional<std::vector<FoundMark>> found_on(const recipes::Recipe& recipe, do
 }
 
 /// Whether such a board is accepted when it also lies off by as much as the rules allow.
-bool accepted(const recipes::Recipe& recipe, double turn_rad, double search_mm) {
+bool accepted(const recipes::Recipe& recipe, const WrongWay& lies, double search_mm) {
   const recipes::MarkRules& rules = recipe.mark_rules;
-  const auto found = found_on(recipe, turn_rad, search_mm + rules.max_shift_mm);
+  const auto found = found_on(recipe, lies, search_mm + rules.max_shift_mm);
   if (!found) return false;
   const vision::OffsetFit fit = fit_marks(recipe, *found);
   return fit.max_mm <= rules.max_residual_mm && norm(fit.shift_mm) <= 2 * rules.max_shift_mm &&
@@ -51,16 +68,15 @@ bool accepted(const recipes::Recipe& recipe, double turn_rad, double search_mm) 
 Result<void> fits_one_way(const recipes::Recipe& recipe, const config::Machine& machine) {
   if (recipe.marks.size() < 2 || recipe.mark_rules.symmetric_allowed) return {};
   const bool square = std::abs(recipe.board.size.x - recipe.board.size.y) < kSquare_mm;
-  for (const int quarters : {2, 1, 3}) {
-    if (quarters != 2 && !square) continue;
-    if (!accepted(recipe, quarters * std::numbers::pi / 2, machine.camera.search_mm)) continue;
-    return fail(
-        Fault::Inconsistent,
-        fmt::format("a board that lies turned by {} deg in its seat is taken for one that lies right, as its "
-                    "marks come to lie on marks; put one of them elsewhere, or write `symmetric: allowed` under "
-                    "`mark_rules` where it makes no difference",
-                    quarters * 90),
-        at_line(recipe, recipe.marks.front().place));
+  for (const WrongWay& way : kWrongWays) {
+    if (way.of_squares && !square) continue;
+    if (!accepted(recipe, way, machine.camera.search_mm)) continue;
+    return fail(Fault::Inconsistent,
+                fmt::format("a board that lies {} is taken for one that lies right, as its marks come to lie on marks; "
+                            "put one of them elsewhere, or write `symmetric: allowed` under `mark_rules` where it "
+                            "makes no difference",
+                            way.words),
+                at_line(recipe, recipe.marks.front().place));
   }
   return {};
 }

@@ -8,8 +8,10 @@
 
 namespace gantry::job {
 
-/// By the outline, a board fits its seat turned by 180 deg, a square one by 90 deg as well. Fault::Inconsistent at the
-/// first mark when its mark rules would accept it there, unless they say `symmetric: allowed`.
+/// By the outline, a board fits its seat turned by 180 deg and turned over about either of its directions, a square one
+/// also turned by 90 deg and over about its diagonals; its marks are taken for holes, seen from both sides.
+/// Fault::Inconsistent at the first mark when its mark rules would accept it there, unless they say
+/// `symmetric: allowed`.
 Result<void> fits_one_way(const recipes::Recipe& recipe, const config::Machine& machine);
 
 }  // namespace gantry::job

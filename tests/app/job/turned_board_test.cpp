@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <initializer_list>
+#include <utility>
 
 namespace gantry::job {
 namespace {
@@ -51,16 +53,45 @@ TEST(TurnedBoard, another_diameter_brightness_or_position_tells_it) {
 }
 
 TEST(TurnedBoard, a_square_board_is_turned_by_a_quarter_too) {
-  const std::string four =
-      "  a: {at: [5 mm, 5 mm], diameter: 1.5 mm}\n  b: {at: [35 mm, 5 mm], diameter: 1.5 mm}\n"
-      "  c: {at: [35 mm, 35 mm], diameter: 1.5 mm}\n";
-  EXPECT_TRUE(fits_one_way(board(kSquare, four), dispenser()));
-  const std::string all = four + "  d: {at: [5 mm, 35 mm], diameter: 1.5 mm}\n";
+  const std::string two = "  a: {at: [5 mm, 5 mm], diameter: 1.5 mm}\n  b: {at: [35 mm, 5 mm], diameter: 1.5 mm}\n";
+  EXPECT_TRUE(fits_one_way(board(kSquare, two + "  c: {at: [28 mm, 35 mm], diameter: 1.5 mm}\n"), dispenser()));
+  const std::string all =
+      two + "  c: {at: [35 mm, 35 mm], diameter: 1.5 mm}\n" + "  d: {at: [5 mm, 35 mm], diameter: 1.5 mm}\n";
   EXPECT_FALSE(fits_one_way(board(kSquare, all), dispenser()));
   EXPECT_FALSE(fits_one_way(board("[40 mm, 60 mm]",
                                   "  a: {at: [5 mm, 5 mm], diameter: 1.5 mm}\n"
                                   "  b: {at: [35 mm, 55 mm], diameter: 1.5 mm}\n"),
                             dispenser()));
+}
+
+/// What is told of the marks at these positions, all alike; "" where the board is accepted.
+std::string told_of(const std::string& size, std::initializer_list<std::pair<int, int>> marks) {
+  std::string text;
+  for (const auto& [x, y] : marks)
+    text += fmt::format("  m{}_{}: {{at: [{} mm, {} mm], diameter: 1.5 mm}}\n", x, y, x, y);
+  const auto r = fits_one_way(board(size, text), dispenser());
+  return r ? "" : r.error().message;
+}
+
+TEST(TurnedBoard, a_board_turned_over_is_told_by_the_direction_about_which) {
+  // An auditor's board: no half turn brings these marks to lie on each other, turning it over end to end does.
+  EXPECT_NE(told_of("[120 mm, 80 mm]", {{5, 5}, {115, 5}, {5, 60}, {115, 60}})
+                .find("turned over, its bottom up, about its Y"),
+            std::string::npos);
+  EXPECT_NE(
+      told_of("[120 mm, 80 mm]", {{5, 5}, {5, 75}, {90, 5}, {90, 75}}).find("turned over, its bottom up, about its X"),
+      std::string::npos);
+  EXPECT_EQ(told_of("[120 mm, 80 mm]", {{5, 5}, {115, 5}, {5, 60}, {115, 75}}), "") << "one of them is out of line";
+}
+
+TEST(TurnedBoard, a_square_board_is_turned_over_about_its_diagonals_too) {
+  EXPECT_NE(
+      told_of("[80 mm, 80 mm]", {{5, 5}, {75, 75}, {30, 5}, {5, 30}}).find("about the diagonal through its origin"),
+      std::string::npos);
+  EXPECT_NE(
+      told_of("[80 mm, 80 mm]", {{75, 5}, {5, 75}, {30, 5}, {75, 50}}).find("about the diagonal beside its origin"),
+      std::string::npos);
+  EXPECT_EQ(told_of("[80 mm, 60 mm]", {{5, 5}, {55, 55}, {30, 5}, {5, 30}}), "") << "an oblong one does not fit so";
 }
 
 TEST(TurnedBoard, the_demo_board_fits_one_way) {
