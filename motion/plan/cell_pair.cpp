@@ -9,8 +9,11 @@ namespace gantry::motion {
 namespace {
 
 constexpr double kAligned = 1e-14;
-constexpr double kSmallest_mm = 2e-3;  // cells are not halved any further
-constexpr double kInside = 1e-9;       // a cut leaves at least this much on both sides, mm
+// Cells are not halved any further. Where room and blockage are apart by kBlur_mm, a cell that small is one or the
+// other; where bodies may overlap nothing is ever blocked, and halving more would find nothing out.
+constexpr double kSmallest_mm = 1e-7;
+constexpr double kSmallestOfOverlap_mm = 2e-3;
+constexpr double kInside = 1e-9;  // a cut leaves at least this much on both sides, mm
 
 bool within(const Cell& cell, std::size_t axis, double at) {
   return at > cell.low[axis] + kInside && at < cell.high[axis] - kInside;
@@ -70,7 +73,7 @@ std::optional<Cut> CellPair::cut(const Cell& cell) const {
       const double at = at_[axis] + side * from_centre;
       if (!within(cell, axis, at)) continue;
       const double off = (side > 0 ? cell.high[axis] - at : at - cell.low[axis]) / (cell.high[axis] - cell.low[axis]);
-      if (off > most) most = off, best = Cut{axis, at, false};
+      if (off > most) most = off, best = Cut{axis, at};
     }
   };
   for (std::size_t axis = 0; axis < 3; ++axis) offer(axis, reach_[axis]);
@@ -82,8 +85,9 @@ std::optional<Cut> CellPair::cut(const Cell& cell) const {
   std::size_t longest = 0;
   for (std::size_t axis = 1; axis < (upright ? 2U : 3U); ++axis)
     if (cell.high[axis] - cell.low[axis] > cell.high[longest] - cell.low[longest]) longest = axis;
-  if (cell.high[longest] - cell.low[longest] < kSmallest_mm) return std::nullopt;
-  return Cut{longest, (cell.low[longest] + cell.high[longest]) / 2, true};
+  if (cell.high[longest] - cell.low[longest] < (margin_ < 0 ? kSmallestOfOverlap_mm : kSmallest_mm))
+    return std::nullopt;
+  return Cut{longest, (cell.low[longest] + cell.high[longest]) / 2};
 }
 
 std::optional<double> CellPair::face(const Cell& cell, std::size_t axis, double middle) const {

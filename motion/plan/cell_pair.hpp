@@ -19,7 +19,6 @@ struct Cell {
 struct Cut {
   std::size_t axis = 0;
   double at = 0;
-  bool halves = false;  ///< along no face of the pair: a curve or a slant is closed in on by halving
 };
 
 class CellPair {

@@ -8,7 +8,6 @@
 namespace gantry::motion {
 namespace {
 
-constexpr double kLimitRounding = 1e-9;
 /// A job waits for it, and one that is refused is refused at once: about a tenth of a second. A job's path is the
 /// shortest of several, so that it is much the same wherever the board lies.
 constexpr SearchBudget kBudget{.random_trees = 8, .random_iterations = 400, .cuts = 10000};
@@ -39,12 +38,13 @@ const char* why_not(const SearchAnswer& found) {
 
 Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& to, const PathRules& rules,
                        double extra_mm, const NearPairs& known) {
-  for (std::size_t i = 0; i < scene.axes().size(); ++i) {
-    const Scene::Axis& a = scene.axes()[i];
-    if (!std::isfinite(from[i]) || !std::isfinite(to[i]) || to[i] < a.p_min - kLimitRounding ||
-        to[i] > a.p_max + kLimitRounding)
-      return fail(Fault::OutOfReach, fmt::format("axis {} would go to {:.3f}; its limits are {:.3f} and {:.3f}", a.name,
-                                                 to[i], a.p_min, a.p_max));
+  auto beyond = beyond_limits(scene, to);
+  for (std::size_t i = 0; i < scene.axes().size() && !beyond; ++i)
+    if (!std::isfinite(from[i])) beyond = i;
+  if (beyond) {
+    const Scene::Axis& a = scene.axes()[*beyond];
+    return fail(Fault::OutOfReach, fmt::format("axis {} would go to {:.3f}; its limits are {:.3f} and {:.3f}", a.name,
+                                               to[*beyond], a.p_min, a.p_max));
   }
   const auto margins = make_margins(scene, rules.clearance_mm, rules.approaches, extra_mm);
   if (!margins) return tl::unexpected(margins.error());

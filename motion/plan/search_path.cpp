@@ -152,6 +152,7 @@ SearchAnswer search_around(const Scene& scene, const AxisVec& from, const AxisVe
   const Vec3 low = carried.low(), high = carried.high();
   CellSearch cells(carried.pairs(), {{low.x, low.y, low.z}, {high.x, high.y, high.z}});
   CellAnswer answer = cells.search(start, goal, budget.cuts);
+  out.cuts = answer.cuts;
   if (answer.kind == CellAnswer::Kind::Path) {
     shorten(answer.points, clear);
     return finish(answer.points, PathKind::Detour);

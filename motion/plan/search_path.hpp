@@ -28,6 +28,7 @@ struct SearchAnswer {
   PathKind kind = PathKind::Straight;
   std::vector<AxisVec> points;  ///< of a path, both ends included
   double length_mm = 0;
+  std::size_t cuts = 0;               ///< of cells, where they were asked
   std::optional<Hit> hit;             ///< of an end that collides
   std::optional<std::size_t> beyond;  ///< the axis whose limits an end is outside
 };

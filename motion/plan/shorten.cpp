@@ -5,6 +5,7 @@
 namespace gantry::motion {
 namespace {
 
+constexpr std::size_t kMany = 100;  // points of which not each is tried with each other
 constexpr int kRounds = 3;
 constexpr int kHalvings = 5;        // of how far a corner goes
 constexpr double kWorth_mm = 0.02;  // what a round must gain for another one
@@ -47,6 +48,20 @@ void cut_corners(std::vector<Vec3>& points, const Clear& clear) {
   points = std::move(out);
 }
 
+/// From each point straight to one that can be seen from there, in strides that double as long as that goes well: the
+/// number of sweeps grows with the number of points, not with its square.
+void skip_ahead(std::vector<Vec3>& points, const Clear& clear) {
+  std::vector<Vec3> out{points.front()};
+  const std::size_t last = points.size() - 1;
+  for (std::size_t at = 0, next = 0; at < last; at = next) {
+    next = at + 1;
+    for (std::size_t stride = 1; next < last && clear(points[at], points[std::min(next + stride, last)]); stride *= 2)
+      next = std::min(next + stride, last);
+    out.push_back(points[next]);
+  }
+  points = std::move(out);
+}
+
 /// A part of a line that is clear may lie beside it by the last bit of a number.
 bool all_clear(const std::vector<Vec3>& points, const Clear& clear) {
   for (std::size_t i = 0; i + 1 < points.size(); ++i)
@@ -57,6 +72,7 @@ bool all_clear(const std::vector<Vec3>& points, const Clear& clear) {
 }  // namespace
 
 void leave_out(std::vector<Vec3>& points, const Clear& clear) {
+  if (points.size() > kMany) skip_ahead(points, clear);
   std::vector<Vec3> out{points.front()};
   for (std::size_t at = 0; at + 1 < points.size();) {
     std::size_t next = points.size() - 1;

@@ -25,6 +25,7 @@ TEST(PlanTrial, of_random_plans_none_collides_and_no_proof_is_wrong) {
   EXPECT_EQ(t.disproved, 0);
   EXPECT_EQ(t.longer, 0);
   EXPECT_EQ(t.different, 0);
+  EXPECT_EQ(t.budget, 0);
   EXPECT_GT(t.ok, 80);
   EXPECT_GT(t.no_path, 10);
 }
