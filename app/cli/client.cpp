@@ -1,12 +1,15 @@
 #include "app/cli/client.hpp"
 
 #include <algorithm>
+#include <array>
+#include <csignal>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/keys.hpp"
+#include "app/cli/signals.hpp"
 #include "app/cli/terminal.hpp"
 #include "app/desk/answer.hpp"
 #include "app/desk/identity.hpp"
@@ -21,7 +24,7 @@ namespace {
 using desk::Json;
 
 /// What the client calls its orders.
-constexpr int kTheOrder = 1, kLook = 2, kKey = 3;
+constexpr int kTheOrder = 1, kLook = 2, kKey = 3, kHold = 4;
 /// How often it asks for the status: of a jog this is the sign of life that keeps it going (docs/owner-socket.md).
 constexpr Time kLookEvery = milliseconds(100), kJogLookEvery = milliseconds(15);
 
@@ -38,6 +41,8 @@ class OwnerElsewhere final : public Operated {
     interrupted_ = true;
   }
   [[nodiscard]] bool interrupted() const { return interrupted_; }
+  /// Nothing moves, and nothing will before somebody resumes it: what homes or is prepared comes to that first.
+  [[nodiscard]] bool stands() const { return seen_.held && (seen_.state == "held" || seen_.state == "stopped"); }
 
   Result<void> say(const run::Order& order, int id) {
     if (owner_.send(desk::to_line(order, id))) return {};
@@ -63,13 +68,43 @@ class OwnerElsewhere final : public Operated {
   bool interrupted_ = false;
 };
 
+/// Ctrl-Z in a client: the owner holds its job, and when the machine stands this process stops. It takes no 1 ms loop
+/// with it, so that it needs no front as a verb that holds the machine does.
+class StopKey {
+ public:
+  StopKey(OwnerElsewhere& elsewhere, Keys& keys) : elsewhere_(elsewhere), keys_(keys) {}
+
+  /// With each look at the owner. A hold that is refused (an abort is under way) is asked for again, until the job is
+  /// over.
+  void look() {
+    wished_ = take_hold_wish() || wished_;
+    if (wished_ && !taken_) static_cast<void>(elsewhere_.say({.kind = run::OrderKind::Hold, .now = true}, kHold));
+  }
+  void hear(const Json& answer) {
+    const bool hold = answer.value("id", Json()) == kHold;
+    taken_ = taken_ || (wished_ && hold && answer.value("ok", false));
+    if (!taken_ || !elsewhere_.stands()) return;
+    wished_ = taken_ = false;
+    log::info("held; the owner keeps the job while the shell has the terminal");
+    keys_.sleep();
+    raise(SIGSTOP);  // until `fg`
+  }
+
+ private:
+  OwnerElsewhere& elsewhere_;
+  Keys& keys_;
+  bool wished_ = false, taken_ = false;
+};
+
 /// The answer to `kTheOrder`; what else comes meanwhile is looked at or shown.
 Result<Json> wait_for_answer(desk::OrderClient& owner, OwnerElsewhere& elsewhere, Keys& keys, Time look_every) {
   const MonotonicClock clock;
   Time next_look = clock.now();
+  StopKey stop_key(elsewhere, keys);
   for (;;) {
     if (clock.now() >= next_look) {
       static_cast<void>(elsewhere.say({.kind = run::OrderKind::Status}, kLook));
+      stop_key.look();
       next_look = clock.now() + look_every;
     }
     const auto line = owner.read_line(std::clamp(next_look - clock.now(), Time(0), Time(milliseconds(25))));
@@ -80,9 +115,9 @@ Result<Json> wait_for_answer(desk::OrderClient& owner, OwnerElsewhere& elsewhere
     if (!answer.is_object()) continue;
     const Json id = answer.value("id", Json());
     if (id == kTheOrder || id.is_null()) return answer;  // without: the connection is refused
-    if (answer.value("ok", false))
-      elsewhere.look_at(answer);
-    else if (id == kKey)
+    if (answer.value("ok", false)) elsewhere.look_at(answer);
+    stop_key.hear(answer);
+    if (!answer.value("ok", false) && id == kKey)
       for (const Error& e : desk::errors_of(answer)) log::report(e);
   }
 }
@@ -175,7 +210,9 @@ bool ask_owner(Context& context, const Asked& asked) {
   if (std::find(kAlsoAlone.begin(), kAlsoAlone.end(), asked.order.kind) != kAlsoAlone.end())
     log::info("'{}' goes to the owner that is up", run::name(asked.order.kind));
   OwnerElsewhere elsewhere(owner);
-  Keys keys(elsewhere, asked.order.kind == run::OrderKind::Run && !context.json);
+  const bool shows_job = asked.order.kind == run::OrderKind::Run && !context.json;
+  if (Keys::usable(shows_job)) hold_on_stop_key();
+  Keys keys(elsewhere, shows_job);
   if (auto r = elsewhere.say(asked.order, kTheOrder); !r) return stop_with(r.error());
   const bool jogs = asked.order.kind == run::OrderKind::Jog;
   const auto answer = wait_for_answer(owner, elsewhere, keys, jogs ? kJogLookEvery : kLookEvery);

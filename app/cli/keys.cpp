@@ -39,6 +39,13 @@ void Keys::end() {
   keys_ = raw_ = progress_ = false;
 }
 
+void Keys::sleep() {
+  clear_line();
+  terminal_.leave();
+  raw_ = false;
+  asleep_ = true;
+}
+
 void Keys::poll() {
   if (keys_ && !interrupted_) read_keys();
   if (interrupted() && !interrupted_) {
@@ -46,12 +53,7 @@ void Keys::poll() {
     machine_.interrupt();
   }
   if (const auto reset = machine_.reset_answer(); reset && !*reset) log::report(reset->error());
-  const bool given_away = shell_ && shell_->poll([this] {
-    clear_line();
-    terminal_.leave();
-    raw_ = false;
-  });
-  if (given_away) asleep_ = true;
+  if (shell_) shell_->poll([this] { sleep(); });
   if (take_continued()) asleep_ = raw_ = false;  // a shell sets its own mode while it has the terminal
   if (progress_ && !asleep_) show_progress();
 }

@@ -14,7 +14,7 @@ namespace gantry::cli {
 
 class Keys {
  public:
-  /// `held_here`: the owner, where this process holds the machine; null in a client, which the shell may just stop.
+  /// `held_here`: the owner, where this process holds the machine; null in a client.
   Keys(Operated& machine, bool progress, run::Owner* held_here = nullptr);
   ~Keys() { end(); }
   Keys(const Keys&) = delete;
@@ -26,6 +26,8 @@ class Keys {
   void poll();
   /// Gives the terminal back and clears the progress line.
   void end();
+  /// The same until SIGCONT: the shell is about to get its terminal.
+  void sleep();
 
  private:
   void read_keys();

@@ -33,18 +33,17 @@ bool ShellJob::stands() {
   return false;
 }
 
-bool ShellJob::poll(const std::function<void()>& before_stop) {
+void ShellJob::poll(const std::function<void()>& before_stop) {
   if (has_terminal_ && stdin_is_gone()) lose_terminal();
   if (take_hold_wish()) {
     wished_ = true;
     if (of_ == Of::Job && !has_front()) end_it("Ctrl-Z: without a terminal's keys nobody could resume it");
   }
-  if (!wished_ || !stands()) return false;
+  if (!wished_ || !stands()) return;
   wished_ = false;
   if (owner_.held()) log::info("held; the machine keeps its owner while the shell has the terminal");
   if (before_stop) before_stop();
   stop_front();
-  return true;
 }
 
 }  // namespace gantry::cli

@@ -16,8 +16,8 @@ class ShellJob {
   };
   ShellJob(run::Owner& owner, Of of);
 
-  /// `before_stop` is called when the shell is about to get its terminal. True: it has been given away.
-  bool poll(const std::function<void()>& before_stop = {});
+  /// `before_stop` is called when the shell is about to get its terminal.
+  void poll(const std::function<void()>& before_stop = {});
 
  private:
   bool stands();

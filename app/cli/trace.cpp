@@ -1,6 +1,7 @@
 // gantry trace diff A B: did two runs of a job command the same?
 #include <filesystem>
 #include <fmt/format.h>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/verbs.hpp"
@@ -15,6 +16,20 @@ struct DiffOptions {
 
 std::string setpoints_of(const std::string& named) {
   return std::filesystem::is_directory(named) ? (std::filesystem::path(named) / "setpoints.bin").string() : named;
+}
+
+/// What a disturbed job commanded is nobody else's, however equal it may be in parts.
+Result<void> comparable(const std::string& named) {
+  const auto folder = std::filesystem::path(named);
+  std::ifstream file(folder / "summary.json");
+  const auto summary = file ? nlohmann::json::parse(file, nullptr, false) : nlohmann::json();
+  if (!summary.is_object() || !summary.value("disturbed", false)) return {};
+  return fail(
+      Fault::Refused,
+      fmt::format("this job was disturbed (a hold, an override, a stop, or features that were left out), so that "
+                  "it says nothing of another run; to compare it all the same, name '{}'",
+                  (folder / "setpoints.bin").string()),
+      named);
 }
 
 void show_comparison(const record::SetpointComparison& c, bool json) {
@@ -34,6 +49,8 @@ void show_comparison(const record::SetpointComparison& c, bool json) {
 }
 
 void diff(Context& context, const DiffOptions& options) {
+  for (const std::string& named : {options.a, options.b})
+    if (auto may = comparable(named); !may) return void(context.exit_code = show(may.error(), context.json));
   const std::string a = setpoints_of(options.a), b = setpoints_of(options.b);
   const auto compared = record::compare(a, b);
   if (!compared) return void(context.exit_code = show(compared.error(), context.json));

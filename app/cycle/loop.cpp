@@ -13,7 +13,7 @@ using devices::DriveGoal;
 
 constexpr std::int64_t kMostSteps =
     200;  // of motion that a stalled cycle makes up for; beyond it the stall has stopped the machine anyway
-constexpr int kHealthyPeriod = 50;  // cycles: the "healthy" output is a pulse, so that a stuck output shows
+constexpr Time kHealthyHalf = milliseconds(50);  // the "healthy" output is a pulse, so that a stuck output shows
 
 AxisVec delays_of(const LoopSetup& setup) noexcept {
   AxisVec delays{};
@@ -136,7 +136,7 @@ void Loop::step_motion() noexcept {
 
 void Loop::write_image(const Beat& beat) noexcept {
   std::uint32_t word = commanded_.outputs | outputs_set_;
-  if (setup_.healthy_mask != 0 && latched_ == Fault::None && cycle_ / kHealthyPeriod % 2 == 0)
+  if (setup_.healthy_mask != 0 && latched_ == Fault::None && cycle_ * setup_.period / kHealthyHalf % 2 == 0)
     word |= setup_.healthy_mask;
   word |= setup_.lamp_masks[static_cast<std::size_t>(lamp())];
   if (brake_released()) word |= setup_.brake_mask;

@@ -10,7 +10,7 @@ namespace gantry::cycle {
 using devices::DriveGoal;
 
 namespace {
-constexpr int kResetTicks = 500;                   // for the drives to leave their fault state
+constexpr Time kResetTimeout = milliseconds(500);  // for the drives to leave their fault state
 constexpr Time kStopTimeout = milliseconds(3000);  // for axes to stand before their torque is taken
 }  // namespace
 
@@ -123,7 +123,7 @@ void Loop::finish_reset() noexcept {
   if (axes_.goal() == DriveGoal::QuickStop || taking_torque_) return;  // the stop first
   if (brake_released() && !(axes_.no_fault() && axes_.all_enabled())) return take_torque();
   if (!axes_.no_fault() && axes_.goal() != DriveGoal::FaultReset) axes_.set_goal(DriveGoal::FaultReset);
-  if (!axes_.no_fault() && ++reset_ticks_ < kResetTicks) return;
+  if (!axes_.no_fault() && ++reset_ticks_ * setup_.period < kResetTimeout) return;
   if (axes_.no_fault()) {
     const bool another = present_ != Fault::None && present_ != latched_;  // it came behind the one that has gone
     latched_ = present_;

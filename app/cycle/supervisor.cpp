@@ -6,11 +6,11 @@
 namespace gantry::cycle {
 namespace {
 
-constexpr int kFollowingCycles = 3;        // R33: at most 3 cycles over the window
-constexpr CycleIndex kClockCycles = 10;    // R10: cycles beyond a bound
-constexpr CycleIndex kClockCalm = 100;     // cycles within it after which that is over
-constexpr CycleIndex kBrakeCloses = 500;   // R53: until then an axis may still sink into its brake
-constexpr std::int64_t kLateWindow = 100;  // R11: cycles in which late ones are counted
+constexpr int kFollowingCycles = 3;               // R33: at most 3 cycles over the window
+constexpr CycleIndex kClockCycles = 10;           // R10: cycles beyond a bound
+constexpr Time kClockCalm = milliseconds(100);    // within it after which that is over
+constexpr Time kBrakeCloses = milliseconds(500);  // R53: until then an axis may still sink into its brake
+constexpr std::int64_t kLateWindow = 100;         // R11: cycles in which late ones are counted
 
 std::int32_t clamp_i32(double v) { return static_cast<std::int32_t>(std::fmin(std::fmax(v, -2e9), 2e9)); }
 
@@ -75,8 +75,8 @@ void Supervisor::look_at_bus(const View& view, Findings& found) noexcept {
   if (!operational_ && x.fault == Fault::None && x.operational) operational_ = true;
 }
 
-bool Supervisor::lasts(Apart& apart, bool beyond, CycleIndex now) noexcept {
-  if (apart.since >= 0 && now - apart.last > kClockCalm) apart = {};
+bool Supervisor::lasts(Apart& apart, bool beyond, CycleIndex now) const noexcept {
+  if (apart.since >= 0 && (now - apart.last) * setup_.period > kClockCalm) apart = {};
   if (!beyond) return false;
   if (apart.since < 0) apart.since = now;
   apart.last = now;
@@ -143,7 +143,7 @@ void Supervisor::look_at_rest(const View& view, std::size_t d, Findings& found) 
   }
   if (setup.brake_give == 0) return;
   if (rest.since < 0) rest = {view.beat.cycle, drive.position};
-  if (view.beat.cycle - rest.since < kBrakeCloses) {
+  if ((view.beat.cycle - rest.since) * setup_.period < kBrakeCloses) {
     rest.at = drive.position;
     return;
   }

@@ -55,7 +55,7 @@ class Supervisor {
     bool told = false;
   };
   /// True when it is beyond the bound, and has been for long enough.
-  [[nodiscard]] static bool lasts(Apart& apart, bool beyond, CycleIndex now) noexcept;
+  [[nodiscard]] bool lasts(Apart& apart, bool beyond, CycleIndex now) const noexcept;
 
   /// A drive without torque.
   struct Rest {

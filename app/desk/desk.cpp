@@ -95,10 +95,28 @@ Json Desk::answer_now(const run::Order& order) {
 
 void Desk::give(std::uint64_t client, const Request& request, std::uint64_t number) {
   if (request.order->kind == run::OrderKind::Abort) abort_what_waits(number);
-  if (auto done = owner_.order(*request.order); !done) return reply(client, request, failure({done.error()}));
-  const bool says = request.order->kind == run::OrderKind::Hold || request.order->kind == run::OrderKind::Override;
-  given_.push_back({{client, request}, clock_.now() + kTaken, says ? owner_.order_said() : ""});
+  std::string said;
+  if (const auto kept = hold_what_begins(*request.order)) {
+    said = *kept;
+  } else {
+    if (auto done = owner_.order(*request.order); !done) return reply(client, request, failure({done.error()}));
+    const bool says = request.order->kind == run::OrderKind::Hold || request.order->kind == run::OrderKind::Override;
+    if (says) said = owner_.order_said();
+  }
+  given_.push_back({{client, request}, clock_.now() + kTaken, std::move(said)});
   door_.set_busy(client, true);
+}
+
+std::optional<std::string> Desk::hold_what_begins(const run::Order& order) {
+  using run::OrderKind;
+  const bool waits = waiting_ && waiting_->request.order->kind == OrderKind::Run;
+  if (!waits && !(preparing_ && !aborted_)) return std::nullopt;
+  if (order.kind == OrderKind::Hold || (order.kind == OrderKind::Override && order.value == 0)) {
+    hold_wished_ = true;
+    return "the job is being prepared, and waits before its first motion; `resume` lets it go";
+  }
+  if (order.kind != OrderKind::Resume || !std::exchange(hold_wished_, false)) return std::nullopt;
+  return "the job is being prepared, and begins as soon as it is";
 }
 
 void Desk::tell_given(std::optional<std::uint64_t> client) {
@@ -129,6 +147,7 @@ void Desk::abort_what_waits(std::uint64_t number) {
   aborted_up_to_ = std::max(aborted_up_to_, number);
   if (waiting_) finish(*std::exchange(waiting_, std::nullopt), failure({kAbortedBefore}));
   aborted_ = aborted_ || preparing_;
+  hold_wished_ = false;
 }
 
 /// A reset that is taken needs some cycles to find out whether the causes are gone; its client hears what it came to.
@@ -188,6 +207,7 @@ Json Desk::status() const {
   answer["busy_with"] = doing_ ? Json(run::name(doing_->request.order->kind)) : Json(nullptr);
   answer["recipe"] = recipe_.empty() ? Json(nullptr) : Json(recipe_);
   if (preparing_) answer["doing"] = "preparing";
+  if (hold_wished_) answer["held"] = true;
   const std::optional<double> left = owner_.progress().remaining_s;
   answer["remaining_s"] = left ? Json(*left) : Json(nullptr);
   answer["owner"] = options_.identity;
@@ -297,19 +317,16 @@ Json Desk::part_removed(const run::Order& order) {
 }
 
 Json Desk::run_job(const run::Order& order) {
-  if (::access(order.recipe.c_str(), R_OK) != 0)
-    return failure({Error{
-        Fault::FileUnreadable,
-        fmt::format("the owner, which runs as user {}, cannot read this recipe: {}", ::geteuid(), std::strerror(errno)),
-        order.recipe}});
+  recipe_ = order.recipe, preparing_ = true, aborted_ = false;
   struct Work {
+    int unreadable = 0;  ///< as errno has it
     std::optional<Checked<Prepared>> prepared;
   };
   const auto shared = std::make_shared<Work>();  // outlives this call where an abort ends the waiting
-  recipe_ = order.recipe, preparing_ = true, aborted_ = false;
   const bool ready = aside(
       [shared, &machine = machine_, recipe = order.recipe, select = order.select, certificate = order.certificate] {
-        shared->prepared = prepare(machine, recipe, select, {.certificate = certificate});
+        shared->unreadable = ::access(recipe.c_str(), R_OK) == 0 ? 0 : errno;
+        if (shared->unreadable == 0) shared->prepared = prepare(machine, recipe, select, {.certificate = certificate});
       },
       true);
   // As long as it is prepared, an abort meets no undertaking of the owner and is kept here.
@@ -320,11 +337,17 @@ Json Desk::run_job(const run::Order& order) {
   };
   Json answer = [&]() -> Json {
     if (!ready) return failure({stop_ ? kEnding : kAbortedBefore});
+    if (shared->unreadable != 0)
+      return failure({Error{Fault::FileUnreadable,
+                            fmt::format("the owner, which runs as user {}, cannot read this recipe: {}", ::geteuid(),
+                                        std::strerror(shared->unreadable)),
+                            order.recipe}});
     const Checked<Prepared>& prepared = *shared->prepared;
     if (!prepared) return failure(prepared.error());
     const Bench bench{.owner = &owner_,
                       .aside = [this](const auto& work) { aside(work, false); },
                       .may_start = may_start,
+                      .on_hold = [this] { return std::exchange(hold_wished_, false); },
                       .parts = options_.parts};
     const record::WantedFolder folder{
         .path = order.out, .under = order.under.empty() ? "out" : order.under, .overwrite = order.force};
@@ -340,7 +363,7 @@ Json Desk::run_job(const run::Order& order) {
             {"folder", std::filesystem::absolute(done->folder).string()},
             {"said", figures(done->result) + (done->clamp_holds ? kClampShut : "")}};
   }();
-  preparing_ = false;
+  preparing_ = hold_wished_ = false;
   recipe_.clear();
   return answer;
 }

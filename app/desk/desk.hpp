@@ -61,6 +61,9 @@ class Desk {
   void reply(std::uint64_t client, const Request& request, Json answer);
   Json answer_now(const run::Order& order);
   void give(std::uint64_t client, const Request& request, std::uint64_t number);
+  /// Of a job that has not begun, which the owner does not know yet: what is said to a hold or a resume. Nothing: the
+  /// order is for the owner.
+  std::optional<std::string> hold_what_begins(const run::Order& order);
   /// Those of one client without ids (its next line has come), or whose time has come.
   void tell_given(std::optional<std::uint64_t> client);
   void tell(const Told& told);
@@ -93,6 +96,7 @@ class Desk {
   std::uint64_t aborted_up_to_ = 0;  ///< number of the last abort: what arrived before it does not begin any more
   std::string recipe_;               ///< of the job that is prepared or runs
   bool preparing_ = false, aborted_ = false, bringing_up_ = false, stop_ = false;
+  bool hold_wished_ = false;  ///< of a job that has not begun
 };
 
 }  // namespace gantry::desk

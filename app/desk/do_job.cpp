@@ -39,18 +39,21 @@ Result<void> write_files(JobDone& done, const config::Machine& machine, const Pr
 
 Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared, const record::WantedFolder& wanted,
                        const run::RunOptions& options, const Bench& bench) {
-  const auto folder = record::job_folder(wanted, prepared.recipe.file);
+  const auto aside = [&](const std::function<void()>& work) { bench.aside ? bench.aside(work) : work(); };
+  Result<std::string> folder;
+  aside([&] { folder = record::job_folder(wanted, prepared.recipe.file); });
   if (!folder) return tl::unexpected(folder.error());
   JobDone done{.result = record::begin_result(machine, prepared.recipe, prepared.job, *folder, options.dry_run),
                .folder = *folder};
   if (prepared.proof && !prepared.proof->only_when_placed.empty())
     log::info("proved free only when the board is found: {}", job::to_text(prepared.proof->only_when_placed));
-  const auto aside = [&](const std::function<void()>& work) { bench.aside ? bench.aside(work) : work(); };
   PartOfJob part(bench.parts, prepared, options.serial);
   Result<void> may_run;
   if (!prepared.proof) may_run = tl::unexpected(prepared.proof.error());
   // A bus that is still to come up knows of no hand that has opened the clamp.
-  if (may_run) may_run = part.may_begin(!bench.bring_up && clamp_open(machine, bench.owner->latest()));
+  if (may_run)
+    aside(
+        [&, open = !bench.bring_up && clamp_open(machine, bench.owner->latest())] { may_run = part.may_begin(open); });
   if (may_run && bench.bring_up) may_run = bench.bring_up();
   if (may_run) aside([&] { may_run = part.begin(); });
   if (may_run && bench.may_start) may_run = bench.may_start();
@@ -61,6 +64,7 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
                                     .forecast = &prepared.proof->forecast,
                                     .serial = options.serial,
                                     .before = part.before(),
+                                    .on_hold = bench.on_hold && bench.on_hold(),
                                     .outlives_stops = options.outlives_stops,
                                     .opinion = options.opinion});
     if (bench.parts != nullptr) bench.parts->clamped(!clamp_open(machine, bench.owner->latest()));

@@ -31,6 +31,8 @@ struct Bench {
   std::function<void(const std::function<void()>&)> aside{};
   /// Asked last before the owner has the job: what `aside` has let in may have ended it. Empty: nothing has.
   std::function<Result<void>()> may_start{};
+  /// Asked behind it: somebody wants the job to wait before its first motion. Empty: nobody does.
+  std::function<bool()> on_hold{};
   BegunParts* parts = nullptr;  ///< what is remembered of parts that were not finished; null: nothing is
 };
 

@@ -23,7 +23,12 @@ constexpr std::array kRows{Row{"--machine", "machine_hash", "machine"},
                            Row{"--sim-board", "board", "board"},
                            Row{"--sim-seed", "seed", "seed"},
                            Row{"--sim-script", "script", "script"},
-                           Row{"--sim-state", "sim_state", "sim_state"}};
+                           Row{"--sim-state", "sim_state", "sim_state"},
+                           Row{"--domain", "domain", "domain"},
+                           Row{"--interface", "interface", "interface"},
+                           Row{"--peer", "peers", "peers"},
+                           Row{"--name", "name", "name"},
+                           Row{"--loop-cpu", "loop_cpu", "loop_cpu"}};
 
 std::string absolute(const std::string& path) {
   return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
@@ -44,7 +49,12 @@ Json identity_of(const std::string& machine_file, const run::OwnerOptions& optio
           {"board", options.sim.placement},
           {"seed", std::to_string(options.sim.seed)},
           {"script", absolute(options.sim.script_file)},
-          {"sim_state", absolute(options.sim.state_dir)}};
+          {"sim_state", absolute(options.sim.state_dir)},
+          {"domain", std::to_string(options.network.domain)},
+          {"interface", options.network.interface},
+          {"peers", fmt::format("{}", fmt::join(options.network.peers, ", "))},
+          {"name", options.name},
+          {"loop_cpu", options.loop_cpu ? std::to_string(*options.loop_cpu) : "the last one"}};
 }
 
 Result<void> same(const Json& owner, const Json& wanted, const std::vector<std::string>& given) {

@@ -11,6 +11,7 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
 
 #include "app/desk/answer.hpp"
 #include "app/desk/socket_address.hpp"
@@ -113,13 +114,17 @@ void OrderSocket::accept_clients(Time now, std::vector<Incoming>& urgent) {
   }
 }
 
-/// Drops the client that has been idle for longest. False when each has an order under way.
+/// Drops the client that has been idle for longest; one with lines that wait for their turn only where all have such.
+/// False when each has an order under way.
 bool OrderSocket::make_room(Time now, std::vector<Incoming>& urgent) {
   Client* idle = nullptr;
-  for (Client& c : clients_)
-    if (!c.busy && (idle == nullptr || c.heard < idle->heard)) idle = &c;
+  const auto wanted = [](const Client& c) { return std::pair(c.asked || !c.waiting.empty(), c.heard); };
+  for (Client& c : clients_) {
+    if (c.busy) continue;
+    read(c, now, urgent);  // what it has just said is not lost with it
+    if (idle == nullptr || wanted(c) < wanted(*idle)) idle = &c;
+  }
   if (idle == nullptr) return false;
-  read(*idle, now, urgent);  // what it has just said and is urgent is not lost with it
   refuse(*idle, "dropped as the connection that was idle for longest: another client needed the place");
   send_some(*idle);
   close(idle->fd);

@@ -222,7 +222,9 @@ struct JobResult {
   std::vector<AxisResult> axes;
   CycleStatistics cycles;
   std::uint64_t setpoint_hash = 0;
-  std::uint64_t setpoint_ticks = 0;      ///< how many ticks the hash covers
+  std::uint64_t setpoint_ticks = 0;  ///< how many ticks the hash covers
+  /// By a hold, an override, a stop, or features that were left out: its hash is not that of another run.
+  bool disturbed = false;
   bool setpoint_stream_complete = true;  ///< false: snapshots were lost and the hash says nothing
   job::Clearances minimum_clearance;     ///< of all certified motions
   std::size_t motions_certified = 0;

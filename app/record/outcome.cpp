@@ -24,6 +24,7 @@ JobResult begin_result(const config::Machine& machine, const recipes::Recipe& re
   result.blocks_total = job.blocks.size();
   result.feature_order = recipes::dispensed_by(job);
   result.features_total = result.feature_order.size();
+  result.disturbed = result.features_total < recipe.features.size();
   result.order = recipe.order;
   result.travel = recipes::travel_of(recipe, result.feature_order);
   result.sources = recipe.sources;
@@ -43,27 +44,35 @@ void add_error(JobResult& result, Error error) {
   result.errors.push_back(std::move(error));
 }
 
-void add_world(JobResult& result, sim::WorldAccess& world, const std::string& out) {
-  auto deposits = world.deposits();
-  if (!deposits) {  // then it answers nothing else either, and has been told where it ended the job
-    const auto told = [&](const Error& e) { return e.fault == deposits.error().fault; };
-    if (std::none_of(result.errors.begin(), result.errors.end(), told)) add_error(result, deposits.error());
+SeenByWorld ask_world(sim::WorldAccess& world, const std::string& out) {
+  SeenByWorld seen;
+  seen.deposits = world.deposits();
+  if (!seen.deposits) return seen;  // then it answers nothing else either
+  seen.collisions = world.collisions();
+  seen.placement = world.placement();
+  seen.script_left = world.script_left();
+  if (!out.empty()) seen.written = world.write_deposits(fs::absolute(out).string() + "/deposits.csv");
+  return seen;
+}
+
+void add_world(JobResult& result, SeenByWorld seen) {
+  if (!seen.deposits) {  // it has been told where it ended the job
+    const auto told = [&](const Error& e) { return e.fault == seen.deposits.error().fault; };
+    if (std::none_of(result.errors.begin(), result.errors.end(), told)) add_error(result, seen.deposits.error());
     return;
   }
-  result.deposits = std::move(*deposits), result.has_world = true;
-  if (auto collisions = world.collisions())
-    result.collisions = std::move(*collisions);
+  result.deposits = std::move(*seen.deposits), result.has_world = true;
+  if (seen.collisions)
+    result.collisions = std::move(*seen.collisions);
   else
-    add_error(result, collisions.error());
-  if (auto placement = world.placement()) result.placement = std::move(*placement);
-  if (const auto left = world.script_left())
-    for (const std::string& entry : *left) {
+    add_error(result, seen.collisions.error());
+  if (seen.placement) result.placement = std::move(*seen.placement);
+  if (seen.script_left)
+    for (const std::string& entry : *seen.script_left) {
       result.events.push_back(fmt::format("script: {} did not happen before the job ended", entry));
       log::warn("{}", result.events.back());
     }
-  if (!out.empty())
-    if (auto written = world.write_deposits(fs::absolute(out).string() + "/deposits.csv"); !written)
-      add_error(result, written.error());
+  if (!seen.written) add_error(result, seen.written.error());
   if (result.collisions.empty() || result.exit_code != ExitCode::Done) return;
   const sim::Collision& first = result.collisions.front();
   add_error(result, {Fault::Collision,

@@ -1,10 +1,13 @@
 // A job's result before it begins and after it has ended: what is known beforehand, and what the virtual world adds.
-//   auto result = begin_result(machine, recipe, job, out, dry_run);   ...   add_world(result, world, out);
+//   auto result = begin_result(machine, recipe, job, out, dry_run);   ...
+//   add_world(result, ask_world(world, out));
 #pragma once
 #include <string>
+#include <vector>
 
 #include "app/record/job_result.hpp"
 #include "config/machine.hpp"
+#include "core/error.hpp"
 #include "sim/world/world_access.hpp"
 
 namespace gantry::record {
@@ -15,8 +18,18 @@ JobResult begin_result(const config::Machine& machine, const recipes::Recipe& re
 /// The error counts; the first one gives the exit code, and comes before defects.
 void add_error(JobResult& result, Error error);
 
-/// Deposits, collisions and the hidden placement; the world also writes its own deposits.csv to `out`. What cannot be
-/// had is added to the result's errors.
-void add_world(JobResult& result, sim::WorldAccess& world, const std::string& out);
+/// What a job came to as the virtual world saw it.
+struct SeenByWorld {
+  Result<std::vector<Deposit>> deposits;
+  Result<std::vector<sim::Collision>> collisions;
+  Result<std::string> placement;
+  Result<std::vector<std::string>> script_left;
+  Result<void> written;
+};
+
+/// Waits for the world, which also writes its own deposits.csv to `out`, unless that is "".
+SeenByWorld ask_world(sim::WorldAccess& world, const std::string& out);
+/// What the world could not tell is added to the result's errors.
+void add_world(JobResult& result, SeenByWorld seen);
 
 }  // namespace gantry::record

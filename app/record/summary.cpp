@@ -334,6 +334,7 @@ nlohmann::ordered_json to_json(const JobResult& r) {
   j["setpoint_hash"] = hash_text(r.setpoint_hash);
   j["setpoint_ticks"] = r.setpoint_ticks;
   j["setpoint_stream_complete"] = r.setpoint_stream_complete;
+  j["disturbed"] = r.disturbed;
   add_world(j, r);
   j["travel"] = {{"order", r.order == recipes::Order::Shortest ? "shortest" : "file"},
                  {"as_ordered_mm", number(r.travel.as_ordered_mm)},

@@ -14,7 +14,7 @@ using cycle::State;
 constexpr double kStopTimeout_s = 10;
 constexpr double kNoLimit_s = 1e9;  // what is held may wait for its operator
 constexpr std::chrono::milliseconds kBreath{5};
-constexpr int kSilentSteps = 2000;  // of about a cycle each; a host that stands still makes none
+constexpr Time kSilence = milliseconds(2000);  // in steps of about a cycle; a host that stands still makes none
 
 }  // namespace
 
@@ -78,9 +78,10 @@ bool Control::breathe() {
 }
 
 Result<void> Control::alive() const {
-  if (silent_steps_ < kSilentSteps) return {};
-  return fail(Fault::LoopDied,
-              fmt::format("{}: no cycle was heard of for {} ms", info(Fault::LoopDied).text, silent_steps_));
+  const Time silence = silent_steps_ * period_;
+  if (silence < kSilence) return {};
+  return fail(Fault::LoopDied, fmt::format("{}: no cycle was heard of for {} ms", info(Fault::LoopDied).text,
+                                           silence / milliseconds(1)));
 }
 
 void Control::post(cycle::Command command) {

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <fmt/format.h>
+#include <future>
 #include <set>
 
 #include "app/job/jog.hpp"
@@ -175,6 +177,12 @@ sim::WorldAccess* Owner::world() const { return parts_->world; }
 const cycle::Snapshot& Owner::latest() const { return parts_->feed->latest(); }
 
 std::vector<Error> Owner::active_faults() const { return parts_->active.list(parts_->machine, latest()); }
+
+void Owner::Parts::aside(const std::function<void()>& work) {
+  if (options.virtual_time) return work();
+  const auto done = std::async(std::launch::async, work);
+  while (done.wait_for(std::chrono::seconds(0)) != std::future_status::ready) control().idle();
+}
 
 Undertaking Owner::undertaking() const { return parts_->undertaking; }
 

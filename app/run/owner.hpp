@@ -43,6 +43,7 @@ struct RunOptions {
   const job::Forecast* forecast = nullptr;  ///< of the job, from the park position; null: there is none
   std::string serial{};                     ///< of the part
   record::OnBoard before{};                 ///< what jobs before it have left there
+  bool on_hold = false;                     ///< a resume lets its first motion go
   /// A door, air or stop fault (Clear::Resume) leaves the job on hold until somebody resets and resumes; else it ends
   /// it.
   bool outlives_stops = false;

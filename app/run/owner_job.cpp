@@ -35,6 +35,15 @@ std::string result_in_words(const record::JobResult& result) {
   return words;
 }
 
+/// A board of this recipe lies in the machine, and what becomes of it counts from here on.
+Result<void> begin_in(sim::WorldAccess& world, const recipes::Recipe& recipe) {
+  const auto held = world.holds_board(recipe);
+  if (!held) return tl::unexpected(held.error());
+  if (!*held)
+    if (auto loaded = world.load_board(recipe); !loaded) return loaded;
+  return world.begin_job();
+}
+
 }  // namespace
 
 void Owner::Parts::on_snapshot(const cycle::Snapshot& s) {
@@ -219,7 +228,8 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
                                    .around = p.around.get(),
                                    .breath = [&p] { return p.control().breathe(); },
                                    .opinion = options.opinion,
-                                   .forecast = forecast ? &*forecast : nullptr},
+                                   .forecast = forecast ? &*forecast : nullptr,
+                                   .aside = [&p](const auto& work) { p.aside(work); }},
                                   recipe, job, result)});
   if (const double factor = latest().override_factor; factor > 1) {
     log::warn("the override returns from {:.0f} to 100 %, as at the start of every job", factor * 100);
@@ -233,23 +243,16 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   p.job->recording.begin(p.job->runner.left_s());
   const std::string part = options.serial.empty() ? result.job : fmt::format("{}, part {}", result.job, options.serial);
   p.tell_part(part + " begins");
-  if (p.on_bus->buttons.holding()) {
+  if (p.on_bus->buttons.holding())
     log::warn("button hold is pressed: the job waits before its first motion; `resume` or start lets it go");
-    p.control().hold_next(true);
-  }
+  if (options.on_hold) p.acted(std::string(name(OrderKind::Hold)));
+  p.control().hold_next(options.on_hold || p.on_bus->buttons.holding());
   const devices::CyclicCounts counted_before = p.bus->counters();
   const std::uint64_t repeats_before = p.bus->mailbox_repeats();
 
   Result<void> ended;
   if (p.in_setup()) ended = fail(Fault::SetupMode, std::string(info(Fault::SetupMode).text));
-  if (ended && p.world != nullptr) {
-    const auto held = p.world->holds_board(recipe);
-    if (!held)
-      ended = tl::unexpected(held.error());
-    else if (!*held)
-      ended = p.world->load_board(recipe);
-    if (ended) ended = p.world->begin_job();
-  }
+  if (ended && p.world != nullptr) p.aside([&] { ended = begin_in(*p.world, recipe); });
   if (ended) ended = p.torque();
   if (ended && !p.all_referenced()) ended = p.home();
   p.control().outlive_stops(options.outlives_stops);  // a stop in homing ends the job
@@ -267,9 +270,15 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
         ended.error().fault != Fault::Interrupted && !told)
       p.job->recording.alarm(latest().time_ns, ended.error());
     record::add_error(result, ended.error());
+    result.disturbed =
+        result.disturbed || ended.error().fault == Fault::Aborted || ended.error().fault == Fault::Interrupted;
   }
 
-  if (p.world != nullptr) record::add_world(result, *p.world, options.out);
+  if (p.world != nullptr) {
+    record::SeenByWorld seen;  // the result itself is written to by steps
+    p.aside([&] { seen = record::ask_world(*p.world, options.out); });
+    record::add_world(result, std::move(seen));
+  }
   record::place_drawing(result, recipe, p.machine);
   record::judge_board(result, recipe, {p.job->runner.state().features, p.job->runner.off_speed(), options.before},
                       seconds(p.machine.bus.cycle));

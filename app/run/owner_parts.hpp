@@ -97,6 +97,10 @@ struct Owner::Parts {
 
   [[nodiscard]] Control& control() const { return *on_bus->control; }
 
+  /// What may wait for others, the world or a disk: on a thread of its own, while the machine is served and orders come
+  /// in. In virtual time at once, in this thread. It must touch nothing that a step touches.
+  void aside(const std::function<void()>& work);
+
   /// The bus and what stands behind it: the virtual machine in this process, or a wire. The port is its alone.
   Result<devices::FramePort*> open_bus();
   Result<void> go_on_bus();

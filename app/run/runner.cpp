@@ -70,7 +70,15 @@ Result<void> Runner::run() {
   return done;
 }
 
+/// As it was seen from the job: a hold, an override, a stop on its path or between its motions.
+bool Runner::disturbs(const cycle::Snapshot& s) const {
+  using cycle::State;
+  return site_.control.holds_next() || (s.block != 0 && s.override_factor != 1) || s.state == State::Holding ||
+         s.state == State::Held || s.state == State::Stopping || s.state == State::Stopped;
+}
+
 void Runner::see(const cycle::Snapshot& s) {
+  result_.disturbed = result_.disturbed || disturbs(s);
   if (standing_by_) watch_part(s);
   times_.see({.plays = s.block != 0 && s.block == block_,
               .feature = s.feature,
@@ -175,10 +183,12 @@ Result<job::JobState> Runner::take(const recipes::LookAtMark& step) {
   record::MarkResult found;
   const int attempts = std::max(1, recipe_.mark_rules.attempts);
   for (int attempt = 1; attempt <= attempts; ++attempt) {
-    const std::uint64_t shown_before = site_.camera->latest();
+    std::uint64_t shown_before = 0;
+    site_.aside([&] { shown_before = site_.camera->latest(); });
     auto played = play(planner_.look_at_mark(next_block("camera"), at_, mark));
     if (!played) return tl::unexpected(played.error());
-    const auto judged = judge(mark, site_.control.latest().actual, shown_before);
+    Result<record::MarkResult> judged;
+    site_.aside([&, head = site_.control.latest().actual] { judged = judge(mark, head, shown_before); });
     if (!judged) {
       // The trigger is one short pulse: what it has not reached is asked once more (R65).
       if (attempt == attempts) return tl::unexpected(judged.error());
@@ -206,7 +216,7 @@ Result<job::JobState> Runner::take(const recipes::LookAtMark& step) {
 }
 
 /// Fetches the frame of the exposure that the block triggered and finds the mark in it. A mark that is not there is an
-/// answer, not an error.
+/// answer, not an error. It may run on another thread.
 Result<record::MarkResult> Runner::judge(std::size_t mark, const AxisVec& head, std::uint64_t shown_before) {
   const recipes::MarkDef& def = recipe_.marks[mark];
   auto frame = site_.camera->fetch(shown_before, kFrameTimeout);

@@ -38,6 +38,8 @@ struct Site {
   Breath breath{};                          ///< asked while motions are planned; no: the job ends with Fault::Aborted
   motion::Opinion opinion{};                ///< asked of each motion besides the proof; empty: nobody is
   const job::Forecast* forecast = nullptr;  ///< of the job; null: there is none
+  /// Runs to its end what waits for the camera, while the machine is served; it touches nothing that a step touches.
+  std::function<void(const std::function<void()>&)> aside = [](const std::function<void()>& work) { work(); };
 };
 
 /// The feature that is dispensed, and how long it will still take.
@@ -84,6 +86,7 @@ class Runner {
 
   /// Arms the probe and plays; Z where it touched.
   Result<double> touch_down(const recipes::TouchPoint& point, const std::function<Result<job::ProvenBlock>()>& plan);
+  [[nodiscard]] bool disturbs(const cycle::Snapshot& s) const;
   Result<record::MarkResult> judge(std::size_t mark, const AxisVec& head, std::uint64_t shown_before);
   /// The number of the block that is planned next; the report draws its tool.
   std::uint32_t next_block(std::string_view tool_name);

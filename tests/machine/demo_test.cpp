@@ -25,6 +25,7 @@ TEST(DemoBoard, every_feature_lies_where_the_recipe_wants_it) {
   expect_deposits(recipe, result);
   EXPECT_TRUE(result.collisions.empty());
   EXPECT_TRUE(result.setpoint_stream_complete);
+  EXPECT_FALSE(result.disturbed);
   EXPECT_NEAR(result.offset.shift.x, 1.3, 0.005);
   EXPECT_NEAR(result.offset.shift.y, -0.7, 0.005);
   EXPECT_NEAR(result.offset.rotation, units::rad(0.8), 1e-4);

@@ -141,14 +141,18 @@ TEST(OperatorIo, a_job_that_runs_when_the_mode_is_turned_to_setup_stops) {
 
 TEST(OperatorIo, the_clamp_opens_when_a_job_is_done_and_stays_shut_after_any_other_end) {
   Rig rig({.placement = "dx=0.5 mm"});
-  ASSERT_EQ(rig.run(kShort).exit_code, ExitCode::Done);
+  const auto done = rig.run(kShort);
+  ASSERT_EQ(done.exit_code, ExitCode::Done);
+  EXPECT_FALSE(done.disturbed);
   ASSERT_TRUE(rig.owner().idle());
   EXPECT_FALSE(clamped(rig.owner().latest()));
   bool sent = false;
   rig.on_step = [&](run::Owner& owner) {
     if (!sent && valve_open(owner.latest())) sent = owner.order(order(OrderKind::Abort)).has_value();
   };
-  EXPECT_NE(rig.run(kShort).exit_code, ExitCode::Done);
+  const auto aborted = rig.run(kShort);
+  EXPECT_NE(aborted.exit_code, ExitCode::Done);
+  EXPECT_TRUE(aborted.disturbed);
   rig.on_step = {};
   for (int i = 0; i < 500; ++i) ASSERT_TRUE(rig.owner().idle());
   EXPECT_TRUE(clamped(rig.owner().latest()));
@@ -170,6 +174,7 @@ TEST(OperatorIo, a_job_that_is_done_with_defects_does_not_open_the_clamp) {
   const auto result = rig.run(kShort);
   rig.on_step = {};
   ASSERT_EQ(result.exit_code, ExitCode::DoneWithDefects) << first_error(result);
+  EXPECT_TRUE(result.disturbed);
   for (int i = 0; i < 500; ++i) ASSERT_TRUE(rig.owner().idle());
   EXPECT_TRUE(clamped(rig.owner().latest()));
   ASSERT_TRUE(rig.owner().part_removed());
@@ -225,6 +230,7 @@ TEST(OperatorIo, hold_and_start_are_hold_and_resume_of_a_job) {
   const auto result = rig.run(kDemo);
   EXPECT_EQ(result.exit_code, ExitCode::Done) << first_error(result);
   EXPECT_GT(held, 2000);
+  EXPECT_TRUE(result.disturbed);
 }
 
 TEST(OperatorIo, an_axis_that_stands_on_its_limit_switch_is_enabled_and_led_off_by_home) {

@@ -90,7 +90,7 @@ struct Watched {
     AxisVec to{};
     to[0] = target;
     axes.write(bus, to, elapsed);
-    const Beat beat{cycle, elapsed, milliseconds(1) * cycle, milliseconds(1) * cycle + late};
+    const Beat beat{cycle, elapsed, setup.period * cycle, setup.period * cycle + late};
     found.clear();
     for (const Finding& f : supervisor.look({beat, x, axes, to, inputs, state, compute, purpose})) found.push_back(f);
   }
@@ -269,6 +269,29 @@ TEST(Supervisor, a_brake_that_gives_half_a_millimetre_is_told_and_again_when_it_
   EXPECT_EQ(w.cycles_that_say(Fault::BrakeDrift, 20), (Cycles{1}));
   w.bus.show(kNoTorque, -1002);
   EXPECT_EQ(w.cycles_that_say(Fault::BrakeDrift, 20), (Cycles{1}));
+}
+
+/// Half a second for the brake and a tenth of a second for a clock, whatever the machine's cycle.
+TEST(Supervisor, durations_are_those_of_the_clock_in_a_machine_of_two_milliseconds) {
+  LoopSetup slow = Watched::one_axis();
+  slow.period = milliseconds(2);
+  Watched w(slow);
+  w.state = State::Disabled;
+  for (int i = 0; i < 230; ++i) w.look();
+  w.bus.show(kNoTorque, -501);
+  EXPECT_TRUE(w.cycles_that_say(Fault::BrakeDrift, 10).empty()) << "480 ms: it may still sink into its brake";
+  for (int i = 0; i < 15; ++i) w.look();
+  w.bus.show(kNoTorque, -1002);
+  EXPECT_EQ(w.cycles_that_say(Fault::BrakeDrift, 20), (Cycles{1})) << "closed after 510 ms";
+
+  Watched clocks(slow);
+  clocks.x.clock_seen = true, clocks.x.clock_station = StationId{0};
+  clocks.x.clock_ns = 20'000;
+  EXPECT_EQ(clocks.cycles_that_say(Fault::DcNotLocked, 20).size(), 1u);
+  clocks.x.clock_ns = 0;
+  for (int i = 0; i < 60; ++i) clocks.look();  // 120 ms
+  clocks.x.clock_ns = 20'000;
+  EXPECT_EQ(clocks.cycles_that_say(Fault::DcNotLocked, 20).size(), 1u) << "it was over, and is news";
 }
 
 TEST(Supervisor, a_fault_of_a_drive_lasts_and_a_warning_is_told_once) {

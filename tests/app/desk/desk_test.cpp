@@ -145,6 +145,61 @@ TEST_F(Desks, an_abort_cancels_a_job_that_is_prepared_and_nothing_moves_afterwar
   EXPECT_EQ(owner_->latest().state, cycle::State::Disabled);
 }
 
+/// While a job is prepared the owner does not know it yet.
+TEST_F(Desks, a_hold_while_a_job_is_prepared_lets_it_wait_before_its_first_motion) {
+  const std::string recipe = std::filesystem::absolute(kShort);
+  client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +
+               "\"}\n");
+  const int begin = steps_;
+  bool asked = false, moved = false;
+  int waits = 0;
+  on_cycle_ = [&] {
+    if (!asked && steps_ > begin + 3)
+      asked = client_->say("{\"order\":\"hold\",\"id\":2}\n{\"order\":\"status\",\"id\":3}\n") > 0;
+    const auto& s = owner_->latest();
+    if (waits <= 3000) moved = moved || s.block != 0;
+    if (owner_->undertaking() == run::Undertaking::Job && owner_->state() == cycle::State::Held) ++waits;
+    if (waits == 3000) client_->say("{\"order\":\"resume\",\"id\":4}\n"), ++waits;
+  };
+  serve_until(1);
+  EXPECT_TRUE(answer(2).value("ok", false)) << answer(2).dump();
+  EXPECT_NE(answer(2).dump().find("waits before its first motion"), std::string::npos) << answer(2).dump();
+  EXPECT_TRUE(answer(3).value("held", false)) << answer(3).dump();
+  EXPECT_GT(waits, 3000) << "the machine homes, and then waits";
+  EXPECT_FALSE(moved);
+  EXPECT_TRUE(answer(4).value("ok", false)) << answer(4).dump();
+  EXPECT_EQ(answer(1).value("result", ""), "done") << answer(1).dump();
+}
+
+TEST_F(Desks, a_hold_of_a_job_that_is_prepared_is_taken_back_by_a_resume_and_forgotten_by_an_abort) {
+  const std::string recipe = std::filesystem::absolute(kShort);
+  const auto run = [&](int id) {
+    return "{\"order\":\"run\",\"id\":" + std::to_string(id) + ",\"recipe\":\"" + recipe + "\",\"out\":\"" +
+           (folder_ / ("job" + std::to_string(id))).string() + "\"}\n";
+  };
+  client_->say(run(1));
+  int begin = steps_;
+  bool asked = false, held = false;
+  on_cycle_ = [&] {
+    if (!asked && steps_ > begin + 3)
+      asked = client_->say("{\"order\":\"override\",\"value\":0,\"id\":2}\n{\"order\":\"abort\",\"id\":3}\n") > 0;
+  };
+  serve_until(1);
+  EXPECT_EQ(code_of(answer(1)), "G701") << heard_;
+  asked = false;
+  begin = steps_;
+  client_->say(run(4));
+  on_cycle_ = [&] {
+    if (!asked && steps_ > begin + 3)
+      asked = client_->say("{\"order\":\"hold\",\"id\":5}\n{\"order\":\"resume\",\"id\":6}\n") > 0;
+    held = held || owner_->held();
+  };
+  serve_until(4);
+  EXPECT_TRUE(answer(6).value("ok", false)) << answer(6).dump();
+  EXPECT_FALSE(held);
+  EXPECT_EQ(answer(4).value("result", ""), "done") << answer(4).dump();
+}
+
 TEST_F(Desks, a_job_is_answered_in_short_and_told_in_its_folder) {
   const std::string recipe = std::filesystem::absolute(kShort);
   client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +

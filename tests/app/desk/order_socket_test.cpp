@@ -140,6 +140,22 @@ TEST_F(Sockets, sixteen_idle_connections_lock_nobody_out) {
   EXPECT_EQ(idle.front()->hear(), "");
 }
 
+TEST_F(Sockets, who_makes_room_is_not_one_whose_line_has_just_come) {
+  std::vector<std::unique_ptr<Peer>> all;
+  for (std::size_t i = 0; i < OrderSocket::kMostClients; ++i) {
+    all.push_back(peer());
+    turn();
+    now_ += 1ms;
+  }
+  all.front()->say(kStatus);  // silent for longest, until now
+  const auto late = peer();
+  const auto lines = turn();
+  ASSERT_EQ(lines.size(), 1u) << "it is not lost";
+  EXPECT_EQ(lines.front().line + "\n", kStatus);
+  EXPECT_NE(all.front()->hear().find("answer to"), std::string::npos);
+  EXPECT_NE(all[1]->hear().find("idle for longest"), std::string::npos);
+}
+
 TEST_F(Sockets, a_client_with_an_order_under_way_keeps_its_place_and_who_is_refused_is_told_why) {
   std::vector<std::unique_ptr<Peer>> busy;
   for (std::size_t i = 0; i < OrderSocket::kMostClients; ++i) {
