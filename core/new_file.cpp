@@ -73,6 +73,11 @@ void NewFile::sync() {
   if (failed_ == 0 && ::fsync(fd_) != 0) failed_ = errno;
 }
 
+void NewFile::discard() {
+  ::unlink(path_.c_str());
+  if (fd_ >= 0 && ::ftruncate(fd_, 0) != 0 && failed_ == 0) failed_ = errno;
+}
+
 Result<void> NewFile::close() {
   flush();
   const bool closed = ::close(std::exchange(fd_, -1)) == 0;

@@ -23,6 +23,10 @@ class NewFile {
   void write(std::string_view bytes);
   /// Everything so far is on the disk when this returns (fsync(2)); what goes wrong is reported by close().
   void sync();
+  /// Something has not reached the file; what comes behind it does not, either.
+  [[nodiscard]] bool failed() const { return failed_ != 0; }
+  /// Takes the file away again: its room is free.
+  void discard();
   /// Whether everything has reached the file. Fault::FileUnwritable.
   Result<void> close();
 

@@ -7,6 +7,7 @@
 #include "app/cli/verbs.hpp"
 #include "app/desk/do_job.hpp"
 #include "app/desk/state_folder.hpp"
+#include "app/job/settle.hpp"
 #include "app/stations/measured.hpp"
 #include "config/formats.hpp"
 #include "recipes/job.hpp"
@@ -89,6 +90,12 @@ std::optional<recipes::Recipe> check_recipe(const std::string& file, const confi
       to.notes.push_back(
           fmt::format("{}: `order: shortest`: the needle {}", file,
                       to_text(recipes::travel_of(prepared->recipe, recipes::dispensed_by(prepared->job)))));
+    for (const job::SlowBead& slow : prepared->proof->slow_beads) {
+      const auto& bead = std::get<recipes::Bead>(prepared->recipe.features[slow.feature]);
+      to.notes.push_back(fmt::format("{}: bead '{}' {}; as it is, every job ends with defects",
+                                     job::at_line(prepared->recipe, bead.place), bead.id,
+                                     job::in_words(slow, prepared->recipe)));
+    }
     if (const auto& named = prepared->proof->only_when_placed; !named.empty())
       to.notes.push_back(
           fmt::format("{}: proved free at the nominal place, but not wherever marks and touches may find "

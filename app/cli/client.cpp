@@ -16,6 +16,7 @@
 #include "app/desk/order_client.hpp"
 #include "app/desk/order_line.hpp"
 #include "app/desk/state_folder.hpp"
+#include "app/record/job_folder.hpp"
 #include "core/log.hpp"
 
 namespace gantry::cli {
@@ -150,7 +151,7 @@ void show_answer(const Context& context, const Json& answer, const std::string& 
     return fmt::print("{}\n", (summary.is_null() ? answer : summary).dump(2));
   }
   fmt::print("{}\n", answer.value("said", answer.value("state", "done")));
-  if (!folder.empty()) fmt::print("  report         {}/report.html\n", shown);
+  if (record::has_report(folder)) fmt::print("  report         {}/report.html\n", shown);
 }
 
 int exit_code_of(const Json& answer, bool interrupted) {
@@ -183,6 +184,8 @@ std::optional<std::string> state_of(Context& context, const std::string& option)
     name = machine->name;
   }
   auto folder = desk::state_folder(option, name, desk::environment);
+  if (folder)
+    if (auto fit = desk::look_at_state_folder(*folder); !fit) folder = tl::unexpected(fit.error());
   if (folder) return std::move(*folder);
   context.exit_code = show(folder.error(), context.json, context.board);
   return std::nullopt;

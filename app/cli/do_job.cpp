@@ -9,6 +9,7 @@
 #include "app/desk/held_for_ever.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/record/defects.hpp"
+#include "app/record/job_folder.hpp"
 #include "app/record/summary.hpp"
 #include "core/log.hpp"
 
@@ -24,7 +25,7 @@ void show_result(const record::JobResult& result, const std::string& folder, boo
     return;
   }
   fmt::print("{}\n", desk::figures(result));
-  fmt::print("  report         {}/report.html\n", folder);
+  if (record::has_report(folder)) fmt::print("  report         {}/report.html\n", folder);
 }
 
 /// Somebody at the machine can reset and resume what a stop has left on hold.

@@ -1,6 +1,8 @@
 // gantry status, hold, resume, abort, reset, override, enable, disable, park, part-removed, down: one order each to the
 // owner that is up.
 #include <array>
+#include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -61,6 +63,14 @@ constexpr std::array kVerbs{
               "A job that runs is stopped first, on its path and with the valve shut, and its report is written."},
 };
 
+/// CLI11 takes "nan" and "inf" for numbers.
+std::string is_percentage(const std::string& word) {
+  char* end = nullptr;
+  const double value = std::strtod(word.c_str(), &end);
+  if (end != word.c_str() && *end == '\0' && std::isfinite(value) && value >= 0) return "";
+  return fmt::format("'{}' is no percentage: write a number of 0 or more, 100 for the recipe's speed", word);
+}
+
 /// The owner's socket goes when its machine is down.
 bool gone_within(const std::string& socket, std::chrono::seconds patience) {
   const auto until = std::chrono::steady_clock::now() + patience;
@@ -113,7 +123,9 @@ void add_orders(CLI::App& app, Context& context) {
     verb->add_option("--state", *state, kStateHelp);
     if (row.kind == OrderKind::PartRemoved)
       verb->add_option("--serial", *serial, "Serial number of the part, where it is not the one in the machine");
-    if (row.kind == OrderKind::Override) verb->add_option("PERCENT", *percent, "100 is the recipe's speed")->required();
+    if (row.kind == OrderKind::Override) verb->add_option("PERCENT", *percent, "100 is the recipe's speed")
+          ->required()
+          ->check(is_percentage);
     if (row.kind == OrderKind::Hold) verb->add_flag("--now", *now, "Do not wait for the end of the feature");
     verb->footer(row.more);
     verb->callback([&context, &row, state, percent, serial, now] {

@@ -1,9 +1,8 @@
 #include "app/desk/do_job.hpp"
 
-#include <filesystem>
-
 #include "app/record/certificate.hpp"
 #include "app/record/outcome.hpp"
+#include "app/record/room.hpp"
 #include "config/inputs.hpp"
 #include "core/log.hpp"
 
@@ -24,15 +23,17 @@ bool clamp_holds(const config::Machine& machine, const cycle::Snapshot& now) {
 
 /// All files of the job. A certificate stands beside the report of its job, or nowhere.
 Result<void> write_files(JobDone& done, const config::Machine& machine, const Prepared& prepared) {
-  if (prepared.proof)
-    if (auto certified = record::write_certificate(done.folder, done.result,
-                                                   {machine, prepared.recipe, prepared.selection, *prepared.proof});
-        !certified)
-      record::add_error(done.result, certified.error());
-  auto written = record::write_job(done.result, done.folder);
-  std::error_code ignored;
-  if (!written) std::filesystem::remove(std::filesystem::path(done.folder) / record::kCertificateFile, ignored);
-  return written;
+  return record::write_job(done.result, done.folder, [&](const std::string& folder) -> Result<void> {
+    if (!prepared.proof) return {};
+    return record::write_certificate(folder, done.result,
+                                     {machine, prepared.recipe, prepared.selection, *prepared.proof});
+  });
+}
+
+/// Of a job that was not proved a report alone is left.
+record::Room room_of(const config::Machine& machine, const Prepared& prepared) {
+  return record::room_for(prepared.proof ? prepared.proof->forecast : job::Forecast{}, prepared.recipe,
+                          seconds(machine.bus.cycle));
 }
 
 }  // namespace
@@ -40,9 +41,12 @@ Result<void> write_files(JobDone& done, const config::Machine& machine, const Pr
 Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared, const record::WantedFolder& wanted,
                        const run::RunOptions& options, const Bench& bench) {
   const auto aside = [&](const std::function<void()>& work) { bench.aside ? bench.aside(work) : work(); };
+  const record::Room room = room_of(machine, prepared);
   Result<std::string> folder;
-  aside([&] { folder = record::job_folder(wanted, prepared.recipe.file); });
+  aside([&] { folder = record::job_folder(wanted, prepared.recipe.file, room); });
   if (!folder) return tl::unexpected(folder.error());
+  auto kept_room = record::KeptRoom::keep(*folder, room.result_bytes);
+  if (!kept_room) return tl::unexpected(kept_room.error());
   JobDone done{.result = record::begin_result(machine, prepared.recipe, prepared.job, *folder, options.dry_run),
                .folder = *folder};
   if (prepared.proof && !prepared.proof->only_when_placed.empty())
@@ -65,6 +69,7 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
                                     .serial = options.serial,
                                     .before = part.before(),
                                     .on_hold = bench.on_hold && bench.on_hold(),
+                                    .slow_beads = prepared.proof->slow_beads,
                                     .outlives_stops = options.outlives_stops,
                                     .opinion = options.opinion});
     if (bench.parts != nullptr) bench.parts->clamped(!clamp_open(machine, bench.owner->latest()));
@@ -77,6 +82,7 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
   Result<void> written;
   aside([&] {
     part.end(done.result, done.clamp_holds);
+    kept_room->give();
     written = write_files(done, machine, prepared);
   });
   if (!written) record::add_error(done.result, written.error());

@@ -72,6 +72,16 @@ std::optional<UnfitFolder> unfit_for_state(const std::string& path, const struct
   return std::nullopt;
 }
 
+Result<void> look_at_state_folder(const std::string& path) {
+  struct stat found {};
+  const bool there = ::stat(path.c_str(), &found) == 0;
+  if (there ? S_ISDIR(found.st_mode) : errno == ENOENT) return {};
+  return fail(Fault::Refused,
+              there || errno == ENOTDIR ? std::string(kNoFolder.what) + "; " + std::string(kNoFolder.remedy)
+                                        : fmt::format("the state folder cannot be looked at: {}", std::strerror(errno)),
+              path);
+}
+
 Result<void> open_state_folder(const std::string& path) {
   std::error_code error;
   if (const fs::path above = fs::path(path).parent_path(); !fs::is_directory(above, error)) {

@@ -25,6 +25,9 @@ Result<std::string> state_folder(const std::string& option, const std::string& m
 /// to another user, or others may write to it; FileUnwritable.
 Result<void> open_state_folder(const std::string& path);
 
+/// What is there under this name is a folder, or nothing is. Fault::Refused.
+Result<void> look_at_state_folder(const std::string& path);
+
 /// Why a folder that is there may not hold a machine's state, and what to do.
 struct UnfitFolder {
   std::string what, remedy;

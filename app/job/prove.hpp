@@ -6,6 +6,7 @@
 #include "app/job/forecast.hpp"
 #include "app/job/job_state.hpp"
 #include "app/job/nearest.hpp"
+#include "app/job/slow_beads.hpp"
 #include "app/job/wherever.hpp"
 #include "config/machine.hpp"
 #include "core/breath.hpp"
@@ -22,6 +23,7 @@ struct NominalProof {
   Forecast forecast;
   std::vector<Next> steps;  ///< that were proved, in order
   std::vector<OnlyWhenPlaced> only_when_placed;
+  std::vector<SlowBead> slow_beads;  ///< in the order of the job
 };
 
 /// From the park position through all blocks and back. Fault::Collision, OutOfReach, SpeedNotReachable with the

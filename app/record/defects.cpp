@@ -46,6 +46,14 @@ class Judge {
                     seen.asked_mm_s, seen.length_mm));
   }
 
+  /// A speed that was left besides was told already.
+  void slow(const job::SlowBead& seen) {
+    const std::string& id = recipes::id_of(recipe_.features[seen.feature]);
+    const auto told = [&](const Defect& d) { return d.feature == id && d.kind == Kind::Speed; };
+    if (std::none_of(result_.defects.begin(), result_.defects.end(), told))
+      add(id, Kind::Speed, job::in_words(seen, recipe_));
+  }
+
   void extra() {
     for (const Deposit& d : result_.deposits)
       if (d.id.empty() && !d.board_mm.empty() && used_.count(&d) == 0) add_extra(d);
@@ -194,6 +202,10 @@ void judge_board(JobResult& result, const recipes::Recipe& recipe, const Seen& s
   Judge judge(result, recipe, cycle_s);
   for (std::size_t i = 0; i < seen.features.size(); ++i) judge.feature(i, seen.features[i]);
   for (const job::OffSpeed& each : seen.off_speed) judge.off_speed(each);
+  for (const job::SlowBead& each : seen.slow_beads)
+    if (const FeatureState state = seen.features[each.feature];
+        state != FeatureState::Open && state != FeatureState::LeftOut)
+      judge.slow(each);
   judge.extra();
   judge.reference();
   bool lacks = std::any_of(result.defects.begin(), result.defects.end(), is_lacking);

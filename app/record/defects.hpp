@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/job/job_state.hpp"
+#include "app/job/slow_beads.hpp"
 #include "app/job/speed_watch.hpp"
 #include "app/record/job_result.hpp"
 #include "recipes/recipe.hpp"
@@ -20,6 +21,7 @@ struct Seen {
   std::span<const job::FeatureState> features;  ///< by index in Recipe::features
   std::vector<job::OffSpeed> off_speed;
   OnBoard before{};
+  std::span<const job::SlowBead> slow_beads{};  ///< by plan
 };
 
 /// After the world was asked. An error's exit code stays.

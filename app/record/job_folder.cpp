@@ -5,13 +5,21 @@
 #include <charconv>
 #include <filesystem>
 #include <fmt/format.h>
+#include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <system_error>
 #include <unistd.h>
+#include <vector>
 
+#include "app/record/outcome.hpp"
 #include "app/record/report.hpp"
 #include "app/record/summary.hpp"
+#include "app/record/write_file.hpp"
+#include "config/yaml.hpp"
+#include "core/log.hpp"
 #include "core/new_file.hpp"
+#include "core/sha256.hpp"
 
 namespace gantry::record {
 namespace fs = std::filesystem;
@@ -20,6 +28,9 @@ namespace {
 /// What a job leaves in its folder.
 constexpr const char* kLeft[] = {"report.html",   "summary.json",     "deposits.csv",
                                  "setpoints.bin", "certificate.json", "marks"};
+constexpr const char* kFolders[] = {"marks", "inputs"};  // of it, for files that the summary names
+constexpr std::size_t kLongestInput = 10'000'000;        // bytes; of a longer file its hash is enough
+constexpr std::uintmax_t kLongestSummary = 500'000'000;
 constexpr int kMostFolders = 100000;
 
 bool holds_a_job(const fs::path& folder) {
@@ -44,9 +55,87 @@ int last_number(const fs::path& parent, const std::string& stem) {
   return last;
 }
 
+/// Numbers are never used twice, also where the newest job was taken away: the highest is kept beside the jobs.
+fs::path number_file(const fs::path& parent, const std::string& stem) { return parent / ("." + stem + ".last-number"); }
+
+int kept_number(const fs::path& parent, const std::string& stem) {
+  std::ifstream in(number_file(parent, stem));
+  int n = 0;
+  return in >> n && n > 0 && n <= kMostFolders ? n : 0;
+}
+
+/// A file or a link itself; folders and devices are nobody's of a job's.
+bool is_file(const fs::path& path) {
+  std::error_code ignored;
+  const fs::file_status found = fs::symlink_status(path, ignored);
+  return fs::is_regular_file(found) || fs::is_symlink(found);
+}
+
+/// What the summary of the job in `folder` names as "marks/<file>" or "inputs/<file>". No other path is believed.
+std::vector<fs::path> named_by_job(const fs::path& folder) {
+  const fs::path file = folder / "summary.json";
+  std::error_code error;
+  if (!fs::is_regular_file(fs::symlink_status(file, error)) || fs::file_size(file, error) > kLongestSummary) return {};
+  std::ifstream in(file);
+  const auto summary = nlohmann::json::parse(in, nullptr, false);
+  if (!summary.is_object() || !summary.contains("files") || !summary["files"].is_array()) return {};
+  std::vector<fs::path> found;
+  for (const auto& each : summary["files"]) {
+    if (!each.is_string()) continue;
+    const fs::path named = each.get<std::string>();
+    if (named.has_filename() && std::ranges::find(kFolders, named.parent_path()) != std::end(kFolders))
+      found.push_back(named);
+  }
+  return found;
+}
+
+/// Its folders of images and inputs go when they are empty by then: what else lies there is somebody's.
+std::error_code remove_job(const fs::path& folder) {
+  std::vector<fs::path> named(std::begin(kLeft), std::end(kLeft));
+  std::error_code error, ignored;
+  const auto is_own = [&](const fs::path& within) {
+    return fs::is_directory(fs::symlink_status(folder / within, ignored));
+  };
+  for (fs::path& each : named_by_job(folder))
+    if (is_own(each.parent_path())) named.push_back(std::move(each));
+  for (const fs::path& each : named)
+    if (is_file(folder / each) && (fs::remove(folder / each, error), error)) return error;
+  for (const char* within : kFolders)
+    if (is_own(within)) fs::remove(folder / within, ignored);
+  return {};
+}
+
+/// A file that the job was made of, and its name in the job's folder.
+struct Input {
+  std::string name, file, sha256;
+};
+std::vector<Input> inputs_of(const JobResult& r) {
+  std::vector<Input> inputs;
+  const auto add = [&](const std::string& file, const std::string& sha256) {
+    if (file.empty() || sha256.empty()) return;
+    const std::string base = fs::path(file).filename().string();
+    std::string name = "inputs/" + base;
+    const auto taken = [&] { return std::ranges::find(inputs, name, &Input::name) != inputs.end(); };
+    for (int n = 2; taken(); ++n) name = fmt::format("inputs/{}-{}", n, base);
+    inputs.push_back({name, file, sha256});
+  };
+  for (const recipes::Source& s : r.sources) add(s.file, s.sha256);
+  add(r.origin.machine_file, r.origin.machine_sha256);
+  return inputs;
+}
+
+/// The very bytes that the job was made of, or none.
+Result<void> keep_input(const std::string& folder, const Input& input) {
+  const auto text = config::read_text_file(input.file, kLongestInput);
+  if (!text) return tl::unexpected(text.error());
+  if (sha256_hex(*text) != input.sha256)
+    return fail(Fault::FileUnreadable, "it has changed since the job was made of it", input.file);
+  return write_file(folder + "/" + input.name, *text);
+}
+
 }  // namespace
 
-Result<std::string> job_folder(const WantedFolder& wanted, const std::string& recipe_file) {
+Result<std::string> job_folder(const WantedFolder& wanted, const std::string& recipe_file, const Room& room) {
   const bool named = !wanted.path.empty();
   const auto cannot = [&](const fs::path& folder, const std::error_code& error) {
     return fail(named ? Fault::Usage : Fault::FileUnwritable,
@@ -54,30 +143,54 @@ Result<std::string> job_folder(const WantedFolder& wanted, const std::string& re
   };
   std::error_code error;
   const fs::path parent = named ? wanted.path : wanted.under;
+  if (named && !wanted.overwrite && holds_a_job(parent))
+    return fail(Fault::Usage,
+                "this folder holds the results of a job; name another one, or let `--force` overwrite them", wanted.path);
+  if (auto enough = enough_room(parent.string(), room); !enough) return tl::unexpected(enough.error());
   if (auto made = make_folder(parent.string()); !made)
     return fail(named ? Fault::Usage : Fault::FileUnwritable, made.error().message, made.error().where);
   if (named) {
-    if (!wanted.overwrite && holds_a_job(parent))
-      return fail(Fault::Usage,
-                  "this folder holds the results of a job; name another one, or let `--force` overwrite them",
-                  wanted.path);
-    for (const char* left : kLeft)
-      if (fs::remove_all(parent / left, error); error) return cannot(parent, error);
+    if (const std::error_code wrong = remove_job(parent)) return cannot(parent, wrong);
     if (::access(parent.c_str(), W_OK | X_OK) != 0) return cannot(parent, {errno, std::generic_category()});
     return wanted.path;
   }
   const std::string stem = fs::path(recipe_file).stem().string();
-  for (int n = last_number(parent, stem) + 1; n <= kMostFolders; ++n) {
+  for (int n = std::max(last_number(parent, stem), kept_number(parent, stem)) + 1; n <= kMostFolders; ++n) {
     const fs::path folder = parent / fmt::format("{}-{:03}", stem, n);
-    if (fs::create_directory(folder, error)) return folder.string();
+    if (fs::create_directory(folder, error)) {
+      if (auto kept = write_new_file(number_file(parent, stem).string(), fmt::format("{}\n", n)); !kept)
+        log::report(kept.error());
+      return folder.string();
+    }
     if (error) return cannot(folder, error);
   }
   return fail(Fault::FileUnwritable, "too many results of this recipe; clear the folder", parent.string());
 }
 
-Result<void> write_job(const JobResult& result, const std::string& folder) {
-  if (auto r = write_report(folder, result); !r) return r;
-  return write_summary(folder, result);
+Result<void> write_job(JobResult& result, const std::string& folder, const Certify& certify) {
+  std::vector<std::string> files;
+  const auto keep = [&](const std::string& name, const Result<void>& written) {
+    if (!written) not_kept(result, name, written.error());
+    return written.has_value();
+  };
+  const Result<void> first = write_summary(folder, result, files);
+  const bool reported = keep("report.html", write_report(folder, result));
+  const auto images = image_names(result);
+  for (std::size_t i = 0; i < images.size(); ++i)
+    if (!images[i].empty() && keep(images[i], write_image(folder, images[i], result.marks[i]))) files.push_back(images[i]);
+  for (const Input& input : inputs_of(result))
+    if (keep(input.name, keep_input(folder, input))) files.push_back(input.name);
+  if (certify && reported && first) keep("certificate.json", certify(folder));
+  for (const char* left : kLeft)
+    if (is_file(fs::path(folder) / left)) files.emplace_back(left);
+  const Result<void> last = write_summary(folder, result, files);
+  if (first && !last) log::warn("summary.json does not name the files of its folder: {}", last.error().message);
+  return first ? first : last;
+}
+
+bool has_report(const std::string& folder) {
+  std::error_code ignored;
+  return !folder.empty() && fs::is_regular_file(fs::path(folder) / "report.html", ignored);
 }
 
 }  // namespace gantry::record

@@ -1,23 +1,34 @@
 // Where a job leaves its files.
 //   auto folder = job_folder({.path = "out/first"}, recipe_file);   ...   write_job(result, *folder);
 #pragma once
+#include <functional>
 #include <string>
 
 #include "app/record/job_result.hpp"
+#include "app/record/room.hpp"
 
 namespace gantry::record {
 
+/// Writes what certifies the job, after its report and only beside it; empty: nothing does.
+using Certify = std::function<Result<void>(const std::string& folder)>;
+
 struct WantedFolder {
-  std::string path{};  ///< empty: the first <under>/<recipe>-<n> behind all that are there
+  std::string path{};  ///< empty: the first <under>/<recipe>-<n> behind all that have been there
   std::string under = "out";
   bool overwrite = false;  ///< what another job has left in `path` goes; nothing else does
 };
 
-/// The folder for a job's results, made. Fault::Usage (a wanted folder cannot be written, or holds a job),
+/// The folder for a job's results, made, with room on its disk. Of a job that is overwritten goes what its summary
+/// names and what every job leaves; nothing else. Fault::Usage (a wanted folder cannot be written, or holds a job),
 /// FileUnwritable.
-Result<std::string> job_folder(const WantedFolder& wanted, const std::string& recipe_file);
+Result<std::string> job_folder(const WantedFolder& wanted, const std::string& recipe_file, const Room& room = {});
 
-/// report.html, summary.json and the images of the marks. Fault::FileUnwritable.
-Result<void> write_job(const JobResult& result, const std::string& folder);
+/// All files of the job that are written when it has ended: the summary, then the report, then the larger ones, and the
+/// summary once more with the names of what is there. What cannot be written is told in result.not_kept.
+/// Fault::FileUnwritable: there is no summary.
+Result<void> write_job(JobResult& result, const std::string& folder, const Certify& certify = {});
+
+/// Whether a job has left its report there.
+bool has_report(const std::string& folder);
 
 }  // namespace gantry::record

@@ -29,7 +29,8 @@ struct MarkResult {
   Vec2 measured;           ///< where it was found, in the frame of the nominal placement, mm
   double residual_mm = 0;  ///< after the fit
   int attempts = 0;
-  std::string reason;          ///< why it was not found
+  std::string reason;          ///< why it was not found ...
+  Fault fault = Fault::None;   ///< ... MarkNotFound, MarkAmbiguous
   std::vector<std::byte> png;  ///< what the camera saw, with the found outline
 };
 
@@ -185,6 +186,12 @@ struct Origin {
   std::string serial;                                       ///< of the part; "": it has none
 };
 
+/// A file of the job's folder that could not be written.
+struct NotKept {
+  std::string file;  ///< "setpoints.bin"
+  std::string why;
+};
+
 struct JobResult {
   std::string job;  ///< name of the output folder
   std::string recipe_file, recipe_name, machine_name, bus;
@@ -208,6 +215,7 @@ struct JobResult {
   recipes::WorkOffset offset;
   double offset_rms_mm = 0;
   bool has_offset = false;
+  bool length_only = false;  ///< two marks: nothing but their distance shows that they are the right ones
   std::vector<TouchResult> touches;
   recipes::Surface surface;
   double predicted_s = 0;             ///< of all blocks and images, forecast before the first motion; 0: nobody has
@@ -234,6 +242,7 @@ struct JobResult {
   std::vector<Deposit> deposits;
   std::vector<Collision> collisions;
   std::string placement;            ///< hidden truth of the virtual board, for the report
+  std::vector<NotKept> not_kept;    ///< which says nothing against the board
   std::vector<std::string> events;  ///< "12.345 s  drive fault X ..." in order
   std::string started;              ///< "2026-11-21 08:30:16 UTC"
   std::uint64_t valve_openings = 0;

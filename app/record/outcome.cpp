@@ -44,6 +44,11 @@ void add_error(JobResult& result, Error error) {
   result.errors.push_back(std::move(error));
 }
 
+void not_kept(JobResult& result, const std::string& file, const Error& why) {
+  result.not_kept.push_back({file, why.message});
+  log::warn("{} is not kept: {}", file, why.message);
+}
+
 SeenByWorld ask_world(sim::WorldAccess& world, const std::string& out) {
   SeenByWorld seen;
   seen.deposits = world.deposits();
@@ -72,7 +77,12 @@ void add_world(JobResult& result, SeenByWorld seen) {
       result.events.push_back(fmt::format("script: {} did not happen before the job ended", entry));
       log::warn("{}", result.events.back());
     }
-  if (!seen.written) add_error(result, seen.written.error());
+  if (!seen.written) {
+    if (seen.written.error().fault == Fault::FileUnwritable)
+      not_kept(result, "deposits.csv", seen.written.error());
+    else
+      add_error(result, seen.written.error());
+  }
   if (result.collisions.empty() || result.exit_code != ExitCode::Done) return;
   const sim::Collision& first = result.collisions.front();
   add_error(result, {Fault::Collision,

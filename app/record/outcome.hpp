@@ -17,6 +17,8 @@ JobResult begin_result(const config::Machine& machine, const recipes::Recipe& re
                        const std::string& out, bool dry_run);
 /// The error counts; the first one gives the exit code, and comes before defects.
 void add_error(JobResult& result, Error error);
+/// A file of its folder could not be written: told at once and in the result. The job is as good as without.
+void not_kept(JobResult& result, const std::string& file, const Error& why);
 
 /// What a job came to as the virtual world saw it.
 struct SeenByWorld {

@@ -97,13 +97,18 @@ std::string report_page(const JobResult& r) {
 }
 
 Result<void> write_report(const std::string& dir, const JobResult& r) {
-  std::set<std::string> taken;
-  for (const auto& m : r.marks) {
-    if (m.png.empty()) continue;
-    const std::string_view bytes(reinterpret_cast<const char*>(m.png.data()), m.png.size());
-    if (auto written = write_file(dir + "/marks/" + file_name(m.name, taken) + ".png", bytes); !written) return written;
-  }
   return write_file(dir + "/report.html", report_page(r));
+}
+
+std::vector<std::string> image_names(const JobResult& r) {
+  std::set<std::string> taken;
+  std::vector<std::string> names;
+  for (const MarkResult& m : r.marks) names.push_back(m.png.empty() ? "" : "marks/" + file_name(m.name, taken) + ".png");
+  return names;
+}
+
+Result<void> write_image(const std::string& dir, const std::string& name, const MarkResult& mark) {
+  return write_file(dir + "/" + name, {reinterpret_cast<const char*>(mark.png.data()), mark.png.size()});
 }
 
 }  // namespace gantry::record

@@ -14,9 +14,8 @@
 namespace gantry::record {
 namespace {
 
-constexpr std::array<char, 8> kMagic{'G', 'S', 'E', 'T', 'P', '1', 0, 0};
+constexpr std::array<char, 8> kMagic{'G', 'S', 'E', 'T', 'P', '2', 0, 0};
 constexpr std::size_t kHead = kMagic.size() + 8;
-constexpr std::uint32_t kSent = 1;
 
 void put(std::string& out, std::uint32_t v) {
   for (int shift = 0; shift < 32; shift += 8) out.push_back(static_cast<char>((v >> shift) & 0xFFu));
@@ -28,41 +27,42 @@ std::uint32_t get(const char* at) {
   return v;
 }
 
-struct Tick {
-  std::uint32_t block = 0, attempt = 0, tick = 0, flags = 0, outputs = 0;
-  const char* counts = nullptr;
+struct Tick : SetpointTick {
+  std::uint32_t attempt = 0;
   [[nodiscard]] auto key() const { return std::tuple(block, attempt, tick); }
 };
 
 struct Stream {
-  std::string bytes;
   std::uint32_t drives = 0;
   std::vector<Tick> ticks;  // by key
 };
 
 Result<Stream> read(const std::string& path) {
+  constexpr std::size_t kMostTicks = 100'000'000;  // more than a day; a short file may claim any number
   std::ifstream in(path, std::ios::binary);
   if (!in) return fail(Fault::FileUnreadable, "the setpoint file cannot be opened", path);
+  const std::string bytes(std::istreambuf_iterator<char>(in), {});
+  if (bytes.size() < kHead || std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) != 0)
+    return fail(Fault::Inconsistent, "this is no setpoint file (its first bytes are not \"GSETP2\")", path);
   Stream s;
-  s.bytes.assign(std::istreambuf_iterator<char>(in), {});
-  if (s.bytes.size() < kHead || std::memcmp(s.bytes.data(), kMagic.data(), kMagic.size()) != 0)
-    return fail(Fault::Inconsistent, "this is no setpoint file (its first bytes are not \"GSETP1\")", path);
-  s.drives = get(s.bytes.data() + kMagic.size());
+  s.drives = get(bytes.data() + kMagic.size());
   if (s.drives > cycle::kMaxDrives) return fail(Fault::Inconsistent, "the file names more drives than exist", path);
-  const std::size_t record = 16 + 4 * std::size_t{s.drives};
   // A block that starts again (after an abort) begins at tick 1 once more: number the attempts to keep them apart.
   std::uint32_t block = 0, tick = 0;
   std::vector<std::uint32_t> attempts;
-  for (std::size_t at = kHead; at + record <= s.bytes.size(); at += record) {
-    const char* p = s.bytes.data() + at;
-    Tick t{get(p), 0, get(p + 4), get(p + 8), get(p + 12), p + 16};
-    if (t.block >= 1'000'000) return fail(Fault::Inconsistent, "the file holds a block number that cannot be", path);
-    if (attempts.size() <= t.block) attempts.resize(t.block + 1, 0);
-    if (t.block != block || t.tick <= tick) ++attempts[t.block];
-    block = t.block, tick = t.tick;
-    t.attempt = attempts[t.block];
-    s.ticks.push_back(t);
-  }
+  const char* wrong = nullptr;
+  const bool is_stream = decode(std::string_view(bytes).substr(kHead), s.drives, [&](const SetpointTick& each) {
+    if (each.block >= 1'000'000) wrong = "the file holds a block number that cannot be";
+    if (s.ticks.size() == kMostTicks) wrong = "the file holds more ticks than a job has";
+    if (wrong != nullptr) return false;
+    if (attempts.size() <= each.block) attempts.resize(each.block + 1, 0);
+    if (each.block != block || each.tick <= tick) ++attempts[each.block];
+    block = each.block, tick = each.tick;
+    s.ticks.push_back({each, attempts[each.block]});
+    return true;
+  });
+  if (!is_stream) wrong = "the file is damaged: it holds a record that cannot be";
+  if (wrong != nullptr) return fail(Fault::Inconsistent, wrong, path);
   std::stable_sort(s.ticks.begin(), s.ticks.end(), [](const Tick& a, const Tick& b) { return a.key() < b.key(); });
   return s;
 }
@@ -70,48 +70,44 @@ Result<Stream> read(const std::string& path) {
 std::optional<SetpointDifference> difference(const Tick& a, const Tick& b, std::uint32_t drives) {
   if (a.outputs != b.outputs)
     return SetpointDifference{a.block, a.tick, fmt::format("outputs: {:#x} and {:#x}", a.outputs, b.outputs)};
-  for (std::uint32_t i = 0; i < drives; ++i) {
-    const auto ca = static_cast<std::int32_t>(get(a.counts + 4 * i)),
-               cb = static_cast<std::int32_t>(get(b.counts + 4 * i));
-    if (ca != cb) return SetpointDifference{a.block, a.tick, fmt::format("counts of drive {}: {} and {}", i, ca, cb)};
-  }
+  for (std::uint32_t i = 0; i < drives; ++i)
+    if (a.counts[i] != b.counts[i])
+      return SetpointDifference{a.block, a.tick,
+                                fmt::format("counts of drive {}: {} and {}", i, a.counts[i], b.counts[i])};
   return std::nullopt;
 }
 
 }  // namespace
 
-Result<SetpointFile> SetpointFile::create(const std::string& path) {
-  auto out = NewFile::create(path);
+Result<SetpointFile> SetpointFile::create(const std::string& path, FileWriter::Thread thread) {
+  auto out = FileWriter::create(path, thread);
   if (!out) return tl::unexpected(out.error());
   return SetpointFile(std::move(*out));
 }
 
+void SetpointFile::begin(std::uint32_t drives) {
+  drives_ = drives;
+  encoder_.emplace(drives);
+  bytes_.assign(kMagic.begin(), kMagic.end());
+  put(bytes_, drives);
+  put(bytes_, 0);
+}
+
 void SetpointFile::add(const cycle::Snapshot& s) {
+  constexpr std::size_t kPiece = 64 * 1024;
   if (s.block == 0) return;
-  std::string bytes;
-  if (!has_head_) {
-    drives_ = std::min<std::uint32_t>(s.drives, cycle::kMaxDrives);
-    bytes.assign(kMagic.begin(), kMagic.end());
-    put(bytes, drives_);
-    put(bytes, 0);
-    has_head_ = true;
-  }
-  put(bytes, s.block);
-  put(bytes, s.tick);
-  put(bytes, s.sent ? kSent : 0);
-  put(bytes, s.outputs & kProcessOutputs);
-  for (std::uint32_t i = 0; i < drives_; ++i) put(bytes, static_cast<std::uint32_t>(s.counts[i]));
-  out_.write(bytes);
+  if (!encoder_) begin(std::min<std::uint32_t>(s.drives, cycle::kMaxDrives));
+  SetpointTick tick{.block = s.block, .tick = s.tick, .outputs = s.outputs & kProcessOutputs, .sent = s.sent};
+  for (std::uint32_t i = 0; i < drives_; ++i) tick.counts[i] = s.counts[i];
+  encoder_->add(tick, bytes_);
+  if (bytes_.size() >= kPiece) out_->write(std::exchange(bytes_, {}));
 }
 
 Result<void> SetpointFile::close() {
-  if (!has_head_) {
-    std::string bytes(kMagic.begin(), kMagic.end());
-    put(bytes, 0);
-    put(bytes, 0);
-    out_.write(bytes);
-  }
-  return out_.close();
+  if (!encoder_) begin(0);
+  encoder_->end(bytes_);
+  out_->write(std::exchange(bytes_, {}));
+  return out_->close();
 }
 
 Result<SetpointComparison> compare(const std::string& path_a, const std::string& path_b) {
@@ -136,7 +132,7 @@ Result<SetpointComparison> compare(const std::string& path_a, const std::string&
     } else if (take_b) {
       ++c.only_b, ++j;
     } else {
-      const bool sent_a = i->flags & kSent, sent_b = j->flags & kSent;
+      const bool sent_a = i->sent, sent_b = j->sent;
       if (sent_a && sent_b) {
         ++c.common;
         if (!c.first_difference) c.first_difference = difference(*i, *j, a->drives);

@@ -1,34 +1,40 @@
 // The commanded stream of a job on disk, so that two runs can be compared tick by tick where both sent.
 //   auto file = SetpointFile::create("out/job/setpoints.bin");   file->add(snapshot); ...   file->close();
 //   auto c = compare("out/a/setpoints.bin", "out/b/setpoints.bin");   c->first_difference
-// Off the RT thread, through a buffered stream. All numbers little-endian. Head: "GSETP1\0\0", drives u32, 0 u32. Then
-// a record a tick of a block: block u32, tick u32, flags u32 (bit 0: sent), process outputs u32, counts i32 a drive.
+// Off the RT thread. Head: "GSETP2\0\0", then, little-endian, drives u32 and 0 u32. Then the ticks of blocks, each with
+// block, tick, whether it was sent, process outputs and counts of the drives, as setpoint_code.hpp says.
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "app/cycle/channels.hpp"
+#include "app/record/file_writer.hpp"
+#include "app/record/setpoint_code.hpp"
 #include "core/error.hpp"
-#include "core/new_file.hpp"
 
 namespace gantry::record {
 
 class SetpointFile {
  public:
   /// Fault::FileUnwritable.
-  static Result<SetpointFile> create(const std::string& path);
+  static Result<SetpointFile> create(const std::string& path,
+                                     FileWriter::Thread thread = FileWriter::Thread::Callers);
   /// Takes what belongs to a block, leaves the rest.
   void add(const cycle::Snapshot& snapshot);
-  /// Says whether everything reached the file. Fault::FileUnwritable.
+  /// Says whether everything reached the file. Fault::FileUnwritable: then there is none, and there has been none since
+  /// the disk was full: a stream with a hole compares with nothing, and its room is better used.
   Result<void> close();
 
  private:
-  explicit SetpointFile(NewFile out) : out_(std::move(out)) {}
+  explicit SetpointFile(std::unique_ptr<FileWriter> out) : out_(std::move(out)) {}
+  void begin(std::uint32_t drives);
 
-  NewFile out_;
-  bool has_head_ = false;
+  std::unique_ptr<FileWriter> out_;
+  std::optional<SetpointEncoder> encoder_;
+  std::string bytes_;  ///< not handed on yet
   std::uint32_t drives_ = 0;
 };
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <set>
 #include <variant>
 
@@ -317,6 +316,7 @@ nlohmann::ordered_json to_json(const JobResult& r) {
                                          {"rot_deg", number(units::deg(r.offset.rotation))},
                                          {"rms_mm", number(r.offset_rms_mm)}}
                                   : Json(nullptr);
+  j["trust"] = !r.has_offset ? Json(nullptr) : r.length_only ? Json("length only") : Json("residuals");
   j["heights"] = heights(r);
   j["surface"] = {{"z0_mm", number(r.surface.z0)}, {"slope", point(r.surface.slope)}};
   j["predicted_s"] = number(r.predicted_s);
@@ -345,6 +345,9 @@ nlohmann::ordered_json to_json(const JobResult& r) {
   j["actions"] = stamped(r.actions);
   j["alarms"] = stamped(r.alarms);
   j["events"] = r.events;
+  Json not_kept = Json::array();
+  for (const NotKept& each : r.not_kept) not_kept.push_back({{"file", each.file}, {"message", each.why}});
+  j["not_kept"] = std::move(not_kept);
   Json environment = Json::object();
   for (const auto& f : r.environment) environment[f.name] = f.value;
   j["environment"] = std::move(environment);
@@ -352,17 +355,11 @@ nlohmann::ordered_json to_json(const JobResult& r) {
   return Json::parse(j.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-Result<void> write_summary(const std::string& dir, const JobResult& r) {
-  namespace fs = std::filesystem;
-  std::set<std::string> files{"summary.json"};
-  std::error_code error;
-  for (auto it = fs::recursive_directory_iterator(dir, error); !error && it != fs::recursive_directory_iterator();
-       it.increment(error)) {
-    std::error_code ignored;
-    if (it->is_regular_file(ignored)) files.insert(fs::relative(it->path(), dir, ignored).generic_string());
-  }
+Result<void> write_summary(const std::string& dir, const JobResult& r, std::span<const std::string> files) {
   auto j = to_json(r);
-  j["files"] = files;
+  std::set<std::string> named(files.begin(), files.end());
+  named.insert("summary.json");
+  j["files"] = named;
   return write_file(dir + "/summary.json", lines(j));
 }
 

@@ -25,7 +25,7 @@ nlohmann::ordered_json to_json(const job::Clearances& clearances);
 /// {feature, kind, message} of each.
 nlohmann::ordered_json to_json(std::span<const Defect> defects);
 
-/// Also lists the files that stand in `dir` by then: write it last. Fault::FileUnwritable.
-Result<void> write_summary(const std::string& dir, const JobResult& result);
+/// `files`: what else the job has left in `dir`. Fault::FileUnwritable.
+Result<void> write_summary(const std::string& dir, const JobResult& result, std::span<const std::string> files = {});
 
 }  // namespace gantry::record

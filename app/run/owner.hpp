@@ -8,10 +8,12 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "app/job/slow_beads.hpp"
 #include "app/monitor/network.hpp"
 #include "app/record/job_result.hpp"
 #include "app/run/control.hpp"
@@ -44,6 +46,7 @@ struct RunOptions {
   std::string serial{};                     ///< of the part
   record::OnBoard before{};                 ///< what jobs before it have left there
   bool on_hold = false;                     ///< a resume lets its first motion go
+  std::span<const job::SlowBead> slow_beads{};  ///< of the job's proof
   /// A door, air or stop fault (Clear::Resume) leaves the job on hold until somebody resets and resumes; else it ends
   /// it.
   bool outlives_stops = false;

@@ -211,6 +211,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   record::JobResult result = record::begin_result(p.machine, recipe, job, options.out, options.dry_run);
   result.bus = p.options.bus;
   const auto wall_start = std::chrono::steady_clock::now();
+  const auto writer = p.options.virtual_time ? record::FileWriter::Thread::Callers : record::FileWriter::Thread::Own;
   monitor::SnapshotWriter* const watched = p.shared ? &*p.shared : nullptr;
   const Turn turn(p, Undertaking::Job);
   if (!turn.taken()) {
@@ -221,7 +222,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   if (options.forecast != nullptr)
     forecast =
         job::from_here(*options.forecast, p.machine, recipe, job, p.where_a_job_begins(), p.control().valve_shut_s());
-  p.job.emplace(RunningJob{Recording(p.machine, result, latest().time_ns, options.out, watched),
+  p.job.emplace(RunningJob{Recording(p.machine, result, latest().time_ns, options.out, watched, writer),
                            Runner({.machine = p.machine,
                                    .control = p.control(),
                                    .camera = p.world != nullptr ? &p.world->camera() : nullptr,
@@ -280,7 +281,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
     record::add_world(result, std::move(seen));
   }
   record::place_drawing(result, recipe, p.machine);
-  record::judge_board(result, recipe, {p.job->runner.state().features, p.job->runner.off_speed(), options.before},
+  record::judge_board(result, recipe, {p.job->runner.state().features, p.job->runner.off_speed(), options.before, options.slow_beads},
                       seconds(p.machine.bus.cycle));
   // A part that lacks something, or of which not all is good, is held until a hand asks for it.
   const bool begun = result.board == record::Board::Begun ||

@@ -3,10 +3,15 @@
 #include <algorithm>
 #include <fmt/format.h>
 
+#include "app/record/outcome.hpp"
 #include "app/record/program.hpp"
-#include "core/log.hpp"
 
 namespace gantry::run {
+namespace {
+
+constexpr const char* kSetpoints = "setpoints.bin";
+
+}  // namespace
 
 std::string_view job_word(const cycle::Snapshot& s, bool holds_next) {
   using cycle::State;
@@ -17,7 +22,7 @@ std::string_view job_word(const cycle::Snapshot& s, bool holds_next) {
 }
 
 Recording::Recording(const config::Machine& machine, record::JobResult& result, std::int64_t start_ns,
-                     const std::string& out, monitor::SnapshotWriter* watched)
+                     const std::string& out, monitor::SnapshotWriter* watched, record::FileWriter::Thread thread)
     : result_(result),
       watched_(watched),
       trace_(machine, start_ns),
@@ -25,10 +30,10 @@ Recording::Recording(const config::Machine& machine, record::JobResult& result, 
       now_ns_(start_ns),
       told_ns_(start_ns) {
   if (out.empty()) return;
-  if (auto file = record::SetpointFile::create(out + "/setpoints.bin"))
+  if (auto file = record::SetpointFile::create(out + "/" + kSetpoints, thread))
     setpoints_.emplace(std::move(*file));
   else
-    log::report(file.error());
+    record::not_kept(result, kSetpoints, file.error());
 }
 
 void Recording::add(const cycle::Snapshot& s, bool holds_next, const std::string& doing, std::optional<double> left_s) {
@@ -92,7 +97,7 @@ void Recording::finish(bool nothing_lost) {
   result_.setpoint_ticks = hash_.ticks();
   result_.setpoint_stream_complete = hash_.complete() && nothing_lost;
   if (!setpoints_) return;
-  if (auto closed = setpoints_->close(); !closed) log::report(closed.error());
+  if (auto closed = setpoints_->close(); !closed) record::not_kept(result_, kSetpoints, closed.error());
   setpoints_.reset();
 }
 

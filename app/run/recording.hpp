@@ -22,9 +22,10 @@ std::string_view job_word(const cycle::Snapshot& snapshot, bool holds_next);
 
 class Recording {
  public:
-  /// `out` is the folder for setpoints.bin, "" keeps none; `watched` may be null.
+  /// `out` is the folder for setpoints.bin, "" keeps none; `thread` writes it. `watched` may be null.
   Recording(const config::Machine& machine, record::JobResult& result, std::int64_t start_ns, const std::string& out,
-            monitor::SnapshotWriter* watched);
+            monitor::SnapshotWriter* watched,
+            record::FileWriter::Thread thread = record::FileWriter::Thread::Callers);
 
   /// Those who watch hear of it at least every kTellEvery_ns of machine time, whatever the job does. `doing` in words;
   /// `left_s` is the time that the job will still take at an override of 100 %.

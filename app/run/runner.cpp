@@ -210,7 +210,7 @@ Result<job::JobState> Runner::take(const recipes::LookAtMark& step) {
   }
   result_.marks.push_back(found);
   if (!found.found)
-    return fail(Fault::MarkNotFound, fmt::format("mark '{}' was not found: {}", def.name, found.reason),
+    return fail(found.fault, fmt::format("mark '{}' was not found: {}", def.name, found.reason),
                 job::at_line(recipe_, def.place));
   return job::after_mark(recipe_, state_, mark, found.measured);
 }
@@ -242,6 +242,7 @@ Result<record::MarkResult> Runner::judge(std::size_t mark, const AxisVec& head, 
                        head[site_.machine.y.value] + tool.tip.y + off.y - nominal.y};
   } else {
     result.reason = seen.error().message;
+    result.fault = seen.error().fault;
   }
   if (auto png = vision::annotated_png(frame->image, model, expected, seen ? &*seen : nullptr, kReportImageShrink))
     result.png = std::move(*png);
@@ -258,6 +259,7 @@ Result<job::JobState> Runner::take(const job::SettleOffset&) {
   result_.offset = {fit->shift_mm, fit->rotation_rad};
   result_.offset_rms_mm = fit->rms_mm;
   result_.has_offset = true;
+  result_.length_only = state_.known.marks.size() == 2;
   return job::after_offset(state_, result_.offset);
 }
 

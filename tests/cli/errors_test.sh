@@ -46,3 +46,16 @@ cp -r config/drives config/devices "$work/alone/"
 sed -i 's/profile: id286/profile: id268/' "$work/alone/machines/mine.yaml"
 expect_exit 3 "a misspelt profile" "$gantry" --machine "$work/alone/machines/mine.yaml" check
 expect_text "did you mean 'id286'?"
+
+# Before anything moves, also where the virtual machine needs no state.
+for state in /etc/passwd /etc/passwd/below; do
+  expect_exit 7 "a job whose --state is no folder: $state" "$gantry" run $demo --state $state --out "$work/no-state"
+  expect_text "the state folder is a link or no folder"
+  grep -q homing "$work/err" && fail "it homed"
+  expect_exit 7 "an order whose --state is no folder: $state" "$gantry" status --state $state
+done
+[ ! -e "$work/no-state" ] || fail "the job began"
+for percent in nan inf -inf -5 much; do
+  expect_exit 2 "override $percent, without an owner" "$gantry" override --state "$work/nobody" -- $percent
+done
+expect_exit 2 "override -5" "$gantry" override -5 --state "$work/nobody"

@@ -139,3 +139,38 @@ sed -e 's/frame: pallet/frame: palett/' -e '0,/material: sealant/s//material: se
 expect_exit 3 "mistakes of recipe and machine at once" "$gantry" check "$work/many.yaml"
 for each in palett selant "900 mm/s"; do expect_text "$each"; done
 "$gantry" --version | grep -qE '^gantry [0-9.]+ \([0-9a-f]{12}' || fail "--version names no commit: $("$gantry" --version)"
+
+# A rival is no mark that is missing: its own code and remedy.
+echo '- {at: job start, do: stain, name: front_left, by: [2.5 mm, 1 mm], diameter: 1.5 mm, grey: 230}' >"$work/rival.yaml"
+expect_exit 6 "a mark with a rival" "$gantry" dry-run $demo --sim-script "$work/rival.yaml" --out "$work/rival"
+expect_text "G601"
+expect_text "remedy: .*decoy"
+key "$work/rival" errors | grep -q '"code": "G601", "name": "MarkAmbiguous"' || fail "errors: $(key "$work/rival" errors)"
+
+# Two marks: nothing but their distance shows that they are the right ones.
+expect_key "$work/whole" trust '"residuals"'
+sed '/^marks:/,/^mark_rules/{/back_/d}' $demo >"$work/two.yaml"
+"$gantry" dry-run "$work/two.yaml" --out "$work/two" >"$work/out" 2>"$work/err"
+expect_key "$work/two" trust '"length only"'
+grep -q "Trust: length only" "$work/two/report.html" || fail "the report does not say what two marks are worth"
+
+# What the job was made of lies beside its result.
+cmp "$work/whole/inputs/demo-board.yaml" $demo && cmp "$work/whole/inputs/dispenser.yaml" config/machines/dispenser.yaml ||
+  fail "the recipe or the machine file is not in the job's folder"
+
+# Too fast for its curve: `check` says so, and so does the job.
+cat >"$work/tight.yaml" <<'YAML'
+version: 1
+recipe: tight
+placement: fixture
+board: {size: [90 mm, 60 mm], thickness: 8 mm, frame: pallet}
+materials:
+  fast: {speed: 100 mm/s, gap: 0.3 mm, valve_open_lead: 8 ms, valve_close_lead: 6 ms, dot_time: 300 ms, retract: 3 mm}
+features:
+  - circle: {name: tight, material: fast, centre: [30 mm, 40 mm], radius: 3 mm}
+YAML
+"$gantry" check "$work/tight.yaml" >"$work/out" 2>"$work/err"
+expect_text "tight.yaml:[0-9:]*: bead 'tight' planned at [0-9.]* mm/s instead of 100 mm/s: .*radius 3 mm.*flow_follows_speed"
+expect_exit 9 "a bead that is too fast for its curve" "$gantry" dry-run "$work/tight.yaml" --sim-board "dx=0 mm" --out "$work/tight"
+expect_text "'tight': planned at [0-9.]* mm/s instead of 100 mm/s"
+expect_key "$work/tight" board '"defects"'

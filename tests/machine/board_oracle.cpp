@@ -88,6 +88,7 @@ class OfOne {
     limit(beside, allowed, "beside");
     limit(bare, allowed, "bare");
     limit(gap, w.gap_tolerance_mm, "gap");
+    if (!w.flow_follows_speed) own_speed(w, lengths(shot.path));
     if (undisturbed == nullptr) return;
     const std::vector<double> now = lengths(shot.path), planned = lengths(undisturbed->path);
     full = now.back() >= planned.back() - w.tolerance_mm;
@@ -96,6 +97,29 @@ class OfOne {
   }
 
  private:
+  /// By the recipe's speed alone: at least half of a bead is dispensed at it, and nowhere does the needle go on and on at
+  /// another.
+  void own_speed(const Wanted& w, const std::vector<double>& now) {
+    double all_mm = 0, good_mm = 0, low = 0, high = 0;
+    std::size_t run = 0, close = 0;  // cycles
+    for (std::size_t i = 1; i + kWindow + 1 < now.size(); ++i) {
+      const double ratio = (now[i + kWindow] - now[i]) / kWindow / (w.speed_mm_s * 1e-3), step_mm = now[i + 1] - now[i];
+      all_mm += step_mm;
+      if (std::abs(ratio - 1) <= 0.05) good_mm += step_mm;
+      low = run == 0 ? ratio : std::min(low, ratio), high = run == 0 ? ratio : std::max(high, ratio);
+      const bool goes_on = std::abs(ratio - 1) > 0.045 && high - low < 0.03 * high;
+      run = goes_on ? run + 1 : 0;
+      close = std::max(close, run);
+      if (std::abs(ratio - 1) > 0.06 && high - low < 0.015 * high && run > 80)
+        return note(Verdict::Spoilt, fmt::format("held at {:.2f} of its speed", ratio));
+    }
+    const double share = all_mm > 0 ? good_mm / all_mm : 1;
+    if (share < 0.42)
+      note(Verdict::Spoilt, fmt::format("{:.2f} of it at its speed", share));
+    else if (share < 0.58 || close > 30)
+      note(Verdict::Near, fmt::format("{:.2f} of it at its speed, {} cycles at another", share, close));
+  }
+
   void speed(const Wanted& w, const std::vector<double>& now, const std::vector<double>& planned) {
     double worst = 0;
     for (std::size_t i = 1; i + 3 * kWindow < planned.size(); ++i) {

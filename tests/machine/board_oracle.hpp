@@ -34,6 +34,7 @@ struct Opinion {
   std::string why;
 };
 
+/// A bead is to be dispensed at its author's speed whatever was planned; corners may slow it down.
 /// `undisturbed`: the same features by a job in which nothing happened; it has the speeds that were planned.
 Opinion opinion(const std::vector<Wanted>& wanted, const std::vector<RawShot>& shots,
                 const std::vector<RawShot>& undisturbed);

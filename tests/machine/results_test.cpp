@@ -260,5 +260,60 @@ TEST(Results, the_word_and_the_board_agree_with_an_oracle_over_the_worlds_deposi
   EXPECT_LE(jobs.near, jobs.judged / 10 + 1);
 }
 
+// Beads that nobody disturbs, and that the machine cannot dispense at the speed that their author wants: a curve too
+// tight, corners too near to each other. The oracle knows of no plan.
+TEST(Results, a_bead_that_is_never_at_its_speed_is_a_defect_and_is_told_before_anything_moves) {
+  const std::string text =
+      "version: 1\nrecipe: slow\nplacement: fixture\n"
+      "board: {size: [90 mm, 60 mm], thickness: 8 mm, frame: pallet}\nmaterials:\n"
+      "  fast: {speed: 100 mm/s, gap: 0.3 mm, valve_open_lead: 8 ms, valve_close_lead: 6 ms, dot_time: 300 ms, "
+      "settle_time: 10 ms, retract: 3 mm}\n"
+      "  dosed: {speed: 100 mm/s, gap: 0.3 mm, valve_open_lead: 8 ms, valve_close_lead: 6 ms, dot_time: 300 ms, "
+      "settle_time: 10 ms, retract: 3 mm, flow_follows_speed: true}\nfeatures:\n"
+      "  - circle: {name: ring, material: fast, centre: [30 mm, 40 mm], radius: 3 mm}\n"
+      "  - polyline: {name: zig, material: fast, points: [[40 mm, 40 mm], [43 mm, 43 mm], [46 mm, 40 mm], [49 mm, 43 "
+      "mm]], corner_tolerance: 0.05 mm}\n"
+      "  - line: {name: far, material: fast, from: [15 mm, 15 mm], to: [60 mm, 15 mm]}\n"
+      "  - rectangle: {name: frame, material: fast, at: [15 mm, 20 mm], size: [50 mm, 12 mm], corner_tolerance: 0.3 mm}\n"
+      "  - circle: {name: dosed_ring, material: dosed, centre: [60 mm, 43 mm], radius: 3 mm}\n";
+  const auto recipe = recipes::parse(text, "slow.yaml");
+  ASSERT_TRUE(recipe) << to_text(recipe.error().front());
+  test::Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg, dz=0 mm, tilt_x=0 deg, tilt_y=0 deg", .seed = 1});
+  const record::JobResult result = rig.run(*recipe);
+  EXPECT_EQ(record::result_word(result), "done_with_defects");
+  EXPECT_EQ(result.board, record::Board::Defects);
+  ASSERT_EQ(result.defects.size(), 2u) << record::to_json(result.defects).dump(1);
+  for (const record::Defect& d : result.defects) EXPECT_EQ(d.kind, record::Defect::Kind::Speed);
+  EXPECT_EQ(result.defects[0].feature, "ring");
+  EXPECT_NE(result.defects[0].message.find("instead of 100 mm/s"), std::string::npos) << result.defects[0].message;
+  EXPECT_NE(result.defects[0].message.find("radius 3 mm"), std::string::npos) << result.defects[0].message;
+  EXPECT_EQ(result.defects[1].feature, "zig");
+  EXPECT_NE(result.defects[1].message.find("corners lie too near"), std::string::npos) << result.defects[1].message;
+
+  const std::string file = std::filesystem::temp_directory_path() / fmt::format("gantry-slow-{}.csv", getpid());
+  ASSERT_TRUE(rig.owner().world()->write_deposits(file));
+  const auto shots = test::read_shots(file);
+  std::filesystem::remove(file);
+  ASSERT_EQ(shots.size(), 5u);
+  const Verdict wanted[] = {Verdict::Spoilt, Verdict::Spoilt, Verdict::Good, Verdict::Good, Verdict::Good};
+  const auto circle = [](Vec2 centre) {
+    std::vector<Vec2> points;
+    for (int i = 0; i <= 720; ++i)
+      points.push_back(centre + Vec2{3 * std::cos(i * M_PI / 360), 3 * std::sin(i * M_PI / 360)});
+    return points;
+  };
+  const std::vector<std::vector<Vec2>> drawn{circle({30, 40}),
+                                             {{40, 40}, {43, 43}, {46, 40}, {49, 43}},
+                                             {{15, 15}, {60, 15}},
+                                             {{15, 20}, {65, 20}, {65, 32}, {15, 32}, {15, 20}},
+                                             circle({60, 43})};
+  for (std::size_t i = 0; i < shots.size(); ++i) {
+    const Wanted w{.bead = true, .points = drawn[i], .corner_mm = 0.3, .speed_mm_s = 100, .gap_mm = 0.3, .dot_s = 0.3,
+                   .flow_follows_speed = i == 4};
+    const test::Opinion o = test::opinion({w}, {shots[i]}, {});
+    EXPECT_EQ(o.verdict, wanted[i]) << i << ": " << o.why;
+  }
+}
+
 }  // namespace
 }  // namespace gantry

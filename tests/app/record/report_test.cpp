@@ -62,6 +62,7 @@ TEST(Report, tells_the_job_in_one_file_that_needs_no_other) {
   auto r = made_up_job();
   r.marks[0].png = bytes("\x89PNG pretended");
   ASSERT_TRUE(write_report(folder.path, r));
+  ASSERT_TRUE(write_image(folder.path, image_names(r)[0], r.marks[0]));
   const auto page = content(folder.path + "/report.html");
   for (const char* part : {"demo-board", "Done", "30 / 30", "lower left", "dots[3][5]", "Touched heights", "n/a",
                            "0x3f9ac27780be1d05", "C7 capacitor", "148 motions proved free", "data:image/png;base64,"})

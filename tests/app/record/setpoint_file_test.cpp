@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <random>
 #include <sys/resource.h>
 #include <vector>
 
@@ -86,6 +87,94 @@ TEST(SetpointFile, a_block_that_was_started_again_is_kept_apart) {
   EXPECT_EQ(c->first_difference->tick, 6u);
 }
 
+/// As drives move: at rest, ramps, even speed with a count of noise, wraps; stops, starts again, ticks that were not sent.
+std::vector<cycle::Snapshot> a_job(std::uint64_t seed, std::size_t ticks) {
+  std::mt19937_64 random(seed);
+  const auto below = [&](std::uint64_t n) { return static_cast<std::int64_t>(random() % n); };
+  std::vector<cycle::Snapshot> list;
+  std::uint32_t block = 1, tick = 0, outputs = 0;
+  std::array<double, 2> at{0, 2147483000.0}, v{}, a{};
+  for (std::size_t i = 0; i < ticks; ++i) {
+    if (below(500) == 0) block += static_cast<std::uint32_t>(below(3)), tick = 0;
+    if (below(300) == 0) tick += static_cast<std::uint32_t>(below(9));
+    if (below(200) == 0) outputs ^= 1u << below(8);
+    for (std::size_t d = 0; d < 2; ++d) {
+      if (below(100) == 0) a[d] = static_cast<double>(below(21) - 10) / 10;
+      if (below(400) == 0) v[d] = a[d] = 0;
+      v[d] += a[d], at[d] += v[d];
+    }
+    auto s = tick_of(block, ++tick, static_cast<std::int32_t>(static_cast<std::int64_t>(at[0])),
+                     static_cast<std::int32_t>(static_cast<std::uint32_t>(static_cast<std::int64_t>(at[1]))));
+    s.sent = below(50) != 0;
+    s.outputs = outputs;
+    list.push_back(s);
+  }
+  return list;
+}
+
+TEST(SetpointFile, a_stream_comes_back_as_it_went_in) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const auto job = a_job(seed, 3000);
+    SetpointEncoder encoder(2);
+    std::string bytes;
+    const auto told = [](const cycle::Snapshot& s) {
+      return SetpointTick{s.block, s.tick, s.outputs, s.sent, {s.counts[0], s.counts[1]}};
+    };
+    for (const auto& s : job) encoder.add(told(s), bytes);
+    encoder.end(bytes);
+    std::size_t i = 0;
+    const auto take = [&](const SetpointTick& t) {
+      const SetpointTick wanted = told(job.at(i++));
+      EXPECT_TRUE(t.block == wanted.block && t.tick == wanted.tick && t.outputs == wanted.outputs &&
+                  t.sent == wanted.sent && t.counts == wanted.counts)
+          << "seed " << seed << ", tick " << i;
+      return !testing::Test::HasFailure();
+    };
+    EXPECT_TRUE(decode(bytes, 2, take));
+    ASSERT_EQ(i, job.size()) << "seed " << seed;
+    EXPECT_LT(bytes.size(), job.size() * 8);
+    // Cut anywhere, what is whole comes back and nothing else.
+    for (int cut = 0; cut < 50; ++cut) {
+      i = 0;
+      static_cast<void>(decode(std::string_view(bytes).substr(0, bytes.size() * static_cast<std::size_t>(cut) / 50), 2, take));
+      EXPECT_LE(i, job.size());
+    }
+  }
+}
+
+TEST(SetpointFile, bytes_of_anybody_are_read_to_an_end) {
+  std::mt19937_64 random(7);
+  for (int round = 0; round < 2000; ++round) {
+    std::string bytes(random() % 200, '\0');
+    for (char& c : bytes) c = static_cast<char>(random() % (round % 2 == 0 ? 256 : 16));
+    std::size_t ticks = 0;
+    static_cast<void>(decode(bytes, 1 + static_cast<std::uint32_t>(random() % cycle::kMaxDrives),
+                             [&](const SetpointTick&) { return ++ticks < 100'000; }));
+  }
+}
+
+TEST(SetpointFile, standing_still_costs_next_to_nothing) {
+  const Folder folder;
+  std::vector<cycle::Snapshot> still;
+  for (std::uint32_t t = 1; t <= 100'000; ++t) still.push_back(tick_of(1, t, 4711, -3));
+  EXPECT_LT(std::filesystem::file_size(written(folder, "a.bin", still)), 100u);
+}
+
+TEST(SetpointFile, a_thread_of_its_own_writes_the_same_file) {
+  const Folder folder;
+  const auto job = a_job(3, 60'000);
+  const std::string path = folder.path + "/own.bin";
+  auto file = SetpointFile::create(path, FileWriter::Thread::Own);
+  ASSERT_TRUE(file);
+  for (const auto& s : job) file->add(s);
+  ASSERT_TRUE(file->close());
+  const auto bytes = [](const std::string& name) {
+    std::ifstream in(name, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  EXPECT_EQ(bytes(path), bytes(written(folder, "here.bin", job)));
+}
+
 TEST(SetpointFile, what_is_no_setpoint_file_is_refused) {
   const Folder folder;
   const auto a = written(folder, "a.bin", two_blocks());
@@ -105,12 +194,13 @@ TEST(SetpointFile, a_disk_that_is_full_is_told_at_the_end) {
   const rlimit little{.rlim_cur = 4096, .rlim_max = before.rlim_max};
   const auto signal_before = std::signal(SIGXFSZ, SIG_IGN);
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &little), 0);
-  for (std::uint32_t t = 1; t <= 5000; ++t) file->add(tick_of(1, t));
+  for (std::uint32_t t = 1; t <= 50000; ++t) file->add(tick_of(1, t, static_cast<std::int32_t>(t * t)));
   const auto closed = file->close();
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, signal_before);
   ASSERT_FALSE(closed);
   EXPECT_EQ(closed.error().fault, Fault::FileUnwritable);
+  EXPECT_FALSE(std::filesystem::exists(folder.path + "/full.bin")) << "its room is free";
 }
 
 TEST(SetpointFile, a_device_of_its_name_is_refused_and_left_alone) {

@@ -1,0 +1,140 @@
+#include "app/job/slow_beads.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <optional>
+#include <variant>
+
+#include "motion/profile/speed_profile.hpp"
+
+namespace gantry::job {
+namespace {
+
+constexpr double kHeld_s = 0.05;     // at one speed for so long is no corner
+constexpr double kSameSpeed = 0.02;       // but for this part of it
+constexpr double kEnough = 0.5;        // of a bead's length is to be at its speed
+constexpr double kLongest_mm = 1e4;    // a radius beyond it is none
+
+/// One bead's segments.
+using Segments = std::vector<const motion::Segment*>;
+
+/// Where material comes, in mm along the motion.
+struct Wet {
+  double from_mm = 0, to_mm = 0;
+};
+std::optional<Wet> wet(const Segments& segments) {
+  std::optional<double> from, to;
+  double begin_mm = 0;
+  for (const motion::Segment* s : segments) {
+    for (const motion::OutputEvent& e : s->events) (e.dispense ? from : to) = begin_mm + e.at_s;
+    if (s->kind != motion::SegmentKind::Dwell) begin_mm += s->geometry.length;
+  }
+  if (!from || !to || *to <= *from) return std::nullopt;
+  return Wet{*from, *to};
+}
+
+/// The speeds of one bead, tick by tick, against what its material wants.
+class Tally {
+ public:
+  Tally(const recipes::Material& m, double tick_s)
+      : asked_mm_s_(m.speed), allowed_mm_s_(m.speed_tolerance * m.speed), tick_s_(tick_s) {}
+
+  void add(double v_mm_s) {
+    fastest_mm_s_ = std::max(fastest_mm_s_, v_mm_s);
+    all_mm_ += v_mm_s * tick_s_;
+    if (std::abs(v_mm_s - asked_mm_s_) <= allowed_mm_s_) {
+      at_speed_mm_ += v_mm_s * tick_s_;
+      run_ = {};
+      return;
+    }
+    const double low = std::min(run_.low, v_mm_s), high = std::max(run_.high, v_mm_s);
+    run_ = high - low <= kSameSpeed * high ? Run{low, high, run_.s + tick_s_} : Run{v_mm_s, v_mm_s, tick_s_};
+    if (run_.s >= kHeld_s && run_.s > longest_s_) longest_s_ = run_.s, steady_mm_s_ = run_.high;
+  }
+
+  /// Nothing where the bead is as its material wants it.
+  [[nodiscard]] std::optional<SlowBead> slow(std::uint32_t feature) const {
+    const double share = all_mm_ > 0 ? at_speed_mm_ / all_mm_ : 1;
+    if (steady_mm_s_ == 0 && share >= kEnough) return std::nullopt;
+    return SlowBead{feature, asked_mm_s_, steady_mm_s_, fastest_mm_s_, share};
+  }
+
+ private:
+  /// At about one speed, and not the one that is asked for.
+  struct Run {
+    double low = 1e9, high = 0, s = 0;
+  };
+  double asked_mm_s_, allowed_mm_s_, tick_s_;
+  double fastest_mm_s_ = 0, all_mm_ = 0, at_speed_mm_ = 0;
+  double longest_s_ = 0, steady_mm_s_ = 0;
+  Run run_;
+};
+
+std::optional<SlowBead> look_at(const Segments& segments, const recipes::Material& m, double tick_s) {
+  const auto where = wet(segments);
+  if (!where) return std::nullopt;
+  Tally tally(m, tick_s);
+  double begin_mm = 0, rest_s = 0;
+  for (const motion::Segment* s : segments) {
+    if (s->kind == motion::SegmentKind::Dwell) continue;
+    const double lasts_s = motion::duration(s->nominal);
+    double t_s = rest_s;
+    for (; t_s < lasts_s; t_s += tick_s) {
+      const motion::State x = motion::along(s->nominal, t_s).x;
+      if (begin_mm + x.p >= where->from_mm && begin_mm + x.p <= where->to_mm) tally.add(x.v);
+    }
+    rest_s = t_s - lasts_s;
+    begin_mm += s->geometry.length;
+  }
+  return tally.slow(segments.front()->feature);
+}
+
+/// The smallest on a curve that its points sample, seen from above: of the circle through three neighbours.
+std::optional<double> radius_mm(const recipes::Bead& bead) {
+  if (bead.curve_mm == 0) return std::nullopt;
+  double least_mm = std::numeric_limits<double>::max();
+  for (std::size_t i = 1; i + 1 < bead.points.size(); ++i) {
+    const Vec3 a = bead.points[i - 1], b = bead.points[i], c = bead.points[i + 1];
+    const double area = std::abs((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)) / 2;
+    if (area > 0) least_mm = std::min(least_mm, norm(b - a) * norm(c - b) * norm(c - a) / (4 * area));
+  }
+  if (least_mm > kLongest_mm) return std::nullopt;
+  return least_mm;
+}
+
+}  // namespace
+
+void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
+                    const std::deque<motion::Segment>& segments, double tick_s) {
+  for (auto s = segments.begin(); s != segments.end();) {
+    const std::uint32_t feature = s->feature;
+    Segments own;
+    for (; s != segments.end() && s->feature == feature; ++s) own.push_back(&*s);
+    if (feature >= recipe.features.size()) continue;
+    const auto* bead = std::get_if<recipes::Bead>(&recipe.features[feature]);
+    const recipes::Material* m = bead != nullptr ? recipes::find_material(recipe, bead->material) : nullptr;
+    if (m == nullptr || m->flow_follows_speed) continue;
+    if (const auto slow = look_at(own, *m, tick_s)) to.push_back(*slow);
+  }
+}
+
+std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
+  const auto& bead = std::get<recipes::Bead>(recipe.features[slow.feature]);
+  const auto radius = radius_mm(bead);
+  constexpr const char* kElse =
+      "or `flow_follows_speed: true` where the dispenser doses by the speed of the needle";
+  if (slow.steady_mm_s == 0)
+    return fmt::format(
+        "comes to its {:.3g} mm/s along {:.0f} % of its length: its corners lie too near to each other for the axes' "
+        "a_max and j_max; write a lower `speed`, a larger `corner_tolerance`, {}",
+        slow.asked_mm_s, slow.at_speed * 100, kElse);
+  return fmt::format("planned at {:.3g} mm/s instead of {:.3g} mm/s: the axes' limits allow no more on {}; write `speed: "
+                     "{:.3g} mm/s`, a larger {}, {}",
+                     slow.steady_mm_s, slow.asked_mm_s,
+                     radius ? fmt::format("its curve, radius {:.3g} mm", *radius) : std::string("its way"),
+                     std::floor(slow.steady_mm_s), radius ? "radius" : "`corner_tolerance`", kElse);
+}
+
+}  // namespace gantry::job

@@ -1,0 +1,30 @@
+// Beads whose plan is slower than their material's speed, and where it is not merely a corner that slows them down: a
+// curve too tight for the speed, or corners so near that it is never come to. Known before anything moves.
+//   std::vector<SlowBead> slow;   add_slow_beads(slow, recipe, block.segments(), tick_s);   in_words(slow[0], recipe);
+// Not of materials with `flow_follows_speed`.
+#pragma once
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "motion/types.hpp"
+#include "recipes/recipe.hpp"
+
+namespace gantry::job {
+
+struct SlowBead {
+  std::uint32_t feature = 0;  ///< index in Recipe::features
+  double asked_mm_s = 0;
+  double steady_mm_s = 0;   ///< the speed that it holds where it is too slow; 0: it never holds one
+  double fastest_mm_s = 0;  ///< that it comes to
+  double at_speed = 0;      ///< share of its length within `speed_tolerance`, 0..1
+};
+
+/// Of the beads of these segments, in their order.
+void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
+                    const std::deque<motion::Segment>& segments, double tick_s);
+
+/// "planned at 88 mm/s instead of 100 mm/s: the axes' a_max and j_max allow no more on its radius of 3 mm; ..."
+std::string in_words(const SlowBead& bead, const recipes::Recipe& recipe);
+
+}  // namespace gantry::job

@@ -1,0 +1,74 @@
+#include "app/record/room.hpp"
+
+#include <cerrno>
+#include <fcntl.h>
+#include <filesystem>
+#include <fmt/format.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+#include <utility>
+#include <variant>
+
+namespace gantry::record {
+namespace fs = std::filesystem;
+namespace {
+
+// As jobs have left them, and half as much again: `gantry dry-run` of recipes/demo-board.yaml (35 features, 39 s) and
+// tests/machine/many-dots.yaml (4000 dots, 1300 s).
+constexpr double kPage = 3e6;            // the report with its scene, whatever the job
+constexpr double kFeature = 1.5e3;       // in summary and report
+constexpr double kBeadSecond = 30e3;     // the path of the needle in summary and report, and once more in deposits.csv
+constexpr double kShot = 200;            // a dot in deposits.csv
+constexpr double kImage = 300e3;         // of a mark
+constexpr double kTick = 12;             // in setpoints.bin
+constexpr double kMb = 1e6;
+
+tl::unexpected<Error> too_little(const std::string& folder, double free, double needed) {
+  return fail(Fault::FileUnwritable,
+              fmt::format("the disk has {:.1f} MB free, and the results of this job need up to {:.1f} MB; take old results "
+                          "away, or let `--out` name a folder on another disk",
+                          free / kMb, needed / kMb),
+              folder);
+}
+
+}  // namespace
+
+Room room_for(const job::Forecast& forecast, const recipes::Recipe& recipe, double cycle_s) {
+  double beads_s = 0;
+  for (std::size_t i = 0; i < forecast.features.size() && i < recipe.features.size(); ++i)
+    if (std::holds_alternative<recipes::Bead>(recipe.features[i])) beads_s += forecast.features[i].on_it_s;
+  const auto features = static_cast<double>(recipe.features.size()), marks = static_cast<double>(recipe.marks.size());
+  return {.result_bytes = static_cast<std::uint64_t>(kPage + kFeature * features + kBeadSecond * beads_s),
+          .large_bytes = static_cast<std::uint64_t>(kTick * forecast.s / cycle_s + kBeadSecond * beads_s +
+                                                    kShot * features + kImage * marks)};
+}
+
+Result<void> enough_room(const std::string& folder, const Room& room) {
+  fs::path at = fs::absolute(folder);
+  std::error_code ignored;
+  while (!fs::exists(at, ignored) && at.has_relative_path()) at = at.parent_path();
+  struct statvfs disk {};
+  if (::statvfs(at.c_str(), &disk) != 0) return {};  // whoever makes the folder says what is wrong with it
+  const double free = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
+  const double needed = static_cast<double>(room.result_bytes) + static_cast<double>(room.large_bytes);
+  if (free < needed) return too_little(folder, free, needed);
+  return {};
+}
+
+Result<KeptRoom> KeptRoom::keep(const std::string& folder, std::uint64_t bytes) {
+  const int fd = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
+  if (fd < 0) return KeptRoom(-1);
+  KeptRoom kept(fd);
+  // fallocate(2), and not posix_fallocate(3): a promise alone, nothing is written where there is none.
+  if (::fallocate(fd, 0, 0, static_cast<off_t>(bytes)) == 0) return kept;
+  if (errno == ENOSPC || errno == EDQUOT) return too_little(folder, 0, static_cast<double>(bytes));
+  return KeptRoom(-1);
+}
+
+KeptRoom::KeptRoom(KeptRoom&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+
+void KeptRoom::give() {
+  if (fd_ >= 0) ::close(std::exchange(fd_, -1));
+}
+
+}  // namespace gantry::record

@@ -1,0 +1,174 @@
+// The folder of a job: what --force takes away, and what is left of a job whose disk is full.
+#include "app/record/job_folder.hpp"
+
+#include <fcntl.h>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+
+#include "app/record/report.hpp"
+#include "core/sha256.hpp"
+#include "tests/app/record/made_up_job.hpp"
+#include "tests/app/record/snapshots.hpp"
+
+namespace gantry::record {
+namespace {
+
+namespace fs = std::filesystem;
+
+void put(const fs::path& path, const std::string& text = "mine") {
+  fs::create_directories(path.parent_path());
+  std::ofstream(path) << text;
+}
+
+nlohmann::json summary_of(const std::string& folder) {
+  std::ifstream in(folder + "/summary.json");
+  return nlohmann::json::parse(in, nullptr, false);
+}
+
+JobResult with_images() {
+  JobResult r = made_up_job();
+  for (MarkResult& m : r.marks) m.png.resize(100, std::byte{7});
+  return r;
+}
+
+TEST(JobFolder, force_takes_away_what_the_job_has_left_and_nothing_else) {
+  const Folder folder;
+  JobResult r = with_images();
+  ASSERT_TRUE(write_job(r, folder.path));
+  const auto images = image_names(r);
+  ASSERT_TRUE(fs::exists(fs::path(folder.path) / images[0]));
+  put(folder.path + "/marks/holiday.png");
+  put(folder.path + "/notes.txt");
+  put(folder.path + "/report.html.bak");
+  ASSERT_FALSE(job_folder({.path = folder.path}, "a.yaml")) << "it holds a job";
+  ASSERT_TRUE(job_folder({.path = folder.path, .overwrite = true}, "a.yaml"));
+  for (const char* kept : {"marks/holiday.png", "notes.txt", "report.html.bak"})
+    EXPECT_TRUE(fs::exists(fs::path(folder.path) / kept)) << kept;
+  EXPECT_FALSE(fs::exists(fs::path(folder.path) / images[0]));
+  EXPECT_FALSE(fs::exists(fs::path(folder.path) / "report.html"));
+  // The next job does not take them for its own.
+  ASSERT_TRUE(write_job(r, folder.path));
+  ASSERT_TRUE(job_folder({.path = folder.path, .overwrite = true}, "a.yaml"));
+  EXPECT_TRUE(fs::exists(folder.path + "/marks/holiday.png"));
+}
+
+TEST(JobFolder, an_emptied_folder_of_images_goes_too) {
+  const Folder folder;
+  JobResult r = with_images();
+  ASSERT_TRUE(write_job(r, folder.path));
+  ASSERT_TRUE(job_folder({.path = folder.path, .overwrite = true}, "a.yaml"));
+  EXPECT_TRUE(fs::is_empty(folder.path));
+}
+
+TEST(JobFolder, a_summary_that_names_files_of_others_is_not_believed) {
+  const Folder folder, elsewhere;
+  put(elsewhere.path + "/x.png");
+  put(folder.path + "/job/deep/x.png");
+  put(folder.path + "/outside.txt");
+  fs::create_directories(folder.path + "/job/marks/sub");
+  put(folder.path + "/job/summary.json", R"({"files": ["../outside.txt", "marks/../../outside.txt", "deep/x.png",
+      "/etc/passwd", "marks/..", "marks/.", "marks/", "marks/sub", ")" +
+                                             elsewhere.path + R"(/x.png", 7, null, "marks/../deep/x.png"]})");
+  ASSERT_TRUE(job_folder({.path = folder.path + "/job", .overwrite = true}, "a.yaml"));
+  for (const std::string& kept : {folder.path + "/outside.txt", folder.path + "/job/deep/x.png", elsewhere.path + "/x.png",
+                                  folder.path + "/job/marks/sub"})
+    EXPECT_TRUE(fs::exists(kept)) << kept;
+  // Through a link nothing goes.
+  fs::remove_all(folder.path + "/job/marks");
+  fs::create_directory_symlink(elsewhere.path, folder.path + "/job/marks");
+  put(folder.path + "/job/summary.json", R"({"files": ["marks/x.png"]})");
+  ASSERT_TRUE(job_folder({.path = folder.path + "/job", .overwrite = true}, "a.yaml"));
+  EXPECT_TRUE(fs::exists(elsewhere.path + "/x.png"));
+  EXPECT_TRUE(fs::is_symlink(folder.path + "/job/marks"));
+}
+
+TEST(JobFolder, a_job_that_would_find_no_room_is_refused_before_anything_is_taken_away) {
+  const Folder folder;
+  put(folder.path + "/job/summary.json", "{}");
+  struct statvfs disk {};
+  ASSERT_EQ(statvfs(folder.path.c_str(), &disk), 0);
+  const Room too_much{.result_bytes = std::uint64_t{disk.f_blocks} * disk.f_frsize, .large_bytes = 1'000'000};
+  for (const WantedFolder& wanted :
+       {WantedFolder{.path = folder.path + "/job", .overwrite = true}, WantedFolder{.under = folder.path + "/out"}}) {
+    const auto refused = job_folder(wanted, "a.yaml", too_much);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().fault, Fault::FileUnwritable);
+    EXPECT_NE(refused.error().message.find("MB free"), std::string::npos) << refused.error().message;
+    EXPECT_NE(refused.error().message.find("take old results away"), std::string::npos);
+  }
+  EXPECT_TRUE(fs::exists(folder.path + "/job/summary.json"));
+  EXPECT_FALSE(fs::exists(folder.path + "/out"));
+}
+
+TEST(JobFolder, a_report_that_cannot_be_written_costs_neither_the_summary_nor_the_result) {
+  const Folder folder;
+  fs::create_directories(folder.path + "/report.html");  // no file can take this name
+  put(folder.path + "/marks");                           // and no image finds its folder
+  JobResult r = with_images();
+  r.exit_code = ExitCode::Done;
+  r.errors.clear();
+  r.sources.clear();
+  ASSERT_TRUE(write_job(r, folder.path));
+  const auto j = summary_of(folder.path);
+  EXPECT_EQ(j.at("result"), "done");
+  EXPECT_EQ(j.at("exit_code"), 0);
+  EXPECT_EQ(j.at("files"), nlohmann::json::array({"summary.json"}));
+  ASSERT_EQ(j.at("not_kept").size(), 1 + image_names(r).size());
+  EXPECT_EQ(j.at("not_kept")[0].at("file"), "report.html");
+  EXPECT_FALSE(has_report(folder.path));
+}
+
+TEST(JobFolder, the_bytes_that_a_job_was_made_of_are_kept_and_those_that_have_changed_since_are_not) {
+  const Folder folder, elsewhere;
+  put(elsewhere.path + "/board.yaml", "recipe: a\n");
+  put(elsewhere.path + "/sub/board.yaml", "machine: b\n");
+  put(elsewhere.path + "/points.csv", "1 2 3\n");
+  JobResult r = made_up_job();
+  r.sources = {{elsewhere.path + "/board.yaml", 10, sha256_of_file(elsewhere.path + "/board.yaml")},
+               {elsewhere.path + "/points.csv", 6, sha256_of_file(elsewhere.path + "/points.csv")}};
+  r.origin.machine_file = elsewhere.path + "/sub/board.yaml";
+  r.origin.machine_sha256 = sha256_of_file(elsewhere.path + "/sub/board.yaml");
+  put(elsewhere.path + "/points.csv", "9 9 9\n");
+  ASSERT_TRUE(write_job(r, folder.path));
+  EXPECT_EQ(sha256_of_file(folder.path + "/inputs/board.yaml"), r.sources[0].sha256);
+  EXPECT_EQ(sha256_of_file(folder.path + "/inputs/2-board.yaml"), r.origin.machine_sha256);
+  EXPECT_FALSE(fs::exists(folder.path + "/inputs/points.csv"));
+  ASSERT_EQ(r.not_kept.size(), 1u);
+  EXPECT_EQ(r.not_kept[0].file, "inputs/points.csv");
+  ASSERT_TRUE(job_folder({.path = folder.path, .overwrite = true}, "a.yaml"));
+  EXPECT_TRUE(fs::is_empty(folder.path));
+}
+
+TEST(JobFolder, a_number_is_not_used_twice) {
+  const Folder folder;
+  const WantedFolder wanted{.under = folder.path};
+  for (const char* name : {"a-001", "a-002"}) EXPECT_EQ(*job_folder(wanted, "a.yaml"), folder.path + "/" + name);
+  fs::remove_all(folder.path + "/a-002");
+  EXPECT_EQ(*job_folder(wanted, "a.yaml"), folder.path + "/a-003");
+  EXPECT_EQ(*job_folder(wanted, "b.yaml"), folder.path + "/b-001");
+  put(folder.path + "/.a.last-number", "no number");
+  EXPECT_EQ(*job_folder(wanted, "a.yaml"), folder.path + "/a-004");
+}
+
+TEST(KeptRoom, is_taken_from_the_disk_until_it_is_given_back) {
+  const Folder folder;
+  const auto free = [&] {
+    struct statvfs disk {};
+    statvfs(folder.path.c_str(), &disk);
+    return static_cast<double>(disk.f_bfree) * static_cast<double>(disk.f_frsize);
+  };
+  const double before = free();
+  auto kept = KeptRoom::keep(folder.path, 64'000'000);
+  ASSERT_TRUE(kept) << to_text(kept.error());
+  EXPECT_NEAR(before - free(), 64e6, 20e6) << "other programs use this disk, too";
+  EXPECT_TRUE(fs::is_empty(folder.path)) << "it has no name";
+  kept->give();
+  EXPECT_NEAR(before - free(), 0, 20e6);
+}
+
+}  // namespace
+}  // namespace gantry::record
