@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "config/bus_notes.hpp"
 #include "config/look_alikes.hpp"
 #include "config/machine_file.hpp"
 
@@ -262,7 +263,6 @@ void note_stop(const Machine& machine, const Axis& axis, std::vector<std::string
 
 std::vector<std::string> notes(const Machine& machine) {
   std::vector<std::string> out;
-  for (const Axis& axis : machine.axes) note_stop(machine, axis, out);
   if (const std::string lost = lost_emergency_stop(machine); !lost.empty())
     out.push_back("warning: " + lost + ": refused on a bus of steel");
   for (const Station& s : machine.stations)
@@ -280,7 +280,12 @@ std::vector<std::string> notes(const Machine& machine) {
   for (auto& each : parameter_notes(machine)) out.push_back(std::move(each));
   for (auto& each : drive_limit_notes(machine)) out.push_back(std::move(each));
   for (auto& each : channel_notes(machine)) out.push_back(std::move(each));
-  // What the loss of the bus costs; recipes::notes() tells it for the speeds of a recipe.
+  return out;
+}
+
+std::vector<std::string> bus_notes(const Machine& machine) {
+  std::vector<std::string> out;
+  for (const Axis& axis : machine.axes) note_stop(machine, axis, out);
   if (const auto& valve = machine.outputs[static_cast<std::size_t>(Output::Valve)])
     out.push_back(
         fmt::format("a bus that is lost: the valve stays as it is for {} ms (that the station's watchdog then closes "

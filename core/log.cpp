@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include "core/clean_text.hpp"
+#include "core/status_line.hpp"
 
 namespace gantry {
 
@@ -15,7 +16,8 @@ std::string to_text(const Error& e) {
 namespace log {
 
 void open(Level level) {
-  auto logger = spdlog::stderr_color_mt("gantry");
+  auto logger =
+      spdlog::stderr_color_mt("gantry", no_color() ? spdlog::color_mode::never : spdlog::color_mode::automatic);
   logger->set_pattern("%^%L%$ %H:%M:%S.%e %v");
   logger->set_level(level == Level::Quiet ? spdlog::level::warn
                                           : (level == Level::Verbose ? spdlog::level::debug : spdlog::level::info));
@@ -25,7 +27,10 @@ void open(Level level) {
 void say(Weight weight, std::string_view line) {
   constexpr spdlog::level::level_enum kLevels[] = {spdlog::level::debug, spdlog::level::info, spdlog::level::warn,
                                                    spdlog::level::err};
-  spdlog::default_logger_raw()->log(kLevels[static_cast<int>(weight)], spdlog::string_view_t(line.data(), line.size()));
+  const auto level = kLevels[static_cast<int>(weight)];
+  if (!spdlog::default_logger_raw()->should_log(level)) return;
+  clear_status();
+  spdlog::default_logger_raw()->log(level, spdlog::string_view_t(line.data(), line.size()));
 }
 
 }  // namespace log

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "recipes/bus_notes.hpp"
 #include "recipes/job.hpp"
 
 namespace gantry::recipes {
@@ -82,10 +83,19 @@ std::vector<std::string> notes(const Recipe& recipe, const config::Machine& mach
     out.push_back(fmt::format("{} touch{}: the board is taken to be level {}", recipe.touches.size(),
                               recipe.touches.size() == 1 ? "" : "es",
                               recipe.touches.size() == 1 ? "in both directions" : "across the line through them"));
+  for (const Material& m : recipe.materials) {
+    out.push_back(tolerances_in_words(m));
+    add_lead(m, "valve_open_lead", m.valve_open_lead, machine.sim.valve_open_lag_s, "opens", out);
+    add_lead(m, "valve_close_lead", m.valve_close_lead, machine.sim.valve_close_lag_s, "closes", out);
+  }
+  return out;
+}
+
+std::vector<std::string> bus_notes(const Recipe& recipe, const config::Machine& machine) {
+  std::vector<std::string> out;
   const std::string axes = left_to_stations(machine);
   const auto& valve = machine.outputs[static_cast<std::size_t>(config::Output::Valve)];
   for (const Material& m : recipe.materials) {
-    out.push_back(tolerances_in_words(m));
     if (valve) {
       // The output stays as it is until the station's own watchdog bites.
       const double open_s = watchdog_s(machine, valve->station);
@@ -103,8 +113,6 @@ std::vector<std::string> notes(const Recipe& recipe, const config::Machine& mach
                       "{:.1f} mm in every 100 ms after it",
                       m.name, axes, m.speed * watchdog, m.speed, watchdog * 1e3, m.speed * 0.1));
     }
-    add_lead(m, "valve_open_lead", m.valve_open_lead, machine.sim.valve_open_lag_s, "opens", out);
-    add_lead(m, "valve_close_lead", m.valve_close_lead, machine.sim.valve_close_lag_s, "closes", out);
   }
   return out;
 }

@@ -134,9 +134,7 @@ void add_bus_capture(CLI::App& bus, Context& context) {
     if (auto closed = (*file)->close(); done) done = closed;
     if (!done) return void(context.exit_code = show(done.error(), context.json));
     if (context.json)
-      fmt::print(
-          "{}\n",
-          nlohmann::ordered_json{{"result", "done"}, {"file", options->file}, {"frames", (*file)->frames()}}.dump(2));
+      show_document("done", {{"file", options->file}, {"frames", (*file)->frames()}});
     else
       fmt::print("{} frames in {}\n", (*file)->frames(), options->file);
   });

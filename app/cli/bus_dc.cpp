@@ -78,7 +78,7 @@ void add_bus_dc(CLI::App& bus, Context& context) {
                    c.difference_ns, seen->largest_ns[i], c.delay_ns, (c.activation & 2) != 0 ? "on" : "off",
                    c.sync0_cycle_ns / 1000.0);
     }
-    if (context.json) fmt::print("{}\n", nlohmann::ordered_json{{"result", "done"}, {"stations", all}}.dump(2));
+    if (context.json) show_document("done", {{"stations", all}});
   });
 }
 

@@ -79,7 +79,7 @@ void add_bus_errors(CLI::App& bus, Context& context) {
       nlohmann::ordered_json on_the_wire{
           {"frames", record::to_json(wire->frames)},
           {"other_master", other.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(other)}};
-      fmt::print("{}\n", nlohmann::ordered_json{{"result", "done"}, {"stations", all}, {"wire", on_the_wire}}.dump(2));
+      show_document("done", {{"stations", all}, {"wire", on_the_wire}});
       return;
     }
     fmt::print("\n{}", words(*wire, static_cast<int>(stations->size())));

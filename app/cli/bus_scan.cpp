@@ -152,7 +152,7 @@ void add_bus_scan(CLI::App& bus, Context& context) {
     if (!access) return;
     const auto found = scan(*access, *options, context.json);
     if (!found) return void(context.exit_code = show(found.error(), context.json));
-    if (context.json) fmt::print("{}\n", ordered_json{{"result", "done"}, {"stations", *found}}.dump(2));
+    if (context.json) show_document("done", {{"stations", *found}});
   });
 }
 

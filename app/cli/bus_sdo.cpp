@@ -172,16 +172,13 @@ Result<Target> aim(BusAccess& bus, devices::Survey& survey, const SdoOptions& op
 void print(const Context& context, const Target& t, const Bytes& bytes) {
   const auto value = value_of(bytes, t.type);
   if (context.json) {
-    fmt::print("{}\n", nlohmann::ordered_json{{"result", "done"},
-                                              {"station", t.position},
-                                              {"index", t.object.index},
-                                              {"sub", t.object.sub},
-                                              {"type", t.type != nullptr ? nlohmann::ordered_json(t.type->name)
-                                                                         : nlohmann::ordered_json()},
-                                              {"bytes", hex(bytes)},
-                                              {"value", value}}
-                           .dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
-    return;
+    return show_document("done",
+                         {{"station", t.position},
+                          {"index", t.object.index},
+                          {"sub", t.object.sub},
+                          {"type", t.type != nullptr ? nlohmann::ordered_json(t.type->name) : nlohmann::ordered_json()},
+                          {"bytes", hex(bytes)},
+                          {"value", value}});
   }
   const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
   fmt::print("station {}  {:04X}h:{} = {}", t.title, t.object.index, t.object.sub, text);

@@ -3,13 +3,16 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/long_work.hpp"
 #include "app/cli/shipped.hpp"
 #include "app/cli/verbs.hpp"
 #include "app/desk/do_job.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/job/settle.hpp"
 #include "app/stations/measured.hpp"
+#include "config/bus_notes.hpp"
 #include "config/formats.hpp"
+#include "recipes/bus_notes.hpp"
 #include "recipes/job.hpp"
 #include "recipes/recipe_file.hpp"
 #include "recipes/travel.hpp"
@@ -46,6 +49,7 @@ struct Findings {
   std::vector<Error> errors;
   std::vector<std::string> good;  ///< a line for each file that is right
   std::vector<std::string> notes, assumptions;
+  std::vector<std::string> bus_notes;  ///< what the loss of the bus or of the program costs
 
   /// Takes the mistakes; true: there are none.
   template <class T>
@@ -73,19 +77,24 @@ std::optional<config::Machine> check_machine(const std::string& file, Findings& 
   if (!to.take(machine)) return std::nullopt;
   to.good.push_back(fmt::format("{}: {} axes, {} stations", file, machine->axes.size(), machine->stations.size()));
   for (auto& note : config::notes(*machine)) to.notes.push_back(std::move(note));
+  for (auto& note : config::bus_notes(*machine)) to.bus_notes.push_back(std::move(note));
   add_measured(*machine, to);
   for (auto& each : config::assumptions(*machine)) to.assumptions.push_back(std::move(each));
   return std::move(*machine);
 }
 
 std::optional<recipes::Recipe> check_recipe(const std::string& file, const config::Machine& machine, Findings& to) {
-  auto prepared = desk::prepare(machine, file);
+  auto prepared = [&] {
+    LongWork work("checking " + file);
+    return desk::prepare(machine, file, {}, {.breath = work.breath()});
+  }();
   if (!to.take(prepared)) return std::nullopt;
   if (prepared->proof) {
     to.good.push_back(fmt::format("{}: {} features on '{}', {} motions proved free, about {:.0f} s", file,
                                   prepared->recipe.features.size(), machine.name, prepared->proof->motions,
                                   prepared->proof->forecast.s));
     for (const auto& note : recipes::notes(prepared->recipe, machine)) to.notes.push_back(file + ": " + note);
+    for (const auto& note : recipes::bus_notes(prepared->recipe, machine)) to.bus_notes.push_back(file + ": " + note);
     if (prepared->recipe.order == recipes::Order::Shortest)
       to.notes.push_back(
           fmt::format("{}: `order: shortest`: the needle {}", file,
@@ -122,16 +131,22 @@ void check_script(const std::string& file, const config::Machine& machine, const
   if (misfits.empty()) to.good.push_back(fmt::format("{}: {} entries", file, script->size()));
 }
 
-void show_findings(const Findings& found, const std::vector<std::string>& files, bool list_assumptions, bool json) {
-  if (json) {
-    fmt::print("{}\n",
-               nlohmann::ordered_json{
-                   {"result", "ok"}, {"checked", files}, {"notes", found.notes}, {"assumptions", found.assumptions}}
-                   .dump(2));
+void show_findings(const Findings& found, const std::vector<std::string>& files, bool list_assumptions,
+                   const Context& context) {
+  if (context.json) {
+    show_document("ok", {{"checked", files},
+                         {"notes", found.notes},
+                         {"bus_notes", found.bus_notes},
+                         {"assumptions", found.assumptions}});
     return;
   }
   for (const std::string& line : found.good) fmt::print("{}\n", line);
   for (const std::string& note : found.notes) fmt::print("  note: {}\n", note);
+  if (context.verbose)
+    for (const std::string& note : found.bus_notes) fmt::print("  note: {}\n", note);
+  else if (!found.bus_notes.empty())
+    fmt::print("  {} notes say what the loss of the bus or of the program costs; `gantry -v check` lists them\n",
+               found.bus_notes.size());
   if (list_assumptions)
     for (const std::string& each : found.assumptions) fmt::print("  assumed: {}\n", each);
   else
@@ -176,7 +191,7 @@ void add_check(CLI::App& app, Context& context) {
       if (kind == Kind::Script) check_script(file, *machine, board, found);
     }
     if (found.errors.empty())
-      show_findings(found, checked, rest.empty(), context.json);
+      show_findings(found, checked, rest.empty(), context);
     else
       context.exit_code = show(found.errors, context.json);
   });

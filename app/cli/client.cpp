@@ -148,7 +148,9 @@ void show_answer(const Context& context, const Json& answer, const std::string& 
   for (const Error& e : errors) say("{}\n    remedy: {}\n", to_text(e), info(e.fault).remedy);
   if (context.json) {
     const Json summary = folder.empty() ? Json() : summary_in(folder, shown);
-    return fmt::print("{}\n", (summary.is_null() ? answer : summary).dump(2));
+    if (summary.is_null())
+      return show_document(errors.empty() ? "ok" : "failed", answer, answer.value("exit_code", 0), errors);
+    return fmt::print("{}\n", summary.dump(2));
   }
   fmt::print("{}\n", answer.value("said", answer.value("state", "done")));
   if (record::has_report(folder)) fmt::print("  report         {}/report.html\n", shown);
@@ -215,7 +217,7 @@ bool ask_owner(Context& context, const Asked& asked) {
   OwnerElsewhere elsewhere(owner);
   const bool shows_job = asked.order.kind == run::OrderKind::Run && !context.json;
   if (Keys::usable(shows_job)) hold_on_stop_key();
-  Keys keys(elsewhere, shows_job);
+  Keys keys(elsewhere, shows_job ? Keys::Shows::ProgressAndKeys : Keys::Shows::Nothing);
   if (auto r = elsewhere.say(asked.order, kTheOrder); !r) return stop_with(r.error());
   const bool jogs = asked.order.kind == run::OrderKind::Jog;
   const auto answer = wait_for_answer(owner, elsewhere, keys, jogs ? kJogLookEvery : kLookEvery);

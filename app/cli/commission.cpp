@@ -203,11 +203,8 @@ Result<ordered_json> commission(BusAccess& bus, config::Machine& machine, const 
   if (!json && one.differing() > 0)
     fmt::print("{} parameters are not what the machine file asks for: these stations get no torque.{}\n",
                one.differing(), options.write ? "" : " `--write` writes what may be written.");
-  return ordered_json{{"result", "done"},
-                      {"stations", rows},
-                      {"differing", one.differing()},
-                      {"restart", one.restart()},
-                      {"changed", one.changed()}};
+  return ordered_json{
+      {"stations", rows}, {"differing", one.differing()}, {"restart", one.restart()}, {"changed", one.changed()}};
 }
 
 }  // namespace
@@ -279,7 +276,7 @@ void add_commission(CLI::App& app, Context& context) {
     if (!done) return stop_with(done.error());
     if ((*done)["changed"].get<bool>())
       if (auto kept = keep(); !kept) return stop_with(kept.error());
-    if (context.json) fmt::print("{}\n", done->dump(2));
+    if (context.json) show_document("done", *done);
     if ((*done)["differing"].get<int>() > 0) context.exit_code = 5;
   });
 }

@@ -20,7 +20,7 @@ Result<config::MeasuredDelay> measure(config::Machine& machine, const run::Owner
   auto owner = run::Owner::open(machine, options);
   if (!owner) return tl::unexpected(owner.error());
   OwnerOperated operated(**owner);
-  Keys keys(operated, false, owner->get());
+  Keys keys(operated, Keys::Shows::Nothing, owner->get());
   (*owner)->on_step([&] { keys.poll(); });
   Result<void> ready = (*owner)->bring_up();
   if (ready) ready = (*owner)->home();
@@ -53,14 +53,12 @@ void commission_axis(Context& context, config::Machine machine, const AxisOption
   if (auto made = desk::open_state_folder(*folder); !made) return stop_with(made.error());
   if (auto kept = stations::write_measured(file, machine); !kept) return stop_with(kept.error());
   if (context.json)
-    fmt::print("{}\n", nlohmann::ordered_json{{"result", "done"},
-                                              {"axis", axis->name},
-                                              {"stated_s", axis->response_delay_s},
-                                              {"measured_s", found->delay_s},
-                                              {"within_s", found->within_s},
-                                              {"speed", found->speed},
-                                              {"date", found->date}}
-                           .dump(2));
+    show_document("done", {{"axis", axis->name},
+                           {"stated_s", axis->response_delay_s},
+                           {"measured_s", found->delay_s},
+                           {"within_s", found->within_s},
+                           {"speed", found->speed},
+                           {"date", found->date}});
   else
     fmt::print("{}\n", stations::measured_in_words(*axis));
 }

@@ -114,7 +114,7 @@ void commission_walk(Context& context, config::Machine machine, const std::strin
     words += (words.empty() ? "" : ", ") + axis->name;
   }
   if (context.json)
-    fmt::print("{}\n", nlohmann::ordered_json{{"result", "done"}, {"axes", names}, {"date", date}}.dump(2));
+    show_document("done", {{"axes", names}, {"date", date}});
   else
     fmt::print("walked {}: {} move as the machine file says\n", date, words);
 }

@@ -5,6 +5,7 @@
 #include "app/cli/front.hpp"
 #include "app/cli/job_verbs.hpp"
 #include "app/cli/keys.hpp"
+#include "app/cli/long_work.hpp"
 #include "app/desk/figures.hpp"
 #include "app/desk/held_for_ever.hpp"
 #include "app/desk/state_folder.hpp"
@@ -72,8 +73,11 @@ void do_job(Context& context, JobRequest request) {
   const auto machine = load_machine(context);
   if (!machine) return;
   const motion::Opinion opinion = request.dry_run ? motion::fcl_opinion() : motion::Opinion{};
-  const auto prepared = desk::prepare(*machine, request.recipe_file, request.select,
-                                      {.certificate = request.certificate, .opinion = opinion});
+  const auto prepared = [&] {
+    LongWork work("proving " + request.recipe_file);
+    return desk::prepare(*machine, request.recipe_file, request.select,
+                         {.certificate = request.certificate, .breath = work.breath(), .opinion = opinion});
+  }();
   if (!prepared) return stop_with(prepared.error());
   std::optional<desk::BegunParts> parts;
   if (const auto folder = desk::BegunParts::folder(request.owner.state, request.owner, false);
@@ -101,7 +105,11 @@ void do_job(Context& context, JobRequest request) {
   if (owner) {
     bench.bring_up = [&] {
       operated.emplace(*owner);
-      keys.emplace(*operated, !context.json && !request.dry_run, request.dry_run ? nullptr : owner.get());
+      keys.emplace(*operated,
+                   context.json      ? Keys::Shows::Nothing
+                   : request.dry_run ? Keys::Shows::Progress
+                                     : Keys::Shows::ProgressAndKeys,
+                   request.dry_run ? nullptr : owner.get());
       owner->on_step([&] {
         keys->poll();
         if (held) held->poll();

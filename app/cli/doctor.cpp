@@ -60,14 +60,14 @@ void add_doctor(CLI::App& app, Context& context) {
     const bool failed = worst->level == Finding::Level::Error;
     context.exit_code = static_cast<int>(failed ? info(worst->fault).exit_code : ExitCode::Done);
     if (context.json) {
-      nlohmann::ordered_json document{{"result", failed ? "failed" : word(worst->level)},
-                                      {"exit_code", context.exit_code},
-                                      {"findings", nlohmann::json::array()}};
-      for (const Finding& f : findings)
-        document["findings"].push_back(
+      auto rows = nlohmann::ordered_json::array();
+      std::vector<Error> errors;
+      for (const Finding& f : findings) {
+        rows.push_back(
             nlohmann::ordered_json{{"name", f.name}, {"level", word(f.level)}, {"text", f.text}, {"fix", f.fix}});
-      fmt::print("{}\n", document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
-      return;
+        if (f.level == Finding::Level::Error) errors.push_back({f.fault, f.text, f.name});
+      }
+      return show_document(failed ? "failed" : word(worst->level), {{"findings", rows}}, context.exit_code, errors);
     }
     for (const Finding& f : findings) {
       fmt::print("{:<8} {:<20} {}\n", word(f.level), f.name, f.text);

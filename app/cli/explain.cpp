@@ -41,7 +41,7 @@ nlohmann::ordered_json to_json(const FaultInfo& f) {
           {"text", f.text},
           {"reaction", reaction_text(f.reaction)},
           {"clear", clear_text(f.clear)},
-          {"exit_code", static_cast<int>(f.exit_code)},
+          {"fault_exit_code", static_cast<int>(f.exit_code)},
           {"remedy", f.remedy},
           {"threat", f.threat}};
 }
@@ -82,7 +82,7 @@ void add_explain(CLI::App& app, Context& context) {
       auto all = nlohmann::ordered_json::array();
       for (const FaultInfo& f : catalogue())
         if (f.fault != Fault::None) all.push_back(to_json(f));
-      fmt::print("{}\n", all.dump(2));
+      show_document("ok", {{"faults", all}});
       return;
     }
     if (wanted->count() == 0) {
@@ -101,7 +101,7 @@ void add_explain(CLI::App& app, Context& context) {
       return;
     }
     if (context.json) {
-      fmt::print("{}\n", to_json(*f).dump(2));
+      show_document("ok", to_json(*f));
       return;
     }
     fmt::print("{} {}\n  what:     {}\n  machine:  {}\n  cleared:  by {}\n  remedy:   {}\n  exit:     {}\n",

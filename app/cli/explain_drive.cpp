@@ -130,7 +130,7 @@ void list(const config::StationProfile& profile, const std::vector<Entry>& entri
   if (json) {
     auto all = nlohmann::ordered_json::array();
     for (const Entry& e : entries) all.push_back(to_json(profile, e));
-    fmt::print("{}\n", all.dump(2));
+    show_document("ok", {{"codes", all}});
     return;
   }
   fmt::print("{} ({})\n", profile.title, profile.manual);
@@ -186,7 +186,7 @@ int explain_drive(const std::string& word, const std::string& machine_file, bool
                 json);
   }
   if (json) {
-    fmt::print("{}\n", to_json(*profile, *found).dump(2));
+    show_document("ok", to_json(*profile, *found));
   } else {
     fmt::print("{}:{} ({}, {})\n  what:     {}{}\n  remedy:   {}\n  manual:   {}\n  becomes:  {}\n", profile->name,
                found->code, profile->title, found->where, found->text,

@@ -36,7 +36,7 @@ void add_home(CLI::App& app, Context& context) {
     auto owner = run::Owner::open(*machine, *options);
     if (!owner) return void(context.exit_code = show(owner.error(), context.json));
     OwnerOperated operated(**owner);
-    Keys keys(operated, false, owner->get());
+    Keys keys(operated, Keys::Shows::Nothing, owner->get());
     (*owner)->on_step([&] { keys.poll(); });
     Result<void> done = (*owner)->bring_up();
     if (done) done = (*owner)->home(*axes);
@@ -46,7 +46,8 @@ void add_home(CLI::App& app, Context& context) {
     status["said"] =
         desk::in_words(status) +
         "\nended: the drives have lost their torque again; `gantry up` keeps the machine and its references";
-    fmt::print("{}\n", context.json ? status.dump(2) : status["said"].get<std::string>());
+    if (context.json) return show_document("ok", status);
+    fmt::print("{}\n", status["said"].get<std::string>());
   });
 }
 

@@ -69,13 +69,8 @@ void add_init(CLI::App& app, Context& context) {
                                         fmt::format("gantry --machine {} dry-run {}", kMachine, kRecipe),
                                         fmt::format("gantry --machine {} run {}", kMachine, kRecipe)};
     if (context.json) {
-      fmt::print("{}\n", nlohmann::ordered_json{{"result", "ok"},
-                                                {"exit_code", 0},
-                                                {"folder", fs::absolute(*folder).lexically_normal().string()},
-                                                {"files", *files},
-                                                {"next", next}}
-                             .dump(2));
-      return;
+      return show_document(
+          "ok", {{"folder", fs::absolute(*folder).lexically_normal().string()}, {"files", *files}, {"next", next}});
     }
     fmt::print(
         "{}: {} files\n  {}  the machine: axes, stations, limits, scene\n  {}         a recipe for it\n"

@@ -6,19 +6,21 @@
 
 #include "app/cli/signals.hpp"
 #include "core/log.hpp"
+#include "core/status_line.hpp"
 
 namespace gantry::cli {
 namespace {
 
 constexpr int kBarWidth = 24;
-constexpr std::int64_t kShowEvery = 100;  // cycles
+constexpr std::chrono::milliseconds kShowEvery{100};
 
 }  // namespace
 
-Keys::Keys(Operated& machine, bool progress, run::Owner* held_here) : machine_(machine) {
+Keys::Keys(Operated& machine, Shows shows, run::Owner* held_here) : machine_(machine) {
   if (held_here != nullptr) shell_.emplace(*held_here, ShellJob::Of::Job);
-  progress_ = progress && isatty(STDERR_FILENO) != 0;
-  keys_ = usable(progress);
+  progress_ = shows != Shows::Nothing && isatty(STDERR_FILENO) != 0;
+  virtual_time_ = shows == Shows::Progress;
+  keys_ = usable(shows == Shows::ProgressAndKeys);
   if (!keys_) return;
   raw_ = terminal_.enter();
   if (raw_)
@@ -29,8 +31,7 @@ Keys::Keys(Operated& machine, bool progress, run::Owner* held_here) : machine_(m
 bool Keys::usable(bool progress) { return progress && isatty(STDIN_FILENO) != 0; }
 
 void Keys::clear_line() {
-  if (shown_ && in_front(STDERR_FILENO)) say("\r\x1b[K");
-  shown_ = false;
+  if (in_front(STDERR_FILENO)) clear_status();
 }
 
 void Keys::end() {
@@ -88,15 +89,21 @@ void Keys::press(char key) {
 
 void Keys::show_progress() {
   const JobSeen s = machine_.seen();
-  if (s.cycle - last_shown_ < kShowEvery || !in_front(STDERR_FILENO)) return;
-  last_shown_ = s.cycle;
+  const auto now = Clock::now();
+  if (now - last_shown_ < kShowEvery || !in_front(STDERR_FILENO)) return;
+  last_shown_ = now;
   const run::Progress& p = s.progress;
   const int filled = p.features_total == 0 ? 0 : static_cast<int>(kBarWidth * p.features_done / p.features_total);
-  say("\r\x1b[K[{}{}] {}/{} {} {:.0f} s{} {}{}", std::string(static_cast<std::size_t>(filled), '#'),
-      std::string(static_cast<std::size_t>(kBarWidth - filled), '.'), p.features_done, p.features_total, p.doing,
-      p.elapsed_s, p.remaining_s ? fmt::format(", about {:.0f} s left,", *p.remaining_s) : "", s.state,
-      s.override_factor == 1 ? "" : fmt::format(" {:.0f} %", s.override_factor * 100));
-  shown_ = true;
+  std::optional<double> left_s = p.remaining_s;
+  if (left_s && virtual_time_) {
+    const double waited_s = std::chrono::duration<double>(now - begin_).count();
+    left_s = p.elapsed_s > 0 ? std::optional(waited_s * *left_s / p.elapsed_s) : std::nullopt;
+  }
+  show_status(fmt::format("[{}{}] {}/{} {} {:.0f} s{} {}{}", std::string(static_cast<std::size_t>(filled), '#'),
+                          std::string(static_cast<std::size_t>(kBarWidth - filled), '.'), p.features_done,
+                          p.features_total, p.doing, p.elapsed_s,
+                          left_s ? fmt::format(", about {:.0f} s left,", *left_s) : "", s.state,
+                          s.override_factor == 1 ? "" : fmt::format(" {:.0f} %", s.override_factor * 100)));
 }
 
 }  // namespace gantry::cli

@@ -1,9 +1,10 @@
 // The operator's keys and the progress line while a job runs, both only on a terminal; and Ctrl-C, Ctrl-Z and the loss
 // of the terminal, everywhere.
-//   OwnerOperated machine(owner);   Keys keys(machine, true, &owner);   owner.on_step([&] { keys.poll(); });
+//   OwnerOperated machine(owner);   Keys keys(machine, Keys::Shows::ProgressAndKeys, &owner);   owner.on_step([&] {
+//   keys.poll(); });
 // space hold / resume, n hold now, a abort, + - override, r reset.
 #pragma once
-#include <cstdint>
+#include <chrono>
 #include <optional>
 
 #include "app/cli/operated.hpp"
@@ -14,8 +15,13 @@ namespace gantry::cli {
 
 class Keys {
  public:
+  enum class Shows {
+    Nothing,
+    Progress,        ///< of a job in virtual time: what is left is told in the time of whoever waits
+    ProgressAndKeys  ///< of a job at a machine
+  };
   /// `held_here`: the owner, where this process holds the machine; null in a client.
-  Keys(Operated& machine, bool progress, run::Owner* held_here = nullptr);
+  Keys(Operated& machine, Shows shows, run::Owner* held_here = nullptr);
   ~Keys() { end(); }
   Keys(const Keys&) = delete;
   Keys& operator=(const Keys&) = delete;
@@ -41,8 +47,10 @@ class Keys {
   bool keys_ = false;    ///< stdin is a terminal whose keys are read
   bool raw_ = false;     ///< they come now; in the shell's background they do not
   bool asleep_ = false;  ///< since Ctrl-Z, until SIGCONT
-  bool progress_ = false, interrupted_ = false, shown_ = false;
-  std::int64_t last_shown_ = 0;
+  bool progress_ = false, interrupted_ = false;
+  bool virtual_time_ = false;  ///< the machine's seconds are not those of whoever waits
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point begin_ = Clock::now(), last_shown_{};
 };
 
 }  // namespace gantry::cli

@@ -27,15 +27,15 @@ int main(int argc, char** argv) try {
 
   cli::Context context;
   context.machine_file = cli::shipped_file("config/machines/dispenser.yaml");
-  bool quiet = false, verbose = false;
+  bool quiet = false;
   app.add_option("--machine", context.machine_file, "Machine file, or the name of one that comes with gantry")
       ->capture_default_str();
   app.add_flag("--json", context.json, "One JSON document on stdout; logs go to stderr");
   app.add_flag("-q,--quiet", quiet, "Only warnings and errors on stderr");
-  app.add_flag("-v,--verbose", verbose, "More detail on stderr");
+  app.add_flag("-v,--verbose", context.verbose, "More detail on stderr");
   app.parse_complete_callback([&] {
     context.machine_file = cli::machine_file(context.machine_file);
-    log::open(quiet ? log::Level::Quiet : verbose ? log::Level::Verbose : log::Level::Normal);
+    log::open(quiet ? log::Level::Quiet : context.verbose ? log::Level::Verbose : log::Level::Normal);
     cli::catch_signals();
   });
 

@@ -90,8 +90,7 @@ void forget_part(Context& context, const std::string& state, const std::string& 
   if (said.empty()) said.push_back(desk::removal_in_words(std::nullopt, serial));
   const std::string words = fmt::format("{}\nno owner is up: the clamp stays as it is", fmt::join(said, "\n"));
   if (context.json)
-    fmt::print("{}\n", nlohmann::ordered_json{{"ok", true}, {"exit_code", 0}, {"said", words}}.dump(
-                           2, ' ', false, nlohmann::json::error_handler_t::replace));
+    show_document("ok", {{"ok", true}, {"said", words}});
   else
     fmt::print("{}\n", words);
 }

@@ -32,7 +32,7 @@ Checked<Json> answer(const Options& options) {
   const auto queries = read(options.queries, read_queries), motions = read(options.motions, read_motions);
   if (!errors.empty()) return tl::unexpected(std::move(errors));
 
-  Json out{{"result", "ok"}, {"exit_code", 0}, {"errors", Json::array()}};
+  Json out = Json::object();
   const motion::Scene scene(*machine);
   const auto take = [&](const char* key, Result<Json> rows) -> Result<void> {
     if (!rows) return tl::unexpected(rows.error());
@@ -92,7 +92,7 @@ void add_plan(CLI::App& app, Context& context) {
     if (!document)
       context.exit_code = show(document.error(), context.json);
     else if (context.json)
-      fmt::print("{}\n", document->dump(2, ' ', false, Json::error_handler_t::replace));
+      show_document("ok", *document);
     else
       show_rows(*document);
   });

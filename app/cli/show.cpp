@@ -22,18 +22,25 @@ nlohmann::ordered_json to_json(const Error& e) {
 
 }  // namespace
 
+void show_document(std::string_view result, const nlohmann::ordered_json& rest, int exit_code,
+                   const std::vector<Error>& errors) {
+  nlohmann::ordered_json document{
+      {"result", result}, {"exit_code", exit_code}, {"errors", nlohmann::ordered_json::array()}};
+  for (const Error& e : errors) document["errors"].push_back(to_json(e));
+  document.insert(rest.begin(), rest.end());  // a key that stands in front stays as it is
+  fmt::print("{}\n", document.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
 int show(const std::vector<Error>& errors, bool json, std::string_view board) {
   if (errors.empty()) return static_cast<int>(ExitCode::Done);
   const int exit_code = static_cast<int>(info(errors.front().fault).exit_code);
   if (json) {
-    nlohmann::ordered_json document{
-        {"result", "failed"}, {"exit_code", exit_code}, {"errors", nlohmann::json::array()}};
+    nlohmann::ordered_json rest = nlohmann::ordered_json::object();
     if (board == kBoardUnknown)
-      document["board"] = nullptr;
+      rest["board"] = nullptr;
     else if (!board.empty())
-      document["board"] = board;
-    for (const Error& e : errors) document["errors"].push_back(to_json(e));
-    fmt::print("{}\n", document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+      rest["board"] = board;
+    show_document("failed", rest, exit_code, errors);
   }
   for (const Error& e : errors) {
     say("{}\n", to_text(e));

@@ -6,9 +6,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/status_line.hpp"
+
 namespace gantry::cli {
 
 void say_text(std::string_view text) noexcept {
+  clear_status();
   while (!text.empty()) {
     const ssize_t n = write(STDERR_FILENO, text.data(), text.size());
     if (n < 0 && errno == EINTR) continue;

@@ -32,20 +32,24 @@ Result<void> comparable(const std::string& named) {
       named);
 }
 
-void show_comparison(const record::SetpointComparison& c, bool json) {
-  if (json) {
-    nlohmann::ordered_json document{{"result", c.first_difference ? "different" : "equal"},
-                                    {"ticks", {c.ticks_a, c.ticks_b}},
-                                    {"sent_by_both", c.common},
-                                    {"sent_by_one", {c.only_a, c.only_b}}};
+void show_comparison(const record::SetpointComparison& c, const std::string& file, Context& context) {
+  std::vector<Error> errors;
+  if (const auto& d = c.first_difference)
+    errors.push_back({Fault::SetpointsDiffer, fmt::format("block {}, tick {}: {}", d->block, d->tick, d->what), file});
+  if (!errors.empty()) context.exit_code = static_cast<int>(info(Fault::SetpointsDiffer).exit_code);
+  if (context.json) {
+    nlohmann::ordered_json document{
+        {"ticks", {c.ticks_a, c.ticks_b}}, {"sent_by_both", c.common}, {"sent_by_one", {c.only_a, c.only_b}}};
     if (const auto& d = c.first_difference)
       document["first_difference"] = {{"block", d->block}, {"tick", d->tick}, {"what", d->what}};
-    fmt::print("{}\n", document.dump(2));
-    return;
+    return show_document(c.first_difference ? "different" : "equal", document, context.exit_code, errors);
   }
   fmt::print("{} ticks were sent by both, {} by the first alone, {} by the second alone\n", c.common, c.only_a,
              c.only_b);
-  if (!c.first_difference) fmt::print("equal wherever both sent\n");
+  if (errors.empty())
+    fmt::print("equal wherever both sent\n");
+  else
+    show(errors, false);
 }
 
 void diff(Context& context, const DiffOptions& options) {
@@ -54,10 +58,7 @@ void diff(Context& context, const DiffOptions& options) {
   const std::string a = setpoints_of(options.a), b = setpoints_of(options.b);
   const auto compared = record::compare(a, b);
   if (!compared) return void(context.exit_code = show(compared.error(), context.json));
-  if (compared->first_difference) context.exit_code = static_cast<int>(info(Fault::SetpointsDiffer).exit_code);
-  show_comparison(*compared, context.json);
-  if (const auto& d = compared->first_difference; d && !context.json)
-    show(Error{Fault::SetpointsDiffer, fmt::format("block {}, tick {}: {}", d->block, d->tick, d->what), b}, false);
+  show_comparison(*compared, b, context);
 }
 
 }  // namespace
@@ -73,7 +74,7 @@ void add_trace(CLI::App& app, Context& context) {
   diff_verb->add_option("B", options->b, "The other")->required();
   diff_verb->footer(
       "Exit code 0: equal wherever both sent; 7: they differ. For example:\n"
-      "  gantry trace diff out/demo-board-1 out/demo-board-2");
+      "  gantry trace diff out/demo-board-001 out/demo-board-002");
   diff_verb->callback([&context, options] { diff(context, *options); });
 }
 

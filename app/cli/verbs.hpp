@@ -2,6 +2,7 @@
 // code.
 #pragma once
 #include <CLI/CLI.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -22,6 +23,7 @@ namespace gantry::cli {
 struct Context {
   std::string machine_file;  ///< --machine, or the reference machine that comes with the program
   bool json = false;         ///< --json: one JSON document on stdout
+  bool verbose = false;      ///< --verbose: more detail
   /// What a refusal says of the board, in its document: of a verb that does a job. Empty: it does none.
   std::string_view board{};
   int exit_code = 0;
@@ -58,6 +60,10 @@ void add_publish_options(CLI::App& verb, monitor::NetworkOptions& options, std::
 /// `board`: of the job that they have refused or ended, told in the document; "": it was no job.
 int show(const std::vector<Error>& errors, bool json, std::string_view board = {});
 int show(const Error& error, bool json, std::string_view board = {});
+/// The JSON document of a verb that did its work: `result`, `exit_code` and `errors` stand in front of `rest`, which
+/// may not say them itself.
+void show_document(std::string_view result, const nlohmann::ordered_json& rest, int exit_code = 0,
+                   const std::vector<Error>& errors = {});
 /// Nobody here knows how the job's board is left: null in the document.
 inline constexpr std::string_view kBoardUnknown = "unknown";
 

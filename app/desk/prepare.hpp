@@ -23,6 +23,7 @@ struct Prepared {
 /// What is looked at besides the proof.
 struct Checks {
   std::string certificate{};  ///< a file that must match (app/record/certificate.hpp); "": none is demanded
+  Breath breath{};            ///< of the proof
   motion::Opinion opinion{};  ///< asked of each motion of the proof; empty: nobody is
 };
 

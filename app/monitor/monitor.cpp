@@ -11,6 +11,7 @@
 #include "app/monitor/namesake_watch.hpp"
 #include "app/monitor/topics.hpp"
 #include "core/log.hpp"
+#include "core/status_line.hpp"
 
 namespace gantry::monitor {
 namespace {
@@ -149,8 +150,9 @@ class Monitor {
     std::string text;
     for (const auto& [name, m] : machines_)
       if (m.heard.has_state()) {
-        text += live_view(m.heard, since(m.at), true);
-        if (!m.namesakes_told.empty()) text += "  \x1b[1;31m" + printable(m.namesakes_told) + "\x1b[0m\n";
+        text += live_view(m.heard, since(m.at), colour_);
+        if (!m.namesakes_told.empty())
+          text += (colour_ ? "  \x1b[1;31m" : "  ") + printable(m.namesakes_told) + (colour_ ? "\x1b[0m\n" : "\n");
         text += "\n";
       }
     if (text.empty()) text = since(begin) > options_.silence_s ? not_heard(since(begin)) + "\n" : "listening ...\n";
@@ -202,6 +204,7 @@ class Monitor {
   bool enough_ = false, told_nothing_ = false;
   SteadyClock::time_point drawn_at_{};
   std::ptrdiff_t lines_ = 0;
+  const bool colour_ = !no_color();
 };
 
 }  // namespace

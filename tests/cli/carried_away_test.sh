@@ -46,7 +46,10 @@ for verb in check dry-run; do
   # shellcheck disable=SC2046
   expect_exit 0 "init's next: $verb" "$gantry" $(sed -n "s/^  gantry \(.* $verb .*\)/\1/p" "$work/next")
 done
-sed -i 's/^name: dispenser$/name: mine/' config/machines/dispenser.yaml
+sed -i 's/^machine: dispenser$/machine: mine/' config/machines/dispenser.yaml
+# shellcheck disable=SC2046
+expect_exit 0 "its own name" "$gantry" $(sed -n "s/^  gantry \(.* check .*\)/\1/p" "$work/next")
+expect_text "features on 'mine'"
 sed -i 's/title: iD286-ECFA/title: iD286-MINE/' config/drives/id286.yaml
 expect_exit 0 "its own profile is used" "$gantry" --machine config/machines/dispenser.yaml explain id286
 expect_text "iD286-MINE"

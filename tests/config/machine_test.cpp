@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "changed.hpp"
+#include "config/bus_notes.hpp"
 #include "config/yaml.hpp"
 
 namespace gantry::config {
@@ -124,8 +125,8 @@ TEST(Machine, what_stops_is_normally_closed) {
 
 TEST(Machine, notes_tell_what_is_assumed_and_what_a_bus_loss_costs) {
   auto all = notes(dispenser());
-  const auto assumed = assumptions(dispenser());
-  all.insert(all.end(), assumed.begin(), assumed.end());
+  for (const auto& more : {assumptions(dispenser()), bus_notes(dispenser())})
+    all.insert(all.end(), more.begin(), more.end());
   const auto tells = [&](std::string_view what) {
     return std::any_of(all.begin(), all.end(), [&](const std::string& n) { return n.find(what) != std::string::npos; });
   };
@@ -397,7 +398,7 @@ TEST(Machine, a_quick_stop_brakes_where_a_manual_says_so_and_its_ramp_is_set) {
     ASSERT_TRUE(changed) << to << ": " << to_text(changed.error().front());
     EXPECT_EQ(of(*changed, "y1"), expected) << to;
   }
-  EXPECT_TRUE(std::ranges::any_of(notes(m), [](const std::string& n) {
+  EXPECT_TRUE(std::ranges::any_of(bus_notes(m), [](const std::string& n) {
     return n.find("axis X") != std::string::npos && n.find("50 mm in every 100 ms") != std::string::npos;
   }));
 }

@@ -1,0 +1,42 @@
+#include "core/status_line.hpp"
+
+#include <atomic>
+#include <cerrno>
+#include <cstdlib>
+#include <fmt/format.h>
+#include <string>
+#include <unistd.h>
+
+namespace gantry {
+namespace {
+
+std::atomic<bool> shown{false};
+
+/// In one piece, and never for long: a reader that is slow costs the line.
+void write_out(std::string_view text) noexcept {
+  while (!text.empty()) {
+    const ssize_t n = write(STDERR_FILENO, text.data(), text.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return;
+    text.remove_prefix(static_cast<std::size_t>(n));
+  }
+}
+
+}  // namespace
+
+void show_status(std::string_view line) noexcept try {
+  shown.store(true);
+  write_out(fmt::format("\r\x1b[K\x1b[?7l{}\x1b[?7h", line));
+} catch (...) {  // no memory for a line that nobody needs
+}
+
+void clear_status() noexcept {
+  if (shown.exchange(false)) write_out("\r\x1b[K");
+}
+
+bool no_color() noexcept {
+  const char* wish = std::getenv("NO_COLOR");
+  return wish != nullptr && *wish != '\0';
+}
+
+}  // namespace gantry

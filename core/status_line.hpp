@@ -1,0 +1,17 @@
+// The line on stderr that is written over while something goes on (a bar, a time), on a terminal only. Whatever else is
+// written to the terminal clears it first, so that no log line is glued to it; the next show_status() brings it back.
+//   show_status("[###...] 12/35");   log::info("…");   clear_status();
+#pragma once
+#include <string_view>
+
+namespace gantry {
+
+/// Writes over what it showed before; a line that is too long is cut. Only for who knows that stderr is a terminal.
+void show_status(std::string_view line) noexcept;
+/// Leaves an empty line where one was shown. May be called from any thread.
+void clear_status() noexcept;
+
+/// The user does not want colours: NO_COLOR is set to something (no-color.org).
+bool no_color() noexcept;
+
+}  // namespace gantry

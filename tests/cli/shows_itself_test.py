@@ -1,0 +1,59 @@
+"""Long work on a terminal.  python3 shows_itself_test.py GANTRY FOLDER"""
+import os, re, subprocess, sys
+
+from on_terminal import OnTerminal
+
+gantry, folder = sys.argv[1:3]
+failures = 0
+
+
+def expect(what, good, text=""):
+    global failures
+    failures += not good
+    print(f"ok: {what}" if good else f"FAILED: {what}: {text[-600:]!r}", flush=True)
+
+
+def on_terminal(words, environment=None):
+    p = OnTerminal(words, environment)
+    status = p.wait()
+    return status, p.text
+
+
+COLOUR = re.compile(r"\x1b\[[0-9;]*m")
+BAR = re.compile(r"\[[#.]{24}\] \d+/35 .* s")
+
+dry_run = [gantry, "dry-run", "recipes/demo-board.yaml", "--out"]
+status, text = on_terminal(dry_run + [os.path.join(folder, "job")])
+expect("a dry run on a terminal ends well", status == 0, text)
+expect("it shows how far it is", BAR.search(text), text)
+expect("and what is left", re.search(r"about \d+ s left", text), text)
+expect("its log lines have colour", COLOUR.search(text), text)
+# What stands on a line after all that was written over: a log line begins at its first column.
+lines = [re.split(r"\r\x1b\[K", line)[-1] for line in text.split("\r\n")]
+logged = [line for line in lines if re.search(r"[IWE] \d\d:\d\d:\d\d\.\d\d\d ", line)]
+expect("log lines are told", len(logged) > 3, text)
+glued = [line for line in logged if not re.match(r"(\x1b\[[0-9;?]*[a-zA-Z])*[IWE](\x1b\[[0-9;]*m)? ", line)]
+expect("none is glued to the bar", not glued, repr(glued))
+
+status, text = on_terminal(dry_run + [os.path.join(folder, "plain")], {"NO_COLOR": "1"})
+expect("NO_COLOR takes the colours of the log", status == 0 and not COLOUR.search(text), text)
+
+piped = subprocess.run(dry_run + [os.path.join(folder, "piped")], capture_output=True, text=True)
+expect("without a terminal there is no bar", piped.returncode == 0 and "\x1b" not in piped.stderr + piped.stdout
+       and not BAR.search(piped.stderr), piped.stderr)
+
+# Many dots: the proof takes longer than a moment.
+with open("tests/cli/short-board.yaml") as file:
+    board = file.read()
+big = os.path.join(folder, "big.yaml")
+with open(big, "w") as file:
+    file.write(board[:board.index("features:")] + "features:\n  - array: {name: many, material: adhesive, "
+               "at: [10 mm, 8 mm], rows: 60, columns: 80, pitch: [0.5 mm, 0.25 mm]}\n")
+status, text = on_terminal([gantry, "check", big])
+expect("the check of a large recipe shows that it goes on", re.search(r"checking .*big.yaml: \d+\.\d s", text), text)
+expect("and clears that line", status != 0 or re.search(r"\r\x1b\[K[^\r]*big.yaml: 4800 features", text) or
+       re.search(r"\n[^\r\n]*big.yaml: 4800 features", text), text)
+piped = subprocess.run([gantry, "check", big], capture_output=True, text=True)
+expect("but not without a terminal", "checking" not in piped.stderr + piped.stdout, piped.stderr)
+
+sys.exit(failures != 0)
