@@ -14,6 +14,14 @@ namespace {
 constexpr int kBarWidth = 24;
 constexpr std::chrono::milliseconds kShowEvery{100};
 
+/// In steps of 10 %, up to 10 % of 1 %.
+double next_override(double factor, bool more) {
+  constexpr double kCoarse = 0.1, kFine = 0.01, kRounding = 1e-6;
+  const bool fine = more ? factor < kCoarse - kRounding : factor < kCoarse + kRounding;
+  const double step = fine ? kFine : kCoarse;
+  return std::clamp(factor + (more ? step : -step), kFine, 2.0);
+}
+
 }  // namespace
 
 Keys::Keys(Operated& machine, Shows shows, run::Owner* held_here) : machine_(machine) {
@@ -80,7 +88,7 @@ void Keys::press(char key) {
     case '+':
     case '-':
       order.kind = OrderKind::Override;
-      order.value = std::clamp(machine_.seen().override_factor + (key == '+' ? 0.1 : -0.1), 0.1, 2.0);
+      order.value = next_override(machine_.seen().override_factor, key == '+');
       break;
     default: return;
   }

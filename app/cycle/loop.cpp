@@ -99,9 +99,10 @@ void Loop::heed_watchdog() noexcept {
 /// Brings the commanded values to this cycle. Where the host stalled, the ticks in between are computed too, told as
 /// not sent, and only the last one goes out: the target is that of the time, and the commanded stream has no holes.
 void Loop::advance(const Beat& beat) noexcept {
-  const AxisVec before = commanded_.target;
+  const AxisVec before_last = before_last_, last = commanded_.target;
   const std::int64_t steps = std::min(beat.elapsed, kMostSteps);
   for (std::int64_t i = 1; i <= steps; ++i) {
+    before_last_ = commanded_.target;
     step_motion();
     if (i < steps) {
       Beat skipped = beat;
@@ -112,26 +113,42 @@ void Loop::advance(const Beat& beat) noexcept {
   }
   if (state_ == State::Offline || !axes_.all_enabled()) return;
   const bool walks = block_ != 0 && purpose_ == Purpose::Walk;
-  const motion::Verdict verdict = motion::check_target(walks ? walk_limits_ : setup_.limits, before, commanded_.target,
-                                                       static_cast<int>(steps - 1), walks ? ~0u : axes_.referenced());
-  if (verdict.fault != Fault::None) {
-    react(verdict.fault, verdict.axis, 0);
+  const motion::Verdict verdict =
+      motion::check_target(walks ? walk_limits_ : setup_.limits, before_last, last, commanded_.target,
+                           static_cast<int>(steps - 1), walks ? ~0u : axes_.referenced());
+  if (verdict.fault == Fault::None) return;
+  react(verdict.fault, verdict.axis, 0);
+  if (verdict.fault == Fault::SoftLimit)
     hold_position();
-  }
+  else
+    brake_from(before_last, last);
+}
+
+/// What came to here was good, what would have followed is not: every axis brakes from these two targets, a tick apart.
+void Loop::brake_from(const AxisVec& before_last, const AxisVec& last) noexcept {
+  AxisVec v{};
+  for (std::size_t i = 0; i < setup_.axes.size(); ++i) v[i] = (last[i] - before_last[i]) / setup_.limits.tick_s;
+  interpolator_.axis_stop_from(compensation_.go_on(last, v, commanded_.outputs & ~setup_.valve_mask), v);
+  before_last_ = last;
+  step_setpoint();
 }
 
 void Loop::step_motion() noexcept {
   if (hold_waits_ && compensation_.clear_of(setup_.valve_mask)) hold();
   valve_cut_ = shut_valve_ && (sent_outputs_ & setup_.valve_mask) != 0;
   if (block_ != 0) ++tick_;
+  step_setpoint();
+  if (commanded_.setpoint.off_path) react(Fault::TargetStep, kNoAxis, 0);
+  if (commanded_.setpoint.probing && !probe_told_) probing_ = true;  // while it brakes after the touch, it is over
+}
+
+void Loop::step_setpoint() noexcept {
   commanded_.setpoint = interpolator_.step(override_);
   const motion::Compensated out = compensation_.step(commanded_.setpoint, shut_valve_ ? setup_.valve_mask : 0);
   shut_valve_ = false;  // it has cleared what was on its way; the interpolator keeps the valve shut from here on
   commanded_.target = out.q;
   commanded_.outputs = out.outputs;
   settled_ = out.settled;
-  if (commanded_.setpoint.off_path) react(Fault::TargetStep, kNoAxis, 0);
-  if (commanded_.setpoint.probing && !probe_told_) probing_ = true;  // while it brakes after the touch, it is over
 }
 
 void Loop::write_image(const Beat& beat) noexcept {
@@ -156,7 +173,7 @@ void Loop::hold_position() noexcept {
   const AxisVec here = axes_.commanded();
   interpolator_.start(here);
   compensation_.reset(here, commanded_.outputs & ~setup_.valve_mask);
-  commanded_.target = here;
+  commanded_.target = before_last_ = here;
 }
 
 // ---- faults ----

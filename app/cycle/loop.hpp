@@ -52,6 +52,8 @@ class Loop {
   void hold() noexcept;
   void advance(const Beat& beat) noexcept;
   void step_motion() noexcept;
+  void step_setpoint() noexcept;
+  void brake_from(const AxisVec& before_last, const AxisVec& last) noexcept;
   void write_image(const Beat& beat) noexcept;
   void heed_watchdog() noexcept;
   void exchange(const Beat& beat, Time now) noexcept;
@@ -97,6 +99,7 @@ class Loop {
 
   State state_ = State::Offline;
   Commanded commanded_;
+  AxisVec before_last_{};  ///< the target of the tick before commanded_
   devices::Exchange exchange_;
   CycleIndex cycle_ = 0;
   Fault latched_ = Fault::None;

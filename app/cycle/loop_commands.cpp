@@ -130,7 +130,9 @@ void Loop::obey(const Command& command) noexcept {
       interpolator_.resume();
       break;
     case CommandKind::Abort: abort(); break;
-    case CommandKind::Override: override_ = std::clamp(command.value, 0.1, 2.0); break;
+    case CommandKind::Override:
+      override_ = std::clamp(command.value, motion::kLeastOverride, motion::kMostOverride);
+      break;
     case CommandKind::SetOutputs: {
       // The valve opens with a dispense command only, the brake when its axis has torque.
       const std::uint32_t mask = command.mask & ~(setup_.valve_mask | setup_.brake_mask);

@@ -126,10 +126,10 @@ Result<run::Order> order_of(const nlohmann::json& json) {
     order.now = !now->is_boolean() || now->get<bool>();  // an order that stops is taken whatever else it says
   if (order.kind == run::OrderKind::Override) {
     if (!json.contains("value") || !json["value"].is_number())
-      return fail(Fault::Refused, "'override' needs \"value\": 0, or 0.1 to 2");
+      return fail(Fault::Refused, "'override' needs \"value\": 0, or 0.01 to 2");
     order.value = json["value"].get<double>();
-    if (order.value != 0 && !(order.value >= 0.1 && order.value <= 2.0))
-      return fail(Fault::Refused, "an override is 0, which holds, or 0.1 to 2, which is 10 to 200 %");
+    if (order.value != 0 && !(order.value >= 0.01 && order.value <= 2.0))
+      return fail(Fault::Refused, "an override is 0, which holds, or 0.01 to 2, which is 1 to 200 %");
   }
   return order;
 }

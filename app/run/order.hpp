@@ -39,7 +39,7 @@ struct Order {
   std::string certificate{};        ///< Run: path of the certificate that it demands; empty: none
   std::vector<std::string> axes{};  ///< Home: these alone; empty: every one
   job::JogWords jog{};              ///< Jog
-  double value = 1;                 ///< Override: 1 is 100 %; 0.1 .. 2, or 0: hold now
+  double value = 1;                 ///< Override: 1 is 100 %; 0.01 .. 2, or 0: hold now
   bool now = false;                 ///< Hold: does not wait for the end of the feature
 };
 

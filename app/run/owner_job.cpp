@@ -222,7 +222,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   if (options.forecast != nullptr)
     forecast =
         job::from_here(*options.forecast, p.machine, recipe, job, p.where_a_job_begins(), p.control().valve_shut_s());
-  p.job.emplace(RunningJob{Recording(p.machine, result, latest().time_ns, options.out, watched, writer),
+  p.job.emplace(RunningJob{Recording(p.machine, recipe, result, latest().time_ns, options.out, watched, writer),
                            Runner({.machine = p.machine,
                                    .control = p.control(),
                                    .camera = p.world != nullptr ? &p.world->camera() : nullptr,

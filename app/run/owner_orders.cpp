@@ -25,6 +25,12 @@ Error Owner::Parts::refusal(OrderKind order) const {
           ""};
 }
 
+/// The valve is shut: there is nothing to finish.
+std::string Owner::Parts::travel_hold_words() const {
+  const std::string next = job ? job->runner.heads_for() : "";
+  return next.empty() ? "holds now, on its way" : fmt::format("holds now, on the way to '{}'", next);
+}
+
 Result<void> Owner::Parts::hold(bool now) {
   const State state = control().latest().state;
   if (control().aborting()) return tl::unexpected(refusal(OrderKind::Hold));
@@ -32,7 +38,7 @@ Result<void> Owner::Parts::hold(bool now) {
   if (next(state, cycle::Cause::Hold)) {
     const std::optional<Ahead> ahead = job ? job->runner.ahead() : std::nullopt;
     now = now || state != State::Running || (ahead && ahead->left_s > machine.hold_within_s);
-    order_said = !ahead ? ""
+    order_said = !ahead ? travel_hold_words()
                  : now  ? fmt::format("holds now, on '{}'", ahead->feature)
                         : fmt::format("holds after '{}', in {:.1f} s", ahead->feature, ahead->left_s);
     control().post({.kind = CommandKind::Hold, .value = now ? 1.0 : 0.0});

@@ -128,6 +128,7 @@ struct Owner::Parts {
   /// An order that is answered at once.
   Result<void> at_once(const Order& order);
   [[nodiscard]] Result<void> hold(bool now);
+  [[nodiscard]] std::string travel_hold_words() const;
   [[nodiscard]] Result<void> resume();
   [[nodiscard]] Result<void> set_override(double factor);
   /// An override that was raised while the valve was open takes effect when it is shut.

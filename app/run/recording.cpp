@@ -10,6 +10,7 @@ namespace gantry::run {
 namespace {
 
 constexpr const char* kSetpoints = "setpoints.bin";
+constexpr const char* kBeadSpeeds = "bead_speeds.csv";
 
 }  // namespace
 
@@ -21,8 +22,9 @@ std::string_view job_word(const cycle::Snapshot& s, bool holds_next) {
   return waits || s.state == State::Held ? "held" : "running";
 }
 
-Recording::Recording(const config::Machine& machine, record::JobResult& result, std::int64_t start_ns,
-                     const std::string& out, monitor::SnapshotWriter* watched, record::FileWriter::Thread thread)
+Recording::Recording(const config::Machine& machine, const recipes::Recipe& recipe, record::JobResult& result,
+                     std::int64_t start_ns, const std::string& out, monitor::SnapshotWriter* watched,
+                     record::FileWriter::Thread thread)
     : result_(result),
       watched_(watched),
       trace_(machine, start_ns),
@@ -34,6 +36,10 @@ Recording::Recording(const config::Machine& machine, record::JobResult& result, 
     setpoints_.emplace(std::move(*file));
   else
     record::not_kept(result, kSetpoints, file.error());
+  if (auto file = record::BeadSpeedFile::create(out + "/" + kBeadSpeeds, recipe, start_ns, thread))
+    bead_speeds_.emplace(std::move(*file));
+  else
+    record::not_kept(result, kBeadSpeeds, file.error());
 }
 
 void Recording::add(const cycle::Snapshot& s, bool holds_next, const std::string& doing, std::optional<double> left_s) {
@@ -41,6 +47,7 @@ void Recording::add(const cycle::Snapshot& s, bool holds_next, const std::string
   trace_.add(s);
   hash_.add(s);
   if (setpoints_) setpoints_->add(s);
+  if (bead_speeds_) bead_speeds_->add(s);
   override_ = s.override_factor;
   left_s_ = left_s;
   if (watched_ == nullptr) return;
@@ -96,9 +103,13 @@ void Recording::finish(bool nothing_lost) {
   result_.setpoint_hash = hash_.value();
   result_.setpoint_ticks = hash_.ticks();
   result_.setpoint_stream_complete = hash_.complete() && nothing_lost;
-  if (!setpoints_) return;
-  if (auto closed = setpoints_->close(); !closed) record::not_kept(result_, kSetpoints, closed.error());
-  setpoints_.reset();
+  const auto close = [&](auto& file, const char* name) {
+    if (!file) return;
+    if (auto closed = file->close(); !closed) record::not_kept(result_, name, closed.error());
+    file.reset();
+  };
+  close(setpoints_, kSetpoints);
+  close(bead_speeds_, kBeadSpeeds);
 }
 
 }  // namespace gantry::run

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "app/monitor/snapshot_shm.hpp"
+#include "app/record/bead_speed_file.hpp"
 #include "app/record/job_result.hpp"
 #include "app/record/setpoint_file.hpp"
 #include "app/record/setpoint_hash.hpp"
@@ -22,9 +23,10 @@ std::string_view job_word(const cycle::Snapshot& snapshot, bool holds_next);
 
 class Recording {
  public:
-  /// `out` is the folder for setpoints.bin, "" keeps none; `thread` writes it. `watched` may be null.
-  Recording(const config::Machine& machine, record::JobResult& result, std::int64_t start_ns, const std::string& out,
-            monitor::SnapshotWriter* watched,
+  /// `recipe` outlives it. `out` is the folder for setpoints.bin and bead_speeds.csv, "" keeps none; `thread` writes
+  /// them. `watched` may be null.
+  Recording(const config::Machine& machine, const recipes::Recipe& recipe, record::JobResult& result,
+            std::int64_t start_ns, const std::string& out, monitor::SnapshotWriter* watched,
             record::FileWriter::Thread thread = record::FileWriter::Thread::Callers);
 
   /// Those who watch hear of it at least every kTellEvery_ns of machine time, whatever the job does. `doing` in words;
@@ -40,7 +42,7 @@ class Recording {
   void begin(std::optional<double> left_s) { left_s_ = left_s, tell("running", "begins"); }
   /// The job is over; `word` as record::result_word() has it. Those who watch are told why, too.
   void over(std::string_view word);
-  /// What the job came to: everything but the world's part. Closes the file.
+  /// What the job came to: everything but the world's part. Closes the files.
   void finish(bool nothing_lost);
 
   [[nodiscard]] std::size_t features_done() const { return result_.features_done; }
@@ -60,6 +62,7 @@ class Recording {
   record::Trace trace_;
   record::SetpointHash hash_;
   std::optional<record::SetpointFile> setpoints_;
+  std::optional<record::BeadSpeedFile> bead_speeds_;
   std::int64_t start_ns_, now_ns_;
   std::int64_t told_ns_;  ///< when the watchers were told last
   std::string told_state_;

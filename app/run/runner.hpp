@@ -58,6 +58,8 @@ class Runner {
   [[nodiscard]] const job::JobState& state() const { return state_; }
   /// Nothing while the valve is shut.
   [[nodiscard]] std::optional<Ahead> ahead() const;
+  /// The feature that is dispensed next in the motion that plays; empty: none is.
+  [[nodiscard]] std::string heads_for() const;
   /// Beads that were dispensed at another speed than the recipe's.
   [[nodiscard]] std::vector<job::OffSpeed> off_speed() const { return speed_watch_.off_speed(); }
   /// What it does now, for people: "mark M2", "touch T1", "dispensing".

@@ -38,6 +38,20 @@ std::optional<Ahead> Runner::ahead() const {
   return Ahead{recipes::id_of(recipe_.features[feature]), left_s / std::min(1.0, s.override_factor)};
 }
 
+std::string Runner::heads_for() const {
+  const cycle::Snapshot& s = site_.control.latest();
+  if (playing_ == nullptr || s.block != block_) return "";
+  double way_mm = 0;
+  for (const motion::Segment& segment : *playing_) {
+    if (segment.kind != motion::SegmentKind::Dwell) way_mm += segment.geometry.length;
+    const bool opens =
+        std::any_of(segment.events.begin(), segment.events.end(), [](const auto& event) { return event.dispense; });
+    if (opens && way_mm >= s.way_mm && segment.feature < recipe_.features.size())
+      return recipes::id_of(recipe_.features[segment.feature]);
+  }
+  return "";
+}
+
 void Runner::note_cut(const std::vector<job::FeatureState>& before, const std::deque<motion::Segment>& segments) {
   watch_ = job::FeatureWatch(recipes::dispensed_by(job_));
   std::optional<std::size_t> cut;

@@ -26,6 +26,17 @@ Compensation::Compensation(const Limits& limits, const AxisVec& response_delay_s
 
 void Compensation::reset(const AxisVec& q, std::uint32_t outputs) noexcept { history_.fill({q, {}, outputs}); }
 
+AxisVec Compensation::go_on(const AxisVec& q, const AxisVec& v, std::uint32_t outputs) noexcept {
+  AxisVec planned = q;
+  for (std::size_t i = 0; i < axes_; ++i) planned[i] += v[i] * tick_s_ * (whole_[i] + fraction_[i]);
+  for (std::size_t k = 0; k < kHistory; ++k) {
+    Sample& s = history_[(newest_ + kHistory - k) % kHistory];
+    s = {planned, v, outputs};
+    for (std::size_t i = 0; i < axes_; ++i) s.q[i] -= v[i] * tick_s_ * static_cast<double>(k);
+  }
+  return planned;
+}
+
 bool Compensation::clear_of(std::uint32_t mask) const noexcept {
   for (int k = 0; k <= delay_ticks_; ++k)
     if ((ago(k).outputs & mask) != 0) return false;

@@ -28,6 +28,9 @@ class Compensation {
   /// Every axis stands at q since ever.
   void reset(const AxisVec& q, std::uint32_t outputs = 0) noexcept;
 
+  /// The delayed targets are at q and go at v since ever. Returns where the planned setpoint is then.
+  AxisVec go_on(const AxisVec& q, const AxisVec& v, std::uint32_t outputs) noexcept;
+
   /// q(t - (D - d_i)) of every axis, D = the largest delay in whole ticks; outputs of D ticks ago. Bits of safe_mask
   /// are cleared now, and in all that is still on its way: a stop's closing is never late.
   Compensated step(const Setpoint& planned, std::uint32_t safe_mask) noexcept;

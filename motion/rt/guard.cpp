@@ -5,9 +5,11 @@
 
 namespace gantry::motion {
 
-Verdict check_target(const Limits& limits, const AxisVec& last, const AxisVec& next, int missed_ticks,
-                     std::uint32_t axes) noexcept {
-  constexpr double kSlack = 1e-6;  // relative to a tick's way, and of a limit: what rounding may add
+Verdict check_target(const Limits& limits, const AxisVec& before_last, const AxisVec& last, const AxisVec& next,
+                     int missed_ticks, std::uint32_t axes) noexcept {
+  constexpr double kSlack = 1e-6;        // relative to a tick's way, and of a limit: what rounding may add
+  constexpr double kPlanned = 1 + 1e-3;  // of the acceleration: what the planner's own inspection lets pass
+  constexpr double kRounding = 1e-15;    // of a position, four of which make a difference of steps
   // A delayed target lies on a cubic between two samples, and where the jerk jumps by up to 2 j it is off by up to
   // 2 j h^3 / 192; two in a row may differ by twice that (compensation.cpp).
   const double cubic = limits.tick_s * limits.tick_s * limits.tick_s / 48;
@@ -23,6 +25,12 @@ Verdict check_target(const Limits& limits, const AxisVec& last, const AxisVec& n
     // What stands outside (it was switched on there) may stay and come back, but not go further out.
     if ((next[i] > l.p_max + slack && next[i] > last[i]) || (next[i] < l.p_min - slack && next[i] < last[i]))
       return {Fault::SoftLimit, id};
+    // A step is the mean speed over its ticks; the middles of the two are (ticks + 1) / 2 apart. Of a delayed target
+    // the difference of steps may be off by twice what a step may (see above).
+    const double change = (next[i] - last[i]) / ticks - (last[i] - before_last[i]);
+    const double allowed = l.a_max * limits.tick_s * limits.tick_s * kPlanned * (ticks + 1) / 2;
+    const double rounding = 2 * l.j_max * cubic + 4 * kRounding * std::abs(next[i]);
+    if (!(std::abs(change) <= allowed + rounding)) return {Fault::TargetStep, id};
   }
   return {};
 }

@@ -1,6 +1,8 @@
 // The last look at a target before it goes to the drives: finite, within the soft limits, no step that the axis's speed
-// limit does not allow. Planned motion never fails it; what fails it is a mistake of ours and must not be sent.
-//   Verdict v = check_target(limits, last_sent, next, missed_ticks);   if (v.fault != Fault::None) -> axis stop
+// limit does not allow, and no change of steps that its acceleration limit does not. Planned motion never fails it;
+// what fails it is a mistake of ours and must not be sent.
+//   Verdict v = check_target(limits, before_last, last_sent, next, missed_ticks);   if (v.fault != Fault::None) -> axis
+//   stop
 #pragma once
 #include "core/fault.hpp"
 #include "core/id.hpp"
@@ -13,9 +15,9 @@ struct Verdict {
   AxisId axis = kNoAxis;
 };
 
-/// missed_ticks: ticks that a stall skipped since `last` was sent. `axes`: bit n: axis n is looked at (axes that are
-/// not referenced have no limits yet).
-Verdict check_target(const Limits& limits, const AxisVec& last, const AxisVec& next, int missed_ticks = 0,
-                     std::uint32_t axes = 0xFFFFFFFFu) noexcept;
+/// before_last: the target of the tick before that of `last`. missed_ticks: ticks that a stall skipped since `last` was
+/// sent. `axes`: bit n: axis n is looked at (axes that are not referenced have no limits yet).
+Verdict check_target(const Limits& limits, const AxisVec& before_last, const AxisVec& last, const AxisVec& next,
+                     int missed_ticks = 0, std::uint32_t axes = 0xFFFFFFFFu) noexcept;
 
 }  // namespace gantry::motion

@@ -51,7 +51,8 @@ Setpoint Interpolator::step(double override_factor) noexcept {
 Setpoint Interpolator::tick(double override_factor) noexcept {
   if (doing_ == Doing::AxisStop) return axis_stop_tick();
   if (doing_ == Doing::Nothing) return setpoint();
-  const double wanted = std::isfinite(override_factor) ? std::clamp(override_factor, 0.1, 2.0) : 1.0;
+  const double wanted =
+      std::isfinite(override_factor) ? std::clamp(override_factor, kLeastOverride, kMostOverride) : 1.0;
   if (wanted != override_) {
     override_ = wanted;
     stale_ = true;
@@ -237,7 +238,16 @@ Setpoint Interpolator::setpoint() const noexcept {
 
 void Interpolator::axis_stop() noexcept {
   outputs_.close_valve();
-  if (doing_ == Doing::AxisStop) return;
+  if (doing_ != Doing::AxisStop) brake_axes();
+}
+
+void Interpolator::axis_stop_from(const AxisVec& q, const AxisVec& v) noexcept {
+  outputs_.close_valve();
+  q_ = q, v_ = v, a_ = AxisVec{};
+  brake_axes();
+}
+
+void Interpolator::brake_axes() noexcept {
   for (std::size_t i = 0; i < limits_.axes; ++i) {
     const AxisLimits& l = limits_.axis[i];
     axis_stop_[i] = stop({q_[i], v_[i], a_[i]}, {l.v_max, l.a_max, l.j_max}).profile;

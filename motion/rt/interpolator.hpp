@@ -21,6 +21,8 @@
 
 namespace gantry::motion {
 
+inline constexpr double kLeastOverride = 0.01, kMostOverride = 2;
+
 class Interpolator {
  public:
   /// valve_mask: bits of the output word that every hold and stop clears, and that only an OutputEvent with `dispense`
@@ -37,8 +39,8 @@ class Interpolator {
   /// Drops the segments of a block that was not let begin, so that none is left for the next block of that number.
   void forget(std::uint32_t block) noexcept;
 
-  /// One tick on. override_factor: 0.1 .. 2.0, 1 = as planned; clamped. Pieces of a longer path are never faster than
-  /// planned.
+  /// One tick on. override_factor: kLeastOverride .. kMostOverride, 1 = as planned; clamped. Pieces of a longer path
+  /// are never faster than planned.
   Setpoint step(double override_factor) noexcept;
 
   void hold() noexcept;       ///< brakes on the path; the valve closes at once
@@ -49,6 +51,8 @@ class Interpolator {
   /// this is told; told too late for that, at once.
   void probe_latched(AxisId axis, double position) noexcept;
   void axis_stop() noexcept;  ///< every axis brakes with its own limits; the path is lost, the block is dropped
+  /// The same from another state than that of the plan, without acceleration.
+  void axis_stop_from(const AxisVec& q, const AxisVec& v) noexcept;
 
   /// Sets bits of the output word outside the valve's.
   void set_outputs(std::uint32_t mask, std::uint32_t bits) noexcept;
@@ -83,6 +87,7 @@ class Interpolator {
   void drop_block() noexcept;
   bool stands() noexcept;
   bool take_path_state() noexcept;
+  void brake_axes() noexcept;
   Setpoint axis_stop_tick() noexcept;
   [[nodiscard]] Setpoint setpoint() const noexcept;
   // replan.cpp: what s does next on a line

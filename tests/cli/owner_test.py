@@ -216,7 +216,7 @@ os.makedirs(os.path.join(work, "planted"))
 victim = os.path.join(work, "victim")
 with open(victim, "w") as file:
     file.write("precious")
-for name in ("report.html", "summary.json", "setpoints.bin", "deposits.csv", "summary.json.part", "report.html.part"):
+for name in ("report.html", "summary.json", "setpoints.bin", "bead_speeds.csv", "deposits.csv", "summary.json.part", "report.html.part"):
     os.symlink(victim, os.path.join(work, "planted", name))
 done = program("dry-run", recipe, "--out", os.path.join(work, "planted"), "--force")
 with open(victim) as file:

@@ -2,6 +2,7 @@
 // world's board.
 #include <cmath>
 #include <cstdlib>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <random>
 
@@ -85,6 +86,36 @@ TEST(Hold, says_where_it_stops) {
   EXPECT_NEAR(static_cast<double>(holder.shut_after.at(0)) * 1e-3, told_s, 0.1) << holder.said;
 }
 
+TEST(Hold, says_where_it_stops_on_the_way_to_a_feature) {
+  Rig rig({.placement = "dx=0.5 mm"});
+  std::vector<std::string> said;
+  CycleIndex held_at = 0;
+  bool open = false, dispensed = true;  // since the last hold
+  rig.on_step = [&](run::Owner& owner) {
+    const auto& s = owner.latest();
+    dispensed = dispensed || (open && !valve_open(s));
+    open = valve_open(s);
+    // Once on the way to the job's first feature, once between two.
+    if (held_at == 0 && said.size() < 2 && dispensed && !open && s.block != 0 && s.feature == motion::kTravel &&
+        s.path_speed > 20) {
+      EXPECT_TRUE(owner.order(hold(false)));
+      said.push_back(owner.order_said());
+      held_at = s.cycle;
+      dispensed = said.back() == "holds now, on its way";  // to a mark, a touch or the purge
+    }
+    if (held_at == 0 || s.cycle < held_at + 1000) return;
+    EXPECT_TRUE(owner.order(resume()));
+    held_at = 0;
+    if (dispensed) said.pop_back();
+  };
+  const auto result = rig.run(kPatterns);
+  EXPECT_EQ(result.exit_code, ExitCode::Done);
+  const recipes::Recipe recipe = test::load_recipe(kPatterns);
+  ASSERT_EQ(said.size(), 2u);
+  EXPECT_EQ(said[0], "holds now, on the way to '" + recipes::id_of(recipe.features[0]) + "'");
+  EXPECT_EQ(said[1], "holds now, on the way to '" + recipes::id_of(recipe.features[1]) + "'");
+}
+
 TEST(Hold, a_second_one_and_one_far_from_the_end_do_not_wait) {
   for (const bool second : {true, false}) {
     Rig rig({.placement = "dx=0.5 mm", .change = [&](config::Machine& m) { m.hold_within_s = second ? 1e3 : 0.1; }});
@@ -129,6 +160,72 @@ TEST(Hold, whatever_bead_is_cut_is_joined_to_what_lies) {
   }
   std::printf("%zu joins, the worst %.4f mm\n", joins, worst);
   EXPECT_GE(joins, 12u);
+}
+
+/// Beads of every kind, each of a material with a speed of its own.
+recipes::Recipe at_speeds(const std::vector<double>& mm_s) {
+  std::string materials, features;
+  const char* const kBeads[] = {
+      "line: {{name: b{0}, material: m{0}, from: [20 mm, 8 mm], to: [60 mm, 8 mm]}}",
+      "rectangle: {{name: b{0}, material: m{0}, at: [20 mm, 14 mm], size: [40 mm, 8 mm], corner_tolerance: 0.1 mm}}",
+      "circle: {{name: b{0}, material: m{0}, centre: [30 mm, 34 mm], radius: 9 mm}}",
+      "spiral: {{name: b{0}, material: m{0}, centre: [52 mm, 34 mm], from_radius: 2 mm, to_radius: 8 mm, spacing: 3 "
+      "mm}}",
+      "polyline: {{name: b{0}, material: m{0}, points: [[20 mm, 46 mm], [35 mm, 49 mm], [50 mm, 46 mm], [60 mm, 49 "
+      "mm]], "
+      "corner_tolerance: 0.1 mm}}"};
+  for (std::size_t i = 0; i < std::size(kBeads); ++i) {
+    materials += fmt::format(
+        "  m{}: {{speed: {:.2f} mm/s, gap: 0.2 mm, valve_open_lead: 8 ms, valve_close_lead: 6 ms, "
+        "dot_time: 30 ms, retract: 3 mm}}\n",
+        i, mm_s[i]);
+    features += "  - " + fmt::format(fmt::runtime(kBeads[i]), i) + "\n";
+  }
+  const auto recipe = recipes::parse(
+      "version: 1\nrecipe: speeds\nplacement: fixture\nboard: {size: [80 mm, 55 mm], "
+      "thickness: 12 mm, frame: pallet}\nmaterials:\n" +
+          materials + "features:\n" + features,
+      "speeds.yaml");
+  if (recipe) return *recipe;
+  for (const Error& e : recipe.error()) ADD_FAILURE() << to_text(e);
+  return {};
+}
+
+// The same as above, at speeds of 20 to 150 mm/s drawn for each bead; the slowed corners and bends count with the set
+// speed.
+TEST(Hold, beads_of_any_speed_that_are_cut_are_joined) {
+  std::mt19937 random(8);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const int rounds = std::getenv("GANTRY_ROUNDS") != nullptr ? 60 : 3;
+  std::size_t joins = 0;
+  double worst_share = 0, fastest = 0;
+  for (int round = 0; round < rounds; ++round) {
+    std::vector<double> mm_s;
+    for (int i = 0; i < 5; ++i) mm_s.push_back(uniform(20, 150));
+    const recipes::Recipe recipe = at_speeds(mm_s);
+    Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg", .seed = static_cast<unsigned>(round + 1)});
+    const auto some = [&] { return static_cast<int>(uniform(12, 250)); };
+    Holder holder{.open_for = some(), .most = 1000, .again = some};
+    rig.on_step = [&](run::Owner& owner) { holder(owner); };
+    const auto result = rig.run(recipe);
+    EXPECT_EQ(result.exit_code, ExitCode::Done) << round;
+    for (const auto& e : result.errors) ADD_FAILURE() << e.message;
+    for (const auto& d : result.defects) ADD_FAILURE() << "round " << round << ", " << d.feature << ": " << d.message;
+    EXPECT_TRUE(result.collisions.empty());
+    for (const auto& d : result.deposits)
+      for (const double missing_mm : d.joins_mm) {
+        const double v = mm_s[static_cast<std::size_t>(d.id.at(1) - '0')];
+        ++joins;
+        fastest = std::max(fastest, v);
+        const double allowed = v * 0.5e-3 + kPlace_mm;
+        worst_share = std::max(worst_share, std::abs(missing_mm) / allowed);
+        EXPECT_LE(std::abs(missing_mm), allowed) << "round " << round << ", " << d.id << " at " << v << " mm/s";
+      }
+  }
+  std::printf("%zu joins at up to %.0f mm/s, the worst %.2f of what is allowed\n", joins, fastest, worst_share);
+  EXPECT_GE(joins, 10u);
 }
 
 TEST(Hold, a_bead_that_was_cut_too_long_ago_stays_cut_and_the_job_goes_on) {

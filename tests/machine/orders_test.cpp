@@ -58,6 +58,37 @@ TEST(Orders, an_override_is_raised_when_the_valve_has_shut) {
       << "the bead that was begun at half its speed";
 }
 
+TEST(Orders, an_override_may_be_as_low_as_1_percent) {
+  Rig rig({.placement = "dx=0.5 mm"});
+  CycleIndex slow_at = 0;
+  double before = 0;
+  bool back = false;
+  rig.on_step = [&](run::Owner& owner) {
+    const auto& s = owner.latest();
+    if (slow_at == 0 && valve_open(s) && s.path_speed > 10) {
+      before = s.path_speed;
+      EXPECT_TRUE(owner.order(order(OrderKind::Override, 0.01)));
+      slow_at = s.cycle;
+    }
+    if (slow_at == 0 || back) return;
+    if (s.cycle > slow_at + 300 && s.cycle <= slow_at + 500) {
+      EXPECT_NEAR(s.path_speed, 0.01 * before, 0.005 * before);
+    }
+    if (s.cycle == slow_at + 500) {
+      EXPECT_TRUE(owner.order({.kind = OrderKind::Hold, .now = true}));
+    }
+    if (s.cycle < slow_at + 3000) return;
+    back = true;
+    EXPECT_EQ(s.path_speed, 0);
+    EXPECT_TRUE(owner.order(order(OrderKind::Override, 1)));
+    EXPECT_TRUE(owner.order(order(OrderKind::Resume)));
+  };
+  const auto result = rig.run("recipes/patterns.yaml");
+  EXPECT_TRUE(back);
+  EXPECT_TRUE(result.errors.empty());
+  EXPECT_EQ(result.features_done, result.features_total);
+}
+
 TEST(Orders, an_override_of_0_holds_and_one_above_100_ends_with_the_job) {
   Rig rig({.placement = "dx=0.5 mm", .change = [](config::Machine& m) { m.override_max = 1.5; }});
   CycleIndex held_at = 0;

@@ -38,7 +38,7 @@ TEST(OrderLine, a_key_that_is_not_meant_there_is_refused_by_name) {
       {R"({"order":"run","recipe":["a.yaml"]})", R"("recipe" of 'run')"},
       {R"({"order":"run","recipe":"a.yaml","value":1})", R"("value")"},
       {R"({"order":"enable","recipe":"a.yaml"})", R"("recipe")"},
-      {R"({"order":"override","value":"0.5"})", "0.1 to 2"},
+      {R"({"order":"override","value":"0.5"})", "0.01 to 2"},
   };
   for (const auto& [line, says] : kWrong) {
     const auto refused = parse_order(line);

@@ -14,14 +14,37 @@ using test::machine;
 
 TEST(Guard, lets_planned_steps_pass_and_names_the_axis_of_others) {
   const Limits m = machine();
-  AxisVec last{100, 100, -20, 0, 0}, next = last;
-  next[1] += 0.7;  // 700 mm/s
-  EXPECT_EQ(check_target(m, last, next).fault, Fault::None);
+  AxisVec last{100, 100, -20, 0, 0}, before = last, next = last;
+  before[1] -= 0.7;  // 700 mm/s
+  next[1] += 0.7;
+  EXPECT_EQ(check_target(m, before, last, next).fault, Fault::None);
   next[1] += 1e-3;
-  EXPECT_EQ(check_target(m, last, next).fault, Fault::TargetStep);
-  EXPECT_EQ(check_target(m, last, next).axis, AxisId{1});
-  EXPECT_EQ(check_target(m, last, next, 1).fault, Fault::None) << "two ticks of way after a missed one";
-  EXPECT_EQ(check_target(m, last, next, 0, 0b11101).fault, Fault::None) << "axes that are not looked at";
+  EXPECT_EQ(check_target(m, before, last, next).fault, Fault::TargetStep);
+  EXPECT_EQ(check_target(m, before, last, next).axis, AxisId{1});
+  EXPECT_EQ(check_target(m, before, last, next, 0, 0b11101).fault, Fault::None) << "axes that are not looked at";
+  next[1] += 0.698;
+  EXPECT_EQ(check_target(m, before, last, next, 1).fault, Fault::None) << "two ticks of way after a missed one";
+}
+
+TEST(Guard, lets_no_more_acceleration_pass_than_the_axis_has) {
+  const Limits m = machine();
+  // Axis 1 goes at 100 mm/s, and may change its steps by 4000 mm/s^2 * (1 ms)^2 = 4 um a tick.
+  const AxisVec before{100, 99.9, -20, 0, 0}, last{100, 100, -20, 0, 0};
+  for (const double sign : {1.0, -1.0}) {
+    AxisVec next = last;
+    next[1] += 0.1 + sign * 0.004;
+    EXPECT_EQ(check_target(m, before, last, next).fault, Fault::None);
+    next[1] = last[1] + 0.1 + sign * 0.0041;
+    EXPECT_EQ(check_target(m, before, last, next).fault, Fault::TargetStep);
+    EXPECT_EQ(check_target(m, before, last, next).axis, AxisId{1});
+    EXPECT_EQ(check_target(m, before, last, next, 0, 0b11101).fault, Fault::None) << "axes that are not looked at";
+    // Four ticks of constant acceleration: 0.1 mm and 4 um more in each, 0.44 mm altogether.
+    next[1] = last[1] + 4 * 0.1 + sign * (1 + 2 + 3 + 4) * 0.004;
+    EXPECT_EQ(check_target(m, before, last, next, 3).fault, Fault::None);
+    next[1] += sign * 0.001;
+    EXPECT_EQ(check_target(m, before, last, next, 3).fault, Fault::TargetStep);
+  }
+  EXPECT_EQ(check_target(m, before, last, last).fault, Fault::TargetStep) << "it stands at once";
 }
 
 TEST(Guard, refuses_what_is_no_number) {
@@ -29,22 +52,18 @@ TEST(Guard, refuses_what_is_no_number) {
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
     AxisVec last{}, next{};
     next[3] = bad;
-    EXPECT_EQ(check_target(m, last, next).fault, Fault::TargetNotFinite);
-    EXPECT_EQ(check_target(m, last, next).axis, AxisId{3});
+    EXPECT_EQ(check_target(m, last, last, next).fault, Fault::TargetNotFinite);
+    EXPECT_EQ(check_target(m, last, last, next).axis, AxisId{3});
   }
 }
 
 TEST(Guard, stops_at_the_soft_limits_but_lets_back_in) {
   const Limits m = machine();
-  AxisVec last{609.9, 0, 0, 0, 0}, next = last;
-  next[0] = 610.1;
-  EXPECT_EQ(check_target(m, last, next).fault, Fault::SoftLimit);
-  last[0] = 615, next[0] = 614.5;
-  EXPECT_EQ(check_target(m, last, next).fault, Fault::None);
-  next[0] = 615;
-  EXPECT_EQ(check_target(m, last, next).fault, Fault::None);
-  next[0] = 615.1;
-  EXPECT_EQ(check_target(m, last, next).fault, Fault::SoftLimit);
+  const auto at = [](double x) { return AxisVec{x, 0, 0, 0, 0}; };
+  EXPECT_EQ(check_target(m, at(609.7), at(609.9), at(610.1)).fault, Fault::SoftLimit);
+  EXPECT_EQ(check_target(m, at(615.5), at(615), at(614.5)).fault, Fault::None);
+  EXPECT_EQ(check_target(m, at(615), at(615), at(615)).fault, Fault::None);
+  EXPECT_EQ(check_target(m, at(614.9), at(615), at(615.1)).fault, Fault::SoftLimit);
 }
 
 /// The planned motion of the tests: every axis a sine, so that q(t) is known between ticks.
@@ -123,17 +142,32 @@ TEST(Compensation, of_planned_motion_never_looks_to_the_guard_like_a_step_or_a_l
         player.play.begin_block(1);
         Compensation c(m, AxisVec{fraction * m.tick_s, m.tick_s});
         c.reset(from);
-        AxisVec last = from;
+        AxisVec last = from, before = from;
         for (int n = 0; n < 10 + std::lround(whole / m.tick_s); ++n) {
           const AxisVec next = c.step(player.step(), 0).q;
-          const Verdict verdict = check_target(m, last, next);
+          const Verdict verdict = check_target(m, before, last, next);
           ASSERT_EQ(verdict.fault, Fault::None)
               << "j " << j << ", " << length << " mm, tick " << n << ": " << last[0] << " to " << next[0];
+          before = last;
           last = next;
         }
         ASSERT_NEAR(last[0], to[0], 1e-9);
       }
   EXPECT_EQ(moves, 720);
+}
+
+TEST(Compensation, goes_on_from_a_target_and_its_speed_whatever_was_before) {
+  const Limits m = machine();
+  const AxisVec delay{0.004, 0.0123, 0.0, 0.0005, 0.0125}, q{1, 2, 3, 4, 5}, v{100, -50, 10, 1, 0};
+  Compensation c(m, delay);
+  c.reset(AxisVec{9, 9, 9, 9, 9});
+  Setpoint s;
+  s.q = c.go_on(q, v, 0), s.v = v;
+  for (int n = 1; n < 40; ++n) {
+    for (std::size_t i = 0; i < 5; ++i) s.q[i] += v[i] * m.tick_s;
+    const AxisVec out = c.step(s, 0).q;
+    for (std::size_t i = 0; i < 5; ++i) ASSERT_NEAR(out[i], q[i] + v[i] * m.tick_s * n, 1e-12) << i << " " << n;
+  }
 }
 
 TEST(Compensation, is_settled_when_the_slowest_axis_stands) {

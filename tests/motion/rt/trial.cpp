@@ -234,7 +234,7 @@ Verdict trial(std::uint64_t seed) {
       if (draw.chance(0.5))
         stop(aborts && draw.chance(0.3));
       else
-        factor = draw.chance(0.3) ? 1 : draw.uniform(0.1, 2), ++out.changes;
+        factor = draw.chance(0.3) ? 1 : draw.power(-2, 0.3), ++out.changes;
     } else if (held && x.block != 0 && !x.moving && ++wait > 3 && draw.chance(0.05)) {
       play->resume();
       held = false, wait = 0;
