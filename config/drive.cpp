@@ -178,6 +178,17 @@ const Fields<Inputs>& input_fields() {
   return kFields;
 }
 
+struct StatusBits {
+  std::int8_t follows = -1, limit = -1;
+};
+const Fields<StatusBits>& status_bit_fields() {
+  static const Fields<StatusBits> kFields{
+      integer("follows", &StatusBits::follows, {8, 15}, kOptional, "of 6041h in CSP: the drive follows its targets"),
+      integer("limit", &StatusBits::limit, {8, 15}, kOptional, "of 6041h: a limit is active"),
+  };
+  return kFields;
+}
+
 const Fields<DriveFacts>& drive_fields() {
   static const Fields<DriveFacts> kFields{
       flag("closed_loop", &DriveFacts::closed_loop, kRequired, "false: 6064h is the command, no measurement"),
@@ -200,6 +211,14 @@ const Fields<DriveFacts>& drive_fields() {
          to.input_neg_limit = in.negative_limit;
          to.input_pos_limit = in.positive_limit;
          to.input_home = in.home;
+       }},
+      {{"status_bits", kOptional, "bits of 6041h that the manual states; those left out are not believed",
+        object_shape(status_bit_fields())},
+       [](const Node& node, DriveFacts& to, Mistakes& mistakes) {
+         StatusBits bits;
+         read_object(node, status_bit_fields(), bits, node.place, mistakes);
+         to.status_follows = bits.follows;
+         to.status_limit = bits.limit;
        }},
       integer("probe_level_bit", &DriveFacts::probe_level_bit, {0, 15}, kOptional,
               "bit of 60B9h that is probe 1's level"),

@@ -150,7 +150,9 @@ struct DriveFacts {
   std::uint32_t quick_stop_options = 0;  ///< bit n: value n of 605Ah is documented; 0: unknown or absent
   std::uint32_t quick_stop_coasts = 0;   ///< bit n: by the manual, value n takes the torque and brakes nothing
   std::int8_t input_neg_limit = -1, input_pos_limit = -1, input_home = -1;  ///< bit in 60FDh; -1: must be configured
-  std::int8_t probe_level_bit = 6;                                          ///< bit of 60B9h that shows probe 1's level
+  /// Bits of 6041h by the manual, -1: not stated. In CSP, that the drive follows its targets; that a limit is active.
+  std::int8_t status_follows = -1, status_limit = -1;
+  std::int8_t probe_level_bit = 6;  ///< bit of 60B9h that shows probe 1's level
   bool probe_rearm_needs_zero =
       false;  ///< AMD530B: 60B8h = 0, then the value again; the others take a new edge of bit 0
   bool probe_takes_emergency_stop = false;  ///< AMD530B: probe 1 can be DI4 alone, which is its emergency stop

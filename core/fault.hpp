@@ -36,6 +36,7 @@ enum class Clear : std::uint8_t {
 enum class Detail : std::uint8_t {
   None,
   Distance,  ///< um; mrad on a rotary axis
+  Target,    ///< the same, from the position to what was asked for, which is the event's value
   Cycles,
   OfHundredCycles,
   Frames,

@@ -11,7 +11,11 @@ using devices::DriveState;
 namespace {
 constexpr double kJumpCycles = 4;   // R44: cycles of travel at full speed that one cycle may show
 constexpr double kReportDelay = 2;  // cycles from a target that is sent to a position that tells of it
-constexpr int kStands = 10;         // cycles without motion after which a drive stands
+// What a drive's filter may take to let a target through, in delays of the axis; and cycles in which frames may be
+// lost.
+constexpr double kDelays = 3, kLate = 10;
+constexpr double kShortCounts = 20;  // that an open-loop drive may stop short of its target
+constexpr int kStands = 10;          // cycles without motion after which a drive stands
 }  // namespace
 
 Axes::Axes(const LoopSetup& setup) noexcept : setup_(setup) {
@@ -213,6 +217,19 @@ double Axes::behind(AxisId id) const noexcept {
   return worst;
 }
 
+double Axes::stops_short(AxisId id) const noexcept {
+  const AxisSetup& axis = setup_.axes[id.value];
+  const double allowed = kDelays * axis.response_delay_s / seconds(setup_.period) + kLate;
+  double worst = 0;
+  for (const std::uint8_t d : axis.drives) {
+    if (setup_.drives[d].layout.closed_loop || !drives_[d].feedback().takes_targets) continue;
+    const double error = sent_.beyond(id, drives_[d].feedback().position, static_cast<std::int64_t>(allowed));
+    const bool is_short = std::abs(drives_[d].scale().to_counts_delta(error)) > kShortCounts;
+    if (is_short && std::abs(error) > std::abs(worst)) worst = error;
+  }
+  return worst;
+}
+
 bool Axes::measures_following(AxisId id) const noexcept {
   const auto& drives = setup_.axes[id.value].drives;
   return enabled(id) &&
@@ -229,7 +246,7 @@ bool Axes::on_limit(AxisId id) const noexcept {
   const auto& drives = setup_.axes[id.value].drives;
   return std::any_of(drives.begin(), drives.end(), [&](std::uint8_t d) {
     const devices::Feedback& f = drives_[d].feedback();
-    return f.neg_limit || f.pos_limit;
+    return f.neg_limit || f.pos_limit || f.limit_shown;
   });
 }
 

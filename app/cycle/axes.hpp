@@ -73,6 +73,9 @@ class Axes {
   /// The same of what was last sent, but 0 wherever the drive may be because it catches up after a stall of the host,
   /// for as long as the axis may take by its window.
   [[nodiscard]] double behind(AxisId id) const noexcept;
+  /// Of open-loop drives, whose position is the command as they carry it out: how far one is from every target that it
+  /// may still be on its way to. Tells of one that stops short, and nothing of lost steps.
+  [[nodiscard]] double stops_short(AxisId id) const noexcept;
   [[nodiscard]] double skew(AxisId id) const noexcept;
   [[nodiscard]] bool on_limit(AxisId id) const noexcept;
   /// kNoAxis: none stands on a limit switch.

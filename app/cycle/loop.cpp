@@ -55,7 +55,8 @@ Time Loop::tick(const Beat& beat) noexcept {
   inputs_ = read_inputs(bus_, setup_, inputs_);
   const View view{beat, exchange_, axes_, commanded_.target, inputs_, state_, compute_, purpose_};
   present_ = Fault::None;
-  for (const Finding& found : supervisor_.look(view)) react(found.fault, found.axis, found.detail, found.station);
+  for (const Finding& found : supervisor_.look(view))
+    react(found.fault, found.axis, found.detail, found.station, found.value);
   follow_progress();
 
   bus_time_ = received - sending;
@@ -178,7 +179,7 @@ void Loop::hold_position() noexcept {
 
 // ---- faults ----
 
-void Loop::react(Fault fault, AxisId axis, std::int32_t detail, StationId station) noexcept {
+void Loop::react(Fault fault, AxisId axis, std::int32_t detail, StationId station, double value) noexcept {
   const FaultInfo& info_row = info(fault);
   if (info_row.clear == Clear::Rehome && axis != kNoAxis) axes_.forget_reference(axis);  // whatever else is wrong
   const bool latching = latches(info_row);
@@ -188,7 +189,13 @@ void Loop::react(Fault fault, AxisId axis, std::int32_t detail, StationId statio
   const bool cause = explains(fault);
   const bool ends = !first && outlived(info(latched_)) && !outlived(info_row);  // a job that would have gone on
   if (latching && !first && info_row.reaction <= reacted_ && !cause && !ends) return;
-  tell({.kind = EventKind::Fault, .fault = fault, .axis = axis, .station = station, .block = block_, .detail = detail});
+  tell({.kind = EventKind::Fault,
+        .fault = fault,
+        .axis = axis,
+        .station = station,
+        .block = block_,
+        .detail = detail,
+        .value = value});
   if (latching) {
     if (first || cause || ends) latched_ = fault;
     if (first) latched_at_ = cycle_;

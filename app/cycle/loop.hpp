@@ -70,7 +70,7 @@ class Loop {
   void finish_reset() noexcept;
   void finish_homing() noexcept;
   void finish_block() noexcept;
-  void react(Fault fault, AxisId axis, std::int32_t detail, StationId station = kNoStation) noexcept;
+  void react(Fault fault, AxisId axis, std::int32_t detail, StationId station = kNoStation, double value = 0) noexcept;
   [[nodiscard]] bool explains(Fault fault) const noexcept;
   [[nodiscard]] Lamp lamp() const noexcept;
   void carry_out(const ReactionRow& reaction, Fault fault) noexcept;

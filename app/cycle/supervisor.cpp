@@ -7,6 +7,7 @@ namespace gantry::cycle {
 namespace {
 
 constexpr int kFollowingCycles = 3;               // R33: at most 3 cycles over the window
+constexpr Time kStrays = milliseconds(100);       // R43: a drive says so for as long, also after a change of its mode
 constexpr CycleIndex kClockCycles = 10;           // R10: cycles beyond a bound
 constexpr Time kClockCalm = milliseconds(100);    // within it after which that is over
 constexpr Time kBrakeCloses = milliseconds(500);  // R53: until then an axis may still sink into its brake
@@ -167,9 +168,27 @@ void Supervisor::look_at_axes(const View& view, Findings& found) noexcept {
     } else {
       over_window_[i] = 0;
     }
+    look_at_targets(view, id, found);
     if (!homing && axis.skew_max > 0 && view.axes.enabled(id) && view.axes.skew(id) > axis.skew_max)
       found.push_back({Fault::GantrySkew, id, clamp_i32(view.axes.skew(id) * 1000)});
     if (view.state == State::Running && view.axes.on_limit(id)) found.push_back({Fault::LimitSwitch, id, 0});
+  }
+}
+
+/// An enabled drive that does not go where it is sent (R43): an open-loop one by the command that it carries out, any
+/// by its statusword. Homing goes its own ways. One that stands on its switch may be led off, whatever it says there.
+void Supervisor::look_at_targets(const View& view, AxisId id, Findings& found) noexcept {
+  const double by = view.state == State::Homing ? 0 : view.axes.stops_short(id);
+  short_[id.value] = by != 0 ? short_[id.value] + 1 : 0;
+  const double target = view.target[id.value];
+  if (short_[id.value] >= kFollowingCycles)
+    found.push_back({Fault::NotFollowing, id, clamp_i32(by * 1000), kNoStation, target});
+  const bool judged = view.state == State::Running || (view.state != State::Homing && !view.axes.on_limit(id));
+  for (const std::uint8_t d : setup_.axes[id.value].drives) {
+    strayed_[d] = judged && !view.axes.drive(d).follows ? strayed_[d] + 1 : 0;
+    if (strayed_[d] * setup_.period > kStrays)
+      found.push_back({Fault::NotFollowing, id, clamp_i32((target - view.axes.drive(d).position) * 1000),
+                       setup_.drives[d].station, target});
   }
 }
 

@@ -19,6 +19,7 @@ struct Finding {
   AxisId axis = kNoAxis;
   std::int32_t detail = 0;
   StationId station = kNoStation;
+  double value = 0;  ///< of the axis, mm or rad, where the fault is about a place
 };
 using Findings = rt::FixedVector<Finding, 32>;
 
@@ -46,6 +47,7 @@ class Supervisor {
   void look_at_drives(const View& view, Findings& found) noexcept;
   void look_at_rest(const View& view, std::size_t drive, Findings& found) noexcept;
   void look_at_axes(const View& view, Findings& found) noexcept;
+  void look_at_targets(const View& view, AxisId id, Findings& found) noexcept;
   void look_at_inputs(const View& view, Findings& found) noexcept;
 
   /// A station's clock beyond one bound. One that strays to both sides passes the middle now and then: only when it
@@ -75,6 +77,8 @@ class Supervisor {
   std::bitset<kMaxDrives> torque_;                     ///< as last seen
   std::array<Rest, kMaxDrives> rest_{};
   std::array<std::int64_t, kMaxAxes> over_window_{};  ///< cycles in a row outside the following window
+  std::array<std::int64_t, kMaxAxes> short_{};        ///< cycles in a row in which an open-loop axis stood short
+  std::array<std::int64_t, kMaxDrives> strayed_{};    ///< cycles in a row in which it was not said to follow
 };
 
 }  // namespace gantry::cycle

@@ -1,6 +1,7 @@
 #include "app/stations/fault_words.hpp"
 
 #include <fmt/format.h>
+#include <numbers>
 
 #include "devices/profiles/fault_text.hpp"
 
@@ -20,10 +21,18 @@ const config::Station* station_of(const config::Machine& machine, const cycle::E
   return nullptr;
 }
 
+/// Where the drive is by its 6064h, and where it was sent.
+std::string target_text(const config::Axis* axis, const cycle::Event& e) {
+  const bool rotary = axis != nullptr && axis->rotary;
+  const double unit = rotary ? std::numbers::pi / 180 : 1, at = e.value - e.detail / 1000.0;
+  return fmt::format("6064h is at {:.3f} {}, {:.3f} was asked for", at / unit, rotary ? "deg" : "mm", e.value / unit);
+}
+
 /// What Event::detail of a fault adds, by its unit in the catalogue. An answer that names a fault counts nothing.
 std::string detail_text(const config::Axis* axis, const cycle::Event& e) {
   switch (info(e.fault).detail) {
     case Detail::Distance: return fmt::format("by {} {}", e.detail, axis != nullptr && axis->rotary ? "mrad" : "um");
+    case Detail::Target: return target_text(axis, e);
     case Detail::Cycles: return fmt::format("for {} cycles", e.detail);
     case Detail::OfHundredCycles: return fmt::format("{} of the last 100", e.detail);
     case Detail::Frames: return fmt::format("{} in a row", e.detail);

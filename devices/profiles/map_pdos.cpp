@@ -97,6 +97,8 @@ Result<DriveLayout> map_drive(const StationProfile& profile, int slot) {
   l.neg_limit_bit = facts.input_neg_limit;
   l.pos_limit_bit = facts.input_pos_limit;
   l.home_bit = facts.input_home;
+  l.follows_bit = facts.status_follows;
+  l.limit_bit = facts.status_limit;
   l.probe_level_bit = facts.probe_level_bit;
   l.closed_loop = facts.closed_loop;
   for (const auto& row : facts.errors)

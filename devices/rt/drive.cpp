@@ -69,8 +69,9 @@ const Feedback& Drive::read(std::span<const std::byte> inputs, bool fresh, std::
   f.neg_limit = bit(f.digital_inputs, layout_.neg_limit_bit);
   f.pos_limit = bit(f.digital_inputs, layout_.pos_limit_bit);
   f.home = bit(f.digital_inputs, layout_.home_bit);
-  f.internal_limit = (f.statusword & kInternalLimit) != 0;
+  f.limit_shown = bit(f.statusword, layout_.limit_bit);
   f.takes_targets = f.state == DriveState::OperationEnabled && f.mode == kCsp && mode_ == kCsp;
+  f.follows = !f.takes_targets || layout_.follows_bit < 0 || bit(f.statusword, layout_.follows_bit);
   f.probe_status = layout_.probe_status.get(inputs);
   f.probe_level = bit(f.probe_status, layout_.probe_level_bit);
   f.probe_rising = Unwrap::near(f.counts.value, layout_.probe_rising.get(inputs));

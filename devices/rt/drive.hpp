@@ -43,7 +43,8 @@ struct DriveLayout {
   PdoField<std::uint32_t> digital_inputs;
   // bits of digital_inputs and of probe_status; -1: not known
   std::int8_t neg_limit_bit = -1, pos_limit_bit = -1, home_bit = -1, probe_level_bit = -1;
-  bool closed_loop = false;  ///< false: the position is the command, not a measurement
+  std::int8_t follows_bit = -1, limit_bit = -1;  ///< of the statusword, the first in CSP; -1: the manual states none
+  bool closed_loop = false;                      ///< false: the position is the command, not a measurement
   rt::FixedVector<CodeMeaning, 32> codes;
 };
 
@@ -59,8 +60,9 @@ struct Feedback {
   std::uint16_t error_code = 0;
   std::uint32_t digital_inputs = 0;
   bool neg_limit = false, pos_limit = false, home = false;
-  bool internal_limit = false;  ///< statusword bit 11
-  bool takes_targets = false;   ///< Operation Enabled and in CSP: write() passes the caller's target on
+  bool limit_shown = false;    ///< by the statusword, where the manual states its bit
+  bool follows = true;         ///< its targets in CSP; false where the statusword says that it does not
+  bool takes_targets = false;  ///< Operation Enabled and in CSP: write() passes the caller's target on
   std::uint16_t probe_status = 0;
   bool probe_level = false;
   Counts probe_rising, probe_falling;  ///< latched counts, unwrapped beside `counts`

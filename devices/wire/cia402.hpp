@@ -30,8 +30,7 @@ inline constexpr std::uint16_t kDisableVoltage = 0x0000, kShutdown = 0x0006, kSw
 // Statusword
 inline constexpr std::uint16_t kReadyToSwitchOn = 0x0001, kSwitchedOn = 0x0002, kOperationEnabled = 0x0004,
                                kFault = 0x0008, kVoltageEnabled = 0x0010, kNoQuickStopActive = 0x0020,
-                               kSwitchOnDisabled = 0x0040, kWarning = 0x0080, kRemote = 0x0200, kTargetReached = 0x0400,
-                               kInternalLimit = 0x0800;
+                               kSwitchOnDisabled = 0x0040, kWarning = 0x0080, kRemote = 0x0200, kTargetReached = 0x0400;
 inline constexpr std::uint16_t kFollowsCommand = 0x1000;                                 ///< mode 8
 inline constexpr std::uint16_t kHomingAttained = 0x1000, kHomingError = 0x2000;          ///< mode 6
 inline constexpr std::uint16_t kSetPointAcknowledge = 0x1000, kFollowingError = 0x2000;  ///< mode 1

@@ -209,7 +209,8 @@ std::uint16_t Drive402::statusword() const noexcept {
     case State::NotReady:
     case State::Unknown: break;
   }
-  if ((levels_ & (kNegLimit | kPosLimit)) != 0) word |= kInternalLimit;
+  if (facts_.status_limit >= 0 && (levels_ & (kNegLimit | kPosLimit)) != 0)
+    word = static_cast<std::uint16_t>(word | 1u << facts_.status_limit);
   if (!remote_) word = static_cast<std::uint16_t>(word & ~kRemote);
   return word;
 }
@@ -227,7 +228,9 @@ std::uint16_t Drive402::enabled_statusword(const config::StatuswordRow& row) con
         return static_cast<std::uint16_t>((row.reached & ~kResult) | kTargetReached | kHomingError);
     }
   }
-  return motion_.commands_motion() || std::abs(motion_.speed()) > 1 ? row.running : row.enabled;
+  const std::uint16_t word = motion_.commands_motion() || std::abs(motion_.speed()) > 1 ? row.running : row.enabled;
+  const bool held_back = mode_ == kCsp && facts_.status_follows >= 0 && motion_.held_back();
+  return held_back ? static_cast<std::uint16_t>(word & ~(1u << facts_.status_follows)) : word;
 }
 
 // --- Commands

@@ -42,7 +42,9 @@ void DriveMotion::let_go() noexcept {
 }
 
 void DriveMotion::follow(std::int64_t target, double span_s) noexcept {
-  to_ = std::clamp(zero_ + static_cast<double>(target) / counts_per_unit_, lowest_, highest_);
+  const double wanted = zero_ + static_cast<double>(target) / counts_per_unit_;
+  to_ = std::clamp(wanted, lowest_, highest_);
+  held_back_ = to_ != wanted;
   if (to_ == at_) return hold();
   mode_ = Mode::Follow;
   left_s_ = span_s;

@@ -24,6 +24,8 @@ class DriveMotion {
   void let_go() noexcept;
   [[nodiscard]] bool is_free() const noexcept { return mode_ == Mode::Free; }
   void follow(std::int64_t target_counts, double span_s) noexcept;
+  /// A limit keeps the command from the last target of follow().
+  [[nodiscard]] bool held_back() const noexcept { return held_back_; }
   /// Speeds up or down to `counts_s` and keeps it. No acceleration given: at once.
   void run(double counts_s, double counts_s2) noexcept;
   void brake(double counts_s2) noexcept { run(0, counts_s2); }
@@ -60,9 +62,10 @@ class DriveMotion {
   bool closed_loop_;
   Mode mode_ = Mode::Hold;
   // In units of the axis, along the drive's direction.
-  double at_ = 0, speed_ = 0;               ///< command
-  double goal_ = 0, rate_ = 0;              ///< Run: speed and acceleration
-  double to_ = 0, left_s_ = 0;              ///< Follow: end and time to it
+  double at_ = 0, speed_ = 0;   ///< command
+  double goal_ = 0, rate_ = 0;  ///< Run: speed and acceleration
+  double to_ = 0, left_s_ = 0;  ///< Follow: end and time to it
+  bool held_back_ = false;
   double zero_ = 0;                         ///< place of count 0
   double lowest_ = -1e18, highest_ = 1e18;  ///< where limits hold the command
 };

@@ -105,6 +105,44 @@ TEST(Trust, a_limit_that_is_shown_at_another_bit_is_missed) {
   EXPECT_EQ(homed.error().fault, Fault::HomingFailed) << to_text(homed.error());
 }
 
+/// The lift has no encoder: a limit that its drive keeps by itself (one of its inputs, its own soft limits) stops it
+/// at 20 mm, and 6064h alone tells.
+TEST(Trust, a_lift_that_stops_short_is_named_in_a_jog_and_in_a_job) {
+  const auto jog_up = [](Rig& rig) {
+    EXPECT_TRUE(rig.owner().bring_up());
+    EXPECT_TRUE(rig.owner().home());
+    job::JogWords up;
+    up.by["U"] = "38 mm", up.speed = "30 mm/s";
+    return rig.owner().jog(up);
+  };
+  const auto stops_at_20 = [](config::Machine& m, std::int8_t limit, std::int8_t follows) {
+    config::DriveFacts& lift = *station(m, "cu").profile.drive;
+    lift.input_pos_limit = 20;  // the input is another one
+    lift.status_limit = limit, lift.status_follows = follows;
+    m.sim.axes[4].pos_limit = 20;
+  };
+  const struct {
+    std::int8_t limit, follows;
+    Fault fault;
+  } kRows[] = {{11, 12, Fault::LimitSwitch}, {-1, 12, Fault::NotFollowing}, {-1, -1, Fault::NotFollowing}};
+  for (const auto& row : kRows) {
+    Rig rig({.placement = "dx=0 mm", .wired = [&](auto& m) { stops_at_20(m, row.limit, row.follows); }});
+    const auto up = jog_up(rig);
+    ASSERT_FALSE(up);
+    EXPECT_EQ(up.error().fault, row.fault) << to_text(up.error());
+    EXPECT_NE(up.error().where.find("axis U"), std::string::npos) << to_text(up.error());
+    // 20 cycles at 30 mm/s (R45), and 1.5 mm of braking within its limits.
+    EXPECT_LT(rig.owner().latest().target[4], 20 + 0.6 + 1.5 + 0.3);
+    if (row.fault != Fault::NotFollowing) continue;
+    EXPECT_NE(up.error().message.find("6064h is at 2"), std::string::npos) << to_text(up.error());
+  }
+  Rig rig({.placement = "dx=0 mm", .wired = [&](auto& m) { stops_at_20(m, -1, -1); }});
+  ASSERT_TRUE(rig.owner().bring_up());
+  const auto done = rig.run("recipes/demo-board.yaml");
+  ASSERT_FALSE(done.errors.empty());
+  EXPECT_EQ(done.errors.front().fault, Fault::NotFollowing) << to_text(done.errors.front());
+}
+
 TEST(Trust, a_drive_whose_speeds_have_another_unit_is_stopped) {
   Rig rig({.wired = [](auto& m) { station(m, "x").profile.drive->velocity_counts_s = 4; }});
   ASSERT_TRUE(rig.owner().bring_up());

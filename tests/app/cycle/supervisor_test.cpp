@@ -236,6 +236,93 @@ TEST(Supervisor, an_axis_outside_its_window_stops_in_the_third_cycle_and_the_win
   }
 }
 
+/// An open-loop drive whose response_delay is 2 ms: 6064h is the command that it carries out, later by its filter.
+LoopSetup open_loop() {
+  LoopSetup s = Watched::one_axis();
+  s.drives[0].layout.closed_loop = false;
+  s.drives[0].layout.follows_bit = 12;  // STD402EC 11.1
+  s.axes[0].response_delay_s = 0.002;
+  s.axes[0].following_base = s.axes[0].following_per_speed_s = 0;
+  return s;
+}
+constexpr std::uint16_t kFollows = 0x1237;  // STD402EC 11.1: enabled in CSP
+
+TEST(Supervisor, an_open_loop_axis_that_stops_short_is_named_with_both_values) {
+  Watched w(open_loop());
+  w.have_torque();
+  w.state = State::Running;
+  int since = 0;
+  for (int i = 1; i <= 400 && !w.says(Fault::NotFollowing); ++i) {
+    w.target = 0.1 * i;
+    if (w.target > 20) ++since;
+    w.bus.show(kFollows, static_cast<std::int32_t>(1000 * std::min(w.target, 20.0)));
+    w.look();
+  }
+  ASSERT_TRUE(w.says(Fault::NotFollowing));
+  EXPECT_LE(since, 20) << "R45";
+  const Finding f = w.found.front();
+  EXPECT_EQ(f.axis, AxisId{0});
+  EXPECT_DOUBLE_EQ(f.value, w.target);
+  EXPECT_NEAR(f.value - f.detail / 1000.0, 20, 2.1)
+      << "what it is off is at least from the nearest that it could be at";
+}
+
+TEST(Supervisor, an_open_loop_axis_that_comes_late_or_missed_frames_follows) {
+  Watched w(open_loop());
+  w.have_torque();
+  w.state = State::Running;
+  std::vector<double> sent(40, 0.0);
+  const auto ago = [&](int cycles) {
+    return static_cast<std::int32_t>(1000 * sent[sent.size() - 1 - static_cast<std::size_t>(cycles)]);
+  };
+  for (int i = 1; i <= 2000; ++i) {
+    // To and fro at 200 mm/s; three delays of 2 ms late; now and then a host that sleeps 40 ms, or a frame that is
+    // lost.
+    const int stall = i % 97 == 0 ? 40 : 1;
+    w.target = 20 * std::sin(0.01 * (static_cast<double>(w.cycle) + stall));
+    for (int k = 0; k < stall; ++k) sent.push_back(k + 1 < stall ? sent.back() : w.target);
+    w.x.fault = i % 31 < 2 ? Fault::FrameLost : Fault::None;
+    w.bus.show(kFollows, ago(i % 13 == 0 ? 9 : 6));
+    w.look(stall);
+    ASSERT_FALSE(w.says(Fault::NotFollowing)) << i;
+  }
+}
+
+TEST(Supervisor, a_drive_that_says_it_does_not_follow_for_a_tenth_of_a_second_is_named) {
+  Watched w(open_loop());
+  w.have_torque();
+  w.bus.show(kFollows, 0);
+  EXPECT_TRUE(w.cycles_that_say(Fault::NotFollowing, 300).empty());
+  w.bus.show(kTorque, 0);
+  EXPECT_TRUE(w.cycles_that_say(Fault::NotFollowing, 99).empty());
+  w.bus.show(kFollows, 0);
+  w.look();
+  w.bus.show(kTorque, 0);
+  const Cycles said = w.cycles_that_say(Fault::NotFollowing, 110);
+  ASSERT_FALSE(said.empty());
+  EXPECT_EQ(said.front(), 101);
+  EXPECT_EQ(w.found.front().station, StationId{0});
+  w.state = State::Homing;
+  EXPECT_TRUE(w.cycles_that_say(Fault::NotFollowing, 300).empty()) << "it goes its own ways";
+
+  LoopSetup silent = open_loop();
+  silent.drives[0].layout.follows_bit = -1;  // AMD530B: not stated
+  Watched other(silent);
+  other.have_torque();
+  EXPECT_TRUE(other.cycles_that_say(Fault::NotFollowing, 300).empty());
+}
+
+TEST(Supervisor, a_limit_that_the_statusword_alone_shows_stops_a_motion) {
+  LoopSetup setup = open_loop();
+  setup.drives[0].layout.limit_bit = 11;
+  Watched w(setup);
+  w.have_torque();
+  w.state = State::Running;
+  w.bus.show(kFollows | 0x0800, 0);
+  w.look();
+  EXPECT_TRUE(w.says(Fault::LimitSwitch));
+}
+
 TEST(Supervisor, homing_has_no_window) {
   Watched w;
   w.have_torque();
