@@ -16,6 +16,10 @@ using cycle::LoopSetup;
 
 // What a brake may give way, the play of its coupling with it (assumed).
 constexpr double kBrakeGive_mm = 0.5, kBrakeGive_rad = 0.02;
+// From where an axis stands behind its reference limit to the edge of that: more than a machine has between the switch
+// and its stop (assumed; docs/commissioning.md).
+constexpr double kLeaveLimit_mm = 20, kLeaveLimit_rad = 0.35;
+constexpr double kLeaveSlower = 2, kLeaveStart_s = 1;  // than the slow speed, and what starting takes
 constexpr double kHomingTravel = 1.2;  // of the axis' travel between the switches: more than any search needs
 
 const config::Station* station_of(const config::Machine& machine, StationId id) {
@@ -44,6 +48,9 @@ devices::HomingRules rules_of(const config::Machine& machine, const config::Axis
   }
   rules.counts_per_cycle =
       std::max(axis.homing->fast, axis.homing->slow) * std::abs(axis.counts_per_unit) * seconds(machine.bus.cycle);
+  const double leave = axis.rotary ? kLeaveLimit_rad : kLeaveLimit_mm;
+  rules.leave_counts = std::llround(leave * std::abs(axis.counts_per_unit));
+  rules.leave_cycles = cycles_in(kLeaveStart_s + kLeaveSlower * leave / axis.homing->slow, machine.bus.cycle);
   return rules;
 }
 

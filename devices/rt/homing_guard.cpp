@@ -1,6 +1,7 @@
 #include "devices/rt/homing_guard.hpp"
 
 #include <cmath>
+#include <cstdlib>
 
 #include "config/homing_method.hpp"
 
@@ -40,7 +41,19 @@ HomingGuard::HomingGuard(const HomingRules& rules, const Feedback& f) noexcept
     : rules_(rules),
       leaving_(static_cast<std::uint8_t>(closed(f) & (kSwitchNeg | kSwitchPos) & ~rules.may_meet)),
       seen_(closed(f)),
-      last_(f.counts) {}
+      last_(f.counts),
+      closed_at_(f.counts) {}
+
+/// An axis leaves its reference limit to find the edge. One that is closed all the way is stuck, or it is another one.
+bool HomingGuard::stuck(std::uint8_t now, Counts counts, std::int64_t elapsed) noexcept {
+  if (rules_.leave_counts <= 0 || (now & rules_.reference & rules_.known & (kSwitchNeg | kSwitchPos)) == 0) {
+    closed_cycles_ = 0;
+    closed_at_ = counts;
+    return false;
+  }
+  closed_cycles_ += elapsed;
+  return std::abs(counts.value - closed_at_.value) > rules_.leave_counts || closed_cycles_ > rules_.leave_cycles;
+}
 
 Fault HomingGuard::look(const Feedback& f, std::int64_t elapsed) noexcept {
   const std::uint8_t now = closed(f);
@@ -51,14 +64,18 @@ Fault HomingGuard::look(const Feedback& f, std::int64_t elapsed) noexcept {
   wrong_ = wrong ? wrong_ + 1 : 0;
   if (wrong_ >= kWrongCycles) return Fault::HomingWrongLimit;
 
-  const double step = std::abs(static_cast<double>(f.counts.value - last_.value));
+  const std::int64_t moved = f.counts.value - last_.value;
+  const double step = std::abs(static_cast<double>(moved));
   last_ = f.counts;
   if (rules_.counts_per_cycle <= 0) return Fault::None;
   // The drive sets its counter anew at the home edge: that is no travel.
-  if (step > kCounterSet * static_cast<double>(elapsed) * rules_.counts_per_cycle + kSlackCounts)
+  if (step > kCounterSet * static_cast<double>(elapsed) * rules_.counts_per_cycle + kSlackCounts) {
     ++sets_;
-  else
+    closed_at_.value += moved;
+  } else {
     travel_ += step;
+  }
+  if (stuck(now, f.counts, elapsed)) return Fault::HomingFailed;
   in_window_ += elapsed;
   if (in_window_ < kWindow) return Fault::None;
   // A frame that a host held up shows travel whose cycles are counted with the next one, perhaps in the next window:

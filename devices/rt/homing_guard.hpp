@@ -1,5 +1,6 @@
 // What the controller watches while a drive homes by itself, from what the drive shows of its own switches and counter:
-// a limit that is not on the method's way, both limits at once, more speed than was asked for. A drive that calls its
+// a limit that is not on the method's way, both limits at once, a reference limit that does not open although the axis
+// leaves it, more speed than was asked for. A drive that calls its
 // homing done without its switch having been seen has not found it.
 //   HomingGuard guard(rules, feedback);    each fresh cycle of the search: Fault f = guard.look(feedback);
 //   at its end: guard.found_switch()
@@ -15,13 +16,15 @@ namespace gantry::devices {
 inline constexpr std::uint8_t kSwitchNeg = 1, kSwitchPos = 2, kSwitchHome = 4;
 
 struct HomingRules {
-  std::uint8_t known = 0;       ///< switches that the drive shows in 60FDh
-  std::uint8_t may_meet = 0;    ///< limits on the method's way
-  std::uint8_t reference = 0;   ///< what the method looks for; 0: homes where it stands, or at the index pulse
-  int toward = 0;               ///< where it looks for that from afar, in the drive's own counter: +1, -1; 0: nowhere
-  double counts_per_cycle = 0;  ///< at the faster of its speeds; 0: not watched
+  std::uint8_t known = 0;         ///< switches that the drive shows in 60FDh
+  std::uint8_t may_meet = 0;      ///< limits on the method's way
+  std::uint8_t reference = 0;     ///< what the method looks for; 0: homes where it stands, or at the index pulse
+  int toward = 0;                 ///< where it looks for that from afar, in the drive's own counter: +1, -1; 0: nowhere
+  std::int64_t leave_counts = 0;  ///< within which a limit that is the reference opens again; 0: not watched
+  std::int64_t leave_cycles = 0;  ///< and in so many cycles: a turned motor presses into its stop and goes nowhere
+  double counts_per_cycle = 0;    ///< at the faster of its speeds; 0: not watched
 };
-/// Of the methods 1 to 37 of 6098h; `known` and `counts_per_cycle` are the caller's to set.
+/// Of the methods 1 to 37 of 6098h; `known`, `counts_per_cycle` and what is left of a limit are the caller's to set.
 HomingRules homing_rules(int method) noexcept;
 
 class HomingGuard {
@@ -29,18 +32,23 @@ class HomingGuard {
   HomingGuard() = default;
   HomingGuard(const HomingRules& rules, const Feedback& feedback) noexcept;
 
-  /// `elapsed`: cycles since the last call. Fault::HomingWrongLimit, HomingTooFast; None.
+  /// `elapsed`: cycles since the last call. Fault::HomingWrongLimit, HomingTooFast; HomingFailed: a reference limit is
+  /// stuck; None.
   Fault look(const Feedback& feedback, std::int64_t elapsed = 1) noexcept;
   /// The switch that the method looks for was closed at some time, or cannot be seen.
   [[nodiscard]] bool found_switch() const noexcept;
 
  private:
+  [[nodiscard]] bool stuck(std::uint8_t now, Counts counts, std::int64_t elapsed) noexcept;
+
   HomingRules rules_;
   std::uint8_t leaving_ = 0;  ///< wrong limits that were closed when it began, until they open
   std::uint8_t seen_ = 0;
   int wrong_ = 0;  ///< cycles in a row; an input that flickers is none
   Counts last_;
-  double travel_ = 0;  ///< counts in this window
+  Counts closed_at_;                ///< where the reference limit closed, or was closed when it began
+  std::int64_t closed_cycles_ = 0;  ///< since then; 0: it is open
+  double travel_ = 0;               ///< counts in this window
   std::int64_t in_window_ = 0;
   bool was_fast_ = false;  ///< in the window before
   int sets_ = 0;

@@ -68,6 +68,32 @@ TEST(HomingGuard, the_wrong_limit_may_be_left_and_not_met_again) {
   EXPECT_EQ(after(guard, 500, kSwitchPos), Fault::HomingWrongLimit);
 }
 
+/// 18 and 17 home at a limit: an axis that stands on it goes off it, and no farther than the bound while it is closed.
+TEST(HomingGuard, a_reference_limit_that_stays_closed_ends_it_by_travel_or_by_time) {
+  HomingRules r = rules(17, 60);
+  r.leave_counts = 20'000, r.leave_cycles = 9000;
+  const auto leave = [&](double speed, std::int64_t opens_at, std::int64_t set_at) {
+    HomingGuard guard(r, at(0, kSwitchNeg));
+    for (int i = 1; i <= 20'000; ++i) {
+      const auto moved = static_cast<std::int64_t>(speed * i);
+      const std::int64_t shown = moved < set_at ? moved : moved + 400'000;  // the counter is set anew there
+      const Fault found = guard.look(at(shown, moved < opens_at ? kSwitchNeg : 0));
+      if (found != Fault::None) return std::pair{found, moved};
+    }
+    return std::pair{Fault::None, std::int64_t{0}};
+  };
+  constexpr std::int64_t kNever = 100'000'000;
+  EXPECT_EQ(leave(5, kNever, kNever), (std::pair{Fault::HomingFailed, std::int64_t{20'005}}));
+  EXPECT_EQ(leave(5, 19'000, kNever).first, Fault::None);
+  EXPECT_EQ(leave(5, 19'000, 18'000).first, Fault::None) << "a counter that is set is no travel";
+  EXPECT_EQ(leave(0, kNever, kNever).first, Fault::HomingFailed) << "it presses into its stop";
+  r.known = kSwitchHome;
+  EXPECT_EQ(leave(5, kNever, kNever).first, Fault::None) << "a limit that is not shown says nothing";
+  r = rules(21, 60), r.leave_counts = 20'000, r.leave_cycles = 9000;
+  HomingGuard home(r, at(0, kSwitchHome));
+  for (int i = 1; i < 20'000; ++i) ASSERT_EQ(home.look(at(5 * i, kSwitchHome)), Fault::None) << "a cam may be long";
+}
+
 TEST(HomingGuard, done_without_its_switch_is_not_found) {
   HomingGuard guard(rules(17), at(0, 0));
   after(guard, 10, 0);
