@@ -44,6 +44,24 @@ TEST(Trust, a_machine_with_one_altered_station_is_refused_by_name_and_does_not_m
          object(m, "z", {0x2190, 2}).writable = false;
        },
        Fault::ParameterDiffers, "2190h:2"},
+      {"the other polarity of its inputs",
+       [](auto& m) {
+         holds(m, "y1", {0x2154, 0}, 0);
+         object(m, "y1", {0x2154, 0}).writable = false;
+       },
+       Fault::ParameterDiffers, "2154h"},
+      {"a filter of 100 ms on its limit",
+       [](auto& m) {
+         holds(m, "y2", {0x2161, 0}, 100);
+         object(m, "y2", {0x2161, 0}).writable = false;
+       },
+       Fault::ParameterDiffers, "2161h"},
+      {"soft limits that nobody asked for",
+       [](auto& m) {
+         holds(m, "cu", {0x2144, 0}, 3);
+         object(m, "cu", {0x2144, 0}).writable = false;
+       },
+       Fault::ParameterDiffers, "2144h"},
       {"another motor current",
        [](auto& m) {
          holds(m, "y1", {0x2000, 0}, 8000);
@@ -141,6 +159,16 @@ TEST(Trust, a_lift_that_stops_short_is_named_in_a_jog_and_in_a_job) {
   const auto done = rig.run("recipes/demo-board.yaml");
   ASSERT_FALSE(done.errors.empty());
   EXPECT_EQ(done.errors.front().fault, Fault::NotFollowing) << to_text(done.errors.front());
+}
+
+TEST(Trust, a_limit_that_is_stuck_is_not_driven_away_from_over_the_whole_axis) {
+  Rig rig({.wired = [](auto& m) { m.sim.axes[0].neg_limit = 700; }});  // closed wherever X is
+  ASSERT_TRUE(rig.owner().bring_up());
+  const double start = rig.owner().latest().actual[0];
+  const auto homed = rig.owner().home();
+  ASSERT_FALSE(homed);
+  EXPECT_EQ(homed.error().fault, Fault::HomingFailed) << to_text(homed.error());
+  EXPECT_LT(std::abs(rig.owner().latest().actual[0] - start), 22);
 }
 
 TEST(Trust, a_drive_whose_speeds_have_another_unit_is_stopped) {
