@@ -5,7 +5,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/accepted_today.hpp"
 #include "app/cli/bus_access.hpp"
+#include "app/cli/client.hpp"
+#include "app/desk/state_folder.hpp"
+#include "app/stations/accepted.hpp"
 #include "devices/wire/bytes.hpp"
 
 namespace gantry::cli {
@@ -14,7 +18,7 @@ namespace {
 using devices::Bytes;
 
 struct SdoOptions : BusOptions {
-  std::string station, object, value, type;
+  std::string station, object, value, type, state;
   bool complete = false;
 };
 
@@ -156,6 +160,7 @@ struct Target {
   std::string title;
   config::ObjectAddress object;
   const Type* type = nullptr;
+  devices::FoundStation found;
 };
 
 Result<Target> aim(BusAccess& bus, devices::Survey& survey, const SdoOptions& options) {
@@ -166,7 +171,7 @@ Result<Target> aim(BusAccess& bus, devices::Survey& survey, const SdoOptions& op
   const auto position = bus.find(*stations, options.station);
   if (!position) return tl::unexpected(position.error());
   const auto& found = (*stations)[static_cast<std::size_t>(*position)];
-  return Target{*position, title(bus, found), *object, type_of(bus.configured(found), *object, options.type)};
+  return Target{*position, title(bus, found), *object, type_of(bus.configured(found), *object, options.type), found};
 }
 
 void print(const Context& context, const Target& t, const Bytes& bytes) {
@@ -207,6 +212,63 @@ Result<void> read(Context& context, BusAccess& bus, const SdoOptions& options) {
   return {};
 }
 
+/// Whether it is a parameter of the station that acts at power-up.
+bool waits_for_supply(const config::StationProfile& profile, config::ObjectAddress object, bool complete) {
+  for (int slot = 0; slot < std::max(profile.slots, 1); ++slot)
+    for (const config::Parameter& p : profile.parameters) {
+      const auto its = config::in_slot(profile, p.address, slot);
+      if (p.acts == config::ActsAt::PowerUp && its.index == object.index && (complete || its.sub == object.sub))
+        return true;
+    }
+  return false;
+}
+
+/// What the state folder says of a station of the machine file that gets a value which acts at power-up. Stations of
+/// the virtual segment in this process end with it.
+class Waiting {
+ public:
+  Waiting(Context& context, const BusAccess& bus, const SdoOptions& options)
+      : context_(context), options_(options), machine_(bus.machine()) {}
+
+  /// Kept before the value is written: a program that ends in between must not leave a station that acts by its old
+  /// value, and nobody who knows.
+  Result<void> note(devices::Survey& survey, const devices::FoundStation& found, config::ObjectAddress object) {
+    if (options_.interface.empty()) return {};
+    const auto its = std::ranges::find_if(machine_.stations, [&](const config::Station& s) {
+      return s.bus == config::BusKind::EtherCat && s.position == found.record.position &&
+             waits_for_supply(s.profile, object, options_.complete);
+    });
+    if (its == machine_.stations.end()) return {};
+    const auto folder = state_of(context_, options_.state);
+    if (!folder) return fail(Fault::Usage, "without a state folder nobody would know that it acts at power-up");
+    if (auto made = desk::open_state_folder(*folder); !made) return tl::unexpected(made.error());
+    file_ = stations::accepted_file(*folder, "ethercat");
+    if (auto read = stations::read_accepted(file_, machine_); !read) return read;
+    if (!accepted_or_assumed(*its, found.record.sii)) return {};
+    if (auto ok = survey.forget_restart(its->position); !ok) return ok;
+    before_ = its->accepted;
+    station_ = &*its;
+    if (!station_->accepted) station_->accepted = accepted_today(*station_, found.record.sii);
+    station_->accepted->restart_pending = true;
+    return stations::write_accepted(file_, machine_);
+  }
+  /// The station has not taken it.
+  Result<void> withdraw() {
+    if (station_ == nullptr) return {};
+    station_->accepted = before_;
+    return stations::write_accepted(file_, machine_);
+  }
+  [[nodiscard]] bool any() const { return station_ != nullptr; }
+
+ private:
+  Context& context_;
+  const SdoOptions& options_;
+  config::Machine machine_;
+  std::string file_;
+  config::Station* station_ = nullptr;
+  std::optional<config::Accepted> before_;
+};
+
 Result<void> write(Context& context, BusAccess& bus, const SdoOptions& options) {
   devices::Survey survey(bus.port(), bus.clock());
   auto target = aim(bus, survey, options);
@@ -219,10 +281,17 @@ Result<void> write(Context& context, BusAccess& bus, const SdoOptions& options) 
                                           target->object.index, target->object.sub));
   const auto bytes = to_bytes(options.value, *target->type);
   if (!bytes) return tl::unexpected(bytes.error());
-  if (auto ok = survey.write_object(target->position, target->object, *bytes, access); !ok)
+  Waiting waiting(context, bus, options);
+  if (auto kept = waiting.note(survey, target->found, target->object); !kept) return tl::unexpected(kept.error());
+  if (auto ok = survey.write_object(target->position, target->object, *bytes, access); !ok) {
+    if (ok.error().fault == Fault::SdoAbort)
+      if (auto kept = waiting.withdraw(); !kept) return tl::unexpected(kept.error());
     return tl::unexpected(named(ok.error(), target->title));
+  }
   const auto back = survey.read_object(target->position, target->object, access);
   print(context, *target, back ? *back : *bytes);
+  if (waiting.any() && !context.json)
+    fmt::print("It acts at power-up: the axes stay without torque until this station's supply was off and on.\n");
   return {};
 }
 
@@ -243,6 +312,7 @@ void add(CLI::App& sdo, Context& context, const char* name, const char* help, bo
                  writes ? "Complete access: VALUE is all sub-indices in one, sub-index 0 as two bytes, in hexadecimal"
                         : "Complete access: all sub-indices in one");
   add_bus_interface(*verb, *options);
+  if (writes) verb->add_option("--state", options->state, kStateHelp);
   verb->footer(
       writes
           ? "The value that the station then has is read back and shown. 2xxxh objects of some drives wear an EEPROM.\n"

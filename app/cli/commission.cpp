@@ -5,11 +5,11 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "app/cli/accepted_today.hpp"
 #include "app/cli/bus_access.hpp"
 #include "app/cli/client.hpp"
 #include "app/cli/commission_axis.hpp"
 #include "app/cli/commission_walk.hpp"
-#include "app/cli/today.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/stations/accepted.hpp"
 
@@ -81,20 +81,8 @@ class Commissioning {
 
  private:
   void take(config::Station& station, const devices::StationSii& sii) {
-    const bool pending = station.accepted && station.accepted->restart_pending;
-    const auto was = station.accepted && station.accepted->vendor == sii.vendor &&
-                             station.accepted->product == sii.product && station.accepted->serial == sii.serial
-                         ? *station.accepted
-                         : config::Accepted{};
-    station.accepted = config::Accepted{sii.vendor, sii.product, sii.revision, sii.serial,
-                                        today(),    pending,     was.walked,   was.walked_as};
+    station.accepted = accepted_today(station, sii);
     changed_ = true;
-  }
-
-  static bool accepted_or_assumed(const config::Station& station, const devices::StationSii& sii) {
-    const auto& id = station.profile.identity;
-    return station.accepted ? station.accepted->vendor == sii.vendor && station.accepted->product == sii.product
-                            : id.vendor == sii.vendor && id.product == sii.product;
   }
 
   static void show_identity(const config::Station& station, const devices::FoundStation& found, bool same) {

@@ -209,10 +209,18 @@ Result<HeldObject> Survey::read_held(int position, const config::StartupRow& row
   return devices::read_held(link_, **s, row);
 }
 
+Result<void> Survey::forget_restart(int position) {
+  const auto s = with_mailbox(position);
+  if (!s) return tl::unexpected(s.error());
+  (*s)->since_power_up = false;
+  return {};
+}
+
 Result<void> Survey::write_held(int position, const config::StartupRow& row, std::size_t bytes) {
   auto s = with_mailbox(position);
   if (!s) return tl::unexpected(s.error());
-  if (row.acts == config::ActsAt::PowerUp) (*s)->since_power_up = false;
+  if (row.acts == config::ActsAt::PowerUp)
+    if (auto ok = forget_restart(position); !ok) return ok;
   return devices::write_held(link_, **s, row, bytes);
 }
 

@@ -73,7 +73,9 @@ class Survey {
                             SdoAccess access = SdoAccess::Single);
   /// Parameters; devices/ethercat/parameters.hpp.
   Result<HeldObject> read_held(int position, const config::StartupRow& row);
-  /// After a value that acts at power-up, what is known of an earlier restart of the station says nothing any more.
+  /// Before a value that acts at power-up is written: what is known of an earlier restart of the station says nothing
+  /// any more. It keeps its address, and is seen to have restarted when it has lost that.
+  Result<void> forget_restart(int position);
   Result<void> write_held(int position, const config::StartupRow& row, std::size_t bytes);
   Result<void> save_parameters(int position, const config::StationProfile& profile);
   Result<AlStatus> al_status(int position);
