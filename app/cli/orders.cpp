@@ -122,9 +122,8 @@ void add_orders(CLI::App& app, Context& context) {
     verb->add_option("--state", *state, kStateHelp);
     if (row.kind == OrderKind::PartRemoved)
       verb->add_option("--serial", *serial, "Serial number of the part, where it is not the one in the machine");
-    if (row.kind == OrderKind::Override) verb->add_option("PERCENT", *percent, "100 is the recipe's speed")
-          ->required()
-          ->check(is_percentage);
+    if (row.kind == OrderKind::Override)
+      verb->add_option("PERCENT", *percent, "100 is the recipe's speed")->required()->check(is_percentage);
     if (row.kind == OrderKind::Hold) verb->add_flag("--now", *now, "Do not wait for the end of the feature");
     verb->footer(row.more);
     verb->callback([&context, &row, state, percent, serial, now] {

@@ -11,8 +11,8 @@
 
 namespace gantry::desk {
 
-/// "machine", "machine_hash", "bus", "world", "board", "seed", "script", "sim_state", and those of DDS and of the loop's CPU:
-/// each a text, paths absolute; the hash is the start of the file's SHA-256, "" when it cannot be read.
+/// "machine", "machine_hash", "bus", "world", "board", "seed", "script", "sim_state", and those of DDS and of the
+/// loop's CPU: each a text, paths absolute; the hash is the start of the file's SHA-256, "" when it cannot be read.
 nlohmann::ordered_json identity_of(const std::string& machine_file, const run::OwnerOptions& options);
 
 /// Compares what `given` names (options of the command line, "--bus"); a machine file is the same when its bytes are.

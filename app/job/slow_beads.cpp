@@ -13,9 +13,9 @@ namespace gantry::job {
 namespace {
 
 constexpr double kHeld_s = 0.05;     // at one speed for so long is no corner
-constexpr double kSameSpeed = 0.02;       // but for this part of it
-constexpr double kEnough = 0.5;        // of a bead's length is to be at its speed
-constexpr double kLongest_mm = 1e4;    // a radius beyond it is none
+constexpr double kSameSpeed = 0.02;  // but for this part of it
+constexpr double kEnough = 0.5;      // of a bead's length is to be at its speed
+constexpr double kLongest_mm = 1e4;  // a radius beyond it is none
 
 /// One bead's segments.
 using Segments = std::vector<const motion::Segment*>;
@@ -123,18 +123,18 @@ void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
 std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
   const auto& bead = std::get<recipes::Bead>(recipe.features[slow.feature]);
   const auto radius = radius_mm(bead);
-  constexpr const char* kElse =
-      "or `flow_follows_speed: true` where the dispenser doses by the speed of the needle";
+  constexpr const char* kElse = "or `flow_follows_speed: true` where the dispenser doses by the speed of the needle";
   if (slow.steady_mm_s == 0)
     return fmt::format(
         "comes to its {:.3g} mm/s along {:.0f} % of its length: its corners lie too near to each other for the axes' "
         "a_max and j_max; write a lower `speed`, a larger `corner_tolerance`, {}",
         slow.asked_mm_s, slow.at_speed * 100, kElse);
-  return fmt::format("planned at {:.3g} mm/s instead of {:.3g} mm/s: the axes' limits allow no more on {}; write `speed: "
-                     "{:.3g} mm/s`, a larger {}, {}",
-                     slow.steady_mm_s, slow.asked_mm_s,
-                     radius ? fmt::format("its curve, radius {:.3g} mm", *radius) : std::string("its way"),
-                     std::floor(slow.steady_mm_s), radius ? "radius" : "`corner_tolerance`", kElse);
+  return fmt::format(
+      "planned at {:.3g} mm/s instead of {:.3g} mm/s: the axes' limits allow no more on {}; write `speed: "
+      "{:.3g} mm/s`, a larger {}, {}",
+      slow.steady_mm_s, slow.asked_mm_s,
+      radius ? fmt::format("its curve, radius {:.3g} mm", *radius) : std::string("its way"),
+      std::floor(slow.steady_mm_s), radius ? "radius" : "`corner_tolerance`", kElse);
 }
 
 }  // namespace gantry::job

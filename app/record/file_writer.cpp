@@ -58,7 +58,8 @@ void FileWriter::end_thread() {
 Result<void> FileWriter::close() {
   end_thread();
   auto closed = file_.close();
-  if (closed && too_slow_) closed = fail(Fault::FileUnwritable, "the disk is too slow: the file could not be kept up with");
+  if (closed && too_slow_)
+    closed = fail(Fault::FileUnwritable, "the disk is too slow: the file could not be kept up with");
   if (!closed) file_.discard();
   return closed;
 }

@@ -145,7 +145,8 @@ Result<std::string> job_folder(const WantedFolder& wanted, const std::string& re
   const fs::path parent = named ? wanted.path : wanted.under;
   if (named && !wanted.overwrite && holds_a_job(parent))
     return fail(Fault::Usage,
-                "this folder holds the results of a job; name another one, or let `--force` overwrite them", wanted.path);
+                "this folder holds the results of a job; name another one, or let `--force` overwrite them",
+                wanted.path);
   if (auto enough = enough_room(parent.string(), room); !enough) return tl::unexpected(enough.error());
   if (auto made = make_folder(parent.string()); !made)
     return fail(named ? Fault::Usage : Fault::FileUnwritable, made.error().message, made.error().where);
@@ -177,7 +178,8 @@ Result<void> write_job(JobResult& result, const std::string& folder, const Certi
   const bool reported = keep("report.html", write_report(folder, result));
   const auto images = image_names(result);
   for (std::size_t i = 0; i < images.size(); ++i)
-    if (!images[i].empty() && keep(images[i], write_image(folder, images[i], result.marks[i]))) files.push_back(images[i]);
+    if (!images[i].empty() && keep(images[i], write_image(folder, images[i], result.marks[i])))
+      files.push_back(images[i]);
   for (const Input& input : inputs_of(result))
     if (keep(input.name, keep_input(folder, input))) files.push_back(input.name);
   if (certify && reported && first) keep("certificate.json", certify(folder));

@@ -103,7 +103,8 @@ Result<void> write_report(const std::string& dir, const JobResult& r) {
 std::vector<std::string> image_names(const JobResult& r) {
   std::set<std::string> taken;
   std::vector<std::string> names;
-  for (const MarkResult& m : r.marks) names.push_back(m.png.empty() ? "" : "marks/" + file_name(m.name, taken) + ".png");
+  for (const MarkResult& m : r.marks)
+    names.push_back(m.png.empty() ? "" : "marks/" + file_name(m.name, taken) + ".png");
   return names;
 }
 

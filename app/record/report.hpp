@@ -16,8 +16,8 @@ std::string report_page(const JobResult& result);
 /// report.html. Fault::FileUnwritable.
 Result<void> write_report(const std::string& dir, const JobResult& result);
 
-/// Under which names the images of the marks stand in the job's folder, one a mark: "marks/front-left.png"; "" of a mark
-/// without one.
+/// Under which names the images of the marks stand in the job's folder, one a mark: "marks/front-left.png"; "" of a
+/// mark without one.
 std::vector<std::string> image_names(const JobResult& result);
 /// Fault::FileUnwritable.
 Result<void> write_image(const std::string& dir, const std::string& name, const MarkResult& mark);

@@ -155,11 +155,12 @@ std::string mark_section(const JobResult& r) {
   body += "</div>";
   if (r.has_offset)
     body += fmt::format(
-        "<p class=\"note\">The board lies {} mm, {} mm and {}° from its nominal position (residual {} rms).",
-        number(r.offset.shift.x, 3), number(r.offset.shift.y, 3), number(units::deg(r.offset.rotation), 3),
-        micrometres(r.offset_rms_mm)) +
-            (r.length_only ? " Trust: length only; of two marks nothing but their distance shows that they are the right ones."
-                           : "");
+                "<p class=\"note\">The board lies {} mm, {} mm and {}° from its nominal position (residual {} rms).",
+                number(r.offset.shift.x, 3), number(r.offset.shift.y, 3), number(units::deg(r.offset.rotation), 3),
+                micrometres(r.offset_rms_mm)) +
+            (r.length_only
+                 ? " Trust: length only; of two marks nothing but their distance shows that they are the right ones."
+                 : "");
   else
     body += "<p class=\"note\">No work offset was fitted.";
   if (!r.placement.empty()) body += " The virtual board was placed at " + text(r.placement) + ".";

@@ -15,20 +15,21 @@ namespace {
 
 // As jobs have left them, and half as much again: `gantry dry-run` of recipes/demo-board.yaml (35 features, 39 s) and
 // tests/machine/many-dots.yaml (4000 dots, 1300 s).
-constexpr double kPage = 3e6;            // the report with its scene, whatever the job
-constexpr double kFeature = 1.5e3;       // in summary and report
-constexpr double kBeadSecond = 30e3;     // the path of the needle in summary and report, and once more in deposits.csv
-constexpr double kShot = 200;            // a dot in deposits.csv
-constexpr double kImage = 300e3;         // of a mark
-constexpr double kTick = 12;             // in setpoints.bin
+constexpr double kPage = 3e6;         // the report with its scene, whatever the job
+constexpr double kFeature = 1.5e3;    // in summary and report
+constexpr double kBeadSecond = 30e3;  // the path of the needle in summary and report, and once more in deposits.csv
+constexpr double kShot = 200;         // a dot in deposits.csv
+constexpr double kImage = 300e3;      // of a mark
+constexpr double kTick = 12;          // in setpoints.bin
 constexpr double kMb = 1e6;
 
 tl::unexpected<Error> too_little(const std::string& folder, double free, double needed) {
-  return fail(Fault::FileUnwritable,
-              fmt::format("the disk has {:.1f} MB free, and the results of this job need up to {:.1f} MB; take old results "
-                          "away, or let `--out` name a folder on another disk",
-                          free / kMb, needed / kMb),
-              folder);
+  return fail(
+      Fault::FileUnwritable,
+      fmt::format("the disk has {:.1f} MB free, and the results of this job need up to {:.1f} MB; take old results "
+                  "away, or let `--out` name a folder on another disk",
+                  free / kMb, needed / kMb),
+      folder);
 }
 
 }  // namespace

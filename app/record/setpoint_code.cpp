@@ -67,8 +67,7 @@ bool read_record(std::string_view& bytes, unsigned char first, std::uint32_t dri
 void SetpointEncoder::add(const SetpointTick& tick, std::string& bytes) {
   const SetpointTick expected = next(last_, before_, drives_);
   std::uint64_t other = 0;
-  for (std::uint32_t i = 0; i < drives_; ++i)
-    other |= std::uint64_t{tick.counts[i] != expected.counts[i]} << i;
+  for (std::uint32_t i = 0; i < drives_; ++i) other |= std::uint64_t{tick.counts[i] != expected.counts[i]} << i;
   unsigned char first = tick.sent ? kSent : 0;
   if (tick.block != expected.block) first |= kBlock;
   if (tick.tick != expected.tick) first |= kTick;
@@ -84,7 +83,8 @@ void SetpointEncoder::add(const SetpointTick& tick, std::string& bytes) {
     put_varint(bytes, other);
     for (std::uint32_t i = 0; i < drives_; ++i)
       if ((other >> i & 1) != 0)
-        put_varint(bytes, zigzag(static_cast<std::uint32_t>(tick.counts[i]) - static_cast<std::uint32_t>(expected.counts[i])));
+        put_varint(bytes,
+                   zigzag(static_cast<std::uint32_t>(tick.counts[i]) - static_cast<std::uint32_t>(expected.counts[i])));
   }
   before_ = last_;
   last_ = tick;

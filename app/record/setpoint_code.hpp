@@ -1,6 +1,6 @@
-// How a stream of ticks is kept short: what a tick shares with the one before is left out, and a drive's counts are told
-// as what they differ by from going on evenly. All lengths are varints (7 bits a byte, the lowest first, bit 7: more);
-// signed ones are zigzag (0, -1, 1, -2 ... as 0, 1, 2, 3 ...).
+// How a stream of ticks is kept short: what a tick shares with the one before is left out, and a drive's counts are
+// told as what they differ by from going on evenly. All lengths are varints (7 bits a byte, the lowest first, bit 7:
+// more); signed ones are zigzag (0, -1, 1, -2 ... as 0, 1, 2, 3 ...).
 //   SetpointEncoder encoder;   encoder.add(tick, bytes); ...   encoder.end(bytes);
 //   decode(bytes, drives, take);
 // A record begins with a byte:

@@ -20,8 +20,7 @@ namespace gantry::record {
 class SetpointFile {
  public:
   /// Fault::FileUnwritable.
-  static Result<SetpointFile> create(const std::string& path,
-                                     FileWriter::Thread thread = FileWriter::Thread::Callers);
+  static Result<SetpointFile> create(const std::string& path, FileWriter::Thread thread = FileWriter::Thread::Callers);
   /// Takes what belongs to a block, leaves the rest.
   void add(const cycle::Snapshot& snapshot);
   /// Says whether everything reached the file. Fault::FileUnwritable: then there is none, and there has been none since

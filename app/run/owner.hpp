@@ -42,10 +42,10 @@ struct RunOptions {
   std::string out{};  ///< folder for the results; "" keeps nothing
   // For the result's words only.
   bool dry_run = false;
-  const job::Forecast* forecast = nullptr;  ///< of the job, from the park position; null: there is none
-  std::string serial{};                     ///< of the part
-  record::OnBoard before{};                 ///< what jobs before it have left there
-  bool on_hold = false;                     ///< a resume lets its first motion go
+  const job::Forecast* forecast = nullptr;      ///< of the job, from the park position; null: there is none
+  std::string serial{};                         ///< of the part
+  record::OnBoard before{};                     ///< what jobs before it have left there
+  bool on_hold = false;                         ///< a resume lets its first motion go
   std::span<const job::SlowBead> slow_beads{};  ///< of the job's proof
   /// A door, air or stop fault (Clear::Resume) leaves the job on hold until somebody resets and resumes; else it ends
   /// it.

@@ -281,7 +281,8 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
     record::add_world(result, std::move(seen));
   }
   record::place_drawing(result, recipe, p.machine);
-  record::judge_board(result, recipe, {p.job->runner.state().features, p.job->runner.off_speed(), options.before, options.slow_beads},
+  record::judge_board(result, recipe,
+                      {p.job->runner.state().features, p.job->runner.off_speed(), options.before, options.slow_beads},
                       seconds(p.machine.bus.cycle));
   // A part that lacks something, or of which not all is good, is held until a hand asks for it.
   const bool begun = result.board == record::Board::Begun ||

@@ -62,7 +62,7 @@ rows = {
     "explain": [(["explain"], 0), (["explain", "G207"], 0), (["explain", "std402ec"], 0),
                 (["explain", "std402ec:8611"], 0), (["explain", "G99999"], 2)],
     "status": [(["status", "--state", state], 0), (["status", "--state", nobody], 7)],
-    "part": [(["part", "removed", "--state", nobody], None)],
+    "part-removed": [(["part-removed", "--state", nobody], 0)],
     "jog": [(["jog", "X", "1", "--state", nobody], None)],
 }
 for order in ("hold", "resume", "abort", "reset", "enable", "disable", "park", "down"):

@@ -30,7 +30,7 @@ expect("and what is left", re.search(r"about \d+ s left", text), text)
 expect("its log lines have colour", COLOUR.search(text), text)
 # What stands on a line after all that was written over: a log line begins at its first column.
 lines = [re.split(r"\r\x1b\[K", line)[-1] for line in text.split("\r\n")]
-logged = [line for line in lines if re.search(r"[IWE] \d\d:\d\d:\d\d\.\d\d\d ", line)]
+logged = [line for line in lines if re.search(r"[IWE](?:\x1b\[[0-9;]*m)? \d\d:\d\d:\d\d\.\d\d\d ", line)]
 expect("log lines are told", len(logged) > 3, text)
 glued = [line for line in logged if not re.match(r"(\x1b\[[0-9;?]*[a-zA-Z])*[IWE](\x1b\[[0-9;]*m)? ", line)]
 expect("none is glued to the bar", not glued, repr(glued))

@@ -97,8 +97,8 @@ class OfOne {
   }
 
  private:
-  /// By the recipe's speed alone: at least half of a bead is dispensed at it, and nowhere does the needle go on and on at
-  /// another.
+  /// By the recipe's speed alone: at least half of a bead is dispensed at it, and nowhere does the needle go on and on
+  /// at another.
   void own_speed(const Wanted& w, const std::vector<double>& now) {
     double all_mm = 0, good_mm = 0, low = 0, high = 0;
     std::size_t run = 0, close = 0;  // cycles

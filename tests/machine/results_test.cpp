@@ -274,7 +274,8 @@ TEST(Results, a_bead_that_is_never_at_its_speed_is_a_defect_and_is_told_before_a
       "  - polyline: {name: zig, material: fast, points: [[40 mm, 40 mm], [43 mm, 43 mm], [46 mm, 40 mm], [49 mm, 43 "
       "mm]], corner_tolerance: 0.05 mm}\n"
       "  - line: {name: far, material: fast, from: [15 mm, 15 mm], to: [60 mm, 15 mm]}\n"
-      "  - rectangle: {name: frame, material: fast, at: [15 mm, 20 mm], size: [50 mm, 12 mm], corner_tolerance: 0.3 mm}\n"
+      "  - rectangle: {name: frame, material: fast, at: [15 mm, 20 mm], size: [50 mm, 12 mm], corner_tolerance: 0.3 "
+      "mm}\n"
       "  - circle: {name: dosed_ring, material: dosed, centre: [60 mm, 43 mm], radius: 3 mm}\n";
   const auto recipe = recipes::parse(text, "slow.yaml");
   ASSERT_TRUE(recipe) << to_text(recipe.error().front());
@@ -308,7 +309,12 @@ TEST(Results, a_bead_that_is_never_at_its_speed_is_a_defect_and_is_told_before_a
                                              {{15, 20}, {65, 20}, {65, 32}, {15, 32}, {15, 20}},
                                              circle({60, 43})};
   for (std::size_t i = 0; i < shots.size(); ++i) {
-    const Wanted w{.bead = true, .points = drawn[i], .corner_mm = 0.3, .speed_mm_s = 100, .gap_mm = 0.3, .dot_s = 0.3,
+    const Wanted w{.bead = true,
+                   .points = drawn[i],
+                   .corner_mm = 0.3,
+                   .speed_mm_s = 100,
+                   .gap_mm = 0.3,
+                   .dot_s = 0.3,
                    .flow_follows_speed = i == 4};
     const test::Opinion o = test::opinion({w}, {shots[i]}, {});
     EXPECT_EQ(o.verdict, wanted[i]) << i << ": " << o.why;

@@ -89,11 +89,11 @@ record::JobResult Rig::run(const recipes::Recipe& recipe) {
   if (owner_->latest().cycle == 0)
     if (auto up = owner_->bring_up(); !up) return failed({up.error()});
   const auto proof = job::prove_nominal(machine_, recipe, *job);
-  return owner_->run(recipe, *job,
-                     {.forecast = proof ? &proof->forecast : nullptr,
-                      .slow_beads = proof ? std::span<const job::SlowBead>(proof->slow_beads)
-                                          : std::span<const job::SlowBead>(),
-                      .outlives_stops = options_.outlives_stops});
+  return owner_->run(
+      recipe, *job,
+      {.forecast = proof ? &proof->forecast : nullptr,
+       .slow_beads = proof ? std::span<const job::SlowBead>(proof->slow_beads) : std::span<const job::SlowBead>(),
+       .outlives_stops = options_.outlives_stops});
 }
 
 }  // namespace gantry::test

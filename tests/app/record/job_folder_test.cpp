@@ -74,8 +74,8 @@ TEST(JobFolder, a_summary_that_names_files_of_others_is_not_believed) {
       "/etc/passwd", "marks/..", "marks/.", "marks/", "marks/sub", ")" +
                                              elsewhere.path + R"(/x.png", 7, null, "marks/../deep/x.png"]})");
   ASSERT_TRUE(job_folder({.path = folder.path + "/job", .overwrite = true}, "a.yaml"));
-  for (const std::string& kept : {folder.path + "/outside.txt", folder.path + "/job/deep/x.png", elsewhere.path + "/x.png",
-                                  folder.path + "/job/marks/sub"})
+  for (const std::string& kept : {folder.path + "/outside.txt", folder.path + "/job/deep/x.png",
+                                  elsewhere.path + "/x.png", folder.path + "/job/marks/sub"})
     EXPECT_TRUE(fs::exists(kept)) << kept;
   // Through a link nothing goes.
   fs::remove_all(folder.path + "/job/marks");

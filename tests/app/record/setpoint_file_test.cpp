@@ -87,7 +87,8 @@ TEST(SetpointFile, a_block_that_was_started_again_is_kept_apart) {
   EXPECT_EQ(c->first_difference->tick, 6u);
 }
 
-/// As drives move: at rest, ramps, even speed with a count of noise, wraps; stops, starts again, ticks that were not sent.
+/// As drives move: at rest, ramps, even speed with a count of noise, wraps; stops, starts again, ticks that were not
+/// sent.
 std::vector<cycle::Snapshot> a_job(std::uint64_t seed, std::size_t ticks) {
   std::mt19937_64 random(seed);
   const auto below = [&](std::uint64_t n) { return static_cast<std::int64_t>(random() % n); };
@@ -136,7 +137,8 @@ TEST(SetpointFile, a_stream_comes_back_as_it_went_in) {
     // Cut anywhere, what is whole comes back and nothing else.
     for (int cut = 0; cut < 50; ++cut) {
       i = 0;
-      static_cast<void>(decode(std::string_view(bytes).substr(0, bytes.size() * static_cast<std::size_t>(cut) / 50), 2, take));
+      static_cast<void>(
+          decode(std::string_view(bytes).substr(0, bytes.size() * static_cast<std::size_t>(cut) / 50), 2, take));
       EXPECT_LE(i, job.size());
     }
   }
