@@ -27,11 +27,11 @@ std::optional<Error> end_taken(const Scene& scene, const AxisVec& from, const Ax
 const char* why_not(const SearchAnswer& found) {
   if (found.status != SearchStatus::NoPath) return "none found";
   switch (found.closed_in) {
-    case ClosedIn::Start: return "there is no path: where it starts is closed in on all sides";
-    case ClosedIn::Goal: return "there is no path: where it ends is closed in on all sides";
+    case ClosedIn::Start: return "there is no path: where it starts is a pocket, closed in all around";
+    case ClosedIn::Goal: return "there is no path: where it ends is a pocket, closed in all around";
     case ClosedIn::Neither: break;
   }
-  return "there is no path";
+  return "there is no path: what stands between goes from side to side";
 }
 
 }  // namespace
