@@ -8,9 +8,8 @@
 namespace gantry::motion {
 namespace {
 
-/// A job waits for it, and one that is refused is refused at once: about a tenth of a second. A job's path is the
-/// shortest of several, so that it is much the same wherever the board lies.
-constexpr SearchBudget kBudget{.random_trees = 8, .random_iterations = 400, .cuts = 10000};
+/// A job waits for it, and one that is refused is refused at once: about a tenth of a second.
+constexpr SearchBudget kBudget{.cuts = 10000};
 
 /// Where one of the ends is itself too near to a body, no path helps: said first, since no lift-over changes it.
 std::optional<Error> end_taken(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins) {

@@ -17,13 +17,22 @@ void add(Fnv1a& hash, double v) {
   const auto bits = std::bit_cast<std::uint64_t>(v + 0.0);  // -0 is 0
   for (int i = 0; i < 64; i += 8) hash.add(static_cast<std::uint8_t>(bits >> i));
 }
-void add(Fnv1a& hash, const SceneBody& b) {
-  for (const char c : b.name) hash.add(static_cast<std::uint8_t>(c));
-  hash.add(0);
+void add_geometry(Fnv1a& hash, const SceneBody& b) {
   hash.add(static_cast<std::uint8_t>(b.solid.kind));
   for (const Vec3 v : {b.solid.centre, b.solid.half}) add(hash, v.x), add(hash, v.y), add(hash, v.z);
   add(hash, b.solid.cos), add(hash, b.solid.sin);
   hash.add(static_cast<std::uint8_t>(b.on_lift));
+}
+void add(Fnv1a& hash, const SceneBody& b) {
+  for (const char c : b.name) hash.add(static_cast<std::uint8_t>(c));
+  hash.add(0);
+  add_geometry(hash, b);
+}
+std::uint64_t hash_of_geometry(const SceneBody& b, bool of_head) {
+  Fnv1a hash;
+  hash.add(static_cast<std::uint8_t>(of_head));
+  add_geometry(hash, b);
+  return hash.value();
 }
 
 }  // namespace
@@ -34,6 +43,7 @@ Scene::Scene(const config::Machine& m) : x_(m.x.value), y_(m.y.value), z_(m.z.va
   for (const config::Body& b : m.head) {
     head_.push_back(make(b));
     motion::add(hash_, head_.back());
+    geometry_ += motion::hash_of_geometry(head_.back(), true);
   }
   motion::add(hash_, static_cast<double>(head_.size()));
   add(m.scene);
@@ -43,6 +53,7 @@ void Scene::add(std::span<const config::Body> bodies) {
   for (const config::Body& body : bodies) {
     standing_.push_back(make(body));
     motion::add(hash_, standing_.back());
+    geometry_ += motion::hash_of_geometry(standing_.back(), false);
   }
   std::vector<Box> boxes;
   for (const SceneBody& b : standing_) boxes.push_back({b.solid.centre, b.half_box});

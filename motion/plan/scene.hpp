@@ -75,6 +75,8 @@ class Scene {
 
   /// Changes when any body changes (FNV-1a over names and numbers); stands in certificates.
   [[nodiscard]] std::uint64_t hash() const { return hash_.value(); }
+  /// The same whatever the bodies are called and in which order they were added; seeds what chance decides.
+  [[nodiscard]] std::uint64_t hash_of_geometry() const { return geometry_; }
 
  private:
   std::vector<SceneBody> head_, standing_;
@@ -86,6 +88,7 @@ class Scene {
   bool has_lift_ = false;
   std::optional<BoardFrame> board_;
   Fnv1a hash_;
+  std::uint64_t geometry_ = 0;  ///< sum over all bodies
 };
 
 }  // namespace gantry::motion

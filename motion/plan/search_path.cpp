@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
+#include "motion/plan/join_ways.hpp"
 #include "motion/plan/random_tree.hpp"
 #include "motion/plan/shorten.hpp"
 
@@ -11,8 +13,7 @@ namespace gantry::motion {
 namespace {
 
 constexpr double kLimitRounding = 1e-9;
-constexpr double kGoodEnough = 1.03;       // times the straight line: no other way is looked for
-constexpr double kWorthShortening = 1.25;  // times the best: a path of chance that is longer is not worth the work
+constexpr double kGoodEnough = 1.03;  // times the straight line: no other way is looked for
 
 Vec3 position(const Scene& scene, const AxisVec& q) { return {q[scene.x()], q[scene.y()], q[scene.z()]}; }
 
@@ -55,7 +56,7 @@ class Carried {
 };
 
 std::uint64_t seed_of(const Scene& scene, Vec3 from, Vec3 to) {
-  std::uint64_t h = scene.hash();
+  std::uint64_t h = scene.hash_of_geometry();
   for (const double v : {from.x, from.y, from.z, to.x, to.y, to.z}) {
     h ^= std::bit_cast<std::uint64_t>(v + 0.0);
     h *= 0x9e3779b97f4a7c15ULL;
@@ -66,14 +67,36 @@ std::uint64_t seed_of(const Scene& scene, Vec3 from, Vec3 to) {
 
 struct Best {
   std::vector<Vec3> points;
-  double length_mm = 0;
+  double length_mm = std::numeric_limits<double>::infinity();
   PathKind kind = PathKind::Detour;
-  void offer(std::vector<Vec3> other, PathKind of) {
-    if (other.empty()) return;
-    const double length = length_of(other);
-    if (points.empty() || length < length_mm) points = std::move(other), length_mm = length, kind = of;
+  /// Taken when it is shorter, and clear in the direction in which it is gone: trees grow from both ends.
+  void offer(std::vector<Vec3> other, PathKind of, const Clear& clear) {
+    if (other.empty() || length_of(other) >= length_mm) return;
+    for (std::size_t i = 0; i + 1 < other.size(); ++i)
+      if (!clear(other[i], other[i + 1])) return;
+    points = std::move(other), length_mm = length_of(points), kind = of;
   }
 };
+
+/// The box about all points from which start and goal together are no farther than `length_mm`: an ellipsoid, whose
+/// axis is their line (Gammell, Srinivasa, Barfoot 2014). Within `all`.
+Box worth_looking(const Box& all, Vec3 start, Vec3 goal, double length_mm) {
+  if (!std::isfinite(length_mm)) return all;
+  const Vec3 line = goal - start, middle = (start + goal) * 0.5;
+  const double square = dot(line, line), long_square = length_mm * length_mm / 4,
+               short_square = std::max(0.0, length_mm * length_mm - square) / 4;
+  const auto reach = [&](double along) {
+    const double share = square > 0 ? along * along / square : 0;
+    return std::sqrt(long_square * share + short_square * (1 - share));
+  };
+  const Vec3 half{reach(line.x), reach(line.y), reach(line.z)}, low = all.centre - all.half,
+                                                                high = all.centre + all.half;
+  const Vec3 from{std::max(low.x, middle.x - half.x), std::max(low.y, middle.y - half.y),
+                  std::max(low.z, middle.z - half.z)};
+  const Vec3 to{std::min(high.x, middle.x + half.x), std::min(high.y, middle.y + half.y),
+                std::min(high.z, middle.z + half.z)};
+  return {(from + to) * 0.5, (to - from) * 0.5};
+}
 
 }  // namespace
 
@@ -135,27 +158,35 @@ SearchAnswer search_around(const Scene& scene, const AxisVec& from, const AxisVe
     for (const AxisVec& q : over->points)
       if (const Vec3 p = position(scene, q); points.empty() || p != points.back()) points.push_back(p);
     shorten(points, clear);
-    best.offer(std::move(points), PathKind::LiftOver);
+    best.offer(std::move(points), PathKind::LiftOver, clear);
   }
-  for (int n = 0; n < budget.random_trees; ++n) {
-    if (!best.points.empty() && best.length_mm <= kGoodEnough * norm(goal - start)) break;
-    auto tree = random_tree(clear, carried.low(), carried.high(), start, goal,
+  const Vec3 low = carried.low(), high = carried.high();
+  const Box all{(low + high) * 0.5, (high - low) * 0.5};
+  std::vector<std::vector<Vec3>> ways;
+  for (int n = 0; n < budget.random_trees && best.length_mm > kGoodEnough * norm(goal - start); ++n) {
+    const Box where = worth_looking(all, start, goal, best.length_mm);
+    auto tree = random_tree(clear, where.centre - where.half, where.centre + where.half, start, goal,
                             seed_of(scene, start, goal) + static_cast<std::uint64_t>(n), budget.random_iterations);
-    if (!tree.empty()) leave_out(tree, clear);
-    if (!tree.empty() && (best.points.empty() || length_of(tree) < kWorthShortening * best.length_mm)) {
-      shorten(tree, clear);
-      best.offer(std::move(tree), PathKind::Detour);
-    }
+    if (tree.empty()) continue;
+    leave_out(tree, clear);
+    ways.push_back(tree);
+    shorten(tree, clear);
+    best.offer(std::move(tree), PathKind::Detour, clear);
+  }
+  if (ways.size() > 1) {
+    auto joined = join_ways(ways, clear);
+    shorten(joined, clear);
+    best.offer(std::move(joined), PathKind::Detour, clear);
   }
   if (!best.points.empty()) return finish(best.points, best.kind);
 
-  const Vec3 low = carried.low(), high = carried.high();
   CellSearch cells(carried.pairs(), {{low.x, low.y, low.z}, {high.x, high.y, high.z}});
   CellAnswer answer = cells.search(start, goal, budget.cuts);
   out.cuts = answer.cuts;
   if (answer.kind == CellAnswer::Kind::Path) {
     shorten(answer.points, clear);
-    return finish(answer.points, PathKind::Detour);
+    best.offer(std::move(answer.points), PathKind::Detour, clear);
+    if (!best.points.empty()) return finish(best.points, best.kind);
   }
   out.closed_in = answer.closed_in;
   out.status = answer.kind == CellAnswer::Kind::NoPath ? SearchStatus::NoPath : SearchStatus::Budget;
