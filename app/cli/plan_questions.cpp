@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <fmt/format.h>
+#include <iterator>
 #include <optional>
 #include <set>
 
@@ -19,13 +20,46 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr std::size_t kMostBytes = 64u << 20;
 
-/// "file:line:col" of a byte.
-std::string place_in(const std::string& path, std::string_view text, std::size_t byte) {
+/// "line:col" of a byte.
+std::string place_in(std::string_view text, std::size_t byte) {
   const std::string_view before = text.substr(0, std::min(text.size(), byte > 0 ? byte - 1 : 0));
   const auto line_start = before.rfind('\n');
-  return fmt::format("{}:{}:{}", path, 1 + std::count(before.begin(), before.end(), '\n'),
+  return fmt::format("{}:{}", 1 + std::count(before.begin(), before.end(), '\n'),
                      before.size() - (line_start == std::string_view::npos ? 0 : line_start + 1) + 1);
 }
+
+/// The bytes of a text, counted as the parser takes them: the one way to learn where it is.
+class Counted {
+ public:
+  using iterator_category = std::input_iterator_tag;
+  using value_type = char;
+  using difference_type = std::ptrdiff_t;
+  using pointer = const char*;
+  using reference = const char&;
+  Counted(const char* at, std::size_t* taken) : at_(at), taken_(taken) {}
+  reference operator*() const { return *at_; }
+  Counted& operator++() {
+    ++at_, ++*taken_;
+    return *this;
+  }
+  friend bool operator!=(const Counted& a, const Counted& b) { return a.at_ != b.at_; }
+  friend bool operator==(const Counted& a, const Counted& b) { return a.at_ == b.at_; }
+
+ private:
+  const char* at_;
+  std::size_t* taken_;
+};
+
+/// Where the rows of a list stand and their keys: bytes, counted from 1.
+struct RowPlaces {
+  std::size_t row = 1;
+  std::vector<std::pair<std::string, std::size_t>> keys;
+  [[nodiscard]] std::size_t of(const std::string& key) const {
+    for (const auto& [name, byte] : keys)
+      if (name == key) return byte;
+    return row;
+  }
+};
 
 class Reader {
  public:
@@ -34,72 +68,93 @@ class Reader {
   Checked<std::vector<Question>> read() {
     const auto text = config::read_text_file(path_, kMostBytes);
     if (!text) return tl::unexpected(std::vector{text.error()});
+    text_ = *text;
     Json root;
+    std::size_t taken = 0;
+    const auto see = [&](int depth, Json::parse_event_t event, const Json& value) {
+      if (depth == 1 && (event == Json::parse_event_t::object_start || event == Json::parse_event_t::array_start ||
+                         event == Json::parse_event_t::value))
+        places_.push_back({taken, {}});
+      if (depth == 2 && event == Json::parse_event_t::key && !places_.empty()) {
+        auto key = value.get<std::string>();
+        const std::size_t quotes_and_all = std::min(taken - 1, key.size() + 1);
+        places_.back().keys.emplace_back(std::move(key), taken - quotes_and_all);
+      }
+      return true;
+    };
     try {
-      root = Json::parse(*text);
+      root = Json::parse(Counted(text_.data(), &taken), Counted(text_.data() + text_.size(), &taken), see);
     } catch (const nlohmann::json::parse_error& error) {
-      return tl::unexpected(std::vector{Error{Fault::BadValue, fmt::format("this is no JSON ({})", error.what()),
-                                              place_in(path_, *text, error.byte)}});
+      add(Fault::BadValue, error.byte, fmt::format("this is no JSON ({})", error.what()));
+      return tl::unexpected(std::move(errors_));
     } catch (const nlohmann::json::exception& error) {  // a number that no double holds
-      return tl::unexpected(std::vector{Error{Fault::BadValue, error.what(), path_}});
+      add(Fault::BadValue, taken, error.what());
+      return tl::unexpected(std::move(errors_));
     }
     if (!root.is_array()) {
-      add(Fault::BadValue, "",
+      add(Fault::BadValue, 1,
           fmt::format("a list is expected: [{{\"id\": 1, \"{}\": [x, y, z], \"{}\": [x, y, z]}}]", ends_[0], ends_[1]));
       return tl::unexpected(std::move(errors_));
     }
-    for (std::size_t i = 0; i < root.size() && errors_.size() < config::Mistakes::kMost; ++i) take(root[i], i);
+    for (std::size_t i = 0; i < root.size() && errors_.size() < config::Mistakes::kMost; ++i)
+      take(root[i], places_.at(i));
     if (!errors_.empty()) return tl::unexpected(std::move(errors_));
     return std::move(questions_);
   }
 
  private:
-  void add(Fault fault, const std::string& at, std::string message) {
-    errors_.push_back({fault, std::move(message), path_ + at});
+  void add(Fault fault, std::size_t byte, std::string message) {
+    errors_.push_back({fault, std::move(message), fmt::format("{}:{}", path_, place_in(text_, byte))});
   }
 
-  void take(const Json& row, std::size_t number) {
-    const std::string at = fmt::format("[{}]", number);
+  void take(const Json& row, const RowPlaces& at) {
     if (!row.is_object())
-      return add(Fault::BadValue, at, fmt::format("expected {{\"id\", \"{}\", \"{}\"}}", ends_[0], ends_[1]));
+      return add(Fault::BadValue, at.row, fmt::format("expected {{\"id\", \"{}\", \"{}\"}}", ends_[0], ends_[1]));
     const std::vector<std::string> known{"id", ends_[0], ends_[1]};
     for (const auto& [key, value] : row.items())
       if (std::find(known.begin(), known.end(), key) == known.end())
-        add(Fault::UnknownKey, at,
+        add(Fault::UnknownKey, at.of(key),
             fmt::format("unknown key '{}'; {}", config::shortened(key, 40),
                         did_you_mean(key, {known.begin(), known.end()})));
+    std::set<std::string_view> seen;
+    for (const auto& [key, byte] : at.keys)
+      if (!seen.insert(key).second)
+        add(Fault::DuplicateKey, byte,
+            fmt::format("the key '{}' stands twice; remove one", config::shortened(key, 40)));
     Question out;
     const auto id = row.find("id");
-    if (id == row.end()) return add(Fault::MissingKey, at, "the key 'id' is missing; give a text or a whole number");
+    if (id == row.end())
+      return add(Fault::MissingKey, at.row, "the key 'id' is missing; give a text or a whole number");
     if (!id->is_string() && !id->is_number_integer())
-      return add(Fault::BadValue, at + ".id", "expected a text or a whole number");
+      return add(Fault::BadValue, at.of("id"), "expected a text or a whole number");
     out.id = *id;
     if (!ids_.insert(id->dump(-1, ' ', true, Json::error_handler_t::replace)).second)
-      add(Fault::DuplicateKey, at + ".id", "this id stands twice; give each its own");
+      add(Fault::DuplicateKey, at.of("id"), "this id stands twice; give each its own");
     const auto from = point(row, ends_[0], at), to = point(row, ends_[1], at);
     if (!from || !to) return;
     out.from = *from, out.to = *to;
     questions_.push_back(std::move(out));
   }
 
-  std::optional<Vec3> point(const Json& row, const char* key, const std::string& at) {
+  std::optional<Vec3> point(const Json& row, const char* key, const RowPlaces& at) {
     const auto found = row.find(key);
     if (found == row.end()) {
-      add(Fault::MissingKey, at, fmt::format("the key '{}' is missing; give [x, y, z] in mm", key));
+      add(Fault::MissingKey, at.row, fmt::format("the key '{}' is missing; give [x, y, z] in mm", key));
       return std::nullopt;
     }
     const bool good = found->is_array() && found->size() == 3 && std::all_of(found->begin(), found->end(), [](auto& v) {
                         return v.is_number() && std::isfinite(v.template get<double>());
                       });
     if (!good) {
-      add(Fault::BadValue, fmt::format("{}.{}", at, key), "expected three numbers, [x, y, z] in mm");
+      add(Fault::BadValue, at.of(key), "expected three numbers, [x, y, z] in mm");
       return std::nullopt;
     }
     return Vec3{(*found)[0].get<double>(), (*found)[1].get<double>(), (*found)[2].get<double>()};
   }
 
-  std::string path_;
+  std::string path_, text_;
   std::array<const char*, 2> ends_;
+  std::vector<RowPlaces> places_;
   std::vector<Error> errors_;
   std::vector<Question> questions_;
   std::set<std::string> ids_;
@@ -148,19 +203,17 @@ std::optional<double> leaves_at(const motion::Scene& scene, const AxisVec& from,
 Checked<std::vector<Question>> read_queries(const std::string& path) { return Reader(path, {"start", "goal"}).read(); }
 Checked<std::vector<Question>> read_motions(const std::string& path) { return Reader(path, {"from", "to"}).read(); }
 
-Result<Json> answer_queries(const motion::Scene& scene, double clearance_mm, const std::vector<Question>& queries) {
+Json answer_queries(const motion::Scene& scene, double clearance_mm, const std::vector<Question>& queries) {
   auto rows = Json::array();
   for (const Question& query : queries) {
     Json row{{"id", query.id},        {"status", ""},         {"closed_in", nullptr},
              {"path", Json::array()}, {"length_mm", nullptr}, {"min_clearance_mm", nullptr},
              {"pair", nullptr},       {"point", nullptr},     {"plan_us", nullptr}};
     const auto start = std::chrono::steady_clock::now();
-    const auto found = motion::search_path(scene, axes(query.from), axes(query.to), {clearance_mm, {}});
+    auto found = motion::search_path(scene, axes(query.from), axes(query.to), {clearance_mm, {}});
     Result<motion::Certificate> proof;
-    if (found.status == motion::SearchStatus::Ok) {
-      proof = motion::certify(scene, found.points, {clearance_mm, {}});
-      if (!proof) return tl::unexpected(proof.error());
-    }
+    if (found.status == motion::SearchStatus::Ok) proof = motion::certify(scene, found.points, {clearance_mm, {}});
+    if (!proof) found.status = motion::SearchStatus::Budget;  // what is not proved is not offered
     row["plan_us"] = us_since(start);
     row["status"] = word(found.status);
     if (found.closed_in != motion::ClosedIn::Neither)
@@ -181,7 +234,7 @@ Result<Json> answer_queries(const motion::Scene& scene, double clearance_mm, con
   return rows;
 }
 
-Result<Json> answer_motions(const motion::Scene& scene, double clearance_mm, const std::vector<Question>& motions) {
+Json answer_motions(const motion::Scene& scene, double clearance_mm, const std::vector<Question>& motions) {
   auto rows = Json::array();
   const motion::Margins margins{clearance_mm, {}};
   for (const Question& each : motions) {
@@ -189,18 +242,20 @@ Result<Json> answer_motions(const motion::Scene& scene, double clearance_mm, con
     Json row{{"id", each.id},    {"free", false},          {"pair", nullptr},    {"t", nullptr},
              {"point", nullptr}, {"distance_mm", nullptr}, {"check_us", nullptr}};
     const auto start = std::chrono::steady_clock::now();
-    const bool free = motion::is_clear(scene, from, to, margins);
+    const bool clear = motion::is_clear(scene, from, to, margins);
     row["check_us"] = us_since(start);
+    std::optional<motion::Certificate> proved;
+    if (clear)
+      if (auto certificate = motion::certify(scene, std::array{from, to}, {clearance_mm, {}}))
+        proved = *std::move(certificate);
+    const bool free = proved.has_value();  // what is not proved is not free
     const auto left = leaves_at(scene, from, to);
     row["free"] = free && !left;
     motion::NearPairs nearest;
-    if (free) {
-      const auto proved = motion::certify(scene, std::array{from, to}, {clearance_mm, {}});
-      if (!proved) return tl::unexpected(proved.error());
+    if (free)
       nearest = proved->nearest;
-    } else {
+    else
       motion::measure_nearest(scene, from, to, margins, 0, nearest);
-    }
     const motion::NearPair& near = nearest.others;
     if (std::isfinite(near.distance_mm)) {
       row["distance_mm"] = near.distance_mm;

@@ -23,10 +23,10 @@ Checked<std::vector<Question>> read_queries(const std::string& path);
 Checked<std::vector<Question>> read_motions(const std::string& path);
 
 /// Paths: {id, status, closed_in, path, length_mm, min_clearance_mm, pair, point, plan_us}.
-Result<nlohmann::ordered_json> answer_queries(const motion::Scene& scene, double clearance_mm,
-                                              const std::vector<Question>& queries);
+nlohmann::ordered_json answer_queries(const motion::Scene& scene, double clearance_mm,
+                                      const std::vector<Question>& queries);
 /// Straight motions: {id, free, pair, t, point, distance_mm, check_us}.
-Result<nlohmann::ordered_json> answer_motions(const motion::Scene& scene, double clearance_mm,
-                                              const std::vector<Question>& motions);
+nlohmann::ordered_json answer_motions(const motion::Scene& scene, double clearance_mm,
+                                      const std::vector<Question>& motions);
 
 }  // namespace gantry::cli

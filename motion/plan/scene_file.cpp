@@ -1,10 +1,13 @@
 #include "motion/plan/scene_file.hpp"
 
+#include <algorithm>
 #include <array>
+#include <charconv>
 #include <fmt/format.h>
 #include <numbers>
 #include <optional>
 #include <set>
+#include <tuple>
 
 #include "config/fields.hpp"
 
@@ -43,8 +46,20 @@ Field<T> numbers(std::string key, At<Vec3> T::*member, Range range, Need need, s
   ValueShape shape = detail::tuple_shape(3, {Dimension::None}, range);
   return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
             std::vector<Quantity> v;
+            (to.*member).place = node.place;
             if (read_tuple(node, shape, v, mistakes))
               detail::put(to.*member, Vec3{v[0].value, v[1].value, v[2].value}, node);
+          }};
+}
+
+/// Its place is known even where the number is none, so that a wrong one is not also told as missing.
+template <class T>
+Field<T> measure(std::string key, At<double> T::*member, Range range, std::string doc) {
+  ValueShape shape{ValueShape::Kind::Number, {Dimension::None}, range, {}, {}, {}};
+  return {{std::move(key), kOptional, std::move(doc), shape},
+          [member, shape](const Node& node, T& to, Mistakes& mistakes) {
+            (to.*member).place = node.place;
+            if (const auto v = read_quantity(node, shape, mistakes)) detail::put(to.*member, v->value, node);
           }};
 }
 
@@ -57,9 +72,9 @@ const Fields<ShapeRow> kShape{
     choice("type", &ShapeRow::type, kTypes, kRequired, "its form"),
     numbers("center", &ShapeRow::centre, kPlace, kRequired, "its middle in mm; of the head: from the tip"),
     numbers("size", &ShapeRow::size, kSize, kOptional, "of a box: full edges x, y, z in mm"),
-    number("radius", &ShapeRow::radius, Dimension::None, kSize, kOptional, "of all but a box, in mm"),
-    number("length", &ShapeRow::length, Dimension::None, {0, kFarthest_mm}, kOptional,
-           "of a cylinder, or between the centres of a capsule's spheres, along Z, in mm"),
+    measure("radius", &ShapeRow::radius, kSize, "of all but a box, in mm"),
+    measure("length", &ShapeRow::length, {0, kFarthest_mm},
+            "of a cylinder, or between the centres of a capsule's spheres, along Z, in mm"),
     number("yaw_deg", &ShapeRow::yaw_deg, Dimension::None, {-3600, 3600}, kOptional, "turn about Z at its middle"),
 };
 const Fields<SpaceRow> kSpace{
@@ -119,6 +134,15 @@ void take(const std::vector<ShapeRow>& rows, std::set<std::string>& names, std::
   }
 }
 
+/// By where and what they are: answers do not depend on the order in which a document lists its bodies.
+void sort_by_geometry(std::vector<Body>& bodies) {
+  const auto key = [](const Body& b) {
+    const Vec3 c = b.centre, s = b.shape.size;
+    return std::tuple(c.x, c.y, c.z, s.x, s.y, s.z, b.shape.kind, b.rotation_rad, std::string_view(b.name));
+  };
+  std::sort(bodies.begin(), bodies.end(), [&](const Body& a, const Body& b) { return key(a) < key(b); });
+}
+
 void take_space(const SpaceRow& space, Machine& machine, Mistakes& mistakes) {
   const std::array<std::pair<const char*, double Vec3::*>, 3> kAxes{
       {{"X", &Vec3::x}, {"Y", &Vec3::y}, {"Z", &Vec3::z}}};
@@ -137,13 +161,39 @@ void take_space(const SpaceRow& space, Machine& machine, Mistakes& mistakes) {
   machine.x = AxisId{0}, machine.y = AxisId{1}, machine.z = AxisId{2};
 }
 
-/// JSON may be indented with tabs, YAML may not; within its strings no tab may stand, so none is lost.
-std::string without_tabs_of_json(std::string_view text) {
-  std::string out(text);
-  const auto first = out.find_first_not_of(" \t\r\n");
-  if (first != std::string::npos && (out[first] == '{' || out[first] == '['))
-    for (char& c : out)
-      if (c == '\t') c = ' ';
+/// The four hexadecimal digits of a JSON escape "\\uXXXX" at `at`; nothing where there is none.
+std::optional<std::uint32_t> escaped_unit(std::string_view text, std::size_t at) {
+  std::uint32_t unit = 0;
+  if (at + 6 > text.size() || text.substr(at, 2) != "\\u") return std::nullopt;
+  const char *const first = text.data() + at + 2, *const last = first + 4;
+  const auto [end, error] = std::from_chars(first, last, unit, 16);
+  if (error != std::errc{} || end != last) return std::nullopt;
+  return unit;
+}
+
+/// JSON as YAML: it may be indented with tabs (within its strings no tab may stand, so none is lost), and it writes a
+/// character beyond U+FFFF as two escapes (RFC 8259, 7), which YAML knows as one of eight digits.
+std::string json_as_yaml(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r\n");
+  if (first == std::string::npos || (text[first] != '{' && text[first] != '[')) return std::string(text);
+  std::string out;
+  out.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '\t') {
+      out += ' ';
+    } else if (text[i] != '\\' || i + 1 == text.size()) {
+      out += text[i];
+    } else {
+      const auto high = escaped_unit(text, i), low = escaped_unit(text, i + 6);
+      if (high && low && (*high & 0xfc00U) == 0xd800U && (*low & 0xfc00U) == 0xdc00U) {
+        out += fmt::format("\\U{:08X}", 0x10000U + ((*high & 0x3ffU) << 10) + (*low & 0x3ffU));
+        i += 11;
+      } else {
+        out.append(text, i, 2);
+        ++i;
+      }
+    }
+  }
   return out;
 }
 
@@ -151,7 +201,7 @@ std::string without_tabs_of_json(std::string_view text) {
 
 Checked<Machine> parse_scene(std::string_view text, const std::string& name) {
   Mistakes mistakes(name);
-  const auto root = read_yaml(without_tabs_of_json(text), mistakes, kBudget);
+  const auto root = read_yaml(json_as_yaml(text), mistakes, kBudget);
   if (!root) return tl::unexpected(mistakes.errors());
   SceneRow row;
   read_object(*root, kScene, row, {1, 1}, mistakes);
@@ -163,6 +213,7 @@ Checked<Machine> parse_scene(std::string_view text, const std::string& name) {
   take(row.head, of_head, machine.head, mistakes);
   take(row.obstacles, standing, machine.scene, mistakes);
   take(row.keep_out, standing, machine.scene, mistakes);
+  sort_by_geometry(machine.scene);
   if (!mistakes.none()) return tl::unexpected(mistakes.errors());
   return machine;
 }

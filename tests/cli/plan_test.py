@@ -244,6 +244,29 @@ obstacles: []
             f.write(text)
         code, out = plan(GOOD, "--queries", path)
         check(code == 3 and "bad.json" in json.dumps(out["errors"]), f"queries, {what}: exit {code} {out.get('errors')}")
+    for what, text, place, word in (
+            ("a misspelt key", '[\n {"id": 1, "start": [1,1,1], "goal": [1,1,1]},\n {"id": 2, "strat": [1,1,1], "goal": [1,1,1]}]', ":3:12", "strat"),
+            ("two numbers", '[\n {"id": 1,\n  "start": [1,1], "goal": [1,1,1]}]', ":3:3", "three numbers"),
+            ("an id twice", '[{"id": 1, "start": [1,1,1], "goal": [1,1,1]},\n {"id": 1, "start": [1,1,1], "goal": [1,1,1]}]', ":2:3", "twice"),
+            ("no goal", '[\n  {"id": 1, "start": [1,1,1]}]', ":2:3", "goal"),
+            ("a key twice", '[{"id": 1, "start": [1,1,1],\n "goal": [1,1,1], "goal": [2,2,2]}]', ":2:19", "'goal' stands twice"),
+            ("a number for a row", '[{"id": 1, "start": [1,1,1], "goal": [1,1,1]},\n 7]', ":2:", "expected"),
+            ("1e999", '[\n{"id":1,"start":[1e999,1,1],"goal":[1,1,1]}]', ":2:", "1e999")):
+        path = os.path.join(WORK, "bad.json")
+        with open(path, "w") as f:
+            f.write(text)
+        code, out = plan(GOOD, "--queries", path)
+        said = [(e["where"], e["message"]) for e in out["errors"]]
+        check(code == 3 and any("bad.json" + place in where and word in message for where, message in said), f"queries, {what}: exit {code} {said}")
+    code, out = plan(altered(lambda s: s["head"][0].update(radius=0)), "--queries", queries)
+    check(code == 3 and len(out["errors"]) == 1 and "needs" not in out["errors"][0]["message"], f"a radius of 0 is told once: {out['errors']}")
+    code, out = plan(altered(lambda s: s["obstacles"][0].update(size=[10, 0, 10])), "--queries", queries)
+    check(code == 3 and len(out["errors"]) == 1 and "needs" not in out["errors"][0]["message"], f"a size of 0 is told once: {out['errors']}")
+    tower = altered(lambda s: s["obstacles"][0].update(name="\U0001f600 \\ud83d\\ude00 b\u00e4"))
+    row = plan(None, "--queries", written("into.json", [{"id": 1, "start": [1, 1, 1], "goal": [50, 40, 10]}]), text=json.dumps(tower))[1]["queries"][0]
+    check(row["status"] == "goal_collides" and row["pair"] == ["needle", tower["obstacles"][0]["name"]], f"a name beyond U+FFFF: {row}")
+    code, out = plan(None, "--queries", queries, text=json.dumps(GOOD).replace('"block"', '"\\ud83d alone"'))
+    check(code == 3, "half a surrogate pair")
     check(plan(GOOD)[0] == 2, "nothing is asked")
     check(plan(GOOD, "--queries", "/nowhere.json")[0] == 3, "a file that is not there")
 
@@ -269,7 +292,67 @@ def slots_and_pockets():
     check(time.time() - begin < 10, "a pocket takes too long")
 
 
+def the_same_in_every_order():
+    """2000 bodies, some of them zones to keep out of: the order in which a document lists them and their names decide nothing."""
+    r = random.Random(5)
+    bodies = []
+    for i in range(2000):
+        h = r.uniform(2, 30)
+        b = {"name": f"part {i}", "center": [r.uniform(0, 400), r.uniform(0, 300), h / 2]}
+        if i % 3:
+            b.update(type="box", size=[r.uniform(2, 6), r.uniform(2, 6), h], yaw_deg=r.choice([0, r.uniform(0, 180)]))
+        else:
+            b.update(type="cylinder", radius=r.uniform(1, 3), length=h)
+        bodies.append(b)
+    scene = {"workspace_tip": {"min": [0, 0, 0], "max": [400, 300, 12]}, "required_clearance_mm": 0.3, "head": GOOD["head"],
+             "obstacles": bodies[:1900], "keep_out": bodies[1900:]}
+    ends = []
+    while len(ends) < 24:
+        p = [r.uniform(0, 400), r.uniform(0, 300), r.uniform(0, 12)]
+        if min(distance(h, p, o) for h in scene["head"] for o in bodies) > 0.31:
+            ends.append(p)
+    queries = written("q.json", [{"id": i, "start": ends[2 * i], "goal": ends[2 * i + 1]} for i in range(12)])
+    code, out = plan(scene, "--queries", queries)
+    rows = out["queries"]
+    check(code == 0 and all(x["status"] == "ok" for x in rows), f"2000 bodies: {[x['status'] for x in rows]}")
+    everything = dict(scene, obstacles=bodies)
+    for row in rows[:3]:
+        near = min(least_over(everything, a, b) for a, b in zip(row["path"], row["path"][1:]))
+        check(near > 0.3, f"2000 bodies, {row['id']}: collides, {near}")
+    check(max(x["plan_us"] for x in rows) < 2e6, "2000 bodies take too long")
+    other = dict(scene, obstacles=scene["obstacles"][::-1], keep_out=scene["keep_out"][::-1])
+    again = plan(other, "--queries", queries)[1]["queries"]
+    strip = lambda x: {k: v for k, v in x.items() if k != "plan_us"}
+    check([strip(x) for x in again] == [strip(x) for x in rows], "another order, another answer")
+    renamed = dict(scene, obstacles=[dict(b, name="other " + b["name"]) for b in scene["obstacles"]])
+    check([x["path"] for x in plan(renamed, "--queries", queries)[1]["queries"]] == [x["path"] for x in rows], "other names, another path")
+    repeats = written("r.json", [{"id": f"{i}/{n}", "start": ends[2 * i], "goal": ends[2 * i + 1]} for n in range(100) for i in range(4)])
+    paths = [x["path"] for x in plan(scene, "--queries", repeats)[1]["queries"]]
+    check(all(p == rows[k % 4]["path"] for k, p in enumerate(paths)), "100 repeats differ")
+
+
+def sealed_among_many():
+    """A pocket askew, a wall askew from side to side, among 200 bodies: proved, with the end that is closed in."""
+    r = random.Random(9)
+    parts = [{"name": f"part {i}", "type": "box", "center": [r.uniform(0, 400), r.uniform(0, 300), 10], "size": [8, 12, 20], "yaw_deg": r.uniform(0, 90)} for i in range(200)]
+    turn = lambda x, y, a: [200 + x * math.cos(a) - y * math.sin(a), 150 + x * math.sin(a) + y * math.cos(a)]
+    a = math.radians(33)
+    pocket = [{"name": f"side {i}", "type": "box", "center": turn(12 * x, 12 * y, a) + [20], "size": [0.05 + 24 * (x == 0), 0.05 + 24 * (y == 0), 60], "yaw_deg": 33}
+              for i, (x, y) in enumerate(((1, 0), (-1, 0), (0, 1), (0, -1)))] + [{"name": "lid", "type": "box", "center": [200, 150, 50], "size": [24.05, 24.05, 0.05], "yaw_deg": 33}]
+    scene = {"workspace_tip": {"min": [0, 0, 0], "max": [400, 300, 100]}, "required_clearance_mm": 0.3, "head": GOOD["head"]}
+    queries = written("q.json", [{"id": "in", "start": [20, 20, 60], "goal": [200, 150, 2]}, {"id": "out", "start": [200, 150, 2], "goal": [20, 20, 60]}])
+    rows = plan(dict(scene, obstacles=[b for b in parts if math.dist(b["center"][:2], (200, 150)) > 30] + pocket), "--queries", queries)[1]["queries"]
+    check([(x["status"], x["closed_in"]) for x in rows] == [("no_path", "goal"), ("no_path", "start")], f"a pocket askew: {rows}")
+    check(max(x["plan_us"] for x in rows) < 2e6, "a pocket askew takes too long")
+    for x in (20, 200):
+        wall = {"name": "wall", "type": "box", "center": [x, 150, 75], "size": [4, 800, 300], "yaw_deg": 3}
+        row = plan(dict(scene, obstacles=parts + [wall]), "--queries", written("q.json", [{"id": 1, "start": [1, 290, 60], "goal": [380, 280, 60]}]))[1]["queries"][0]
+        check(row["status"] == "no_path" and row["closed_in"] is None and row["plan_us"] < 2e6, f"a wall from side to side at {x}: {row}")
+
+
 wrong_documents()
+the_same_in_every_order()
+sealed_among_many()
 slots_and_pockets()
 paths_and_motions()
 sys.exit(1 if FAILURES else 0)
