@@ -61,6 +61,7 @@ std::size_t Outline::best_break() const {
 
 void Outline::emit(std::size_t last, std::vector<Vertex>& out) {
   Vertex v = waiting_[last];
+  alone_ = false;
   double before = 0;
   for (std::size_t k = 1; k <= last; ++k) before = std::max(before, waiting_[k].aside_mm);
   v.aside_mm = before + chord(0, last).aside_mm;
@@ -101,9 +102,15 @@ void Outline::add(const AxisVec& p, double aside_mm, std::vector<Vertex>& out) {
   if (waiting_.size() > kMostWaiting && !thin_out()) emit(waiting_.size() - 2, out);
 }
 
+// A path that comes back to where it began, all of it within the tolerance, goes out to its farthest point
+// nevertheless.
 void Outline::finish(std::vector<Vertex>& out) {
+  if (alone_ && waiting_.size() > 2 &&
+      aside(measure_, difference(waiting_.back().q, waiting_.front().q, measure_.axes)) < kSamePoint)
+    emit(chord(0, waiting_.size() - 1).farthest, out);
   if (waiting_.size() > 1) emit(waiting_.size() - 1, out);
   waiting_.clear();
+  alone_ = true;
 }
 
 }  // namespace gantry::motion

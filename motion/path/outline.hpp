@@ -38,6 +38,7 @@ class Outline {
   static constexpr std::size_t kMostWaiting = 64;
   Measure measure_;
   double tolerance_mm_;
+  bool alone_ = true;            ///< no leg went out yet
   std::vector<Vertex> waiting_;  ///< [0] is the last vertex that went out
 };
 
