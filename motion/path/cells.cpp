@@ -7,8 +7,8 @@
 namespace gantry::motion {
 namespace {
 
-constexpr double kCellSeconds = 0.003;                     ///< duration of a cell, about
-constexpr double kLongCellSeconds = 0.05, kGrowth = 1.25;  ///< where the speed surely stays, next to each other
+constexpr double kCellSeconds = 0.003;                      ///< duration of a cell, about
+constexpr double kLongCellSeconds = 0.012, kGrowth = 1.25;  ///< where the speed surely stays, next to each other
 constexpr double kSurely = 1.3;  ///< times the speed that position allows, as soon as speeding up to it could be over
 
 /// A place on the path at which the speed is estimated.
