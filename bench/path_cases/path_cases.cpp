@@ -98,8 +98,8 @@ double distance_to(const Point& q, const Point& a, const Point& b) {
   return std::sqrt(sum);
 }
 
-/// Largest distance of a setpoint from the polyline. The search goes along with the tool: segments whose place along
-/// the polyline is far from the tool's last one are not looked at, so the figure is never too small.
+/// Largest distance of a setpoint from the polyline. The search goes along with the tool: only where the segments near
+/// its last one would make the figure larger are all of them looked at.
 double deviation(const std::vector<std::pair<double, Point>>& setpoints, const std::vector<Point>& points) {
   constexpr double kAhead = 5;  // mm
   std::vector<double> at(points.size(), 0);
@@ -117,6 +117,9 @@ double deviation(const std::vector<std::pair<double, Point>>& setpoints, const s
       const double d = distance_to(q, points[k - 1], points[k]);
       if (d < best) best = d, nearest = k;
     }
+    if (best > worst)
+      for (k = 1; k < points.size(); ++k)
+        if (const double d = distance_to(q, points[k - 1], points[k]); d < best) best = d, nearest = k;
     last = nearest;
     worst = std::max(worst, best);
   }
