@@ -137,6 +137,43 @@ def rounded_rectangle_2(_):
     return rounded_rectangle(30, 20, 2, 0.3)
 
 
+def sine_points(height, period, length, chord):
+    return [(chord * k, height * math.sin(2 * math.pi * chord * k / period)) for k in range(int(length / chord) + 1)]
+
+
+for chord_ in (0.1, 0.5, 2):
+    def sine(_, chord=chord_):
+        return sine_points(3, 60, 240, chord)
+    sine.__name__ = f"sine_{chord_}"
+    family(smooth=True)(sine)
+
+
+@family(smooth=True)
+def circle_as_coarse_as_the_tolerance(_):
+    return circle_points(40, 63)
+
+
+def slot_points(radius, length, chord):
+    n = math.ceil(math.pi * radius / chord)
+    return ([(0.0, 0.0)] + circle_points(radius, n, length, radius, -math.pi / 2, math.pi) +
+            circle_points(radius, n, 0, radius, math.pi / 2, math.pi))
+
+
+for chord_ in (0.5, 2):
+    def slot(_, chord=chord_):
+        return slot_points(15, 60, chord)
+    slot.__name__ = f"slot_{chord_}"
+    family()(slot)
+
+
+for radius_ in (3, 10, 20):
+    def line_arc_line(_, radius=radius_):
+        return ([(0.0, 0.0)] + circle_points(radius, 60, 60, radius, -math.pi / 2, math.pi / 2) +
+                [(60.0 + radius, 60.0 + radius)])
+    line_arc_line.__name__ = f"line_arc_line_{radius_}"
+    family()(line_arc_line)
+
+
 @family()
 def line(_):
     return [(0.0, 0.0), (50.0, 20.0)]

@@ -11,7 +11,7 @@ namespace gantry::motion {
 namespace {
 
 // How the tolerance is shared: leaving out points, in two rounds, and the rest for rounding.
-constexpr double kFineShare = 0.08, kCoarseShare = 0.36;
+constexpr double kFineShare = 0.05, kCoarseShare = 0.15;
 constexpr double kKept = 0.995;           ///< of the tolerance: the path between two bends is not looked at by itself
 constexpr double kLeastRounding = 3e-4;   ///< mm: in a smaller tolerance a corner is passed so slowly that it is a rest
 constexpr double kLeastTolerance = 1e-9;  ///< mm: what rounding of coordinates leaves of a straight line
@@ -102,8 +102,7 @@ PathPlanner::PathPlanner(const Limits& limits, const PathOptions& options)
       measure_(measure_of(limits, options)),
       fine_(measure_, std::max(kFineShare * options.tolerance_mm, kLeastTolerance)),
       coarse_(measure_, std::max(kCoarseShare * options.tolerance_mm, kLeastTolerance)),
-      spread_(measure_, options.tolerance_mm),
-      rounding_(measure_, options.tolerance_mm < kLeastRounding ? 0 : kKept * options.tolerance_mm),
+      rounding_(measure_, options.tolerance_mm < kLeastRounding ? 0 : kKept * options.tolerance_mm, options.leads),
       next_window_s_(options.window_s) {}
 
 Result<void> PathPlanner::add(const AxisVec& point) {
@@ -165,12 +164,14 @@ void PathPlanner::add_leads(bool last) {
 }
 
 Result<void> PathPlanner::collect(bool last) {
-  spread_out_.clear();
-  for (const Vertex& v : coarse_out_) spread_.add(v, spread_out_);
+  bool laid = true;
+  for (const Vertex& v : coarse_out_) laid = laid && rounding_.add(v, curves_out_);
   coarse_out_.clear();
-  if (last) spread_.finish(spread_out_);
-  for (const Vertex& v : spread_out_) rounding_.add(v, curves_out_);
-  if (last) rounding_.finish(curves_out_);
+  if (last) laid = laid && rounding_.finish(curves_out_);
+  counts_.corner_rests = rounding_.rests();
+  if (!laid)
+    return fail(Fault::NoSolution, "no curve within the tolerance was found for a path before point " +
+                                       std::to_string(points_) + "; give it a larger tolerance");
   if (options_.leads) add_leads(last);
   for (const Curve& g : curves_out_) {
     const double seconds = rough_seconds(g, limits_, options_.speed_mm_s);
@@ -305,7 +306,7 @@ bool PathPlanner::join(const Plan& next) {
 
 Result<void> PathPlanner::look_ahead(bool all) {
   Result<Plan> next = plan_alone();
-  if (!next) return tl::unexpected(next.error());
+  if (!next) return rest_between(all, next.error());
   if (at_.v <= 0) {
     plan_ = std::move(*next);
   } else if (!join(*next)) {
@@ -343,6 +344,28 @@ Result<void> PathPlanner::look_ahead(bool all) {
   hand_out(curves);
   next_window_s_ = waiting_s_ + 0.5 * options_.window_s;
   return {};
+}
+
+// Where no speed is found over what waits, the tool stands in between: at the end of the plan that it follows, else
+// half way through the curves.
+Result<void> PathPlanner::rest_between(bool all, const Error& why) {
+  if (at_.v > 0) {
+    ++counts_.forced_rests;
+    hand_out(plan_.curve_end.size());
+    at_ = {}, plan_ = {};
+    return waiting_.empty() ? Result<void>{} : look_ahead(all);
+  }
+  if (waiting_.size() < 2) return tl::unexpected(why);
+  ++counts_.forced_rests;
+  const auto half = waiting_.begin() + static_cast<std::ptrdiff_t>(waiting_.size() / 2);
+  std::deque<Curve> later(half, waiting_.end());
+  waiting_.erase(half, waiting_.end());
+  waiting_.back().rest_after = true;
+  if (auto ok = look_ahead(true); !ok) return ok;
+  waiting_ = std::move(later);
+  waiting_s_ = 0;
+  for (const Curve& g : waiting_) waiting_s_ += rough_seconds(g, limits_, options_.speed_mm_s);
+  return look_ahead(all);
 }
 
 // The plan times 1 - e where it has left its start: slower by less than a tick.

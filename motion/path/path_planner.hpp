@@ -9,7 +9,6 @@
 #include "core/error.hpp"
 #include "motion/path/outline.hpp"
 #include "motion/path/rounding.hpp"
-#include "motion/path/spread.hpp"
 #include "motion/path/timing.hpp"
 
 namespace gantry::motion {
@@ -31,6 +30,7 @@ class PathPlanner {
   /// Counts of what happened, for tests and reports.
   struct Counts {
     std::size_t curves = 0, windows = 0, second_tries = 0, forced_rests = 0, cells = 0, steps = 0;
+    std::size_t corner_rests = 0;  ///< vertices in which it stands because no curve stayed within the tolerance
     std::size_t most_waiting = 0;  ///< curves that waited at once
   };
 
@@ -58,6 +58,7 @@ class PathPlanner {
   void add_leads(bool last);
   [[nodiscard]] Curve lead(const AxisVec& from, const AxisVec& direction, double sign) const;
   Result<void> look_ahead(bool all);
+  Result<void> rest_between(bool all, const Error& why);
   Result<Plan> plan_alone();
   bool join(const Plan& next);
   [[nodiscard]] bool sound(const Plan& plan, const State& from, std::string& reason) const;
@@ -68,9 +69,8 @@ class PathPlanner {
   PathOptions options_;
   Measure measure_;
   Outline fine_, coarse_;
-  Spread spread_;
   Rounding rounding_;
-  std::vector<Vertex> fine_out_, coarse_out_, spread_out_;
+  std::vector<Vertex> fine_out_, coarse_out_;
   std::vector<Curve> curves_out_;
   std::deque<Curve> waiting_;
   double waiting_s_ = 0;  ///< rough duration of what waits

@@ -2,21 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
+#include <span>
 
 namespace gantry::motion {
 namespace {
 
-constexpr double kSamePoint = 1e-9;  ///< mm
-constexpr double kSharp = 0.7;       ///< |d2 - d1| from which on a corner is sharp: about 40 degrees
-constexpr double kReversal = -0.97;  ///< cosine: sharper than 166 degrees
-constexpr double kChainShare = 0.9;  ///< of the tolerance, for a bend among short legs
-constexpr double kFits = 0.65;       ///< of the room on a leg that a control point may take
-constexpr double kShare = 0.49;      ///< of a leg that a corner at one of its ends may take
+constexpr double kSamePoint = 1e-9;    ///< mm
+constexpr double kSharp = 0.7;         ///< |d2 - d1| from which on a corner is sharp: about 40 degrees
+constexpr double kStraightOn = 1e-10;  ///< |d2 - d1|
+constexpr double kReversal = -0.97;    ///< cosine: sharper than 166 degrees
+constexpr double kShare = 0.49;        ///< of a leg that a corner at one of its ends may take
 constexpr std::uint16_t kCornerCells = 24, kBendCells = 2;
-constexpr std::size_t kContext = 14, kBatch = 64;  ///< legs
-constexpr int kRounds = 4;                         ///< of fitting bends to the tolerance; each looks two legs farther
+constexpr std::size_t kBesideHard = 2;  ///< vertices before a sharp corner: how far it reaches depends on them
+constexpr std::size_t kUncertain = 8;   ///< vertices at the end of a window: bends beyond may still reach there
 
 AxisVec plus(const AxisVec& a, double x, const AxisVec& b) {
   AxisVec out = a;
@@ -62,72 +61,134 @@ enum class Kind : std::uint8_t { Rest, Bend, Sharp };
 struct Leg {
   AxisVec direction{};
   double length = 0;
+  double room_mm = 0;  ///< how far the path may leave it
 };
 
 struct Corner {
   Kind kind = Kind::Rest;
   double room_mm = 0;   ///< how far the path may leave the corner
   double turn = 0;      ///< |d2 - d1|
-  double reach_mm = 0;  ///< Sharp: where the cubic begins and ends; Bend: distance of the next control points
+  double reach_mm = 0;  ///< Sharp: where the cubic begins and ends; Bend: how far along the legs it may bend the path
+  double step_mm = 0;   ///< distance of knots there
 };
 
-struct Control {
-  AxisVec q{};
-  double at = 0;           ///< knot
-  std::size_t corner = 0;  ///< number of the vertex, or kNone
-  std::size_t leg = 0;     ///< on which it lies or which it begins
-};
-constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+}  // namespace
 
-class Shape {
+/// A stretch of the chain on which the path is bent.
+struct Rounding::Bent {
+  double begin = 0, end = 0;
+};
+
+/// The chain of a window: legs, corners and what is bent.
+class Rounding::Shape {
  public:
-  Shape(const Measure& m, std::span<const Vertex> v, double tolerance_mm) : m_(m), v_(v), tolerance_mm_(tolerance_mm) {
+  Shape(const Measure& m, std::span<const Vertex> v, double tolerance_mm) : m_(m), v_(v) {
+    at_.push_back(0);
     for (std::size_t k = 0; k + 1 < v.size(); ++k) {
-      Leg leg{minus(v[k + 1].q, v[k].q), 0};
+      Leg leg{minus(v[k + 1].q, v[k].q), 0, tolerance_mm - v[k + 1].aside_mm};
       leg.length = along(m, leg.direction);
       for (double& x : leg.direction) x /= leg.length;
       legs_.push_back(leg);
+      at_.push_back(at_.back() + leg.length);
     }
     corners_.resize(v.size());
     for (std::size_t k = 1; k + 1 < v.size(); ++k) classify(k);
     for (std::size_t k = 1; k + 1 < v.size(); ++k) limit(k);
-    for (int round = 0;; ++round) {
-      place_controls();
-      if (round == kRounds || !fit()) break;
+    even_steps();
+  }
+
+  [[nodiscard]] double at(std::size_t vertex) const { return at_[vertex]; }
+  [[nodiscard]] const Corner& corner(std::size_t vertex) const { return corners_[vertex]; }
+  [[nodiscard]] std::size_t leg_at(double s) const {
+    const auto after = std::upper_bound(at_.begin(), at_.end(), s);
+    return std::clamp<std::size_t>(static_cast<std::size_t>(after - at_.begin()), 1, legs_.size()) - 1;
+  }
+  [[nodiscard]] AxisVec point(std::size_t leg, double s) const {
+    return plus(v_[leg].q, s - at_[leg], legs_[leg].direction);
+  }
+
+  /// Vertex at which the tool stands or a sharp corner is, or the chain ends, after vertex k.
+  [[nodiscard]] std::size_t next_hard(std::size_t k) const {
+    for (++k; k + 1 < v_.size() && corners_[k].kind == Kind::Bend;) ++k;
+    return k;
+  }
+
+  /// What is bent between two hard vertices, in order.
+  [[nodiscard]] std::vector<Bent> bent(std::size_t first, std::size_t last) const {
+    std::vector<Bent> out;
+    const double low = at_[first] + reach_of(first), high = at_[last] - reach_of(last);
+    for (std::size_t k = first + 1; k < last; ++k) {
+      const double reach = corners_[k].reach_mm;
+      if (!(reach > 0)) continue;
+      const double least = at_[k > kFarthest ? k - kFarthest : 0], most = at_[std::min(k + kFarthest, v_.size() - 1)];
+      Bent b{std::max({low, least, at_[k] - reach}), std::min({high, most, at_[k] + reach})};
+      while (!out.empty() && b.begin <= out.back().end + corners_[k].step_mm) {
+        b.begin = std::min(b.begin, out.back().begin), b.end = std::max(b.end, out.back().end);
+        out.pop_back();
+      }
+      out.push_back(b);
+    }
+    return out;
+  }
+
+  [[nodiscard]] double reach_of(std::size_t hard) const {
+    return corners_[hard].kind == Kind::Sharp ? corners_[hard].reach_mm : 0;
+  }
+
+  [[nodiscard]] Guide guide(double begin, double end) const {
+    Guide g;
+    const std::size_t first = leg_at(begin + kSamePoint), last = leg_at(end - kSamePoint);
+    g.at = {begin}, g.q = {point(first, begin)}, g.room_mm = {legs_[first].room_mm};
+    for (std::size_t k = first + 1; k <= last; ++k)
+      g.at.push_back(at_[k]), g.q.push_back(v_[k].q), g.room_mm.push_back(legs_[k].room_mm);
+    g.at.push_back(end), g.q.push_back(point(last, end)), g.room_mm.push_back(legs_[last].room_mm);
+    return g;
+  }
+
+  /// Knots from begin to end, as far apart as bends let them.
+  [[nodiscard]] std::vector<double> knots(double begin, double end) const {
+    constexpr double kFewest = 6;
+    std::vector<double> steps;
+    double s = begin, sum = 0;
+    while (s < end) {
+      const std::size_t leg = leg_at(s);
+      const double h = std::min(corners_[leg].step_mm + kGrowth * (s - at_[leg]),
+                                corners_[leg + 1].step_mm + kGrowth * std::max(0.0, at_[leg + 1] - s));
+      steps.push_back(std::clamp(h, (end - begin) * 1e-4, (end - begin) / kFewest));
+      sum += steps.back(), s += steps.back();
+    }
+    std::vector<double> out{begin};
+    s = 0;
+    for (const double h : steps) out.push_back(begin + (end - begin) * ((s += h) / sum));
+    out.back() = end;
+    return out;
+  }
+
+  void line(double from, double to, std::vector<Curve>& out) const {
+    while (to - from > kSamePoint) {
+      const std::size_t leg = leg_at(from + kSamePoint);
+      const double until = leg + 1 < legs_.size() && at_[leg + 1] < to - kSamePoint ? at_[leg + 1] : to;
+      out.push_back(straight_curve(m_, point(leg, from), point(leg, until)));
+      from = until;
     }
   }
 
-  /// Leg k from the corner at its start to and with the sharp corner at its end.
-  void emit(std::size_t k, std::vector<Curve>& out) const {
-    const Leg& leg = legs_[k];
-    const Corner &from = corners_[k], &to = corners_[k + 1];
-    AxisVec here = from.kind == Kind::Sharp ? plus(v_[k].q, from.reach_mm, leg.direction) : v_[k].q;
-    for (std::size_t i = first_of_leg_[k]; i < controls_.size() && controls_[i].leg == k && i + 1 < controls_.size();
-         ++i) {
-      const bool bent = is_bend(i) || is_bend(i + 1);
-      if (!bent) continue;
-      const auto b = bezier(i);
-      if (!is_bend(i)) line(here, b[0], leg, out);
-      append_curve(m_, b, kBendCells, out);
-      here = b[3];
-    }
-    if (to.kind == Kind::Bend) return;
-    const double reach = to.kind == Kind::Sharp ? to.reach_mm : 0;
-    const AxisVec& p = v_[k + 1].q;
-    const AxisVec before = reach > 0 ? plus(p, -reach, leg.direction) : p;
-    line(here, before, leg, out);
-    if (to.kind == Kind::Sharp)
-      append_curve(m_, {before, p, p, plus(p, reach, legs_[k + 1].direction)}, kCornerCells, out);
-    else if (!out.empty())
-      out.back().rest_after = true;
+  void sharp(std::size_t k, std::vector<Curve>& out) const {
+    const double reach = corners_[k].reach_mm;
+    const AxisVec& p = v_[k].q;
+    append_curve(m_, {plus(p, -reach, legs_[k - 1].direction), p, p, plus(p, reach, legs_[k].direction)}, kCornerCells,
+                 out);
   }
 
  private:
+  static constexpr std::size_t kFarthest = 4;  ///< vertices over which a bend may reach
+  static constexpr double kGrowth = 0.3;       ///< of the distance of knots, for a distance from a vertex
+
   void classify(std::size_t k) {
     Corner& c = corners_[k];
     const AxisVec change = minus(legs_[k].direction, legs_[k - 1].direction);
     c.turn = aside(m_, change);
-    c.room_mm = tolerance_mm_ - std::max(v_[k].aside_mm, v_[k + 1].aside_mm);
+    c.room_mm = std::min(legs_[k - 1].room_mm, legs_[k].room_mm);
     const bool back = dot(m_, legs_[k].direction, legs_[k - 1].direction) < kReversal;
     if (v_[k].rest || c.room_mm <= 0 || back)
       c.kind = Kind::Rest;
@@ -136,8 +197,9 @@ class Shape {
   }
 
   // A sharp corner of turn t is left by d/8 |d2 - d1|, and the path is d/8 sin t from the nearer leg, which counts up
-  // to a right angle; beyond, the corner is left by no more than a right-angled one. A bend with control points at
-  // equal distances w by w/6 |d2 - d1|.
+  // to a right angle; beyond, the corner is left by no more than a right-angled one.
+  // A bend alone, of even third derivative over a length w before and after its vertex, leaves it by w/6 |d2 - d1|. At
+  // the end of a chain of legs c with turns t, the transition from the line to the radius c/t takes sqrt(12 c room/t).
   void limit(std::size_t k) {
     Corner& c = corners_[k];
     const double share = std::min(legs_[k - 1].length * share_of(k - 1), legs_[k].length * share_of(k + 1));
@@ -145,20 +207,11 @@ class Shape {
       const double cosine = 1 - c.turn * c.turn / 2, sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
       c.reach_mm = std::min(share, 8 * c.room_mm / (cosine > 0 ? sine : c.turn / std::numbers::sqrt2));
     }
-    if (c.kind == Kind::Bend) {
-      // Among legs that are short for it, the vertex itself is a control point between its neighbours. It is a point of
-      // the polyline; half way along a leg the path is a quarter as far from the chord, and what was left out counts.
-      const double full = 6 * kChainShare * tolerance_mm_ / c.turn;
-      const bool chain = corners_[k - 1].kind == Kind::Bend && corners_[k + 1].kind == Kind::Bend;
-      if (chain && std::max(legs_[k - 1].length, legs_[k].length) <= 1.4 * full) {
-        c.reach_mm = full;
-        c.room_mm = kChainShare * tolerance_mm_;
-        return;
-      }
-      c.reach_mm = c.turn > 0 ? 6 * c.room_mm / c.turn : std::numeric_limits<double>::infinity();
-      const double before = corners_[k - 1].kind == Kind::Bend ? legs_[k - 1].length : legs_[k - 1].length * kShare;
-      const double after = corners_[k + 1].kind == Kind::Bend ? legs_[k].length : legs_[k].length * kShare;
-      c.reach_mm = std::min({c.reach_mm, before, after});
+    if (c.kind == Kind::Bend && c.turn > kStraightOn) {
+      constexpr double kAlone = 3, kReach = 2;
+      const double alone = kAlone * c.room_mm / c.turn;
+      const double leg = std::min(alone, std::max(legs_[k - 1].length, legs_[k].length));
+      c.reach_mm = kReach * std::sqrt(12 * c.room_mm * leg / c.turn);
     }
   }
 
@@ -166,137 +219,109 @@ class Shape {
     return corners_[neighbour].kind == Kind::Rest ? 2 * kShare : kShare;
   }
 
-  /// Two control points beside each bend on a leg that has room for them.
-  void points_on(std::size_t k, std::vector<double>& at) const {
-    at.clear();
-    const double length = legs_[k].length;
-    const auto step = [&](std::size_t corner) {
-      return corners_[corner].kind == Kind::Bend ? corners_[corner].reach_mm : 0;
-    };
-    const double a = step(k), b = step(k + 1);
-    double low = 0, high = length;
-    std::vector<double> from_end;
-    const auto from_begin = [&] {
-      if (a > 0 && a < kFits * (high - low)) at.push_back(low += a);
-    };
-    const auto from_back = [&] {
-      if (b > 0 && b < kFits * (high - low)) from_end.push_back(high -= b);
-    };
-    for (int round = 0; round < 2; ++round) {
-      if (a < b)
-        from_begin(), from_back();
-      else
-        from_back(), from_begin();
-    }
-    at.insert(at.end(), from_end.rbegin(), from_end.rend());
-  }
-
-  void place_controls() {
-    controls_.clear();
-    first_of_leg_.assign(legs_.size(), 0);
-    std::vector<double> at;
-    double begin = 0;
-    for (std::size_t k = 0; k < legs_.size(); ++k) {
-      first_of_leg_[k] = controls_.size();
-      controls_.push_back({v_[k].q, begin, k, k});
-      points_on(k, at);
-      for (const double x : at) controls_.push_back({plus(v_[k].q, x, legs_[k].direction), begin + x, kNone, k});
-      begin += legs_[k].length;
-    }
-    controls_.push_back({v_.back().q, begin, v_.size() - 1, legs_.size()});
-  }
-
-  [[nodiscard]] bool is_bend(std::size_t i) const {
-    return controls_[i].corner != kNone && corners_[controls_[i].corner].kind == Kind::Bend;
-  }
-
-  /// Beyond a rest or a sharp corner the control polygon goes straight on.
-  [[nodiscard]] bool ends_span(std::size_t i) const { return controls_[i].corner != kNone && !is_bend(i); }
-
-  /// Six controls around the interval from i to i + 1; phantoms where the span ends.
-  std::array<Control, 6> around(std::size_t i) const {
-    std::array<Control, 6> c;
-    c[2] = controls_[i], c[3] = controls_[i + 1];
-    const auto beyond = [](const Control& end, const Control& inner) {
-      Control p = end;
-      p.at += end.at - inner.at;
-      p.q = plus(end.q, 1, minus(end.q, inner.q));
-      return p;
-    };
-    bool ended = ends_span(i) || i == 0;
-    std::size_t at = i;
-    for (std::size_t n = 2; n-- > 0;) {
-      if (ended) {
-        c[n] = beyond(c[n + 1], c[n + 2]);
-      } else {
-        c[n] = controls_[--at];
-        ended = ends_span(at) || at == 0;
-      }
-    }
-    at = i + 1;
-    ended = ends_span(at) || at + 1 == controls_.size();
-    for (std::size_t n = 4; n < 6; ++n) {
-      if (ended) {
-        c[n] = beyond(c[n - 1], c[n - 2]);
-      } else {
-        c[n] = controls_[++at];
-        ended = ends_span(at) || at + 1 == controls_.size();
-      }
-    }
-    return c;
-  }
-
-  // The cubic spline between the knots of controls i and i + 1 as Bezier points, by blossoms: control n is
-  // f(n-1, n, n+1), the Bezier points are f(i, i, i), f(i, i, i+1), f(i, i+1, i+1), f(i+1, i+1, i+1).
-  [[nodiscard]] std::array<AxisVec, 4> bezier(std::size_t i) const {
-    const auto c = around(i);
-    const auto mix = [](const AxisVec& a, const AxisVec& b, double from, double at, double to) {
-      return plus(a, (at - from) / (to - from), minus(b, a));
-    };
-    const AxisVec b1 = mix(c[2].q, c[3].q, c[1].at, c[2].at, c[4].at);
-    const AxisVec b2 = mix(c[2].q, c[3].q, c[1].at, c[3].at, c[4].at);
-    const AxisVec left = mix(c[1].q, c[2].q, c[0].at, c[2].at, c[3].at);
-    const AxisVec right = mix(c[3].q, c[4].q, c[2].at, c[3].at, c[5].at);
-    const AxisVec b0 = mix(left, b1, c[1].at, c[2].at, c[3].at);
-    const AxisVec b3 = mix(b2, right, c[2].at, c[3].at, c[4].at);
-    return {b0, b1, b2, b3};
-  }
-
-  /// Brings the control points nearer to bends that leave their corner too far. True when something was changed.
-  bool fit() {
-    bool changed = false;
-    for (std::size_t k = 1; k + 1 < v_.size(); ++k) {
+  // A spline over knots at distance h follows a turn t within about h t/6: h times the turn that falls in it stays in
+  // the room, for any vertices that lie together.
+  void even_steps() {
+    constexpr double kStep = 2;
+    constexpr std::size_t kTogether = 6;
+    for (std::size_t k = 0; k < corners_.size(); ++k) {
       Corner& c = corners_[k];
-      if (c.kind != Kind::Bend) continue;
-      const std::size_t i = first_of_leg_[k];
-      AxisVec off = minus(bezier(i)[0], v_[k].q);
-      AxisVec tangent = plus(legs_[k - 1].direction, 1, legs_[k].direction);
-      const double on = dot(m_, off, tangent) / std::max(dot(m_, tangent, tangent), 1e-12);
-      off = plus(off, -on, tangent);
-      const double excess = aside(m_, off) / c.room_mm;
-      if (excess <= 1 + 1e-6) continue;  // ties fall alike in every window
-      const double before = controls_[i].at - controls_[i - 1].at, after = controls_[i + 1].at - controls_[i].at;
-      c.reach_mm = std::min({c.reach_mm, before, after}) * std::max(0.3, 0.9 / excess);
-      changed = true;
+      c.step_mm = at_.back();
+      double turn = 0;
+      for (std::size_t j = k; j < std::min(corners_.size(), k + kTogether) && corners_[j].kind == Kind::Bend; ++j) {
+        turn += corners_[j].turn;
+        if (!(turn > kStraightOn)) continue;
+        const double extent = at_[j] - at_[k], all = kStep * c.room_mm / turn;
+        c.step_mm = std::min(c.step_mm, all >= extent ? all : std::sqrt(all * extent));
+      }
     }
-    return changed;
-  }
-
-  void line(const AxisVec& from, const AxisVec& to, const Leg& leg, std::vector<Curve>& out) const {
-    Curve g = straight_curve(m_, from, to);
-    if (g.length > 1e-9 * leg.length && g.length > 1e-13) out.push_back(g);
+    for (std::size_t k = 1; k < corners_.size(); ++k)
+      corners_[k].step_mm = std::min(corners_[k].step_mm, corners_[k - 1].step_mm + kGrowth * legs_[k - 1].length);
+    for (std::size_t k = corners_.size() - 1; k-- > 0;)
+      corners_[k].step_mm = std::min(corners_[k].step_mm, corners_[k + 1].step_mm + kGrowth * legs_[k].length);
   }
 
   const Measure& m_;
   std::span<const Vertex> v_;
-  double tolerance_mm_;
+  std::vector<double> at_;
   std::vector<Leg> legs_;
   std::vector<Corner> corners_;
-  std::vector<Control> controls_;
-  std::vector<std::size_t> first_of_leg_;
 };
 
-}  // namespace
+// From where the path has been laid to where it is certain.
+bool Rounding::lay(bool last, std::vector<Curve>& out) {
+  const Shape shape(measure_, chain_, tolerance_mm_);
+  const std::size_t n = chain_.size();
+  const double safe = shape.at(last ? n - 1 : n - kUncertain), until = shape.at(last ? n - 1 : n - kContext);
+  while (hard_ + 1 < n) {
+    const std::size_t next = shape.next_hard(hard_);
+    for (Bent b : shape.bent(hard_, next)) {
+      if (b.end <= laid_ + kSamePoint) continue;
+      b.begin = open_ ? laid_ : std::max(b.begin, laid_);
+      const bool whole = b.end <= safe;
+      if (!whole && b.begin >= until) return true;
+      shape.line(laid_, b.begin, out);
+      laid_ = b.begin;
+      if (!bend(shape, next, b, whole ? b.end : until, safe, out)) return !open_ && rest_in(shape, b) && lay(last, out);
+      if (!whole) return true;
+    }
+    if (shape.at(next) > safe) return true;
+    shape.line(laid_, shape.at(next) - shape.reach_of(next), out);
+    laid_ = shape.at(next) + shape.reach_of(next);
+    if (next + 1 < n && shape.corner(next).kind == Kind::Sharp)
+      shape.sharp(next, out);
+    else if (next + 1 < n && !out.empty())
+      out.back().rest_after = true;
+    hard_ = next;
+  }
+  return true;
+}
+
+// Where no spline stays within the tolerance, the tool stands in the vertices instead.
+bool Rounding::rest_in(const Shape& shape, const Bent& b) {
+  bool any = false;
+  for (std::size_t k = 1; k + 1 < chain_.size(); ++k)
+    if (shape.at(k) > b.begin - kSamePoint && shape.at(k) < b.end + kSamePoint && !chain_[k].rest)
+      chain_[k].rest = any = true, ++rests_;
+  return any;
+}
+
+// The fairest spline over what is bent; of one that goes on beyond what is known, what lies before `until`.
+bool Rounding::bend(const Shape& shape, std::size_t next, const Bent& b, double until, double safe,
+                    std::vector<Curve>& out) {
+  const auto kind = [&](double s, std::size_t vertex, bool outer) {
+    if (std::abs(s - shape.at(vertex)) > kSamePoint) return FairEnd::OnLeg;
+    return outer && flat_ends_ ? FairEnd::Flat : FairEnd::Free;
+  };
+  const bool whole = until >= b.end;
+  const double end = whole ? b.end : shape.at(next);
+  const FairEnd end_kind = whole ? kind(b.end, next, next + 1 == chain_.size()) : FairEnd::Free;
+  FairEnd begin_kind = FairEnd::Given;
+  FairSpline spline;
+  std::vector<double> knots;
+  if (open_) {
+    spline = *open_;
+    knots = shape.knots(spline.knots.back(), end);
+    knots.erase(knots.begin());
+  } else {
+    begin_kind = kind(b.begin, hard_, hard_ == 0 && !begun_);
+    knots = shape.knots(b.begin, end);
+  }
+  if (!fair(measure_, shape.guide(b.begin, end), begin_kind, end_kind, std::move(knots), spline)) return false;
+  std::size_t count = spline.intervals();
+  if (!whole)
+    while (count > 0 && (spline.begin_of(count) > until || spline.knots[count + 4] > safe)) --count;
+  if (count == 0) return true;
+  for (std::size_t i = 0; i < count; ++i) append_curve(measure_, spline.bezier(i), kBendCells, out);
+  laid_ = whole ? b.end : spline.begin_of(count);
+  open_.reset();
+  if (!whole) {
+    const auto at = static_cast<std::ptrdiff_t>(count);
+    open_ = FairSpline{{spline.knots.begin() + at, spline.knots.begin() + at + 5},
+                       {spline.controls.begin() + at, spline.controls.begin() + at + 3}};
+  }
+  return true;
+}
 
 // A reversal P becomes P - e n, P + e n with n square to the leg: two corners of about 90 degrees.
 void Rounding::push(const Vertex& v) {
@@ -328,30 +353,42 @@ void Rounding::push(const Vertex& v) {
   seen_.erase(seen_.begin());
 }
 
-void Rounding::emit(std::size_t first_leg, std::size_t end_leg, std::vector<Curve>& out) const {
+// What lies behind is forgotten, but for what still counts: the last hard vertex with its neighbours, or else bends
+// that may reach over where the path has been laid to.
+void Rounding::forget() {
   const Shape shape(measure_, chain_, tolerance_mm_);
-  for (std::size_t k = first_leg; k < end_leg; ++k) shape.emit(k, out);
+  std::size_t keep = hard_ > kBesideHard ? hard_ - kBesideHard : 0;
+  if (const std::size_t leg = shape.leg_at(laid_); open_ && leg > hard_ + kKept) keep = leg - kKept;
+  if (keep == 0) return;
+  const double gone = shape.at(keep);
+  begun_ = true;
+  chain_.erase(chain_.begin(), chain_.begin() + static_cast<std::ptrdiff_t>(keep));
+  hard_ = hard_ > keep ? hard_ - keep : 0;
+  laid_ -= gone;
+  if (open_)
+    for (double& t : open_->knots) t -= gone;
 }
 
-void Rounding::add(const Vertex& v, std::vector<Curve>& out) {
+bool Rounding::add(const Vertex& v, std::vector<Curve>& out) {
   if (!seen_.empty() && along(measure_, minus(v.q, seen_.back().q)) < kSamePoint) {
     seen_.back().aside_mm = std::max(seen_.back().aside_mm, v.aside_mm);
-    return;
+    return true;
   }
   push(v);
-  if (chain_.size() < done_ + kBatch + kContext) return;
-  const std::size_t end = chain_.size() - kContext;
-  emit(done_, end, out);
-  const std::size_t keep = end > kContext ? end - kContext : 0;
-  chain_.erase(chain_.begin(), chain_.begin() + static_cast<std::ptrdiff_t>(keep));
-  done_ = end - keep;
+  if (chain_.size() < next_) return true;
+  if (!lay(false, out)) return false;
+  forget();
+  next_ = chain_.size() + kBatch;
+  return true;
 }
 
-void Rounding::finish(std::vector<Curve>& out) {
+bool Rounding::finish(std::vector<Curve>& out) {
   if (seen_.size() > 1) chain_.push_back(seen_.back());
-  if (chain_.size() > 1) emit(done_, chain_.size() - 1, out);
-  seen_.clear(), chain_.clear();
-  done_ = 0;
+  const bool laid = chain_.size() < 2 || lay(true, out);
+  const std::size_t rests = rests_;
+  *this = Rounding(measure_, tolerance_mm_, flat_ends_);
+  rests_ = rests;
+  return laid;
 }
 
 }  // namespace gantry::motion

@@ -1,34 +1,53 @@
 // From the vertices of an outline to a smooth path within the tolerance.
 //   Rounding rounding(measure, tolerance);  rounding.add(vertex, out); ...; rounding.finish(out);
-// A gentle bend is a cubic spline whose control points are the vertices and points on their legs: curvature rises and
-// falls linearly with length. A sharp corner is the cubic P - d d1 (1-u)^3 + d d2 u^3: two motions that overlap, the
-// one coming to rest while the other sets out. A reversal goes round its end within the tolerance. Without a tolerance
-// every vertex is a rest. Works on a window of vertices; how a corner is rounded depends on its neighbours only.
+// Gentle bends are the fairest spline that the tolerance allows (fairing.hpp). A sharp corner is the cubic P - d d1
+// (1-u)^3 + d d2 u^3: two motions that overlap, the one coming to rest while the other sets out. A reversal goes round
+// its end within the tolerance. Without a tolerance every vertex is a rest. Works on a window of vertices: a spline
+// that does not end in one goes on in the next.
 #pragma once
-#include <span>
+#include <optional>
 #include <vector>
 
 #include "motion/path/curve.hpp"
+#include "motion/path/fairing.hpp"
 #include "motion/path/outline.hpp"
 
 namespace gantry::motion {
 
 class Rounding {
  public:
-  Rounding(const Measure& measure, double tolerance_mm) : measure_(measure), tolerance_mm_(tolerance_mm) {}
+  /// flat_ends: the path has no curvature where it begins and ends.
+  Rounding(const Measure& measure, double tolerance_mm, bool flat_ends)
+      : measure_(measure), tolerance_mm_(tolerance_mm), flat_ends_(flat_ends) {}
 
-  void add(const Vertex& v, std::vector<Curve>& out);
-  void finish(std::vector<Curve>& out);
+  /// False: no curve was found within the tolerance.
+  [[nodiscard]] bool add(const Vertex& v, std::vector<Curve>& out);
+  [[nodiscard]] bool finish(std::vector<Curve>& out);
+  /// Vertices made rests because no curve stayed within the tolerance.
+  [[nodiscard]] std::size_t rests() const { return rests_; }
 
  private:
+  class Shape;
+  struct Bent;
   void push(const Vertex& v);
-  void emit(std::size_t first_leg, std::size_t end_leg, std::vector<Curve>& out) const;
+  bool lay(bool last, std::vector<Curve>& out);
+  bool bend(const Shape& shape, std::size_t next, const Bent& b, double until, double safe, std::vector<Curve>& out);
+  bool rest_in(const Shape& shape, const Bent& b);
+  void forget();
 
+  // Vertices: what is worked on at a time, what has to be known beyond what is laid, and what stays behind it.
+  static constexpr std::size_t kBatch = 64, kContext = 24, kKept = 10;
   Measure measure_;
   double tolerance_mm_;
+  bool flat_ends_;
   std::vector<Vertex> seen_;   ///< the last two as they came: a reversal is known when its second leg is
   std::vector<Vertex> chain_;  ///< vertices with reversals split
-  std::size_t done_ = 0;       ///< legs of chain_ that are out
+  double laid_ = 0;            ///< length of the chain along which the path is out
+  std::size_t hard_ = 0;       ///< the last vertex before it that is a rest or a sharp corner, or the chain's first
+  bool begun_ = false;         ///< the chain's first vertex is not the path's
+  std::optional<FairSpline> open_;  ///< the spline that ends there and goes on
+  std::size_t rests_ = 0;
+  std::size_t next_ = kBatch + kContext;  ///< vertices with which the next part is laid
 };
 
 }  // namespace gantry::motion

@@ -147,6 +147,122 @@ TEST(PathPlanner, rounded_coordinates_cost_no_time) {
   EXPECT_LE(p.seconds, 1.03 * exact.seconds);
 }
 
+/// Least time along y = height sin(2 pi x/period) with limits of speed and acceleration alone, by a forward and a
+/// backward pass over its derivatives; no jerk-limited motion is faster.
+double bound_of_sine(double height, double period, double length) {
+  struct Place {
+    std::array<double, 2> d1{}, d2{};
+  };
+  constexpr double kStep = 0.02;
+  const double w = 2 * M_PI / period;
+  std::vector<Place> places;
+  for (double x = 0; x < length;) {
+    const double slope = height * w * std::cos(w * x), bend = -height * w * w * std::sin(w * x);
+    const double n = std::hypot(1, slope), curvature = bend / (n * n * n);
+    places.push_back({{1 / n, slope / n}, {-slope / n * curvature, 1 / n * curvature}});
+    x += kStep / n;
+  }
+  std::vector<double> most(places.size() + 1, 1e9), v(places.size() + 1, 0);
+  for (std::size_t k = 0; k < places.size(); ++k)
+    for (std::size_t i = 0; i < 2; ++i) {
+      const double q1 = std::abs(places[k].d1[i]), q2 = std::abs(places[k].d2[i]);
+      most[k] = std::min({most[k], kV / q1, q2 > 0 ? std::sqrt(kA / q2) : 1e9});
+    }
+  const auto gain = [&](std::size_t k, double speed, double sign) {
+    double best = 1e9;
+    for (std::size_t i = 0; i < 2; ++i) {
+      const double q1 = places[k].d1[i], q2 = places[k].d2[i] * speed * speed;
+      best = std::min(best, (kA - sign * (q1 > 0 ? q2 : -q2)) / std::abs(q1));
+    }
+    return std::max(0.0, best);
+  };
+  for (std::size_t k = 0; k < places.size(); ++k)
+    v[k + 1] = std::min(most[k + 1], std::sqrt(v[k] * v[k] + 2 * gain(k, v[k], 1) * kStep));
+  double seconds = 0, after = 0;
+  for (std::size_t k = places.size(); k-- > 0;) {
+    const double here = std::min(v[k], std::sqrt(after * after + 2 * gain(k, after, -1) * kStep));
+    seconds += 2 * kStep / (here + std::min(v[k + 1], after));
+    after = here;
+  }
+  return seconds;
+}
+
+Polyline sine(double height, double period, double length, double chord) {
+  Polyline out;
+  for (int k = 0; k * chord <= length; ++k)
+    out.push_back({k * chord, height * std::sin(2 * M_PI * k * chord / period)});
+  return out;
+}
+
+// Acceleration needs a/j = 0.06 s to come and go, which the bound leaves out.
+TEST(PathPlanner, a_sine_is_near_its_bound_whatever_its_chords) {
+  for (const double height : {3.0, 5.0}) {
+    const double bound = bound_of_sine(height, 60, 240);
+    for (const double chord : {0.1, 0.3, 0.5, 1.0, 2.0}) {
+      SCOPED_TRACE(std::to_string(height) + " in chords of " + std::to_string(chord));
+      const Played p = play(sine(height, 60, 240, chord), 0.05);
+      expect_sound(p, 0.05);
+      EXPECT_GE(p.seconds, 0.99 * bound);
+      EXPECT_LE(p.seconds, 1.1 * bound);
+    }
+  }
+}
+
+TEST(PathPlanner, chords_as_coarse_as_the_tolerance_cost_no_time) {
+  const Played fine = play(circle(40, 503), 0.05);
+  for (const int chords : {251, 84, 63}) {
+    const Played p = play(circle(40, chords), 0.05);
+    expect_sound(p, 0.05);
+    EXPECT_LE(p.seconds, 1.02 * fine.seconds) << chords;
+  }
+}
+
+/// 60 mm, a quarter of a circle, 60 mm.
+Polyline line_arc_line(double radius, int chords) {
+  Polyline out{{0, 0}};
+  for (int k = 0; k <= chords; ++k) {
+    const double angle = M_PI / 2 * k / chords;
+    out.push_back({60 + radius * std::sin(angle), radius * (1 - std::cos(angle))});
+  }
+  out.push_back({60 + radius, radius + 60});
+  return out;
+}
+
+TEST(PathPlanner, keeps_the_speed_that_the_jerk_allows_where_a_line_becomes_an_arc) {
+  for (const double radius : {3.0, 5.0, 10.0, 20.0}) {
+    SCOPED_TRACE(radius);
+    const double speed = 0.98 * std::min({std::cbrt(kJ * radius * std::sqrt(24 * radius * 0.05)),
+                                          std::sqrt(kA * radius), std::cbrt(kJ * radius * radius)});
+    const Played p = play(line_arc_line(radius, 60), 0.05, speed);
+    expect_sound(p, 0.05);
+    double all = 0, kept = 0;
+    for (std::size_t k = 120; k + 121 < p.setpoints.size(); ++k) {
+      const double step =
+          std::hypot(p.setpoints[k + 1][0] - p.setpoints[k][0], p.setpoints[k + 1][1] - p.setpoints[k][1]);
+      all += step;
+      if (std::abs(step / kTick - speed) <= 0.05 * speed) kept += step;
+    }
+    EXPECT_GE(kept, 0.98 * all);
+  }
+}
+
+TEST(PathPlanner, keeps_the_tolerance_however_small) {
+  for (const double tolerance : {3.1e-4, 1e-3, 0.01, 0.3})
+    for (const int chords : {40, 200}) {
+      const Played p = play(circle(2, chords), tolerance, 54);
+      SCOPED_TRACE(tolerance);
+      EXPECT_EQ(p.error, "");
+      EXPECT_LE(p.off_mm, tolerance + 1e-9);
+    }
+}
+
+TEST(PathPlanner, a_ring_within_the_tolerance_is_driven_out_and_back) {
+  const Played p = play(circle(0.1, 40), 1);
+  EXPECT_EQ(p.error, "");
+  EXPECT_GT(p.seconds, 0);
+  EXPECT_LE(p.off_mm, 1);
+}
+
 TEST(PathPlanner, a_line_in_chords_takes_as_long_as_the_line) {
   Polyline chords;
   for (int k = 0; k <= 4000; ++k) chords.push_back({0.01 * k, 0.004 * k});
