@@ -1,5 +1,7 @@
 #include "app/desk/do_job.hpp"
 
+#include <optional>
+
 #include "app/record/certificate.hpp"
 #include "app/record/outcome.hpp"
 #include "app/record/room.hpp"
@@ -45,8 +47,9 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
   Result<std::string> folder;
   aside([&] { folder = record::job_folder(wanted, prepared.recipe.file, room); });
   if (!folder) return tl::unexpected(folder.error());
-  auto kept_room = record::KeptRoom::keep(*folder, room.result_bytes);
-  if (!kept_room) return tl::unexpected(kept_room.error());
+  std::optional<Result<record::KeptRoom>> kept_room;
+  aside([&] { kept_room.emplace(record::KeptRoom::keep(*folder, room.result_bytes)); });
+  if (!*kept_room) return tl::unexpected(kept_room->error());
   JobDone done{.result = record::begin_result(machine, prepared.recipe, prepared.job, *folder, options.dry_run),
                .folder = *folder};
   if (prepared.proof && !prepared.proof->only_when_placed.empty())
@@ -82,7 +85,7 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
   Result<void> written;
   aside([&] {
     part.end(done.result, done.clamp_holds);
-    kept_room->give();
+    (*kept_room)->give();
     written = write_files(done, machine, prepared);
   });
   if (!written) record::add_error(done.result, written.error());

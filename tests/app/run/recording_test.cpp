@@ -41,7 +41,8 @@ class RecordingTest : public ::testing::Test {
     s.time_ns = 7'000 * kCycle_ns;
     return s;
   }();
-  Recording recording{record::three_axes(), result, snapshot.time_ns, "", &*writer};
+  recipes::Recipe recipe{};
+  Recording recording{record::three_axes(), recipe, result, snapshot.time_ns, "", &*writer};
 };
 
 TEST_F(RecordingTest, one_clock_goes_on_whatever_the_job_does) {
@@ -99,7 +100,7 @@ TEST_F(RecordingTest, what_is_left_is_told_at_the_override_of_now) {
 }
 
 TEST_F(RecordingTest, nobody_knows_what_is_left_of_a_job_that_was_not_proved) {
-  Recording other(record::three_axes(), result, 0, "", &*writer);
+  Recording other(record::three_axes(), recipe, result, 0, "", &*writer);
   other.begin({});
   EXPECT_LT(seen().remaining_s, 0);
 }
