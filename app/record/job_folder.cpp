@@ -26,8 +26,8 @@ namespace fs = std::filesystem;
 namespace {
 
 /// What a job leaves in its folder.
-constexpr const char* kLeft[] = {"report.html",     "summary.json",     "deposits.csv", "setpoints.bin",
-                                 "bead_speeds.csv", "certificate.json", "marks"};
+constexpr const char* kLeft[] = {"report.html",   "summary.json",    "deposits.csv",
+                                 "setpoints.bin", "bead_speeds.csv", "certificate.json"};
 constexpr const char* kFolders[] = {"marks", "inputs"};  // of it, for files that the summary names
 constexpr std::size_t kLongestInput = 10'000'000;        // bytes; of a longer file its hash is enough
 constexpr std::uintmax_t kLongestSummary = 500'000'000;

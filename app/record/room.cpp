@@ -49,7 +49,8 @@ Result<void> enough_room(const std::string& folder, const Room& room) {
   std::error_code ignored;
   while (!fs::exists(at, ignored) && at.has_relative_path()) at = at.parent_path();
   struct statvfs disk {};
-  if (::statvfs(at.c_str(), &disk) != 0) return {};  // whoever makes the folder says what is wrong with it
+  // Whoever makes the folder says what is wrong with it; what has no blocks (/proc) is no disk.
+  if (::statvfs(at.c_str(), &disk) != 0 || disk.f_blocks == 0) return {};
   const double free = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
   const double needed = static_cast<double>(room.result_bytes) + static_cast<double>(room.large_bytes);
   if (free < needed) return too_little(folder, free, needed);

@@ -149,7 +149,7 @@ key "$work/rival" errors | grep -q '"code": "G601", "name": "MarkAmbiguous"' || 
 
 # Two marks: nothing but their distance shows that they are the right ones.
 expect_key "$work/whole" trust '"residuals"'
-sed '/^marks:/,/^mark_rules/{/back_/d}' $demo >"$work/two.yaml"
+sed '/^marks:/,/^mark_rules/{/front_/d}' $demo >"$work/two.yaml"
 "$gantry" dry-run "$work/two.yaml" --out "$work/two" >"$work/out" 2>"$work/err"
 expect_key "$work/two" trust '"length only"'
 grep -q "Trust: length only" "$work/two/report.html" || fail "the report does not say what two marks are worth"

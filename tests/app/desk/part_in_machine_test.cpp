@@ -1,0 +1,244 @@
+// The desk and a part that was begun and not finished, or has defects: no job begins over it unasked.
+#include "tests/app/desk/desks.hpp"
+
+namespace gantry::desk {
+namespace {
+
+/// The first bead of the first job is cut by the stop button.
+class APartThatIsCut : public Desks {
+ protected:
+  std::string script() const override {
+    return "- {at: feature bead 1, after: 300 ms, do: press, input: stop, hold: 100 ms}";
+  }
+  BegunParts* parts() override { return &*parts_; }
+  void SetUp() override {
+    parts_.emplace((std::filesystem::temp_directory_path() / ("gantry-parts-" + std::to_string(getpid()))).string());
+    Desks::SetUp();
+  }
+  void TearDown() override {
+    Desks::TearDown();
+    std::filesystem::remove_all(kept());
+  }
+  [[nodiscard]] std::filesystem::path kept() const {
+    return std::filesystem::temp_directory_path() / ("gantry-parts-" + std::to_string(getpid()));
+  }
+  /// Files about parts.
+  [[nodiscard]] std::size_t remembered() const {
+    std::size_t n = 0;
+    std::error_code ignored;
+    for (const auto& entry : std::filesystem::directory_iterator(kept(), ignored))
+      n += entry.path().filename().string().starts_with("part") ? 1u : 0u;
+    return n;
+  }
+  /// UTC of its only part.
+  static std::string began_in(const std::filesystem::path& folder) {
+    std::ifstream file(folder / "part.json");
+    return Json::parse(file, nullptr, false).value("began", "");
+  }
+  [[nodiscard]] bool clamped() const { return (owner_->latest().outputs & config::bit(config::Output::Clamp)) != 0; }
+  Json ask(Json order) {
+    order["id"] = ++id_;
+    client_->say(order.dump() + "\n");
+    serve_until(id_);
+    return answer(id_);
+  }
+  Json run(const Json& more = Json::object(), const std::string& recipe = kShort) {
+    Json order{{"order", "run"},
+               {"recipe", std::filesystem::absolute(recipe).string()},
+               {"out", (folder_ / "job").string()},
+               {"force", true}};
+    order.update(more);
+    return ask(order);
+  }
+  /// The first job: it is stopped in its bead, and given up.
+  void cut(const Json& more = Json::object()) {
+    bool given_up = false;
+    on_cycle_ = [&, asked = on_cycle_] {
+      if (asked) asked();
+      if (given_up || !owner_->stopped()) return;
+      client_->say("{\"order\":\"abort\"}\n");
+      given_up = true;
+    };
+    const Json first = run(more);
+    on_cycle_ = {};
+    ASSERT_EQ(code_of(first), "G701") << first.dump();
+    for (int i = 0; i < 200; ++i) EXPECT_TRUE(owner_->idle());  // the button is up again
+    EXPECT_EQ(first.value("board", ""), "begun");
+    EXPECT_EQ(first.value("to_finish", ""), "--only corner");
+    EXPECT_NE(first.value("said", "").find("cut            'corner'"), std::string::npos) << first.value("said", "");
+    EXPECT_NE(first.value("said", "").find("short-board.yaml --only corner"), std::string::npos);
+    ASSERT_TRUE(ask({{"order", "reset"}}).value("ok", false));
+    EXPECT_EQ(remembered(), 1u);
+  }
+  void expect_refused(const Json& answer, const std::vector<std::string>& words) {
+    EXPECT_EQ(code_of(answer), "G702") << answer.dump();
+    EXPECT_EQ(answer.value("exit_code", 0), 7);
+    EXPECT_EQ(answer.value("board", ""), "begun");
+    for (const std::string& word : words)
+      EXPECT_NE(answer.dump().find(word), std::string::npos) << word << answer.dump();
+  }
+  static void expect_whole(const Json& answer) {
+    EXPECT_TRUE(answer.value("ok", false)) << answer.dump();
+    EXPECT_EQ(answer.value("board", ""), "whole") << answer.dump();
+    EXPECT_TRUE(answer["to_finish"].is_null());
+  }
+
+ private:
+  std::optional<BegunParts> parts_;
+  int id_ = 100;
+};
+
+TEST_F(APartThatIsCut, is_refused_and_made_whole_by_what_was_cut) {
+  cut();
+  const int stood = moved_at_;
+  expect_refused(run(), {"the part in the machine was begun at 20", "1 of its 3 features", "--only corner",
+                         "`gantry part-removed`"});
+  EXPECT_EQ(moved_at_, stood) << "nothing has moved";
+  EXPECT_EQ(code_of(run({{"only", {"cornr"}}})), "G901");
+  EXPECT_EQ(code_of(run({{"only", "corner"}})), "G702") << "no list: not taken for all features";
+  EXPECT_EQ(code_of(run({{"from", 3}})), "G702");
+  expect_whole(run({{"only", {"corner"}}}));
+  EXPECT_EQ(remembered(), 0u);
+  expect_whole(run());
+}
+
+TEST_F(APartThatIsCut, stays_begun_when_only_something_else_is_dispensed) {
+  cut();
+  const Json again = run({{"only", {"b"}}});
+  EXPECT_TRUE(again.value("ok", false)) << "what was asked for is done: " << again.dump();
+  EXPECT_EQ(again.value("board", ""), "begun");
+  EXPECT_EQ(again.value("to_finish", ""), "--only corner");
+  EXPECT_TRUE(clamped()) << "it lacks something: nobody has asked for it";
+  expect_refused(run({{"serial", "Z1"}}), {"the part in the machine", "say `gantry part-removed` when"});
+  expect_whole(run({{"only", {"corner"}}}));
+  EXPECT_FALSE(clamped());
+}
+
+TEST_F(APartThatIsCut, is_another_one_when_it_was_taken_out) {
+  cut();
+  const Json out = ask({{"order", "part_removed"}});
+  EXPECT_TRUE(out.value("ok", false)) << out.dump();
+  EXPECT_NE(out.value("said", "").find("is not waited for any more"), std::string::npos) << out.dump();
+  EXPECT_EQ(remembered(), 0u);
+  const Json unknown = ask({{"order", "part_removed"}, {"serial", "S-7"}});
+  EXPECT_NE(unknown.value("said", "").find("no part with serial 'S-7' was begun"), std::string::npos) << unknown.dump();
+  expect_whole(run());
+}
+
+TEST_F(APartThatIsCut, is_known_by_its_serial_wherever_it_has_been) {
+  cut({{"serial", "S/1"}});
+  expect_refused(run({{"serial", "S/1"}}),
+                 {"the part with serial 'S/1'", "--only corner", "part-removed --serial S/1"});
+  expect_refused(run(), {"the part with serial 'S/1'"});  // the clamp has not opened: it is in the machine
+  expect_whole(run({{"serial", "S/2"}}));
+  expect_whole(run());  // the clamp has opened, and nobody says what lies there
+  expect_refused(run({{"serial", "S/1"}}), {"1 of its 3 features"});
+  std::string text;
+  {
+    std::ifstream file(kShort);
+    text.assign(std::istreambuf_iterator<char>(file), {});
+  }
+  std::ofstream(folder_ / "short-board.yaml") << text + "\n# changed\n";
+  expect_refused(run({{"serial", "S/1"}, {"only", {"corner"}}}, folder_ / "short-board.yaml"),
+                 {"this recipe as it was before it was changed"});
+  expect_whole(run({{"serial", "S/1"}, {"only", {"corner"}}}));
+  expect_whole(run({{"serial", "S/1"}}));
+}
+
+TEST_F(APartThatIsCut, is_remembered_before_its_first_shot_and_a_lost_one_asks_for_eyes) {
+  bool seen_before_valve = false, valve = false;
+  std::filesystem::path copy = folder_ / "lost";
+  on_cycle_ = [&] {
+    if (valve || (owner_->latest().outputs & config::bit(config::Output::Valve)) == 0) return;
+    valve = true;
+    seen_before_valve = remembered() == 1;
+    std::filesystem::copy(kept(), copy);  // what a disk holds when the power fails here
+  };
+  cut();
+  EXPECT_TRUE(valve);
+  EXPECT_TRUE(seen_before_valve);
+  EXPECT_EQ(began_in(kept()), began_in(copy)) << "when its job began, not when it ended";
+  std::filesystem::remove_all(kept());
+  std::filesystem::copy(copy, kept());
+  for (const char* clamp : {"closed", "open, as after a power cut"}) {
+    expect_refused(run(), {"nobody saw how far it came", "--from FEATURE or --only FEATURES"});
+    ASSERT_TRUE(owner_->part_removed()) << clamp;  // not by an order: nobody says that it is out
+  }
+  const Json rest = run({{"from", "b"}});
+  EXPECT_TRUE(rest.value("ok", false)) << rest.dump();
+  EXPECT_EQ(rest.value("board", ""), "begun") << "nobody has seen 'a'";
+  EXPECT_EQ(rest.value("to_finish", ""), "--only a");
+}
+
+/// While the part is written down the machine is served: an abort that comes then is none that meets a job.
+TEST_F(APartThatIsCut, is_not_begun_by_a_job_that_is_aborted_while_it_is_written_down) {
+  bool sent = false;
+  on_cycle_ = [&] {
+    if (!sent && remembered() > 0) sent = client_->say("{\"order\":\"abort\",\"id\":2}\n") > 0;
+  };
+  const int stood = moved_at_;
+  const Json answer = run();
+  EXPECT_TRUE(sent);
+  EXPECT_EQ(code_of(answer), "G701") << answer.dump();
+  EXPECT_EQ(answer.value("board", ""), "untouched");
+  EXPECT_EQ(moved_at_, stood);
+  EXPECT_EQ(remembered(), 0u);
+}
+
+/// The clamp opens when a job ends `done` and by `part_removed`: until then nobody dispenses over a finished part.
+class APartWithDefects : public APartThatIsCut {
+ protected:
+  [[nodiscard]] std::string script() const override { return ""; }
+  void SetUp() override {
+    APartThatIsCut::SetUp();
+    on_cycle_ = [this] {
+      if (!slowed_ && (owner_->latest().outputs & config::bit(config::Output::Valve)) != 0)
+        slowed_ = client_->say("{\"order\":\"override\",\"value\":0.2}\n") > 0;
+    };
+    first_ = run();
+    ASSERT_EQ(first_.value("result", ""), "done_with_defects") << first_.dump();
+    EXPECT_TRUE(ask({{"order", "override"}, {"value", 1}}).value("ok", false));
+  }
+  Json first_;
+
+ private:
+  bool slowed_ = false;
+};
+
+TEST_F(APartWithDefects, stays_clamped_and_no_job_begins_over_it_until_it_is_removed) {
+  EXPECT_TRUE(clamped());
+  EXPECT_NE(first_.value("said", "").find("`gantry part-removed` opens it"), std::string::npos) << first_.dump();
+  const int stood = moved_at_;
+  const Json refused = run();
+  EXPECT_EQ(code_of(refused), "G702") << refused.dump();
+  EXPECT_NE(refused.dump().find("say `gantry part-removed` to open the clamp"), std::string::npos) << refused.dump();
+  EXPECT_EQ(refused.value("board", ""), "defects");
+  EXPECT_EQ(moved_at_, stood);
+  EXPECT_TRUE(ask({{"order", "part_removed"}}).value("ok", false));
+  EXPECT_FALSE(clamped());
+  expect_whole(run());
+}
+
+TEST_F(APartWithDefects, may_get_a_feature_once_more) {
+  const Json again = run({{"only", {"b"}}});
+  EXPECT_NE(code_of(again), "G702") << again.dump();
+  EXPECT_EQ(again.value("board", ""), "defects") << again.dump();
+  EXPECT_TRUE(again["to_finish"].is_null()) << again.dump();
+}
+
+TEST_F(APartWithDefects, is_another_one_than_that_of_a_serial_only_when_both_have_serials) {
+  EXPECT_EQ(code_of(run({{"serial", "S/1"}})), "G702");
+  EXPECT_TRUE(ask({{"order", "part_removed"}, {"serial", "S/1"}}).value("ok", false));
+  expect_whole(run({{"serial", "S/1"}}));
+}
+
+TEST_F(APartThatIsCut, whose_file_cannot_be_read_is_not_run_over) {
+  cut();
+  std::ofstream(kept() / "part.json") << "{\"format\": 1, \"left\": [[5, 99999999999]]}";
+  const Json answer = run();
+  EXPECT_EQ(code_of(answer), "G405") << answer.dump();
+  EXPECT_NE(answer.dump().find("part.json"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace gantry::desk
