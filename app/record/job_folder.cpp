@@ -101,7 +101,8 @@ std::error_code remove_job(const fs::path& folder) {
   for (const fs::path& each : named)
     if (is_file(folder / each) && (fs::remove(folder / each, error), error)) return error;
   for (const char* within : kFolders)
-    if (is_own(within)) fs::remove(folder / within, ignored);
+    if (is_own(within) || fs::is_regular_file(fs::symlink_status(folder / within, ignored)))
+      fs::remove(folder / within, ignored);
   return {};
 }
 
