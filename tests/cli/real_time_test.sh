@@ -2,11 +2,11 @@
 # The same short job in virtual time, in real time, through an owner that is up, and interrupted. Nothing here depends on how punctual the host is.
 source "$(dirname "$0")/lib.sh"
 job=tests/cli/short-board.yaml
+use_patient_machine
 
 expect_exit 0 "in virtual time" "$gantry" dry-run $job --out "$work/dry"
 expect_exit 0 "in real time" "$gantry" run $job --state "$work/none" --out "$work/real"
 same_setpoints "$work/dry" "$work/real" "in real time"
-use_patient_machine
 
 # Without the rights for real time the job runs, and says so.
 taken=-sys_nice,-ipc_lock,-sys_resource
