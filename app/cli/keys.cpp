@@ -7,6 +7,7 @@
 #include "app/cli/signals.hpp"
 #include "core/log.hpp"
 #include "core/status_line.hpp"
+#include "motion/rt/interpolator.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -19,7 +20,7 @@ double next_override(double factor, bool more) {
   constexpr double kCoarse = 0.1, kFine = 0.01, kRounding = 1e-6;
   const bool fine = more ? factor < kCoarse - kRounding : factor < kCoarse + kRounding;
   const double step = fine ? kFine : kCoarse;
-  return std::clamp(factor + (more ? step : -step), kFine, 2.0);
+  return std::clamp(factor + (more ? step : -step), motion::kLeastOverride, motion::kMostOverride);
 }
 
 }  // namespace

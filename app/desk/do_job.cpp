@@ -45,10 +45,12 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
   const auto aside = [&](const std::function<void()>& work) { bench.aside ? bench.aside(work) : work(); };
   const record::Room room = room_of(machine, prepared);
   Result<std::string> folder;
-  aside([&] { folder = record::job_folder(wanted, prepared.recipe.file, room); });
-  if (!folder) return tl::unexpected(folder.error());
   std::optional<Result<record::KeptRoom>> kept_room;
-  aside([&] { kept_room.emplace(record::KeptRoom::keep(*folder, room.result_bytes)); });
+  aside([&] {
+    folder = record::job_folder(wanted, prepared.recipe.file, room);
+    if (folder) kept_room.emplace(record::KeptRoom::keep(*folder, room.result_bytes));
+  });
+  if (!folder) return tl::unexpected(folder.error());
   if (!*kept_room) return tl::unexpected(kept_room->error());
   JobDone done{.result = record::begin_result(machine, prepared.recipe, prepared.job, *folder, options.dry_run),
                .folder = *folder};

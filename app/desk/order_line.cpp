@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/near_word.hpp"
+#include "motion/rt/interpolator.hpp"
 
 namespace gantry::desk {
 namespace {
@@ -128,7 +129,7 @@ Result<run::Order> order_of(const nlohmann::json& json) {
     if (!json.contains("value") || !json["value"].is_number())
       return fail(Fault::Refused, "'override' needs \"value\": 0, or 0.01 to 2");
     order.value = json["value"].get<double>();
-    if (order.value != 0 && !(order.value >= 0.01 && order.value <= 2.0))
+    if (order.value != 0 && !(order.value >= motion::kLeastOverride && order.value <= motion::kMostOverride))
       return fail(Fault::Refused, "an override is 0, which holds, or 0.01 to 2, which is 1 to 200 %");
   }
   return order;

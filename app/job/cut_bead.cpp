@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "app/job/limits.hpp"
+#include "app/job/valve_span.hpp"
 #include "motion/rt/compensation.hpp"
 
 namespace gantry::job {
@@ -47,15 +48,9 @@ std::optional<double> CutWatch::shut_at_mm(double close_lead_s) const {
 
 std::optional<Laid> laid_part(const std::deque<motion::Segment>& segments, std::size_t feature, double shut_at_mm,
                               double before_mm) {
-  double way_mm = 0;
-  std::optional<double> opens, shuts;
-  for (const motion::Segment& s : segments) {
-    if (s.feature == feature)
-      for (const motion::OutputEvent& e : s.events) (e.dispense ? opens : shuts) = way_mm + e.at_s;
-    if (s.kind != motion::SegmentKind::Dwell) way_mm += s.geometry.length;
-  }
-  if (!opens || !shuts) return std::nullopt;
-  return Laid{before_mm + std::max(0.0, shut_at_mm - *opens), before_mm + *shuts - *opens};
+  const auto span = valve_span(segments.begin(), segments.end(), static_cast<std::uint32_t>(feature));
+  if (!span) return std::nullopt;
+  return Laid{before_mm + std::max(0.0, shut_at_mm - span->opens_mm), before_mm + span->shuts_mm - span->opens_mm};
 }
 
 }  // namespace gantry::job

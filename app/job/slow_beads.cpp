@@ -7,6 +7,7 @@
 #include <optional>
 #include <variant>
 
+#include "app/job/valve_span.hpp"
 #include "motion/profile/speed_profile.hpp"
 
 namespace gantry::job {
@@ -16,24 +17,6 @@ constexpr double kHeld_s = 0.05;     // at one speed for so long is no corner
 constexpr double kSameSpeed = 0.02;  // but for this part of it
 constexpr double kEnough = 0.5;      // of a bead's length is to be at its speed
 constexpr double kLongest_mm = 1e4;  // a radius beyond it is none
-
-/// One bead's segments.
-using Segments = std::vector<const motion::Segment*>;
-
-/// Where material comes, in mm along the motion.
-struct Wet {
-  double from_mm = 0, to_mm = 0;
-};
-std::optional<Wet> wet(const Segments& segments) {
-  std::optional<double> from, to;
-  double begin_mm = 0;
-  for (const motion::Segment* s : segments) {
-    for (const motion::OutputEvent& e : s->events) (e.dispense ? from : to) = begin_mm + e.at_s;
-    if (s->kind != motion::SegmentKind::Dwell) begin_mm += s->geometry.length;
-  }
-  if (!from || !to || *to <= *from) return std::nullopt;
-  return Wet{*from, *to};
-}
 
 /// The speeds of one bead, tick by tick, against what its material wants.
 class Tally {
@@ -72,23 +55,24 @@ class Tally {
   Run run_;
 };
 
-std::optional<SlowBead> look_at(const Segments& segments, const recipes::Material& m, double tick_s) {
-  const auto where = wet(segments);
-  if (!where) return std::nullopt;
+std::optional<SlowBead> look_at(SegmentIterator first, SegmentIterator last, const recipes::Material& m,
+                                double tick_s) {
+  const auto wet = valve_span(first, last, first->feature);
+  if (!wet || wet->shuts_mm <= wet->opens_mm) return std::nullopt;
   Tally tally(m, tick_s);
   double begin_mm = 0, rest_s = 0;
-  for (const motion::Segment* s : segments) {
+  for (auto s = first; s != last; ++s) {
     if (s->kind == motion::SegmentKind::Dwell) continue;
     const double lasts_s = motion::duration(s->nominal);
     double t_s = rest_s;
     for (; t_s < lasts_s; t_s += tick_s) {
       const motion::State x = motion::along(s->nominal, t_s).x;
-      if (begin_mm + x.p >= where->from_mm && begin_mm + x.p <= where->to_mm) tally.add(x.v);
+      if (begin_mm + x.p >= wet->opens_mm && begin_mm + x.p <= wet->shuts_mm) tally.add(x.v);
     }
     rest_s = t_s - lasts_s;
     begin_mm += s->geometry.length;
   }
-  return tally.slow(segments.front()->feature);
+  return tally.slow(first->feature);
 }
 
 /// The smallest on a curve that its points sample, seen from above: of the circle through three neighbours.
@@ -109,14 +93,14 @@ std::optional<double> radius_mm(const recipes::Bead& bead) {
 void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
                     const std::deque<motion::Segment>& segments, double tick_s) {
   for (auto s = segments.begin(); s != segments.end();) {
-    const std::uint32_t feature = s->feature;
-    Segments own;
-    for (; s != segments.end() && s->feature == feature; ++s) own.push_back(&*s);
+    const auto first = s;
+    const std::uint32_t feature = first->feature;
+    s = std::find_if(first, segments.end(), [&](const motion::Segment& each) { return each.feature != feature; });
     if (feature >= recipe.features.size()) continue;
     const auto* bead = std::get_if<recipes::Bead>(&recipe.features[feature]);
     const recipes::Material* m = bead != nullptr ? recipes::find_material(recipe, bead->material) : nullptr;
     if (m == nullptr || m->flow_follows_speed) continue;
-    if (const auto slow = look_at(own, *m, tick_s)) to.push_back(*slow);
+    if (const auto slow = look_at(first, s, *m, tick_s)) to.push_back(*slow);
   }
 }
 

@@ -30,9 +30,12 @@ void BeadSpeedFile::add(const cycle::Snapshot& s) {
   const bool same = now.feature == seen_.feature && now.block == seen_.block;
   if (!same && seen_.feature != motion::kTravel && seen_.t_s > written_.t_s) write(seen_);
   if (bead != nullptr) {
-    const recipes::Material* m = recipes::find_material(*recipe_, bead->material);
-    const double change = m != nullptr ? kChange * m->speed : 0;
-    if (!same || now.valve != written_.valve || std::abs(now.speed_mm_s - written_.speed_mm_s) > change) write(now);
+    if (!same) {
+      const recipes::Material* m = recipes::find_material(*recipe_, bead->material);
+      change_mm_s_ = m != nullptr ? kChange * m->speed : 0;
+    }
+    if (!same || now.valve != written_.valve || std::abs(now.speed_mm_s - written_.speed_mm_s) > change_mm_s_)
+      write(now);
   }
   seen_ = now;
 }

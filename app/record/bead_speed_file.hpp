@@ -45,6 +45,7 @@ class BeadSpeedFile {
   const recipes::Recipe* recipe_;
   std::int64_t start_ns_;
   Row seen_, written_;
+  double change_mm_s_ = 0;  ///< of the bead that is seen: what makes a row
 };
 
 }  // namespace gantry::record

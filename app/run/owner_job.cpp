@@ -244,10 +244,10 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   p.job->recording.begin(p.job->runner.left_s());
   const std::string part = options.serial.empty() ? result.job : fmt::format("{}, part {}", result.job, options.serial);
   p.tell_part(part + " begins");
-  if (p.on_bus->buttons.holding())
-    log::warn("button hold is pressed: the job waits before its first motion; `resume` or start lets it go");
+  const bool pressed = p.on_bus->buttons.holding();
+  if (pressed) log::warn("button hold is pressed: the job waits before its first motion; `resume` or start lets it go");
   if (options.on_hold) p.acted(std::string(name(OrderKind::Hold)));
-  p.control().hold_next(options.on_hold || p.on_bus->buttons.holding());
+  p.control().hold_next(options.on_hold || pressed);
   const devices::CyclicCounts counted_before = p.bus->counters();
   const std::uint64_t repeats_before = p.bus->mailbox_repeats();
 

@@ -23,6 +23,17 @@ testing::AssertionResult refused(const Result<void>& up, std::initializer_list<s
   return testing::AssertionSuccess();
 }
 
+/// The frames that a program which dies has ready, with one change to them; and the station has taken them.
+void send_last_word(BentBench& b, const ImageChange& change) {
+  std::array<FrameBytes, kMaxCyclicFrames> frames{};
+  const std::size_t n = b.master->spare_frames(std::span(&change, 1), frames);
+  ASSERT_GT(n, 0u);
+  for (std::size_t i = 0; i < n; ++i)
+    ASSERT_TRUE(b.port.send(PortIndex::Primary, std::span(frames[i].bytes).first(frames[i].size)));
+  b.clock.sleep_until(b.clock.now() + milliseconds(2));
+  b.segment.advance();
+}
+
 // --- Mapping ---------------------------------------------------------------------------------------------------------
 
 TEST(Bend, a_mode_that_is_in_no_pdo_goes_by_sdo) {
@@ -180,14 +191,7 @@ TEST(Bend, outputs_that_are_not_known_here_keep_what_the_station_has) {
     EXPECT_EQ(held(0x6080), 833'333);
     EXPECT_EQ(held(0x6098), 17);
     EXPECT_TRUE(b.noted("'y1'", "6080h")) << b.all_notes();
-    std::array<FrameBytes, kMaxCyclicFrames> frames{};
-    const ImageChange nothing{id, 0, std::byte{0xFF}, std::byte{0}};
-    const std::size_t n = b.master->spare_frames(std::span(&nothing, 1), frames);
-    ASSERT_GT(n, 0u);
-    for (std::size_t i = 0; i < n; ++i)
-      ASSERT_TRUE(b.port.send(PortIndex::Primary, std::span(frames[i].bytes).first(frames[i].size)));
-    b.clock.sleep_until(b.clock.now() + milliseconds(2));
-    b.segment.advance();
+    ASSERT_NO_FATAL_FAILURE(send_last_word(b, {id, 0, std::byte{0xFF}, std::byte{0}}));
     EXPECT_EQ(held(0x6080), 833'333) << "also after the last word";
     b.master->shut_down();
     EXPECT_EQ(held(0x6080), 833'333) << "also after the end";
@@ -251,13 +255,7 @@ TEST(Bend, the_last_word_reaches_a_bent_station) {
   ASSERT_TRUE(layout);
   const auto at = static_cast<std::uint16_t>(layout->controlword.offset);
   const ImageChange stop{station(b.machine, "x").id, at, std::byte{0}, std::byte{0x02}};  // quick stop
-  std::array<FrameBytes, kMaxCyclicFrames> frames{};
-  const std::size_t n = b.master->spare_frames(std::span(&stop, 1), frames);
-  ASSERT_GT(n, 0u);
-  for (std::size_t i = 0; i < n; ++i)
-    ASSERT_TRUE(b.port.send(PortIndex::Primary, std::span(frames[i].bytes).first(frames[i].size)));
-  b.clock.sleep_until(b.clock.now() + milliseconds(2));
-  b.segment.advance();
+  ASSERT_NO_FATAL_FAILURE(send_last_word(b, stop));
   EXPECT_NE(b.segment.station(station(b.machine, "x").position).objects().value({0x6041, 0}) & 0x6F, 0x27);
 }
 

@@ -312,18 +312,23 @@ TEST(SearchPath, tells_an_end_that_is_closed_in_by_walls_and_the_edge_of_the_wor
   EXPECT_EQ(c.search({150, 20, 1}, {20, 15, 1}).status, SearchStatus::Ok);
 }
 
+/// Two walls with a way between them, their middles `off` beside it.
+void slanted_walls(Case& c, double thick, double off, double yaw) {
+  for (const double side : {1.0, -1.0})
+    c.m.scene.push_back({side > 0 ? "a" : "b",
+                         {Form::Box, {thick, 300, 200}},
+                         {100 + side * off * std::sin(yaw), 75 - side * off * std::cos(yaw), 40},
+                         yaw,
+                         false});
+}
+
 /// Room beyond needle and clearance in a slot that no axis is along; no face helps to find it.
 TEST(SearchPath, goes_through_slanted_slots_of_a_few_micrometres) {
   for (const double room : {0.1, 0.003, 0.001})
     for (const double yaw : {0.05, 0.52, 1.5}) {
       Case c(space({0, 0, 0}, {200, 150, 30}, 0.5, {needle()}));
       const double off = (1.2 + room) / 2 + 150;
-      for (const double side : {1.0, -1.0})
-        c.m.scene.push_back({side > 0 ? "a" : "b",
-                             {Form::Box, {3, 300, 200}},
-                             {100 + side * off * std::sin(yaw), 75 - side * off * std::cos(yaw), 40},
-                             yaw,
-                             false});
+      slanted_walls(c, 3, off, yaw);
       const auto found = c.search({20, 40, 2}, {180, 100, 2});
       EXPECT_EQ(found.status, SearchStatus::Ok) << room << " mm, " << yaw;
     }
@@ -332,12 +337,7 @@ TEST(SearchPath, carries_the_syringe_through_a_slanted_corridor_that_leaves_it_t
   Case c(space({0, 0, 0}, {200, 150, 30}, 0.5,
                {needle(), {"syringe", {Form::Cylinder, {16, 16, 30}}, {0, 0, 27}, 0, false}}));
   const double off = 17.02 / 2 + 150, yaw = 0.35;
-  for (const double side : {1.0, -1.0})
-    c.m.scene.push_back({side > 0 ? "a" : "b",
-                         {Form::Box, {40, 300, 200}},
-                         {100 + side * off * std::sin(yaw), 75 - side * off * std::cos(yaw), 40},
-                         yaw,
-                         false});
+  slanted_walls(c, 40, off, yaw);
   EXPECT_EQ(c.search({20, 40, 2}, {180, 100, 2}).status, SearchStatus::Ok);
 }
 

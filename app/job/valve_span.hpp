@@ -1,0 +1,31 @@
+// Where along the motion of one feature the valve is told to open and to shut.
+//   if (const auto span = valve_span(segments.begin(), segments.end(), feature)) span->opens_mm ...
+#pragma once
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+#include "motion/types.hpp"
+
+namespace gantry::job {
+
+using SegmentIterator = std::deque<motion::Segment>::const_iterator;
+
+struct ValveSpan {
+  double opens_mm = 0, shuts_mm = 0;  ///< along the segments, from the first one's begin
+};
+
+/// Nothing where the feature has not both. Of one that opens it more than once the last counts.
+inline std::optional<ValveSpan> valve_span(SegmentIterator first, SegmentIterator last, std::uint32_t feature) {
+  double way_mm = 0;
+  std::optional<double> opens, shuts;
+  for (auto s = first; s != last; ++s) {
+    if (s->feature == feature)
+      for (const motion::OutputEvent& e : s->events) (e.dispense ? opens : shuts) = way_mm + e.at_s;
+    if (s->kind != motion::SegmentKind::Dwell) way_mm += s->geometry.length;
+  }
+  if (!opens || !shuts) return std::nullopt;
+  return ValveSpan{*opens, *shuts};
+}
+
+}  // namespace gantry::job
