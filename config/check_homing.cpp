@@ -291,7 +291,7 @@ std::vector<std::string> homing_notes(const Machine& m) {
     if (!method.index_pulse && std::abs(edge - h.position) > kSame)
       out.push_back(
           fmt::format("warning: axis {} calls its home edge {}, and sim: axes: {} has it at {}: what the "
-                      "virtual machine shows is off by the difference",
+                      "simulated machine shows is off by the difference",
                       axis.name, in_units(axis, h.position), axis.name, in_units(axis, edge)));
     const bool one_sided = method.looks_for == HomingSwitch::Home && method.turns_at == HomingSwitch::None;
     if (one_sided && truth.home_active_below != (heads(axis, axis.drives.front()) < 0))

@@ -197,7 +197,7 @@ std::vector<std::string> window_notes(const Machine& m) {
     if (std::abs(virtual_s - axis.response_delay_s) > kSameDelay_s)
       out.push_back(
           fmt::format("warning: axis {} states a response_delay of {:.6g} ms, and answers after {:.6g} ms on the "
-                      "virtual machine (sim: lag, delay, and a cycle): paths there bend by the difference",
+                      "simulated machine (sim: lag, delay, and a cycle): paths there bend by the difference",
                       axis.name, axis.response_delay_s * 1e3, virtual_s * 1e3));
     const bool carries = axis.id == m.x || axis.id == m.y || axis.id == m.z;
     if (carries && axis.following_base > m.clearance_mm)

@@ -198,7 +198,7 @@ struct BusConfig {
   MapKind map = MapKind::Separate;
 };
 
-/// Truth of the virtual machine, unknown to the controller.
+/// Truth of the simulated machine, unknown to the controller.
 struct SimAxis {
   double lag_s = 0;                     ///< time constant of the drive's position loop
   double delay_s = 0;                   ///< pure delay before it

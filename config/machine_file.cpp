@@ -277,7 +277,7 @@ const Fields<MachineFile>& machine_fields() {
       number("override_max", &MachineFile::override_max, D::Ratio, {1, 2}, kOptional,
              "the highest override; the axes' own limits always hold"),
       named_quantities("park", &MachineFile::park, kPosition, kRequired, "where a job ends"),
-      object("sim", &MachineFile::sim, kSim, kRequired, "truth of the virtual machine"),
+      object("sim", &MachineFile::sim, kSim, kRequired, "truth of the simulated machine"),
   };
   return kFields;
 }

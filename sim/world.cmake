@@ -1,4 +1,4 @@
-# The world of the virtual machine: board, needle, valve, camera, contact, scripts, memory. Knows nothing of the stations.
+# The world of the simulated machine: board, needle, valve, camera, contact, scripts, memory. Knows nothing of the stations.
 find_package(fcl REQUIRED)
 gantry_library(gantry_sim_world
   SOURCES

@@ -39,7 +39,7 @@ void commission_axis(Context& context, config::Machine machine, const AxisOption
   if (!folder) return;
   run::OwnerOptions own;
   own.bus = options.interface.empty() ? "sim" : "ethercat:" + options.interface;
-  own.virtual_time = options.interface.empty();  // nobody watches the virtual machine
+  own.virtual_time = options.interface.empty();  // nobody watches the simulated machine
   own.state = *folder;
   const run::DelayWords words{.axis = options.axis, .speed = options.speed};
   if (auto r = run::measuring_speed(machine, words); !r) return stop_with(r.error());

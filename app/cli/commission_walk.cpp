@@ -77,7 +77,7 @@ Result<std::vector<const config::Axis*>> walk_all(const config::Machine& machine
   Result<void> ready = (*owner)->bring_up();
   if (ready && own.virtual_time && machine.inputs[static_cast<std::size_t>(config::Input::Mode)]) {
     ready = (*owner)->world()->add_script(kSetup);
-    say("the mode switch of the virtual machine is turned to setup\n");
+    say("the mode switch of the simulated machine is turned to setup\n");
     for (int i = 0; ready && i < 20; ++i) ready = (*owner)->idle();
   }
   const run::WalkTalk talk{.say = [](const std::string& words) { say_text(words); },

@@ -6,7 +6,7 @@
 
 namespace gantry::cli {
 
-/// Sets context.exit_code. `interface`: "" walks the virtual machine, whose mode switch it turns to setup itself.
+/// Sets context.exit_code. `interface`: "" walks the simulated machine, whose mode switch it turns to setup itself.
 void commission_walk(Context& context, config::Machine machine, const std::string& interface, const std::string& state);
 
 }  // namespace gantry::cli

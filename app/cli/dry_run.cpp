@@ -1,11 +1,11 @@
-// gantry dry-run RECIPE: the virtual machine in virtual time.
+// gantry dry-run RECIPE: the simulated machine in virtual time.
 #include "app/cli/job_verbs.hpp"
 
 namespace gantry::cli {
 
 void add_dry_run(CLI::App& app, Context& context) {
   auto* verb =
-      app.add_subcommand("dry-run", "The whole job on the virtual machine, as fast as it can; report and figures");
+      app.add_subcommand("dry-run", "The whole job on the simulated machine, as fast as it can; report and figures");
   does_a_job(*verb, context);
   auto request = std::make_shared<JobRequest>();
   request->dry_run = true;

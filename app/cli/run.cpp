@@ -1,4 +1,4 @@
-// gantry run RECIPE: the job in real time, on the virtual machine or on a bus.
+// gantry run RECIPE: the job in real time, on the simulated machine or on a bus.
 #include <filesystem>
 
 #include "app/cli/client.hpp"
@@ -7,7 +7,7 @@
 namespace gantry::cli {
 
 void add_run(CLI::App& app, Context& context) {
-  auto* verb = app.add_subcommand("run", "One job in real time: on the virtual machine, or on a bus");
+  auto* verb = app.add_subcommand("run", "One job in real time: on the simulated machine, or on a bus");
   does_a_job(*verb, context);
   auto request = std::make_shared<JobRequest>();
   auto state = std::make_shared<std::string>();

@@ -1,4 +1,4 @@
-// gantry sim: the virtual machine in a process of its own.
+// gantry sim: the simulated machine in a process of its own.
 #include "app/cli/stop_flag.hpp"
 #include "app/cli/usage.hpp"
 #include "app/cli/verbs.hpp"
@@ -9,7 +9,7 @@ namespace gantry::cli {
 
 void add_sim(CLI::App& app, Context& context) {
   auto* verb = app.add_subcommand(
-      "sim", "The virtual machine in a process of its own: bus on a network interface, camera and world on a socket");
+      "sim", "The simulated machine in a process of its own: bus on a network interface, camera and world on a socket");
   auto options = std::make_shared<sim::ServeOptions>();
   verb->add_option("--interface", options->interface, "Network interface that the stations answer on")->required();
   verb->add_option("--world", options->world_socket, "Unix socket for camera and world (gantry run --world)");
@@ -22,13 +22,13 @@ void add_sim(CLI::App& app, Context& context) {
     const auto machine = load_machine(context);
     if (!machine) return;
     StopFlag stop;
-    log::info("virtual machine '{}' on {}", machine->name, options->interface);
+    log::info("simulated machine '{}' on {}", machine->name, options->interface);
     if (auto served = sim::serve(*machine, *options, stop.flag()); !served)
       context.exit_code = show(served.error(), context.json);
   });
 }
 
-void add_world_options(CLI::App& verb, sim::VirtualMachineOptions& options) {
+void add_world_options(CLI::App& verb, sim::SimulatedMachineOptions& options) {
   verb.add_option("--sim-board", options.placement,
                   "Where the board lies, e.g. \"dx=1.3 mm, dy=-0.7 mm, rot=0.8 deg\"; else the seed places it");
   verb.add_option("--sim-seed", options.seed, "Seed of everything random in the virtual world")

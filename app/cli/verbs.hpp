@@ -11,7 +11,7 @@
 #include "app/cli/signals.hpp"
 #include "config/machine.hpp"
 #include "core/error.hpp"
-#include "sim/machine/virtual_machine.hpp"
+#include "sim/machine/simulated_machine.hpp"
 
 namespace gantry::monitor {
 struct NetworkOptions;
@@ -49,7 +49,7 @@ void add_trace(CLI::App& app, Context& context);
 void add_up(CLI::App& app, Context& context);
 
 /// --sim-board, --sim-seed, --sim-script, --sim-state.
-void add_world_options(CLI::App& verb, sim::VirtualMachineOptions& options);
+void add_world_options(CLI::App& verb, sim::SimulatedMachineOptions& options);
 
 /// --domain, --interface, --peer.
 void add_network_options(CLI::App& verb, monitor::NetworkOptions& options);

@@ -10,8 +10,8 @@ namespace gantry::run {
 /// What the loop runs on, which decides how much lateness is a fault.
 enum class Host {
   Hardware,     ///< drives of steel behind an interface
-  Wire,         ///< a virtual machine behind an interface: stalls of its host are forgiven, lost frames are not
-  VirtualTime,  ///< a virtual machine in this process that steps with the loop
+  Wire,         ///< a simulated machine behind an interface: stalls of its host are forgiven, lost frames are not
+  VirtualTime,  ///< a simulated machine in this process that steps with the loop
   WallClock,    ///< the same under the wall clock: when the host stalls, its bus stands still too
 };
 

@@ -22,7 +22,7 @@
 #include "core/error.hpp"
 #include "motion/plan/second_opinion.hpp"
 #include "recipes/job.hpp"
-#include "sim/machine/virtual_machine.hpp"
+#include "sim/machine/simulated_machine.hpp"
 
 namespace gantry::run {
 
@@ -31,7 +31,7 @@ struct OwnerOptions {
   bool virtual_time = false;          ///< with "sim" only
   std::string state{};                ///< folder with what was accepted of the stations; "": nothing was
   std::string world_socket;           ///< camera and world of a `gantry sim` elsewhere
-  sim::VirtualMachineOptions sim;     ///< of the virtual machine in this process, and of the board it is given
+  sim::SimulatedMachineOptions sim;   ///< of the simulated machine in this process, and of the board it is given
   bool publish = false;               ///< start `gantry publish` and keep it alive
   monitor::NetworkOptions network{};  ///< of the publisher
   std::string name{};                 ///< of the machine on DDS; "": as in the machine file
@@ -158,7 +158,7 @@ class Owner {
   [[nodiscard]] bool in_setup() const;
   /// The start button was pressed on an idle machine, and this is the first to ask.
   [[nodiscard]] bool take_start();
-  /// What a person beside a virtual machine would see; null on a machine of steel.
+  /// What a person beside a simulated machine would see; null on a machine of steel.
   [[nodiscard]] sim::WorldAccess* world() const;
 
  private:

@@ -21,12 +21,12 @@ Result<devices::FramePort*> Owner::Parts::open_bus() {
           Fault::Usage,
           "the virtual bus has its world in itself; for that of a `gantry sim` name its bus: --bus ethercat:IFACE",
           "--world");
-    auto vm = sim::VirtualMachine::open(options.sim.wired ? *options.sim.wired : machine, *clock, options.sim);
-    if (!vm) return tl::unexpected(vm.error());
-    virtual_machine = std::move(*vm);
-    world = virtual_machine.get();
-    can = &virtual_machine->can();
-    return &virtual_machine->bus();
+    auto simulated = sim::SimulatedMachine::open(options.sim.wired ? *options.sim.wired : machine, *clock, options.sim);
+    if (!simulated) return tl::unexpected(simulated.error());
+    simulated_machine = std::move(*simulated);
+    world = simulated_machine.get();
+    can = &simulated_machine->can();
+    return &simulated_machine->bus();
   }
   if (!options.bus.starts_with(kEthercat))
     return fail(Fault::Usage, fmt::format("'{}' is no bus; write sim or ethercat:IFACE", options.bus), "--bus");

@@ -65,7 +65,7 @@ struct Owner::Parts {
   config::Machine machine;
   OwnerOptions options;
   std::unique_ptr<Clock> clock;
-  std::unique_ptr<sim::VirtualMachine> virtual_machine;
+  std::unique_ptr<sim::SimulatedMachine> simulated_machine;
   std::unique_ptr<sim::WorldClient> world_client;
   std::unique_ptr<devices::RawSocketPort> raw_port;
   sim::WorldAccess* world = nullptr;  // null on a machine of steel
@@ -101,7 +101,7 @@ struct Owner::Parts {
   /// in. In virtual time at once, in this thread. It must touch nothing that a step touches.
   void aside(const std::function<void()>& work);
 
-  /// The bus and what stands behind it: the virtual machine in this process, or a wire. The port is its alone.
+  /// The bus and what stands behind it: the simulated machine in this process, or a wire. The port is its alone.
   Result<devices::FramePort*> open_bus();
   Result<void> go_on_bus();
   void make_on_bus(Time first);

@@ -86,7 +86,7 @@ Result<std::string> line(Owner& owner, const WalkTalk& talk) {
   }
 }
 
-/// What of a virtual machine moves, for a person who cannot stand beside it.
+/// What of a simulated machine moves, for a person who cannot stand beside it.
 class Watcher {
  public:
   explicit Watcher(Owner& owner) : owner_(owner), start_(look()) {}
@@ -105,7 +105,7 @@ class Watcher {
       words += fmt::format("{}{} by {:+.3g} {}", words.empty() ? "" : ", ", axis.name,
                            axis.rotary ? units::deg(by) : by, axis.rotary ? "deg" : "mm");
     }
-    return "    (the virtual machine: " + (words.empty() ? "nothing moved" : words + " and back") + ")\n";
+    return "    (the simulated machine: " + (words.empty() ? "nothing moved" : words + " and back") + ")\n";
   }
 
  private:

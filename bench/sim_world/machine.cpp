@@ -1,21 +1,21 @@
-// One cycle of the whole virtual machine in virtual time: master, segment with six stations, plant and world.
+// One cycle of the whole simulated machine in virtual time: master, segment with six stations, plant and world.
 #include "config/machine.hpp"
 
 #include <benchmark/benchmark.h>
 
 #include "core/clock.hpp"
 #include "devices/ethercat/master.hpp"
-#include "sim/machine/virtual_machine.hpp"
+#include "sim/machine/simulated_machine.hpp"
 
 namespace gantry::sim {
 namespace {
 
-void one_cycle_of_the_virtual_machine(benchmark::State& state) {
+void one_cycle_of_the_simulated_machine(benchmark::State& state) {
   const config::Machine machine = config::load_machine("config/machines/dispenser.yaml").value();
   VirtualClock clock;
-  const auto vm = VirtualMachine::open(machine, clock, {}).value();
-  devices::EthercatMaster master(machine, vm->bus(), clock);
-  if (!master.bring_up() || !vm->load_board(recipes::load("recipes/demo-board.yaml").value())) {
+  const auto simulated = SimulatedMachine::open(machine, clock, {}).value();
+  devices::EthercatMaster master(machine, simulated->bus(), clock);
+  if (!master.bring_up() || !simulated->load_board(recipes::load("recipes/demo-board.yaml").value())) {
     state.SkipWithError("the bus did not come up");
     return;
   }
@@ -29,7 +29,7 @@ void one_cycle_of_the_virtual_machine(benchmark::State& state) {
   if (!master.request_operation()) state.SkipWithError("the bus did not reach OP");
   for (auto _ : state) benchmark::DoNotOptimize(cycle());
 }
-BENCHMARK(one_cycle_of_the_virtual_machine);
+BENCHMARK(one_cycle_of_the_simulated_machine);
 
 }  // namespace
 }  // namespace gantry::sim

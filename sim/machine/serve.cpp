@@ -23,9 +23,9 @@ namespace gantry::sim {
 
 namespace {
 
-/// The virtual machine between the thread that answers frames and the one that lets time pass.
+/// The simulated machine between the thread that answers frames and the one that lets time pass.
 struct Shared {
-  VirtualMachine& world;
+  SimulatedMachine& world;
   Clock& clock;
   const std::atomic<bool>& stop;
   PriorityMutex mutex;
@@ -68,7 +68,7 @@ void let_time_pass(Shared& shared) {
 }
 
 /// Script entries, one a line, until stdin ends or `stop`.
-void read_script_lines(VirtualMachine& world, const std::atomic<bool>& stop) {
+void read_script_lines(SimulatedMachine& world, const std::atomic<bool>& stop) {
   std::string text;
   while (!stop) {
     pollfd p{STDIN_FILENO, POLLIN, 0};
@@ -104,7 +104,7 @@ Result<void> serve(const config::Machine& machine, const ServeOptions& options, 
   auto wire = devices::RawSocketPort::open(options.interface);
   if (!wire) return tl::unexpected(wire.error());
   MonotonicClock clock;
-  auto world = VirtualMachine::open(machine, clock, options.world);
+  auto world = SimulatedMachine::open(machine, clock, options.world);
   if (!world) return tl::unexpected(world.error());
   std::unique_ptr<WorldServer> server;
   if (!options.world_socket.empty()) {

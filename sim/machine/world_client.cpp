@@ -94,7 +94,7 @@ class WorldClient::Link final : public vision::Camera {
   tl::unexpected<Error> gone() {
     gone_ = true;
     return fail(Fault::WorldUnreachable,
-                "the virtual machine's world has stopped answering; the next job looks for it again", path_);
+                "the simulated machine's world has stopped answering; the next job looks for it again", path_);
   }
   Result<json> ask_locked(const json& question) {
     if (gone_ || !socket_->write(question.dump(-1, ' ', false, json::error_handler_t::replace) + "\n")) return gone();

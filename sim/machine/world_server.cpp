@@ -53,7 +53,7 @@ Answer fetch(vision::Camera& camera, const json& q) {
           std::move(frame->image.pixels)};
 }
 
-Answer answer(VirtualMachine& world, const json& q) {
+Answer answer(SimulatedMachine& world, const json& q) {
   const std::string what = q.at("do").get<std::string>();
   if (what == "latest") return {{{"ok", true}, {"value", world.camera().latest()}}, {}};
   if (what == "fetch") return fetch(world.camera(), q);
@@ -92,7 +92,7 @@ Result<void> clear_path(const std::string& path) {
   const LineSocket probe(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
   const sockaddr_un address = address_of(path);
   if (::connect(probe.fd(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0)
-    return fail(Fault::SecondOwner, "another virtual machine answers on this socket; stop it or choose another path",
+    return fail(Fault::SecondOwner, "another simulated machine answers on this socket; stop it or choose another path",
                 path);
   ::unlink(path.c_str());
   return {};
@@ -100,7 +100,7 @@ Result<void> clear_path(const std::string& path) {
 
 }  // namespace
 
-Result<std::unique_ptr<WorldServer>> WorldServer::listen(VirtualMachine& world, const std::string& path) {
+Result<std::unique_ptr<WorldServer>> WorldServer::listen(SimulatedMachine& world, const std::string& path) {
   if (path.size() >= sizeof(sockaddr_un::sun_path))
     return fail(Fault::Usage, fmt::format("a socket's path has at most {} bytes", sizeof(sockaddr_un::sun_path) - 1),
                 path);
@@ -117,7 +117,7 @@ Result<std::unique_ptr<WorldServer>> WorldServer::listen(VirtualMachine& world, 
   return std::unique_ptr<WorldServer>(new WorldServer(world, path, fd));
 }
 
-WorldServer::WorldServer(VirtualMachine& world, std::string path, int listening)
+WorldServer::WorldServer(SimulatedMachine& world, std::string path, int listening)
     : world_(world), path_(std::move(path)), listening_(listening), acceptor_([this] { accept_clients(); }) {}
 
 WorldServer::~WorldServer() {

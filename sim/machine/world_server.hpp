@@ -1,5 +1,5 @@
 // Answers the questions of WorldAccess on a Unix socket, for a controller in another process.
-//   auto server = sim::WorldServer::listen(vm, "/run/user/1000/gantry-world");   // serves until it is destroyed
+//   auto server = sim::WorldServer::listen(simulated, "/run/user/1000/gantry-world");   // serves until it is destroyed
 // One JSON object a line each way: {"do": "deposits"} -> {"ok": true, "deposits": [...]}; what fails says
 // {"ok": false, "fault": 604, "message": ..., "where": ...}. A frame's pixels follow its line as bare bytes.
 #pragma once
@@ -11,7 +11,7 @@
 
 #include "core/error.hpp"
 #include "sim/machine/line_socket.hpp"
-#include "sim/machine/virtual_machine.hpp"
+#include "sim/machine/simulated_machine.hpp"
 
 namespace gantry::sim {
 
@@ -19,19 +19,19 @@ class WorldServer {
  public:
   /// Mode 0600. Replaces the socket of a process that is gone; Fault::SecondOwner when somebody answers there,
   /// FileUnwritable when something else stands there.
-  static Result<std::unique_ptr<WorldServer>> listen(VirtualMachine& world, const std::string& path);
+  static Result<std::unique_ptr<WorldServer>> listen(SimulatedMachine& world, const std::string& path);
   /// Ends every conversation and removes the socket.
   ~WorldServer();
   WorldServer(const WorldServer&) = delete;
   WorldServer& operator=(const WorldServer&) = delete;
 
  private:
-  WorldServer(VirtualMachine& world, std::string path, int listening);
+  WorldServer(SimulatedMachine& world, std::string path, int listening);
   void accept_clients();
   void converse(LineSocket& client);
   void forget_gone_clients();
 
-  VirtualMachine& world_;
+  SimulatedMachine& world_;
   std::string path_;
   int listening_;
   std::atomic<bool> stop_{false};

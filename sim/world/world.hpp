@@ -1,5 +1,5 @@
-// The world in which the virtual machine stands: it sees only what is physical (where the motors are, which outputs are
-// on) and answers only with what is physical (the probe's contact, buttons, pictures, what lies on the board).
+// The world in which the simulated machine stands: it sees only what is physical (where the motors are, which outputs
+// are on) and answers only with what is physical (the probe's contact, buttons, pictures, what lies on the board).
 //   World world(machine, clock, seed, parse_placement("dx=1 mm"));
 //   Senses s = world.step(cycle, now, {axes, outputs});   // at every SYNC0, on the bus thread; about 1 us
 // Everything else may be called from other threads. A pure function of seed, script and what step() is told.

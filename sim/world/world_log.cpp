@@ -67,7 +67,7 @@ Result<std::unique_ptr<WorldLog>> WorldLog::open(const std::string& dir) {
     return fail(Fault::FileUnwritable, fmt::format("cannot open the world's log: {}", std::strerror(errno)), path);
   std::unique_ptr<WorldLog> log(new WorldLog(file, path));
   if (::flock(file, LOCK_EX | LOCK_NB) != 0)
-    return fail(Fault::SecondOwner, "another virtual machine uses this world; give it another --sim-state folder",
+    return fail(Fault::SecondOwner, "another simulated machine uses this world; give it another --sim-state folder",
                 path);
   const off_t size = ::lseek(file, 0, SEEK_END);
   if (auto mapped = log->map(static_cast<std::size_t>(size) + kRoom); !mapped) return tl::unexpected(mapped.error());

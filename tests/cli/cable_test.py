@@ -55,7 +55,7 @@ def start_sim():
     end = time.monotonic() + 20
     while not os.path.exists(world):
         if sim.process.poll() is not None or time.monotonic() > end:
-            sys.exit("FAILED: no virtual machine: " + sim.said())
+            sys.exit("FAILED: no simulated machine: " + sim.said())
         time.sleep(0.02)
     return sim
 
@@ -199,7 +199,7 @@ def far_end_is_started_again(sim):
     sim.end()
     wait_until("lost frames are latched", lambda: status().get("state") == "stopped")
     refused = program("run", recipe, "--out", os.path.join(folder, "meanwhile"))
-    expect("without a virtual machine a job is refused, with a remedy", refused.returncode in (5, 7) and
+    expect("without a simulated machine a job is refused, with a remedy", refused.returncode in (5, 7) and
            "remedy" in refused.stderr, (refused.returncode, refused.stderr))
     sim = start_sim()
     reset()

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# A cable between an owner and a virtual machine that stands still, is started again, or is wanted by a second owner.
+# A cable between an owner and a simulated machine that stands still, is started again, or is wanted by a second owner.
 source "$(dirname "$0")/lib.sh"
 machine=$(patient_machine)
 name=gcab$$

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Commissioning as people do it, on the virtual machine: looking, and the walk with its answers.
+# Commissioning as people do it, on the simulated machine: looking, and the walk with its answers.
 source "$(dirname "$0")/lib.sh"
 state=$work/state
 kept=$state/accepted-sim.json

@@ -47,7 +47,7 @@ sed -i 's/profile: id286/profile: id268/' "$work/alone/machines/mine.yaml"
 expect_exit 3 "a misspelt profile" "$gantry" --machine "$work/alone/machines/mine.yaml" check
 expect_text "did you mean 'id286'?"
 
-# Before anything moves, also where the virtual machine needs no state.
+# Before anything moves, also where the simulated machine needs no state.
 for state in /etc/passwd /etc/passwd/below; do
   expect_exit 7 "a job whose --state is no folder: $state" "$gantry" run $demo --state $state --out "$work/no-state"
   expect_text "the state folder is a link or no folder"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The virtual machine in a process of its own, behind a network interface: same deposits, same setpoints, clean frames.
+# The simulated machine in a process of its own, behind a network interface: same deposits, same setpoints, clean frames.
 source "$(dirname "$0")/lib.sh"
 job=tests/cli/short-board.yaml
 machine=$(patient_machine)

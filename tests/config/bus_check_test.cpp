@@ -62,7 +62,7 @@ INSTANTIATE_TEST_SUITE_P(
               "it watches nothing"}));
 
 /// The same at 4 ms: with delays that are right for that cycle, Y is 11 ms late, and leaves 0.5 mm + 10 ms * v where it
-/// brakes. The virtual machine stopped there with 4.152 mm (G207), which is what the message must say.
+/// brakes. The simulated machine stopped there with 4.152 mm (G207), which is what the message must say.
 TEST(Timing, a_window_that_a_sound_axis_leaves_while_it_brakes_is_refused) {
   Changed file;
   file.swap("cycle: 1 ms", "cycle: 4 ms", "x");
@@ -84,12 +84,12 @@ TEST(Timing, a_window_that_a_sound_axis_leaves_while_it_brakes_is_refused) {
   EXPECT_TRUE(wider) << to_text(wider.error().front());
 }
 
-TEST(Timing, check_warns_where_the_virtual_machine_answers_otherwise) {
+TEST(Timing, check_warns_where_the_simulated_machine_answers_otherwise) {
   Changed file;
   file.swap("cycle: 1 ms", "cycle: 2 ms", "x");
   const auto m = file.load();
   ASSERT_TRUE(m) << to_text(m.error().front());
-  EXPECT_TRUE(warns(m, "axis X states a response_delay of 3 ms, and answers after 4 ms on the virtual machine"));
+  EXPECT_TRUE(warns(m, "axis X states a response_delay of 3 ms, and answers after 4 ms on the simulated machine"));
 }
 
 TEST(Windows, check_warns_of_one_that_lets_the_head_out_of_its_clearance) {

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# bash tests/interop/run_against_sim.sh GANTRY MASTER...: each strange master against a virtual machine of its own, over a
+# bash tests/interop/run_against_sim.sh GANTRY MASTER...: each strange master against a simulated machine of its own, over a
 # veth pair; tshark judges the frames. A run that failed while the host stood still is repeated (run.py, exit 75).
 # Exit 77 where no veth pair may be made. KEEP_CAPTURES=DIR keeps the captures.
 set -uo pipefail
@@ -11,11 +11,11 @@ machine=${MACHINE:-config/machines/dispenser.yaml}
 failures=0
 fail() { echo "FAILED: $*"; failures=$((failures + 1)); }
 
-# once MASTER: a fresh virtual machine and one master
+# once MASTER: a fresh simulated machine and one master
 once() {
   scripts/veth-pair exec $name -- "$gantry" --machine "$machine" sim --interface $name-sim >"$work/sim.out" 2>&1 </dev/null &
   far=$!
-  for _ in $(seq 100); do grep -qs "virtual machine" "$work/sim.out" && break; sleep 0.05; done
+  for _ in $(seq 100); do grep -qs "simulated machine" "$work/sim.out" && break; sleep 0.05; done
   sleep 0.3
   scripts/veth-pair exec $name -- env PYTHONDONTWRITEBYTECODE=1 python3 tests/interop/run.py "$1" $name-ctl "$machine" "$work/$1.pcapng"
   local code=$?

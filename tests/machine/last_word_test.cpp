@@ -334,7 +334,7 @@ TEST_F(LastWord, a_loop_that_hangs_is_spoken_for_and_has_stopped_when_it_comes_b
   EXPECT_EQ(heard.back().image.outputs, 0);
   std::printf("the stop came %.3f ms after the last frame of the old motion; the bound is 51 ms\n",
               after_the_old_motion_ms(e));
-  EXPECT_GT(after_the_old_motion_ms(e), 50) << "50 missing cycles are tolerated on a virtual machine";
+  EXPECT_GT(after_the_old_motion_ms(e), 50) << "50 missing cycles are tolerated on a simulated machine";
   expect_nothing_but_stops_after(e);
   EXPECT_GT(e.all.size() - static_cast<std::size_t>(e.stop), 10u) << "the loop is back, and says the same";
   const int status = run->program->wait();

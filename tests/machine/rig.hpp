@@ -20,7 +20,7 @@ struct RigOptions {
   std::uint64_t seed = 1;
   std::string machine = "config/machines/dispenser.yaml";
   std::function<void(config::Machine&)> change{};  ///< made to the machine file's content
-  std::function<void(config::Machine&)> wired{};   ///< made to the virtual machine alone, after `change`
+  std::function<void(config::Machine&)> wired{};   ///< made to the simulated machine alone, after `change`
   bool outlives_stops = false;                     ///< as in run::RunOptions
 };
 

@@ -179,7 +179,7 @@ TEST(Trust, a_drive_whose_speeds_have_another_unit_is_stopped) {
   EXPECT_EQ(homed.error().fault, Fault::HomingTooFast) << to_text(homed.error());
 }
 
-/// The virtual machine's beam begins racked: y2 is an axis of its own there, which starts elsewhere.
+/// The simulated machine's beam begins racked: y2 is an axis of its own there, which starts elsewhere.
 void racked(config::Machine& m, double by) {
   const std::size_t y = 1;
   config::Axis side = m.axes[y];

@@ -1,5 +1,5 @@
-// The direction walk, with the virtual machine's side altered alone: the operator of these tests says what he sees, and
-// what he sees is where the virtual motors really are.
+// The direction walk, with the simulated machine's side altered alone: the operator of these tests says what he sees,
+// and what he sees is where the virtual motors really are.
 #include "app/run/walk.hpp"
 
 #include <algorithm>

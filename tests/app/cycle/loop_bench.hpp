@@ -93,7 +93,7 @@ class MeddledClock final : public Clock {
 };
 
 struct LoopBench {
-  /// `hardware`: stops at stalls that only a virtual machine tolerates.
+  /// `hardware`: stops at stalls that only a simulated machine tolerates.
   explicit LoopBench(config::Machine m = reference_machine(), bool hardware = true)
       : machine(std::move(m)),
         setup(run::compose_loop(machine, hardware ? run::Host::Hardware : run::Host::VirtualTime).value()) {

@@ -1,4 +1,4 @@
-// A host that stops the loop for some ms while axes move fast: the virtual machine tolerates it as the machine file
+// A host that stops the loop for some ms while axes move fast: the simulated machine tolerates it as the machine file
 // says (stop_after_missed: sim), the drives catch up, and an axis that really does not follow is still found (R33).
 #include <random>
 

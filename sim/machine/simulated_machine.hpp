@@ -1,7 +1,7 @@
-// The whole virtual machine: bus segment with its stations and drives, the plant they move, and the world it stands in.
-// Nothing above the two ports and the camera can tell it from a real one.
-//   auto vm = sim::VirtualMachine::open(machine, clock, {.seed = 7, .placement = "dx=1.3 mm, rot=0.8 deg"});
-//   master over vm->bus(), loop over vm->can(), vision over vm->camera()
+// The whole simulated machine: bus segment with its stations and drives, the plant they move, and the world it stands
+// in. Nothing above the two ports and the camera can tell it from a real one.
+//   auto simulated = sim::SimulatedMachine::open(machine, clock, {.seed = 7, .placement = "dx=1.3 mm, rot=0.8 deg"});
+//   master over simulated->bus(), loop over simulated->can(), vision over simulated->camera()
 // The bus side runs on the thread that sends frames; everything of WorldAccess may be called from any other thread.
 #pragma once
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace gantry::sim {
 struct BoardPlan;
 struct FrameFate;
 
-struct VirtualMachineOptions {
+struct SimulatedMachineOptions {
   std::uint64_t seed = 1;
   std::string placement;    ///< --sim-board; empty: the seed places the board
   std::string script_file;  ///< --sim-script; empty: none
@@ -29,13 +29,13 @@ struct VirtualMachineOptions {
   std::shared_ptr<const config::Machine> wired{};
 };
 
-class VirtualMachine final : public WorldAccess {
+class SimulatedMachine final : public WorldAccess {
  public:
   /// `machine` and `clock` must outlive it. Fault 4xx with file:line:col for a bad placement or script, FileUnreadable,
   /// FileUnwritable for the state.
-  static Result<std::unique_ptr<VirtualMachine>> open(const config::Machine& machine, Clock& clock,
-                                                      const VirtualMachineOptions& options);
-  ~VirtualMachine() override;
+  static Result<std::unique_ptr<SimulatedMachine>> open(const config::Machine& machine, Clock& clock,
+                                                        const SimulatedMachineOptions& options);
+  ~SimulatedMachine() override;
 
   devices::FramePort& bus();
   devices::CanPort& can();
@@ -67,7 +67,7 @@ class VirtualMachine final : public WorldAccess {
 
  private:
   struct Parts;
-  explicit VirtualMachine(std::unique_ptr<Parts> parts);
+  explicit SimulatedMachine(std::unique_ptr<Parts> parts);
   std::unique_ptr<Parts> parts_;
 };
 

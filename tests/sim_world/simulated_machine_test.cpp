@@ -1,5 +1,5 @@
-// The virtual machine as a whole: a master on its bus, a controller's questions in process and over the socket.
-#include "sim/machine/virtual_machine.hpp"
+// The simulated machine as a whole: a master on its bus, a controller's questions in process and over the socket.
+#include "sim/machine/simulated_machine.hpp"
 
 #include <cmath>
 #include <cstring>
@@ -43,15 +43,15 @@ const recipes::Recipe& recipe() {
 /// A master that exchanges one frame a millisecond of virtual time.
 struct Controller {
   VirtualClock clock;
-  std::unique_ptr<VirtualMachine> vm;
+  std::unique_ptr<SimulatedMachine> simulated;
   std::unique_ptr<devices::EthercatMaster> master;
   Time next{};
 
-  explicit Controller(const VirtualMachineOptions& options) {
-    auto opened = VirtualMachine::open(machine(), clock, options);
+  explicit Controller(const SimulatedMachineOptions& options) {
+    auto opened = SimulatedMachine::open(machine(), clock, options);
     EXPECT_TRUE(opened) << (opened ? "" : to_text(opened.error()));
-    vm = std::move(*opened);
-    master = std::make_unique<devices::EthercatMaster>(machine(), vm->bus(), clock);
+    simulated = std::move(*opened);
+    master = std::make_unique<devices::EthercatMaster>(machine(), simulated->bus(), clock);
   }
   /// Operational, with all outputs off.
   void start() {
@@ -86,11 +86,11 @@ struct Controller {
   }
 };
 
-TEST(VirtualMachine, outputs_of_the_bus_reach_the_world_and_its_inputs_come_back) {
+TEST(SimulatedMachine, outputs_of_the_bus_reach_the_world_and_its_inputs_come_back) {
   Controller c({});
   c.start();
-  ASSERT_TRUE(c.vm->load_board(recipe()));
-  ASSERT_TRUE(c.vm->begin_job());
+  ASSERT_TRUE(c.simulated->load_board(recipe()));
+  ASSERT_TRUE(c.simulated->begin_job());
   EXPECT_TRUE(c.get(config::Input::DoorClosed));
   EXPECT_FALSE(c.get(config::Input::Start));
   EXPECT_FALSE(c.get(config::Input::ClampClosed));
@@ -98,12 +98,12 @@ TEST(VirtualMachine, outputs_of_the_bus_reach_the_world_and_its_inputs_come_back
   c.cycles(5);
   EXPECT_TRUE(c.get(config::Input::ClampClosed));
 
-  EXPECT_EQ(c.vm->camera().latest(), 0u);
+  EXPECT_EQ(c.simulated->camera().latest(), 0u);
   c.set(config::Output::CameraLight, true);
   c.set(config::Output::CameraTrigger, true);
   c.cycles(5);
-  EXPECT_EQ(c.vm->camera().latest(), 1u);
-  const auto frame = c.vm->camera().fetch(0, {});
+  EXPECT_EQ(c.simulated->camera().latest(), 1u);
+  const auto frame = c.simulated->camera().fetch(0, {});
   ASSERT_TRUE(frame);
   EXPECT_EQ(frame->image.width, machine().camera.width_px);
 
@@ -111,52 +111,52 @@ TEST(VirtualMachine, outputs_of_the_bus_reach_the_world_and_its_inputs_come_back
   c.cycles(50);
   c.set(config::Output::Valve, false);
   c.cycles(50);
-  const auto d = c.vm->deposits();
+  const auto d = c.simulated->deposits();
   ASSERT_EQ(d->size(), 1u) << "high over the board, but it came out";
   EXPECT_GT((*d)[0].board_mm[0].z, 10);
   EXPECT_NEAR(static_cast<double>((*d)[0].closed_cycle - (*d)[0].opened_cycle), 48, 1.01) << "8 ms and 6 ms of lag";
 
-  ASSERT_TRUE(c.vm->add_script("{do: press, input: start, hold: 10 ms}"));
+  ASSERT_TRUE(c.simulated->add_script("{do: press, input: start, hold: 10 ms}"));
   c.cycles(4);
   EXPECT_TRUE(c.get(config::Input::Start));
   c.cycles(15);
   EXPECT_FALSE(c.get(config::Input::Start));
 }
 
-TEST(VirtualMachine, scripts_reach_the_bus_between_frames) {
+TEST(SimulatedMachine, scripts_reach_the_bus_between_frames) {
   Controller c({});
   c.start();
-  ASSERT_TRUE(c.vm->add_script("{do: lose_frames, count: 3}"));
+  ASSERT_TRUE(c.simulated->add_script("{do: lose_frames, count: 3}"));
   int lost = 0;
   for (int k = 0; k < 20; ++k) {
     c.cycles(1);
     lost += c.last.fault == Fault::FrameLost;
   }
   EXPECT_EQ(lost, 3);
-  ASSERT_TRUE(c.vm->add_script("{do: cut_link, station: cu}"));
+  ASSERT_TRUE(c.simulated->add_script("{do: cut_link, station: cu}"));
   c.cycles(5);
   EXPECT_LT(c.last.ethercat.working_counter, c.last.ethercat.expected);
-  ASSERT_TRUE(c.vm->add_script("{do: power_cycle, station: z}"));
+  ASSERT_TRUE(c.simulated->add_script("{do: power_cycle, station: z}"));
   c.cycles(5);
-  const auto missing = c.vm->add_script("{do: cut_link, station: nowhere}");
+  const auto missing = c.simulated->add_script("{do: cut_link, station: nowhere}");
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().where, "script:1:25");
 }
 
-/// The virtual machine and frames put on its bus by hand: one broadcast read each, known by the datagram's index.
+/// The simulated machine and frames put on its bus by hand: one broadcast read each, known by the datagram's index.
 struct ByHand {
   VirtualClock clock;
-  std::unique_ptr<VirtualMachine> vm;
-  ByHand() { vm = std::move(*VirtualMachine::open(machine(), clock, {})); }
+  std::unique_ptr<SimulatedMachine> simulated;
+  ByHand() { simulated = std::move(*SimulatedMachine::open(machine(), clock, {})); }
   void pass(Time t) {
     for (const Time end = clock.now() + t; clock.now() < end;) {
       clock.sleep_until(std::min(end, clock.now() + milliseconds(1)));
-      vm->pass_time();
+      simulated->pass_time();
     }
   }
   /// An entry that has happened when this returns, or is to at the next frame.
   void script(const std::string& entry) {
-    const auto added = vm->add_script(entry);
+    const auto added = simulated->add_script(entry);
     ASSERT_TRUE(added) << to_text(added.error());
     pass(milliseconds(2));
   }
@@ -165,7 +165,7 @@ struct ByHand {
                                 std::uint8_t number = 0) {
     send(command, adp, ado, size, number);
     std::array<std::byte, devices::kMaxFrameBytes> buffer;
-    const auto got = vm->bus().receive(buffer, clock.now() + milliseconds(1));
+    const auto got = simulated->bus().receive(buffer, clock.now() + milliseconds(1));
     if (got.size == 0) return {};
     std::vector<std::uint8_t> out;
     for (std::size_t i = 0; i < size + 2; ++i) out.push_back(std::to_integer<std::uint8_t>(buffer[26 + i]));
@@ -180,7 +180,7 @@ struct ByHand {
     f[18] = static_cast<std::uint8_t>(adp), f[19] = static_cast<std::uint8_t>(adp >> 8);
     f[20] = static_cast<std::uint8_t>(ado), f[21] = static_cast<std::uint8_t>(ado >> 8);
     f[22] = static_cast<std::uint8_t>(size);
-    vm->bus().send(devices::PortIndex::Primary, std::as_bytes(std::span(f)));
+    simulated->bus().send(devices::PortIndex::Primary, std::as_bytes(std::span(f)));
     clock.sleep_until(clock.now() + microseconds(10));  // no two frames leave at once
   }
   /// Stations that answer.
@@ -193,7 +193,7 @@ struct ByHand {
     std::vector<std::pair<int, Time>> out;
     std::array<std::byte, devices::kMaxFrameBytes> buffer;
     for (const Time until = clock.now() + t;;) {
-      const auto got = vm->bus().receive(buffer, until);
+      const auto got = simulated->bus().receive(buffer, until);
       if (got.size == 0) return out;
       out.emplace_back(std::to_integer<int>(buffer[17]), clock.now());
     }
@@ -282,44 +282,44 @@ TEST(Script, a_station_is_dark_as_long_as_it_says) {
 TEST(Script, what_has_not_happened_is_told_with_its_line) {
   ByHand bus;
   ASSERT_TRUE(
-      bus.vm->add_script("- {do: lose_frames, count: 1}\n"
-                         "- {at: cycle 90000, do: cut_link, station: z}\n"
-                         "- {at: job start, after: 1 s, do: press, input: stop}\n"));
-  EXPECT_EQ(bus.vm->script_left()->size(), 3u);
+      bus.simulated->add_script("- {do: lose_frames, count: 1}\n"
+                                "- {at: cycle 90000, do: cut_link, station: z}\n"
+                                "- {at: job start, after: 1 s, do: press, input: stop}\n"));
+  EXPECT_EQ(bus.simulated->script_left()->size(), 3u);
   bus.pass(milliseconds(2));
-  ASSERT_TRUE(bus.vm->begin_job());
+  ASSERT_TRUE(bus.simulated->begin_job());
   bus.pass(milliseconds(20));
-  EXPECT_EQ(*bus.vm->script_left(),
+  EXPECT_EQ(*bus.simulated->script_left(),
             (std::vector<std::string>{"script:2:3: cut_link at cycle 90000", "script:3:3: press at job start"}));
   bus.pass(milliseconds(2000));
-  EXPECT_EQ(bus.vm->script_left()->size(), 1u);
+  EXPECT_EQ(bus.simulated->script_left()->size(), 1u);
 }
 
-TEST(VirtualMachine, a_bad_placement_or_script_is_refused_with_its_place) {
+TEST(SimulatedMachine, a_bad_placement_or_script_is_refused_with_its_place) {
   VirtualClock clock;
   const auto placement =
-      VirtualMachine::open(machine(), clock, {.seed = 1, .placement = "dx=1", .script_file = {}, .state_dir = {}});
+      SimulatedMachine::open(machine(), clock, {.seed = 1, .placement = "dx=1", .script_file = {}, .state_dir = {}});
   ASSERT_FALSE(placement);
   EXPECT_EQ(info(placement.error().fault).exit_code, ExitCode::InvalidFile);
   const std::string path = temporary("gantry-bad-script.yaml");
   std::ofstream(path) << "- {at: cycle 5, do: nothing_known}\n";
   const auto script =
-      VirtualMachine::open(machine(), clock, {.seed = 1, .placement = {}, .script_file = path, .state_dir = {}});
+      SimulatedMachine::open(machine(), clock, {.seed = 1, .placement = {}, .script_file = path, .state_dir = {}});
   ASSERT_FALSE(script);
   EXPECT_EQ(script.error().where, path + ":1:21");
   std::filesystem::remove(path);
 }
 
-TEST(VirtualMachine, motors_and_board_stay_where_they_are_when_the_world_is_opened_again) {
-  const std::string dir = temporary("gantry-vm-state");
+TEST(SimulatedMachine, motors_and_board_stay_where_they_are_when_the_world_is_opened_again) {
+  const std::string dir = temporary("gantry-simulated-state");
   std::filesystem::remove_all(dir);
-  const VirtualMachineOptions options{.seed = 9, .placement = {}, .script_file = {}, .state_dir = dir};
+  const SimulatedMachineOptions options{.seed = 9, .placement = {}, .script_file = {}, .state_dir = dir};
   const auto squirt = [](Controller& c) {  // where the needle stands, as the world sees it
     c.set(config::Output::Valve, true);
     c.cycles(30);
     c.set(config::Output::Valve, false);
     c.cycles(30);
-    return c.vm->deposits()->back().board_mm.front();
+    return c.simulated->deposits()->back().board_mm.front();
   };
   std::string placement;
   Vec3 before;
@@ -327,17 +327,17 @@ TEST(VirtualMachine, motors_and_board_stay_where_they_are_when_the_world_is_open
   {
     Controller c(options);
     c.start();
-    ASSERT_TRUE(c.vm->load_board(recipe()));
-    placement = *c.vm->placement();
+    ASSERT_TRUE(c.simulated->load_board(recipe()));
+    placement = *c.simulated->placement();
     before = squirt(c);
-    deposits = c.vm->deposits()->size();
+    deposits = c.simulated->deposits()->size();
   }
   {
     Controller c(options);
     c.start();
-    EXPECT_TRUE(*c.vm->holds_board(recipe()));
-    EXPECT_EQ(*c.vm->placement(), placement);
-    EXPECT_EQ(c.vm->deposits()->size(), deposits) << "the job goes on";
+    EXPECT_TRUE(*c.simulated->holds_board(recipe()));
+    EXPECT_EQ(*c.simulated->placement(), placement);
+    EXPECT_EQ(c.simulated->deposits()->size(), deposits) << "the job goes on";
     EXPECT_EQ(squirt(c), before);
   }
   {
@@ -358,7 +358,7 @@ TEST(VirtualMachine, motors_and_board_stay_where_they_are_when_the_world_is_open
   c.start();
   const Vec3 after = squirt(c);
   EXPECT_NEAR(std::hypot(after.x - before.x, after.y - before.y), 7, 1e-9);
-  c.vm.reset();
+  c.simulated.reset();
   std::filesystem::remove_all(dir);
 }
 
@@ -372,7 +372,7 @@ class OverTheSocket : public testing::Test {
 
 TEST_F(OverTheSocket, the_same_questions_have_the_same_answers) {
   c.start();
-  auto server = WorldServer::listen(*c.vm, path);
+  auto server = WorldServer::listen(*c.simulated, path);
   ASSERT_TRUE(server) << to_text(server.error());
   auto client = WorldClient::connect(path);
   ASSERT_TRUE(client) << to_text(client.error());
@@ -385,7 +385,7 @@ TEST_F(OverTheSocket, the_same_questions_have_the_same_answers) {
   other.board.size.x += 0.5;
   EXPECT_FALSE(*remote.holds_board(other)) << "that board is longer";
   ASSERT_TRUE(remote.begin_job());
-  EXPECT_EQ(*remote.placement(), *c.vm->placement());
+  EXPECT_EQ(*remote.placement(), *c.simulated->placement());
 
   c.set(config::Output::CameraLight, true);
   c.set(config::Output::CameraTrigger, true);
@@ -394,7 +394,7 @@ TEST_F(OverTheSocket, the_same_questions_have_the_same_answers) {
   c.set(config::Output::Valve, false);
   c.cycles(40);
   EXPECT_EQ(remote.camera().latest(), 1u);
-  const auto near = c.vm->camera().fetch(0, {}), far = remote.camera().fetch(0, {});
+  const auto near = c.simulated->camera().fetch(0, {}), far = remote.camera().fetch(0, {});
   ASSERT_TRUE(far) << to_text(far.error());
   EXPECT_EQ(far->counter, near->counter);
   EXPECT_EQ(far->image.pixels, near->image.pixels);
@@ -402,11 +402,11 @@ TEST_F(OverTheSocket, the_same_questions_have_the_same_answers) {
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().fault, Fault::CameraTimeout);
 
-  const auto here = *c.vm->deposits(), there = *remote.deposits();
+  const auto here = *c.simulated->deposits(), there = *remote.deposits();
   ASSERT_EQ(there.size(), 1u);
   EXPECT_EQ(there[0].board_mm, here[0].board_mm);
   EXPECT_EQ(there[0].opened_cycle, here[0].opened_cycle);
-  EXPECT_EQ(remote.collisions()->size(), c.vm->collisions()->size());
+  EXPECT_EQ(remote.collisions()->size(), c.simulated->collisions()->size());
   ASSERT_TRUE(remote.add_script("{at: cycle 900000000, do: camera_dead}"));
   EXPECT_EQ(*remote.script_left(), (std::vector<std::string>{"script:1:1: camera_dead at cycle 900000000"}));
 
@@ -422,12 +422,12 @@ TEST_F(OverTheSocket, the_same_questions_have_the_same_answers) {
 }
 
 TEST_F(OverTheSocket, the_socket_is_private_single_and_gone_at_the_end) {
-  auto server = WorldServer::listen(*c.vm, path);
+  auto server = WorldServer::listen(*c.simulated, path);
   ASSERT_TRUE(server);
   struct stat s {};
   ASSERT_EQ(::stat(path.c_str(), &s), 0);
   EXPECT_EQ(s.st_mode & 0777, 0600u);
-  const auto second = WorldServer::listen(*c.vm, path);
+  const auto second = WorldServer::listen(*c.simulated, path);
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().fault, Fault::SecondOwner);
   auto client = WorldClient::connect(path);
@@ -443,7 +443,7 @@ TEST_F(OverTheSocket, the_socket_is_private_single_and_gone_at_the_end) {
 }
 
 TEST_F(OverTheSocket, the_next_job_finds_a_world_that_was_started_again) {
-  auto server = WorldServer::listen(*c.vm, path);
+  auto server = WorldServer::listen(*c.simulated, path);
   ASSERT_TRUE(server);
   auto client = WorldClient::connect(path);
   ASSERT_TRUE(client);
@@ -455,14 +455,14 @@ TEST_F(OverTheSocket, the_next_job_finds_a_world_that_was_started_again) {
   EXPECT_EQ(nobody.error().fault, Fault::WorldUnreachable);
   EXPECT_NE(nobody.error().message.find("start `gantry sim"), std::string::npos) << nobody.error().message;
 
-  server = WorldServer::listen(*c.vm, path);
+  server = WorldServer::listen(*c.simulated, path);
   ASSERT_TRUE(server) << to_text(server.error());
   EXPECT_FALSE((*client)->deposits()) << "the job that runs has lost its world";
   EXPECT_TRUE(*(*client)->holds_board(recipe())) << "the next one looks for it again";
   EXPECT_TRUE((*client)->deposits());
 
   server->reset();
-  server = WorldServer::listen(*c.vm, path);
+  server = WorldServer::listen(*c.simulated, path);
   ASSERT_TRUE(server);
   EXPECT_TRUE(*(*client)->holds_board(recipe())) << "also where nobody had missed it";
 }
@@ -474,16 +474,16 @@ TEST_F(OverTheSocket, a_dead_socket_is_replaced_and_a_file_is_not) {
   path.copy(address.sun_path, sizeof address.sun_path - 1);
   ASSERT_EQ(::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   ::close(fd);  // the file stays behind, as after a kill
-  EXPECT_TRUE(WorldServer::listen(*c.vm, path));
+  EXPECT_TRUE(WorldServer::listen(*c.simulated, path));
   std::ofstream(path) << "precious";
-  const auto refused = WorldServer::listen(*c.vm, path);
+  const auto refused = WorldServer::listen(*c.simulated, path);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().fault, Fault::FileUnwritable);
   EXPECT_TRUE(std::filesystem::exists(path));
 }
 
 TEST_F(OverTheSocket, nonsense_is_answered_and_does_not_end_the_world) {
-  auto server = WorldServer::listen(*c.vm, path);
+  auto server = WorldServer::listen(*c.simulated, path);
   ASSERT_TRUE(server);
   LineSocket raw(::socket(AF_UNIX, SOCK_STREAM, 0));
   sockaddr_un address{};
