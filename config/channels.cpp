@@ -92,7 +92,7 @@ class Channels {
     }
     const auto bit = bit_of(row, *station);
     if (!bit) return std::nullopt;
-    const Place place = row.terminal.given() ? row.terminal.place : row.bit.place;
+    const Location place = row.terminal.given() ? row.terminal.place : row.bit.place;
     const auto [other, is_new] = taken_.try_emplace({station->id, *bit}, row.name);
     if (!is_new) mistakes_.add(Fault::Inconsistent, fmt::format("'{}' has this bit already", other->second), place);
     return Channel{station->id, static_cast<std::uint8_t>(*bit), row.invert};

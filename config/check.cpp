@@ -24,7 +24,7 @@ void check_stations(const Machine& m, const MachineFile& file, Mistakes& mistake
   for (const Station& s : m.stations) on_ring += s.bus == BusKind::EtherCat;
   for (std::size_t i = 0; i < m.stations.size(); ++i) {
     const Station& s = m.stations[i];
-    const Place place = file.stations[i].position.place;
+    const Location place = file.stations[i].position.place;
     const auto [other, is_new] = places.try_emplace({s.bus, s.position}, s.name);
     if (!is_new)
       mistakes.add(Fault::Inconsistent, fmt::format("'{}' stands at {} already", other->second, s.position), place);
@@ -85,7 +85,7 @@ bool check_roles(const Machine& m, const MachineFile& file, Mistakes& mistakes) 
   struct Role {
     const char* name;
     std::optional<AxisId> axis;
-    Place place;
+    Location place;
   };
   const Role roles[] = {{"x", m.x, file.roles.x.place},
                         {"y", m.y, file.roles.y.place},

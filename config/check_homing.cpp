@@ -110,7 +110,7 @@ class HomingCheck {
       struct Value {
         ObjectAddress object;
         double value, counts;  ///< counts/s or counts/s^2 in one unit of the object
-        Place place;
+        Location place;
         std::string_view per;
       };
       for (const Value& v :

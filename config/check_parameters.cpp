@@ -30,7 +30,7 @@ std::string in_units(const Parameter& p, double value) {
   return fmt::format("{:.6g}{}{}", value / p.per_unit, p.unit.empty() ? "" : " ", p.unit);
 }
 
-void check_fact(const StationProfile& profile, const Parameter& p, Place place, Mistakes& mistakes) {
+void check_fact(const StationProfile& profile, const Parameter& p, Location place, Mistakes& mistakes) {
   for (int slot = 0; slot < profile.slots; ++slot)
     if (const StartupRow* row = asked(profile, p, slot); row != nullptr && p.value && row->value != *p.value) {
       mistakes.add(
@@ -43,7 +43,7 @@ void check_fact(const StationProfile& profile, const Parameter& p, Place place, 
     }
 }
 
-void check_current(const StationProfile& profile, const Parameter& p, Place place, Mistakes& mistakes) {
+void check_current(const StationProfile& profile, const Parameter& p, Location place, Mistakes& mistakes) {
   const ObjectRow* object = find_object(profile, p.address);
   const double most = object != nullptr && object->max ? static_cast<double>(*object->max) : 0;
   for (int slot = 0; slot < profile.slots; ++slot)
@@ -97,7 +97,7 @@ void check_parameters(const Machine& m, const MachineFile& file, Mistakes& mista
     for (const auto& setting : file.stations[i].parameters) {
       const Parameter* p = find_parameter(profile, setting.name);
       if (p == nullptr) continue;
-      const Place place = setting.values.empty() ? setting.place : setting.values.front().place;
+      const Location place = setting.values.empty() ? setting.place : setting.values.front().place;
       if (std::ranges::find(kFacts, setting.name) != kFacts.end()) check_fact(profile, *p, place, mistakes);
       if (setting.name == kCurrent) check_current(profile, *p, place, mistakes);
     }

@@ -24,7 +24,7 @@ std::string shown(const Axis& axis, double value, std::string_view per = "") {
 }
 
 /// Stations whose watchdog bites before `tolerated_ms` are over.
-void check_watchdogs(const Machine& m, double tolerated_ms, std::string_view what, Place place, Mistakes& mistakes) {
+void check_watchdogs(const Machine& m, double tolerated_ms, std::string_view what, Location place, Mistakes& mistakes) {
   std::vector<std::string> bite_early;
   for (const Station& s : m.stations)
     if (s.bus == BusKind::EtherCat && s.profile.watchdog_ms <= tolerated_ms)
@@ -82,7 +82,7 @@ Lag worst_lag(const Axis& axis, double late_s) {
 }
 
 /// A position is read in whole counts: what watches it must be wider than they are.
-void check_counts(const Axis& axis, double bound, Place place, Mistakes& mistakes) {
+void check_counts(const Axis& axis, double bound, Location place, Mistakes& mistakes) {
   const double least = kLeastCounts / std::abs(axis.counts_per_unit);
   if (bound >= least * (1 - kRounding)) return;
   mistakes.add(
@@ -169,7 +169,7 @@ void check_timing(const Machine& m, const MachineFile& file, Mistakes& mistakes)
   const double cycle_ms = seconds(m.bus.cycle) * 1e3;
   check_watchdogs(m, cycle_ms * m.bus.stop_after_missed_hardware, "a stall", file.bus.stop_after_missed.place,
                   mistakes);
-  const Place lost = file.bus.frames_lost_place.line > 0 ? file.bus.frames_lost_place : file.bus.cycle_s.place;
+  const Location lost = file.bus.frames_lost_place.line > 0 ? file.bus.frames_lost_place : file.bus.cycle_s.place;
   check_watchdogs(m, cycle_ms * m.bus.frames_lost_max, "a loss of frames", lost, mistakes);
   check_delays(m, file, mistakes);
 }

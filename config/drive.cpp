@@ -241,7 +241,7 @@ const Fields<DriveFacts>& drive_fields() {
 
 struct TerminalRow {
   std::string name;
-  Place place;
+  Location place;
   At<int> in, out;
   int bits = 1;
 };
@@ -315,7 +315,7 @@ const Fields<StationProfile>& profile_fields() {
 void resolve_pdos(const StationProfile& profile, std::vector<PdoRow>& pdos, const Node& rows, Mistakes& mistakes) {
   for (std::size_t i = 0; i < pdos.size(); ++i) {
     PdoRow& pdo = pdos[i];
-    const Place place = rows.items[i].place;
+    const Location place = rows.items[i].place;
     int total = 0;
     for (PdoEntry& entry : pdo.entries) {
       const ObjectRow* object = find_object(profile, first_slot(profile, entry.address, pdo.slot));

@@ -230,7 +230,7 @@ bool expect_name(const Node::Key& key, Mistakes& mistakes) {
   return read_word(as_node, {ValueShape::Kind::Name, {}, kAny, {}, {}, {}}, mistakes).has_value();
 }
 
-void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Place owner, Mistakes& mistakes) {
+void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Location owner, Mistakes& mistakes) {
   std::vector<std::string_view> words;
   for (const FieldShape* field : known) words.push_back(field->key);
   std::vector<std::string_view> open;  // that are not there

@@ -24,7 +24,7 @@ using units::Dimension;
 template <class V>
 struct At {
   V value{};
-  Place place;
+  Location place;
   [[nodiscard]] bool given() const { return place.line > 0; }
 };
 
@@ -85,7 +85,7 @@ struct Field {
 template <class T>
 using Fields = std::vector<Field<T>>;
 
-// Reading of one value: nullopt, and a mistake with its place, when it is not as the shape wants.
+// Reading of one value: nullopt, and a mistake with its location, when it is not as the shape wants.
 std::optional<Quantity> read_quantity(const Node& node, const ValueShape& shape, Mistakes& mistakes);
 std::optional<std::int64_t> read_integer(const Node& node, const ValueShape& shape, Mistakes& mistakes);
 std::optional<bool> read_flag(const Node& node, Mistakes& mistakes);
@@ -101,7 +101,7 @@ bool expect_count(const Node& node, Range count, Mistakes& mistakes);
 bool expect_map(const Node& node, std::string_view what, Mistakes& mistakes);
 bool expect_name(const Node::Key& key, Mistakes& mistakes);
 /// Unknown and missing keys of a map. `owner` is where a missing key is reported.
-void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Place owner, Mistakes& mistakes);
+void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Location owner, Mistakes& mistakes);
 
 template <class T>
 ValueShape object_shape(const Fields<T>& fields) {
@@ -112,13 +112,13 @@ ValueShape object_shape(const Fields<T>& fields) {
 }
 
 template <class T>
-void set_place(T& to, Place place) {
+void set_place(T& to, Location place) {
   if constexpr (requires { to.place.line; }) to.place.line = place.line, to.place.column = place.column;
 }
 
 /// Reads a map into a struct. `owner`: where its name stands.
 template <class T>
-void read_object(const Node& node, const Fields<T>& fields, T& to, Place owner, Mistakes& mistakes) {
+void read_object(const Node& node, const Fields<T>& fields, T& to, Location owner, Mistakes& mistakes) {
   set_place(to, owner);
   if (!expect_map(node, "keys with values", mistakes)) return;
   std::vector<const FieldShape*> known;
@@ -242,7 +242,7 @@ Field<T> text(std::string key, V T::*member, Need need, std::string doc) {
   return word(ValueShape::Kind::Text, std::move(key), member, need, std::move(doc));
 }
 
-/// A name, or a list of names, each with its place.
+/// A name, or a list of names, each with its location.
 template <class T>
 Field<T> names(std::string key, std::vector<At<std::string>> T::*member, Range count, Need need, std::string doc) {
   ValueShape name{ValueShape::Kind::Name, {}, kAny, {}, {}, {}};
@@ -329,7 +329,7 @@ Field<T> texts(std::string key, std::vector<std::string> T::*member, Need need, 
           }};
 }
 
-/// A map from names to maps; U has `name`, and its place is the name's.
+/// A map from names to maps; U has `name`, and its location is the name's.
 template <class T, class U>
 Field<T> named(std::string key, std::vector<U> T::*member, const Fields<U>& fields, Range count, Need need,
                std::string doc) {
@@ -476,7 +476,7 @@ Field<T> quantities(std::string key, At<std::vector<Quantity>> T::*member, std::
 /// A map from names to one number each: park: {X: 20 mm, C: 0 deg}.
 struct NamedQuantity {
   std::string name;
-  Place place;
+  Location place;
   At<Quantity> quantity;
 };
 template <class T>

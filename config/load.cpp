@@ -16,7 +16,7 @@ using D = Dimension;
 
 constexpr double kBackOff_mm = 1;
 
-/// Looks names up and turns quantities into mm or rad; every failure is a mistake at its place.
+/// Looks names up and turns quantities into mm or rad; every failure is a mistake at its location.
 class Resolver {
  public:
   Resolver(std::string path, Mistakes& mistakes, std::vector<Error>& of_profiles)
@@ -37,14 +37,14 @@ class Resolver {
     unknown(name.value, name.place, what, known);
     return std::nullopt;
   }
-  void unknown(const std::string& name, Place place, std::string_view what,
+  void unknown(const std::string& name, Location place, std::string_view what,
                const std::vector<std::string_view>& known) {
     mistakes_.add(Fault::UnknownReference,
                   fmt::format("there is no {} '{}'; {}", what, name, did_you_mean(name, known)), place);
   }
 
   /// The value of a quantity that must have one dimension.
-  double value(const Quantity& quantity, Place place, D wanted) {
+  double value(const Quantity& quantity, Location place, D wanted) {
     if (quantity.dimension == wanted) return quantity.value;
     mistakes_.add(
         Fault::BadUnit,

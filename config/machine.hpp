@@ -263,7 +263,7 @@ const Axis* find_axis(const Machine& machine, std::string_view name);
 const WorkFrame* find_frame(const Machine& machine, std::string_view name);
 
 /// Reads a machine file and the profiles it names (profiles are looked for in `../drives` and `../devices` beside it).
-/// Every mistake with its place; Fault 4xx.
+/// Every mistake with its location; Fault 4xx.
 Checked<Machine> load_machine(const std::string& path);
 
 /// What a station's parameters in the machine file lack, as a sentence; for a station with `not_stated` alone.

@@ -19,7 +19,7 @@ const std::vector<D> kJerk{D::Jerk, D::AngularJerk};
 
 /// The same field; `to` learns where its value stands.
 template <class T>
-Field<T> placed(Field<T> field, Place T::*place) {
+Field<T> placed(Field<T> field, Location T::*place) {
   return {std::move(field.row), [read = std::move(field.read), place](const Node& node, T& to, Mistakes& mistakes) {
             to.*place = node.place;
             read(node, to, mistakes);

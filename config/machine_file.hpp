@@ -1,4 +1,4 @@
-// The machine file as it is written: places kept, names not yet looked up, mm or degrees not yet decided.
+// The machine file as it is written: locations kept, names not yet looked up, mm or degrees not yet decided.
 // load.cpp makes a Machine of it, check.cpp judges what only shows across several rows.
 #pragma once
 #include "config/fields.hpp"
@@ -9,20 +9,20 @@ namespace gantry::config::written {
 /// A parameter of a station: one value for all of its axes, or one for each.
 struct SettingRow {
   std::string name;
-  Place place;
+  Location place;
   std::vector<At<std::string>> values;
 };
 struct InputsRow {
   int negative_limit = -1, positive_limit = -1, home = -1;
-  Place place;
+  Location place;
 };
 struct StationRow {
   std::string name;
-  Place place;
+  Location place;
   At<std::string> profile;
   At<int> position;
   int alias = 0;
-  Place alias_place;
+  Location alias_place;
   std::vector<SettingRow> parameters;
   std::vector<At<std::string>> declared;
   std::optional<InputsRow> inputs;
@@ -33,7 +33,7 @@ struct DriveRow {
   At<std::string> station;
   At<int> slot;
   bool invert = false;
-  Place place;
+  Location place;
 };
 
 struct HomingRow {
@@ -42,7 +42,7 @@ struct HomingRow {
   At<Quantity> fast, slow, acceleration, position;
   double timeout_s = 60;
   At<Quantity> rack_max, square_max;
-  Place place;
+  Location place;
 };
 
 struct FollowingRow {
@@ -52,7 +52,7 @@ struct FollowingRow {
 
 struct AxisRow {
   std::string name;
-  Place place;
+  Location place;
   AxisKind kind = AxisKind::Streamed;
   std::vector<DriveRow> drives;
   At<Quantity> per_rev, v_max, a_max, j_max, skew_max;
@@ -68,11 +68,11 @@ struct RolesRow {
 
 struct ChannelRow {
   std::string name;
-  Place place;
+  Location place;
   At<std::string> station, terminal;
   At<int> bit;  ///< or `terminal`
   bool invert = false;
-  Place invert_place;
+  Location invert_place;
 };
 
 struct RoundRow {
@@ -80,7 +80,7 @@ struct RoundRow {
 };
 struct BodyRow {
   std::string name;
-  Place place;
+  Location place;
   std::optional<Vec3> box;
   std::optional<RoundRow> cylinder, capsule;
   Vec3 centre;
@@ -90,7 +90,7 @@ struct BodyRow {
 
 struct ToolRow {
   std::string name;
-  Place place;
+  Location place;
   Vec3 tip;
   At<double> lift_mm;
 };
@@ -101,7 +101,7 @@ struct HeadRow {
 
 struct FrameRow {
   std::string name;
-  Place place;
+  Location place;
   Vec3 origin;
 };
 
@@ -123,13 +123,13 @@ struct BusRow {
   At<double> cycle_s;
   At<StallRow> stop_after_missed;
   int frames_lost_max = 3;
-  Place frames_lost_place;
+  Location frames_lost_place;
   MapKind map = MapKind::Separate;
 };
 
 struct SimAxisRow {
   std::string name;
-  Place place;
+  Location place;
   double lag_s = 0, delay_s = 0;
   At<Quantity> coast, home_switch, start;
   bool home_active_below = true;
@@ -163,7 +163,7 @@ struct MachineFile {
   std::vector<FrameRow> frames;
   std::vector<BodyRow> scene;
   CameraConfig camera;
-  Place camera_place;
+  Location camera_place;
   ProbeRow probe;
   std::optional<BrakeRow> brake;
   double clearance_mm = 2;

@@ -81,7 +81,7 @@ class Parameters {
   }
 
  private:
-  void known(const std::string& name, Place place) {
+  void known(const std::string& name, Location place) {
     std::vector<std::string_view> names;
     for (const Parameter& p : profile_.parameters) names.push_back(p.name);
     if (std::ranges::find(names, name) == names.end())

@@ -49,7 +49,7 @@ Clean clean(std::string_view text, Mistakes& mistakes) {
   Clean out;
   if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
   out.text.reserve(text.size());
-  Place place{1, 1};
+  Location place{1, 1};
   bool indent = true;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t length = utf8_length(text, at);
@@ -75,7 +75,7 @@ Clean clean(std::string_view text, Mistakes& mistakes) {
       out.text.append(text, at, length);
     }
     indent = c == '\n' || (indent && (c == ' ' || c == '\t'));
-    place = c == '\n' ? Place{place.line + 1, 1} : Place{place.line, place.column + 1};
+    place = c == '\n' ? Location{place.line + 1, 1} : Location{place.line, place.column + 1};
     at += length;
   }
   return out;
@@ -84,7 +84,7 @@ Clean clean(std::string_view text, Mistakes& mistakes) {
 /// Thrown by the handler to leave yaml-cpp's parser; caught in read_yaml.
 struct Refusal {
   std::string message;
-  Place place;
+  Location place;
   Fault fault = Fault::FileTooLarge;
 };
 
@@ -97,7 +97,7 @@ class TreeBuilder : public YAML::EventHandler {
 
   /// yaml-cpp counts columns in bytes; people count characters. Marks come in the order of the text, so that a long
   /// line is counted once and not once a value.
-  Place place_of(const YAML::Mark& mark) {
+  Location place_of(const YAML::Mark& mark) {
     const auto pos = std::min(static_cast<std::size_t>(std::max(mark.pos, 0)), text_.size());
     const auto column = std::min(static_cast<std::size_t>(std::max(mark.column, 0)), pos);
     if (pos < counted_ || pos - column > counted_) counted_ = pos - column, characters_ = 0;
@@ -178,7 +178,7 @@ class TreeBuilder : public YAML::EventHandler {
     }
     return false;
   }
-  bool refuse_tag(Place place, const std::string& tag) {
+  bool refuse_tag(Location place, const std::string& tag) {
     if (tag.empty() || tag == "?" || tag == "!") return false;
     mistakes_.add(Fault::YamlSyntax, fmt::format("a tag ({}); leave it out", tag), place);
     return true;
@@ -245,7 +245,7 @@ class TreeBuilder : public YAML::EventHandler {
 
 }  // namespace
 
-void Mistakes::add(Fault fault, std::string_view message, Place place) {
+void Mistakes::add(Fault fault, std::string_view message, Location place) {
   if (full()) {
     ++more_;
     return;
@@ -294,7 +294,7 @@ std::optional<Node> read_yaml(std::string_view text, Mistakes& mistakes, const Y
     mistakes.add(refusal.fault, refusal.message, refusal.place);
     return std::nullopt;
   } catch (const YAML::Exception& error) {
-    const Place place = error.mark.is_null() ? Place{1, 1} : tree.place_of(error.mark);
+    const Location place = error.mark.is_null() ? Location{1, 1} : tree.place_of(error.mark);
     mistakes.add(Fault::YamlSyntax, fmt::format("not well-formed YAML: {}", error.msg), place);
     return std::nullopt;
   } catch (const std::exception& error) {

@@ -1,5 +1,5 @@
 // THE one place that reads YAML. Text becomes a tree of nodes that know where they stand; what YAML readers disagree
-// about, or what only multiplies, is refused with its place. It never throws and never expands anything.
+// about, or what only multiplies, is refused with its location. It never throws and never expands anything.
 //   Mistakes mistakes("recipes/board.yaml");
 //   std::optional<Node> root = read_yaml(text, mistakes);   // nullopt: not well-formed, mistakes says where
 // Tables of fields (config/fields.hpp) turn the tree into structs.
@@ -15,9 +15,9 @@
 namespace gantry::config {
 
 /// Line and column from 1, in characters; 0: nowhere in the file.
-struct Place {
+struct Location {
   int line = 0, column = 0;
-  constexpr auto operator<=>(const Place&) const = default;
+  constexpr auto operator<=>(const Location&) const = default;
 };
 
 /// All mistakes of one file. Keeps the first kMost of them and counts the rest; a message is cut after kLongest bytes.
@@ -25,7 +25,7 @@ class Mistakes {
  public:
   static constexpr std::size_t kMost = 100, kLongest = 1000;
   explicit Mistakes(std::string file) : file_(std::move(file)) {}
-  void add(Fault fault, std::string_view message, Place place);
+  void add(Fault fault, std::string_view message, Location place);
   [[nodiscard]] bool none() const { return rows_.empty(); }
   /// What is added from here on is only counted.
   [[nodiscard]] bool full() const { return rows_.size() >= kMost; }
@@ -37,7 +37,7 @@ class Mistakes {
   struct Row {
     Fault fault;
     std::string message;
-    Place place;
+    Location place;
   };
   std::string file_;
   std::vector<Row> rows_;
@@ -54,11 +54,11 @@ struct Node {
   };
   struct Key {
     std::string text;
-    Place place;
+    Location place;
   };
   Kind kind = Kind::Empty;
   bool quoted = false;
-  Place place;
+  Location place;
   std::string text;         ///< of a scalar
   std::vector<Node> items;  ///< of a sequence; the values of a map
   std::vector<Key> keys;    ///< of a map: keys[i] names items[i]; no key stands twice
@@ -74,9 +74,9 @@ struct YamlBudget {
   std::size_t depth = 32;
 };
 
-/// One document of UTF-8 text. Refused with their place: other encodings, control characters, tabs, a carriage return
-/// without a line feed, a second document, aliases, tags, keys that are no text, duplicate keys, and what is over
-/// budget. A byte-order mark at the start and CRLF are read.
+/// One document of UTF-8 text. Refused with their location: other encodings, control characters, tabs, a carriage
+/// return without a line feed, a second document, aliases, tags, keys that are no text, duplicate keys, and what is
+/// over budget. A byte-order mark at the start and CRLF are read.
 std::optional<Node> read_yaml(std::string_view text, Mistakes& mistakes, const YamlBudget& budget = {});
 
 /// A regular file's text. Fault::FileUnreadable, Fault::FileTooLarge.

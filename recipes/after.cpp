@@ -70,7 +70,7 @@ class Circles {
                   place_of(rows_[walk.back().row], rows_[to].name.value));
   }
 
-  static Place place_of(const FeatureRow& row, std::string_view name) {
+  static Location place_of(const FeatureRow& row, std::string_view name) {
     return std::find_if(row.after.begin(), row.after.end(), [&](const auto& each) { return each.value == name; })
         ->place;
   }

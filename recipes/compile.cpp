@@ -39,7 +39,7 @@ class Feasibility {
   bool frame() { return known_frame(recipe_.board.frame, recipe_.board.frame_place); }
 
  private:
-  bool known_frame(const std::string& name, Place place) {
+  bool known_frame(const std::string& name, Location place) {
     if (config::find_frame(machine_, name)) return true;
     std::vector<std::string_view> known;
     for (const auto& frame : machine_.frames) known.push_back(frame.name);
@@ -56,12 +56,12 @@ class Feasibility {
   }
 
   /// Tool's tip at a point of the board, `low` .. `high` above the nominal surface, `around` mm to every side.
-  bool reach(std::string_view tool_name, Vec2 at, double low, double high, double around, Place place,
+  bool reach(std::string_view tool_name, Vec2 at, double low, double high, double around, Location place,
              std::string_view what) {
     return reach(tool_name, to_machine(recipe_, machine_, {}, {}, at, 0), low, high, around, place, what);
   }
   /// The same of a point of the machine frame.
-  bool reach(std::string_view tool_name, Vec3 tip, double low, double high, double around, Place place,
+  bool reach(std::string_view tool_name, Vec3 tip, double low, double high, double around, Location place,
              std::string_view what) {
     const config::Tool* tool = config::find_tool(machine_, tool_name);
     if (!tool) return false;  // told by check_tools()
@@ -85,7 +85,7 @@ class Feasibility {
   /// What a recipe asks of the machine's outputs, told where it asks first.
   void outputs() {
     using config::Output;
-    const auto wants = [&](Output output, std::string_view what, Place place) {
+    const auto wants = [&](Output output, std::string_view what, Location place) {
       if (!machine_.outputs[static_cast<std::size_t>(output)])
         mistakes_.add(
             Fault::UnknownReference,
@@ -152,7 +152,7 @@ class Feasibility {
                     purge.at_place);
   }
 
-  void needle(Vec2 at, double height_mm, const std::string& material_name, const std::string& id, Place place,
+  void needle(Vec2 at, double height_mm, const std::string& material_name, const std::string& id, Location place,
               bool& told) {
     const Material* material = find_material(recipe_, material_name);
     if (told || !material) return;
@@ -175,7 +175,7 @@ class Feasibility {
   const Recipe& recipe_;
   const config::Machine& machine_;
   Mistakes& mistakes_;
-  Place last_told_;
+  Location last_told_;
 };
 
 }  // namespace

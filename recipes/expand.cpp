@@ -105,7 +105,7 @@ void Expander::expand(const FeatureRow& row) {
   }
 }
 
-bool Expander::require(Vec2 p, Place place, std::string_view what, Mistakes& mistakes) const {
+bool Expander::require(Vec2 p, Location place, std::string_view what, Mistakes& mistakes) const {
   return off_board_ || require_on_board(to_.board, p, place, what, mistakes);
 }
 
@@ -123,7 +123,7 @@ void Expander::add_bead(Bead bead) {
   to_.features.emplace_back(std::move(bead));
 }
 
-bool Expander::stays_on_board(const std::vector<Vec3>& points, Place place, std::string_view what) {
+bool Expander::stays_on_board(const std::vector<Vec3>& points, Location place, std::string_view what) {
   const auto off =
       std::find_if(points.begin(), points.end(), [&](Vec3 p) { return !off_board_ && !on_board(to_.board, flat(p)); });
   return off == points.end() || require(flat(*off), place, what, mistakes_);
@@ -298,7 +298,7 @@ void Expander::rectangle(const FeatureRow& row) {
 // ---- curves ----
 
 void Expander::add_curve(const FeatureRow& row, Result<Curve> curve, const char* kind, bool closed) {
-  const Place place = row.centre.given() ? row.centre.place : row.at.place;
+  const Location place = row.centre.given() ? row.centre.place : row.at.place;
   if (!curve) {
     mistakes_.add(curve.error().fault, curve.error().message, row.place);
     return;
@@ -357,7 +357,7 @@ void Expander::fill(const FeatureRow& row) {
   const int by = group(row, {"at", "size"}, {"points"});
   std::vector<Vec2> outline;
   double height = row.at.value.z;
-  Place place = row.at.place;
+  Location place = row.at.place;
   if (by == 0 && row.at.given() && row.size.given()) {
     outline = corners(row);
     std::vector<Vec3> all;

@@ -71,7 +71,7 @@ inline bool needs_surface(const Block& block) {
 
 /// Checks a recipe against a machine (frames, reach at nominal placement with the rules' margins, speeds, tools, marks)
 /// and cuts it into blocks: one a mark, one a touch, one to purge, one for all features, one to park. Every mistake
-/// with its place in the recipe. Fault 4xx, 5xx.
+/// with its location in the recipe. Fault 4xx, 5xx.
 Checked<Job> compile(const Recipe& recipe, const config::Machine& machine);
 
 struct Compiled {

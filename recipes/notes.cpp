@@ -69,7 +69,7 @@ std::string left_to_stations(const config::Machine& machine) {
 std::vector<std::string> notes(const Recipe& recipe, const config::Machine& machine) {
   std::vector<std::string> out;
   if (recipe.marks.empty())
-    out.push_back(std::string("no marks: the board is taken to lie at its nominal place") +
+    out.push_back(std::string("no marks: the board is taken to lie at its nominal placement") +
                   (recipe.placement == Placement::Fixture
                        ? ", where its fixture holds it"
                        : "; as nothing says so, every job ends with defects unless the recipe has marks or "

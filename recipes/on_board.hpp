@@ -18,7 +18,7 @@ inline bool on_board(const Board& board, Vec2 p) {
 }
 
 /// False, and a mistake, when it does not.
-inline bool require_on_board(const Board& board, Vec2 p, Place place, std::string_view what,
+inline bool require_on_board(const Board& board, Vec2 p, Location place, std::string_view what,
                              config::Mistakes& mistakes) {
   if (on_board(board, p)) return true;
   mistakes.add(Fault::OutOfRange,

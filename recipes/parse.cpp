@@ -38,10 +38,11 @@ class Checker {
     }
     marks_fix_an_offset();
     if (recipe_.placement == Placement::Fixture && !recipe_.marks.empty())
-      mistakes_.add(Fault::Inconsistent,
-                    "`placement: fixture` says that the board lies at its nominal place, and marks measure where it "
-                    "lies; leave out one of them",
-                    recipe_.marks.front().place);
+      mistakes_.add(
+          Fault::Inconsistent,
+          "`placement: fixture` says that the board lies at its nominal placement, and marks measure where it "
+          "lies; leave out one of them",
+          recipe_.marks.front().place);
     for (const TouchPoint& t : recipe_.touches)
       require_on_board(recipe_.board, t.at, t.place, "touch point", mistakes_);
     touches_give_a_plane();
@@ -95,7 +96,7 @@ class Checker {
                                 widest, needed),
                     recipe_.marks.back().place);
   }
-  void material(const std::string& name, Place place) {
+  void material(const std::string& name, Location place) {
     if (find_material(recipe_, name)) return;
     std::vector<std::string_view> known;
     for (const Material& m : recipe_.materials) known.push_back(m.name);
@@ -121,7 +122,7 @@ class Checker {
                                 recipe_.touches.size(), std::max(1.0, kWidth * length)),
                     recipe_.touches.back().place);
   }
-  /// A part, or a fixture with the board in its nominal place, over any point of a disc.
+  /// A part, or a fixture with the board in its nominal placement, over any point of a disc.
   [[nodiscard]] static bool covers(const Part& part, Vec2 at, double radius) {
     const Vec2 p = rotated(at - part.at, -part.rotation);
     const Vec2 beyond{std::max(0.0, std::abs(p.x) - part.size.x / 2), std::max(0.0, std::abs(p.y) - part.size.y / 2)};

@@ -13,8 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using config::At;
+using config::Location;
 using config::Mistakes;
-using config::Place;
 
 /// A field of a line and its column, from 1.
 struct Cell {
@@ -100,7 +100,7 @@ class Reader {
 
   bool value(const Cell& cell, int number, bool height, double& to) {
     const auto [end, ec] = std::from_chars(cell.text.data(), cell.text.data() + cell.text.size(), to);
-    const Place place{number, cell.column};
+    const Location place{number, cell.column};
     if (ec != std::errc{} || end != cell.text.data() + cell.text.size() || !std::isfinite(to)) {
       mistakes_.add(Fault::BadValue,
                     cell.text.empty()

@@ -19,7 +19,7 @@ inline constexpr config::Range kOnBoard{-2000, 2000}, kHeight{0, 200};
 inline constexpr std::size_t kMostPoints = 100000;  ///< of all beads of a recipe
 inline constexpr std::size_t kMostBytesOfPoints = 8u << 20;
 
-/// The points with their places in the file; fewer than stand there when there are mistakes.
+/// The points with their locations in the file; fewer than stand there when there are mistakes.
 std::vector<config::At<Vec3>> read_points(std::string_view csv, config::Mistakes& mistakes);
 
 /// Text of a file that a recipe names: within the recipe's folder or below it. Names with "..", absolute ones, and

@@ -1,5 +1,5 @@
-// A recipe as it is written, with the place of everything in the file. Lengths in mm, angles in rad, times in s, in the
-// board's frame: origin at the board's corner, X along its long edge, Z up from its nominal top face.
+// A recipe as it is written, with the location of everything in the file. Lengths in mm, angles in rad, times in s, in
+// the board's frame: origin at the board's corner, X along its long edge, Z up from its nominal top face.
 //   auto r = recipes::parse(text, "recipes/board.yaml");        // Checked<Recipe>: every mistake at once,
 //   file:line:col
 #pragma once
@@ -17,7 +17,7 @@
 
 namespace gantry::recipes {
 
-using config::Place;
+using config::Location;
 
 struct Board {
   Vec2 size;                ///< mm
@@ -25,7 +25,7 @@ struct Board {
   std::string frame;        ///< work frame of the machine: "pallet"
   Vec2 at;                  ///< nominal place of the board's origin in that frame
   double clamp_margin = 0;  ///< mm kept free at the edges by the fixture; informational
-  Place frame_place{};
+  Location frame_place{};
 };
 
 /// Something solid: a part that stands on the board's top face, or a fixture (a clamp) that stands on the pallet,
@@ -36,7 +36,7 @@ struct Part {
   Vec3 size;             ///< z: its own height
   double rotation = 0;   ///< rad about Z
   bool fixture = false;  ///< stands on the pallet and does not move with the board's placement
-  Place place;
+  Location place;
   double underside = 0;  ///< of a fixture: mm over the frame's origin; 0: it stands on the pallet
 };
 
@@ -45,7 +45,7 @@ struct MarkDef {
   Vec2 at;
   double diameter = 0;  ///< of the disc
   bool bright = true;   ///< brighter than the board
-  Place place;
+  Location place;
 };
 
 struct MarkRules {
@@ -59,7 +59,7 @@ struct MarkRules {
 struct TouchPoint {
   std::string name;
   Vec2 at;
-  Place place;
+  Location place;
 };
 struct TouchRules {
   double max_residual_mm = 0.1;  ///< from the plane through more than three touches
@@ -80,7 +80,7 @@ struct Material {
   double gap_tolerance_mm = 0.1;    ///< of the gap
   double speed_tolerance = 0.05;    ///< of the speed, where the bead is steady
   bool flow_follows_speed = false;  ///< the dispenser doses by the path speed: a bead at another speed is as good
-  Place place{};
+  Location place{};
   double early_off = 0;         ///< mm before the end of a bead where the valve shuts
   double back_track = 0;        ///< mm back along the bead after its end, the valve shut
   double tail_lift = 0;         ///< mm up on that way
@@ -91,7 +91,7 @@ struct Dot {
   std::string id;  ///< "dots[3][5]" for an array's element, else its name
   Vec2 at;
   std::string material;
-  Place place;
+  Location place;
   double height_mm = 0;    ///< of what it lies on, over the board's top face
   std::string on{};        ///< the part that it lies on; empty: the board
   bool off_board = false;  ///< it may leave the board
@@ -102,7 +102,7 @@ struct Bead {
   bool closed = false;
   double corner_tolerance = 0;  ///< mm; 0: stop in every corner
   std::string material;
-  Place place;
+  Location place;
   const char* kind = "polyline";  ///< how the recipe calls it: "arc"
   double curve_mm = 0;            ///< length of the curve that the points sample; 0: they are all there is
   std::string on{};               ///< the part that it lies on; empty: the board
@@ -148,13 +148,13 @@ struct Purge {
   Vec3 at;            ///< on the board: z over its top face, and the gap comes on top; in a frame: of the needle's tip
   int shots = 0;
   double after_s = 0;  ///< only when the valve was shut for longer
-  Place place, material_place{}, frame_place{}, at_place{};
+  Location place, material_place{}, frame_place{}, at_place{};
 };
 
 /// What says where the board lies.
 enum class Placement {
   Marks,
-  Fixture,  ///< it lies at its nominal place, by construction
+  Fixture,  ///< it lies at its nominal placement, by construction
 };
 
 /// In which order features are dispensed.

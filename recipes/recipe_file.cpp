@@ -7,7 +7,7 @@ namespace gantry::recipes {
 namespace written {
 namespace {
 
-// Not a using-directive: config has a Place and a Shape of its own.
+// Not a using-directive: config has a Location and a Shape of its own.
 using config::Fields;
 using config::flag;
 using config::integer;
@@ -34,7 +34,7 @@ constexpr Range kHalfTurn{units::rad(-180), units::rad(180)}, kTurn{units::rad(-
 
 /// What is judged later, when a mistake in it is told where it stands.
 template <class T>
-config::Field<T> noted(config::Field<T> inner, Place T::*where) {
+config::Field<T> noted(config::Field<T> inner, Location T::*where) {
   return {inner.row, [inner, where](const Node& node, T& to, Mistakes& mistakes) {
             inner.read(node, to, mistakes);
             to.*where = node.place;
@@ -57,7 +57,7 @@ const Fields<Part> kPart{
     number("rotation", &Part::rotation, D::Angle, kHalfTurn, kOptional, "counter-clockwise"),
 };
 const Fields<Part> kFixture{
-    point("at", &Part::at, kOnBoard, kRequired, "its centre, with the board in its nominal place"),
+    point("at", &Part::at, kOnBoard, kRequired, "its centre, with the board in its nominal placement"),
     point("size", &Part::size, kExtent, kRequired, "its edges; the last is its height"),
     number("rotation", &Part::rotation, D::Angle, kHalfTurn, kOptional, "counter-clockwise"),
     number("z", &Part::underside, D::Length, {0, 2000}, kOptional,
@@ -294,7 +294,7 @@ const Fields<RecipeFile>& recipe_fields() {
       of_recipe(config::choice("placement", &Recipe::placement,
                                config::Choices<Placement>{{"marks", Placement::Marks}, {"fixture", Placement::Fixture}},
                                kOptional,
-                               "what says where the board lies; `fixture`: it holds it at its nominal place")),
+                               "what says where the board lies; `fixture`: it holds it at its nominal placement")),
       of_recipe(config::choice("order", &Recipe::order,
                                config::Choices<Order>{{"file", Order::File}, {"shortest", Order::Shortest}}, kOptional,
                                "in which features are dispensed: that of the file, or one with little travel")),

@@ -60,13 +60,14 @@ void board_on_its_seat(const Recipe& recipe, const config::Machine& machine, Mis
         r.high.x <= board.low.x || r.low.x >= board.high.x || r.high.y <= board.low.y || r.low.y >= board.high.y;
     const bool ends_there = std::abs(top - origin.z) <= kSameHeight_mm;
     if (!ends_there && in_one_another(itself, config::upright(body), kTouching_mm)) {
-      mistakes.add(Fault::Inconsistent,
-                   fmt::format("the board lies in '{}' of the machine's scene: it takes {} and z {:.6g} to {:.6g} mm, "
-                               "that body {} and z {:.6g} to {:.6g} mm; correct the board's place 'at', or the origin "
-                               "of frame '{}' in the machine file",
-                               body.name, corners_in_words(board), itself.low, itself.high, corners_in_words(r),
-                               top - body.shape.size.z, top, recipe.board.frame),
-                   recipe.board.frame_place);
+      mistakes.add(
+          Fault::Inconsistent,
+          fmt::format("the board lies in '{}' of the machine's scene: it takes {} and z {:.6g} to {:.6g} mm, "
+                      "that body {} and z {:.6g} to {:.6g} mm; correct the board's placement 'at', or the origin "
+                      "of frame '{}' in the machine file",
+                      body.name, corners_in_words(board), itself.low, itself.high, corners_in_words(r),
+                      top - body.shape.size.z, top, recipe.board.frame),
+          recipe.board.frame_place);
       return;
     }
     if (!ends_there) continue;
@@ -126,7 +127,7 @@ class Work {
  public:
   Work(const Recipe& recipe, Mistakes& mistakes) : recipe_(recipe), mistakes_(mistakes) {}
 
-  void off_the_margin(Vec2 at, double radius, Place place, std::string_view what) {
+  void off_the_margin(Vec2 at, double radius, Location place, std::string_view what) {
     const double keep = recipe_.board.clamp_margin + radius;
     const Vec2 size = recipe_.board.size;
     if (recipe_.board.clamp_margin <= 0 || told(place)) return;
@@ -141,7 +142,7 @@ class Work {
   }
 
   /// `on`: the part that it is meant to lie on, of what may lie on one; null: of a touch, which reads the board.
-  void off_the_parts(Vec2 from, Vec2 to, const std::string* on, Place place, std::string_view what) {
+  void off_the_parts(Vec2 from, Vec2 to, const std::string* on, Location place, std::string_view what) {
     const Vec2 middle = (from + to) * 0.5;
     const double reach = norm(to - from) / 2;
     for (const Part& part : recipe_.parts) {
@@ -158,8 +159,8 @@ class Work {
   }
 
  private:
-  [[nodiscard]] bool told(Place place) const { return told_.count({place.line, place.column}) > 0; }
-  void tell(Fault fault, Place place, std::string words) {
+  [[nodiscard]] bool told(Location place) const { return told_.count({place.line, place.column}) > 0; }
+  void tell(Fault fault, Location place, std::string words) {
     told_.insert({place.line, place.column});
     mistakes_.add(fault, std::move(words), place);
   }
@@ -196,7 +197,7 @@ void whole_on_board(const Recipe& recipe, const MarkDef& m, Mistakes& mistakes) 
                m.place);
 }
 
-/// With the board in its nominal place: from the board's origin, z from its underside.
+/// With the board in its nominal placement: from the board's origin, z from its underside.
 Upright upright(const Part& part, const Board& board) {
   const double low = part.fixture ? part.underside : board.thickness;
   return {.centre = part.at,
@@ -249,7 +250,7 @@ void check_seat(const Recipe& recipe, const config::Machine& machine, Mistakes& 
 }
 
 void check_tools(const Recipe& recipe, const config::Machine& machine, Mistakes& mistakes) {
-  const auto wants = [&](bool there, std::string_view what, std::string_view why, Place place) {
+  const auto wants = [&](bool there, std::string_view what, std::string_view why, Location place) {
     if (!there)
       mistakes.add(Fault::UnknownReference,
                    fmt::format("machine '{}' has no {}, without which {}", machine.name, what, why), place);

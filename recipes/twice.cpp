@@ -106,7 +106,7 @@ class Twice {
            (std::equal(a.begin(), a.end(), b.begin(), near) || std::equal(a.begin(), a.end(), b.rbegin(), near));
   }
 
-  void tell(Place place, std::string words) {
+  void tell(Location place, std::string words) {
     if (told_.insert({place.line, place.column}).second) mistakes_.add(Fault::Inconsistent, std::move(words), place);
   }
 

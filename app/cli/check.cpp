@@ -107,7 +107,7 @@ std::optional<recipes::Recipe> check_recipe(const std::string& file, const confi
     }
     if (const auto& named = prepared->proof->only_when_placed; !named.empty())
       to.notes.push_back(
-          fmt::format("{}: proved free at the nominal place, but not wherever marks and touches may find "
+          fmt::format("{}: proved free at the nominal placement, but not wherever marks and touches may find "
                       "the board: {}; found where they are not, a job ends before it dispenses",
                       file, job::to_text(named)));
   } else {

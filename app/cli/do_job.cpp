@@ -87,7 +87,7 @@ void do_job(Context& context, JobRequest request) {
   }
   std::unique_ptr<run::Owner> owner;
   if (prepared->proof) {
-    log::info("{}: {} motions proved free at the nominal place; nearest {}; about {:.0f} s", prepared->recipe.name,
+    log::info("{}: {} motions proved free at the nominal placement; nearest {}; about {:.0f} s", prepared->recipe.name,
               prepared->proof->motions, job::to_text(prepared->proof->nearest.others), prepared->proof->forecast.s);
     auto opened = run::Owner::open(*machine, request.owner);
     if (!opened) return stop_with({opened.error()});

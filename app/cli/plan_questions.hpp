@@ -17,7 +17,7 @@ struct Question {
   Vec3 from, to;
 };
 
-/// [{id, start: [x, y, z], goal: [x, y, z]}]; every mistake with its place (Fault 4xx).
+/// [{id, start: [x, y, z], goal: [x, y, z]}]; every mistake with its location (Fault 4xx).
 Checked<std::vector<Question>> read_queries(const std::string& path);
 /// [{id, from: [x, y, z], to: [x, y, z]}]
 Checked<std::vector<Question>> read_motions(const std::string& path);

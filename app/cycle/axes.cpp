@@ -102,8 +102,8 @@ void Axes::write(devices::FieldBus& bus, const AxisVec& target, std::int64_t ela
     if (homing_[d].busy()) command = homing_[d].step(drives_[d].feedback(), elapsed);
     const bool stays_off = (away_[d] >= setup_.counter_low_max || dropped_[d]) && goal_ == DriveGoal::Enabled;
     command.goal = stays_off ? DriveGoal::Disabled : goal_of(d);
-    // An axis that has come home stands where it is until the others have, too: the interpolator's place is of the time
-    // before.
+    // An axis that has come home stands where it is until the others have, too: the interpolator's position is of the
+    // time before.
     const bool in_homing = (homing_mask_ >> setup.axis.value & 1u) != 0;
     command.target = in_homing ? drives_[d].commanded() + homing_[d].lead_step() / setup.scale.to_counts_delta(1)
                                : target[setup.axis.value];

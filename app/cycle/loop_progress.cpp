@@ -101,8 +101,8 @@ bool Loop::brake_released() const noexcept {
   return setup_.brake_mask != 0 && !loses && axes_.has_torque(setup_.brake_axis);
 }
 
-/// A probe that latches tells of it within cycles: a place that the axis has left longer ago is the latch of another
-/// touch. That of one at the same height cannot be told apart.
+/// A probe that latches tells of it within cycles: a position that the axis has left longer ago is the latch of another
+/// probe touch. That of one at the same height cannot be told apart.
 bool Loop::latched_nearby() const noexcept {
   constexpr double kTold_s = 0.025, kAnyway = 0.05;  // mm or rad
   const std::size_t i = setup_.probe_axis.value;

@@ -19,7 +19,7 @@ struct Finding {
   AxisId axis = kNoAxis;
   std::int32_t detail = 0;
   StationId station = kNoStation;
-  double value = 0;  ///< of the axis, mm or rad, where the fault is about a place
+  double value = 0;  ///< of the axis, mm or rad, where the fault is about a position
 };
 using Findings = rt::FixedVector<Finding, 32>;
 

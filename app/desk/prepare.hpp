@@ -1,6 +1,6 @@
 // A recipe, loaded, compiled and proved for a machine: what a job needs before a machine is asked for.
 //   auto prepared = prepare(machine, "board.yaml", {.only = {"dam"}});     // Checked<Prepared>: every mistake, with
-//   its place
+//   its location
 // A job that is to be one that a dry run has certified is compared with the certificate, and proved all the same.
 #pragma once
 #include <string>

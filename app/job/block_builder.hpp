@@ -27,7 +27,7 @@ namespace gantry::job {
 struct Subject {
   std::string_view kind, name;
   std::string_view file;  ///< empty: no line of a recipe asks for it
-  recipes::Place place{};
+  recipes::Location place{};
 };
 
 class BlockBuilder {

@@ -24,7 +24,7 @@ constexpr double kAlone = 0.5;          // of the material's retract: within it 
 constexpr double kBackTrack_mm = 0.05;  // back over a bead the needle stays as near to it as this
 
 /// That a plan was given up is nothing about the recipe.
-Error with_line(Error e, const recipes::Recipe& recipe, recipes::Place location, std::string_view what) {
+Error with_line(Error e, const recipes::Recipe& recipe, recipes::Location location, std::string_view what) {
   if (e.fault == Fault::Aborted) return e;
   e.message = fmt::format("{}: {}", what, e.message);
   e.where = at_line(recipe, location);
@@ -32,11 +32,11 @@ Error with_line(Error e, const recipes::Recipe& recipe, recipes::Place location,
 }
 
 /// Where the recipe asks for the last work of a job: parking goes away from there.
-recipes::Place last_place(const recipes::Recipe& recipe) {
+recipes::Location last_place(const recipes::Recipe& recipe) {
   if (!recipe.features.empty())
     return std::visit([](const auto& f) { return f.place; }, recipe.features[recipes::sequence_of(recipe).back()]);
   if (!recipe.touches.empty()) return recipe.touches.back().place;
-  return recipe.marks.empty() ? recipes::Place{1, 1} : recipe.marks.back().place;
+  return recipe.marks.empty() ? recipes::Location{1, 1} : recipe.marks.back().place;
 }
 
 bool is_level(const recipes::Bead& bead) {
@@ -104,7 +104,7 @@ Vec3 BlockPlanner::mark_view(std::size_t mark) const {
   return recipes::to_machine(recipe_, machine_, known_.guess, {}, recipe_.marks[mark].at, 0);
 }
 
-Subject BlockPlanner::subject(std::string_view kind, const std::string& name, recipes::Place place) const {
+Subject BlockPlanner::subject(std::string_view kind, const std::string& name, recipes::Location place) const {
   return {kind, name, recipe_.file, place};
 }
 
@@ -411,7 +411,7 @@ Result<void> BlockPlanner::leave_bead(BlockBuilder& builder, const recipes::Bead
 
 Result<ProvenBlock> BlockPlanner::park(std::uint32_t block, const AxisVec& from) const {
   BlockBuilder builder = build(block, from);
-  const recipes::Place last = last_place(recipe_);
+  const recipes::Location last = last_place(recipe_);
   builder.about({"the park position", "", recipe_.file, last});
   if (auto r = builder.travel(parked(machine_, from), surroundings_->travelling(from)); !r)
     return tl::unexpected(with_line(r.error(), recipe_, last, "parking"));

@@ -73,7 +73,7 @@ class BlockPlanner {
                                              const Work& work) const;
   Result<void> go_over(BlockBuilder& builder, const AxisVec& to, const std::optional<Work>& last,
                        const Work& work) const;
-  [[nodiscard]] Subject subject(std::string_view kind, const std::string& name, recipes::Place place) const;
+  [[nodiscard]] Subject subject(std::string_view kind, const std::string& name, recipes::Location place) const;
   [[nodiscard]] AxisVec needle_at(Vec2 at, double height_mm) const;
   [[nodiscard]] double straight_down_mm(const AxisVec& to, const recipes::Material& material, double after_s) const;
   [[nodiscard]] AxisVec lifted(AxisVec q, const recipes::Material& material) const;

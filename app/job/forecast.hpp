@@ -1,4 +1,4 @@
-// How long a job takes, as planned before anything moves: with the board at its nominal place, every touch at its
+// How long a job takes, as planned before anything moves: with the board at its nominal placement, every touch at its
 // nominal height, every mark found in its first image.
 //   NominalProof proof = ...;   proof.forecast.s;   from_here(proof.forecast, machine, recipe, job, at, shut_s).s
 #pragma once

@@ -12,14 +12,14 @@ std::vector<vision::MarkPair> pairs(const recipes::Recipe& recipe, const std::ve
 }
 
 template <class T>
-Result<T> at_first_line(Result<T> fit, const recipes::Recipe& recipe, recipes::Place first) {
+Result<T> at_first_line(Result<T> fit, const recipes::Recipe& recipe, recipes::Location first) {
   if (!fit && fit.error().where.empty()) fit.error().where = at_line(recipe, first);
   return fit;
 }
 
 }  // namespace
 
-std::string at_line(const recipes::Recipe& recipe, recipes::Place location) {
+std::string at_line(const recipes::Recipe& recipe, recipes::Location location) {
   return fmt::format("{}:{}:{}", recipe.file, location.line, location.column);
 }
 

@@ -25,6 +25,6 @@ Result<vision::OffsetFit> settle_offset(const recipes::Recipe& recipe, const std
 Result<vision::SurfaceFit> settle_surface(const recipes::Recipe& recipe, const std::vector<TouchedHeight>& heights);
 
 /// "board.yaml:12:3"
-std::string at_line(const recipes::Recipe& recipe, recipes::Place location);
+std::string at_line(const recipes::Recipe& recipe, recipes::Location location);
 
 }  // namespace gantry::job

@@ -1,5 +1,5 @@
-// How far a proof at the nominal place reaches: features whose motions are not free wherever the recipe's rules let the
-// board lie. They are proved again when the board is found, and may be refused then, after marks and touches.
+// How far a proof at the nominal placement reaches: features whose motions are not free wherever the recipe's rules let
+// the board lie. They are proved again when the board is found, and may be refused then, after marks and touches.
 //   auto named = only_when_placed(machine, recipe, job);      // Result<std::vector<OnlyWhenPlaced>>
 #pragma once
 #include <string>

@@ -23,7 +23,7 @@ constexpr int kFormat = 1;
 constexpr std::size_t kHashDigits = 64;
 constexpr config::YamlBudget kBudget{1u << 20, 60000, 16};
 
-/// Within what of its place the board may lie for what was proved.
+/// Within what of its nominal placement the board may lie for what was proved.
 Json range(double shift_mm, double rotation_rad, double upwards_mm) {
   return {{"shift_mm", number(shift_mm)},
           {"rotation_deg", number(units::deg(rotation_rad))},

@@ -109,7 +109,7 @@ std::string times_section(const JobResult& r) {
   if (r.steps.empty()) return {};
   return section("Times",
                  step_table(r) + feature_table(r) +
-                     note("Forecast before the first motion, with the board at its nominal place. Disturbed: by a "
+                     note("Forecast before the first motion, with the board at its nominal placement. Disturbed: by a "
                           "hold, a stop or an override."));
 }
 

@@ -33,7 +33,7 @@ CellPair::CellPair(const Difference& difference, double margin_mm) : d_(differen
 
 bool CellPair::free(const Cell& cell) const {
   const Vec3 centre = cell.centre(), half = cell.half(), to = d_.centre - centre;
-  const double asked = margin_ + kTouch_mm;
+  const double asked = margin_ + kContact_mm;
   const auto room = [&](Vec3 n) {
     return std::abs(dot(n, to)) - reach(d_, n) -
            (std::abs(n.x) * half.x + std::abs(n.y) * half.y + std::abs(n.z) * half.z);

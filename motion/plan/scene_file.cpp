@@ -22,7 +22,7 @@ constexpr double kFarthest_mm = 1e5, kThinnest_mm = 1e-6;
 enum class Type { Box, Cylinder, Capsule, Sphere };
 
 struct ShapeRow {
-  Place place;
+  Location place;
   At<std::string> name;
   At<Type> type;
   At<Vec3> centre;
@@ -31,7 +31,7 @@ struct ShapeRow {
   double yaw_deg = 0;
 };
 struct SpaceRow {
-  Place place;
+  Location place;
   At<Vec3> min, max;
 };
 struct SceneRow {
@@ -52,7 +52,7 @@ Field<T> numbers(std::string key, At<Vec3> T::*member, Range range, Need need, s
           }};
 }
 
-/// Its place is known even where the number is none, so that a wrong one is not also told as missing.
+/// Its location is known even where the number is none, so that a wrong one is not also told as missing.
 template <class T>
 Field<T> measure(std::string key, At<double> T::*member, Range range, std::string doc) {
   ValueShape shape{ValueShape::Kind::Number, {Dimension::None}, range, {}, {}, {}};
@@ -103,7 +103,7 @@ constexpr std::array<Needs, 4> kNeeds{{{"box", true, false, false},
 void check_measures(const ShapeRow& row, Mistakes& mistakes) {
   if (!row.type.given()) return;
   const Needs& needs = kNeeds[static_cast<std::size_t>(row.type.value)];
-  const auto check = [&](const char* key, bool wanted, Place given) {
+  const auto check = [&](const char* key, bool wanted, Location given) {
     if (wanted && given.line == 0)
       mistakes.add(Fault::MissingKey, fmt::format("a {} needs '{}'", needs.name, key), row.place);
     if (!wanted && given.line != 0)

@@ -15,7 +15,7 @@
 namespace gantry::motion {
 
 /// As a machine of three axes and no drives, for Scene. `name`: of the text, for mistakes. Every mistake at once with
-/// its place; Fault 4xx.
+/// its location; Fault 4xx.
 Checked<config::Machine> parse_scene(std::string_view text, const std::string& name);
 Checked<config::Machine> load_scene(const std::string& path);
 

@@ -97,7 +97,7 @@ void BodySweep::cut(double fraction) {
 
 bool BodySweep::far(const Box& b, double margin_mm) const noexcept {
   const Vec3 d = b.centre - middle_, half = b.half + half_box_;
-  const double margin = margin_mm + kTouch_mm;
+  const double margin = margin_mm + kContact_mm;
   if ((std::abs(d.z) - reach_.z - b.half.z > margin) | (std::abs(d.x) - reach_.x - b.half.x > margin) |
       (std::abs(d.y) - reach_.y - b.half.y > margin))
     return true;
@@ -108,7 +108,7 @@ bool BodySweep::far(const Box& b, double margin_mm) const noexcept {
 
 Vec3 BodySweep::parts(const Box& b, double margin_mm) const noexcept {
   const Vec3 d = b.centre - middle_, half = b.half + half_box_;
-  const double margin = margin_mm + kTouch_mm;
+  const double margin = margin_mm + kContact_mm;
   if (std::abs(d.z) - reach_.z - b.half.z > margin) return {0, 0, std::copysign(1.0, d.z)};
   if (std::abs(d.x) - reach_.x - b.half.x > margin) return {std::copysign(1.0, d.x), 0, 0};
   if (std::abs(d.y) - reach_.y - b.half.y > margin) return {0, std::copysign(1.0, d.y), 0};
@@ -133,14 +133,14 @@ double BodySweep::room(const Box& b) const noexcept {
 std::optional<Vec3> BodySweep::prove(std::size_t standing, double margin) const {
   const SceneBody& b = scene_->standing()[standing];
   if (const Vec3 n = parts({b.solid.centre, b.half_box}, margin); n != Vec3{}) return n;
-  return motion::prove(start_, sweep_, b.solid, margin + kTouch_mm);
+  return motion::prove(start_, sweep_, b.solid, margin + kContact_mm);
 }
 
 Hit BodySweep::locate(std::size_t standing, double margin) const {
   const SceneBody& b = scene_->standing()[standing];
   double t = 0;
   if (margin >= 0) {
-    t = first_contact(start_, sweep_, b.solid, margin + kTouch_mm);
+    t = first_contact(start_, sweep_, b.solid, margin + kContact_mm);
   } else if (motion::prove(start_, {}, b.solid, margin)) {  // a longer motion never frees a shorter one
     for (double hit = 1; (hit - t) * norm(sweep_) > kFraction_mm;) {
       const double middle = (t + hit) / 2;
@@ -184,7 +184,7 @@ std::optional<Hit> first_hit(const Scene& scene, const AxisVec& from, const Axis
 }
 
 WideQuestion BodySweep::question(double margin_mm) const {
-  return {middle_, reach_, half_box_, across_, margin_mm + kTouch_mm, scene_->wide_tree().largest_mm()};
+  return {middle_, reach_, half_box_, across_, margin_mm + kContact_mm, scene_->wide_tree().largest_mm()};
 }
 
 bool is_clear(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins) {

@@ -41,8 +41,8 @@ struct Margins {
 Result<Margins> make_margins(const Scene& scene, double clearance_mm, const std::vector<AllowedApproach>& approaches,
                              double extra_mm = 0);
 
-/// Touching counts as meeting: a pair is apart when there is more than the margin and this between them.
-inline constexpr double kTouch_mm = 1.02e-9;
+/// Contact counts as meeting: a pair is apart when there is more than the margin and this between them.
+inline constexpr double kContact_mm = 1.02e-9;
 
 /// Why a body of the head and a node of the tree (a box with all that is in it, or one body) stay apart over a motion:
 /// along `direction` (unit, towards what stands) there is more room than the margin. verify.hpp checks it with other

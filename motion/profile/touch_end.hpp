@@ -1,12 +1,13 @@
-// Where the axes come to rest behind a touch: the loop plays it, the forecast of a job counts with it. Safe in the
-// loop.
+// Where the axes come to rest behind a probe touch: the loop plays it, the forecast of a job counts with it. Safe in
+// the loop.
 #pragma once
 #include "motion/profile/planner.hpp"
 
 namespace gantry::motion {
 
 /// A latch is seen cycles after it happened (the axis' lag, the wire there and back, a host that was late). Braking
-/// only this long beyond the latched place, seen early or late, makes every setpoint a function of the place alone.
+/// only this long beyond the latched position, seen early or late, makes every setpoint a function of the position
+/// alone.
 inline constexpr double kSeenWithin_s = 0.025;
 
 /// `latched` and the result along the line, mm; `bounds.v` is the speed that the course has.

@@ -46,7 +46,7 @@ void Interpolator::probe_latched(AxisId axis, double position) noexcept {
   if (stopping_ || !replan_beyond(axis, position)) brake(AfterStop::EndBlock);
 }
 
-/// Goes on from the latched place at the speed of the course that it has, and brakes. False: too late for that.
+/// Goes on from the latched position at the speed of the course that it has, and brakes. False: too late for that.
 bool Interpolator::replan_beyond(AxisId axis, double position) noexcept {
   const Geometry& line = front().geometry;
   const double slope = derivative<1>(line, 0)[axis.value];

@@ -46,7 +46,7 @@ class DriveMotion {
   [[nodiscard]] double speed() const noexcept;         ///< counts/s
   [[nodiscard]] double deviation() const noexcept;     ///< counts between command and motor
   [[nodiscard]] bool commands_motion() const noexcept { return speed_ != 0 || goal_ != 0; }
-  /// From here on this place has the count `counts`.
+  /// From here on this position has the count `counts`.
   void set_counts(std::int64_t counts) noexcept;
 
   [[nodiscard]] double count_zero() const noexcept { return sign_ * zero_; }  ///< axis coordinate
@@ -66,7 +66,7 @@ class DriveMotion {
   double goal_ = 0, rate_ = 0;  ///< Run: speed and acceleration
   double to_ = 0, left_s_ = 0;  ///< Follow: end and time to it
   bool held_back_ = false;
-  double zero_ = 0;                         ///< place of count 0
+  double zero_ = 0;                         ///< position of count 0
   double lowest_ = -1e18, highest_ = 1e18;  ///< where limits hold the command
 };
 

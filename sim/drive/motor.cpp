@@ -107,7 +107,7 @@ CommandPiece shifted(const CommandPiece& c, double t) noexcept {
   return {c.p + (c.v + 0.5 * c.a * t) * t, c.v + c.a * t, c.a};
 }
 
-/// The first place on the other side of the edge, seen from a place where the input is `closed_before`.
+/// The first position on the other side of the edge, seen from a position where the input is `closed_before`.
 double beyond(const Threshold& threshold, bool closed_before) noexcept {
   if (!closed_before) return threshold.edge;
   return std::nextafter(threshold.edge, threshold.closed_below ? kInfinity : -kInfinity);

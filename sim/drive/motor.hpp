@@ -50,7 +50,7 @@ class Motor {
   [[nodiscard]] bool runs_out() const noexcept { return truth_.coast > 0; }
   [[nodiscard]] double position() const noexcept { return position_; }
   [[nodiscard]] double velocity() const noexcept { return velocity_; }
-  /// Switch and probe levels at this place; home is closed on the side that SimAxis::home_active_below names.
+  /// Switch and probe levels at this position; home is closed on the side that SimAxis::home_active_below names.
   [[nodiscard]] std::uint32_t inputs() const noexcept;
 
   /// The world tells at which coordinate the probe on this axis closes (it closes at and below it); far away when there

@@ -1,5 +1,5 @@
 // What a script names on the machine: stations, axes, drives, inputs, objects. A name that the machine does not have is
-// a mistake at its place that tells the nearest one.
+// a mistake at its location that tells the nearest one.
 //   Names names(machine, mistakes);   const StationId station = names.station(entry.station);
 #pragma once
 #include "config/fields.hpp"

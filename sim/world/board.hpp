@@ -20,7 +20,7 @@
 
 namespace gantry::sim {
 
-/// Where the board truly lies, against its nominal place.
+/// Where the board truly lies, against its nominal placement.
 struct BoardPlacement {
   Vec2 shift;
   double rotation_rad = 0;

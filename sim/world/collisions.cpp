@@ -27,13 +27,13 @@ void CollisionWatch::set_solids(std::vector<Solid> solids) {
   std::unordered_map<std::string_view, std::size_t> known;
   for (std::size_t old = 0; old < solids_.size(); ++old) known[solids_[old].name] = old;
   std::vector<Pair> pairs(head_.bodies.size() * solids.size());
-  touching_.clear();
+  in_contact_.clear();
   for (std::size_t j = 0; j < solids.size(); ++j) {
     const auto old = known.find(solids[j].name);
     if (old == known.end()) continue;
     for (std::size_t i = 0; i < head_.bodies.size(); ++i) {
       Pair& pair = pairs[i * solids.size() + j] = pairs_[i * solids_.size() + old->second];
-      if (pair.state != Touching::Apart) touching_.push_back({i, j});
+      if (pair.state != PairState::Apart) in_contact_.push_back({i, j});
     }
   }
   solids_ = std::move(solids);
@@ -90,14 +90,14 @@ std::span<const Contact> CollisionWatch::step(const AxisVec& from, const AxisVec
 }
 
 void CollisionWatch::part(std::size_t body, std::size_t solid) {
-  pairs_[body * solids_.size() + solid].state = Touching::Apart;
-  std::erase_if(touching_, [&](const Index& pair) { return pair.body == body && pair.solid == solid; });
+  pairs_[body * solids_.size() + solid].state = PairState::Apart;
+  std::erase_if(in_contact_, [&](const Index& pair) { return pair.body == body && pair.solid == solid; });
 }
 
 void CollisionWatch::part_what_is_left_behind(std::size_t body, const Bounds& swept) {
-  std::erase_if(touching_, [&](const Index& pair) {
+  std::erase_if(in_contact_, [&](const Index& pair) {
     const bool left = pair.body == body && !swept.meets(solid_bounds_[pair.solid]);
-    if (left) pairs_[body * solids_.size() + pair.solid].state = Touching::Apart;
+    if (left) pairs_[body * solids_.size() + pair.solid].state = PairState::Apart;
     return left;
   });
 }
@@ -115,16 +115,16 @@ bool CollisionWatch::slow_of_late(double way_mm, double dt_s) const {
 }
 
 void CollisionWatch::collide(std::size_t body, std::size_t solid, Vec3 centre) {
-  pairs_[body * solids_.size() + solid].state = Touching::Collided;
+  pairs_[body * solids_.size() + solid].state = PairState::Collided;
   contacts_.push_back({head_.bodies[body].name, solids_[solid].name, meeting_point(body, solid, centre)});
 }
 
 void CollisionWatch::step_pair(std::size_t body, std::size_t solid, Vec3 from, Vec3 to, double dt_s) {
   Pair& pair = pairs_[body * solids_.size() + solid];
-  if (pair.state != Touching::Apart) {
+  if (pair.state != PairState::Apart) {
     if (!overlaps(body, solid, to)) {
       part(body, solid);
-    } else if (pair.state == Touching::Touch) {
+    } else if (pair.state == PairState::ProbeTouch) {
       const Vec3 since = to - pair.since;
       if (std::hypot(since.x, since.y) > kTouchDrag_mm || since.z < -kTouchOvertravel_mm) collide(body, solid, to);
     }
@@ -135,11 +135,11 @@ void CollisionWatch::step_pair(std::size_t body, std::size_t solid, Vec3 from, V
   for (int k = 1; k <= steps; ++k) {
     const Vec3 centre = from + way * (static_cast<double>(k) / steps);
     if (!overlaps(body, solid, centre)) continue;
-    touching_.push_back({body, solid});
+    in_contact_.push_back({body, solid});
     const bool slow = slow_of_late(norm(way), dt_s);
     const bool down = way.z < 0 && std::hypot(way.x, way.y) <= kTouchDrag_mm * std::abs(way.z);
     if (static_cast<int>(body) == head_.probe_body && slow && down) {
-      pair = {Touching::Touch, centre};
+      pair = {PairState::ProbeTouch, centre};
       return;
     }
     collide(body, solid, centre);

@@ -33,7 +33,7 @@ class CollisionWatch {
  public:
   explicit CollisionWatch(const Head& head);
 
-  /// Pairs that touch and are still there go on touching.
+  /// Pairs in contact whose solid is still there stay in contact.
   void set_solids(std::vector<Solid> solids);
   [[nodiscard]] const std::vector<Solid>& solids() const { return solids_; }
 
@@ -45,10 +45,10 @@ class CollisionWatch {
   std::span<const Contact> step(const AxisVec& from, const AxisVec& to, double dt_s);
 
  private:
-  enum class Touching : std::uint8_t { Apart, Touch, Collided };
+  enum class PairState : std::uint8_t { Apart, ProbeTouch, Collided };
   struct Pair {
-    Touching state = Touching::Apart;
-    Vec3 since;  ///< where the moving body was when a touch began
+    PairState state = PairState::Apart;
+    Vec3 since;  ///< where the moving body was when a probe touch began
   };
   void step_pair(std::size_t body, std::size_t solid, Vec3 from, Vec3 to, double dt_s);
   void part(std::size_t body, std::size_t solid);
@@ -70,7 +70,7 @@ class CollisionWatch {
   struct Index {
     std::size_t body = 0, solid = 0;
   };
-  std::vector<Index> touching_;  ///< pairs that are not apart
+  std::vector<Index> in_contact_;  ///< pairs that are not apart
   struct Went {
     double way_mm = 0, dt_s = 0;
   };

@@ -62,7 +62,7 @@ struct Wrong {
   const char* says;
 };
 inline void PrintTo(const Wrong& wrong, std::ostream* out) { *out << wrong.to; }
-/// The shipped file with this change is refused for one mistake, at its place.
+/// The shipped file with this change is refused for one mistake, at its location.
 inline void expect_one_mistake(const Wrong& w) {
   Changed file;
   file.swap(w.from, w.to, w.at);

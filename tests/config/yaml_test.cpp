@@ -1,4 +1,4 @@
-// What YAML readers disagree about, or what only multiplies: each trick is refused with its place.
+// What YAML readers disagree about, or what only multiplies: each trick is refused with its location.
 #include "config/yaml.hpp"
 
 #include <ctime>
@@ -76,12 +76,12 @@ TEST(Yaml, keeps_keys_values_and_places) {
   ASSERT_TRUE(out.root) << to_text(out.errors.at(0));
   const Node* list = out.root->find("list");
   ASSERT_TRUE(list);
-  EXPECT_EQ(out.root->keys[1].place, (Place{2, 1}));
+  EXPECT_EQ(out.root->keys[1].place, (Location{2, 1}));
   ASSERT_EQ(list->items.size(), 2u);
   EXPECT_EQ(list->items[0].items[0].text, "no");
   EXPECT_TRUE(list->items[0].items[0].quoted);
   EXPECT_FALSE(list->items[0].items[1].quoted);
-  EXPECT_EQ(list->items[0].items[1].place, (Place{4, 8}));
+  EXPECT_EQ(list->items[0].items[1].place, (Location{4, 8}));
   EXPECT_EQ(list->items[1].kind, Node::Kind::Empty);
 }
 

@@ -38,15 +38,15 @@ TEST(DemoBoard, any_placement_within_two_millimetres_and_one_and_a_half_degrees)
   const recipes::Recipe recipe = test::load_recipe(kDemo);
   std::mt19937_64 random(20);
   std::uniform_real_distribution<double> shift(-2, 2), turn(-1.5, 1.5);
-  std::vector<std::string> places{"dx=2 mm, dy=2 mm, rot=1.5 deg", "dx=-2 mm, dy=-2 mm, rot=-1.5 deg",
-                                  "dx=2 mm, dy=-2 mm, rot=1.5 deg"};
+  std::vector<std::string> placements{"dx=2 mm, dy=2 mm, rot=1.5 deg", "dx=-2 mm, dy=-2 mm, rot=-1.5 deg",
+                                      "dx=2 mm, dy=-2 mm, rot=1.5 deg"};
   for (int i = 0; i < 5; ++i)
-    places.push_back(
+    placements.push_back(
         fmt::format("dx={:.3f} mm, dy={:.3f} mm, rot={:.3f} deg", shift(random), shift(random), turn(random)));
   std::uint64_t seed = 100;
-  for (const std::string& place : places) {
-    SCOPED_TRACE(place);
-    Rig rig({.placement = place, .script = {}, .seed = ++seed});
+  for (const std::string& placement : placements) {
+    SCOPED_TRACE(placement);
+    Rig rig({.placement = placement, .script = {}, .seed = ++seed});
     const record::JobResult result = rig.run(recipe);
     expect_done(result);
     expect_deposits(recipe, result);

@@ -55,10 +55,10 @@ TEST(Forecast, holds_on_boards_that_lie_elsewhere) {
   std::uniform_real_distribution<double> shift(-1, 1), turn(-0.7, 0.7);
   for (const char* file : {"recipes/demo-board.yaml", "recipes/patterns.yaml"})
     for (int i = 0; i < 3; ++i) {
-      const std::string place =
+      const std::string placement =
           fmt::format("dx={:.3f} mm, dy={:.3f} mm, rot={:.3f} deg", shift(random), shift(random), turn(random));
-      SCOPED_TRACE(fmt::format("{} at {}", file, place));
-      Rig rig({.placement = place});
+      SCOPED_TRACE(fmt::format("{} at {}", file, placement));
+      Rig rig({.placement = placement});
       expect_forecast(rig.run(file));
     }
 }

@@ -71,7 +71,8 @@ TEST(Purge, goes_to_a_place_of_the_machine_however_the_board_lies) {
   const record::JobResult r = rig.run(recipe);
   test::expect_done(r);
   ASSERT_EQ(purges(r), 1u);
-  // Without marks the board is taken to lie at its nominal place; the world knows better: turned by 1 deg and shifted.
+  // Without marks the board is taken to lie at its nominal placement; the world knows better: turned by 1 deg and
+  // shifted.
   const Vec3 at = r.deposits.front().board_mm.front();
   const Vec2 in_frame = rotated({at.x, at.y}, M_PI / 180) + Vec2{2, -1};
   EXPECT_NEAR(in_frame.x, 70, 0.02);

@@ -43,7 +43,7 @@ TEST(Recovery, a_station_behind_a_cut_that_is_healed_fell_to_safe_op_and_comes_b
   Idle idle("[{at: cycle 20000, do: cut_link, station: cu}, {at: cycle 21000, do: heal_link, station: cu}]");
   idle.pass_to(20'500);
   EXPECT_LT(idle.now().working_counter, idle.now().expected);
-  EXPECT_EQ(idle.now().enabled & 0b00111, 0b00111u) << "the others hold their places";
+  EXPECT_EQ(idle.now().enabled & 0b00111, 0b00111u) << "the others hold their positions";
   ASSERT_TRUE(idle.until([&] { return idle.now().cycle > 21'000 && idle.whole(); }, 1500));
   EXPECT_LT(idle.now().cycle, 22'000);
   expect_back_only_by_the_operator(idle, 0b11000);

@@ -1,6 +1,6 @@
 // A job that says "done" is done: random boards, and in half of the jobs something happens to them (holds, overrides,
-// faults, aborts), or the machine is not what its file says (the needle's tip, the board's tilt, its place). The oracle
-// (board_oracle.hpp) has the world's deposits.csv and the author's own drawing.
+// faults, aborts), or the machine is not what its file says (the needle's tip, the board's tilt, its placement). The
+// oracle (board_oracle.hpp) has the world's deposits.csv and the author's own drawing.
 #include <array>
 #include <cmath>
 #include <cstdlib>

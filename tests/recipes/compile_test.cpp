@@ -207,7 +207,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"over_nothing", [](Recipe&, config::Machine& m) { m.frames[0].origin.z += 40; }, Fault::OutOfRange,
               "nothing carries the board", "underside at z -82 mm"},
         Wrong{"in_a_rail", [](Recipe& r, config::Machine&) { r.board.at.y = -12; }, Fault::Inconsistent,
-              "the board lies in 'clamp_rail'", "correct the board's place 'at'"},
+              "the board lies in 'clamp_rail'", "correct the board's placement 'at'"},
         Wrong{"in_a_post", [](Recipe& r, config::Machine&) { r.board.at = {-10, 28}; }, Fault::Inconsistent,
               "the board lies in 'post'", "z -122 to -62 mm"},
         Wrong{"in_its_plate", [](Recipe&, config::Machine& m) { m.frames[0].origin.z -= 8; }, Fault::Inconsistent,

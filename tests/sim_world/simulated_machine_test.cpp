@@ -350,7 +350,7 @@ TEST(SimulatedMachine, motors_and_board_stay_where_they_are_when_the_world_is_op
         motors.resize(r.payload.size() / sizeof(double));
         std::memcpy(motors.data(), r.payload.data(), r.payload.size());
       }
-    ASSERT_EQ(motors.size(), 12u) << "X, Y twice, Z, C, U: place and zero of each";
+    ASSERT_EQ(motors.size(), 12u) << "X, Y twice, Z, C, U: position and zero of each";
     motors[0] += 7;
     (*log)->append(WorldLog::Kind::Motors, std::as_bytes(std::span(motors)));
   }

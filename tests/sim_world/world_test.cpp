@@ -65,7 +65,8 @@ TEST_F(InWorld, a_bead_begins_and_ends_where_the_valve_truly_moves) {
 }
 
 TEST_F(InWorld, the_hidden_boards_place_is_what_decides) {
-  // The controller believes in the nominal place: every deposit is off by the placement, turned into the board's frame.
+  // The controller believes in the nominal placement: every deposit is off by the placement, turned into the board's
+  // frame.
   const BoardTruth nominal(board_plan(sample::recipe()), {100, 80, 0}, {});
   const AxisVec q = tool_at(machine, "needle", nominal.to_machine({20, 20}, 2));
   step.to(q);

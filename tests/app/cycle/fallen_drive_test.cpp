@@ -36,7 +36,7 @@ TEST(FallenDrive, a_drive_whose_station_was_out_of_op_is_not_enabled_again_by_it
   EXPECT_EQ(b.now.working_counter, b.now.expected);
   EXPECT_EQ(b.now.latched, Fault::StationLeftOp);
   EXPECT_FALSE(b.z_enabled());
-  EXPECT_EQ(b.now.enabled, 0b11111u & ~(1u << b.machine.z.value)) << "the others hold their places";
+  EXPECT_EQ(b.now.enabled, 0b11111u & ~(1u << b.machine.z.value)) << "the others hold their positions";
   b.ask(devices::wire::AlState::Op);
   for (int i = 0; i < 2000; ++i) {
     b.tick();

@@ -39,7 +39,7 @@ struct Table {
   }
 };
 
-std::string line(const recipes::Place& place) {
+std::string line(const recipes::Location& place) {
   return "dots.yaml:" + std::to_string(place.line) + ":" + std::to_string(place.column);
 }
 

@@ -50,7 +50,7 @@ class Draw {
   double real(double low, double high) { return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1.0p-53; }
   int whole(int low, int high) { return low + static_cast<int>(engine_() % static_cast<unsigned>(high - low + 1)); }
   bool chance(double share) { return real(0, 1) < share; }
-  recipes::Place place() { return {++line_, 5}; }
+  recipes::Location place() { return {++line_, 5}; }
   Vec2 on_board() { return {real(1, recipe_.board.size.x - 1), real(1, recipe_.board.size.y - 1)}; }
   Vec2 unit() { return rotated({1, 0}, real(-M_PI, M_PI)); }
 

@@ -1,4 +1,5 @@
-// What the nominal place's proof says of other places: judged by planning each feature where the board then lies.
+// What the nominal placement's proof says of other placements: judged by planning each feature where the board then
+// lies.
 #include "app/job/wherever.hpp"
 
 #include <cmath>
@@ -31,8 +32,8 @@ Vec2 begin_of(const recipes::Feature& feature) {
   return flat(std::get<recipes::Bead>(feature).points.front());
 }
 
-// Whatever is refused at a place within the rules has been named before.
-TEST(Wherever, no_feature_is_refused_at_a_place_that_was_not_named) {
+// Whatever is refused at a placement within the rules has been named before.
+TEST(Wherever, no_feature_is_refused_at_a_placement_that_was_not_named) {
   const config::Machine machine = test::reference();
   std::mt19937_64 random(11);
   const auto some = [&](double most) { return std::uniform_real_distribution<double>(-most, most)(random); };
@@ -79,7 +80,7 @@ TEST(Wherever, no_feature_is_refused_at_a_place_that_was_not_named) {
   EXPECT_GT(free, 500u);
 }
 
-// A clip stands 4 mm beside a dot: free at the nominal place, not where the board lies 3 mm nearer.
+// A clip stands 4 mm beside a dot: free at the nominal placement, not where the board lies 3 mm nearer.
 TEST(Wherever, a_clip_within_the_shift_names_the_dots_beside_it_alone) {
   const config::Machine machine = test::reference();
   const auto with_shift = [](const std::string& shift) {

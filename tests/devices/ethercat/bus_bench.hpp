@@ -133,7 +133,7 @@ struct BusBench {
     ADD_FAILURE() << "no drive of " << axis;
     return drives.front();
   }
-  /// Z goes down in CSP until its probe latches, and the latched place is where the surface is.
+  /// Z goes down in CSP until its probe latches, and the latched position is where the surface is.
   void touches() {
     auto& z = of("Z");
     const double from = z.drive.commanded();

@@ -29,8 +29,8 @@ TEST(Drive, target_is_the_actual_position_until_it_is_enabled_and_in_csp) {
   EXPECT_EQ(b.target(), 124'000);
 }
 
-// The invariant itself, against any drive: a commanded place goes out only while the drive is enabled in CSP.
-TEST(Drive, no_statusword_mode_or_goal_makes_it_send_a_place_to_a_drive_that_is_not_enabled) {
+// The invariant itself, against any drive: a commanded position goes out only while the drive is enabled in CSP.
+TEST(Drive, no_statusword_mode_or_goal_makes_it_send_a_position_to_a_drive_that_is_not_enabled) {
   const unsigned seed = 607;
   SCOPED_TRACE(seed);
   std::mt19937 random(seed);

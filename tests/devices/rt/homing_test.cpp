@@ -142,7 +142,7 @@ TEST(Homing, a_drive_that_is_not_heard_of_is_not_taken_to_stand) {
 }
 
 /// Method 17 after IEC 61800-7-201, 10.4, of a drive that takes its targets at once. Its limit is closed at and below
-/// `edge`, seen from the place it started at; standing at the edge it is done before a frame has shown the switch.
+/// `edge`, seen from the position it started at; standing at the edge it is done before a frame has shown the switch.
 struct LimitDrive {
   DriveBench bench{2000};
   HomingRun run;

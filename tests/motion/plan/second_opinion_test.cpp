@@ -188,10 +188,10 @@ TEST(SecondOpinion, looks_at_a_pose_at_least_every_millimetre_and_at_both_ends) 
 TEST(SecondOpinion, pairs_that_the_rules_let_near_are_not_asked_and_all_others_are) {
   Scene scene(bare_machine());
   scene.add(std::array{box("board", {100, 100, 2}, {150, 150, 0.9}), box("clip", {4, 4, 4}, {180, 150, 2})});
-  const ClearanceRules touch{.clearance_mm = 0.5, .approaches = {{"needle", "board", -0.1}}};
-  EXPECT_TRUE(asked(scene, line(at(130, 150, 20), at(130, 150, 1.85)), touch));
+  const ClearanceRules near{.clearance_mm = 0.5, .approaches = {{"needle", "board", -0.1}}};
+  EXPECT_TRUE(asked(scene, line(at(130, 150, 20), at(130, 150, 1.85)), near));
   EXPECT_FALSE(asked(scene, line(at(130, 150, 20), at(130, 150, 1.85))));
-  const auto clip = asked(scene, line(at(130, 150, 1.85), at(190, 150, 1.85)), touch);
+  const auto clip = asked(scene, line(at(130, 150, 1.85), at(190, 150, 1.85)), near);
   ASSERT_FALSE(clip);
   EXPECT_EQ(clip.error().meeting->standing, "clip");
   const auto unknown =
@@ -218,11 +218,11 @@ TEST(SecondOpinion, bodies_without_size_and_bodies_that_touch_are_no_trouble) {
   // The needle's tip on the table to the nanometre: nobody's to decide, and no contact where it is off it.
   Scene table(bare_machine());
   table.add(box("table", {400, 300, 10}, {200, 150, -5}));
-  const ClearanceRules touching{.clearance_mm = 0, .approaches = {}};
+  const ClearanceRules contact{.clearance_mm = 0, .approaches = {}};
   const AxisVec from = at(140, 100, 2e-9), to = at(190, 100, 2e-9);
-  ASSERT_TRUE(certify(table, std::array{from, to}, touching));
-  EXPECT_TRUE(asked(table, line(from, to), touching));
-  EXPECT_FALSE(asked(table, line(at(140, 100, -0.01), at(190, 100, -0.01)), touching));
+  ASSERT_TRUE(certify(table, std::array{from, to}, contact));
+  EXPECT_TRUE(asked(table, line(from, to), contact));
+  EXPECT_FALSE(asked(table, line(at(140, 100, -0.01), at(190, 100, -0.01)), contact));
 }
 
 /// A machine may ask for no clearance: then bodies that are apart by some nanometres are free.

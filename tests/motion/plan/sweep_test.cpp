@@ -108,14 +108,14 @@ TEST(Sweep, lift_bodies_move_with_z_less_u) {
   EXPECT_FALSE(first_hit(scene, at(100, 0, 18, 9), at(100, 0, 24, 15), {2, {}}));  // Z and U rise together
 }
 
-TEST(Sweep, a_touch_lets_its_pair_nearer_and_no_other) {
+TEST(Sweep, an_allowed_approach_lets_its_pair_nearer_and_no_other) {
   Scene scene(test::bare_machine());
   scene.add(test::box("board", {120, 80, 2}, {100, 100, 1}));
   const AxisVec low = at(100, 100, 2.3);
   EXPECT_TRUE(first_hit(scene, at(100, 100, 20), low, {2, {}}));
-  const auto touch = make_margins(scene, 2, {{"needle", "board", 0.28}});
-  ASSERT_TRUE(touch);
-  EXPECT_FALSE(first_hit(scene, at(100, 100, 20), low, *touch));
+  const auto near = make_margins(scene, 2, {{"needle", "board", 0.28}});
+  ASSERT_TRUE(near);
+  EXPECT_FALSE(first_hit(scene, at(100, 100, 20), low, *near));
   const auto tight = make_margins(scene, 2, {{"needle", "board", 0.31}});
   const auto hit = first_hit(scene, at(100, 100, 20), low, *tight);
   ASSERT_TRUE(hit);
