@@ -102,7 +102,7 @@ struct Setpoint {
   std::uint32_t feature = kTravel;
   std::uint32_t outputs = 0;  ///< the output word that events have built
   double s = 0, s_dot = 0;
-  double way = 0;  ///< mm along the block from its first segment; a dwell has none
+  double along_block_mm = 0;  ///< length of path from the start of the block's first segment; a dwell adds none
   bool moving = false;
   bool probing = false;     ///< this tick plays a segment of kind UntilProbe
   bool block_done = false;  ///< this tick reached the end of the block

@@ -50,13 +50,13 @@ double speed_s(const std::vector<Point>& points, std::size_t stride, const Bound
   double sum = 0;
   for (std::size_t k = 0; k + 1 < points.size(); k += stride) {
     const Point &a = points[k], &b = points[std::min(k + stride, points.size() - 1)];
-    double axis = 0, way = 0;
+    double axis = 0, square = 0;
     for (std::size_t i = 0; i < 3; ++i) {
       axis = std::max(axis, std::abs(b[i] - a[i]));
-      way += (b[i] - a[i]) * (b[i] - a[i]);
+      square += (b[i] - a[i]) * (b[i] - a[i]);
     }
     sum += std::max(
-        {0.0, (axis - 2 * kOfVertex * l.tolerance) / l.v, (std::sqrt(way) - 2 * kOfVertex * l.tolerance) / l.speed});
+        {0.0, (axis - 2 * kOfVertex * l.tolerance) / l.v, (std::sqrt(square) - 2 * kOfVertex * l.tolerance) / l.speed});
   }
   return sum;
 }

@@ -1,4 +1,4 @@
-// Many random polylines: is each planned, within limits and tolerance, never backwards, never at rest on the way?
+// Many random polylines: is each planned, within limits and tolerance, never backwards, never at rest between the ends?
 //   path_campaign --cases 100000 --seed 1 [--dump DIR]
 // Chords of 0.01 to 20 mm; straight on with mismatches of 1e-12 to 1e-3 mm, gentle bends, corners, reversals, points
 // twice; tolerances 0 to 1 mm. Judged on 1 ms setpoints by differences and by distances to all segments. Ends with 0

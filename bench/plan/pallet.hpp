@@ -16,7 +16,7 @@ config::Machine pallet(int parts, std::uint64_t seed);
 struct Line {
   AxisVec from{}, to{};
 };
-/// Lines between positions that are free, anywhere over the pallet; `blocked_only`: that something is in the way of.
+/// Lines between positions that are free, anywhere over the pallet; `blocked_only`: those that a body blocks.
 std::vector<Line> lines(const motion::Scene& scene, int count, std::uint64_t seed, bool blocked_only);
 
 }  // namespace gantry::bench

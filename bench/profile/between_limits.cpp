@@ -40,9 +40,9 @@ class Draw {
       m.to = motion::end_state(witness);
       const Excess e = reintegrate(witness, m.to, m.bounds, true, true);
       if (e.limit > 0 || !stays(m.from, m.bounds, 1) || !stays(m.to, m.bounds, -1)) continue;
-      const motion::Extent way = motion::extent(witness);
-      m.bounds.p_min = way.low - room * (way.high - way.low) * unit_(random_);
-      m.bounds.p_max = way.high + room * (way.high - way.low) * unit_(random_);
+      const motion::Extent gone = motion::extent(witness);
+      m.bounds.p_min = gone.low - room * (gone.high - gone.low) * unit_(random_);
+      m.bounds.p_max = gone.high + room * (gone.high - gone.low) * unit_(random_);
       return m;
     }
   }

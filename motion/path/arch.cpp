@@ -212,7 +212,7 @@ Arch arch(const Limits& limits, const ArchSpec& spec) {
   std::array<Stroke, 3> strokes{stroke(limits, spec.from, over_from), stroke(limits, over_from, over_to),
                                 stroke(limits, over_to, spec.to)};
   auto& [up, across, down] = strokes;
-  // The way down backwards is a way up: a motion from rest to rest is its own mirror image.
+  // Down, backwards, is up: a motion from rest to rest is its own mirror image.
   double early = left_of(up, spec.leave_mm, limits.tick_s), late = left_of(down, spec.arrive_mm, limits.tick_s);
   if (early + late > across.lasts_s) {
     const double half = down_to_ticks(across.lasts_s / 2, limits.tick_s);

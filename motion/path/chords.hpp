@@ -1,4 +1,4 @@
-// What is played as a polyline, for proofs: its points lie on the way, and the way leaves it by at most kChord_mm.
+// What is played as a polyline, for proofs: its points lie on the path, and the path leaves it by at most kChord_mm.
 //   certify(scene, chords(bead.segments), rules, kChord_mm)
 // Off the RT side.
 #pragma once

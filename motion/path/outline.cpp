@@ -19,8 +19,8 @@ AxisVec difference(const AxisVec& a, const AxisVec& b, std::size_t axes) {
 // A chord fits where every point between its ends is within the tolerance of it and none goes back along it by more.
 Outline::Chord Outline::chord(std::size_t from, std::size_t to) const {
   const std::size_t n = measure_.axes;
-  AxisVec way = difference(waiting_[to].q, waiting_[from].q, n);
-  const double length = aside(measure_, way);
+  AxisVec displacement = difference(waiting_[to].q, waiting_[from].q, n);
+  const double length = aside(measure_, displacement);
   Chord out{0, from, true};
   double reached = 0;
   for (std::size_t k = from + 1; k < to; ++k) {
@@ -28,15 +28,15 @@ Outline::Chord Outline::chord(std::size_t from, std::size_t to) const {
     for (std::size_t i = 0; i < n; ++i) {
       const double x = measure_.weight[i] * (waiting_[k].q[i] - waiting_[from].q[i]);
       square += x * x;
-      on += x * measure_.weight[i] * way[i];
+      on += x * measure_.weight[i] * displacement[i];
     }
     on = length > 0 ? on / length : 0;
     const double nearest = std::clamp(on, 0.0, length);
     // The distance from the differences themselves, so that a point on the chord has none but rounding.
     double off = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      const double x =
-          measure_.weight[i] * (waiting_[k].q[i] - waiting_[from].q[i] - (length > 0 ? way[i] * nearest / length : 0));
+      const double x = measure_.weight[i] *
+                       (waiting_[k].q[i] - waiting_[from].q[i] - (length > 0 ? displacement[i] * nearest / length : 0));
       off += x * x;
     }
     off = std::sqrt(off);

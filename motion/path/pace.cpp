@@ -20,7 +20,7 @@ namespace {
 constexpr double kUseV = 0.9999, kUseA = 0.9995, kUseJ = 0.9985;  ///< of the limits: nodes are not everywhere
 constexpr double kGap = 3e-4;         ///< of the duration: what prices and slacks may still promise at the end
 constexpr double kInfeasible = 1e-6;  ///< of a limit
-constexpr double kNearly = 0.995;     ///< of the way to where a slack or a price would become 0
+constexpr double kNearly = 0.995;     ///< of the step with which a slack or a price would become 0
 constexpr int kMostSteps = 100;
 
 using Local = std::array<double, 3>;

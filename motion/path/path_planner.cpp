@@ -347,7 +347,7 @@ Result<void> PathPlanner::look_ahead(bool all) {
 }
 
 // Where no speed is found over what waits, the tool stands in between: at the end of the plan that it follows, else
-// half way through the curves.
+// in the middle of the curves.
 Result<void> PathPlanner::rest_between(bool all, const Error& why) {
   if (at_.v > 0) {
     ++counts_.forced_rests;

@@ -19,7 +19,7 @@ struct PathOptions {
   double tolerance_rad = 1e-3;  ///< the same for rotary axes that follow along
   double window_s = 2;          ///< how far ahead of what is handed out the speed is planned, about
   bool whole_ticks = true;      ///< the last stretch is slowed down so that the path takes whole ticks
-  bool leads = false;  ///< straight ways before the first and after the last point, for speeding up and braking
+  bool leads = false;  ///< straight lines before the first and after the last point, for speeding up and braking
 };
 
 /// Lengths along the linear axes (the others where there is none); tolerances over all.

@@ -12,10 +12,10 @@
 namespace gantry::motion {
 namespace {
 
-constexpr double kSlope = 0.3;       // of the steepest part of the way down
-constexpr double kCurveShare = 0.3;  // of an axis' limits that the way down may use of itself
-/// One way down that is tried after the other: shares of the limits for speeding up, and for the change of acceleration
-/// at the join; and over how much of its radius it is bent.
+constexpr double kSlope = 0.3;       // of the steepest part of the descent
+constexpr double kCurveShare = 0.3;  // of an axis' limits that the descent may use of itself
+/// One of the descents that are tried one after another: shares of the limits for speeding up, and for the change of
+/// acceleration at the join; and over how much of its radius it is bent.
 struct Try {
   double speed_up, into, bent;
 };
@@ -24,7 +24,7 @@ constexpr double kLeastCruise = 0.05;  // of the join's speed
 constexpr double kAnySpeed = 1e9;      // of the tool, mm/s; the axes have limits of their own
 constexpr double kBentShare = 0.3;     // a bead that is bent so much is come to at its speed
 
-/// Time into a phase at which so much way is done.
+/// Time into a phase at which p has been travelled.
 double time_into(const State& from, const Phase& phase, double p) {
   SpeedProfile alone{from.v, from.a, {}};
   alone.phases.push_back(phase);
@@ -83,16 +83,17 @@ double bend_of(const Measure& measure, const Join& join) {
   return bend;
 }
 
-/// As long as this before the join the way is bent.
+/// The descent is bent over this length before the join.
 double bent_mm(double bend, double radii, double length_mm) {
   return bend * length_mm <= radii ? length_mm : radii / bend;
 }
 
-/// Ways down onto the join, the far one first. With l = the way that is left along the join's tangent:
+/// The curves of a descent onto the join, the one that is farther from it first. With l = the length that is left along
+/// the join's tangent:
 ///   bent part      q - q' l + q'' (l^2 / 2 - l^3 / (6 b)),  l in [0, b]: the join's curvature, and none at l = b
 ///   straight part  straight on from there
 ///   both           lift (l / length)^3 higher, which has no direction and no curvature at the join.
-std::vector<Curve> way_down(const Measure& measure, const Join& join, const Lift& lift, double length_mm, double b) {
+std::vector<Curve> descent(const Measure& measure, const Join& join, const Lift& lift, double length_mm, double b) {
   const double rest = length_mm - b;
   const double up = lift.mm / (length_mm * length_mm * length_mm);
   std::array<AxisVec, 4> bent{}, straight{};
@@ -220,7 +221,7 @@ Result<std::vector<Run>> run_up_from_above(const Limits& limits, const Measure& 
                  gentle = gentle_mm(limits.axis[lift.axis], lift.mm, std::max(join.v, cruise_mm_s), eased.a);
     double length_mm = std::max(ramps_mm, gentle);
     if (join.v * join.v * bend > kBentShare * there.a) length_mm += bent_mm(bend, t.bent, length_mm);
-    const std::vector<Curve> curves = way_down(measure, join, lift, length_mm, bent_mm(bend, t.bent, length_mm));
+    const std::vector<Curve> curves = descent(measure, join, lift, length_mm, bent_mm(bend, t.bent, length_mm));
     const double cruise_s = (length_of(curves) - ramps_mm) / cruise_mm_s;
     if (!(cruise_s >= 0)) continue;
     const double seconds = duration(up) + cruise_s + duration(into);
@@ -235,7 +236,7 @@ Result<std::vector<Run>> run_up_from_above(const Limits& limits, const Measure& 
     if (seen.sound) return runs;
     reason = seen.reason;
   }
-  return fail(Fault::NoSolution, "no way down onto the bead is within the axes' limits: " + reason);
+  return fail(Fault::NoSolution, "no path down onto the bead is within the axes' limits: " + reason);
 }
 
 }  // namespace gantry::motion

@@ -29,7 +29,7 @@ struct Lift {
 };
 
 /// From rest to the join, in whole ticks; it comes down on the join's tangent, bent as the bead is bent there, and is
-/// above the bead until it ends. Fault::NoSolution where no such way is within the limits.
+/// above the bead until it ends. Fault::NoSolution where no such path is within the limits.
 [[nodiscard]] Result<std::vector<Run>> run_up_from_above(const Limits& limits, const Measure& measure, const Join& join,
                                                          const Lift& lift);
 

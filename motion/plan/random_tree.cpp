@@ -100,7 +100,7 @@ std::vector<Vec3> random_tree(const Clear& clear, Vec3 low, Vec3 high, Vec3 from
     out.push_back(position(s));
   return out;
 } catch (const std::exception&) {
-  return {};  // no path is claimed; the other ways of planning go on
+  return {};  // no path is claimed; the other methods of planning go on
 }
 
 }  // namespace gantry::motion

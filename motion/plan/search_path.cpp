@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "motion/plan/join_ways.hpp"
+#include "motion/plan/join_paths.hpp"
 #include "motion/plan/random_tree.hpp"
 #include "motion/plan/shorten.hpp"
 
@@ -13,7 +13,7 @@ namespace gantry::motion {
 namespace {
 
 constexpr double kLimitRounding = 1e-9;
-constexpr double kGoodEnough = 1.03;  // times the straight line: no other way is looked for
+constexpr double kGoodEnough = 1.03;  // times the straight line: no shorter path is looked for
 
 Vec3 position(const Scene& scene, const AxisVec& q) { return {q[scene.x()], q[scene.y()], q[scene.z()]}; }
 
@@ -162,19 +162,19 @@ SearchAnswer search_around(const Scene& scene, const AxisVec& from, const AxisVe
   }
   const Vec3 low = carried.low(), high = carried.high();
   const Box all{(low + high) * 0.5, (high - low) * 0.5};
-  std::vector<std::vector<Vec3>> ways;
+  std::vector<std::vector<Vec3>> found;
   for (int n = 0; n < budget.random_trees && best.length_mm > kGoodEnough * norm(goal - start); ++n) {
     const Box where = worth_looking(all, start, goal, best.length_mm);
     auto tree = random_tree(clear, where.centre - where.half, where.centre + where.half, start, goal,
                             seed_of(scene, start, goal) + static_cast<std::uint64_t>(n), budget.random_iterations);
     if (tree.empty()) continue;
     leave_out(tree, clear);
-    ways.push_back(tree);
+    found.push_back(tree);
     shorten(tree, clear);
     best.offer(std::move(tree), PathKind::Detour, clear);
   }
-  if (ways.size() > 1) {
-    auto joined = join_ways(ways, clear);
+  if (found.size() > 1) {
+    auto joined = join_paths(found, clear);
     shorten(joined, clear);
     best.offer(std::move(joined), PathKind::Detour, clear);
   }

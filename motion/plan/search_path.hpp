@@ -1,4 +1,4 @@
-// A path among what stands, found as well as proved: straight; over what is between at the lowest Z; the shortest way
+// A path among what stands, found as well as proved: straight; over what is between at the lowest Z; the shortest path
 // through what several random trees (RRTConnect) find; each of them shortened, and the shortest wins. Where none of
 // these finds any: cells (cells.hpp), which also prove that there is none. The same question has the same answer in
 // every run and process: what chance decides is seeded by scene and question, and budgets count iterations.
@@ -17,7 +17,7 @@ enum class PathKind { Standstill, Straight, LiftOver, Detour };
 enum class SearchStatus : std::uint8_t { Ok, StartCollides, GoalCollides, NoPath, Budget };
 
 struct SearchBudget {
-  int random_trees = 8;  ///< what they find is joined, and the shortest way through that is taken
+  int random_trees = 8;  ///< what they find is joined, and the shortest path through that is taken
   int random_iterations = 400;
   std::size_t cuts = 120000;
 };

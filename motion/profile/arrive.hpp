@@ -1,7 +1,8 @@
-// Axes that arrive together, or each by itself, whatever their ways are made of: the position interface (Way) and the
-// velocity interface share it.
-//   arrive<Way>(axes, how, out, [&](auto& ways, const AxisMove& m) { ways.emplace_back(m.from, m.to, ...); });
-// A way has reason(), shortest_s(), first_s(t), write(t, profile) and reason_of_none(), as in way.hpp.
+// Axes that arrive together, or each by itself. The position interface (OpenTrajectory) and the velocity interface
+// share this: each axis brings a trajectory whose duration is still open.
+//   arrive<OpenTrajectory>(axes, how, out, [&](auto& all, const AxisMove& m) { all.emplace_back(m.from, m.to, ...); });
+// Such a trajectory has reason(), shortest_s(), first_s(t), write(t, profile) and reason_of_none(), as in
+// open_trajectory.hpp.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -18,15 +19,15 @@ namespace gantry::motion {
   return cycle_s > 0 ? std::ceil(t / cycle_s * (1 - kEqual)) * cycle_s : t;
 }
 
-/// First duration >= least, on the grid, that none of the ways has blocked; negative: none was found.
-template <class AnyWay>
-[[nodiscard]] double common_duration(std::span<AnyWay> ways, double least, double cycle_s) noexcept {
+/// First duration >= least, on the grid, that every one of the trajectories can take; negative: none was found.
+template <class AnyTrajectory>
+[[nodiscard]] double common_duration(std::span<AnyTrajectory> trajectories, double least, double cycle_s) noexcept {
   constexpr int kMostRounds = 64;  // each axis has two gaps at most; a grid may take a few tries over each
   double t = on_grid(least, cycle_s);
   for (int round = 0; round < kMostRounds; ++round) {
     double need = t;
-    for (AnyWay& way : ways) {
-      const double first = way.first_s(t);
+    for (AnyTrajectory& trajectory : trajectories) {
+      const double first = trajectory.first_s(t);
       if (first < 0) return -1;
       need = std::max(need, first);
     }
@@ -55,28 +56,28 @@ inline void fail(Joint& out, Reason reason, std::size_t axis) noexcept {
   return false;
 }
 
-/// Fills `out`, whose axes are known to be valid. `add(ways, move)` appends the way of one axis.
-template <class AnyWay, class Add>
+/// Fills `out`, whose axes are known to be valid. `add(trajectories, move)` appends the trajectory of one axis.
+template <class AnyTrajectory, class Add>
 void arrive(std::span<const AxisMove> axes, const Together& how, Joint& out, Add add) noexcept {
-  rt::FixedVector<AnyWay, kMaxAxes> ways;  // of the axes that are enabled
+  rt::FixedVector<AnyTrajectory, kMaxAxes> trajectories;  // of the axes that are enabled
   double longest = std::max(how.min_duration_s, 0.0);
   for (std::size_t i = 0; i < axes.size(); ++i) {
     out.profiles.push_back({axes[i].from, {}});
     if (!axes[i].enabled) continue;
-    const AnyWay& way = add(ways, axes[i]);
-    if (way.reason() != Reason::Solved) return fail(out, way.reason(), i);
-    longest = std::max(longest, way.shortest_s());
+    const AnyTrajectory& trajectory = add(trajectories, axes[i]);
+    if (trajectory.reason() != Reason::Solved) return fail(out, trajectory.reason(), i);
+    longest = std::max(longest, trajectory.shortest_s());
   }
   const bool together = how.sync != Sync::None;
-  const double common = together ? common_duration(std::span(ways), longest, how.cycle_s) : 0;
-  AnyWay* way = ways.begin();
+  const double common = together ? common_duration(std::span(trajectories), longest, how.cycle_s) : 0;
+  AnyTrajectory* trajectory = trajectories.begin();
   for (std::size_t i = 0; i < axes.size(); ++i) {
     if (!axes[i].enabled) continue;
-    const double least = std::max(how.min_duration_s, way->shortest_s());
-    const double t = together ? common : common_duration(std::span(way, 1), least, how.cycle_s);
-    if (t < 0 || !way->write(t, out.profiles[i])) return fail(out, way->reason_of_none(), i);
+    const double least = std::max(how.min_duration_s, trajectory->shortest_s());
+    const double t = together ? common : common_duration(std::span(trajectory, 1), least, how.cycle_s);
+    if (t < 0 || !trajectory->write(t, out.profiles[i])) return fail(out, trajectory->reason_of_none(), i);
     out.duration_s = std::max(out.duration_s, t);
-    ++way;
+    ++trajectory;
   }
   out.reason = Reason::Solved;
 }

@@ -1,4 +1,4 @@
-// What a route consists of: states on its way, legs between them, its phases.
+// What a route consists of: the states that it goes through, legs between them, its phases.
 #include "motion/profile/corridor.hpp"
 
 #include <algorithm>
@@ -23,7 +23,7 @@ Corridor::Corridor(const State& from, const State& to, const AxisBounds& bounds,
 
 Reason Corridor::reason_of_none() const noexcept {
   const bool stays = brake_up(from_, b_).top <= b_.p_max && -brake_down(from_, b_).top >= b_.p_min;
-  return stays ? Reason::NoWayWithin : Reason::StartCannotStay;
+  return stays ? Reason::NoMotionWithin : Reason::StartCannotStay;
 }
 
 State Corridor::at(const Via& via) const noexcept {

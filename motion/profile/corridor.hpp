@@ -1,4 +1,4 @@
-// The way between position limits.
+// The shortest trajectory of one axis between position limits.
 //   Corridor c(from, to, bounds, resolution);
 //   Route r = c.shortest();                      // if (r) c.write(r, profile)
 //   Route s = c.first(t);                        // shortest of those that take t or longer
@@ -6,7 +6,7 @@
 // acceleration that leads back, and goes on from there. Between touches it is a shortest motion that stays inside by
 // itself (a leg). So there is a graph: `from`, `to` and touches with accelerations on a grid are its nodes, legs its
 // edges. Its shortest path (Dijkstra) has as many touches as it takes; their accelerations are refined together.
-// A motion that has time to spare touches more gently, rests on its way, or takes one leg more slowly.
+// A motion that has time to spare touches more gently, rests in between, or takes one leg more slowly.
 // Numbers of tries are bounded; nothing is kept between calls.
 #pragma once
 #include <array>
@@ -21,7 +21,7 @@ namespace gantry::motion {
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
 /// A state that a route goes through: at a limit with speed 0 and `share` of the largest acceleration that leads back,
-/// or at rest `share` of the way from the lower to the upper limit.
+/// or at rest between the limits, at `share` of their distance above the lower one.
 struct Via {
   enum class Kind : std::uint8_t { Lower, Upper, Rest } kind = Kind::Rest;
   double share = 0;

@@ -67,8 +67,8 @@ void Corridor::add_touches() noexcept {
   add_bounces(true), add_bounces(false);
 }
 
-/// Dijkstra: shortest way from the start to every node that can be a part of one shorter than `enough`. Returns the
-/// node that the shortest way to the target comes from; negative: there is none.
+/// Dijkstra: the shortest path from the start to every node that can be on one to the target of less than `enough`.
+/// Returns the last node before the target on the shortest path; negative: there is none.
 int Corridor::explore(double enough) noexcept {
   int last = -1, legs = 0;
   for (int round = 0; round < nodes_; ++round) {

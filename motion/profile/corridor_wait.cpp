@@ -1,4 +1,4 @@
-// Time to spare between position limits. In this order: as if there were none; that motion, bent; a rest on the way; a
+// Time to spare between position limits. In this order: as if there were none; that motion, bent; a rest in between; a
 // gentler touch; legs that take longer. Where none of these takes exactly t, the shortest that takes longer.
 #include <algorithm>
 
@@ -28,8 +28,8 @@ Route Corridor::first(double t) noexcept {
   });
   for (const bool far : {false, true}) {
     if (far) explore(kNever);
-    for (const auto way : {&Corridor::resting, &Corridor::gentler, &Corridor::slower})
-      if ((route = (this->*way)(t)) && route.duration_s <= t * (1 + kSettled)) return route;
+    for (const auto waiting : {&Corridor::resting, &Corridor::gentler, &Corridor::slower})
+      if ((route = (this->*waiting)(t)) && route.duration_s <= t * (1 + kSettled)) return route;
   }
   route = later(t);
   return gap.duration_s < route.duration_s ? gap : route;

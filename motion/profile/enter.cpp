@@ -25,7 +25,8 @@ void brake_below(const State& x, const AxisBounds& b, double sign, Profile& prof
   const double at_bound = std::sqrt(std::max(over, 0.0));
   const double back = x.v - b.v_max, hard = -x.a;
   if (hard > deepest) {
-    const double lost = (hard * hard - deepest * deepest) / (2 * b.j_max);  // speed, on the way to `deepest`
+    const double lost =
+        (hard * hard - deepest * deepest) / (2 * b.j_max);  // of speed, while the acceleration goes to `deepest`
     append(profile, (back - lost) / hard, 0);
     return let_go({x.p, b.v_max + std::min(back, lost), x.a}, b, sign, profile);
   }

@@ -1,8 +1,8 @@
 // The motions that come farthest: of all that take (v0, a0) to (vf, af) in a given time T, the one with the largest p.
 // Everything the planner does rests on them. For a fixed T the bounds are convex and the motion depends linearly on its
-// jerk, so that the ways p that can be gone in T are an interval, from the farthest motion the other way (the mirrored
-// problem) to this one; the shortest motion is the first T whose interval holds p (reachable.cpp), and a mix of the two
-// ends goes any p between them in exactly T (Reachable::mix).
+// jerk, so that the displacements p that are possible in T are an interval, from the farthest motion in the opposite
+// direction (the mirrored problem) to this one; the shortest motion is the first T whose interval holds p
+// (reachable.cpp), and a mix of the two ends reaches any p between them in exactly T (Reachable::mix).
 //
 // Pontryagin: the jerk is +j_up, 0, -j_down, 0 (coasting at v_up), -j_down, 0, +j_up; zeros are arcs on a bound. The
 // acceleration rises from a0 to a peak P (held for h when P = a_up), falls to -L (held for k when L = a_down) and

@@ -44,14 +44,14 @@ enum class Reason : std::uint8_t {
   BadBounds,            ///< a bound has the wrong sign or is 0
   TargetOutsideBounds,  ///< the target breaks a bound, or cannot be reached without breaking the speed bound before it
   StartCannotStay,      ///< the start is outside of the position limits, or hardest braking leaves them
-  NoWayWithin,          ///< no motion within the position limits was found
+  NoMotionWithin,       ///< no motion within the position limits was found
   NoSolution,           ///< numerically out of range (the problem's scales differ by more than doubles carry)
 };
 const char* name(Reason reason) noexcept;
 
 /// What to do with a start outside of the bounds on speed and acceleration, or whose speed will leave them.
 enum class Outside : std::uint8_t {
-  Ease,     ///< to the bound, acceleration 0 there: no undershoot. For a bound that was lowered on the way.
+  Ease,     ///< to the bound, acceleration 0 there: no undershoot. For a bound lowered in motion.
   Soonest,  ///< back inside as soon as possible, whatever the speed does then
 };
 
@@ -79,14 +79,14 @@ Plan stop(const State& from, const AxisBounds& bounds) noexcept;
 /// State at the end.
 [[nodiscard]] State end_state(const Profile& profile) noexcept;
 
-/// Lowest and highest position on the way.
+/// Lowest and highest position of a motion.
 struct Extent {
   double low = 0, high = 0;
 };
 [[nodiscard]] Extent extent(const Profile& profile) noexcept;
 
-/// The same way in factor (>= 1) times the duration: speeds / factor, accelerations / factor^2, jerks / factor^3. Start
-/// and end speeds scale as well, so that it is the same motion for what starts and ends at rest.
+/// The same path in factor (>= 1) times the duration: speeds / factor, accelerations / factor^2, jerks / factor^3.
+/// Start and end speeds scale as well, so that it is the same motion for what starts and ends at rest.
 [[nodiscard]] Profile stretched(const Profile& profile, double factor) noexcept;
 
 /// Length that a change from (v, 0) to (v_to, 0) takes, both >= 0.

@@ -12,7 +12,7 @@ const char* name(Reason reason) noexcept {
     case Reason::BadBounds: return "bad bounds";
     case Reason::TargetOutsideBounds: return "target outside bounds";
     case Reason::StartCannotStay: return "start cannot stay";
-    case Reason::NoWayWithin: return "no way within";
+    case Reason::NoMotionWithin: return "no motion within";
     case Reason::NoSolution: return "no solution";
   }
   return "unknown";

@@ -127,7 +127,7 @@ Found Reachable::first(double p, double resolution, double from_t) noexcept {
 }
 
 // A stretch ends at the end of its component, or where an end of the interval passes p; between its turns and the ends
-// of its regions that end moves one way, so that looking there is enough.
+// of its regions that end moves in one direction, so that looking there is enough.
 Found Reachable::next(double p, double resolution, const Found& found) noexcept {
   double from_t = std::numeric_limits<double>::infinity();
   const auto look = [&](const Extremal& e, double sign) {

@@ -32,9 +32,9 @@ std::optional<Phase> one_ramp(const Profile& before, const State& from, const St
                v_end = from.v + t * (from.a + to.a) / 2;
   const double near = ramp ? kOnRamp : kSame;
   if (std::abs(p_end - to.p) > near * p || std::abs(v_end - to.v) > near * v) return std::nullopt;
-  Profile way = before;
-  append(way, t, jerk);
-  const Extent e = extent(way);
+  Profile whole = before;
+  append(whole, t, jerk);
+  const Extent e = extent(whole);
   if (e.low < b.p_min || e.high > b.p_max) return std::nullopt;
   return Phase{t, jerk};
 }

@@ -51,7 +51,7 @@ struct Scale {
                                      double resolution) noexcept;
 
 /// The profile ends at the target, within 1e-9 of the problem's scales; `scale_p` is position_scale(). A start that was
-/// `outside` of the bounds may be carried far away first: what rounding on the long way back leaves of the target is
+/// `outside` of the bounds may be carried far away first: what rounding over the long path back leaves of the target is
 /// then taken out of the coasting phase, and the end is judged by start, target and bounds alone. So is that of a
 /// motion so long that rounding would show at its end, which has to keep its bounds on speed, too.
 [[nodiscard]] bool arrives(Profile& profile, const State& to, const AxisBounds& bounds, double scale_p,

@@ -10,7 +10,7 @@ struct Ends {
   double v0 = 0, a0 = 0, vf = 0, af = 0;
 };
 
-/// Magnitudes: what is reached on the way up and down. 0 < a, j <= 1 each.
+/// Bounds as magnitudes, upwards and downwards. 0 < a, j <= 1 each.
 struct Box {
   double v_up = 0, v_down = 0;  ///< -v_down <= v <= v_up
   double a_up = 1, a_down = 1;

@@ -12,7 +12,7 @@ constexpr double kEnd = 1e-9;       // of the scales of the problem
 constexpr double kLongest = 1e-9;   // of the duration, that the end may be moved in time
 constexpr double kCoasting = 1e-9;  // of the acceleration: what is left of it while coasting
 
-/// With more digits than the phases have: the way may be 1e10 times as long as its ends are apart.
+/// With more digits than the phases have: the path may be 1e10 times as long as its ends are apart.
 struct Place {
   long double p, v, a;
   void go(const Phase& phase) noexcept {
@@ -29,7 +29,7 @@ Place end_of(const Profile& profile) noexcept {
   return x;
 }
 
-/// No rounding on the way can matter: not of the speed for as long as the motion takes, nor of what is left of an
+/// No rounding within the motion can matter: not of the speed for as long as it takes, nor of what is left of an
 /// acceleration that has ended.
 bool surely_exact(const Profile& profile, const AxisBounds& b, double p, double v, double a) noexcept {
   const double seconds = duration(profile), unsure = (v + a * seconds) * std::numeric_limits<double>::epsilon();

@@ -4,14 +4,14 @@
 #include <cmath>
 
 #include "motion/profile/arrive.hpp"
-#include "motion/profile/way.hpp"
+#include "motion/profile/open_trajectory.hpp"
 
 namespace gantry::motion {
 namespace {
 
 constexpr double kCollinear = 1e-12;  // relative: what doubles leave of a line that was meant
 
-/// One vector over the axes for each of: the way, speeds and accelerations at both ends.
+/// One vector over the axes for each of: the displacement, speeds and accelerations at both ends.
 using Picks = double (*)(const AxisMove&);
 constexpr Picks kVectors[] = {
     [](const AxisMove& m) { return m.to.p - m.from.p; },
@@ -79,11 +79,12 @@ bool move_straight(std::span<const AxisMove> axes, const Together& how, Joint& o
   Line line;
   if (!line_of(axes, line)) return false;
   const State from{0, line.along[1], line.along[3]}, to{line.along[0], line.along[2], line.along[4]};
-  Way way(from, to, bounds_of(axes, line.direction), how.outside);
-  if (way.reason() != Reason::Solved) return false;
-  const double t = common_duration(std::span(&way, 1), std::max(way.shortest_s(), how.min_duration_s), how.cycle_s);
+  OpenTrajectory trajectory(from, to, bounds_of(axes, line.direction), how.outside);
+  if (trajectory.reason() != Reason::Solved) return false;
+  const double t =
+      common_duration(std::span(&trajectory, 1), std::max(trajectory.shortest_s(), how.min_duration_s), how.cycle_s);
   Profile scalar;
-  if (t < 0 || !way.write(t, scalar)) return false;
+  if (t < 0 || !trajectory.write(t, scalar)) return false;
   out.duration_s = t;
   out.straight = true;
   for (std::size_t i = 0; i < axes.size(); ++i) {

@@ -1,4 +1,4 @@
-// Phase synchronisation: where start speeds, accelerations, targets and the way between all point along one line, the
+// Phase synchronisation: where displacement, speeds and accelerations at both ends all point along one line, the
 // axes move as one scalar along it, within the bounds of all of them.
 #pragma once
 #include "motion/profile/together.hpp"

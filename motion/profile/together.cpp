@@ -1,8 +1,8 @@
 #include "motion/profile/together.hpp"
 
 #include "motion/profile/arrive.hpp"
+#include "motion/profile/open_trajectory.hpp"
 #include "motion/profile/straight.hpp"
-#include "motion/profile/way.hpp"
 
 namespace gantry::motion {
 
@@ -18,8 +18,8 @@ Joint move_together(std::span<const AxisMove> axes, const Together& how) noexcep
     return out;
   }
   if (how.sync == Sync::Phase && move_straight(axes, how, out)) return out;
-  arrive<Way>(axes, how, out, [&how](auto& ways, const AxisMove& m) -> Way& {
-    return ways.emplace_back(m.from, m.to, m.bounds, how.outside);
+  arrive<OpenTrajectory>(axes, how, out, [&how](auto& trajectories, const AxisMove& m) -> OpenTrajectory& {
+    return trajectories.emplace_back(m.from, m.to, m.bounds, how.outside);
   });
   return out;
 }

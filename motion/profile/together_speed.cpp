@@ -50,9 +50,9 @@ struct SpeedExtremal {
   }
 };
 
-class SpeedWay {
+class SpeedTrajectory {
  public:
-  SpeedWay(const AxisMove& m) noexcept
+  SpeedTrajectory(const AxisMove& m) noexcept
       : plan_(change_speed(m.from, m.to.v, m.bounds, m.to.a)), bounds_(m.bounds), to_(m.to) {
     if (!plan_) return;
     entered_.from = m.from;
@@ -129,7 +129,9 @@ class SpeedWay {
 Joint change_speeds_together(std::span<const AxisMove> axes, const Together& how) noexcept {
   Joint out;
   if (check(axes, how, out))
-    arrive<SpeedWay>(axes, how, out, [](auto& ways, const AxisMove& m) -> SpeedWay& { return ways.emplace_back(m); });
+    arrive<SpeedTrajectory>(axes, how, out, [](auto& trajectories, const AxisMove& m) -> SpeedTrajectory& {
+      return trajectories.emplace_back(m);
+    });
   return out;
 }
 

@@ -39,7 +39,9 @@ bool forward(const Profile& profile) noexcept {
 /// A change to a coasting speed, coasting, and braking to rest: used where the shortest motion would go back, or where
 /// a lowered speed bound has to be eased to.
 Profile over_coasting(const State& x, double room, const Bounds& bounds) noexcept {
-  const auto total = [&](double v) { return way_to_speed(x, v, bounds) + change_length(v, 0, bounds.a, bounds.j); };
+  const auto total = [&](double v) {
+    return distance_to_speed(x, v, bounds) + change_length(v, 0, bounds.a, bounds.j);
+  };
   const double coming = std::min(coming_speed(x, bounds.j), bounds.v);
   const double fits = total(coming) <= room ? coming : 0;
   const double v =
@@ -53,19 +55,19 @@ Profile over_coasting(const State& x, double room, const Bounds& bounds) noexcep
 
 }  // namespace
 
-double way_to_speed(const State& x, double v_to, const Bounds& bounds) noexcept {
+double distance_to_speed(const State& x, double v_to, const Bounds& bounds) noexcept {
   return end_state(change_speed(x, v_to, bounds).profile).p - x.p;
 }
 
 Approach approach(const State& x, double length, const Bounds& bounds) noexcept {
   Approach out;
   const double room = length - x.p;
-  if (way_to_speed(x, 0, bounds) > room + kWaySlack) return out;
+  if (distance_to_speed(x, 0, bounds) > room + kLengthSlack) return out;
   out.found = true;
   if (std::max(x.v, coming_speed(x, bounds.j)) <= bounds.v) {
     const Plan shortest = move(x, {length, 0, 0}, bounds);
     const double miss = shortest ? std::abs(end_state(shortest.profile).p - length) : 0;
-    if (shortest && miss <= 10 * kWaySlack && forward(shortest.profile)) {
+    if (shortest && miss <= 10 * kLengthSlack && forward(shortest.profile)) {
       out.profile = shortest.profile;
       return out;
     }

@@ -11,14 +11,14 @@ struct Approach {
   Profile profile;
 };
 
-/// What a way may be longer than the room for it: rounding, far below what any axis resolves.
-inline constexpr double kWaySlack = 1e-11;
+/// A braking distance may be longer than the room for it by this: rounding, far below what any axis resolves.
+inline constexpr double kLengthSlack = 1e-11;
 
-/// Fast to the end, at no more than bounds.v on the way (a higher speed now is eased down to it). Not found: the rest
-/// of the line is too short for a stop.
+/// Fast to the end, at no more than bounds.v (a higher speed now is eased down to it). Not found: the rest of the line
+/// is too short for a stop.
 Approach approach(const State& x, double length, const Bounds& bounds) noexcept;
 
-/// Way from x until the speed is v_to without acceleration.
-double way_to_speed(const State& x, double v_to, const Bounds& bounds) noexcept;
+/// Distance travelled from x until the speed is v_to without acceleration; for v_to = 0 the braking distance.
+double distance_to_speed(const State& x, double v_to, const Bounds& bounds) noexcept;
 
 }  // namespace gantry::motion

@@ -7,7 +7,7 @@ namespace gantry::motion {
 
 Verdict check_target(const Limits& limits, const AxisVec& before_last, const AxisVec& last, const AxisVec& next,
                      int missed_ticks, std::uint32_t axes) noexcept {
-  constexpr double kSlack = 1e-6;        // relative to a tick's way, and of a limit: what rounding may add
+  constexpr double kSlack = 1e-6;        // relative to a tick's displacement, and of a limit: what rounding may add
   constexpr double kPlanned = 1 + 1e-3;  // of the acceleration: what the planner's own inspection lets pass
   constexpr double kRounding = 1e-15;    // of a position, four of which make a difference of steps
   // A delayed target lies on a cubic between two samples, and where the jerk jumps by up to 2 j it is off by up to

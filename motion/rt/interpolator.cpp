@@ -36,7 +36,7 @@ void Interpolator::begin_block(std::uint32_t block) noexcept {
   tick_in_block_ = 0;
   course_ = Course::None;
   started_ = stopping_ = starving_ = false;
-  way_ = 0;
+  gone_mm_ = 0;
   rest_after_ = 0;
   scanned_ = popped_;
   known_s_ = 0;
@@ -148,7 +148,7 @@ bool Interpolator::leave() noexcept {
   return ends_block;
 }
 
-/// A stop on a straight way may reach over segment ends: its s goes on into the next one.
+/// A stop on a straight path may reach over segment ends: its s goes on into the next one.
 void Interpolator::brake_on(double left) noexcept {
   const bool ends = left >= t_end_ - t_ - kSnap_s;
   t_ = ends ? t_end_ : t_ + left;
@@ -172,9 +172,9 @@ void Interpolator::pass_front() noexcept {
 
 void Interpolator::pop() noexcept {
   unlist_front();
-  way_end_ = kWholeWay;
+  touch_end_mm_ = kWholeSegment;
   if (scanned_ > popped_ && front().kind == SegmentKind::Piece) known_s_ -= duration(front().nominal);
-  if (front().kind != SegmentKind::Dwell) way_ += front().geometry.length;
+  if (front().kind != SegmentKind::Dwell) gone_mm_ += front().geometry.length;
   ring_.pop(scratch_);
   ++popped_;
 }
@@ -205,7 +205,7 @@ bool Interpolator::take_path_state() noexcept {
   if (!(x.p >= -kBeyond && x.p <= segment.geometry.length + kBeyond)) return false;
   if (paced) x = {x.p, x.v * rate_.r, x.a * rate_.r * rate_.r + x.v * rate_.slope};
   s_ = x.p;
-  way_at_ = segment.kind == SegmentKind::Dwell ? way_ : way_ + s_;
+  along_block_mm_ = segment.kind == SegmentKind::Dwell ? gone_mm_ : gone_mm_ + s_;
   feature_ = segment.feature;
   probing_ = segment.kind == SegmentKind::UntilProbe;
   GeometryJet g;
@@ -231,7 +231,7 @@ Setpoint Interpolator::setpoint() const noexcept {
   out.tick_in_block = tick_in_block_;
   out.feature = feature_;
   out.s = s_, out.s_dot = s_dot_;
-  out.way = way_at_;
+  out.along_block_mm = along_block_mm_;
   out.probing = probing_;
   return out;
 }

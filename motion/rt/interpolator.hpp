@@ -4,7 +4,7 @@
 //   Setpoint p = play.step(override);             // every tick, also when idle
 //   play.hold(); ... play.resume();               // effect from the next step on
 // Nominal play evaluates s(t) of the segments as planned. On a straight line hold and override re-plan s; on the pieces
-// of a longer path they change the rate at which its planned time is played, and a stop whose whole way is straight
+// of a longer path they change the rate at which its planned time is played, and a stop whose whole path is straight
 // re-plans s there, too.
 // The consumer side of the ring is the interpolator's. Lives in the loop: no allocation, no lock.
 #pragma once
@@ -47,8 +47,8 @@ class Interpolator {
   void resume() noexcept;     ///< after hold or stop_path
   void stop_path() noexcept;  ///< like hold, for a fault
   void abort() noexcept;      ///< brakes on the path, then drops the rest of the block
-  /// The probe has latched where `axis` stood at `position`: the block ends a fixed way beyond that place, whenever
-  /// this is told; told too late for that, at once.
+  /// The probe has latched where `axis` stood at `position`: the block ends a fixed distance beyond that place,
+  /// whenever this is told; told too late for that, at once.
   void probe_latched(AxisId axis, double position) noexcept;
   void axis_stop() noexcept;  ///< every axis brakes with its own limits; the path is lost, the block is dropped
   /// The same from another state than that of the plan, without acceleration.
@@ -69,7 +69,7 @@ class Interpolator {
     None,      ///< at rest between segments: the next one is not entered yet
     Nominal,   ///< a line as the planner made it, a dwell too
     ToEnd,     ///< re-planned to the line's end
-    ToRest,    ///< braking to rest on a straight way, over following pieces too
+    ToRest,    ///< braking to rest on a straight path, over following pieces too
     Standing,  ///< at rest within a line
     Paced,     ///< pieces of a path by their planned time, at a rate; at rest there, too
   };
@@ -119,7 +119,7 @@ class Interpolator {
   /// Durations are sums of doubles: what ends within this of a tick ends on it. The shift stays below what jerk shows.
   static constexpr double kSnap_s = 1e-11;
   static constexpr double kBeyond = 1e-6;  ///< of s: rounding is far below, what any axis would show is above
-  static constexpr double kWholeWay = std::numeric_limits<double>::infinity();
+  static constexpr double kWholeSegment = std::numeric_limits<double>::infinity();  ///< no probe touch ends it earlier
 
   SegmentRing& ring_;
   Limits limits_;
@@ -134,10 +134,10 @@ class Interpolator {
   double override_ = 1;
 
   Course course_ = Course::None;
-  Profile profile_;             ///< s(t) on the front segment; when paced, the segment's own counts
-  double t_ = 0, t_end_ = 0;    ///< into it, and its duration
-  double way_end_ = kWholeWay;  ///< s at which a touch ends on the front segment
-  bool stale_ = false;          ///< the course on a line has to be planned anew, as soon as it can be
+  Profile profile_;                      ///< s(t) on the front segment; when paced, the segment's own counts
+  double t_ = 0, t_end_ = 0;             ///< into it, and its duration
+  double touch_end_mm_ = kWholeSegment;  ///< s at which a probe touch ends on the front segment
+  bool stale_ = false;                   ///< the course on a line has to be planned anew, as soon as it can be
   Rate rate_;
   RateChange change_;
   double goal_ = 1;    ///< the rate that is, or that the change under way leads to
@@ -162,7 +162,8 @@ class Interpolator {
 
   AxisVec q_{}, v_{}, a_{};
   double s_ = 0, s_dot_ = 0;
-  double way_ = 0, way_at_ = 0;  ///< mm of the block's segments that have gone, and up to where the tool is
+  double gone_mm_ = 0;         ///< length of the block's segments that have been played
+  double along_block_mm_ = 0;  ///< the same up to where the tool is
   std::uint32_t feature_ = kTravel;
   bool probing_ = false, moving_ = false;
   std::array<Profile, kMaxAxes> axis_stop_{};

@@ -16,7 +16,7 @@ constexpr std::size_t kStraightPieces = 64;  // how many pieces a straight stop 
 
 struct Attempt {
   RateChange::Vigour vigour;
-  double share = 1;  ///< of the way to the rate that is wanted
+  double share = 1;  ///< of the change to the rate that is wanted
 };
 // A stop tries the next two in each tick, another rate the next one every few ticks: that bounds the work of a tick. A
 // small rate can always be had from a standstill, and the others from there.
@@ -64,7 +64,7 @@ void Interpolator::choose_rate() noexcept {
   if (change_.plan(here, rate_, next, recent_, limits_, a.vigour)) goal_ = next;
 }
 
-/// The shortest stop, where all of its way is straight.
+/// The shortest stop, where its whole path is straight.
 bool Interpolator::brake_on_line(const State& planned) noexcept {
   const State x{planned.p, planned.v * rate_.r, planned.a * rate_.r * rate_.r + planned.v * rate_.slope};
   if (front().geometry.degree != 1 || !(x.v > 0)) return false;
@@ -72,7 +72,7 @@ bool Interpolator::brake_on_line(const State& planned) noexcept {
   const double turned = x.a * x.a / (2 * b.j);  // change of speed while the acceleration goes to 0
   if (std::abs(x.a) > b.a * (1 + 1e-9) || (x.a < 0 && x.v < turned) || (x.a > 0 && x.v + turned > b.v)) return false;
   const Profile p = stop(x, b).profile;
-  const double way = end_state(p).p;
+  const double braking_mm = end_state(p).p;
   // Within the last tick a changing rate may use a little more than the limits, which show in a mean over three.
   Differences judge(recent_, limits_);
   for (int n = 1; n <= 3; ++n)
@@ -83,7 +83,7 @@ bool Interpolator::brake_on_line(const State& planned) noexcept {
     const Segment* s = ring_.peek(i);
     if (s == nullptr || s->block != block_ || s->kind != SegmentKind::Piece || s->geometry.degree != 1) return false;
     known += s->geometry.length;
-    if (way <= known) {
+    if (braking_mm <= known) {
       change_.drop();
       adopt(Course::ToRest, p);
       goal_ = 0;

@@ -1,5 +1,5 @@
 // A moment in the planned time of the pieces of a path that wait in the ring.
-//   PieceCursor at(ring, 0, t);   if (at.advance(0.001) == PieceCursor::Met::Way) ... at.piece(), at.t()
+//   PieceCursor at(ring, 0, t);   if (at.advance(0.001) == PieceCursor::Met::Piece) ... at.piece(), at.t()
 // Time that is left at the end of a piece goes on in the next one. Lives in the loop.
 #pragma once
 #include <cstdint>
@@ -15,7 +15,7 @@ using SegmentRing = rt::Ring<Segment, 1024>;
 class PieceCursor {
  public:
   enum class Met : std::uint8_t {
-    Way,      ///< the time is on a piece
+    Piece,    ///< the time is on a piece
     Rest,     ///< the path rests before that, and so does the cursor
     Unknown,  ///< the next piece is not there yet
   };
@@ -28,7 +28,7 @@ class PieceCursor {
     for (;;) {
       const Segment& here = piece();
       const double end = duration(here.nominal);
-      if (t_ < end) return Met::Way;
+      if (t_ < end) return Met::Piece;
       if (here.rests) return t_ = end, Met::Rest;
       const Segment* next = ring_->peek(n_ + 1);
       if (next == nullptr || next->block != here.block || next->kind != SegmentKind::Piece) return Met::Unknown;

@@ -99,7 +99,7 @@ bool RateChange::plan(PieceCursor at, const Rate& from, double to, const Recent&
     now = step.end;
     if (!landed && met != PieceCursor::Met::Rest) continue;
     for (int k = 0; k < 3; ++k) {
-      if (met == PieceCursor::Met::Way && at.advance(to * h) == PieceCursor::Met::Unknown) return false;
+      if (met == PieceCursor::Met::Piece && at.advance(to * h) == PieceCursor::Met::Unknown) return false;
       if (!judge.keeps_limits(planned(at, limits.axes).q)) return false;
     }
     active_ = 1 - active_;

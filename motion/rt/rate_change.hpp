@@ -3,7 +3,7 @@
 //   if (change.plan(cursor, {1, 0}, 0, recent, limits, {.use = 1, .land = 0.85}))     // else: not from here, not so
 //     while (change.under_way()) { step = change.next(); tau += step.ahead; }         // hard, or not yet
 // With tau the planned time and r = dtau/dt an axis has q' = n' r, q'' = n'' r^2 + n' r', q''' = n''' r^3 + 3 n'' r r'
-// + n' r'': any constant r <= 1 keeps all limits. The way between two rates is played to its end before it is adopted,
+// + n' r'': any constant r <= 1 keeps all limits. A change of rate is played to its end before it is adopted,
 // tick by tick, and judged by the differences of its setpoints. Lives in the loop: no allocation, bounded work.
 #pragma once
 #include <array>

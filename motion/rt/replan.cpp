@@ -60,7 +60,7 @@ bool Interpolator::replan_beyond(AxisId axis, double position) noexcept {
     const Approach a = approach(x, end, b);
     if (!a.found) return false;
     adopt(Course::ToEnd, a.profile);
-    way_end_ = end;
+    touch_end_mm_ = end;
   }
   return true;
 }
@@ -110,7 +110,7 @@ void Interpolator::choose_course() noexcept {
 bool Interpolator::replan(const State& x) noexcept {
   const Segment& s = front();
   Bounds b = bounds_of(s);
-  const double end = std::min(way_end_, s.geometry.length);
+  const double end = std::min(touch_end_mm_, s.geometry.length);
   if (stopping_) {
     const Profile p = stop(x, b).profile;
     if (end_state(p).p <= s.geometry.length) {

@@ -17,14 +17,14 @@ using test::sampled;
 constexpr std::size_t kZ = 2;
 constexpr unsigned kArches = 611;
 
-/// Duration of the textbook's S-curve from rest to rest over `way`.
-double s_curve_s(double way, double v, double a, double j) {
+/// Duration of the textbook's S-curve from rest to rest over `length`.
+double s_curve_s(double length, double v, double a, double j) {
   const auto to_speed = [&](double speed) { return speed * j > a * a ? speed / a + a / j : 2 * std::sqrt(speed / j); };
-  if (v * to_speed(v) <= way) return 2 * to_speed(v) + (way - v * to_speed(v)) / v;
+  if (v * to_speed(v) <= length) return 2 * to_speed(v) + (length - v * to_speed(v)) / v;
   double low = 0, high = v;
   for (int n = 0; n < 200; ++n) {
     const double middle = (low + high) / 2;
-    (middle * to_speed(middle) < way ? low : high) = middle;
+    (middle * to_speed(middle) < length ? low : high) = middle;
   }
   return 2 * to_speed(low);
 }
@@ -137,7 +137,7 @@ TEST(Arch, takes_what_the_textbook_says_for_the_overlap_that_is_allowed) {
         const double is_s = duration(arch(m, s).segments);
         if (alone == 1.0) {
           EXPECT_NEAR(is_s, 2 * up_s + across_s, 3.5 * m.tick_s);
-        } else if (alone == 0.5) {  // half of the way takes half of the time
+        } else if (alone == 0.5) {  // half of the distance takes half of the time
           EXPECT_NEAR(is_s, std::max(2 * up_s, up_s + across_s), 5 * m.tick_s) << up << " mm, " << across << " mm";
         }
       }

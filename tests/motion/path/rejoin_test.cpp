@@ -76,7 +76,7 @@ void check(const Limits& m, const BeadMotion& whole, const BeadMotion& left, dou
   ASSERT_LE(use.v, 1 + 1e-6) << what;
   ASSERT_LE(use.a, 1 + 1e-3) << what;
   ASSERT_LE(use.j, 1 + 1e-2) << what;
-  // Down onto it: never below the way that lies there already, and at its height only where it ends.
+  // Down onto it: never below the bead that lies there already, and at its height only where it ends.
   const AxisVec join = place(left, 0);
   double above = left.start[kZ] - join[kZ];
   ASSERT_NEAR(above, kLift_mm, 1e-9) << what;

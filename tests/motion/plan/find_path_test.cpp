@@ -81,15 +81,15 @@ TEST(LiftOver, takes_the_lowest_height_that_is_free_also_between_bodies) {
     }
     const AxisVec from = at(20, random.real(70, 130), random.real(1, 10), random.real(0, 10));
     const AxisVec to = at(180, random.real(70, 130), random.real(1, 10), random.real(0, 10));
-    const auto way = lift_over(scene, from, to, {2, {}});
+    const auto lifted = lift_over(scene, from, to, {2, {}});
     const double judged = lowest_by_search(machine, parts, from, to, 2, 90);
-    if (way) {
+    if (lifted) {
       ++found;
-      EXPECT_GE(judged, way->z_mm - 0.01) << "case " << i << " seed " << kSeed;
-      EXPECT_LE(judged, way->z_mm + 0.2 + 0.002) << "case " << i << " seed " << kSeed;
+      EXPECT_GE(judged, lifted->z_mm - 0.01) << "case " << i << " seed " << kSeed;
+      EXPECT_LE(judged, lifted->z_mm + 0.2 + 0.002) << "case " << i << " seed " << kSeed;
     } else {
       ++none;
-      EXPECT_EQ(judged, -1) << "case " << i << ": " << way.error().why;
+      EXPECT_EQ(judged, -1) << "case " << i << ": " << lifted.error().why;
     }
   }
   EXPECT_GT(found, 25);
@@ -179,7 +179,7 @@ TEST(FindPath, standing_still_is_a_path_of_its_own) {
   EXPECT_EQ(path->kind, PathKind::Standstill);
 }
 
-TEST(Certify, covers_what_the_way_may_be_off_its_chords_and_names_the_motion_that_fails) {
+TEST(Certify, covers_what_the_path_may_be_off_its_chords_and_names_the_motion_that_fails) {
   Scene scene(test::bare_machine());
   scene.add(box("board", {120, 80, 2}, {100, 100, 1}));
   scene.add(box("part C3", {4, 4, 3}, {80, 90, 3.5}));

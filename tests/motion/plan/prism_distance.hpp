@@ -68,7 +68,7 @@ inline double distance(const Body& a, const Body& b) {
   return std::hypot(flat, up) - radius(a) - radius(b);
 }
 
-/// Least distance while `a` moves by `d`: convex in the share of the way, so golden sections end at it.
+/// Least distance while `a` moves by `d`: convex in the share of `d`, so golden sections end at it.
 inline double swept_distance(Body a, Vec3 d, const Body& b) {
   const Vec3 start = a.centre;
   const auto at = [&](double t) {

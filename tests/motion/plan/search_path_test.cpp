@@ -209,8 +209,8 @@ TEST(SearchPath, walks_through_a_row_of_slots) {
   EXPECT_EQ(c.search({10, 70, 1}, {190, 70, 1}).status, SearchStatus::Ok);
 }
 
-/// Parts that touch leave no way between them, whatever the numbers round to.
-TEST(SearchPath, finds_no_way_between_parts_that_touch) {
+/// Parts in contact leave no path between them, whatever the numbers round to.
+TEST(SearchPath, finds_no_path_between_parts_in_contact) {
   Case c(space({0, 0, 0}, {200, 90, 30}, 0, {{"point", {Form::Capsule, {0.2, 0.2, 0.2}}, {0, 0, 0.1}, 0, false}}));
   for (int i = 0; i < 10; ++i)
     for (int k = 0; k < 4; ++k)
@@ -312,7 +312,7 @@ TEST(SearchPath, tells_an_end_that_is_closed_in_by_walls_and_the_edge_of_the_wor
   EXPECT_EQ(c.search({150, 20, 1}, {20, 15, 1}).status, SearchStatus::Ok);
 }
 
-/// Two walls with a way between them, their middles `off` beside it.
+/// Two walls with a gap between them, their middles `off` beside it.
 void slanted_walls(Case& c, double thick, double off, double yaw) {
   for (const double side : {1.0, -1.0})
     c.m.scene.push_back({side > 0 ? "a" : "b",

@@ -15,7 +15,7 @@ namespace {
 using test::at;
 constexpr std::uint64_t kSeed = 99;
 
-/// A pallet of parts below and among the head's ways.
+/// A pallet of parts below the head's paths and among them.
 std::vector<config::Body> pallet(test::RandomBodies& random, int count, bool grid) {
   std::vector<config::Body> out;
   for (int i = 0; i < count; ++i) {

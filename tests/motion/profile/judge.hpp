@@ -196,7 +196,7 @@ class Search {
     coast(s);
   }
 
-  /// With an arc on the speed bound: both ends are speed changes, the rest of the way is driven at the bound.
+  /// With an arc on the speed bound: both ends are speed changes, the rest of the distance is driven at the bound.
   void coast(long double s) {
     Moving m{from_.p, from_.v, from_.a, 0};
     if (!to_bound(m, s)) return;

@@ -343,7 +343,7 @@ TEST(ChangeSpeed, ends_at_the_speed_without_acceleration_and_never_later_than_a_
     ASSERT_NEAR(static_cast<double>(x.v), v_to, 1e-12 * c.b.v) << text(c);
     ASSERT_NEAR(static_cast<double>(x.a), 0, 1e-12 * c.b.a) << text(c);
     ASSERT_LE(x.a_top, c.b.a * (1 + 1e-12));
-    // The change of speed is what move() does where its way happens to be this one.
+    // The change of speed is what move() does where its target happens to be where that ends.
     const Plan same = move(c.from, {static_cast<double>(x.p), v_to, 0}, c.b);
     ASSERT_TRUE(same);
     ASSERT_LE(duration(same.profile), static_cast<double>(x.duration) * (1 + 1e-9) + 1e-9) << text(c);
@@ -376,7 +376,7 @@ TEST(SpeedOverLength, is_the_inverse_of_the_length_of_a_change) {
   }
 }
 
-TEST(Profile, stretched_takes_longer_on_the_same_way) {
+TEST(Profile, stretched_takes_longer_on_the_same_path) {
   const Plan plan = move({0, 0, 0}, {37, 0, 0}, {50, 300, 5000});
   const Profile slow = stretched(plan.profile, 1.25);
   EXPECT_NEAR(duration(slow), 1.25 * duration(plan.profile), 1e-12);

@@ -124,8 +124,8 @@ TEST(Together, phase_keeps_a_straight_line) {
       const double t = joint.duration_s * k / 20;
       const double u = (evaluate(joint.profiles[0], t).p - axes[0].from.p) / (axes[0].to.p - axes[0].from.p);
       for (std::size_t i = 1; i < 3; ++i) {
-        const double way = axes[i].to.p - axes[i].from.p;
-        ASSERT_NEAR(evaluate(joint.profiles[i], t).p, axes[i].from.p + u * way, 1e-9 * (1 + std::abs(way)));
+        const double whole = axes[i].to.p - axes[i].from.p;
+        ASSERT_NEAR(evaluate(joint.profiles[i], t).p, axes[i].from.p + u * whole, 1e-9 * (1 + std::abs(whole)));
       }
     }
     // No bound of any axis leaves room: the line is as fast as its tightest axis.
@@ -170,7 +170,8 @@ TEST(Together, a_disabled_axis_is_not_planned) {
 }
 
 TEST(Together, what_fails_leaves_no_motion_behind) {
-  // The second way is known not to exist only when the first one is planned: its start cannot stay within its limits.
+  // That the second axis has no motion is known only when the first one is planned: it starts where it cannot stay
+  // within its limits.
   AxisMove axes[] = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 1}}, {{0, 1, 0}, {0.05, 0, 0}, {1, 1, 1}}};
   axes[1].bounds.p_min = -1, axes[1].bounds.p_max = 0.1;
   const Joint joint = move_together(axes);

@@ -51,7 +51,7 @@ TEST(PositionLimits, no_motion_is_longer_than_linear_programming_finds_and_none_
     const Plan plan = move(m.from, m.to, m.bounds);
     if (std::isnan(found)) {
       EXPECT_FALSE(plan) << row.id << ": there is no motion";
-      EXPECT_TRUE(plan.reason == Reason::StartCannotStay || plan.reason == Reason::NoWayWithin) << name(plan.reason);
+      EXPECT_TRUE(plan.reason == Reason::StartCannotStay || plan.reason == Reason::NoMotionWithin) << name(plan.reason);
       ++refused;
       continue;
     }
@@ -83,7 +83,7 @@ TEST(PositionLimits, no_common_duration_is_longer_than_linear_programming_finds)
   EXPECT_GE(refused, 3);
 }
 
-// A motion drawn at random, and limits close around it: a witness that there is a way within them in its duration.
+// A motion drawn at random, and limits close around it: a witness that there is a motion within them in its duration.
 class Witnesses {
  public:
   AxisMove next(double duration_s) {

@@ -23,7 +23,7 @@ TEST(Guard, lets_planned_steps_pass_and_names_the_axis_of_others) {
   EXPECT_EQ(check_target(m, before, last, next).axis, AxisId{1});
   EXPECT_EQ(check_target(m, before, last, next, 0, 0b11101).fault, Fault::None) << "axes that are not looked at";
   next[1] += 0.698;
-  EXPECT_EQ(check_target(m, before, last, next, 1).fault, Fault::None) << "two ticks of way after a missed one";
+  EXPECT_EQ(check_target(m, before, last, next, 1).fault, Fault::None) << "two ticks' displacement after a missed one";
 }
 
 TEST(Guard, lets_no_more_acceleration_pass_than_the_axis_has) {

@@ -287,9 +287,9 @@ TEST(Interpolator, a_touch_ends_beyond_where_the_probe_latches_and_ends_its_bloc
     EXPECT_TRUE(x.probing || at == total);
     EXPECT_TRUE(p.play.at_rest());
     EXPECT_EQ(p.ring->size(), 0u);
-    // The way at speed and what a stop needs, were it at its worst: still speeding up.
+    // The distance travelled at speed and what a stop needs, were it at its worst: still speeding up.
     const Bounds b = line_bounds(m, derivative<1>(touch[0].geometry, 0));
-    EXPECT_LE(x.s, s + kSeenWithin_s * touch[0].v_cap + way_to_speed({0, speed, b.a}, 0, b) + 1e-9) << label(n);
+    EXPECT_LE(x.s, s + kSeenWithin_s * touch[0].v_cap + distance_to_speed({0, speed, b.a}, 0, b) + 1e-9) << label(n);
     p.step();
     expect_within(p.use(), label(n));
   }
@@ -346,7 +346,7 @@ TEST(Interpolator, a_latched_place_that_cannot_be_only_makes_a_touch_end_sooner)
     p.play.probe_latched(kDown, home()[2] - latched);
     while (!p.play.idle()) p.step();
     const Bounds b = line_bounds(m, derivative<1>(touch[0].geometry, 0));
-    EXPECT_LE(p.last.s, seen_at + kSeenWithin_s * 5 + way_to_speed({0, 5, 0}, 0, b) + 1e-6) << latched;
+    EXPECT_LE(p.last.s, seen_at + kSeenWithin_s * 5 + distance_to_speed({0, 5, 0}, 0, b) + 1e-6) << latched;
   }
 }
 
@@ -444,7 +444,7 @@ TEST(Interpolator, override_scales_the_speed_of_a_bead_not_above_the_plan_and_co
   }
 }
 
-TEST(Interpolator, events_under_override_are_off_by_half_a_tick_of_way_at_most) {
+TEST(Interpolator, events_under_override_are_off_by_what_half_a_tick_travels_at_most) {
   StraightBead one(60, 50);
   for (const double factor : {0.3, 0.7, 1.3, 2.0}) {
     Player p(one.m, one.bead.start);

@@ -218,11 +218,11 @@ Verdict trial(std::uint64_t seed) {
       if (v > 1e-3) {
         for (std::size_t i = 0; i < m.axes; ++i) d[i] = x.v[i] / v;
         for (std::size_t i = 0; i < 3; ++i) a += x.a[i] * d[i];
-        const double way = ideal_stop(v, a, along(m, d, &AxisLimits::a_max), along(m, d, &AxisLimits::j_max));
+        const double braking = ideal_stop(v, a, along(m, d, &AxisLimits::a_max), along(m, d, &AxisLimits::j_max));
         stop_text = " from " + std::to_string(v) + " mm/s, " + std::to_string(a) + " mm/s2";
-        // The beginning of a curve looks straight over a short way.
-        const double enough = 1.1 * way + 0.05;
-        if (way > 0 && path.straight_ahead(x.q, d, enough) >= enough) ideal = way;
+        // The beginning of a curve looks straight over a short distance.
+        const double enough = 1.1 * braking + 0.05;
+        if (braking > 0 && path.straight_ahead(x.q, d, enough) >= enough) ideal = braking;
       }
     }
     held = true;
@@ -257,13 +257,13 @@ Verdict trial(std::uint64_t seed) {
     if (held && !x.moving && stop_began != 0) {
       out.stop_s = std::max(out.stop_s, static_cast<double>(stream.size() - stop_began) * m.tick_s);
       if (ideal > 1e-3) {
-        double way = 0;
-        for (std::size_t i = 0; i < 3; ++i) way += std::pow(x.q[i] - stop_from[i], 2);
-        way = std::sqrt(way);
+        double braked = 0;
+        for (std::size_t i = 0; i < 3; ++i) braked += std::pow(x.q[i] - stop_from[i], 2);
+        braked = std::sqrt(braked);
         ++out.line_stops;
-        out.stop_share = std::max(out.stop_share, way / ideal);
-        if (way > 1.02 * ideal + 1e-6)
-          tell("a stop of " + std::to_string(way) + " mm instead of " + std::to_string(ideal) + stop_text);
+        out.stop_share = std::max(out.stop_share, braked / ideal);
+        if (braked > 1.02 * ideal + 1e-6)
+          tell("a stop of " + std::to_string(braked) + " mm instead of " + std::to_string(ideal) + stop_text);
       }
       stop_began = 0, ideal = 0;
     }

@@ -1,27 +1,27 @@
-#include "motion/plan/join_ways.hpp"
+#include "motion/plan/join_paths.hpp"
 
 #include <algorithm>
 #include <limits>
 
 namespace gantry::motion {
 
-/// Dijkstra over all corners; whether one is seen from another is asked only where that could make the way shorter.
-std::vector<Vec3> join_ways(const std::vector<std::vector<Vec3>>& ways, const Clear& clear) {
+/// Dijkstra over all corners; whether one is seen from another is asked only where that could make the path shorter.
+std::vector<Vec3> join_paths(const std::vector<std::vector<Vec3>>& paths, const Clear& clear) {
   struct Corner {
     Vec3 at;
-    double length_mm = std::numeric_limits<double>::infinity();  ///< of the shortest way to it
+    double length_mm = std::numeric_limits<double>::infinity();  ///< of the shortest path to it
     std::size_t before = 0;
     bool done = false;
   };
   const std::vector<Vec3>& shortest = *std::min_element(
-      ways.begin(), ways.end(), [](const auto& a, const auto& b) { return length_of(a) < length_of(b); });
+      paths.begin(), paths.end(), [](const auto& a, const auto& b) { return length_of(a) < length_of(b); });
   const Vec3 goal = shortest.back();
   std::vector<Corner> corners{{shortest.front(), 0, 0, false}};
   for (std::size_t i = 1; i < shortest.size(); ++i)
     corners.push_back({shortest[i], corners.back().length_mm + norm(shortest[i] - shortest[i - 1]), i - 1, false});
   const std::size_t last = corners.size() - 1;
-  for (const auto& way : ways)
-    for (std::size_t i = 1; &way != &shortest && i + 1 < way.size(); ++i) corners.push_back({way[i]});
+  for (const auto& path : paths)
+    for (std::size_t i = 1; &path != &shortest && i + 1 < path.size(); ++i) corners.push_back({path[i]});
 
   while (!corners[last].done) {
     std::size_t from = last;

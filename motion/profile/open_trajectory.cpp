@@ -1,10 +1,10 @@
-#include "motion/profile/way.hpp"
+#include "motion/profile/open_trajectory.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace gantry::motion {
-Way::Way(const State& from, const State& to, const AxisBounds& bounds, Outside outside) noexcept
+OpenTrajectory::OpenTrajectory(const State& from, const State& to, const AxisBounds& bounds, Outside outside) noexcept
     : entered_{from, {}}, to_(to), bounds_(bounds), scale_(bounds) {
   inside_ = enter(from, bounds, outside, entered_);
   scale_p_ = position_scale(from, to, bounds);
@@ -28,18 +28,18 @@ Way::Way(const State& from, const State& to, const AxisBounds& bounds, Outside o
   if (shortest_.side != scaled::Side::None) reason_ = Reason::Solved;
 }
 
-Corridor Way::corridor() const noexcept {
+Corridor OpenTrajectory::corridor() const noexcept {
   return {inside_, to_, bounds_, resolution_ * scale_.p, entered_.phases.size()};
 }
 
-void Way::enter_corridor() noexcept {
+void OpenTrajectory::enter_corridor() noexcept {
   Corridor within = corridor();
   if (within.inside(entered_)) route_ = within.shortest();
   shortest_s_ = entered_s_ + (route_ ? route_->duration_s : kNever);
   reason_ = route_ && *route_ ? Reason::Solved : route_ ? within.reason_of_none() : Reason::StartCannotStay;
 }
 
-double Way::first_s(double t) noexcept {
+double OpenTrajectory::first_s(double t) noexcept {
   if (t <= shortest_s_ * (1 + kEqual)) return shortest_s_;
   if (route_) {
     const double had = entered_s_ + route_->duration_s;
@@ -51,7 +51,7 @@ double Way::first_s(double t) noexcept {
   return found.side == scaled::Side::None ? -1 : entered_s_ + found.duration * scale_.t;
 }
 
-bool Way::write(double t, Profile& profile) noexcept {
+bool OpenTrajectory::write(double t, Profile& profile) noexcept {
   profile = entered_;
   if (ramp_ && t <= shortest_s_ * (1 + kEqual)) {
     append(profile, ramp_->duration_s, ramp_->jerk);

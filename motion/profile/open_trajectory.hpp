@@ -1,6 +1,6 @@
-// One axis between entering its bounds and its target, whose duration is still open: what arriving together needs.
-//   Way way(from, to, bounds, outside);     if (way.reason() == Reason::Solved)
-//   t = way.shortest_s();   t = way.first_s(t);   way.write(t, profile);
+// The trajectory of one axis to its target, whose duration is still open: axes that arrive together agree on one.
+//   OpenTrajectory x(from, to, bounds, outside);
+//   if (x.reason() == Reason::Solved) t = x.shortest_s();   t = x.first_s(t);   x.write(t, profile);
 #pragma once
 #include <optional>
 
@@ -8,16 +8,16 @@
 
 namespace gantry::motion {
 
-class Way {
+class OpenTrajectory {
  public:
-  Way(const State& from, const State& to, const AxisBounds& bounds, Outside outside) noexcept;
+  OpenTrajectory(const State& from, const State& to, const AxisBounds& bounds, Outside outside) noexcept;
 
   [[nodiscard]] Reason reason() const noexcept { return reason_; }
   [[nodiscard]] double shortest_s() const noexcept { return shortest_s_; }
   /// First duration >= t that is not blocked; negative: none was found.
   double first_s(double t) noexcept;
   /// What it means when first_s() or write() find nothing.
-  [[nodiscard]] Reason reason_of_none() const noexcept { return route_ ? Reason::NoWayWithin : Reason::NoSolution; }
+  [[nodiscard]] Reason reason_of_none() const noexcept { return route_ ? Reason::NoMotionWithin : Reason::NoSolution; }
   /// A profile of that duration, which first_s() has given. False: numerically out of range.
   bool write(double t, Profile& profile) noexcept;
 
