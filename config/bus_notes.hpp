@@ -8,7 +8,7 @@
 
 namespace gantry::config {
 
-/// A sentence for each axis that is left to its station, for the valve, and for the ways of X and Y at full speed.
+/// A sentence for each axis that is left to its station, for the valve, and for how far X and Y travel at full speed.
 std::vector<std::string> bus_notes(const Machine& machine);
 
 }  // namespace gantry::config

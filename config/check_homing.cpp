@@ -50,7 +50,7 @@ class HomingCheck {
     return fmt::format("method {}{}", homing_.method, axis_.drives.front().invert ? " on an inverted drive" : "");
   }
   /// "; write method 17, ..." where there is one.
-  [[nodiscard]] std::string other_way(std::string_view where) const {
+  [[nodiscard]] std::string opposite_method(std::string_view where) const {
     const int other = mirrored(homing_.method);
     return other == 0 ? "" : fmt::format("; write method {}, which looks for it {}", other, where);
   }
@@ -150,14 +150,14 @@ class HomingCheck {
   }
 
   bool goes_down() {
-    const int way = heads(axis_, axis_.drives.front());
-    const bool z_down = axis_.id == machine_.z && way < 0, lift_down = axis_.id == machine_.u && way > 0;
+    const int direction = heads(axis_, axis_.drives.front());
+    const bool z_down = axis_.id == machine_.z && direction < 0, lift_down = axis_.id == machine_.u && direction > 0;
     if (!z_down && !lift_down) return false;
     mistakes_.add(Fault::Inconsistent,
                   fmt::format("{} looks for its switch {}: axis {} would go down towards the board, while nothing is "
                               "known of where it stands{}",
                               how(), z_down ? "downwards (Z is up positive)" : "where the lift is low", axis_.name,
-                              other_way("on the way up")),
+                              opposite_method("on the way up")),
                   row_.method.place);
     return true;
   }

@@ -178,9 +178,9 @@ const Fields<CameraConfig> kCamera{
 const Fields<ProbeRow> kProbe{
     name_of("axis", &ProbeRow::axis, kRequired, "axis whose drive latches"),
     number("speed", &ProbeRow::speed_mm_s, D::Speed, {0.1, 100}, kRequired,
-           "towards the surface; presses in by 25 ms of way and a stop"),
+           "towards the surface; presses in by what it travels in 25 ms, and the braking distance"),
     number("approach", &ProbeRow::approach_mm, D::Length, {0.1, 100}, kRequired, "begins this far above the surface"),
-    number("travel", &ProbeRow::travel_mm, D::Length, {0.1, 100}, kRequired, "gives up after this way"),
+    number("travel", &ProbeRow::travel_mm, D::Length, {0.1, 100}, kRequired, "gives up after this distance"),
     number("retract", &ProbeRow::retract_mm, D::Length, {0.1, 100}, kRequired, "back up after the touch"),
     number("fast", &ProbeRow::fast_mm_s, D::Speed, {0.1, 100}, kOptional,
            "of a first touch that finds the surface; the one at `speed` follows and counts. The virtual probe bears 10 "

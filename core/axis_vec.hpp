@@ -9,7 +9,7 @@ namespace gantry {
 
 using AxisVec = std::array<double, kMaxAxes>;
 
-/// On the straight line of the axes, `fraction` of the way.
+/// On the straight line between two positions, at `fraction` of its length.
 constexpr AxisVec between(const AxisVec& from, const AxisVec& to, double fraction) {
   AxisVec q{};
   for (std::size_t i = 0; i < q.size(); ++i) q[i] = from[i] + (to[i] - from[i]) * fraction;

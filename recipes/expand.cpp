@@ -185,7 +185,7 @@ void Expander::array(const FeatureRow& row) {
   const std::set<std::pair<int, int>> skip(row.skip.begin(), row.skip.end());
   std::vector<Vec3> points;
   for (int r = 0; r < row.rows; ++r)
-    // To and fro, so that the way from row to row is short.
+    // To and fro, so that the travel from row to row is short.
     for (int k = 0; k < row.columns; ++k) {
       const int c = r % 2 == 0 ? k : row.columns - 1 - k;
       if (skip.count({r, c})) continue;

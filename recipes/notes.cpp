@@ -12,7 +12,8 @@ double watchdog_s(const config::Machine& machine, StationId station) {
   return machine.stations[station.value].profile.watchdog_ms * 1e-3;
 }
 
-/// Way of the head after the bus is lost at a speed: until its drives' watchdogs bite, then braking as hard as allowed.
+/// Distance that the head travels after the bus is lost at a speed: until its drives' watchdogs bite at that speed,
+/// then the braking distance, as hard as allowed.
 double stopping_mm(const config::Machine& machine, double speed_mm_s) {
   double most = 0;
   for (const AxisId id : {machine.x, machine.y}) {

@@ -83,7 +83,7 @@ struct Material {
   Location place{};
   double early_off = 0;         ///< mm before the end of a bead where the valve shuts
   double back_track = 0;        ///< mm back along the bead after its end, the valve shut
-  double tail_lift = 0;         ///< mm up on that way
+  double tail_lift = 0;         ///< mm that the needle rises while it goes back
   double rejoin_within_s = 60;  ///< a bead that was cut is joined again within this since its valve shut
 };
 
@@ -119,13 +119,14 @@ double length_mm(const Bead& bead);
 
 /// A bead's points without the last `mm` of them.
 std::vector<Vec3> without_end(const Bead& bead, double mm);
-struct WayBack {
+/// The path back along a bead.
+struct Retrace {
   std::vector<Vec3> points;
   std::size_t looks = 0;  ///< at points of the bead: what it has cost
 };
-/// From a bead's end back along it by so much, or to its start, as a polyline that is off it by at most `off_mm`: the
+/// From a bead's end back along it by `back_mm`, or to its start, as a polyline that is off it by at most `off_mm`: the
 /// first point is the bead's last.
-WayBack way_back(const Bead& bead, double back_mm, double off_mm);
+Retrace retrace(const Bead& bead, double back_mm, double off_mm);
 
 /// An area that is filled with parallel lines; each run of them is a bead.
 struct Fill {

@@ -111,12 +111,12 @@ bool crosses(const Part& part, Vec2 from, Vec2 to) {
   double enter = 0, leave = 1;  // Liang and Barsky 1984
   for (const auto& [start, end, half] :
        {std::tuple{a.x, b.x, part.size.x / 2}, std::tuple{a.y, b.y, part.size.y / 2}}) {
-    const double way = end - start;
-    if (std::abs(way) < kSlack_mm) {
+    const double whole = end - start;
+    if (std::abs(whole) < kSlack_mm) {
       if (std::abs(start) >= half - kSlack_mm) return false;
       continue;
     }
-    const double t1 = (-half - start) / way, t2 = (half - start) / way;
+    const double t1 = (-half - start) / whole, t2 = (half - start) / whole;
     enter = std::max(enter, std::min(t1, t2)), leave = std::min(leave, std::max(t1, t2));
   }
   return enter < leave - kSlack_mm || (enter <= leave && from == to);

@@ -44,7 +44,8 @@ std::vector<Index> nearest_first(std::span<const Ends> ends, const Precedence& b
   return order;
 }
 
-/// Of each feature those that are near: behind it, from where it ends to where they begin; before it, the other way.
+/// Of each feature those that are near: behind it, by where it ends and they begin; before it, by where they end and it
+/// begins.
 struct Neighbours {
   std::vector<std::vector<Index>> behind, before;
   explicit Neighbours(std::span<const Ends> ends) : behind(ends.size()), before(ends.size()) {
@@ -68,7 +69,7 @@ class Search {
         near_(near),
         work_(work),
         free_(before.none()),
-        one_way_(std::any_of(ends.begin(), ends.end(), [](const Ends& e) { return e.from != e.to; })) {}
+        directed_(std::any_of(ends.begin(), ends.end(), [](const Ends& e) { return e.from != e.to; })) {}
 
   void begin(std::vector<Index> order) {
     order_ = std::move(order);
@@ -97,7 +98,7 @@ class Search {
   [[nodiscard]] const std::vector<Index>& order() const { return order_; }
   [[nodiscard]] double length_mm() const {
     double mm = 0;
-    for (Index i = 1; i < size(); ++i) mm += way(order_[i - 1], order_[i]);
+    for (Index i = 1; i < size(); ++i) mm += travel_mm(order_[i - 1], order_[i]);
     return mm;
   }
 
@@ -109,8 +110,8 @@ class Search {
 
   [[nodiscard]] Index size() const { return static_cast<Index>(order_.size()); }
   [[nodiscard]] Index at(Index place) const { return place < size() ? order_[place] : kNobody; }
-  /// Nothing leads to the first feature, nothing away from the last.
-  [[nodiscard]] double way(Index a, Index b) const {
+  /// From where `a` ends to where `b` begins. No travel to the first feature counts, and none from the last.
+  [[nodiscard]] double travel_mm(Index a, Index b) const {
     return a == kNobody || b == kNobody ? 0 : norm(ends_[b].from - ends_[a].to);
   }
   [[nodiscard]] Index before(Index place) const { return place == 0 ? kNobody : order_[place - 1]; }
@@ -165,21 +166,22 @@ class Search {
 
   /// What is between the features of a stretch when it is gone through backwards, less what is now.
   [[nodiscard]] double turned(Index first, Index last) {
-    if (!one_way_) return 0;
+    if (!directed_) return 0;
     work_ += last - first;
     double more = 0;
-    for (Index i = first; i < last; ++i) more += way(order_[i + 1], order_[i]) - way(order_[i], order_[i + 1]);
+    for (Index i = first; i < last; ++i)
+      more += travel_mm(order_[i + 1], order_[i]) - travel_mm(order_[i], order_[i + 1]);
     return more;
   }
   [[nodiscard]] double swap_gain(Index first, Index middle, Index last) const {
     const Index a = before(first), b = order_[first], c = order_[middle - 1], d = order_[middle], e = order_[last],
                 f = at(last + 1);
-    return way(a, b) + way(c, d) + way(e, f) - way(a, d) - way(e, b) - way(c, f);
+    return travel_mm(a, b) + travel_mm(c, d) + travel_mm(e, f) - travel_mm(a, d) - travel_mm(e, b) - travel_mm(c, f);
   }
 
   [[nodiscard]] double turn_gain(Index first, Index last) {
     const Index a = before(first), b = order_[first], c = order_[last], d = at(last + 1);
-    return way(a, b) + way(c, d) - way(a, c) - way(b, d) - turned(first, last);
+    return travel_mm(a, b) + travel_mm(c, d) - travel_mm(a, c) - travel_mm(b, d) - turned(first, last);
   }
 
   // ---- doing it ----
@@ -226,7 +228,7 @@ class Search {
   }
 
   bool try_turn(Index first, Index last, double gain) {
-    if (gain <= kGain_mm || last - first >= (one_way_ ? std::min(reach_, kTurnReach) : reach_)) return false;
+    if (gain <= kGain_mm || last - first >= (directed_ ? std::min(reach_, kTurnReach) : reach_)) return false;
     gain_ = gain - turned(first, last);
     if (gain_ <= kGain_mm || !may_turn(first, last)) return false;
     turn(first, last);
@@ -247,15 +249,15 @@ class Search {
   /// Another one comes behind it, which is nearer.
   bool leave_shorter(Index a) {
     const Index next = at(place_[a] + 1);
-    const double now = way(a, next);
+    const double now = travel_mm(a, next);
     for (const Index b : near_.behind[a]) {
-      const double then = way(a, b);
+      const double then = travel_mm(a, b);
       if (then >= now - kGain_mm) return false;
       const Index i = place_[a], k = place_[b];
       ++work_;
       if (k > i) {
         const Index behind = at(k + 1);
-        if (try_turn(i + 1, k, now + way(b, behind) - then - way(next, behind))) return true;
+        if (try_turn(i + 1, k, now + travel_mm(b, behind) - then - travel_mm(next, behind))) return true;
         if (try_swap(i + 1, k, size() - 1)) return true;
         for (const Index c : near_.before[next])
           if (place_[c] >= k && try_swap(i + 1, k, place_[c])) return true;
@@ -270,15 +272,15 @@ class Search {
   /// Another one comes before it, which is nearer.
   bool arrive_shorter(Index b) {
     const Index k = place_[b];
-    const double now = way(before(k), b);
+    const double now = travel_mm(before(k), b);
     for (const Index a : near_.before[b]) {
-      const double then = way(a, b);
+      const double then = travel_mm(a, b);
       if (then >= now - kGain_mm) return false;
       const Index i = place_[a];
       ++work_;
       if (i < k) {
         const Index ahead = before(i);
-        if (try_turn(i, k - 1, now + way(ahead, a) - then - way(ahead, before(k)))) return true;
+        if (try_turn(i, k - 1, now + travel_mm(ahead, a) - then - travel_mm(ahead, before(k)))) return true;
       }
     }
     return false;
@@ -304,7 +306,8 @@ class Search {
   const Precedence& before_;
   const Neighbours& near_;
   std::uint64_t& work_;
-  bool free_, one_way_;
+  bool free_;
+  bool directed_;  ///< a feature begins elsewhere than it ends, so that travel has another length backwards
   std::vector<Index> order_, place_;
   std::vector<bool> waiting_;
   std::deque<Index> queue_;

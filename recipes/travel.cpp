@@ -17,7 +17,7 @@ std::vector<Ends> ends_of(const Recipe& recipe) {
       continue;
     }
     const Bead& bead = std::get<Bead>(feature);
-    const Vec3 leaves = m.back_track > 0 ? way_back(bead, m.back_track, 0).points.back() : bead.points.back();
+    const Vec3 leaves = m.back_track > 0 ? retrace(bead, m.back_track, 0).points.back() : bead.points.back();
     all.push_back({bead.points.front() + lifted, leaves + lifted + Vec3{0, 0, m.tail_lift}});
   }
   return all;

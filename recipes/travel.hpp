@@ -1,6 +1,6 @@
 // How far the needle travels between features: from where it has risen off the one straight to over where the next one
 // begins. In the board's frame, so that it is the same on every machine and wherever the board lies; detours about
-// parts, the way to the first feature and the way from the last are not in it.
+// parts, the travel to the first feature and that from the last are not in it.
 //   const auto ends = ends_of(recipe);   double mm = travel_mm(ends, order);
 #pragma once
 #include <span>

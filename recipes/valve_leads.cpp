@@ -13,7 +13,7 @@ namespace {
 motion::Bounds bounds(const config::Axis& axis) { return {axis.v_max, axis.a_max, axis.j_max}; }
 
 /// Down from the retract height to the gap, from rest to rest.
-double way_down_s(const config::Machine& machine, const Material& m) {
+double descent_s(const config::Machine& machine, const Material& m) {
   if (m.retract <= 0) return 0;
   return motion::duration(motion::move({0, 0, 0}, {m.retract, 0, 0}, bounds(machine.axes[machine.z.value])).profile);
 }
@@ -33,16 +33,17 @@ double run_up_s(const config::Machine& machine, const Material& m, const Bead& b
   return motion::duration(motion::change_speed({0, 0, 0}, m.speed, along).profile);
 }
 
-/// How long the needle is on its last way to a feature, and how long the valve is to be open on it.
+/// How long the last stretch to a feature takes (the descent, then the wait or the run-up), and how long the valve is
+/// to be open on the feature.
 struct Times {
-  double last_way_s = 0, open_s = 0;
+  double last_stretch_s = 0, open_s = 0;
   const char* more_room = "";
 };
 Times times(const config::Machine& machine, const Material& m, const Dot&) {
-  return {way_down_s(machine, m) + m.settle_time, m.dot_time, "'settle_time' or 'retract'"};
+  return {descent_s(machine, m) + m.settle_time, m.dot_time, "'settle_time' or 'retract'"};
 }
 Times times(const config::Machine& machine, const Material& m, const Bead& bead) {
-  return {way_down_s(machine, m) + run_up_s(machine, m, bead), (length_mm(bead) - m.early_off) / m.speed, "'retract'"};
+  return {descent_s(machine, m) + run_up_s(machine, m, bead), (length_mm(bead) - m.early_off) / m.speed, "'retract'"};
 }
 
 }  // namespace
@@ -62,11 +63,11 @@ void check_valve_leads(const Recipe& recipe, const config::Machine& machine, con
         return;
       }
     const Times t = times(machine, *m, feature);
-    if (m->valve_open_lead > t.last_way_s && told.insert({m->name, true}).second)
+    if (m->valve_open_lead > t.last_stretch_s && told.insert({m->name, true}).second)
       mistakes.add(Fault::NoSolution,
                    fmt::format("material '{}': 'valve_open_lead' of {:.6g} ms opens the valve before the needle is on "
-                               "its last way to '{}', which takes {:.0f} ms; give it a shorter lead, or more {}",
-                               m->name, m->valve_open_lead * 1e3, feature.id, t.last_way_s * 1e3, t.more_room),
+                               "the last stretch to '{}', which takes {:.0f} ms; give it a shorter lead, or more {}",
+                               m->name, m->valve_open_lead * 1e3, feature.id, t.last_stretch_s * 1e3, t.more_room),
                    m->place);
     if (m->valve_close_lead >= m->valve_open_lead + t.open_s && told.insert({m->name, false}).second)
       mistakes.add(

@@ -392,7 +392,7 @@ Result<void> BlockPlanner::leave_bead(BlockBuilder& builder, const recipes::Bead
   if (m.back_track <= 0 && m.tail_lift <= 0) return {};
   const auto over = [&](Vec3 p) { return needle_at(flat(p), p.z + m.gap); };
   const std::vector<Vec3> back =
-      recipes::way_back(bead, m.back_track, std::max(bead.corner_tolerance, kBackTrack_mm)).points;
+      recipes::retrace(bead, m.back_track, std::max(bead.corner_tolerance, kBackTrack_mm)).points;
   const double all = length_of(back);
   double gone = 0;
   if (all > 0)

@@ -1,4 +1,4 @@
-// Single-producer single-consumer ring of trivially copyable values: the way state crosses the RT boundary. No
+// Single-producer single-consumer ring of trivially copyable values: by it state crosses the RT boundary. No
 // allocation, no lock; each side touches only its own index and keeps a copy of the other's, so that the cache line
 // moves rarely.
 //   Ring<Snapshot, 4096> r;   r.push(s) -> false when full;   r.pop(s) -> false when empty

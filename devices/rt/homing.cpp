@@ -61,7 +61,7 @@ void HomingRun::watch_search(const Feedback& f) noexcept {
   if (std::abs(f.counts.value - start_.value) > limits_.travel_counts) cancel(Fault::HomingTimeout);
 }
 
-/// Its switch was not seen, but the way was so short that it may have been closed between two frames alone.
+/// Its switch was not seen, but the distance was so short that it may have been closed between two frames alone.
 bool HomingRun::at_the_edge() const noexcept {
   constexpr double kNear = 10;  // cycles of travel
   return !led_off_ && limits_.rules.toward != 0 &&
@@ -69,8 +69,8 @@ bool HomingRun::at_the_edge() const noexcept {
 }
 
 void HomingRun::lead_off(const Feedback& f) noexcept {
-  constexpr double kWay = 2, kCycles = 32;  // cycles of travel, in so many
-  const double all = kWay * limits_.rules.counts_per_cycle;
+  constexpr double kBack = 2, kCycles = 32;  // what it travels in two cycles, in so many
+  const double all = kBack * limits_.rules.counts_per_cycle;
   if (static_cast<double>(led_) < all) {
     const std::int64_t step = std::max<std::int64_t>(1, std::llround(all / kCycles));  // targets are whole counts
     led_ += step;

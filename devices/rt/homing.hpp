@@ -33,7 +33,7 @@ class HomingRun {
     Search,     ///< start bit set
     Settle,     ///< start bit cleared, until it stands
     LeaveMode,  ///< until the drive shows CSP again
-    LeadOff,    ///< a little way back from its switch, by targets; then it is searched once more
+    LeadOff,    ///< a short distance back from its switch, by targets; then it is searched once more
     Done,
     Failed,  ///< fault(): HomingFailed, HomingTimeout, HomingWrongLimit, HomingTooFast, or the drive's own
   };

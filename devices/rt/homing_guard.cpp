@@ -44,7 +44,7 @@ HomingGuard::HomingGuard(const HomingRules& rules, const Feedback& f) noexcept
       last_(f.counts),
       closed_at_(f.counts) {}
 
-/// An axis leaves its reference limit to find the edge. One that is closed all the way is stuck, or it is another one.
+/// An axis leaves its reference limit to find the edge. One that never opens is stuck, or it is another one.
 bool HomingGuard::stuck(std::uint8_t now, Counts counts, std::int64_t elapsed) noexcept {
   if (rules_.leave_counts <= 0 || (now & rules_.reference & rules_.known & (kSwitchNeg | kSwitchPos)) == 0) {
     closed_cycles_ = 0;

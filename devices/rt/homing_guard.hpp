@@ -1,5 +1,5 @@
 // What the controller watches while a drive homes by itself, from what the drive shows of its own switches and counter:
-// a limit that is not on the method's way, both limits at once, a reference limit that does not open although the axis
+// a limit that the method does not come to, both limits at once, a reference limit that does not open although the axis
 // leaves it, more speed than was asked for. A drive that calls its
 // homing done without its switch having been seen has not found it.
 //   HomingGuard guard(rules, feedback);    each fresh cycle of the search: Fault f = guard.look(feedback);
@@ -17,7 +17,7 @@ inline constexpr std::uint8_t kSwitchNeg = 1, kSwitchPos = 2, kSwitchHome = 4;
 
 struct HomingRules {
   std::uint8_t known = 0;         ///< switches that the drive shows in 60FDh
-  std::uint8_t may_meet = 0;      ///< limits on the method's way
+  std::uint8_t may_meet = 0;      ///< limits that the method may come to
   std::uint8_t reference = 0;     ///< what the method looks for; 0: homes where it stands, or at the index pulse
   int toward = 0;                 ///< where it looks for that from afar, in the drive's own counter: +1, -1; 0: nowhere
   std::int64_t leave_counts = 0;  ///< within which a limit that is the reference opens again; 0: not watched

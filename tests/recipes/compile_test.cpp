@@ -242,8 +242,8 @@ INSTANTIATE_TEST_SUITE_P(
               },
               Fault::Inconsistent, "bead 'front_seam'", "`on: capacitor`"},
         Wrong{"open_lead", [](Recipe& r, config::Machine&) { r.materials[0].valve_open_lead = 0.5; }, Fault::NoSolution,
-              "adhesive", "before the needle is on its last way to 'spreader[0][0]'"},
-        Wrong{"open_lead_without_a_way",
+              "adhesive", "before the needle is on the last stretch to 'spreader[0][0]'"},
+        Wrong{"open_lead_without_a_descent",
               [](Recipe& r, config::Machine&) {
                 r.materials[0].retract = 0;
                 r.materials[0].settle_time = 0.005;

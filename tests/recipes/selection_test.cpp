@@ -54,7 +54,7 @@ TEST(Selection, of_what_the_recipe_does_not_have_names_the_nearest) {
   says({.from = "dam", .only = {"first"}}, "--only", "not given together");
 }
 
-TEST(Selection, leaves_marks_touches_and_the_way_home_in_the_job) {
+TEST(Selection, leaves_marks_touches_and_parking_in_the_job) {
   Job job;
   for (const auto& what : {Block{1, LookAtMark{0}}, Block{2, Touch{0}}, Block{3, PurgeNeedle{}},
                            Block{4, Dispense{{0, 1, 2, 3, 4, 5, 6}}}, Block{5, Park{}}})

@@ -144,7 +144,7 @@ TEST(ShortestOrder, is_the_same_again_and_again) {
 
 TEST(ShortestOrder, of_many_dots_is_about_as_long_as_the_best_is_known_to_be) {
   // Of n random points in a square of area A the shortest round is 0.7124 sqrt(n A) (1 + 0.33 / n) long on the mean
-  // (Johnson, McGeoch and Rothberg 1996); a way without its last leg is shorter.
+  // (Johnson, McGeoch and Rothberg 1996); a path, which is a round without its last leg, is shorter.
   std::mt19937 random(6);
   constexpr std::size_t kCount = 10000;
   const auto ends = random_ends(random, kCount, false);

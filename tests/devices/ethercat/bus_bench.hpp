@@ -59,7 +59,7 @@ struct BusBench {
   VirtualClock clock;
   sim::Segment segment{wired, clock};
   sim::SegmentPort port{segment, clock};
-  FramePort* way = &port;  ///< a tap may stand between
+  FramePort* port_used = &port;  ///< a tap may stand between
   std::unique_ptr<EthercatMaster> master;
   std::vector<BenchDrive> drives;
   DcLock lock;
@@ -67,7 +67,7 @@ struct BusBench {
   Exchange last;
 
   Result<void> bring_up(const MasterOptions& options = {}) {
-    master = std::make_unique<EthercatMaster>(machine, *way, clock, options);
+    master = std::make_unique<EthercatMaster>(machine, *port_used, clock, options);
     if (auto ok = master->bring_up(); !ok) return ok;
     drives.clear();
     for (const auto& axis : machine.axes)

@@ -103,7 +103,7 @@ struct AnalogueBench {
     b.machine.stations.push_back(as_configured);
     sim::Segment segment(b.wired, b.clock);
     sim::SegmentPort port(segment, b.clock);
-    b.way = &port;
+    b.port_used = &port;
     auto up = b.bring_up();
     b.master.reset();
     return up;
@@ -254,7 +254,7 @@ class UnwatchedPort final : public PassingPort {
 TEST(Layout, a_station_whose_outputs_do_not_trigger_the_watchdog_is_refused) {
   BusBench b;
   UnwatchedPort port(b.port);
-  b.way = &port;
+  b.port_used = &port;
   const auto up = b.bring_up();
   ASSERT_FALSE(up);
   EXPECT_EQ(up.error().fault, Fault::WatchdogDisabled);

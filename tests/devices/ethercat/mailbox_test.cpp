@@ -309,19 +309,19 @@ TEST(Sdo, a_lost_reply_is_asked_for_again_and_the_request_is_not_carried_out_twi
 // on its way back is gone, and that is told.
 TEST(Sdo, a_station_without_repeat_is_read_again_while_its_mailbox_is_full) {
   for (const bool knows_repeat : {true, false})
-    for (const bool way_out : {true, false})
+    for (const bool on_the_way_out : {true, false})
       for (int n = 0; n < 6; ++n) {
-        SCOPED_TRACE(testing::Message() << knows_repeat << way_out << n);
+        SCOPED_TRACE(testing::Message() << knows_repeat << on_the_way_out << n);
         Bench b;
         b.port.knows_repeat = knows_repeat;
-        (way_out ? b.port.lose_look : b.port.lose_read) = n;
+        (on_the_way_out ? b.port.lose_look : b.port.lose_read) = n;
         b.port.answer = [](const Bytes& r) {
           Bytes out = bytes({0, 0x30, 0x43, 0, 0, 0, 0, 0, 0, 0});
           std::copy(r.begin() + 3, r.begin() + 6, out.begin() + 3);
           out[6] = r[3];
           return std::vector<Bytes>{bytes({0, 0x10, 0x10, 0x32, 0x04, 1, 2, 3, 4, 5}), out};  // an emergency in front
         };
-        const bool gone = !knows_repeat && !way_out;
+        const bool gone = !knows_repeat && !on_the_way_out;
         for (int i = 0; i < 3; ++i) {
           const Time begin = b.clock.now();
           const auto value = sdo_upload(b.link, b.station, {static_cast<std::uint16_t>(0x2000 + i), 0});

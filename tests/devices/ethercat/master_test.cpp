@@ -474,7 +474,7 @@ TEST(Master, tshark_finds_nothing_malformed_in_a_bring_up) {
   BusBench b;
   const std::string file = std::string(GANTRY_BINARY_DIR) + "/bring_up.pcap";
   PcapTap tap(b.port, b.clock, file);
-  b.way = &tap;
+  b.port_used = &tap;
   b.operate();
   b.cycles(50);
   tap.flush();

@@ -44,7 +44,7 @@ class WatchingPort final : public PassingPort {
 struct ShutDownBench : BusBench {
   WatchingPort watch{port, segment, clock};
   ShutDownBench() {
-    way = &watch;
+    port_used = &watch;
     operate();
   }
   Time shut_down() {

@@ -75,7 +75,7 @@ struct Life {
   VirtualClock clock;
   sim::Segment segment{machine, clock};
   sim::SegmentPort port{segment, clock};
-  HarmfulPort way{port, segment};
+  HarmfulPort harmful{port, segment};
   std::unique_ptr<EthercatMaster> master;
   bool up = false;
   Time due{};
@@ -101,15 +101,15 @@ struct Life {
     for (int i = 0; i < 5; ++i) cycle();
     if (!timed("request_operation", [&] { return master->request_operation(); })) return false;
     // SYNC0 begins up to 200 ms later where a frame of its start was lost. A line that is cut does not come to OP.
-    const int most = way.harm() == Harm::RequestLost || way.harm() == Harm::ReplyLost ? 400 : 60;
+    const int most = harmful.harm() == Harm::RequestLost || harmful.harm() == Harm::ReplyLost ? 400 : 60;
     for (int i = 0; i < most && last.ethercat.al_states != 8; ++i) cycle();
     return timed("check_operation", [&] { return master->check_operation(); });
   }
   /// Whether all went well to its end.
   bool live(Harm harm, int at, int link) {
     segment.renew();
-    way.expect(harm, at, link);
-    master = std::make_unique<EthercatMaster>(machine, way, clock);
+    harmful.expect(harm, at, link);
+    master = std::make_unique<EthercatMaster>(machine, harmful, clock);
     up = timed("bring_up", [&] { return master->bring_up(); });
     if (!up) return false;
     due = master->first_cycle(clock.now());
@@ -128,7 +128,7 @@ struct Life {
   }
   /// The line is whole again: the same master brings everything back.
   bool come_back(int link) {
-    way.spare();
+    harmful.spare();
     segment.heal_link(link);
     if (!up) {
       up = timed("bring_up again", [&] { return master->bring_up(); });
@@ -151,7 +151,7 @@ struct Life {
 int frames_of_a_life(Life& life) {
   EXPECT_TRUE(life.live(Harm::None, 0, 0));
   life.end();
-  return life.way.sent();
+  return life.harmful.sent();
 }
 
 void report(const Life& life, const std::string& prefix) {
@@ -182,8 +182,8 @@ TEST(Sweep, a_line_that_falls_silent_at_any_frame_ends_every_call_with_a_name_an
     for (int n = 1; n <= frames; ++n) {
       SCOPED_TRACE(testing::Message() << (harm == Harm::NoRequests ? "requests " : "replies ") << n);
       const bool well = life.live(harm, n, 0);
-      EXPECT_EQ(well, !life.way.done());  // the last frames are those of the shutdown
-      if (life.way.done()) {
+      EXPECT_EQ(well, !life.harmful.done());  // the last frames are those of the shutdown
+      if (life.harmful.done()) {
         EXPECT_TRUE(life.come_back(0));
       }
       life.end();
@@ -198,8 +198,8 @@ TEST(Sweep, a_cable_cut_at_any_frame_ends_with_a_name_and_what_was_behind_it_com
     for (int n = 1; n <= frames; ++n) {
       SCOPED_TRACE(testing::Message() << "link " << link << ", frame " << n);
       const bool well = life.live(Harm::Cut, n, link);
-      EXPECT_EQ(well, !life.way.done());
-      if (life.way.done()) {
+      EXPECT_EQ(well, !life.harmful.done());
+      if (life.harmful.done()) {
         EXPECT_TRUE(life.come_back(link));
       }
       life.end();

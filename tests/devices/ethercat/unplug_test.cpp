@@ -28,7 +28,7 @@ class LossyPort final : public PassingPort {
 int frames_of_bring_up() {
   BusBench b;
   LossyPort port(b.port, 0, false);
-  b.way = &port;
+  b.port_used = &port;
   EXPECT_TRUE(b.bring_up());
   return port.sent();
 }
@@ -39,7 +39,7 @@ TEST(Unplug, any_single_frame_of_the_bring_up_may_be_lost) {
   for (int n = 1; n <= frames; ++n) {
     BusBench b;
     LossyPort port(b.port, n, false);
-    b.way = &port;
+    b.port_used = &port;
     const auto up = b.bring_up();
     EXPECT_TRUE(up) << "frame " << n << ": " << to_text(up.error());
   }
@@ -50,7 +50,7 @@ TEST(Unplug, unplugging_at_any_frame_of_the_bring_up_ends_in_bounded_time_with_a
   for (int n = 1; n <= frames; ++n) {
     BusBench b;
     LossyPort port(b.port, n, true);
-    b.way = &port;
+    b.port_used = &port;
     const Time begin = b.clock.now();
     const auto up = b.bring_up();
     ASSERT_FALSE(up) << "frame " << n;
@@ -82,7 +82,7 @@ TEST(Unplug, stations_that_answer_nonsense_give_a_named_error_in_bounded_time) {
   for (unsigned seed = 1; seed <= 500; ++seed) {
     BusBench b;
     LyingPort port(b.port, seed, seed % 2 == 0 ? 0.002 : 0.05);
-    b.way = &port;
+    b.port_used = &port;
     const Time begin = b.clock.now();
     const auto up = b.bring_up();
     ++endings[up ? "up" : info(up.error().fault).name];

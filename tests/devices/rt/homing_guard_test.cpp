@@ -29,30 +29,30 @@ Fault after(HomingGuard& guard, int cycles, std::uint8_t switches) {
   return found;
 }
 
-TEST(HomingGuard, a_limit_on_the_way_is_met_and_the_other_one_ends_it) {
-  struct Way {
+TEST(HomingGuard, a_limit_that_its_method_comes_to_is_met_and_the_other_one_ends_it) {
+  struct Method {
     int method;
     bool neg, pos;  ///< met by it
   };
-  for (const Way& way : {Way{17, true, false},
-                         {18, false, true},
-                         {19, false, false},
-                         {20, false, false},
-                         {21, false, false},
-                         {22, false, false},
-                         {23, false, true},
-                         {24, false, true},
-                         {25, false, true},
-                         {26, false, true},
-                         {27, true, false},
-                         {28, true, false},
-                         {29, true, false},
-                         {30, true, false},
-                         {35, false, false}}) {
-    HomingGuard neg(rules(way.method), at(0, 0)), pos(rules(way.method), at(0, 0)), both(rules(way.method), at(0, 0));
-    EXPECT_EQ(after(neg, 100, kSwitchNeg) == Fault::None, way.neg) << way.method;
-    EXPECT_EQ(after(pos, 100, kSwitchPos) == Fault::None, way.pos) << way.method;
-    EXPECT_EQ(after(both, 100, kSwitchNeg | kSwitchPos), Fault::HomingWrongLimit) << way.method;
+  for (const Method& m : {Method{17, true, false},
+                          {18, false, true},
+                          {19, false, false},
+                          {20, false, false},
+                          {21, false, false},
+                          {22, false, false},
+                          {23, false, true},
+                          {24, false, true},
+                          {25, false, true},
+                          {26, false, true},
+                          {27, true, false},
+                          {28, true, false},
+                          {29, true, false},
+                          {30, true, false},
+                          {35, false, false}}) {
+    HomingGuard neg(rules(m.method), at(0, 0)), pos(rules(m.method), at(0, 0)), both(rules(m.method), at(0, 0));
+    EXPECT_EQ(after(neg, 100, kSwitchNeg) == Fault::None, m.neg) << m.method;
+    EXPECT_EQ(after(pos, 100, kSwitchPos) == Fault::None, m.pos) << m.method;
+    EXPECT_EQ(after(both, 100, kSwitchNeg | kSwitchPos), Fault::HomingWrongLimit) << m.method;
   }
 }
 
@@ -127,8 +127,8 @@ TEST(HomingGuard, cycles_that_were_skipped_are_no_speed) {
 }
 
 // The host takes the processor between waking up and sending: the frame comes late, or the next one is the first that
-// is heard, and shows the way of all that time; the cycles are counted when the loop wakes up again. Wherever that lies
-// in the guard's windows.
+// is heard, and shows what was travelled in all that time; the cycles are counted when the loop wakes up again.
+// Wherever that lies in the guard's windows.
 TEST(HomingGuard, a_frame_that_was_held_up_is_no_speed) {
   for (const int unheard : {0, 1, 2, 4})
     for (int every = 11; every < 60; ++every)

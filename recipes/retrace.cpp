@@ -63,8 +63,8 @@ std::vector<Vec3> without_end(const Bead& bead, double mm) {
   return out;
 }
 
-WayBack way_back(const Bead& bead, double back_mm, double off_mm) {
-  WayBack back{{bead.points.back()}};
+Retrace retrace(const Bead& bead, double back_mm, double off_mm) {
+  Retrace back{{bead.points.back()}};
   Leg leg(bead.points.back(), off_mm);
   std::optional<Vec3> last;  // which the leg may end at
   for (std::size_t i = bead.points.size() - 1; i > 0 && back_mm > 0; --i) {

@@ -14,7 +14,7 @@ double distance(Vec3 p, Vec3 a, Vec3 b) {
   return norm(p - (a + leg * t));
 }
 
-/// The points that a way back passes by: the bead's from its end, and the one where the way ends.
+/// The points that a path back passes by: the bead's from its end, and the one where the path ends.
 std::vector<Vec3> passed(const Bead& bead, double back_mm) {
   std::vector<Vec3> out{bead.points.back()};
   for (std::size_t i = bead.points.size() - 1; i > 0 && back_mm > 0; --i) {
@@ -45,7 +45,7 @@ std::size_t longest_legs(const std::vector<Vec3>& all, double off_mm) {
 /// Every leg ends at a point of the bead, and is as near to those that it leaves out as allowed. How many legs.
 std::size_t expect_near(const Bead& bead, double back_mm, double off_mm) {
   const std::vector<Vec3> all = passed(bead, back_mm);
-  const WayBack back = way_back(bead, back_mm, off_mm);
+  const Retrace back = retrace(bead, back_mm, off_mm);
   EXPECT_EQ(back.points.front(), all.front());
   EXPECT_EQ(back.points.back(), all.back());
   std::size_t at = 0;
@@ -69,7 +69,7 @@ Bead bead_of(std::vector<Vec3> points) {
   return bead;
 }
 
-TEST(WayBack, costs_one_look_at_each_point_however_long_its_legs_are) {
+TEST(Retrace, costs_one_look_at_each_point_however_long_its_legs_are) {
   constexpr std::size_t kPoints = 90000;
   std::vector<Vec3> line, wave;
   for (std::size_t i = 0; i < kPoints; ++i) {
@@ -78,14 +78,14 @@ TEST(WayBack, costs_one_look_at_each_point_however_long_its_legs_are) {
     wave.push_back({x, 0.02 * std::sin(x * 40), 0.01 * std::cos(x * 7)});
   }
   for (const auto& points : {line, wave}) {
-    const WayBack back = way_back(bead_of(points), 1000, 0.05);
+    const Retrace back = retrace(bead_of(points), 1000, 0.05);
     EXPECT_LE(back.looks, kPoints);
     EXPECT_EQ(back.points.size(), 2u) << "one leg over all of them";
     EXPECT_EQ(back.points.back(), points.front());
   }
 }
 
-TEST(WayBack, has_the_legs_of_the_brute_force_on_smooth_beads) {
+TEST(Retrace, has_the_legs_of_the_brute_force_on_smooth_beads) {
   for (const double radius : {0.5, 3.0, 40.0})
     for (const double off_mm : {0.05, 0.2}) {
       std::vector<Vec3> arc, helix;
@@ -102,7 +102,7 @@ TEST(WayBack, has_the_legs_of_the_brute_force_on_smooth_beads) {
     }
 }
 
-TEST(WayBack, is_near_to_what_it_leaves_out_on_any_bead) {
+TEST(Retrace, is_near_to_what_it_leaves_out_on_any_bead) {
   constexpr unsigned kSeed = 7;
   std::mt19937 random(kSeed);
   for (int round = 0; round < 2000; ++round) {
