@@ -209,7 +209,7 @@ void add_commission(CLI::App& app, Context& context) {
   verb->add_flag("--write", options->write,
                  "Write parameters that differ, also those that act at power-up, and save them");
   verb->add_flag("--walk", options->walk,
-                 "Each axis goes a little way and back; you say which one moved, and which way");
+                 "Each axis goes a short distance and back; you say which one moved, and which way");
   verb->add_option("--speed", options->speed, "Of an axis that is measured: \"50 mm/s\"");
   add_bus_interface(*verb, *options);
   verb->add_option("--state", options->state, kStateHelp);

@@ -1,4 +1,4 @@
-// gantry commission --walk: each axis goes a little way and back, and a person says which one moved and which way.
+// gantry commission --walk: each axis goes a short distance and back, and a person says which one moved and which way.
 #pragma once
 #include <string>
 

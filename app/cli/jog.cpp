@@ -1,4 +1,4 @@
-// gantry jog AXIS DISTANCE ...: moves axes by some way, as a client of the owner that is up.
+// gantry jog AXIS DISTANCE ...: moves axes by a displacement, as a client of the owner that is up.
 #include "app/job/jog.hpp"
 
 #include <fmt/format.h>
@@ -24,7 +24,7 @@ Result<job::JogWords> pairs(const std::vector<std::string>& typed, std::string s
 
 void add_jog(CLI::App& app, Context& context) {
   auto* verb =
-      app.add_subcommand("jog", "Moves axes by some way on a straight line; needs `gantry up` and `gantry home`");
+      app.add_subcommand("jog", "Moves axes by a displacement on a straight line; needs `gantry up` and `gantry home`");
   auto typed = std::make_shared<std::vector<std::string>>();
   auto speed = std::make_shared<std::string>();
   auto state = std::make_shared<std::string>();
@@ -34,8 +34,9 @@ void add_jog(CLI::App& app, Context& context) {
   verb->footer(
       "  gantry jog Z -2mm\n"
       "  gantry jog X 40mm Y \"-12.5 mm\" --speed \"50 mm/s\"\n"
-      "The whole way is proved free before anything moves: of the machine's own bodies, and of the board and parts of\n"
-      "the last job where that has found them. A hold and an abort (Ctrl-C) stop on that way. The valve stays shut.\n"
+      "The whole path is proved free before anything moves: of the machine's own bodies, and of the board and parts "
+      "of\n"
+      "the last job where that has found them. A hold and an abort (Ctrl-C) stop on that path. The valve stays shut.\n"
       "The axes move while this program runs: they stop when it ends, is stopped or is killed.");
   verb->callback([&context, verb, typed, speed, state] {
     const auto words = pairs(*typed, *speed);

@@ -99,8 +99,9 @@ struct Snapshot {
   std::uint32_t referenced = 0;
   double override_factor = 1;
   double path_speed = 0;
-  double way_mm = 0;  ///< along the block, as planned: the drives are there by the largest response delay later
-  AxisVec target{};   ///< mm or rad, as sent
+  double along_block_mm = 0;  ///< length of path from the block's start, as planned: the drives are there later by the
+                              ///< largest response delay
+  AxisVec target{};           ///< mm or rad, as sent
   AxisVec actual{};
   AxisVec following{};                            ///< target - actual of the same cycle; NaN on open-loop axes
   std::array<std::int32_t, kMaxDrives> counts{};  ///< 607Ah as sent, drive by drive in the machine file's order

@@ -1,5 +1,5 @@
 // When the program crashes (SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL), its last act is to send the stop frame; then the
-// signal takes its ordinary way, so that core and exit status are those of the crash. SIGKILL leaves no such chance:
+// signal takes its ordinary course, so that core and exit status are those of the crash. SIGKILL leaves no such chance:
 // there the stations' own watchdogs answer.
 //   const CrashStop crash_stop(stop);   // while the bus is in operation; one at a time in a process
 //   const AlternateStack stack;         // in every thread whose stack may overflow

@@ -282,7 +282,7 @@ void Loop::tell_snapshot(const Beat& beat, bool sent) noexcept {
   s.referenced = axes_.referenced();
   s.override_factor = override_;
   s.path_speed = commanded_.setpoint.s_dot;
-  s.way_mm = commanded_.setpoint.along_block_mm;
+  s.along_block_mm = commanded_.setpoint.along_block_mm;
   s.target = commanded_.target;
   s.actual = axes_.actual();
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {

@@ -176,7 +176,8 @@ void Supervisor::look_at_axes(const View& view, Findings& found) noexcept {
 }
 
 /// An enabled drive that does not go where it is sent (R43): an open-loop one by the command that it carries out, any
-/// by its statusword. Homing goes its own ways. One that stands on its switch may be led off, whatever it says there.
+/// by its statusword. In homing the drive moves by itself, so this is not looked at. One that stands on its switch may
+/// be led off, whatever it says there.
 void Supervisor::look_at_targets(const View& view, AxisId id, Findings& found) noexcept {
   const double by = view.state == State::Homing ? 0 : view.axes.stops_short(id);
   short_[id.value] = by != 0 ? short_[id.value] + 1 : 0;

@@ -115,9 +115,9 @@ Result<run::Order> order_of(const nlohmann::json& json) {
   if (order.kind == run::OrderKind::Jog) {
     const auto by = json.find("by");
     if (by == json.end() || !by->is_object() || by->empty() ||
-        !std::all_of(by->begin(), by->end(), [](const auto& way) { return way.is_string(); }))
+        !std::all_of(by->begin(), by->end(), [](const auto& distance) { return distance.is_string(); }))
       return fail(Fault::Refused, R"('jog' needs "by": axes with how far they go, for example {"X": "10 mm"})");
-    for (const auto& [axis, way] : by->items()) order.jog.by[axis] = way.get<std::string>();
+    for (const auto& [axis, distance] : by->items()) order.jog.by[axis] = distance.get<std::string>();
   }
   if (order.kind == run::OrderKind::Run && order.recipe.empty())
     return fail(Fault::Refused, "'run' needs \"recipe\": the path of a recipe");

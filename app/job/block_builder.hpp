@@ -50,8 +50,8 @@ class BlockBuilder {
   Result<void> vertical(const AxisVec& to, const motion::PathRules& rules, double alone_mm);
   /// Straight from rest to rest, where a detour would make no sense or is not wanted.
   Result<void> straight(const AxisVec& to, const motion::PathRules& rules, double v_cap = motion::kNoCap);
-  /// One axis, a little way, where it is not known where the head stands: nothing can be proved among bodies then. It
-  /// is for a walk (job/walk.hpp), whose length the loop watches. Fault::Internal when it is anything else.
+  /// One axis by a short distance, where it is not known where the head stands: nothing can be proved among bodies
+  /// then. It is for a walk (job/walk.hpp), whose length the loop watches. Fault::Internal when it is anything else.
   Result<void> unplaced(const AxisVec& to, double v_cap, double most);
   /// Straight until the probe latches, and `to` at most. The axes rest somewhere on that line; at() stays where it
   /// began.

@@ -19,9 +19,10 @@ namespace {
 
 constexpr double kTriggerPulse_s = 0.010;
 constexpr double kOverLaid = 2;  // gaps above the bead's own, where the run-up of a joined bead begins
-constexpr double kBeforeJoin_mm[] = {0.25, 0.5, 1, 2, 4};  // where no way leads down to the very place: along what lies
-constexpr double kAlone = 0.5;          // of the material's retract: within it nothing moves but up and down
-constexpr double kBackTrack_mm = 0.05;  // back over a bead the needle stays as near to it as this
+constexpr double kBeforeJoin_mm[] = {0.25, 0.5, 1, 2,
+                                     4};  // where no path leads down to the very place: along what lies
+constexpr double kAlone = 0.5;            // of the material's retract: within it nothing moves but up and down
+constexpr double kBackTrack_mm = 0.05;    // back over a bead the needle stays as near to it as this
 
 /// That a plan was given up is nothing about the recipe.
 Error with_line(Error e, const recipes::Recipe& recipe, recipes::Location location, std::string_view what) {
@@ -194,10 +195,11 @@ Result<ProvenBlock> BlockPlanner::purge(std::uint32_t block, const AxisVec& from
   const bool on_board = purge.frame.empty();
   const AxisVec to = recipes::tool_at(machine_, *config::find_tool(machine_, "needle"),
                                       recipes::purge_tip(recipe_, machine_, offset(), surface()), offset().rotation);
-  const motion::PathRules way = on_board ? on_the_way(builder, {}, work_of(m, "")) : surroundings_->travelling(from);
+  const motion::PathRules on_travel =
+      on_board ? travel_rules(builder, {}, work_of(m, "")) : surroundings_->travelling(from);
   const motion::PathRules there =
       on_board ? surroundings_->dispensing({work_of(m, "")}) : surroundings_->travelling(lifted(to, m));
-  Result<void> done = builder.travel(lifted(to, m), way);
+  Result<void> done = builder.travel(lifted(to, m), on_travel);
   if (done) done = builder.vertical(to, there, m.retract * kAlone);
   if (done) {
     const std::uint32_t valve = config::bit(config::Output::Valve);
@@ -271,8 +273,8 @@ Work BlockPlanner::work_of(const recipes::Material& material, const std::string&
 
 /// From feature to feature the needle stays as near to what they lie on as the nearer of them; to the first one it
 /// comes from elsewhere.
-motion::PathRules BlockPlanner::on_the_way(const BlockBuilder& builder, const std::optional<Work>& last,
-                                           const Work& work) const {
+motion::PathRules BlockPlanner::travel_rules(const BlockBuilder& builder, const std::optional<Work>& last,
+                                             const Work& work) const {
   if (last) return surroundings_->dispensing({*last, work});
   motion::PathRules rules = surroundings_->dispensing({work});
   motion::PathRules from = surroundings_->travelling(builder.at());
@@ -285,8 +287,8 @@ motion::PathRules BlockPlanner::on_the_way(const BlockBuilder& builder, const st
 Result<void> BlockPlanner::go_over(BlockBuilder& builder, const AxisVec& to, const std::optional<Work>& last,
                                    const Work& work) const {
   const auto higher = [](Work w) { return w.gap_mm += w.alone_mm, w; };
-  return builder.travel(to, on_the_way(builder, last, work),
-                        on_the_way(builder, last ? std::optional(higher(*last)) : std::nullopt, higher(work)));
+  return builder.travel(to, travel_rules(builder, last, work),
+                        travel_rules(builder, last ? std::optional(higher(*last)) : std::nullopt, higher(work)));
 }
 
 AxisVec BlockPlanner::needle_at(Vec2 at, double height_mm) const {
@@ -296,8 +298,8 @@ AxisVec BlockPlanner::needle_at(Vec2 at, double height_mm) const {
 }
 
 /// The same position, higher by the material's retract.
-/// Within this of its end nothing but the way down goes on: half of retract, or more, so that the valve is told to open
-/// on it. `after_s`: from the end of the way down to the moment that the lead counts from.
+/// Within this of its end nothing but the descent goes on: half of retract, or more, so that the valve is told to open
+/// on it. `after_s`: from the end of the descent to the moment that the lead counts from.
 double BlockPlanner::straight_down_mm(const AxisVec& to, const recipes::Material& m, double after_s) const {
   const double alone_mm = m.retract * kAlone, before_s = m.valve_open_lead - after_s + limits_.tick_s;
   if (before_s <= 0) return alone_mm;
@@ -385,7 +387,7 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
   return {};
 }
 
-/// The valve is shut and the needle stands behind the bead's end: back along the bead, and up on that way.
+/// The valve is shut and the needle stands behind the bead's end: back along the bead, rising meanwhile.
 Result<void> BlockPlanner::leave_bead(BlockBuilder& builder, const recipes::Bead& bead,
                                       const motion::PathRules& rules) const {
   const recipes::Material& m = *recipes::find_material(recipe_, bead.material);

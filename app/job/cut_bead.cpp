@@ -28,7 +28,7 @@ void CutWatch::begin() {
   cut_.reset();
 }
 
-void CutWatch::see(const WayCycle& cycle) {
+void CutWatch::see(const BlockCycle& cycle) {
   if (seen_.size() == kCycles) seen_.pop_front();
   seen_.push_back(cycle);
   if (cycle.valve_cut && !cut_) cut_ = cycle.cycle;
@@ -38,12 +38,12 @@ std::optional<double> CutWatch::shut_at_mm(double close_lead_s) const {
   if (!cut_) return std::nullopt;
   const double at = static_cast<double>(*cut_ - delay_ticks_) + close_lead_s / tick_s_;
   const auto later =
-      std::find_if(seen_.begin(), seen_.end(), [&](const WayCycle& c) { return static_cast<double>(c.cycle) >= at; });
-  if (later == seen_.end()) return seen_.back().way_mm;
-  if (later == seen_.begin()) return later->way_mm;
-  const WayCycle &a = *std::prev(later), &b = *later;
+      std::find_if(seen_.begin(), seen_.end(), [&](const BlockCycle& c) { return static_cast<double>(c.cycle) >= at; });
+  if (later == seen_.end()) return seen_.back().along_block_mm;
+  if (later == seen_.begin()) return later->along_block_mm;
+  const BlockCycle &a = *std::prev(later), &b = *later;
   const double part = (at - static_cast<double>(a.cycle)) / static_cast<double>(b.cycle - a.cycle);
-  return a.way_mm + part * (b.way_mm - a.way_mm);
+  return a.along_block_mm + part * (b.along_block_mm - a.along_block_mm);
 }
 
 std::optional<Laid> laid_part(const std::deque<motion::Segment>& segments, std::size_t feature, double shut_at_mm,

@@ -1,6 +1,6 @@
 // Where a stop has cut a bead: the valve shuts a known time after its command, while the tool still brakes, and the
 // drives are a known time behind the loop's path.
-//   CutWatch watch(machine);   watch.begin();   each snapshot of the block: watch.see({s.cycle, s.way_mm,
+//   CutWatch watch(machine);   watch.begin();   each snapshot of the block: watch.see({s.cycle, s.along_block_mm,
 //   s.valve_cut}); auto laid = laid_part(block.segments(), feature, *watch.shut_at_mm(material.valve_close_lead),
 //   before_mm);
 #pragma once
@@ -16,9 +16,9 @@
 namespace gantry::job {
 
 /// One cycle of a block.
-struct WayCycle {
+struct BlockCycle {
   CycleIndex cycle = 0;
-  double way_mm = 0;  ///< along the block, as planned
+  double along_block_mm = 0;  ///< length of path from the block's start, as planned
   bool valve_cut = false;
 };
 
@@ -28,14 +28,14 @@ class CutWatch {
 
   /// Of a new block.
   void begin();
-  void see(const WayCycle& cycle);
+  void see(const BlockCycle& cycle);
   /// Where along the block the tool was when the valve had shut; nothing where no stop has cut it.
   [[nodiscard]] std::optional<double> shut_at_mm(double close_lead_s) const;
 
  private:
   double tick_s_;
   int delay_ticks_;  ///< of the drives behind the path
-  std::deque<WayCycle> seen_;
+  std::deque<BlockCycle> seen_;
   std::optional<CycleIndex> cut_;
 };
 

@@ -76,7 +76,7 @@ BlockEnd touched(const config::Machine& machine, const ProvenBlock& block, const
   bounds.v = fastest;
   const double latched = slope != 0 ? (surface[axis] - line.geometry.from[axis]) / slope : line.geometry.length;
   const double end = std::clamp(motion::touch_end(latched, bounds), 0.0, line.geometry.length);
-  // The same motion with less of its way at full speed.
+  // The same motion with less of its path at full speed.
   const double left_s = fastest > 0 ? (line.geometry.length - end) / fastest : 0;
   BlockEnd out{block.duration_s() - left_s, block.end()};
   out.at[axis] = line.geometry.from[axis] + slope * end;

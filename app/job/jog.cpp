@@ -40,15 +40,16 @@ double length(const config::Machine& machine, const Jog& jog, bool rotary) {
   return std::sqrt(sum);
 }
 
-/// What is said where an axis cannot follow at the speed that was asked for; `way` is what it is the speed of.
-std::string slowed_by(const config::Machine& machine, const Jog& jog, double speed, double way, bool turns_only) {
+/// What is said where an axis cannot follow at the speed that was asked for. `along`: the length of the line over which
+/// that speed is counted, in mm, or rad where axes turn only.
+std::string slowed_by(const config::Machine& machine, const Jog& jog, double speed, double along, bool turns_only) {
   constexpr double kSame = 1e-6;  // relative: a limit as somebody writes it
   const config::Axis* slowest = nullptr;
   double most = speed * (1 - kSame);
   for (const config::Axis& axis : machine.axes) {
     const double part = std::abs(jog.displacement[axis.id.value]);
-    if (part == 0 || axis.v_max * way / part >= most) continue;
-    most = axis.v_max * way / part;
+    if (part == 0 || axis.v_max * along / part >= most) continue;
+    most = axis.v_max * along / part;
     slowest = &axis;
   }
   if (slowest == nullptr) return "";
@@ -93,9 +94,9 @@ Result<Jog> read_jog(const config::Machine& machine, const JogWords& words) {
                 "the speed");
   // What s is depends on the axes (motion/path/moves.hpp); the speed is that of all mm axes together. An axis that
   // turns while others go somewhere follows them.
-  const double way = length(machine, jog, turns_only);
-  if (!words.speed.empty()) jog.slowed = slowed_by(machine, jog, speed, way, turns_only);
-  jog.v_cap = speed * motion::path_length(limits_of(machine), jog.displacement) / way;
+  const double along = length(machine, jog, turns_only);
+  if (!words.speed.empty()) jog.slowed = slowed_by(machine, jog, speed, along, turns_only);
+  jog.v_cap = speed * motion::path_length(limits_of(machine), jog.displacement) / along;
   return jog;
 }
 

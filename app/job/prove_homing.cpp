@@ -42,12 +42,12 @@ bool apart(const motion::Scene& scene, std::size_t head, std::size_t standing, A
            double margin_mm) {
   const motion::SceneBody& body = scene.head()[head];
   if (scene.has_lift()) std::swap(low[scene.u()], high[scene.u()]);  // a larger U is lower
-  const Vec3 way = scene.carried(body, high) - scene.carried(body, low);
-  if ((way.x != 0) + (way.y != 0) + (way.z != 0) <= 1)
+  const Vec3 displacement = scene.carried(body, high) - scene.carried(body, low);
+  if ((displacement.x != 0) + (displacement.y != 0) + (displacement.z != 0) <= 1)
     return motion::BodySweep(scene, head, low, high).prove(standing, margin_mm).has_value();
   motion::Solid box;
   box.centre = body.solid.centre + (scene.carried(body, low) + scene.carried(body, high)) * 0.5;
-  box.half = body.half_box + way * 0.5;
+  box.half = body.half_box + displacement * 0.5;
   return motion::gap(box, {}, scene.standing()[standing].solid, margin_mm).lower > margin_mm;
 }
 
@@ -179,18 +179,18 @@ Result<void> prove_homing(const config::Machine& machine, const Surroundings& ar
   std::uint32_t lost = 0;
   for (const config::Axis& axis : machine.axes)
     if (homes(axis)) lost |= ~axes.referenced & 1u << axis.id.value;
-  std::string way_out = "park the head, or jog it clear of that, and home then";
+  std::string remedy = "park the head, or jog it clear of that, and home then";
   if (lost != 0 && lost != axes.homed && prove(machine, around, at, {axes.referenced, lost}))
-    way_out =
+    remedy =
         fmt::format("home {} alone first, which is proved (`gantry home {}`); then home, or jog the head clear of that",
                     names(machine, lost, ", "), names(machine, lost, " "));
   else if (lost != 0)
-    way_out = fmt::format(
+    remedy = fmt::format(
         "{} {} not referenced, so that no jog is proved either: without torque, move the head clear "
         "of that by hand",
         names(machine, lost, ", "), std::has_single_bit(lost) ? "is" : "are");
   Error why = proof.error();
-  why.message += "; " + way_out;
+  why.message += "; " + remedy;
   return tl::unexpected(std::move(why));
 }
 

@@ -117,7 +117,7 @@ std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
       "planned at {:.3g} mm/s instead of {:.3g} mm/s: the axes' limits allow no more on {}; write `speed: "
       "{:.3g} mm/s`, a larger {}, {}",
       slow.steady_mm_s, slow.asked_mm_s,
-      radius ? fmt::format("its curve, radius {:.3g} mm", *radius) : std::string("its way"),
+      radius ? fmt::format("its curve, radius {:.3g} mm", *radius) : std::string("its path"),
       std::floor(slow.steady_mm_s), radius ? "radius" : "`corner_tolerance`", kElse);
 }
 

@@ -17,12 +17,12 @@ struct ValveSpan {
 
 /// Nothing where the feature has not both. Of one that opens it more than once the last counts.
 inline std::optional<ValveSpan> valve_span(SegmentIterator first, SegmentIterator last, std::uint32_t feature) {
-  double way_mm = 0;
+  double along_block_mm = 0;
   std::optional<double> opens, shuts;
   for (auto s = first; s != last; ++s) {
     if (s->feature == feature)
-      for (const motion::OutputEvent& e : s->events) (e.dispense ? opens : shuts) = way_mm + e.at_s;
-    if (s->kind != motion::SegmentKind::Dwell) way_mm += s->geometry.length;
+      for (const motion::OutputEvent& e : s->events) (e.dispense ? opens : shuts) = along_block_mm + e.at_s;
+    if (s->kind != motion::SegmentKind::Dwell) along_block_mm += s->geometry.length;
   }
   if (!opens || !shuts) return std::nullopt;
   return ValveSpan{*opens, *shuts};

@@ -12,7 +12,7 @@
 namespace gantry::run {
 namespace {
 
-constexpr double kSteady_s = 0.5;        // of constant speed, one way
+constexpr double kSteady_s = 0.5;        // of constant speed, in each direction
 constexpr double kSettles = 0.5;         // of that time, until the lag has settled
 constexpr double kSameSpeed = 1e-3;      // relative
 constexpr double kMostDrift_s = 0.2e-3;  // of the lag, from the first half of what counts to the second
@@ -117,16 +117,16 @@ Result<config::MeasuredDelay> measure_delay(Owner& owner, const config::Machine&
   const double cycle_s = seconds(machine.bus.cycle);
 
   // Ramps at both ends (v/a + a/j each, at half the speed on the mean), and what is measured.
-  const double way = speed * (kSteady_s + speed / axis.a_max + axis.a_max / axis.j_max);
+  const double distance = speed * (kSteady_s + speed / axis.a_max + axis.a_max / axis.j_max);
   const double from = owner.latest().target[i], near = std::clamp(from, axis.p_min, axis.p_max);
   const double up = axis.p_max - near, down = near - axis.p_min;
-  if (way > std::max(up, down))
+  if (distance > std::max(up, down))
     return fail(Fault::OutOfReach,
                 fmt::format("it needs {:.6g} of travel at this speed, and has {:.6g}; measure at a lower --speed",
-                            axis.rotary ? units::deg(way) : way,
+                            axis.rotary ? units::deg(distance) : distance,
                             axis.rotary ? units::deg(std::max(up, down)) : std::max(up, down)),
                 "axis " + axis.name);
-  const double to = up >= down ? near + way : near - way;
+  const double to = up >= down ? near + distance : near - distance;
 
   std::vector<Sample> samples;
   owner.on_step([&] {

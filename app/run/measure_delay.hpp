@@ -19,7 +19,7 @@ struct DelayWords {
 /// loop), PositionedAxisInMove, BadUnit, OutOfRange (more than the axis can do).
 Result<double> measuring_speed(const config::Machine& machine, const DelayWords& words);
 
-/// One cycle is taken for the way of 6064h to the loop (DC: it is the position of the last SYNC0); a drive that shows
+/// One cycle is taken for the route of 6064h to the loop (DC: it is the position of the last SYNC0); a drive that shows
 /// an older one seems that much later. Fault::UnknownReference, Refused (open loop, or the lag is not constant),
 /// OutOfReach, and what a jog may come to.
 Result<config::MeasuredDelay> measure_delay(Owner& owner, const config::Machine& machine, const DelayWords& words,

@@ -96,16 +96,16 @@ class Owner {
   /// NotReferenced, UnknownReference, Latched ...
   Result<void> home(const std::vector<std::string>& axes = {});
   Result<void> disable();
-  /// Some axes by some way, straight; app/job/jog.hpp. Enables the drives, and homes nothing. Nothing moves unless the
-  /// whole way is proved free, of the machine's own bodies and of the board and parts of the last job, where that job
-  /// has found them. Fault::NotReferenced, OutOfReach, Collision, Latched ...; Aborted, Interrupted when it was
-  /// stopped.
+  /// Some axes by a displacement, straight; app/job/jog.hpp. Enables the drives, and homes nothing. Nothing moves
+  /// unless the whole path is proved free, of the machine's own bodies and of the board and parts of the last job,
+  /// where that job has found them. Fault::NotReferenced, OutOfReach, Collision, Latched ...; Aborted, Interrupted when
+  /// it was stopped.
   Result<Jogged> jog(const job::JogWords& words);
   /// From where the head stands to the machine's park position: straight up to the safe height first, then a free path;
   /// app/job/park.hpp. It enables, homes nothing, and is proved like a jog; the clamp may be open.
   /// Fault::SetupMode, NotReferenced, Collision, Latched ...; Aborted, Interrupted when it was stopped.
   Result<void> park();
-  /// One axis goes a little way and back, to be watched (app/job/walk.hpp). It need not be
+  /// One axis goes a short distance and back, to be watched (app/job/walk.hpp). It need not be
   /// referenced; it is done in setup only, where the machine has such a mode. Fault::LimitSwitch when an axis stands on
   /// one.
   Result<void> walk(const std::string& axis);

@@ -1,4 +1,4 @@
-// An owner's way to the park position: what must be so before anything moves, and the one block that moves.
+// An owner parks the head: what must be so before anything moves, and the one block that moves.
 #include "app/job/jog.hpp"
 #include "app/job/park.hpp"
 #include "app/run/owner_parts.hpp"

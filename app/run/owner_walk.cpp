@@ -1,4 +1,5 @@
-// An owner's walk: one axis goes a little way and back in setup, and what a person has seen is kept with the stations.
+// An owner's walk: one axis goes a short distance and back in setup, and what a person has seen is kept with the
+// stations.
 #include <algorithm>
 #include <fmt/format.h>
 

@@ -18,21 +18,22 @@ constexpr double kShortest_s = 0.005;  // that a valve can be open for what is l
 std::optional<Ahead> Runner::ahead() const {
   const cycle::Snapshot& s = site_.control.latest();
   if (playing_ == nullptr || s.block != block_ || !site_.control.valve_open()) return std::nullopt;
-  double way_mm = 0, left_s = 0;
+  double along_block_mm = 0, left_s = 0;
   std::uint32_t feature = s.feature;
   for (const motion::Segment& segment : *playing_) {
     const bool moves = segment.kind != motion::SegmentKind::Dwell;
-    const double end_mm = way_mm + (moves ? segment.geometry.length : 0);
-    const bool behind = end_mm < s.way_mm || (!moves && segment.feature != feature);
+    const double end_mm = along_block_mm + (moves ? segment.geometry.length : 0);
+    const bool behind = end_mm < s.along_block_mm || (!moves && segment.feature != feature);
     if (!behind) {
       if (feature == motion::kTravel) feature = segment.feature;  // the valve opens ahead of it
       if (segment.feature != feature && left_s > 0) break;
       if (segment.feature == feature) {
-        const double gone_s = moves ? motion::time_at(segment.nominal, std::max(0.0, s.way_mm - way_mm)) : 0;
+        const double gone_s =
+            moves ? motion::time_at(segment.nominal, std::max(0.0, s.along_block_mm - along_block_mm)) : 0;
         left_s += motion::duration(segment.nominal) - std::min(gone_s, motion::duration(segment.nominal));
       }
     }
-    way_mm = end_mm;
+    along_block_mm = end_mm;
   }
   if (feature >= recipe_.features.size()) return std::nullopt;
   return Ahead{recipes::id_of(recipe_.features[feature]), left_s / std::min(1.0, s.override_factor)};
@@ -41,12 +42,12 @@ std::optional<Ahead> Runner::ahead() const {
 std::string Runner::heads_for() const {
   const cycle::Snapshot& s = site_.control.latest();
   if (playing_ == nullptr || s.block != block_) return "";
-  double way_mm = 0;
+  double along_block_mm = 0;
   for (const motion::Segment& segment : *playing_) {
-    if (segment.kind != motion::SegmentKind::Dwell) way_mm += segment.geometry.length;
+    if (segment.kind != motion::SegmentKind::Dwell) along_block_mm += segment.geometry.length;
     const bool opens =
         std::any_of(segment.events.begin(), segment.events.end(), [](const auto& event) { return event.dispense; });
-    if (opens && way_mm >= s.way_mm && segment.feature < recipe_.features.size())
+    if (opens && along_block_mm >= s.along_block_mm && segment.feature < recipe_.features.size())
       return recipes::id_of(recipe_.features[segment.feature]);
   }
   return "";

@@ -1,4 +1,4 @@
-// The direction walk of commissioning: one axis after the other goes a little way and back, and a person says which
+// The direction walk of commissioning: one axis after the other goes a short distance and back, and a person says which
 // axis moved and which way. Stations that look alike are told apart by that, and so are motors and polarities.
 //   auto seen = walk(owner, machine, {.say = ..., .hear = ...});   if (seen) owner.keep_walk("2026-11-24");
 // The first answer that is not what the machine file says ends it, with the remedy; nothing is kept then,

@@ -82,9 +82,9 @@ std::uint32_t check_entry(ObjectDictionary& objects, std::uint16_t mapping_index
   if (entry.address.index == 0) return 0;  // a gap
   const Object* o = objects.find(entry.address);
   if (o == nullptr) return objects.index(entry.address.index).empty() ? abort_code::kNoObject : abort_code::kNoSub;
-  const bool right_way = is_tx(mapping_index) ? o->readable : o->writable;
+  const bool right_direction = is_tx(mapping_index) ? o->readable : o->writable;
   const bool right_size = entry.bit_length == config::bits(o->type);
-  return o->mappable && right_way && right_size ? 0 : abort_code::kNotMappable;
+  return o->mappable && right_direction && right_size ? 0 : abort_code::kNotMappable;
 }
 
 std::uint32_t check_count(ObjectDictionary& objects, std::uint16_t mapping_index, std::int64_t count) {

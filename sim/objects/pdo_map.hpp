@@ -1,6 +1,6 @@
 // How a virtual station lays objects into its process image: the mapping objects 16xxh/1Axxh and 1C12h/1C13h, the rules
 // for writing them, and the list of fields that comes out when the station leaves PRE_OP.
-//   auto map = PdoMap::build(objects, PdoDirection::Rx);   // once, at the way to SAFE_OP; may allocate
+//   auto map = PdoMap::build(objects, PdoDirection::Rx);   // once, on the way to SAFE_OP; may allocate
 //   map.unpack(sm2_bytes);                                 // every cycle: image -> Object::value
 #pragma once
 #include <cstdint>

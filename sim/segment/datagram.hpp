@@ -1,6 +1,6 @@
 // A datagram on its way from station to station: each one acts on it, and adds to its working counter
 // (ETG.1000.4, 5.4).
-//   Datagram d(bytes);   d.pass(first.esc(), t);   d.pass(second.esc(), t + way);   d.put_back();
+//   Datagram d(bytes);   d.pass(first.esc(), t);   d.pass(second.esc(), t + hop);   d.put_back();
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -74,14 +74,14 @@ bool Segment::process(std::span<std::byte> frame) noexcept {
     at += d.size();
     if (!d.more()) break;
   }
-  bool way_changed = false;
+  bool route_changed = false;
   for (const Hop& hop : route_) {
     for (Datagram& d : datagrams_) d.pass(hop.station->esc(), now + hop.entry);
-    way_changed |= hop.station->serve(now);
+    route_changed |= hop.station->serve(now);
   }
   for (const Datagram& d : datagrams_) d.put_back();
   const bool back = !route_ends_nowhere_;
-  if (way_changed) {
+  if (route_changed) {
     for (int i = 0; i < station_count(); ++i)
       if (const auto dark = station(i).take_restart()) power_cycle(ids_[static_cast<std::size_t>(i)], *dark);
     update_links();

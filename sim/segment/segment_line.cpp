@@ -1,4 +1,4 @@
-// Segment: cables, ports and power, and the way that a frame takes.
+// Segment: cables, ports and power, and the route that a frame takes.
 #include <algorithm>
 
 #include "sim/drive/drive402.hpp"
@@ -10,7 +10,7 @@ namespace gantry::sim {
 namespace {
 
 constexpr Time kHop{620};  // from one station to the next: forwarding and a few metres of cable (assumed)
-constexpr std::array kWayThroughPorts{3, 1, 2};
+constexpr std::array kRouteThroughPorts{3, 1, 2};
 
 }  // namespace
 
@@ -40,7 +40,7 @@ bool Segment::hang(StationId id, StationId parent_id, int port) noexcept {
   int expected = 0;
   const auto count = [&](auto&& self, int at) -> void {
     fits &= at == expected++;
-    for (const int p : kWayThroughPorts)
+    for (const int p : kRouteThroughPorts)
       if (const int child = places_[static_cast<std::size_t>(at)].child[static_cast<std::size_t>(p)]; child >= 0)
         self(self, child);
   };
@@ -93,7 +93,7 @@ Time Segment::trace(int i, Time entry) noexcept {
   route_.push_back({&station(i), entry});
   std::array<Time, Esc::kPorts> times{};
   Time now = entry;
-  for (const int port : kWayThroughPorts) {
+  for (const int port : kRouteThroughPorts) {
     if (!esc.port_open(port)) continue;
     const int child = places_[static_cast<std::size_t>(i)].child[static_cast<std::size_t>(port)];
     if (child < 0 || !esc.link(port)) {

@@ -58,7 +58,7 @@ class Station {
   [[nodiscard]] Drive402* drive(int slot) const noexcept { return drives_[static_cast<std::size_t>(slot)].get(); }
   [[nodiscard]] devices::wire::AlState state() const noexcept { return state_; }
 
-  /// Looks at what the bus has written. True: the way of the frames may change - the loop control of its ports was
+  /// Looks at what the bus has written. True: the route of the frames may change - the loop control of its ports was
   /// among it, or it is to restart.
   bool serve(Time now) noexcept;
   /// The bus has reset it (0040h): it wants to be without power for so long. Asked once.

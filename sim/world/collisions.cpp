@@ -73,8 +73,9 @@ std::span<const Contact> CollisionWatch::step(const AxisVec& from, const AxisVec
   contacts_.clear();
   if (head_.probe_body >= 0) {
     const config::Body& probe = head_.bodies[static_cast<std::size_t>(head_.probe_body)];
-    const Vec3 way = head_.place(probe.centre, probe.on_lift, to) - head_.place(probe.centre, probe.on_lift, from);
-    went_[steps_++ % went_.size()] = {norm(way), dt_s};
+    const Vec3 displacement =
+        head_.place(probe.centre, probe.on_lift, to) - head_.place(probe.centre, probe.on_lift, from);
+    went_[steps_++ % went_.size()] = {norm(displacement), dt_s};
   }
   if (solids_.empty() || (from == to && !fresh_)) return contacts_;
   fresh_ = false;
@@ -103,15 +104,15 @@ void CollisionWatch::part_what_is_left_behind(std::size_t body, const Bounds& sw
 }
 
 /// The step that has just been noted is one of them.
-bool CollisionWatch::slow_of_late(double way_mm, double dt_s) const {
+bool CollisionWatch::slow_of_late(double travelled_mm, double dt_s) const {
   constexpr double kRounding = 1 + 1e-9;
-  if (way_mm <= kTouchSpeed_mm_s * dt_s * kRounding) return true;
-  double way = 0, time = 0;
+  if (travelled_mm <= kTouchSpeed_mm_s * dt_s * kRounding) return true;
+  double all_mm = 0, time = 0;
   for (std::size_t back = 1; back <= std::min(steps_, went_.size()) && time < kTouchSpeedOver_s; ++back) {
     const Went& w = went_[(steps_ - back) % went_.size()];
-    way += w.way_mm, time += w.dt_s;
+    all_mm += w.travelled_mm, time += w.dt_s;
   }
-  return time >= kTouchSpeedOver_s * (1 - 1e-9) && way <= kTouchSpeed_mm_s * time * kRounding;
+  return time >= kTouchSpeedOver_s * (1 - 1e-9) && all_mm <= kTouchSpeed_mm_s * time * kRounding;
 }
 
 void CollisionWatch::collide(std::size_t body, std::size_t solid, Vec3 centre) {
@@ -130,14 +131,15 @@ void CollisionWatch::step_pair(std::size_t body, std::size_t solid, Vec3 from, V
     }
     return;
   }
-  const Vec3 way = to - from;
-  const int steps = std::max(1, static_cast<int>(std::ceil(norm(way) / kStep_mm)));
+  const Vec3 displacement = to - from;
+  const int steps = std::max(1, static_cast<int>(std::ceil(norm(displacement) / kStep_mm)));
   for (int k = 1; k <= steps; ++k) {
-    const Vec3 centre = from + way * (static_cast<double>(k) / steps);
+    const Vec3 centre = from + displacement * (static_cast<double>(k) / steps);
     if (!overlaps(body, solid, centre)) continue;
     in_contact_.push_back({body, solid});
-    const bool slow = slow_of_late(norm(way), dt_s);
-    const bool down = way.z < 0 && std::hypot(way.x, way.y) <= kTouchDrag_mm * std::abs(way.z);
+    const bool slow = slow_of_late(norm(displacement), dt_s);
+    const bool down =
+        displacement.z < 0 && std::hypot(displacement.x, displacement.y) <= kTouchDrag_mm * std::abs(displacement.z);
     if (static_cast<int>(body) == head_.probe_body && slow && down) {
       pair = {PairState::ProbeTouch, centre};
       return;

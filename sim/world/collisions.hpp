@@ -41,7 +41,7 @@ class CollisionWatch {
   /// call.
   std::span<const std::uint32_t> solids_at(Vec2 at);
 
-  /// New collisions on the straight way between two axis positions; valid until the next call.
+  /// New collisions on the straight line between two axis positions; valid until the next call.
   std::span<const Contact> step(const AxisVec& from, const AxisVec& to, double dt_s);
 
  private:
@@ -55,7 +55,7 @@ class CollisionWatch {
   void part_what_is_left_behind(std::size_t body, const Bounds& swept);
   void collide(std::size_t body, std::size_t solid, Vec3 centre);
   [[nodiscard]] Vec3 meeting_point(std::size_t body, std::size_t solid, Vec3 centre) const;
-  [[nodiscard]] bool slow_of_late(double way_mm, double dt_s) const;
+  [[nodiscard]] bool slow_of_late(double travelled_mm, double dt_s) const;
   [[nodiscard]] bool overlaps(std::size_t body, std::size_t solid, Vec3 centre);
 
   const Head& head_;
@@ -72,7 +72,7 @@ class CollisionWatch {
   };
   std::vector<Index> in_contact_;  ///< pairs that are not apart
   struct Went {
-    double way_mm = 0, dt_s = 0;
+    double travelled_mm = 0, dt_s = 0;
   };
   std::array<Went, 256> went_{};  ///< the probe's last steps, a ring
   std::size_t steps_ = 0;

@@ -1,6 +1,6 @@
 // What a program may ask the virtual world, whether it lives in this process (SimulatedMachine) or behind a socket
 // (WorldClient). It is what a person standing beside the machine could see or do: put a board in, look at what was
-// dispensed, count the crashes. Control never passes this way; it passes the bus.
+// dispensed, count the crashes. Control never passes through here; it passes the bus.
 //   world.load_board(recipe); world.begin_job();  ... run ...  world.deposits();
 #pragma once
 #include <cstdint>

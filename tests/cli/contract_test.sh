@@ -21,7 +21,7 @@ expect_text "$work/three.yaml:$(place selant): there is no material 'selant'; di
 expect_exit 3 "three mistakes, nothing runs" "$gantry" dry-run "$work/three.yaml"
 
 awk '{print} /^fixtures:/ {print "  roof: {at: [36 mm, 34 mm], size: [6 mm, 6 mm, 30 mm]}"}' $demo >"$work/roof.yaml"
-expect_exit 4 "an obstacle on the only way" "$gantry" dry-run "$work/roof.yaml" --out "$work/roof"
+expect_exit 4 "an obstacle on the only path" "$gantry" dry-run "$work/roof.yaml" --out "$work/roof"
 expect_text "$work/roof.yaml:[0-9]*:5: dot .spreader.*needle comes within 2 mm of roof at (36.00, 34.00, [0-9.]*) mm .machine 216.00, 184.00, "
 expect_refusal() {  # FOLDER CODE: a job that never began still tells why
   grep -q "\"exit_code\": $2" "$1/summary.json" && grep -q '"code":"G' "$1/summary.json" && [ -s "$1/report.html" ] ||

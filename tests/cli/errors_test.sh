@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The way of errors: what is missing is told with the folders that were looked at, what is misspelt with what was meant.
+# How errors read: what is missing is told with the folders that were looked at, what is misspelt with what was meant.
 source "$(dirname "$0")/lib.sh"
 demo=recipes/demo-board.yaml
 

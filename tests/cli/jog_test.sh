@@ -26,14 +26,14 @@ wait_for 20 grep -q "is up" "$work/up.out" || { fail "the owner did not come up"
 expect_exit 7 "axes that are not referenced" jog X 10mm
 expect_text "run \`gantry home\` first"
 expect_exit 0 "home" "$gantry" home --state "$state"
-# went AXIS WAY...: the last jog's document says that these axes went by these ways
+# went AXIS DISPLACEMENT...: the last jog's document says that these axes went by these displacements
 went() {
   python3 - "$work/out" "$@" <<'PY' || fail "not gone by $*"
 import json, sys
 answer, asked = json.load(open(sys.argv[1])), sys.argv[2:]
-ways = {a["name"]: a["end"] - a["start"] for a in answer["axes"]}
-assert ways.keys() == set(asked[0::2]), ways
-assert all(abs(ways[n] - float(w)) < 1e-9 for n, w in zip(asked[0::2], asked[1::2])), ways
+gone = {a["name"]: a["end"] - a["start"] for a in answer["axes"]}
+assert gone.keys() == set(asked[0::2]), gone
+assert all(abs(gone[n] - float(d)) < 1e-9 for n, d in zip(asked[0::2], asked[1::2])), gone
 assert answer["ok"] and answer["state"] == "ready" and answer["duration_s"] > 0, answer
 PY
 }
@@ -43,7 +43,7 @@ expect_exit 0 "down" jog Z -2mm
 expect_text "^Z .* -> .* mm, 0\.[0-9]* s$"
 expect_exit 0 "three axes, one of which turns" jog --json X 155mm Y "264 mm" C "15 deg" --speed "0.4 m/s"
 went X 155 Y 264 C 0.2617993877991494
-expect_exit 4 "a body on the way" jog Z -50mm
+expect_exit 4 "a body on the path" jog Z -50mm
 expect_text "needle comes within 2 mm of post at (16[0-9]\.[0-9]*, 26[0-9]\.[0-9]*, -62.00) mm"
 expect_exit 4 "past a limit" jog X "-1 m"
 expect_text "axis X: it would go to .*, past its lower limit 0.000 mm; it stands at .* from there"
@@ -54,7 +54,7 @@ sleep 1
 expect_exit 7 "two at once" jog Y 1mm
 expect_text "busy"
 kill -INT $long; wait $long; code=$?
-[ $code = 130 ] && echo "ok: Ctrl-C on the way" || { fail "Ctrl-C gave $code"; cat "$work/long"; }
+[ $code = 130 ] && echo "ok: Ctrl-C on the path" || { fail "Ctrl-C gave $code"; cat "$work/long"; }
 expect_exit 0 "and on" jog --json X -1mm
 went X -1
 kill -TERM $owner; wait $owner && echo "ok: the owner ends in order" || fail "the owner did not end in order"

@@ -1,6 +1,6 @@
 """A process image over logical addresses, one frame a cycle, with CSP motion of every axis that is mapped.
 
-    run = Cyclic(bus, stations, reference, way="LRW")      # or "LRD+LWR"
+    run = Cyclic(bus, stations, reference, read_write="LRW")      # or "LRD+LWR"
     run.cycle(); run.expected; run.wkc
 """
 import time
@@ -11,8 +11,8 @@ LOGICAL = 0x01000000
 
 
 class Cyclic:
-    def __init__(self, bus, stations, reference=None, way="LRW", overlap=False, period=0.001):
-        self.bus, self.stations, self.reference, self.way, self.period = bus, stations, reference, way, period
+    def __init__(self, bus, stations, reference=None, read_write="LRW", overlap=False, period=0.001):
+        self.bus, self.stations, self.reference, self.read_write, self.period = bus, stations, reference, read_write, period
         self.size = 0
         for s in stations:
             if overlap:  # outputs and inputs of a station share their logical bytes
@@ -28,7 +28,7 @@ class Cyclic:
         self.image_out, self.image_in = bytearray(self.size), bytes(self.size)
         writers = sum(1 for s in stations if s.out_bytes())
         readers = sum(1 for s in stations if s.in_bytes())
-        self.expected = (writers, readers) if way != "LRW" else (2 * writers + readers,)
+        self.expected = (writers, readers) if read_write != "LRW" else (2 * writers + readers,)
         self.wkc, self.al, self.dc_ns, self.cycles, self.next = (), 0, 0, 0, None
         self.last_sent = None
 
@@ -49,7 +49,7 @@ class Cyclic:
         self.last_sent = sent
         image = bytes(self.image_out)
         datagrams = [(FRMW, self.reference.address, 0x0910, 8)] if self.reference else []
-        if self.way == "LRW":
+        if self.read_write == "LRW":
             datagrams += [(LRW, LOGICAL, None, image)]
         else:
             datagrams += [(LWR, LOGICAL, None, image), (LRD, LOGICAL, None, len(image))]

@@ -99,7 +99,7 @@ def main(bus, expected):
         if s.mailbox:
             for k in s.axes():
                 s.mailbox.put(0x6060 + 0x800 * k, 0, 8, 1)
-    run = Cyclic(bus, stations, way="LRW")
+    run = Cyclic(bus, stations, read_write="LRW")
     for s in stations:
         process_data(s, run)
     run.reference, _ = clocks.latch_and_offset(bus, stations)

@@ -82,7 +82,7 @@ def main(bus, expected):
     for s in stations:
         remap(s)
     judge.pdo_maps(stations, expected)
-    run = Cyclic(bus, stations, way="LRW", overlap=True)
+    run = Cyclic(bus, stations, read_write="LRW", overlap=True)
     for s in stations:
         s.set_up_process_sms()
         s.set_up_fmmus(*run.addresses(s))

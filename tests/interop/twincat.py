@@ -101,7 +101,7 @@ def main(bus, expected):
         if s.mailbox:
             for k in s.axes():
                 s.mailbox.put(0x6060 + 0x800 * k, 0, 8, 1)
-    run = WithMailboxBits(bus, stations, way="LRD+LWR", period=CYCLE_NS * 1e-9)
+    run = WithMailboxBits(bus, stations, read_write="LRD+LWR", period=CYCLE_NS * 1e-9)
     for s in stations:
         s.set_up_process_sms()
         s.set_up_fmmus(*run.addresses(s))

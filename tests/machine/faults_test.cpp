@@ -142,9 +142,9 @@ TEST(Faults, a_job_that_the_world_saw_crash_is_not_done) {
   EXPECT_NE(result.errors.front().message.find("forgotten_tool"), std::string::npos);
 }
 
-TEST(Faults, an_obstacle_on_the_only_way_is_refused_before_anything_moves) {
+TEST(Faults, an_obstacle_on_the_only_path_is_refused_before_anything_moves) {
   recipes::Recipe recipe = test::load_recipe(kDemo);
-  // A block over a dot: no way down to it.
+  // A block over a dot: no path down to it.
   const auto& dot = std::get<recipes::Dot>(recipe.features.front());
   recipe.parts.push_back(
       {.name = "roof", .at = dot.at, .size = {6, 6, 17}, .rotation = 0, .fixture = true, .place = {}});

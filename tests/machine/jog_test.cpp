@@ -59,8 +59,8 @@ struct Bench {
   void to(double x, double y, double z) {
     const AxisVec from = at();
     std::map<std::string, std::string> by;
-    for (const auto& [name, way] : {std::pair{"X", x - from[kX]}, {"Y", y - from[kY]}, {"Z", z - from[kZ]}})
-      if (std::abs(way) > 1e-3) by[name] = mm(way);
+    for (const auto& [name, by_mm] : {std::pair{"X", x - from[kX]}, {"Y", y - from[kY]}, {"Z", z - from[kZ]}})
+      if (std::abs(by_mm) > 1e-3) by[name] = mm(by_mm);
     if (by.empty()) return;
     const auto done = jog(words(by, "400 mm/s"));
     ASSERT_TRUE(done) << to_text(done.error());
@@ -93,7 +93,7 @@ TEST(Jog, arrives_where_it_was_sent_and_nothing_else_moves) {
   struct Case {
     const char *axis, *by;
     std::size_t index;
-    double way;
+    double displacement;
   };
   for (const Case& c : {Case{"X", "10 mm", kX, 10},
                         {"Y", "12.345mm", kY, 12.345},
@@ -106,7 +106,7 @@ TEST(Jog, arrives_where_it_was_sent_and_nothing_else_moves) {
     ASSERT_TRUE(done) << to_text(done.error());
     EXPECT_EQ(done->axes, 1u << c.index);
     EXPECT_EQ(done->start, expected);
-    expected[c.index] += c.way;
+    expected[c.index] += c.displacement;
     for (std::size_t i = 0; i < 6; ++i) {
       EXPECT_NEAR(done->end[i], expected[i], 1e-9) << i;
       EXPECT_NEAR(bench.at()[i], expected[i], 1e-9) << i;
@@ -205,7 +205,7 @@ TEST(Jog, into_a_body_is_refused_with_both_names_and_the_point_and_nothing_moves
   bench.to(100, 262, -30);
   const Error across = bench.expect_refused(words({{"X", "130 mm"}}), Fault::Collision);
   EXPECT_NE(across.message.find("post"), std::string::npos)
-      << "both ends are free, the way between is not: " << across.message;
+      << "both ends are free, the path between is not: " << across.message;
   EXPECT_TRUE(bench.jog(words({{"X", "-30 mm"}})));
   EXPECT_TRUE(bench.owner().world()->collisions()->empty());
 }
@@ -378,10 +378,10 @@ motion::State planned_state(const motion::Segment& segment, double t) {
   return x;
 }
 
-/// How far q is off the straight line from `from` along `way` (X and Y).
-double off_line(Vec2 q, Vec2 from, Vec2 way) {
+/// How far q is off the straight line from `from` along `displacement` (X and Y).
+double off_line(Vec2 q, Vec2 from, Vec2 displacement) {
   const Vec2 d = q - from;
-  return std::abs(d.x * way.y - d.y * way.x) / std::hypot(way.x, way.y);
+  return std::abs(d.x * displacement.y - d.y * displacement.x) / std::hypot(displacement.x, displacement.y);
 }
 
 TEST(Jog, an_abort_at_any_time_ends_on_the_way_within_the_planners_stopping_distance) {
@@ -545,9 +545,10 @@ TEST(Jog, at_random_ends_where_it_was_sent_or_is_refused_and_the_world_sees_no_c
     const std::array<std::array<double, 2>, 5> range{{{100, 330}, {90, 310}, {-79, 5}, {-3.1, 3.2}, {-1, 41}}};
     for (std::size_t i = 0; i < range.size(); ++i) {
       if (between(0, 1) < 0.4) continue;
-      const double way = between(range[i][0], range[i][1]) - from[i];
-      by[rig.machine().axes[i].name] = i == kC ? fmt::format("{:.9f} rad", way) : fmt::format("{:.9f} mm", way);
-      to[i] = from[i] + way;
+      const double displacement = between(range[i][0], range[i][1]) - from[i];
+      by[rig.machine().axes[i].name] =
+          i == kC ? fmt::format("{:.9f} rad", displacement) : fmt::format("{:.9f} mm", displacement);
+      to[i] = from[i] + displacement;
     }
     if (by.empty()) continue;
     const bool abort = between(0, 1) < 0.2;

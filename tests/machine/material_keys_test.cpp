@@ -29,7 +29,7 @@ recipes::Recipe recipe_of(const std::string& material_keys, const std::string& p
 constexpr const char* kLine = "  - line: {name: l, material: glue, from: [20 mm, 20 mm], to: [50 mm, 20 mm]}\n";
 
 /// The needle's tip over the board as it nominally lies, and the valve, cycle by cycle.
-struct Way {
+struct TipTrajectory {
   std::vector<Vec3> tip;
   std::vector<bool> valve;
 
@@ -90,32 +90,32 @@ TEST(MaterialKeys, early_off_counts_along_the_chords_of_a_curve) {
   EXPECT_NEAR(angle * 10, -5, 0.06);
 }
 
-TEST(MaterialKeys, back_track_goes_back_over_the_bead_and_up_on_the_way) {
+TEST(MaterialKeys, back_track_goes_back_over_the_bead_and_rises_meanwhile) {
   const recipes::Recipe recipe = recipe_of(", back_track: 6 mm, tail_lift: 1.5 mm", "", kLine);
   Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
-  Way way;
-  test::expect_done(way.run(rig, recipe));
-  const std::size_t shut = way.shut();
-  const auto end = way.nearest({50, 20, 0.5}, shut), back = way.nearest({44, 20, 2}, shut);
+  TipTrajectory trajectory;
+  test::expect_done(trajectory.run(rig, recipe));
+  const std::size_t shut = trajectory.shut();
+  const auto end = trajectory.nearest({50, 20, 0.5}, shut), back = trajectory.nearest({44, 20, 2}, shut);
   EXPECT_LT(end.first, 0.02);
   EXPECT_LT(back.first, 0.001) << "it rests there";
   EXPECT_GT(back.second, end.second);
   for (std::size_t i = shut; i <= back.second; ++i) {
-    EXPECT_NEAR(way.tip[i].y, 20, 0.001);
-    EXPECT_GE(way.tip[i].z, 0.499);
+    EXPECT_NEAR(trajectory.tip[i].y, 20, 0.001);
+    EXPECT_GE(trajectory.tip[i].z, 0.499);
   }
-  const auto up = way.nearest({44, 20, 5}, back.second);
+  const auto up = trajectory.nearest({44, 20, 5}, back.second);
   EXPECT_LT(up.first, 0.3) << "and from there straight up by retract";
-  for (std::size_t i = back.second; i <= up.second; ++i) EXPECT_NEAR(way.tip[i].x, 44, 0.3);
+  for (std::size_t i = back.second; i <= up.second; ++i) EXPECT_NEAR(trajectory.tip[i].x, 44, 0.3);
 }
 
 TEST(MaterialKeys, tail_lift_alone_goes_straight_up_at_the_speed_of_the_bead) {
   const recipes::Recipe recipe = recipe_of(", tail_lift: 2 mm", "", kLine);
   Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
-  Way way;
-  test::expect_done(way.run(rig, recipe));
-  for (std::size_t i = way.shut(); i + 1 < way.tip.size() && way.tip[i].z < 2.4; ++i)
-    EXPECT_LE((way.tip[i + 1].z - way.tip[i].z) * 1000, 20.01) << way.tip[i].z;
+  TipTrajectory trajectory;
+  test::expect_done(trajectory.run(rig, recipe));
+  for (std::size_t i = trajectory.shut(); i + 1 < trajectory.tip.size() && trajectory.tip[i].z < 2.4; ++i)
+    EXPECT_LE((trajectory.tip[i + 1].z - trajectory.tip[i].z) * 1000, 20.01) << trajectory.tip[i].z;
 }
 
 TEST(MaterialKeys, that_cannot_be_meant_are_told_with_the_bead) {
@@ -163,8 +163,8 @@ TEST(OnAPart, features_lie_on_its_top_and_nothing_is_hit) {
                 "  - line: {name: l, material: glue, on: relay, from: [32 mm, 30 mm], to: [48 mm, 30 mm]}\n"
                 "  - dot: {name: beside, material: glue, at: [10 mm, 10 mm]}\n");
   Rig rig({.placement = "dx=0.5 mm, dy=0.5 mm, rot=0 deg"});
-  Way way;
-  const record::JobResult r = way.run(rig, recipe);
+  TipTrajectory trajectory;
+  const record::JobResult r = trajectory.run(rig, recipe);
   test::expect_done(r);
   EXPECT_TRUE(r.collisions.empty());
   EXPECT_EQ(r.features_done, 3u);

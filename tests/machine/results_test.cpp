@@ -223,7 +223,7 @@ TEST(Results, the_word_and_the_board_agree_with_an_oracle_over_the_worlds_deposi
                      m.sim.needle_error = {tip * std::cos(turn), tip * std::sin(turn), up};
                    }});
     const record::JobResult quiet = rig.run(*recipe);
-    if (quiet.exit_code == ExitCode::NotFeasible && quiet.deposits.empty()) continue;  // a way that is not free
+    if (quiet.exit_code == ExitCode::NotFeasible && quiet.deposits.empty()) continue;  // a path that is not free
     jobs.judge(author, quiet, rig.owner(), {});
     const std::vector<test::RawShot> undisturbed = jobs.shots;
     if (undisturbed.empty() || undisturbed.size() != author.wanted.size()) continue;

@@ -219,8 +219,8 @@ TEST(Trust, a_racked_beam_is_squared_within_two_counts_or_refused) {
   }
 }
 
-// The beam is stopped before it is racked by what it does not bear: 12 mm of the machine file, and the way in which
-// homing brakes, twice.
+// The beam is stopped before it is racked by what it does not bear: 12 mm of the machine file, and twice the braking
+// distance of homing.
 TEST(Trust, a_side_that_homes_at_half_the_speed_racks_the_beam_no_farther_than_it_bears) {
   Rig rig({.wired = [](auto& m) { station(m, "y2").profile.drive->velocity_counts_s /= 2; }});
   ASSERT_TRUE(rig.owner().bring_up());

@@ -111,7 +111,7 @@ TEST(Render, noise_has_the_sigma_asked_for_and_depends_on_the_seed_alone) {
   EXPECT_NEAR(std::sqrt(square / n - mean * mean), std::sqrt(16 + 1.0 / 12), 0.05);
 }
 
-TEST(Render, motion_while_exposed_smears_and_shifts_by_half_the_way) {
+TEST(Render, motion_while_exposed_smears_and_shifts_by_half_the_displacement) {
   const BoardTruth board = board_at({});
   View v = over(board, {10, 10});
   v.drift = {0.2, 0};  // 10 px

@@ -303,7 +303,7 @@ TEST(Supervisor, a_drive_that_says_it_does_not_follow_for_a_tenth_of_a_second_is
   EXPECT_EQ(said.front(), 101);
   EXPECT_EQ(w.found.front().station, StationId{0});
   w.state = State::Homing;
-  EXPECT_TRUE(w.cycles_that_say(Fault::NotFollowing, 300).empty()) << "it goes its own ways";
+  EXPECT_TRUE(w.cycles_that_say(Fault::NotFollowing, 300).empty()) << "in homing the drive moves by itself";
 
   LoopSetup silent = open_loop();
   silent.drives[0].layout.follows_bit = -1;  // AMD530B: not stated

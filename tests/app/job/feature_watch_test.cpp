@@ -131,7 +131,7 @@ TEST(FeatureWatch, random_runs_agree_with_what_the_valve_was_opened_for) {
     Loop loop(6);
     std::vector<FeatureState> expected(6, Done);
     for (std::uint32_t f = 0; f < 6; ++f) {
-      // Cycles from the start of the way there: when the path comes and goes, when the valve opens and closes.
+      // Cycles from the start of the travel there: when the path comes and goes, when the valve opens and closes.
       const int come = from_to(70, 200), stay = from_to(1, 80);
       const int opens = come - from_to(0, 60) + from_to(0, 10), closes = opens + from_to(1, 90);
       const bool cut = from_to(0, 5) == 0;

@@ -87,7 +87,7 @@ TEST(Opinion, that_is_against_a_motion_keeps_it_out_of_the_block) {
 }
 
 /// Where the head stands low when a job begins.
-TEST(Opinion, is_asked_of_the_way_up_and_its_words_stay_its_own) {
+TEST(Opinion, is_asked_of_the_rise_and_its_words_stay_its_own) {
   const config::Machine machine = test::reference();
   AxisVec low = test::parked(machine);
   low[machine.z.value] = machine.safe_z_mm - 10;

@@ -83,7 +83,7 @@ TEST(SpeedWatch, what_the_material_allows_is_no_defect) {
   EXPECT_TRUE(play(recipe(true), [](double) { return 2.0; }).empty()) << "its flow follows the speed";
 }
 
-TEST(SpeedWatch, a_dip_on_the_way_is_seen_and_one_in_the_run_up_is_not) {
+TEST(SpeedWatch, a_dip_along_the_bead_is_seen_and_one_in_the_run_up_is_not) {
   const auto dip = [](double from_s, double to_s) {
     return [=](double t) { return t > from_s && t < to_s ? 0.5 : 1.0; };
   };

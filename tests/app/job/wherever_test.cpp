@@ -46,12 +46,12 @@ TEST(Wherever, no_feature_is_refused_at_a_placement_that_was_not_named) {
     const std::set<std::string> names = named(board.machine, recipe);
     std::set<std::string> met;
     for (int place = 0; place < 12; ++place) {
-      const double way = some(std::numbers::pi), far = place % 2 == 0 ? 1 : std::abs(some(1));
+      const double heading = some(std::numbers::pi), far = place % 2 == 0 ? 1 : std::abs(some(1));
       const double shift = recipe.mark_rules.max_shift_mm * far * (1 - 1e-9);
       const double turn = recipe.mark_rules.max_rotation_rad * (place % 3 == 0 ? std::copysign(1, some(1)) : some(1));
       const double up = recipe.touches.empty() ? 0 : some(recipe.touch_rules.window_mm);
       BlockPlanner planner(board.machine, recipe);
-      const recipes::WorkOffset offset{{shift * std::cos(way), shift * std::sin(way)}, turn};
+      const recipes::WorkOffset offset{{shift * std::cos(heading), shift * std::sin(heading)}, turn};
       Knowledge known;
       known.offset = offset, known.surface = recipes::Surface{up, {}};
       planner.know(known);
