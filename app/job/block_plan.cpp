@@ -297,8 +297,7 @@ AxisVec BlockPlanner::needle_at(Vec2 at, double height_mm) const {
                           offset().rotation);
 }
 
-/// The same position, higher by the material's retract.
-/// Within this of its end nothing but the descent goes on: half of retract, or more, so that the valve is told to open
+/// Within this of its end, mm, nothing but the descent goes on: half of retract, or more, so that the valve is told to open
 /// on it. `after_s`: from the end of the descent to the moment that the lead counts from.
 double BlockPlanner::straight_down_mm(const AxisVec& to, const recipes::Material& m, double after_s) const {
   const double alone_mm = m.retract * kAlone, before_s = m.valve_open_lead - after_s + limits_.tick_s;
