@@ -6,6 +6,7 @@
 #include "recipes/job.hpp"
 #include "recipes/recipe_file.hpp"
 #include "recipes/seat.hpp"
+#include "recipes/surface_doubt.hpp"
 #include "recipes/twice.hpp"
 #include "recipes/valve_leads.hpp"
 
@@ -29,6 +30,7 @@ class Feasibility {
     for (const TouchPoint& t : recipe_.touches) touch(t);
     purge();
     for (const Feature& f : recipe_.features) std::visit([&](const auto& each) { feature(each); }, f);
+    check_surface_doubt(recipe_, machine_, mistakes_);
   }
   /// What does not ask where anything lies.
   void general() {

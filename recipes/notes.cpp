@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
 
+#include "core/units.hpp"
 #include "recipes/bus_notes.hpp"
 #include "recipes/job.hpp"
+#include "recipes/surface_doubt.hpp"
 
 namespace gantry::recipes {
 namespace {
@@ -65,6 +68,23 @@ std::string left_to_stations(const config::Machine& machine) {
   return names;
 }
 
+/// What is taken for granted where touches do not measure the tilt.
+void add_tilt(const Recipe& recipe, const config::Machine& machine, std::vector<std::string>& to) {
+  const std::size_t touches = recipe.touches.size();
+  const double slope = max_unmeasured_slope(recipe.touch_rules),
+               simulated = std::numbers::sqrt2 * machine.sim.tilt_spread_rad;
+  std::string note = fmt::format(
+      "{} touch{}: the board is taken to be level {}, within {:.3g} deg ({})", touches, touches == 1 ? "" : "es",
+      touches == 1 ? "in both directions" : "across the line through them", units::deg(std::atan(slope)),
+      recipe.touch_rules.max_tilt_rad ? "`touch_rules.max_tilt`" : "`touch_rules.max_tilt` is left out");
+  if (simulated > slope)
+    note += fmt::format(
+        "; the simulated machine's boards tilt by up to {:.3g} deg (`sim.board.tilt_spread`), and the "
+        "needle may meet one that does",
+        units::deg(simulated));
+  to.push_back(std::move(note));
+}
+
 }  // namespace
 
 std::vector<std::string> notes(const Recipe& recipe, const config::Machine& machine) {
@@ -80,10 +100,7 @@ std::vector<std::string> notes(const Recipe& recipe, const config::Machine& mach
   if (!recipe.marks.empty() && !machine.outputs[static_cast<std::size_t>(config::Output::CameraLight)])
     out.push_back("the machine has no output 'camera_light': marks are seen by whatever light there is");
   if (recipe.touches.empty()) out.push_back("no touches: the board's surface is taken to be at its nominal height");
-  if (!recipe.touches.empty() && recipe.touches.size() < 3)
-    out.push_back(fmt::format("{} touch{}: the board is taken to be level {}", recipe.touches.size(),
-                              recipe.touches.size() == 1 ? "" : "es",
-                              recipe.touches.size() == 1 ? "in both directions" : "across the line through them"));
+  if (SurfaceDoubt(recipe, machine).tilt_unmeasured()) add_tilt(recipe, machine, out);
   for (const Material& m : recipe.materials) {
     out.push_back(tolerances_in_words(m));
     add_lead(m, "valve_open_lead", m.valve_open_lead, machine.sim.valve_open_lag_s, "opens", out);

@@ -62,8 +62,9 @@ struct TouchPoint {
   Location place;
 };
 struct TouchRules {
-  double max_residual_mm = 0.1;  ///< from the plane through more than three touches
-  double window_mm = 1.5;        ///< the surface must be within +- this of nominal
+  double max_residual_mm = 0.1;          ///< from the plane through more than three touches
+  double window_mm = 1.5;                ///< the surface must be within +- this of nominal
+  std::optional<double> max_tilt_rad{};  ///< of the board; left out: surface_doubt.hpp
 };
 
 struct Material {

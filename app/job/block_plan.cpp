@@ -40,6 +40,16 @@ recipes::Location last_place(const recipes::Recipe& recipe) {
   return recipe.marks.empty() ? recipes::Location{1, 1} : recipe.marks.back().place;
 }
 
+recipes::Place place_of(const recipes::Feature& feature) {
+  return std::visit([](const auto& f) { return f.place; }, feature);
+}
+
+/// "dot 'a'"
+std::string words_of(const recipes::Feature& feature) {
+  return fmt::format("{} '{}'", std::holds_alternative<recipes::Dot>(feature) ? "dot" : "bead",
+                     recipes::id_of(feature));
+}
+
 bool is_level(const recipes::Bead& bead) {
   return std::all_of(bead.points.begin(), bead.points.end(), [&](Vec3 p) { return p.z == bead.points.front().z; });
 }
@@ -94,7 +104,7 @@ BlockPlanner::~BlockPlanner() = default;
 void BlockPlanner::know(const Knowledge& known) {
   const bool moved = known.offset != known_.offset || known.surface != known_.surface;
   known_ = known;
-  if (moved) surroundings_ = std::make_shared<Surroundings>(machine_, recipe_, belief_of(recipe_, known));
+  if (moved) surroundings_ = std::make_shared<Surroundings>(machine_, recipe_, belief_of(machine_, recipe_, known));
 }
 
 BlockBuilder BlockPlanner::build(std::uint32_t block, const AxisVec& from) const {
@@ -213,7 +223,9 @@ Result<ProvenBlock> BlockPlanner::purge(std::uint32_t block, const AxisVec& from
     if (done) done = builder.vertical(lifted(to, m), there, m.retract * kAlone);
   }
   if (!done) return tl::unexpected(with_line(done.error(), recipe_, purge.at_place, "purging"));
-  return builder.finish();
+  auto planned = builder.finish();
+  if (!planned) return planned;
+  return over_board(*std::move(planned), "purging", purge.at_place);
 }
 
 Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& from,
@@ -224,19 +236,39 @@ Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& f
   for (const std::size_t f : features) {
     if (!go_on(breath_)) return given_up();
     const recipes::Feature& feature = recipe_.features[f];
+    if (const auto& doubt = surroundings_->doubt())
+      if (const auto why = recipes::reaches_board(recipe_, *doubt, feature))
+        return tl::unexpected(with_line({Fault::Collision, *why, {}}, recipe_, place_of(feature), words_of(feature)));
     const auto dispensed = std::holds_alternative<recipes::Dot>(feature)
                                ? add_dot(builder, std::get<recipes::Dot>(feature), f, last)
                                : add_bead(builder, std::get<recipes::Bead>(feature), {f, laid_mm(laid, f)}, last);
     if (!dispensed) return tl::unexpected(dispensed.error());
   }
   auto planned = builder.finish();
-  if (!planned && !features.empty())
-    return std::visit(
-        [&](const auto& f) -> Result<ProvenBlock> {
-          return tl::unexpected(with_line(planned.error(), recipe_, f.place, fmt::format("up from '{}'", f.id)));
-        },
-        recipe_.features[features.back()]);
-  return planned;
+  if (features.empty()) return planned;
+  const recipes::Feature& last_one = recipe_.features[features.back()];
+  if (!planned)
+    return tl::unexpected(
+        with_line(planned.error(), recipe_, place_of(last_one), fmt::format("up from '{}'", recipes::id_of(last_one))));
+  return over_board(*std::move(planned), words_of(last_one), place_of(last_one));
+}
+
+/// Told of the feature that is dispensed next, or by the words that are given.
+Result<ProvenBlock> BlockPlanner::over_board(ProvenBlock block, std::string words, recipes::Place place) const {
+  const auto low = surroundings_->below_board(block.segments());
+  if (!low) return block;
+  for (std::size_t i = low->segment; i < block.segments().size(); ++i)
+    if (const std::uint32_t f = block.segments()[i].feature; f != motion::kTravel) {
+      words = words_of(recipe_.features[f]), place = place_of(recipe_.features[f]);
+      break;
+    }
+  return tl::unexpected(
+      with_line({Fault::Collision,
+                 fmt::format("{} comes within 0 mm of {} at {}: the board's face, which is measured where it was "
+                             "touched, may be {:.3f} mm higher there",
+                             low->body, kBoard, low->at, low->by_mm),
+                 {}},
+                recipe_, place, words));
 }
 
 Result<ProvenBlock> BlockPlanner::lift(std::uint32_t block, const AxisVec& from, std::size_t feature) const {
@@ -252,7 +284,9 @@ Result<ProvenBlock> BlockPlanner::lift(std::uint32_t block, const AxisVec& from,
           work = work_of(m, f.on);
         if (auto r = builder.straight(lifted(from, m), surroundings_->dispensing({work})); !r)
           return tl::unexpected(with_line(r.error(), recipe_, f.place, fmt::format("up from '{}'", f.id)));
-        return builder.finish();
+        auto planned = builder.finish();
+        if (!planned) return planned;
+        return over_board(*std::move(planned), fmt::format("up from '{}'", f.id), f.place);
       },
       recipe_.features[feature]);
 }
@@ -416,7 +450,9 @@ Result<ProvenBlock> BlockPlanner::park(std::uint32_t block, const AxisVec& from)
   builder.about({"the park position", "", recipe_.file, last});
   if (auto r = builder.travel(parked(machine_, from), surroundings_->travelling(from)); !r)
     return tl::unexpected(with_line(r.error(), recipe_, last, "parking"));
-  return builder.finish();
+  auto planned = builder.finish();
+  if (!planned) return planned;
+  return over_board(*std::move(planned), "parking", last);
 }
 
 }  // namespace gantry::job

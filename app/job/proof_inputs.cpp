@@ -191,8 +191,11 @@ std::string recipe_of(const recipes::Recipe& recipe) {
     out += Row("touch").add(id).add(at).text();
   }
   {
-    const auto& [residual, window] = touch_rules;
-    out += Row("touch_rules").add(residual).add(window).text();
+    const auto& [residual, window, tilt] = touch_rules;
+    Row rules("touch_rules");
+    rules.add(residual).add(window);
+    if (tilt) rules.add(*tilt);
+    out += rules.text();
   }
   if (purge) {
     const auto& [material, frame, at, shots, after_s, place, material_place, frame_place, at_place] = *purge;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "recipes/surface_doubt.hpp"
+
 namespace gantry::job {
 namespace {
 
@@ -45,8 +47,9 @@ Result<vision::SurfaceFit> settle_surface(const recipes::Recipe& recipe, const s
   std::vector<vision::TouchedHeight> points;
   for (const TouchedHeight& h : heights)
     points.push_back({recipe.touches[h.touch].name, recipe.touches[h.touch].at, h.height_mm});
-  return at_first_line(vision::fit_surface(points, {.max_residual_mm = recipe.touch_rules.max_residual_mm}), recipe,
-                       recipe.touches.front().place);
+  return at_first_line(vision::fit_surface(points, {.max_residual_mm = recipe.touch_rules.max_residual_mm,
+                                                    .max_slope = recipes::max_measured_slope(recipe.touch_rules)}),
+                       recipe, recipe.touches.front().place);
 }
 
 }  // namespace gantry::job

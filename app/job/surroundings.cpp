@@ -16,7 +16,7 @@ constexpr double kTipTolerance_mm = 0.5;
 constexpr double kDeepest_mm = 5;      // that bodies may overlap by belief and be led apart: a probe's spring
 constexpr double kMeasured_mm = 1e-5;  // how exactly it is found how near two bodies stand
 constexpr double kLying_mm = 1e-6;     // what ends at the board's lower face carries it
-constexpr double kSlack_mm = 0.05;     // measured heights and following error may take this much of a gap
+constexpr double kSlack_mm = recipes::kHeightSlack_mm;
 
 /// The body of the head at whose lower end a tool has its tip: the one that may come near to what the tool works on.
 std::string working_body(const config::Machine& machine, std::string_view tool_name) {
@@ -72,10 +72,13 @@ Belief unmeasured(const recipes::Recipe& recipe) {
   return belief;
 }
 
-Belief belief_of(const recipes::Recipe& recipe, const Knowledge& known) {
+Belief belief_of(const config::Machine& machine, const recipes::Recipe& recipe, const Knowledge& known) {
   Belief belief = unmeasured(recipe);
   if (known.offset) belief.offset = *known.offset, belief.shift_mm = belief.rotation_rad = 0;
-  if (known.surface) belief.surface = *known.surface, belief.upwards_mm = 0;
+  if (known.surface) {
+    belief.surface = *known.surface, belief.upwards_mm = 0;
+    belief.doubt.emplace(recipe, machine);
+  }
   return belief;
 }
 
@@ -102,15 +105,16 @@ Surroundings::Surroundings(const config::Machine& machine, const recipes::Recipe
   const motion::BoardFrame frame{recipes::to_machine(recipe, machine, belief_.offset, belief_.surface, {0, 0}, 0),
                                  belief_.offset.rotation, belief_.surface.slope};
   scene_.tell_in(frame), scene_of_touch_.tell_in(frame);
+  board_size_ = recipe.board.size;
 }
 
-/// Each body of the recipe where it is believed to be, grown by how far it may be off. The board's box reaches to its
-/// highest corner.
+/// Each body of the recipe where it is believed to be, grown by how far it may be off. The board's box reaches to where
+/// its highest corner may be.
 void Surroundings::add_recipe(const config::Machine& machine, const recipes::Recipe& recipe) {
   const Vec2 size = recipe.board.size;
   double highest = -1e9, lowest = 1e9;
   for (const Vec2 corner : std::array{Vec2{0, 0}, Vec2{size.x, 0}, size, Vec2{0, size.y}}) {
-    highest = std::max(highest, belief_.surface.at(corner));
+    highest = std::max(highest, belief_.surface.at(corner) + (belief_.doubt ? belief_.doubt->mm(corner) : 0));
     lowest = std::min(lowest, belief_.surface.at(corner));
   }
   highest_mm_ = highest, uneven_mm_ = highest - lowest;
@@ -130,6 +134,11 @@ void Surroundings::add_recipe(const config::Machine& machine, const recipes::Rec
     body.shape.size.x += 2 * off, body.shape.size.y += 2 * off;
     of_touch.push_back(body);
     grow_up(belief_.upwards_mm);
+    if (part != nullptr && belief_.doubt) {
+      const double doubt_mm = belief_.doubt->mm(part->at, {part->size.x, part->size.y}, part->rotation);
+      grow_up(doubt_mm);
+      uneven_mm_ = std::max(uneven_mm_, doubt_mm);
+    }
     of_travel.push_back(body);
   }
   scene_.add(of_travel), scene_of_touch_.add(of_touch);

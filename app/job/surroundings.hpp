@@ -8,6 +8,8 @@
 // A board that is thinner than the clearance brings what it lies on near to the tool as well: that pair keeps the
 // board's thickness more. Nothing else inherits anything, however low it stands.
 #pragma once
+#include <deque>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -17,7 +19,9 @@
 #include "config/machine.hpp"
 #include "motion/plan/find_path.hpp"
 #include "motion/plan/scene.hpp"
+#include "motion/types.hpp"
 #include "recipes/job.hpp"
+#include "recipes/surface_doubt.hpp"
 
 namespace gantry::job {
 
@@ -30,12 +34,15 @@ struct Belief {
   double shift_mm = 0;      ///< the board's origin may be this far off in the plane
   double rotation_rad = 0;  ///< and it may be turned about it by so much
   double upwards_mm = 0;    ///< its surface may be this much higher
+  /// Touched and settled, and what the touches leave open of it.
+  std::optional<recipes::SurfaceDoubt> doubt{};
 };
 
 /// What is believed before anything was measured: nominal, and off by what the recipe's rules allow.
 Belief unmeasured(const recipes::Recipe& recipe);
-/// What is believed with what is known: a settled offset or surface is taken as it is.
-Belief belief_of(const recipes::Recipe& recipe, const Knowledge& known);
+/// What is believed with what is known: a settled offset is taken as it is, a settled surface as it is where touches
+/// say so, and higher by what they leave open elsewhere.
+Belief belief_of(const config::Machine& machine, const recipes::Recipe& recipe, const Knowledge& known);
 
 /// What the needle works on: so near to a body's top, which is so high over the board's.
 struct Work {
@@ -44,6 +51,14 @@ struct Work {
   double top_mm = 0;
   double cut_mm = 0;    ///< corners that go up or down may be cut by so much, and by half of the gap at most
   double alone_mm = 0;  ///< the needle comes and leaves straight down and up, within so much of there
+};
+
+/// Where a tool that works on the board would be lower than the board may be.
+struct BelowBoard {
+  std::string body;
+  std::size_t segment = 0;  ///< of those that were looked at
+  double by_mm = 0;
+  std::string at;  ///< in words
 };
 
 class Surroundings {
@@ -59,6 +74,9 @@ class Surroundings {
   /// touch ends at the window's lower end; board and parts may differ in height by the whole window.)
   [[nodiscard]] const motion::Scene& scene_of_touch() const { return scene_of_touch_; }
 
+  /// What the touches leave open of the surface, once it is settled.
+  [[nodiscard]] const std::optional<recipes::SurfaceDoubt>& doubt() const { return belief_.doubt; }
+
   /// From `now` to anywhere: a tool that stands nearer than the clearance to what it works on comes no nearer.
   [[nodiscard]] motion::PathRules travelling(const AxisVec& now) const;
   /// To the point from where the probe goes down: `approach_mm` over the highest that the board may be.
@@ -70,7 +88,14 @@ class Surroundings {
   /// Full clearance, but for bodies that stand nearer to each other now, whichever they are: they come no nearer.
   [[nodiscard]] motion::PathRules no_nearer_than(const AxisVec& now) const;
 
+  /// The board stands among the bodies as a level box up to where its highest corner may be, and tools that work on it
+  /// may be within that box. This looks at its face itself: a tool that works on it stays over it, and where it stands
+  /// lower at first it goes no deeper. Nothing before the surface is settled.
+  [[nodiscard]] std::optional<BelowBoard> below_board(const std::deque<motion::Segment>& segments) const;
+
  private:
+  /// Of a straight motion of a head body's lower end, where it may be over the board: the least height over its face.
+  [[nodiscard]] std::optional<double> least_height(Vec3 from, Vec3 to, double radius_mm) const;
   void add_recipe(const config::Machine& machine, const recipes::Recipe& recipe);
   /// A tool with what it works on, or with what carries that.
   [[nodiscard]] bool by_design(const std::string& head, const std::string& standing) const;
@@ -83,8 +108,10 @@ class Surroundings {
   double clearance_mm_ = 0;
   std::string needle_, probe_;          ///< bodies of the head; empty: the tool has none
   std::set<std::string> dispensed_on_;  ///< parts
-  /// The board's box reaches to its highest corner; elsewhere the surface is lower by up to `uneven_mm_`.
+  /// The board's box reaches to where its highest corner may be; elsewhere the surface is lower by up to `uneven_mm_`,
+  /// and so is a part's top than its box.
   double highest_mm_ = 0, uneven_mm_ = 0;
+  Vec2 board_size_;
   /// Bodies of the machine that the board lies on, and how far their top is below its nominal surface.
   std::vector<std::pair<std::string, double>> carriers_;
 };

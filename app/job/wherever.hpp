@@ -21,7 +21,7 @@ struct OnlyWhenPlaced {
 /// times the distance of the furthest feature from the board's origin, and in height by the touches' window; the
 /// head, which does not turn with the board, by the turn times each body's reach from the needle. Each body is grown by
 /// that, and each feature planned among them, down from the safe height and up again. What carries the board is not
-/// grown: the needle's distance to it is by design. That the board may be tilted is not counted. Fault::Aborted when
+/// grown: the needle's distance to it is by design. A tilt that touches measure is not counted. Fault::Aborted when
 /// the breath says no.
 Result<std::vector<OnlyWhenPlaced>> only_when_placed(const config::Machine& machine, const recipes::Recipe& recipe,
                                                      const recipes::Job& job, const Breath& breath = {});

@@ -23,8 +23,11 @@ int main(int argc, char** argv) {
       v.boards, first, took.count(), v.steps, v.motions, v.touched, v.rises, v.homings, v.blended);
   fmt::print("  certified: {} world collisions, {} touches of something else, {} nearer than the clearance\n",
              v.collisions, v.misread, v.too_near);
-  fmt::print("  refused:   {} ({} by another rule), {} without both bodies and the line, {} falsely\n", v.refused,
-             v.by_rules, v.unnamed, v.false_refusals);
+  fmt::print(
+      "  refused:   {} ({} because a tilt was not measured, {} by another rule), {} without both bodies and the line, "
+      "{} "
+      "falsely\n",
+      v.refused, v.in_doubt, v.by_rules, v.unnamed, v.false_refusals);
   for (const std::string& told : v.told) fmt::print("  {}\n", told);
   const bool met = v.collisions + v.misread + v.too_near + v.unnamed == 0 &&
                    static_cast<double>(v.false_refusals) <= 1e-3 * static_cast<double>(v.refused);

@@ -22,6 +22,7 @@ struct Verdict {
   std::size_t too_near = 0;        ///< certified, and nearer than the clearance by more than 1e-6 mm
   std::size_t unnamed = 0;         ///< refusals without both bodies or with another line
   std::size_t false_refusals = 0;  ///< nothing comes within clearance + 1e-6 mm
+  std::size_t in_doubt = 0;        ///< refused because the board may be higher than its touches say
   std::size_t by_rules = 0;        ///< ended by another rule of the recipe than a collision
   std::vector<std::string> told;   ///< the first of what went wrong, for people
 };

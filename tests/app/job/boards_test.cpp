@@ -20,6 +20,7 @@ TEST(Boards, what_is_certified_is_free_and_what_is_refused_is_not) {
   EXPECT_GT(v.refused, kBoards / 4) << "a slice without refusals judges nothing";
   EXPECT_GT(v.touched, kBoards / 2);
   EXPECT_GT(v.blended, kBoards);
+  EXPECT_GT(v.in_doubt, kBoards / 20);
   for (const std::string& told : v.told) ADD_FAILURE() << told;
 }
 

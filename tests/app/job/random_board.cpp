@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "core/units.hpp"
+
 namespace gantry::test {
 namespace {
 
@@ -132,15 +134,23 @@ class Draw {
     if (!recipe_.marks.empty()) p.shift = unit() * real(0, recipe_.mark_rules.max_shift_mm);
     if (recipe_.marks.size() >= 2)
       p.rotation_rad = real(-recipe_.mark_rules.max_rotation_rad, recipe_.mark_rules.max_rotation_rad);
+    if (recipe_.touches.empty()) return;
+    const double w = recipe_.touch_rules.window_mm;
+    const Vec2 size = recipe_.board.size;
     if (recipe_.touches.size() < 3) {
-      if (!recipe_.touches.empty()) p.z0_mm = real(-1, 1) * recipe_.touch_rules.window_mm;
-      return;
+      // As far as the rule allows, which way the touches do not show.
+      const double most = units::rad(real(0.01, 0.5));
+      if (chance(0.8)) recipe_.touch_rules.max_tilt_rad = most;
+      const double slope = recipe_.touch_rules.max_tilt_rad ? std::tan(most) : std::tan(units::rad(0.15));
+      p.slope = unit() * slope * (chance(0.5) ? 1.0 : real(0, 1));
+    } else {
+      recipe_.touch_rules.max_tilt_rad = units::rad(5);
+      const double lean = real(0, 1) * w;
+      const Vec2 share{real(-1, 1), real(-1, 1)};
+      p.slope = {lean * share.x / size.x, lean * share.y / size.y};
     }
     // The whole face within the window.
-    const double w = recipe_.touch_rules.window_mm, lean = real(0, 1) * w;
-    const Vec2 size = recipe_.board.size, share{real(-1, 1), real(-1, 1)};
-    p.slope = {lean * share.x / size.x, lean * share.y / size.y};
-    const double most = std::abs(lean * share.x) + std::abs(lean * share.y);
+    const double most = std::abs(p.slope.x) * size.x + std::abs(p.slope.y) * size.y;
     p.slope = p.slope * (most > w ? w / most : 1.0);
     const double up = std::max(0.0, p.slope.x * size.x) + std::max(0.0, p.slope.y * size.y);
     const double down = std::max(0.0, -p.slope.x * size.x) + std::max(0.0, -p.slope.y * size.y);
