@@ -92,9 +92,9 @@ std::optional<std::string> reaches_board(const Recipe& recipe, const SurfaceDoub
 void check_surface_doubt(const Recipe& recipe, const config::Machine& machine, config::Mistakes& mistakes) {
   if (recipe.touches.empty()) return;
   const SurfaceDoubt doubt(recipe, machine);
-  Place last_told;  // an array is one line of the recipe: it is told once
+  Location last_told;  // an array is one line of the recipe: it is told once
   for (const Feature& feature : recipe.features) {
-    const Place place = std::visit([](const auto& f) { return f.place; }, feature);
+    const Location place = std::visit([](const auto& f) { return f.place; }, feature);
     if (place == last_told) continue;
     const auto why = reaches_board(recipe, doubt, feature);
     if (!why) continue;
