@@ -20,7 +20,12 @@ constexpr Time kSilence = milliseconds(2000);  // in steps of about a cycle; a h
 
 Control::Control(cycle::Channels& channels, Feed& feed, Pump& pump, Time period,
                  std::function<Error(const cycle::Event&)> describe)
-    : channels_(channels), feed_(feed), pump_(pump), period_(period), describe_(std::move(describe)) {
+    : channels_(channels),
+      feed_(feed),
+      pump_(pump),
+      period_(period),
+      describe_(std::move(describe)),
+      in_flight_(channels) {
   feed_.listen([this](const cycle::Snapshot& snapshot) { on_snapshot(snapshot); },
                [this](const cycle::Event& event) { on_event(event); });
 }
@@ -40,10 +45,8 @@ void Control::on_event(const cycle::Event& event) {
     if (!fault_ || cause || stopped()) fault_ = describe_(event), fault_at_ = event.cycle;
     if (stopped()) hold_next_ = true;
   }
-  if (event.kind == EventKind::CommandDone)
-    if (const auto asked = requests_.find(event.id); asked != requests_.end()) asked->second = event;
-  if (event.kind == EventKind::CommandDone || event.kind == EventKind::BlockDone || event.kind == EventKind::Touched)
-    answers_.push_back(event);
+  in_flight_.see(event);
+  if (event.kind == EventKind::BlockDone || event.kind == EventKind::Touched) of_the_block_.push_back(event);
 }
 
 std::optional<double> Control::valve_shut_s() const {
@@ -55,6 +58,7 @@ std::optional<double> Control::valve_shut_s() const {
 CycleIndex Control::cycles(double seconds) const { return cycles_in(seconds, period_); }
 
 void Control::step() {
+  in_flight_.hand_over();
   pump_.step();
   feed_.drain();
   silent_steps_ = latest().cycle == last_cycle_ ? silent_steps_ + 1 : 0;
@@ -71,6 +75,7 @@ bool Control::breathe() {
   const auto now = std::chrono::steady_clock::now();
   if (now - breathed_ >= kBreath) {
     breathed_ = now;
+    in_flight_.hand_over();
     feed_.drain();
     if (poll_orders_) poll_orders_();
   }
@@ -84,28 +89,16 @@ Result<void> Control::alive() const {
                                            silence / milliseconds(1)));
 }
 
-void Control::post(cycle::Command command) {
-  if (command.id == 0) command.id = next_id_++;
-  while (!channels_.commands.push(command) && alive()) {
-    pump_.step();
-    feed_.drain();
-  }
-}
-
-Request Control::request(cycle::Command command) {
-  command.id = next_id_++;
-  requests_.emplace(command.id, std::nullopt);
-  post(command);
-  return {command.id};
+Result<void> Control::not_crowded() const {
+  if (!in_flight_.crowded()) return {};
+  return fail(Fault::Refused, "the loop is behind with the orders before it; give this one once more");
 }
 
 std::optional<Result<void>> Control::answer(Request request) {
-  const auto asked = requests_.find(request.id);
-  if (asked == requests_.end() || !asked->second) return std::nullopt;
-  const cycle::Event answer = *asked->second;
-  requests_.erase(asked);
-  if (answer.fault == Fault::None) return Result<void>{};
-  return Result<void>(tl::unexpected(words(answer)));
+  const auto answer = in_flight_.answer(request);
+  if (!answer) return std::nullopt;
+  if (answer->fault == Fault::None) return Result<void>{};
+  return Result<void>(tl::unexpected(words(*answer)));
 }
 
 Error Control::words(const cycle::Event& answer) const {
@@ -149,16 +142,16 @@ Result<void> Control::not_aborted() const {
 /// The machine is braking: a wait is over when it stands, so that whoever goes on finds it at rest. An abort has been
 /// taken only when the loop says so: before, the machine may stand on hold, or be about to start a block.
 void Control::come_to_rest() {
-  const bool asked = aborted_.has_value();
-  const cycle::Command last{.kind = CommandKind::Abort, .id = next_id_++};  // behind everything that was sent
-  if (asked) post(last);
+  std::optional<Request> last;
+  if (aborted_) last = request({.kind = CommandKind::Abort});  // behind everything that was sent
+  std::optional<cycle::Event> answer;
   const auto taken = [&] {
-    return !asked || std::any_of(answers_.begin(), answers_.end(), [&](const cycle::Event& e) {
-      return e.kind == EventKind::CommandDone && e.id == last.id && e.cycle <= latest().cycle;
-    });
+    if (last && !answer) answer = in_flight_.answer(*last);
+    return !last || (answer && answer->cycle <= latest().cycle);
   };
   const CycleIndex give_up = latest().cycle + cycles(kStopTimeout_s);
   while (alive() && latest().cycle < give_up && !(taken() && standing())) idle();
+  if (last) in_flight_.forget(*last);
 }
 
 Result<void> Control::wait(const std::function<bool()>& done, double timeout_s, Error late) {
@@ -181,23 +174,15 @@ Result<void> Control::pass(double seconds) {
   return wait([&] { return latest().cycle >= until; }, seconds + 3600, {});
 }
 
-Result<void> Control::command(cycle::Command command, double timeout_s) {
-  command.id = next_id_++;
-  answers_.clear();
-  post(command);
-  const cycle::Event* answer = nullptr;
-  const auto answered = [&] {
-    for (const cycle::Event& e : answers_)
-      if (e.kind == EventKind::CommandDone && e.id == command.id) answer = &e;
-    return answer != nullptr;
-  };
-  if (auto r =
-          wait(answered, timeout_s,
-               Error{Fault::TransitionTimeout, fmt::format("the machine did not answer within {:g} s", timeout_s), ""});
-      !r)
-    return r;
+Result<void> Control::command(const cycle::Command& command, double timeout_s) {
+  const Request asked = request(command);
+  std::optional<cycle::Event> answer;
+  const Error late{Fault::TransitionTimeout, fmt::format("the machine did not answer within {:g} s", timeout_s), ""};
+  const auto answered = wait([&] { return (answer = in_flight_.answer(asked)).has_value(); }, timeout_s, late);
+  in_flight_.forget(asked);
+  if (!answered) return answered;
   if (answer->fault != Fault::None) return tl::unexpected(words(*answer));
-  return wait([&, cycle = answer->cycle] { return latest().cycle >= cycle; }, 1, {});
+  return wait([&] { return latest().cycle >= answer->cycle; }, 1, {});
 }
 
 Result<void> Control::wait_for_resume(const std::function<bool()>& given_up) {
@@ -225,7 +210,7 @@ Result<Played> Control::play_on_hold(const job::ProvenBlock& block) { return pla
 
 Result<Played> Control::play_now(const job::ProvenBlock& block, cycle::Purpose purpose) {
   const auto& segments = block.segments();
-  answers_.clear();
+  of_the_block_.clear();
   std::size_t pushed = 0;
   const auto feed_ring = [&] {
     while (pushed < segments.size() && channels_.segments.push(segments[pushed])) ++pushed;
@@ -253,7 +238,7 @@ Result<Played> Control::play_now(const job::ProvenBlock& block, cycle::Purpose p
   const auto look = [&] {
     if (!dropping) feed_ring();
     if (cut_ && !dropping) drop_when_held();
-    for (const cycle::Event& e : answers_) {
+    for (const cycle::Event& e : of_the_block_) {
       if (e.kind == EventKind::Touched) played.touched = true, played.touched_at = e.value;
       if (e.kind != EventKind::BlockDone || e.block != block.number()) continue;
       over = true, played.end = e.cycle;

@@ -2,12 +2,12 @@
 //   control.command({.kind = CommandKind::Enable}, 5.0);        control.play(block);
 //   const Request r = control.request({.kind = CommandKind::Reset});   ... if (auto done = control.answer(r)) ...
 // Waiting drains the feed, polls for orders (hold, abort ...) and ends at a latched fault, so the code that
-// uses it reads in the order it happens. A step never steps again by itself: what takes several steps (fetching a
-// station's mail) is a service, which runs between two steps.
+// uses it reads in the order it happens. A step never steps again: orders that come in within it are put in flight
+// (app/run/in_flight.hpp), and what takes several steps (fetching a station's mail) is a service, which runs between
+// two steps.
 #pragma once
 #include <chrono>
 #include <functional>
-#include <map>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -15,6 +15,7 @@
 #include "app/cycle/channels.hpp"
 #include "app/job/proven_block.hpp"
 #include "app/run/feed.hpp"
+#include "app/run/in_flight.hpp"
 #include "app/run/pump.hpp"
 #include "config/machine.hpp"
 #include "core/clock.hpp"
@@ -32,11 +33,6 @@ struct Played {
   CycleIndex end = 0;
 };
 
-/// A command whose answer is still to come.
-struct Request {
-  std::uint32_t id = 0;
-};
-
 class Control {
  public:
   /// `describe` turns a fault event into words (which axis, the drive's own text). `period`: the machine's cycle.
@@ -50,11 +46,11 @@ class Control {
 
   /// Sends and waits until the loop has done it. Fault of the refusal, or TransitionTimeout after `timeout_s` of
   /// machine time.
-  Result<void> command(cycle::Command command, double timeout_s);
-  /// Sends and does not wait (hold, resume, override).
-  void post(cycle::Command command);
-  /// Sends, and keeps the answer for whoever asks for it.
-  Request request(cycle::Command command);
+  Result<void> command(const cycle::Command& command, double timeout_s);
+  /// Sends and does not wait (hold, resume, override); no time passes in it.
+  void post(const cycle::Command& command) { in_flight_.post(command); }
+  /// The same, and keeps the answer for whoever asks for it.
+  Request request(const cycle::Command& command) { return in_flight_.ask(command); }
   /// Nothing as long as it has not come; once told, it is forgotten.
   std::optional<Result<void>> answer(Request request);
   /// Plays one block to its end. A hold makes it wait, also before it begins; one that stops on a feature ends
@@ -89,6 +85,9 @@ class Control {
   bool breathe();
   /// Fault::LoopDied when the loop has not told anything for so many steps that it hangs.
   [[nodiscard]] Result<void> alive() const;
+
+  /// The loop is behind with what was sent: Fault::Refused, for orders that can wait.
+  [[nodiscard]] Result<void> not_crowded() const;
 
   [[nodiscard]] const cycle::Snapshot& latest() const { return feed_.latest(); }
   /// As it was last told.
@@ -125,13 +124,12 @@ class Control {
   Time period_;
   std::function<Error(const cycle::Event&)> describe_;
   std::function<void()> poll_orders_, service_;
-  std::uint32_t next_id_ = 1;
+  InFlight in_flight_;
   std::optional<Error> fault_, aborted_;
   CycleIndex fault_at_ = 0;
-  bool outlives_ = false;                                          ///< an undertaking that goes on after a stop
-  bool waits_ = false;                                             ///< for a resume: a stop does not end that
-  std::vector<cycle::Event> answers_;                              ///< events of the wait that runs
-  std::map<std::uint32_t, std::optional<cycle::Event>> requests_;  ///< by id; nothing: not answered yet
+  bool outlives_ = false;                   ///< an undertaking that goes on after a stop
+  bool waits_ = false;                      ///< for a resume: a stop does not end that
+  std::vector<cycle::Event> of_the_block_;  ///< touched, done: since it began to play
   bool hold_next_ = false;
   std::uint32_t playing_ = 0;  ///< number of the block
   bool cut_ = false;           ///< a hold has stopped it on a feature

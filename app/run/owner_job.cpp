@@ -108,13 +108,11 @@ void Owner::Parts::tell_now(const FaultInWords& fault, int count) {
 }
 
 void Owner::Parts::serve() {
-  if (std::exchange(on_bus->serving, true)) return;
   name_culprits();
   fetch_mail();
   report_strays();
   for (const auto& told : notes.due(feed->latest().time_ns)) tell_now(told.note, told.count);
   serve_objects();
-  on_bus->serving = false;
 }
 
 /// What stations have in no PDO goes by their mailboxes.

@@ -169,6 +169,8 @@ Result<void> Owner::order(const Order& order) {
 }
 
 Result<void> Owner::Parts::at_once(const Order& order) {
+  const bool waits = order.kind != OrderKind::Abort && order.kind != OrderKind::Status;
+  if (auto taken = control().not_crowded(); waits && !taken) return taken;
   switch (order.kind) {
     case OrderKind::Status: return {};
     case OrderKind::Hold: return hold(order.now);

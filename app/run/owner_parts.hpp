@@ -46,7 +46,6 @@ struct OnBus {
   std::optional<Error> named;  ///< the last latched fault whose stations were found
   std::optional<Request> reset;
   std::optional<Result<void>> reset_answer;
-  bool serving = false;  ///< a service runs: it steps, and none runs within it
 };
 
 /// What lives while a job runs.

@@ -37,6 +37,33 @@ TEST(Orders, override_changes_the_time_and_not_the_path) {
   EXPECT_TRUE(result.collisions.empty());
 }
 
+/// As many orders as come in one turn, and more than the loop's ring holds: an order is put in flight, and the
+/// machine's time stands while it is given.
+TEST(Orders, no_time_passes_while_orders_are_given) {
+  Rig rig({.placement = "dx=0.5 mm"});
+  int turns = 0, taken = 0, refused = 0;
+  CycleIndex obeyed_at = 0, given_at = 0;
+  rig.on_step = [&](run::Owner& owner) {
+    const auto& s = owner.latest();
+    if (given_at != 0 && obeyed_at == 0 && s.override_factor == 0.75) obeyed_at = s.cycle;
+    if (s.block < 3 || turns == 3) return;
+    ++turns;
+    given_at = s.cycle;
+    for (int i = 0; i < 200; ++i) {
+      const auto done = owner.order(order(OrderKind::Override, 0.75));
+      ++(done ? taken : refused);
+      EXPECT_EQ(owner.latest().cycle, given_at);
+    }
+  };
+  const auto result = rig.run(kDemo);
+  EXPECT_EQ(turns, 3);
+  EXPECT_GE(taken, 64);
+  EXPECT_GT(refused, 0) << "what would wait for long is told to come again";
+  EXPECT_GT(obeyed_at, 0);
+  EXPECT_TRUE(result.collisions.empty());
+  EXPECT_EQ(result.features_done, result.features_total);
+}
+
 // Raised while it dispenses, a bead keeps the speed with which it was begun; the next one has the new one.
 TEST(Orders, an_override_is_raised_when_the_valve_has_shut) {
   Rig rig({.placement = "dx=0.5 mm", .change = [](config::Machine& m) { m.override_max = 1.5; }});
