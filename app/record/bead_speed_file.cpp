@@ -13,13 +13,6 @@ constexpr std::size_t kAtOnce = 4096;  // bytes
 
 }  // namespace
 
-Result<BeadSpeedFile> BeadSpeedFile::create(const std::string& path, const recipes::Recipe& recipe,
-                                            std::int64_t start_ns, FileWriter::Thread thread) {
-  auto out = FileWriter::create(path, thread);
-  if (!out) return tl::unexpected(out.error());
-  return BeadSpeedFile(std::move(*out), recipe, start_ns);
-}
-
 void BeadSpeedFile::add(const cycle::Snapshot& s) {
   const bool on_feature = s.block != 0 && s.feature < recipe_->features.size();
   const auto* bead = on_feature ? std::get_if<recipes::Bead>(&recipe_->features[s.feature]) : nullptr;

@@ -1,6 +1,5 @@
 // The speed of the needle along each bead as it was commanded, over time: what a flow could follow.
-//   auto file = BeadSpeedFile::create("out/job/bead_speeds.csv", recipe, start_ns);
-//   file->add(snapshot); ...   file->close();
+//   BeadSpeedFile file("out/job/bead_speeds.csv", recipe, start_ns);   file.add(snapshot); ...   file.close();
 // A row stands where the speed has changed by more than kChange of the material's since the row before, where the valve
 // was opened or shut, and where the bead begins and ends, run-up and run-out included. The speed is that of the path;
 // the drives follow it by their delay, by which the valve is delayed, too.
@@ -22,17 +21,16 @@ class BeadSpeedFile {
  public:
   static constexpr double kChange = 0.005;
 
-  /// `recipe` outlives it; times count from start_ns. Fault::FileUnwritable.
-  static Result<BeadSpeedFile> create(const std::string& path, const recipes::Recipe& recipe, std::int64_t start_ns,
-                                      FileWriter::Thread thread = FileWriter::Thread::Callers);
+  /// `recipe` outlives it; times count from start_ns.
+  BeadSpeedFile(const std::string& path, const recipes::Recipe& recipe, std::int64_t start_ns,
+                FileWriter::Thread thread = FileWriter::Thread::Callers)
+      : out_(std::make_unique<FileWriter>(path, thread)), recipe_(&recipe), start_ns_(start_ns) {}
   /// Takes what belongs to a bead, leaves the rest.
   void add(const cycle::Snapshot& snapshot);
-  /// Says whether everything reached the file. Fault::FileUnwritable.
+  /// Says whether everything reached the file. Fault::FileUnwritable: then there is none.
   Result<void> close();
 
  private:
-  BeadSpeedFile(std::unique_ptr<FileWriter> out, const recipes::Recipe& recipe, std::int64_t start_ns)
-      : out_(std::move(out)), recipe_(&recipe), start_ns_(start_ns) {}
   struct Row {
     std::uint32_t block = 0, feature = motion::kTravel;
     double t_s = 0, speed_mm_s = 0;

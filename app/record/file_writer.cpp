@@ -4,15 +4,22 @@
 
 namespace gantry::record {
 
-Result<std::unique_ptr<FileWriter>> FileWriter::create(const std::string& path, Thread thread) {
-  auto file = NewFile::create(path);
-  if (!file) return tl::unexpected(file.error());
-  std::unique_ptr<FileWriter> writer(new FileWriter(std::move(*file)));
-  if (thread == Thread::Own) writer->thread_ = std::thread([w = writer.get()] { w->serve(); });
-  return writer;
+FileWriter::FileWriter(std::string path, Thread thread) : path_(std::move(path)) {
+  if (thread == Thread::Own)
+    thread_ = std::thread([this] { serve(); });
+  else
+    open();
 }
 
 FileWriter::~FileWriter() { end_thread(); }
+
+void FileWriter::open() {
+  auto file = NewFile::create(path_);
+  if (file)
+    file_.emplace(std::move(*file));
+  else
+    done_ = tl::unexpected(file.error());
+}
 
 void FileWriter::write(std::string bytes) {
   if (!thread_.joinable()) return put(bytes);
@@ -26,16 +33,26 @@ void FileWriter::write(std::string bytes) {
 }
 
 void FileWriter::put(const std::string& bytes) {
-  if (file_.failed()) return;
-  file_.write(bytes);
-  if (file_.failed()) file_.discard();
+  if (!file_ || file_->failed()) return;
+  file_->write(bytes);
+  if (file_->failed()) file_->discard();
+}
+
+void FileWriter::finish() {
+  if (!file_) return;
+  done_ = file_->close();
+  if (done_ && too_slow_)
+    done_ = fail(Fault::FileUnwritable, "the disk is too slow: the file could not be kept up with");
+  if (!done_) file_->discard();
+  file_.reset();
 }
 
 void FileWriter::serve() {
+  open();
   std::unique_lock lock(mutex_);
   for (;;) {
     more_.wait(lock, [this] { return ends_ || !queue_.empty(); });
-    if (queue_.empty()) return;
+    if (queue_.empty()) return finish();
     const std::string bytes = std::move(queue_.front());
     queue_.pop_front();
     lock.unlock();
@@ -56,12 +73,11 @@ void FileWriter::end_thread() {
 }
 
 Result<void> FileWriter::close() {
-  end_thread();
-  auto closed = file_.close();
-  if (closed && too_slow_)
-    closed = fail(Fault::FileUnwritable, "the disk is too slow: the file could not be kept up with");
-  if (!closed) file_.discard();
-  return closed;
+  if (thread_.joinable())
+    end_thread();
+  else
+    finish();
+  return done_;
 }
 
 }  // namespace gantry::record

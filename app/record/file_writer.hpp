@@ -1,13 +1,14 @@
-// Writes a file that grows while a job runs: in a thread of its own, so that a slow disk holds up nobody who feeds
-// motion; in virtual time, where nothing runs beside the cycle, at once.
-//   auto writer = FileWriter::create("out/job/setpoints.bin", FileWriter::Thread::Own);
-//   (*writer)->write(std::move(bytes)); ...   (*writer)->close();
+// Writes a file that grows while a job runs. With a thread of its own that thread alone touches the disk, from opening
+// the file to closing it, so that a slow disk holds up nobody who feeds motion; in virtual time, where nothing runs
+// beside the cycle, the caller does it at once.
+//   FileWriter writer("out/job/setpoints.bin", FileWriter::Thread::Own);
+//   writer.write(std::move(bytes)); ...   writer.close();
 // What cannot be written takes the whole file away: its room is free for what is worth more.
 #pragma once
 #include <condition_variable>
 #include <deque>
-#include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -19,8 +20,8 @@ namespace gantry::record {
 class FileWriter {
  public:
   enum class Thread { Callers, Own };
-  /// Fault::FileUnwritable.
-  static Result<std::unique_ptr<FileWriter>> create(const std::string& path, Thread thread);
+  /// Whether the file could be made says close().
+  FileWriter(std::string path, Thread thread);
   ~FileWriter();
   FileWriter(const FileWriter&) = delete;
   FileWriter& operator=(const FileWriter&) = delete;
@@ -33,12 +34,17 @@ class FileWriter {
   static constexpr std::size_t kLongestQueue = 64'000'000;  ///< bytes
 
  private:
-  explicit FileWriter(NewFile file) : file_(std::move(file)) {}
+  void open();
   void put(const std::string& bytes);
+  void finish();
   void serve();
   void end_thread();
 
-  NewFile file_;  ///< the thread's, where there is one, until it has ended
+  std::string path_;
+  // The thread's, where there is one, until it has ended.
+  std::optional<NewFile> file_;
+  Result<void> done_;
+
   std::mutex mutex_;
   std::condition_variable more_;
   std::deque<std::string> queue_;

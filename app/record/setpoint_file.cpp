@@ -79,12 +79,6 @@ std::optional<SetpointDifference> difference(const Tick& a, const Tick& b, std::
 
 }  // namespace
 
-Result<SetpointFile> SetpointFile::create(const std::string& path, FileWriter::Thread thread) {
-  auto out = FileWriter::create(path, thread);
-  if (!out) return tl::unexpected(out.error());
-  return SetpointFile(std::move(*out));
-}
-
 void SetpointFile::begin(std::uint32_t drives) {
   drives_ = drives;
   encoder_.emplace(drives);

@@ -1,5 +1,5 @@
 // The commanded stream of a job on disk, so that two runs can be compared tick by tick where both sent.
-//   auto file = SetpointFile::create("out/job/setpoints.bin");   file->add(snapshot); ...   file->close();
+//   SetpointFile file("out/job/setpoints.bin");   file.add(snapshot); ...   file.close();
 //   auto c = compare("out/a/setpoints.bin", "out/b/setpoints.bin");   c->first_difference
 // Off the RT thread. Head: "GSETP2\0\0", then, little-endian, drives u32 and 0 u32. Then the ticks of blocks, each with
 // block, tick, whether it was sent, process outputs and counts of the drives, as setpoint_code.hpp says.
@@ -19,16 +19,15 @@ namespace gantry::record {
 
 class SetpointFile {
  public:
-  /// Fault::FileUnwritable.
-  static Result<SetpointFile> create(const std::string& path, FileWriter::Thread thread = FileWriter::Thread::Callers);
+  explicit SetpointFile(const std::string& path, FileWriter::Thread thread = FileWriter::Thread::Callers)
+      : out_(std::make_unique<FileWriter>(path, thread)) {}
   /// Takes what belongs to a block, leaves the rest.
   void add(const cycle::Snapshot& snapshot);
-  /// Says whether everything reached the file. Fault::FileUnwritable: then there is none, and there has been none since
-  /// the disk was full: a stream with a hole compares with nothing, and its room is better used.
+  /// Says whether everything reached the file. Fault::FileUnwritable: then there is none, because it could not be made,
+  /// or since the disk was full: a stream with a hole compares with nothing, and its room is better used.
   Result<void> close();
 
  private:
-  explicit SetpointFile(std::unique_ptr<FileWriter> out) : out_(std::move(out)) {}
   void begin(std::uint32_t drives);
 
   std::unique_ptr<FileWriter> out_;

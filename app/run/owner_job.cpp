@@ -290,8 +290,9 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   p.job->recording.over(record::result_word(result));
   p.tell_part(fmt::format("{}: {}", part, result_in_words(result)));
   p.around = p.job->runner.surroundings();
-  p.job->recording.finish(p.channels->lost.load() == 0);
+  RecordedFiles files = p.job->recording.finish(p.channels->lost.load() == 0);
   p.job.reset();
+  p.aside([&] { files.close(result); });
   result.cycles.virtual_time = p.options.virtual_time;
   result.cycles.frames_lost_max = p.frames_lost_max;
   result.cycles.frames = p.bus->counters() - counted_before;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <utility>
 
 #include "app/record/outcome.hpp"
 #include "app/record/program.hpp"
@@ -32,22 +33,16 @@ Recording::Recording(const config::Machine& machine, const recipes::Recipe& reci
       now_ns_(start_ns),
       told_ns_(start_ns) {
   if (out.empty()) return;
-  if (auto file = record::SetpointFile::create(out + "/" + kSetpoints, thread))
-    setpoints_.emplace(std::move(*file));
-  else
-    record::not_kept(result, kSetpoints, file.error());
-  if (auto file = record::BeadSpeedFile::create(out + "/" + kBeadSpeeds, recipe, start_ns, thread))
-    bead_speeds_.emplace(std::move(*file));
-  else
-    record::not_kept(result, kBeadSpeeds, file.error());
+  files_.setpoints.emplace(out + "/" + kSetpoints, thread);
+  files_.bead_speeds.emplace(out + "/" + kBeadSpeeds, recipe, start_ns, thread);
 }
 
 void Recording::add(const cycle::Snapshot& s, bool holds_next, const std::string& doing, std::optional<double> left_s) {
   now_ns_ = s.time_ns;
   trace_.add(s);
   hash_.add(s);
-  if (setpoints_) setpoints_->add(s);
-  if (bead_speeds_) bead_speeds_->add(s);
+  if (files_.setpoints) files_.setpoints->add(s);
+  if (files_.bead_speeds) files_.bead_speeds->add(s);
   override_ = s.override_factor;
   left_s_ = left_s;
   if (watched_ == nullptr) return;
@@ -98,18 +93,22 @@ void Recording::tell(std::string_view state, std::string_view message) {
   watched_->push(job);
 }
 
-void Recording::finish(bool nothing_lost) {
+RecordedFiles Recording::finish(bool nothing_lost) {
   trace_.fill(result_);
   result_.setpoint_hash = hash_.value();
   result_.setpoint_ticks = hash_.ticks();
   result_.setpoint_stream_complete = hash_.complete() && nothing_lost;
-  const auto close = [&](auto& file, const char* name) {
+  return std::exchange(files_, {});
+}
+
+void RecordedFiles::close(record::JobResult& result) {
+  const auto close_one = [&](auto& file, const char* name) {
     if (!file) return;
-    if (auto closed = file->close(); !closed) record::not_kept(result_, name, closed.error());
+    if (auto closed = file->close(); !closed) record::not_kept(result, name, closed.error());
     file.reset();
   };
-  close(setpoints_, kSetpoints);
-  close(bead_speeds_, kBeadSpeeds);
+  close_one(setpoints, kSetpoints);
+  close_one(bead_speeds, kBeadSpeeds);
 }
 
 }  // namespace gantry::run

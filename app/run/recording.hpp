@@ -1,7 +1,7 @@
 // What is kept of the job that runs: trace, hash, setpoint file, and its news for those who watch. One for each job,
 // fed by the one reader of snapshots; which features are done stands in the result, where the runner keeps it.
 //   Recording recording(machine, result, now_ns, options, shared);   recording.add(snapshot, holds_next, doing); ...
-//   recording.finish(nothing_lost);
+//   RecordedFiles files = recording.finish(nothing_lost);   files.close(result);
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -20,6 +20,15 @@ namespace gantry::run {
 /// A job as those who watch are told of it while it lasts: "running", "held", or "stopped" by a fault that is latched.
 /// `holds_next`: its next motion waits for a resume.
 std::string_view job_word(const cycle::Snapshot& snapshot, bool holds_next);
+
+/// The files that grew with a job.
+struct RecordedFiles {
+  std::optional<record::SetpointFile> setpoints;
+  std::optional<record::BeadSpeedFile> bead_speeds;
+
+  /// Waits for the disk. What could not be kept is told in the result.
+  void close(record::JobResult& result);
+};
 
 class Recording {
  public:
@@ -42,8 +51,9 @@ class Recording {
   void begin(std::optional<double> left_s) { left_s_ = left_s, tell("running", "begins"); }
   /// The job is over; `word` as record::result_word() has it. Those who watch are told why, too.
   void over(std::string_view word);
-  /// What the job came to: everything but the world's part. Closes the files.
-  void finish(bool nothing_lost);
+  /// What the job came to: everything but the world's part. Nothing is recorded any more; the files are for whoever may
+  /// wait for a disk to close.
+  RecordedFiles finish(bool nothing_lost);
 
   [[nodiscard]] std::size_t features_done() const { return result_.features_done; }
   [[nodiscard]] std::size_t features_total() const { return result_.features_total; }
@@ -61,8 +71,7 @@ class Recording {
   monitor::SnapshotWriter* watched_;
   record::Trace trace_;
   record::SetpointHash hash_;
-  std::optional<record::SetpointFile> setpoints_;
-  std::optional<record::BeadSpeedFile> bead_speeds_;
+  RecordedFiles files_;
   std::int64_t start_ns_, now_ns_;
   std::int64_t told_ns_;  ///< when the watchers were told last
   std::string told_state_;

@@ -72,10 +72,9 @@ TEST(BeadSpeedFile, gives_back_the_speed_of_every_cycle_of_a_bead_from_few_rows)
     add(1, 1, v, i >= 50 && i < 1990);
   }
   for (int i = 0; i < 10; ++i) add(1, motion::kTravel, 300, false);
-  auto file = BeadSpeedFile::create(path, recipe, start_ns);
-  ASSERT_TRUE(file);
-  for (const cycle::Snapshot& s : stream) file->add(s);
-  ASSERT_TRUE(file->close());
+  BeadSpeedFile file(path, recipe, start_ns);
+  for (const cycle::Snapshot& s : stream) file.add(s);
+  ASSERT_TRUE(file.close());
 
   const std::vector<Row> rows = rows_of(path);
   ASSERT_GT(rows.size(), 50u);
@@ -97,14 +96,13 @@ TEST(BeadSpeedFile, of_a_job_that_ends_on_a_bead_has_its_last_cycle) {
   const Folder folder;
   const std::string path = folder.path + "/bead_speeds.csv";
   const recipes::Recipe recipe = dot_and_bead();
-  auto file = BeadSpeedFile::create(path, recipe, 0);
-  ASSERT_TRUE(file);
+  BeadSpeedFile file(path, recipe, 0);
   for (int i = 0; i <= 100; ++i) {
     cycle::Snapshot s = tick_of(1, 1);
     s.time_ns = i * 1'000'000, s.feature = 1, s.path_speed = 20;
-    file->add(s);
+    file.add(s);
   }
-  ASSERT_TRUE(file->close());
+  ASSERT_TRUE(file.close());
   const std::vector<Row> rows = rows_of(path);
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[0].t_s, 0);

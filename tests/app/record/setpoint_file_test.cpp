@@ -15,10 +15,9 @@ namespace {
 
 std::string written(const Folder& folder, const std::string& name, const std::vector<cycle::Snapshot>& stream) {
   const std::string path = folder.path + "/" + name;
-  auto file = SetpointFile::create(path);
-  EXPECT_TRUE(file);
-  for (const auto& s : stream) file->add(s);
-  EXPECT_TRUE(file->close());
+  SetpointFile file(path);
+  for (const auto& s : stream) file.add(s);
+  EXPECT_TRUE(file.close());
   return path;
 }
 
@@ -166,10 +165,9 @@ TEST(SetpointFile, a_thread_of_its_own_writes_the_same_file) {
   const Folder folder;
   const auto job = a_job(3, 60'000);
   const std::string path = folder.path + "/own.bin";
-  auto file = SetpointFile::create(path, FileWriter::Thread::Own);
-  ASSERT_TRUE(file);
-  for (const auto& s : job) file->add(s);
-  ASSERT_TRUE(file->close());
+  SetpointFile file(path, FileWriter::Thread::Own);
+  for (const auto& s : job) file.add(s);
+  ASSERT_TRUE(file.close());
   const auto bytes = [](const std::string& name) {
     std::ifstream in(name, std::ios::binary);
     return std::string(std::istreambuf_iterator<char>(in), {});
@@ -183,21 +181,31 @@ TEST(SetpointFile, what_is_no_setpoint_file_is_refused) {
   std::ofstream(folder.path + "/text.bin") << "hello, this is text and no stream";
   EXPECT_EQ(compare(a, folder.path + "/text.bin").error().fault, Fault::Inconsistent);
   EXPECT_EQ(compare(a, folder.path + "/missing.bin").error().fault, Fault::FileUnreadable);
-  EXPECT_EQ(SetpointFile::create(folder.path + "/no/such/folder.bin").error().fault, Fault::FileUnwritable);
+}
+
+TEST(SetpointFile, that_cannot_be_made_says_so_at_its_end) {
+  const Folder folder;
+  for (const auto thread : {FileWriter::Thread::Callers, FileWriter::Thread::Own}) {
+    SetpointFile file(folder.path + "/no/such/folder.bin", thread);
+    for (const auto& s : two_blocks()) file.add(s);
+    const auto closed = file.close();
+    ASSERT_FALSE(closed);
+    EXPECT_EQ(closed.error().fault, Fault::FileUnwritable);
+    EXPECT_EQ(closed.error().where, folder.path + "/no/such/folder.bin");
+  }
 }
 
 TEST(SetpointFile, a_disk_that_is_full_is_told_at_the_end) {
   const Folder folder;
-  auto file = SetpointFile::create(folder.path + "/full.bin");
-  ASSERT_TRUE(file);
+  SetpointFile file(folder.path + "/full.bin");
   // As a full disk would, the system takes no more than this.
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
   const rlimit little{.rlim_cur = 4096, .rlim_max = before.rlim_max};
   const auto signal_before = std::signal(SIGXFSZ, SIG_IGN);
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &little), 0);
-  for (std::uint32_t t = 1; t <= 50000; ++t) file->add(tick_of(1, t, static_cast<std::int32_t>(t * t)));
-  const auto closed = file->close();
+  for (std::uint32_t t = 1; t <= 50000; ++t) file.add(tick_of(1, t, static_cast<std::int32_t>(t * t)));
+  const auto closed = file.close();
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, signal_before);
   ASSERT_FALSE(closed);
@@ -206,7 +214,7 @@ TEST(SetpointFile, a_disk_that_is_full_is_told_at_the_end) {
 }
 
 TEST(SetpointFile, a_device_of_its_name_is_refused_and_left_alone) {
-  const auto refused = SetpointFile::create("/dev/null");
+  const auto refused = SetpointFile("/dev/null").close();
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().fault, Fault::FileUnwritable);
   EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
