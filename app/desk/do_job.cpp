@@ -76,7 +76,8 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
                                     .on_hold = bench.on_hold && bench.on_hold(),
                                     .slow_beads = prepared.proof->slow_beads,
                                     .outlives_stops = options.outlives_stops,
-                                    .opinion = options.opinion});
+                                    .opinion = options.opinion,
+                                    .goes_on = !bench.release});
     if (bench.parts != nullptr) bench.parts->clamped(!clamp_open(machine, bench.owner->latest()));
   } else {
     record::add_error(done.result, may_run.error());

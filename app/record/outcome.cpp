@@ -49,13 +49,13 @@ void not_kept(JobResult& result, const std::string& file, const Error& why) {
   log::warn("{} is not kept: {}", file, why.message);
 }
 
-SeenByWorld ask_world(sim::WorldAccess& world, const std::string& out) {
+SeenByWorld ask_world(sim::WorldAccess& world, const std::string& out, sim::WorldAccess::Machine machine) {
   SeenByWorld seen;
   seen.deposits = world.deposits();
   if (!seen.deposits) return seen;  // then it answers nothing else either
   seen.collisions = world.collisions();
   seen.placement = world.placement();
-  seen.script_left = world.script_left();
+  seen.script_left = world.script_left(machine);
   if (!out.empty()) seen.written = world.write_deposits(fs::absolute(out).string() + "/deposits.csv");
   return seen;
 }

@@ -1,6 +1,6 @@
 // A job's result before it begins and after it has ended: what is known beforehand, and what the virtual world adds.
 //   auto result = begin_result(machine, recipe, job, out, dry_run);   ...
-//   add_world(result, ask_world(world, out));
+//   add_world(result, ask_world(world, out, sim::WorldAccess::Machine::Ends));
 #pragma once
 #include <string>
 #include <vector>
@@ -29,8 +29,9 @@ struct SeenByWorld {
   Result<void> written;
 };
 
-/// Waits for the world, which also writes its own deposits.csv to `out`, unless that is "".
-SeenByWorld ask_world(sim::WorldAccess& world, const std::string& out);
+/// Waits for the world, which also writes its own deposits.csv to `out`, unless that is "". `machine`: what becomes of
+/// the virtual machine when the job is over.
+SeenByWorld ask_world(sim::WorldAccess& world, const std::string& out, sim::WorldAccess::Machine machine);
 /// What the world could not tell is added to the result's errors.
 void add_world(JobResult& result, SeenByWorld seen);
 

@@ -51,6 +51,7 @@ struct RunOptions {
   /// it.
   bool outlives_stops = false;
   motion::Opinion opinion{};  ///< asked of each motion before it is played; empty: nobody is
+  bool goes_on = false;       ///< the owner lives on: what a world script has for a later cycle may still happen
 };
 
 /// What a jog came to: where the axes were sent, mm or rad, and the machine time from the order until they stood.

@@ -275,7 +275,9 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
 
   if (p.world != nullptr) {
     record::SeenByWorld seen;  // the result itself is written to by steps
-    p.aside([&] { seen = record::ask_world(*p.world, options.out); });
+    const bool ends = p.simulated_machine != nullptr && !options.goes_on;
+    const auto machine = ends ? sim::WorldAccess::Machine::Ends : sim::WorldAccess::Machine::GoesOn;
+    p.aside([&] { seen = record::ask_world(*p.world, options.out, machine); });
     record::add_world(result, std::move(seen));
   }
   record::place_drawing(result, recipe, p.machine);

@@ -88,7 +88,9 @@ Result<std::vector<Collision>> SimulatedMachine::collisions() { return parts_->w
 Result<void> SimulatedMachine::write_deposits(const std::string& path) {
   return write_csv(parts_->world.deposits(), path);
 }
-Result<std::vector<std::string>> SimulatedMachine::script_left() { return parts_->world.script_left(); }
+Result<std::vector<std::string>> SimulatedMachine::script_left(Machine machine) {
+  return parts_->world.script_left(machine);
+}
 std::optional<AxisVec> SimulatedMachine::axes() { return parts_->world.axes(); }
 ScriptedInput SimulatedMachine::scripted_input(unsigned input) { return parts_->world.scripted_input(input); }
 Result<std::string> SimulatedMachine::placement() { return parts_->world.placement(); }

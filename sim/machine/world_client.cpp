@@ -172,8 +172,9 @@ Result<std::string> WorldClient::placement() { return value<std::string>(link_->
 Result<void> WorldClient::add_script(std::string_view yaml) {
   return done(link_->ask({{"do", "add_script"}, {"yaml", yaml}}));
 }
-Result<std::vector<std::string>> WorldClient::script_left() {
-  return value<std::vector<std::string>>(link_->ask({{"do", "script_left"}}));
+Result<std::vector<std::string>> WorldClient::script_left(Machine machine) {
+  return value<std::vector<std::string>>(
+      link_->ask({{"do", "script_left"}, {"machine_ends", machine == Machine::Ends}}));
 }
 
 }  // namespace gantry::sim

@@ -27,7 +27,7 @@ class WorldClient final : public WorldAccess {
   Result<void> write_deposits(const std::string& path) override;
   Result<std::string> placement() override;
   Result<void> add_script(std::string_view yaml) override;
-  Result<std::vector<std::string>> script_left() override;
+  Result<std::vector<std::string>> script_left(Machine machine) override;
 
  private:
   class Link;

@@ -68,7 +68,10 @@ Answer answer(SimulatedMachine& world, const json& q) {
   if (what == "collisions") return {list_of(world.collisions(), "collisions"), {}};
   if (what == "write_deposits") return {done(world.write_deposits(q.at("path").get<std::string>())), {}};
   if (what == "placement") return {value(world.placement()), {}};
-  if (what == "script_left") return {value(world.script_left()), {}};
+  if (what == "script_left") {
+    const bool ends = q.value("machine_ends", false);
+    return {value(world.script_left(ends ? WorldAccess::Machine::Ends : WorldAccess::Machine::GoesOn)), {}};
+  }
   if (what == "add_script") return {done(world.add_script(q.at("yaml").get<std::string>())), {}};
   return {refused({Fault::Usage, fmt::format("the world cannot '{}'", what), {}}), {}};
 }

@@ -68,7 +68,7 @@ class World {
   [[nodiscard]] std::uint64_t valve_shots();
   /// Judged against the board: at once when one is there, else when it comes. Fault::UnknownReference.
   Result<void> add_script(std::vector<ScriptEntry> entries);
-  [[nodiscard]] std::vector<std::string> script_left();
+  [[nodiscard]] std::vector<std::string> script_left(WorldAccess::Machine machine);
   /// As of the last step; nothing before the first.
   [[nodiscard]] std::optional<AxisVec> axes();
   [[nodiscard]] ScriptedInput scripted_input(unsigned input);
@@ -79,7 +79,8 @@ class World {
  private:
   struct Waiting {
     ScriptEntry entry;
-    std::optional<Time> due;  ///< its trigger has come
+    std::optional<Time> due{};  ///< its trigger has come
+    bool told = false;          ///< that a job has ended without it
   };
 
   void run_valve(Time from, Time to, const AxisVec& a, const AxisVec& b, std::uint64_t cycle);

@@ -77,8 +77,10 @@ class WorldAccess {
   virtual Result<std::string> placement() = 0;
   /// Entries of a world script (sim/script/script.hpp), YAML.
   virtual Result<void> add_script(std::string_view yaml) = 0;
-  /// Entries whose instant has not come: "crash.yaml:3:5: lose_frames at cycle 90000".
-  virtual Result<std::vector<std::string>> script_left() = 0;
+  /// Entries whose instant has not come in the job that ends, each once: "crash.yaml:3:5: lose_frames at feature dot
+  /// 7". Those that wait for nothing of a job, but for a cycle or for time, count where the machine ends with it.
+  enum class Machine { GoesOn, Ends };
+  virtual Result<std::vector<std::string>> script_left(Machine machine) = 0;
   /// Where each axis really stands, mm or rad, as somebody sees it who looks at the machine; nothing where nobody can
   /// say (a world in another process).
   virtual std::optional<AxisVec> axes() { return std::nullopt; }

@@ -11,15 +11,21 @@ Result<void> World::add_script(std::vector<ScriptEntry> entries) {
   const std::scoped_lock lock(mutex_);
   if (board_)
     if (auto fits = script_fits(entries, board_->plan); !fits) return fits;
-  for (ScriptEntry& e : entries) script_.push_back({std::move(e), std::nullopt});
+  for (ScriptEntry& e : entries) script_.push_back({std::move(e)});
   return {};
 }
 
-std::vector<std::string> World::script_left() {
+std::vector<std::string> World::script_left(WorldAccess::Machine machine) {
   const std::scoped_lock lock(mutex_);
   std::vector<std::string> left;
-  for (const Waiting& w : script_)
-    if (w.due != kNever) left.push_back(w.entry.where + ": " + w.entry.text);
+  for (Waiting& w : script_) {
+    const auto kind = w.entry.trigger.kind;
+    const bool of_a_job = kind != Trigger::Kind::Now && kind != Trigger::Kind::Cycle;
+    const bool may_come = !of_a_job && machine == WorldAccess::Machine::GoesOn;
+    if (w.due == kNever || w.told || may_come) continue;
+    w.told = true;
+    left.push_back(w.entry.where + ": " + w.entry.text);
+  }
   return left;
 }
 

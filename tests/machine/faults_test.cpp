@@ -1,5 +1,6 @@
 // What goes wrong in a job, and what the machine then does: every stop closes the valve, and the exit code and the
 // words name the cause.
+#include <algorithm>
 #include <fmt/format.h>
 
 #include "app/job/prove.hpp"
@@ -52,6 +53,19 @@ TEST(Faults, a_script_entry_beyond_the_end_of_the_job_is_told_with_its_line) {
   ASSERT_EQ(result.events.size(), 1u);
   EXPECT_TRUE(result.events[0].ends_with(":2:3: lose_frames at cycle 90000000 did not happen before the job ended"))
       << result.events[0];
+}
+
+/// Also of the jobs behind it, whose time it is not either.
+TEST(Faults, a_script_entry_that_a_job_has_ended_without_is_told_once) {
+  Rig rig({.placement = "dx=0.5 mm", .script = "- {at: cycle 90000000, do: lose_frames, count: 3}\n"});
+  const auto told = [&] {
+    const auto result = rig.run("tests/cli/short-board.yaml");
+    return std::count_if(result.events.begin(), result.events.end(),
+                         [](const std::string& e) { return e.find("did not happen") != std::string::npos; });
+  };
+  EXPECT_EQ(told(), 1);
+  EXPECT_EQ(told(), 0);
+  EXPECT_EQ(told(), 0);
 }
 
 TEST(Faults, marks_that_disagree_are_refused_with_6) {

@@ -285,14 +285,26 @@ TEST(Script, what_has_not_happened_is_told_with_its_line) {
       bus.simulated->add_script("- {do: lose_frames, count: 1}\n"
                                 "- {at: cycle 90000, do: cut_link, station: z}\n"
                                 "- {at: job start, after: 1 s, do: press, input: stop}\n"));
-  EXPECT_EQ(bus.simulated->script_left()->size(), 3u);
+  const auto left = [&](WorldAccess::Machine machine) { return *bus.simulated->script_left(machine); };
+  const std::string press = "script:3:3: press at job start", cut = "script:2:3: cut_link at cycle 90000";
   bus.pass(milliseconds(2));
   ASSERT_TRUE(bus.simulated->begin_job());
   bus.pass(milliseconds(20));
-  EXPECT_EQ(*bus.simulated->script_left(),
-            (std::vector<std::string>{"script:2:3: cut_link at cycle 90000", "script:3:3: press at job start"}));
+  using Lines = std::vector<std::string>;
+  EXPECT_EQ(left(WorldAccess::Machine::GoesOn), Lines{press}) << "cycle 90000 may still come";
+  EXPECT_EQ(left(WorldAccess::Machine::GoesOn), Lines{}) << "it was told";
+  EXPECT_EQ(left(WorldAccess::Machine::Ends), Lines{cut});
+  EXPECT_EQ(left(WorldAccess::Machine::Ends), Lines{});
+}
+
+TEST(Script, what_is_left_is_of_what_has_not_happened) {
+  ByHand bus;
+  ASSERT_TRUE(
+      bus.simulated->add_script("- {do: lose_frames, count: 1}\n"
+                                "- {at: job start, after: 1 s, do: press, input: stop}\n"));
+  ASSERT_TRUE(bus.simulated->begin_job());
   bus.pass(milliseconds(2000));
-  EXPECT_EQ(bus.simulated->script_left()->size(), 1u);
+  EXPECT_TRUE(bus.simulated->script_left(WorldAccess::Machine::Ends)->empty());
 }
 
 TEST(SimulatedMachine, a_bad_placement_or_script_is_refused_with_its_place) {
@@ -408,7 +420,9 @@ TEST_F(OverTheSocket, the_same_questions_have_the_same_answers) {
   EXPECT_EQ(there[0].opened_cycle, here[0].opened_cycle);
   EXPECT_EQ(remote.collisions()->size(), c.simulated->collisions()->size());
   ASSERT_TRUE(remote.add_script("{at: cycle 900000000, do: camera_dead}"));
-  EXPECT_EQ(*remote.script_left(), (std::vector<std::string>{"script:1:1: camera_dead at cycle 900000000"}));
+  EXPECT_TRUE(remote.script_left(WorldAccess::Machine::GoesOn)->empty());
+  EXPECT_EQ(*remote.script_left(WorldAccess::Machine::Ends),
+            (std::vector<std::string>{"script:1:1: camera_dead at cycle 900000000"}));
 
   const std::string csv = temporary("gantry-remote-deposits.csv");
   ASSERT_TRUE(remote.write_deposits(csv));
