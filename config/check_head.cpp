@@ -84,11 +84,28 @@ void check_camera(const Machine& m, const MachineFile& file, Mistakes& mistakes)
         file.camera_place);
 }
 
+/// What would never turn would be proved, and drawn, as if it stood.
+void check_turn(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+  if (m.c) return;
+  for (const auto& row : file.head.bodies)
+    if (row.on_turn)
+      mistakes.add(Fault::Inconsistent,
+                   fmt::format("'{}' is to turn, and no axis has the role `turn`; give it to one (roles: turn), or "
+                               "leave `on_turn` out",
+                               row.name),
+                   row.on_turn_place);
+}
+
 /// Where a job ends, bodies of the head may not stand in those of the scene.
 void check_park(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   AxisVec at{};
   for (const auto& [axis, position] : m.park) at[axis.value] = position;
   for (Body body : m.head) {
+    if (body.on_turn && m.c) {
+      const Vec2 axis = turn_axis(m), centre = axis + rotated(flat(body.centre) - axis, at[m.c->value]);
+      body.centre = {centre.x, centre.y, body.centre.z};
+      body.rotation_rad += at[m.c->value];
+    }
     const double down_mm = body.on_lift && m.u ? at[m.u->value] : 0;
     body.centre = body.centre + Vec3{at[m.x.value], at[m.y.value], at[m.z.value] - down_mm};
     for (const Body& stands : m.scene) {
@@ -126,6 +143,7 @@ void check_head(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
                    row.place);
   check_probe(m, file, mistakes);
   check_camera(m, file, mistakes);
+  check_turn(m, file, mistakes);
   check_park(m, file, mistakes);
 }
 

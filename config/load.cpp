@@ -225,6 +225,7 @@ std::vector<Body> Resolver::bodies(const std::vector<written::BodyRow>& rows) {
     body.centre = row.centre;
     body.rotation_rad = row.rotation_rad;
     body.on_lift = row.on_lift;
+    body.on_turn = row.on_turn;
     out.push_back(std::move(body));
   }
   return out;
@@ -347,6 +348,10 @@ const WorkFrame* find_frame(const Machine& machine, std::string_view name) {
   for (const WorkFrame& frame : machine.frames)
     if (frame.name == name) return &frame;
   return nullptr;
+}
+Vec2 turn_axis(const Machine& machine) {
+  const Tool* needle = find_tool(machine, "needle");
+  return needle != nullptr ? flat(needle->tip) : Vec2{};
 }
 
 }  // namespace gantry::config

@@ -1,7 +1,7 @@
 // The machine as its YAML file tells it, after units are converted and names are resolved. Plain structs, no behaviour.
 //   auto m = config::load_machine("config/machines/dispenser.yaml");   // Checked<Machine>: every mistake at once
 // Coordinates: machine frame in mm, Z up. A point p of the head stands at p + (X, Y, Z), lower by U when its body rides
-// on the lift.
+// on the lift; of a body that turns with C it is turned about the upright line through the needle's tip before that.
 #pragma once
 #include <array>
 #include <optional>
@@ -145,6 +145,7 @@ struct Body {
   Vec3 centre;              ///< in the head's frame (of the head) or the machine frame (of the scene)
   double rotation_rad = 0;  ///< about Z
   bool on_lift = false;     ///< head only: rides on U
+  bool on_turn = false;     ///< head only: turns with C, about turn_axis()
 };
 
 /// What may be brought to a point: needle, camera, probe. `tip` is its working point in the head's frame at U = 0 (for
@@ -261,6 +262,9 @@ std::vector<WordBit> input_bits(const Machine& machine);
 const Tool* find_tool(const Machine& machine, std::string_view name);
 const Axis* find_axis(const Machine& machine, std::string_view name);
 const WorkFrame* find_frame(const Machine& machine, std::string_view name);
+/// Where the upright line stands about which C turns, in the head's frame: it goes through the needle's tip, which
+/// therefore stays where it is.
+Vec2 turn_axis(const Machine& machine);
 
 /// Reads a machine file and the profiles it names (profiles are looked for in `../drives` and `../devices` beside it).
 /// Every mistake with its location; Fault 4xx.

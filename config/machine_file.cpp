@@ -120,7 +120,7 @@ const Fields<RolesRow> kRoles{
     name_of("x", &RolesRow::x, kRequired, "axis that carries the head along X"),
     name_of("y", &RolesRow::y, kRequired, "axis that carries the head along Y"),
     name_of("z", &RolesRow::z, kRequired, "axis that carries the head along Z, up positive"),
-    name_of("turn", &RolesRow::turn, kOptional, "axis that turns the needle"),
+    name_of("turn", &RolesRow::turn, kOptional, "axis that turns the needle and the bodies `on_turn`"),
     name_of("lift", &RolesRow::lift, kOptional, "axis that lowers the bodies `on_lift`"),
 };
 
@@ -143,7 +143,11 @@ Fields<BodyRow> body_fields(bool head) {
       point("centre", &BodyRow::centre, kLength, kRequired, head ? "in the head's frame" : "in the machine frame"),
       number("rotation", &BodyRow::rotation_rad, D::Angle, kHalfTurn, kOptional, "about Z"),
   };
-  if (head) fields.push_back(flag("on_lift", &BodyRow::on_lift, kOptional, "rides on the lift axis"));
+  if (!head) return fields;
+  fields.push_back(flag("on_lift", &BodyRow::on_lift, kOptional, "rides on the lift axis"));
+  fields.push_back(placed(flag("on_turn", &BodyRow::on_turn, kOptional,
+                               "turns with the axis `turn`, about the upright line through the needle's tip"),
+                          &BodyRow::on_turn_place));
   return fields;
 }
 const Fields<BodyRow> kHeadBody = body_fields(true), kSceneBody = body_fields(false);

@@ -86,6 +86,8 @@ struct BodyRow {
   Vec3 centre;
   double rotation_rad = 0;
   bool on_lift = false;
+  bool on_turn = false;
+  Place on_turn_place;
 };
 
 struct ToolRow {

@@ -78,9 +78,11 @@ Result<bool> BlockBuilder::take_as_arch(std::span<const Proved> legs) {
     for (std::size_t i = 1; i < proved.points.size(); ++i)
       by_legs_s += motion::duration(motion::line_move(limits_, proved.points[i - 1], proved.points[i]));
   }
-  // The lift carries some bodies of the head and not the others: chords would not tell how far they go.
-  const auto lifts = [&](const AxisVec& q) { return q[scene.u()] != points.front()[scene.u()]; };
-  if (scene.has_lift() && std::any_of(points.begin(), points.end(), lifts)) return false;
+  // Lift and turn carry some bodies of the head and not the others: chords would not tell how far they go.
+  const auto moves = [&](std::size_t axis) {
+    return std::any_of(points.begin(), points.end(), [&](const AxisVec& q) { return q[axis] != points.front()[axis]; });
+  };
+  if ((scene.has_lift() && moves(scene.u())) || (scene.turns() && moves(scene.c()))) return false;
   std::optional<motion::ArchSpec> spec = motion::arch_over(points, scene.z());
   if (!spec) return false;
 

@@ -67,10 +67,16 @@ std::string hash_of(const char* name, const std::string& text) {
 
 Row row(const config::Body& body) {
   constexpr const char* kKinds[] = {"box", "cylinder", "capsule"};
-  const auto& [name, shape, centre, rotation_rad, on_lift] = body;
+  const auto& [name, shape, centre, rotation_rad, on_lift, on_turn] = body;
   const auto& [kind, size] = shape;
   Row out("body");
-  out.add(name).add(kKinds[static_cast<std::size_t>(kind)]).add(size).add(centre).add(rotation_rad).add(on_lift);
+  out.add(name)
+      .add(kKinds[static_cast<std::size_t>(kind)])
+      .add(size)
+      .add(centre)
+      .add(rotation_rad)
+      .add(on_lift)
+      .add(on_turn);
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "core/units.hpp"
 #include "motion/plan/gap.hpp"
 #include "motion/plan/sweep.hpp"
 
@@ -28,12 +29,35 @@ struct Stage {
   AxisVec low{}, high{};
   AxisVec lowest_start{};     ///< where the order begins; a lift of which that is not known is as far down as it may be
   bool lift_unknown = false;  ///< it may begin anywhere
+  bool turn_unknown = false;  ///< C may begin anywhere
   bool only_rises = false;    ///< what is on the lift goes straight up and nowhere else ...
   AxisVec end_low{}, end_high{};  ///< ... but for here, where the lift may go down by what it needs to leave its edge
 };
 
 double beyond(const config::Homing& h) {
   return h.fast * kReaction_s + (h.acceleration > 0 ? h.fast * h.fast / (2 * h.acceleration) : 0);
+}
+
+constexpr double kTurnPart_rad = units::rad(1);  // what turns is looked at in parts of no less than this
+
+/// The same for a body that turns: the box about it where C stands in the middle of its range, larger by what the rest
+/// of the range moves it; where that is not apart, by halves of the range.
+bool apart_turning(const motion::Scene& scene, const motion::SceneBody& body, std::size_t standing, const AxisVec& low,
+                   const AxisVec& high, double margin_mm) {
+  const std::size_t c = scene.c();
+  const double half_turn = std::abs(high[c] - low[c]) / 2, middle = (low[c] + high[c]) / 2;
+  motion::Solid there = motion::turned(body.solid, scene.turn_axis(), middle);
+  there.disc = body.turning_mm * std::min(half_turn, 2.0);
+  const Vec3 a = scene.carried(body, low), b = scene.carried(body, high);
+  motion::Solid box;
+  box.centre = there.centre + (a + b) * 0.5;
+  box.half = motion::half_box(there) + Vec3{std::abs(b.x - a.x), std::abs(b.y - a.y), std::abs(b.z - a.z)} * 0.5;
+  if (motion::gap(box, {}, scene.standing()[standing].solid, margin_mm).lower > margin_mm) return true;
+  if (2 * half_turn <= kTurnPart_rad) return false;
+  AxisVec first = high, second = low;
+  first[c] = second[c] = middle;
+  return apart_turning(scene, body, standing, low, first, margin_mm) &&
+         apart_turning(scene, body, standing, second, high, margin_mm);
 }
 
 /// Whether a pair keeps its margin while the axes are anywhere between two corners. A body that is carried along one
@@ -43,11 +67,16 @@ bool apart(const motion::Scene& scene, std::size_t head, std::size_t standing, A
   const motion::SceneBody& body = scene.head()[head];
   if (scene.has_lift()) std::swap(low[scene.u()], high[scene.u()]);  // a larger U is lower
   const Vec3 displacement = scene.carried(body, high) - scene.carried(body, low);
+  if (scene.turn_of(body, low, high) != 0) {
+    if (displacement == Vec3{}) return motion::is_clear(scene, head, standing, low, high, margin_mm);
+    return apart_turning(scene, body, standing, low, high, margin_mm);
+  }
   if ((displacement.x != 0) + (displacement.y != 0) + (displacement.z != 0) <= 1)
     return motion::BodySweep(scene, head, low, high).prove(standing, margin_mm).has_value();
   motion::Solid box;
-  box.centre = body.solid.centre + (scene.carried(body, low) + scene.carried(body, high)) * 0.5;
-  box.half = body.half_box + displacement * 0.5;
+  const motion::Solid there = scene.placed(body, low);
+  box.centre = there.centre + displacement * 0.5;
+  box.half = motion::half_box(there) + displacement * 0.5;
   return motion::gap(box, {}, scene.standing()[standing].solid, margin_mm).lower > margin_mm;
 }
 
@@ -55,7 +84,8 @@ bool apart(const motion::Scene& scene, std::size_t head, std::size_t standing, A
 /// straight line is convex, so that whatever rises from where it really stands only goes away.
 bool only_leaves(const motion::Scene& scene, const Stage& stage, std::size_t head, std::size_t standing,
                  double margin_mm) {
-  if (!stage.lift_unknown || !stage.only_rises || !scene.head()[head].on_lift) return false;
+  const motion::SceneBody& body = scene.head()[head];
+  if (!stage.lift_unknown || !stage.only_rises || !body.on_lift || body.turning_mm > 0) return false;
   if (apart(scene, head, standing, stage.lowest_start, stage.lowest_start, 0)) return false;
   return apart(scene, head, standing, stage.end_low, stage.end_high, margin_mm);
 }
@@ -72,7 +102,8 @@ std::optional<motion::PairMargin> meets(const motion::Scene& scene, const Stage&
   return std::nullopt;
 }
 
-/// What is near when a stage begins may be as near. What would overlap there is a place where the lift does not stand.
+/// What is near when a stage begins may be as near. What would overlap there is a place where the lift does not stand,
+/// and of what turns nothing is known where nobody knows how C stands.
 Result<motion::Margins> margins_of(const Surroundings& around, const Stage& stage) {
   const motion::Scene& scene = around.scene();
   const motion::PathRules rules = around.no_nearer_than(stage.lowest_start);
@@ -81,6 +112,9 @@ Result<motion::Margins> margins_of(const Surroundings& around, const Stage& stag
     std::erase_if(margins->pairs, [&](const motion::PairMargin& pair) {
       return pair.clearance_mm < 0 && scene.head()[pair.head].on_lift;
     });
+  if (margins && stage.turn_unknown)
+    std::erase_if(margins->pairs,
+                  [&](const motion::PairMargin& pair) { return scene.head()[pair.head].turning_mm > 0; });
   return margins;
 }
 
@@ -104,6 +138,7 @@ Stage stage_of(const config::Machine& machine, const AxisVec& now, std::uint32_t
     stage.low[i] = range.low, stage.high[i] = range.high;
   }
   stage.end_low = stage.low, stage.end_high = stage.high;
+  stage.turn_unknown = machine.c && (known & bit(*machine.c)) == 0;
   if (!machine.u || (known & bit(*machine.u)) != 0) return stage;
   const std::size_t u = machine.u->value, z = machine.z.value;
   stage.lift_unknown = true;

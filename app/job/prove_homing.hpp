@@ -24,7 +24,7 @@ HomingRange homing_range(const config::Axis& axis, double at);
 HomingRange homing_range(const config::Axis& axis);
 
 /// X, Y and Z are referenced: then it is known where every body of the head is, but for the height of those on the
-/// lift.
+/// lift and how those stand that turn with C.
 bool head_is_placed(const config::Machine& machine, std::uint32_t referenced);
 
 /// Bit n: AxisId n.

@@ -48,6 +48,7 @@ config::Machine grown(config::Machine machine, const recipes::Recipe& recipe, co
     if (body.centre.z + body.shape.size.z / 2 > underside + 1e-6) grow(body, range);
   const config::Tool& needle = *config::find_tool(machine, "needle");
   for (config::Body& body : machine.head) {
+    if (body.on_turn && machine.c) continue;                         // C turns it with the board
     const bool round = body.shape.kind != config::Shape::Kind::Box;  // its own turn changes nothing
     const double reach = norm(flat(body.centre - needle.tip)) + (round ? 0 : norm(flat(body.shape.size)) / 2);
     grow(body, {.beside = range.turn * reach});

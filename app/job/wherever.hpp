@@ -19,7 +19,8 @@ struct OnlyWhenPlaced {
 
 /// Seen from the board, whatever stays (the machine's bodies, fixtures) may be off by the rules' shift, by their turn
 /// times the distance of the furthest feature from the board's origin, and in height by the touches' window; the
-/// head, which does not turn with the board, by the turn times each body's reach from the needle. Each body is grown by
+/// head, which does not turn with the board, by the turn times each body's reach from the needle (what turns with C
+/// does). Each body is grown by
 /// that, and each feature planned among them, down from the safe height and up again. What carries the board is not
 /// grown: the needle's distance to it is by design. A tilt that touches measure is not counted. Fault::Aborted when
 /// the breath says no.

@@ -37,15 +37,48 @@ void nearest_in(const Scene& scene, const BodySweep& body, std::size_t head, con
 
 }  // namespace
 
+namespace {
+
+/// One body of the head on a motion as a whole: one that turns is larger by what its turn leaves open.
+void measure_whole(const Scene& scene, std::size_t head, const BodySweep& body, const Margins& margins,
+                   std::size_t motion, NearPairs& nearest) {
+  for (const PairMargin& pair : margins.pairs)
+    if (pair.head == head && pair.by_design) measure(scene, body, head, pair.standing, motion, nearest.by_design);
+  if (!scene.standing().empty() && body.room(scene.tree().nodes().front().box) < nearest.others.distance_mm)
+    nearest_in(scene, body, head, margins, 0, motion, nearest.others);
+}
+
+constexpr double kMeasuredTurn_mm = 0.01;  // by which a distance of what turns may be told too small
+
+/// The part `begin`..`end` of a motion that turns a body: what is found nearer is cut into halves until it is sure.
+void measure_turning(const Scene& scene, std::size_t head, const AxisVec& from, const AxisVec& to, double begin,
+                     double end, const Margins& margins, std::size_t motion, NearPairs& nearest) {
+  const BodySweep body(scene, head, on_line(from, to, begin), on_line(from, to, end));
+  NearPairs found = nearest;
+  measure_whole(scene, head, body, margins, motion, found);
+  const bool nearer[] = {found.by_design.distance_mm < nearest.by_design.distance_mm,
+                         found.others.distance_mm < nearest.others.distance_mm};
+  if (!nearer[0] && !nearer[1]) return;
+  if (body.left_open_mm() > kMeasuredTurn_mm) {
+    const double middle = (begin + end) / 2;
+    measure_turning(scene, head, from, to, begin, middle, margins, motion, nearest);
+    measure_turning(scene, head, from, to, middle, end, margins, motion, nearest);
+    return;
+  }
+  for (auto [pair, is_nearer] : {std::pair(&found.by_design, nearer[0]), std::pair(&found.others, nearer[1])})
+    if (is_nearer) pair->fraction = begin + (end - begin) * pair->fraction;
+  nearest = found;
+}
+
+}  // namespace
+
 void measure_nearest(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
                      std::size_t motion, NearPairs& nearest) {
-  for (std::size_t i = 0; i < scene.head().size(); ++i) {
-    const BodySweep body(scene, i, from, to);
-    for (const PairMargin& pair : margins.pairs)
-      if (pair.head == i && pair.by_design) measure(scene, body, i, pair.standing, motion, nearest.by_design);
-    if (!scene.standing().empty() && body.room(scene.tree().nodes().front().box) < nearest.others.distance_mm)
-      nearest_in(scene, body, i, margins, 0, motion, nearest.others);
-  }
+  for (std::size_t i = 0; i < scene.head().size(); ++i)
+    if (scene.turn_of(scene.head()[i], from, to) != 0)
+      measure_turning(scene, i, from, to, 0, 1, margins, motion, nearest);
+    else
+      measure_whole(scene, i, BodySweep(scene, i, from, to), margins, motion, nearest);
 }
 
 std::string describe(const Scene& scene, const Hit& hit) {

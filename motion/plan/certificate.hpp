@@ -20,8 +20,9 @@ struct ClearanceRules {
   std::vector<AllowedApproach> approaches;  ///< pairs that may come nearer
 };
 
-/// The two bodies that come nearest to each other. `distance_mm` is infinite where there is no such pair, below 0 where
-/// an allowed overlap lets one into the other.
+/// The two bodies that come nearest to each other; of one that turns on the motion the distance is told up to 0.01 mm
+/// too small. `distance_mm` is infinite where there is no such pair, below 0 where an allowed overlap lets one into the
+/// other.
 struct NearPair {
   double distance_mm = std::numeric_limits<double>::infinity();
   std::size_t head = 0, standing = 0;  ///< indices in the scene

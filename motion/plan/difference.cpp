@@ -51,6 +51,7 @@ Difference difference(const Solid& moving, const Solid& standing) {
   const bool aligned = two && moving.cos == standing.cos && moving.sin == standing.sin;
   std::size_t count = 0;
   for (const Solid* s : {&moving, &standing}) {
+    d.disc += s->disc;
     if (s->kind == Solid::Kind::Cylinder) d.disc += s->half.x;
     if (s->kind == Solid::Kind::Capsule) d.ball += s->half.x;
     if (s->kind != Solid::Kind::Box) continue;

@@ -22,7 +22,8 @@ Across across_at(const Scene& scene, const AxisVec& from, const AxisVec& to, dou
   return a;
 }
 
-/// Height at which a pair that hits at `z` lets the motion across pass: the upper end of the interval it forbids.
+/// Height at which a pair that hits at `z` lets the motion across pass: the upper end of the interval it forbids (of a
+/// body that turns, an upper end: what it may meet need not be one interval).
 double climb(const Scene& scene, const AxisVec& from, const AxisVec& to, std::size_t head, std::size_t standing,
              double margin, double z) {
   const SceneBody &a = scene.head()[head], &b = scene.standing()[standing];
@@ -31,7 +32,7 @@ double climb(const Scene& scene, const AxisVec& from, const AxisVec& to, std::si
   while (free - hit > kResolution_mm) {
     const double middle = (free + hit) / 2;
     const Across across = across_at(scene, from, to, middle);
-    (BodySweep(scene, head, across.from, across.to).prove(standing, margin) ? free : hit) = middle;
+    (is_clear(scene, head, standing, across.from, across.to, margin) ? free : hit) = middle;
   }
   return free;
 }
@@ -62,12 +63,16 @@ tl::expected<LiftOver, NoLiftOver> lift_over(const Scene& scene, const AxisVec& 
     for (std::size_t i = 0; i < scene.head().size(); ++i) {
       Across across = across_at(scene, from, to, z);
       BodySweep body(scene, i, across.from, across.to);
+      const auto keeps = [&](const BodySweep& whole, std::uint32_t k, const Across& on, double margin) {
+        return whole.prove(k, margin) ||
+               (whole.left_open_mm() > kTurn_mm && is_clear(scene, i, k, on.from, on.to, margin));
+      };
       collect(scene, body, margins.clearance_mm, 0, near);
       for (std::size_t n = 0; n < near.size(); ++n) {
         const std::uint32_t k = near[n];
-        if (body.prove(k, margins.clearance_mm)) continue;
+        if (keeps(body, k, across, margins.clearance_mm)) continue;
         const double margin = margins.of(i, k);
-        if (margin < margins.clearance_mm && body.prove(k, margin)) continue;
+        if (margin < margins.clearance_mm && keeps(body, k, across, margin)) continue;
         z = climb(scene, from, to, i, k, margin, z);
         if (z > z_max)
           return tl::unexpected(NoLiftOver{

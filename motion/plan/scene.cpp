@@ -10,7 +10,7 @@ namespace {
 
 SceneBody make(const config::Body& body) {
   const Solid s = make_solid(body);
-  return {body.name, s, body.on_lift, {extent(s, {1, 0, 0}), extent(s, {0, 1, 0}), extent(s, {0, 0, 1})}};
+  return {body.name, s, body.on_lift, half_box(s)};
 }
 
 void add(Fnv1a& hash, double v) {
@@ -22,6 +22,7 @@ void add_geometry(Fnv1a& hash, const SceneBody& b) {
   for (const Vec3 v : {b.solid.centre, b.solid.half}) add(hash, v.x), add(hash, v.y), add(hash, v.z);
   add(hash, b.solid.cos), add(hash, b.solid.sin);
   hash.add(static_cast<std::uint8_t>(b.on_lift));
+  if (b.turning_mm > 0) add(hash, b.turning_mm);
 }
 void add(Fnv1a& hash, const SceneBody& b) {
   for (const char c : b.name) hash.add(static_cast<std::uint8_t>(c));
@@ -39,11 +40,19 @@ std::uint64_t hash_of_geometry(const SceneBody& b, bool of_head) {
 
 Scene::Scene(const config::Machine& m) : x_(m.x.value), y_(m.y.value), z_(m.z.value), has_lift_(m.u.has_value()) {
   if (m.u) u_ = m.u->value;
+  if (m.c) c_ = m.c->value, turn_axis_ = config::turn_axis(m);
   for (const config::Axis& a : m.axes) axes_.push_back({a.name, a.p_min, a.p_max});
   for (const config::Body& b : m.head) {
     head_.push_back(make(b));
+    if (b.on_turn && m.c) head_.back().turning_mm = turning_radius(head_.back().solid, turn_axis_);
+    turns_ = turns_ || head_.back().turning_mm > 0;
     motion::add(hash_, head_.back());
     geometry_ += motion::hash_of_geometry(head_.back(), true);
+  }
+  if (turns_) {
+    Fnv1a axis;
+    for (const double v : {turn_axis_.x, turn_axis_.y}) motion::add(hash_, v), motion::add(axis, v);
+    geometry_ += axis.value();
   }
   motion::add(hash_, static_cast<double>(head_.size()));
   add(m.scene);

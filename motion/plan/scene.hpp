@@ -2,8 +2,8 @@
 //   Scene scene(machine);
 //   scene.add({"part U7", {config::Shape::Kind::Box, {8, 8, 3}}, {120, 80, 21.5}});   // machine coordinates
 // A head body stands at its own position plus (X, Y, Z), lower by U when it rides on the lift. C turns the needle about
-// its own axis and moves no body. Bodies of the head are not checked against each other: their only motion is U, whose
-// limits keep them apart.
+// its own axis, and with it the bodies that are said to turn. Bodies of the head are not checked against each other:
+// how U and C move them among themselves is the machine's design.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -25,7 +25,8 @@ struct SceneBody {
   std::string name;
   Solid solid;
   bool on_lift = false;
-  Vec3 half_box;  ///< half edges of its axis-aligned box
+  Vec3 half_box;          ///< half edges of its axis-aligned box, where C is 0
+  double turning_mm = 0;  ///< how far its farthest point is from the line about which it turns; 0: it does not turn
 };
 
 /// Where a board lies: its own coordinates are turned, shifted to `origin`, and count Z from its top face.
@@ -52,10 +53,24 @@ class Scene {
   [[nodiscard]] const WideTree& wide_tree() const { return wide_tree_; }
   /// The second check has looked at the tree (verify.hpp): its boxes hold what is in them, and no body is missing.
   [[nodiscard]] bool tree_holds() const { return tree_holds_; }
-  /// By how much the axes carry a body of the head.
+  /// By how much the axes carry a body of the head, whether it turns or not.
   [[nodiscard]] Vec3 carried(const SceneBody& body, const AxisVec& q) const {
     return {q[x_], q[y_], q[z_] - (body.on_lift && has_lift_ ? q[u_] : 0.0)};
   }
+
+  /// A body of the head where the axes carry it, turned as C has it.
+  [[nodiscard]] Solid placed(const SceneBody& body, const AxisVec& q) const {
+    return moved(body.turning_mm > 0 ? turned(body.solid, turn_axis_, q[c_]) : body.solid, carried(body, q));
+  }
+  /// By how much a motion of the axes turns a body of the head, rad.
+  [[nodiscard]] double turn_of(const SceneBody& body, const AxisVec& from, const AxisVec& to) const {
+    return body.turning_mm > 0 ? to[c_] - from[c_] : 0.0;
+  }
+  /// Some body of the head turns, so that C matters.
+  [[nodiscard]] bool turns() const { return turns_; }
+  [[nodiscard]] std::size_t c() const { return c_; }
+  /// In the head's frame.
+  [[nodiscard]] Vec2 turn_axis() const { return turn_axis_; }
 
   struct Axis {
     std::string name;
@@ -84,8 +99,9 @@ class Scene {
   WideTree wide_tree_;
   bool tree_holds_ = true;
   std::vector<Axis> axes_;
-  std::size_t x_ = 0, y_ = 0, z_ = 0, u_ = 0;
-  bool has_lift_ = false;
+  std::size_t x_ = 0, y_ = 0, z_ = 0, u_ = 0, c_ = 0;
+  bool has_lift_ = false, turns_ = false;
+  Vec2 turn_axis_;
   std::optional<BoardFrame> board_;
   Fnv1a hash_;
   std::uint64_t geometry_ = 0;  ///< sum over all bodies

@@ -1,10 +1,12 @@
 #include "motion/plan/search_path.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
 
+#include "core/units.hpp"
 #include "motion/plan/join_paths.hpp"
 #include "motion/plan/random_tree.hpp"
 #include "motion/plan/shorten.hpp"
@@ -42,7 +44,7 @@ class Carried {
     out.reserve(scene_.head().size() * scene_.standing().size());
     for (std::size_t i = 0; i < scene_.head().size(); ++i) {
       const SceneBody& body = scene_.head()[i];
-      const Solid there = moved(body.solid, scene_.carried(body, at({})));
+      const Solid there = scene_.placed(body, at({}));
       for (std::size_t k = 0; k < scene_.standing().size(); ++k)
         out.emplace_back(difference(there, scene_.standing()[k].solid), margins_.of(i, k));
     }
@@ -127,13 +129,24 @@ SearchAnswer search_path(const Scene& scene, const AxisVec& from, const AxisVec&
   return out;
 }
 
-SearchAnswer search_around(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
-                           const SearchBudget& budget, const LiftOver* over) {
+namespace {
+
+/// Of C, tried where neither where it is nor where it is to be leads through: along the axes, and askew.
+constexpr double kTurns_rad[] = {0,
+                                 units::rad(90),
+                                 units::rad(-90),
+                                 units::rad(180),
+                                 units::rad(-180),
+                                 units::rad(45),
+                                 units::rad(-45),
+                                 units::rad(135),
+                                 units::rad(-135)};
+
+/// X, Y and Z search their way while all other axes stand as `others` has them.
+SearchAnswer search_standing(const Scene& scene, const AxisVec& from, const AxisVec& to, const AxisVec& others,
+                             const Margins& margins, const SearchBudget& budget, const LiftOver* over) {
   SearchAnswer out;
   out.status = SearchStatus::Ok;
-
-  AxisVec others = from;
-  if (scene.has_lift()) others[scene.u()] = std::min(from[scene.u()], to[scene.u()]);
   const Carried carried(scene, margins, others);
   const Vec3 start = position(scene, from), goal = position(scene, to);
   const auto finish = [&](const std::vector<Vec3>& points, PathKind kind) {
@@ -191,6 +204,91 @@ SearchAnswer search_around(const Scene& scene, const AxisVec& from, const AxisVe
   out.closed_in = answer.closed_in;
   out.status = answer.kind == CellAnswer::Kind::NoPath ? SearchStatus::NoPath : SearchStatus::Budget;
   return out;
+}
+
+constexpr int kTurningTries =
+    20;  // as many iterations for each of those without a turn: most of them fail, and at once
+
+/// C turns on the way: a random tree over X, Y, Z and C, of which corners are left out.
+SearchAnswer search_turning(const Scene& scene, const AxisVec& from, const AxisVec& to, const AxisVec& others,
+                            const Margins& margins, const SearchBudget& budget) {
+  SearchAnswer out;
+  const auto& axes = scene.axes();
+  double per_rad = 0;
+  for (const SceneBody& body : scene.head()) per_rad = std::max(per_rad, body.turning_mm);
+  const std::array<std::size_t, 4> of{scene.x(), scene.y(), scene.z(), scene.c()};
+  const auto scaled = [&](const AxisVec& q) { return Turned{q[of[0]], q[of[1]], q[of[2]], q[of[3]] * per_rad}; };
+  const auto at = [&](const Turned& p) {
+    AxisVec q = others;
+    for (std::size_t i = 0; i < 3; ++i) q[of[i]] = p[i];
+    q[of[3]] = p[3] / per_rad;
+    return q;
+  };
+  AxisVec low{}, high{};
+  for (const std::size_t axis : of) low[axis] = axes[axis].p_min, high[axis] = axes[axis].p_max;
+  const AxisVec start = at(scaled(from)), goal = at(scaled(to));
+  const auto clear = [&](const AxisVec& a, const AxisVec& b) { return is_clear(scene, a, b, margins); };
+  if (!clear(from, start) || !clear(goal, to)) return out;
+  const ClearTurned clear_turned = [&](const Turned& a, const Turned& b) { return clear(at(a), at(b)); };
+  for (int n = 0; n < budget.random_trees; ++n) {
+    const std::uint64_t seed = seed_of(scene, position(scene, from), position(scene, to)) +
+                               static_cast<std::uint64_t>(n) + std::bit_cast<std::uint64_t>(to[of[3]] - from[of[3]]);
+    const auto tree = random_turning_tree(clear_turned, scaled(low), scaled(high), scaled(start), scaled(goal), seed,
+                                          budget.random_iterations * kTurningTries);
+    if (tree.empty()) continue;
+    std::vector<AxisVec> points{from};
+    for (const Turned& p : tree) points.push_back(at(p));
+    points.push_back(to);
+    std::vector<AxisVec> kept{from};
+    for (std::size_t i = 0; i + 1 < points.size();) {
+      std::size_t next = points.size() - 1;
+      while (next > i + 1 && !clear(points[i], points[next])) --next;
+      if (points[next] != kept.back()) kept.push_back(points[next]);
+      i = next;
+    }
+    double length_mm = 0;
+    bool free = true;  // in the direction in which it is gone: trees grow from both ends
+    for (std::size_t i = 0; i + 1 < kept.size(); ++i) {
+      length_mm += norm(position(scene, kept[i + 1]) - position(scene, kept[i]));
+      free = free && clear(kept[i], kept[i + 1]);
+    }
+    if (!free || (out.status == SearchStatus::Ok && length_mm >= out.length_mm)) continue;
+    out.status = SearchStatus::Ok, out.kind = PathKind::Detour;
+    out.points = std::move(kept), out.length_mm = length_mm;
+  }
+  return out;
+}
+
+}  // namespace
+
+SearchAnswer search_around(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
+                           const SearchBudget& budget, const LiftOver* over) {
+  AxisVec others = from;
+  if (scene.has_lift()) others[scene.u()] = std::min(from[scene.u()], to[scene.u()]);
+  if (!scene.turns()) return search_standing(scene, from, to, others, margins, budget, over);
+  // C turns before the way, or after it, or both, for a position in which it is gone; else on it. That there is no path
+  // is only proved for one position of C.
+  SearchAnswer best;
+  const std::size_t c = scene.c();
+  const Scene::Axis& axis = scene.axes()[c];
+  std::vector<double> turns{from[c], to[c]};
+  for (const double turn : kTurns_rad)
+    if (turn >= axis.p_min && turn <= axis.p_max) turns.push_back(turn);
+  for (std::size_t i = from[c] == to[c] ? 1 : 0; i < turns.size(); ++i) {
+    if (i >= 2 && best.status == SearchStatus::Ok) break;
+    others[c] = turns[i];
+    SearchAnswer found = search_standing(scene, from, to, others, margins, budget, nullptr);
+    if (found.status != SearchStatus::Ok) continue;
+    if (best.status != SearchStatus::Ok || found.length_mm < best.length_mm) best = std::move(found);
+  }
+  if (best.status != SearchStatus::Ok) best = search_turning(scene, from, to, others, margins, budget);
+  double over_mm = 0;
+  for (std::size_t i = 0; over != nullptr && i + 1 < over->points.size(); ++i)
+    over_mm += norm(position(scene, over->points[i + 1]) - position(scene, over->points[i]));
+  if (over == nullptr || (best.status == SearchStatus::Ok && best.length_mm <= over_mm)) return best;
+  best.status = SearchStatus::Ok, best.kind = PathKind::LiftOver;
+  best.points = over->points, best.length_mm = over_mm;
+  return best;
 }
 
 }  // namespace gantry::motion

@@ -31,6 +31,12 @@ double some(double half) {
   return std::max(half, kLeast_mm);
 }
 
+fcl::Matrix3d rotation(const Solid& s) {
+  fcl::Matrix3d out;
+  out << s.cos, -s.sin, 0, s.sin, s.cos, 0, 0, 0, 1;
+  return out;
+}
+
 std::unique_ptr<CollisionObjectd> object(const Solid& s) {
   std::shared_ptr<fcl::CollisionGeometryd> geometry;
   switch (s.kind) {
@@ -46,7 +52,7 @@ std::unique_ptr<CollisionObjectd> object(const Solid& s) {
       break;
   }
   fcl::Transform3d pose = fcl::Transform3d::Identity();
-  pose.linear() << s.cos, -s.sin, 0, s.sin, s.cos, 0, 0, 0, 1;
+  pose.linear() = rotation(s);
   pose.translation() = fcl::Vector3d(s.centre.x, s.centre.y, s.centre.z);
   auto out = std::make_unique<CollisionObjectd>(geometry, pose);
   out->computeAABB();
@@ -72,7 +78,6 @@ class FclScene {
   explicit FclScene(const Scene& scene) : hash_(scene.hash()) {
     for (const SceneBody& body : scene.head()) {
       head_.push_back(object(body.solid));
-      home_.push_back(head_.back()->getTranslation());
     }
     std::vector<CollisionObjectd*> all;
     for (std::size_t i = 0; i < scene.standing().size(); ++i) {
@@ -96,7 +101,9 @@ class FclScene {
     for (std::size_t i = 0; i < head_.size(); ++i) {
       CollisionObjectd& body = *head_[i];
       const auto go_to = [&](const AxisVec& q) {
-        body.setTranslation(home_[i] + vector(scene.carried(scene.head()[i], q)));
+        const Solid there = scene.placed(scene.head()[i], q);
+        body.setTranslation(vector(there.centre));
+        if (scene.head()[i].turning_mm > 0) body.setRotation(rotation(there));
         body.computeAABB();
       };
       go_to(poses.front());
@@ -140,7 +147,6 @@ class FclScene {
 
   std::uint64_t hash_;
   std::vector<std::unique_ptr<CollisionObjectd>> head_, standing_;
-  std::vector<fcl::Vector3d> home_;
   fcl::DynamicAABBTreeCollisionManagerd tree_;
   std::shared_ptr<fcl::Boxd> box_ = std::make_shared<fcl::Boxd>(1, 1, 1);
   CollisionObjectd query_{box_};
@@ -151,7 +157,8 @@ class FclScene {
 double carried_mm(const Scene& scene, const AxisVec& from, const AxisVec& to) {
   double most = 0;
   for (const SceneBody& body : scene.head())
-    most = std::max(most, norm(scene.carried(body, to) - scene.carried(body, from)));
+    most = std::max(most, norm(scene.carried(body, to) - scene.carried(body, from)) +
+                              body.turning_mm * std::abs(scene.turn_of(body, from, to)));
   return most;
 }
 
@@ -204,7 +211,7 @@ class Fcl {
   static Error disagreement(const Scene& scene, const ClearanceRules& rules, const FclScene::Contact& contact,
                             std::span<const AxisVec> poses) {
     const SceneBody &head = scene.head()[contact.head], &standing = scene.standing()[contact.standing];
-    const Vec3 point = nearest_point(moved(head.solid, scene.carried(head, poses[contact.pose])), standing.solid);
+    const Vec3 point = nearest_point(scene.placed(head, poses[contact.pose]), standing.solid);
     return {Fault::Internal,
             fmt::format("two verdicts on one motion: by the proof it is free and {} keeps {:.3g} mm from {}, but FCL "
                         "says that they meet at {}; one of the two is wrong, and the motion is not played",

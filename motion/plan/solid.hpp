@@ -16,6 +16,7 @@ struct Solid {
   Vec3 centre;
   Vec3 half;  ///< box: half edges; cylinder: {radius, radius, half height}; capsule: half length of its axis in z
   double cos = 1, sin = 0;  ///< of the box's turn
+  double disc = 0;          ///< it reaches farther by this in the plane, all around: what is left open of how it turns
 };
 
 Solid make_solid(const config::Body& body);
@@ -25,7 +26,15 @@ inline Solid moved(Solid solid, Vec3 by) {
   return solid;
 }
 
+/// Turned about an upright line, counter-clockwise as seen from above.
+Solid turned(Solid solid, Vec2 about, double angle_rad);
+/// How far its farthest point is from an upright line, counted as what turning moves: a round body is itself again when
+/// it is turned about its own middle.
+double turning_radius(const Solid& solid, Vec2 about);
+
 /// How far the solid reaches from its centre along the unit vector `n`: all shapes are symmetric about their centre.
 double extent(const Solid& solid, Vec3 n);
+/// Half edges of its axis-aligned box.
+inline Vec3 half_box(const Solid& s) { return {extent(s, {1, 0, 0}), extent(s, {0, 1, 0}), extent(s, {0, 0, 1})}; }
 
 }  // namespace gantry::motion

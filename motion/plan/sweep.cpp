@@ -71,7 +71,14 @@ BodySweep::BodySweep(const Scene& scene, std::size_t head, const AxisVec& from, 
   const SceneBody& body = scene.head()[head];
   const Vec3 start = scene.carried(body, from);
   sweep_ = scene.carried(body, to) - start;
-  start_ = moved(body.solid, start);
+  if (body.turning_mm > 0) {
+    start_ = moved(turned(body.solid, scene.turn_axis(), between(from, to, 0.5)[scene.c()]), start);
+    const double most_rad = std::abs(scene.turn_of(body, from, to)) / 2;
+    start_.disc = body.turning_mm * std::min(most_rad, 2.0);  // no two places on a circle are farther apart
+    half_box_ = half_box(start_);
+  } else {
+    start_ = moved(body.solid, start);
+  }
   if (other != nullptr && other->sweep_ == sweep_) {
     across_ = other->across_, across_parts_ = other->across_parts_;
   } else {
@@ -150,35 +157,103 @@ Hit BodySweep::locate(std::size_t standing, double margin) const {
   return {head_, standing, t * cut_, nearest_point(moved(start_, sweep_ * t), b.solid), margin};
 }
 
+namespace {
+
+/// A walk over the tree for one body on a part of the motion that ends at `upto`. What is parted off goes into the
+/// proof; `met(standing, margin)` is asked of what is not, and ends the walk when it says false.
+template <class Met>
+void walk(const Scene& scene, std::size_t head, const BodySweep& body, const Margins& margins, double upto,
+          Proof* proof, const Met& met) {
+  const auto& nodes = scene.tree().nodes();
+  for (std::uint32_t node = 0; node < nodes.size();) {
+    // An allowed approach only lowers a margin, so what keeps the full clearance need not be looked up.
+    const Tree::Node& at = nodes[node];
+    auto direction = std::optional(body.parts(at.box, margins.clearance_mm));
+    if (*direction == Vec3{} && at.body == Tree::kInner) {
+      ++node;
+      continue;
+    }
+    if (*direction == Vec3{}) direction = body.prove(at.body, margins.clearance_mm);
+    if (!direction) {
+      const double margin = margins.of(head, at.body);
+      if (margin < margins.clearance_mm) direction = body.prove(at.body, margin);
+      if (!direction && !met(at.body, margin)) return;
+    }
+    if (direction && proof != nullptr) proof->push_back({static_cast<std::uint32_t>(head), node, *direction, upto});
+    node = at.skip;
+  }
+}
+
+/// Looks for the first hit of bodies that turn: a motion is halved until what its turn leaves open is next to nothing.
+class TurningHit {
+ public:
+  TurningHit(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins, Proof* proof)
+      : scene_(scene), from_(from), to_(to), margins_(margins), proof_(proof) {}
+
+  void look(std::size_t head, double begin, double end, std::optional<Hit>& first) const {
+    if (first && first->fraction <= begin) return;
+    const BodySweep body(scene_, head, on_line(from_, to_, begin), on_line(from_, to_, end));
+    const std::size_t proved = proof_ != nullptr ? proof_->size() : 0;
+    const double middle = (begin + end) / 2;
+    bool open = false;
+    walk(scene_, head, body, margins_, end, proof_, [&](std::uint32_t standing, double margin) {
+      if (body.left_open_mm() > kTurn_mm) return open = true, false;
+      Hit hit = body.locate(standing, margin);
+      hit.fraction = begin + (end - begin) * hit.fraction;
+      if (!first || hit.fraction < first->fraction) first = hit;
+      return true;
+    });
+    if (!open) return;
+    if (proof_ != nullptr) proof_->resize(proved);
+    look(head, begin, middle, first);
+    look(head, middle, end, first);
+  }
+
+ private:
+  const Scene& scene_;
+  const AxisVec &from_, &to_;
+  const Margins& margins_;
+  Proof* proof_;
+};
+
+bool turns(const Scene& scene, std::size_t head, const AxisVec& from, const AxisVec& to) {
+  return scene.turn_of(scene.head()[head], from, to) != 0;
+}
+
+/// The same for a body that turns, as yes or no.
+bool is_clear_turning(const Scene& scene, std::size_t head, const AxisVec& from, const AxisVec& to,
+                      const Margins& margins) {
+  const BodySweep body(scene, head, from, to);
+  bool clear = true;
+  scene.wide_tree().visit(body.question(margins.clearance_mm), [&](std::uint32_t standing) {
+    if (body.prove(standing, margins.clearance_mm)) return true;
+    const double margin = margins.of(head, standing);
+    return clear = margin < margins.clearance_mm && body.prove(standing, margin);
+  });
+  if (clear || body.left_open_mm() <= kTurn_mm) return clear;
+  const AxisVec middle = between(from, to, 0.5);
+  return is_clear_turning(scene, head, from, middle, margins) && is_clear_turning(scene, head, middle, to, margins);
+}
+
+}  // namespace
+
 std::optional<Hit> first_hit(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
                              Proof* proof) {
   std::optional<Hit> first;
-  const auto& nodes = scene.tree().nodes();
   for (std::size_t i = 0; i < scene.head().size(); ++i) {
-    BodySweep body(scene, i, from, to);
-    if (first) body.cut(first->fraction);
-    for (std::uint32_t node = 0; node < nodes.size();) {
-      // An allowed approach only lowers a margin, so what keeps the full clearance need not be looked up.
-      const Tree::Node& at = nodes[node];
-      auto direction = std::optional(body.parts(at.box, margins.clearance_mm));
-      if (*direction == Vec3{} && at.body == Tree::kInner) {
-        ++node;
-        continue;
-      }
-      if (*direction == Vec3{}) direction = body.prove(at.body, margins.clearance_mm);
-      if (!direction) {
-        const double margin = margins.of(i, at.body);
-        if (margin < margins.clearance_mm) direction = body.prove(at.body, margin);
-        if (!direction) {
-          const Hit hit = body.locate(at.body, margin);
-          if (!first || hit.fraction < first->fraction) first = hit;
-          if (first->fraction <= 0) return first;
-          body.cut(first->fraction);
-        }
-      }
-      if (direction && proof != nullptr) proof->push_back({static_cast<std::uint32_t>(i), node, *direction});
-      node = at.skip;
+    if (turns(scene, i, from, to)) {
+      TurningHit(scene, from, to, margins, proof).look(i, 0, 1, first);
+    } else {
+      BodySweep body(scene, i, from, to);
+      if (first) body.cut(first->fraction);
+      walk(scene, i, body, margins, 1, proof, [&](std::uint32_t standing, double margin) {
+        const Hit hit = body.locate(standing, margin);
+        if (!first || hit.fraction < first->fraction) first = hit;
+        if (first->fraction > 0) body.cut(first->fraction);
+        return first->fraction > 0;
+      });
     }
+    if (first && first->fraction <= 0) return first;
   }
   return first;
 }
@@ -191,6 +266,10 @@ bool is_clear(const Scene& scene, const AxisVec& from, const AxisVec& to, const 
   std::optional<BodySweep> body;
   bool clear = true;
   for (std::size_t i = 0; i < scene.head().size() && clear; ++i) {
+    if (turns(scene, i, from, to)) {
+      clear = is_clear_turning(scene, i, from, to, margins);
+      continue;
+    }
     body.emplace(BodySweep(scene, i, from, to, body ? &*body : nullptr));
     scene.wide_tree().visit(body->question(margins.clearance_mm), [&](std::uint32_t standing) {
       if (body->prove(standing, margins.clearance_mm)) return true;
@@ -199,6 +278,16 @@ bool is_clear(const Scene& scene, const AxisVec& from, const AxisVec& to, const 
     });
   }
   return clear;
+}
+
+bool is_clear(const Scene& scene, std::size_t head, std::size_t standing, const AxisVec& from, const AxisVec& to,
+              double margin_mm) {
+  const BodySweep body(scene, head, from, to);
+  if (body.prove(standing, margin_mm)) return true;
+  if (body.left_open_mm() <= kTurn_mm) return false;
+  const AxisVec middle = between(from, to, 0.5);
+  return is_clear(scene, head, standing, from, middle, margin_mm) &&
+         is_clear(scene, head, standing, middle, to, margin_mm);
 }
 
 }  // namespace gantry::motion

@@ -1,8 +1,10 @@
 // Does the head hit anything on a straight motion of the axes? Exact: X, Y, Z and U move together, so each body of the
 // head moves along one straight line, and its sweep is one convex query against each body that stands.
 //   std::optional<Hit> hit = first_hit(scene, from, to, {.clearance_mm = 2});
-// Free is what is proved: a pair whose question stays open counts as hit. A tree over what stands finds the few pairs
-// that are near; all others are parted off with the box that holds them.
+// A body that turns with C meanwhile is taken as it stands half-way, and larger all around in the plane by what it can
+// be off that: its radius times half of the turn. Where that is not free, the motion is cut into halves, and these
+// again. Free is what is proved: a pair whose question stays open counts as hit. A tree over what stands finds the few
+// pairs that are near; all others are parted off with the box that holds them.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -46,12 +48,17 @@ inline constexpr double kContact_mm = 1.02e-9;
 
 /// Why a body of the head and a node of the tree (a box with all that is in it, or one body) stay apart over a motion:
 /// along `direction` (unit, towards what stands) there is more room than the margin. verify.hpp checks it with other
-/// code. A proof of a motion is one after the other: for each body of the head, in the order of the tree.
+/// code. A proof of a motion is one after the other: for each body of the head, in the order of the tree. Of a body
+/// that turns the motion may be proved in parts, one after the other; this is of the one that ends at `upto`.
 struct Separation {
   std::uint32_t head = 0, node = 0;
   Vec3 direction;
+  double upto = 1;
 };
 using Proof = std::vector<Separation>;
+
+/// How much of a turn may be left open: what comes that much nearer than the margin to a body that turns counts as hit.
+inline constexpr double kTurn_mm = 1e-3;
 
 struct Hit {
   std::size_t head = 0, standing = 0;
@@ -60,7 +67,8 @@ struct Hit {
   double clearance_mm = 0;  ///< what was asked of the pair
 };
 
-/// One body of the head on one motion; the scene outlives it.
+/// One body of the head on one motion, as a whole: one that turns is larger by what its turn leaves open. The scene
+/// outlives it.
 class BodySweep {
  public:
   /// `other`: a body of the same motion, whose directions this one takes over when it is carried along the same line.
@@ -80,6 +88,8 @@ class BodySweep {
   [[nodiscard]] WideQuestion question(double margin_mm) const;
   /// The motion ends here: what comes later is of no interest.
   void cut(double fraction);
+  /// By so much it is larger in the plane than what is swept.
+  [[nodiscard]] double left_open_mm() const { return start_.disc; }
   [[nodiscard]] const Solid& start() const { return start_; }
   [[nodiscard]] Vec3 sweep() const { return sweep_; }
 
@@ -101,5 +111,12 @@ std::optional<Hit> first_hit(const Scene& scene, const AxisVec& from, const Axis
                              Proof* proof = nullptr);
 /// Only whether there is one.
 bool is_clear(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins);
+/// Whether one pair keeps more than its margin.
+bool is_clear(const Scene& scene, std::size_t head, std::size_t standing, const AxisVec& from, const AxisVec& to,
+              double margin_mm);
+/// On the straight line of the axes; its ends to the last bit.
+inline AxisVec on_line(const AxisVec& from, const AxisVec& to, double fraction) {
+  return fraction <= 0 ? from : fraction >= 1 ? to : between(from, to, fraction);
+}
 
 }  // namespace gantry::motion

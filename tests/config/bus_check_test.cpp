@@ -101,6 +101,36 @@ TEST(Windows, check_warns_of_one_that_lets_the_head_out_of_its_clearance) {
   EXPECT_TRUE(warns(beam.load(), "that watches only what is fast"));
 }
 
+TEST(Turn, a_body_on_turn_needs_the_role) {
+  Changed file;
+  file.swap("turn: C, lift: U}", "lift: U}", "x");
+  file.swap("centre: [60 mm, 0 mm, 8 mm]}", "centre: [60 mm, 0 mm, 8 mm], on_turn: true}", "true");
+  const auto m = file.load();
+  ASSERT_FALSE(m);
+  ASSERT_EQ(m.error().size(), 1u) << to_text(m.error()[1]);
+  EXPECT_EQ(m.error()[0].where, file.where());
+  EXPECT_NE(m.error()[0].message.find("'camera_body' is to turn, and no axis has the role `turn`"), std::string::npos)
+      << to_text(m.error()[0]);
+}
+
+/// Parked at 20, 20 with C at 90 deg a camera 60 mm to the right of the needle stands 60 mm behind it.
+TEST(Turn, a_body_is_where_park_turns_it) {
+  const auto with_block = [](const char* block, const char* turn) {
+    Changed file;
+    file.swap("centre: [60 mm, 0 mm, 8 mm]}", "centre: [60 mm, 0 mm, 8 mm], on_turn: true}", "x");
+    file.swap("scene:\n", std::string("scene:\n  block: {box: [10 mm, 10 mm, 10 mm], centre: ") + block + "}\n", "x");
+    file.swap("C: 0 deg, U", std::string("C: ") + turn + " deg, U", "x");
+    return file.load();
+  };
+  EXPECT_FALSE(with_block("[80 mm, 20 mm, 6 mm]", "0"));
+  EXPECT_TRUE(with_block("[80 mm, 20 mm, 6 mm]", "90"));
+  EXPECT_FALSE(with_block("[20 mm, 80 mm, -10 mm]", "90"));
+  const auto free = with_block("[20 mm, 80 mm, -10 mm]", "0");
+  ASSERT_TRUE(free);
+  EXPECT_TRUE(free->head[3].on_turn);
+  EXPECT_FALSE(free->head[0].on_turn);
+}
+
 TEST(Probe, is_no_faster_than_the_axis_that_carries_it) {
   Changed file;
   file.swap("    v_max: 150 mm/s", "    v_max: 40 mm/s", "x");

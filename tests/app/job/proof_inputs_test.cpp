@@ -168,6 +168,7 @@ TEST_F(ProofInputsTest, one_number_of_the_machine_shows_in_the_hash_it_belongs_t
       {"head", [](auto& m) { m.head[0].centre.z += 0.001; }},
       {"head", [](auto& m) { m.head[3].shape.size.x += 0.001; }},
       {"head", [](auto& m) { m.head[0].on_lift = !m.head[0].on_lift; }},
+      {"head", [](auto& m) { m.head[0].on_turn = !m.head[0].on_turn; }},
       {"head", [](auto& m) { m.u.reset(); }},
       {"limits", [](auto& m) { m.axes[0].p_max += 0.001; }},
       {"limits", [](auto& m) { m.axes[2].v_max += 0.001; }},

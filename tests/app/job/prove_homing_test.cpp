@@ -113,6 +113,34 @@ TEST_F(ProveHoming, a_lift_that_may_be_down_is_swept_over_the_rectangle) {
   EXPECT_TRUE(prove_homing(machine, Surroundings(machine), here, {.referenced = ~lost, .homed = lost}));
 }
 
+/// C homes from where it stands (0) to -185 deg, with X and Y to their edges: an arm to the right of the needle swings
+/// over the front to the left and back of it. Alone it passes only by the front.
+TEST_F(ProveHoming, an_arm_that_turns_is_swept_with_what_carries_it) {
+  const AxisVec here = at(200, 150, -30);
+  machine.scene.clear();
+  machine.head.push_back({"arm", {config::Shape::Kind::Box, {50, 4, 4}}, {50, 0, -38}, 0, true, true});
+  const std::uint32_t c = bits({*machine.c});
+  const auto only_c = [&](Vec2 post, const AxisVec& from, std::uint32_t referenced = ~0u) {
+    machine.scene = {{"post", {config::Shape::Kind::Box, {4, 4, 10}}, {post.x, post.y, -68}, 0, false}};
+    return prove_homing(machine, Surroundings(machine), from, {.referenced = referenced, .homed = c}).has_value();
+  };
+  EXPECT_FALSE(only_c({200, 90}, here)) << "60 mm before the needle: swept";
+  EXPECT_FALSE(only_c({140, 150}, here)) << "to its left: where it ends";
+  EXPECT_TRUE(only_c({200, 210}, here)) << "behind it: not swept from 0 deg";
+  EXPECT_TRUE(only_c({200, 50}, here)) << "farther than it reaches";
+  EXPECT_FALSE(only_c({200, 210}, here, ~c)) << "behind it, where C may stand anywhere";
+  AxisVec turned = here;
+  turned[machine.c->value] = 1.5707963;
+  EXPECT_FALSE(only_c({200, 200}, turned)) << "an arm that points to the back";
+  // With X and Y it is swept over the rectangle down to their edges.
+  machine.scene = {{"post", {config::Shape::Kind::Box, {4, 4, 10}}, {100, 60, -38 - 2}, 0, false}};
+  EXPECT_FALSE(prove(at(200, 150, -2))) << "the arm passes at the post's height once Z is up";
+  machine.scene.front().centre.z = -60;
+  EXPECT_TRUE(prove(at(200, 150, -2)));
+  machine.scene.front() = {"post", {config::Shape::Kind::Box, {4, 4, 10}}, {300, 60, -40}, 0, false};
+  EXPECT_TRUE(prove(at(200, 150, -2))) << "to the right of all that";
+}
+
 TEST_F(ProveHoming, the_head_is_placed_by_x_y_and_z) {
   EXPECT_TRUE(head_is_placed(machine, ~bits({*machine.c, *machine.u})));
   for (const AxisId axis : {machine.x, machine.y, machine.z}) EXPECT_FALSE(head_is_placed(machine, ~bits({axis})));
