@@ -54,13 +54,23 @@ std::span<const std::uint32_t> CollisionWatch::solids_at(Vec2 at) {
   return near_;
 }
 
-bool CollisionWatch::overlaps(std::size_t body, std::size_t solid, Vec3 centre) {
-  const Solid moving{{}, {}, centre, head_.bodies[body].rotation_rad, {}};
+CollisionWatch::Pose CollisionWatch::pose(std::size_t body, const AxisVec& q) const {
+  return {head_.centre(head_.bodies[body], q), head_.turn_rad(head_.bodies[body], q)};
+}
+
+Bounds CollisionWatch::bounds(std::size_t body, const Pose& at) const {
+  const config::Body& b = head_.bodies[body];
+  if (at.turn_rad == 0) return shifted(body_bounds_[body], at.centre);
+  return bounds_of(b.shape, at.centre, b.rotation_rad + at.turn_rad, {});
+}
+
+bool CollisionWatch::overlaps(std::size_t body, std::size_t solid, const Pose& at) {
+  const Solid moving{{}, {}, at.centre, head_.bodies[body].rotation_rad + at.turn_rad, {}};
   return overlap(body_shapes_[body], moving, solid_shapes_[solid], solids_[solid]);
 }
 
-Vec3 CollisionWatch::meeting_point(std::size_t body, std::size_t solid, Vec3 centre) const {
-  const Bounds a = shifted(body_bounds_[body], centre);
+Vec3 CollisionWatch::meeting_point(std::size_t body, std::size_t solid, const Pose& at) const {
+  const Bounds a = bounds(body, at);
   const Bounds& b = solid_bounds_[solid];
   const auto middle = [](double l1, double h1, double l2, double h2) {
     return (std::max(l1, l2) + std::min(h1, h2)) / 2;
@@ -72,20 +82,22 @@ Vec3 CollisionWatch::meeting_point(std::size_t body, std::size_t solid, Vec3 cen
 std::span<const Contact> CollisionWatch::step(const AxisVec& from, const AxisVec& to, double dt_s) {
   contacts_.clear();
   if (head_.probe_body >= 0) {
-    const config::Body& probe = head_.bodies[static_cast<std::size_t>(head_.probe_body)];
-    const Vec3 displacement =
-        head_.place(probe.centre, probe.on_lift, to) - head_.place(probe.centre, probe.on_lift, from);
-    went_[steps_++ % went_.size()] = {norm(displacement), dt_s};
+    const auto probe = static_cast<std::size_t>(head_.probe_body);
+    const Vec3 displacement = pose(probe, to).centre - pose(probe, from).centre;
+    went_[steps_++ % went_.size()] = {norm(way), dt_s};
   }
   if (solids_.empty() || (from == to && !fresh_)) return contacts_;
   fresh_ = false;
   for (std::size_t i = 0; i < head_.bodies.size(); ++i) {
-    const config::Body& body = head_.bodies[i];
-    const Vec3 a = head_.place(body.centre, body.on_lift, from), b = head_.place(body.centre, body.on_lift, to);
-    const Bounds swept = joined(shifted(body_bounds_[i], a), shifted(body_bounds_[i], b));
+    const Pose a = pose(i, from), b = pose(i, to);
+    Bounds swept = joined(bounds(i, a), bounds(i, b));
+    if (a.turn_rad != b.turn_rad) {  // on the way no point of it is farther than half its arc from where it ends
+      const double half_arc = head_.swing_mm(head_.bodies[i]) * std::abs(b.turn_rad - a.turn_rad) / 2;
+      swept = {swept.low - Vec3{half_arc, half_arc, 0}, swept.high + Vec3{half_arc, half_arc, 0}};
+    }
     part_what_is_left_behind(i, swept);
     tree_.meets(swept, near_);
-    for (const std::uint32_t j : near_) step_pair(i, j, a, b, dt_s);
+    for (const std::uint32_t j : near_) step_pair(i, j, from, to, dt_s);
   }
   return contacts_;
 }
@@ -115,36 +127,46 @@ bool CollisionWatch::slow_of_late(double travelled_mm, double dt_s) const {
   return time >= kTouchSpeedOver_s * (1 - 1e-9) && all_mm <= kTouchSpeed_mm_s * time * kRounding;
 }
 
-void CollisionWatch::collide(std::size_t body, std::size_t solid, Vec3 centre) {
-  pairs_[body * solids_.size() + solid].state = PairState::Collided;
-  contacts_.push_back({head_.bodies[body].name, solids_[solid].name, meeting_point(body, solid, centre)});
+void CollisionWatch::collide(std::size_t body, std::size_t solid, const Pose& at) {
+  pairs_[body * solids_.size() + solid].state = Touching::Collided;
+  contacts_.push_back({head_.bodies[body].name, solids_[solid].name, meeting_point(body, solid, at)});
 }
 
-void CollisionWatch::step_pair(std::size_t body, std::size_t solid, Vec3 from, Vec3 to, double dt_s) {
+void CollisionWatch::step_pair(std::size_t body, std::size_t solid, const AxisVec& from, const AxisVec& to,
+                               double dt_s) {
   Pair& pair = pairs_[body * solids_.size() + solid];
-  if (pair.state != PairState::Apart) {
-    if (!overlaps(body, solid, to)) {
+  const Pose start = pose(body, from), end = pose(body, to);
+  if (pair.state != Touching::Apart) {
+    if (!overlaps(body, solid, end)) {
       part(body, solid);
-    } else if (pair.state == PairState::ProbeTouch) {
-      const Vec3 since = to - pair.since;
-      if (std::hypot(since.x, since.y) > kTouchDrag_mm || since.z < -kTouchOvertravel_mm) collide(body, solid, to);
+    } else if (pair.state == Touching::Touch) {
+      const Vec3 since = end.centre - pair.since;
+      if (std::hypot(since.x, since.y) > kTouchDrag_mm || since.z < -kTouchOvertravel_mm) collide(body, solid, end);
     }
     return;
   }
-  const Vec3 displacement = to - from;
-  const int steps = std::max(1, static_cast<int>(std::ceil(norm(displacement) / kStep_mm)));
+  const Vec3 displacement = end.centre - start.centre;
+  const double turned_rad = std::abs(end.turn_rad - start.turn_rad);
+  double farthest_mm = norm(way);
+  if (turned_rad > 0) {
+    const bool lifts = head_.bodies[body].on_lift;
+    farthest_mm = norm(head_.place({}, lifts, to) - head_.place({}, lifts, from)) +
+                  head_.swing_mm(head_.bodies[body]) * turned_rad;
+  }
+  const int steps = std::max(1, static_cast<int>(std::ceil(farthest_mm / kStep_mm)));
   for (int k = 1; k <= steps; ++k) {
-    const Vec3 centre = from + displacement * (static_cast<double>(k) / steps);
-    if (!overlaps(body, solid, centre)) continue;
-    in_contact_.push_back({body, solid});
-    const bool slow = slow_of_late(norm(displacement), dt_s);
-    const bool down =
-        displacement.z < 0 && std::hypot(displacement.x, displacement.y) <= kTouchDrag_mm * std::abs(displacement.z);
+    const double share = static_cast<double>(k) / steps;
+    const Pose at =
+        turned_rad > 0 ? pose(body, between(from, to, share)) : Pose{start.centre + way * share, start.turn_rad};
+    if (!overlaps(body, solid, at)) continue;
+    touching_.push_back({body, solid});
+    const bool slow = slow_of_late(norm(way), dt_s);
+    const bool down = way.z < 0 && std::hypot(displacement.x, way.y) <= kTouchDrag_mm * std::abs(displacement.z);
     if (static_cast<int>(body) == head_.probe_body && slow && down) {
-      pair = {PairState::ProbeTouch, centre};
+      pair = {Touching::Touch, at.centre};
       return;
     }
-    collide(body, solid, centre);
+    collide(body, solid, at);
     return;
   }
 }

@@ -50,18 +50,25 @@ class CollisionWatch {
     PairState state = PairState::Apart;
     Vec3 since;  ///< where the moving body was when a probe touch began
   };
-  void step_pair(std::size_t body, std::size_t solid, Vec3 from, Vec3 to, double dt_s);
+  /// Where a body of the head is.
+  struct Pose {
+    Vec3 centre;
+    double turn_rad = 0;  ///< from how it is configured
+  };
+  [[nodiscard]] Pose pose(std::size_t body, const AxisVec& q) const;
+  [[nodiscard]] Bounds bounds(std::size_t body, const Pose& at) const;
+  void step_pair(std::size_t body, std::size_t solid, const AxisVec& from, const AxisVec& to, double dt_s);
   void part(std::size_t body, std::size_t solid);
   void part_what_is_left_behind(std::size_t body, const Bounds& swept);
-  void collide(std::size_t body, std::size_t solid, Vec3 centre);
-  [[nodiscard]] Vec3 meeting_point(std::size_t body, std::size_t solid, Vec3 centre) const;
-  [[nodiscard]] bool slow_of_late(double travelled_mm, double dt_s) const;
-  [[nodiscard]] bool overlaps(std::size_t body, std::size_t solid, Vec3 centre);
+  void collide(std::size_t body, std::size_t solid, const Pose& at);
+  [[nodiscard]] Vec3 meeting_point(std::size_t body, std::size_t solid, const Pose& at) const;
+  [[nodiscard]] bool slow_of_late(double along_block_mm, double dt_s) const;
+  [[nodiscard]] bool overlaps(std::size_t body, std::size_t solid, const Pose& at);
 
   const Head& head_;
   std::vector<OverlapShape> body_shapes_, solid_shapes_;
   std::vector<Solid> solids_;
-  std::vector<Bounds> body_bounds_;  ///< about the body's centre
+  std::vector<Bounds> body_bounds_;  ///< about the body's centre, as it is configured
   std::vector<Bounds> solid_bounds_;
   SolidTree tree_;                   ///< over solid_bounds_
   std::vector<std::uint32_t> near_;  ///< solids that the last question found

@@ -11,7 +11,7 @@ namespace {
 Tip true_tip(const config::Machine& machine, std::string_view name, Vec3 error) {
   const config::Tool* tool = config::find_tool(machine, name);
   if (tool == nullptr) return {};
-  return {tool->tip + error, tool->lift_mm != 0, true};
+  return {tool->tip + error, tool->lift_mm != 0, false, true};
 }
 
 /// The body whose lowest point is the tool's configured tip, within what a drawing rounds.
@@ -40,15 +40,26 @@ Head::Head(const config::Machine& machine)
       y_(machine.y.value),
       z_(machine.z.value),
       u_(machine.u ? machine.u->value : 0),
-      has_lift_(machine.u.has_value()) {
+      c_(machine.c ? machine.c->value : 0),
+      has_lift_(machine.u.has_value()),
+      has_turn_(machine.c.has_value()) {
+  if (const config::Tool* tool = config::find_tool(machine, "needle")) turn_axis_ = {tool->tip.x, tool->tip.y};
   if (probe_body >= 0) {
     auto& body = bodies[static_cast<std::size_t>(probe_body)];
     body.centre = body.centre + machine.sim.probe_error;
+    probe.on_turn = body.on_turn;
   }
   if (const int i = body_of(machine, "needle"); i >= 0) {
     auto& body = bodies[static_cast<std::size_t>(i)];
     body.centre = body.centre + machine.sim.needle_error;
+    needle.on_turn = body.on_turn;
   }
+}
+
+double Head::swing_mm(const config::Body& body) const noexcept {
+  if (!body.on_turn || !has_turn_) return 0;
+  const double to_centre = std::hypot(body.centre.x - turn_axis_.x, body.centre.y - turn_axis_.y);
+  return to_centre + std::hypot(body.shape.size.x, body.shape.size.y) / 2;
 }
 
 }  // namespace gantry::sim

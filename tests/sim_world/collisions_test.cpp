@@ -157,5 +157,67 @@ TEST_F(Watching, every_hit_of_random_straight_moves_agrees_with_fine_sampling) {
   EXPECT_GT(checked, 150);
 }
 
+/// Judge: the arm's corners and the pole's outline, asked every 0.0002 rad; the pole is a cylinder, the arm a box.
+TEST_F(Watching, what_turns_with_c_hits_what_fine_sampling_says) {
+  machine.c = AxisId{3};
+  machine.head = {{"arm", {Kind::Box, {40, 6, 8}}, {30, 4, -20}, 0.3, false, true}};
+  const Head turning(machine);
+  const Vec3 tip = config::find_tool(machine, "needle")->tip;
+  std::mt19937_64 random(78);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int hits = 0, free = 0;
+  for (int n = 0; n < 300; ++n) {
+    CollisionWatch one(turning);
+    const Solid pole{"pole", {Kind::Cylinder, {6, 6, 20}}, {45 * unit(random), 45 * unit(random), -20}, 0, {}};
+    one.set_solids({pole});
+    AxisVec p{}, q{};
+    p[0] = 10 * unit(random), p[1] = 10 * unit(random), p[3] = 3 * unit(random);
+    q = p, q[3] = 3 * unit(random);
+    if (n % 2 == 0) q[0] += 15 * unit(random), q[1] += 15 * unit(random);
+    bool expected = false, close = false;
+    const int samples =
+        1 + static_cast<int>(std::abs(q[3] - p[3]) / 0.0002 + std::hypot(q[0] - p[0], q[1] - p[1]) / 0.01);
+    for (int k = 0; k <= samples; ++k) {
+      const AxisVec now = between(p, q, static_cast<double>(k) / samples);
+      const Vec2 centre = rotated({30 - tip.x, 4 - tip.y}, now[3]);
+      Solid arm{"arm",
+                {Kind::Box, {40, 6, 8}},
+                {now[0] + tip.x + centre.x, now[1] + tip.y + centre.y, -20},
+                0.3 + now[3],
+                {}};
+      expected |= cylinder_meets_box(pole, arm);
+      arm.shape.size = {40.3, 6.3, 8};
+      close |= cylinder_meets_box(pole, arm);
+    }
+    if (expected != close) continue;  // a graze of less than what 0.2 mm steps can see
+    bool met = false;
+    const int ticks = n % 3 == 0 ? 1 : 40;
+    for (int k = 0; k < ticks; ++k)
+      met |= !one.step(between(p, q, static_cast<double>(k) / ticks), between(p, q, static_cast<double>(k + 1) / ticks),
+                       0.001)
+                  .empty();
+    EXPECT_EQ(met, expected) << "case " << n;
+    (expected ? hits : free) += 1;
+  }
+  EXPECT_GT(hits, 60);
+  EXPECT_GT(free, 60);
+}
+
+TEST(Head, a_bent_needle_that_turns_takes_its_tip_round) {
+  config::Machine machine = sample::machine();
+  machine.c = AxisId{3};
+  machine.sim.needle_error = {0.4, 0, 0};
+  for (config::Body& body : machine.head) body.on_turn = body.name == "needle";
+  const Head head(machine);
+  const Vec3 nominal = config::find_tool(machine, "needle")->tip;
+  AxisVec q{};
+  q[3] = 1.5707963267948966;
+  EXPECT_NEAR(head.place(head.needle, q).x, nominal.x, 1e-9);
+  EXPECT_NEAR(head.place(head.needle, q).y, nominal.y + 0.4, 1e-9);
+  for (config::Body& body : machine.head) body.on_turn = false;
+  const Head still(machine);
+  EXPECT_NEAR(still.place(still.needle, q).x, nominal.x + 0.4, 1e-9);
+}
+
 }  // namespace
 }  // namespace gantry::sim
