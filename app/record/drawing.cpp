@@ -73,10 +73,12 @@ Drawing drawing_of(const recipes::Recipe& recipe, const config::Machine& machine
   }
   d.xyz = {machine.x.value, machine.y.value, machine.z.value};
   if (machine.u) d.lift = machine.u->value;
+  if (machine.c) d.turn = machine.c->value, d.turn_axis = config::turn_axis(machine);
   for (const auto& [axis, position] : machine.park) {
     if (axis == machine.x) d.park.x = position;
     if (axis == machine.y) d.park.y = position;
     if (axis == machine.z) d.park.z = position;
+    if (machine.c && axis == *machine.c) d.park_turn_rad = position;
   }
   place(d, recipe, machine, {}, {});
   return d;

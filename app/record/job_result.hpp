@@ -47,7 +47,8 @@ struct PathPoint {
   Vec3 head;       ///< X Y Z of the axes
   std::uint32_t block = 0;
   bool valve = false;
-  double lift_mm = 0;  ///< U, which lowers what rides on it
+  double lift_mm = 0;   ///< U, which lowers what rides on it
+  double turn_rad = 0;  ///< C, which turns what turns with it
 };
 
 struct Quantiles {  ///< ns
@@ -130,7 +131,10 @@ struct Drawing {
   std::vector<std::vector<Vec3>> asked;     ///< features as the recipe asks for them, machine frame: a dot is one point
   std::array<std::size_t, 3> xyz{0, 1, 2};  ///< which of the axes carry the head
   std::optional<std::size_t> lift;          ///< and which one the lift
+  std::optional<std::size_t> turn;          ///< and which one the turn
+  Vec2 turn_axis;                           ///< about which it turns, in the head's frame
   Vec3 park;                                ///< X Y Z
+  double park_turn_rad = 0;
 };
 
 /// A bead as the recipe draws it.

@@ -17,6 +17,7 @@ struct ScenePose {
   std::string label, words;
   Vec3 head;                      ///< X Y Z of the axes
   double lift_mm = 0;             ///< U
+  double turn_rad = 0;            ///< C
   std::string moving, standing;   ///< the two bodies that are near each other; empty: none are meant
   std::optional<Vec3> at;         ///< where they are, on the standing body
   bool meets = false;             ///< they collide, or would; else they are only near
@@ -25,6 +26,7 @@ struct ScenePose {
 
 struct ScenePicture {
   std::vector<DrawnBody> bodies;
+  Vec2 turn_axis;  ///< about which bodies of the head turn, in its frame
   std::vector<DrawnSpot> spots;
   TipLines lines;                ///< where the tips went
   TipLines asked;                ///< what was to be dispensed, where something of it is missing
@@ -33,7 +35,7 @@ struct ScenePicture {
 
 ScenePicture scene_picture(const JobResult& result);
 
-/// For the page's script: {bodies, spots, travel, beads, dots, asked, poses}; what is no number is left out.
+/// For the page's script: {bodies, turn_axis, spots, travel, beads, dots, asked, poses}; what is no number is left out.
 nlohmann::ordered_json to_json(const ScenePicture& picture);
 
 }  // namespace gantry::record

@@ -60,6 +60,7 @@ std::vector<PathPoint> ThinPath::points() const {
 Trace::Trace(const config::Machine& machine, std::optional<std::int64_t> start_ns)
     : xyz_{machine.x.value, machine.y.value, machine.z.value},
       lift_(machine.u ? std::optional<std::size_t>(machine.u->value) : std::nullopt),
+      turn_(machine.c ? std::optional<std::size_t>(machine.c->value) : std::nullopt),
       cycle_ns_(machine.bus.cycle.count()),
       start_ns_(start_ns) {
   for (const auto& axis : machine.axes)
@@ -82,7 +83,8 @@ void Trace::add(const cycle::Snapshot& s) {
              .head = {s.actual[xyz_[0]], s.actual[xyz_[1]], s.actual[xyz_[2]]},
              .block = s.block,
              .valve = valve_,
-             .lift_mm = lift_ ? s.actual[*lift_] : 0});
+             .lift_mm = lift_ ? s.actual[*lift_] : 0,
+             .turn_rad = turn_ ? s.actual[*turn_] : 0});
 }
 
 /// The largest, and what is allowed at the speed that the axis has in that cycle.

@@ -52,7 +52,7 @@ class Trace {
   std::vector<Axis> axes_;
   CycleIndex target_cycle_ = 0;  ///< of the axes' targets
   std::array<std::size_t, 3> xyz_;
-  std::optional<std::size_t> lift_;
+  std::optional<std::size_t> lift_, turn_;
   std::int64_t cycle_ns_;
 
   ThinPath path_;

@@ -130,11 +130,18 @@
     let pose = data.poses[0], highlight = null, motion = null;
     const place = (body) => new THREE.Vector3(...(pose ? pose.head : [0, 0, 0]))
       .sub(new THREE.Vector3(0, 0, body.on_lift && pose ? pose.lift : 0));
+    // A point of the head's frame, turned with C about the line that it turns about.
+    const about = new THREE.Vector3(...data.turn_axis, 0);
+    const swung = (point, angle) => point.clone().sub(about).applyAxisAngle(camera.up, angle).add(about);
+    const turn = (body) => body.on_turn && pose ? pose.turn : 0;
+    const posed = (body) => turn(body) === 0 ? body : Object.assign({}, body,
+      {centre: swung(new THREE.Vector3(...body.centre), turn(body)).toArray(), yaw: body.yaw + turn(body)});
     const take = (chosen) => {
       pose = chosen;
       const [fill, line] = pose.meets ? [meetMaterial, meetEdge] : [nearMaterial, nearEdge];
       for (const {body, group} of carried) {
-        group.position.copy(place(body));
+        group.position.copy(place(body)).add(swung(new THREE.Vector3(), turn(body)));
+        group.rotation.z = turn(body);
         const meant = body.name === pose.moving;
         group.children[0].material = meant ? fill : headMaterial;
         group.children[1].material = meant ? line : headEdge;
@@ -185,8 +192,8 @@
       const points = pose && pose.at ? [new THREE.Vector3(...pose.at)] : [];
       for (const b of data.bodies)
         if (layers[b.role].visible) {
-          const at = new THREE.Vector3(...b.centre);
-          points.push(...corners(b.role === 'head' ? at.add(place(b)) : at, b.size, b.yaw));
+          const is = b.role === 'head' ? posed(b) : b, at = new THREE.Vector3(...is.centre);
+          points.push(...corners(b.role === 'head' ? at.add(place(b)) : at, is.size, is.yaw));
         }
       for (const p of [...data.travel, ...data.asked.beads, data.asked.dots, pose ? pose.motion : []])
         for (let i = 0; i < p.length; i += 3) points.push(new THREE.Vector3().fromArray(p, i));
@@ -251,7 +258,7 @@
       caster.setFromCamera({x: 2 * x / r.width - 1, y: 1 - 2 * y / r.height}, camera);
       const shown = (role) => layers[role] && layers[role].visible;
       const body = sceneBodies.under([...standing.filter((b) => shown(b.role)).map((b) => ({body: b, shift: still})),
-        ...(shown('head') ? head.map((b) => ({body: b, shift: place(b)})) : [])], caster.ray);
+        ...(shown('head') ? head.map((b) => ({body: posed(b), shift: place(b)})) : [])], caster.ray);
       hover.hidden = !body;
       if (!body) return;
       hover.textContent = body.name;
