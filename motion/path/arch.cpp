@@ -6,6 +6,7 @@
 
 #include "motion/geometry.hpp"
 #include "motion/path/moves.hpp"
+#include "motion/profile/line_bounds.hpp"
 #include "motion/profile/speed_profile.hpp"
 
 namespace gantry::motion {
@@ -35,22 +36,82 @@ double left_of(const Stroke& up, double gone_mm, double tick_s) {
   return down_to_ticks(up.lasts_s - time_at(up.line->nominal, std::max(gone_mm, 0.0)), tick_s);
 }
 
+/// q = from + v T u + a T^2/2 u^2 + j T^3/6 u^3 of each axis, u = t/T.
+using Coefficients = std::array<std::array<double, 3>, kMaxAxes>;
+
+/// What a motion along `direction` adds from `begin_s` on, over a time in which its jerk is constant.
+void add(Coefficients& c, const AxisVec& direction, const SpeedProfile& motion, double begin_s, double T) {
+  const State now = along(motion, begin_s).x;
+  const double jerk = along(motion, begin_s + T / 2).jerk;
+  for (std::size_t i = 0; i < kMaxAxes; ++i) {
+    const std::array more{direction[i] * now.v * T, direction[i] * now.a * T * T / 2,
+                          direction[i] * jerk * T * T * T / 6};
+    for (std::size_t k = 0; k < more.size(); ++k) c[i][k] += more[k];
+  }
+}
+
+/// Path length over u from 0 to 1 (Gauss-Legendre, five points).
+double length_of(const Limits& limits, const Coefficients& c) {
+  constexpr std::array<double, 5> kAt{-0.9061798459386640, -0.5384693101056831, 0, 0.5384693101056831,
+                                      0.9061798459386640};
+  constexpr std::array<double, 5> kWeight{0.2369268850561891, 0.4786286704993665, 0.5688888888888889,
+                                          0.4786286704993665, 0.2369268850561891};
+  double length = 0;
+  for (std::size_t k = 0; k < kAt.size(); ++k) {
+    const double u = (1 + kAt[k]) / 2;
+    double square = 0;
+    for (std::size_t i = 0; i < limits.axes; ++i)
+      if (limits.linear[i]) square += std::pow(c[i][0] + u * (2 * c[i][1] + u * 3 * c[i][2]), 2);
+    length += kWeight[k] / 2 * std::sqrt(square);
+  }
+  return length;
+}
+
+/// A piece that is a cubic in time.
+Segment cubic(const Limits& limits, const AxisVec& from, const Coefficients& c, double T) {
+  Segment s;
+  s.feature = kTravel;
+  s.kind = SegmentKind::Piece;
+  s.rests = false;
+  Geometry& g = s.geometry;
+  g.from = from;
+  g.degree = 3;
+  g.u = {1, 0, 0, 0, 0};
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < kMaxAxes; ++i) {
+    if (c[i] == std::array<double, 3>{}) continue;
+    g.moving = static_cast<std::uint16_t>(g.moving | 1u << i);
+    for (const double x : c[i]) g.c[n++] = x;
+  }
+  g.length = g.whole = length_of(limits, c);
+  if (n == 0) g = straight(from, {}, 0);
+  s.nominal.v0 = g.length / T;
+  s.nominal.phases.push_back({T, 0});
+  return s;
+}
+
+/// What rounding has made two of is one moment; the last one stays as it is.
+void sort_moments(std::vector<double>& moments) {
+  std::sort(moments.begin(), moments.end());
+  const double end = moments.empty() ? 0 : moments.back();
+  const auto same = [](double a, double b) { return b - a < kSame_s; };
+  moments.erase(std::unique(moments.begin(), moments.end(), same), moments.end());
+  if (!moments.empty()) moments.back() = end;
+}
+
+void add_moments(std::vector<double>& moments, const SpeedProfile& motion, double begin_s) {
+  moments.push_back(begin_s);
+  for (const Phase& phase : motion.phases) moments.push_back(begin_s += phase.duration_s);
+}
+
 /// The three together.
 class Together {
  public:
   Together(const Limits& limits, const AxisVec& from, const std::array<Stroke, 3>& strokes)
       : limits_(limits), from_(from), strokes_(strokes) {
-    for (const Stroke& stroke : strokes_) {
-      if (!stroke.line) continue;
-      double t = stroke.begin_s;
-      moments_.push_back(t);
-      for (const Phase& phase : stroke.line->nominal.phases) moments_.push_back(t += phase.duration_s);
-    }
-    std::sort(moments_.begin(), moments_.end());
-    const auto same = [](double a, double b) { return b - a < kSame_s; };
-    const double end = moments_.empty() ? 0 : moments_.back();
-    moments_.erase(std::unique(moments_.begin(), moments_.end(), same), moments_.end());
-    if (!moments_.empty()) moments_.back() = end;
+    for (const Stroke& stroke : strokes_)
+      if (stroke.line) add_moments(moments_, stroke.line->nominal, stroke.begin_s);
+    sort_moments(moments_);
   }
 
   Arch arch() {
@@ -122,53 +183,15 @@ class Together {
 
   /// Two motions at once, each at constant jerk.
   [[nodiscard]] Segment curve(double begin, double end) const {
-    const double T = end - begin;
-    Segment s;
-    s.feature = kTravel;
-    s.kind = SegmentKind::Piece;
-    s.rests = false;
-    Geometry& g = s.geometry;
-    g.from = at(begin);
-    g.degree = 3;
-    g.u = {1, 0, 0, 0, 0};
-    std::array<std::array<double, 3>, kMaxAxes> c{};  // q = from + v T u + a T^2/2 u^2 + j T^3/6 u^3
+    Coefficients c{};
+    double v_cap = 0;
     for (const Stroke* stroke : under_way((begin + end) / 2)) {
-      const Geometry& line = stroke->line->geometry;
-      const Along now = along(stroke->line->nominal, begin - stroke->begin_s);
-      const double jerk = along(stroke->line->nominal, (begin + end) / 2 - stroke->begin_s).jerk;
-      const AxisVec d = derivative<1>(line, 0);
-      for (std::size_t i = 0; i < kMaxAxes; ++i)
-        if ((line.moving >> i & 1u) != 0)
-          c[i] = {d[i] * now.x.v * T, d[i] * now.x.a * T * T / 2, d[i] * jerk * T * T * T / 6};
-      s.v_cap = std::max(s.v_cap, stroke->line->v_cap);
+      add(c, derivative<1>(stroke->line->geometry, 0), stroke->line->nominal, begin - stroke->begin_s, end - begin);
+      v_cap = std::max(v_cap, stroke->line->v_cap);
     }
-    std::size_t n = 0;
-    for (std::size_t i = 0; i < kMaxAxes; ++i) {
-      if (c[i] == std::array<double, 3>{}) continue;
-      g.moving = static_cast<std::uint16_t>(g.moving | 1u << i);
-      for (const double x : c[i]) g.c[n++] = x;
-    }
-    g.length = g.whole = length_of(c);
-    s.nominal.v0 = g.length / T;
-    s.nominal.phases.push_back({T, 0});
+    Segment s = cubic(limits_, at(begin), c, end - begin);
+    s.v_cap = v_cap;
     return s;
-  }
-
-  /// Of a cubic over u from 0 to 1 (Gauss-Legendre, five points).
-  [[nodiscard]] double length_of(const std::array<std::array<double, 3>, kMaxAxes>& c) const {
-    constexpr std::array<double, 5> kAt{-0.9061798459386640, -0.5384693101056831, 0, 0.5384693101056831,
-                                        0.9061798459386640};
-    constexpr std::array<double, 5> kWeight{0.2369268850561891, 0.4786286704993665, 0.5688888888888889,
-                                            0.4786286704993665, 0.2369268850561891};
-    double length = 0;
-    for (std::size_t k = 0; k < kAt.size(); ++k) {
-      const double u = (1 + kAt[k]) / 2;
-      double square = 0;
-      for (std::size_t i = 0; i < limits_.axes; ++i)
-        if (limits_.linear[i]) square += std::pow(c[i][0] + u * (2 * c[i][1] + u * 3 * c[i][2]), 2);
-      length += kWeight[k] / 2 * std::sqrt(square);
-    }
-    return length;
   }
 
   const Limits& limits_;
@@ -222,6 +245,41 @@ Arch arch(const Limits& limits, const ArchSpec& spec) {
   across.begin_s = up.lasts_s - early;
   down.begin_s = across.end_s() - late;
   return Together(limits, spec.from, strokes).arch();
+}
+
+std::vector<Segment> fall_into(const Limits& limits, const Segment& run_up, std::size_t up, double fall_mm) {
+  const AxisVec forward = derivative<1>(run_up.geometry, 0);
+  AxisVec downward{};
+  downward[up] = -1;
+  // What the run-up leaves of the axis, where it goes up or down itself.
+  const Bounds along_it = line_bounds(limits, forward), alone = line_bounds(limits, downward);
+  const double used = std::abs(forward[up]);
+  const double v_end = along(run_up.nominal, duration(run_up.nominal)).x.v;
+  const Bounds left{alone.v - used * v_end, alone.a - used * along_it.a, alone.j - used * along_it.j};
+  const Plan down = move({0, 0, 0}, {fall_mm, 0, 0}, left);
+  if (!down) return {};
+  const double shortest_s = duration(down.profile), fall_s = whole_ticks(shortest_s, limits.tick_s);
+  SpeedProfile fall;
+  for (const Phase& phase : stretched(down.profile, fall_s / shortest_s).phases) fall.phases.push_back(phase);
+
+  const double run_up_s = duration(run_up.nominal), end_s = std::max(fall_s, run_up_s);
+  const double falls_at = end_s - fall_s, goes_at = end_s - run_up_s;
+  std::vector<double> moments;
+  add_moments(moments, fall, falls_at);
+  add_moments(moments, run_up.nominal, goes_at);
+  sort_moments(moments);
+  std::vector<Segment> out;
+  for (std::size_t n = 0; n + 1 < moments.size(); ++n) {
+    const double begin = moments[n], T = moments[n + 1] - begin, middle = begin + T / 2;
+    AxisVec from = point(run_up.geometry, along(run_up.nominal, begin - goes_at).x.p);
+    from[up] += fall_mm - along(fall, begin - falls_at).x.p;
+    Coefficients c{};
+    if (middle > falls_at) add(c, downward, fall, begin - falls_at, T);
+    if (middle > goes_at) add(c, forward, run_up.nominal, begin - goes_at, T);
+    Segment& s = out.emplace_back(cubic(limits, from, c, T));
+    s.v_cap = run_up.v_cap, s.block = run_up.block, s.feature = run_up.feature;
+  }
+  return out;
 }
 
 }  // namespace gantry::motion

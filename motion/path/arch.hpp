@@ -34,4 +34,10 @@ struct Arch {
 /// As early as the spec allows. Where the motion across is too short for both overlaps they share it.
 [[nodiscard]] Arch arch(const Limits& limits, const ArchSpec& spec);
 
+/// A straight run-up, from rest to the speed at its end, and at the same time down from so far above it: both end
+/// together, what is longer begins first. The run-up takes whole ticks, and the result does. Empty: it leaves the axis
+/// that goes down nothing for that.
+[[nodiscard]] std::vector<Segment> fall_into(const Limits& limits, const Segment& run_up, std::size_t up,
+                                             double fall_mm);
+
 }  // namespace gantry::motion

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "motion/path/arch.hpp"
 #include "motion/path/moves.hpp"
 #include "motion/path/path_planner.hpp"
 #include "motion/path/rejoin.hpp"
@@ -82,9 +83,9 @@ Limits with_reserve(Limits limits) {
   return limits;
 }
 
-/// Straight legs with a rest in each corner. The first begins, and the last ends, as fast as it can.
-std::vector<Run> resting_runs(const Limits& limits, const Measure& measure, const std::vector<Leg>& legs,
-                              double v_set) {
+/// Straight legs with a rest in each corner. The first begins, and the last ends, as fast as it can and may.
+std::vector<Run> resting_runs(const Limits& limits, const Measure& measure, const std::vector<Leg>& legs, double v_set,
+                              double entry_mm_s) {
   constexpr double kFit = 1 - 1e-9;  // the motion between extreme speeds exists beyond rounding
   std::vector<Run> runs;
   for (const Leg& leg : legs) {
@@ -94,17 +95,20 @@ std::vector<Run> resting_runs(const Limits& limits, const Measure& measure, cons
     Bounds bounds = line_bounds(limits, leg.direction);
     bounds.v = std::min(bounds.v, v_set);
     const double fastest = speed_over_length(0, leg.length * kFit, bounds);
-    if (runs.size() == 1) run.v0 = fastest;
+    if (runs.size() == 1) run.v0 = std::min(fastest, entry_mm_s);
     if (runs.size() == legs.size()) run.v1 = fastest, run.curve.rest_after = false;
   }
-  speed_up_lines(runs, limits, v_set);
+  speed_up_lines(runs, limits, v_set, entry_mm_s);
   return runs;
 }
 
 /// The bead itself at full speed inside the tolerance, as if it came from a run-up. Empty: no speed was found.
-std::vector<Run> rounded_runs(const Limits& limits, const Measure& measure, const std::vector<AxisVec>& points,
-                              double tolerance_mm, double v_set) {
-  PathPlanner planner(limits, {.tolerance_mm = tolerance_mm, .speed_mm_s = v_set, .whole_ticks = false, .leads = true});
+std::vector<Run> rounded_runs(const Limits& limits, const Measure& measure, const BeadSpec& spec, double tolerance_mm) {
+  PathPlanner planner(limits, {.tolerance_mm = tolerance_mm,
+                               .speed_mm_s = spec.speed_mm_s,
+                               .whole_ticks = false,
+                               .leads = true,
+                               .lead_in_mm_s = spec.entry_mm_s});
   Stretch all, part;
   const auto gather = [&] {
     while (planner.take(part)) {
@@ -114,7 +118,7 @@ std::vector<Run> rounded_runs(const Limits& limits, const Measure& measure, cons
       all.length_mm += part.length_mm;
     }
   };
-  for (const AxisVec& p : points) {
+  for (const AxisVec& p : spec.points) {
     if (!planner.add(p)) return {};
     gather();
   }
@@ -132,17 +136,16 @@ Result<std::vector<Run>> runs_of_bead(const Limits& limits, const Measure& measu
                                       const BeadSpec& spec) {
   if (legs.size() > 1 && spec.corner_tolerance_mm > 0)
     for (const double share : kShares) {
-      std::vector<Run> runs =
-          rounded_runs(limits, measure, spec.points, share * kOfCorner * spec.corner_tolerance_mm, spec.speed_mm_s);
+      std::vector<Run> runs = rounded_runs(limits, measure, spec, share * kOfCorner * spec.corner_tolerance_mm);
       if (!all_there(runs)) continue;
       for (const Run& run : runs)
         if (!run.curve.straight && 3 * moving_axes(run.curve) > kCoefficients)
           return fail(Fault::NoSolution, "a bead moves more than " + std::to_string(kCoefficients / 3) +
                                              " axes through a rounded corner; give it no corner tolerance");
-      speed_up_lines(runs, limits, spec.speed_mm_s);
+      speed_up_lines(runs, limits, spec.speed_mm_s, spec.entry_mm_s);
       return runs;
     }
-  std::vector<Run> runs = resting_runs(limits, measure, legs, spec.speed_mm_s);
+  std::vector<Run> runs = resting_runs(limits, measure, legs, spec.speed_mm_s, spec.entry_mm_s);
   if (!all_there(runs)) return fail(Fault::NoSolution, "a leg of a bead is too short to be planned");
   return runs;
 }
@@ -184,6 +187,27 @@ Result<void> room_for(const Limits& limits, const AxisVec& q, const char* what, 
   return {};
 }
 
+/// The run-up that is planned, one segment, made to come down.
+Result<std::vector<Segment>> fall(const Limits& limits, const BeadMotion& bead, const BeadSpec& spec) {
+  if (bead.segments.size() == 1)
+    if (auto out = fall_into(limits, bead.segments.front(), spec.lift_axis, spec.fall_mm); !out.empty()) return out;
+  return fail(Fault::NoSolution,
+              "a bead that goes up or down as it begins, or begins from rest, is not come to from "
+              "above");
+}
+
+/// It opens `dry_mm` behind the bead's start, where the tool stands first when it begins to, and shuts at the end.
+void add_valve(BeadMotion& bead, const BeadSpec& spec) {
+  if (spec.valve == 0) return;
+  std::size_t opening = bead.bead_begin;
+  double at = spec.dry_mm;
+  for (; at > bead.segments[opening].geometry.length && opening + 1 < bead.bead_end; ++opening)
+    at -= bead.segments[opening].geometry.length;
+  bead.segments[opening].events.push_back({at, spec.open_lead_s, spec.valve, spec.valve, true});
+  Segment& closing = bead.segments[bead.bead_end - 1];
+  closing.events.push_back({closing.geometry.length, spec.close_lead_s, spec.valve, 0, false});
+}
+
 }  // namespace
 
 Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
@@ -222,7 +246,8 @@ Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
   const Run &first = runs->front(), &last = runs->back();
   const CurveJet begin = jet(first.curve, first.begin, kMaxAxes), end = jet(last.curve, last.curve.length, limits.axes);
   const Profile down = ramp({0, last.v1, last.a1}, {0, 0, 0}, line_bounds(own, end.d1), limits.tick_s);
-  if (run_up.empty()) {
+  const bool from_rest = run_up.empty() && !(first.v0 > 0);
+  if (run_up.empty() && !from_rest) {
     const Profile up = ramp({0, 0, 0}, {0, first.v0, first.a0}, line_bounds(own, begin.d1), limits.tick_s);
     run_up.push_back(straight_run(measure, begin.q, begin.d1, true, up));
   }
@@ -230,7 +255,7 @@ Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
   run_out.curve.rest_after = true;
   for (const Run& run : run_up) bead.run_up_mm += run.curve.length;
   bead.run_out_mm = run_out.curve.length;
-  bead.start = run_up.front().curve.c[0];
+  bead.start = from_rest ? begin.q : run_up.front().curve.c[0];
   bead.end = jet(run_out.curve, run_out.curve.length, kMaxAxes).q;
   if (const auto ok = room_for(limits, bead.start, "run-up", bead.run_up_mm, first.v0); !ok)
     return tl::unexpected(ok.error());
@@ -241,19 +266,20 @@ Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
   like.block = spec.block, like.feature = spec.feature;
   like.v_cap = spec.speed_mm_s / factor;
   for (const Run& run : run_up) append_segments(run, like, bead.segments);
+  if (spec.fall_mm > 0) {
+    auto falling = fall(own, bead, spec);
+    if (!falling) return tl::unexpected(falling.error());
+    bead.segments = *std::move(falling);
+    bead.start[spec.lift_axis] += spec.fall_mm;
+    if (const auto ok = room_for(limits, bead.start, "run-up", bead.run_up_mm, first.v0); !ok)
+      return tl::unexpected(ok.error());
+  }
   bead.bead_begin = bead.segments.size();
+  if (spec.stand_s > 0 && from_rest) bead.segments.push_back(dwell(limits, bead.start, spec.stand_s));
   for (const Run& run : *runs) append_segments(run, like, bead.segments);
   bead.bead_end = bead.segments.size();
   append_segments(run_out, like, bead.segments);
-  if (spec.valve != 0) {
-    std::size_t opening = bead.bead_begin;
-    double at = spec.dry_mm;
-    for (; at > bead.segments[opening].geometry.length && opening + 1 < bead.bead_end; ++opening)
-      at -= bead.segments[opening].geometry.length;
-    bead.segments[opening].events.push_back({at, spec.open_lead_s, spec.valve, spec.valve, true});
-    Segment& closing = bead.segments[bead.bead_end - 1];
-    closing.events.push_back({closing.geometry.length, spec.close_lead_s, spec.valve, 0, false});
-  }
+  add_valve(bead, spec);
   return bead;
 }
 

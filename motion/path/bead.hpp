@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "motion/path/moves.hpp"
 #include "motion/types.hpp"
 
 namespace gantry::motion {
@@ -17,6 +18,13 @@ struct BeadSpec {
   double corner_tolerance_mm = 0;  ///< how far a corner may be cut; 0: the tool stops in it
   std::uint32_t valve = 0;         ///< output bits that open the valve; 0: a dry bead
   double open_lead_s = 0, close_lead_s = 0;
+  /// Its run-up is as long as speeding up to this takes, but for some percent, and it begins about as fast; 0: from
+  /// rest, at its first point.
+  double entry_mm_s = kNoCap;
+  /// Of one that begins from rest: so long the tool stands there before, and the valve opens when it comes to stand.
+  double stand_s = 0;
+  /// The run-up begins so much higher on `lift_axis`, and comes down by the shortest motion, which ends with it.
+  double fall_mm = 0;
   /// Of a bead that was cut: so much of it lies already, in mm along its motion, and the run-up comes down onto it from
   /// so far above on this axis.
   double begin_mm = 0, lift_mm = 0;
@@ -29,12 +37,15 @@ struct BeadMotion {
   AxisVec start{};  ///< where the run-up starts, at rest
   AxisVec end{};    ///< where the run-out ends, at rest
   std::vector<Segment> segments;
-  std::size_t bead_begin = 0, bead_end = 0;  ///< those of the bead itself, between run-up and run-out
+  /// Those of the bead itself, between run-up and run-out; first among them the one in which the tool stands. Without a
+  /// run-up it begins with the first.
+  std::size_t bead_begin = 0, bead_end = 0;
   double bead_length_mm = 0, bead_seconds = 0, run_up_mm = 0, run_out_mm = 0;  ///< of what is left of it
 };
 
 /// Fault::NoSolution (fewer than two different points, a speed that is not > 0, rotary motion on the spot, more axes on
-/// a curve than a segment carries; nothing is left of it, or no path leads down onto what is),
+/// a curve than a segment carries; nothing is left of it, or no way leads down onto what is; a run-up that is to come
+/// down where there is none, or the bead goes down itself),
 /// Fault::OutOfReach (a point outside the soft limits), Fault::SpeedNotReachable (run-up or run-out leave the soft
 /// limits: the message names the axis and how much room the speed needs).
 Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec);

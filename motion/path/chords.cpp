@@ -44,4 +44,10 @@ std::vector<AxisVec> chords(std::span<const Segment> segments) {
   return out;
 }
 
+double off_chords_mm(std::span<const Segment> segments) {
+  const bool straight =
+      std::all_of(segments.begin(), segments.end(), [](const Segment& s) { return s.geometry.degree < 2; });
+  return straight ? 0 : kChord_mm;
+}
+
 }  // namespace gantry::motion

@@ -16,4 +16,7 @@ inline constexpr double kChord_mm = 0.005;
 /// 8, and q'' is linear in u: the greater of its ends counts.
 std::vector<AxisVec> chords(std::span<const Segment> segments);
 
+/// How far what is played may be off its chords: 0 where all of it is straight.
+double off_chords_mm(std::span<const Segment> segments);
+
 }  // namespace gantry::motion

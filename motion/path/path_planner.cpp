@@ -136,11 +136,11 @@ Result<void> PathPlanner::finish() {
   return collect(true);
 }
 
-/// Straight on from an end of the path, long enough for speeding up to the set speed, or braking from it.
-Curve PathPlanner::lead(const AxisVec& from, const AxisVec& direction, double sign) const {
+/// Straight on from an end of the path, long enough for speeding up to this speed, or braking from it.
+Curve PathPlanner::lead(const AxisVec& from, const AxisVec& direction, double sign, double speed_mm_s) const {
   constexpr double kRoom = 1.05;  // the plan uses a little less than the limits
   const Bounds b = line_bounds(limits_, direction);
-  const double length = kRoom * change_length(0, std::min(options_.speed_mm_s, b.v), b.a, b.j);
+  const double length = kRoom * change_length(0, std::min(speed_mm_s, b.v), b.a, b.j);
   AxisVec to = from;
   for (std::size_t i = 0; i < limits_.axes; ++i) to[i] += sign * length * direction[i];
   return sign < 0 ? straight_curve(measure_, to, from) : straight_curve(measure_, from, to);
@@ -149,16 +149,17 @@ Curve PathPlanner::lead(const AxisVec& from, const AxisVec& direction, double si
 // The path's ends are straight: q'' is 0 there, and the tangent that of the first or last curve.
 void PathPlanner::add_leads(bool last) {
   if (curves_out_.empty()) return;
-  if (lead_in_mm_ == 0) {
+  if (const double in_mm_s = std::min(options_.lead_in_mm_s, options_.speed_mm_s); !led_in_ && in_mm_s > 0) {
     const CurveJet x = jet(curves_out_.front(), 0, limits_.axes);
-    curves_out_.insert(curves_out_.begin(), lead(x.q, x.d1, -1));
+    curves_out_.insert(curves_out_.begin(), lead(x.q, x.d1, -1, in_mm_s));
     lead_in_mm_ = curves_out_.front().length;
   }
+  led_in_ = true;
   if (!last) return;
   Curve& end = curves_out_.back();
   end.rest_after = false;
   const CurveJet x = jet(end, end.length, limits_.axes);
-  curves_out_.push_back(lead(x.q, x.d1, 1));
+  curves_out_.push_back(lead(x.q, x.d1, 1, options_.speed_mm_s));
   curves_out_.back().rest_after = true;
   lead_out_mm_ = curves_out_.back().length;
 }

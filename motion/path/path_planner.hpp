@@ -5,6 +5,7 @@
 // memory does not grow with the path. Off the RT side; stretches become segments in run.hpp.
 #pragma once
 #include <deque>
+#include <limits>
 
 #include "core/error.hpp"
 #include "motion/path/outline.hpp"
@@ -19,7 +20,9 @@ struct PathOptions {
   double tolerance_rad = 1e-3;  ///< the same for rotary axes that follow along
   double window_s = 2;          ///< how far ahead of what is handed out the speed is planned, about
   bool whole_ticks = true;      ///< the last stretch is slowed down so that the path takes whole ticks
-  bool leads = false;  ///< straight lines before the first and after the last point, for speeding up and braking
+  bool leads = false;  ///< straight ways before the first and after the last point, for speeding up and braking
+  double lead_in_mm_s = kWhole;  ///< the first of them is for speeding up to this at most; 0: there is none
+  static constexpr double kWhole = std::numeric_limits<double>::infinity();
 };
 
 /// Lengths along the linear axes (the others where there is none); tolerances over all.
@@ -56,7 +59,7 @@ class PathPlanner {
   };
   Result<void> collect(bool last);
   void add_leads(bool last);
-  [[nodiscard]] Curve lead(const AxisVec& from, const AxisVec& direction, double sign) const;
+  [[nodiscard]] Curve lead(const AxisVec& from, const AxisVec& direction, double sign, double speed_mm_s) const;
   Result<void> look_ahead(bool all);
   Result<void> rest_between(bool all, const Error& why);
   Result<Plan> plan_alone();
@@ -82,6 +85,7 @@ class PathPlanner {
   AxisVec last_point_{};
   std::deque<Stretch> ready_;
   double lead_in_mm_ = 0, lead_out_mm_ = 0;
+  bool led_in_ = false;
   Counts counts_;
 };
 

@@ -138,16 +138,17 @@ std::vector<Run> runs_between(const Measure& measure, const Stretch& stretch, do
   return out;
 }
 
-void speed_up_lines(std::vector<Run>& runs, const Limits& limits, double v_set) {
+void speed_up_lines(std::vector<Run>& runs, const Limits& limits, double v_set, double entry_mm_s) {
   for (std::size_t k = 0; k < runs.size(); ++k) {
     Run& run = runs[k];
     if (!run.curve.straight) continue;
     Bounds bounds = line_bounds(limits, direction_of(run.curve));
     bounds.v = std::min(bounds.v, v_set);
     const State from{0, run.v0, run.a0}, to{0, run.v1, run.a1}, at_speed{0, bounds.v, 0};
+    const State at_entry{0, std::min(bounds.v, entry_mm_s), 0};
     const bool first = k == 0, last = k + 1 == runs.size();
-    if (first && last && shortest(run, at_speed, at_speed, bounds)) continue;
-    if (first && shortest(run, at_speed, to, bounds)) continue;
+    if (first && last && shortest(run, at_entry, at_speed, bounds)) continue;
+    if (first && shortest(run, at_entry, to, bounds)) continue;
     if (last && shortest(run, from, at_speed, bounds)) continue;
     shortest(run, from, to, bounds);
   }

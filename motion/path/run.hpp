@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "motion/path/moves.hpp"
 #include "motion/path/timing.hpp"
 #include "motion/profile/planner.hpp"
 #include "motion/types.hpp"
@@ -28,8 +29,9 @@ struct Run {
                                             double to_mm);
 
 /// Straight runs take the shortest time between the speeds at their ends, within the axis limits and v_set; where one
-/// is the first or the last of `runs`, it starts or ends at v_set without acceleration, if it can.
-void speed_up_lines(std::vector<Run>& runs, const Limits& limits, double v_set);
+/// is the first or the last of `runs`, it starts or ends at v_set without acceleration, if it can; it starts at
+/// `entry_mm_s` at most.
+void speed_up_lines(std::vector<Run>& runs, const Limits& limits, double v_set, double entry_mm_s = kNoCap);
 
 /// The same in factor (>= 1) times the time: speeds / factor, accelerations / factor^2, jerks / factor^3.
 void slow_down(std::span<Run> runs, double factor);

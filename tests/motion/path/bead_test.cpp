@@ -227,5 +227,107 @@ TEST(Bead, says_what_is_wrong_with_it) {
   EXPECT_NE(edge.error().message.find("run-up"), std::string::npos);
 }
 
+/// Ticks of the segments [from, to).
+double ticks_of(const Limits& m, const BeadMotion& bead, std::size_t from, std::size_t to) {
+  long double t = 0;
+  for (std::size_t k = from; k < to; ++k) t += test::duration_of(bead.segments[k]);
+  return static_cast<double>(t / m.tick_s);
+}
+
+/// What every beginning has to be: no jump, within the limits, in whole ticks, and the bead goes through its points.
+void check_beginning(const Limits& m, const BeadSpec& spec, const BeadMotion& bead, const std::string& what) {
+  AxisVec end = bead.start;
+  for (const Segment& s : bead.segments) {
+    for (std::size_t i = 0; i < m.axes; ++i) ASSERT_NEAR(point(s.geometry, 0)[i], end[i], 1e-9) << what;
+    if (s.kind == SegmentKind::Piece) {
+      ASSERT_NEAR(static_cast<double>(path_state(s, 1e9).s), s.geometry.length, 1e-9) << what;
+      end = point(s.geometry, s.geometry.length);
+    }
+  }
+  for (const double t : {ticks_of(m, bead, 0, bead.bead_begin), ticks_of(m, bead, bead.bead_begin, bead.bead_end)})
+    ASSERT_NEAR(t, std::round(t), 1e-7) << what;
+  const std::vector<AxisVec> path = test::sampled(bead.segments, 2.5e-4);
+  const test::Use use = limit_use(m, path, 2.5e-4);
+  ASSERT_LE(use.v, 1 + 1e-6) << what;
+  ASSERT_LE(use.a, 1 + 1e-5) << what;
+  ASSERT_LE(use.j, 1 + 1e-3) << what;
+  for (std::size_t i = 0; i < m.axes; ++i)
+    ASSERT_NEAR(point(bead.segments[bead.bead_begin].geometry, 0)[i], spec.points.front()[i], 1e-9) << what;
+  for (const AxisVec& corner : spec.points)
+    ASSERT_LE(test::distance_to_polyline(corner, path), spec.corner_tolerance_mm + 1e-3) << what;
+}
+
+TEST(Bead, that_is_to_begin_slowly_or_from_rest_or_from_above_keeps_limits_and_points) {
+  const Limits m = machine();
+  std::mt19937_64 random(kSeed + 1);
+  int slow = 0, rest = 0, above = 0;
+  for (int n = 0; n < 100; ++n) {
+    const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+    const double tolerance = uniform(0, 1) < 0.25 ? 0 : std::pow(10.0, uniform(-2.5, 0.3));
+    BeadSpec spec = spec_of(test::random_polyline(random), std::pow(10.0, uniform(0.5, 2.3)), tolerance);
+    const auto whole = plan_bead(m, spec);
+    if (!whole) continue;
+    const std::string what = " case " + std::to_string(n) + " " + test::text(spec.points);
+
+    BeadSpec slower = spec;
+    slower.entry_mm_s = uniform(0.05, 1) * spec.speed_mm_s;
+    if (const auto bead = plan_bead(m, slower)) {
+      ++slow;
+      check_beginning(m, slower, *bead, " slower" + what);
+      EXPECT_LE(bead->run_up_mm, whole->run_up_mm * 1.01 + 1e-3) << what;
+      const Segment& first = bead->segments[bead->bead_begin];
+      const Bounds b = line_bounds(m, derivative<1>(first.geometry, 0));
+      EXPECT_LE(bead->run_up_mm, 1.06 * change_length(0, slower.entry_mm_s, 0.97 * b.a, 0.92 * b.j) + 1e-9) << what;
+    }
+    BeadSpec still = spec;
+    still.entry_mm_s = 0;
+    still.stand_s = 0.137;
+    if (const auto bead = plan_bead(m, still)) {
+      ++rest;
+      check_beginning(m, still, *bead, " rest" + what);
+      EXPECT_EQ(bead->bead_begin, 0u);
+      EXPECT_EQ(bead->run_up_mm, 0);
+      const Segment& stands = bead->segments[0];
+      EXPECT_EQ(stands.kind, SegmentKind::Dwell);
+      EXPECT_NEAR(static_cast<double>(test::duration_of(stands)), 0.137, 1e-9);
+      ASSERT_EQ(stands.events.size(), 1u);
+      EXPECT_TRUE(stands.events[0].dispense);
+      EXPECT_EQ(stands.events[0].at_s, 0);
+      EXPECT_EQ(bead->segments[1].nominal.v0, 0);
+    }
+    BeadSpec fallen = spec;
+    fallen.lift_axis = 2;
+    fallen.fall_mm = uniform(0.5, 10);
+    if (const auto bead = plan_bead(m, fallen)) {
+      ++above;
+      check_beginning(m, fallen, *bead, " above" + what);
+      EXPECT_NEAR(bead->start[2] - whole->start[2], fallen.fall_mm, 1e-9) << what;
+      EXPECT_NEAR(bead->start[0], whole->start[0], 1e-9) << what;
+      EXPECT_NEAR(bead->run_up_mm, whole->run_up_mm, 1e-9) << what;
+      EXPECT_GE(ticks_of(m, *bead, 0, bead->bead_begin), ticks_of(m, *whole, 0, whole->bead_begin) - 1e-6) << what;
+    }
+    if (HasFatalFailure() || HasNonfatalFailure()) return;
+  }
+  EXPECT_GT(slow, 60);
+  EXPECT_GT(rest, 60);
+  EXPECT_GT(above, 60);
+}
+
+TEST(Bead, from_rest_on_a_line_is_the_textbooks_change_of_speed) {
+  const Limits m = machine();
+  BeadSpec spec = spec_of({at(100, 100), at(160, 100)}, 20, 0);
+  spec.entry_mm_s = 0;
+  const auto bead = plan_bead(m, spec);
+  ASSERT_TRUE(bead);
+  // From rest to 20 mm/s at the jerk that beads use, 0.92 of 80,000 mm/s3, takes 2 sqrt(v/j), half of it at the mean
+  // speed: the bead is that much later than one that is at its speed from the start.
+  const double late_s = std::sqrt(20 / (0.92 * 80000));
+  EXPECT_NEAR(ticks_of(m, *bead, 0, bead->bead_end) * m.tick_s, 60.0 / 20 + late_s, 1.001 * m.tick_s);
+  EXPECT_EQ(bead->start, spec.points.front());
+  ASSERT_FALSE(bead->segments[0].events.empty());
+  EXPECT_TRUE(bead->segments[0].events[0].dispense) << "the valve opens where it begins";
+  EXPECT_EQ(bead->segments[0].events[0].at_s, 0);
+}
+
 }  // namespace
 }  // namespace gantry::motion
