@@ -107,6 +107,18 @@ class Feasibility {
                     fmt::format("material '{}' asks for {:.6g} mm/s; the machine reaches {:.6g} mm/s", material.name,
                                 material.speed, most),
                     material.place);
+    if (material.min_speed > material.speed)
+      mistakes_.add(Fault::Inconsistent,
+                    fmt::format("material '{}': 'min_speed' of {:.6g} mm/s is more than its 'speed' of {:.6g} mm/s; "
+                                "write at most that",
+                                material.name, material.min_speed, material.speed),
+                    material.place);
+    if (material.min_speed > 0 && material.start_dwell_s > 0)
+      mistakes_.add(Fault::Inconsistent,
+                    fmt::format("material '{}': with 'start_dwell' a bead begins from rest, and 'min_speed' of {:.6g} "
+                                "mm/s forbids that; leave one of them out",
+                                material.name, material.min_speed),
+                    material.place);
   }
 
   void mark(const MarkDef& m) {

@@ -86,6 +86,8 @@ struct Material {
   double back_track = 0;        ///< mm back along the bead after its end, the valve shut
   double tail_lift = 0;         ///< mm that the needle rises while it goes back
   double rejoin_within_s = 60;  ///< a bead that was cut is joined again within this since its valve shut
+  double start_dwell_s = 0;     ///< at a bead's first point the needle stands so long with the valve open; then it goes
+  double min_speed = 0;         ///< mm/s at which a bead may begin where its whole run-up has no room; 0: from rest
 };
 
 struct Dot {

@@ -18,8 +18,10 @@ double descent_s(const config::Machine& machine, const Material& m) {
   return motion::duration(motion::move({0, 0, 0}, {m.retract, 0, 0}, bounds(machine.axes[machine.z.value])).profile);
 }
 
-/// From rest to the material's speed along the first leg of a bead. A speed beyond the axes is told elsewhere.
+/// From rest to the material's speed along the first leg of a bead; none where the needle stands at its start. A speed
+/// beyond the axes is told elsewhere.
 double run_up_s(const config::Machine& machine, const Material& m, const Bead& bead) {
+  if (m.start_dwell_s > 0) return 0;
   const Vec3 leg = bead.points[1] - bead.points[0];
   const Vec3 direction = leg * (1 / std::max(norm(leg), 1e-9));
   motion::Bounds along{m.speed, 1e9, 1e9};
@@ -43,7 +45,8 @@ Times times(const config::Machine& machine, const Material& m, const Dot&) {
   return {descent_s(machine, m) + m.settle_time, m.dot_time, "'settle_time' or 'retract'"};
 }
 Times times(const config::Machine& machine, const Material& m, const Bead& bead) {
-  return {descent_s(machine, m) + run_up_s(machine, m, bead), (length_mm(bead) - m.early_off) / m.speed, "'retract'"};
+  return {way_down_s(machine, m) + run_up_s(machine, m, bead),
+          m.start_dwell_s + (length_mm(bead) - m.early_off) / m.speed, "'retract'"};
 }
 
 }  // namespace

@@ -105,6 +105,11 @@ std::optional<recipes::Recipe> check_recipe(const std::string& file, const confi
                                      job::at_line(prepared->recipe, bead.place), bead.id,
                                      job::in_words(slow, prepared->recipe)));
     }
+    for (const job::RunUp& begun : prepared->proof->run_ups) {
+      const auto& bead = std::get<recipes::Bead>(prepared->recipe.features[begun.feature]);
+      to.notes.push_back(fmt::format("{}: bead '{}' {}", job::at_line(prepared->recipe, bead.place), bead.id,
+                                     job::in_words(begun, *recipes::find_material(prepared->recipe, bead.material))));
+    }
     if (const auto& named = prepared->proof->only_when_placed; !named.empty())
       to.notes.push_back(
           fmt::format("{}: proved free at the nominal placement, but not wherever marks and touches may find "

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <utility>
 
 #include "motion/path/chords.hpp"
@@ -93,6 +94,15 @@ Result<void> BlockBuilder::prove(std::span<const AxisVec> polyline, const motion
   return {};
 }
 
+Result<void> BlockBuilder::would_be_free(std::span<const AxisVec> polyline, const motion::PathRules& rules,
+                                         double off_mm) const {
+  motion::NearPairs nothing_is_measured;
+  nothing_is_measured.by_design.distance_mm = nothing_is_measured.others.distance_mm =
+      -std::numeric_limits<double>::infinity();
+  const auto certificate = motion::certify(*scene_, polyline, rules, off_mm, breath_, nothing_is_measured);
+  return certificate ? Result<void>{} : tl::unexpected(certificate.error());
+}
+
 Result<void> BlockBuilder::straight(const AxisVec& to, const motion::PathRules& rules, double v_cap) {
   if (auto settled = settle(); !settled) return settled;
   if (auto proved = prove(std::array{at_, to}, rules, up_or_down(to)); !proved) return proved;
@@ -131,9 +141,7 @@ Result<void> BlockBuilder::bead(const motion::BeadMotion& bead, const motion::Pa
   if (auto settled = settle(); !settled) return settled;
   const std::span<const motion::Segment> all(bead.segments);
   const auto free = [&](std::span<const motion::Segment> played, const std::string& what) {
-    const bool straight =
-        std::all_of(played.begin(), played.end(), [](const auto& s) { return s.geometry.degree < 2; });
-    Result<void> proved = prove(motion::chords(played), rules, "along", straight ? 0 : motion::kChord_mm);
+    Result<void> proved = prove(motion::chords(played), rules, "along", motion::off_chords_mm(played));
     if (!proved && proved.error().fault == Fault::Collision) proved.error().message = what + proved.error().message;
     return proved;
   };

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "app/job/proven_block.hpp"
@@ -56,11 +57,16 @@ class BlockBuilder {
   /// Straight until the probe latches, and `to` at most. The axes rest somewhere on that line; at() stays where it
   /// began.
   Result<void> until_probe(const AxisVec& to, const motion::PathRules& rules, double speed_mm_s);
+  /// Whether a polyline would be free, `off_mm` for how far what is played may be off it. Nothing is added.
+  [[nodiscard]] Result<void> would_be_free(std::span<const AxisVec> polyline, const motion::PathRules& rules,
+                                           double off_mm = 0) const;
   /// A bead from its start, where the axes must stand.
   Result<void> bead(const motion::BeadMotion& bead, const motion::PathRules& rules, std::uint32_t feature);
   /// Stands where it is; at_s of the events is in seconds.
   Result<void> dwell(double seconds, std::span<const motion::OutputEvent> events = {},
                      std::uint32_t feature = motion::kTravel);
+  /// Of a bead that was added: it is not begun as beads are.
+  void begun(RunUp how) { out_.run_ups_.push_back(std::move(how)); }
   Result<ProvenBlock> finish();
 
   /// Where the axes stand after all that was added.

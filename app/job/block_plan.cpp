@@ -12,6 +12,7 @@
 #include "app/job/settle.hpp"
 #include "app/job/surroundings.hpp"
 #include "motion/path/bead.hpp"
+#include "motion/path/chords.hpp"
 #include "motion/profile/speed_profile.hpp"
 
 namespace gantry::job {
@@ -83,7 +84,10 @@ void shut_early(motion::BeadMotion& bead, double early_mm) {
     else
       from->events.push_back(e);
   double s = shut.at_s - early_mm;
-  for (; s < 0 && std::next(from) != bead.segments.rend(); ++from) s += std::next(from)->geometry.length;
+  const auto may_go_back = [&] {
+    return std::next(from) != bead.segments.rend() && std::next(from)->kind == motion::SegmentKind::Piece;
+  };
+  for (; s < 0 && may_go_back(); ++from) s += std::next(from)->geometry.length;
   shut.at_s = std::max(0.0, s);
   from->events.push_back(shut);
 }
@@ -241,7 +245,7 @@ Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& f
         return tl::unexpected(with_line({Fault::Collision, *why, {}}, recipe_, place_of(feature), words_of(feature)));
     const auto dispensed = std::holds_alternative<recipes::Dot>(feature)
                                ? add_dot(builder, std::get<recipes::Dot>(feature), f, last)
-                               : add_bead(builder, std::get<recipes::Bead>(feature), {f, laid_mm(laid, f)}, last);
+                               : add_bead(builder, std::get<recipes::Bead>(feature), laid_of(laid, f), last);
     if (!dispensed) return tl::unexpected(dispensed.error());
   }
   auto planned = builder.finish();
@@ -331,8 +335,8 @@ AxisVec BlockPlanner::needle_at(Vec2 at, double height_mm) const {
                           offset().rotation);
 }
 
-/// Within this of its end, mm, nothing but the descent goes on: half of retract, or more, so that the valve is told to open
-/// on it. `after_s`: from the end of the descent to the moment that the lead counts from.
+/// Within this of its end nothing but the way down goes on: half of retract, or more, so that the valve is told to open
+/// on it. `after_s`: from the end of the way down to the moment that the lead counts from.
 double BlockPlanner::straight_down_mm(const AxisVec& to, const recipes::Material& m, double after_s) const {
   const double alone_mm = m.retract * kAlone, before_s = m.valve_open_lead - after_s + limits_.tick_s;
   if (before_s <= 0) return alone_mm;
@@ -343,6 +347,7 @@ double BlockPlanner::straight_down_mm(const AxisVec& to, const recipes::Material
   return std::max(alone_mm, line.geometry.length - gone_mm);
 }
 
+/// The same position, higher by the material's retract.
 AxisVec BlockPlanner::lifted(AxisVec q, const recipes::Material& material) const {
   q[machine_.z.value] = std::min(q[machine_.z.value] + material.retract, limits_.axis[machine_.z.value].p_max);
   return q;
@@ -391,36 +396,67 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
   // The run-up onto what lies already begins so high that the needle is above that until it joins it.
   spec.lift_mm = kOverLaid * m.gap;
   spec.lift_axis = machine_.z.value;
-  spec.begin_mm = laid.mm;
-  auto planned = motion::plan_bead(limits_, spec);
-  for (const double back_mm : kBeforeJoin_mm)
-    if (!planned && laid.mm > back_mm) {
-      spec.begin_mm = laid.mm - back_mm;
-      spec.dry_mm = back_mm;
-      planned = motion::plan_bead(limits_, spec);
-    }
-  if (!planned) return wrong(planned.error());
-  shut_early(*planned, m.early_off);
+  spec.stand_s = std::max(0.0, m.start_dwell_s - laid.stood_s);
+  auto begun = laid.mm > 0 ? rejoin(std::move(spec), laid.mm) : begin(builder, std::move(spec), m, rules);
+  if (!begun) return wrong(begun.error());
+  motion::BeadMotion& planned = begun->motion;
+  begun->how.feature = static_cast<std::uint32_t>(laid.feature);
+  shut_early(planned, m.early_off);
 
   const auto before = [&](Error e) {
-    if (e.fault == Fault::Collision)
+    if (e.fault == Fault::Collision && planned.run_up_mm > 0)
       e.message =
           fmt::format("where its run-up starts, {:.3g} mm before its first point: {}; a lower speed needs less of it",
-                      planned->run_up_mm, e.message);
+                      planned.run_up_mm, e.message);
     return wrong(e);
   };
-  if (auto r = go_over(builder, lifted(planned->start, m), last, work); !r) return before(r.error());
-  last = work;
-  const double run_up_s = motion::duration(std::span(planned->segments).first(planned->bead_begin));
-  if (auto r = builder.vertical(planned->start, rules, straight_down_mm(planned->start, m, run_up_s)); !r)
+  const bool from_above = begun->how.kind == RunUp::Kind::FromAbove;
+  if (auto r = go_over(builder, from_above ? planned.start : lifted(planned.start, m), last, work); !r)
     return before(r.error());
-  if (auto r = builder.bead(*planned, rules, static_cast<std::uint32_t>(laid.feature)); !r) return wrong(r.error());
+  last = work;
+  const double run_up_s = motion::duration(std::span(planned.segments).first(planned.bead_begin));
+  if (!from_above)
+    if (auto r = builder.vertical(planned.start, rules, straight_down_mm(planned.start, m, run_up_s)); !r)
+      return before(r.error());
+  if (auto r = builder.bead(planned, rules, static_cast<std::uint32_t>(laid.feature)); !r) return wrong(r.error());
+  if (begun->how.kind != RunUp::Kind::Whole) builder.begun(std::move(begun->how));
   if (auto r = leave_bead(builder, bead, rules); !r) return wrong(r.error());
   if (auto r = builder.vertical(lifted(builder.at(), m), rules, work.alone_mm); !r) return wrong(r.error());
   return {};
 }
 
-/// The valve is shut and the needle stands behind the bead's end: back along the bead, rising meanwhile.
+/// What lies is gone along for a little, the valve still shut, where no way leads down to the very place.
+Result<BegunBead> BlockPlanner::rejoin(motion::BeadSpec spec, double laid_mm) const {
+  spec.begin_mm = laid_mm;
+  auto planned = motion::plan_bead(limits_, spec);
+  for (const double back_mm : kBeforeJoin_mm)
+    if (!planned && laid_mm > back_mm) {
+      spec.begin_mm = laid_mm - back_mm;
+      spec.dry_mm = back_mm;
+      planned = motion::plan_bead(limits_, spec);
+    }
+  if (!planned) return tl::unexpected(planned.error());
+  return BegunBead{*std::move(planned), {}};
+}
+
+/// The way down and the run-up are what has to be free for it, and what the valve opens ahead on.
+Result<BegunBead> BlockPlanner::begin(const BlockBuilder& builder, motion::BeadSpec spec, const recipes::Material& m,
+                                      const motion::PathRules& rules) const {
+  return plan_begin(limits_, std::move(spec), m, [&](const motion::BeadMotion& bead, RunUp::Kind kind) -> Result<void> {
+    const std::span run_up = std::span(bead.segments).first(bead.bead_begin);
+    double last_way_s = motion::duration(run_up);
+    if (kind != RunUp::Kind::FromAbove) {
+      const std::array down{lifted(bead.start, m), bead.start};
+      last_way_s += motion::duration(motion::line_move(limits_, down[0], down[1]));
+      if (auto r = builder.would_be_free(down, rules); !r) return r;
+    }
+    if (kind != RunUp::Kind::Whole && last_way_s < m.valve_open_lead)  // of a whole one it was looked at
+      return fail(Fault::NoSolution, "the valve would open before the needle's last way");
+    return builder.would_be_free(motion::chords(run_up), rules, motion::off_chords_mm(run_up));
+  });
+}
+
+/// The valve is shut and the needle stands behind the bead's end: back along the bead, and up on that way.
 Result<void> BlockPlanner::leave_bead(BlockBuilder& builder, const recipes::Bead& bead,
                                       const motion::PathRules& rules) const {
   const recipes::Material& m = *recipes::find_material(recipe_, bead.material);

@@ -11,6 +11,7 @@ namespace gantry::job {
 namespace {
 
 constexpr std::size_t kCycles = 4096;  // that are kept: a stop takes fewer
+constexpr double kSamePlace_mm = 1e-6;
 
 int delay_ticks(const config::Machine& machine) {
   AxisVec delays{};
@@ -34,23 +35,28 @@ void CutWatch::see(const BlockCycle& cycle) {
   if (cycle.valve_cut && !cut_) cut_ = cycle.cycle;
 }
 
-std::optional<double> CutWatch::shut_at_mm(double close_lead_s) const {
+std::optional<ShutAt> CutWatch::shut_at(double close_lead_s) const {
   if (!cut_) return std::nullopt;
   const double at = static_cast<double>(*cut_ - delay_ticks_) + close_lead_s / tick_s_;
   const auto later =
-      std::find_if(seen_.begin(), seen_.end(), [&](const BlockCycle& c) { return static_cast<double>(c.cycle) >= at; });
-  if (later == seen_.end()) return seen_.back().along_block_mm;
-  if (later == seen_.begin()) return later->along_block_mm;
-  const BlockCycle &a = *std::prev(later), &b = *later;
-  const double part = (at - static_cast<double>(a.cycle)) / static_cast<double>(b.cycle - a.cycle);
-  return a.along_block_mm + part * (b.along_block_mm - a.along_block_mm);
+      std::find_if(seen_.begin(), seen_.end(), [&](const WayCycle& c) { return static_cast<double>(c.cycle) >= at; });
+  if (later == seen_.begin()) return ShutAt{later->along_block_mm, 0};
+  const WayCycle& a = *std::prev(later);
+  auto came = std::prev(later);
+  while (came != seen_.begin() && std::abs(std::prev(came)->along_block_mm - a.along_block_mm) <= kSamePlace_mm) --came;
+  const double stood_s = (at - static_cast<double>(came->cycle)) * tick_s_;
+  if (later == seen_.end()) return ShutAt{a.along_block_mm, stood_s};  // the block has ended before: the tool stands
+  const double part = (at - static_cast<double>(a.cycle)) / static_cast<double>(later->cycle - a.cycle);
+  return ShutAt{a.along_block_mm + part * (later->along_block_mm - a.along_block_mm), stood_s};
 }
 
-std::optional<Laid> laid_part(const std::deque<motion::Segment>& segments, std::size_t feature, double shut_at_mm,
-                              double before_mm) {
-  const auto span = valve_span(segments.begin(), segments.end(), static_cast<std::uint32_t>(feature));
+std::optional<Laid> laid_part(const std::deque<motion::Segment>& segments, const LaidPart& before, const ShutAt& shut) {
+  const auto span = valve_span(segments.begin(), segments.end(), static_cast<std::uint32_t>(before.feature));
   if (!span) return std::nullopt;
-  return Laid{before_mm + std::max(0.0, shut_at_mm - span->opens_mm), before_mm + span->shuts_mm - span->opens_mm};
+  const double laid_mm = shut.way_mm - span->opens_mm;
+  const bool at_start = before.mm == 0 && std::abs(laid_mm) <= kSamePlace_mm;
+  return Laid{before.mm + (at_start ? 0 : std::max(0.0, laid_mm)), before.mm + span->shuts_mm - span->opens_mm,
+              before.stood_s + (at_start ? shut.stood_s : 0)};
 }
 
 }  // namespace gantry::job

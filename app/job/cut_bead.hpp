@@ -1,8 +1,7 @@
 // Where a stop has cut a bead: the valve shuts a known time after its command, while the tool still brakes, and the
 // drives are a known time behind the loop's path.
 //   CutWatch watch(machine);   watch.begin();   each snapshot of the block: watch.see({s.cycle, s.along_block_mm,
-//   s.valve_cut}); auto laid = laid_part(block.segments(), feature, *watch.shut_at_mm(material.valve_close_lead),
-//   before_mm);
+//   s.valve_cut}); auto laid = laid_part(block.segments(), feature, *watch.shut_at(material.valve_close_lead), before);
 #pragma once
 #include <cstdint>
 #include <deque>
@@ -22,6 +21,12 @@ struct BlockCycle {
   bool valve_cut = false;
 };
 
+/// The tool's way when the valve had shut.
+struct ShutAt {
+  double way_mm = 0;   ///< along the block
+  double stood_s = 0;  ///< how long it had stood there
+};
+
 class CutWatch {
  public:
   explicit CutWatch(const config::Machine& machine);
@@ -30,7 +35,7 @@ class CutWatch {
   void begin();
   void see(const BlockCycle& cycle);
   /// Where along the block the tool was when the valve had shut; nothing where no stop has cut it.
-  [[nodiscard]] std::optional<double> shut_at_mm(double close_lead_s) const;
+  [[nodiscard]] std::optional<ShutAt> shut_at(double close_lead_s) const;
 
  private:
   double tick_s_;
@@ -41,12 +46,12 @@ class CutWatch {
 
 /// Of a bead, along its motion.
 struct Laid {
-  double mm = 0;      ///< that lie; 0 where the valve had not opened yet
-  double all_mm = 0;  ///< after which the valve would have shut as planned
+  double mm = 0;       ///< that lie; 0 where the valve had not opened yet
+  double all_mm = 0;   ///< after which the valve would have shut as planned
+  double stood_s = 0;  ///< of a standstill at its start with the valve open
 };
-/// What lies of a bead of this block whose valve shut there. `before_mm` of it lay when the block began. Nothing: the
+/// What lies of a bead of this block whose valve shut there. `before` is what lay when the block began. Nothing: the
 /// block has no such bead.
-std::optional<Laid> laid_part(const std::deque<motion::Segment>& segments, std::size_t feature, double shut_at_mm,
-                              double before_mm);
+std::optional<Laid> laid_part(const std::deque<motion::Segment>& segments, const LaidPart& before, const ShutAt& shut);
 
 }  // namespace gantry::job

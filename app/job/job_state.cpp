@@ -56,10 +56,10 @@ JobState after_mark(const recipes::Recipe& recipe, JobState state, std::size_t m
   return state;
 }
 
-double laid_mm(const std::vector<LaidPart>& laid, std::size_t feature) {
+LaidPart laid_of(const std::vector<LaidPart>& laid, std::size_t feature) {
   const auto found =
       std::find_if(laid.begin(), laid.end(), [&](const LaidPart& each) { return each.feature == feature; });
-  return found == laid.end() ? 0 : found->mm;
+  return found == laid.end() ? LaidPart{feature, 0, 0} : *found;
 }
 
 JobState after_cut(JobState state, const LaidPart& part) {

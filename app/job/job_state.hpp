@@ -50,6 +50,7 @@ enum class FeatureState : std::uint8_t {
 struct LaidPart {
   std::size_t feature = 0;  ///< index in Recipe::features
   double mm = 0;
+  double stood_s = 0;  ///< of its `start_dwell`, where it was cut in that
   bool operator==(const LaidPart&) const = default;
 };
 
@@ -86,8 +87,8 @@ using Next = std::variant<SettleOffset, SettleSurface, recipes::LookAtMark, reci
 /// Pure. Of a block of features, those that are still open.
 Next next(const recipes::Job& job, const JobState& state);
 
-/// Of a feature that is open: so much of it lies already, mm along its motion.
-double laid_mm(const std::vector<LaidPart>& laid, std::size_t feature);
+/// Of a feature that is open: what of it lies already.
+LaidPart laid_of(const std::vector<LaidPart>& laid, std::size_t feature);
 
 /// The tool that works in a step; the report draws its tip.
 std::string_view tool_of(const Next& step);

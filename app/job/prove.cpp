@@ -83,6 +83,7 @@ class Prover {
         surface != nullptr ? touched(machine_, *planned, *surface) : BlockEnd{planned->duration_s(), planned->end()};
     proof_.forecast.s += end.s;
     add_times(proof_.forecast.features, *planned);
+    proof_.run_ups.insert(proof_.run_ups.end(), planned->run_ups().begin(), planned->run_ups().end());
     add_slow_beads(proof_.slow_beads, recipe_, planned->segments(), seconds(machine_.bus.cycle));
     at_ = end.at;
     discard(*std::move(planned), breath_);

@@ -6,6 +6,7 @@
 #include "app/job/forecast.hpp"
 #include "app/job/job_state.hpp"
 #include "app/job/nearest.hpp"
+#include "app/job/run_up.hpp"
 #include "app/job/slow_beads.hpp"
 #include "app/job/wherever.hpp"
 #include "config/machine.hpp"
@@ -24,6 +25,7 @@ struct NominalProof {
   std::vector<Next> steps;  ///< that were proved, in order
   std::vector<OnlyWhenPlaced> only_when_placed;
   std::vector<SlowBead> slow_beads;  ///< in the order of the job
+  std::vector<RunUp> run_ups;        ///< of beads that are not begun after a whole one, in the same order
 };
 
 /// From the park position through all blocks and back. Fault::Collision, OutOfReach, SpeedNotReachable with the

@@ -4,8 +4,10 @@
 #pragma once
 #include <cstdint>
 #include <deque>
+#include <vector>
 
 #include "app/job/nearest.hpp"
+#include "app/job/run_up.hpp"
 #include "core/axis_vec.hpp"
 #include "core/breath.hpp"
 #include "motion/types.hpp"
@@ -22,6 +24,8 @@ class ProvenBlock {
   [[nodiscard]] double duration_s() const { return duration_s_; }       ///< nominal
   [[nodiscard]] const Clearances& nearest() const { return nearest_; }  ///< over all certified motions
   [[nodiscard]] std::size_t motions() const { return motions_; }        ///< that were certified
+  /// Of its beads, those that are not begun at their speed after a whole run-up.
+  [[nodiscard]] const std::vector<RunUp>& run_ups() const { return run_ups_; }
   /// Along these motions, of which a second opinion was asked; 0: none was.
   [[nodiscard]] std::size_t poses() const { return poses_; }
 
@@ -36,6 +40,7 @@ class ProvenBlock {
   double duration_s_ = 0;
   Clearances nearest_;
   std::size_t motions_ = 0, poses_ = 0;
+  std::vector<RunUp> run_ups_;
 };
 
 /// Frees a block that is over. 10^5 features are half a gigabyte: at once that takes a tenth of a second, so the breath

@@ -57,9 +57,10 @@ void SpeedWatch::go_on(double by_mm) {
   s_mm_ += by_mm;
   for (;;) {
     const motion::Segment& segment = (*segments_)[segment_];
-    if (s_mm_ <= segment.geometry.length + kRounding_mm) break;
+    const double length_mm = segment.kind == motion::SegmentKind::Dwell ? 0 : segment.geometry.length;
+    if (s_mm_ <= length_mm + kRounding_mm) break;
     if (segment_ + 1 >= segments_->size() || (*segments_)[segment_ + 1].feature != feature_) break;
-    s_mm_ -= segment.geometry.length;
+    s_mm_ -= length_mm;
     ++segment_;
     t_s_ = 0;
   }
@@ -77,8 +78,9 @@ std::optional<double> SpeedWatch::steady_speed() const {
     while (t_s < 0 && segment > 0 && on(segment - 1)) t_s += motion::duration((*segments_)[--segment].nominal);
     for (double lasts_s; (lasts_s = motion::duration((*segments_)[segment].nominal)) < t_s && on(segment + 1);)
       t_s -= lasts_s, ++segment;
+    const bool stands = (*segments_)[segment].kind == motion::SegmentKind::Dwell;
     const motion::SpeedProfile& plan = (*segments_)[segment].nominal;
-    const double v = motion::along(plan, std::clamp(t_s, 0.0, motion::duration(plan))).x.v;
+    const double v = stands ? 0 : motion::along(plan, std::clamp(t_s, 0.0, motion::duration(plan))).x.v;
     slowest = std::min(slowest, v), fastest = std::max(fastest, v);
   }
   if (fastest - slowest > kSteady * fastest) return std::nullopt;

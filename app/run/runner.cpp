@@ -344,7 +344,13 @@ Result<job::JobState> Runner::take(const recipes::PurgeNeedle&) {
 
 Result<job::JobState> Runner::take(const recipes::Dispense& step) {
   doing_ = "dispensing";
-  const auto played = play(planner_.dispense(next_block("needle"), at_, step.features, state_.laid));
+  auto planned = planner_.dispense(next_block("needle"), at_, step.features, state_.laid);
+  if (planned)
+    for (const job::RunUp& begun : planned->run_ups()) {
+      const auto& bead = std::get<recipes::Bead>(recipe_.features[begun.feature]);
+      log::info("bead '{}' {}", bead.id, job::in_words(begun, *recipes::find_material(recipe_, bead.material)));
+    }
+  const auto played = play(std::move(planned));
   if (!played) return tl::unexpected(played.error());
   if (!played->cut) return job::after_dispense(state_);
   if (played->on == motion::kTravel && !cut_) return state_;

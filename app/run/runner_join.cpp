@@ -65,8 +65,8 @@ void Runner::note_cut(const std::vector<job::FeatureState>& before, const std::d
   const auto* bead = std::get_if<recipes::Bead>(&recipe_.features[*cut_]);
   if (bead == nullptr) return;
   const recipes::Material& m = *recipes::find_material(recipe_, bead->material);
-  if (const auto shut_mm = cut_watch_.shut_at_mm(m.valve_close_lead))
-    laid_ = job::laid_part(segments, *cut_, *shut_mm, job::laid_mm(state_.laid, *cut_));
+  if (const auto shut = cut_watch_.shut_at(m.valve_close_lead))
+    laid_ = job::laid_part(segments, job::laid_of(state_.laid, *cut_), *shut);
 }
 
 Result<void> Runner::hold_off(std::size_t feature) {
@@ -146,7 +146,7 @@ Result<job::JobState> Runner::join(std::size_t feature) {
                     shut_s, m.name, m.rejoin_within_s));
   if (left_mm / m.speed <= std::max(kShortest_s, m.valve_close_lead - m.valve_open_lead))
     return stays_cut(fmt::format("the {:.3f} mm that are left are too short for the valve", left_mm));
-  const job::LaidPart part{feature, laid_->mm};
+  const job::LaidPart part{feature, laid_->mm, laid_->stood_s};
   if (const auto tried = planner_.dispense(block_, at_, {feature}, {part}); !tried) {
     if (tried.error().fault == Fault::Aborted) return tl::unexpected(tried.error());
     return stays_cut(tried.error().message);
