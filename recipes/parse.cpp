@@ -2,6 +2,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <numeric>
+#include <optional>
 #include <set>
 
 #include "core/near_word.hpp"
@@ -214,6 +215,17 @@ const Material* find_material(const Recipe& recipe, std::string_view name) {
   for (const Material& material : recipe.materials)
     if (material.name == name) return &material;
   return nullptr;
+}
+
+double override_max(const Recipe& recipe) {
+  std::optional<double> most;
+  const auto dispensed = [&](const std::string& name) {
+    if (const Material* m = find_material(recipe, name))
+      most = std::min(most.value_or(m->override_max), m->override_max);
+  };
+  if (recipe.purge) dispensed(recipe.purge->material);
+  for (const Feature& feature : recipe.features) std::visit([&](const auto& f) { dispensed(f.material); }, feature);
+  return most.value_or(1);
 }
 
 }  // namespace gantry::recipes

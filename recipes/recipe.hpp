@@ -87,6 +87,7 @@ struct Material {
   double tail_lift = 0;         ///< mm that the needle rises while it goes back
   double rejoin_within_s = 60;  ///< a bead that was cut is joined again within this since its valve shut
   double start_dwell_s = 0;     ///< at a bead's first point the needle stands so long with the valve open; then it goes
+  double override_max = 1;      ///< the highest override of its beads and dots; that of the machine, if it is higher
   double min_speed = 0;         ///< mm/s at which a bead may begin where its whole run-up has no room; 0: from rest
 };
 
@@ -200,5 +201,8 @@ Checked<Recipe> parse(std::string_view yaml, std::string_view file, const ReadTe
 Checked<Recipe> load(const std::string& path);
 
 const Material* find_material(const Recipe& recipe, std::string_view name);
+
+/// The highest override that all materials of its features and its purge allow; 1 is the recipe's speed.
+double override_max(const Recipe& recipe);
 
 }  // namespace gantry::recipes

@@ -155,11 +155,12 @@ Row row(const recipes::Bead& bead) {
 Row row(const recipes::Material& material) {
   const auto& [name, speed, gap, open_lead, close_lead, dot_time, settle_time, retract, tolerance, gap_tolerance,
                speed_tolerance, flow_follows_speed, place, early_off, back_track, tail_lift, rejoin_within_s,
-               start_dwell_s, min_speed] = material;
+               start_dwell_s, override_max, min_speed] = material;
   Row out("material");
   out.add(name);
-  for (const double v : {speed, gap, open_lead, close_lead, dot_time, settle_time, retract, tolerance, gap_tolerance,
-                         speed_tolerance, early_off, back_track, tail_lift, rejoin_within_s, start_dwell_s, min_speed})
+  for (const double v :
+       {speed, gap, open_lead, close_lead, dot_time, settle_time, retract, tolerance, gap_tolerance, speed_tolerance,
+        early_off, back_track, tail_lift, rejoin_within_s, start_dwell_s, override_max, min_speed})
     out.add(v);
   return out.add(flow_follows_speed);
 }

@@ -1,5 +1,6 @@
 // Orders that are answered at once: which are taken stands in the table of states (app/cycle/machine_state.hpp), and
 // what is under way may refuse besides.
+#include <algorithm>
 #include <fmt/format.h>
 #include <utility>
 
@@ -80,11 +81,16 @@ Result<void> Owner::Parts::set_override(double factor) {
       order_said = "0 % holds now; `resume` goes on" + (order_said.empty() ? "" : " (" + order_said + ")");
     return held;
   }
-  if (factor > machine.override_max)
-    return fail(Fault::Refused,
-                fmt::format("this machine allows an override of at most {:.0f} % (`override_max` of its "
-                            "file)",
-                            machine.override_max * 100));
+  const double by_materials = job ? job->runner.override_max() : 1;
+  if (factor > std::max(machine.override_max, by_materials))
+    return fail(
+        Fault::Refused,
+        fmt::format("this machine allows an override of at most {:.0f} % (`override_max` of its "
+                    "file){}",
+                    machine.override_max * 100,
+                    !job ? std::string()
+                         : fmt::format(", and what the job dispenses {:.0f} % (`override_max` of its materials)",
+                                       by_materials * 100)));
   raise_to.reset();
   if (control().valve_open() && factor > control().latest().override_factor) {
     raise_to = factor;

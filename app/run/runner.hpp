@@ -62,6 +62,8 @@ class Runner {
   [[nodiscard]] std::string heads_for() const;
   /// Beads that were dispensed at another speed than the recipe's.
   [[nodiscard]] std::vector<job::OffSpeed> off_speed() const { return speed_watch_.off_speed(); }
+  /// Up to which override its materials allow more than the machine does; 1 is the recipe's speed.
+  [[nodiscard]] double override_max() const { return recipes::override_max(recipe_); }
   /// What it does now, for people: "mark M2", "touch T1", "dispensing".
   [[nodiscard]] const std::string& doing() const { return doing_; }
   /// About how long the job will still take at an override of 100 %; nothing without a forecast.

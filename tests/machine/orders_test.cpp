@@ -141,6 +141,36 @@ TEST(Orders, an_override_of_0_holds_and_one_above_100_ends_with_the_job) {
   EXPECT_EQ(rig.owner().latest().override_factor, 1);
 }
 
+// The machine allows 100 %; what is dispensed allows more, one of them less than the other.
+TEST(Orders, an_override_above_100_is_allowed_by_the_materials_of_the_job_while_it_runs) {
+  const recipes::Recipe patterns = test::load_recipe("recipes/patterns.yaml");
+  for (const double allowed : {1.0, 1.3}) {
+    recipes::Recipe recipe = patterns;
+    ASSERT_FALSE(recipe.materials.empty());
+    for (auto& m : recipe.materials) m.override_max = 1.8;
+    recipe.materials.front().override_max = allowed;
+    Rig rig({.placement = "dx=0.5 mm"});
+    bool raised = false, asked = false;
+    rig.on_step = [&](run::Owner& owner) {
+      const auto& s = owner.latest();
+      if (asked || s.block == 0 || valve_open(s)) return;
+      asked = true;
+      const auto more = owner.order(order(OrderKind::Override, 1.35));
+      ASSERT_FALSE(more);
+      EXPECT_NE(more.error().message.find(allowed > 1 ? "130 %" : "100 %"), std::string::npos) << more.error().message;
+      EXPECT_NE(more.error().message.find("of its materials"), std::string::npos) << more.error().message;
+      raised = owner.order(order(OrderKind::Override, 1.25)).has_value();
+    };
+    EXPECT_EQ(rig.run(recipe).exit_code, ExitCode::Done);
+    EXPECT_TRUE(asked);
+    EXPECT_EQ(raised, allowed > 1);
+    rig.on_step = {};
+    for (int n = 0; n < 5; ++n) EXPECT_TRUE(rig.owner().idle());
+    EXPECT_EQ(rig.owner().latest().override_factor, 1) << "the machine alone does not allow it";
+    EXPECT_FALSE(rig.owner().order(order(OrderKind::Override, 1.25))) << "no job runs";
+  }
+}
+
 TEST(Orders, an_interrupt_comes_to_rest_with_the_valve_closed_and_says_130) {
   Rig rig({.placement = "dx=0.5 mm"});
   bool sent = false;
