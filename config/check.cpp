@@ -226,6 +226,25 @@ std::string lost_emergency_stop(const Machine& machine) {
       s.name, s.profile.title, s.name);
 }
 
+std::string limits_not_shown(const Machine& machine) {
+  for (const Axis& axis : machine.axes) {
+    if (axis.kind != AxisKind::Streamed || !axis.homing || axis.homing->limits_unseen) continue;
+    for (const DriveRef& drive : axis.drives) {
+      const Station& s = machine.stations[drive.station.value];
+      if (!s.profile.drive || (s.profile.drive->input_neg_limit >= 0 && s.profile.drive->input_pos_limit >= 0))
+        continue;
+      return fmt::format(
+          "axis {}: which bits of 60FDh the limit switches of station '{}' ({}) are is not stated, so that homing "
+          "cannot "
+          "watch them; write stations.{}.inputs, or `homing: {{limits_unseen: true}}` of this axis, which leaves them "
+          "to "
+          "the drive alone",
+          axis.name, s.name, s.profile.title, s.name);
+    }
+  }
+  return "";
+}
+
 std::string not_stated(const Station& s) {
   return fmt::format("station '{}' ({}): stations.{}.parameters does not state {}; a wrong one burns the motor", s.name,
                      s.profile.title, s.name, fmt::join(s.profile.not_stated, ", "));
@@ -263,6 +282,8 @@ void note_stop(const Machine& machine, const Axis& axis, std::vector<std::string
 
 std::vector<std::string> notes(const Machine& machine) {
   std::vector<std::string> out;
+  if (const std::string unseen = limits_not_shown(machine); !unseen.empty())
+    out.push_back("warning: " + unseen + " (an error on `ethercat:`)");
   if (const std::string lost = lost_emergency_stop(machine); !lost.empty())
     out.push_back("warning: " + lost + ": refused on a bus of steel");
   for (const Station& s : machine.stations)

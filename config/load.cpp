@@ -138,6 +138,7 @@ void Resolver::homing(const written::HomingRow& row, Axis& axis) {
   constexpr double kSquare = 5;  // times skew_max
   h.square_max =
       row.square_max.given() ? value(row.square_max, axis.rotary ? D::Angle : D::Length) : kSquare * axis.skew_max;
+  h.limits_unseen = row.limits_unseen;
   axis.homing = h;
 }
 

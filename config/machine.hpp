@@ -31,11 +31,12 @@ enum class AxisKind {
 };
 
 struct Homing {
-  int order = 0;              ///< axes of the lowest order go first (Z), equal ones together
-  std::int8_t method = 0;     ///< 6098h
-  double fast = 0, slow = 0;  ///< mm/s or rad/s: 6099h:1, :2
-  double acceleration = 0;    ///< mm/s^2 or rad/s^2: 609Ah
-  double position = 0;        ///< axis coordinate at the home edge, mm or rad
+  int order = 0;               ///< axes of the lowest order go first (Z), equal ones together
+  std::int8_t method = 0;      ///< 6098h
+  bool limits_unseen = false;  ///< the file accepts that nothing but the drive watches the limits of this axis
+  double fast = 0, slow = 0;   ///< mm/s or rad/s: 6099h:1, :2
+  double acceleration = 0;     ///< mm/s^2 or rad/s^2: 609Ah
+  double position = 0;         ///< axis coordinate at the home edge, mm or rad
   double timeout_s = 60;
   double rack_max = 0;    ///< gantry axis: how much farther one side may go than the other while both search, mm
   double square_max = 0;  ///< gantry axis: difference of its sides at their switches that homing removes, mm
@@ -276,6 +277,9 @@ std::string not_stated(const Station& station);
 /// Why the probe costs a drive its emergency stop input, as a sentence, as long as its station does not say that the
 /// emergency stop is wired elsewhere; empty when there is nothing to say.
 std::string lost_emergency_stop(const Machine& machine);
+/// An axis that would home although its profile does not say which bits of 60FDh its limit switches are, and the
+/// machine file does not accept that; "" where there is none.
+std::string limits_not_shown(const Machine& machine);
 
 /// Sentences for `check`: what the stations' profiles assume, and what else one should know (open-loop axes, what the
 /// loss of the bus costs).

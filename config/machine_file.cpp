@@ -92,6 +92,8 @@ const Fields<HomingRow> kHoming{
         "v_max and braking from there"),
     quantity("square_max", &HomingRow::square_max, kPosition, kOptional,
              "gantry axis: what homing takes out of its sides' difference; else 5 times skew_max"),
+    flag("limits_unseen", &HomingRow::limits_unseen, kOptional,
+         "it homes although the controller does not see its limit switches: the drive alone stops at them"),
 };
 
 const Fields<FollowingRow> kFollowing{

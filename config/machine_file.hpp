@@ -42,7 +42,8 @@ struct HomingRow {
   At<Quantity> fast, slow, acceleration, position;
   double timeout_s = 60;
   At<Quantity> rack_max, square_max;
-  Location place;
+  bool limits_unseen = false;
+  Place place;
 };
 
 struct FollowingRow {

@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "core/id.hpp"
 #include "devices/frame_bytes.hpp"
+#include "devices/rt/input_source.hpp"
 
 namespace gantry::devices {
 
@@ -80,6 +81,10 @@ class FieldBus {
   [[nodiscard]] virtual std::span<const std::byte> inputs(StationId station) const noexcept = 0;
   /// The inputs of this station are of the last exchange. RT.
   [[nodiscard]] virtual bool fresh(StationId station) const noexcept = 0;
+  /// How an object that a station's profile has among its inputs comes from it. RT.
+  [[nodiscard]] virtual InputSource source(StationId /*station*/, config::ObjectAddress /*input*/) const noexcept {
+    return InputSource::EveryCycle;
+  }
   /// One cycle: sends the image and takes what comes back until `deadline`. RT.
   virtual Exchange exchange(Time deadline) noexcept = 0;
   /// Announces the deadline of the next exchange(), when a cycle is done and time is left. Without it, or with another

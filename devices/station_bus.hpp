@@ -103,7 +103,8 @@ class StationBus : public FieldBus {
   virtual std::vector<std::pair<StationId, Emergency>> take_emergencies() = 0;
   /// Objects that a profile has in the process image and a station does not: they are written and read beside it.
   [[nodiscard]] virtual bool has_slow_objects() const noexcept { return false; }
-  virtual void serve_objects() {}
+  /// What fell silent since the last call, or answers again: with station and object.
+  virtual std::vector<std::string> serve_objects() { return {}; }
 };
 
 }  // namespace gantry::devices

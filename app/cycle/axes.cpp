@@ -36,7 +36,10 @@ void Axes::read(const devices::FieldBus& bus, bool answered, std::int64_t elapse
     const bool fresh = bus.fresh(station);
     const bool was_enabled = drives_[d].feedback().state == DriveState::OperationEnabled;
     const std::int64_t counts_before = drives_[d].feedback().counts.value;
-    const DriveState state = drives_[d].read(bus.inputs(station), fresh, elapsed).state;
+    const DriveState state =
+        drives_[d]
+            .read(bus.inputs(station), fresh, elapsed, bus.source(station, setup_.drives[d].digital_inputs))
+            .state;
     if (goal_ == DriveGoal::Enabled && was_enabled && state != DriveState::OperationEnabled &&
         state != DriveState::FaultReaction && state != DriveState::Fault)
       dropped_[d] = true;  // set() could throw

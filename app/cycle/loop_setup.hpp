@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "app/cycle/channels.hpp"
+#include "config/drive.hpp"
 #include "core/clock.hpp"
 #include "core/rt/fixed_vector.hpp"
 #include "devices/rt/drive.hpp"
@@ -23,6 +24,7 @@ struct DriveSetup {
   /// its torque goes when it stands.
   bool quick_stop_brakes = false;
   double brake_give = 0;  ///< mm or rad that the axis may move while its brake is closed; 0: it has none
+  config::ObjectAddress digital_inputs{devices::wire::cia402::kDigitalInputs, 0};
 };
 
 struct HomingSetup {

@@ -46,6 +46,7 @@ devices::HomingRules rules_of(const config::Machine& machine, const config::Axis
     if (facts.input_pos_limit < 0) rules.known &= static_cast<std::uint8_t>(~devices::kSwitchPos);
     if (facts.input_home < 0) rules.known &= static_cast<std::uint8_t>(~devices::kSwitchHome);
   }
+  rules.unseen_accepted = axis.homing->limits_unseen;
   rules.counts_per_cycle =
       std::max(axis.homing->fast, axis.homing->slow) * std::abs(axis.counts_per_unit) * seconds(machine.bus.cycle);
   const double leave = axis.rotary ? kLeaveLimit_rad : kLeaveLimit_mm;
@@ -66,7 +67,8 @@ Result<void> add_drives(const config::Machine& machine, const config::Axis& axis
     const bool brakes = config::quick_stop_of(station->profile, ref.slot) == config::QuickStop::Brakes;
     const double give = axis.rotary ? kBrakeGive_rad : kBrakeGive_mm;
     if (!loop.drives.push_back({ref.station, axis.id, *layout, devices::AxisScale(axis.counts_per_unit, ref.invert),
-                                brakes, has_brake(station->profile) && layout->closed_loop ? give : 0}) ||
+                                brakes, has_brake(station->profile) && layout->closed_loop ? give : 0,
+                                config::in_slot(station->profile, {0x60FD, 0}, ref.slot)}) ||
         !setup.drives.push_back(index))
       return fail(Fault::Inconsistent, fmt::format("axis {}: too many drives", axis.name), machine.file);
   }

@@ -122,12 +122,48 @@ Result<void> Owner::home(const std::vector<std::string>& axes) {
   return parts_->home(named);
 }
 
+/// Homing watches the limits of its axes: where a station does not show them it does not begin. What is polled may have
+/// to be waited for.
+Result<void> Owner::Parts::see_limits(std::uint32_t named) {
+  constexpr double kFirstLook_s = 2;
+  for (const config::Axis& axis : machine.axes) {
+    if ((named >> axis.id.value & 1u) == 0 || !axis.homing || axis.kind != config::AxisKind::Streamed) continue;
+    for (const config::DriveRef& drive : axis.drives) {
+      const config::Station& s = machine.stations[drive.station.value];
+      if (s.bus != config::BusKind::EtherCat) continue;
+      const config::ObjectAddress inputs = config::in_slot(s.profile, {0x60FD, 0}, drive.slot);
+      const auto source = [&] { return bus->source(s.id, inputs); };
+      const auto unseen = [&](std::string_view why) {
+        return Error{Fault::SwitchesUnseen,
+                     fmt::format("it is not homed: {} of station '{}' (digital inputs) {}", config::to_text(inputs),
+                                 s.name, why),
+                     "axis " + axis.name};
+      };
+      if (source() == devices::InputSource::Absent && axis.homing->limits_unseen) {
+        log::warn("axis {} homes without a watch over its limit switches: station '{}' does not show them", axis.name,
+                  s.name);
+        continue;
+      }
+      if (source() == devices::InputSource::Absent)
+        return tl::unexpected(unseen(
+            "is not there, so that its limit switches cannot be watched; `homing: {limits_unseen: true}` of this "
+            "axis in the machine file leaves them to the drive alone"));
+      if (auto seen = control().wait([&] { return source() != devices::InputSource::Silent; }, kFirstLook_s,
+                                     unseen("is read by SDO and does not answer"));
+          !seen)
+        return seen;
+    }
+  }
+  return {};
+}
+
 Result<void> Owner::Parts::home(std::uint32_t named) {
   for (const config::Axis& axis : machine.axes)
     if (axis.kind == config::AxisKind::Streamed && !axis.homing)
       return fail(Fault::NotReferenced,
                   "the machine file states no `homing` for it, so that nothing can say where it stands; add it",
                   "axis " + axis.name);
+  if (auto r = see_limits(named); !r) return r;
   if (auto r = torque(); !r) return r;
   const cycle::Snapshot& now = control().latest();
   if (job::head_is_placed(machine, now.referenced))

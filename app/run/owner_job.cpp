@@ -119,8 +119,12 @@ void Owner::Parts::serve() {
 void Owner::Parts::serve_objects() {
   if (!bus->has_slow_objects()) return;
   bus->step_by([this] { control().step(); });
-  bus->serve_objects();
+  const std::vector<std::string> news = bus->serve_objects();
   bus->step_by({});
+  for (const std::string& words : news) {
+    log::warn("{}", words);
+    if (job) job->recording.note(feed->latest().time_ns, words);
+  }
 }
 
 void Owner::Parts::name_culprits() {

@@ -34,6 +34,8 @@ Result<devices::FramePort*> Owner::Parts::open_bus() {
     if (!station.profile.not_stated.empty()) return fail(Fault::MissingKey, config::not_stated(station), machine.file);
   if (const std::string lost = config::lost_emergency_stop(machine); !lost.empty())
     return fail(Fault::MissingKey, lost, machine.file);
+  if (const std::string unseen = config::limits_not_shown(machine); !unseen.empty())
+    return fail(Fault::MissingKey, unseen, machine.file);
   auto raw = devices::RawSocketPort::open(options.bus.substr(kEthercat.size()));
   if (!raw) return tl::unexpected(raw.error());
   raw_port = std::move(*raw);

@@ -117,6 +117,7 @@ struct Owner::Parts {
   [[nodiscard]] bool all_referenced() const;
   /// Those axes (bit n: AxisId n), lowest order first.
   Result<void> home(std::uint32_t named = ~0u);
+  Result<void> see_limits(std::uint32_t named);
   /// The axes as a job that begins now finds them; those that are homed before stand at their home edges then.
   [[nodiscard]] AxisVec where_a_job_begins() const;
   Result<Jogged> jog(const job::JogWords& words);

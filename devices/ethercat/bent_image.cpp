@@ -35,7 +35,8 @@ void put_bits(std::span<std::byte> image, std::uint32_t at, std::uint32_t bits, 
 
 }  // namespace
 
-BentImage::BentImage(const StationRecord& s) : foreign_(s.foreign_outputs) {
+BentImage::BentImage(const StationRecord& s, Time cycle)
+    : foreign_(s.foreign_outputs), silent_cycles_(kSilentAfter / cycle) {
   const config::StationProfile& profile = s.config->profile;
   outputs_.resize(image_bytes(profile.rx_pdos));
   inputs_.resize(image_bytes(profile.tx_pdos));
@@ -46,6 +47,8 @@ BentImage::BentImage(const StationRecord& s) : foreign_(s.foreign_outputs) {
         const auto here = find_bits(outputs ? profile.rx_pdos : profile.tx_pdos, entry.address);
         const auto there = find_bits(outputs ? s.rx_pdos : s.tx_pdos, entry.address);
         const bool left_out = std::ranges::count(s.left_out, entry.address) != 0;
+        const bool polled = std::ranges::count(s.slow, entry.address, &SlowObject::address) != 0;
+        if (!outputs && entry.address.index != 0 && (!there || left_out) && !polled) absent_.push_back(entry.address);
         if (entry.address.index == 0 || !there || left_out || there->bits > kMostBits) continue;
         const DriveEntry* e = find_drive_entry(config::first_slot(profile, entry.address, row.slot).index);
         const bool has_sign = e != nullptr && e->has_sign;
@@ -91,8 +94,20 @@ void BentImage::to_wire(std::span<std::byte> wire) noexcept {
 
 void BentImage::from_wire(std::span<const std::byte> wire, bool fresh) noexcept {
   if (fresh) copy(in_, wire, inputs_);
+  for (SlowValue& v : slow_) {
+    if (v.object.output) continue;
+    put_bits(inputs_, v.bit, v.object.bits, v.value.load(std::memory_order_relaxed));
+    const std::uint32_t looks = v.looks.load(std::memory_order_relaxed);
+    v.old_cycles = looks == 0 ? silent_cycles_ + 1 : looks != v.looks_seen ? 0 : v.old_cycles + 1;
+    v.looks_seen = looks;
+  }
+}
+
+InputSource BentImage::source(config::ObjectAddress input) const noexcept {
   for (const SlowValue& v : slow_)
-    if (!v.object.output) put_bits(inputs_, v.bit, v.object.bits, v.value.load(std::memory_order_relaxed));
+    if (!v.object.output && v.object.address == input)
+      return v.old_cycles > silent_cycles_ || v.looks_seen == 0 ? InputSource::Silent : InputSource::Polled;
+  return std::ranges::count(absent_, input) != 0 ? InputSource::Absent : InputSource::EveryCycle;
 }
 
 void BentImage::begin_spare() noexcept { std::ranges::copy(outputs_, spare_.begin()); }

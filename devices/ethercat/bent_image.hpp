@@ -13,6 +13,7 @@
 
 #include "devices/ethercat/station.hpp"
 #include "devices/profiles/map_pdos.hpp"
+#include "devices/rt/input_source.hpp"
 
 namespace gantry::devices {
 
@@ -21,15 +22,25 @@ struct SlowValue {
   SlowObject object;
   std::uint32_t bit = 0;                ///< in the loop's image
   std::atomic<std::uint32_t> value{0};  ///< an output as the loop wants it, an input as the station has shown it
+  std::atomic<std::uint32_t> looks{0};  ///< that gave an input; 0: not yet, or not since the station was away
+  // the loop's
+  std::uint32_t looks_seen = 0;
+  std::int64_t old_cycles = 0;  ///< since the last look that gave it
   // the run thread's
+  Time last_look{};    ///< that gave it, or when it was first asked for
+  bool asked = false;  ///< last_look is set
+  bool silent = false;
   std::uint32_t sent = 0;  ///< the output that the station has
   bool sent_once = false;
   Time not_before{};
 };
 
+/// After so long without an answer an input that is polled is not known any more.
+inline constexpr Time kSilentAfter = milliseconds(500);
+
 class BentImage {
  public:
-  explicit BentImage(const StationRecord& station);
+  BentImage(const StationRecord& station, Time cycle);
 
   [[nodiscard]] std::span<std::byte> outputs() noexcept { return outputs_; }
   [[nodiscard]] std::span<const std::byte> inputs() const noexcept { return inputs_; }
@@ -39,6 +50,7 @@ class BentImage {
   void begin_wire(std::span<std::byte> wire) const noexcept;
   void to_wire(std::span<std::byte> wire) noexcept;
   void from_wire(std::span<const std::byte> wire, bool fresh) noexcept;
+  [[nodiscard]] InputSource source(config::ObjectAddress input) const noexcept;
 
   // Outputs that are made beside the loop's own: a copy of these, changed and copied to a wire image of their own.
   void begin_spare() noexcept;
@@ -58,6 +70,8 @@ class BentImage {
   std::vector<Copy> out_, in_;
   std::vector<ForeignOutput> foreign_;
   std::deque<SlowValue> slow_;
+  std::vector<config::ObjectAddress> absent_;  ///< inputs of the profile that the station does not show
+  std::int64_t silent_cycles_ = 0;
 };
 
 }  // namespace gantry::devices

@@ -134,7 +134,7 @@ Result<void> EthercatMaster::set_up() {
     const StationRecord& s = stations_[i];
     if (!s.bent) continue;
     bent_.push_back({.station = i,
-                     .image = std::make_unique<BentImage>(s),
+                     .image = std::make_unique<BentImage>(s, machine_.bus.cycle),
                      .outputs = std::span(output_image_).subspan(s.output_offset, s.output_bytes),
                      .spare = std::span(spare_image_).subspan(s.output_offset, s.output_bytes),
                      .inputs = std::span(input_image_).subspan(s.input_offset, s.input_bytes)});
@@ -504,15 +504,22 @@ bool EthercatMaster::has_slow_objects() const noexcept {
   return std::ranges::any_of(bent_, [](const Bent& b) { return !b.image->slow().empty(); });
 }
 
-void EthercatMaster::serve_objects() {
-  if (!has_slow_objects()) return;
+InputSource EthercatMaster::source(StationId station, config::ObjectAddress input) const noexcept {
+  const BentImage* const bent = station.value < image_parts_.size() ? image_parts_[station.value].bent : nullptr;
+  return bent != nullptr ? bent->source(input) : InputSource::EveryCycle;
+}
+
+std::vector<std::string> EthercatMaster::serve_objects() {
+  std::vector<std::string> news;
+  if (!has_slow_objects()) return news;
   choose_carrier();
   for (const Bent& b : bent_) {
     if (cyclic_->was_fresh(b.station))
-      serve_slow_objects(link_, stations_[b.station], *b.image);
+      serve_slow_objects(link_, stations_[b.station], *b.image, news);
     else
       forget_slow_objects(*b.image);
   }
+  return news;
 }
 
 std::size_t EthercatMaster::spare_frames(std::span<const ImageChange> changes, std::span<FrameBytes> frames) noexcept {

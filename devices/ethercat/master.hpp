@@ -56,10 +56,11 @@ class EthercatMaster final : public StationBus {
   /// Takes what stations have sent unasked (emergencies) since the last call. Blocking, but cheap: only stations whose
   /// mailbox flag the cycles have seen are asked.
   std::vector<std::pair<StationId, Emergency>> take_emergencies() override;
+  [[nodiscard]] InputSource source(StationId station, config::ObjectAddress input) const noexcept override;
   /// Whether there are objects that go by SDO because no PDO of a station carries them (6060h, 6061h, 603Fh, 60FDh).
   [[nodiscard]] bool has_slow_objects() const noexcept override;
   /// Writes and reads them: what the run thread does after each of its steps. Blocking; a few mailbox messages.
-  void serve_objects() override;
+  std::vector<std::string> serve_objects() override;
 
   // Diagnosis, at any time between bring_up() and shut_down().
   Result<Bytes> read_object(StationId station, config::ObjectAddress address, SdoAccess access);

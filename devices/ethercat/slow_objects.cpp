@@ -1,8 +1,10 @@
 #include "devices/ethercat/slow_objects.hpp"
 
 #include <algorithm>
+#include <fmt/format.h>
 
 #include "devices/ethercat/sdo.hpp"
+#include "devices/profiles/drive_entries.hpp"
 #include "devices/profiles/object_value.hpp"
 #include "devices/wire/cia402.hpp"
 
@@ -23,14 +25,35 @@ std::int64_t number_of(const SlowObject& o, std::uint32_t value) {
 }
 
 void look(Link& link, StationRecord& s, SlowValue& v) {
+  if (!v.asked) v.asked = true, v.last_look = link.clock().now();
   const auto value = read_number(link, s, v.object.by, type_of(v.object));
-  if (value) v.value.store(static_cast<std::uint32_t>(*value), std::memory_order_relaxed);
   v.not_before = link.clock().now() + (value ? kLookEvery : kAfterRefusal);
+  if (!value) return;
+  v.value.store(static_cast<std::uint32_t>(*value), std::memory_order_relaxed);
+  v.looks.store(std::max(1u, v.looks.load(std::memory_order_relaxed) + 1), std::memory_order_relaxed);
+  v.last_look = link.clock().now();
+}
+
+/// Once when it falls silent, once when it answers again.
+void tell_silence(const StationRecord& s, SlowValue& v, Time now, std::vector<std::string>& news) {
+  const bool silent = v.asked && now - v.last_look > kSilentAfter;
+  if (silent == v.silent) return;
+  v.silent = silent;
+  const DriveEntry* e = nullptr;
+  for (int slot = 0; slot < s.config->profile.slots && e == nullptr; ++slot)
+    e = find_drive_entry(config::first_slot(s.config->profile, v.object.address, slot).index);
+  const std::string what = fmt::format("{} ({})", config::to_text(v.object.by), e != nullptr ? e->name : "input");
+  news.push_back(silent ? fmt::format("{}: {} is read by SDO and has not answered for {:.1f} s: what is known of it is "
+                                      "old, and what depends on it is stopped",
+                                      s.where, what, seconds(now - v.last_look))
+                        : fmt::format("{}: {} answers again", s.where, what));
 }
 
 }  // namespace
 
-void serve_slow_objects(Link& link, StationRecord& s, BentImage& image) {
+void serve_slow_objects(Link& link, StationRecord& s, BentImage& image, std::vector<std::string>& news) {
+  for (SlowValue& v : image.slow())
+    if (!v.object.output) tell_silence(s, v, link.clock().now(), news);
   for (SlowValue& v : image.slow()) {
     if (!v.object.output || link.clock().now() < v.not_before) continue;
     const std::uint32_t wanted = v.value.load(std::memory_order_relaxed);
@@ -56,7 +79,10 @@ void forget_slow_objects(BentImage& image) {
   for (SlowValue& v : image.slow()) {
     v.sent_once = false;
     v.not_before = {};
-    if (!v.object.output) v.value.store(0, std::memory_order_relaxed);
+    if (v.object.output) continue;
+    v.value.store(0, std::memory_order_relaxed);
+    v.looks.store(0, std::memory_order_relaxed);
+    v.asked = v.silent = false;
   }
 }
 

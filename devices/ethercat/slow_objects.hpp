@@ -2,6 +2,9 @@
 // at is read again and again. One thing at a time, so that the mailbox stays free for others.
 //   serve_slow_objects(link, station, image);        // run thread, often
 #pragma once
+#include <string>
+#include <vector>
+
 #include "devices/ethercat/bent_image.hpp"
 #include "devices/ethercat/link.hpp"
 #include "devices/ethercat/station.hpp"
@@ -9,7 +12,8 @@
 namespace gantry::devices {
 
 /// At most one transfer, or for a mode that the loop has changed, the write and the look at what became of it.
-void serve_slow_objects(Link& link, StationRecord& station, BentImage& image);
+/// `news`: inputs that have fallen silent, or answer again.
+void serve_slow_objects(Link& link, StationRecord& station, BentImage& image, std::vector<std::string>& news);
 /// The station was away: what it has is not known any more, and is written and read anew.
 void forget_slow_objects(BentImage& image);
 

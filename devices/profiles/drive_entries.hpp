@@ -35,8 +35,10 @@ inline constexpr std::array kDriveEntries{
                "6060h is read back instead, which shows what was asked and not what the drive does"},
     DriveEntry{
         wire::cia402::kDigitalInputs, false, 32, false, EntryNeed::ByMailbox, "digital inputs",
-        "limit and home switches are read by SDO, so the controller sees them late; the drive's own reaction stays",
-        "the controller does not see limit and home switches; only the drive reacts to them"},
+        "limit and home switches are read by SDO, so the controller sees them late, and homing stops when they fall "
+        "silent; the drive's own reaction stays",
+        "the controller does not see limit and home switches, and does not home this axis unless the machine file says "
+        "`homing: {limits_unseen: true}`; then only the drive reacts to them"},
     DriveEntry{wire::cia402::kErrorCode, false, 16, false, EntryNeed::ByMailbox, "error code",
                "it is read by SDO, so a fault is named late, and a warning is noticed late",
                "faults are told without their code, and warnings not at all"},

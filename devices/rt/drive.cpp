@@ -45,8 +45,10 @@ bool Drive::judge_step(Counts before) noexcept {
   return std::abs(feedback_.counts.value - before.value) > step_max_counts_ * (1 + behind_);
 }
 
-const Feedback& Drive::read(std::span<const std::byte> inputs, bool fresh, std::int64_t elapsed) noexcept {
+const Feedback& Drive::read(std::span<const std::byte> inputs, bool fresh, std::int64_t elapsed,
+                            InputSource digital_inputs) noexcept {
   Feedback& f = feedback_;
+  f.inputs = layout_.digital_inputs.mapped() ? digital_inputs : InputSource::Absent;
   count_missed(fresh, elapsed);
   f.fresh = fresh;
   f.jumped = false;

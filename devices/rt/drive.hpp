@@ -14,6 +14,7 @@
 #include "core/fault.hpp"
 #include "core/rt/fixed_vector.hpp"
 #include "devices/rt/cia402.hpp"
+#include "devices/rt/input_source.hpp"
 #include "devices/rt/pdo.hpp"
 #include "devices/rt/scale.hpp"
 
@@ -59,6 +60,7 @@ struct Feedback {
   double position = 0;  ///< mm or rad
   std::uint16_t error_code = 0;
   std::uint32_t digital_inputs = 0;
+  InputSource inputs = InputSource::EveryCycle;  ///< how digital_inputs come from the station
   bool neg_limit = false, pos_limit = false, home = false;
   bool limit_shown = false;    ///< by the statusword, where the manual states its bit
   bool follows = true;         ///< its targets in CSP; false where the statusword says that it does not
@@ -93,7 +95,9 @@ class Drive {
 
   /// `fresh`: the inputs are of this cycle's exchange (Exchange::inputs_fresh). `elapsed`: cycles since the last call,
   /// more than 1 when the host stalled: the drive then catches up with a target that went on meanwhile (R61).
-  const Feedback& read(std::span<const std::byte> inputs, bool fresh, std::int64_t elapsed = 1) noexcept;
+  /// `digital_inputs`: how these come from the station.
+  const Feedback& read(std::span<const std::byte> inputs, bool fresh, std::int64_t elapsed = 1,
+                       InputSource digital_inputs = InputSource::EveryCycle) noexcept;
   void write(std::span<std::byte> outputs, const DriveCommand& command) noexcept;
 
   [[nodiscard]] const Feedback& feedback() const noexcept { return feedback_; }

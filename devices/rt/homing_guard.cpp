@@ -42,7 +42,9 @@ HomingGuard::HomingGuard(const HomingRules& rules, const Feedback& f) noexcept
       leaving_(static_cast<std::uint8_t>(closed(f) & (kSwitchNeg | kSwitchPos) & ~rules.may_meet)),
       seen_(closed(f)),
       last_(f.counts),
-      closed_at_(f.counts) {}
+      closed_at_(f.counts) {
+  if (f.inputs == InputSource::Absent && rules_.unseen_accepted) rules_.known = 0;
+}
 
 /// An axis leaves its reference limit to find the edge. One that never opens is stuck, or it is another one.
 bool HomingGuard::stuck(std::uint8_t now, Counts counts, std::int64_t elapsed) noexcept {
@@ -56,6 +58,8 @@ bool HomingGuard::stuck(std::uint8_t now, Counts counts, std::int64_t elapsed) n
 }
 
 Fault HomingGuard::look(const Feedback& f, std::int64_t elapsed) noexcept {
+  if (rules_.known != 0 && (f.inputs == InputSource::Silent || f.inputs == InputSource::Absent))
+    return Fault::SwitchesUnseen;
   const std::uint8_t now = closed(f);
   seen_ |= now;
   leaving_ &= now;

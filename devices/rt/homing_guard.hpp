@@ -16,8 +16,9 @@ namespace gantry::devices {
 inline constexpr std::uint8_t kSwitchNeg = 1, kSwitchPos = 2, kSwitchHome = 4;
 
 struct HomingRules {
-  std::uint8_t known = 0;         ///< switches that the drive shows in 60FDh
-  std::uint8_t may_meet = 0;      ///< limits that the method may come to
+  std::uint8_t known = 0;         ///< switches whose bits in 60FDh are known
+  bool unseen_accepted = false;   ///< it homes although the drive shows no 60FDh; its switches are not watched then
+  std::uint8_t may_meet = 0;      ///< limits on the method's way
   std::uint8_t reference = 0;     ///< what the method looks for; 0: homes where it stands, or at the index pulse
   int toward = 0;                 ///< where it looks for that from afar, in the drive's own counter: +1, -1; 0: nowhere
   std::int64_t leave_counts = 0;  ///< within which a limit that is the reference opens again; 0: not watched
@@ -33,7 +34,7 @@ class HomingGuard {
   HomingGuard(const HomingRules& rules, const Feedback& feedback) noexcept;
 
   /// `elapsed`: cycles since the last call. Fault::HomingWrongLimit, HomingTooFast; HomingFailed: a reference limit is
-  /// stuck; None.
+  /// stuck; SwitchesUnseen: 60FDh has fallen silent, or the station has none; None.
   Fault look(const Feedback& feedback, std::int64_t elapsed = 1) noexcept;
   /// The switch that the method looks for was closed at some time, or cannot be seen.
   [[nodiscard]] bool found_switch() const noexcept;

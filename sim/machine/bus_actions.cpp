@@ -34,6 +34,7 @@ struct Doing {
   void operator()(const act::IgnoreWrites& a) {
     segment.ignore_writes(a.station, a.object.value_or(config::ObjectAddress{}));
   }
+  void operator()(const act::SlowMailbox& a) { segment.slow_mailbox(a.station, a.by); }
   void operator()(const act::HeedWrites& a) { segment.ignore_writes(a.station, std::nullopt); }
   void operator()(const act::SetObject& a) { segment.set_object(a.station, a.object, std::llround(a.value)); }
   void operator()(const act::DriveFault& a) {

@@ -47,6 +47,7 @@ Result<std::unique_ptr<SimulatedMachine>> SimulatedMachine::open(const config::M
     script = std::move(*loaded);
   }
   auto parts = std::make_unique<Parts>(machine, clock, options.seed, placement);
+  for (const auto& [station, habits] : options.habits) parts->segment.set_habits(station, habits);
   if (!options.state_dir.empty()) {
     auto log = WorldLog::open(options.state_dir);
     if (!log) return tl::unexpected(log.error());

@@ -8,11 +8,14 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "config/machine.hpp"
 #include "core/clock.hpp"
 #include "devices/can_port.hpp"
 #include "devices/frame_port.hpp"
+#include "sim/station/habits.hpp"
 #include "sim/world/world_access.hpp"
 
 namespace gantry::sim {
@@ -27,6 +30,7 @@ struct SimulatedMachineOptions {
   std::string state_dir;    ///< --sim-state; empty: the world is new and forgets
   /// The machine as it is really wired, where that is another than its file tells; null: as the file tells.
   std::shared_ptr<const config::Machine> wired{};
+  std::vector<std::pair<StationId, StationHabits>> habits{};
 };
 
 class SimulatedMachine final : public WorldAccess {

@@ -110,6 +110,11 @@ std::vector<ActionRow> table() {
          return BusAction{a};
        }},
       {"heed_writes", {station}, of_station<HeedWrites>},
+      {"slow_mailbox",
+       {station, config::number("by", &E::by_s, Dimension::Time, {0, 3600}, kRequired, "from a request to its answer")},
+       [](const E& e, Names& n) -> Action {
+         return BusAction{SlowMailbox{n.station(e.station), time_of(e.by_s)}};
+       }},
       {"set_object",
        {station, object_key(kRequired, "index:sub"),
         config::number("value", &E::value, Dimension::None, {-2147483648.0, 4294967295.0}, kRequired, "what it reads")},

@@ -87,6 +87,10 @@ struct IgnoreWrites {
   StationId station;
   std::optional<config::ObjectAddress> object;  ///< nothing: all of them
 };
+struct SlowMailbox {
+  StationId station;
+  Time by{};
+};
 struct HeedWrites {
   StationId station;
 };
@@ -159,11 +163,12 @@ struct SetCamera {
 
 }  // namespace act
 
-using BusAction = std::variant<act::CutLink, act::HealLink, act::LoseFrames, act::CorruptFrames, act::CorruptHeaders,
-                               act::DuplicateFrames, act::ReorderFrames, act::ForeignFrames, act::DelayFrames,
-                               act::Noise, act::Drift, act::Jitter, act::CountErrors, act::StickStatusword,
-                               act::IgnoreWrites, act::HeedWrites, act::SetObject, act::DriveFault, act::Stall,
-                               act::SlipBrake, act::PowerOff, act::PowerOn, act::PowerCycle, act::EmergencyStop>;
+using BusAction =
+    std::variant<act::CutLink, act::HealLink, act::LoseFrames, act::CorruptFrames, act::CorruptHeaders,
+                 act::DuplicateFrames, act::ReorderFrames, act::ForeignFrames, act::DelayFrames, act::Noise, act::Drift,
+                 act::Jitter, act::CountErrors, act::StickStatusword, act::IgnoreWrites, act::HeedWrites,
+                 act::SlowMailbox, act::SetObject, act::DriveFault, act::Stall, act::SlipBrake, act::PowerOff,
+                 act::PowerOn, act::PowerCycle, act::EmergencyStop>;
 using WorldAction = std::variant<act::RemoveMark, act::MoveMark, act::Stain, act::AddObstacle, act::RemoveObstacle,
                                  act::Press, act::SetInput, act::BreakWire, act::SetCamera>;
 using Action = std::variant<BusAction, WorldAction>;

@@ -107,6 +107,8 @@ class Segment {
   void stick_statusword(AxisId axis, int drive, bool stuck) noexcept;
   /// SDO downloads are answered and change nothing: of one object (index 0: of all), or of none any more.
   void ignore_writes(StationId station, std::optional<config::ObjectAddress> object) noexcept;
+  /// From now on so much passes between a request to its mailbox and the answer.
+  void slow_mailbox(StationId station, Time by) noexcept;
   /// What an input terminal measures. False: the station has no such object.
   bool set_object(StationId station, config::ObjectAddress object, std::int64_t value) noexcept;
 

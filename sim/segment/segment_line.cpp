@@ -26,6 +26,10 @@ void Segment::set_habits(StationId id, const StationHabits& habits) {
   update_links();
 }
 
+void Segment::slow_mailbox(StationId id, Time by) noexcept {
+  if (const int position = position_of(id); position >= 0) station(position).slow_mailbox(by);
+}
+
 bool Segment::hang(StationId id, StationId parent_id, int port) noexcept {
   const int position = position_of(id), parent = position_of(parent_id);
   if (position < 1 || parent < 0 || parent >= position || port < 1 || port > 3) return false;

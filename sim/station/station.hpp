@@ -52,6 +52,11 @@ class Station {
   void set_timing(const StationTiming& timing) noexcept;
   /// From its next power-on.
   void set_habits(const StationHabits& habits);
+  /// Also what has been asked already.
+  void slow_mailbox(Time by) noexcept {
+    habits_.mailbox_delay = by;
+    if (mailbox_due_ != kNever) mailbox_due_ = by > Time{0} ? mailbox_due_ : Time{0};
+  }
 
   Esc& esc() noexcept { return esc_; }
   ObjectDictionary& objects() noexcept { return objects_; }

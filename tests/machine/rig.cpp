@@ -59,6 +59,9 @@ Rig::Rig(const RigOptions& options) : options_(options) {
     options_.wired(*truth);
     owner_options.sim.wired = std::move(truth);
   }
+  for (const auto& [name, habits] : options_.habits)
+    for (const config::Station& s : machine_.stations)
+      if (s.name == name) owner_options.sim.habits.emplace_back(s.id, habits);
   auto owner = run::Owner::open(machine_, owner_options);
   if (!owner) {
     ADD_FAILURE() << to_text(owner.error());

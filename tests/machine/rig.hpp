@@ -11,6 +11,7 @@
 #include "app/run/owner.hpp"
 #include "config/machine.hpp"
 #include "recipes/job.hpp"
+#include "sim/station/habits.hpp"
 
 namespace gantry::test {
 
@@ -21,7 +22,8 @@ struct RigOptions {
   std::string machine = "config/machines/dispenser.yaml";
   std::function<void(config::Machine&)> change{};  ///< made to the machine file's content
   std::function<void(config::Machine&)> wired{};   ///< made to the simulated machine alone, after `change`
-  bool outlives_stops = false;                     ///< as in run::RunOptions
+  std::vector<std::pair<const char*, sim::StationHabits>> habits{};  ///< of its stations, by name
+  bool outlives_stops = false;                                       ///< as in run::RunOptions
 };
 
 class Rig {

@@ -106,6 +106,28 @@ TEST(HomingGuard, done_without_its_switch_is_not_found) {
   EXPECT_TRUE(HomingGuard(rules(35), at(0, 0)).found_switch());
 }
 
+TEST(HomingGuard, inputs_that_are_not_seen_end_it_unless_the_machine_file_accepts_a_drive_without_them) {
+  const auto unseen = [](InputSource source) {
+    Feedback f = at(0, 0);
+    f.inputs = source;
+    return f;
+  };
+  for (const InputSource source : {InputSource::Silent, InputSource::Absent}) {
+    HomingGuard guard(rules(17), unseen(source));
+    EXPECT_EQ(guard.look(unseen(source)), Fault::SwitchesUnseen);
+  }
+  HomingGuard polled(rules(17), unseen(InputSource::Polled));
+  EXPECT_EQ(polled.look(unseen(InputSource::Polled)), Fault::None);
+  EXPECT_EQ(polled.look(unseen(InputSource::Silent)), Fault::SwitchesUnseen) << "it fell silent";
+  HomingRules accepted = rules(17);
+  accepted.unseen_accepted = true;
+  HomingGuard absent(accepted, unseen(InputSource::Absent));
+  EXPECT_EQ(absent.look(unseen(InputSource::Absent)), Fault::None);
+  EXPECT_TRUE(absent.found_switch()) << "the drive alone knows";
+  HomingGuard silent(accepted, unseen(InputSource::Silent));
+  EXPECT_EQ(silent.look(unseen(InputSource::Silent)), Fault::SwitchesUnseen) << "one that shows them has to answer";
+}
+
 TEST(HomingGuard, twice_the_speed_ends_it_and_a_tenth_more_does_not) {
   for (const auto& [speed, fault] :
        {std::pair{60, Fault::None}, {66, Fault::None}, {120, Fault::HomingTooFast}, {10'000, Fault::HomingTooFast}}) {
