@@ -2,30 +2,40 @@
 // machine file asks of the axis. What the machine file states and what cannot work is a mistake; what is a default of
 // the manual, and what merely surprises, is a warning of `check`. Each names the key and the remedy.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 
+#include "config/held_limits.hpp"
 #include "config/machine_file.hpp"
 
 namespace gantry::config {
 namespace {
 
-/// A parameter of one axis of a station as it will be: asked for, else the default of the manual.
+enum class From { MachineFile, Station, Manual };
+
+/// A parameter of one axis of a station as it will be: asked for, else what the station was found to hold, else the
+/// default of the manual.
 struct Held {
   const Parameter* parameter = nullptr;
   double value = 0;  ///< in the parameter's unit
-  bool asked = false;
+  From from = From::Manual;
 };
 
 class DriveLimits {
  public:
-  DriveLimits(const Machine& machine, const Axis& axis, const DriveRef& ref)
-      : axis_(axis), ref_(ref), station_(machine.stations[ref.station.value]), profile_(station_.profile) {}
+  DriveLimits(const Machine& machine, const Axis& axis, const DriveRef& ref, HeldValues read = {})
+      : axis_(axis),
+        ref_(ref),
+        station_(machine.stations[ref.station.value]),
+        profile_(station_.profile),
+        read_(std::move(read)) {}
 
   struct Doubt {
     std::string text;
     std::string parameter;
-    bool mistake = false;  ///< the machine file states it
+    bool mistake = false;  ///< it cannot work as the machine file or the station has it
+    From from = From::Manual;
   };
   std::vector<Doubt> look() {
     if (profile_.drive && axis_.unit_per_rev > 0) {
@@ -44,18 +54,28 @@ class DriveLimits {
     if (p == profile_.parameters.end()) return std::nullopt;
     const ObjectAddress address = in_slot(profile_, p->address, ref_.slot);
     const auto row = std::ranges::find(profile_.startup, address, &StartupRow::address);
-    if (row != profile_.startup.end()) return Held{&*p, static_cast<double>(row->value) / p->per_unit, true};
+    if (row != profile_.startup.end())
+      return Held{&*p, static_cast<double>(row->value) / p->per_unit, From::MachineFile};
+    if (const auto value = read_ ? read_(station_.id, address) : std::nullopt)
+      return Held{&*p, static_cast<double>(*value) / p->per_unit, From::Station};
     const ObjectRow* object = find_object(profile_, p->address);
     if (object == nullptr || !object->initial) return std::nullopt;
-    return Held{&*p, static_cast<double>(*object->initial) / p->per_unit, false};
+    return Held{&*p, static_cast<double>(*object->initial) / p->per_unit, From::Manual};
   }
 
   void doubt(const Held& h, std::string text, bool mistake) {
     doubts_.push_back({fmt::format("axis {}: stations.{}.parameters.{} ({}) {}", axis_.name, station_.name,
                                    h.parameter->name, to_text(h.parameter->address), text),
-                       h.parameter->name, mistake && h.asked});
+                       h.parameter->name, mistake && h.from != From::Manual, h.from});
   }
-  static std::string_view source(const Held& h) { return h.asked ? "is" : "is not stated and is by default"; }
+  static std::string_view source(const Held& h) {
+    switch (h.from) {
+      case From::MachineFile: return "is";
+      case From::Station: return "is not stated, and the station holds";
+      case From::Manual: break;
+    }
+    return "is not stated and is by default";
+  }
 
   /// 6080h, which vendors count in rpm or in pulses/s.
   void speed() {
@@ -141,6 +161,7 @@ class DriveLimits {
   const DriveRef& ref_;
   const Station& station_;
   const StationProfile& profile_;
+  HeldValues read_;
   std::vector<Doubt> doubts_;
 };
 
@@ -164,6 +185,36 @@ std::vector<std::string> drive_limit_notes(const Machine& m) {
       for (auto& doubt : DriveLimits(m, axis, ref).look())
         if (!doubt.mistake) out.push_back("warning: " + std::move(doubt.text));
   return out;
+}
+
+std::vector<HeldDoubt> held_limit_doubts(const Machine& m, const HeldValues& read) {
+  std::vector<HeldDoubt> out;
+  for (const Axis& axis : m.axes)
+    for (const DriveRef& ref : axis.drives)
+      for (auto& doubt : DriveLimits(m, axis, ref, read).look())
+        if (doubt.from == From::Station) out.push_back({std::move(doubt.text), ref.station, doubt.mistake});
+  return out;
+}
+
+std::vector<StartupRow> not_pinned(const StationProfile& profile) {
+  std::vector<StartupRow> out;
+  for (const Parameter& p : profile.parameters)
+    for (int slot = 0; slot < std::max(profile.slots, 1); ++slot) {
+      const ObjectAddress address = in_slot(profile, p.address, slot);
+      if (slot > 0 && address == p.address) break;
+      if (std::ranges::find(profile.startup, address, &StartupRow::address) != profile.startup.end()) continue;
+      const ObjectRow* object = find_object(profile, p.address);
+      out.push_back(
+          {address, p.type, object != nullptr ? object->initial.value_or(0) : 0, p.why, p.name, p.rule, p.acts, false});
+    }
+  return out;
+}
+
+bool is_limit(const StartupRow& row) {
+  constexpr std::array kLimits{"max_speed",      "position_error_limit", "position_error_delay",
+                               "soft_limit_low", "soft_limit_high",      "soft_limits_on",
+                               "filter",         "encoder_counts"};
+  return std::ranges::find(kLimits, row.name) != kLimits.end();
 }
 
 }  // namespace gantry::config

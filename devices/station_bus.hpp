@@ -32,6 +32,12 @@ struct BusStation {
   /// Why it must not have torque: what it holds is not what its rows ask for, or does not act yet. Found at every
   /// start.
   std::vector<Error> doubts;
+  /// What it holds of its own limits where nothing pins them (config/held_limits.hpp).
+  struct Held {
+    config::ObjectAddress object;
+    std::int64_t value = 0;
+  };
+  std::vector<Held> held;
 };
 
 /// How a station takes part in the cycles, as they have seen it.

@@ -12,6 +12,7 @@
 #include "app/cli/commission_walk.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/stations/accepted.hpp"
+#include "config/held_limits.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -139,12 +140,42 @@ class Commissioning {
         fmt::print("    {:<24} {:<9} asked {:>9}  holds {:>9}  {:<13} {}\n", row.name, config::to_text(row.address),
                    row.value, held ? fmt::format("{}", held->value) : "-", acts_text(row.acts), remark);
     }
+    if (auto rest = show_not_pinned(station, position, rows); !rest) return tl::unexpected(rest.error());
     if (wrote)
       if (auto saved = survey_.save_parameters(position, station.profile); !saved) return tl::unexpected(saved.error());
     restart_ = restart_ || acts_later;
     if (!acts_later && station.accepted && station.accepted->restart_pending != waited)  // the station took none of it
       if (auto kept = waits_for_supply(station, found.sii, waited); !kept) return tl::unexpected(kept.error());
     return rows;
+  }
+
+  /// Parameters that nobody states: what the station holds of them, and what its manual has for a default.
+  Result<void> show_not_pinned(const config::Station& station, int position, ordered_json& rows) {
+    for (const config::StartupRow& row : config::not_pinned(station.profile)) {
+      const auto held = survey_.read_held(position, row);
+      if (!held && held.error().fault != Fault::SdoAbort && held.error().fault != Fault::SdoSizeMismatch)
+        return tl::unexpected(held.error());
+      std::optional<std::int64_t> usual;
+      for (int slot = 0; slot < std::max(station.profile.slots, 1) && !usual; ++slot)
+        if (const auto* object =
+                config::find_object(station.profile, config::first_slot(station.profile, row.address, slot)))
+          usual = object->initial;
+      const std::string of_manual = !usual                          ? "the manual has no default"
+                                    : held && *usual == held->value ? "the manual's default"
+                                                                    : fmt::format("the manual's default is {}", *usual);
+      const std::string remark =
+          held ? "not stated, " + of_manual : "not stated, and cannot be read: " + held.error().message;
+      ordered_json one{{"name", row.name}, {"object", config::to_text(row.address)}, {"asked", nullptr}};
+      one["held"] = held ? ordered_json(held->value) : ordered_json();
+      one["default"] = usual ? ordered_json(*usual) : ordered_json();
+      one["acts"] = acts_text(row.acts);
+      one["remark"] = remark;
+      rows.push_back(std::move(one));
+      if (!json_)
+        fmt::print("    {:<24} {:<9} asked {:>9}  holds {:>9}  {:<13} {}\n", row.name, config::to_text(row.address),
+                   "-", held ? fmt::format("{}", held->value) : "-", acts_text(row.acts), remark);
+    }
+    return {};
   }
 
   /// Kept before anything is written: a program that ends in between must not leave a station that acts by its old

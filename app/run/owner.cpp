@@ -73,6 +73,17 @@ Result<void> Owner::Parts::torque() {
   return enabled;
 }
 
+std::vector<config::HeldDoubt> Owner::Parts::held_limits() const {
+  return config::held_limit_doubts(machine, [&](StationId id, config::ObjectAddress object) {
+    std::optional<std::int64_t> value;
+    for (std::size_t i = 0; i < bus->station_count(); ++i)
+      if (bus->station(i).id == id)
+        for (const auto& held : bus->station(i).held)
+          if (held.object == object) value = held.value;
+    return value;
+  });
+}
+
 Result<void> Owner::Parts::stations_confirmed() const {
   const Error* first = nullptr;
   std::size_t all = 0;
@@ -81,6 +92,10 @@ Result<void> Owner::Parts::stations_confirmed() const {
     if (first == nullptr && !station.doubts.empty()) first = &station.doubts.front();
     all += station.doubts.size();
   }
+  for (const config::HeldDoubt& doubt : held_limits())
+    if (first == nullptr && doubt.refuses)
+      return fail(Fault::ParameterDiffers, doubt.text,
+                  fmt::format("station '{}'", machine.stations[doubt.station.value].name));
   if (first == nullptr && raw_port && undertaking != Undertaking::Walk)
     if (const auto alike = not_told_apart(); !alike.empty()) return tl::unexpected(alike.front());
   if (first == nullptr) return {};

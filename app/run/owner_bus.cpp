@@ -28,6 +28,7 @@ Result<void> Owner::bring_up() {
   for (const std::string& note : p.bus->notes()) log::info("{}", note);
   for (std::size_t i = 0; i < p.bus->station_count(); ++i)
     for (const Error& doubt : p.bus->station(i).doubts) log::warn("{}", to_text(doubt));
+  for (const config::HeldDoubt& doubt : p.held_limits()) log::warn("{}", doubt.text);
   for (const std::string& doubt : config::look_alikes(p.machine)) log::warn("{}", doubt);
   for (const config::Station& s : p.machine.stations)
     if (s.accepted && !s.accepted->walked.empty() && !config::walked(p.machine, s))

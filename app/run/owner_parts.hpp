@@ -20,6 +20,7 @@
 #include "app/stations/culprits.hpp"
 #include "app/stations/repeated_notes.hpp"
 #include "app/stations/station_news.hpp"
+#include "config/held_limits.hpp"
 #include "devices/raw_socket_port.hpp"
 #include "devices/station_bus.hpp"
 #include "sim/machine/world_client.hpp"
@@ -118,6 +119,8 @@ struct Owner::Parts {
   /// Those axes (bit n: AxisId n), lowest order first.
   Result<void> home(std::uint32_t named = ~0u);
   Result<void> see_limits(std::uint32_t named);
+  /// Limits that nothing pins, as the stations hold them, beside what their axes need.
+  [[nodiscard]] std::vector<config::HeldDoubt> held_limits() const;
   /// The axes as a job that begins now finds them; those that are homed before stand at their home edges then.
   [[nodiscard]] AxisVec where_a_job_begins() const;
   Result<Jogged> jog(const job::JogWords& words);

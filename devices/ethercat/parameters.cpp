@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "config/held_limits.hpp"
 #include "devices/ethercat/sdo.hpp"
 #include "devices/profiles/object_value.hpp"
 
@@ -56,6 +57,19 @@ Result<std::optional<Error>> settle(Link& link, StationRecord& s, const config::
                     : fmt::format("cannot be read back: {}", held.error().message));
 }
 
+/// What it holds of limits that nothing pins. One that it does not show is not known; that is no doubt.
+Result<void> read_limits(Link& link, StationRecord& s) {
+  s.held.clear();
+  if (s.config == nullptr || !s.config->profile.drive) return {};
+  for (const config::StartupRow& row : config::not_pinned(s.config->profile)) {
+    if (!config::is_limit(row)) continue;
+    const auto held = read_held(link, s, row);
+    if (held) s.held.push_back({row.address, held->value});
+    if (!held && !refused(held.error())) return tl::unexpected(held.error());
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<HeldObject> read_held(Link& link, StationRecord& s, const config::StartupRow& row) {
@@ -93,7 +107,7 @@ Result<void> write_startup(Link& link, StationRecord& s) {
     if (!doubt) return tl::unexpected(doubt.error());
     if (*doubt) s.doubts.push_back(std::move(**doubt));
   }
-  return {};
+  return read_limits(link, s);
 }
 
 Result<void> save_parameters(Link& link, StationRecord& s, const config::StationProfile& profile) {

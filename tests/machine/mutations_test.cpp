@@ -124,6 +124,16 @@ TEST(Mutations, by_hand) {
       {"another serial, revision", [](auto& m) { station(m, "x").profile.identity.revision += 5; }, nullptr},
       {"another product", [](auto& m) { station(m, "io").profile.identity.product += 5; }, "'io'"},
       {"the wrong alias", [](auto& m) { station(m, "y1").alias = 77; }, "'y1'"},
+      {"a top speed below what the axis asks for",
+       [](auto& m) {
+         object(m, "x", {0x6080, 0}).initial = 100;
+       },
+       "max_speed"},
+      {"a soft limit of the drive inside the travel",
+       [](auto& m) {
+         object(m, "z", {0x607D, 1}).initial = -1000;
+       },
+       "soft_limit_low"},
       {"a station that drops its motor current",
        [](auto& m) {
          holds(m, "x", {0x20F1, 0}, 100);
