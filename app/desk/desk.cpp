@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <fmt/format.h>
@@ -278,32 +277,24 @@ Json Desk::jog(const job::JogWords& words) {
   return answer;
 }
 
-bool Desk::aside(std::function<void()> work, bool may_abort) {
-  const auto still = [&] {
-    return aside_.valid() && aside_.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
+bool Desk::prepare_aside(std::function<void()> work) {
+  const auto serve = [this] {
+    if (!aborted_ && !stop_) static_cast<void>(owner_.idle());
+    return !aborted_ && !stop_;
   };
-  const auto serve_while_it_lasts = [&] {
-    while (still() && !(may_abort && (aborted_ || stop_)))
-      if (!owner_.idle()) break;  // the loop has died; serve() says so
-    return !may_abort || !(aborted_ || stop_);
-  };
-  if (!serve_while_it_lasts()) return false;  // what an abort has left behind comes to its end first
-  aside_ = std::async(std::launch::async, std::move(work));
-  if (!serve_while_it_lasts()) return false;
-  aside_.wait();
-  return true;
+  return aside_.run(std::move(work), serve) && !aborted_ && !stop_;
 }
 
 /// What was begun and not finished is out of the machine, and nothing is to be done on it any more.
 Json Desk::part_removed(const run::Order& order) {
   Result<std::optional<std::string>> another;
-  if (options_.parts != nullptr) aside([&] { another = options_.parts->another_inside(order.serial); }, false);
+  if (options_.parts != nullptr) owner_.aside([&] { another = options_.parts->another_inside(order.serial); });
   if (!another) return failure({another.error()});
   if (!*another)
     if (auto open = owner_.part_removed(); !open) return failure({open.error()});
   if (options_.parts == nullptr) return status();
   Result<std::optional<BegunPart>> forgotten;
-  aside([&] { forgotten = options_.parts->forget_removed(order.serial); }, false);
+  owner_.aside([&] { forgotten = options_.parts->forget_removed(order.serial); });
   if (!forgotten) return failure({forgotten.error()});
   Json answer = status();
   std::string said;
@@ -323,12 +314,11 @@ Json Desk::run_job(const run::Order& order) {
     std::optional<Checked<Prepared>> prepared;
   };
   const auto shared = std::make_shared<Work>();  // outlives this call where an abort ends the waiting
-  const bool ready = aside(
+  const bool ready = prepare_aside(
       [shared, &machine = machine_, recipe = order.recipe, select = order.select, certificate = order.certificate] {
         shared->unreadable = ::access(recipe.c_str(), R_OK) == 0 ? 0 : errno;
         if (shared->unreadable == 0) shared->prepared = prepare(machine, recipe, select, {.certificate = certificate});
-      },
-      true);
+      });
   // As long as it is prepared, an abort meets no undertaking of the owner and is kept here.
   const auto may_start = [this]() -> Result<void> {
     preparing_ = false;
@@ -345,7 +335,6 @@ Json Desk::run_job(const run::Order& order) {
     const Checked<Prepared>& prepared = *shared->prepared;
     if (!prepared) return failure(prepared.error());
     const Bench bench{.owner = &owner_,
-                      .aside = [this](const auto& work) { aside(work, false); },
                       .may_start = may_start,
                       .on_hold = [this] { return std::exchange(hold_wished_, false); },
                       .parts = options_.parts};

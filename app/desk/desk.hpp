@@ -5,7 +5,6 @@
 // A job does not depend on the client that ordered it, a jog does: it ends when its client is silent (hold-to-run).
 #pragma once
 #include <functional>
-#include <future>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "app/desk/begun_parts.hpp"
 #include "app/desk/order_line.hpp"
 #include "app/desk/order_socket.hpp"
+#include "app/run/aside.hpp"
 #include "app/run/owner.hpp"
 #include "config/machine.hpp"
 #include "core/clock.hpp"
@@ -81,9 +81,9 @@ class Desk {
   Json jog(const job::JogWords& words);
   Json run_job(const run::Order& order);
   Json part_removed(const run::Order& order);
-  /// Runs `work` on another thread and serves the machine until it is done. False when an abort came first, if
-  /// `may_abort`: then the work goes on unheard.
-  bool aside(std::function<void()> work, bool may_abort);
+  /// Runs `work` on another thread and serves the machine until it is done, in virtual time too: an order may end it.
+  /// False when one came first: then the work goes on unheard.
+  bool prepare_aside(std::function<void()> work);
 
   const config::Machine& machine_;
   run::Owner& owner_;
@@ -92,7 +92,7 @@ class Desk {
   Options options_;
   std::optional<Waiting> waiting_, doing_, resetting_;
   std::vector<Told> given_;
-  std::future<void> aside_;
+  run::Aside aside_;
   std::uint64_t aborted_up_to_ = 0;  ///< number of the last abort: what arrived before it does not begin any more
   std::string recipe_;               ///< of the job that is prepared or runs
   bool preparing_ = false, aborted_ = false, bringing_up_ = false, stop_ = false;

@@ -42,7 +42,7 @@ record::Room room_of(const config::Machine& machine, const Prepared& prepared) {
 
 Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared, const record::WantedFolder& wanted,
                        const run::RunOptions& options, const Bench& bench) {
-  const auto aside = [&](const std::function<void()>& work) { bench.aside ? bench.aside(work) : work(); };
+  const auto aside = [&](const std::function<void()>& work) { bench.owner ? bench.owner->aside(work) : work(); };
   const record::Room room = room_of(machine, prepared);
   Result<std::string> folder;
   std::optional<Result<record::KeptRoom>> kept_room;

@@ -27,9 +27,8 @@ struct Bench {
   run::Owner* owner = nullptr;               ///< null only where the proof has failed
   std::function<Result<void>()> bring_up{};  ///< before the first motion; empty: the owner is up
   std::function<void()> release{};           ///< when nothing moves any more, before the files are written
-  /// Runs its argument to its end while the machine goes on being served; empty: the machine may wait for files.
-  std::function<void(const std::function<void()>&)> aside{};
-  /// Asked last before the owner has the job: what `aside` has let in may have ended it. Empty: nothing has.
+  /// Asked last before the owner has the job: an order that came in while the owner was served beside files may have
+  /// ended it. Empty: nothing has.
   std::function<Result<void>()> may_start{};
   /// Asked behind it: somebody wants the job to wait before its first motion. Empty: nobody does.
   std::function<bool()> on_hold{};

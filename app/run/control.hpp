@@ -104,6 +104,8 @@ class Control {
   /// holds until end().
   void abort(Error why);
   [[nodiscard]] bool aborting() const { return aborted_.has_value(); }
+  /// What ends every wait: the loop has died, a fault is latched, an abort is pending.
+  [[nodiscard]] Result<void> ended() const;
   /// The abort that is pending, as an error.
   [[nodiscard]] Result<void> not_aborted() const;
   /// The undertaking is over, and what was aborted with it: the next one is not concerned.
@@ -115,7 +117,6 @@ class Control {
   Result<Played> play_now(const job::ProvenBlock& block, cycle::Purpose purpose);
   void come_to_rest();
   [[nodiscard]] bool standing() const;
-  [[nodiscard]] Result<void> ended() const;
   [[nodiscard]] Error words(const cycle::Event& answer) const;
 
   cycle::Channels& channels_;

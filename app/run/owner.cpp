@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <fmt/format.h>
-#include <future>
 #include <set>
 
 #include "app/job/jog.hpp"
@@ -229,10 +227,31 @@ const cycle::Snapshot& Owner::latest() const { return parts_->feed->latest(); }
 
 std::vector<Error> Owner::active_faults() const { return parts_->active.list(parts_->machine, latest()); }
 
-void Owner::Parts::aside(const std::function<void()>& work) {
-  if (options.virtual_time) return work();
-  const auto done = std::async(std::launch::async, work);
-  while (done.wait_for(std::chrono::seconds(0)) != std::future_status::ready) control().idle();
+void Owner::aside(const std::function<void()>& work) {
+  if (parts_->options.virtual_time || !parts_->on_bus) return work();
+  parts_->aside_thread.run(work, [this] {
+    static_cast<void>(idle());  // of a loop that has died whoever serves says so
+    return true;
+  });
+}
+
+Result<void> Owner::Parts::aside(const std::function<void()>& work) {
+  if (options.virtual_time) {
+    work();
+    return {};
+  }
+  // What has ended it before is why the work is done now, such as to ask the world what lies on the board.
+  const bool aborted = control().aborting(), was_over = !control().ended();
+  const auto newly_over = [&] { return was_over ? !aborted && control().aborting() : !control().ended(); };
+  std::optional<Time> since;
+  aside_thread.run(work, [&] {
+    control().idle();
+    if (!newly_over() || control().stopped() || world == nullptr) return true;  // a job that is stopped goes on
+    if (!since) since = clock->now();
+    if (clock->now() - *since >= kSilentWorld) world->give_up();
+    return true;
+  });
+  return newly_over() ? control().ended() : Result<void>{};
 }
 
 Undertaking Owner::undertaking() const { return parts_->undertaking; }

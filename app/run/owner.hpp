@@ -138,6 +138,10 @@ class Owner {
   void interrupt(Error why);
   /// Called in every waiting step of the run thread: where orders are polled and progress is shown.
   void on_step(std::function<void()> poll);
+  /// Runs `work`, which may wait for a disk, to its end on a thread of its own while the machine is served and orders
+  /// come in; at once in this thread in virtual time, and where no bus is up. It must touch nothing that a step
+  /// touches.
+  void aside(const std::function<void()>& work);
   /// One step of waiting (an owner that has nothing to do). Fault::LoopDied when the loop hangs: shut_down() is what is
   /// left.
   Result<void> idle();

@@ -232,7 +232,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
                                    .breath = [&p] { return p.control().breathe(); },
                                    .opinion = options.opinion,
                                    .forecast = forecast ? &*forecast : nullptr,
-                                   .aside = [&p](const auto& work) { p.aside(work); }},
+                                   .aside = [&p](const auto& work) { return p.aside(work); }},
                                   recipe, job, result)});
   if (const double factor = latest().override_factor; factor > 1) {
     log::warn("the override returns from {:.0f} to 100 %, as at the start of every job", factor * 100);
@@ -255,7 +255,8 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
 
   Result<void> ended;
   if (p.in_setup()) ended = fail(Fault::SetupMode, std::string(info(Fault::SetupMode).text));
-  if (ended && p.world != nullptr) p.aside([&] { ended = begin_in(*p.world, recipe); });
+  if (ended && p.world != nullptr)
+    if (auto r = p.aside([&] { ended = begin_in(*p.world, recipe); }); !r) ended = r;
   if (ended) ended = p.torque();
   if (ended && !p.all_referenced()) ended = p.home();
   p.control().outlive_stops(options.outlives_stops);  // a stop in homing ends the job
@@ -281,7 +282,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
     record::SeenByWorld seen;  // the result itself is written to by steps
     const bool ends = p.simulated_machine != nullptr && !options.goes_on;
     const auto machine = ends ? sim::WorldAccess::Machine::Ends : sim::WorldAccess::Machine::GoesOn;
-    p.aside([&] { seen = record::ask_world(*p.world, options.out, machine); });
+    static_cast<void>(p.aside([&] { seen = record::ask_world(*p.world, options.out, machine); }));
     record::add_world(result, std::move(seen));
   }
   record::place_drawing(result, recipe, p.machine);
@@ -298,11 +299,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   p.around = p.job->runner.surroundings();
   RecordedFiles files = p.job->recording.finish(p.channels->lost.load() == 0);
   p.job.reset();
-  if (const double factor = latest().override_factor; factor > p.machine.override_max) {
-    log::warn("the override returns from {:.0f} to 100 %: the job's materials allowed it, the machine does not",
-              factor * 100);
-    p.control().post({.kind = cycle::CommandKind::Override, .value = 1});
-  }
+  static_cast<void>(p.aside([&] { files.close(result); }));
   result.cycles.virtual_time = p.options.virtual_time;
   result.cycles.frames_lost_max = p.frames_lost_max;
   result.cycles.frames = p.bus->counters() - counted_before;

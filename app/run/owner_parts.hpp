@@ -10,6 +10,7 @@
 #include "app/cycle/watchdog.hpp"
 #include "app/monitor/child.hpp"
 #include "app/monitor/snapshot_shm.hpp"
+#include "app/run/aside.hpp"
 #include "app/run/buttons.hpp"
 #include "app/run/feed.hpp"
 #include "app/run/owner.hpp"
@@ -94,12 +95,15 @@ struct Owner::Parts {
   std::string order_said;          ///< what the last hold or override leads to, in words; empty: at once
   std::optional<double> raise_to;  ///< override that waits for the valve to be shut
   std::optional<Error> ending;     ///< the program was asked to end: nothing is undertaken any more
+  Aside aside_thread;
 
   [[nodiscard]] Control& control() const { return *on_bus->control; }
 
-  /// What may wait for others, the world or a disk: on a thread of its own, while the machine is served and orders come
-  /// in. In virtual time at once, in this thread. It must touch nothing that a step touches.
-  void aside(const std::function<void()>& work);
+  /// What may wait for the world or a disk: on a thread of its own, while the machine is served and orders come in. In
+  /// virtual time at once, in this thread. It must touch nothing that a step touches. An error when something has come
+  /// meanwhile that ends what is under way; then a world that keeps silent is waited for no longer than kSilentWorld.
+  Result<void> aside(const std::function<void()>& work);
+  static constexpr Time kSilentWorld = milliseconds(1000);
 
   /// The bus and what stands behind it: the simulated machine in this process, or a wire. The port is its alone.
   Result<devices::FramePort*> open_bus();

@@ -184,11 +184,12 @@ Result<job::JobState> Runner::take(const recipes::LookAtMark& step) {
   const int attempts = std::max(1, recipe_.mark_rules.attempts);
   for (int attempt = 1; attempt <= attempts; ++attempt) {
     std::uint64_t shown_before = 0;
-    site_.aside([&] { shown_before = site_.camera->latest(); });
+    if (auto r = site_.aside([&] { shown_before = site_.camera->latest(); }); !r) return tl::unexpected(r.error());
     auto played = play(planner_.look_at_mark(next_block("camera"), at_, mark));
     if (!played) return tl::unexpected(played.error());
     Result<record::MarkResult> judged;
-    site_.aside([&, head = site_.control.latest().actual] { judged = judge(mark, head, shown_before); });
+    const auto look = [&, head = site_.control.latest().actual] { judged = judge(mark, head, shown_before); };
+    if (auto r = site_.aside(look); !r) return tl::unexpected(r.error());
     if (!judged) {
       // The trigger is one short pulse: what it has not reached is asked once more (R65).
       if (attempt == attempts) return tl::unexpected(judged.error());

@@ -38,8 +38,12 @@ struct Site {
   Breath breath{};                          ///< asked while motions are planned; no: the job ends with Fault::Aborted
   motion::Opinion opinion{};                ///< asked of each motion besides the proof; empty: nobody is
   const job::Forecast* forecast = nullptr;  ///< of the job; null: there is none
-  /// Runs to its end what waits for the camera, while the machine is served; it touches nothing that a step touches.
-  std::function<void(const std::function<void()>&)> aside = [](const std::function<void()>& work) { work(); };
+  /// Runs to its end what waits for the camera, while the machine is served; it touches nothing that a step touches. An
+  /// error: meanwhile something has come that ends the job.
+  std::function<Result<void>(const std::function<void()>&)> aside = [](const std::function<void()>& work) {
+    work();
+    return Result<void>{};
+  };
 };
 
 /// The feature that is dispensed, and how long it will still take.

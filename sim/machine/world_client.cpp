@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <fcntl.h>
 #include <filesystem>
 #include <fmt/format.h>
 #include <mutex>
@@ -30,14 +31,17 @@ Result<std::unique_ptr<LineSocket>> connect_to(const std::string& path) {
   if (path.size() >= sizeof address.sun_path)
     return fail(Fault::WorldUnreachable, "the socket's path is too long", path);
   path.copy(address.sun_path, sizeof address.sun_path - 1);
-  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  // A world that hangs takes no connection: where its queue is full, a connect(2) that blocks would wait for ever.
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   auto socket = std::make_unique<LineSocket>(fd);
   if (fd < 0 || ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
     return fail(
         Fault::WorldUnreachable,
         fmt::format("nobody answers there ({}); start `gantry sim --world {}` first", std::strerror(errno), path),
         path);
+  ::fcntl(fd, F_SETFL, ::fcntl(fd, F_GETFL) & ~O_NONBLOCK);
   ::setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &kPatience, sizeof kPatience);
+  ::setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &kPatience, sizeof kPatience);
   return socket;
 }
 
@@ -60,9 +64,18 @@ class WorldClient::Link final : public vision::Camera {
     if (!gone_ && !ended(*socket_)) return {};
     auto socket = connect_to(path_);
     if (!socket) return tl::unexpected(socket.error());
-    socket_ = std::move(*socket);
+    {
+      const std::scoped_lock replacing(replacing_);
+      socket_ = std::move(*socket);
+    }
     gone_ = false;
     return {};
+  }
+
+  /// Whoever waits for an answer holds `mutex_`, and finds that the conversation has ended.
+  void give_up() {
+    const std::scoped_lock replacing(replacing_);
+    ::shutdown(socket_->fd(), SHUT_RDWR);
   }
 
   Result<json> ask(const json& question) {
@@ -111,6 +124,7 @@ class WorldClient::Link final : public vision::Camera {
   std::unique_ptr<LineSocket> socket_;
   std::string path_;
   std::mutex mutex_;
+  std::mutex replacing_;  ///< of `socket_`
   std::uint64_t latest_ = 0;
   bool gone_ = false;
 };
@@ -176,5 +190,6 @@ Result<std::vector<std::string>> WorldClient::script_left(Machine machine) {
   return value<std::vector<std::string>>(
       link_->ask({{"do", "script_left"}, {"machine_ends", machine == Machine::Ends}}));
 }
+void WorldClient::give_up() { link_->give_up(); }
 
 }  // namespace gantry::sim

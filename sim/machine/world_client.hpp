@@ -28,6 +28,7 @@ class WorldClient final : public WorldAccess {
   Result<std::string> placement() override;
   Result<void> add_script(std::string_view yaml) override;
   Result<std::vector<std::string>> script_left(Machine machine) override;
+  void give_up() override;
 
  private:
   class Link;

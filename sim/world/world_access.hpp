@@ -81,6 +81,10 @@ class WorldAccess {
   /// 7". Those that wait for nothing of a job, but for a cycle or for time, count where the machine ends with it.
   enum class Machine { GoesOn, Ends };
   virtual Result<std::vector<std::string>> script_left(Machine machine) = 0;
+  /// From any thread: whoever waits for an answer of this world waits no longer, and gets Fault::WorldUnreachable, as
+  /// does every question until the next job's holds_board(). Of a world in this process, which answers at once,
+  /// nothing.
+  virtual void give_up() {}
   /// Where each axis really stands, mm or rad, as somebody sees it who looks at the machine; nothing where nobody can
   /// say (a world in another process).
   virtual std::optional<AxisVec> axes() { return std::nullopt; }
