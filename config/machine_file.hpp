@@ -43,7 +43,7 @@ struct HomingRow {
   double timeout_s = 60;
   At<Quantity> rack_max, square_max;
   bool limits_unseen = false;
-  Place place;
+  Location place;
 };
 
 struct FollowingRow {

@@ -120,7 +120,7 @@ const Fields<Material> kMaterial{
            "the valve shuts this long before the end of a bead"),
     number("back_track", &Material::back_track, D::Length, {0, 100}, kOptional,
            "then the needle goes back along the bead by this, the valve shut"),
-    number("tail_lift", &Material::tail_lift, D::Length, {0, 100}, kOptional, "and up by this on that way"),
+    number("tail_lift", &Material::tail_lift, D::Length, {0, 100}, kOptional, "and rises by this meanwhile"),
     number("override_max", &Material::override_max, D::Ratio, {1, 2}, kOptional,
            "the highest override in a job that dispenses nothing that allows less, on a machine that allows less"),
     number("rejoin_within", &Material::rejoin_within_s, D::Time, {0, 86400}, kOptional,

@@ -45,7 +45,7 @@ Times times(const config::Machine& machine, const Material& m, const Dot&) {
   return {descent_s(machine, m) + m.settle_time, m.dot_time, "'settle_time' or 'retract'"};
 }
 Times times(const config::Machine& machine, const Material& m, const Bead& bead) {
-  return {way_down_s(machine, m) + run_up_s(machine, m, bead),
+  return {descent_s(machine, m) + run_up_s(machine, m, bead),
           m.start_dwell_s + (length_mm(bead) - m.early_off) / m.speed, "'retract'"};
 }
 

@@ -107,7 +107,8 @@ void send_order(Context& context, const std::string& option, const run::Order& o
   }
   constexpr std::chrono::seconds kPatience{30};
   constexpr const char* kEndsLater =
-      "the owner has taken the order and has not ended yet: it still writes the files of a job, or waits for a station; "
+      "the owner has taken the order and has not ended yet: it still writes the files of a job, or waits for a "
+      "station; "
       "it ends by itself when the disk or the station answers";
   if (order.kind == OrderKind::Quit && context.exit_code == 0 && !gone_within(socket, kPatience))
     context.exit_code = show(Error{Fault::Refused, kEndsLater, socket}, context.json);

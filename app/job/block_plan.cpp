@@ -41,7 +41,7 @@ recipes::Location last_place(const recipes::Recipe& recipe) {
   return recipe.marks.empty() ? recipes::Location{1, 1} : recipe.marks.back().place;
 }
 
-recipes::Place place_of(const recipes::Feature& feature) {
+recipes::Location place_of(const recipes::Feature& feature) {
   return std::visit([](const auto& f) { return f.place; }, feature);
 }
 
@@ -258,7 +258,7 @@ Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& f
 }
 
 /// Told of the feature that is dispensed next, or by the words that are given.
-Result<ProvenBlock> BlockPlanner::over_board(ProvenBlock block, std::string words, recipes::Place place) const {
+Result<ProvenBlock> BlockPlanner::over_board(ProvenBlock block, std::string words, recipes::Location place) const {
   const auto low = surroundings_->below_board(block.segments());
   if (!low) return block;
   for (std::size_t i = low->segment; i < block.segments().size(); ++i)
@@ -335,8 +335,8 @@ AxisVec BlockPlanner::needle_at(Vec2 at, double height_mm) const {
                           offset().rotation);
 }
 
-/// Within this of its end nothing but the way down goes on: half of retract, or more, so that the valve is told to open
-/// on it. `after_s`: from the end of the way down to the moment that the lead counts from.
+/// Within this of its end, mm, nothing but the descent goes on: half of retract, or more, so that the valve is told to
+/// open on it. `after_s`: from the end of the descent to the moment that the lead counts from.
 double BlockPlanner::straight_down_mm(const AxisVec& to, const recipes::Material& m, double after_s) const {
   const double alone_mm = m.retract * kAlone, before_s = m.valve_open_lead - after_s + limits_.tick_s;
   if (before_s <= 0) return alone_mm;
@@ -425,7 +425,7 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
   return {};
 }
 
-/// What lies is gone along for a little, the valve still shut, where no way leads down to the very place.
+/// What lies is gone along for a little, the valve still shut, where no path leads down to the very point.
 Result<BegunBead> BlockPlanner::rejoin(motion::BeadSpec spec, double laid_mm) const {
   spec.begin_mm = laid_mm;
   auto planned = motion::plan_bead(limits_, spec);
@@ -439,24 +439,24 @@ Result<BegunBead> BlockPlanner::rejoin(motion::BeadSpec spec, double laid_mm) co
   return BegunBead{*std::move(planned), {}};
 }
 
-/// The way down and the run-up are what has to be free for it, and what the valve opens ahead on.
+/// The descent and the run-up are what has to be free for it, and what the valve opens ahead on.
 Result<BegunBead> BlockPlanner::begin(const BlockBuilder& builder, motion::BeadSpec spec, const recipes::Material& m,
                                       const motion::PathRules& rules) const {
   return plan_begin(limits_, std::move(spec), m, [&](const motion::BeadMotion& bead, RunUp::Kind kind) -> Result<void> {
     const std::span run_up = std::span(bead.segments).first(bead.bead_begin);
-    double last_way_s = motion::duration(run_up);
+    double last_s = motion::duration(run_up);
     if (kind != RunUp::Kind::FromAbove) {
       const std::array down{lifted(bead.start, m), bead.start};
-      last_way_s += motion::duration(motion::line_move(limits_, down[0], down[1]));
+      last_s += motion::duration(motion::line_move(limits_, down[0], down[1]));
       if (auto r = builder.would_be_free(down, rules); !r) return r;
     }
-    if (kind != RunUp::Kind::Whole && last_way_s < m.valve_open_lead)  // of a whole one it was looked at
-      return fail(Fault::NoSolution, "the valve would open before the needle's last way");
+    if (kind != RunUp::Kind::Whole && last_s < m.valve_open_lead)  // of a whole one it was looked at
+      return fail(Fault::NoSolution, "the valve would open before the needle's last descent and run-up");
     return builder.would_be_free(motion::chords(run_up), rules, motion::off_chords_mm(run_up));
   });
 }
 
-/// The valve is shut and the needle stands behind the bead's end: back along the bead, and up on that way.
+/// The valve is shut and the needle stands behind the bead's end: back along the bead, rising meanwhile.
 Result<void> BlockPlanner::leave_bead(BlockBuilder& builder, const recipes::Bead& bead,
                                       const motion::PathRules& rules) const {
   const recipes::Material& m = *recipes::find_material(recipe_, bead.material);

@@ -84,7 +84,7 @@ class BlockPlanner {
   Result<ProvenBlock> down(BlockBuilder builder, std::size_t touch, double speed_mm_s, const std::string& words) const;
   Result<ProvenBlock> up(std::uint32_t block, const AxisVec& from, std::size_t touch, double by_mm) const;
 
-  [[nodiscard]] Result<ProvenBlock> over_board(ProvenBlock block, std::string words, recipes::Place place) const;
+  [[nodiscard]] Result<ProvenBlock> over_board(ProvenBlock block, std::string words, recipes::Location place) const;
   [[nodiscard]] BlockBuilder build(std::uint32_t block, const AxisVec& from) const;
   [[nodiscard]] recipes::WorkOffset offset() const { return known_.offset.value_or(recipes::WorkOffset{}); }
   [[nodiscard]] recipes::Surface surface() const { return known_.surface.value_or(recipes::Surface{}); }

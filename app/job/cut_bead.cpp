@@ -39,9 +39,9 @@ std::optional<ShutAt> CutWatch::shut_at(double close_lead_s) const {
   if (!cut_) return std::nullopt;
   const double at = static_cast<double>(*cut_ - delay_ticks_) + close_lead_s / tick_s_;
   const auto later =
-      std::find_if(seen_.begin(), seen_.end(), [&](const WayCycle& c) { return static_cast<double>(c.cycle) >= at; });
+      std::find_if(seen_.begin(), seen_.end(), [&](const BlockCycle& c) { return static_cast<double>(c.cycle) >= at; });
   if (later == seen_.begin()) return ShutAt{later->along_block_mm, 0};
-  const WayCycle& a = *std::prev(later);
+  const BlockCycle& a = *std::prev(later);
   auto came = std::prev(later);
   while (came != seen_.begin() && std::abs(std::prev(came)->along_block_mm - a.along_block_mm) <= kSamePlace_mm) --came;
   const double stood_s = (at - static_cast<double>(came->cycle)) * tick_s_;
@@ -53,7 +53,7 @@ std::optional<ShutAt> CutWatch::shut_at(double close_lead_s) const {
 std::optional<Laid> laid_part(const std::deque<motion::Segment>& segments, const LaidPart& before, const ShutAt& shut) {
   const auto span = valve_span(segments.begin(), segments.end(), static_cast<std::uint32_t>(before.feature));
   if (!span) return std::nullopt;
-  const double laid_mm = shut.way_mm - span->opens_mm;
+  const double laid_mm = shut.along_block_mm - span->opens_mm;
   const bool at_start = before.mm == 0 && std::abs(laid_mm) <= kSamePlace_mm;
   return Laid{before.mm + (at_start ? 0 : std::max(0.0, laid_mm)), before.mm + span->shuts_mm - span->opens_mm,
               before.stood_s + (at_start ? shut.stood_s : 0)};

@@ -21,10 +21,10 @@ struct BlockCycle {
   bool valve_cut = false;
 };
 
-/// The tool's way when the valve had shut.
+/// Where along the block the tool was when the valve had shut, and for how long it had stood there.
 struct ShutAt {
-  double way_mm = 0;   ///< along the block
-  double stood_s = 0;  ///< how long it had stood there
+  double along_block_mm = 0;  ///< along the block
+  double stood_s = 0;         ///< how long it had stood there
 };
 
 class CutWatch {

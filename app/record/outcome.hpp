@@ -30,7 +30,7 @@ struct SeenByWorld {
 };
 
 /// Waits for the world, which also writes its own deposits.csv to `out`, unless that is "". `machine`: what becomes of
-/// the virtual machine when the job is over.
+/// the simulated machine when the job is over.
 SeenByWorld ask_world(sim::WorldAccess& world, const std::string& out, sim::WorldAccess::Machine machine);
 /// What the world could not tell is added to the result's errors.
 void add_world(JobResult& result, SeenByWorld seen);

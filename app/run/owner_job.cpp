@@ -300,6 +300,11 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   RecordedFiles files = p.job->recording.finish(p.channels->lost.load() == 0);
   p.job.reset();
   static_cast<void>(p.aside([&] { files.close(result); }));
+  if (const double factor = latest().override_factor; factor > p.machine.override_max) {
+    log::warn("the override returns from {:.0f} to 100 %: the job's materials allowed it, the machine does not",
+              factor * 100);
+    p.control().post({.kind = cycle::CommandKind::Override, .value = 1});
+  }
   result.cycles.virtual_time = p.options.virtual_time;
   result.cycles.frames_lost_max = p.frames_lost_max;
   result.cycles.frames = p.bus->counters() - counted_before;

@@ -44,7 +44,7 @@ struct BeadMotion {
 };
 
 /// Fault::NoSolution (fewer than two different points, a speed that is not > 0, rotary motion on the spot, more axes on
-/// a curve than a segment carries; nothing is left of it, or no way leads down onto what is; a run-up that is to come
+/// a curve than a segment carries; nothing is left of it, or no path leads down onto what is; a run-up that is to come
 /// down where there is none, or the bead goes down itself),
 /// Fault::OutOfReach (a point outside the soft limits), Fault::SpeedNotReachable (run-up or run-out leave the soft
 /// limits: the message names the axis and how much room the speed needs).

@@ -142,7 +142,7 @@ constexpr double kTurns_rad[] = {0,
                                  units::rad(135),
                                  units::rad(-135)};
 
-/// X, Y and Z search their way while all other axes stand as `others` has them.
+/// A path of X, Y and Z is looked for while all other axes stand as `others` has them.
 SearchAnswer search_standing(const Scene& scene, const AxisVec& from, const AxisVec& to, const AxisVec& others,
                              const Margins& margins, const SearchBudget& budget, const LiftOver* over) {
   SearchAnswer out;
@@ -266,8 +266,8 @@ SearchAnswer search_around(const Scene& scene, const AxisVec& from, const AxisVe
   AxisVec others = from;
   if (scene.has_lift()) others[scene.u()] = std::min(from[scene.u()], to[scene.u()]);
   if (!scene.turns()) return search_standing(scene, from, to, others, margins, budget, over);
-  // C turns before the way, or after it, or both, for a position in which it is gone; else on it. That there is no path
-  // is only proved for one position of C.
+  // C turns before the path, or after it, or both, for a position in which it is gone; else on it. That there is no
+  // path is only proved for one position of C.
   SearchAnswer best;
   const std::size_t c = scene.c();
   const Scene::Axis& axis = scene.axes()[c];

@@ -34,7 +34,7 @@ struct SearchAnswer {
 };
 
 /// X, Y and Z move, all other axes as one: as high as the higher of both ends has the lift. Where bodies turn with C,
-/// it turns before the way and after it, else on it; then `no_path` is never said, for it is proved of one position of
+/// it turns before the path and after it, else on it; then `no_path` is never said, for it is proved of one position of
 /// C.
 SearchAnswer search_path(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
                          const SearchBudget& budget = {});

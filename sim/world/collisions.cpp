@@ -84,14 +84,15 @@ std::span<const Contact> CollisionWatch::step(const AxisVec& from, const AxisVec
   if (head_.probe_body >= 0) {
     const auto probe = static_cast<std::size_t>(head_.probe_body);
     const Vec3 displacement = pose(probe, to).centre - pose(probe, from).centre;
-    went_[steps_++ % went_.size()] = {norm(way), dt_s};
+    went_[steps_++ % went_.size()] = {norm(displacement), dt_s};
   }
   if (solids_.empty() || (from == to && !fresh_)) return contacts_;
   fresh_ = false;
   for (std::size_t i = 0; i < head_.bodies.size(); ++i) {
     const Pose a = pose(i, from), b = pose(i, to);
     Bounds swept = joined(bounds(i, a), bounds(i, b));
-    if (a.turn_rad != b.turn_rad) {  // on the way no point of it is farther than half its arc from where it ends
+    if (a.turn_rad !=
+        b.turn_rad) {  // on the displacement no point of it is farther than half its arc from where it ends
       const double half_arc = head_.swing_mm(head_.bodies[i]) * std::abs(b.turn_rad - a.turn_rad) / 2;
       swept = {swept.low - Vec3{half_arc, half_arc, 0}, swept.high + Vec3{half_arc, half_arc, 0}};
     }
@@ -128,7 +129,7 @@ bool CollisionWatch::slow_of_late(double travelled_mm, double dt_s) const {
 }
 
 void CollisionWatch::collide(std::size_t body, std::size_t solid, const Pose& at) {
-  pairs_[body * solids_.size() + solid].state = Touching::Collided;
+  pairs_[body * solids_.size() + solid].state = PairState::Collided;
   contacts_.push_back({head_.bodies[body].name, solids_[solid].name, meeting_point(body, solid, at)});
 }
 
@@ -136,10 +137,10 @@ void CollisionWatch::step_pair(std::size_t body, std::size_t solid, const AxisVe
                                double dt_s) {
   Pair& pair = pairs_[body * solids_.size() + solid];
   const Pose start = pose(body, from), end = pose(body, to);
-  if (pair.state != Touching::Apart) {
+  if (pair.state != PairState::Apart) {
     if (!overlaps(body, solid, end)) {
       part(body, solid);
-    } else if (pair.state == Touching::Touch) {
+    } else if (pair.state == PairState::ProbeTouch) {
       const Vec3 since = end.centre - pair.since;
       if (std::hypot(since.x, since.y) > kTouchDrag_mm || since.z < -kTouchOvertravel_mm) collide(body, solid, end);
     }
@@ -147,7 +148,7 @@ void CollisionWatch::step_pair(std::size_t body, std::size_t solid, const AxisVe
   }
   const Vec3 displacement = end.centre - start.centre;
   const double turned_rad = std::abs(end.turn_rad - start.turn_rad);
-  double farthest_mm = norm(way);
+  double farthest_mm = norm(displacement);
   if (turned_rad > 0) {
     const bool lifts = head_.bodies[body].on_lift;
     farthest_mm = norm(head_.place({}, lifts, to) - head_.place({}, lifts, from)) +
@@ -156,14 +157,15 @@ void CollisionWatch::step_pair(std::size_t body, std::size_t solid, const AxisVe
   const int steps = std::max(1, static_cast<int>(std::ceil(farthest_mm / kStep_mm)));
   for (int k = 1; k <= steps; ++k) {
     const double share = static_cast<double>(k) / steps;
-    const Pose at =
-        turned_rad > 0 ? pose(body, between(from, to, share)) : Pose{start.centre + way * share, start.turn_rad};
+    const Pose at = turned_rad > 0 ? pose(body, between(from, to, share))
+                                   : Pose{start.centre + displacement * share, start.turn_rad};
     if (!overlaps(body, solid, at)) continue;
-    touching_.push_back({body, solid});
-    const bool slow = slow_of_late(norm(way), dt_s);
-    const bool down = way.z < 0 && std::hypot(displacement.x, way.y) <= kTouchDrag_mm * std::abs(displacement.z);
+    in_contact_.push_back({body, solid});
+    const bool slow = slow_of_late(norm(displacement), dt_s);
+    const bool down =
+        displacement.z < 0 && std::hypot(displacement.x, displacement.y) <= kTouchDrag_mm * std::abs(displacement.z);
     if (static_cast<int>(body) == head_.probe_body && slow && down) {
-      pair = {Touching::Touch, at.centre};
+      pair = {PairState::ProbeTouch, at.centre};
       return;
     }
     collide(body, solid, at);
