@@ -88,7 +88,7 @@ struct BodyRow {
   double rotation_rad = 0;
   bool on_lift = false;
   bool on_turn = false;
-  Place on_turn_place;
+  Location on_turn_place;
 };
 
 struct ToolRow {
