@@ -31,3 +31,17 @@ wait $shark
 frames=$(tshark -r "$work/bus.pcapng" -Y ecat 2>/dev/null | wc -l)
 bad=$(tshark -r "$work/bus.pcapng" -Y '_ws.malformed' 2>/dev/null | wc -l)
 [ "$frames" -gt 100 ] && [ "$bad" = 0 ] && echo "ok: $frames frames, none malformed" || fail "$frames frames, $bad malformed"
+
+# One interface, one owner: whoever comes second is told who has it, and the first one does not notice.
+inside "$gantry" --machine "$machine" up --bus ethercat:$name-ctl --world "$work/world" --state "$work/first" >"$work/up.out" 2>&1 </dev/null &
+first=$!; pids+=($first)
+is_up() { "$gantry" --json status --state "$work/first" | grep -q '"state": "disabled"'; }
+wait_for 30 is_up || { fail "no owner came up"; cat "$work/up.out"; }
+owner=$(pgrep -P "$first" gantry)
+for second in "up" "run $job --out $work/second" "home"; do
+  expect_exit 7 "a second owner by '${second%% *}' is refused" \
+    inside "$gantry" --machine "$machine" $second --bus ethercat:$name-ctl --state "$work/other"
+  for words in "G703" "$name-ctl" "process $owner (gantry)"; do expect_text "$words"; done
+done
+is_up && ! grep -qE "G[0-9]{3}" "$work/up.out" && echo "ok: the first owner did not notice" || { fail "the first owner was disturbed"; cat "$work/up.out"; }
+kill "$owner"; wait "$first"
