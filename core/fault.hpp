@@ -38,7 +38,7 @@ enum class Detail : std::uint8_t {
   Distance,  ///< um; mrad on a rotary axis
   Target,    ///< the same, from the position to what was asked for, which is the event's value
   Cycles,
-  OfHundredCycles,
+  LateCycles,  ///< so many in the late window (app/cycle/loop_setup.hpp)
   Frames,
   Nanoseconds,
   Microseconds,

@@ -15,6 +15,11 @@
 
 namespace gantry::cycle {
 
+/// R11: three late cycles in 100 ms are too many. A machine's cycle is 0.25 ms or longer.
+inline constexpr Time kLateWindow = milliseconds(100);
+inline constexpr std::int64_t kMostInLateWindow = 400;
+inline constexpr int kLateMax = 3;
+
 struct DriveSetup {
   StationId station;
   AxisId axis;
@@ -77,8 +82,10 @@ struct LoopSetup {
   std::int32_t clock_note_ns = 10'000, clock_stop_ns = 25'000;
   AxisVec walk_max{};  ///< mm or rad that an axis goes at most from where a walk began
   int stop_after_missed = 3;
-  int frames_lost_max = 3;  ///< cyclic frames in a row that may be missing (R02)
-  int counter_low_max = 3;  ///< cycles in a row in which a station may not take part (R04)
+  std::int64_t late_window = 100;  ///< kLateWindow in cycles
+  int late_max = kLateMax;         ///< so many late cycles in it are too many
+  int frames_lost_max = 3;         ///< cyclic frames in a row that may be missing (R02)
+  int counter_low_max = 3;         ///< cycles in a row in which a station may not take part (R04)
 
   /// Without a beat for this long the loop is stuck (R62): as many as are tolerated are missing, and the next one too.
   [[nodiscard]] Time stuck_after() const noexcept { return (stop_after_missed + 1) * period; }

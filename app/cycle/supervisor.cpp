@@ -1,5 +1,6 @@
 #include "app/cycle/supervisor.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -11,7 +12,6 @@ constexpr Time kStrays = milliseconds(100);       // R43: a drive says so for as
 constexpr CycleIndex kClockCycles = 10;           // R10: cycles beyond a bound
 constexpr Time kClockCalm = milliseconds(100);    // within it after which that is over
 constexpr Time kBrakeCloses = milliseconds(500);  // R53: until then an axis may still sink into its brake
-constexpr std::int64_t kLateWindow = 100;         // R11: cycles in which late ones are counted
 
 std::int32_t clamp_i32(double v) { return static_cast<std::int32_t>(std::fmin(std::fmax(v, -2e9), 2e9)); }
 
@@ -32,9 +32,14 @@ Findings Supervisor::look(const View& view) noexcept {
 void Supervisor::look_at_time(const View& view, Findings& found) noexcept {
   const auto missed = static_cast<int>(view.beat.elapsed - 1);
   const Time late = view.beat.woke - view.beat.due + missed * setup_.period;  // since the cycle that was slept through
-  window_left_ -= view.beat.elapsed;
-  if (window_left_ <= 0) window_left_ = kLateWindow, late_in_window_ = 0;
+  const std::int64_t window = std::clamp<std::int64_t>(setup_.late_window, 1, kMostInLateWindow);
+  for (std::int64_t i = std::min(view.beat.elapsed, window); i > 0; --i) {
+    late_at_ = (late_at_ + 1) % static_cast<std::size_t>(window);
+    late_in_window_ -= late_[late_at_] ? 1 : 0;
+    late_[late_at_] = false;
+  }
   if (missed > 0 || late > setup_.period * 2 / 5) {
+    late_[late_at_] = true;
     ++late_in_window_;
     found.push_back({Fault::LateCycle, kNoAxis, static_cast<std::int32_t>(late.count() / 1000)});
   }
@@ -42,7 +47,7 @@ void Supervisor::look_at_time(const View& view, Findings& found) noexcept {
     found.push_back({Fault::CycleOverrun, kNoAxis, static_cast<std::int32_t>(view.compute.count() / 1000)});
   if (missed > setup_.stop_after_missed)
     found.push_back({Fault::ControllerStalled, kNoAxis, missed});
-  else if (late_in_window_ > setup_.stop_after_missed)
+  else if (late_in_window_ >= setup_.late_max)
     found.push_back({Fault::LateCycles, kNoAxis, late_in_window_});
 }
 

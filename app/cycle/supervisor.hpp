@@ -68,8 +68,9 @@ class Supervisor {
   const LoopSetup& setup_;
   bool operational_ = false;  ///< all stations were in OP before
   int frames_lost_ = 0, counter_low_ = 0;
+  std::bitset<kMostInLateWindow> late_;  ///< cycles of the late window, in a ring
+  std::size_t late_at_ = 0;              ///< the newest
   int late_in_window_ = 0;
-  std::int64_t window_left_ = 0;
   std::array<std::uint16_t, kMaxDrives> last_code_{};
   std::array<Apart, kMaxStations> drifts_{}, lost_{};  ///< by StationId
   bool clocks_asked_ = false;                          ///< something stands in these

@@ -105,6 +105,7 @@ Result<void> compose_startup(config::Machine& machine) {
 Result<LoopSetup> compose_loop(const config::Machine& machine, Host host) {
   LoopSetup loop;
   loop.period = machine.bus.cycle;
+  loop.late_window = cycles_in(seconds(cycle::kLateWindow), loop.period);
   loop.limits = job::limits_of(machine);
   for (const config::Axis& axis : machine.axes) {
     cycle::AxisSetup setup;
@@ -160,6 +161,7 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, Host host) {
   const bool patient = host == Host::WallClock;
   loop.stop_after_missed =
       host == Host::Hardware ? machine.bus.stop_after_missed_hardware : machine.bus.stop_after_missed_sim;
+  loop.late_max = std::max(cycle::kLateMax, loop.stop_after_missed);  // a host that may stand still is late as often
   loop.frames_lost_max =
       patient ? std::max(machine.bus.frames_lost_max, machine.bus.stop_after_missed_sim) : machine.bus.frames_lost_max;
   return loop;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <numbers>
 
+#include "app/cycle/loop_setup.hpp"
 #include "devices/profiles/fault_text.hpp"
 
 namespace gantry::stations {
@@ -34,7 +35,7 @@ std::string detail_text(const config::Axis* axis, const cycle::Event& e) {
     case Detail::Distance: return fmt::format("by {} {}", e.detail, axis != nullptr && axis->rotary ? "mrad" : "um");
     case Detail::Target: return target_text(axis, e);
     case Detail::Cycles: return fmt::format("for {} cycles", e.detail);
-    case Detail::OfHundredCycles: return fmt::format("{} of the last 100", e.detail);
+    case Detail::LateCycles: return fmt::format("{} in {} ms", e.detail, cycle::kLateWindow / milliseconds(1));
     case Detail::Frames: return fmt::format("{} in a row", e.detail);
     case Detail::Nanoseconds: return fmt::format("by {:.1f} us", e.detail / 1000.0);
     case Detail::Microseconds: return fmt::format("by {} us", e.detail);
