@@ -158,7 +158,7 @@ class Trial {
       const double off = axis.dot(Eigen::Vector2d(p.x, p.y) - mean);
       double sum = 0;
       for (const auto& t : recipe_.touches) sum += std::abs(axis.dot(Eigen::Vector2d(t.at.x, t.at.y) - mean));
-      if (std::sqrt(axes.eigenvalues()[i] / n) < 0.5)
+      if (std::sqrt(std::max(0.0, axes.eigenvalues()[i]) / n) < 0.5)
         open += off * off;
       else
         leverage += std::abs(off) * sum / axes.eigenvalues()[i];
