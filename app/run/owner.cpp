@@ -58,7 +58,10 @@ Result<void> Owner::Turn::refused() const {
 Result<void> Owner::Parts::not_latched() const {
   const Fault latched = control().latest().latched;
   if (latched == Fault::None) return {};
-  return fail(Fault::Latched, fmt::format("{} is latched: {}", std::string_view(code(latched)), info(latched).text));
+  std::string where, words = std::string(info(latched).text);
+  for (const Error& e : active.list(machine, control().latest()))
+    if (e.fault == latched && !e.where.empty()) where = e.where, words = e.message;
+  return fail(Fault::Latched, fmt::format("{} is latched: {}", std::string_view(code(latched)), words), where);
 }
 
 Result<void> Owner::Parts::torque() {

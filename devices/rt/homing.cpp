@@ -47,6 +47,7 @@ void HomingRun::watch_search(const Feedback& f) noexcept {
   if (const Fault seen = guard_.look(f, unseen_); seen != Fault::None) return cancel(seen);
   if (seen_undone_ && done_bits(f)) {
     if (!guard_.found_switch() && !at_the_edge()) return cancel(Fault::HomingFailed);
+    if (guard_.found_switch() && counter_is_dead()) return cancel(Fault::HomingFailed);
     led_off_ = !guard_.found_switch();
     return enter(Phase::Settle);
   }
@@ -66,6 +67,11 @@ bool HomingRun::at_the_edge() const noexcept {
   constexpr double kNear = 10;  // cycles of travel
   return !led_off_ && limits_.rules.toward != 0 &&
          static_cast<double>(std::abs(moved_)) <= kNear * limits_.rules.counts_per_cycle;
+}
+
+/// Its switch has closed or opened since it began, and 6064h has not moved by a count.
+bool HomingRun::counter_is_dead() const noexcept {
+  return moved_ == 0 && limits_.rules.toward != 0 && limits_.rules.counts_per_cycle > 0;
 }
 
 void HomingRun::lead_off(const Feedback& f) noexcept {

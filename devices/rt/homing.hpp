@@ -59,6 +59,7 @@ class HomingRun {
   void enter(Phase phase) noexcept { phase_ = phase, in_phase_ = 0; }
   void watch_search(const Feedback& f) noexcept;
   [[nodiscard]] bool at_the_edge() const noexcept;
+  [[nodiscard]] bool counter_is_dead() const noexcept;
   void lead_off(const Feedback& f) noexcept;
   [[nodiscard]] bool stands(const Feedback& f) noexcept;
 

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "sim/random.hpp"
 #include "sim/whole.hpp"
 
 namespace gantry::sim {
@@ -164,7 +165,7 @@ void Drive402::sample() noexcept {
   const std::uint32_t levels = visible(motion_.inputs());
   if (levels != levels_) on_inputs(levels ^ levels_, levels);
 
-  actual_.value = static_cast<std::int32_t>(motion_.counts());
+  if (!lies_.position_dead) actual_.value = static_cast<std::int32_t>(motion_.counts());
   demand_.value = static_cast<std::int32_t>(motion_.demand());
   velocity_.value = whole(motion_.speed() / facts_.velocity_counts_s);
   std::uint32_t bits = inputs_base_;
@@ -174,13 +175,14 @@ void Drive402::sample() noexcept {
   show(facts_.input_neg_limit, kNegLimit);
   show(facts_.input_pos_limit, kPosLimit);
   show(facts_.input_home, kHome);
+  if (lies_.input_noise != 0) bits ^= static_cast<std::uint32_t>(mix(++noise_)) & lies_.input_noise;
   inputs_.value = bits;
   probe_status_.value = probe_.status((levels & kProbe) != 0);
   probe_rising_.value = probe_.rising();
   probe_falling_.value = probe_.falling();
   error_.value = shown_error();
-  mode_shown_.value = mode_;
-  if (!status_stuck_) status_.value = statusword();
+  mode_shown_.value = lies_.mode_shown.value_or(mode_);
+  if (!status_stuck_) status_.value = (statusword() & ~lies_.status_never) | lies_.status_always;
 }
 
 std::uint16_t Drive402::shown_error() const noexcept {
@@ -243,7 +245,7 @@ void Drive402::take(double cycle_s, bool remote) noexcept {
   probe_.take(static_cast<std::uint16_t>(probe_function_.value));
   step_state(control);
   if (state_ == State::OperationEnabled) {
-    if (mode_ == kCsp) follow_target(cycle_s);
+    if (mode_ == kCsp && !lies_.ignores_targets) follow_target(cycle_s);
     if (mode_ == kHoming) take_homing(control);
   }
   last_control_ = control;

@@ -13,6 +13,7 @@
 
 #include "config/drive.hpp"
 #include "devices/wire/cia402.hpp"
+#include "sim/drive/drive_lies.hpp"
 #include "sim/drive/drive_memory.hpp"
 #include "sim/drive/drive_motion.hpp"
 #include "sim/drive/homing_methods.hpp"
@@ -39,6 +40,7 @@ class Drive402 {
   void outputs_lost(bool orderly) noexcept;
   /// As if the drive had found this error itself; what follows is its profile's row for it, a fault where it has none.
   void inject(std::uint32_t code) noexcept;
+  void tell(const DriveLies& lies) noexcept { lies_ = lies; }
   /// 6041h stays at what it shows now.
   void stick_statusword(bool stuck) noexcept { status_stuck_ = stuck; }
   /// The code of an emergency message that is due, once.
@@ -108,6 +110,8 @@ class Drive402 {
   const HomingMethod* method_ = nullptr;
   HomingList phases_;
   bool may_bounce_ = false;
+  DriveLies lies_;
+  std::uint64_t noise_ = 0;
 };
 
 }  // namespace gantry::sim

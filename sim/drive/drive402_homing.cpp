@@ -23,7 +23,7 @@ void Drive402::start_homing() noexcept {
   method_ = known ? homing_method(number) : nullptr;
   homing_ = HomingState::Running;
   if (method_ == nullptr) return fail_homing();
-  if (method_->reference == 0) {
+  if (method_->reference == 0 || lies_.home_at_once) {
     motion_.set_counts(home_offset_.value);
     homing_ = HomingState::Stopping;
     return;
@@ -34,7 +34,7 @@ void Drive402::start_homing() noexcept {
   for (const int direction : {+1, -1}) motion_.release(direction);
   phases_ = method_->start_list(levels_);
   may_bounce_ = phases_.data() == method_->off.data() && !method_->bounced.empty();
-  next_homing_phase();
+  if (!lies_.home_never) next_homing_phase();
 }
 
 void Drive402::next_homing_phase() noexcept {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/clock.hpp"
+#include "sim/drive/drive_lies.hpp"
 #include "sim/objects/clock_mode.hpp"
 
 namespace gantry::sim {
@@ -18,6 +19,7 @@ struct StationHabits {
   bool even_pdos = false;             ///< 16 and 32 bits on whole words only, and PDOs of an even number of bytes
   bool no_information = false;        ///< no SDO information
   std::optional<ClockMode> clock{};   ///< the one mode in its SII, and it takes no other
+  DriveLies lies{};                   ///< of its drives
 };
 
 }  // namespace gantry::sim

@@ -48,6 +48,7 @@ void Station::power_on(Time now) {
   for (std::size_t slot = 0; slot < wiring_.size(); ++slot)
     drives_[slot] = std::make_unique<Drive402>(objects_, static_cast<int>(slot), *wiring_[slot].motor,
                                                wiring_[slot].counts_per_unit, wiring_[slot].invert);
+  for (const auto& drive : drives_) drive->tell(habits_.lies);
   coe_->set_manner(habits_.abort_command, !habits_.no_information);
   mailbox_due_ = kNever;
   rx_ = tx_ = PdoMap{};

@@ -24,9 +24,12 @@ struct Outcome {
 /// Named: the reason says which station, axis or object it is about.
 bool names_something(const Error& why) { return why.fault != Fault::None && !why.where.empty(); }
 
-Outcome drive(const std::function<void(config::Machine&)>& wired) {
+using Habits = std::vector<std::pair<const char*, sim::StationHabits>>;
+
+Outcome drive(const std::function<void(config::Machine&)>& wired, const Habits& habits = {},
+              const std::string& script = "") {
   const Said quiet;
-  Rig rig({.placement = "dx=0 mm", .wired = wired});
+  Rig rig({.placement = "dx=0 mm", .script = script, .wired = wired, .habits = habits});
   Outcome out;
   const auto refused = [&](const Error& why) {
     out.why = why;
@@ -150,6 +153,59 @@ TEST(Mutations, by_hand) {
     EXPECT_FALSE(out.works) << a.what;
     EXPECT_NE(to_text(out.why).find(a.refused), std::string::npos) << a.what << ": " << to_text(out.why);
   }
+}
+
+/// Drives that show what is not so. Each alone on an axis with an encoder, on one side of the beam, on the axis that
+/// carries the needle, and on one without encoder.
+TEST(Mutations, drives_that_lie) {
+  const struct {
+    const char* what;
+    sim::DriveLies lies;
+    bool may_work = false;  ///< without harm
+  } kRows[] = {
+      {"6061h shows CSP whatever the mode is", {.mode_shown = 8}},
+      {"6061h shows homing whatever the mode is", {.mode_shown = 6}},
+      {"6061h shows no mode", {.mode_shown = 0}},
+      {"60FDh has noise in bits of the vendor", {.input_noise = 0xFFFF0000}, true},
+      {"60FDh has noise in the limits", {.input_noise = 0x3}, true},
+      {"60FDh has noise in the home switch", {.input_noise = 0x4}, true},
+      {"target reached never shows", {.status_never = 0x0400}, true},
+      {"homing attained never shows", {.status_never = 0x1000}, true},
+      {"homing error always shows", {.status_always = 0x2000}, true},
+      {"homing is attained before it began", {.status_always = 0x1400}, true},
+      {"a fault bit that always shows", {.status_always = 0x0008}},
+      {"no voltage ever shows", {.status_never = 0x0010}, true},
+      {"6064h is dead", {.position_dead = true}},
+      {"homing is done where it begins", {.home_at_once = true}},
+      {"homing never begins", {.home_never = true}},
+      {"targets are ignored", {.ignores_targets = true}},
+  };
+  for (const auto& row : kRows)
+    for (const char* name : {"x", "y2", "z", "cu"}) {
+      SCOPED_TRACE(fmt::format("{}: {}", name, row.what));
+      const Outcome out = drive([](auto&) {}, {{name, {.lies = row.lies}}});
+      EXPECT_EQ(out.wrong, "");
+      const bool not_asked = row.lies.ignores_targets && std::string_view(name) == "z";  // nobody jogs Z here
+      EXPECT_TRUE(row.may_work || not_asked || !out.works);
+      if (std::getenv("GANTRY_SHOW") != nullptr)
+        std::printf("%-3s %-42s %s\n", name, row.what, out.works ? "works" : to_text(out.why).c_str());
+    }
+}
+
+/// A station that loses its supply, in homing and in a jog.
+TEST(Mutations, stations_that_start_anew_in_the_middle_of_it) {
+  for (const char* name : {"io", "x", "y1", "z", "cu"})
+    for (const int cycle : {200, 600, 1500, 3000, 6000, 9000, 12000}) {
+      SCOPED_TRACE(fmt::format("{} at cycle {}", name, cycle));
+      const Outcome out = drive(
+          [](auto&) {}, {}, fmt::format("- {{at: cycle {}, do: power_cycle, station: {}, dark: 50 ms}}", cycle, name));
+      // It stands first on the line: without it nothing answers, and the bus is what there is to name.
+      if (out.why.fault != Fault::BusDown || std::string_view(name) != "io") {
+        EXPECT_EQ(out.wrong, "");
+      }
+      if (std::getenv("GANTRY_SHOW") != nullptr)
+        std::printf("%-3s %6d %s\n", name, cycle, out.works ? "works" : to_text(out.why).c_str());
+    }
 }
 
 /// One alteration of one station, and its name.
