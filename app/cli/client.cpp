@@ -42,13 +42,35 @@ class OwnerElsewhere final : public Operated {
     interrupted_ = true;
   }
   [[nodiscard]] bool interrupted() const { return interrupted_; }
-  /// Nothing moves, and nothing will before somebody resumes it: what homes or is prepared comes to that first.
-  [[nodiscard]] bool stands() const { return seen_.held && (seen_.state == "held" || seen_.state == "stopped"); }
+  /// What homes or is prepared comes to it first. A hold that is refused (an abort is under way) is asked for again,
+  /// until the job is over.
+  Stands come_to_stand() override {
+    if (!hold_taken_ && (!hold_asked_ || clock_.now() - *hold_asked_ >= kLookEvery)) {
+      hold_asked_ = clock_.now();
+      static_cast<void>(say({.kind = run::OrderKind::Hold, .now = true}, kHold));
+    }
+    const bool stands = seen_.held && (seen_.state == "held" || seen_.state == "stopped");
+    return hold_taken_ && stands ? Stands::Yes : Stands::NotYet;
+  }
+  /// This process takes no 1 ms loop with it, so that it needs no front as a verb that holds the machine does.
+  void suspend() override {
+    hold_taken_ = false;
+    hold_asked_.reset();
+    log::info("held; the owner keeps the job while the shell has the terminal");
+    raise(SIGSTOP);  // until `fg`
+  }
+  void hear(const Json& answer) {
+    if (!answer.value("ok", false)) return;
+    look_at(answer);
+    if (hold_asked_ && answer.value("id", Json()) == kHold) hold_taken_ = true;
+  }
 
   Result<void> say(const run::Order& order, int id) {
     if (owner_.send(desk::to_line(order, id))) return {};
     return fail(Fault::Refused, "the owner does not listen");
   }
+
+ private:
   void look_at(const Json& status) {
     seen_.state = status.value("state", "");
     seen_.held = status.value("held", false);
@@ -63,49 +85,21 @@ class OwnerElsewhere final : public Operated {
         left != status.end() && left->is_number() ? std::optional(left->get<double>()) : std::nullopt;
   }
 
- private:
   desk::OrderClient& owner_;
+  MonotonicClock clock_;
   JobSeen seen_;
   bool interrupted_ = false;
-};
-
-/// Ctrl-Z in a client: the owner holds its job, and when the machine stands this process stops. It takes no 1 ms loop
-/// with it, so that it needs no front as a verb that holds the machine does.
-class StopKey {
- public:
-  StopKey(OwnerElsewhere& elsewhere, Keys& keys) : elsewhere_(elsewhere), keys_(keys) {}
-
-  /// With each look at the owner. A hold that is refused (an abort is under way) is asked for again, until the job is
-  /// over.
-  void look() {
-    wished_ = take_hold_wish() || wished_;
-    if (wished_ && !taken_) static_cast<void>(elsewhere_.say({.kind = run::OrderKind::Hold, .now = true}, kHold));
-  }
-  void hear(const Json& answer) {
-    const bool hold = answer.value("id", Json()) == kHold;
-    taken_ = taken_ || (wished_ && hold && answer.value("ok", false));
-    if (!taken_ || !elsewhere_.stands()) return;
-    wished_ = taken_ = false;
-    log::info("held; the owner keeps the job while the shell has the terminal");
-    keys_.sleep();
-    raise(SIGSTOP);  // until `fg`
-  }
-
- private:
-  OwnerElsewhere& elsewhere_;
-  Keys& keys_;
-  bool wished_ = false, taken_ = false;
+  std::optional<Time> hold_asked_;  ///< for the shell, since it wished for its terminal
+  bool hold_taken_ = false;
 };
 
 /// The answer to `kTheOrder`; what else comes meanwhile is looked at or shown.
 Result<Json> wait_for_answer(desk::OrderClient& owner, OwnerElsewhere& elsewhere, Keys& keys, Time look_every) {
   const MonotonicClock clock;
   Time next_look = clock.now();
-  StopKey stop_key(elsewhere, keys);
   for (;;) {
     if (clock.now() >= next_look) {
       static_cast<void>(elsewhere.say({.kind = run::OrderKind::Status}, kLook));
-      stop_key.look();
       next_look = clock.now() + look_every;
     }
     const auto line = owner.read_line(std::clamp(next_look - clock.now(), Time(0), Time(milliseconds(25))));
@@ -116,8 +110,7 @@ Result<Json> wait_for_answer(desk::OrderClient& owner, OwnerElsewhere& elsewhere
     if (!answer.is_object()) continue;
     const Json id = answer.value("id", Json());
     if (id == kTheOrder || id.is_null()) return answer;  // without: the connection is refused
-    if (answer.value("ok", false)) elsewhere.look_at(answer);
-    stop_key.hear(answer);
+    elsewhere.hear(answer);
     if (!answer.value("ok", false) && id == kKey)
       for (const Error& e : desk::errors_of(answer)) log::report(e);
   }

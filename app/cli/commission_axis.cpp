@@ -20,7 +20,7 @@ Result<config::MeasuredDelay> measure(config::Machine& machine, const run::Owner
   auto owner = run::Owner::open(machine, options);
   if (!owner) return tl::unexpected(owner.error());
   OwnerOperated operated(**owner);
-  Keys keys(operated, Keys::Shows::Nothing, owner->get());
+  Keys keys(operated, Keys::Shows::Nothing);
   (*owner)->on_step([&] { keys.poll(); });
   Result<void> ready = (*owner)->bring_up();
   if (ready) ready = (*owner)->home();

@@ -109,7 +109,7 @@ void do_job(Context& context, JobRequest request) {
                    context.json      ? Keys::Shows::Nothing
                    : request.dry_run ? Keys::Shows::Progress
                                      : Keys::Shows::ProgressAndKeys,
-                   request.dry_run ? nullptr : owner.get());
+                   !request.dry_run);
       owner->on_step([&] {
         keys->poll();
         if (held) held->poll();

@@ -36,7 +36,7 @@ void add_home(CLI::App& app, Context& context) {
     auto owner = run::Owner::open(*machine, *options);
     if (!owner) return void(context.exit_code = show(owner.error(), context.json));
     OwnerOperated operated(**owner);
-    Keys keys(operated, Keys::Shows::Nothing, owner->get());
+    Keys keys(operated, Keys::Shows::Nothing);
     (*owner)->on_step([&] { keys.poll(); });
     Result<void> done = (*owner)->bring_up();
     if (done) done = (*owner)->home(*axes);

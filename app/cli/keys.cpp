@@ -25,8 +25,8 @@ double next_override(double factor, bool more) {
 
 }  // namespace
 
-Keys::Keys(Operated& machine, Shows shows, run::Owner* held_here) : machine_(machine) {
-  if (held_here != nullptr) shell_.emplace(*held_here, ShellJob::Of::Job);
+Keys::Keys(Operated& machine, Shows shows, bool heeds_shell) : machine_(machine) {
+  if (heeds_shell) shell_.emplace(machine);
   progress_ = shows != Shows::Nothing && isatty(STDERR_FILENO) != 0;
   virtual_time_ = shows == Shows::Progress;
   keys_ = usable(shows == Shows::ProgressAndKeys);

@@ -1,7 +1,7 @@
 // The operator's keys and the progress line while a job runs, both only on a terminal; and Ctrl-C, Ctrl-Z and the loss
 // of the terminal, everywhere.
-//   OwnerOperated machine(owner);   Keys keys(machine, Keys::Shows::ProgressAndKeys, &owner);   owner.on_step([&] {
-//   keys.poll(); });
+//   OwnerOperated machine(owner);   Keys keys(machine, Keys::Shows::ProgressAndKeys);
+//   owner.on_step([&] { keys.poll(); });
 // space hold / resume, n hold now, a abort, + - override, r reset.
 #pragma once
 #include <chrono>
@@ -20,8 +20,8 @@ class Keys {
     Progress,        ///< of a job in virtual time: what is left is told in the time of whoever waits
     ProgressAndKeys  ///< of a job at a machine
   };
-  /// `held_here`: the owner, where this process holds the machine; null in a client.
-  Keys(Operated& machine, Shows shows, run::Owner* held_here = nullptr);
+  /// `heeds_shell`: what moves is brought to a stand before the shell gets its terminal.
+  Keys(Operated& machine, Shows shows, bool heeds_shell = true);
   ~Keys() { end(); }
   Keys(const Keys&) = delete;
   Keys& operator=(const Keys&) = delete;
@@ -32,10 +32,10 @@ class Keys {
   void poll();
   /// Gives the terminal back and clears the progress line.
   void end();
-  /// The same until SIGCONT: the shell is about to get its terminal.
-  void sleep();
 
  private:
+  /// Until SIGCONT: the shell is about to get its terminal.
+  void sleep();
   void read_keys();
   void press(char key);
   void show_progress();

@@ -1,4 +1,4 @@
-// What an operator's keys act on: the owner in this process, or the one behind a connection.
+// What an operator's keys and his shell act on: the owner in this process, or the one behind a connection (client.cpp).
 #pragma once
 #include <optional>
 #include <string>
@@ -26,28 +26,35 @@ class Operated {
   virtual std::optional<Result<void>> reset_answer() { return std::nullopt; }
   /// Ctrl-C.
   virtual void interrupt() = 0;
+
+  /// Whether nothing moves, and nothing will before somebody resumes it.
+  enum class Stands { NotYet, Yes, Ended };
+  /// Ctrl-Z: asks for that, in every step until it is so. What cannot be held is ended instead.
+  virtual Stands come_to_stand() = 0;
+  /// It stands: the shell gets its terminal.
+  virtual void suspend() = 0;
 };
 
+/// The machine is held by this process, so that a front stops in its place (front.hpp).
 class OwnerOperated final : public Operated {
  public:
-  explicit OwnerOperated(run::Owner& owner) : owner_(owner) {}
-  [[nodiscard]] JobSeen seen() const override {
-    const cycle::Snapshot& s = owner_.latest();
-    return {.state = std::string(cycle::name(owner_.state())),
-            .held = owner_.held(),
-            .cycle = s.cycle,
-            .override_factor = s.override_factor,
-            .progress = owner_.progress()};
-  }
+  enum class Of {
+    Job,     ///< one job or homing of this verb: nothing else is waited for
+    Service  ///< an owner that stands idle most of the time
+  };
+  explicit OwnerOperated(run::Owner& owner, Of of = Of::Job) : owner_(owner), of_(of) {}
+  [[nodiscard]] JobSeen seen() const override;
   Result<void> order(const run::Order& order) override { return owner_.order(order); }
   std::optional<Result<void>> reset_answer() override { return owner_.reset_answer(); }
-  void interrupt() override {
-    owner_.interrupt(
-        Error{Fault::Interrupted, "interrupted; the machine has come to rest and the valve is closed", ""});
-  }
+  void interrupt() override;
+  Stands come_to_stand() override;
+  void suspend() override;
 
  private:
+  Stands end_it(const char* why);
+
   run::Owner& owner_;
+  Of of_;
 };
 
 }  // namespace gantry::cli

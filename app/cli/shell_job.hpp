@@ -1,30 +1,23 @@
-// What the shell and its terminal do to a verb that holds the machine. Ctrl-Z: what moves is held or ended first; when
-// it stands, the shell gets its terminal and the machine stays as it is. A terminal that is gone is noted as lost.
-//   ShellJob shell(owner, ShellJob::Of::Job);   // each step: shell.poll();
+// What the shell and its terminal do to a verb, whether it holds the machine or is a client of an owner. Ctrl-Z: what
+// moves is held or ended first; when it stands, the shell gets its terminal and the machine stays as it is. A terminal
+// that is gone is noted as lost.
+//   ShellJob shell(machine);   each step: shell.poll();
 #pragma once
 #include <functional>
 
-#include "app/run/owner.hpp"
+#include "app/cli/operated.hpp"
 
 namespace gantry::cli {
 
 class ShellJob {
  public:
-  enum class Of {
-    Job,     ///< one job or homing of this verb: nothing else is waited for
-    Service  ///< an owner that stands idle most of the time
-  };
-  ShellJob(run::Owner& owner, Of of);
+  explicit ShellJob(Operated& machine);
 
   /// `before_stop` is called when the shell is about to get its terminal.
   void poll(const std::function<void()>& before_stop = {});
 
  private:
-  bool stands();
-  void end_it(const char* why);
-
-  run::Owner& owner_;
-  Of of_;
+  Operated& machine_;
   bool has_terminal_;
   bool wished_ = false;
 };

@@ -58,7 +58,8 @@ void add_up(CLI::App& app, Context& context) {
                      .identity = desk::identity_of(context.machine_file, *options),
                      .recipe = recipe->empty() ? "" : std::filesystem::absolute(*recipe).string(),
                      .parts = &parts});
-    ShellJob shell(**owner, ShellJob::Of::Service);
+    OwnerOperated operated(**owner, OwnerOperated::Of::Service);
+    ShellJob shell(operated);
     (*owner)->on_step([&] {
       desk.poll();
       shell.poll();
