@@ -8,11 +8,11 @@
 namespace gantry::run {
 namespace {
 
-constexpr CycleIndex kLookEvery = 100;     // cycles between two rounds
-constexpr CycleIndex kWhole = 20;          // cycles in a row with all stations before they count as back
-constexpr CycleIndex kLong = 20;           // cycles of an attempt after which the next idle step goes on
-constexpr CycleIndex kMostWait = 10'000;   // cycles between two attempts at a station that refuses
-constexpr CycleIndex kTellAgain = 10'000;  // cycles in which a station's reason is not told again
+constexpr double kLookEvery_s = 0.1;  // between two rounds
+constexpr CycleIndex kWhole = 20;     // cycles in a row with all stations before they count as back
+constexpr double kLong_s = 0.02;      // of an attempt after which the next idle step goes on
+constexpr double kMostWait_s = 10;    // between two attempts at a station that refuses
+constexpr double kTellAgain_s = 10;   // in which a station's reason is not told again
 
 }  // namespace
 
@@ -27,7 +27,7 @@ void Recovery::step(Control& control) {
   }
   whole_since_ = -1;
   if (short_since_ < 0) short_since_ = now.cycle;
-  if (now.cycle - short_since_ < kLookEvery) return;
+  if (now.cycle - short_since_ < control.cycles(kLookEvery_s)) return;
 
   away_.resize(bus_.station_count());
   bus_.step_by([&control] { control.step(); });
@@ -40,10 +40,10 @@ void Recovery::step(Control& control) {
     const auto back = bus_.recover(i);
     const CycleIndex end = control.latest().cycle;
     away.seen |= !back || back->has_value();
-    if (!back) failed(away, back.error(), end);
+    if (!back) failed(away, back.error(), control);
     if (back && *back) returned(i, **back);
     if (!back && back.error().fault == Fault::BusDown) next_ = away_.size();  // what is true of one is true of all
-    ended = end - begin < kLong;
+    ended = end - begin < control.cycles(kLong_s);
     if (!ended) break;
   }
   bus_.step_by({});
@@ -60,11 +60,13 @@ void Recovery::returned(std::size_t i, const devices::Recovered& back) {
     log::info("{}", said);
 }
 
-void Recovery::failed(Away& away, const Error& why, CycleIndex now) {
+void Recovery::failed(Away& away, const Error& why, const Control& control) {
+  const CycleIndex now = control.latest().cycle;
   const bool silent = why.fault == Fault::StationMissing || why.fault == Fault::BusDown;
-  away.wait = silent ? 0 : std::clamp(2 * away.wait, kLookEvery, kMostWait);
-  away.not_before = now + away.wait;
-  const bool news = away.told != why.fault && (away.told == Fault::None || now - away.told_at >= kTellAgain);
+  away.wait_s = silent ? 0 : std::clamp(2 * away.wait_s, kLookEvery_s, kMostWait_s);
+  away.not_before = now + control.cycles(away.wait_s);
+  const bool news =
+      away.told != why.fault && (away.told == Fault::None || now - away.told_at >= control.cycles(kTellAgain_s));
   if (!news && !silent) log::debug("recovery: {}", to_text(why));
   if (!news) return;
   away.told = why.fault, away.told_at = now;

@@ -30,7 +30,7 @@ class Recovery {
   struct Away {
     bool seen = false;          ///< since all were there
     CycleIndex not_before = 0;  ///< of the next attempt
-    CycleIndex wait = 0;        ///< after the next refusal
+    double wait_s = 0;          ///< after the next refusal
     Fault told = Fault::None;
     CycleIndex told_at = 0;
   };
@@ -38,7 +38,7 @@ class Recovery {
   void tell_all_back();
   /// What is to be said of it now; "": nothing.
   [[nodiscard]] std::string told(Fault fault, int of, std::string words);
-  void failed(Away& away, const Error& why, CycleIndex now);
+  void failed(Away& away, const Error& why, const Control& control);
 
   devices::StationBus& bus_;
   std::vector<Away> away_;  ///< by index of the bus
