@@ -175,6 +175,8 @@ Result<void> write_job(JobResult& result, const std::string& folder, const Certi
     if (!written) not_kept(result, name, written.error());
     return written.has_value();
   };
+  // The verdict first: what follows may fill the disk, and a program that dies while it writes the report has said what
+  // the job came to. Once more at the end, when it is known which files there are, and which could not be kept.
   const Result<void> first = write_summary(folder, result, files);
   const bool reported = keep("report.html", write_report(folder, result));
   const auto images = image_names(result);
