@@ -27,7 +27,7 @@ class Channels {
                std::array<std::optional<Channel>, N>& to, std::vector<FreeChannel>& rest) {
     for (const ChannelRow& row : rows) {
       const auto which = std::find(known.begin(), known.end(), row.name);
-      if (which == known.end() && !may_be_free(row, rows, rest.size() + N)) continue;
+      if (which == known.end() && !may_be_free(row, rows, known, rest.size() + N)) continue;
       const auto channel = resolve(row);
       if (!channel) continue;
       if (outputs_ && row.name == kOutputNames[0] && row.invert)
@@ -43,22 +43,26 @@ class Channels {
   }
 
  private:
-  /// A free name that is nearly that of an input which stops the machine, and which the file lacks, is a slip of the
-  /// pen that would cost the interlock.
-  bool may_be_free(const ChannelRow& row, const std::vector<ChannelRow>& rows, std::size_t bit) {
-    std::vector<std::string_view> lacking;
-    for (std::size_t i = 0; !outputs_ && i < kInputs; ++i)
-      if (normally_closed(static_cast<Input>(i)) &&
-          std::none_of(rows.begin(), rows.end(), [&](const ChannelRow& r) { return r.name == kInputNames[i]; }))
-        lacking.push_back(kInputNames[i]);
-    if (outputs_ &&
-        std::none_of(rows.begin(), rows.end(), [](const ChannelRow& r) { return r.name == kOutputNames[0]; }))
-      lacking.push_back(kOutputNames[0]);
-    if (!nearest(row.name, lacking).empty()) {
-      mistakes_.add(Fault::UnknownReference,
-                    fmt::format("'{}' is a free name, and this file has no '{}'; {} (a free name must be less like it)",
-                                row.name, nearest(row.name, lacking), did_you_mean(row.name, lacking)),
-                    row.place);
+  /// A free name that is nearly a known one which the file lacks is a slip of the pen: the light would stay dark, the
+  /// clamp open. Where it would cost an interlock, or the valve, a name has to be less like it than elsewhere.
+  template <std::size_t N>
+  bool may_be_free(const ChannelRow& row, const std::vector<ChannelRow>& rows,
+                   const std::array<std::string_view, N>& known, std::size_t bit) {
+    std::string_view meant;
+    std::vector<std::string_view> grave;
+    for (std::size_t i = 0; i < N; ++i) {
+      if (std::any_of(rows.begin(), rows.end(), [&](const ChannelRow& r) { return r.name == known[i]; })) continue;
+      if (outputs_ ? known[i] == kOutputNames[0] : normally_closed(static_cast<Input>(i))) grave.push_back(known[i]);
+      if (meant.empty() && slip_of(row.name, known[i])) meant = known[i];
+    }
+    if (const std::string_view near = nearest(row.name, grave); !near.empty()) meant = near;
+    if (!meant.empty()) {
+      mistakes_.add(
+          Fault::UnknownReference,
+          fmt::format("'{0}' is a free name, and this file has no '{1}'; did you mean '{1}'? (a free name must "
+                      "be less like it)",
+                      row.name, meant),
+          row.place);
       return false;
     }
     if (bit < kChannelBits) return true;
@@ -70,7 +74,8 @@ class Channels {
   }
 
   std::optional<Channel> resolve(const ChannelRow& row) {
-    if (!row.station.given() || machine_.stations.empty()) return std::nullopt;  // that it is missing is told already
+    if (row.unread || !row.station.given() || machine_.stations.empty())
+      return std::nullopt;  // that it is missing is told already
     std::vector<std::string_view> names;
     const Station* station = nullptr;
     for (const Station& s : machine_.stations) {

@@ -109,21 +109,22 @@ bool check_roles(const Machine& m, const MachineFile& file, Mistakes& mistakes) 
 /// From rest to v_max: in three phases where a_max is reached, else in two.
 double rise_s(double v, double a, double j) { return v >= a * a / j ? v / a + a / j : 2 * std::sqrt(v / j); }
 
+constexpr double kLongestRise_s = 10;
+
 /// An axis that hardly starts is a slip of the unit, and every motion of it would take minutes.
 void check_rise(const Axis& axis, const written::AxisRow& row, Mistakes& mistakes) {
-  constexpr double kLongest_s = 10;
   const double v = axis.v_max, a = axis.a_max, j = axis.j_max;
   const bool v_is_wrong = axis.unit_per_rev > 0 && v / axis.unit_per_rev > kMostRevs_s;  // and told
-  if (v_is_wrong || !(v > 0 && a > 0 && j > 0) || rise_s(v, a, j) <= kLongest_s) return;
+  if (v_is_wrong || !(v > 0 && a > 0 && j > 0) || !starts_too_slowly(axis)) return;
   // With v / a of at most half of it, the least jerk reaches no a_max: 2 sqrt(v / j) is the whole of it.
-  const bool of_acceleration = v / a > kLongest_s / 2;
+  const bool of_acceleration = v / a > kLongestRise_s / 2;
   mistakes.add(
       Fault::OutOfRange,
       fmt::format("the axis needs {:.3g} s from rest to its v_max; more than {:.6g} s is taken for a slip: write "
                   "at least {}",
-                  rise_s(v, a, j), kLongest_s,
-                  of_acceleration ? in_units(axis, 2 * v / kLongest_s, "/s^2")
-                                  : in_units(axis, 4 * v / (kLongest_s * kLongest_s), "/s^3")),
+                  rise_s(v, a, j), kLongestRise_s,
+                  of_acceleration ? in_units(axis, 2 * v / kLongestRise_s, "/s^2")
+                                  : in_units(axis, 4 * v / (kLongestRise_s * kLongestRise_s), "/s^3")),
       of_acceleration ? row.a_max.place : row.j_max.place);
 }
 
@@ -177,6 +178,11 @@ void check_sim(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
 
 }  // namespace
 
+bool starts_too_slowly(const Axis& axis) {
+  const double v = axis.v_max, a = axis.a_max, j = axis.j_max;
+  return v > 0 && a > 0 && j > 0 && rise_s(v, a, j) > kLongestRise_s;
+}
+
 std::string in_units(const Axis& axis, double value, std::string_view per, int digits) {
   return fmt::format("{:.{}g} {}{}", axis.rotary ? units::deg(value) : value, digits, axis.rotary ? "deg" : "mm", per);
 }
@@ -184,10 +190,10 @@ std::string in_units(const Axis& axis, double value, std::string_view per, int d
 void check_machine(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   check_stations(m, file, mistakes);
   if (!check_roles(m, file, mistakes)) return;
-  check_timing(m, file, mistakes);
+  const bool cycle_fits = check_timing(m, file, mistakes);
   check_axes(m, file, mistakes);
   check_homing(m, file, mistakes);
-  check_windows(m, file, mistakes);
+  if (cycle_fits) check_windows(m, file, mistakes);
   check_head(m, file, mistakes);
   check_sim(m, file, mistakes);
   check_drive_limits(m, file, mistakes);

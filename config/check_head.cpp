@@ -66,6 +66,12 @@ void check_probe(const Machine& m, const MachineFile& file, Mistakes& mistakes) 
                     "write more",
                     m.probe.travel_mm, m.probe.approach_mm),
         file.probe.travel_mm.place);
+  if (m.probe.fast_mm_s > 0 && m.probe.fast_mm_s <= m.probe.speed_mm_s)
+    mistakes.add(Fault::Inconsistent,
+                 fmt::format("the first touch at {:.6g} mm/s is not faster than the one that counts, at {:.6g} mm/s "
+                             "(`speed`); write more, or leave it out",
+                             m.probe.fast_mm_s, m.probe.speed_mm_s),
+                 file.probe.fast_mm_s.place);
   for (const auto* at : {&file.probe.speed_mm_s, &file.probe.fast_mm_s})
     if (at->given() && at->value > z.v_max)
       mistakes.add(Fault::OutOfRange,
@@ -125,7 +131,8 @@ void check_park(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
 void check_head(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   for (const std::string_view needed : {"needle", "camera", "probe"})
     if (!find_tool(m, needed))
-      mistakes.add(Fault::MissingKey, fmt::format("tool '{}' is missing under head: tools:", needed), {1, 1});
+      mistakes.add(Fault::MissingKey, fmt::format("tool '{}' is missing under head: tools:", needed),
+                   file.head.tools.front().place);
   for (const auto& row : file.head.tools) {
     if (row.name != "camera") check_tip(m, row, mistakes);  // the camera's is a point in focus
     if (!row.lift_mm.given()) continue;

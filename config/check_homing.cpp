@@ -78,7 +78,8 @@ class HomingCheck {
     };
     most(row_.fast, homing_.fast, axis_.v_max, "v_max", "/s");
     most(row_.slow, homing_.slow, axis_.v_max, "v_max", "/s");
-    most(row_.acceleration, homing_.acceleration, axis_.a_max, "a_max", "/s^2");
+    if (!starts_too_slowly(axis_))  // then it is a_max that is wrong, and told
+      most(row_.acceleration, homing_.acceleration, axis_.a_max, "a_max", "/s^2");
     if (homing_.slow > homing_.fast * (1 + kRounding))
       mistakes_.add(Fault::Inconsistent,
                     fmt::format("{} over the switch's edge is faster than {} towards it (`fast`); write less, because "

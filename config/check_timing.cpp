@@ -152,7 +152,7 @@ void check_skew(const Axis& axis, const AxisRow& row, Mistakes& mistakes) {
 
 }  // namespace
 
-void check_timing(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+bool check_timing(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   // One value of the bus that stations contradict is one mistake, which names them all.
   const auto cycle_us = static_cast<std::uint32_t>(m.bus.cycle.count() / 1000);
   std::vector<std::string> other_cycles;
@@ -162,16 +162,20 @@ void check_timing(const Machine& m, const MachineFile& file, Mistakes& mistakes)
     if (!cycles.empty() && std::find(cycles.begin(), cycles.end(), cycle_us) == cycles.end())
       other_cycles.push_back(fmt::format("'{}' ({}: {} us)", s.name, s.profile.title, fmt::join(cycles, ", ")));
   }
-  if (!other_cycles.empty())
+  if (!other_cycles.empty()) {
     mistakes.add(Fault::Inconsistent,
-                 fmt::format("stations that do not support this cycle: {}", fmt::join(other_cycles, ", ")),
+                 fmt::format("stations that do not support this cycle: {}; write one that all of them do",
+                             fmt::join(other_cycles, ", ")),
                  file.bus.cycle_s.place);
+    return false;
+  }
   const double cycle_ms = seconds(m.bus.cycle) * 1e3;
   check_watchdogs(m, cycle_ms * m.bus.stop_after_missed_hardware, "a stall", file.bus.stop_after_missed.place,
                   mistakes);
   const Location lost = file.bus.frames_lost_place.line > 0 ? file.bus.frames_lost_place : file.bus.cycle_s.place;
   check_watchdogs(m, cycle_ms * m.bus.frames_lost_max, "a loss of frames", lost, mistakes);
   check_delays(m, file, mistakes);
+  return true;
 }
 
 void check_windows(const Machine& m, const MachineFile& file, Mistakes& mistakes) {

@@ -244,6 +244,7 @@ struct TerminalRow {
   Location place;
   At<int> in, out;
   int bits = 1;
+  bool unread = false;  ///< something of it is a mistake
 };
 const Fields<TerminalRow>& terminal_fields() {
   static const Fields<TerminalRow> kFields{
@@ -260,7 +261,7 @@ void read_terminals(const Node& node, StationProfile& to, Mistakes& mistakes) {
   } rows;
   named("terminals", &Rows::all, terminal_fields(), {0, 256}, kOptional, "").read(node, rows, mistakes);
   for (const TerminalRow& row : rows.all) {
-    if (row.in.given() == row.out.given())
+    if (!row.unread && row.in.given() == row.out.given())
       mistakes.add(Fault::BadValue, fmt::format("terminal '{}' needs exactly one of: in, out", row.name), row.place);
     to.terminals.push_back({row.name, row.out.given(), row.out.given() ? row.out.value : row.in.value, row.bits});
   }
@@ -443,6 +444,8 @@ Checked<StationProfile> load_profile(const std::string& path) {
   const auto root = read_yaml(*text, mistakes);
   StationProfile profile;
   profile.name = std::filesystem::path(path).stem().string();
+  if (root && !is_of_format(*root, profile_format(), "the profile of a station", mistakes))
+    return tl::unexpected(mistakes.errors());
   if (root) read_object(*root, profile_fields(), profile, {1, 1}, mistakes);
   if (mistakes.none()) {
     resolve_pdos(profile, profile.rx_pdos, *root->find("rx_pdos"), mistakes);

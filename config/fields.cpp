@@ -11,6 +11,7 @@
 namespace gantry::config {
 namespace {
 
+constexpr std::string_view kVersionKey = "version";  // which every format has
 constexpr std::size_t kMaxName = 64, kMaxText = 600, kMaxNumber = 60;
 
 std::string shown(std::string_view text) { return shortened(text, 40); }
@@ -198,7 +199,10 @@ std::optional<std::pair<std::uint16_t, std::uint8_t>> read_address(const Node& n
 bool expect_list(const Node& node, Range count, Mistakes& mistakes) {
   if (node.kind == Node::Kind::Refused) return false;
   if (node.kind != Node::Kind::Sequence) {
-    mistakes.add(Fault::BadValue, fmt::format("{}; expected a list", what_it_is(node)), node.place);
+    mistakes.add(Fault::BadValue,
+                 fmt::format("{}; expected a list{}", what_it_is(node),
+                             node.kind == Node::Kind::Map ? ": begin each item with '- '" : ""),
+                 node.place);
     return false;
   }
   return expect_count(node, count, mistakes);
@@ -208,17 +212,20 @@ bool expect_count(const Node& node, Range count, Mistakes& mistakes) {
   const auto n = static_cast<double>(node.items.size());
   if (in_range(n, count)) return true;
   const bool few = n < count.min;
-  mistakes.add(
-      Fault::OutOfRange,
-      fmt::format("{} stand here; {} {} are wanted", n, few ? "at least" : "at most", few ? count.min : count.max),
-      node.place);
+  mistakes.add(Fault::OutOfRange,
+               fmt::format("{} {} here; {} {} are wanted", n, n == 1 ? "stands" : "stand", few ? "at least" : "at most",
+                           few ? count.min : count.max),
+               node.place);
   return false;
 }
 
 bool expect_map(const Node& node, std::string_view what, Mistakes& mistakes) {
   if (node.kind == Node::Kind::Map) return true;
   if (node.kind != Node::Kind::Refused)
-    mistakes.add(Fault::BadValue, fmt::format("{}; expected {}", what_it_is(node), what), node.place);
+    mistakes.add(Fault::BadValue,
+                 fmt::format("{}; expected {}{}", what_it_is(node), what,
+                             node.kind == Node::Kind::Sequence ? ", without '- '" : ""),
+                 node.place);
   return false;
 }
 
@@ -230,33 +237,122 @@ bool expect_name(const Node::Key& key, Mistakes& mistakes) {
   return read_word(as_node, {ValueShape::Kind::Name, {}, kAny, {}, {}, {}}, mistakes).has_value();
 }
 
-void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Location owner, Mistakes& mistakes) {
+namespace {
+
+bool is_known(const std::vector<const FieldShape*>& known, std::string_view key) {
+  return std::any_of(known.begin(), known.end(), [&](const FieldShape* field) { return field->key == key; });
+}
+
+/// Where one key is unknown and one is missing, that one was meant, however little it is like it; else null.
+const FieldShape* only_one_missing(const Node& map, const std::vector<const FieldShape*>& known) {
+  std::size_t unknown = 0, missing = 0;
+  const FieldShape* found = nullptr;
+  for (const Node::Key& key : map.keys) unknown += !is_known(known, key.text);
+  for (const FieldShape* field : known)
+    if (field->need == kRequired && !map.find(field->key)) ++missing, found = field;
+  return unknown == 1 && missing == 1 ? found : nullptr;
+}
+
+}  // namespace
+
+void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Place owner, Mistakes& mistakes) {
   std::vector<std::string_view> words;
   for (const FieldShape* field : known) words.push_back(field->key);
   std::vector<std::string_view> open;  // that are not there
   std::copy_if(words.begin(), words.end(), std::back_inserter(open),
                [&](std::string_view word) { return map.find(word) == nullptr; });
+  const FieldShape* const only = only_one_missing(map, known);
   std::vector<std::string_view> meant;  // a misspelt key is one mistake, not an unknown and a missing one
   for (std::size_t i = 0; i < map.keys.size(); ++i) {
     const auto& key = map.keys[i];
-    if (map.items[i].kind == Node::Kind::Refused || std::find(words.begin(), words.end(), key.text) != words.end())
-      continue;
+    if (map.items[i].kind == Node::Kind::Refused || is_known(known, key.text)) continue;
     if (mistakes.full()) {
       mistakes.add(Fault::UnknownKey, {}, key.place);
       continue;
     }
     const auto& likely = nearest(key.text, open).empty() ? words : open;
-    if (const std::string_view near = nearest(key.text, likely); !near.empty()) meant.push_back(near);
+    std::string_view near = nearest(key.text, likely);
+    std::string words_of_it = did_you_mean(key.text, likely);
+    if (near.empty() && only != nullptr) {
+      near = only->key;
+      words_of_it = fmt::format("did you mean '{}' ({}), which is missing here?", only->key, only->doc);
+    }
+    if (!near.empty()) meant.push_back(near);
     // {why: one, two}: "two" is read as a key.
     const char* const comma = map.items[i].kind == Node::Kind::Empty ? " (text with a comma belongs in quotes)" : "";
-    mistakes.add(Fault::UnknownKey,
-                 fmt::format("unknown key '{}'; {}{}", shown(key.text), did_you_mean(key.text, likely), comma),
+    mistakes.add(Fault::UnknownKey, fmt::format("unknown key '{}'; {}{}", shown(key.text), words_of_it, comma),
                  key.place);
   }
   for (const FieldShape* field : known)
     if (field->need == kRequired && !map.find(field->key) &&
         std::find(meant.begin(), meant.end(), field->key) == meant.end())
       mistakes.add(Fault::MissingKey, fmt::format("'{}' is missing here ({})", field->key, field->doc), owner);
+}
+
+std::size_t told(const Mistakes& mistakes) {
+  return mistakes.none() ? 0 : mistakes.full() ? Mistakes::kMost : mistakes.errors().size();
+}
+
+bool is_of_format(const Node& root, const std::vector<FieldShape>& format, std::string_view what, Mistakes& mistakes) {
+  constexpr std::size_t kFew = 3, kShown = 6, kShare = 4;
+  std::vector<std::string_view> wanted, there;
+  for (const FieldShape& field : format)
+    if (field.need == kRequired && field.key != kVersionKey) wanted.push_back(field.key);
+  for (const auto& key : root.keys)
+    if (key.text != kVersionKey && there.size() < kShown) there.push_back(key.text);
+  const auto known = static_cast<std::size_t>(std::count_if(format.begin(), format.end(), [&](const FieldShape& field) {
+    return field.key != kVersionKey && root.find(field.key) != nullptr;
+  }));
+  const bool a_list = root.kind == Node::Kind::Sequence;
+  if (!a_list && (root.kind != Node::Kind::Map || root.keys.size() < kFew || kShare * known >= root.keys.size()))
+    return true;
+  mistakes.add(Fault::BadValue,
+               fmt::format("this is not {0}: {1}; {0} has the keys {2}; name another file", what,
+                           a_list ? "it is a list" : fmt::format("its keys are {}, ...", fmt::join(there, ", ")),
+                           fmt::join(wanted, ", ")),
+               {1, 1});
+  return false;
+}
+
+std::vector<std::size_t> kinds_of(const Node& item, const std::vector<std::string_view>& kinds, Mistakes& mistakes) {
+  if (item.kind == Node::Kind::Refused) return {};
+  const std::string sample = fmt::format("write for example '- {}: {{...}}'", kinds.front());
+  if (item.kind != Node::Kind::Map) {
+    mistakes.add(Fault::BadValue,
+                 fmt::format("{}; expected one of {}; {}", what_it_is(item), fmt::join(kinds, ", "), sample),
+                 item.place);
+    return {};
+  }
+  std::vector<std::size_t> named;
+  std::size_t other = item.keys.size();  // the first key that names none
+  for (std::size_t i = 0; i < item.keys.size(); ++i)
+    if (std::find(kinds.begin(), kinds.end(), item.keys[i].text) != kinds.end())
+      named.push_back(i);
+    else
+      other = std::min(other, i);
+  if (named.size() > 1) {
+    mistakes.add(Fault::BadValue,
+                 fmt::format("one kind belongs to an item, and '{}' and '{}' stand here; begin '{}' with '- '",
+                             item.keys[named[0]].text, item.keys[named[1]].text, item.keys[named[1]].text),
+                 item.keys[named[1]].place);
+  } else if (named.empty() && item.keys.size() == 1) {
+    if (item.items[0].kind == Node::Kind::Refused) return {};
+    mistakes.add(Fault::UnknownKey,
+                 fmt::format("unknown key '{}'; {}", shown(item.keys[0].text), did_you_mean(item.keys[0].text, kinds)),
+                 item.keys[0].place);
+  } else if (named.empty()) {
+    mistakes.add(Fault::BadValue,
+                 fmt::format("no kind is named here; expected one of {}; {}", fmt::join(kinds, ", "), sample),
+                 item.keys.empty() ? item.place : item.keys[0].place);
+  } else if (other < item.keys.size()) {
+    const Node& of_kind = item.items[named[0]];
+    mistakes.add(Fault::BadValue,
+                 fmt::format("'{0}' stands beside '{1}'; what belongs to '{1}' is indented further than it",
+                             shown(item.keys[other].text), item.keys[named[0]].text),
+                 item.keys[other].place);
+    if (of_kind.kind != Node::Kind::Map) return {};
+  }
+  return named;
 }
 
 bool read_tuple(const Node& node, const ValueShape& shape, std::vector<Quantity>& to, Mistakes& mistakes) {

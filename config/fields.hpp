@@ -4,7 +4,8 @@
 //       number("speed", &Material::speed, Dimension::Speed, {0.1, 500}, kRequired, "path speed of a bead"), ...};
 //   std::optional<Recipe> recipe = read_fields(text, kRecipe, mistakes);   // mistakes.none(): it may be used
 // Structs that hold a member `place` (line, column) learn where they stand; members of type At<V> learn where their
-// value stands.
+// value stands. A member `unread` is set where anything of the struct was a mistake: nothing more is told by its
+// values, which would only be what the first mistake leads to.
 #pragma once
 #include <functional>
 #include <limits>
@@ -101,7 +102,13 @@ bool expect_count(const Node& node, Range count, Mistakes& mistakes);
 bool expect_map(const Node& node, std::string_view what, Mistakes& mistakes);
 bool expect_name(const Node::Key& key, Mistakes& mistakes);
 /// Unknown and missing keys of a map. `owner` is where a missing key is reported.
-void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Location owner, Mistakes& mistakes);
+void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Place owner, Mistakes& mistakes);
+/// False, and one mistake, where hardly a key of a file belongs to this format: another kind of file is meant. `what`:
+/// "a recipe".
+bool is_of_format(const Node& root, const std::vector<FieldShape>& format, std::string_view what, Mistakes& mistakes);
+/// Of an item of a list whose one key names its kind, one of `kinds`: which of its keys do. More or less than one is
+/// one mistake, whatever else stands there.
+std::vector<std::size_t> kinds_of(const Node& item, const std::vector<std::string_view>& kinds, Mistakes& mistakes);
 
 template <class T>
 ValueShape object_shape(const Fields<T>& fields) {
@@ -116,24 +123,41 @@ void set_place(T& to, Location place) {
   if constexpr (requires { to.place.line; }) to.place.line = place.line, to.place.column = place.column;
 }
 
+template <class T>
+void set_unread(T& to, bool unread) {
+  if constexpr (requires { to.unread; }) to.unread = unread;
+}
+
+/// How many mistakes there are, as far as they are kept.
+std::size_t told(const Mistakes& mistakes);
+
 /// Reads a map into a struct. `owner`: where its name stands.
 template <class T>
 void read_object(const Node& node, const Fields<T>& fields, T& to, Location owner, Mistakes& mistakes) {
   set_place(to, owner);
+  set_unread(to, true);
   if (!expect_map(node, "keys with values", mistakes)) return;
+  const std::size_t before = told(mistakes);
   std::vector<const FieldShape*> known;
   for (const Field<T>& field : fields) known.push_back(&field.row);
   check_keys(node, known, owner, mistakes);
+  bool refused = false;
   for (const Field<T>& field : fields)
     if (const Node* value = node.find(field.row.key); value && value->kind != Node::Kind::Refused)
       field.read(*value, to, mistakes);
+    else
+      refused = refused || value != nullptr;
+  set_unread(to, refused || told(mistakes) != before);
 }
 
-/// A whole file. nullopt: not well-formed YAML; with mistakes the value is only good for looking for more of them.
+/// A whole file. nullopt: not well-formed YAML, or, where it is told what it should be, quite another kind of file;
+/// with mistakes the value is only good for looking for more of them.
 template <class T>
-std::optional<T> read_fields(std::string_view text, const Fields<T>& fields, Mistakes& mistakes) {
+std::optional<T> read_fields(std::string_view text, const Fields<T>& fields, Mistakes& mistakes,
+                             std::string_view what = {}) {
   const std::optional<Node> root = read_yaml(text, mistakes);
-  if (!root) return std::nullopt;
+  if (!root || (!what.empty() && !is_of_format(*root, object_shape(fields).fields, what, mistakes)))
+    return std::nullopt;
   T to{};
   read_object(*root, fields, to, {1, 1}, mistakes);
   return to;
@@ -364,25 +388,16 @@ Field<T> list_of_variants(std::string key, std::vector<U> T::*member, std::vecto
   return {{std::move(key), need, std::move(doc), shape},
           [member, one, count, variants = std::move(variants)](const Node& node, T& to, Mistakes& mistakes) {
             if (!expect_list(node, count, mistakes)) return;
-            std::vector<const FieldShape*> known;
-            for (const FieldShape& each : one.fields) known.push_back(&each);
-            for (const Node& item : node.items) {
-              if (item.kind == Node::Kind::Refused || !expect_map(item, "one key that names its kind", mistakes))
-                continue;
-              check_keys(item, known, item.place, mistakes);
-              if (item.keys.empty()) {
-                mistakes.add(Fault::BadValue, "nothing stands here; expected one key that names its kind", item.place);
-                continue;
-              }
-              if (item.keys.size() > 1)
-                mistakes.add(Fault::BadValue, "one key belongs here; start the next one with '- '", item.keys[1].place);
-              for (const Variant<U>& v : variants)
-                if (item.keys.front().text == v.key && item.items.front().kind != Node::Kind::Refused) {
-                  U& each = (to.*member).emplace_back();
-                  v.tag(each);
-                  read_object(item.items.front(), v.fields, each, item.keys.front().place, mistakes);
-                }
-            }
+            std::vector<std::string_view> known;
+            for (const FieldShape& each : one.fields) known.push_back(each.key);
+            for (const Node& item : node.items)
+              for (const std::size_t i : kinds_of(item, known, mistakes))
+                for (const Variant<U>& v : variants)
+                  if (item.keys[i].text == v.key && item.items[i].kind != Node::Kind::Refused) {
+                    U& each = (to.*member).emplace_back();
+                    v.tag(each);
+                    read_object(item.items[i], v.fields, each, item.keys[i].place, mistakes);
+                  }
           }};
 }
 

@@ -63,7 +63,9 @@ class Resolver {
   }
   std::pair<double, double> interval(const At<std::vector<Quantity>>& pair, D wanted, std::string_view what) {
     if (pair.value.size() != 2) return {0, 0};
-    const double low = value(pair.value[0], pair.place, wanted), high = value(pair.value[1], pair.place, wanted);
+    for (const Quantity& each : pair.value)
+      if (each.dimension != wanted) return value(each, pair.place, wanted), std::pair{0.0, 0.0};
+    const double low = pair.value[0].value, high = pair.value[1].value;
     if (!(low < high))
       mistakes_.add(Fault::Inconsistent, fmt::format("{}: the first must be less than the second", what), pair.place);
     return {low, high};
@@ -76,6 +78,7 @@ class Resolver {
   void roles(const written::MachineFile& file, Machine& m);
   std::vector<Body> bodies(const std::vector<written::BodyRow>& rows);
   void sim(const written::MachineFile& file, Machine& m);
+  void brake(const written::MachineFile& file, Machine& m);
 
   std::filesystem::path folder_;
   Mistakes& mistakes_;
@@ -211,7 +214,7 @@ std::vector<Body> Resolver::bodies(const std::vector<written::BodyRow>& rows) {
   for (const auto& row : rows) {
     Body body;
     body.name = row.name;
-    if (int(row.box.has_value()) + int(row.cylinder.has_value()) + int(row.capsule.has_value()) != 1)
+    if (!row.unread && int(row.box.has_value()) + int(row.cylinder.has_value()) + int(row.capsule.has_value()) != 1)
       mistakes_.add(Fault::BadValue, fmt::format("'{}' needs exactly one of: box, cylinder, capsule", row.name),
                     row.place);
     using Kind = Shape::Kind;
@@ -220,7 +223,7 @@ std::vector<Body> Resolver::bodies(const std::vector<written::BodyRow>& rows) {
       body.shape = {Kind::Cylinder, {row.cylinder->diameter, row.cylinder->diameter, row.cylinder->height}};
     if (row.capsule) {
       body.shape = {Kind::Capsule, {row.capsule->diameter, row.capsule->diameter, row.capsule->height}};
-      if (row.capsule->height < row.capsule->diameter)
+      if (!row.unread && row.capsule->height < row.capsule->diameter)
         mistakes_.add(Fault::Inconsistent, fmt::format("capsule '{}' is less high than thick", row.name), row.place);
     }
     body.centre = row.centre;
@@ -236,8 +239,10 @@ void Resolver::sim(const written::MachineFile& file, Machine& m) {
   SimConfig& sim = m.sim;
   sim.axes.resize(m.axes.size());
   std::vector<bool> seen(m.axes.size());
+  bool misnamed = false;
   for (const auto& row : file.sim.axes) {
     const auto i = index(m.axes, {row.name, row.place}, "axis");
+    misnamed = misnamed || !i;
     if (!i) continue;
     const D length = m.axes[*i].rotary ? D::Angle : D::Length;
     SimAxis& axis = sim.axes[*i];
@@ -251,7 +256,7 @@ void Resolver::sim(const written::MachineFile& file, Machine& m) {
     seen[*i] = true;
   }
   for (std::size_t i = 0; i < seen.size(); ++i)
-    if (!seen[i])
+    if (!seen[i] && !misnamed && !file.sim.axes.empty())  // else it is told already
       mistakes_.add(Fault::MissingKey, fmt::format("axis '{}' has no row under sim: axes:", m.axes[i].name),
                     file.axes[i].place);
   sim.valve_open_lag_s = file.sim.valve.open_lag_s;
@@ -264,6 +269,27 @@ void Resolver::sim(const written::MachineFile& file, Machine& m) {
   sim.needle_error = file.sim.tip_errors.needle;
   sim.camera_error = file.sim.tip_errors.camera;
   sim.probe_error = file.sim.tip_errors.probe;
+}
+
+void Resolver::brake(const written::MachineFile& file, Machine& m) {
+  const written::BrakeRow& row = *file.brake;
+  const bool outputs_read = std::none_of(file.outputs.begin(), file.outputs.end(), [](auto& o) { return o.unread; });
+  if (!row.output.given() || !row.axis.given() || !outputs_read) return;
+  if (m.free_outputs.empty()) {
+    if (mistakes_.none())  // else it may be one that is not known for that
+      mistakes_.add(Fault::UnknownReference, "there is no free output; add the brake's under `outputs`",
+                    row.output.place);
+    return;
+  }
+  const auto output = index(m.free_outputs, row.output, "free output");
+  const auto axis = index(m.axes, row.axis, "axis");
+  if (output && m.free_outputs[*output].channel.invert)
+    mistakes_.add(Fault::Inconsistent,
+                  fmt::format("output '{}' is inverted: the brake would be released whenever nobody writes it, and the "
+                              "axis would fall; wire a brake that holds without current, and leave `invert` out",
+                              row.output.value),
+                  row.output.place);
+  if (output && axis) m.brake = BrakeConfig{m.axes[*axis].id, static_cast<unsigned>(kOutputs + *output), row.time_s};
 }
 
 Machine Resolver::resolve(const written::MachineFile& file) {
@@ -290,22 +316,7 @@ Machine Resolver::resolve(const written::MachineFile& file) {
   m.probe.retract_mm = file.probe.retract_mm;
   m.probe.fast_mm_s = file.probe.fast_mm_s.value;
   m.probe.back_off_mm = file.probe.back_off_mm.given() ? file.probe.back_off_mm.value : kBackOff_mm;
-  if (file.brake && m.free_outputs.empty())
-    mistakes_.add(Fault::UnknownReference, "there is no free output; add the brake's under `outputs`",
-                  file.brake->output.place);
-  else if (file.brake) {
-    const auto output = index(m.free_outputs, file.brake->output, "free output");
-    const auto axis = index(m.axes, file.brake->axis, "axis");
-    if (output && m.free_outputs[*output].channel.invert)
-      mistakes_.add(
-          Fault::Inconsistent,
-          fmt::format("output '{}' is inverted: the brake would be released whenever nobody writes it, and the "
-                      "axis would fall; wire a brake that holds without current, and leave `invert` out",
-                      file.brake->output.value),
-          file.brake->output.place);
-    if (output && axis)
-      m.brake = BrakeConfig{m.axes[*axis].id, static_cast<unsigned>(kOutputs + *output), file.brake->time_s};
-  }
+  if (file.brake) brake(file, m);
   m.clearance_mm = file.clearance_mm;
   m.safe_z_mm = file.safe_z_mm.value;
   m.hold_within_s = file.hold_within_s;
@@ -323,7 +334,7 @@ Checked<Machine> load_machine(const std::string& path) {
   const auto text = read_text_file(path);
   if (!text) return tl::unexpected(std::vector{text.error()});
   Mistakes mistakes(path);
-  const auto file = read_fields(*text, written::machine_fields(), mistakes);
+  const auto file = read_fields(*text, written::machine_fields(), mistakes, "a machine file");
   if (!file) return tl::unexpected(mistakes.errors());
   std::vector<Error> of_profiles;
   Machine machine = Resolver(path, mistakes, of_profiles).resolve(*file);

@@ -73,7 +73,8 @@ struct ChannelRow {
   At<std::string> station, terminal;
   At<int> bit;  ///< or `terminal`
   bool invert = false;
-  Location invert_place;
+  Place invert_place;
+  bool unread = false;  ///< something of it is a mistake
 };
 
 struct RoundRow {
@@ -87,8 +88,7 @@ struct BodyRow {
   Vec3 centre;
   double rotation_rad = 0;
   bool on_lift = false;
-  bool on_turn = false;
-  Location on_turn_place;
+  bool unread = false;  ///< something of it is a mistake
 };
 
 struct ToolRow {
@@ -197,6 +197,8 @@ void check_drive_limits(const Machine& machine, const written::MachineFile& file
 std::vector<std::string> drive_limit_notes(const Machine& machine);
 
 /// "12.5 mm", "90 deg/s": a value of an axis as people write it.
+/// From rest to v_max takes so long that v_max, a_max or j_max is a slip of the unit.
+bool starts_too_slowly(const Axis& axis);
 std::string in_units(const Axis& axis, double value, std::string_view per = "", int digits = 6);
 
 /// Whether homing can be right: each axis that gets targets has one, up and towards a switch that stands where it is
@@ -209,7 +211,7 @@ std::vector<std::string> homing_notes(const Machine& machine);
 
 /// What the cycle of the bus asks of stations and axes, and whether the windows that watch an axis can hold, and can
 /// bite.
-void check_timing(const Machine& machine, const written::MachineFile& file, Mistakes& mistakes);
+bool check_timing(const Machine& machine, const written::MachineFile& file, Mistakes& mistakes);
 void check_windows(const Machine& machine, const written::MachineFile& file, Mistakes& mistakes);
 std::vector<std::string> window_notes(const Machine& machine);
 

@@ -105,6 +105,20 @@ class TreeBuilder : public YAML::EventHandler {
     return {mark.line + 1, characters_ + 1};
   }
 
+  /// Where the sign stands that begins an item in which nothing is; `otherwise` when there is none.
+  [[nodiscard]] Place before(Place otherwise, std::size_t pos) const {
+    const auto sign = pos == 0 ? std::string_view::npos : text_.find_last_of("-[,", pos - 1);
+    if (sign == std::string_view::npos) return otherwise;
+    const auto line_start = text_.rfind('\n', sign) + 1;  // npos + 1 is 0
+    const auto characters = [&](std::size_t from, std::size_t to) {
+      return static_cast<int>(std::count_if(text_.begin() + static_cast<std::ptrdiff_t>(from),
+                                            text_.begin() + static_cast<std::ptrdiff_t>(to),
+                                            [](char c) { return (c & 0xC0) != 0x80; }));
+    };
+    return {1 + static_cast<int>(std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(sign), '\n')),
+            1 + characters(line_start, sign)};
+  }
+
   void OnDocumentStart(const YAML::Mark&) override {}
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& mark, YAML::anchor_t) override {
@@ -115,6 +129,8 @@ class TreeBuilder : public YAML::EventHandler {
     const bool written = word == "~" || word == "null" || word == "Null" || word == "NULL";
     if (!written && !levels_.empty() && levels_.back().node.kind == Node::Kind::Map && !levels_.back().awaits_key)
       value_.place = levels_.back().key.place;
+    if (!written && !levels_.empty() && levels_.back().node.kind == Node::Kind::Sequence)
+      value_.place = before(value_.place, text_.size() - rest.size());
     end_of_value();
   }
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
@@ -326,6 +342,7 @@ Result<std::string> read_text_file(const std::string& path, std::size_t max_byte
   }
   ::close(fd);
   if (too_large) return fail(Fault::FileTooLarge, fmt::format("larger than {} bytes; split the file", max_bytes), path);
+  if (!ok && S_ISDIR(info.st_mode)) return fail(Fault::FileUnreadable, "is a folder; name a file", path);
   if (!ok) return fail(Fault::FileUnreadable, "is no regular file that can be read", path);
   return text;
 }

@@ -10,6 +10,11 @@ std::string_view nearest(std::string_view word, const std::vector<std::string_vi
   std::string_view best;
   std::size_t best_distance = 1 + std::max<std::size_t>(2, word.size() / 3);
   if (word.size() > 100) return best;
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
+  for (const std::string_view candidate : known)
+    if (candidate != word && std::equal(word.begin(), word.end(), candidate.begin(), candidate.end(),
+                                        [&](char a, char b) { return lower(a) == lower(b); }))
+      return candidate;
   for (const std::string_view candidate : known) {
     // Levenshtein, one row at a time.
     std::vector<std::size_t> row(candidate.size() + 1);
@@ -26,6 +31,27 @@ std::string_view nearest(std::string_view word, const std::vector<std::string_vi
     if (row.back() < best_distance && row.back() < candidate.size()) best_distance = row.back(), best = candidate;
   }
   return best;
+}
+
+bool slip_of(std::string_view word, std::string_view known) {
+  constexpr std::size_t kShort = 5, kLongest = 100;
+  const std::size_t most = known.size() <= kShort ? 1 : 2;
+  if (word == known || word.size() > known.size() + most || word.size() + most < known.size() ||
+      known.size() > kLongest)
+    return false;
+  // Optimal string alignment: as Levenshtein, and two neighbours changed over are one slip.
+  std::vector<std::vector<std::size_t>> d(word.size() + 1, std::vector<std::size_t>(known.size() + 1));
+  for (std::size_t i = 0; i <= word.size(); ++i)
+    for (std::size_t j = 0; j <= known.size(); ++j) {
+      if (i == 0 || j == 0) {
+        d[i][j] = i + j;
+        continue;
+      }
+      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (word[i - 1] == known[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && word[i - 1] == known[j - 2] && word[i - 2] == known[j - 1])
+        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+    }
+  return d[word.size()][known.size()] <= most;
 }
 
 std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& known) {

@@ -7,8 +7,13 @@
 
 namespace gantry {
 
-/// The known word nearest to `word` by edit distance; empty when none is near enough to be meant.
+/// The known word nearest to `word` by edit distance, first that with other capitals; empty when none is near enough to
+/// be meant.
 std::string_view nearest(std::string_view word, const std::vector<std::string_view>& known);
+
+/// Whether `word` is likely to be `known` with a slip of the pen: one letter more, less, another, or two changed over;
+/// two such slips in words of six letters and more. Much stricter than nearest(): for words that may well be meant.
+bool slip_of(std::string_view word, std::string_view known);
 
 /// "did you mean 'speed'?"; where no word is near, "known: speed, gap" (the first twenty); "there are none".
 std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& known);

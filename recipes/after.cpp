@@ -83,14 +83,16 @@ class Circles {
 
 }  // namespace
 
-Rows rows_before(const std::vector<FeatureRow>& rows, Order order, Mistakes& mistakes) {
+Rows rows_before(const std::vector<FeatureRow>& rows, Order order, bool all_read, Mistakes& mistakes) {
   std::unordered_map<std::string_view, std::uint32_t> named;
   for (std::uint32_t row = 0; row < rows.size(); ++row) named.emplace(rows[row].name.value, row);
   Rows before(rows.size());
+  const bool nameless = std::any_of(rows.begin(), rows.end(), [](const FeatureRow& r) { return !r.name.given(); });
   for (std::uint32_t row = 0; row < rows.size(); ++row)
     for (const auto& [name, place] : rows[row].after) {
       const auto found = named.find(name);
       if (found == named.end()) {
+        if (!all_read && nameless) continue;  // it may be that one
         std::vector<std::string_view> known;
         for (const FeatureRow& each : rows) known.push_back(each.name.value);
         mistakes.add(Fault::UnknownReference,
@@ -98,6 +100,7 @@ Rows rows_before(const std::vector<FeatureRow>& rows, Order order, Mistakes& mis
       } else if (found->second == row) {
         mistakes.add(Fault::Inconsistent, fmt::format("'{}' cannot come after itself; take this away", name), place);
       } else if (order == Order::File && found->second > row) {
+        if (!all_read) continue;  // it may be the order that was not read
         mistakes.add(Fault::Inconsistent,
                      fmt::format("'{}' comes after '{}', which stands behind it in the file (line {}); put it behind "
                                  "that one, or write `order: shortest`",

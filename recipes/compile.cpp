@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include "core/near_word.hpp"
+#include "core/units.hpp"
 #include "recipes/job.hpp"
+#include "recipes/reach.hpp"
 #include "recipes/recipe_file.hpp"
 #include "recipes/seat.hpp"
 #include "recipes/surface_doubt.hpp"
@@ -24,13 +26,13 @@ class Feasibility {
   void check() {
     const bool framed = frame();
     general();
-    if (!framed) return;
-    check_seat(recipe_, machine_, mistakes_);
+    if (!framed || !check_seat(recipe_, machine_, mistakes_)) return;
     for (const MarkDef& m : recipe_.marks) mark(m);
-    for (const TouchPoint& t : recipe_.touches) touch(t);
+    marks_are_seen();
+    touches();
     purge();
     for (const Feature& f : recipe_.features) std::visit([&](const auto& each) { feature(each); }, f);
-    check_surface_doubt(recipe_, machine_, mistakes_);
+    reach_.tell();
   }
   /// What does not ask where anything lies.
   void general() {
@@ -43,6 +45,7 @@ class Feasibility {
  private:
   bool known_frame(const std::string& name, Location place) {
     if (config::find_frame(machine_, name)) return true;
+    if (name.empty()) return false;  // that it could not be read is told already
     std::vector<std::string_view> known;
     for (const auto& frame : machine_.frames) known.push_back(frame.name);
     mistakes_.add(Fault::UnknownReference,
@@ -57,31 +60,18 @@ class Feasibility {
     return recipe_.mark_rules.max_shift_mm + 2 * norm(at) * std::sin(recipe_.mark_rules.max_rotation_rad / 2);
   }
 
-  /// Tool's tip at a point of the board, `low` .. `high` above the nominal surface, `around` mm to every side.
-  bool reach(std::string_view tool_name, Vec2 at, double low, double high, double around, Location place,
-             std::string_view what) {
-    return reach(tool_name, to_machine(recipe_, machine_, {}, {}, at, 0), low, high, around, place, what);
+  /// A tool's tip over a point of the board.
+  Reach::Ask over(std::string_view tool, Vec2 at, double height_mm, Place place, std::string what) const {
+    return {.tool = tool,
+            .tip = to_machine(recipe_, machine_, {}, {}, at, height_mm),
+            .place = place,
+            .what = std::move(what)};
   }
-  /// The same of a point of the machine frame.
-  bool reach(std::string_view tool_name, Vec3 tip, double low, double high, double around, Location place,
-             std::string_view what) {
-    const config::Tool* tool = config::find_tool(machine_, tool_name);
-    if (!tool) return false;  // told by check_tools()
-    const AxisVec q = tool_at(machine_, *tool, tip, 0);
-    const auto bounds = {
-        std::tuple{machine_.x, -around, around}, {machine_.y, -around, around}, {machine_.z, low, high}};
-    for (const auto& [id, down, up] : bounds) {
-      const config::Axis& axis = machine_.axes[id.value];
-      const double least = q[id.value] + down, most = q[id.value] + up;
-      if (least >= axis.p_min && most <= axis.p_max) continue;
-      mistakes_.add(Fault::OutOfReach,
-                    fmt::format("{} needs axis {} at {:.2f} .. {:.2f} mm (the {}, board off by up to {:.2f} mm); it "
-                                "travels {:.6g} .. {:.6g} mm",
-                                what, axis.name, least, most, tool_name, around, axis.p_min, axis.p_max),
-                    place);
-      return false;
-    }
-    return true;
+  /// The board may lie off by as much as the rules of the marks allow.
+  Reach::Ask wherever(Reach::Ask ask, Vec2 at) const {
+    ask.around = wander(at);
+    if (!recipe_.marks.empty()) ask.by_turn = ask.around - recipe_.mark_rules.max_shift_mm;
+    return ask;
   }
 
   /// What a recipe asks of the machine's outputs, told where it asks first.
@@ -106,24 +96,19 @@ class Feasibility {
       mistakes_.add(Fault::SpeedNotReachable,
                     fmt::format("material '{}' asks for {:.6g} mm/s; the machine reaches {:.6g} mm/s", material.name,
                                 material.speed, most),
-                    material.place);
-    if (material.min_speed > material.speed)
-      mistakes_.add(Fault::Inconsistent,
-                    fmt::format("material '{}': 'min_speed' of {:.6g} mm/s is more than its 'speed' of {:.6g} mm/s; "
-                                "write at most that",
-                                material.name, material.min_speed, material.speed),
-                    material.place);
-    if (material.min_speed > 0 && material.start_dwell_s > 0)
-      mistakes_.add(Fault::Inconsistent,
-                    fmt::format("material '{}': with 'start_dwell' a bead begins from rest, and 'min_speed' of {:.6g} "
-                                "mm/s forbids that; leave one of them out",
-                                material.name, material.min_speed),
-                    material.place);
+                    material.places.speed.line > 0 ? material.places.speed : material.place);
+  }
+
+  /// How far from the middle of the picture a mark's centre may be to be found.
+  [[nodiscard]] double seen_mm(const MarkDef& m) const {
+    const config::CameraConfig& camera = machine_.camera;
+    return std::min(camera.search_mm,
+                    0.5 * camera.mm_per_px * std::min(camera.width_px, camera.height_px) - m.diameter / 2);
   }
 
   void mark(const MarkDef& m) {
     // The camera looks where the mark should be; where it is then is looked for within the image.
-    reach("camera", m.at, 0, 0, 0, m.place, fmt::format("mark '{}'", m.name));
+    reach_.look(over("camera", m.at, 0, m.place, fmt::format("mark '{}'", m.name)));
     const config::CameraConfig& camera = machine_.camera;
     const double image = 0.5 * camera.mm_per_px * std::min(camera.width_px, camera.height_px);
     if (m.diameter / 2 >= std::min(image, camera.search_mm))
@@ -133,19 +118,55 @@ class Feasibility {
                     m.place);
   }
 
-  void touch(const TouchPoint& t) {
+  /// A board that lies off as far as the rules allow has to show its marks; of one that is turned, two of them.
+  void marks_are_seen() {
+    const MarkRules& rules = recipe_.mark_rules;
+    if (recipe_.marks.size() < 2) return;
+    const auto least = std::min_element(recipe_.marks.begin(), recipe_.marks.end(),
+                                        [&](auto& a, auto& b) { return seen_mm(a) < seen_mm(b); });
+    const double most = seen_mm(*least);
+    if (most <= 0) return;  // a mark that is too large is told itself
+    if (rules.places.max_shift.line > 0 && rules.max_shift_mm > most)
+      mistakes_.add(Fault::OutOfReach,
+                    fmt::format("with 'max_shift' a board may lie {:.6g} mm off, and the camera finds mark '{}' up to "
+                                "{:.6g} mm from where it should be; write at most that",
+                                rules.max_shift_mm, least->name, most),
+                    rules.places.max_shift);
+    std::vector<double> arms;  // from the board's origin, about which it turns
+    for (const MarkDef& m : recipe_.marks) arms.push_back(norm(m.at));
+    std::nth_element(arms.begin(), arms.begin() + 1, arms.end());
+    const double turned_mm = 2 * arms[1] * std::sin(rules.max_rotation_rad / 2);
+    if (rules.places.max_rotation.line == 0 || turned_mm <= most) return;
+    mistakes_.add(
+        Fault::OutOfReach,
+        fmt::format("with 'max_rotation' a board may be turned by {:.6g} deg, which takes all marks but one "
+                    "{:.6g} mm and more away, and the camera finds them up to {:.6g} mm from where they should "
+                    "be; write at most {:.2g} deg",
+                    units::deg(rules.max_rotation_rad), turned_mm, most,
+                    units::deg(2 * std::asin(most / (2 * arms[1])))),
+        rules.places.max_rotation);
+  }
+
+  /// The probe's own way, and where the touches are.
+  void touches() {
     const config::ProbeConfig& probe = machine_.probe;
     const double window = recipe_.touch_rules.window_mm;
     const double end = probe.approach_mm - probe.travel_mm;
-    if (probe.approach_mm < window || end > -window)
-      mistakes_.add(
-          Fault::OutOfReach,
-          fmt::format("touch '{}': the probe goes from {:.6g} to {:.6g} mm above nominal, which does not cover "
-                      "the window of +-{:.6g} mm",
-                      t.name, probe.approach_mm, end, window),
-          t.place);
-    reach("probe", t.at, end, std::max(probe.approach_mm, window + probe.retract_mm), wander(t.at), t.place,
-          fmt::format("touch '{}'", t.name));
+    const bool covered = probe.approach_mm >= window && end <= -window;
+    if (!recipe_.touches.empty() && !covered) {
+      const TouchPoint& first = recipe_.touches.front();
+      const Place written = recipe_.touch_rules.window_place;
+      mistakes_.add(Fault::OutOfReach,
+                    fmt::format("touch '{}': the probe goes from {:.6g} to {:.6g} mm above nominal, which does not "
+                                "cover the 'window' of +-{:.6g} mm; write at most {:.6g} mm",
+                                first.name, probe.approach_mm, end, window, std::min(probe.approach_mm, -end)),
+                    written.line > 0 ? written : first.place);
+    }
+    for (const TouchPoint& t : recipe_.touches) {
+      Reach::Ask ask = wherever(over("probe", t.at, end, t.place, fmt::format("touch '{}'", t.name)), t.at);
+      ask.lift = std::max(probe.approach_mm, (covered ? window : 0) + probe.retract_mm) - end;
+      reach_.look(std::move(ask));
+    }
   }
 
   void purge() {
@@ -155,9 +176,15 @@ class Feasibility {
     const Material* material = find_material(recipe_, purge.material);
     if (material == nullptr) return;
     const bool on_board = purge.frame.empty();
-    const double window = on_board && !recipe_.touches.empty() ? recipe_.touch_rules.window_mm : 0;
-    reach("needle", purge_tip(recipe_, machine_, {}, {}), -window, material->retract + window,
-          on_board ? wander(flat(purge.at)) : 0, purge.at_place, "purging");
+    Reach::Ask ask{.tool = "needle",
+                   .tip = purge_tip(recipe_, machine_, {}, {}),
+                   .lift = material->retract,
+                   .window = on_board && !recipe_.touches.empty() ? recipe_.touch_rules.window_mm : 0,
+                   .place = purge.at_place,
+                   .what = "purging",
+                   .material = material,
+                   .on_board = on_board};
+    reach_.look(on_board ? wherever(std::move(ask), flat(purge.at)) : std::move(ask));
     const Vec3 on_the_board = purge_tip(recipe_, machine_, {}, {}) - to_machine(recipe_, machine_, {}, {}, {}, 0);
     if (const Feature* hit = feature_near(recipe_, flat(on_the_board), kPurgeClear_mm))
       mistakes_.add(Fault::Inconsistent,
@@ -166,30 +193,28 @@ class Feasibility {
                     purge.at_place);
   }
 
-  void needle(Vec2 at, double height_mm, const std::string& material_name, const std::string& id, Location place,
-              bool& told) {
+  void needle(Vec3 at, const std::string& material_name, const std::string& id, Place place, bool& told) {
     const Material* material = find_material(recipe_, material_name);
     if (told || !material) return;
-    const double window = recipe_.touches.empty() ? 0 : recipe_.touch_rules.window_mm;
-    const double gap = height_mm + material->gap;
-    told = !reach("needle", at, gap - window, gap + material->retract + window, wander(at), place, id);
+    Reach::Ask ask = wherever(over("needle", flat(at), at.z + material->gap, place, id), flat(at));
+    ask.lift = material->retract;
+    ask.window = recipe_.touches.empty() ? 0 : recipe_.touch_rules.window_mm;
+    ask.material = material;
+    told = !reach_.look(std::move(ask));
   }
   void feature(const Dot& dot) {
-    // An array is one line of the recipe: it is told once.
-    if (dot.place == last_told_) return;
     bool told = false;
-    needle(dot.at, dot.height_mm, dot.material, dot.id, dot.place, told);
-    if (told) last_told_ = dot.place;
+    needle({dot.at.x, dot.at.y, dot.height_mm}, dot.material, dot.id, dot.place, told);
   }
   void feature(const Bead& bead) {
     bool told = false;
-    for (const Vec3 p : bead.points) needle(flat(p), p.z, bead.material, bead.id, bead.place, told);
+    for (const Vec3 p : bead.points) needle(p, bead.material, bead.id, bead.place, told);
   }
 
   const Recipe& recipe_;
   const config::Machine& machine_;
   Mistakes& mistakes_;
-  Location last_told_;
+  Reach reach_{recipe_, machine_, mistakes_};
 };
 
 }  // namespace

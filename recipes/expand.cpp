@@ -49,6 +49,7 @@ std::vector<Vec2> corners(const FeatureRow& row) {
 void Expander::add(const FeatureRow& row) {
   const std::size_t first = to_.features.size();
   off_board_ = row.off_board;
+  if (row.unread) return;
   expand(row);
   for (std::size_t i = first; i < to_.features.size(); ++i)
     std::visit([&](auto& feature) { feature.off_board = row.off_board; }, to_.features[i]);
@@ -62,13 +63,14 @@ void Expander::put_on_part(const FeatureRow& row, std::size_t first) {
     std::vector<std::string_view> known;
     for (const Part& p : to_.parts)
       if (!p.fixture) known.push_back(p.name);
+    if (known.empty() && !all_read_) return;
     mistakes_.add(Fault::UnknownReference,
                   fmt::format("there is no part '{}'; {}", row.on.value, did_you_mean(row.on.value, known)),
                   row.on.place);
     return;
   }
   const Part& part = *found;
-  bool told = false;
+  bool told = part.unread;
   const auto judge_point = [&](Vec2 p) {
     constexpr double kSlack = 1e-9;
     const Vec2 from = rotated(p - part.at, -part.rotation);

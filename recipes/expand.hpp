@@ -16,8 +16,9 @@ namespace gantry::recipes {
 class Expander {
  public:
   /// All outlive it. The board, and the recipe's own file in `sources`, are known.
-  Expander(Recipe& to, config::Mistakes& mistakes, const ReadText& beside)
-      : to_(to), mistakes_(mistakes), beside_(beside) {}
+  /// `all_read`: what is not in the recipe was not written either.
+  Expander(Recipe& to, config::Mistakes& mistakes, const ReadText& beside, bool all_read = true)
+      : to_(to), mistakes_(mistakes), beside_(beside), all_read_(all_read) {}
 
   void add(const written::FeatureRow& row);
   /// No more is looked at: the recipe holds too much, or too many mistakes.
@@ -76,6 +77,7 @@ class Expander {
   std::size_t bytes_of_files_ = 0, told_in_files_ = 0;
   std::size_t points_ = 0;  ///< of all beads
   bool full_ = false;
+  const bool all_read_;
   bool off_board_ = false;  ///< the feature that is looked at may leave the board
 };
 

@@ -8,6 +8,7 @@
 #include "core/near_word.hpp"
 #include "core/sha256.hpp"
 #include "recipes/after.hpp"
+#include "recipes/board_size.hpp"
 #include "recipes/expand.hpp"
 #include "recipes/on_board.hpp"
 #include "recipes/points_file.hpp"
@@ -27,13 +28,15 @@ using written::FeatureRow;
 /// board.
 class Checker {
  public:
-  Checker(const Recipe& recipe, Mistakes& mistakes) : recipe_(recipe), mistakes_(mistakes) {}
+  /// `all_read`: what is not in the recipe was not written either.
+  Checker(const Recipe& recipe, bool all_read, Mistakes& mistakes)
+      : recipe_(recipe), all_read_(all_read), mistakes_(mistakes) {}
 
   void board_items() {
     for (const MarkDef& m : recipe_.marks) {
       require_on_board(recipe_.board, m.at, m.place, "mark", mistakes_);
       for (const Part& p : recipe_.parts)
-        if (covers(p, m.at, m.diameter / 2))
+        if (!p.unread && covers(p, m.at, m.diameter / 2))
           mistakes_.add(Fault::Inconsistent, fmt::format("'{}' covers the mark: the camera looks from above", p.name),
                         m.place);
     }
@@ -46,12 +49,12 @@ class Checker {
           recipe_.marks.front().place);
     for (const TouchPoint& t : recipe_.touches)
       require_on_board(recipe_.board, t.at, t.place, "touch point", mistakes_);
-    touches_give_a_plane();
+    if (touches_apart()) touches_give_a_plane();
     std::set<std::string> names;
     for (const Part& p : recipe_.parts) {
       if (!names.insert(p.name).second)
         mistakes_.add(Fault::DuplicateKey, fmt::format("a part and a fixture are both called '{}'", p.name), p.place);
-      if (!p.fixture) require_on_board(recipe_.board, p.at, p.place, "part", mistakes_);
+      if (!p.fixture && !p.unread) require_on_board(recipe_.board, p.at, p.place, "part", mistakes_);
     }
   }
 
@@ -74,35 +77,44 @@ class Checker {
   }
 
  private:
-  /// The camera takes marks that overlap for one, and marks that lie close together leave the rotation open.
+  /// The camera takes marks that overlap for one.
   void marks_fix_an_offset() {
-    constexpr double kSpread = 0.1;  // of the board's diagonal; nearer, an error of a mark is ten times one at a corner
-    double widest = 0;
     for (std::size_t i = 0; i < recipe_.marks.size(); ++i)
       for (std::size_t k = 0; k < i; ++k) {
         const MarkDef &a = recipe_.marks[k], &b = recipe_.marks[i];
-        const double apart = norm(a.at - b.at);
-        widest = std::max(widest, apart);
-        if (apart < (a.diameter + b.diameter) / 2)
+        if (norm(a.at - b.at) < (a.diameter + b.diameter) / 2)
           mistakes_.add(
               Fault::Inconsistent,
               fmt::format("mark '{}' overlaps mark '{}'; two marks on one spot fix no offset", b.name, a.name),
               b.place);
       }
-    const double needed = kSpread * norm(recipe_.board.size);
-    if (recipe_.marks.size() >= 2 && widest < needed)
-      mistakes_.add(Fault::Inconsistent,
-                    fmt::format("the marks lie within {:.6g} mm, which does not fix the board's rotation; put two of "
-                                "them at least {:.6g} mm apart",
-                                widest, needed),
-                    recipe_.marks.back().place);
   }
-  void material(const std::string& name, Location place) {
-    if (find_material(recipe_, name)) return;
+  void material(const std::string& name, Place place) {
+    if (find_material(recipe_, name) || recipe_.materials.empty()) return;  // that they are missing is told already
     std::vector<std::string_view> known;
     for (const Material& m : recipe_.materials) known.push_back(m.name);
+    if (!all_read_ && nearest(name, known).empty()) return;  // it may be one that was not read
     mistakes_.add(Fault::UnknownReference,
                   fmt::format("there is no material '{}'; {}", name, did_you_mean(name, known)), place);
+  }
+  /// False, and a mistake, where one reads what another one has read.
+  bool touches_apart() {
+    constexpr double kSameSpot_mm = 0.5;  // as far as a stylus presses the surface
+    bool apart = true;
+    if (recipe_.touches.size() > 2) return apart;  // of three and more the plane tells
+    for (std::size_t i = 0; i < recipe_.touches.size(); ++i)
+      for (std::size_t k = 0; k < i; ++k) {
+        const TouchPoint &a = recipe_.touches[k], &b = recipe_.touches[i];
+        if (norm(a.at - b.at) >= kSameSpot_mm) continue;
+        mistakes_.add(Fault::Inconsistent,
+                      fmt::format("touch '{}' is at the same place as touch '{}' and tells nothing new; move one of "
+                                  "them, or leave it out",
+                                  b.name, a.name),
+                      b.place);
+        apart = false;
+        break;
+      }
+    return apart;
   }
   /// Three touches and more are meant to measure the tilt in both directions; on one line they cannot.
   void touches_give_a_plane() {
@@ -130,6 +142,7 @@ class Checker {
     return norm(beyond) < radius;
   }
   const Recipe& recipe_;
+  const bool all_read_;
   Mistakes& mistakes_;
   std::set<std::string> names_;
 };
@@ -155,15 +168,17 @@ Result<written::Draft> written::draft_file(const std::string& path) {
 
 written::Draft written::draft(std::string_view yaml, std::string_view file, const ReadText& beside) {
   Mistakes mistakes{std::string(file)};
-  auto read = config::read_fields(yaml, recipe_fields(), mistakes);
+  auto read = config::read_fields(yaml, recipe_fields(), mistakes, "a recipe");
   if (!read) return {{}, false, mistakes.errors()};
+  const bool all_read = mistakes.none();  // else what is not in the recipe may only not have been read
   Recipe recipe = std::move(read->recipe);
   recipe.file = file;
   recipe.sources.push_back({recipe.file, yaml.size(), sha256_hex(yaml)});
-  Checker check(recipe, mistakes);
+  if (size_is_wrong(recipe, read->features, mistakes)) recipe.board.size = {};
+  Checker check(recipe, all_read, mistakes);
   check.board_items();
   check.purge();
-  Expander expander(recipe, mistakes, beside);
+  Expander expander(recipe, mistakes, beside, all_read);
   std::vector<std::uint32_t> row_of;  // of each feature
   std::size_t looked_at = 0;
   for (; looked_at < read->features.size() && !expander.full(); ++looked_at) {
@@ -171,7 +186,7 @@ written::Draft written::draft(std::string_view yaml, std::string_view file, cons
     expander.add(read->features[looked_at]);
     row_of.resize(recipe.features.size(), static_cast<std::uint32_t>(looked_at));
   }
-  auto before = rows_before(read->features, recipe.order, mistakes);
+  auto before = rows_before(read->features, recipe.order, all_read, mistakes);
   const std::vector<Error> in_files = expander.mistakes_in_files();
   if (mistakes.none() && in_files.empty()) check_twice(recipe, mistakes);
   if (mistakes.none() && in_files.empty() && recipe.order == Order::Shortest) {

@@ -19,13 +19,19 @@ namespace gantry::recipes {
 
 using config::Location;
 
+/// Where the values of a board stand; line 0: it was not given.
+struct BoardPlaces {
+  Place size, thickness, at, clamp_margin;
+};
+
 struct Board {
   Vec2 size;                ///< mm
   double thickness = 0;     ///< mm; the top face stands this far above the frame's origin
   std::string frame;        ///< work frame of the machine: "pallet"
   Vec2 at;                  ///< nominal place of the board's origin in that frame
   double clamp_margin = 0;  ///< mm kept free at the edges by the fixture; informational
-  Location frame_place{};
+  Place frame_place{};
+  BoardPlaces places{};
 };
 
 /// Something solid: a part that stands on the board's top face, or a fixture (a clamp) that stands on the pallet,
@@ -38,6 +44,7 @@ struct Part {
   bool fixture = false;  ///< stands on the pallet and does not move with the board's placement
   Location place;
   double underside = 0;  ///< of a fixture: mm over the frame's origin; 0: it stands on the pallet
+  bool unread = false;   ///< something of it is a mistake, so that its values tell nothing
 };
 
 struct MarkDef {
@@ -48,12 +55,18 @@ struct MarkDef {
   Location place;
 };
 
+/// Where the values of rules stand; line 0: it was not given.
+struct MarkRulesPlaces {
+  Place max_shift, max_rotation;
+};
+
 struct MarkRules {
   double max_residual_mm = 0.05;
   double max_shift_mm = 5;
   double max_rotation_rad = 0.05;
   int attempts = 2;
   bool symmetric_allowed = false;  ///< a board turned in its seat, or turned over, may be taken for one that is not
+  MarkRulesPlaces places{};
 };
 
 struct TouchPoint {
@@ -62,9 +75,14 @@ struct TouchPoint {
   Location place;
 };
 struct TouchRules {
-  double max_residual_mm = 0.1;          ///< from the plane through more than three touches
-  double window_mm = 1.5;                ///< the surface must be within +- this of nominal
-  std::optional<double> max_tilt_rad{};  ///< of the board; left out: surface_doubt.hpp
+  double max_residual_mm = 0.1;  ///< from the plane through more than three touches
+  double window_mm = 1.5;        ///< the surface must be within +- this of nominal
+  Place window_place{};
+};
+
+/// Where the values of a material stand; line 0: it was not given.
+struct MaterialPlaces {
+  Place speed, valve_open_lead, valve_close_lead, retract, early_off, tail_lift;
 };
 
 struct Material {
@@ -86,9 +104,7 @@ struct Material {
   double back_track = 0;        ///< mm back along the bead after its end, the valve shut
   double tail_lift = 0;         ///< mm that the needle rises while it goes back
   double rejoin_within_s = 60;  ///< a bead that was cut is joined again within this since its valve shut
-  double start_dwell_s = 0;     ///< at a bead's first point the needle stands so long with the valve open; then it goes
-  double override_max = 1;      ///< the highest override of its beads and dots; that of the machine, if it is higher
-  double min_speed = 0;         ///< mm/s at which a bead may begin where its whole run-up has no room; 0: from rest
+  MaterialPlaces places{};
 };
 
 struct Dot {

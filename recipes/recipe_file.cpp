@@ -41,14 +41,27 @@ config::Field<T> noted(config::Field<T> inner, Location T::*where) {
           }};
 }
 
+/// The same with one struct of places in T for many values.
+template <class T, class Places>
+config::Field<T> noted(config::Field<T> inner, Places T::*places, Place Places::*where) {
+  return {inner.row, [inner, places, where](const Node& node, T& to, Mistakes& mistakes) {
+            inner.read(node, to, mistakes);
+            to.*places.*where = node.place;
+          }};
+}
+
 const Fields<Board> kBoard{
-    point("size", &Board::size, kExtent, kRequired, "its edges along X and Y"),
-    number("thickness", &Board::thickness, D::Length, {0.01, 500}, kRequired,
-           "its top face stands this far above the frame's origin"),
+    noted(point("size", &Board::size, kExtent, kRequired, "its edges along X and Y"), &Board::places,
+          &BoardPlaces::size),
+    noted(number("thickness", &Board::thickness, D::Length, {0.01, 500}, kRequired,
+                 "its top face stands this far above the frame's origin"),
+          &Board::places, &BoardPlaces::thickness),
     noted(name_of("frame", &Board::frame, kRequired, "a frame of the machine"), &Board::frame_place),
-    point("at", &Board::at, kOnBoard, kOptional, "nominal place of its origin in that frame"),
-    number("clamp_margin", &Board::clamp_margin, D::Length, {0, 100}, kOptional,
-           "kept free at the edges by the fixture"),
+    noted(point("at", &Board::at, kOnBoard, kOptional, "nominal place of its origin in that frame"), &Board::places,
+          &BoardPlaces::at),
+    noted(number("clamp_margin", &Board::clamp_margin, D::Length, {0, 100}, kOptional,
+                 "kept free at the edges by the fixture"),
+          &Board::places, &BoardPlaces::clamp_margin),
 };
 
 const Fields<Part> kPart{
@@ -71,9 +84,12 @@ const Fields<MarkDef> kMark{
 };
 const Fields<MarkRules> kMarkRules{
     number("max_residual", &MarkRules::max_residual_mm, D::Length, {0.001, 5}, kOptional, "marks may disagree by this"),
-    number("max_shift", &MarkRules::max_shift_mm, D::Length, {0.01, 50}, kOptional, "the board may lie this far off"),
-    number("max_rotation", &MarkRules::max_rotation_rad, D::Angle, {units::rad(0.1), units::rad(45)}, kOptional,
-           "the board may be turned by this"),
+    noted(number("max_shift", &MarkRules::max_shift_mm, D::Length, {0.01, 50}, kOptional,
+                 "the board may lie this far off"),
+          &MarkRules::places, &MarkRulesPlaces::max_shift),
+    noted(number("max_rotation", &MarkRules::max_rotation_rad, D::Angle, {units::rad(0.1), units::rad(45)}, kOptional,
+                 "the board may be turned by this"),
+          &MarkRules::places, &MarkRulesPlaces::max_rotation),
     integer("attempts", &MarkRules::attempts, {1, 10}, kOptional, "pictures of a mark before it counts as missing"),
     config::choice("symmetric", &MarkRules::symmetric_allowed,
                    config::Choices<bool>{{"refused", false}, {"allowed", true}}, kOptional,
@@ -87,23 +103,26 @@ const Fields<TouchPoint> kTouch{
 const Fields<TouchRules> kTouchRules{
     number("max_residual", &TouchRules::max_residual_mm, D::Length, {0.001, 5}, kOptional,
            "more than three touches may disagree by this"),
-    number("window", &TouchRules::window_mm, D::Length, {0.01, 50}, kOptional,
-           "the surface is within +- this of nominal"),
-    number("max_tilt", &TouchRules::max_tilt_rad, D::Angle, {units::rad(0.01), units::rad(5)}, kOptional,
-           "the board is tilted by at most this: what fewer than three touches leave open, and what they may measure; "
-           "left out, 0.15 deg of the one and 2 mm over 100 mm of the other"),
+    noted(number("window", &TouchRules::window_mm, D::Length, {0.01, 50}, kOptional,
+                 "the surface is within +- this of nominal"),
+          &TouchRules::window_place),
 };
 
 const Fields<Material> kMaterial{
-    number("speed", &Material::speed, D::Speed, {0.1, 1000}, kRequired, "path speed of a bead"),
+    noted(number("speed", &Material::speed, D::Speed, {0.1, 1000}, kRequired, "path speed of a bead"),
+          &Material::places, &MaterialPlaces::speed),
     number("gap", &Material::gap, D::Length, {0.01, 20}, kRequired, "between needle and surface"),
-    number("valve_open_lead", &Material::valve_open_lead, D::Time, {0, 0.5}, kRequired,
-           "the valve is opened this long before the needle is there"),
-    number("valve_close_lead", &Material::valve_close_lead, D::Time, {0, 0.5}, kRequired,
-           "the valve is closed this long before the end"),
+    noted(number("valve_open_lead", &Material::valve_open_lead, D::Time, {0, 0.5}, kRequired,
+                 "the valve is opened this long before the needle is there"),
+          &Material::places, &MaterialPlaces::valve_open_lead),
+    noted(number("valve_close_lead", &Material::valve_close_lead, D::Time, {0, 0.5}, kRequired,
+                 "the valve is closed this long before the end"),
+          &Material::places, &MaterialPlaces::valve_close_lead),
     number("dot_time", &Material::dot_time, D::Time, {0.001, 10}, kRequired, "the valve is open this long on a dot"),
     number("settle_time", &Material::settle_time, D::Time, {0, 10}, kOptional, "standstill before a dot"),
-    number("retract", &Material::retract, D::Length, {0, 100}, kRequired, "the needle lifts by this after a feature"),
+    noted(number("retract", &Material::retract, D::Length, {0, 100}, kRequired,
+                 "the needle lifts by this after a feature"),
+          &Material::places, &MaterialPlaces::retract),
     number("tolerance", &Material::tolerance_mm, D::Length, {0.001, 10}, kOptional,
            "a deposit may lie beside its place by this, and end so far from its end; corners may be rounded besides"),
     number("gap_tolerance", &Material::gap_tolerance_mm, D::Length, {0.001, 10}, kOptional,
@@ -112,17 +131,13 @@ const Fields<Material> kMaterial{
            "the speed may differ by this where the bead is steady"),
     flag("flow_follows_speed", &Material::flow_follows_speed, kOptional,
          "the dispenser doses by the path speed, so that an override changes nothing on the board"),
-    number("start_dwell", &Material::start_dwell_s, D::Time, {0, 10}, kOptional,
-           "at the start of a bead the valve opens, the needle stands this long, and then the bead begins"),
-    number("min_speed", &Material::min_speed, D::Speed, {0, 1000}, kOptional,
-           "a bead may begin as slowly as this where a body is in the way of its run-up; 0: from rest"),
-    number("early_off", &Material::early_off, D::Length, {0, 100}, kOptional,
-           "the valve shuts this long before the end of a bead"),
+    noted(number("early_off", &Material::early_off, D::Length, {0, 100}, kOptional,
+                 "the valve shuts this long before the end of a bead"),
+          &Material::places, &MaterialPlaces::early_off),
     number("back_track", &Material::back_track, D::Length, {0, 100}, kOptional,
            "then the needle goes back along the bead by this, the valve shut"),
-    number("tail_lift", &Material::tail_lift, D::Length, {0, 100}, kOptional, "and rises by this meanwhile"),
-    number("override_max", &Material::override_max, D::Ratio, {1, 2}, kOptional,
-           "the highest override in a job that dispenses nothing that allows less, on a machine that allows less"),
+    noted(number("tail_lift", &Material::tail_lift, D::Length, {0, 100}, kOptional, "and up by this on that way"),
+          &Material::places, &MaterialPlaces::tail_lift),
     number("rejoin_within", &Material::rejoin_within_s, D::Time, {0, 86400}, kOptional,
            "a bead that a hold has cut is joined again within this since its valve shut; later it stays cut"),
 };
@@ -160,12 +175,16 @@ config::Field<FeatureRow> skipped() {
   return {{"skip", kOptional, "[row, column] of what is left out, from 0", shape},
           [index, shape](const Node& node, FeatureRow& to, Mistakes& mistakes) {
             if (!config::expect_list(node, shape.range, mistakes)) return;
+            if (!node.items.empty() && node.items[0].kind == Node::Kind::Scalar)
+              return mistakes.add(Fault::BadValue, "pairs of row and column belong here; write for example [[0, 1]]",
+                                  node.place);
             for (const Node& item : node.items) {
               if (!config::expect_list(item, {2, 2}, mistakes)) continue;
               const auto row = config::read_integer(item.items[0], index, mistakes);
               const auto column = config::read_integer(item.items[1], index, mistakes);
               if (!row || !column) continue;
-              if (*row >= to.rows || *column >= to.columns)
+              const bool known = to.rows > 0 && to.columns > 0;
+              if (known && (*row >= to.rows || *column >= to.columns))
                 mistakes.add(Fault::OutOfRange, "no such row or column in the array; both count from 0", item.place);
               to.skip.emplace_back(static_cast<int>(*row), static_cast<int>(*column));
             }

@@ -32,11 +32,11 @@ struct FeatureRow {
   double line_angle = 0;              ///< of a fill
   bool closed = false, clockwise = false, serpentine = true;
   bool off_board = false;
+  bool unread = false;  ///< something of it is a mistake, so that its geometry tells nothing
 };
 
 struct RecipeFile {
   Recipe recipe;  ///< all but the features
-  Location board_size;
   std::vector<FeatureRow> features;
 };
 

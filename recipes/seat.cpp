@@ -9,6 +9,7 @@
 
 #include "config/upright.hpp"
 #include "recipes/on_board.hpp"
+#include "recipes/parts_apart.hpp"
 
 namespace gantry::recipes {
 namespace {
@@ -40,8 +41,11 @@ std::string corners_in_words(const Rectangle& r) {
   return fmt::format("from ({:.6g}, {:.6g}) to ({:.6g}, {:.6g}) mm", r.low.x, r.low.y, r.high.x, r.high.y);
 }
 
+/// Where the board's place was written: its 'at', or else its frame.
+Place place_of(const Board& board) { return board.places.at.line > 0 ? board.places.at : board.frame_place; }
+
 /// What stands under the board, and ends at the height of its underside, carries it; it lies in no other body.
-void board_on_its_seat(const Recipe& recipe, const config::Machine& machine, Mistakes& mistakes) {
+bool board_on_its_seat(const Recipe& recipe, const config::Machine& machine, Mistakes& mistakes) {
   constexpr double kSameHeight_mm = 1, kOverhang_mm = 0.5, kTouching_mm = 0.1;
   const Vec3 origin = config::find_frame(machine, recipe.board.frame)->origin;
   Rectangle board;
@@ -60,15 +64,14 @@ void board_on_its_seat(const Recipe& recipe, const config::Machine& machine, Mis
         r.high.x <= board.low.x || r.low.x >= board.high.x || r.high.y <= board.low.y || r.low.y >= board.high.y;
     const bool ends_there = std::abs(top - origin.z) <= kSameHeight_mm;
     if (!ends_there && in_one_another(itself, config::upright(body), kTouching_mm)) {
-      mistakes.add(
-          Fault::Inconsistent,
-          fmt::format("the board lies in '{}' of the machine's scene: it takes {} and z {:.6g} to {:.6g} mm, "
-                      "that body {} and z {:.6g} to {:.6g} mm; correct the board's placement 'at', or the origin "
-                      "of frame '{}' in the machine file",
-                      body.name, corners_in_words(board), itself.low, itself.high, corners_in_words(r),
-                      top - body.shape.size.z, top, recipe.board.frame),
-          recipe.board.frame_place);
-      return;
+      mistakes.add(Fault::Inconsistent,
+                   fmt::format("the board lies in '{}' of the machine's scene: it takes {} and z {:.6g} to {:.6g} mm, "
+                               "that body {} and z {:.6g} to {:.6g} mm; correct the board's place 'at', or the origin "
+                               "of frame '{}' in the machine file",
+                               body.name, corners_in_words(board), itself.low, itself.high, corners_in_words(r),
+                               top - body.shape.size.z, top, recipe.board.frame),
+                   place_of(recipe.board));
+      return false;
     }
     if (!ends_there) continue;
     if (apart) {
@@ -79,25 +82,46 @@ void board_on_its_seat(const Recipe& recipe, const config::Machine& machine, Mis
     names += (names.empty() ? "'" : ", '") + body.name + "'";
   }
   if (names.empty()) {
-    if (machine.scene.empty()) return;  // nothing of this machine is known
+    if (machine.scene.empty()) return true;  // nothing of this machine is known
     mistakes.add(Fault::OutOfRange,
                  fmt::format("nothing carries the board: it lies {} of the machine with its underside at z {:.6g} mm, "
                              "and no body of the scene is under it and ends there{}; correct its place 'at' or its "
                              "'frame', or write what carries it under 'scene' in the machine file",
                              corners_in_words(board), origin.z, beside),
-                 recipe.board.frame_place);
-    return;
+                 place_of(recipe.board));
+    return false;
   }
   if (board.low.x >= seat.low.x - kOverhang_mm && board.high.x <= seat.high.x + kOverhang_mm &&
       board.low.y >= seat.low.y - kOverhang_mm && board.high.y <= seat.high.y + kOverhang_mm)
-    return;
-  mistakes.add(Fault::OutOfRange,
-               fmt::format("the board of {:.6g} x {:.6g} mm does not fit on {}: it lies from ({:.6g}, {:.6g}) to "
-                           "({:.6g}, {:.6g}) mm of the machine, and is carried from ({:.6g}, {:.6g}) to ({:.6g}, "
-                           "{:.6g}) mm; correct its 'size', or its place 'at'",
-                           recipe.board.size.x, recipe.board.size.y, names, board.low.x, board.low.y, board.high.x,
-                           board.high.y, seat.low.x, seat.low.y, seat.high.x, seat.high.y),
-               recipe.board.frame_place);
+    return true;
+  const Vec2 room = seat.high - seat.low;
+  const bool too_large =
+      recipe.board.size.x > room.x + 2 * kOverhang_mm || recipe.board.size.y > room.y + 2 * kOverhang_mm;
+  mistakes.add(
+      Fault::OutOfRange,
+      fmt::format("the board of {:.6g} x {:.6g} mm does not fit on {}: it lies from ({:.6g}, {:.6g}) to "
+                  "({:.6g}, {:.6g}) mm of the machine, and is carried from ({:.6g}, {:.6g}) to ({:.6g}, "
+                  "{:.6g}) mm; correct its {}",
+                  recipe.board.size.x, recipe.board.size.y, names, board.low.x, board.low.y, board.high.x, board.high.y,
+                  seat.low.x, seat.low.y, seat.high.x, seat.high.y, too_large ? "'size'" : "place 'at', or its 'size'"),
+      too_large && recipe.board.places.size.line > 0 ? recipe.board.places.size : place_of(recipe.board));
+  return false;
+}
+
+/// Marks that lie close together leave the rotation open.
+void marks_apart(const Recipe& recipe, Mistakes& mistakes) {
+  constexpr double kSpread = 0.1;  // of the board's diagonal; nearer, an error of a mark is ten times one at a corner
+  double widest = 0;
+  for (std::size_t i = 0; i < recipe.marks.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) widest = std::max(widest, norm(recipe.marks[k].at - recipe.marks[i].at));
+  const double needed = kSpread * norm(recipe.board.size);
+  if (recipe.marks.size() < 2 || widest >= needed) return;
+  mistakes.add(
+      Fault::Inconsistent,
+      fmt::format("the marks lie within {:.6g} mm, which does not fix the board's rotation; put two of them at "
+                  "least {:.6g} mm apart",
+                  widest, needed),
+      recipe.marks.back().place);
 }
 
 /// Surely beside: seen from above, circles about both do not meet.
@@ -130,15 +154,28 @@ class Work {
   void off_the_margin(Vec2 at, double radius, Location place, std::string_view what) {
     const double keep = recipe_.board.clamp_margin + radius;
     const Vec2 size = recipe_.board.size;
-    if (recipe_.board.clamp_margin <= 0 || told(place)) return;
+    if (recipe_.board.clamp_margin <= 0) return;
+    looked_at_.insert({place.line, place.column});
     if (at.x >= keep - kSlack_mm && at.y >= keep - kSlack_mm && at.x <= size.x - keep + kSlack_mm &&
         at.y <= size.y - keep + kSlack_mm)
       return;
-    tell(Fault::OutOfRange, place,
-         fmt::format(
-             "{} at ({:.6g}, {:.6g}) mm lies in the {:.6g} mm at the board's edges that 'clamp_margin' keeps for "
-             "the fixture; move it inwards",
-             what, at.x, at.y, recipe_.board.clamp_margin));
+    if (!in_margin_.insert({place.line, place.column}).second) return;
+    margin_.push_back({place, fmt::format("{} at ({:.6g}, {:.6g}) mm lies in the {:.6g} mm at the board's edges that "
+                                          "'clamp_margin' keeps for the fixture; move it inwards",
+                                          what, at.x, at.y, recipe_.board.clamp_margin)});
+  }
+
+  /// What lies in the margin, each at its place; where that is most of the work, the margin is the mistake.
+  void tell_margin() {
+    constexpr std::size_t kFew = 3;
+    const Place written = recipe_.board.places.clamp_margin;
+    if (written.line > 0 && margin_.size() >= kFew && 3 * margin_.size() > 2 * looked_at_.size())
+      return tell(Fault::OutOfRange, written,
+                  fmt::format("{} of {} marks, touches and features lie in the {:.6g} mm at the board's edges that "
+                              "'clamp_margin' keeps for the fixture; write less",
+                              margin_.size(), looked_at_.size(), recipe_.board.clamp_margin));
+    for (auto& [place, words] : margin_)
+      if (!told(place)) tell(Fault::OutOfRange, place, std::move(words));
   }
 
   /// `on`: the part that it is meant to lie on, of what may lie on one; null: of a touch, which reads the board.
@@ -167,7 +204,8 @@ class Work {
 
   const Recipe& recipe_;
   Mistakes& mistakes_;
-  std::set<std::pair<int, int>> told_;
+  std::set<std::pair<int, int>> told_, looked_at_, in_margin_;
+  std::vector<std::pair<Place, std::string>> margin_;
 };
 
 void feature(Work& work, const Dot& dot) {
@@ -185,16 +223,31 @@ void feature(Work& work, const Bead& bead) {
   }
 }
 
-void whole_on_board(const Recipe& recipe, const MarkDef& m, Mistakes& mistakes) {
+/// False, and a mistake, when it is not.
+bool whole_on_board(const Recipe& recipe, const MarkDef& m, Mistakes& mistakes) {
   const Vec2 size = recipe.board.size;
   const double radius = m.diameter / 2;
   const double edge = std::min({m.at.x, m.at.y, size.x - m.at.x, size.y - m.at.y});
-  if (size.x <= 0 || edge >= radius - 1e-9) return;
+  if (size.x <= 0 || edge >= radius - 1e-9) return true;
   mistakes.add(Fault::OutOfRange,
                fmt::format("mark '{}' of {:.6g} mm reaches over the board's edge, which is {:.6g} mm from its centre; "
                            "move it inwards to {:.6g} mm",
-                           m.name, m.diameter, edge, radius),
+                           m.name, m.diameter, edge, std::max(radius, recipe.board.clamp_margin + radius)),
                m.place);
+  return false;
+}
+
+/// False, and a mistake, when it leaves no room for any work.
+bool margin_leaves_room(const Board& board, Mistakes& mistakes) {
+  const double edge = std::min(board.size.x, board.size.y);
+  if (2 * board.clamp_margin < edge) return true;
+  mistakes.add(
+      Fault::OutOfRange,
+      fmt::format("a 'clamp_margin' of {:.6g} mm at every edge leaves nothing of a board of {:.6g} x {:.6g} mm; "
+                  "write less than {:.6g} mm",
+                  board.clamp_margin, board.size.x, board.size.y, edge / 2),
+      board.places.clamp_margin.line > 0 ? board.places.clamp_margin : board.frame_place);
+  return false;
 }
 
 /// With the board in its nominal placement: from the board's origin, z from its underside.
@@ -234,19 +287,24 @@ void fixture_beside_all(const Recipe& recipe, const Part& clamp, Mistakes& mista
 
 }  // namespace
 
-void check_seat(const Recipe& recipe, const config::Machine& machine, Mistakes& mistakes) {
-  board_on_its_seat(recipe, machine, mistakes);
-  for (const MarkDef& m : recipe.marks) whole_on_board(recipe, m, mistakes);
+bool check_seat(const Recipe& recipe, const config::Machine& machine, Mistakes& mistakes) {
+  if (!board_on_its_seat(recipe, machine, mistakes)) return false;
+  marks_apart(recipe, mistakes);
+  check_parts_apart(recipe, mistakes);
   for (const Part& part : recipe.parts)
     if (part.fixture) fixture_beside_all(recipe, part, mistakes);
+  const bool room = margin_leaves_room(recipe.board, mistakes);
   Work work(recipe, mistakes);
   for (const MarkDef& m : recipe.marks)
-    work.off_the_margin(m.at, m.diameter / 2, m.place, fmt::format("mark '{}'", m.name));
+    if (whole_on_board(recipe, m, mistakes))
+      work.off_the_margin(m.at, m.diameter / 2, m.place, fmt::format("mark '{}'", m.name));
   for (const TouchPoint& t : recipe.touches) {
     work.off_the_margin(t.at, 0, t.place, fmt::format("touch '{}'", t.name));
     work.off_the_parts(t.at, t.at, nullptr, t.place, fmt::format("touch '{}'", t.name));
   }
   for (const Feature& each : recipe.features) std::visit([&](const auto& f) { feature(work, f); }, each);
+  if (room) work.tell_margin();
+  return true;
 }
 
 void check_tools(const Recipe& recipe, const config::Machine& machine, Mistakes& mistakes) {

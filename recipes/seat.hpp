@@ -8,8 +8,9 @@
 
 namespace gantry::recipes {
 
-/// The frame is one of the machine's.
-void check_seat(const Recipe& recipe, const config::Machine& machine, config::Mistakes& mistakes);
+/// The frame is one of the machine's. False: the board does not lie where it could, and where its work lies tells
+/// nothing.
+bool check_seat(const Recipe& recipe, const config::Machine& machine, config::Mistakes& mistakes);
 /// Camera, probe, needle: each is told where the recipe asks for it first.
 void check_tools(const Recipe& recipe, const config::Machine& machine, config::Mistakes& mistakes);
 

@@ -52,33 +52,36 @@ Times times(const config::Machine& machine, const Material& m, const Bead& bead)
 }  // namespace
 
 void check_valve_leads(const Recipe& recipe, const config::Machine& machine, config::Mistakes& mistakes) {
+  const auto given = [](Place written, Place otherwise) { return written.line > 0 ? written : otherwise; };
+  std::set<std::string_view> early_off_told;
   std::set<std::pair<std::string_view, bool>> told;  // material, and whether the lead is the opening one
   const auto judge = [&](const auto& feature) {
     const Material* m = find_material(recipe, feature.material);
     if (m == nullptr) return;
     if constexpr (std::is_same_v<std::decay_t<decltype(feature)>, Bead>)
       if (m->early_off >= length_mm(feature)) {
-        mistakes.add(Fault::Inconsistent,
-                     fmt::format("'early_off' of material '{}' is {:.6g} mm, and '{}' is only {:.6g} mm long; make it "
-                                 "longer, or use another material",
-                                 m->name, m->early_off, feature.id, length_mm(feature)),
-                     feature.place);
+        if (early_off_told.insert(m->name).second)
+          mistakes.add(Fault::Inconsistent,
+                       fmt::format("'early_off' of material '{}' is {:.6g} mm, and '{}' is only {:.6g} mm long; write "
+                                   "less, make the bead longer, or use another material",
+                                   m->name, m->early_off, feature.id, length_mm(feature)),
+                       given(m->places.early_off, feature.place));
         return;
       }
     const Times t = times(machine, *m, feature);
     if (m->valve_open_lead > t.last_stretch_s && told.insert({m->name, true}).second)
       mistakes.add(Fault::NoSolution,
                    fmt::format("material '{}': 'valve_open_lead' of {:.6g} ms opens the valve before the needle is on "
-                               "the last stretch to '{}', which takes {:.0f} ms; give it a shorter lead, or more {}",
-                               m->name, m->valve_open_lead * 1e3, feature.id, t.last_stretch_s * 1e3, t.more_room),
-                   m->place);
+                               "its last way to '{}', which takes {:.0f} ms; give it a shorter lead, or more {}",
+                               m->name, m->valve_open_lead * 1e3, feature.id, t.last_way_s * 1e3, t.more_room),
+                   given(m->places.valve_open_lead, m->place));
     if (m->valve_close_lead >= m->valve_open_lead + t.open_s && told.insert({m->name, false}).second)
       mistakes.add(
           Fault::Inconsistent,
           fmt::format("material '{}': 'valve_close_lead' of {:.6g} ms closes the valve before it is opened for "
-                      "'{}', on which it is open for {:.0f} ms",
+                      "'{}', on which it is open for {:.0f} ms; give it a shorter lead",
                       m->name, m->valve_close_lead * 1e3, feature.id, t.open_s * 1e3),
-          m->place);
+          given(m->places.valve_close_lead, m->place));
   };
   if (recipe.purge)
     judge(Dot{.id = "purge", .at = {}, .material = recipe.purge->material, .place = recipe.purge->place});

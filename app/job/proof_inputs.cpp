@@ -154,8 +154,8 @@ Row row(const recipes::Bead& bead) {
 
 Row row(const recipes::Material& material) {
   const auto& [name, speed, gap, open_lead, close_lead, dot_time, settle_time, retract, tolerance, gap_tolerance,
-               speed_tolerance, flow_follows_speed, place, early_off, back_track, tail_lift, rejoin_within_s,
-               start_dwell_s, override_max, min_speed] = material;
+               speed_tolerance, flow_follows_speed, place, early_off, back_track, tail_lift, rejoin_within_s, places] =
+      material;
   Row out("material");
   out.add(name);
   for (const double v :
@@ -166,7 +166,7 @@ Row row(const recipes::Material& material) {
 }
 
 Row row(const recipes::Part& part) {
-  const auto& [name, at, size, rotation, fixture, place, underside] = part;
+  const auto& [name, at, size, rotation, fixture, place, underside, unread] = part;
   Row out("part");
   out.add(name).add(at).add(size).add(rotation).add(fixture).add(underside);
   return out;
@@ -178,7 +178,7 @@ std::string recipe_of(const recipes::Recipe& recipe) {
                features, fills, sources, sequence] = recipe;
   std::string out = Row("recipe").add(name).add(placement == recipes::Placement::Marks ? "marks" : "fixture").text();
   {
-    const auto& [size, thickness, frame, at, clamp_margin, place] = board;
+    const auto& [size, thickness, frame, at, clamp_margin, place, places] = board;
     out += Row("board").add(size).add(thickness).add(frame).add(at).add(clamp_margin).text();
   }
   Set unordered;
@@ -190,7 +190,7 @@ std::string recipe_of(const recipes::Recipe& recipe) {
     out += Row("mark").add(id).add(at).add(diameter).add(bright).text();
   }
   {
-    const auto& [residual, shift, rotation, attempts, symmetric] = mark_rules;
+    const auto& [residual, shift, rotation, attempts, symmetric, places] = mark_rules;
     out += Row("mark_rules").add(residual).add(shift).add(rotation).add(attempts).add(symmetric).text();
   }
   for (const recipes::TouchPoint& touch : touches) {
@@ -198,11 +198,8 @@ std::string recipe_of(const recipes::Recipe& recipe) {
     out += Row("touch").add(id).add(at).text();
   }
   {
-    const auto& [residual, window, tilt] = touch_rules;
-    Row rules("touch_rules");
-    rules.add(residual).add(window);
-    if (tilt) rules.add(*tilt);
-    out += rules.text();
+    const auto& [residual, window, place] = touch_rules;
+    out += Row("touch_rules").add(residual).add(window).text();
   }
   if (purge) {
     const auto& [material, frame, at, shots, after_s, place, material_place, frame_place, at_place] = *purge;

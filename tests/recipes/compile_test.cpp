@@ -372,7 +372,9 @@ TEST(Compile, notes_tell_a_valve_lead_that_the_virtual_valve_does_not_have) {
 
 TEST(Compile, an_array_out_of_reach_is_told_once) {
   Recipe r = demo();
-  r.board.at.x = 270;
+  for (Feature& f : r.features)
+    if (auto* dot = std::get_if<Dot>(&f); dot != nullptr && dot->id.starts_with("spreader"))
+      dot->at.x += 300, dot->off_board = true;
   const auto job = compile(r, dispenser());
   ASSERT_FALSE(job);
   EXPECT_EQ(std::count_if(job.error().begin(), job.error().end(),

@@ -134,7 +134,7 @@ TEST_F(BesideRecipe, files_elsewhere_are_refused) {
   fs::create_symlink("paths/p.csv", root_ / "job/inner.csv");
   EXPECT_TRUE(with("inner.csv")) << "a link within the folder is as good as the file";
   refused("no.csv", kNameAt, "cannot be read");
-  refused("paths", kNameAt, "no regular file");
+  refused("paths", kNameAt, "is a folder");
   ASSERT_EQ(::mkfifo((root_ / "job/pipe.csv").c_str(), 0600), 0);
   refused("pipe.csv", kNameAt, "no regular file");
   write("job/large.csv", std::string(kMostBytesOfPoints + 1, ' '));
