@@ -255,7 +255,7 @@ const FieldShape* only_one_missing(const Node& map, const std::vector<const Fiel
 
 }  // namespace
 
-void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Place owner, Mistakes& mistakes) {
+void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Location owner, Mistakes& mistakes) {
   std::vector<std::string_view> words;
   for (const FieldShape* field : known) words.push_back(field->key);
   std::vector<std::string_view> open;  // that are not there

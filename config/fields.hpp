@@ -102,7 +102,7 @@ bool expect_count(const Node& node, Range count, Mistakes& mistakes);
 bool expect_map(const Node& node, std::string_view what, Mistakes& mistakes);
 bool expect_name(const Node::Key& key, Mistakes& mistakes);
 /// Unknown and missing keys of a map. `owner` is where a missing key is reported.
-void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Place owner, Mistakes& mistakes);
+void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Location owner, Mistakes& mistakes);
 /// False, and one mistake, where hardly a key of a file belongs to this format: another kind of file is meant. `what`:
 /// "a recipe".
 bool is_of_format(const Node& root, const std::vector<FieldShape>& format, std::string_view what, Mistakes& mistakes);

@@ -73,7 +73,7 @@ struct ChannelRow {
   At<std::string> station, terminal;
   At<int> bit;  ///< or `terminal`
   bool invert = false;
-  Place invert_place;
+  Location invert_place;
   bool unread = false;  ///< something of it is a mistake
 };
 
@@ -88,6 +88,8 @@ struct BodyRow {
   Vec3 centre;
   double rotation_rad = 0;
   bool on_lift = false;
+  bool on_turn = false;
+  Location on_turn_place;
   bool unread = false;  ///< something of it is a mistake
 };
 

@@ -106,7 +106,7 @@ class TreeBuilder : public YAML::EventHandler {
   }
 
   /// Where the sign stands that begins an item in which nothing is; `otherwise` when there is none.
-  [[nodiscard]] Place before(Place otherwise, std::size_t pos) const {
+  [[nodiscard]] Location before(Location otherwise, std::size_t pos) const {
     const auto sign = pos == 0 ? std::string_view::npos : text_.find_last_of("-[,", pos - 1);
     if (sign == std::string_view::npos) return otherwise;
     const auto line_start = text_.rfind('\n', sign) + 1;  // npos + 1 is 0

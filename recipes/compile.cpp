@@ -32,6 +32,7 @@ class Feasibility {
     touches();
     purge();
     for (const Feature& f : recipe_.features) std::visit([&](const auto& each) { feature(each); }, f);
+    check_surface_doubt(recipe_, machine_, mistakes_);
     reach_.tell();
   }
   /// What does not ask where anything lies.
@@ -61,7 +62,7 @@ class Feasibility {
   }
 
   /// A tool's tip over a point of the board.
-  Reach::Ask over(std::string_view tool, Vec2 at, double height_mm, Place place, std::string what) const {
+  Reach::Ask over(std::string_view tool, Vec2 at, double height_mm, Location place, std::string what) const {
     return {.tool = tool,
             .tip = to_machine(recipe_, machine_, {}, {}, at, height_mm),
             .place = place,
@@ -97,6 +98,18 @@ class Feasibility {
                     fmt::format("material '{}' asks for {:.6g} mm/s; the machine reaches {:.6g} mm/s", material.name,
                                 material.speed, most),
                     material.places.speed.line > 0 ? material.places.speed : material.place);
+    if (material.min_speed > material.speed)
+      mistakes_.add(Fault::Inconsistent,
+                    fmt::format("material '{}': 'min_speed' of {:.6g} mm/s is more than its 'speed' of {:.6g} mm/s; "
+                                "write at most that",
+                                material.name, material.min_speed, material.speed),
+                    material.place);
+    if (material.min_speed > 0 && material.start_dwell_s > 0)
+      mistakes_.add(Fault::Inconsistent,
+                    fmt::format("material '{}': with 'start_dwell' a bead begins from rest, and 'min_speed' of {:.6g} "
+                                "mm/s forbids that; leave one of them out",
+                                material.name, material.min_speed),
+                    material.place);
   }
 
   /// How far from the middle of the picture a mark's centre may be to be found.
@@ -155,7 +168,7 @@ class Feasibility {
     const bool covered = probe.approach_mm >= window && end <= -window;
     if (!recipe_.touches.empty() && !covered) {
       const TouchPoint& first = recipe_.touches.front();
-      const Place written = recipe_.touch_rules.window_place;
+      const Location written = recipe_.touch_rules.window_place;
       mistakes_.add(Fault::OutOfReach,
                     fmt::format("touch '{}': the probe goes from {:.6g} to {:.6g} mm above nominal, which does not "
                                 "cover the 'window' of +-{:.6g} mm; write at most {:.6g} mm",
@@ -193,7 +206,7 @@ class Feasibility {
                     purge.at_place);
   }
 
-  void needle(Vec3 at, const std::string& material_name, const std::string& id, Place place, bool& told) {
+  void needle(Vec3 at, const std::string& material_name, const std::string& id, Location place, bool& told) {
     const Material* material = find_material(recipe_, material_name);
     if (told || !material) return;
     Reach::Ask ask = wherever(over("needle", flat(at), at.z + material->gap, place, id), flat(at));

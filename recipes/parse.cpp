@@ -89,7 +89,7 @@ class Checker {
               b.place);
       }
   }
-  void material(const std::string& name, Place place) {
+  void material(const std::string& name, Location place) {
     if (find_material(recipe_, name) || recipe_.materials.empty()) return;  // that they are missing is told already
     std::vector<std::string_view> known;
     for (const Material& m : recipe_.materials) known.push_back(m.name);

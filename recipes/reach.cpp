@@ -82,7 +82,7 @@ bool Reach::tell_of_most(std::string_view tool) {
   }
   if (missed < kFew || 2 * missed <= looked) return false;
   const bool high = first->axis == machine_.z;
-  const Place written = high ? recipe_.board.places.thickness : recipe_.board.places.at;
+  const Location written = high ? recipe_.board.places.thickness : recipe_.board.places.at;
   mistakes_.add(
       Fault::OutOfReach,
       fmt::format(
@@ -110,7 +110,7 @@ void Reach::tell_lifts() {
     for (const Miss& other : misses_)
       if (other.cause == Cause::Lift && other.ask.material == miss.ask.material)
         room = std::min(room, other.ask.lift - (other.most - machine_.axes[other.axis.value].p_max));
-    const Place written = miss.ask.material->places.retract;
+    const Location written = miss.ask.material->places.retract;
     mistakes_.add(Fault::OutOfReach,
                   fmt::format("with the 'retract' of {:.6g} mm of material '{}' {}{}; write {}", miss.ask.lift,
                               miss.ask.material->name, needs(miss), and_more(static_cast<std::size_t>(same) - 1),
@@ -119,12 +119,13 @@ void Reach::tell_lifts() {
   }
 }
 
-Place Reach::rules_place(const Miss& miss) const {
+Location Reach::rules_place(const Miss& miss) const {
   if (miss.cause == Cause::Window)
     return recipe_.touch_rules.window_place.line > 0 ? recipe_.touch_rules.window_place : miss.ask.place;
   const MarkRulesPlaces& rules = recipe_.mark_rules.places;
   const bool turn = miss.ask.by_turn > miss.ask.around / 2;
-  const Place likely = turn ? rules.max_rotation : rules.max_shift, other = turn ? rules.max_shift : rules.max_rotation;
+  const Location likely = turn ? rules.max_rotation : rules.max_shift,
+                 other = turn ? rules.max_shift : rules.max_rotation;
   return likely.line > 0 ? likely : other.line > 0 ? other : miss.ask.place;
 }
 

@@ -21,7 +21,7 @@ using config::Location;
 
 /// Where the values of a board stand; line 0: it was not given.
 struct BoardPlaces {
-  Place size, thickness, at, clamp_margin;
+  Location size, thickness, at, clamp_margin;
 };
 
 struct Board {
@@ -30,7 +30,7 @@ struct Board {
   std::string frame;        ///< work frame of the machine: "pallet"
   Vec2 at;                  ///< nominal place of the board's origin in that frame
   double clamp_margin = 0;  ///< mm kept free at the edges by the fixture; informational
-  Place frame_place{};
+  Location frame_place{};
   BoardPlaces places{};
 };
 
@@ -57,7 +57,7 @@ struct MarkDef {
 
 /// Where the values of rules stand; line 0: it was not given.
 struct MarkRulesPlaces {
-  Place max_shift, max_rotation;
+  Location max_shift, max_rotation;
 };
 
 struct MarkRules {
@@ -75,14 +75,15 @@ struct TouchPoint {
   Location place;
 };
 struct TouchRules {
-  double max_residual_mm = 0.1;  ///< from the plane through more than three touches
-  double window_mm = 1.5;        ///< the surface must be within +- this of nominal
-  Place window_place{};
+  double max_residual_mm = 0.1;          ///< from the plane through more than three touches
+  double window_mm = 1.5;                ///< the surface must be within +- this of nominal
+  std::optional<double> max_tilt_rad{};  ///< of the board; left out: surface_doubt.hpp
+  Location window_place{};
 };
 
 /// Where the values of a material stand; line 0: it was not given.
 struct MaterialPlaces {
-  Place speed, valve_open_lead, valve_close_lead, retract, early_off, tail_lift;
+  Location speed, valve_open_lead, valve_close_lead, retract, early_off, tail_lift;
 };
 
 struct Material {
@@ -104,6 +105,9 @@ struct Material {
   double back_track = 0;        ///< mm back along the bead after its end, the valve shut
   double tail_lift = 0;         ///< mm that the needle rises while it goes back
   double rejoin_within_s = 60;  ///< a bead that was cut is joined again within this since its valve shut
+  double start_dwell_s = 0;     ///< at a bead's first point the needle stands so long with the valve open; then it goes
+  double override_max = 1;      ///< the highest override of its beads and dots; that of the machine, if it is higher
+  double min_speed = 0;         ///< mm/s at which a bead may begin where its whole run-up has no room; 0: from rest
   MaterialPlaces places{};
 };
 

@@ -43,7 +43,7 @@ config::Field<T> noted(config::Field<T> inner, Location T::*where) {
 
 /// The same with one struct of places in T for many values.
 template <class T, class Places>
-config::Field<T> noted(config::Field<T> inner, Places T::*places, Place Places::*where) {
+config::Field<T> noted(config::Field<T> inner, Places T::*places, Location Places::*where) {
   return {inner.row, [inner, places, where](const Node& node, T& to, Mistakes& mistakes) {
             inner.read(node, to, mistakes);
             to.*places.*where = node.place;
@@ -131,13 +131,19 @@ const Fields<Material> kMaterial{
            "the speed may differ by this where the bead is steady"),
     flag("flow_follows_speed", &Material::flow_follows_speed, kOptional,
          "the dispenser doses by the path speed, so that an override changes nothing on the board"),
+    number("start_dwell", &Material::start_dwell_s, D::Time, {0, 10}, kOptional,
+           "at the start of a bead the valve opens, the needle stands this long, and then the bead begins"),
+    number("min_speed", &Material::min_speed, D::Speed, {0, 1000}, kOptional,
+           "a bead may begin as slowly as this where a body is in the way of its run-up; 0: from rest"),
     noted(number("early_off", &Material::early_off, D::Length, {0, 100}, kOptional,
                  "the valve shuts this long before the end of a bead"),
           &Material::places, &MaterialPlaces::early_off),
     number("back_track", &Material::back_track, D::Length, {0, 100}, kOptional,
            "then the needle goes back along the bead by this, the valve shut"),
-    noted(number("tail_lift", &Material::tail_lift, D::Length, {0, 100}, kOptional, "and up by this on that way"),
+    noted(number("tail_lift", &Material::tail_lift, D::Length, {0, 100}, kOptional, "and rises by this meanwhile"),
           &Material::places, &MaterialPlaces::tail_lift),
+    number("override_max", &Material::override_max, D::Ratio, {1, 2}, kOptional,
+           "the highest override in a job that dispenses nothing that allows less, on a machine that allows less"),
     number("rejoin_within", &Material::rejoin_within_s, D::Time, {0, 86400}, kOptional,
            "a bead that a hold has cut is joined again within this since its valve shut; later it stays cut"),
 };

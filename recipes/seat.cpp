@@ -42,7 +42,7 @@ std::string corners_in_words(const Rectangle& r) {
 }
 
 /// Where the board's place was written: its 'at', or else its frame.
-Place place_of(const Board& board) { return board.places.at.line > 0 ? board.places.at : board.frame_place; }
+Location place_of(const Board& board) { return board.places.at.line > 0 ? board.places.at : board.frame_place; }
 
 /// What stands under the board, and ends at the height of its underside, carries it; it lies in no other body.
 bool board_on_its_seat(const Recipe& recipe, const config::Machine& machine, Mistakes& mistakes) {
@@ -64,13 +64,14 @@ bool board_on_its_seat(const Recipe& recipe, const config::Machine& machine, Mis
         r.high.x <= board.low.x || r.low.x >= board.high.x || r.high.y <= board.low.y || r.low.y >= board.high.y;
     const bool ends_there = std::abs(top - origin.z) <= kSameHeight_mm;
     if (!ends_there && in_one_another(itself, config::upright(body), kTouching_mm)) {
-      mistakes.add(Fault::Inconsistent,
-                   fmt::format("the board lies in '{}' of the machine's scene: it takes {} and z {:.6g} to {:.6g} mm, "
-                               "that body {} and z {:.6g} to {:.6g} mm; correct the board's place 'at', or the origin "
-                               "of frame '{}' in the machine file",
-                               body.name, corners_in_words(board), itself.low, itself.high, corners_in_words(r),
-                               top - body.shape.size.z, top, recipe.board.frame),
-                   place_of(recipe.board));
+      mistakes.add(
+          Fault::Inconsistent,
+          fmt::format("the board lies in '{}' of the machine's scene: it takes {} and z {:.6g} to {:.6g} mm, "
+                      "that body {} and z {:.6g} to {:.6g} mm; correct the board's placement 'at', or the origin "
+                      "of frame '{}' in the machine file",
+                      body.name, corners_in_words(board), itself.low, itself.high, corners_in_words(r),
+                      top - body.shape.size.z, top, recipe.board.frame),
+          place_of(recipe.board));
       return false;
     }
     if (!ends_there) continue;
@@ -168,7 +169,7 @@ class Work {
   /// What lies in the margin, each at its place; where that is most of the work, the margin is the mistake.
   void tell_margin() {
     constexpr std::size_t kFew = 3;
-    const Place written = recipe_.board.places.clamp_margin;
+    const Location written = recipe_.board.places.clamp_margin;
     if (written.line > 0 && margin_.size() >= kFew && 3 * margin_.size() > 2 * looked_at_.size())
       return tell(Fault::OutOfRange, written,
                   fmt::format("{} of {} marks, touches and features lie in the {:.6g} mm at the board's edges that "
@@ -205,7 +206,7 @@ class Work {
   const Recipe& recipe_;
   Mistakes& mistakes_;
   std::set<std::pair<int, int>> told_, looked_at_, in_margin_;
-  std::vector<std::pair<Place, std::string>> margin_;
+  std::vector<std::pair<Location, std::string>> margin_;
 };
 
 void feature(Work& work, const Dot& dot) {

@@ -52,7 +52,7 @@ Times times(const config::Machine& machine, const Material& m, const Bead& bead)
 }  // namespace
 
 void check_valve_leads(const Recipe& recipe, const config::Machine& machine, config::Mistakes& mistakes) {
-  const auto given = [](Place written, Place otherwise) { return written.line > 0 ? written : otherwise; };
+  const auto given = [](Location written, Location otherwise) { return written.line > 0 ? written : otherwise; };
   std::set<std::string_view> early_off_told;
   std::set<std::pair<std::string_view, bool>> told;  // material, and whether the lead is the opening one
   const auto judge = [&](const auto& feature) {
@@ -72,8 +72,8 @@ void check_valve_leads(const Recipe& recipe, const config::Machine& machine, con
     if (m->valve_open_lead > t.last_stretch_s && told.insert({m->name, true}).second)
       mistakes.add(Fault::NoSolution,
                    fmt::format("material '{}': 'valve_open_lead' of {:.6g} ms opens the valve before the needle is on "
-                               "its last way to '{}', which takes {:.0f} ms; give it a shorter lead, or more {}",
-                               m->name, m->valve_open_lead * 1e3, feature.id, t.last_way_s * 1e3, t.more_room),
+                               "the last stretch to '{}', which takes {:.0f} ms; give it a shorter lead, or more {}",
+                               m->name, m->valve_open_lead * 1e3, feature.id, t.last_stretch_s * 1e3, t.more_room),
                    given(m->places.valve_open_lead, m->place));
     if (m->valve_close_lead >= m->valve_open_lead + t.open_s && told.insert({m->name, false}).second)
       mistakes.add(

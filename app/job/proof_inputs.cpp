@@ -154,8 +154,8 @@ Row row(const recipes::Bead& bead) {
 
 Row row(const recipes::Material& material) {
   const auto& [name, speed, gap, open_lead, close_lead, dot_time, settle_time, retract, tolerance, gap_tolerance,
-               speed_tolerance, flow_follows_speed, place, early_off, back_track, tail_lift, rejoin_within_s, places] =
-      material;
+               speed_tolerance, flow_follows_speed, place, early_off, back_track, tail_lift, rejoin_within_s,
+               start_dwell_s, override_max, min_speed, places] = material;
   Row out("material");
   out.add(name);
   for (const double v :
@@ -198,8 +198,11 @@ std::string recipe_of(const recipes::Recipe& recipe) {
     out += Row("touch").add(id).add(at).text();
   }
   {
-    const auto& [residual, window, place] = touch_rules;
-    out += Row("touch_rules").add(residual).add(window).text();
+    const auto& [residual, window, tilt, place] = touch_rules;
+    Row rules("touch_rules");
+    rules.add(residual).add(window);
+    if (tilt) rules.add(*tilt);
+    out += rules.text();
   }
   if (purge) {
     const auto& [material, frame, at, shots, after_s, place, material_place, frame_place, at_place] = *purge;

@@ -91,8 +91,7 @@ std::span<const Contact> CollisionWatch::step(const AxisVec& from, const AxisVec
   for (std::size_t i = 0; i < head_.bodies.size(); ++i) {
     const Pose a = pose(i, from), b = pose(i, to);
     Bounds swept = joined(bounds(i, a), bounds(i, b));
-    if (a.turn_rad !=
-        b.turn_rad) {  // meanwhile no point of it is farther than half its arc from where it ends
+    if (a.turn_rad != b.turn_rad) {  // meanwhile no point of it is farther than half its arc from where it ends
       const double half_arc = head_.swing_mm(head_.bodies[i]) * std::abs(b.turn_rad - a.turn_rad) / 2;
       swept = {swept.low - Vec3{half_arc, half_arc, 0}, swept.high + Vec3{half_arc, half_arc, 0}};
     }

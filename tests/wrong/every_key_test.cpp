@@ -21,8 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using config::FieldShape;
+using config::Location;
 using config::Node;
-using config::Place;
 using config::ValueShape;
 using Kind = ValueShape::Kind;
 
@@ -34,7 +34,7 @@ struct Slip {
   std::string told_at;  ///< "3:9"
 };
 
-std::string shown(Place place) { return fmt::format("{}:{}", place.line, place.column); }
+std::string shown(Location place) { return fmt::format("{}:{}", place.line, place.column); }
 
 /// Goes through a text and its format side by side.
 class Slips {
@@ -54,13 +54,13 @@ class Slips {
   }
 
  private:
-  [[nodiscard]] std::size_t offset(Place place) const {
+  [[nodiscard]] std::size_t offset(Location place) const {
     std::size_t at = 0;
     for (int line = 1; line < place.line; ++line) at = text_.find('\n', at) + 1;
     return at + static_cast<std::size_t>(place.column) - 1;  // these files are ASCII up to what is changed
   }
-  void add(const std::string& path, const std::string& how, Place place, std::size_t bytes, const std::string& instead,
-           Place told) {
+  void add(const std::string& path, const std::string& how, Location place, std::size_t bytes,
+           const std::string& instead, Location told) {
     slips_.push_back({path + ": " + how, offset(place), bytes, instead, shown(told)});
   }
 
@@ -90,7 +90,7 @@ class Slips {
     if (shape.kind == Kind::List || shape.kind == Kind::Named) inside(shape.items[0], path + "[]");
   }
 
-  void value(const Node& node, const ValueShape& shape, const std::string& path, bool first, Place key) {
+  void value(const Node& node, const ValueShape& shape, const std::string& path, bool first, Location key) {
     switch (shape.kind) {
       case Kind::Object: return fields(node, shape.fields, path + ".");
       case Kind::OneOf: return one_of(node, shape, path);
@@ -118,7 +118,7 @@ class Slips {
   static constexpr double kExact = 1e15;  ///< whole numbers up to here differ by one as doubles, too
 
   /// `key`: of the value; line 0: it is one of a list.
-  void scalar(const Node& node, const ValueShape& shape, const std::string& path, Place key) {
+  void scalar(const Node& node, const ValueShape& shape, const std::string& path, Location key) {
     const auto slip = [&](const std::string& how, const std::string& instead) {
       add(path, how, node.place, node.text.size() + (node.quoted ? 2 : 0), instead, node.place);
     };
