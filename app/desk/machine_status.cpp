@@ -23,6 +23,7 @@ Json on_the_wire(const run::WireCounts& wire) {
 Json machine_status(const config::Machine& machine, const run::Owner& owner) {
   const cycle::Snapshot& s = owner.latest();
   const run::Progress p = owner.progress();
+  const std::optional<double> stop_mm = owner.stop_mm();
   Json axes = Json::array(), faults = Json::array();
   for (const config::Axis& axis : machine.axes)
     axes.push_back({{"name", axis.name},
@@ -49,6 +50,7 @@ Json machine_status(const config::Machine& machine, const run::Owner& owner) {
           {"features_total", p.features_total},
           {"elapsed_s", p.elapsed_s},
           {"override", s.override_factor},
+          {"stop_mm", stop_mm ? Json(*stop_mm) : Json(nullptr)},
           {"wire", on_the_wire(owner.wire())},
           {"axes", axes}};
 }
@@ -56,6 +58,8 @@ Json machine_status(const config::Machine& machine, const run::Owner& owner) {
 std::string in_words(const Json& status) {
   std::string text = fmt::format("{}, {}, override {:.0f} %", status.value("state", "?"), status.value("mode", "?"),
                                  status.value("override", 1.0) * 100);
+  if (const auto stop = status.find("stop_mm"); stop != status.end() && stop->is_number())
+    text += fmt::format(", would stop within {:.2g} mm", stop->get<double>());
   if (status.value("held", false) && status.value("state", "") != "held") text += ", on hold";
   if (const auto total = status.value("features_total", 0); total > 0) {
     text +=

@@ -232,6 +232,7 @@ Result<Played> Control::play_now(const job::ProvenBlock& block, cycle::Purpose p
   const cycle::Command start{.kind = CommandKind::StartBlock, .block = block.number(), .purpose = purpose};
   if (auto r = command(start, 5.0); !r) return tl::unexpected(r.error());
   playing_ = block.number();
+  plays_ = &segments;
   cut_ = false;
   bool over = false;
   std::optional<cycle::Event> stop;
@@ -248,6 +249,7 @@ Result<Played> Control::play_now(const job::ProvenBlock& block, cycle::Purpose p
   };
   const auto waited = wait(look, kNoLimit_s, {});
   playing_ = 0;
+  plays_ = nullptr;
   cut_ = false;
   if (!waited) return tl::unexpected(waited.error());
   if (dropping && stop && stop->fault == Fault::Aborted) {

@@ -128,6 +128,8 @@ class Owner {
   /// lifts the refusal. An abort is never refused and never undone: it holds until what it has ended is over. What a
   /// reset came to is told by reset_answer().
   Result<void> order(const Order& order);
+  /// How far along its path the tool goes on at most when a hold, an abort or a stop comes now; nothing: it stands.
+  [[nodiscard]] std::optional<double> stop_mm() const;
   /// What the last hold or override that was taken leads to: "holds after 'bead 7', in 1.2 s", "80 % when the valve has
   /// shut"; "" where it takes effect at once, on no feature.
   [[nodiscard]] std::string order_said() const;

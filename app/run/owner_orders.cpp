@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <utility>
 
+#include "app/job/limits.hpp"
+#include "app/job/stop_ahead.hpp"
 #include "app/run/owner_parts.hpp"
 #include "config/inputs.hpp"
 #include "core/log.hpp"
@@ -208,6 +210,14 @@ void Owner::interrupt(Error why) {
   Parts& p = *parts_;
   if (why.fault == Fault::Interrupted && !p.ending) p.ending = why;
   if (p.on_bus && p.undertaking != Undertaking::None) p.control().abort(std::move(why));
+}
+
+std::optional<double> Owner::stop_mm() const {
+  const Parts& p = *parts_;
+  const std::deque<motion::Segment>* const plays = p.on_bus ? p.control().plays() : nullptr;
+  if (plays == nullptr) return std::nullopt;
+  const cycle::Snapshot& s = latest();
+  return job::StopAhead(job::limits_of(p.machine)).from(*plays, s.way_mm, s.path_speed);
 }
 
 std::string Owner::order_said() const { return parts_->order_said; }

@@ -18,10 +18,8 @@ struct Attempt {
   RateChange::Vigour vigour;
   double share = 1;  ///< of the change to the rate that is wanted
 };
-// A stop tries the next two in each tick, another rate the next one every few ticks: that bounds the work of a tick. A
+// A stop tries the next two in each tick, another rate one every few ticks: that bounds the work of a tick. A
 // small rate can always be had from a standstill, and the others from there.
-constexpr std::array<Attempt, 5> kStops{
-    {{{1, 0.85}, 1}, {{0.9, 0.6}, 1}, {{0.6, 0.5}, 1}, {{0.3, 0.4}, 1}, {{0.1, 0.4}, 1}}};
 constexpr std::array<Attempt, 8> kChanges{{{{1, 0.85}, 1},
                                            {{0.6, 0.6}, 1},
                                            {{0.3, 0.4}, 1},
@@ -30,7 +28,7 @@ constexpr std::array<Attempt, 8> kChanges{{{{1, 0.85}, 1},
                                            {{0.3, 0.4}, 0.5},
                                            {{0.3, 0.4}, 0.2},
                                            {{0.2, 0.3}, 0.05}}};
-constexpr unsigned kStopsInATick = 2, kChangeEvery = 4;
+constexpr unsigned kChangeEvery = 4;
 
 }  // namespace
 
@@ -50,8 +48,9 @@ void Interpolator::choose_rate() noexcept {
   const PieceCursor here(ring_, 0, t_);
   if (to == 0) {
     if (brake_on_line(x) || goal_ == 0) return;
-    for (unsigned n = 0; n < kStopsInATick; ++n)
-      if (change_.plan(here, rate_, 0, recent_, limits_, kStops[tries_++ % kStops.size()].vigour)) {
+    constexpr auto& kStops = RateChange::kStops;
+    for (std::size_t n = 0; n < RateChange::kStopsInATick; ++n)
+      if (change_.plan(here, rate_, 0, recent_, limits_, kStops[tries_++ % kStops.size()])) {
         goal_ = 0;
         return;
       }

@@ -27,6 +27,10 @@ class RateChange {
   struct Vigour {
     double use = 1, land = 0.85;
   };
+  /// What a stop tries one after the other until one is possible, and how many of them in a tick.
+  static constexpr std::array<Vigour, 5> kStops{{{1, 0.85}, {0.9, 0.6}, {0.6, 0.5}, {0.3, 0.4}, {0.1, 0.4}}};
+  static constexpr std::size_t kStopsInATick = 2;
+
   struct Step {
     double ahead = 0;  ///< planned time that goes by in the tick
     Rate end;

@@ -1,0 +1,123 @@
+#include "app/job/stop_ahead.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "motion/geometry.hpp"
+#include "motion/profile/line_bounds.hpp"
+#include "motion/profile/speed_profile.hpp"
+
+namespace gantry::job {
+namespace {
+
+constexpr double kFar_s = 1;          // of planned time ahead: more than any stop takes
+constexpr double kAsPlanned = 1e-3;   // of the planned one: it is played as planned
+constexpr double kLeastSpeed = 1e-6;  // mm/s
+constexpr double kUnseen = 1.02;  // the rate's slope and the last setpoints are not told, and count for less than this
+constexpr int kMostTicks = 40;    // until one of the ways to stop is found
+
+/// From (v, a) to rest.
+double stop_mm(double v, double a, const motion::Bounds& b) {
+  return motion::end_state(motion::stop({0, v, a}, b).profile).p;
+}
+
+}  // namespace
+
+StopAhead::StopAhead(const motion::Limits& limits) : limits_(limits) {}
+
+std::optional<double> StopAhead::from(const std::deque<motion::Segment>& block, double way_mm, double speed_mm_s) {
+  if (!(speed_mm_s > kLeastSpeed)) return std::nullopt;
+  double begin_mm = 0;
+  for (std::size_t k = 0; k < block.size(); ++k) {
+    const motion::Segment& s = block[k];
+    if (s.kind == motion::SegmentKind::Dwell) continue;
+    if (way_mm < begin_mm + s.geometry.length || k + 1 == block.size()) {
+      const double s_mm = std::clamp(way_mm - begin_mm, 0.0, s.geometry.length);
+      if (s.kind != motion::SegmentKind::Piece) return on_line(s, s_mm, speed_mm_s);
+      return on_pieces(block, k, s_mm, speed_mm_s);
+    }
+    begin_mm += s.geometry.length;
+  }
+  return std::nullopt;
+}
+
+/// A line from rest to rest. Played otherwise than planned, its acceleration is not known: then the most counts.
+double StopAhead::on_line(const motion::Segment& line, double s_mm, double speed_mm_s) const {
+  const motion::Bounds b = motion::line_bounds(limits_, motion::derivative<1>(line.geometry, 0));
+  const double t_s = motion::time_at(line.nominal, s_mm), left_mm = line.geometry.length - s_mm;
+  const bool as_planned =
+      std::abs(motion::along(line.nominal, t_s).x.v - speed_mm_s) <= kAsPlanned * std::max(speed_mm_s, line.v_cap);
+  double most_mm = 0;
+  for (int n = 0; n <= kReaction; ++n) {
+    if (as_planned) {
+      const motion::State x = motion::along(line.nominal, t_s + n * limits_.tick_s).x;
+      most_mm = std::max(most_mm, x.p - s_mm + stop_mm(x.v, x.a, b));
+    } else {
+      const double v = std::min(b.v, speed_mm_s + n * limits_.tick_s * b.a);
+      const double a = std::min(b.a, std::sqrt(2 * b.j * std::max(0.0, b.v - v)));
+      most_mm = std::max(most_mm, n * limits_.tick_s * v + stop_mm(v, a, b));
+    }
+  }
+  return std::min(most_mm, left_mm);
+}
+
+/// The loop changes the rate at which planned time goes by, by the first vigour that keeps the limits.
+std::optional<double> StopAhead::on_pieces(const std::deque<motion::Segment>& block, std::size_t first, double s_mm,
+                                           double speed_mm_s) {
+  ring_ = std::make_unique<motion::SegmentRing>();
+  double known_s = 0;
+  for (std::size_t k = first; k < block.size() && block[k].kind == motion::SegmentKind::Piece; ++k) {
+    if (!ring_->push(block[k])) break;
+    known_s += motion::duration(block[k].nominal);
+    if (block[k].rests || known_s > kFar_s + motion::duration(block[first].nominal)) break;
+  }
+  const double h = limits_.tick_s, t_s = motion::time_at(block[first].nominal, s_mm);
+  const double planned_mm_s = motion::along(block[first].nominal, t_s).x.v;
+  if (!(planned_mm_s > 0)) return std::nullopt;
+  const double rate = std::min(1.0, speed_mm_s / planned_mm_s);
+
+  /// Path length from the beginning of the first piece.
+  const auto way = [&](double planned_s) {
+    double mm = 0;
+    for (std::size_t n = 0; n < ring_->size(); ++n) {
+      const motion::Segment& s = *ring_->peek(n);
+      const double lasts_s = motion::duration(s.nominal);
+      if (planned_s < lasts_s) return mm + motion::along(s.nominal, planned_s).x.p;
+      planned_s -= lasts_s;
+      mm += s.geometry.length;
+    }
+    return mm;
+  };
+  const auto place = [&](double planned_s) {
+    motion::PieceCursor at(*ring_, 0, std::max(0.0, planned_s));
+    at.advance(0);
+    const motion::Segment& s = at.piece();
+    return motion::point(s.geometry, std::min(motion::along(s.nominal, at.t()).x.p, s.geometry.length));
+  };
+  double most_mm = 0;
+  for (int begins = 0; begins <= kReaction; ++begins) {
+    std::size_t tries = 0;
+    std::optional<double> stands_at_s;
+    for (int n = begins; n < begins + kMostTicks && !stands_at_s; ++n) {
+      const double now_s = t_s + n * h * rate;
+      motion::PieceCursor at(*ring_, 0, now_s);
+      if (at.advance(0) != motion::PieceCursor::Met::Way) {  // it rests by plan before it would be stopped
+        stands_at_s = now_s;
+        break;
+      }
+      const motion::Recent recent{place(now_s - 2 * h * rate), place(now_s - h * rate), place(now_s)};
+      for (std::size_t k = 0; k < motion::RateChange::kStopsInATick && !stands_at_s; ++k) {
+        const auto& vigour = motion::RateChange::kStops[tries++ % motion::RateChange::kStops.size()];
+        if (change_.plan(at, {rate, 0}, 0, recent, limits_, vigour)) {
+          stands_at_s = now_s + change_.ahead(motion::RateChange::kMostTicks * h, 0, h);
+          change_.drop();
+        }
+      }
+    }
+    if (!stands_at_s) stands_at_s = t_s + kFar_s * rate;
+    most_mm = std::max(most_mm, way(*stands_at_s) - s_mm);
+  }
+  return kUnseen * most_mm;
+}
+
+}  // namespace gantry::job

@@ -1,0 +1,37 @@
+// How far a stop on the path takes, known before it is asked for: from what the loop shows and the block that plays, by
+// the loop's own rules (motion/rt/pace.cpp).
+//   StopAhead ahead(limits);   if (const auto mm = ahead.from(block.segments(), snapshot.way_mm, snapshot.path_speed))
+// It holds for a stop that the loop begins within kReaction ticks of that. Off the RT side: 0.1 ms or so.
+#pragma once
+#include <cstddef>
+#include <deque>
+#include <memory>
+#include <optional>
+
+#include "motion/rt/rate_change.hpp"
+#include "motion/types.hpp"
+
+namespace gantry::job {
+
+class StopAhead {
+ public:
+  static constexpr int kReaction = 3;
+
+  explicit StopAhead(const motion::Limits& limits);
+
+  /// mm along the path to where the tool stands, at most; nothing where it stands. `way_mm` counts along the block.
+  [[nodiscard]] std::optional<double> from(const std::deque<motion::Segment>& block, double way_mm,
+                                           double path_speed_mm_s);
+
+ private:
+  [[nodiscard]] double on_line(const motion::Segment& line, double s_mm, double speed_mm_s) const;
+  [[nodiscard]] std::optional<double> on_pieces(const std::deque<motion::Segment>& block, std::size_t first,
+                                                double s_mm, double speed_mm_s);
+
+  motion::Limits limits_;
+  std::unique_ptr<motion::SegmentRing>
+      ring_;  ///< pieces from the one that plays to the next rest, and no farther than a stop goes
+  motion::RateChange change_;
+};
+
+}  // namespace gantry::job
