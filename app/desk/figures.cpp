@@ -39,6 +39,18 @@ std::string cut_in_words(const record::JobResult& result) {
   return fmt::format("  cut            {}{}\n", names, cut > kShown ? fmt::format(" and {} more", cut - kShown) : "");
 }
 
+/// Files that the job's folder lacks, one a line: the log of whoever wrote it is not the client's.
+std::string not_kept_in_words(const record::JobResult& result) {
+  constexpr std::size_t kShown = 10;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(result.not_kept.size(), kShown); ++i)
+    text +=
+        fmt::format("\n  {:<13}  {}: {}", i == 0 ? "not kept" : "", result.not_kept[i].file, result.not_kept[i].why);
+  if (result.not_kept.size() > kShown)
+    text += fmt::format("\n  {:<13}  and {} more; summary.json has them", "", result.not_kept.size() - kShown);
+  return text;
+}
+
 std::string to_finish_in_words(const record::JobResult& result) {
   if (result.to_finish.empty()) return "";
   return fmt::format("\n  to finish it   gantry run {} {}{}", result.recipe_file, result.to_finish,
@@ -50,7 +62,7 @@ std::string to_finish_in_words(const record::JobResult& result) {
 std::string figures(const record::JobResult& result) {
   if (result.cycles.cycles == 0)
     return record::bus_in_words(result) + ": " + record::result_word(result) + " before it began; the board is " +
-           std::string(record::name(result.board)) + to_finish_in_words(result);
+           std::string(record::name(result.board)) + not_kept_in_words(result) + to_finish_in_words(result);
   std::string text;
   text += fmt::format("{}: {}: {} of {} features, {:.1f} s of motion ({:.1f} s planned)\n",
                       record::bus_in_words(result), record::result_word(result), result.features_done,
@@ -85,7 +97,7 @@ std::string figures(const record::JobResult& result) {
                         static_cast<double>(result.cycles.wake.max) / 1e3, result.cycles.skipped);
   text += fmt::format("  setpoint hash  {:016x} over {} ticks{}", result.setpoint_hash, result.setpoint_ticks,
                       result.setpoint_stream_complete ? "" : " (incomplete)");
-  text += to_finish_in_words(result);
+  text += not_kept_in_words(result) + to_finish_in_words(result);
   return text;
 }
 

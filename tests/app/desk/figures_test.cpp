@@ -1,0 +1,23 @@
+// What a terminal is told of a job, in the process that did it and at a client of an owner.
+#include "app/desk/figures.hpp"
+
+#include <gtest/gtest.h>
+
+namespace gantry::desk {
+namespace {
+
+TEST(Figures, name_the_files_that_were_not_kept) {
+  record::JobResult result;
+  for (const std::uint64_t cycles : {0u, 1000u}) {  // before it began, and of a job
+    result.cycles.cycles = cycles;
+    result.not_kept = {{"setpoints.bin", "No space left on device"}, {"report.html", "Permission denied"}};
+    const std::string text = figures(result);
+    EXPECT_NE(text.find("  not kept       setpoints.bin: No space left on device\n"), std::string::npos) << text;
+    EXPECT_NE(text.find("                 report.html: Permission denied"), std::string::npos) << text;
+    result.not_kept.clear();
+    EXPECT_EQ(figures(result).find("not kept"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace gantry::desk
