@@ -1,5 +1,6 @@
 #include "app/cli/long_work.hpp"
 
+#include <cmath>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -27,11 +28,23 @@ Breath LongWork::breath() {
   };
 }
 
+Progress LongWork::progress() {
+  return [this](std::size_t done, std::size_t total) {
+    done_ = done, total_ = total;
+    if (shows_) show();
+  };
+}
+
 void LongWork::show() {
   const auto now = Clock::now();
   if (now - shown_ < kRepeatEvery || !in_front(STDERR_FILENO)) return;
   shown_ = now;
-  show_status(fmt::format("{}: {:.1f} s", clean_text(what_), std::chrono::duration<double>(now - begin_).count()));
+  const double gone_s = std::chrono::duration<double>(now - begin_).count();
+  const auto done = static_cast<double>(done_), total = static_cast<double>(total_);
+  const std::string left = done_ == 0 ? ""
+                                      : fmt::format(", {:.0f} %, about {:.0f} s left", std::floor(100 * done / total),
+                                                    gone_s * (total - done) / done);
+  show_status(fmt::format("{}: {:.1f} s{}", clean_text(what_), gone_s, left));
 }
 
 }  // namespace gantry::cli

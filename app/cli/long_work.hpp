@@ -1,10 +1,12 @@
 // Shows on a terminal that something takes its time, and for how long it has.
-//   LongWork work("checking board.yaml");   prepare(machine, file, {}, {.breath = work.breath()});
+//   LongWork work("checking board.yaml");   prepare(machine, file, {}, {.breath = work.breath(), .progress =
+//   work.progress()});
 #pragma once
 #include <chrono>
 #include <string>
 
 #include "core/breath.hpp"
+#include "core/progress.hpp"
 
 namespace gantry::cli {
 
@@ -17,6 +19,8 @@ class LongWork {
 
   /// Never gives up. Not to be called when this is gone.
   Breath breath();
+  /// How far it is, and by that how long it takes yet. Not to be called when this is gone.
+  Progress progress();
 
  private:
   void show();
@@ -24,6 +28,7 @@ class LongWork {
   using Clock = std::chrono::steady_clock;
   std::string what_;
   bool shows_;
+  std::size_t done_ = 0, total_ = 0;  ///< 0, 0: nobody says
   Clock::time_point begin_ = Clock::now(), shown_ = begin_;
 };
 

@@ -29,7 +29,7 @@ Checked<Prepared> prepare(const config::Machine& machine, const std::string& rec
   if (auto same = matches(checks.certificate, machine, compiled->recipe, *chosen); !same)
     return tl::unexpected(same.error());
   recipes::Job job = recipes::only(std::move(compiled->job), *chosen);
-  auto proof = job::prove_nominal(machine, compiled->recipe, job, checks.breath, checks.opinion);
+  auto proof = job::prove_nominal(machine, compiled->recipe, job, checks.breath, checks.opinion, checks.progress);
   return Prepared{std::move(compiled->recipe), std::move(job), selection, std::move(proof)};
 }
 

@@ -24,6 +24,7 @@ struct Prepared {
 struct Checks {
   std::string certificate{};  ///< a file that must match (app/record/certificate.hpp); "": none is demanded
   Breath breath{};            ///< of the proof
+  Progress progress{};        ///< of the proof
   motion::Opinion opinion{};  ///< asked of each motion of the proof; empty: nobody is
 };
 

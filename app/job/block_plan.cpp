@@ -239,6 +239,7 @@ Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& f
   std::optional<Work> last;  // the needle stands so near to it, lifted or not
   for (const std::size_t f : features) {
     if (!go_on(breath_)) return given_up();
+    if (count_) count_();
     const recipes::Feature& feature = recipe_.features[f];
     if (const auto& doubt = surroundings_->doubt())
       if (const auto why = recipes::reaches_board(recipe_, *doubt, feature))

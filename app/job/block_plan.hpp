@@ -6,6 +6,7 @@
 // Errors name both bodies, the point and the line of the recipe. Fault::Aborted when the breath says no, which is asked
 // at least once a feature; then nothing has changed.
 #pragma once
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -34,6 +35,9 @@ class BlockPlanner {
 
   /// Board and parts stand where this says (surroundings.hpp: belief_of).
   void know(const Knowledge& known);
+
+  /// Called with each feature that is dispensed.
+  void count(std::function<void()> features) { count_ = std::move(features); }
 
   /// Camera over the mark, light, settle, trigger.
   Result<ProvenBlock> look_at_mark(std::uint32_t block, const AxisVec& from, std::size_t mark) const;
@@ -92,6 +96,7 @@ class BlockPlanner {
   const config::Machine& machine_;
   const recipes::Recipe& recipe_;
   Breath breath_;
+  std::function<void()> count_;
   motion::Opinion opinion_;
   motion::Limits limits_;
   Knowledge known_;

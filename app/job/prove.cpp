@@ -1,5 +1,8 @@
 #include "app/job/prove.hpp"
 
+#include <algorithm>
+#include <functional>
+
 #include "app/job/block_plan.hpp"
 #include "app/job/park.hpp"
 
@@ -10,12 +13,13 @@ namespace {
 class Prover {
  public:
   Prover(const config::Machine& machine, const recipes::Recipe& recipe, const recipes::Job& job, const Breath& breath,
-         const motion::Opinion& opinion)
+         const motion::Opinion& opinion, std::function<void()> count)
       : machine_(machine),
         recipe_(recipe),
         breath_(breath),
         planner_(machine, recipe, breath, opinion),
         state_(begin_state(recipe, job)) {
+    planner_.count(std::move(count));
     proof_.forecast.features.resize(recipe.features.size());
     at_ = parked(machine, at_);
   }
@@ -103,10 +107,16 @@ class Prover {
 }  // namespace
 
 Result<NominalProof> prove_nominal(const config::Machine& machine, const recipes::Recipe& recipe,
-                                   const recipes::Job& job, const Breath& breath, const motion::Opinion& opinion) {
-  auto proof = Prover(machine, recipe, job, breath, opinion).prove(job);
+                                   const recipes::Job& job, const Breath& breath, const motion::Opinion& opinion,
+                                   const Progress& progress) {
+  const std::size_t total = recipes::dispensed_by(job).size() * (asks_wherever(recipe) ? 2 : 1);
+  std::size_t done = 0;
+  const auto count = [&] {
+    if (progress) progress(std::min(++done, total), total);
+  };
+  auto proof = Prover(machine, recipe, job, breath, opinion, count).prove(job);
   if (!proof) return proof;
-  auto named = only_when_placed(machine, recipe, job, breath);
+  auto named = only_when_placed(machine, recipe, job, breath, count);
   if (!named) return tl::unexpected(named.error());
   proof->only_when_placed = *std::move(named);
   return proof;

@@ -12,6 +12,7 @@
 #include "config/machine.hpp"
 #include "core/breath.hpp"
 #include "core/error.hpp"
+#include "core/progress.hpp"
 #include "motion/plan/second_opinion.hpp"
 #include "recipes/job.hpp"
 
@@ -29,9 +30,10 @@ struct NominalProof {
 };
 
 /// From the park position through all blocks and back. Fault::Collision, OutOfReach, SpeedNotReachable with the
-/// recipe's line; Fault::Aborted when the breath says no; what the second opinion says, if there is one.
+/// recipe's line; Fault::Aborted when the breath says no; what the second opinion says, if there is one. Its progress
+/// is counted in features, each at the nominal place, and again wherever the board may be found.
 Result<NominalProof> prove_nominal(const config::Machine& machine, const recipes::Recipe& recipe,
                                    const recipes::Job& job, const Breath& breath = {},
-                                   const motion::Opinion& opinion = {});
+                                   const motion::Opinion& opinion = {}, const Progress& progress = {});
 
 }  // namespace gantry::job

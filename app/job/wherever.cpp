@@ -77,11 +77,14 @@ AxisVec over(const config::Machine& machine, const recipes::Recipe& recipe, cons
 
 }  // namespace
 
+bool asks_wherever(const recipes::Recipe& recipe) { return !recipe.marks.empty() || !recipe.touches.empty(); }
+
 Result<std::vector<OnlyWhenPlaced>> only_when_placed(const config::Machine& machine, const recipes::Recipe& recipe,
-                                                     const recipes::Job& job, const Breath& breath) {
+                                                     const recipes::Job& job, const Breath& breath,
+                                                     const std::function<void()>& count) {
   std::vector<OnlyWhenPlaced> named;
   const std::vector<std::size_t> features = recipes::dispensed_by(job);
-  if (features.empty() || (recipe.marks.empty() && recipe.touches.empty())) return named;
+  if (features.empty() || !asks_wherever(recipe)) return named;
   const Range range = range_of(recipe);
   const config::Machine among = grown(machine, recipe, range);
   const recipes::Recipe on = grown(recipe, range);
@@ -89,6 +92,7 @@ Result<std::vector<OnlyWhenPlaced>> only_when_placed(const config::Machine& mach
   Knowledge nominal;
   nominal.offset = recipes::WorkOffset{}, nominal.surface = recipes::Surface{};
   planner.know(nominal);
+  planner.count(count);
   for (const std::size_t f : features) {
     auto planned = planner.dispense(1, over(machine, recipe, recipe.features[f]), {f});
     if (planned) {

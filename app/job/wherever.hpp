@@ -2,6 +2,7 @@
 // the board lie. They are proved again when the board is found, and may be refused then, after marks and touches.
 //   auto named = only_when_placed(machine, recipe, job);      // Result<std::vector<OnlyWhenPlaced>>
 #pragma once
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -24,8 +25,12 @@ struct OnlyWhenPlaced {
 /// that, and each feature planned among them, down from the safe height and up again. What carries the board is not
 /// grown: the needle's distance to it is by design. A tilt that touches measure is not counted. Fault::Aborted when
 /// the breath says no.
+/// `count` is called with each feature that is planned.
 Result<std::vector<OnlyWhenPlaced>> only_when_placed(const config::Machine& machine, const recipes::Recipe& recipe,
-                                                     const recipes::Job& job, const Breath& breath = {});
+                                                     const recipes::Job& job, const Breath& breath = {},
+                                                     const std::function<void()>& count = {});
+/// Whether a job of this recipe finds out where the board lies; else there is nothing to ask.
+bool asks_wherever(const recipes::Recipe& recipe);
 
 /// "'a', 'b' and 3 more (a: why)".
 std::string to_text(const std::vector<OnlyWhenPlaced>& features);
