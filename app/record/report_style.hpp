@@ -72,6 +72,10 @@ svg .label{font-size:11px;fill:var(--ink);opacity:.75}
 .limit{fill:none;stroke:var(--warn);stroke-width:1.2;stroke-dasharray:5 3}
 .stopped{fill:none;stroke:var(--bad);stroke-width:2.4}
 .order{font-size:10px;fill:var(--muted)}
+.narrow{display:none}
+@media screen and (max-width:640px){.wide{display:none}.narrow{display:inline}
+svg.large .tick,.narrow .order,.narrow .label{font-size:32px}svg.large .below{transform:translateY(14px)}svg.small .tick{font-size:17px}
+svg.large{overflow:visible}svg .narrow .order{fill:var(--ink)}}
 h3{font-size:14px;font-weight:600;margin:12px 0 4px}
 .bead{fill:none;stroke:var(--bead);stroke-linejoin:round;stroke-linecap:round}
 .valve-dot{fill:var(--bead)}

@@ -1,6 +1,7 @@
 // Writes SVG elements; colours and strokes are classes of the page's style sheet.
 //   Svg svg(900, 600);   svg.line({0, 0}, {10, 10}, "grid");   svg.done();
 #pragma once
+#include <cmath>
 #include <fmt/format.h>
 #include <string>
 #include <string_view>
@@ -14,8 +15,9 @@ namespace gantry::record {
 class Svg {
  public:
   Svg(double width, double height, std::string_view label) {
-    out_ = fmt::format(R"(<svg viewBox="0 0 {:.0f} {:.0f}" role="img" aria-label="{}">)", width, height,
-                       html::text(label));
+    constexpr double kLarge = 700;  // whose words have to be larger where the page is narrow
+    out_ = fmt::format(R"(<svg viewBox="0 0 {:.0f} {:.0f}" class="{}" role="img" aria-label="{}">)", width, height,
+                       width > kLarge ? "large" : "small", html::text(label));
   }
   /// `style` is raw CSS of ours ("stroke-width:3"), never text from outside.
   void line(Vec2 a, Vec2 b, std::string_view css, std::string_view style = {}) {
@@ -49,6 +51,8 @@ class Svg {
     out_ += fmt::format(R"(<text x="{:.1f}" y="{:.1f}" class="{}" text-anchor="{}">{}</text>)", at.x, at.y, css, anchor,
                         html::text(text));
   }
+  void begin_group(std::string_view css) { out_ += fmt::format(R"(<g class="{}">)", css); }
+  void end_group() { out_ += "</g>"; }
   void begin_clip(Vec2 at, Vec2 size, std::string_view id) {
     out_ += fmt::format(R"(<clipPath id="{}"><rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}"/></clipPath>)"
                         "<g clip-path='url(#{})'>",
@@ -66,6 +70,11 @@ class Svg {
   }
   std::string out_;
 };
+
+/// Classes of a number at an axis' grid line: on a narrow page one in three is shown. `side`: "below" or "beside" it.
+inline std::string tick_css(double index, std::string_view side) {
+  return fmt::format("tick {}{}", side, std::llround(index) % 3 == 0 ? "" : " wide");
+}
 
 /// A round step (1, 2 or 5 times a power of ten) that cuts `range` into about `parts`.
 inline double round_step(double range, double parts) {

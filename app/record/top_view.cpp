@@ -5,6 +5,7 @@
 #include <map>
 
 #include "app/record/deposit_figures.hpp"
+#include "app/record/labels.hpp"
 #include "app/record/polyline.hpp"
 #include "app/record/report_geometry.hpp"
 #include "app/record/report_plots.hpp"
@@ -64,11 +65,11 @@ void draw_ground(Svg& svg, const View& v, const Drawing& d) {
   const double step = round_step(v.high.x - v.low.x, 12);
   for (double x = std::ceil(v.low.x / step) * step; x <= v.high.x; x += step) {
     svg.line(v.px({x, v.low.y}), v.px({x, v.high.y}), "grid");
-    svg.words(v.px({x, v.low.y}) + Vec2{0, 16}, html::number(x, 0), "tick", "middle");
+    svg.words(v.px({x, v.low.y}) + Vec2{0, 16}, html::number(x, 0), tick_css(x / step, "below"), "middle");
   }
   for (double y = std::ceil(v.low.y / step) * step; y <= v.high.y; y += step) {
     svg.line(v.px({v.low.x, y}), v.px({v.high.x, y}), "grid");
-    svg.words(v.px({v.low.x, y}) + Vec2{-6, 4}, html::number(y, 0), "tick", "end");
+    svg.words(v.px({v.low.x, y}) + Vec2{-6, 4}, html::number(y, 0), tick_css(y / step, "beside"), "end");
   }
   svg.rect(v.px({0, d.board_size.y}), d.board_size * v.scale, "board");
 }
@@ -86,12 +87,11 @@ void draw_parts(Svg& svg, const View& v, const JobResult& r) {
 }
 
 /// After everything else, so that lines do not cross the words.
-void label_parts(Svg& svg, const View& v, const JobResult& r) {
+void label_parts(Labels& labels, const View& v, const JobResult& r) {
   for (const auto& part : r.drawing.parts) {
     const Vec2 at = v.px(part.fixture ? to_board(r, part.at) : part.at);
     const double room = std::max(part.size.x, part.size.y) * v.scale;
-    if (static_cast<double>(part.name.size()) * 5.5 < room * 1.3)
-      svg.words(at + Vec2{0, 4}, part.name, "label", "middle");
+    if (labels.width(part.name) < room * 1.3) labels.put(at + Vec2{0, 4}, part.name, "label", "middle");
   }
 }
 
@@ -151,7 +151,7 @@ void draw_touches(Svg& svg, const View& v, const JobResult& r) {
   for (const auto& t : r.touches) {
     const Vec2 at = v.px(t.at);
     svg.path({at + Vec2{-5, -5}, at + Vec2{5, -5}, at + Vec2{0, 4}}, "touch", true, {}, t.name);
-    svg.words(at + Vec2{8, 0}, fmt::format("{:+.3f}", t.height_mm), "tick");
+    svg.words(at + Vec2{8, 0}, fmt::format("{:+.3f}", t.height_mm), "tick wide");
   }
 }
 
@@ -183,28 +183,27 @@ void draw_asked(Svg& svg, const View& v, const JobResult& r) {
   if (!dots.empty()) svg.dots(dots, "asked dot-asked", "stroke-width:4;stroke-linecap:round;stroke-dasharray:none");
 }
 
-/// The order in which features are dispensed, with their names where there are few; no word upon another.
-void label_features(Svg& svg, const View& v, const JobResult& r) {
+/// The order in which features are dispensed; on a wide page with their names where there are few.
+void label_features(Labels& labels, const View& v, const JobResult& r, bool with_names) {
   constexpr std::size_t kMostNames = 40, kMostNumbers = 400;
-  constexpr double kLetter_px = 5.4, kLine_px = 11;
   if (r.feature_order.size() > kMostNumbers) return;
-  std::vector<Vec2> taken;  // left ends of words, and how long they are
-  std::vector<double> lengths;
   for (std::size_t n = 0; n < r.feature_order.size(); ++n) {
     const std::size_t feature = r.feature_order[n];
     if (feature >= r.drawing.asked.size() || r.drawing.asked[feature].empty()) continue;
     const Vec3 start = machine_to_board(r, r.drawing.asked[feature].front());
     const Vec2 at = v.px({start.x, start.y}) + Vec2{6, -5};
     std::string words = std::to_string(n + 1);
-    if (r.feature_order.size() <= kMostNames && feature < r.feature_names.size())
+    if (with_names && r.feature_order.size() <= kMostNames && feature < r.feature_names.size())
       words += " " + r.feature_names[feature];
-    const double length = kLetter_px * static_cast<double>(words.size());
-    bool free = true;
-    for (std::size_t i = 0; free && i < taken.size(); ++i)
-      free = std::abs(taken[i].y - at.y) >= kLine_px || at.x > taken[i].x + lengths[i] || taken[i].x > at.x + length;
-    if (!free) continue;
-    taken.push_back(at), lengths.push_back(length);
-    svg.words(at, words, "order");
+    labels.put(at, words, "order");
+  }
+}
+
+void label(Svg& svg, const View& v, const JobResult& r) {
+  for (const auto page : {Labels::Page::Wide, Labels::Page::Phone}) {
+    Labels labels(svg, page);
+    label_parts(labels, v, r);
+    label_features(labels, v, r, page == Labels::Page::Wide);
   }
 }
 
@@ -233,8 +232,7 @@ std::string top_view(const JobResult& r) {
     draw_valve_path(svg, v, r);
   draw_touches(svg, v, r);
   draw_marks(svg, v, r);
-  label_parts(svg, v, r);
-  label_features(svg, v, r);
+  label(svg, v, r);
   draw_collisions(svg, v, r);
   draw_end(svg, v, r);
   svg.end_clip();
