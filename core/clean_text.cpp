@@ -52,4 +52,13 @@ std::string clean_text(std::string_view text) {
   return out;
 }
 
+std::string clean_lines(std::string_view text) {
+  std::string out;
+  for (auto end = text.find('\n'); end != std::string_view::npos; end = text.find('\n')) {
+    out += clean_text(text.substr(0, end)) + '\n';
+    text.remove_prefix(end + 1);
+  }
+  return out + clean_text(text);
+}
+
 }  // namespace gantry

@@ -10,4 +10,7 @@ namespace gantry {
 /// replacement character U+FFFD each; blanks stand for tabs and line ends. All else stays as it is.
 std::string clean_text(std::string_view text);
 
+/// The same of each line: line ends stay.
+std::string clean_lines(std::string_view text);
+
 }  // namespace gantry

@@ -30,7 +30,8 @@ void say(Weight weight, std::string_view line) {
   const auto level = kLevels[static_cast<int>(weight)];
   if (!spdlog::default_logger_raw()->should_log(level)) return;
   clear_status();
-  spdlog::default_logger_raw()->log(level, spdlog::string_view_t(line.data(), line.size()));
+  const std::string clean = clean_lines(line);
+  spdlog::default_logger_raw()->log(level, spdlog::string_view_t(clean.data(), clean.size()));
 }
 
 }  // namespace log

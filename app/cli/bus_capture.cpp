@@ -15,6 +15,7 @@
 
 #include "app/cli/bus_access.hpp"
 #include "app/cli/pcapng_writer.hpp"
+#include "app/cli/terminal.hpp"
 #include "app/cli/usage.hpp"
 #include "devices/ethercat/master.hpp"
 #include "devices/passing_port.hpp"
@@ -136,7 +137,7 @@ void add_bus_capture(CLI::App& bus, Context& context) {
     if (context.json)
       show_document("done", {{"file", options->file}, {"frames", (*file)->frames()}});
     else
-      fmt::print("{} frames in {}\n", (*file)->frames(), options->file);
+      print_text("{} frames in {}\n", (*file)->frames(), options->file);
   });
 }
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/bus_access.hpp"
+#include "app/cli/terminal.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -56,7 +57,7 @@ void add_bus_dc(CLI::App& bus, Context& context) {
 
     nlohmann::ordered_json all = nlohmann::json::array();
     if (!context.json)
-      fmt::print("{:<18} {:>5} {:>13} {:>10} {:>9} {:>8} {:>10}\n", "station", "clock", "difference ns", "largest ns",
+      print_text("{:<18} {:>5} {:>13} {:>10} {:>9} {:>8} {:>10}\n", "station", "clock", "difference ns", "largest ns",
                  "delay ns", "SYNC0", "cycle us");
     for (std::size_t i = 0; i < clocks.size(); ++i) {
       const auto& s = (*stations)[i];
@@ -72,9 +73,9 @@ void add_bus_dc(CLI::App& bus, Context& context) {
                      {"sync0_cycle_ns", c.sync0_cycle_ns}});
       if (context.json) continue;
       if (!c.present)
-        fmt::print("{:<18} {:>5}\n", title(*access, s), "none");
+        print_text("{:<18} {:>5}\n", title(*access, s), "none");
       else
-        fmt::print("{:<18} {:>5} {:>13} {:>10} {:>9} {:>8} {:>10.1f}\n", title(*access, s), c.wide ? 64 : 32,
+        print_text("{:<18} {:>5} {:>13} {:>10} {:>9} {:>8} {:>10.1f}\n", title(*access, s), c.wide ? 64 : 32,
                    c.difference_ns, seen->largest_ns[i], c.delay_ns, (c.activation & 2) != 0 ? "on" : "off",
                    c.sync0_cycle_ns / 1000.0);
     }

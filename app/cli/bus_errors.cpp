@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/bus_access.hpp"
+#include "app/cli/terminal.hpp"
 #include "app/record/summary.hpp"
 #include "app/stations/fault_words.hpp"
 
@@ -49,7 +50,7 @@ void add_bus_errors(CLI::App& bus, Context& context) {
 
     nlohmann::ordered_json all = nlohmann::json::array();
     if (!context.json)
-      fmt::print("{:<18} {:>4} {:>8} {:>4} {:>10} {:>5}\n", "station", "port", "invalid", "rx", "forwarded", "lost");
+      print_text("{:<18} {:>4} {:>8} {:>4} {:>10} {:>5}\n", "station", "port", "invalid", "rx", "forwarded", "lost");
     for (std::size_t i = 0; i < counters->size(); ++i) {
       const auto& s = (*stations)[i];
       const auto& c = (*counters)[i];
@@ -64,7 +65,7 @@ void add_bus_errors(CLI::App& bus, Context& context) {
                          {"forwarded", port.forwarded},
                          {"lost_links", port.lost_links}});
         if (!context.json)
-          fmt::print("{:<18} {:>4} {:>8} {:>4} {:>10} {:>5}\n", title(*access, s), p, port.invalid_frames,
+          print_text("{:<18} {:>4} {:>8} {:>4} {:>10} {:>5}\n", title(*access, s), p, port.invalid_frames,
                      port.rx_errors, port.forwarded, port.lost_links);
       }
       all.push_back({{"position", s.record.position},
@@ -82,8 +83,8 @@ void add_bus_errors(CLI::App& bus, Context& context) {
       show_document("done", {{"stations", all}, {"wire", on_the_wire}});
       return;
     }
-    fmt::print("\n{}", words(*wire, static_cast<int>(stations->size())));
-    if (!other.empty()) fmt::print("another EtherCAT master sends on this line, {}\n", other);
+    print_text("\n{}", words(*wire, static_cast<int>(stations->size())));
+    if (!other.empty()) print_text("another EtherCAT master sends on this line, {}\n", other);
   });
 }
 

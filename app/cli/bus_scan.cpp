@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/bus_access.hpp"
+#include "app/cli/terminal.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -74,23 +75,23 @@ ordered_json to_json(const std::vector<devices::ObjectDescription>& objects) {
 
 void print(const devices::PdoMap& map) {
   for (const auto& pdo : map.pdos) {
-    fmt::print("       {} {:04X}h SM{}:", pdo.outputs ? "out" : "in ", pdo.index, pdo.sync_manager);
+    print_text("       {} {:04X}h SM{}:", pdo.outputs ? "out" : "in ", pdo.index, pdo.sync_manager);
     for (const auto& e : pdo.entries)
       if (e.address.index != 0)
-        fmt::print(" {:04X}h{}/{}", e.address.index, e.address.sub != 0 ? fmt::format(":{}", e.address.sub) : "",
+        print_text(" {:04X}h{}/{}", e.address.index, e.address.sub != 0 ? fmt::format(":{}", e.address.sub) : "",
                    e.bit_length);
       else
-        fmt::print(" gap/{}", e.bit_length);
-    fmt::print("\n");
+        print_text(" gap/{}", e.bit_length);
+    print_text("\n");
   }
 }
 
 void print(const std::vector<devices::ObjectDescription>& objects) {
   for (const auto& o : objects) {
-    fmt::print("       {:04X}h {}\n", o.index, o.refused.empty() ? o.name : "not described: " + o.refused);
+    print_text("       {:04X}h {}\n", o.index, o.refused.empty() ? o.name : "not described: " + o.refused);
     for (const auto& e : o.entries)
       if (o.entries.size() > 1 || e.address.sub != 0)
-        fmt::print("         :{:<3} {:<32} {:>3} bits\n", e.address.sub, e.name, e.bit_length);
+        print_text("         :{:<3} {:<32} {:>3} bits\n", e.address.sub, e.name, e.bit_length);
   }
 }
 
@@ -104,16 +105,16 @@ Result<ordered_json> scan(BusAccess& bus, const ScanOptions& options, bool json)
   if (!stations) return tl::unexpected(stations.error());
   ordered_json all = ordered_json::array();
   if (!json)
-    fmt::print("{:<18} {:>10} {:>10} {:>8} {:>5}  {:<6} {:<5} {:<3} {}\n", "station", "vendor", "product", "revision",
+    print_text("{:<18} {:>10} {:>10} {:>8} {:>5}  {:<6} {:<5} {:<3} {}\n", "station", "vendor", "product", "revision",
                "alias", "parent", "ports", "dc", "state");
   for (const auto& s : *stations) {
     const auto& r = s.record;
     ordered_json one = to_json(bus, s);
     if (!json) {
-      fmt::print("{:<18} {:#010x} {:#010x} {:>8} {:>5}  {:<6} {:<5} {:<3} {}\n", title(bus, s), r.sii.vendor,
+      print_text("{:<18} {:#010x} {:#010x} {:>8} {:>5}  {:<6} {:<5} {:<3} {}\n", title(bus, s), r.sii.vendor,
                  r.sii.product, r.sii.revision, r.alias, r.parent < 0 ? "master" : std::to_string(r.parent),
                  open_ports(r.ports), (r.esc.features & wire::kFeatureDc) != 0 ? "yes" : "no", state_text(s.al));
-      if (!r.sii.damage.empty()) fmt::print("       EEPROM: {}\n", r.sii.damage);
+      if (!r.sii.damage.empty()) print_text("       EEPROM: {}\n", r.sii.damage);
     }
     // What one station refuses is told with it, and the others are asked all the same.
     const auto map = survey.read_pdo_map(r.position);
@@ -121,7 +122,7 @@ Result<ordered_json> scan(BusAccess& bus, const ScanOptions& options, bool json)
     one["pdos"] = map ? to_json(*map) : ordered_json::array();
     if (!map) one["pdos_missing"] = map.error().message;
     if (!json && map) print(*map);
-    if (!json && !map) fmt::print("       no PDO map: {}\n", map.error().message);
+    if (!json && !map) print_text("       no PDO map: {}\n", map.error().message);
     if (options.objects && map && r.sii.has_coe()) {
       const auto objects = survey.object_list(r.position, true);
       if (objects) {
@@ -129,7 +130,7 @@ Result<ordered_json> scan(BusAccess& bus, const ScanOptions& options, bool json)
         if (!json) print(*objects);
       } else {  // many stations have no such list; the others still count
         one["objects_missing"] = objects.error().message;
-        if (!json) fmt::print("       no list of objects: {}\n", objects.error().message);
+        if (!json) print_text("       no list of objects: {}\n", objects.error().message);
       }
     }
     all.push_back(std::move(one));

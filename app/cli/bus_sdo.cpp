@@ -8,6 +8,7 @@
 #include "app/cli/accepted_today.hpp"
 #include "app/cli/bus_access.hpp"
 #include "app/cli/client.hpp"
+#include "app/cli/terminal.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/stations/accepted.hpp"
 #include "devices/wire/bytes.hpp"
@@ -186,9 +187,9 @@ void print(const Context& context, const Target& t, const Bytes& bytes) {
                           {"value", value}});
   }
   const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
-  fmt::print("station {}  {:04X}h:{} = {}", t.title, t.object.index, t.object.sub, text);
-  if (value.is_number()) fmt::print("  ({:#0{}x})", little(bytes), 2 * bytes.size() + 2);
-  fmt::print("\n");
+  print_text("station {}  {:04X}h:{} = {}", t.title, t.object.index, t.object.sub, text);
+  if (value.is_number()) print_text("  ({:#0{}x})", little(bytes), 2 * bytes.size() + 2);
+  print_text("\n");
 }
 
 Result<void> read(Context& context, BusAccess& bus, const SdoOptions& options) {
@@ -291,7 +292,7 @@ Result<void> write(Context& context, BusAccess& bus, const SdoOptions& options) 
   const auto back = survey.read_object(target->position, target->object, access);
   print(context, *target, back ? *back : *bytes);
   if (waiting.any() && !context.json)
-    fmt::print("It acts at power-up: the axes stay without torque until this station's supply was off and on.\n");
+    print_text("It acts at power-up: the axes stay without torque until this station's supply was off and on.\n");
   return {};
 }
 

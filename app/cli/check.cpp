@@ -5,6 +5,7 @@
 
 #include "app/cli/long_work.hpp"
 #include "app/cli/shipped.hpp"
+#include "app/cli/terminal.hpp"
 #include "app/cli/verbs.hpp"
 #include "app/desk/do_job.hpp"
 #include "app/desk/state_folder.hpp"
@@ -86,7 +87,7 @@ std::optional<config::Machine> check_machine(const std::string& file, Findings& 
 std::optional<recipes::Recipe> check_recipe(const std::string& file, const config::Machine& machine, Findings& to) {
   auto prepared = [&] {
     LongWork work("checking " + file);
-    return desk::prepare(machine, file, {}, {.breath = work.breath()});
+    return desk::prepare(machine, file, {}, {.breath = work.breath(), .progress = work.progress()});
   }();
   if (!to.take(prepared)) return std::nullopt;
   if (prepared->proof) {
@@ -145,17 +146,17 @@ void show_findings(const Findings& found, const std::vector<std::string>& files,
                          {"assumptions", found.assumptions}});
     return;
   }
-  for (const std::string& line : found.good) fmt::print("{}\n", line);
-  for (const std::string& note : found.notes) fmt::print("  note: {}\n", note);
+  for (const std::string& line : found.good) print_text("{}\n", line);
+  for (const std::string& note : found.notes) print_text("  note: {}\n", note);
   if (context.verbose)
-    for (const std::string& note : found.bus_notes) fmt::print("  note: {}\n", note);
+    for (const std::string& note : found.bus_notes) print_text("  note: {}\n", note);
   else if (!found.bus_notes.empty())
-    fmt::print("  {} notes say what the loss of the bus or of the program costs; `gantry -v check` lists them\n",
+    print_text("  {} notes say what the loss of the bus or of the program costs; `gantry -v check` lists them\n",
                found.bus_notes.size());
   if (list_assumptions)
-    for (const std::string& each : found.assumptions) fmt::print("  assumed: {}\n", each);
+    for (const std::string& each : found.assumptions) print_text("  assumed: {}\n", each);
   else
-    fmt::print("  {} things are assumed of the stations; `gantry check` alone lists them\n", found.assumptions.size());
+    print_text("  {} things are assumed of the stations; `gantry check` alone lists them\n", found.assumptions.size());
 }
 
 }  // namespace

@@ -143,10 +143,10 @@ void show_answer(const Context& context, const Json& answer, const std::string& 
     const Json summary = folder.empty() ? Json() : summary_in(folder, shown);
     if (summary.is_null())
       return show_document(errors.empty() ? "ok" : "failed", answer, answer.value("exit_code", 0), errors);
-    return fmt::print("{}\n", summary.dump(2));
+    return print_document(summary);
   }
-  fmt::print("{}\n", answer.value("said", answer.value("state", "done")));
-  if (record::has_report(folder)) fmt::print("  report         {}/report.html\n", shown);
+  print_text("{}\n", answer.value("said", answer.value("state", "done")));
+  if (record::has_report(folder)) print_text("  report         {}/report.html\n", shown);
 }
 
 int exit_code_of(const Json& answer, bool interrupted) {

@@ -10,6 +10,7 @@
 #include "app/cli/client.hpp"
 #include "app/cli/commission_axis.hpp"
 #include "app/cli/commission_walk.hpp"
+#include "app/cli/terminal.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/stations/accepted.hpp"
 #include "config/held_limits.hpp"
@@ -59,13 +60,13 @@ class Commissioning {
         return fail(Fault::SiiInvalid, "its EEPROM cannot be read: " + sii.damage, "station " + station.name);
       take(station, sii);
       out["accepted"] = station.accepted->date;
-      if (!json_) fmt::print("    accepted {}\n", station.accepted->date);
+      if (!json_) print_text("    accepted {}\n", station.accepted->date);
     }
     if (station.profile.startup.empty()) return out;
     // A device of another kind has other objects under these numbers.
     if (!same && !options_.accept) {
       out["parameters"] = "not read: another device than expected";
-      if (!json_) fmt::print("    parameters not read: it is another device than expected\n");
+      if (!json_) print_text("    parameters not read: it is another device than expected\n");
       return out;
     }
     auto parameters = visit_parameters(station, found.record);
@@ -89,14 +90,14 @@ class Commissioning {
   static void show_identity(const config::Station& station, const devices::FoundStation& found, bool same) {
     const devices::StationSii& sii = found.record.sii;
     const auto& id = station.profile.identity;
-    fmt::print("{} '{}' ({})\n    {}, revision {:08X}h, serial {}, alias {}: ", station.position, station.name,
+    print_text("{} '{}' ({})\n    {}, revision {:08X}h, serial {}, alias {}: ", station.position, station.name,
                station.profile.title, device(sii.vendor, sii.product), sii.revision, sii.serial, found.record.alias);
     if (station.accepted)
-      fmt::print("{} accepted {}\n", same ? "as" : "another than was", station.accepted->date);
+      print_text("{} accepted {}\n", same ? "as" : "another than was", station.accepted->date);
     else if (same)
-      fmt::print("{}\n", id.assumed ? "as assumed; `--accept` confirms it" : "as the profile says");
+      print_text("{}\n", id.assumed ? "as assumed; `--accept` confirms it" : "as the profile says");
     else
-      fmt::print("expected is {}{}\n", device(id.vendor, id.product), id.assumed ? ", which is assumed" : "");
+      print_text("expected is {}{}\n", device(id.vendor, id.product), id.assumed ? ", which is assumed" : "");
   }
 
   Result<ordered_json> visit_parameters(config::Station& station, const devices::StationRecord& found) {
@@ -137,7 +138,7 @@ class Commissioning {
       one["remark"] = remark;
       rows.push_back(std::move(one));
       if (!json_)
-        fmt::print("    {:<24} {:<9} asked {:>9}  holds {:>9}  {:<13} {}\n", row.name, config::to_text(row.address),
+        print_text("    {:<24} {:<9} asked {:>9}  holds {:>9}  {:<13} {}\n", row.name, config::to_text(row.address),
                    row.value, held ? fmt::format("{}", held->value) : "-", acts_text(row.acts), remark);
     }
     if (auto rest = show_not_pinned(station, position, rows); !rest) return tl::unexpected(rest.error());
@@ -217,10 +218,10 @@ Result<ordered_json> commission(BusAccess& bus, config::Machine& machine, const 
     rows.push_back(std::move(*row));
   }
   if (!json && one.restart())
-    fmt::print(
+    print_text(
         "Values were written that act at power-up: switch the stations' supply off and on before `gantry up`.\n");
   if (!json && one.differing() > 0)
-    fmt::print("{} parameters are not what the machine file asks for: these stations get no torque.{}\n",
+    print_text("{} parameters are not what the machine file asks for: these stations get no torque.{}\n",
                one.differing(), options.write ? "" : " `--write` writes what may be written.");
   return ordered_json{
       {"stations", rows}, {"differing", one.differing()}, {"restart", one.restart()}, {"changed", one.changed()}};

@@ -5,6 +5,7 @@
 
 #include "app/cli/client.hpp"
 #include "app/cli/keys.hpp"
+#include "app/cli/terminal.hpp"
 #include "app/cli/today.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/run/measure_delay.hpp"
@@ -60,7 +61,7 @@ void commission_axis(Context& context, config::Machine machine, const AxisOption
                            {"speed", found->speed},
                            {"date", found->date}});
   else
-    fmt::print("{}\n", stations::measured_in_words(*axis));
+    print_text("{}\n", stations::measured_in_words(*axis));
 }
 
 }  // namespace gantry::cli

@@ -116,7 +116,7 @@ void commission_walk(Context& context, config::Machine machine, const std::strin
   if (context.json)
     show_document("done", {{"axes", names}, {"date", date}});
   else
-    fmt::print("walked {}: {} move as the machine file says\n", date, words);
+    print_text("walked {}: {} move as the machine file says\n", date, words);
 }
 
 }  // namespace gantry::cli

@@ -6,6 +6,7 @@
 #include "app/cli/job_verbs.hpp"
 #include "app/cli/keys.hpp"
 #include "app/cli/long_work.hpp"
+#include "app/cli/terminal.hpp"
 #include "app/desk/figures.hpp"
 #include "app/desk/held_for_ever.hpp"
 #include "app/desk/state_folder.hpp"
@@ -22,11 +23,11 @@ void show_result(const record::JobResult& result, const std::string& folder, boo
   if (json) {
     auto document = record::to_json(result);
     document["folder"] = folder;
-    fmt::print("{}\n", document.dump(2));
+    print_document(document);
     return;
   }
-  fmt::print("{}\n", desk::figures(result));
-  if (record::has_report(folder)) fmt::print("  report         {}/report.html\n", folder);
+  print_text("{}\n", desk::figures(result));
+  if (record::has_report(folder)) print_text("  report         {}/report.html\n", folder);
 }
 
 /// Somebody at the machine can reset and resume what a stop has left on hold.
@@ -75,8 +76,9 @@ void do_job(Context& context, JobRequest request) {
   const motion::Opinion opinion = request.dry_run ? motion::fcl_opinion() : motion::Opinion{};
   const auto prepared = [&] {
     LongWork work("proving " + request.recipe_file);
-    return desk::prepare(*machine, request.recipe_file, request.select,
-                         {.certificate = request.certificate, .breath = work.breath(), .opinion = opinion});
+    return desk::prepare(
+        *machine, request.recipe_file, request.select,
+        {.certificate = request.certificate, .breath = work.breath(), .progress = work.progress(), .opinion = opinion});
   }();
   if (!prepared) return stop_with(prepared.error());
   std::optional<desk::BegunParts> parts;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/client.hpp"
+#include "app/cli/terminal.hpp"
 #include "app/cli/verbs.hpp"
 #include "app/desk/state_folder.hpp"
 
@@ -70,8 +71,8 @@ void add_doctor(CLI::App& app, Context& context) {
       return show_document(failed ? "failed" : word(worst->level), {{"findings", rows}}, context.exit_code, errors);
     }
     for (const Finding& f : findings) {
-      fmt::print("{:<8} {:<20} {}\n", word(f.level), f.name, f.text);
-      if (!f.fix.empty()) fmt::print("{:<8} {:<20} fix: {}\n", "", "", f.fix);
+      print_text("{:<8} {:<20} {}\n", word(f.level), f.name, f.text);
+      if (!f.fix.empty()) print_text("{:<8} {:<20} fix: {}\n", "", "", f.fix);
     }
   });
 }

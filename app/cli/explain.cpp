@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/explain_drive.hpp"
+#include "app/cli/terminal.hpp"
 #include "app/cli/verbs.hpp"
 #include "core/near_word.hpp"
 
@@ -87,7 +88,7 @@ void add_explain(CLI::App& app, Context& context) {
     }
     if (wanted->count() == 0) {
       for (const FaultInfo& f : catalogue())
-        if (f.fault != Fault::None) fmt::print("{}  {:<22} {}\n", std::string_view(code(f.fault)), f.name, f.text);
+        if (f.fault != Fault::None) print_text("{}  {:<22} {}\n", std::string_view(code(f.fault)), f.name, f.text);
       return;
     }
     const auto text = wanted->as<std::string>();
@@ -104,7 +105,7 @@ void add_explain(CLI::App& app, Context& context) {
       show_document("ok", to_json(*f));
       return;
     }
-    fmt::print("{} {}\n  what:     {}\n  machine:  {}\n  cleared:  by {}\n  remedy:   {}\n  exit:     {}\n",
+    print_text("{} {}\n  what:     {}\n  machine:  {}\n  cleared:  by {}\n  remedy:   {}\n  exit:     {}\n",
                std::string_view(code(f->fault)), f->name, f->text, reaction_text(f->reaction), clear_text(f->clear),
                f->remedy, static_cast<int>(f->exit_code));
   });

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "app/cli/terminal.hpp"
 #include "app/cli/verbs.hpp"
 #include "config/drive.hpp"
 #include "config/yaml.hpp"
@@ -133,9 +134,9 @@ void list(const config::StationProfile& profile, const std::vector<Entry>& entri
     show_document("ok", {{"codes", all}});
     return;
   }
-  fmt::print("{} ({})\n", profile.title, profile.manual);
+  print_text("{} ({})\n", profile.title, profile.manual);
   for (const Entry& e : entries)
-    fmt::print("{:<16} {}  {:<42} {}\n", profile.name + ":" + e.code,
+    print_text("{:<16} {}  {:<42} {}\n", profile.name + ":" + e.code,
                e.becomes ? std::string_view(code(*e.becomes)) : "    ", e.text,
                e.section.empty() ? "assumed" : "section " + e.section);
 }
@@ -188,7 +189,7 @@ int explain_drive(const std::string& word, const std::string& machine_file, bool
   if (json) {
     show_document("ok", to_json(*profile, *found));
   } else {
-    fmt::print("{}:{} ({}, {})\n  what:     {}{}\n  remedy:   {}\n  manual:   {}\n  becomes:  {}\n", profile->name,
+    print_text("{}:{} ({}, {})\n  what:     {}{}\n  remedy:   {}\n  manual:   {}\n  becomes:  {}\n", profile->name,
                found->code, profile->title, found->where, found->text,
                found->kind.empty() || found->kind == "fault" ? "" : fmt::format(" ({})", found->kind), found->remedy,
                section_text(*profile, *found), becomes_text(*found));

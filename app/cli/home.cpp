@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/client.hpp"
+#include "app/cli/terminal.hpp"
 #include "app/cli/keys.hpp"
 #include "app/desk/machine_status.hpp"
 #include "app/run/owner.hpp"
@@ -47,7 +48,7 @@ void add_home(CLI::App& app, Context& context) {
         desk::in_words(status) +
         "\nended: the drives have lost their torque again; `gantry up` keeps the machine and its references";
     if (context.json) return show_document("ok", status);
-    fmt::print("{}\n", status["said"].get<std::string>());
+    print_text("{}\n", status["said"].get<std::string>());
   });
 }
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/shipped.hpp"
+#include "app/cli/terminal.hpp"
 #include "app/cli/verbs.hpp"
 
 namespace gantry::cli {
@@ -72,11 +73,11 @@ void add_init(CLI::App& app, Context& context) {
       return show_document(
           "ok", {{"folder", fs::absolute(*folder).lexically_normal().string()}, {"files", *files}, {"next", next}});
     }
-    fmt::print(
+    print_text(
         "{}: {} files\n  {}  the machine: axes, stations, limits, scene\n  {}         a recipe for it\n"
         "  config/drives, config/devices   profiles of its stations\nNext:\n",
         *folder, files->size(), kMachine, kRecipe);
-    for (const std::string& line : next) fmt::print("  {}\n", line);
+    for (const std::string& line : next) print_text("  {}\n", line);
   });
 }
 

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "app/cli/client.hpp"
+#include "app/cli/terminal.hpp"
 #include "app/desk/begun_parts.hpp"
 #include "app/desk/state_folder.hpp"
 
@@ -92,7 +93,7 @@ void forget_part(Context& context, const std::string& state, const std::string& 
   if (context.json)
     show_document("ok", {{"ok", true}, {"said", words}});
   else
-    fmt::print("{}\n", words);
+    print_text("{}\n", words);
 }
 
 void send_order(Context& context, const std::string& option, const run::Order& order) {

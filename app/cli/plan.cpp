@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "app/cli/plan_questions.hpp"
+#include "app/cli/terminal.hpp"
 #include "app/cli/verbs.hpp"
 #include "motion/plan/scene_file.hpp"
 
@@ -49,18 +50,18 @@ void show_rows(const Json& document) {
     const std::string closed =
         row["closed_in"].is_null() ? "" : fmt::format(", {} is closed in", text(row["closed_in"]));
     if (text(row["status"]) == "ok") {
-      fmt::print("{}: {:.3f} mm{}\n", text(row["id"]), row["length_mm"].get<double>(),
+      print_text("{}: {:.3f} mm{}\n", text(row["id"]), row["length_mm"].get<double>(),
                  row["min_clearance_mm"].is_null()
                      ? ""
                      : fmt::format(", nearest {:.4f} mm{}", row["min_clearance_mm"].get<double>(), pair(row)));
       for (const Json& p : row["path"])
-        fmt::print("  {:.3f} {:.3f} {:.3f}\n", p[0].get<double>(), p[1].get<double>(), p[2].get<double>());
+        print_text("  {:.3f} {:.3f} {:.3f}\n", p[0].get<double>(), p[1].get<double>(), p[2].get<double>());
     } else {
-      fmt::print("{}: {}{}{}\n", text(row["id"]), text(row["status"]), closed, pair(row));
+      print_text("{}: {}{}{}\n", text(row["id"]), text(row["status"]), closed, pair(row));
     }
   }
   for (const Json& row : document.value("motions", Json::array()))
-    fmt::print("{}: {}{}{}\n", text(row["id"]), row["free"].get<bool>() ? "free" : "collides",
+    print_text("{}: {}{}{}\n", text(row["id"]), row["free"].get<bool>() ? "free" : "collides",
                row["t"].is_null() ? "" : fmt::format(" at {:.4f} of it", row["t"].get<double>()), pair(row));
 }
 

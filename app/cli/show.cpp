@@ -28,7 +28,12 @@ void show_document(std::string_view result, const nlohmann::ordered_json& rest, 
       {"result", result}, {"exit_code", exit_code}, {"errors", nlohmann::ordered_json::array()}};
   for (const Error& e : errors) document["errors"].push_back(to_json(e));
   document.insert(rest.begin(), rest.end());  // a key that stands in front stays as it is
-  fmt::print("{}\n", document.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  print_document(document);
+}
+
+void print_document(const nlohmann::ordered_json& document) {
+  constexpr bool kAscii = true;  // what would steer a terminal, or turn the direction of writing, is escaped
+  fmt::print("{}\n", document.dump(2, ' ', kAscii, nlohmann::ordered_json::error_handler_t::replace));
 }
 
 int show(const std::vector<Error>& errors, bool json, std::string_view board) {

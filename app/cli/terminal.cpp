@@ -10,7 +10,9 @@
 
 namespace gantry::cli {
 
-void say_text(std::string_view text) noexcept {
+void say_text(std::string_view raw) noexcept try {
+  const std::string clean = clean_lines(raw);
+  std::string_view text = clean;
   clear_status();
   while (!text.empty()) {
     const ssize_t n = write(STDERR_FILENO, text.data(), text.size());
@@ -18,6 +20,7 @@ void say_text(std::string_view text) noexcept {
     if (n <= 0) return;
     text.remove_prefix(static_cast<std::size_t>(n));
   }
+} catch (...) {  // no memory for the words
 }
 
 void keep_stderr_from_waiting() {

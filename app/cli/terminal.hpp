@@ -1,12 +1,16 @@
 // Words to people on stderr, and the terminal that they come from. Nothing here fails: a terminal that is gone, or
-// whose reader is slow, costs the words and not the program.
-//   say("keys: {}\n", keys);
+// whose reader is slow, costs the words and not the program. Names of files, serials and the like in them are cleaned:
+// nothing that someone wrote steers the terminal.
+//   say("keys: {}\n", keys);              // stderr
+//   print_text("{}\n", figures);          // stdout: throws std::system_error when nobody reads it
 #pragma once
 #include <fmt/format.h>
 #include <optional>
 #include <string_view>
 #include <termios.h>
 #include <utility>
+
+#include "core/clean_text.hpp"
 
 namespace gantry::cli {
 
@@ -15,6 +19,11 @@ void say_text(std::string_view text) noexcept;
 template <class... Args>
 void say(fmt::format_string<Args...> format, Args&&... args) {
   say_text(fmt::format(format, std::forward<Args>(args)...));
+}
+
+template <class... Args>
+void print_text(fmt::format_string<Args...> format, Args&&... args) {
+  fmt::print("{}", clean_lines(fmt::format(format, std::forward<Args>(args)...)));
 }
 
 /// From now on a write to stderr never waits for its reader (Ctrl-S, a full pipe): what does not fit is dropped.

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/terminal.hpp"
 #include "app/cli/verbs.hpp"
 #include "app/record/setpoint_file.hpp"
 
@@ -44,10 +45,10 @@ void show_comparison(const record::SetpointComparison& c, const std::string& fil
       document["first_difference"] = {{"block", d->block}, {"tick", d->tick}, {"what", d->what}};
     return show_document(c.first_difference ? "different" : "equal", document, context.exit_code, errors);
   }
-  fmt::print("{} ticks were sent by both, {} by the first alone, {} by the second alone\n", c.common, c.only_a,
+  print_text("{} ticks were sent by both, {} by the first alone, {} by the second alone\n", c.common, c.only_a,
              c.only_b);
   if (errors.empty())
-    fmt::print("equal wherever both sent\n");
+    print_text("equal wherever both sent\n");
   else
     show(errors, false);
 }

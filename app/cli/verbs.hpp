@@ -64,6 +64,8 @@ int show(const Error& error, bool json, std::string_view board = {});
 /// may not say them itself.
 void show_document(std::string_view result, const nlohmann::ordered_json& rest, int exit_code = 0,
                    const std::vector<Error>& errors = {});
+/// A document as stdout shows it: exact, and in ASCII alone.
+void print_document(const nlohmann::ordered_json& document);
 /// Nobody here knows how the job's board is left: null in the document.
 inline constexpr std::string_view kBoardUnknown = "unknown";
 

@@ -169,7 +169,7 @@ std::string to_line(const run::Order& order, const nlohmann::ordered_json& id) {
   if (!order.jog.speed.empty()) json["speed"] = order.jog.speed;
   if (order.kind == run::OrderKind::Override) json["value"] = order.value;
   if (order.now) json["now"] = true;
-  return json.dump();
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 bool is_urgent(std::string_view line) {

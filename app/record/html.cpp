@@ -3,55 +3,26 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "core/clean_text.hpp"
+
 namespace gantry::record::html {
-namespace {
-
-/// Length of the well-formed UTF-8 sequence at the start of `s` (Unicode 15, table 3-7); 0 when there is none.
-std::size_t sequence_length(std::string_view s) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(s[i])); };
-  const auto tail = [&](std::size_t i, unsigned low = 0x80, unsigned high = 0xBF) {
-    return i < s.size() && byte(i) >= low && byte(i) <= high;
-  };
-  const unsigned b = byte(0);
-  if (b < 0x80) return 1;
-  if (b >= 0xC2 && b <= 0xDF) return tail(1) ? 2 : 0;
-  if (b >= 0xE0 && b <= 0xEF) {
-    const unsigned low = b == 0xE0 ? 0xA0 : 0x80, high = b == 0xED ? 0x9F : 0xBF;
-    return tail(1, low, high) && tail(2) ? 3 : 0;
-  }
-  if (b >= 0xF0 && b <= 0xF4) {
-    const unsigned low = b == 0xF0 ? 0x90 : 0x80, high = b == 0xF4 ? 0x8F : 0xBF;
-    return tail(1, low, high) && tail(2) && tail(3) ? 4 : 0;
-  }
-  return 0;
-}
-
-}  // namespace
 
 std::string text(std::string_view raw) {
   std::string out;
   out.reserve(raw.size() + 16);
-  while (!raw.empty()) {
-    const std::size_t n = sequence_length(raw);
-    const char c = raw.front();
-    if (n == 0) {
-      out += "\xEF\xBF\xBD";
-    } else if (n > 1) {
-      out.append(raw.substr(0, n));
-    } else if (c == '&') {
+  for (const char c : clean_text(raw)) {
+    if (c == '&')
       out += "&amp;";
-    } else if (c == '<') {
+    else if (c == '<')
       out += "&lt;";
-    } else if (c == '>') {
+    else if (c == '>')
       out += "&gt;";
-    } else if (c == '"') {
+    else if (c == '"')
       out += "&quot;";
-    } else if (c == '\'') {
+    else if (c == '\'')
       out += "&#39;";
-    } else {
-      out += static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? ' ' : c;
-    }
-    raw.remove_prefix(n == 0 ? 1 : n);
+    else
+      out += c;
   }
   return out;
 }

@@ -8,7 +8,7 @@
 
 namespace gantry::record::html {
 
-/// Text for element content and quoted attributes; control characters become spaces, broken UTF-8 a replacement mark.
+/// Text for element content and quoted attributes, clean as core/clean_text.hpp has it.
 std::string text(std::string_view raw);
 /// Fixed decimals; a dash for what is not finite. Never "-0.000".
 std::string number(double value, int decimals);

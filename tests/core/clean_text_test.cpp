@@ -51,5 +51,11 @@ TEST(CleanText, an_error_is_shown_clean) {
             std::string("a b.csv:3:1: '") + kReplaced + kReplaced + "' is no number [G405]");
 }
 
+TEST(CleanText, of_lines_keeps_their_ends) {
+  EXPECT_EQ(clean_lines("a\x1b\nb\tc\n"), "a\xEF\xBF\xBD\nb c\n");
+  EXPECT_EQ(clean_lines(""), "");
+  EXPECT_EQ(clean_lines("one"), "one");
+}
+
 }  // namespace
 }  // namespace gantry

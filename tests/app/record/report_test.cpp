@@ -35,7 +35,11 @@ std::vector<std::byte> bytes(std::string_view s) {
 TEST(Html, escapes_what_has_a_meaning_in_html) {
   EXPECT_EQ(html::text("<b a=\"1\">&'"), "&lt;b a=&quot;1&quot;&gt;&amp;&#39;");
   EXPECT_EQ(html::text("Würfel µ"), "Würfel µ");
-  EXPECT_EQ(html::text("a\xff\xc3(b\x01"), "a\xEF\xBF\xBD\xEF\xBF\xBD(b ");
+  EXPECT_EQ(html::text("a\xff\xc3(b\x01"), "a\xEF\xBF\xBD\xEF\xBF\xBD(b\xEF\xBF\xBD");
+  EXPECT_EQ(html::text("a\u202Eb\u009B"),
+            "a\xEF\xBF\xBD"
+            "b\xEF\xBF\xBD")
+      << "bidi, C1";
   EXPECT_EQ(html::text("\xed\xa0\x80"), "\xEF\xBF\xBD\xEF\xBF\xBD\xEF\xBF\xBD") << "a surrogate is no character";
 }
 
