@@ -194,19 +194,65 @@ std::vector<std::string> given_options(const CLI::App& verb) {
   return given;
 }
 
+namespace {
+
+constexpr std::array kAlsoAlone{run::OrderKind::Run, run::OrderKind::Home, run::OrderKind::Jog};
+
+bool also_alone(const Asked& asked) { return std::ranges::find(kAlsoAlone, asked.order.kind) != kAlsoAlone.end(); }
+
+/// The owner of the service may be another machine than the one that is meant, and writes results where it may.
+Asked to_service(Asked asked) {
+  if (also_alone(asked) && std::ranges::find(asked.given, "--machine") == asked.given.end())
+    asked.given.push_back("--machine");
+  if (asked.shown_folder.empty()) asked.order.under.clear();
+  return asked;
+}
+
+Error not_that_machine(const std::string& socket) {
+  return {Fault::Usage,
+          "the owner that is up as a service has another machine than this command; name its machine file with "
+          "--machine, or a state folder of your own with --state",
+          socket};
+}
+
+/// True: it was asked, and what came of it is shown.
+bool ask(Context& context, const Asked& asked, const std::string& socket, desk::OrderClient& owner);
+
+}  // namespace
+
 bool ask_owner(Context& context, const Asked& asked) {
-  auto connected = desk::OrderClient::connect(desk::owner_socket(asked.state));
   const auto stop_with = [&](const Error& error) {
     context.exit_code = show(error, context.json, context.board);
     return true;
   };
+  const std::string own = desk::owner_socket(asked.state);
+  auto connected = desk::OrderClient::connect(own);
   if (!connected) return stop_with(connected.error());
-  if (!*connected) return false;
-  desk::OrderClient& owner = **connected;
-  if (auto r = compare(owner, context, asked); !r) return stop_with(r.error());
-  constexpr std::array kAlsoAlone{run::OrderKind::Run, run::OrderKind::Home, run::OrderKind::Jog};
-  if (std::find(kAlsoAlone.begin(), kAlsoAlone.end(), asked.order.kind) != kAlsoAlone.end())
-    log::info("'{}' goes to the owner that is up", run::name(asked.order.kind));
+  if (*connected) {
+    if (auto r = compare(**connected, context, asked); !r) return stop_with(r.error());
+    return ask(context, asked, own, **connected);
+  }
+  const std::string shared = desk::shared_socket(asked.state_option, desk::environment);
+  if (shared.empty()) return false;
+  auto service = desk::OrderClient::connect(shared);
+  // Who may not order the service's machine may still have one of their own.
+  if (!service) return also_alone(asked) ? false : stop_with(service.error());
+  if (!*service) return false;
+  const bool named = std::ranges::find(asked.given, "--machine") != asked.given.end();
+  const Asked order = to_service(asked);
+  if (auto r = compare(**service, context, order); !r)
+    return stop_with(named || r.error().where != "--machine" ? r.error() : not_that_machine(shared));
+  return ask(context, order, shared, **service);
+}
+
+namespace {
+
+bool ask(Context& context, const Asked& asked, const std::string& socket, desk::OrderClient& owner) {
+  const auto stop_with = [&](const Error& error) {
+    context.exit_code = show(error, context.json, context.board);
+    return true;
+  };
+  if (also_alone(asked)) log::info("'{}' goes to the owner that is up ({})", run::name(asked.order.kind), socket);
   OwnerElsewhere elsewhere(owner);
   const bool shows_job = asked.order.kind == run::OrderKind::Run && !context.json;
   if (Keys::usable(shows_job)) hold_on_stop_key();
@@ -216,7 +262,7 @@ bool ask_owner(Context& context, const Asked& asked) {
   const auto answer = wait_for_answer(owner, elsewhere, keys, jogs ? kJogLookEvery : kLookEvery);
   keys.end();
   if (!answer) {
-    const Error lost{answer.error().fault, answer.error().message, desk::owner_socket(asked.state)};
+    const Error lost{answer.error().fault, answer.error().message, socket};
     context.exit_code = show(lost, context.json, context.board.empty() ? context.board : kBoardUnknown);
     return true;
   }
@@ -224,5 +270,7 @@ bool ask_owner(Context& context, const Asked& asked) {
   context.exit_code = exit_code_of(*answer, elsewhere.interrupted());
   return true;
 }
+
+}  // namespace
 
 }  // namespace gantry::cli

@@ -23,6 +23,7 @@ inline constexpr const char* kStateHelp =
 struct Asked {
   run::Order order;
   std::string state;                       ///< folder
+  std::string state_option{};              ///< --state as the user wrote it; "": they did not
   const run::OwnerOptions* own = nullptr;  ///< the verb's own options of this kind; null: it has none
   std::vector<std::string> given{};        ///< which of them the user wrote: they must be the owner's
   std::string shown_folder{};              ///< of a job, as the user wrote it; empty: what the owner answers
@@ -32,7 +33,8 @@ struct Asked {
 std::vector<std::string> given_options(const CLI::App& verb);
 
 /// Sends the order, shows progress and takes keys while it lasts, shows its answer; sets context.exit_code. False when
-/// no owner is up and nothing was shown. Ctrl-C sends abort and waits for the answer. A jog is kept alive.
+/// no owner is up, in the state folder or, where none was named, as the service, and nothing was shown. Ctrl-C sends
+/// abort and waits for the answer. A jog is kept alive.
 bool ask_owner(Context& context, const Asked& asked);
 
 }  // namespace gantry::cli

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/client.hpp"
-#include "app/cli/terminal.hpp"
 #include "app/cli/keys.hpp"
+#include "app/cli/terminal.hpp"
 #include "app/desk/machine_status.hpp"
 #include "app/run/owner.hpp"
 
@@ -26,6 +26,7 @@ void add_home(CLI::App& app, Context& context) {
     if (!folder) return;
     if (ask_owner(context, {.order = {.kind = run::OrderKind::Home, .axes = *axes},
                             .state = *folder,
+                            .state_option = *state,
                             .own = options.get(),
                             .given = given_options(*verb)}))
       return;

@@ -43,9 +43,10 @@ void add_jog(CLI::App& app, Context& context) {
     if (!words) return void(context.exit_code = show(words.error(), context.json));
     const auto folder = state_of(context, *state);
     if (!folder) return;
-    if (ask_owner(
-            context,
-            {.order = {.kind = run::OrderKind::Jog, .jog = *words}, .state = *folder, .given = given_options(*verb)}))
+    if (ask_owner(context, {.order = {.kind = run::OrderKind::Jog, .jog = *words},
+                            .state = *folder,
+                            .state_option = *state,
+                            .given = given_options(*verb)}))
       return;
     const auto machine = load_machine(context);
     if (!machine) return;

@@ -100,7 +100,7 @@ void send_order(Context& context, const std::string& option, const run::Order& o
   const auto state = state_of(context, option);
   if (!state) return;
   const std::string socket = desk::owner_socket(*state);
-  if (!ask_owner(context, {.order = order, .state = *state})) {
+  if (!ask_owner(context, {.order = order, .state = *state, .state_option = option})) {
     if (order.kind == OrderKind::PartRemoved) return forget_part(context, *state, order.serial);
     const Error nobody{Fault::Refused, "no owner is up here; start one with `gantry up`", socket};
     context.exit_code = show(nobody, context.json);

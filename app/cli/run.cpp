@@ -47,6 +47,7 @@ void add_run(CLI::App& app, Context& context) {
       order.out = fs::absolute(request->out).string(), order.force = request->force;
     const Asked asked{.order = order,
                       .state = *folder,
+                      .state_option = *state,
                       .own = &request->owner,
                       .given = given_options(*verb),
                       .shown_folder = request->out};

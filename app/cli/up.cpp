@@ -19,18 +19,21 @@ void add_up(CLI::App& app, Context& context) {
   auto* verb = app.add_subcommand("up", "Owns the machine until stopped; `run`, `home` and `jog` are its clients");
   auto options = std::make_shared<run::OwnerOptions>();
   auto state = std::make_shared<std::string>(), recipe = std::make_shared<std::string>();
+  auto shared = std::make_shared<std::string>();
   options->publish = true;
   verb->add_option("--bus", options->bus, "sim, or ethercat:IFACE")->capture_default_str();
   verb->add_option("--loop-cpu", options->loop_cpu, "CPU for the 1 ms loop alone; default: the last of several");
   verb->add_option("--world", options->world_socket, "Socket of a `gantry sim` that shows camera and world");
   verb->add_option("--recipe", *recipe, "Recipe that the machine's start button runs")->check(CLI::ExistingFile);
   verb->add_option("--state", *state, kStateHelp);
+  verb->add_option("--socket", *shared,
+                   "Takes orders there as well, from this program's group (mode 0660); default: from this user alone");
   add_publish_options(*verb, options->network, options->name);
   add_world_options(*verb, options->sim);
   verb->footer(
       "Orders are JSON lines on STATE/owner.sock: {\"order\": \"status\"}, enable, disable, home, jog, park, run, "
       "part_removed, hold, resume, abort, override, reset, quit.");
-  verb->callback([&context, options, state, recipe] {
+  verb->callback([&context, options, state, recipe, shared] {
     const auto machine = load_machine(context);
     if (!machine) return;
     if (!recipe->empty()) {
@@ -45,7 +48,8 @@ void add_up(CLI::App& app, Context& context) {
     stand_behind_a_front();
     if (auto r = desk::open_state_folder(*folder); !r) return void(context.exit_code = show(r.error(), context.json));
     const std::string socket = desk::owner_socket(*folder);
-    auto door = desk::OrderSocket::listen(socket, desk::is_urgent);
+    auto door = desk::OrderSocket::listen(
+        socket, desk::is_urgent, shared->empty() ? "" : std::filesystem::absolute(*shared).lexically_normal().string());
     if (!door) return void(context.exit_code = show(door.error(), context.json));
     options->state = *folder;
     desk::BegunParts parts(*desk::BegunParts::folder(*folder, *options, true));
@@ -65,7 +69,7 @@ void add_up(CLI::App& app, Context& context) {
       shell.poll();
     });
     if (auto up = desk.bring_up(); !up) return void(context.exit_code = show(up.error(), context.json));
-    log::info("'{}' is up; orders on {}", machine->name, socket);
+    log::info("'{}' is up; orders on {}", machine->name, shared->empty() ? socket : *shared);
     if (auto served = desk.serve(); !served) context.exit_code = show(served.error(), context.json);
     (*owner)->on_step({});
     (*owner)->shut_down();

@@ -46,9 +46,11 @@ Result<std::optional<OrderClient>> OrderClient::connect(const std::string& path)
   if (why == EACCES || why == EPERM)
     return fail(
         Fault::Refused,
-        fmt::format("the owner's socket belongs to {}, who alone may give it orders; work as that user, or with "
-                    "a state folder of your own",
-                    whose(path)),
+        fmt::format(
+            "the owner's socket belongs to {}, and you may not give it orders; work as that user, as a member "
+            "of the socket's group where it has one (`sudo adduser $USER gantry`, then log in again), or with a "
+            "state folder of your own",
+            whose(path)),
         path);
   return fail(Fault::Refused, fmt::format("the owner cannot be reached: {}", std::strerror(why)), path);
 }

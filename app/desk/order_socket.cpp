@@ -25,10 +25,10 @@ constexpr int kAcceptsPerTurn = 16;
 /// The lock file beside the socket. -1 with errno when it cannot be had.
 int open_lock(const std::string& path) { return open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600); }
 
-int bind_socket(const sockaddr_un& address) {
+int bind_socket(const sockaddr_un& address, bool for_group) {
   const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (fd < 0) return -1;
-  const mode_t old_mask = umask(0177);
+  const mode_t old_mask = umask(for_group ? 0117 : 0177);
   const bool bound = bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
   umask(old_mask);
   if (bound && listen(fd, kBacklog) == 0) return fd;
@@ -42,26 +42,54 @@ std::string refusal(std::string_view why) { return to_line(failure({Error{Fault:
 
 }  // namespace
 
+class OrderSocket::Lock {
+ public:
+  static Result<std::unique_ptr<Lock>> take(const std::string& socket) {
+    const std::string path = socket + ".lock";
+    auto lock = std::make_unique<Lock>(open_lock(path));
+    if (lock->fd_ < 0)
+      return fail(Fault::FileUnwritable, fmt::format("cannot write '{}': {}", path, std::strerror(errno)), socket);
+    if (flock(lock->fd_, LOCK_EX | LOCK_NB) != 0)
+      return fail(Fault::SecondOwner, "another `gantry up` owns this machine; send it orders, or end it first", socket);
+    return lock;
+  }
+  explicit Lock(int fd) : fd_(fd) {}
+  ~Lock() {
+    if (fd_ >= 0) close(fd_);
+  }
+  Lock(const Lock&) = delete;
+  Lock& operator=(const Lock&) = delete;
+
+ private:
+  int fd_;
+};
+
+OrderSocket::OrderSocket(std::vector<std::string> paths, std::vector<std::unique_ptr<Lock>> locks, int listen_fd,
+                         std::function<bool(std::string_view)> urgent)
+    : locks_(std::move(locks)), paths_(std::move(paths)), listen_fd_(listen_fd), urgent_(std::move(urgent)) {}
+
 Result<std::unique_ptr<OrderSocket>> OrderSocket::listen(const std::string& path,
-                                                         std::function<bool(std::string_view)> urgent) {
-  const auto address = socket_address(path);
+                                                         std::function<bool(std::string_view)> urgent,
+                                                         const std::string& shared) {
+  std::vector<std::string> paths{path};
+  if (!shared.empty()) paths.insert(paths.begin(), shared);
+  const auto address = socket_address(paths.front());
   if (!address) return tl::unexpected(address.error());
-  const std::string lock_path = path + ".lock";
-  const int lock_fd = open_lock(lock_path);
-  if (lock_fd < 0)
-    return fail(Fault::FileUnwritable, fmt::format("cannot write '{}': {}", lock_path, std::strerror(errno)), path);
-  if (flock(lock_fd, LOCK_EX | LOCK_NB) != 0) {
-    close(lock_fd);
-    return fail(Fault::SecondOwner, "another `gantry up` owns this machine; send it orders, or end it first", path);
+  std::vector<std::unique_ptr<Lock>> locks;
+  for (const std::string& each : paths) {
+    auto lock = Lock::take(each);
+    if (!lock) return tl::unexpected(lock.error());
+    locks.push_back(*std::move(lock));
   }
-  unlink(path.c_str());  // left behind by an owner that was killed: its lock is free
-  const int fd = bind_socket(*address);
-  if (fd < 0) {
-    const std::string why = std::strerror(errno);
-    close(lock_fd);
-    return fail(Fault::FileUnwritable, fmt::format("cannot open the order socket: {}", why), path);
-  }
-  return std::unique_ptr<OrderSocket>(new OrderSocket(path, lock_fd, fd, std::move(urgent)));
+  for (const std::string& each : paths) unlink(each.c_str());  // of an owner that was killed: its locks are free
+  const int fd = bind_socket(*address, !shared.empty());
+  if (fd < 0)
+    return fail(Fault::FileUnwritable, fmt::format("cannot open the order socket: {}", std::strerror(errno)),
+                paths.front());
+  std::unique_ptr<OrderSocket> door(new OrderSocket(paths, std::move(locks), fd, std::move(urgent)));
+  if (!shared.empty() && symlink(shared.c_str(), path.c_str()) != 0)
+    return fail(Fault::FileUnwritable, fmt::format("cannot link to the order socket: {}", std::strerror(errno)), path);
+  return door;
 }
 
 OrderSocket::~OrderSocket() {
@@ -70,8 +98,7 @@ OrderSocket::~OrderSocket() {
     close(c.fd);
   }
   close(listen_fd_);
-  unlink(path_.c_str());
-  close(lock_fd_);
+  for (const std::string& each : paths_) unlink(each.c_str());
 }
 
 // ---- one turn ----

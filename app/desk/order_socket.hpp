@@ -1,5 +1,6 @@
-// The local socket of the owner: JSON lines, open to the user who started it (file mode 0600). The owner gives it one
-// turn in every step of its run thread; a turn is a bounded amount of work, and no client can block it or another one.
+// The local socket of the owner: JSON lines, open to the user who started it (file mode 0600), or to a group. The owner
+// gives it one turn in every step of its run thread; a turn is a bounded amount of work, and no client can block it or
+// another one.
 //   auto door = OrderSocket::listen("/run/user/1000/x/owner.sock", is_urgent);
 //   for (const auto& in : door->turn(clock.now())) door->reply(in.client, "{...}");
 // What is bounded, and what becomes of a client that goes beyond, stands in docs/owner-socket.md.
@@ -36,10 +37,12 @@ class OrderSocket {
   };
 
   /// `urgent` says of a line that it must not wait for anything: it is handed over in the turn in which it arrives,
-  /// before all others; of several that one client sends at once, the first. Fault::SecondOwner when another owner
-  /// holds the lock beside `path`, FileUnwritable when the path cannot be used.
+  /// before all others; of several that one client sends at once, the first. With `shared` the socket is there, open to
+  /// the group that owns it by then (mode 0660), and `path` is a link to it. Fault::SecondOwner when another owner
+  /// holds the lock beside one of them, FileUnwritable when one cannot be used.
   static Result<std::unique_ptr<OrderSocket>> listen(const std::string& path,
-                                                     std::function<bool(std::string_view)> urgent);
+                                                     std::function<bool(std::string_view)> urgent,
+                                                     const std::string& shared = "");
   ~OrderSocket();
   OrderSocket(const OrderSocket&) = delete;
   OrderSocket& operator=(const OrderSocket&) = delete;
@@ -69,8 +72,10 @@ class OrderSocket {
     std::string unread{};  ///< answers; what stands before `sent` is with the system
     std::size_t sent = 0;
   };
-  OrderSocket(std::string path, int lock_fd, int listen_fd, std::function<bool(std::string_view)> urgent)
-      : path_(std::move(path)), lock_fd_(lock_fd), listen_fd_(listen_fd), urgent_(std::move(urgent)) {}
+  /// A file beside a socket; while it is held no other owner is there.
+  class Lock;
+  OrderSocket(std::vector<std::string> paths, std::vector<std::unique_ptr<Lock>> locks, int listen_fd,
+              std::function<bool(std::string_view)> urgent);
 
   void accept_clients(Time now, std::vector<Incoming>& urgent);
   bool make_room(Time now, std::vector<Incoming>& urgent);
@@ -82,8 +87,9 @@ class OrderSocket {
   void drop_the_dead(Time now);
   [[nodiscard]] Client* find(std::uint64_t id);
 
-  std::string path_;
-  int lock_fd_, listen_fd_;
+  std::vector<std::unique_ptr<Lock>> locks_;
+  std::vector<std::string> paths_;  ///< the socket, and a link to it
+  int listen_fd_;
   std::function<bool(std::string_view)> urgent_;
   std::vector<Client> clients_;
   std::uint64_t next_id_ = 1, next_number_ = 1;

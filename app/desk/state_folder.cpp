@@ -54,6 +54,12 @@ Result<std::string> state_folder(const std::string& option, const std::string& m
               "--state");
 }
 
+std::string shared_socket(const std::string& option, const Environment& env) {
+  if (!option.empty() || !env("GANTRY_STATE").empty()) return "";
+  const std::string named = env("GANTRY_SOCKET");
+  return named.empty() ? kSharedSocket : named;
+}
+
 std::optional<UnfitFolder> unfit_for_state(const std::string& path, const struct stat& found) {
   const auto shut = [&] { return fmt::format("run `chmod 700 {}`, or name another one with --state", path); };
   const unsigned mode = found.st_mode & 07777u;

@@ -38,4 +38,9 @@ std::optional<UnfitFolder> unfit_for_state(const std::string& path, const struct
 /// Where the owner takes its orders.
 inline std::string owner_socket(const std::string& state) { return state + "/owner.sock"; }
 
+/// Where a client that was told no state folder looks for an owner, when none is up in its own: that of the service.
+inline constexpr const char* kSharedSocket = "/run/gantry/owner.sock";
+/// $GANTRY_SOCKET, else that; "" where `option` (--state) or $GANTRY_STATE name the only folder that is meant.
+std::string shared_socket(const std::string& option, const Environment& env);
+
 }  // namespace gantry::desk

@@ -346,5 +346,31 @@ TEST_F(Sockets, only_its_user_may_connect) {
   EXPECT_EQ(found.st_mode & 0777u, 0600u);
 }
 
+TEST_F(Sockets, one_may_be_open_to_a_group_and_is_found_in_the_state_folder_too) {
+  const auto mode = [](const std::string& file) {
+    struct stat found {};
+    return stat(file.c_str(), &found) == 0 ? found.st_mode & 0777u : 0u;
+  };
+  EXPECT_EQ(mode(path()), 0600u) << "of one that is not shared";
+  const std::string shared = folder_ / "run.sock", state = folder_ / "state.sock", other = folder_ / "other.sock";
+  auto door = OrderSocket::listen(state, is_urgent, shared);
+  ASSERT_TRUE(door) << to_text(door.error());
+  EXPECT_EQ(mode(shared), 0660u);
+  EXPECT_TRUE(std::filesystem::is_symlink(state));
+  EXPECT_TRUE(Peer(shared).connected());
+  EXPECT_TRUE(Peer(state).connected());
+  for (const auto& [mine, theirs] : {std::pair{other, shared}, {state, other}}) {
+    const auto second = OrderSocket::listen(mine, is_urgent, theirs);
+    ASSERT_FALSE(second) << "another owner of the same state, or of the same socket";
+    EXPECT_EQ(second.error().fault, Fault::SecondOwner);
+  }
+  EXPECT_TRUE(Peer(shared).connected()) << "a second owner takes nothing away";
+  EXPECT_TRUE(Peer(state).connected());
+  door->reset();
+  EXPECT_FALSE(std::filesystem::exists(shared));
+  EXPECT_FALSE(std::filesystem::is_symlink(state));
+  EXPECT_TRUE(OrderSocket::listen(state, is_urgent, shared)) << "its locks went with it";
+}
+
 }  // namespace
 }  // namespace gantry::desk

@@ -28,6 +28,17 @@ class StateFolder : public ::testing::Test {
   fs::path here_;
 };
 
+TEST_F(StateFolder, where_none_is_named_the_owner_of_the_service_is_looked_for_too) {
+  std::map<std::string, std::string> set;
+  const auto env = [&](const char* name) { return set.count(name) != 0 ? set[name] : std::string(); };
+  EXPECT_EQ(shared_socket("", env), "/run/gantry/owner.sock");
+  EXPECT_EQ(shared_socket("/x/y", env), "");
+  set["GANTRY_SOCKET"] = "/a.sock";
+  EXPECT_EQ(shared_socket("", env), "/a.sock");
+  set["GANTRY_STATE"] = "/a/b";
+  EXPECT_EQ(shared_socket("", env), "");
+}
+
 TEST_F(StateFolder, is_the_option_else_the_variable_else_that_of_xdg_by_machine_name) {
   std::map<std::string, std::string> set{
       {"GANTRY_STATE", "/a/b/"}, {"XDG_STATE_HOME", "/users/anna/xdg"}, {"HOME", "/users/anna"}};
