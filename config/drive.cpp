@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "config/formats.hpp"
+#include "core/sha256.hpp"
 
 namespace gantry::config {
 namespace {
@@ -453,6 +454,8 @@ Checked<StationProfile> load_profile(const std::string& path) {
     if (const Node* rows = root->find("terminals")) check_terminals(profile, *rows, mistakes);
   }
   if (!mistakes.none()) return tl::unexpected(mistakes.errors());
+  profile.file = path;
+  profile.sha256 = sha256_hex(*text);
   return profile;
 }
 

@@ -197,6 +197,7 @@ struct StationProfile {
   int clock_bits = 64;                   ///< width of its ESC's times: 32 or 64
   std::uint16_t watchdog_ms = 100;       ///< process-data watchdog that we set
   std::vector<std::string> assumptions;  ///< sentences for `check`
+  std::string file, sha256;              ///< where it was read from, and of those bytes
 };
 
 /// The object of the first axis that `address` of slot `slot` stands for (6864h of slot 1 -> 6064h).

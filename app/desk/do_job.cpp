@@ -1,5 +1,6 @@
 #include "app/desk/do_job.hpp"
 
+#include <algorithm>
 #include <optional>
 
 #include "app/record/certificate.hpp"
@@ -21,6 +22,17 @@ bool clamp_open(const config::Machine& machine, const cycle::Snapshot& now) {
 /// By an output of the program's own: nobody gets the part out before it opens.
 bool clamp_holds(const config::Machine& machine, const cycle::Snapshot& now) {
   return machine.outputs[static_cast<std::size_t>(config::Output::Clamp)] && !clamp_open(machine, now);
+}
+
+/// The files that its stations are described in.
+std::vector<recipes::Source> profiles_of(const config::Machine& machine) {
+  std::vector<recipes::Source> profiles;
+  for (const config::Station& station : machine.stations) {
+    const config::StationProfile& profile = station.profile;
+    if (std::ranges::find(profiles, profile.file, &recipes::Source::file) == profiles.end())
+      profiles.push_back({profile.file, 0, profile.sha256});
+  }
+  return profiles;
 }
 
 /// All files of the job. A certificate stands beside the report of its job, or nowhere.
@@ -82,7 +94,8 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
   } else {
     record::add_error(done.result, may_run.error());
   }
-  done.result.origin = {prepared.recipe.sources.front().sha256, machine.file, machine.sha256, options.serial};
+  done.result.origin = {prepared.recipe.sources.front().sha256, machine.file, machine.sha256, options.serial,
+                        profiles_of(machine)};
   done.clamp_holds = !bench.release && bench.owner != nullptr && clamp_holds(machine, bench.owner->latest());
   if (bench.release) bench.release();
   Result<void> written;

@@ -122,6 +122,7 @@ std::vector<Input> inputs_of(const JobResult& r) {
   };
   for (const recipes::Source& s : r.sources) add(s.file, s.sha256);
   add(r.origin.machine_file, r.origin.machine_sha256);
+  for (const recipes::Source& p : r.origin.profiles) add(p.file, p.sha256);
   return inputs;
 }
 

@@ -188,6 +188,7 @@ struct OnBoard {
 struct Origin {
   std::string recipe_sha256, machine_file, machine_sha256;  ///< "": not known
   std::string serial;                                       ///< of the part; "": it has none
+  std::vector<recipes::Source> profiles{};                  ///< of the machine's stations, each once
 };
 
 /// A file of the job's folder that could not be written.

@@ -220,6 +220,12 @@ Json sources(const JobResult& r) {
   return list;
 }
 
+Json profiles(const JobResult& r) {
+  Json list = Json::array();
+  for (const recipes::Source& p : r.origin.profiles) list.push_back({{"file", p.file}, {"sha256", p.sha256}});
+  return list;
+}
+
 Json lengths(const JobResult& r) {
   const auto optional = [](const std::optional<double>& v) { return v ? number(*v) : Json(nullptr); };
   Json list = Json::array();
@@ -302,6 +308,7 @@ nlohmann::ordered_json to_json(const JobResult& r) {
          {"machine", r.machine_name},
          {"machine_file", known(r.origin.machine_file)},
          {"machine_sha256", known(r.origin.machine_sha256)},
+         {"profiles", profiles(r)},
          {"serial", known(r.origin.serial)},
          {"program", {{"version", program_version()}, {"commit", program_commit()}}},
          {"bus", bus_in_words(r)},

@@ -13,6 +13,17 @@ for pair in 'result:"done"' 'board:"whole"' 'defects:[]' 'bus:"VIRTUAL"' 'serial
   "machine_sha256:\"$(sha256sum config/machines/dispenser.yaml | cut -d' ' -f1)\""; do
   expect_key "$work/whole" "${pair%%:*}" "${pair#*:}"
 done
+# The profiles that the machine file names, each once.
+python3 - "$work/whole" <<'PY' || fail "profiles: $(key "$work/whole" profiles)"
+import hashlib, json, re, sys
+rows = json.load(open(sys.argv[1] + "/summary.json"))["profiles"]
+named = set(re.findall(r"profile: (\w+)", open("config/machines/dispenser.yaml").read()))
+assert {re.sub(r".*/|\.yaml$", "", r["file"]) for r in rows} == named and len(rows) == len(named), named
+for r in rows:
+    assert hashlib.sha256(open(r["file"], "rb").read()).hexdigest() == r["sha256"], r
+    kept = sys.argv[1] + "/inputs/" + r["file"].rsplit("/", 1)[1]
+    assert open(kept, "rb").read() == open(r["file"], "rb").read(), kept
+PY
 key "$work/whole" program | grep -q '"version": "[0-9.]*", "commit": "[0-9a-f]' || fail "no program in the summary"
 
 # Held in the middle of the first bead, and resumed by the start button.

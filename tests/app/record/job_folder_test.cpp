@@ -132,10 +132,13 @@ TEST(JobFolder, the_bytes_that_a_job_was_made_of_are_kept_and_those_that_have_ch
                {elsewhere.path + "/points.csv", 6, sha256_of_file(elsewhere.path + "/points.csv")}};
   r.origin.machine_file = elsewhere.path + "/sub/board.yaml";
   r.origin.machine_sha256 = sha256_of_file(elsewhere.path + "/sub/board.yaml");
+  put(elsewhere.path + "/drive.yaml", "title: c\n");
+  r.origin.profiles = {{elsewhere.path + "/drive.yaml", 0, sha256_of_file(elsewhere.path + "/drive.yaml")}};
   put(elsewhere.path + "/points.csv", "9 9 9\n");
   ASSERT_TRUE(write_job(r, folder.path));
   EXPECT_EQ(sha256_of_file(folder.path + "/inputs/board.yaml"), r.sources[0].sha256);
   EXPECT_EQ(sha256_of_file(folder.path + "/inputs/2-board.yaml"), r.origin.machine_sha256);
+  EXPECT_EQ(sha256_of_file(folder.path + "/inputs/drive.yaml"), r.origin.profiles[0].sha256);
   EXPECT_FALSE(fs::exists(folder.path + "/inputs/points.csv"));
   ASSERT_EQ(r.not_kept.size(), 1u);
   EXPECT_EQ(r.not_kept[0].file, "inputs/points.csv");
