@@ -85,7 +85,7 @@ class Reader {
   using Node = config::Node;
 
   void take(const Node& root) {
-    if (root.kind != Node::Kind::Map)
+    if (root.kind != Node::Kind::Map || root.find("format") == nullptr)
       return mistakes_.add(Fault::BadValue, "this is no certificate; give the certificate.json of a dry run",
                            root.place);
     const Node* format = wanted(root, "format", Node::Kind::Scalar, "a number");

@@ -322,8 +322,7 @@ std::string fact_section(const JobResult& r) {
   fact("its SHA-256", r.origin.machine_sha256);
   for (std::size_t i = 1; i < r.sources.size(); ++i)
     fact("with", fmt::format("{}, SHA-256 {}", r.sources[i].file, r.sources[i].sha256));
-  for (const recipes::Source& p : r.origin.profiles)
-    fact("profile", fmt::format("{}, SHA-256 {}", p.file, p.sha256));
+  for (const recipes::Source& p : r.origin.profiles) fact("profile", fmt::format("{}, SHA-256 {}", p.file, p.sha256));
   fact("blocks", fmt::format("{} of {}", r.blocks_done, r.blocks_total));
   if (r.motions_certified > 0) {
     fact("certificate", fmt::format("{} motions proved free", r.motions_certified));
