@@ -25,14 +25,14 @@ double stop_mm(double v, double a, const motion::Bounds& b) {
 
 StopAhead::StopAhead(const motion::Limits& limits) : limits_(limits) {}
 
-std::optional<double> StopAhead::from(const std::deque<motion::Segment>& block, double way_mm, double speed_mm_s) {
+std::optional<double> StopAhead::from(const std::deque<motion::Segment>& block, double along_block_mm, double speed_mm_s) {
   if (!(speed_mm_s > kLeastSpeed)) return std::nullopt;
   double begin_mm = 0;
   for (std::size_t k = 0; k < block.size(); ++k) {
     const motion::Segment& s = block[k];
     if (s.kind == motion::SegmentKind::Dwell) continue;
-    if (way_mm < begin_mm + s.geometry.length || k + 1 == block.size()) {
-      const double s_mm = std::clamp(way_mm - begin_mm, 0.0, s.geometry.length);
+    if (along_block_mm < begin_mm + s.geometry.length || k + 1 == block.size()) {
+      const double s_mm = std::clamp(along_block_mm - begin_mm, 0.0, s.geometry.length);
       if (s.kind != motion::SegmentKind::Piece) return on_line(s, s_mm, speed_mm_s);
       return on_pieces(block, k, s_mm, speed_mm_s);
     }
@@ -77,7 +77,7 @@ std::optional<double> StopAhead::on_pieces(const std::deque<motion::Segment>& bl
   const double rate = std::min(1.0, speed_mm_s / planned_mm_s);
 
   /// Path length from the beginning of the first piece.
-  const auto way = [&](double planned_s) {
+  const auto gone_mm = [&](double planned_s) {
     double mm = 0;
     for (std::size_t n = 0; n < ring_->size(); ++n) {
       const motion::Segment& s = *ring_->peek(n);
@@ -101,7 +101,7 @@ std::optional<double> StopAhead::on_pieces(const std::deque<motion::Segment>& bl
     for (int n = begins; n < begins + kMostTicks && !stands_at_s; ++n) {
       const double now_s = t_s + n * h * rate;
       motion::PieceCursor at(*ring_, 0, now_s);
-      if (at.advance(0) != motion::PieceCursor::Met::Way) {  // it rests by plan before it would be stopped
+      if (at.advance(0) != motion::PieceCursor::Met::Piece) {  // it rests by plan before it would be stopped
         stands_at_s = now_s;
         break;
       }
@@ -115,7 +115,7 @@ std::optional<double> StopAhead::on_pieces(const std::deque<motion::Segment>& bl
       }
     }
     if (!stands_at_s) stands_at_s = t_s + kFar_s * rate;
-    most_mm = std::max(most_mm, way(*stands_at_s) - s_mm);
+    most_mm = std::max(most_mm, gone_mm(*stands_at_s) - s_mm);
   }
   return kUnseen * most_mm;
 }

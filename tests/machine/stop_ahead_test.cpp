@@ -25,15 +25,15 @@ Found hold_at_random(const std::string& recipe, std::uint64_t seed) {
   Found found;
   CycleIndex next = 0, resume_at = 0;
   std::optional<double> told;
-  double from_mm = 0, way_mm = 0;
+  double from_mm = 0, along_block_mm = 0;
   std::uint32_t block = 0;
   bool bead = false;
   rig.on_step = [&](run::Owner& owner) {
     const cycle::Snapshot& s = owner.latest();
     if (told) {
-      if (s.block == block) way_mm = s.way_mm;
+      if (s.block == block) along_block_mm = s.along_block_mm;
       if (s.state != cycle::State::Held && s.block == block) return;
-      const double went_mm = way_mm - from_mm;
+      const double went_mm = along_block_mm - from_mm;
       EXPECT_LE(went_mm, *told * 1.001 + 1e-6) << recipe << " seed " << seed << " cycle " << s.cycle;
       if (went_mm > 0.1) {
         found.most = std::max(found.most, went_mm / *told);
@@ -54,7 +54,7 @@ Found hold_at_random(const std::string& recipe, std::uint64_t seed) {
       const auto mm = owner.stop_mm();
       ASSERT_TRUE(mm);
       if (!owner.order({.kind = OrderKind::Hold, .now = true})) return;
-      told = mm, from_mm = way_mm = s.way_mm, block = s.block;
+      told = mm, from_mm = along_block_mm = s.along_block_mm, block = s.block;
       bead = s.feature != motion::kTravel;
     }
   };
