@@ -106,6 +106,9 @@ const Fields<TouchRules> kTouchRules{
     noted(number("window", &TouchRules::window_mm, D::Length, {0.01, 50}, kOptional,
                  "the surface is within +- this of nominal"),
           &TouchRules::window_place),
+    number("max_tilt", &TouchRules::max_tilt_rad, D::Angle, {units::rad(0.01), units::rad(5)}, kOptional,
+           "the board is tilted by at most this: what fewer than three touches leave open, and what they may measure; "
+           "left out, 0.15 deg of the one and 2 mm over 100 mm of the other"),
 };
 
 const Fields<Material> kMaterial{

@@ -131,8 +131,8 @@ TEST(MaterialKeys, that_cannot_be_meant_are_told_with_the_bead) {
 TEST(MaterialKeys, start_dwell_opens_the_valve_stands_and_then_lays_the_bead) {
   const recipes::Recipe recipe = recipe_of(", start_dwell: 150 ms", "", kLine);
   Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
-  Way way;
-  const record::JobResult r = way.run(rig, recipe);
+  TipTrajectory trajectory;
+  const record::JobResult r = trajectory.run(rig, recipe);
   test::expect_done(r);
   const record::Deposit& d = deposit(r, "l");
   EXPECT_NEAR(d.board_mm.front().x, 20, 0.03);
