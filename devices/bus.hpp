@@ -11,7 +11,7 @@
 #include "core/error.hpp"
 #include "core/id.hpp"
 #include "devices/frame_bytes.hpp"
-#include "devices/rt/input_source.hpp"
+#include "devices/input_source.hpp"
 
 namespace gantry::devices {
 

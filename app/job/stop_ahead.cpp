@@ -25,7 +25,8 @@ double stop_mm(double v, double a, const motion::Bounds& b) {
 
 StopAhead::StopAhead(const motion::Limits& limits) : limits_(limits) {}
 
-std::optional<double> StopAhead::from(const std::deque<motion::Segment>& block, double along_block_mm, double speed_mm_s) {
+std::optional<double> StopAhead::from(const std::deque<motion::Segment>& block, double along_block_mm,
+                                      double speed_mm_s) {
   if (!(speed_mm_s > kLeastSpeed)) return std::nullopt;
   double begin_mm = 0;
   for (std::size_t k = 0; k < block.size(); ++k) {

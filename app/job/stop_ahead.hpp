@@ -1,6 +1,7 @@
 // How far a stop on the path takes, known before it is asked for: from what the loop shows and the block that plays, by
 // the loop's own rules (motion/rt/pace.cpp).
-//   StopAhead ahead(limits);   if (const auto mm = ahead.from(block.segments(), snapshot.along_block_mm, snapshot.path_speed))
+//   StopAhead ahead(limits);   if (const auto mm = ahead.from(block.segments(), snapshot.along_block_mm,
+//   snapshot.path_speed))
 // It holds for a stop that the loop begins within kReaction ticks of that. Off the RT side: 0.1 ms or so.
 #pragma once
 #include <cstddef>
@@ -19,7 +20,8 @@ class StopAhead {
 
   explicit StopAhead(const motion::Limits& limits);
 
-  /// mm along the path to where the tool stands, at most; nothing where it stands. `along_block_mm` counts along the block.
+  /// mm along the path to where the tool stands, at most; nothing where it stands. `along_block_mm` counts along the
+  /// block.
   [[nodiscard]] std::optional<double> from(const std::deque<motion::Segment>& block, double along_block_mm,
                                            double path_speed_mm_s);
 

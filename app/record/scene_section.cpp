@@ -102,7 +102,7 @@ SceneSection scene_section(const JobResult& r) {
       "fingers zoom once it was taken hold of. Bodies show their names." +
       bounds(picture) + "</p></div></section>\n";
 
-  const auto dumped = to_json(picture).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  const auto dumped = to_json(picture).dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
   out.scripts = fmt::format(
       "<script type=\"application/json\" id=\"scene-data\">{}</script>\n<!--\n{}-->\n"
       "<script type=\"text/plain\" id=\"scene-library\">{}</script>\n<script>{}</script>\n",

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "devices/ethercat/station.hpp"
+#include "devices/input_source.hpp"
 #include "devices/profiles/map_pdos.hpp"
-#include "devices/rt/input_source.hpp"
 
 namespace gantry::devices {
 

@@ -13,8 +13,8 @@
 #include "core/clock.hpp"
 #include "core/fault.hpp"
 #include "core/rt/fixed_vector.hpp"
+#include "devices/input_source.hpp"
 #include "devices/rt/cia402.hpp"
-#include "devices/rt/input_source.hpp"
 #include "devices/rt/pdo.hpp"
 #include "devices/rt/scale.hpp"
 

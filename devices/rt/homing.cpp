@@ -56,6 +56,7 @@ void HomingRun::watch_search(const Feedback& f) noexcept {
   constexpr double kJump = 10;  // cycles of travel in one
   if (static_cast<double>(std::abs(step)) <= kJump * static_cast<double>(unseen_) * limits_.rules.counts_per_cycle)
     moved_ += step;
+  farthest_ = std::max(farthest_, std::abs(moved_));
   if (limits_.travel_counts <= 0) return void(last_ = f.counts);
   if (std::abs(step) > limits_.travel_counts / 10) start_.value += step;
   last_ = f.counts;
@@ -69,9 +70,10 @@ bool HomingRun::at_the_edge() const noexcept {
          static_cast<double>(std::abs(moved_)) <= kNear * limits_.rules.counts_per_cycle;
 }
 
-/// Its switch has closed or opened since it began, and 6064h has not moved by a count.
+/// Its switch has closed or opened since it began, and 6064h has not moved by a count meanwhile. (An axis that was at
+/// its edge may end where it began.)
 bool HomingRun::counter_is_dead() const noexcept {
-  return moved_ == 0 && limits_.rules.toward != 0 && limits_.rules.counts_per_cycle > 0;
+  return farthest_ == 0 && limits_.rules.toward != 0 && limits_.rules.counts_per_cycle > 0;
 }
 
 void HomingRun::lead_off(const Feedback& f) noexcept {

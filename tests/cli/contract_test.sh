@@ -48,8 +48,8 @@ expect_exit 2 "an unknown verb of a verb" "$gantry" bus fly
 expect_text "there is no 'gantry bus fly'; known: scan"
 expect_exit 2 "an unknown option" "$gantry" --json dry-run $demo --fast
 grep -q '"code": "G901"' "$work/out" || fail "a mistake of usage is no JSON document"
-# What remedies tell people to type exists: words in backticks, up to the first option.
-grep -o '`[^`]*`' core/fault_table.def | tr -d '`' | sed -e 's/^gantry //' -e 's, *--.*,,' | grep -v '^ip ' | sort -u |
+# What remedies tell people to type exists: words in backticks, up to the first option; what holds a colon is a key of a file.
+grep -o '`[^`]*`' core/fault_table.def | tr -d '`' | sed -e 's/^gantry //' -e 's, *--.*,,' | grep -v -e '^ip ' -e ':' | sort -u |
   while read -r words; do
     # shellcheck disable=SC2086
     "$gantry" $words --help 2>&1 | grep -q "^Usage: gantry${words:+ $words} " || echo "remedy names '$words'"

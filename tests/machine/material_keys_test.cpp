@@ -118,13 +118,13 @@ TEST(MaterialKeys, tail_lift_alone_goes_straight_up_at_the_speed_of_the_bead) {
     EXPECT_LE((trajectory.tip[i + 1].z - trajectory.tip[i].z) * 1000, 20.01) << trajectory.tip[i].z;
 }
 
-TEST(MaterialKeys, that_cannot_be_meant_are_told_with_the_bead) {
+TEST(MaterialKeys, that_cannot_be_meant_are_told_where_they_stand) {
   const auto machine = config::load_machine("config/machines/dispenser.yaml");
   ASSERT_TRUE(machine);
   const auto job = recipes::compile(recipe_of(", early_off: 31 mm", "", kLine), *machine);
   ASSERT_FALSE(job);
   EXPECT_EQ(job.error()[0].fault, Fault::Inconsistent);
-  EXPECT_EQ(job.error()[0].where, "keys.yaml:9:5");
+  EXPECT_EQ(job.error()[0].where, "keys.yaml:7:187");
   EXPECT_NE(job.error()[0].message.find("only 30 mm"), std::string::npos) << job.error()[0].message;
 }
 
@@ -144,8 +144,8 @@ TEST(MaterialKeys, start_dwell_opens_the_valve_stands_and_then_lays_the_bead) {
   EXPECT_NEAR(d.speed->volume_per_length, 1.666 / 1.5, 0.005);
   // The needle stands over the first point while the valve is open.
   std::size_t stands = 0;
-  for (std::size_t i = 0; i < way.tip.size(); ++i)
-    stands += way.valve[i] && norm(way.tip[i] - Vec3{20, 20, 0.5}) < 1e-3 ? 1 : 0;
+  for (std::size_t i = 0; i < trajectory.tip.size(); ++i)
+    stands += trajectory.valve[i] && norm(trajectory.tip[i] - Vec3{20, 20, 0.5}) < 1e-3 ? 1 : 0;
   EXPECT_NEAR(static_cast<double>(stands), 150 + 8, 14) << "and a little before, by the lead, and while it sets out";
 }
 

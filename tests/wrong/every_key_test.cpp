@@ -222,10 +222,10 @@ TEST(EveryKey, of_a_machine_file_written_wrong_brings_one_message) {
     text.insert(at + behind.size(), more);
   };
   also("    drives: [{station: z", ", invert: false");
-  also("position: 1 mm", ", timeout: 60 s");
+  also("position: 1 mm", ", timeout: 60 s, limits_unseen: false");
   also("rack_max: 12 mm", ", square_max: 1 mm");
   also("  frames_lost_max: 3\n", "  map: separate\n");
-  also("centre: [10 mm, 0 mm, 90 mm]", ", rotation: 0 deg");
+  also("centre: [10 mm, 0 mm, 90 mm]", ", rotation: 0 deg, on_turn: false");
   also("  start:        {station: io, bit: 0", ", invert: false");
   also("probe: {axis: Z, ", "fast: 10 mm/s, back_off: 1 mm, ");
   also("\nscene:\n",
