@@ -54,9 +54,10 @@ void HomingRun::watch_search(const Feedback& f) noexcept {
   // The drive sets its counter anew at the home edge, perhaps before it shows "done": that jump is no travel.
   const std::int64_t step = f.counts.value - last_.value;
   constexpr double kJump = 10;  // cycles of travel in one
-  if (static_cast<double>(std::abs(step)) <= kJump * static_cast<double>(unseen_) * limits_.rules.counts_per_cycle)
+  if (static_cast<double>(std::abs(step)) <= kJump * static_cast<double>(unseen_) * limits_.rules.counts_per_cycle) {
     moved_ += step;
-  farthest_ = std::max(farthest_, std::abs(moved_));
+    counted_ = counted_ || step != 0;
+  }
   if (limits_.travel_counts <= 0) return void(last_ = f.counts);
   if (std::abs(step) > limits_.travel_counts / 10) start_.value += step;
   last_ = f.counts;
@@ -73,7 +74,7 @@ bool HomingRun::at_the_edge() const noexcept {
 /// Its switch has closed or opened since it began, and 6064h has not moved by a count meanwhile. (An axis that was at
 /// its edge may end where it began.)
 bool HomingRun::counter_is_dead() const noexcept {
-  return farthest_ == 0 && limits_.rules.toward != 0 && limits_.rules.counts_per_cycle > 0;
+  return !counted_ && limits_.rules.toward != 0 && limits_.rules.counts_per_cycle > 0;
 }
 
 void HomingRun::lead_off(const Feedback& f) noexcept {

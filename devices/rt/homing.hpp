@@ -68,7 +68,7 @@ class HomingRun {
   HomingLimits limits_;
   HomingGuard guard_;
   Counts start_, last_;
-  std::int64_t farthest_ = 0;            ///< it was from where it began, counts
+  bool counted_ = false;                 ///< 6064h has moved in a search
   std::int64_t moved_ = 0, unseen_ = 0;  ///< cycles since the last that was heard of
   std::int64_t phase_cycles_ = 1000, stands_cycles_ = 20;
   std::int64_t cycles_ = 0, in_phase_ = 0;
