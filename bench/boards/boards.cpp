@@ -25,8 +25,7 @@ int main(int argc, char** argv) {
              v.collisions, v.misread, v.too_near);
   fmt::print(
       "  refused:   {} ({} because a tilt was not measured, {} by another rule), {} without both bodies and the line, "
-      "{} "
-      "falsely\n",
+      "{} falsely\n",
       v.refused, v.in_doubt, v.by_rules, v.unnamed, v.false_refusals);
   for (const std::string& told : v.told) fmt::print("  {}\n", told);
   const bool met = v.collisions + v.misread + v.too_near + v.unnamed == 0 &&

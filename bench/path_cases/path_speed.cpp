@@ -11,8 +11,6 @@
 #include <cstdio>
 #include <fstream>
 #include <memory>
-#include <sstream>
-#include <string>
 #include <vector>
 
 #include "motion/path/bead.hpp"

@@ -4,20 +4,12 @@
 An owner is up in real time; a client begins a job (the demo, or 90,000 dots, whose planning takes long) or a homing, and at
 an instant of the seed another client sends an abort, in half of the runs through a flood of a third one. What is measured is
 the time to the owner's answer, which it gives after it has told the loop: an upper bound. Limit: p99 20 ms."""
-import argparse, contextlib, json, multiprocessing, os, random, shutil, signal, socket, subprocess, sys, tempfile, threading, time
+import argparse, contextlib, json, multiprocessing, os, random, shutil, signal, subprocess, sys, tempfile, threading, time
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../tests/cli"))
+from owner_client import OwnerClient
 
 LIMIT_MS = 20
-
-
-class Client:
-    def __init__(self, state):
-        self.socket = socket.socket(socket.AF_UNIX)
-        self.socket.connect(os.path.join(state, "owner.sock"))
-        self.file = self.socket.makefile("r")
-
-    def ask(self, **order):
-        self.socket.sendall((json.dumps(order) + "\n").encode())
-        return json.loads(self.file.readline())
 
 
 @contextlib.contextmanager
@@ -29,7 +21,7 @@ def owner_up(gantry, state):
         end = time.monotonic() + 60
         while True:
             with contextlib.suppress(OSError, ValueError):
-                if Client(state).ask(order="status")["state"] != "offline":
+                if OwnerClient(state).ask(order="status")["state"] != "offline":
                     break
             if time.monotonic() > end or owner.poll() is not None:
                 sys.exit("no owner came up")
@@ -42,7 +34,7 @@ def owner_up(gantry, state):
 
 def flood(state):
     """Asks for the status without a pause, and reads what comes: a process of its own, so that this one can hear."""
-    client = Client(state)
+    client = OwnerClient(state)
     client.socket.settimeout(0.2)
 
     def read():
@@ -83,7 +75,7 @@ def main():
     took = {}
     with tempfile.TemporaryDirectory() as folder, owner_up(options.gantry, os.path.join(folder, "state")) as state:
         many = many_dots(folder)
-        operator = Client(state)
+        operator = OwnerClient(state)
         for turn in range(options.runs):
             work = rng.choice(["demo", "many dots", "many dots", "home"])
             flooded = rng.random() < 0.5

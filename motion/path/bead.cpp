@@ -192,8 +192,7 @@ Result<std::vector<Segment>> fall(const Limits& limits, const BeadMotion& bead, 
   if (bead.segments.size() == 1)
     if (auto out = fall_into(limits, bead.segments.front(), spec.lift_axis, spec.fall_mm); !out.empty()) return out;
   return fail(Fault::NoSolution,
-              "a bead that goes up or down as it begins, or begins from rest, is not come to from "
-              "above");
+              "a bead that goes up or down as it begins, or begins from rest, is not come to from above");
 }
 
 /// It opens `dry_mm` behind the bead's start, where the tool stands first when it begins to, and shuts at the end.

@@ -5,9 +5,9 @@
 // memory does not grow with the path. Off the RT side; stretches become segments in run.hpp.
 #pragma once
 #include <deque>
-#include <limits>
 
 #include "core/error.hpp"
+#include "motion/path/moves.hpp"
 #include "motion/path/outline.hpp"
 #include "motion/path/rounding.hpp"
 #include "motion/path/timing.hpp"
@@ -20,9 +20,8 @@ struct PathOptions {
   double tolerance_rad = 1e-3;  ///< the same for rotary axes that follow along
   double window_s = 2;          ///< how far ahead of what is handed out the speed is planned, about
   bool whole_ticks = true;      ///< the last stretch is slowed down so that the path takes whole ticks
-  bool leads = false;  ///< straight ways before the first and after the last point, for speeding up and braking
-  double lead_in_mm_s = kWhole;  ///< the first of them is for speeding up to this at most; 0: there is none
-  static constexpr double kWhole = std::numeric_limits<double>::infinity();
+  bool leads = false;  ///< straight lines before the first and after the last point, for speeding up and braking
+  double lead_in_mm_s = kNoCap;  ///< the first of them is for speeding up to this at most; 0: there is none
 };
 
 /// Lengths along the linear axes (the others where there is none); tolerances over all.

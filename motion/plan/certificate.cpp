@@ -35,10 +35,6 @@ void nearest_in(const Scene& scene, const BodySweep& body, std::size_t head, con
   if (far_mm < best.distance_mm) nearest_in(scene, body, head, margins, far, motion, best);
 }
 
-}  // namespace
-
-namespace {
-
 /// One body of the head on a motion as a whole: one that turns is larger by what its turn leaves open.
 void measure_whole(const Scene& scene, std::size_t head, const BodySweep& body, const Margins& margins,
                    std::size_t motion, NearPairs& nearest) {

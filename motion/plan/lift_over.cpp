@@ -63,16 +63,16 @@ tl::expected<LiftOver, NoLiftOver> lift_over(const Scene& scene, const AxisVec& 
     for (std::size_t i = 0; i < scene.head().size(); ++i) {
       Across across = across_at(scene, from, to, z);
       BodySweep body(scene, i, across.from, across.to);
-      const auto keeps = [&](const BodySweep& whole, std::uint32_t k, const Across& on, double margin) {
-        return whole.prove(k, margin) ||
-               (whole.left_open_mm() > kTurn_mm && is_clear(scene, i, k, on.from, on.to, margin));
+      const auto keeps = [&](std::uint32_t k, double margin) {
+        return body.prove(k, margin) ||
+               (body.left_open_mm() > kTurn_mm && is_clear(scene, i, k, across.from, across.to, margin));
       };
       collect(scene, body, margins.clearance_mm, 0, near);
       for (std::size_t n = 0; n < near.size(); ++n) {
         const std::uint32_t k = near[n];
-        if (keeps(body, k, across, margins.clearance_mm)) continue;
+        if (keeps(k, margins.clearance_mm)) continue;
         const double margin = margins.of(i, k);
-        if (margin < margins.clearance_mm && keeps(body, k, across, margin)) continue;
+        if (margin < margins.clearance_mm && keeps(k, margin)) continue;
         z = climb(scene, from, to, i, k, margin, z);
         if (z > z_max)
           return tl::unexpected(NoLiftOver{

@@ -206,8 +206,8 @@ SearchAnswer search_standing(const Scene& scene, const AxisVec& from, const Axis
   return out;
 }
 
-constexpr int kTurningTries =
-    20;  // as many iterations for each of those without a turn: most of them fail, and at once
+// As many iterations for each of those without a turn: most of them fail, and at once.
+constexpr int kTurningTries = 20;
 
 /// C turns on the way: a random tree over X, Y, Z and C, of which corners are left out.
 SearchAnswer search_turning(const Scene& scene, const AxisVec& from, const AxisVec& to, const AxisVec& others,
@@ -273,7 +273,7 @@ SearchAnswer search_around(const Scene& scene, const AxisVec& from, const AxisVe
   const Scene::Axis& axis = scene.axes()[c];
   std::vector<double> turns{from[c], to[c]};
   for (const double turn : kTurns_rad)
-    if (turn >= axis.p_min && turn <= axis.p_max) turns.push_back(turn);
+    if (turn >= axis.p_min && turn <= axis.p_max && turn != from[c] && turn != to[c]) turns.push_back(turn);
   for (std::size_t i = from[c] == to[c] ? 1 : 0; i < turns.size(); ++i) {
     if (i >= 2 && best.status == SearchStatus::Ok) break;
     others[c] = turns[i];

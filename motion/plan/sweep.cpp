@@ -220,16 +220,22 @@ bool turns(const Scene& scene, std::size_t head, const AxisVec& from, const Axis
   return scene.turn_of(scene.head()[head], from, to) != 0;
 }
 
-/// The same for a body that turns, as yes or no.
-bool is_clear_turning(const Scene& scene, std::size_t head, const AxisVec& from, const AxisVec& to,
-                      const Margins& margins) {
-  const BodySweep body(scene, head, from, to);
+/// One body on a motion as a whole.
+bool keeps_all(const Scene& scene, std::size_t head, const BodySweep& body, const Margins& margins) {
   bool clear = true;
   scene.wide_tree().visit(body.question(margins.clearance_mm), [&](std::uint32_t standing) {
     if (body.prove(standing, margins.clearance_mm)) return true;
     const double margin = margins.of(head, standing);
     return clear = margin < margins.clearance_mm && body.prove(standing, margin);
   });
+  return clear;
+}
+
+/// One body that turns, whose motion is halved until it is proved or hardly anything is left open.
+bool is_clear_turning(const Scene& scene, std::size_t head, const AxisVec& from, const AxisVec& to,
+                      const Margins& margins) {
+  const BodySweep body(scene, head, from, to);
+  const bool clear = keeps_all(scene, head, body, margins);
   if (clear || body.left_open_mm() <= kTurn_mm) return clear;
   const AxisVec middle = between(from, to, 0.5);
   return is_clear_turning(scene, head, from, middle, margins) && is_clear_turning(scene, head, middle, to, margins);
@@ -271,11 +277,7 @@ bool is_clear(const Scene& scene, const AxisVec& from, const AxisVec& to, const 
       continue;
     }
     body.emplace(BodySweep(scene, i, from, to, body ? &*body : nullptr));
-    scene.wide_tree().visit(body->question(margins.clearance_mm), [&](std::uint32_t standing) {
-      if (body->prove(standing, margins.clearance_mm)) return true;
-      const double margin = margins.of(i, standing);
-      return clear = margin < margins.clearance_mm && body->prove(standing, margin);
-    });
+    clear = keeps_all(scene, i, *body, margins);
   }
   return clear;
 }

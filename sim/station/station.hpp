@@ -52,10 +52,10 @@ class Station {
   void set_timing(const StationTiming& timing) noexcept;
   /// From its next power-on.
   void set_habits(const StationHabits& habits);
-  /// Also what has been asked already.
+  /// At 0 an answer that is held back is there at once, too.
   void slow_mailbox(Time by) noexcept {
     habits_.mailbox_delay = by;
-    if (mailbox_due_ != kNever) mailbox_due_ = by > Time{0} ? mailbox_due_ : Time{0};
+    if (by == Time{0} && mailbox_due_ != kNever) mailbox_due_ = Time{0};
   }
 
   Esc& esc() noexcept { return esc_; }

@@ -62,7 +62,7 @@ class CollisionWatch {
   void part_what_is_left_behind(std::size_t body, const Bounds& swept);
   void collide(std::size_t body, std::size_t solid, const Pose& at);
   [[nodiscard]] Vec3 meeting_point(std::size_t body, std::size_t solid, const Pose& at) const;
-  [[nodiscard]] bool slow_of_late(double along_block_mm, double dt_s) const;
+  [[nodiscard]] bool slow_of_late(double travelled_mm, double dt_s) const;
   [[nodiscard]] bool overlaps(std::size_t body, std::size_t solid, const Pose& at);
 
   const Head& head_;

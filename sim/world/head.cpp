@@ -42,8 +42,8 @@ Head::Head(const config::Machine& machine)
       u_(machine.u ? machine.u->value : 0),
       c_(machine.c ? machine.c->value : 0),
       has_lift_(machine.u.has_value()),
-      has_turn_(machine.c.has_value()) {
-  if (const config::Tool* tool = config::find_tool(machine, "needle")) turn_axis_ = {tool->tip.x, tool->tip.y};
+      has_turn_(machine.c.has_value()),
+      turn_axis_(config::turn_axis(machine)) {
   if (probe_body >= 0) {
     auto& body = bodies[static_cast<std::size_t>(probe_body)];
     body.centre = body.centre + machine.sim.probe_error;

@@ -3,6 +3,8 @@ GANTRY takes a machine that forgives a slow host; PROGRAM is the program as it i
 Limits of time are generous: what is judged is counted in cycles of the machine, from the answers."""
 import json, os, shutil, signal, socket, subprocess, sys, threading, time
 
+from owner_client import OwnerClient
+
 gantry, work, plain = sys.argv[1:4]
 recipe = os.path.abspath("tests/cli/short-board.yaml")
 state = os.path.join(work, "state")
@@ -15,18 +17,9 @@ def expect(what, good, more=""):
     failed += not good
 
 
-class Client:
+class Client(OwnerClient):
     def __init__(self, folder=state):
-        self.socket = socket.socket(socket.AF_UNIX)
-        self.socket.connect(os.path.join(folder, "owner.sock"))
-        self.file = self.socket.makefile("r")
-
-    def say(self, **order):
-        self.socket.sendall((json.dumps(order) + "\n").encode())
-
-    def ask(self, **order):
-        self.say(**order)
-        return json.loads(self.file.readline())
+        super().__init__(folder)
 
 
 class Owner:

@@ -2,6 +2,8 @@
 Between the owner and the world in FOLDER/world stands a wire that can be told to swallow what the world says."""
 import json, os, signal, socket, subprocess, sys, threading, time
 
+from owner_client import OwnerClient
+
 gantry, machine, work, bus = sys.argv[1:5]
 recipe = os.path.abspath("tests/cli/short-board.yaml")
 state = os.path.join(work, "state")
@@ -61,24 +63,13 @@ class Wire:
         self.silent.clear()
 
 
-class Client:
-    def __init__(self):
-        self.socket = socket.socket(socket.AF_UNIX)
-        self.socket.connect(os.path.join(state, "owner.sock"))
-        self.file = self.socket.makefile("r")
-
-    def ask(self, **order):
-        self.socket.sendall((json.dumps(order) + "\n").encode())
-        return json.loads(self.file.readline())
-
-
 def up():
     owner = subprocess.Popen([gantry, "--machine", machine, "up", "--state", state, "--bus", bus, "--world", wire.path],
                              stdout=log, stderr=log, stdin=subprocess.DEVNULL)
     end = time.monotonic() + 60
     while time.monotonic() < end:
         try:
-            if Client().ask(order="status")["state"] != "offline":
+            if OwnerClient(state).ask(order="status")["state"] != "offline":
                 return owner
         except (OSError, ValueError):
             time.sleep(0.05)
@@ -100,7 +91,7 @@ for about, where in ((b'"fetch"', "at a mark"), (b'"holds_board"', "before anyth
     running = job(out)
     expect(f"the world falls silent {where}", wire.silent.wait(120), open(log.name).read()[-2000:])
     took = []
-    client = Client()
+    client = OwnerClient(state)
     for _ in range(20):
         begin = time.monotonic()
         seen = client.ask(order="status")
@@ -121,7 +112,7 @@ for about, where in ((b'"fetch"', "at a mark"), (b'"holds_board"', "before anyth
     else:
         expect(f"it ends as aborted {where}", codes[:1] == ["G701"], codes)
     wire.speak()
-    Client().ask(order="part_removed")
+    OwnerClient(state).ask(order="part_removed")
 
 done = job("after").communicate(timeout=120)
 expect("the next job finds the world again", json.loads(done[0])["result"] == "done", done)

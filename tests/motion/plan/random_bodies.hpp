@@ -1,11 +1,15 @@
 // Seeded bodies and machines for the tests of planning. On the grid, faces and edges coincide, as on a fixture; that is
 // where collision libraries go wrong.
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <random>
 
 #include "config/machine.hpp"
 #include "core/axis_vec.hpp"
+#include "motion/geometry.hpp"
+#include "motion/types.hpp"
 
 namespace gantry::test {
 
@@ -56,6 +60,17 @@ inline config::Machine bare_machine() {
   return m;
 }
 inline AxisVec at(double x, double y, double z, double u = 0) { return {x, y, z, 0, u}; }
+
+/// A straight segment; its length is that of X, Y and Z, or where these stand of what turns or lifts farthest.
+inline motion::Segment line(const AxisVec& from, const AxisVec& to) {
+  AxisVec displacement{};
+  for (std::size_t i = 0; i < displacement.size(); ++i) displacement[i] = to[i] - from[i];
+  double length = std::hypot(displacement[0], displacement[1], displacement[2]);
+  if (length == 0) length = std::max(std::abs(displacement[3]), std::abs(displacement[4]));
+  motion::Segment s;
+  s.geometry = motion::straight(from, displacement, length);
+  return s;
+}
 
 /// A body of a scene of `bare_machine`.
 inline config::Body box(const char* name, Vec3 size, Vec3 centre, double rotation = 0) {

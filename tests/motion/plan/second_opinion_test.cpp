@@ -18,16 +18,7 @@ namespace {
 using test::at;
 using test::bare_machine;
 using test::box;
-
-Segment line(const AxisVec& from, const AxisVec& to) {
-  AxisVec displacement{};
-  double length = 0;
-  for (std::size_t i = 0; i < displacement.size(); ++i) displacement[i] = to[i] - from[i];
-  for (std::size_t i = 0; i < 3; ++i) length += displacement[i] * displacement[i];
-  Segment s;
-  s.geometry = straight(from, displacement, length > 0 ? std::sqrt(length) : std::abs(displacement[4]));
-  return s;
-}
+using test::line;
 
 /// From `from` over `over` (half way, pulled like a rope) to `to`: a parabola.
 Segment arc(Vec3 from, Vec3 over, Vec3 to) {

@@ -279,16 +279,6 @@ TEST(Turn, lifts_over_as_high_as_the_arm_needs_while_it_turns) {
     EXPECT_GT(sampled(machine, {post}, over->points[i], over->points[i + 1]), 1 - 1e-9);
 }
 
-Segment line(const AxisVec& from, const AxisVec& to) {
-  AxisVec displacement{};
-  double square = 0;
-  for (std::size_t i = 0; i < displacement.size(); ++i) displacement[i] = to[i] - from[i];
-  for (std::size_t i = 0; i < 3; ++i) square += displacement[i] * displacement[i];
-  Segment s;
-  s.geometry = straight(from, displacement, square > 0 ? std::sqrt(square) : std::abs(displacement[3]));
-  return s;
-}
-
 /// FCL sees bodies turn as well: it agrees with what is free, and with little else.
 TEST(Turn, the_second_opinion_turns_bodies_too) {
   test::RandomBodies random(kSeed + 3);
@@ -298,7 +288,7 @@ TEST(Turn, the_second_opinion_turns_bodies_too) {
   int free = 0, deep = 0;
   for (int n = 0; n < 300; ++n) {
     const Case c = random_case(random, machine, 8);
-    const Segment segment = line(c.from, c.to);
+    const Segment segment = test::line(c.from, c.to);
     const auto poses = fcl(c.scene, rules, {&segment, 1});
     if (!first_hit(c.scene, c.from, c.to, {0.5, {}})) {
       ++free;
