@@ -98,10 +98,10 @@ void Desk::give(std::uint64_t client, const Request& request, std::uint64_t numb
   if (const auto kept = hold_what_begins(*request.order)) {
     said = *kept;
   } else {
-    const std::optional<double> stop_mm = owner_.stop_mm();
     if (auto done = owner_.order(*request.order); !done) return reply(client, request, failure({done.error()}));
     const bool says = request.order->kind == run::OrderKind::Hold || request.order->kind == run::OrderKind::Override;
     if (says) said = owner_.order_said();
+    const std::optional<double> stop_mm = owner_.stop_mm();  // of before the loop has taken the order
     if (stop_mm && said.starts_with("holds now")) said += fmt::format(", within {:.2g} mm", *stop_mm);
     if (stop_mm && request.order->kind == run::OrderKind::Abort) said = fmt::format("stops within {:.2g} mm", *stop_mm);
   }

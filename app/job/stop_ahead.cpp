@@ -14,7 +14,7 @@ constexpr double kFar_s = 1;          // of planned time ahead: more than any st
 constexpr double kAsPlanned = 1e-3;   // of the planned one: it is played as planned
 constexpr double kLeastSpeed = 1e-6;  // mm/s
 constexpr double kUnseen = 1.02;  // the rate's slope and the last setpoints are not told, and count for less than this
-constexpr int kMostTicks = 40;    // until one of the ways to stop is found
+constexpr int kMostTicks = 40;    // until one of the manners to stop is found
 
 /// From (v, a) to rest.
 double stop_mm(double v, double a, const motion::Bounds& b) {
@@ -25,21 +25,22 @@ double stop_mm(double v, double a, const motion::Bounds& b) {
 
 StopAhead::StopAhead(const motion::Limits& limits) : limits_(limits) {}
 
-std::optional<double> StopAhead::from(const std::deque<motion::Segment>& block, double along_block_mm,
-                                      double speed_mm_s) {
-  if (!(speed_mm_s > kLeastSpeed)) return std::nullopt;
-  double begin_mm = 0;
-  for (std::size_t k = 0; k < block.size(); ++k) {
-    const motion::Segment& s = block[k];
+/// Looked for from the end of what the loop has been given, for a block may be long.
+std::optional<double> StopAhead::from(const Plays& plays, double along_block_mm, double speed_mm_s) {
+  if (plays.block == nullptr || !(speed_mm_s > kLeastSpeed)) return std::nullopt;
+  double begin_mm = plays.fed_mm;
+  std::optional<std::size_t> first;
+  for (std::size_t k = plays.fed; k-- > 0 && !(first && begin_mm <= along_block_mm);) {
+    const motion::Segment& s = (*plays.block)[k];
     if (s.kind == motion::SegmentKind::Dwell) continue;
-    if (along_block_mm < begin_mm + s.geometry.length || k + 1 == block.size()) {
-      const double s_mm = std::clamp(along_block_mm - begin_mm, 0.0, s.geometry.length);
-      if (s.kind != motion::SegmentKind::Piece) return on_line(s, s_mm, speed_mm_s);
-      return on_pieces(block, k, s_mm, speed_mm_s);
-    }
-    begin_mm += s.geometry.length;
+    begin_mm -= path_mm(s);
+    first = k;
   }
-  return std::nullopt;
+  if (!first) return std::nullopt;
+  const motion::Segment& s = (*plays.block)[*first];
+  const double s_mm = std::clamp(along_block_mm - begin_mm, 0.0, s.geometry.length);
+  if (s.kind != motion::SegmentKind::Piece) return on_line(s, s_mm, speed_mm_s);
+  return on_pieces(*plays.block, *first, s_mm, speed_mm_s);
 }
 
 /// A line from rest to rest. Played otherwise than planned, its acceleration is not known: then the most counts.

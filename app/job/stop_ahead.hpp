@@ -1,7 +1,6 @@
 // How far a stop on the path takes, known before it is asked for: from what the loop shows and the block that plays, by
 // the loop's own rules (motion/rt/pace.cpp).
-//   StopAhead ahead(limits);   if (const auto mm = ahead.from(block.segments(), snapshot.along_block_mm,
-//   snapshot.path_speed))
+//   StopAhead ahead(limits);   if (const auto mm = ahead.from(plays, snapshot.along_block_mm, snapshot.path_speed)) ...
 // It holds for a stop that the loop begins within kReaction ticks of that. Off the RT side: 0.1 ms or so.
 #pragma once
 #include <cstddef>
@@ -14,6 +13,17 @@
 
 namespace gantry::job {
 
+/// The block that plays, and how much of it the loop has been given: what it plays is among the last of that.
+struct Plays {
+  const std::deque<motion::Segment>* block = nullptr;  ///< null: nothing plays
+  std::size_t fed = 0;                                 ///< segments
+  double fed_mm = 0;                                   ///< of path, as Snapshot::along_block_mm counts
+};
+
+[[nodiscard]] inline double path_mm(const motion::Segment& s) {
+  return s.kind == motion::SegmentKind::Dwell ? 0 : s.geometry.length;
+}
+
 class StopAhead {
  public:
   static constexpr int kReaction = 3;
@@ -22,8 +32,7 @@ class StopAhead {
 
   /// mm along the path to where the tool stands, at most; nothing where it stands. `along_block_mm` counts along the
   /// block.
-  [[nodiscard]] std::optional<double> from(const std::deque<motion::Segment>& block, double along_block_mm,
-                                           double path_speed_mm_s);
+  [[nodiscard]] std::optional<double> from(const Plays& plays, double along_block_mm, double path_speed_mm_s);
 
  private:
   [[nodiscard]] double on_line(const motion::Segment& line, double s_mm, double speed_mm_s) const;

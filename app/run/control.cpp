@@ -213,8 +213,11 @@ Result<Played> Control::play_now(const job::ProvenBlock& block, cycle::Purpose p
   of_the_block_.clear();
   std::size_t pushed = 0;
   const auto feed_ring = [&] {
-    while (pushed < segments.size() && channels_.segments.push(segments[pushed])) ++pushed;
+    while (pushed < segments.size() && channels_.segments.push(segments[pushed]))
+      plays_.fed_mm += job::path_mm(segments[pushed++]);
+    plays_.fed = pushed;
   };
+  plays_ = {};
   feed_ring();
   Played played;
   bool dropping = false, held_again = false;
@@ -232,7 +235,7 @@ Result<Played> Control::play_now(const job::ProvenBlock& block, cycle::Purpose p
   const cycle::Command start{.kind = CommandKind::StartBlock, .block = block.number(), .purpose = purpose};
   if (auto r = command(start, 5.0); !r) return tl::unexpected(r.error());
   playing_ = block.number();
-  plays_ = &segments;
+  plays_.block = &segments;
   cut_ = false;
   bool over = false;
   std::optional<cycle::Event> stop;
@@ -249,7 +252,7 @@ Result<Played> Control::play_now(const job::ProvenBlock& block, cycle::Purpose p
   };
   const auto waited = wait(look, kNoLimit_s, {});
   playing_ = 0;
-  plays_ = nullptr;
+  plays_ = {};
   cut_ = false;
   if (!waited) return tl::unexpected(waited.error());
   if (dropping && stop && stop->fault == Fault::Aborted) {

@@ -15,6 +15,7 @@
 
 #include "app/cycle/channels.hpp"
 #include "app/job/proven_block.hpp"
+#include "app/job/stop_ahead.hpp"
 #include "app/run/feed.hpp"
 #include "app/run/in_flight.hpp"
 #include "app/run/pump.hpp"
@@ -68,8 +69,7 @@ class Control {
   Result<void> wait_for_resume(const std::function<bool()>& given_up = {});
   /// A hold has stopped the block that plays on a feature: it is dropped as soon as the axes stand.
   [[nodiscard]] bool cut() const { return cut_; }
-  /// What plays; null: nothing does.
-  [[nodiscard]] const std::deque<motion::Segment>* plays() const { return plays_; }
+  [[nodiscard]] const job::Plays& plays() const { return plays_; }
   /// A block that is played while what comes next is on hold.
   Result<Played> play_on_hold(const job::ProvenBlock& block);
   /// The next block waits until it is released.
@@ -136,7 +136,7 @@ class Control {
   std::vector<cycle::Event> of_the_block_;  ///< touched, done: since it began to play
   bool hold_next_ = false;
   std::uint32_t playing_ = 0;  ///< number of the block
-  const std::deque<motion::Segment>* plays_ = nullptr;
+  job::Plays plays_;
   bool cut_ = false;  ///< a hold has stopped it on a feature
   std::chrono::steady_clock::time_point breathed_{};
   CycleIndex last_cycle_ = 0;

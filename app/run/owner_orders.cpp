@@ -214,10 +214,9 @@ void Owner::interrupt(Error why) {
 
 std::optional<double> Owner::stop_mm() const {
   const Parts& p = *parts_;
-  const std::deque<motion::Segment>* const plays = p.on_bus ? p.control().plays() : nullptr;
-  if (plays == nullptr) return std::nullopt;
+  if (!p.on_bus) return std::nullopt;
   const cycle::Snapshot& s = latest();
-  return job::StopAhead(job::limits_of(p.machine)).from(*plays, s.along_block_mm, s.path_speed);
+  return job::StopAhead(job::limits_of(p.machine)).from(p.control().plays(), s.along_block_mm, s.path_speed);
 }
 
 std::string Owner::order_said() const { return parts_->order_said; }
