@@ -58,14 +58,16 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
   const record::Room room = room_of(machine, prepared);
   Result<std::string> folder;
   std::optional<Result<record::KeptRoom>> kept_room;
+  JobDone done;
   aside([&] {
     folder = record::job_folder(wanted, prepared.recipe.file, room);
-    if (folder) kept_room.emplace(record::KeptRoom::keep(*folder, room.result_bytes));
+    if (!folder) return;
+    kept_room.emplace(record::KeptRoom::keep(*folder, room.result_bytes));
+    done = {.result = record::begin_result(machine, prepared.recipe, prepared.job, *folder, options.dry_run),
+            .folder = *folder};
   });
   if (!folder) return tl::unexpected(folder.error());
   if (!*kept_room) return tl::unexpected(kept_room->error());
-  JobDone done{.result = record::begin_result(machine, prepared.recipe, prepared.job, *folder, options.dry_run),
-               .folder = *folder};
   if (prepared.proof && !prepared.proof->only_when_placed.empty())
     log::info("proved free only when the board is found: {}", job::to_text(prepared.proof->only_when_placed));
   PartOfJob part(bench.parts, prepared, options.serial);

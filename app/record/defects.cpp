@@ -28,7 +28,7 @@ double length_mm(const std::vector<Vec3>& path) {
 /// One job's features, one after the other.
 class Judge {
  public:
-  Judge(JobResult& result, const recipes::Recipe& recipe, double cycle_s)
+  Judge(const JobResult& result, const recipes::Recipe& recipe, double cycle_s)
       : result_(result), recipe_(recipe), cycle_s_(cycle_s) {
     for (const Deposit& d : result.deposits)
       if (on_feature(d)) deposits_.emplace(d.id, &d);
@@ -50,8 +50,7 @@ class Judge {
   void slow(const job::SlowBead& seen) {
     const std::string& id = recipes::id_of(recipe_.features[seen.feature]);
     const auto told = [&](const Defect& d) { return d.feature == id && d.kind == Kind::Speed; };
-    if (std::none_of(result_.defects.begin(), result_.defects.end(), told))
-      add(id, Kind::Speed, job::in_words(seen, recipe_));
+    if (std::none_of(defects_.begin(), defects_.end(), told)) add(id, Kind::Speed, job::in_words(seen, recipe_));
   }
 
   void extra() {
@@ -65,11 +64,13 @@ class Judge {
           "nothing said where the board lay; give the recipe marks, or `placement: fixture` where a fixture holds it");
   }
 
+  [[nodiscard]] std::vector<Defect> defects() && { return std::move(defects_); }
+
  private:
   void add(const std::string& id, Kind kind, std::string message) {
     if (const auto why = result_.stays_cut.find(id); kind == Kind::Cut && why != result_.stays_cut.end())
       message += "; not joined: " + why->second;
-    result_.defects.push_back({id, kind, std::move(message)});
+    defects_.push_back({id, kind, std::move(message)});
   }
 
   /// What stands of a feature for sure; null: nothing, and it was told.
@@ -179,26 +180,23 @@ class Judge {
     return fmt::format("{:.3f} mm beside its place; {:.3g} mm are allowed", off_mm, allowed_mm);
   }
 
-  JobResult& result_;
+  const JobResult& result_;
   const recipes::Recipe& recipe_;
   double cycle_s_;
+  std::vector<Defect> defects_;
   std::unordered_map<std::string, const Deposit*> deposits_;
   std::set<const Deposit*> used_;  ///< of those on no feature: given again
 };
 
 }  // namespace
 
-void judge_board(JobResult& result, const recipes::Recipe& recipe, const Seen& seen, double cycle_s) {
-  result.defects.clear();
+Judgement judge_board(const JobResult& result, const recipes::Recipe& recipe, const Seen& seen, double cycle_s) {
   const bool dispensed = std::any_of(result.deposits.begin(), result.deposits.end(),
                                      [](const Deposit& d) { return d.kind != sim::kPurgeKind; });
   const bool begun = dispensed || std::any_of(seen.features.begin(), seen.features.end(), [](FeatureState s) {
                        return s != FeatureState::Open && s != FeatureState::LeftOut;
                      });
-  if (!begun && result.exit_code != ExitCode::Done) {
-    result.board = Board::Untouched;
-    return;
-  }
+  if (!begun && result.exit_code != ExitCode::Done) return {};
   Judge judge(result, recipe, cycle_s);
   for (std::size_t i = 0; i < seen.features.size(); ++i) judge.feature(i, seen.features[i]);
   for (const job::OffSpeed& each : seen.off_speed) judge.off_speed(each);
@@ -208,12 +206,18 @@ void judge_board(JobResult& result, const recipes::Recipe& recipe, const Seen& s
       judge.slow(each);
   judge.extra();
   judge.reference();
-  bool lacks = std::any_of(result.defects.begin(), result.defects.end(), is_lacking);
+  std::vector<Defect> defects = std::move(judge).defects();
+  bool lacks = std::any_of(defects.begin(), defects.end(), is_lacking);
   for (std::size_t i = 0; i < seen.features.size(); ++i)
     lacks =
         lacks || (seen.features[i] == FeatureState::LeftOut && !(i < seen.before.whole.size() && seen.before.whole[i]));
-  const bool good = result.defects.empty() && !seen.before.defects;
-  result.board = !begun ? Board::Untouched : lacks ? Board::Begun : good ? Board::Whole : Board::Defects;
+  const bool good = defects.empty() && !seen.before.defects;
+  return {!begun ? Board::Untouched : lacks ? Board::Begun : good ? Board::Whole : Board::Defects, std::move(defects)};
+}
+
+void add_judgement(JobResult& result, Judgement judgement) {
+  result.board = judgement.board;
+  result.defects = std::move(judgement.defects);
   if (result.exit_code == ExitCode::Done && !result.defects.empty()) result.exit_code = ExitCode::DoneWithDefects;
 }
 

@@ -1,6 +1,6 @@
 // Whether a job that says "done" is done: what is wrong with its deposits, feature by feature, as far as the machine
 // can know; where a world was asked, by what lies on its board.
-//   judge_board(result, recipe, {state.features, watch.off_speed()}, cycle_s);    // result.defects, .board, .exit_code
+//   add_judgement(result, judge_board(result, recipe, {state.features, watch.off_speed()}, cycle_s));
 // Where a world knows, it decides where deposits lie and how much of them; what a stop has cut counts only where it
 // shows.
 #pragma once
@@ -24,8 +24,17 @@ struct Seen {
   std::span<const job::SlowBead> slow_beads{};  ///< by plan
 };
 
-/// After the world was asked. An error's exit code stays.
-void judge_board(JobResult& result, const recipes::Recipe& recipe, const Seen& seen, double cycle_s);
+struct Judgement {
+  Board board = Board::Untouched;
+  std::vector<Defect> defects;
+};
+
+/// After the world was asked. It reads nothing of the result that may still grow while the machine is served.
+[[nodiscard]] Judgement judge_board(const JobResult& result, const recipes::Recipe& recipe, const Seen& seen,
+                                    double cycle_s);
+
+/// `defects`, `board` and `exit_code` of the result. An error's exit code stays.
+void add_judgement(JobResult& result, Judgement judgement);
 
 /// Something of the feature is not on the board.
 bool is_lacking(const Defect& defect);

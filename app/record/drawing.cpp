@@ -84,8 +84,10 @@ Drawing drawing_of(const recipes::Recipe& recipe, const config::Machine& machine
   return d;
 }
 
-void place_drawing(JobResult& result, const recipes::Recipe& recipe, const config::Machine& machine) {
-  place(result.drawing, recipe, machine, result.offset, result.surface);
+Drawing placed_drawing(const JobResult& result, const recipes::Recipe& recipe, const config::Machine& machine) {
+  Drawing d = result.drawing;
+  place(d, recipe, machine, result.offset, result.surface);
+  return d;
 }
 
 }  // namespace gantry::record

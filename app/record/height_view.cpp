@@ -19,7 +19,7 @@ constexpr double kWidth = 1000;
 constexpr double kRow_s = 120, kMostRows = 16;  // a row is this long, but no more of them are drawn
 
 /// The planned path's own time -> time of the actual path: each block begins where it was begun.
-std::vector<PathPoint> aligned(const JobResult& r) {
+Path aligned(const JobResult& r) {
   std::map<std::uint32_t, double> begins;
   for (const auto& p : r.actual) begins.try_emplace(p.block, p.t_s);
   auto planned = r.planned;
@@ -42,7 +42,7 @@ struct Moment {
   std::uint32_t block;
   bool valve;
 };
-std::vector<Moment> moments(const JobResult& r, const std::vector<PathPoint>& path) {
+std::vector<Moment> moments(const JobResult& r, const Path& path) {
   std::vector<Moment> out;
   out.reserve(path.size());
   for (const PathPoint& p : path)

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -50,6 +51,9 @@ struct PathPoint {
   double lift_mm = 0;   ///< U, which lowers what rides on it
   double turn_rad = 0;  ///< C, which turns what turns with it
 };
+
+/// It grows while the machine is served, and may hold millions of points: none of them is ever copied to make room.
+using Path = std::deque<PathPoint>;
 
 struct Quantiles {  ///< ns
   std::int64_t p50 = 0, p99 = 0, p999 = 0, max = 0;
@@ -117,7 +121,7 @@ struct DrawnSpot {
   bool touch = false;
 };
 
-/// What the report draws under the path. Filled by drawing_of() and place_drawing().
+/// What the report draws under the path. Made by drawing_of() and placed_drawing().
 struct Drawing {
   Vec2 board_size;
   Vec3 board_origin;  ///< nominal position of the origin of the board's top face, machine frame
@@ -242,7 +246,7 @@ struct JobResult {
   job::Clearances minimum_clearance;     ///< of all certified motions
   std::size_t motions_certified = 0;
   std::size_t opinion_poses = 0;  ///< along them, of which a second opinion was asked; 0: nobody was asked
-  std::vector<PathPoint> planned, actual;
+  Path planned, actual;
   bool has_world = false;  ///< deposits and collisions are known (simulated machine)
   std::vector<Deposit> deposits;
   std::vector<Collision> collisions;

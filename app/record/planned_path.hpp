@@ -1,5 +1,5 @@
 // The planned path of a job for the report: segments played at their planned speed, thinned like the actual path.
-//   PlannedPath planned(machine);   planned.add(segments); ...   result.planned = planned.points();
+//   PlannedPath planned(machine);   planned.add(segments); ...   result.planned = planned.take();
 // Time runs through the segments alone; the report lays each block beside the actual one.
 #pragma once
 #include <span>
@@ -16,7 +16,7 @@ class PlannedPath {
  public:
   explicit PlannedPath(const config::Machine& machine);
   void add(std::span<const motion::Segment> segments);
-  [[nodiscard]] std::vector<PathPoint> points() const { return path_.points(); }
+  [[nodiscard]] Path take() { return path_.take(); }
 
  private:
   PathPoint at(const motion::Segment& segment, double s, double t_s) const;

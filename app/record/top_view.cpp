@@ -49,7 +49,7 @@ Vec2 tip(const JobResult& r, const PathPoint& p) {
 /// Calls `draw(points, valve)` for each run of one block, cut where the valve switches when that is `by_valve`;
 /// neighbours share their point.
 template <class Draw>
-void runs(const JobResult& r, const std::vector<PathPoint>& path, const View& v, bool by_valve, Draw&& draw) {
+void runs(const JobResult& r, const Path& path, const View& v, bool by_valve, Draw&& draw) {
   std::vector<Vec2> points;
   for (std::size_t i = 0; i < path.size(); ++i) {
     points.push_back(v.px(tip(r, path[i])));

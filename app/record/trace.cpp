@@ -51,10 +51,10 @@ void ThinPath::add(const PathPoint& p) {
   }
 }
 
-std::vector<PathPoint> ThinPath::points() const {
-  auto result = kept_;
-  if (last_) result.push_back(*last_);
-  return result;
+Path ThinPath::take() {
+  if (last_) kept_.push_back(*last_);
+  last_.reset();
+  return std::exchange(kept_, {});
 }
 
 Trace::Trace(const config::Machine& machine, std::optional<std::int64_t> start_ns)
@@ -138,8 +138,8 @@ void Trace::add_valve(const cycle::Snapshot& s) {
   valve_ = open;
 }
 
-void Trace::fill(JobResult& r) const {
-  r.actual = path_.points();
+void Trace::fill(JobResult& r) {
+  r.actual = path_.take();
   r.actual_s = static_cast<double>(block_ticks_) * static_cast<double>(cycle_ns_) * 1e-9 + r.images_s;
   r.axes.clear();
   for (const auto& a : axes_)

@@ -21,10 +21,11 @@ namespace gantry::record {
 class ThinPath {
  public:
   void add(const PathPoint& point);
-  [[nodiscard]] std::vector<PathPoint> points() const;
+  /// What was kept; nothing of it stays.
+  [[nodiscard]] Path take();
 
  private:
-  std::vector<PathPoint> kept_;
+  Path kept_;
   std::optional<PathPoint> last_;  // newest point that is not kept yet
 };
 
@@ -35,7 +36,7 @@ class Trace {
   void add(const cycle::Snapshot& snapshot);
 
   /// Sets actual, actual_s, axes, the valve's figures and the counted part of cycles.
-  void fill(JobResult& result) const;
+  void fill(JobResult& result);
 
  private:
   void add_cycle(const cycle::Snapshot& snapshot);

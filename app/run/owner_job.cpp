@@ -210,30 +210,37 @@ AxisVec Owner::Parts::where_a_job_begins() const {
 
 record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& job, const RunOptions& options) {
   Parts& p = *parts_;
-  record::JobResult result = record::begin_result(p.machine, recipe, job, options.out, options.dry_run);
-  result.bus = p.options.bus;
+  record::JobResult result;
+  const auto begin_result = [&] {
+    result = record::begin_result(p.machine, recipe, job, options.out, options.dry_run);
+    result.bus = p.options.bus;
+  };
   const auto wall_start = std::chrono::steady_clock::now();
   const auto writer = p.options.virtual_time ? record::FileWriter::Thread::Callers : record::FileWriter::Thread::Own;
   monitor::SnapshotWriter* const watched = p.shared ? &*p.shared : nullptr;
   const Turn turn(p, Undertaking::Job);
   if (!turn.taken()) {
+    begin_result();
     record::add_error(result, turn.refused().error());
     return result;
   }
+  p.control().hold_next(options.on_hold);  // as orders may that come from here on
+  Result<void> ended = p.aside(begin_result);
   std::optional<job::Forecast> forecast;
   if (options.forecast != nullptr)
     forecast =
         job::from_here(*options.forecast, p.machine, recipe, job, p.where_a_job_begins(), p.control().valve_shut_s());
-  p.job.emplace(RunningJob{Recording(p.machine, recipe, result, latest().time_ns, options.out, watched, writer),
-                           Runner({.machine = p.machine,
-                                   .control = p.control(),
-                                   .camera = p.world != nullptr ? &p.world->camera() : nullptr,
-                                   .around = p.around.get(),
-                                   .breath = [&p] { return p.control().breathe(); },
-                                   .opinion = options.opinion,
-                                   .forecast = forecast ? &*forecast : nullptr,
-                                   .aside = [&p](const auto& work) { return p.aside(work); }},
-                                  recipe, job, result)});
+  p.job = std::make_unique<RunningJob>(
+      RunningJob{Recording(p.machine, recipe, result, latest().time_ns, options.out, watched, writer),
+                 Runner({.machine = p.machine,
+                         .control = p.control(),
+                         .camera = p.world != nullptr ? &p.world->camera() : nullptr,
+                         .around = p.around.get(),
+                         .breath = [&p] { return p.control().breathe(); },
+                         .opinion = options.opinion,
+                         .forecast = forecast ? &*forecast : nullptr,
+                         .aside = [&p](const auto& work) { return p.aside(work); }},
+                        recipe, job, result)});
   if (const double factor = latest().override_factor; factor > 1) {
     log::warn("the override returns from {:.0f} to 100 %, as at the start of every job", factor * 100);
     p.control().post({.kind = cycle::CommandKind::Override, .value = 1});
@@ -248,13 +255,12 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   p.tell_part(part + " begins");
   const bool pressed = p.on_bus->buttons.holding();
   if (pressed) log::warn("button hold is pressed: the job waits before its first motion; `resume` or start lets it go");
-  if (options.on_hold) p.acted(std::string(name(OrderKind::Hold)));
-  p.control().hold_next(options.on_hold || pressed);
+  if (p.control().holds_next()) p.acted(std::string(name(OrderKind::Hold)));
+  if (pressed) p.control().hold_next(true);
   const devices::CyclicCounts counted_before = p.bus->counters();
   const std::uint64_t repeats_before = p.bus->mailbox_repeats();
 
-  Result<void> ended;
-  if (p.in_setup()) ended = fail(Fault::SetupMode, std::string(info(Fault::SetupMode).text));
+  if (ended && p.in_setup()) ended = fail(Fault::SetupMode, std::string(info(Fault::SetupMode).text));
   if (ended && p.world != nullptr)
     if (auto r = p.aside([&] { ended = begin_in(*p.world, recipe); }); !r) ended = r;
   if (ended) ended = p.torque();
@@ -285,10 +291,16 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
     static_cast<void>(p.aside([&] { seen = record::ask_world(*p.world, options.out, machine); }));
     record::add_world(result, std::move(seen));
   }
-  record::place_drawing(result, recipe, p.machine);
-  record::judge_board(result, recipe,
-                      {p.job->runner.state().features, p.job->runner.off_speed(), options.before, options.slow_beads},
-                      seconds(p.machine.bus.cycle));
+  const std::vector<job::FeatureState> features = p.job->runner.state().features;  // steps go on writing to its own
+  const record::Seen seen{features, p.job->runner.off_speed(), options.before, options.slow_beads};
+  record::Drawing drawing;
+  record::Judgement judgement;
+  static_cast<void>(p.aside([&] {
+    drawing = record::placed_drawing(result, recipe, p.machine);
+    judgement = record::judge_board(result, recipe, seen, seconds(p.machine.bus.cycle));
+  }));
+  result.drawing = std::move(drawing);
+  record::add_judgement(result, std::move(judgement));
   // A part that lacks something, or of which not all is good, is held until a hand asks for it.
   const bool begun = result.board == record::Board::Begun ||
                      (result.board == record::Board::Untouched && !options.before.whole.empty());
@@ -298,8 +310,11 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   p.tell_part(fmt::format("{}: {}", part, result_in_words(result)));
   p.around = p.job->runner.surroundings();
   RecordedFiles files = p.job->recording.finish(p.channels->lost.load() == 0);
-  p.job.reset();
-  static_cast<void>(p.aside([&] { files.close(result); }));
+  std::unique_ptr<RunningJob> over = std::move(p.job);
+  static_cast<void>(p.aside([&] {
+    over.reset();
+    files.close(result);
+  }));
   if (const double factor = latest().override_factor; factor > p.machine.override_max) {
     log::warn("the override returns from {:.0f} to 100 %: the job's materials allowed it, the machine does not",
               factor * 100);

@@ -91,7 +91,7 @@ struct Owner::Parts {
   /// Where the last job has found its board and parts; before the first one, the machine's own bodies.
   std::shared_ptr<const job::Surroundings> around;
   Undertaking undertaking = Undertaking::None;
-  std::optional<RunningJob> job;
+  std::unique_ptr<RunningJob> job;
   std::string order_said;          ///< what the last hold or override leads to, in words; empty: at once
   std::optional<double> raise_to;  ///< override that waits for the valve to be shut
   std::optional<Error> ending;     ///< the program was asked to end: nothing is undertaken any more

@@ -59,7 +59,7 @@ Result<void> Runner::run() {
     });
   if (done) doing_ = "done";
   state_ = job::lost_sight(std::move(state_));
-  result_.planned = planned_path_.points();
+  result_.planned = planned_path_.take();
   result_.steps = times_.steps();
   result_.feature_times = times_.features();
   result_.images_s = times_.images_s();

@@ -47,7 +47,7 @@ JobResult judged(const std::vector<Deposit>& deposits, const std::vector<Feature
                  std::vector<job::OffSpeed> off_speed = {}, const char* placement = "fixture") {
   JobResult r;
   r.deposits = deposits, r.has_world = true;
-  judge_board(r, recipe(placement), {features, std::move(off_speed)}, kCycle_s);
+  add_judgement(r, judge_board(r, recipe(placement), {features, std::move(off_speed)}, kCycle_s));
   return r;
 }
 
@@ -149,7 +149,7 @@ TEST(Defects, a_feature_called_purge_is_judged_by_its_own_deposits) {
     auto one = called_purge;
     one.features.resize(1);
     const std::vector<FeatureState> features{state};
-    judge_board(r, one, {features, {}}, kCycle_s);
+    add_judgement(r, judge_board(r, one, {features, {}}, kCycle_s));
     return r;
   };
   expect_one(judged_with({shot}, FeatureState::Done), "purge", Kind::Missing, Board::Begun);
@@ -168,7 +168,7 @@ TEST(Defects, what_a_job_leaves_out_is_no_defect_and_decides_whether_the_board_i
   const auto judged_after = [&](std::vector<bool> whole, bool defects, const std::vector<Deposit>& deposits) {
     JobResult r;
     r.deposits = deposits, r.has_world = true;
-    judge_board(r, recipe(), {only_bead, {}, {std::move(whole), defects}}, kCycle_s);
+    add_judgement(r, judge_board(r, recipe(), {only_bead, {}, {std::move(whole), defects}}, kCycle_s));
     return r;
   };
   const JobResult alone = judged_after({}, false, {bead()});
@@ -184,18 +184,18 @@ TEST(Defects, what_a_job_leaves_out_is_no_defect_and_decides_whether_the_board_i
   JobResult never;
   add_error(never, {Fault::DriveFault, "a drive fault", ""});
   const std::vector<FeatureState> not_begun{FeatureState::LeftOut, FeatureState::Open};
-  judge_board(never, recipe(), {not_begun, {}}, kCycle_s);
+  add_judgement(never, judge_board(never, recipe(), {not_begun, {}}, kCycle_s));
   EXPECT_EQ(never.board, Board::Untouched);
 }
 
 TEST(Defects, a_machine_without_a_world_tells_what_it_knows) {
   JobResult r;
-  judge_board(r, recipe(), {kDone, {}}, kCycle_s);
+  add_judgement(r, judge_board(r, recipe(), {kDone, {}}, kCycle_s));
   EXPECT_EQ(r.board, Board::Whole);
   for (const FeatureState state : {FeatureState::Open, FeatureState::Interrupted, FeatureState::Doubtful}) {
     const std::vector<FeatureState> features{FeatureState::Done, state};
     r = {};
-    judge_board(r, recipe(), {features, {}}, kCycle_s);
+    add_judgement(r, judge_board(r, recipe(), {features, {}}, kCycle_s));
     expect_one(r, "b", state == FeatureState::Open ? Kind::Missing : Kind::Cut, Board::Begun);
   }
 }
@@ -204,7 +204,7 @@ TEST(Defects, an_errors_own_code_wins_and_defects_are_listed_beside_it) {
   JobResult r;
   add_error(r, {Fault::DriveFault, "a drive fault", ""});
   const std::vector<FeatureState> features{FeatureState::Interrupted, FeatureState::Open};
-  judge_board(r, recipe(), {features, {}}, kCycle_s);
+  add_judgement(r, judge_board(r, recipe(), {features, {}}, kCycle_s));
   EXPECT_EQ(r.exit_code, ExitCode::Device);
   EXPECT_EQ(r.defects.size(), 2u);
   EXPECT_EQ(r.board, Board::Begun);
@@ -215,7 +215,7 @@ TEST(Defects, an_errors_own_code_wins_and_defects_are_listed_beside_it) {
 
   JobResult never;
   add_error(never, {Fault::DriveFault, "a drive fault", ""});
-  judge_board(never, recipe(), {std::vector<FeatureState>(2, FeatureState::Open), {}}, kCycle_s);
+  add_judgement(never, judge_board(never, recipe(), {std::vector<FeatureState>(2, FeatureState::Open), {}}, kCycle_s));
   EXPECT_EQ(never.board, Board::Untouched);
   EXPECT_TRUE(never.defects.empty()) << "nothing was begun";
 }

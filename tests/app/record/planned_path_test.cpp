@@ -25,7 +25,7 @@ TEST(PlannedPath, plays_segments_at_their_planned_speed) {
                                            straight(1, {30, 0, 50}, {30, 40, 50}, 20)};
   path.add(block);
   path.add(std::vector{straight(2, {30, 40, 50}, {30, 40, 10}, 40)});
-  const auto points = path.points();
+  const auto points = path.take();
   EXPECT_NEAR(points.back().t_s, 0.3 + 2.0 + 1.0, 1e-9);
   EXPECT_EQ(points.back().head, (Vec3{30, 40, 10}));
   EXPECT_EQ(points.back().block, 2u);
@@ -52,7 +52,7 @@ TEST(PlannedPath, shows_where_the_valve_opens_and_that_dwells_take_time) {
   dwell.nominal.phases.push_back({0.5, 0});
   dwell.events.push_back({.at_s = 0.2, .lead_s = 0, .mask = valve, .value = 0, .dispense = false});
   path.add(std::vector{line, dwell});
-  const auto points = path.points();
+  const auto points = path.take();
   EXPECT_NEAR(points.back().t_s, 1.5, 1e-9);
   for (const auto& p : points) {
     if (p.t_s < 0.39 || p.t_s > 1.21) {

@@ -48,7 +48,7 @@ TEST(Scene, bodies_marks_and_features_stand_where_the_job_has_found_the_board) {
   JobResult r;
   r.drawing = drawing_of(recipe, machine, {});
   r.offset = {{1, -2}, std::numbers::pi / 2}, r.surface = {0.5, {}};
-  place_drawing(r, recipe, machine);
+  r.drawing = placed_drawing(r, recipe, machine);
   r.features_total = 1;
   const auto scene = scene_in(report_page(r));
   ASSERT_EQ(scene.at("bodies").size(), 5u);  // post, board, part, clamp, stylus

@@ -25,7 +25,7 @@ cycle::Snapshot at(std::uint32_t tick, Vec3 head) {
   return s;
 }
 
-JobResult filled(const Trace& trace) {
+JobResult filled(Trace& trace) {
   JobResult r;
   trace.fill(r);
   return r;
