@@ -107,7 +107,7 @@ void Loop::obey(const Command& command) noexcept {
       pending_ = command.id;
       return;
     case CommandKind::ArmProbe:
-      axes_.probe().start();
+      axes_.probe().start(devices::ProbeEdge::Rising, setup_.period);
       pending_probe_ = command.id;
       return;
     case CommandKind::StartBlock:

@@ -20,6 +20,7 @@ constexpr double kBrakeGive_mm = 0.5, kBrakeGive_rad = 0.02;
 // and its stop (assumed; docs/commissioning.md).
 constexpr double kLeaveLimit_mm = 20, kLeaveLimit_rad = 0.35;
 constexpr double kLeaveSlower = 2, kLeaveStart_s = 1;  // than the slow speed, and what starting takes
+constexpr double kFlickers_s = 0.003;                  // a contact that bounces
 constexpr double kHomingTravel = 1.2;  // of the axis' travel between the switches: more than any search needs
 
 const config::Station* station_of(const config::Machine& machine, StationId id) {
@@ -47,6 +48,7 @@ devices::HomingRules rules_of(const config::Machine& machine, const config::Axis
     if (facts.input_home < 0) rules.known &= static_cast<std::uint8_t>(~devices::kSwitchHome);
   }
   rules.unseen_accepted = axis.homing->limits_unseen;
+  rules.flickers_cycles = std::max(rules.flickers_cycles, static_cast<int>(cycles_in(kFlickers_s, machine.bus.cycle)));
   rules.counts_per_cycle =
       std::max(axis.homing->fast, axis.homing->slow) * std::abs(axis.counts_per_unit) * seconds(machine.bus.cycle);
   const double leave = axis.rotary ? kLeaveLimit_rad : kLeaveLimit_mm;

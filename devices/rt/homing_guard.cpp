@@ -8,7 +8,6 @@
 namespace gantry::devices {
 namespace {
 
-constexpr int kWrongCycles = 3;      // more than an input flickers
 constexpr int kWindow = 20;          // cycles over which the speed is taken
 constexpr double kTooFast = 1.5;     // of what was asked; a drive overshoots when it starts
 constexpr double kSlackCounts = 20;  // in a window: of a motor that is held
@@ -66,7 +65,7 @@ Fault HomingGuard::look(const Feedback& f, std::int64_t elapsed) noexcept {
   const auto limits = static_cast<std::uint8_t>(now & rules_.known & (kSwitchNeg | kSwitchPos));
   const bool wrong = (limits & ~rules_.may_meet & ~leaving_) != 0 || limits == (kSwitchNeg | kSwitchPos);
   wrong_ = wrong ? wrong_ + 1 : 0;
-  if (wrong_ >= kWrongCycles) return Fault::HomingWrongLimit;
+  if (wrong_ >= rules_.flickers_cycles) return Fault::HomingWrongLimit;
 
   const std::int64_t moved = f.counts.value - last_.value;
   const double step = std::abs(static_cast<double>(moved));

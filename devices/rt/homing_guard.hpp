@@ -21,6 +21,7 @@ struct HomingRules {
   std::uint8_t may_meet = 0;      ///< limits on the method's way
   std::uint8_t reference = 0;     ///< what the method looks for; 0: homes where it stands, or at the index pulse
   int toward = 0;                 ///< where it looks for that from afar, in the drive's own counter: +1, -1; 0: nowhere
+  int flickers_cycles = 3;        ///< so long a switch may seem closed that is not
   std::int64_t leave_counts = 0;  ///< within which a limit that is the reference opens again; 0: not watched
   std::int64_t leave_cycles = 0;  ///< and in so many cycles: a turned motor presses into its stop and goes nowhere
   double counts_per_cycle = 0;    ///< at the faster of its speeds; 0: not watched

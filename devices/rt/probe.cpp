@@ -1,17 +1,20 @@
 #include "devices/rt/probe.hpp"
 
+#include <algorithm>
+
 namespace gantry::devices {
 namespace {
 
 using namespace wire::cia402;
 
-constexpr int kClearHold = 3;      // acknowledged cycles with 60B8h = 0, so that a lost frame does not swallow the edge
-constexpr int kAnswerCycles = 50;  // within which the drive must show what 60B8h asks for
+constexpr int kClearHold = 3;  // acknowledged cycles with 60B8h = 0, so that a lost frame does not swallow the edge
+constexpr Time kAnswer = milliseconds(50);  // within which the drive must show what 60B8h asks for
 
 }  // namespace
 
-void ProbeArm::start(ProbeEdge edge) noexcept {
+void ProbeArm::start(ProbeEdge edge, Time cycle) noexcept {
   *this = ProbeArm{};
+  answer_cycles_ = static_cast<int>(std::max<std::int64_t>(kAnswer / cycle, 2 * kClearHold));
   edge_ = edge;
   phase_ = Phase::Clearing;
 }
@@ -33,7 +36,7 @@ std::uint16_t ProbeArm::step(const Feedback& f) noexcept {
         if (f.probe_level == rising) return fail(Fault::ProbeAlreadyActive), std::uint16_t{0};
         if (cycles_ > kClearHold && !latched && (f.probe_status & kProbeEnabled) == 0)
           phase_ = Phase::Arming, cycles_ = 0;
-        else if (cycles_ > kAnswerCycles)
+        else if (cycles_ > answer_cycles_)
           fail(Fault::ProbeStale);
         break;
       case Phase::Arming:
@@ -43,7 +46,7 @@ std::uint16_t ProbeArm::step(const Feedback& f) noexcept {
           phase_ = Phase::Latched;
         } else if (phase_ == Phase::Arming && (f.probe_status & kProbeEnabled) != 0) {
           phase_ = Phase::Armed;
-        } else if (phase_ == Phase::Arming && cycles_ > kAnswerCycles) {
+        } else if (phase_ == Phase::Arming && cycles_ > answer_cycles_) {
           fail(Fault::ProbeStale);
         }
         break;

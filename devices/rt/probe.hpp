@@ -2,13 +2,14 @@
 // edges (bit 0 starts; AMD530B wants 0 before a new value, manual 7.2; the others a new edge of bit 0), so every
 // probing begins with 0, seen over acknowledged cycles, and the old latch must be seen to vanish before a new one
 // counts (R49, R51).
-//   probe.start(ProbeEdge::Rising);
+//   probe.start(ProbeEdge::Rising, cycle);
 //   command.probe_function = probe.step(drive.feedback());      // every cycle
 //   if (probe.phase() == ProbeArm::Phase::Latched) ... probe.latched()
 // Pure state; lives in the RT loop.
 #pragma once
 #include <cstdint>
 
+#include "core/clock.hpp"
 #include "core/fault.hpp"
 #include "core/id.hpp"
 #include "devices/rt/drive.hpp"
@@ -28,7 +29,8 @@ class ProbeArm {
     Failed,  ///< fault(): ProbeAlreadyActive, ProbeStale
   };
 
-  void start(ProbeEdge edge = ProbeEdge::Rising) noexcept;
+  /// `cycle`: of the machine, for the time within which the drive has to answer.
+  void start(ProbeEdge edge, Time cycle) noexcept;
   void stop() noexcept { *this = ProbeArm{}; }
   /// One cycle; the value for 60B8h.
   std::uint16_t step(const Feedback& feedback) noexcept;
@@ -44,7 +46,8 @@ class ProbeArm {
   Phase phase_ = Phase::Idle;
   ProbeEdge edge_ = ProbeEdge::Rising;
   Fault fault_ = Fault::None;
-  int cycles_ = 0;  ///< acknowledged cycles in this phase
+  int cycles_ = 0;         ///< acknowledged cycles in this phase
+  int answer_cycles_ = 0;  ///< of them, within which the drive must show what 60B8h asks for
   Counts latched_;
 };
 

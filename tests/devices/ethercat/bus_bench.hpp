@@ -140,7 +140,7 @@ struct BusBench {
     auto& motor = segment.motor(z.axis);
     motor.set_contact(motor.position() - 3.3335);
     ProbeArm probe;
-    probe.start();
+    probe.start(ProbeEdge::Rising, milliseconds(1));
     until(
         [&] {
           z.command.probe_function = probe.step(z.drive.feedback());

@@ -61,6 +61,15 @@ TEST(HomingGuard, an_input_that_flickers_is_no_limit) {
   for (int i = 0; i < 3000; ++i) ASSERT_EQ(guard.look(at(0, i % 3 == 0 ? 0 : kSwitchPos)), Fault::None);
 }
 
+/// At a machine's cycle of 0.25 ms a contact bounces for many cycles.
+TEST(HomingGuard, so_many_cycles_as_the_rules_say_are_a_flicker) {
+  HomingRules r = rules(17);
+  r.flickers_cycles = 12;
+  HomingGuard guard(r, at(0, 0));
+  for (int i = 0; i < 3000; ++i) ASSERT_EQ(guard.look(at(0, i % 12 == 0 ? 0 : kSwitchPos)), Fault::None);
+  EXPECT_EQ(after(guard, 12, kSwitchPos), Fault::HomingWrongLimit);
+}
+
 TEST(HomingGuard, the_wrong_limit_may_be_left_and_not_met_again) {
   HomingGuard guard(rules(17), at(0, kSwitchPos));
   EXPECT_EQ(after(guard, 500, kSwitchPos), Fault::None);

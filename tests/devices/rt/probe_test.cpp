@@ -36,7 +36,7 @@ TEST(Probe, arms_and_gives_the_latched_place_touch_after_touch) {
   ProbeArm probe;
   for (const std::int32_t place : {100, 200, 300}) {
     d.level = false;
-    probe.start();
+    probe.start(ProbeEdge::Rising, milliseconds(1));
     for (int i = 0; i < 20; ++i) d.take(probe.step(d.feedback()));
     ASSERT_EQ(probe.phase(), ProbeArm::Phase::Armed);
     d.touch(place);
@@ -46,11 +46,31 @@ TEST(Probe, arms_and_gives_the_latched_place_touch_after_touch) {
   }
 }
 
+/// A drive that takes its time does so in milliseconds, whatever the machine's cycle.
+TEST(Probe, a_drive_has_50_ms_to_show_that_it_is_armed) {
+  for (const Time cycle : {Time{microseconds(250)}, Time{milliseconds(1)}, Time{milliseconds(10)}})
+    for (const bool in_time : {true, false}) {
+      const Time answers = in_time ? milliseconds(40) : milliseconds(100);
+      ProbeArm probe;
+      probe.start(ProbeEdge::Rising, cycle);
+      DriveProbe silent, armed;
+      armed.take(0x11);
+      Time asked{0};
+      for (Time t{0}; t < milliseconds(300); t += cycle) {
+        const bool shows = asked > Time{0} && t - asked >= answers;
+        const std::uint16_t word = probe.step(shows ? armed.feedback() : silent.feedback());
+        if (word != 0 && asked == Time{0}) asked = t;
+        if (probe.phase() == ProbeArm::Phase::Failed) break;
+      }
+      EXPECT_EQ(probe.phase(), in_time ? ProbeArm::Phase::Armed : ProbeArm::Phase::Failed) << cycle.count() << " ns";
+    }
+}
+
 TEST(Probe, the_edge_survives_lost_frames) {
   DriveProbe d;
   d.function = 0x11, d.status = 3, d.latched = 55;  // armed and latched by somebody before
   ProbeArm probe;
-  probe.start();
+  probe.start(ProbeEdge::Rising, milliseconds(1));
   for (int i = 0; i < 40; ++i) {
     const bool lost = i % 2 == 0;
     const std::uint16_t word = probe.step(d.feedback(!lost));
@@ -64,7 +84,7 @@ TEST(Probe, an_active_probe_is_refused_before_the_move) {
   DriveProbe d;
   d.level = true;
   ProbeArm probe;
-  probe.start();
+  probe.start(ProbeEdge::Rising, milliseconds(1));
   EXPECT_EQ(probe.step(d.feedback()), 0);
   EXPECT_EQ(probe.phase(), ProbeArm::Phase::Failed);
   EXPECT_EQ(probe.fault(), Fault::ProbeAlreadyActive);
@@ -75,14 +95,14 @@ TEST(Probe, a_latch_that_does_not_vanish_is_stale) {
   d.keeps_latch = true;
   d.status = 3;
   ProbeArm probe;
-  probe.start();
+  probe.start(ProbeEdge::Rising, milliseconds(1));
   for (int i = 0; i < 100; ++i) d.take(probe.step(d.feedback()));
   EXPECT_EQ(probe.fault(), Fault::ProbeStale);
 }
 
 TEST(Probe, a_drive_that_never_shows_enabled_fails) {
   ProbeArm probe;
-  probe.start();
+  probe.start(ProbeEdge::Rising, milliseconds(1));
   Feedback f;
   f.fresh = true;
   for (int i = 0; i < 200; ++i) probe.step(f);
