@@ -14,11 +14,12 @@ constexpr double kReportDelay = 2;  // cycles from a target that is sent to a po
 // What a drive's filter may take to let a target through, in delays of the axis; and cycles in which frames may be
 // lost.
 constexpr double kDelays = 3, kLate = 10;
-constexpr double kShortCounts = 20;  // that an open-loop drive may stop short of its target
-constexpr int kStands = 10;          // cycles without motion after which a drive stands
+constexpr double kShortCounts = 20;         // that an open-loop drive may stop short of its target
+constexpr Time kStands = milliseconds(10);  // without motion, after which a drive stands
 }  // namespace
 
-Axes::Axes(const LoopSetup& setup) noexcept : setup_(setup) {
+Axes::Axes(const LoopSetup& setup) noexcept
+    : setup_(setup), stands_cycles_(static_cast<int>(std::max<std::int64_t>(kStands / setup.period, 2))) {
   for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
     const DriveSetup& drive = setup_.drives[d];
     const AxisSetup& axis = setup_.axes[drive.axis.value];
@@ -45,7 +46,7 @@ void Axes::read(const devices::FieldBus& bus, bool answered, std::int64_t elapse
       dropped_[d] = true;  // set() could throw
     // A count to and fro is no motion.
     const bool moved = std::abs(drives_[d].feedback().counts.value - counts_before) > 1;
-    still_[d] = fresh && !moved ? std::min(still_[d] + 1, kStands) : 0;
+    still_[d] = fresh && !moved ? std::min(still_[d] + 1, stands_cycles_) : 0;
     if (drives_[d].feedback().jumped) {  // whatever else is wrong, and whatever the loop does about that
       forget_reference(setup_.drives[d].axis);
       homing_[d].cancel(Fault::EncoderJump);
@@ -87,7 +88,7 @@ void Axes::share_coordinate(AxisId id) noexcept {
   const bool first_off = !cycle::has_torque(first.feedback().state),
              second_off = !cycle::has_torque(second.feedback().state);
   if (!first_off && !second_off) return;
-  const bool stand = still_[drives[0]] == kStands && still_[drives[1]] == kStands;
+  const bool stand = still_[drives[0]] == stands_cycles_ && still_[drives[1]] == stands_cycles_;
   if (((first_off && second_off) || stand) && skew(id) > setup_.axes[id.value].skew_max) forget_reference(id);
   if ((referenced_ >> id.value & 1u) == 0) join(id, second_off);
 }
@@ -99,10 +100,11 @@ void Axes::write(devices::FieldBus& bus, const AxisVec& target, std::int64_t ela
     last_target_[i] = target[i];
   }
   sent_.push(elapsed, target);
+  const std::bitset<kMaxDrives> together = may_search();
   for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
     const DriveSetup& setup = setup_.drives[d];
     devices::DriveCommand command;
-    if (homing_[d].busy()) command = homing_[d].step(drives_[d].feedback(), elapsed);
+    if (homing_[d].busy()) command = homing_[d].step(drives_[d].feedback(), elapsed, together[d]);
     const bool stays_off = (away_[d] >= setup_.counter_low_max || dropped_[d]) && goal_ == DriveGoal::Enabled;
     command.goal = stays_off ? DriveGoal::Disabled : goal_of(d);
     // An axis that has come home stands where it is until the others have, too: the interpolator's position is of the
@@ -115,6 +117,16 @@ void Axes::write(devices::FieldBus& bus, const AxisVec& target, std::int64_t ela
     if (d == probe_drive()) command.probe_function = probe_.step(drives_[d].feedback());
     drives_[d].write(bus.outputs(setup.station), command);
   }
+}
+
+/// The two sides of an axis begin to search in the same cycle: one that began alone would rack the beam.
+std::bitset<kMaxDrives> Axes::may_search() const noexcept {
+  std::bitset<kMaxDrives> may;
+  for (const AxisSetup& axis : setup_.axes) {
+    const bool all = std::all_of(axis.drives.begin(), axis.drives.end(), [&](auto d) { return homing_[d].ready(); });
+    for (const std::uint8_t d : axis.drives) may[d] = axis.drives.size() == 1 || all;  // set() could throw
+  }
+  return may;
 }
 
 /// A drive that is to be braked by its targets keeps its torque for that; one that has none gets none.
@@ -134,7 +146,7 @@ std::uint32_t Axes::braked_by_targets() const noexcept {
 
 bool Axes::standing() const noexcept {
   for (std::size_t d = 0; d < setup_.drives.size(); ++d)
-    if (cycle::has_torque(drives_[d].feedback().state) && still_[d] < kStands) return false;
+    if (cycle::has_torque(drives_[d].feedback().state) && still_[d] < stands_cycles_) return false;
   return true;
 }
 
@@ -281,19 +293,25 @@ void Axes::cancel_homing(Fault why) noexcept {
 void Axes::follow_homing() noexcept {
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
     if ((homing_mask_ >> i & 1u) == 0 || setup_.axes[i].drives.size() != 2) continue;
+    end_together(i);
     watch_sides(i);
     square_homed(i);
   }
 }
 
+/// Where one side has given up, the other one does not go on alone.
+void Axes::end_together(std::size_t i) noexcept {
+  devices::HomingRun &a = homing_[setup_.axes[i].drives[0]], &b = homing_[setup_.axes[i].drives[1]];
+  if (a.fault() != Fault::None && b.busy()) b.cancel(a.fault());
+  if (b.fault() != Fault::None && a.busy()) a.cancel(b.fault());
+}
+
 /// Both sides go the same way, to switches that stand square: what one goes farther than the other is how far the beam
 /// was racked, or one of them runs away.
 void Axes::watch_sides(std::size_t i) noexcept {
-  using Phase = devices::HomingRun::Phase;
   const AxisSetup& axis = setup_.axes[i];
   devices::HomingRun &a = homing_[axis.drives[0]], &b = homing_[axis.drives[1]];
-  const auto far_enough = [](const devices::HomingRun& run) { return run.phase() >= Phase::Search; };
-  if (!far_enough(a) || !far_enough(b) || !(a.busy() || b.busy()) || axis.homing.skew_max <= 0) return;
+  if (!(a.busy() || b.busy()) || axis.homing.skew_max <= 0) return;
   const auto moved = [&](const devices::HomingRun& run, std::uint8_t d) {
     return static_cast<double>(run.moved()) / drives_[d].scale().to_counts_delta(1);
   };

@@ -120,6 +120,8 @@ class Axes {
   [[nodiscard]] devices::DriveGoal goal_of(std::size_t d) const noexcept;
   [[nodiscard]] std::size_t probe_drive() const noexcept;
   void share_coordinate(AxisId id) noexcept;
+  [[nodiscard]] std::bitset<kMaxDrives> may_search() const noexcept;
+  void end_together(std::size_t axis) noexcept;
   void watch_sides(std::size_t axis) noexcept;
   void square_homed(std::size_t axis) noexcept;
   void join(AxisId id, bool second_moves_over) noexcept;
@@ -138,6 +140,7 @@ class Axes {
       away_{};  ///< cycles in which its station did not take part, up to counter_low_max: it was lost then
   std::bitset<kMaxDrives> dropped_;
   std::uint32_t let_stop_ = 0;           ///< drives that quick-stop whatever is known of that
+  int stands_cycles_;                    ///< after which a drive stands
   std::array<int, kMaxDrives> still_{};  ///< cycles in a row in which it was heard to stand
 };
 

@@ -90,12 +90,12 @@ void HomingRun::lead_off(const Feedback& f) noexcept {
   }
   if (!stands(f) && in_phase_ < phase_cycles_) return;
   guard_ = HomingGuard(limits_.rules, f);
-  seen_undone_ = false;
+  seen_undone_ = ready_ = false;
   start_ = last_ = f.counts;
   enter(Phase::EnterMode);
 }
 
-DriveCommand HomingRun::step(const Feedback& f, std::int64_t elapsed) noexcept {
+DriveCommand HomingRun::step(const Feedback& f, std::int64_t elapsed, bool may_search) noexcept {
   DriveCommand command{.goal = DriveGoal::Enabled, .mode = kHoming, .target = f.position};
   ++cycles_;
   ++in_phase_;
@@ -111,7 +111,8 @@ DriveCommand HomingRun::step(const Feedback& f, std::int64_t elapsed) noexcept {
     case Phase::EnterMode:
       // Bits of an earlier homing vanish while bit 4 is 0; a drive that keeps them is started all the same and must
       // take them back then.
-      if (in_mode && (seen_undone_ || in_phase_ > phase_cycles_ / 2))
+      ready_ = in_mode && (seen_undone_ || in_phase_ > phase_cycles_ / 2);
+      if (ready_ && may_search)
         enter(Phase::Search);
       else if (in_phase_ > phase_cycles_)
         cancel(Fault::WrongMode);

@@ -39,8 +39,9 @@ class HomingRun {
   };
 
   void start(const HomingLimits& limits, const Feedback& feedback) noexcept;
-  /// `elapsed`: cycles since the last call, more than 1 after a stall.
-  DriveCommand step(const Feedback& feedback, std::int64_t elapsed = 1) noexcept;
+  /// `elapsed`: cycles since the last call, more than 1 after a stall. `may_search`: the other side of its axis is
+  /// ready, too; without that its search does not begin.
+  DriveCommand step(const Feedback& feedback, std::int64_t elapsed = 1, bool may_search = true) noexcept;
   /// Ends it early (an abort): stops, comes back to CSP and ends as Failed with `why`. One that is Done fails, too:
   /// what it has found no longer holds (the counter jumped while other axes were still homing).
   void cancel(Fault why) noexcept;
@@ -48,6 +49,8 @@ class HomingRun {
   [[nodiscard]] bool busy() const noexcept {
     return phase_ != Phase::Idle && phase_ != Phase::Done && phase_ != Phase::Failed;
   }
+  /// Its search may begin, or has begun.
+  [[nodiscard]] bool ready() const noexcept { return ready_ || phase_ > Phase::EnterMode; }
   /// Counts of the search so far. That the drive sets its counter anew at the edge is no motion.
   [[nodiscard]] std::int64_t moved() const noexcept { return moved_; }
   /// While it leads off: counts by which the target moves in this cycle.
@@ -76,6 +79,7 @@ class HomingRun {
   bool led_off_ = false;  ///< it is to be led off, or was, and is searched for once more
   std::int64_t led_ = 0;  ///< counts
   int lead_step_ = 0;
+  bool ready_ = false;        ///< in mode 6, and what the drive shows from here on is of this run
   bool seen_undone_ = false;  ///< neither "done" nor "error" was seen, in mode 6: what comes now is of this run
 };
 

@@ -33,7 +33,7 @@ struct HomingDrive {
     return started ? 0x0237 : 0x8737;
   }
   /// `answered` false: no frame comes back, and what is known of the drive is of the past.
-  void cycle(bool answered = true) {
+  void cycle(bool answered = true, bool may_search = true) {
     const std::int8_t wanted = bench.layout.mode.get(bench.outputs);
     if (wanted != mode && ++mode_wait > 10) mode = wanted, mode_wait = 0;
     const bool start = mode == 6 && (bench.controlword() & 0x10) != 0;
@@ -47,7 +47,7 @@ struct HomingDrive {
     bench.position(counts);
     const Feedback f = bench.drive.read(bench.inputs, answered);
     bench.drive.write(bench.outputs, run.busy()
-                                         ? run.step(f)
+                                         ? run.step(f, 1, may_search)
                                          : DriveCommand{.goal = DriveGoal::Enabled, .target = bench.drive.commanded()});
   }
   int until_done(int at_most = 20'000) {
@@ -81,6 +81,32 @@ TEST(Homing, the_result_of_an_earlier_homing_does_not_count) {
     EXPECT_EQ(h.run.phase(), HomingRun::Phase::Done) << code(h.run.fault()).text;
     EXPECT_GE(h.travelled, h.switch_after);
   }
+}
+
+/// Two drives carry one beam; the second one shows "done" of an earlier homing until it is started.
+TEST(Homing, a_side_waits_until_the_other_one_may_search_too) {
+  HomingDrive prompt, late;
+  late.stale_done = true;
+  for (HomingDrive* h : {&prompt, &late})
+    h->run.start({.timeout_cycles = 10'000, .travel_counts = 20'000}, h->bench.drive.feedback());
+  int apart = 0;
+  for (int n = 0; n < 20'000 && (prompt.run.busy() || late.run.busy()); ++n) {
+    const bool both = prompt.run.ready() && late.run.ready();
+    prompt.cycle(true, both);
+    late.cycle(true, both);
+    apart = std::max(apart, std::abs(prompt.travelled - late.travelled));
+  }
+  EXPECT_EQ(prompt.run.phase(), HomingRun::Phase::Done) << code(prompt.run.fault()).text;
+  EXPECT_EQ(late.run.phase(), HomingRun::Phase::Done) << code(late.run.fault()).text;
+  EXPECT_EQ(apart, 0);
+}
+
+TEST(Homing, a_side_whose_other_one_never_gets_ready_does_not_move) {
+  HomingDrive h;
+  h.run.start({.timeout_cycles = 10'000, .travel_counts = 20'000}, h.bench.drive.feedback());
+  for (int n = 0; n < 20'000 && h.run.busy(); ++n) h.cycle(true, false);
+  EXPECT_EQ(h.run.fault(), Fault::WrongMode);
+  EXPECT_EQ(h.travelled, 0);
 }
 
 TEST(Homing, the_drives_error_bit_ends_it) {
