@@ -329,7 +329,7 @@ void Axes::square_homed(std::size_t i) noexcept {
       homing_[axis.drives[1]].phase() != Phase::Done)
     return;
   for (const std::uint8_t d : axis.drives)
-    drives_[d].set_reference(Counts{axis.homing.home_counts}, axis.homing.position);
+    drives_[d].set_reference(Counts{axis.homing.limits.home_counts}, axis.homing.position);
   const double from = drives_[axis.drives[1]].commanded(), to = drives_[axis.drives[0]].commanded();
   apart_[i] = std::abs(to - from);
   if (apart_[i] > axis.homing.square_max)
@@ -364,7 +364,7 @@ Axes::Homed Axes::finish_homing() noexcept {
     }
     const HomingSetup& homing = setup_.axes[i].homing;
     if (setup_.axes[i].drives.size() == 1)  // sides have theirs since they were compared
-      drives_[setup_.axes[i].drives[0]].set_reference(Counts{homing.home_counts}, homing.position);
+      drives_[setup_.axes[i].drives[0]].set_reference(Counts{homing.limits.home_counts}, homing.position);
     referenced_ |= 1u << i;
   }
   homing_mask_ = 0;

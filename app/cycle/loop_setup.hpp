@@ -36,7 +36,6 @@ struct HomingSetup {
   bool possible = false;
   double position = 0;  ///< coordinate at the home edge, mm or rad
   devices::HomingLimits limits;
-  std::int64_t home_counts = 0;  ///< 607Ch: what the drive counts at the edge
   // Of an axis with two drives, mm:
   double skew_max = 0;      ///< how much farther one side may go than the other while both search; 0: not watched
   double square_max = 0;    ///< what squaring removes when both have homed; more is refused

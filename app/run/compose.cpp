@@ -20,7 +20,9 @@ constexpr double kBrakeGive_mm = 0.5, kBrakeGive_rad = 0.02;
 // and its stop (assumed; docs/commissioning.md).
 constexpr double kLeaveLimit_mm = 20, kLeaveLimit_rad = 0.35;
 constexpr double kLeaveSlower = 2, kLeaveStart_s = 1;  // than the slow speed, and what starting takes
-constexpr double kFlickers_s = 0.003;                  // a contact that bounces
+// From the edge on, besides braking: what the drive takes to see it, and to come to rest (assumed).
+constexpr double kComesToRest_s = 0.02;
+constexpr double kFlickers_s = 0.003;  // a contact that bounces
 constexpr double kHomingTravel = 1.2;  // of the axis' travel between the switches: more than any search needs
 
 const config::Station* station_of(const config::Machine& machine, StationId id) {
@@ -124,11 +126,13 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, Host host) {
       const double travel = kHomingTravel * (axis.p_max - axis.p_min) + std::abs(axis.homing->position);
       setup.homing.limits.travel_counts = std::llround(travel * axis.counts_per_unit);
       setup.homing.limits.rules = rules_of(machine, axis);
+      const double braking = axis.homing->fast * axis.homing->fast / (2 * axis.homing->acceleration);
+      setup.homing.limits.near_counts =
+          std::llround((braking + kComesToRest_s * axis.homing->fast) * std::abs(axis.counts_per_unit));
       setup.homing.square_max = axis.homing->square_max;
       setup.homing.square_speed = axis.homing->slow;
       // A side that comes to its switch late runs past it, as the other one has, and back.
-      setup.homing.skew_max =
-          axis.homing->rack_max + axis.homing->fast * axis.homing->fast / (2 * axis.homing->acceleration);
+      setup.homing.skew_max = axis.homing->rack_max + braking;
     }
     if (auto added = add_drives(machine, axis, setup, loop); !added) return tl::unexpected(added.error());
     setup.streamed = axis.kind == config::AxisKind::Streamed && !setup.drives.empty();

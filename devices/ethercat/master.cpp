@@ -24,6 +24,7 @@ namespace {
 using namespace wire;
 
 constexpr std::uint32_t kLogicalStart = 0x0001'0000;
+constexpr int kAway = 20;         // looks in a row: a station that restarts is away longer, and frames are lost singly
 constexpr int kFreshCycles = 10;  // in a row: only then a station counts as recovered
 constexpr Time kFreshTimeout = milliseconds(200);
 constexpr Time kLoopBegins = milliseconds(100);
@@ -513,11 +514,11 @@ std::vector<std::string> EthercatMaster::serve_objects() {
   std::vector<std::string> news;
   if (!has_slow_objects()) return news;
   choose_carrier();
-  for (const Bent& b : bent_) {
-    if (cyclic_->was_fresh(b.station))
-      serve_slow_objects(link_, stations_[b.station], *b.image, news);
-    else
-      forget_slow_objects(*b.image);
+  for (Bent& b : bent_) {
+    const bool takes_part = cyclic_->was_fresh(b.station);
+    b.unheard = takes_part ? 0 : std::min(b.unheard + 1, kAway);
+    if (takes_part) serve_slow_objects(link_, stations_[b.station], *b.image, news);
+    if (b.unheard == kAway) forget_slow_objects(*b.image);
   }
   return news;
 }

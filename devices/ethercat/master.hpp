@@ -138,6 +138,7 @@ class EthercatMaster final : public StationBus {
   struct Bent {
     std::size_t station = 0;  ///< in stations_
     std::unique_ptr<BentImage> image;
+    int unheard = 0;                      ///< looks in a row at which it did not take part
     std::span<std::byte> outputs, spare;  ///< of the images of all stations
     std::span<const std::byte> inputs;
   };

@@ -354,16 +354,15 @@ Result<void> tell_what_is_lost(Link& link, StationRecord& s, std::vector<std::st
     for (const PdoRow& row : outputs ? profile.rx_pdos : profile.tx_pdos)
       for (const PdoEntry& entry : row.entries) {
         const DriveEntry* e = find_drive_entry(config::first_slot(profile, entry.address, row.slot).index);
-        const bool there = std::ranges::any_of(outputs ? s.rx_pdos : s.tx_pdos, [&](const PdoRow& r) {
-          return std::ranges::any_of(r.entries, [&](const PdoEntry& x) {
-            return x.address == entry.address && (e == nullptr || e->bits != 32 || x.bit_length == 32);
-          });
-        });
-        if (there || e == nullptr) continue;
+        const auto mapped = find_bits(outputs ? s.rx_pdos : s.tx_pdos, entry.address);
+        const bool whole = mapped && (e == nullptr || e->bits != 32 || mapped->bits == 32);
+        if (whole || e == nullptr) continue;
+        const std::string how = mapped ? fmt::format("is in its PDOs with {} of {} bits", mapped->bits, e->bits)
+                                       : std::string("is in none of its PDOs");
         const std::string what = fmt::format("{:04X}h ({} of axis {})", entry.address.index, e->name, row.slot);
         if (e->need == EntryNeed::Probe) {
           s.left_out.push_back(entry.address);
-          notes.push_back(fmt::format("{}: {} is in none of its PDOs: {}", s.where, what, e->cost));
+          notes.push_back(fmt::format("{}: {} {}: {}", s.where, what, how, e->cost));
           continue;
         }
         std::uint32_t aborted = 0;
@@ -371,15 +370,13 @@ Result<void> tell_what_is_lost(Link& link, StationRecord& s, std::vector<std::st
         if (!value && aborted == 0) return tl::unexpected(value.error());
         const bool is_mode = e->index == cia402::kMode;
         if (!value && is_mode)
-          return fail(
-              Fault::PdoMappingDiffers,
-              fmt::format("{} is in none of its PDOs and not to be had by SDO: {}", what, value.error().message),
-              s.where);
+          return fail(Fault::PdoMappingDiffers,
+                      fmt::format("{} {} and not to be had by SDO: {}", what, how, value.error().message), s.where);
         ObjectAddress by = entry.address;
         const bool is_display = e->index == cia402::kModeDisplay;
         if (!value && is_display) by = config::in_slot(profile, {cia402::kMode, 0}, row.slot);
         if (value || is_display) s.slow.push_back({entry.address, by, entry.bit_length, outputs, e->has_sign, is_mode});
-        notes.push_back(value ? fmt::format("{}: {} is in none of its PDOs: {}", s.where, what, e->cost)
+        notes.push_back(value ? fmt::format("{}: {} {}: {}", s.where, what, how, e->cost)
                               : fmt::format("{}: it has no {}: {}", s.where, what, e->absent));
       }
   return {};

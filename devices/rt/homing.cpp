@@ -46,9 +46,9 @@ void HomingRun::watch_search(const Feedback& f) noexcept {
   if (seen_undone_ && (f.statusword & kHomingError) != 0) return cancel(Fault::HomingFailed);
   if (const Fault seen = guard_.look(f, unseen_); seen != Fault::None) return cancel(seen);
   if (seen_undone_ && done_bits(f)) {
-    if (!guard_.found_switch() && !at_the_edge()) return cancel(Fault::HomingFailed);
-    if (guard_.found_switch() && counter_is_dead()) return cancel(Fault::HomingFailed);
-    led_off_ = !guard_.found_switch();
+    const bool doubtful = !guard_.found_switch() || counter_is_dead();
+    if (doubtful && !at_the_edge()) return cancel(Fault::HomingFailed);
+    led_off_ = doubtful;
     return enter(Phase::Settle);
   }
   // The drive sets its counter anew at the home edge, perhaps before it shows "done": that jump is no travel.
@@ -64,11 +64,20 @@ void HomingRun::watch_search(const Feedback& f) noexcept {
   if (std::abs(f.counts.value - start_.value) > limits_.travel_counts) cancel(Fault::HomingTimeout);
 }
 
-/// Its switch was not seen, but the distance was so short that it may have been closed between two frames alone.
+/// Its switch was not seen, or its counter has not moved, but the distance was so short that it may have stood at its
+/// edge when it began.
 bool HomingRun::at_the_edge() const noexcept {
   constexpr double kNear = 10;  // cycles of travel
   return !led_off_ && limits_.rules.toward != 0 &&
          static_cast<double>(std::abs(moved_)) <= kNear * limits_.rules.counts_per_cycle;
+}
+
+/// A drive that calls its homing done has set its counter at the edge, and stands near it.
+void HomingRun::leave(const Feedback& f) noexcept {
+  const std::int64_t off = std::abs(f.counts.value - limits_.home_counts);
+  if (fault_ == Fault::None && !led_off_ && limits_.near_counts > 0 && off > limits_.near_counts)
+    fault_ = Fault::HomingFailed;
+  enter(fault_ != Fault::None ? Phase::Failed : led_off_ ? Phase::LeadOff : Phase::Done);
 }
 
 /// Its switch has closed or opened since it began, and 6064h has not moved by a count meanwhile. (An axis that was at
@@ -126,7 +135,7 @@ DriveCommand HomingRun::step(const Feedback& f, std::int64_t elapsed, bool may_s
       break;
     case Phase::LeaveMode:
       if (f.takes_targets)
-        enter(fault_ != Fault::None ? Phase::Failed : led_off_ ? Phase::LeadOff : Phase::Done);
+        leave(f);
       else if (in_phase_ > phase_cycles_)
         fault_ = Fault::WrongMode, enter(Phase::Failed);
       break;

@@ -23,6 +23,8 @@ struct HomingLimits {
   std::int64_t travel_counts = 0;  ///< from the start; 0: not bounded
   Time cycle = milliseconds(1);    ///< between two calls of step()
   HomingRules rules{};             ///< switches and speed that are watched meanwhile
+  std::int64_t home_counts = 0;    ///< 607Ch: what the drive counts at its edge
+  std::int64_t near_counts = 0;    ///< of it, within which an axis stands that has come home; 0: not watched
 };
 
 class HomingRun {
@@ -64,6 +66,7 @@ class HomingRun {
   [[nodiscard]] bool at_the_edge() const noexcept;
   [[nodiscard]] bool counter_is_dead() const noexcept;
   void lead_off(const Feedback& f) noexcept;
+  void leave(const Feedback& f) noexcept;
   [[nodiscard]] bool stands(const Feedback& f) noexcept;
 
   Phase phase_ = Phase::Idle;

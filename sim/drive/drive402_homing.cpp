@@ -54,7 +54,7 @@ void Drive402::on_homing_input(std::uint32_t changed, std::uint32_t levels) noex
     phases_ = phases_.subspan(1);
     may_bounce_ = false;
     if (!phases_.empty()) return next_homing_phase();
-    motion_.set_counts(home_offset_.value);  // this instant is home
+    if (!lies_.keeps_counter) motion_.set_counts(home_offset_.value);  // this instant is home
     motion_.brake(decel_counts_s2(homing_acceleration_));
     homing_ = HomingState::Stopping;
     return;

@@ -12,6 +12,7 @@ struct DriveLies {
   std::uint16_t status_always = 0;          ///< bits of 6041h that always are
   bool position_dead = false;               ///< 6064h stays at what it was when the supply came
   bool home_at_once = false;                ///< homing is called done where it begins
+  bool keeps_counter = false;               ///< homing does not set 6064h at its edge
   bool home_never = false;                  ///< homing is begun and nothing moves
   bool ignores_targets = false;             ///< of CSP, with the statusword of one that follows
 };

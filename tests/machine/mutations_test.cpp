@@ -77,6 +77,13 @@ TEST(Mutations, by_hand) {
       {"a drive that cannot home", [&](auto& m) { std::erase(facts(m, "z").modes, 6); }, "'z'"},
       {"homing goes twice as fast", [&](auto& m) { facts(m, "y1").velocity_counts_s *= 2; }, "axis Y"},
       {"homing goes half as fast", [&](auto& m) { facts(m, "x").velocity_counts_s /= 2; }, nullptr},
+      {"it holds a home offset",
+       [](auto& m) {
+         object(m, "x", {0x607C, 0}).initial = 5000;
+       },
+       nullptr},
+      {"an axis that stands exactly on its reference limit",
+       [](auto& m) { m.sim.axes[0].start = m.axes[0].homing->position; }, nullptr},
       {"the home switch is stuck", [](auto& m) { m.sim.axes[3].home_switch = 1e6; }, "axis C"},
       {"a limit that stays closed", [](auto& m) { m.sim.axes[0].pos_limit = -1e6; }, "axis X"},
       {"both limits swapped on one side of the beam",
@@ -177,6 +184,7 @@ TEST(Mutations, drives_that_lie) {
       {"no voltage ever shows", {.status_never = 0x0010}, true},
       {"6064h is dead", {.position_dead = true}},
       {"homing is done where it begins", {.home_at_once = true}},
+      {"homing does not set 6064h", {.keeps_counter = true}},
       {"homing never begins", {.home_never = true}},
       {"targets are ignored", {.ignores_targets = true}},
   };

@@ -92,6 +92,17 @@ TEST(UnseenLimits, limits_that_are_polled_and_fall_silent_stop_homing_in_half_a_
   EXPECT_TRUE(at_last) << to_text(at_last.error());
 }
 
+/// A lost frame is no station that was away: what was seen a moment ago is still known.
+TEST(UnseenLimits, limits_that_are_polled_stay_known_when_frames_are_lost) {
+  std::string script;
+  for (int cycle = 500; cycle < 9000; cycle += 37)
+    script += fmt::format("- {{at: cycle {}, do: lose_frames, count: 2}}\n", cycle);
+  Rig rig({.script = script, .wired = [](auto& m) { unmappable(m, {"x"}, {0x60FD}); }});
+  ASSERT_TRUE(rig.owner().bring_up());
+  const auto homed = rig.owner().home();
+  EXPECT_TRUE(homed) << to_text(homed.error());
+}
+
 /// With everything in PDOs a slow mailbox costs nothing but time at bring-up; with modes and switches by SDO the
 /// machine homes as well as long as the switches are seen every half second, or is refused by name.
 TEST(SlowMailboxes, a_whole_machine_homes_as_well_or_is_refused_by_name_in_bounded_time) {
