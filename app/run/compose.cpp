@@ -131,8 +131,9 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, Host host) {
           std::llround((braking + kComesToRest_s * axis.homing->fast) * std::abs(axis.counts_per_unit));
       setup.homing.square_max = axis.homing->square_max;
       setup.homing.square_speed = axis.homing->slow;
-      // A side that comes to its switch late runs past it, as the other one has, and back.
-      setup.homing.skew_max = axis.homing->rack_max + braking;
+      // A side that comes to its switch late runs past it, as the other one has, and back; each of them sees its switch
+      // up to a cycle late.
+      setup.homing.skew_max = axis.homing->rack_max + braking + 2 * axis.homing->fast * seconds(loop.period);
     }
     if (auto added = add_drives(machine, axis, setup, loop); !added) return tl::unexpected(added.error());
     setup.streamed = axis.kind == config::AxisKind::Streamed && !setup.drives.empty();
