@@ -1,5 +1,6 @@
 #include "motion/plan/find_path.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -33,6 +34,18 @@ const char* why_not(const SearchAnswer& found) {
   return "there is no path: what stands between goes from side to side";
 }
 
+/// Homing may leave axes beyond their limits: from there straight to where these begin, and on.
+SearchAnswer around(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins) {
+  if (!beyond_limits(scene, from)) return search_around(scene, from, to, margins, kBudget, nullptr);
+  AxisVec inside = from;
+  for (std::size_t i = 0; i < scene.axes().size(); ++i)
+    inside[i] = std::clamp(from[i], scene.axes()[i].p_min, scene.axes()[i].p_max);
+  if (!is_clear(scene, from, inside, margins)) return {};
+  SearchAnswer found = search_path(scene, inside, to, margins, kBudget);
+  if (found.status == SearchStatus::Ok) found.points.insert(found.points.begin(), from);
+  return found;
+}
+
 }  // namespace
 
 Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& to, const PathRules& rules,
@@ -55,8 +68,7 @@ Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& t
       path.kind = PathKind::LiftOver;
       path.points = std::move(over->points);
     } else {
-      SearchAnswer found;
-      if (!beyond_limits(scene, from)) found = search_around(scene, from, to, *margins, kBudget, nullptr);
+      SearchAnswer found = around(scene, from, to, *margins);
       if (found.status != SearchStatus::Ok)
         return tl::unexpected(collision(
             scene, *straight, from, to,

@@ -172,6 +172,32 @@ TEST(FindPath, refuses_goals_beyond_an_axis_and_numbers_that_are_none) {
   EXPECT_EQ(find_path(scene, at(0, 0, 10), at(0, std::nan(""), 10), {}).error().fault, Fault::OutOfReach);
 }
 
+/// Where homing leaves axes may be beyond their limits; the judge are closed forms.
+TEST(FindPath, goes_around_from_where_an_axis_stands_beyond_its_limits) {
+  const config::Machine m = test::bare_machine();
+  const config::Body tower = box("tower", {10, 60, 400}, {40, 0, 0});
+  Scene scene(m);
+  scene.add(tower);
+  AxisVec from = at(-50.6, -50.3, 50), to = at(150, -40, 50);
+  from[3] = -3.25;
+  const auto path = find_path(scene, from, to, {.clearance_mm = 2, .approaches = {}});
+  ASSERT_TRUE(path) << path.error().message;
+  EXPECT_EQ(path->kind, PathKind::Detour);
+  EXPECT_EQ(path->points.front(), from);
+  EXPECT_EQ(path->points.back(), to);
+  for (std::size_t i = 0; i + 1 < path->points.size(); ++i) {
+    const AxisVec &p = path->points[i], &q = path->points[i + 1];
+    for (std::size_t axis = 0; i > 0 && axis < m.axes.size(); ++axis) {
+      EXPECT_GE(p[axis], m.axes[axis].p_min);
+      EXPECT_LE(p[axis], m.axes[axis].p_max);
+    }
+    for (config::Body body : m.head) {
+      body.centre = body.centre + Vec3{p[0], p[1], p[2]};
+      EXPECT_GE(test::swept_distance(body, {q[0] - p[0], q[1] - p[1], q[2] - p[2]}, tower), 2) << body.name;
+    }
+  }
+}
+
 TEST(FindPath, standing_still_is_a_path_of_its_own) {
   const Scene scene(test::bare_machine());
   const auto path = find_path(scene, at(5, 5, 10), at(5, 5, 10), {});
