@@ -74,10 +74,16 @@ void check_axis(const Machine& m, const Axis& axis, const written::AxisRow& row,
                  fmt::format("turns the motor at {:.6g} rpm; more than {:.6g} rpm is taken for a slip",
                              60 * axis.v_max / axis.unit_per_rev, 60 * kMostRevs_s),
                  row.v_max.place);
-  if (axis.drives.size() == 2 && axis.skew_max <= 0)
+  if (axis.drives.size() == 2 && !row.skew_max.given())
     mistakes.add(Fault::MissingKey, "'skew_max' is missing here (a gantry axis must watch its two sides)", row.place);
-  if (axis.drives.size() == 1 && row.skew_max.given())
-    mistakes.add(Fault::Inconsistent, "one drive has no skew; leave it out", row.skew_max.place);
+  if (axis.drives.size() != 1) return;
+  const written::HomingRow none, &homing = row.homing ? *row.homing : none;
+  for (const auto* at : {&row.skew_max, &homing.rack_max, &homing.square_max})
+    if (at->given()) {
+      mistakes.add(Fault::Inconsistent, "one drive has no skew; leave it out, and what else is of two sides",
+                   at->place);
+      break;
+    }
 }
 
 /// Each role has an axis of its own; where one has two, nothing else that is told of it would be to the point.
@@ -141,9 +147,17 @@ void check_axes(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
                      file.axes[i].drives[d].place);
     }
   }
+  const auto is_streamed = [&](AxisId id) { return m.axes[id.value].kind == AxisKind::Streamed; };
   for (const auto& [role, name] : {std::pair{m.x, &file.roles.x}, {m.y, &file.roles.y}, {m.z, &file.roles.z}})
-    if (m.axes[role.value].kind != AxisKind::Streamed)
+    if (!is_streamed(role))
       mistakes.add(Fault::Inconsistent, "an axis that carries the head must be streamed", name->place);
+  for (const auto& [role, name] : {std::pair{m.c, &file.roles.turn}, {m.u, &file.roles.lift}})
+    if (role && !is_streamed(*role))
+      mistakes.add(Fault::Inconsistent,
+                   fmt::format("axis {} is positioned: its drive moves by itself, and a job plays targets to the axes "
+                               "of its roles; name a streamed axis",
+                               m.axes[role->value].name),
+                   name->place);
   const auto& z_homing = m.axes[m.z.value].homing;
   for (const AxisId id : {m.x, m.y})
     if (const auto& h = m.axes[id.value].homing; h && z_homing && z_homing->order >= h->order) {
@@ -155,7 +169,16 @@ void check_axes(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
     }
   for (std::size_t i = 0; i < file.park.size(); ++i) {
     const Axis& axis = m.axes[m.park[i].first.value];
-    if (m.park[i].second < axis.p_min || m.park[i].second > axis.p_max)
+    const bool has_role = axis.id == m.c || axis.id == m.u;  // then it is told there
+    if (axis.kind != AxisKind::Streamed) {
+      if (!has_role)
+        mistakes.add(
+            Fault::Inconsistent,
+            fmt::format("axis {} is positioned: its drive moves by itself, and no job takes it anywhere; leave "
+                        "it out",
+                        axis.name),
+            file.park[i].place);
+    } else if (m.park[i].second < axis.p_min || m.park[i].second > axis.p_max)
       mistakes.add(Fault::OutOfRange, fmt::format("outside the travel of axis {}", axis.name),
                    file.park[i].quantity.place);
   }

@@ -102,11 +102,17 @@ void check_turn(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
                    row.on_turn_place);
 }
 
-/// Where a job ends, bodies of the head may not stand in those of the scene.
+/// Where a job ends, bodies of the head may not stand in those of the scene. An axis that is not parked ends wherever
+/// the job has left it: of a body that it carries nothing is known.
 void check_park(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   AxisVec at{};
   for (const auto& [axis, position] : m.park) at[axis.value] = position;
+  const auto parked = [&](std::optional<AxisId> id) {
+    return !id || std::ranges::any_of(m.park, [&](const auto& each) { return each.first == *id; });
+  };
+  if (!parked(m.x) || !parked(m.y) || !parked(m.z)) return;
   for (Body body : m.head) {
+    if ((body.on_turn && !parked(m.c)) || (body.on_lift && !parked(m.u))) continue;
     if (body.on_turn && m.c) {
       const Vec2 axis = turn_axis(m), centre = axis + rotated(flat(body.centre) - axis, at[m.c->value]);
       body.centre = {centre.x, centre.y, body.centre.z};

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
+#include <limits>
 #include <map>
 #include <tuple>
 
@@ -75,6 +76,7 @@ class Resolver {
   void stations(const written::MachineFile& file, Machine& m);
   void axes(const written::MachineFile& file, Machine& m);
   void homing(const written::HomingRow& row, Axis& axis);
+  void counts(const written::AxisRow& row, const Axis& axis);
   void roles(const written::MachineFile& file, Machine& m);
   std::vector<Body> bodies(const std::vector<written::BodyRow>& rows);
   void sim(const written::MachineFile& file, Machine& m);
@@ -145,6 +147,19 @@ void Resolver::homing(const written::HomingRow& row, Axis& axis) {
   axis.homing = h;
 }
 
+/// A target is a whole number of 32 bits (607Ah), and a drive counts from where it was homed.
+void Resolver::counts(const written::AxisRow& row, const Axis& axis) {
+  constexpr double kMost = std::numeric_limits<std::int32_t>::max();
+  const double zero = axis.homing ? axis.homing->position : 0;
+  const double farthest = std::max(std::abs(axis.p_min - zero), std::abs(axis.p_max - zero)) * axis.counts_per_unit;
+  if (farthest <= kMost) return;
+  mistakes_.add(Fault::OutOfRange,
+                fmt::format("{:.4g} counts of the drive from where they begin, and a target has 32 bits: {} at most; "
+                            "write a shorter travel, or correct per_rev",
+                            farthest, in_units(axis, kMost / axis.counts_per_unit)),
+                row.travel.place);
+}
+
 void Resolver::axes(const written::MachineFile& file, Machine& m) {
   for (const auto& row : file.axes) {
     Axis axis;
@@ -184,9 +199,10 @@ void Resolver::axes(const written::MachineFile& file, Machine& m) {
       axis.following_base = positive(row.following->base, length);
       axis.following_per_speed_s = row.following->per_speed_s;
     }
-    axis.skew_max = value(row.skew_max, length);
+    axis.skew_max = positive(row.skew_max, length);
     axis.response_delay_s = row.response_delay_s;
     if (row.homing) homing(*row.homing, axis);
+    counts(row, axis);
     m.axes.push_back(std::move(axis));
   }
 }

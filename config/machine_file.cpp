@@ -36,7 +36,8 @@ Field<StationRow> settings(std::string key, std::string doc) {
               const Node& item = node.items[i];
               if (!expect_name(node.keys[i], mistakes) || item.kind == Node::Kind::Refused) continue;
               SettingRow& row = to.parameters.emplace_back(SettingRow{node.keys[i].text, node.keys[i].place, {}});
-              if (item.kind == Node::Kind::Sequence && !expect_list(item, {1, 8}, mistakes)) continue;
+              row.unread = item.kind == Node::Kind::Sequence && !expect_list(item, {1, 8}, mistakes);
+              if (row.unread) continue;
               for (const Node& each : item.kind == Node::Kind::Sequence ? item.items : std::vector{item})
                 if (auto text = read_scalar(each, "a value such as '2.1 A' or 10000", mistakes))
                   row.values.push_back({std::move(*text), each.place});

@@ -11,6 +11,7 @@ struct SettingRow {
   std::string name;
   Location place;
   std::vector<At<std::string>> values;
+  bool unread = false;
 };
 struct InputsRow {
   int negative_limit = -1, positive_limit = -1, home = -1;

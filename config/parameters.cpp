@@ -61,19 +61,19 @@ class Parameters {
   Parameters(StationProfile& profile, Mistakes& mistakes) : profile_(profile), mistakes_(mistakes) {}
 
   void resolve(const written::StationRow& row) {
-    for (const SettingRow& setting : row.parameters) known(setting.name, setting.place);
-    for (const auto& name : row.declared) known(name.value, name.place);
+    if (!known(row)) return;
     for (const Parameter& p : profile_.parameters) {
       const auto setting = std::ranges::find(row.parameters, p.name, &SettingRow::name);
       const bool stated = setting != row.parameters.end();
       const bool declared = std::ranges::any_of(row.declared, [&](const auto& d) { return d.value == p.name; });
       if (!stated && p.must_be_stated) profile_.not_stated.push_back(p.name);
-      if (stated && !fits_slots(*setting)) continue;
+      if (stated && (setting->unread || !fits_slots(*setting))) continue;
       for (int slot = 0; slot < std::max(profile_.slots, 1); ++slot) {
         const ObjectAddress address = in_slot(profile_, p.address, slot);
         if (slot > 0 && address == p.address) break;
         auto value = p.value;
         if (stated) value = read(p, *setting, slot);
+        if (stated && !value && setting->values.size() == 1) break;  // it is told, and is the same for all
         if (value) profile_.startup.push_back({address, p.type, *value, p.why, p.name, p.rule, p.acts, declared});
       }
     }
@@ -81,14 +81,34 @@ class Parameters {
   }
 
  private:
-  void known(const std::string& name, Location place) {
+  /// Several names that the profile has not are one mistake: most often it is the profile that is another one.
+  bool known(const written::StationRow& row) {
     std::vector<std::string_view> names;
     for (const Parameter& p : profile_.parameters) names.push_back(p.name);
-    if (std::ranges::find(names, name) == names.end())
+    std::vector<std::string> unknown;
+    Location first;
+    const auto look = [&](const std::string& name, Location place) {
+      if (std::ranges::find(names, name) != names.end() || std::ranges::find(unknown, name) != unknown.end()) return;
+      if (unknown.empty()) first = place;
+      unknown.push_back(name);
+    };
+    for (const SettingRow& setting : row.parameters) look(setting.name, setting.place);
+    for (const auto& name : row.declared) look(name.value, name.place);
+    if (unknown.empty()) return true;
+    if (unknown.size() == 1) {
       mistakes_.add(Fault::UnknownReference,
-                    fmt::format("{} has no parameter '{}'; {}", profile_.title, name,
-                                did_you_mean(name, {names.begin(), names.end()})),
-                    place);
+                    fmt::format("{} has no parameter '{}'; {}", profile_.title, unknown[0],
+                                did_you_mean(unknown[0], {names.begin(), names.end()})),
+                    first);
+      return true;
+    }
+    mistakes_.add(Fault::UnknownReference,
+                  fmt::format("{} has no parameters '{}'; is another profile meant than '{}'? Of '{}': {}",
+                              profile_.title, fmt::join(unknown, "', '"), row.profile.value, unknown[0],
+                              did_you_mean(unknown[0], {names.begin(), names.end()})),
+                  first);
+    profile_ = {};  // what else does not go with it would be the same mistake
+    return false;
   }
 
   bool fits_slots(const SettingRow& setting) {

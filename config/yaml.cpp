@@ -63,6 +63,14 @@ Clean clean(std::string_view text, Mistakes& mistakes) {
       ++at;
       continue;
     }
+    if (c == '\r' && text.find('\n') == std::string_view::npos && text.find('\r', at + 1) != std::string_view::npos) {
+      mistakes.add(Fault::YamlSyntax,
+                   "the lines of this file end with a carriage return alone (0x0D); save it with the line ends of Unix "
+                   "or Windows",
+                   place);
+      out.readable = false;
+      return out;
+    }
     if (c == '\t') {
       mistakes.add(Fault::YamlSyntax, "a tab; indent and separate with blanks", place);
       out.readable = out.readable && !indent;

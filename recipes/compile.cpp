@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <set>
 
 #include "core/near_word.hpp"
 #include "core/units.hpp"
@@ -124,7 +125,7 @@ class Feasibility {
     reach_.look(over("camera", m.at, 0, m.place, fmt::format("mark '{}'", m.name)));
     const config::CameraConfig& camera = machine_.camera;
     const double image = 0.5 * camera.mm_per_px * std::min(camera.width_px, camera.height_px);
-    if (m.diameter / 2 >= std::min(image, camera.search_mm))
+    if (m.diameter / 2 >= std::min(image, camera.search_mm) && too_large_.insert(m.diameter).second)
       mistakes_.add(Fault::OutOfReach,
                     fmt::format("mark '{}' of {:.6g} mm is larger than what the camera sees ({:.6g} mm)", m.name,
                                 m.diameter, 2 * std::min(image, camera.search_mm)),
@@ -160,24 +161,31 @@ class Feasibility {
         rules.places.max_rotation);
   }
 
+  [[nodiscard]] bool window_is_covered() const {
+    const config::ProbeConfig& probe = machine_.probe;
+    const double window = recipe_.touch_rules.window_mm;
+    return probe.approach_mm >= window && probe.approach_mm - probe.travel_mm <= -window;
+  }
+  /// What the probe does not cover is told itself, and nothing besides is by it.
+  [[nodiscard]] double window() const { return window_is_covered() ? recipe_.touch_rules.window_mm : 0; }
+
   /// The probe's own way, and where the touches are.
   void touches() {
     const config::ProbeConfig& probe = machine_.probe;
-    const double window = recipe_.touch_rules.window_mm;
     const double end = probe.approach_mm - probe.travel_mm;
-    const bool covered = probe.approach_mm >= window && end <= -window;
-    if (!recipe_.touches.empty() && !covered) {
+    if (!recipe_.touches.empty() && !window_is_covered()) {
       const TouchPoint& first = recipe_.touches.front();
       const Location written = recipe_.touch_rules.window_place;
       mistakes_.add(Fault::OutOfReach,
                     fmt::format("touch '{}': the probe goes from {:.6g} to {:.6g} mm above nominal, which does not "
                                 "cover the 'window' of +-{:.6g} mm; write at most {:.6g} mm",
-                                first.name, probe.approach_mm, end, window, std::min(probe.approach_mm, -end)),
+                                first.name, probe.approach_mm, end, recipe_.touch_rules.window_mm,
+                                std::min(probe.approach_mm, -end)),
                     written.line > 0 ? written : first.place);
     }
     for (const TouchPoint& t : recipe_.touches) {
       Reach::Ask ask = wherever(over("probe", t.at, end, t.place, fmt::format("touch '{}'", t.name)), t.at);
-      ask.lift = std::max(probe.approach_mm, (covered ? window : 0) + probe.retract_mm) - end;
+      ask.lift = std::max(probe.approach_mm, window() + probe.retract_mm) - end;
       reach_.look(std::move(ask));
     }
   }
@@ -192,7 +200,7 @@ class Feasibility {
     Reach::Ask ask{.tool = "needle",
                    .tip = purge_tip(recipe_, machine_, {}, {}),
                    .lift = material->retract,
-                   .window = on_board && !recipe_.touches.empty() ? recipe_.touch_rules.window_mm : 0,
+                   .window = on_board && !recipe_.touches.empty() ? window() : 0,
                    .place = purge.at_place,
                    .what = "purging",
                    .material = material,
@@ -211,7 +219,7 @@ class Feasibility {
     if (told || !material) return;
     Reach::Ask ask = wherever(over("needle", flat(at), at.z + material->gap, place, id), flat(at));
     ask.lift = material->retract;
-    ask.window = recipe_.touches.empty() ? 0 : recipe_.touch_rules.window_mm;
+    ask.window = recipe_.touches.empty() ? 0 : window();
     ask.material = material;
     told = !reach_.look(std::move(ask));
   }
@@ -228,6 +236,7 @@ class Feasibility {
   const config::Machine& machine_;
   Mistakes& mistakes_;
   Reach reach_{recipe_, machine_, mistakes_};
+  std::set<double> too_large_;  ///< diameters of marks that are told
 };
 
 }  // namespace

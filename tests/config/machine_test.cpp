@@ -233,6 +233,18 @@ TEST(Machine, check_warns_where_the_io_station_leaves_the_bus_with_the_drives) {
   EXPECT_TRUE(warns(file.load(), "carries stop, door_closed, air_ok, safety_ok, valve and stands behind drive 'x'"));
 }
 
+TEST(Machine, what_is_not_parked_may_end_anywhere) {
+  Changed file;
+  file.swap("park: {X: 20 mm, Y: 20 mm, Z: -2 mm, C: 0 deg, U: 0 mm}", "park: {}", "park");
+  file.swap("scene:\n", "scene:\n  beam: {box: [20 mm, 20 mm, 20 mm], centre: [0 mm, 0 mm, 90 mm]}\n", "beam");
+  const auto m = file.load();
+  EXPECT_TRUE(m) << to_text(m.error()[0]);
+  Changed raised;
+  raised.swap("park: {X: 20 mm, Y: 20 mm, ", "park: {X: 20 mm, ", "park");
+  raised.swap("scene:\n", "scene:\n  beam: {box: [20 mm, 20 mm, 20 mm], centre: [20 mm, 0 mm, 90 mm]}\n", "beam");
+  EXPECT_TRUE(raised.load()) << "where Y stands is not known";
+}
+
 class Rows : public testing::TestWithParam<Wrong> {};
 
 TEST_P(Rows, that_contradict_are_one_mistake_at_its_place) { expect_one_mistake(GetParam()); }
