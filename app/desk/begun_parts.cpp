@@ -124,19 +124,31 @@ Result<std::optional<BegunPart>> BegunParts::read(const std::string& serial) con
   });
 }
 
-Result<std::optional<BegunPart>> BegunParts::find(const std::string& serial, bool clamp_open) {
+Result<std::optional<BegunPart>> BegunParts::another(const std::string& serial) const {
+  if (serial.empty()) return std::nullopt;
+  if (finished_) return finished_->serial.empty() || finished_->serial == serial ? std::nullopt : finished_;
+  const auto inside = in_machine();
+  if (!inside) return tl::unexpected(inside.error());
+  if (!*inside || (**inside).empty() || **inside == serial) return std::nullopt;
+  return read(**inside);
+}
+
+Result<std::optional<BegunPart>> BegunParts::find(const std::string& serial, Clamp clamp) {
+  if (clamp == Clamp::Open) finished_.reset();
+  // Whatever the serial says, the job would be done on what the clamp holds.
+  if (clamp == Clamp::Holds && clamped_)
+    if (auto held = another(serial); !held || *held) return held;
   if (!serial.empty())
     if (auto own = read(serial); !own || *own) return own;
-  if (clamp_open) finished_.reset();
   if (finished_ && (serial.empty() || finished_->serial.empty() || serial == finished_->serial)) return finished_;
   const auto inside = in_machine();
   if (!inside) return tl::unexpected(inside.error());
-  const bool another = *inside && !serial.empty() && !(**inside).empty();
-  if (!*inside || another) return std::nullopt;
+  const bool not_this_one = *inside && !serial.empty() && !(**inside).empty();
+  if (!*inside || not_this_one) return std::nullopt;
   auto part = read(**inside);
   if (!part || !*part) return part;
   // A power cut opens clamps, too: that is no hand which takes the part out.
-  if (!clamp_open || !clamped_ || (**part).lost) return part;
+  if (clamp != Clamp::Open || !clamped_ || (**part).lost) return part;
   if ((**part).serial.empty()) {
     log::warn(
         "the part that was begun at {} by recipe '{}' was not finished; the clamp has opened since, so that this "

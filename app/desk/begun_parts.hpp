@@ -1,7 +1,7 @@
 // Parts that a job has begun and not finished, kept in the machine's state folder: a job that would dispense all of its
 // recipe over one of them is refused.
 //   BegunParts parts(BegunParts::folder(state, options));
-//   auto part = parts.find(serial, clamp_open);   parts.keep(part);   parts.forget(serial);
+//   auto part = parts.find(serial, Clamp::Holds);   parts.keep(part);   parts.forget(serial);
 // A part is known by its serial. Without serials it is the one in the machine, until the clamp that held it has opened.
 #pragma once
 #include <optional>
@@ -27,6 +27,13 @@ struct BegunPart {
 /// What `part-removed` came to, for people: that it is forgotten, or that there was none of this serial.
 std::string removal_in_words(const std::optional<BegunPart>& forgotten, const std::string& serial);
 
+/// What is known of the clamp as a job is asked for.
+enum class Clamp {
+  Unseen,  ///< the bus is still to come up, or no output of the program's moves it
+  Open,
+  Holds,
+};
+
 class BegunParts {
  public:
   /// Parts of steel and of each kind of simulation do not know of each other. Nothing where each owner makes a board
@@ -37,11 +44,11 @@ class BegunParts {
 
   explicit BegunParts(std::string folder) : folder_(std::move(folder)) {}
 
-  /// The begun part that a job of this serial would be done on: that of the serial, else the one in the machine, which
-  /// is another one only if both have serials, or if the clamp is open and has held it (clamped()). Then one without
-  /// serial is forgotten, unless its job was lost. A finished part that the clamp still holds is found, too: nothing is
-  /// left of it. Fault::BadValue, FileUnreadable.
-  Result<std::optional<BegunPart>> find(const std::string& serial, bool clamp_open);
+  /// The begun part that a job of this serial would be done on: what the clamp holds; else that of the serial, else the
+  /// one in the machine, which is another one only if both have serials, or if the clamp is open and has held it
+  /// (clamped()). Then one without serial is forgotten, unless its job was lost. A finished part that the clamp still
+  /// holds is found, too: nothing is left of it. Fault::BadValue, FileUnreadable.
+  Result<std::optional<BegunPart>> find(const std::string& serial, Clamp clamp);
   /// It is in the machine. On the disk when this returns. Fault::FileUnwritable.
   Result<void> keep(const BegunPart& part);
   /// Whether the clamp holds it, as seen after a job. What was open already when the bus came up is no removal.
@@ -62,6 +69,8 @@ class BegunParts {
   [[nodiscard]] std::string in_machine_file() const { return folder_ + "/in-machine.json"; }
   [[nodiscard]] Result<std::optional<std::string>> in_machine() const;
   [[nodiscard]] Result<std::optional<BegunPart>> read(const std::string& serial) const;
+  /// The begun or finished part with another serial than this one, if it is in the machine.
+  [[nodiscard]] Result<std::optional<BegunPart>> another(const std::string& serial) const;
 
   std::string folder_;
   bool clamped_ = false;

@@ -24,6 +24,10 @@ bool clamp_holds(const config::Machine& machine, const cycle::Snapshot& now) {
   return machine.outputs[static_cast<std::size_t>(config::Output::Clamp)] && !clamp_open(machine, now);
 }
 
+Clamp clamp_at(const config::Machine& machine, const cycle::Snapshot& now) {
+  return clamp_open(machine, now) ? Clamp::Open : clamp_holds(machine, now) ? Clamp::Holds : Clamp::Unseen;
+}
+
 /// The files that its stations are described in.
 std::vector<recipes::Source> profiles_of(const config::Machine& machine) {
   std::vector<recipes::Source> profiles;
@@ -75,8 +79,9 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
   if (!prepared.proof) may_run = tl::unexpected(prepared.proof.error());
   // A bus that is still to come up knows of no hand that has opened the clamp.
   if (may_run)
-    aside(
-        [&, open = !bench.bring_up && clamp_open(machine, bench.owner->latest())] { may_run = part.may_begin(open); });
+    aside([&, clamp = bench.bring_up ? Clamp::Unseen : clamp_at(machine, bench.owner->latest())] {
+      may_run = part.may_begin(clamp);
+    });
   if (may_run && bench.bring_up) may_run = bench.bring_up();
   if (may_run) aside([&] { may_run = part.begin(); });
   if (may_run && bench.may_start) may_run = bench.may_start();

@@ -42,10 +42,12 @@ PartOfJob::PartOfJob(BegunParts* parts, const Prepared& prepared, std::string se
   std::sort(chosen_.begin(), chosen_.end());
 }
 
-Result<void> PartOfJob::may_begin(bool clamp_open) {
+Result<void> PartOfJob::may_begin(Clamp clamp) {
   if (parts_ == nullptr) return {};
-  auto found = parts_->find(serial_, clamp_open);
+  auto found = parts_->find(serial_, clamp);
   if (!found) return tl::unexpected(found.error());
+  if (*found && !serial_.empty() && !(**found).serial.empty() && (**found).serial != serial_)
+    return tl::unexpected(refusal_over(**found));
   found_ = std::move(*found);
   if (!found_) return {};
   const bool same =
@@ -60,6 +62,20 @@ Result<void> PartOfJob::may_begin(bool clamp_open) {
 std::string PartOfJob::named() const {
   return found_->serial.empty() ? "the part in the machine"
                                 : fmt::format("the part with serial '{}'", config::shortened(found_->serial, 100));
+}
+
+Error PartOfJob::refusal_over(const BegunPart& held) const {
+  return {
+      Fault::Refused,
+      fmt::format("the clamp still holds the part with serial '{}', which recipe '{}' began at {}{}, and this job is "
+                  "for '{}'; say `gantry part-removed` to open the clamp, and put the other part in{}",
+                  config::shortened(held.serial, 100), held.recipe, held.began,
+                  held.left.empty() ? "" : " and did not finish", config::shortened(serial_, 100),
+                  held.left.empty() || held.lost
+                      ? ""
+                      : fmt::format(", or finish the one inside with {} --serial {}",
+                                    config::shortened(held.to_finish, 200), config::shortened(held.serial, 100))),
+      recipe_.file};
 }
 
 Error PartOfJob::refusal() const {

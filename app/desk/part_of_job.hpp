@@ -1,6 +1,6 @@
 // The part that one job is done on: whether it may be begun, and what is remembered of it until it is finished.
 //   PartOfJob part(parts, prepared, serial);
-//   part.may_begin(clamp_open);   part.begin();   owner.run(..., {.before = part.before()});   part.end(result,
+//   part.may_begin(clamp);   part.begin();   owner.run(..., {.before = part.before()});   part.end(result,
 //   clamp_holds);
 #pragma once
 #include <optional>
@@ -21,8 +21,8 @@ class PartOfJob {
   PartOfJob(BegunParts* parts, const Prepared& prepared, std::string serial);
 
   /// Fault::Refused where the part was begun and not finished, unless --from or --only says what it lacks and the
-  /// recipe is the one that it was begun with.
-  Result<void> may_begin(bool clamp_open);
+  /// recipe is the one that it was begun with; always where the clamp holds a part with another serial.
+  Result<void> may_begin(Clamp clamp);
   /// From here on it counts as begun, whatever happens to this program.
   Result<void> begin();
   /// What lies on it already.
@@ -33,6 +33,7 @@ class PartOfJob {
 
  private:
   [[nodiscard]] Error refusal() const;
+  [[nodiscard]] Error refusal_over(const BegunPart& held) const;
   /// The part of this job, as jobs before it have left it.
   [[nodiscard]] BegunPart part(std::vector<std::size_t> left, bool lost) const;
   /// What was not whole on it before.

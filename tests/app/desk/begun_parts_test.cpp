@@ -23,8 +23,8 @@ class KnownParts : public ::testing::Test {
                             .lost = lost}));
     parts.clamped(clamped);
   }
-  static std::string met(BegunParts& parts, const std::string& serial, bool clamp_open) {
-    const auto found = parts.find(serial, clamp_open);
+  static std::string met(BegunParts& parts, const std::string& serial, Clamp clamp) {
+    const auto found = parts.find(serial, clamp);
     if (!found) return to_text(found.error());
     return *found ? "part '" + (**found).serial + "'" : "another";
   }
@@ -34,20 +34,43 @@ class KnownParts : public ::testing::Test {
 TEST_F(KnownParts, a_serial_does_not_make_another_of_the_part_in_the_machine) {
   BegunParts parts(folder_);
   begin(parts, "", true);
-  EXPECT_EQ(met(parts, "Z1", false), "part ''");
-  EXPECT_EQ(met(parts, "", false), "part ''");
-  EXPECT_EQ(met(parts, "Z1", true), "another") << "the clamp that held it has opened";
-  EXPECT_EQ(met(parts, "", false), "another") << "it is forgotten";
+  EXPECT_EQ(met(parts, "Z1", Clamp::Unseen), "part ''");
+  EXPECT_EQ(met(parts, "", Clamp::Unseen), "part ''");
+  EXPECT_EQ(met(parts, "Z1", Clamp::Open), "another") << "the clamp that held it has opened";
+  EXPECT_EQ(met(parts, "", Clamp::Unseen), "another") << "it is forgotten";
 }
 
 TEST_F(KnownParts, two_serials_are_two_parts) {
   BegunParts parts(folder_);
   begin(parts, "S1", true);
-  EXPECT_EQ(met(parts, "S2", false), "another");
-  EXPECT_EQ(met(parts, "S1", true), "part 'S1'");
-  EXPECT_EQ(met(parts, "", false), "part 'S1'");
-  EXPECT_EQ(met(parts, "", true), "another");
-  EXPECT_EQ(met(parts, "S1", true), "part 'S1'") << "wherever it has been";
+  EXPECT_EQ(met(parts, "S2", Clamp::Unseen), "another");
+  EXPECT_EQ(met(parts, "S1", Clamp::Open), "part 'S1'");
+  EXPECT_EQ(met(parts, "", Clamp::Unseen), "part 'S1'");
+  EXPECT_EQ(met(parts, "", Clamp::Open), "another");
+  EXPECT_EQ(met(parts, "S1", Clamp::Open), "part 'S1'") << "wherever it has been";
+}
+
+TEST_F(KnownParts, what_the_clamp_holds_is_met_whatever_the_serial) {
+  BegunParts parts(folder_);
+  begin(parts, "S2", true);  // and taken out
+  begin(parts, "S1", true);
+  for (const char* serial : {"S1", "S2", "S3", ""})
+    EXPECT_EQ(met(parts, serial, Clamp::Holds), "part 'S1'") << "for '" << serial << "'";
+  EXPECT_EQ(met(parts, "S2", Clamp::Open), "part 'S2'");
+  EXPECT_EQ(met(parts, "S3", Clamp::Open), "another");
+  EXPECT_EQ(met(parts, "S3", Clamp::Unseen), "another") << "a clamp that nobody saw";
+}
+
+TEST_F(KnownParts, a_finished_one_that_the_clamp_holds_is_met_by_every_serial) {
+  BegunParts parts(folder_);
+  begin(parts, "S1", true);
+  ASSERT_TRUE(parts.forget("S1"));
+  BegunPart done;
+  done.serial = "S1";
+  parts.keep_finished(done);
+  EXPECT_EQ(met(parts, "S2", Clamp::Holds), "part 'S1'");
+  EXPECT_EQ(met(parts, "S2", Clamp::Open), "another");
+  EXPECT_EQ(met(parts, "S2", Clamp::Holds), "another") << "it was forgotten as the clamp was seen open";
 }
 
 TEST_F(KnownParts, a_clamp_that_opens_as_a_bus_comes_up_takes_out_nothing) {
@@ -55,9 +78,9 @@ TEST_F(KnownParts, a_clamp_that_opens_as_a_bus_comes_up_takes_out_nothing) {
     BegunParts before(folder_);
     begin(before, serial, true);
     BegunParts after(folder_);  // another program
-    EXPECT_EQ(met(after, "", true), "part '" + std::string(serial) + "'");
+    EXPECT_EQ(met(after, "", Clamp::Open), "part '" + std::string(serial) + "'");
     ASSERT_TRUE(after.forget_removed(""));
-    EXPECT_EQ(met(after, "", true), "another");
+    EXPECT_EQ(met(after, "", Clamp::Open), "another");
   }
 }
 
@@ -78,7 +101,7 @@ TEST_F(KnownParts, one_whose_job_was_lost_is_met_with_the_clamp_open_too) {
   for (const char* serial : {"", "S5"}) {
     BegunParts parts(folder_);
     begin(parts, serial, true, true);
-    EXPECT_EQ(met(parts, "", true), "part '" + std::string(serial) + "'");
+    EXPECT_EQ(met(parts, "", Clamp::Open), "part '" + std::string(serial) + "'");
   }
 }
 

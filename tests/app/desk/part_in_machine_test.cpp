@@ -130,6 +130,18 @@ TEST_F(APartThatIsCut, is_known_by_its_serial_wherever_it_has_been) {
   expect_refused(run({{"serial", "S/1"}}),
                  {"the part with serial 'S/1'", "--only corner", "part-removed --serial S/1"});
   expect_refused(run(), {"the part with serial 'S/1'"});  // the clamp has not opened: it is in the machine
+  for (const Json& more : {Json::object(), Json{{"only", {"corner"}}}}) {
+    Json order{{"serial", "S/2"}};
+    order.update(more);
+    const Json over = run(order);
+    EXPECT_EQ(code_of(over), "G702") << over.dump();
+    for (const char* word : {"holds the part with serial 'S/1'", "this job is for 'S/2'", "`gantry part-removed`",
+                             "--only corner --serial S/1"})
+      EXPECT_NE(over.dump().find(word), std::string::npos) << word << over.dump();
+    EXPECT_EQ(over.value("board", ""), "untouched");
+    EXPECT_TRUE(over["to_finish"].is_null()) << over.dump();
+  }
+  ASSERT_TRUE(owner_->part_removed());  // a hand opens the clamp
   expect_whole(run({{"serial", "S/2"}}));
   expect_whole(run());  // the clamp has opened, and nobody says what lies there
   expect_refused(run({{"serial", "S/1"}}), {"1 of its 3 features"});
@@ -230,6 +242,25 @@ TEST_F(APartWithDefects, is_another_one_than_that_of_a_serial_only_when_both_hav
   EXPECT_EQ(code_of(run({{"serial", "S/1"}})), "G702");
   EXPECT_TRUE(ask({{"order", "part_removed"}, {"serial", "S/1"}}).value("ok", false));
   expect_whole(run({{"serial", "S/1"}}));
+}
+
+TEST_F(APartWithDefects, with_a_serial_is_not_dispensed_over_for_another_one) {
+  EXPECT_TRUE(ask({{"order", "part_removed"}}).value("ok", false));
+  bool slowed = false;
+  on_cycle_ = [&] {
+    if (!slowed && (owner_->latest().outputs & config::bit(config::Output::Valve)) != 0)
+      slowed = client_->say("{\"order\":\"override\",\"value\":0.2}\n") > 0;
+  };
+  ASSERT_EQ(run({{"serial", "S/1"}}).value("result", ""), "done_with_defects");
+  on_cycle_ = {};
+  EXPECT_TRUE(ask({{"order", "override"}, {"value", 1}}).value("ok", false));
+  const int stood = moved_at_;
+  const Json over = run({{"serial", "S/2"}});
+  EXPECT_EQ(code_of(over), "G702") << over.dump();
+  EXPECT_NE(over.dump().find("holds the part with serial 'S/1'"), std::string::npos) << over.dump();
+  EXPECT_EQ(moved_at_, stood);
+  EXPECT_TRUE(ask({{"order", "part_removed"}}).value("ok", false));
+  expect_whole(run({{"serial", "S/2"}}));
 }
 
 TEST_F(APartThatIsCut, whose_file_cannot_be_read_is_not_run_over) {
