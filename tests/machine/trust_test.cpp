@@ -206,7 +206,8 @@ TEST(Trust, a_racked_beam_is_squared_within_two_counts_or_refused) {
     if (std::abs(by) < 53.75) {
       ASSERT_TRUE(homed) << by << " " << to_text(homed.error());
     }
-    // rack_max, the 60^2 / (2 x 1000) mm in which homing brakes, and 60 mm/s for two cycles and for the one that sees it.
+    // rack_max, the 60^2 / (2 x 1000) mm in which homing brakes, and 60 mm/s for two cycles and for the one that sees
+    // it.
     if (std::abs(by) > 55.75) {
       ASSERT_FALSE(homed) << by;
       EXPECT_EQ(homed.error().fault, Fault::GantrySkew) << to_text(homed.error());
