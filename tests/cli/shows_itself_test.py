@@ -48,14 +48,14 @@ with open("tests/cli/short-board.yaml") as file:
 big = os.path.join(folder, "big.yaml")
 with open(big, "w") as file:
     file.write(board[:board.index("features:")] + "features:\n  - array: {name: many, material: adhesive, "
-               "at: [10 mm, 8 mm], rows: 60, columns: 80, pitch: [0.5 mm, 0.25 mm]}\n")
+               "at: [10 mm, 8 mm], rows: 120, columns: 160, pitch: [0.25 mm, 0.125 mm]}\n")
 status, text = on_terminal([gantry, "check", big])
 expect("the check of a large recipe shows that it goes on", re.search(r"checking .*big.yaml: \d+\.\d s", text), text)
 shares = [int(each) for each in re.findall(r"big.yaml: \d+\.\d s, (\d+) %, about \d+ s left", text)]
 expect("how much of it is done, and what is left", len(shares) > 1 and shares == sorted(shares) and shares[-1] > shares[0]
        and shares[-1] <= 100, text)
-expect("and clears that line", status != 0 or re.search(r"\r\x1b\[K[^\r]*big.yaml: 4800 features", text) or
-       re.search(r"\n[^\r\n]*big.yaml: 4800 features", text), text)
+expect("and clears that line", status != 0 or re.search(r"\r\x1b\[K[^\r]*big.yaml: 19200 features", text) or
+       re.search(r"\n[^\r\n]*big.yaml: 19200 features", text), text)
 piped = subprocess.run([gantry, "check", big], capture_output=True, text=True)
 expect("but not without a terminal", "checking" not in piped.stderr + piped.stdout, piped.stderr)
 
