@@ -59,7 +59,9 @@ for job in first, second:
     assert clock[0] < 1, f"heard of after {clock[0]} s"
     assert all(b > a for a, b in zip(clock, clock[1:])), "the clock stands or goes back"
     assert len({s["predicted_s"] for s in job}) == 1 and job[0]["predicted_s"] > 3, "the prediction changes"
-    assert job[-1]["remaining_s"] == 0 and job[0]["remaining_s"] == job[0]["predicted_s"]
+    # The first that is heard may be of its first motion: nothing is played before it, and no second counts twice.
+    begins = job[0]["predicted_s"] - job[0]["remaining_s"]
+    assert job[-1]["remaining_s"] == 0 and 0 <= begins <= job[0]["elapsed_s"], (begins, job[0]["elapsed_s"])
 clock = [s["elapsed_s"] for s in first if s["state"] not in over]
 steps = sorted(b - a for a, b in zip(clock, clock[1:]))
 print(f"{len(clock)} samples in {clock[-1]:.1f} s, the longest step {steps[-1]:.3f} s")
