@@ -51,6 +51,7 @@ Clean clean(std::string_view text, Mistakes& mistakes) {
   out.text.reserve(text.size());
   Location place{1, 1};
   bool indent = true;
+  const bool ends_in_cr = text.find('\n') == std::string_view::npos && std::ranges::count(text, '\r') > 1;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t length = utf8_length(text, at);
     if (length == 0) {
@@ -63,7 +64,7 @@ Clean clean(std::string_view text, Mistakes& mistakes) {
       ++at;
       continue;
     }
-    if (c == '\r' && text.find('\n') == std::string_view::npos && text.find('\r', at + 1) != std::string_view::npos) {
+    if (c == '\r' && ends_in_cr) {
       mistakes.add(Fault::YamlSyntax,
                    "the lines of this file end with a carriage return alone (0x0D); save it with the line ends of Unix "
                    "or Windows",

@@ -127,10 +127,9 @@ Result<std::optional<BegunPart>> BegunParts::read(const std::string& serial) con
 Result<std::optional<BegunPart>> BegunParts::another(const std::string& serial) const {
   if (serial.empty()) return std::nullopt;
   if (finished_) return finished_->serial.empty() || finished_->serial == serial ? std::nullopt : finished_;
-  const auto inside = in_machine();
+  const auto inside = another_inside(serial);
   if (!inside) return tl::unexpected(inside.error());
-  if (!*inside || (**inside).empty() || **inside == serial) return std::nullopt;
-  return read(**inside);
+  return !*inside || (**inside).empty() ? std::nullopt : read(**inside);
 }
 
 Result<std::optional<BegunPart>> BegunParts::find(const std::string& serial, Clamp clamp) {

@@ -12,20 +12,14 @@
 namespace gantry::desk {
 namespace {
 
-/// As far as the machine's outputs and inputs tell. Without them nobody sees it open.
-bool clamp_open(const config::Machine& machine, const cycle::Snapshot& now) {
-  const bool told_to_close = (now.outputs & config::bit(config::Output::Clamp)) != 0;
-  return (machine.outputs[static_cast<std::size_t>(config::Output::Clamp)] && !told_to_close) ||
-         config::is_low(machine, now.inputs, config::Input::ClampClosed);
-}
-
-/// By an output of the program's own: nobody gets the part out before it opens.
-bool clamp_holds(const config::Machine& machine, const cycle::Snapshot& now) {
-  return machine.outputs[static_cast<std::size_t>(config::Output::Clamp)] && !clamp_open(machine, now);
-}
-
+/// As far as the machine's outputs and inputs tell. Without them nobody sees it open; what holds a part by an output of
+/// the program's own lets nobody get it out before it opens.
 Clamp clamp_at(const config::Machine& machine, const cycle::Snapshot& now) {
-  return clamp_open(machine, now) ? Clamp::Open : clamp_holds(machine, now) ? Clamp::Holds : Clamp::Unseen;
+  const bool is_moved = machine.outputs[static_cast<std::size_t>(config::Output::Clamp)].has_value();
+  const bool told_to_close = (now.outputs & config::bit(config::Output::Clamp)) != 0;
+  if ((is_moved && !told_to_close) || config::is_low(machine, now.inputs, config::Input::ClampClosed))
+    return Clamp::Open;
+  return is_moved ? Clamp::Holds : Clamp::Unseen;
 }
 
 /// The files that its stations are described in.
@@ -67,8 +61,7 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
     folder = record::job_folder(wanted, prepared.recipe.file, room);
     if (!folder) return;
     kept_room.emplace(record::KeptRoom::keep(*folder, room.result_bytes));
-    done = {.result = record::begin_result(machine, prepared.recipe, prepared.job, *folder, options.dry_run),
-            .folder = *folder};
+    done.folder = *folder;
   });
   if (!folder) return tl::unexpected(folder.error());
   if (!*kept_room) return tl::unexpected(kept_room->error());
@@ -97,13 +90,16 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
                                     .outlives_stops = options.outlives_stops,
                                     .opinion = options.opinion,
                                     .goes_on = !bench.release});
-    if (bench.parts != nullptr) bench.parts->clamped(!clamp_open(machine, bench.owner->latest()));
+    if (bench.parts != nullptr) bench.parts->clamped(clamp_at(machine, bench.owner->latest()) != Clamp::Open);
   } else {
+    aside(
+        [&] { done.result = record::begin_result(machine, prepared.recipe, prepared.job, *folder, options.dry_run); });
     record::add_error(done.result, may_run.error());
   }
   done.result.origin = {prepared.recipe.sources.front().sha256, machine.file, machine.sha256, options.serial,
                         profiles_of(machine)};
-  done.clamp_holds = !bench.release && bench.owner != nullptr && clamp_holds(machine, bench.owner->latest());
+  done.clamp_holds =
+      !bench.release && bench.owner != nullptr && clamp_at(machine, bench.owner->latest()) == Clamp::Holds;
   if (bench.release) bench.release();
   Result<void> written;
   aside([&] {

@@ -439,17 +439,20 @@ TEST(EventFuzz, stops_hold_valves_shut_and_verbs_lead_out_whatever_comes) {
   const auto job = recipes::compile(work.recipe, *machine);
   ASSERT_TRUE(job);
   work.job = *job;
+  const auto play = [](Episode& episode) {
+    for (int r = 0; r < kRounds && episode.broken().empty(); ++r) episode.round(kEventsOfARound);
+  };
   int events = 0;
   Seen seen;
   for (const std::uint64_t seed : kFoundSomething) {
     Episode episode(seed, work, seen);
-    for (int r = 0; r < kRounds && episode.broken().empty(); ++r) episode.round(kEventsOfARound);
+    play(episode);
     EXPECT_TRUE(episode.broken().empty()) << "seed " << seed << ": " << episode.broken() << "\n" << episode.log;
   }
   std::uint64_t seed = first;
   for (; events < most; ++seed) {
     Episode episode(seed, work, seen);
-    for (int r = 0; r < kRounds && episode.broken().empty(); ++r) episode.round(kEventsOfARound);
+    play(episode);
     if (episode.broken().empty() && seed % 4 == 0) episode.signal();
     events += std::max(episode.events, 1);
     if (episode.broken().empty()) continue;
