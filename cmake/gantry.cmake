@@ -86,7 +86,7 @@ set(GANTRY_ON_A_CALM_HOST python3 ${CMAKE_SOURCE_DIR}/tests/calm_host.py)
 # Labels that scripts know: `sanitized` (scripts/test runs the test a second time under ASan and UBSan, so it is a quick
 # one), `threads` (scripts/tsan runs it). The target tests.LABEL builds all tests of a label.
 # A test of whole machines (DEPS gantry_test_rig) leaves the work to libraries: it is not optimised itself, and the rig's
-# headers are read once for all of them.
+# headers are read once for all of them. The other tests share GoogleTest's.
 set(GANTRY_SANITIZED_DIR "" CACHE PATH "Build folder that holds the sanitized twins of tests labelled `sanitized`")
 function(gantry_test name)
   cmake_parse_arguments(A "REAL_TIME" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
@@ -101,6 +101,8 @@ function(gantry_test name)
   gantry_build_quickly(${name})
   if("gantry_test_rig" IN_LIST A_DEPS)
     gantry_rig_headers(${name} REUSE_FROM gantry_test_rig)
+  else()
+    target_precompile_headers(${name} REUSE_FROM gantry_test_headers)
   endif()
   target_compile_definitions(${name} PRIVATE GANTRY_SOURCE_DIR="${CMAKE_SOURCE_DIR}" GANTRY_BINARY_DIR="${CMAKE_BINARY_DIR}")
   if(A_REAL_TIME)
