@@ -9,7 +9,7 @@ namespace {
 
 TEST(Formats, committed_schemas_and_tables_are_what_the_parser_reads) {
   for (const MadeFile& file : made_files())
-    EXPECT_TRUE(config::read_text_file(std::string(GANTRY_SOURCE_DIR) + "/" + file.path).value_or("") == file.text)
+    EXPECT_TRUE(config::read_text_file(std::string(GANTRY_SOURCE_DIR "/") + file.path).value_or("") == file.text)
         << file.path << " is out of date: run scripts/docs";
 }
 

@@ -9,7 +9,7 @@ namespace {
 
 /// The page with its table of keys written anew, between the lines <!-- keys --> and <!-- end of keys -->.
 std::string with_table(const std::string& path, const std::string& table) {
-  const std::string page = config::read_text_file(std::string(GANTRY_SOURCE_DIR) + "/" + path).value_or("");
+  const std::string page = config::read_text_file(std::string(GANTRY_SOURCE_DIR "/") + path).value_or("");
   const std::string open = "<!-- keys -->\n", close = "<!-- end of keys -->";
   const auto from = page.find(open), to = page.find(close);
   if (from == std::string::npos || to == std::string::npos) return "the marks are missing";

@@ -27,7 +27,7 @@ namespace gantry::test {
 
 inline const config::Machine& reference_machine() {
   static const config::Machine machine = [] {
-    auto m = config::load_machine(std::string(GANTRY_SOURCE_DIR) + "/config/machines/dispenser.yaml");
+    auto m = config::load_machine(GANTRY_SOURCE_DIR "/config/machines/dispenser.yaml");
     EXPECT_TRUE(m) << (m ? "" : to_text(m.error().front()));
     return m ? std::move(*m) : config::Machine{};
   }();

@@ -90,7 +90,7 @@ struct AnalogueBench {
   BusBench b;
   config::Station aio;
   AnalogueBench() {
-    const auto profile = config::load_profile(std::string(GANTRY_SOURCE_DIR) + "/config/devices/aio4.yaml");
+    const auto profile = config::load_profile(GANTRY_SOURCE_DIR "/config/devices/aio4.yaml");
     EXPECT_TRUE(profile);
     aio.id = StationId{static_cast<std::uint16_t>(b.wired.stations.size())};
     aio.name = "aio";

@@ -7,7 +7,7 @@ namespace gantry::devices {
 namespace {
 
 config::StationProfile profile(const std::string& name) {
-  auto p = config::load_profile(std::string(GANTRY_SOURCE_DIR) + "/config/" + name + ".yaml");
+  auto p = config::load_profile(std::string(GANTRY_SOURCE_DIR "/config/") + name + ".yaml");
   EXPECT_TRUE(p) << name;
   return p ? *p : config::StationProfile{};
 }

@@ -58,7 +58,7 @@ config::Machine short_line() {
   config::Machine m;
   m.bus = reference_machine().bus;
   for (const char* name : {"devices/aio4", "drives/amd530b", "devices/dio16"}) {
-    auto p = config::load_profile(std::string(GANTRY_SOURCE_DIR) + "/config/" + name + ".yaml");
+    auto p = config::load_profile(std::string(GANTRY_SOURCE_DIR "/config/") + name + ".yaml");
     EXPECT_TRUE(p) << name;
     config::Station s;
     s.id = StationId{static_cast<std::uint16_t>(m.stations.size())};

@@ -26,7 +26,7 @@ TEST(OverVeth, the_reference_machine_comes_up_through_a_real_interface) {
   const bool made = make_pair();
   if (!made && ::geteuid() != 0) GTEST_SKIP() << "no network namespace of our own";
   ASSERT_TRUE(made);
-  const auto machine = config::load_machine(std::string(GANTRY_SOURCE_DIR) + "/config/machines/dispenser.yaml");
+  const auto machine = config::load_machine(GANTRY_SOURCE_DIR "/config/machines/dispenser.yaml");
   ASSERT_TRUE(machine);
   auto near_end = RawSocketPort::open("gantry0"), far_end = RawSocketPort::open("gantry1");
   ASSERT_TRUE(near_end && far_end);

@@ -9,7 +9,7 @@ namespace gantry::devices {
 namespace {
 
 config::StationProfile profile(const std::string& name) {
-  auto p = config::load_profile(std::string(GANTRY_SOURCE_DIR) + "/config/" + name);
+  auto p = config::load_profile(std::string(GANTRY_SOURCE_DIR "/config/") + name);
   EXPECT_TRUE(p) << (p ? "" : to_text(p.error().front()));
   return p ? *p : config::StationProfile{};
 }

@@ -21,7 +21,7 @@ struct Row {
 };
 
 std::vector<Row> rows_of(const std::string& file, std::size_t columns) {
-  std::ifstream in(std::string(GANTRY_SOURCE_DIR) + "/tests/motion/profile/" + file);
+  std::ifstream in(std::string(GANTRY_SOURCE_DIR "/tests/motion/profile/") + file);
   std::vector<Row> rows;
   std::string line, cell;
   std::getline(in, line);
