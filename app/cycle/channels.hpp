@@ -33,10 +33,15 @@ enum class CommandKind : std::uint8_t {
 /// As a row of the machine's states; nothing: not bound to a state (override, outputs).
 std::optional<Cause> cause(CommandKind kind) noexcept;
 
-/// What a block is for. A job works on a board, so that it asks for a closed clamp. In setup only a jog and a walk
-/// play. A walk moves an axis so little that it may be without a reference (LoopSetup::walk_max), and plays in setup
-/// only.
-enum class Purpose : std::uint8_t { Job, Park, Jog, Walk };
+/// What a block is for. A job works on a board, so that it asks for a closed clamp. In setup only a slow jog and a walk
+/// play, at no more than the speed they were planned with, whatever the override. A slow jog that was begun there goes
+/// on in automatic, as slowly, where the door is shut. A walk moves an axis so little that it may be without a
+/// reference (LoopSetup::walk_max), and plays in setup only.
+enum class Purpose : std::uint8_t { Job, Park, Jog, SlowJog, Walk };
+/// It may move the machine while its door is open.
+constexpr bool plays_in_setup(Purpose purpose) noexcept {
+  return purpose == Purpose::SlowJog || purpose == Purpose::Walk;
+}
 
 struct Command {
   CommandKind kind{};

@@ -58,7 +58,7 @@ Fault Loop::refuse(const Command& command) const noexcept {
   const bool in_setup = setup_.mode_mask != 0 && (inputs_ & setup_.mode_mask) == 0;
   const bool start = command.kind == CommandKind::StartBlock;
   if (start && command.purpose == Purpose::Walk) return refuse_walk(in_setup);
-  if (in_setup && (command.kind == CommandKind::Home || (start && command.purpose != Purpose::Jog)))
+  if (in_setup && (command.kind == CommandKind::Home || (start && !plays_in_setup(command.purpose))))
     return Fault::SetupMode;
   if (start && !axes_.all_referenced()) return Fault::NotReferenced;
   if (command.kind == CommandKind::Reset && pending_reset_ != 0) return Fault::Refused;

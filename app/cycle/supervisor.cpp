@@ -199,7 +199,7 @@ void Supervisor::look_at_targets(const View& view, AxisId id, Findings& found) n
 }
 
 /// Interlocks. Without torque nothing can move, and enabling asks for them itself. In setup the door may be open, and
-/// only a jog may play, or a walk, which plays nowhere else.
+/// only a slow jog may play, or a walk, which plays nowhere else.
 void Supervisor::look_at_inputs(const View& view, Findings& found) noexcept {
   if (view.state == State::Offline || view.state == State::Disabled) return;
   const auto missing = [&](std::uint32_t mask) { return mask != 0 && (view.inputs & mask) == 0; };
@@ -213,7 +213,7 @@ void Supervisor::look_at_inputs(const View& view, Findings& found) noexcept {
   if (!plays) return;
   if (view.purpose == Purpose::Job && missing(setup_.clamp_mask)) found.push_back({Fault::ClampOpen});
   const bool walks = view.purpose == Purpose::Walk;
-  const bool wrong_mode = walks ? setup_.mode_mask != 0 && !setup_mode : view.purpose != Purpose::Jog && setup_mode;
+  const bool wrong_mode = setup_mode ? !plays_in_setup(view.purpose) : walks && setup_.mode_mask != 0;
   if (wrong_mode) found.push_back({Fault::ModeChanged});
 }
 

@@ -13,7 +13,8 @@ Result<Jogged> Owner::jog(const job::JogWords& words) {
 Result<Jogged> Owner::Parts::jog(const job::JogWords& words) {
   auto asked = job::read_jog(machine, words);
   if (!asked) return tl::unexpected(asked.error());
-  if (in_setup()) {  // reduced speed: no faster than a jog is that names none
+  const bool slow = in_setup();
+  if (slow) {  // reduced speed: no faster than a jog is that names none
     const auto reduced = job::read_jog(machine, {.by = words.by, .speed = ""});
     if (!reduced) return tl::unexpected(reduced.error());
     if (reduced->v_cap < asked->v_cap) {
@@ -32,7 +33,7 @@ Result<Jogged> Owner::Parts::jog(const job::JogWords& words) {
   const CycleIndex begin = now.cycle;
   CycleIndex end = begin;
   const auto play = [&]() -> Result<void> {
-    const auto played = control().play(*planned, cycle::Purpose::Jog);
+    const auto played = control().play(*planned, slow ? cycle::Purpose::SlowJog : cycle::Purpose::Jog);
     if (!played) return tl::unexpected(played.error());
     end = played->end;
     return {};

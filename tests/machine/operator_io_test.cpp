@@ -132,6 +132,124 @@ TEST(OperatorIo, in_setup_only_a_jog_moves_slowly_and_with_the_door_open) {
   EXPECT_FALSE(opened);
 }
 
+// ---- the mode is turned while a jog goes ----
+
+/// X goes 200 mm where nothing meets it, from cycle 20000 on; what is in `script` comes at 20500.
+struct TurnedJog {
+  explicit TurnedJog(const std::string& script) : idle(script) { idle.pass_to(test::kTrouble); }
+  Result<run::Jogged> jog(const char* speed) {
+    before = idle.now().target;
+    from = before[0];
+    idle.owner().on_step([this] {
+      const auto& s = idle.now();
+      const double x_mm_s = std::abs(s.target[0] - before[0]) * 1000;
+      if (idle.owner().in_setup()) fastest_in_setup = std::max(fastest_in_setup, x_mm_s);
+      if (s.state == State::Stopped) fastest_stopped = std::max(fastest_stopped, x_mm_s);
+      before = s.target;
+      opened = opened || valve_open(s);
+      if (on_cycle) on_cycle();
+    });
+    auto done = idle.owner().jog({.by = {{"X", "200 mm"}}, .speed = speed});
+    idle.owner().on_step({});
+    return done;
+  }
+  Idle idle;
+  std::function<void()> on_cycle;
+  AxisVec before{};
+  double from = 0, fastest_in_setup = 0, fastest_stopped = 0;
+  bool opened = false;
+};
+
+constexpr const char* kToSetup = "{at: cycle 20500, do: set_input, input: mode, on: false}";
+constexpr const char* kToAutomatic = "{at: cycle 20500, do: set_input, input: mode, on: true}";
+constexpr const char* kDoorOpens = "{at: cycle 20500, do: set_input, input: door_closed, on: false}";
+constexpr const char* kInSetup = "{at: cycle 19950, do: set_input, input: mode, on: false}";
+
+std::string script(std::initializer_list<const char*> entries) {
+  std::string text;
+  for (const char* entry : entries) text += (text.empty() ? "[" : ", ") + std::string(entry);
+  return text + "]";
+}
+
+TEST(OperatorIo, a_jog_of_automatic_stops_when_the_mode_is_turned_to_setup_whatever_the_door_says) {
+  for (const bool door_opens : {false, true}) {
+    TurnedJog turned(door_opens ? script({kToSetup, kDoorOpens}) : script({kToSetup}));
+    const auto jogged = turned.jog("100 mm/s");
+    ASSERT_FALSE(jogged) << door_opens;
+    EXPECT_EQ(jogged.error().fault, Fault::ModeChanged) << to_text(jogged.error());
+    const auto& s = turned.idle.now();
+    EXPECT_EQ(s.state, State::Stopped);
+    EXPECT_EQ(s.enabled, test::kAllAxes) << "a stop on the path, with torque";
+    const double went_mm = s.target[0] - turned.from;
+    EXPECT_GT(went_mm, 30);  // half a second at 100 mm/s, less what it takes to start
+    EXPECT_LT(went_mm, 60);
+    EXPECT_EQ(turned.fastest_stopped, 0);
+    EXPECT_TRUE(reset(turned.idle.owner())) << "the door may be open in setup";
+    const auto slow = turned.idle.owner().jog({.by = {{"X", "2 mm"}}, .speed = ""});
+    EXPECT_TRUE(slow) << to_text(slow.error());
+  }
+}
+
+TEST(OperatorIo, a_jog_of_automatic_that_is_held_is_not_resumed_in_setup) {
+  TurnedJog turned(script({kToSetup}));
+  bool held = false, asked = false;
+  turned.on_cycle = [&] {
+    const auto& s = turned.idle.now();
+    if (!held && s.cycle >= 20'300) held = turned.idle.owner().order(order(OrderKind::Hold)).has_value();
+    if (s.cycle < 21'000 || asked) return;
+    asked = true;
+    EXPECT_FALSE(turned.idle.owner().order(order(OrderKind::Resume)));
+  };
+  const auto jogged = turned.jog("100 mm/s");
+  ASSERT_TRUE(held);
+  ASSERT_FALSE(jogged);
+  EXPECT_EQ(jogged.error().fault, Fault::ModeChanged) << to_text(jogged.error());
+  EXPECT_LT(turned.idle.now().target[0] - turned.from, 40);
+  EXPECT_EQ(turned.fastest_in_setup, 0);
+}
+
+TEST(OperatorIo, a_jog_of_setup_goes_on_slowly_in_automatic_and_stops_where_the_door_is_open) {
+  TurnedJog shut(script({kInSetup, kToAutomatic}));
+  const auto jogged = shut.jog("100 mm/s");
+  ASSERT_TRUE(jogged) << to_text(jogged.error());
+  EXPECT_GT(jogged->duration_s, 200 / 20.0) << "at its reduced speed to the end";
+  TurnedJog open(script({kInSetup, "{at: cycle 19950, do: set_input, input: door_closed, on: false}", kToAutomatic}));
+  const auto stopped = open.jog("100 mm/s");
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().fault, Fault::DoorOpen) << to_text(stopped.error());
+  EXPECT_LT(open.idle.now().target[0] - open.from, 20);
+}
+
+TEST(OperatorIo, an_override_above_100_makes_no_jog_of_setup_faster) {
+  Rig rig({.placement = "dx=0 mm", .change = [](config::Machine& m) { m.override_max = 1.5; }});
+  ASSERT_TRUE(rig.owner().bring_up());
+  ASSERT_TRUE(rig.owner().home());
+  ASSERT_TRUE(rig.owner().order({.kind = OrderKind::Override, .value = 1.5}));
+  ASSERT_TRUE(rig.owner().world()->add_script(script({"{do: set_input, input: mode, on: false}"})));
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(rig.owner().idle());
+  ASSERT_TRUE(rig.owner().in_setup());
+  double fastest = 0, x = rig.owner().latest().target[0];
+  bool turned = false;
+  const auto watch = [&] {
+    const double now = rig.owner().latest().target[0];
+    fastest = std::max(fastest, std::abs(now - x) * 1000);
+    x = now;
+    if (turned || fastest < 15) return;
+    turned = true;  // and not in automatic either, from where it may be turned back
+    ASSERT_TRUE(rig.owner().world()->add_script(script({"{do: set_input, input: mode, on: true}"})));
+  };
+  rig.owner().on_step(watch);
+  const auto jogged = rig.owner().jog({.by = {{"X", "30 mm"}}, .speed = ""});
+  ASSERT_TRUE(jogged) << to_text(jogged.error());
+  EXPECT_TRUE(turned);
+  EXPECT_LT(fastest, 20.1);
+  ASSERT_FALSE(rig.owner().in_setup());
+  const auto again = rig.owner().jog({.by = {{"X", "-25 mm"}}, .speed = ""});
+  ASSERT_TRUE(again) << to_text(again.error());
+  EXPECT_GT(fastest, 29) << "in automatic the override counts";
+  rig.owner().on_step({});
+}
+
 TEST(OperatorIo, a_job_that_runs_when_the_mode_is_turned_to_setup_stops) {
   Rig rig({.placement = "dx=0.5 mm", .script = "- {at: feature dot 3, do: set_input, input: mode, on: false}"});
   const auto result = rig.run(kDemo);

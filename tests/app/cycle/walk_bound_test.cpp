@@ -67,7 +67,8 @@ TEST(WalkBound, plays_in_setup_only_and_what_is_no_walk_or_jog_does_not_play_the
   Walking setup(true);
   if (HasFatalFailure()) return;
   EXPECT_EQ(setup.walk(0.5, Purpose::Job), Fault::SetupMode);
-  EXPECT_EQ(setup.walk(0.5, Purpose::Jog), Fault::NotReferenced);
+  EXPECT_EQ(setup.walk(0.5, Purpose::Jog), Fault::SetupMode);
+  EXPECT_EQ(setup.walk(0.5, Purpose::SlowJog), Fault::NotReferenced);
   EXPECT_NEAR(setup.now.actual[0], setup.start, 0.002);
 }
 
