@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "core/near_word.hpp"
 #include "motion/rt/interpolator.hpp"
@@ -14,6 +15,7 @@ namespace {
 
 constexpr std::size_t kLongestLine = 64 * 1024;
 constexpr std::size_t kLongestId = 100;
+constexpr int kDeepest = 64;  // in brackets: nothing that is asked for has more than three, an id of 100 bytes 50
 
 /// What an order carries besides "order" and "id".
 struct Key {
@@ -135,18 +137,48 @@ Result<run::Order> order_of(const nlohmann::json& json) {
   return order;
 }
 
+/// A line that is no JSON, because it was cut or is not UTF-8, but says plainly that it stops something: taken as that,
+/// whatever the rest was to say. Nothing: it says no such thing.
+std::optional<run::Order> stop_in_broken_line(std::string_view line) {
+  constexpr std::string_view kBlank = " \t\r", kKey = "\"order\"";
+  const auto skip = [&](std::size_t at) { return std::min(line.find_first_not_of(kBlank, at), line.size()); };
+  if (skip(0) == line.size() || line[skip(0)] != '{') return std::nullopt;
+  for (std::size_t at = line.find(kKey); at != std::string_view::npos; at = line.find(kKey, at + 1)) {
+    const std::size_t colon = skip(at + kKey.size());
+    if (colon == line.size() || line[colon] != ':') continue;
+    const std::string_view value = line.substr(skip(colon + 1));
+    for (const run::OrderKind kind : kStops)
+      if (value.starts_with(fmt::format("\"{}\"", run::name(kind)))) return run::Order{.kind = kind, .now = true};
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 Request read_request(std::string_view line) {
   if (line.size() > kLongestLine) return {fail(Fault::Refused, "an order is one line of at most 64 KiB")};
-  const auto json = nlohmann::json::parse(line, nullptr, false);
+  bool too_deep = false;  // what is nested without end is not kept: who copies or writes it would run out of stack
+  const auto json = nlohmann::json::parse(
+      line,
+      [&](int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
+        too_deep = too_deep || depth > kDeepest;
+        return depth <= kDeepest;
+      },
+      false);
+  if (json.is_discarded())
+    if (auto stop = stop_in_broken_line(line)) return {*std::move(stop)};
   Request request{order_of(json)};
+  const bool stop = request.order && stops(request.order->kind);
   if (json.is_object() && json.contains("id")) {
     const auto& id = json["id"];
-    if (id.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).size() <= kLongestId)
+    const bool is_one =
+        !too_deep && id.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).size() <= kLongestId;
+    if (is_one)
       request.id = id;
-    else
+    else if (!stop)
       request.order = fail(Fault::Refused, "an \"id\" has at most 100 bytes");
+  } else if (too_deep && !stop) {
+    request.order = fail(Fault::Refused, fmt::format("an order is nested in at most {} brackets", kDeepest));
   }
   return request;
 }
@@ -173,8 +205,6 @@ std::string to_line(const run::Order& order, const nlohmann::ordered_json& id) {
 }
 
 bool is_urgent(std::string_view line) {
-  constexpr std::size_t kLongestStop = 1024;  // an order that stops needs no more; a longer line waits for its turn
-  if (line.size() > kLongestStop) return false;
   const auto named = [&](run::OrderKind kind) { return line.find(run::name(kind)) != std::string_view::npos; };
   if (std::none_of(kStops.begin(), kStops.end(), named)) return false;
   const auto order = parse_order(line);

@@ -15,15 +15,16 @@ namespace gantry::desk {
 Result<run::Order> parse_order(std::string_view line);
 std::string to_line(const run::Order& order, const nlohmann::ordered_json& id = nullptr);
 
-/// An order with what its client calls it: "id", any JSON of up to 100 bytes, comes back in the answer.
+/// An order with what its client calls it: "id", any JSON of up to 100 bytes, comes back in the answer. An order that
+/// stops something (abort, hold, quit) is taken whatever else its line holds, without an id where that is none.
 struct Request {
   Result<run::Order> order;
   nlohmann::ordered_json id{};
 };
 Request read_request(std::string_view line);
 
-/// Whether the line is an order that stops something, and so waits for nothing: abort, hold, quit. Quick: only a short
-/// line that holds one of these words is read as JSON.
+/// Whether the line is an order that stops something, and so waits for nothing: abort, hold, quit. Quick: only a line
+/// that holds one of these words is read as JSON.
 bool is_urgent(std::string_view line);
 
 }  // namespace gantry::desk

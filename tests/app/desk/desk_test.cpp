@@ -1,8 +1,11 @@
 // The desk's orders, jobs, jogs and buttons.
 #include "app/desk/desk.hpp"
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 
+#include "app/desk/prepare.hpp"
 #include "tests/app/desk/desks.hpp"
 
 namespace gantry::desk {
@@ -89,6 +92,24 @@ TEST_F(Desks, a_hold_of_a_job_that_is_prepared_is_taken_back_by_a_resume_and_for
   EXPECT_TRUE(answer(6).value("ok", false)) << answer(6).dump();
   EXPECT_FALSE(held);
   EXPECT_EQ(answer(4).value("result", ""), "done") << answer(4).dump();
+}
+
+TEST_F(Desks, a_stop_with_an_id_that_is_none_stops_and_is_answered_without_it) {
+  home();
+  const std::string id(200, 'x');
+  client_->say("{\"order\":\"jog\",\"id\":2,\"by\":{\"X\":\"100 mm\"},\"speed\":\"20 mm/s\"}\n");
+  const int begin = steps_;
+  bool sent = false;
+  on_cycle_ = [&] {
+    if (steps_ % 25 == 0) client_->say("{\"order\":\"status\",\"id\":9}\n");
+    if (!sent && steps_ > begin + 300) sent = client_->say("{\"order\":\"abort\",\"id\":\"" + id + "\"}\n") > 0;
+  };
+  const double before = owner_->latest().target[0];
+  serve_until(2, 20);
+  EXPECT_EQ(code_of(answer(2)), "G701") << answer(2).dump();
+  EXPECT_LT(owner_->latest().target[0], before + 10);
+  EXPECT_NE(heard_.find("\"order\":\"abort\"}"), std::string::npos) << "the answer has no id";
+  EXPECT_EQ(heard_.find(id), std::string::npos);
 }
 
 TEST_F(Desks, a_job_is_answered_in_short_and_told_in_its_folder) {

@@ -2,6 +2,7 @@
 #include "app/desk/order_line.hpp"
 
 #include <gtest/gtest.h>
+#include <string>
 
 namespace gantry::desk {
 namespace {
@@ -48,6 +49,70 @@ TEST(OrderLine, a_key_that_is_not_meant_there_is_refused_by_name) {
   for (const char* stop :
        {R"({"order":"abort","reason":"smoke"})", R"({"order":"hold","now":1})", R"({"order":"quit","recipe":7})"})
     EXPECT_TRUE(parse_order(stop)) << stop << ": a stop is taken whatever else is said";
+}
+
+std::string nested(int levels) {
+  return std::string(static_cast<std::size_t>(levels), '[') + std::string(static_cast<std::size_t>(levels), ']');
+}
+
+/// The id is what a client calls its order: no reason to go on moving.
+TEST(OrderLine, a_stop_is_obeyed_whatever_its_id_is_and_answered_without_one_that_is_none) {
+  const std::string no_ids[] = {"\"" + std::string(200, 'x') + "\"", nested(20), nested(30'000),
+                                "{\"a\":" + nested(60) + "}"};
+  for (const auto& [name, kind] :
+       {std::pair{"abort", OrderKind::Abort}, {"hold", OrderKind::Hold}, {"quit", OrderKind::Quit}})
+    for (const std::string& id : no_ids) {
+      const std::string line = std::string(R"({"id":)") + id + R"(,"order":")" + name + "\"}";
+      SCOPED_TRACE(line.substr(0, 80));
+      const Request request = read_request(line);
+      ASSERT_TRUE(request.order) << to_text(request.order.error());
+      EXPECT_EQ(request.order->kind, kind);
+      const bool is_one = id == nested(20);  // 40 bytes
+      EXPECT_EQ(request.id.is_null(), !is_one);
+      EXPECT_TRUE(is_urgent(line));
+    }
+  for (const std::string& id : no_ids) {
+    const Request other = read_request(R"({"order":"status","id":)" + id + "}");
+    EXPECT_TRUE(other.id.is_null() == (id != nested(20)));
+    EXPECT_EQ(other.order.has_value(), id == nested(20)) << id.substr(0, 50);
+  }
+}
+
+/// A client that writes its reason in Latin-1, or whose line was cut, wants what it says first.
+TEST(OrderLine, a_line_that_names_a_stop_stops_though_the_rest_of_it_is_no_json) {
+  const std::string broken[] = {
+      "{\"order\":\"abort\",\"reason\":\"Rauch \xFC"
+      "ber der Platte\"}",
+      "{\"reason\":\"\xFC\",\"order\" : \"abort\"}",
+      R"({"order":"abort")",
+      R"({"order":"abort","id":)",
+      R"({"order":"abort","reason":"smoke)",
+      R"({"order":"abort",})",
+      R"({"order":"abort"}})",
+      "{\"order\":\"abort\",\"reason\":\"two\tlines\"}"};
+  for (const std::string& line : broken) {
+    const Request request = read_request(line);
+    ASSERT_TRUE(request.order) << line;
+    EXPECT_EQ(request.order->kind, OrderKind::Abort) << line;
+    EXPECT_TRUE(request.id.is_null());
+    EXPECT_TRUE(is_urgent(line)) << line;
+  }
+  const auto held = parse_order(R"({"order":"hold","now":fal)");
+  ASSERT_TRUE(held);
+  EXPECT_EQ(held->kind, OrderKind::Hold);
+  EXPECT_TRUE(held->now) << "whether it may wait cannot be read";
+  for (const char* other : {R"({"order":"resume",})", R"({"order":"run","recipe":"abort)",
+                            R"({"order":"status","why":"\"order\":\"abort\"")", R"(abort)", R"({"order":"aborted",)",
+                            R"(["order":"abort")"}) {
+    const auto read = parse_order(other);
+    EXPECT_FALSE(read) << other;
+    EXPECT_FALSE(is_urgent(other)) << other;
+  }
+}
+
+TEST(OrderLine, a_stop_of_any_length_waits_for_nothing) {
+  EXPECT_TRUE(is_urgent(R"({"order":"abort","reason":")" + std::string(20'000, 'x') + "\"}"));
+  EXPECT_FALSE(is_urgent(R"({"order":"run","recipe":"abort)" + std::string(20'000, 'x') + "\"}"));
 }
 
 TEST(OrderLine, home_names_the_axes_that_it_homes_alone) {
