@@ -43,6 +43,15 @@ constexpr std::array kStops{run::OrderKind::Abort, run::OrderKind::Hold, run::Or
 
 bool stops(run::OrderKind kind) { return std::find(kStops.begin(), kStops.end(), kind) != kStops.end(); }
 
+/// A text that the system would read up to there only: another file, another name than was meant.
+bool has_nul(const nlohmann::json& json) {
+  if (json.is_string()) return json.get_ref<const std::string&>().find('\0') != std::string::npos;
+  if (!json.is_structured()) return false;
+  for (const auto& [key, value] : json.items())
+    if (key.find('\0') != std::string::npos || has_nul(value)) return true;
+  return false;
+}
+
 /// Texts go into the order. A key that is not meant here moves nothing: it is refused, but an order that stops is
 /// taken.
 Result<void> take_texts(const nlohmann::json& json, run::Order& order) {
@@ -60,6 +69,8 @@ Result<void> take_texts(const nlohmann::json& json, run::Order& order) {
       return fail(Fault::Refused,
                   fmt::format("'{}' has no key \"{}\"; {}", run::name(order.kind), name, did_you_mean(name, known)));
     }
+    if (!stops(order.kind) && has_nul(value))
+      return fail(Fault::Refused, fmt::format("\"{}\" of '{}' has a NUL byte in it", name, run::name(order.kind)));
     if (key->text == nullptr) continue;
     if (!value.is_string())
       return fail(Fault::Refused, fmt::format("\"{}\" of '{}' is a text in quotes", name, run::name(order.kind)));

@@ -115,6 +115,21 @@ TEST(OrderLine, a_stop_of_any_length_waits_for_nothing) {
   EXPECT_FALSE(is_urgent(R"({"order":"run","recipe":"abort)" + std::string(20'000, 'x') + "\"}"));
 }
 
+TEST(OrderLine, a_text_with_a_nul_byte_is_refused) {
+  for (const char* wrong :
+       {R"({"order":"run","recipe":"/jobs/a.yaml\u0000.txt"})", R"({"order":"run","recipe":"a","out":"\u0000"})",
+        R"({"order":"run","recipe":"a","under":"x\u0000"})", R"({"order":"run","recipe":"a","serial":"S\u00001"})",
+        R"({"order":"run","recipe":"a","certificate":"c\u0000"})", R"({"order":"part_removed","serial":"S\u0000"})",
+        R"({"order":"run","recipe":"a","only":["d\u0000"]})", R"({"order":"run","recipe":"a","from":"d\u0000"})",
+        R"({"order":"home","only":["C\u0000"]})", R"({"order":"jog","by":{"X\u0000":"1 mm"}})",
+        R"({"order":"jog","by":{"X":"1 mm\u0000"}})"}) {
+    const auto refused = parse_order(wrong);
+    ASSERT_FALSE(refused) << wrong;
+    EXPECT_EQ(refused.error().fault, Fault::Refused);
+    EXPECT_NE(refused.error().message.find("NUL"), std::string::npos) << refused.error().message;
+  }
+}
+
 TEST(OrderLine, home_names_the_axes_that_it_homes_alone) {
   const std::string line = to_line({.kind = OrderKind::Home, .axes = {"C", "U"}});
   EXPECT_EQ(line, R"({"order":"home","only":["C","U"]})");
