@@ -54,7 +54,8 @@ Fault Loop::refuse(const Command& command) const noexcept {
   if (to_motion && aborting_) return Fault::Aborted;
   if (to_motion && latched_ != Fault::None) return Fault::Latched;
   if (!next(state_, *order)) return Fault::Refused;
-  if (command.kind == CommandKind::Enable) return interlock();
+  // Both set what the drives are asked for.
+  if (command.kind == CommandKind::Enable) return pending_reset_ != 0 ? Fault::Refused : interlock();
   const bool in_setup = setup_.mode_mask != 0 && (inputs_ & setup_.mode_mask) == 0;
   const bool start = command.kind == CommandKind::StartBlock;
   if (start && command.purpose == Purpose::Walk) return refuse_walk(in_setup);

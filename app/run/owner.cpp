@@ -55,7 +55,17 @@ Result<void> Owner::Turn::refused() const {
                                           name(parts_.undertaking), name(what_)));
 }
 
-Result<void> Owner::Parts::not_latched() const {
+Result<void> Owner::Parts::not_latched() {
+  constexpr double kReset_s = 5;
+  const auto over = [&] {
+    if (on_bus->reset && !on_bus->reset_answer) on_bus->reset_answer = control().answer(*on_bus->reset);
+    return !on_bus->reset || on_bus->reset_answer;
+  };
+  if (!over()) {
+    auto r = control().wait(over, kReset_s, Error{Fault::TransitionTimeout, "the reset has no answer", ""});
+    if (r) r = control().pass(seconds(machine.bus.cycle));  // what it came to is told in the cycle of the answer
+    if (!r) return r;
+  }
   const Fault latched = control().latest().latched;
   if (latched == Fault::None) return {};
   std::string where, words = std::string(info(latched).text);

@@ -112,8 +112,9 @@ struct Owner::Parts {
   void note_restarts();
   [[nodiscard]] std::string only_assumed() const;
 
-  /// Fault::Latched while a fault is.
-  [[nodiscard]] Result<void> not_latched() const;
+  /// Fault::Latched while a fault is. A reset that is under way is waited for: it decides that, and what the drives are
+  /// asked for until it is over.
+  [[nodiscard]] Result<void> not_latched();
   /// Every station holds what its rows ask for, and on a wire something tells that each drive stands in its place.
   /// Fault::ParameterDiffers, RestartNeeded, IdentityMismatch.
   [[nodiscard]] Result<void> stations_confirmed() const;

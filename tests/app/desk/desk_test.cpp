@@ -94,6 +94,35 @@ TEST_F(Desks, a_hold_of_a_job_that_is_prepared_is_taken_back_by_a_resume_and_for
   EXPECT_EQ(answer(4).value("result", ""), "done") << answer(4).dump();
 }
 
+/// Each order alone is taken; together they must not leave a machine that neither answers nor has torque.
+TEST_F(Desks, a_reset_and_an_order_of_another_client_in_one_poll_are_both_carried_out) {
+  Peer other(folder_ / "owner.sock");
+  int id = 100;
+  for (const char* order : {"enable", "home", "park", "disable", "enable"})
+    for (const bool reset_first : {true, false}) {
+      SCOPED_TRACE(std::string(order) + (reset_first ? " behind a reset" : " ahead of a reset"));
+      if (std::string(order) != "disable") {
+        client_->say("{\"order\":\"disable\",\"id\":" + std::to_string(++id) + "}\n");
+        serve_until(id);
+      }
+      const int reset = ++id, asked = ++id;
+      const std::string first = "{\"order\":\"reset\",\"id\":" + std::to_string(reset) + "}\n";
+      const std::string second = "{\"order\":\"" + std::string(order) + "\",\"id\":" + std::to_string(asked) + "}\n";
+      client_->say(reset_first ? first : second);
+      other.say(reset_first ? second : first);
+      std::string heard;
+      const int begin = steps_;
+      on_cycle_ = [&] { heard_ += other.hear(); };
+      serve_until(asked, 3);
+      EXPECT_TRUE(answer(asked).value("ok", false)) << answer(asked).dump();
+      EXPECT_TRUE(answer(reset).value("ok", false)) << answer(reset).dump();
+      EXPECT_EQ(owner_->latest().state, std::string(order) == "disable" ? cycle::State::Disabled : cycle::State::Ready);
+      if (std::string(order) == "enable") {
+        EXPECT_LT(steps_ - begin, 2000);
+      }
+    }
+}
+
 TEST_F(Desks, a_stop_with_an_id_that_is_none_stops_and_is_answered_without_it) {
   home();
   const std::string id(200, 'x');
