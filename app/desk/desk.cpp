@@ -50,6 +50,7 @@ void Desk::poll() {
   tell_given({});
   watch_start_button();
   watch_jog();
+  watch_hold_button();
 }
 
 void Desk::take(const OrderSocket::Incoming& in) {
@@ -182,6 +183,15 @@ void Desk::watch_start_button() {
 }
 
 void Desk::finish(const Waiting& done, Json answer) {
+/// Behind the start button: somebody who presses both wants the job to wait.
+void Desk::watch_hold_button() {
+  if (!owner_.take_hold()) return;
+  if (const auto kept = hold_what_begins({.kind = run::OrderKind::Hold}))
+    log::info("button hold: {}", *kept);
+  else
+    log::warn("button hold: nothing is under way that could be held");
+}
+
   if (done.client == kStartButton) {
     for (const Error& e : errors_of(answer)) log::report(e);
     if (answer.contains("folder"))

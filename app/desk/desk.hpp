@@ -75,6 +75,7 @@ class Desk {
   void watch_start_button();
   /// The last word to whoever asked for this; what the start button began is told in the log.
   void finish(const Waiting& done, Json answer);
+  void watch_hold_button();
   void watch_jog();
   [[nodiscard]] Json status() const;
   Json carry_out(const run::Order& order);

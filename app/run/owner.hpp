@@ -165,6 +165,8 @@ class Owner {
   [[nodiscard]] bool in_setup() const;
   /// The start button was pressed on an idle machine, and this is the first to ask.
   [[nodiscard]] bool take_start();
+  /// The same of the hold button: a job may be about to begin.
+  [[nodiscard]] bool take_hold();
   /// What a person beside a simulated machine would see; null on a machine of steel.
   [[nodiscard]] sim::WorldAccess* world() const;
 

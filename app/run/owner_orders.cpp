@@ -50,10 +50,13 @@ Result<void> Owner::Parts::hold(bool now) {
   order_said.clear();
   if (control().stopped()) order_said = "the job is stopped already; `reset`, then `resume` goes on";
   if (control().holds_next()) return {};
-  // Before and between its blocks a job moves nothing, but for homing, which comes to its end; the next block waits.
+  // Before and between its blocks a job moves nothing, but for homing, which comes to its end; the next block waits. So
+  // does the one block of a jog and of parking.
   const bool before =
       state == State::Ready || state == State::Homing || state == State::Enabling || state == State::Disabled;
-  if (undertaking != Undertaking::Job || !before) return tl::unexpected(refusal(OrderKind::Hold));
+  const bool plays =
+      undertaking == Undertaking::Job || undertaking == Undertaking::Jog || undertaking == Undertaking::Park;
+  if (!plays || !before) return tl::unexpected(refusal(OrderKind::Hold));
   control().hold_next(true);
   return {};
 }
@@ -133,7 +136,10 @@ void Owner::Parts::heed_buttons() {
     if (!done) return log::warn("button {}: {}", button, done.error().message);
     acted(fmt::format("button {}", button));
   };
-  if (pressed.hold) do_it("hold", hold(false));
+  if (pressed.hold && undertaking == Undertaking::None)
+    on_bus->hold_pressed = true;
+  else if (pressed.hold)
+    do_it("hold", hold(false));
   if (pressed.reset) do_it("reset", reset());
   if (pressed.start_in_vain) log::warn("button start: a fault is latched; `reset` comes first");
   if (!pressed.start) return;
@@ -162,6 +168,8 @@ Result<void> Owner::part_removed() {
   if (!turn.taken()) return turn.refused();
   return parts_->release_part();
 }
+
+bool Owner::take_hold() { return parts_->on_bus && std::exchange(parts_->on_bus->hold_pressed, false); }
 
 Result<void> Owner::order(const Order& order) {
   Parts& p = *parts_;

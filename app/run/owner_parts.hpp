@@ -43,6 +43,7 @@ struct OnBus {
   std::unique_ptr<cycle::CrashStop> crash_stop;
   Buttons buttons;
   bool start_pressed = false;     ///< and nobody has taken it yet
+  bool hold_pressed = false;      ///< the same, where nothing is under way that could be held
   devices::CyclicCounts counted;  ///< as last reported
   std::int64_t counted_at_ns = 0;
   std::optional<Error> named;  ///< the last latched fault whose stations were found

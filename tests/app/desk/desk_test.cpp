@@ -94,6 +94,65 @@ TEST_F(Desks, a_hold_of_a_job_that_is_prepared_is_taken_back_by_a_resume_and_for
   EXPECT_EQ(answer(4).value("result", ""), "done") << answer(4).dump();
 }
 
+/// The button is pressed by somebody who sees the job begin: it is the same hold as that of a client.
+TEST_F(Desks, the_hold_button_while_a_job_is_prepared_lets_it_wait_before_its_first_motion) {
+  const std::string recipe = std::filesystem::absolute(kShort);
+  client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +
+               "\"}\n");
+  const int begin = steps_;
+  bool pressed = false, moved = false, told = false;
+  int waits = 0;
+  on_cycle_ = [&] {
+    if (!pressed && steps_ > begin + 3) {
+      pressed = owner_->world()->add_script("{do: press, input: hold, hold: 20 ms}").has_value();
+      EXPECT_TRUE(pressed);
+    }
+    if (steps_ == begin + 40) told = client_->say("{\"order\":\"status\",\"id\":2}\n") > 0;
+    const auto& s = owner_->latest();
+    if (waits <= 2000) moved = moved || s.block != 0;
+    if (owner_->undertaking() == run::Undertaking::Job && owner_->state() == cycle::State::Held) ++waits;
+    if (waits == 2000) client_->say("{\"order\":\"resume\",\"id\":3}\n"), ++waits;
+  };
+  serve_until(1);
+  EXPECT_TRUE(told);
+  EXPECT_EQ(answer(2).value("doing", ""), "preparing") << answer(2).dump();
+  EXPECT_TRUE(answer(2).value("held", false)) << answer(2).dump();
+  EXPECT_GT(waits, 2000) << "the machine homes, and then waits";
+  EXPECT_FALSE(moved);
+  EXPECT_TRUE(answer(3).value("ok", false)) << answer(3).dump();
+  EXPECT_EQ(answer(1).value("result", ""), "done") << answer(1).dump();
+}
+
+TEST_F(Desks, a_hold_while_parking_is_planned_lets_it_wait_before_it_moves) {
+  home();
+  client_->say("{\"order\":\"jog\",\"id\":2,\"by\":{\"X\":\"50 mm\"},\"speed\":\"100 mm/s\"}\n");
+  on_cycle_ = [&] {
+    if (steps_ % 25 == 0) client_->say("{\"order\":\"status\",\"id\":9}\n");
+  };
+  serve_until(2);
+  ASSERT_TRUE(answer(2).value("ok", false)) << answer(2).dump();
+  client_->say("{\"order\":\"disable\",\"id\":3}\n");
+  on_cycle_ = {};
+  serve_until(3);
+  client_->say("{\"order\":\"park\",\"id\":4}\n");  // it gives torque first
+  bool asked = false, moved = false;
+  int waits = 0;
+  on_cycle_ = [&] {
+    if (!asked && owner_->undertaking() == run::Undertaking::Park)
+      asked = client_->say("{\"order\":\"hold\",\"id\":5}\n") > 0;
+    if (waits <= 500) moved = moved || owner_->latest().block != 0;
+    if (owner_->held() && owner_->latest().state == cycle::State::Ready) ++waits;
+    if (waits == 500) client_->say("{\"order\":\"resume\",\"id\":6}\n"), ++waits;
+    if (steps_ % 1000 == 0) client_->say("{\"order\":\"status\",\"id\":9}\n");
+  };
+  serve_until(4);
+  EXPECT_TRUE(answer(5).value("ok", false)) << answer(5).dump();
+  EXPECT_FALSE(moved);
+  EXPECT_GT(waits, 500);
+  EXPECT_TRUE(answer(6).value("ok", false)) << answer(6).dump();
+  EXPECT_TRUE(answer(4).value("ok", false)) << answer(4).dump();
+}
+
 /// Each order alone is taken; together they must not leave a machine that neither answers nor has torque.
 TEST_F(Desks, a_reset_and_an_order_of_another_client_in_one_poll_are_both_carried_out) {
   Peer other(folder_ / "owner.sock");
