@@ -184,6 +184,7 @@ Result<void> Owner::Parts::see_limits(std::uint32_t named) {
 }
 
 Result<void> Owner::Parts::home(std::uint32_t named) {
+  if (in_setup()) return fail(Fault::SetupMode, std::string(info(Fault::SetupMode).text));
   for (const config::Axis& axis : machine.axes)
     if (axis.kind == config::AxisKind::Streamed && !axis.homing)
       return fail(Fault::NotReferenced,

@@ -250,6 +250,25 @@ TEST(OperatorIo, an_override_above_100_makes_no_jog_of_setup_faster) {
   rig.owner().on_step({});
 }
 
+TEST(OperatorIo, home_in_setup_is_refused_before_it_gives_torque) {
+  Idle idle(script({kInSetup}));
+  ASSERT_TRUE(idle.owner().disable());
+  std::uint32_t enabled = 0;
+  idle.owner().on_step([&] { enabled |= idle.now().enabled; });
+  idle.pass_to(idle.now().cycle + 100);
+  ASSERT_TRUE(idle.owner().in_setup());
+  enabled = 0;
+  for (const auto& axes : {std::vector<std::string>{}, {"C", "U"}}) {
+    const auto homed = idle.owner().home(axes);
+    ASSERT_FALSE(homed);
+    EXPECT_EQ(homed.error().fault, Fault::SetupMode) << to_text(homed.error());
+  }
+  idle.pass_to(idle.now().cycle + 500);
+  idle.owner().on_step({});
+  EXPECT_EQ(enabled, 0u);
+  EXPECT_EQ(idle.now().state, State::Disabled);
+}
+
 TEST(OperatorIo, a_job_that_runs_when_the_mode_is_turned_to_setup_stops) {
   Rig rig({.placement = "dx=0.5 mm", .script = "- {at: feature dot 3, do: set_input, input: mode, on: false}"});
   const auto result = rig.run(kDemo);
