@@ -304,8 +304,12 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   // A part that lacks something, or of which not all is good, is held until a hand asks for it.
   const bool begun = result.board == record::Board::Begun ||
                      (result.board == record::Board::Untouched && !options.before.whole.empty());
-  if (result.exit_code == ExitCode::Done && !begun)
-    if (auto opened = p.release_part(); !opened) record::add_error(result, opened.error());
+  if (result.exit_code == ExitCode::Done && !begun) {
+    // What has come since the last motion is the job's end; what comes once the clamp was told to open is behind it.
+    auto over = p.control().ended();
+    if (over) over = p.release_part();
+    if (!over) record::add_error(result, over.error());
+  }
   p.job->recording.over(record::result_word(result));
   p.tell_part(fmt::format("{}: {}", part, result_in_words(result)));
   p.around = p.job->runner.surroundings();

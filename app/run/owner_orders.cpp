@@ -154,9 +154,17 @@ void Owner::Parts::heed_buttons() {
 
 bool Owner::Parts::in_setup() const { return config::is_low(machine, control().latest().inputs, config::Input::Mode); }
 
+/// Nothing but a dead loop ends the waiting: who aborts now, and what latches now, find the clamp told to open.
 Result<void> Owner::Parts::release_part() {
   constexpr double kAnswer_s = 1;
-  return command({.kind = CommandKind::SetOutputs, .mask = config::bit(config::Output::Clamp), .bits = 0}, kAnswer_s);
+  const std::uint32_t clamp = config::bit(config::Output::Clamp);
+  control().post({.kind = CommandKind::SetOutputs, .mask = clamp, .bits = 0});
+  const auto open = [&] { return (control().latest().outputs & clamp) == 0; };
+  const CycleIndex give_up = control().latest().cycle + control().cycles(kAnswer_s);
+  while (!open() && control().alive() && control().latest().cycle < give_up) control().idle();
+  if (auto alive = control().alive(); !alive) return alive;
+  if (open()) return {};
+  return fail(Fault::TransitionTimeout, fmt::format("the clamp was not told to open within {:g} s", kAnswer_s));
 }
 
 bool Owner::take_start() { return parts_->on_bus && std::exchange(parts_->on_bus->start_pressed, false); }

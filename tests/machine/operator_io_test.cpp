@@ -319,6 +319,33 @@ TEST(OperatorIo, a_job_that_is_done_with_defects_does_not_open_the_clamp) {
   EXPECT_FALSE(clamped(rig.owner().latest()));
 }
 
+/// The order of the last moment: the axes stand at the park position, and the result is not told yet.
+TEST(OperatorIo, an_abort_at_the_moment_of_done_ends_the_job_with_the_clamp_shut_or_comes_behind_its_end) {
+  for (const int later : {0, 1, 2, 3}) {
+    Rig rig({.placement = "dx=0.5 mm"});
+    bool parks = false, sent = false;
+    int since = -1;
+    rig.on_step = [&](run::Owner& owner) {
+      if (owner.undertaking() != run::Undertaking::Job) return;
+      parks = parks || (owner.progress().doing == "parking" && owner.latest().block != 0);
+      if (!parks || owner.latest().block != 0 || ++since != later) return;
+      sent = owner.order(order(OrderKind::Abort)).has_value();
+    };
+    const auto result = rig.run(kShort);
+    rig.on_step = {};
+    EXPECT_TRUE(sent || later > 0) << "the job may be over before";
+    for (int i = 0; i < 500; ++i) ASSERT_TRUE(rig.owner().idle());
+    EXPECT_EQ(clamped(rig.owner().latest()), result.exit_code != ExitCode::Done)
+        << later << ": " << first_error(result);
+    EXPECT_EQ(result.board, record::Board::Whole);
+    if (later == 0) {
+      ASSERT_FALSE(result.errors.empty());
+      EXPECT_EQ(result.errors.front().fault, Fault::Aborted);
+      EXPECT_EQ(result.exit_code, info(Fault::Aborted).exit_code);
+    }
+  }
+}
+
 /// Serves the start button as the desk does.
 TEST(OperatorIo, three_boards_in_a_row_with_the_buttons_alone) {
   Rig rig({.script = "- {at: cycle 3000, do: press, input: start}\n"
