@@ -37,13 +37,12 @@ std::string Owner::Parts::travel_hold_words() const {
 Result<void> Owner::Parts::hold(bool now) {
   const State state = control().latest().state;
   if (control().aborting()) return tl::unexpected(refusal(OrderKind::Hold));
-  raise_to.reset();
   if (next(state, cycle::Cause::Hold)) {
     const std::optional<Ahead> ahead = job ? job->runner.ahead() : std::nullopt;
     now = now || state != State::Running || (ahead && ahead->left_s > machine.hold_within_s);
     order_said = !ahead ? travel_hold_words()
-                 : now  ? fmt::format("holds now, on '{}'", ahead->feature)
-                        : fmt::format("holds after '{}', in {:.1f} s", ahead->feature, ahead->left_s);
+                 : now  ? fmt::format("holds now, {}", ahead->in())
+                        : fmt::format("holds {}, {:.1f} s", ahead->after(), ahead->left_s);
     control().post({.kind = CommandKind::Hold, .value = now ? 1.0 : 0.0});
     return {};
   }
@@ -82,6 +81,7 @@ Result<void> Owner::Parts::set_override(double factor) {
   order_said.clear();
   if (factor == 0) {
     auto held = hold(true);
+    if (held) raise_to.reset();
     if (held && !control().stopped())
       order_said = "0 % holds now; `resume` goes on" + (order_said.empty() ? "" : " (" + order_said + ")");
     return held;
@@ -169,6 +169,8 @@ Result<void> Owner::Parts::release_part() {
 
 bool Owner::take_start() { return parts_->on_bus && std::exchange(parts_->on_bus->start_pressed, false); }
 
+bool Owner::take_hold() { return parts_->on_bus && std::exchange(parts_->on_bus->hold_pressed, false); }
+
 bool Owner::in_setup() const { return parts_->on_bus && parts_->in_setup(); }
 
 Result<void> Owner::part_removed() {
@@ -176,8 +178,6 @@ Result<void> Owner::part_removed() {
   if (!turn.taken()) return turn.refused();
   return parts_->release_part();
 }
-
-bool Owner::take_hold() { return parts_->on_bus && std::exchange(parts_->on_bus->hold_pressed, false); }
 
 Result<void> Owner::order(const Order& order) {
   Parts& p = *parts_;

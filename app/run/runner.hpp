@@ -46,10 +46,16 @@ struct Site {
   };
 };
 
-/// The feature that is dispensed, and how long it will still take.
+/// The feature that is dispensed, and how long it will still take; of the purge, how long its shot takes at most.
 struct Ahead {
-  std::string feature;
+  std::string feature;  ///< empty: the purge
   double left_s = 0;
+
+  /// For people: where a hold finds the tool now, and when it stands where it waits.
+  [[nodiscard]] std::string in() const { return feature.empty() ? "in the purge" : "on '" + feature + "'"; }
+  [[nodiscard]] std::string after() const {
+    return feature.empty() ? "after this shot in the purge, within" : "after '" + feature + "', in";
+  }
 };
 
 class Runner {

@@ -18,6 +18,10 @@ constexpr double kShortest_s = 0.005;  // that a valve can be open for what is l
 std::optional<Ahead> Runner::ahead() const {
   const cycle::Snapshot& s = site_.control.latest();
   if (playing_ == nullptr || s.block != block_ || !site_.control.valve_open()) return std::nullopt;
+  if (purging_) {  // its shots are told apart by nothing that the loop shows
+    const recipes::Material& m = *recipes::find_material(recipe_, recipe_.purge->material);
+    return Ahead{"", m.dot_time / std::min(1.0, s.override_factor)};
+  }
   double along_block_mm = 0, left_s = 0;
   std::uint32_t feature = s.feature;
   for (const motion::Segment& segment : *playing_) {

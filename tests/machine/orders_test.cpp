@@ -85,6 +85,33 @@ TEST(Orders, an_override_is_raised_when_the_valve_has_shut) {
       << "the bead that was begun at half its speed";
 }
 
+// A hold shuts the valve: what has waited for that comes then. An override of 0 takes its place.
+TEST(Orders, an_override_that_waits_for_the_valve_outlives_a_hold_but_not_another_override) {
+  for (const bool by_hold : {true, false}) {
+    Rig rig({.placement = "dx=0.5 mm"});
+    bool slowed = false, raised = false, resumed = false;
+    CycleIndex held_at = 0;
+    rig.on_step = [&](run::Owner& owner) {
+      const auto& s = owner.latest();
+      if (!slowed && s.block != 0) slowed = owner.order(order(OrderKind::Override, 0.5)).has_value();
+      if (slowed && !raised && valve_open(s) && s.path_speed > 5 && s.override_factor == 0.5) {
+        raised = owner.order(order(OrderKind::Override, 1)).has_value();
+        EXPECT_EQ(owner.order_said(), "100 % when the valve has shut");
+        EXPECT_TRUE(
+            owner.order(by_hold ? run::Order{.kind = OrderKind::Hold, .now = true} : order(OrderKind::Override, 0)));
+        held_at = s.cycle;
+      }
+      if (held_at == 0 || resumed || s.cycle < held_at + 3000) return;
+      EXPECT_EQ(s.override_factor, by_hold ? 1 : 0.5);
+      resumed = owner.order(order(OrderKind::Resume)).has_value();
+    };
+    const auto result = rig.run("recipes/patterns.yaml");
+    EXPECT_TRUE(resumed);
+    EXPECT_EQ(result.features_done, result.features_total);
+    EXPECT_EQ(rig.owner().latest().override_factor, by_hold ? 1 : 0.5);
+  }
+}
+
 TEST(Orders, an_override_may_be_as_low_as_1_percent) {
   Rig rig({.placement = "dx=0.5 mm"});
   CycleIndex slow_at = 0;

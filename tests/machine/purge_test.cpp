@@ -10,15 +10,15 @@ namespace {
 
 using test::Rig;
 
-recipes::Recipe with_purge(const std::string& purge) {
+recipes::Recipe with_purge(const std::string& purge, const std::string& dot_time = "30 ms") {
   const auto recipe = recipes::parse(
       fmt::format("version: 1\nrecipe: purged\nplacement: fixture\nboard: {{size: [80 mm, 55 mm], thickness: 12 mm, "
                   "frame: pallet}}\n"
                   "materials:\n  glue: {{speed: 20 mm/s, gap: 0.5 mm, valve_open_lead: 8 ms, valve_close_lead: 6 ms, "
-                  "dot_time: 30 ms, settle_time: 10 ms, retract: 3 mm, tolerance: 5 mm, gap_tolerance: 2 mm}}\n"
+                  "dot_time: {}, settle_time: 10 ms, retract: 3 mm, tolerance: 5 mm, gap_tolerance: 2 mm}}\n"
                   "purge: {}\n"
                   "features:\n  - dot: {{name: d, material: glue, at: [10 mm, 10 mm]}}\n",
-                  purge),
+                  dot_time, purge),
       "purged.yaml");
   if (recipe) return *recipe;
   for (const Error& e : recipe.error()) ADD_FAILURE() << to_text(e);
@@ -96,6 +96,49 @@ TEST(Purge, is_proved_like_any_motion) {
   EXPECT_EQ(blocked.error().where, "purged.yaml:7:29");
   EXPECT_NE(blocked.error().message.find("purging"), std::string::npos);
   EXPECT_NE(blocked.error().message.find("relay"), std::string::npos);
+}
+
+/// Of a shot nobody is told how much of it is left: its whole length counts.
+TEST(Purge, a_hold_waits_for_the_end_of_a_shot_only_where_that_is_within_hold_within) {
+  for (const auto& [dot_time, override, waits] :
+       {std::tuple{"3 s", 1.0, false}, {"1500 ms", 1.0, true}, {"1500 ms", 0.5, false}}) {
+    SCOPED_TRACE(fmt::format("{} at {:.0f} %", dot_time, override * 100));
+    const recipes::Recipe recipe =
+        with_purge("{material: glue, at: [60 mm, 40 mm, 0 mm], shots: 2, after: 0 s}", dot_time);
+    Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
+    CycleIndex open = 0, held_at = 0, shut_at = 0, stood = 0;
+    std::string said;
+    bool slowed = false, resumed = false;
+    rig.on_step = [&](run::Owner& owner) {
+      const auto& s = owner.latest();
+      const bool valve = (s.outputs & config::bit(config::Output::Valve)) != 0;
+      if (!slowed && s.block != 0)
+        slowed = owner.order({.kind = run::OrderKind::Override, .value = override}).has_value();
+      open = valve ? open + 1 : 0;
+      if (held_at == 0 && open == 100) {
+        EXPECT_TRUE(owner.order({.kind = run::OrderKind::Hold}));
+        said = owner.order_said();
+        held_at = s.cycle;
+      }
+      if (held_at != 0 && shut_at == 0 && !valve) shut_at = s.cycle;
+      stood = owner.held() && s.path_speed == 0 && shut_at != 0 ? stood + 1 : 0;
+      if (!resumed && stood == 300) resumed = owner.order({.kind = run::OrderKind::Resume}).has_value();
+    };
+    const record::JobResult result = rig.run(recipe);
+    ASSERT_NE(shut_at, 0);
+    EXPECT_TRUE(resumed);
+    EXPECT_NE(said.find("in the purge"), std::string::npos) << said;
+    EXPECT_EQ(said.starts_with("holds now"), !waits) << said;
+    if (waits) {
+      EXPECT_NEAR(static_cast<double>(shut_at - held_at), 1400, 20);
+      EXPECT_EQ(purges(result), 2u) << "nothing was cut";
+    } else {
+      EXPECT_LE(shut_at - held_at, 5);
+      EXPECT_EQ(purges(result), 3u) << "what was cut is purged once more";
+    }
+    EXPECT_EQ(result.features_done, 1u);
+    EXPECT_TRUE(result.errors.empty());
+  }
 }
 
 }  // namespace
