@@ -1,6 +1,7 @@
 #include "app/desk/desk.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -323,16 +324,21 @@ Json Desk::part_removed(const run::Order& order) {
 Json Desk::run_job(const run::Order& order) {
   recipe_ = order.recipe, preparing_ = true, aborted_ = false;
   struct Work {
-    int unreadable = 0;  ///< as errno has it
+    std::atomic<bool> given_up{false};  ///< nobody waits for it any more
+    int unreadable = 0;                 ///< as errno has it
     std::optional<Checked<Prepared>> prepared;
   };
   const auto shared = std::make_shared<Work>();  // outlives this call where an abort ends the waiting
   const bool ready = prepare_aside(
       [shared, &machine = machine_, recipe = order.recipe, select = order.select, certificate = order.certificate] {
         shared->unreadable = ::access(recipe.c_str(), R_OK) == 0 ? 0 : errno;
-        if (shared->unreadable == 0) shared->prepared = prepare(machine, recipe, select, {.certificate = certificate});
+        if (shared->unreadable == 0)
+          shared->prepared =
+              prepare(machine, recipe, select,
+                      {.certificate = certificate, .breath = [&shared = *shared] { return !shared.given_up; }});
       });
   // As long as it is prepared, an abort meets no undertaking of the owner and is kept here.
+  shared->given_up = !ready;
   const auto may_start = [this]() -> Result<void> {
     preparing_ = false;
     if (!aborted_ && !stop_) return {};

@@ -200,6 +200,27 @@ TEST_F(Desks, a_stop_with_an_id_that_is_none_stops_and_is_answered_without_it) {
   EXPECT_EQ(heard_.find(id), std::string::npos);
 }
 
+/// Whoever ends the owner, or aborts the job, does not wait for a proof that nobody wants any more.
+TEST_F(Desks, a_proof_is_abandoned_when_the_owner_is_asked_to_end) {
+  const std::string recipe = std::filesystem::absolute("tests/machine/many-dots.yaml");
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point begin_proof = Clock::now();
+  ASSERT_TRUE(prepare(machine_, recipe));
+  const auto whole = Clock::now() - begin_proof;
+  client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +
+               "\"}\n");
+  bool asked = false;
+  on_cycle_ = [&] {
+    if (!asked && Clock::now() - begin_proof > whole * 5 / 4) asked = client_->say("{\"order\":\"quit\"}\n") > 0;
+  };
+  EXPECT_TRUE(desk_->serve());
+  ASSERT_TRUE(asked);
+  ASSERT_EQ(owner_->latest().block, 0u);
+  const Clock::time_point ended = Clock::now();
+  desk_.reset();
+  EXPECT_LT((Clock::now() - ended).count(), whole.count() / 2);
+}
+
 TEST_F(Desks, a_job_is_answered_in_short_and_told_in_its_folder) {
   const std::string recipe = std::filesystem::absolute(kShort);
   client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +
