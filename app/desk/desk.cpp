@@ -50,8 +50,8 @@ void Desk::poll() {
   for (const OrderSocket::Incoming& in : door_.turn(clock_.now())) take(in);
   tell_given({});
   watch_start_button();
-  watch_jog();
   watch_hold_button();
+  watch_jog();
 }
 
 void Desk::take(const OrderSocket::Incoming& in) {
@@ -183,7 +183,6 @@ void Desk::watch_start_button() {
     waiting_ = Waiting{kStartButton, {run::Order{.kind = run::OrderKind::Run, .recipe = options_.recipe}}};
 }
 
-void Desk::finish(const Waiting& done, Json answer) {
 /// Behind the start button: somebody who presses both wants the job to wait.
 void Desk::watch_hold_button() {
   if (!owner_.take_hold()) return;
@@ -193,6 +192,7 @@ void Desk::watch_hold_button() {
     log::warn("button hold: nothing is under way that could be held");
 }
 
+void Desk::finish(const Waiting& done, Json answer) {
   if (done.client == kStartButton) {
     for (const Error& e : errors_of(answer)) log::report(e);
     if (answer.contains("folder"))
@@ -206,9 +206,10 @@ void Desk::watch_jog() {
   const std::optional<Waiting>& at_work = doing_ ? doing_ : waiting_;
   if (!at_work || at_work->request.order->kind != run::OrderKind::Jog) return;
   const auto heard = door_.heard(at_work->client);
-  if (heard && clock_.now() - *heard <= kJogSilence) return;
+  const Time silence = jog_silence(machine_.bus.cycle);
+  if (heard && clock_.now() - *heard <= silence) return;
   const Error why{Fault::Aborted,
-                  heard ? fmt::format("the jog's client was silent for {} ms", kJogSilence / milliseconds(1))
+                  heard ? fmt::format("the jog's client was silent for {} ms", silence / milliseconds(1))
                         : std::string("the jog's client has closed its connection"),
                   ""};
   if (doing_) return owner_.interrupt(why);
@@ -337,8 +338,8 @@ Json Desk::run_job(const run::Order& order) {
               prepare(machine, recipe, select,
                       {.certificate = certificate, .breath = [&shared = *shared] { return !shared.given_up; }});
       });
-  // As long as it is prepared, an abort meets no undertaking of the owner and is kept here.
   shared->given_up = !ready;
+  // As long as it is prepared, an abort meets no undertaking of the owner and is kept here.
   const auto may_start = [this]() -> Result<void> {
     preparing_ = false;
     if (!aborted_ && !stop_) return {};

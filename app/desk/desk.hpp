@@ -22,8 +22,10 @@ namespace gantry::desk {
 
 class Desk {
  public:
-  /// A client that jogs says something (anything, for example `status`) at least this often; the jog brakes otherwise.
-  static constexpr Time kJogSilence = milliseconds(60);  // and braking from 20 mm/s takes 34 ms: 100 in all
+  /// A client that jogs says something (anything, for example `status`) at least this often; the jog brakes otherwise,
+  /// and stands, from 20 mm/s, within 100 ms of its last word: braking takes 34 ms, and up to four cycles of the
+  /// machine pass until that word was read, the silence is seen, the loop knows it and the last target was sent.
+  static constexpr Time jog_silence(Time cycle) { return milliseconds(64) - 4 * cycle; }
 
   struct Options {
     std::function<bool()> interrupted;  ///< the program was asked to end (a signal)
@@ -73,9 +75,9 @@ class Desk {
   void reset(std::uint64_t client, const Request& request);
   void watch_reset();
   void watch_start_button();
+  void watch_hold_button();
   /// The last word to whoever asked for this; what the start button began is told in the log.
   void finish(const Waiting& done, Json answer);
-  void watch_hold_button();
   void watch_jog();
   [[nodiscard]] Json status() const;
   Json carry_out(const run::Order& order);

@@ -25,6 +25,7 @@ class Desks : public ::testing::Test {
     auto machine = config::load_machine("config/machines/dispenser.yaml");
     ASSERT_TRUE(machine);
     machine_ = std::move(*machine);
+    change(machine_);
     run::OwnerOptions options;
     options.virtual_time = true;
     if (!script().empty()) {
@@ -37,7 +38,8 @@ class Desks : public ::testing::Test {
     door_ = std::move(*OrderSocket::listen(folder_ / "owner.sock", is_urgent));
     make_desk();
     owner_->on_step([this] { step(); });
-    ASSERT_TRUE(desk_->bring_up());
+    const auto up = desk_->bring_up();
+    ASSERT_TRUE(up) << to_text(up.error());
     client_ = std::make_unique<Peer>(folder_ / "owner.sock");
   }
   void TearDown() override {
@@ -48,6 +50,8 @@ class Desks : public ::testing::Test {
   }
   /// What happens to the machine from without.
   [[nodiscard]] virtual std::string script() const { return ""; }
+  /// Made to the machine file's content.
+  virtual void change(config::Machine& /*machine*/) const {}
   /// Where parts are remembered; null: nowhere.
   [[nodiscard]] virtual BegunParts* parts() { return nullptr; }
   void make_desk() {
@@ -56,9 +60,9 @@ class Desks : public ::testing::Test {
         Desk::Options{
             .interrupted = [] { return false; }, .recipe = std::filesystem::absolute(kShort), .parts = parts()});
   }
-  /// Each cycle is a millisecond for the clients too.
+  /// Each cycle lasts as long for the clients too.
   void step() {
-    clock_.sleep_until(clock_.now() + milliseconds(1));
+    clock_.sleep_until(clock_.now() + machine_.bus.cycle);
     ++steps_;
     if (client_) heard_ += client_->hear();
     if (on_cycle_) on_cycle_();
