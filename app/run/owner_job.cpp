@@ -225,6 +225,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
     return result;
   }
   p.control().hold_next(options.on_hold);  // as orders may that come from here on
+  if (options.on_hold) p.acted(std::string(name(OrderKind::Hold)));
   Result<void> ended = p.aside(begin_result);
   std::optional<job::Forecast> forecast;
   if (options.forecast != nullptr)
@@ -255,7 +256,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   p.tell_part(part + " begins");
   const bool pressed = p.on_bus->buttons.holding();
   if (pressed) log::warn("button hold is pressed: the job waits before its first motion; `resume` or start lets it go");
-  if (p.control().holds_next()) p.acted(std::string(name(OrderKind::Hold)));
+  if (p.control().holds_next()) p.job->recording.action(std::string(name(OrderKind::Hold)));  // told to all others
   if (pressed) p.control().hold_next(true);
   const devices::CyclicCounts counted_before = p.bus->counters();
   const std::uint64_t repeats_before = p.bus->mailbox_repeats();

@@ -123,6 +123,36 @@ TEST_F(Desks, the_hold_button_while_a_job_is_prepared_lets_it_wait_before_its_fi
   EXPECT_EQ(answer(1).value("result", ""), "done") << answer(1).dump();
 }
 
+/// What was asked for in the moment in which a job, a jog or parking begins is neither lost nor told twice.
+TEST_F(Desks, a_hold_in_the_moment_in_which_a_job_begins_is_told_once) {
+  const std::string recipe = std::filesystem::absolute(kShort);
+  for (const bool before : {true, false}) {
+    const int id = before ? 1 : 11;
+    const std::string job = (folder_ / ("job" + std::to_string(id))).string();
+    client_->say("{\"order\":\"run\",\"id\":" + std::to_string(id) + ",\"recipe\":\"" + recipe + "\",\"out\":\"" + job +
+                 "\"}\n");
+    const int begin = steps_;
+    bool asked = false, resumed = false;
+    on_cycle_ = [&] {
+      const bool moment = before ? steps_ > begin + 3 : owner_->undertaking() == run::Undertaking::Job;
+      if (!asked && moment) asked = client_->say("{\"order\":\"hold\",\"id\":5}\n") > 0;
+      if (!resumed && asked && owner_->undertaking() == run::Undertaking::Job && owner_->state() == cycle::State::Held)
+        resumed = client_->say("{\"order\":\"resume\",\"id\":6}\n") > 0;
+    };
+    serve_until(id);
+    EXPECT_EQ(answer(id).value("result", ""), "done") << answer(id).dump();
+    std::ifstream file(std::filesystem::path(job) / "summary.json");
+    const Json summary = Json::parse(file);
+    std::string actions;
+    for (const auto& action : summary["actions"]) actions += action.dump() + "\n";
+    std::size_t holds = 0;
+    for (std::size_t at = actions.find("\"hold\""); at != std::string::npos; at = actions.find("\"hold\"", at + 1))
+      ++holds;
+    EXPECT_EQ(holds, 1u) << actions;
+    EXPECT_LT(actions.find("\"hold\""), actions.find("\"resume\"")) << actions;
+  }
+}
+
 TEST_F(Desks, a_hold_while_parking_is_planned_lets_it_wait_before_it_moves) {
   home();
   client_->say("{\"order\":\"jog\",\"id\":2,\"by\":{\"X\":\"50 mm\"},\"speed\":\"100 mm/s\"}\n");
