@@ -2,19 +2,20 @@
 
 #include <algorithm>
 #include <array>
-#include <csignal>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/keys.hpp"
+#include "app/cli/owner_elsewhere.hpp"
 #include "app/cli/signals.hpp"
 #include "app/cli/terminal.hpp"
 #include "app/desk/answer.hpp"
 #include "app/desk/identity.hpp"
 #include "app/desk/order_client.hpp"
 #include "app/desk/order_line.hpp"
+#include "app/desk/patience.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/record/job_folder.hpp"
 #include "core/log.hpp"
@@ -24,95 +25,46 @@ namespace {
 
 using desk::Json;
 
-/// What the client calls its orders.
-constexpr int kTheOrder = 1, kLook = 2, kKey = 3, kHold = 4;
+constexpr int kNoCode = 1;  // of an answer that has none
+
 /// How often it asks for the status: of a jog this is the sign of life that keeps it going (docs/owner-socket.md).
 constexpr Time kLookEvery = milliseconds(100), kJogLookEvery = milliseconds(15);
+/// Looks without an answer: an owner that says nothing is asked no more. A jog's are its sign of life, too.
+constexpr int kMostLooks = 1, kMostJogLooks = 20;
 
-/// An owner at the other end of a connection, as its last status tells.
-class OwnerElsewhere final : public Operated {
- public:
-  explicit OwnerElsewhere(desk::OrderClient& owner) : owner_(owner) {}
+Error left(std::string_view why) { return {Fault::ClientEnded, std::string(why), ""}; }
+const Error kInterrupted = left("interrupted before the owner had answered");
 
-  [[nodiscard]] JobSeen seen() const override { return seen_; }
-  Result<void> order(const run::Order& order) override { return say(order, kKey); }
-  void interrupt() override {
-    if (terminal_lost()) return;  // a job does not depend on its client
-    static_cast<void>(say({.kind = run::OrderKind::Abort}, kKey));
-    interrupted_ = true;
-  }
-  [[nodiscard]] bool interrupted() const { return interrupted_; }
-  /// What homes or is prepared comes to it first. A hold that is refused (an abort is under way) is asked for again,
-  /// until the job is over.
-  Stands come_to_stand() override {
-    if (!hold_taken_ && (!hold_asked_ || clock_.now() - *hold_asked_ >= kLookEvery)) {
-      hold_asked_ = clock_.now();
-      static_cast<void>(say({.kind = run::OrderKind::Hold, .now = true}, kHold));
-    }
-    const bool stands = seen_.held && (seen_.state == "held" || seen_.state == "stopped");
-    return hold_taken_ && stands ? Stands::Yes : Stands::NotYet;
-  }
-  /// This process takes no 1 ms loop with it, so that it needs no front as a verb that holds the machine does.
-  void suspend() override {
-    hold_taken_ = false;
-    hold_asked_.reset();
-    log::info("held; the owner keeps the job while the shell has the terminal");
-    raise(SIGSTOP);  // until `fg`
-  }
-  void hear(const Json& answer) {
-    if (!answer.value("ok", false)) return;
-    look_at(answer);
-    if (hold_asked_ && answer.value("id", Json()) == kHold) hold_taken_ = true;
-  }
-
-  Result<void> say(const run::Order& order, int id) {
-    if (owner_.send(desk::to_line(order, id))) return {};
-    return fail(Fault::Refused, "the owner does not listen");
-  }
-
- private:
-  void look_at(const Json& status) {
-    seen_.state = status.value("state", "");
-    seen_.held = status.value("held", false);
-    seen_.cycle = status.value("cycle", CycleIndex{});
-    seen_.override_factor = status.value("override", 1.0);
-    seen_.progress = {.features_done = status.value("features_done", std::size_t{}),
-                      .features_total = status.value("features_total", std::size_t{}),
-                      .doing = status.value("doing", ""),
-                      .elapsed_s = status.value("elapsed_s", 0.0)};
-    const auto left = status.find("remaining_s");
-    seen_.progress.remaining_s =
-        left != status.end() && left->is_number() ? std::optional(left->get<double>()) : std::nullopt;
-  }
-
-  desk::OrderClient& owner_;
-  MonotonicClock clock_;
-  JobSeen seen_;
-  bool interrupted_ = false;
-  std::optional<Time> hold_asked_;  ///< for the shell, since it wished for its terminal
-  bool hold_taken_ = false;
-};
-
-/// The answer to `kTheOrder`; what else comes meanwhile is looked at or shown.
-Result<Json> wait_for_answer(desk::OrderClient& owner, OwnerElsewhere& elsewhere, Keys& keys, Time look_every) {
+/// The answer to `OwnerElsewhere::kTheOrder`; what else comes meanwhile is looked at or shown.
+Result<Json> wait_for_answer(desk::OrderClient& owner, OwnerElsewhere& elsewhere, Keys& keys, bool jogs) {
   const MonotonicClock clock;
+  const Time look_every = jogs ? kJogLookEvery : kLookEvery;
+  const int most_looks = jogs ? kMostJogLooks : kMostLooks;
+  desk::Patience patience(clock);
   Time next_look = clock.now();
   for (;;) {
     if (clock.now() >= next_look) {
-      static_cast<void>(elsewhere.say({.kind = run::OrderKind::Status}, kLook));
+      if (elsewhere.looks_open() < most_looks)
+        static_cast<void>(elsewhere.say({.kind = run::OrderKind::Status}, OwnerElsewhere::kLook));
       next_look = clock.now() + look_every;
     }
     const auto line = owner.read_line(std::clamp(next_look - clock.now(), Time(0), Time(milliseconds(25))));
-    if (terminal_lost()) return fail(Fault::Interrupted, "the terminal is gone; the owner goes on");
+    if (line) patience.heard();
+    if (terminal_lost()) return tl::unexpected(left("the terminal is gone; the owner goes on"));
     keys.poll();
-    if (!line && owner.gone()) return fail(Fault::Refused, "the owner has ended before it answered");
     const auto answer = line ? Json::parse(*line, nullptr, false) : Json();
-    if (!answer.is_object()) continue;
-    const Json id = answer.value("id", Json());
-    if (id == kTheOrder || id.is_null()) return answer;  // without: the connection is refused
-    elsewhere.hear(answer);
-    if (!answer.value("ok", false) && id == kKey)
-      for (const Error& e : desk::errors_of(answer)) log::report(e);
+    if (answer.is_object()) {
+      const Json id = answer.value("id", Json());
+      if (id == OwnerElsewhere::kTheOrder || id.is_null()) return answer;  // without: the connection is refused
+      elsewhere.hear(answer);
+      if (!answer.value("ok", false) && id == OwnerElsewhere::kKey)
+        for (const Error& e : desk::errors_of(answer)) log::report(e);
+    }
+    if (elsewhere.left()) return tl::unexpected(kInterrupted);
+    if (!line && owner.gone()) return fail(Fault::Refused, "the owner has ended before it answered");
+    if (!patience.over()) continue;
+    elsewhere.take_back();
+    return tl::unexpected(owner.silent());
   }
 }
 
@@ -132,35 +84,43 @@ std::string as_seen_from_here(const std::string& folder) {
   return folder.starts_with(here) ? folder.substr(here.size()) : folder;
 }
 
-void show_answer(const Context& context, const Json& answer, const std::string& shown_folder) {
+/// The exit code, which is that of the document if one is shown.
+int show_answer(const Context& context, const Json& answer, const std::string& shown_folder) {
+  const int exit_code =
+      answer.value("ok", false) ? static_cast<int>(ExitCode::Done) : answer.value("exit_code", kNoCode);
   const std::vector<Error> errors = desk::errors_of(answer);
   const std::string folder = answer.value("folder", "");
   const std::string shown = shown_folder.empty() ? as_seen_from_here(folder) : shown_folder;
   if (folder.empty() && !errors.empty())
-    return void(show(errors, context.json, answer.value("board", std::string(context.board))));
+    return show(errors, context.json, answer.value("board", std::string(context.board)));
   for (const Error& e : errors) say("{}\n    remedy: {}\n", to_text(e), info(e.fault).remedy);
   if (context.json) {
-    const Json summary = folder.empty() ? Json() : summary_in(folder, shown);
-    if (summary.is_null())
-      return show_document(errors.empty() ? "ok" : "failed", answer, answer.value("exit_code", 0), errors);
-    return print_document(summary);
+    Json summary = folder.empty() ? Json() : summary_in(folder, shown);
+    if (summary.is_null()) {
+      show_document(errors.empty() ? "ok" : "failed", answer, exit_code, errors);
+    } else {
+      summary["exit_code"] = exit_code;
+      print_document(summary);
+    }
+    return exit_code;
   }
   print_text("{}\n", answer.value("said", answer.value("state", "done")));
   if (record::has_report(folder)) print_text("  report         {}/report.html\n", shown);
-}
-
-int exit_code_of(const Json& answer, bool interrupted) {
-  if (answer.value("ok", false)) return static_cast<int>(ExitCode::Done);
-  return interrupted ? static_cast<int>(ExitCode::Interrupted) : answer.value("exit_code", 1);
+  return exit_code;
 }
 
 /// The options that the user wrote are those of the owner.
 Result<void> compare(desk::OrderClient& owner, const Context& context, const Asked& asked) {
   if (asked.given.empty()) return {};
-  constexpr Time kPatience = std::chrono::seconds(10);
-  if (!owner.send(desk::to_line(run::Order{.kind = run::OrderKind::Status}, kLook)))
-    return fail(Fault::Refused, "the owner does not listen");
-  const auto line = owner.read_line(kPatience);
+  if (!owner.send(desk::to_line(run::Order{.kind = run::OrderKind::Status}, OwnerElsewhere::kLook)))
+    return tl::unexpected(owner.silent());
+  const MonotonicClock clock;
+  desk::Patience patience(clock);
+  std::optional<std::string> line;
+  while (!(line = owner.read_line(milliseconds(25))) && !owner.gone()) {
+    if (interrupted()) return tl::unexpected(left("interrupted before anything was ordered"));
+    if (patience.over()) return tl::unexpected(owner.silent());
+  }
   const auto status = line ? Json::parse(*line, nullptr, false) : Json();
   if (!status.is_object() || !status.contains("owner"))
     return fail(Fault::Refused, "the owner does not say which machine it owns", asked.state);
@@ -253,21 +213,25 @@ bool ask(Context& context, const Asked& asked, const std::string& socket, desk::
     return true;
   };
   if (also_alone(asked)) log::info("'{}' goes to the owner that is up ({})", run::name(asked.order.kind), socket);
-  OwnerElsewhere elsewhere(owner);
-  const bool shows_job = asked.order.kind == run::OrderKind::Run && !context.json;
-  if (Keys::usable(shows_job)) hold_on_stop_key();
+  const run::OrderKind kind = asked.order.kind;
+  OwnerElsewhere elsewhere(owner, kind);
+  const bool shows_job = kind == run::OrderKind::Run && !context.json;
+  if (client_row(kind).on_stop_key != OnStopKey::Stops) hold_on_stop_key();
+  if (interrupted()) return stop_with(left("interrupted before anything was ordered"));
   Keys keys(elsewhere, shows_job ? Keys::Shows::ProgressAndKeys : Keys::Shows::Nothing);
-  if (auto r = elsewhere.say(asked.order, kTheOrder); !r) return stop_with(r.error());
-  const bool jogs = asked.order.kind == run::OrderKind::Jog;
-  const auto answer = wait_for_answer(owner, elsewhere, keys, jogs ? kJogLookEvery : kLookEvery);
+  auto answer = [&]() -> Result<Json> {
+    if (auto said = elsewhere.say(asked.order, OwnerElsewhere::kTheOrder); !said) return tl::unexpected(owner.silent());
+    return wait_for_answer(owner, elsewhere, keys, kind == run::OrderKind::Jog);
+  }();
   keys.end();
   if (!answer) {
     const Error lost{answer.error().fault, answer.error().message, socket};
     context.exit_code = show(lost, context.json, context.board.empty() ? context.board : kBoardUnknown);
     return true;
   }
-  show_answer(context, *answer, asked.shown_folder);
-  context.exit_code = exit_code_of(*answer, elsewhere.interrupted());
+  if (answer->value("ok", false) && asked.afterwards)
+    if (auto r = asked.afterwards(); !r) return stop_with({r.error().fault, r.error().message, socket});
+  context.exit_code = show_answer(context, *answer, asked.shown_folder);
   return true;
 }
 

@@ -1,6 +1,7 @@
 // Orders to an owner that runs elsewhere (`gantry up`).
 //   OwnerOfState asked{context, *verb, state_option};   if (ask_owner(context, asked, order)) return;
 #pragma once
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -26,15 +27,18 @@ struct Asked {
   std::string state_option{};              ///< --state as the user wrote it; "": they did not
   const run::OwnerOptions* own = nullptr;  ///< the verb's own options of this kind; null: it has none
   std::vector<std::string> given{};        ///< which of them the user wrote: they must be the owner's
-  std::string shown_folder{};              ///< of a job, as the user wrote it; empty: what the owner answers
+  /// Waited for when the owner has said yes, before its answer is shown; null: nothing.
+  std::function<Result<void>()> afterwards{};
+  std::string shown_folder{};  ///< of a job, as the user wrote it; empty: what the owner answers
 };
 
 /// Which of the options that an owner is told apart by were written.
 std::vector<std::string> given_options(const CLI::App& verb);
 
 /// Sends the order, shows progress and takes keys while it lasts, shows its answer; sets context.exit_code. False when
-/// no owner is up, in the state folder or, where none was named, as the service, and nothing was shown. Ctrl-C sends
-/// abort and waits for the answer. A jog is kept alive.
+/// no owner is up, in the state folder or, where none was named, as the service, and nothing was shown. Ctrl-C ends
+/// what this client has ordered, or the client alone (owner_elsewhere.hpp); an owner that says nothing for 5 s is told
+/// as such. A jog is kept alive.
 bool ask_owner(Context& context, const Asked& asked);
 
 }  // namespace gantry::cli

@@ -73,11 +73,18 @@ std::string is_percentage(const std::string& word) {
 }
 
 /// The owner's socket goes when its machine is down.
-bool gone_within(const std::string& socket, std::chrono::seconds patience) {
-  const auto until = std::chrono::steady_clock::now() + patience;
-  while (std::filesystem::exists(socket) && std::chrono::steady_clock::now() < until && !interrupted())
+Result<void> wait_until_gone(const std::string& socket) {
+  constexpr std::chrono::seconds kPatience{30};
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  while (std::filesystem::exists(socket)) {
+    if (interrupted()) return fail(Fault::ClientEnded, "interrupted while the owner was ending, which it goes on with");
+    if (std::chrono::steady_clock::now() >= until)
+      return fail(Fault::Refused,
+                  "the owner has taken the order and has not ended yet: it still writes the files of a job, or waits "
+                  "for a station; it ends by itself when the disk or the station answers");
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  return !std::filesystem::exists(socket);
+  }
+  return {};
 }
 
 /// Of a machine without an owner.
@@ -100,19 +107,12 @@ void send_order(Context& context, const std::string& option, const run::Order& o
   const auto state = state_of(context, option);
   if (!state) return;
   const std::string socket = desk::owner_socket(*state);
-  if (!ask_owner(context, {.order = order, .state = *state, .state_option = option})) {
-    if (order.kind == OrderKind::PartRemoved) return forget_part(context, *state, order.serial);
-    const Error nobody{Fault::Refused, "no owner is up here; start one with `gantry up`", socket};
-    context.exit_code = show(nobody, context.json);
-    return;
-  }
-  constexpr std::chrono::seconds kPatience{30};
-  constexpr const char* kEndsLater =
-      "the owner has taken the order and has not ended yet: it still writes the files of a job, or waits for a "
-      "station; "
-      "it ends by itself when the disk or the station answers";
-  if (order.kind == OrderKind::Quit && context.exit_code == 0 && !gone_within(socket, kPatience))
-    context.exit_code = show(Error{Fault::Refused, kEndsLater, socket}, context.json);
+  Asked asked{.order = order, .state = *state, .state_option = option};
+  if (order.kind == OrderKind::Quit) asked.afterwards = [&] { return wait_until_gone(socket); };
+  if (ask_owner(context, asked)) return;
+  if (order.kind == OrderKind::PartRemoved) return forget_part(context, *state, order.serial);
+  const Error nobody{Fault::Refused, "no owner is up here; start one with `gantry up`", socket};
+  context.exit_code = show(nobody, context.json);
 }
 
 }  // namespace

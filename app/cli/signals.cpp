@@ -77,6 +77,17 @@ void hold_on_stop_key() {
   handle(SIGCONT, on_continue);
 }
 
+void stop_for_shell() {
+  struct sigaction default_action {
+  }, ours{};
+  default_action.sa_handler = SIG_DFL;
+  sigemptyset(&default_action.sa_mask);
+  sigaction(SIGTSTP, &default_action, &ours);
+  raise(SIGTSTP);  // not SIGSTOP: the kernel drops it where no shell waits for this process (POSIX, orphaned groups)
+  sigaction(SIGTSTP, &ours, nullptr);
+  continued = true;
+}
+
 bool interrupted() { return asked || lost; }
 bool terminal_lost() { return lost && !asked; }
 void lose_terminal() { lost = true; }

@@ -26,6 +26,10 @@ void hold_machine(Terminal terminal);
 /// Ctrl-Z is a wish that take_hold_wish() tells; it does not stop the process and its loop.
 void hold_on_stop_key();
 
+/// As a program without hold_on_stop_key() does on Ctrl-Z: the shell gets its terminal, and this returns after `fg`. It
+/// returns at once where no shell could ever say that.
+void stop_for_shell();
+
 /// The verb was asked to end.
 bool interrupted();
 /// It was asked by the loss of its terminal alone, and by nobody.

@@ -23,6 +23,11 @@ namespace gantry::desk {
 namespace {
 
 const Error kAbortedBefore{Fault::Aborted, "the operator aborted it before anything moved", ""};
+const Error kTakenBack{Fault::Interrupted, "its client took it back before anything moved", ""};
+const Error kClientEnds{Fault::Interrupted,
+                        "the program that ordered it was interrupted; the machine has come to rest "
+                        "and the valve is closed",
+                        ""};
 const Error kEnding{Fault::Interrupted, "the owner was asked to end", ""};
 constexpr std::uint64_t kStartButton = 0;  // no client has this number
 constexpr const char* kClampShut = "\n  clamp          shut; `gantry part-removed` opens it";
@@ -48,6 +53,7 @@ void Desk::poll() {
   if (options_.interrupted()) end();
   watch_reset();
   for (const OrderSocket::Incoming& in : door_.turn(clock_.now())) take(in);
+  std::erase_if(taken_back_, [this](const auto& entry) { return !door_.knows(entry.first); });
   tell_given({});
   watch_start_button();
   watch_hold_button();
@@ -59,6 +65,7 @@ void Desk::take(const OrderSocket::Incoming& in) {
   tell_given(client);
   Request request = read_request(in.line);
   if (!request.order) return reply(client, request, failure({request.order.error()}));
+  if (taken_back(in, request.order->kind)) return reply(client, request, failure({kTakenBack}));
   if (request.order->kind == run::OrderKind::Reset) return reset(client, request);
   if (goes_to_the_loop(request.order->kind)) return give(client, request, in.number);
   if (!run::takes_time(request.order->kind)) return reply(client, request, answer_now(*request.order));
@@ -95,6 +102,10 @@ Json Desk::answer_now(const run::Order& order) {
 }
 
 void Desk::give(std::uint64_t client, const Request& request, std::uint64_t number) {
+  if (request.order->mine) {
+    abort_own(client, number);
+    return reply(client, request, status());
+  }
   if (request.order->kind == run::OrderKind::Abort) abort_what_waits(number);
   std::string said;
   if (const auto kept = hold_what_begins(*request.order)) {
@@ -150,8 +161,26 @@ bool Desk::is_answered_later(std::uint64_t client) const {
 void Desk::abort_what_waits(std::uint64_t number) {
   aborted_up_to_ = std::max(aborted_up_to_, number);
   if (waiting_) finish(*std::exchange(waiting_, std::nullopt), failure({kAbortedBefore}));
-  aborted_ = aborted_ || preparing_;
+  if (preparing_ && !aborted_) aborted_ = kAbortedBefore;
   hold_wished_ = false;
+}
+
+void Desk::abort_own(std::uint64_t client, std::uint64_t number) {
+  taken_back_[client] = number;
+  if (waiting_ && waiting_->client == client) finish(*std::exchange(waiting_, std::nullopt), failure({kTakenBack}));
+  if (!doing_ || doing_->client != client) return;
+  if (preparing_ && !aborted_) aborted_ = kTakenBack;
+  hold_wished_ = false;
+  owner_.abort(kClientEnds);
+}
+
+/// What only asks, or stops something, is taken all the same.
+bool Desk::taken_back(const OrderSocket::Incoming& in, run::OrderKind kind) const {
+  using run::OrderKind;
+  const bool begins =
+      run::takes_time(kind) || kind == OrderKind::Resume || kind == OrderKind::Reset || kind == OrderKind::Override;
+  const auto found = taken_back_.find(in.client);
+  return begins && found != taken_back_.end() && in.number < found->second;
 }
 
 /// A reset that is taken needs some cycles to find out whether the causes are gone; its client hears what it came to.
@@ -323,7 +352,7 @@ Json Desk::part_removed(const run::Order& order) {
 }
 
 Json Desk::run_job(const run::Order& order) {
-  recipe_ = order.recipe, preparing_ = true, aborted_ = false;
+  recipe_ = order.recipe, preparing_ = true, aborted_.reset();
   struct Work {
     std::atomic<bool> given_up{false};  ///< nobody waits for it any more
     int unreadable = 0;                 ///< as errno has it
@@ -343,10 +372,10 @@ Json Desk::run_job(const run::Order& order) {
   const auto may_start = [this]() -> Result<void> {
     preparing_ = false;
     if (!aborted_ && !stop_) return {};
-    return tl::unexpected(stop_ ? kEnding : kAbortedBefore);
+    return tl::unexpected(stop_ ? kEnding : *aborted_);
   };
   Json answer = [&]() -> Json {
-    if (!ready) return failure({stop_ ? kEnding : kAbortedBefore});
+    if (!ready) return failure({stop_ ? kEnding : *aborted_});
     if (shared->unreadable != 0)
       return failure({Error{Fault::FileUnreadable,
                             fmt::format("the owner, which runs as user {}, cannot read this recipe: {}", ::geteuid(),

@@ -5,6 +5,7 @@
 // A job does not depend on the client that ordered it, a jog does: it ends when its client is silent (hold-to-run).
 #pragma once
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
@@ -72,6 +73,10 @@ class Desk {
   [[nodiscard]] bool is_answered_later(std::uint64_t client) const;
   /// What waits or is prepared ends here; what moves is the owner's.
   void abort_what_waits(std::uint64_t number);
+  /// Ends what this client has ordered, whether it moves, is prepared, waits, or has not been looked at yet.
+  void abort_own(std::uint64_t client, std::uint64_t number);
+  /// Such an order arrived before its client has taken back all that it had said.
+  [[nodiscard]] bool taken_back(const OrderSocket::Incoming& in, run::OrderKind kind) const;
   void reset(std::uint64_t client, const Request& request);
   void watch_reset();
   void watch_start_button();
@@ -96,9 +101,11 @@ class Desk {
   std::optional<Waiting> waiting_, doing_, resetting_;
   std::vector<Told> given_;
   run::Aside aside_;
+  std::map<std::uint64_t, std::uint64_t> taken_back_;  ///< by client: number of its last abort of its own orders
   std::uint64_t aborted_up_to_ = 0;  ///< number of the last abort: what arrived before it does not begin any more
   std::string recipe_;               ///< of the job that is prepared or runs
-  bool preparing_ = false, aborted_ = false, bringing_up_ = false, stop_ = false;
+  std::optional<Error> aborted_;     ///< why what is prepared does not begin
+  bool preparing_ = false, bringing_up_ = false, stop_ = false;
   bool hold_wished_ = false;  ///< of a job that has not begun
 };
 

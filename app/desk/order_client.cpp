@@ -5,18 +5,32 @@
 #include <cstring>
 #include <filesystem>
 #include <fmt/format.h>
+#include <fstream>
 #include <poll.h>
 #include <pwd.h>
 #include <string_view>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/time.h>
 #include <unistd.h>
 #include <utility>
 
+#include "app/desk/patience.hpp"
 #include "app/desk/socket_address.hpp"
 
 namespace gantry::desk {
 namespace {
+
+/// Somebody has sent it SIGSTOP, or a debugger holds it: proc(5), the state behind the name in parentheses.
+bool is_stopped(pid_t process) {
+  std::ifstream file(fmt::format("/proc/{}/stat", process));
+  std::string all;
+  std::getline(file, all);
+  const auto name_ends = all.rfind(')');
+  if (name_ends == std::string::npos || name_ends + 2 >= all.size()) return false;
+  const char state = all[name_ends + 2];
+  return state == 'T' || state == 't';
+}
 
 /// "user 'anna'" who owns the last part of `path` that can be looked at.
 std::string whose(const std::string& path) {
@@ -38,6 +52,9 @@ Result<std::optional<OrderClient>> OrderClient::connect(const std::string& path)
   if (!address) return tl::unexpected(address.error());
   const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return fail(Fault::Internal, fmt::format("no socket can be made: {}", std::strerror(errno)), path);
+  // A connection to an owner that is stopped, and what is sent to it, would wait for ever.
+  const timeval patience{.tv_sec = Patience::kSilence / std::chrono::seconds(1), .tv_usec = 0};
+  setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof(patience));
   if (::connect(fd, reinterpret_cast<const sockaddr*>(&*address), sizeof(*address)) == 0)
     return std::optional<OrderClient>(OrderClient(fd));
   const int why = errno;
@@ -52,6 +69,8 @@ Result<std::optional<OrderClient>> OrderClient::connect(const std::string& path)
             "state folder of your own",
             whose(path)),
         path);
+  if (why == EAGAIN || why == EINPROGRESS)
+    return fail(Fault::OwnerSilent, "it has taken no connection for 5 s, and others wait for one already", path);
   return fail(Fault::Refused, fmt::format("the owner cannot be reached: {}", std::strerror(why)), path);
 }
 
@@ -74,6 +93,19 @@ bool OrderClient::send(const std::string& line) {
     sent += static_cast<std::size_t>(n);
   }
   return true;
+}
+
+Error OrderClient::silent() const {
+  ucred owner{};
+  socklen_t size = sizeof(owner);
+  const bool known = getsockopt(fd_, SOL_SOCKET, SO_PEERCRED, &owner, &size) == 0 && owner.pid > 0;
+  std::string who = "the owner";
+  if (known) who += fmt::format(" (process {})", owner.pid);
+  if (known && is_stopped(owner.pid)) who += fmt::format(" is stopped (`kill -CONT {}` lets it go on), and", owner.pid);
+  return {Fault::OwnerSilent,
+          fmt::format("{} has said nothing for {} s; nobody knows what became of the order", who,
+                      Patience::kSilence / std::chrono::seconds(1)),
+          ""};
 }
 
 void OrderClient::read_some() {

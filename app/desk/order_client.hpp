@@ -12,19 +12,23 @@ namespace gantry::desk {
 
 class OrderClient {
  public:
-  /// Nothing when nobody listens at `path`. Fault::Refused, naming whose it is, when the socket or its folder belongs
+  /// Nothing when nobody listens at `path`. Fault::OwnerSilent when who listens takes no connection within
+  /// Patience::kSilence. Fault::Refused, naming whose it is, when the socket or its folder belongs
   /// to another user who lets nobody in.
   static Result<std::optional<OrderClient>> connect(const std::string& path);
   ~OrderClient();
   OrderClient(OrderClient&& other) noexcept;
   OrderClient& operator=(OrderClient&&) = delete;
 
-  /// False when the owner is gone.
+  /// False when the owner is gone, or takes nothing for Patience::kSilence.
   bool send(const std::string& line);
   /// The next line; nothing after `timeout` or when the owner is gone (then gone() says so).
   std::optional<std::string> read_line(Time timeout);
   /// The owner has closed the connection, and every line that it had sent was read.
   [[nodiscard]] bool gone() const { return gone_ && lines_.empty(); }
+
+  /// Of an owner that says nothing: what can be seen of its process, and that nobody knows what became of the order.
+  [[nodiscard]] Error silent() const;
 
  private:
   explicit OrderClient(int fd) : fd_(fd) {}

@@ -38,6 +38,7 @@ constexpr std::array kKeys{
     Key{run::OrderKind::Jog, "speed", [](run::Order& o) -> std::string& { return o.jog.speed; }},
     Key{run::OrderKind::Override, "value", nullptr},
     Key{run::OrderKind::Hold, "now", nullptr},
+    Key{run::OrderKind::Abort, "mine", nullptr},
 };
 constexpr std::array kStops{run::OrderKind::Abort, run::OrderKind::Hold, run::OrderKind::Quit};
 
@@ -138,6 +139,9 @@ Result<run::Order> order_of(const nlohmann::json& json) {
     return fail(Fault::Refused, "\"certificate\" is the path of a dry run's certificate.json");
   if (const auto now = json.find("now"); order.kind == run::OrderKind::Hold && now != json.end())
     order.now = !now->is_boolean() || now->get<bool>();  // an order that stops is taken whatever else it says
+  // What is not said clearly stops everything.
+  if (const auto mine = json.find("mine"); order.kind == run::OrderKind::Abort && mine != json.end())
+    order.mine = mine->is_boolean() && mine->get<bool>();
   if (order.kind == run::OrderKind::Override) {
     if (!json.contains("value") || !json["value"].is_number())
       return fail(Fault::Refused, "'override' needs \"value\": 0, or 0.01 to 2");
@@ -212,6 +216,7 @@ std::string to_line(const run::Order& order, const nlohmann::ordered_json& id) {
   if (!order.jog.speed.empty()) json["speed"] = order.jog.speed;
   if (order.kind == run::OrderKind::Override) json["value"] = order.value;
   if (order.now) json["now"] = true;
+  if (order.mine) json["mine"] = true;
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

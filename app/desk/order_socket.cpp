@@ -262,6 +262,10 @@ void OrderSocket::set_busy(std::uint64_t client, bool busy) {
   if (Client* c = find(client)) c->busy = busy;
 }
 
+bool OrderSocket::knows(std::uint64_t client) const {
+  return std::any_of(clients_.begin(), clients_.end(), [&](const Client& c) { return c.id == client; });
+}
+
 std::optional<Time> OrderSocket::heard(std::uint64_t client) const {
   for (const Client& c : clients_)
     if (c.id == client && !c.ended) return c.heard;

@@ -56,6 +56,8 @@ class OrderSocket {
   void set_busy(std::uint64_t client, bool busy);
   /// When its last whole line arrived. Nothing when it has closed its side.
   [[nodiscard]] std::optional<Time> heard(std::uint64_t client) const;
+  /// It is connected, or something that it has said waits.
+  [[nodiscard]] bool knows(std::uint64_t client) const;
   [[nodiscard]] std::size_t clients() const { return clients_.size(); }
 
  private:

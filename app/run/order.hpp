@@ -41,6 +41,7 @@ struct Order {
   job::JogWords jog{};              ///< Jog
   double value = 1;                 ///< Override: 1 is 100 %; 0.01 .. 2, or 0: hold now
   bool now = false;                 ///< Hold: does not wait for the end of the feature
+  bool mine = false;                ///< Abort: only what the client that says it has ordered
 };
 
 /// Whether the order takes machine time; only one such order runs at a time.

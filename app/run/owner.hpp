@@ -136,7 +136,9 @@ class Owner {
   /// Of the last reset that was taken: nothing as long as it is under way, or when it was told already. Fault of what
   /// stays latched.
   std::optional<Result<void>> reset_answer();
-  /// What is under way ends with `why` as soon as the machine stands (Ctrl-C: Fault::Interrupted).
+  /// What is under way ends with `why` as soon as the machine stands; what comes after it is not concerned.
+  void abort(Error why);
+  /// The same; with Fault::Interrupted (Ctrl-C of the program itself) nothing is undertaken any more.
   void interrupt(Error why);
   /// Called in every waiting step of the run thread: where orders are polled and progress is shown.
   void on_step(std::function<void()> poll);

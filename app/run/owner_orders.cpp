@@ -222,10 +222,14 @@ std::optional<Result<void>> Owner::reset_answer() {
               why.where);
 }
 
-void Owner::interrupt(Error why) {
+void Owner::abort(Error why) {
   Parts& p = *parts_;
-  if (why.fault == Fault::Interrupted && !p.ending) p.ending = why;
   if (p.on_bus && p.undertaking != Undertaking::None) p.control().abort(std::move(why));
+}
+
+void Owner::interrupt(Error why) {
+  if (why.fault == Fault::Interrupted && !parts_->ending) parts_->ending = why;
+  abort(std::move(why));
 }
 
 std::optional<double> Owner::stop_mm() const {

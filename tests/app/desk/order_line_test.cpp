@@ -130,6 +130,17 @@ TEST(OrderLine, a_text_with_a_nul_byte_is_refused) {
   }
 }
 
+TEST(OrderLine, an_abort_of_ones_own_orders_says_so_clearly_and_any_other_stops_everything) {
+  const std::string line = to_line({.kind = OrderKind::Abort, .mine = true});
+  EXPECT_EQ(line, R"({"order":"abort","mine":true})");
+  EXPECT_TRUE(parse_order(line)->mine);
+  EXPECT_TRUE(is_urgent(line));
+  for (const char* all : {R"({"order":"abort"})", R"({"order":"abort","mine":false})",
+                          R"({"order":"abort","mine":"true"})", R"({"order":"abort","mine":1})"})
+    EXPECT_FALSE(parse_order(all)->mine) << all;
+  EXPECT_FALSE(parse_order(R"({"order":"home","mine":true})"));
+}
+
 TEST(OrderLine, home_names_the_axes_that_it_homes_alone) {
   const std::string line = to_line({.kind = OrderKind::Home, .axes = {"C", "U"}});
   EXPECT_EQ(line, R"({"order":"home","only":["C","U"]})");
