@@ -103,6 +103,8 @@ void Keys::show_progress() {
   last_shown_ = now;
   const run::Progress& p = s.progress;
   const int filled = p.features_total == 0 ? 0 : static_cast<int>(kBarWidth * p.features_done / p.features_total);
+  const bool names_it = p.feature.empty() || p.doing.find(p.feature) != std::string::npos;
+  const std::string doing = names_it ? p.doing : fmt::format("{} '{}'", p.doing, p.feature);
   std::optional<double> left_s = p.remaining_s;
   if (left_s && virtual_time_) {
     const double waited_s = std::chrono::duration<double>(now - begin_).count();
@@ -110,7 +112,7 @@ void Keys::show_progress() {
   }
   show_status(fmt::format("[{}{}] {}/{} {} {:.0f} s{} {}{}", std::string(static_cast<std::size_t>(filled), '#'),
                           std::string(static_cast<std::size_t>(kBarWidth - filled), '.'), p.features_done,
-                          p.features_total, p.doing, p.elapsed_s,
+                          p.features_total, doing, p.elapsed_s,
                           left_s ? fmt::format(", about {:.0f} s left,", *left_s) : "", s.state,
                           s.override_factor == 1 ? "" : fmt::format(" {:.0f} %", s.override_factor * 100)));
 }

@@ -89,7 +89,21 @@ void OwnerElsewhere::hear(const Json& answer) {
   if (hold_asked_ && id == kHold) hold_taken_ = true;
 }
 
+void OwnerElsewhere::tell_hold(const Json& status) {
+  if (row_.on_interrupt == OnInterrupt::Leaves) return;
+  const auto text = [](const Json& of, const char* key) { return of.value(key, std::string()); };
+  const Json hold = status.value("held_by", Json());
+  const std::string words = hold.is_object() ? text(hold, "words") : "";
+  if (words == hold_told_) return;
+  hold_told_ = words;
+  if (!hold.is_object()) return log::info("no longer on hold");
+  if (hold.value("yours", false)) return;
+  const bool of_another = text(hold, "by") == "order" || text(hold, "by") == "override";
+  log::warn("{}{}; {}", words, of_another ? " of another client" : "", text(hold, "next"));
+}
+
 void OwnerElsewhere::look_at(const Json& status) {
+  tell_hold(status);
   seen_.state = status.value("state", "");
   seen_.held = status.value("held", false);
   seen_.cycle = status.value("cycle", CycleIndex{});
@@ -97,6 +111,7 @@ void OwnerElsewhere::look_at(const Json& status) {
   seen_.progress = {.features_done = status.value("features_done", std::size_t{}),
                     .features_total = status.value("features_total", std::size_t{}),
                     .doing = status.value("doing", ""),
+                    .feature = status.value("feature", Json()).is_string() ? status["feature"].get<std::string>() : "",
                     .elapsed_s = status.value("elapsed_s", 0.0)};
   const auto left = status.find("remaining_s");
   seen_.progress.remaining_s =

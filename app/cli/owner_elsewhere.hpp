@@ -58,12 +58,15 @@ class OwnerElsewhere final : public Operated {
 
  private:
   void look_at(const nlohmann::ordered_json& status);
+  /// Who waits for what stands hears why it does, and what lets it go on; not what they have done themselves.
+  void tell_hold(const nlohmann::ordered_json& status);
 
   desk::OrderClient& owner_;
   const ClientRow& row_;
   MonotonicClock clock_;
   JobSeen seen_;
   bool left_ = false;
+  std::string hold_told_;  ///< in words; "": it does not stand
   int looks_open_ = 0;
   std::optional<Time> hold_asked_;  ///< for the shell, since it wished for its terminal
   bool hold_taken_ = false;

@@ -29,7 +29,6 @@ const Error kClientEnds{Fault::Interrupted,
                         "and the valve is closed",
                         ""};
 const Error kEnding{Fault::Interrupted, "the owner was asked to end", ""};
-constexpr std::uint64_t kStartButton = 0;  // no client has this number
 constexpr const char* kClampShut = "\n  clamp          shut; `gantry part-removed` opens it";
 constexpr Time kTaken = milliseconds(10);  // by then the loop has heard of an order, and was heard
 
@@ -57,6 +56,7 @@ void Desk::poll() {
   tell_given({});
   watch_start_button();
   watch_hold_button();
+  watch_hold();
   watch_jog();
 }
 
@@ -68,7 +68,7 @@ void Desk::take(const OrderSocket::Incoming& in) {
   if (taken_back(in, request.order->kind)) return reply(client, request, failure({kTakenBack}));
   if (request.order->kind == run::OrderKind::Reset) return reset(client, request);
   if (goes_to_the_loop(request.order->kind)) return give(client, request, in.number);
-  if (!run::takes_time(request.order->kind)) return reply(client, request, answer_now(*request.order));
+  if (!run::takes_time(request.order->kind)) return reply(client, request, answer_now(client, *request.order));
   if (in.number < aborted_up_to_) return reply(client, request, failure({kAbortedBefore}));
   if (doing_ || waiting_) {
     const run::Order& other = doing_ ? *doing_->request.order : *waiting_->request.order;
@@ -90,7 +90,7 @@ void Desk::reply(std::uint64_t client, const Request& request, Json answer) {
   door_.reply(client, to_line(answer));
 }
 
-Json Desk::answer_now(const run::Order& order) {
+Json Desk::answer_now(std::uint64_t client, const run::Order& order) {
   if (order.kind == run::OrderKind::Quit) {
     Json answer = status();
     answer["said"] = "ending: what moves is stopped in order, then torque off and bus down";
@@ -98,7 +98,7 @@ Json Desk::answer_now(const run::Order& order) {
     return answer;
   }
   if (auto done = owner_.order(order); !done) return failure({done.error()});
-  return status();
+  return status(client);
 }
 
 void Desk::give(std::uint64_t client, const Request& request, std::uint64_t number) {
@@ -118,6 +118,9 @@ void Desk::give(std::uint64_t client, const Request& request, std::uint64_t numb
     if (stop_mm && said.starts_with("holds now")) said += fmt::format(", within {:.2g} mm", *stop_mm);
     if (stop_mm && request.order->kind == run::OrderKind::Abort) said = fmt::format("stops within {:.2g} mm", *stop_mm);
   }
+  const bool by_override = request.order->kind == run::OrderKind::Override;
+  if (!hold_ && (request.order->kind == run::OrderKind::Hold || (by_override && request.order->value == 0)))
+    hold_ = Hold{.by = by_override ? Hold::By::Override : Hold::By::Order, .client = client};
   given_.push_back({{client, request}, clock_.now() + kTaken, std::move(said)});
   door_.set_busy(client, true);
 }
@@ -147,7 +150,7 @@ void Desk::tell_given(std::optional<std::uint64_t> client) {
 }
 
 void Desk::tell(const Told& told) {
-  Json answer = status();
+  Json answer = status(told.to.client);
   if (!told.said.empty()) answer["said"] = told.said;
   reply(told.to.client, told.to.request, std::move(answer));
 }
@@ -209,20 +212,21 @@ void Desk::watch_start_button() {
     log::warn("button start: the machine is busy with '{}'",
               run::name((doing_ ? doing_ : waiting_)->request.order->kind));
   else
-    waiting_ = Waiting{kStartButton, {run::Order{.kind = run::OrderKind::Run, .recipe = options_.recipe}}};
+    waiting_ = Waiting{kNobody, {run::Order{.kind = run::OrderKind::Run, .recipe = options_.recipe}}};
 }
 
 /// Behind the start button: somebody who presses both wants the job to wait.
 void Desk::watch_hold_button() {
   if (!owner_.take_hold()) return;
-  if (const auto kept = hold_what_begins({.kind = run::OrderKind::Hold}))
-    log::info("button hold: {}", *kept);
-  else
-    log::warn("button hold: nothing is under way that could be held");
+  const auto kept = hold_what_begins({.kind = run::OrderKind::Hold});
+  if (!kept) return log::warn("button hold: nothing is under way that could be held");
+  if (!hold_) hold_ = Hold{.by = Hold::By::Button};
+  log::info("button hold: {}", *kept);
 }
 
 void Desk::finish(const Waiting& done, Json answer) {
-  if (done.client == kStartButton) {
+  hold_.reset();
+  if (done.client == kNobody) {
     for (const Error& e : errors_of(answer)) log::report(e);
     if (answer.contains("folder"))
       log::info("button start: {}: {}", answer.value("result", ""), answer.value("folder", ""));
@@ -245,11 +249,43 @@ void Desk::watch_jog() {
   finish(*std::exchange(waiting_, std::nullopt), failure({why}));
 }
 
-Json Desk::status() const {
+/// A hold that was asked for may take effect later; one that is over is forgotten.
+void Desk::watch_hold() {
+  const bool stands = owner_.held() || hold_wished_;
+  if (auto stop = owner_.stopped())
+    hold_ = Hold{.by = Hold::By::Fault, .stop = std::move(stop)};
+  else if (stands && !hold_)
+    hold_ = Hold{.by = owner_.held_by_button() ? Hold::By::Button : Hold::By::Terminal};
+  if (stood_ && !stands) hold_.reset();
+  stood_ = stands;
+}
+
+Json Desk::hold_in_words(std::uint64_t client) const {
+  if (!hold_ || !(owner_.held() || hold_wished_)) return nullptr;
+  const std::string goes_on = "`gantry resume` goes on, `gantry abort` ends it";
+  const auto told = [&](const char* by, std::string words, std::string next) -> Json {
+    const bool yours = client != kNobody && hold_->client == client;
+    return {{"by", by}, {"yours", yours}, {"words", std::move(words)}, {"next", std::move(next)}};
+  };
+  switch (hold_->by) {
+    case Hold::By::Order: return told("order", "held by the order `hold`", goes_on);
+    case Hold::By::Override: return told("override", "held by an override of 0 %", goes_on);
+    case Hold::By::Button: return told("button", "held by the machine's hold button", "the start button or " + goes_on);
+    case Hold::By::Terminal: return told("terminal", "held by Ctrl-Z in the terminal of `gantry up`", goes_on);
+    case Hold::By::Fault: break;
+  }
+  const Error& stop = *hold_->stop;
+  const std::string why = fmt::format("stopped: {}", to_text(stop));
+  if (owner_.stopped()) return told("fault", why, fmt::format("{}; `gantry abort` ends it", info(stop.fault).remedy));
+  return told("fault", why + ", which was reset", goes_on);
+}
+
+Json Desk::status(std::uint64_t client) const {
   Json answer = machine_status(machine_, owner_);
   answer["busy_with"] = doing_ ? Json(run::name(doing_->request.order->kind)) : Json(nullptr);
   answer["recipe"] = recipe_.empty() ? Json(nullptr) : Json(recipe_);
   if (preparing_) answer["doing"] = "preparing";
+  answer["held_by"] = hold_in_words(client);
   if (hold_wished_) answer["held"] = true;
   const std::optional<double> left = owner_.progress().remaining_s;
   answer["remaining_s"] = left ? Json(*left) : Json(nullptr);

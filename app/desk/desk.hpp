@@ -47,6 +47,7 @@ class Desk {
 
  private:
   using Json = nlohmann::ordered_json;
+  static constexpr std::uint64_t kNobody = 0;  ///< no client has this number
   struct Waiting {
     std::uint64_t client = 0;
     Request request;
@@ -59,10 +60,18 @@ class Desk {
     std::string said;
   };
 
+  /// Why what is under way stands.
+  struct Hold {
+    enum class By { Order, Override, Button, Terminal, Fault } by = By::Order;
+    std::uint64_t client = kNobody;  ///< of an order
+    std::optional<Error> stop{};     ///< of a fault
+  };
+
   void end();
   void take(const OrderSocket::Incoming& in);
   void reply(std::uint64_t client, const Request& request, Json answer);
-  Json answer_now(const run::Order& order);
+  Json answer_now(std::uint64_t client, const run::Order& order);
+  [[nodiscard]] Json hold_in_words(std::uint64_t client) const;
   void give(std::uint64_t client, const Request& request, std::uint64_t number);
   /// Of a job that has not begun, which the owner does not know yet: what is said to a hold or a resume. Nothing: the
   /// order is for the owner.
@@ -84,7 +93,10 @@ class Desk {
   /// The last word to whoever asked for this; what the start button began is told in the log.
   void finish(const Waiting& done, Json answer);
   void watch_jog();
-  [[nodiscard]] Json status() const;
+  /// Whoever it is that holds what is under way.
+  void watch_hold();
+  /// As this client is told it; kNobody: as any other one.
+  [[nodiscard]] Json status(std::uint64_t client = kNobody) const;
   Json carry_out(const run::Order& order);
   Json jog(const job::JogWords& words);
   Json run_job(const run::Order& order);
@@ -107,6 +119,8 @@ class Desk {
   std::optional<Error> aborted_;     ///< why what is prepared does not begin
   bool preparing_ = false, bringing_up_ = false, stop_ = false;
   bool hold_wished_ = false;  ///< of a job that has not begun
+  std::optional<Hold> hold_;  ///< since it was asked for, or seen
+  bool stood_ = false;        ///< on hold, or on the way there
 };
 
 }  // namespace gantry::desk

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/record/summary.hpp"
+#include "config/inputs.hpp"
 #include "core/units.hpp"
 
 namespace gantry::desk {
@@ -16,6 +17,37 @@ Json on_the_wire(const run::WireCounts& wire) {
   return {{"frames", record::to_json(wire.frames)},
           {"mailbox_repeats", wire.mailbox_repeats},
           {"other_master", wire.other_master.empty() ? Json() : Json(wire.other_master)}};
+}
+
+/// Null: the machine has no such input.
+Json door_word(const config::Machine& machine, std::uint32_t inputs) {
+  if (!machine.inputs[static_cast<std::size_t>(config::Input::DoorClosed)]) return nullptr;
+  return config::is_low(machine, inputs, config::Input::DoorClosed) ? "open" : "closed";
+}
+
+std::string text_of(const Json& status, const char* key) {
+  const auto found = status.find(key);
+  return found != status.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+/// Of a job, also one that is prepared; else what else is under way. "": nothing is.
+std::string undertaking_in_words(const Json& status) {
+  const std::string recipe = text_of(status, "recipe"), feature = text_of(status, "feature"),
+                    doing = text_of(status, "doing");
+  const auto total = status.value("features_total", 0);
+  if (total == 0 && recipe.empty()) {
+    const std::string order = text_of(status, "busy_with");
+    return order.empty() ? "" : fmt::format("\nunder way: '{}'", order);
+  }
+  std::string text = "\njob: ";
+  if (total > 0) text += fmt::format("{} of {} features, ", status.value("features_done", 0), total);
+  text += doing;
+  if (!feature.empty() && doing.find(feature) == std::string::npos) text += fmt::format(", at '{}'", feature);
+  if (total > 0) text += fmt::format(", {:.0f} s gone", status.value("elapsed_s", 0.0));
+  if (const auto left = status.find("remaining_s"); left != status.end() && left->is_number())
+    text += fmt::format(", about {:.0f} s left", left->get<double>());
+  if (!recipe.empty()) text += "\n     " + recipe;
+  return text;
 }
 
 }  // namespace
@@ -42,10 +74,12 @@ Json machine_status(const config::Machine& machine, const run::Owner& owner) {
   return {{"ok", true},
           {"state", cycle::name(owner.state())},
           {"mode", owner.in_setup() ? "setup" : "automatic"},
+          {"door", door_word(machine, s.inputs)},
           {"held", owner.held()},
           {"cycle", s.cycle},
           {"faults", faults},
           {"doing", p.doing},
+          {"feature", p.feature.empty() ? Json() : Json(p.feature)},
           {"features_done", p.features_done},
           {"features_total", p.features_total},
           {"elapsed_s", p.elapsed_s},
@@ -58,15 +92,14 @@ Json machine_status(const config::Machine& machine, const run::Owner& owner) {
 std::string in_words(const Json& status) {
   std::string text = fmt::format("{}, {}, override {:.0f} %", status.value("state", "?"), status.value("mode", "?"),
                                  status.value("override", 1.0) * 100);
+  if (const std::string door = text_of(status, "door"); !door.empty()) text += ", door " + door;
   if (const auto stop = status.find("stop_mm"); stop != status.end() && stop->is_number())
     text += fmt::format(", would stop within {:.2g} mm", stop->get<double>());
-  if (status.value("held", false) && status.value("state", "") != "held") text += ", on hold";
-  if (const auto total = status.value("features_total", 0); total > 0) {
-    text +=
-        fmt::format("\njob: {} of {} features, {}", status.value("features_done", 0), total, status.value("doing", ""));
-    if (const auto left = status.find("remaining_s"); left != status.end() && left->is_number())
-      text += fmt::format(", about {:.0f} s left", left->get<double>());
-  }
+  text += undertaking_in_words(status);
+  if (const auto held = status.find("held_by"); held != status.end() && held->is_object())
+    text += fmt::format("\n{}; {}", text_of(*held, "words"), text_of(*held, "next"));
+  else if (status.value("held", false))
+    text += "\non hold";
   for (const Json& fault : status.value("faults", Json::array()))
     text += fmt::format("\nfault {}: {}\n    remedy: {}", fault.value("code", ""), fault.value("text", ""),
                         fault.value("remedy", ""));

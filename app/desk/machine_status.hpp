@@ -9,11 +9,13 @@
 
 namespace gantry::desk {
 
-/// "ok", "state", "mode" (automatic, setup), "held", "cycle", "faults" (the one that is latched, with text and remedy),
-/// the job's progress, "override" and "axes" (position in mm or rad, enabled, referenced).
+/// "ok", "state", "mode" (automatic, setup), "door" (open, closed; null: no input tells), "held", "cycle", "faults"
+/// (the one that is latched, with text and remedy), the job's progress with "feature" (that is dispensed or headed
+/// for), "override" and "axes" (position in mm or rad, enabled, referenced).
 nlohmann::ordered_json machine_status(const config::Machine& machine, const run::Owner& owner);
 
-/// State, job, faults with their remedies, a line for each axis (rotary ones in deg). No newline at the end.
+/// The same facts: state, job or what else is under way, why it stands, faults with their remedies, a line for each
+/// axis (rotary ones in deg). No newline at the end.
 std::string in_words(const nlohmann::ordered_json& status);
 
 }  // namespace gantry::desk

@@ -37,6 +37,7 @@ Owner::Turn::Turn(Parts& parts, Undertaking what)
     : parts_(parts), what_(what), taken_(parts.undertaking == Undertaking::None && !parts.ending) {
   if (!taken_) return;
   parts_.undertaking = what;
+  parts_.button_holds = false;
   if (!parts_.on_bus) return;
   parts_.control().begin();
   parts_.on_bus->named.reset();

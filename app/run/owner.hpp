@@ -65,7 +65,8 @@ struct Jogged {
 /// Where a job is, for a progress bar.
 struct Progress {
   std::size_t features_done = 0, features_total = 0;
-  std::string doing;  ///< "mark M2", "touch T1", "dots[3][2]"
+  std::string doing;      ///< "mark M2", "touch T1", "dots[3][2]"
+  std::string feature{};  ///< that is dispensed, or on the way to which the head is; "": none
   double elapsed_s = 0;
   std::optional<double> remaining_s{};  ///< about; Recording::remaining_s()
 };
@@ -163,6 +164,8 @@ class Owner {
   [[nodiscard]] std::optional<Error> stopped() const;
   /// As people are told it: a job that waits between two motions is held.
   [[nodiscard]] cycle::State state() const;
+  /// The same, because of the machine's own hold button.
+  [[nodiscard]] bool held_by_button() const;
   /// The mode switch says setup: only a jog may move the machine.
   [[nodiscard]] bool in_setup() const;
   /// The start button was pressed on an idle machine, and this is the first to ask.

@@ -257,7 +257,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   const bool pressed = p.on_bus->buttons.holding();
   if (pressed) log::warn("button hold is pressed: the job waits before its first motion; `resume` or start lets it go");
   if (p.control().holds_next()) p.job->recording.action(std::string(name(OrderKind::Hold)));  // told to all others
-  if (pressed) p.control().hold_next(true);
+  if (pressed) p.control().hold_next(true), p.button_holds = true;
   const devices::CyclicCounts counted_before = p.bus->counters();
   const std::uint64_t repeats_before = p.bus->mailbox_repeats();
 
@@ -349,6 +349,7 @@ Progress Owner::progress() const {
   return {.features_done = p.job->recording.features_done(),
           .features_total = p.job->recording.features_total(),
           .doing = latest().state == cycle::State::Homing ? "homing" : p.job->runner.doing(),
+          .feature = p.job->runner.feature(),
           .elapsed_s = p.job->recording.elapsed_s(),
           .remaining_s = p.job->recording.remaining_s()};
 }

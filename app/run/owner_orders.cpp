@@ -78,6 +78,7 @@ Result<void> Owner::Parts::resume() {
 
 /// Lowering is obeyed at once; what is dispensed is not made faster than it was begun.
 Result<void> Owner::Parts::set_override(double factor) {
+  button_holds = false;
   order_said.clear();
   if (factor == 0) {
     auto held = hold(true);
@@ -138,8 +139,11 @@ void Owner::Parts::heed_buttons() {
   };
   if (pressed.hold && undertaking == Undertaking::None)
     on_bus->hold_pressed = true;
-  else if (pressed.hold)
-    do_it("hold", hold(false));
+  else if (pressed.hold) {
+    const Result<void> done = hold(false);
+    button_holds = button_holds || done.has_value();
+    do_it("hold", done);
+  }
   if (pressed.reset) do_it("reset", reset());
   if (pressed.start_in_vain) log::warn("button start: a fault is latched; `reset` comes first");
   if (!pressed.start) return;

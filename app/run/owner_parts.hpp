@@ -96,6 +96,7 @@ struct Owner::Parts {
   std::string order_said;          ///< what the last hold or override leads to, in words; empty: at once
   std::optional<double> raise_to;  ///< override that waits for the valve to be shut
   std::optional<Error> ending;     ///< the program was asked to end: nothing is undertaken any more
+  bool button_holds = false;       ///< since the machine's hold button was pressed, until a resume
   Aside aside_thread;
 
   [[nodiscard]] Control& control() const { return *on_bus->control; }

@@ -68,8 +68,11 @@ class Runner {
   [[nodiscard]] const job::JobState& state() const { return state_; }
   /// Nothing while the valve is shut.
   [[nodiscard]] std::optional<Ahead> ahead() const;
-  /// The feature that is dispensed next in the motion that plays; empty: none is.
-  [[nodiscard]] std::string heads_for() const;
+  /// The feature that is dispensed next in the motion that plays; empty: none is. Asked again and again it looks at
+  /// each segment once.
+  [[nodiscard]] std::string heads_for();
+  /// The same, or the feature that is dispensed now.
+  [[nodiscard]] std::string feature();
   /// Beads that were dispensed at another speed than the recipe's.
   [[nodiscard]] std::vector<job::OffSpeed> off_speed() const { return speed_watch_.off_speed(); }
   /// Up to which override its materials allow more than the machine does; 1 is the recipe's speed.
@@ -137,8 +140,15 @@ class Runner {
   job::CutWatch cut_watch_;
   job::JobTimes times_;
   const std::deque<motion::Segment>* playing_ = nullptr;  ///< the segments of the block that plays
-  std::optional<std::size_t> cut_;                        ///< the feature that a hold or a stop has cut in this step
-  std::optional<job::Laid> laid_;                         ///< of it, where it is a bead
+  /// How far heads_for() has looked: the segments before this one lie behind the tool.
+  struct Looked {
+    std::uint32_t block = 0;
+    std::size_t segment = 0;
+    double begins_mm = 0;  ///< along the block
+  };
+  Looked looked_;
+  std::optional<std::size_t> cut_;  ///< the feature that a hold or a stop has cut in this step
+  std::optional<job::Laid> laid_;   ///< of it, where it is a bead
   /// The bead that is on its way to be joined.
   struct Joining {
     std::size_t feature = 0;

@@ -43,18 +43,30 @@ std::optional<Ahead> Runner::ahead() const {
   return Ahead{recipes::id_of(recipe_.features[feature]), left_s / std::min(1.0, s.override_factor)};
 }
 
-std::string Runner::heads_for() const {
+std::string Runner::heads_for() {
   const cycle::Snapshot& s = site_.control.latest();
   if (playing_ == nullptr || s.block != block_) return "";
-  double along_block_mm = 0;
-  for (const motion::Segment& segment : *playing_) {
-    if (segment.kind != motion::SegmentKind::Dwell) along_block_mm += segment.geometry.length;
-    const bool opens =
-        std::any_of(segment.events.begin(), segment.events.end(), [](const auto& event) { return event.dispense; });
-    if (opens && along_block_mm >= s.along_block_mm && segment.feature < recipe_.features.size())
-      return recipes::id_of(recipe_.features[segment.feature]);
+  const auto length_mm = [](const motion::Segment& segment) {
+    return segment.kind == motion::SegmentKind::Dwell ? 0 : segment.geometry.length;
+  };
+  if (looked_.block != block_) looked_ = {.block = block_};
+  const auto& segments = *playing_;
+  while (looked_.segment < segments.size() &&
+         looked_.begins_mm + length_mm(segments[looked_.segment]) < s.along_block_mm)
+    looked_.begins_mm += length_mm(segments[looked_.segment++]);
+  for (std::size_t i = looked_.segment; i < segments.size(); ++i) {
+    const bool opens = std::any_of(segments[i].events.begin(), segments[i].events.end(),
+                                   [](const auto& event) { return event.dispense; });
+    if (opens && segments[i].feature < recipe_.features.size())
+      return recipes::id_of(recipe_.features[segments[i].feature]);
   }
   return "";
+}
+
+std::string Runner::feature() {
+  const cycle::Snapshot& s = site_.control.latest();
+  if (s.block == block_ && s.feature < recipe_.features.size()) return recipes::id_of(recipe_.features[s.feature]);
+  return heads_for();
 }
 
 void Runner::note_cut(const std::vector<job::FeatureState>& before, const std::deque<motion::Segment>& segments) {
