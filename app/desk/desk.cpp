@@ -15,6 +15,7 @@
 #include "app/desk/machine_status.hpp"
 #include "app/record/defects.hpp"
 #include "app/record/summary.hpp"
+#include "app/run/refusal.hpp"
 #include "config/yaml.hpp"
 #include "core/log.hpp"
 #include "core/units.hpp"
@@ -54,9 +55,9 @@ void Desk::poll() {
   for (const OrderSocket::Incoming& in : door_.turn(clock_.now())) take(in);
   std::erase_if(taken_back_, [this](const auto& entry) { return !door_.knows(entry.first); });
   tell_given({});
+  watch_hold();
   watch_start_button();
   watch_hold_button();
-  watch_hold();
   watch_jog();
 }
 
@@ -71,12 +72,10 @@ void Desk::take(const OrderSocket::Incoming& in) {
   if (!run::takes_time(request.order->kind)) return reply(client, request, answer_now(client, *request.order));
   if (in.number < aborted_up_to_) return reply(client, request, failure({kAbortedBefore}));
   if (doing_ || waiting_) {
-    const run::Order& other = doing_ ? *doing_->request.order : *waiting_->request.order;
-    return reply(client, request,
-                 failure({Error{Fault::Refused,
-                                fmt::format("the machine is busy with '{}'; wait for its end, or `abort` it",
-                                            run::name(other.kind)),
-                                ""}}));
+    run::Standing now = owner_.standing();
+    now.undertaking =
+        run::undertaking_of((doing_ ? doing_ : waiting_)->request.order->kind);  // also of a job that begins
+    return reply(client, request, failure({Error{Fault::Refused, run::refusal(request.order->kind, now), ""}}));
   }
   door_.set_busy(client, true);
   waiting_ = Waiting{client, std::move(request)};
@@ -285,8 +284,8 @@ Json Desk::status(std::uint64_t client) const {
   answer["busy_with"] = doing_ ? Json(run::name(doing_->request.order->kind)) : Json(nullptr);
   answer["recipe"] = recipe_.empty() ? Json(nullptr) : Json(recipe_);
   if (preparing_) answer["doing"] = "preparing";
-  answer["held_by"] = hold_in_words(client);
   if (hold_wished_) answer["held"] = true;
+  answer["held_by"] = hold_in_words(client);
   const std::optional<double> left = owner_.progress().remaining_s;
   answer["remaining_s"] = left ? Json(*left) : Json(nullptr);
   answer["owner"] = options_.identity;

@@ -52,8 +52,7 @@ Owner::Turn::~Turn() {
 
 Result<void> Owner::Turn::refused() const {
   if (parts_.ending) return tl::unexpected(*parts_.ending);
-  return fail(Fault::Refused, fmt::format("the machine is busy with {}; {} has to wait for its end, or for `abort`",
-                                          name(parts_.undertaking), name(what_)));
+  return fail(Fault::Refused, refusal(what_, parts_.standing()));
 }
 
 Result<void> Owner::Parts::not_latched() {
@@ -72,7 +71,10 @@ Result<void> Owner::Parts::not_latched() {
   std::string where, words = std::string(info(latched).text);
   for (const Error& e : active.list(machine, control().latest()))
     if (e.fault == latched && !e.where.empty()) where = e.where, words = e.message;
-  return fail(Fault::Latched, fmt::format("{} is latched: {}", std::string_view(code(latched)), words), where);
+  return fail(Fault::Latched,
+              fmt::format("{} is refused while {} is latched: {}", in_quotes(undertaking),
+                          std::string_view(code(latched)), words),
+              where);
 }
 
 Result<void> Owner::Parts::torque() {

@@ -78,6 +78,8 @@ struct WireCounts {
   std::string other_master;  ///< source address of its frames, in words; empty: there was none
 };
 
+struct Standing;
+
 /// What takes machine time: one at a time.
 enum class Undertaking { None, BringUp, Enable, Disable, Home, Jog, Park, Job, Part, Walk };
 std::string_view name(Undertaking what);
@@ -158,14 +160,16 @@ class Owner {
   /// What the bus has counted since it came up.
   [[nodiscard]] WireCounts wire() const;
   [[nodiscard]] Undertaking undertaking() const;
+  /// As refusals tell it (refusal.hpp).
+  [[nodiscard]] Standing standing() const;
   /// On hold, or on the way there: a resume goes on, behind a reset where a fault has stopped the job.
   [[nodiscard]] bool held() const;
+  /// The same, because of the machine's own hold button.
+  [[nodiscard]] bool held_by_button() const;
   /// The fault that has stopped the job and that it outlives; nothing once a reset has cleared it.
   [[nodiscard]] std::optional<Error> stopped() const;
   /// As people are told it: a job that waits between two motions is held.
   [[nodiscard]] cycle::State state() const;
-  /// The same, because of the machine's own hold button.
-  [[nodiscard]] bool held_by_button() const;
   /// The mode switch says setup: only a jog may move the machine.
   [[nodiscard]] bool in_setup() const;
   /// The start button was pressed on an idle machine, and this is the first to ask.

@@ -15,17 +15,24 @@ namespace gantry::run {
 using cycle::CommandKind;
 using cycle::State;
 
-Error Owner::Parts::refusal(OrderKind order) const {
+Standing Owner::Parts::standing() const {
+  if (!on_bus) return {.undertaking = undertaking, .on_bus = false};
   const State state = control().latest().state;
-  if (control().aborting())
-    return {Fault::Refused,
-            fmt::format("'{}' is refused while an abort ends what was under way; it is taken as soon as the axes stand",
-                        name(order)),
-            ""};
-  return {Fault::Refused,
-          fmt::format("'{}' is refused while the machine is {}{}; it waits for {}", name(order), cycle::name(state),
-                      undertaking == Undertaking::Job ? " in a job" : "", cycle::row(state).lifts_it),
-          ""};
+  const bool held = control().holds_next() || state == State::Held || state == State::Holding;
+  return {.state = state == State::Ready && held ? State::Held : state,
+          .undertaking = undertaking,
+          .held = held,
+          .stopped = control().stopped(),
+          .aborting = control().aborting()};
+}
+
+Error Owner::Parts::refusal(OrderKind order) const { return {Fault::Refused, run::refusal(order, standing()), ""}; }
+
+Result<void> Owner::Parts::in_words(Result<void> result) const {
+  if (result || result.error().fault != Fault::Refused) return result;
+  Standing now = standing();
+  now.undertaking = Undertaking::None;  // which has not begun
+  return fail(Fault::Refused, run::refusal(undertaking, now));
 }
 
 /// The valve is shut: there is nothing to finish.
@@ -34,9 +41,9 @@ std::string Owner::Parts::travel_hold_words() const {
   return next.empty() ? "holds now, on its way" : fmt::format("holds now, on the way to '{}'", next);
 }
 
-Result<void> Owner::Parts::hold(bool now) {
+Result<void> Owner::Parts::hold(bool now, OrderKind asked) {
   const State state = control().latest().state;
-  if (control().aborting()) return tl::unexpected(refusal(OrderKind::Hold));
+  if (control().aborting()) return tl::unexpected(refusal(asked));
   if (next(state, cycle::Cause::Hold)) {
     const std::optional<Ahead> ahead = job ? job->runner.ahead() : std::nullopt;
     now = now || state != State::Running || (ahead && ahead->left_s > machine.hold_within_s);
@@ -55,7 +62,7 @@ Result<void> Owner::Parts::hold(bool now) {
       state == State::Ready || state == State::Homing || state == State::Enabling || state == State::Disabled;
   const bool plays =
       undertaking == Undertaking::Job || undertaking == Undertaking::Jog || undertaking == Undertaking::Park;
-  if (!plays || !before) return tl::unexpected(refusal(OrderKind::Hold));
+  if (!plays || !before) return tl::unexpected(refusal(asked));
   control().hold_next(true);
   return {};
 }
@@ -71,17 +78,16 @@ Result<void> Owner::Parts::resume() {
   // A block that was cut is dropped when the axes stand: it is not for the loop to go on with.
   const bool stands = !control().cut() && next(control().latest().state, cycle::Cause::Resume);
   if (stands) control().post({.kind = CommandKind::Resume});
+  button_holds = false;
   if (waits || stands || control().cut()) return {};
-  if (undertaking != Undertaking::Job) return tl::unexpected(refusal(OrderKind::Resume));
-  return fail(Fault::Refused, "'resume' is refused: the job is not on hold");
+  return tl::unexpected(refusal(OrderKind::Resume));
 }
 
 /// Lowering is obeyed at once; what is dispensed is not made faster than it was begun.
 Result<void> Owner::Parts::set_override(double factor) {
-  button_holds = false;
   order_said.clear();
   if (factor == 0) {
-    auto held = hold(true);
+    auto held = hold(true, OrderKind::Override);
     if (held) raise_to.reset();
     if (held && !control().stopped())
       order_said = "0 % holds now; `resume` goes on" + (order_said.empty() ? "" : " (" + order_said + ")");
@@ -118,7 +124,8 @@ Result<void> Owner::Parts::reset() {
   const State state = control().latest().state;
   if (on_bus->reset) {
     on_bus->reset_answer = control().answer(*on_bus->reset);
-    if (!on_bus->reset_answer) return fail(Fault::Refused, "'reset' is refused: one is under way already");
+    if (!on_bus->reset_answer)
+      return fail(Fault::Refused, "'reset' is refused: one is under way already; wait for its answer");
   }
   const bool on_hold =
       state == State::Held || ((state == State::Ready || state == State::Stopped) && control().holds_next());
@@ -187,7 +194,7 @@ Result<void> Owner::order(const Order& order) {
   Parts& p = *parts_;
   if (!p.on_bus) {
     if (order.kind == OrderKind::Abort || order.kind == OrderKind::Status) return {};
-    return fail(Fault::Refused, fmt::format("'{}' is refused: the bus is not up yet", name(order.kind)));
+    return tl::unexpected(p.refusal(order.kind));
   }
   const auto done = p.at_once(order);
   if (done && order.kind != OrderKind::Status)
@@ -245,20 +252,17 @@ std::optional<double> Owner::stop_mm() const {
 
 std::string Owner::order_said() const { return parts_->order_said; }
 
-cycle::State Owner::state() const {
-  const State state = latest().state;
-  return state == State::Ready && held() ? State::Held : state;
-}
+Standing Owner::standing() const { return parts_->standing(); }
+
+cycle::State Owner::state() const { return parts_->on_bus ? standing().state : latest().state; }
 
 std::optional<Error> Owner::stopped() const {
   if (!parts_->on_bus || !parts_->control().stopped()) return std::nullopt;
   return parts_->control().fault();
 }
 
-bool Owner::held() const {
-  if (!parts_->on_bus) return false;
-  const State state = latest().state;
-  return parts_->control().holds_next() || state == State::Held || state == State::Holding;
-}
+bool Owner::held_by_button() const { return parts_->button_holds && held(); }
+
+bool Owner::held() const { return standing().held; }
 
 }  // namespace gantry::run

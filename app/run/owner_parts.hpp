@@ -16,6 +16,7 @@
 #include "app/run/owner.hpp"
 #include "app/run/recording.hpp"
 #include "app/run/recovery.hpp"
+#include "app/run/refusal.hpp"
 #include "app/run/runner.hpp"
 #include "app/stations/active_faults.hpp"
 #include "app/stations/culprits.hpp"
@@ -95,8 +96,8 @@ struct Owner::Parts {
   std::unique_ptr<RunningJob> job;
   std::string order_said;          ///< what the last hold or override leads to, in words; empty: at once
   std::optional<double> raise_to;  ///< override that waits for the valve to be shut
-  std::optional<Error> ending;     ///< the program was asked to end: nothing is undertaken any more
   bool button_holds = false;       ///< since the machine's hold button was pressed, until a resume
+  std::optional<Error> ending;     ///< the program was asked to end: nothing is undertaken any more
   Aside aside_thread;
 
   [[nodiscard]] Control& control() const { return *on_bus->control; }
@@ -137,7 +138,8 @@ struct Owner::Parts {
 
   /// An order that is answered at once.
   Result<void> at_once(const Order& order);
-  [[nodiscard]] Result<void> hold(bool now);
+  /// `asked`: by which order, for a refusal.
+  [[nodiscard]] Result<void> hold(bool now, OrderKind asked = OrderKind::Hold);
   [[nodiscard]] std::string travel_hold_words() const;
   [[nodiscard]] Result<void> resume();
   [[nodiscard]] Result<void> set_override(double factor);
@@ -148,7 +150,10 @@ struct Owner::Parts {
   [[nodiscard]] bool in_setup() const;
   /// Opens the clamp: the part may be taken out.
   Result<void> release_part();
+  [[nodiscard]] Standing standing() const;
   [[nodiscard]] Error refusal(OrderKind order) const;
+  /// What the loop does not take of what is under way says only that it does not.
+  [[nodiscard]] Result<void> in_words(Result<void> result) const;
 
   void on_snapshot(const cycle::Snapshot& s);
   void on_event(const cycle::Event& e);
@@ -166,7 +171,7 @@ struct Owner::Parts {
   void report_strays();
   void report_restarts();
   Result<void> command(const cycle::Command& order, double timeout_s) {
-    return with_stations(control().command(order, timeout_s));
+    return in_words(with_stations(control().command(order, timeout_s)));
   }
   /// Ends when the stations that an error of the bus is about are known, and names them.
   Result<void> with_stations(Result<void> result);

@@ -36,6 +36,7 @@ says "['axes'][0]['enabled']" False
 expect_exit 0 "status in words" order status
 expect_text "torque off, not referenced"
 expect_exit 7 "nothing to hold" order hold
+expect_text "'hold' is refused: the machine is disabled, and nothing is under way that could be held; nothing has to be done"
 expect_exit 7 "nothing to resume" order resume
 expect_exit 0 "half speed" order --json override 50
 expect_exit 0 "status of it" order --json status
@@ -66,7 +67,16 @@ wait_for 5 order hold --now || fail "it takes no hold"
 held() { order --json status 2>/dev/null | grep -q '"state": "held"'; }
 wait_for 5 held || fail "it is not held"
 expect_exit 0 "a job in words" order status
-expect_text "^job: [0-9] of 3 features"
+expect_text "^held, automatic, override 100 %, door closed"
+expect_text "^job: [0-9] of 3 features, .* s gone"
+expect_text "^     .*/short-board.yaml$"
+expect_text '^held by the order `hold`; `gantry resume` goes on, `gantry abort` ends it'
+expect_exit 0 "the same as JSON" order --json status
+says "['held'], answer['held_by']['by'], answer['busy_with'], answer['door'], answer['mode']" "(True, 'order', 'run', 'closed', 'automatic')"
+wait_for 5 grep -q 'held by the order `hold` of another client; `gantry resume` goes on' "$work/job.out" ||
+  { fail "its client is not told"; cat "$work/job.out"; }
+expect_exit 7 "an order that takes time" order part-removed
+expect_text "'part_removed' is refused: the machine is busy with 'run' (held), which is on hold; .resume. goes on, .abort. ends it"
 expect_exit 0 "resume" order resume
 kill -HUP $job; wait $job; code=$?
 [ $code = 130 ] && echo "ok: the client is lost" || { fail "a lost client gave $code"; cat "$work/job.out"; }

@@ -236,7 +236,9 @@ TEST(Park, is_refused_in_the_middle_of_a_job_and_the_job_goes_on) {
     const auto refused = owner.park();
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().fault, Fault::Refused);
-    EXPECT_NE(refused.error().message.find("busy with a job; parking has to wait"), std::string::npos)
+    EXPECT_NE(refused.error().message.find(
+                  "'park' is refused: the machine is busy with 'run' (running); wait for its end, or `abort` it"),
+              std::string::npos)
         << refused.error().message;
   };
   EXPECT_EQ(rig.run(kShort).exit_code, ExitCode::Done);
