@@ -102,8 +102,8 @@ void check_turn(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
                    row.on_turn_place);
 }
 
-/// Where a job ends, bodies of the head may not stand in those of the scene. An axis that is not parked ends wherever
-/// the job has left it: of a body that it carries nothing is known.
+/// Where a job ends, bodies of the head may not stand in those of the scene, nor in a zone to keep out of. An axis that
+/// is not parked ends wherever the job has left it: of a body that it carries nothing is known.
 void check_park(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   AxisVec at{};
   for (const auto& [axis, position] : m.park) at[axis.value] = position;
@@ -120,15 +120,16 @@ void check_park(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
     }
     const double down_mm = body.on_lift && m.u ? at[m.u->value] : 0;
     body.centre = body.centre + Vec3{at[m.x.value], at[m.y.value], at[m.z.value] - down_mm};
-    for (const Body& stands : m.scene) {
-      if (!in_one_another(upright(body), upright(stands), 0)) continue;
-      mistakes.add(Fault::Inconsistent,
-                   fmt::format("park: there the head's body '{}' is in '{}' of the scene; write another position, or "
-                               "correct that body",
-                               body.name, stands.name),
-                   file.park.front().place);
-      return;
-    }
+    for (const auto& [bodies, in] : {std::pair(&m.scene, "of the scene"), std::pair(&m.keep_out, "of the machine")})
+      for (const Body& stands : *bodies) {
+        if (!in_one_another(upright(body), upright(stands), 0)) continue;
+        mistakes.add(Fault::Inconsistent,
+                     fmt::format("park: there the head's body '{}' is in '{}' {}; write another position, or correct "
+                                 "that body",
+                                 body.name, stands.name, in),
+                     file.park.front().place);
+        return;
+      }
   }
 }
 

@@ -324,6 +324,8 @@ Machine Resolver::resolve(const written::MachineFile& file) {
   for (const auto& row : file.head.tools) m.tools.push_back({row.name, row.tip, row.lift_mm.value});
   m.head = bodies(file.head.bodies);
   m.scene = bodies(file.scene);
+  m.keep_out = bodies(file.keep_out);
+  for (Body& zone : m.keep_out) zone.name = zone_name(zone.name), zone.keep_out = true;
   for (const auto& row : file.frames) m.frames.push_back({row.name, row.origin});
   m.camera = file.camera;
   m.probe.speed_mm_s = file.probe.speed_mm_s.value;
@@ -361,6 +363,8 @@ Checked<Machine> load_machine(const std::string& path) {
   machine.sha256 = sha256_hex(*text);
   return machine;
 }
+
+std::string zone_name(std::string_view name) { return "keep-out " + std::string(name); }
 
 const Tool* find_tool(const Machine& machine, std::string_view name) {
   for (const Tool& tool : machine.tools)

@@ -147,6 +147,7 @@ struct Body {
   double rotation_rad = 0;  ///< about Z
   bool on_lift = false;     ///< head only: rides on U
   bool on_turn = false;     ///< head only: turns with C, about turn_axis()
+  bool keep_out = false;    ///< no matter, but a zone that nothing of the head enters
 };
 
 /// What may be brought to a point: needle, camera, probe. `tip` is its working point in the head's frame at U = 0 (for
@@ -235,9 +236,10 @@ struct Machine {
   std::array<std::optional<Channel>, kOutputs> outputs;
   std::array<std::optional<Channel>, kInputs> inputs;
   std::vector<FreeChannel> free_outputs, free_inputs;
-  std::vector<Tool> tools;  ///< "needle", "camera", "probe"
-  std::vector<Body> head;   ///< bodies that move
-  std::vector<Body> scene;  ///< bodies that stand
+  std::vector<Tool> tools;     ///< "needle", "camera", "probe"
+  std::vector<Body> head;      ///< bodies that move
+  std::vector<Body> scene;     ///< bodies that stand
+  std::vector<Body> keep_out;  ///< zones that nothing of the head enters, named by zone_name()
   std::vector<WorkFrame> frames;
   CameraConfig camera;
   ProbeConfig probe;
@@ -259,6 +261,9 @@ struct WordBit {
 };
 std::vector<WordBit> output_bits(const Machine& machine);
 std::vector<WordBit> input_bits(const Machine& machine);
+
+/// "keep-out NAME": what messages call a zone. No body has such a name, for names have no blank.
+std::string zone_name(std::string_view name);
 
 const Tool* find_tool(const Machine& machine, std::string_view name);
 const Axis* find_axis(const Machine& machine, std::string_view name);

@@ -272,6 +272,8 @@ const Fields<MachineFile>& machine_fields() {
       object("head", &MachineFile::head, kHead, kRequired, "what X, Y and Z carry; its reference point is 0, 0, 0"),
       named("frames", &MachineFile::frames, kFrame, {1, 64}, kRequired, "where boards lie"),
       named("scene", &MachineFile::scene, kSceneBody, {0, 1000}, kRequired, "bodies that stand"),
+      named("keep_out", &MachineFile::keep_out, kSceneBody, {0, 1000}, kOptional,
+            "zones that nothing of the head enters; they are no matter"),
       placed(object("camera", &MachineFile::camera, kCamera, kRequired, "the camera on the head"),
              &MachineFile::camera_place),
       object("probe", &MachineFile::probe, kProbe, kRequired, "the touch probe"),

@@ -167,7 +167,7 @@ struct MachineFile {
   std::vector<ChannelRow> outputs, inputs;
   HeadRow head;
   std::vector<FrameRow> frames;
-  std::vector<BodyRow> scene;
+  std::vector<BodyRow> scene, keep_out;
   CameraConfig camera;
   Location camera_place;
   ProbeRow probe;

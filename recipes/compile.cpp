@@ -5,6 +5,7 @@
 
 #include "core/near_word.hpp"
 #include "core/units.hpp"
+#include "recipes/body_names.hpp"
 #include "recipes/job.hpp"
 #include "recipes/reach.hpp"
 #include "recipes/recipe_file.hpp"
@@ -39,6 +40,7 @@ class Feasibility {
   /// What does not ask where anything lies.
   void general() {
     outputs();
+    check_body_names(recipe_, machine_, mistakes_);
     check_tools(recipe_, machine_, mistakes_);
     for (const Material& material : recipe_.materials) speed(material);
   }

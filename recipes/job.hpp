@@ -100,5 +100,7 @@ Vec3 purge_tip(const Recipe& recipe, const config::Machine& machine, const WorkO
 /// frame, with the board placed by `offset`; fixtures stay where they are.
 std::vector<config::Body> bodies(const Recipe& recipe, const config::Machine& machine, const WorkOffset& offset,
                                  const Surface& surface);
+/// The recipe's zones to keep out of as bodies of the machine frame. They stay where they are.
+std::vector<config::Body> zones(const Recipe& recipe, const config::Machine& machine);
 
 }  // namespace gantry::recipes

@@ -195,6 +195,7 @@ struct Recipe {
   Order order = Order::File;
   Board board;
   std::vector<Part> parts;
+  std::vector<Part> keep_out{};  ///< zones, written as fixtures are: nothing of the head enters them
   std::vector<MarkDef> marks;
   MarkRules mark_rules;
   std::vector<TouchPoint> touches;

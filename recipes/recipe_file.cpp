@@ -74,7 +74,7 @@ const Fields<Part> kFixture{
     point("size", &Part::size, kExtent, kRequired, "its edges; the last is its height"),
     number("rotation", &Part::rotation, D::Angle, kHalfTurn, kOptional, "counter-clockwise"),
     number("z", &Part::underside, D::Length, {0, 2000}, kOptional,
-           "of its underside over the frame's origin: the deck of a bridge"),
+           "of its underside over the frame's origin: more than 0 and it hangs there, as the deck of a bridge"),
 };
 
 const Fields<MarkDef> kMark{
@@ -338,6 +338,9 @@ const Fields<RecipeFile>& recipe_fields() {
       of_recipe(object("board", &Recipe::board, kBoard, kRequired, "what lies on the machine")),
       of_recipe(named("parts", &Recipe::parts, kPart, {0, kMostParts}, kOptional, "what stands on the board")),
       fixtures(),
+      of_recipe(named("keep_out", &Recipe::keep_out, kFixture, {0, kMostParts}, kOptional,
+                      "zones that nothing of the head enters, beside or above the board; they stay where they are, and "
+                      "are no matter")),
       of_recipe(named("marks", &Recipe::marks, kMark, {2, 100}, kOptional,
                       "fiducials; at least two, three to trust them; without them the recipe says `placement: "
                       "fixture`, or its jobs "

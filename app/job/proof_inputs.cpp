@@ -67,9 +67,9 @@ std::string hash_of(const char* name, const std::string& text) {
 
 Row row(const config::Body& body) {
   constexpr const char* kKinds[] = {"box", "cylinder", "capsule"};
-  const auto& [name, shape, centre, rotation_rad, on_lift, on_turn] = body;
+  const auto& [name, shape, centre, rotation_rad, on_lift, on_turn, keep_out] = body;
   const auto& [kind, size] = shape;
-  Row out("body");
+  Row out(keep_out ? "keep_out" : "body");
   out.add(name)
       .add(kKinds[static_cast<std::size_t>(kind)])
       .add(size)
@@ -84,6 +84,8 @@ std::string scene_of(const config::Machine& machine, const recipes::Recipe& reci
   Set rows;
   for (const config::Body& body : machine.scene) rows.add(row(body));
   for (const config::Body& body : recipes::bodies(recipe, machine, {}, {})) rows.add(row(body));
+  for (const config::Body& zone : machine.keep_out) rows.add(row(zone));
+  for (const config::Body& zone : recipes::zones(recipe, machine)) rows.add(row(zone));
   return rows.text();
 }
 
@@ -165,24 +167,25 @@ Row row(const recipes::Material& material) {
   return out.add(flow_follows_speed);
 }
 
-Row row(const recipes::Part& part) {
+Row row(const recipes::Part& part, const char* word) {
   const auto& [name, at, size, rotation, fixture, place, underside, unread] = part;
-  Row out("part");
+  Row out(word);
   out.add(name).add(at).add(size).add(rotation).add(fixture).add(underside);
   return out;
 }
 
 /// Lists that are gone through in an order keep that; fills and files of points stand in the features as they came out.
 std::string recipe_of(const recipes::Recipe& recipe) {
-  const auto& [name, file, placement, order, board, parts, marks, mark_rules, touches, touch_rules, materials, purge,
-               features, fills, sources, sequence] = recipe;
+  const auto& [name, file, placement, order, board, parts, keep_out, marks, mark_rules, touches, touch_rules, materials,
+               purge, features, fills, sources, sequence] = recipe;
   std::string out = Row("recipe").add(name).add(placement == recipes::Placement::Marks ? "marks" : "fixture").text();
   {
     const auto& [size, thickness, frame, at, clamp_margin, place, places] = board;
     out += Row("board").add(size).add(thickness).add(frame).add(at).add(clamp_margin).text();
   }
   Set unordered;
-  for (const recipes::Part& part : parts) unordered.add(row(part));
+  for (const recipes::Part& part : parts) unordered.add(row(part, "part"));
+  for (const recipes::Part& zone : keep_out) unordered.add(row(zone, "keep_out"));
   for (const recipes::Material& material : materials) unordered.add(row(material));
   out += unordered.text();
   for (const recipes::MarkDef& mark : marks) {

@@ -14,7 +14,8 @@
 namespace gantry::job {
 
 struct ProofInputs {
-  std::string scene;        ///< what stands: bodies of the machine, the board with its parts at their nominal placement
+  std::string scene;        ///< what stands: bodies of the machine, the board with its parts at their nominal
+                            ///< placement, and the zones to keep out of
   std::string head;         ///< what moves: its bodies, and the axes that carry them
   std::string recipe;       ///< all that the recipe says
   std::string limits;       ///< of the axes; clearance, safe height, park position, cycle

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kTipTolerance_mm = 0.5;
 constexpr double kDeepest_mm = 5;      // that bodies may overlap by belief and be led apart: a probe's spring
+constexpr double kAnyDepth_mm = 1e5;   // the head may be anywhere in a zone, which is no matter, and is led out
 constexpr double kMeasured_mm = 1e-5;  // how exactly it is found how near two bodies stand
 constexpr double kLying_mm = 1e-6;     // what ends at the board's lower face carries it
 constexpr double kSlack_mm = recipes::kHeightSlack_mm;
@@ -30,11 +31,11 @@ std::string working_body(const config::Machine& machine, std::string_view tool_n
 }
 
 /// The largest margin that two bodies are proved to keep where they stand, at most `clearance_mm`; below 0 they
-/// overlap. Nothing when that is by more than a probe can press in.
+/// overlap. Nothing when that is by more than a probe can press in, but for a zone to keep out of.
 std::optional<double> margin_kept(const motion::Scene& scene, std::size_t head, std::size_t standing,
                                   const AxisVec& now, double clearance_mm) {
   const motion::BodySweep still(scene, head, now, now);
-  double kept = -kDeepest_mm, not_kept = clearance_mm;
+  double kept = scene.standing()[standing].keep_out ? -kAnyDepth_mm : -kDeepest_mm, not_kept = clearance_mm;
   if (still.prove(standing, not_kept)) return clearance_mm;
   if (!still.prove(standing, kept)) return std::nullopt;
   while (not_kept - kept > kMeasured_mm) {
@@ -141,6 +142,7 @@ void Surroundings::add_recipe(const config::Machine& machine, const recipes::Rec
     }
     of_travel.push_back(body);
   }
+  for (const config::Body& zone : recipes::zones(recipe, machine)) of_travel.push_back(zone), of_touch.push_back(zone);
   scene_.add(of_travel), scene_of_touch_.add(of_touch);
 }
 

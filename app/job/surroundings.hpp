@@ -1,5 +1,5 @@
 // What stands around the head while a job runs: the machine's own bodies, the board and its parts where they are
-// believed to be, and how near each tool may come to what it works on.
+// believed to be, the zones that nothing enters, and how near each tool may come to what it works on.
 //   Surroundings s(machine, recipe, belief);   find_path(s.scene(), from, to, s.travelling(from));
 // Every pair of bodies keeps the machine's clearance, but for a pair that is named here, in a step that is named here:
 //   a touch       probe and board                   touching()

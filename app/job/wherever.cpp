@@ -46,6 +46,7 @@ config::Machine grown(config::Machine machine, const recipes::Recipe& recipe, co
   const double underside = recipes::to_machine(recipe, machine, {}, {}, {0, 0}, 0).z - recipe.board.thickness;
   for (config::Body& body : machine.scene)
     if (body.centre.z + body.shape.size.z / 2 > underside + 1e-6) grow(body, range);
+  for (config::Body& zone : machine.keep_out) grow(zone, range);
   const config::Tool& needle = *config::find_tool(machine, "needle");
   for (config::Body& body : machine.head) {
     if (body.on_turn && machine.c) continue;                         // C turns it with the board
@@ -56,12 +57,15 @@ config::Machine grown(config::Machine machine, const recipes::Recipe& recipe, co
   return machine;
 }
 
+void grow(recipes::Part& stays, const Range& range) {
+  stays.size = stays.size + Vec3{2 * range.beside, 2 * range.beside, 2 * range.above};
+  stays.underside -= range.above;
+}
+
 recipes::Recipe grown(recipes::Recipe recipe, const Range& range) {
-  for (recipes::Part& part : recipe.parts) {
-    if (!part.fixture) continue;
-    part.size = part.size + Vec3{2 * range.beside, 2 * range.beside, 2 * range.above};
-    part.underside -= range.above;
-  }
+  for (recipes::Part& part : recipe.parts)
+    if (part.fixture) grow(part, range);
+  for (recipes::Part& zone : recipe.keep_out) grow(zone, range);
   return recipe;
 }
 

@@ -18,8 +18,8 @@ struct OnlyWhenPlaced {
   Error why;  ///< what it may meet, with the recipe's line
 };
 
-/// Seen from the board, whatever stays (the machine's bodies, fixtures) may be off by the rules' shift, by their turn
-/// times the distance of the furthest feature from the board's origin, and in height by the touches' window; the
+/// Seen from the board, whatever stays (the machine's bodies, fixtures, zones) may be off by the rules' shift, by their
+/// turn times the distance of the furthest feature from the board's origin, and in height by the touches' window; the
 /// head, which does not turn with the board, by the turn times each body's reach from the needle (what turns with C
 /// does). Each body is grown by
 /// that, and each feature planned among them, down from the safe height and up again. What carries the board is not

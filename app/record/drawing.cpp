@@ -32,6 +32,8 @@ std::vector<DrawnBody> bodies_of(const recipes::Recipe& recipe, const config::Ma
     if (role != Role::Board || (recipe.board.size.x > 0 && recipe.board.size.y > 0)) out.push_back({role, placed[i]});
   }
   for (const config::Body& body : machine.head) out.push_back({Role::Head, body});
+  for (const config::Body& zone : machine.keep_out) out.push_back({Role::Zone, zone});
+  for (const config::Body& zone : recipes::zones(recipe, machine)) out.push_back({Role::Zone, zone});
   return out;
 }
 

@@ -110,7 +110,7 @@ struct Allowed {
 
 /// A body of the scene; machine frame, but for those of the head, which are in the head's.
 struct DrawnBody {
-  enum class Role { Machine, Board, Part, Fixture, Head } role = Role::Machine;
+  enum class Role { Machine, Board, Part, Fixture, Head, Zone } role = Role::Machine;
   config::Body body;
 };
 

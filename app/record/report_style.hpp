@@ -66,6 +66,7 @@ svg .label{font-size:11px;fill:var(--ink);opacity:.75}
 .grid{stroke:var(--line);stroke-width:1}.zero{stroke:var(--muted)}
 .board{fill:var(--board);stroke:var(--board-edge);stroke-width:1.5}
 .part{fill:var(--part);stroke:var(--part-edge)}.fixture{fill:var(--fixture);stroke:var(--fixture-edge)}
+.zone{fill:var(--bad);fill-opacity:.08;stroke:var(--bad);stroke-width:1.2;stroke-dasharray:6 4}
 .planned{fill:none;stroke:var(--planned);stroke-width:4.5;stroke-linejoin:round}
 .actual{fill:none;stroke:var(--actual);stroke-width:1.1;stroke-linejoin:round}
 .asked{fill:none;stroke:var(--muted);stroke-width:1.2;stroke-dasharray:4 3}

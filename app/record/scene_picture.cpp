@@ -111,7 +111,7 @@ Json to_json(const std::vector<std::vector<Vec3>>& lines) {
 }
 
 const char* name(DrawnBody::Role role) {
-  static constexpr const char* kNames[] = {"machine", "board", "part", "fixture", "head"};
+  static constexpr const char* kNames[] = {"machine", "board", "part", "fixture", "head", "zone"};
   return kNames[static_cast<std::size_t>(role)];
 }
 const char* name(config::Shape::Kind kind) {

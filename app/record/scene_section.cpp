@@ -40,6 +40,7 @@ std::string legend(const ScenePicture& p) {
   if (has(Role::Board)) out += legend_entry("board", "board", "scene-board");
   if (has(Role::Part)) out += legend_entry("part", "parts", "scene-part");
   if (has(Role::Head)) out += legend_entry("head", "head", "scene-head");
+  if (has(Role::Zone)) out += legend_entry("zone", "zones to keep out of", "scene-zone");
   if (!p.lines.travel.empty()) out += legend_entry("travel", "path of the tools", "scene-travel", true);
   if (!p.lines.beads.empty() || !p.lines.dots.empty()) out += legend_entry("dispensed", "valve open", "bead", true);
   if (!p.asked.beads.empty() || !p.asked.dots.empty())

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "app/record/deposit_figures.hpp"
 #include "app/record/labels.hpp"
@@ -83,6 +84,26 @@ void draw_parts(Svg& svg, const View& v, const JobResult& r) {
     }
     const auto name = fmt::format("{}, {:.1f} mm high", part.name, part.size.z);
     svg.path(corners, part.fixture ? "fixture" : "part", true, {}, name);
+  }
+}
+
+void draw_zones(Svg& svg, const View& v, const JobResult& r) {
+  constexpr int kOfRound = 32;  // sides that a circle is drawn with
+  for (const DrawnBody& zone : r.drawing.bodies) {
+    if (zone.role != DrawnBody::Role::Zone) continue;
+    const config::Body& body = zone.body;
+    const bool box = body.shape.kind == config::Shape::Kind::Box;
+    std::vector<Vec2> outline;
+    for (int i = 0; i < (box ? 4 : kOfRound); ++i) {
+      const double angle = 2 * std::numbers::pi * i / kOfRound;
+      const Vec2 corner =
+          box ? Vec2{i == 0 || i == 3 ? -1.0 : 1.0, i < 2 ? -1.0 : 1.0} : Vec2{std::cos(angle), std::sin(angle)};
+      const Vec2 from =
+          rotated({corner.x * body.shape.size.x / 2, corner.y * body.shape.size.y / 2}, body.rotation_rad);
+      const Vec3 at = machine_to_board(r, body.centre + Vec3{from.x, from.y, 0});
+      outline.push_back(v.px({at.x, at.y}));
+    }
+    svg.path(outline, "zone", true, {}, body.name);
   }
 }
 
@@ -223,6 +244,7 @@ std::string top_view(const JobResult& r) {
   draw_ground(svg, v, d);
   svg.begin_clip(v.px({v.low.x, v.high.y}), v.size(), "board-clip");
   draw_parts(svg, v, r);
+  draw_zones(svg, v, r);
   draw_asked(svg, v, r);
   runs(r, r.planned, v, false, [&](const std::vector<Vec2>& points, bool) { svg.path(points, "planned"); });
   runs(r, r.actual, v, false, [&](const std::vector<Vec2>& points, bool) { svg.path(points, "actual"); });

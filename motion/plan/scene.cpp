@@ -10,7 +10,7 @@ namespace {
 
 SceneBody make(const config::Body& body) {
   const Solid s = make_solid(body);
-  return {body.name, s, body.on_lift, half_box(s)};
+  return {.name = body.name, .solid = s, .on_lift = body.on_lift, .half_box = half_box(s), .keep_out = body.keep_out};
 }
 
 void add(Fnv1a& hash, double v) {
@@ -55,7 +55,9 @@ Scene::Scene(const config::Machine& m) : x_(m.x.value), y_(m.y.value), z_(m.z.va
     geometry_ += axis.value();
   }
   motion::add(hash_, static_cast<double>(head_.size()));
-  add(m.scene);
+  std::vector<config::Body> standing = m.scene;
+  standing.insert(standing.end(), m.keep_out.begin(), m.keep_out.end());
+  add(standing);
 }
 
 void Scene::add(std::span<const config::Body> bodies) {

@@ -27,6 +27,7 @@ struct SceneBody {
   bool on_lift = false;
   Vec3 half_box;          ///< half edges of its axis-aligned box, where C is 0
   double turning_mm = 0;  ///< how far its farthest point is from the line about which it turns; 0: it does not turn
+  bool keep_out = false;  ///< of what stands: a zone, which is no matter, so that the head may be in it when it begins
 };
 
 /// Where a board lies: its own coordinates are turned, shifted to `origin`, and count Z from its top face.

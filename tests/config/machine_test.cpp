@@ -325,9 +325,31 @@ INSTANTIATE_TEST_SUITE_P(
               "an exposure of 150 ms is not over when its answer takes effect, 150 ms after the trigger"},
         Wrong{"scene:\n", "scene:\n  block: {box: [50 mm, 50 mm, 60 mm], centre: [20 mm, 20 mm, -30 mm]}\n", "X: 20 mm",
               Fault::Inconsistent, "park: there the head's body 'needle' is in 'block' of the scene"},
+        Wrong{"scene:\n", "keep_out: {pit: {box: [50 mm, 50 mm, 60 mm], centre: [20 mm, 20 mm, -30 mm]}}\nscene:\n",
+              "X: 20 mm", Fault::Inconsistent,
+              "park: there the head's body 'needle' is in 'keep-out pit' of the machine"},
         Wrong{"limits: [-2 mm, 505 mm]", "limits: [2 mm, 505 mm]", "[", Fault::Inconsistent, "outside the travel"},
         Wrong{"start: 230 mm", "start: 830 mm", "830", Fault::OutOfRange, "limit switches"},
         Wrong{"  post:  ", "  needle: ", "needle", Fault::DuplicateKey, "head"}));
+
+TEST(Machine, zones_to_keep_out_of_are_told_apart_from_what_stands) {
+  Changed file;
+  file.swap("\nscene:\n",
+            "\nkeep_out:\n"
+            "  door: {box: [40 mm, 20 mm, 50 mm], centre: [450 mm, 380 mm, -50 mm], rotation: 90 deg}\n"
+            "  post: {cylinder: {diameter: 20 mm, height: 30 mm}, centre: [450 mm, 300 mm, -50 mm]}\n\nscene:\n",
+            "door");
+  const auto m = file.load();
+  ASSERT_TRUE(m) << to_text(m.error().front());
+  EXPECT_EQ(m->scene.size(), 3u);
+  for (const Body& body : m->scene) EXPECT_FALSE(body.keep_out);
+  ASSERT_EQ(m->keep_out.size(), 2u);
+  EXPECT_EQ(m->keep_out[0].name, "keep-out door");
+  EXPECT_EQ(m->keep_out[0].centre, (Vec3{450, 380, -50}));
+  EXPECT_NEAR(m->keep_out[0].rotation_rad, M_PI / 2, 1e-12);
+  EXPECT_EQ(m->keep_out[1].name, "keep-out post") << "a body may have that name too";
+  EXPECT_TRUE(m->keep_out[0].keep_out && m->keep_out[1].keep_out);
+}
 
 TEST(Machine, names_that_only_miss_their_misspelt_list_are_not_told) {
   Changed file;

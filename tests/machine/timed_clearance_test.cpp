@@ -97,6 +97,7 @@ std::vector<Body> drawn(const recipes::Recipe& recipe, const config::Machine& ma
 /// The least gap over all cycles of a job, of pairs that are not to come near each other.
 struct Watch {
   std::vector<Body> standing;
+  std::vector<Body> only;  ///< nothing else is watched, where there are any
   std::set<std::string> needle_may_near{"board"};
   double least_mm = 1e9;
   std::string pair;
@@ -125,6 +126,7 @@ struct Watch {
 record::JobResult watched(Rig& rig, const recipes::Recipe& recipe, Watch& watch) {
   watch.standing = drawn(recipe, rig.machine());
   watch.standing.insert(watch.standing.end(), rig.machine().scene.begin(), rig.machine().scene.end());
+  if (!watch.only.empty()) watch.standing = watch.only;
   for (const recipes::Feature& f : recipe.features)
     std::visit([&](const auto& each) { watch.needle_may_near.insert(each.on); }, f);
   rig.on_step = [&](run::Owner& owner) { watch.see(rig.machine(), owner.latest()); };
@@ -205,6 +207,36 @@ TEST(TimedClearance, every_setpoint_of_random_jobs_keeps_the_clearance) {
   }
   EXPECT_EQ(played, 12);
   EXPECT_LT(least_mm, kept_mm + 0.05) << "they go as near as they may";
+}
+
+/// Two zones across the way to the first mark: the world holds nothing there and would not say so; the judge looks at
+/// each cycle.
+TEST(TimedClearance, every_setpoint_keeps_out_of_zones) {
+  const config::Body door{"keep-out door", {Kind::Box, {20, 20, 40}}, {60, 76, -60}, 0.3, false, false, true};
+  recipes::Recipe recipe = test::load_recipe("recipes/demo-board.yaml");
+  recipe.keep_out = {{.name = "hose", .at = {-100, -50}, .size = {16, 16, 60}, .place = {}, .underside = 40}};
+  const auto least_mm = [&](bool zones) {
+    recipes::Recipe asked = recipe;
+    if (!zones) asked.keep_out.clear();
+    Rig rig({.placement = kTrue, .change = [&](config::Machine& m) {
+               same_delays(m);
+               if (zones) m.keep_out = {door};
+             }});
+    Watch watch;
+    watch.only = {door};
+    for (const recipes::Part& z : recipe.keep_out) {
+      const Vec3 corner = config::find_frame(rig.machine(), "pallet")->origin;
+      watch.only.push_back(
+          {"keep-out hose", {Kind::Box, z.size}, corner + Vec3{z.at.x, z.at.y, z.underside + z.size.z / 2}, 0, false});
+    }
+    const record::JobResult r = watched(rig, asked, watch);
+    EXPECT_TRUE(r.errors.empty()) << to_text(r.errors.front());
+    EXPECT_TRUE(r.collisions.empty()) << "a zone is no matter";
+    EXPECT_EQ(r.features_done, r.features_total);
+    return watch.least_mm;
+  };
+  EXPECT_LT(least_mm(false), 0) << "else this tells nothing";
+  EXPECT_GE(least_mm(true), 2 - 0.05);
 }
 
 TEST(TimedClearance, every_setpoint_of_the_shipped_recipes_keeps_it) {

@@ -34,6 +34,24 @@ TEST(Compile, the_demo_board_is_a_job_on_the_reference_machine) {
   EXPECT_TRUE(std::holds_alternative<Park>(job->blocks[8].what));
 }
 
+/// Zones are no matter: they may stand in the board, in parts and in each other, and be called as these are.
+TEST(Compile, a_zone_to_keep_out_of_may_be_anywhere) {
+  Recipe r = demo();
+  config::Machine m = dispenser();
+  r.keep_out = {{.name = "post", .at = {60, 40}, .size = {90, 60, 40}, .place = {}},
+                {.name = r.parts[0].name, .at = r.parts[0].at, .size = {5, 5, 5}, .place = {}}};
+  m.keep_out = {
+      {"keep-out door", {config::Shape::Kind::Box, {300, 300, 300}}, {240, 190, -132}, 0, false, false, true}};
+  const auto job = compile(r, m);
+  EXPECT_TRUE(job) << to_text(job.error().front());
+  const auto all = zones(r, m);
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(all[0].name, "keep-out post");
+  EXPECT_TRUE(all[0].keep_out);
+  const Vec3 origin = m.frames[0].origin;
+  EXPECT_EQ(all[0].centre, origin + (Vec3{60 + r.board.at.x, 40 + r.board.at.y, 20}));
+}
+
 /// What the demo must allow: +-2 mm and +-1.5 deg, its corners included.
 std::vector<WorkOffset> placements() {
   std::vector<WorkOffset> all;
@@ -182,6 +200,17 @@ INSTANTIATE_TEST_SUITE_P(
               Fault::OutOfReach, "front_left", "camera sees"},
         Wrong{"window", [](Recipe& r, config::Machine&) { r.touch_rules.window_mm = 6; }, Fault::OutOfReach,
               "front_left", "window"},
+        Wrong{"part_named_as_a_body_of_the_machine",
+              [](Recipe& r, config::Machine&) { r.parts[0].name = "post"; }, Fault::DuplicateKey, "'post'",
+              "choose another name"},
+        Wrong{"part_named_board", [](Recipe& r, config::Machine&) { r.parts[0].name = "board"; }, Fault::DuplicateKey,
+              "'board'", "choose another name"},
+        Wrong{"zone_named_as_one_of_the_machine",
+              [](Recipe& r, config::Machine& m) {
+                r.keep_out = {{.name = "door", .at = {150, 9}, .size = {9, 9, 9}, .place = {12, 3}}};
+                m.keep_out = {{"keep-out door", {config::Shape::Kind::Box, {9, 9, 9}}, {400, 300, -20}}};
+              },
+              Fault::DuplicateKey, "'door'", "choose another name"},
         Wrong{"no_valve",
               [](Recipe&, config::Machine& m) { m.outputs[static_cast<std::size_t>(config::Output::Valve)].reset(); },
               Fault::UnknownReference, "'valve'", "nothing is dispensed"},

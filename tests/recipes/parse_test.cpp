@@ -180,6 +180,26 @@ std::string told_with(const std::string& more,
   return all;
 }
 
+TEST(Recipe, zones_to_keep_out_of_are_no_parts) {
+  const std::string text = *config::read_text_file("recipes/demo-board.yaml");
+  const auto with = [&](const std::string& zone) {
+    return parse(text + "\nkeep_out: {hose: " + zone + "}\n", "r.yaml");
+  };
+  const auto r = with("{at: [6 mm, 6 mm], size: [10 mm, 20 mm, 30 mm], rotation: 90 deg, z: 25 mm}");
+  ASSERT_TRUE(r) << to_text(r.error().front());
+  ASSERT_EQ(r->keep_out.size(), 1u);
+  EXPECT_EQ(r->parts.size(), parse(text, "r.yaml")->parts.size());
+  EXPECT_EQ(r->keep_out[0].name, "hose");
+  EXPECT_EQ(r->keep_out[0].at, (Vec2{6, 6})) << "over a mark, which the camera sees through it";
+  EXPECT_EQ(r->keep_out[0].underside, 25);
+  EXPECT_FALSE(with("{at: [6 mm, 6 mm], size: [10 mm, 20 mm, 30 mm], underside: 2 mm}"));
+  std::string on_zone = text;
+  on_zone.replace(on_zone.find("features:\n"), 10,
+                  "keep_out: {hose: {at: [6 mm, 6 mm], size: [9 mm, 9 mm, 9 mm]}}\nfeatures:\n  - dot: {name: x, "
+                  "material: adhesive, on: hose, at: [6 mm, 6 mm]}\n");
+  EXPECT_FALSE(parse(on_zone, "r.yaml")) << "nothing lies on a zone";
+}
+
 TEST(Recipe, marks_and_a_fixture_that_says_where_the_board_lies_exclude_one_another) {
   EXPECT_NE(told_with("placement: fixture\n").find("leave out one of them"), std::string::npos);
 }

@@ -111,6 +111,17 @@ TEST_F(InWorld, the_probe_does_not_touch_what_hangs_over_its_tip) {
   EXPECT_NEAR(height_of_contact(above, 70), 62, 1e-9) << "from above it is the shelf";
 }
 
+TEST_F(InWorld, a_zone_to_keep_out_of_is_no_matter) {
+  machine.keep_out = {{"keep-out pit", {config::Shape::Kind::Box, {60, 60, 80}}, {10, 10, 40}, 0, false, false, true}};
+  World zoned(machine, clock, 7, {});
+  Stepper in_it{zoned};
+  const AxisVec above = tool_at(machine, "probe", {10, 10, 90}), within = tool_at(machine, "probe", {10, 10, 40});
+  in_it.to(above);
+  in_it.move(above, within, 100);
+  EXPECT_TRUE(zoned.collisions().empty());
+  EXPECT_NEAR(in_it.to(within).probe_contact - within[machine.probe.axis.value] + 40, 0, 1e-9) << "the pallet";
+}
+
 TEST_F(InWorld, a_crash_is_counted_with_bodies_point_and_time) {
   AxisVec a = tool_at(machine, "needle", truth.to_machine({60, 40}, 30)),
           b = tool_at(machine, "needle", truth.to_machine({60, 40}, 10));

@@ -49,6 +49,13 @@
       layer(role, new THREE.Mesh(sceneBodies.surface(bodies), solid(role)));
       layer(role, new THREE.LineSegments(sceneBodies.edges(bodies), edge(role)));
     }
+    // Zones are no matter: what stands in them and behind them is seen.
+    const zones = standing.filter((b) => b.role === 'zone'), matter = standing.filter((b) => b.role !== 'zone');
+    if (zones.length > 0) {
+      layer('zone', new THREE.Mesh(sceneBodies.surface(zones), solid('zone',
+        {transparent: true, opacity: 0.22, depthWrite: false, side: THREE.DoubleSide})));
+      layer('zone', new THREE.LineSegments(sceneBodies.edges(zones), edge('zone')));
+    }
     const glass = {transparent: true, opacity: 0.5};
     const headMaterial = solid('head', glass), headEdge = edge('head');
     const pairGlass = {transparent: true, opacity: 0.72};
@@ -257,8 +264,10 @@
       const r = canvas.getBoundingClientRect(), x = event.clientX - r.left, y = event.clientY - r.top;
       caster.setFromCamera({x: 2 * x / r.width - 1, y: 1 - 2 * y / r.height}, camera);
       const shown = (role) => layers[role] && layers[role].visible;
-      const body = sceneBodies.under([...standing.filter((b) => shown(b.role)).map((b) => ({body: b, shift: still})),
-        ...(shown('head') ? head.map((b) => ({body: posed(b), shift: place(b)})) : [])], caster.ray);
+      const stands = (bodies) => bodies.filter((b) => shown(b.role)).map((b) => ({body: b, shift: still}));
+      const body = sceneBodies.under([...stands(matter),
+        ...(shown('head') ? head.map((b) => ({body: posed(b), shift: place(b)})) : [])], caster.ray) ||
+        sceneBodies.under(stands(zones), caster.ray);
       hover.hidden = !body;
       if (!body) return;
       hover.textContent = body.name;

@@ -165,6 +165,7 @@ TEST_F(ProofInputsTest, one_number_of_the_machine_shows_in_the_hash_it_belongs_t
       {"scene", [](auto& m) { m.scene.pop_back(); }},
       {"scene", [](auto& m) { m.scene[0].name += "2"; }},
       {"scene", [](auto& m) { m.scene[2].shape.kind = config::Shape::Kind::Capsule; }},
+      {"scene", [](auto& m) { m.keep_out.push_back(m.scene[0]); }},
       {"head", [](auto& m) { m.head[0].centre.z += 0.001; }},
       {"head", [](auto& m) { m.head[3].shape.size.x += 0.001; }},
       {"head", [](auto& m) { m.head[0].on_lift = !m.head[0].on_lift; }},
@@ -213,9 +214,24 @@ TEST_F(ProofInputsTest, one_number_of_the_recipe_shows_in_its_hash) {
       {"transformer: {at: [94 mm, 46 mm]", "transformer: {at: [94 mm, 46.001 mm]", "scene,recipe"},
       {"size: [12 mm, 16 mm, 22 mm]", "size: [12 mm, 16 mm, 22.001 mm]", "scene,recipe"},
       {"thickness: 12 mm", "thickness: 12.001 mm", "scene,recipe"},
+      {"\nfixtures:", "\nkeep_out: {hose: {at: [150 mm, 9 mm], size: [9 mm, 9 mm, 9 mm]}}\nfixtures:", "scene,recipe"},
   };
   for (const auto& [from, to, hash] : kChanges)
     EXPECT_EQ(differ(before, proof_inputs(machine, recipe_of(replaced(text, from, to)))), hash) << to;
+}
+
+/// What stands is one thing, what must not be entered another, though nothing of their geometry differs.
+TEST_F(ProofInputsTest, a_zone_is_no_body) {
+  config::Machine m = machine;
+  m.scene = {{"post", {config::Shape::Kind::Cylinder, {8, 8, 30.5}}, {50, 60, 25}}};
+  m.keep_out = {{"keep-out door", {config::Shape::Kind::Box, {1, 2, 3}}, {4, 5, 6}, 0.5, false, false, true}};
+  recipes::Recipe r;
+  r.keep_out = {{.name = "hose", .at = {7, 8}, .size = {1, 1, 4}, .place = {}, .underside = 2}};
+  EXPECT_EQ(proof_inputs(m, r).scene, sha256_hex("gantry scene 1\n"
+                                                 "body \"board\" box 0 0 0 0 0 0 0 false false\n"
+                                                 "body \"post\" cylinder 8 8 30.5 50 60 25 0 false false\n"
+                                                 "keep_out \"keep-out door\" box 1 2 3 4 5 6 0.5 false false\n"
+                                                 "keep_out \"keep-out hose\" box 1 1 4 7 8 4 0 false false\n"));
 }
 
 /// Features and marks are gone through in their order.

@@ -34,11 +34,13 @@ TEST(Scene, bodies_marks_and_features_stand_where_the_job_has_found_the_board) {
   auto machine = three_axes();
   machine.frames = {{"pallet", {100, 80, 10}}};
   machine.scene = {{"post", {config::Shape::Kind::Cylinder, {8, 8, 30}}, {50, 60, 25}}};
+  machine.keep_out = {{"keep-out door", {config::Shape::Kind::Box, {20, 30, 40}}, {300, 60, 25}}};
   machine.head = {{"stylus", {config::Shape::Kind::Capsule, {3, 3, 40}}, {-30, 10, -20}, 0, true}};
   machine.park = {{machine.z, 7}, {machine.x, 5}};
   recipes::Recipe recipe;
   recipe.board.size = {120, 80}, recipe.board.thickness = 2, recipe.board.frame = "pallet", recipe.board.at = {3, 4};
   recipe.parts = {{"U1", {20, 10}, {8, 4, 3}, 0, false, {}}, {"clamp", {-5, 40}, {6, 10, 15}, 0, true, {}, 2}};
+  recipe.keep_out = {{"hose", {60, 40}, {6, 6, 50}, 0, false, {}, 22}};
   recipe.marks = {{"corner", {10, 5}, 1, true, {}}};
   recipe.touches = {{"t1", {0, 30}, {}}};
   recipes::Bead bead;
@@ -51,7 +53,7 @@ TEST(Scene, bodies_marks_and_features_stand_where_the_job_has_found_the_board) {
   r.drawing = placed_drawing(r, recipe, machine);
   r.features_total = 1;
   const auto scene = scene_in(report_page(r));
-  ASSERT_EQ(scene.at("bodies").size(), 5u);  // post, board, part, clamp, stylus
+  ASSERT_EQ(scene.at("bodies").size(), 7u);  // post, board, part, clamp, stylus, door, hose
 
   const auto& part = named(scene.at("bodies"), "name", "U1");
   EXPECT_EQ(part.at("role"), "part");
@@ -63,6 +65,14 @@ TEST(Scene, bodies_marks_and_features_stand_where_the_job_has_found_the_board) {
   const auto& clamp = named(scene.at("bodies"), "name", "clamp");
   EXPECT_EQ(clamp.at("role"), "fixture") << "it does not move with the board";
   expect_near(corner(clamp, {-1, -1, -1}), {100 + 3 - 5 - 3, 80 + 4 + 40 - 5, 12});
+  const auto& hose = named(scene.at("bodies"), "name", "keep-out hose");
+  EXPECT_EQ(hose.at("role"), "zone");
+  expect_near(vec(hose.at("centre")), {100 + 3 + 60, 80 + 4 + 40, 10 + 22 + 25});
+  const auto& door = named(scene.at("bodies"), "name", "keep-out door");
+  EXPECT_EQ(door.at("role"), "zone");
+  expect_near(vec(door.at("centre")), {300, 60, 25});
+  const std::string markup = markup_of(report_page(r));
+  EXPECT_NE(markup.find("data-layer=\"zone\""), std::string::npos) << "it can be hidden";
   const auto& post = named(scene.at("bodies"), "name", "post");
   EXPECT_EQ(post.at("kind"), "cylinder");
   EXPECT_EQ(post.at("role"), "machine");
