@@ -43,9 +43,9 @@ Result<void> write_files(JobDone& done, const config::Machine& machine, const Pr
 }
 
 /// Of a job that was not proved a report alone is left.
-record::Room room_of(const config::Machine& machine, const Prepared& prepared) {
+record::Room room_of(const config::Machine& machine, const Prepared& prepared, bool lists_motions) {
   return record::room_for(prepared.proof ? prepared.proof->forecast : job::Forecast{}, prepared.recipe,
-                          seconds(machine.bus.cycle));
+                          seconds(machine.bus.cycle), prepared.proof && lists_motions ? prepared.proof->motions : 0);
 }
 
 }  // namespace
@@ -53,7 +53,7 @@ record::Room room_of(const config::Machine& machine, const Prepared& prepared) {
 Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared, const record::WantedFolder& wanted,
                        const run::RunOptions& options, const Bench& bench) {
   const auto aside = [&](const std::function<void()>& work) { bench.owner ? bench.owner->aside(work) : work(); };
-  const record::Room room = room_of(machine, prepared);
+  const record::Room room = room_of(machine, prepared, options.dry_run);
   Result<std::string> folder;
   std::optional<Result<record::KeptRoom>> kept_room;
   JobDone done;

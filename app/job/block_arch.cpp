@@ -122,8 +122,8 @@ Result<void> BlockBuilder::prove_parts(std::span<Part> parts) const {
     if (part.segments.empty()) continue;
     part.chords = motion::chords(part.segments);
     const bool straight = part.rules == &part.by->rules;
-    auto certificate =
-        motion::certify(*part.by->scene, part.chords, *part.rules, straight ? 0 : motion::kChord_mm, breath_, known_);
+    auto certificate = motion::certify(*part.by->scene, part.chords, *part.rules, straight ? 0 : motion::kChord_mm,
+                                       breath_, measuring_);
     if (!certificate) return tl::unexpected(certificate.error());
     part.certificate = *std::move(certificate);
   }

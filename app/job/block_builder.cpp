@@ -21,24 +21,31 @@ void BlockBuilder::count(const Proved& proved, const motion::Certificate& certif
                          std::span<const AxisVec> polyline) {
   out_.motions_ += certificate.motions;
   const Subject& subject = proved.subject;
+  const auto words = [&] {
+    return subject.kind.empty()   ? std::string(proved.leg)
+           : subject.name.empty() ? fmt::format("{} {}", proved.leg, subject.kind)
+                                  : fmt::format("{} {} '{}'", proved.leg, subject.kind, subject.name);
+  };
+  const auto where = [&] {
+    return subject.file.empty() ? std::string()
+                                : fmt::format("{}:{}:{}", subject.file, subject.place.line, subject.place.column);
+  };
+  const motion::Scene& scene = *proved.scene;
   const auto take = [&](const motion::NearPair& pair, motion::NearPair& known, std::optional<Nearest>& nearest) {
     if (pair.distance_mm >= known.distance_mm) return;
     known = pair;
-    const motion::Scene& scene = *proved.scene;
     Nearest& n = nearest.emplace();
     n.distance_mm = pair.distance_mm;
     n.head = scene.head()[pair.head].name, n.standing = scene.standing()[pair.standing].name;
-    n.motion = subject.kind.empty()   ? std::string(proved.leg)
-               : subject.name.empty() ? fmt::format("{} {}", proved.leg, subject.kind)
-                                      : fmt::format("{} {} '{}'", proved.leg, subject.kind, subject.name);
-    if (!subject.file.empty())
-      n.where = fmt::format("{}:{}:{}", subject.file, subject.place.line, subject.place.column);
+    n.motion = words(), n.where = where();
     n.machine_mm = pair.at;
     n.axes = between(polyline[pair.motion], polyline[pair.motion + 1], pair.fraction);
     if (scene.board()) n.board_mm = scene.board()->from_machine(pair.at);
   };
-  take(certificate.nearest.by_design, known_.by_design, out_.nearest_.by_design);
-  take(certificate.nearest.others, known_.others, out_.nearest_.others);
+  take(certificate.nearest.by_design, measuring_.known.by_design, out_.nearest_.by_design);
+  take(certificate.nearest.others, measuring_.known.others, out_.nearest_.others);
+  if (rows_ != nullptr)
+    rows_->add(out_.rows_, {out_.number_, words(), where(), scene, polyline, certificate.of_motion});
 }
 
 void BlockBuilder::take(std::span<const motion::Segment> segments, const AxisVec& end, std::uint32_t feature) {
@@ -62,7 +69,7 @@ Result<void> BlockBuilder::ask(const motion::Scene& scene, std::span<const motio
 
 Result<void> BlockBuilder::travel(const AxisVec& to, const motion::PathRules& rules, const motion::PathRules& turning) {
   if (!go_on(breath_)) return given_up();
-  auto path = motion::find_path(*scene_, at_, to, rules, 0, known_);
+  auto path = motion::find_path(*scene_, at_, to, rules, 0, measuring_);
   if (!path) return tl::unexpected(path.error());
   return wait_for_next({.leg = "travel to",
                         .points = std::move(path->points),
@@ -72,7 +79,7 @@ Result<void> BlockBuilder::travel(const AxisVec& to, const motion::PathRules& ru
 }
 
 Result<void> BlockBuilder::vertical(const AxisVec& to, const motion::PathRules& rules, double alone_mm) {
-  auto certificate = motion::certify(*scene_, std::array{at_, to}, rules, 0, breath_, known_);
+  auto certificate = motion::certify(*scene_, std::array{at_, to}, rules, 0, breath_, measuring_);
   if (!certificate) return tl::unexpected(certificate.error());
   return wait_for_next({.leg = up_or_down(to),
                         .points = {at_, to},
@@ -88,7 +95,7 @@ std::string_view BlockBuilder::up_or_down(const AxisVec& to) const {
 
 Result<void> BlockBuilder::prove(std::span<const AxisVec> polyline, const motion::PathRules& rules,
                                  std::string_view leg, double off_mm) {
-  const auto certificate = motion::certify(*scene_, polyline, rules, off_mm, breath_, known_);
+  const auto certificate = motion::certify(*scene_, polyline, rules, off_mm, breath_, measuring_);
   if (!certificate) return tl::unexpected(certificate.error());
   count({.leg = leg, .scene = scene_, .subject = subject_}, *certificate, polyline);
   return {};
@@ -96,8 +103,8 @@ Result<void> BlockBuilder::prove(std::span<const AxisVec> polyline, const motion
 
 Result<void> BlockBuilder::would_be_free(std::span<const AxisVec> polyline, const motion::PathRules& rules,
                                          double off_mm) const {
-  motion::NearPairs nothing_is_measured;
-  nothing_is_measured.by_design.distance_mm = nothing_is_measured.others.distance_mm =
+  motion::Measuring nothing_is_measured;
+  nothing_is_measured.known.by_design.distance_mm = nothing_is_measured.known.others.distance_mm =
       -std::numeric_limits<double>::infinity();
   const auto certificate = motion::certify(*scene_, polyline, rules, off_mm, breath_, nothing_is_measured);
   return certificate ? Result<void>{} : tl::unexpected(certificate.error());

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/job/motion_rows.hpp"
 #include "app/job/proven_block.hpp"
 #include "core/axis_vec.hpp"
 #include "core/breath.hpp"
@@ -40,6 +41,8 @@ class BlockBuilder {
 
   /// What the motions that follow are for.
   void about(const Subject& subject) { subject_ = subject; }
+  /// Each motion is listed in the block. They outlive it; null: none is.
+  void list(const MotionRows* rows) { rows_ = rows, measuring_.each_motion = rows != nullptr; }
   /// They go among these bodies.
   void among(const motion::Scene& scene) { scene_ = &scene; }
 
@@ -112,7 +115,8 @@ class BlockBuilder {
   Breath breath_;
   motion::Opinion opinion_;
   Subject subject_{};
-  motion::NearPairs known_;  ///< the nearest so far: only what is nearer is measured
+  motion::Measuring measuring_;  ///< the nearest so far: only what is nearer is measured
+  const MotionRows* rows_ = nullptr;
   /// At most a motion up, a path and a motion down, in this order.
   std::vector<Proved> waiting_;
   ProvenBlock out_;

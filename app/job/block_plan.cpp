@@ -112,7 +112,9 @@ void BlockPlanner::know(const Knowledge& known) {
 }
 
 BlockBuilder BlockPlanner::build(std::uint32_t block, const AxisVec& from) const {
-  return {limits_, surroundings_->scene(), block, from, breath_, opinion_};
+  BlockBuilder builder(limits_, surroundings_->scene(), block, from, breath_, opinion_);
+  builder.list(rows());
+  return builder;
 }
 
 Vec3 BlockPlanner::mark_view(std::size_t mark) const {

@@ -39,6 +39,11 @@ class BlockPlanner {
   /// Called with each feature that is dispensed.
   void count(std::function<void()> features) { count_ = std::move(features); }
 
+  /// Each block lists its motions from now on.
+  void list_motions() { rows_.emplace(machine_); }
+  /// What lists them; null: nothing does.
+  [[nodiscard]] const MotionRows* rows() const { return rows_ ? &*rows_ : nullptr; }
+
   /// Camera over the mark, light, settle, trigger.
   Result<ProvenBlock> look_at_mark(std::uint32_t block, const AxisVec& from, std::size_t mark) const;
   /// Over the point, and the probe down until it touches; fast where a second, slow touch follows (`probe.fast`).
@@ -98,6 +103,7 @@ class BlockPlanner {
   Breath breath_;
   std::function<void()> count_;
   motion::Opinion opinion_;
+  std::optional<MotionRows> rows_;
   motion::Limits limits_;
   Knowledge known_;
   std::shared_ptr<const Surroundings> surroundings_;

@@ -4,6 +4,7 @@
 #pragma once
 #include <cstdint>
 #include <deque>
+#include <string>
 #include <vector>
 
 #include "app/job/nearest.hpp"
@@ -26,6 +27,8 @@ class ProvenBlock {
   [[nodiscard]] std::size_t motions() const { return motions_; }        ///< that were certified
   /// Of its beads, those that are not begun at their speed after a whole run-up.
   [[nodiscard]] const std::vector<RunUp>& run_ups() const { return run_ups_; }
+  /// The same motions as rows of text (motion_rows.hpp), in pieces; none unless they were to be listed.
+  [[nodiscard]] const std::deque<std::string>& rows() const { return rows_; }
   /// Along these motions, of which a second opinion was asked; 0: none was.
   [[nodiscard]] std::size_t poses() const { return poses_; }
 
@@ -41,6 +44,7 @@ class ProvenBlock {
   Clearances nearest_;
   std::size_t motions_ = 0, poses_ = 0;
   std::vector<RunUp> run_ups_;
+  std::deque<std::string> rows_;
 };
 
 /// Frees a block that is over. 10^5 features are half a gigabyte: at once that takes a tenth of a second, so the breath

@@ -28,9 +28,11 @@ Result<bool> add_rise(const config::Machine& machine, const Surroundings& around
 }
 
 Result<std::optional<ProvenBlock>> plan_rise(const config::Machine& machine, const Surroundings& around,
-                                             std::uint32_t block, const AxisVec& from, const motion::Opinion& opinion) {
+                                             std::uint32_t block, const AxisVec& from, const motion::Opinion& opinion,
+                                             const MotionRows* rows) {
   const motion::Limits limits = limits_of(machine);
   BlockBuilder builder(limits, around.scene(), block, from, {}, opinion);
+  builder.list(rows);
   const auto rises = add_rise(machine, around, builder);
   if (!rises) return tl::unexpected(rises.error());
   if (!*rises) return std::nullopt;

@@ -15,10 +15,11 @@
 namespace gantry::job {
 
 /// Nothing when the head is up there already. What stands nearer to the head than the clearance comes no nearer, as in
-/// a jog (Surroundings::no_nearer_than). Fault::Collision with both bodies, the point, and how to get out.
+/// a jog (Surroundings::no_nearer_than). `rows` list its motions in the block. Fault::Collision with both bodies, the
+/// point, and how to get out.
 Result<std::optional<ProvenBlock>> plan_rise(const config::Machine& machine, const Surroundings& around,
                                              std::uint32_t block, const AxisVec& from,
-                                             const motion::Opinion& opinion = {});
+                                             const motion::Opinion& opinion = {}, const MotionRows* rows = nullptr);
 /// The same as the beginning of a block that goes on from up there. False: it is up there already.
 Result<bool> add_rise(const config::Machine& machine, const Surroundings& around, BlockBuilder& builder);
 

@@ -8,6 +8,7 @@
 
 #include "app/job/surroundings.hpp"
 #include "app/record/json_number.hpp"
+#include "app/record/motion_file.hpp"
 #include "app/record/program.hpp"
 #include "app/record/summary.hpp"
 #include "app/record/write_file.hpp"
@@ -67,6 +68,12 @@ Json second_opinion(const JobResult& r, const ProvedJob& proved) {
           {"step_mm", motion::kOpinionStep_mm},
           {"poses", r.opinion_poses},
           {"nominal_poses", proved.proof.poses}};
+}
+
+/// Where the motions stand one by one. Not where the disk was full.
+Json motions(const JobResult& r) {
+  if (!r.motions_listed) return nullptr;
+  return {{"file", kMotionFile}, {"count", r.motions_listed->count}, {"sha256", r.motions_listed->sha256}};
 }
 
 /// Takes what is demanded from a certificate, and passes over the rest.
@@ -166,6 +173,7 @@ Json certificate_json(const JobResult& r, const ProvedJob& proved) {
           {"made", r.started},
           {"hashes", hashes},
           {"motions_certified", r.motions_certified},
+          {"motions", motions(r)},
           {"minimum_clearance_mm", others ? number(others->distance_mm) : Json(nullptr)},
           {"minimum_clearance", to_json(r.minimum_clearance)},
           {"second_opinion", second_opinion(r, proved)},

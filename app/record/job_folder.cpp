@@ -26,8 +26,8 @@ namespace fs = std::filesystem;
 namespace {
 
 /// What a job leaves in its folder.
-constexpr const char* kLeft[] = {"report.html",   "summary.json",    "deposits.csv",
-                                 "setpoints.bin", "bead_speeds.csv", "certificate.json"};
+constexpr const char* kLeft[] = {"report.html",     "summary.json",     "deposits.csv", "setpoints.bin",
+                                 "bead_speeds.csv", "certificate.json", "motions.csv"};
 constexpr const char* kFolders[] = {"marks", "inputs"};  // of it, for files that the summary names
 constexpr std::size_t kLongestInput = 10'000'000;        // bytes; of a longer file its hash is enough
 constexpr std::uintmax_t kLongestSummary = 500'000'000;
@@ -187,6 +187,9 @@ Result<void> write_job(JobResult& result, const std::string& folder, const Certi
   for (const Input& input : inputs_of(result))
     if (keep(input.name, keep_input(folder, input))) files.push_back(input.name);
   if (certify && reported && first) keep("certificate.json", certify(folder));
+  // What it would name tells nothing without it.
+  std::error_code ignored;
+  if (!is_file(fs::path(folder) / "certificate.json")) fs::remove(fs::path(folder) / "motions.csv", ignored);
   for (const char* left : kLeft)
     if (is_file(fs::path(folder) / left)) files.emplace_back(left);
   const Result<void> last = write_summary(folder, result, files);

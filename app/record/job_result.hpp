@@ -201,6 +201,12 @@ struct NotKept {
   std::string why;
 };
 
+/// The motions of a certificate, which stand in a file beside it.
+struct MotionsListed {
+  std::size_t count = 0;
+  std::string sha256;  ///< of the file's bytes
+};
+
 struct JobResult {
   std::string job;  ///< name of the output folder
   std::string recipe_file, recipe_name, machine_name, bus;
@@ -245,6 +251,7 @@ struct JobResult {
   bool setpoint_stream_complete = true;  ///< false: snapshots were lost and the hash says nothing
   job::Clearances minimum_clearance;     ///< of all certified motions
   std::size_t motions_certified = 0;
+  std::optional<MotionsListed> motions_listed{};  ///< of a dry run
   std::size_t opinion_poses = 0;  ///< along them, of which a second opinion was asked; 0: nobody was asked
   Path planned, actual;
   bool has_world = false;  ///< deposits and collisions are known (simulated machine)

@@ -21,6 +21,7 @@ constexpr double kBeadSecond = 30e3;  // the path of the needle in summary and r
 constexpr double kShot = 200;         // a dot in deposits.csv
 constexpr double kImage = 300e3;      // of a mark
 constexpr double kTick = 12;          // in setpoints.bin
+constexpr double kMotion = 350;       // in motions.csv
 constexpr double kMb = 1e6;
 
 tl::unexpected<Error> too_little(const std::string& folder, double free, double needed) {
@@ -34,14 +35,16 @@ tl::unexpected<Error> too_little(const std::string& folder, double free, double 
 
 }  // namespace
 
-Room room_for(const job::Forecast& forecast, const recipes::Recipe& recipe, double cycle_s) {
+Room room_for(const job::Forecast& forecast, const recipes::Recipe& recipe, double cycle_s,
+              std::size_t listed_motions) {
   double beads_s = 0;
   for (std::size_t i = 0; i < forecast.features.size() && i < recipe.features.size(); ++i)
     if (std::holds_alternative<recipes::Bead>(recipe.features[i])) beads_s += forecast.features[i].on_it_s;
   const auto features = static_cast<double>(recipe.features.size()), marks = static_cast<double>(recipe.marks.size());
   return {.result_bytes = static_cast<std::uint64_t>(kPage + kFeature * features + kBeadSecond * beads_s),
-          .large_bytes = static_cast<std::uint64_t>(kTick * forecast.s / cycle_s + kBeadSecond * beads_s +
-                                                    kShot * features + kImage * marks)};
+          .large_bytes =
+              static_cast<std::uint64_t>(kTick * forecast.s / cycle_s + kBeadSecond * beads_s + kShot * features +
+                                         kImage * marks + kMotion * static_cast<double>(listed_motions))};
 }
 
 Result<void> enough_room(const std::string& folder, const Room& room) {

@@ -14,11 +14,12 @@ namespace gantry::record {
 
 struct Room {
   std::uint64_t result_bytes = 0;  ///< summary.json and report.html
-  std::uint64_t large_bytes = 0;   ///< setpoints.bin, deposits.csv and the images of the marks
+  std::uint64_t large_bytes = 0;   ///< setpoints.bin, deposits.csv, motions.csv and the images of the marks
 };
 
-/// More than such a job has ever needed, by its features and its duration.
-Room room_for(const job::Forecast& forecast, const recipes::Recipe& recipe, double cycle_s);
+/// More than such a job has ever needed, by its features, its duration and the motions that it lists.
+Room room_for(const job::Forecast& forecast, const recipes::Recipe& recipe, double cycle_s,
+              std::size_t listed_motions = 0);
 
 /// In `folder`, or where it will be made. Fault::FileUnwritable: says how much is needed, and how to make room.
 Result<void> enough_room(const std::string& folder, const Room& room);

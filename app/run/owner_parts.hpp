@@ -54,6 +54,12 @@ struct OnBus {
 
 /// What lives while a job runs.
 struct RunningJob {
+  /// The runner lists its motions where the recording keeps them.
+  RunningJob(Recording kept, Site site, const recipes::Recipe& recipe, const recipes::Job& job,
+             record::JobResult& result)
+      : recording(std::move(kept)),
+        runner((site.motions = recording.motions(), std::move(site)), recipe, job, result) {}
+
   Recording recording;
   Runner runner;
 };

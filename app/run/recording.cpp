@@ -35,6 +35,7 @@ Recording::Recording(const config::Machine& machine, const recipes::Recipe& reci
   if (out.empty()) return;
   files_.setpoints.emplace(out + "/" + kSetpoints, thread);
   files_.bead_speeds.emplace(out + "/" + kBeadSpeeds, recipe, start_ns, thread);
+  if (result.dry_run) files_.motions.emplace(out + "/" + record::kMotionFile, machine, thread);
 }
 
 void Recording::add(const cycle::Snapshot& s, bool holds_next, const std::string& doing, std::optional<double> left_s) {
@@ -109,6 +110,12 @@ void RecordedFiles::close(record::JobResult& result) {
   };
   close_one(setpoints, kSetpoints);
   close_one(bead_speeds, kBeadSpeeds);
+  if (!motions) return;
+  if (auto listed = motions->close())
+    result.motions_listed = *std::move(listed);
+  else
+    record::not_kept(result, record::kMotionFile, listed.error());
+  motions.reset();
 }
 
 }  // namespace gantry::run

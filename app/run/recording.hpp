@@ -11,6 +11,7 @@
 #include "app/monitor/snapshot_shm.hpp"
 #include "app/record/bead_speed_file.hpp"
 #include "app/record/job_result.hpp"
+#include "app/record/motion_file.hpp"
 #include "app/record/setpoint_file.hpp"
 #include "app/record/setpoint_hash.hpp"
 #include "app/record/trace.hpp"
@@ -25,6 +26,7 @@ std::string_view job_word(const cycle::Snapshot& snapshot, bool holds_next);
 struct RecordedFiles {
   std::optional<record::SetpointFile> setpoints;
   std::optional<record::BeadSpeedFile> bead_speeds;
+  std::optional<record::MotionFile> motions;  ///< of a dry run
 
   /// Waits for the disk. What could not be kept is told in the result.
   void close(record::JobResult& result);
@@ -32,8 +34,8 @@ struct RecordedFiles {
 
 class Recording {
  public:
-  /// `recipe` outlives it. `out` is the folder for setpoints.bin and bead_speeds.csv, "" keeps none; `thread` writes
-  /// them. `watched` may be null.
+  /// `recipe` outlives it. `out` is the folder for setpoints.bin, bead_speeds.csv and, of a dry run, motions.csv; ""
+  /// keeps none; `thread` writes them. `watched` may be null.
   Recording(const config::Machine& machine, const recipes::Recipe& recipe, record::JobResult& result,
             std::int64_t start_ns, const std::string& out, monitor::SnapshotWriter* watched,
             record::FileWriter::Thread thread = record::FileWriter::Thread::Callers);
@@ -51,6 +53,8 @@ class Recording {
   void begin(std::optional<double> left_s) { left_s_ = left_s, tell("running", "begins"); }
   /// The job is over; `word` as record::result_word() has it. Those who watch are told why, too.
   void over(std::string_view word);
+  /// Where the motions that are played are listed; null: nowhere.
+  [[nodiscard]] record::MotionFile* motions() { return files_.motions ? &*files_.motions : nullptr; }
   /// What the job came to: everything but the world's part. Nothing is recorded any more; the files are for whoever may
   /// wait for a disk to close.
   RecordedFiles finish(bool nothing_lost);

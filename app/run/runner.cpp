@@ -38,6 +38,7 @@ Runner::Runner(const Site& site, const recipes::Recipe& recipe, const recipes::J
       speed_watch_(recipe, seconds(site.machine.bus.cycle)),
       cut_watch_(site.machine),
       times_(site.forecast, recipe.features.size(), seconds(site.machine.bus.cycle)) {
+  if (site_.motions != nullptr) planner_.list_motions();
   result_.drawing.tip_of_block.clear();
   if (site.forecast != nullptr) result_.predicted_s = site.forecast->s;
 }
@@ -123,7 +124,7 @@ Result<void> Runner::close_clamp() {
 }
 
 Result<void> Runner::rise(const job::Surroundings& around) {
-  auto up = job::plan_rise(site_.machine, around, block_ + 1, at_, site_.opinion);
+  auto up = job::plan_rise(site_.machine, around, block_ + 1, at_, site_.opinion, planner_.rows());
   if (!up) return tl::unexpected(up.error());
   if (!*up) return {};
   doing_ = "raising the head";
@@ -149,6 +150,7 @@ Result<Played> Runner::play(Result<job::ProvenBlock> planned, When when) {
     if (drawn++ % kPiece == 0 && !go_on(site_.breath)) return given_up();
     planned_path_.add({&segment, 1});
   }
+  if (site_.motions != nullptr) site_.motions->add(*planned);
   result_.motions_certified += planned->motions();
   result_.opinion_poses += planned->poses();
   job::take_nearer(result_.minimum_clearance, planned->nearest());

@@ -19,6 +19,7 @@
 #include "app/job/speed_watch.hpp"
 #include "app/job/surroundings.hpp"
 #include "app/record/job_result.hpp"
+#include "app/record/motion_file.hpp"
 #include "app/record/planned_path.hpp"
 #include "app/run/control.hpp"
 #include "config/machine.hpp"
@@ -38,6 +39,7 @@ struct Site {
   Breath breath{};                          ///< asked while motions are planned; no: the job ends with Fault::Aborted
   motion::Opinion opinion{};                ///< asked of each motion besides the proof; empty: nobody is
   const job::Forecast* forecast = nullptr;  ///< of the job; null: there is none
+  record::MotionFile* motions = nullptr;    ///< where the motions that are played are listed; null: nowhere
   /// Runs to its end what waits for the camera, while the machine is served; it touches nothing that a step touches. An
   /// error: meanwhile something has come that ends the job.
   std::function<Result<void>(const std::function<void()>&)> aside = [](const std::function<void()>& work) {

@@ -90,10 +90,10 @@ Error collision(const Scene& scene, const Hit& hit, const AxisVec& from, const A
 }
 
 Result<Certificate> certify(const Scene& scene, std::span<const AxisVec> polyline, const ClearanceRules& rules,
-                            double extra_mm, const Breath& breath, const NearPairs& known) {
+                            double extra_mm, const Breath& breath, const Measuring& measuring) {
   const auto margins = make_margins(scene, rules.clearance_mm, rules.approaches, extra_mm);
   if (!margins) return tl::unexpected(margins.error());
-  Certificate out{scene.hash(), rules.clearance_mm, extra_mm, 0, 0, known};
+  Certificate out{scene.hash(), rules.clearance_mm, extra_mm, 0, 0, measuring.known};
   Proof proof;
   for (std::size_t i = 0; i + 1 < polyline.size(); ++i) {
     if (i > 0 && !go_on(breath)) return given_up();
@@ -107,6 +107,7 @@ Result<Certificate> certify(const Scene& scene, std::span<const AxisVec> polylin
       return fail(Fault::Internal,
                   fmt::format("the two collision checks disagree on motion {} of {}", i + 1, polyline.size() - 1));
     measure_nearest(scene, from, to, *margins, i, out.nearest);
+    if (measuring.each_motion) measure_nearest(scene, from, to, *margins, i, out.of_motion.emplace_back());
     out.pairs += scene.head().size() * scene.standing().size();
     ++out.motions;
   }

@@ -36,20 +36,26 @@ struct NearPairs {
   NearPair by_design, others;
 };
 
+/// What is measured besides of motions that are proved; it costs more than proving.
+struct Measuring {
+  NearPairs known;           ///< only pairs that come nearer than these are looked for
+  bool each_motion = false;  ///< and the nearest of each motion by itself
+};
+
 struct Certificate {
   std::uint64_t scene_hash = 0;
   double clearance_mm = 0, extra_mm = 0;  ///< what was asked
   std::size_t motions = 0;                ///< that were proved
   std::size_t pairs = 0;                  ///< that were proved apart, over all motions
   NearPairs nearest;
+  std::vector<NearPairs> of_motion{};  ///< by the number of the motion, where each was to be measured
 };
 
 /// Fault::Collision with both bodies, the point and the number of the motion; Fault::Internal when the second check
 /// contradicts the first; Fault::UnknownReference for an allowed approach that names a body which is not there;
 /// Fault::Aborted when the breath, which is asked between two motions, says no.
-/// `known`: only pairs that come nearer than these are looked for; measuring costs more than proving.
 Result<Certificate> certify(const Scene& scene, std::span<const AxisVec> polyline, const ClearanceRules& rules,
-                            double extra_mm = 0, const Breath& breath = {}, const NearPairs& known = {});
+                            double extra_mm = 0, const Breath& breath = {}, const Measuring& measuring = {});
 
 /// Puts into `nearest` what comes nearer on a motion than what stands there; `motion` is its number.
 void measure_nearest(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,

@@ -49,7 +49,7 @@ SearchAnswer around(const Scene& scene, const AxisVec& from, const AxisVec& to, 
 }  // namespace
 
 Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& to, const PathRules& rules,
-                       double extra_mm, const NearPairs& known) {
+                       double extra_mm, const Measuring& measuring) {
   auto beyond = beyond_limits(scene, to);
   for (std::size_t i = 0; i < scene.axes().size() && !beyond; ++i)
     if (!std::isfinite(from[i])) beyond = i;
@@ -78,7 +78,7 @@ Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& t
       path.points = std::move(found.points);
     }
   }
-  auto certificate = certify(scene, path.points, rules, extra_mm, {}, known);
+  auto certificate = certify(scene, path.points, rules, extra_mm, {}, measuring);
   if (!certificate) return tl::unexpected(certificate.error());
   path.certificate = *std::move(certificate);
   return path;

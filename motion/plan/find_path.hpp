@@ -30,8 +30,8 @@ struct Path {
 /// `extra_mm`: path deviation to be covered besides the clearance (of what is proved by chords).
 /// Fault::OutOfReach when `to` is beyond an axis limit (named), Fault::Collision with both bodies, the point and what
 /// was tried.
-/// `known` as for certify().
+/// `measuring` as for certify().
 Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& to, const PathRules& rules,
-                       double extra_mm = 0, const NearPairs& known = {});
+                       double extra_mm = 0, const Measuring& measuring = {});
 
 }  // namespace gantry::motion

@@ -26,6 +26,10 @@ expect_exit 0 "a dry run" "$gantry" dry-run "$board" --out "$work/dry"
 grep -q '"certificate.json"' "$work/dry/summary.json" || fail "the summary does not name the certificate"
 [ "$(key "['recipe_file']")" = "$board" ] && [ "$(key "['machine_file']")" = "$machine" ] || fail "the files are not named"
 [ "$(key "['motions_certified']")" -gt 10 ] || fail "no motions"
+list=$work/dry/motions.csv
+echo "$(key "['motions']['sha256']")  $list" | sha256sum -c --quiet || fail "the list of motions has another hash"
+[ "$(tail -n +2 "$list" | wc -l)" = "$(key "['motions_certified']")" ] || fail "a row a motion: $(wc -l <"$list")"
+[ "$(key "['motions']['count']")" = "$(key "['motions_certified']")" ] || fail "the list has another count"
 cp "$certificate" "$work/first.json"
 expect_exit 0 "another dry run" "$gantry" dry-run "$board" --out "$work/dry" --force --sim-board "dx=1 mm"
 [ "$(key "['hashes']")" = "$(certificate=$work/first.json; key "['hashes']")" ] || fail "other hashes of the same job"
@@ -78,4 +82,5 @@ expect_exit 0 "down" "$gantry" down --state "$state"
 # One that was proved before does not stand beside a job that failed.
 expect_exit 6 "a mark that is not there" "$gantry" dry-run "$board" --out "$work/dry" --force --sim-board "dx=20 mm"
 [ -e "$certificate" ] && fail "a certificate of a job that failed"
+[ -e "$list" ] && fail "the list of its motions"
 exit 0

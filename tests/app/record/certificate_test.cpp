@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 #include <iterator>
 
+#include "app/job/block_plan.hpp"
 #include "app/record/job_folder.hpp"
+#include "app/record/motion_file.hpp"
 #include "recipes/selection.hpp"
 #include "tests/app/record/made_up_job.hpp"
 #include "tests/app/record/snapshots.hpp"
@@ -42,6 +44,46 @@ struct CertificateFile : testing::Test {
   }
 };
 
+/// A block of one motion, listed, and what others' programs say of the file.
+TEST_F(CertificateFile, names_the_list_of_its_motions_by_count_and_hash) {
+  const std::string list = folder.path + "/motions.csv";
+  job::BlockPlanner planner(machine, recipe);
+  planner.list_motions();
+  AxisVec at{};
+  for (const auto& [axis, position] : machine.park) at[axis.value] = position;
+  const auto block = planner.look_at_mark(1, at, 0);
+  ASSERT_TRUE(block);
+  MotionFile file(list, machine);
+  file.add(*block), file.add(*block);
+  const auto listed = file.close();
+  ASSERT_TRUE(listed);
+  JobResult r = result();
+  r.motions_listed = *listed;
+  ASSERT_TRUE(write_certificate(folder.path, r, {machine, recipe, selection, proof}));
+  const auto motions = written().at("motions");
+  EXPECT_EQ(motions.at("file"), "motions.csv");
+  EXPECT_EQ(motions.at("count"), 2 * block->motions());
+  EXPECT_EQ(std::system(("[ $(tail -n +2 " + list + " | wc -l) = " + motions.at("count").dump() + " ]").c_str()), 0);
+  EXPECT_EQ(std::system(
+                ("echo " + motions.at("sha256").get<std::string>() + "  " + list + " | sha256sum -c --quiet").c_str()),
+            0);
+}
+
+TEST_F(CertificateFile, a_list_does_not_stay_where_no_certificate_names_it) {
+  const std::string list = folder.path + "/motions.csv";
+  const auto lies_there_after = [&](const Certify& certify) {
+    std::ofstream(list) << "block,motion\n";
+    JobResult r = result();
+    EXPECT_TRUE(write_job(r, folder.path, certify));
+    return std::ifstream(list).good();
+  };
+  EXPECT_FALSE(lies_there_after([](const std::string&) -> Result<void> { return {}; })) << "a job that was not done";
+  EXPECT_FALSE(lies_there_after({}));
+  EXPECT_TRUE(lies_there_after([&](const std::string& into) {
+    return write_certificate(into, result(), {machine, recipe, selection, proof});
+  }));
+}
+
 TEST_F(CertificateFile, tells_what_was_proved_and_what_the_proof_rests_on) {
   write();
   const auto j = written();
@@ -56,6 +98,7 @@ TEST_F(CertificateFile, tells_what_was_proved_and_what_the_proof_rests_on) {
   EXPECT_TRUE(j.at("minimum_clearance").contains("by_design"));
   EXPECT_TRUE(j.at("minimum_clearance").contains("others"));
   EXPECT_EQ(j.at("scope").at("nominal").at("motions_certified"), 77);
+  EXPECT_EQ(j.at("motions"), nullptr) << "the disk was full";
   // demo-board.yaml: max_shift 3 mm, max_rotation 2 deg, window 1.5 mm
   EXPECT_EQ(j.at("scope").at("nominal").at("to_marks"),
             (ordered_json{{"shift_mm", 3.0}, {"rotation_deg", 2.0}, {"upwards_mm", 1.5}}));
