@@ -142,5 +142,38 @@ TEST(Beam, one_that_stands_square_keeps_its_reference_without_torque) {
   EXPECT_EQ(idle.now().referenced, test::kAllAxes);
 }
 
+/// The second side loses its supply at full speed and stands at once, the first one brakes: 47 mm, and the beam bears
+/// 12. No stop of the side that is left can be as short; homing takes out what the beam bears at a time.
+TEST(Beam, one_that_is_racked_beyond_what_it_bears_is_led_out_by_reset_and_home_again_and_again) {
+  Idle idle("[]");
+  bool dark = false;
+  idle.owner().on_step([&] {
+    if (dark || idle.now().target[1] < 150) return;
+    dark = true;
+    EXPECT_TRUE(idle.owner().world()->add_script("{do: power_cycle, station: y2, dark: 200 ms}"));
+  });
+  EXPECT_FALSE(idle.owner().jog({.by = {{"Y", "390 mm"}}, .speed = "500 mm/s"}));
+  idle.owner().on_step({});
+  ASSERT_TRUE(dark);
+  idle.pass_to(idle.now().cycle + 5000);
+  ASSERT_TRUE(idle.whole());
+  int refused = 0;
+  for (;;) {
+    const auto cleared = reset(idle.owner());
+    ASSERT_TRUE(cleared) << to_text(cleared.error());
+    const auto homed = idle.owner().home();
+    if (homed) break;
+    ++refused;
+    ASSERT_EQ(homed.error().fault, Fault::GantrySkew) << to_text(homed.error());
+    const std::string says = to_text(homed.error());
+    EXPECT_NE(says.find("look at the beam"), std::string::npos) << says;
+    EXPECT_NE(says.find("`reset` and `home`"), std::string::npos) << says;
+    ASSERT_LE(refused, 3) << "47 mm: 14, 14, 14 and the rest";
+  }
+  EXPECT_EQ(refused, 3);
+  EXPECT_EQ(idle.now().state, State::Ready);
+  EXPECT_EQ(idle.now().referenced, test::kAllAxes);
+}
+
 }  // namespace
 }  // namespace gantry
