@@ -41,7 +41,7 @@ void Axes::read(const devices::FieldBus& bus, bool answered, std::int64_t elapse
         drives_[d]
             .read(bus.inputs(station), fresh, elapsed, bus.source(station, setup_.drives[d].digital_inputs))
             .state;
-    if (goal_ == DriveGoal::Enabled && was_enabled && state != DriveState::OperationEnabled &&
+    if (goal_of(d) == DriveGoal::Enabled && was_enabled && state != DriveState::OperationEnabled &&
         state != DriveState::FaultReaction && state != DriveState::Fault)
       dropped_[d] = true;  // set() could throw
     // A count to and fro is no motion.
@@ -63,6 +63,7 @@ void Axes::read(const devices::FieldBus& bus, bool answered, std::int64_t elapse
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
     const auto& drives = setup_.axes[i].drives;
     if (drives.empty()) continue;
+    if (drives.size() == 2) brake_together(AxisId{static_cast<std::uint8_t>(i)});
     if (drives.size() == 2) share_coordinate(AxisId{static_cast<std::uint8_t>(i)});
     double sum = 0;
     for (const std::uint8_t d : drives) sum += drives_[d].feedback().position;
@@ -77,6 +78,22 @@ void Axes::join(AxisId id, bool second_moves_over) noexcept {
   devices::Drive& to = drives_[drives[second_moves_over ? 1 : 0]];
   to.set_reference({devices::wrap(to.feedback().counts)},
                    drives_[drives[second_moves_over ? 0 : 1]].feedback().position);
+}
+
+/// A side that falls into a fault while the axis moves brakes by a ramp of its own drive. The other one does the same:
+/// its targets would take longer, by their jerk and their delay, and rack the beam.
+void Axes::brake_together(AxisId id) noexcept {
+  if (goal_ != DriveGoal::Enabled || speed_[id.value] == 0 || (homing_mask_ >> id.value & 1u) != 0) return;
+  const auto& drives = setup_.axes[id.value].drives;
+  for (std::size_t side = 0; side < 2; ++side) {
+    const devices::Feedback& fallen = drives_[drives[side]].feedback();
+    const std::uint8_t other = drives[1 - side];
+    const bool in_fault =
+        fallen.fresh && (fallen.state == DriveState::FaultReaction || fallen.state == DriveState::Fault);
+    if (in_fault && setup_.drives[other].quick_stop_brakes &&
+        drives_[other].feedback().state == DriveState::OperationEnabled)
+      stops_with_side_ |= 1u << other;
+  }
 }
 
 /// A side without torque takes over the coordinate of the other one, where there is no reference. Sides that stand
@@ -131,6 +148,7 @@ std::bitset<kMaxDrives> Axes::may_search() const noexcept {
 
 /// A drive that is to be braked by its targets keeps its torque for that; one that has none gets none.
 DriveGoal Axes::goal_of(std::size_t d) const noexcept {
+  if (goal_ == DriveGoal::Enabled && (stops_with_side_ >> d & 1u) != 0) return DriveGoal::QuickStop;
   if (goal_ != DriveGoal::QuickStop || setup_.drives[d].quick_stop_brakes || (let_stop_ >> d & 1u) != 0) return goal_;
   return drives_[d].feedback().state == DriveState::OperationEnabled ? DriveGoal::Enabled : DriveGoal::Disabled;
 }

@@ -35,7 +35,7 @@ class Axes {
   /// A new goal holds for drives that were away or have dropped out, too: enabling them again is the operator's.
   void set_goal(devices::DriveGoal goal) noexcept {
     goal_ = goal;
-    let_stop_ = 0;
+    let_stop_ = stops_with_side_ = 0;
     away_.fill(0);
     dropped_.reset();
   }
@@ -120,6 +120,7 @@ class Axes {
   [[nodiscard]] devices::DriveGoal goal_of(std::size_t d) const noexcept;
   [[nodiscard]] std::size_t probe_drive() const noexcept;
   void share_coordinate(AxisId id) noexcept;
+  void brake_together(AxisId id) noexcept;
   [[nodiscard]] std::bitset<kMaxDrives> may_search() const noexcept;
   void end_together(std::size_t axis) noexcept;
   void watch_sides(std::size_t axis) noexcept;
@@ -140,6 +141,7 @@ class Axes {
       away_{};  ///< cycles in which its station did not take part, up to counter_low_max: it was lost then
   std::bitset<kMaxDrives> dropped_;
   std::uint32_t let_stop_ = 0;           ///< drives that quick-stop whatever is known of that
+  std::uint32_t stops_with_side_ = 0;    ///< those that do because the other side of their axis is in a fault
   int stands_cycles_;                    ///< after which a drive stands
   std::array<int, kMaxDrives> still_{};  ///< cycles in a row in which it was heard to stand
 };

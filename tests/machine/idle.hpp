@@ -11,7 +11,8 @@ inline constexpr std::uint32_t kAllAxes = 0b11111;  // X, Y, Z, C, U
 inline constexpr CycleIndex kTrouble = 20'000;      // the axes stand, enabled and referenced
 
 struct Idle {
-  explicit Idle(const std::string& script) : rig({.placement = "dx=0 mm", .script = script}) {
+  explicit Idle(const std::string& script, const std::function<void(config::Machine&)>& change = {})
+      : rig({.placement = "dx=0 mm", .script = script, .change = change}) {
     const auto up = rig.owner().bring_up();
     EXPECT_TRUE(up) << to_text(up.error());
     const auto homed = rig.owner().home();
