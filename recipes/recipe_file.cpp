@@ -131,7 +131,7 @@ const Fields<Material> kMaterial{
     number("gap_tolerance", &Material::gap_tolerance_mm, D::Length, {0.001, 10}, kOptional,
            "the gap may differ by this"),
     number("speed_tolerance", &Material::speed_tolerance, D::Ratio, {0.001, 1}, kOptional,
-           "the speed may differ by this where the bead is steady"),
+           "the speed may differ by this where the bead is steady, and how long the valve is open on a dot"),
     flag("flow_follows_speed", &Material::flow_follows_speed, kOptional,
          "the dispenser doses by the path speed, so that an override changes nothing on the board"),
     number("start_dwell", &Material::start_dwell_s, D::Time, {0, 10}, kOptional,

@@ -17,6 +17,10 @@ using Kind = Defect::Kind;
 
 bool has_shut(const Deposit& shot) { return shot.closed_cycle != 0; }
 
+constexpr const char* kStillOpen = "its shot was still open when the job ended";
+constexpr double kRounding_s = 1e-6;
+constexpr double kEnough = 0.5;  // of a bead's length is to be at its speed
+
 double from_above_mm(Vec3 a, Vec3 b) { return std::hypot(a.x - b.x, a.y - b.y); }
 
 double length_mm(const std::vector<Vec3>& path) {
@@ -49,8 +53,27 @@ class Judge {
   /// A speed that was left besides was told already.
   void slow(const job::SlowBead& seen) {
     const std::string& id = recipes::id_of(recipe_.features[seen.feature]);
-    const auto told = [&](const Defect& d) { return d.feature == id && d.kind == Kind::Speed; };
-    if (std::none_of(defects_.begin(), defects_.end(), told)) add(id, Kind::Speed, job::in_words(seen, recipe_));
+    if (!told(id, {Kind::Speed})) add(id, Kind::Speed, job::in_words(seen, recipe_));
+  }
+
+  /// By the world's log, whatever was planned; of a bead that was cut the rest says nothing.
+  void speed_seen(std::size_t index) {
+    const auto* bead = std::get_if<recipes::Bead>(&recipe_.features[index]);
+    const recipes::Material* m = bead != nullptr ? recipes::find_material(recipe_, bead->material) : nullptr;
+    if (m == nullptr || m->flow_follows_speed) return;
+    const auto found = deposits_.find(bead->id);
+    if (found == deposits_.end() || !found->second->speed) return;
+    const sim::DepositSpeed& seen = *found->second->speed;
+    const bool held = seen.held_mm_s && std::abs(*seen.held_mm_s - m->speed) > m->speed_tolerance * m->speed;
+    if ((!held && seen.within_tolerance >= kEnough) || told(bead->id, {Kind::Speed, Kind::Cut})) return;
+    if (held)
+      add(bead->id, Kind::Speed,
+          fmt::format("the needle went at {:.3g} mm/s instead of {:.3g} mm/s for 50 ms and more; {:.3g} % are allowed",
+                      *seen.held_mm_s, m->speed, m->speed_tolerance * 100));
+    else
+      add(bead->id, Kind::Speed,
+          fmt::format("the needle went at its {:.3g} mm/s, but for {:.3g} %, along {:.0f} % of its length", m->speed,
+                      m->speed_tolerance * 100, seen.within_tolerance * 100));
   }
 
   void extra() {
@@ -67,6 +90,12 @@ class Judge {
   [[nodiscard]] std::vector<Defect> defects() && { return std::move(defects_); }
 
  private:
+  [[nodiscard]] bool told(const std::string& id, std::initializer_list<Kind> kinds) const {
+    return std::any_of(defects_.begin(), defects_.end(), [&](const Defect& d) {
+      return d.feature == id && std::find(kinds.begin(), kinds.end(), d.kind) != kinds.end();
+    });
+  }
+
   void add(const std::string& id, Kind kind, std::string message) {
     if (const auto why = result_.stays_cut.find(id); kind == Kind::Cut && why != result_.stays_cut.end())
       message += "; not joined: " + why->second;
@@ -98,11 +127,8 @@ class Judge {
     const Deposit* d = deposit_of(dot.id, state);
     const recipes::Material* m = recipes::find_material(recipe_, dot.material);
     if (d == nullptr || m == nullptr || d->nominal_mm.empty()) return;
-    const auto shot_s = [&](const Deposit& shot) {
-      return static_cast<double>(shot.closed_cycle - shot.opened_cycle) * cycle_s_;
-    };
     const auto full = [&](const Deposit& shot) {
-      return has_shut(shot) && shot_s(shot) >= m->dot_time * (1 - m->speed_tolerance) - cycle_s_;
+      return has_shut(shot) && shot.open_s >= m->dot_time - amount_tolerance_s(*m);
     };
     if (state != FeatureState::Done && !full(*d)) {
       const Vec3 at = d->nominal_mm.front();
@@ -110,12 +136,13 @@ class Judge {
               [&](const Deposit& o) { return full(o) && from_above_mm(o.board_mm.front(), at) <= m->tolerance_mm; }))
         return add(dot.id, Kind::Cut,
                    has_shut(*d)
-                       ? fmt::format("a shot of {:.0f} ms instead of {:.0f} ms", shot_s(*d) * 1e3, m->dot_time * 1e3)
-                       : std::string("its shot was still open when the job ended"));
+                       ? fmt::format("a shot of {:.3g} ms instead of {:.3g} ms", d->open_s * 1e3, m->dot_time * 1e3)
+                       : std::string(kStillOpen));
       return add_extra(*d);
     }
     if (d->error_mm > m->tolerance_mm) add(dot.id, Kind::Beside, beside(d->error_mm, m->tolerance_mm));
     gap(dot.id, *d, *m);
+    amount(dot.id, *d, *m);
   }
 
   void judge(const recipes::Bead& bead, FeatureState state) {
@@ -140,8 +167,12 @@ class Judge {
       return add_extra(*d);
     }
     joins(bead.id, *d, *m);
-    if (!ends || !(d->error_mm <= allowed_mm))
-      add(bead.id, Kind::Beside, beside(std::max({d->error_mm, start_off_mm, end_off_mm}), allowed_mm));
+    if (!ends)
+      add(bead.id, Kind::Beside,
+          fmt::format("its start lies {:.3f} mm, its end {:.3f} mm beside its place; {:.3g} mm are allowed of both",
+                      start_off_mm, end_off_mm, m->tolerance_mm));
+    else if (!(d->error_mm <= allowed_mm))
+      add(bead.id, Kind::Beside, beside(d->error_mm, allowed_mm));
     gap(bead.id, *d, *m);
   }
 
@@ -176,6 +207,24 @@ class Judge {
                     m.gap_tolerance_mm));
   }
 
+  /// The valve's edges fall on cycles: where its times are none, both may be half of one off.
+  [[nodiscard]] double amount_tolerance_s(const recipes::Material& m) const {
+    const auto in_cycles = [&](double s) { return std::abs(s / cycle_s_ - std::round(s / cycle_s_)) < 1e-6; };
+    const bool whole = in_cycles(m.dot_time) && in_cycles(m.valve_open_lead) && in_cycles(m.valve_close_lead);
+    return m.speed_tolerance * m.dot_time + (whole ? kRounding_s : cycle_s_);
+  }
+
+  void amount(const std::string& id, const Deposit& d, const recipes::Material& m) {
+    if (!has_shut(d)) return add(id, Kind::Amount, kStillOpen);
+    if (std::abs(d.open_s - m.dot_time) <= amount_tolerance_s(m)) return;
+    const double more = d.open_s / m.dot_time - 1;
+    add(id, Kind::Amount,
+        fmt::format("a shot of {:.3g} ms instead of {:.3g} ms, {:.0f} % {}; {:.3g} % are allowed. Look at "
+                    "`valve_open_lead` and `valve_close_lead` of '{}'",
+                    d.open_s * 1e3, m.dot_time * 1e3, std::abs(more) * 100, more < 0 ? "less" : "more",
+                    m.speed_tolerance * 100, m.name));
+  }
+
   static std::string beside(double off_mm, double allowed_mm) {
     return fmt::format("{:.3f} mm beside its place; {:.3g} mm are allowed", off_mm, allowed_mm);
   }
@@ -204,6 +253,8 @@ Judgement judge_board(const JobResult& result, const recipes::Recipe& recipe, co
     if (const FeatureState state = seen.features[each.feature];
         state != FeatureState::Open && state != FeatureState::LeftOut)
       judge.slow(each);
+  for (std::size_t i = 0; i < seen.features.size(); ++i)
+    if (seen.features[i] != FeatureState::LeftOut) judge.speed_seen(i);
   judge.extra();
   judge.reference();
   std::vector<Defect> defects = std::move(judge).defects();
@@ -229,7 +280,8 @@ std::string_view name(Board board) {
 }
 
 std::string_view name(Kind kind) {
-  constexpr std::array<std::string_view, 7> kNames{"missing", "cut", "beside", "gap", "speed", "extra", "reference"};
+  constexpr std::array<std::string_view, 8> kNames{"missing", "cut",   "beside", "gap",
+                                                   "amount",  "speed", "extra",  "reference"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 

@@ -39,7 +39,8 @@ void add_judgement(JobResult& result, Judgement judgement);
 /// Something of the feature is not on the board.
 bool is_lacking(const Defect& defect);
 
-std::string_view name(Board board);        ///< "untouched", "begun", "whole", "defects"
-std::string_view name(Defect::Kind kind);  ///< "missing", "cut", "beside", "gap", "speed", "extra", "reference"
+std::string_view name(Board board);  ///< "untouched", "begun", "whole", "defects"
+std::string_view name(
+    Defect::Kind kind);  ///< "missing", "cut", "beside", "gap", "amount", "speed", "extra", "reference"
 
 }  // namespace gantry::record

@@ -161,7 +161,7 @@ enum class Board {
 
 /// Something about the board that is not as the recipe wants it.
 struct Defect {
-  enum class Kind { Missing, Cut, Beside, Gap, Speed, Extra, Reference };
+  enum class Kind { Missing, Cut, Beside, Gap, Amount, Speed, Extra, Reference };
   std::string feature;  ///< its id; empty: no feature's
   Kind kind = Kind::Missing;
   std::string message;

@@ -172,7 +172,8 @@ void add_world(Json& j, const JobResult& r) {
                                             {"nominal_mm", points(d.nominal_mm)},
                                             {"board_mm", points(d.board_mm)},
                                             {"error_mm", number(d.error_mm)},
-                                            {"gap_mm", number(d.gap_mm)}});
+                                            {"gap_mm", number(d.gap_mm)},
+                                            {"open_ms", number(d.open_s * 1e3)}});
     if (!d.joins_mm.empty()) told["joins_mm"] = numbers(d.joins_mm);
     if (d.speed)
       told["speed_mm_s"] = Json{{"asked", number(d.speed->asked_mm_s)},

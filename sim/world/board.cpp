@@ -97,26 +97,25 @@ BoardPlan board_plan(const recipes::Recipe& recipe) {
                  .features = {},
                  .touches = recipe.touches.size(),
                  .purge = recipe.purge};
-  const auto gap = [&](const std::string& material) {
-    const recipes::Material* m = recipes::find_material(recipe, material);
-    return m == nullptr ? 0.0 : m->gap;
-  };
-  const auto early_off = [&](const std::string& material) {
-    const recipes::Material* m = recipes::find_material(recipe, material);
-    return m == nullptr ? 0.0 : m->early_off;
-  };
-  const auto speed = [&](const std::string& material) {
-    const recipes::Material* m = recipes::find_material(recipe, material);
-    return m == nullptr ? 0.0 : m->speed;
+  const auto material_of = [&](const std::string& name) {
+    const recipes::Material* m = recipes::find_material(recipe, name);
+    return m != nullptr ? *m : recipes::Material{};
   };
   // In the order in which they are dispensed: of two that lie on each other the first shot is that of the earlier one.
   for (const std::size_t index : recipes::sequence_of(recipe)) {
     const recipes::Feature& feature = recipe.features[index];
-    if (const auto* dot = std::get_if<recipes::Dot>(&feature))
-      plan.features.push_back({dot->id, false, {{dot->at.x, dot->at.y, dot->height_mm}}, gap(dot->material), 0});
-    else if (const auto* bead = std::get_if<recipes::Bead>(&feature))
-      plan.features.push_back({bead->id, true, recipes::without_end(*bead, early_off(bead->material)),
-                               gap(bead->material), speed(bead->material)});
+    if (const auto* dot = std::get_if<recipes::Dot>(&feature)) {
+      const Vec3 at{dot->at.x, dot->at.y, dot->height_mm};
+      plan.features.push_back({.id = dot->id, .points = {at}, .gap_mm = material_of(dot->material).gap});
+    } else if (const auto* bead = std::get_if<recipes::Bead>(&feature)) {
+      const recipes::Material m = material_of(bead->material);
+      plan.features.push_back({.id = bead->id,
+                               .bead = true,
+                               .points = recipes::without_end(*bead, m.early_off),
+                               .gap_mm = m.gap,
+                               .speed_mm_s = m.speed,
+                               .speed_tolerance = m.speed_tolerance});
+    }
   }
   return plan;
 }

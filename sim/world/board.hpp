@@ -51,6 +51,7 @@ struct BoardPlan {
     std::vector<Vec3> points;  ///< of the bead itself: z over the top face
     double gap_mm = 0;         ///< of the needle over them
     double speed_mm_s = 0;     ///< of a bead; 0: not known
+    double speed_tolerance = recipes::Material{}.speed_tolerance;
   };
   std::string name;
   recipes::Board board;

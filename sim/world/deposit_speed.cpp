@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace gantry::sim {
 namespace {
@@ -9,54 +10,128 @@ namespace {
 constexpr std::uint32_t kWindow = 5;  // syncs: one alone shows the motors' counts
 constexpr double kSteady = 0.05;
 
+// Over so much of the path a count, some micrometres, is less than a hundredth.
+constexpr double kJudged_mm = 0.4;
+constexpr std::uint32_t kJudgedLeast = 8, kJudgedMost = 400;  // syncs
+constexpr double kHeld_s = 0.05;                              // at one speed for so long is no corner
+constexpr double kSameSpeed = 0.02;                           // but for this part of it
+constexpr double kBegun_mm = 0.05;                            // nearer to its start it may stand: `start_dwell`
+
+/// Speeds over a window that goes along a shot from point `from` on, sync by sync: visit(first, last, v) of the chords
+/// [first, last) in it. The first and the last point of a shot are those of the valve's edges, between two syncs.
+template <class Visit>
+void along(const Shot& shot, std::size_t from, std::uint32_t window, double sync_s, Visit&& visit) {
+  if (shot.path.size() < from + 3 || shot.since.size() != shot.path.size()) return;
+  const std::size_t last = shot.path.size() - 2;
+  std::size_t end = from;
+  double mm = 0;
+  std::uint32_t syncs = 0;
+  for (std::size_t begin = from; begin < last; ++begin) {
+    for (; end < last && syncs < window; ++end) {
+      mm += norm(shot.path[end + 1] - shot.path[end]);
+      syncs += shot.since[end + 1] - shot.since[end];
+    }
+    if (syncs == 0 || (syncs < window && begin > from)) break;
+    visit(begin, end, mm / (syncs * sync_s));
+    mm -= norm(shot.path[begin + 1] - shot.path[begin]);
+    syncs -= shot.since[begin + 1] - shot.since[begin];
+  }
+}
+
 /// Sums over all shots.
 struct Sums {
   double least_mm_s = 1e9, most_mm_s = 0;
   double steady_mm = 0, seen_mm = 0;
 };
 
-/// Of chords [first, last) between the points of a path: length and how long it took.
-void see(const Shot& shot, std::size_t first, std::size_t last, double sync_s, double asked_mm_s, Sums& sums) {
-  std::size_t end = first;
-  double mm = 0;
-  std::uint32_t syncs = 0;
-  for (std::size_t begin = first; begin < last; ++begin) {
-    for (; end < last && syncs < kWindow; ++end) {
-      mm += norm(shot.path[end + 1] - shot.path[end]);
-      syncs += shot.since[end + 1] - shot.since[end];
-    }
-    const double own_mm = norm(shot.path[begin + 1] - shot.path[begin]);
-    if (syncs == 0 || (syncs < kWindow && begin > first)) break;
-    const double v = mm / (syncs * sync_s);
+void see(const Shot& shot, double sync_s, double asked_mm_s, Sums& sums) {
+  along(shot, 1, kWindow, sync_s, [&](std::size_t first, std::size_t, double v) {
+    const double own_mm = norm(shot.path[first + 1] - shot.path[first]);
     sums.least_mm_s = std::min(sums.least_mm_s, v);
     sums.most_mm_s = std::max(sums.most_mm_s, v);
     sums.seen_mm += own_mm;
     if (std::abs(v - asked_mm_s) <= kSteady * asked_mm_s) sums.steady_mm += own_mm;
-    mm -= own_mm;
-    syncs -= shot.since[begin + 1] - shot.since[begin];
-  }
+  });
 }
+
+/// Whether a bead is as its material wants it.
+class Judged {
+ public:
+  Judged(AskedSpeed asked, double sync_s) : asked_(asked), sync_s_(sync_s) {
+    const double syncs = std::ceil(kJudged_mm / (asked.mm_s * sync_s));
+    window_ = static_cast<std::uint32_t>(std::clamp<double>(syncs, kJudgedLeast, kJudgedMost));
+  }
+
+  void see(const Shot& shot) {
+    std::size_t from = 1;
+    while (from < shot.path.size() && norm(shot.path[from] - shot.path.front()) < kBegun_mm) ++from;
+    std::vector<bool> good(shot.path.size(), false);  // by chord: in a window that is
+    Run run;
+    bool any = false;
+    along(shot, from, window_, sync_s_, [&](std::size_t first, std::size_t last, double v) {
+      any = true;
+      const double stands_s = (shot.since[first + 1] - shot.since[first]) * sync_s_;
+      if (stands_s >= kHeld_s) held(norm(shot.path[first + 1] - shot.path[first]) / stands_s);
+      if (std::abs(v - asked_.mm_s) <= asked_.tolerance * asked_.mm_s)
+        std::fill(good.begin() + static_cast<std::ptrdiff_t>(first), good.begin() + static_cast<std::ptrdiff_t>(last),
+                  true);
+      const double low = std::min(run.low, v), high = std::max(run.high, v);
+      run = high - low <= kSameSpeed * high && run.high > 0 ? Run{low, high, run.since} : Run{v, v, shot.since[first]};
+      if ((shot.since[first] - run.since) * sync_s_ >= kHeld_s) held(v);
+    });
+    if (!any) return;
+    for (std::size_t i = from; i + 2 < shot.path.size(); ++i) {
+      const double mm = norm(shot.path[i + 1] - shot.path[i]);
+      all_mm_ += mm;
+      if (good[i]) good_mm_ += mm;
+    }
+  }
+
+  [[nodiscard]] double within() const { return all_mm_ > 0 ? good_mm_ / all_mm_ : 1; }
+  [[nodiscard]] std::optional<double> held_mm_s() const { return held_mm_s_; }
+
+ private:
+  /// At about one speed.
+  struct Run {
+    double low = 1e9, high = 0;
+    std::uint32_t since = 0;
+  };
+
+  void held(double v) {
+    if (!held_mm_s_ || std::abs(v - asked_.mm_s) > std::abs(*held_mm_s_ - asked_.mm_s)) held_mm_s_ = v;
+  }
+
+  AskedSpeed asked_;
+  double sync_s_;
+  std::uint32_t window_ = kJudgedLeast;
+  double all_mm_ = 0, good_mm_ = 0;
+  std::optional<double> held_mm_s_;
+};
 
 }  // namespace
 
-std::optional<DepositSpeed> speed_of(std::span<const Shot* const> shots, double asked_mm_s, double sync_s) {
+std::optional<DepositSpeed> speed_of(std::span<const Shot* const> shots, AskedSpeed asked, double sync_s) {
+  if (!(asked.mm_s > 0)) return std::nullopt;
   Sums sums;
+  Judged judged(asked, sync_s);
   double open_s = 0, length_mm = 0;
   for (const Shot* shot : shots) {
     for (std::size_t i = 1; i < shot->path.size(); ++i) length_mm += norm(shot->path[i] - shot->path[i - 1]);
     open_s += seconds(shot->closed - shot->opened);
-    // The first and the last point are those of the valve's edges, between two syncs.
-    if (shot->path.size() >= 4 && shot->since.size() == shot->path.size())
-      see(*shot, 1, shot->path.size() - 2, sync_s, asked_mm_s, sums);
+    see(*shot, sync_s, asked.mm_s, sums);
+    judged.see(*shot);
   }
-  if (!(open_s > 0) || !(length_mm > 0) || !(asked_mm_s > 0)) return std::nullopt;
-  DepositSpeed out{.asked_mm_s = asked_mm_s, .volume_per_length = open_s * asked_mm_s / length_mm};
+  if (!(open_s > 0) || !(length_mm > 0)) return std::nullopt;
+  DepositSpeed out{.asked_mm_s = asked.mm_s,
+                   .volume_per_length = open_s * asked.mm_s / length_mm,
+                   .within_tolerance = judged.within(),
+                   .held_mm_s = judged.held_mm_s()};
   if (sums.seen_mm > 0) {
     out.least_mm_s = sums.least_mm_s, out.most_mm_s = sums.most_mm_s;
     out.within_5_percent = sums.steady_mm / sums.seen_mm;
   } else {
     out.least_mm_s = out.most_mm_s = length_mm / open_s;
-    out.within_5_percent = std::abs(out.most_mm_s - asked_mm_s) <= kSteady * asked_mm_s ? 1 : 0;
+    out.within_5_percent = std::abs(out.most_mm_s - asked.mm_s) <= kSteady * asked.mm_s ? 1 : 0;
   }
   return out;
 }

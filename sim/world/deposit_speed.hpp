@@ -1,5 +1,5 @@
 // How steadily a bead was dispensed, from where the needle was at each sync while the valve was open.
-//   if (const auto speed = speed_of(shots, 20.0, 0.001)) speed->least_mm_s
+//   if (const auto speed = speed_of(shots, {.mm_s = 20}, 0.001)) speed->least_mm_s
 #pragma once
 #include <optional>
 #include <span>
@@ -8,7 +8,14 @@
 
 namespace gantry::sim {
 
+/// What a bead's material wants.
+struct AskedSpeed {
+  double mm_s = 0;          ///< 0: none
+  double tolerance = 0.05;  ///< part of it
+};
+
 /// Of the shots that make up one bead. Nothing where no time has passed with the valve open, or no speed was asked for.
-std::optional<DepositSpeed> speed_of(std::span<const Shot* const> shots, double asked_mm_s, double sync_s);
+/// What `within_tolerance` and `held_mm_s` say is taken over so long a time that counts of the motors do not show.
+std::optional<DepositSpeed> speed_of(std::span<const Shot* const> shots, AskedSpeed asked, double sync_s);
 
 }  // namespace gantry::sim

@@ -77,6 +77,9 @@ Match match(const BoardPlan& plan, const Starts& starts, const Shot& shot, const
   return free;
 }
 
+/// 0 of one that is still open.
+double open_s(const Shot& shot) { return shot.closed_cycle != 0 ? seconds(shot.closed - shot.opened) : 0; }
+
 Deposit deposit_of(const Shot& shot) {
   Deposit d;
   d.kind = extent(shot) > kDotExtent_mm ? "bead" : "dot";
@@ -84,6 +87,7 @@ Deposit deposit_of(const Shot& shot) {
   d.opened_cycle = shot.opened_cycle;
   d.closed_cycle = shot.closed_cycle;
   d.gap_mm = shot.path.front().z;
+  d.open_s = open_s(shot);
   return d;
 }
 
@@ -122,6 +126,7 @@ void join(Deposit& d, const Shot& shot, const BoardPlan::Feature& f) {
   d.joins_mm.push_back(missing_mm(d.board_mm, shot.path));
   d.board_mm.insert(d.board_mm.end(), shot.path.begin(), shot.path.end());
   d.closed_cycle = shot.closed_cycle;
+  d.open_s = shot.closed_cycle != 0 ? d.open_s + open_s(shot) : 0;
   measure(d, f);
 }
 
@@ -154,7 +159,7 @@ std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_pt
   std::vector<Deposit> out;
   std::vector<CutBead> cuts;
   std::vector<std::vector<const Shot*>> beads;  // by index in `out`: what makes it up
-  std::vector<double> asked_mm_s;               // by the same; 0: no bead's
+  std::vector<AskedSpeed> asked;                // by the same; 0: no bead's
   for (const auto& shot : shots) {
     if (shot->path.empty()) continue;
     Deposit d = deposit_of(*shot);
@@ -188,10 +193,11 @@ std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_pt
     if (d.kind == "dot") d.board_mm.resize(1);
     const bool bead = d.kind == "bead" && m.feature >= 0;
     beads.push_back({shot.get()});
-    asked_mm_s.push_back(bead ? plan.features[static_cast<std::size_t>(m.feature)].speed_mm_s : 0);
+    const BoardPlan::Feature* f = bead ? &plan.features[static_cast<std::size_t>(m.feature)] : nullptr;
+    asked.push_back(f != nullptr ? AskedSpeed{f->speed_mm_s, f->speed_tolerance} : AskedSpeed{});
     out.push_back(std::move(d));
   }
-  for (std::size_t i = 0; i < out.size(); ++i) out[i].speed = speed_of(beads[i], asked_mm_s[i], sync_s);
+  for (std::size_t i = 0; i < out.size(); ++i) out[i].speed = speed_of(beads[i], asked[i], sync_s);
   return out;
 }
 
@@ -208,7 +214,7 @@ int feature_begun(const BoardPlan& plan, const Starts& starts, Vec2 at) {
 Result<void> write_csv(std::span<const Deposit> deposits, const std::string& path) {
   std::string csv =
       "id,kind,opened_cycle,closed_cycle,error_mm,gap_mm,nominal_mm,board_mm,joins_mm,"
-      "speed_min_mm_s,speed_max_mm_s,within_5_percent,volume_per_length\n";
+      "speed_min_mm_s,speed_max_mm_s,within_5_percent,volume_per_length,open_ms\n";
   for (const Deposit& d : deposits) {
     // Ids are the recipe's and may hold a comma or a quote: RFC 4180, 2.6 and 2.7.
     std::string id = d.id;
@@ -218,8 +224,9 @@ Result<void> write_csv(std::span<const Deposit> deposits, const std::string& pat
                                   ? fmt::format("{:.4f},{:.4f},{:.5f},{:.5f}", d.speed->least_mm_s, d.speed->most_mm_s,
                                                 d.speed->within_5_percent, d.speed->volume_per_length)
                                   : std::string(",,,");
-    csv += fmt::format("\"{}\",{},{},{},{},{:.6f},{},{},{:.6f},{}\n", id, d.kind, d.opened_cycle, d.closed_cycle, error,
-                       d.gap_mm, text(d.nominal_mm), text(d.board_mm), fmt::join(d.joins_mm, ";"), speed);
+    csv += fmt::format("\"{}\",{},{},{},{},{:.6f},{},{},{:.6f},{},{:.6g}\n", id, d.kind, d.opened_cycle, d.closed_cycle,
+                       error, d.gap_mm, text(d.nominal_mm), text(d.board_mm), fmt::join(d.joins_mm, ";"), speed,
+                       d.open_s * 1e3);
   }
   return write_new_file(path, csv);
 }

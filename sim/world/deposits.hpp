@@ -40,7 +40,7 @@ inline constexpr double kDotExtent_mm = 0.2;
 int feature_begun(const BoardPlan& plan, const Starts& starts, Vec2 at);
 
 /// id, kind, opened_cycle, closed_cycle, error_mm (empty: on no feature), gap_mm, nominal_mm, board_mm ("x y z;x y z"),
-/// joins_mm; of beads also speed_min_mm_s, speed_max_mm_s, within_5_percent, volume_per_length.
+/// joins_mm; of beads also speed_min_mm_s, speed_max_mm_s, within_5_percent, volume_per_length; open_ms.
 Result<void> write_csv(std::span<const Deposit> deposits, const std::string& path);
 
 /// Largest distance between a dispensed path and a polyline: of every point of the path to the polyline, of every

@@ -22,8 +22,10 @@ namespace gantry::sim {
 struct DepositSpeed {
   double asked_mm_s = 0;  ///< that of the recipe
   double least_mm_s = 0, most_mm_s = 0;
-  double within_5_percent = 0;   ///< share of the length, 0..1, at the asked speed but for 5 %
-  double volume_per_length = 0;  ///< from a valve with a steady flow: 1 is what the asked speed gives
+  double within_5_percent = 0;        ///< share of the length, 0..1, at the asked speed but for 5 %
+  double volume_per_length = 0;       ///< from a valve with a steady flow: 1 is what the asked speed gives
+  double within_tolerance = 1;        ///< share of the length, 0..1, within the material's tolerance ...
+  std::optional<double> held_mm_s{};  ///< ... and of the speeds that it kept for 50 ms the one farthest off
 };
 
 /// What lies on the board after the valve was open once. Board frame, mm; z is the height over the true surface.
@@ -42,6 +44,7 @@ struct Deposit {
   /// second lies over the first.
   std::vector<double> joins_mm{};
   std::optional<DepositSpeed> speed{};  ///< of a bead on its feature
+  double open_s = 0;                    ///< how long the valve was open, in all its shots; 0: it is still open
 };
 
 /// Bodies that have met. Counted once until they have been apart again.

@@ -39,7 +39,13 @@ std::optional<DepositSpeed> speed(const json& deposit) {
   const auto found = deposit.find("speed");
   if (found == deposit.end() || found->is_null()) return std::nullopt;
   const auto value = [&](std::size_t i) { return found->at(i).get<double>(); };
-  return DepositSpeed{value(0), value(1), value(2), value(3), value(4)};
+  return DepositSpeed{value(0),
+                      value(1),
+                      value(2),
+                      value(3),
+                      value(4),
+                      value(5),
+                      found->at(6).is_null() ? std::nullopt : std::optional(value(6))};
 }
 
 /// nlohmann throws on a missing key or another type; that ends here.
@@ -74,8 +80,12 @@ json to_json(const BoardPlan& plan) {
   for (const recipes::MarkDef& m : plan.marks)
     out["marks"].push_back({{"name", m.name}, {"at", to_json(m.at)}, {"diameter", m.diameter}, {"bright", m.bright}});
   for (const BoardPlan::Feature& f : plan.features)
-    out["features"].push_back(
-        {{"id", f.id}, {"bead", f.bead}, {"points", points(f.points)}, {"gap", f.gap_mm}, {"speed", f.speed_mm_s}});
+    out["features"].push_back({{"id", f.id},
+                               {"bead", f.bead},
+                               {"points", points(f.points)},
+                               {"gap", f.gap_mm},
+                               {"speed", f.speed_mm_s},
+                               {"speed_tolerance", f.speed_tolerance}});
   return out;
 }
 
@@ -84,19 +94,22 @@ json to_json(const BoardPlacement& p) {
 }
 
 json to_json(const Deposit& d) {
-  return {{"id", d.id},
-          {"kind", d.kind},
-          {"nominal_mm", points(d.nominal_mm)},
-          {"board_mm", points(d.board_mm)},
-          {"error_mm", d.error_mm},
-          {"gap_mm", d.gap_mm},
-          {"asked_gap_mm", d.asked_gap_mm},
-          {"opened_cycle", d.opened_cycle},
-          {"closed_cycle", d.closed_cycle},
-          {"joins_mm", d.joins_mm},
-          {"speed", d.speed ? json::array({d.speed->asked_mm_s, d.speed->least_mm_s, d.speed->most_mm_s,
-                                           d.speed->within_5_percent, d.speed->volume_per_length})
-                            : json(nullptr)}};
+  return {
+      {"id", d.id},
+      {"kind", d.kind},
+      {"nominal_mm", points(d.nominal_mm)},
+      {"board_mm", points(d.board_mm)},
+      {"error_mm", d.error_mm},
+      {"gap_mm", d.gap_mm},
+      {"asked_gap_mm", d.asked_gap_mm},
+      {"opened_cycle", d.opened_cycle},
+      {"closed_cycle", d.closed_cycle},
+      {"joins_mm", d.joins_mm},
+      {"speed", d.speed ? json::array({d.speed->asked_mm_s, d.speed->least_mm_s, d.speed->most_mm_s,
+                                       d.speed->within_5_percent, d.speed->volume_per_length, d.speed->within_tolerance,
+                                       d.speed->held_mm_s ? json(*d.speed->held_mm_s) : json(nullptr)})
+                        : json(nullptr)},
+      {"open_s", d.open_s}};
 }
 
 json to_json(const Collision& c) {
@@ -123,8 +136,8 @@ Result<BoardPlan> plan_from_json(const json& j) {
     for (const json& m : j.at("marks"))
       plan.marks.push_back({m.at("name"), vec2(m.at("at")), m.at("diameter"), m.at("bright"), {}});
     for (const json& f : j.at("features"))
-      plan.features.push_back(
-          {f.at("id"), f.at("bead"), points<Vec3>(f.at("points"), spot), f.at("gap"), f.value("speed", 0.0)});
+      plan.features.push_back({f.at("id"), f.at("bead"), points<Vec3>(f.at("points"), spot), f.at("gap"),
+                               f.value("speed", 0.0), f.value("speed_tolerance", recipes::Material{}.speed_tolerance)});
     plan.touches = j.value("touches", std::size_t{0});
     if (const auto purge = j.find("purge"); purge != j.end()) {
       plan.purge.emplace();
@@ -153,7 +166,8 @@ Result<Deposit> deposit_from_json(const json& j) {
                    j.at("opened_cycle"),
                    j.at("closed_cycle"),
                    j.at("joins_mm"),
-                   speed(j)};
+                   speed(j),
+                   j.value("open_s", 0.0)};
   });
 }
 

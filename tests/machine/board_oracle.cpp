@@ -65,10 +65,12 @@ class OfOne {
     limit(norm(flat(shot.path.front()) - w.points.front()), w.tolerance_mm, "dot beside");
     limit(std::abs(shot.path.front().z - w.gap_mm), w.gap_tolerance_mm, "gap");
     const double lasted_s = static_cast<double>(shot.closed - shot.opened) * 1e-3;
-    if (lasted_s < w.dot_s * 0.95 - 0.002)
-      full = false, note(Verdict::Spoilt, fmt::format("a shot of {} s", lasted_s));
-    else if (lasted_s < w.dot_s * 0.95)
-      note(Verdict::Near, "a short shot");
+    full = lasted_s >= (w.shot_s > 0 ? w.shot_s : w.dot_s) * 0.95 - 0.002;
+    const double off_s = std::abs(lasted_s - w.dot_s);
+    if (off_s > w.dot_s * 0.05 + 0.002)
+      note(Verdict::Spoilt, fmt::format("a shot of {} s", lasted_s));
+    else if (off_s > w.dot_s * 0.05 - 0.001)
+      note(Verdict::Near, fmt::format("a shot of {} s", lasted_s));
   }
 
   void bead(const Wanted& w, const RawShot& shot, const RawShot* undisturbed) {

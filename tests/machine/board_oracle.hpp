@@ -17,6 +17,7 @@ struct Wanted {
   double corner_mm = 0, speed_mm_s = 0, gap_mm = 0, dot_s = 0;
   double tolerance_mm = 0.1, gap_tolerance_mm = 0.1;
   bool flow_follows_speed = false;
+  double shot_s = 0;               ///< of a dot: what the author's leads make of dot_s on this valve; 0: all of it
   std::vector<double> joins_mm{};  ///< where two shots were joined, along it: there is no speed across a join
 };
 

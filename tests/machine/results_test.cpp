@@ -25,12 +25,13 @@ struct Material {
   const char* name;
   double speed_mm_s, gap_mm, dot_ms;
   bool follows;
+  int open_lead_ms = 8, close_lead_ms = 6;  ///< as late as the valve is
 };
 
 /// A recipe, and what its author wants.
 class Author {
  public:
-  explicit Author(std::uint64_t seed) : random_(seed) {}
+  explicit Author(std::uint64_t seed) : random_(seed), mistakes_(seed) {}
 
   double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
   template <class T>
@@ -55,11 +56,12 @@ class Author {
     for (const char* name : {"a", "b"}) {
       materials_.push_back({name, one_of({10.0, 20.0, 50.0, 100.0}), touches < 3 ? 0.8 : one_of({0.2, 0.4}),
                             one_of({33.0, 60.0}), one_of({true, false, false, false})});
-      const Material& m = materials_.back();
+      Material& m = materials_.back();
+      mistake(m);
       text += fmt::format(
-          "  {}: {{speed: {} mm/s, gap: {} mm, valve_open_lead: 8 ms, valve_close_lead: 6 ms, dot_time: {} ms, "
+          "  {}: {{speed: {} mm/s, gap: {} mm, valve_open_lead: {} ms, valve_close_lead: {} ms, dot_time: {} ms, "
           "settle_time: 10 ms, retract: 3 mm, flow_follows_speed: {}}}\n",
-          m.name, m.speed_mm_s, m.gap_mm, m.dot_ms, m.follows);
+          m.name, m.speed_mm_s, m.gap_mm, m.open_lead_ms, m.close_lead_ms, m.dot_ms, m.follows);
     }
     text += "features:\n";
     const int count = one_of({2, 3, 4, 5});
@@ -84,7 +86,8 @@ class Author {
              .speed_mm_s = m.speed_mm_s,
              .gap_mm = m.gap_mm,
              .dot_s = m.dot_ms * 1e-3,
-             .flow_follows_speed = m.follows};
+             .flow_follows_speed = m.follows,
+             .shot_s = (m.dot_ms + m.open_lead_ms - 8 - (m.close_lead_ms - 6)) * 1e-3};
     const auto add = [&] {
       w.points.push_back(as_written(anywhere()));
       return point(w.points.back());
@@ -123,7 +126,16 @@ class Author {
     return text;
   }
 
-  std::mt19937_64 random_;
+  /// One material in six has leads that do not fit the valve.
+  void mistake(Material& m) {
+    const auto draw = mistakes_() % 24;
+    if (draw == 0) m.open_lead_ms = 2;
+    if (draw == 1) m.open_lead_ms = 14;
+    if (draw == 2) m.close_lead_ms = 0;
+    if (draw == 3) m.close_lead_ms = 12;
+  }
+
+  std::mt19937_64 random_, mistakes_;
   std::vector<Material> materials_;
 };
 

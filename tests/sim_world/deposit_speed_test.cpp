@@ -33,10 +33,10 @@ Shot seen(double duration_s, const std::function<double(double)>& v) {
   return shot;
 }
 
-DepositSpeed judged(std::initializer_list<Shot> shots, double asked) {
+DepositSpeed judged(std::initializer_list<Shot> shots, double asked, double tolerance = 0.05) {
   std::vector<const Shot*> all;
   for (const Shot& shot : shots) all.push_back(&shot);
-  return speed_of(all, asked, kSync_s).value();
+  return speed_of(all, {asked, tolerance}, kSync_s).value();
 }
 
 TEST(DepositSpeed, of_a_steady_bead_is_its_speed) {
@@ -83,14 +83,51 @@ TEST(DepositSpeed, of_a_bead_that_was_joined_is_that_of_all_its_shots) {
   EXPECT_NEAR(v.volume_per_length, 2 * 20 / 50.0, 1e-3);
 }
 
+TEST(DepositSpeed, that_it_kept_is_the_one_farthest_from_what_was_asked) {
+  const auto kept = [](std::function<double(double)> v) { return judged({seen(2, v)}, 20).held_mm_s.value_or(-1); };
+  EXPECT_NEAR(kept([](double) { return 20.0; }), 20, 1e-6);
+  EXPECT_NEAR(kept([](double) { return 18.0; }), 18, 1e-6);
+  EXPECT_NEAR(kept([](double t) { return t > 1 ? 23.0 : 20.0; }), 23, 1e-3);
+  EXPECT_NEAR(kept([](double t) { return t > 1 && t < 1.2 ? 10.0 : 20.0; }), 10, 0.3);
+  EXPECT_NEAR(kept([](double t) { return t > 1 && t < 1.2 ? 0.0 : 20.0; }), 0, 0.1) << "it stood";
+  const auto v = [](double t) { return std::max(5.0, 20 - 300 * std::max(0.0, 0.05 - std::abs(t - 1))); };
+  EXPECT_NEAR(kept(v), 20, 0.4) << "a corner is passed in 100 ms, and keeps no speed";
+}
+
+/// A bead that begins from rest after it has stood (`start_dwell`): standing there is asked for.
+TEST(DepositSpeed, a_stand_before_a_bead_begins_is_no_speed_that_it_kept) {
+  Shot shot = seen(2, [](double t) { return std::min(20.0, 2000 * t); });
+  for (std::size_t i = 2; i < shot.since.size(); ++i) shot.since[i] += 300;
+  const DepositSpeed v = judged({shot}, 20);
+  EXPECT_NEAR(v.held_mm_s.value_or(0), 20, 0.01);
+  EXPECT_GT(v.within_tolerance, 0.97);
+}
+
+/// 2.5 um a count: at 1 mm/s that is more than twice what a sync goes.
+TEST(DepositSpeed, of_a_slow_bead_is_not_that_of_its_motors_counts) {
+  for (const double asked : {1.0, 5.0, 20.0, 100.0}) {
+    Shot shot = seen(2, [&](double) { return asked; });
+    for (Vec3& p : shot.path) p.x = std::round(p.x / 0.0025) * 0.0025;
+    const DepositSpeed v = judged({shot}, asked);
+    EXPECT_NEAR(v.held_mm_s.value_or(0), asked, 0.02 * asked);
+    EXPECT_EQ(v.within_tolerance, 1) << asked;
+  }
+}
+
+TEST(DepositSpeed, is_good_within_the_tolerance_of_its_material) {
+  const Shot shot = seen(2, [](double t) { return t < 1 ? 20.0 : 18.2; });  // 9 % too slow along 18.2 of 38.2 mm
+  EXPECT_NEAR(judged({shot}, 20, 0.05).within_tolerance, 20 / 38.2, 0.01);
+  EXPECT_EQ(judged({shot}, 20, 0.10).within_tolerance, 1);
+}
+
 TEST(DepositSpeed, is_not_known_of_what_was_not_open_does_not_move_or_has_no_speed) {
   Shot shut = seen(0.5, [](double) { return 20.0; });
   shut.closed = shut.opened;
   const Shot stands = seen(0.5, [](double) { return 0.0; }), moves = seen(0.5, [](double) { return 20.0; });
-  EXPECT_FALSE(speed_of(std::array{static_cast<const Shot*>(&shut)}, 20, kSync_s));
-  EXPECT_FALSE(speed_of(std::array{static_cast<const Shot*>(&stands)}, 20, kSync_s));
-  EXPECT_FALSE(speed_of(std::array{&moves}, 0, kSync_s));
-  EXPECT_TRUE(speed_of(std::array{&moves}, 20, kSync_s));
+  EXPECT_FALSE(speed_of(std::array{static_cast<const Shot*>(&shut)}, {20}, kSync_s));
+  EXPECT_FALSE(speed_of(std::array{static_cast<const Shot*>(&stands)}, {20}, kSync_s));
+  EXPECT_FALSE(speed_of(std::array{&moves}, {0}, kSync_s));
+  EXPECT_TRUE(speed_of(std::array{&moves}, {20}, kSync_s));
 }
 
 }  // namespace

@@ -28,7 +28,15 @@ recipes::Recipe recipe(const char* placement = "fixture") {
   return recipes::parse(text, "r.yaml").value();
 }
 
-Deposit dot() { return {"d", "dot", {{10, 10, 0.2}}, {{10.01, 10, 0.2}}, 0.01, 0.2, 0.2, 1000, 1060}; }
+Deposit dot() {
+  Deposit d{"d", "dot", {{10, 10, 0.2}}, {{10.01, 10, 0.2}}, 0.01, 0.2, 0.2, 1000, 1060};
+  d.open_s = 0.060;
+  return d;
+}
+Deposit shut_after(Deposit d, std::uint64_t ms) {
+  d.closed_cycle = d.opened_cycle + ms, d.open_s = static_cast<double>(ms) * 1e-3;
+  return d;
+}
 Deposit bead() {
   return {"b",
           "bead",
@@ -88,11 +96,76 @@ TEST(Defects, each_kind_is_told_of_its_feature) {
   expect_one(judged({dot(), bead()}, kDone, {}, "marks"), "", Kind::Reference, Board::Defects);
 }
 
+// 5 % of 60 ms are 3 ms; dot_time and leads are whole cycles.
+TEST(Defects, a_dot_of_another_amount_is_told_with_its_figures_although_the_controller_calls_it_done) {
+  for (const std::uint64_t ms : {57, 60, 63})
+    EXPECT_TRUE(judged({shut_after(dot(), ms), bead()}).defects.empty()) << ms;
+  for (const std::uint64_t ms : {3, 56, 64, 120})
+    expect_one(judged({shut_after(dot(), ms), bead()}), "d", Kind::Amount, Board::Defects);
+  const std::string less = judged({shut_after(dot(), 20), bead()}).defects.front().message,
+                    more = judged({shut_after(dot(), 90), bead()}).defects.front().message;
+  EXPECT_NE(less.find("20 ms instead of 60 ms, 67 % less; 5 % are allowed"), std::string::npos) << less;
+  EXPECT_NE(less.find("`valve_open_lead`"), std::string::npos) << less;
+  EXPECT_NE(more.find("90 ms instead of 60 ms, 50 % more"), std::string::npos) << more;
+  auto open = dot();
+  open.closed_cycle = 0, open.open_s = 0;
+  expect_one(judged({open, bead()}), "d", Kind::Amount, Board::Defects);
+}
+
+TEST(Defects, a_dot_whose_times_are_no_whole_cycles_may_be_a_cycle_off) {
+  auto odd = recipe();
+  odd.materials[0].dot_time = 0.0045;
+  const auto defects = [&](double open_s) {
+    auto d = dot();
+    d.open_s = open_s;
+    JobResult r;
+    r.deposits = {d, bead()}, r.has_world = true;
+    return judge_board(r, odd, {kDone, {}}, kCycle_s).defects.size();
+  };
+  EXPECT_EQ(defects(0.004), 0u);
+  EXPECT_EQ(defects(0.005), 0u);
+  EXPECT_EQ(defects(0.003), 1u);
+  EXPECT_EQ(defects(0.006), 1u);
+}
+
+TEST(Defects, the_speed_that_the_world_has_seen_counts_whatever_was_planned) {
+  const auto with = [&](double within, std::optional<double> held, FeatureState state = FeatureState::Done) {
+    auto b = bead();
+    b.speed = sim::DepositSpeed{.asked_mm_s = 20, .within_tolerance = within, .held_mm_s = held};
+    return judged({dot(), b}, {FeatureState::Done, state});
+  };
+  EXPECT_TRUE(with(0.9, 20.9).defects.empty()) << "5 %";
+  EXPECT_TRUE(with(0.6, std::nullopt).defects.empty()) << "corners";
+  expect_one(with(0.9, 17), "b", Kind::Speed, Board::Defects);
+  expect_one(with(0.4, std::nullopt), "b", Kind::Speed, Board::Defects);
+  EXPECT_NE(with(0.9, 17).defects[0].message.find("17 mm/s instead of 20 mm/s"), std::string::npos);
+  EXPECT_NE(with(0.4, std::nullopt).defects[0].message.find("40 % of its length"), std::string::npos);
+  auto slow = bead();
+  slow.speed = sim::DepositSpeed{.asked_mm_s = 20, .within_tolerance = 0, .held_mm_s = 10};
+  expect_one(judged({dot(), slow}, kDone, {{1, 20, 10, 40, 80}}), "b", Kind::Speed, Board::Defects);  // once
+  auto follows = recipe();
+  follows.materials[0].flow_follows_speed = true;
+  JobResult r;
+  r.deposits = {dot(), slow}, r.has_world = true;
+  EXPECT_TRUE(judge_board(r, follows, {kDone, {}}, kCycle_s).defects.empty());
+}
+
+TEST(Defects, ends_and_path_are_told_by_what_they_are_judged_by) {
+  auto end = bead();  // a corner's tolerance is no end's
+  end.board_mm.back().y = 29.9, end.error_mm = 0.12;
+  const std::string ends = judged({dot(), end}).defects.at(0).message;
+  EXPECT_NE(ends.find("its end 0.100 mm"), std::string::npos) << ends;
+  EXPECT_NE(ends.find("0.05 mm are allowed"), std::string::npos) << ends;
+  auto corner = bead();
+  corner.error_mm = 0.16;
+  const std::string path = judged({dot(), corner}).defects.at(0).message;
+  EXPECT_NE(path.find("0.160 mm beside its place; 0.15 mm are allowed"), std::string::npos) << path;
+}
+
 TEST(Defects, what_a_stop_has_cut_counts_where_it_shows) {
   const std::vector<FeatureState> cut{FeatureState::Interrupted, FeatureState::Done};
   EXPECT_TRUE(judged({dot(), bead()}, cut).defects.empty()) << "the world says that it is all there";
-  auto small = dot();
-  small.closed_cycle = 1020;
+  const auto small = shut_after(dot(), 20);
   expect_one(judged({small, bead()}, cut), "d", Kind::Cut, Board::Begun);
   auto half = bead();
   half.board_mm = {{20, 10, 0.2}, {30, 10, 0.2}}, half.error_mm = 22;
@@ -100,8 +173,7 @@ TEST(Defects, what_a_stop_has_cut_counts_where_it_shows) {
 }
 
 TEST(Defects, a_drop_under_a_feature_that_was_given_again_is_one_too_many_and_nothing_is_missing) {
-  auto drop = dot(), again = dot();
-  drop.closed_cycle = 1003;
+  auto drop = shut_after(dot(), 3), again = dot();
   again.id = "", again.opened_cycle = 1500, again.closed_cycle = 1560;
   expect_one(judged({drop, again, bead()}, {FeatureState::Interrupted, FeatureState::Done}), "", Kind::Extra,
              Board::Defects);
@@ -116,12 +188,11 @@ TEST(Defects, a_drop_under_a_feature_that_was_given_again_is_one_too_many_and_no
 TEST(Defects, a_shot_that_is_still_open_is_not_whole) {
   const std::vector<FeatureState> cut{FeatureState::Interrupted, FeatureState::Done};
   auto open = dot();
-  open.closed_cycle = 0;
+  open.closed_cycle = 0, open.open_s = 0;
   expect_one(judged({open, bead()}, cut), "d", Kind::Cut, Board::Begun);
   auto again = open;  // given again, and still open: nothing is whole
   again.id = "", again.opened_cycle = 1500;
-  auto drop = dot();
-  drop.closed_cycle = 1003;
+  const auto drop = shut_after(dot(), 3);
   const JobResult r = judged({drop, again, bead()}, cut);
   ASSERT_EQ(r.defects.size(), 2u);
   EXPECT_EQ(r.defects[0].kind, Kind::Cut);

@@ -58,7 +58,7 @@ TEST(Summary, carries_every_key_that_a_judge_of_the_job_reads) {
 TEST(Summary, deposits_have_exactly_the_agreed_members) {
   const json j = to_json(made_up_job());
   ASSERT_EQ(j.at("deposits").size(), 30u);
-  const std::set<std::string> agreed{"id", "kind", "nominal_mm", "board_mm", "error_mm", "gap_mm"};
+  const std::set<std::string> agreed{"id", "kind", "nominal_mm", "board_mm", "error_mm", "gap_mm", "open_ms"};
   for (const auto& d : j.at("deposits")) {
     std::set<std::string> keys;
     for (const auto& [key, value] : d.items()) keys.insert(key);
