@@ -242,9 +242,11 @@ class Judge {
 Judgement judge_board(const JobResult& result, const recipes::Recipe& recipe, const Seen& seen, double cycle_s) {
   const bool dispensed = std::any_of(result.deposits.begin(), result.deposits.end(),
                                      [](const Deposit& d) { return d.kind != sim::kPurgeKind; });
-  const bool begun = dispensed || std::any_of(seen.features.begin(), seen.features.end(), [](FeatureState s) {
-                       return s != FeatureState::Open && s != FeatureState::LeftOut;
-                     });
+  // A valve that a stop shuts before it has moved lets nothing out: the world knows, and nobody else.
+  const bool begun =
+      dispensed || std::any_of(seen.features.begin(), seen.features.end(), [&](FeatureState s) {
+        return s != FeatureState::Open && s != FeatureState::LeftOut && (s == FeatureState::Done || !result.has_world);
+      });
   if (!begun && result.exit_code != ExitCode::Done) return {};
   Judge judge(result, recipe, cycle_s);
   for (std::size_t i = 0; i < seen.features.size(); ++i) judge.feature(i, seen.features[i]);

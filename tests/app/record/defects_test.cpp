@@ -259,6 +259,18 @@ TEST(Defects, what_a_job_leaves_out_is_no_defect_and_decides_whether_the_board_i
   EXPECT_EQ(never.board, Board::Untouched);
 }
 
+TEST(Defects, a_valve_that_a_fault_shuts_before_it_has_moved_leaves_the_board_untouched) {
+  const std::vector<FeatureState> features{FeatureState::Interrupted, FeatureState::Open};
+  for (const bool has_world : {true, false}) {
+    JobResult r;
+    add_error(r, {Fault::DriveFault, "a drive fault", ""});
+    r.has_world = has_world;
+    add_judgement(r, judge_board(r, recipe(), {features, {}}, kCycle_s));
+    EXPECT_EQ(r.board, has_world ? Board::Untouched : Board::Begun) << "on a machine of steel nobody has seen it";
+    EXPECT_EQ(r.defects.empty(), has_world);
+  }
+}
+
 TEST(Defects, a_machine_without_a_world_tells_what_it_knows) {
   JobResult r;
   add_judgement(r, judge_board(r, recipe(), {kDone, {}}, kCycle_s));
