@@ -61,7 +61,8 @@ std::string to_finish_in_words(const record::JobResult& result) {
 
 std::string figures(const record::JobResult& result) {
   if (result.cycles.cycles == 0)
-    return record::bus_in_words(result) + ": " + record::result_word(result) + " before it began; the board is " +
+    return (result.bus.empty() && !result.dry_run ? std::string("no bus was opened") : record::bus_in_words(result)) +
+           ": the job " + record::result_word(result) + " before it began; the board is " +
            std::string(record::name(result.board)) + not_kept_in_words(result) + to_finish_in_words(result);
   std::string text;
   text += fmt::format("{}: {}: {} of {} features, {:.1f} s of motion ({:.1f} s planned)\n",

@@ -17,6 +17,7 @@ constexpr double kHeld_s = 0.05;     // at one speed for so long is no corner
 constexpr double kSameSpeed = 0.02;  // but for this part of it
 constexpr double kEnough = 0.5;      // of a bead's length is to be at its speed
 constexpr double kLongest_mm = 1e4;  // a radius beyond it is none
+constexpr double kStraight_mm = 0.01;
 
 /// The speeds of one bead, tick by tick, against what its material wants.
 class Tally {
@@ -88,6 +89,23 @@ std::optional<double> radius_mm(const recipes::Bead& bead) {
   return least_mm;
 }
 
+/// No corner that a tolerance could round.
+bool is_straight(const recipes::Bead& bead) {
+  const Vec3 along = bead.points.back() - bead.points.front();
+  const double length = norm(along);
+  return std::all_of(bead.points.begin(), bead.points.end(), [&](Vec3 p) {
+    const Vec3 to = p - bead.points.front();
+    const double on = length > 0 ? dot(to, along) / length : 0;
+    return norm(to) * norm(to) - on * on < kStraight_mm * kStraight_mm;
+  });
+}
+
+/// A speed that is not above it, in three digits.
+double at_most(double mm_s) {
+  const double digit = std::pow(10, std::floor(std::log10(mm_s)) - 2);
+  return std::floor(mm_s / digit) * digit;
+}
+
 }  // namespace
 
 void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
@@ -107,18 +125,28 @@ void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
 std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
   const auto& bead = std::get<recipes::Bead>(recipe.features[slow.feature]);
   const auto radius = radius_mm(bead);
+  const bool straight = is_straight(bead);
   constexpr const char* kElse = "or `flow_follows_speed: true` where the dispenser doses by the speed of the needle";
   if (slow.steady_mm_s == 0)
     return fmt::format(
-        "comes to its {:.3g} mm/s along {:.0f} % of its length: its corners lie too near to each other for the axes' "
-        "a_max and j_max; write a lower `speed`, a larger `corner_tolerance`, {}",
-        slow.asked_mm_s, slow.at_speed * 100, kElse);
+        "comes to its {:.3g} mm/s along {:.0f} % of its length: {} for the axes' a_max and j_max; write a lower "
+        "`speed`, {} {}",
+        slow.asked_mm_s, slow.at_speed * 100,
+        straight ? fmt::format("the {:.3g} mm of it are too short", recipes::length_mm(bead))
+                 : std::string("its corners lie too near to each other"),
+        straight ? "draw it longer," : "a larger `corner_tolerance`,", kElse);
   return fmt::format(
-      "planned at {:.3g} mm/s instead of {:.3g} mm/s: the axes' limits allow no more on {}; write `speed: "
-      "{:.3g} mm/s`, a larger {}, {}",
+      "planned at {:.3g} mm/s instead of {:.3g} mm/s: the axes' limits allow no more on {}; write "
+      "`speed: {:.3g} mm/s`,{} {}",
       slow.steady_mm_s, slow.asked_mm_s,
-      radius ? fmt::format("its curve, radius {:.3g} mm", *radius) : std::string("its path"),
-      std::floor(slow.steady_mm_s), radius ? "radius" : "`corner_tolerance`", kElse);
+      radius     ? fmt::format("its curve, radius {:.3g} mm", *radius)
+      : straight ? std::string("a straight line of its direction")
+                 : std::string("its path"),
+      at_most(slow.steady_mm_s),
+      radius     ? " a larger radius,"
+      : straight ? ""
+                 : " a larger `corner_tolerance`,",
+      kElse);
 }
 
 }  // namespace gantry::job

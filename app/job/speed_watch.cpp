@@ -93,9 +93,10 @@ void SpeedWatch::judge(double path_speed_mm_s) {
   if (std::abs(path_speed_mm_s - material_->speed) <= allowed_mm_s) return;
   const auto asked = steady_speed();
   if (!asked || std::abs(path_speed_mm_s - *asked) <= allowed_mm_s) return;
-  if (seen_.empty() || seen_.back().feature != feature_) seen_.push_back({feature_, *asked, path_speed_mm_s, 0});
+  if (seen_.empty() || seen_.back().feature != feature_) seen_.push_back({feature_, *asked, path_speed_mm_s});
   OffSpeed& seen = seen_.back();
-  seen.length_mm += std::max(path_speed_mm_s, *asked) * tick_s_;
+  seen.length_mm += path_speed_mm_s * tick_s_;
+  seen.due_mm += std::max(path_speed_mm_s, *asked) * tick_s_;
   if (std::abs(path_speed_mm_s - *asked) > std::abs(seen.worst_mm_s - seen.asked_mm_s))
     seen.worst_mm_s = path_speed_mm_s, seen.asked_mm_s = *asked;
 }
@@ -104,7 +105,7 @@ std::vector<OffSpeed> SpeedWatch::off_speed() const {
   std::vector<OffSpeed> out;
   for (const OffSpeed& each : seen_) {
     const auto& bead = std::get<recipes::Bead>(recipe_.features[each.feature]);
-    if (each.length_mm > recipes::find_material(recipe_, bead.material)->tolerance_mm) out.push_back(each);
+    if (each.due_mm > recipes::find_material(recipe_, bead.material)->tolerance_mm) out.push_back(each);
   }
   return out;
 }

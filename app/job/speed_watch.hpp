@@ -29,6 +29,7 @@ struct OffSpeed {
   double asked_mm_s = 0;
   double worst_mm_s = 0;
   double length_mm = 0;  ///< of the bead, in all
+  double due_mm = 0;     ///< what it should have been in that time, where that is more
 };
 
 class SpeedWatch {

@@ -202,7 +202,8 @@ std::string json_as_yaml(std::string_view text) {
 Checked<Machine> parse_scene(std::string_view text, const std::string& name) {
   Mistakes mistakes(name);
   const auto root = read_yaml(json_as_yaml(text), mistakes, kBudget);
-  if (!root) return tl::unexpected(mistakes.errors());
+  if (!root || !is_of_format(*root, object_shape(kScene).fields, "a scene document", mistakes))
+    return tl::unexpected(mistakes.errors());
   SceneRow row;
   read_object(*root, kScene, row, {1, 1}, mistakes);
   Machine machine;

@@ -19,5 +19,13 @@ TEST(Figures, name_the_files_that_were_not_kept) {
   }
 }
 
+TEST(Figures, say_what_is_none_where_no_bus_was_opened) {
+  record::JobResult result;
+  result.exit_code = ExitCode::NotFeasible;
+  EXPECT_EQ(figures(result), "no bus was opened: the job failed before it began; the board is untouched");
+  result.bus = "ethercat:eth0";
+  EXPECT_EQ(figures(result), "ethercat:eth0: the job failed before it began; the board is untouched");
+}
+
 }  // namespace
 }  // namespace gantry::desk

@@ -75,6 +75,7 @@ TEST(SpeedWatch, a_bead_at_another_rate_is_named_with_its_speeds) {
     EXPECT_NEAR(off[0].asked_mm_s, kSpeed, 0.2);
     EXPECT_NEAR(off[0].worst_mm_s, kSpeed * rate, 0.4);
     EXPECT_GT(off[0].length_mm, 40);
+    EXPECT_LT(off[0].length_mm, 60) << "the bead has no more, however slowly it was dispensed";
   }
 }
 
@@ -89,7 +90,11 @@ TEST(SpeedWatch, a_dip_along_the_bead_is_seen_and_one_in_the_run_up_is_not) {
   };
   const auto off = play(recipe(false), dip(0.8, 0.9));
   ASSERT_EQ(off.size(), 1u);
-  EXPECT_NEAR(off[0].length_mm, 2.0 * 1, 0.6) << "0.1 s at 10 mm/s, counted as the 2 mm that it should have been";
+  EXPECT_NEAR(off[0].length_mm, 1, 0.3) << "0.1 s at 10 mm/s";
+  EXPECT_NEAR(off[0].due_mm, 2, 0.6) << "of 0.1 s at 20 mm/s";
+  const auto stood = play(recipe(false), [](double t) { return t > 0.8 && t < 0.9 ? 1e-6 : 1.0; });
+  ASSERT_EQ(stood.size(), 1u) << "a needle that stands dispenses, too";
+  EXPECT_NEAR(stood[0].length_mm, 0, 1e-3);
   EXPECT_TRUE(play(recipe(false), dip(0, 0.004)).empty());
 }
 
