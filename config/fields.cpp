@@ -304,7 +304,7 @@ bool is_of_format(const Node& root, const std::vector<FieldShape>& format, std::
     return field.key != kVersionKey && root.find(field.key) != nullptr;
   }));
   const bool a_list = root.kind == Node::Kind::Sequence;
-  if (!a_list && (root.kind != Node::Kind::Map || root.keys.size() < kFew || kShare * known >= root.keys.size()))
+  if (!a_list && (root.kind != Node::Kind::Map || root.keys.size() < kFew || kShare * known > root.keys.size()))
     return true;
   mistakes.add(Fault::BadValue,
                fmt::format("this is not {0}: {1}; {0} has the keys {2}; name another file", what,

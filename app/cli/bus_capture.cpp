@@ -72,14 +72,21 @@ Result<void> capture_bring_up(const config::Machine& machine, PcapngWriter& file
   return up;
 }
 
-/// Both directions, without a part in the traffic; ends by Ctrl-C, --seconds or --frames.
-Result<void> listen(const CaptureOptions& options, PcapngWriter& file) {
-  const auto problem = [&](const char* what) {
-    return fail(Fault::InterfaceUnusable, fmt::format("{}: {}", what, std::strerror(errno)),
-                "interface " + options.interface);
-  };
+tl::unexpected<Error> problem_of(const CaptureOptions& options, const char* what) {
+  return fail(Fault::InterfaceUnusable, fmt::format("{}: {}", what, std::strerror(errno)),
+              "interface " + options.interface);
+}
+
+/// Its number.
+Result<unsigned> interface_of(const CaptureOptions& options) {
   const unsigned index = ::if_nametoindex(options.interface.c_str());
-  if (index == 0) return problem("there is no such interface");
+  if (index == 0) return problem_of(options, "there is no such interface");
+  return index;
+}
+
+/// Both directions, without a part in the traffic; ends by Ctrl-C, --seconds or --frames.
+Result<void> listen(const CaptureOptions& options, unsigned index, PcapngWriter& file) {
+  const auto problem = [&](const char* what) { return problem_of(options, what); };
   const int fd = ::socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, htons(ETH_P_ALL));
   if (fd < 0) return problem("cannot open a raw socket (it needs CAP_NET_RAW)");
   const struct Closer {
@@ -116,7 +123,7 @@ Result<void> listen(const CaptureOptions& options, PcapngWriter& file) {
 void add_bus_capture(CLI::App& bus, Context& context) {
   auto* verb = bus.add_subcommand("capture", "Writes frames into a file that Wireshark reads");
   auto options = std::make_shared<CaptureOptions>();
-  verb->add_option("FILE", options->file, "The file, .pcapng")->required();
+  verb->add_option("FILE", options->file, "The file, .pcapng")->required()->check(file_to_be);
   add_bus_interface(*verb, *options);
   verb->add_option("--seconds", options->seconds, "End after so long; default: until Ctrl-C")->check(above_zero);
   verb->add_option("--frames", options->frames, "End after so many frames")->check(above_zero);
@@ -129,9 +136,11 @@ void add_bus_capture(CLI::App& bus, Context& context) {
   verb->callback([&context, options] {
     std::optional<config::Machine> machine;
     if (options->interface.empty() && !(machine = load_machine(context))) return;
+    const auto interface = machine ? Result<unsigned>(0) : interface_of(*options);
+    if (!interface) return void(context.exit_code = show(interface.error(), context.json));
     auto file = PcapngWriter::create(options->file);
     if (!file) return void(context.exit_code = show(file.error(), context.json));
-    auto done = machine ? capture_bring_up(*machine, **file) : listen(*options, **file);
+    auto done = machine ? capture_bring_up(*machine, **file) : listen(*options, *interface, **file);
     if (auto closed = (*file)->close(); done) done = closed;
     if (!done) return void(context.exit_code = show(done.error(), context.json));
     if (context.json)

@@ -6,6 +6,7 @@
 
 #include "app/cli/bus_access.hpp"
 #include "app/cli/terminal.hpp"
+#include "app/cli/usage.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -39,6 +40,7 @@ void add_bus_dc(CLI::App& bus, Context& context) {
   add_bus_interface(*verb, *options);
   auto seconds = std::make_shared<double>(0);
   verb->add_option("--watch", *seconds, "Look so many seconds, every 10 ms; `largest` is of that time")
+      ->check(zero_or_more)
       ->check(CLI::Range(0.0, 86400.0));
   verb->footer(
       "difference: the station's clock minus the time that comes by (092Ch); within 1000 ns it is in step. Without a\n"

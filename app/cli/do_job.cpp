@@ -44,8 +44,6 @@ void does_a_job(CLI::App& verb, Context& context) {
 
 void add_folder(CLI::App& verb, JobRequest& request) {
   auto* out = verb.add_option("--out", request.out, "Folder for the results; default: a new one under out/");
-  out->check(
-      [](const std::string& word) { return word.empty() ? std::string("a folder's name is missing here") : ""; });
   verb.add_flag("--force", request.force, "Overwrite the results of another job in that folder")->needs(out);
 }
 
@@ -57,11 +55,6 @@ void add_selection(CLI::App& verb, recipes::Selection& select) {
                       "Dispense these features only: names of features, arrays, fills or elements, with commas "
                       "between; may be given again");
   only->delimiter(',')->allow_extra_args(false)->excludes(from);
-  const auto named = [](const std::string& word) {
-    return word.find_first_not_of(" \t") == std::string::npos ? std::string("a feature's name is missing here") : "";
-  };
-  from->check(named);
-  only->check(named);
 }
 
 void do_job(Context& context, JobRequest request) {

@@ -7,6 +7,7 @@
 #include "app/cli/keys.hpp"
 #include "app/cli/terminal.hpp"
 #include "app/desk/machine_status.hpp"
+#include "app/job/jog.hpp"
 #include "app/run/owner.hpp"
 
 namespace gantry::cli {
@@ -32,6 +33,9 @@ void add_home(CLI::App& app, Context& context) {
       return;
     const auto machine = load_machine(context);
     if (!machine) return;
+    for (const std::string& name : *axes)
+      if (const auto axis = job::axis_named(*machine, name); !axis)
+        return void(context.exit_code = show(axis.error(), context.json));
     hold_machine(Terminal::Matters);
     hold_on_stop_key();
     options->state = *folder;

@@ -57,6 +57,7 @@ int main(int argc, char** argv) try {
   cli::add_trace(app, context);
   cli::add_explain(app, context);
   cli::add_pages(app, context);
+  cli::refuse_empty(app);
 
   try {
     app.parse(argc, argv);

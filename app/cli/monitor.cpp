@@ -14,7 +14,7 @@ void add_monitor(CLI::App& app, Context& context) {
   auto* verb = app.add_subcommand("monitor", "Shows what machines tell over DDS; it only listens");
   auto options = std::make_shared<monitor::MonitorOptions>();
   verb->add_option("--name", options->machine, "Listen to this machine only");
-  verb->add_option("--count", options->count, "End after so many samples")->check(zero_or_more);
+  verb->add_option("--count", options->count, "End after so many samples")->check(above_zero);
   verb->add_option("--for", options->for_s, "End after so many seconds")->check(zero_or_more);
   add_network_options(*verb, options->network);
   verb->footer("With --json one line a sample. Example:  gantry --json monitor --count 5");
@@ -23,7 +23,7 @@ void add_monitor(CLI::App& app, Context& context) {
     options->live = !context.json && isatty(STDOUT_FILENO) != 0;
     StopFlag stop;
     if (auto done = monitor::monitor(*options, std::cout, stop.flag()); !done)
-      context.exit_code = show(done.error(), false);
+      context.exit_code = show(done.error(), context.json && done.error().fault == Fault::Usage);
   });
 }
 

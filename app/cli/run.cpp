@@ -20,8 +20,7 @@ void add_run(CLI::App& app, Context& context) {
   add_selection(*verb, request->select);
   verb->add_option("--certificate", request->certificate,
                    "certificate.json of a dry run: the job is refused (exit 7) when scene, head, recipe, limits or "
-                   "calibration have changed since")
-      ->check([](const std::string& file) { return file.empty() ? "the certificate's path is missing here" : ""; });
+                   "calibration have changed since");
   verb->add_option("--serial", request->serial, kSerialHelp);
   verb->add_option("--state", *state, kStateHelp);
   add_publish_options(*verb, request->owner.network, request->owner.name);

@@ -4,8 +4,17 @@
 #include "app/cli/verbs.hpp"
 #include "core/log.hpp"
 #include "sim/machine/serve.hpp"
+#include "sim/world/board.hpp"
 
 namespace gantry::cli {
+namespace {
+
+std::string is_placement(const std::string& word) {
+  const auto read = sim::parse_placement(word);
+  return read ? "" : read.error().message;
+}
+
+}  // namespace
 
 void add_sim(CLI::App& app, Context& context) {
   auto* verb = app.add_subcommand(
@@ -30,12 +39,14 @@ void add_sim(CLI::App& app, Context& context) {
 
 void add_world_options(CLI::App& verb, sim::SimulatedMachineOptions& options) {
   verb.add_option("--sim-board", options.placement,
-                  "Where the board lies, e.g. \"dx=1.3 mm, dy=-0.7 mm, rot=0.8 deg\"; else the seed places it");
+                  "Where the board lies, e.g. \"dx=1.3 mm, dy=-0.7 mm, rot=0.8 deg\"; else the seed places it")
+      ->check(is_placement);
   verb.add_option("--sim-seed", options.seed, "Seed of everything random in the virtual world")
-      ->check(zero_or_more)
+      ->check(whole_from_zero)
       ->capture_default_str();
   verb.add_option("--sim-script", options.script_file, "What happens in the world: a script file");
-  verb.add_option("--sim-state", options.state_dir, "Folder in which the world outlives this program");
+  verb.add_option("--sim-state", options.state_dir, "Folder in which the world outlives this program")
+      ->check(folder_to_be);
 }
 
 }  // namespace gantry::cli

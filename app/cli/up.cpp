@@ -5,6 +5,7 @@
 #include "app/cli/client.hpp"
 #include "app/cli/front.hpp"
 #include "app/cli/shell_job.hpp"
+#include "app/cli/usage.hpp"
 #include "app/cli/verbs.hpp"
 #include "app/desk/desk.hpp"
 #include "app/desk/do_job.hpp"
@@ -24,10 +25,11 @@ void add_up(CLI::App& app, Context& context) {
   verb->add_option("--bus", options->bus, "sim, or ethercat:IFACE")->capture_default_str();
   verb->add_option("--loop-cpu", options->loop_cpu, "CPU for the 1 ms loop alone; default: the last of several");
   verb->add_option("--world", options->world_socket, "Socket of a `gantry sim` that shows camera and world");
-  verb->add_option("--recipe", *recipe, "Recipe that the machine's start button runs")->check(CLI::ExistingFile);
+  verb->add_option("--recipe", *recipe, "Recipe that the machine's start button runs");
   verb->add_option("--state", *state, kStateHelp);
   verb->add_option("--socket", *shared,
-                   "Takes orders there as well, from this program's group (mode 0660); default: from this user alone");
+                   "Takes orders there as well, from this program's group (mode 0660); default: from this user alone")
+      ->check(file_to_be);
   add_publish_options(*verb, options->network, options->name);
   add_world_options(*verb, options->sim);
   verb->footer(

@@ -4,6 +4,8 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <fmt/format.h>
 #include <optional>
 
@@ -11,6 +13,8 @@
 
 namespace gantry::cli {
 namespace {
+
+namespace fs = std::filesystem;
 
 std::vector<std::string> verbs_of(const CLI::App& app) {
   std::vector<std::string> names;
@@ -32,6 +36,13 @@ std::vector<std::string> options_of(const CLI::App* verb) {
   for (const CLI::App* at = verb; at != nullptr; at = at->get_parent())
     for (std::string& name : long_options(*at)) names.push_back(std::move(name));
   return names;
+}
+
+/// CLI11 counts what it has of an option that takes one.
+std::string in_our_words(const CLI::ParseError& error) {
+  const std::string said = error.what();
+  const std::size_t at = said.find(": At Most 1 required");
+  return at == std::string::npos ? said : fmt::format("'{}' is given twice; give it once", said.substr(0, at));
 }
 
 std::optional<double> number(const std::string& word) {
@@ -61,6 +72,43 @@ std::string above_zero(const std::string& word) {
   return value && *value > 0 ? "" : fmt::format("is '{}', and has to be a number above 0", word);
 }
 
+std::string whole_from_zero(const std::string& word) {
+  std::uint64_t value = 0;
+  const char* const end = word.data() + word.size();
+  const auto read = std::from_chars(word.data(), end, value);
+  return read.ec == std::errc{} && read.ptr == end
+             ? ""
+             : fmt::format("is '{}', and has to be a whole number from 0 to 2^64 - 1", word);
+}
+
+std::string folder_to_be(const std::string& path) {
+  std::error_code ignored;
+  return !fs::exists(path, ignored) || fs::is_directory(path, ignored)
+             ? ""
+             : fmt::format("'{}' is there and is no folder; name another one", path);
+}
+
+std::string file_to_be(const std::string& path) {
+  std::error_code ignored;
+  const fs::path folder = fs::absolute(path, ignored).parent_path();
+  if (fs::is_directory(path, ignored)) return fmt::format("'{}' is a folder; name a file", path);
+  return fs::is_directory(folder, ignored)
+             ? ""
+             : fmt::format("'{}' cannot be made: there is no folder '{}'", path, folder.string());
+}
+
+void refuse_empty(CLI::App& app) {
+  for (CLI::Option* option : app.get_options([](const CLI::Option* o) { return o->get_items_expected_max() > 0; }))
+    option->transform(CLI::Validator(  // before what else looks at it; it changes nothing
+        [](const std::string& word) {
+          return word.find_first_not_of(" \t") == std::string::npos
+                     ? std::string("is empty; write its value, or leave it out")
+                     : "";
+        },
+        ""));
+  for (CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; })) refuse_empty(*verb);
+}
+
 Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App* at = &app;  // the verb that was understood, as far as it was
   std::string said = app.get_name();
@@ -81,7 +129,7 @@ Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
               said};
     }
   const auto word = std::find_if(rest.begin(), rest.end(), [](const std::string& w) { return !w.starts_with('-'); });
-  if (verbs.empty() || word == rest.end()) return {Fault::Usage, error.what(), said};
+  if (verbs.empty() || word == rest.end()) return {Fault::Usage, in_our_words(error), said};
   return {Fault::Usage,
           fmt::format("there is no '{} {}'; {}", said, *word, did_you_mean(*word, {verbs.begin(), verbs.end()})), ""};
 }

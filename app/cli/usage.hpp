@@ -14,8 +14,16 @@ Error usage_error(const CLI::App& app, const CLI::ParseError& error);
 /// "--machine" ...: the long names of a verb's own options.
 std::vector<std::string> long_options(const CLI::App& verb);
 
-/// For CLI::Option::check(): what is wrong with a number, in one line; "" where nothing is.
+/// For CLI::Option::check(): what is wrong with a word, in one line; "" where nothing is.
 std::string zero_or_more(const std::string& word);
 std::string above_zero(const std::string& word);
+std::string whole_from_zero(const std::string& word);  ///< 0 .. 2^64 - 1
+/// What is there is a folder; what is not may become one.
+std::string folder_to_be(const std::string& path);
+/// Its folder is there, so that it can be made.
+std::string file_to_be(const std::string& path);
+
+/// An option or a word that is given and empty is a mistake, whichever verb it belongs to. After all verbs are added.
+void refuse_empty(CLI::App& app);
 
 }  // namespace gantry::cli

@@ -63,21 +63,20 @@ Result<const config::Axis*> axis_named(const config::Machine& machine, const std
   if (const config::Axis* axis = config::find_axis(machine, name)) return axis;
   std::vector<std::string_view> names;
   for (const config::Axis& a : machine.axes) names.push_back(a.name);
-  return fail(Fault::UnknownReference, fmt::format("there is no axis '{}'; {}", name, did_you_mean(name, names)));
+  return fail(Fault::Usage, fmt::format("there is no axis '{}'; {}", name, did_you_mean(name, names)));
 }
 
 Result<Jog> read_jog(const config::Machine& machine, const JogWords& words) {
-  if (words.by.empty()) return fail(Fault::BadValue, "a jog names at least one axis and how far it goes: X 10mm");
+  if (words.by.empty()) return fail(Fault::Usage, "a jog names at least one axis and how far it goes: X 10mm");
   Jog jog;
   bool turns_only = true;
   for (const auto& [name, by] : words.by) {
     const auto axis = streamed_axis(machine, name);
     if (!axis) return tl::unexpected(axis.error());
     const auto value = units::parse(by, (*axis)->rotary ? Dimension::Angle : Dimension::Length);
-    if (!value) return fail(value.error().fault, value.error().message, "axis " + name);
+    if (!value) return fail(Fault::Usage, value.error().message, "axis " + name);
     if (std::abs(*value) < ((*axis)->rotary ? kLeast_rad : kLeast_mm))
-      return fail(Fault::OutOfRange,
-                  fmt::format("a jog goes by at least {}", (*axis)->rotary ? "0.0001 deg" : "0.0001 mm"),
+      return fail(Fault::Usage, fmt::format("a jog goes by at least {}", (*axis)->rotary ? "0.0001 deg" : "0.0001 mm"),
                   "axis " + name);
     jog.axes |= 1u << (*axis)->id.value;
     jog.displacement[(*axis)->id.value] = *value;
@@ -86,11 +85,11 @@ Result<Jog> read_jog(const config::Machine& machine, const JogWords& words) {
   double speed = turns_only ? kSpeed_rad_s : kSpeed_mm_s;
   if (!words.speed.empty()) {
     const auto asked = units::parse(words.speed, turns_only ? Dimension::AngularSpeed : Dimension::Speed);
-    if (!asked) return fail(asked.error().fault, asked.error().message, "the speed");
+    if (!asked) return fail(Fault::Usage, asked.error().message, "the speed");
     speed = *asked;
   }
   if (!(speed >= (turns_only ? kSlowest_rad_s : kSlowest_mm_s)))
-    return fail(Fault::OutOfRange, fmt::format("a jog is no slower than {}", turns_only ? "0.01 deg/s" : "0.01 mm/s"),
+    return fail(Fault::Usage, fmt::format("a jog is no slower than {}", turns_only ? "0.01 deg/s" : "0.01 mm/s"),
                 "the speed");
   // What s is depends on the axes (motion/path/moves.hpp); the speed is that of all mm axes together. An axis that
   // turns while others go somewhere follows them.

@@ -95,15 +95,15 @@ Result<double> measuring_speed(const config::Machine& machine, const DelayWords&
   if (!words.speed.empty()) {
     const auto asked =
         units::parse(words.speed, axis.rotary ? units::Dimension::AngularSpeed : units::Dimension::Speed);
-    if (!asked) return fail(asked.error().fault, asked.error().message, "--speed");
+    if (!asked) return fail(Fault::Usage, asked.error().message, "--speed");
     speed = *asked;
     if (speed > axis.v_max)
-      return fail(Fault::OutOfRange,
+      return fail(Fault::Usage,
                   fmt::format("more than v_max of axis {}, {:.6g} {}/s; write that or less", axis.name,
                               axis.rotary ? units::deg(axis.v_max) : axis.v_max, axis.rotary ? "deg" : "mm"),
                   "--speed");
   }
-  if (!(speed > 0)) return fail(Fault::OutOfRange, "must be more than 0", "--speed");
+  if (!(speed > 0)) return fail(Fault::Usage, "must be more than 0", "--speed");
   return speed;
 }
 

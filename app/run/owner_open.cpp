@@ -28,7 +28,7 @@ Result<devices::FramePort*> Owner::Parts::open_bus() {
     can = &simulated_machine->can();
     return &simulated_machine->bus();
   }
-  if (!options.bus.starts_with(kEthercat))
+  if (!options.bus.starts_with(kEthercat) || options.bus.size() == kEthercat.size())
     return fail(Fault::Usage, fmt::format("'{}' is no bus; write sim or ethercat:IFACE", options.bus), "--bus");
   for (const config::Station& station : machine.stations)
     if (!station.profile.not_stated.empty()) return fail(Fault::MissingKey, config::not_stated(station), machine.file);

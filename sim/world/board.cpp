@@ -22,6 +22,7 @@ constexpr std::array kPlacementKeys{
     PlacementKey{"dx", units::Dimension::Length},    PlacementKey{"dy", units::Dimension::Length},
     PlacementKey{"rot", units::Dimension::Angle},    PlacementKey{"dz", units::Dimension::Length},
     PlacementKey{"tilt_x", units::Dimension::Angle}, PlacementKey{"tilt_y", units::Dimension::Angle}};
+constexpr double kFarthest_mm = 2000, kFarthest_rad = units::rad(360);
 
 }  // namespace
 
@@ -50,6 +51,9 @@ Result<PlacementText> parse_placement(std::string_view text) {
     if (value) return fail(Fault::DuplicateKey, fmt::format("'{}' stands twice; remove one of the two", key), where);
     const auto parsed = units::parse(trimmed(item.substr(equals + 1)), known->dimension);
     if (!parsed) return fail(parsed.error().fault, fmt::format("{}: {}", key, parsed.error().message), where);
+    const bool turns = known->dimension == units::Dimension::Angle;
+    if (std::abs(*parsed) > (turns ? kFarthest_rad : kFarthest_mm))
+      return fail(Fault::OutOfRange, fmt::format("{} is beyond {}", key, turns ? "360 deg" : "2000 mm"), where);
     value = *parsed;
     begin = end + 1;
   }

@@ -41,7 +41,7 @@ expect_exit 6 "a mark that is not there" "$gantry" dry-run $demo --sim-script "$
 echo '- {at: feature dot 3, do: drive_fault, axis: X, code: 0x0E}' >"$work/fault.yaml"
 expect_exit 5 "a drive fault in mid job" "$gantry" dry-run $demo --sim-script "$work/fault.yaml" --out "$work/f"
 expect_text "60 V"
-expect_exit 3 "a placement with a mistake" "$gantry" dry-run $demo --sim-board "dx=1.3, dy=1 mm"
+expect_exit 2 "a placement with a mistake" "$gantry" dry-run $demo --sim-board "dx=1.3, dy=1 mm"
 expect_exit 2 "an unknown verb" "$gantry" rum
 expect_text "there is no 'gantry rum'; did you mean 'run'?"
 expect_exit 2 "an unknown verb of a verb" "$gantry" bus fly

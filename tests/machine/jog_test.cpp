@@ -325,22 +325,21 @@ TEST(Jog, words_that_are_no_jog_are_refused_with_what_would_be_one) {
     Fault fault;
     const char* says;
   };
-  const std::array cases{
-      Case{words({}), Fault::BadValue, "X 10mm"},
-      Case{words({{"XX", "1 mm"}}), Fault::UnknownReference, "there is no axis 'XX'; known: X, Y, Z, C, U, F"},
-      Case{words({{"Q", "1 mm"}}), Fault::UnknownReference, "known: X, Y, Z, C, U, F"},
-      Case{words({{"F", "1 mm"}}), Fault::PositionedAxisInMove, "positions by itself"},
-      Case{words({{"X", "10"}}), Fault::BadUnit, "lacks a unit"},
-      Case{words({{"X", "10 deg"}}), Fault::BadUnit, "mm"},
-      Case{words({{"C", "10 mm"}}), Fault::BadUnit, "deg"},
-      Case{words({{"X", "nan mm"}}), Fault::BadValue, "not a number"},
-      Case{words({{"X", "0 mm"}}), Fault::OutOfRange, "at least 0.0001 mm"},
-      Case{words({{"C", "0 deg"}}), Fault::OutOfRange, "at least 0.0001 deg"},
-      Case{words({{"X", "1 mm"}}, "20"), Fault::BadUnit, "lacks a unit"},
-      Case{words({{"X", "1 mm"}}, "20 deg/s"), Fault::BadUnit, "mm/s"},
-      Case{words({{"C", "1 deg"}}, "20 mm/s"), Fault::BadUnit, "deg/s"},
-      Case{words({{"X", "1 mm"}}, "0 mm/s"), Fault::OutOfRange, "no slower than"},
-      Case{words({{"X", "1 mm"}}, "-5 mm/s"), Fault::OutOfRange, "no slower than"}};
+  const std::array cases{Case{words({}), Fault::Usage, "X 10mm"},
+                         Case{words({{"XX", "1 mm"}}), Fault::Usage, "there is no axis 'XX'; known: X, Y, Z, C, U, F"},
+                         Case{words({{"Q", "1 mm"}}), Fault::Usage, "known: X, Y, Z, C, U, F"},
+                         Case{words({{"F", "1 mm"}}), Fault::PositionedAxisInMove, "positions by itself"},
+                         Case{words({{"X", "10"}}), Fault::Usage, "lacks a unit"},
+                         Case{words({{"X", "10 deg"}}), Fault::Usage, "mm"},
+                         Case{words({{"C", "10 mm"}}), Fault::Usage, "deg"},
+                         Case{words({{"X", "nan mm"}}), Fault::Usage, "not a number"},
+                         Case{words({{"X", "0 mm"}}), Fault::Usage, "at least 0.0001 mm"},
+                         Case{words({{"C", "0 deg"}}), Fault::Usage, "at least 0.0001 deg"},
+                         Case{words({{"X", "1 mm"}}, "20"), Fault::Usage, "lacks a unit"},
+                         Case{words({{"X", "1 mm"}}, "20 deg/s"), Fault::Usage, "mm/s"},
+                         Case{words({{"C", "1 deg"}}, "20 mm/s"), Fault::Usage, "deg/s"},
+                         Case{words({{"X", "1 mm"}}, "0 mm/s"), Fault::Usage, "no slower than"},
+                         Case{words({{"X", "1 mm"}}, "-5 mm/s"), Fault::Usage, "no slower than"}};
   for (const Case& c : cases) {
     const auto jog = job::read_jog(*machine, c.asked);
     ASSERT_FALSE(jog) << c.says;

@@ -51,7 +51,7 @@ TEST(MeasuredDelay, is_refused_of_an_open_loop_axis_and_of_what_is_no_axis) {
   const AxisVec stood = rig.owner().latest().target;
   for (const auto& [axis, fault, words] : {std::tuple{"C", Fault::Refused, "its 6064h is the command"},
                                            {"U", Fault::Refused, "its 6064h is the command"},
-                                           {"Q", Fault::UnknownReference, "known: X"}}) {
+                                           {"Q", Fault::Usage, "known: X"}}) {
     const auto found = run::measure_delay(rig.owner(), rig.machine(), {.axis = axis});
     ASSERT_FALSE(found) << axis;
     EXPECT_EQ(found.error().fault, fault) << to_text(found.error());
@@ -62,7 +62,7 @@ TEST(MeasuredDelay, is_refused_of_an_open_loop_axis_and_of_what_is_no_axis) {
   EXPECT_EQ(far.error().fault, Fault::OutOfReach) << to_text(far.error());
   const auto absurd = run::measure_delay(rig.owner(), rig.machine(), {.axis = "X", .speed = "1e6 mm/s"});
   ASSERT_FALSE(absurd);
-  EXPECT_EQ(absurd.error().fault, Fault::OutOfRange) << to_text(absurd.error());
+  EXPECT_EQ(absurd.error().fault, Fault::Usage) << to_text(absurd.error());
   EXPECT_NE(to_text(absurd.error()).find("v_max of axis X, 500 mm/s"), std::string::npos) << to_text(absurd.error());
   EXPECT_EQ(rig.owner().latest().target, stood) << "nothing has moved";
 }

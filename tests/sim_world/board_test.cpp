@@ -33,6 +33,8 @@ TEST(PlacementText, names_the_mistake_and_its_column) {
   } cases[] = {
       {"dx=1.3 mm, dq=1 mm", Fault::UnknownKey, "--sim-board:1:12"},
       {"dx=1.3", Fault::BadUnit, "--sim-board:1:1"},
+      {"dx=1 mm, dy=2001 mm", Fault::OutOfRange, "--sim-board:1:10"},
+      {"rot=361 deg", Fault::OutOfRange, "--sim-board:1:1"},
       {"dx=1 mm, dx=2 mm", Fault::DuplicateKey, "--sim-board:1:10"},
       {"dx", Fault::BadValue, "--sim-board:1:1"},
       {"", Fault::BadValue, "--sim-board:1:1"},
