@@ -85,6 +85,30 @@ void add_tilt(const Recipe& recipe, const config::Machine& machine, std::vector<
   to.push_back(std::move(note));
 }
 
+/// Marks and touches that may disagree by more than a deposit may be off.
+void add_residuals(const Recipe& recipe, std::vector<std::string>& to) {
+  const auto least = [&](double Material::*tolerance) {
+    return std::ranges::min_element(recipe.materials, {}, tolerance);
+  };
+  if (recipe.materials.empty()) return;
+  const auto add = [&](const char* key, double residual_mm, const char* what, const Material& m, double tolerance_mm,
+                       const char* tolerance) {
+    if (residual_mm > tolerance_mm)
+      to.push_back(
+          fmt::format("`{}.max_residual` of {:.6g} mm is more than `{}` of '{}', {:.6g} mm: a job goes on "
+                      "with {} that disagree by more than its deposits may be off; write {:.6g} mm or less",
+                      key, residual_mm, tolerance, m.name, tolerance_mm, what, tolerance_mm));
+  };
+  if (recipe.marks.size() > 1) {
+    const auto m = least(&Material::tolerance_mm);
+    add("mark_rules", recipe.mark_rules.max_residual_mm, "marks", *m, m->tolerance_mm, "tolerance");
+  }
+  if (recipe.touches.size() > 3) {
+    const auto m = least(&Material::gap_tolerance_mm);
+    add("touch_rules", recipe.touch_rules.max_residual_mm, "touches", *m, m->gap_tolerance_mm, "gap_tolerance");
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> notes(const Recipe& recipe, const config::Machine& machine) {
@@ -101,6 +125,7 @@ std::vector<std::string> notes(const Recipe& recipe, const config::Machine& mach
     out.push_back("the machine has no output 'camera_light': marks are seen by whatever light there is");
   if (recipe.touches.empty()) out.push_back("no touches: the board's surface is taken to be at its nominal height");
   if (SurfaceDoubt(recipe, machine).tilt_unmeasured()) add_tilt(recipe, machine, out);
+  add_residuals(recipe, out);
   for (const Material& m : recipe.materials) {
     out.push_back(tolerances_in_words(m));
     add_lead(m, "valve_open_lead", m.valve_open_lead, machine.sim.valve_open_lag_s, "opens", out);

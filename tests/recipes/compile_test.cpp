@@ -351,6 +351,25 @@ TEST(Compile, notes_tell_the_tolerances_of_each_material) {
   EXPECT_EQ(told[0], "adhesive: a deposit is good within 0.1 mm of its place, 0.1 mm of its gap and 5 % of its speed");
 }
 
+TEST(Compile, notes_tell_marks_and_touches_that_may_disagree_by_more_than_a_deposit_may_be_off) {
+  Recipe r = demo();
+  r.mark_rules.max_residual_mm = 0.2;
+  r.materials[1].tolerance_mm = 0.15;
+  auto told = notes(r, dispenser());
+  ASSERT_EQ(told.size(), 3u);
+  EXPECT_EQ(told[0].find("`mark_rules.max_residual` of 0.2 mm is more than `tolerance` of 'adhesive', 0.1 mm"), 0u)
+      << told[0];
+  r.mark_rules.max_residual_mm = 0.1;
+  r.touches.push_back(r.touches[0]);
+  r.materials[1].gap_tolerance_mm = 0.05;
+  told = notes(r, dispenser());
+  ASSERT_EQ(told.size(), 3u);
+  EXPECT_EQ(told[0].find("`touch_rules.max_residual` of 0.1 mm is more than `gap_tolerance` of 'sealant', 0.05 mm"), 0u)
+      << told[0];
+  r.touches.pop_back();
+  EXPECT_EQ(notes(r, dispenser()).size(), 2u) << "three touches always agree";
+}
+
 TEST(Compile, a_board_is_carried_by_what_is_in_the_scene_where_anything_is) {
   Recipe r = demo();
   config::Machine m = dispenser();
