@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fmt/format.h>
 
+#include "config/check_profile.hpp"
 #include "config/formats.hpp"
 #include "core/sha256.hpp"
 
@@ -98,6 +99,12 @@ const Fields<Parameter>& parameter_fields() {
                  {"at_once", ActsAt::Once}, {"at_standstill", ActsAt::Standstill}, {"at_power_up", ActsAt::PowerUp}},
              kOptional, "at_power_up: start-up compares, `gantry commission` writes"),
       flag("assumed", &Parameter::assumed, kOptional, "no manual states it"),
+      {{"means", kOptional, "facts of `drive` that the value stands for, where it is a code",
+        object_shape(meaning_fields())},
+       [](const Node& node, Parameter&, Mistakes& mistakes) {  // check_profile() compares them
+         Meaning means;
+         read_object(node, meaning_fields(), means, node.place, mistakes);
+       }},
       text("why", &Parameter::why, kRequired, "what it is for"),
   };
   return kFields;
@@ -340,6 +347,28 @@ void resolve_pdos(const StationProfile& profile, std::vector<PdoRow>& pdos, cons
   }
 }
 
+/// Digital inputs of a drive that the profile has and maps nowhere: bring-up asks for them, and where the station does
+/// not map them either they are read by SDO.
+void ask_for_inputs(StationProfile& profile) {
+  constexpr ObjectAddress kInputs{0x60FD, 0};
+  const ObjectRow* object = find_object(profile, kInputs);
+  if (!profile.drive || profile.bus != BusKind::EtherCat || profile.pdo_fixed || object == nullptr || !object->readable)
+    return;
+  for (int slot = 0; slot < profile.slots; ++slot) {
+    const ObjectAddress address = in_slot(profile, kInputs, slot);
+    const auto maps = [&](const PdoRow& pdo) {
+      return std::ranges::count(pdo.entries, address, &PdoEntry::address) != 0;
+    };
+    const auto its = std::ranges::find_if(profile.tx_pdos, [&](const PdoRow& pdo) { return pdo.slot == slot; });
+    if (its == profile.tx_pdos.end() || std::ranges::any_of(profile.tx_pdos, maps)) continue;
+    its->entries.push_back({address, static_cast<std::uint8_t>(bits(object->type))});
+    profile.assumptions.push_back(fmt::format(
+        "{} (digital inputs of axis {}) is in no PDO of the profile: the station is asked to map it, and where it does "
+        "not, limit and home switches are read by SDO and seen late",
+        to_text(address), slot));
+  }
+}
+
 /// A terminal that reaches beyond the process image is a mistake.
 void check_terminals(const StationProfile& profile, const Node& rows, Mistakes& mistakes) {
   for (const Terminal& t : profile.terminals) {
@@ -453,7 +482,9 @@ Checked<StationProfile> load_profile(const std::string& path) {
     resolve_pdos(profile, profile.tx_pdos, *root->find("tx_pdos"), mistakes);
     if (const Node* rows = root->find("terminals")) check_terminals(profile, *rows, mistakes);
   }
+  if (mistakes.none()) check_profile(profile, *root, mistakes);
   if (!mistakes.none()) return tl::unexpected(mistakes.errors());
+  ask_for_inputs(profile);
   profile.file = path;
   profile.sha256 = sha256_hex(*text);
   return profile;

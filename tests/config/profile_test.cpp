@@ -214,6 +214,74 @@ TEST(Profile, a_pdo_over_its_limits_or_of_unknown_objects_is_a_mistake) {
   EXPECT_NE(p.error()[0].where.find(":24:5"), std::string::npos) << p.error()[0].where;
 }
 
+/// The mistakes of a shipped profile in which one thing is another.
+std::vector<Error> mistakes_of(const std::string& name, const std::string& from, const std::string& to,
+                               std::string* text_of = nullptr) {
+  const std::string path = testing::TempDir() + "gantry_changed_profile.yaml";
+  std::string text = *read_text_file("config/" + name + ".yaml");
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  if (at == std::string::npos) return {};
+  text.replace(at, from.size(), to);
+  if (text_of != nullptr) *text_of = text;
+  std::FILE* file = std::fopen(path.c_str(), "w");
+  std::fwrite(text.data(), 1, text.size(), file);
+  std::fclose(file);
+  const auto p = load_profile(path);
+  return p ? std::vector<Error>{} : p.error();
+}
+
+TEST(Profile, what_it_says_against_itself_is_one_mistake_at_its_place) {
+  const struct {
+    const char *name, *from, *to, *at, *says;  ///< `at`: text in whose line the mistake is told
+  } cases[] = {
+      {"drives/std402ec", "\n  counts_per_rev: 10000", "\n  counts_per_rev: 8000", "name: counts_per_rev",
+       "'counts_per_rev' = 10000 stands for `counts_per_rev: 10000`, and `drive` says 8000"},
+      {"drives/id286", "type: u32, value: 10000, acts", "type: u32, value: 8000, acts", "name: counts_per_rev",
+       "`drive` says 10000"},
+      {"drives/iss57", "means: {counts_per_rev: 10000}", "means: {counts_per_rev: 4000}", "name: counts_per_rev",
+       "'counts_per_rev' = 13 stands for `counts_per_rev: 4000`"},
+      {"drives/iss57", "means: {counts_per_rev: 10000}, ", "", "name: counts_per_rev",
+       "`means: {counts_per_rev: 10000}`"},
+      {"drives/amd530b", "closed_loop: true\n", "closed_loop: false\n", "name: loop_mode", "`closed_loop: true`"},
+      {"drives/amd530b", "means: {closed_loop: true}, ", "", "name: loop_mode", "`means: {closed_loop: true}`"},
+      {"drives/amd530b", "type: i16, value: 2, why", "type: i16, value: 9, why", "name: quick_stop_option",
+       "not within what `objects` gives 605Ah"},
+      {"drives/amd530b", "object: 0x2024, type: u16, value", "object: 0x2024, type: u32, value", "name: loop_mode",
+       "another type"},
+      {"drives/id286", "[0x6040, 0x6060, 0x607A, 0x60B8]", "[0x6040, 0x6060, 0x60B8]", "{pdo: 0x1600", "607Ah"},
+      {"drives/amd530b", "[0x6040, 0x6060,", "[0x6060,", "{pdo: 0x1600", "6040h"},
+      {"drives/amd530b", "[0x6041, 0x6061,", "[0x6061,", "{pdo: 0x1A00", "6041h"},
+      {"drives/std402ec", "0x6861, 0x6864,", "0x6861,", "{pdo: 0x1A01", "6864h (actual position of axis 1)"},
+      {"drives/amd530b", "modes: [1, 3, 6, 8, 9]", "modes: [1, 3, 8, 9]", "  modes:", "6 (homing)"},
+      {"drives/amd530b", "{kind: inputs,      start: 0x1400}", "{kind: inputs,      start: 0x1110}", "start: 0x1110",
+       "lie over"},
+      {"drives/amd530b", "{kind: outputs,     start: 0x1100}", "{kind: outputs,     start: 0x10FF}", "start: 0x10FF",
+       "lie over"},
+  };
+  for (const auto& c : cases) {
+    std::string text;
+    const auto errors = mistakes_of(c.name, c.from, c.to, &text);
+    ASSERT_EQ(errors.size(), 1u) << c.name << ' ' << c.to;
+    EXPECT_NE(errors[0].message.find(c.says), std::string::npos) << to_text(errors[0]);
+    const auto at = text.find(c.at);
+    ASSERT_NE(at, std::string::npos) << c.at;
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+    EXPECT_NE(errors[0].where.find(":" + std::to_string(line) + ":"), std::string::npos)
+        << to_text(errors[0]) << ", not line " << line;
+  }
+}
+
+TEST(Profile, digital_inputs_that_it_has_and_maps_nowhere_are_asked_for) {
+  const std::string path = testing::TempDir() + "gantry_changed_profile.yaml";
+  EXPECT_TRUE(mistakes_of("drives/amd530b", "0x60BA, 0x60FD]", "0x60BA]").empty());
+  const auto p = load_profile(path);
+  ASSERT_TRUE(p);
+  EXPECT_EQ(p->tx_pdos[0].entries.back().address, (ObjectAddress{0x60FD, 0}));
+  EXPECT_EQ(p->tx_pdos[0].entries.back().bit_length, 32);
+  EXPECT_TRUE(std::ranges::any_of(p->assumptions, [](const std::string& s) { return s.starts_with("60FDh"); }));
+}
+
 TEST(Profile, terminals_name_bits_of_the_image) {
   const auto at = [](const char* of, std::string_view name) {
     for (const Terminal& t : profile(of).terminals)

@@ -2,7 +2,9 @@
 // well, or it says which station and object is in its way, in bounded time.
 #include <chrono>
 #include <fmt/format.h>
+#include <fstream>
 
+#include "config/yaml.hpp"
 #include "tests/altered.hpp"
 #include "tests/machine/rig.hpp"
 #include "tests/machine/said.hpp"
@@ -47,6 +49,28 @@ TEST(UnseenLimits, a_station_without_digital_inputs_homes_only_where_the_machine
   const auto homed = rig.owner().home();
   ASSERT_TRUE(homed) << to_text(homed.error());
   EXPECT_EQ(said.count({"axis X", "'x'", "without a watch"}), 1) << said.all();
+  const auto world = rig.owner().world()->axes();
+  ASSERT_TRUE(world);
+  EXPECT_NEAR((*world)[0], rig.owner().latest().actual[0], 0.02);
+}
+
+// A profile whose PDOs lack 60FDh, of a station that would not map it: its limits are watched all the same.
+TEST(UnseenLimits, digital_inputs_that_a_profile_does_not_map_are_read_by_sdo) {
+  const std::string path = testing::TempDir() + "gantry_unmapped_inputs.yaml";
+  std::string text = *config::read_text_file("config/drives/id286.yaml");
+  const std::string mapped = ", 0x60FD]";
+  ASSERT_NE(text.find(mapped), std::string::npos);
+  text.replace(text.find(mapped), mapped.size(), "]");
+  std::ofstream(path) << text;
+  const auto profile = config::load_profile(path);
+  ASSERT_TRUE(profile) << to_text(profile.error().front());
+  test::Said said;
+  Rig rig({.change = [&](auto& m) { station(m, "x").profile.tx_pdos = profile->tx_pdos; },
+           .wired = [](auto& m) { unmappable(m, {"x"}, {0x60FD}); }});
+  ASSERT_TRUE(rig.owner().bring_up());
+  EXPECT_EQ(said.count({"'x'", "60FDh", "read by SDO"}), 1) << said.all();
+  const auto homed = rig.owner().home();
+  ASSERT_TRUE(homed) << to_text(homed.error());
   const auto world = rig.owner().world()->axes();
   ASSERT_TRUE(world);
   EXPECT_NEAR((*world)[0], rig.owner().latest().actual[0], 0.02);
