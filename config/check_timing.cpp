@@ -150,6 +150,29 @@ void check_skew(const Axis& axis, const AxisRow& row, Mistakes& mistakes) {
                    at->place);
 }
 
+/// What is kept from bodies for an axis is no less than 0, and less than would close all of its travel.
+void check_path_error(const Axis& axis, const AxisRow& row, Mistakes& mistakes) {
+  if (!row.path_error.given()) return;
+  if (axis.path_error < 0 || axis.path_error >= (axis.p_max - axis.p_min) / 2)
+    mistakes.add(
+        Fault::OutOfRange,
+        fmt::format("must be at least 0, and less than half of the travel of the axis ({}), or no path is left",
+                    shown(axis, axis.p_max - axis.p_min)),
+        row.path_error.place);
+  else if (axis.kind != AxisKind::Streamed)
+    mistakes.add(Fault::Inconsistent, "a positioned axis follows no path; leave it out", row.path_error.place);
+}
+
+/// How far the axis is off its path at full speed by what its delay is known, here or on the simulated machine, to be
+/// other than stated.
+double off_path(const Machine& m, const Axis& axis) {
+  const SimAxis& truth = m.sim.axes[axis.id.value];
+  double off_s = std::abs(truth.lag_s + truth.delay_s + seconds(m.bus.cycle) - axis.response_delay_s);
+  if (axis.measured)
+    off_s = std::max(off_s, std::abs(axis.measured->delay_s - axis.response_delay_s) + axis.measured->within_s);
+  return axis.v_max * off_s;
+}
+
 }  // namespace
 
 bool check_timing(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
@@ -180,6 +203,7 @@ bool check_timing(const Machine& m, const MachineFile& file, Mistakes& mistakes)
 
 void check_windows(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   for (std::size_t i = 0; i < m.axes.size(); ++i) {
+    check_path_error(m.axes[i], file.axes[i], mistakes);
     if (m.axes[i].kind != AxisKind::Streamed) continue;
     check_ramp(m, m.axes[i], file.axes[i], mistakes);
     check_following(m, m.axes[i], file.axes[i], mistakes);
@@ -203,6 +227,13 @@ std::vector<std::string> window_notes(const Machine& m) {
           fmt::format("warning: axis {} states a response_delay of {:.6g} ms, and answers after {:.6g} ms on the "
                       "simulated machine (sim: lag, delay, and a cycle): paths there bend by the difference",
                       axis.name, axis.response_delay_s * 1e3, virtual_s * 1e3));
+    if (const double off = off_path(m, axis); axis.path_error > 0 && off > axis.path_error * (1 + kRounding))
+      out.push_back(
+          fmt::format("warning: axis {} states a path_error of {}, and its delay, where it is other than its "
+                      "response_delay says, puts it {} off its path at {}: correct response_delay (`gantry commission "
+                      "{}` measures it), or write path_error: {}",
+                      axis.name, shown(axis, axis.path_error), shown(axis, off), shown(axis, axis.v_max, "/s"),
+                      axis.name, shown(axis, off)));
     const bool carries = axis.id == m.x || axis.id == m.y || axis.id == m.z;
     if (carries && axis.following_base > m.clearance_mm)
       out.push_back(

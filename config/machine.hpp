@@ -64,6 +64,9 @@ struct Axis {
   double skew_max = 0;  ///< gantry axis: allowed difference of its two sides
   double response_delay_s =
       0;  ///< how far the axis lags its command; compensated so that unlike drives do not bend the path
+  /// Besides what the path itself may deviate: how far the axis may be off its path in motion, mm or rad. Kept from
+  /// bodies over and above the clearance.
+  double path_error = 0;
   std::optional<Homing> homing;
   std::optional<MeasuredDelay> measured;  ///< of the machine's state, not of its file
 };

@@ -116,6 +116,8 @@ const Fields<AxisRow> kAxis{
     quantity("skew_max", &AxisRow::skew_max, kPosition, kOptional, "gantry axis: allowed difference of its sides"),
     number("response_delay", &AxisRow::response_delay_s, D::Time, {0, 0.1}, kOptional,
            "how far the axis lags its command; compensated"),
+    quantity("path_error", &AxisRow::path_error, kPosition, kOptional,
+             "how far the axis may be off its path in motion: kept from bodies over and above `clearance`; else 0"),
     object("homing", &AxisRow::homing, kHoming, kOptional, "how the axis is referenced"),
 };
 

@@ -61,6 +61,7 @@ struct AxisRow {
   At<std::vector<Quantity>> travel;
   std::optional<FollowingRow> following;
   double response_delay_s = 0;
+  At<Quantity> path_error;
   std::optional<HomingRow> homing;
 };
 

@@ -19,6 +19,7 @@ struct Limits {
   std::size_t axes = 0;                 ///< how many of them are used
   std::array<bool, kMaxAxes> linear{};  ///< axes whose travel makes path length (X Y Z); others follow along
   double tick_s = 0.001;
+  AxisVec response_delay_s{};  ///< how far each axis lags its target; who lags less is sent its target later
 };
 
 inline constexpr std::size_t kMaxPhases = 20;     ///< of one profile

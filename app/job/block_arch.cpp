@@ -8,6 +8,7 @@
 #include "core/meeting.hpp"
 #include "motion/path/arch.hpp"
 #include "motion/path/chords.hpp"
+#include "motion/plan/as_sent.hpp"
 
 namespace gantry::job {
 namespace {
@@ -57,9 +58,10 @@ Result<void> BlockBuilder::take_legs(std::span<const Proved> legs) {
   for (const Proved& proved : legs) {
     count(proved, proved.certificate, proved.points);
     for (std::size_t i = 1; i < proved.points.size(); ++i) {
-      const auto line = motion::line_move(limits_, proved.points[i - 1], proved.points[i]);
-      if (auto asked = ask(*proved.scene, line, proved.rules); !asked) return asked;
-      take(line, proved.points[i]);
+      const auto timed = line(*proved.scene, proved.points[i - 1], proved.points[i], proved.rules);
+      if (!timed) return tl::unexpected(timed.error());
+      if (auto asked = ask(*proved.scene, *timed, proved.rules); !asked) return asked;
+      take(*timed, proved.points[i]);
     }
   }
   return {};
@@ -96,7 +98,7 @@ Result<bool> BlockBuilder::take_as_arch(std::span<const Proved> legs) {
     std::array parts{Part{all.first(arch.up), &legs.front(), &legs.front().rules},
                      Part{all.subspan(arch.up, all.size() - arch.up - arch.down), &*path, &*path->turning},
                      Part{all.last(arch.down), &legs.back(), &legs.back().rules}};
-    if (const auto proved = prove_parts(parts)) {
+    if (const auto proved = prove_parts(parts, all)) {
       for (const Part& part : parts) {
         if (auto asked = ask(scene, part.segments, *part.rules); !asked) return tl::unexpected(asked.error());
         count(*part.by, part.certificate, part.chords);
@@ -115,9 +117,11 @@ Result<bool> BlockBuilder::take_as_arch(std::span<const Proved> legs) {
   }
 }
 
-/// Straight up and down by themselves, what lies between by its chords.
-Result<void> BlockBuilder::prove_parts(std::span<Part> parts) const {
+/// Straight up and down by themselves, what lies between by its chords; and all of it as its targets are sent.
+Result<void> BlockBuilder::prove_parts(std::span<Part> parts, std::span<const motion::Segment> all) const {
   if (!go_on(breath_)) return given_up();
+  const motion::AsSent sent(*parts.front().by->scene, limits_, all);
+  double begin_s = 0;
   for (Part& part : parts) {
     if (part.segments.empty()) continue;
     part.chords = motion::chords(part.segments);
@@ -126,6 +130,10 @@ Result<void> BlockBuilder::prove_parts(std::span<Part> parts) const {
                                        breath_, measuring_);
     if (!certificate) return tl::unexpected(certificate.error());
     part.certificate = *std::move(certificate);
+    const double end_s = begin_s + motion::duration(part.segments);
+    const bool last = part.segments.data() + part.segments.size() == all.data() + all.size();
+    if (auto free = sent.certify(begin_s, last ? sent.duration_s() : end_s, *part.rules, breath_); !free) return free;
+    begin_s = end_s;
   }
   return {};
 }

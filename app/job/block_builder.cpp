@@ -8,8 +8,14 @@
 #include <utility>
 
 #include "motion/path/chords.hpp"
+#include "motion/plan/as_sent.hpp"
 
 namespace gantry::job {
+namespace {
+
+constexpr int kSlower = 10;  // times half of the speed, for targets that are nearer to the path
+
+}  // namespace
 
 BlockBuilder::BlockBuilder(const motion::Limits& limits, const motion::Scene& scene, std::uint32_t block,
                            const AxisVec& from, Breath breath, motion::Opinion opinion)
@@ -71,6 +77,14 @@ Result<void> BlockBuilder::travel(const AxisVec& to, const motion::PathRules& ru
   if (!go_on(breath_)) return given_up();
   auto path = motion::find_path(*scene_, at_, to, rules, 0, measuring_);
   if (!path) return tl::unexpected(path.error());
+  const auto beside = beside_mm(path->points, rules);
+  if (!beside) return tl::unexpected(beside.error());
+  if (*beside > 0) {
+    motion::PathRules wider = rules;
+    wider.clearance_mm += *beside;
+    // Where there is none it stays, and is gone along so slowly that it is free.
+    if (auto other = motion::find_path(*scene_, at_, to, wider, 0, measuring_)) path = std::move(other);
+  }
   return wait_for_next({.leg = "travel to",
                         .points = std::move(path->points),
                         .rules = rules,
@@ -86,6 +100,36 @@ Result<void> BlockBuilder::vertical(const AxisVec& to, const motion::PathRules& 
                         .rules = rules,
                         .alone_mm = alone_mm,
                         .certificate = *std::move(certificate)});
+}
+
+/// How far targets are sent beside the fastest motions along a polyline; 0: they are free all the same.
+Result<double> BlockBuilder::beside_mm(std::span<const AxisVec> polyline, const motion::PathRules& rules) const {
+  double most = 0;
+  bool free = true;
+  for (std::size_t i = 1; i < polyline.size(); ++i) {
+    const auto line = motion::line_move(limits_, polyline[i - 1], polyline[i]);
+    if (line.empty()) continue;
+    most = std::max(most, motion::beside_line_mm(limits_, line.front()));
+    const motion::AsSent sent(*scene_, limits_, line);
+    const auto proved = sent.certify(0, sent.duration_s(), rules, breath_);
+    if (!proved && proved.error().fault != Fault::Collision) return tl::unexpected(proved.error());
+    free = free && proved;
+  }
+  return free ? 0 : most;
+}
+
+/// As fast as its targets are free as they are sent. The line itself was proved.
+Result<std::vector<motion::Segment>> BlockBuilder::line(const motion::Scene& scene, const AxisVec& from,
+                                                        const AxisVec& to, const motion::PathRules& rules,
+                                                        double v_cap) const {
+  for (int slower = 0;; ++slower) {
+    auto line = motion::line_move(limits_, from, to, v_cap);
+    const motion::AsSent sent(scene, limits_, line);
+    const auto proved = sent.certify(0, sent.duration_s(), rules, breath_);
+    if (proved) return line;
+    if (slower == kSlower || proved.error().fault != Fault::Collision) return tl::unexpected(proved.error());
+    v_cap = line.front().v_cap / 2;
+  }
 }
 
 std::string_view BlockBuilder::up_or_down(const AxisVec& to) const {
@@ -110,12 +154,20 @@ Result<void> BlockBuilder::would_be_free(std::span<const AxisVec> polyline, cons
   return certificate ? Result<void>{} : tl::unexpected(certificate.error());
 }
 
+Result<void> BlockBuilder::would_be_free(std::span<const motion::Segment> segments,
+                                         const motion::PathRules& rules) const {
+  if (auto free = would_be_free(motion::chords(segments), rules, motion::off_chords_mm(segments)); !free) return free;
+  const motion::AsSent sent(*scene_, limits_, segments);
+  return sent.certify(0, sent.duration_s(), rules, breath_);
+}
+
 Result<void> BlockBuilder::straight(const AxisVec& to, const motion::PathRules& rules, double v_cap) {
   if (auto settled = settle(); !settled) return settled;
   if (auto proved = prove(std::array{at_, to}, rules, up_or_down(to)); !proved) return proved;
-  const auto line = motion::line_move(limits_, at_, to, v_cap);
-  if (auto asked = ask(*scene_, line, rules); !asked) return asked;
-  take(line, to);
+  const auto line = this->line(*scene_, at_, to, rules, v_cap);
+  if (!line) return tl::unexpected(line.error());
+  if (auto asked = ask(*scene_, *line, rules); !asked) return asked;
+  take(*line, to);
   return {};
 }
 
@@ -156,6 +208,8 @@ Result<void> BlockBuilder::bead(const motion::BeadMotion& bead, const motion::Pa
   if (auto r = free(all.first(bead.bead_begin), fmt::format(kRamp, "its run-up", bead.run_up_mm)); !r) return r;
   if (auto r = free(all.subspan(bead.bead_begin, bead.bead_end - bead.bead_begin), ""); !r) return r;
   if (auto r = free(all.subspan(bead.bead_end), fmt::format(kRamp, "its run-out", bead.run_out_mm)); !r) return r;
+  const motion::AsSent sent(*scene_, limits_, all);
+  if (auto r = sent.certify(0, sent.duration_s(), rules, breath_); !r) return r;
   if (auto asked = ask(*scene_, all, rules); !asked) return asked;
   take(bead.segments, bead.end, feature);
   return {};

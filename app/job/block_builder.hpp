@@ -52,7 +52,8 @@ class BlockBuilder {
   Result<void> travel(const AxisVec& to, const motion::PathRules& rules) { return travel(to, rules, rules); }
   /// Straight up from where something is worked on, or down to it; nothing else moves within `alone_mm` of there.
   Result<void> vertical(const AxisVec& to, const motion::PathRules& rules, double alone_mm);
-  /// Straight from rest to rest, where a detour would make no sense or is not wanted.
+  /// Straight from rest to rest, where a detour would make no sense or is not wanted; slower where targets, as they are
+  /// sent, would come too near to a body (motion/plan/as_sent.hpp).
   Result<void> straight(const AxisVec& to, const motion::PathRules& rules, double v_cap = motion::kNoCap);
   /// One axis by a short distance, where it is not known where the head stands: nothing can be proved among bodies
   /// then. It is for a walk (job/walk.hpp), whose length the loop watches. Fault::Internal when it is anything else.
@@ -63,6 +64,9 @@ class BlockBuilder {
   /// Whether a polyline would be free, `off_mm` for how far what is played may be off it. Nothing is added.
   [[nodiscard]] Result<void> would_be_free(std::span<const AxisVec> polyline, const motion::PathRules& rules,
                                            double off_mm = 0) const;
+  /// Whether segments would be, on their path and as their targets are sent.
+  [[nodiscard]] Result<void> would_be_free(std::span<const motion::Segment> segments,
+                                           const motion::PathRules& rules) const;
   /// A bead from its start, where the axes must stand.
   Result<void> bead(const motion::BeadMotion& bead, const motion::PathRules& rules, std::uint32_t feature);
   /// Stands where it is; at_s of the events is in seconds.
@@ -99,10 +103,14 @@ class BlockBuilder {
   Result<void> prove(std::span<const AxisVec> polyline, const motion::PathRules& rules, std::string_view leg,
                      double off_mm = 0);
   [[nodiscard]] std::string_view up_or_down(const AxisVec& to) const;
+  [[nodiscard]] Result<std::vector<motion::Segment>> line(const motion::Scene& scene, const AxisVec& from,
+                                                          const AxisVec& to, const motion::PathRules& rules,
+                                                          double v_cap = motion::kNoCap) const;
+  [[nodiscard]] Result<double> beside_mm(std::span<const AxisVec> polyline, const motion::PathRules& rules) const;
   Result<void> wait_for_next(Proved proved);
   Result<void> settle();
   Result<bool> take_as_arch(std::span<const Proved> legs);
-  Result<void> prove_parts(std::span<Part> parts) const;
+  Result<void> prove_parts(std::span<Part> parts, std::span<const motion::Segment> all) const;
   Result<void> take_legs(std::span<const Proved> legs);
   Result<void> ask(const motion::Scene& scene, std::span<const motion::Segment> segments,
                    const motion::PathRules& rules);

@@ -455,7 +455,7 @@ Result<BegunBead> BlockPlanner::begin(const BlockBuilder& builder, motion::BeadS
     }
     if (kind != RunUp::Kind::Whole && last_s < m.valve_open_lead)  // of a whole one it was looked at
       return fail(Fault::NoSolution, "the valve would open before the needle's last descent and run-up");
-    return builder.would_be_free(motion::chords(run_up), rules, motion::off_chords_mm(run_up));
+    return builder.would_be_free(run_up, rules);
   });
 }
 

@@ -14,9 +14,8 @@ constexpr std::size_t kCycles = 4096;  // that are kept: a stop takes fewer
 constexpr double kSamePlace_mm = 1e-6;
 
 int delay_ticks(const config::Machine& machine) {
-  AxisVec delays{};
-  for (std::size_t i = 0; i < machine.axes.size(); ++i) delays[i] = machine.axes[i].response_delay_s;
-  return motion::Compensation(limits_of(machine), delays).delay_ticks();
+  const motion::Limits limits = limits_of(machine);
+  return motion::Compensation(limits, limits.response_delay_s).delay_ticks();
 }
 
 }  // namespace

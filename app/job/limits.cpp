@@ -1,5 +1,7 @@
 #include "app/job/limits.hpp"
 
+#include "motion/plan/as_sent.hpp"
+
 namespace gantry::job {
 
 motion::Limits limits_of(const config::Machine& machine) {
@@ -9,9 +11,16 @@ motion::Limits limits_of(const config::Machine& machine) {
   for (std::size_t i = 0; i < machine.axes.size(); ++i) {
     const config::Axis& a = machine.axes[i];
     limits.axis[i] = {a.p_min, a.p_max, a.v_max, a.a_max, a.j_max};
+    limits.response_delay_s[i] = a.response_delay_s;
   }
   for (const AxisId id : {machine.x, machine.y, machine.z}) limits.linear[id.value] = true;
   return limits;
+}
+
+double kept_mm(const config::Machine& machine, const motion::Scene& scene) {
+  AxisVec off{};
+  for (const config::Axis& axis : machine.axes) off[axis.id.value] = axis.path_error;
+  return machine.clearance_mm + motion::farthest_mm(scene, off) + motion::beside_slow_mm(scene, limits_of(machine));
 }
 
 }  // namespace gantry::job

@@ -24,8 +24,7 @@ Result<ProvenBlock> plan_park(const config::Machine& machine, const Surroundings
   BlockBuilder builder(limits, around.scene(), 1, at);
   if (auto r = add_rise(machine, around, builder); !r) return tl::unexpected(r.error());
   const AxisVec to = parked(machine, builder.at());
-  const motion::PathRules full{.clearance_mm = machine.clearance_mm, .approaches = {}};
-  if (auto r = builder.travel(to, full); !r)
+  if (auto r = builder.travel(to, around.apart()); !r)
     return fail(r.error().fault, fmt::format("the head cannot go to the park position: {}", r.error().message),
                 r.error().where);
   return builder.finish();

@@ -104,7 +104,7 @@ std::string limits_text(const config::Machine& m) {
   for (const config::Axis& a : m.axes) {
     Row axis("axis");
     axis.add(a.name).add(a.kind == config::AxisKind::Streamed ? "streamed" : "positioned").add(a.rotary);
-    for (const double v : {a.p_min, a.p_max, a.v_max, a.a_max, a.j_max}) axis.add(v);
+    for (const double v : {a.p_min, a.p_max, a.v_max, a.a_max, a.j_max, a.response_delay_s, a.path_error}) axis.add(v);
     rows.add(axis);
   }
   for (const auto& [axis, position] : m.park) rows.add(Row("park").add(m.axes[axis.value].name).add(position));

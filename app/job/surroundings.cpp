@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "app/job/limits.hpp"
 #include "motion/path/chords.hpp"
 #include "motion/plan/sweep.hpp"
 
@@ -86,7 +87,7 @@ Belief belief_of(const config::Machine& machine, const recipes::Recipe& recipe, 
 Surroundings::Surroundings(const config::Machine& machine)
     : scene_(machine),
       scene_of_touch_(machine),
-      clearance_mm_(machine.clearance_mm),
+      clearance_mm_(kept_mm(machine, scene_)),
       needle_(working_body(machine, "needle")),
       probe_(working_body(machine, "probe")) {}
 
@@ -166,7 +167,7 @@ bool Surroundings::by_design(const std::string& head, const std::string& standin
 }
 
 motion::PathRules Surroundings::kept(const AxisVec& now, bool all) const {
-  motion::PathRules rules{.clearance_mm = clearance_mm_, .approaches = {}};
+  motion::PathRules rules = apart();
   for (std::size_t i = 0; i < scene_.head().size(); ++i)
     for (std::size_t k = 0; k < scene_.standing().size(); ++k) {
       const std::string &head = scene_.head()[i].name, &standing = scene_.standing()[k].name;
@@ -188,13 +189,13 @@ motion::PathRules Surroundings::approaching(const AxisVec& now, double approach_
 }
 
 motion::PathRules Surroundings::touching(double press_mm) const {
-  motion::PathRules rules{.clearance_mm = clearance_mm_, .approaches = {}};
+  motion::PathRules rules = apart();
   let_near(rules, probe_, kBoard, -(press_mm + kSlack_mm + uneven_mm_));
   return rules;
 }
 
 motion::PathRules Surroundings::dispensing(const std::vector<Work>& works) const {
-  motion::PathRules rules{.clearance_mm = clearance_mm_, .approaches = {}};
+  motion::PathRules rules = apart();
   std::map<std::string, double> keeps;
   const auto take = [&](const std::string& on, double gap_mm) {
     const double keep = std::min(gap_mm - kSlack_mm - uneven_mm_ - belief_.upwards_mm, clearance_mm_);

@@ -79,6 +79,8 @@ class Surroundings {
 
   /// From `now` to anywhere: a tool that stands nearer than the clearance to what it works on comes no nearer.
   [[nodiscard]] motion::PathRules travelling(const AxisVec& now) const;
+  /// From anywhere to anywhere, where no body is to be near to another.
+  [[nodiscard]] motion::PathRules apart() const { return {.clearance_mm = clearance_mm_, .approaches = {}}; }
   /// To the point from where the probe goes down: `approach_mm` over the highest that the board may be.
   [[nodiscard]] motion::PathRules approaching(const AxisVec& now, double approach_mm) const;
   /// Down until the probe touches, up again: it may go `press_mm` below the surface as believed. For scene_of_touch().

@@ -92,6 +92,29 @@ TEST(Timing, check_warns_where_the_simulated_machine_answers_otherwise) {
   EXPECT_TRUE(warns(m, "axis X states a response_delay of 3 ms, and answers after 4 ms on the simulated machine"));
 }
 
+/// At a cycle of 2 ms the simulated X answers 1 ms later than its file says: 0.5 mm at 500 mm/s.
+TEST(Timing, check_names_a_path_error_that_delays_and_speed_exceed) {
+  Changed file;
+  file.swap("cycle: 1 ms", "cycle: 2 ms", "x");
+  file.swap("response_delay: 3 ms", "response_delay: 3 ms\n    path_error: 0.4 mm", "x");
+  const auto m = file.load();
+  ASSERT_TRUE(m) << to_text(m.error().front());
+  EXPECT_EQ(m->axes[0].path_error, 0.4);
+  EXPECT_TRUE(warns(m, "axis X states a path_error of 0.4 mm"));
+  EXPECT_TRUE(warns(m, "write path_error: 0.5 mm"));
+  file.swap("path_error: 0.4 mm", "path_error: 0.5 mm", "x");
+  EXPECT_FALSE(warns(file.load(), "states a path_error"));
+
+  Changed measured;
+  measured.swap("response_delay: 3 ms", "response_delay: 3 ms\n    path_error: 0.1 mm", "x");
+  auto found = measured.load();
+  ASSERT_TRUE(found) << to_text(found.error().front());
+  EXPECT_FALSE(warns(found, "states a path_error"));
+  found->axes[0].measured =
+      config::MeasuredDelay{.delay_s = 0.0028, .within_s = 0.0001, .speed = 50, .date = "2026-11-25"};
+  EXPECT_TRUE(warns(found, "write path_error: 0.15 mm"));  // 500 mm/s for 0.2 ms and 0.1 ms
+}
+
 TEST(Windows, check_warns_of_one_that_lets_the_head_out_of_its_clearance) {
   Changed file;
   file.swap("{base: 0.5 mm, per_speed: 10 ms}", "{base: 2.5 mm, per_speed: 10 ms}", "x");

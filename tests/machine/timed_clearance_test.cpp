@@ -1,6 +1,6 @@
-// What is certified is what is played: the setpoints of every cycle of whole jobs, blends and run-ups included, keep
-// the clearance from every body. The judge knows upright bodies by closed forms of its own
-// and where they stand from machine file and recipe; it shares nothing with the proof.
+// What is certified is what is played: the targets of every cycle of whole jobs as they are sent to drives of unlike
+// delay, blends and run-ups included, keep the clearance from every body. The judge knows upright bodies by closed
+// forms of its own and where they stand from machine file and recipe; it shares nothing with the proof.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -133,10 +133,18 @@ record::JobResult watched(Rig& rig, const recipes::Recipe& recipe, Watch& watch)
   return rig.run(recipe);
 }
 
-/// Targets are sent ahead by what each axis answers later than the slowest: with one delay for all they are the path.
-void same_delays(config::Machine& m) {
-  for (config::Axis& axis : m.axes) axis.response_delay_s = 0.004;
+/// Targets are sent ahead by what each axis answers later than others: with unlike delays they are beside the path.
+void as_shipped(config::Machine&) {}
+void far_apart(config::Machine& m) {
+  m.axes[m.x.value].response_delay_s = 0.003;
+  m.axes[m.y.value].response_delay_s = 0.009;
+  m.axes[m.z.value].response_delay_s = 0.0053;
 }
+struct Delays {
+  const char* words;
+  void (*change)(config::Machine&);
+};
+constexpr std::array kDelays{Delays{"as shipped", as_shipped}, Delays{"3, 9 and 5.3 ms", far_apart}};
 
 constexpr const char* kTrue = "dx=0 mm, dy=0 mm, rot=0 deg, dz=0 mm, tilt_x=0 deg, tilt_y=0 deg";
 
@@ -188,25 +196,28 @@ TEST(TimedClearance, the_judge_knows_its_closed_forms) {
   EXPECT_NEAR(gap_mm(head, {5, 0, 3}, turned), 4 - 3 / std::numbers::sqrt2, 1e-9);  // to its corner
 }
 
-TEST(TimedClearance, every_setpoint_of_random_jobs_keeps_the_clearance) {
-  int played = 0;
-  double least_mm = 1e9;
+TEST(TimedClearance, every_setpoint_of_random_jobs_keeps_the_clearance_as_it_is_sent) {
   const double kept_mm = 2;
-  for (std::uint64_t seed = 1; seed < 200 && played < 12; ++seed) {
-    const recipes::Recipe recipe = random_recipe(seed);
-    if (recipe.features.empty()) continue;
-    Rig rig({.placement = kTrue, .change = same_delays});
-    Watch watch;
-    const record::JobResult r = watched(rig, recipe, watch);
-    if (watch.cycles == 0) continue;  // refused: something stands on the way
-    if (r.features_done != r.features_total) continue;
-    ++played;
-    EXPECT_GE(watch.least_mm, kept_mm - kRounding_mm)
-        << "seed " << seed << ": " << watch.pair << "; by the proof " << job::to_text(r.minimum_clearance.others);
-    least_mm = std::min(least_mm, watch.least_mm);
+  for (const auto& [delays, change] : kDelays) {
+    int played = 0;
+    double least_mm = 1e9;
+    for (std::uint64_t seed = 1; seed < 200 && played < 12; ++seed) {
+      const recipes::Recipe recipe = random_recipe(seed);
+      if (recipe.features.empty()) continue;
+      Rig rig({.placement = kTrue, .change = change});
+      Watch watch;
+      const record::JobResult r = watched(rig, recipe, watch);
+      if (watch.cycles == 0) continue;  // refused: something stands on the way
+      if (r.features_done != r.features_total) continue;
+      ++played;
+      EXPECT_GE(watch.least_mm, kept_mm - kRounding_mm)
+          << "delays " << delays << ", seed " << seed << ": " << watch.pair << "; by the proof "
+          << job::to_text(r.minimum_clearance.others);
+      least_mm = std::min(least_mm, watch.least_mm);
+    }
+    EXPECT_EQ(played, 12) << delays;
+    EXPECT_LT(least_mm, kept_mm + 0.1) << "they go as near as they may, " << delays;
   }
-  EXPECT_EQ(played, 12);
-  EXPECT_LT(least_mm, kept_mm + 0.05) << "they go as near as they may";
 }
 
 /// Two zones across the way to the first mark: the world holds nothing there and would not say so; the judge looks at
@@ -240,15 +251,18 @@ TEST(TimedClearance, every_setpoint_keeps_out_of_zones) {
 }
 
 TEST(TimedClearance, every_setpoint_of_the_shipped_recipes_keeps_it) {
-  for (const char* file : {"recipes/demo-board.yaml", "recipes/patterns.yaml"}) {
-    const recipes::Recipe recipe = test::load_recipe(file);
-    Rig rig({.placement = kTrue, .change = same_delays});
-    Watch watch;
-    EXPECT_TRUE(watched(rig, recipe, watch).errors.empty()) << file;
-    // Marks and touches are found within some hundredths of a mm of where they are.
-    EXPECT_GE(watch.least_mm, 2 - 0.05) << file << ": " << watch.pair;
-    EXPECT_GT(watch.cycles, 10'000u);
-  }
+  for (const auto& [delays, change] : kDelays)
+    for (const char* file : {"recipes/demo-board.yaml", "recipes/patterns.yaml"}) {
+      const recipes::Recipe recipe = test::load_recipe(file);
+      Rig rig({.placement = kTrue, .change = change});
+      Watch watch;
+      const record::JobResult r = watched(rig, recipe, watch);
+      EXPECT_TRUE(r.errors.empty()) << file << ", delays " << delays << ": "
+                                    << (r.errors.empty() ? "" : to_text(r.errors.front()));
+      // Marks and touches are found within some hundredths of a mm of where they are.
+      EXPECT_GE(watch.least_mm, 2 - 0.05) << file << ", delays " << delays << ": " << watch.pair;
+      EXPECT_GT(watch.cycles, 10'000u);
+    }
 }
 
 }  // namespace

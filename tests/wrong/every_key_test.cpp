@@ -222,6 +222,7 @@ TEST(EveryKey, of_a_machine_file_written_wrong_brings_one_message) {
     text.insert(at + behind.size(), more);
   };
   also("    drives: [{station: z", ", invert: false");
+  also("    response_delay: 3 ms\n", "    path_error: 0.1 mm\n");
   also("position: 1 mm", ", timeout: 60 s, limits_unseen: false");
   also("rack_max: 12 mm", ", square_max: 1 mm");
   also("  frames_lost_max: 3\n", "  map: separate\n");

@@ -104,10 +104,11 @@ TEST_F(ProofInputsTest, are_the_hash_of_the_text_that_the_docs_describe) {
   config::Machine m;
   config::Axis x;
   x.name = "X", x.p_min = -0.0, x.p_max = 400.5, x.v_max = 500, x.a_max = 4000, x.j_max = 80000;
+  x.response_delay_s = 0.004, x.path_error = 0.25;
   m.axes = {x};
   m.clearance_mm = 2, m.safe_z_mm = -5, m.park = {{AxisId{0}, 20}};
   EXPECT_EQ(proof_inputs(m, {}).limits, sha256_hex("gantry limits 1\n"
-                                                   "axis \"X\" streamed false 0 400.5 500 4000 80000\n"
+                                                   "axis \"X\" streamed false 0 400.5 500 4000 80000 0.004 0.25\n"
                                                    "clearance 2\n"
                                                    "cycle 0.001\n"
                                                    "park \"X\" 20\n"
