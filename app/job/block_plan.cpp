@@ -100,19 +100,29 @@ BlockPlanner::BlockPlanner(const config::Machine& machine, const recipes::Recipe
       recipe_(recipe),
       breath_(std::move(breath)),
       opinion_(std::move(opinion)),
-      limits_(limits_of(machine)),
-      surroundings_(std::make_shared<Surroundings>(machine, recipe, unmeasured(recipe))) {}
+      limits_(limits_of(machine)) {}
 
 BlockPlanner::~BlockPlanner() = default;
 
 void BlockPlanner::know(const Knowledge& known) {
   const bool moved = known.offset != known_.offset || known.surface != known_.surface;
   known_ = known;
-  if (moved) surroundings_ = std::make_shared<Surroundings>(machine_, recipe_, belief_of(machine_, recipe_, known));
+  if (moved) surroundings_.reset();
+}
+
+void BlockPlanner::share(const BlockPlanner& other) {
+  if (!surroundings_ && known_.offset == other.known_.offset && known_.surface == other.known_.surface)
+    surroundings_ = other.surroundings_;
+}
+
+const std::shared_ptr<const Surroundings>& BlockPlanner::surroundings() const {
+  if (!surroundings_)
+    surroundings_ = std::make_shared<Surroundings>(machine_, recipe_, belief_of(machine_, recipe_, known_));
+  return surroundings_;
 }
 
 BlockBuilder BlockPlanner::build(std::uint32_t block, const AxisVec& from) const {
-  BlockBuilder builder(limits_, surroundings_->scene(), block, from, breath_, opinion_);
+  BlockBuilder builder(limits_, surroundings()->scene(), block, from, breath_, opinion_);
   builder.list(rows());
   return builder;
 }
@@ -131,7 +141,7 @@ Result<ProvenBlock> BlockPlanner::look_at_mark(std::uint32_t block, const AxisVe
   BlockBuilder builder = build(block, from);
   builder.about(subject("mark", def.name, def.place));
   const AxisVec to = recipes::tool_at(machine_, camera, mark_view(mark), 0);
-  if (auto r = builder.travel(to, surroundings_->travelling(from)); !r)
+  if (auto r = builder.travel(to, surroundings()->travelling(from)); !r)
     return tl::unexpected(with_line(r.error(), recipe_, def.place, fmt::format("mark '{}'", def.name)));
 
   const std::uint32_t light = config::bit(config::Output::CameraLight),
@@ -160,7 +170,7 @@ Result<ProvenBlock> BlockPlanner::touch(std::uint32_t block, const AxisVec& from
   const double approach = machine_.probe.approach_mm;
   const AxisVec above = probe_at(index, recipe_.touch_rules.window_mm + approach);
   const std::string words = fmt::format("touch '{}'", point.name);
-  if (auto r = builder.travel(above, surroundings_->approaching(from, approach)); !r)
+  if (auto r = builder.travel(above, surroundings()->approaching(from, approach)); !r)
     return tl::unexpected(with_line(r.error(), recipe_, point.place, words));
   const double fast = machine_.probe.fast_mm_s;
   return down(std::move(builder), index, fast > 0 ? fast : machine_.probe.speed_mm_s, words);
@@ -176,8 +186,8 @@ Result<ProvenBlock> BlockPlanner::touch_again(std::uint32_t block, const AxisVec
 Result<ProvenBlock> BlockPlanner::down(BlockBuilder builder, std::size_t index, double speed_mm_s,
                                        const std::string& words) const {
   const double window = recipe_.touch_rules.window_mm;
-  builder.among(surroundings_->scene_of_touch());
-  if (auto r = builder.until_probe(probe_at(index, -window), surroundings_->touching(window), speed_mm_s); !r)
+  builder.among(surroundings()->scene_of_touch());
+  if (auto r = builder.until_probe(probe_at(index, -window), surroundings()->touching(window), speed_mm_s); !r)
     return tl::unexpected(with_line(r.error(), recipe_, recipe_.touches[index].place, words));
   return builder.finish();
 }
@@ -194,11 +204,11 @@ Result<ProvenBlock> BlockPlanner::up(std::uint32_t block, const AxisVec& from, s
   const recipes::TouchPoint& point = recipe_.touches[index];
   BlockBuilder builder = build(block, from);
   builder.about(subject("touch", point.name, point.place));
-  builder.among(surroundings_->scene_of_touch());
+  builder.among(surroundings()->scene_of_touch());
   AxisVec to = from;
   double& z = to[machine_.z.value];
   z = std::min(z + by_mm, limits_.axis[machine_.z.value].p_max);
-  if (auto r = builder.straight(to, surroundings_->touching(recipe_.touch_rules.window_mm)); !r)
+  if (auto r = builder.straight(to, surroundings()->touching(recipe_.touch_rules.window_mm)); !r)
     return tl::unexpected(with_line(r.error(), recipe_, point.place, fmt::format("up from touch '{}'", point.name)));
   return builder.finish();
 }
@@ -212,9 +222,9 @@ Result<ProvenBlock> BlockPlanner::purge(std::uint32_t block, const AxisVec& from
   const AxisVec to = recipes::tool_at(machine_, *config::find_tool(machine_, "needle"),
                                       recipes::purge_tip(recipe_, machine_, offset(), surface()), offset().rotation);
   const motion::PathRules on_travel =
-      on_board ? travel_rules(builder, {}, work_of(m, "")) : surroundings_->travelling(from);
+      on_board ? travel_rules(builder, {}, work_of(m, "")) : surroundings()->travelling(from);
   const motion::PathRules there =
-      on_board ? surroundings_->dispensing({work_of(m, "")}) : surroundings_->travelling(lifted(to, m));
+      on_board ? surroundings()->dispensing({work_of(m, "")}) : surroundings()->travelling(lifted(to, m));
   Result<void> done = builder.travel(lifted(to, m), on_travel);
   if (done) done = builder.vertical(to, there, m.retract * kAlone);
   if (done) {
@@ -243,7 +253,7 @@ Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& f
     if (!go_on(breath_)) return given_up();
     if (count_) count_();
     const recipes::Feature& feature = recipe_.features[f];
-    if (const auto& doubt = surroundings_->doubt())
+    if (const auto& doubt = surroundings()->doubt())
       if (const auto why = recipes::reaches_board(recipe_, *doubt, feature))
         return tl::unexpected(with_line({Fault::Collision, *why, {}}, recipe_, place_of(feature), words_of(feature)));
     const auto dispensed = std::holds_alternative<recipes::Dot>(feature)
@@ -262,7 +272,7 @@ Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& f
 
 /// Told of the feature that is dispensed next, or by the words that are given.
 Result<ProvenBlock> BlockPlanner::over_board(ProvenBlock block, std::string words, recipes::Location place) const {
-  const auto low = surroundings_->below_board(block.segments());
+  const auto low = surroundings()->below_board(block.segments());
   if (!low) return block;
   for (std::size_t i = low->segment; i < block.segments().size(); ++i)
     if (const std::uint32_t f = block.segments()[i].feature; f != motion::kTravel) {
@@ -289,7 +299,7 @@ Result<ProvenBlock> BlockPlanner::lift(std::uint32_t block, const AxisVec& from,
           work = work_of(f);
         else
           work = work_of(m, f.on);
-        if (auto r = builder.straight(lifted(from, m), surroundings_->dispensing({work})); !r)
+        if (auto r = builder.straight(lifted(from, m), surroundings()->dispensing({work})); !r)
           return tl::unexpected(with_line(r.error(), recipe_, f.place, fmt::format("up from '{}'", f.id)));
         auto planned = builder.finish();
         if (!planned) return planned;
@@ -316,9 +326,9 @@ Work BlockPlanner::work_of(const recipes::Material& material, const std::string&
 /// comes from elsewhere.
 motion::PathRules BlockPlanner::travel_rules(const BlockBuilder& builder, const std::optional<Work>& last,
                                              const Work& work) const {
-  if (last) return surroundings_->dispensing({*last, work});
-  motion::PathRules rules = surroundings_->dispensing({work});
-  motion::PathRules from = surroundings_->travelling(builder.at());
+  if (last) return surroundings()->dispensing({*last, work});
+  motion::PathRules rules = surroundings()->dispensing({work});
+  motion::PathRules from = surroundings()->travelling(builder.at());
   rules.approaches.insert(rules.approaches.end(), from.approaches.begin(), from.approaches.end());
   return rules;
 }
@@ -361,7 +371,7 @@ Result<void> BlockPlanner::add_dot(BlockBuilder& builder, const recipes::Dot& do
   const recipes::Material& m = *recipes::find_material(recipe_, dot.material);
   const Work work = work_of(m, dot.on);
   builder.about(subject("dot", dot.id, dot.place));
-  const motion::PathRules rules = surroundings_->dispensing({work});
+  const motion::PathRules rules = surroundings()->dispensing({work});
   const AxisVec to = needle_at(dot.at, dot.height_mm + m.gap);
   Result<void> done = go_over(builder, lifted(to, m), last, work);
   last = work;
@@ -385,7 +395,7 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
   const recipes::Material& m = *recipes::find_material(recipe_, bead.material);
   const Work work = work_of(bead);
   builder.about(subject("bead", bead.id, bead.place));
-  const motion::PathRules rules = surroundings_->dispensing({work});
+  const motion::PathRules rules = surroundings()->dispensing({work});
   const auto wrong = [&](const Error& e) {
     return tl::unexpected(with_line(e, recipe_, bead.place, fmt::format("bead '{}'", bead.id)));
   };
@@ -487,7 +497,7 @@ Result<ProvenBlock> BlockPlanner::park(std::uint32_t block, const AxisVec& from)
   BlockBuilder builder = build(block, from);
   const recipes::Location last = last_place(recipe_);
   builder.about({"the park position", "", recipe_.file, last});
-  if (auto r = builder.travel(parked(machine_, from), surroundings_->travelling(from)); !r)
+  if (auto r = builder.travel(parked(machine_, from), surroundings()->travelling(from)); !r)
     return tl::unexpected(with_line(r.error(), recipe_, last, "parking"));
   auto planned = builder.finish();
   if (!planned) return planned;

@@ -33,8 +33,13 @@ class BlockPlanner {
                motion::Opinion opinion = {});
   ~BlockPlanner();
 
-  /// Board and parts stand where this says (surroundings.hpp: belief_of).
+  /// Board and parts stand where this says (surroundings.hpp: belief_of). What that is among thousands of parts is
+  /// worked out when a plan asks for it.
   void know(const Knowledge& known);
+
+  /// What another planner of this machine and recipe has worked out for the same knowledge need not be worked out
+  /// again.
+  void share(const BlockPlanner& other);
 
   /// Called with each feature that is dispensed.
   void count(std::function<void()> features) { count_ = std::move(features); }
@@ -63,7 +68,7 @@ class BlockPlanner {
   Result<ProvenBlock> park(std::uint32_t block, const AxisVec& from) const;
 
   /// What it plans among, by what is known now. It may be kept longer than the planner.
-  [[nodiscard]] const std::shared_ptr<const Surroundings>& surroundings() const { return surroundings_; }
+  [[nodiscard]] const std::shared_ptr<const Surroundings>& surroundings() const;
   /// Where the camera's tip is meant to be for a mark, machine frame.
   [[nodiscard]] Vec3 mark_view(std::size_t mark) const;
   /// The axes with the probe's tip over a touch, so high above the nominal surface.
@@ -106,7 +111,7 @@ class BlockPlanner {
   std::optional<MotionRows> rows_;
   motion::Limits limits_;
   Knowledge known_;
-  std::shared_ptr<const Surroundings> surroundings_;
+  mutable std::shared_ptr<const Surroundings> surroundings_;  ///< null: nobody has asked since it changed
 };
 
 }  // namespace gantry::job

@@ -11,12 +11,15 @@ constexpr double kLow_mm = 0.5;  // less below the safe height is up there
 
 }  // namespace
 
+bool rises(const config::Machine& machine, const AxisVec& at) {
+  return at[machine.z.value] < machine.safe_z_mm - kLow_mm;
+}
+
 Result<bool> add_rise(const config::Machine& machine, const Surroundings& around, BlockBuilder& builder) {
   const AxisVec from = builder.at();
+  if (!rises(machine, from)) return false;
   AxisVec to = from;
-  double& z = to[machine.z.value];
-  if (z >= machine.safe_z_mm - kLow_mm) return false;
-  z = machine.safe_z_mm;
+  to[machine.z.value] = machine.safe_z_mm;
   const auto up = builder.straight(to, around.no_nearer_than(from));
   if (up) return true;
   if (up.error().fault != Fault::Collision) return tl::unexpected(up.error());

@@ -20,6 +20,8 @@ namespace gantry::job {
 Result<std::optional<ProvenBlock>> plan_rise(const config::Machine& machine, const Surroundings& around,
                                              std::uint32_t block, const AxisVec& from,
                                              const motion::Opinion& opinion = {}, const MotionRows* rows = nullptr);
+/// The head stands lower than that.
+bool rises(const config::Machine& machine, const AxisVec& at);
 /// The same as the beginning of a block that goes on from up there. False: it is up there already.
 Result<bool> add_rise(const config::Machine& machine, const Surroundings& around, BlockBuilder& builder);
 

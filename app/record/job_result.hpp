@@ -11,6 +11,7 @@
 
 #include "app/job/job_times.hpp"
 #include "app/job/nearest.hpp"
+#include "app/job/proofs_ahead.hpp"
 #include "app/record/envelope_line.hpp"
 #include "config/machine.hpp"
 #include "core/axis_vec.hpp"
@@ -251,6 +252,7 @@ struct JobResult {
   bool setpoint_stream_complete = true;  ///< false: snapshots were lost and the hash says nothing
   job::Clearances minimum_clearance;     ///< of all certified motions
   std::size_t motions_certified = 0;
+  job::ProofsAhead proofs;
   std::optional<MotionsListed> motions_listed{};  ///< of a dry run
   std::size_t opinion_poses = 0;  ///< along them, of which a second opinion was asked; 0: nobody was asked
   Path planned, actual;

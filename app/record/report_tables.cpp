@@ -326,6 +326,7 @@ std::string fact_section(const JobResult& r) {
   fact("blocks", fmt::format("{} of {}", r.blocks_done, r.blocks_total));
   if (r.motions_certified > 0) {
     fact("certificate", fmt::format("{} motions proved free", r.motions_certified));
+    fact("proved", job::to_text(r.proofs));
     fact("nearest by design", job::to_text(r.minimum_clearance.by_design));
     fact("nearest of all others", job::to_text(r.minimum_clearance.others));
   }

@@ -338,6 +338,11 @@ nlohmann::ordered_json to_json(const JobResult& r) {
   j["certificate"] = {{"motions_certified", r.motions_certified},
                       {"minimum_clearance_mm", others ? number(others->distance_mm) : Json(nullptr)},
                       {"minimum_clearance", to_json(r.minimum_clearance)},
+                      {"blocks",
+                       {{"ahead", r.proofs.ahead},
+                        {"at_the_moment", r.proofs.at_the_moment},
+                        {"waited", r.proofs.waited},
+                        {"waited_s", number(r.proofs.waited_s)}}},
                       {"second_opinion_poses", r.opinion_poses > 0 ? Json(r.opinion_poses) : Json(nullptr)}};
   j["setpoint_hash"] = hash_text(r.setpoint_hash);
   j["setpoint_ticks"] = r.setpoint_ticks;

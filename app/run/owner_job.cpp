@@ -231,17 +231,18 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   if (options.forecast != nullptr)
     forecast =
         job::from_here(*options.forecast, p.machine, recipe, job, p.where_a_job_begins(), p.control().valve_shut_s());
-  p.job =
-      std::make_unique<RunningJob>(Recording(p.machine, recipe, result, latest().time_ns, options.out, watched, writer),
-                                   Site{.machine = p.machine,
-                                        .control = p.control(),
-                                        .camera = p.world != nullptr ? &p.world->camera() : nullptr,
-                                        .around = p.around.get(),
-                                        .breath = [&p] { return p.control().breathe(); },
-                                        .opinion = options.opinion,
-                                        .forecast = forecast ? &*forecast : nullptr,
-                                        .aside = [&p](const auto& work) { return p.aside(work); }},
-                                   recipe, job, result);
+  p.job = std::make_unique<RunningJob>(
+      Recording(p.machine, recipe, result, latest().time_ns, options.out, watched, writer),
+      Site{.machine = p.machine,
+           .control = p.control(),
+           .camera = p.world != nullptr ? &p.world->camera() : nullptr,
+           .around = p.around.get(),
+           .breath = [&p] { return p.control().breathe(); },
+           .opinion = options.opinion,
+           .forecast = forecast ? &*forecast : nullptr,
+           .foresight = p.options.virtual_time ? Foresight::Thread::Callers : Foresight::Thread::Own,
+           .aside = [&p](const auto& work) { return p.aside(work); }},
+      recipe, job, result);
   if (const double factor = latest().override_factor; factor > 1) {
     log::warn("the override returns from {:.0f} to 100 %, as at the start of every job", factor * 100);
     p.control().post({.kind = cycle::CommandKind::Override, .value = 1});

@@ -1,6 +1,7 @@
 #include "app/run/runner.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -33,6 +34,12 @@ Runner::Runner(const Site& site, const recipes::Recipe& recipe, const recipes::J
       result_(result),
       planned_path_(site.machine),
       planner_(site.machine, recipe, site.breath, site.opinion),
+      // A second opinion is one thread's.
+      foresight_(site.machine, recipe,
+                 {.thread = site.opinion ? Foresight::Thread::Callers : site.foresight,
+                  .breath = site.breath,
+                  .opinion = site.opinion,
+                  .lists_motions = site.motions != nullptr}),
       state_(job::begin_state(recipe, job)),
       watch_(recipes::dispensed_by(job)),
       speed_watch_(recipe, seconds(site.machine.bus.cycle)),
@@ -102,8 +109,9 @@ void Runner::see(const cycle::Snapshot& s) {
 Result<void> Runner::begin() {
   const job::Surroundings bodies(site_.machine);
   for (;;) {
+    if (!job::rises(site_.machine, at_)) foresee(state_, at_);
     auto done = close_clamp();
-    if (done) done = rise(site_.around != nullptr ? *site_.around : bodies);
+    if (done) done = rise(site_.around != nullptr ? *site_.around : bodies, true);
     if (done || !outlives(done.error())) return done;
     doing_ = "stopped";
     if (auto stood = site_.control.wait_for_resume(); !stood) return stood;
@@ -123,12 +131,13 @@ Result<void> Runner::close_clamp() {
                             Error{Fault::ClampOpen, "the clamp did not close", "input clamp_closed"});
 }
 
-Result<void> Runner::rise(const job::Surroundings& around) {
+Result<void> Runner::rise(const job::Surroundings& around, bool begins) {
   auto up = job::plan_rise(site_.machine, around, block_ + 1, at_, site_.opinion, planner_.rows());
   if (!up) return tl::unexpected(up.error());
   if (!*up) return {};
   doing_ = "raising the head";
   next_block("needle");
+  if (begins) foresee(state_, (*up)->end());
   if (auto r = play(**std::move(up)); !r) return tl::unexpected(r.error());
   return {};
 }
@@ -140,6 +149,31 @@ std::uint32_t Runner::next_block(std::string_view tool_name) {
   tips.resize(++block_ + 1);
   if (tool != nullptr) tips[block_] = tool->tip - Vec3{0, 0, tool->lift_mm};
   return block_;
+}
+
+Result<job::ProvenBlock> Runner::prove(job::BlockStep step) {
+  const job::BlockWanted wanted{std::move(step), block_, at_, state_.known, state_.laid};
+  const auto since = std::chrono::steady_clock::now();
+  auto foreseen = foresight_.take(wanted, [this] {
+    site_.control.idle();
+    return !site_.control.aborting();
+  });
+  if (foreseen) planner_.share(foresight_.planner());
+  ++(foreseen ? result_.proofs.ahead : result_.proofs.at_the_moment);
+  auto block = foreseen ? *std::move(foreseen) : job::plan(planner_, wanted);
+  // In virtual time none passes while anybody thinks.
+  const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();
+  if (site_.foresight == Foresight::Thread::Own && s > seconds(site_.machine.bus.cycle))
+    ++result_.proofs.waited, result_.proofs.waited_s += s;
+  return block;
+}
+
+void Runner::foresee(const job::JobState& after, const AxisVec& from) {
+  foresight_.begin(job::wanted_next(recipe_, job_, after, purge_is_due(), block_ + 1, from));
+}
+
+void Runner::foresee(const job::JobState& after, const Result<job::ProvenBlock>& block) {
+  if (block) foresee(after, block->end());
 }
 
 Result<Played> Runner::play(Result<job::ProvenBlock> planned, When when) {
@@ -187,7 +221,8 @@ Result<job::JobState> Runner::take(const recipes::LookAtMark& step) {
   for (int attempt = 1; attempt <= attempts; ++attempt) {
     std::uint64_t shown_before = 0;
     if (auto r = site_.aside([&] { shown_before = site_.camera->latest(); }); !r) return tl::unexpected(r.error());
-    auto played = play(planner_.look_at_mark(next_block("camera"), at_, mark));
+    next_block("camera");
+    auto played = play(prove(step));
     if (!played) return tl::unexpected(played.error());
     Result<record::MarkResult> judged;
     const auto look = [&, head = site_.control.latest().actual] { judged = judge(mark, head, shown_before); };
@@ -201,6 +236,7 @@ Result<job::JobState> Runner::take(const recipes::LookAtMark& step) {
     }
     found = *judged;
     found.attempts = attempt;
+    foresee(found.found ? job::after_mark(recipe_, state_, mark, found.measured) : state_, at_);
     // The answer takes effect a fixed time after the exposure, so that runs repeat whatever the host does meanwhile.
     const auto latency = site_.control.cycles(site_.machine.camera.answer_latency_s);
     const CycleIndex due = played->end + latency;
@@ -285,12 +321,21 @@ Result<job::JobState> Runner::take(const recipes::Touch& step) {
   constexpr double kAgree_mm = 0.1;
   const recipes::TouchPoint& point = recipe_.touches[step.touch];
   doing_ = "touch " + point.name;
-  auto met = touch_down(point, [&] { return planner_.touch(next_block("probe"), at_, step.touch); });
+  auto met = touch_down(point, [&] {
+    next_block("probe");
+    return prove(step);
+  });
   if (met && site_.machine.probe.fast_mm_s > 0) {
     const double first = *met;
-    if (auto free = play(planner_.back_off(next_block("probe"), at_, step.touch)); !free)
-      return tl::unexpected(free.error());
-    met = touch_down(point, [&] { return planner_.touch_again(next_block("probe"), at_, step.touch); });
+    next_block("probe");
+    auto up = prove(job::BackOff{step.touch});
+    if (up)
+      foresight_.begin(job::BlockWanted{job::TouchAgain{step.touch}, block_ + 1, up->end(), state_.known, state_.laid});
+    if (auto free = play(std::move(up)); !free) return tl::unexpected(free.error());
+    met = touch_down(point, [&] {
+      next_block("probe");
+      return prove(job::TouchAgain{step.touch});
+    });
     if (met && std::abs(*met - first) > kAgree_mm)
       return fail(Fault::ProbeImplausible,
                   fmt::format("touch '{}': the fast and the slow touch are {:.3f} mm apart; {:.3f} mm is allowed",
@@ -306,8 +351,10 @@ Result<job::JobState> Runner::take(const recipes::Touch& step) {
 /// The height is judged once the probe is free.
 Result<job::JobState> Runner::take(const job::Retract& step) {
   const recipes::TouchPoint& point = recipe_.touches[step.touch];
-  if (auto free = play(planner_.retract(next_block("probe"), at_, step.touch)); !free)
-    return tl::unexpected(free.error());
+  next_block("probe");
+  auto up = prove(step);
+  foresee(job::after_retract(state_), up);
+  if (auto free = play(std::move(up)); !free) return tl::unexpected(free.error());
   const double height_mm = state_.known.heights.back().height_mm;
   result_.touches.push_back({point.name, point.at, height_mm, 0});
   if (std::abs(height_mm) > recipe_.touch_rules.window_mm)
@@ -330,13 +377,19 @@ Result<job::JobState> Runner::take(const job::SettleSurface&) {
 
 // ---- features ----
 
-/// A valve of which nothing is known may have been shut for any time.
-Result<job::JobState> Runner::take(const recipes::PurgeNeedle&) {
+bool Runner::purge_is_due() const {
   const std::optional<double> shut_s = site_.control.valve_shut_s();
-  if (shut_s && *shut_s <= recipe_.purge->after_s && !purge_cut_) return job::after_purge(state_);
+  return recipe_.purge && (!shut_s || *shut_s > recipe_.purge->after_s || purge_cut_);
+}
+
+Result<job::JobState> Runner::take(const recipes::PurgeNeedle& step) {
+  if (!purge_is_due()) return job::after_purge(state_);
   doing_ = "purging";
   purging_ = purge_cut_ = true;
-  const auto played = play(planner_.purge(next_block("needle"), at_));
+  next_block("needle");
+  auto shots = prove(step);
+  foresee(job::after_purge(state_), shots);
+  const auto played = play(std::move(shots));
   purging_ = false;
   if (!played) return tl::unexpected(played.error());
   if (played->cut) return state_;  // once more, when the operator resumes
@@ -347,7 +400,9 @@ Result<job::JobState> Runner::take(const recipes::PurgeNeedle&) {
 
 Result<job::JobState> Runner::take(const recipes::Dispense& step) {
   doing_ = "dispensing";
-  auto planned = planner_.dispense(next_block("needle"), at_, step.features, state_.laid);
+  next_block("needle");
+  auto planned = prove(step);
+  foresee(job::after_dispense(state_), planned);
   if (planned)
     for (const job::RunUp& begun : planned->run_ups()) {
       const auto& bead = std::get<recipes::Bead>(recipe_.features[begun.feature]);
@@ -362,9 +417,10 @@ Result<job::JobState> Runner::take(const recipes::Dispense& step) {
   return cut_ || joining_ ? join(feature) : state_;
 }
 
-Result<job::JobState> Runner::take(const recipes::Park&) {
+Result<job::JobState> Runner::take(const recipes::Park& step) {
   doing_ = "parking";
-  const auto played = play(planner_.park(next_block("needle"), at_));
+  next_block("needle");
+  const auto played = play(prove(step));
   if (!played) return tl::unexpected(played.error());
   return job::after_park(state_);
 }

@@ -22,6 +22,7 @@
 #include "app/record/motion_file.hpp"
 #include "app/record/planned_path.hpp"
 #include "app/run/control.hpp"
+#include "app/run/foresight.hpp"
 #include "config/machine.hpp"
 #include "recipes/job.hpp"
 #include "vision/camera.hpp"
@@ -39,7 +40,8 @@ struct Site {
   Breath breath{};                          ///< asked while motions are planned; no: the job ends with Fault::Aborted
   motion::Opinion opinion{};                ///< asked of each motion besides the proof; empty: nobody is
   const job::Forecast* forecast = nullptr;  ///< of the job; null: there is none
-  record::MotionFile* motions = nullptr;    ///< where the motions that are played are listed; null: nowhere
+  Foresight::Thread foresight = Foresight::Thread::Callers;  ///< who proves ahead; its own in real time alone
+  record::MotionFile* motions = nullptr;  ///< where the motions that are played are listed; null: nowhere
   /// Runs to its end what waits for the camera, while the machine is served; it touches nothing that a step touches. An
   /// error: meanwhile something has come that ends the job.
   std::function<Result<void>(const std::function<void()>&)> aside = [](const std::function<void()>& work) {
@@ -91,7 +93,8 @@ class Runner {
   /// The job goes on behind a reset and a resume.
   [[nodiscard]] bool outlives(const Error& error) const;
   Result<void> close_clamp();
-  Result<void> rise(const job::Surroundings& around);
+  /// `begins`: the job's first block comes next.
+  Result<void> rise(const job::Surroundings& around, bool begins = false);
 
   /// Does one step of the job, and gives the state after it.
   Result<job::JobState> take(const recipes::LookAtMark& step);
@@ -103,6 +106,14 @@ class Runner {
   Result<job::JobState> take(const recipes::Dispense& step);
   Result<job::JobState> take(const recipes::Park& step);
 
+  /// The block that has got its number last, from where the axes stand: foreseen, or planned now.
+  Result<job::ProvenBlock> prove(job::BlockStep step);
+  /// What comes next will begin there, in this state of the job.
+  void foresee(const job::JobState& after, const AxisVec& from);
+  /// The same when the block has ended as planned.
+  void foresee(const job::JobState& after, const Result<job::ProvenBlock>& block);
+  /// A valve of which nothing is known may have been shut for any time.
+  [[nodiscard]] bool purge_is_due() const;
   /// Arms the probe and plays; Z where it touched.
   Result<double> touch_down(const recipes::TouchPoint& point, const std::function<Result<job::ProvenBlock>()>& plan);
   [[nodiscard]] bool disturbs(const cycle::Snapshot& s) const;
@@ -134,6 +145,7 @@ class Runner {
   record::JobResult& result_;
   record::PlannedPath planned_path_;
   job::BlockPlanner planner_;
+  Foresight foresight_;
   AxisVec at_{};             ///< where the axes stand
   std::uint32_t block_ = 0;  ///< number of the block that plays
   job::JobState state_;

@@ -67,6 +67,20 @@ TEST(DemoBoard, a_run_is_a_pure_function_of_its_inputs) {
   EXPECT_EQ(hashes.size(), 2u) << "another placement must give another stream";
 }
 
+/// Four marks, three touches with their retracts, one block of features, parking. Of all but the retracts, which begin
+/// where the probe has touched, it is known beforehand where they begin. The same stream comes out of a machine with
+/// two touches a point: there the slow one is foreseen, too.
+TEST(DemoBoard, every_block_is_proved_ahead_but_what_begins_at_a_touch) {
+  for (const bool two : {false, true}) {
+    Rig rig({.placement = "dx=-0.4 mm, dy=0.9 mm, rot=-0.6 deg", .change = [&](config::Machine& m) {
+               if (two) m.probe.fast_mm_s = 2 * m.probe.speed_mm_s, m.probe.back_off_mm = 1;
+             }});
+    const record::JobResult result = rig.run(kDemo);
+    expect_done(result);
+    EXPECT_EQ(result.proofs, (job::ProofsAhead{two ? 12u : 9u, two ? 6u : 3u, 0, 0}));
+  }
+}
+
 TEST(DemoBoard, what_is_seen_late_changes_no_setpoint) {
   std::set<std::uint64_t> hashes;
   for (const char* disturbed : {"", "- {at: mark back_right, do: noise, loss: 0.3, seed: 1}",

@@ -230,7 +230,6 @@ TEST(TimedClearance, every_setpoint_keeps_out_of_zones) {
     recipes::Recipe asked = recipe;
     if (!zones) asked.keep_out.clear();
     Rig rig({.placement = kTrue, .change = [&](config::Machine& m) {
-               same_delays(m);
                if (zones) m.keep_out = {door};
              }});
     Watch watch;
