@@ -328,8 +328,10 @@ TEST(Orders, what_does_not_fit_the_state_is_refused_with_a_reason) {
     ASSERT_FALSE(refused) << run::name(kind);
     EXPECT_EQ(refused.error().fault, Fault::Refused);
     EXPECT_NE(refused.error().message.find(std::string(run::name(kind))), std::string::npos);
-    EXPECT_NE(refused.error().message.find("`enable`"), std::string::npos)
-        << "it names what lifts it: " << refused.error().message;
+    EXPECT_NE(refused.error().message.find("the machine is disabled, and nothing is "), std::string::npos)
+        << refused.error().message;
+    EXPECT_TRUE(refused.error().message.ends_with("; nothing has to be done"))
+        << "it names what may be done: " << refused.error().message;
   }
   EXPECT_TRUE(rig.owner().order(order(OrderKind::Abort))) << "an abort is never refused";
 }
