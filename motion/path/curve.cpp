@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace gantry::motion {
 namespace {
@@ -151,6 +152,33 @@ Curve straight_curve(const Measure& m, const AxisVec& from, const AxisVec& to) n
   g.length = along(m, g.c[1]);
   g.u[1] = 1;
   return g;
+}
+
+// u(x) and q(u) as Taylor polynomials about where the part begins: x = x0 + (x1 - x0) y, w = u - u(x0).
+Curve part_of(const Curve& whole, double from, double to) noexcept {
+  Curve part = whole;
+  part.length = to - from;
+  const double x0 = from / whole.length, share = part.length / whole.length;
+  part.u = {};
+  double power = 1;
+  constexpr std::size_t kDegree = 5;
+  for (std::size_t k = 0; k <= kDegree; ++k, power *= share) {
+    double sum = 0;
+    for (std::size_t n = kDegree + 1; n-- > k;) {
+      double choose = 1;
+      for (std::size_t i = 0; i < k; ++i) choose *= static_cast<double>(n - i) / static_cast<double>(i + 1);
+      sum = sum * x0 + choose * whole.u[n];
+    }
+    part.u[k] = sum * power;
+  }
+  const double u0 = std::exchange(part.u[0], 0);
+  for (std::size_t i = 0; i < kMaxAxes; ++i) {
+    const double c1 = whole.c[1][i], c2 = whole.c[2][i], c3 = whole.c[3][i];
+    part.c[0][i] = whole.c[0][i] + u0 * (c1 + u0 * (c2 + u0 * c3));
+    part.c[1][i] = c1 + u0 * (2 * c2 + u0 * 3 * c3);
+    part.c[2][i] = c2 + u0 * 3 * c3;
+  }
+  return part;
 }
 
 void append_curve(const Measure& m, const std::array<AxisVec, 4>& bezier, std::uint16_t cells,

@@ -21,7 +21,7 @@ struct Measure {
 
 struct Curve {
   double length = 0;           ///< mm along the path
-  std::array<AxisVec, 4> c{};  ///< q = c0 + c1 u + c2 u^2 + c3 u^3, u in [0, 1]
+  std::array<AxisVec, 4> c{};  ///< q = c0 + c1 u + c2 u^2 + c3 u^3; u begins at 0, and ends at 1 where it is whole
   std::array<double, 6> u{};   ///< u = sum u[k] x^k, x = s / length
   std::uint16_t cells = 1;     ///< speed planning divides it at least into so many parts
   bool straight = false;       ///< c2 = c3 = 0, u = s / length
@@ -39,6 +39,9 @@ using CurveJet = GeometryJet;
 [[nodiscard]] double aside(const Measure& m, const AxisVec& displacement) noexcept;
 
 [[nodiscard]] Curve straight_curve(const Measure& m, const AxisVec& from, const AxisVec& to) noexcept;
+
+/// The part of a curve between two lengths along it: the same points, with s from 0. `rest_after` is the whole curve's.
+[[nodiscard]] Curve part_of(const Curve& curve, double from, double to) noexcept;
 
 /// The cubic with these four Bezier points, as pieces whose s is arc length to 2e-4 or better.
 void append_curve(const Measure& m, const std::array<AxisVec, 4>& bezier, std::uint16_t cells, std::vector<Curve>& out);

@@ -18,9 +18,10 @@ constexpr double kLeastTolerance = 1e-9;  ///< mm: what rounding of coordinates 
 constexpr int kMostTries = 6;             ///< to plan one window at full speed
 constexpr int kGentlerTries = 6;          ///< and then slower, by this much each time:
 constexpr double kGentler = 0.85;
-constexpr std::size_t kMostJoints = 8;   ///< at which a new plan is tried to follow an old one
-constexpr double kLongestWindow = 4;     ///< times the usual one
-constexpr double kLongestLine_s = 0.25;  ///< a longer line is divided, so that windows may end on it
+constexpr std::size_t kMostJoints = 8;  ///< at which a new plan is tried to follow an old one
+constexpr double kLongestWindow = 4;    ///< times the usual one
+/// What takes longer is divided, so that windows may end on it.
+constexpr double kLongestLine_s = 0.25, kLongestBend_s = 0.5;
 
 double total(const std::vector<TimePiece>& pieces) {
   double sum = 0;
@@ -176,18 +177,20 @@ Result<void> PathPlanner::collect(bool last) {
   if (options_.leads) add_leads(last);
   for (const Curve& g : curves_out_) {
     const double seconds = rough_seconds(g, limits_, options_.speed_mm_s);
-    const int parts = g.straight ? std::max(1, static_cast<int>(seconds / kLongestLine_s)) : 1;
-    Curve part = g;
+    const int parts = std::max(1, static_cast<int>(seconds / (g.straight ? kLongestLine_s : kLongestBend_s)));
     for (int n = 0; n < parts; ++n) {
-      if (parts > 1) {
+      Curve& part = waiting_.emplace_back(g);
+      if (parts == 1) break;
+      if (g.straight) {
         part.length = g.length / parts;
-        part.rest_after = g.rest_after && n + 1 == parts;
         for (std::size_t i = 0; i < limits_.axes; ++i) {
           part.c[0][i] = g.c[0][i] + g.c[1][i] * n / parts;
           part.c[1][i] = g.c[1][i] / parts;
         }
+      } else {
+        part = part_of(g, g.length * n / parts, n + 1 == parts ? g.length : g.length * (n + 1) / parts);
       }
-      waiting_.push_back(part);
+      part.rest_after = g.rest_after && n + 1 == parts;
     }
     waiting_s_ += seconds;
     ++counts_.curves;

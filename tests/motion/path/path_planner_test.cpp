@@ -217,6 +217,39 @@ TEST(PathPlanner, chords_as_coarse_as_the_tolerance_cost_no_time) {
   }
 }
 
+// A bend of tens of mm at 10 mm/s is one curve of several seconds: windows have to end within it.
+TEST(PathPlanner, long_bends_at_a_low_speed_ask_for_no_rest) {
+  const Polyline p{{0, 0},
+                   {0.413, -12.829},
+                   {0, 0},
+                   {-0.413, 12.829},
+                   {-0.826, 25.658},
+                   {-1.606, 30.353},
+                   {-3.154, 37.546},
+                   {-6.526, 49.931},
+                   {-6.526, 49.931},
+                   {-10.038, 62.276},
+                   {-13.55, 74.622},
+                   {-17.063, 86.967},
+                   {-20.715, 99.272},
+                   {-20.936, 99.776},
+                   {-26.093, 111.53},
+                   {-27.809, 115.442},
+                   {-28.35, 116.347},
+                   {-28.506, 116.547},
+                   {-36.29, 126.752},
+                   {-44.075, 136.958},
+                   {-51.86, 147.163},
+                   {-52.257, 147.697},
+                   {-59.805, 158.078},
+                   {-67.232, 168.546},
+                   {-74.66, 179.014},
+                   {-81.221, 190.047}};
+  const Played slow = play(p, 0.431251, 9.87523);
+  expect_sound(slow, 0.431251);
+  EXPECT_EQ(slow.forced_rests, 0u);
+}
+
 /// 60 mm, a quarter of a circle, 60 mm.
 Polyline line_arc_line(double radius, int chords) {
   Polyline out{{0, 0}};
