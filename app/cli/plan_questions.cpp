@@ -19,6 +19,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 constexpr std::size_t kMostBytes = 64u << 20;
+constexpr double kFarthest_mm = 1e12;  // beyond it squares of lengths are no lengths any more
 
 /// "line:col" of a byte.
 std::string place_in(std::string_view text, std::size_t byte) {
@@ -149,7 +150,12 @@ class Reader {
       add(Fault::BadValue, at.of(key), "expected three numbers, [x, y, z] in mm");
       return std::nullopt;
     }
-    return Vec3{(*found)[0].get<double>(), (*found)[1].get<double>(), (*found)[2].get<double>()};
+    const Vec3 p{(*found)[0].get<double>(), (*found)[1].get<double>(), (*found)[2].get<double>()};
+    if (std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > kFarthest_mm) {
+      add(Fault::BadValue, at.of(key), fmt::format("farther than {:g} mm from the origin; give mm", kFarthest_mm));
+      return std::nullopt;
+    }
+    return p;
   }
 
   std::string path_, text_;
