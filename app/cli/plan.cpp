@@ -22,10 +22,12 @@ Checked<Json> answer(const Options& options) {
   const auto machine = motion::load_scene(options.scene);
   std::vector<Error> errors;
   if (!machine) errors = machine.error();
+  // Of a scene that cannot be read nobody knows.
+  const Turns turns = !machine || machine->c ? Turns::Yes : Turns::No;
   const auto read = [&](const std::string& path, auto&& reader) {
     std::vector<Question> out;
     if (path.empty()) return out;
-    auto questions = reader(path);
+    auto questions = reader(path, turns);
     if (questions) return *std::move(questions);
     errors.insert(errors.end(), questions.error().begin(), questions.error().end());
     return out;
@@ -55,7 +57,8 @@ void show_rows(const Json& document) {
                      ? ""
                      : fmt::format(", nearest {:.4f} mm{}", row["min_clearance_mm"].get<double>(), pair(row)));
       for (const Json& p : row["path"])
-        print_text("  {:.3f} {:.3f} {:.3f}\n", p[0].get<double>(), p[1].get<double>(), p[2].get<double>());
+        print_text("  {:.3f} {:.3f} {:.3f}{}\n", p[0].get<double>(), p[1].get<double>(), p[2].get<double>(),
+                   p.size() > 3 ? fmt::format(" {:.3f} deg", p[3].get<double>()) : "");
     } else {
       print_text("{}: {}{}{}\n", text(row["id"]), text(row["status"]), closed, pair(row));
     }

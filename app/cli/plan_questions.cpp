@@ -11,6 +11,7 @@
 
 #include "config/yaml.hpp"
 #include "core/near_word.hpp"
+#include "core/units.hpp"
 #include "motion/plan/certificate.hpp"
 #include "motion/plan/search_path.hpp"
 
@@ -64,7 +65,8 @@ struct RowPlaces {
 
 class Reader {
  public:
-  Reader(std::string path, std::array<const char*, 2> ends) : path_(std::move(path)), ends_(ends) {}
+  Reader(std::string path, std::array<const char*, 2> ends, Turns turns)
+      : path_(std::move(path)), ends_(ends), turns_(turns) {}
 
   Checked<std::vector<Question>> read() {
     const auto text = config::read_text_file(path_, kMostBytes);
@@ -137,38 +139,57 @@ class Reader {
     questions_.push_back(std::move(out));
   }
 
-  std::optional<Vec3> point(const Json& row, const char* key, const RowPlaces& at) {
+  std::optional<Position> point(const Json& row, const char* key, const RowPlaces& at) {
     const auto found = row.find(key);
     if (found == row.end()) {
       add(Fault::MissingKey, at.row, fmt::format("the key '{}' is missing; give [x, y, z] in mm", key));
       return std::nullopt;
     }
-    const bool good = found->is_array() && found->size() == 3 && std::all_of(found->begin(), found->end(), [](auto& v) {
-                        return v.is_number() && std::isfinite(v.template get<double>());
-                      });
-    if (!good) {
-      add(Fault::BadValue, at.of(key), "expected three numbers, [x, y, z] in mm");
+    const bool numbers = found->is_array() && std::all_of(found->begin(), found->end(), [](auto& v) {
+                           return v.is_number() && std::isfinite(v.template get<double>());
+                         });
+    if (numbers && found->size() == 4 && turns_ == Turns::No) {
+      add(Fault::BadValue, at.of(key),
+          "expected three numbers, [x, y, z] in mm: no body of this head turns (`on_turn: true`), so that there is no "
+          "C");
       return std::nullopt;
     }
-    const Vec3 p{(*found)[0].get<double>(), (*found)[1].get<double>(), (*found)[2].get<double>()};
-    if (std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > kFarthest_mm) {
+    if (!numbers || (found->size() != 3 && found->size() != 4)) {
+      add(Fault::BadValue, at.of(key),
+          turns_ == Turns::Yes ? "expected three numbers, [x, y, z] in mm, or four, [x, y, z, c] with c in degrees"
+                               : "expected three numbers, [x, y, z] in mm");
+      return std::nullopt;
+    }
+    const auto number = [&](std::size_t i) { return (*found)[i].get<double>(); };
+    if (std::max({std::abs(number(0)), std::abs(number(1)), std::abs(number(2))}) > kFarthest_mm) {
       add(Fault::BadValue, at.of(key), fmt::format("farther than {:g} mm from the origin; give mm", kFarthest_mm));
       return std::nullopt;
     }
-    return p;
+    return Position{{number(0), number(1), number(2)}, found->size() == 4 ? number(3) : 0};
   }
 
   std::string path_, text_;
   std::array<const char*, 2> ends_;
+  Turns turns_;
   std::vector<RowPlaces> places_;
   std::vector<Error> errors_;
   std::vector<Question> questions_;
   std::set<std::string> ids_;
 };
 
-AxisVec axes(Vec3 p) { return {p.x, p.y, p.z}; }
-Vec3 tip(const AxisVec& q) { return {q[0], q[1], q[2]}; }
+constexpr std::size_t kC = 3;  // of the axes, where it is there
+
+AxisVec axes(const Position& p) { return {p.tip.x, p.tip.y, p.tip.z, units::rad(p.c_deg)}; }
 Json json(Vec3 p) { return Json::array({p.x, p.y, p.z}); }
+/// Of a path; an end as it was asked for, to the last digit.
+Json json(const motion::Scene& scene, const AxisVec& q, const Question& asked) {
+  Json row = Json::array({q[0], q[1], q[2]});
+  if (scene.axes().size() <= kC) return row;
+  for (const Position* end : {&asked.from, &asked.to})
+    if (q == axes(*end)) return row.push_back(end->c_deg), row;
+  row.push_back(units::deg(q[kC]));
+  return row;
+}
 Json names(const motion::Scene& scene, std::size_t head, std::size_t standing) {
   return Json::array({scene.head()[head].name, scene.standing()[standing].name});
 }
@@ -206,8 +227,12 @@ std::optional<double> leaves_at(const motion::Scene& scene, const AxisVec& from,
 
 }  // namespace
 
-Checked<std::vector<Question>> read_queries(const std::string& path) { return Reader(path, {"start", "goal"}).read(); }
-Checked<std::vector<Question>> read_motions(const std::string& path) { return Reader(path, {"from", "to"}).read(); }
+Checked<std::vector<Question>> read_queries(const std::string& path, Turns turns) {
+  return Reader(path, {"start", "goal"}, turns).read();
+}
+Checked<std::vector<Question>> read_motions(const std::string& path, Turns turns) {
+  return Reader(path, {"from", "to"}, turns).read();
+}
 
 Json answer_queries(const motion::Scene& scene, double clearance_mm, const std::vector<Question>& queries) {
   auto rows = Json::array();
@@ -228,7 +253,7 @@ Json answer_queries(const motion::Scene& scene, double clearance_mm, const std::
     if (found.hit)
       row["pair"] = names(scene, found.hit->head, found.hit->standing), row["point"] = json(found.hit->point);
     if (found.status == motion::SearchStatus::Ok) {
-      for (const AxisVec& q : found.points) row["path"].push_back(json(tip(q)));
+      for (const AxisVec& q : found.points) row["path"].push_back(json(scene, q, query));
       row["length_mm"] = found.length_mm;
       if (const motion::NearPair& near = proof->nearest.others; std::isfinite(near.distance_mm)) {
         row["min_clearance_mm"] = near.distance_mm;
@@ -273,7 +298,7 @@ Json answer_motions(const motion::Scene& scene, double clearance_mm, const std::
     }
     if (left && (row["t"].is_null() || *left < row["t"].get<double>())) {
       row["t"] = *left, row["pair"] = kWorkspace;
-      row["point"] = json(each.from + (each.to - each.from) * *left);
+      row["point"] = json(each.from.tip + (each.to.tip - each.from.tip) * *left);
     }
     rows.push_back(std::move(row));
   }

@@ -1,6 +1,7 @@
 // The questions of `gantry plan`, as they stand in their JSON files, and the answers.
 //   auto queries = read_queries("queries.json");   auto rows = answer_queries(scene, clearance_mm, *queries);
 #pragma once
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -11,18 +12,27 @@
 
 namespace gantry::cli {
 
-/// From one position of the tip to another. `id`: a text or a whole number, given back as it came.
+/// Of the tip, and how C stands.
+struct Position {
+  Vec3 tip;
+  double c_deg = 0;
+};
+/// From one position to another. `id`: a text or a whole number, given back as it came.
 struct Question {
   nlohmann::ordered_json id;
-  Vec3 from, to;
+  Position from, to;
 };
 
-/// [{id, start: [x, y, z], goal: [x, y, z]}]; every mistake with its location (Fault 4xx).
-Checked<std::vector<Question>> read_queries(const std::string& path);
-/// [{id, from: [x, y, z], to: [x, y, z]}]
-Checked<std::vector<Question>> read_motions(const std::string& path);
+/// Whether a position may tell C: [x, y, z, c].
+enum class Turns : std::uint8_t { No, Yes };
 
-/// Paths: {id, status, closed_in, path, length_mm, min_clearance_mm, pair, point, plan_us}.
+/// [{id, start: [x, y, z], goal: [x, y, z]}]; every mistake with its location (Fault 4xx).
+Checked<std::vector<Question>> read_queries(const std::string& path, Turns turns);
+/// [{id, from: [x, y, z], to: [x, y, z]}]
+Checked<std::vector<Question>> read_motions(const std::string& path, Turns turns);
+
+/// Paths: {id, status, closed_in, path, length_mm, min_clearance_mm, pair, point, plan_us}. Where C is among the axes
+/// of the scene it is the fourth, and each position of a path has four numbers.
 nlohmann::ordered_json answer_queries(const motion::Scene& scene, double clearance_mm,
                                       const std::vector<Question>& queries);
 /// Straight motions: {id, free, pair, t, point, distance_mm, check_us}.

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "config/fields.hpp"
+#include "core/units.hpp"
 
 namespace gantry::motion {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 using namespace config;
 
 constexpr YamlBudget kBudget{4u << 20, 400000, 16};
-constexpr double kFarthest_mm = 1e5, kThinnest_mm = 1e-6;
+constexpr double kFarthest_mm = 1e5, kThinnest_mm = 1e-6, kFarthestTurn_deg = 3600;
 
 enum class Type { Box, Cylinder, Capsule, Sphere };
 
@@ -29,6 +30,7 @@ struct ShapeRow {
   At<Vec3> size;
   At<double> radius, length;
   double yaw_deg = 0;
+  bool on_turn = false;
 };
 struct SpaceRow {
   Location place;
@@ -37,6 +39,7 @@ struct SpaceRow {
 struct SceneRow {
   SpaceRow workspace;
   double clearance_mm = 0;
+  At<std::pair<double, double>> turn_deg;
   std::vector<ShapeRow> head, obstacles, keep_out;
 };
 
@@ -49,6 +52,17 @@ Field<T> numbers(std::string key, At<Vec3> T::*member, Range range, Need need, s
             (to.*member).place = node.place;
             if (read_tuple(node, shape, v, mistakes))
               detail::put(to.*member, Vec3{v[0].value, v[1].value, v[2].value}, node);
+          }};
+}
+
+/// [min, max] in degrees.
+Field<SceneRow> turn_range() {
+  ValueShape shape = detail::tuple_shape(2, {Dimension::None}, {-kFarthestTurn_deg, kFarthestTurn_deg});
+  return {{"turn_deg", kOptional, "range of C in degrees, where a body of the head turns; else -180 to 180", shape},
+          [shape](const Node& node, SceneRow& to, Mistakes& mistakes) {
+            std::vector<Quantity> v;
+            to.turn_deg.place = node.place;
+            if (read_tuple(node, shape, v, mistakes)) detail::put(to.turn_deg, std::pair(v[0].value, v[1].value), node);
           }};
 }
 
@@ -67,16 +81,23 @@ const Choices<Type> kTypes{
     {"box", Type::Box}, {"cylinder", Type::Cylinder}, {"capsule", Type::Capsule}, {"sphere", Type::Sphere}};
 constexpr Range kPlace{-kFarthest_mm, kFarthest_mm}, kSize{kThinnest_mm, kFarthest_mm};
 
-const Fields<ShapeRow> kShape{
-    text("name", &ShapeRow::name, kRequired, "what messages call it"),
-    choice("type", &ShapeRow::type, kTypes, kRequired, "its form"),
-    numbers("center", &ShapeRow::centre, kPlace, kRequired, "its middle in mm; of the head: from the tip"),
-    numbers("size", &ShapeRow::size, kSize, kOptional, "of a box: full edges x, y, z in mm"),
-    measure("radius", &ShapeRow::radius, kSize, "of all but a box, in mm"),
-    measure("length", &ShapeRow::length, {0, kFarthest_mm},
-            "of a cylinder, or between the centres of a capsule's spheres, along Z, in mm"),
-    number("yaw_deg", &ShapeRow::yaw_deg, Dimension::None, {-3600, 3600}, kOptional, "turn about Z at its middle"),
-};
+Fields<ShapeRow> shape_fields(bool head) {
+  Fields<ShapeRow> fields{
+      text("name", &ShapeRow::name, kRequired, "what messages call it"),
+      choice("type", &ShapeRow::type, kTypes, kRequired, "its form"),
+      numbers("center", &ShapeRow::centre, kPlace, kRequired, "its middle in mm; of the head: from the tip"),
+      numbers("size", &ShapeRow::size, kSize, kOptional, "of a box: full edges x, y, z in mm"),
+      measure("radius", &ShapeRow::radius, kSize, "of all but a box, in mm"),
+      measure("length", &ShapeRow::length, {0, kFarthest_mm},
+              "of a cylinder, or between the centres of a capsule's spheres, along Z, in mm"),
+      number("yaw_deg", &ShapeRow::yaw_deg, Dimension::None, {-3600, 3600}, kOptional, "turn about Z at its middle"),
+  };
+  if (head)
+    fields.push_back(
+        flag("on_turn", &ShapeRow::on_turn, kOptional, "turns with C about the upright line through the tip"));
+  return fields;
+}
+const Fields<ShapeRow> kHeadShape = shape_fields(true), kShape = shape_fields(false);
 const Fields<SpaceRow> kSpace{
     numbers("min", &SpaceRow::min, kPlace, kRequired, "lowest x, y, z of the tip in mm"),
     numbers("max", &SpaceRow::max, kPlace, kRequired, "highest x, y, z of the tip in mm"),
@@ -85,9 +106,10 @@ const Fields<SceneRow> kScene{
     object("workspace_tip", &SceneRow::workspace, kSpace, kRequired, "where the tip may be"),
     number("required_clearance_mm", &SceneRow::clearance_mm, Dimension::None, {0, 1000}, kRequired,
            "a distance of at most this much is a collision"),
-    list("head", &SceneRow::head, kShape, {1, 200}, kRequired, "bodies that move with the tip"),
+    list("head", &SceneRow::head, kHeadShape, {1, 200}, kRequired, "bodies that move with the tip"),
     list("obstacles", &SceneRow::obstacles, kShape, {0, 20000}, kRequired, "bodies that stand; may be empty: []"),
     list("keep_out", &SceneRow::keep_out, kShape, {0, 20000}, kOptional, "zones that the head must not enter"),
+    turn_range(),
 };
 
 /// Which of size, radius and length a type has.
@@ -130,6 +152,7 @@ void take(const std::vector<ShapeRow>& rows, std::set<std::string>& names, std::
       case Type::Capsule: body.shape = {Shape::Kind::Capsule, {across, across, row.length.value + across}}; break;
       case Type::Sphere: body.shape = {Shape::Kind::Capsule, {across, across, across}}; break;
     }
+    body.on_turn = row.on_turn;
     to.push_back(body);
   }
 }
@@ -159,6 +182,29 @@ void take_space(const SpaceRow& space, Machine& machine, Mistakes& mistakes) {
     machine.axes.push_back(axis);
   }
   machine.x = AxisId{0}, machine.y = AxisId{1}, machine.z = AxisId{2};
+}
+
+/// C is there where a body turns with it.
+void take_turn(const SceneRow& row, Machine& machine, Mistakes& mistakes) {
+  const bool turns = std::ranges::any_of(row.head, &ShapeRow::on_turn);
+  if (!turns) {
+    if (row.turn_deg.given())
+      mistakes.add(Fault::Inconsistent, "no body of the head turns; give one `on_turn: true`, or leave 'turn_deg' out",
+                   row.turn_deg.place);
+    return;
+  }
+  const auto [min_deg, max_deg] = row.turn_deg.given() ? row.turn_deg.value : std::pair(-180.0, 180.0);
+  if (min_deg > max_deg)
+    mistakes.add(
+        Fault::OutOfRange,
+        fmt::format("the first number, {:.9g}, is more than the second, {:.9g}; exchange them", min_deg, max_deg),
+        row.turn_deg.place);
+  Axis axis;
+  axis.id = AxisId{static_cast<std::uint8_t>(machine.axes.size())};
+  axis.name = "C", axis.rotary = true;
+  axis.p_min = units::rad(min_deg), axis.p_max = units::rad(max_deg);
+  machine.axes.push_back(axis);
+  machine.c = axis.id;
 }
 
 /// The four hexadecimal digits of a JSON escape "\\uXXXX" at `at`; nothing where there is none.
@@ -210,6 +256,7 @@ Checked<Machine> parse_scene(std::string_view text, const std::string& name) {
   machine.name = name, machine.file = name;
   machine.clearance_mm = row.clearance_mm;
   take_space(row.workspace, machine, mistakes);
+  take_turn(row, machine, mistakes);
   std::set<std::string> of_head, standing;
   take(row.head, of_head, machine.head, mistakes);
   take(row.obstacles, standing, machine.scene, mistakes);

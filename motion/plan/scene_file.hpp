@@ -5,7 +5,9 @@
 //   head:      [{name: needle, type: capsule, center: [0, 0, 10], radius: 0.2, length: 19}]
 //   obstacles: [{name: block, type: box, center: [200, 150, 10], size: [40, 30, 20], yaw_deg: 15}]
 // Types: box (size), cylinder (radius, length; axis Z), capsule (radius, length between the centres of its spheres;
-// axis Z), sphere (radius). `keep_out` lists zones that the head must not enter; they are bodies as the others.
+// axis Z), sphere (radius). A body of the head with `on_turn: true` turns with C about the upright line through the
+// tip; then `turn_deg: [min, max]` is the range of C, else -180 to 180. `keep_out` lists zones that the head must not
+// enter; they are bodies as the others.
 #pragma once
 #include <string>
 #include <string_view>
@@ -14,8 +16,8 @@
 
 namespace gantry::motion {
 
-/// As a machine of three axes and no drives, for Scene. `name`: of the text, for mistakes. Every mistake at once with
-/// its location; Fault 4xx.
+/// As a machine of X, Y, Z and, where a body turns, C (the fourth; rad), without drives, for Scene. `name`: of the
+/// text, for mistakes. Every mistake at once with its location; Fault 4xx.
 Checked<config::Machine> parse_scene(std::string_view text, const std::string& name);
 Checked<config::Machine> load_scene(const std::string& path);
 

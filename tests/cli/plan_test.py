@@ -292,6 +292,102 @@ def slots_and_pockets():
     check(time.time() - begin < 10, "a pocket takes too long")
 
 
+def turned(scene, c_deg):
+    """The head as C has it: about the upright line through the tip, counter-clockwise."""
+    a = math.radians(c_deg)
+    head = []
+    for h in scene["head"]:
+        if h.get("on_turn"):
+            x, y, z = h["center"]
+            h = dict(h, center=[x * math.cos(a) - y * math.sin(a), x * math.sin(a) + y * math.cos(a), z],
+                     yaw_deg=h.get("yaw_deg", 0) + c_deg)
+        head.append(h)
+    return dict(scene, head=head)
+
+
+def poses(a, b, n):
+    for i in range(n + 1):
+        q = [a[k] + i / n * (b[k] - a[k]) for k in range(4)]
+        yield i / n, q
+
+
+def what_turns_with_c():
+    """Motions and paths of a head with an arm that turns, judged pose by pose."""
+    r = random.Random(11)
+    head = [{"name": "needle", "type": "capsule", "center": [0, 0, 10], "radius": 0.5, "length": 19},
+            {"name": "arm", "type": "box", "center": [14, 2, 12], "size": [24, 3, 6], "yaw_deg": 5, "on_turn": True},
+            {"name": "lamp", "type": "cylinder", "center": [-9, 0, 14], "radius": 2, "length": 5, "on_turn": True}]
+    reach = 14 + 12 + 4  # of the arm's farthest corner, and more
+    free = hits = paths = 0
+    for n in range(6):
+        obstacles = [{"name": f"block {i}", "type": "box", "center": [r.uniform(20, 180), r.uniform(20, 130), 10],
+                      "size": [r.uniform(3, 20), r.uniform(3, 20), 20], "yaw_deg": r.uniform(0, 90)} for i in range(8)]
+        scene = {"workspace_tip": {"min": [0, 0, 0], "max": [200, 150, 60]}, "required_clearance_mm": 0.5, "head": head,
+                 "obstacles": obstacles}
+        some = lambda: [r.uniform(0, 200), r.uniform(0, 150), r.uniform(0, 25), r.uniform(-180, 180)]
+        motions = [{"id": i, "from": some(), "to": some()} for i in range(12)]
+        for m in motions[:6]:  # short ones that turn far
+            m["to"] = [m["from"][k] + r.uniform(-5, 5) for k in range(2)] + [m["from"][2], m["to"][3]]
+            m["to"] = [min(max(m["to"][0], 0), 200), min(max(m["to"][1], 0), 150)] + m["to"][2:]
+        queries = [{"id": i, "start": some()[:2] + [30, r.uniform(-180, 180)], "goal": some()[:2] + [30, r.uniform(-180, 180)]} for i in range(3)]
+        queries += [{"id": "low", "start": some(), "goal": some()}]
+        code, out = plan(scene, "--motions", written("m.json", motions), "--queries", written("q.json", queries))
+        check(code == 0, f"turning, {n}: {out['errors']}")
+        for m, row in zip(motions, out["motions"]):
+            steps = 400
+            off = math.dist(m["from"][:3], m["to"][:3]) / steps + math.radians(abs(m["to"][3] - m["from"][3])) * reach / steps
+            best = min(((least(turned(scene, q[3]), q[:3]), t) for t, q in poses(m["from"], m["to"], steps)))
+            if row["free"]:
+                free += 1
+                check(best[0] > 0.5 - 1e-9, f"turning, {n}: motion {m} is free and comes to {best}")
+            else:
+                hits += 1
+                check(best[0] <= 0.5 + off + 3e-3, f"turning, {n}: motion {m} collides and keeps {best}")
+                t = row["t"]
+                q = [m["from"][k] + t * (m["to"][k] - m["from"][k]) for k in range(4)]
+                if t > 0:
+                    check(abs(least(turned(scene, q[3]), q[:3]) - 0.5) < 0.02, f"turning, {n}: contact at {t} of {m}")
+            if best[0] > 0:
+                check(best[0] - off - 0.011 < row["distance_mm"] < best[0] + 1e-6, f"turning, {n}: {row['distance_mm']} is not {best}")
+        for q, row in zip(queries, out["queries"]):
+            if row["status"] != "ok":
+                check(q["id"] == "low", f"turning, {n}: over all of it nothing stands: {row}")
+                continue
+            paths += 1
+            check(row["path"][0] == q["start"] and row["path"][-1] == q["goal"], f"turning, {n}: ends {row['path']}")
+            for a, b in zip(row["path"], row["path"][1:]):
+                near = min(least(turned(scene, p[3]), p[:3]) for _, p in poses(a, b, 150))
+                check(near > 0.5, f"turning, {n}: a path comes to {near}")
+    check(free > 15 and hits > 15 and paths > 15, f"turning: {free} free, {hits} hits, {paths} paths")
+
+    # A slot that lets the needle through, and the arm only along it.
+    wall = lambda name, y: {"name": name, "type": "box", "center": [100, y, 30], "size": [80, 60, 60]}
+    slot = {"workspace_tip": {"min": [0, 0, 0], "max": [200, 150, 15]}, "required_clearance_mm": 0.5, "head": head,
+            "obstacles": [wall("front", 30), wall("back", 120)]}  # 30 mm between them
+    ask = written("q.json", [{"id": 1, "start": [20, 75, 2, 90], "goal": [180, 75, 2, 90]}, {"id": 2, "start": [20, 75, 2], "goal": [180, 75, 2]}])
+    rows = plan(slot, "--queries", ask)[1]["queries"]
+    check([x["status"] for x in rows] == ["ok", "ok"], f"a slot: {rows}")
+    check(len(rows[1]["path"]) == 2 and rows[1]["path"][0] == [20, 75, 2, 0], f"without c it stands at 0: {rows[1]['path']}")
+    check(min(abs(p[3]) for p in rows[0]["path"]) < 60, f"the arm is turned along the slot: {rows[0]['path']}")
+    narrow = dict(slot, turn_deg=[80, 100])
+    row = plan(narrow, "--queries", written("q.json", [{"id": 1, "start": [20, 75, 2, 90], "goal": [180, 75, 2, 90]},
+                                                       {"id": 2, "start": [20, 75, 2, 70], "goal": [20, 75, 2, 90]}]))[1]["queries"]
+    check(row[0]["status"] == "budget", f"where C cannot turn so far, nothing is claimed: {row[0]}")
+    check(row[1]["status"] == "start_collides" and row[1]["pair"] == ["tip", "workspace"], f"C outside of its range: {row[1]}")
+
+    # Without a body that turns nothing is as it was not.
+    code, out = plan(GOOD, "--queries", written("q.json", [{"id": 1, "start": [1, 1, 1, 0], "goal": [2, 2, 1]}]))
+    check(code == 3 and "on_turn" in json.dumps(out["errors"]), f"c where nothing turns: {out}")
+    code, out = plan(slot, "--queries", written("q.json", [{"id": 1, "start": [1, 1, 1, 0, 0], "goal": [2, 2, 1]}]))
+    check(code == 3 and "[x, y, z, c]" in json.dumps(out["errors"]), f"five numbers: {out}")
+    ask = written("q.json", [{"id": 1, "start": [20, 75, 2, 90], "goal": [180, 75, 2, 90]}])
+    for what, scene in (("on_turn of an obstacle", dict(slot, obstacles=[dict(wall("front", 30), on_turn=True)])),
+                        ("a range of C turned over", dict(slot, turn_deg=[10, -10])),
+                        ("a range of C where nothing turns", dict(GOOD, turn_deg=[-10, 10]))):
+        code, out = plan(scene, "--queries", ask)
+        check(code == 3 and len(out["errors"]) == 1, f"{what}: exit {code} {out.get('errors')}")
+
+
 def the_same_in_every_order():
     """2000 bodies, some of them zones to keep out of: the order in which a document lists them and their names decide nothing."""
     r = random.Random(5)
@@ -354,5 +450,6 @@ wrong_documents()
 the_same_in_every_order()
 sealed_among_many()
 slots_and_pockets()
+what_turns_with_c()
 paths_and_motions()
 sys.exit(1 if FAILURES else 0)
