@@ -49,7 +49,7 @@ Result<void> Owner::Parts::hold(bool now, OrderKind asked) {
     now = now || state != State::Running || (ahead && ahead->left_s > machine.hold_within_s);
     order_said = !ahead ? travel_hold_words()
                  : now  ? fmt::format("holds now, {}", ahead->in())
-                        : fmt::format("holds {}, {:.1f} s", ahead->after(), ahead->left_s);
+                        : fmt::format("holds {} {:.1f} s", ahead->after(), ahead->left_s);
     control().post({.kind = CommandKind::Hold, .value = now ? 1.0 : 0.0});
     return {};
   }

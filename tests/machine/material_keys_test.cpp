@@ -196,7 +196,7 @@ TEST(MaterialKeys, a_bead_that_is_cut_while_it_stands_at_its_start_stands_for_th
   }
 }
 
-constexpr const char* kPost = "post: {at: [16.6 mm, 20 mm], size: [1 mm, 1 mm, 2.4 mm]}";
+constexpr const char* kPost = "stud: {at: [16.6 mm, 20 mm], size: [1 mm, 1 mm, 2.4 mm]}";
 
 Result<job::NominalProof> proof_of(const recipes::Recipe& recipe) {
   const auto machine = config::load_machine("config/machines/dispenser.yaml");
@@ -207,20 +207,20 @@ Result<job::NominalProof> proof_of(const recipes::Recipe& recipe) {
 }
 
 TEST(RunUp, that_is_blocked_is_named_with_the_body_and_the_line) {
-  // At the bead's start the needle is 0.8 mm thick to each side and keeps 2 mm: a post up to x = 17.2 mm may stand
+  // At the bead's start the needle is 0.8 mm thick to each side and keeps 2 mm: a stud up to x = 17.2 mm may stand
   // there. The run-up comes nearer, and the material wants a bead to begin at its speed.
   const auto run_up = proof_of(recipe_of(", min_speed: 20 mm/s", kPost, kLine));
   ASSERT_FALSE(run_up);
-  for (const char* word : {"bead 'l'", "run-up", "post", "needle", "min_speed"})
+  for (const char* word : {"bead 'l'", "run-up", "stud", "needle", "min_speed"})
     EXPECT_NE(run_up.error().message.find(word), std::string::npos) << run_up.error().message;
   EXPECT_EQ(run_up.error().where, "keys.yaml:9:5");
-  const auto free = proof_of(recipe_of("", "post: {at: [14 mm, 20 mm], size: [1 mm, 1 mm, 2.4 mm]}", kLine));
+  const auto free = proof_of(recipe_of("", "stud: {at: [14 mm, 20 mm], size: [1 mm, 1 mm, 2.4 mm]}", kLine));
   ASSERT_TRUE(free) << to_text(free.error());
   EXPECT_TRUE(free->run_ups.empty());
-  const auto along = proof_of(recipe_of("", "post: {at: [35 mm, 21 mm], size: [1 mm, 1 mm, 2.4 mm]}", kLine));
+  const auto along = proof_of(recipe_of("", "stud: {at: [35 mm, 21 mm], size: [1 mm, 1 mm, 2.4 mm]}", kLine));
   ASSERT_FALSE(along);
   EXPECT_EQ(along.error().message.find("run-"), std::string::npos) << along.error().message;
-  for (const char* word : {"bead 'l'", "post", "needle"})
+  for (const char* word : {"bead 'l'", "stud", "needle"})
     EXPECT_NE(along.error().message.find(word), std::string::npos) << along.error().message;
   EXPECT_EQ(along.error().where, "keys.yaml:9:5");
 }
@@ -234,7 +234,7 @@ TEST(RunUp, that_is_blocked_is_a_shorter_one_and_nothing_is_hit) {
   EXPECT_EQ(proof->run_ups[0].kind, job::RunUp::Kind::Shorter);
   EXPECT_LE(proof->run_ups[0].entry_mm_s, 9.05);
   EXPECT_GE(proof->run_ups[0].entry_mm_s, 9.0 - 20.0 / 16);
-  EXPECT_NE(proof->run_ups[0].blocked.find("post"), std::string::npos) << proof->run_ups[0].blocked;
+  EXPECT_NE(proof->run_ups[0].blocked.find("stud"), std::string::npos) << proof->run_ups[0].blocked;
   Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
   const record::JobResult r = rig.run(recipe);
   test::expect_done(r);  // no collision by the world's own watch, the bead whole
@@ -242,7 +242,7 @@ TEST(RunUp, that_is_blocked_is_a_shorter_one_and_nothing_is_hit) {
 }
 
 TEST(RunUp, a_bead_begins_from_rest_where_the_body_is_as_near_as_it_may_be) {
-  const recipes::Recipe recipe = recipe_of("", "post: {at: [16.699 mm, 20 mm], size: [1 mm, 1 mm, 2.4 mm]}", kLine);
+  const recipes::Recipe recipe = recipe_of("", "stud: {at: [16.69 mm, 20 mm], size: [1 mm, 1 mm, 2.4 mm]}", kLine);
   const auto proof = proof_of(recipe);
   ASSERT_TRUE(proof) << to_text(proof.error());
   ASSERT_EQ(proof->run_ups.size(), 1u);
@@ -252,7 +252,7 @@ TEST(RunUp, a_bead_begins_from_rest_where_the_body_is_as_near_as_it_may_be) {
   test::expect_done(r);
   EXPECT_LE(deposit(r, "l").error_mm, 0.03);
   const auto slower =
-      proof_of(recipe_of(", min_speed: 1 mm/s", "post: {at: [16.699 mm, 20 mm], size: [1 mm, 1 mm, 2.4 mm]}", kLine));
+      proof_of(recipe_of(", min_speed: 1 mm/s", "stud: {at: [16.69 mm, 20 mm], size: [1 mm, 1 mm, 2.4 mm]}", kLine));
   EXPECT_FALSE(slower) << "its material forbids that";
 }
 

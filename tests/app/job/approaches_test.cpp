@@ -16,16 +16,9 @@ constexpr const char* kTouches =
 
 enum class Fixed { ToBoard, ToPallet, ToMachine };
 
-/// What unlike delays ask of paths besides is nothing here.
-config::Machine of_one_delay() {
-  config::Machine machine = test::reference();
-  for (config::Axis& axis : machine.axes) axis.response_delay_s = 0.004;
-  return machine;
-}
-
 /// A machine and a recipe of dots and touches on it, which tests may alter.
 struct Table {
-  config::Machine machine = of_one_delay();
+  config::Machine machine = test::of_one_delay();
   recipes::Recipe recipe = test::dots(2, 3, kTouches);
   AxisVec park = test::parked(machine);
 

@@ -17,6 +17,14 @@ inline config::Machine reference() {
   return {};
 }
 
+/// The same where no axis answers later than another: what unlike delays ask of paths besides is nothing there, so that
+/// the clearance alone decides what is refused.
+inline config::Machine of_one_delay() {
+  config::Machine machine = reference();
+  for (config::Axis& axis : machine.axes) axis.response_delay_s = 0.004;
+  return machine;
+}
+
 inline AxisVec parked(const config::Machine& machine) {
   AxisVec q{};
   for (const auto& [axis, position] : machine.park) q[axis.value] = position;

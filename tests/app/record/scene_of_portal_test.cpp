@@ -7,16 +7,17 @@
 #include "app/job/prove.hpp"
 #include "app/record/outcome.hpp"
 #include "app/record/report.hpp"
+#include "tests/app/job/reference.hpp"
 #include "tests/app/record/page_scene.hpp"
 
 namespace gantry::record {
 namespace {
 
 JobResult proved(const std::string& recipe_file) {
-  const auto machine = config::load_machine("config/machines/dispenser.yaml");
-  const auto loaded = recipes::load_for(recipe_file, *machine);
-  JobResult r = begin_result(*machine, loaded->recipe, loaded->job, "", true);
-  const auto proof = job::prove_nominal(*machine, loaded->recipe, loaded->job);
+  const config::Machine machine = test::of_one_delay();
+  const auto loaded = recipes::load_for(recipe_file, machine);
+  JobResult r = begin_result(machine, loaded->recipe, loaded->job, "", true);
+  const auto proof = job::prove_nominal(machine, loaded->recipe, loaded->job);
   if (proof)
     r.minimum_clearance = proof->nearest;
   else
