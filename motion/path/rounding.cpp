@@ -8,11 +8,13 @@
 namespace gantry::motion {
 namespace {
 
-constexpr double kSamePoint = 1e-9;    ///< mm
-constexpr double kSharp = 0.7;         ///< |d2 - d1| from which on a corner is sharp: about 40 degrees
-constexpr double kStraightOn = 1e-10;  ///< |d2 - d1|
-constexpr double kReversal = -0.97;    ///< cosine: sharper than 166 degrees
-constexpr double kShare = 0.49;        ///< of a leg that a corner at one of its ends may take
+constexpr double kSamePoint = 1e-9;       ///< mm
+constexpr double kSharp = 0.7;            ///< |d2 - d1| from which on a corner is sharp: about 40 degrees
+constexpr double kStraightOn = 1e-10;     ///< |d2 - d1|
+constexpr double kReversal = -0.97;       ///< cosine: sharper than 166 degrees
+constexpr double kStraightBack = -0.985;  ///< cosine of a reversal that has no side; one that is none, with a
+                                          ///< neighbour moved aside by 1/20 of the leg, is 3 degrees sharper at most
+constexpr double kShare = 0.49;           ///< of a leg that a corner at one of its ends may take
 constexpr std::uint16_t kCornerCells = 24, kBendCells = 2;
 constexpr std::size_t kBesideHard = 2;  ///< vertices before a sharp corner: how far it reaches depends on them
 constexpr std::size_t kUncertain = 8;   ///< vertices at the end of a window: bends beyond may still reach there
@@ -189,7 +191,7 @@ class Rounding::Shape {
     const AxisVec change = minus(legs_[k].direction, legs_[k - 1].direction);
     c.turn = aside(m_, change);
     c.room_mm = std::min(legs_[k - 1].room_mm, legs_[k].room_mm);
-    const bool back = dot(m_, legs_[k].direction, legs_[k - 1].direction) < kReversal;
+    const bool back = dot(m_, legs_[k].direction, legs_[k - 1].direction) < kStraightBack;
     if (v_[k].rest || c.room_mm <= 0 || back)
       c.kind = Kind::Rest;
     else
@@ -330,8 +332,8 @@ void Rounding::push(const Vertex& v) {
     if (seen_.size() == 1) chain_.push_back(v);
     return;
   }
-  const Vertex &a = seen_[0], &p = seen_[1], &b = seen_[2];
-  const AxisVec in = minus(p.q, a.q), back = minus(b.q, p.q);
+  const Vertex &p = seen_[1], &b = seen_[2];
+  const AxisVec in = minus(p.q, chain_.back().q), back = minus(b.q, p.q);
   const double length_in = along(measure_, in), length_back = along(measure_, back);
   const double room = tolerance_mm_ - std::max(p.aside_mm, b.aside_mm);
   if (!p.rest && room > 0 && dot(measure_, in, back) < kReversal * length_in * length_back) {

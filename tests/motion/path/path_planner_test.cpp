@@ -321,6 +321,28 @@ TEST(PathPlanner, a_reversal_is_driven_without_a_standstill) {
   expect_sound(p, 0.05);
 }
 
+/// The lowest speed over three ticks, but for the first and the last 20 ticks.
+double slowest(const Played& p) {
+  double least = 1e9;
+  for (std::size_t k = 20; k + 23 < p.setpoints.size(); ++k)
+    least = std::min(least,
+                     std::hypot(p.setpoints[k + 3][0] - p.setpoints[k][0], p.setpoints[k + 3][1] - p.setpoints[k][1]));
+  return least / (3 * kTick);
+}
+
+// Corners of 165 to 167 degrees, one next to the other, are on either side of what counts as a reversal. Going round
+// one of them makes its neighbours sharper.
+TEST(PathPlanner, a_narrow_zigzag_is_driven_without_a_standstill) {
+  for (double step = 0.068; step < 0.0735; step += 0.001) {
+    SCOPED_TRACE(step);
+    Polyline p;
+    for (int row = 0; row < 9; ++row) p.push_back({row % 2 == 0 ? 0 : 0.571, step * row + (row % 3 == 0 ? 0.001 : 0)});
+    const Played narrow = play(p, 0.2);
+    expect_sound(narrow, 0.2);
+    EXPECT_GT(slowest(narrow), 0.1);
+  }
+}
+
 TEST(PathPlanner, a_higher_set_speed_is_not_slower) {
   double last = 1e9;
   for (const double speed : {20.0, 40.0, 80.0, 160.0, 320.0}) {
