@@ -131,6 +131,7 @@ class Solver {
       const Local bend_left = times(bend, c.mean_by_begin), bend_right = times(bend, c.mean_by_end);
       s.first_row = rows_.size();
       s.cap = k > 0 ? std::min(cap(cell(k - 1)), cap(c)) : cap(c);
+      if (p_.hull) add({0, 1, 0}, cap(c), Kind::Fixed);  // a spline lies between its control points
       if (c.straight) {
         add_straight(c.begin.d1, slope_left);
         add_straight_jerk(c.begin.d1, bend_left, Kind::Left);

@@ -28,6 +28,9 @@ struct PaceProblem {
   Limits limits;
   double v_set = 0;       ///< of the tool
   bool from_rest = true;  ///< else the start is free. The end is at rest.
+  /// The speed stays below its limit between nodes as well, at a small price: where changes of jerk from cell to cell
+  /// raise it there by more than the limits allow.
+  bool hull = false;
 };
 
 /// Speed and its derivative by time at a node between cells.

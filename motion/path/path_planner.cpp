@@ -18,8 +18,10 @@ constexpr double kLeastTolerance = 1e-9;  ///< mm: what rounding of coordinates 
 constexpr int kMostTries = 6;             ///< to plan one window at full speed
 constexpr int kGentlerTries = 6;          ///< and then slower, by this much each time:
 constexpr double kGentler = 0.85;
+constexpr int kHullFrom = 3;            ///< from this try on the speed is held down between nodes, too
 constexpr std::size_t kMostJoints = 8;  ///< at which a new plan is tried to follow an old one
 constexpr double kLongestWindow = 4;    ///< times the usual one
+constexpr double kRoomForFade = 0.97, kLeastShare = 0.8;  ///< of the limits, for a plan that follows another hardly
 /// What takes longer is divided, so that windows may end on it.
 constexpr double kLongestLine_s = 0.25, kLongestBend_s = 0.5;
 
@@ -214,16 +216,18 @@ bool PathPlanner::sound(const Plan& plan, const State& from, std::string& reason
 }
 
 // Over all waiting curves, from rest or from a start that is free. Where the inspection finds more than the limits, the
-// cells around get a smaller share.
-Result<PathPlanner::Plan> PathPlanner::plan_alone() {
+// cells around get a smaller share. share: what is used of the limits at most, 1 or less.
+Result<PathPlanner::Plan> PathPlanner::plan_alone(double share) {
   const std::vector<Curve> curves = first(waiting_, waiting_.size());
   CellGrid grid = divide(curves, limits_, options_.speed_mm_s, at_.v);
-  PaceProblem problem{std::move(grid.cells), limits_, options_.speed_mm_s, at_.v <= 0};
+  for (PaceCell& c : grid.cells) c.share = share;
+  PaceProblem problem{std::move(grid.cells), limits_, options_.speed_mm_s, at_.v <= 0, false};
   ++counts_.windows;
   counts_.cells += problem.cells.size();
   Pace pace;
   std::string reason = "no speed was found";
   for (int round = 0; round < kMostTries + kGentlerTries; ++round) {
+    problem.hull = round >= kHullFrom;
     Pace next = fastest(problem, round > 0 && round < kMostTries ? &pace : nullptr);
     counts_.steps += static_cast<std::size_t>(next.steps);
     counts_.second_tries += round > 0;
@@ -269,7 +273,7 @@ bool PathPlanner::join(const Plan& next) {
       taken = true, candidates[kept++] = candidates[n];
   candidates.resize(kept);
   std::string reason;
-  for (const double fade_s : {0.03, 0.1, 0.01, 0.003})
+  for (const double fade_s : {0.03, 0.1, 0.01, 0.003, 0.3})
     for (const Candidate& c : candidates) {
       const std::size_t old_cells = c.curves == 0 ? 0 : plan_.curve_end[c.curves - 1];
       const std::size_t new_cells = c.curves == 0 ? 0 : next.curve_end[c.curves - 1];
@@ -309,15 +313,19 @@ bool PathPlanner::join(const Plan& next) {
 }
 
 Result<void> PathPlanner::look_ahead(bool all) {
-  Result<Plan> next = plan_alone();
+  Result<Plan> next = plan_alone(1);
   if (!next) return rest_between(all, next.error());
+  bool joined = at_.v <= 0 || join(*next);
+  if (!joined && !all && waiting_s_ < kLongestWindow * options_.window_s) {
+    next_window_s_ = waiting_s_ + 0.3 * options_.window_s;
+    return {};
+  }
+  // A new plan that uses all of the limits leaves no room for what is to fade: a slower one does.
+  for (double share = kRoomForFade; !joined && share > kLeastShare; share *= kRoomForFade)
+    if (next = plan_alone(share); next) joined = join(*next);
   if (at_.v <= 0) {
     plan_ = std::move(*next);
-  } else if (!join(*next)) {
-    if (!all && waiting_s_ < kLongestWindow * options_.window_s) {
-      next_window_s_ = waiting_s_ + 0.3 * options_.window_s;
-      return {};
-    }
+  } else if (!joined) {
     // The old plan stands: it ends in a rest.
     ++counts_.forced_rests;
     hand_out(plan_.curve_end.size());

@@ -61,7 +61,7 @@ class PathPlanner {
   [[nodiscard]] Curve lead(const AxisVec& from, const AxisVec& direction, double sign, double speed_mm_s) const;
   Result<void> look_ahead(bool all);
   Result<void> rest_between(bool all, const Error& why);
-  Result<Plan> plan_alone();
+  Result<Plan> plan_alone(double share);
   bool join(const Plan& next);
   [[nodiscard]] bool sound(const Plan& plan, const State& from, std::string& reason) const;
   void to_whole_ticks();

@@ -27,6 +27,10 @@ double distance(const std::array<double, 2>& q, const std::array<double, 2>& a, 
   return std::hypot(q[0] - a[0] - on * x, q[1] - a[1] - on * y);
 }
 
+struct Axes {
+  double v = kV, a = kA, j = kJ;
+};
+
 double share(const Polyline& p, std::size_t axis, int order, double limit) {
   std::vector<double> x(4, p.front()[axis]);
   for (const auto& q : p) x.push_back(q[axis]);
@@ -40,11 +44,11 @@ double share(const Polyline& p, std::size_t axis, int order, double limit) {
   return most / limit;
 }
 
-Played play(const Polyline& polyline, double tolerance, double speed = 400) {
+Played play(const Polyline& polyline, double tolerance, double speed = 400, const Axes& axes = {}) {
   Limits limits;
   limits.axes = 2;
   limits.tick_s = kTick;
-  for (std::size_t i = 0; i < 2; ++i) limits.axis[i] = {-1e9, 1e9, kV, kA, kJ}, limits.linear[i] = true;
+  for (std::size_t i = 0; i < 2; ++i) limits.axis[i] = {-1e9, 1e9, axes.v, axes.a, axes.j}, limits.linear[i] = true;
   PathPlanner planner(limits, {.tolerance_mm = tolerance, .speed_mm_s = speed});
   Played out;
   double begin = 0;
@@ -73,9 +77,9 @@ Played play(const Polyline& polyline, double tolerance, double speed = 400) {
   out.seconds = begin;
   out.most_waiting = planner.counts().most_waiting, out.forced_rests = planner.counts().forced_rests;
   for (std::size_t i = 0; i < 2; ++i) {
-    out.v = std::max(out.v, share(out.setpoints, i, 1, kV));
-    out.a = std::max(out.a, share(out.setpoints, i, 2, kA));
-    out.j = std::max(out.j, share(out.setpoints, i, 3, kJ));
+    out.v = std::max(out.v, share(out.setpoints, i, 1, axes.v));
+    out.a = std::max(out.a, share(out.setpoints, i, 2, axes.a));
+    out.j = std::max(out.j, share(out.setpoints, i, 3, axes.j));
   }
   if (polyline.size() < 2000)
     for (const auto& q : out.setpoints) {
@@ -248,6 +252,21 @@ TEST(PathPlanner, long_bends_at_a_low_speed_ask_for_no_rest) {
   const Played slow = play(p, 0.431251, 9.87523);
   expect_sound(slow, 0.431251);
   EXPECT_EQ(slow.forced_rests, 0u);
+}
+
+// High acceleration and jerk beside the speed: it is reached within three cells of the plan.
+TEST(PathPlanner, axes_that_are_soon_at_their_speed_ask_for_no_rest) {
+  const Axes axes{5, 1475, 85000};
+  for (const auto& [height, period, length] : {std::array<double, 3>{5, 40, 60}, {2, 9, 120}}) {
+    SCOPED_TRACE(height);
+    expect_sound(play(sine(height, period, length, 0.5), 0.05, 10, axes), 0.05);
+  }
+}
+
+// Little jerk beside speed and acceleration: plans that follow each other differ for long.
+TEST(PathPlanner, axes_of_little_jerk_ask_for_no_rest) {
+  expect_sound(play(sine(9, 60, 220, 1), 0.01, 800, {400, 600, 2450}), 0.01);
+  expect_sound(play(sine(9, 60, 220, 1), 0.27, 480, {240, 3130, 3600}), 0.27);
 }
 
 /// 60 mm, a quarter of a circle, 60 mm.
