@@ -9,7 +9,9 @@ namespace {
 constexpr double kUsed = 0.96;       ///< of the room: what is aimed at; weights come near to it from both sides
 constexpr int kMostWeighings = 40;   ///< for one set of knots
 constexpr int kLeastWeighings = 10;  ///< weights that count for nothing fade
-constexpr int kMostRefinings = 24;
+constexpr int kMostRefinings = 12;
+constexpr int kPatience = 3;       ///< refinings after which weights that do not settle may only grow
+constexpr int kMostHolds = 40;     ///< times that they do
 constexpr double kPinned = 1e7;    ///< times the weight of a sample: an end that is then set exactly
 constexpr std::size_t kFine = 16;  ///< places in an interval that are measured at the end
 
@@ -60,7 +62,8 @@ class Fairing {
     for (int n = 0; n < kMostRefinings; ++n) {
       lay_knots();
       sample();
-      weigh();
+      const bool settled = weigh();
+      if (!settled && n >= kPatience) hold();
       if (!refine()) return true;
     }
     return false;
@@ -155,7 +158,8 @@ class Fairing {
   }
 
   // Lawson's rule: a sample that is off by more than its room weighs more, others less.
-  void weigh() {
+  // False: they do not settle.
+  bool weigh() {
     for (int n = 0; n < kMostWeighings; ++n) {
       solve();
       double worst = 0;
@@ -166,7 +170,23 @@ class Fairing {
         x.pull *= std::clamp(off * off, 0.02, 50.0);
         x.pull = std::max(x.pull, 1e-7);
       }
-      if (n >= kLeastWeighings && worst <= 1.02) break;
+      if (n >= kLeastWeighings && worst <= 1.02) return true;
+    }
+    return false;
+  }
+
+  // Where many samples hold the spline, their weights chase each other, and no knot helps. Then weights only grow,
+  // until each sample is within its room.
+  void hold() {
+    for (int n = 0; n < kMostHolds; ++n) {
+      solve();
+      bool held = true;
+      for (Sample& x : samples_) {
+        if (!(x.room > 0)) continue;
+        const double off = distance(x) / x.room;
+        if (off > 1.02) x.pull *= std::min(off * off, 50.0), held = false;
+      }
+      if (held) return;
     }
   }
 

@@ -18,7 +18,7 @@ struct Played {
   std::string error;
   Polyline setpoints;
   double seconds = 0, off_mm = 0, v = 0, a = 0, j = 0;  ///< v, a, j: shares of the limits
-  std::size_t most_waiting = 0, forced_rests = 0;
+  std::size_t most_waiting = 0, forced_rests = 0, corner_rests = 0, curves = 0;
 };
 
 double distance(const std::array<double, 2>& q, const std::array<double, 2>& a, const std::array<double, 2>& b) {
@@ -76,6 +76,7 @@ Played play(const Polyline& polyline, double tolerance, double speed = 400, cons
   out.setpoints.push_back(polyline.back());
   out.seconds = begin;
   out.most_waiting = planner.counts().most_waiting, out.forced_rests = planner.counts().forced_rests;
+  out.corner_rests = planner.counts().corner_rests, out.curves = planner.counts().curves;
   for (std::size_t i = 0; i < 2; ++i) {
     out.v = std::max(out.v, share(out.setpoints, i, 1, axes.v));
     out.a = std::max(out.a, share(out.setpoints, i, 2, axes.a));
@@ -306,6 +307,17 @@ TEST(PathPlanner, keeps_the_tolerance_however_small) {
       EXPECT_EQ(p.error, "");
       EXPECT_LE(p.off_mm, tolerance + 1e-9);
     }
+}
+
+// Archimedes' spiral in chords whose corners are left by many times the tolerance: many places hold the spline at once.
+TEST(PathPlanner, a_bend_that_is_held_in_many_places_takes_few_curves) {
+  Polyline p;
+  for (double angle = 0.3; p.size() < 150; angle += 0.075 / (0.1035 * std::hypot(1, angle)))
+    p.push_back({0.1035 * angle * std::cos(angle), 0.1035 * angle * std::sin(angle)});
+  const Played spiral = play(p, 3.8e-4);
+  expect_sound(spiral, 3.8e-4);
+  EXPECT_EQ(spiral.corner_rests, 0U);
+  EXPECT_LE(spiral.curves, 10 * p.size());
 }
 
 TEST(PathPlanner, a_ring_within_the_tolerance_is_driven_out_and_back) {
