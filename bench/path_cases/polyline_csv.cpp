@@ -4,15 +4,50 @@
 #include <cstdlib>
 
 namespace gantry::bench {
+namespace {
+
+constexpr std::size_t kLongestLine = 4096;  ///< bytes; three numbers take less than 100
+
+/// False at the end. A line that is too long is given as its first bytes, one more than allowed.
+bool next_line(std::istream& in, std::string& line) {
+  line.clear();
+  for (char c = 0; line.size() <= kLongestLine && in.get(c);) {
+    if (c == '\n') return true;
+    line.push_back(c);
+  }
+  return !line.empty();
+}
+
+bool begins_with_a_number(const std::string& line) {
+  const char* at = line.c_str();
+  if (line.starts_with("\xEF\xBB\xBF")) at += 3;
+  char* end = nullptr;
+  std::strtod(at, &end);
+  while (*end == ' ' || *end == '\t') ++end;
+  return end != at && (*end == ',' || *end == '\r' || *end == '\0');
+}
+
+std::string too_long(std::size_t number) {
+  return "line " + std::to_string(number) + " has more than " + std::to_string(kLongestLine) +
+         " bytes: expected lines of x,y or x,y,z";
+}
+
+}  // namespace
 
 Polyline read_polyline(std::istream& in) {
   Polyline out;
   std::string line;
-  if (!std::getline(in, line)) {
-    out.error = "no header: the first line names the columns, x,y or x,y,z";
-    return out;
-  }
-  for (std::size_t number = 2; std::getline(in, line); ++number) {
+  if (!next_line(in, line)) out.error = "no header: the first line names the columns, x,y or x,y,z";
+  if (begins_with_a_number(line))
+    out.error =
+        "line 1 is a point, not a header: put a line x,y or x,y,z before it, else the first point would be lost";
+  if (line.size() > kLongestLine) out.error = too_long(1);
+  if (!out.error.empty()) return out;
+  for (std::size_t number = 2; next_line(in, line); ++number) {
+    if (line.size() > kLongestLine) {
+      out.error = too_long(number);
+      return out;
+    }
     if (line.empty() || line == "\r") continue;
     std::array<double, 3> point{};
     std::size_t axis = 0;
