@@ -181,6 +181,10 @@ Result<void> PathPlanner::collect(bool last) {
     const double seconds = rough_seconds(g, limits_, options_.speed_mm_s);
     const int parts = std::max(1, static_cast<int>(seconds / (g.straight ? kLongestLine_s : kLongestBend_s)));
     for (int n = 0; n < parts; ++n) {
+      // A curve of many windows is not planned as one: work would grow with its square.
+      if (waiting_s_ > next_window_s_ + kLongestWindow * options_.window_s)
+        if (auto ok = look_ahead(false); !ok) return ok;
+      waiting_s_ += seconds / parts;
       Curve& part = waiting_.emplace_back(g);
       if (parts == 1) break;
       if (g.straight) {
@@ -194,7 +198,6 @@ Result<void> PathPlanner::collect(bool last) {
       }
       part.rest_after = g.rest_after && n + 1 == parts;
     }
-    waiting_s_ += seconds;
     ++counts_.curves;
     counts_.most_waiting = std::max(counts_.most_waiting, waiting_.size());
     if (g.rest_after) {

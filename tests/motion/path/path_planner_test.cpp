@@ -392,6 +392,13 @@ TEST(PathPlanner, what_waits_does_not_grow_with_the_path) {
   EXPECT_LE(four.most_waiting, one.most_waiting + one.most_waiting / 2);
 }
 
+// 400 s at the lowest of the axes' speeds, in one line.
+TEST(PathPlanner, what_waits_does_not_grow_with_a_line) {
+  const Played p = play({{0, 0}, {4000, 1}}, 0.05, 10);
+  expect_sound(p, 0.05);
+  EXPECT_LE(p.most_waiting, 100U);
+}
+
 TEST(PathPlanner, random_polylines_keep_limits_and_tolerance) {
   for (unsigned seed = 1; seed <= 12; ++seed) {
     SCOPED_TRACE(seed);
