@@ -40,6 +40,16 @@ double length(const config::Machine& machine, const Jog& jog, bool rotary) {
   return std::sqrt(sum);
 }
 
+/// Along the line (motion/path/moves.hpp) so fast that mm axes together and axes that turn together keep the speeds of
+/// a jog that names none.
+double slow_cap(const config::Machine& machine, const Jog& jog) {
+  const double line = motion::path_length(limits_of(machine), jog.displacement);
+  double cap = motion::kNoCap;
+  if (const double mm = length(machine, jog, false); mm > 0) cap = std::min(cap, kSpeed_mm_s * line / mm);
+  if (const double rad = length(machine, jog, true); rad > 0) cap = std::min(cap, kSpeed_rad_s * line / rad);
+  return cap;
+}
+
 /// What is said where an axis cannot follow at the speed that was asked for. `along`: the length of the line over which
 /// that speed is counted, in mm, or rad where axes turn only.
 std::string slowed_by(const config::Machine& machine, const Jog& jog, double speed, double along, bool turns_only) {
@@ -82,19 +92,20 @@ Result<Jog> read_jog(const config::Machine& machine, const JogWords& words) {
     jog.displacement[(*axis)->id.value] = *value;
     turns_only = turns_only && (*axis)->rotary;
   }
-  double speed = turns_only ? kSpeed_rad_s : kSpeed_mm_s;
-  if (!words.speed.empty()) {
-    const auto asked = units::parse(words.speed, turns_only ? Dimension::AngularSpeed : Dimension::Speed);
-    if (!asked) return fail(Fault::Usage, asked.error().message, "the speed");
-    speed = *asked;
+  if (words.speed.empty()) {
+    jog.v_cap = slow_cap(machine, jog);
+    return jog;
   }
+  const auto asked = units::parse(words.speed, turns_only ? Dimension::AngularSpeed : Dimension::Speed);
+  if (!asked) return fail(Fault::Usage, asked.error().message, "the speed");
+  const double speed = *asked;
   if (!(speed >= (turns_only ? kSlowest_rad_s : kSlowest_mm_s)))
     return fail(Fault::Usage, fmt::format("a jog is no slower than {}", turns_only ? "0.01 deg/s" : "0.01 mm/s"),
                 "the speed");
-  // What s is depends on the axes (motion/path/moves.hpp); the speed is that of all mm axes together. An axis that
-  // turns while others go somewhere follows them.
+  // What s is depends on the axes (motion/path/moves.hpp); the speed that is named is that of all mm axes together. An
+  // axis that turns while others go somewhere follows them.
   const double along = length(machine, jog, turns_only);
-  if (!words.speed.empty()) jog.slowed = slowed_by(machine, jog, speed, along, turns_only);
+  jog.slowed = slowed_by(machine, jog, speed, along, turns_only);
   jog.v_cap = speed * motion::path_length(limits_of(machine), jog.displacement) / along;
   return jog;
 }

@@ -13,7 +13,7 @@ constexpr double kSteady = 0.05;
 // Over so much of the path a count, some micrometres, is less than a hundredth.
 constexpr double kJudged_mm = 0.4;
 constexpr std::uint32_t kJudgedLeast = 8, kJudgedMost = 400;  // syncs
-constexpr double kHeld_s = 0.05;                              // at one speed for so long is no corner
+constexpr double kHeld_s = 0.05;                              // at one speed for so long, and a window, is no corner
 constexpr double kSameSpeed = 0.02;                           // but for this part of it
 constexpr double kBegun_mm = 0.05;                            // nearer to its start it may stand: `start_dwell`
 
@@ -77,7 +77,8 @@ class Judged {
                   true);
       const double low = std::min(run.low, v), high = std::max(run.high, v);
       run = high - low <= kSameSpeed * high && run.high > 0 ? Run{low, high, run.since} : Run{v, v, shot.since[first]};
-      if ((shot.since[first] - run.since) * sync_s_ >= kHeld_s) held(v);
+      // All windows that a short corner is in have one mean: for no longer than a window.
+      if ((shot.since[first] - run.since) * sync_s_ >= std::max(kHeld_s, window_ * sync_s_)) held(v);
     });
     if (!any) return;
     for (std::size_t i = from; i + 2 < shot.path.size(); ++i) {

@@ -11,9 +11,9 @@ expect_exit 2 "no axis" jog
 expect_exit 2 "a distance in two words" jog X 10 mm
 expect_text 'in one word: X 10mm'
 expect_exit 2 "an axis twice" jog X 1mm X 2mm
-expect_exit 3 "a bare number" jog X 10
+expect_exit 2 "a bare number" jog X 10
 expect_text "'10' lacks a unit"
-expect_exit 3 "an axis that is not there" jog Q 1mm
+expect_exit 2 "an axis that is not there" jog Q 1mm
 expect_text "known: X, Y, Z, C, U, F"
 expect_exit 4 "an axis that positions by itself" jog F 1mm
 expect_text "axis F: it positions by itself"

@@ -194,6 +194,19 @@ TEST(Jog, is_as_short_as_the_planner_of_states_finds_and_keeps_every_bound) {
 
 // ---- what it refuses ----
 
+/// Without a speed that is named (and in setup none is faster) what turns is as slow as where it turns alone.
+TEST(Jog, that_names_no_speed_turns_slowly_also_where_other_axes_go_along) {
+  Bench bench;
+  for (const auto& by : {std::map<std::string, std::string>{{"C", "90 deg"}},
+                         {{"X", "0.1 mm"}, {"C", "90 deg"}},
+                         {{"X", "90 mm"}, {"C", "-1 deg"}}}) {
+    const auto done = bench.jog(words(by));
+    ASSERT_TRUE(done) << to_text(done.error());
+    EXPECT_GE(done->duration_s, 4.5);
+    EXPECT_LE(done->duration_s, 4.7);
+  }
+}
+
 TEST(Jog, into_a_body_is_refused_with_both_names_and_the_point_and_nothing_moves) {
   Bench bench;
   bench.to(165, 262, -1);  // over the post, whose top is at -62

@@ -94,6 +94,16 @@ TEST(DepositSpeed, that_it_kept_is_the_one_farthest_from_what_was_asked) {
   EXPECT_NEAR(kept(v), 20, 0.4) << "a corner is passed in 100 ms, and keeps no speed";
 }
 
+/// Of a slow bead a window is longer than a corner, and each that holds all of the corner has the same mean.
+TEST(DepositSpeed, a_slow_bead_that_stops_in_a_corner_keeps_its_speed) {
+  for (const double asked : {1.0, 2.0, 3.0, 5.0, 8.0}) {
+    const auto v = [&](double t) { return asked * std::min(1.0, std::abs(t - 1) / 0.013); };
+    EXPECT_NEAR(judged({seen(2, v)}, asked).held_mm_s.value_or(0), asked, 0.02 * asked);
+    const auto slower = [&](double t) { return t > 1 && t < 2 ? 0.8 * asked : asked; };
+    EXPECT_NEAR(judged({seen(3, slower)}, asked).held_mm_s.value_or(0), 0.8 * asked, 0.02 * asked);
+  }
+}
+
 /// A bead that begins from rest after it has stood (`start_dwell`): standing there is asked for.
 TEST(DepositSpeed, a_stand_before_a_bead_begins_is_no_speed_that_it_kept) {
   Shot shot = seen(2, [](double t) { return std::min(20.0, 2000 * t); });
