@@ -96,8 +96,10 @@ struct CutBead {
   std::size_t deposit = 0, feature = 0;  ///< indices
 };
 
+/// A closed bead that has hardly begun ends where it is to end, too.
 bool ends_short(const Deposit& d, const BoardPlan::Feature& f) {
-  return f.bead && norm(flat(d.board_mm.back()) - flat(f.points.back())) > kWhole_mm;
+  return f.bead && (norm(flat(d.board_mm.back()) - flat(f.points.back())) > kWhole_mm ||
+                    length_of(d.board_mm) < length_of(f.points) / 2);
 }
 
 /// How badly a shot fits as what goes on where this bead was cut.

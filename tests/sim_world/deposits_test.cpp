@@ -141,6 +141,24 @@ TEST(Deposits, what_goes_on_where_a_bead_was_cut_is_a_part_of_it) {
   EXPECT_TRUE(d[1].joins_mm.empty());
 }
 
+TEST(Deposits, a_closed_bead_that_was_cut_where_it_begins_goes_on) {
+  BoardPlan plan = board_plan(sample::recipe());
+  const std::vector<Vec3> square{{60, 60, 0}, {70, 60, 0}, {70, 70, 0}, {60, 70, 0}, {60, 60, 0}};
+  plan.features[2].points = square;
+  for (const double cut_mm : {0.0, 1e-4, 0.02, 0.2}) {
+    SCOPED_TRACE(cut_mm);
+    std::vector<Vec3> rest = square;
+    rest.front().x += cut_mm;
+    const auto d = judge(plan, std::vector{shot({{60, 60, 0.3}, {60 + cut_mm, 60, 0.3}}), shot(along(rest))});
+    ASSERT_EQ(d.size(), 1u);
+    ASSERT_EQ(d[0].joins_mm.size(), 1u);
+    EXPECT_NEAR(d[0].joins_mm[0], 0, 1e-9);
+    EXPECT_NEAR(d[0].error_mm, 0, 1e-9);
+    const auto alone = judge(plan, std::vector{shot({{60, 60, 0.3}, {60 + cut_mm, 60, 0.3}})});
+    EXPECT_GT(alone.at(0).error_mm, 9) << "of what was never dispensed";
+  }
+}
+
 TEST(Deposits, what_does_not_follow_a_cut_bead_is_not_a_part_of_it) {
   const BoardPlan plan = board_plan(sample::recipe());
   for (const std::vector<Vec3>& other : {along({{46.5, 60}, {60, 60}}), along({{45.1, 60}, {45.1, 66}})}) {
