@@ -133,9 +133,11 @@ class Player {
   Setpoint last;
 };
 
+/// Plans keep 1.001 (docs/motion/path.md). Round a corner that nearly turns back, the acceleration between the nodes of
+/// the plan is up to 2e-5 more than at them.
 inline void expect_within(const Use& use, const std::string& what) {
   ASSERT_LE(use.v, 1 + 1e-6) << what;
-  ASSERT_LE(use.a, 1 + 1e-5) << what;
+  ASSERT_LE(use.a, 1 + 1e-4) << what;
   ASSERT_LE(use.j, 1 + 1e-4) << what;
 }
 
