@@ -17,7 +17,8 @@ import argparse, collections, json, os, random, shutil, signal, subprocess, sys,
 
 here = os.path.dirname(os.path.abspath(__file__))
 top = os.path.dirname(os.path.dirname(here))
-sys.path[:0] = [os.path.join(top, "tests/cli")]
+sys.path[:0] = [os.path.join(top, "tests/cli"), os.path.join(top, "bench")]
+import quick_machine
 from owner_client import OwnerClient
 
 VERBS = {"run": 4, "home": 2, "park": 3, "jog": 3, "hold": 2, "resume": 2, "abort": 1, "reset": 1, "override": 1, "enable": 1,
@@ -27,23 +28,6 @@ ORDER_OF = {"part-removed": "part_removed"}
 CODES = {0, 1, 4, 5, 6, 7, 8, 9, 130, -signal.SIGKILL}
 ANSWER_S, END_S, JOG_STANDS_S = 2.0, 30.0, 0.5
 Seen = collections.namedtuple("Seen", "at state busy held")
-
-
-def machine_file(folder):
-    """The reference machine, quicker on its way to its switches, and patient: its host is not calm."""
-    with open(os.path.join(top, "config/machines/dispenser.yaml")) as file:
-        text = file.read()
-    for found, instead in (("sim: 50}", "sim: 2000}"), ("fast: 60 mm/s", "fast: 120 mm/s"),
-                           ("acceleration: 1000 mm/s^2", "acceleration: 4000 mm/s^2")):
-        assert found in text, found
-        text = text.replace(found, instead)
-    os.makedirs(os.path.join(folder, "machines"))
-    for profiles in ("drives", "devices"):
-        shutil.copytree(os.path.join(top, "config", profiles), os.path.join(folder, profiles))
-    path = os.path.join(folder, "machines/quick.yaml")
-    with open(path, "w") as file:
-        file.write(text)
-    return path
 
 
 class Watcher:
@@ -227,7 +211,7 @@ class Rig:
     def __init__(self, given, folder):
         self.gantry_program, self.folder, self.state = given.gantry, folder, os.path.join(folder, "state")
         self.recipe = os.path.join(top, "tests/cli/short-board.yaml")
-        machine = machine_file(folder)
+        machine = quick_machine.write(folder, [("sim: 50}", "sim: 2000}")])
         self.gantry = os.path.join(folder, "gantry")
         with open(self.gantry, "w") as file:
             file.write(f'#!/bin/sh\nexec "{given.gantry}" --machine "{machine}" "$@"\n')

@@ -9,7 +9,8 @@ import argparse, collections, ctypes, json, os, random, re, shutil, signal, sock
 
 here = os.path.dirname(os.path.abspath(__file__))
 top = os.path.dirname(os.path.dirname(here))
-sys.path[:0] = [os.path.join(top, "tests/cli"), here]
+sys.path[:0] = [os.path.join(top, "tests/cli"), os.path.join(top, "bench"), here]
+import quick_machine
 from frames import Capture
 from verdict import judge, read_stations, what_was_on
 from on_terminal import OnTerminal
@@ -49,24 +50,13 @@ WAYS = {
 CONTROL = {"all killed": lambda p: (os.kill(p.behind, signal.SIGKILL), os.kill(p.pid, signal.SIGKILL))}
 
 
-def machine_file(folder):
-    """The reference machine, quicker on its way to its switches, and patient: its bus is a program on this host. Also
-    where the I/O station stands and which bit of it is the valve, read from the text."""
-    with open("config/machines/dispenser.yaml") as file:
+def valve_output():
+    """Where the I/O station of the reference machine stands, and which bit of it is the valve, read from the text."""
+    with open(quick_machine.REFERENCE) as file:
         text = file.read()
     station, bit = re.search(r"^  valve:\s*\{station: (\w+), bit: (\d+)\}", text, re.M).groups()
     position = re.search(rf"^  {station}:.*position: (\d+)", text, re.M).group(1)
-    for found, instead in (("frames_lost_max: 3\n", "frames_lost_max: 50\n"), ("sim: 50}", "sim: 1000}"),
-                           ("fast: 60 mm/s", "fast: 120 mm/s"), ("acceleration: 1000 mm/s^2", "acceleration: 4000 mm/s^2")):
-        assert found in text, found
-        text = text.replace(found, instead)
-    os.makedirs(os.path.join(folder, "machines"))
-    for profiles in ("drives", "devices"):
-        os.symlink(os.path.join(top, "config", profiles), os.path.join(folder, profiles))
-    path = os.path.join(folder, "machines/quick.yaml")
-    with open(path, "w") as file:
-        file.write(text)
-    return path, int(position), int(bit)
+    return int(position), int(bit)
 
 
 def ask_world(path, question):
@@ -202,7 +192,8 @@ class Rig:
         self.gantry, self.recipe, self.name, self.folder = given.gantry, given.recipe, given.name, folder
         self.ways = CONTROL if given.control else WAYS
         self.world = os.path.join(folder, "world")
-        self.machine, io_position, valve_bit = machine_file(folder)
+        self.machine = quick_machine.write(folder, [("frames_lost_max: 3\n", "frames_lost_max: 50\n"), ("sim: 50}", "sim: 1000}")])
+        io_position, valve_bit = valve_output()
         self.capture = Capture(f"{self.name}-ctl", io_position, valve_bit)
         self.sim = subprocess.Popen([self.gantry, "-q", "--machine", self.machine, "sim", "--interface", f"{self.name}-sim",
                                      "--world", self.world], stdin=subprocess.DEVNULL)
