@@ -40,6 +40,10 @@ bool goes_to_the_loop(run::OrderKind kind) {
          kind == OrderKind::Abort;
 }
 
+bool holds(const run::Order& order) {
+  return order.kind == run::OrderKind::Hold || (order.kind == run::OrderKind::Override && order.value == 0);
+}
+
 }  // namespace
 
 // ---- between two cycles ----
@@ -117,9 +121,10 @@ void Desk::give(std::uint64_t client, const Request& request, std::uint64_t numb
     if (stop_mm && said.starts_with("holds now")) said += fmt::format(", within {:.2g} mm", *stop_mm);
     if (stop_mm && request.order->kind == run::OrderKind::Abort) said = fmt::format("stops within {:.2g} mm", *stop_mm);
   }
-  const bool by_override = request.order->kind == run::OrderKind::Override;
-  if (!hold_ && (request.order->kind == run::OrderKind::Hold || (by_override && request.order->value == 0)))
+  if (!hold_ && holds(*request.order)) {
+    const bool by_override = request.order->kind == run::OrderKind::Override;
     hold_ = Hold{.by = by_override ? Hold::By::Override : Hold::By::Order, .client = client};
+  }
   given_.push_back({{client, request}, clock_.now() + kTaken, std::move(said)});
   door_.set_busy(client, true);
 }
@@ -128,7 +133,7 @@ std::optional<std::string> Desk::hold_what_begins(const run::Order& order) {
   using run::OrderKind;
   const bool waits = waiting_ && waiting_->request.order->kind == OrderKind::Run;
   if (!waits && !(preparing_ && !aborted_)) return std::nullopt;
-  if (order.kind == OrderKind::Hold || (order.kind == OrderKind::Override && order.value == 0)) {
+  if (holds(order)) {
     hold_wished_ = true;
     return "the job is being prepared, and waits before its first motion; `resume` lets it go";
   }

@@ -253,23 +253,22 @@ void OrderSocket::send_some(Client& client) {
 
 void OrderSocket::refuse(Client& client, std::string_view why) { put(client, refusal(why)); }
 
-OrderSocket::Client* OrderSocket::find(std::uint64_t id) {
+const OrderSocket::Client* OrderSocket::find(std::uint64_t id) const {
   const auto found = std::find_if(clients_.begin(), clients_.end(), [&](const Client& c) { return c.id == id; });
   return found == clients_.end() ? nullptr : &*found;
 }
+
+OrderSocket::Client* OrderSocket::find(std::uint64_t id) { return const_cast<Client*>(std::as_const(*this).find(id)); }
 
 void OrderSocket::set_busy(std::uint64_t client, bool busy) {
   if (Client* c = find(client)) c->busy = busy;
 }
 
-bool OrderSocket::knows(std::uint64_t client) const {
-  return std::any_of(clients_.begin(), clients_.end(), [&](const Client& c) { return c.id == client; });
-}
+bool OrderSocket::knows(std::uint64_t client) const { return find(client) != nullptr; }
 
 std::optional<Time> OrderSocket::heard(std::uint64_t client) const {
-  for (const Client& c : clients_)
-    if (c.id == client && !c.ended) return c.heard;
-  return std::nullopt;
+  const Client* c = find(client);
+  return c != nullptr && !c->ended ? std::optional(c->heard) : std::nullopt;
 }
 
 }  // namespace gantry::desk

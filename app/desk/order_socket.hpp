@@ -88,6 +88,7 @@ class OrderSocket {
   static void send_some(Client& client);
   void drop_the_dead(Time now);
   [[nodiscard]] Client* find(std::uint64_t id);
+  [[nodiscard]] const Client* find(std::uint64_t id) const;
 
   std::vector<std::unique_ptr<Lock>> locks_;
   std::vector<std::string> paths_;  ///< the socket, and a link to it
