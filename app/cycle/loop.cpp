@@ -255,7 +255,8 @@ void Loop::tell_snapshot(const Beat& beat, bool sent) noexcept {
   Snapshot& s = snapshot_;
   s.cycle = beat.cycle;
   s.time_ns = beat.due.count();
-  s.wake_ns = static_cast<std::int32_t>(std::min<std::int64_t>((beat.woke - beat.due).count(), INT32_MAX));
+  s.wake_ns = static_cast<std::int32_t>(
+      std::min<std::int64_t>((beat.woke - beat.due + beat.still * setup_.period).count(), INT32_MAX));
   s.compute_ns = static_cast<std::int32_t>(compute_.count());
   s.bus_ns = static_cast<std::int32_t>(bus_time_.count());
   s.dc_error_ns = static_cast<std::int32_t>(dc_lock_.error().count());

@@ -1,7 +1,10 @@
 // When the cycles are due. The phase is kept whatever happens: after a stall the next beat says how many periods have
-// passed, and the loop goes on from there; cycles are never sent in a burst to catch up.
+// passed, and the loop goes on from there; cycles are never sent in a burst to catch up. A clock that stands still with
+// its host loses no period: the beat says for how many it stood.
 //   Pacer pacer(start, period);   Beat b = pacer.wait(clock);   loop.tick(b);
 #pragma once
+#include <algorithm>
+
 #include "core/clock.hpp"
 #include "core/id.hpp"
 
@@ -12,6 +15,7 @@ struct Beat {
   std::int64_t elapsed = 1;  ///< periods since the last beat: 1 unless the host stalled
   Time due{};                ///< when this cycle was due
   Time woke{};               ///< when the loop woke for it
+  std::int64_t still = 0;    ///< periods of the host's for which the machine's own time stood still before this beat
 };
 
 class Pacer {
@@ -20,11 +24,18 @@ class Pacer {
 
   /// Sleeps until the next cycle is due.
   Beat wait(Clock& clock) noexcept {
+    const Time asleep_at = std::max(clock.now(), due_);
     clock.sleep_until(due_);
-    const Time woke = clock.now();
+    Time woke = clock.now();
+    // What passes between two beats besides the sleep has passed for the bus, too.
+    std::int64_t still = woke > asleep_at ? (woke - asleep_at) / period_ : 0;
+    if (still > 0 && clock.stand_still(still * period_))
+      woke -= still * period_;
+    else
+      still = 0;
     const std::int64_t slept_through = woke > due_ ? (woke - due_) / period_ : 0;
     cycle_ += 1 + slept_through;
-    const Beat beat{cycle_, 1 + slept_through, due_ + slept_through * period_, woke};
+    const Beat beat{cycle_, 1 + slept_through, due_ + slept_through * period_, woke, still};
     due_ = beat.due + period_;
     return beat;
   }

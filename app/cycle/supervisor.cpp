@@ -30,10 +30,10 @@ Findings Supervisor::look(const View& view) noexcept {
 }
 
 void Supervisor::look_at_time(const View& view, Findings& found) noexcept {
-  const auto missed = static_cast<int>(view.beat.elapsed - 1);
+  const auto missed = static_cast<int>(view.beat.elapsed - 1 + view.beat.still);
   const Time late = view.beat.woke - view.beat.due + missed * setup_.period;  // since the cycle that was slept through
   const std::int64_t window = std::clamp<std::int64_t>(setup_.late_window, 1, kMostInLateWindow);
-  for (std::int64_t i = std::min(view.beat.elapsed, window); i > 0; --i) {
+  for (std::int64_t i = std::min<std::int64_t>(missed + 1, window); i > 0; --i) {
     late_at_ = (late_at_ + 1) % static_cast<std::size_t>(window);
     late_in_window_ -= late_[late_at_] ? 1 : 0;
     late_[late_at_] = false;

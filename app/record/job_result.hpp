@@ -68,14 +68,15 @@ struct HistogramBucket {
 
 struct CycleStatistics {
   std::uint64_t cycles = 0, sent = 0, frames_lost = 0, working_counter_errors = 0;
-  std::uint64_t skipped = 0;          ///< slept through
-  std::uint64_t stalls = 0;           ///< wake-ups that came more than a cycle late; each skips one cycle or more
+  std::uint64_t skipped = 0;  ///< slept through
+  std::uint64_t stalls =
+      0;  ///< wake-ups that came a cycle late or more: each skips cycles, but in a machine simulated in this process
   std::uint64_t deadline_misses = 0;  ///< skipped, or not done when the next cycle was due
   Quantiles wake, compute, bus;
   std::vector<HistogramBucket> wake_histogram, compute_histogram, bus_histogram;
   bool real_time_priority = false, memory_locked = false;
   bool virtual_time = false;
-  int frames_lost_max = 0;            ///< in a row, that are forgiven
+  int frames_lost_max = 0;            ///< in a row: so many stop the machine
   devices::CyclicCounts frames;       ///< of the job's frames, each as what it was
   std::uint64_t mailbox_repeats = 0;  ///< answers of stations that were asked for once more, and requests sent again
 };

@@ -116,7 +116,7 @@ void Trace::add_cycle(const cycle::Snapshot& s) {
   ++cycles_.sent;
   // How late against the beat that the loop had asked for: the first of those that it slept through.
   wake_.add(s.wake_ns + asleep_ * cycle_ns_);
-  cycles_.stalls += asleep_ > 0;
+  cycles_.stalls += asleep_ > 0 || s.wake_ns >= cycle_ns_;
   asleep_ = 0;
   compute_.add(s.compute_ns);
   bus_.add(s.bus_ns);

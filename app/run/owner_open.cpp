@@ -10,12 +10,12 @@
 namespace gantry::run {
 namespace {
 
-constexpr std::string_view kEthercat = "ethercat:";
+constexpr std::string_view kEthercat = "ethercat:", kSimulatedHere = "sim";
 
 }  // namespace
 
 Result<devices::FramePort*> Owner::Parts::open_bus() {
-  if (options.bus == "sim") {
+  if (options.bus == kSimulatedHere) {
     if (!options.world_socket.empty())
       return fail(
           Fault::Usage,
@@ -63,6 +63,8 @@ Result<std::unique_ptr<Owner>> Owner::open(const config::Machine& machine, const
   if (auto r = compose_startup(p->machine); !r) return tl::unexpected(r.error());
   if (options.virtual_time)
     p->clock = std::make_unique<VirtualClock>();
+  else if (options.bus == kSimulatedHere)
+    p->clock = std::make_unique<PatientClock>();
   else
     p->clock = std::make_unique<MonotonicClock>();
 

@@ -83,7 +83,7 @@ struct Owner::Parts {
   std::unique_ptr<cycle::Channels> channels = std::make_unique<cycle::Channels>();
   std::unique_ptr<cycle::StopFrame> stop;  // on a bus that others than the loop can send on
   Time stuck_after{};
-  int frames_lost_max = 0;  // in a row, that are forgiven
+  int frames_lost_max = 0;  // in a row: so many stop the machine
   std::unique_ptr<cycle::Loop> loop;
   std::unique_ptr<Feed> feed;
   std::unique_ptr<cycle::LoopCpu> loop_cpu;       // in real time only

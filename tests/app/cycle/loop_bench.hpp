@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "app/cycle/loop.hpp"
@@ -75,19 +76,26 @@ class TapPort final : public devices::PassingPort {
   std::atomic<int> sent_{0};
 };
 
-/// A clock on which something happens when it is read the n-th time from now.
+/// A clock on which something happens when it is read the n-th time from now, and whose sleep can last too long.
 class MeddledClock final : public Clock {
  public:
   [[nodiscard]] Time now() const noexcept override {
     if (countdown_ > 0 && --countdown_ == 0) what_();
-    return clock_.now();
+    return clock_.now() - stood_still_;
   }
-  void sleep_until(Time t) noexcept override { clock_.sleep_until(t); }
+  void sleep_until(Time t) noexcept override { clock_.sleep_until(t + stood_still_ + std::exchange(too_long_, {})); }
+  bool stand_still(Time stall) noexcept override {
+    if (patient) stood_still_ += stall;
+    return patient;
+  }
+  void oversleep(Time by) { too_long_ = by; }
+  bool patient = false;  ///< as of a machine simulated in this process
   [[nodiscard]] bool is_virtual() const noexcept override { return true; }
   void meddle(int readings, std::function<void()> what) { countdown_ = readings, what_ = std::move(what); }
 
  private:
   VirtualClock clock_;
+  Time stood_still_{}, too_long_{};
   mutable int countdown_ = 0;
   std::function<void()> what_;
 };

@@ -40,6 +40,53 @@ TEST(StalledHost, stalls_that_are_tolerated_stop_no_motion) {
   }
 }
 
+/// What the stalls of a host that wakes the loop too late did to a travel.
+struct Disturbed {
+  int device_faults = 0, told = 0;
+  double longest_step = 0;  ///< of X from one sent target to the next, mm
+  bool arrived = false;
+};
+
+Disturbed travel_among_stalls(LoopBench& b) {
+  travel(b);
+  std::mt19937 random(17);
+  Disturbed seen;
+  const double far = 450;
+  double last = b.now.target[0];
+  while (b.now.state == State::Running) {
+    b.clock.oversleep(std::uniform_int_distribution(40, b.setup.stop_after_missed)(random) * b.setup.period +
+                      microseconds(30));
+    for (int i = std::uniform_int_distribution(3, 60)(random); i > 0 && b.now.state == State::Running; --i) {
+      b.tick();
+      seen.longest_step = std::max(seen.longest_step, std::abs(b.now.target[0] - std::exchange(last, b.now.target[0])));
+    }
+  }
+  seen.device_faults = b.told(Fault::FollowingError) + b.told(Fault::DriveFault);
+  seen.told = b.told(Fault::LateCycle);
+  seen.arrived = std::abs(b.now.target[0] - far) < 1e-6;
+  return seen;
+}
+
+TEST(StalledHost, a_machine_in_this_process_stands_still_with_its_host) {
+  LoopBench b(reference_machine(), false);
+  b.clock.patient = true;
+  const Disturbed seen = travel_among_stalls(b);
+  EXPECT_EQ(seen.device_faults, 0);
+  EXPECT_GT(seen.told, 3);
+  EXPECT_LE(seen.longest_step, 1.0001 * b.machine.axes[0].v_max * 1e-3);
+  EXPECT_TRUE(seen.arrived);
+  b.clock.oversleep((b.setup.stop_after_missed + 1) * b.setup.period + microseconds(30));
+  b.tick();
+  EXPECT_EQ(b.told(Fault::ControllerStalled), 1);
+}
+
+TEST(StalledHost, stalls_that_no_drive_can_make_up_for_are_what_that_test_is_about) {
+  LoopBench b(reference_machine(), false);
+  const Disturbed seen = travel_among_stalls(b);
+  EXPECT_GT(seen.device_faults, 0);
+  EXPECT_GT(seen.longest_step, 10);
+}
+
 TEST(StalledHost, an_axis_that_is_held_is_found_among_stalls_too) {
   for (const int every : {0, 25, 60}) {
     SCOPED_TRACE(every);
