@@ -10,6 +10,7 @@ namespace {
 using namespace wire::cia402;
 
 constexpr Time kStands = milliseconds(20);          // without a count of motion
+constexpr Time kSilent = milliseconds(100);         // after it a cancelled drive that is not heard of is given up
 constexpr Time kPhaseTimeout = milliseconds(1000);  // for entering and leaving the mode and for coming to rest
 
 bool done_bits(const Feedback& f) noexcept {
@@ -22,6 +23,7 @@ void HomingRun::start(const HomingLimits& limits, const Feedback& feedback) noex
   *this = HomingRun{};
   limits_ = limits;
   phase_cycles_ = kPhaseTimeout / limits.cycle;
+  silent_cycles_ = kSilent / limits.cycle;
   stands_cycles_ = std::max<std::int64_t>(kStands / limits.cycle, 2);
   start_ = last_ = feedback.counts;
   guard_ = HomingGuard(limits.rules, feedback);
@@ -32,7 +34,9 @@ void HomingRun::cancel(Fault why) noexcept {
   if (phase_ == Phase::Done) fault_ = why, enter(Phase::Failed);
   if (!busy()) return;
   if (fault_ == Fault::None) fault_ = why;
-  if (phase_ != Phase::LeaveMode) enter(phase_ == Phase::LeadOff ? Phase::LeaveMode : Phase::Settle);
+  // What lasts cancels it in every cycle: the phase that brings it to an end is entered once.
+  if (phase_ != Phase::Settle && phase_ != Phase::LeaveMode)
+    enter(phase_ == Phase::LeadOff ? Phase::LeaveMode : Phase::Settle);
 }
 
 bool HomingRun::stands(const Feedback& f) noexcept {
@@ -113,6 +117,8 @@ DriveCommand HomingRun::step(const Feedback& f, std::int64_t elapsed, bool may_s
     if (fault_ == Fault::None) fault_ = f.fault != Fault::None ? f.fault : Fault::HomingFailed;
     enter(Phase::Failed);
   }
+  if (busy() && fault_ != Fault::None && unseen_ > silent_cycles_)
+    enter(Phase::Failed);  // nobody hears what it is told
   lead_step_ = 0;
   const bool in_mode = f.mode == kHoming;
   if (f.fresh && in_mode && !done_bits(f) && (f.statusword & kHomingError) == 0) seen_undone_ = true;

@@ -45,7 +45,8 @@ class HomingRun {
   /// ready, too; without that its search does not begin.
   DriveCommand step(const Feedback& feedback, std::int64_t elapsed = 1, bool may_search = true) noexcept;
   /// Ends it early (an abort): stops, comes back to CSP and ends as Failed with `why`. One that is Done fails, too:
-  /// what it has found no longer holds (the counter jumped while other axes were still homing).
+  /// what it has found no longer holds (the counter jumped while other axes were still homing). A drive that is not
+  /// heard of for 100 ms is not waited for.
   void cancel(Fault why) noexcept;
 
   [[nodiscard]] bool busy() const noexcept {
@@ -76,7 +77,7 @@ class HomingRun {
   Counts start_, last_;
   bool counted_ = false;                 ///< 6064h has moved in a search
   std::int64_t moved_ = 0, unseen_ = 0;  ///< cycles since the last that was heard of
-  std::int64_t phase_cycles_ = 1000, stands_cycles_ = 20;
+  std::int64_t phase_cycles_ = 1000, stands_cycles_ = 20, silent_cycles_ = 100;
   std::int64_t cycles_ = 0, in_phase_ = 0;
   int still_ = 0;         ///< cycles without a count of motion
   bool led_off_ = false;  ///< it is to be led off, or was, and is searched for once more

@@ -167,6 +167,34 @@ TEST(Homing, a_drive_that_is_not_heard_of_is_not_taken_to_stand) {
   EXPECT_EQ(h.run.fault(), Fault::Aborted);
 }
 
+TEST(Homing, that_is_cancelled_in_every_cycle_ends_as_soon_as_one_that_is_cancelled_once) {
+  for (const bool heard : {true, false}) {
+    HomingDrive h;
+    h.run.start({.timeout_cycles = 10'000, .travel_counts = 20'000}, h.bench.drive.feedback());
+    for (int i = 0; i < 50; ++i) h.cycle();
+    ASSERT_EQ(h.run.phase(), HomingRun::Phase::Search);
+    int cycles = 0;
+    for (; h.run.busy() && cycles < 5000; ++cycles) {
+      h.run.cancel(Fault::FramesLost);
+      h.cycle(heard);
+    }
+    EXPECT_EQ(h.run.phase(), HomingRun::Phase::Failed);
+    EXPECT_EQ(h.run.fault(), Fault::FramesLost);
+    EXPECT_LE(cycles, 120) << (heard ? "a drive that answers" : "a drive that is silent");
+  }
+}
+
+TEST(Homing, that_goes_on_unheard_is_given_up_when_it_is_cancelled_alone) {
+  HomingDrive h;
+  h.run.start({.timeout_cycles = 10'000, .travel_counts = 20'000}, h.bench.drive.feedback());
+  for (int i = 0; i < 50; ++i) h.cycle();
+  for (int i = 0; i < 150; ++i) h.cycle(false);
+  EXPECT_TRUE(h.run.busy()) << "nobody has cancelled it: the bus says when frames are missing for too long";
+  h.run.cancel(Fault::Aborted);
+  h.cycle(false);
+  EXPECT_FALSE(h.run.busy());
+}
+
 /// Method 17 after IEC 61800-7-201, 10.4, of a drive that takes its targets at once. Its limit is closed at and below
 /// `edge`, seen from the position it started at; standing at the edge it is done before a frame has shown the switch.
 struct LimitDrive {
