@@ -41,12 +41,13 @@ TEST(Clock, seconds_of_a_time) {
 TEST(PatientClock, goes_on_from_where_it_stood_when_the_host_did) {
   PatientClock clock;
   const MonotonicClock real;
-  const Time before = clock.now(), really = real.now();
+  const Time really = real.now(), before = clock.now();
   EXPECT_TRUE(clock.stand_still(milliseconds(40)));
   clock.sleep_until(before + milliseconds(2));
   EXPECT_GE(clock.now(), before + milliseconds(2));
   EXPECT_GE(real.now() - really, milliseconds(42)) << "it sleeps by its own time";
-  EXPECT_LE(clock.now() - before, real.now() - really - milliseconds(40));
+  const Time passed = clock.now() - before;
+  EXPECT_LE(passed, real.now() - really - milliseconds(40));
   EXPECT_FALSE(MonotonicClock().stand_still(milliseconds(40)));
 }
 
