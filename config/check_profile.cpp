@@ -4,6 +4,8 @@
 #include <array>
 #include <fmt/format.h>
 
+#include "config/profile_rules.hpp"
+
 namespace gantry::config {
 namespace {
 
@@ -16,11 +18,6 @@ struct Fact {
   bool is_count;  ///< its value is the fact, unless `means` says otherwise
 };
 constexpr std::array kStatedFacts{Fact{"counts_per_rev", true}, Fact{"loop_mode", false}, Fact{"motor_mode", false}};
-
-Location place_of_key(const Node& row, std::string_view key) {
-  const Node* node = row.find(key);
-  return node != nullptr ? node->place : row.place;
-}
 
 std::string flag_in_words(bool closed_loop) { return closed_loop ? "true" : "false"; }
 
@@ -133,6 +130,7 @@ const Fields<Meaning>& meaning_fields() {
 }
 
 void check_profile(const StationProfile& profile, const Node& root, Mistakes& mistakes) {
+  keep_profile_rules(profile, root, mistakes);
   if (const Node* rows = root.find("parameters"))
     for (std::size_t i = 0; i < profile.parameters.size(); ++i) {
       check_meaning(profile, profile.parameters[i], rows->items[i], mistakes);

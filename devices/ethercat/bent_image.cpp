@@ -38,13 +38,14 @@ void put_bits(std::span<std::byte> image, std::uint32_t at, std::uint32_t bits, 
 BentImage::BentImage(const StationRecord& s, Time cycle)
     : foreign_(s.foreign_outputs), silent_cycles_(kSilentAfter / cycle) {
   const config::StationProfile& profile = s.config->profile;
-  outputs_.resize(image_bytes(profile.rx_pdos));
-  inputs_.resize(image_bytes(profile.tx_pdos));
+  const std::vector<PdoRow> loop_out = loop_rows(profile, true), loop_in = loop_rows(profile, false);
+  outputs_.resize(image_bytes(loop_out));
+  inputs_.resize(image_bytes(loop_in));
   spare_ = outputs_;
   for (const bool outputs : {true, false})
-    for (const PdoRow& row : outputs ? profile.rx_pdos : profile.tx_pdos)
+    for (const PdoRow& row : outputs ? loop_out : loop_in)
       for (const PdoEntry& entry : row.entries) {
-        const auto here = find_bits(outputs ? profile.rx_pdos : profile.tx_pdos, entry.address);
+        const auto here = find_bits(outputs ? loop_out : loop_in, entry.address);
         const auto there = find_bits(outputs ? s.rx_pdos : s.tx_pdos, entry.address);
         const bool left_out = std::ranges::count(s.left_out, entry.address) != 0;
         const bool polled = std::ranges::count(s.slow, entry.address, &SlowObject::address) != 0;
@@ -58,7 +59,7 @@ BentImage::BentImage(const StationRecord& s, Time cycle)
           in_.push_back(copy_of(*there, *here, has_sign));
       }
   for (const SlowObject& object : s.slow) {
-    const auto here = find_bits(object.output ? profile.rx_pdos : profile.tx_pdos, object.address);
+    const auto here = find_bits(object.output ? loop_out : loop_in, object.address);
     SlowValue& value = slow_.emplace_back();
     value.object = object;
     value.bit = here ? static_cast<std::uint32_t>(here->bit) : 0;

@@ -1,6 +1,7 @@
-// The process image of a station whose mapping is not its profile's (pdo_agreement.hpp). The loop sees the profile's
-// image: here it is copied object by object to where the station has it, with the station's sizes, and back. What no
-// PDO carries goes by SDO, value by value, through SlowValue.
+// The process image of a station whose mapping is not its profile's (pdo_agreement.hpp), or whose profile has other
+// sizes than the loop. The loop sees the profile's image with its own sizes (loop_rows()): here it is copied object by
+// object to where the station has it, with the station's sizes, and back. What no PDO carries goes by SDO, value by
+// value, through SlowValue.
 //   BentImage image(station);
 //   image.to_wire(wire_outputs); ... image.from_wire(wire_inputs, fresh);   // each cycle: no allocation, no lock
 //   serve_slow_objects(link, station, image);                               // run thread (slow_objects.hpp)
@@ -66,7 +67,7 @@ class BentImage {
   static Copy copy_of(const MappedBits& from, const MappedBits& to, bool has_sign);
   static void copy(const std::vector<Copy>& copies, std::span<const std::byte> from, std::span<std::byte> to) noexcept;
 
-  std::vector<std::byte> outputs_, inputs_, spare_;  ///< as the profile has them
+  std::vector<std::byte> outputs_, inputs_, spare_;  ///< as the loop has them
   std::vector<Copy> out_, in_;
   std::vector<ForeignOutput> foreign_;
   std::deque<SlowValue> slow_;

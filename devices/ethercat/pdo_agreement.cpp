@@ -375,7 +375,7 @@ Result<void> tell_what_is_lost(Link& link, StationRecord& s, std::vector<std::st
         ObjectAddress by = entry.address;
         const bool is_display = e->index == cia402::kModeDisplay;
         if (!value && is_display) by = config::in_slot(profile, {cia402::kMode, 0}, row.slot);
-        if (value || is_display) s.slow.push_back({entry.address, by, entry.bit_length, outputs, e->has_sign, is_mode});
+        if (value || is_display) s.slow.push_back({entry.address, by, e->bits, outputs, e->has_sign, is_mode});
         notes.push_back(value ? fmt::format("{}: {} {}: {}", s.where, what, how, e->cost)
                               : fmt::format("{}: it has no {}: {}", s.where, what, e->absent));
       }

@@ -1,7 +1,9 @@
 #include "devices/profiles/map_pdos.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
 
+#include "devices/profiles/drive_entries.hpp"
 #include "devices/wire/cia402.hpp"
 
 namespace gantry::devices {
@@ -60,11 +62,34 @@ std::optional<std::size_t> find_mapped(std::span<const PdoRow> pdos, ObjectAddre
   return at ? std::optional(at->bit) : std::nullopt;
 }
 
+std::vector<PdoRow> loop_rows(const StationProfile& profile, bool outputs) {
+  std::vector<PdoRow> rows = outputs ? profile.rx_pdos : profile.tx_pdos;
+  if (!profile.drive) return rows;
+  for (PdoRow& row : rows)
+    for (config::PdoEntry& entry : row.entries) {
+      const ObjectAddress first = config::first_slot(profile, entry.address, row.slot);
+      const DriveEntry* e = first.sub == 0 ? find_drive_entry(first.index) : nullptr;
+      if (e != nullptr && e->need != EntryNeed::EveryCycle) entry.bit_length = e->bits;
+    }
+  return rows;
+}
+
+bool as_loop_has_it(const StationProfile& profile) {
+  const auto same = [&](bool outputs) {
+    return std::ranges::equal(outputs ? profile.rx_pdos : profile.tx_pdos, loop_rows(profile, outputs),
+                              [](const PdoRow& a, const PdoRow& b) {
+                                return std::ranges::equal(a.entries, b.entries, {}, &config::PdoEntry::bit_length,
+                                                          &config::PdoEntry::bit_length);
+                              });
+  };
+  return same(true) && same(false);
+}
+
 Result<DriveLayout> map_drive(const StationProfile& profile, int slot) {
   if (!profile.drive || slot < 0 || slot >= profile.slots)
     return fail(Fault::Inconsistent, fmt::format("profile '{}' has no drive axis {}", profile.name, slot));
   const config::DriveFacts& facts = *profile.drive;
-  const std::span<const PdoRow> out = profile.rx_pdos, in = profile.tx_pdos;
+  const std::vector<PdoRow> out = loop_rows(profile, true), in = loop_rows(profile, false);
 
   DriveLayout l;
   std::uint16_t unusable = 0;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "config/drive.hpp"
 #include "core/error.hpp"
@@ -23,6 +24,12 @@ std::optional<MappedBits> find_bits(std::span<const config::PdoRow> pdos, config
 
 /// First bit of an object (address as on the wire) in the image; nothing when it is not mapped.
 std::optional<std::size_t> find_mapped(std::span<const config::PdoRow> pdos, config::ObjectAddress object);
+
+/// The loop's image: the profile's, in which what may have another size than the standard's has the standard's. The
+/// station's own goes through BentImage then.
+std::vector<config::PdoRow> loop_rows(const config::StationProfile& profile, bool outputs);
+/// Whether that is the profile's as it stands.
+bool as_loop_has_it(const config::StationProfile& profile);
 
 /// Which of our faults a code of a drive becomes.
 CodeMeaning meaning(const config::DriveErrorRow& row);

@@ -272,6 +272,166 @@ TEST(Profile, what_it_says_against_itself_is_one_mistake_at_its_place) {
   }
 }
 
+/// One row for each rule of config/profile_rules.cpp, and for each way to break it. Types are those of CiA 402's object
+/// dictionary (IEC 61800-7-201), bits of 6041h, 60B9h and 6502h those of its tables.
+TEST(Profile, what_no_station_can_have_is_one_mistake_at_its_place) {
+  const struct {
+    const char *name, *from, *to, *at, *says;
+  } cases[] = {
+      // Objects.
+      {"drives/amd530b", "  - {object: 0x6041, ",
+       "  - {object: 0x6040,   name: again, type: u16, access: rw, section: x}\n  - {object: 0x6041, ", "name: again",
+       "6040h is in `objects` already, as 'controlword'"},
+      {"drives/std402ec", "  - {object: 0x603F, ",
+       "  - {object: 0x6840,   name: again, type: u16, access: rw, section: x}\n  - {object: 0x603F, ",
+       "object: 0x6840", "6040h of another axis"},
+      {"drives/amd530b", "name: controlword,             type: u16", "name: controlword,             type: u8",
+       "object: 0x6040,", "is u16 in CiA 402, and u8 here"},
+      {"drives/id286", "name: statusword,               type: u16", "name: statusword,               type: u32",
+       "object: 0x6041,", "is u16 in CiA 402"},
+      {"drives/amd530b", "name: target position,         type: i32", "name: target position,         type: u32",
+       "object: 0x607A,", "is i32 in CiA 402, and u32 here"},
+      {"drives/amd530b", "name: position feedback,       type: i32", "name: position feedback,       type: i16",
+       "object: 0x6064,", "is i32 in CiA 402"},
+      {"drives/amd530b", "name: probe 1 rising edge,     type: i32", "name: probe 1 rising edge,     type: u32",
+       "object: 0x60BA,", "is i32 in CiA 402"},
+      {"drives/amd530b", "name: error code,              type: u16", "name: error code,              type: i16",
+       "object: 0x603F,", "without a sign"},
+      {"drives/amd530b", "name: home offset,             type: i32", "name: home offset,             type: u32",
+       "object: 0x607C,", "with a sign"},
+      {"drives/amd530b", "name: profile velocity,        type: u32", "name: profile velocity,        type: bool",
+       "object: 0x6081,", "a whole number"},
+      {"drives/amd530b", "access: rw, initial: 1, min: 0, max: 35", "access: rw, initial: 1, min: 36, max: 35",
+       "object: 0x6098,", "`min` of 6098h is 36, more than its `max` of 35"},
+      {"drives/amd530b", "type: i8,     access: rw, initial: 8", "type: i8,     access: rw, initial: 300",
+       "object: 0x6060,", "300 of 6060h is not within its type, i8 (-128 to 127)"},
+      {"drives/amd530b", "initial: 20, min: 4, max: 50", "initial: 20, min: 4, max: 70000", "object: 0x2010,",
+       "70000 of 2010h is not within its type"},
+      {"drives/amd530b", "initial: 20, min: 4, max: 50", "initial: 51, min: 4, max: 50", "object: 0x2010,",
+       "`initial` of 2010h is 51, outside its own range (4 to 50)"},
+      {"drives/amd530b", "type: string, access: r,  pdo: false,", "type: string, access: r,  pdo: false, initial: 3,",
+       "object: 0x1008,", "no number"},
+      // Process data.
+      {"drives/amd530b", "type: i32,    access: rw, initial: 0, unit: P, section: \"8.4\"}\n  - {object: 0x607C",
+       "type: i32,    access: r,  initial: 0, unit: P, section: \"8.4\"}\n  - {object: 0x607C", "{pdo: 0x1600",
+       "607Ah goes to the station here"},
+      {"drives/amd530b", "name: statusword,              type: u16,    access: r, ",
+       "name: statusword,              type: u16,    access: w, ", "{pdo: 0x1A00", "6041h comes from the station"},
+      {"drives/amd530b", "0x607A, 0x60B8]", "0x607A, 0x60B8, 0x607A]", "{pdo: 0x1600", "607Ah is mapped in `rx_pdos`"},
+      {"drives/amd530b", "0x60B9, 0x60BA, 0x60FD]}", "0x60B9, 0x60BA, 0x60FD]}\n  - {pdo: 0x1A01, entries: [0x6064]}",
+       "{pdo: 0x1A01", "6064h is mapped in `tx_pdos`"},
+      {"drives/std402ec", "{pdo: 0x1601, slot: 1", "{pdo: 0x1600, slot: 1", "slot: 1, entries: [0x6840",
+       "0x1600 is in `rx_pdos` already"},
+      {"drives/amd530b", "{pdo: 0x1600", "{pdo: 0x1A01", "{pdo: 0x1A01", "0x1600 to 0x17FF"},
+      {"drives/amd530b", "0x607A, 0x60B8]}", "0x607A, 0x60B8]}\n  - {pdo: 0x1602, slot: 3, entries: [0x78FF]}",
+       "{pdo: 0x1602", "axis 3 is none"},
+      // Parameters.
+      {"drives/amd530b", "name: input_5, object: 0x2152:5", "name: input_4, object: 0x2152:5",
+       "object: 0x2152:5, type: u16, why", "parameter 'input_4' is there already"},
+      {"drives/amd530b", "name: input_5, object: 0x2152:5", "name: input_5, object: 0x2152:4", "name: input_5",
+       "'input_5' is 2152h:4, as 'input_4' is"},
+      {"drives/amd530b", "type: u16, value: 0x1F", "type: u16, value: 0x1001F", "name: input_polarity",
+       "65567 of 'input_polarity' is not within its type"},
+      {"drives/amd530b", "initial: 0x1F,", "initial: 0x1F, unit: x,", "", ""},
+      {"drives/amd530b", "name: DI logic,                type: u16,    access: rw",
+       "name: DI logic,                type: u16,    access: r ", "name: input_polarity", "access: r of 2154h"},
+      {"drives/amd530b", "{name: input_5, object: 0x2152:5, type: u16", "{name: mode, object: 0x6060, type: i8",
+       "name: mode,", "in `rx_pdos`, which write it anew"},
+      // The station.
+      {"devices/dio16", "DI9:  {in: 9}", "DI9:  {in: 8}", "DI9:", "shares bit 8 of the inputs with 'DI8'"},
+      {"devices/aio4", "AO2: {out: 16, bits: 16}", "AO2: {out: 8, bits: 16}", "AO2:", "shares bit 8 of the outputs"},
+      {"drives/amd530b", "  - {kind: mailbox_in,  start: 0x1080, length: 128}\n", "", "{kind: mailbox_out",
+       "mailbox_in is missing"},
+      {"drives/amd530b", "{kind: inputs,      start: 0x1400}",
+       "{kind: inputs,      start: 0x1400}\n  - {kind: inputs, start: 0x1800}", "start: 0x1800",
+       "another SyncManager is for the same"},
+      {"drives/amd530b", "start: 0x1080, length: 128", "start: 0x1080", "start: 0x1080", "holds no SDO"},
+      {"drives/amd530b",
+       "  - {kind: mailbox_out, start: 0x1000, length: 128}\n  - {kind: mailbox_in,  start: 0x1080, length: 128}\n", "",
+       "{name: run_current", "through a mailbox"},
+      {"drives/iss57", "dc: false", "dc: false\nsync_managers: [{kind: outputs, start: 0x1100}]",
+       "sync_managers:", "only a station on EtherCAT"},
+      {"drives/amd530b", "slots: 1", "slots: 1\nclock_bits: 48", "clock_bits:", "32 or 64 bits, and not 48"},
+      {"devices/dio16", "slots: 0", "slots: 1", "slots: 1", "`drive` is missing"},
+      // The drive.
+      {"drives/amd530b", "modes: [1, 3, 6, 8, 9]", "modes: [1, 3, 6, 7, 8, 9]", "  modes:", "bit 6 of 6502h"},
+      {"drives/iss57", "initial: 0, min: 0, max: 6, section", "initial: 0, min: 0, max: 5, section",
+       "  modes:", "mode 6 is not within what `objects` gives 6060h"},
+      {"drives/amd530b", "initial: 1, min: 0, max: 35", "initial: 1, min: 0, max: 34",
+       "  homing_methods:", "homing method 35 is not within"},
+      {"drives/amd530b", "name: homing method,           type: i8,     access: rw",
+       "name: homing method,           type: i8,     access: r ", "object: 0x6098,", "access: r of it"},
+      {"drives/amd530b", "positive_limit: 1, home: 2", "positive_limit: 0, home: 2",
+       "  inputs:", "positive_limit is bit 0 of 60FDh, as negative_limit is"},
+      {"drives/amd530b", "positive_limit: 1, home: 2", "positive_limit: 1, home: 1", "  inputs:", "home is bit 1"},
+      {"drives/id286", "name: digital inputs,           type: u32", "name: digital inputs,           type: u8", "", ""},
+      {"drives/id286", "{follows: 12, limit: 11}", "{follows: 11, limit: 11}", "  status_bits:", "cannot be both"},
+      {"drives/amd530b", "probe_level_bit: 7", "probe_level_bit: 1", "probe_level_bit:", "latches"},
+      {"drives/iss57", "quick_stop_coasts: [0]", "quick_stop_coasts: [0, 4]", "quick_stop_coasts:", "4 is not in"},
+      {"drives/iss57", "quick_stop_options: [0, 1, 2, 5, 6]", "quick_stop_options: [0, 1, 2, 5]",
+       "name: quick_stop_option", "605Ah is to hold 6"},
+      {"drives/amd530b", "mode: 9, ready", "mode: 8, ready",
+       "mode: 8, ready: 0x0631, switched_on: 0x0633, enabled: 0x0237", "mode 8 has its row already"},
+      {"drives/amd530b", "mode: 9, ready", "mode: 10, ready", "mode: 10,", "mode 10 is not in `modes`"},
+      {"drives/amd530b", "fault: 0x0218", "fault: 0x0237", "fault: 0x0237", "is not `fault` by CiA 402"},
+      {"drives/amd530b", "code: 0x3220, kind", "code: 0x3210, kind", "kind: undervoltage", "listed already"},
+      {"drives/amd530b", "homing_code: 0xFF00", "homing_code: 0xFF01", "homing_code:", "0xFF01 is not in `errors`"},
+      {"drives/amd530b", "bit: 1,  code", "bit: 0,  code", "bit: 0,  code: 0x3210", "bit 0 of 213Fh is listed already"},
+  };
+  for (const auto& c : cases) {
+    std::string text;
+    const auto errors = mistakes_of(c.name, c.from, c.to, &text);
+    if (*c.says == '\0') {  // the rule next to it, not broken
+      EXPECT_TRUE(errors.empty()) << c.to << ": " << to_text(errors.front());
+      continue;
+    }
+    ASSERT_EQ(errors.size(), 1u) << c.name << ' ' << c.to << (errors.empty() ? "" : ": " + to_text(errors.back()));
+    EXPECT_NE(errors[0].message.find(c.says), std::string::npos) << to_text(errors[0]);
+    const auto at = text.find(c.at);
+    ASSERT_NE(at, std::string::npos) << c.at;
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+    EXPECT_NE(errors[0].where.find(":" + std::to_string(line) + ":"), std::string::npos)
+        << to_text(errors[0]) << ", not line " << line;
+  }
+}
+
+TEST(Profile, without_a_row_for_what_chooses_a_mode_nothing_can_choose_it) {
+  std::string text = *read_text_file("config/drives/amd530b.yaml");
+  const auto cut = [&](const std::string& from, const std::string& to) {
+    const auto at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    text.replace(at, text.find('\n', at) - at, to);
+  };
+  const auto read = [&] {
+    const std::string path = testing::TempDir() + "gantry_no_mode.yaml";
+    std::FILE* file = std::fopen(path.c_str(), "w");
+    std::fwrite(text.data(), 1, text.size(), file);
+    std::fclose(file);
+    return load_profile(path);
+  };
+  cut("  - {pdo: 0x1600", "  - {pdo: 0x1600, entries: [0x6040, 0x607A, 0x60B8]}");
+  EXPECT_TRUE(read()) << "it is set by SDO";
+  cut("  - {object: 0x6060, ", "");
+  const auto p = read();
+  ASSERT_FALSE(p);
+  ASSERT_EQ(p.error().size(), 1u);
+  EXPECT_NE(p.error()[0].message.find("6060h"), std::string::npos) << to_text(p.error()[0]);
+  EXPECT_NE(p.error()[0].message.find("add it"), std::string::npos) << to_text(p.error()[0]);
+}
+
+/// Real stations have them: the issue names 60B9h of 32 bits and 6098h of 16; ISS57-C has 6060h without a sign.
+TEST(Profile, sizes_in_which_vendors_differ_are_no_mistake) {
+  for (const auto& [from, to] :
+       {std::pair{"name: probe status,            type: u16", "name: probe status,            type: u32"},
+        {"name: homing method,           type: i8, ", "name: homing method,           type: i16,"},
+        {"name: mode display,            type: i8, ", "name: mode display,            type: i16,"},
+        {"name: digital inputs,          type: u32", "name: digital inputs,          type: u32"},
+        {"name: probe function,          type: u16", "name: probe function,          type: u32"}}) {
+    const auto errors = mistakes_of("drives/amd530b", from, to);
+    EXPECT_TRUE(errors.empty()) << to << ": " << to_text(errors.front());
+  }
+}
+
 TEST(Profile, digital_inputs_that_it_has_and_maps_nowhere_are_asked_for) {
   const std::string path = testing::TempDir() + "gantry_changed_profile.yaml";
   EXPECT_TRUE(mistakes_of("drives/amd530b", "0x60BA, 0x60FD]", "0x60BA]").empty());
