@@ -102,17 +102,20 @@ void check_turn(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
                    row.on_turn_place);
 }
 
-/// Where a job ends, bodies of the head may not stand in those of the scene, nor in a zone to keep out of. An axis that
-/// is not parked ends wherever the job has left it: of a body that it carries nothing is known.
-void check_park(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+/// Somewhere the axes rest; of an axis that is left out it is not known where it stands.
+using Rest = std::vector<std::pair<AxisId, double>>;
+
+/// The head's bodies there; without those of which that is not known.
+std::vector<Body> head_at(const Machine& m, const Rest& rest) {
   AxisVec at{};
-  for (const auto& [axis, position] : m.park) at[axis.value] = position;
-  const auto parked = [&](std::optional<AxisId> id) {
-    return !id || std::ranges::any_of(m.park, [&](const auto& each) { return each.first == *id; });
+  for (const auto& [axis, position] : rest) at[axis.value] = position;
+  const auto known = [&](std::optional<AxisId> id) {
+    return !id || std::ranges::any_of(rest, [&](const auto& each) { return each.first == *id; });
   };
-  if (!parked(m.x) || !parked(m.y) || !parked(m.z)) return;
+  std::vector<Body> out;
+  if (!known(m.x) || !known(m.y) || !known(m.z)) return out;
   for (Body body : m.head) {
-    if ((body.on_turn && !parked(m.c)) || (body.on_lift && !parked(m.u))) continue;
+    if ((body.on_turn && !known(m.c)) || (body.on_lift && !known(m.u))) continue;
     if (body.on_turn && m.c) {
       const Vec2 axis = turn_axis(m), centre = axis + rotated(flat(body.centre) - axis, at[m.c->value]);
       body.centre = {centre.x, centre.y, body.centre.z};
@@ -120,17 +123,66 @@ void check_park(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
     }
     const double down_mm = body.on_lift && m.u ? at[m.u->value] : 0;
     body.centre = body.centre + Vec3{at[m.x.value], at[m.y.value], at[m.z.value] - down_mm};
-    for (const auto& [bodies, in] : {std::pair(&m.scene, "of the scene"), std::pair(&m.keep_out, "of the machine")})
-      for (const Body& stands : *bodies) {
-        if (!in_one_another(upright(body), upright(stands), 0)) continue;
-        mistakes.add(Fault::Inconsistent,
-                     fmt::format("park: there the head's body '{}' is in '{}' {}; write another position, or correct "
-                                 "that body",
-                                 body.name, stands.name, in),
-                     file.park.front().place);
-        return;
-      }
+    out.push_back(std::move(body));
   }
+  return out;
+}
+
+struct Near {
+  std::string head, standing;
+  bool zone = false;
+  std::size_t row = 0;  ///< of scene, or of keep_out
+  double distance_mm = 0;
+};
+/// On every path: the clearance, and what the axes may be off it.
+double kept_clear_mm(const Machine& m) {
+  AxisVec off{};
+  for (const Axis& axis : m.axes) off[axis.id.value] = axis.path_error;
+  return m.clearance_mm + std::hypot(off[m.x.value], off[m.y.value], off[m.z.value] + (m.u ? off[m.u->value] : 0));
+}
+/// The nearest pair of those that stand nearer to each other than is kept clear.
+std::optional<Near> too_near(const Machine& m, const Rest& rest) {
+  std::optional<Near> nearest;
+  const double kept_mm = kept_clear_mm(m);
+  for (const Body& body : head_at(m, rest))
+    for (const std::vector<Body>* bodies : {&m.scene, &m.keep_out})
+      for (std::size_t i = 0; i < bodies->size(); ++i) {
+        const double apart_mm = distance_mm(body, (*bodies)[i]);
+        if (apart_mm >= (nearest ? nearest->distance_mm : kept_mm) && (nearest || apart_mm > 0)) continue;
+        nearest = Near{body.name, (*bodies)[i].name, bodies == &m.keep_out, i, apart_mm};
+      }
+  return nearest;
+}
+std::string in_words(const Machine& m, const Near& near) {
+  const char* of = near.zone ? "of the machine" : "of the scene";
+  return near.distance_mm == 0
+             ? fmt::format("the head's body '{}' is in '{}' {}", near.head, near.standing, of)
+             : fmt::format("the head's body '{}' is {:.4g} mm from '{}' {}, and {:.4g} mm are kept clear", near.head,
+                           near.distance_mm, near.standing, of, kept_clear_mm(m));
+}
+
+/// Where a job ends, bodies of the head may not stand in or beside those of the scene, nor in a zone to keep out of: it
+/// could not end there, and no other begin. An axis that is not parked ends wherever the job has left it.
+void check_park(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+  if (const auto near = too_near(m, m.park))
+    mistakes.add(Fault::Inconsistent,
+                 fmt::format("park: there {}; write another position, or correct that body", in_words(m, *near)),
+                 file.park.front().place);
+}
+
+/// Nor where homing ends: no job could begin there. Methods 35 and 37 leave an axis where it is.
+void check_homing_end(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+  Rest rest;
+  for (const Axis& axis : m.axes)
+    if (axis.homing && axis.kind == AxisKind::Streamed && axis.homing->method != 35 && axis.homing->method != 37)
+      rest.emplace_back(axis.id, axis.homing->position);
+  const auto near = too_near(m, rest);
+  if (!near) return;
+  mistakes.add(Fault::Inconsistent,
+               fmt::format("where homing ends {}: no job could begin there; move it or make it smaller, or state "
+                           "another `position` of the home edge",
+                           in_words(m, *near)),
+               (near->zone ? file.keep_out : file.scene)[near->row].place);
 }
 
 }  // namespace
@@ -159,6 +211,7 @@ void check_head(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   check_camera(m, file, mistakes);
   check_turn(m, file, mistakes);
   check_park(m, file, mistakes);
+  check_homing_end(m, file, mistakes);
 }
 
 std::vector<std::string> head_notes(const Machine& m) {

@@ -24,10 +24,34 @@ bool rectangles(const Upright& a, const Upright& b, double slack_mm) {
   return true;
 }
 
+/// From a point to a rectangle.
+double beside(Vec2 point, const Upright& box) {
+  const Vec2 p = rotated(point - box.centre, -box.rotation_rad);
+  return norm(Vec2{std::max(0.0, std::abs(p.x) - box.half.x), std::max(0.0, std::abs(p.y) - box.half.y)});
+}
+
 bool disc_and_rectangle(const Upright& disc, const Upright& box, double slack_mm) {
-  const Vec2 p = rotated(disc.centre - box.centre, -box.rotation_rad);
-  const Vec2 beyond{std::max(0.0, std::abs(p.x) - box.half.x), std::max(0.0, std::abs(p.y) - box.half.y)};
-  return norm(beyond) < disc.half.x - slack_mm;
+  return beside(disc.centre, box) < disc.half.x - slack_mm;
+}
+
+/// Two convex figures that are apart are nearest where a corner of one of them is.
+double from_corners(const Upright& a, const Upright& b) {
+  double least = HUGE_VAL;
+  for (const double x : {-1.0, 1.0})
+    for (const double y : {-1.0, 1.0}) {
+      least = std::min(least, beside(a.centre + rotated({x * a.half.x, y * a.half.y}, a.rotation_rad), b));
+      least = std::min(least, beside(b.centre + rotated({x * b.half.x, y * b.half.y}, b.rotation_rad), a));
+    }
+  return least;
+}
+
+double seen_from_above(const Upright& a, const Upright& b) {
+  if (!a.round && !b.round) return rectangles(a, b, 0) ? 0 : from_corners(a, b);
+  if (!a.round || !b.round) {
+    const Upright &disc = a.round ? a : b, &box = a.round ? b : a;
+    return std::max(0.0, beside(disc.centre, box) - disc.half.x);
+  }
+  return std::max(0.0, norm(a.centre - b.centre) - a.half.x - b.half.x);
 }
 
 }  // namespace
@@ -47,6 +71,22 @@ bool in_one_another(const Upright& a, const Upright& b, double slack_mm) {
   if (a.round && b.round) return norm(a.centre - b.centre) < a.half.x + b.half.x - slack_mm;
   if (a.round) return disc_and_rectangle(a, b, slack_mm);
   return b.round ? disc_and_rectangle(b, a, slack_mm) : rectangles(a, b, slack_mm);
+}
+
+double distance_mm(const Body& a, const Body& b) {
+  double rounding_mm = 0;
+  // A capsule is a line that is thick all around.
+  const auto core = [&](const Body& body) {
+    Upright u = upright(body);
+    if (body.shape.kind != Shape::Kind::Capsule) return u;
+    rounding_mm += u.half.x;
+    u.low += u.half.x, u.high -= u.half.x;
+    u.half = {};
+    return u;
+  };
+  const Upright one = core(a), other = core(b);
+  const double up = std::max({0.0, one.low - other.high, other.low - one.high});
+  return std::max(0.0, std::hypot(seen_from_above(one, other), up) - rounding_mm);
 }
 
 }  // namespace gantry::config

@@ -1,4 +1,4 @@
-// Bodies that stand upright, seen from above: whether two of them are in one another.
+// Bodies that stand upright: whether two of them are in one another, seen from above and in height, and how far apart.
 //   if (in_one_another(upright(a), upright(b), 0.1)) ...
 #pragma once
 #include "config/machine.hpp"
@@ -18,5 +18,8 @@ Upright upright(const config::Body& body);
 
 /// Whether they share more than `slack_mm` in every direction.
 bool in_one_another(const Upright& a, const Upright& b, double slack_mm);
+
+/// Between their surfaces, mm, a capsule's round ends as they are; 0 where they touch or are in one another.
+double distance_mm(const Body& a, const Body& b);
 
 }  // namespace gantry::config

@@ -236,13 +236,23 @@ TEST(Machine, check_warns_where_the_io_station_leaves_the_bus_with_the_drives) {
 TEST(Machine, what_is_not_parked_may_end_anywhere) {
   Changed file;
   file.swap("park: {X: 20 mm, Y: 20 mm, Z: -2 mm, C: 0 deg, U: 0 mm}", "park: {}", "park");
-  file.swap("scene:\n", "scene:\n  beam: {box: [20 mm, 20 mm, 20 mm], centre: [0 mm, 0 mm, 90 mm]}\n", "beam");
+  file.swap("scene:\n", "scene:\n  beam: {box: [20 mm, 20 mm, 20 mm], centre: [105 mm, 50 mm, 90 mm]}\n", "beam");
   const auto m = file.load();
   EXPECT_TRUE(m) << to_text(m.error()[0]);
   Changed raised;
   raised.swap("park: {X: 20 mm, Y: 20 mm, ", "park: {X: 20 mm, ", "park");
-  raised.swap("scene:\n", "scene:\n  beam: {box: [20 mm, 20 mm, 20 mm], centre: [20 mm, 0 mm, 90 mm]}\n", "beam");
+  raised.swap("scene:\n", "scene:\n  beam: {box: [20 mm, 20 mm, 20 mm], centre: [105 mm, 50 mm, 90 mm]}\n", "beam");
   EXPECT_TRUE(raised.load()) << "where Y stands is not known";
+}
+
+TEST(Machine, what_stands_at_the_clearance_from_where_homing_ends_is_no_mistake) {
+  for (const auto& [x, fine] : {std::pair{"-82.001", true}, {"-81.999", false}}) {
+    Changed file;
+    file.swap("scene:\n",
+              std::string("scene:\n  rail: {box: [16 mm, 60 mm, 30 mm], centre: [") + x + " mm, 0 mm, 90 mm]}\n",
+              "rail");
+    EXPECT_EQ(file.load().has_value(), fine) << x;
+  }
 }
 
 class Rows : public testing::TestWithParam<Wrong> {};
@@ -323,11 +333,17 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"j_max: 80000 mm/s^3", "j_max: 19.9 mm/s^3", "19.9", Fault::OutOfRange, "needs 10 s"},
         Wrong{"exposure: 2 ms", "exposure: 150 ms", "width_px", Fault::Inconsistent,
               "an exposure of 150 ms is not over when its answer takes effect, 150 ms after the trigger"},
-        Wrong{"scene:\n", "scene:\n  block: {box: [50 mm, 50 mm, 60 mm], centre: [20 mm, 20 mm, -30 mm]}\n", "X: 20 mm",
+        Wrong{"scene:\n", "scene:\n  block: {box: [8 mm, 8 mm, 60 mm], centre: [20 mm, 20 mm, -30 mm]}\n", "X: 20 mm",
               Fault::Inconsistent, "park: there the head's body 'needle' is in 'block' of the scene"},
-        Wrong{"scene:\n", "keep_out: {pit: {box: [50 mm, 50 mm, 60 mm], centre: [20 mm, 20 mm, -30 mm]}}\nscene:\n",
+        Wrong{"scene:\n", "keep_out: {pit: {box: [8 mm, 8 mm, 60 mm], centre: [20 mm, 20 mm, -30 mm]}}\nscene:\n",
               "X: 20 mm", Fault::Inconsistent,
               "park: there the head's body 'needle' is in 'keep-out pit' of the machine"},
+        // Where homing ends, at -2 mm, the carriage reaches to X -72 mm; parked to -50 mm.
+        Wrong{"scene:\n", "keep_out: {cage: {box: [16 mm, 60 mm, 30 mm], centre: [-70 mm, 0 mm, 90 mm]}}\nscene:\n",
+              "cage", Fault::Inconsistent,
+              "where homing ends the head's body 'carriage' is in 'keep-out cage' of the machine: no job could begin"},
+        Wrong{"scene:\n", "scene:\n  rail: {box: [16 mm, 60 mm, 30 mm], centre: [-81.5 mm, 0 mm, 90 mm]}\n", "rail",
+              Fault::Inconsistent, "'carriage' is 1.5 mm from 'rail' of the scene, and 2 mm are kept clear"},
         Wrong{"limits: [-2 mm, 505 mm]", "limits: [2 mm, 505 mm]", "[", Fault::Inconsistent, "outside the travel"},
         Wrong{"start: 230 mm", "start: 830 mm", "830", Fault::OutOfRange, "limit switches"},
         Wrong{"  post:  ", "  needle: ", "needle", Fault::DuplicateKey, "head"}));
