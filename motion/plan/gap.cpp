@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <vector>
 
 #include "motion/plan/difference.hpp"
 
@@ -124,23 +126,45 @@ Vec2 nearest_in(const Solid& s, Vec2 p) {
   return length <= radius ? p : c + d * (radius / length);
 }
 
+/// Counter-clockwise.
 std::array<Vec2, 4> corners(const Solid& s) {
   std::array<Vec2, 4> out;
   for (std::size_t i = 0; i < 4; ++i) {
-    const double x = i % 2 == 0 ? s.half.x : -s.half.x, y = i < 2 ? s.half.y : -s.half.y;
+    const double x = i == 0 || i == 3 ? s.half.x : -s.half.x, y = i < 2 ? s.half.y : -s.half.y;
     out[i] = flat(s.centre) + Vec2{s.cos * x - s.sin * y, s.sin * x + s.cos * y};
   }
   return out;
 }
 
-/// Nearest point of b's figure to a's. Of two rectangles one of the nearest points is a corner, or they overlap: then
-/// going from one to the other and back ends in both.
+/// The middle of the corners of what two rectangles share: one is cut by the sides of the other, one after the other
+/// (Sutherland, Hodgman 1974).
+std::optional<Vec2> middle_of_shared(const Solid& a, const Solid& b) {
+  const auto of_a = corners(a), sides = corners(b);
+  std::vector<Vec2> left(of_a.begin(), of_a.end()), cut;
+  for (std::size_t i = 0; i < 4 && !left.empty(); ++i) {
+    const Vec2 from = sides[i], along = sides[(i + 1) % 4] - from;
+    const auto inner = [&](Vec2 p) { return along.x * (p.y - from.y) - along.y * (p.x - from.x); };
+    cut.clear();
+    for (std::size_t k = 0; k < left.size(); ++k) {
+      const Vec2 p = left[k], q = left[(k + 1) % left.size()];
+      const double at_p = inner(p), at_q = inner(q);
+      if (at_p >= 0) cut.push_back(p);
+      if ((at_p < 0) != (at_q < 0)) cut.push_back(p + (q - p) * (at_p / (at_p - at_q)));
+    }
+    left.swap(cut);
+  }
+  if (left.empty()) return std::nullopt;
+  Vec2 sum;
+  for (const Vec2 p : left) sum = sum + p;
+  return sum * (1.0 / static_cast<double>(left.size()));
+}
+
+/// A point of b's figure that is nearest to a's; where they overlap, of both. Of two rectangles that are apart one of
+/// the nearest points is a corner.
 Vec2 nearest_of_figures(const Solid& a, const Solid& b) {
   if (a.kind != Solid::Kind::Box) return nearest_in(b, flat(a.centre));
-  if (b.kind != Solid::Kind::Box) {
-    const Vec2 on_a = nearest_in(a, flat(b.centre));
-    return nearest_in(b, on_a);
-  }
+  if (b.kind != Solid::Kind::Box) return nearest_in(b, nearest_in(a, flat(b.centre)));
+  if (const auto shared = middle_of_shared(a, b)) return *shared;
   Vec2 best = flat(b.centre);
   double best_square = std::numeric_limits<double>::infinity();
   const auto take = [&](Vec2 on_a, Vec2 on_b) {
@@ -149,26 +173,24 @@ Vec2 nearest_of_figures(const Solid& a, const Solid& b) {
   };
   for (const Vec2 p : corners(a)) take(p, nearest_in(b, p));
   for (const Vec2 p : corners(b)) take(nearest_in(a, p), p);
-  Vec2 p = best;
-  for (int i = 0; i < 50; ++i) {
-    const Vec2 on_a = nearest_in(a, p);
-    p = nearest_in(b, on_a);
-    take(on_a, p);
-  }
   return best;
 }
 
 }  // namespace
 
 Vec3 nearest_point(const Solid& a, const Solid& b) {
-  const Vec2 at = nearest_of_figures(a, b);
+  const Vec2 on_b = nearest_of_figures(a, b), on_a = nearest_in(a, on_b);
   const double low = std::max(a.centre.z - a.half.z, b.centre.z - b.half.z);
   const double high = std::min(a.centre.z + a.half.z, b.centre.z + b.half.z);
-  Vec3 p{at.x, at.y, (low + high) / 2};  // where their heights overlap, in the middle
-  if (low > high) p.z = b.centre.z > a.centre.z ? b.centre.z - b.half.z : b.centre.z + b.half.z;
+  // Of both bodies without their rounding; where their heights overlap, in the middle.
+  Vec3 p{on_b.x, on_b.y, (low + high) / 2}, q{on_a.x, on_a.y, p.z};
+  if (low > high) {
+    const double up = std::copysign(1.0, b.centre.z - a.centre.z);
+    p.z = b.centre.z - up * b.half.z, q.z = a.centre.z + up * a.half.z;
+  }
   if (b.kind != Solid::Kind::Capsule) return p;
-  const Vec3 towards = away(difference(b, a), {}).direction;  // from b to a
-  return p + towards * b.half.x;
+  const double apart = norm(q - p);
+  return apart <= b.half.x ? q : p + (q - p) * (b.half.x / apart);
 }
 
 }  // namespace gantry::motion

@@ -121,6 +121,15 @@ def least_over(scene, a, b):
     return best
 
 
+def check_point(scene, tip, row, what):
+    """`point` lies in the standing body, and as near to the head's as the two are: in both where they overlap."""
+    h, o = (next(b for b in scene[of] if b["name"] == name) for of, name in zip(("head", "obstacles"), row["pair"]))
+    at = {"name": "point", "type": "sphere", "center": row["point"], "radius": 0}
+    away = distance(h, tip, o)
+    check(distance(at, [0, 0, 0], o) <= 1e-9, f"{what}: the point is not in {o}")
+    check(distance(h, tip, at) <= max(0, away) + 1e-9, f"{what}: the point is not in the head's body, nor as near as {away}")
+
+
 def random_scene(r):
     def body(name, low, high):
         kind = r.choice(["box", "cylinder", "capsule", "sphere"])
@@ -161,6 +170,7 @@ def paths_and_motions():
                 end = q["start"] if row["status"] == "start_collides" else q["goal"]
                 if row["status"] in ("start_collides", "goal_collides"):
                     check(least(scene, end) <= c + 1e-6, f"scene {number} {q['id']}: {row['status']}, but it is free")
+                    check_point(scene, end, row, f"scene {number} {q['id']}: {row}")
                 continue
             p = row["path"]
             check(p[0] == q["start"] and p[-1] == q["goal"], "a path without its ends")
@@ -175,6 +185,8 @@ def paths_and_motions():
             check(row["free"] == (nearest > c) or abs(nearest - c) < 1e-5, what)
             check(row["free"] == (row["distance_mm"] > c) or abs(nearest - c) < 1e-6, what)
             check((nearest <= 0 and row["distance_mm"] <= 0) or abs(nearest - row["distance_mm"]) < 1e-5, what)
+            if not row["free"]:
+                check_point(scene, [a + row["t"] * (b - a) for a, b in zip(m["from"], m["to"])], row, what)
             if hit is not None and not row["free"]:
                 check(-1e-9 <= hit - row["t"] < 0.05 / max(0.05, math.dist(m["from"], m["to"])), what)
     print("seen:", seen)

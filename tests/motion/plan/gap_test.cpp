@@ -35,6 +35,22 @@ TEST(Gap, of_standing_bodies_is_the_closed_form) {
   EXPECT_LT(worst, 1e-8);
 }
 
+TEST(Gap, bodies_that_overlap_share_the_point) {
+  test::RandomBodies random(kSeed);
+  int overlapping = 0;
+  for (int i = 0; i < 100000; ++i) {
+    const bool grid = i % 2 == 0;
+    const config::Body a = random.body(6, grid), b = random.body(6, grid);
+    if (test::distance(a, b) > 0) continue;
+    ++overlapping;
+    const Vec3 at = nearest_point(make_solid(a), make_solid(b));
+    const config::Body point{"point", {config::Shape::Kind::Box, {}}, at, 0, false};
+    EXPECT_LE(test::distance(point, a), 1e-9) << "case " << i << " seed " << kSeed;
+    EXPECT_LE(test::distance(point, b), 1e-9) << "case " << i << " seed " << kSeed;
+  }
+  EXPECT_GT(overlapping, 20000);
+}
+
 TEST(Gap, decides_a_sweep_as_the_closed_form_does) {
   test::RandomBodies random(kSeed);
   int free = 0, hit = 0, close_calls = 0;
