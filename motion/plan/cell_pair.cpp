@@ -8,7 +8,6 @@
 namespace gantry::motion {
 namespace {
 
-constexpr double kAligned = 1e-14;
 // Cells are not halved any further. Where room and blockage are apart by kBlur_mm, a cell that small is one or the
 // other; where bodies may overlap nothing is ever blocked, and halving more would find nothing out.
 constexpr double kSmallest_mm = 1e-7;

@@ -37,10 +37,23 @@ class CellPair {
   [[nodiscard]] std::optional<Cut> cut(const Cell& cell) const;
   /// Face of the pair across `axis` within the cell that is nearest to `middle`.
   [[nodiscard]] std::optional<double> face(const Cell& cell, std::size_t axis, double middle) const;
+  /// Its upright faces that stand askew: the direction of each (unit, x and y above 0) goes to `tell`.
+  template <class Tell>
+  void tell_askew(const Tell& tell) const {
+    for (const Vec2 g : d_.generator) {
+      const double length = norm(g);
+      if (!(length > 0)) continue;
+      const Vec2 unit = g * (1 / length);
+      if (std::abs(unit.x) < kAligned || std::abs(unit.y) < kAligned) continue;
+      tell((unit.x > 0) == (unit.y > 0) ? Vec2{std::abs(unit.x), std::abs(unit.y)}
+                                        : Vec2{std::abs(unit.y), std::abs(unit.x)});
+    }
+  }
   /// Share of the cell that its box covers.
   [[nodiscard]] double share(const Cell& cell) const;
 
  private:
+  static constexpr double kAligned = 1e-14;
   Difference d_;
   double margin_ = 0;
   bool aligned_ = false;              ///< its figure stands along X and Y

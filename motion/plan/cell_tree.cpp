@@ -114,6 +114,31 @@ bool CellTree::share_face(const Cell& a, const Cell& b) const {
   return touching <= 1;
 }
 
+std::vector<Vec2> CellTree::askew() const {
+  constexpr double kSame = 1e-9;
+  std::vector<std::size_t> leaves(pairs_.size());
+  for (const Node& node : nodes_)
+    if (node.state == State::Undecided)
+      for (const std::uint32_t p : node.pairs) ++leaves[p];
+  struct Seen {
+    Vec2 along;
+    std::size_t leaves = 0;
+  };
+  std::vector<Seen> all, seen;
+  for (std::size_t p = 0; p < pairs_.size(); ++p)
+    if (leaves[p] > 0) pairs_[p].tell_askew([&](Vec2 along) { all.push_back({along, leaves[p]}); });
+  std::ranges::stable_sort(all, {}, [](const Seen& s) { return s.along.y; });
+  for (const Seen& s : all)
+    if (!seen.empty() && s.along.y - seen.back().along.y < kSame)
+      seen.back().leaves += s.leaves;
+    else
+      seen.push_back(s);
+  std::ranges::stable_sort(seen, std::ranges::greater{}, &Seen::leaves);
+  std::vector<Vec2> out;
+  for (const Seen& s : seen) out.push_back(s.along);
+  return out;
+}
+
 std::uint32_t CellTree::leaf_at(Vec3 p) const {
   std::uint32_t i = 0;
   while (nodes_[i].state == State::Cut) i = nodes_[i].child + (component(p, nodes_[i].axis) > nodes_[i].at ? 1 : 0);

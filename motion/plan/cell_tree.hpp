@@ -28,6 +28,9 @@ class CellTree {
   /// Leaves that a region comes to, also where it is flat, and that are not blocked.
   [[nodiscard]] std::vector<std::uint32_t> leaves_in(const Cell& region) const;
 
+  /// The directions (unit, x and y above 0) of faces that stand askew in undecided leaves, those in most leaves first.
+  [[nodiscard]] std::vector<Vec2> askew() const;
+
   /// Cuts an undecided leaf in two; false: it is stuck.
   bool cut(std::uint32_t leaf);
 

@@ -27,8 +27,10 @@ struct CellAnswer {
 class CellSearch {
  public:
   CellSearch(std::vector<CellPair> pairs, const Cell& space) : tree_(std::move(pairs), space) {}
-  /// Both ends are within the space and free. Gives up after so many cuts.
+  /// Both ends are within the space and free. Gives up after so many cuts in all; asked again, it goes on from there.
   CellAnswer search(Vec3 from, Vec3 to, std::size_t most_cuts);
+  /// Directions of faces that stand askew where it gave up (cell_tree.hpp).
+  [[nodiscard]] std::vector<Vec2> askew() const { return tree_.askew(); }
 
  private:
   enum class Joined : std::uint8_t { Yes, No, Unknown };

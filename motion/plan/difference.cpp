@@ -65,6 +65,17 @@ Difference difference(const Solid& moving, const Solid& standing) {
   return d;
 }
 
+Difference in_axes_along(const Difference& d, Vec2 x) {
+  const auto turn = [x](Vec2 v) { return Vec2{dot(x, v), cross(x, v)}; };
+  Difference out = d;
+  const Vec2 centre = turn({d.centre.x, d.centre.y}), along = turn({d.cos, d.sin});
+  out.centre = {centre.x, centre.y, d.centre.z};
+  out.cos = along.x, out.sin = along.y;
+  for (Vec2& v : out.corner) v = turn(v);
+  for (Vec2& v : out.generator) v = turn(v);
+  return out;
+}
+
 double flat_distance(const Difference& d, Vec2 at) {
   const Vec2 v = to_figure(d, at);
   return std::sqrt(dot(v, v));

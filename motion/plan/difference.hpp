@@ -23,6 +23,8 @@ struct Difference {
 };
 
 Difference difference(const Solid& moving, const Solid& standing);
+/// As it is in axes that are turned so that X lies along `x` (unit) and Z stays.
+Difference in_axes_along(const Difference& d, Vec2 x);
 
 /// From a displacement to the nearest point of the difference without its rounding `ball`.
 struct Away {

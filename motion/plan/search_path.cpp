@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/units.hpp"
+#include "motion/plan/askew_cells.hpp"
 #include "motion/plan/join_paths.hpp"
 #include "motion/plan/random_tree.hpp"
 #include "motion/plan/shorten.hpp"
@@ -39,14 +40,14 @@ class Carried {
     const auto& a = scene_.axes();
     return {a[scene_.x()].p_max, a[scene_.y()].p_max, a[scene_.z()].p_max};
   }
-  [[nodiscard]] std::vector<CellPair> pairs() const {
-    std::vector<CellPair> out;
+  [[nodiscard]] std::vector<KeptApart> pairs() const {
+    std::vector<KeptApart> out;
     out.reserve(scene_.head().size() * scene_.standing().size());
     for (std::size_t i = 0; i < scene_.head().size(); ++i) {
       const SceneBody& body = scene_.head()[i];
       const Solid there = scene_.placed(body, at({}));
       for (std::size_t k = 0; k < scene_.standing().size(); ++k)
-        out.emplace_back(difference(there, scene_.standing()[k].solid), margins_.of(i, k));
+        out.push_back({difference(there, scene_.standing()[k].solid), margins_.of(i, k)});
     }
     return out;
   }
@@ -142,6 +143,33 @@ constexpr double kTurns_rad[] = {0,
                                  units::rad(135),
                                  units::rad(-135)};
 
+constexpr std::size_t kShare = 12;          // of all cuts one of these is made before slanted slots are looked for
+constexpr std::size_t kMostDirections = 4;  // of which as many are made along each direction
+
+/// Cells along the axes; where these find nothing soon, along faces that stand askew where they are stuck; then along
+/// the axes until all cuts are made. `take(points)` says whether it is a path.
+template <class Take>
+CellAnswer search_cells(const std::vector<KeptApart>& pairs, const Cell& space, Vec3 start, Vec3 goal,
+                        std::size_t most_cuts, const Take& take) {
+  std::vector<CellPair> along_axes;
+  along_axes.reserve(pairs.size());
+  for (const KeptApart& p : pairs) along_axes.emplace_back(p.difference, p.margin_mm);
+  CellSearch cells(std::move(along_axes), space);
+  CellAnswer answer = cells.search(start, goal, most_cuts / kShare);
+  if (answer.kind == CellAnswer::Kind::Undecided && space.low[0] < space.high[0] && space.low[1] < space.high[1]) {
+    std::vector<Vec2> directions = cells.askew();
+    directions.resize(std::min(directions.size(), kMostDirections));
+    for (const Vec2 x : directions) {
+      auto points = path_along(pairs, space, x, start, goal, most_cuts / kShare);
+      if (!points.empty() && take(std::move(points))) return answer;
+    }
+  }
+  if (answer.kind == CellAnswer::Kind::Undecided) answer = cells.search(start, goal, most_cuts);
+  if (answer.kind == CellAnswer::Kind::Path && !take(std::move(answer.points)))
+    answer.kind = CellAnswer::Kind::Undecided;
+  return answer;
+}
+
 /// A path of X, Y and Z is looked for while all other axes stand as `others` has them.
 SearchAnswer search_standing(const Scene& scene, const AxisVec& from, const AxisVec& to, const AxisVec& others,
                              const Margins& margins, const SearchBudget& budget, const LiftOver* over) {
@@ -193,14 +221,14 @@ SearchAnswer search_standing(const Scene& scene, const AxisVec& from, const Axis
   }
   if (!best.points.empty()) return finish(best.points, best.kind);
 
-  CellSearch cells(carried.pairs(), {{low.x, low.y, low.z}, {high.x, high.y, high.z}});
-  CellAnswer answer = cells.search(start, goal, budget.cuts);
+  const CellAnswer answer = search_cells(carried.pairs(), {{low.x, low.y, low.z}, {high.x, high.y, high.z}}, start,
+                                         goal, budget.cuts, [&](std::vector<Vec3> points) {
+                                           shorten(points, clear);
+                                           best.offer(std::move(points), PathKind::Detour, clear);
+                                           return !best.points.empty();
+                                         });
   out.cuts = answer.cuts;
-  if (answer.kind == CellAnswer::Kind::Path) {
-    shorten(answer.points, clear);
-    best.offer(std::move(answer.points), PathKind::Detour, clear);
-    if (!best.points.empty()) return finish(best.points, best.kind);
-  }
+  if (!best.points.empty()) return finish(best.points, best.kind);
   out.closed_in = answer.closed_in;
   out.status = answer.kind == CellAnswer::Kind::NoPath ? SearchStatus::NoPath : SearchStatus::Budget;
   return out;

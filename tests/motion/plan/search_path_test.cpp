@@ -333,6 +333,28 @@ TEST(SearchPath, goes_through_slanted_slots_of_a_few_micrometres) {
       EXPECT_EQ(found.status, SearchStatus::Ok) << room << " mm, " << yaw;
     }
 }
+TEST(SearchPath, goes_through_slanted_slots_of_a_micrometre_however_deep) {
+  for (const double thick : {10.0, 60.0})
+    for (const double yaw : {0.05, 0.41, 1.2, 2.4}) {
+      Case c(space({0, 0, 0}, {200, 150, 30}, 0.5, {needle()}));
+      slanted_walls(c, thick, 1.201 / 2 + 150, yaw);
+      const Vec2 ahead = rotated({thick / 2 + 15, 20}, yaw);
+      for (const double side : {1.0, -1.0})
+        EXPECT_EQ(
+            c.search({100 - side * ahead.x, 75 - side * ahead.y, 2}, {100 + side * ahead.x, 75 + side * ahead.y, 20})
+                .status,
+            SearchStatus::Ok)
+            << thick << " mm deep, " << yaw;
+    }
+  // The head's own bodies stand askew as well, unlike the walls.
+  for (const double yaw : {0.41, 1.2}) {
+    Case c(space({0, 0, 0}, {200, 150, 30}, 0.5, {{"block", {Form::Box, {6, 4, 30}}, {0, 0, 15}, 0.9, false}}));
+    const double across = 6 * std::abs(std::sin(0.9 - yaw)) + 4 * std::abs(std::cos(0.9 - yaw));
+    slanted_walls(c, 30, (across + 1.001) / 2 + 150, yaw);
+    const Vec2 ahead = rotated({30, 20}, yaw);
+    EXPECT_EQ(c.search({100 - ahead.x, 75 - ahead.y, 2}, {100 + ahead.x, 75 + ahead.y, 2}).status, SearchStatus::Ok);
+  }
+}
 TEST(SearchPath, carries_the_syringe_through_a_slanted_corridor_that_leaves_it_twenty_micrometres) {
   Case c(space({0, 0, 0}, {200, 150, 30}, 0.5,
                {needle(), {"syringe", {Form::Cylinder, {16, 16, 30}}, {0, 0, 27}, 0, false}}));
