@@ -51,7 +51,7 @@ void add_up(CLI::App& app, Context& context) {
     if (auto r = desk::open_state_folder(*folder); !r) return void(context.exit_code = show(r.error(), context.json));
     const std::string socket = desk::owner_socket(*folder);
     auto door = desk::OrderSocket::listen(
-        socket, desk::is_urgent, shared->empty() ? "" : std::filesystem::absolute(*shared).lexically_normal().string());
+        socket, shared->empty() ? "" : std::filesystem::absolute(*shared).lexically_normal().string());
     if (!door) return void(context.exit_code = show(door.error(), context.json));
     options->state = *folder;
     desk::BegunParts parts(*desk::BegunParts::folder(*folder, *options, true));

@@ -29,6 +29,11 @@ const Error kClientEnds{Fault::Interrupted,
                         "the program that ordered it was interrupted; the machine has come to rest "
                         "and the valve is closed",
                         ""};
+const Error kNothingOwn{Fault::Refused,
+                        "'hold' is refused: nothing that this connection has ordered is under way, and it asks for "
+                        "its own alone; nothing has to be done",
+                        ""};
+const Error kHeldSince{Fault::Refused, "'resume' is refused: a hold came behind it; give it again", ""};
 const Error kEnding{Fault::Interrupted, "the owner was asked to end", ""};
 constexpr const char* kClampShut = "\n  clamp          shut; `gantry part-removed` opens it";
 constexpr Time kTaken = milliseconds(10);  // by then the loop has heard of an order, and was heard
@@ -44,6 +49,17 @@ bool holds(const run::Order& order) {
   return order.kind == run::OrderKind::Hold || (order.kind == run::OrderKind::Override && order.value == 0);
 }
 
+std::string waits_in_words(run::OrderKind what) {
+  return fmt::format("'{}' waits before its first motion; `resume` lets it go", run::name(what));
+}
+
+/// What nobody waits for, or has taken back, is not to come about any more.
+bool begins(const run::Order& order) {
+  using run::OrderKind;
+  return run::takes_time(order.kind) || order.kind == OrderKind::Resume || order.kind == OrderKind::Reset ||
+         (order.kind == OrderKind::Override && !holds(order));
+}
+
 }  // namespace
 
 // ---- between two cycles ----
@@ -56,11 +72,13 @@ void Desk::end() {
 void Desk::poll() {
   if (options_.interrupted()) end();
   watch_reset();
-  for (const OrderSocket::Incoming& in : door_.turn(clock_.now())) take(in);
+  watch_start_button();  // pressed before what is read now: an abort and a hold that come count for its job
+  turn_ = door_.turn(clock_.now());
+  for (taken_ = 0; taken_ < turn_.size();) take(turn_[taken_++]);
   std::erase_if(taken_back_, [this](const auto& entry) { return !door_.knows(entry.first); });
+  std::erase_if(held_back_, [this](const auto& e) { return e.first != kNobody && !door_.knows(e.first); });
   tell_given({});
   watch_hold();
-  watch_start_button();
   watch_hold_button();
   watch_jog();
 }
@@ -68,29 +86,35 @@ void Desk::poll() {
 void Desk::take(const OrderSocket::Incoming& in) {
   const std::uint64_t client = in.client;
   tell_given(client);
-  Request request = read_request(in.line);
+  const Request& request = in.request;
   if (!request.order) return reply(client, request, failure({request.order.error()}));
-  if (taken_back(in, request.order->kind)) return reply(client, request, failure({kTakenBack}));
-  if (request.order->kind == run::OrderKind::Reset) return reset(client, request);
-  if (goes_to_the_loop(request.order->kind)) return give(client, request, in.number);
-  if (!run::takes_time(request.order->kind)) return reply(client, request, answer_now(client, *request.order));
+  const run::OrderKind kind = request.order->kind;
+  if (begins(*request.order)) {
+    if (taken_back(in)) return reply(client, request, failure({kTakenBack}));
+    if (door_.hung_up(client))  // it may have been killed so that this does not come about
+      return log::warn("'{}' is not carried out: its client has hung up before it was taken", run::name(kind));
+  }
+  if (kind == run::OrderKind::Reset) return reset(client, request);
+  if (goes_to_the_loop(kind)) return give(in);
+  if (!run::takes_time(kind)) return reply(client, request, answer_now(client, *request.order));
   if (in.number < aborted_up_to_) return reply(client, request, failure({kAbortedBefore}));
-  if (doing_ || waiting_) {
+  if (at_work() != nullptr) {
     run::Standing now = owner_.standing();
-    now.undertaking =
-        run::undertaking_of((doing_ ? doing_ : waiting_)->request.order->kind);  // also of a job that begins
-    return reply(client, request, failure({Error{Fault::Refused, run::refusal(request.order->kind, now), ""}}));
+    now.undertaking = run::undertaking_of(at_work()->request.order->kind);  // also of a job that begins
+    return reply(client, request, failure({Error{Fault::Refused, run::refusal(kind, now), ""}}));
   }
   door_.set_busy(client, true);
-  waiting_ = Waiting{client, std::move(request)};
+  waiting_ = Waiting{client, request};
+  const HeldBack* back = run::moves_axes(kind) ? held_back(in) : nullptr;
+  if (back != nullptr) hold_wished_ = true, hold_ = back->hold;
 }
 
+const Desk::Waiting* Desk::at_work() const { return doing_ ? &*doing_ : waiting_ ? &*waiting_ : nullptr; }
+
 void Desk::reply(std::uint64_t client, const Request& request, Json answer) {
-  if (request.order) answer["order"] = run::name(request.order->kind);
   if (request.order && request.order->kind == run::OrderKind::Run && !answer.contains("board"))
     answer["board"] = record::name(record::Board::Untouched);
-  if (!request.id.is_null()) answer["id"] = request.id;
-  door_.reply(client, to_line(answer));
+  door_.reply(client, to_line(answer_to(request, std::move(answer))));
 }
 
 Json Desk::answer_now(std::uint64_t client, const run::Order& order) {
@@ -104,41 +128,104 @@ Json Desk::answer_now(std::uint64_t client, const run::Order& order) {
   return status(client);
 }
 
-void Desk::give(std::uint64_t client, const Request& request, std::uint64_t number) {
-  if (request.order->mine) {
-    abort_own(client, number);
-    return reply(client, request, status());
+void Desk::give(const OrderSocket::Incoming& in) {
+  const run::Order& order = *in.request.order;
+  if (order.kind == run::OrderKind::Abort && order.mine) {
+    abort_own(in.client, in.number);
+    return reply(in.client, in.request, status());
   }
-  if (request.order->kind == run::OrderKind::Abort) abort_what_waits(number);
-  std::string said;
-  if (const auto kept = hold_what_begins(*request.order)) {
-    said = *kept;
-  } else {
-    if (auto done = owner_.order(*request.order); !done) return reply(client, request, failure({done.error()}));
-    const bool says = request.order->kind == run::OrderKind::Hold || request.order->kind == run::OrderKind::Override;
-    if (says) said = owner_.order_said();
-    const std::optional<double> stop_mm = owner_.stop_mm();  // of before the loop has taken the order
-    if (stop_mm && said.starts_with("holds now")) said += fmt::format(", within {:.2g} mm", *stop_mm);
-    if (stop_mm && request.order->kind == run::OrderKind::Abort) said = fmt::format("stops within {:.2g} mm", *stop_mm);
-  }
-  if (!hold_ && holds(*request.order)) {
-    const bool by_override = request.order->kind == run::OrderKind::Override;
-    hold_ = Hold{.by = by_override ? Hold::By::Override : Hold::By::Order, .client = client};
-  }
-  given_.push_back({{client, request}, clock_.now() + kTaken, std::move(said)});
-  door_.set_busy(client, true);
+  if (order.kind == run::OrderKind::Abort) abort_what_waits(in.number);
+  if (order.kind == run::OrderKind::Resume) return resume(in);
+  if (holds(order)) return hold(in);
+  auto said = obey(order);
+  if (!said) return reply(in.client, in.request, failure({said.error()}));
+  answer_soon(in, *std::move(said));
 }
 
-std::optional<std::string> Desk::hold_what_begins(const run::Order& order) {
-  using run::OrderKind;
-  const bool waits = waiting_ && waiting_->request.order->kind == OrderKind::Run;
-  if (!waits && !(preparing_ && !aborted_)) return std::nullopt;
-  if (holds(order)) {
-    hold_wished_ = true;
-    return "the job is being prepared, and waits before its first motion; `resume` lets it go";
+Result<std::string> Desk::obey(const run::Order& order) {
+  if (auto done = owner_.order(order); !done) return tl::unexpected(done.error());
+  const std::optional<double> stop_mm = owner_.stop_mm();  // of before the loop has taken the order
+  if (order.kind == run::OrderKind::Abort) return stop_mm ? fmt::format("stops within {:.2g} mm", *stop_mm) : "";
+  if (order.kind == run::OrderKind::Resume) return "";
+  std::string said = owner_.order_said();
+  if (stop_mm && said.starts_with("holds now")) said += fmt::format(", within {:.2g} mm", *stop_mm);
+  return said;
+}
+
+void Desk::answer_soon(const OrderSocket::Incoming& in, std::string said) {
+  given_.push_back({{in.client, in.request}, clock_.now() + kTaken, std::move(said)});
+  door_.set_busy(in.client, true);
+}
+
+void Desk::hold(const OrderSocket::Incoming& in) {
+  const run::Order& order = *in.request.order;
+  const auto refuse = [&](const Error& why) { reply(in.client, in.request, failure({why})); };
+  auto said = hold_what_begins(in);
+  const bool meant = !order.mine || (at_work() != nullptr && at_work()->client == in.client);
+  if (!said && meant) {
+    if (auto obeyed = obey(order))
+      said = *std::move(obeyed);
+    else if (!motion_before(in))
+      return refuse(obeyed.error());
   }
-  if (order.kind != OrderKind::Resume || !std::exchange(hold_wished_, false)) return std::nullopt;
-  return "the job is being prepared, and begins as soon as it is";
+  if (const auto before = motion_before(in); !said && before) said = waits_in_words(*before);
+  if (!said) return refuse(kNothingOwn);
+  const bool by_override = order.kind == run::OrderKind::Override;
+  const Hold asked{.by = by_override ? Hold::By::Override : Hold::By::Order, .client = in.client};
+  if (!hold_) hold_ = asked;
+  held_back_[order.mine ? in.client : kNobody] = {in.number, asked};
+  answer_soon(in, *std::move(said));
+}
+
+std::optional<std::string> Desk::hold_what_begins(const OrderSocket::Incoming& in) {
+  const Waiting* next = waiting_ ? &*waiting_ : preparing_ && !aborted_ ? &*doing_ : nullptr;
+  if (next == nullptr || !run::moves_axes(next->request.order->kind)) return std::nullopt;
+  if (in.request.order->mine && next->client != in.client) return std::nullopt;
+  hold_wished_ = true;
+  if (next->request.order->kind == run::OrderKind::Run)
+    return "the job is being prepared, and waits before its first motion; `resume` lets it go";
+  return waits_in_words(next->request.order->kind);
+}
+
+std::optional<run::OrderKind> Desk::motion_in_line(const IsSuch& is_such) const {
+  const auto moves = [&](const OrderSocket::Incoming& line) {
+    return line.request.order && run::moves_axes(line.request.order->kind) && is_such(line);
+  };
+  const auto left = std::find_if(turn_.begin() + static_cast<std::ptrdiff_t>(taken_), turn_.end(), moves);
+  const OrderSocket::Incoming* line = left != turn_.end() ? &*left : door_.waiting(moves);
+  return line != nullptr ? std::optional(line->request.order->kind) : std::nullopt;
+}
+
+std::optional<run::OrderKind> Desk::motion_before(const OrderSocket::Incoming& hold) const {
+  return motion_in_line([&](const OrderSocket::Incoming& line) {
+    return line.number < hold.number && (!hold.request.order->mine || line.client == hold.client);
+  });
+}
+
+const Desk::HeldBack* Desk::held_back(const OrderSocket::Incoming& in) const {
+  for (const std::uint64_t whose : {kNobody, in.client})
+    if (const auto found = held_back_.find(whose); found != held_back_.end() && in.number < found->second.number)
+      return &found->second;
+  return nullptr;
+}
+
+/// One that came before a hold does not undo it.
+void Desk::resume(const OrderSocket::Incoming& in) {
+  const auto refuse = [&](const Error& why) { reply(in.client, in.request, failure({why})); };
+  const bool overtaken =
+      std::any_of(held_back_.begin(), held_back_.end(), [&](const auto& e) { return in.number < e.second.number; });
+  if (overtaken) return refuse(kHeldSince);
+  std::string said;
+  if (std::exchange(hold_wished_, false)) {
+    said = preparing_ ? "the job is being prepared, and begins as soon as it is" : "what waited begins";
+  } else if (const auto let_go =
+                 motion_in_line([this](const OrderSocket::Incoming& line) { return held_back(line) != nullptr; })) {
+    said = fmt::format("'{}' begins when it is taken", run::name(*let_go));
+  } else if (auto obeyed = obey(*in.request.order); !obeyed) {
+    return refuse(obeyed.error());
+  }
+  held_back_.clear();
+  answer_soon(in, std::move(said));
 }
 
 void Desk::tell_given(std::optional<std::uint64_t> client) {
@@ -181,13 +268,9 @@ void Desk::abort_own(std::uint64_t client, std::uint64_t number) {
   owner_.abort(kClientEnds);
 }
 
-/// What only asks, or stops something, is taken all the same.
-bool Desk::taken_back(const OrderSocket::Incoming& in, run::OrderKind kind) const {
-  using run::OrderKind;
-  const bool begins =
-      run::takes_time(kind) || kind == OrderKind::Resume || kind == OrderKind::Reset || kind == OrderKind::Override;
+bool Desk::taken_back(const OrderSocket::Incoming& in) const {
   const auto found = taken_back_.find(in.client);
-  return begins && found != taken_back_.end() && in.number < found->second;
+  return found != taken_back_.end() && in.number < found->second;
 }
 
 /// A reset that is taken needs some cycles to find out whether the causes are gone; its client hears what it came to.
@@ -212,9 +295,8 @@ void Desk::watch_start_button() {
   if (!owner_.take_start() || stop_) return;
   if (options_.recipe.empty())
     log::warn("button start: no recipe belongs to it; `gantry up --recipe FILE` names one");
-  else if (doing_ || waiting_)
-    log::warn("button start: the machine is busy with '{}'",
-              run::name((doing_ ? doing_ : waiting_)->request.order->kind));
+  else if (at_work() != nullptr)
+    log::warn("button start: the machine is busy with '{}'", run::name(at_work()->request.order->kind));
   else
     waiting_ = Waiting{kNobody, {run::Order{.kind = run::OrderKind::Run, .recipe = options_.recipe}}};
 }
@@ -222,14 +304,19 @@ void Desk::watch_start_button() {
 /// Behind the start button: somebody who presses both wants the job to wait.
 void Desk::watch_hold_button() {
   if (!owner_.take_hold()) return;
-  const auto kept = hold_what_begins({.kind = run::OrderKind::Hold});
+  const OrderSocket::Incoming pressed{kNobody, {run::Order{.kind = run::OrderKind::Hold}}, door_.number()};
+  auto kept = hold_what_begins(pressed);
+  if (const auto before = motion_before(pressed); !kept && before) kept = waits_in_words(*before);
   if (!kept) return log::warn("button hold: nothing is under way that could be held");
-  if (!hold_) hold_ = Hold{.by = Hold::By::Button};
+  const Hold asked{.by = Hold::By::Button};
+  if (!hold_) hold_ = asked;
+  held_back_[kNobody] = {pressed.number, asked};
   log::info("button hold: {}", *kept);
 }
 
 void Desk::finish(const Waiting& done, Json answer) {
   hold_.reset();
+  hold_wished_ = false;
   if (done.client == kNobody) {
     for (const Error& e : errors_of(answer)) log::report(e);
     if (answer.contains("folder"))
@@ -240,9 +327,9 @@ void Desk::finish(const Waiting& done, Json answer) {
 }
 
 void Desk::watch_jog() {
-  const std::optional<Waiting>& at_work = doing_ ? doing_ : waiting_;
-  if (!at_work || at_work->request.order->kind != run::OrderKind::Jog) return;
-  const auto heard = door_.heard(at_work->client);
+  const Waiting* jog = at_work();
+  if (jog == nullptr || jog->request.order->kind != run::OrderKind::Jog) return;
+  const auto heard = door_.heard(jog->client);
   const Time silence = jog_silence(machine_.bus.cycle);
   if (heard && clock_.now() - *heard <= silence) return;
   const Error why{Fault::Aborted,
@@ -327,9 +414,9 @@ Json Desk::carry_out(const run::Order& order) {
   switch (order.kind) {
     case run::OrderKind::Enable: done = owner_.enable(); break;
     case run::OrderKind::Disable: done = owner_.disable(); break;
-    case run::OrderKind::Home: done = owner_.home(order.axes); break;
+    case run::OrderKind::Home: done = owner_.home(order.axes, begin()); break;
     case run::OrderKind::Jog: return jog(order.jog);
-    case run::OrderKind::Park: done = owner_.park(); break;
+    case run::OrderKind::Park: done = owner_.park(begin()); break;
     case run::OrderKind::Run: return run_job(order);
     case run::OrderKind::PartRemoved: return part_removed(order);
     default: break;
@@ -337,9 +424,11 @@ Json Desk::carry_out(const run::Order& order) {
   return done ? status() : failure({done.error()});
 }
 
+run::Begin Desk::begin() { return std::exchange(hold_wished_, false) ? run::Begin::OnHold : run::Begin::AtOnce; }
+
 /// "said" is the same for people.
 Json Desk::jog(const job::JogWords& words) {
-  const auto done = owner_.jog(words);
+  const auto done = owner_.jog(words, begin());
   if (!done) return failure({done.error()});
   Json axes = Json::array();
   std::string said;
@@ -423,10 +512,8 @@ Json Desk::run_job(const run::Order& order) {
                             order.recipe}});
     const Checked<Prepared>& prepared = *shared->prepared;
     if (!prepared) return failure(prepared.error());
-    const Bench bench{.owner = &owner_,
-                      .may_start = may_start,
-                      .on_hold = [this] { return std::exchange(hold_wished_, false); },
-                      .parts = options_.parts};
+    const Bench bench{
+        .owner = &owner_, .may_start = may_start, .begin = [this] { return begin(); }, .parts = options_.parts};
     const record::WantedFolder folder{
         .path = order.out, .under = order.under.empty() ? "out" : order.under, .overwrite = order.force};
     const auto done = do_job(machine_, *prepared, folder, {.serial = order.serial, .outlives_stops = true}, bench);
@@ -441,7 +528,7 @@ Json Desk::run_job(const run::Order& order) {
             {"folder", std::filesystem::absolute(done->folder).string()},
             {"said", figures(done->result) + (done->clamp_holds ? kClampShut : "")}};
   }();
-  preparing_ = hold_wished_ = false;
+  preparing_ = false;
   recipe_.clear();
   return answer;
 }

@@ -67,15 +67,35 @@ class Desk {
     std::optional<Error> stop{};     ///< of a fault
   };
 
+  /// A hold counts for what came before it and has not begun, too.
+  struct HeldBack {
+    std::uint64_t number = 0;  ///< of the hold
+    Hold hold{};
+  };
+
   void end();
   void take(const OrderSocket::Incoming& in);
   void reply(std::uint64_t client, const Request& request, Json answer);
   Json answer_now(std::uint64_t client, const run::Order& order);
   [[nodiscard]] Json hold_in_words(std::uint64_t client) const;
-  void give(std::uint64_t client, const Request& request, std::uint64_t number);
-  /// Of a job that has not begun, which the owner does not know yet: what is said to a hold or a resume. Nothing: the
-  /// order is for the owner.
-  std::optional<std::string> hold_what_begins(const run::Order& order);
+  void give(const OrderSocket::Incoming& in);
+  void resume(const OrderSocket::Incoming& in);
+  void hold(const OrderSocket::Incoming& in);
+  /// To the owner: what it says of the order, and how far the tool goes on.
+  Result<std::string> obey(const run::Order& order);
+  /// Its client hears of the state that this has led to.
+  void answer_soon(const OrderSocket::Incoming& in, std::string said);
+  /// Holds what has not begun, which the owner does not know yet, and says so. Nothing: there is nothing of that kind.
+  std::optional<std::string> hold_what_begins(const OrderSocket::Incoming& in);
+  /// An order that moves axes and was not taken yet: one of those that are such.
+  using IsSuch = std::function<bool(const OrderSocket::Incoming&)>;
+  [[nodiscard]] std::optional<run::OrderKind> motion_in_line(const IsSuch& is_such) const;
+  /// One that came before this hold; of its client alone where it is `mine`.
+  [[nodiscard]] std::optional<run::OrderKind> motion_before(const OrderSocket::Incoming& hold) const;
+  /// The hold that came behind this order; null: none did, or a resume has ended it.
+  [[nodiscard]] const HeldBack* held_back(const OrderSocket::Incoming& in) const;
+  /// What is carried out, or is about to be; null: nothing.
+  [[nodiscard]] const Waiting* at_work() const;
   /// Those of one client without ids (its next line has come), or whose time has come.
   void tell_given(std::optional<std::uint64_t> client);
   void tell(const Told& told);
@@ -84,8 +104,8 @@ class Desk {
   void abort_what_waits(std::uint64_t number);
   /// Ends what this client has ordered, whether it moves, is prepared, waits, or has not been looked at yet.
   void abort_own(std::uint64_t client, std::uint64_t number);
-  /// Such an order arrived before its client has taken back all that it had said.
-  [[nodiscard]] bool taken_back(const OrderSocket::Incoming& in, run::OrderKind kind) const;
+  /// It arrived before its client has taken back all that it had said.
+  [[nodiscard]] bool taken_back(const OrderSocket::Incoming& in) const;
   void reset(std::uint64_t client, const Request& request);
   void watch_reset();
   void watch_start_button();
@@ -98,6 +118,8 @@ class Desk {
   /// As this client is told it; kNobody: as any other one.
   [[nodiscard]] Json status(std::uint64_t client = kNobody) const;
   Json carry_out(const run::Order& order);
+  /// How what is at work begins; a hold that was wished for is with the owner from here on.
+  run::Begin begin();
   Json jog(const job::JogWords& words);
   Json run_job(const run::Order& order);
   Json part_removed(const run::Order& order);
@@ -112,13 +134,16 @@ class Desk {
   Options options_;
   std::optional<Waiting> waiting_, doing_, resetting_;
   std::vector<Told> given_;
+  std::vector<OrderSocket::Incoming> turn_;  ///< what arrived to be taken in this turn ...
+  std::size_t taken_ = 0;                    ///< ... and how much of it was
   run::Aside aside_;
   std::map<std::uint64_t, std::uint64_t> taken_back_;  ///< by client: number of its last abort of its own orders
+  std::map<std::uint64_t, HeldBack> held_back_;        ///< by client whose orders alone are meant; kNobody: everybody's
   std::uint64_t aborted_up_to_ = 0;  ///< number of the last abort: what arrived before it does not begin any more
   std::string recipe_;               ///< of the job that is prepared or runs
   std::optional<Error> aborted_;     ///< why what is prepared does not begin
   bool preparing_ = false, bringing_up_ = false, stop_ = false;
-  bool hold_wished_ = false;  ///< of a job that has not begun
+  bool hold_wished_ = false;  ///< of what is at work and has not begun
   std::optional<Hold> hold_;  ///< since it was asked for, or seen
   bool stood_ = false;        ///< on hold, or on the way there
 };

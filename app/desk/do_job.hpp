@@ -30,8 +30,8 @@ struct Bench {
   /// Asked last before the owner has the job: an order that came in while the owner was served beside files may have
   /// ended it. Empty: nothing has.
   std::function<Result<void>()> may_start{};
-  /// Asked behind it: somebody wants the job to wait before its first motion. Empty: nobody does.
-  std::function<bool()> on_hold{};
+  /// Asked behind it: somebody may want the job to wait before its first motion. Empty: nobody does.
+  std::function<run::Begin()> begin{};
   BegunParts* parts = nullptr;  ///< what is remembered of parts that were not finished; null: nothing is
 };
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "app/desk/answer.hpp"
 #include "core/near_word.hpp"
 #include "motion/rt/interpolator.hpp"
 
@@ -38,11 +39,13 @@ constexpr std::array kKeys{
     Key{run::OrderKind::Jog, "speed", [](run::Order& o) -> std::string& { return o.jog.speed; }},
     Key{run::OrderKind::Override, "value", nullptr},
     Key{run::OrderKind::Hold, "now", nullptr},
+    Key{run::OrderKind::Hold, "mine", nullptr},
     Key{run::OrderKind::Abort, "mine", nullptr},
 };
 constexpr std::array kStops{run::OrderKind::Abort, run::OrderKind::Hold, run::OrderKind::Quit};
+static_assert(kStops.size() == kStopKinds);
 
-bool stops(run::OrderKind kind) { return std::find(kStops.begin(), kStops.end(), kind) != kStops.end(); }
+bool stops(run::OrderKind kind) { return stop_kind(kind).has_value(); }
 
 /// A text that the system would read up to there only: another file, another name than was meant.
 bool has_nul(const nlohmann::json& json) {
@@ -140,7 +143,8 @@ Result<run::Order> order_of(const nlohmann::json& json) {
   if (const auto now = json.find("now"); order.kind == run::OrderKind::Hold && now != json.end())
     order.now = !now->is_boolean() || now->get<bool>();  // an order that stops is taken whatever else it says
   // What is not said clearly stops everything.
-  if (const auto mine = json.find("mine"); order.kind == run::OrderKind::Abort && mine != json.end())
+  const bool may_be_mine = order.kind == run::OrderKind::Abort || order.kind == run::OrderKind::Hold;
+  if (const auto mine = json.find("mine"); may_be_mine && mine != json.end())
     order.mine = mine->is_boolean() && mine->get<bool>();
   if (order.kind == run::OrderKind::Override) {
     if (!json.contains("value") || !json["value"].is_number())
@@ -220,11 +224,20 @@ std::string to_line(const run::Order& order, const nlohmann::ordered_json& id) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-bool is_urgent(std::string_view line) {
-  const auto named = [&](run::OrderKind kind) { return line.find(run::name(kind)) != std::string_view::npos; };
-  if (std::none_of(kStops.begin(), kStops.end(), named)) return false;
-  const auto order = parse_order(line);
-  return order && stops(order->kind);
+std::optional<unsigned> stop_kind(run::OrderKind kind) {
+  const auto found = std::find(kStops.begin(), kStops.end(), kind);
+  return found != kStops.end() ? std::optional(static_cast<unsigned>(found - kStops.begin())) : std::nullopt;
+}
+
+bool may_stop(std::string_view line) {
+  return std::any_of(kStops.begin(), kStops.end(),
+                     [&](run::OrderKind kind) { return line.find(run::name(kind)) != std::string_view::npos; });
+}
+
+Json answer_to(const Request& request, Json answer) {
+  if (request.order) answer["order"] = run::name(request.order->kind);
+  if (!request.id.is_null()) answer["id"] = request.id;
+  return answer;
 }
 
 }  // namespace gantry::desk

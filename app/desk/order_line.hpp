@@ -3,6 +3,7 @@
 //   {"order": "jog", "by": {"X": "10 mm", "Z": "-2 mm"}, "speed": "20 mm/s"}
 #pragma once
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -23,8 +24,13 @@ struct Request {
 };
 Request read_request(std::string_view line);
 
-/// Whether the line is an order that stops something, and so waits for nothing: abort, hold, quit. Quick: only a line
-/// that holds one of these words is read as JSON.
-bool is_urgent(std::string_view line);
+/// Orders that stop something, and so wait for nothing: abort, hold, quit. Which of them it is; nothing: another one.
+inline constexpr unsigned kStopKinds = 3;
+std::optional<unsigned> stop_kind(run::OrderKind kind);
+/// Quick: a line for which this is false is no such order.
+bool may_stop(std::string_view line);
+
+/// An answer as its client gets it: with what it has asked for, and with its id.
+nlohmann::ordered_json answer_to(const Request& request, nlohmann::ordered_json answer);
 
 }  // namespace gantry::desk

@@ -38,7 +38,13 @@ int bind_socket(const sockaddr_un& address, bool for_group) {
   return -1;
 }
 
-std::string refusal(std::string_view why) { return to_line(failure({Error{Fault::Refused, std::string(why), ""}})); }
+Json refusal(std::string_view why) { return failure({Error{Fault::Refused, std::string(why), ""}}); }
+
+/// Those of `events` that are so now: the other side may have ended with much of it unread.
+bool is_so(int fd, short events) {
+  pollfd p{fd, events, 0};
+  return poll(&p, 1, 0) > 0 && (p.revents & events) != 0;
+}
 
 }  // namespace
 
@@ -64,13 +70,10 @@ class OrderSocket::Lock {
   int fd_;
 };
 
-OrderSocket::OrderSocket(std::vector<std::string> paths, std::vector<std::unique_ptr<Lock>> locks, int listen_fd,
-                         std::function<bool(std::string_view)> urgent)
-    : locks_(std::move(locks)), paths_(std::move(paths)), listen_fd_(listen_fd), urgent_(std::move(urgent)) {}
+OrderSocket::OrderSocket(std::vector<std::string> paths, std::vector<std::unique_ptr<Lock>> locks, int listen_fd)
+    : locks_(std::move(locks)), paths_(std::move(paths)), listen_fd_(listen_fd) {}
 
-Result<std::unique_ptr<OrderSocket>> OrderSocket::listen(const std::string& path,
-                                                         std::function<bool(std::string_view)> urgent,
-                                                         const std::string& shared) {
+Result<std::unique_ptr<OrderSocket>> OrderSocket::listen(const std::string& path, const std::string& shared) {
   std::vector<std::string> paths{path};
   if (!shared.empty()) paths.insert(paths.begin(), shared);
   const auto address = socket_address(paths.front());
@@ -86,7 +89,7 @@ Result<std::unique_ptr<OrderSocket>> OrderSocket::listen(const std::string& path
   if (fd < 0)
     return fail(Fault::FileUnwritable, fmt::format("cannot open the order socket: {}", std::strerror(errno)),
                 paths.front());
-  std::unique_ptr<OrderSocket> door(new OrderSocket(paths, std::move(locks), fd, std::move(urgent)));
+  std::unique_ptr<OrderSocket> door(new OrderSocket(paths, std::move(locks), fd));
   if (!shared.empty() && symlink(shared.c_str(), path.c_str()) != 0)
     return fail(Fault::FileUnwritable, fmt::format("cannot link to the order socket: {}", std::strerror(errno)), path);
   return door;
@@ -105,7 +108,9 @@ OrderSocket::~OrderSocket() {
 
 std::vector<OrderSocket::Incoming> OrderSocket::turn(Time now) {
   std::vector<Incoming> lines;
-  for (Client& c : clients_) c.asked = false;
+  ++turn_;
+  named_refusals_ = 0;
+  for (Client& c : clients_) c.asked = false, c.stops = 0, c.numbered = 0;
   accept_clients(now, lines);
   for (Client& c : clients_) {
     send_some(c);
@@ -161,7 +166,6 @@ bool OrderSocket::make_room(Time now, std::vector<Incoming>& urgent) {
 
 void OrderSocket::read(Client& client, Time now, std::vector<Incoming>& urgent) {
   std::array<char, 4096> chunk{};
-  bool urgent_taken = false;
   std::size_t lines = 0;
   for (std::size_t taken = 0; taken < kBytesPerTurn && lines < kLinesReadPerTurn && !client.ended;) {
     const ssize_t n = recv(client.fd, chunk.data(), std::min(chunk.size(), kBytesPerTurn - taken), MSG_DONTWAIT);
@@ -178,7 +182,7 @@ void OrderSocket::read(Client& client, Time now, std::vector<Incoming>& urgent) 
       client.part.append(bytes.substr(0, end));
       bytes.remove_prefix(end + 1);
       if (client.part.size() > kLongestLine) break;
-      take_line(client, std::exchange(client.part, {}), urgent_taken, urgent);
+      take_line(client, std::exchange(client.part, {}), urgent);
     }
     if (client.part.size() <= kLongestLine) client.part.append(bytes);
     if (client.part.size() <= kLongestLine) continue;
@@ -188,19 +192,34 @@ void OrderSocket::read(Client& client, Time now, std::vector<Incoming>& urgent) 
   }
 }
 
-void OrderSocket::take_line(Client& client, std::string line, bool& urgent_taken, std::vector<Incoming>& urgent) {
+/// What is not to be taken anyway is read only where it may be an order that stops something.
+void OrderSocket::take_line(Client& client, const std::string& line, std::vector<Incoming>& urgent) {
   if (line.empty()) return;
-  if (!urgent_taken && urgent_(line)) {
-    urgent_taken = client.asked = true;
-    urgent.push_back({client.id, std::move(line), next_number_++});
-  } else if (client.gone) {  // nobody would hear the answer
-    return;
-  } else if (client.waiting.size() < kMostWaiting) {
-    client.waiting.push_back({client.id, std::move(line), next_number_++});
-  } else {
-    static const std::string kTooMany = refusal("32 orders of this client wait already; read their answers first");
-    put(client, kTooMany);  // in a flood there are thousands of it
+  const bool room = !client.gone && client.waiting.size() < kMostWaiting;
+  if (room || may_stop(line)) {
+    Request request = read_request(line);
+    const auto stop = request.order ? stop_kind(request.order->kind) : std::nullopt;
+    if (stop && (client.stops >> *stop & 1u) == 0) {
+      client.stops |= 1u << *stop;
+      client.asked = true;
+      urgent.push_back({client.id, std::move(request), turn_ * kNumbersPerTurn + client.numbered + 1});
+      client.numbered += 2;
+      return;
+    }
+    if (room) {
+      client.waiting.push_back({client.id, std::move(request), turn_ * kNumbersPerTurn + client.numbered});
+      return;
+    }
   }
+  if (!client.gone) refuse_one_too_many(client, line);  // who is gone would not hear it
+}
+
+/// In a flood there are thousands of them.
+void OrderSocket::refuse_one_too_many(Client& client, const std::string& line) {
+  static const Json kTooMany = refusal("32 orders of this client wait already; read their answers first");
+  static const std::string kNameless = to_line(kTooMany);
+  const bool named = line.size() <= kLongestNamed && named_refusals_++ < kNamedRefusals;
+  put(client, named ? to_line(answer_to(read_request(line), kTooMany)) : kNameless);
 }
 
 void OrderSocket::drop_the_dead(Time now) {
@@ -251,7 +270,7 @@ void OrderSocket::send_some(Client& client) {
   }
 }
 
-void OrderSocket::refuse(Client& client, std::string_view why) { put(client, refusal(why)); }
+void OrderSocket::refuse(Client& client, std::string_view why) { put(client, to_line(refusal(why))); }
 
 const OrderSocket::Client* OrderSocket::find(std::uint64_t id) const {
   const auto found = std::find_if(clients_.begin(), clients_.end(), [&](const Client& c) { return c.id == id; });
@@ -268,7 +287,19 @@ bool OrderSocket::knows(std::uint64_t client) const { return find(client) != nul
 
 std::optional<Time> OrderSocket::heard(std::uint64_t client) const {
   const Client* c = find(client);
-  return c != nullptr && !c->ended ? std::optional(c->heard) : std::nullopt;
+  return c != nullptr && !c->ended && !is_so(c->fd, POLLRDHUP) ? std::optional(c->heard) : std::nullopt;
+}
+
+bool OrderSocket::hung_up(std::uint64_t client) const {
+  const Client* c = find(client);
+  return c == nullptr || c->gone || is_so(c->fd, POLLHUP);
+}
+
+const OrderSocket::Incoming* OrderSocket::waiting(const std::function<bool(const Incoming&)>& is_such) const {
+  for (const Client& c : clients_)
+    for (const Incoming& in : c.waiting)
+      if (is_such(in)) return &in;
+  return nullptr;
 }
 
 }  // namespace gantry::desk

@@ -41,13 +41,18 @@ struct Order {
   job::JogWords jog{};              ///< Jog
   double value = 1;                 ///< Override: 1 is 100 %; 0.01 .. 2, or 0: hold now
   bool now = false;                 ///< Hold: does not wait for the end of the feature
-  bool mine = false;                ///< Abort: only what the client that says it has ordered
+  bool mine = false;                ///< Abort, Hold: only what the client that says it has ordered
 };
 
 /// Whether the order takes machine time; only one such order runs at a time.
 constexpr bool takes_time(OrderKind k) {
   return k == OrderKind::Enable || k == OrderKind::Disable || k == OrderKind::Home || k == OrderKind::Jog ||
          k == OrderKind::Park || k == OrderKind::Run || k == OrderKind::PartRemoved;
+}
+
+/// Whether axes move by it, sooner or later.
+constexpr bool moves_axes(OrderKind k) {
+  return k == OrderKind::Home || k == OrderKind::Jog || k == OrderKind::Park || k == OrderKind::Run;
 }
 
 std::string_view name(OrderKind kind);

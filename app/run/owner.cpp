@@ -33,7 +33,7 @@ std::string_view name(Undertaking what) {
   return kNames[static_cast<std::size_t>(what)];
 }
 
-Owner::Turn::Turn(Parts& parts, Undertaking what)
+Owner::Turn::Turn(Parts& parts, Undertaking what, Begin begin)
     : parts_(parts), what_(what), taken_(parts.undertaking == Undertaking::None && !parts.ending) {
   if (!taken_) return;
   parts_.undertaking = what;
@@ -42,6 +42,9 @@ Owner::Turn::Turn(Parts& parts, Undertaking what)
   parts_.control().begin();
   parts_.on_bus->named.reset();
   if (what != Undertaking::Job) parts_.acted(std::string(name(what)));
+  if (begin == Begin::AtOnce) return;
+  parts_.control().hold_next(true);
+  parts_.acted(std::string(name(OrderKind::Hold)));
 }
 
 Owner::Turn::~Turn() {
@@ -130,8 +133,8 @@ Result<void> Owner::enable() {
   return parts_->torque();
 }
 
-Result<void> Owner::home(const std::vector<std::string>& axes) {
-  const Turn turn(*parts_, Undertaking::Home);
+Result<void> Owner::home(const std::vector<std::string>& axes, Begin begin) {
+  const Turn turn(*parts_, Undertaking::Home, begin);
   if (!turn.taken()) return turn.refused();
   if (axes.empty()) return parts_->home();
   std::uint32_t named = 0;
@@ -215,6 +218,7 @@ Result<void> Owner::Parts::home(std::uint32_t named) {
       names += (names.empty() ? "" : ", ") + axis.name;
     }
     if (mask == 0) continue;
+    if (auto r = control().wait_for_resume(); !r) return r;
     log::info("homing {}", names);
     auto homed = command({.kind = cycle::CommandKind::Home, .axes = mask}, timeout_s);
     if (!homed && homed.error().fault == Fault::GantrySkew)

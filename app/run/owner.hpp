@@ -38,14 +38,17 @@ struct OwnerOptions {
   std::optional<int> loop_cpu;  ///< for the loop alone; default: the last one that may be used, if there are several
 };
 
+/// Of what moves axes: on hold it waits before its first motion for a resume.
+enum class Begin { AtOnce, OnHold };
+
 struct RunOptions {
   std::string out{};  ///< folder for the results; "" keeps nothing
   // For the result's words only.
   bool dry_run = false;
-  const job::Forecast* forecast = nullptr;      ///< of the job, from the park position; null: there is none
-  std::string serial{};                         ///< of the part
-  record::OnBoard before{};                     ///< what jobs before it have left there
-  bool on_hold = false;                         ///< a resume lets its first motion go
+  const job::Forecast* forecast = nullptr;  ///< of the job, from the park position; null: there is none
+  std::string serial{};                     ///< of the part
+  record::OnBoard before{};                 ///< what jobs before it have left there
+  Begin begin = Begin::AtOnce;
   std::span<const job::SlowBead> slow_beads{};  ///< of the job's proof
   /// A door, air or stop fault (Clear::Resume) leaves the job on hold until somebody resets and resumes; else it ends
   /// it.
@@ -95,20 +98,20 @@ class Owner {
   Result<void> bring_up();
   /// Drives to Operation Enabled. No axis moves.
   Result<void> enable();
-  /// The same, and every axis is homed, lowest order first; or those that are named alone, which needs X, Y and Z to be
-  /// referenced. Where they are, what may be swept is proved first (app/job/prove_homing.hpp). Fault::Collision,
-  /// NotReferenced, UnknownReference, Latched ...
-  Result<void> home(const std::vector<std::string>& axes = {});
+  /// The same, and every axis is homed, lowest order first, when what is on hold is released; or those that are named
+  /// alone, which needs X, Y and Z to be referenced. Where they are, what may be swept is proved first
+  /// (app/job/prove_homing.hpp). Fault::Collision, NotReferenced, UnknownReference, Latched ...
+  Result<void> home(const std::vector<std::string>& axes = {}, Begin begin = Begin::AtOnce);
   Result<void> disable();
   /// Some axes by a displacement, straight; app/job/jog.hpp. Enables the drives, and homes nothing. Nothing moves
   /// unless the whole path is proved free, of the machine's own bodies and of the board and parts of the last job,
   /// where that job has found them. Fault::NotReferenced, OutOfReach, Collision, Latched ...; Aborted, Interrupted when
   /// it was stopped.
-  Result<Jogged> jog(const job::JogWords& words);
+  Result<Jogged> jog(const job::JogWords& words, Begin begin = Begin::AtOnce);
   /// From where the head stands to the machine's park position: straight up to the safe height first, then a free path;
   /// app/job/park.hpp. It enables, homes nothing, and is proved like a jog; the clamp may be open.
   /// Fault::SetupMode, NotReferenced, Collision, Latched ...; Aborted, Interrupted when it was stopped.
-  Result<void> park();
+  Result<void> park(Begin begin = Begin::AtOnce);
   /// One axis goes a short distance and back, to be watched (app/job/walk.hpp). It need not be
   /// referenced; it is done in setup only, where the machine has such a mode. Fault::LimitSwitch when an axis stands on
   /// one.

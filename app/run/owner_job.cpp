@@ -218,14 +218,12 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   const auto wall_start = std::chrono::steady_clock::now();
   const auto writer = p.options.virtual_time ? record::FileWriter::Thread::Callers : record::FileWriter::Thread::Own;
   monitor::SnapshotWriter* const watched = p.shared ? &*p.shared : nullptr;
-  const Turn turn(p, Undertaking::Job);
+  const Turn turn(p, Undertaking::Job, options.begin);
   if (!turn.taken()) {
     begin_result();
     record::add_error(result, turn.refused().error());
     return result;
   }
-  p.control().hold_next(options.on_hold);  // as orders may that come from here on
-  if (options.on_hold) p.acted(std::string(name(OrderKind::Hold)));
   Result<void> ended = p.aside(begin_result);
   std::optional<job::Forecast> forecast;
   if (options.forecast != nullptr)

@@ -4,8 +4,8 @@
 
 namespace gantry::run {
 
-Result<Jogged> Owner::jog(const job::JogWords& words) {
-  const Turn turn(*parts_, Undertaking::Jog);
+Result<Jogged> Owner::jog(const job::JogWords& words, Begin begin) {
+  const Turn turn(*parts_, Undertaking::Jog, begin);
   if (!turn.taken()) return tl::unexpected(turn.refused().error());
   return parts_->jog(words);
 }

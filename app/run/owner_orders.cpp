@@ -56,13 +56,13 @@ Result<void> Owner::Parts::hold(bool now, OrderKind asked) {
   order_said.clear();
   if (control().stopped()) order_said = "the job is stopped already; `reset`, then `resume` goes on";
   if (control().holds_next()) return {};
-  // Before and between its blocks a job moves nothing, but for homing, which comes to its end; the next block waits. So
-  // does the one block of a jog and of parking.
-  const bool before =
-      state == State::Ready || state == State::Homing || state == State::Enabling || state == State::Disabled;
-  const bool plays =
-      undertaking == Undertaking::Job || undertaking == Undertaking::Jog || undertaking == Undertaking::Park;
-  if (!plays || !before) return tl::unexpected(refusal(asked));
+  // Before and between its motions an undertaking waits. Axes that home come to their end, and what is homed behind
+  // them waits; an order to home says that it cannot be held as long as they do.
+  const bool before = state == State::Ready || state == State::Enabling || state == State::Disabled ||
+                      (state == State::Homing && undertaking == Undertaking::Job);
+  const bool moves = undertaking == Undertaking::Job || undertaking == Undertaking::Jog ||
+                     undertaking == Undertaking::Park || undertaking == Undertaking::Home;
+  if (!moves || !before) return tl::unexpected(refusal(asked));
   control().hold_next(true);
   return {};
 }

@@ -5,8 +5,8 @@
 
 namespace gantry::run {
 
-Result<void> Owner::park() {
-  const Turn turn(*parts_, Undertaking::Park);
+Result<void> Owner::park(Begin begin) {
+  const Turn turn(*parts_, Undertaking::Park, begin);
   if (!turn.taken()) return turn.refused();
   return parts_->park();
 }

@@ -185,10 +185,10 @@ struct Owner::Parts {
 
 /// What an owner does at a time, from its beginning to its end: an abort holds as long as it lasts, and nothing of it
 /// is left for the next one.
-//   const Turn turn(parts, Undertaking::Home);   if (!turn.taken()) return turn.refused();
+//   const Turn turn(parts, Undertaking::Home, begin);   if (!turn.taken()) return turn.refused();
 class Owner::Turn {
  public:
-  Turn(Parts& parts, Undertaking what);
+  Turn(Parts& parts, Undertaking what, Begin begin = Begin::AtOnce);
   ~Turn();
   Turn(const Turn&) = delete;
   Turn& operator=(const Turn&) = delete;

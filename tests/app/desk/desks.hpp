@@ -35,7 +35,7 @@ class Desks : public ::testing::Test {
     auto owner = run::Owner::open(machine_, options);
     ASSERT_TRUE(owner) << to_text(owner.error());
     owner_ = std::move(*owner);
-    door_ = std::move(*OrderSocket::listen(folder_ / "owner.sock", is_urgent));
+    door_ = std::move(*OrderSocket::listen(folder_ / "owner.sock"));
     make_desk();
     owner_->on_step([this] { step(); });
     const auto up = desk_->bring_up();
@@ -57,8 +57,7 @@ class Desks : public ::testing::Test {
   void make_desk() {
     desk_ = std::make_unique<Desk>(
         machine_, *owner_, *door_, clock_,
-        Desk::Options{
-            .interrupted = [] { return false; }, .recipe = std::filesystem::absolute(kShort), .parts = parts()});
+        Desk::Options{.interrupted = [] { return false; }, .recipe = source_ / kShort, .parts = parts()});
   }
   /// Each cycle lasts as long for the clients too.
   void step() {

@@ -7,6 +7,11 @@
 namespace gantry::desk {
 namespace {
 
+bool is_urgent(std::string_view line) {
+  const auto order = parse_order(line);
+  return may_stop(line) && order && stop_kind(order->kind);
+}
+
 using run::OrderKind;
 
 TEST(OrderLine, a_jog_is_one_line_of_json_and_back) {
@@ -139,6 +144,10 @@ TEST(OrderLine, an_abort_of_ones_own_orders_says_so_clearly_and_any_other_stops_
                           R"({"order":"abort","mine":"true"})", R"({"order":"abort","mine":1})"})
     EXPECT_FALSE(parse_order(all)->mine) << all;
   EXPECT_FALSE(parse_order(R"({"order":"home","mine":true})"));
+  const std::string hold = to_line({.kind = OrderKind::Hold, .now = true, .mine = true});
+  EXPECT_EQ(hold, R"({"order":"hold","now":true,"mine":true})");
+  EXPECT_TRUE(parse_order(hold)->mine);
+  EXPECT_FALSE(parse_order(R"({"order":"hold","mine":"true"})")->mine);
 }
 
 TEST(OrderLine, home_names_the_axes_that_it_homes_alone) {

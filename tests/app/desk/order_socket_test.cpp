@@ -15,6 +15,7 @@ namespace gantry::desk {
 namespace {
 
 using namespace std::chrono_literals;
+using run::OrderKind;
 using test::Peer;
 
 class Sockets : public ::testing::Test {
@@ -22,7 +23,7 @@ class Sockets : public ::testing::Test {
   void SetUp() override {
     folder_ = std::filesystem::temp_directory_path() / ("gantry-door-" + std::to_string(getpid()));
     std::filesystem::create_directories(folder_);
-    auto door = OrderSocket::listen(path(), is_urgent);
+    auto door = OrderSocket::listen(path());
     ASSERT_TRUE(door) << to_text(door.error());
     door_ = std::move(*door);
   }
@@ -32,12 +33,15 @@ class Sockets : public ::testing::Test {
   }
   [[nodiscard]] std::string path() const { return folder_ / "owner.sock"; }
   std::unique_ptr<Peer> peer() const { return std::make_unique<Peer>(path()); }
-  /// One turn, in which every line is answered with itself, `times` over.
+  static bool is(const OrderSocket::Incoming& in, OrderKind kind) {
+    return in.request.order && in.request.order->kind == kind;
+  }
+  /// One turn, in which every line is answered, `times` over.
   std::vector<OrderSocket::Incoming> turn(std::size_t times = 1) {
     now_ += 1ms;
     auto lines = door_->turn(now_);
     for (const auto& in : lines)
-      for (std::size_t i = 0; i < times; ++i) door_->reply(in.client, "answer to " + in.line);
+      for (std::size_t i = 0; i < times; ++i) door_->reply(in.client, "answer to it");
     return lines;
   }
   static std::size_t count(const std::string& text, std::string_view what) {
@@ -72,7 +76,7 @@ TEST_F(Sockets, a_flood_of_one_client_delays_nobody_and_is_answered_line_by_line
     EXPECT_LE(lines.size(), 2u);
     if (i == 1000) {
       ASSERT_FALSE(lines.empty());
-      EXPECT_EQ(lines.front().line + "\n", kAbort) << "an abort is the first thing of the turn in which it arrives";
+      EXPECT_TRUE(is(lines.front(), OrderKind::Abort)) << "an abort is the first thing of the turn in which it arrives";
     }
     const std::string heard = fast->hear();
     answered += count(heard, "answer to");
@@ -96,11 +100,72 @@ TEST_F(Sockets, an_abort_waits_neither_behind_other_clients_nor_behind_lines_of_
   peers.back()->say(kAbort);
   const auto lines = turn();
   ASSERT_GT(lines.size(), 1u);
-  EXPECT_EQ(lines.front().line + "\n", kAbort);
+  EXPECT_TRUE(is(lines.front(), OrderKind::Abort));
   EXPECT_LE(lines.size(), 1 + OrderSocket::kLinesPerTurn);
   std::map<std::uint64_t, int> of_client;
   for (std::size_t i = 1; i < lines.size(); ++i) ++of_client[lines[i].client];
   for (const auto& [client, n] : of_client) EXPECT_EQ(n, 1);
+}
+
+/// Of several kinds each is the last word of its client.
+TEST_F(Sockets, an_abort_does_not_wait_behind_a_hold_of_its_client_either) {
+  const auto p = peer();
+  p->say(R"({"order":"hold"})"
+         "\n");
+  for (int i = 0; i < 20; ++i) p->say(kStatus);
+  p->say(kAbort);
+  const auto lines = turn();
+  ASSERT_EQ(lines.size(), 3u);
+  EXPECT_TRUE(is(lines[0], OrderKind::Hold));
+  EXPECT_TRUE(is(lines[1], OrderKind::Abort));
+  EXPECT_LT(lines[0].number, lines[2].number);
+  EXPECT_LT(lines[2].number, lines[1].number) << "the question stood between them";
+}
+
+TEST_F(Sockets, of_what_several_clients_say_at_once_a_stop_counts_as_the_later_one) {
+  const auto first = peer(), second = peer(), third = peer();
+  turn();
+  first->say(kStatus);
+  second->say(kStatus + kAbort + kStatus);
+  third->say(kStatus);
+  const std::uint64_t before = door_->number();
+  const auto lines = turn();
+  ASSERT_EQ(lines.size(), 4u);
+  ASSERT_TRUE(is(lines[0], OrderKind::Abort));
+  for (std::size_t i = 1; i < lines.size(); ++i) EXPECT_LT(lines[i].number, lines[0].number);
+  const auto behind = turn();
+  ASSERT_EQ(behind.size(), 1u);
+  EXPECT_GT(behind[0].number, lines[0].number) << "what its client said behind it is later";
+  EXPECT_LT(behind[0].number, door_->number());
+  for (const auto& in : lines) EXPECT_GE(in.number, before);
+}
+
+TEST_F(Sockets, a_line_too_many_is_refused_by_its_name) {
+  const auto p = peer();
+  for (int i = 0; i < 50; ++i) p->say("{\"order\":\"status\",\"id\":" + std::to_string(i) + "}\n");
+  turn();
+  const std::string told = p->hear();
+  EXPECT_EQ(count(told, "G702"), 18u);
+  for (int i = 32; i < 50; ++i)
+    EXPECT_EQ(count(told, "\"order\":\"status\",\"id\":" + std::to_string(i) + "}\n"), 1u) << i << "\n" << told;
+}
+
+TEST_F(Sockets, who_is_gone_is_known_also_while_lines_of_it_are_unread) {
+  const auto p = peer(), half = peer();
+  std::string all;
+  for (int i = 0; i < 3000; ++i) all += kStatus;
+  p->say(all);
+  half->say(kStatus);
+  const auto lines = turn();
+  ASSERT_EQ(lines.size(), 2u);
+  half->send_no_more();
+  EXPECT_FALSE(door_->hung_up(lines[0].client));
+  EXPECT_FALSE(door_->hung_up(lines[1].client)) << "it waits for its answers";
+  EXPECT_TRUE(door_->heard(lines[0].client));
+  EXPECT_FALSE(door_->heard(lines[1].client));
+  p->hang_up();
+  EXPECT_TRUE(door_->hung_up(lines[0].client));
+  EXPECT_FALSE(door_->heard(lines[0].client));
 }
 
 TEST_F(Sockets, clients_take_turns) {
@@ -131,7 +196,7 @@ TEST_F(Sockets, sixteen_idle_connections_lock_nobody_out) {
   late->say(kAbort);
   const auto lines = turn();
   ASSERT_EQ(lines.size(), 1u);
-  EXPECT_EQ(lines.front().line + "\n", kAbort);
+  EXPECT_TRUE(is(lines.front(), OrderKind::Abort));
   EXPECT_NE(late->hear().find("answer to"), std::string::npos);
   const std::string told = idle[1]->hear();
   EXPECT_NE(told.find("idle for longest"), std::string::npos) << told;
@@ -151,7 +216,7 @@ TEST_F(Sockets, who_makes_room_is_not_one_whose_line_has_just_come) {
   const auto late = peer();
   const auto lines = turn();
   ASSERT_EQ(lines.size(), 1u) << "it is not lost";
-  EXPECT_EQ(lines.front().line + "\n", kStatus);
+  EXPECT_TRUE(is(lines.front(), OrderKind::Status));
   EXPECT_NE(all.front()->hear().find("answer to"), std::string::npos);
   EXPECT_NE(all[1]->hear().find("idle for longest"), std::string::npos);
 }
@@ -216,7 +281,7 @@ TEST_F(Sockets, who_never_reads_loses_its_connection_and_its_abort_is_heard_all_
     deaf->say(kStatus);
     if (i == 100) deaf->say(kAbort);
     if (i % 10 == 0) other->say(kStatus);
-    for (const auto& in : turn(200)) heard += in.line + "\n" == kAbort;
+    for (const auto& in : turn(200)) heard += is(in, OrderKind::Abort);
     others += static_cast<int>(count(other->hear(), "answer to")) / 200;
   }
   EXPECT_EQ(heard, 1);
@@ -227,16 +292,17 @@ TEST_F(Sockets, who_never_reads_loses_its_connection_and_its_abort_is_heard_all_
 TEST_F(Sockets, a_line_of_64_KiB_is_one_order_and_a_longer_one_is_refused) {
   for (const std::size_t length : {OrderSocket::kLongestLine, OrderSocket::kLongestLine + 1}) {
     const auto p = peer();
-    const std::string line = std::string(length, 'y') + "\n";
+    const std::string order = R"({"order":"status"})";
+    const std::string line = order + std::string(length - order.size(), ' ') + "\n";
     std::size_t sent = 0, got = 0;
     std::string told;
     for (int i = 0; i < 100 && count(told, "<end>") == 0; ++i) {
       sent += p->say(std::string_view(line).substr(sent));
-      for (const auto& in : door_->turn(now_ += 1ms)) got = in.line.size();
+      for (const auto& in : door_->turn(now_ += 1ms)) got += is(in, OrderKind::Status);
       told += p->hear();
     }
     if (length == OrderSocket::kLongestLine) {
-      EXPECT_EQ(got, length);
+      EXPECT_EQ(got, 1u);
     } else {
       EXPECT_EQ(got, 0u);
       EXPECT_NE(told.find("64 KiB"), std::string::npos) << told;
@@ -301,7 +367,7 @@ TEST_F(Sockets, any_mixture_of_clients_is_served_in_bounded_turns) {
     EXPECT_LE(door_->clients(), OrderSocket::kMostClients);
     if (aborting != nullptr) {
       ASSERT_FALSE(lines.empty()) << "turn " << i;
-      EXPECT_EQ(lines.front().line + "\n", kAbort) << "turn " << i;
+      EXPECT_TRUE(is(lines.front(), OrderKind::Abort)) << "turn " << i;
     }
     std::erase_if(
         ones, [&](const One& one) { return chance(300) || (one.kind <= 1 && count(one.peer->hear(), "<end>") > 0); });
@@ -324,7 +390,7 @@ TEST_F(Sockets, three_thousand_lines_at_once_are_answered_or_the_connection_ends
 }
 
 TEST_F(Sockets, a_second_owner_is_refused_and_the_first_unharmed) {
-  const auto second = OrderSocket::listen(path(), is_urgent);
+  const auto second = OrderSocket::listen(path());
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().fault, Fault::SecondOwner);
   const auto p = peer();
@@ -335,7 +401,7 @@ TEST_F(Sockets, a_second_owner_is_refused_and_the_first_unharmed) {
 TEST_F(Sockets, a_link_that_stands_for_the_lock_is_not_followed) {
   const auto target = folder_ / "victim", planted = folder_ / "planted.sock.lock";
   std::filesystem::create_symlink(target, planted);
-  const auto door = OrderSocket::listen(folder_ / "planted.sock", is_urgent);
+  const auto door = OrderSocket::listen(folder_ / "planted.sock");
   ASSERT_FALSE(door);
   EXPECT_FALSE(std::filesystem::exists(target));
 }
@@ -353,14 +419,14 @@ TEST_F(Sockets, one_may_be_open_to_a_group_and_is_found_in_the_state_folder_too)
   };
   EXPECT_EQ(mode(path()), 0600u) << "of one that is not shared";
   const std::string shared = folder_ / "run.sock", state = folder_ / "state.sock", other = folder_ / "other.sock";
-  auto door = OrderSocket::listen(state, is_urgent, shared);
+  auto door = OrderSocket::listen(state, shared);
   ASSERT_TRUE(door) << to_text(door.error());
   EXPECT_EQ(mode(shared), 0660u);
   EXPECT_TRUE(std::filesystem::is_symlink(state));
   EXPECT_TRUE(Peer(shared).connected());
   EXPECT_TRUE(Peer(state).connected());
   for (const auto& [mine, theirs] : {std::pair{other, shared}, {state, other}}) {
-    const auto second = OrderSocket::listen(mine, is_urgent, theirs);
+    const auto second = OrderSocket::listen(mine, theirs);
     ASSERT_FALSE(second) << "another owner of the same state, or of the same socket";
     EXPECT_EQ(second.error().fault, Fault::SecondOwner);
   }
@@ -369,7 +435,7 @@ TEST_F(Sockets, one_may_be_open_to_a_group_and_is_found_in_the_state_folder_too)
   door->reset();
   EXPECT_FALSE(std::filesystem::exists(shared));
   EXPECT_FALSE(std::filesystem::is_symlink(state));
-  EXPECT_TRUE(OrderSocket::listen(state, is_urgent, shared)) << "its locks went with it";
+  EXPECT_TRUE(OrderSocket::listen(state, shared)) << "its locks went with it";
 }
 
 }  // namespace
