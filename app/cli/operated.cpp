@@ -29,7 +29,7 @@ Operated::Stands OwnerOperated::end_it(const char* why) {
 Operated::Stands OwnerOperated::come_to_stand() {
   if (of_ == Of::Job && !has_front()) return end_it("Ctrl-Z: without a terminal's keys nobody could resume it");
   const State state = owner_.latest().state;
-  if (owner_.held()) return state != State::Holding ? Stands::Yes : Stands::NotYet;
+  if (owner_.held()) return cycle::row(state).moves ? Stands::NotYet : Stands::Yes;
   if (state == State::Enabling || state == State::Homing) return end_it("Ctrl-Z: homing cannot be held, and was ended");
   if (of_ == Of::Service && owner_.undertaking() == run::Undertaking::None) return Stands::Yes;
   // Refused while nothing can be held yet, and where an abort ends it anyway: then the next cycle asks again.

@@ -54,8 +54,8 @@ void OwnerElsewhere::interrupt() {
   left_ = row_.on_interrupt == OnInterrupt::Leaves;
 }
 
-/// What homes or is prepared comes to it first. A hold that is refused (an abort is under way) is asked for again,
-/// until the job is over.
+/// What homes or is prepared comes to it first. A hold that is refused (an abort is under way, the order is not taken
+/// yet) is asked for again, until the order is answered.
 Operated::Stands OwnerElsewhere::come_to_stand() {
   if (row_.on_stop_key == OnStopKey::Ends) {
     log::info("Ctrl-Z: '{}' cannot be held, and is ended", run::name(row_.kind));
@@ -64,9 +64,10 @@ Operated::Stands OwnerElsewhere::come_to_stand() {
   }
   if (!hold_taken_ && (!hold_asked_ || clock_.now() - *hold_asked_ >= kAskAgain)) {
     if (!hold_asked_ && seen_.state == "homing")
-      log::info("Ctrl-Z: homing comes to its end first; then the job is held, and the shell has its terminal");
+      log::info(
+          "Ctrl-Z: the axes that home come to their end first; then the job is held, and the shell has its terminal");
     hold_asked_ = clock_.now();
-    static_cast<void>(say({.kind = OrderKind::Hold, .now = true}, kHold));
+    static_cast<void>(say({.kind = OrderKind::Hold, .now = true, .mine = true}, kHold));
   }
   const bool stands = seen_.held && (seen_.state == "held" || seen_.state == "stopped");
   return hold_taken_ && stands ? Stands::Yes : Stands::NotYet;
