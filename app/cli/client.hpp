@@ -27,6 +27,7 @@ struct Asked {
   std::string state_option{};              ///< --state as the user wrote it; "": they did not
   const run::OwnerOptions* own = nullptr;  ///< the verb's own options of this kind; null: it has none
   std::vector<std::string> given{};        ///< which of them the user wrote: they must be the owner's
+  bool changed_since = false;              ///< the owner's machine file is meant though it was changed since
   /// Waited for when the owner has said yes, before its answer is shown; null: nothing.
   std::function<Result<void>()> afterwards{};
   std::string shown_folder{};  ///< of a job, as the user wrote it; empty: what the owner answers

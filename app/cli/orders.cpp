@@ -103,11 +103,20 @@ void forget_part(Context& context, const std::string& state, const std::string& 
     print_text("{}\n", words);
 }
 
-void send_order(Context& context, const std::string& option, const run::Order& order) {
+/// A machine file that the user names is the owner's, but for a stop: that is never refused.
+std::vector<std::string> compared(const CLI::App& verb, OrderKind kind) {
+  return kind == OrderKind::Abort || kind == OrderKind::Hold ? std::vector<std::string>() : given_options(verb);
+}
+
+void send_order(Context& context, const CLI::App& verb, const std::string& option, const run::Order& order) {
   const auto state = state_of(context, option);
   if (!state) return;
   const std::string socket = desk::owner_socket(*state);
-  Asked asked{.order = order, .state = *state, .state_option = option};
+  Asked asked{.order = order,
+              .state = *state,
+              .state_option = option,
+              .given = compared(verb, order.kind),
+              .changed_since = true};
   if (order.kind == OrderKind::Quit) asked.afterwards = [&] { return wait_until_gone(socket); };
   if (ask_owner(context, asked)) return;
   if (order.kind == OrderKind::PartRemoved) return forget_part(context, *state, order.serial);
@@ -131,8 +140,8 @@ void add_orders(CLI::App& app, Context& context) {
       verb->add_option("PERCENT", *percent, "100 is the recipe's speed")->required()->check(is_percentage);
     if (row.kind == OrderKind::Hold) verb->add_flag("--now", *now, "Do not wait for the end of the feature");
     verb->footer(row.more);
-    verb->callback([&context, &row, state, percent, serial, now] {
-      send_order(context, *state, {.kind = row.kind, .serial = *serial, .value = *percent / 100, .now = *now});
+    verb->callback([&context, &row, verb, state, percent, serial, now] {
+      send_order(context, *verb, *state, {.kind = row.kind, .serial = *serial, .value = *percent / 100, .now = *now});
     });
   }
 }

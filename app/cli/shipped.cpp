@@ -52,7 +52,8 @@ std::string shipped_file(const std::string& relative) {
 
 std::string machine_file(const std::string& word) {
   std::error_code ignored;
-  if (fs::exists(word, ignored) || word.find('/') != std::string::npos) return word;
+  const bool path = fs::path(word).has_parent_path() || fs::path(word).has_extension();
+  if (path && (fs::exists(word, ignored) || fs::path(word).has_parent_path())) return word;
   for (const char* ending : {"", ".yaml"})
     if (const fs::path shipped = shipped_file(std::string(kMachines) + "/" + word + ending);
         fs::is_regular_file(shipped, ignored))

@@ -15,9 +15,12 @@ namespace gantry::desk {
 /// loop's CPU: each a text, paths absolute; the hash is the start of the file's SHA-256, "" when it cannot be read.
 nlohmann::ordered_json identity_of(const std::string& machine_file, const run::OwnerOptions& options);
 
-/// Compares what `given` names (options of the command line, "--bus"); a machine file is the same when its bytes are.
-/// Fault::Usage naming option and both values.
+/// When a machine file counts as the owner's: where something is to move by it, when its bytes are the same; else also
+/// when it lies where the owner read it and was changed since.
+enum class MachineFile { SameBytes, SamePlace };
+
+/// Compares what `given` names (options of the command line, "--bus"). Fault::Usage naming option and both values.
 Result<void> same(const nlohmann::ordered_json& owner, const nlohmann::ordered_json& wanted,
-                  const std::vector<std::string>& given);
+                  const std::vector<std::string>& given, MachineFile machine_file = MachineFile::SameBytes);
 
 }  // namespace gantry::desk

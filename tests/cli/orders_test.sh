@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The operator's verbs: nobody who owns the machine, an owner that is idle, one that runs a job, and its end.
 source "$(dirname "$0")/lib.sh"
+program=$gantry
 use_patient_machine
 state=$work/state
 verbs="status hold resume abort reset enable disable park down"
@@ -46,6 +47,13 @@ expect_text "1 to 200 %"
 expect_exit 7 "more than the machine allows" order override 150
 expect_text "at most 100 % (.override_max. of its file)"
 expect_exit 0 "full speed" order override 100
+cp config/machines/dispenser.yaml "$work/config/machines/another.yaml" && echo >>"$work/config/machines/another.yaml"
+for verb in status enable disable reset park down part-removed "override 90"; do
+  # shellcheck disable=SC2086
+  expect_exit 2 "$verb of another machine" "$program" --machine "$work/config/machines/another.yaml" $verb --state "$state"
+  expect_text "the owner that is up has '.*patient.yaml', and '.*another.yaml' was asked for"
+done
+expect_exit 0 "a stop is never refused" "$program" --machine "$work/config/machines/another.yaml" abort --state "$state"
 expect_exit 7 "park, and nobody knows where the head stands" order park
 expect_text 'run `gantry home` first'
 expect_exit 0 "home through the owner" order --json home

@@ -1,6 +1,7 @@
 // A client that asks for what its owner has not is refused, and told so; what the user did not write is not compared.
 #include "app/desk/identity.hpp"
 
+#include <fstream>
 #include <gtest/gtest.h>
 
 namespace gantry::desk {
@@ -30,6 +31,18 @@ TEST(Identity, each_option_that_an_owner_is_started_with_is_compared) {
     EXPECT_EQ(refused.error().where, option);
     EXPECT_TRUE(same(owner, identity_of(kMachine, wanted), {"--out"}));
   }
+}
+
+TEST(Identity, a_machine_file_that_was_changed_where_it_lies_is_the_owners_for_orders_that_need_none) {
+  const std::string file = testing::TempDir() + "identity_machine.yaml",
+                    other = testing::TempDir() + "identity_other.yaml";
+  std::ofstream(file) << "machine: a\n";
+  const auto owner = identity_of(file, {});
+  std::ofstream(file) << "machine: a  # and more\n";
+  EXPECT_FALSE(same(owner, identity_of(file, {}), {"--machine"}));
+  EXPECT_TRUE(same(owner, identity_of(file, {}), {"--machine"}, MachineFile::SamePlace));
+  std::ofstream(other) << "machine: b\n";
+  EXPECT_FALSE(same(owner, identity_of(other, {}), {"--machine"}, MachineFile::SamePlace));
 }
 
 }  // namespace
