@@ -14,6 +14,7 @@ namespace {
 
 constexpr const char* kFrom = "--from";
 constexpr const char* kOnly = "--only";
+constexpr const char* kFinish = "--finish";
 
 /// The name that the recipe gives: of "dots[3][5]" that of the array.
 std::string_view name_of(std::string_view id) { return id.substr(0, id.find('[')); }
@@ -67,6 +68,13 @@ std::vector<std::size_t> dispensed_by(const Job& job) {
 Result<std::vector<std::size_t>> choose(const Recipe& recipe, const Selection& selection) {
   if (!selection.from.empty() && !selection.only.empty())
     return fail(Fault::Usage, "'--from' and '--only' are not given together; name each feature with '--only'", kOnly);
+  if (selection.finish && !(selection.from.empty() && selection.only.empty()))
+    return fail(Fault::Usage, "'--finish' dispenses what the part lacks; leave '--from' and '--only' out", kFinish);
+  if (selection.finish) {
+    if (selection.lacking.empty() || selection.lacking.back() < recipe.features.size()) return selection.lacking;
+    return fail(Fault::Refused,
+                "the part was begun with this recipe as it was before it was changed, with more features", recipe.file);
+  }
   const Names names(recipe);
   std::vector<bool> taken(recipe.features.size(), selection.all());
   if (!selection.from.empty()) {
@@ -122,6 +130,7 @@ std::string to_text(const Selection& selection) {
   const auto quoted = [](const std::string& words) {
     return words.find('[') == std::string::npos ? words : "'" + words + "'";  // a shell would look for files
   };
+  if (selection.finish) return kFinish;
   if (!selection.from.empty()) return "--from " + quoted(selection.from);
   if (selection.only.empty()) return "";
   return "--only " + quoted(fmt::format("{}", fmt::join(selection.only, ",")));

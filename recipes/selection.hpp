@@ -13,12 +13,14 @@ namespace gantry::recipes {
 
 struct Selection {
   std::string from{};  ///< this feature and all that are dispensed behind it; of an array, from its first element on
-  std::vector<std::string> only{};  ///< these, in the order in which they are dispensed
-  [[nodiscard]] bool all() const { return from.empty() && only.empty(); }
+  std::vector<std::string> only{};     ///< these, in the order in which they are dispensed
+  bool finish = false;                 ///< what a begun part lacks: `lacking`, as who remembers it fills it in
+  std::vector<std::size_t> lacking{};  ///< indices in Recipe::features, ascending
+  [[nodiscard]] bool all() const { return from.empty() && only.empty() && !finish; }
 };
 
 /// Indices in Recipe::features, ascending, each once. Fault::Usage: a name that the recipe does not have, nothing
-/// named, or both kinds at once.
+/// named, or more than one kind at once. Fault::Refused: the recipe has fewer features than when the part was begun.
 Result<std::vector<std::size_t>> choose(const Recipe& recipe, const Selection& selection);
 
 /// The job without the features that are not chosen.

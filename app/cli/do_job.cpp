@@ -66,20 +66,23 @@ void do_job(Context& context, JobRequest request) {
   };
   const auto machine = load_machine(context);
   if (!machine) return;
+  std::optional<desk::BegunParts> parts;
+  if (const auto folder = desk::BegunParts::folder(request.owner.state, request.owner, false);
+      folder && !request.dry_run)
+    parts.emplace(*folder);
+  auto selection =
+      desk::filled_in(std::move(request.select), parts ? &*parts : nullptr, request.serial, desk::Clamp::Unseen);
+  if (!selection) return stop_with({selection.error()});
   const motion::Opinion opinion = request.dry_run ? motion::fcl_opinion() : motion::Opinion{};
   const auto prepared = [&] {
     LongWork work("proving " + request.recipe_file);
     return desk::prepare(
-        *machine, request.recipe_file, request.select,
+        *machine, request.recipe_file, *selection,
         {.certificate = request.certificate, .breath = work.breath(), .progress = work.progress(), .opinion = opinion});
   }();
   if (!prepared) return stop_with(prepared.error());
-  std::optional<desk::BegunParts> parts;
-  if (const auto folder = desk::BegunParts::folder(request.owner.state, request.owner, false);
-      folder && !request.dry_run) {
+  if (parts)
     if (auto open = desk::open_state_folder(request.owner.state); !open) return stop_with({open.error()});
-    parts.emplace(*folder);
-  }
   std::unique_ptr<run::Owner> owner;
   if (prepared->proof) {
     log::info("{}: {} motions proved free at the nominal placement; nearest {}; about {:.0f} s", prepared->recipe.name,

@@ -18,6 +18,9 @@ void add_run(CLI::App& app, Context& context) {
   verb->add_option("--world", request->owner.world_socket, "Socket of a `gantry sim` that shows camera and world");
   add_folder(*verb, *request);
   add_selection(*verb, request->select);
+  verb->add_flag("--finish", request->select.finish, "Dispense what the begun part lacks, and nothing else")
+      ->excludes("--from")
+      ->excludes("--only");
   verb->add_option("--certificate", request->certificate,
                    "certificate.json of a dry run: the job is refused (exit 7) when scene, head, recipe, limits or "
                    "calibration have changed since");
@@ -28,8 +31,9 @@ void add_run(CLI::App& app, Context& context) {
   verb->footer(
       "Keys on a terminal: space hold and resume, n hold now, a abort, r reset, + and - override, Ctrl-Z holds and\n"
       "suspends, Ctrl-C ends with the safe state.\n"
-      "A part that a job has begun and not finished is refused (exit 7) without --from or --only, until `gantry\n"
-      "part-removed`: it is known by its --serial; without serials it is the one in the machine, until the clamp has\n"
+      "A part that a job has begun and not finished is refused (exit 7) without --finish, --from or --only, until\n"
+      "`gantry part-removed`: it is known by its --serial; without serials it is the one in the machine, until the "
+      "clamp has\n"
       "opened. The terminal says what finishes it:  gantry run RECIPE --only transformer_dam,'spreader[1][2]'");
   verb->callback([&context, verb, request, state] {
     namespace fs = std::filesystem;

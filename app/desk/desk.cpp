@@ -481,6 +481,10 @@ Json Desk::part_removed(const run::Order& order) {
 }
 
 Json Desk::run_job(const run::Order& order) {
+  Result<recipes::Selection> selection;
+  owner_.aside(
+      [&] { selection = filled_in(order.select, options_.parts, order.serial, clamp_at(machine_, owner_.latest())); });
+  if (!selection) return failure({selection.error()});
   recipe_ = order.recipe, preparing_ = true, aborted_.reset();
   struct Work {
     std::atomic<bool> given_up{false};  ///< nobody waits for it any more
@@ -489,7 +493,7 @@ Json Desk::run_job(const run::Order& order) {
   };
   const auto shared = std::make_shared<Work>();  // outlives this call where an abort ends the waiting
   const bool ready = prepare_aside(
-      [shared, &machine = machine_, recipe = order.recipe, select = order.select, certificate = order.certificate] {
+      [shared, &machine = machine_, recipe = order.recipe, select = *selection, certificate = order.certificate] {
         shared->unreadable = ::access(recipe.c_str(), R_OK) == 0 ? 0 : errno;
         if (shared->unreadable == 0)
           shared->prepared =

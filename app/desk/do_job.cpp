@@ -12,16 +12,6 @@
 namespace gantry::desk {
 namespace {
 
-/// As far as the machine's outputs and inputs tell. Without them nobody sees it open; what holds a part by an output of
-/// the program's own lets nobody get it out before it opens.
-Clamp clamp_at(const config::Machine& machine, const cycle::Snapshot& now) {
-  const bool is_moved = machine.outputs[static_cast<std::size_t>(config::Output::Clamp)].has_value();
-  const bool told_to_close = (now.outputs & config::bit(config::Output::Clamp)) != 0;
-  if ((is_moved && !told_to_close) || config::is_low(machine, now.inputs, config::Input::ClampClosed))
-    return Clamp::Open;
-  return is_moved ? Clamp::Holds : Clamp::Unseen;
-}
-
 /// The files that its stations are described in.
 std::vector<recipes::Source> profiles_of(const config::Machine& machine) {
   std::vector<recipes::Source> profiles;
@@ -49,6 +39,14 @@ record::Room room_of(const config::Machine& machine, const Prepared& prepared, b
 }
 
 }  // namespace
+
+Clamp clamp_at(const config::Machine& machine, const cycle::Snapshot& now) {
+  const bool is_moved = machine.outputs[static_cast<std::size_t>(config::Output::Clamp)].has_value();
+  const bool told_to_close = (now.outputs & config::bit(config::Output::Clamp)) != 0;
+  if ((is_moved && !told_to_close) || config::is_low(machine, now.inputs, config::Input::ClampClosed))
+    return Clamp::Open;
+  return is_moved ? Clamp::Holds : Clamp::Unseen;
+}
 
 Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared, const record::WantedFolder& wanted,
                        const run::RunOptions& options, const Bench& bench) {

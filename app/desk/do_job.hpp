@@ -16,6 +16,10 @@
 
 namespace gantry::desk {
 
+/// As far as the machine's outputs and inputs tell. Without them nobody sees it open; what holds a part by an output of
+/// the program's own lets nobody get it out before it opens.
+Clamp clamp_at(const config::Machine& machine, const cycle::Snapshot& now);
+
 struct JobDone {
   record::JobResult result;
   std::string folder;

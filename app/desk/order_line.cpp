@@ -32,6 +32,7 @@ constexpr std::array kKeys{
     Key{run::OrderKind::Run, "force", nullptr},
     Key{run::OrderKind::Run, "certificate", [](run::Order& o) -> std::string& { return o.certificate; }},
     Key{run::OrderKind::Run, "from", nullptr},
+    Key{run::OrderKind::Run, "finish", nullptr},
     Key{run::OrderKind::Run, "only", nullptr},
     Key{run::OrderKind::PartRemoved, "serial", [](run::Order& o) -> std::string& { return o.serial; }},
     Key{run::OrderKind::Home, "only", nullptr},
@@ -100,6 +101,10 @@ Result<recipes::Selection> selection_of(const nlohmann::json& json) {
     if (!is_list_of_texts(*only))
       return fail(Fault::Refused, R"("only" is a list of names of features, for example ["dam", "dots[0][3]"])");
     out.only = only->get<std::vector<std::string>>();
+  }
+  if (const auto finish = json.find("finish"); finish != json.end()) {
+    if (!finish->is_boolean()) return fail(Fault::Refused, R"("finish" is true or false)");
+    out.finish = finish->get<bool>();
   }
   return out;
 }
@@ -215,6 +220,7 @@ std::string to_line(const run::Order& order, const nlohmann::ordered_json& id) {
   if (!order.certificate.empty()) json["certificate"] = order.certificate;
   if (!order.select.from.empty()) json["from"] = order.select.from;
   if (!order.select.only.empty()) json["only"] = order.select.only;
+  if (order.select.finish) json["finish"] = true;
   if (!order.axes.empty()) json["only"] = order.axes;
   if (!order.jog.by.empty()) json["by"] = order.jog.by;
   if (!order.jog.speed.empty()) json["speed"] = order.jog.speed;

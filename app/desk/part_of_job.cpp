@@ -30,7 +30,33 @@ std::vector<std::size_t> all_of(const recipes::Recipe& recipe) {
   return all;
 }
 
+constexpr const char* kFinish = "--finish";
+constexpr std::size_t kLongestWords = 300;  // of a command that a person would type again; beyond it: --finish
+
+constexpr const char* kNamed = "--from FEATURE or --only FEATURES";
+
+std::string nobody_saw() {
+  return fmt::format("nobody saw how far it came; look at the board and dispense what is missing with {}", kNamed);
+}
+
 }  // namespace
+
+Result<recipes::Selection> filled_in(recipes::Selection selection, BegunParts* parts, const std::string& serial,
+                                     Clamp clamp) {
+  if (!selection.finish) return selection;
+  const std::string whose = serial.empty() ? "" : fmt::format(" with serial '{}'", config::shortened(serial, 100));
+  if (parts == nullptr)
+    return fail(Fault::Refused,
+                "no part is remembered here, as each run makes a new simulated board; leave '--finish' out", kFinish);
+  const auto found = parts->find(serial, clamp);
+  if (!found) return tl::unexpected(found.error());
+  if (!*found || (**found).left.empty())
+    return fail(Fault::Refused, fmt::format("no part{} was begun and not finished; leave '--finish' out", whose),
+                kFinish);
+  if ((**found).lost) return fail(Fault::Refused, fmt::format("of the part{} {}", whose, nobody_saw()), kFinish);
+  selection.lacking = (**found).left;
+  return selection;
+}
 
 PartOfJob::PartOfJob(BegunParts* parts, const Prepared& prepared, std::string serial)
     : parts_(parts),
@@ -98,9 +124,7 @@ Error PartOfJob::refusal() const {
                     found_->recipe, found_->recipe_file, config::shortened(found_->to_finish, 200), take_out),
         recipe_.file};
   const std::string how_far =
-      found_->lost ? std::string(
-                         "nobody saw how far it came; look at the board and dispense what is missing with "
-                         "--from FEATURE or --only FEATURES")
+      found_->lost ? nobody_saw()
                    : fmt::format("{} of its {} features are not whole; finish it with {}", found_->left.size(),
                                  recipe_.features.size(), config::shortened(found_->to_finish, 200));
   return {Fault::Refused,
@@ -125,6 +149,7 @@ std::vector<std::size_t> PartOfJob::left_before() const { return found_ ? found_
 
 Result<void> PartOfJob::keep(BegunPart part, record::JobResult* result) {
   part.to_finish = recipes::to_text(recipes::selection_of(recipe_, part.left));
+  if (part.to_finish.size() > kLongestWords) part.to_finish = part.lost ? kNamed : kFinish;
   if (result != nullptr) result->to_finish = part.to_finish;
   return parts_->keep(part);
 }

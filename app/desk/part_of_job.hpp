@@ -15,13 +15,18 @@
 
 namespace gantry::desk {
 
+/// What is to be dispensed, `--finish` filled in from what is remembered of the part that this job would be done on.
+/// Fault::Refused: none was begun, or nobody knows what it lacks.
+Result<recipes::Selection> filled_in(recipes::Selection selection, BegunParts* parts, const std::string& serial,
+                                     Clamp clamp);
+
 class PartOfJob {
  public:
   /// `parts` null: none is remembered, and every part may be begun. All outlive it.
   PartOfJob(BegunParts* parts, const Prepared& prepared, std::string serial);
 
-  /// Fault::Refused where the part was begun and not finished, unless --from or --only says what it lacks and the
-  /// recipe is the one that it was begun with; always where the clamp holds a part with another serial.
+  /// Fault::Refused where the part was begun and not finished, unless --finish, --from or --only says what it lacks and
+  /// the recipe is the one that it was begun with; always where the clamp holds a part with another serial.
   Result<void> may_begin(Clamp clamp);
   /// From here on it counts as begun, whatever happens to this program.
   Result<void> begin();

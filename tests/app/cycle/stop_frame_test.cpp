@@ -233,8 +233,8 @@ TEST(SpokenFor, an_image_that_was_ready_when_the_watchdog_struck_does_not_go_out
   WireImage stop = b.tap.last_image();
   for (const std::size_t i : {0u, 3u, 4u, 5u}) stop.axes[i].control = kStand;
   b.tap.forget(stop);
-  b.clock.meddle(2,
-                 [&] { EXPECT_TRUE(cycle::send(b.stop)); });  // the clock is read on waking, then before the exchange
+  // The clock is read before the loop sleeps, on waking, then before the exchange.
+  b.clock.meddle(3, [&] { EXPECT_TRUE(cycle::send(b.stop)); });
   b.tick();
   ASSERT_FALSE(b.wire.read(0).empty()) << "it struck in this tick";
   EXPECT_EQ(b.tap.sent(), sent + 1);
@@ -252,7 +252,7 @@ TEST(SpokenFor, an_image_that_was_ready_when_the_watchdog_struck_does_not_go_out
 TEST(SpokenFor, a_frame_that_was_on_its_way_when_the_watchdog_struck_is_the_last_of_the_old_motion) {
   LoopBench b;
   dispense(b);
-  b.clock.meddle(3, [&] {
+  b.clock.meddle(4, [&] {
     EXPECT_TRUE(b.stop.exchanging());
     EXPECT_TRUE(cycle::send(b.stop));
   });

@@ -1,4 +1,6 @@
 // The desk and a part that was begun and not finished, or has defects: no job begins over it unasked.
+#include <fmt/format.h>
+
 #include "tests/app/desk/desks.hpp"
 
 namespace gantry::desk {
@@ -100,6 +102,41 @@ TEST_F(APartThatIsCut, is_refused_and_made_whole_by_what_was_cut) {
   expect_whole(run({{"only", {"corner"}}}));
   EXPECT_EQ(remembered(), 0u);
   expect_whole(run());
+}
+
+TEST_F(APartThatIsCut, is_finished_without_naming_what_it_lacks) {
+  EXPECT_EQ(code_of(run({{"finish", true}})), "G702") << "nothing was begun";
+  cut({{"serial", "S-1"}});
+  const Json another = run({{"serial", "S-2"}, {"finish", true}});
+  EXPECT_EQ(code_of(another), "G702") << another.dump();
+  EXPECT_NE(another.dump().find("the clamp still holds the part with serial 'S-1'"), std::string::npos)
+      << another.dump();
+  EXPECT_EQ(code_of(run({{"serial", "S-1"}, {"finish", true}, {"only", {"b"}}})), "G901");
+  EXPECT_EQ(code_of(run({{"serial", "S-1"}, {"finish", "yes"}})), "G702");
+  const Json rest = run({{"serial", "S-1"}, {"finish", true}});
+  expect_whole(rest);
+  EXPECT_NE(rest.value("said", "").find("1 of 1 features"), std::string::npos) << rest.dump();
+  EXPECT_EQ(remembered(), 0u);
+}
+
+/// An array of which every other dot is dispensed: the names of the rest would fill many lines.
+TEST_F(APartThatIsCut, that_lacks_very_much_is_answered_in_few_words) {
+  const std::string recipe = (folder_ / "many.yaml").string();
+  {
+    std::ifstream shipped(kShort);
+    const std::string text{std::istreambuf_iterator<char>(shipped), {}};
+    std::ofstream(recipe) << text
+                          << "  - array: {name: many, material: adhesive, at: [20 mm, 5 mm], rows: 8, columns: 12, "
+                             "pitch: [1.5 mm, 1.5 mm]}\n";
+  }
+  std::vector<std::string> some;
+  for (int row = 0; row < 8; ++row)
+    for (int column = row % 2; column < 12; column += 2) some.push_back(fmt::format("many[{}][{}]", row, column));
+  const Json half = run({{"only", some}}, recipe);
+  ASSERT_EQ(half.value("board", ""), "begun") << half.dump().substr(0, 2000);
+  EXPECT_EQ(half.value("to_finish", ""), "--finish");
+  EXPECT_LT(half.dump().size(), 4000u);
+  EXPECT_LT(run(Json::object(), recipe).dump().size(), 4000u);
 }
 
 TEST_F(APartThatIsCut, stays_begun_when_only_something_else_is_dispensed) {
