@@ -73,7 +73,10 @@ void Desk::poll() {
   if (options_.interrupted()) end();
   watch_reset();
   watch_start_button();  // pressed before what is read now: an abort and a hold that come count for its job
-  turn_ = door_.turn(clock_.now());
+  const Time now = clock_.now();
+  gap_ = turned_ ? now - *turned_ : Time::max();
+  turned_ = now;
+  turn_ = door_.turn(now);
   for (taken_ = 0; taken_ < turn_.size();) take(turn_[taken_++]);
   std::erase_if(taken_back_, [this](const auto& entry) { return !door_.knows(entry.first); });
   std::erase_if(held_back_, [this](const auto& e) { return e.first != kNobody && !door_.knows(e.first); });
@@ -105,6 +108,7 @@ void Desk::take(const OrderSocket::Incoming& in) {
   }
   door_.set_busy(client, true);
   waiting_ = Waiting{client, request};
+  if (kind == run::OrderKind::Jog && gap_ > jog_silence(machine_.bus.cycle)) waiting_->unsure_since = turned_;
   const HeldBack* back = run::moves_axes(kind) ? held_back(in) : nullptr;
   if (back != nullptr) hold_wished_ = true, hold_ = back->hold;
 }
@@ -340,6 +344,12 @@ void Desk::watch_jog() {
   finish(*std::exchange(waiting_, std::nullopt), failure({why}));
 }
 
+bool Desk::may_begin() const {
+  if (!waiting_) return false;
+  const auto heard = door_.heard(waiting_->client);
+  return !waiting_->unsure_since || (heard && *heard > *waiting_->unsure_since);
+}
+
 /// A hold that was asked for may take effect later; one that is over is forgotten.
 void Desk::watch_hold() {
   const bool stands = owner_.held() || hold_wished_;
@@ -398,7 +408,7 @@ Result<void> Desk::bring_up() {
 Result<void> Desk::serve() {
   while (!stop_) {
     if (auto alive = owner_.idle(); !alive) return alive;
-    if (!waiting_ || stop_) continue;
+    if (!may_begin() || stop_) continue;
     doing_ = std::exchange(waiting_, std::nullopt);
     Json answer = carry_out(*doing_->request.order);
     finish(*std::exchange(doing_, std::nullopt), std::move(answer));

@@ -51,6 +51,7 @@ class Desk {
   struct Waiting {
     std::uint64_t client = 0;
     Request request;
+    std::optional<Time> unsure_since{};  ///< of a jog: it may be old, and begins when its client is heard after this
   };
 
   /// An order that has been given to the loop: its client hears of the state that it has led to.
@@ -113,6 +114,8 @@ class Desk {
   /// The last word to whoever asked for this; what the start button began is told in the log.
   void finish(const Waiting& done, Json answer);
   void watch_jog();
+  /// What waits begins now.
+  [[nodiscard]] bool may_begin() const;
   /// Whoever it is that holds what is under way.
   void watch_hold();
   /// As this client is told it; kNobody: as any other one.
@@ -134,6 +137,8 @@ class Desk {
   Options options_;
   std::optional<Waiting> waiting_, doing_, resetting_;
   std::vector<Told> given_;
+  std::optional<Time> turned_;               ///< when the socket had its last turn
+  Time gap_{};                               ///< from the turn before to that: so old may be what it has read
   std::vector<OrderSocket::Incoming> turn_;  ///< what arrived to be taken in this turn ...
   std::size_t taken_ = 0;                    ///< ... and how much of it was
   run::Aside aside_;

@@ -55,8 +55,16 @@ class OrderSocket::Lock {
     auto lock = std::make_unique<Lock>(open_lock(path));
     if (lock->fd_ < 0)
       return fail(Fault::FileUnwritable, fmt::format("cannot write '{}': {}", path, std::strerror(errno)), socket);
-    if (flock(lock->fd_, LOCK_EX | LOCK_NB) != 0)
-      return fail(Fault::SecondOwner, "another `gantry up` owns this machine; send it orders, or end it first", socket);
+    if (flock(lock->fd_, LOCK_EX | LOCK_NB) != 0) {
+      std::string words = "another `gantry up` owns this machine; send it orders, or end it first";
+      struct stat found {};
+      if (fstat(lock->fd_, &found) == 0 && found.st_uid != geteuid())
+        words = fmt::format(
+            "another program owns this machine, or keeps it from others: '{}' belongs to user {}; end that user's "
+            "`gantry up`, or take a folder in which that user may not write",
+            path, found.st_uid);
+      return fail(Fault::SecondOwner, std::move(words), socket);
+    }
     return lock;
   }
   explicit Lock(int fd) : fd_(fd) {}

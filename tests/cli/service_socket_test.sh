@@ -38,6 +38,12 @@ if [ "$(id -u)" = 0 ] && setpriv --reuid=65534 --regid=65534 --clear-groups true
   as_nobody() { setpriv --reuid=65534 --regid=65534 --clear-groups env HOME="$work/nobody" "$@"; }
   expect_exit 7 "a stranger's order" as_nobody "$gantry" abort
   expect_text "you may not give it orders.*adduser"
+  mkdir -m 1777 "$work/open" && touch "$work/open/held"
+  setpriv --reuid=65534 --regid=65534 --clear-groups flock "$work/open/owner.sock.lock" sh -c "while [ -e '$work/open/held' ]; do sleep 0.1; done" &
+  wait_for 10 test -e "$work/open/owner.sock.lock"
+  expect_exit 7 "a lock that a stranger holds" "$gantry" up --state "$work/squatted" --socket "$work/open/owner.sock"
+  expect_text "owner.sock.lock. belongs to user 65534"
+  rm "$work/open/held"
   expect_exit 0 "one of the group" setpriv --reuid=65534 --regid=65534 --groups 0 env HOME="$work/nobody" "$gantry" status
 fi
 expect_exit 0 "the end" "$gantry" down

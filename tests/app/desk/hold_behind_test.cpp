@@ -220,40 +220,5 @@ TEST_F(HoldBehind, one_that_is_for_its_own_orders_alone_leaves_others_alone) {
   EXPECT_TRUE(answer(4).value("ok", false)) << answer(4).dump();
 }
 
-/// As an owner finds it that stood still meanwhile: nobody waits for it any more, and it may have been killed for that.
-TEST_F(HoldBehind, what_moves_is_not_begun_for_a_client_that_has_hung_up_before_it_was_taken) {
-  home();
-  client_->say("{\"order\":\"disable\",\"id\":2}\n");
-  serve_until(2);
-  int id = 100;
-  const std::string word = "{\"order\":\"status\"}\n";
-  for (const Row& row : kMotions) {
-    if (*row.order == '\0') continue;
-    for (const std::size_t words : {0u, 20u, 3000u}) {  // unread ones hide the end of the connection
-      SCOPED_TRACE(std::string(row.name) + ", " + std::to_string(words) + " lines behind it");
-      std::string all = line(row, 1);
-      for (std::size_t i = 0; i < words; ++i) all += word;
-      std::make_unique<Peer>(folder_ / "owner.sock")->say(all);
-      bool begun = false;
-      on_cycle_ = [&] { begun = begun || owner_->undertaking() != run::Undertaking::None; };
-      client_->hear(), heard_.clear();
-      client_->say(order("status", ++id));
-      serve_until(id, 120);
-      EXPECT_FALSE(begun);
-      EXPECT_EQ(owner_->latest().state, cycle::State::Disabled);
-    }
-  }
-}
-
-TEST_F(HoldBehind, who_only_sends_no_more_is_still_there) {
-  home();
-  Peer half(folder_ / "owner.sock");
-  half.say(line(kMotions[1], 2));
-  half.send_no_more();
-  on_cycle_ = [&] { heard_ += half.hear(); };
-  serve_until(2);
-  EXPECT_TRUE(answer(2).value("ok", false)) << answer(2).dump();
-}
-
 }  // namespace
 }  // namespace gantry::desk
