@@ -27,7 +27,8 @@ ACTS = {"nothing": 3, "Ctrl-C": 3, "Ctrl-C twice": 1, "Ctrl-Z": 3, "SIGSTOP": 2,
 ORDER_OF = {"part-removed": "part_removed"}
 CODES = {0, 1, 4, 5, 6, 7, 8, 9, 130, -signal.SIGKILL}
 ANSWER_S, END_S, JOG_STANDS_S = 2.0, 30.0, 0.5
-Seen = collections.namedtuple("Seen", "at state busy held")
+# What the owner has answered between `asked` and `at`: on a busy host these may be far apart.
+Seen = collections.namedtuple("Seen", "asked at state busy held")
 
 
 class Watcher:
@@ -52,7 +53,7 @@ class Watcher:
             if now - asked > ANSWER_S and not self.rig.was_stopped(asked, now):
                 self.wrong.append(f"the owner was silent for {now - asked:.1f} s")
             self.last = answer
-            self.seen.append(Seen(now, answer["state"], answer["busy_with"], answer["held"]))
+            self.seen.append(Seen(asked, now, answer["state"], answer["busy_with"], answer["held"]))
             time.sleep(0.02)
 
     def end(self):
@@ -182,14 +183,14 @@ class Verb:
         if self.begun < stopped[0]:
             return []  # it may have begun
         others = [v for v in self.rig.running if v is not self and v.verb == self.verb]
-        begun = [s for s in self.rig.watcher.seen if s.at > max(self.ended, stopped[1]) and s.busy == ORDER_OF.get(self.verb, self.verb)]
+        begun = [s for s in self.rig.watcher.seen if s.asked > max(self.ended, stopped[1]) and s.busy == ORDER_OF.get(self.verb, self.verb)]
         return [f"{name}: given up, and begun: {begun[0]}"] if begun and not others else []
 
     def judge_suspended(self, name, resumes):
         for begin, end in self.suspended:
             if any(begin - 1 < at < end for at in resumes):
                 continue
-            moving = [s for s in self.rig.watcher.seen if begin < s.at < end and s.busy == self.verb and
+            moving = [s for s in self.rig.watcher.seen if begin < s.asked and s.at < end and s.busy == self.verb and
                       s.state in ("running", "homing")]
             # The needle is lifted off what a hold has cut, held all the while.
             if any(not s.held for s in moving):
@@ -202,7 +203,7 @@ class Verb:
             return []
         until = self.suspended[0][1] if self.suspended else gone + 2
         others = any(v is not self and v.verb == "jog" and v.begun < until and (v.ended or until) > gone for v in self.rig.running)
-        late = [s for s in self.rig.watcher.seen if gone + JOG_STANDS_S < s.at < until and s.busy == "jog" and s.state == "running"]
+        late = [s for s in self.rig.watcher.seen if gone + JOG_STANDS_S < s.asked and s.at < until and s.busy == "jog" and s.state == "running"]
         others = others or self.rig.was_stopped(gone, until)
         return [f"{name}: its client is gone, and it moves: {late[0]}"] if late and not others else []
 
