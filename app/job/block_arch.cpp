@@ -13,6 +13,7 @@
 namespace gantry::job {
 namespace {
 
+constexpr std::array kRoom{1.0, 1.0 / 8, 1.0 / 64, 1.0 / 512};  // of what targets are beside a path at full speed
 constexpr int kSteps = 4;  // in which the motions up and down go on alone for longer, where across is not free yet
 
 double level_mm(const motion::Scene& scene, const AxisVec& a, const AxisVec& b) {
@@ -47,18 +48,46 @@ Result<void> BlockBuilder::wait_for_next(Proved proved) {
 }
 
 Result<void> BlockBuilder::settle() {
-  const std::vector<Proved> legs = std::exchange(waiting_, {});
+  std::vector<Proved> legs = std::exchange(waiting_, {});
   if (legs.empty()) return {};
-  const Result<bool> taken = take_as_arch(legs);
-  if (!taken) return tl::unexpected(taken.error());
-  return *taken ? Result<void>{} : take_legs(legs);
+  for (;;) {
+    const Result<bool> taken = take_as_arch(legs);
+    if (!taken) return tl::unexpected(taken.error());
+    if (*taken) return {};
+    const Result<bool> other = find_room(legs);
+    if (!other) return tl::unexpected(other.error());
+    if (!*other) return take_legs(legs);
+  }
+}
+
+/// Where targets that are sent beside a path are not free, another path that leaves them room. False: it is free, or
+/// there is none; then the path is gone along so slowly that it is, where any speed is slow enough: a path that leads
+/// along a body at the very clearance leaves targets no room at all.
+Result<bool> BlockBuilder::find_room(std::span<Proved> legs) const {
+  const auto path = std::find_if(legs.begin(), legs.end(), [](const Proved& p) { return p.turning.has_value(); });
+  if (path == legs.end() || path->has_room) return false;
+  const auto beside = go_fast(*path);
+  if (!beside) return tl::unexpected(beside.error());
+  if (*beside == 0) return false;
+  // With less room it is gone along more slowly.
+  for (const double share : kRoom) {
+    motion::PathRules wider = path->rules;
+    wider.clearance_mm += *beside * share;
+    auto other = motion::find_path(*path->scene, path->points.front(), path->points.back(), wider, 0, measuring_);
+    if (!other) continue;
+    path->points = std::move(other->points), path->certificate = std::move(other->certificate);
+    path->has_room = true;
+    return true;
+  }
+  return false;
 }
 
 Result<void> BlockBuilder::take_legs(std::span<const Proved> legs) {
   for (const Proved& proved : legs) {
     count(proved, proved.certificate, proved.points);
     for (std::size_t i = 1; i < proved.points.size(); ++i) {
-      const auto timed = line(*proved.scene, proved.points[i - 1], proved.points[i], proved.rules);
+      const auto timed = proved.fast.empty() ? line(*proved.scene, proved.points[i - 1], proved.points[i], proved.rules)
+                                             : Result<std::vector<motion::Segment>>(proved.fast[i - 1]);
       if (!timed) return tl::unexpected(timed.error());
       if (auto asked = ask(*proved.scene, *timed, proved.rules); !asked) return asked;
       take(*timed, proved.points[i]);

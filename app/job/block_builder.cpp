@@ -77,14 +77,6 @@ Result<void> BlockBuilder::travel(const AxisVec& to, const motion::PathRules& ru
   if (!go_on(breath_)) return given_up();
   auto path = motion::find_path(*scene_, at_, to, rules, 0, measuring_);
   if (!path) return tl::unexpected(path.error());
-  const auto beside = beside_mm(path->points, rules);
-  if (!beside) return tl::unexpected(beside.error());
-  if (*beside > 0) {
-    motion::PathRules wider = rules;
-    wider.clearance_mm += *beside;
-    // Where there is none it stays, and is gone along so slowly that it is free.
-    if (auto other = motion::find_path(*scene_, at_, to, wider, 0, measuring_)) path = std::move(other);
-  }
   return wait_for_next({.leg = "travel to",
                         .points = std::move(path->points),
                         .rules = rules,
@@ -102,20 +94,24 @@ Result<void> BlockBuilder::vertical(const AxisVec& to, const motion::PathRules& 
                         .certificate = *std::move(certificate)});
 }
 
-/// How far targets are sent beside the fastest motions along a polyline; 0: they are free all the same.
-Result<double> BlockBuilder::beside_mm(std::span<const AxisVec> polyline, const motion::PathRules& rules) const {
+/// The straights of a path as fast as the axes may go, where targets are free as they are sent; else how far they are
+/// sent beside them at most.
+Result<double> BlockBuilder::go_fast(Proved& path) const {
   double most = 0;
-  bool free = true;
-  for (std::size_t i = 1; i < polyline.size(); ++i) {
-    const auto line = motion::line_move(limits_, polyline[i - 1], polyline[i]);
-    if (line.empty()) continue;
-    most = std::max(most, motion::beside_line_mm(limits_, line.front()));
-    const motion::AsSent sent(*scene_, limits_, line);
-    const auto proved = sent.certify(0, sent.duration_s(), rules, breath_);
-    if (!proved && proved.error().fault != Fault::Collision) return tl::unexpected(proved.error());
-    free = free && proved;
+  std::vector<std::vector<motion::Segment>> lines;
+  for (std::size_t i = 1; i < path.points.size(); ++i) {
+    auto line = motion::line_move(limits_, path.points[i - 1], path.points[i]);
+    if (!line.empty()) most = std::max(most, motion::beside_line_mm(limits_, line.front()));
+    lines.push_back(std::move(line));
   }
-  return free ? 0 : most;
+  for (const auto& line : lines) {
+    const motion::AsSent sent(*path.scene, limits_, line);
+    const auto proved = sent.certify(0, sent.duration_s(), path.rules, breath_);
+    if (!proved && proved.error().fault != Fault::Collision) return tl::unexpected(proved.error());
+    if (!proved) return most;
+  }
+  path.fast = std::move(lines);
+  return 0;
 }
 
 /// As fast as its targets are free as they are sent. The line itself was proved.

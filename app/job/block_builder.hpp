@@ -90,6 +90,8 @@ class BlockBuilder {
     motion::Certificate certificate{};
     const motion::Scene* scene = nullptr;
     Subject subject{};
+    bool has_room = false;                             ///< of a path: looked for anew
+    std::vector<std::vector<motion::Segment>> fast{};  ///< its straights, where they are proved as they are sent
   };
   /// A part of a motion with what it has to keep.
   struct Part {
@@ -106,9 +108,10 @@ class BlockBuilder {
   [[nodiscard]] Result<std::vector<motion::Segment>> line(const motion::Scene& scene, const AxisVec& from,
                                                           const AxisVec& to, const motion::PathRules& rules,
                                                           double v_cap = motion::kNoCap) const;
-  [[nodiscard]] Result<double> beside_mm(std::span<const AxisVec> polyline, const motion::PathRules& rules) const;
+  [[nodiscard]] Result<double> go_fast(Proved& path) const;
   Result<void> wait_for_next(Proved proved);
   Result<void> settle();
+  Result<bool> find_room(std::span<Proved> legs) const;
   Result<bool> take_as_arch(std::span<const Proved> legs);
   Result<void> prove_parts(std::span<Part> parts, std::span<const motion::Segment> all) const;
   Result<void> take_legs(std::span<const Proved> legs);

@@ -153,7 +153,8 @@ Result<ProvenBlock> BlockPlanner::look_at_mark(std::uint32_t block, const AxisVe
   for (const auto& [seconds, events] :
        {std::pair(settle_s + limits_.tick_s, std::span<const motion::OutputEvent>(expose)),
         std::pair(kTriggerPulse_s, std::span<const motion::OutputEvent>(after))})
-    if (auto r = builder.dwell(seconds, events); !r) return tl::unexpected(r.error());
+    if (auto r = builder.dwell(seconds, events); !r)
+      return tl::unexpected(with_line(r.error(), recipe_, def.place, fmt::format("mark '{}'", def.name)));
   return builder.finish();
 }
 
@@ -240,7 +241,7 @@ Result<ProvenBlock> BlockPlanner::purge(std::uint32_t block, const AxisVec& from
   }
   if (!done) return tl::unexpected(with_line(done.error(), recipe_, purge.at_place, "purging"));
   auto planned = builder.finish();
-  if (!planned) return planned;
+  if (!planned) return tl::unexpected(with_line(planned.error(), recipe_, purge.at_place, "purging"));
   return over_board(*std::move(planned), "purging", purge.at_place);
 }
 
@@ -500,7 +501,7 @@ Result<ProvenBlock> BlockPlanner::park(std::uint32_t block, const AxisVec& from)
   if (auto r = builder.travel(parked(machine_, from), surroundings()->travelling(from)); !r)
     return tl::unexpected(with_line(r.error(), recipe_, last, "parking"));
   auto planned = builder.finish();
-  if (!planned) return planned;
+  if (!planned) return tl::unexpected(with_line(planned.error(), recipe_, last, "parking"));
   return over_board(*std::move(planned), "parking", last);
 }
 

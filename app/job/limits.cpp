@@ -20,7 +20,7 @@ motion::Limits limits_of(const config::Machine& machine) {
 double kept_mm(const config::Machine& machine, const motion::Scene& scene) {
   AxisVec off{};
   for (const config::Axis& axis : machine.axes) off[axis.id.value] = axis.path_error;
-  return machine.clearance_mm + motion::farthest_mm(scene, off) + motion::beside_slow_mm(scene, limits_of(machine));
+  return machine.clearance_mm + motion::farthest_mm(scene, off);
 }
 
 }  // namespace gantry::job

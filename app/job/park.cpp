@@ -24,10 +24,13 @@ Result<ProvenBlock> plan_park(const config::Machine& machine, const Surroundings
   BlockBuilder builder(limits, around.scene(), 1, at);
   if (auto r = add_rise(machine, around, builder); !r) return tl::unexpected(r.error());
   const AxisVec to = parked(machine, builder.at());
-  if (auto r = builder.travel(to, around.apart()); !r)
-    return fail(r.error().fault, fmt::format("the head cannot go to the park position: {}", r.error().message),
-                r.error().where);
-  return builder.finish();
+  const auto cannot = [](const Error& e) {
+    return fail(e.fault, fmt::format("the head cannot go to the park position: {}", e.message), e.where);
+  };
+  if (auto r = builder.travel(to, around.apart()); !r) return cannot(r.error());
+  auto block = builder.finish();
+  if (!block) return cannot(block.error());
+  return block;
 }
 
 }  // namespace gantry::job

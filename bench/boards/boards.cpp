@@ -1,9 +1,10 @@
 // Random boards with clips, low parts, ledges and shelves: is what the planner certifies free, and is what it refuses
 // not? (tests/app/job/board_trial.hpp says who judges.)
-//   boards 10000 [FIRST]      // exit 1 when a figure is not met
+//   boards 10000 [FIRST [alike]]   // exit 1 when a figure is not met; alike: axes of one response_delay
 #include <chrono>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <string_view>
 
 #include "tests/app/job/board_trial.hpp"
 
@@ -13,7 +14,8 @@ int main(int argc, char** argv) {
   const std::uint64_t first = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 0;
   auto machine = config::load_machine("config/machines/dispenser.yaml");
   if (!machine) return fmt::print(stderr, "{}\n", to_text(machine.error().front())), 3;
-  for (config::Axis& axis : machine->axes) axis.response_delay_s = 0.004;  // unlike ones ask for some micrometres more
+  if (argc > 3 && std::string_view(argv[3]) == "alike")
+    for (config::Axis& axis : machine->axes) axis.response_delay_s = 0.004;
   const auto begin = std::chrono::steady_clock::now();
   test::Verdict v;
   for (std::uint64_t i = first; i < first + boards; ++i) test::try_board(test::random_board(*machine, i), i, v);

@@ -26,9 +26,9 @@ class AsSent {
   /// Axes that answer alike, or one axis alone, are sent along the path itself.
   [[nodiscard]] bool beside_path() const { return spread_s_ > 0; }
 
-  /// The part of the motion from `begin_s` to `end_s`, by the rules of its path: targets keep its clearance but for
-  /// beside_slow_mm(), which paths keep for them. Fault::Collision with both bodies and the point;
-  /// Fault::Internal when the two collision checks disagree; Fault::UnknownReference and Fault::Aborted as certify().
+  /// The part of the motion from `begin_s` to `end_s`, by the rules of its path. Where axes that move answer alike,
+  /// targets are on the path, and nothing is asked. Fault::Collision with both bodies and the point; Fault::Internal
+  /// when the two collision checks disagree; Fault::UnknownReference and Fault::Aborted as certify().
   [[nodiscard]] Result<void> certify(double begin_s, double end_s, const ClearanceRules& rules,
                                      const Breath& breath = {}) const;
 
@@ -40,11 +40,22 @@ class AsSent {
     AxisVec from{}, to{};
     double extra_mm = 0;
   };
+  /// What goes on about a piece of the motion, from the earliest target to the latest that belong to it.
+  struct Around {
+    bool beside_path = false;  ///< axes that move there have unlike delays
+    bool line = false;         ///< and go along one straight line, in this direction, no faster than this
+    AxisVec direction{};
+    double fastest = 0;
+    AxisVec acceleration{};  ///< bounds
+  };
   struct Asked;
   [[nodiscard]] At at(double t) const;
   [[nodiscard]] double middle_delay_s(const AxisVec& v) const;
-  [[nodiscard]] Sweep along(const At& x, double half_s) const;
-  [[nodiscard]] Sweep across(const At& x, double half_s) const;
+  [[nodiscard]] Around around(double begin_s, double end_s) const;
+  [[nodiscard]] Sweep along(const At& x, const Around& near, double middle_s, double half_s) const;
+  [[nodiscard]] Sweep across(const At& x, const Around& near, double middle_s, double half_s, double from_rate,
+                             double to_rate) const;
+  [[nodiscard]] Result<std::optional<Hit>> hit_by(const Sweep& sweep, Asked& asked) const;
   [[nodiscard]] Result<void> prove(double begin_s, double end_s, Asked& asked) const;
 
   const Scene& scene_;
@@ -52,12 +63,8 @@ class AsSent {
   std::span<const Segment> motion_;
   std::vector<double> ends_s_;
   std::vector<std::size_t> axes_;  ///< that move, and carry or turn a body
-  double middle_s_ = 0, spread_s_ = 0, slow_mm_ = 0;
+  double middle_s_ = 0, spread_s_ = 0;
 };
-
-/// What a path has to keep over and above the clearance, so that slow targets keep it as well: what acceleration puts
-/// them beside it within the axes' delays, at rests in between, too.
-double beside_slow_mm(const Scene& scene, const Limits& limits);
 
 /// No point of the head goes farther when each axis goes so far, mm or rad.
 double farthest_mm(const Scene& scene, const AxisVec& displacement);

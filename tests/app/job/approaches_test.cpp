@@ -18,7 +18,7 @@ enum class Fixed { ToBoard, ToPallet, ToMachine };
 
 /// A machine and a recipe of dots and touches on it, which tests may alter.
 struct Table {
-  config::Machine machine = test::of_one_delay();
+  config::Machine machine = test::reference();
   recipes::Recipe recipe = test::dots(2, 3, kTouches);
   AxisVec park = test::parked(machine);
 

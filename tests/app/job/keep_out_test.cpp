@@ -28,7 +28,7 @@ Body zone(const char* name, Vec3 centre, Vec3 size) {
 
 /// The reference machine with a board of dots and touches.
 struct KeepOut : testing::Test {
-  config::Machine machine = test::of_one_delay();
+  config::Machine machine = test::reference();
   recipes::Recipe recipe = test::dots(
       1, 2, "touches:\n  t0: {at: [10 mm, 10 mm]}\n  t1: {at: [70 mm, 10 mm]}\n  t2: {at: [40 mm, 45 mm]}\n");
   AxisVec park = test::parked(machine);

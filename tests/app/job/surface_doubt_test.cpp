@@ -111,7 +111,7 @@ TEST(SurfaceDoubt, check_names_the_feature_its_line_and_what_would_help) {
 /// The syringe's lower end is 25 mm over the needle's tip. A part under its rim is free up to the clearance below that,
 /// less what the board may be higher at the part's farthest corner.
 TEST(SurfaceDoubt, a_part_is_taken_to_be_higher_where_the_tilt_is_not_measured) {
-  const config::Machine machine = test::of_one_delay();
+  const config::Machine machine = test::reference();
   auto recipe = *dot_on_board({{5, 10}}, {20, 20}, 0.5, "touch_rules: {max_tilt: 0.5 deg}\n");
   const double higher = std::tan(units::rad(0.5)) * std::hypot(20 + 12 + 1 - 5, 20 + 1 - 10);
   for (const double off : {-0.001, 0.001}) {

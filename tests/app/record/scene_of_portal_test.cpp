@@ -14,7 +14,7 @@ namespace gantry::record {
 namespace {
 
 JobResult proved(const std::string& recipe_file) {
-  const config::Machine machine = test::of_one_delay();
+  const config::Machine machine = test::reference();
   const auto loaded = recipes::load_for(recipe_file, machine);
   JobResult r = begin_result(machine, loaded->recipe, loaded->job, "", true);
   const auto proof = job::prove_nominal(machine, loaded->recipe, loaded->job);

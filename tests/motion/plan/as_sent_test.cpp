@@ -111,7 +111,7 @@ TEST(AsSent, what_is_called_free_keeps_the_clearance_at_every_moment_and_rate) {
     scene.add(standing);
     const std::vector<Segment> motion{line.segment()};
     const AsSent sent(scene, limits, motion);
-    const auto verdict = sent.certify(0, sent.duration_s(), {kClearance_mm + beside_slow_mm(scene, limits), {}});
+    const auto verdict = sent.certify(0, sent.duration_s(), {kClearance_mm, {}});
 
     const auto [least, most] = [&] {
       double low = 1e9, high = 0;
@@ -185,7 +185,7 @@ TEST(AsSent, a_body_that_the_path_passes_and_the_targets_do_not_is_named) {
     Scene scene(machine);
     scene.add(post(side));
     const AsSent sent(scene, limits, motion);
-    const auto verdict = sent.certify(0, sent.duration_s(), {2 + beside_slow_mm(scene, limits), {}});
+    const auto verdict = sent.certify(0, sent.duration_s(), {2, {}});
     // The lag that all axes have in common takes no part: what is ahead on one side is behind on no other.
     if (side > 0) {
       ASSERT_FALSE(verdict);
