@@ -257,8 +257,8 @@ Result<void> EthercatMaster::check_operation() {
     if (!status) return tl::unexpected(status.error());
     if (status->state != AlState::Op || status->error)
       return fail(Fault::StationLeftOp,
-                  fmt::format("is in {}: AL status code {:04X}h, {}", name(status->state), status->code,
-                              al_status_text(status->code)),
+                  fmt::format("is in {} and not in OP: AL status code {:04X}h, {}; {}", name(status->state),
+                              status->code, al_status_text(status->code), remedy_of_al_code(status->code)),
                   s.where);
   }
   return {};

@@ -14,6 +14,8 @@ struct AlStatus {
 };
 /// "in SAFE_OP: AL status code 001Bh, sync manager watchdog"; without a code only the state.
 std::string in_words(const AlStatus& status);
+/// What to do about a code (ETG.1020); never empty.
+std::string_view remedy_of_al_code(std::uint16_t code);
 Result<AlStatus> read_al_status(Link& link, const StationRecord& station);
 
 /// Asks without waiting.

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/clock.hpp"
+#include "devices/wire/ethercat.hpp"
 #include "sim/drive/drive_lies.hpp"
 #include "sim/objects/clock_mode.hpp"
 
@@ -19,7 +20,13 @@ struct StationHabits {
   bool even_pdos = false;             ///< 16 and 32 bits on whole words only, and PDOs of an even number of bytes
   bool no_information = false;        ///< no SDO information
   std::optional<ClockMode> clock{};   ///< the one mode in its SII, and it takes no other
-  DriveLies lies{};                   ///< of its drives
+  /// A state that it does not enter, and the AL status code with which it says so.
+  struct Refusal {
+    devices::wire::AlState state{};
+    std::uint16_t code = 0;
+  };
+  std::optional<Refusal> refuses{};
+  DriveLies lies{};  ///< of its drives
 };
 
 }  // namespace gantry::sim

@@ -91,6 +91,7 @@ void Station::change_state(AlState wanted, Time now) {
   if (wanted == AlState::Boot)
     return fail(state_, state_ == AlState::Init ? al_code::kNoBootstrap : al_code::kInvalidChange);
   if (wanted <= state_) return enter(wanted);
+  if (habits_.refuses && habits_.refuses->state == wanted) return fail(state_, habits_.refuses->code);
   std::uint16_t code = al_code::kInvalidChange;
   if (state_ == AlState::Init && wanted == AlState::PreOp) {
     code =

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "devices/ethercat/states.hpp"
 #include "sim/station/station.hpp"
 #include "tests/devices/ethercat/bent_bench.hpp"
 
@@ -32,6 +33,36 @@ void send_last_word(BentBench& b, const ImageChange& change) {
     ASSERT_TRUE(b.port.send(PortIndex::Primary, std::span(frames[i].bytes).first(frames[i].size)));
   b.clock.sleep_until(b.clock.now() + milliseconds(2));
   b.segment.advance();
+}
+
+// --- States ----
+
+/// Each step up, refused with each code of ETG.1020 and with one of a vendor: station, step, code, its text and what to
+/// do.
+TEST(Bend, a_state_that_is_refused_is_told_with_its_code_and_what_to_do) {
+  using wire::AlState;
+  std::vector<std::uint16_t> codes{0x8012, 0x0777};
+  for (const auto& row : wire::kAlStatusCodes) codes.push_back(row.code);
+  std::size_t n = 0;
+  for (const auto& [state, stays] :
+       {std::pair{AlState::PreOp, "INIT"}, {AlState::SafeOp, "PRE_OP"}, {AlState::Op, "SAFE_OP"}})
+    for (const std::uint16_t code : codes) {
+      const char* const name = n++ % 2 == 0 ? "x" : "cu";
+      SCOPED_TRACE(fmt::format("{} {} {:04X}h", name, wire::name(state), code));
+      BentBench b(kAsIs);
+      b.habits(name, {.refuses = sim::StationHabits::Refusal{state, code}});
+      Result<void> up = b.bring_up();
+      if (state == AlState::Op) {
+        ASSERT_TRUE(up) << to_text(up.error());
+        b.cycles(20);
+        ASSERT_TRUE(b.master->request_operation());
+        b.cycles(300);
+        up = b.master->check_operation();
+      }
+      EXPECT_TRUE(refused(up, {fmt::format("'{}'", name), wire::name(state), fmt::format("in {}", stays),
+                               fmt::format("AL status code {:04X}h, {}; ", code, wire::al_status_text(code)),
+                               remedy_of_al_code(code)}));
+    }
 }
 
 // --- Mapping ---------------------------------------------------------------------------------------------------------
