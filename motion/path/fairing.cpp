@@ -138,6 +138,7 @@ class Fairing {
 
   void sample() {
     samples_.clear();
+    stiff_.assign(s_.intervals(), 1);
     std::size_t leg = 0;
     basis_.resize(s_.intervals());
     for (std::size_t i = 0; i < s_.intervals(); ++i) {
@@ -171,6 +172,7 @@ class Fairing {
         x.pull = std::max(x.pull, 1e-7);
       }
       if (n >= kLeastWeighings && worst <= 1.02) return true;
+      stiffen();
     }
     return false;
   }
@@ -188,6 +190,34 @@ class Fairing {
       }
       if (held) return;
     }
+  }
+
+  /// The third derivative in an interval, from its controls.
+  [[nodiscard]] Four third_of(std::size_t interval) const {
+    const auto& b = basis_[interval];
+    const double h = length_of(interval);
+    Four out{};
+    for (std::size_t k = 0; k < 4; ++k) out[k] = 6 * (b[3][k] - 3 * b[2][k] + 3 * b[1][k] - b[0][k]) / (h * h * h);
+    return out;
+  }
+
+  // The squares of |q'''| weighed with |q'''|^2 are its fourth powers. Weights go a third of the way (as logarithms)
+  // each time: all of it would swing (Burrus, "Iterative reweighted least squares", on norms p > 3: 1/(p - 1)).
+  void stiffen() {
+    constexpr double kStep = 1.0 / 3, kLeast = 1e-3;
+    std::vector<double> square(s_.intervals());
+    double most = 0;
+    for (std::size_t n = 0; n < square.size(); ++n) {
+      const Four third = third_of(n);
+      AxisVec sum{};
+      for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t i = 0; i < m_.axes; ++i) sum[i] += third[k] * s_.controls[n + k][i];
+      const double size = aside(m_, sum);
+      most = std::max(most, square[n] = size * size);
+    }
+    if (!(most > 0)) return;
+    for (std::size_t n = 0; n < square.size(); ++n)
+      stiff_[n] *= std::pow(std::max(kLeast, square[n] / most) / stiff_[n], kStep);
   }
 
   [[nodiscard]] double distance(const Sample& x) const {
@@ -224,11 +254,7 @@ class Fairing {
     band_.assign(n, Four{});
     right_.assign(n, AxisVec{});
     for (std::size_t i = 0; i < s_.intervals(); ++i) {
-      const auto& b = basis_[i];
-      const double h = length_of(i);
-      Four third{};
-      for (std::size_t k = 0; k < 4; ++k) third[k] = 6 * (b[3][k] - 3 * b[2][k] + 3 * b[1][k] - b[0][k]) / (h * h * h);
-      add(i, third, h, nullptr);
+      add(i, third_of(i), length_of(i) * stiff_[i], nullptr);
     }
     for (const Sample& x : samples_) add(x.interval, x.basis, x.weight * x.pull, &x.p);
     factor();
@@ -317,6 +343,7 @@ class Fairing {
   std::vector<char> fixed_;
   std::vector<std::array<Four, 4>> basis_;
   std::vector<Sample> samples_;
+  std::vector<double> stiff_;  ///< weight of the third derivative in an interval
   std::vector<Four> band_;
   std::vector<AxisVec> right_;
 };

@@ -1,6 +1,7 @@
-// The fairest cubic spline through a tube around a polyline: the one whose curvature changes least.
+// The fairest cubic spline through a tube around a polyline: the one whose curvature changes most evenly.
 //   FairSpline s;  if (fair(measure, guide, begin, end, knots, s)) ... s.bezier(i) ...
-// Minimises the integral of |q'''|^2 while q(s) stays within the tube's room of the polyline's point at the same s.
+// Minimises the integral of |q'''|^4 (its peaks are what the jerk limit lets pass only slowly) while q(s) stays within
+// the tube's room of the polyline's point at the same s.
 // Knots are added where that takes more of them. What is returned was measured to lie in the tube.
 #pragma once
 #include <array>

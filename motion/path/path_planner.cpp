@@ -11,7 +11,7 @@ namespace gantry::motion {
 namespace {
 
 // How the tolerance is shared: leaving out points, in two rounds, and the rest for rounding.
-constexpr double kFineShare = 0.05, kCoarseShare = 0.15;
+constexpr double kFineShare = 0.02, kCoarseShare = 0.06;
 constexpr double kKept = 0.995;           ///< of the tolerance: the path between two bends is not looked at by itself
 constexpr double kLeastRounding = 3e-4;   ///< mm: in a smaller tolerance a corner is passed so slowly that it is a rest
 constexpr double kLeastTolerance = 1e-9;  ///< mm: what rounding of coordinates leaves of a straight line

@@ -36,7 +36,7 @@ class Rounding {
   void forget();
 
   // Vertices: what is worked on at a time, what has to be known beyond what is laid, and what stays behind it.
-  static constexpr std::size_t kBatch = 64, kContext = 24, kKept = 10;
+  static constexpr std::size_t kBatch = 96, kContext = 40, kKept = 10;
   Measure measure_;
   double tolerance_mm_;
   bool flat_ends_;

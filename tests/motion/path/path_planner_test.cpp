@@ -213,6 +213,35 @@ TEST(PathPlanner, a_sine_is_near_its_bound_whatever_its_chords) {
   }
 }
 
+/// Four lines of 25 mm, a quarter of a circle after each, from points 0.05 mm apart.
+Polyline rounded_square(double radius, std::size_t every) {
+  constexpr double kStep = 0.05;
+  const double quarter = radius * M_PI / 2, part = 25 + quarter;
+  Polyline dense{{0, 0}}, out;
+  double angle = 0.3;
+  for (double s = kStep / 2; s < 4 * part; s += kStep) {
+    const double bend = std::fmod(s, part) < 25 ? 0 : kStep / radius;
+    angle += bend / 2;
+    const auto& last = dense.back();
+    dense.push_back({last[0] + kStep * std::cos(angle), last[1] + kStep * std::sin(angle)});
+    angle += bend / 2;
+  }
+  for (std::size_t k = 0; k < dense.size(); k += every) out.push_back(dense[k]);
+  out.push_back(dense.back());
+  return out;
+}
+
+// The jerk where a line becomes an arc is what holds these up. The bound, with the jerk of start and stop, is that of
+// bench/path_smooth/judge_smooth.py, which shares no code with the planner.
+TEST(PathPlanner, lines_and_arcs_are_near_their_bound_whatever_their_chords) {
+  constexpr double kBound_s = 0.964;
+  for (const std::size_t every : {2, 6, 20, 40}) {
+    const Played p = play(rounded_square(1.0001 * kA * kA * kA / (kJ * kJ), every), 0.05);
+    expect_sound(p, 0.05);
+    EXPECT_LE(p.seconds, 1.1 * kBound_s) << every;
+  }
+}
+
 TEST(PathPlanner, chords_as_coarse_as_the_tolerance_cost_no_time) {
   const Played fine = play(circle(40, 503), 0.05);
   for (const int chords : {251, 84, 63}) {
