@@ -21,6 +21,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr std::size_t kMostBytes = 64u << 20;
 constexpr double kFarthest_mm = 1e12;  // beyond it squares of lengths are no lengths any more
+constexpr double kFarthest_deg = 1e6;  // a turn is looked at in parts
 
 /// "line:col" of a byte.
 std::string place_in(std::string_view text, std::size_t byte) {
@@ -163,6 +164,11 @@ class Reader {
     const auto number = [&](std::size_t i) { return (*found)[i].get<double>(); };
     if (std::max({std::abs(number(0)), std::abs(number(1)), std::abs(number(2))}) > kFarthest_mm) {
       add(Fault::BadValue, at.of(key), fmt::format("farther than {:g} mm from the origin; give mm", kFarthest_mm));
+      return std::nullopt;
+    }
+    if (found->size() == 4 && std::abs(number(3)) > kFarthest_deg) {
+      add(Fault::BadValue, at.of(key),
+          fmt::format("C is {:.9g} degrees; give one within -{:g} and {:g}", number(3), kFarthest_deg, kFarthest_deg));
       return std::nullopt;
     }
     return Position{{number(0), number(1), number(2)}, found->size() == 4 ? number(3) : 0};

@@ -11,6 +11,7 @@ namespace {
 
 /// A job waits for it, and one that is refused is refused at once: about a tenth of a second.
 constexpr SearchBudget kBudget{.cuts = 10000};
+constexpr double kLimitRounding = 1e-9;  // places of a job are turned and shifted with its board
 
 /// Where one of the ends is itself too near to a body, no path helps: said first, since no lift-over changes it.
 std::optional<Error> end_taken(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins) {
@@ -34,15 +35,21 @@ const char* why_not(const SearchAnswer& found) {
   return "there is no path: what stands between goes from side to side";
 }
 
+AxisVec within_limits(const Scene& scene, AxisVec q) {
+  for (std::size_t i = 0; i < scene.axes().size(); ++i)
+    q[i] = std::clamp(q[i], scene.axes()[i].p_min, scene.axes()[i].p_max);
+  return q;
+}
+
 /// Homing may leave axes beyond their limits: from there straight to where these begin, and on.
 SearchAnswer around(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins) {
-  if (!beyond_limits(scene, from)) return search_around(scene, from, to, margins, kBudget, nullptr);
-  AxisVec inside = from;
-  for (std::size_t i = 0; i < scene.axes().size(); ++i)
-    inside[i] = std::clamp(from[i], scene.axes()[i].p_min, scene.axes()[i].p_max);
+  if (!beyond_limits(scene, from, kLimitRounding)) return search_around(scene, from, to, margins, kBudget, nullptr);
+  const AxisVec inside = within_limits(scene, from);
   if (!is_clear(scene, from, inside, margins)) return {};
-  SearchAnswer found = search_path(scene, inside, to, margins, kBudget);
-  if (found.status == SearchStatus::Ok) found.points.insert(found.points.begin(), from);
+  SearchAnswer found = search_path(scene, inside, within_limits(scene, to), margins, kBudget);
+  if (found.status != SearchStatus::Ok) return found;
+  found.points.insert(found.points.begin(), from);
+  if (found.points.back() != to) found.points.push_back(to);
   return found;
 }
 
@@ -50,7 +57,7 @@ SearchAnswer around(const Scene& scene, const AxisVec& from, const AxisVec& to, 
 
 Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& to, const PathRules& rules,
                        double extra_mm, const Measuring& measuring) {
-  auto beyond = beyond_limits(scene, to);
+  auto beyond = beyond_limits(scene, to, kLimitRounding);
   for (std::size_t i = 0; i < scene.axes().size() && !beyond; ++i)
     if (!std::isfinite(from[i])) beyond = i;
   if (beyond) {

@@ -15,7 +15,6 @@
 namespace gantry::motion {
 namespace {
 
-constexpr double kLimitRounding = 1e-9;
 constexpr double kGoodEnough = 1.03;  // times the straight line: no shorter path is looked for
 
 Vec3 position(const Scene& scene, const AxisVec& q) { return {q[scene.x()], q[scene.y()], q[scene.z()]}; }
@@ -69,11 +68,16 @@ std::uint64_t seed_of(const Scene& scene, Vec3 from, Vec3 to) {
 }
 
 struct Best {
+  Vec3 low, high;  ///< limits
   std::vector<Vec3> points;
   double length_mm = std::numeric_limits<double>::infinity();
   PathKind kind = PathKind::Detour;
-  /// Taken when it is shorter, and clear in the direction in which it is gone: trees grow from both ends.
+  /// Taken when it is shorter, and clear in the direction in which it is gone: trees grow from both ends. What rounding
+  /// takes beyond the limits comes back.
   void offer(std::vector<Vec3> other, PathKind of, const Clear& clear) {
+    for (std::size_t i = 1; i + 1 < other.size(); ++i)
+      other[i] = {std::clamp(other[i].x, low.x, high.x), std::clamp(other[i].y, low.y, high.y),
+                  std::clamp(other[i].z, low.z, high.z)};
     if (other.empty() || length_of(other) >= length_mm) return;
     for (std::size_t i = 0; i + 1 < other.size(); ++i)
       if (!clear(other[i], other[i + 1])) return;
@@ -103,10 +107,10 @@ Box worth_looking(const Box& all, Vec3 start, Vec3 goal, double length_mm) {
 
 }  // namespace
 
-std::optional<std::size_t> beyond_limits(const Scene& scene, const AxisVec& q) {
+std::optional<std::size_t> beyond_limits(const Scene& scene, const AxisVec& q, double rounding) {
   for (std::size_t i = 0; i < scene.axes().size(); ++i) {
     const Scene::Axis& a = scene.axes()[i];
-    if (!(q[i] >= a.p_min - kLimitRounding && q[i] <= a.p_max + kLimitRounding)) return i;
+    if (!(q[i] >= a.p_min - rounding && q[i] <= a.p_max + rounding)) return i;
   }
   return std::nullopt;
 }
@@ -193,7 +197,8 @@ SearchAnswer search_standing(const Scene& scene, const AxisVec& from, const Axis
   }
 
   const Clear clear = [&](Vec3 a, Vec3 b) { return carried.clear(a, b); };
-  Best best;
+  const Vec3 low = carried.low(), high = carried.high();
+  Best best{low, high, {}};
   if (over != nullptr) {
     std::vector<Vec3> points;
     for (const AxisVec& q : over->points)
@@ -201,7 +206,6 @@ SearchAnswer search_standing(const Scene& scene, const AxisVec& from, const Axis
     shorten(points, clear);
     best.offer(std::move(points), PathKind::LiftOver, clear);
   }
-  const Vec3 low = carried.low(), high = carried.high();
   const Box all{(low + high) * 0.5, (high - low) * 0.5};
   std::vector<std::vector<Vec3>> found;
   for (int n = 0; n < budget.random_trees && best.length_mm > kGoodEnough * norm(goal - start); ++n) {
@@ -248,8 +252,8 @@ SearchAnswer search_turning(const Scene& scene, const AxisVec& from, const AxisV
   const auto scaled = [&](const AxisVec& q) { return Turned{q[of[0]], q[of[1]], q[of[2]], q[of[3]] * per_rad}; };
   const auto at = [&](const Turned& p) {
     AxisVec q = others;
-    for (std::size_t i = 0; i < 3; ++i) q[of[i]] = p[i];
-    q[of[3]] = p[3] / per_rad;
+    for (std::size_t i = 0; i < 4; ++i)
+      q[of[i]] = std::clamp(p[i] / (i == 3 ? per_rad : 1), axes[of[i]].p_min, axes[of[i]].p_max);
     return q;
   };
   AxisVec low{}, high{};

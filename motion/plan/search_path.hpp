@@ -44,7 +44,7 @@ SearchAnswer search_path(const Scene& scene, const AxisVec& from, const AxisVec&
 SearchAnswer search_around(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
                            const SearchBudget& budget, const LiftOver* over);
 
-/// The axis whose limits `q` is outside of.
-std::optional<std::size_t> beyond_limits(const Scene& scene, const AxisVec& q);
+/// The axis whose limits `q` is outside of by more than `rounding`.
+std::optional<std::size_t> beyond_limits(const Scene& scene, const AxisVec& q, double rounding = 0);
 
 }  // namespace gantry::motion

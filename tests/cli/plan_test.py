@@ -130,6 +130,12 @@ def check_point(scene, tip, row, what):
     check(distance(h, tip, at) <= max(0, away) + 1e-9, f"{what}: the point is not in the head's body, nor as near as {away}")
 
 
+def check_within(scene, path, what):
+    low, high = scene["workspace_tip"]["min"], scene["workspace_tip"]["max"]
+    for p in path:
+        check(all(a <= x <= b for a, x, b in zip(low, p, high)), f"{what}: {p} is outside of {low} to {high}")
+
+
 def random_scene(r):
     def body(name, low, high):
         kind = r.choice(["box", "cylinder", "capsule", "sphere"])
@@ -174,6 +180,7 @@ def paths_and_motions():
                 continue
             p = row["path"]
             check(p[0] == q["start"] and p[-1] == q["goal"], "a path without its ends")
+            check_within(scene, p, f"scene {number} {q['id']}")
             check(abs(sum(math.dist(a, b) for a, b in zip(p, p[1:])) - row["length_mm"]) < 1e-6, "a wrong length")
             nearest = min(least_over(scene, a, b) for a, b in zip(p, p[1:]))
             check(nearest > c, f"scene {number} {q['id']}: collides, {nearest} <= {c}")
@@ -191,6 +198,37 @@ def paths_and_motions():
                 check(-1e-9 <= hit - row["t"] < 0.05 / max(0.05, math.dist(m["from"], m["to"])), what)
     print("seen:", seen)
     check(seen.get("ok", 0) > 30 and seen.get(True, 0) > 20 and seen.get(False, 0) > 20, "too few of a kind")
+
+
+def workspaces_without_depth():
+    """A tip that one axis or two do not move: no path leaves its workspace, not by the last bit of a number."""
+    r = random.Random(23)
+    found = apart = 0
+    for number in range(12):
+        flat = [(0,), (1,), (2,), (0, 2)][number % 4]
+        at = [r.choice([7.3, 1 / 3, 0.1 + 0.2]), r.choice([41.7, 1e-3]), r.uniform(1, 9)]
+        low = [at[i] if i in flat else 0 for i in range(3)]
+        high = [at[i] if i in flat else (100, 80, 40)[i] for i in range(3)]
+        block = lambda i: {"name": f"block {i}", "type": "box", "size": [r.uniform(2, 12) for _ in range(3)], "yaw_deg": r.uniform(0, 90),
+                           "center": [at[k] + r.uniform(-4, 4) if k in flat else r.uniform(0, (100, 80, 30)[k]) for k in range(3)]}
+        scene = {"workspace_tip": {"min": low, "max": high}, "required_clearance_mm": 0.2, "obstacles": [block(i) for i in range(12)],
+                 "head": [{"name": "needle", "type": "capsule", "center": [0, 0, 6], "radius": 0.1, "length": 11.8}]}
+        some = lambda: [r.choice([a, b, r.uniform(a, b)]) for a, b in zip(low, high)]
+        queries = [{"id": i, "start": some(), "goal": some()} for i in range(8)]
+        for q, row in zip(queries, plan(scene, "--queries", written("q.json", queries))[1]["queries"]):
+            found += len(row["path"]) > 2
+            check_within(scene, row["path"], f"flat scene {number}, {q}")
+            for a, b in zip(row["path"], row["path"][1:]):
+                check(least_over(scene, a, b) > 0.2, f"flat scene {number}, {q}: collides")
+        beyond = [math.nextafter(x, 1e9) for x in high]
+        out = plan(scene, "--queries", written("q.json", [{"id": 1, "start": beyond, "goal": high}, {"id": 2, "start": high, "goal": beyond}]),
+                   "--motions", written("m.json", [{"id": 1, "from": high, "to": beyond}, {"id": 2, "from": beyond, "to": high}]))[1]
+        check(out["queries"][0]["status"] == "start_collides" and not any(x["free"] for x in out["motions"]), f"the last bit beyond: {out}")
+        if out["queries"][1]["status"] != "start_collides":  # where `high` itself is free
+            apart += 1
+            check(out["queries"][1]["status"] == "goal_collides", f"the last bit beyond: {out['queries']}")
+            check(all(x["pair"] == ["tip", "workspace"] for x in out["queries"] + out["motions"]), f"the last bit beyond: {out}")
+    check(found > 15 and apart > 5, f"only {found} paths around something in a flat workspace")
 
 
 GOOD = {"workspace_tip": {"min": [0, 0, 0], "max": [100, 80, 40]}, "required_clearance_mm": 0.5,
@@ -392,6 +430,14 @@ def what_turns_with_c():
     check(code == 3 and "on_turn" in json.dumps(out["errors"]), f"c where nothing turns: {out}")
     code, out = plan(slot, "--queries", written("q.json", [{"id": 1, "start": [1, 1, 1, 0, 0], "goal": [2, 2, 1]}]))
     check(code == 3 and "[x, y, z, c]" in json.dumps(out["errors"]), f"five numbers: {out}")
+    for c in (1.000001e6, -1e300):
+        for flag, of in (("--queries", ("start", "goal")), ("--motions", ("from", "to"))):
+            rows = [{"id": 1, of[0]: [20, 75, 2, 0], of[1]: [180, 75, 2, c]}]
+            code, out = plan(slot, flag, written("q.json", rows))
+            place = f"q.json:1:{json.dumps(rows).index(of[1])}"  # of the quote before it, counted from 1
+            check(code == 3 and [e["where"].endswith(place) and "degrees" in e["message"] for e in out["errors"]] == [True], f"C at {c}: {place}, {out}")
+    code, out = plan(slot, "--motions", written("q.json", [{"id": 1, "from": [20, 75, 2, -1e6], "to": [180, 75, 2, 1e6]}]))
+    check(code == 0 and out["motions"][0]["pair"] == ["tip", "workspace"], f"C turns a million degrees: {out}")
     ask = written("q.json", [{"id": 1, "start": [20, 75, 2, 90], "goal": [180, 75, 2, 90]}])
     for what, scene in (("on_turn of an obstacle", dict(slot, obstacles=[dict(wall("front", 30), on_turn=True)])),
                         ("a range of C turned over", dict(slot, turn_deg=[10, -10])),
@@ -460,6 +506,7 @@ def sealed_among_many():
 
 wrong_documents()
 the_same_in_every_order()
+workspaces_without_depth()
 sealed_among_many()
 slots_and_pockets()
 what_turns_with_c()
