@@ -22,11 +22,13 @@ int main(int argc, char** argv) {
       p.free, p.hit, p.false_free, p.false_hits, p.close_calls, p.disagreements);
   const PlanTally t = try_plans(plans, seed);
   std::printf(
-      "plans: %d paths, %d no path, %d undecided, %d ends collide; %d collide, %d refused, %d disproved, "
-      "%d longer than lift-over, %d not repeated\n",
-      t.ok, t.no_path, t.budget, t.taken, t.colliding, t.refused, t.disproved, t.longer, t.different);
-  const bool wrong =
-      p.false_free + p.false_hits + p.disagreements + t.colliding + t.refused + t.disproved + t.longer + t.different !=
-      0;
+      "plans: %d paths, %d no path, %d undecided, %d ends collide; %d collide, %d collide in the world, %d ends that "
+      "the "
+      "world finds free, %d refused, %d disproved, %d longer than lift-over, %d not repeated\n",
+      t.ok, t.no_path, t.budget, t.taken, t.colliding, t.in_world, t.unseen, t.refused, t.disproved, t.longer,
+      t.different);
+  const bool wrong = p.false_free + p.false_hits + p.disagreements + t.colliding + t.in_world + t.unseen + t.refused +
+                         t.disproved + t.longer + t.different !=
+                     0;
   return wrong || t.budget > plans / 1000 ? 1 : 0;
 }

@@ -1,5 +1,7 @@
 #include "tests/motion/plan/plan_trial.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -11,6 +13,7 @@
 #include "motion/plan/verify.hpp"
 #include "tests/motion/plan/prism_distance.hpp"
 #include "tests/motion/plan/random_bodies.hpp"
+#include "tests/motion/plan/world_judge.hpp"
 
 namespace gantry::test {
 namespace {
@@ -60,8 +63,26 @@ bool judged_free(const Machine& m, Vec3 from, Vec3 to, double clearance_mm) {
   }
 }
 
-/// A pallet of one of several kinds, some with walls that have slots, some closed altogether.
-Machine random_scene(RandomBodies& random) {
+constexpr double kSure_mm = 1e-6;  // a contact that is deeper is one for every judge
+
+/// Whether a body of the head, smaller all around by `kSure_mm`, still meets something.
+bool overlaps(const Machine& m, Vec3 tip) {
+  for (Body a : m.head) {
+    a.centre = a.centre + tip;
+    a.shape.size = a.shape.size - Vec3{2 * kSure_mm, 2 * kSure_mm, 2 * kSure_mm};
+    if (std::any_of(m.scene.begin(), m.scene.end(), [&](const Body& b) { return distance(a, b) <= 0; })) return true;
+  }
+  return false;
+}
+
+struct Pallet {
+  Machine machine;                ///< as the planner is told
+  std::vector<sim::Solid> truly;  ///< as it stands
+};
+
+/// A pallet of one of several kinds, some with walls that have slots, some closed altogether; some boxes lean, some
+/// parts stand in a row without a gap.
+Pallet random_pallet(RandomBodies& random) {
   Machine m = space({120, 90, 40});
   for (auto& a : m.axes) a.p_min = 0;
   const bool grid = random.whole(0, 2) == 0;
@@ -82,8 +103,23 @@ Machine random_scene(RandomBodies& random) {
     m.scene.push_back({"", {Kind::Box, {thick, 200, 200}}, {x, y - 100, 40}, 0, false});
     m.scene.push_back({"", {Kind::Box, {thick, 200, 200}}, {x, y + 100 + slot, 40}, 0, false});
   }
-  for (std::size_t i = 0; i < m.scene.size(); ++i) m.scene[i].name = "part " + std::to_string(i);
-  return m;
+  if (random.whole(0, 3) == 0) {  // bricks
+    const Vec3 size{random.real(3, 12), random.real(3, 12), random.real(2, 16)};
+    const double turn = grid ? 0 : random.real(-4, 4);
+    const Vec2 at{random.real(20, 100), random.real(20, 70)}, on{std::cos(turn) * size.x, std::sin(turn) * size.x};
+    for (int i = 0; i < 4; ++i)
+      m.scene.push_back({"", {Kind::Box, size}, {at.x + i * on.x, at.y + i * on.y, size.z / 2}, turn, false});
+  }
+  std::vector<sim::Solid> truly;
+  for (std::size_t i = 0; i < m.scene.size(); ++i) {
+    m.scene[i].name = "part " + std::to_string(i);
+    const bool leans = m.scene[i].shape.kind == Kind::Box && m.scene[i].shape.size.x < 20 && random.whole(0, 7) == 0;
+    const Stands s =
+        leans ? leaning(m.scene[i], {random.real(-0.4, 0.4), random.real(-0.4, 0.4)}) : upright(m.scene[i]);
+    m.scene[i] = s.told;
+    truly.push_back(s.truly);
+  }
+  return {std::move(m), std::move(truly)};
 }
 
 }  // namespace
@@ -125,7 +161,8 @@ PlanTally try_plans(int count, std::uint64_t seed) {
   RandomBodies random(seed);
   PlanTally tally;
   for (int i = 0; i < count; ++i) {
-    const Machine m = random_scene(random);
+    const Pallet pallet = random_pallet(random);
+    const Machine& m = pallet.machine;
     const Scene scene(m);
     const motion::Margins margins{m.clearance_mm, {}};
     const auto somewhere = [&] { return Vec3{random.real(0, 120), random.real(0, 90), random.real(0, 25)}; };
@@ -147,6 +184,7 @@ PlanTally try_plans(int count, std::uint64_t seed) {
           complain(tally.colliding, "collides");
           break;
         }
+      if (WorldJudge(m, pallet.truly).collides(found.points)) complain(tally.in_world, "the world sees a collision");
       if (const auto over = motion::lift_over(scene, axes(from), axes(to), margins)) {
         double length = 0;
         for (std::size_t k = 0; k + 1 < over->points.size(); ++k)
@@ -160,6 +198,15 @@ PlanTally try_plans(int count, std::uint64_t seed) {
         complain(tally.disproved, "there is a path");
     } else {
       ++(found.status == Status::Budget ? tally.budget : tally.taken);
+      const Vec3 end = found.status == Status::StartCollides ? from : to;
+      if (found.hit && overlaps(m, end)) {
+        std::vector<sim::Solid> told;
+        for (const Body& b : m.scene) told.push_back(upright(b).truly);
+        Machine touching = m;
+        touching.clearance_mm = 0;
+        const std::array<AxisVec, 1> at{axes(end)};
+        if (!WorldJudge(touching, told).collides(at)) complain(tally.unseen, "the world sees no collision at an end");
+      }
       if (found.status == Status::Budget) std::printf("plan %d: budget\n", i);
     }
   }

@@ -1,5 +1,6 @@
 // Random pairs and random plans, judged by code that shares nothing with the planner: closed forms of
-// tests/motion/plan/prism_distance.hpp, along a motion by golden sections and by walking as far as the distance allows.
+// tests/motion/plan/prism_distance.hpp, along a motion by golden sections and by walking as far as the distance allows;
+// plans also by the simulated world (world_judge.hpp), where some boxes lean and parts touch each other.
 //   PairTally t = try_pairs(100000, seed);   // t.false_free must be 0
 #pragma once
 #include <cstdint>
@@ -19,6 +20,8 @@ PairTally try_pairs(int count, std::uint64_t seed);
 struct PlanTally {
   int ok = 0, no_path = 0, budget = 0, taken = 0;  ///< taken: an end collides
   int colliding = 0;                               ///< paths that the judge finds a collision on
+  int in_world = 0;                                ///< paths on which the simulated world sees one
+  int unseen = 0;                                  ///< ends that collide, on which the world sees nothing
   int refused = 0;                                 ///< paths that the second check refuses
   int disproved = 0;                               ///< "no path", but chance has found one that the judge finds free
   int longer = 0;                                  ///< than the lift-over
