@@ -148,7 +148,7 @@ std::optional<std::string> state_of(Context& context, const std::string& option)
 
 std::vector<std::string> given_options(const CLI::App& verb) {
   std::vector<std::string> given;
-  for (const CLI::App* app : {&verb, verb.get_parent()})
+  for (const CLI::App* app = &verb; app != nullptr; app = app->get_parent())
     for (const CLI::Option* option : app->get_options())
       if (option->count() > 0) given.push_back(option->get_name());
   return given;
@@ -230,7 +230,7 @@ bool ask(Context& context, const Asked& asked, const std::string& socket, desk::
     return true;
   }
   if (answer->value("ok", false) && asked.afterwards)
-    if (auto r = asked.afterwards(); !r) return stop_with({r.error().fault, r.error().message, socket});
+    if (auto r = asked.afterwards(socket); !r) return stop_with({r.error().fault, r.error().message, socket});
   context.exit_code = show_answer(context, *answer, asked.shown_folder);
   return true;
 }

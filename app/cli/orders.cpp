@@ -117,7 +117,7 @@ void send_order(Context& context, const CLI::App& verb, const std::string& optio
               .state_option = option,
               .given = compared(verb, order.kind),
               .changed_since = true};
-  if (order.kind == OrderKind::Quit) asked.afterwards = [&] { return wait_until_gone(socket); };
+  if (order.kind == OrderKind::Quit) asked.afterwards = wait_until_gone;
   if (ask_owner(context, asked)) return;
   if (order.kind == OrderKind::PartRemoved) return forget_part(context, *state, order.serial);
   const Error nobody{Fault::Refused, "no owner is up here; start one with `gantry up`", socket};
@@ -126,23 +126,35 @@ void send_order(Context& context, const CLI::App& verb, const std::string& optio
 
 }  // namespace
 
+namespace {
+
+void add_order(CLI::App& to, const char* name, const OrderVerb& row, Context& context) {
+  auto* verb = to.add_subcommand(name, row.does);
+  auto state = std::make_shared<std::string>();
+  auto percent = std::make_shared<double>(100);
+  auto serial = std::make_shared<std::string>();
+  auto now = std::make_shared<bool>(false);
+  verb->add_option("--state", *state, kStateHelp);
+  if (row.kind == OrderKind::PartRemoved)
+    verb->add_option("--serial", *serial, "Serial number of the part, where it is not the one in the machine");
+  if (row.kind == OrderKind::Override)
+    verb->add_option("PERCENT", *percent, "100 is the recipe's speed")->required()->check(is_percentage);
+  if (row.kind == OrderKind::Hold) verb->add_flag("--now", *now, "Do not wait for the end of the feature");
+  verb->footer(row.more);
+  verb->callback([&context, &row, verb, state, percent, serial, now] {
+    send_order(context, *verb, *state, {.kind = row.kind, .serial = *serial, .value = *percent / 100, .now = *now});
+  });
+}
+
+}  // namespace
+
 void add_orders(CLI::App& app, Context& context) {
   for (const OrderVerb& row : kVerbs) {
-    auto* verb = app.add_subcommand(row.name, row.does);
-    auto state = std::make_shared<std::string>();
-    auto percent = std::make_shared<double>(100);
-    auto serial = std::make_shared<std::string>();
-    auto now = std::make_shared<bool>(false);
-    verb->add_option("--state", *state, kStateHelp);
-    if (row.kind == OrderKind::PartRemoved)
-      verb->add_option("--serial", *serial, "Serial number of the part, where it is not the one in the machine");
-    if (row.kind == OrderKind::Override)
-      verb->add_option("PERCENT", *percent, "100 is the recipe's speed")->required()->check(is_percentage);
-    if (row.kind == OrderKind::Hold) verb->add_flag("--now", *now, "Do not wait for the end of the feature");
-    verb->footer(row.more);
-    verb->callback([&context, &row, verb, state, percent, serial, now] {
-      send_order(context, *verb, *state, {.kind = row.kind, .serial = *serial, .value = *percent / 100, .now = *now});
-    });
+    add_order(app, row.name, row, context);
+    if (row.kind != OrderKind::PartRemoved) continue;
+    // Said in two words, too: what a person tries first must not be told as a slip for `park`.
+    auto* part = app.add_subcommand("part", "")->group("")->require_subcommand(1);
+    add_order(*part, "removed", row, context);
   }
 }
 

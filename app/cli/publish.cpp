@@ -1,6 +1,8 @@
 // gantry publish: the child process of an owner that speaks DDS. People rarely start it themselves.
 #include "app/monitor/publish.hpp"
 
+#include <sys/prctl.h>
+
 #include "app/cli/stop_flag.hpp"
 #include "app/cli/verbs.hpp"
 #include "app/monitor/rights.hpp"
@@ -32,6 +34,7 @@ void add_publish(CLI::App& app, Context& context) {
     // Before the first thread: each thread has rights of its own.
     if (auto given_up = monitor::give_up_rights(); !given_up)
       return void(context.exit_code = show(given_up.error(), context.json));
+    ::prctl(PR_SET_NAME, "gantry-publish");  // as `ps` and `ss` show it, which else name how it was started
     StopFlag stop;
     if (auto done = monitor::publish(*shm, *options, stop.flag()); !done)
       context.exit_code = show(done.error(), context.json);

@@ -5,6 +5,7 @@
 #include <csignal>
 #include <ctime>
 #include <fcntl.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include "app/cli/terminal.hpp"
@@ -18,6 +19,8 @@ constexpr std::int64_t kSameWish_ns = 200'000'000;
 // Lock-free, so that a handler may use them.
 std::atomic<bool> asked{false}, lost{false}, hold_wished{false}, continued{false};
 std::atomic<std::int64_t> asked_ns{0};
+std::atomic<std::int64_t> looked_ns{-1};  // when it was last seen whether anybody reads the log; -1: that is not asked
+constexpr std::int64_t kLookAgain_ns = 50'000'000;
 
 std::int64_t now_ns() noexcept {
   timespec t{};
@@ -49,6 +52,17 @@ bool ignored(int number) {
   return sigaction(number, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
 }
 
+/// A log is written now and then: that its reader is gone shows in the pipe before the next line is.
+void look_for_reader() noexcept {
+  const std::int64_t looked = looked_ns, now = now_ns();
+  if (looked < 0 || now - looked < kLookAgain_ns) return;
+  looked_ns = now;
+  std::array<pollfd, 2> files{pollfd{STDOUT_FILENO, 0, 0}, pollfd{STDERR_FILENO, 0, 0}};
+  if (poll(files.data(), files.size(), 0) <= 0) return;
+  for (const pollfd& file : files)
+    if ((file.revents & POLLERR) != 0) lost = true;
+}
+
 bool has_controlling_terminal() {
   const int fd = open("/dev/tty", O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
   if (fd >= 0) close(fd);
@@ -65,7 +79,7 @@ void catch_signals() {
 
 void hold_machine(Terminal terminal) {
   if (terminal == Terminal::Matters || has_controlling_terminal())
-    handle(SIGPIPE, on_loss);
+    handle(SIGPIPE, on_loss), looked_ns = now_ns();
   else
     handle(SIGHUP, SIG_IGN);
   for (const int number : {SIGTTIN, SIGTTOU}) handle(number, SIG_IGN);
@@ -88,7 +102,10 @@ void stop_for_shell() {
   continued = true;
 }
 
-bool interrupted() { return asked || lost; }
+bool interrupted() {
+  look_for_reader();
+  return asked || lost;
+}
 bool terminal_lost() { return lost && !asked; }
 void lose_terminal() { lost = true; }
 bool take_hold_wish() { return hold_wished.exchange(false); }

@@ -30,7 +30,7 @@ void hold_on_stop_key();
 /// returns at once where no shell could ever say that.
 void stop_for_shell();
 
-/// The verb was asked to end.
+/// The verb was asked to end, or nobody reads its log any more.
 bool interrupted();
 /// It was asked by the loss of its terminal alone, and by nobody.
 bool terminal_lost();
