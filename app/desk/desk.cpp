@@ -411,7 +411,8 @@ Result<void> Desk::serve() {
     if (!may_begin() || stop_) continue;
     doing_ = std::exchange(waiting_, std::nullopt);
     Json answer = carry_out(*doing_->request.order);
-    finish(*std::exchange(doing_, std::nullopt), std::move(answer));
+    const Waiting done = *std::exchange(doing_, std::nullopt);
+    finish(done, answer.is_null() ? status() : std::move(answer));  // it is not busy with what it has done
   }
   for (const auto& left : {waiting_, resetting_})
     if (left) finish(*left, failure({kEnding}));
@@ -431,7 +432,7 @@ Json Desk::carry_out(const run::Order& order) {
     case run::OrderKind::PartRemoved: return part_removed(order);
     default: break;
   }
-  return done ? status() : failure({done.error()});
+  return done ? Json() : failure({done.error()});
 }
 
 run::Begin Desk::begin() { return std::exchange(hold_wished_, false) ? run::Begin::OnHold : run::Begin::AtOnce; }
