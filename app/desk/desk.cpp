@@ -166,19 +166,28 @@ void Desk::hold(const OrderSocket::Incoming& in) {
   const auto refuse = [&](const Error& why) { reply(in.client, in.request, failure({why})); };
   auto said = hold_what_begins(in);
   const bool meant = !order.mine || (at_work() != nullptr && at_work()->client == in.client);
+  const auto before = motion_before(in);
+  Error why = kNothingOwn;
   if (!said && meant) {
     if (auto obeyed = obey(order))
       said = *std::move(obeyed);
-    else if (!motion_before(in))
-      return refuse(obeyed.error());
+    else
+      why = obeyed.error();
   }
-  if (const auto before = motion_before(in); !said && before) said = waits_in_words(*before);
-  if (!said) return refuse(kNothingOwn);
+  const bool goes_on = at_work() != nullptr && run::moves_axes(at_work()->request.order->kind);  // it cannot be held
+  if (!said && before && !(meant && goes_on)) said = waits_in_words(*before);
   const bool by_override = order.kind == run::OrderKind::Override;
   const Hold asked{.by = by_override ? Hold::By::Override : Hold::By::Order, .client = in.client};
+  if (said || before) hold_back(order.mine ? in.client : kNobody, {in.number, asked});
+  if (!said) return refuse(why);
   if (!hold_) hold_ = asked;
-  held_back_[order.mine ? in.client : kNobody] = {in.number, asked};
   answer_soon(in, *std::move(said));
+}
+
+/// One that has waited for its turn may be older than the last one.
+void Desk::hold_back(std::uint64_t whose, HeldBack back) {
+  HeldBack& last = held_back_[whose];
+  if (back.number >= last.number) last = std::move(back);
 }
 
 std::optional<std::string> Desk::hold_what_begins(const OrderSocket::Incoming& in) {
@@ -222,11 +231,11 @@ void Desk::resume(const OrderSocket::Incoming& in) {
   std::string said;
   if (std::exchange(hold_wished_, false)) {
     said = preparing_ ? "the job is being prepared, and begins as soon as it is" : "what waited begins";
-  } else if (const auto let_go =
-                 motion_in_line([this](const OrderSocket::Incoming& line) { return held_back(line) != nullptr; })) {
-    said = fmt::format("'{}' begins when it is taken", run::name(*let_go));
   } else if (auto obeyed = obey(*in.request.order); !obeyed) {
-    return refuse(obeyed.error());
+    const auto let_go =
+        motion_in_line([this](const OrderSocket::Incoming& line) { return held_back(line) != nullptr; });
+    if (!let_go) return refuse(obeyed.error());
+    said = fmt::format("'{}' begins when it is taken", run::name(*let_go));
   }
   held_back_.clear();
   answer_soon(in, std::move(said));
@@ -314,7 +323,7 @@ void Desk::watch_hold_button() {
   if (!kept) return log::warn("button hold: nothing is under way that could be held");
   const Hold asked{.by = Hold::By::Button};
   if (!hold_) hold_ = asked;
-  held_back_[kNobody] = {pressed.number, asked};
+  hold_back(kNobody, {pressed.number, asked});
   log::info("button hold: {}", *kept);
 }
 

@@ -93,6 +93,7 @@ class Desk {
   [[nodiscard]] std::optional<run::OrderKind> motion_in_line(const IsSuch& is_such) const;
   /// One that came before this hold; of its client alone where it is `mine`.
   [[nodiscard]] std::optional<run::OrderKind> motion_before(const OrderSocket::Incoming& hold) const;
+  void hold_back(std::uint64_t whose, HeldBack back);
   /// The hold that came behind this order; null: none did, or a resume has ended it.
   [[nodiscard]] const HeldBack* held_back(const OrderSocket::Incoming& in) const;
   /// What is carried out, or is about to be; null: nothing.

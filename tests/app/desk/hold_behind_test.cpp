@@ -183,6 +183,50 @@ TEST_F(HoldBehind, a_resume_ahead_of_a_hold_does_not_undo_it_and_one_behind_it_d
   EXPECT_TRUE(answer(12).value("ok", false)) << answer(12).dump();
 }
 
+/// What stands on hold goes on, and what was held back in the line is free, too.
+TEST_F(HoldBehind, a_resume_lets_go_what_stands_and_what_waits_in_line) {
+  home();
+  client_->say(line(kMotions[0], 2));
+  int since = 0;
+  on_cycle_ = [&] {
+    hear();
+    if (steps_ % 25 == 0) client_->say("{\"order\":\"status\",\"id\":99}\n");
+    if (since == 0 && owner_->latest().state != cycle::State::Running) return;
+    if (++since == 1) say(kMotions[1], From::LongLine, 3, 4);
+    if (since == 15) later_->say(order("resume", 5));
+  };
+  serve_until(2);
+  EXPECT_TRUE(answer(4).value("ok", false)) << answer(4).dump();
+  EXPECT_TRUE(answer(5).value("ok", false)) << answer(5).dump();
+  EXPECT_TRUE(answer(2).value("ok", false)) << answer(2).dump();
+  EXPECT_EQ(code_of(answer(3)), "G702") << "one at a time: " << answer(3).dump();
+  on_cycle_ = [&] {
+    hear();
+    if (since == 0) return;
+    if (since++ == 1000) say(kMotions[1], From::LongLine, 13, 14);
+    if (since == 1005) later_->say(order("resume", 15));
+  };
+  since = 999;
+  serve_until(13);
+  EXPECT_NE(answer(14).dump().find("'park' waits before its first motion"), std::string::npos) << answer(14).dump();
+  EXPECT_NE(answer(15).dump().find("'park' begins when it is taken"), std::string::npos) << answer(15).dump();
+  EXPECT_TRUE(answer(13).value("ok", false)) << answer(13).dump();
+}
+
+/// Drives home by themselves.
+TEST_F(HoldBehind, one_of_what_is_homing_is_refused_as_it_is_whatever_waits_in_line) {
+  client_->say(order("home", 2));
+  bool said = false;
+  on_cycle_ = [&] {
+    hear();
+    if (!said && owner_->latest().state == cycle::State::Homing) said = true, say(kMotions[1], From::LongLine, 3, 4);
+  };
+  serve_until(2);
+  EXPECT_EQ(code_of(answer(4)), "G702") << answer(4).dump();
+  EXPECT_NE(answer(4).dump().find("cannot be held; `abort` ends it"), std::string::npos) << answer(4).dump();
+  EXPECT_TRUE(answer(2).value("ok", false)) << answer(2).dump();
+}
+
 /// Ctrl-Z in one client (gantry run, park) must not stop what another one has ordered.
 TEST_F(HoldBehind, one_that_is_for_its_own_orders_alone_leaves_others_alone) {
   home();
