@@ -132,6 +132,9 @@ class Case:
         status = self.wait_for_the_end()
         time.sleep(3 * WATCHDOG_S)
         rig.capture.read()
+        if status == 0 and not any(c.at_ns > at_ns for c in rig.capture.cycles):
+            self.p.close()
+            return None, "the bus was down already, and the files of a job that was done were being written"
         wrong, figures = judge(rig.capture.cycles, Loss(self.way, at_ns, last_act_ns, stage), rig.capture.lost())
         wrong += read_stations(f"{rig.name}-ctl", rig.capture.position_of, rig.capture.io_position)
         wrong += self.judge_result(status)
