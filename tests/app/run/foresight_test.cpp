@@ -125,6 +125,66 @@ TEST(ForesightThread, an_order_ends_the_wait_at_once) {
   EXPECT_TRUE(foreseen->has_value());
 }
 
+/// A job from its first mark to its parking, as the runner goes through it: while one block is played the next is
+/// proved on a thread of its own, and what is played is what would be planned at the moment. Where the axes end
+/// otherwise than foreseen the block is planned anew.
+TEST(ForesightThread, a_job_with_marks_and_touches_is_proved_ahead_of_it) {
+  const config::Machine machine = test::reference();
+  const recipes::Recipe recipe = *recipes::load("recipes/demo-board.yaml");
+  const recipes::Job job = *recipes::compile(recipe, machine);
+  Foresight ahead(machine, recipe, {.thread = Foresight::Thread::Own});
+  job::BlockPlanner planner(machine, recipe);
+  std::size_t wrong_ones = 0;
+  bool wrong = false;
+  std::uint32_t number = 0;  // of the block
+  AxisVec at = test::parked(machine);
+  job::JobState state = job::begin_state(recipe, job);
+  const auto serve = [&] {  // the run thread goes on reading
+    EXPECT_TRUE(job::wanted_next(recipe, job, state, false, number, at));
+    std::this_thread::yield();
+    return true;
+  };
+  while (const auto wanted = job::wanted_next(recipe, job, state, false, ++number, at)) {
+    planner.know(wanted->known);
+    auto now = job::plan(planner, *wanted);
+    ASSERT_TRUE(now) << to_text(now.error());
+    auto block = ahead.take(*wanted, serve);
+    EXPECT_EQ(block.has_value(), number > 1 && !wrong) << "block " << number;
+    while (wrong && !block) {  // the worker may still end the wrong one
+      ahead.begin(*wanted);
+      block = ahead.take(*wanted, serve);
+    }
+    if (block) {
+      ASSERT_TRUE(*block) << to_text(block->error());
+      EXPECT_EQ(played(**block), played(*now)) << "block " << number;
+      planner.share(ahead.planner());
+    }
+    at = now->end();
+    state.known = wanted->known;
+    if (const auto* mark = std::get_if<recipes::LookAtMark>(&wanted->step)) {
+      state = job::after_mark(recipe, state, mark->mark, recipe.marks[mark->mark].at + Vec2{0.3, -0.2});
+    } else if (const auto* touch = std::get_if<recipes::Touch>(&wanted->step)) {
+      if (wanted->known.offset) state = job::after_offset(state, *wanted->known.offset);
+      state = job::after_touch(state, touch->touch, 0.05);
+      at[machine.z.value] += 1.5;  // the touch ends where the board is
+    } else if (std::holds_alternative<job::Retract>(wanted->step)) {
+      state = job::after_retract(state);
+    } else if (std::holds_alternative<recipes::Dispense>(wanted->step)) {
+      state = job::after_surface(state, *wanted->known.surface);
+      state = job::after_dispense(state);
+    } else {
+      ASSERT_TRUE(std::holds_alternative<recipes::Park>(wanted->step));
+      state = job::after_park(state);
+    }
+    wrong = number % 4 == 0;
+    wrong_ones += wrong;
+    AxisVec expected = at;
+    if (wrong) expected[machine.x.value] += 1e-9;
+    ahead.begin(job::wanted_next(recipe, job, state, false, number + 1, expected));
+  }
+  EXPECT_GE(wrong_ones, 2U);
+}
+
 /// A copy of the machine is planned with: its owner may write to his.
 TEST_P(ForesightTest, the_owner_s_machine_may_change_meanwhile) {
   const BlockWanted wanted = dispense();
