@@ -64,10 +64,12 @@ struct RowPlaces {
   }
 };
 
+using Ends = std::array<std::string_view, 2>;  ///< keys of a question's two positions
+constexpr Ends kQueryEnds{"start", "goal"}, kMotionEnds{"from", "to"};
+
 class Reader {
  public:
-  Reader(std::string path, std::array<const char*, 2> ends, Turns turns)
-      : path_(std::move(path)), ends_(ends), turns_(turns) {}
+  Reader(std::string path, Ends ends, Turns turns) : path_(std::move(path)), ends_(ends), turns_(turns) {}
 
   Checked<std::vector<Question>> read() {
     const auto text = config::read_text_file(path_, kMostBytes);
@@ -100,6 +102,14 @@ class Reader {
           fmt::format("a list is expected: [{{\"id\": 1, \"{}\": [x, y, z], \"{}\": [x, y, z]}}]", ends_[0], ends_[1]));
       return tl::unexpected(std::move(errors_));
     }
+    if (is_of_the_other_kind(root)) {
+      const bool queries = ends_[0] == kMotionEnds[0];
+      add(Fault::BadValue, places_.front().row,
+          queries
+              ? "these are queries ('start' and 'goal'), not motions ('from' and 'to'); give the file as --queries"
+              : "these are motions ('from' and 'to'), not queries ('start' and 'goal'); give the file as --motions");
+      return tl::unexpected(std::move(errors_));
+    }
     for (std::size_t i = 0; i < root.size() && errors_.size() < config::Mistakes::kMost; ++i)
       take(root[i], places_.at(i));
     if (!errors_.empty()) return tl::unexpected(std::move(errors_));
@@ -111,10 +121,19 @@ class Reader {
     errors_.push_back({fault, std::move(message), fmt::format("{}:{}", path_, place_in(text_, byte))});
   }
 
+  /// Every row has the keys of the other kind of question, and none of its own.
+  [[nodiscard]] bool is_of_the_other_kind(const Json& rows) const {
+    const Ends& others = ends_[0] == kMotionEnds[0] ? kQueryEnds : kMotionEnds;
+    return !rows.empty() && std::all_of(rows.begin(), rows.end(), [&](const Json& row) {
+      return row.is_object() && row.contains(others[0]) && row.contains(others[1]) && !row.contains(ends_[0]) &&
+             !row.contains(ends_[1]);
+    });
+  }
+
   void take(const Json& row, const RowPlaces& at) {
     if (!row.is_object())
       return add(Fault::BadValue, at.row, fmt::format("expected {{\"id\", \"{}\", \"{}\"}}", ends_[0], ends_[1]));
-    const std::vector<std::string> known{"id", ends_[0], ends_[1]};
+    const std::vector<std::string> known{"id", std::string(ends_[0]), std::string(ends_[1])};
     for (const auto& [key, value] : row.items())
       if (std::find(known.begin(), known.end(), key) == known.end())
         add(Fault::UnknownKey, at.of(key),
@@ -140,7 +159,8 @@ class Reader {
     questions_.push_back(std::move(out));
   }
 
-  std::optional<Position> point(const Json& row, const char* key, const RowPlaces& at) {
+  std::optional<Position> point(const Json& row, std::string_view key_of, const RowPlaces& at) {
+    const std::string key(key_of);
     const auto found = row.find(key);
     if (found == row.end()) {
       add(Fault::MissingKey, at.row, fmt::format("the key '{}' is missing; give [x, y, z] in mm", key));
@@ -175,7 +195,7 @@ class Reader {
   }
 
   std::string path_, text_;
-  std::array<const char*, 2> ends_;
+  Ends ends_;
   Turns turns_;
   std::vector<RowPlaces> places_;
   std::vector<Error> errors_;
@@ -234,10 +254,10 @@ std::optional<double> leaves_at(const motion::Scene& scene, const AxisVec& from,
 }  // namespace
 
 Checked<std::vector<Question>> read_queries(const std::string& path, Turns turns) {
-  return Reader(path, {"start", "goal"}, turns).read();
+  return Reader(path, kQueryEnds, turns).read();
 }
 Checked<std::vector<Question>> read_motions(const std::string& path, Turns turns) {
-  return Reader(path, {"from", "to"}, turns).read();
+  return Reader(path, kMotionEnds, turns).read();
 }
 
 Json answer_queries(const motion::Scene& scene, double clearance_mm, const std::vector<Question>& queries) {

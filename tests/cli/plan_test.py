@@ -308,6 +308,11 @@ obstacles: []
         code, out = plan(GOOD, "--queries", path)
         said = [(e["where"], e["message"]) for e in out["errors"]]
         check(code == 3 and any("bad.json" + place in where and word in message for where, message in said), f"queries, {what}: exit {code} {said}")
+    for flag, rows, other in (("--motions", [{"id": i, "start": [1, 1, 1], "goal": [2, 2, 2]} for i in range(3)], "--queries"),
+                              ("--queries", [{"id": i, "from": [1, 1, 1], "to": [2, 2, 2]} for i in range(3)], "--motions")):
+        code, out = plan(GOOD, flag, written("kind.json", rows))
+        said = [(e["where"], e["message"]) for e in out["errors"]]
+        check(code == 3 and len(said) == 1 and said[0][0].endswith("kind.json:1:2") and other in said[0][1], f"{flag} of the other kind: {code} {said}")
     code, out = plan(altered(lambda s: s["head"][0].update(radius=0)), "--queries", queries)
     check(code == 3 and len(out["errors"]) == 1 and "needs" not in out["errors"][0]["message"], f"a radius of 0 is told once: {out['errors']}")
     code, out = plan(altered(lambda s: s["obstacles"][0].update(size=[10, 0, 10])), "--queries", queries)
