@@ -1,6 +1,8 @@
 // When the needle is purged: by the time that the valve was shut, on the machine's own clock.
 #include <algorithm>
 #include <fmt/format.h>
+#include <map>
+#include <set>
 
 #include "app/job/prove.hpp"
 #include "tests/machine/deposits.hpp"
@@ -48,6 +50,51 @@ TEST(Purge, is_done_in_the_first_job_and_again_only_when_the_valve_was_shut_for_
   const record::JobResult third = rig.run(recipe);
   test::expect_done(third);
   EXPECT_EQ(purges(third), 2u);
+}
+
+/// The block after the rise is proved while the head rises. Where the valve's time runs out meanwhile, another block is
+/// wanted than was foreseen: that one is thrown away, and what is played is what is always played.
+TEST(Purge, that_becomes_due_while_the_head_rises_is_done_though_it_was_not_foreseen) {
+  constexpr double kAfter_s = 8;
+  const recipes::Recipe recipe = with_purge("{material: glue, at: [60 mm, 40 mm, 0 mm], shots: 2, after: 8 s}");
+  Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg", .change = [](config::Machine& m) {
+             for (auto& [axis, position] : m.park)
+               if (axis == m.z) position -= 40;  // so that a job begins with a rise
+           }});
+  CycleIndex open_last = 0, job_began = 0, work_began = 0;
+  rig.on_step = [&](run::Owner& owner) {
+    const auto& s = owner.latest();
+    if ((s.outputs & config::bit(config::Output::Valve)) != 0) open_last = s.cycle;
+    if (job_began == 0) job_began = s.cycle;
+    if (s.block >= 2 && work_began == 0) work_began = s.cycle;
+  };
+  std::map<std::size_t, std::set<std::uint64_t>> streams;  // by how many shots were made
+  int on_the_way = 0;
+  test::expect_done(rig.run(recipe));
+  for (double shut_s = kAfter_s - 1.5; shut_s < kAfter_s + 0.6; shut_s += 0.15) {
+    SCOPED_TRACE(shut_s);
+    const CycleIndex shut = open_last;
+    while (static_cast<double>(rig.owner().latest().cycle - shut) < 1000 * shut_s) ASSERT_TRUE(rig.owner().idle());
+    job_began = work_began = 0;
+    const record::JobResult r = rig.run(recipe);
+    test::expect_done(r);
+    const double at_begin_s = static_cast<double>(job_began - shut) / 1000,
+                 at_work_s = static_cast<double>(work_began - shut) / 1000;
+    if (std::abs(at_work_s - kAfter_s) > 0.05) {
+      EXPECT_EQ(purges(r), at_work_s > kAfter_s ? 2u : 0u) << at_work_s;
+    }
+    EXPECT_EQ(r.features_done, 1u);
+    EXPECT_EQ(r.deposits.size(), 1 + purges(r));
+    EXPECT_EQ(r.proofs.ahead + r.proofs.at_the_moment, purges(r) > 0 ? 3u : 2u) << "purge, features, parking";
+    if (at_begin_s < kAfter_s - 0.05 && at_work_s > kAfter_s + 0.05) {
+      ++on_the_way;
+      EXPECT_GE(r.proofs.at_the_moment, 1u) << "the features were foreseen, and the purge was wanted";
+    }
+    streams[purges(r)].insert(r.setpoint_hash);
+  }
+  EXPECT_GE(on_the_way, 2);
+  EXPECT_EQ(streams[2].size(), 1u);
+  EXPECT_EQ(streams[0].size(), 1u);
 }
 
 TEST(Purge, is_the_same_in_every_run) {
