@@ -14,6 +14,7 @@ namespace gantry::job {
 namespace {
 
 constexpr std::array kRoom{1.0, 1.0 / 8, 1.0 / 64, 1.0 / 512};  // of what targets are beside a path at full speed
+constexpr std::array kUp_mm{1.0, 4.0, 16.0, 64.0};              // from where an end of a path leaves no room beside it
 constexpr int kSteps = 4;  // in which the motions up and down go on alone for longer, where across is not free yet
 
 double level_mm(const motion::Scene& scene, const AxisVec& a, const AxisVec& b) {
@@ -77,6 +78,33 @@ Result<bool> BlockBuilder::find_room(std::span<Proved> legs) const {
     if (!other) continue;
     path->points = std::move(other->points), path->certificate = std::move(other->certificate);
     path->has_room = true;
+    return true;
+  }
+  return find_room_above(*path, *beside);
+}
+
+/// One of its ends stands beside a body at the very clearance, where only one axis alone has targets on its path: up
+/// from there, on with room, and down.
+bool BlockBuilder::find_room_above(Proved& path, double beside_mm) const {
+  const std::size_t z = path.scene->z();
+  const AxisVec from = path.points.front(), to = path.points.back();
+  motion::PathRules wider = path.rules;
+  wider.clearance_mm += beside_mm;
+  for (const double up_mm : kUp_mm) {
+    AxisVec above_from = from, above_to = to;
+    above_from[z] = std::min(from[z] + up_mm, limits_.axis[z].p_max);
+    above_to[z] = std::min(to[z] + up_mm, limits_.axis[z].p_max);
+    const auto across = motion::find_path(*path.scene, above_from, above_to, wider, 0, measuring_);
+    if (!across) continue;
+    std::vector<AxisVec> points{from};
+    points.insert(points.end(), across->points.begin(), across->points.end());
+    points.push_back(to);
+    const auto same = std::unique(points.begin(), points.end());
+    points.erase(same, points.end());
+    auto certificate = motion::certify(*path.scene, points, path.rules, 0, breath_, measuring_);
+    if (!certificate) continue;
+    path.points = std::move(points), path.certificate = *std::move(certificate);
+    path.has_room = true;
     return true;
   }
   return false;

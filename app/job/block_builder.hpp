@@ -112,6 +112,7 @@ class BlockBuilder {
   Result<void> wait_for_next(Proved proved);
   Result<void> settle();
   Result<bool> find_room(std::span<Proved> legs) const;
+  bool find_room_above(Proved& path, double beside_mm) const;
   Result<bool> take_as_arch(std::span<const Proved> legs);
   Result<void> prove_parts(std::span<Part> parts, std::span<const motion::Segment> all) const;
   Result<void> take_legs(std::span<const Proved> legs);
