@@ -4,6 +4,7 @@
 #include <charconv>
 #include <filesystem>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -181,8 +182,8 @@ int explain_drive(const std::string& word, const std::string& machine_file, bool
     std::vector<std::string_view> known;
     for (const Entry& e : entries) known.push_back(e.code);
     return show(Error{Fault::Usage,
-                      fmt::format("{} lists no code '{}'; {} `gantry explain {}` lists them all", profile->manual,
-                                  wanted, did_you_mean(wanted, known), drive),
+                      fmt::format("{} lists no code '{}', but {}; `gantry explain {}` says what they stand for",
+                                  profile->manual, wanted, fmt::join(known, ", "), drive),
                       ""},
                 json);
   }

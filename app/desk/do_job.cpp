@@ -81,7 +81,7 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
                                    {.out = *folder,
                                     .dry_run = options.dry_run,
                                     .forecast = &prepared.proof->forecast,
-                                    .serial = options.serial,
+                                    .serial = part.serial(),
                                     .before = part.before(),
                                     .begin = bench.begin ? bench.begin() : run::Begin::AtOnce,
                                     .slow_beads = prepared.proof->slow_beads,
@@ -94,7 +94,7 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
         [&] { done.result = record::begin_result(machine, prepared.recipe, prepared.job, *folder, options.dry_run); });
     record::add_error(done.result, may_run.error());
   }
-  done.result.origin = {prepared.recipe.sources.front().sha256, machine.file, machine.sha256, options.serial,
+  done.result.origin = {prepared.recipe.sources.front().sha256, machine.file, machine.sha256, part.serial(),
                         profiles_of(machine)};
   done.clamp_holds =
       !bench.release && bench.owner != nullptr && clamp_at(machine, bench.owner->latest()) == Clamp::Holds;

@@ -179,7 +179,7 @@ void PartOfJob::end(record::JobResult& result, bool clamp_holds) {
                    : found_->defects     ? record::Board::Defects
                                          : record::Board::Whole;
   if (!begun_) {
-    if (found_) result.to_finish = found_->to_finish;
+    if (found_ && found_->sha256 == sha256_) result.to_finish = found_->to_finish;
     return;
   }
   BegunPart now = part({}, found_ && found_->lost);

@@ -30,6 +30,8 @@ class PartOfJob {
   Result<void> may_begin(Clamp clamp);
   /// From here on it counts as begun, whatever happens to this program.
   Result<void> begin();
+  /// As it was asked for; else as it was begun with.
+  [[nodiscard]] const std::string& serial() const { return serial_.empty() && found_ ? found_->serial : serial_; }
   /// What lies on it already.
   [[nodiscard]] record::OnBoard before() const;
   /// After the job, also after one that was refused: what is left is remembered, or the part is finished; then it is

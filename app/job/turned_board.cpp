@@ -73,7 +73,8 @@ Result<void> fits_one_way(const recipes::Recipe& recipe, const config::Machine& 
     if (!accepted(recipe, way, machine.camera.search_mm)) continue;
     return fail(Fault::Inconsistent,
                 fmt::format("a board that lies {} is taken for one that lies right, as its marks come to lie on marks; "
-                            "put one of them elsewhere, or write `symmetric: allowed` under `mark_rules` where it "
+                            "put one of them elsewhere, make its diameter larger by a quarter or more, or write "
+                            "`symmetric: allowed` under `mark_rules` where it "
                             "makes no difference",
                             way.words),
                 at_line(recipe, recipe.marks.front().place));

@@ -24,6 +24,7 @@ JobResult begin_result(const config::Machine& machine, const recipes::Recipe& re
   result.blocks_total = job.blocks.size();
   result.feature_order = recipes::dispensed_by(job);
   result.features_total = result.feature_order.size();
+  result.marks_total = recipe.marks.size();
   result.disturbed = result.features_total < recipe.features.size();
   result.order = recipe.order;
   result.travel = recipes::travel_of(recipe, result.feature_order);

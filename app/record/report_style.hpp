@@ -34,7 +34,7 @@ section{background:var(--card);border:1px solid var(--line);border-radius:10px;p
 .error{border-left:4px solid var(--bad)}
 .error+.error{margin-top:12px}
 .columns{display:grid;grid-template-columns:repeat(auto-fit,minmax(440px,1fr));gap:16px}
-.columns section{margin:0}
+.columns section{margin:0;min-width:0;overflow-x:auto}
 .columns{margin:0 0 16px}
 .scroll{overflow:auto;max-height:460px}
 @media(max-width:520px){.columns{grid-template-columns:1fr}section{overflow-x:auto}}
@@ -43,6 +43,7 @@ th{text-align:left;font-weight:500;color:var(--muted);font-size:13px;position:st
 td,th{white-space:nowrap;padding:5px 12px 5px 0;border-bottom:1px solid var(--line);vertical-align:middle}
 tr:last-child td{border-bottom:0}
 .r{text-align:right}
+th{white-space:normal;vertical-align:bottom}
 td.r,th.r{padding-right:18px}
 .meter{display:inline-block;height:8px;border-radius:4px;background:var(--accent);vertical-align:middle}
 .bad{color:var(--bad)}.good{color:var(--good)}

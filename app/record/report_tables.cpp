@@ -85,7 +85,8 @@ std::string tiles(const JobResult& r) {
   std::string out = "<div class=\"tiles\">";
   out += tile(fmt::format("{} / {}", r.features_done, r.features_total), "features dispensed",
               r.features_done < r.features_total ? "warn" : "");
-  out += tile(span_of_time(r.actual_s), "motion, predicted " + span_of_time(r.predicted_s));
+  out += tile(span_of_time(r.actual_s),
+              r.predicted_s > 0 ? "motion, predicted " + span_of_time(r.predicted_s) : "motion, never planned");
   if (r.order == recipes::Order::Shortest)
     out += tile(number(r.travel.as_ordered_mm, 1) + " mm",
                 "travel between features, in the order of the file " + number(r.travel.in_file_order_mm, 1) + " mm");

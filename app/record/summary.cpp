@@ -78,7 +78,7 @@ Json counts(const JobResult& r) {
          {"features_total", r.features_total},
          {"features_interrupted", r.interrupted.size()},
          {"marks_found", found},
-         {"marks_total", r.marks.size()},
+         {"marks_total", std::max(r.marks_total, r.marks.size())},
          {"touches", r.touches.size()},
          {"valve_openings", r.valve_openings},
          {"purge_shots", r.purge_shots}};
@@ -326,8 +326,9 @@ nlohmann::ordered_json to_json(const JobResult& r) {
                                   : Json(nullptr);
   j["trust"] = !r.has_offset ? Json(nullptr) : r.length_only ? Json("length only") : Json("residuals");
   j["heights"] = heights(r);
-  j["surface"] = {{"z0_mm", number(r.surface.z0)}, {"slope", point(r.surface.slope)}};
-  j["predicted_s"] = number(r.predicted_s);
+  j["surface"] =
+      r.touches.empty() ? Json(nullptr) : Json{{"z0_mm", number(r.surface.z0)}, {"slope", point(r.surface.slope)}};
+  j["predicted_s"] = r.predicted_s > 0 ? number(r.predicted_s) : Json(nullptr);
   j["actual_s"] = number(r.actual_s);
   j["steps"] = steps(r);
   j["feature_times"] = feature_times(r);
