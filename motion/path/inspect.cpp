@@ -78,6 +78,7 @@ Inspection inspect(const Stretch& stretch, const Limits& limits, double v_set, c
   x.p = 0;
   std::size_t curve = 0;
   double begin = 0;
+  bool gentle_enough = true;
   for (const TimePiece& p : stretch.pieces) {
     if (!(p.duration_s > 0) || !std::isfinite(p.duration_s + p.j))
       return refuse("a piece without duration", p.s, p.duration_s);
@@ -108,9 +109,10 @@ Inspection inspect(const Stretch& stretch, const Limits& limits, double v_set, c
         const AxisLimits& l = limits.axis[i];
         piece = std::max({piece, std::abs(q[1]) / l.v_max, std::sqrt(std::abs(q[2]) / l.a_max),
                           std::cbrt(std::abs(q[3]) / l.j_max)});
-        const bool held =
-            std::abs(q[1]) <= 1.001 * l.v_max && std::abs(q[2]) <= 1.001 * l.a_max && std::abs(q[3]) <= 1.001 * l.j_max;
-        if (!held && out.reason.empty()) {
+        const bool slow = std::abs(q[1]) <= 1.001 * l.v_max;
+        const bool gentle = std::abs(q[2]) <= 1.001 * l.a_max && std::abs(q[3]) <= 1.001 * l.j_max;
+        gentle_enough = gentle_enough && gentle;
+        if (!(slow && gentle) && out.reason.empty()) {
           char text[200];
           std::snprintf(text, sizeof text, "axis %zu at s = %.9g of %.9g: v %.4f a %.4f j %.4f of its limits", i, y.p,
                         length, q[1] / l.v_max, q[2] / l.a_max, q[3] / l.j_max);
@@ -123,6 +125,7 @@ Inspection inspect(const Stretch& stretch, const Limits& limits, double v_set, c
   }
   if (std::abs(x.p - length) > close) return refuse("an end that is not the path's", x.p, x.p - length);
   out.sound = out.reason.empty() && out.share <= 1.001;
+  out.only_speed = !out.sound && gentle_enough;
   if (!out.sound && out.reason.empty()) out.reason = "the set speed is exceeded";
   return out;
 }

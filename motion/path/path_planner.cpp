@@ -230,7 +230,7 @@ Result<PathPlanner::Plan> PathPlanner::plan_alone(double share) {
   Pace pace;
   std::string reason = "no speed was found";
   for (int round = 0; round < kMostTries + kGentlerTries; ++round) {
-    problem.hull = round >= kHullFrom;
+    problem.hull = problem.hull || round >= kHullFrom;
     Pace next = fastest(problem, round > 0 && round < kMostTries ? &pace : nullptr);
     counts_.steps += static_cast<std::size_t>(next.steps);
     counts_.second_tries += round > 0;
@@ -244,7 +244,9 @@ Result<PathPlanner::Plan> PathPlanner::plan_alone(double share) {
         inspect(stretch_of(waiting_, curves.size(), problem.cells, pace.nodes), limits_, options_.speed_mm_s, from);
     if (found.sound) return Plan{std::move(problem.cells), std::move(pace.nodes), std::move(grid.curve_end)};
     reason = found.reason;
-    if (round + 1 < kMostTries)
+    if (found.only_speed && !problem.hull)
+      problem.hull = true;  // not a smaller share, with which the whole neighbourhood would be slower
+    else if (round + 1 < kMostTries)
       tighten(problem.cells, pace.nodes, found);
     else
       slow_down(problem.cells, pace.nodes, found, round + 1 - kMostTries);

@@ -35,8 +35,9 @@ struct Stretch {
 
 /// What was found; `share` > 1 means that a limit is broken.
 struct Inspection {
-  bool sound = false;  ///< s stays within [0, length] and never goes back, pieces join, limits hold x 1.001
-  double share = 0;    ///< largest use of a limit, as a factor of time: sqrt of acceleration, cube root of jerk
+  bool sound = false;       ///< s stays within [0, length] and never goes back, pieces join, limits hold x 1.001
+  double share = 0;         ///< largest use of a limit, as a factor of time: sqrt of acceleration, cube root of jerk
+  bool only_speed = false;  ///< what is broken is the set speed or an axis' speed, and nothing else
   std::string reason;
   std::vector<double> piece_share;  ///< the same for each piece, as far as was looked
 };

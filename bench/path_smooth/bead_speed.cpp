@@ -1,0 +1,176 @@
+// Beads of lines and arcs at speeds that their radii allow, and beads with a right angle: how steady is the speed?
+//   bead_speed [--beads 500] [--seed 1]
+// Speeds are differences of the planned positions, 1 ms apart and not rounded. Allowed is v^2/R <= a, v^3/R^2 <= j and,
+// where a line becomes an arc, v^3 <= j R sqrt(24 R tolerance). An axis that stops in a right angle from speed v is
+// below 0.95 v over a length that its limits fix, but for the tolerance: twice that is the bound of the slowed length.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "motion/geometry.hpp"
+#include "motion/path/bead.hpp"
+
+namespace gantry::bench {
+namespace {
+
+constexpr double kV = 200, kA = 3000, kJ = 50000, kTick = 0.001, kSlow = 0.05;
+
+motion::Limits machine() {
+  motion::Limits m;
+  m.axes = 2, m.tick_s = kTick;
+  for (std::size_t i = 0; i < 2; ++i) m.axis[i] = {-1e6, 1e6, kV, kA, kJ}, m.linear[i] = true;
+  return m;
+}
+
+/// Speeds of the bead tick by tick, run-up and run-out left out; nothing where it is not planned.
+std::vector<double> speeds(const std::vector<AxisVec>& points, double speed, double tolerance) {
+  motion::BeadSpec spec;
+  spec.points = points, spec.speed_mm_s = speed, spec.corner_tolerance_mm = tolerance;
+  const auto bead = plan_bead(machine(), spec);
+  std::vector<double> out;
+  if (!bead) return out;
+  AxisVec last{};
+  double t = 0;  // from the bead's begin to that of the segment
+  std::size_t tick = 0;
+  for (std::size_t k = bead->bead_begin; k < bead->bead_end; ++k) {
+    const motion::Segment& s = bead->segments[k];
+    double length_s = 0;
+    for (const motion::Phase& p : s.nominal.phases) length_s += p.duration_s;
+    for (; static_cast<double>(tick) * kTick < t + length_s - 1e-9; ++tick) {
+      motion::State x{0, s.nominal.v0, s.nominal.a0};
+      double left = static_cast<double>(tick) * kTick - t;
+      for (const motion::Phase& p : s.nominal.phases) {
+        const double step = std::min(left, p.duration_s);
+        x = motion::advanced(x, p.jerk, step), left -= step;
+      }
+      const AxisVec q = motion::point(s.geometry, x.p);
+      if (tick > 0) out.push_back(std::hypot(q[0] - last[0], q[1] - last[1]) / kTick);
+      last = q;
+    }
+    t += length_s;
+  }
+  return out;
+}
+
+struct Steady {
+  double within_5 = 1, within_1 = 1, worst = 0;  ///< shares of the length; largest |v/v_set - 1|
+};
+
+Steady steadiness(const std::vector<double>& v, double speed) {
+  Steady out;
+  double all = 0, five = 0, one = 0;
+  for (const double x : v) {
+    const double off = std::abs(x / speed - 1);
+    all += x, five += off <= kSlow ? x : 0, one += off <= 0.01 ? x : 0;
+    out.worst = std::max(out.worst, off);
+  }
+  out.within_5 = five / all, out.within_1 = one / all;
+  return out;
+}
+
+struct Drawn {
+  std::vector<AxisVec> points;
+  double allowed_mm_s = kV, tolerance = 0;
+};
+
+/// Lines of 10 to 60 mm with arcs between them, in chords whose sagitta is a tenth of the tolerance at most.
+Drawn lines_and_arcs(std::mt19937_64& random) {
+  const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  Drawn out;
+  out.tolerance = std::pow(10.0, uniform(-2, -0.5));
+  double angle = uniform(0, 6.28), x = 0, y = 0;
+  const auto put = [&] { out.points.push_back(AxisVec{x, y}); };
+  const auto line = [&] {
+    const double length = uniform(10, 60);
+    x += length * std::cos(angle), y += length * std::sin(angle);
+    put();
+  };
+  put(), line();
+  for (int n = 1 + static_cast<int>(uniform(0, 5)); n > 0; --n) {
+    const double r = std::pow(10.0, uniform(0, 1.7)), turn = uniform(0.3, 3), side = uniform(0, 1) < 0.5 ? -1 : 1;
+    const double most = std::min(1.0, std::sqrt(0.8 * r * out.tolerance));
+    const int chords = static_cast<int>(std::ceil(turn * r / most / uniform(0.2, 1)));
+    const double cx = x - side * r * std::sin(angle), cy = y + side * r * std::cos(angle);
+    for (int k = 0; k < chords; ++k) {
+      angle += side * turn / chords;
+      x = cx + side * r * std::sin(angle), y = cy - side * r * std::cos(angle);
+      put();
+    }
+    line();
+    out.allowed_mm_s = std::min({out.allowed_mm_s, std::sqrt(kA * r), std::cbrt(kJ * r * r),
+                                 std::cbrt(kJ * r * std::sqrt(24 * r * out.tolerance))});
+  }
+  return out;
+}
+
+/// Length over which an axis that stops from v at its limits is slower than 0.95 v, by steps of 1 us.
+double stop_below(double v) {
+  const double a = std::min(kA, std::sqrt(v * kJ)), rise = a / kJ, hold = v / a - rise, h = 1e-6;
+  double s = 0, x = v, slope = 0;
+  for (double t = 0; t < 2 * rise + hold; t += h) {
+    slope = t < rise ? -kJ * t : t < rise + hold ? -a : -a + kJ * (t - rise - hold);
+    x += slope * h;
+    if (x < (1 - kSlow) * v) s += std::max(0.0, x) * h;
+  }
+  return s;
+}
+
+int smooth(std::uint64_t beads, std::uint64_t seed) {
+  std::printf("lines and arcs, speed as a share of what is allowed:\n");
+  bool good = true;
+  for (const double share : {0.3, 0.6, 0.8, 0.9, 1.0}) {
+    double least_5 = 1, least_1 = 1, worst = 0, sum_1 = 0;
+    std::uint64_t under = 0, planned = 0, worst_seed = 0;
+    for (std::uint64_t n = seed; n < seed + beads; ++n) {
+      std::mt19937_64 random(n);
+      const Drawn d = lines_and_arcs(random);
+      const double speed = share * d.allowed_mm_s;
+      const auto v = speeds(d.points, speed, d.tolerance);
+      if (v.empty()) continue;
+      const Steady s = steadiness(v, speed);
+      ++planned, under += s.within_5 < 0.98, sum_1 += s.within_1;
+      if (s.worst > worst) worst = s.worst, worst_seed = n;
+      least_5 = std::min(least_5, s.within_5), least_1 = std::min(least_1, s.within_1);
+    }
+    std::printf(
+        "  %.1f: %llu of %llu beads; within 5 %% over at least %.4f of each (%llu below 0.98), within 1 %% over "
+        "%.4f in the mean and %.4f at least; farthest off %.4f (seed %llu)\n",
+        share, static_cast<unsigned long long>(planned), static_cast<unsigned long long>(beads), least_5,
+        static_cast<unsigned long long>(under), sum_1 / static_cast<double>(planned), least_1, worst,
+        static_cast<unsigned long long>(worst_seed));
+    good = good && under == 0;
+  }
+  return good ? 0 : 1;
+}
+
+int corners() {
+  std::printf("right angles between legs of 60 mm: slowed length and its bound, mm\n");
+  double most = 0;
+  for (const double tolerance : {0.01, 0.05, 0.2})
+    for (const double speed : {20.0, 50.0, 100.0, 190.0}) {
+      const auto v = speeds({AxisVec{0, 0}, AxisVec{60, 0}, AxisVec{60, 60}}, speed, tolerance);
+      double slowed = 0;
+      for (const double x : v) slowed += x < (1 - kSlow) * speed ? x * kTick : 0;
+      const double bound = 2 * (stop_below(speed) - tolerance);
+      most = std::max(most, slowed / bound);
+      std::printf("  tolerance %.2f, %3.0f mm/s: %.3f, %.3f, ratio %.3f\n", tolerance, speed, slowed, bound,
+                  slowed / bound);
+    }
+  std::printf("  at most %.3f times the bound\n", most);
+  return most <= 1.1 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace gantry::bench
+
+int main(int argc, char** argv) {
+  std::uint64_t beads = 500, seed = 1;
+  CLI::App app{"measures how steady the speed of beads is"};
+  app.add_option("--beads", beads);
+  app.add_option("--seed", seed, "of the first bead; the others follow");
+  CLI11_PARSE(app, argc, argv);
+  const int a = gantry::bench::smooth(beads, seed), b = gantry::bench::corners();
+  return a != 0 || b != 0 ? 1 : 0;
+}
