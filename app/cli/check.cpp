@@ -25,14 +25,15 @@ namespace {
 
 enum class Kind { Recipe, Machine, Profile, Script };
 
-/// What a file is meant to be: the format that knows most of its keys; a list is a script for the world. What cannot be
+/// What a file is meant to be: the format that knows most of its keys; a list, or what is to be done, is a script for
+/// the world. What cannot be
 /// read is taken for a recipe, whose reader tells why.
 Kind kind_of(const std::string& path) {
   const auto text = config::read_text_file(path);
   config::Mistakes ignored(path);
   const auto root = text ? config::read_yaml(*text, ignored) : std::nullopt;
   if (!root) return Kind::Recipe;
-  if (root->kind == config::Node::Kind::Sequence) return Kind::Script;
+  if (root->kind == config::Node::Kind::Sequence || root->find("do") != nullptr) return Kind::Script;
   Kind best = Kind::Recipe;
   std::ptrdiff_t most = 0;
   for (const auto& [kind, format] : {std::pair{Kind::Recipe, &recipes::recipe_format()},

@@ -501,19 +501,22 @@ Json Desk::part_removed(const run::Order& order) {
 }
 
 Json Desk::run_job(const run::Order& order) {
-  Result<recipes::Selection> selection;
-  owner_.aside(
-      [&] { selection = filled_in(order.select, options_.parts, order.serial, clamp_at(machine_, owner_.latest())); });
-  if (!selection) return failure({selection.error()});
+  // From here on an abort and a hold are for this job, also while something is done aside and clients are heard.
   recipe_ = order.recipe, preparing_ = true, aborted_.reset();
+  Result<recipes::Selection> selection;
+  owner_.aside([&, clamp = clamp_at(machine_, owner_.latest())] {
+    selection = filled_in(order.select, options_.parts, order.serial, clamp);
+  });
   struct Work {
     std::atomic<bool> given_up{false};  ///< nobody waits for it any more
     int unreadable = 0;                 ///< as errno has it
     std::optional<Checked<Prepared>> prepared;
   };
   const auto shared = std::make_shared<Work>();  // outlives this call where an abort ends the waiting
-  const bool ready = prepare_aside(
-      [shared, &machine = machine_, recipe = order.recipe, select = *selection, certificate = order.certificate] {
+  const recipes::Selection select = selection ? *selection : recipes::Selection{};
+  const bool ready =
+      selection &&
+      prepare_aside([shared, &machine = machine_, recipe = order.recipe, select, certificate = order.certificate] {
         shared->unreadable = ::access(recipe.c_str(), R_OK) == 0 ? 0 : errno;
         if (shared->unreadable == 0)
           shared->prepared =
@@ -528,6 +531,7 @@ Json Desk::run_job(const run::Order& order) {
     return tl::unexpected(stop_ ? kEnding : *aborted_);
   };
   Json answer = [&]() -> Json {
+    if (!selection) return failure({selection.error()});
     if (!ready) return failure({stop_ ? kEnding : *aborted_});
     if (shared->unreadable != 0)
       return failure({Error{Fault::FileUnreadable,

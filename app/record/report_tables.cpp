@@ -122,6 +122,11 @@ std::string error_section(const JobResult& r) {
   if (!r.interrupted.empty())
     body += fmt::format("<p class=\"note\">Cut while dispensing: {}. Look at them before going on.</p>",
                         text(fmt::format("{}", fmt::join(r.interrupted, ", "))));
+  if (!r.to_finish.empty())
+    body += fmt::format(
+        "<p class=\"note\">The board is begun. To finish it: <code>gantry run {} {}{}</code>; or take it out and say "
+        "<code>gantry part-removed</code>.</p>",
+        text(r.recipe_file), text(r.to_finish), text(r.origin.serial.empty() ? "" : " --serial " + r.origin.serial));
   return section("What stopped the job", body);
 }
 

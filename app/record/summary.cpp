@@ -295,11 +295,11 @@ nlohmann::ordered_json to_json(std::span<const Defect> defects) {
 }
 
 nlohmann::ordered_json to_json(const JobResult& r) {
-  Json j{{"job", r.job},
-         {"result", result_word(r)},
+  Json j{{"result", result_word(r)},
          {"exit_code", static_cast<int>(r.exit_code)},
-         {"board", name(r.board)},
          {"errors", errors(r)},
+         {"job", r.job},
+         {"board", name(r.board)},
          {"defects", to_json(r.defects)},
          {"to_finish", known(r.to_finish)},
          {"recipe", r.recipe_name},

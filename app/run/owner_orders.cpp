@@ -239,7 +239,10 @@ void Owner::abort(Error why) {
 }
 
 void Owner::interrupt(Error why) {
-  if (why.fault == Fault::Interrupted && !parts_->ending) parts_->ending = why;
+  if (why.fault == Fault::Interrupted && !parts_->ending) {
+    parts_->ending = why;
+    parts_->acted("interrupt");
+  }
   abort(std::move(why));
 }
 

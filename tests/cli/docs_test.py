@@ -79,6 +79,17 @@ def scripts_exist(place, line):
             fail(place, f"there is no {path}")
 
 
+def check_recipe(place, lines):
+    """A whole recipe that a page shows is right."""
+    with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+        file.write("\n".join(lines) + "\n")
+        file.flush()
+        done = subprocess.run([gantry, "check", file.name], capture_output=True, text=True, stdin=subprocess.DEVNULL)
+        if done.returncode != 0:
+            fail(place, f"the recipe that ends here is wrong: {done.stdout + done.stderr}")
+    return 1
+
+
 def run_fence(place, lines):
     """In a folder where the project's recipes and configuration are, with the program on the path."""
     with tempfile.TemporaryDirectory() as folder:
@@ -101,7 +112,7 @@ for page in pages():
     titles = re.findall(r"^#+ (.*)$", re.sub(r"```.*?```", "", text, flags=re.S), re.M)
     headings[page] = {re.sub(r"[^\w -]", "", t.lower()).replace(" ", "-") for t in titles}
 
-run = 0
+run = recipes = 0
 commands = re.compile(r"^(?:sudo )?(?:gantry |scripts/|build/release/|bash tests|ctest |cmake )")
 for page in pages():
     lines = open(os.path.join(source, page)).read().split("\n")
@@ -116,6 +127,8 @@ for page in pages():
             else:
                 if fence == "sh runnable":
                     run += run_fence(place, inside)
+                if fence == "yaml" and inside[:1] == ["version: 1"] and any(i == "features:" or i.startswith("features: ") for i in inside):
+                    recipes += check_recipe(place, inside)
                 fence = None
             continue
         if fence is not None:
@@ -154,6 +167,8 @@ for page in pages():
             elif heading and heading not in headings.get(at, set()):
                 fail(place, f"{at} has no heading #{heading}")
 
+if recipes < 1:
+    fail("docs", "no whole recipe was checked")
 topics = re.findall(r'"((?:gantry|rt)/\w+)"', open(os.path.join(source, "app/monitor/dds.hpp")).read() +
                     open(os.path.join(source, "app/monitor/topics.hpp")).read() +
                     open(os.path.join(source, "app/monitor/publish.cpp")).read())
@@ -163,7 +178,7 @@ for topic in re.findall(r"`((?:gantry|rt)/\w+)`", open(os.path.join(source, "doc
 
 if run < 8:
     fail("docs", f"only {run} command lines were run")
-print(f"{run} command lines run, {len(list(pages()))} pages read")
+print(f"{run} command lines run, {recipes} recipes checked, {len(list(pages()))} pages read")
 for line in failures:
     print("FAILED:", line)
 sys.exit(1 if failures else 0)
