@@ -1,6 +1,7 @@
 #include "app/record/certificate.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -95,35 +96,56 @@ class Reader {
     if (root.kind != Node::Kind::Map || root.find("format") == nullptr)
       return mistakes_.add(Fault::BadValue, "this is no certificate; give the certificate.json of a dry run",
                            root.place);
-    const Node* format = wanted(root, "format", Node::Kind::Scalar, "a number");
+    const Node* format = wanted(root, "format", Is::Number);
     if (format == nullptr) return;
     if (format->text != std::to_string(kFormat))
       return mistakes_.add(
           Fault::BadValue,
           fmt::format("this program reads certificates of format {}; do the dry run again with it", kFormat),
           format->place);
-    if (const Node* result = wanted(root, "result", Node::Kind::Scalar, "a word"); result && result->text != "done")
+    if (const Node* result = wanted(root, "result", Is::Text); result && result->text != "done")
       mistakes_.add(Fault::BadValue, "the dry run of a certificate was done; do it again", result->place);
-    if (const Node* hashes = wanted(root, "hashes", Node::Kind::Map, "hashes by their names"))
+    if (const Node* hashes = wanted(root, "hashes", Is::Members))
       for (const job::ProofInput& input : job::kProofInputs) take(*hashes, input);
-    if (const Node* scope = wanted(root, "scope", Node::Kind::Map, "what was certified"))
-      if (const Node* selection = wanted(*scope, "selection", Node::Kind::Map, "'from' and 'only'"))
-        take_selection(*selection);
+    if (const Node* scope = wanted(root, "scope", Is::Members))
+      if (const Node* selection = wanted(*scope, "selection", Is::Members)) take_selection(*selection);
   }
 
-  const Node* wanted(const Node& map, const char* key, Node::Kind kind, const char* what) {
+  /// A value's type in JSON, where texts and only texts are quoted.
+  enum class Is : std::uint8_t { Number, Text, List, Members };
+
+  static bool is(const Node& node, Is type) {
+    switch (type) {
+      case Is::Number: return node.kind == Node::Kind::Scalar && !node.quoted;
+      case Is::Text: return node.kind == Node::Kind::Scalar && node.quoted;
+      case Is::List: return node.kind == Node::Kind::Sequence;
+      case Is::Members: return node.kind == Node::Kind::Map;
+    }
+    return false;
+  }
+
+  void is_not(const Node& node, const char* key, Is type) {
+    constexpr std::array<const char*, 4> kWords{"a number", "a text in quotes", "a list", "an object"};
+    if (node.kind != Node::Kind::Refused)  // which has its mistake
+      mistakes_.add(
+          Fault::BadValue,
+          fmt::format("'{}' has to be {}; do the dry run again", key, kWords.at(static_cast<std::size_t>(type))),
+          node.place);
+  }
+
+  const Node* wanted(const Node& map, const char* key, Is type) {
     const Node* found = map.find(key);
     if (found == nullptr)
       mistakes_.add(Fault::MissingKey, fmt::format("the key '{}' is missing; do the dry run again", key), map.place);
-    else if (found->kind == kind)
+    else if (is(*found, type))
       return found;
-    else if (found->kind != Node::Kind::Refused)
-      mistakes_.add(Fault::BadValue, fmt::format("'{}' is {}; do the dry run again", key, what), found->place);
+    else
+      is_not(*found, key, type);
     return nullptr;
   }
 
   void take(const Node& hashes, const job::ProofInput& input) {
-    const Node* found = wanted(hashes, input.name, Node::Kind::Scalar, "a hash of 64 hex digits");
+    const Node* found = wanted(hashes, input.name, Is::Text);
     if (found == nullptr) return;
     const bool hex =
         found->text.size() == kHashDigits && found->text.find_first_not_of("0123456789abcdef") == std::string::npos;
@@ -135,15 +157,12 @@ class Reader {
   }
 
   void take_selection(const Node& selection) {
-    if (const Node* from = selection.find("from"); from != nullptr && from->kind == Node::Kind::Scalar)
-      out_.selection.from = from->text;
-    const Node* only = wanted(selection, "only", Node::Kind::Sequence, "a list of names");
+    if (const Node* from = selection.find("from"); from != nullptr && from->kind != Node::Kind::Empty)
+      is(*from, Is::Text) ? void(out_.selection.from = from->text) : is_not(*from, "from", Is::Text);
+    const Node* only = wanted(selection, "only", Is::List);
     if (only == nullptr) return;
     for (const Node& name : only->items)
-      if (name.kind == Node::Kind::Scalar)
-        out_.selection.only.push_back(name.text);
-      else
-        mistakes_.add(Fault::BadValue, "'only' is a list of names; do the dry run again", name.place);
+      is(name, Is::Text) ? out_.selection.only.push_back(name.text) : is_not(name, "only: a name", Is::Text);
   }
 
   config::Mistakes mistakes_;
