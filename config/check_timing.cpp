@@ -151,7 +151,7 @@ void check_skew(const Axis& axis, const AxisRow& row, Mistakes& mistakes) {
 }
 
 /// What is kept from bodies for an axis is no less than 0, and less than would close all of its travel.
-void check_path_error(const Axis& axis, const AxisRow& row, Mistakes& mistakes) {
+void check_path_error(const Machine& m, const Axis& axis, const AxisRow& row, Mistakes& mistakes) {
   if (!row.path_error.given()) return;
   if (axis.path_error < 0 || axis.path_error >= (axis.p_max - axis.p_min) / 2)
     mistakes.add(
@@ -161,6 +161,11 @@ void check_path_error(const Axis& axis, const AxisRow& row, Mistakes& mistakes) 
         row.path_error.place);
   else if (axis.kind != AxisKind::Streamed)
     mistakes.add(Fault::Inconsistent, "a positioned axis follows no path; leave it out", row.path_error.place);
+  else if (axis.id != m.x && axis.id != m.y && axis.id != m.z && axis.id != m.c && axis.id != m.u)
+    mistakes.add(Fault::Inconsistent,
+                 "an axis that has none of the `roles` moves nothing that is kept from bodies; leave it out, or give "
+                 "the axis its role",
+                 row.path_error.place);
 }
 
 /// How far the axis is off its path at full speed by what its delay is known, here or on the simulated machine, to be
@@ -203,7 +208,7 @@ bool check_timing(const Machine& m, const MachineFile& file, Mistakes& mistakes)
 
 void check_windows(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   for (std::size_t i = 0; i < m.axes.size(); ++i) {
-    check_path_error(m.axes[i], file.axes[i], mistakes);
+    check_path_error(m, m.axes[i], file.axes[i], mistakes);
     if (m.axes[i].kind != AxisKind::Streamed) continue;
     check_ramp(m, m.axes[i], file.axes[i], mistakes);
     check_following(m, m.axes[i], file.axes[i], mistakes);
