@@ -49,10 +49,30 @@ Times times(const config::Machine& machine, const Material& m, const Bead& bead)
           m.start_dwell_s + (length_mm(bead) - m.early_off) / m.speed, "'retract'"};
 }
 
+constexpr double kRounding_s = 1e-9;
+
+Location given(Location written, Location otherwise) { return written.line > 0 ? written : otherwise; }
+
+/// The valve is switched, and the needle sent on, once in a cycle.
+void check_cycles(const Material& m, double cycle_s, config::Mistakes& mistakes) {
+  const auto judge = [&](const char* key, double value_s, Location where, const char* otherwise) {
+    if (value_s >= cycle_s - kRounding_s) return;
+    mistakes.add(
+        Fault::Inconsistent,
+        fmt::format("material '{}': '{}' of {:.6g} ms is less than a cycle of the machine, and nothing that is "
+                    "dispensed takes less; write {:.6g} ms or more{}",
+                    m.name, key, value_s * 1e3, cycle_s * 1e3, otherwise),
+        given(where, m.place));
+  };
+  judge("dot_time", m.dot_time, m.places.dot_time, "");
+  if (m.start_dwell_s > 0) judge("start_dwell", m.start_dwell_s, m.places.start_dwell, ", or leave it out");
+}
+
 }  // namespace
 
 void check_valve_leads(const Recipe& recipe, const config::Machine& machine, config::Mistakes& mistakes) {
-  const auto given = [](Location written, Location otherwise) { return written.line > 0 ? written : otherwise; };
+  const double cycle_s = seconds(machine.bus.cycle);
+  for (const Material& m : recipe.materials) check_cycles(m, cycle_s, mistakes);
   std::set<std::string_view> early_off_told;
   std::set<std::pair<std::string_view, bool>> told;  // material, and whether the lead is the opening one
   const auto judge = [&](const auto& feature) {
@@ -75,12 +95,17 @@ void check_valve_leads(const Recipe& recipe, const config::Machine& machine, con
                                "the last stretch to '{}', which takes {:.0f} ms; give it a shorter lead, or more {}",
                                m->name, m->valve_open_lead * 1e3, feature.id, t.last_stretch_s * 1e3, t.more_room),
                    given(m->places.valve_open_lead, m->place));
-    if (m->valve_close_lead >= m->valve_open_lead + t.open_s && told.insert({m->name, false}).second)
+    // One that shuts what is below a cycle already has its mistake.
+    if (t.open_s >= cycle_s - kRounding_s &&
+        m->valve_close_lead > m->valve_open_lead + t.open_s - cycle_s + kRounding_s &&
+        told.insert({m->name, false}).second)
       mistakes.add(
           Fault::Inconsistent,
-          fmt::format("material '{}': 'valve_close_lead' of {:.6g} ms closes the valve before it is opened for "
-                      "'{}', on which it is open for {:.0f} ms; give it a shorter lead",
-                      m->name, m->valve_close_lead * 1e3, feature.id, t.open_s * 1e3),
+          fmt::format("material '{}': 'valve_close_lead' of {:.6g} ms closes the valve before it has been open for a "
+                      "cycle of the machine on '{}', which takes {:.6g} ms; write {:.6g} ms or less, or a longer "
+                      "'valve_open_lead'",
+                      m->name, m->valve_close_lead * 1e3, feature.id, t.open_s * 1e3,
+                      std::max(0.0, m->valve_open_lead + t.open_s - cycle_s) * 1e3),
           given(m->places.valve_close_lead, m->place));
   };
   if (recipe.purge)

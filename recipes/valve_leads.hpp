@@ -1,6 +1,6 @@
 // Whether a material's valve leads fit its features: the valve is told to open while the needle is on the last stretch
 // to one (down from the retract height, along the run-up of a bead), never on its travel before that, and told to close
-// after that.
+// after that, a cycle of the machine or more. No shot and no dwell of a material is shorter than a cycle.
 //   check_valve_leads(recipe, machine, mistakes);   // Fault::NoSolution, Fault::Inconsistent; once a material and kind
 #pragma once
 #include "config/machine.hpp"
