@@ -1,5 +1,6 @@
 #include "app/desk/prepare.hpp"
 
+#include "app/job/marks_apart.hpp"
 #include "app/job/turned_board.hpp"
 #include "app/record/certificate.hpp"
 
@@ -22,6 +23,8 @@ Checked<Prepared> prepare(const config::Machine& machine, const std::string& rec
                           const recipes::Selection& selection, const Checks& checks) {
   auto compiled = recipes::load_for(recipe_file, machine);
   if (!compiled) return tl::unexpected(compiled.error());
+  if (auto apart = job::marks_apart(compiled->recipe, machine); !apart)
+    return tl::unexpected(std::vector{apart.error()});
   if (auto one_way = job::fits_one_way(compiled->recipe, machine); !one_way)
     return tl::unexpected(std::vector{one_way.error()});
   const auto chosen = recipes::choose(compiled->recipe, selection);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "app/job/marks_apart.hpp"
 #include "app/job/prove.hpp"
 #include "app/job/turned_board.hpp"
 #include "config/yaml.hpp"
@@ -45,6 +46,7 @@ class Bench {
 std::vector<Error> mistakes_of(const config::Machine& machine, const std::string& recipe) {
   const auto compiled = recipes::load_for(recipe, machine);
   if (!compiled) return compiled.error();
+  if (auto apart = job::marks_apart(compiled->recipe, machine); !apart) return {apart.error()};
   if (auto one_way = job::fits_one_way(compiled->recipe, machine); !one_way) return {one_way.error()};
   if (auto proof = job::prove_nominal(machine, compiled->recipe, compiled->job); !proof) return {proof.error()};
   return {};
