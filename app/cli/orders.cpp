@@ -1,5 +1,6 @@
 // gantry status, hold, resume, abort, reset, override, enable, disable, park, part-removed, down: one order each to the
 // owner that is up.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -104,23 +105,27 @@ void forget_part(Context& context, const std::string& state, const std::string& 
 }
 
 /// A machine file that the user names is the owner's, but for a stop: that is never refused.
-std::vector<std::string> compared(const CLI::App& verb, OrderKind kind) {
-  return kind == OrderKind::Abort || kind == OrderKind::Hold ? std::vector<std::string>() : given_options(verb);
+std::vector<std::string> compared(const CLI::App& verb, const run::Order& order) {
+  const bool stops = order.kind == OrderKind::Abort || order.kind == OrderKind::Hold ||
+                     (order.kind == OrderKind::Override && order.value == 0);
+  const std::vector<std::string> given = given_options(verb);
+  const bool named = std::ranges::find(given, "--machine") != given.end();
+  return named && !stops ? std::vector<std::string>{"--machine"} : std::vector<std::string>();
 }
 
 void send_order(Context& context, const CLI::App& verb, const std::string& option, const run::Order& order) {
   const auto state = state_of(context, option);
   if (!state) return;
   const std::string socket = desk::owner_socket(*state);
-  Asked asked{.order = order,
-              .state = *state,
-              .state_option = option,
-              .given = compared(verb, order.kind),
-              .changed_since = true};
+  Asked asked{
+      .order = order, .state = *state, .state_option = option, .given = compared(verb, order), .changed_since = true};
   if (order.kind == OrderKind::Quit) asked.afterwards = wait_until_gone;
   if (ask_owner(context, asked)) return;
   if (order.kind == OrderKind::PartRemoved) return forget_part(context, *state, order.serial);
-  const Error nobody{Fault::Refused, "no owner is up here; start one with `gantry up`", socket};
+  const Error nobody{Fault::Refused,
+                     "no owner is up here; start "
+                     "one with `gantry up`",
+                     socket};
   context.exit_code = show(nobody, context.json);
 }
 
@@ -136,7 +141,9 @@ void add_order(CLI::App& to, const char* name, const OrderVerb& row, Context& co
   auto now = std::make_shared<bool>(false);
   verb->add_option("--state", *state, kStateHelp);
   if (row.kind == OrderKind::PartRemoved)
-    verb->add_option("--serial", *serial, "Serial number of the part, where it is not the one in the machine");
+    verb->add_option("--serial", *serial,
+                     "Serial number of the part, where it is "
+                     "not the one in the machine");
   if (row.kind == OrderKind::Override)
     verb->add_option("PERCENT", *percent, "100 is the recipe's speed")->required()->check(is_percentage);
   if (row.kind == OrderKind::Hold) verb->add_flag("--now", *now, "Do not wait for the end of the feature");
@@ -152,7 +159,9 @@ void add_orders(CLI::App& app, Context& context) {
   for (const OrderVerb& row : kVerbs) {
     add_order(app, row.name, row, context);
     if (row.kind != OrderKind::PartRemoved) continue;
-    // Said in two words, too: what a person tries first must not be told as a slip for `park`.
+    // Said in two words, too: what a person tries
+    // first must not be told as a slip for
+    // `park`.
     auto* part = app.add_subcommand("part", "")->group("")->require_subcommand(1);
     add_order(*part, "removed", row, context);
   }

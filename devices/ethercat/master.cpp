@@ -133,7 +133,7 @@ Result<void> EthercatMaster::set_up() {
   spare_image_ = output_image_;
   for (std::size_t i = 0; i < stations_.size(); ++i) {
     const StationRecord& s = stations_[i];
-    if (!s.bent && as_loop_has_it(s.config->profile)) continue;
+    if (s.config == nullptr || (!s.bent && as_loop_has_it(s.config->profile))) continue;  // null: nobody's, of a scan
     bent_.push_back({.station = i,
                      .image = std::make_unique<BentImage>(s, machine_.bus.cycle),
                      .outputs = std::span(output_image_).subspan(s.output_offset, s.output_bytes),

@@ -22,8 +22,11 @@ Verdict check_target(const Limits& limits, const AxisVec& before_last, const Axi
     const double step = l.v_max * limits.tick_s;
     const double slack = step * kSlack + l.j_max * cubic;
     if (!(std::abs(next[i] - last[i]) <= (step + slack) * ticks)) return {Fault::TargetStep, id};
-    // What stands outside (it was switched on there) may stay and come back, but not go further out.
-    if ((next[i] > l.p_max + slack && next[i] > last[i]) || (next[i] < l.p_min - slack && next[i] < last[i]))
+    // What stands outside (it was switched on there) may stay and come back, but not go further out in one tick or two
+    // than a delayed target that begins to come back swings out (see above).
+    const double out = l.j_max * cubic + kRounding * std::abs(next[i]);
+    if ((next[i] > l.p_max + slack && next[i] > std::min(last[i], before_last[i]) + out) ||
+        (next[i] < l.p_min - slack && next[i] < std::max(last[i], before_last[i]) - out))
       return {Fault::SoftLimit, id};
     // A step is the mean speed over its ticks; the middles of the two are (ticks + 1) / 2 apart. Of a delayed target
     // the difference of steps may be off by twice what a step may (see above).

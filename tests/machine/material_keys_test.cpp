@@ -242,7 +242,7 @@ TEST(RunUp, that_is_blocked_is_a_shorter_one_and_nothing_is_hit) {
 }
 
 TEST(RunUp, a_bead_begins_from_rest_where_the_body_is_as_near_as_it_may_be) {
-  const recipes::Recipe recipe = recipe_of("", "stud: {at: [16.695 mm, 20 mm], size: [1 mm, 1 mm, 2.4 mm]}", kLine);
+  const recipes::Recipe recipe = recipe_of("", "stud: {at: [16.698 mm, 20 mm], size: [1 mm, 1 mm, 2.4 mm]}", kLine);
   const auto proof = proof_of(recipe);
   ASSERT_TRUE(proof) << to_text(proof.error());
   ASSERT_EQ(proof->run_ups.size(), 1u);
@@ -252,7 +252,7 @@ TEST(RunUp, a_bead_begins_from_rest_where_the_body_is_as_near_as_it_may_be) {
   test::expect_done(r);
   EXPECT_LE(deposit(r, "l").error_mm, 0.03);
   const auto slower =
-      proof_of(recipe_of(", min_speed: 1 mm/s", "stud: {at: [16.695 mm, 20 mm], size: [1 mm, 1 mm, 2.4 mm]}", kLine));
+      proof_of(recipe_of(", min_speed: 1 mm/s", "stud: {at: [16.698 mm, 20 mm], size: [1 mm, 1 mm, 2.4 mm]}", kLine));
   EXPECT_FALSE(slower) << "its material forbids that";
 }
 

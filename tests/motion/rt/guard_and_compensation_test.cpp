@@ -63,6 +63,11 @@ TEST(Guard, stops_at_the_soft_limits_but_lets_back_in) {
   EXPECT_EQ(check_target(m, at(609.7), at(609.9), at(610.1)).fault, Fault::SoftLimit);
   EXPECT_EQ(check_target(m, at(615.5), at(615), at(614.5)).fault, Fault::None);
   EXPECT_EQ(check_target(m, at(615), at(615), at(615)).fault, Fault::None);
+  const double rounded = std::nextafter(615.0, 700.0);  // it stays there, computed anew
+  EXPECT_EQ(check_target(m, at(615), at(615), at(rounded)).fault, Fault::None);
+  EXPECT_EQ(check_target(m, at(615), at(615), at(615 + 2e-8)).fault, Fault::None) << "a delayed one swings out";
+  EXPECT_EQ(check_target(m, at(615), at(615), at(615 + 1e-5)).fault, Fault::SoftLimit);
+  EXPECT_EQ(check_target(m, at(615), at(615 + 1e-6), at(615 + 2e-6)).fault, Fault::SoftLimit) << "it creeps out";
   EXPECT_EQ(check_target(m, at(614.9), at(615), at(615.1)).fault, Fault::SoftLimit);
 }
 
