@@ -43,7 +43,7 @@ refused "another needle" calibration "$machine" "tip: \[0 mm, 0 mm, -40 mm\]" "t
 demand 2 "a feature that is not there" --only nothing
 printf '{"format": 1,\n "hashes": 3}\n' >"$work/wrong.json"
 expect_exit 3 "a file that is none" "$gantry" run "$board" --certificate "$work/wrong.json"
-expect_text "wrong.json:2:12: 'hashes' is"
+expect_text "wrong.json:2:12: 'hashes' has to be an object"
 expect_exit 3 "a file that is not there" "$gantry" run "$board" --certificate "$work/nowhere.json"
 expect_exit 2 "an empty name" "$gantry" run "$board" --certificate ""
 expect_exit 3 "a device" "$gantry" run "$board" --certificate /dev/zero

@@ -279,7 +279,7 @@ INSTANTIATE_TEST_SUITE_P(
               },
               Fault::NoSolution, "takes 5 ms", "'settle_time' or 'retract'"},
         Wrong{"close_lead", [](Recipe& r, config::Machine&) { r.materials[0].valve_close_lead = 0.068; },
-              Fault::Inconsistent, "adhesive", "open for 60 ms"}),
+              Fault::Inconsistent, "adhesive", "'valve_close_lead' of 68 ms closes the valve before it has been open"}),
     [](const auto& each) { return std::string(each.param.name); });
 
 TEST(Compile, a_feature_may_lie_on_the_part_that_it_names) {
