@@ -474,8 +474,9 @@ TEST(Orders, a_hold_before_a_job_s_first_motion_keeps_it_waiting) {
         if (!held) held = owner.order(order(OrderKind::Hold)).has_value();
       }
       if (resumed) return;
-      played = played || s.block != 0;
-      if (homed && ready_at == 0 && s.state == cycle::State::Ready) ready_at = s.cycle;
+      played = played || s.block != 0 || (button && homed);
+      // Who holds while axes home lets them come home; who holds before lets none begin.
+      if ((homed || button) && ready_at == 0 && s.state == cycle::State::Ready) ready_at = s.cycle;
       if (ready_at == 0 || s.cycle < ready_at + 3000) return;
       EXPECT_TRUE(owner.held());
       resumed = owner.order(order(OrderKind::Resume)).has_value();
