@@ -26,8 +26,7 @@ namespace {
 enum class Kind { Recipe, Machine, Profile, Script };
 
 /// What a file is meant to be: the format that knows most of its keys; a list, or what is to be done, is a script for
-/// the world. What cannot be
-/// read is taken for a recipe, whose reader tells why.
+/// the world. What cannot be read is taken for a recipe, whose reader tells why.
 Kind kind_of(const std::string& path) {
   const auto text = config::read_text_file(path);
   config::Mistakes ignored(path);

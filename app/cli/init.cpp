@@ -43,14 +43,14 @@ Result<std::vector<std::string>> copy_to(const fs::path& folder) {
   const auto files = files_to_copy(from);
   if (!files) return files;
   std::error_code error;
-  for (const std::string& file : *files) switch (fs::symlink_status(folder / file, error).type()) {
-      case fs::file_type::not_found: break;
-      case fs::file_type::none:  // nobody lets it be seen
-        return fail(Fault::Usage, fmt::format("cannot be written ({})", error.message()), (folder / file).string());
-      default:
-        return fail(Fault::Refused, "is there already and is not overwritten; name another folder",
-                    (folder / file).string());
-    }
+  for (const std::string& file : *files) {
+    const fs::file_type found = fs::symlink_status(folder / file, error).type();
+    if (found == fs::file_type::not_found) continue;
+    if (found == fs::file_type::none)  // nobody lets it be seen
+      return fail(Fault::Usage, fmt::format("cannot be written ({})", error.message()), (folder / file).string());
+    return fail(Fault::Refused, "is there already and is not overwritten; name another folder",
+                (folder / file).string());
+  }
   for (const std::string& file : *files) {
     fs::create_directories((folder / file).parent_path(), error);
     if (!error) fs::copy_file(fs::path(from) / file, folder / file, error);

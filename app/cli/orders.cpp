@@ -122,10 +122,7 @@ void send_order(Context& context, const CLI::App& verb, const std::string& optio
   if (order.kind == OrderKind::Quit) asked.afterwards = wait_until_gone;
   if (ask_owner(context, asked)) return;
   if (order.kind == OrderKind::PartRemoved) return forget_part(context, *state, order.serial);
-  const Error nobody{Fault::Refused,
-                     "no owner is up here; start "
-                     "one with `gantry up`",
-                     socket};
+  const Error nobody{Fault::Refused, "no owner is up here; start one with `gantry up`", socket};
   context.exit_code = show(nobody, context.json);
 }
 
@@ -141,9 +138,7 @@ void add_order(CLI::App& to, const char* name, const OrderVerb& row, Context& co
   auto now = std::make_shared<bool>(false);
   verb->add_option("--state", *state, kStateHelp);
   if (row.kind == OrderKind::PartRemoved)
-    verb->add_option("--serial", *serial,
-                     "Serial number of the part, where it is "
-                     "not the one in the machine");
+    verb->add_option("--serial", *serial, "Serial number of the part, where it is not the one in the machine");
   if (row.kind == OrderKind::Override)
     verb->add_option("PERCENT", *percent, "100 is the recipe's speed")->required()->check(is_percentage);
   if (row.kind == OrderKind::Hold) verb->add_flag("--now", *now, "Do not wait for the end of the feature");
@@ -159,9 +154,7 @@ void add_orders(CLI::App& app, Context& context) {
   for (const OrderVerb& row : kVerbs) {
     add_order(app, row.name, row, context);
     if (row.kind != OrderKind::PartRemoved) continue;
-    // Said in two words, too: what a person tries
-    // first must not be told as a slip for
-    // `park`.
+    // Said in two words, too: what a person tries first must not be told as a slip for `park`.
     auto* part = app.add_subcommand("part", "")->group("")->require_subcommand(1);
     add_order(*part, "removed", row, context);
   }

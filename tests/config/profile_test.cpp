@@ -214,6 +214,15 @@ TEST(Profile, a_pdo_over_its_limits_or_of_unknown_objects_is_a_mistake) {
   EXPECT_NE(p.error()[0].where.find(":24:5"), std::string::npos) << p.error()[0].where;
 }
 
+/// The mistake stands at the line of the text in which these words come first.
+void expect_at_line_of(std::string_view words, const std::string& text, const Error& mistake) {
+  const auto at = text.find(words);
+  ASSERT_NE(at, std::string::npos) << words;
+  const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+  EXPECT_NE(mistake.where.find(":" + std::to_string(line) + ":"), std::string::npos)
+      << to_text(mistake) << ", not line " << line;
+}
+
 /// The mistakes of a shipped profile in which one thing is another.
 std::vector<Error> mistakes_of(const std::string& name, const std::string& from, const std::string& to,
                                std::string* text_of = nullptr) {
@@ -264,11 +273,7 @@ TEST(Profile, what_it_says_against_itself_is_one_mistake_at_its_place) {
     const auto errors = mistakes_of(c.name, c.from, c.to, &text);
     ASSERT_EQ(errors.size(), 1u) << c.name << ' ' << c.to;
     EXPECT_NE(errors[0].message.find(c.says), std::string::npos) << to_text(errors[0]);
-    const auto at = text.find(c.at);
-    ASSERT_NE(at, std::string::npos) << c.at;
-    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
-    EXPECT_NE(errors[0].where.find(":" + std::to_string(line) + ":"), std::string::npos)
-        << to_text(errors[0]) << ", not line " << line;
+    expect_at_line_of(c.at, text, errors[0]);
   }
 }
 
@@ -387,11 +392,7 @@ TEST(Profile, what_no_station_can_have_is_one_mistake_at_its_place) {
     }
     ASSERT_EQ(errors.size(), 1u) << c.name << ' ' << c.to << (errors.empty() ? "" : ": " + to_text(errors.back()));
     EXPECT_NE(errors[0].message.find(c.says), std::string::npos) << to_text(errors[0]);
-    const auto at = text.find(c.at);
-    ASSERT_NE(at, std::string::npos) << c.at;
-    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
-    EXPECT_NE(errors[0].where.find(":" + std::to_string(line) + ":"), std::string::npos)
-        << to_text(errors[0]) << ", not line " << line;
+    expect_at_line_of(c.at, text, errors[0]);
   }
 }
 
