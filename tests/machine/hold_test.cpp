@@ -142,7 +142,7 @@ TEST(Hold, whatever_bead_is_cut_is_joined_to_what_lies) {
     std::mt19937 random(seed);
     Rig rig({.placement = "dx=0.5 mm, rot=0.4 deg", .seed = seed});
     const auto some = [&] { return std::uniform_int_distribution<int>(12, 900)(random); };
-    const int most = std::getenv("GANTRY_ROUNDS") != nullptr ? 1000 : 16;
+    const int most = std::getenv("GANTRY_ROUNDS") != nullptr ? 1000 : 8;
     Holder holder{.open_for = some(), .most = most, .again = some};
     rig.on_step = [&](run::Owner& owner) { holder(owner); };
     const auto result = rig.run(kPatterns);
@@ -159,7 +159,7 @@ TEST(Hold, whatever_bead_is_cut_is_joined_to_what_lies) {
     EXPECT_NEAR(holder.lifted, kRetract_mm, 0.05) << "but for what the bead rises while the tool brakes";
   }
   std::printf("%zu joins, the worst %.4f mm\n", joins, worst);
-  EXPECT_GE(joins, 12u);
+  EXPECT_GE(joins, 6u);
 }
 
 /// Beads of every kind, each of a material with a speed of its own.
@@ -198,7 +198,7 @@ TEST(Hold, beads_of_any_speed_that_are_cut_are_joined) {
   const auto uniform = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
-  const int rounds = std::getenv("GANTRY_ROUNDS") != nullptr ? 60 : 3;
+  const int rounds = std::getenv("GANTRY_ROUNDS") != nullptr ? 60 : 2;
   std::size_t joins = 0;
   double worst_share = 0, fastest = 0;
   for (int round = 0; round < rounds; ++round) {
