@@ -17,6 +17,7 @@
 #include "app/desk/order_line.hpp"
 #include "app/desk/patience.hpp"
 #include "app/desk/state_folder.hpp"
+#include "app/job/hold_to_run.hpp"
 #include "app/record/job_folder.hpp"
 #include "core/log.hpp"
 
@@ -27,8 +28,8 @@ using desk::Json;
 
 constexpr int kNoCode = 1;  // of an answer that has none
 
-/// How often it asks for the status: of a jog this is the sign of life that keeps it going (docs/owner-socket.md).
-constexpr Time kLookEvery = milliseconds(100), kJogLookEvery = milliseconds(15);
+/// How often it asks for the status: of a jog this is the sign of life that keeps it going.
+constexpr Time kLookEvery = milliseconds(100), kJogLookEvery = job::hold_to_run::kBeat;
 /// Looks without an answer: an owner that says nothing is asked no more. A jog's are its sign of life, too.
 constexpr int kMostLooks = 1, kMostJogLooks = 20;
 

@@ -29,7 +29,9 @@ void add_jog(CLI::App& app, Context& context) {
   auto speed = std::make_shared<std::string>();
   auto state = std::make_shared<std::string>();
   verb->add_option("AXIS DISTANCE", *typed, "Axes, each with how far it goes from where it stands")->required();
-  verb->add_option("--speed", *speed, "Of all mm axes together; deg/s where only rotary axes go; default: 20 of these");
+  verb->add_option("--speed", *speed,
+                   "Of all mm axes together; deg/s where only rotary axes go; default: 20 of these; never more than "
+                   "what stands within 100 ms");
   verb->add_option("--state", *state, kStateHelp);
   verb->footer(
       "  gantry jog Z -2mm\n"
@@ -37,7 +39,9 @@ void add_jog(CLI::App& app, Context& context) {
       "The whole path is proved free before anything moves: of the machine's own bodies, and of the board and parts "
       "of\n"
       "the last job where that has found them. A hold and an abort (Ctrl-C) stop on that path. The valve stays shut.\n"
-      "The axes move while this program runs: they stop when it ends, is stopped or is killed.");
+      "The axes move while this program runs: they stand within 100 ms when it ends, is stopped or is killed, and go "
+      "no\n"
+      "faster than that allows (docs/operating.md). An override above 100 % makes no jog faster.");
   verb->callback([&context, verb, typed, speed, state] {
     const auto words = pairs(*typed, *speed);
     if (!words) return void(context.exit_code = show(words.error(), context.json));
@@ -50,7 +54,7 @@ void add_jog(CLI::App& app, Context& context) {
       return;
     const auto machine = load_machine(context);
     if (!machine) return;
-    const auto jog = job::read_jog(*machine, *words);
+    const auto jog = job::read_jog(*machine, *words, job::JogFor::Client);
     const Error nobody{Fault::NotReferenced,
                        "no owner is up, and only one that is knows where the axes stand; start `gantry up`, then "
                        "`gantry home`",

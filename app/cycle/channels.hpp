@@ -33,14 +33,18 @@ enum class CommandKind : std::uint8_t {
 /// As a row of the machine's states; nothing: not bound to a state (override, outputs).
 std::optional<Cause> cause(CommandKind kind) noexcept;
 
-/// What a block is for. A job works on a board, so that it asks for a closed clamp. In setup only a slow jog and a walk
-/// play, at no more than the speed they were planned with, whatever the override. A slow jog that was begun there goes
-/// on in automatic, as slowly, where the door is shut. A walk moves an axis so little that it may be without a
-/// reference (LoopSetup::walk_max), and plays in setup only.
+/// What a block is for. A job works on a board, so that it asks for a closed clamp. A jog stands in time at the speed
+/// it was planned with, so that no override makes it faster. In setup only a slow jog and a walk play. A slow jog that
+/// was begun there goes on in automatic, as slowly, where the door is shut. A walk moves an axis so little that it may
+/// be without a reference (LoopSetup::walk_max), and plays in setup only.
 enum class Purpose : std::uint8_t { Job, Park, Jog, SlowJog, Walk };
 /// It may move the machine while its door is open.
 constexpr bool plays_in_setup(Purpose purpose) noexcept {
   return purpose == Purpose::SlowJog || purpose == Purpose::Walk;
+}
+/// At no more than the speed that it was planned with, whatever the override.
+constexpr bool keeps_planned_speed(Purpose purpose) noexcept {
+  return purpose == Purpose::Jog || plays_in_setup(purpose);
 }
 
 struct Command {

@@ -144,7 +144,7 @@ void Loop::step_motion() noexcept {
 }
 
 void Loop::step_setpoint() noexcept {
-  commanded_.setpoint = interpolator_.step(plays_in_setup(purpose_) ? std::min(override_, 1.0) : override_);
+  commanded_.setpoint = interpolator_.step(keeps_planned_speed(purpose_) ? std::min(override_, 1.0) : override_);
   const motion::Compensated out = compensation_.step(commanded_.setpoint, shut_valve_ ? setup_.valve_mask : 0);
   shut_valve_ = false;  // it has cleared what was on its way; the interpolator keeps the valve shut from here on
   commanded_.target = out.q;

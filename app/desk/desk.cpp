@@ -13,6 +13,7 @@
 #include "app/desk/do_job.hpp"
 #include "app/desk/figures.hpp"
 #include "app/desk/machine_status.hpp"
+#include "app/job/hold_to_run.hpp"
 #include "app/record/defects.hpp"
 #include "app/record/summary.hpp"
 #include "app/run/refusal.hpp"
@@ -108,7 +109,8 @@ void Desk::take(const OrderSocket::Incoming& in) {
   }
   door_.set_busy(client, true);
   waiting_ = Waiting{client, request};
-  if (kind == run::OrderKind::Jog && gap_ > jog_silence(machine_.bus.cycle)) waiting_->unsure_since = turned_;
+  if (kind == run::OrderKind::Jog && gap_ > job::hold_to_run::silence(machine_.bus.cycle))
+    waiting_->unsure_since = turned_;
   const HeldBack* back = run::moves_axes(kind) ? held_back(in) : nullptr;
   if (back != nullptr) hold_wished_ = true, hold_ = back->hold;
 }
@@ -343,7 +345,7 @@ void Desk::watch_jog() {
   const Waiting* jog = at_work();
   if (jog == nullptr || jog->request.order->kind != run::OrderKind::Jog) return;
   const auto heard = door_.heard(jog->client);
-  const Time silence = jog_silence(machine_.bus.cycle);
+  const Time silence = job::hold_to_run::silence(machine_.bus.cycle);
   if (heard && clock_.now() - *heard <= silence) return;
   const Error why{Fault::Aborted,
                   heard ? fmt::format("the jog's client was silent for {} ms", silence / milliseconds(1))
@@ -448,7 +450,7 @@ run::Begin Desk::begin() { return std::exchange(hold_wished_, false) ? run::Begi
 
 /// "said" is the same for people.
 Json Desk::jog(const job::JogWords& words) {
-  const auto done = owner_.jog(words, begin());
+  const auto done = owner_.jog(words, begin(), job::JogFor::Client);
   if (!done) return failure({done.error()});
   Json axes = Json::array();
   std::string said;

@@ -2,7 +2,8 @@
 // two cycles, and those that stop something wait for nothing.
 //   Desk desk(machine, owner, door, clock, {.interrupted = ..., .identity = ...});
 //   owner.on_step([&] { desk.poll(); });   desk.bring_up();   desk.serve();
-// A job does not depend on the client that ordered it, a jog does: it ends when its client is silent (hold-to-run).
+// A job does not depend on the client that ordered it, a jog does: it ends when its client is silent
+// (app/job/hold_to_run.hpp).
 #pragma once
 #include <functional>
 #include <map>
@@ -23,11 +24,6 @@ namespace gantry::desk {
 
 class Desk {
  public:
-  /// A client that jogs says something (anything, for example `status`) at least this often; the jog brakes otherwise,
-  /// and stands, from 20 mm/s, within 100 ms of its last word: braking takes 34 ms, and up to four cycles of the
-  /// machine pass until that word was read, the silence is seen, the loop knows it and the last target was sent.
-  static constexpr Time jog_silence(Time cycle) { return milliseconds(64) - 4 * cycle; }
-
   struct Options {
     std::function<bool()> interrupted;  ///< the program was asked to end (a signal)
     nlohmann::ordered_json identity{};  ///< what `status` says of this owner

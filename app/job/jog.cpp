@@ -5,10 +5,12 @@
 #include <fmt/format.h>
 #include <vector>
 
+#include "app/job/hold_to_run.hpp"
 #include "app/job/limits.hpp"
 #include "core/near_word.hpp"
 #include "core/units.hpp"
 #include "motion/path/moves.hpp"
+#include "motion/profile/line_bounds.hpp"
 
 namespace gantry::job {
 namespace {
@@ -50,21 +52,44 @@ double slow_cap(const config::Machine& machine, const Jog& jog) {
   return cap;
 }
 
-/// What is said where an axis cannot follow at the speed that was asked for. `along`: the length of the line over which
-/// that speed is counted, in mm, or rad where axes turn only.
-std::string slowed_by(const config::Machine& machine, const Jog& jog, double speed, double along, bool turns_only) {
-  constexpr double kSame = 1e-6;  // relative: a limit as somebody writes it
-  const config::Axis* slowest = nullptr;
-  double most = speed * (1 - kSame);
+/// A speed that a jog may not exceed, and why: "axis X can do 500.000 mm/s". Along the line (motion/path/moves.hpp).
+struct Most {
+  double cap = motion::kNoCap;
+  std::string because{};
+};
+
+/// As fast as the axis can that allows least.
+Most of_axes(const config::Machine& machine, const Jog& jog, double line) {
+  Most most;
   for (const config::Axis& axis : machine.axes) {
     const double part = std::abs(jog.displacement[axis.id.value]);
-    if (part == 0 || axis.v_max * along / part >= most) continue;
-    most = axis.v_max * along / part;
+    if (part == 0 || axis.v_max * line / part >= most.cap) continue;
+    most.cap = axis.v_max * line / part;
+    most.because = fmt::format("axis {} can do {}/s", axis.name, shown(axis, axis.v_max));
+  }
+  return most;
+}
+
+/// As fast as all axes stand in time on their line when the client falls silent. The axis that is named brakes slowest
+/// by itself.
+Most while_held(const config::Machine& machine, const Jog& jog, double line) {
+  AxisVec direction{};
+  const config::Axis* slowest = nullptr;
+  double least = motion::kNoCap;
+  const double within_s = hold_to_run::braking_s(machine);
+  for (const config::Axis& axis : machine.axes) {
+    const double part = std::abs(jog.displacement[axis.id.value]);
+    if (part == 0) continue;
+    direction[axis.id.value] = part / line;
+    const double alone = hold_to_run::speed_that_stands(within_s, axis.a_max, axis.j_max) * line / part;
+    if (alone >= least) continue;
+    least = alone;
     slowest = &axis;
   }
-  if (slowest == nullptr) return "";
-  return fmt::format("no faster than {:.6g} {}, because axis {} can do {}/s", turns_only ? units::deg(most) : most,
-                     turns_only ? "deg/s" : "mm/s", slowest->name, shown(*slowest, slowest->v_max));
+  const motion::Bounds bounds = motion::line_bounds(limits_of(machine), direction);
+  return {.cap = hold_to_run::speed_that_stands(within_s, bounds.a, bounds.j),
+          .because = fmt::format("axis {} would else not stand within {} ms of its client's last word",
+                                 slowest == nullptr ? "" : slowest->name, hold_to_run::kStands / milliseconds(1))};
 }
 
 }  // namespace
@@ -76,7 +101,7 @@ Result<const config::Axis*> axis_named(const config::Machine& machine, const std
   return fail(Fault::Usage, fmt::format("there is no axis '{}'; {}", name, did_you_mean(name, names)));
 }
 
-Result<Jog> read_jog(const config::Machine& machine, const JogWords& words) {
+Result<Jog> read_jog(const config::Machine& machine, const JogWords& words, JogFor whom) {
   if (words.by.empty()) return fail(Fault::Usage, "a jog names at least one axis and how far it goes: X 10mm");
   Jog jog;
   bool turns_only = true;
@@ -92,8 +117,24 @@ Result<Jog> read_jog(const config::Machine& machine, const JogWords& words) {
     jog.displacement[(*axis)->id.value] = *value;
     turns_only = turns_only && (*axis)->rotary;
   }
+  const double line = motion::path_length(limits_of(machine), jog.displacement);
+  // What s is depends on the axes (motion/path/moves.hpp); the speed that is named is that of all mm axes together. An
+  // axis that turns while others go somewhere follows them.
+  const double along = length(machine, jog, turns_only);
+  Most most = of_axes(machine, jog, line);
+  if (whom == JogFor::Client) {
+    if (Most held = while_held(machine, jog, line); held.cap < most.cap) most = std::move(held);
+    if (most.cap * along / line < (turns_only ? kSlowest_rad_s : kSlowest_mm_s))
+      return fail(Fault::NoSolution,
+                  fmt::format("no jog stands within {} ms of its client's last word: {}",
+                              hold_to_run::kStands / milliseconds(1),
+                              hold_to_run::braking_s(machine) > 0
+                                  ? "its axes brake too slowly"
+                                  : "cycle and response_delay of the axes leave it no time to brake"),
+                  "jog");
+  }
   if (words.speed.empty()) {
-    jog.v_cap = slow_cap(machine, jog);
+    jog.v_cap = std::min(slow_cap(machine, jog), most.cap);
     return jog;
   }
   const auto asked = units::parse(words.speed, turns_only ? Dimension::AngularSpeed : Dimension::Speed);
@@ -102,11 +143,12 @@ Result<Jog> read_jog(const config::Machine& machine, const JogWords& words) {
   if (!(speed >= (turns_only ? kSlowest_rad_s : kSlowest_mm_s)))
     return fail(Fault::Usage, fmt::format("a jog is no slower than {}", turns_only ? "0.01 deg/s" : "0.01 mm/s"),
                 "the speed");
-  // What s is depends on the axes (motion/path/moves.hpp); the speed that is named is that of all mm axes together. An
-  // axis that turns while others go somewhere follows them.
-  const double along = length(machine, jog, turns_only);
-  jog.slowed = slowed_by(machine, jog, speed, along, turns_only);
-  jog.v_cap = speed * motion::path_length(limits_of(machine), jog.displacement) / along;
+  constexpr double kSame = 1e-6;  // relative: a limit as somebody writes it
+  const double can = most.cap * along / line;
+  if (can < speed * (1 - kSame))
+    jog.slowed = fmt::format("no faster than {:.6g} {}, because {}", turns_only ? units::deg(can) : can,
+                             turns_only ? "deg/s" : "mm/s", most.because);
+  jog.v_cap = std::min(speed * line / along, most.cap);
   return jog;
 }
 

@@ -23,6 +23,10 @@ struct JogWords {
   std::string speed{};                      ///< "20 mm/s", or "20 deg/s" where only rotary axes move; "" takes these
 };
 
+/// Whether it goes on by itself, or only while its client speaks (app/job/hold_to_run.hpp), and no faster than that
+/// allows.
+enum class JogFor { Program, Client };
+
 struct Jog {
   std::uint32_t axes = 0;  ///< bit n: AxisId n is named
   AxisVec displacement{};
@@ -33,8 +37,8 @@ struct Jog {
 /// Fault::UnknownReference with the nearest name.
 Result<const config::Axis*> axis_named(const config::Machine& machine, const std::string& name);
 
-/// Fault::UnknownReference, PositionedAxisInMove, BadUnit, BadValue, OutOfRange.
-Result<Jog> read_jog(const config::Machine& machine, const JogWords& words);
+/// Fault::Usage, PositionedAxisInMove; NoSolution when no jog of a client stands in time on this machine.
+Result<Jog> read_jog(const config::Machine& machine, const JogWords& words, JogFor whom = JogFor::Program);
 
 /// Fault::NotReferenced when it is not known where the head stands or one of `axes` does.
 Result<void> know_place(const config::Machine& machine, std::uint32_t referenced, std::uint32_t axes);

@@ -106,8 +106,9 @@ class Owner {
   /// Some axes by a displacement, straight; app/job/jog.hpp. Enables the drives, and homes nothing. Nothing moves
   /// unless the whole path is proved free, of the machine's own bodies and of the board and parts of the last job,
   /// where that job has found them. Fault::NotReferenced, OutOfReach, Collision, Latched ...; Aborted, Interrupted when
-  /// it was stopped.
-  Result<Jogged> jog(const job::JogWords& words, Begin begin = Begin::AtOnce);
+  /// it was stopped. One for a client is no faster than what stands in time when that falls silent, which is whoever
+  /// asks to see to (app/job/hold_to_run.hpp).
+  Result<Jogged> jog(const job::JogWords& words, Begin begin = Begin::AtOnce, job::JogFor whom = job::JogFor::Program);
   /// From where the head stands to the machine's park position: straight up to the safe height first, then a free path;
   /// app/job/park.hpp. It enables, homes nothing, and is proved like a jog; the clamp may be open.
   /// Fault::SetupMode, NotReferenced, Collision, Latched ...; Aborted, Interrupted when it was stopped.

@@ -4,18 +4,18 @@
 
 namespace gantry::run {
 
-Result<Jogged> Owner::jog(const job::JogWords& words, Begin begin) {
+Result<Jogged> Owner::jog(const job::JogWords& words, Begin begin, job::JogFor whom) {
   const Turn turn(*parts_, Undertaking::Jog, begin);
   if (!turn.taken()) return tl::unexpected(turn.refused().error());
-  return parts_->jog(words);
+  return parts_->jog(words, whom);
 }
 
-Result<Jogged> Owner::Parts::jog(const job::JogWords& words) {
-  auto asked = job::read_jog(machine, words);
+Result<Jogged> Owner::Parts::jog(const job::JogWords& words, job::JogFor whom) {
+  auto asked = job::read_jog(machine, words, whom);
   if (!asked) return tl::unexpected(asked.error());
   const bool slow = in_setup();
   if (slow) {  // reduced speed: no faster than a jog is that names none
-    const auto reduced = job::read_jog(machine, {.by = words.by, .speed = ""});
+    const auto reduced = job::read_jog(machine, {.by = words.by, .speed = ""}, whom);
     if (!reduced) return tl::unexpected(reduced.error());
     if (reduced->v_cap < asked->v_cap) {
       asked->v_cap = reduced->v_cap;

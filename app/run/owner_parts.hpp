@@ -137,7 +137,7 @@ struct Owner::Parts {
   [[nodiscard]] std::vector<config::HeldDoubt> held_limits() const;
   /// The axes as a job that begins now finds them; those that are homed before stand at their home edges then.
   [[nodiscard]] AxisVec where_a_job_begins() const;
-  Result<Jogged> jog(const job::JogWords& words);
+  Result<Jogged> jog(const job::JogWords& words, job::JogFor whom);
   Result<void> park();
   Result<void> walk(const std::string& axis);
   [[nodiscard]] std::vector<Error> not_told_apart() const;

@@ -63,9 +63,9 @@ TEST_F(AbsentClient, a_jog_that_an_owner_finds_after_a_stand_still_begins_with_t
         said = client_->say(kJog) > 0;
         stand_still(std::chrono::seconds(2));
       }
-      if (++since > 40 && !silent && since % 20 == 0) client_->say(kWord);
+      if (++since > 20 && !silent && since % 10 == 0) client_->say(kWord);
       begun = begun || owner_->undertaking() == run::Undertaking::Jog;
-      EXPECT_FALSE(begun && since <= 40);
+      EXPECT_FALSE(begun && since <= 20);
     };
     serve_until(3);
     EXPECT_EQ(begun, !silent);

@@ -300,9 +300,10 @@ TEST_F(Desks, a_jog_that_goes_slower_than_it_was_asked_for_says_so) {
   };
   client_->say("{\"order\":\"jog\",\"id\":2,\"by\":{\"X\":\"10 mm\"},\"speed\":\"1e9 mm/s\"}\n");
   serve_until(2);
-  EXPECT_EQ(answer(2).value("slowed", ""), "no faster than 500 mm/s, because axis X can do 500.000 mm/s")
+  EXPECT_EQ(answer(2).value("slowed", ""),
+            "no faster than 26.8889 mm/s, because axis X would else not stand within 100 ms of its client's last word")
       << answer(2).dump();
-  EXPECT_NE(answer(2).value("said", "").find("; no faster than 500 mm/s"), std::string::npos) << answer(2).dump();
+  EXPECT_NE(answer(2).value("said", "").find("; no faster than 26.8889 mm/s"), std::string::npos) << answer(2).dump();
   client_->say("{\"order\":\"jog\",\"id\":3,\"by\":{\"X\":\"1 mm\"},\"speed\":\"20 mm/s\"}\n");
   serve_until(3);
   EXPECT_FALSE(answer(3).contains("slowed")) << answer(3).dump();
@@ -321,49 +322,10 @@ TEST_F(Desks, a_jog_ends_when_its_client_is_silent) {
   const double before = owner_->latest().target[0];
   serve_until(2, 500);
   EXPECT_EQ(code_of(answer(2)), "G701") << heard_;
-  EXPECT_NE(answer(2).dump().find("silent for 60 ms"), std::string::npos);
+  EXPECT_NE(answer(2).dump().find("silent for 36 ms"), std::string::npos);
   EXPECT_GT(owner_->latest().target[0], before + 5);
   EXPECT_LE(moved_at_ - last_word, 100) << "it stands within 100 ms";
-  EXPECT_GT(moved_at_ - last_word, 60);
-}
-
-class ASlowBus : public Desks {
-  void change(config::Machine& machine) const override {
-    machine.bus.cycle = milliseconds(10);
-    for (config::Axis& axis : machine.axes) axis.response_delay_s = std::max(axis.response_delay_s, 0.013);
-    for (config::Station& station : machine.stations)
-      if (station.profile.drive) station.profile.drive->cycle_times_us.push_back(10'000);
-  }
-};
-
-/// Here every step of the run thread, and of the clients, takes ten milliseconds.
-TEST_F(ASlowBus, stands_within_100_ms_of_the_last_word_of_a_jogs_client_and_does_not_stop_while_it_speaks) {
-  home();
-  int id = 20;
-  for (const int after : {40, 41, 42, 43}) {
-    client_->say("{\"order\":\"jog\",\"id\":" + std::to_string(++id) +
-                 ",\"by\":{\"X\":\"30 mm\"},\"speed\":\"20 mm/s\"}\n");
-    int last_word = 0;
-    const int begin = steps_;
-    on_cycle_ = [&] {
-      // every 15 ms, as `gantry jog` does: in two of three steps
-      if (steps_ % 3 == 0 || steps_ > begin + after) return;
-      client_->say("{\"order\":\"status\",\"id\":9}\n");
-      last_word = steps_;
-    };
-    const double before = owner_->latest().target[0];
-    serve_until(id, 50);
-    EXPECT_EQ(code_of(answer(id)), "G701") << heard_;
-    EXPECT_GT(owner_->latest().target[0], before + 3);
-    // It was said before the step in which it was read.
-    EXPECT_LE((moved_at_ - last_word + 1) * 10, 100) << "it stands within 100 ms";
-  }
-  client_->say("{\"order\":\"jog\",\"id\":50,\"by\":{\"X\":\"-30 mm\"},\"speed\":\"20 mm/s\"}\n");
-  on_cycle_ = [&] {
-    if (steps_ % 3 != 0) client_->say("{\"order\":\"status\",\"id\":9}\n");
-  };
-  serve_until(50);
-  EXPECT_TRUE(answer(50).value("ok", false)) << answer(50).dump();
+  EXPECT_GT(moved_at_ - last_word, 36);
 }
 
 TEST_F(Desks, a_jog_ends_when_its_client_is_gone) {

@@ -93,7 +93,7 @@ class HoldBehind : public Desks {
     };
     on_cycle_ = [&] {
       hear();
-      if (steps_ % 40 == 0) middle_->say("{\"order\":\"status\"}\n");  // the sign of life of a jog
+      if (steps_ % 20 == 0) middle_->say("{\"order\":\"status\"}\n");  // the sign of life of a jog
       const bool moving = moves();
       if (said == 0) {
         if (button && !start_pressed()) return;
