@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/cli/long_work.hpp"
+#include "app/cli/prepare_heard.hpp"
 #include "app/cli/shipped.hpp"
+#include "app/cli/signals.hpp"
 #include "app/cli/terminal.hpp"
 #include "app/cli/verbs.hpp"
 #include "app/desk/do_job.hpp"
@@ -84,11 +85,11 @@ std::optional<config::Machine> check_machine(const std::string& file, Findings& 
   return std::move(*machine);
 }
 
-std::optional<recipes::Recipe> check_recipe(const std::string& file, const config::Machine& machine, Findings& to) {
-  auto prepared = [&] {
-    LongWork work("checking " + file);
-    return desk::prepare(machine, file, {}, {.breath = work.breath(), .progress = work.progress()});
-  }();
+std::optional<recipes::Recipe> check_recipe(const std::string& file, const config::Machine& machine,
+                                            const Context& context, Findings& to) {
+  auto prepared = prepare_heard("checking " + file, context, [&](const Heard& heard) {
+    return desk::prepare(machine, file, {}, {.breath = heard.breath, .progress = heard.progress});
+  });
   if (!to.take(prepared)) return std::nullopt;
   if (prepared->proof) {
     to.good.push_back(fmt::format("{}: {} features on '{}', {} motions proved free, about {:.0f} s", file,
@@ -189,13 +190,16 @@ void add_check(CLI::App& app, Context& context) {
     std::optional<recipes::Recipe> board;
     std::stable_partition(rest.begin(), rest.end(), [](const auto& each) { return each.second != Kind::Script; });
     for (const auto& [file, kind] : rest) {
+      if (interrupted()) break;
       checked.push_back(file);
       if (kind == Kind::Profile) check_profile(file, found);
       if (!machine) continue;  // its own mistakes are told
       if (kind == Kind::Recipe)
-        if (auto recipe = check_recipe(file, *machine, found); recipe && !board) board = std::move(recipe);
+        if (auto recipe = check_recipe(file, *machine, context, found); recipe && !board) board = std::move(recipe);
       if (kind == Kind::Script) check_script(file, *machine, board, found);
     }
+    if (interrupted() && found.errors.empty())
+      found.errors.push_back({Fault::Interrupted, "interrupted before every file was checked", ""});
     if (found.errors.empty())
       show_findings(found, checked, rest.empty(), context);
     else

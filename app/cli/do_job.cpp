@@ -5,7 +5,7 @@
 #include "app/cli/front.hpp"
 #include "app/cli/job_verbs.hpp"
 #include "app/cli/keys.hpp"
-#include "app/cli/long_work.hpp"
+#include "app/cli/prepare_heard.hpp"
 #include "app/cli/terminal.hpp"
 #include "app/desk/figures.hpp"
 #include "app/desk/held_for_ever.hpp"
@@ -74,12 +74,11 @@ void do_job(Context& context, JobRequest request) {
       desk::filled_in(std::move(request.select), parts ? &*parts : nullptr, request.serial, desk::Clamp::Unseen);
   if (!selection) return stop_with({selection.error()});
   const motion::Opinion opinion = request.dry_run ? motion::fcl_opinion() : motion::Opinion{};
-  const auto prepared = [&] {
-    LongWork work("proving " + request.recipe_file);
+  const auto prepared = prepare_heard("proving " + request.recipe_file, context, [&](const Heard& heard) {
     return desk::prepare(
         *machine, request.recipe_file, *selection,
-        {.certificate = request.certificate, .breath = work.breath(), .progress = work.progress(), .opinion = opinion});
-  }();
+        {.certificate = request.certificate, .breath = heard.breath, .progress = heard.progress, .opinion = opinion});
+  });
   if (!prepared) return stop_with(prepared.error());
   if (parts)
     if (auto open = desk::open_state_folder(request.owner.state); !open) return stop_with({open.error()});

@@ -1,6 +1,5 @@
 // Shows on a terminal that something takes its time, and for how long it has.
-//   LongWork work("checking board.yaml");   prepare(machine, file, {}, {.breath = work.breath(), .progress =
-//   work.progress()});
+//   LongWork work("checking board.yaml");   prove(..., work.breath(), work.progress());
 #pragma once
 #include <chrono>
 #include <string>
