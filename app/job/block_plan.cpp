@@ -19,11 +19,9 @@ namespace gantry::job {
 namespace {
 
 constexpr double kTriggerPulse_s = 0.010;
-constexpr double kOverLaid = 2;  // gaps above the bead's own, where the run-up of a joined bead begins
-constexpr double kBeforeJoin_mm[] = {0.25, 0.5, 1, 2,
-                                     4};  // where no path leads down to the very place: along what lies
-constexpr double kAlone = 0.5;            // of the material's retract: within it nothing moves but up and down
-constexpr double kBackTrack_mm = 0.05;    // back over a bead the needle stays as near to it as this
+constexpr double kOverLaid = 2;         // gaps above the bead's own, where the run-up of a joined bead begins
+constexpr double kAlone = 0.5;          // of the material's retract: within it nothing moves but up and down
+constexpr double kBackTrack_mm = 0.05;  // back over a bead the needle stays as near to it as this
 
 /// That a plan was given up is nothing about the recipe.
 Error with_line(Error e, const recipes::Recipe& recipe, recipes::Location location, std::string_view what) {
@@ -410,8 +408,9 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
   // The run-up onto what lies already begins so high that the needle is above that until it joins it.
   spec.lift_mm = kOverLaid * m.gap;
   spec.lift_axis = machine_.z.value;
-  spec.stand_s = std::max(0.0, m.start_dwell_s - laid.stood_s);
-  auto begun = laid.mm > 0 ? rejoin(std::move(spec), laid.mm) : begin(builder, std::move(spec), m, rules);
+  spec.begin_mm = laid.mm;
+  if (laid.mm <= 0) spec.stand_s = std::max(0.0, m.start_dwell_s - laid.stood_s);
+  auto begun = begin(builder, std::move(spec), m, rules);
   if (!begun) return wrong(begun.error());
   motion::BeadMotion& planned = begun->motion;
   begun->how.feature = static_cast<std::uint32_t>(laid.feature);
@@ -437,20 +436,6 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
   if (auto r = leave_bead(builder, bead, rules); !r) return wrong(r.error());
   if (auto r = builder.vertical(lifted(builder.at(), m), rules, work.alone_mm); !r) return wrong(r.error());
   return {};
-}
-
-/// What lies is gone along for a little, the valve still shut, where no path leads down to the very point.
-Result<BegunBead> BlockPlanner::rejoin(motion::BeadSpec spec, double laid_mm) const {
-  spec.begin_mm = laid_mm;
-  auto planned = motion::plan_bead(limits_, spec);
-  for (const double back_mm : kBeforeJoin_mm)
-    if (!planned && laid_mm > back_mm) {
-      spec.begin_mm = laid_mm - back_mm;
-      spec.dry_mm = back_mm;
-      planned = motion::plan_bead(limits_, spec);
-    }
-  if (!planned) return tl::unexpected(planned.error());
-  return BegunBead{*std::move(planned), {}};
 }
 
 /// The descent and the run-up are what has to be free for it, and what the valve opens ahead on.

@@ -80,7 +80,6 @@ class BlockPlanner {
                        std::optional<Work>& last) const;
   Result<void> add_bead(BlockBuilder& builder, const recipes::Bead& bead, const LaidPart& laid,
                         std::optional<Work>& last) const;
-  [[nodiscard]] Result<BegunBead> rejoin(motion::BeadSpec spec, double laid_mm) const;
   [[nodiscard]] Result<BegunBead> begin(const BlockBuilder& builder, motion::BeadSpec spec, const recipes::Material& m,
                                         const motion::PathRules& rules) const;
   [[nodiscard]] Work work_of(const recipes::Bead& bead) const;

@@ -3,6 +3,9 @@
 //   a shorter one, at the highest of 16 even steps of speed above the material's `min_speed`
 //   one from above: down from `retract` and forward at the same time, at the bead's speed
 //   none: from rest, straight down onto the first point, where `min_speed` is 0
+// A bead that was cut is joined by the same rules, where it was cut; its run-up comes down onto what lies, from above
+// means from `retract` over it. Where no whole one leads there, one that goes along what lies for some mm is tried
+// first.
 //   auto begun = plan_begin(limits, spec, material, is_free);     begun->motion, begun->how
 // Pure: which one it is depends on the arguments and on what `is_free` says.
 #pragma once
@@ -21,7 +24,8 @@ struct RunUp {
   Kind kind = Kind::Whole;
   std::uint32_t feature = 0;  ///< index in Recipe::features
   double mm = 0;              ///< along the bead's direction
-  double entry_mm_s = 0;      ///< at the bead's first point
+  double entry_mm_s = 0;      ///< at the bead's first point, or where it is joined
+  bool joins = false;         ///< a bead that was cut
   std::string blocked{};      ///< why it is not whole: "its run-up of 0.85 mm: needle comes within 2 mm of post at ..."
 };
 

@@ -24,6 +24,7 @@ constexpr double kShares[] = {1, 0.7, 0.4, 0.15};
 constexpr double kOfCorner = std::numbers::sqrt2 / 2;
 /// What is left of a bead that was cut in a bend is played so much slower, where no run-up leads to it else.
 constexpr double kSlower = 1.02, kSlowest = 1.045;
+constexpr double kSteep = 2;  ///< slope of a run-up onto it that comes from far above
 
 /// A straight stretch between two points of the polyline.
 struct Leg {
@@ -109,21 +110,11 @@ std::vector<Run> rounded_runs(const Limits& limits, const Measure& measure, cons
                                .whole_ticks = false,
                                .leads = true,
                                .lead_in_mm_s = spec.entry_mm_s});
-  Stretch all, part;
-  const auto gather = [&] {
-    while (planner.take(part)) {
-      for (TimePiece& p : part.pieces) p.s += all.length_mm;
-      all.curves.insert(all.curves.end(), part.curves.begin(), part.curves.end());
-      all.pieces.insert(all.pieces.end(), part.pieces.begin(), part.pieces.end());
-      all.length_mm += part.length_mm;
-    }
-  };
-  for (const AxisVec& p : spec.points) {
+  for (const AxisVec& p : spec.points)
     if (!planner.add(p)) return {};
-    gather();
-  }
   if (!planner.finish()) return {};
-  gather();
+  Stretch all;
+  planner.take_all(all);
   // Where the bead begins and ends, a curve does: lines that go on through there are cut again.
   return runs_between(measure, all, planner.lead_in_mm(), all.length_mm - planner.lead_out_mm());
 }
@@ -175,6 +166,44 @@ double to_whole_ticks(std::vector<Run>& runs, double tick_s) {
   return factor;
 }
 
+/// In whole ticks: it stands before it sets out.
+void stand_before(std::vector<Run>& run_up, double tick_s) {
+  if (run_up.empty()) return;
+  const double seconds = duration(run_up), stands = whole_ticks(seconds, tick_s) - seconds;
+  std::vector<Phase>& phases = run_up.front().phases;
+  if (stands > 0) phases.insert(phases.begin(), {stands, 0});
+}
+
+/// What is left of a bead that was cut, and its run-up. `factor`: of its time, by which the runs are slowed already.
+Result<JoinedRuns> join(const Limits& own, const Limits& limits, const Measure& measure, const BeadSpec& spec,
+                        const std::vector<Run>& runs, double& factor) {
+  Lift lift{spec.lift_axis, spec.lift_mm};
+  if (spec.fall_mm > lift.mm) lift.mm = spec.fall_mm, lift.slope = kSteep;
+  JoinedRuns out;
+  out.left = runs_from(measure, runs, own, spec.speed_mm_s / factor, spec.begin_mm);
+  if (out.left.empty()) return fail(Fault::NoSolution, "nothing of the bead is left");
+  if (spec.entry_mm_s < kNoCap) {
+    auto slower = join_slower(own, measure, out.left, lift, spec.speed_mm_s, spec.entry_mm_s);
+    if (!slower) return slower;
+    if (!all_there(slower->left)) return fail(Fault::NoSolution, "what is left of the bead is too short to be planned");
+    factor = to_whole_ticks(slower->left, limits.tick_s);
+    slow_down(slower->run_up, factor);
+    stand_before(slower->run_up, limits.tick_s);
+    return slower;
+  }
+  factor *= to_whole_ticks(out.left, limits.tick_s);
+  auto from_above = run_up_onto(out.left, own, measure, lift);
+  for (double slower = kSlower; !from_above && slower <= kSlowest; slower *= kSlower) {
+    slow_down(out.left, kSlower);
+    factor *= kSlower * to_whole_ticks(out.left, limits.tick_s);
+    from_above = run_up_onto(out.left, own, measure, lift);
+  }
+  if (!from_above) from_above = run_up_onto(out.left, limits, measure, lift);
+  if (!from_above) return tl::unexpected(from_above.error());
+  out.run_up = *std::move(from_above);
+  return out;
+}
+
 Result<void> room_for(const Limits& limits, const AxisVec& q, const char* what, double length, double speed) {
   for (std::size_t i = 0; i < limits.axes; ++i) {
     const AxisLimits& a = limits.axis[i];
@@ -219,25 +248,18 @@ Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
   if (!legs) return tl::unexpected(legs.error());
   const Measure measure = measure_of(limits, {.tolerance_mm = spec.corner_tolerance_mm});
   const Limits own = with_reserve(limits);
-  Result<std::vector<Run>> runs = runs_of_bead(own, measure, *legs, spec);
+  BeadSpec planned = spec;
+  if (spec.begin_mm > 0) planned.entry_mm_s = kNoCap;  // that is where it is joined
+  Result<std::vector<Run>> runs = runs_of_bead(own, measure, *legs, planned);
   if (!runs) return tl::unexpected(runs.error());
 
   BeadMotion bead;
   double factor = to_whole_ticks(*runs, limits.tick_s);
   std::vector<Run> run_up;
   if (spec.begin_mm > 0) {
-    *runs = runs_from(measure, *runs, own, spec.speed_mm_s / factor, spec.begin_mm);
-    if (runs->empty()) return fail(Fault::NoSolution, "nothing of the bead is left");
-    factor *= to_whole_ticks(*runs, limits.tick_s);
-    auto from_above = run_up_onto(*runs, own, measure, {spec.lift_axis, spec.lift_mm});
-    for (double slower = kSlower; !from_above && slower <= kSlowest; slower *= kSlower) {
-      slow_down(*runs, kSlower);
-      factor *= kSlower * to_whole_ticks(*runs, limits.tick_s);
-      from_above = run_up_onto(*runs, own, measure, {spec.lift_axis, spec.lift_mm});
-    }
-    if (!from_above) from_above = run_up_onto(*runs, limits, measure, {spec.lift_axis, spec.lift_mm});
-    if (!from_above) return tl::unexpected(from_above.error());
-    run_up = *std::move(from_above);
+    auto joined = join(own, limits, measure, spec, *runs, factor);
+    if (!joined) return tl::unexpected(joined.error());
+    run_up = std::move(joined->run_up), *runs = std::move(joined->left);
   }
   bead.bead_seconds = duration(*runs);
   for (const Run& run : *runs) bead.bead_length_mm += run.curve.length - run.begin;
@@ -265,7 +287,7 @@ Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
   like.block = spec.block, like.feature = spec.feature;
   like.v_cap = spec.speed_mm_s / factor;
   for (const Run& run : run_up) append_segments(run, like, bead.segments);
-  if (spec.fall_mm > 0) {
+  if (spec.fall_mm > 0 && spec.begin_mm <= 0) {
     auto falling = fall(own, bead, spec);
     if (!falling) return tl::unexpected(falling.error());
     bead.segments = *std::move(falling);

@@ -26,7 +26,8 @@ struct BeadSpec {
   /// The run-up begins so much higher on `lift_axis`, and comes down by the shortest motion, which ends with it.
   double fall_mm = 0;
   /// Of a bead that was cut: so much of it lies already, in mm along its motion, and the run-up comes down onto it from
-  /// so far above on this axis.
+  /// so far above on this axis; from `fall_mm` where that is more, and steeper. With an `entry_mm_s` it goes on as if
+  /// it began there, and its run-up is no higher than a tenth of its length.
   double begin_mm = 0, lift_mm = 0;
   double dry_mm = 0;  ///< so far from there the valve opens
   std::size_t lift_axis = 0;

@@ -139,6 +139,11 @@ Result<void> PathPlanner::finish() {
   return collect(true);
 }
 
+Result<void> PathPlanner::follow(std::vector<Curve> curves) {
+  curves_out_ = std::move(curves);
+  return collect(true);
+}
+
 /// Straight on from an end of the path, long enough for speeding up to this speed, or braking from it.
 Curve PathPlanner::lead(const AxisVec& from, const AxisVec& direction, double sign, double speed_mm_s) const {
   constexpr double kRoom = 1.05;  // the plan uses a little less than the limits
@@ -440,6 +445,16 @@ bool PathPlanner::take(Stretch& out) {
   out = std::move(ready_.front());
   ready_.pop_front();
   return true;
+}
+
+void PathPlanner::take_all(Stretch& out) {
+  for (Stretch& part : ready_) {
+    for (TimePiece& p : part.pieces) p.s += out.length_mm;
+    out.curves.insert(out.curves.end(), part.curves.begin(), part.curves.end());
+    out.pieces.insert(out.pieces.end(), part.pieces.begin(), part.pieces.end());
+    out.length_mm += part.length_mm, out.duration_s += part.duration_s;
+  }
+  ready_.clear();
 }
 
 }  // namespace gantry::motion

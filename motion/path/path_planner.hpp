@@ -42,7 +42,12 @@ class PathPlanner {
   Result<void> add(const AxisVec& point);
   /// The last point ends the path; a path of no length gives no stretch.
   Result<void> finish();
+  /// Instead of points: a path along these curves, which join smoothly, from the first one's begin to the last one's
+  /// end.
+  Result<void> follow(std::vector<Curve> curves);
   [[nodiscard]] bool take(Stretch& out);
+  /// All that is ready, after what `out` holds already.
+  void take_all(Stretch& out);
 
   [[nodiscard]] const Counts& counts() const { return counts_; }
   /// Lengths of the leads: known when the first stretch has come, and when the last one has.

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "motion/path/moves.hpp"
+#include "motion/path/path_planner.hpp"
 #include "motion/profile/line_bounds.hpp"
 #include "motion/profile/planner.hpp"
 #include "motion/profile/speed_profile.hpp"
@@ -12,10 +14,9 @@
 namespace gantry::motion {
 namespace {
 
-constexpr double kSlope = 0.3;       // of the steepest part of the descent
 constexpr double kCurveShare = 0.3;  // of an axis' limits that the descent may use of itself
-/// One of the descents that are tried one after another: shares of the limits for speeding up, and for the change of
-/// acceleration at the join; and over how much of its radius it is bent.
+/// One of the descents that are tried, of which the shortest is taken: shares of the limits for speeding up, and for
+/// the change of acceleration at the join; and over how much of its radius it is bent.
 struct Try {
   double speed_up, into, bent;
 };
@@ -111,10 +112,10 @@ std::vector<Curve> descent(const Measure& measure, const Join& join, const Lift&
 }
 
 /// So long that the lift alone uses a small part of its axis' limits at this speed, and stays flat.
-double gentle_mm(const AxisLimits& axis, double lift_mm, double v, double a) {
-  if (lift_mm <= 0) return 0;
-  const double bend = 6 * lift_mm;  // of the third power, by the square of the length
-  return std::max({3 * lift_mm / kSlope, std::sqrt(bend * v * v / (kCurveShare * axis.a_max)),
+double gentle_mm(const AxisLimits& axis, const Lift& lift, double v, double a) {
+  if (lift.mm <= 0) return 0;
+  const double bend = 6 * lift.mm;  // of the third power, by the square of the length
+  return std::max({3 * lift.mm / lift.slope, std::sqrt(bend * v * v / (kCurveShare * axis.a_max)),
                    std::cbrt(bend * v * v * v / (kCurveShare * axis.j_max)),
                    std::sqrt(3 * bend * v * a / (kCurveShare * axis.j_max))});
 }
@@ -205,6 +206,8 @@ Result<std::vector<Run>> run_up_from_above(const Limits& limits, const Measure& 
                                            const Lift& lift) {
   const Bounds there = line_bounds(limits, join.at.d1);
   const double bend = bend_of(measure, join);
+  std::vector<Run> best;
+  double best_mm = std::numeric_limits<double>::infinity();
   std::string reason = "the bead speeds up from rest there, which no run-up can follow";
   for (const Try& t : kTries) {
     // From the cruising speed the join's is reached, with its acceleration, by a single jerk.
@@ -218,7 +221,7 @@ Result<std::vector<Run>> run_up_from_above(const Limits& limits, const Measure& 
     const Bounds eased{there.v, std::min(there.a, far.a) * t.speed_up, std::min(there.j, far.j) * t.speed_up};
     const Profile up = change_speed({0, 0, 0}, cruise_mm_s, eased).profile;
     const double ramps_mm = end_state(up).p + end_state(into).p,
-                 gentle = gentle_mm(limits.axis[lift.axis], lift.mm, std::max(join.v, cruise_mm_s), eased.a);
+                 gentle = gentle_mm(limits.axis[lift.axis], lift, std::max(join.v, cruise_mm_s), eased.a);
     double length_mm = std::max(ramps_mm, gentle);
     if (join.v * join.v * bend > kBentShare * there.a) length_mm += bent_mm(bend, t.bent, length_mm);
     const std::vector<Curve> curves = descent(measure, join, lift, length_mm, bent_mm(bend, t.bent, length_mm));
@@ -233,10 +236,44 @@ Result<std::vector<Run>> run_up_from_above(const Limits& limits, const Measure& 
     append(motion, into);
     std::vector<Run> runs = runs_of(curves, motion);
     const Inspection seen = inspect(stretch_of(runs), limits, kAnySpeed, {0, 0, 0});
-    if (seen.sound) return runs;
-    reason = seen.reason;
+    if (!seen.sound) {
+      reason = seen.reason;
+    } else if (const double mm = length_of(curves); mm < best_mm) {
+      best_mm = mm, best = std::move(runs);
+    }
   }
+  if (!best.empty()) return best;
   return fail(Fault::NoSolution, "no path down onto the bead is within the axes' limits: " + reason);
+}
+
+Result<JoinedRuns> join_slower(const Limits& limits, const Measure& measure, const std::vector<Run>& left,
+                               const Lift& lift, double v_set, double entry_mm_s) {
+  const Run& first = left.front();
+  const Join join{jet(first.curve, first.begin, kMaxAxes)};
+  std::vector<Curve> curves;
+  if (entry_mm_s > 0) {
+    const Bounds there = line_bounds(limits, join.at.d1);
+    const double length_mm = change_length(0, std::min(entry_mm_s, there.v), there.a, there.j);
+    const Lift over{lift.axis, std::min(lift.mm, lift.slope * length_mm / 3)};
+    curves = descent(measure, join, over, length_mm, bent_mm(bend_of(measure, join), 1, length_mm));
+  }
+  const double run_up_mm = length_of(curves);
+  for (const Run& run : left)
+    curves.push_back(run.begin > 0 ? part_of(run.curve, run.begin, run.curve.length) : run.curve);
+
+  PathPlanner planner(limits, {.speed_mm_s = v_set, .whole_ticks = false, .leads = true, .lead_in_mm_s = 0});
+  if (auto ok = planner.follow(std::move(curves)); !ok) return tl::unexpected(ok.error());
+  Stretch all;
+  planner.take_all(all);
+  std::vector<Run> runs = runs_between(measure, all, 0, run_up_mm);
+  const auto of_run_up = static_cast<std::ptrdiff_t>(runs.size());
+  const std::vector<Run> more = runs_between(measure, all, run_up_mm, all.length_mm - planner.lead_out_mm());
+  runs.insert(runs.end(), more.begin(), more.end());
+  speed_up_lines(runs, limits, v_set, 0);
+  JoinedRuns out;
+  out.run_up.assign(runs.begin(), runs.begin() + of_run_up);
+  out.left.assign(runs.begin() + of_run_up, runs.end());
+  return out;
 }
 
 }  // namespace gantry::motion

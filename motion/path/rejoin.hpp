@@ -1,7 +1,8 @@
 // A bead that was cut is joined again: what is left of its plan, and a run-up that comes down onto it. The geometry and
 // the speeds of what is left are those of the whole bead, so that a joined bead is the one that was planned.
 //   std::vector<Run> rest = runs_from(measure, runs, limits, v_set, 31.2);
-//   Result<std::vector<Run>> run_up = run_up_from_above(limits, measure, {jet, v0, a0}, {z, 0.6}, 0.5);
+//   Result<std::vector<Run>> run_up = run_up_from_above(limits, measure, {jet, v0, a0}, {z, 0.6});
+//   Result<JoinedRuns> both = join_slower(limits, measure, rest, {z, 0.6}, v_set, 8);   // a shorter run-up, or none
 // Off the RT side.
 #pragma once
 #include <vector>
@@ -26,11 +27,24 @@ struct Join {
 struct Lift {
   std::size_t axis = 0;
   double mm = 0;
+  double slope = 0.3;  ///< of the steepest part of the descent, at its start
 };
 
 /// From rest to the join, in whole ticks; it comes down on the join's tangent, bent as the bead is bent there, and is
 /// above the bead until it ends. Fault::NoSolution where no such path is within the limits.
 [[nodiscard]] Result<std::vector<Run>> run_up_from_above(const Limits& limits, const Measure& measure, const Join& join,
                                                          const Lift& lift);
+
+/// A run-up and what it leads to, each in runs of its own.
+struct JoinedRuns {
+  std::vector<Run> run_up, left;
+};
+
+/// Where the whole run-up has no room: one that is as long as speeding up to `entry_mm_s` takes along the join's
+/// tangent, and lower where that is short. The tool goes on speeding up as it joins: it is faster there, as a rule.
+/// What is left follows its curves, at v_set at most. 0: no run-up, it begins from rest. Fault::NoSolution where no
+/// speed is found.
+[[nodiscard]] Result<JoinedRuns> join_slower(const Limits& limits, const Measure& measure, const std::vector<Run>& left,
+                                             const Lift& lift, double v_set, double entry_mm_s);
 
 }  // namespace gantry::motion

@@ -37,9 +37,9 @@ recipes::Material glue(double min_speed, double speed = kSpeed) {
   return m;
 }
 
-/// A wall so far before the bead's first point, and so high.
+/// A wall so far before the bead's first point, or before where it was cut, and so high.
 struct Wall {
-  double at_mm = 0, high_mm = 1e9;
+  double at_mm = 0, high_mm = 1e9, cut_mm = 0;
   int asked = 0;
   Result<void> operator()(const motion::BeadMotion& bead, RunUp::Kind) {
     ++asked;
@@ -47,7 +47,8 @@ struct Wall {
       for (int n = 0; n <= 20; ++n) {
         const motion::Geometry& g = bead.segments[k].geometry;
         const AxisVec q = motion::point(g, g.length * n / 20);
-        if (q[0] < -at_mm - 1e-9 && q[2] < high_mm) return fail(Fault::Collision, "needle comes within 2 mm of post");
+        if (q[0] < cut_mm - at_mm - 1e-9 && q[2] < high_mm)
+          return fail(Fault::Collision, "needle comes within 2 mm of post");
       }
     return {};
   }
@@ -130,6 +131,58 @@ TEST(RunUp, is_none_where_the_material_has_a_start_dwell_and_nothing_else_is_tri
   });
   EXPECT_FALSE(blocked);
   EXPECT_EQ(asked, 1);
+}
+
+constexpr double kCut_mm = 12;
+
+motion::BeadSpec a_cut_line(double speed_mm_s) {
+  motion::BeadSpec spec = a_line(speed_mm_s);
+  spec.begin_mm = kCut_mm, spec.lift_mm = 0.6;
+  return spec;
+}
+
+Result<BegunBead> joined(Wall& wall, const recipes::Material& m) {
+  return plan_begin(three_axes(), a_cut_line(m.speed), m,
+                    [&](const auto& bead, RunUp::Kind kind) { return wall(bead, kind); });
+}
+
+TEST(RunUp, of_a_bead_that_was_cut_is_shorter_where_a_body_is_in_the_way) {
+  for (const double min_speed : {0.0, 8.0})
+    for (const double entry : {9.5, 16.0, 19.5}) {
+      Wall wall{run_up_mm(entry), 1e9, kCut_mm};
+      const auto bead = joined(wall, glue(min_speed));
+      ASSERT_TRUE(bead) << bead.error().message;
+      EXPECT_EQ(bead->how.kind, RunUp::Kind::Shorter);
+      EXPECT_TRUE(bead->how.joins);
+      EXPECT_GE(bead->motion.start[0], kCut_mm - wall.at_mm - 1e-9);
+      EXPECT_GE(bead->how.entry_mm_s, entry - 1.3 * (kSpeed - min_speed) / 16) << min_speed;
+      EXPECT_NEAR(bead->motion.bead_length_mm, 30 - kCut_mm, 1e-6);
+      const std::string words = in_words(bead->how, glue(min_speed));
+      EXPECT_EQ(words.substr(0, 11), "goes on at ") << words;
+      EXPECT_NE(words.find("post"), std::string::npos) << words;
+    }
+}
+
+TEST(RunUp, of_a_bead_that_was_cut_is_none_where_nothing_else_is_free) {
+  Wall wall{0, 1e9, kCut_mm}, another = wall;
+  const auto bead = joined(wall, glue(0));
+  ASSERT_TRUE(bead) << bead.error().message;
+  EXPECT_EQ(bead->how.kind, RunUp::Kind::FromRest);
+  EXPECT_NEAR(bead->motion.start[0], kCut_mm, 1e-9);
+  EXPECT_EQ(bead->motion.start[2], 0);
+  const auto none = joined(another, glue(10));
+  ASSERT_FALSE(none);
+  for (const std::string word : {"run-up", "post", "min_speed", "10 mm/s"})
+    EXPECT_NE(none.error().message.find(word), std::string::npos) << none.error().message;
+}
+
+TEST(RunUp, of_a_bead_that_was_cut_comes_from_retract_where_the_body_is_low) {
+  Wall wall{4, 1, kCut_mm};
+  const auto bead = joined(wall, glue(kSpeed));
+  ASSERT_TRUE(bead) << bead.error().message;
+  EXPECT_EQ(bead->how.kind, RunUp::Kind::FromAbove);
+  EXPECT_NEAR(bead->motion.start[2], 3, 1e-9);
+  EXPECT_NEAR(bead->how.entry_mm_s, kSpeed, 0.02 * kSpeed);
 }
 
 TEST(RunUp, a_plan_that_is_given_up_ends_the_search) {

@@ -39,7 +39,8 @@ double seconds(const BeadMotion& bead, std::size_t from, std::size_t to) {
   return static_cast<double>(t);
 }
 
-void check(const Limits& m, const BeadMotion& whole, const BeadMotion& left, double begin_mm, const std::string& what) {
+void check(const Limits& m, const BeadMotion& whole, const BeadMotion& left, double begin_mm, const std::string& what,
+           double lift_mm = kLift_mm) {
   // What is left is the bead's own.
   ASSERT_NEAR(left.bead_length_mm, whole.bead_length_mm - begin_mm, 1e-6) << what;
   for (int n = 0; n <= 50; ++n) {
@@ -79,7 +80,7 @@ void check(const Limits& m, const BeadMotion& whole, const BeadMotion& left, dou
   // Down onto it: never below the bead that lies there already, and at its height only where it ends.
   const AxisVec join = place(left, 0);
   double above = left.start[kZ] - join[kZ];
-  ASSERT_NEAR(above, kLift_mm, 1e-9) << what;
+  ASSERT_NEAR(above, lift_mm, 1e-9) << what;
   for (std::size_t k = 0; k < left.bead_begin; ++k)
     for (int n = 0; n <= 10; ++n) {
       const Geometry& g = left.segments[k].geometry;
@@ -133,6 +134,74 @@ TEST(Rejoin, a_straight_bead_is_come_to_over_itself) {
   EXPECT_NEAR(place(*left, 0)[0], 125, 1e-9);
   EXPECT_NEAR(left->segments[left->bead_begin].nominal.v0, 20, 0.02 * 20);
   EXPECT_TRUE(left->segments[left->bead_begin].events[0].dispense);
+}
+
+/// The textbook's length from rest to v along the direction in which it goes there.
+double speed_up_mm(const Limits& m, const AxisVec& direction, double v) {
+  double a = 1e9, j = 1e9;
+  for (std::size_t i = 0; i < m.axes; ++i)
+    if (const double d = std::abs(direction[i]); d > 0)
+      a = std::min(a, 0.97 * m.axis[i].a_max / d), j = std::min(j, 0.92 * m.axis[i].j_max / d);
+  return v < a * a / j ? v * std::sqrt(v / j) : v / 2 * (v / a + a / j);
+}
+
+TEST(Rejoin, any_bead_may_be_joined_more_slowly_after_a_run_up_that_is_so_much_shorter) {
+  const Limits m = machine();
+  std::mt19937_64 random(29);
+  const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  int planned = 0, refused = 0, from_rest = 0;
+  for (int n = 0; n < 60; ++n) {
+    const double tolerance = uniform(0, 1) < 0.25 ? 0 : std::pow(10.0, uniform(-2.5, 0.3));
+    BeadSpec spec = cut_bead(test::random_polyline(random), std::pow(10.0, uniform(0.5, 2.3)), tolerance);
+    for (AxisVec& p : spec.points) p[kZ] = -50;
+    const auto whole = plan_bead(m, spec);
+    if (!whole) continue;
+    spec.begin_mm = whole->bead_length_mm * uniform(0.01, 0.99);
+    spec.entry_mm_s = uniform(0, 1) < 0.3 ? 0 : spec.speed_mm_s * uniform(0.05, 1);
+    const std::string what = " case " + std::to_string(n) + " cut at " + std::to_string(spec.begin_mm) + " of " +
+                             std::to_string(whole->bead_length_mm) + " speed " + std::to_string(spec.speed_mm_s) +
+                             " entry " + std::to_string(spec.entry_mm_s) + " tolerance " + std::to_string(tolerance) +
+                             " " + test::text(spec.points);
+    const auto left = plan_bead(m, spec);
+    if (!left) {
+      ++refused;
+      continue;
+    }
+    ++planned;
+    const AxisVec direction = derivative<1>(left->segments[left->bead_begin].geometry, 0);
+    const double length_mm = spec.entry_mm_s > 0 ? speed_up_mm(m, direction, spec.entry_mm_s) : 0;
+    check(m, *whole, *left, spec.begin_mm, what, std::min(kLift_mm, length_mm / 10));
+    if (HasFatalFailure()) return;
+    const double entry = left->segments[left->bead_begin].nominal.v0;
+    if (spec.entry_mm_s > 0) {
+      ASSERT_LE(left->run_up_mm, 1.15 * length_mm) << what;  // bent over a radius, and along a slope of up to 0.3
+      ASSERT_GE(left->run_up_mm, length_mm) << what;
+    } else {
+      ++from_rest;
+      ASSERT_EQ(entry, 0) << what;
+      ASSERT_EQ(left->bead_begin, 0u) << what;
+    }
+  }
+  EXPECT_GT(planned, 40);
+  EXPECT_GT(from_rest, 8);
+  EXPECT_EQ(refused, 0);
+}
+
+TEST(Rejoin, a_straight_bead_is_joined_at_the_speed_that_a_shorter_run_up_comes_to) {
+  const Limits m = machine();
+  BeadSpec spec = cut_bead({at(100, 100), at(160, 100)}, 20, 0);
+  spec.begin_mm = 25, spec.entry_mm_s = 8;
+  const auto left = plan_bead(m, spec);
+  ASSERT_TRUE(left) << left.error().message;
+  EXPECT_GE(left->segments[left->bead_begin].nominal.v0, 8 * 0.98);
+  EXPECT_LE(left->segments[left->bead_begin].nominal.v0, 8 * 1.66);  // of full jerk all along: the cube root of 9/2
+  EXPECT_NEAR(125 - left->start[0], speed_up_mm(m, {1, 0, 0}, 8), 1e-6);
+  double fastest = 0;
+  for (std::size_t k = left->bead_begin; k < left->bead_end; ++k)
+    for (int n = 0; n <= 20; ++n)
+      fastest = std::max(
+          fastest, static_cast<double>(path_state(left->segments[k], test::duration_of(left->segments[k]) * n / 20).v));
+  EXPECT_NEAR(fastest, 20, 0.02 * 20);
 }
 
 TEST(Rejoin, nothing_is_left_behind_the_end) {
