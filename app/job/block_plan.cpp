@@ -400,7 +400,7 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
   };
   motion::BeadSpec spec;
   for (const Vec3 p : bead.points) spec.points.push_back(needle_at(flat(p), p.z + m.gap));
-  spec.speed_mm_s = m.speed;
+  spec.speed_mm_s = laid.slow_mm_s > 0 ? std::min(m.speed, laid.slow_mm_s) : m.speed;
   spec.corner_tolerance_mm = rounding_mm(bead, m);
   spec.valve = config::bit(config::Output::Valve);
   spec.open_lead_s = m.valve_open_lead;

@@ -59,7 +59,7 @@ JobState after_mark(const recipes::Recipe& recipe, JobState state, std::size_t m
 LaidPart laid_of(const std::vector<LaidPart>& laid, std::size_t feature) {
   const auto found =
       std::find_if(laid.begin(), laid.end(), [&](const LaidPart& each) { return each.feature == feature; });
-  return found == laid.end() ? LaidPart{feature, 0, 0} : *found;
+  return found == laid.end() ? LaidPart{feature, 0, 0, 0} : *found;
 }
 
 JobState after_cut(JobState state, const LaidPart& part) {

@@ -50,7 +50,8 @@ enum class FeatureState : std::uint8_t {
 struct LaidPart {
   std::size_t feature = 0;  ///< index in Recipe::features
   double mm = 0;
-  double stood_s = 0;  ///< of its `start_dwell`, where it was cut in that
+  double stood_s = 0;    ///< of its `start_dwell`, where it was cut in that
+  double slow_mm_s = 0;  ///< what is left is laid at this speed, which is below its own; 0: at its own
   bool operator==(const LaidPart&) const = default;
 };
 

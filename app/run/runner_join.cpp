@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kOfTolerance = 0.5;   // so much of its end tolerance may be missing of a bead: no worth going back for
 constexpr double kShortest_s = 0.005;  // that a valve can be open for what is left
+constexpr double kLonger = 2;          // times that for what would be shorter, which is laid more slowly
 
 }  // namespace
 
@@ -160,9 +161,16 @@ Result<job::JobState> Runner::join(std::size_t feature) {
         fmt::format("its valve has been shut for {:.1f} s, and material '{}' is to be joined within {:.6g} s "
                     "('rejoin_within')",
                     shut_s, m.name, m.rejoin_within_s));
-  if (left_mm / m.speed <= std::max(kShortest_s, m.valve_close_lead - m.valve_open_lead))
-    return stays_cut(fmt::format("the {:.3f} mm that are left are too short for the valve", left_mm));
-  const job::LaidPart part{feature, laid_->mm, laid_->stood_s};
+  job::LaidPart part{feature, laid_->mm, laid_->stood_s, 0};
+  if (const double least_s = std::max(kShortest_s, m.valve_close_lead - m.valve_open_lead);
+      left_mm / m.speed <= least_s) {
+    part.slow_mm_s = left_mm / (kLonger * least_s);
+    if (part.slow_mm_s < m.min_speed)
+      return stays_cut(
+          fmt::format("the {:.3f} mm that are left are too short for the valve at the material's "
+                      "'min_speed', {:.6g} mm/s",
+                      left_mm, m.min_speed));
+  }
   if (const auto tried = planner_.dispense(block_, at_, {feature}, {part}); !tried) {
     if (tried.error().fault == Fault::Aborted) return tl::unexpected(tried.error());
     return stays_cut(tried.error().message);
