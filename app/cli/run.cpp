@@ -37,6 +37,8 @@ void add_run(CLI::App& app, Context& context) {
       "opened. The terminal says what finishes it:  gantry run RECIPE --only transformer_dam,'spreader[1][2]'");
   verb->callback([&context, verb, request, state] {
     namespace fs = std::filesystem;
+    if (auto fits = run::check(request->owner); !fits)
+      return void(context.exit_code = show(fits.error(), context.json, context.board));
     const auto folder = state_of(context, *state);
     if (!folder) return;
     run::Order order{.kind = run::OrderKind::Run,

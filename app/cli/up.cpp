@@ -36,6 +36,7 @@ void add_up(CLI::App& app, Context& context) {
       "Orders are JSON lines on STATE/owner.sock: {\"order\": \"status\"}, enable, disable, home, jog, park, run, "
       "part_removed, hold, resume, abort, override, reset, quit.");
   verb->callback([&context, options, state, recipe, shared] {
+    if (auto fits = run::check(*options); !fits) return void(context.exit_code = show(fits.error(), context.json));
     const auto machine = load_machine(context);
     if (!machine) return;
     if (!recipe->empty()) {

@@ -13,15 +13,25 @@ std::string list(const cpu_set_t& set) {
   return text;
 }
 
-}  // namespace
-
-Result<std::unique_ptr<LoopCpu>> LoopCpu::take(std::optional<int> wanted) {
+cpu_set_t allowed_here() {
   cpu_set_t allowed;
   if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) CPU_ZERO(&allowed);
-  if (wanted && (*wanted < 0 || *wanted >= CPU_SETSIZE || !CPU_ISSET(*wanted, &allowed)))
-    return fail(Fault::Usage,
-                fmt::format("CPU {} is none of those that this program may use ({})", *wanted, list(allowed)),
-                "--loop-cpu");
+  return allowed;
+}
+
+}  // namespace
+
+Result<void> LoopCpu::check(std::optional<int> wanted) {
+  const cpu_set_t allowed = allowed_here();
+  if (!wanted || (*wanted >= 0 && *wanted < CPU_SETSIZE && CPU_ISSET(*wanted, &allowed))) return {};
+  return fail(Fault::Usage,
+              fmt::format("CPU {} is none of those that this program may use ({})", *wanted, list(allowed)),
+              "--loop-cpu");
+}
+
+Result<std::unique_ptr<LoopCpu>> LoopCpu::take(std::optional<int> wanted) {
+  if (auto usable = check(wanted); !usable) return tl::unexpected(usable.error());
+  const cpu_set_t allowed = allowed_here();
   int number = kAny;
   if (CPU_COUNT(&allowed) > 1) {
     for (int i = 0; i < CPU_SETSIZE; ++i)

@@ -19,6 +19,8 @@ class LoopCpu {
   /// that it starts from now on. Where there is only one, everybody shares it. Fault::Usage when `wanted` may not be
   /// used.
   static Result<std::unique_ptr<LoopCpu>> take(std::optional<int> wanted);
+  /// Whether it could be taken; takes nothing.
+  static Result<void> check(std::optional<int> wanted);
   /// Gives the calling thread back what it had; to be called in the thread that took it.
   ~LoopCpu();
   LoopCpu(const LoopCpu&) = delete;

@@ -38,6 +38,10 @@ struct OwnerOptions {
   std::optional<int> loop_cpu;  ///< for the loop alone; default: the last one that may be used, if there are several
 };
 
+/// Fault::Usage: what is wrong with options by themselves, whichever machine they are for. Asked before long work, and
+/// by Owner::open().
+Result<void> check(const OwnerOptions& options);
+
 /// Of what moves axes: on hold it waits before its first motion for a resume.
 enum class Begin { AtOnce, OnHold };
 

@@ -16,11 +16,6 @@ constexpr std::string_view kEthercat = "ethercat:", kSimulatedHere = "sim";
 
 Result<devices::FramePort*> Owner::Parts::open_bus() {
   if (options.bus == kSimulatedHere) {
-    if (!options.world_socket.empty())
-      return fail(
-          Fault::Usage,
-          "the virtual bus has its world in itself; for that of a `gantry sim` name its bus: --bus ethercat:IFACE",
-          "--world");
     auto simulated = sim::SimulatedMachine::open(options.sim.wired ? *options.sim.wired : machine, *clock, options.sim);
     if (!simulated) return tl::unexpected(simulated.error());
     simulated_machine = std::move(*simulated);
@@ -28,8 +23,6 @@ Result<devices::FramePort*> Owner::Parts::open_bus() {
     can = &simulated_machine->can();
     return &simulated_machine->bus();
   }
-  if (!options.bus.starts_with(kEthercat) || options.bus.size() == kEthercat.size())
-    return fail(Fault::Usage, fmt::format("'{}' is no bus; write sim or ethercat:IFACE", options.bus), "--bus");
   for (const config::Station& station : machine.stations)
     if (!station.profile.not_stated.empty()) return fail(Fault::MissingKey, config::not_stated(station), machine.file);
   if (const std::string lost = config::lost_emergency_stop(machine); !lost.empty())
@@ -48,12 +41,23 @@ Result<devices::FramePort*> Owner::Parts::open_bus() {
   return raw_port.get();
 }
 
+Result<void> check(const OwnerOptions& options) {
+  if (options.bus != kSimulatedHere && (!options.bus.starts_with(kEthercat) || options.bus.size() == kEthercat.size()))
+    return fail(Fault::Usage, fmt::format("'{}' is no bus; write sim or ethercat:IFACE", options.bus), "--bus");
+  if (options.bus == kSimulatedHere && !options.world_socket.empty())
+    return fail(
+        Fault::Usage,
+        "the virtual bus has its world in itself; for that of a `gantry sim` name its bus: --bus ethercat:IFACE",
+        "--world");
+  if (!options.virtual_time)
+    if (auto usable = cycle::LoopCpu::check(options.loop_cpu); !usable) return usable;
+  if (!options.publish) return {};
+  if (auto fits = monitor::check(options.network); !fits) return fits;
+  return options.name.empty() ? Result<void>{} : monitor::check_name(options.name);
+}
+
 Result<std::unique_ptr<Owner>> Owner::open(const config::Machine& machine, const OwnerOptions& options) {
-  if (options.publish) {
-    if (auto fits = monitor::check(options.network); !fits) return tl::unexpected(fits.error());
-    if (!options.name.empty())
-      if (auto fits = monitor::check_name(options.name); !fits) return tl::unexpected(fits.error());
-  }
+  if (auto fits = check(options); !fits) return tl::unexpected(fits.error());
   auto p = std::make_unique<Parts>();
   p->machine = machine;
   p->options = options;

@@ -47,6 +47,25 @@ sed -i 's/profile: id286/profile: id268/' "$work/alone/machines/mine.yaml"
 expect_exit 3 "a misspelt profile" "$gantry" --machine "$work/alone/machines/mine.yaml" check
 expect_text "did you mean 'id286'?"
 
+# What is wrong by itself is told before the recipe is read and proved.
+while read -r option value; do
+  for verb in run "up --recipe"; do
+    expect_exit 2 "$verb with $option $value" "$gantry" --machine "$work/none/m.yaml" $verb $demo $option "$value" --state "$work/nobody"
+    expect_text "$option: "
+  done
+done <<'END'
+--bus foo
+--bus ethercat:
+--world here
+--loop-cpu -1
+--loop-cpu 9999
+--domain 999
+--interface lo9
+--peer here
+--peer 300.1.1.1
+--name a-name-that-is-longer-than-31-bytes
+END
+
 # Before anything moves, also where the simulated machine needs no state.
 for state in /etc/passwd /etc/passwd/below; do
   expect_exit 7 "a job whose --state is no folder: $state" "$gantry" run $demo --state $state --out "$work/no-state"
