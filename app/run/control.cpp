@@ -71,6 +71,16 @@ void Control::idle() {
   if (service_) service_();
 }
 
+void Control::see_valve_shut(double lag_s) {
+  constexpr double kOnItsWay_s = 0.01;  // out to the station, to its sync, and a snapshot back
+  const CycleIndex give_up = latest().cycle + 2 * cycles(lag_s + kOnItsWay_s);
+  const auto seen = [&] {
+    const auto shut_s = valve_shut_s();
+    return !shut_s || (!valve_open() && *shut_s >= lag_s + kOnItsWay_s);
+  };
+  while (alive() && latest().cycle < give_up && !seen()) idle();
+}
+
 bool Control::breathe() {
   const auto now = std::chrono::steady_clock::now();
   if (now - breathed_ >= kBreath) {

@@ -83,6 +83,9 @@ class Control {
   void step();
   /// The same, and the service behind it.
   void idle();
+  /// Until what the valve was told last has happened on its board, `lag_s` and the way there after it shut. It is not
+  /// waited for a valve that stays open, or a loop that has died.
+  void see_valve_shut(double lag_s);
   /// Between two pieces of long work while the machine stands: what the loop has said is read and orders come in, every
   /// few milliseconds. No time passes. False: what is under way was aborted, and the work with it.
   bool breathe();

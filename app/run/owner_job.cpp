@@ -285,6 +285,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   }
 
   if (p.world != nullptr) {
+    if (!ended) p.control().see_valve_shut(p.machine.sim.valve_close_lag_s);
     record::SeenByWorld seen;  // the result itself is written to by steps
     const bool ends = p.simulated_machine != nullptr && !options.goes_on;
     const auto machine = ends ? sim::WorldAccess::Machine::Ends : sim::WorldAccess::Machine::GoesOn;

@@ -272,6 +272,43 @@ TEST(Results, the_word_and_the_board_agree_with_an_oracle_over_the_worlds_deposi
   EXPECT_LE(jobs.near, jobs.judged / 10 + 1);
 }
 
+// A drive that fails while a dot's valve is open shuts it: by the plan, or at once, and 6 ms later it is shut. How long
+// it was open is known, though the job has ended before.
+TEST(Results, a_job_that_ends_while_a_dot_is_dispensed_says_how_long_its_valve_was_open) {
+  const auto recipe = recipes::parse(
+      "version: 1\nrecipe: dots\nplacement: fixture\n"
+      "board: {size: [90 mm, 60 mm], thickness: 8 mm, frame: pallet}\nmaterials:\n"
+      "  glue: {speed: 12 mm/s, gap: 0.8 mm, valve_open_lead: 8 ms, valve_close_lead: 6 ms, dot_time: 50 ms, "
+      "settle_time: 20 ms, retract: 2 mm}\nfeatures:\n"
+      "  - dot: {name: d1, material: glue, at: [30 mm, 30 mm]}\n"
+      "  - dot: {name: d2, material: glue, at: [20 mm, 40 mm]}\n",
+      "dots.yaml");
+  ASSERT_TRUE(recipe) << to_text(recipe.error().front());
+  for (const int after_ms : {20, 40, 44, 48}) {
+    SCOPED_TRACE(after_ms);
+    test::Rig rig(
+        {.placement = "dx=0 mm, dy=0 mm, rot=0 deg, dz=0 mm, tilt_x=0 deg, tilt_y=0 deg",
+         .script = fmt::format("- {{at: feature d2, after: {} ms, do: drive_fault, axis: X, code: 0x0E}}", after_ms)});
+    const record::JobResult result = rig.run(*recipe);
+    EXPECT_EQ(record::result_word(result), "failed");
+    ASSERT_EQ(result.deposits.size(), 2u);
+    const auto& d2 = result.deposits[1];
+    EXPECT_EQ(d2.id, "d2");
+    EXPECT_GT(d2.closed_cycle, d2.opened_cycle);
+    // It is told to shut at 44 ms; earlier, where the fault is known, a cycle or some after it came.
+    const double least_s = std::min(50, after_ms + 6) * 1e-3, most_s = std::min(50, after_ms + 6 + 6) * 1e-3;
+    EXPECT_GE(d2.open_s, least_s - 1e-3);
+    EXPECT_LE(d2.open_s, most_s + 1e-3);
+    const auto of_d2 = std::count_if(result.defects.begin(), result.defects.end(),
+                                     [](const record::Defect& d) { return d.feature == "d2"; });
+    EXPECT_EQ(of_d2, after_ms < 40 ? 1 : 0) << record::to_json(result.defects).dump(1);
+    for (const record::Defect& d : result.defects)
+      if (d.feature == "d2")
+        EXPECT_EQ(d.message.find(fmt::format("a shot of {:.3g} ms instead of 50 ms", d2.open_s * 1e3)), 0u)
+            << d.message;
+  }
+}
+
 // Beads that nobody disturbs, and that the machine cannot dispense at the speed that their author wants: a curve too
 // tight, corners too near to each other. The oracle knows of no plan.
 TEST(Results, a_bead_that_is_never_at_its_speed_is_a_defect_and_is_told_before_anything_moves) {
