@@ -19,7 +19,8 @@ bool has_shut(const Deposit& shot) { return shot.closed_cycle != 0; }
 
 constexpr const char* kStillOpen = "its shot was still open when the job ended";
 constexpr double kRounding_s = 1e-6;
-constexpr double kEnough = 0.5;  // of a bead's length is to be at its speed
+constexpr double kSetsOut_s = 0.02;  // after its dwell a needle sets out from rest, and is seen to a little later
+constexpr double kEnough = 0.5;      // of a bead's length is to be at its speed
 
 double from_above_mm(Vec3 a, Vec3 b) { return std::hypot(a.x - b.x, a.y - b.y); }
 
@@ -74,6 +75,24 @@ class Judge {
       add(bead->id, Kind::Speed,
           fmt::format("the needle went at its {:.3g} mm/s, but for {:.3g} %, along {:.0f} % of its length", m->speed,
                       m->speed_tolerance * 100, seen.within_tolerance * 100));
+  }
+
+  /// By the world's log. What was cut and joined may have stood in two parts.
+  void stand_seen(std::size_t index) {
+    const auto* bead = std::get_if<recipes::Bead>(&recipe_.features[index]);
+    const recipes::Material* m = bead != nullptr ? recipes::find_material(recipe_, bead->material) : nullptr;
+    if (m == nullptr || m->start_dwell_s <= 0 || m->flow_follows_speed) return;
+    const auto found = deposits_.find(bead->id);
+    if (found == deposits_.end() || !found->second->speed || !found->second->joins_mm.empty()) return;
+    const double stood_s = found->second->speed->stood_s;
+    // Where it was when is known to a cycle, when its valve opened to another one.
+    const double less_s = m->speed_tolerance * m->start_dwell_s + 2 * cycle_s_, more_s = less_s + kSetsOut_s;
+    const bool good = stood_s >= m->start_dwell_s - less_s && stood_s <= m->start_dwell_s + more_s;
+    if (good || told(bead->id, {Kind::Cut})) return;
+    add(bead->id, Kind::Amount,
+        fmt::format("the needle stood over its start for {:.3g} ms instead of {:.3g} ms with the valve open; {:.3g} % "
+                    "are allowed",
+                    stood_s * 1e3, m->start_dwell_s * 1e3, m->speed_tolerance * 100));
   }
 
   void extra() {
@@ -256,7 +275,7 @@ Judgement judge_board(const JobResult& result, const recipes::Recipe& recipe, co
         state != FeatureState::Open && state != FeatureState::LeftOut)
       judge.slow(each);
   for (std::size_t i = 0; i < seen.features.size(); ++i)
-    if (seen.features[i] != FeatureState::LeftOut) judge.speed_seen(i);
+    if (seen.features[i] != FeatureState::LeftOut) judge.speed_seen(i), judge.stand_seen(i);
   judge.extra();
   judge.reference();
   std::vector<Defect> defects = std::move(judge).defects();

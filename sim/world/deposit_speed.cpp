@@ -15,6 +15,7 @@ constexpr double kJudged_mm = 0.4;
 constexpr std::uint32_t kJudgedLeast = 8, kJudgedMost = 400;  // syncs
 constexpr double kHeld_s = 0.05;                              // at one speed for so long, and a window, is no corner
 constexpr double kSameSpeed = 0.02;                           // but for this part of it
+constexpr double kSetOut_mm = 0.005;                          // from its start: it stands no longer
 constexpr double kBegun_mm = 0.05;                            // nearer to its start it may stand: `start_dwell`
 
 /// Speeds over a window that goes along a shot from point `from` on, sync by sync: visit(first, last, v) of the chords
@@ -52,6 +53,13 @@ void see(const Shot& shot, double sync_s, double asked_mm_s, Sums& sums) {
     sums.seen_mm += own_mm;
     if (std::abs(v - asked_mm_s) <= kSteady * asked_mm_s) sums.steady_mm += own_mm;
   });
+}
+
+double stood_s(const Shot& shot, double sync_s) {
+  std::size_t n = 0;
+  const auto off_mm = [&](Vec3 p) { return std::hypot(p.x - shot.path[0].x, p.y - shot.path[0].y); };
+  while (n + 1 < shot.path.size() && off_mm(shot.path[n]) <= kSetOut_mm) ++n;
+  return n < shot.since.size() ? shot.since[n] * sync_s : 0;
 }
 
 /// Whether a bead is as its material wants it.
@@ -126,7 +134,8 @@ std::optional<DepositSpeed> speed_of(std::span<const Shot* const> shots, AskedSp
   DepositSpeed out{.asked_mm_s = asked.mm_s,
                    .volume_per_length = open_s * asked.mm_s / length_mm,
                    .within_tolerance = judged.within(),
-                   .held_mm_s = judged.held_mm_s()};
+                   .held_mm_s = judged.held_mm_s(),
+                   .stood_s = stood_s(*shots.front(), sync_s)};
   if (sums.seen_mm > 0) {
     out.least_mm_s = sums.least_mm_s, out.most_mm_s = sums.most_mm_s;
     out.within_5_percent = sums.steady_mm / sums.seen_mm;

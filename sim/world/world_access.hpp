@@ -26,6 +26,7 @@ struct DepositSpeed {
   double volume_per_length = 0;       ///< from a valve with a steady flow: 1 is what the asked speed gives
   double within_tolerance = 1;        ///< share of the length, 0..1, within the material's tolerance ...
   std::optional<double> held_mm_s{};  ///< ... and of the speeds that it kept for 50 ms the one farthest off
+  double stood_s = 0;                 ///< over its start, from above, since its valve opened first
 };
 
 /// What lies on the board after the valve was open once. Board frame, mm; z is the height over the true surface.

@@ -45,7 +45,8 @@ std::optional<DepositSpeed> speed(const json& deposit) {
                       value(3),
                       value(4),
                       value(5),
-                      found->at(6).is_null() ? std::nullopt : std::optional(value(6))};
+                      found->at(6).is_null() ? std::nullopt : std::optional(value(6)),
+                      value(7)};
 }
 
 /// nlohmann throws on a missing key or another type; that ends here.
@@ -94,22 +95,22 @@ json to_json(const BoardPlacement& p) {
 }
 
 json to_json(const Deposit& d) {
-  return {
-      {"id", d.id},
-      {"kind", d.kind},
-      {"nominal_mm", points(d.nominal_mm)},
-      {"board_mm", points(d.board_mm)},
-      {"error_mm", d.error_mm},
-      {"gap_mm", d.gap_mm},
-      {"asked_gap_mm", d.asked_gap_mm},
-      {"opened_cycle", d.opened_cycle},
-      {"closed_cycle", d.closed_cycle},
-      {"joins_mm", d.joins_mm},
-      {"speed", d.speed ? json::array({d.speed->asked_mm_s, d.speed->least_mm_s, d.speed->most_mm_s,
-                                       d.speed->within_5_percent, d.speed->volume_per_length, d.speed->within_tolerance,
-                                       d.speed->held_mm_s ? json(*d.speed->held_mm_s) : json(nullptr)})
-                        : json(nullptr)},
-      {"open_s", d.open_s}};
+  return {{"id", d.id},
+          {"kind", d.kind},
+          {"nominal_mm", points(d.nominal_mm)},
+          {"board_mm", points(d.board_mm)},
+          {"error_mm", d.error_mm},
+          {"gap_mm", d.gap_mm},
+          {"asked_gap_mm", d.asked_gap_mm},
+          {"opened_cycle", d.opened_cycle},
+          {"closed_cycle", d.closed_cycle},
+          {"joins_mm", d.joins_mm},
+          {"speed",
+           d.speed ? json::array({d.speed->asked_mm_s, d.speed->least_mm_s, d.speed->most_mm_s,
+                                  d.speed->within_5_percent, d.speed->volume_per_length, d.speed->within_tolerance,
+                                  d.speed->held_mm_s ? json(*d.speed->held_mm_s) : json(nullptr), d.speed->stood_s})
+                   : json(nullptr)},
+          {"open_s", d.open_s}};
 }
 
 json to_json(const Collision& c) {

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include "app/job/prove.hpp"
+#include "app/record/defects.hpp"
+#include "app/record/summary.hpp"
 #include "tests/machine/deposits.hpp"
 
 namespace gantry {
@@ -147,6 +149,28 @@ TEST(MaterialKeys, start_dwell_opens_the_valve_stands_and_then_lays_the_bead) {
   for (std::size_t i = 0; i < trajectory.tip.size(); ++i)
     stands += trajectory.valve[i] && norm(trajectory.tip[i] - Vec3{20, 20, 0.5}) < 1e-3 ? 1 : 0;
   EXPECT_NEAR(static_cast<double>(stands), 150 + 8, 14) << "and a little before, by the lead, and while it sets out";
+}
+
+TEST(MaterialKeys, start_dwell_that_an_override_makes_another_one_is_a_defect) {
+  for (const double factor : {1.0, 0.5}) {
+    const recipes::Recipe recipe = recipe_of(", start_dwell: 150 ms", "", kLine);
+    Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
+    int open = 0;
+    rig.on_step = [&](run::Owner& owner) {
+      open += (owner.latest().outputs & config::bit(config::Output::Valve)) != 0 ? 1 : 0;
+      if (open == 20 || open == 180)
+        static_cast<void>(owner.order({.kind = run::OrderKind::Override, .value = open == 20 ? factor : 1.0}));
+    };
+    const record::JobResult r = rig.run(recipe);
+    const bool good = factor == 1;
+    EXPECT_EQ(record::result_word(r), good ? "done" : "done_with_defects");
+    const record::Deposit& d = deposit(r, "l");
+    ASSERT_TRUE(d.speed);
+    // Half of the speed for about 160 ms, in which it stands for 80 ms of its time.
+    EXPECT_NEAR(d.speed->stood_s, good ? 0.15 : 0.23, 0.015);
+    const auto amount = [](const record::Defect& x) { return x.kind == record::Defect::Kind::Amount; };
+    EXPECT_EQ(std::count_if(r.defects.begin(), r.defects.end(), amount), good ? 0 : 1);
+  }
 }
 
 TEST(MaterialKeys, start_dwell_counts_in_what_is_predicted) {

@@ -111,6 +111,7 @@ TEST(DepositSpeed, a_stand_before_a_bead_begins_is_no_speed_that_it_kept) {
   const DepositSpeed v = judged({shot}, 20);
   EXPECT_NEAR(v.held_mm_s.value_or(0), 20, 0.01);
   EXPECT_GT(v.within_tolerance, 0.97);
+  EXPECT_NEAR(v.stood_s, 0.3, 0.005);
 }
 
 /// 2.5 um a count: at 1 mm/s that is more than twice what a sync goes.
