@@ -19,8 +19,7 @@ bool has_shut(const Deposit& shot) { return shot.closed_cycle != 0; }
 
 constexpr const char* kStillOpen = "its shot was still open when the job ended";
 constexpr double kRounding_s = 1e-6;
-constexpr double kSetsOut_s = 0.02;  // after its dwell a needle sets out from rest, and is seen to a little later
-constexpr double kEnough = 0.5;      // of a bead's length is to be at its speed
+constexpr double kEnough = 0.5;  // of a bead's length is to be at its speed
 
 double from_above_mm(Vec3 a, Vec3 b) { return std::hypot(a.x - b.x, a.y - b.y); }
 
@@ -78,7 +77,7 @@ class Judge {
   }
 
   /// By the world's log. What was cut and joined may have stood in two parts.
-  void stand_seen(std::size_t index) {
+  void stand_seen(std::size_t index, double sets_out_s) {
     const auto* bead = std::get_if<recipes::Bead>(&recipe_.features[index]);
     const recipes::Material* m = bead != nullptr ? recipes::find_material(recipe_, bead->material) : nullptr;
     if (m == nullptr || m->start_dwell_s <= 0 || m->flow_follows_speed) return;
@@ -86,7 +85,8 @@ class Judge {
     if (found == deposits_.end() || !found->second->speed || !found->second->joins_mm.empty()) return;
     const double stood_s = found->second->speed->stood_s;
     // Where it was when is known to a cycle, when its valve opened to another one.
-    const double less_s = m->speed_tolerance * m->start_dwell_s + 2 * cycle_s_, more_s = less_s + kSetsOut_s;
+    const double less_s = m->speed_tolerance * m->start_dwell_s + 2 * cycle_s_,
+                 more_s = less_s + sets_out_s + sim::kSetOut_mm / m->speed;
     const bool good = stood_s >= m->start_dwell_s - less_s && stood_s <= m->start_dwell_s + more_s;
     if (good || told(bead->id, {Kind::Cut})) return;
     add(bead->id, Kind::Amount,
@@ -275,7 +275,7 @@ Judgement judge_board(const JobResult& result, const recipes::Recipe& recipe, co
         state != FeatureState::Open && state != FeatureState::LeftOut)
       judge.slow(each);
   for (std::size_t i = 0; i < seen.features.size(); ++i)
-    if (seen.features[i] != FeatureState::LeftOut) judge.speed_seen(i), judge.stand_seen(i);
+    if (seen.features[i] != FeatureState::LeftOut) judge.speed_seen(i), judge.stand_seen(i, seen.sets_out_s);
   judge.extra();
   judge.reference();
   std::vector<Defect> defects = std::move(judge).defects();
@@ -285,6 +285,17 @@ Judgement judge_board(const JobResult& result, const recipes::Recipe& recipe, co
         lacks || (seen.features[i] == FeatureState::LeftOut && !(i < seen.before.whole.size() && seen.before.whole[i]));
   const bool good = defects.empty() && !seen.before.defects;
   return {!begun ? Board::Untouched : lacks ? Board::Begun : good ? Board::Whole : Board::Defects, std::move(defects)};
+}
+
+double sets_out_s(const config::Machine& machine) {
+  double longest_s = 0;
+  for (const config::Axis& axis : machine.axes) {
+    if (axis.rotary || axis.kind != config::AxisKind::Streamed) continue;
+    const double d = sim::kSetOut_mm + 1 / axis.counts_per_unit;
+    const double from_rest_s = std::cbrt(6 * d / axis.j_max) + std::sqrt(2 * d / axis.a_max);
+    longest_s = std::max(longest_s, from_rest_s + axis.response_delay_s);
+  }
+  return longest_s;
 }
 
 void add_judgement(JobResult& result, Judgement judgement) {

@@ -22,6 +22,7 @@ struct Seen {
   std::vector<job::OffSpeed> off_speed;
   OnBoard before{};
   std::span<const job::SlowBead> slow_beads{};  ///< by plan
+  double sets_out_s = 0;                        ///< of the machine
 };
 
 struct Judgement {
@@ -32,6 +33,11 @@ struct Judgement {
 /// After the world was asked. It reads nothing of the result that may still grow while the machine is served.
 [[nodiscard]] Judgement judge_board(const JobResult& result, const recipes::Recipe& recipe, const Seen& seen,
                                     double cycle_s);
+
+/// The longest that a needle of this machine takes from rest until the world sees it off its start (sim::kSetOut_mm):
+/// with the largest jerk (d = j t^3 / 6) and then the largest acceleration (d = a t^2 / 2) of its slowest axis, one
+/// after the other, which is more than any mixture of both. What its speed leaves of it comes on top.
+[[nodiscard]] double sets_out_s(const config::Machine& machine);
 
 /// `defects`, `board` and `exit_code` of the result. An error's exit code stays.
 void add_judgement(JobResult& result, Judgement judgement);

@@ -293,7 +293,8 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
     record::add_world(result, std::move(seen));
   }
   const std::vector<job::FeatureState> features = p.job->runner.state().features;  // steps go on writing to its own
-  const record::Seen seen{features, p.job->runner.off_speed(), options.before, options.slow_beads};
+  const record::Seen seen{features, p.job->runner.off_speed(), options.before, options.slow_beads,
+                          record::sets_out_s(p.machine)};
   record::Drawing drawing;
   record::Judgement judgement;
   static_cast<void>(p.aside([&] {

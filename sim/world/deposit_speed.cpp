@@ -15,7 +15,6 @@ constexpr double kJudged_mm = 0.4;
 constexpr std::uint32_t kJudgedLeast = 8, kJudgedMost = 400;  // syncs
 constexpr double kHeld_s = 0.05;                              // at one speed for so long, and a window, is no corner
 constexpr double kSameSpeed = 0.02;                           // but for this part of it
-constexpr double kSetOut_mm = 0.005;                          // from its start: it stands no longer
 constexpr double kBegun_mm = 0.05;                            // nearer to its start it may stand: `start_dwell`
 
 /// Speeds over a window that goes along a shot from point `from` on, sync by sync: visit(first, last, v) of the chords

@@ -18,6 +18,9 @@
 
 namespace gantry::sim {
 
+/// A needle that is farther from its bead's start stands there no longer.
+inline constexpr double kSetOut_mm = 0.005;
+
 /// How fast the needle went over the board while the valve was open, over five syncs at a time.
 struct DepositSpeed {
   double asked_mm_s = 0;  ///< that of the recipe
