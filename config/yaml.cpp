@@ -13,6 +13,8 @@
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/parser.h>
 
+#include "core/absolute_path.hpp"
+
 namespace gantry::config {
 namespace {
 
@@ -332,8 +334,11 @@ std::optional<Node> read_yaml(std::string_view text, Mistakes& mistakes, const Y
 Result<std::string> read_text_file(const std::string& path, std::size_t max_bytes) {
   // O_NONBLOCK: a pipe that nobody writes must not hold the program up.
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (fd < 0)
-    return fail(Fault::FileUnreadable, fmt::format("cannot be opened ({}); check the path", strerror(errno)), path);
+  if (fd < 0) {
+    const int why = errno;
+    if (const auto seen = absolute_path(path); !seen) return fail(Fault::FileUnreadable, seen.error().message, path);
+    return fail(Fault::FileUnreadable, fmt::format("cannot be opened ({}); check the path", strerror(why)), path);
+  }
   struct stat info {};
   std::string text;
   bool ok = ::fstat(fd, &info) == 0 && S_ISREG(info.st_mode);

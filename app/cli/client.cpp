@@ -81,8 +81,9 @@ Json summary_in(const std::string& folder, const std::string& shown_folder) {
 
 /// Without what one stands in.
 std::string as_seen_from_here(const std::string& folder) {
-  const std::string here = std::filesystem::current_path().string() + "/";
-  return folder.starts_with(here) ? folder.substr(here.size()) : folder;
+  std::error_code gone;
+  const std::string here = std::filesystem::current_path(gone).string() + "/";
+  return !gone && folder.starts_with(here) ? folder.substr(here.size()) : folder;
 }
 
 /// The exit code, which is that of the document if one is shown.

@@ -173,7 +173,7 @@ class Commissioning {
       one["remark"] = remark;
       rows.push_back(std::move(one));
       if (!json_)
-        fmt::print("    {:<24} {:<9} asked {:>9}  holds {:>9}  {:<13} {}\n", row.name, config::to_text(row.address),
+        print_text("    {:<24} {:<9} asked {:>9}  holds {:>9}  {:<13} {}\n", row.name, config::to_text(row.address),
                    "-", held ? fmt::format("{}", held->value) : "-", acts_text(row.acts), remark);
     }
     return {};

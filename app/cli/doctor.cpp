@@ -2,7 +2,6 @@
 #include "app/cli/doctor.hpp"
 
 #include <algorithm>
-#include <filesystem>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -10,6 +9,7 @@
 #include "app/cli/terminal.hpp"
 #include "app/cli/verbs.hpp"
 #include "app/desk/state_folder.hpp"
+#include "core/absolute_path.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -34,7 +34,7 @@ Findings look_at_machine(const std::string& file, const std::string& state_optio
   Findings findings{{"machine file", Finding::Level::Ok, file, "", {}}};
   const auto state = desk::state_folder(state_option, machine->name, desk::environment);
   if (state)
-    add(findings, look_at_folders(*state, std::filesystem::absolute("out").string()));
+    add(findings, look_at_folders(*state, absolute_path("out").value_or("out")));
   else
     findings.push_back({"state folder", Finding::Level::Error, state.error().message,
                         "name one with --state or GANTRY_STATE", state.error().fault});

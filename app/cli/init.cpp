@@ -7,6 +7,7 @@
 #include "app/cli/shipped.hpp"
 #include "app/cli/terminal.hpp"
 #include "app/cli/verbs.hpp"
+#include "core/absolute_path.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -67,6 +68,8 @@ void add_init(CLI::App& app, Context& context) {
   auto folder = std::make_shared<std::string>();
   verb->add_option("DIR", *folder, "Where to; it is made when it is not there")->required();
   verb->callback([&context, folder] {
+    const auto whole = absolute_path(*folder);
+    if (!whole) return void(context.exit_code = show(whole.error(), context.json));
     const auto files = copy_to(*folder);
     if (!files) return void(context.exit_code = show(files.error(), context.json));
     const std::vector<std::string> next{fmt::format("cd {}", *folder),
@@ -75,7 +78,7 @@ void add_init(CLI::App& app, Context& context) {
                                         fmt::format("gantry --machine {} run {}", kMachine, kRecipe)};
     if (context.json) {
       return show_document(
-          "ok", {{"folder", fs::absolute(*folder).lexically_normal().string()}, {"files", *files}, {"next", next}});
+          "ok", {{"folder", fs::path(*whole).lexically_normal().string()}, {"files", *files}, {"next", next}});
     }
     print_text(
         "{}: {} files\n  {}  the machine: axes, stations, limits, scene\n  {}         a recipe for it\n"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <exception>
 #include <string_view>
-#include <system_error>
 
 #include "app/cli/shipped.hpp"
 #include "app/cli/terminal.hpp"
@@ -62,16 +61,13 @@ int main(int argc, char** argv) try {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help) {
-    return app.exit(help);
+    return cli::close_output(app.exit(help));
   } catch (const CLI::ParseError& error) {
     // What stands behind the mistake was not read: --json is looked for by hand.
     return cli::show(cli::usage_error(app, error),
                      std::find(argv, argv + argc, std::string_view("--json")) != argv + argc, context.board);
-  } catch (const std::system_error& error) {
-    // Who reads our output has seen enough (`... | head`), or the terminal is gone.
-    if (error.code() != std::errc::broken_pipe && error.code() != std::errc::io_error) throw;
   }
-  return context.exit_code;
+  return cli::close_output(context.exit_code);
 } catch (const std::exception& error) {
   gantry::cli::say("internal error: {}\n", error.what());
   return 1;

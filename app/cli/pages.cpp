@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 
+#include "app/cli/terminal.hpp"
 #include "app/cli/usage.hpp"
 #include "app/cli/verbs.hpp"
 #include "app/record/program.hpp"
@@ -106,10 +107,8 @@ std::string bash_completion(const CLI::App& app) {
 void add_pages(CLI::App& app, Context&) {
   auto* verb = app.add_subcommand("pages", "Manual page and shell completion, written from the verbs")->group("");
   verb->require_subcommand(1);
-  verb->add_subcommand("man", "The manual page gantry(1)")->callback([&app] { fmt::print("{}", man_page(app)); });
-  verb->add_subcommand("bash-completion", "Completion for bash")->callback([&app] {
-    fmt::print("{}", bash_completion(app));
-  });
+  verb->add_subcommand("man", "The manual page gantry(1)")->callback([&app] { print_raw(man_page(app)); });
+  verb->add_subcommand("bash-completion", "Completion for bash")->callback([&app] { print_raw(bash_completion(app)); });
 }
 
 }  // namespace gantry::cli

@@ -1,8 +1,7 @@
 // gantry run RECIPE: the job in real time, on the simulated machine or on a bus.
-#include <filesystem>
-
 #include "app/cli/client.hpp"
 #include "app/cli/job_verbs.hpp"
+#include "core/absolute_path.hpp"
 
 namespace gantry::cli {
 
@@ -36,20 +35,23 @@ void add_run(CLI::App& app, Context& context) {
       "clamp has\n"
       "opened. The terminal says what finishes it:  gantry run RECIPE --only transformer_dam,'spreader[1][2]'");
   verb->callback([&context, verb, request, state] {
-    namespace fs = std::filesystem;
     if (auto fits = run::check(request->owner); !fits)
       return void(context.exit_code = show(fits.error(), context.json, context.board));
     const auto folder = state_of(context, *state);
     if (!folder) return;
+    const auto recipe = absolute_path(request->recipe_file), certificate = absolute_path(request->certificate),
+               out = absolute_path(request->out.empty() ? "out" : request->out);
+    for (const auto* path : {&recipe, &certificate, &out})
+      if (!*path) return void(context.exit_code = show(path->error(), context.json, context.board));
     run::Order order{.kind = run::OrderKind::Run,
-                     .recipe = fs::absolute(request->recipe_file).string(),
+                     .recipe = *recipe,
                      .serial = request->serial,
-                     .select = request->select};
-    if (!request->certificate.empty()) order.certificate = fs::absolute(request->certificate).string();
+                     .select = request->select,
+                     .certificate = *certificate};
     if (request->out.empty())
-      order.under = fs::absolute("out").string();
+      order.under = *out;
     else
-      order.out = fs::absolute(request->out).string(), order.force = request->force;
+      order.out = *out, order.force = request->force;
     const Asked asked{.order = order,
                       .state = *folder,
                       .state_option = *state,

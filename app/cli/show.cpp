@@ -33,7 +33,7 @@ void show_document(std::string_view result, const nlohmann::ordered_json& rest, 
 
 void print_document(const nlohmann::ordered_json& document) {
   constexpr bool kAscii = true;  // what would steer a terminal, or turn the direction of writing, is escaped
-  fmt::print("{}\n", document.dump(2, ' ', kAscii, nlohmann::ordered_json::error_handler_t::replace));
+  print_raw(document.dump(2, ' ', kAscii, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 int show(const std::vector<Error>& errors, bool json, std::string_view board) {

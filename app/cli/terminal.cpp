@@ -1,14 +1,21 @@
 #include "app/cli/terminal.hpp"
 
 #include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/error.hpp"
 #include "core/status_line.hpp"
 
 namespace gantry::cli {
+
+namespace {
+int refused_by_stdout = 0;  // errno of the first write that failed
+}
 
 void say_text(std::string_view raw) noexcept try {
   const std::string clean = clean_lines(raw);
@@ -21,6 +28,28 @@ void say_text(std::string_view raw) noexcept try {
     text.remove_prefix(static_cast<std::size_t>(n));
   }
 } catch (...) {  // no memory for the words
+}
+
+void print_raw(std::string_view text) noexcept {
+  errno = 0;
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() && refused_by_stdout == 0)
+    refused_by_stdout = errno;
+}
+
+int close_output(int exit_code) {
+  errno = 0;
+  if (std::fflush(stdout) != 0 && refused_by_stdout == 0) refused_by_stdout = errno;
+  pollfd reader{STDOUT_FILENO, 0, 0};
+  const bool gone = poll(&reader, 1, 0) > 0 && (reader.revents & (POLLERR | POLLHUP)) != 0;
+  if (std::ferror(stdout) == 0 || gone) return exit_code;
+  // A stream of the library that was refused leaves no errno.
+  const Error error{Fault::FileUnwritable,
+                    fmt::format("what was to be printed has not arrived ({})",
+                                refused_by_stdout != 0 ? std::strerror(refused_by_stdout) : "it was not taken"),
+                    "stdout"};
+  const FaultInfo& f = info(error.fault);
+  say("{}\n    remedy: {}\n", to_text(error), f.remedy);
+  return exit_code != 0 ? exit_code : static_cast<int>(f.exit_code);
 }
 
 void keep_stderr_from_waiting() {

@@ -1,8 +1,9 @@
-// Words to people on stderr, and the terminal that they come from. Nothing here fails: a terminal that is gone, or
-// whose reader is slow, costs the words and not the program. Names of files, serials and the like in them are cleaned:
-// nothing that someone wrote steers the terminal.
+// Words to people on stderr, results on stdout, and the terminal that they come from. Nothing here fails: a terminal
+// that is gone, a disk that is full, or a slow reader costs the words and not the program. Names of files, serials and
+// the like in them are cleaned: nothing that someone wrote steers the terminal.
 //   say("keys: {}\n", keys);              // stderr
-//   print_text("{}\n", figures);          // stdout: throws std::system_error when nobody reads it
+//   print_text("{}\n", figures);          // stdout
+//   return close_output(exit_code);       // at the end: whether what was printed has arrived
 #pragma once
 #include <fmt/format.h>
 #include <optional>
@@ -21,10 +22,17 @@ void say(fmt::format_string<Args...> format, Args&&... args) {
   say_text(fmt::format(format, std::forward<Args>(args)...));
 }
 
+/// On stdout, byte by byte as it is.
+void print_raw(std::string_view text) noexcept;
+
 template <class... Args>
 void print_text(fmt::format_string<Args...> format, Args&&... args) {
-  fmt::print("{}", clean_lines(fmt::format(format, std::forward<Args>(args)...)));
+  print_raw(clean_lines(fmt::format(format, std::forward<Args>(args)...)));
 }
+
+/// The exit code in the end: `exit_code`, but for 0 that of G902, which it says, where stdout has not taken all that
+/// was printed (a full disk). A reader that has gone (`... | head`) or a lost terminal has seen enough.
+int close_output(int exit_code);
 
 /// From now on a write to stderr never waits for its reader (Ctrl-S, a full pipe): what does not fit is dropped.
 void keep_stderr_from_waiting();

@@ -12,6 +12,7 @@
 #include "app/desk/identity.hpp"
 #include "app/desk/order_line.hpp"
 #include "app/desk/state_folder.hpp"
+#include "core/absolute_path.hpp"
 #include "core/log.hpp"
 
 namespace gantry::cli {
@@ -51,8 +52,10 @@ void add_up(CLI::App& app, Context& context) {
     stand_behind_a_front();
     if (auto r = desk::open_state_folder(*folder); !r) return void(context.exit_code = show(r.error(), context.json));
     const std::string socket = desk::owner_socket(*folder);
-    auto door = desk::OrderSocket::listen(
-        socket, shared->empty() ? "" : std::filesystem::absolute(*shared).lexically_normal().string());
+    const auto shared_link = absolute_path(*shared), recipe_file = absolute_path(*recipe);
+    for (const auto* path : {&shared_link, &recipe_file})
+      if (!*path) return void(context.exit_code = show(path->error(), context.json));
+    auto door = desk::OrderSocket::listen(socket, std::filesystem::path(*shared_link).lexically_normal().string());
     if (!door) return void(context.exit_code = show(door.error(), context.json));
     options->state = *folder;
     desk::BegunParts parts(*desk::BegunParts::folder(*folder, *options, true));
@@ -63,7 +66,7 @@ void add_up(CLI::App& app, Context& context) {
     desk::Desk desk(*machine, **owner, **door, clock,
                     {.interrupted = interrupted,
                      .identity = desk::identity_of(context.machine_file, *options),
-                     .recipe = recipe->empty() ? "" : std::filesystem::absolute(*recipe).string(),
+                     .recipe = *recipe_file,
                      .parts = &parts});
     OwnerOperated operated(**owner, OwnerOperated::Of::Service);
     ShellJob shell(operated);

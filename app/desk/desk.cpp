@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <fmt/format.h>
 #include <memory>
 #include <unistd.h>
@@ -18,6 +17,7 @@
 #include "app/record/summary.hpp"
 #include "app/run/refusal.hpp"
 #include "config/yaml.hpp"
+#include "core/absolute_path.hpp"
 #include "core/log.hpp"
 #include "core/units.hpp"
 
@@ -555,7 +555,7 @@ Json Desk::run_job(const run::Order& order) {
             {"to_finish", done->result.to_finish.empty() ? Json(nullptr) : Json(done->result.to_finish)},
             {"defects", done->result.defects.size()},
             {"errors", errors_to_json(done->result.errors)},
-            {"folder", std::filesystem::absolute(done->folder).string()},
+            {"folder", absolute_path(done->folder).value_or(done->folder)},
             {"said", figures(done->result) + (done->clamp_holds ? kClampShut : "")}};
   }();
   preparing_ = false;

@@ -1,11 +1,14 @@
 #include "app/desk/do_job.hpp"
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <optional>
 
 #include "app/record/certificate.hpp"
+#include "app/record/defects.hpp"
 #include "app/record/outcome.hpp"
 #include "app/record/room.hpp"
+#include "app/record/summary.hpp"
 #include "config/inputs.hpp"
 #include "core/log.hpp"
 
@@ -105,7 +108,13 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
     (*kept_room)->give();
     written = write_files(done, machine, prepared);
   });
-  if (!written) record::add_error(done.result, written.error());
+  if (!written)
+    record::add_error(
+        done.result,
+        {written.error().fault,
+         fmt::format("summary.json is not kept ({}); the job itself ended as '{}', with the board {}",
+                     written.error().message, record::result_word(done.result), record::name(done.result.board)),
+         done.folder});
   return done;
 }
 

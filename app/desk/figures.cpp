@@ -47,7 +47,7 @@ std::string not_kept_in_words(const record::JobResult& result) {
     text +=
         fmt::format("\n  {:<13}  {}: {}", i == 0 ? "not kept" : "", result.not_kept[i].file, result.not_kept[i].why);
   if (result.not_kept.size() > kShown)
-    text += fmt::format("\n  {:<13}  and {} more; summary.json has them", "", result.not_kept.size() - kShown);
+    text += fmt::format("\n  {:<13}  and {} more", "", result.not_kept.size() - kShown);
   return text;
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fmt/format.h>
 
+#include "core/absolute_path.hpp"
 #include "core/sha256.hpp"
 
 namespace gantry::desk {
@@ -31,7 +32,7 @@ constexpr std::array kRows{Row{"--machine", "machine_hash", "machine"},
                            Row{"--loop-cpu", "loop_cpu", "loop_cpu"}};
 
 std::string absolute(const std::string& path) {
-  return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
+  return std::filesystem::path(absolute_path(path).value_or(path)).lexically_normal().string();
 }
 
 std::string text(const Json& of, const char* key) {

@@ -9,6 +9,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/absolute_path.hpp"
+
 namespace gantry::desk {
 namespace {
 
@@ -40,8 +42,10 @@ std::string environment(const char* name) {
 
 Result<std::string> state_folder(const std::string& option, const std::string& machine_name, const Environment& env) {
   const auto absolute = [](const fs::path& path) {
-    std::string text = fs::absolute(path).lexically_normal().string();
-    if (text.size() > 1 && text.back() == '/') text.pop_back();  // a link with a slash behind it would be followed
+    auto text =
+        absolute_path(path.string()).map([](const std::string& p) { return fs::path(p).lexically_normal().string(); });
+    // A link with a slash behind it would be followed.
+    if (text && text->size() > 1 && text->back() == '/') text->pop_back();
     return text;
   };
   if (!option.empty()) return absolute(option);

@@ -57,7 +57,7 @@ SeenByWorld ask_world(sim::WorldAccess& world, const std::string& out, sim::Worl
   seen.collisions = world.collisions();
   seen.placement = world.placement();
   seen.script_left = world.script_left(machine);
-  if (!out.empty()) seen.written = world.write_deposits(fs::absolute(out).string() + "/deposits.csv");
+  if (!out.empty()) seen.written = world.write_deposits(out + "/deposits.csv");
   return seen;
 }
 

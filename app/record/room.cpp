@@ -9,6 +9,8 @@
 #include <utility>
 #include <variant>
 
+#include "core/absolute_path.hpp"
+
 namespace gantry::record {
 namespace fs = std::filesystem;
 namespace {
@@ -48,7 +50,9 @@ Room room_for(const job::Forecast& forecast, const recipes::Recipe& recipe, doub
 }
 
 Result<void> enough_room(const std::string& folder, const Room& room) {
-  fs::path at = fs::absolute(folder);
+  const auto whole = absolute_path(folder);
+  if (!whole) return tl::unexpected(whole.error());
+  fs::path at = *whole;
   std::error_code ignored;
   while (!fs::exists(at, ignored) && at.has_relative_path()) at = at.parent_path();
   struct statvfs disk {};

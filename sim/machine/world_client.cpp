@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
-#include <filesystem>
 #include <fmt/format.h>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -12,6 +11,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "core/absolute_path.hpp"
 #include "sim/machine/line_socket.hpp"
 #include "sim/world/board.hpp"
 #include "sim/world/world_json.hpp"
@@ -180,7 +180,8 @@ Result<std::vector<Collision>> WorldClient::collisions() {
 }
 Result<void> WorldClient::write_deposits(const std::string& path) {
   // The other process has its own working directory.
-  return done(link_->ask({{"do", "write_deposits"}, {"path", std::filesystem::absolute(path).string()}}));
+  const auto whole = absolute_path(path);
+  return whole ? done(link_->ask({{"do", "write_deposits"}, {"path", *whole}})) : tl::unexpected(whole.error());
 }
 Result<std::string> WorldClient::placement() { return value<std::string>(link_->ask({{"do", "placement"}})); }
 Result<void> WorldClient::add_script(std::string_view yaml) {

@@ -1,0 +1,13 @@
+// A name as it is from every folder.
+//   auto out = absolute_path("out/demo");   // "/home/me/out/demo"
+#pragma once
+#include <string>
+
+#include "core/error.hpp"
+
+namespace gantry {
+
+/// `path` from /; "" of "". Fault::Usage where it is seen from a working folder that was deleted.
+Result<std::string> absolute_path(const std::string& path);
+
+}  // namespace gantry
