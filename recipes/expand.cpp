@@ -48,7 +48,7 @@ std::vector<Vec2> corners(const FeatureRow& row) {
 
 void Expander::add(const FeatureRow& row) {
   const std::size_t first = to_.features.size();
-  off_board_ = row.off_board;
+  off_board_ = row.off_board, name_ = row.name.value;
   if (row.unread) return;
   expand(row);
   for (std::size_t i = first; i < to_.features.size(); ++i)
@@ -108,7 +108,8 @@ void Expander::expand(const FeatureRow& row) {
 }
 
 bool Expander::require(Vec2 p, Location place, std::string_view what, Mistakes& mistakes) const {
-  return off_board_ || require_on_board(to_.board, p, place, what, mistakes);
+  return off_board_ || require_on_board(to_.board, p, place, fmt::format("{} of '{}'", what, name_), mistakes,
+                                        "; 'off_board: true' lets a feature leave it");
 }
 
 std::size_t Expander::points_left() const { return kMostPoints - std::min(points_, kMostPoints); }

@@ -78,7 +78,8 @@ class Expander {
   std::size_t points_ = 0;  ///< of all beads
   bool full_ = false;
   const bool all_read_;
-  bool off_board_ = false;  ///< the feature that is looked at may leave the board
+  bool off_board_ = false;  ///< the feature that is looked at may leave the board ...
+  std::string name_;        ///< ... and is called this
 };
 
 }  // namespace gantry::recipes

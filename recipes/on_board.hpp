@@ -17,13 +17,13 @@ inline bool on_board(const Board& board, Vec2 p) {
   return size.x <= 0 || (p.x >= -kSlack && p.y >= -kSlack && p.x <= size.x + kSlack && p.y <= size.y + kSlack);
 }
 
-/// False, and a mistake, when it does not.
+/// False, and a mistake, when it does not. `unless`: what else may be written, "; ..."; "" where there is nothing.
 inline bool require_on_board(const Board& board, Vec2 p, Location place, std::string_view what,
-                             config::Mistakes& mistakes) {
+                             config::Mistakes& mistakes, std::string_view unless = {}) {
   if (on_board(board, p)) return true;
   mistakes.add(Fault::OutOfRange,
-               fmt::format("the {} at ({:.6g}, {:.6g}) mm is off the board, which is {:.6g} x {:.6g} mm", what, p.x,
-                           p.y, board.size.x, board.size.y),
+               fmt::format("the {} at ({:.6g}, {:.6g}) mm is off the board, which is {:.6g} x {:.6g} mm{}", what, p.x,
+                           p.y, board.size.x, board.size.y, unless),
                place);
   return false;
 }

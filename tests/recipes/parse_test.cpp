@@ -512,7 +512,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"  - circle: {name: d, material: glue, centre: [9 mm, 9 mm], radius: 0 mm}\n", Fault::OutOfRange, "0 mm}",
               "0.01 mm"},
         Wrong{"  - circle: {name: d, material: glue, centre: [9 mm, 9 mm], radius: 10 mm}\n", Fault::OutOfRange,
-              "[9 mm", "off the board"},
+              "[9 mm", "of 'd' at ("},
         Wrong{"  - spiral: {name: d, material: glue, centre: [30 mm, 30 mm], from_radius: 5 mm, to_radius: 5 mm, "
               "spacing: 1 mm}\n",
               Fault::Inconsistent, "5 mm, spacing", "'circle'"},

@@ -150,7 +150,7 @@ TEST_F(BesideRecipe, mistakes_are_told_in_the_file_of_points) {
   EXPECT_NE(r.error()[0].message.find("twice in a row"), std::string::npos);
   EXPECT_EQ(r.error()[1].where, (root_ / "job/bad.csv").string() + ":4:4");
   write("job/bad.csv", "x,y\n10,10\n101,10\n");
-  refused("bad.csv", "bad.csv:3:1", "off the board");
+  refused("bad.csv", "bad.csv:3:1", "'off_board: true'");
   write("job/bad.csv", "x,y\n10,10\n");
   refused("bad.csv", "bad.csv:1:1", "at least 2");
 }
