@@ -114,8 +114,8 @@ std::string height_view(const JobResult& r) {
       svg.words(a.px(a.x0, y) + Vec2{-6, 4}, html::number(y, 0), tick_css(y / step_y, "beside"), "end");
     }
     for (double x = std::ceil(a.x0 / step_x - 1e-9) * step_x; x <= a.x1 + 1e-9; x += step_x)
-      svg.words({a.px(x, 0).x, a.bottom + 18}, html::number(x, step_x < 1 ? 1 : 0) + " s",
-                tick_css(x / step_x, "below"), "middle");
+      svg.words_below({a.px(x, 0).x, a.bottom + 18}, html::number(x, step_x < 1 ? 1 : 0) + " s",
+                      tick_css(x / step_x, "below"));
     svg.begin_clip({a.left, a.top}, {a.right - a.left, height}, "row" + std::to_string(row));
     draw_valve(svg, a, within(actual, a.x0, a.x1));
     draw_line(svg, a, within(planned, a.x0, a.x1), "planned");

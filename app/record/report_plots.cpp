@@ -41,7 +41,7 @@ std::string following_view(const AxisResult& axis) {
     svg.words(a.px(a.x0, y) + Vec2{-6, 4}, html::number(y, step_y < 1 ? 1 : 0), "tick", "end");
   }
   for (double x = std::ceil(a.x0 / step_x) * step_x; x <= a.x1; x += step_x)
-    svg.words({a.px(x, 0).x, a.bottom + 16}, html::number(x, step_x < 1 ? 1 : 0) + " s", "tick", "middle");
+    svg.words_below({a.px(x, 0).x, a.bottom + 16}, html::number(x, step_x < 1 ? 1 : 0) + " s", "tick");
   std::vector<Vec2> value, limit;
   for (const EnvelopePoint& p : axis.over_time) {
     value.push_back(a.px(p.t_s, p.value * unit));
@@ -78,7 +78,7 @@ std::string histogram_view(const std::vector<HistogramBucket>& buckets) {
     const auto label = ns < 1e3   ? html::number(ns, 0) + " ns"
                        : ns < 1e6 ? html::number(ns / 1e3, 0) + " µs"
                                   : html::number(ns / 1e6, 0) + " ms";
-    svg.words({a.px(x, 0).x, a.bottom + 18}, label, "tick", "middle");
+    svg.words_below({a.px(x, 0).x, a.bottom + 18}, label, "tick");
   }
   for (const auto& [octave, count] : bars) {
     const double height = std::log10(static_cast<double>(count)) + 0.12;  // a single one is still seen

@@ -44,6 +44,9 @@ td,th{white-space:nowrap;padding:5px 12px 5px 0;border-bottom:1px solid var(--li
 tr:last-child td{border-bottom:0}
 .r{text-align:right}
 th{white-space:normal;vertical-align:bottom}
+.prose,.name{display:inline-block;white-space:normal;overflow-wrap:break-word}
+.prose{min-width:11em}.name{max-width:22em}
+@media(max-width:520px){.prose{min-width:6.5em}.name{max-width:9em}}
 td.r,th.r{padding-right:18px}
 .meter{display:inline-block;height:8px;border-radius:4px;background:var(--accent);vertical-align:middle}
 .bad{color:var(--bad)}.good{color:var(--good)}

@@ -72,8 +72,9 @@ std::string defect_section(const JobResult& r) {
   Table table({"feature", "", "why"});
   for (std::size_t i = 0; i < std::min(r.defects.size(), kShown); ++i) {
     const Defect& d = r.defects[i];
-    table.row({d.feature.empty() ? "the board" : text(d.feature),
-               fmt::format("<span class=\"bad\">{}</span>", name(d.kind)), text(d.message)});
+    table.row({fmt::format("<span class=\"name\">{}</span>", d.feature.empty() ? "the board" : text(d.feature)),
+               fmt::format("<span class=\"bad\">{}</span>", name(d.kind)),
+               fmt::format("<span class=\"prose\">{}</span>", text(d.message))});
   }
   std::string body = table.done();
   if (r.defects.size() > kShown)

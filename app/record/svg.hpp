@@ -14,7 +14,7 @@ namespace gantry::record {
 
 class Svg {
  public:
-  Svg(double width, double height, std::string_view label) {
+  Svg(double width, double height, std::string_view label) : width_(width) {
     constexpr double kLarge = 700;  // whose words have to be larger where the page is narrow
     out_ = fmt::format(R"(<svg viewBox="0 0 {:.0f} {:.0f}" class="{}" role="img" aria-label="{}">)", width, height,
                        width > kLarge ? "large" : "small", html::text(label));
@@ -51,6 +51,12 @@ class Svg {
     out_ += fmt::format(R"(<text x="{:.1f}" y="{:.1f}" class="{}" text-anchor="{}">{}</text>)", at.x, at.y, css, anchor,
                         html::text(text));
   }
+  /// Of a value below an axis: in the middle under it, or where that would leave the picture, up to its edge.
+  void words_below(Vec2 at, std::string_view text, std::string_view css) {
+    constexpr double kHalfLetter = 3.2;  // px, at the size of a tick
+    const bool leaves = at.x + kHalfLetter * static_cast<double>(text.size()) > width_;
+    words({leaves ? width_ - 1 : at.x, at.y}, text, css, leaves ? "end" : "middle");
+  }
   void begin_group(std::string_view css) { out_ += fmt::format(R"(<g class="{}">)", css); }
   void end_group() { out_ += "</g>"; }
   void begin_clip(Vec2 at, Vec2 size, std::string_view id) {
@@ -68,6 +74,7 @@ class Svg {
   static std::string titled(std::string_view title) {
     return title.empty() ? std::string() : fmt::format("<title>{}</title>", html::text(title));
   }
+  double width_;
   std::string out_;
 };
 

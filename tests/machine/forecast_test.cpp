@@ -74,6 +74,23 @@ TEST(Forecast, is_exact_on_a_board_that_lies_where_it_should) {
         << r.feature_names[i];
 }
 
+// The probe goes its last millimetres at its own speed, which is all that a board off its height changes: dz / speed.
+TEST(Forecast, misses_of_a_board_off_its_height_what_the_probe_goes_down_to_it_and_nothing_else) {
+  constexpr double kUp_mm = -1.2;
+  Rig rig({.placement = fmt::format("dx=0 mm, dy=0 mm, rot=0 deg, dz={} mm, tilt_x=0 deg, tilt_y=0 deg", kUp_mm)});
+  const record::JobResult r = rig.run("recipes/demo-board.yaml");
+  test::expect_done(r);
+  const double touch_s = -kUp_mm / rig.machine().probe.speed_mm_s;
+  int touches = 0;
+  for (const job::StepTaken& step : r.steps) {
+    const bool touch = step.what.starts_with("touch");
+    touches += touch;
+    EXPECT_NEAR(step.actual_s - *step.predicted_s, touch ? touch_s : 0, 0.008 + 1e-3 * *step.predicted_s) << step.what;
+  }
+  EXPECT_EQ(touches, 3);
+  EXPECT_NEAR(r.actual_s - r.predicted_s, 3 * touch_s, 2e-3 * r.predicted_s);
+}
+
 TEST(Forecast, knows_where_the_second_job_begins) {
   const recipes::Recipe recipe = test::load_recipe("recipes/demo-board.yaml");
   Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg, dz=0 mm"});

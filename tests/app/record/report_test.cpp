@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <iterator>
 #include <limits>
+#include <regex>
 
 #include "app/record/deposit_figures.hpp"
 #include "app/record/envelope_line.hpp"
@@ -75,6 +76,31 @@ TEST(Report, tells_the_job_in_one_file_that_needs_no_other) {
   for (const char* outside : {"http://", "https://", "<link", "url(\"", "nan", "inf\""})
     EXPECT_EQ(markup.find(outside), std::string::npos) << outside;
   EXPECT_EQ(content(folder.path + "/marks/lower-left.png"), "\x89PNG pretended");
+}
+
+/// Where a digit takes 6.1 px at 11 px (wide sans serifs), and a blank and an s less.
+void expect_words_within(const std::string& svg) {
+  const double width = std::stod(svg.substr(svg.find("viewBox=\"0 0 ") + 13));
+  const std::regex words("<text x=\"([^\"]*)\"[^>]* class=\"tick[^>]*text-anchor=\"([a-z]*)\">([^<]*)<");
+  int seen = 0;
+  for (auto at = std::sregex_iterator(svg.begin(), svg.end(), words); at != std::sregex_iterator(); ++at, ++seen) {
+    const double x = std::stod((*at)[1]), long_px = 6.1 * static_cast<double>((*at)[3].length());
+    EXPECT_LE(x + ((*at)[2] == "end" ? 0 : (*at)[2] == "middle" ? long_px / 2 : long_px), width) << at->str();
+  }
+  EXPECT_GT(seen, 4);
+}
+
+TEST(Report, words_below_a_plot_are_not_cut_at_its_edge) {
+  for (const double lasts_s : {30., 60., 120., 240., 1800.}) {
+    auto r = made_up_job();
+    for (auto* path : {&r.planned, &r.actual})
+      for (auto& p : *path) p.t_s *= lasts_s / r.actual.back().t_s;
+    r.actual.back().t_s = lasts_s;
+    expect_words_within(height_view(r));
+    AxisResult x{.name = "X", .measured = true};
+    for (const double t_s : {0., 0.5 * lasts_s, lasts_s}) x.over_time.push_back({t_s, 0.01, 0.05});
+    expect_words_within(following_view(x));
+  }
 }
 
 TEST(Report, a_failure_shows_message_place_remedy_and_what_was_cut) {
