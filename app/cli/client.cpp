@@ -232,7 +232,7 @@ bool ask(Context& context, const Asked& asked, const std::string& socket, desk::
     return true;
   }
   if (answer->value("ok", false) && asked.afterwards)
-    if (auto r = asked.afterwards(socket); !r) return stop_with({r.error().fault, r.error().message, socket});
+    if (auto r = asked.afterwards(owner, socket); !r) return stop_with({r.error().fault, r.error().message, socket});
   context.exit_code = show_answer(context, *answer, asked.shown_folder);
   return true;
 }

@@ -10,6 +10,10 @@
 #include "app/run/owner.hpp"
 #include "core/error.hpp"
 
+namespace gantry::desk {
+class OrderClient;
+}
+
 namespace gantry::cli {
 
 /// The state folder that --state, the environment or the machine's name tell; the machine file is read only where its
@@ -29,7 +33,7 @@ struct Asked {
   std::vector<std::string> given{};        ///< which of them the user wrote: they must be the owner's
   bool changed_since = false;              ///< the owner's machine file is meant though it was changed since
   /// Waited for when the owner has said yes, before its answer is shown; null: nothing.
-  std::function<Result<void>(const std::string& socket)> afterwards{};
+  std::function<Result<void>(const desk::OrderClient& owner, const std::string& socket)> afterwards{};
   std::string shown_folder{};  ///< of a job, as the user wrote it; empty: what the owner answers
 };
 

@@ -13,6 +13,7 @@
 #include "app/cli/client.hpp"
 #include "app/cli/terminal.hpp"
 #include "app/desk/begun_parts.hpp"
+#include "app/desk/order_client.hpp"
 #include "app/desk/state_folder.hpp"
 
 namespace gantry::cli {
@@ -73,17 +74,22 @@ std::string is_percentage(const std::string& word) {
   return fmt::format("'{}' is no percentage: write a number of 0 or more, 100 for the recipe's speed", word);
 }
 
-/// The owner's socket goes when its machine is down.
-Result<void> wait_until_gone(const std::string& socket) {
+/// Its socket goes before it does, and is all that is seen of an owner in another PID namespace.
+Result<void> wait_until_gone(const desk::OrderClient& owner, const std::string& socket) {
   constexpr std::chrono::seconds kPatience{30};
+  constexpr Time kLookEvery = milliseconds(20);
+  const auto gone = [&] {
+    if (const auto ended = owner.process_ended(kLookEvery)) return *ended;
+    std::this_thread::sleep_for(kLookEvery);
+    return !std::filesystem::exists(socket);
+  };
   const auto until = std::chrono::steady_clock::now() + kPatience;
-  while (std::filesystem::exists(socket)) {
+  while (!gone()) {
     if (interrupted()) return fail(Fault::ClientEnded, "interrupted while the owner was ending, which it goes on with");
     if (std::chrono::steady_clock::now() >= until)
       return fail(Fault::Refused,
                   "the owner has taken the order and has not ended yet: it still writes the files of a job, or waits "
                   "for a station; it ends by itself when the disk or the station answers");
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   return {};
 }

@@ -392,8 +392,22 @@ Json Desk::hold_in_words(std::uint64_t client) const {
   return told("fault", why + ", which was reset", goes_on);
 }
 
+std::string_view Desk::state_word() const {
+  const cycle::State state = owner_.state();
+  const bool idle = state == cycle::State::Ready || state == cycle::State::Disabled;
+  if (!idle || at_work() == nullptr) return cycle::name(state);
+  if (preparing_ || !doing_) return "preparing";
+  switch (doing_->request.order->kind) {
+    case run::OrderKind::Enable: return cycle::name(cycle::State::Enabling);
+    case run::OrderKind::Disable: return cycle::name(cycle::State::Disabling);
+    case run::OrderKind::Home: return cycle::name(cycle::State::Homing);
+    default: return cycle::name(cycle::State::Running);
+  }
+}
+
 Json Desk::status(std::uint64_t client) const {
   Json answer = machine_status(machine_, owner_);
+  answer["state"] = state_word();
   answer["busy_with"] = doing_ ? Json(run::name(doing_->request.order->kind)) : Json(nullptr);
   answer["recipe"] = recipe_.empty() ? Json(nullptr) : Json(recipe_);
   if (preparing_) answer["doing"] = "preparing";

@@ -117,6 +117,8 @@ class Desk {
   void watch_hold();
   /// As this client is told it; kNobody: as any other one.
   [[nodiscard]] Json status(std::uint64_t client = kNobody) const;
+  /// The machine's state, but that an owner with an order never reads as one that has none.
+  [[nodiscard]] std::string_view state_word() const;
   Json carry_out(const run::Order& order);
   /// How what is at work begins; a hold that was wished for is with the owner from here on.
   run::Begin begin();

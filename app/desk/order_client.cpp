@@ -11,6 +11,7 @@
 #include <string_view>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/time.h>
 #include <unistd.h>
 #include <utility>
@@ -45,6 +46,13 @@ std::string whose(const std::string& path) {
   return "another user";
 }
 
+/// The process that listens at the other end of a connection; 0: it is not known here.
+pid_t owner_of(int fd) {
+  ucred owner{};
+  socklen_t size = sizeof(owner);
+  return getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &owner, &size) == 0 ? owner.pid : 0;
+}
+
 }  // namespace
 
 Result<std::optional<OrderClient>> OrderClient::connect(const std::string& path) {
@@ -74,12 +82,18 @@ Result<std::optional<OrderClient>> OrderClient::connect(const std::string& path)
   return fail(Fault::Refused, fmt::format("the owner cannot be reached: {}", std::strerror(why)), path);
 }
 
+/// From now on, so that its number cannot be another process's.
+OrderClient::OrderClient(int fd)
+    : fd_(fd), process_(owner_of(fd) > 0 ? static_cast<int>(syscall(SYS_pidfd_open, owner_of(fd), 0)) : -1) {}
+
 OrderClient::~OrderClient() {
-  if (fd_ >= 0) close(fd_);
+  for (const int fd : {fd_, process_})
+    if (fd >= 0) close(fd);
 }
 
 OrderClient::OrderClient(OrderClient&& other) noexcept
     : fd_(std::exchange(other.fd_, -1)),
+      process_(std::exchange(other.process_, -1)),
       gone_(other.gone_),
       part_(std::move(other.part_)),
       lines_(std::move(other.lines_)) {}
@@ -95,13 +109,17 @@ bool OrderClient::send(const std::string& line) {
   return true;
 }
 
+std::optional<bool> OrderClient::process_ended(Time timeout) const {
+  if (process_ < 0) return std::nullopt;
+  pollfd ends{process_, POLLIN, 0};
+  return ::poll(&ends, 1, static_cast<int>(timeout / milliseconds(1))) > 0;
+}
+
 Error OrderClient::silent() const {
-  ucred owner{};
-  socklen_t size = sizeof(owner);
-  const bool known = getsockopt(fd_, SOL_SOCKET, SO_PEERCRED, &owner, &size) == 0 && owner.pid > 0;
+  const pid_t owner = owner_of(fd_);
   std::string who = "the owner";
-  if (known) who += fmt::format(" (process {})", owner.pid);
-  if (known && is_stopped(owner.pid)) who += fmt::format(" is stopped (`kill -CONT {}` lets it go on), and", owner.pid);
+  if (owner > 0) who += fmt::format(" (process {})", owner);
+  if (owner > 0 && is_stopped(owner)) who += fmt::format(" is stopped (`kill -CONT {}` lets it go on), and", owner);
   return {Fault::OwnerSilent,
           fmt::format("{} has said nothing for {} s; nobody knows what became of the order", who,
                       Patience::kSilence / std::chrono::seconds(1)),

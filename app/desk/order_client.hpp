@@ -27,14 +27,18 @@ class OrderClient {
   /// The owner has closed the connection, and every line that it had sent was read.
   [[nodiscard]] bool gone() const { return gone_ && lines_.empty(); }
 
+  /// Whether the owner's process has ended, which is waited for. Nothing: it cannot be seen from here (another PID
+  /// namespace).
+  [[nodiscard]] std::optional<bool> process_ended(Time timeout) const;
+
   /// Of an owner that says nothing: what can be seen of its process, and that nobody knows what became of the order.
   [[nodiscard]] Error silent() const;
 
  private:
-  explicit OrderClient(int fd) : fd_(fd) {}
+  explicit OrderClient(int fd);
   void read_some();
 
-  int fd_;
+  int fd_, process_;  ///< -1: it cannot be seen
   bool gone_ = false;
   std::string part_;  ///< of a line whose end has not come yet
   std::deque<std::string> lines_;

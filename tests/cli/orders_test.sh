@@ -100,3 +100,8 @@ wait_for 40 grep -q "is up" "$work/up2.out" || fail "the second owner did not co
 kill -HUP "${pids[-1]}"; sleep 0.3
 expect_exit 0 "a service after SIGHUP" order status
 expect_exit 0 "down" order down
+# Whose process is over waits for this shell alone (proc(5), state Z).
+case "$(sed 's/.*) //' "/proc/${pids[-1]}/stat" 2>/dev/null)" in
+  "" | Z*) echo "ok: the owner's process has ended when \`down\` says so" ;;
+  *) fail "the owner's process goes on behind \`down\`" ;;
+esac

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
 
 #include "app/desk/prepare.hpp"
 #include "tests/app/desk/desks.hpp"
@@ -37,6 +38,41 @@ TEST_F(Desks, an_abort_cancels_a_job_that_is_prepared_and_nothing_moves_afterwar
   EXPECT_EQ(code_of(answer(1)), "G701") << heard_;
   EXPECT_FALSE(std::filesystem::exists(folder_ / "job"));
   EXPECT_EQ(owner_->latest().state, cycle::State::Disabled);
+}
+
+/// Between two steps, and before the first, the loop has nothing to do and is ready, or disabled.
+TEST_F(Desks, status_never_reads_as_idle_while_there_is_an_order) {
+  const std::string recipe = std::filesystem::absolute(kShort);
+  const std::vector<std::string> orders{
+      "\"enable\"", "\"disable\"", "\"home\"", "\"park\"",
+      "\"run\",\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() + '"'};
+  int id = 10;
+  for (const std::string& order : orders) {
+    SCOPED_TRACE(order);
+    Peer watch(folder_ / "owner.sock");
+    std::string seen;
+    std::map<std::string, int> states;
+    client_->say("{\"order\":" + order + ",\"id\":" + std::to_string(++id) + "}\n");
+    on_cycle_ = [&] {
+      seen += watch.hear();
+      if (steps_ % 5 == 0) watch.say("{\"order\":\"status\"}\n");
+      for (std::size_t end = seen.find('\n'); end != std::string::npos; end = seen.find('\n')) {
+        const Json status = Json::parse(seen.substr(0, end));
+        seen.erase(0, end + 1);
+        const std::string state = status.value("state", "");
+        EXPECT_EQ(state == "ready" || state == "disabled", status["busy_with"].is_null()) << status.dump();
+        EXPECT_EQ(status.value("said", "").substr(0, state.size()), state);
+        ++states[state];
+      }
+    };
+    serve_until(id);
+    EXPECT_TRUE(answer(id).value("ok", false)) << answer(id).dump();
+    if (order.starts_with("\"run")) {
+      EXPECT_GT(states["preparing"], 0);
+      EXPECT_GT(states["running"], 0);
+    }
+    client_->hear(), heard_.clear();
+  }
 }
 
 /// While a job is prepared the owner does not know it yet.
