@@ -70,9 +70,20 @@ Time Loop::tick(const Beat& beat) noexcept {
 /// A frame that is not back two fifths into its cycle counts as lost: SYNC0 comes half a cycle after it was due.
 Time Loop::frame_deadline(Time due) const noexcept { return due + setup_.period * 2 / 5; }
 
+/// Drives that the stop frame lets stand with torque: those that only their targets brake, while anything moves. When
+/// all stand, none needs it any more but an axis whose brake closes only now.
+std::uint32_t Loop::held_by_last_word() const noexcept {
+  const std::uint32_t braked = axes_.braked_by_targets();
+  if (!at_rest()) return braked;
+  std::uint32_t held = 0;
+  if (brake_released())
+    for (const std::uint8_t d : setup_.axes[setup_.brake_axis.value].drives) held |= 1u << d;
+  return braked & held;
+}
+
 void Loop::exchange(const Beat& beat, Time now) noexcept {
   if (stop_ != nullptr) {
-    stop_->make(bus_, axes_.braked_by_targets());
+    stop_->make(bus_, held_by_last_word());
     stop_->begin_exchange(now);
     // Spoken for while this image was made: the old motion must not follow the stop. The next tick latches it.
     if (stop_->sent()) {

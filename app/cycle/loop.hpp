@@ -56,6 +56,8 @@ class Loop {
   void brake_from(const AxisVec& before_last, const AxisVec& last) noexcept;
   void write_image(const Beat& beat) noexcept;
   void heed_watchdog() noexcept;
+  [[nodiscard]] bool at_rest() const noexcept;
+  [[nodiscard]] std::uint32_t held_by_last_word() const noexcept;
   void exchange(const Beat& beat, Time now) noexcept;
   /// Every frame of the last exchange came back.
   [[nodiscard]] bool answered() const noexcept {

@@ -75,12 +75,16 @@ void Loop::follow_progress() noexcept {
   }
 }
 
+/// Nothing is commanded to move, and every drive with torque was heard to stand.
+bool Loop::at_rest() const noexcept {
+  return interpolator_.at_rest() && settled_ && !axes_.homing() && axes_.standing();
+}
+
 /// Stop category 1: the axes are braked (by the drives whose quick stop does, the others by their targets); when all of
 /// them stand, or after a time-out, the brake closes, and then the torque goes.
 void Loop::follow_stop() noexcept {
   if (axes_.goal() == DriveGoal::QuickStop) {
-    const bool stand = interpolator_.at_rest() && settled_ && !axes_.homing() && axes_.standing();
-    if (stand || ++stop_ticks_ * setup_.period > kStopTimeout) take_torque();
+    if (at_rest() || ++stop_ticks_ * setup_.period > kStopTimeout) take_torque();
   }
   if (!taking_torque_ || ++brake_ticks_ * setup_.period <= setup_.brake_time) return;
   axes_.set_goal(DriveGoal::Disabled);

@@ -105,6 +105,34 @@ TEST(StopFrame, carries_the_mode_of_axes_that_are_homing) {
   EXPECT_EQ(stop.axes[0].mode, 8);
 }
 
+/// A program that is ended at once while it ends in order: the axes stand, and nothing has taken their torque yet.
+TEST(StopFrame, takes_the_torque_of_axes_that_stand_but_of_one_whose_brake_is_open) {
+  for (const bool brake : {false, true}) {
+    config::Machine machine = reference_machine();
+    if (brake) {
+      machine.brake.emplace();
+      machine.brake->axis = machine.z, machine.brake->bit = 31, machine.brake->time_s = 0.05;
+    }
+    LoopBench b(machine);
+    dispense(b);
+    b.channels->commands.push({.kind = CommandKind::Abort, .id = 50});
+    int moved = 0;
+    for (int n = 0; n < 400; ++n) {
+      const WireImage before = b.tap.last_image();
+      b.ticks(1);
+      const WireImage stop = taken_over(b);
+      static_cast<void>(b.stop.take_sent());
+      const bool moves = b.tap.last_image().axes[0].target != before.axes[0].target;
+      moved += moves;
+      EXPECT_TRUE(!moves || stop.is_stop()) << n << ": " << stop.text();
+    }
+    EXPECT_GT(moved, 20);
+    const WireImage last = taken_over(b);
+    for (std::size_t i = 0; i < 6; ++i)
+      EXPECT_EQ(last.axes[i].control, brake && i == 3 ? kStand : kQuickStop) << i << ": " << last.text();
+  }
+}
+
 // The segment as the judge: its stations take the bytes through their own FMMUs.
 TEST(StopFrame, alone_on_the_bus_it_stops_the_machine_before_the_stations_watchdogs_would) {
   for (const bool last_word : {true, false}) {
@@ -192,8 +220,9 @@ TEST(SpokenFor, the_loop_latches_it_in_every_state_and_never_goes_on_with_the_ol
     c.reach(b);
     ASSERT_EQ(b.now.state, c.state) << c.name;
     const WireImage stop = taken_over(b);
-    // The frame is of the cycle before: of what has torque since then it only knows that it may have.
-    const bool torque = c.state != State::Disabled && c.state != State::Enabling && c.state != State::Ready;
+    // The frame is of the cycle before: of what has torque since then it only knows that it may have. Who stands needs
+    // no torque to brake.
+    const bool torque = c.state == State::Homing || c.state == State::Running || c.state == State::Holding;
     EXPECT_TRUE(torque ? stop.is_stop() : stop.all(kQuickStop)) << c.name << ": " << stop.text();
     b.tap.forget(stop);
     const double at = b.now.actual[0];
