@@ -345,7 +345,7 @@ nlohmann::ordered_json to_json(const JobResult& r) {
                         {"waited", r.proofs.waited},
                         {"waited_s", number(r.proofs.waited_s)}}},
                       {"second_opinion_poses", r.opinion_poses > 0 ? Json(r.opinion_poses) : Json(nullptr)}};
-  j["setpoint_hash"] = hash_text(r.setpoint_hash);
+  j["setpoint_hash"] = r.setpoint_ticks > 0 ? Json(hash_text(r.setpoint_hash)) : Json(nullptr);
   j["setpoint_ticks"] = r.setpoint_ticks;
   j["setpoint_stream_complete"] = r.setpoint_stream_complete;
   j["disturbed"] = r.disturbed;

@@ -235,7 +235,10 @@ std::optional<Result<void>> Owner::reset_answer() {
 
 void Owner::abort(Error why) {
   Parts& p = *parts_;
-  if (p.on_bus && p.undertaking != Undertaking::None) p.control().abort(std::move(why));
+  if (!p.on_bus || p.undertaking == Undertaking::None) return;
+  // Of a program that ordered it and was ended; whoever ends the owner has said so already.
+  if (why.fault == Fault::Interrupted && !p.ending && !p.control().aborting()) p.acted("interrupt");
+  p.control().abort(std::move(why));
 }
 
 void Owner::interrupt(Error why) {

@@ -61,6 +61,9 @@ TEST_F(OwnOrders, a_client_that_ends_its_own_job_has_interrupted_it_and_the_owne
   EXPECT_EQ(answer(1).value("exit_code", 0), 130);
   EXPECT_EQ(answer(1).value("result", ""), "interrupted");
   EXPECT_EQ(summary(1).value("exit_code", 0), 130);
+  const Json actions = summary(1).value("actions", Json::array());
+  EXPECT_EQ(std::count_if(actions.begin(), actions.end(), [](const Json& a) { return a["what"] == "interrupt"; }), 1)
+      << actions.dump();
   EXPECT_EQ(owner_->latest().state, cycle::State::Ready) << "as after any abort, torque stays";
   on_cycle_ = {};
   client_->say("{\"order\":\"park\",\"id\":2}\n");

@@ -155,6 +155,7 @@ TEST(Summary, an_empty_result_is_a_summary_too) {
   EXPECT_EQ(j.at("result"), "done");
   EXPECT_TRUE(j.at("work_offset").is_null());
   EXPECT_TRUE(j.at("deposits").is_null());
+  EXPECT_TRUE(j.at("setpoint_hash").is_null());
   EXPECT_TRUE(j.at("certificate").at("minimum_clearance").at("by_design").is_null());
   EXPECT_TRUE(j.at("certificate").at("minimum_clearance").at("others").is_null());
 }
