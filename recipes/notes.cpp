@@ -5,6 +5,7 @@
 
 #include "core/units.hpp"
 #include "recipes/bus_notes.hpp"
+#include "recipes/covered.hpp"
 #include "recipes/job.hpp"
 #include "recipes/surface_doubt.hpp"
 
@@ -126,6 +127,7 @@ std::vector<std::string> notes(const Recipe& recipe, const config::Machine& mach
   if (recipe.touches.empty()) out.push_back("no touches: the board's surface is taken to be at its nominal height");
   if (SurfaceDoubt(recipe, machine).tilt_unmeasured()) add_tilt(recipe, machine, out);
   add_residuals(recipe, out);
+  add_covered(recipe, out);
   for (const Material& m : recipe.materials) {
     out.push_back(tolerances_in_words(m));
     add_lead(m, "valve_open_lead", m.valve_open_lead, machine.sim.valve_open_lag_s, "opens", out);

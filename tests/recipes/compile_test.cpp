@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <fmt/format.h>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <random>
@@ -349,6 +350,26 @@ TEST(Compile, notes_tell_the_tolerances_of_each_material) {
   const auto told = notes(demo(), dispenser());
   ASSERT_EQ(told.size(), 2u);
   EXPECT_EQ(told[0], "adhesive: a deposit is good within 0.1 mm of its place, 0.1 mm of its gap and 5 % of its speed");
+}
+
+// A job that is taken up again looks and touches anew, where by then material lies.
+TEST(Compile, notes_tell_marks_and_touches_that_are_dispensed_over) {
+  Recipe r = demo();
+  const Vec2 dot = std::get<Dot>(r.features.front()).at;
+  r.marks[1].at = {dot.x + r.marks[1].diameter / 2 - 0.01, dot.y};
+  auto told = notes(r, dispenser());
+  ASSERT_EQ(told.size(), 3u);
+  EXPECT_EQ(told[0].find("mark 'front_right' (line"), 0u) << told[0];
+  EXPECT_NE(told[0].find("is covered by 'spreader[0][0]'"), std::string::npos) << told[0];
+  r.marks[1].at.x += 0.02;
+  EXPECT_EQ(notes(r, dispenser()).size(), 2u);
+  const auto bead = std::ranges::find_if(r.features, [](const Feature& f) { return std::holds_alternative<Bead>(f); });
+  const auto& points = std::get<Bead>(*bead).points;
+  r.touches[0].at = (flat(points[0]) + flat(points[1])) * 0.5;
+  told = notes(r, dispenser());
+  ASSERT_EQ(told.size(), 3u);
+  EXPECT_EQ(told[0].find(fmt::format("touch '{}' (line", r.touches[0].name)), 0u) << told[0];
+  EXPECT_NE(told[0].find(fmt::format("lies on '{}'", id_of(*bead))), std::string::npos) << told[0];
 }
 
 TEST(Compile, notes_tell_marks_and_touches_that_may_disagree_by_more_than_a_deposit_may_be_off) {
