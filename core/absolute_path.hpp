@@ -1,5 +1,5 @@
 // A name as it is from every folder.
-//   auto out = absolute_path("out/demo");   // "/home/me/out/demo"
+//   auto out = absolute_path("out/demo");   // "/srv/line-3/out/demo" where one stands in /srv/line-3
 #pragma once
 #include <string>
 
