@@ -179,12 +179,11 @@ void check_axes(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
                         axis.name),
             file.park[i].place);
     } else if (m.park[i].second < axis.p_min || m.park[i].second > axis.p_max)
-      mistakes.add(Fault::OutOfRange, fmt::format("outside the travel of axis {}", axis.name),
-                   file.park[i].quantity.place);
+      mistakes.add(Fault::OutOfRange, outside_of(axis), file.park[i].quantity.place);
   }
   const Axis& z = m.axes[m.z.value];
   if (m.safe_z_mm < z.p_min || m.safe_z_mm > z.p_max)
-    mistakes.add(Fault::OutOfRange, fmt::format("outside the travel of axis {}", z.name), file.safe_z_mm.place);
+    mistakes.add(Fault::OutOfRange, outside_of(z), file.safe_z_mm.place);
 }
 
 void check_sim(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
@@ -208,6 +207,11 @@ bool starts_too_slowly(const Axis& axis) {
 
 std::string in_units(const Axis& axis, double value, std::string_view per, int digits) {
   return fmt::format("{:.{}g} {}{}", axis.rotary ? units::deg(value) : value, digits, axis.rotary ? "deg" : "mm", per);
+}
+
+std::string outside_of(const Axis& axis) {
+  return fmt::format("outside the travel of axis {}, {} .. {}", axis.name, in_units(axis, axis.p_min),
+                     in_units(axis, axis.p_max));
 }
 
 void check_machine(const Machine& m, const MachineFile& file, Mistakes& mistakes) {

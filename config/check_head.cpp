@@ -198,7 +198,7 @@ void check_head(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
     if (!m.u) {
       mistakes.add(Fault::Inconsistent, "no axis has the role `lift`", row.lift_mm.place);
     } else if (const Axis& u = m.axes[m.u->value]; row.lift_mm.value < u.p_min || row.lift_mm.value > u.p_max) {
-      mistakes.add(Fault::OutOfRange, fmt::format("outside the travel of axis {}", u.name), row.lift_mm.place);
+      mistakes.add(Fault::OutOfRange, outside_of(u), row.lift_mm.place);
     }
   }
   std::set<std::string> names;

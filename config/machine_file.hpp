@@ -204,6 +204,8 @@ std::vector<std::string> drive_limit_notes(const Machine& machine);
 /// From rest to v_max takes so long that v_max, a_max or j_max is a slip of the unit.
 bool starts_too_slowly(const Axis& axis);
 std::string in_units(const Axis& axis, double value, std::string_view per = "", int digits = 6);
+/// "outside the travel of axis Z, -80 mm .. 0 mm"
+std::string outside_of(const Axis& axis);
 
 /// Whether homing can be right: each axis that gets targets has one, up and towards a switch that stands where it is
 /// said to, no faster than the axis.
