@@ -248,8 +248,8 @@ void Loop::change(Cause cause) noexcept {
   tell({.kind = EventKind::StateChange, .block = block_, .detail = static_cast<std::int32_t>(state_)});
 }
 
-void Loop::answer(std::uint32_t id, Fault fault) noexcept {
-  if (id != 0) tell({.kind = EventKind::CommandDone, .fault = fault, .id = id, .block = block_});
+void Loop::answer(std::uint32_t id, Fault fault, AxisId axis) noexcept {
+  if (id != 0) tell({.kind = EventKind::CommandDone, .fault = fault, .axis = axis, .id = id, .block = block_});
 }
 
 void Loop::answer_pending(Fault fault) noexcept {

@@ -80,7 +80,8 @@ class Loop {
   /// The state that the table has for this cause, if it has one.
   void change(Cause cause) noexcept;
   [[nodiscard]] Cause rest() const noexcept;
-  void answer(std::uint32_t id, Fault fault) noexcept;
+  /// `axis`: whose fault it is, where it is one's.
+  void answer(std::uint32_t id, Fault fault, AxisId axis = kNoAxis) noexcept;
   void answer_pending(Fault fault) noexcept;
   void tell(Event event) noexcept;
   void tell_snapshot(const Beat& beat, bool sent) noexcept;

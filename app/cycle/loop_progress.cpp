@@ -20,7 +20,7 @@ void Loop::follow_progress() noexcept {
   using Probe = devices::ProbeArm::Phase;
   const Probe probe = axes_.probe().phase();
   if (pending_probe_ != 0 && (probe == Probe::Armed || probe == Probe::Failed)) {
-    answer(pending_probe_, probe == Probe::Armed ? Fault::None : axes_.probe().fault());
+    answer(pending_probe_, probe == Probe::Armed ? Fault::None : axes_.probe().fault(), setup_.probe_axis);
     pending_probe_ = 0;
   }
   if (probe == Probe::Latched && !probe_told_) {

@@ -306,9 +306,17 @@ Result<job::JobState> Runner::take(const job::SettleOffset&) {
 
 Result<double> Runner::touch_down(const recipes::TouchPoint& point,
                                   const std::function<Result<job::ProvenBlock>()>& plan) {
-  if (auto r = site_.control.command({.kind = cycle::CommandKind::ArmProbe}, 2); !r) return tl::unexpected(r.error());
+  const auto of_this_touch = [&](Error error) {
+    const int number = static_cast<int>(error.fault);
+    if (number < static_cast<int>(Fault::ProbeNeverTriggered) || number > static_cast<int>(Fault::ProbeStale))
+      return tl::unexpected(std::move(error));
+    error.message = fmt::format("touch '{}': {}", point.name, error.message);
+    if (error.where.empty()) error.where = job::at_line(recipe_, point.place);
+    return tl::unexpected(std::move(error));
+  };
+  if (auto r = site_.control.command({.kind = cycle::CommandKind::ArmProbe}, 2); !r) return of_this_touch(r.error());
   const auto played = play(plan());
-  if (!played) return tl::unexpected(played.error());
+  if (!played) return of_this_touch(played.error());
   if (!played->touched)
     return fail(Fault::ProbeNeverTriggered,
                 fmt::format("touch '{}': the probe met nothing within its travel", point.name),

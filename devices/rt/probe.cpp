@@ -39,16 +39,18 @@ std::uint16_t ProbeArm::step(const Feedback& f) noexcept {
         else if (cycles_ > answer_cycles_)
           fail(Fault::ProbeStale);
         break;
-      case Phase::Arming:
-      case Phase::Armed:
-        if (latched) {
-          latched_ = rising ? f.probe_rising : f.probe_falling;
-          phase_ = Phase::Latched;
-        } else if (phase_ == Phase::Arming && (f.probe_status & kProbeEnabled) != 0) {
+      case Phase::Arming:  // nothing has moved yet: what is latched here is no touch
+        if (latched)
+          return fail(f.probe_level == rising ? Fault::ProbeAlreadyActive : Fault::ProbeStale), std::uint16_t{0};
+        if ((f.probe_status & kProbeEnabled) != 0)
           phase_ = Phase::Armed;
-        } else if (phase_ == Phase::Arming && cycles_ > answer_cycles_) {
+        else if (cycles_ > answer_cycles_)
           fail(Fault::ProbeStale);
-        }
+        break;
+      case Phase::Armed:
+        if (!latched) break;
+        latched_ = rising ? f.probe_rising : f.probe_falling;
+        phase_ = Phase::Latched;
         break;
       case Phase::Idle:
       case Phase::Latched:

@@ -100,6 +100,22 @@ TEST(Probe, a_latch_that_does_not_vanish_is_stale) {
   EXPECT_EQ(probe.fault(), Fault::ProbeStale);
 }
 
+/// Nothing moves before the probe is armed: an edge that is shown with "enabled" is no touch.
+TEST(Probe, a_latch_that_comes_with_arming_is_refused) {
+  for (const bool closed : {false, true}) {
+    ProbeArm probe;
+    probe.start(ProbeEdge::Rising, milliseconds(1));
+    Feedback f;
+    f.fresh = true;
+    while (probe.phase() == ProbeArm::Phase::Clearing) probe.step(f);
+    f.probe_status = 0x0003;
+    f.probe_level = closed;
+    EXPECT_EQ(probe.step(f), 0);
+    EXPECT_EQ(probe.phase(), ProbeArm::Phase::Failed);
+    EXPECT_EQ(probe.fault(), closed ? Fault::ProbeAlreadyActive : Fault::ProbeStale);
+  }
+}
+
 TEST(Probe, a_drive_that_never_shows_enabled_fails) {
   ProbeArm probe;
   probe.start(ProbeEdge::Rising, milliseconds(1));
