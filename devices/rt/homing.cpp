@@ -78,7 +78,8 @@ bool HomingRun::at_the_edge() const noexcept {
 
 /// A drive that calls its homing done has set its counter at the edge, and stands near it.
 void HomingRun::leave(const Feedback& f) noexcept {
-  const std::int64_t off = std::abs(f.counts.value - limits_.home_counts);
+  // As the drive has them: its counter may have wrapped on the way to the edge, and `counts` has not.
+  const std::int64_t off = std::abs(std::int64_t{wrap(f.counts)} - limits_.home_counts);
   if (fault_ == Fault::None && !led_off_ && limits_.near_counts > 0 && off > limits_.near_counts)
     fault_ = Fault::HomingFailed;
   enter(fault_ != Fault::None ? Phase::Failed : led_off_ ? Phase::LeadOff : Phase::Done);

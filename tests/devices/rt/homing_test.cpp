@@ -39,7 +39,8 @@ struct HomingDrive {
     const bool start = mode == 6 && (bench.controlword() & 0x10) != 0;
     if (start && !started) homed = false;
     started = start;
-    if (started && !homed && travelled < switch_after) counts -= 50, travelled += 50;
+    if (started && !homed && travelled < switch_after)
+      counts = static_cast<std::int32_t>(static_cast<std::uint32_t>(counts) - 50), travelled += 50;
     if (started && !fails && travelled >= switch_after && !homed) homed = true, counts = 0;
     if (!start && homed && mode != 6) homed = false;
     bench.mode(mode);
@@ -70,6 +71,24 @@ TEST(Homing, finds_the_switch_and_comes_back_to_csp_without_a_step) {
   h.cycle();
   EXPECT_EQ(h.bench.target(), h.counts);
   EXPECT_DOUBLE_EQ(h.bench.drive.feedback().position, 5.0);
+}
+
+/// A drive that counts on without its supply may begin anywhere, and its counter may wrap before it comes to its edge.
+TEST(Homing, a_counter_that_wraps_on_the_way_to_the_edge_does_not_matter) {
+  for (const std::int32_t begin : {INT32_MIN + 1000, INT32_MIN + 5000, INT32_MIN + 5040, INT32_MAX, 0}) {
+    SCOPED_TRACE(begin);
+    HomingDrive h;
+    h.counts = begin;
+    h.bench.position(begin);
+    h.bench.drive.lose();
+    for (int i = 0; i < 20; ++i) h.cycle();
+    h.bench.enable();
+    h.run.start({.timeout_cycles = 10'000, .travel_counts = 20'000, .near_counts = 100}, h.bench.drive.feedback());
+    h.until_done();
+    ASSERT_EQ(h.run.phase(), HomingRun::Phase::Done) << code(h.run.fault()).text;
+    h.bench.drive.set_reference(Counts{0}, 5.0);
+    EXPECT_DOUBLE_EQ(h.bench.drive.commanded(), 5.0);
+  }
 }
 
 TEST(Homing, the_result_of_an_earlier_homing_does_not_count) {
