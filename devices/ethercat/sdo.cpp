@@ -39,6 +39,7 @@ struct Conversation {
   Mailbox box{link, station};
   std::uint32_t aborted = 0;  ///< code of the abort that ended it
   int strays = 0;             ///< answers that were not to us
+  bool begins_clean = false;  ///< none of them can be of a request that was given up
 
   [[nodiscard]] tl::unexpected<Error> broken(std::string_view what) const {
     return fail(Fault::MailboxProtocol, fmt::format("{}: {}", asked, what), station.where);
@@ -100,23 +101,22 @@ struct Conversation {
     put_sdo_header(message, header);
     message.insert(message.end(), data.begin(), data.end());
     auto reply = ask(message);
-    while (reply && about_another(*reply)) {
+    while (reply && about_another(*reply, expected)) {
       ++strays;
       reply = listen();
     }
+    if (!reply && strays > 0 && aborted == 0) return broken("the reply is to another request");
     if (!reply) return reply;
     if (reply->size() < kBody) return broken("the reply is too short");
-    const SdoHeader h = get_sdo_header(std::span<const std::byte>(*reply).subspan(kCoeHeader));
-    if ((h.command & sdo::kCommandMask) != expected) return broken("the reply is to another request");
     return reply;
   }
 
   /// The answer to a request that was given up, which a station may hold for long (and repeat when its mailbox starts
-  /// anew). Ours follows.
-  [[nodiscard]] bool about_another(const Bytes& reply) const {
+  /// anew), or one that it gives twice. Ours follows.
+  [[nodiscard]] bool about_another(const Bytes& reply, std::uint8_t expected) const {
     if (reply.size() < kBody) return false;
     const SdoHeader h = get_sdo_header(std::span<const std::byte>(reply).subspan(kCoeHeader));
-    return h.index != object.index || h.sub != object.sub;
+    return h.index != object.index || h.sub != object.sub || (h.command & sdo::kCommandMask) != expected;
   }
 
   /// The rest of an object that did not fit the first answer.
@@ -170,7 +170,8 @@ Result<Conversation> begin(Link& link, StationRecord& station, ObjectAddress obj
     return fail(Fault::MailboxProtocol, fmt::format("{}: the station has no mailbox", asked), station.where);
   Conversation c{link, station, object, std::move(asked)};
   if (c.box.capacity() < kBody) return c.broken("the station's mailbox is too small for an SDO");
-  if (!station.mailbox.clean)
+  c.begins_clean = station.mailbox.clean;
+  if (!station.mailbox.clean || station.mailbox.talkative)
     if (auto ok = c.box.drain(); !ok) return c.during(ok.error());
   station.mailbox.clean = false;  // until this one has ended in order
   return c;
@@ -180,6 +181,7 @@ Result<Conversation> begin(Link& link, StationRecord& station, ObjectAddress obj
 template <class T>
 T ended(Conversation& c, T result) {
   c.station.mailbox.clean = result.has_value() || c.aborted != 0;
+  if (c.strays > 0 && c.begins_clean) c.station.mailbox.talkative = true;
   return result;
 }
 

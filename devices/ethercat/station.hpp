@@ -54,6 +54,7 @@ struct MailboxState {
   bool repeats = true;                 ///< the station acknowledges repeat requests, as far as is known
   bool repeated = false;               ///< a repeat was asked for: the next reply may be one that we have
   bool clean = false;                  ///< nothing of an abandoned request can be in it
+  bool talkative = false;              ///< answers came that nobody had asked for: it may hold one at any time
   std::vector<Emergency> emergencies;  ///< that came in and were not fetched yet; the oldest kMostEmergencies
   static constexpr std::size_t kMostEmergencies = 64;
 };

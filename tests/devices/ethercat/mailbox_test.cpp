@@ -371,6 +371,32 @@ TEST(Sdo, answers_to_requests_that_were_given_up_are_passed_over) {
   }
 }
 
+/// A station that gives each answer twice: the second one is never taken for the answer to what is asked next, whether
+/// that is another object, or the same one.
+TEST(Sdo, an_answer_that_comes_twice_is_not_taken_for_another) {
+  Bench b;
+  int value = 0;
+  b.port.answer = [&](const Bytes& r) {
+    Bytes out = bytes({0, 0x30, 0x4B, 0, 0, 0, 0, 0, 0, 0});
+    std::copy(r.begin() + 3, r.begin() + 6, out.begin() + 3);
+    if ((std::to_integer<int>(r[2]) & 0xE0) == 0x20)
+      out[2] = std::byte{0x60}, value = std::to_integer<int>(r[6]);
+    else
+      out[6] = static_cast<std::byte>(value);
+    return std::vector<Bytes>{out, out};
+  };
+  ASSERT_TRUE(sdo_upload(b.link, b.station, {0x6041, 0}));  // as a master does that has just come: another object first
+  for (int i = 1; i < 40; ++i) {
+    SCOPED_TRACE(i);
+    ASSERT_TRUE(sdo_download(b.link, b.station, {0x2000, 0}, bytes({i, 0})));
+    for (int k = 0; k < 3; ++k) {
+      const auto read = sdo_upload(b.link, b.station, {0x2000, 0});
+      ASSERT_TRUE(read) << to_text(read.error());
+      EXPECT_EQ(*read, bytes({i, 0}));
+    }
+  }
+}
+
 // The counter that another master used last is not known; a station drops a request that carries it.
 TEST(Sdo, a_mailbox_that_another_master_has_used_answers_whatever_was_counted_last) {
   using Repeats = MailboxStation::Repeats;
