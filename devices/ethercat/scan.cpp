@@ -237,9 +237,13 @@ Result<void> read_whole_sii(Link& link, StationRecord& s) {
   const auto image = read_sii_image(link, s.address);
   if (s.eeprom_given)
     if (auto ok = give_eeprom(link, s.address); !ok) return ok;
-  if (!image) return tl::unexpected(image.error());
+  const auto named = [&](Error error) {
+    error.where = s.where;
+    return tl::unexpected(std::move(error));
+  };
+  if (!image) return named(image.error());
   auto sii = parse_sii(*image);
-  if (!sii) return tl::unexpected(sii.error());
+  if (!sii) return named(sii.error());
   s.sii = std::move(*sii);
   s.sii_whole = true;
   return {};
@@ -345,14 +349,20 @@ Result<void> check_alias(const config::Machine& machine, const config::Station& 
               found.where);
 }
 
-Result<void> check_count(const std::vector<const config::Station*>& configured, std::size_t count) {
+Result<void> check_count(const config::Machine& machine, const std::vector<const config::Station*>& configured,
+                         std::size_t count) {
   if (count == configured.size()) return {};
-  const std::string first_missing =
-      count < configured.size()
-          ? fmt::format("; the first that is missing is '{}' at position {}", configured[count]->name, count)
-          : "";
+  const std::string both = fmt::format("{} stations answer, the machine file has {}", count, configured.size());
+  if (count > configured.size())
+    return fail(Fault::StationMissing,
+                both +
+                    "; `gantry bus scan` shows which of them it does not have: take it out of the line, or write it "
+                    "into the machine file",
+                machine.file);
   return fail(Fault::StationMissing,
-              fmt::format("{} stations answer, the machine file has {}{}", count, configured.size(), first_missing));
+              fmt::format("{}; the first that is missing is '{}' at position {}: look at its supply and its cable",
+                          both, configured[count]->name, count),
+              where(*configured[count]));
 }
 
 }  // namespace
@@ -365,7 +375,7 @@ Result<void> confirm(Link& link, const config::Machine& machine, const std::vect
                      std::vector<StationRecord>& records, std::vector<std::string>& notes) {
   const bool anybody = configured.empty();
   if (!anybody)
-    if (auto ok = check_count(configured, records.size()); !ok) return ok;
+    if (auto ok = check_count(machine, configured, records.size()); !ok) return ok;
   for (std::size_t i = 0; i < records.size(); ++i) {
     StationRecord& r = records[i];
     const auto located = [&](Error e) {
@@ -411,7 +421,8 @@ Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machi
   const auto count = count_stations(link);
   if (!count) return tl::unexpected(count.error());
   if (!anybody)
-    if (auto ok = check_count(configured, static_cast<std::size_t>(*count)); !ok) return tl::unexpected(ok.error());
+    if (auto ok = check_count(machine, configured, static_cast<std::size_t>(*count)); !ok)
+      return tl::unexpected(ok.error());
   if (auto ok = reset_stations(link); !ok) return tl::unexpected(ok.error());
   auto records = find_stations(link);
   if (!records) return records;
