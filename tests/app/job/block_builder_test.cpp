@@ -1,6 +1,8 @@
 #include "app/job/block_builder.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
+#include <numbers>
 #include <type_traits>
 
 #include "app/job/limits.hpp"
@@ -80,6 +82,63 @@ TEST_F(BlockBuilderTest, what_is_not_free_is_not_taken) {
   const ProvenBlock block = b.finish().value();
   for (const motion::Segment& s : block.segments())
     EXPECT_LE(motion::point(s.geometry, s.geometry.length)[machine.x.value], bead->start[machine.x.value] + 1e-9);
+}
+
+/// Along a low wall at the very clearance targets have no room beside a slanted path, at any speed: it goes up from its
+/// ends, where Z alone moves and is exactly on its path, and across above the wall as fast as anywhere.
+TEST_F(BlockBuilderTest, a_path_along_a_wall_at_the_very_clearance_goes_over_it) {
+  const auto x = static_cast<std::size_t>(machine.x.value), y = static_cast<std::size_t>(machine.y.value),
+             z = static_cast<std::size_t>(machine.z.value);
+  ASSERT_NE(limits.response_delay_s[x], limits.response_delay_s[y]);
+  const double kDiagonal = std::sqrt(0.5), along = 60;
+  const AxisVec from = moved(20, 20, -20), to = moved(20 + along * kDiagonal, 20 + along * kDiagonal, -20);
+  const auto lowest = std::ranges::find(scene.head(), "probe_stylus", &motion::SceneBody::name);
+  ASSERT_NE(lowest, scene.head().end());
+  const Vec3 tip = lowest->solid.centre + scene.carried(*lowest, from);
+  // A wall 2 mm thick, 3 mm higher than the stylus' end, as long as the motion and parallel to it.
+  const double off = lowest->half_box.x + rules.clearance_mm + 1, low = tip.z - lowest->half_box.z;
+  const auto wall = [&](double nearer) {
+    const double n = off - nearer;
+    return config::Body{
+        "wall",
+        {config::Shape::Kind::Box, {along, 2, 13}},
+        {tip.x + along / 2 * kDiagonal + n * kDiagonal, tip.y + along / 2 * kDiagonal - n * kDiagonal, low + 3 - 6.5},
+        std::numbers::pi / 4,
+        false};
+  };
+  {
+    BlockBuilder there = builder();
+    ASSERT_TRUE(there.travel(from, rules));
+    ASSERT_TRUE(there.travel(to, rules));
+    const double free_s = there.finish().value().duration_s();
+    scene.add(wall(-1e-7));
+    BlockBuilder b = builder();
+    ASSERT_TRUE(b.travel(from, rules));
+    ASSERT_TRUE(b.travel(to, rules));
+    const Result<ProvenBlock> block = b.finish();
+    ASSERT_TRUE(block) << to_text(block.error());
+    EXPECT_LT(block->duration_s(), free_s + 0.5);
+    double top = -1e9;
+    for (const motion::Segment& s : block->segments())
+      for (const double at : {0.0, s.geometry.length / 2, s.geometry.length}) {
+        const AxisVec q = motion::point(s.geometry, at);
+        if (q[x] > from[x] + 1 && q[x] < to[x] - 1) top = std::max(top, q[z]);
+        // Low down beside the wall, only Z moves.
+        if (q[z] < from[z] + 0.5 && q[x] > from[x] - 1) {
+          EXPECT_TRUE(std::abs(q[x] - from[x]) < 1e-9 || std::abs(q[x] - to[x]) < 1e-9) << q[x];
+        }
+      }
+    EXPECT_GE(top, from[z] + 1);
+  }
+  motion::Scene nearer(machine);
+  nearer.add(wall(1e-5));
+  BlockBuilder b{limits, nearer, 5, high, {}};
+  Result<void> taken = b.travel(from, rules);
+  if (taken) taken = b.travel(to, rules);
+  if (taken)
+    if (const auto block = b.finish(); !block) taken = tl::unexpected(block.error());
+  ASSERT_FALSE(taken) << "its ends are 1e-5 mm too near";
+  EXPECT_NE(taken.error().message.find("wall"), std::string::npos) << taken.error().message;
 }
 
 TEST_F(BlockBuilderTest, a_bead_is_taken_only_where_the_axes_stand) {

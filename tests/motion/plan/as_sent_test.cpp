@@ -164,6 +164,45 @@ TEST(AsSent, axes_that_answer_alike_or_move_alone_are_sent_along_the_path) {
   EXPECT_TRUE(AsSent(scene, limits_with({0.003, 0.003, 0.005}), slanted).beside_path());
 }
 
+/// Up by one axis alone, then slanted: while Z alone moves its targets are on the path to the last bit, however unlike
+/// the delays, so that nothing is asked of them beyond what the path's own proof has asked. Slanted at once, the same
+/// body is met.
+TEST(AsSent, one_axis_alone_keeps_the_very_clearance_in_a_motion_that_goes_on_slanted) {
+  const config::Machine machine = test::bare_machine();
+  const Line up{{0, 0, 20}, {0, 0, 1}, 0.05, 0.05};
+  const AxisVec above = up.sent(1e9, 0, {}, 0);
+  const Line slanted{above, {0.6, 0.8, 0}, 0.05, 0.05};
+  const std::vector<Segment> motion{up.segment(), slanted.segment()};
+  const Limits limits = limits_with({0.009, 0.001, 0.005});
+  // Beside the needle's lower end at the start, on the side to which nothing goes; no other body comes so low.
+  const double needle_mm = 0.5, post_mm = 1, clearance_mm = 2;
+  for (const double nearer_mm : {-1e-6, 0.0, 1e-6}) {
+    const double off = needle_mm + post_mm + clearance_mm - nearer_mm;
+    Scene scene(machine);
+    scene.add(config::Body{"post", {config::Shape::Kind::Cylinder, {2, 2, 10}}, {-off * 0.8, off * 0.6, 18}, 0, false});
+    const AsSent sent(scene, limits, motion);
+    ASSERT_TRUE(sent.beside_path());
+    const auto path = certify(scene, std::array{up.from, above, slanted.sent(1e9, 0, {}, 0)}, {clearance_mm, {}});
+    const auto verdict = sent.certify(0, sent.duration_s(), {clearance_mm, {}});
+    EXPECT_TRUE(verdict) << nearer_mm << ": " << to_text(verdict.error());
+    if (nearer_mm < 0) {
+      EXPECT_TRUE(path) << to_text(path.error());
+    }
+    if (nearer_mm > 1e-7) {
+      EXPECT_FALSE(path);
+    }
+    const std::vector<Segment> at_once{Line{up.from, {0.6, 0.8, 0}, 0.05, 0.05}.segment()};
+    Scene beside(machine);
+    beside.add(config::Body{"post",
+                            {config::Shape::Kind::Cylinder, {2, 2, 10}},
+                            {-off * 0.8 + 0.6 * 9, off * 0.6 + 0.8 * 9, 18},
+                            0,
+                            false});
+    const AsSent slanted_at_once(beside, limits, at_once);
+    EXPECT_FALSE(slanted_at_once.certify(0, slanted_at_once.duration_s(), {clearance_mm, {}}));
+  }
+}
+
 TEST(AsSent, a_body_that_the_path_passes_and_the_targets_do_not_is_named) {
   // 300 mm/s at 45 degrees; X answers 4 ms later than Y and is sent so much ahead: 0.85 mm beside the line.
   const config::Machine machine = test::bare_machine();
