@@ -109,6 +109,9 @@ class StationBus : public FieldBus {
   virtual std::vector<std::pair<StationId, Emergency>> take_emergencies() = 0;
   /// Objects that a profile has in the process image and a station does not: they are written and read beside it.
   [[nodiscard]] virtual bool has_slow_objects() const noexcept { return false; }
+  /// What stations were given at bring-up is read once more, while their drives have torque: what differs becomes a
+  /// doubt about its station. Blocking. Fault::MailboxTimeout ... when one does not answer.
+  virtual Result<void> compare_parameters() { return {}; }
   /// What fell silent since the last call, or answers again: with station and object.
   virtual std::vector<std::string> serve_objects() { return {}; }
 };

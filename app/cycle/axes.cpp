@@ -39,7 +39,8 @@ void Axes::read(const devices::FieldBus& bus, bool answered, std::int64_t elapse
     const std::int64_t counts_before = drives_[d].feedback().counts.value;
     const DriveState state =
         drives_[d]
-            .read(bus.inputs(station), fresh, elapsed, bus.source(station, setup_.drives[d].digital_inputs))
+            .read(bus.inputs(station), fresh, elapsed, bus.source(station, setup_.drives[d].digital_inputs),
+                  bus.source(station, setup_.drives[d].mode_display))
             .state;
     if (goal_of(d) == DriveGoal::Enabled && was_enabled && state != DriveState::OperationEnabled &&
         state != DriveState::FaultReaction && state != DriveState::Fault)

@@ -30,6 +30,7 @@ struct DriveSetup {
   bool quick_stop_brakes = false;
   double brake_give = 0;  ///< mm or rad that the axis may move while its brake is closed; 0: it has none
   config::ObjectAddress digital_inputs{devices::wire::cia402::kDigitalInputs, 0};
+  config::ObjectAddress mode_display{devices::wire::cia402::kModeDisplay, 0};
 };
 
 struct HomingSetup {

@@ -72,7 +72,8 @@ Result<void> add_drives(const config::Machine& machine, const config::Axis& axis
     const double give = axis.rotary ? kBrakeGive_rad : kBrakeGive_mm;
     if (!loop.drives.push_back({ref.station, axis.id, *layout, devices::AxisScale(axis.counts_per_unit, ref.invert),
                                 brakes, has_brake(station->profile) && layout->closed_loop ? give : 0,
-                                config::in_slot(station->profile, {0x60FD, 0}, ref.slot)}) ||
+                                config::in_slot(station->profile, {0x60FD, 0}, ref.slot),
+                                config::in_slot(station->profile, {0x6061, 0}, ref.slot)}) ||
         !setup.drives.push_back(index))
       return fail(Fault::Inconsistent, fmt::format("axis {}: too many drives", axis.name), machine.file);
   }

@@ -87,7 +87,19 @@ Result<void> Owner::Parts::torque() {
   auto enabled = command({.kind = cycle::CommandKind::Enable}, kEnableTimeout_s);
   if (!enabled && control().latest().state == cycle::State::Enabling)
     control().post({.kind = cycle::CommandKind::Abort});  // nobody waits for it any more
-  return enabled;
+  if (!enabled || on_bus->compared) return enabled;
+  return still_as_given();
+}
+
+/// A drive that changes what it was given when it is enabled is not trusted: it loses its torque again.
+Result<void> Owner::Parts::still_as_given() {
+  bus->step_by([this] { control().step(); });
+  auto same = bus->compare_parameters();
+  bus->step_by({});
+  if (same) same = stations_confirmed();
+  on_bus->compared = same.has_value();
+  if (!same) static_cast<void>(command({.kind = cycle::CommandKind::Disable}, kEnableTimeout_s));
+  return same;
 }
 
 std::vector<config::HeldDoubt> Owner::Parts::held_limits() const {
@@ -156,7 +168,7 @@ Result<void> Owner::home(const std::vector<std::string>& axes, Begin begin) {
 
 /// Homing watches the limits of its axes: where a station does not show them it does not begin. What is polled may have
 /// to be waited for.
-Result<void> Owner::Parts::see_limits(std::uint32_t named) {
+Result<void> Owner::Parts::see_limits(std::uint32_t named, bool told) {
   constexpr double kFirstLook_s = 2;
   for (const config::Axis& axis : machine.axes) {
     if ((named >> axis.id.value & 1u) == 0 || !axis.homing || axis.kind != config::AxisKind::Streamed) continue;
@@ -172,8 +184,9 @@ Result<void> Owner::Parts::see_limits(std::uint32_t named) {
                      "axis " + axis.name};
       };
       if (source() == devices::InputSource::Absent && axis.homing->limits_unseen) {
-        log::warn("axis {} homes without a watch over its limit switches: station '{}' does not show them", axis.name,
-                  s.name);
+        if (!told)
+          log::warn("axis {} homes without a watch over its limit switches: station '{}' does not show them", axis.name,
+                    s.name);
         continue;
       }
       if (source() == devices::InputSource::Absent)
@@ -198,6 +211,7 @@ Result<void> Owner::Parts::home(std::uint32_t named) {
                   "axis " + axis.name);
   if (auto r = see_limits(named); !r) return r;
   if (auto r = torque(); !r) return r;
+  if (auto r = see_limits(named, true); !r) return r;  // what is polled may have grown old meanwhile
   const cycle::Snapshot& now = control().latest();
   if (job::head_is_placed(machine, now.referenced))
     if (auto free = job::prove_homing(machine, *around, now.target, {.referenced = now.referenced, .homed = named});

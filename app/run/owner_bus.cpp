@@ -96,7 +96,7 @@ Result<void> Owner::Parts::go_on_bus() {
   }
   if (!operational) {
     if (auto why = bus->check_operation(); !why) return why;
-    if (!of_a_drive(operational.error().fault)) return operational;
+    if (!of_a_drive(operational.error().fault)) return with_stations(operational);
   }
   if (stop) {
     on_bus->watchdog = std::make_unique<cycle::Watchdog>(*stop, *clock, stuck_after);
@@ -110,7 +110,8 @@ Result<void> Owner::Parts::go_on_bus() {
   const CycleIndex give_up = control().latest().cycle + control().cycles(kLockTimeout_s);
   while (!locked() && control().latest().cycle < give_up && control().alive() && !control().aborting())
     control().idle();
-  if (const auto& fault = control().fault(); fault && !of_a_drive(fault->fault)) return tl::unexpected(*fault);
+  if (const auto& fault = control().fault(); fault && !of_a_drive(fault->fault))
+    return with_stations(tl::unexpected(*fault));
   if (auto r = control().not_aborted(); !r) return r;
   if (locked()) return {};
   return fail(Fault::DcNotLocked, "the loop did not lock to the bus's reference clock");

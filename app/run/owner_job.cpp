@@ -184,6 +184,7 @@ void Owner::Parts::report_strays() {
 /// Drives that were without supply.
 void Owner::Parts::report_restarts() {
   for (const StationId station : on_bus->recovery.take_restarted()) {
+    on_bus->compared = false;
     const cycle::Event event{.kind = cycle::EventKind::Fault,
                              .fault = Fault::DriveLostPower,
                              .station = station,

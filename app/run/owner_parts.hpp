@@ -43,6 +43,7 @@ struct OnBus {
   std::unique_ptr<cycle::Watchdog> watchdog;  ///< these two while the stations are in OP
   std::unique_ptr<cycle::CrashStop> crash_stop;
   Buttons buttons;
+  bool compared = false;          ///< what stations were given was read again since they have torque
   bool start_pressed = false;     ///< and nobody has taken it yet
   bool hold_pressed = false;      ///< the same, where nothing is under way that could be held
   devices::CyclicCounts counted;  ///< as last reported
@@ -129,10 +130,12 @@ struct Owner::Parts {
   [[nodiscard]] Result<void> stations_confirmed() const;
   /// Drives to Operation Enabled. Fault::Latched while a fault is; what stations_confirmed() says.
   Result<void> torque();
+  Result<void> still_as_given();
   [[nodiscard]] bool all_referenced() const;
   /// Those axes (bit n: AxisId n), lowest order first.
   Result<void> home(std::uint32_t named = ~0u);
-  Result<void> see_limits(std::uint32_t named);
+  /// `told`: what is not watched has been told already.
+  Result<void> see_limits(std::uint32_t named, bool told = false);
   /// Limits that nothing pins, as the stations hold them, beside what their axes need.
   [[nodiscard]] std::vector<config::HeldDoubt> held_limits() const;
   /// The axes as a job that begins now finds them; those that are homed before stand at their home edges then.

@@ -510,16 +510,59 @@ InputSource EthercatMaster::source(StationId station, config::ObjectAddress inpu
   return bent != nullptr ? bent->source(input) : InputSource::EveryCycle;
 }
 
+/// One step after the other on each station (false: it was the last), all of them side by side. What goes by SDO
+/// because no PDO carries it is served in between, and until the last station is done: a slow mailbox holds up nobody
+/// else's.
+void EthercatMaster::serve_beside(const std::function<bool(StationRecord&)>& step) {
+  constexpr Time kPause = milliseconds(2);
+  const auto bent_of = [this](std::size_t i) -> Bent* {
+    const auto b = std::ranges::find(bent_, i, &Bent::station);
+    return b != bent_.end() && cyclic_->was_fresh(i) ? &*b : nullptr;
+  };
+  std::size_t busy = stations_.size();
+  SideBySide all(link_);
+  for (std::size_t i = 0; i < stations_.size(); ++i)
+    all.add([&, i] {
+      Bent* const bent = bent_of(i);
+      const auto serve = [&] {
+        if (bent != nullptr && slow_object_is_due(*bent->image, clock_.now()))
+          serve_slow_objects(link_, stations_[i], *bent->image);
+      };
+      do serve();
+      while (step(stations_[i]));
+      for (--busy; bent != nullptr && busy > 0; serve()) link_.pause(kPause);
+    });
+  all.run();
+}
+
+Result<void> EthercatMaster::compare_parameters() {
+  choose_carrier();
+  std::vector<std::size_t> next(stations_.size());
+  std::vector<Result<void>> results(stations_.size());
+  serve_beside([&](StationRecord& s) {
+    const auto i = static_cast<std::size_t>(&s - stations_.data());
+    if (next[i] == s.startup.size()) return false;
+    results[i] = at(s, compare_held(link_, s, s.startup[next[i]++]));
+    return results[i].has_value();
+  });
+  for (auto& result : results)
+    if (!result) return std::move(result);
+  return {};
+}
+
 std::vector<std::string> EthercatMaster::serve_objects() {
   std::vector<std::string> news;
   if (!has_slow_objects()) return news;
   choose_carrier();
+  bool any_due = false;
   for (Bent& b : bent_) {
     const bool takes_part = cyclic_->was_fresh(b.station);
     b.unheard = takes_part ? 0 : std::min(b.unheard + 1, kAway);
-    if (takes_part) serve_slow_objects(link_, stations_[b.station], *b.image, news);
+    if (takes_part) tell_silence(stations_[b.station], *b.image, clock_.now(), news);
+    any_due = any_due || (takes_part && slow_object_is_due(*b.image, clock_.now()));
     if (b.unheard == kAway) forget_slow_objects(*b.image);
   }
+  if (any_due) serve_beside([](StationRecord&) { return false; });
   return news;
 }
 

@@ -59,6 +59,7 @@ class EthercatMaster final : public StationBus {
   [[nodiscard]] InputSource source(StationId station, config::ObjectAddress input) const noexcept override;
   /// Whether there are objects that go by SDO because no PDO of a station carries them (6060h, 6061h, 603Fh, 60FDh).
   [[nodiscard]] bool has_slow_objects() const noexcept override;
+  Result<void> compare_parameters() override;
   /// Writes and reads them: what the run thread does after each of its steps. Blocking; a few mailbox messages.
   std::vector<std::string> serve_objects() override;
 
@@ -142,6 +143,7 @@ class EthercatMaster final : public StationBus {
     std::span<std::byte> outputs, spare;  ///< of the images of all stations
     std::span<const std::byte> inputs;
   };
+  void serve_beside(const std::function<bool(StationRecord&)>& step);
   std::vector<Bent> bent_;
   std::vector<CyclicStation> cyclic_stations_;
   std::unique_ptr<Cyclic> cyclic_ = std::make_unique<Cyclic>();

@@ -110,6 +110,18 @@ Result<void> write_startup(Link& link, StationRecord& s) {
   return read_limits(link, s);
 }
 
+Result<void> compare_held(Link& link, StationRecord& s, const config::StartupRow& row) {
+  const auto held = read_held(link, s, row);
+  if (!held && !refused(held.error())) return tl::unexpected(held.error());
+  if (!held || held->value == row.value) return {};
+  s.doubts.push_back({Fault::ParameterDiffers,
+                      fmt::format("{} is {} since the drive is enabled, and was {} before: the station changes it by "
+                                  "itself; look for what sets it there (its own software, another master)",
+                                  text(row), held->value, row.value),
+                      s.where});
+  return {};
+}
+
 Result<void> save_parameters(Link& link, StationRecord& s, const config::StationProfile& profile) {
   if (profile.storage != config::Storage::OnSave) return {};
   constexpr std::uint16_t kStore = 0x1010;

@@ -15,6 +15,10 @@ namespace gantry::devices {
 /// is a mailbox that does not answer.
 Result<void> write_startup(Link& link, StationRecord& station);
 
+/// One of the same rows, read once more while the drive has torque: if it holds another value now, that becomes a
+/// doubt. What it does not show then is passed over; an error is a mailbox that does not answer.
+Result<void> compare_held(Link& link, StationRecord& station, const config::StartupRow& row);
+
 /// One start-up object as the station holds it. The size is the station's: manuals print others.
 struct HeldObject {
   std::int64_t value = 0;

@@ -34,8 +34,16 @@ void look(Link& link, StationRecord& s, SlowValue& v) {
   v.last_look = link.clock().now();
 }
 
+/// An output that the station does not have as the loop wants it.
+bool is_wanted(const SlowValue& v, Time now) {
+  if (!v.object.output || now < v.not_before) return false;
+  const std::uint32_t wanted = v.value.load(std::memory_order_relaxed);
+  const bool no_mode = v.object.is_mode && wanted == 0;  // outputs are still, or again, nobody's
+  return !no_mode && !(v.sent_once && wanted == v.sent);
+}
+
 /// Once when it falls silent, once when it answers again.
-void tell_silence(const StationRecord& s, SlowValue& v, Time now, std::vector<std::string>& news) {
+void tell_silence_of(const StationRecord& s, SlowValue& v, Time now, std::vector<std::string>& news) {
   const bool silent = v.asked && now - v.last_look > kSilentAfter;
   if (silent == v.silent) return;
   v.silent = silent;
@@ -51,14 +59,20 @@ void tell_silence(const StationRecord& s, SlowValue& v, Time now, std::vector<st
 
 }  // namespace
 
-void serve_slow_objects(Link& link, StationRecord& s, BentImage& image, std::vector<std::string>& news) {
+void tell_silence(const StationRecord& s, BentImage& image, Time now, std::vector<std::string>& news) {
   for (SlowValue& v : image.slow())
-    if (!v.object.output) tell_silence(s, v, link.clock().now(), news);
+    if (!v.object.output) tell_silence_of(s, v, now, news);
+}
+
+bool slow_object_is_due(BentImage& image, Time now) {
+  return std::ranges::any_of(
+      image.slow(), [&](const SlowValue& v) { return v.object.output ? is_wanted(v, now) : now >= v.not_before; });
+}
+
+void serve_slow_objects(Link& link, StationRecord& s, BentImage& image) {
   for (SlowValue& v : image.slow()) {
-    if (!v.object.output || link.clock().now() < v.not_before) continue;
+    if (!is_wanted(v, link.clock().now())) continue;
     const std::uint32_t wanted = v.value.load(std::memory_order_relaxed);
-    const bool no_mode = v.object.is_mode && wanted == 0;  // outputs are still, or again, nobody's
-    if (no_mode || (v.sent_once && wanted == v.sent)) continue;
     if (!write_number(link, s, v.object.by, type_of(v.object), number_of(v.object, wanted))) {
       v.not_before = link.clock().now() + kAfterRefusal;
       return;

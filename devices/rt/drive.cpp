@@ -10,6 +10,7 @@ using namespace wire::cia402;
 
 constexpr Time kTransitionTimeout = milliseconds(1000);  // R42
 constexpr Time kModeGrace = milliseconds(100);           // a drive may take this long to show another mode
+constexpr Time kPolledModeGrace = milliseconds(1000);    // by SDO, when the mailboxes of other stations are slow, too
 constexpr int kCatchUp = 5;   // cycles after a stall or lost frames in which the actual position may make up for it
 constexpr int kEdgeHold = 4;  // acknowledged cycles for which each level of the reset bit stands
 
@@ -22,7 +23,8 @@ Drive::Drive(const DriveLayout& layout, const AxisScale& scale, const DriveOptio
       scale_(scale),
       step_max_counts_(std::llround(std::abs(scale.to_counts_delta(options.step_max)))),
       timeout_cycles_(kTransitionTimeout / options.cycle),
-      mode_grace_cycles_(kModeGrace / options.cycle) {}
+      mode_grace_cycles_(kModeGrace / options.cycle),
+      polled_mode_grace_cycles_(kPolledModeGrace / options.cycle) {}
 
 /// Cycles of motion that the next position may show at once: this program slept, or frames were lost. A drive that
 /// was not known before has nothing to catch up with.
@@ -46,8 +48,9 @@ bool Drive::judge_step(Counts before) noexcept {
 }
 
 const Feedback& Drive::read(std::span<const std::byte> inputs, bool fresh, std::int64_t elapsed,
-                            InputSource digital_inputs) noexcept {
+                            InputSource digital_inputs, InputSource mode) noexcept {
   Feedback& f = feedback_;
+  mode_is_polled_ = mode != InputSource::EveryCycle;
   f.inputs = layout_.digital_inputs.mapped() ? digital_inputs : InputSource::Absent;
   count_missed(fresh, elapsed);
   f.fresh = fresh;
@@ -106,7 +109,8 @@ Fault Drive::judge(DriveState before, bool gap) noexcept {
   // Several steps may have passed while inputs were stale.
   if (feedback_.state == DriveState::Unknown || (!gap && !may_follow(before, feedback_.state)))
     return Fault::ImpossibleStatus;
-  if (feedback_.state == DriveState::OperationEnabled && feedback_.mode != mode_ && mode_asked_ > mode_grace_cycles_)
+  const std::int64_t mode_grace = mode_is_polled_ ? polled_mode_grace_cycles_ : mode_grace_cycles_;
+  if (feedback_.state == DriveState::OperationEnabled && feedback_.mode != mode_ && mode_asked_ > mode_grace)
     return Fault::WrongMode;
   return waiting_ > timeout_cycles_ ? Fault::TransitionTimeout : Fault::None;
 }

@@ -95,9 +95,11 @@ class Drive {
 
   /// `fresh`: the inputs are of this cycle's exchange (Exchange::inputs_fresh). `elapsed`: cycles since the last call,
   /// more than 1 when the host stalled: the drive then catches up with a target that went on meanwhile (R61).
-  /// `digital_inputs`: how these come from the station.
+  /// `digital_inputs`, `mode`: how these come from the station. A mode that is not in every cycle's inputs may be shown
+  /// later.
   const Feedback& read(std::span<const std::byte> inputs, bool fresh, std::int64_t elapsed = 1,
-                       InputSource digital_inputs = InputSource::EveryCycle) noexcept;
+                       InputSource digital_inputs = InputSource::EveryCycle,
+                       InputSource mode = InputSource::EveryCycle) noexcept;
   void write(std::span<std::byte> outputs, const DriveCommand& command) noexcept;
 
   [[nodiscard]] const Feedback& feedback() const noexcept { return feedback_; }
@@ -130,7 +132,8 @@ class Drive {
   std::uint16_t word_ = 0;  ///< controlword as last sent
   Counts sent_;
   std::int64_t step_max_counts_ = 0;
-  std::int64_t timeout_cycles_ = 1000, mode_grace_cycles_ = 100;
+  std::int64_t timeout_cycles_ = 1000, mode_grace_cycles_ = 100, polled_mode_grace_cycles_ = 1000;
+  bool mode_is_polled_ = false;
   std::int64_t waiting_ = 0;     ///< cycles without progress towards the goal
   std::int64_t mode_asked_ = 0;  ///< cycles since the mode was asked for
   int level_held_ = 0;           ///< acknowledged cycles for which bit 7 has had its level
