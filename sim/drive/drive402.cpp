@@ -100,6 +100,11 @@ Object& Drive402::object(std::uint16_t index, std::uint8_t sub) {
   return absent_.at(absent_used_++);
 }
 
+void Drive402::tell(const DriveLies& lies) noexcept {
+  lies_ = lies;
+  if (lies_.counter_begin != 0) motion_.set_counts(lies_.counter_begin);
+}
+
 bool Drive402::faulted() const noexcept { return state_ == State::Fault || state_ == State::FaultReaction; }
 
 std::uint32_t Drive402::visible(std::uint32_t inputs) const noexcept {
@@ -165,7 +170,7 @@ void Drive402::sample() noexcept {
   const std::uint32_t levels = visible(motion_.inputs());
   if (levels != levels_) on_inputs(levels ^ levels_, levels);
 
-  if (!lies_.position_dead) actual_.value = static_cast<std::int32_t>(motion_.counts());
+  show_position();
   demand_.value = static_cast<std::int32_t>(motion_.demand());
   velocity_.value = whole(motion_.speed() / facts_.velocity_counts_s);
   std::uint32_t bits = inputs_base_;
@@ -176,13 +181,34 @@ void Drive402::sample() noexcept {
   show(facts_.input_pos_limit, kPosLimit);
   show(facts_.input_home, kHome);
   if (lies_.input_noise != 0) bits ^= static_cast<std::uint32_t>(mix(++noise_)) & lies_.input_noise;
-  inputs_.value = bits;
-  probe_status_.value = probe_.status((levels & kProbe) != 0);
+  inputs_.value = bits ^ lies_.inputs_inverted;
+  show_probe();
+  error_.value = shown_error();
+  const bool moves = mode_ == kCsp && (motion_.commands_motion() || std::abs(motion_.speed()) > 1);
+  mode_shown_.value =
+      moves && lies_.mode_shown_in_motion ? *lies_.mode_shown_in_motion : lies_.mode_shown.value_or(mode_);
+  if (!status_stuck_) status_.value = (statusword() & ~lies_.status_never) | lies_.status_always;
+}
+
+void Drive402::show_position() noexcept {
+  if (++samples_ <= lies_.after) return void(actual_.value = static_cast<std::int32_t>(motion_.counts()));
+  if (lies_.position_dead) return;
+  actual_.value = static_cast<std::int32_t>(lies_.position_factor * motion_.counts() + lies_.position_off);
+}
+
+void Drive402::show_probe() noexcept {
+  const auto latched = [](std::int64_t status) { return (status & (kProbeRisingLatched | kProbeFallingLatched)) != 0; };
+  const bool before = latched(probe_status_.value);
+  std::uint16_t status = probe_.status((levels_ & kProbe) != 0);
+  const bool ahead = lies_.probe == ProbeLie::AlwaysLatched ||
+                     (lies_.probe == ProbeLie::LatchedAtArming && probe_.armed()) ||
+                     (lies_.probe == ProbeLie::NeverClears && before);
+  if (ahead) status |= kProbeRisingLatched;
+  probe_status_.value = status;
+  const bool old = lies_.probe == ProbeLie::ValueOfBefore && latched(status);
+  if (old) return;  // what stands there is shown until the probe is armed anew
   probe_rising_.value = probe_.rising();
   probe_falling_.value = probe_.falling();
-  error_.value = shown_error();
-  mode_shown_.value = lies_.mode_shown.value_or(mode_);
-  if (!status_stuck_) status_.value = (statusword() & ~lies_.status_never) | lies_.status_always;
 }
 
 std::uint16_t Drive402::shown_error() const noexcept {
@@ -275,6 +301,7 @@ void Drive402::step_state(std::uint16_t control) noexcept {
   if (reset) warning_code_ = 0;
   switch (state_) {
     case State::SwitchOnDisabled:
+      if (lies_.enables_unasked && remote_) return enable();
       if (command == Command::Shutdown && !needs_zero_control_) state_ = State::ReadyToSwitchOn;
       break;
     case State::ReadyToSwitchOn:
@@ -282,7 +309,8 @@ void Drive402::step_state(std::uint16_t control) noexcept {
       if (command == Command::DisableVoltage || command == Command::QuickStop) disable();
       break;
     case State::SwitchedOn:
-      if (command == Command::EnableOperation) enable();
+      enabling_ = command == Command::EnableOperation ? enabling_ + 1 : 0;
+      if (enabling_ > lies_.enable_delay || lies_.enables_unasked) enable();
       if (command == Command::Shutdown) state_ = State::ReadyToSwitchOn;
       if (command == Command::DisableVoltage || command == Command::QuickStop) disable();
       break;
@@ -306,6 +334,9 @@ void Drive402::step_state(std::uint16_t control) noexcept {
 
 void Drive402::enable() noexcept {
   state_ = State::OperationEnabled;
+  enabling_ = 0;
+  if (lies_.reverts)
+    if (Object* o = objects_.find(*lies_.reverts)) o->value = o->facts->initial;
   homing_ = HomingState::Idle;
   after_stop_ = AfterStop::Nothing;
   if (std::abs(motion_.deviation()) > 1 || motion_.is_free()) motion_.anchor();
@@ -334,6 +365,7 @@ double Drive402::decel_counts_s2(const Object& o) const noexcept {
 // 605Ah (AMD530B 8.4; iD286 and STD402EC state no options, they are taken as CiA 402 has them: 0 takes the torque).
 void Drive402::quick_stop() noexcept {
   const auto option = quick_option_.value;
+  if (lies_.coasts) return disable();
   if (option == 0 && ((facts_.quick_stop_options & 1u) == 0 || (facts_.quick_stop_coasts & 1u) != 0)) return disable();
   homing_ = HomingState::Idle;
   state_ = State::QuickStopActive;

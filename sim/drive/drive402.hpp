@@ -40,7 +40,7 @@ class Drive402 {
   void outputs_lost(bool orderly) noexcept;
   /// As if the drive had found this error itself; what follows is its profile's row for it, a fault where it has none.
   void inject(std::uint32_t code) noexcept;
-  void tell(const DriveLies& lies) noexcept { lies_ = lies; }
+  void tell(const DriveLies& lies) noexcept;
   /// 6041h stays at what it shows now.
   void stick_statusword(bool stuck) noexcept { status_stuck_ = stuck; }
   /// The code of an emergency message that is due, once.
@@ -60,6 +60,8 @@ class Drive402 {
   [[nodiscard]] std::uint16_t statusword() const noexcept;
   [[nodiscard]] std::uint16_t enabled_statusword(const config::StatuswordRow& row) const noexcept;
   [[nodiscard]] std::uint16_t shown_error() const noexcept;
+  void show_position() noexcept;
+  void show_probe() noexcept;
   [[nodiscard]] std::uint32_t visible(std::uint32_t inputs) const noexcept;
 
   void on_inputs(std::uint32_t changed, std::uint32_t levels) noexcept;
@@ -112,6 +114,8 @@ class Drive402 {
   bool may_bounce_ = false;
   DriveLies lies_;
   std::uint64_t noise_ = 0;
+  std::int64_t samples_ = 0;  ///< since the supply came
+  int enabling_ = 0;          ///< cycles for which "enable operation" waits
 };
 
 }  // namespace gantry::sim

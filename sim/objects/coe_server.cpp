@@ -45,6 +45,12 @@ void CoeServer::take(std::span<const std::byte> mailbox, bool pre_op) {
 
 void CoeServer::serve_sdo(std::span<const std::byte> bytes, bool pre_op) {
   const SdoHeader h = get_sdo_header(bytes);
+  if (lies_.silent_at && *lies_.silent_at == ObjectAddress{h.index, h.sub}) return;
+  if (const auto& a = lies_.aborts; a && a->address == ObjectAddress{h.index, h.sub}) {
+    const unsigned what = h.command & sdo::kCommandMask;
+    if ((what == sdo::kUploadRequest && a->reads) || (what == sdo::kDownloadRequest && a->writes))
+      return abort(a->address, a->code);
+  }
   switch (h.command & sdo::kCommandMask) {
     case sdo::kUploadRequest: return upload(h);
     case sdo::kDownloadRequest: return download(h, bytes.subspan(kSdoBytes), pre_op);
@@ -56,11 +62,16 @@ void CoeServer::serve_sdo(std::span<const std::byte> bytes, bool pre_op) {
 }
 
 std::uint32_t CoeServer::read(ObjectAddress address, bool complete, Bytes& data) const {
+  if (lies_.shows && lies_.shows->address == address) return data = lies_.shows->bytes, 0;
   return complete ? objects_.read_complete(address, data) : objects_.read(address, data);
 }
 
 std::uint32_t CoeServer::write(ObjectAddress address, bool complete, std::span<const std::byte> data, bool pre_op) {
   return complete ? objects_.write_complete(address, data, pre_op) : objects_.write(address, data, pre_op);
+}
+
+bool CoeServer::may_be_expedited(const Bytes& data) const noexcept {
+  return !data.empty() && data.size() <= 4 && !lies_.never_expedited && !lies_.in_segments;
 }
 
 void CoeServer::upload(const SdoHeader& h) {
@@ -69,16 +80,17 @@ void CoeServer::upload(const SdoHeader& h) {
   transfer_ = {};
   Bytes data;
   if (const auto code = read(address, complete != 0, data); code != 0) return abort(address, code);
-  if (!data.empty() && data.size() <= 4) {
+  if (may_be_expedited(data)) {
     std::array<std::byte, 4> value{};
     std::copy(data.begin(), data.end(), value.begin());
     const auto command = static_cast<std::uint8_t>(sdo::kUploadResponse | complete | sdo::kExpedited |
-                                                   sdo::kSizeIndicated | sdo::expedited_size_bits(data.size()));
+                                                   (lies_.no_size ? 0 : sdo::kSizeIndicated) |
+                                                   (lies_.no_size ? 0 : sdo::expedited_size_bits(data.size())));
     return reply_sdo({command, h.index, h.sub, get_le<std::uint32_t>(value, 0)}, {});
   }
   const auto size = static_cast<std::uint32_t>(data.size());
   const std::size_t room = reply_bytes_ - kMailboxHeader - kCoeHeader - kSdoBytes;
-  const std::size_t now = std::min(room, data.size());
+  const std::size_t now = lies_.in_segments ? 0 : std::min(room, data.size());
   reply_sdo({static_cast<std::uint8_t>(sdo::kUploadResponse | complete | sdo::kSizeIndicated), h.index, h.sub, size},
             std::span(data).first(now));
   if (now < data.size()) {
@@ -96,8 +108,9 @@ void CoeServer::upload_segment(std::uint8_t command) {
   const std::size_t room = reply_bytes_ - kMailboxHeader - kCoeHeader - kSegmentHeader;
   const std::size_t now = std::min(room, transfer_.data.size() - transfer_.done);
   const bool last = transfer_.done + now == transfer_.data.size();
-  reply_segment(static_cast<std::uint8_t>(sdo::kUploadSegmentResponse | (command & sdo::kToggle) |
-                                          sdo::segment_size_bits(now) | (last ? sdo::kLastSegment : 0)),
+  const unsigned toggle = (command & sdo::kToggle) ^ (lies_.wrong_toggle ? sdo::kToggle : 0u);
+  reply_segment(static_cast<std::uint8_t>(sdo::kUploadSegmentResponse | toggle | sdo::segment_size_bits(now) |
+                                          (last ? sdo::kLastSegment : 0)),
                 std::span(transfer_.data).subspan(transfer_.done, now));
   transfer_.done += now;
   transfer_.toggle = !transfer_.toggle;
@@ -194,9 +207,20 @@ void CoeServer::reply_error(MailboxError error) {
 }
 
 void CoeServer::reply(MailboxType type, Bytes payload) {
+  const bool is_emergency = type == MailboxType::Coe && payload.size() >= kCoeHeader &&
+                            coe_service(get_le<std::uint16_t>(payload, 0)) == CoeService::Emergency;
+  if (lies_.emergency_first && !is_emergency) emergency(0x8130, 0x11);
   reply_counter_ = next_counter(reply_counter_);
+  queue(type, payload);
+  if (lies_.twice == MailboxLies::Twice::No || is_emergency) return;
+  if (lies_.twice == MailboxLies::Twice::NewCounter) reply_counter_ = next_counter(reply_counter_);
+  queue(type, payload);
+}
+
+void CoeServer::queue(MailboxType type, const Bytes& payload) {
   Bytes mailbox(kMailboxHeader);
-  put_mailbox_header(mailbox, {static_cast<std::uint16_t>(payload.size()), 0, 0, type, reply_counter_});
+  put_mailbox_header(mailbox,
+                     {static_cast<std::uint16_t>(payload.size()), 0, 0, type, lies_.counter.value_or(reply_counter_)});
   mailbox.insert(mailbox.end(), payload.begin(), payload.end());
   replies_.push_back(std::move(mailbox));
 }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "devices/wire/coe.hpp"
+#include "sim/objects/mailbox_lies.hpp"
 #include "sim/objects/object_dictionary.hpp"
 
 namespace gantry::sim {
@@ -38,6 +39,7 @@ class CoeServer {
   void set_manner(std::uint8_t abort_command, bool information) noexcept {
     abort_command_ = abort_command, information_ = information;
   }
+  void set_lies(const MailboxLies& lies) { lies_ = lies; }
   /// INIT: nothing is under way any more.
   void reset() noexcept;
 
@@ -66,6 +68,8 @@ class CoeServer {
   void reply_segment(std::uint8_t command, std::span<const std::byte> data);
   void reply_error(devices::wire::MailboxError error);
   void reply(devices::wire::MailboxType type, Bytes payload);
+  void queue(devices::wire::MailboxType type, const Bytes& payload);
+  [[nodiscard]] bool may_be_expedited(const Bytes& data) const noexcept;
 
   /// A transfer that needs more than one mailbox.
   struct Transfer {
@@ -82,6 +86,7 @@ class CoeServer {
   std::size_t reply_bytes_;
   std::uint8_t abort_command_ = devices::wire::sdo::kAbort;
   bool information_ = true;
+  MailboxLies lies_;
   std::deque<Bytes> replies_;
   Transfer transfer_;
   std::uint8_t last_request_counter_ = 0, reply_counter_ = 0;

@@ -285,6 +285,8 @@ std::uint32_t ObjectDictionary::write(ObjectAddress address, std::span<const std
 std::uint32_t ObjectDictionary::save(std::uint8_t group, std::int64_t signature) {
   constexpr std::int64_t kSave = 0x65766173, kRestore = 0x74736572;
   if (signature != kSave && signature != kRestore) return abort_code::kCannotStore;
+  if (saving_ == Saving::Refuses) return abort_code::kCannotStore;
+  if (saving_ == Saving::Forgets) return 0;
   const std::uint16_t from = group == 1 ? 0x6000 : 0x2000, to = group == 1 ? 0xA000 : 0x6000;
   if (kept_ == nullptr) return 0;
   std::erase_if(*kept_, [&](const auto& row) { return row.first.index >= from && row.first.index < to; });

@@ -71,6 +71,9 @@ struct PdoRules {
   bool even = false;  ///< see StationHabits::even_pdos
 };
 
+/// What comes of "save" (1010h).
+enum class Saving : std::uint8_t { Keeps, Refuses, Forgets };
+
 /// Objects that a station keeps without its supply.
 using Kept = std::map<config::ObjectAddress, std::int64_t>;
 
@@ -112,6 +115,7 @@ class ObjectDictionary {
   [[nodiscard]] std::uint32_t write_complete(config::ObjectAddress from, std::span<const std::byte> bytes, bool pre_op);
   /// Writes are answered and change nothing: to one object (index 0: to all), or to none any more.
   void ignore_writes(std::optional<config::ObjectAddress> object) noexcept { ignored_ = object; }
+  void set_save(Saving saving) noexcept { saving_ = saving; }
   void set_pdo_rules(const PdoRules& rules) noexcept { pdo_rules_ = rules; }
   [[nodiscard]] const PdoRules& pdo_rules() const noexcept { return pdo_rules_; }
   [[nodiscard]] ObjectShape shape(std::uint16_t index) const;
@@ -133,6 +137,7 @@ class ObjectDictionary {
   const config::StationProfile& profile_;
   Kept* kept_;
   PdoRules pdo_rules_;
+  Saving saving_ = Saving::Keeps;
   std::optional<config::ObjectAddress> ignored_;
   std::vector<Object> objects_;  ///< by address
 };

@@ -1,13 +1,18 @@
 // What a virtual station does otherwise than its profile can say: habits of real stations that a master has to bend to.
 //   segment.set_habits(id, {.even_pdos = true});      // before it is brought up; outlives its power
 #pragma once
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <vector>
 
 #include "core/clock.hpp"
 #include "devices/wire/ethercat.hpp"
 #include "sim/drive/drive_lies.hpp"
 #include "sim/objects/clock_mode.hpp"
+#include "sim/objects/mailbox_lies.hpp"
+#include "sim/objects/object_dictionary.hpp"
 
 namespace gantry::sim {
 
@@ -26,7 +31,18 @@ struct StationHabits {
     std::uint16_t code = 0;
   };
   std::optional<Refusal> refuses{};
+  /// It falls to SAFE_OP with this AL status code after so many cycles in OP.
+  struct Fall {
+    std::int64_t after = 0;
+    std::uint16_t code = 0;
+    bool again = false;  ///< whenever it has been in OP for so long
+  };
+  std::optional<Fall> falls{};
   DriveLies lies{};  ///< of its drives
+  MailboxLies mailbox{};
+  std::optional<config::ObjectAddress> ignores{};  ///< writes to it are answered and change nothing
+  Saving save = Saving::Keeps;
+  std::function<void(std::vector<std::byte>&)> eeprom{};  ///< alters what stands in its SII
 };
 
 }  // namespace gantry::sim

@@ -50,6 +50,8 @@ void Station::power_on(Time now) {
                                                wiring_[slot].counts_per_unit, wiring_[slot].invert);
   for (const auto& drive : drives_) drive->tell(habits_.lies);
   coe_->set_manner(habits_.abort_command, !habits_.no_information);
+  coe_->set_lies(habits_.mailbox);
+  if (habits_.ignores) objects_.ignore_writes(habits_.ignores);
   mailbox_due_ = kNever;
   rx_ = tx_ = PdoMap{};
   state_ = AlState::Init, error_ = identification_ = false;
@@ -57,6 +59,7 @@ void Station::power_on(Time now) {
   operation_until_.reset();
   last_mailbox_.clear();
   outputs_new_ = false, missed_outputs_ = 0;
+  in_op_ = 0;
   io_outputs_ = 0;
   esc_.power_on(now);
   lock_sync_managers();
@@ -79,7 +82,10 @@ void Station::set_timing(const StationTiming& timing) noexcept {
 void Station::set_habits(const StationHabits& habits) {
   habits_ = habits;
   objects_.set_pdo_rules({habits.assignment_fixed, habits.mapping_fixed, habits.even_pdos});
-  esc_.deliver_sii(sii_image(config_.profile, config_.alias, serial_, habits.clock));
+  objects_.set_save(habits.save);
+  auto image = sii_image(config_.profile, config_.alias, serial_, habits.clock);
+  if (habits.eeprom) habits.eeprom(image);
+  esc_.deliver_sii(std::move(image));
 }
 
 void Station::power_off() noexcept {
@@ -152,6 +158,9 @@ void Station::take(Time at) noexcept {
   if (!drives_.empty()) error_register_->value = any_fault ? 1 : 0;
   fill_mailbox(at);
   supervise(at);
+  if (!habits_.falls || state_ != AlState::Op || ++in_op_ != habits_.falls->after) return;
+  fail(AlState::SafeOp, habits_.falls->code);
+  if (habits_.falls->again) in_op_ = 0;
 }
 
 }  // namespace gantry::sim

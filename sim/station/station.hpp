@@ -133,6 +133,7 @@ class Station {
   Request request_;
   std::optional<Time> operation_until_;  ///< OP was asked for and waits this long for outputs and SYNC0
   Time last_tick_{}, next_free_run_{};
+  std::int64_t in_op_ = 0;  ///< cycles
   int missed_outputs_ = 0;  ///< error counter of ETG.1020, 10F1h:2
   std::uint16_t io_outputs_ = 0, io_inputs_ = 0;
   bool io_inputs_told_ = false;  ///< the terminals are wired: they, not the dictionary, say what comes in

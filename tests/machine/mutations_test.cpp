@@ -9,60 +9,10 @@
 #include <set>
 
 #include "tests/altered.hpp"
-#include "tests/machine/rig.hpp"
-#include "tests/machine/said.hpp"
+#include "tests/machine/mutated.hpp"
 
 namespace gantry::test {
 namespace {
-
-struct Outcome {
-  bool works = false;
-  Error why;
-  std::string wrong;  ///< why neither of the two; empty: it is fine
-};
-
-/// Named: the reason says which station, axis or object it is about.
-bool names_something(const Error& why) { return why.fault != Fault::None && !why.where.empty(); }
-
-using Habits = std::vector<std::pair<const char*, sim::StationHabits>>;
-
-Outcome drive(const std::function<void(config::Machine&)>& wired, const Habits& habits = {},
-              const std::string& script = "") {
-  const Said quiet;
-  Rig rig({.placement = "dx=0 mm", .script = script, .wired = wired, .habits = habits});
-  Outcome out;
-  const auto refused = [&](const Error& why) {
-    out.why = why;
-    if (!names_something(why)) out.wrong = "refused without a name: " + to_text(why);
-    return out;
-  };
-  if (const auto up = rig.owner().bring_up(); !up) return refused(up.error());
-  const auto home = rig.owner().home();
-  const auto off = [&](const config::Axis& axis, double by) {
-    const auto world = rig.owner().world()->axes();
-    return world ? (*world)[axis.id.value] - rig.owner().latest().actual[axis.id.value] - by : 1e9;
-  };
-  constexpr double kOff = 0.02;  // mm or rad: two counts and what a motor still creeps
-  for (int i = 0; i < 100; ++i) static_cast<void>(rig.owner().idle());
-  for (const config::Axis& axis : rig.machine().axes) {
-    if (axis.kind != config::AxisKind::Streamed) continue;
-    const bool referenced = (rig.owner().latest().referenced >> axis.id.value & 1u) != 0;
-    if (referenced && std::abs(off(axis, 0)) > kOff)
-      out.wrong = fmt::format("{} is called referenced and stands {:.3f} elsewhere", axis.name, off(axis, 0));
-  }
-  if (!home) return refused(home.error());
-  for (const char* name : {"X", "Y", "C"}) {
-    job::JogWords words;
-    words.by[name] = std::string(name) == "C" ? "5 deg" : "7 mm";
-    if (const auto jogged = rig.owner().jog(words); !jogged) return refused(jogged.error());
-  }
-  for (int i = 0; i < 100; ++i) static_cast<void>(rig.owner().idle());
-  for (const config::Axis& axis : rig.machine().axes)
-    if (axis.kind == config::AxisKind::Streamed && std::abs(off(axis, 0)) > kOff)
-      out.wrong = fmt::format("{} has gone {:.3f} elsewhere", axis.name, off(axis, 0));
-  out.works = true;
-  return out;
-}
 
 struct Altered {
   const char* what;

@@ -4,6 +4,7 @@
 
 #include "devices/profiles/object_value.hpp"
 #include "devices/wire/bytes.hpp"
+#include "sim/station/habits.hpp"
 #include "tests/altered.hpp"
 #include "tests/devices/ethercat/bus_bench.hpp"
 
@@ -230,6 +231,39 @@ TEST(Restarted, what_acts_at_power_up_and_was_written_after_it_waits_for_the_nex
     ASSERT_TRUE(survey.write_held(1, *row, static_cast<std::size_t>(config::bits(row->type)) / 8));
   }
   EXPECT_EQ(b.waiting(), 1);
+}
+
+/// "save" (1010h) of a drive that refuses it, and of one that says that it has saved and has not: the one is named at
+/// once, the other when its supply was off and on.
+TEST(Saving, that_is_refused_or_forgotten_is_named) {
+  for (const auto saving : {sim::Saving::Refuses, sim::Saving::Forgets, sim::Saving::Keeps}) {
+    SCOPED_TRACE(static_cast<int>(saving));
+    BusBench b([](auto& m) { holds(m, "y1", {0x2000, 0}, 8000); });
+    const auto& y1 = station(b.machine, "y1");
+    b.segment.set_habits(y1.id, {.save = saving});
+    const auto row =
+        std::ranges::find(y1.profile.startup, config::ObjectAddress{0x2000, 0}, &config::StartupRow::address);
+    ASSERT_NE(row, y1.profile.startup.end());
+    {
+      Survey survey(b.port, b.clock);
+      ASSERT_TRUE(survey.write_held(y1.position, *row, 2));
+      const auto saved = survey.save_parameters(y1.position, y1.profile);
+      ASSERT_EQ(saved.has_value(), saving != sim::Saving::Refuses);
+      const std::string why = saved ? "" : to_text(saved.error());
+      for (const char* word : {"station 2", "1010h", "0800002"})
+        EXPECT_EQ(why.find(word) != std::string::npos, !saved) << why;
+    }
+    b.segment.power_off(y1.id);
+    b.segment.power_on(y1.id);
+    ASSERT_TRUE(b.bring_up());
+    const auto found = std::ranges::find(b.master->stations(), y1.id, &StationRecord::id);
+    ASSERT_NE(found, b.master->stations().end());
+    EXPECT_EQ(found->doubts.empty(), saving == sim::Saving::Keeps);
+    if (found->doubts.empty()) continue;
+    EXPECT_EQ(found->doubts[0].fault, Fault::ParameterDiffers);
+    for (const char* word : {"'y1'", "2000h", "8000", "4200", "gantry commission y1 --write"})
+      EXPECT_NE(to_text(found->doubts[0]).find(word), std::string::npos) << to_text(found->doubts[0]);
+  }
 }
 
 TEST(Restarted, it_is_told_by_whichever_attempt_brings_the_station_back) {
