@@ -35,8 +35,6 @@ void add_run(CLI::App& app, Context& context) {
       "clamp has\n"
       "opened. The terminal says what finishes it:  gantry run RECIPE --only transformer_dam,'spreader[1][2]'");
   verb->callback([&context, verb, request, state] {
-    if (auto fits = run::check(request->owner); !fits)
-      return void(context.exit_code = show(fits.error(), context.json, context.board));
     const auto folder = state_of(context, *state);
     if (!folder) return;
     const auto recipe = absolute_path(request->recipe_file), certificate = absolute_path(request->certificate),
@@ -59,6 +57,8 @@ void add_run(CLI::App& app, Context& context) {
                       .given = given_options(*verb),
                       .shown_folder = request->out};
     if (ask_owner(context, asked)) return;
+    if (auto fits = run::check(request->owner); !fits)
+      return void(context.exit_code = show(fits.error(), context.json, context.board));
     request->owner.state = *folder;
     do_job(context, *request);
   });

@@ -220,7 +220,7 @@ TEST(OperatorIo, a_jog_of_setup_goes_on_slowly_in_automatic_and_stops_where_the_
   EXPECT_LT(open.idle.now().target[0] - open.from, 20);
 }
 
-TEST(OperatorIo, an_override_above_100_makes_no_jog_of_setup_faster) {
+TEST(OperatorIo, an_override_above_100_makes_no_jog_faster) {
   Rig rig({.placement = "dx=0 mm", .change = [](config::Machine& m) { m.override_max = 1.5; }});
   ASSERT_TRUE(rig.owner().bring_up());
   ASSERT_TRUE(rig.owner().home());
@@ -246,7 +246,7 @@ TEST(OperatorIo, an_override_above_100_makes_no_jog_of_setup_faster) {
   ASSERT_FALSE(rig.owner().in_setup());
   const auto again = rig.owner().jog({.by = {{"X", "-25 mm"}}, .speed = ""});
   ASSERT_TRUE(again) << to_text(again.error());
-  EXPECT_GT(fastest, 29) << "in automatic the override counts";
+  EXPECT_LT(fastest, 20.1) << "nor in automatic: it would not stand in time";
   rig.owner().on_step({});
 }
 
