@@ -56,4 +56,4 @@ wait $!
 expect_text "35 of 35 features"
 expect_text "board          whole"
 expect_text "out/demo-board-001: summary.json is not kept (.*); the job itself ended as 'done', with the board whole \[G902\]"
-grep -q "internal error" "$work/err" && fail "internal error"
+! grep -q "internal error" "$work/err" || fail "internal error"
