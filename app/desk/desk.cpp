@@ -408,7 +408,7 @@ std::string_view Desk::state_word() const {
 Json Desk::status(std::uint64_t client) const {
   Json answer = machine_status(machine_, owner_);
   answer["state"] = state_word();
-  answer["busy_with"] = doing_ ? Json(run::name(doing_->request.order->kind)) : Json(nullptr);
+  answer["busy_with"] = at_work() != nullptr ? Json(run::name(at_work()->request.order->kind)) : Json(nullptr);
   answer["recipe"] = recipe_.empty() ? Json(nullptr) : Json(recipe_);
   if (preparing_) answer["doing"] = "preparing";
   if (hold_wished_) answer["held"] = true;
@@ -435,9 +435,9 @@ Result<void> Desk::serve() {
     if (auto alive = owner_.idle(); !alive) return alive;
     if (!may_begin() || stop_) continue;
     doing_ = std::exchange(waiting_, std::nullopt);
-    Json answer = carry_out(*doing_->request.order);
+    Carried carried = carry_out(*doing_->request.order);
     const Waiting done = *std::exchange(doing_, std::nullopt);
-    finish(done, answer.is_null() ? status() : std::move(answer));  // it is not busy with what it has done
+    finish(done, carried.answer.is_null() ? status_behind(carried.said) : std::move(carried.answer));
   }
   for (const auto& left : {waiting_, resetting_})
     if (left) finish(*left, failure({kEnding}));
@@ -445,19 +445,27 @@ Result<void> Desk::serve() {
   return {};
 }
 
-Json Desk::carry_out(const run::Order& order) {
+Desk::Carried Desk::carry_out(const run::Order& order) {
   Result<void> done;
   switch (order.kind) {
     case run::OrderKind::Enable: done = owner_.enable(); break;
     case run::OrderKind::Disable: done = owner_.disable(); break;
     case run::OrderKind::Home: done = owner_.home(order.axes, begin()); break;
-    case run::OrderKind::Jog: return jog(order.jog);
+    case run::OrderKind::Jog: return {.answer = jog(order.jog)};
     case run::OrderKind::Park: done = owner_.park(begin()); break;
-    case run::OrderKind::Run: return run_job(order);
+    case run::OrderKind::Run: return {.answer = run_job(order)};
     case run::OrderKind::PartRemoved: return part_removed(order);
     default: break;
   }
-  return done ? Json() : failure({done.error()});
+  if (!done) return {.answer = failure({done.error()})};
+  return {};
+}
+
+/// Of a desk that is not busy any more with what it has done.
+Json Desk::status_behind(const std::string& said) const {
+  Json answer = status();
+  answer["said"] = said + answer["said"].get<std::string>();
+  return answer;
 }
 
 run::Begin Desk::begin() { return std::exchange(hold_wished_, false) ? run::Begin::OnHold : run::Begin::AtOnce; }
@@ -495,25 +503,23 @@ bool Desk::prepare_aside(std::function<void()> work) {
 }
 
 /// What was begun and not finished is out of the machine, and nothing is to be done on it any more.
-Json Desk::part_removed(const run::Order& order) {
+Desk::Carried Desk::part_removed(const run::Order& order) {
   Result<std::optional<std::string>> another;
   if (options_.parts != nullptr) owner_.aside([&] { another = options_.parts->another_inside(order.serial); });
-  if (!another) return failure({another.error()});
+  if (!another) return {.answer = failure({another.error()})};
   if (!*another)
-    if (auto open = owner_.part_removed(); !open) return failure({open.error()});
-  if (options_.parts == nullptr) return status();
+    if (auto open = owner_.part_removed(); !open) return {.answer = failure({open.error()})};
+  if (options_.parts == nullptr) return {};
   Result<std::optional<BegunPart>> forgotten;
   owner_.aside([&] { forgotten = options_.parts->forget_removed(order.serial); });
-  if (!forgotten) return failure({forgotten.error()});
-  Json answer = status();
+  if (!forgotten) return {.answer = failure({forgotten.error()})};
   std::string said;
   if (*forgotten || !order.serial.empty()) said = removal_in_words(*forgotten, order.serial) + "\n";
   if (*another)
     said += fmt::format("the clamp stays as it is: the part in the machine {}\n",
                         (*another)->empty() ? "was begun without a serial; `gantry part-removed` alone means it"
                                             : "is '" + config::shortened(**another, 100) + "'");
-  answer["said"] = said + answer["said"].get<std::string>();
-  return answer;
+  return {.said = said};
 }
 
 Json Desk::run_job(const run::Order& order) {

@@ -70,6 +70,12 @@ class Desk {
     Hold hold{};
   };
 
+  /// What an order has come to.
+  struct Carried {
+    Json answer{};       ///< null: all went well, and the answer is the status after it ...
+    std::string said{};  ///< ... behind these words
+  };
+
   void end();
   void take(const OrderSocket::Incoming& in);
   void reply(std::uint64_t client, const Request& request, Json answer);
@@ -119,12 +125,13 @@ class Desk {
   [[nodiscard]] Json status(std::uint64_t client = kNobody) const;
   /// The machine's state, but that an owner with an order never reads as one that has none.
   [[nodiscard]] std::string_view state_word() const;
-  Json carry_out(const run::Order& order);
+  Carried carry_out(const run::Order& order);
+  [[nodiscard]] Json status_behind(const std::string& said) const;
   /// How what is at work begins; a hold that was wished for is with the owner from here on.
   run::Begin begin();
   Json jog(const job::JogWords& words);
   Json run_job(const run::Order& order);
-  Json part_removed(const run::Order& order);
+  Carried part_removed(const run::Order& order);
   /// Runs `work` on another thread and serves the machine until it is done, in virtual time too: an order may end it.
   /// False when one came first: then the work goes on unheard.
   bool prepare_aside(std::function<void()> work);

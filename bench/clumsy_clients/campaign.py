@@ -4,7 +4,7 @@
 Each run: in each of three terminals a few verbs one after the other, at instants of the seed, and to each verb at another
 instant something that happens to verbs: Ctrl-C (once, twice), Ctrl-Z and `fg`, SIGSTOP and SIGCONT, SIGHUP, kill -9, nothing.
 In one run of seven the owner itself is stopped for up to 7 s (SIGSTOP). A fourth client watches. What must hold:
-  - the owner answers the watcher within 2 s, while it is not stopped
+  - the owner answers the watcher within 2 s, while it is not stopped, and never as idle (ready, disabled) while it is busy
   - what a verb has ordered of a stopped owner, and given up after 5 s (G715), is not begun when the owner goes on
   - every verb ends within 30 s of the end of the run, when what is left is aborted, with an exit code of docs/index
   - the exit code of a document is that of its program
@@ -26,6 +26,7 @@ VERBS = {"run": 4, "home": 2, "park": 3, "jog": 3, "hold": 2, "resume": 2, "abor
 ACTS = {"nothing": 3, "Ctrl-C": 3, "Ctrl-C twice": 1, "Ctrl-Z": 3, "SIGSTOP": 2, "SIGHUP": 1, "kill -9": 1}
 ORDER_OF = {"part-removed": "part_removed"}
 CODES = {0, 1, 4, 5, 6, 7, 8, 9, 130, -signal.SIGKILL}
+IDLE = ("ready", "disabled")
 ANSWER_S, END_S, JOG_STANDS_S = 2.0, 30.0, 0.5
 # What the owner has answered between `asked` and `at`: on a busy host these may be far apart.
 Seen = collections.namedtuple("Seen", "asked at state busy held")
@@ -52,6 +53,8 @@ class Watcher:
             now = time.monotonic()
             if now - asked > ANSWER_S and not self.rig.was_stopped(asked, now):
                 self.wrong.append(f"the owner was silent for {now - asked:.1f} s")
+            if answer["busy_with"] is not None and answer["state"] in IDLE:
+                self.wrong.append(f"busy with {answer['busy_with']}, and reads as {answer['state']}")
             self.last = answer
             self.seen.append(Seen(asked, now, answer["state"], answer["busy_with"], answer["held"]))
             time.sleep(0.02)
@@ -258,7 +261,7 @@ class Rig:
             self.abort_all()
             hand = OwnerClient(self.state)
             last = hand.ask(order="status")
-            if last["busy_with"] is None and not last["faults"] and last["state"] in ("ready", "disabled"):
+            if last["busy_with"] is None and not last["faults"] and last["state"] in IDLE:
                 hand.ask(order="override", value=1)
                 removed = hand.ask(order="part_removed")
                 return "" if removed["ok"] else f"part_removed: {removed['errors']}"

@@ -75,6 +75,34 @@ TEST_F(Desks, status_never_reads_as_idle_while_there_is_an_order) {
   }
 }
 
+/// It is answered by what it has led to, not by itself.
+TEST_F(Desks, an_order_that_is_done_is_not_under_way_in_its_own_answer) {
+  int id = 10;
+  for (const std::string order : {"part_removed", "enable", "part_removed", "home", "park"}) {
+    SCOPED_TRACE(order);
+    client_->say("{\"order\":\"" + order + "\",\"id\":" + std::to_string(++id) + "}\n");
+    serve_until(id);
+    const Json done = answer(id);
+    EXPECT_TRUE(done.value("ok", false)) << done.dump();
+    EXPECT_EQ(done.value("state", ""), id == 11 ? "disabled" : "ready") << done.dump();
+    EXPECT_TRUE(done["busy_with"].is_null()) << done.dump();
+    EXPECT_EQ(done.value("said", "").find("under way"), std::string::npos) << done.dump();
+  }
+}
+
+/// Both lines come in one turn: the order waits until the turn is over.
+TEST_F(Desks, an_order_that_was_taken_and_has_not_begun_is_what_the_owner_is_busy_with) {
+  Peer other(folder_ / "owner.sock");
+  step();  // both are known
+  client_->say("{\"order\":\"park\",\"id\":1}\n");
+  other.say("{\"order\":\"status\"}\n");
+  std::string heard;
+  for (int i = 0; i < 3 && heard.empty(); ++i) step(), heard += other.hear();
+  const Json status = Json::parse(heard.substr(0, heard.find('\n')));
+  EXPECT_EQ(status.value("state", ""), "preparing") << heard;
+  EXPECT_EQ(status.value("busy_with", Json()), Json("park")) << heard;
+}
+
 /// While a job is prepared the owner does not know it yet.
 TEST_F(Desks, a_hold_while_a_job_is_prepared_lets_it_wait_before_its_first_motion) {
   const std::string recipe = std::filesystem::absolute(kShort);
