@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/file.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -39,6 +40,11 @@ int bind_socket(const sockaddr_un& address, bool for_group) {
 }
 
 Json refusal(std::string_view why) { return failure({Error{Fault::Refused, std::string(why), ""}}); }
+
+std::size_t unread_bytes(int fd) {
+  int bytes = 0;
+  return ioctl(fd, FIONREAD, &bytes) == 0 && bytes > 0 ? static_cast<std::size_t>(bytes) : 0;
+}
 
 /// Those of `events` that are so now: the other side may have ended with much of it unread.
 bool is_so(int fd, short events) {
@@ -172,6 +178,29 @@ bool OrderSocket::make_room(Time now, std::vector<Incoming>& urgent) {
   return true;
 }
 
+/// What of a burst is left to later turns was said up to this one.
+void OrderSocket::look(Client& client, Time now) {
+  std::size_t new_bytes = unread_bytes(client.fd);
+  for (const Arrived& before : client.unread_yet) new_bytes -= std::min(new_bytes, before.bytes);
+  if (new_bytes > 0) client.unread_yet.push_back({new_bytes, now});
+}
+
+/// When the last of the next `bytes` that are read arrived.
+Time OrderSocket::arrived(Client& client, std::size_t bytes, Time now) {
+  Time at = now;
+  while (bytes > 0 && !client.unread_yet.empty()) {
+    Arrived& first = client.unread_yet.front();
+    if (first.bytes > bytes) {
+      first.bytes -= bytes;
+      return first.at;
+    }
+    bytes -= first.bytes;
+    at = first.at;
+    client.unread_yet.pop_front();
+  }
+  return bytes > 0 ? now : at;
+}
+
 void OrderSocket::read(Client& client, Time now, std::vector<Incoming>& urgent) {
   std::array<char, 4096> chunk{};
   std::size_t lines = 0;
@@ -185,19 +214,21 @@ void OrderSocket::read(Client& client, Time now, std::vector<Incoming>& urgent) 
     taken += static_cast<std::size_t>(n);
     std::string_view bytes(chunk.data(), static_cast<std::size_t>(n));
     for (auto end = bytes.find('\n'); end != std::string_view::npos; end = bytes.find('\n')) {
-      client.heard = now;
+      client.heard = arrived(client, end + 1, now);
       ++lines;
       client.part.append(bytes.substr(0, end));
       bytes.remove_prefix(end + 1);
       if (client.part.size() > kLongestLine) break;
       take_line(client, std::exchange(client.part, {}), urgent);
     }
+    arrived(client, bytes.size(), now);
     if (client.part.size() <= kLongestLine) client.part.append(bytes);
     if (client.part.size() <= kLongestLine) continue;
     refuse(client, "a line is at most 64 KiB long");
     client.ended = true;
     client.part.clear();
   }
+  look(client, now);
 }
 
 /// What is not to be taken anyway is read only where it may be an order that stops something.

@@ -72,10 +72,15 @@ class OrderSocket {
  private:
   static constexpr std::uint64_t kNumbersPerTurn = 2 * kStopKinds + 1;
 
+  struct Arrived {
+    std::size_t bytes = 0;
+    Time at{};  ///< of the turn that has seen them first
+  };
   struct Client {
     std::uint64_t id = 0;
     int fd = -1;
     Time heard{};
+    std::deque<Arrived> unread_yet{};  ///< said, and left to later turns
     bool busy = false;
     bool asked = false;  ///< a line of it was handed over in this turn, and is answered behind it
     bool ended = false;  ///< it sends no more
@@ -93,6 +98,8 @@ class OrderSocket {
 
   void accept_clients(Time now, std::vector<Incoming>& urgent);
   bool make_room(Time now, std::vector<Incoming>& urgent);
+  static void look(Client& client, Time now);
+  static Time arrived(Client& client, std::size_t bytes, Time now);
   void read(Client& client, Time now, std::vector<Incoming>& urgent);
   void take_line(Client& client, const std::string& line, std::vector<Incoming>& urgent);
   void refuse_one_too_many(Client& client, const std::string& line);

@@ -168,6 +168,30 @@ TEST_F(Sockets, who_is_gone_is_known_also_while_lines_of_it_are_unread) {
   EXPECT_FALSE(door_->heard(lines[0].client));
 }
 
+/// It may have been stopped, or have died of something, right behind a burst: what is read later was not said later.
+TEST_F(Sockets, a_client_was_heard_when_its_words_arrived_and_not_when_they_were_read) {
+  const auto p = peer();
+  p->say(kStatus);
+  const std::uint64_t client = turn().at(0).client;
+  const std::size_t burst = p->say(std::string(150'000, '\n'));
+  ASSERT_GT(burst, 100'000u);
+  turn();
+  const Time arrived = now_;
+  int turns = 0;
+  for (; turns < 10; ++turns) {
+    turn();
+    EXPECT_EQ(door_->heard(client), arrived);
+  }
+  p->say("\n");  // still behind what is unread
+  turn();
+  const Time later = now_;
+  for (; turns < 200; ++turns) turn();
+  EXPECT_EQ(door_->heard(client), later);
+  p->say(kStatus);
+  turn();
+  EXPECT_EQ(door_->heard(client), now_);
+}
+
 TEST_F(Sockets, clients_take_turns) {
   std::vector<std::unique_ptr<Peer>> peers;
   for (std::size_t i = 0; i < OrderSocket::kMostClients; ++i) peers.push_back(peer());
