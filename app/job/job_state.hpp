@@ -1,7 +1,8 @@
 // How far a job has come, as a value: what has been measured, which block is next, what became of each feature. One
-// pure function says what comes next, and one walks it; the proof before motion, the runner and the report share them.
+// pure function says what comes next, and one does it step by step; the proof before motion, the runner and the report
+// share them.
 //   JobState state = begin_state(recipe);
-//   auto ended = walk(job, state, [&](const auto& step) -> Result<JobState> { ... return after_park(state); });
+//   auto ended = step_through(job, state, [&](const auto& step) -> Result<JobState> { ... return after_park(state); });
 // A copy of a state goes on exactly as the state itself does: nothing about the progress of a job stands elsewhere.
 #pragma once
 #include <cstdint>
@@ -121,7 +122,7 @@ std::size_t count(const JobState& state, FeatureState what);
 /// the alternatives of Next (never Ended) and gives the state after it; `state` is always that after the last step that
 /// was done.
 template <class Hand>
-Result<void> walk(const recipes::Job& job, JobState& state, Hand&& hand) {
+Result<void> step_through(const recipes::Job& job, JobState& state, Hand&& hand) {
   for (;;) {
     const Next step = next(job, state);
     if (std::holds_alternative<Ended>(step)) return {};

@@ -25,7 +25,7 @@ class Prover {
   }
 
   Result<NominalProof> prove(const recipes::Job& job) {
-    const auto walked = walk(job, state_, [this](const auto& step) -> Result<JobState> {
+    const auto proved = step_through(job, state_, [this](const auto& step) -> Result<JobState> {
       proof_.steps.emplace_back(step);
       const double before_s = proof_.forecast.s;
       auto after = take(step);
@@ -33,7 +33,7 @@ class Prover {
         proof_.forecast.steps.push_back({std::move(what), proof_.forecast.s - before_s});
       return after;
     });
-    if (!walked) return tl::unexpected(walked.error());
+    if (!proved) return tl::unexpected(proved.error());
     return std::move(proof_);
   }
 

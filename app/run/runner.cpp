@@ -54,7 +54,7 @@ Result<void> Runner::run() {
   at_ = site_.control.latest().target;
   auto done = begin();
   if (done)
-    done = job::walk(job_, state_, [this](const auto& step) -> Result<job::JobState> {
+    done = job::step_through(job_, state_, [this](const auto& step) -> Result<job::JobState> {
       cut_.reset();
       if (const std::string what = job::words_of(step, recipe_); !what.empty()) times_.begin(what);
       auto after = take(step);

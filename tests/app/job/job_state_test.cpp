@@ -86,8 +86,8 @@ std::vector<std::string> run(const recipes::Recipe& recipe, const recipes::Job& 
   std::mt19937_64 random(seed);
   SimulatedRunner runner{recipe, state, random};
   runner.stop_before = stop_before;
-  const auto walked = walk(job, state, [&](const auto& step) { return runner(step); });
-  EXPECT_EQ(walked.has_value(), stop_before < 0);
+  const auto ended = step_through(job, state, [&](const auto& step) { return runner(step); });
+  EXPECT_EQ(ended.has_value(), stop_before < 0);
   return runner.visited;
 }
 
