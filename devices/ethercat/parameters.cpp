@@ -73,7 +73,7 @@ Result<void> read_limits(Link& link, StationRecord& s) {
 }  // namespace
 
 Result<HeldObject> read_held(Link& link, StationRecord& s, const config::StartupRow& row) {
-  const auto bytes = sdo_upload(link, s, row.address);
+  const auto bytes = sdo_upload(link, s, row.address, SdoAccess::Single, nullptr, bytes_of(row.type));
   if (!bytes) return tl::unexpected(bytes.error());
   const bool minus = is_signed(row.type);
   const std::size_t n = bytes->size();

@@ -223,7 +223,8 @@ class Agreement {
         continue;
       }
       std::uint32_t aborted = 0;
-      const auto value = sdo_upload(link_, s_, entry.address, SdoAccess::Single, &aborted);
+      const auto value =
+          sdo_upload(link_, s_, entry.address, SdoAccess::Single, &aborted, std::size_t{entry.bit_length} / 8);
       if (!value && aborted == 0) return tl::unexpected(value.error());
       if (!value) said_ = value.error().message;
       if (value && !value->empty() && value->size() <= 4)
@@ -393,7 +394,8 @@ Result<void> learn_foreign_outputs(Link& link, StationRecord& s, std::vector<std
       const std::size_t at = std::exchange(bit, bit + entry.bit_length);
       if (entry.address.index == 0 || find_bits(s.config->profile.rx_pdos, entry.address)) continue;
       const std::string what = config::to_text(entry.address);
-      const auto held = sdo_upload(link, s, entry.address);
+      const auto held =
+          sdo_upload(link, s, entry.address, SdoAccess::Single, nullptr, std::size_t{entry.bit_length} / 8);
       if (!held || held->size() > sizeof(std::uint64_t))
         return fail(Fault::PdoMappingDiffers,
                     fmt::format("its mapping is its own and holds {}, which is not known here; it would be sent zeros, "

@@ -187,7 +187,17 @@ T ended(Conversation& c, T result) {
 
 std::uint8_t access_bit(SdoAccess access) { return access == SdoAccess::Complete ? sdo::kCompleteAccess : 0; }
 
-Result<Bytes> upload(Conversation& c, SdoAccess access) {
+/// How many of an expedited answer's four bytes are the value. An answer may leave that out (42h instead of 4Bh): then
+/// they are those that the object is known to have, as long as nothing but their sign stands behind them.
+std::size_t expedited_bytes(const SdoHeader& h, std::size_t known) {
+  if ((h.command & sdo::kSizeIndicated) != 0) return sdo::expedited_size(h.command);
+  if (known == 0 || known >= 4) return 4;
+  const std::uint32_t behind = h.data >> (8 * known), minus = 0xFFFFFFFFu >> (8 * known);
+  const bool negative = (h.data >> (8 * known - 1) & 1u) != 0;
+  return behind == 0 || (negative && behind == minus) ? known : 4;
+}
+
+Result<Bytes> upload(Conversation& c, SdoAccess access, std::size_t known) {
   const ObjectAddress object = c.object;
   auto reply =
       c.initiate({static_cast<std::uint8_t>(sdo::kUploadRequest | access_bit(access)), object.index, object.sub, 0}, {},
@@ -196,8 +206,7 @@ Result<Bytes> upload(Conversation& c, SdoAccess access) {
   const SdoHeader h = get_sdo_header(std::span<const std::byte>(*reply).subspan(kCoeHeader));
   const auto data = reply->begin() + kCoeHeader + 4;
   if ((h.command & sdo::kExpedited) != 0) {
-    const std::size_t size = (h.command & sdo::kSizeIndicated) != 0 ? sdo::expedited_size(h.command) : 4;
-    return Bytes(data, data + static_cast<std::ptrdiff_t>(size));
+    return Bytes(data, data + static_cast<std::ptrdiff_t>(expedited_bytes(h, known)));
   }
   if (h.data > kMaxObjectBytes) return c.abort(abort_code::kOutOfMemory, "the object is larger than anything we read");
   const std::size_t here = std::min<std::size_t>(reply->size() - kBody, h.data);
@@ -273,10 +282,10 @@ Result<void> download_singly(Link& link, StationRecord& station, std::uint16_t i
 }  // namespace
 
 Result<Bytes> sdo_upload(Link& link, StationRecord& station, ObjectAddress object, SdoAccess access,
-                         std::uint32_t* aborted) {
+                         std::uint32_t* aborted, std::size_t known_bytes) {
   auto c = begin(link, station, object, reading(object));
   if (!c) return tl::unexpected(c.error());
-  auto value = ended(*c, upload(*c, access));
+  auto value = ended(*c, upload(*c, access, known_bytes));
   if (aborted != nullptr) *aborted = c->aborted;
   if (!value && access == SdoAccess::Complete && object.sub == 0 && refuses_complete(c->aborted))
     return upload_singly(link, station, object.index);
@@ -296,7 +305,7 @@ Result<void> sdo_download(Link& link, StationRecord& station, ObjectAddress obje
 
 Result<std::int64_t> read_number(Link& link, StationRecord& station, ObjectAddress object, ObjectType type,
                                  std::uint32_t* aborted) {
-  const auto bytes = sdo_upload(link, station, object, SdoAccess::Single, aborted);
+  const auto bytes = sdo_upload(link, station, object, SdoAccess::Single, aborted, bytes_of(type));
   if (!bytes) return tl::unexpected(bytes.error());
   if (const auto value = to_number_of_any_size(type, *bytes)) return *value;
   return fail(Fault::SdoSizeMismatch,

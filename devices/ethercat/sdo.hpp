@@ -20,9 +20,11 @@ enum class SdoAccess : std::uint8_t { Single, Complete };
 /// `aborted`, where given, becomes the abort code with which the station has refused; 0: it did not.
 ///
 /// The object's bytes as the station has them. Complete access that the station does not support falls back to one
-/// sub-index after the other. Fault::SdoAbort with the abort code as text, MailboxTimeout, MailboxProtocol.
+/// sub-index after the other. `known_bytes`: of a value of 1 or 2 bytes, where the station does not say how many of the
+/// four in its answer count. Fault::SdoAbort with the abort code as text, MailboxTimeout, MailboxProtocol.
 Result<Bytes> sdo_upload(Link& link, StationRecord& station, config::ObjectAddress object,
-                         SdoAccess access = SdoAccess::Single, std::uint32_t* aborted = nullptr);
+                         SdoAccess access = SdoAccess::Single, std::uint32_t* aborted = nullptr,
+                         std::size_t known_bytes = 4);
 Result<void> sdo_download(Link& link, StationRecord& station, config::ObjectAddress object,
                           std::span<const std::byte> value, SdoAccess access = SdoAccess::Single,
                           std::uint32_t* aborted = nullptr);

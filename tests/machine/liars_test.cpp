@@ -59,6 +59,12 @@ auto begins_with(const char* name, ObjectAddress address, std::int64_t value) {
 }
 MailboxLies::Abort refuses_writes(ObjectAddress address, std::uint32_t code) { return {address, code, false, true}; }
 
+MailboxLies::Shown shown(ObjectAddress address, std::uint32_t value) {
+  std::vector<std::byte> bytes(4);
+  for (int i = 0; i < 4; ++i) bytes[static_cast<std::size_t>(i)] = static_cast<std::byte>(value >> (8 * i));
+  return {address, bytes};
+}
+
 /// Padding between the entries of a mapping that is fixed.
 void padded(config::Machine& m) {
   auto& entries = station(m, "y2").profile.tx_pdos[0].entries;
@@ -95,7 +101,13 @@ TEST(Liars, mailboxes) {
        {.mailbox = {.in_segments = true, .wrong_toggle = true}},
        {},
        {"station 1 'x'", "609Ah", "out of turn"}},
-      {"expedited without a size", "x", {.mailbox = {.no_size = true}}, {}, {"station 1 'x'", "2102h", "5500"}},
+      {"expedited without a size", "x", {.mailbox = {.no_size = true}}},
+      {"expedited without a size, two axes, by SDO", "cu", {.mailbox = {.no_size = true}}, by_sdo},
+      {"expedited without a size, which nothing but a number of 32 bits can be",
+       "x",
+       {.mailbox = {.no_size = true, .shows = shown({0x2102, 0}, 0x1157C)}},
+       {},
+       {"station 1 'x'", "2102h", "71036"}},
       {"no SDO information, and a fixed assignment", "y2", {.assignment_fixed = true, .no_information = true}},
       {"1C13h has a count that is not written in PRE_OP",
        "x",

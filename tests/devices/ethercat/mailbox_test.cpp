@@ -148,6 +148,36 @@ TEST(Sdo, an_expedited_upload_has_the_bytes_of_the_standard) {
   EXPECT_EQ(b.port.requests.front(), bytes({0, 0x20, 0x40, 0x41, 0x60, 0, 0, 0, 0, 0}));
 }
 
+/// ETG.1000.6, 5.6.2.4.2: an expedited answer may leave out how many of its four bytes count (42h).
+TEST(Sdo, an_expedited_answer_without_a_size_is_as_long_as_the_object_is_known_to_be) {
+  const struct {
+    config::ObjectType type;
+    std::array<int, 4> data;
+    std::int64_t value;
+  } kRows[] = {
+      {config::ObjectType::U8, {0x11, 0, 0, 0}, 0x11},
+      {config::ObjectType::U8, {0xFE, 0, 0, 0}, 0xFE},
+      {config::ObjectType::I8, {0xFE, 0, 0, 0}, -2},
+      {config::ObjectType::I8, {0xFE, 0xFF, 0xFF, 0xFF}, -2},
+      {config::ObjectType::I16, {0x00, 0x80, 0xFF, 0xFF}, -32768},
+      {config::ObjectType::U16, {0x7C, 0x15, 0, 0}, 5500},
+      {config::ObjectType::U16, {0x7C, 0x15, 0x01, 0}, 71036},   // it has 32 bits
+      {config::ObjectType::I8, {0x7E, 0xFF, 0xFF, 0xFF}, -130},  // the same, and not 126
+      {config::ObjectType::I32, {0xFE, 0xFF, 0xFF, 0xFF}, -2},
+      {config::ObjectType::U32, {0xFE, 0xFF, 0xFF, 0xFF}, 0xFFFF'FFFE},
+  };
+  for (const auto& row : kRows) {
+    Bench b;
+    b.port.answer = [&](const Bytes&) {
+      const auto& d = row.data;
+      return std::vector<Bytes>{bytes({0, 0x30, 0x42, 0x00, 0x20, 0, d[0], d[1], d[2], d[3]})};
+    };
+    const auto value = read_number(b.link, b.station, {0x2000, 0}, row.type);
+    ASSERT_TRUE(value) << to_text(value.error());
+    EXPECT_EQ(*value, row.value);
+  }
+}
+
 TEST(Sdo, a_download_of_two_bytes_has_the_bytes_of_the_standard) {
   Bench b;
   b.port.answer = [](const Bytes&) { return std::vector<Bytes>{bytes({0, 0x30, 0x60, 0x40, 0x60, 0, 0, 0, 0, 0})}; };
