@@ -131,17 +131,25 @@ void Drive::write(std::span<std::byte> outputs, const DriveCommand& command) noe
     level_held_ = 0;
     if (resetting) word_ = kDisableVoltage;  // begin with the low level
   }
-  mode_asked_ = command.mode == mode_ ? mode_asked_ + 1 : 0;
+  const bool enabled = feedback_.state == DriveState::OperationEnabled && goal_ == DriveGoal::Enabled;
+  // Before it has torque a drive may not even have been in OP, where it is told of a mode.
+  mode_asked_ = enabled && command.mode == mode_ ? mode_asked_ + 1 : 0;
   mode_ = command.mode;
   if (mode_ == kHoming) asked_to_home_ = true;
 
   word_ = resetting ? reset_word() : next_controlword(feedback_.state, goal_, word_);
-  const bool enabled = feedback_.state == DriveState::OperationEnabled && goal_ == DriveGoal::Enabled;
   const auto extra =
       static_cast<std::uint16_t>(enabled ? command.mode_bits & (kNewSetPoint | kChangeAtOnce | kRelative | kHalt) : 0);
 
   const bool follow = enabled && feedback_.takes_targets && mode_ == kCsp && std::isfinite(command.target);
-  sent_ = follow ? scale_.to_counts(command.target) : feedback_.takes_targets && enabled ? sent_ : feedback_.counts;
+  // In homing the drive moves by itself. In every other mode that it shows it may be in CSP already, or still: a target
+  // that went after its position would sink with a load in every cycle.
+  const bool stands = enabled && !(mode_ == kHoming && feedback_.mode == kHoming);
+  if (follow)
+    sent_ = scale_.to_counts(command.target);
+  else if (!stands || !target_stands_)
+    sent_ = feedback_.counts;
+  target_stands_ = stands;
 
   layout_.controlword.set(outputs, static_cast<std::uint16_t>(word_ | extra));
   layout_.mode.set(outputs, mode_);

@@ -4,8 +4,8 @@
 //   const Feedback& f = x.read(inputs, fresh);            // every cycle: counts -> mm, statusword -> state
 //   x.write(outputs, {.goal = DriveGoal::Enabled, .target = mm});   // every cycle: controlword and target
 // Bumpless: the target that goes out equals the actual position until the drive is in Operation Enabled and shows mode
-// CSP; from then on (Feedback::takes_targets) it is the caller's, who starts from commanded().
-// Lives in the RT loop: no allocation, no lock, no exception.
+// CSP; from then on (Feedback::takes_targets) it is the caller's, who starts from commanded(). While a drive with
+// torque changes its mode, the target stands. Lives in the RT loop: no allocation, no lock, no exception.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -131,6 +131,7 @@ class Drive {
   std::int8_t mode_ = wire::cia402::kCsp;
   std::uint16_t word_ = 0;  ///< controlword as last sent
   Counts sent_;
+  bool target_stands_ = false;  ///< it has torque and is not homing: sent_ does not go after its position
   std::int64_t step_max_counts_ = 0;
   std::int64_t timeout_cycles_ = 1000, mode_grace_cycles_ = 100, polled_mode_grace_cycles_ = 1000;
   bool mode_is_polled_ = false;

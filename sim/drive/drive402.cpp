@@ -185,15 +185,18 @@ void Drive402::sample() noexcept {
   show_probe();
   error_.value = shown_error();
   const bool moves = mode_ == kCsp && (motion_.commands_motion() || std::abs(motion_.speed()) > 1);
+  if (mode_ == mode_before_ || ++mode_is_new_for_ > lies_.mode_shown_after) mode_before_ = mode_, mode_is_new_for_ = 0;
   mode_shown_.value =
-      moves && lies_.mode_shown_in_motion ? *lies_.mode_shown_in_motion : lies_.mode_shown.value_or(mode_);
+      moves && lies_.mode_shown_in_motion ? *lies_.mode_shown_in_motion : lies_.mode_shown.value_or(mode_before_);
   if (!status_stuck_) status_.value = (statusword() & ~lies_.status_never) | lies_.status_always;
 }
 
 void Drive402::show_position() noexcept {
-  if (++samples_ <= lies_.after) return void(actual_.value = static_cast<std::int32_t>(motion_.counts()));
+  const bool torque = state_ == State::OperationEnabled || state_ == State::QuickStopActive;
+  const std::int64_t counts = motion_.counts() - (torque ? lies_.load : 0);
+  if (++samples_ <= lies_.after) return void(actual_.value = static_cast<std::int32_t>(counts));
   if (lies_.position_dead) return;
-  actual_.value = static_cast<std::int32_t>(lies_.position_factor * motion_.counts() + lies_.position_off);
+  actual_.value = static_cast<std::int32_t>(lies_.position_factor * counts + lies_.position_off);
 }
 
 void Drive402::show_probe() noexcept {
@@ -279,7 +282,8 @@ void Drive402::take(double cycle_s, bool remote) noexcept {
 
 void Drive402::take_mode() noexcept {
   const auto wanted = static_cast<std::int8_t>(mode_wanted_.value);
-  if (wanted == mode_) return;
+  if (wanted == mode_) return void(mode_wanted_for_ = 0);
+  if (++mode_wanted_for_ <= lies_.mode_delay) return;
   if (std::find(facts_.modes.begin(), facts_.modes.end(), wanted) == facts_.modes.end()) return;
   mode_ = wanted;
   status_row_ = row_of(facts_, mode_);

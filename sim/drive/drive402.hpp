@@ -97,7 +97,8 @@ class Drive402 {
   std::uint32_t inputs_base_ = 0;  ///< bits of 60FDh that are always set (AMD530B)
 
   State state_ = State::SwitchOnDisabled;
-  std::int8_t mode_ = 0;
+  std::int8_t mode_ = 0, mode_before_ = 0;         ///< before_: as 6061h shows it
+  int mode_wanted_for_ = 0, mode_is_new_for_ = 0;  ///< cycles
   std::uint16_t last_control_ = 0;
   bool remote_ = false;
   AfterStop after_stop_ = AfterStop::Nothing;

@@ -32,6 +32,9 @@ struct DriveLies {
   std::int32_t position_off = 0;                      ///< 6064h is so many counts off
   std::int64_t after = 0;          ///< cycles since it has its supply, from which on the three of 6064h hold
   std::int32_t counter_begin = 0;  ///< 6064h where the supply comes, as a drive has it that counts on without
+  int load = 0;                    ///< counts by which 6064h stands below the command while the drive has torque
+  int mode_delay = 0;              ///< cycles from another 6060h until the drive is in that mode, and shows it
+  int mode_shown_after = 0;        ///< cycles for which 6061h still shows the mode that was left
   int enable_delay = 0;            ///< cycles from "enable operation" to its state
   bool enables_unasked = false;    ///< it goes to Operation Enabled as soon as it is switched on
   bool coasts = false;             ///< a quick stop takes the torque, whatever 605Ah is

@@ -18,7 +18,13 @@ Outcome drive(const std::function<void(config::Machine&)>& wired, const Habits& 
   const Said said;
   Rig rig({.placement = "dx=0 mm", .script = script, .wired = wired, .habits = habits});
   Outcome out;
-  const auto tell = [&] { return out.said = said.all(), out; };
+  const auto tell = [&] {
+    out.said = said.all();
+    if (const auto world = rig.owner().world()->axes())
+      for (const config::Axis& axis : rig.machine().axes)
+        if (axis.name == "Z") out.z_mm = (*world)[axis.id.value];
+    return out;
+  };
   const auto refused = [&](const Error& why) {
     out.why = why;
     if (!names_something(why)) out.wrong = "refused without a name: " + to_text(why);

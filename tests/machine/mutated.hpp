@@ -20,6 +20,7 @@ struct Outcome {
   Error why;
   std::string wrong;  ///< why neither of the two; empty: it is fine
   std::string said;   ///< what was told meanwhile
+  double z_mm = 0;    ///< where the world has Z at the end
 };
 
 using Habits = std::vector<std::pair<const char*, sim::StationHabits>>;
