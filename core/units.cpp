@@ -66,6 +66,27 @@ bool plain_decimal(std::string_view number) {
   return !(number.size() > 1 && number[0] == '0' && number[1] >= '0' && number[1] <= '9');
 }
 
+/// Signs that look like a blank, a minus or nothing at all, as word processors and web pages write them.
+struct LookAlike {
+  std::string_view sign, name, remedy;
+};
+constexpr std::string_view kBlank = "write a plain blank", kMinus = "write '-'", kNothing = "take it away";
+constexpr std::array kLookAlikes{
+    LookAlike{"\u00A0", "a no-break space (U+00A0)", kBlank},
+    LookAlike{"\u202F", "a narrow no-break space (U+202F)", kBlank},
+    LookAlike{"\u2007", "a figure space (U+2007)", kBlank},
+    LookAlike{"\u2009", "a thin space (U+2009)", kBlank},
+    LookAlike{"\u200A", "a hair space (U+200A)", kBlank},
+    LookAlike{"\u3000", "an ideographic space (U+3000)", kBlank},
+    LookAlike{"\u200B", "a zero-width space (U+200B)", kNothing},
+    LookAlike{"\u2060", "a word joiner (U+2060)", kNothing},
+    LookAlike{"\uFEFF", "a byte-order mark (U+FEFF)", kNothing},
+    LookAlike{"\u2212", "a minus sign (U+2212)", kMinus},
+    LookAlike{"\u2010", "a hyphen (U+2010)", kMinus},
+    LookAlike{"\u2011", "a no-break hyphen (U+2011)", kMinus},
+    LookAlike{"\u2013", "an en dash (U+2013)", kMinus},
+};
+
 }  // namespace
 
 std::string_view name(Dimension dimension) {
@@ -100,6 +121,10 @@ std::string_view example(Dimension dimension) {
 
 Result<double> parse(std::string_view text, Dimension dimension) {
   const std::string_view all = trimmed(text);
+  for (const LookAlike& like : kLookAlikes)
+    if (all.find(like.sign) != std::string_view::npos)
+      return fail(Fault::BadValue, fmt::format("'{}' has {} in it; {}, for example '{}'", all, like.name, like.remedy,
+                                               example(dimension)));
   // The number ends where neither digit, sign, point nor exponent goes on; "1e3 mm" and "1e3mm" both read.
   std::size_t end = 0;
   while (end < all.size()) {

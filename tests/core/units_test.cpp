@@ -143,6 +143,25 @@ TEST(Units, printed_value_reads_back_to_the_bit) {
   }
 }
 
+TEST(Units, signs_that_look_like_blanks_and_minuses_are_named) {
+  const std::pair<const char*, const char*> tricks[] = {
+      {"12\xC2\xA0mm", "a no-break space (U+00A0) in it; write a plain blank"},
+      {"12\xE2\x80\xAFmm", "a narrow no-break space (U+202F)"},
+      {"12 mm\xE2\x80\x8B", "a zero-width space (U+200B) in it; take it away"},
+      {"\xE2\x88\x92"
+       "12 mm",
+       "a minus sign (U+2212) in it; write '-', for example '12.5 mm'"},
+      {"\xE2\x80\x93"
+       "12 mm",
+       "an en dash (U+2013)"}};
+  for (const auto& [text, says] : tricks) {
+    const auto read = parse(text, Dimension::Length);
+    ASSERT_FALSE(read) << text;
+    EXPECT_EQ(read.error().fault, Fault::BadValue);
+    EXPECT_NE(read.error().message.find(says), std::string::npos) << read.error().message;
+  }
+}
+
 TEST(Units, random_text_is_refused_or_finite) {
   constexpr unsigned kSeed = 21;
   SCOPED_TRACE(testing::Message() << "seed " << kSeed);
