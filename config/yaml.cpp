@@ -13,6 +13,7 @@
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/parser.h>
 
+#include "config/yaml_slip.hpp"
 #include "core/absolute_path.hpp"
 
 namespace gantry::config {
@@ -79,9 +80,13 @@ Clean clean(std::string_view text, Mistakes& mistakes) {
       out.readable = out.readable && !indent;
       out.text += ' ';
     } else if ((c < 0x20 && c != '\n') || c == 0x7F) {
-      mistakes.add(Fault::YamlSyntax, fmt::format("a control character (0x{:02X}); remove it", c), place);
+      // One is told: a file that is no text has thousands.
+      mistakes.add(Fault::YamlSyntax,
+                   c == 0 ? "a NUL (0x00): this is no text, or UTF-16; save it as UTF-8"
+                          : fmt::format("a control character (0x{:02X}); remove it", c),
+                   place);
       out.readable = false;
-      out.text += ' ';
+      return out;
     } else {
       out.text.append(text, at, length);
     }
@@ -321,8 +326,10 @@ std::optional<Node> read_yaml(std::string_view text, Mistakes& mistakes, const Y
     mistakes.add(refusal.fault, refusal.message, refusal.place);
     return std::nullopt;
   } catch (const YAML::Exception& error) {
-    const Location place = error.mark.is_null() ? Location{1, 1} : tree.place_of(error.mark);
-    mistakes.add(Fault::YamlSyntax, fmt::format("not well-formed YAML: {}", error.msg), place);
+    const auto at = static_cast<std::size_t>(std::max(error.mark.is_null() ? 0 : error.mark.pos, 0));
+    const YamlSlip slip = yaml_slip(plain.text, at, error.msg);
+    const auto place = line_and_column(plain.text, slip.at);
+    mistakes.add(Fault::YamlSyntax, slip.message, {place.line, place.column});
     return std::nullopt;
   } catch (const std::exception& error) {
     mistakes.add(Fault::YamlSyntax, fmt::format("not well-formed YAML: {}", error.what()), {1, 1});

@@ -60,6 +60,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Trick{"lone_carriage_return", "a: 1\rb: 2\n", Fault::YamlSyntax, "f.yaml:1:5"},
                     Trick{"carriage_returns_alone", "a: 1\rb: 2\rc: 3\r", Fault::YamlSyntax, "f.yaml:1:5"},
                     Trick{"nul", std::string("a: 1\nb: \0 2\n", 12), Fault::YamlSyntax, "f.yaml:2:4"},
+                    Trick{"many_nuls", std::string("v\0e\0r\0:\0", 8), Fault::YamlSyntax, "f.yaml:1:2"},
                     Trick{"escape", "a: \x1b[31m\n", Fault::YamlSyntax, "f.yaml:1:4"},
                     Trick{"latin_1", "a: 1\nb: caf\xe9\n", Fault::YamlSyntax, "f.yaml:2:7"},
                     Trick{"overlong_utf8", "a: \xc0\xaf\n", Fault::YamlSyntax, "f.yaml:1:4"},
