@@ -166,7 +166,10 @@ void Resolver::axes(const written::MachineFile& file, Machine& m) {
     axis.id = {static_cast<std::uint8_t>(m.axes.size())};
     axis.name = row.name;
     axis.kind = row.kind;
-    axis.rotary = row.per_rev.value.dimension == D::Angle;
+    // Where per_rev could not be read, that is told; its travel says the same.
+    const bool travel_speaks = !row.per_rev.given() && !row.travel.value.empty();
+    const Quantity& says_kind = travel_speaks ? row.travel.value.front() : row.per_rev.value;
+    axis.rotary = says_kind.dimension == D::Angle;
     const D length = axis.rotary ? D::Angle : D::Length;
     double counts_per_rev = 0;
     for (const auto& d : row.drives) {
@@ -272,6 +275,10 @@ void Resolver::sim(const written::MachineFile& file, Machine& m) {
     axis.start = value(row.start, length);
     seen[*i] = true;
   }
+  // A row that stands twice was most likely to be the one that is missing.
+  const auto told_already = mistakes_.errors();
+  misnamed =
+      misnamed || std::ranges::any_of(told_already, [](const Error& e) { return e.fault == Fault::DuplicateKey; });
   for (std::size_t i = 0; i < seen.size(); ++i)
     if (!seen[i] && !misnamed && !file.sim.axes.empty())  // else it is told already
       mistakes_.add(Fault::MissingKey, fmt::format("axis '{}' has no row under sim: axes:", m.axes[i].name),
