@@ -132,6 +132,13 @@
       label.style.top = 50 * (1 - p.y) + '%';
       label.classList.toggle('leftwards', p.x > 0.1);
     };
+    // On a phone words are longer than the room beside their point.
+    const keepWithin = (label) => {
+      label.style.marginLeft = '';
+      const room = stage.getBoundingClientRect(), words = label.getBoundingClientRect();
+      const by = Math.max(room.left + 4 - words.left, 0) || Math.min(room.right - 4 - words.right, 0);
+      label.style.marginLeft = by + 'px';
+    };
 
     // ---- where the head stands, and the pair that it is about ----
     let pose = data.poses[0], highlight = null, motion = null;
@@ -215,6 +222,7 @@
       nearer.value = 2 * 9 * mmPerPixel / (camera.far - camera.near);
       renderer.render(scene, camera);
       if (pose && pose.at) for (const label of [marker, markerWords]) put(label, new THREE.Vector3(...pose.at));
+      keepWithin(markerWords);
       for (const [label, at] of axes) put(label, at);
     };
     const soon = () => {
