@@ -2,8 +2,6 @@
 // owner that is up.
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,6 +10,7 @@
 
 #include "app/cli/client.hpp"
 #include "app/cli/terminal.hpp"
+#include "app/cli/usage.hpp"
 #include "app/desk/begun_parts.hpp"
 #include "app/desk/order_client.hpp"
 #include "app/desk/state_folder.hpp"
@@ -65,14 +64,6 @@ constexpr std::array kVerbs{
     OrderVerb{OrderKind::Quit, "down", "Ends the owner: torque off, bus down in order",
               "A job that runs is stopped first, on its path and with the valve shut, and its report is written."},
 };
-
-/// CLI11 takes "nan" and "inf" for numbers.
-std::string is_percentage(const std::string& word) {
-  char* end = nullptr;
-  const double value = std::strtod(word.c_str(), &end);
-  if (end != word.c_str() && *end == '\0' && std::isfinite(value) && value >= 0) return "";
-  return fmt::format("'{}' is no percentage: write a number of 0 or more, 100 for the recipe's speed", word);
-}
 
 /// Its socket goes before it does, and is all that is seen of an owner in another PID namespace.
 Result<void> wait_until_gone(const desk::OrderClient& owner, const std::string& socket) {
@@ -144,9 +135,10 @@ void add_order(CLI::App& to, const char* name, const OrderVerb& row, Context& co
   auto now = std::make_shared<bool>(false);
   verb->add_option("--state", *state, kStateHelp);
   if (row.kind == OrderKind::PartRemoved)
-    verb->add_option("--serial", *serial, "Serial number of the part, where it is not the one in the machine");
+    verb->add_option("--serial", *serial, "Serial number of the part, where it is not the one in the machine")
+        ->check(serial_number);
   if (row.kind == OrderKind::Override)
-    verb->add_option("PERCENT", *percent, "100 is the recipe's speed")->required()->check(is_percentage);
+    verb->add_option("PERCENT", *percent, "100 is the recipe's speed")->required()->check(override_percent);
   if (row.kind == OrderKind::Hold) verb->add_flag("--now", *now, "Do not wait for the end of the feature");
   verb->footer(row.more);
   verb->callback([&context, &row, verb, state, percent, serial, now] {

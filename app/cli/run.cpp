@@ -1,6 +1,7 @@
 // gantry run RECIPE: the job in real time, on the simulated machine or on a bus.
 #include "app/cli/client.hpp"
 #include "app/cli/job_verbs.hpp"
+#include "app/cli/usage.hpp"
 #include "core/absolute_path.hpp"
 
 namespace gantry::cli {
@@ -23,7 +24,7 @@ void add_run(CLI::App& app, Context& context) {
   verb->add_option("--certificate", request->certificate,
                    "certificate.json of a dry run: the job is refused (exit 7) when scene, head, recipe, limits or "
                    "calibration have changed since");
-  verb->add_option("--serial", request->serial, kSerialHelp);
+  verb->add_option("--serial", request->serial, kSerialHelp)->check(serial_number);
   verb->add_option("--state", *state, kStateHelp);
   add_publish_options(*verb, request->owner.network, request->owner.name);
   add_world_options(*verb, request->owner.sim);

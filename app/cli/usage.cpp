@@ -9,7 +9,9 @@
 #include <fmt/format.h>
 #include <optional>
 
+#include "core/clean_text.hpp"
 #include "core/near_word.hpp"
+#include "motion/rt/interpolator.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -79,6 +81,19 @@ std::string whole_from_zero(const std::string& word) {
   return read.ec == std::errc{} && read.ptr == end
              ? ""
              : fmt::format("is '{}', and has to be a whole number from 0 to 2^64 - 1", word);
+}
+
+std::string override_percent(const std::string& word) {
+  const auto value = number(word);
+  return value && (*value == 0 || (*value / 100 >= motion::kLeastOverride && *value / 100 <= motion::kMostOverride))
+             ? ""
+             : fmt::format("'{}' is no override: write 0, which holds, or 1 to 200, 100 for the recipe's speed", word);
+}
+
+std::string serial_number(const std::string& word) {
+  constexpr std::size_t kMostBytes = 128;
+  if (word.size() > kMostBytes) return fmt::format("has {} bytes; write at most {}", word.size(), kMostBytes);
+  return clean_text(word) == word ? "" : "has a line break or another control character in it; write plain text";
 }
 
 std::string folder_to_be(const std::string& path) {

@@ -18,6 +18,10 @@ std::vector<std::string> long_options(const CLI::App& verb);
 std::string zero_or_more(const std::string& word);
 std::string above_zero(const std::string& word);
 std::string whole_from_zero(const std::string& word);  ///< 0 .. 2^64 - 1
+/// 0, which holds, or 1 to 200.
+std::string override_percent(const std::string& word);
+/// A part's serial number: one line of text, at most 128 bytes, nothing in it that steers a terminal.
+std::string serial_number(const std::string& word);
 /// What is there is a folder; what is not may become one.
 std::string folder_to_be(const std::string& path);
 /// Its folder is there, so that it can be made.

@@ -74,7 +74,13 @@ for state in /etc/passwd /etc/passwd/below; do
   expect_exit 7 "an order whose --state is no folder: $state" "$gantry" status --state $state
 done
 [ ! -e "$work/no-state" ] || fail "the job began"
-for percent in nan inf -inf -5 much; do
+for percent in nan inf -inf -5 0.5 201 much; do
   expect_exit 2 "override $percent, without an owner" "$gantry" override --state "$work/nobody" -- $percent
+done
+for serial in $'S-1\nS-2' $'S\e[31m' $'S\u202e1' "$(printf %0129d 0)"; do
+  for verb in "dry-run $demo" "run $demo" part-removed; do
+    expect_exit 2 "$verb with a serial that is none" "$gantry" $verb --serial "$serial"
+    expect_text "--serial: has"
+  done
 done
 expect_exit 2 "override -5" "$gantry" override -5 --state "$work/nobody"

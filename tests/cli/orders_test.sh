@@ -42,8 +42,8 @@ expect_exit 7 "nothing to resume" order resume
 expect_exit 0 "half speed" order --json override 50
 expect_exit 0 "status of it" order --json status
 says "['override']" 0.5
-expect_exit 7 "five times the speed" order override 500
-expect_text "1 to 200 %"
+expect_exit 2 "five times the speed" order override 500
+expect_text "or 1 to 200, 100 for the recipe"
 expect_exit 7 "more than the machine allows" order override 150
 expect_text "at most 100 % (.override_max. of its file)"
 expect_exit 0 "full speed" order override 100
