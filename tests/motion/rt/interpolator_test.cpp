@@ -254,7 +254,7 @@ TEST(Interpolator, axis_stop_brakes_every_axis_within_its_own_limits) {
 }
 
 constexpr AxisId kDown{2};
-constexpr double kSeenWithin_s = 0.025;  // as docs/architecture.md has it
+constexpr double kSeenWithin_s = 0.025;  // as docs/monitoring.md has it
 
 TEST(Interpolator, a_touch_ends_beyond_where_the_probe_latches_and_ends_its_block) {
   const Limits m = machine();
