@@ -1,8 +1,6 @@
 // Stations whose mailboxes, EEPROMs, states and drives are not what they say: the machine works as well, or it is
 // refused by name. Each row alters the simulated machine alone, and is used as a person would (mutated.hpp, whose judge
 // is the virtual world).
-#include <cstdlib>
-#include <fmt/format.h>
 #include <span>
 
 #include "tests/altered.hpp"
@@ -21,31 +19,8 @@ using sim::MailboxLies;
 using sim::StationHabits;
 using Twice = MailboxLies::Twice;
 
-struct Row {
-  const char* what;
-  const char* station;
-  StationHabits habits;
-  std::function<void(config::Machine&)> wired{};
-  std::vector<const char*> refused{};  ///< what the reason names; empty: it works as well
-};
-
-void expect(std::span<const Row> rows) {
-  for (const Row& row : rows) {
-    SCOPED_TRACE(fmt::format("{}: {}", row.station, row.what));
-    const Outcome out = drive(row.wired ? row.wired : [](config::Machine&) {}, {{row.station, row.habits}});
-    EXPECT_EQ(out.wrong, "");
-    EXPECT_EQ(out.works, row.refused.empty()) << to_text(out.why);
-    for (const char* word : row.refused) EXPECT_NE(to_text(out.why).find(word), std::string::npos) << to_text(out.why);
-    if (std::getenv("GANTRY_SHOW") != nullptr)
-      std::printf("%-3s %-50s %s\n", row.station, row.what, out.works ? "works" : to_text(out.why).c_str());
-  }
-}
-
-/// Modes, switches and error codes of all drives are in no PDO.
-void by_sdo(config::Machine& m) {
-  for (const char* name : {"x", "y1", "y2", "z", "cu"})
-    for (const int index : {0x6060, 0x6061, 0x60FD, 0x603F})
-      object(m, name, {static_cast<std::uint16_t>(index), 0}).mappable = false;
+void expect(std::span<const Lie> lies) {
+  for (const Lie& lie : lies) expect_as_well_or_refused(lie);
 }
 
 auto of_type(const char* name, ObjectAddress address, ObjectType type) {
@@ -73,7 +48,7 @@ void padded(config::Machine& m) {
 }
 
 TEST(Liars, mailboxes) {
-  const Row rows[] = {
+  const Lie lies[] = {
       {"by SDO, one answers after 200 ms",
        "x",
        {.mailbox_delay = milliseconds(200)},
@@ -153,11 +128,11 @@ TEST(Liars, mailboxes) {
       {"no 605Ah", "y1", {}, without("y1", 0x605A), {"station 2 'y1'", "605Ah", "declared"}},
       {"a fixed mapping with padding", "y2", {.assignment_fixed = true, .mapping_fixed = true}, padded},
   };
-  expect(rows);
+  expect(lies);
 }
 
 TEST(Liars, eeproms_and_lines) {
-  const Row rows[] = {
+  const Lie lies[] = {
       {"a wrong checksum", "io", {.eeprom = eeprom::with_byte(14, 0x55)}, {}, {"station 0 'io'", "0051h"}},
       {"cut within its first words", "x", {.eeprom = eeprom::cut_at(0x30)}, {}, {"station 1 'x'", "0016h"}},
       {"cut within its categories", "y2", {.eeprom = eeprom::cut_at(0x90)}},
@@ -205,11 +180,11 @@ TEST(Liars, eeproms_and_lines) {
        {},
        {"station 1 'x'", "0030h"}},
   };
-  expect(rows);
+  expect(lies);
 }
 
 TEST(Liars, drives) {
-  const Row rows[] = {
+  const Lie lies[] = {
       {"6061h shows homing while it moves in CSP",
        "x",
        {.lies = {.mode_shown_in_motion = std::int8_t{6}}},
@@ -234,7 +209,7 @@ TEST(Liars, drives) {
       {"limits are shown inverted", "x", {.lies = {.inputs_inverted = 3}}, {}, {"axis X", "limit switch"}},
       {"the far limit chatters", "y2", {.lies = {.input_noise = 2}}, {}, {"axis Y", "limit switch"}},
   };
-  expect(rows);
+  expect(lies);
 }
 
 /// An edge that is shown as soon as the probe is armed is no touch: nothing has moved yet.

@@ -1,8 +1,12 @@
 #include "tests/machine/mutated.hpp"
 
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
+#include "tests/altered.hpp"
 #include "tests/machine/rig.hpp"
 #include "tests/machine/said.hpp"
 
@@ -56,6 +60,23 @@ Outcome drive(const std::function<void(config::Machine&)>& wired, const Habits& 
       out.wrong = fmt::format("{} has gone {:.3f} elsewhere", axis.name, off(axis, 0));
   out.works = true;
   return tell();
+}
+
+Outcome expect_as_well_or_refused(const Lie& lie) {
+  SCOPED_TRACE(fmt::format("{}: {}", lie.station, lie.what));
+  const Outcome out = drive(lie.wired ? lie.wired : [](config::Machine&) {}, {{lie.station, lie.habits}});
+  EXPECT_EQ(out.wrong, "");
+  EXPECT_EQ(out.works, lie.refused.empty()) << to_text(out.why);
+  for (const char* word : lie.refused) EXPECT_NE(to_text(out.why).find(word), std::string::npos) << to_text(out.why);
+  if (std::getenv("GANTRY_SHOW") != nullptr)
+    std::printf("%-3s %-50s %s\n", lie.station, lie.what, out.works ? "works" : to_text(out.why).c_str());
+  return out;
+}
+
+void by_sdo(config::Machine& machine) {
+  for (const char* name : {"x", "y1", "y2", "z", "cu"})
+    for (const int index : {0x6060, 0x6061, 0x60FD, 0x603F})
+      object(machine, name, {static_cast<std::uint16_t>(index), 0}).mappable = false;
 }
 
 }  // namespace gantry::test

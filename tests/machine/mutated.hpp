@@ -29,4 +29,19 @@ using Habits = std::vector<std::pair<const char*, sim::StationHabits>>;
 Outcome drive(const std::function<void(config::Machine&)>& wired, const Habits& habits = {},
               const std::string& script = "");
 
+/// A station that is not what it says.
+struct Lie {
+  const char* what;
+  const char* station;
+  sim::StationHabits habits;
+  std::function<void(config::Machine&)> wired{};
+  std::vector<const char*> refused{};  ///< what the reason names; empty: it works as well
+};
+
+/// Uses that machine: it works as well, or is refused by those names. GANTRY_SHOW prints what came of it.
+Outcome expect_as_well_or_refused(const Lie& lie);
+
+/// Modes, switches and error codes of all drives are in no PDO.
+void by_sdo(config::Machine& machine);
+
 }  // namespace gantry::test
