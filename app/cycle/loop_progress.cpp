@@ -134,8 +134,10 @@ void Loop::finish_reset() noexcept {
     if (another) tell({.kind = EventKind::Fault, .fault = latched_});
   }
   if (latched_ == Fault::None) reacted_ = Reaction::Note;
-  if (!axes_.all_enabled()) axes_.set_goal(DriveGoal::Disabled);
-  if (latched_ == Fault::None) change(axes_.all_enabled() ? Cause::Cleared : Cause::ClearedTorqueOff);
+  // A drive that was told in this very cycle to give up its torque still shows it.
+  const bool torque = axes_.all_enabled() && axes_.goal() == DriveGoal::Enabled;
+  if (!torque) axes_.set_goal(DriveGoal::Disabled);
+  if (latched_ == Fault::None) change(torque ? Cause::Cleared : Cause::ClearedTorqueOff);
   answer(std::exchange(pending_reset_, 0), latched_);
 }
 
