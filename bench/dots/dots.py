@@ -2,7 +2,7 @@
 """How long the machine takes from dot to dot: rows of dots at 4 mm pitch on the demo's board, between its parts.
     python3 bench/dots/dots.py build/release/bin/gantry      # exit 1 above 0.33 s
 A direct cycle is travel, wait and shot of a dot whose neighbour in its row was made before it, by the summary's feature_times."""
-import json, os, statistics, subprocess, sys, tempfile
+import argparse, json, os, statistics, subprocess, sys, tempfile
 
 TARGET_S = 0.33
 ROWS = """features:
@@ -10,7 +10,9 @@ ROWS = """features:
   - array: {name: by_relay, material: adhesive, at: [78 mm, 16 mm], rows: 2, columns: 6, pitch: [4 mm, 4 mm]}
 """
 
-gantry = os.path.abspath(sys.argv[1])
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("gantry")
+gantry = os.path.abspath(parser.parse_args().gantry)
 os.chdir(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../.."))
 with tempfile.TemporaryDirectory() as folder:
     recipe = os.path.join(folder, "dots.yaml")

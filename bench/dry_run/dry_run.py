@@ -2,9 +2,11 @@
 """How much faster than real time a dry run of the demo board is, told by the fastest of five.
     python3 bench/dry_run/dry_run.py build/release/bin/gantry      # exit 1 below 50 times
 The program's whole time counts, with loading, proof, homing and report; the job's own is motion alone."""
-import json, os, subprocess, sys, tempfile, time
+import argparse, json, os, subprocess, sys, tempfile, time
 
-gantry = os.path.abspath(sys.argv[1])
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("gantry")
+gantry = os.path.abspath(parser.parse_args().gantry)
 os.chdir(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../.."))
 fastest = float("inf")
 for _ in range(5):

@@ -2,10 +2,13 @@
 """What a thousand parts cost: a dry run with them against the same with one, by processor time, the fastest of seven each.
     python3 bench/dry_run/parts.py build/release/bin/gantry [PARTS]      # exit 1 above 1.3 times
 The needle works beside the parts and travels over them from one end of the board to the other."""
-import os, resource, subprocess, sys, tempfile
+import argparse, os, resource, subprocess, sys, tempfile
 
-gantry = os.path.abspath(sys.argv[1])
-many = int(sys.argv[2]) if len(sys.argv) > 2 else 1000
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("gantry")
+parser.add_argument("parts", type=int, nargs="?", default=1000)
+options = parser.parse_args()
+gantry, many = os.path.abspath(options.gantry), options.parts
 os.chdir(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../.."))
 
 HEAD = """version: 1

@@ -9,7 +9,7 @@ import argparse, contextlib, json, math, multiprocessing, os, shutil, subprocess
 
 here = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(os.path.dirname(here), "stop_order"))
-from stop_order import Client, flood, owner_up
+from stop_order import OwnerClient, flood, owner_up
 
 LIMIT = 1.15
 RECIPE = "recipes/demo-board.yaml"
@@ -54,7 +54,7 @@ LOADS = {f.__name__: f for f in (clients, dds, disk)}
 def run_job(gantry, state, out):
     """The figures of one job, from its own folder or, where nothing could be written, from its answer."""
     shutil.rmtree(out, ignore_errors=True)
-    Client(state).ask(order="reset")
+    OwnerClient(state).ask(order="reset")
     done = subprocess.run([gantry, "run", RECIPE, "--state", state, "--out", out, "--force", "--json"], capture_output=True, text=True,
                           stdin=subprocess.DEVNULL, timeout=300)
     try:
