@@ -226,6 +226,8 @@ std::string live_view(const Heard& heard, double silent_s, bool colour) {
   const char* state_colour = s.latched_fault != 0 ? "1;31" : s.state == "running" ? "1;32" : "1";
 
   std::string out = paint("1", s.machine) + "   " + paint(state_colour, s.state);
+  // Between two blocks the loop is ready, but the machine is not free.
+  if (heard.has_job() && heard.job().goes_on() && (s.state == "ready" || s.state == "disabled")) out += ", in a job";
   if (s.block != 0) out += fmt::format("   block {} tick {}", s.block, s.tick);
   if (s.feature >= 0) out += fmt::format("   feature {}", s.feature);
   out += fmt::format("   override {:.0f} %   {:.1f} mm/s", s.override_factor * 100, s.path_speed);

@@ -54,6 +54,8 @@ struct HeardJob {
   double elapsed_s = 0, predicted_s = 0;
   bool remaining_known = false;
   double remaining_s = 0;
+  /// It has not come to its result.
+  [[nodiscard]] bool goes_on() const { return state == "running" || state == "held" || state == "stopped"; }
 };
 
 class Heard {

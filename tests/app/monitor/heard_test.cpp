@@ -117,6 +117,20 @@ TEST_F(HeardTest, the_live_view_shows_axes_latch_job_and_events) {
     EXPECT_NE(view.find(part), std::string::npos) << part << " in\n" << view;
 }
 
+TEST_F(HeardTest, the_live_view_says_that_a_machine_that_is_ready_between_two_blocks_is_not_free) {
+  auto shared = running_snapshot();
+  shared.snapshot.state = cycle::State::Ready;
+  s.set(bench_machine(), 1, shared);
+  heard.state(s.sample);
+  for (const auto& [word, going] :
+       {std::pair{"running", true}, {"held", true}, {"stopped", true}, {"done", false}, {"failed", false}}) {
+    SharedJob job;
+    job.job = "demo-board", job.state = std::string_view(word);
+    heard.job(job_sample(bench_machine(), 1, 0, job));
+    EXPECT_EQ(live_view(heard, 0, false).find("ready, in a job") != std::string::npos, going) << word;
+  }
+}
+
 TEST_F(HeardTest, the_live_view_shows_alarms_with_remedy_and_age_and_what_is_left_of_the_job) {
   hear_state(1, 1);
   SharedAlarm alarm{
