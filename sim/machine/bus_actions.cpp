@@ -44,7 +44,8 @@ struct Doing {
     for (int drive = 0; segment.has_motor(a.axis, drive); ++drive) segment.motor(a.axis, drive).set_stalled(a.held);
   }
   void operator()(const act::SlipBrake& a) {
-    for (int drive = 0; segment.has_motor(a.axis, drive); ++drive) segment.motor(a.axis, drive).set_slipping(a.per_s);
+    for (int drive = 0; segment.has_motor(a.axis, drive); ++drive)
+      if (!a.drive || *a.drive == drive) segment.motor(a.axis, drive).set_slipping(a.per_s);
   }
   void operator()(const act::PowerOff& a) { segment.power_off(a.station); }
   void operator()(const act::PowerOn& a) { segment.power_on(a.station); }

@@ -139,9 +139,12 @@ std::vector<ActionRow> table() {
          return BusAction{Stall{n.axis(e.axis), false}};
        }},
       {"slip_brake",
-       {axis, config::number("speed", &E::value, Dimension::Speed, {-100, 100}, kRequired, "0 mm/s: it holds again")},
+       {axis, drive,
+        config::number("speed", &E::value, Dimension::Speed, {-100, 100}, kRequired, "0 mm/s: it holds again")},
        [](const E& e, Names& n) -> Action {
-         return BusAction{SlipBrake{n.axis(e.axis), e.value}};
+         SlipBrake a{n.axis(e.axis), {}, e.value};
+         if (e.drive.given()) a.drive = n.drive(a.axis, e.drive);
+         return BusAction{a};
        }},
       {"power_off", {station}, of_station<PowerOff>},
       {"power_on", {station}, of_station<PowerOn>},

@@ -110,7 +110,8 @@ struct Stall {
 };
 struct SlipBrake {
   AxisId axis;
-  double per_s = 0;  ///< while its drives have no torque, in mm or rad; 0: the brake holds again
+  std::optional<int> drive{};  ///< one side of a gantry axis alone; left out: all that the axis has
+  double per_s = 0;            ///< while its drives have no torque, in mm or rad; 0: the brake holds again
 };
 struct PowerOff {
   StationId station;
