@@ -31,7 +31,7 @@ Axes::Axes(const LoopSetup& setup) noexcept
   }
 }
 
-void Axes::read(const devices::FieldBus& bus, bool answered, std::int64_t elapsed) noexcept {
+void Axes::read(const devices::FieldBus& bus, bool answered, bool operational, std::int64_t elapsed) noexcept {
   for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
     const StationId station = setup_.drives[d].station;
     const bool fresh = bus.fresh(station);
@@ -45,8 +45,8 @@ void Axes::read(const devices::FieldBus& bus, bool answered, std::int64_t elapse
     if (goal_of(d) == DriveGoal::Enabled && was_enabled && state != DriveState::OperationEnabled &&
         state != DriveState::FaultReaction && state != DriveState::Fault)
       dropped_[d] = true;  // set() could throw
-    // A count to and fro is no motion.
-    const bool moved = std::abs(drives_[d].feedback().counts.value - counts_before) > 1;
+    step_counts_[d] = drives_[d].feedback().counts.value - counts_before;
+    const bool moved = std::abs(step_counts_[d]) > 1;  // a count to and fro is no motion
     still_[d] = fresh && !moved ? std::min(still_[d] + 1, stands_cycles_) : 0;
     if (drives_[d].feedback().jumped) {  // whatever else is wrong, and whatever the loop does about that
       forget_reference(setup_.drives[d].axis);
@@ -64,8 +64,11 @@ void Axes::read(const devices::FieldBus& bus, bool answered, std::int64_t elapse
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
     const auto& drives = setup_.axes[i].drives;
     if (drives.empty()) continue;
-    if (drives.size() == 2) brake_together(AxisId{static_cast<std::uint8_t>(i)});
-    if (drives.size() == 2) share_coordinate(AxisId{static_cast<std::uint8_t>(i)});
+    if (const AxisId id{static_cast<std::uint8_t>(i)}; drives.size() == 2) {
+      stop_together(id, operational);
+      run_out_together(id);
+      share_coordinate(id);
+    }
     double sum = 0;
     for (const std::uint8_t d : drives) sum += drives_[d].feedback().position;
     actual_[i] = sum / static_cast<double>(drives.size());
@@ -81,19 +84,39 @@ void Axes::join(AxisId id, bool second_moves_over) noexcept {
                    drives_[drives[second_moves_over ? 0 : 1]].feedback().position);
 }
 
-/// A side that falls into a fault while the axis moves brakes by a ramp of its own drive. The other one does the same:
-/// its targets would take longer, by their jerk and their delay, and rack the beam.
-void Axes::brake_together(AxisId id) noexcept {
+/// What one side does that no longer takes targets while the axis moves, the other one does, too: its targets would
+/// take it farther, by their jerk and their delay, and rack the beam. One without torque brakes by a ramp of its own,
+/// and so does one whose station has left operation. One that has left the line hears nothing more, and stands at the
+/// last target that reached it.
+void Axes::stop_together(AxisId id, bool operational) noexcept {
   if (goal_ != DriveGoal::Enabled || speed_[id.value] == 0 || (homing_mask_ >> id.value & 1u) != 0) return;
   const auto& drives = setup_.axes[id.value].drives;
   for (std::size_t side = 0; side < 2; ++side) {
     const devices::Feedback& fallen = drives_[drives[side]].feedback();
     const std::uint8_t other = drives[1 - side];
-    const bool in_fault =
-        fallen.fresh && (fallen.state == DriveState::FaultReaction || fallen.state == DriveState::Fault);
-    if (in_fault && setup_.drives[other].quick_stop_brakes &&
-        drives_[other].feedback().state == DriveState::OperationEnabled)
-      stops_with_side_ |= 1u << other;
+    const bool told = ((stands_with_side_ | stops_with_side_) >> other & 1u) != 0;
+    if (told || drives_[other].feedback().state != DriveState::OperationEnabled) continue;
+    const bool away = away_[drives[side]] >= setup_.counter_low_max;
+    const bool brakes = away ? !operational : fallen.fresh && fallen.state != DriveState::OperationEnabled;
+    if (away && operational) stands_with_side_ |= 1u << other;
+    if (brakes && setup_.drives[other].quick_stop_brakes) stops_with_side_ |= 1u << other;
+  }
+}
+
+/// A side without torque that goes on farther than the one that brakes is braked by nothing, whatever its drive says of
+/// its quick stop: the other one loses its torque, too, and runs out beside it.
+void Axes::run_out_together(AxisId id) noexcept {
+  constexpr double kOutran = 20;  // counts: noise is one, and after 4 ms a brake is as far behind friction
+  const auto& drives = setup_.axes[id.value].drives;
+  const auto counts_per_unit = [&](std::uint8_t d) { return std::abs(drives_[d].scale().to_counts_delta(1)); };
+  const auto step = [&](std::uint8_t d) { return std::abs(static_cast<double>(step_counts_[d])) / counts_per_unit(d); };
+  for (std::size_t side = 0; side < 2; ++side) {
+    const std::uint8_t off = drives[side], on = drives[1 - side];
+    const devices::Feedback &without = drives_[off].feedback(), &with = drives_[on].feedback();
+    const bool beside = without.fresh && with.fresh && !cycle::has_torque(without.state) &&
+                        cycle::has_torque(with.state) && std::abs(step_counts_[on]) > 1;
+    outran_[off] = beside ? std::max(outran_[off] + step(off) - step(on), 0.0) : 0;
+    if (outran_[off] * counts_per_unit(off) > kOutran) runs_out_with_side_ |= 1u << on;
   }
 }
 
@@ -132,6 +155,7 @@ void Axes::write(devices::FieldBus& bus, const AxisVec& target, std::int64_t ela
                                : target[setup.axis.value];
     if (in_homing && squaring_[setup.axis.value].busy() && d == setup_.axes[setup.axis.value].drives[1])
       command.target = squaring_[setup.axis.value].step();
+    if ((stands_with_side_ >> d & 1u) != 0) command.target = drives_[d].commanded();
     if (d == probe_drive()) command.probe_function = probe_.step(drives_[d].feedback());
     drives_[d].write(bus.outputs(setup.station), command);
   }
@@ -149,6 +173,7 @@ std::bitset<kMaxDrives> Axes::may_search() const noexcept {
 
 /// A drive that is to be braked by its targets keeps its torque for that; one that has none gets none.
 DriveGoal Axes::goal_of(std::size_t d) const noexcept {
+  if ((runs_out_with_side_ >> d & 1u) != 0) return DriveGoal::Disabled;
   if (goal_ == DriveGoal::Enabled && (stops_with_side_ >> d & 1u) != 0) return DriveGoal::QuickStop;
   if (goal_ != DriveGoal::QuickStop || setup_.drives[d].quick_stop_brakes || (let_stop_ >> d & 1u) != 0) return goal_;
   return drives_[d].feedback().state == DriveState::OperationEnabled ? DriveGoal::Enabled : DriveGoal::Disabled;

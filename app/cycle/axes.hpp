@@ -26,16 +26,16 @@ class Axes {
  public:
   explicit Axes(const LoopSetup& setup) noexcept;
 
-  /// `answered`: the frames came back, so that a station whose inputs are stale did not take part. `elapsed`: cycles
-  /// since the last call.
-  void read(const devices::FieldBus& bus, bool answered, std::int64_t elapsed) noexcept;
+  /// `answered`: the frames came back, so that a station whose inputs are stale did not take part. `operational`: all
+  /// that did take part say that they are. `elapsed`: cycles since the last call.
+  void read(const devices::FieldBus& bus, bool answered, bool operational, std::int64_t elapsed) noexcept;
   /// `elapsed` as for read().
   void write(devices::FieldBus& bus, const AxisVec& target, std::int64_t elapsed) noexcept;
 
   /// A new goal holds for drives that were away or have dropped out, too: enabling them again is the operator's.
   void set_goal(devices::DriveGoal goal) noexcept {
     goal_ = goal;
-    let_stop_ = stops_with_side_ = 0;
+    let_stop_ = stops_with_side_ = stands_with_side_ = runs_out_with_side_ = 0;
     away_.fill(0);
     dropped_.reset();
   }
@@ -120,7 +120,8 @@ class Axes {
   [[nodiscard]] devices::DriveGoal goal_of(std::size_t d) const noexcept;
   [[nodiscard]] std::size_t probe_drive() const noexcept;
   void share_coordinate(AxisId id) noexcept;
-  void brake_together(AxisId id) noexcept;
+  void stop_together(AxisId id, bool operational) noexcept;
+  void run_out_together(AxisId id) noexcept;
   [[nodiscard]] std::bitset<kMaxDrives> may_search() const noexcept;
   void end_together(std::size_t axis) noexcept;
   void watch_sides(std::size_t axis) noexcept;
@@ -140,10 +141,15 @@ class Axes {
   std::array<int, kMaxDrives>
       away_{};  ///< cycles in which its station did not take part, up to counter_low_max: it was lost then
   std::bitset<kMaxDrives> dropped_;
-  std::uint32_t let_stop_ = 0;           ///< drives that quick-stop whatever is known of that
-  std::uint32_t stops_with_side_ = 0;    ///< those that do because the other side of their axis is in a fault
-  int stands_cycles_;                    ///< after which a drive stands
-  std::array<int, kMaxDrives> still_{};  ///< cycles in a row in which it was heard to stand
+  std::uint32_t let_stop_ = 0;  ///< drives that quick-stop whatever is known of that
+  // Drives that do as the other side of their axis:
+  std::uint32_t stops_with_side_ = 0;                   ///< quick-stop, because it has lost its torque
+  std::uint32_t stands_with_side_ = 0;                  ///< stand at their last target, because it has left the line
+  std::uint32_t runs_out_with_side_ = 0;                ///< have no torque, because it runs out without
+  std::array<std::int64_t, kMaxDrives> step_counts_{};  ///< of the last cycle
+  std::array<double, kMaxDrives> outran_{};             ///< mm or rad that it went farther than the other side
+  int stands_cycles_;                                   ///< after which a drive stands
+  std::array<int, kMaxDrives> still_{};                 ///< cycles in a row in which it was heard to stand
 };
 
 }  // namespace gantry::cycle

@@ -51,7 +51,7 @@ Time Loop::tick(const Beat& beat) noexcept {
   const devices::CanTick can = can_ != nullptr ? can_cyclic_.tick(*can_, received) : devices::CanTick{};
   if (can.fault != Fault::None) react(can.fault, kNoAxis, 0);
 
-  axes_.read(bus_, answered(), beat.elapsed);
+  axes_.read(bus_, answered(), exchange_.operational, beat.elapsed);
   inputs_ = read_inputs(bus_, setup_, inputs_);
   const View view{beat, exchange_, axes_, commanded_.target, inputs_, state_, compute_, purpose_};
   present_ = Fault::None;

@@ -1,6 +1,8 @@
 // A station that somebody has taken out of OP and put back: its drive has stopped in order and shows no fault.
+#include "app/job/limits.hpp"
 #include "devices/ethercat/link.hpp"
 #include "devices/wire/ethercat.hpp"
+#include "motion/path/moves.hpp"
 #include "tests/app/cycle/loop_bench.hpp"
 
 namespace gantry {
@@ -10,6 +12,8 @@ using cycle::State;
 using devices::DriveState;
 using test::LoopBench;
 
+constexpr std::size_t kY2 = 3, kZ = 4;  // on the line
+
 struct FallenBench : LoopBench {
   FallenBench() {
     operate();
@@ -18,13 +22,12 @@ struct FallenBench : LoopBench {
     EXPECT_EQ(now.enabled, 0b11111u);
   }
   /// As another master would, or the drive's own panel.
-  void ask(devices::wire::AlState state) {
+  void ask(devices::wire::AlState state, std::size_t station = kZ) {
     devices::Link link(port, clock);
-    const auto asked =
-        link.write<std::uint16_t>(z_address(), devices::wire::reg::kAlControl, static_cast<std::uint16_t>(state));
+    const auto asked = link.write<std::uint16_t>(master->stations()[station].address, devices::wire::reg::kAlControl,
+                                                 static_cast<std::uint16_t>(state));
     ASSERT_TRUE(asked) << to_text(asked.error());
   }
-  [[nodiscard]] std::uint16_t z_address() const { return master->stations()[4].address; }
   [[nodiscard]] bool z_enabled() const { return (now.enabled >> machine.z.value & 1u) != 0; }
 };
 
@@ -59,6 +62,30 @@ TEST(FallenDrive, a_drive_that_leaves_operation_enabled_by_itself_stops_the_mach
   EXPECT_EQ(b.now.state, State::Stopped);
   EXPECT_FALSE(b.z_enabled());
   EXPECT_EQ(b.told(Fault::DriveDropped), 0) << "the input itself is what is told";
+}
+
+/// It brakes by its own ramp, whether its outputs are still taken or not; so does the other side. Judged by the motors.
+/// (In INIT the simulated drive has no torque and is not heard: nobody can run out beside it.)
+TEST(FallenDrive, one_side_of_a_beam_takes_the_other_along_wherever_its_station_is_taken) {
+  using devices::wire::AlState;
+  for (const AlState state : {AlState::SafeOp, AlState::PreOp}) {
+    SCOPED_TRACE(static_cast<int>(state));
+    FallenBench b;
+    AxisVec to = b.now.target;
+    to[1] = 390;
+    b.play(motion::line_move(job::limits_of(b.machine), b.now.target, to));
+    ASSERT_TRUE(b.until([&] { return b.now.target[1] > 150; }, 2000));
+    b.ask(state, kY2);
+    double apart = 0;
+    const auto side = [&](int drive) { return b.segment.motor(AxisId{1}, drive).position(); };
+    for (int i = 0; i < 500; ++i) {
+      b.tick();
+      apart = std::max(apart, std::abs(side(0) - side(1)));
+    }
+    EXPECT_LT(apart, 3) << "mm: some cycles at 500 mm/s";
+    EXPECT_EQ(b.now.state, State::Stopped);
+    EXPECT_EQ(b.now.enabled >> 1 & 1u, 0u);
+  }
 }
 
 }  // namespace

@@ -88,7 +88,7 @@ struct Watched {
     cycle += elapsed;
     const bool answered = x.fault != Fault::FrameLost && x.fault != Fault::BusDown;
     bus.takes_part = answered;
-    axes.read(bus, answered, elapsed);
+    axes.read(bus, answered, true, elapsed);
     AxisVec to{};
     to[0] = target;
     axes.write(bus, to, elapsed);
