@@ -57,6 +57,7 @@ Time Loop::tick(const Beat& beat) noexcept {
   present_ = Fault::None;
   for (const Finding& found : supervisor_.look(view))
     react(found.fault, found.axis, found.detail, found.station, found.value);
+  heed_silence();
   follow_progress();
 
   bus_time_ = received - sending;
@@ -104,6 +105,14 @@ void Loop::heed_watchdog() noexcept {
   react(Fault::WatchdogStop, kNoAxis, static_cast<std::int32_t>(still / milliseconds(1)));
   if (axes_.goal() == DriveGoal::QuickStop) axes_.stand_only(stop_->standing());
   hold_position();  // drives that do not brake by themselves stand at their last targets
+}
+
+/// Frames that do not come back may not have come to the drives either: these stand at the last target that did. A
+/// target that went on to brake would be far ahead of them when the first frame comes through, and they would leap
+/// after it. So it stands, too, no farther ahead than the frames that may be lost; it has been reacted to.
+void Loop::heed_silence() noexcept {
+  silent_ = answered() ? 0 : std::min(silent_ + 1, setup_.frames_lost_max);
+  if (silent_ == setup_.frames_lost_max) hold_position();
 }
 
 // ---- motion ----

@@ -56,6 +56,7 @@ class Loop {
   void brake_from(const AxisVec& before_last, const AxisVec& last) noexcept;
   void write_image(const Beat& beat) noexcept;
   void heed_watchdog() noexcept;
+  void heed_silence() noexcept;
   [[nodiscard]] bool at_rest() const noexcept;
   [[nodiscard]] std::uint32_t held_by_last_word() const noexcept;
   void exchange(const Beat& beat, Time now) noexcept;
@@ -104,6 +105,7 @@ class Loop {
   Commanded commanded_;
   AxisVec before_last_{};  ///< the target of the tick before commanded_
   devices::Exchange exchange_;
+  int silent_ = 0;  ///< exchanges in a row that were not answered
   CycleIndex cycle_ = 0;
   Fault latched_ = Fault::None;
   CycleIndex latched_at_ = 0;
