@@ -42,7 +42,11 @@ class Tally {
   [[nodiscard]] std::optional<SlowBead> slow(std::uint32_t feature) const {
     const double share = all_mm_ > 0 ? at_speed_mm_ / all_mm_ : 1;
     if (steady_mm_s_ == 0 && share >= kEnough) return std::nullopt;
-    return SlowBead{feature, asked_mm_s_, steady_mm_s_, fastest_mm_s_, share};
+    return SlowBead{.feature = feature,
+                    .asked_mm_s = asked_mm_s_,
+                    .steady_mm_s = steady_mm_s_,
+                    .fastest_mm_s = fastest_mm_s_,
+                    .at_speed = share};
   }
 
  private:
@@ -60,20 +64,28 @@ std::optional<SlowBead> look_at(SegmentIterator first, SegmentIterator last, con
                                 double tick_s) {
   const auto wet = valve_span(first, last, first->feature);
   if (!wet || wet->shuts_mm <= wet->opens_mm) return std::nullopt;
-  Tally tally(m, tick_s);
-  double begin_mm = 0, rest_s = 0;
+  Tally tally(m, tick_s), unrounded(m, tick_s);
+  double begin_mm = 0, begin_s = 0, rest_s = 0, factor = 1, open_s = 0;
   for (auto s = first; s != last; ++s) {
     if (s->kind == motion::SegmentKind::Dwell) continue;
     const double lasts_s = motion::duration(s->nominal);
     double t_s = rest_s;
     for (; t_s < lasts_s; t_s += tick_s) {
       const motion::State x = motion::along(s->nominal, t_s).x;
-      if (begin_mm + x.p >= wet->opens_mm && begin_mm + x.p <= wet->shuts_mm) tally.add(x.v);
+      if (begin_mm + x.p < wet->opens_mm || begin_mm + x.p > wet->shuts_mm) continue;
+      factor = m.speed / s->v_cap;  // all of a bead is played slower by this, so that it takes whole ticks
+      tally.add(x.v), unrounded.add(x.v * factor);
     }
+    for (const auto& [at_mm, sign] : {std::pair{wet->opens_mm, -1}, std::pair{wet->shuts_mm, 1}})
+      if (at_mm > begin_mm && at_mm <= begin_mm + s->geometry.length)
+        open_s += sign * (begin_s + motion::time_at(s->nominal, at_mm - begin_mm));
     rest_s = t_s - lasts_s;
-    begin_mm += s->geometry.length;
+    begin_mm += s->geometry.length, begin_s += lasts_s;
   }
-  return tally.slow(first->feature);
+  auto slow = tally.slow(first->feature);
+  if (slow && factor > 1 && !unrounded.slow(first->feature))
+    slow->lasts_s = open_s, slow->would_last_s = open_s / factor, slow->tick_s = tick_s;
+  return slow;
 }
 
 /// The smallest on a curve that its points sample, seen from above: of the circle through three neighbours.
@@ -98,6 +110,15 @@ bool is_straight(const recipes::Bead& bead) {
     const double on = length > 0 ? dot(to, along) / length : 0;
     return norm(to) * norm(to) - on * on < kStraight_mm * kStraight_mm;
   });
+}
+
+/// "20.84 ms"
+std::string in_ms(double seconds) { return fmt::format("{:.4g} ms", seconds * 1e3); }
+
+/// A speed that is not below it, in four digits.
+double at_least(double mm_s) {
+  const double digit = std::pow(10, std::floor(std::log10(mm_s)) - 3);
+  return std::ceil(mm_s / digit - 1e-6) * digit;
 }
 
 /// A speed that is not above it, in three digits.
@@ -127,6 +148,13 @@ std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
   const auto radius = radius_mm(bead);
   const bool straight = is_straight(bead);
   constexpr const char* kElse = "or `flow_follows_speed: true` where the dispenser doses by the speed of the needle";
+  if (slow.lasts_s > 0)
+    return fmt::format(
+        "goes at {:.3g} mm/s instead of {:.3g} mm/s: it takes whole cycles of {}, {} instead of {}; write `speed: "
+        "{:.4g} "
+        "mm/s`, a larger `speed_tolerance`, {}",
+        slow.fastest_mm_s, slow.asked_mm_s, in_ms(slow.tick_s), in_ms(slow.lasts_s), in_ms(slow.would_last_s),
+        at_least(slow.asked_mm_s * slow.would_last_s / slow.lasts_s), kElse);
   if (slow.steady_mm_s == 0)
     return fmt::format(
         "comes to its {:.3g} mm/s along {:.0f} % of its length: {} for the axes' a_max and j_max; write a lower "

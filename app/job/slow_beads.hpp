@@ -1,5 +1,6 @@
 // Beads whose plan is slower than their material's speed, and where it is not merely a corner that slows them down: a
-// curve too tight for the speed, or corners so near that it is never come to. Known before anything moves.
+// curve too tight for the speed, corners so near that it is never come to, or so few ticks that a whole number of them
+// makes a difference. Known before anything moves.
 //   std::vector<SlowBead> slow;   add_slow_beads(slow, recipe, block.segments(), tick_s);   in_words(slow[0], recipe);
 // Not of materials with `flow_follows_speed`.
 #pragma once
@@ -18,6 +19,9 @@ struct SlowBead {
   double steady_mm_s = 0;   ///< the speed that it holds where it is too slow; 0: it never holds one
   double fastest_mm_s = 0;  ///< that it comes to
   double at_speed = 0;      ///< share of its length within `speed_tolerance`, 0..1
+  /// Where it is slow only because a bead takes whole ticks: how long it takes, and how long it would take else.
+  double lasts_s = 0, would_last_s = 0;
+  double tick_s = 0;
 };
 
 /// Of the beads of these segments, in their order.

@@ -13,8 +13,8 @@
 namespace gantry::motion {
 
 struct BeadSpec {
-  std::vector<AxisVec> points;     ///< at least two; a closed bead repeats its first point at the end
-  double speed_mm_s = 0;           ///< along the path of the linear axes; lower where a corner demands it
+  std::vector<AxisVec> points;  ///< at least two; a closed bead repeats its first point at the end
+  double speed_mm_s = 0;  ///< along the path of the linear axes; lower where a corner demands it, never 2e-4 higher
   double corner_tolerance_mm = 0;  ///< how far a corner may be cut; 0: the tool stops in it
   std::uint32_t valve = 0;         ///< output bits that open the valve; 0: a dry bead
   double open_lead_s = 0, close_lead_s = 0;

@@ -33,7 +33,7 @@ struct Run {
 /// `entry_mm_s` at most.
 void speed_up_lines(std::vector<Run>& runs, const Limits& limits, double v_set, double entry_mm_s = kNoCap);
 
-/// The same in factor (>= 1) times the time: speeds / factor, accelerations / factor^2, jerks / factor^3.
+/// The same in factor times the time: speeds / factor, accelerations / factor^2, jerks / factor^3.
 void slow_down(std::span<Run> runs, double factor);
 
 /// A straight run from `from` along `direction` (q') with this motion, which gives its length.

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include "motion/path/bead.hpp"
+#include "tests/motion/machine.hpp"
+
 namespace gantry::job {
 namespace {
 
@@ -38,6 +41,40 @@ TEST(SlowBeads, corners_and_curves_are_told_what_would_help) {
   EXPECT_TRUE(says(in_words({.feature = 2, .asked_mm_s = 100, .steady_mm_s = 88}, r), "a larger radius"));
   EXPECT_TRUE(says(in_words({.feature = 2, .asked_mm_s = 100, .steady_mm_s = 0.5}, r), "`speed: 0.5 mm/s`"))
       << "never 0";
+}
+
+/// A line of this length at this speed, as the first feature of a recipe of that material.
+std::vector<SlowBead> slow_line(double length_mm, double speed_mm_s, recipes::Recipe& r) {
+  r.materials.front().speed = speed_mm_s;
+  std::get<recipes::Bead>(r.features.front()).points = {{10, 10, 0}, {10 + length_mm, 10, 0}};
+  const auto motion =
+      motion::plan_bead(motion::test::machine(), {.points = {{200, 200, -50}, {200 + length_mm, 200, -50}},
+                                                  .speed_mm_s = speed_mm_s,
+                                                  .corner_tolerance_mm = 0.05,
+                                                  .valve = 1,
+                                                  .feature = 0});
+  std::vector<SlowBead> slow;
+  add_slow_beads(slow, r, {motion->segments.begin(), motion->segments.end()}, 0.001);
+  return slow;
+}
+
+/// By hand: 0.301 mm at 20 mm/s are 15.05 ms, so 16 cycles, at 18.81 mm/s: 5.9 % too slow. 0.381 mm are 19.05 ms, so 20
+/// cycles, 4.75 % too slow, and 5 % are allowed.
+TEST(SlowBeads, what_whole_cycles_make_slower_is_known_by_its_cause) {
+  auto r = recipe();
+  for (const double length_mm : {0.3, 0.299, 0.381, 0.32, 2.0})
+    EXPECT_TRUE(slow_line(length_mm, 20, r).empty()) << length_mm;
+  const auto slow = slow_line(0.301, 20, r);
+  ASSERT_EQ(slow.size(), 1u);
+  EXPECT_NEAR(slow[0].lasts_s, 0.016, 1e-9);
+  EXPECT_NEAR(slow[0].would_last_s, 0.01505, 1e-9);
+  const std::string text = in_words(slow[0], r);
+  EXPECT_TRUE(
+      says(text, "goes at 18.8 mm/s instead of 20 mm/s: it takes whole cycles of 1 ms, 16 ms instead of 15.05 ms"))
+      << text;
+  EXPECT_TRUE(says(text, "`speed: 18.82 mm/s`")) << text;
+  EXPECT_FALSE(says(text, "a_max")) << text;
+  EXPECT_TRUE(slow_line(0.301, 18.82, r).empty()) << "the remedy helps";
 }
 
 }  // namespace

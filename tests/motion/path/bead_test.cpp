@@ -132,6 +132,30 @@ TEST(Bead, is_at_its_speed_where_the_valve_opens_and_closes) {
 }
 
 // A circle in chords, at a speed that its curvature allows: no slower than one would drive the circle.
+/// 0.3 mm at 20 mm/s are 15 ticks, 30 mm are 1500: whatever the board's slope adds to their length.
+TEST(Bead, takes_the_same_ticks_on_a_board_that_slopes) {
+  const Limits m = machine();
+  for (const double length : {0.3, 2.0, 30.0})
+    for (const double slope : {0.0, 1e-6, 3.4e-4, 5e-3, 0.02}) {
+      if (slope > 3.4e-4 && length > 2) continue;  // there a tick more is no difference in speed
+      AxisVec to = at(300 + length, 200);
+      to[2] += slope * length;
+      const auto bead = plan_bead(m, spec_of({at(300, 200), to}, 20, 0.05));
+      ASSERT_TRUE(bead);
+      EXPECT_NEAR(bead->bead_seconds, length / 20, 1e-9) << length << " slope " << slope;
+    }
+  // A thousandth more is more.
+  EXPECT_NEAR(plan_bead(m, spec_of({at(300, 200), at(300.301, 200)}, 20, 0.05))->bead_seconds, 0.016, 1e-9);
+}
+
+/// At an axis's own speed nothing is left for that: 800 mm/s x 0.25 s is 200 mm.
+TEST(Bead, is_never_faster_than_its_axes_may_be) {
+  const Limits m = machine();
+  const auto bead = plan_bead(m, spec_of({at(250, 200), at(450.004, 200)}, 800, 0.05));
+  ASSERT_TRUE(bead) << bead.error().message;
+  EXPECT_LE(limit_use(m, test::sampled(bead->segments, 2.5e-4), 2.5e-4).v, 1 + 1e-9);
+}
+
 TEST(Bead, a_circle_of_short_chords_keeps_its_speed) {
   std::vector<AxisVec> points;
   for (int k = 0; k <= 377; ++k)
