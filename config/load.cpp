@@ -2,6 +2,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <limits>
 #include <map>
 #include <tuple>
@@ -73,6 +74,7 @@ class Resolver {
   }
 
   std::optional<StationProfile> profile(const At<std::string>& name);
+  void no_profiles();
   void stations(const written::MachineFile& file, Machine& m);
   void axes(const written::MachineFile& file, Machine& m);
   void homing(const written::HomingRow& row, Axis& axis);
@@ -86,6 +88,7 @@ class Resolver {
   Mistakes& mistakes_;
   std::vector<Error>& of_profiles_;
   std::map<std::string, std::optional<StationProfile>> profiles_;
+  std::vector<At<std::string>> missing_;  ///< names of profiles, where there is none at all
 };
 
 std::optional<StationProfile> Resolver::profile(const At<std::string>& name) {
@@ -107,12 +110,29 @@ std::optional<StationProfile> Resolver::profile(const At<std::string>& name) {
     for (std::string& each : yaml_files_in(folder)) all.push_back(std::move(each));
   }
   std::sort(all.begin(), all.end());
+  if (all.empty()) {  // it was copied without them: one mistake, whatever the number of stations
+    missing_.push_back(name);
+    return slot;
+  }
   mistakes_.add(Fault::UnknownReference,
                 fmt::format("there is no profile '{}'; looked for {}.yaml in {} and {}; {}", name.value, name.value,
                             profiles_beside(folder_.string(), "drives"), profiles_beside(folder_.string(), "devices"),
                             did_you_mean(name.value, {all.begin(), all.end()})),
                 name.place);
   return slot;
+}
+
+void Resolver::no_profiles() {
+  if (missing_.empty()) return;
+  std::vector<std::string> names;
+  for (const At<std::string>& each : missing_) names.push_back(each.value);
+  mistakes_.add(
+      Fault::UnknownReference,
+      fmt::format("there are no profiles beside this machine file; looked in {} and {} for: {}; copy them there, "
+                  "or begin with `gantry init DIR`, which makes a folder with a machine and its profiles",
+                  profiles_beside(folder_.string(), "drives"), profiles_beside(folder_.string(), "devices"),
+                  fmt::join(names, ", ")),
+      missing_.front().place);
 }
 
 void Resolver::stations(const written::MachineFile& file, Machine& m) {
@@ -128,6 +148,7 @@ void Resolver::stations(const written::MachineFile& file, Machine& m) {
         station.profile = *p, station.bus = p->bus, resolve_parameters(row, station, mistakes_);
     m.stations.push_back(std::move(station));
   }
+  no_profiles();
 }
 
 void Resolver::homing(const written::HomingRow& row, Axis& axis) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -147,6 +148,22 @@ Result<void> make_folder(const std::string& path) {
                 name);
   if (::stat(name.c_str(), &target) != 0 || !S_ISDIR(target.st_mode))
     return unwritable("is a link that leads to no folder", ENOTDIR, name);
+  return {};
+}
+
+Result<void> try_folder(const std::string& path) {
+  std::string there = path;
+  for (struct stat found{}; ::lstat(there.c_str(), &found) != 0 && errno == ENOENT;) {
+    while (there.size() > 1 && there.back() == '/') there.pop_back();
+    const auto slash = there.rfind('/');
+    there = slash == std::string::npos ? "." : there.substr(0, std::max<std::size_t>(slash, 1));
+  }
+  if (auto is_one = make_folder(there); !is_one) return is_one;
+  std::string trial = there + "/.gantry-XXXXXX";
+  const int fd = ::mkstemp(trial.data());
+  if (fd < 0) return errno == ENOSPC ? Result<void>{} : unwritable("no file can be made there", errno, there);
+  ::unlink(trial.c_str());
+  ::close(fd);
   return {};
 }
 

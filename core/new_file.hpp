@@ -50,4 +50,8 @@ Result<void> write_durable_file(const std::string& path, std::string_view bytes)
 /// or root has made it: nobody else decides where files go. Fault::FileUnwritable.
 Result<void> make_folder(const std::string& path);
 
+/// Whether that could be done and files be made there, as far as can be told without leaving anything: tries it in the
+/// folder, or in the nearest one above it that is there. A full disk is none of its business. Fault::FileUnwritable.
+Result<void> try_folder(const std::string& path);
+
 }  // namespace gantry

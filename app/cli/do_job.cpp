@@ -64,8 +64,13 @@ void do_job(Context& context, JobRequest request) {
   const auto stop_with = [&](const std::vector<Error>& errors) {
     context.exit_code = show(errors, context.json, context.board);
   };
+  // Mistakes of the command line first: what it names is proved for long.
+  if (auto fits = run::check(request.owner); !fits) return stop_with({fits.error()});
   const auto machine = load_machine(context);
   if (!machine) return;
+  const record::WantedFolder wanted{.path = request.out, .overwrite = request.force};
+  if (auto usable = record::check_folder(wanted); !usable) return stop_with({usable.error()});
+  if (auto fits = sim::check_script(request.owner.sim, *machine); !fits) return stop_with(fits.error());
   std::optional<desk::BegunParts> parts;
   if (const auto folder = desk::BegunParts::folder(request.owner.state, request.owner, false);
       folder && !request.dry_run)
@@ -121,8 +126,7 @@ void do_job(Context& context, JobRequest request) {
   const bool resumed = at_keys || (owner && owner->world() != nullptr) || has_buttons(*machine);
   const run::RunOptions options{
       .dry_run = request.dry_run, .serial = request.serial, .outlives_stops = resumed, .opinion = opinion};
-  const auto done =
-      desk::do_job(*machine, *prepared, {.path = request.out, .overwrite = request.force}, options, bench);
+  const auto done = desk::do_job(*machine, *prepared, wanted, options, bench);
   if (!done) return stop_with({done.error()});
   context.exit_code = static_cast<int>(done->result.exit_code);
   show_result(done->result, done->folder, context.json);

@@ -14,7 +14,7 @@ void add_dry_run(CLI::App& app, Context& context) {
   verb->add_option("RECIPE", request->recipe_file, "Recipe file")->required();
   add_folder(*verb, *request);
   add_selection(*verb, request->select);
-  verb->add_option("--serial", request->serial, kSerialHelp)->check(serial_number);
+  verb->add_option("--serial", request->serial, kSerialHelp)->check(run::wrong_with_serial);
   add_world_options(*verb, request->owner.sim);
   verb->footer("Example:  gantry dry-run recipes/demo-board.yaml --sim-board \"dx=1.3 mm, dy=-0.7 mm, rot=0.8 deg\"");
   verb->callback([&context, request] { do_job(context, *request); });

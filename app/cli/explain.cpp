@@ -105,9 +105,9 @@ void add_explain(CLI::App& app, Context& context) {
       show_document("ok", to_json(*f));
       return;
     }
-    print_text("{} {}\n  what:     {}\n  machine:  {}\n  cleared:  by {}\n  remedy:   {}\n  exit:     {}\n",
-               std::string_view(code(f->fault)), f->name, f->text, reaction_text(f->reaction), clear_text(f->clear),
-               f->remedy, static_cast<int>(f->exit_code));
+    print_text("{} {}\n  what:     {}\n  machine:  {}\n  cleared:  {}{}\n  remedy:   {}\n  exit:     {}\n",
+               std::string_view(code(f->fault)), f->name, f->text, reaction_text(f->reaction),
+               f->clear == Clear::None ? "" : "by ", clear_text(f->clear), f->remedy, static_cast<int>(f->exit_code));
   });
 }
 

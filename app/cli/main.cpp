@@ -56,7 +56,7 @@ int main(int argc, char** argv) try {
   cli::add_trace(app, context);
   cli::add_explain(app, context);
   cli::add_pages(app, context);
-  cli::refuse_empty(app);
+  cli::refuse_slips(app);
 
   try {
     app.parse(argc, argv);

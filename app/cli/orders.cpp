@@ -136,7 +136,7 @@ void add_order(CLI::App& to, const char* name, const OrderVerb& row, Context& co
   verb->add_option("--state", *state, kStateHelp);
   if (row.kind == OrderKind::PartRemoved)
     verb->add_option("--serial", *serial, "Serial number of the part, where it is not the one in the machine")
-        ->check(serial_number);
+        ->check(run::wrong_with_serial);
   if (row.kind == OrderKind::Override)
     verb->add_option("PERCENT", *percent, "100 is the recipe's speed")->required()->check(override_percent);
   if (row.kind == OrderKind::Hold) verb->add_flag("--now", *now, "Do not wait for the end of the feature");

@@ -24,7 +24,7 @@ void add_run(CLI::App& app, Context& context) {
   verb->add_option("--certificate", request->certificate,
                    "certificate.json of a dry run: the job is refused (exit 7) when scene, head, recipe, limits or "
                    "calibration have changed since");
-  verb->add_option("--serial", request->serial, kSerialHelp)->check(serial_number);
+  verb->add_option("--serial", request->serial, kSerialHelp)->check(run::wrong_with_serial);
   verb->add_option("--state", *state, kStateHelp);
   add_publish_options(*verb, request->owner.network, request->owner.name);
   add_world_options(*verb, request->owner.sim);
@@ -58,8 +58,6 @@ void add_run(CLI::App& app, Context& context) {
                       .given = given_options(*verb),
                       .shown_folder = request->out};
     if (ask_owner(context, asked)) return;
-    if (auto fits = run::check(request->owner); !fits)
-      return void(context.exit_code = show(fits.error(), context.json, context.board));
     request->owner.state = *folder;
     do_job(context, *request);
   });

@@ -86,7 +86,8 @@ Error no_machine_file(const std::string& word) {
 }  // namespace
 
 Checked<config::Machine> machine_in(const std::string& word) {
-  if (std::error_code ignored; !fs::exists(word, ignored)) return tl::unexpected(std::vector{no_machine_file(word)});
+  std::error_code ignored;  // a link that leads nowhere is there, and reading it says what is wrong with it
+  if (!fs::exists(fs::symlink_status(word, ignored))) return tl::unexpected(std::vector{no_machine_file(word)});
   return config::load_machine(word);
 }
 

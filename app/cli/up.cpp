@@ -40,6 +40,8 @@ void add_up(CLI::App& app, Context& context) {
     if (auto fits = run::check(*options); !fits) return void(context.exit_code = show(fits.error(), context.json));
     const auto machine = load_machine(context);
     if (!machine) return;
+    if (auto fits = sim::check_script(options->sim, *machine); !fits)
+      return void(context.exit_code = show(fits.error(), context.json));
     if (!recipe->empty()) {
       const auto prepared = desk::prepare(*machine, *recipe);
       if (!prepared) return void(context.exit_code = show(prepared.error(), context.json));

@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 #include <optional>
 
-#include "core/clean_text.hpp"
 #include "core/near_word.hpp"
 #include "motion/rt/interpolator.hpp"
 
@@ -40,11 +39,14 @@ std::vector<std::string> options_of(const CLI::App* verb) {
   return names;
 }
 
-/// CLI11 counts what it has of an option that takes one.
+/// CLI11 counts what it has of an option that takes one, and speaks of its own ways.
 std::string in_our_words(const CLI::ParseError& error) {
   const std::string said = error.what();
-  const std::size_t at = said.find(": At Most 1 required");
-  return at == std::string::npos ? said : fmt::format("'{}' is given twice; give it once", said.substr(0, at));
+  if (const std::size_t at = said.find(": At Most 1 required"); at != std::string::npos)
+    return fmt::format("'{}' is given twice; give it once", said.substr(0, at));
+  if (const std::size_t at = said.find(" was given a disallowed flag override"); at != std::string::npos)
+    return fmt::format("'--{}' takes no value; write it alone", said.substr(0, at));
+  return said;
 }
 
 std::optional<double> number(const std::string& word) {
@@ -90,12 +92,6 @@ std::string override_percent(const std::string& word) {
              : fmt::format("'{}' is no override: write 0, which holds, or 1 to 200, 100 for the recipe's speed", word);
 }
 
-std::string serial_number(const std::string& word) {
-  constexpr std::size_t kMostBytes = 128;
-  if (word.size() > kMostBytes) return fmt::format("has {} bytes; write at most {}", word.size(), kMostBytes);
-  return clean_text(word) == word ? "" : "has a line break or another control character in it; write plain text";
-}
-
 std::string folder_to_be(const std::string& path) {
   std::error_code ignored;
   return !fs::exists(path, ignored) || fs::is_directory(path, ignored)
@@ -112,7 +108,9 @@ std::string file_to_be(const std::string& path) {
              : fmt::format("'{}' cannot be made: there is no folder '{}'", path, folder.string());
 }
 
-void refuse_empty(CLI::App& app) {
+void refuse_slips(CLI::App& app) {
+  for (CLI::Option* flag : app.get_options([](const CLI::Option* o) { return o->get_items_expected_max() == 0; }))
+    flag->disable_flag_override();
   for (CLI::Option* option : app.get_options([](const CLI::Option* o) { return o->get_items_expected_max() > 0; }))
     option->transform(CLI::Validator(  // before what else looks at it; it changes nothing
         [](const std::string& word) {
@@ -121,7 +119,7 @@ void refuse_empty(CLI::App& app) {
                      : "";
         },
         ""));
-  for (CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; })) refuse_empty(*verb);
+  for (CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; })) refuse_slips(*verb);
 }
 
 Error usage_error(const CLI::App& app, const CLI::ParseError& error) {

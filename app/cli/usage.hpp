@@ -20,14 +20,13 @@ std::string above_zero(const std::string& word);
 std::string whole_from_zero(const std::string& word);  ///< 0 .. 2^64 - 1
 /// 0, which holds, or 1 to 200.
 std::string override_percent(const std::string& word);
-/// A part's serial number: one line of text, at most 128 bytes, nothing in it that steers a terminal.
-std::string serial_number(const std::string& word);
 /// What is there is a folder; what is not may become one.
 std::string folder_to_be(const std::string& path);
 /// Its folder is there, so that it can be made.
 std::string file_to_be(const std::string& path);
 
-/// An option or a word that is given and empty is a mistake, whichever verb it belongs to. After all verbs are added.
-void refuse_empty(CLI::App& app);
+/// Whichever verb it belongs to, an option or a word that is given and empty is a mistake, and so is a value of an
+/// option that takes none (`--json=5`). After all verbs are added.
+void refuse_slips(CLI::App& app);
 
 }  // namespace gantry::cli

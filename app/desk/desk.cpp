@@ -531,20 +531,23 @@ Json Desk::run_job(const run::Order& order) {
   });
   struct Work {
     std::atomic<bool> given_up{false};  ///< nobody waits for it any more
+    Result<void> fits;                  ///< the folder for its results
     int unreadable = 0;                 ///< as errno has it
     std::optional<Checked<Prepared>> prepared;
   };
   const auto shared = std::make_shared<Work>();  // outlives this call where an abort ends the waiting
   const recipes::Selection select = selection ? *selection : recipes::Selection{};
-  const bool ready =
-      selection &&
-      prepare_aside([shared, &machine = machine_, recipe = order.recipe, select, certificate = order.certificate] {
-        shared->unreadable = ::access(recipe.c_str(), R_OK) == 0 ? 0 : errno;
-        if (shared->unreadable == 0)
-          shared->prepared =
-              prepare(machine, recipe, select,
-                      {.certificate = certificate, .breath = [&shared = *shared] { return !shared.given_up; }});
-      });
+  const record::WantedFolder folder{
+      .path = order.out, .under = order.under.empty() ? "out" : order.under, .overwrite = order.force};
+  const bool ready = selection && prepare_aside([shared, &machine = machine_, recipe = order.recipe, select,
+                                                 certificate = order.certificate, folder] {
+                       shared->fits = record::check_folder(folder);
+                       shared->unreadable = ::access(recipe.c_str(), R_OK) == 0 ? 0 : errno;
+                       if (shared->fits && shared->unreadable == 0)
+                         shared->prepared = prepare(
+                             machine, recipe, select,
+                             {.certificate = certificate, .breath = [&shared = *shared] { return !shared.given_up; }});
+                     });
   shared->given_up = !ready;
   // As long as it is prepared, an abort meets no undertaking of the owner and is kept here.
   const auto may_start = [this]() -> Result<void> {
@@ -555,6 +558,7 @@ Json Desk::run_job(const run::Order& order) {
   Json answer = [&]() -> Json {
     if (!selection) return failure({selection.error()});
     if (!ready) return failure({stop_ ? kEnding : *aborted_});
+    if (!shared->fits) return failure({shared->fits.error()});
     if (shared->unreadable != 0)
       return failure({Error{Fault::FileUnreadable,
                             fmt::format("the owner, which runs as user {}, cannot read this recipe: {}", ::geteuid(),
@@ -564,8 +568,6 @@ Json Desk::run_job(const run::Order& order) {
     if (!prepared) return failure(prepared.error());
     const Bench bench{
         .owner = &owner_, .may_start = may_start, .begin = [this] { return begin(); }, .parts = options_.parts};
-    const record::WantedFolder folder{
-        .path = order.out, .under = order.under.empty() ? "out" : order.under, .overwrite = order.force};
     const auto done = do_job(machine_, *prepared, folder, {.serial = order.serial, .outlives_stops = true}, bench);
     if (!done) return failure({done.error()});
     return {{"ok", done->result.exit_code == ExitCode::Done},

@@ -120,6 +120,8 @@ Result<run::Order> order_of(const nlohmann::json& json) {
                 fmt::format("there is no order '{}'; there are: {}", wanted, fmt::join(run::order_names(), ", ")));
   order.kind = *kind;
   if (auto taken = take_texts(json, order); !taken) return tl::unexpected(taken.error());
+  if (const std::string wrong = run::wrong_with_serial(order.serial); !wrong.empty() && !stops(order.kind))
+    return fail(Fault::Refused, "\"serial\" " + wrong);
   if (order.kind == run::OrderKind::Run) {
     if (const auto force = json.find("force"); force != json.end()) {
       if (!force->is_boolean()) return fail(Fault::Refused, R"("force" is true or false)");

@@ -137,6 +137,17 @@ Result<void> keep_input(const std::string& folder, const Input& input) {
 
 }  // namespace
 
+Result<void> check_folder(const WantedFolder& wanted) {
+  const bool named = !wanted.path.empty();
+  if (named && !wanted.overwrite && holds_a_job(wanted.path))
+    return fail(Fault::Usage,
+                "this folder holds the results of a job; name another one, or let `--force` overwrite them",
+                wanted.path);
+  if (auto usable = try_folder(named ? wanted.path : wanted.under); !usable)
+    return fail(named ? Fault::Usage : Fault::FileUnwritable, usable.error().message, usable.error().where);
+  return {};
+}
+
 Result<std::string> job_folder(const WantedFolder& wanted, const std::string& recipe_file, const Room& room) {
   const bool named = !wanted.path.empty();
   const auto cannot = [&](const fs::path& folder, const std::error_code& error) {
@@ -145,10 +156,7 @@ Result<std::string> job_folder(const WantedFolder& wanted, const std::string& re
   };
   std::error_code error;
   const fs::path parent = named ? wanted.path : wanted.under;
-  if (named && !wanted.overwrite && holds_a_job(parent))
-    return fail(Fault::Usage,
-                "this folder holds the results of a job; name another one, or let `--force` overwrite them",
-                wanted.path);
+  if (auto usable = check_folder(wanted); !usable) return tl::unexpected(usable.error());
   if (auto enough = enough_room(parent.string(), room); !enough) return tl::unexpected(enough.error());
   if (auto made = make_folder(parent.string()); !made)
     return fail(named ? Fault::Usage : Fault::FileUnwritable, made.error().message, made.error().where);

@@ -18,6 +18,10 @@ struct WantedFolder {
   bool overwrite = false;  ///< what another job has left in `path` goes; nothing else does
 };
 
+/// What is wrong with it is known before long work, and nothing is made: Fault::Usage (files cannot be made in the
+/// wanted folder, or it holds a job), FileUnwritable.
+Result<void> check_folder(const WantedFolder& wanted);
+
 /// The folder for a job's results, made, with room on its disk. Of a job that is overwritten goes what its summary
 /// names and what every job leaves; nothing else. Fault::Usage (a wanted folder cannot be written, or holds a job),
 /// FileUnwritable.

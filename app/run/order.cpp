@@ -1,6 +1,9 @@
 #include "app/run/order.hpp"
 
 #include <array>
+#include <fmt/format.h>
+
+#include "core/clean_text.hpp"
 
 namespace gantry::run {
 namespace {
@@ -18,6 +21,12 @@ constexpr std::array kOrders{Row{OrderKind::Status, "status"},   Row{OrderKind::
                              Row{OrderKind::Reset, "reset"},     Row{OrderKind::Quit, "quit"}};
 
 }  // namespace
+
+std::string wrong_with_serial(const std::string& serial) {
+  constexpr std::size_t kMostBytes = 128;
+  if (serial.size() > kMostBytes) return fmt::format("has {} bytes; write at most {}", serial.size(), kMostBytes);
+  return clean_text(serial) == serial ? "" : "has a line break or another control character in it; write plain text";
+}
 
 std::string_view name(OrderKind kind) {
   for (const Row& row : kOrders)

@@ -55,6 +55,10 @@ constexpr bool moves_axes(OrderKind k) {
   return k == OrderKind::Home || k == OrderKind::Jog || k == OrderKind::Park || k == OrderKind::Run;
 }
 
+/// What is wrong with a part's serial number, which is one line of text of at most 128 bytes with nothing in it that
+/// steers a terminal; "" where nothing is.
+std::string wrong_with_serial(const std::string& serial);
+
 std::string_view name(OrderKind kind);
 std::optional<OrderKind> order_named(std::string_view name);
 /// In the order of the kinds.

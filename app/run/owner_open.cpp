@@ -49,6 +49,8 @@ Result<void> check(const OwnerOptions& options) {
         Fault::Usage,
         "the virtual bus has its world in itself; for that of a `gantry sim` name its bus: --bus ethercat:IFACE",
         "--world");
+  if (options.bus == kSimulatedHere)
+    if (auto fits = sim::check(options.sim); !fits) return fits;
   if (!options.virtual_time)
     if (auto usable = cycle::LoopCpu::check(options.loop_cpu); !usable) return usable;
   if (!options.publish) return {};

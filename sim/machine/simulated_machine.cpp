@@ -1,5 +1,8 @@
 #include "sim/machine/simulated_machine.hpp"
 
+#include <fmt/format.h>
+
+#include "core/new_file.hpp"
 #include "sim/machine/scripted_port.hpp"
 #include "sim/machine/wiring.hpp"
 #include "sim/script/script.hpp"
@@ -32,8 +35,22 @@ struct SimulatedMachine::Parts {
 SimulatedMachine::SimulatedMachine(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 SimulatedMachine::~SimulatedMachine() { parts_->wiring.keep(); }
 
+Result<void> check(const SimulatedMachineOptions& options) {
+  if (options.state_dir.empty()) return {};
+  const auto usable = try_folder(options.state_dir);
+  if (usable) return {};
+  return fail(Fault::Usage, fmt::format("{}: {}", usable.error().where, usable.error().message), "--sim-state");
+}
+
+Checked<void> check_script(const SimulatedMachineOptions& options, const config::Machine& machine) {
+  if (options.script_file.empty()) return {};
+  if (const auto read = load_script(options.script_file, machine); !read) return tl::unexpected(read.error());
+  return {};
+}
+
 Result<std::unique_ptr<SimulatedMachine>> SimulatedMachine::open(const config::Machine& machine, Clock& clock,
                                                                  const SimulatedMachineOptions& options) {
+  if (auto fits = check(options); !fits) return tl::unexpected(fits.error());
   std::optional<PlacementText> placement;
   if (!options.placement.empty()) {
     const auto parsed = parse_placement(options.placement);

@@ -33,6 +33,11 @@ struct SimulatedMachineOptions {
   std::vector<std::pair<StationId, StationHabits>> habits{};
 };
 
+/// Asked before long work, and by SimulatedMachine::open(). Fault::Usage: a state folder in which no file can be made.
+Result<void> check(const SimulatedMachineOptions& options);
+/// The script, read for nothing but its mistakes: Fault 4xx with file:line:col.
+Checked<void> check_script(const SimulatedMachineOptions& options, const config::Machine& machine);
+
 class SimulatedMachine final : public WorldAccess {
  public:
   /// `machine` and `clock` must outlive it. Fault 4xx with file:line:col for a bad placement or script, FileUnreadable,

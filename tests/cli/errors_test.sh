@@ -41,7 +41,11 @@ expect_text "config/machines/dispenser.yaml: [0-9]* axes"
 mkdir -p "$work/alone/machines"
 cp config/machines/dispenser.yaml "$work/alone/machines/mine.yaml"
 expect_exit 3 "a machine file without its profiles" "$gantry" --machine "$work/alone/machines/mine.yaml" check
-expect_text "mine.yaml:[0-9]*:[0-9]*: there is no profile 'id286'; looked for id286.yaml in $work/alone/drives and $work/alone/devices; there are none"
+expect_text "mine.yaml:[0-9]*:[0-9]*: there are no profiles beside this machine file; looked in $work/alone/drives and $work/alone/devices for: dio16, id286, amd530b, std402ec, iss57; .*gantry init"
+[ "$(grep -c '\[G' "$work/err")" = 1 ] || fail "several messages for one mistake"
+ln -s loop "$work/loop"
+expect_exit 3 "a link that leads to itself" "$gantry" --machine "$work/loop" check
+expect_text "loop: cannot be opened (Too many levels of symbolic links)"
 cp -r config/drives config/devices "$work/alone/"
 sed -i 's/profile: id286/profile: id268/' "$work/alone/machines/mine.yaml"
 expect_exit 3 "a misspelt profile" "$gantry" --machine "$work/alone/machines/mine.yaml" check
@@ -65,6 +69,39 @@ done <<'END'
 --peer 300.1.1.1
 --name a-name-that-is-longer-than-31-bytes
 END
+
+# So are folders in which no file can be made, and a script that cannot be read; a recipe of many dots takes long to prove.
+mkdir "$work/holds-a-job" && echo '{}' >"$work/holds-a-job/summary.json"
+not_proved() { grep -q "proved free\|proving" "$work/err" && fail "$1: the recipe was proved before"; }
+for verb in dry-run "run --state $work/nobody"; do
+  for folder in /proc /proc/none /etc/passwd "$work/loop" "$work/loop/below" "$work/holds-a-job"; do
+    expect_exit 2 "$verb --out $folder" "$gantry" $verb $demo --out "$folder"
+    not_proved "--out $folder"
+  done
+  for folder in /proc /proc/none /etc/passwd "$work/loop"; do
+    expect_exit 2 "$verb --sim-state $folder" "$gantry" $verb $demo --sim-state "$folder" --out "$work/no-world"
+    expect_text "--sim-state: "
+    not_proved "--sim-state $folder"
+  done
+  expect_exit 3 "$verb with a script that is not there" "$gantry" $verb $demo --sim-script "$work/none.yaml" --out "$work/no-world"
+  expect_text "none.yaml: cannot be opened"
+  not_proved "a script that is not there"
+  printf -- '- {do: cut_lnk}\n- {do: remove_mrk, name: a}\n' >"$work/slips.yaml"
+  expect_exit 3 "$verb with a script with two slips" "$gantry" $verb $demo --sim-script "$work/slips.yaml" --out "$work/no-world"
+  expect_text "slips.yaml:1:.*did you mean 'cut_link'"
+  expect_text "slips.yaml:2:.*did you mean 'remove_mark'"
+  not_proved "a script with slips"
+done
+[ ! -e "$work/no-world" ] || fail "a folder was made for a job that never began"
+for verb in "up --state $work/nobody" "home --state $work/nobody" "sim --interface lo"; do
+  expect_exit 2 "$verb --sim-state /proc" timeout 20 "$gantry" $verb --sim-state /proc
+done
+for flag in --json --quiet --verbose; do
+  expect_exit 2 "$flag=5" "$gantry" $flag=5 check $demo
+  expect_text "'$flag' takes no value; write it alone"
+done
+expect_exit 2 "--force=no" "$gantry" dry-run $demo --out "$work/no-world" --force=no
+expect_text "'--force' takes no value; write it alone"
 
 # Before anything moves, also where the simulated machine needs no state.
 for state in /etc/passwd /etc/passwd/below; do

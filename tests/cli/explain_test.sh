@@ -32,6 +32,10 @@ expect_exit 0 "an alarm bit with a code beside it" "$gantry" explain amd530b:213
 expect_text "homing error"
 expect_text "becomes: *G200 "
 
+expect_exit 0 "a fault that is not latched" "$gantry" explain G604
+expect_text "cleared:  nothing is latched"
+expect_exit 0 "a fault that is" "$gantry" explain G200
+expect_text "cleared:  by "
 expect_exit 0 "all codes of a drive" "$gantry" explain std402ec
 [ "$(grep -c '^std402ec:' "$work/out")" = "$(grep -c '{code: 0x' config/drives/std402ec.yaml)" ] || fail "not all codes are listed"
 # Every row of every profile, by another reader than the program's.

@@ -83,5 +83,24 @@ TEST_F(NewFiles, a_folder_that_is_a_link_of_another_user_is_not_used) {
   }
 }
 
+TEST_F(NewFiles, whether_files_can_be_made_in_a_folder_is_tried_and_leaves_nothing) {
+  const auto left = [&] {
+    return std::distance(fs::recursive_directory_iterator(here_), fs::recursive_directory_iterator());
+  };
+  fs::create_symlink(here_ / "loop", here_ / "loop");
+  fs::create_symlink(here_ / "victim", here_ / "odd");
+  std::ofstream(here_ / "file") << "x";
+  const auto before = left();
+  EXPECT_TRUE(try_folder(here_));
+  EXPECT_TRUE(try_folder(here_ / "new/and/deeper"));
+  EXPECT_TRUE(try_folder(here_ / "new/"));
+  EXPECT_TRUE(try_folder("relative-and-new"));
+  EXPECT_FALSE(fs::exists("relative-and-new"));
+  for (const fs::path& wrong : {here_ / "loop", here_ / "loop/below", here_ / "odd", here_ / "file",
+                                here_ / "file/below", fs::path("/proc"), fs::path("/proc/none/below")})
+    EXPECT_FALSE(try_folder(wrong)) << wrong;
+  EXPECT_EQ(left(), before);
+}
+
 }  // namespace
 }  // namespace gantry

@@ -56,6 +56,26 @@ TEST(OrderLine, a_key_that_is_not_meant_there_is_refused_by_name) {
     EXPECT_TRUE(parse_order(stop)) << stop << ": a stop is taken whatever else is said";
 }
 
+/// Whoever gives it: what a command line may not say, a line of the socket may not, either. What stops is taken all the
+/// same.
+TEST(OrderLine, a_serial_that_steers_a_terminal_or_is_too_long_is_refused) {
+  for (const char* order : {"run", "part_removed"})
+    for (const std::string& serial :
+         {std::string("S-1\nS-2"), std::string("S\x1b[31m"), std::string("S\u202e1"), std::string(129, '0')}) {
+      nlohmann::json line{{"order", order}, {"serial", serial}};
+      if (line["order"] == "run") line["recipe"] = "/jobs/board.yaml";
+      const auto refused = parse_order(line.dump());
+      ASSERT_FALSE(refused) << line.dump();
+      EXPECT_EQ(refused.error().fault, Fault::Refused);
+      EXPECT_NE(refused.error().message.find("\"serial\" "), std::string::npos) << refused.error().message;
+      line["serial"] = std::string(128, '0');
+      EXPECT_TRUE(parse_order(line.dump()));
+      line["serial"] = "Prüfling 7/\xc2\xb5";
+      EXPECT_TRUE(parse_order(line.dump()));
+    }
+  EXPECT_TRUE(parse_order(R"({"order":"abort","serial":"S\u001b[31m"})"));
+}
+
 std::string nested(int levels) {
   return std::string(static_cast<std::size_t>(levels), '[') + std::string(static_cast<std::size_t>(levels), ']');
 }
