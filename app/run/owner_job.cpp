@@ -262,8 +262,10 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   const std::uint64_t repeats_before = p.bus->mailbox_repeats();
 
   if (ended && p.in_setup()) ended = fail(Fault::SetupMode, std::string(info(Fault::SetupMode).text));
-  if (ended && p.world != nullptr)
-    if (auto r = p.aside([&] { ended = begin_in(*p.world, recipe); }); !r) ended = r;
+  bool seen_by_world = false;  // what it tells before that is of the job before
+  if (ended && p.world != nullptr) {
+    if (auto r = p.aside([&] { ended = begin_in(*p.world, recipe), seen_by_world = ended.has_value(); }); !r) ended = r;
+  }
   if (ended) ended = p.torque();
   if (ended && !p.all_referenced()) ended = p.home();
   p.control().outlive_stops(options.outlives_stops);  // a stop in homing ends the job
@@ -285,7 +287,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
         result.disturbed || ended.error().fault == Fault::Aborted || ended.error().fault == Fault::Interrupted;
   }
 
-  if (p.world != nullptr) {
+  if (seen_by_world) {
     if (!ended) p.control().see_valve_shut(p.machine.sim.valve_close_lag_s);
     record::SeenByWorld seen;  // the result itself is written to by steps
     const bool ends = p.simulated_machine != nullptr && !options.goes_on;

@@ -102,6 +102,20 @@ TEST(OperatorIo, a_broken_wire_of_whatever_stops_is_a_stop) {
   }
 }
 
+TEST(OperatorIo, a_job_that_setup_refuses_has_dispensed_nothing_of_what_the_one_before_left_in_the_machine) {
+  Rig rig({.placement = "dx=0.5 mm", .script = "- {at: cycle 90000, do: set_input, input: mode, on: false}"});
+  const auto first = rig.run(kShort);
+  ASSERT_TRUE(first.errors.empty()) << first_error(first);
+  ASSERT_EQ(first.board, record::Board::Whole);
+  ASSERT_LT(rig.owner().latest().cycle, 90'000);
+  while (!rig.owner().in_setup()) ASSERT_TRUE(rig.owner().idle());
+  const auto refused = rig.run(kShort);
+  ASSERT_FALSE(refused.errors.empty());
+  EXPECT_EQ(refused.errors.front().fault, Fault::SetupMode) << first_error(refused);
+  EXPECT_EQ(refused.board, record::Board::Untouched);
+  EXPECT_TRUE(refused.deposits.empty());
+}
+
 TEST(OperatorIo, in_setup_only_a_jog_moves_slowly_and_with_the_door_open) {
   Idle idle(
       "[{at: cycle 20000, do: set_input, input: mode, on: false},"
