@@ -282,15 +282,18 @@ Result<void> Owner::Parts::aside(const std::function<void()>& work) {
     work();
     return {};
   }
-  // What has ended it before is why the work is done now, such as to ask the world what lies on the board.
+  // What has ended it before is why the work is done now, such as to ask the world what lies on the board. Such a world
+  // is asked in vain only where its bus is silent, too.
   const bool aborted = control().aborting(), was_over = !control().ended();
   const auto newly_over = [&] { return was_over ? !aborted && control().aborting() : !control().ended(); };
   std::optional<Time> since;
   aside_thread.run(work, [&] {
     control().idle();
-    if (!newly_over() || control().stopped() || world == nullptr) return true;  // a job that is stopped goes on
-    if (!since) since = clock->now();
-    if (clock->now() - *since >= kSilentWorld) world->give_up();
+    if (control().stopped() || world == nullptr) return true;  // a job that is stopped goes on
+    const bool in_vain = newly_over() || (was_over && !control().latest().answered);
+    if (!in_vain) since.reset();
+    if (in_vain && !since) since = clock->now();
+    if (since && clock->now() - *since >= kSilentWorld) world->give_up();
     return true;
   });
   return newly_over() ? control().ended() : Result<void>{};

@@ -111,7 +111,8 @@ struct Owner::Parts {
 
   /// What may wait for the world or a disk: on a thread of its own, while the machine is served and orders come in. In
   /// virtual time at once, in this thread. It must touch nothing that a step touches. An error when something has come
-  /// meanwhile that ends what is under way; then a world that keeps silent is waited for no longer than kSilentWorld.
+  /// meanwhile that ends what is under way; then a world that keeps silent is waited for no longer than kSilentWorld,
+  /// and so is one whose bus is silent, too, after the end.
   Result<void> aside(const std::function<void()>& work);
   static constexpr Time kSilentWorld = milliseconds(1000);
 

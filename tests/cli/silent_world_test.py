@@ -129,4 +129,32 @@ over_s = time.monotonic() - begin
 expect("SIGTERM is heard while the world is silent", over_s < PATIENCE / 2, over_s)
 expect("the owner ends in order", code in (0, 130), code)
 running.communicate(timeout=60)
+
+# The whole simulated machine stands still, its bus as well: nobody has to say that its world is not waited for.
+wire.speak()
+simulated = int(open(os.path.join(work, "sim.pid")).read())
+for signalled in (False, True):
+    owner = up()
+    client, end = OwnerClient(state), time.monotonic() + 60
+    while not client.ask(order="reset")["ok"] and time.monotonic() < end:  # stations whose bus stood still have stopped
+        time.sleep(0.1)
+    running = job(f"stands-{signalled}")
+    while client.ask(order="status")["state"] != "homing" and time.monotonic() < end:
+        time.sleep(0.01)
+    os.kill(simulated, signal.SIGSTOP)
+    begin = time.monotonic()
+    try:
+        if signalled:
+            owner.send_signal(signal.SIGTERM)
+        answer = json.loads(running.communicate(timeout=60)[0])
+        over_s = time.monotonic() - begin
+        expect("a job whose machine stands still is over soon", over_s < PATIENCE / 2, (signalled, over_s))
+        first = [e["code"] for e in answer["errors"]][:1]
+        expect("and says why it ended", first == ["G102"] or (signalled and first == ["G700"]), (signalled, answer["errors"]))
+        if not signalled:
+            owner.send_signal(signal.SIGTERM)
+        owner.wait(60)
+        expect("its owner, too", time.monotonic() - begin < PATIENCE, (signalled, time.monotonic() - begin))
+    finally:
+        os.kill(simulated, signal.SIGCONT)
 sys.exit(1 if failed else 0)
