@@ -154,6 +154,28 @@ TEST_F(HoldBehind, an_abort_in_the_turn_in_which_the_start_button_is_seen_is_not
   EXPECT_FALSE(ran);
 }
 
+/// Who is told that an abort was taken sees nothing move afterwards that was asked for before it was told.
+TEST_F(HoldBehind, a_start_button_that_is_pressed_before_an_abort_is_answered_begins_nothing) {
+  home();
+  int id = 2;
+  for (const int behind : {1, 7, 40}) {  // cycles; an abort is answered after 10
+    SCOPED_TRACE(behind);
+    const int aborted = id++, last = id++;
+    int said = 0;
+    bool pressed = false, asked = false, ran = false;
+    on_cycle_ = [&] {
+      if (said == 0) said = client_->say(order("abort", aborted)) > 0 ? steps_ : 0;
+      if (!pressed && steps_ >= said + behind)
+        pressed = owner_->world()->add_script("{do: press, input: start, hold: 100 ms}").has_value();
+      ran = ran || owner_->undertaking() == run::Undertaking::Job;
+      if (!asked && steps_ > said + 600) asked = client_->say(order("abort", last)) > 0;
+    };
+    serve_until(last, 600);
+    EXPECT_TRUE(answer(aborted).value("ok", false)) << answer(aborted).dump();
+    EXPECT_EQ(ran, behind > 10);
+  }
+}
+
 /// It asked for the motion before it asked for the hold, though the hold is taken first.
 TEST_F(HoldBehind, a_resume_ahead_of_a_hold_does_not_undo_it_and_one_behind_it_does) {
   home();
