@@ -24,6 +24,11 @@ void JobTimes::begin(const std::string& what) {
   travel_disturbed_ = false;
 }
 
+void JobTimes::plan(const std::vector<FeatureTime>& features) {
+  for (std::size_t i = 0; i < std::min(features.size(), features_.size()); ++i)
+    if (features[i].on_it_s > 0 && features_[i].actual.on_it_s == 0) features_[i].predicted = features[i];
+}
+
 void JobTimes::see(const PlayedCycle& cycle) {
   StepTaken* const step = current();
   if (step == nullptr || !cycle.plays) return;

@@ -30,7 +30,8 @@ struct StepTaken {
 };
 
 struct FeatureTaken {
-  FeatureTime predicted, actual;
+  FeatureTime predicted;  ///< by the forecast, until its motion is planned where the board lies: by that then
+  FeatureTime actual;
   bool disturbed = false;
 };
 
@@ -41,6 +42,9 @@ class JobTimes {
 
   /// A step begins, or goes on after something has cut it.
   void begin(const std::string& what);
+  /// What plays next was planned where the board was found, by index of the features: it is known now how long each
+  /// takes that has not been begun. Turned axes allow others of the speeds that were forecast.
+  void plan(const std::vector<FeatureTime>& features);
   void see(const PlayedCycle& cycle);
   /// An image is on its way for so long.
   void image(double s);

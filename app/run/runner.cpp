@@ -411,11 +411,12 @@ Result<job::JobState> Runner::take(const recipes::Dispense& step) {
   next_block("needle");
   auto planned = prove(step);
   foresee(job::after_dispense(state_), planned);
-  if (planned)
-    for (const job::RunUp& begun : planned->run_ups()) {
-      const auto& bead = std::get<recipes::Bead>(recipe_.features[begun.feature]);
-      log::info("bead '{}' {}", bead.id, job::in_words(begun, *recipes::find_material(recipe_, bead.material)));
-    }
+  if (planned) {
+    std::vector<job::FeatureTime> times(recipe_.features.size());
+    job::add_times(times, *planned);
+    times_.plan(times);
+    for (const job::RunUp& begun : planned->run_ups()) tell(begun);
+  }
   const auto played = play(std::move(planned));
   if (!played) return tl::unexpected(played.error());
   if (!played->cut) return job::after_dispense(state_);
@@ -423,6 +424,17 @@ Result<job::JobState> Runner::take(const recipes::Dispense& step) {
   const std::size_t feature = cut_.value_or(played->on);
   if (auto stood = hold_off(feature); !stood) return tl::unexpected(stood.error());
   return cut_ || joining_ ? join(feature) : state_;
+}
+
+/// What is left after a hold is planned anew, and begins as it would have.
+void Runner::tell(const job::RunUp& begun) {
+  const auto& bead = std::get<recipes::Bead>(recipe_.features[begun.feature]);
+  std::string words =
+      fmt::format("bead '{}' {}", bead.id, job::in_words(begun, *recipes::find_material(recipe_, bead.material)));
+  if (std::string& told = told_of_[begun.feature]; told != words) {
+    log::info("{}", words);
+    told = std::move(words);
+  }
 }
 
 Result<job::JobState> Runner::take(const recipes::Park& step) {

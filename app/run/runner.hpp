@@ -5,6 +5,7 @@
 //   each snapshot meanwhile: runner.see(snapshot);
 #pragma once
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -50,7 +51,8 @@ struct Site {
   };
 };
 
-/// The feature that is dispensed, and how long it will still take; of the purge, how long its shot takes at most.
+/// The feature that is dispensed, and when the tool stands that a hold lets end it; of the purge, how long its shot
+/// takes at most.
 struct Ahead {
   std::string feature;  ///< empty: the purge
   double left_s = 0;
@@ -118,6 +120,8 @@ class Runner {
   Result<double> touch_down(const recipes::TouchPoint& point, const std::function<Result<job::ProvenBlock>()>& plan);
   [[nodiscard]] bool disturbs(const cycle::Snapshot& s) const;
   Result<record::MarkResult> judge(std::size_t mark, const AxisVec& head, std::uint64_t shown_before);
+  /// How a bead begins whose run-up is blocked; once, unless it comes to begin otherwise.
+  void tell(const job::RunUp& begun);
   /// The number of the block that is planned next; the report draws its tool.
   std::uint32_t next_block(std::string_view tool_name);
   enum class When { Released, OnHold };
@@ -171,9 +175,10 @@ class Runner {
   };
   std::optional<Joining> joining_;
   bool standing_by_ = false;
-  std::optional<Error> part_lost_;  ///< while it stood by
-  bool purging_ = false;            ///< the valve opens for no feature
-  bool purge_cut_ = false;          ///< a purge was begun, and not all of its shots came
+  std::optional<Error> part_lost_;                ///< while it stood by
+  bool purging_ = false;                          ///< the valve opens for no feature
+  bool purge_cut_ = false;                        ///< a purge was begun, and not all of its shots came
+  std::map<std::uint32_t, std::string> told_of_;  ///< by feature: how people were told that it begins
   std::string doing_;
 };
 

@@ -8,6 +8,7 @@
 #include "app/record/defects.hpp"
 #include "app/record/summary.hpp"
 #include "tests/machine/deposits.hpp"
+#include "tests/machine/said.hpp"
 
 namespace gantry {
 namespace {
@@ -272,6 +273,25 @@ TEST(RunUp, that_is_blocked_is_a_shorter_one_and_nothing_is_hit) {
   const record::JobResult r = rig.run(recipe);
   test::expect_done(r);  // no collision by the world's own watch, the bead whole
   EXPECT_LE(deposit(r, "l").error_mm, 0.03);
+}
+
+/// What is left after a hold is planned anew each time.
+TEST(RunUp, that_is_blocked_is_told_once_however_often_the_job_is_held_before_it) {
+  const std::string before = "  - line: {name: before, material: glue, from: [20 mm, 40 mm], to: [50 mm, 40 mm]}\n";
+  const recipes::Recipe recipe = recipe_of("", kPost, before + kLine);
+  const test::Said said;
+  Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
+  int open = 0, holds = 0;
+  rig.on_step = [&](run::Owner& owner) {
+    const cycle::Snapshot& s = owner.latest();
+    open = (s.outputs & config::bit(config::Output::Valve)) != 0 ? open + 1 : 0;
+    if (s.feature == 0 && open == 100 && holds < 3)
+      holds += owner.order({.kind = run::OrderKind::Hold, .now = true}).has_value() ? 1 : 0;
+    if (s.state == cycle::State::Held) (void)owner.order({.kind = run::OrderKind::Resume});
+  };
+  test::expect_done(rig.run(recipe));
+  EXPECT_EQ(holds, 3);
+  EXPECT_EQ(said.count({"bead 'l' begins at", "stud"}), 1) << said.all();
 }
 
 TEST(RunUp, a_bead_begins_from_rest_where_the_body_is_as_near_as_it_may_be) {

@@ -48,6 +48,20 @@ TEST_F(JobTimesTest, what_went_as_forecast_is_told_so) {
   EXPECT_DOUBLE_EQ(times.images_s(), 0.5);
 }
 
+TEST_F(JobTimesTest, what_is_planned_where_the_board_lies_takes_the_place_of_the_forecast_until_it_has_begun) {
+  times.begin("mark 'A'"), pass(2), times.done();
+  times.begin("dispense 2 features");
+  times.plan({{1.25, 2.25}, {0, 0}});
+  EXPECT_EQ(times.features()[0].predicted.on_it_s, 2.25);
+  EXPECT_EQ(times.features()[0].predicted.travel_s, 1.25);
+  EXPECT_EQ(times.features()[1].predicted.on_it_s, 2) << "is not in what plays";
+  pass(1.25), pass(1, 0);
+  times.plan({{0.5, 1.25}, {0.75, 1.75}});  // after a hold, what is left
+  EXPECT_EQ(times.features()[0].predicted.on_it_s, 2.25);
+  EXPECT_EQ(times.features()[1].predicted.on_it_s, 1.75);
+  EXPECT_NEAR(*times.left_s(), 8 - 2.25, 1e-9) << "the forecast is what it was";
+}
+
 TEST_F(JobTimesTest, nothing_is_counted_between_blocks) {
   times.begin("mark 'A'");
   for (int i = 0; i < 5000; ++i) times.see({.plays = false});
