@@ -141,8 +141,8 @@ class Owner {
   Result<void> order(const Order& order);
   /// How far along its path the tool goes on at most when a hold, an abort or a stop comes now; nothing: it stands.
   [[nodiscard]] std::optional<double> stop_mm() const;
-  /// What the last hold or override that was taken leads to: "holds after 'bead 7', in 1.2 s", "80 % when the valve has
-  /// shut"; "" where it takes effect at once, on no feature.
+  /// What the last hold or override that was taken leads to: "holds after 'bead 7', in 1.20 s", "80 % when the valve
+  /// has shut"; "" where it takes effect at once, on no feature.
   [[nodiscard]] std::string order_said() const;
   /// Of the last reset that was taken: nothing as long as it is under way, or when it was told already. Fault of what
   /// stays latched.

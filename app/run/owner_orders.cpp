@@ -49,7 +49,7 @@ Result<void> Owner::Parts::hold(bool now, OrderKind asked) {
     now = now || state != State::Running || (ahead && ahead->left_s > machine.hold_within_s);
     order_said = !ahead ? travel_hold_words()
                  : now  ? fmt::format("holds now, {}", ahead->in())
-                        : fmt::format("holds {} {:.1f} s", ahead->after(), ahead->left_s);
+                        : fmt::format("holds {} {:.2f} s", ahead->after(), ahead->left_s);
     control().post({.kind = CommandKind::Hold, .value = now ? 1.0 : 0.0});
     return {};
   }
@@ -158,7 +158,8 @@ void Owner::Parts::heed_buttons() {
   if (control().holds_next() || state == State::Held || state == State::Holding)
     do_it("start", resume());
   else if (undertaking != Undertaking::None)
-    do_it("start", tl::unexpected(refusal(OrderKind::Run)));
+    // Beside a job it is pressed to go on.
+    do_it("start", tl::unexpected(refusal(undertaking == Undertaking::Job ? OrderKind::Resume : OrderKind::Run)));
   else
     on_bus->start_pressed = true;
 }

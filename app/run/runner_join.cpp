@@ -2,6 +2,9 @@
 #include <algorithm>
 #include <fmt/format.h>
 
+#include "app/job/hold_ahead.hpp"
+#include "app/job/limits.hpp"
+#include "app/job/stop_ahead.hpp"
 #include "app/run/runner.hpp"
 #include "config/inputs.hpp"
 #include "core/log.hpp"
@@ -23,25 +26,18 @@ std::optional<Ahead> Runner::ahead() const {
     const recipes::Material& m = *recipes::find_material(recipe_, recipe_.purge->material);
     return Ahead{"", m.dot_time / std::min(1.0, s.override_factor)};
   }
-  double along_block_mm = 0, left_s = 0;
   std::uint32_t feature = s.feature;
+  double begin_mm = 0;
+  // The valve opens ahead of its feature.
   for (const motion::Segment& segment : *playing_) {
-    const bool moves = segment.kind != motion::SegmentKind::Dwell;
-    const double end_mm = along_block_mm + (moves ? segment.geometry.length : 0);
-    const bool behind = end_mm < s.along_block_mm || (!moves && segment.feature != feature);
-    if (!behind) {
-      if (feature == motion::kTravel) feature = segment.feature;  // the valve opens ahead of it
-      if (segment.feature != feature && left_s > 0) break;
-      if (segment.feature == feature) {
-        const double gone_s =
-            moves ? motion::time_at(segment.nominal, std::max(0.0, s.along_block_mm - along_block_mm)) : 0;
-        left_s += motion::duration(segment.nominal) - std::min(gone_s, motion::duration(segment.nominal));
-      }
-    }
-    along_block_mm = end_mm;
+    if (feature != motion::kTravel) break;
+    begin_mm += job::path_mm(segment);
+    if (begin_mm >= s.along_block_mm) feature = segment.feature;
   }
   if (feature >= recipe_.features.size()) return std::nullopt;
-  return Ahead{recipes::id_of(recipe_.features[feature]), left_s / std::min(1.0, s.override_factor)};
+  return Ahead{recipes::id_of(recipe_.features[feature]),
+               job::stands_in_s(*playing_, s.along_block_mm, feature, std::min(1.0, s.override_factor),
+                                job::limits_of(site_.machine))};
 }
 
 std::string Runner::heads_for() {

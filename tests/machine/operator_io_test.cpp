@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "tests/machine/idle.hpp"
+#include "tests/machine/said.hpp"
 
 namespace gantry {
 namespace {
@@ -409,6 +410,14 @@ TEST(OperatorIo, hold_and_start_are_hold_and_resume_of_a_job) {
   EXPECT_EQ(result.exit_code, ExitCode::Done) << first_error(result);
   EXPECT_GT(held, 2000);
   EXPECT_TRUE(result.disturbed);
+}
+
+TEST(OperatorIo, start_beside_a_job_that_runs_is_a_resume_that_has_nothing_to_do) {
+  const test::Said said;
+  Rig rig({.placement = "dx=0.5 mm", .script = "- {at: feature dot 3, after: 200 ms, do: press, input: start}"});
+  EXPECT_EQ(rig.run(kDemo).exit_code, ExitCode::Done);
+  EXPECT_EQ(said.count({"button start: 'resume' is refused", "is not on hold; nothing has to be done"}), 1)
+      << said.all();
 }
 
 TEST(OperatorIo, an_axis_that_stands_on_its_limit_switch_is_enabled_and_led_off_by_home) {
