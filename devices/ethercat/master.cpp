@@ -71,10 +71,19 @@ Result<void> EthercatMaster::agree(StationRecord& s, std::vector<std::string>& n
   if (auto ok = check_pdo_limits(s); !ok) return ok;
   if (auto ok = leave_out_absent(link_, s, notes); !ok) return ok;
   if (auto ok = write_startup(link_, s); !ok) return ok;
-  if (auto ok = agree_on_pdos(link_, s, notes); !ok) return ok;
+  if (auto ok = agree_on_pdos(link_, s, probe_slot(s), notes); !ok) return ok;
   if (auto ok = learn_foreign_outputs(link_, s, notes); !ok) return ok;
   if (auto ok = check_probe(s); !ok) return ok;
   return set_first_mode(link_, s);
+}
+
+/// The axis of this station that latches the machine's probe; nothing: none does.
+std::optional<int> EthercatMaster::probe_slot(const StationRecord& s) const {
+  for (const auto& axis : machine_.axes)
+    if (axis.id == machine_.probe.axis)
+      for (const auto& ref : axis.drives)
+        if (ref.station == s.id) return ref.slot;
+  return std::nullopt;
 }
 
 /// The drive at which the machine's probe hangs has to have it in its PDOs.

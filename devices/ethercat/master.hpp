@@ -117,6 +117,7 @@ class EthercatMaster final : public StationBus {
   Result<void> enter(wire::AlState state);
   Result<void> side_by_side(const std::function<Result<void>(StationRecord&, std::vector<std::string>&)>& work);
   Result<void> agree(StationRecord& station, std::vector<std::string>& notes);
+  [[nodiscard]] std::optional<int> probe_slot(const StationRecord& station) const;
   Result<void> check_probe(const StationRecord& station) const;
   Result<void> learn_pdos(StationRecord& station);
   void clear_outputs() noexcept;

@@ -42,7 +42,8 @@ Entries ordered(Order order, Entries entries) {
 /// One direction of one station.
 class Agreement {
  public:
-  Agreement(Link& link, StationRecord& s, bool outputs) : link_(link), s_(s), outputs_(outputs) {}
+  Agreement(Link& link, StationRecord& s, bool outputs, std::optional<int> probe_slot)
+      : link_(link), s_(s), outputs_(outputs), probe_slot_(probe_slot) {}
 
   /// After `refused`, the station's answer to the profile's mapping.
   Result<void> bend(const Error& refused) {
@@ -122,6 +123,10 @@ class Agreement {
     const DriveEntry* e = known(address, slot);
     return e == nullptr || e->need == EntryNeed::EveryCycle;
   }
+  [[nodiscard]] bool is_of_probe(ObjectAddress address, int slot) const {
+    const DriveEntry* e = known(address, slot);
+    return slot == probe_slot_ && e != nullptr && e->need == EntryNeed::Probe;
+  }
   [[nodiscard]] bool holds(const std::vector<PdoRow>& found, const DriveEntry& e, int slot) const {
     return std::ranges::any_of(found, [&](const PdoRow& pdo) {
       return std::ranges::any_of(pdo.entries, [&](const PdoEntry& x) {
@@ -185,6 +190,7 @@ class Agreement {
         blame(culprit, row.slot);
         return std::nullopt;
       }
+      if (is_of_probe(culprit.address, row.slot)) break;  // it may only have come too late
       std::erase_if(kept, [&](const PdoEntry& e) { return e.address == culprit.address; });
     }
     // Together they are too many, and the station does not say which: one after the other.
@@ -198,8 +204,10 @@ class Agreement {
       return std::nullopt;
     }
     bool written = true;
-    for (const PdoEntry& e : wanted) {
-      if (is_needed(e.address, row.slot)) continue;
+    Entries rest = wanted;
+    std::erase_if(rest, [&](const PdoEntry& e) { return is_needed(e.address, row.slot); });
+    std::ranges::stable_partition(rest, [&](const PdoEntry& e) { return is_of_probe(e.address, row.slot); });
+    for (const PdoEntry& e : rest) {
       Entries more = kept;
       more.push_back(e);
       done = write_entries(index, ordered(order, more), refused);
@@ -344,6 +352,7 @@ class Agreement {
   Link& link_;
   StationRecord& s_;
   const bool outputs_;
+  const std::optional<int> probe_slot_;
   std::string said_, why_;
   std::uint32_t aborted_ = 0;
 };
@@ -411,7 +420,8 @@ Result<void> learn_foreign_outputs(Link& link, StationRecord& s, std::vector<std
   return {};
 }
 
-Result<void> agree_on_pdos(Link& link, StationRecord& s, std::vector<std::string>& notes) {
+Result<void> agree_on_pdos(Link& link, StationRecord& s, std::optional<int> probe_slot,
+                           std::vector<std::string>& notes) {
   if (!s.writes_mapping) return {};
   bool bent = false;
   for (const bool outputs : {true, false}) {
@@ -421,7 +431,7 @@ Result<void> agree_on_pdos(Link& link, StationRecord& s, std::vector<std::string
     const bool ignored = as_profile.error().fault == Fault::PdoMappingDiffers;
     if (aborted == 0 && !ignored) return as_profile;
     bent = true;
-    Agreement agreement(link, s, outputs);
+    Agreement agreement(link, s, outputs, probe_slot);
     if (!ignored) {
       if (auto ok = agreement.bend(as_profile.error()); !ok) return ok;
       const auto kept = agreement.is_kept();

@@ -1,11 +1,12 @@
 // Finds a mapping that the station takes, when it does not take the profile's: other sizes, entries that cannot be
 // mapped, 8-bit entries last and padded, mapping objects with other numbers, or a mapping that cannot be written at
 // all.
-//   if (auto ok = agree_on_pdos(link, station, notes); !ok) ...     // PRE_OP; s.rx_pdos and s.tx_pdos are the
-//   station's then
+//   if (auto ok = agree_on_pdos(link, station, probe_slot, notes); !ok) ...     // PRE_OP; s.rx_pdos and s.tx_pdos are
+//   the station's then
 // What the loop needs in every cycle (devices/profiles/drive_entries.hpp) has to be in it. A station that takes its
 // profile's mapping costs nothing more.
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,10 @@ namespace gantry::devices {
 Result<void> learn_foreign_outputs(Link& link, StationRecord& station, std::vector<std::string>& notes);
 
 /// Writes the mapping, reads it back, and bends it where the station refuses. What is lost by that is told in `notes`
-/// and stands in s.slow where SDO can replace it. Fault::PdoMappingDiffers names the object and what the station said.
-Result<void> agree_on_pdos(Link& link, StationRecord& station, std::vector<std::string>& notes);
+/// and stands in s.slow where SDO can replace it. `probe_slot`: the axis of the station that has the machine's touch
+/// probe, whose entries nothing can replace; where only some find room, they come before those that SDO can.
+/// Fault::PdoMappingDiffers names the object and what the station said.
+Result<void> agree_on_pdos(Link& link, StationRecord& station, std::optional<int> probe_slot,
+                           std::vector<std::string>& notes);
 
 }  // namespace gantry::devices

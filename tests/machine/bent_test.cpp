@@ -58,6 +58,9 @@ TEST(Bent, a_machine_of_bent_stations_does_its_job_as_well_and_tells_what_it_cos
          test::remove_object(station(m, "y1").profile, 0x609A);
        },
        {{"'y1'", "609Ah"}}},
+      {"room for four entries on the drive with the probe",
+       [](auto& m) { station(m, "z").profile.max_pdo_entries = 4; },
+       {{"'z'", "603Fh"}, {"'z'", "60FDh"}}},
   };
   for (const Bent& bent : all) {
     SCOPED_TRACE(bent.what);
