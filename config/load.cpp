@@ -334,7 +334,9 @@ void Resolver::brake(const written::MachineFile& file, Machine& m) {
                               "axis would fall; wire a brake that holds without current, and leave `invert` out",
                               row.output.value),
                   row.output.place);
-  if (output && axis) m.brake = BrakeConfig{m.axes[*axis].id, static_cast<unsigned>(kOutputs + *output), row.time_s};
+  if (output && axis)
+    m.brake = BrakeConfig{m.axes[*axis].id, static_cast<unsigned>(kOutputs + *output), row.time_s,
+                          row.release_s.value_or(row.time_s)};
 }
 
 Machine Resolver::resolve(const written::MachineFile& file) {

@@ -180,8 +180,9 @@ struct ProbeConfig {
 /// A brake that the machine itself releases, by a free output (1: released); those of the drives go by themselves.
 struct BrakeConfig {
   AxisId axis;
-  unsigned bit = 0;   ///< in the loop's output word
-  double time_s = 0;  ///< from the output that goes off to a brake that holds
+  unsigned bit = 0;      ///< in the loop's output word
+  double time_s = 0;     ///< from the output that goes off to a brake that holds
+  double release_s = 0;  ///< from the output that goes on to a brake that is open
 };
 
 /// Where boards lie: the origin of the pallet's frame in machine coordinates.

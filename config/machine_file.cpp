@@ -202,6 +202,8 @@ const Fields<BrakeRow> kBrake{
     name_of("axis", &BrakeRow::axis, kRequired, "what it holds; released while that axis has torque"),
     name_of("output", &BrakeRow::output, kRequired, "a free name of `outputs`; on: released"),
     number("time", &BrakeRow::time_s, D::Time, {0, 2}, kRequired, "until it holds, from the output that goes off"),
+    number("release", &BrakeRow::release_s, D::Time, {0, 2}, kOptional,
+           "until it is open, from the output that goes on: nothing moves before; else as long as `time`"),
 };
 
 const Fields<StallRow> kStall{

@@ -121,6 +121,7 @@ struct ProbeRow {
 struct BrakeRow {
   At<std::string> axis, output;
   double time_s = 0;
+  std::optional<double> release_s;
 };
 
 struct StallRow {

@@ -177,7 +177,9 @@ void Loop::write_image(const Beat& beat) noexcept {
   if (setup_.healthy_mask != 0 && latched_ == Fault::None && cycle_ * setup_.period / kHealthyHalf % 2 == 0)
     word |= setup_.healthy_mask;
   word |= setup_.lamp_masks[static_cast<std::size_t>(lamp())];
-  if (brake_released()) word |= setup_.brake_mask;
+  const bool released = brake_released();
+  if (released) word |= setup_.brake_mask;
+  if (!released || !brake_open()) release_ticks_ = released ? release_ticks_ + 1 : 0;
   sent_outputs_ = word;
   axes_.write(bus_, commanded_.target, beat.elapsed);
   write_outputs(bus_, setup_, word);

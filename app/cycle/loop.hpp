@@ -70,6 +70,7 @@ class Loop {
   [[nodiscard]] bool latched_nearby() const noexcept;
   void take_torque() noexcept;
   [[nodiscard]] bool brake_released() const noexcept;
+  [[nodiscard]] bool brake_open() const noexcept;
   void finish_reset() noexcept;
   void finish_homing() noexcept;
   void finish_block() noexcept;
@@ -128,6 +129,7 @@ class Loop {
   int stop_ticks_ = 0;          ///< since the drives were asked to stop and to lose their torque
   bool taking_torque_ = false;  ///< the axes stand, and the brake is closing
   int brake_ticks_ = 0;
+  int release_ticks_ = 0;  ///< for which the brake's output has been on
   double override_ = 1;
   std::uint32_t outputs_set_ = 0;  ///< output bits that commands have set
   std::uint32_t sent_outputs_ = 0, inputs_ = 0;

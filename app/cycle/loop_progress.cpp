@@ -52,7 +52,7 @@ void Loop::follow_progress() noexcept {
       break;
     case State::Enabling:
       hold_position();
-      if (axes_.all_enabled()) change(Cause::TorqueOn), answer_pending(Fault::None);
+      if (axes_.all_enabled() && brake_open()) change(Cause::TorqueOn), answer_pending(Fault::None);
       break;
     case State::Homing:
       axes_.follow_homing();
@@ -103,6 +103,11 @@ void Loop::take_torque() noexcept {
 bool Loop::brake_released() const noexcept {
   const bool loses = taking_torque_ || axes_.goal() == DriveGoal::Disabled || axes_.goal() == DriveGoal::FaultReset;
   return setup_.brake_mask != 0 && !loses && axes_.has_torque(setup_.brake_axis);
+}
+
+/// Or the machine works none.
+bool Loop::brake_open() const noexcept {
+  return setup_.brake_mask == 0 || release_ticks_ * setup_.period > setup_.brake_release;
 }
 
 /// A probe that latches tells of it within cycles: a position that the axis has left longer ago is the latch of another

@@ -73,6 +73,7 @@ struct LoopSetup {
   std::uint32_t brake_mask = 0;    ///< released while `brake_axis` has torque
   AxisId brake_axis = kNoAxis;
   Time brake_time{};                               ///< until it holds
+  Time brake_release{};                            ///< until it is open
   std::array<std::uint32_t, kLamps> lamp_masks{};  ///< of the stack light, by Lamp
   // Inputs; 0: the machine has none. All of these are 1 while all is well.
   std::uint32_t door_mask = 0, air_mask = 0, clamp_mask = 0, stop_mask = 0, safety_mask = 0;

@@ -148,9 +148,10 @@ void Supervisor::look_at_rest(const View& view, std::size_t d, Findings& found) 
     return;
   }
   if (setup.brake_give == 0) return;
-  if (rest.since < 0) rest = {view.beat.cycle, drive.position};
+  const bool by_fault = drive.state == devices::DriveState::Fault || drive.state == devices::DriveState::FaultReaction;
+  if (rest.since < 0) rest = {view.beat.cycle, drive.position, setup.axis == setup_.brake_axis && !by_fault};
   if ((view.beat.cycle - rest.since) * setup_.period < kBrakeCloses) {
-    rest.at = drive.position;
+    if (!rest.held) rest.at = drive.position;
     return;
   }
   const double moved = drive.position - rest.at;

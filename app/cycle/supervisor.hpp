@@ -63,6 +63,7 @@ class Supervisor {
   struct Rest {
     CycleIndex since = -1;  ///< -1: it has torque, or is away
     double at = 0;          ///< where its brake has closed
+    bool held = false;      ///< the machine has closed its brake before the torque went
   };
 
   const LoopSetup& setup_;

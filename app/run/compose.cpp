@@ -70,8 +70,9 @@ Result<void> add_drives(const config::Machine& machine, const config::Axis& axis
     const auto index = static_cast<std::uint8_t>(loop.drives.size());
     const bool brakes = config::quick_stop_of(station->profile, ref.slot) == config::QuickStop::Brakes;
     const double give = axis.rotary ? kBrakeGive_rad : kBrakeGive_mm;
+    const bool has_one = has_brake(station->profile) || (machine.brake && machine.brake->axis == axis.id);
     if (!loop.drives.push_back({ref.station, axis.id, *layout, devices::AxisScale(axis.counts_per_unit, ref.invert),
-                                brakes, has_brake(station->profile) && layout->closed_loop ? give : 0,
+                                brakes, has_one && layout->closed_loop ? give : 0,
                                 config::in_slot(station->profile, {0x60FD, 0}, ref.slot),
                                 config::in_slot(station->profile, {0x6061, 0}, ref.slot)}) ||
         !setup.drives.push_back(index))
@@ -155,7 +156,9 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, Host host) {
   if (machine.brake) {
     loop.brake_mask = 1u << machine.brake->bit;
     loop.brake_axis = machine.brake->axis;
-    loop.brake_time = std::chrono::duration_cast<Time>(std::chrono::duration<double>(machine.brake->time_s));
+    const auto time = [](double s) { return std::chrono::duration_cast<Time>(std::chrono::duration<double>(s)); };
+    loop.brake_time = time(machine.brake->time_s);
+    loop.brake_release = time(machine.brake->release_s);
   }
   loop.door_mask = mask_of(machine, config::Input::DoorClosed);
   loop.air_mask = mask_of(machine, config::Input::AirOk);

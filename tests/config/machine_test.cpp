@@ -485,6 +485,11 @@ TEST(Machine, a_brake_of_the_machine_is_a_free_output_of_an_axis) {
   EXPECT_EQ(m->brake->axis, m->z);
   EXPECT_EQ(m->brake->bit, kOutputs);
   EXPECT_EQ(m->brake->time_s, 0.06);
+  EXPECT_EQ(m->brake->release_s, 0.06) << "as long as it takes to hold";
+  file.swap("time: 60 ms}", "time: 60 ms, release: 150 ms}", "x");
+  const auto slow = file.load();
+  ASSERT_TRUE(slow) << to_text(slow.error().front());
+  EXPECT_EQ(slow->brake->release_s, 0.15);
   file.swap("output: z_brake", "output: valve", "valve");
   EXPECT_FALSE(file.load()) << "a name that has a meaning is no brake";
 }

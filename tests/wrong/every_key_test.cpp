@@ -243,7 +243,7 @@ TEST(EveryKey, of_a_machine_file_written_wrong_brings_one_message) {
        "  door: {box: [40 mm, 20 mm, 50 mm], centre: [500 mm, 400 mm, -50 mm], rotation: 5 deg}\n"
        "  hose: {cylinder: {diameter: 20 mm, height: 30 mm}, centre: [500 mm, 300 mm, -50 mm]}\n"
        "  lamp: {capsule: {diameter: 20 mm, height: 30 mm}, centre: [500 mm, 200 mm, -50 mm]}\n"
-       "brake: {axis: Z, output: holds, time: 100 ms}\nhold_within: 2 s\noverride_max: 100 %\n");
+       "brake: {axis: Z, output: holds, time: 100 ms, release: 80 ms}\nhold_within: 2 s\noverride_max: 100 %\n");
   also("  healthy:        {station: io, bit: 7", ", invert: false}\n  holds: {station: io, terminal: DO8");
   expect_one_message_each({text}, config::machine_format(), 7, [&](const std::string& changed) {
     std::ofstream(file) << changed;

@@ -13,13 +13,16 @@ namespace {
 using cycle::CommandKind;
 
 constexpr std::uint8_t kBit = 9;
-constexpr int kBrakeCycles = 60;
+constexpr int kBrakeCycles = 60, kReleaseCycles = 150;
 
 config::Machine with_brake() {
   config::Machine m = reference_machine();
   const StationId io = m.outputs[static_cast<std::size_t>(config::Output::Healthy)]->station;
   m.free_outputs.push_back({"z_brake", {io, kBit, false}});
-  m.brake = {.axis = m.z, .bit = static_cast<unsigned>(config::kOutputs + m.free_outputs.size() - 1), .time_s = 0.06};
+  m.brake = {.axis = m.z,
+             .bit = static_cast<unsigned>(config::kOutputs + m.free_outputs.size() - 1),
+             .time_s = 0.06,
+             .release_s = 0.15};
   return m;
 }
 
@@ -153,6 +156,37 @@ TEST(Brake, holds_before_the_torque_goes_also_where_a_fault_comes_while_it_close
   EXPECT_LE(b.last(&Sample::released), 2);
   EXPECT_GE(b.last(&Sample::torque), b.last(&Sample::released) + kBrakeCycles);
   EXPECT_FALSE(b.samples.back().torque);
+}
+
+TEST(Brake, the_machine_is_not_ready_before_it_is_open) {
+  Braked b;
+  if (HasFatalFailure()) return;
+  b.post({.kind = CommandKind::Enable});
+  int released = 0;
+  for (int i = 0; i < 3000 && b.now.state != cycle::State::Ready; ++i) {
+    b.watch(1);
+    released += b.samples.back().released ? 1 : 0;
+  }
+  EXPECT_EQ(b.now.state, cycle::State::Ready);
+  EXPECT_GE(released, kReleaseCycles);
+  EXPECT_LE(released, kReleaseCycles + 3);
+}
+
+// What goes against gravity has sunk when the brake holds later than the machine file says, and that is told once.
+TEST(Brake, that_holds_later_than_it_should_is_told) {
+  for (const bool late : {false, true}) {
+    Braked b;
+    if (HasFatalFailure()) return;
+    b.enable();
+    b.ticks(200);
+    if (late) b.segment.motor(b.machine.z).set_slipping(-50);  // mm/s, without torque
+    b.post({.kind = CommandKind::Disable});
+    b.watch(kBrakeCycles + 20 + 60);
+    b.segment.motor(b.machine.z).set_slipping(0);
+    b.watch(800);
+    EXPECT_FALSE(b.samples.back().torque);
+    EXPECT_EQ(b.told(Fault::BrakeDrift), late ? 1 : 0);
+  }
 }
 
 TEST(Brake, is_not_worked_by_an_order_for_outputs) {
