@@ -6,6 +6,7 @@
 
 #include "app/job/limits.hpp"
 #include "app/job/walk.hpp"
+#include "config/homing_method.hpp"
 #include "devices/profiles/homing_objects.hpp"
 #include "devices/profiles/map_pdos.hpp"
 
@@ -37,6 +38,13 @@ bool has_brake(const config::StationProfile& profile) {
                      [](const config::StartupRow& row) { return row.name == "brake_mode" && row.value != 0; });
 }
 
+/// The home switch stands beyond the end of the travel that the search goes to, and its cam farther out.
+bool is_cam_outside(const config::Axis& axis) {
+  const int toward = config::homing_method(axis.homing->method).toward * (axis.drives.front().invert ? -1 : 1);
+  const double at = axis.homing->position;
+  return (toward < 0 && at < axis.p_min) || (toward > 0 && at > axis.p_max);
+}
+
 /// What homing of an axis may meet, by the switches that its drives show.
 devices::HomingRules rules_of(const config::Machine& machine, const config::Axis& axis) {
   devices::HomingRules rules = devices::homing_rules(axis.homing->method);
@@ -54,6 +62,7 @@ devices::HomingRules rules_of(const config::Machine& machine, const config::Axis
   rules.counts_per_cycle =
       std::max(axis.homing->fast, axis.homing->slow) * std::abs(axis.counts_per_unit) * seconds(machine.bus.cycle);
   const double leave = axis.rotary ? kLeaveLimit_rad : kLeaveLimit_mm;
+  if (is_cam_outside(axis)) rules.leaves |= devices::kSwitchHome;
   rules.leave_counts = std::llround(leave * std::abs(axis.counts_per_unit));
   rules.leave_cycles = cycles_in(kLeaveStart_s + kLeaveSlower * leave / axis.homing->slow, machine.bus.cycle);
   return rules;

@@ -45,9 +45,9 @@ HomingGuard::HomingGuard(const HomingRules& rules, const Feedback& f) noexcept
   if (f.inputs == InputSource::Absent && rules_.unseen_accepted) rules_.known = 0;
 }
 
-/// An axis leaves its reference limit to find the edge. One that never opens is stuck, or it is another one.
+/// An axis leaves its reference switch to find the edge. One that never opens is stuck, or it is another one.
 bool HomingGuard::stuck(std::uint8_t now, Counts counts, std::int64_t elapsed) noexcept {
-  if (rules_.leave_counts <= 0 || (now & rules_.reference & rules_.known & (kSwitchNeg | kSwitchPos)) == 0) {
+  if (rules_.leave_counts <= 0 || (now & rules_.reference & rules_.known & rules_.leaves) == 0) {
     closed_cycles_ = 0;
     closed_at_ = counts;
     return false;

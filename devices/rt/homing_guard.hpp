@@ -1,7 +1,7 @@
 // What the controller watches while a drive homes by itself, from what the drive shows of its own switches and counter:
-// a limit that the method does not come to, both limits at once, a reference limit that does not open although the axis
-// leaves it, more speed than was asked for. A drive that calls its
-// homing done without its switch having been seen has not found it.
+// a limit that the method does not come to, both limits at once, a reference switch that does not open although the
+// axis leaves it, more speed than was asked for. A drive that calls its homing done without its switch having been seen
+// has not found it.
 //   HomingGuard guard(rules, feedback);    each fresh cycle of the search: Fault f = guard.look(feedback);
 //   at its end: guard.found_switch()
 // Directions are those of the drive's own counter, as the methods are (IEC 61800-7-201, 10.4).
@@ -22,7 +22,10 @@ struct HomingRules {
   std::uint8_t reference = 0;     ///< what the method looks for; 0: homes where it stands, or at the index pulse
   int toward = 0;                 ///< where it looks for that from afar, in the drive's own counter: +1, -1; 0: nowhere
   int flickers_cycles = 3;        ///< so long a switch may seem closed that is not
-  std::int64_t leave_counts = 0;  ///< within which a limit that is the reference opens again; 0: not watched
+  std::int64_t leave_counts = 0;  ///< within which a switch that is the reference opens again; 0: not watched
+  /// Of which switches that holds. The cam of a home switch may be as long as the axis, unless all of it is beyond the
+  /// end of the travel.
+  std::uint8_t leaves = kSwitchNeg | kSwitchPos;
   std::int64_t leave_cycles = 0;  ///< and in so many cycles: a turned motor presses into its stop and goes nowhere
   double counts_per_cycle = 0;    ///< at the faster of its speeds; 0: not watched
 };
@@ -34,8 +37,8 @@ class HomingGuard {
   HomingGuard() = default;
   HomingGuard(const HomingRules& rules, const Feedback& feedback) noexcept;
 
-  /// `elapsed`: cycles since the last call. Fault::HomingWrongLimit, HomingTooFast; HomingFailed: a reference limit is
-  /// stuck; SwitchesUnseen: 60FDh has fallen silent, or the station has none; None.
+  /// `elapsed`: cycles since the last call. Fault::HomingWrongLimit, HomingTooFast; HomingFailed: a reference switch
+  /// is stuck; SwitchesUnseen: 60FDh has fallen silent, or the station has none; None.
   Fault look(const Feedback& feedback, std::int64_t elapsed = 1) noexcept;
   /// The switch that the method looks for was closed at some time, or cannot be seen.
   [[nodiscard]] bool found_switch() const noexcept;
@@ -48,7 +51,7 @@ class HomingGuard {
   std::uint8_t seen_ = 0;
   int wrong_ = 0;  ///< cycles in a row; an input that flickers is none
   Counts last_;
-  Counts closed_at_;                ///< where the reference limit closed, or was closed when it began
+  Counts closed_at_;                ///< where the reference switch closed, or was closed when it began
   std::int64_t closed_cycles_ = 0;  ///< since then; 0: it is open
   double travel_ = 0;               ///< counts in this window
   std::int64_t in_window_ = 0;

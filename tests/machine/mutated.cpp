@@ -64,7 +64,8 @@ Outcome drive(const std::function<void(config::Machine&)>& wired, const Habits& 
 
 Outcome expect_as_well_or_refused(const Lie& lie) {
   SCOPED_TRACE(fmt::format("{}: {}", lie.station, lie.what));
-  const Outcome out = drive(lie.wired ? lie.wired : [](config::Machine&) {}, {{lie.station, lie.habits}});
+  const Outcome out = drive(
+      lie.wired ? lie.wired : [](config::Machine&) {}, {{lie.station, lie.habits}}, lie.script);
   EXPECT_EQ(out.wrong, "");
   EXPECT_EQ(out.works, lie.refused.empty()) << to_text(out.why);
   for (const char* word : lie.refused) EXPECT_NE(to_text(out.why).find(word), std::string::npos) << to_text(out.why);

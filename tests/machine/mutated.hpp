@@ -36,6 +36,7 @@ struct Lie {
   sim::StationHabits habits;
   std::function<void(config::Machine&)> wired{};
   std::vector<const char*> refused{};  ///< what the reason names; empty: it works as well
+  const char* script = "";             ///< of its world
 };
 
 /// Uses that machine: it works as well, or is refused by those names. GANTRY_SHOW prints what came of it.

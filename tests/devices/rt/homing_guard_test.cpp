@@ -101,6 +101,11 @@ TEST(HomingGuard, a_reference_limit_that_stays_closed_ends_it_by_travel_or_by_ti
   r = rules(21, 60), r.leave_counts = 20'000, r.leave_cycles = 9000;
   HomingGuard home(r, at(0, kSwitchHome));
   for (int i = 1; i < 20'000; ++i) ASSERT_EQ(home.look(at(5 * i, kSwitchHome)), Fault::None) << "a cam may be long";
+  r.leaves |= kSwitchHome;
+  HomingGuard outside(r, at(0, kSwitchHome));
+  int i = 1;
+  while (i < 20'000 && outside.look(at(5 * i, kSwitchHome)) == Fault::None) ++i;
+  EXPECT_EQ(i, 4001) << "not one that stands beyond the travel";
 }
 
 TEST(HomingGuard, done_without_its_switch_is_not_found) {
