@@ -93,12 +93,25 @@ class OfOne {
     if (!w.flow_follows_speed) own_speed(w, lengths(shot.path));
     if (undisturbed == nullptr) return;
     const std::vector<double> now = lengths(shot.path), planned = lengths(undisturbed->path);
-    full = now.back() >= planned.back() - w.tolerance_mm;
+    full = now.back() >= planned.back() - w.tolerance_mm && !has_hole(w, path);
     if (!full || w.flow_follows_speed) return;
     speed(w, now, planned);
   }
 
  private:
+  /// Where two shots were joined the path goes from the end of one to the start of the other in one step: forwards it
+  /// is as long as what is missing.
+  bool has_hole(const Wanted& w, const std::vector<Vec2>& path) {
+    if (w.joins_mm.empty()) return false;
+    double hole = 0;
+    for (std::size_t i = 2; i < path.size(); ++i) {
+      const Vec2 step = path[i] - path[i - 1], before = path[i - 1] - path[i - 2];
+      if (gantry::dot(step, before) > 0 && norm(step) > 1.5 * w.speed_mm_s * 1e-3) hole = std::max(hole, norm(step));
+    }
+    limit(hole, w.tolerance_mm, "missing at a join");
+    return hole > w.tolerance_mm;
+  }
+
   /// By the recipe's speed alone: at least half of a bead is dispensed at it, and nowhere does the needle go on and on
   /// at another.
   void own_speed(const Wanted& w, const std::vector<double>& now) {
