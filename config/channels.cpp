@@ -57,12 +57,10 @@ class Channels {
     }
     if (const std::string_view near = nearest(row.name, grave); !near.empty()) meant = near;
     if (!meant.empty()) {
-      mistakes_.add(
-          Fault::UnknownReference,
-          fmt::format("'{0}' is a free name, and this file has no '{1}'; did you mean '{1}'? (a free name must "
-                      "be less like it)",
-                      row.name, meant),
-          row.place);
+      mistakes_.add(Fault::UnknownReference,
+                    fmt::format("'{}' is a free name, and this file has no '{}'; {} (a free name must be less like it)",
+                                row.name, meant, did_you_mean(meant)),
+                    row.place);
       return false;
     }
     if (bit < kChannelBits) return true;

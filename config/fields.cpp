@@ -275,7 +275,7 @@ void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Lo
     std::string words_of_it = did_you_mean(key.text, likely);
     if (near.empty() && only != nullptr) {
       near = only->key;
-      words_of_it = fmt::format("did you mean '{}' ({}), which is missing here?", only->key, only->doc);
+      words_of_it = fmt::format("{} It is missing here ({})", did_you_mean(only->key), only->doc);
     }
     if (!near.empty()) meant.push_back(near);
     // {why: one, two}: "two" is read as a key.

@@ -54,12 +54,20 @@ bool slip_of(std::string_view word, std::string_view known) {
   return d[word.size()][known.size()] <= most;
 }
 
+std::string did_you_mean(std::string_view known) { return fmt::format("did you mean '{}'?", known); }
+
+std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& known, std::string otherwise) {
+  const std::string_view near = nearest(word, known);
+  return near.empty() ? std::move(otherwise) : did_you_mean(near);
+}
+
 std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& known) {
   constexpr std::size_t kListed = 20;
   if (known.empty()) return "there are none";
-  if (const std::string_view near = nearest(word, known); !near.empty()) return fmt::format("did you mean '{}'?", near);
   const auto last = known.begin() + static_cast<std::ptrdiff_t>(std::min(known.size(), kListed));
-  return fmt::format("known: {}{}", fmt::join(known.begin(), last, ", "), known.size() > kListed ? ", ..." : "");
+  return did_you_mean(
+      word, known,
+      fmt::format("known: {}{}", fmt::join(known.begin(), last, ", "), known.size() > kListed ? ", ..." : ""));
 }
 
 }  // namespace gantry

@@ -15,7 +15,11 @@ std::string_view nearest(std::string_view word, const std::vector<std::string_vi
 /// two such slips in words of six letters and more. Much stricter than nearest(): for words that may well be meant.
 bool slip_of(std::string_view word, std::string_view known);
 
-/// "did you mean 'speed'?"; where no word is near, "known: speed, gap" (the first twenty); "there are none".
+/// "did you mean 'speed'?", of a word that was chosen.
+std::string did_you_mean(std::string_view known);
+/// The same of the nearest of them; where no word is near, `otherwise`.
+std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& known, std::string otherwise);
+/// The same, otherwise "known: speed, gap" (the first twenty), or "there are none".
 std::string did_you_mean(std::string_view word, const std::vector<std::string_view>& known);
 
 }  // namespace gantry

@@ -51,10 +51,10 @@ std::string unknown_fault(const std::string& wanted) {
   std::vector<std::string_view> known;
   for (const FaultInfo& row : catalogue())
     if (row.fault != Fault::None) known.push_back(row.name);
-  const std::string_view near = nearest(wanted, known);
+  const std::string meant = did_you_mean(wanted, known, "");
   return fmt::format(
-      "there is no fault '{}'; {}`gantry explain` lists them all, `gantry explain DRIVE` a drive's codes", wanted,
-      near.empty() ? "" : fmt::format("did you mean '{}'? ", near));
+      "there is no fault '{}'; {}{}`gantry explain` lists them all, `gantry explain DRIVE` a drive's codes", wanted,
+      meant, meant.empty() ? "" : " ");
 }
 
 /// "G204", "204" or "FollowingError".

@@ -183,12 +183,11 @@ int explain_drive(const std::string& word, const std::string& machine_file, bool
     for (const Entry& e : entries) known.push_back(e.code);
     const auto meant = std::ranges::find_if(known, [&](std::string_view code) { return slip_of(wanted, code); });
     const std::string others = fmt::format("it lists {}", fmt::join(known, ", "));
-    return show(
-        Error{Fault::Usage,
-              fmt::format("{} lists no code '{}'; {}; `gantry explain {}` says what they stand for", profile->manual,
-                          wanted, meant != known.end() ? fmt::format("did you mean '{}'?", *meant) : others, drive),
-              ""},
-        json);
+    return show(Error{Fault::Usage,
+                      fmt::format("{} lists no code '{}'; {}; `gantry explain {}` says what they stand for",
+                                  profile->manual, wanted, meant != known.end() ? did_you_mean(*meant) : others, drive),
+                      ""},
+                json);
   }
   if (json) {
     show_document("ok", to_json(*profile, *found));

@@ -134,12 +134,11 @@ Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
   for (const std::string& each : rest)
     if (const std::string option = option_in(each); !option.empty()) {
       const std::vector<std::string> known = options_of(at);
-      const std::string_view near = nearest(option, {known.begin(), known.end()});
-      return {Fault::Usage,
-              fmt::format(
-                  "there is no option '{}'; {}", option,
-                  near.empty() ? fmt::format("`{} --help` lists them", said) : fmt::format("did you mean '{}'?", near)),
-              said};
+      return {
+          Fault::Usage,
+          fmt::format("there is no option '{}'; {}", option,
+                      did_you_mean(option, {known.begin(), known.end()}, fmt::format("`{} --help` lists them", said))),
+          said};
     }
   const auto word = std::find_if(rest.begin(), rest.end(), [](const std::string& w) { return !w.starts_with('-'); });
   if (verbs.empty() || word == rest.end()) return {Fault::Usage, in_our_words(error), said};

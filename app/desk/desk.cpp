@@ -37,7 +37,6 @@ const Error kNothingOwn{Fault::Refused,
 const Error kHeldSince{Fault::Refused, "'resume' is refused: a hold came behind it; give it again", ""};
 const Error kEnding{Fault::Interrupted, "the owner was asked to end", ""};
 constexpr const char* kClampShut = "\n  clamp          shut; `gantry part-removed` opens it";
-constexpr Time kTaken = milliseconds(10);  // by then the loop has heard of an order, and was heard
 
 /// The loop carries it out, and needs no longer than some cycles for it.
 bool goes_to_the_loop(run::OrderKind kind) {
@@ -159,7 +158,7 @@ Result<std::string> Desk::obey(const run::Order& order) {
 }
 
 void Desk::answer_soon(const OrderSocket::Incoming& in, std::string said) {
-  given_.push_back({{in.client, in.request}, clock_.now() + kTaken, std::move(said)});
+  given_.push_back({{in.client, in.request}, clock_.now() + run::kHeard, std::move(said)});
   door_.set_busy(in.client, true);
 }
 

@@ -7,9 +7,14 @@
 #include <vector>
 
 #include "app/job/jog.hpp"
+#include "core/clock.hpp"
 #include "recipes/selection.hpp"
 
 namespace gantry::run {
+
+/// By then the loop has heard of an order that is carried out at once, and was heard: it is answered. What was pressed
+/// before that does not undo it.
+inline constexpr Time kHeard = milliseconds(10);
 
 enum class OrderKind {
   Status,

@@ -50,6 +50,7 @@ Result<void> Owner::Parts::hold(bool now, OrderKind asked) {
     order_said = !ahead ? travel_hold_words()
                  : now  ? fmt::format("holds now, {}", ahead->in())
                         : fmt::format("holds {} {:.2f} s", ahead->after(), ahead->left_s);
+    on_bus->hold_ns = control().latest().time_ns;
     control().post({.kind = CommandKind::Hold, .value = now ? 1.0 : 0.0});
     return {};
   }
@@ -64,6 +65,7 @@ Result<void> Owner::Parts::hold(bool now, OrderKind asked) {
                      undertaking == Undertaking::Park || undertaking == Undertaking::Home;
   if (!moves || !before) return tl::unexpected(refusal(asked));
   control().hold_next(true);
+  on_bus->hold_ns = control().latest().time_ns;
   return {};
 }
 
@@ -155,7 +157,10 @@ void Owner::Parts::heed_buttons() {
   if (pressed.start_in_vain) log::warn("button start: a fault is latched; `reset` comes first");
   if (!pressed.start) return;
   const State state = control().latest().state;
-  if (control().holds_next() || state == State::Held || state == State::Holding)
+  const bool before_answer = on_bus->hold_ns && control().latest().time_ns - *on_bus->hold_ns < kHeard.count();
+  if (before_answer)
+    log::warn("button start: a hold came at the same time; press it again");
+  else if (control().holds_next() || state == State::Held || state == State::Holding)
     do_it("start", resume());
   else if (undertaking != Undertaking::None)
     // Beside a job it is pressed to go on.

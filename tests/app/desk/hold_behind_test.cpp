@@ -176,6 +176,35 @@ TEST_F(HoldBehind, a_start_button_that_is_pressed_before_an_abort_is_answered_be
   }
 }
 
+/// Nor does a hold that was taken end by a button that was pressed before anybody was told.
+TEST_F(HoldBehind, a_start_button_that_is_pressed_before_a_hold_is_answered_does_not_resume) {
+  home();
+  int id = 2;
+  for (const int behind : {1, 7, 60}) {  // cycles; a hold is answered after 10
+    SCOPED_TRACE(behind);
+    const int job = id++, held = id++, gone_on = id++;
+    int since = 0, said = 0;
+    bool pressed = false, resumed = false, asked = false;
+    client_->say(line(kMotions[4], job));
+    on_cycle_ = [&] {
+      if (steps_ % 25 == 0) client_->say("{\"order\":\"status\",\"id\":99}\n");
+      since += owner_->latest().state == cycle::State::Running && owner_->latest().feature == motion::kTravel ? 1 : 0;
+      if (said == 0 && since > 20) said = client_->say(order("hold", held)) > 0 ? steps_ : 0;
+      if (said == 0) return;
+      if (!pressed && steps_ >= said + behind)
+        pressed = owner_->world()->add_script("{do: press, input: start, hold: 100 ms}").has_value();
+      if (asked) return;
+      if (steps_ == said + 500) resumed = !owner_->held();
+      if (steps_ > said + 500) asked = client_->say(order("resume", gone_on)) > 0;
+    };
+    serve_until(job, 60'000);
+    EXPECT_TRUE(answer(held).value("ok", false)) << answer(held).dump();
+    EXPECT_EQ(resumed, behind > 10);
+    EXPECT_EQ(answer(gone_on).value("ok", false), behind <= 10) << answer(gone_on).dump();
+    EXPECT_TRUE(answer(job).value("ok", false)) << answer(job).dump();
+  }
+}
+
 /// It asked for the motion before it asked for the hold, though the hold is taken first.
 TEST_F(HoldBehind, a_resume_ahead_of_a_hold_does_not_undo_it_and_one_behind_it_does) {
   home();
