@@ -480,7 +480,7 @@ TEST(Profile, a_terminal_beyond_the_image_or_of_both_directions_is_a_mistake_at_
 }
 
 TEST(Profile, each_drive_has_a_page_that_names_every_object_of_its_parameters) {
-  for (const char* name : {"id286", "amd530b", "std402ec"}) {
+  for (const char* name : {"id286", "amd530b", "std402ec", "iss57"}) {
     const auto profile = load_profile(std::string("config/drives/") + name + ".yaml");
     ASSERT_TRUE(profile) << name;
     const auto page = read_text_file(std::string("docs/drives/") + name + ".md");
