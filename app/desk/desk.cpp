@@ -117,8 +117,6 @@ void Desk::take(const OrderSocket::Incoming& in) {
 const Desk::Waiting* Desk::at_work() const { return doing_ ? &*doing_ : waiting_ ? &*waiting_ : nullptr; }
 
 void Desk::reply(std::uint64_t client, const Request& request, Json answer) {
-  if (request.order && request.order->kind == run::OrderKind::Run && !answer.contains("board"))
-    answer["board"] = record::name(record::Board::Untouched);
   door_.reply(client, to_line(answer_to(request, std::move(answer))));
 }
 

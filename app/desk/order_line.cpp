@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::size_t kLongestLine = 64 * 1024;
 constexpr std::size_t kLongestId = 100;
+constexpr const char* kUntouched = "untouched";  // record::Board's word; the socket knows no jobs
 constexpr int kDeepest = 64;  // in brackets: nothing that is asked for has more than three, an id of 100 bytes 50
 
 /// What an order carries besides "order" and "id".
@@ -192,8 +193,13 @@ Request read_request(std::string_view line) {
       },
       false);
   if (json.is_discarded())
-    if (auto stop = stop_in_broken_line(line)) return {*std::move(stop)};
+    if (auto stop = stop_in_broken_line(line)) {
+      const run::OrderKind kind = stop->kind;
+      return {*std::move(stop), {}, kind};
+    }
   Request request{order_of(json)};
+  if (json.is_object() && json.contains("order") && json["order"].is_string())
+    request.asked = run::order_named(json["order"].get_ref<const std::string&>());
   const bool stop = request.order && stops(request.order->kind);
   if (json.is_object() && json.contains("id")) {
     const auto& id = json["id"];
@@ -243,7 +249,8 @@ bool may_stop(std::string_view line) {
 }
 
 Json answer_to(const Request& request, Json answer) {
-  if (request.order) answer["order"] = run::name(request.order->kind);
+  if (request.asked) answer["order"] = run::name(*request.asked);
+  if (request.asked == run::OrderKind::Run && !answer.contains("board")) answer["board"] = kUntouched;
   if (!request.id.is_null()) answer["id"] = request.id;
   return answer;
 }

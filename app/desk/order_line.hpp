@@ -21,6 +21,7 @@ std::string to_line(const run::Order& order, const nlohmann::ordered_json& id = 
 struct Request {
   Result<run::Order> order;
   nlohmann::ordered_json id{};
+  std::optional<run::OrderKind> asked{};  ///< which order it is, also where something else of it is wrong
 };
 Request read_request(std::string_view line);
 
@@ -30,7 +31,8 @@ std::optional<unsigned> stop_kind(run::OrderKind kind);
 /// Quick: a line for which this is false is no such order.
 bool may_stop(std::string_view line);
 
-/// An answer as its client gets it: with what it has asked for, and with its id.
+/// An answer as its client gets it: with what it has asked for, with its id, and of `run` with how the board is left
+/// (untouched where the answer does not say so).
 nlohmann::ordered_json answer_to(const Request& request, nlohmann::ordered_json answer);
 
 }  // namespace gantry::desk

@@ -339,10 +339,11 @@ std::string fact_section(const JobResult& r) {
   }
   fact("valve", fmt::format("opened {} times, {} in all", r.valve_openings, span_of_time(r.valve_open_s)));
   if (r.purge_shots > 0) fact("purged", fmt::format("with {} shots before the first deposit", r.purge_shots));
-  fact("setpoint hash",
-       r.setpoint_stream_complete
-           ? fmt::format("{} over {} ticks", hash_text(r.setpoint_hash), r.setpoint_ticks)
-           : fmt::format("{}, but cycles are missing from the record: not comparable", hash_text(r.setpoint_hash)));
+  if (r.setpoint_ticks > 0)
+    fact("setpoint hash",
+         r.setpoint_stream_complete
+             ? fmt::format("{} over {} ticks", hash_text(r.setpoint_hash), r.setpoint_ticks)
+             : fmt::format("{}, but cycles are missing from the record: not comparable", hash_text(r.setpoint_hash)));
   if (r.wall_s > 0) fact("time on the host", span_of_time(r.wall_s));
   for (const auto& f : r.environment) fact(f.name, f.value);
   return section("Particulars", list + "</dl>");

@@ -76,6 +76,21 @@ TEST(OrderLine, a_serial_that_steers_a_terminal_or_is_too_long_is_refused) {
   EXPECT_TRUE(parse_order(R"({"order":"abort","serial":"S\u001b[31m"})"));
 }
 
+/// A line controller branches on the board, also where its order was wrong.
+TEST(OrderLine, an_order_that_is_refused_is_answered_by_its_name_and_a_job_with_its_board) {
+  const auto answer = [](const char* line) { return answer_to(read_request(line), {{"ok", false}}); };
+  for (const char* run : {R"({"order":"run","recipe":7})", R"({"order":"run","recipe":"a.yaml","serial":"S\u001b"})",
+                          R"({"order":"run"})", R"({"order":"run","recipe":"a.yaml","dry":true,"id":4})"}) {
+    EXPECT_EQ(answer(run).value("order", ""), "run") << run;
+    EXPECT_EQ(answer(run).value("board", ""), "untouched") << run;
+  }
+  EXPECT_EQ(answer(R"({"order":"jog"})").value("order", ""), "jog");
+  EXPECT_FALSE(answer(R"({"order":"jog"})").contains("board"));
+  EXPECT_FALSE(answer(R"({"order":"fly"})").contains("order"));
+  EXPECT_EQ(answer("{\"order\": \"abort\", \"x\": ").value("order", ""), "abort");
+  EXPECT_EQ(answer_to(read_request(R"({"order":"run","recipe":"a.yaml"})"), {{"board", "whole"}})["board"], "whole");
+}
+
 std::string nested(int levels) {
   return std::string(static_cast<std::size_t>(levels), '[') + std::string(static_cast<std::size_t>(levels), ']');
 }

@@ -223,6 +223,12 @@ TEST(Report, what_was_asked_and_where_it_ended_are_drawn_of_a_job_that_did_not_f
   EXPECT_NE(page.find("the job ended here"), std::string::npos);
 }
 
+/// As in the summary, where it is null: a number that is none looks like another job's.
+TEST(Report, a_job_without_a_tick_has_no_setpoint_hash) {
+  EXPECT_NE(report_page(made_up_job()).find("setpoint hash"), std::string::npos);
+  EXPECT_EQ(report_page(JobResult{}).find("setpoint hash"), std::string::npos);
+}
+
 TEST(Report, features_are_numbered_in_the_order_in_which_they_were_dispensed) {
   auto r = made_up_job();
   r.feature_names = {"first_written", "second_written"};
