@@ -12,7 +12,6 @@ struct Vertex {
   AxisVec q{};
   double aside_mm = 0;  ///< no point that was left out before it is farther from the leg that ends here
   bool rest = false;    ///< the tool has to stand here
-  bool apart = false;   ///< it is rounded alone, however short the legs beside it are
 };
 
 class Outline {

@@ -15,7 +15,6 @@ constexpr double kReversal = -0.97;       ///< cosine: sharper than 166 degrees
 constexpr double kStraightBack = -0.985;  ///< cosine of a reversal that has no side; one that is none, with a
                                           ///< neighbour moved aside by 1/20 of the leg, is 3 degrees sharper at most
 constexpr double kShare = 0.49;           ///< of a leg that a corner at one of its ends may take
-constexpr double kCramped = 0.5;          ///< of what a sharp corner would take: with less it is bent with others
 constexpr std::uint16_t kCornerCells = 24, kBendCells = 2;
 constexpr std::size_t kBesideHard = 2;  ///< vertices before a sharp corner: how far it reaches depends on them
 constexpr std::size_t kUncertain = 8;   ///< vertices at the end of a window: bends beyond may still reach there
@@ -196,19 +195,7 @@ class Rounding::Shape {
     if (v_[k].rest || c.room_mm <= 0 || back)
       c.kind = Kind::Rest;
     else
-      c.kind = c.turn > kSharp && (v_[k].apart || !cramped(k)) ? Kind::Sharp : Kind::Bend;
-  }
-
-  // Where the legs are much shorter than what a sharp corner would take of them, it would leave most of the tolerance
-  // unused; a spline over many vertices uses it.
-  [[nodiscard]] bool cramped(std::size_t k) const {
-    const double least = std::min(legs_[k - 1].length, legs_[k].length);
-    return kShare * least < kCramped * whole_reach(corners_[k]);
-  }
-
-  [[nodiscard]] static double whole_reach(const Corner& c) {
-    const double cosine = 1 - c.turn * c.turn / 2, sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-    return 8 * c.room_mm / (cosine > 0 ? sine : c.turn / std::numbers::sqrt2);
+      c.kind = c.turn > kSharp ? Kind::Sharp : Kind::Bend;
   }
 
   // A sharp corner of turn t is left by d/8 |d2 - d1|, and the path is d/8 sin t from the nearer leg, which counts up
@@ -218,7 +205,10 @@ class Rounding::Shape {
   void limit(std::size_t k) {
     Corner& c = corners_[k];
     const double share = std::min(legs_[k - 1].length * share_of(k - 1), legs_[k].length * share_of(k + 1));
-    if (c.kind == Kind::Sharp) c.reach_mm = std::min(share, whole_reach(c));
+    if (c.kind == Kind::Sharp) {
+      const double cosine = 1 - c.turn * c.turn / 2, sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+      c.reach_mm = std::min(share, 8 * c.room_mm / (cosine > 0 ? sine : c.turn / std::numbers::sqrt2));
+    }
     if (c.kind == Kind::Bend && c.turn > kStraightOn) {
       constexpr double kAlone = 3, kReach = 2;
       const double alone = kAlone * c.room_mm / c.turn;
@@ -289,21 +279,13 @@ bool Rounding::lay(bool last, std::vector<Curve>& out) {
   return true;
 }
 
-// Where no spline stays within the tolerance, sharp corners are rounded each alone; where there are none, the tool
-// stands in the vertices instead.
+// Where no spline stays within the tolerance, the tool stands in the vertices instead.
 bool Rounding::rest_in(const Shape& shape, const Bent& b) {
-  bool apart = false, rests = false;
-  const auto each = [&](auto&& change) {
-    for (std::size_t k = 1; k + 1 < chain_.size(); ++k)
-      if (shape.at(k) > b.begin - kSamePoint && shape.at(k) < b.end + kSamePoint && !chain_[k].rest)
-        change(chain_[k], shape.corner(k));
-  };
-  each([&](Vertex& v, const Corner& c) {
-    if (c.turn > kSharp && !v.apart) v.apart = apart = true;
-  });
-  if (apart) return true;
-  each([&](Vertex& v, const Corner&) { v.rest = rests = true, ++rests_; });
-  return rests;
+  bool any = false;
+  for (std::size_t k = 1; k + 1 < chain_.size(); ++k)
+    if (shape.at(k) > b.begin - kSamePoint && shape.at(k) < b.end + kSamePoint && !chain_[k].rest)
+      chain_[k].rest = any = true, ++rests_;
+  return any;
 }
 
 // The fairest spline over what is bent; of one that goes on beyond what is known, what lies before `until`.
@@ -362,7 +344,6 @@ void Rounding::push(const Vertex& v) {
     Vertex first = p, second = p;
     first.q = plus(p.q, -e, side), second.q = plus(p.q, e, side);
     first.aside_mm += e, second.aside_mm = e;
-    first.apart = second.apart = true;
     if (along(measure_, side) > 0) {
       chain_.push_back(first);
       seen_[2].aside_mm += e;

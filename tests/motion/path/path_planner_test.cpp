@@ -403,26 +403,6 @@ TEST(PathPlanner, a_narrow_zigzag_is_driven_without_a_standstill) {
   }
 }
 
-Polyline stairs(double step, int steps) {
-  Polyline p{{0, 0}};
-  for (int k = 0; k < steps; ++k)
-    p.push_back({step * (k + 1), step * k}), p.push_back({step * (k + 1), step * (k + 1)});
-  return p;
-}
-
-/// Corners whose legs are too short for each to use the tolerance use it together. Stairs of 0.1 mm lie within 0.036 mm
-/// of their slope. Those of 0.3 mm lie 0.106 mm from it, so that where no corner is missed by more than 0.05 mm each
-/// axis swings by (0.106 - 0.05) / sqrt(2) = 0.0397 mm about its even motion; with a jerk of one size that takes (192 *
-/// 0.0397 / j)^(1/3) = 53.4 ms for each step, 5.34 s for a hundred.
-TEST(PathPlanner, corners_that_lie_close_use_the_tolerance_together) {
-  const Played slope = play({{0, 0}, {10, 10}}, 0.05), fine = play(stairs(0.1, 100), 0.05);
-  expect_sound(fine, 0.05);
-  EXPECT_LE(fine.seconds, 2 * slope.seconds);
-  const Played coarse = play(stairs(0.3, 100), 0.05);
-  expect_sound(coarse, 0.05);
-  EXPECT_LE(coarse.seconds, 1.10 * 5.34);
-}
-
 TEST(PathPlanner, a_higher_set_speed_is_not_slower) {
   double last = 1e9;
   for (const double speed : {20.0, 40.0, 80.0, 160.0, 320.0}) {
