@@ -410,7 +410,7 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
   spec.lift_axis = machine_.z.value;
   spec.begin_mm = laid.mm;
   if (laid.mm <= 0) spec.stand_s = std::max(0.0, m.start_dwell_s - laid.stood_s);
-  auto begun = begin(builder, std::move(spec), m, rules);
+  auto begun = begin(builder, std::move(spec), m, rules, work);
   if (!begun) return wrong(begun.error());
   motion::BeadMotion& planned = begun->motion;
   begun->how.feature = static_cast<std::uint32_t>(laid.feature);
@@ -432,6 +432,11 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
     if (auto r = builder.vertical(planned.start, rules, straight_down_mm(planned.start, m, run_up_s)); !r)
       return before(r.error());
   if (auto r = builder.bead(planned, rules, static_cast<std::uint32_t>(laid.feature)); !r) return wrong(r.error());
+  if (auto r = surroundings()->keeps_gap(std::span(planned.segments).subspan(planned.bead_end), work); !r) {
+    Error e = r.error();
+    e.message = fmt::format("its run-out of {:.3g} mm: {}", planned.run_out_mm, e.message);
+    return wrong(e);
+  }
   if (begun->how.kind != RunUp::Kind::Whole) builder.begun(std::move(begun->how));
   if (auto r = leave_bead(builder, bead, rules); !r) return wrong(r.error());
   if (auto r = builder.vertical(lifted(builder.at(), m), rules, work.alone_mm); !r) return wrong(r.error());
@@ -440,7 +445,7 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
 
 /// The descent and the run-up are what has to be free for it, and what the valve opens ahead on.
 Result<BegunBead> BlockPlanner::begin(const BlockBuilder& builder, motion::BeadSpec spec, const recipes::Material& m,
-                                      const motion::PathRules& rules) const {
+                                      const motion::PathRules& rules, const Work& work) const {
   return plan_begin(limits_, std::move(spec), m, [&](const motion::BeadMotion& bead, RunUp::Kind kind) -> Result<void> {
     const std::span run_up = std::span(bead.segments).first(bead.bead_begin);
     double last_s = motion::duration(run_up);
@@ -451,7 +456,8 @@ Result<BegunBead> BlockPlanner::begin(const BlockBuilder& builder, motion::BeadS
     }
     if (kind != RunUp::Kind::Whole && last_s < m.valve_open_lead)  // of a whole one it was looked at
       return fail(Fault::NoSolution, "the valve would open before the needle's last descent and run-up");
-    return builder.would_be_free(run_up, rules);
+    if (auto r = builder.would_be_free(run_up, rules); !r) return r;
+    return surroundings()->keeps_gap(run_up, work);
   });
 }
 

@@ -81,7 +81,7 @@ class BlockPlanner {
   Result<void> add_bead(BlockBuilder& builder, const recipes::Bead& bead, const LaidPart& laid,
                         std::optional<Work>& last) const;
   [[nodiscard]] Result<BegunBead> begin(const BlockBuilder& builder, motion::BeadSpec spec, const recipes::Material& m,
-                                        const motion::PathRules& rules) const;
+                                        const motion::PathRules& rules, const Work& work) const;
   [[nodiscard]] Work work_of(const recipes::Bead& bead) const;
   Result<void> leave_bead(BlockBuilder& builder, const recipes::Bead& bead, const motion::PathRules& rules) const;
   [[nodiscard]] Work work_of(const recipes::Material& material, const std::string& on) const;

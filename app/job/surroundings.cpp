@@ -107,7 +107,10 @@ Surroundings::Surroundings(const config::Machine& machine, const recipes::Recipe
   const motion::BoardFrame frame{recipes::to_machine(recipe, machine, belief_.offset, belief_.surface, {0, 0}, 0),
                                  belief_.offset.rotation, belief_.surface.slope};
   scene_.tell_in(frame), scene_of_touch_.tell_in(frame);
-  board_size_ = recipe.board.size;
+  faces_[kBoard] = {recipe.board.size * 0.5, recipe.board.size, 0, 0};
+  for (const recipes::Part& part : recipe.parts)
+    if (dispensed_on_.contains(part.name))
+      faces_[part.name] = {part.at, {part.size.x, part.size.y}, part.rotation, part.size.z};
 }
 
 /// Each body of the recipe where it is believed to be, grown by how far it may be off. The board's box reaches to where
@@ -194,16 +197,20 @@ motion::PathRules Surroundings::touching(double press_mm) const {
   return rules;
 }
 
+double Surroundings::gap_kept_mm(const Work& work) {
+  return work.gap_mm - std::min(work.cut_mm, work.gap_mm / 2) - kSlack_mm;
+}
+
 motion::PathRules Surroundings::dispensing(const std::vector<Work>& works) const {
   motion::PathRules rules = apart();
   std::map<std::string, double> keeps;
-  const auto take = [&](const std::string& on, double gap_mm) {
-    const double keep = std::min(gap_mm - kSlack_mm - uneven_mm_ - belief_.upwards_mm, clearance_mm_);
+  const auto take = [&](const std::string& on, double height_mm) {
+    const double keep = std::min(height_mm - uneven_mm_ - belief_.upwards_mm, clearance_mm_);
     const auto [known, added] = keeps.emplace(on, keep);
     if (!added) known->second = std::min(known->second, keep);
   };
   for (const Work& work : works) {
-    const double gap_mm = work.gap_mm - std::min(work.cut_mm, work.gap_mm / 2);
+    const double gap_mm = gap_kept_mm(work);
     take(kBoard, work.top_mm + gap_mm);
     if (work.on != kBoard) take(work.on, gap_mm);
   }

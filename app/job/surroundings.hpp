@@ -9,8 +9,10 @@
 // board's thickness more. Nothing else inherits anything, however low it stands.
 #pragma once
 #include <deque>
+#include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -95,9 +97,25 @@ class Surroundings {
   /// lower at first it goes no deeper. Nothing before the surface is settled.
   [[nodiscard]] std::optional<BelowBoard> below_board(const std::deque<motion::Segment>& segments) const;
 
+  /// The same box lets the needle as near as the lowest corner asks for. This looks at the faces themselves: as over a
+  /// level board the needle keeps its gap, but for the slack, over what it dispenses on. Fault::Collision names the
+  /// body and the point. Nothing before the surface is settled.
+  [[nodiscard]] Result<void> keeps_gap(std::span<const motion::Segment> segments, const Work& work) const;
+
  private:
-  /// Of a straight motion of a head body's lower end, where it may be over the board: the least height over its face.
+  /// What is dispensed on: a rectangle in the board's plane, so high over the board's face.
+  struct Face {
+    Vec2 centre, size;
+    double rotation_rad = 0, top_mm = 0;
+  };
+  /// Of a straight motion of a head body's lower end the part that is over a face which is wider by the radius, in the
+  /// board's coordinates. Nothing where none is.
+  [[nodiscard]] static std::optional<std::pair<Vec3, Vec3>> over(const Face& face, Vec3 from, Vec3 to,
+                                                                 double radius_mm);
+  /// Where it may be over the board: the least height over its face.
   [[nodiscard]] std::optional<double> least_height(Vec3 from, Vec3 to, double radius_mm) const;
+  /// Over what is dispensed on.
+  [[nodiscard]] static double gap_kept_mm(const Work& work);
   void add_recipe(const config::Machine& machine, const recipes::Recipe& recipe);
   /// A tool with what it works on, or with what carries that.
   [[nodiscard]] bool by_design(const std::string& head, const std::string& standing) const;
@@ -113,7 +131,7 @@ class Surroundings {
   /// The board's box reaches to where its highest corner may be; elsewhere the surface is lower by up to `uneven_mm_`,
   /// and so is a part's top than its box.
   double highest_mm_ = 0, uneven_mm_ = 0;
-  Vec2 board_size_;
+  std::map<std::string, Face> faces_;  ///< of the board, and of the parts that are dispensed on
   /// Bodies of the machine that the board lies on, and how far their top is below its nominal surface.
   std::vector<std::pair<std::string, double>> carriers_;
 };
