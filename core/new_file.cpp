@@ -161,7 +161,9 @@ Result<void> try_folder(const std::string& path) {
   if (auto is_one = make_folder(there); !is_one) return is_one;
   std::string trial = there + "/.gantry-XXXXXX";
   const int fd = ::mkstemp(trial.data());
-  if (fd < 0) return errno == ENOSPC ? Result<void>{} : unwritable(fmt::format("no file can be made in '{}'", there), errno, path);
+  if (fd < 0)
+    return errno == ENOSPC ? Result<void>{}
+                           : unwritable(fmt::format("no file can be made in '{}'", there), errno, path);
   ::unlink(trial.c_str());
   ::close(fd);
   return {};
