@@ -6,6 +6,6 @@ gantry_library(gantry_sim_bus
     objects/object_shapes.cpp objects/pdo_map.cpp objects/sii_image.cpp
     drive/drive402.cpp drive/drive402_homing.cpp drive/drive_motion.cpp drive/homing_methods.cpp drive/motor.cpp
     station/station.cpp station/station_mailbox.cpp station/station_states.cpp
-    segment/can_segment.cpp segment/datagram.cpp segment/frame_faults.cpp segment/segment.cpp segment/segment_frames.cpp
-    segment/segment_line.cpp segment/segment_port.cpp
+    segment/can_segment.cpp segment/datagram.cpp segment/foreign_frame.cpp segment/frame_faults.cpp segment/segment.cpp
+    segment/segment_frames.cpp segment/segment_line.cpp segment/segment_port.cpp
   DEPS gantry_config gantry_core)

@@ -35,7 +35,7 @@ struct Shared {
 void answer_frames(devices::FramePort& wire, Shared& shared) {
   constexpr Time kLook = milliseconds(100);                   // for `stop`
   std::array<std::byte, 2 * devices::kMaxFrameBytes> buffer;  // an oversize frame must not look like a whole one
-  const auto late = std::make_unique<DelayLine>();            // what a script holds back
+  const auto late = std::make_unique<DelayLine>();            // what a script holds back, or sets behind
   while (!shared.stop) {
     const auto got = wire.receive(buffer, std::min(shared.clock.now() + kLook, late->next()));
     if (got.size > 0 && got.size <= devices::kMaxFrameBytes) {
@@ -44,7 +44,7 @@ void answer_frames(devices::FramePort& wire, Shared& shared) {
       const bool back = shared.world.answer(frame);
       const FrameFate fate = shared.world.fate();
       lock.unlock();
-      const bool at_once = !fate.held && !fate.duplicate && fate.delay == Time{0} && late->empty();
+      const bool at_once = !fate.held && !fate.duplicate && !fate.foreign && fate.delay == Time{0} && late->empty();
       if (back && at_once)
         wire.send(got.port, frame);
       else if (back)

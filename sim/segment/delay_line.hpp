@@ -1,4 +1,5 @@
-// Frames on their way back to the master, each with the instant at which it arrives; by arrival, not by order of entry.
+// Frames on their way back to the master, each with the instant at which it arrives, and what comes in behind it; by
+// arrival, not by order of entry.
 //   line.put(frame, arrives, fate);          // false: full, the frame is lost
 //   if (line.next() <= now) { auto frame = line.front(); ...; line.pop(); }
 #pragma once
@@ -9,6 +10,7 @@
 
 #include "core/clock.hpp"
 #include "devices/frame_port.hpp"
+#include "sim/segment/foreign_frame.hpp"
 #include "sim/segment/frame_faults.hpp"
 
 namespace gantry::sim {
@@ -28,6 +30,7 @@ class DelayLine {
       if (slots_[order_[i]].arrives == kNever) slots_[order_[i]].arrives = at + Time{1};
     bool kept = insert(frame, fate.held ? kNever : at);
     if (fate.duplicate) kept = insert(frame, fate.held ? kNever : at + Time{1}) && kept;
+    if (fate.foreign) kept = insert(foreign_frame(), at + Time{1}) && kept;
     return kept;
   }
   [[nodiscard]] bool empty() const noexcept { return count_ == 0; }

@@ -4,7 +4,6 @@
 #include <cstring>
 
 #include "core/rt/trap.hpp"
-#include "devices/wire/ethercat.hpp"
 
 namespace gantry::sim {
 namespace {
@@ -12,27 +11,6 @@ namespace {
 // 80 ns a byte at 100 Mbit/s, with preamble, FCS and gap; then the line there and back.
 constexpr std::size_t kOverheadBytes = 24, kShortest = 60;
 constexpr Time kByte{80}, kMastersCable{1240};
-
-/// As another master's comes back: a broadcast read of the AL states that six stations have answered.
-std::span<const std::byte> foreign_frame() noexcept {
-  using namespace devices::wire;
-  static const auto frame = [] {
-    std::array<std::byte, kMinEthernetFrame> f{};
-    std::fill_n(f.begin(), 6, std::byte{0xFF});
-    constexpr std::array kSender{0x02, 0x1B, 0x21, 0x0A, 0x0B, 0x0C};  // a card's address after the stations
-    for (std::size_t i = 0; i < kSender.size(); ++i) f[6 + i] = static_cast<std::byte>(kSender[i]);
-    f[12] = static_cast<std::byte>(kEtherType >> 8), f[13] = static_cast<std::byte>(kEtherType & 0xFF);
-    constexpr std::uint16_t kData = 2, kStations = 6;
-    put_le<std::uint16_t>(
-        f, kEthernetHeader,
-        static_cast<std::uint16_t>((kDatagramHeader + kData + kWorkingCounter) | kTypeDatagrams << 12));
-    put_datagram_header(std::span(f).subspan(kFrameHeader),
-                        {.command = Command::Brd, .index = 1, .address = 0x0130'0006, .length = kData});
-    put_le<std::uint16_t>(f, kFrameHeader + kDatagramHeader + kData, kStations);
-    return f;
-  }();
-  return frame;
-}
 
 }  // namespace
 
@@ -49,7 +27,6 @@ bool SegmentPort::send(devices::PortIndex port, std::span<const std::byte> frame
     arrives += kByte * static_cast<int>(std::max(whole.size(), kShortest) + kOverheadBytes) + kMastersCable +
                segment_.round_trip();
   back_.put(whole, arrives, segment_.fate());
-  if (segment_.fate().foreign) back_.put(foreign_frame(), arrives, {});
   return true;
 }
 

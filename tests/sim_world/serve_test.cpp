@@ -3,14 +3,17 @@
 // a time to pass.
 #include "sim/machine/serve.hpp"
 
+#include <array>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <string>
 #include <thread>
 #include <unistd.h>
 
 #include "core/clock.hpp"
+#include "devices/ethercat/link.hpp"
 #include "devices/ethercat/master.hpp"
 #include "devices/raw_socket_port.hpp"
 #include "sim/machine/world_client.hpp"
@@ -33,6 +36,16 @@ class VethPair {
   bool made_ = false;
 };
 
+/// Ends a thread that looks at `stop`, wherever a test leaves.
+struct Ending {
+  std::atomic<bool>& stop;
+  std::thread& thread;
+  ~Ending() {
+    stop = true;
+    if (thread.joinable()) thread.join();
+  }
+};
+
 TEST(Serve, a_master_on_the_other_end_of_the_cable_brings_the_bus_up_and_takes_a_picture) {
   const VethPair cable;
   if (!cable.made() && ::geteuid() != 0) GTEST_SKIP() << "no right to make a veth pair";
@@ -48,14 +61,7 @@ TEST(Serve, a_master_on_the_other_end_of_the_cable_brings_the_bus_up_and_takes_a
     options.world_socket = socket;
     served = serve(*machine, options, stop);
   });
-  struct Ending {
-    std::atomic<bool>& stop;
-    std::thread& thread;
-    ~Ending() {
-      stop = true;
-      if (thread.joinable()) thread.join();
-    }
-  } ending{stop, sim};
+  const Ending ending{stop, sim};
 
   MonotonicClock clock;
   const Time give_up = clock.now() + std::chrono::seconds(60);
@@ -104,6 +110,39 @@ TEST(Serve, a_master_on_the_other_end_of_the_cable_brings_the_bus_up_and_takes_a
   sim.join();
   EXPECT_TRUE(served);
   EXPECT_FALSE(std::filesystem::exists(socket));
+}
+
+TEST(Serve, frames_of_another_master_reach_the_other_end_as_in_one_process) {
+  const VethPair cable;
+  if (!cable.made() && ::geteuid() != 0) GTEST_SKIP() << "no right to make a veth pair";
+  ASSERT_TRUE(cable.made());
+  const auto machine = config::load_machine("config/machines/dispenser.yaml");
+  ASSERT_TRUE(machine);
+  const std::string script = (std::filesystem::temp_directory_path() / (cable.near + ".yaml")).string();
+  std::ofstream(script) << "- {do: foreign_frames, count: 5}\n";
+  std::atomic<bool> stop{false};
+  Result<void> served;
+  std::thread sim([&] {
+    ServeOptions options;
+    options.interface = cable.far;
+    options.world.script_file = script;
+    served = serve(*machine, options, stop);
+  });
+  const Ending ending{stop, sim};
+
+  MonotonicClock clock;
+  const Time give_up = clock.now() + std::chrono::seconds(60);
+  auto port = devices::RawSocketPort::open(cable.near);
+  ASSERT_TRUE(port) << to_text(port.error());
+  devices::Link link(**port, clock);
+  while (link.counts().foreign < 5 && clock.now() < give_up) {  // the simulated machine may not listen yet
+    std::array<std::byte, 2> states{};
+    static_cast<void>(link.transact(devices::wire::Command::Brd, 0x0130'0000, states, 1));
+  }
+  EXPECT_EQ(link.counts().foreign, 5u);
+  EXPECT_EQ(link.other_master(), (devices::MacAddress{std::byte{0x02}, std::byte{0x1B}, std::byte{0x21},
+                                                      std::byte{0x0A}, std::byte{0x0B}, std::byte{0x0C}}));
+  std::filesystem::remove(script);
 }
 
 TEST(Serve, an_interface_that_does_not_exist_is_refused) {
