@@ -80,8 +80,11 @@ void Axes::read(const devices::FieldBus& bus, bool answered, bool operational, s
 void Axes::join(AxisId id, bool second_moves_over) noexcept {
   const auto& drives = setup_.axes[id.value].drives;
   devices::Drive& to = drives_[drives[second_moves_over ? 1 : 0]];
-  to.set_reference({devices::wrap(to.feedback().counts)},
-                   drives_[drives[second_moves_over ? 0 : 1]].feedback().position);
+  const devices::Drive& from = drives_[drives[second_moves_over ? 0 : 1]];
+  if (cycle::has_torque(to.feedback().state))
+    to.call_target(from.commanded());
+  else
+    to.set_reference({devices::wrap(to.feedback().counts)}, from.feedback().position);
 }
 
 /// What one side does that no longer takes targets while the axis moves, the other one does, too: its targets would

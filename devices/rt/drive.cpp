@@ -174,4 +174,9 @@ void Drive::set_reference(Counts home, double position) noexcept {
   sent_ = feedback_.counts;
 }
 
+void Drive::call_target(double position) noexcept {
+  scale_.set_reference(sent_, position);
+  feedback_.position = scale_.to_position(feedback_.counts);
+}
+
 }  // namespace gantry::devices

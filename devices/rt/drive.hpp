@@ -115,6 +115,9 @@ class Drive {
   /// After homing: the drive has set its counter so that the home edge has the counts `home` (607Ch); that edge is the
   /// coordinate `position`. Standing, and not while targets are followed.
   void set_reference(Counts home, double position) noexcept;
+  /// The target that was sent last is the coordinate `position` from now on. It stays on the wire as it is, so that a
+  /// drive with torque does not leap to where its counter says that it stands.
+  void call_target(double position) noexcept;
 
  private:
   [[nodiscard]] Fault judge(DriveState before, bool gap) noexcept;

@@ -58,6 +58,22 @@ TEST(Drive, no_statusword_mode_or_goal_makes_it_send_a_position_to_a_drive_that_
   }
 }
 
+/// The two sides of a beam get one coordinate while both have torque; the counter of one of them may show anything.
+TEST(Drive, a_coordinate_that_is_given_to_a_drive_with_torque_moves_no_target) {
+  DriveBench b;
+  b.position(-12'000);
+  b.enable();
+  b.cycle({.goal = DriveGoal::Enabled, .target = b.drive.commanded()});
+  b.position(-24'000);  // 2000 to the mm
+  b.cycle({.goal = DriveGoal::Enabled, .target = b.drive.commanded()});
+  ASSERT_EQ(b.target(), -12'000);
+  b.drive.call_target(154.0);
+  EXPECT_DOUBLE_EQ(b.drive.commanded(), 154.0);
+  EXPECT_DOUBLE_EQ(b.drive.feedback().position, 148.0);
+  b.cycle({.goal = DriveGoal::Enabled, .target = b.drive.commanded()});
+  EXPECT_EQ(b.target(), -12'000);
+}
+
 /// Under load 6064h stands a few counts below the target. A target that followed it would sink with it, cycle by cycle.
 TEST(Drive, while_a_drive_with_torque_changes_its_mode_the_target_stands) {
   DriveBench b;
