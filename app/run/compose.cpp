@@ -17,9 +17,11 @@ using cycle::LoopSetup;
 
 // What a brake may give way, the play of its coupling with it (assumed).
 constexpr double kBrakeGive_mm = 0.5, kBrakeGive_rad = 0.02;
-// From where an axis stands behind its reference limit to the edge of that: more than a machine has between the switch
-// and its stop (assumed; docs/commissioning.md).
-constexpr double kLeaveLimit_mm = 20, kLeaveLimit_rad = 0.35;
+// From where an axis stands behind its reference switch to the edge of that: a tenth of its travel within these bounds,
+// more than a machine has between the switch and its stop (assumed; docs/commissioning.md). What a switch is closed for
+// beyond its place, it may stand elsewhere unseen.
+constexpr double kLeaveShare = 0.1;
+constexpr double kLeaveLeast_mm = 5, kLeaveMost_mm = 20, kLeaveLeast_rad = 0.09, kLeaveMost_rad = 0.35;
 constexpr double kLeaveSlower = 2, kLeaveStart_s = 1;  // than the slow speed, and what starting takes
 // From the edge on, besides braking: what the drive takes to see it, and to come to rest (assumed).
 constexpr double kComesToRest_s = 0.02;
@@ -61,7 +63,9 @@ devices::HomingRules rules_of(const config::Machine& machine, const config::Axis
   rules.flickers_cycles = std::max(rules.flickers_cycles, static_cast<int>(cycles_in(kFlickers_s, machine.bus.cycle)));
   rules.counts_per_cycle =
       std::max(axis.homing->fast, axis.homing->slow) * std::abs(axis.counts_per_unit) * seconds(machine.bus.cycle);
-  const double leave = axis.rotary ? kLeaveLimit_rad : kLeaveLimit_mm;
+  const double leave =
+      std::clamp(kLeaveShare * (axis.p_max - axis.p_min), axis.rotary ? kLeaveLeast_rad : kLeaveLeast_mm,
+                 axis.rotary ? kLeaveMost_rad : kLeaveMost_mm);
   if (is_cam_outside(axis)) rules.leaves |= devices::kSwitchHome;
   rules.leave_counts = std::llround(leave * std::abs(axis.counts_per_unit));
   rules.leave_cycles = cycles_in(kLeaveStart_s + kLeaveSlower * leave / axis.homing->slow, machine.bus.cycle);
