@@ -76,6 +76,7 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
     aside([&, clamp = bench.bring_up ? Clamp::Unseen : clamp_at(machine, bench.owner->latest())] {
       may_run = part.may_begin(clamp);
     });
+  const bool on_bus = bench.owner != nullptr && (!bench.bring_up || may_run);
   if (may_run && bench.bring_up) may_run = bench.bring_up();
   if (may_run) aside([&] { may_run = part.begin(); });
   if (may_run && bench.may_start) may_run = bench.may_start();
@@ -95,6 +96,7 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
   } else {
     aside(
         [&] { done.result = record::begin_result(machine, prepared.recipe, prepared.job, *folder, options.dry_run); });
+    if (on_bus) done.result.bus = bench.owner->bus();
     record::add_error(done.result, may_run.error());
   }
   done.result.origin = {prepared.recipe.sources.front().sha256, machine.file, machine.sha256, part.serial(),

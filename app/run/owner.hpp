@@ -161,6 +161,8 @@ class Owner {
   /// left.
   Result<void> idle();
 
+  /// Its bus as results name it: OwnerOptions::bus.
+  [[nodiscard]] const std::string& bus() const;
   [[nodiscard]] const cycle::Snapshot& latest() const;
   /// What is wrong with the machine: the latched fault first, in words; empty while none is.
   [[nodiscard]] std::vector<Error> active_faults() const;

@@ -264,6 +264,8 @@ std::optional<double> Owner::stop_mm() const {
 
 std::string Owner::order_said() const { return parts_->order_said; }
 
+const std::string& Owner::bus() const { return parts_->options.bus; }
+
 Standing Owner::standing() const { return parts_->standing(); }
 
 cycle::State Owner::state() const { return parts_->on_bus ? standing().state : latest().state; }

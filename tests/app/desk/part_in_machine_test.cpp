@@ -96,6 +96,7 @@ TEST_F(APartThatIsCut, is_refused_and_made_whole_by_what_was_cut) {
   expect_refused(run(), {"the part in the machine was begun at 20", "1 of its 3 features", "--only corner",
                          "`gantry part-removed`"});
   EXPECT_EQ(moved_at_, stood) << "nothing has moved";
+  EXPECT_EQ(run().value("said", "").find("VIRTUAL: the job failed before it began"), 0u) << "the owner's bus is up";
   EXPECT_EQ(code_of(run({{"only", {"cornr"}}})), "G901");
   EXPECT_EQ(code_of(run({{"only", "corner"}})), "G702") << "no list: not taken for all features";
   EXPECT_EQ(code_of(run({{"from", 3}})), "G702");
