@@ -247,8 +247,10 @@ void Expander::read(const std::string& name, PointsFile& to) {
     to_.sources.push_back({shown, text->size(), sha256_hex(*text)});
   to.points = read_points(*text, to.mistakes);
   if (to.mistakes.none() && to.points.size() < 2)
-    to.mistakes.add(Fault::OutOfRange, fmt::format("{} points stand here; at least 2 are wanted", to.points.size()),
-                    {1, 1});
+    to.mistakes.add(
+        Fault::OutOfRange,
+        fmt::format("{} here; at least 2 are wanted", to.points.empty() ? "no point stands" : "1 point stands"),
+        {1, 1});
 }
 
 std::vector<Vec3> Expander::from_file(const FeatureRow& row) {

@@ -142,6 +142,7 @@ Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
     }
   const auto word = std::find_if(rest.begin(), rest.end(), [](const std::string& w) { return !w.starts_with('-'); });
   if (verbs.empty() || word == rest.end()) return {Fault::Usage, in_our_words(error), said};
+  if (*word == "help") return {Fault::Usage, fmt::format("there is no '{0} help'; write `{0} --help`", said), ""};
   return {Fault::Usage,
           fmt::format("there is no '{} {}'; {}", said, *word, did_you_mean(*word, {verbs.begin(), verbs.end()})), ""};
 }

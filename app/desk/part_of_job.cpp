@@ -125,8 +125,9 @@ Error PartOfJob::refusal() const {
         recipe_.file};
   const std::string how_far =
       found_->lost ? nobody_saw()
-                   : fmt::format("{} of its {} features are not whole; finish it with {}", found_->left.size(),
-                                 recipe_.features.size(), config::shortened(found_->to_finish, 200));
+                   : fmt::format("{} of its {} features {} not whole; finish it with {}", found_->left.size(),
+                                 recipe_.features.size(), found_->left.size() == 1 ? "is" : "are",
+                                 config::shortened(found_->to_finish, 200));
   return {Fault::Refused,
           fmt::format("{} was begun at {} and not finished: {}, or say {} when it is taken out", named(), found_->began,
                       how_far, take_out),

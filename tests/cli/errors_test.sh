@@ -5,6 +5,8 @@ demo=recipes/demo-board.yaml
 
 expect_exit 2 "a misspelt option" "$gantry" dry-run $demo --sim-bord "dx=1 mm"
 expect_text "there is no option '--sim-bord'; did you mean '--sim-board'?"
+expect_exit 2 "a word for the options of help" "$gantry" help
+expect_text "there is no 'gantry help'; write .gantry --help."
 expect_exit 2 "a misspelt option with its value behind =" "$gantry" dry-run $demo "--sim-sed=4"
 expect_text "there is no option '--sim-sed'; did you mean '--sim-seed'?"
 expect_exit 2 "a misspelt option before the recipe" "$gantry" run --machin other.yaml $demo

@@ -37,7 +37,7 @@ expect_text "to finish it   gantry run .*short-board.yaml --only corner --serial
 ls "$state"/begun-sim/part-*.json >/dev/null 2>&1 || fail "nothing is remembered in the state folder"
 reset
 run 7 "the same part again" --serial S-1
-expect_text "the part with serial 'S-1' was begun at 20.*Z and not finished: 1 of its 3 features are not whole"
+expect_text "the part with serial 'S-1' was begun at 20.*Z and not finished: 1 of its 3 features is not whole"
 expect_text "finish it with --only corner, or say .gantry part-removed --serial S-1. when it is taken out"
 run 7 "the same part again, as JSON" --serial S-1 --json
 says "['board']" begun
