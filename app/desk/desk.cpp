@@ -14,6 +14,7 @@
 #include "app/desk/machine_status.hpp"
 #include "app/job/hold_to_run.hpp"
 #include "app/record/defects.hpp"
+#include "app/record/job_folder.hpp"
 #include "app/record/summary.hpp"
 #include "app/run/refusal.hpp"
 #include "config/yaml.hpp"
@@ -341,9 +342,20 @@ void Desk::finish(const Waiting& done, Json answer) {
     for (const Error& e : errors_of(answer)) log::report(e);
     if (answer.contains("folder"))
       log::info("button start: {}: {}", answer.value("result", ""), answer.value("folder", ""));
+    keep_newest_in_vain(answer);
   }
   reply(done.client, done.request, std::move(answer));
   door_.set_busy(done.client, is_answered_later(done.client));
+}
+
+/// A button that is pressed again and again over the same mistake leaves the folder of its newest press alone.
+void Desk::keep_newest_in_vain(const Json& answer) {
+  if (!answer.contains("folder")) return;
+  std::optional<InVain> now;
+  if (!in_vain_.empty()) now = InVain{in_vain_, answer["errors"].dump()};
+  if (now && pressed_in_vain_ && now->errors == pressed_in_vain_->errors)
+    owner_.aside([&folder = pressed_in_vain_->folder] { record::take_away(folder); });
+  pressed_in_vain_ = std::move(now);
 }
 
 void Desk::watch_jog() {
@@ -529,7 +541,7 @@ Desk::Carried Desk::part_removed(const run::Order& order) {
 
 Json Desk::run_job(const run::Order& order) {
   // From here on an abort and a hold are for this job, also while something is done aside and clients are heard.
-  recipe_ = order.recipe, preparing_ = true, aborted_.reset();
+  recipe_ = order.recipe, preparing_ = true, aborted_.reset(), in_vain_.clear();
   Result<recipes::Selection> selection;
   owner_.aside([&, clamp = clamp_at(machine_, owner_.latest())] {
     selection = filled_in(order.select, options_.parts, order.serial, clamp);
@@ -575,6 +587,7 @@ Json Desk::run_job(const run::Order& order) {
         .owner = &owner_, .may_start = may_start, .begin = [this] { return begin(); }, .parts = options_.parts};
     const auto done = do_job(machine_, *prepared, folder, {.serial = order.serial, .outlives_stops = true}, bench);
     if (!done) return failure({done.error()});
+    if (!done->begun) in_vain_ = done->folder;
     return {{"ok", done->result.exit_code == ExitCode::Done},
             {"result", record::result_word(done->result)},
             {"exit_code", static_cast<int>(done->result.exit_code)},

@@ -70,6 +70,11 @@ class Desk {
     Hold hold{};
   };
 
+  /// A press of the start button for which nothing was done.
+  struct InVain {
+    std::string folder, errors;
+  };
+
   /// What an order has come to.
   struct Carried {
     Json answer{};       ///< null: all went well, and the answer is the status after it ...
@@ -117,6 +122,7 @@ class Desk {
   void watch_hold_button();
   /// The last word to whoever asked for this; what the start button began is told in the log.
   void finish(const Waiting& done, Json answer);
+  void keep_newest_in_vain(const Json& answer);
   void watch_jog();
   /// What waits begins now.
   [[nodiscard]] bool may_begin() const;
@@ -155,6 +161,8 @@ class Desk {
   std::string recipe_;               ///< of the job that is prepared or runs
   std::optional<Error> aborted_;     ///< why what is prepared does not begin
   bool preparing_ = false, bringing_up_ = false, stop_ = false;
+  std::string in_vain_;  ///< folder of the last job when nothing was done for it; else ""
+  std::optional<InVain> pressed_in_vain_;
   bool hold_wished_ = false;  ///< of what is at work and has not begun
   std::optional<Hold> hold_;  ///< since it was asked for, or seen
   bool stood_ = false;        ///< on hold, or on the way there

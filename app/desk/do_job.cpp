@@ -41,6 +41,12 @@ record::Room room_of(const config::Machine& machine, const Prepared& prepared, b
                           seconds(machine.bus.cycle), prepared.proof && lists_motions ? prepared.proof->motions : 0);
 }
 
+/// The machine had taken it, and did nothing for it.
+bool is_refused(const record::JobResult& result) {
+  return result.setpoint_ticks == 0 && !result.errors.empty() &&
+         (result.errors.front().fault == Fault::Refused || result.errors.front().fault == Fault::SetupMode);
+}
+
 }  // namespace
 
 Clamp clamp_at(const config::Machine& machine, const cycle::Snapshot& now) {
@@ -92,6 +98,7 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
                                     .outlives_stops = options.outlives_stops,
                                     .opinion = options.opinion,
                                     .goes_on = !bench.release});
+    done.begun = !is_refused(done.result);
     if (bench.parts != nullptr) bench.parts->clamped(clamp_at(machine, bench.owner->latest()) != Clamp::Open);
   } else {
     aside(

@@ -23,6 +23,7 @@ Clamp clamp_at(const config::Machine& machine, const cycle::Snapshot& now);
 struct JobDone {
   record::JobResult result;
   std::string folder;
+  bool begun = false;        ///< false: not proved, or refused, before anything was done for it
   bool clamp_holds = false;  ///< its part, and the owner goes on: an order opens the clamp
 };
 

@@ -178,6 +178,13 @@ Result<std::string> job_folder(const WantedFolder& wanted, const std::string& re
   return fail(Fault::FileUnwritable, "too many results of this recipe; clear the folder", parent.string());
 }
 
+void take_away(const std::string& folder) {
+  std::error_code ignored;
+  if (const std::error_code wrong = remove_job(folder))
+    return log::warn("{} is not taken away: {}", folder, wrong.message());
+  fs::remove(folder, ignored);
+}
+
 Result<void> write_job(JobResult& result, const std::string& folder, const Certify& certify) {
   std::vector<std::string> files;
   const auto keep = [&](const std::string& name, const Result<void>& written) {

@@ -27,6 +27,9 @@ Result<void> check_folder(const WantedFolder& wanted);
 /// FileUnwritable.
 Result<std::string> job_folder(const WantedFolder& wanted, const std::string& recipe_file, const Room& room = {});
 
+/// What a job has left in `folder`, and the folder where nothing else lies in it.
+void take_away(const std::string& folder);
+
 /// All files of the job that are written when it has ended: the summary, then the report, then the larger ones, and the
 /// summary once more with the names of what is there. What cannot be written is told in result.not_kept.
 /// Fault::FileUnwritable: there is no summary.
