@@ -60,6 +60,7 @@ code,.mono{font-family:ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;font
 dl{display:grid;grid-template-columns:max-content 1fr;gap:3px 18px;margin:0;font-size:14px}
 dt{color:var(--muted)}dd{margin:0;overflow-wrap:anywhere}
 .legend{display:flex;flex-wrap:wrap;gap:4px 18px;font-size:13px;color:var(--muted);margin:8px 0 0;align-items:center}
+.legend + p{margin-top:10px}
 .legend svg{display:inline-block;width:26px;height:14px;vertical-align:-2px;margin-right:6px}
 .scale{display:inline-block;width:90px;height:9px;border-radius:5px;margin:0 6px;vertical-align:-1px;
 background:linear-gradient(90deg,hsl(170 62% 42%),hsl(161 62% 42%) 25%,hsl(135 62% 42%) 50%,hsl(91 62% 42%) 75%,hsl(30 62% 42%))}

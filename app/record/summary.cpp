@@ -25,10 +25,21 @@ Json numbers(const std::vector<double>& list) {
   for (const double v : list) out.push_back(number(v));
   return out;
 }
-Json points(const std::vector<Vec3>& list) {
+/// Every such one, and the last.
+Json points(const std::vector<Vec3>& list, std::size_t every = 1) {
   Json result = Json::array();
-  for (const auto& p : list) result.push_back(point(p));
+  for (std::size_t i = 0; i < list.size(); ++i)
+    if (i % every == 0 || i + 1 == list.size()) result.push_back(point(list[i]));
   return result;
+}
+
+/// A bead has a point for each cycle. Where all of them have more than can be read at once, every second, third ... is
+/// told; deposits.csv has all.
+std::size_t every_point(const std::vector<Deposit>& deposits) {
+  constexpr std::size_t kMost = 100'000;
+  std::size_t all = 0;
+  for (const Deposit& d : deposits) all += d.kind == "bead" ? d.board_mm.size() : 0;
+  return std::max<std::size_t>(1, (all + kMost - 1) / kMost);
 }
 
 Json nearest(const std::optional<job::Nearest>& n) {
@@ -166,11 +177,12 @@ void add_world(Json& j, const JobResult& r) {
   for (const auto& c : r.collisions)
     collisions.push_back(
         {{"moving", c.moving}, {"standing", c.standing}, {"at_mm", point(c.at)}, {"t_s", number(c.t_s)}});
+  const std::size_t every = every_point(r.deposits);
   for (const auto& d : r.deposits) {
     Json& told = deposits.emplace_back(Json{{"id", d.id},
                                             {"kind", d.kind},
                                             {"nominal_mm", points(d.nominal_mm)},
-                                            {"board_mm", points(d.board_mm)},
+                                            {"board_mm", points(d.board_mm, every)},
                                             {"error_mm", number(d.error_mm)},
                                             {"gap_mm", number(d.gap_mm)},
                                             {"open_ms", number(d.open_s * 1e3)}});

@@ -89,6 +89,28 @@ TEST(Summary, tells_times_as_forecast_and_as_taken_and_how_steady_a_bead_was) {
   EXPECT_EQ(told.at("volume_per_length"), 1.25);
 }
 
+/// A bead of twenty minutes has 1.2 million points; the summary stays small, and deposits.csv has them all.
+TEST(Summary, tells_no_more_points_of_beads_than_can_be_read_at_once) {
+  JobResult r = made_up_job();
+  const auto bead = [](std::size_t count) {
+    Deposit d{.id = "long", .kind = "bead", .nominal_mm = {}, .board_mm = {}};
+    for (std::size_t i = 0; i < count; ++i) d.board_mm.push_back({0.002 * static_cast<double>(i), 5, 0.3});
+    return d;
+  };
+  r.deposits = {bead(2), bead(90'000)};
+  json j = to_json(r);
+  EXPECT_EQ(j.at("deposits")[1].at("board_mm").size(), 90'000u) << "all of them";
+  r.deposits.push_back(bead(1'200'000));
+  j = to_json(r);
+  EXPECT_EQ(j.at("deposits")[0].at("board_mm").size(), 2u) << "its ends";
+  const json& told = j.at("deposits")[2].at("board_mm");
+  EXPECT_LE(told.size(), 100'000u);
+  EXPECT_GE(told.size(), 80'000u);
+  EXPECT_EQ(told.front(), json::array({0.0, 5.0, 0.3}));
+  EXPECT_NEAR(told.back()[0].get<double>(), 0.002 * 1'199'999, 1e-6);
+  EXPECT_LT(j.dump().size(), 6'000'000u);
+}
+
 TEST(Summary, tells_the_lengths_of_beads_the_areas_of_fills_and_the_files_of_the_recipe) {
   JobResult r = made_up_job();
   r.beads = {{"L", "polyline", 38}, {"f[0]", "fill", 10}, {"f[1]", "fill", 5}, {"g", "fill", 7}, {"dry", "arc", 3}};
