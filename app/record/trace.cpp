@@ -124,7 +124,7 @@ void Trace::add_cycle(const cycle::Snapshot& s) {
   if (s.state == cycle::State::Offline) return;
   if (!s.answered) {
     ++cycles_.frames_lost;
-  } else if (s.working_counter != s.expected) {
+  } else if (!s.complete) {
     ++cycles_.working_counter_errors;
   }
 }

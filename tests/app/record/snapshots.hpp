@@ -20,6 +20,7 @@ inline cycle::Snapshot tick_of(std::uint32_t block, std::uint32_t tick, std::int
   s.counts[0] = c0;
   s.counts[1] = c1;
   s.inputs_fresh = true;
+  s.complete = true;
   s.working_counter = s.expected = 6;
   return s;
 }

@@ -121,7 +121,7 @@ TEST(Trace, counts_cycles_misses_and_lost_frames) {
   trace.add(s);
   s.sent = false;  // skipped by a stall
   trace.add(s);
-  s.sent = true, s.wake_ns = 20'000, s.answered = s.inputs_fresh = false, s.working_counter = 0;
+  s.sent = true, s.wake_ns = 20'000, s.answered = s.inputs_fresh = s.complete = false, s.working_counter = 0;
   trace.add(s);
   s.answered = true;  // nobody took part, and the frame is back: it is not lost
   trace.add(s);
