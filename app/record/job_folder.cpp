@@ -17,6 +17,7 @@
 #include "app/record/summary.hpp"
 #include "app/record/write_file.hpp"
 #include "config/yaml.hpp"
+#include "core/absolute_path.hpp"
 #include "core/log.hpp"
 #include "core/new_file.hpp"
 #include "core/sha256.hpp"
@@ -143,7 +144,9 @@ Result<void> check_folder(const WantedFolder& wanted) {
     return fail(Fault::Usage,
                 "this folder holds the results of a job; name another one, or let `--force` overwrite them",
                 wanted.path);
-  if (auto usable = try_folder(named ? wanted.path : wanted.under); !usable)
+  const std::string& tried = named ? wanted.path : wanted.under;
+  if (auto somewhere = absolute_path(tried); !somewhere) return tl::unexpected(somewhere.error());
+  if (auto usable = try_folder(tried); !usable)
     return fail(named ? Fault::Usage : Fault::FileUnwritable, usable.error().message, usable.error().where);
   return {};
 }

@@ -38,7 +38,7 @@ while read -r code words; do
   expect_text "the folder that this program stands in was deleted: go to one that exists (cd), or give names from / on"
 done <<END
 2 dry-run $demo
-3 dry-run recipe.yaml
+2 dry-run recipe.yaml
 2 run $demo --state $work/state
 2 run recipe.yaml --out $work/out-1 --state $work/state
 2 up --state state

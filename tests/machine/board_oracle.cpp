@@ -36,6 +36,12 @@ std::vector<double> lengths(const std::vector<Vec3>& path) {
   return out;
 }
 
+double length_of(const std::vector<Vec2>& line) {
+  double sum = 0;
+  for (std::size_t i = 1; i < line.size(); ++i) sum += norm(line[i] - line[i - 1]);
+  return sum;
+}
+
 /// Time in cycles at which a path has come so far: but for its ends it has a point a cycle.
 double cycle_at(const std::vector<double>& to, double length) {
   const auto next = std::lower_bound(to.begin(), to.end(), length);
@@ -93,7 +99,8 @@ class OfOne {
     if (!w.flow_follows_speed) own_speed(w, lengths(shot.path));
     if (undisturbed == nullptr) return;
     const std::vector<double> now = lengths(shot.path), planned = lengths(undisturbed->path);
-    full = now.back() >= planned.back() - w.tolerance_mm && !has_hole(w, path);
+    // What a valve lays beyond the bead's ends, because its leads do not fit it, does not have to be there.
+    full = now.back() >= std::min(planned.back(), length_of(w.points)) - w.tolerance_mm && !has_hole(w, path);
     if (!full || w.flow_follows_speed) return;
     speed(w, now, planned);
   }
