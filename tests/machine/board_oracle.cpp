@@ -149,7 +149,8 @@ class OfOne {
       bool steady = true;
       for (const std::size_t at : {i, from, to})
         steady = steady && std::abs((planned[at + kWindow] - planned[at]) / kWindow / (w.speed_mm_s * 1e-3) - 1) < 0.02;
-      const double slack_mm = w.speed_mm_s * 0.5e-3 + 0.02;  // that a join may be off
+      // That a join may be off: with what may be missing there, over which the needle goes in one step.
+      const double slack_mm = w.speed_mm_s * 0.5e-3 + 0.02 + w.tolerance_mm;
       for (const double join : w.joins_mm)
         steady = steady && (planned[from] > join + slack_mm || planned[to] < join - slack_mm);
       if (!steady) continue;
