@@ -304,17 +304,9 @@ void Desk::watch_reset() {
   }
 }
 
-/// Whoever is told that an abort was taken sees nothing begin afterwards that was pressed before.
-bool Desk::abort_unanswered() const {
-  return std::any_of(given_.begin(), given_.end(),
-                     [](const Told& told) { return told.to.request.order->kind == run::OrderKind::Abort; });
-}
-
 void Desk::watch_start_button() {
   if (!owner_.take_start() || stop_) return;
-  if (abort_unanswered())
-    log::warn("button start: an abort came at the same time; press it again");
-  else if (options_.recipe.empty())
+  if (options_.recipe.empty())
     log::warn("button start: no recipe belongs to it; `gantry up --recipe FILE` names one");
   else if (at_work() != nullptr)
     log::warn("button start: the machine is busy with '{}'", run::name(at_work()->request.order->kind));

@@ -117,7 +117,6 @@ class Desk {
   [[nodiscard]] bool taken_back(const OrderSocket::Incoming& in) const;
   void reset(std::uint64_t client, const Request& request);
   void watch_reset();
-  [[nodiscard]] bool abort_unanswered() const;
   void watch_start_button();
   void watch_hold_button();
   /// The last word to whoever asked for this; what the start button began is told in the log.

@@ -50,7 +50,7 @@ Result<void> Owner::Parts::hold(bool now, OrderKind asked) {
     order_said = !ahead ? travel_hold_words()
                  : now  ? fmt::format("holds now, {}", ahead->in())
                         : fmt::format("holds {} {:.2f} s", ahead->after(), ahead->left_s);
-    on_bus->hold_ns = control().latest().time_ns;
+    on_bus->stop_ns = control().latest().time_ns;
     control().post({.kind = CommandKind::Hold, .value = now ? 1.0 : 0.0});
     return {};
   }
@@ -65,7 +65,7 @@ Result<void> Owner::Parts::hold(bool now, OrderKind asked) {
                      undertaking == Undertaking::Park || undertaking == Undertaking::Home;
   if (!moves || !before) return tl::unexpected(refusal(asked));
   control().hold_next(true);
-  on_bus->hold_ns = control().latest().time_ns;
+  on_bus->stop_ns = control().latest().time_ns;
   return {};
 }
 
@@ -157,9 +157,10 @@ void Owner::Parts::heed_buttons() {
   if (pressed.start_in_vain) log::warn("button start: a fault is latched; `reset` comes first");
   if (!pressed.start) return;
   const State state = control().latest().state;
-  const bool before_answer = on_bus->hold_ns && control().latest().time_ns - *on_bus->hold_ns < kHeard.count();
+  // Whoever is told that a stop was taken sees nothing move afterwards that was pressed before.
+  const bool before_answer = on_bus->stop_ns && control().latest().time_ns - *on_bus->stop_ns < kHeard.count();
   if (before_answer)
-    log::warn("button start: a hold came at the same time; press it again");
+    log::warn("button start: a stop came at the same time; press it again");
   else if (control().holds_next() || state == State::Held || state == State::Holding)
     do_it("start", resume());
   else if (undertaking != Undertaking::None)
@@ -220,6 +221,8 @@ Result<void> Owner::Parts::at_once(const Order& order) {
     case OrderKind::Override: return set_override(order.value);
     case OrderKind::Abort:
       raise_to.reset();
+      on_bus->stop_ns = control().latest().time_ns;
+      on_bus->start_pressed = false;
       if (undertaking != Undertaking::None) control().abort({Fault::Aborted, "the operator aborted it", ""});
       return {};
     default: return tl::unexpected(refusal(order.kind));

@@ -46,7 +46,7 @@ struct OnBus {
   bool compared = false;                ///< what stations were given was read again since they have torque
   bool start_pressed = false;           ///< and nobody has taken it yet
   bool hold_pressed = false;            ///< the same, where nothing is under way that could be held
-  std::optional<std::int64_t> hold_ns;  ///< machine time of the last hold that was taken
+  std::optional<std::int64_t> stop_ns;  ///< machine time of the last hold or abort that was taken
   devices::CyclicCounts counted;        ///< as last reported
   std::int64_t counted_at_ns = 0;
   std::optional<Error> named;  ///< the last latched fault whose stations were found

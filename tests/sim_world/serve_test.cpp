@@ -46,6 +46,24 @@ struct Ending {
   }
 };
 
+/// `gantry sim` in a thread of its own, until it is ended. The machine outlives it.
+class Serving {
+ public:
+  Serving(const config::Machine& machine, ServeOptions options)
+      : thread_([this, &machine, options = std::move(options)] { served_ = serve(machine, options, stop_); }) {}
+  ~Serving() { static_cast<void>(end()); }
+  Result<void> end() {
+    stop_ = true;
+    if (thread_.joinable()) thread_.join();
+    return served_;
+  }
+
+ private:
+  std::atomic<bool> stop_{false};
+  Result<void> served_;
+  std::thread thread_;
+};
+
 TEST(Serve, a_master_on_the_other_end_of_the_cable_brings_the_bus_up_and_takes_a_picture) {
   const VethPair cable;
   if (!cable.made() && ::geteuid() != 0) GTEST_SKIP() << "no right to make a veth pair";
@@ -53,15 +71,10 @@ TEST(Serve, a_master_on_the_other_end_of_the_cable_brings_the_bus_up_and_takes_a
   const auto machine = config::load_machine("config/machines/dispenser.yaml");
   ASSERT_TRUE(machine);
   const std::string socket = (std::filesystem::temp_directory_path() / (cable.near + ".world")).string();
-  std::atomic<bool> stop{false};
-  Result<void> served;
-  std::thread sim([&] {
-    ServeOptions options;
-    options.interface = cable.far;
-    options.world_socket = socket;
-    served = serve(*machine, options, stop);
-  });
-  const Ending ending{stop, sim};
+  ServeOptions options;
+  options.interface = cable.far;
+  options.world_socket = socket;
+  Serving serving(*machine, options);
 
   MonotonicClock clock;
   const Time give_up = clock.now() + std::chrono::seconds(60);
@@ -106,9 +119,7 @@ TEST(Serve, a_master_on_the_other_end_of_the_cable_brings_the_bus_up_and_takes_a
   stop_loop = true;
   loop.join();
   master.shut_down();
-  stop = true;
-  sim.join();
-  EXPECT_TRUE(served);
+  EXPECT_TRUE(serving.end());
   EXPECT_FALSE(std::filesystem::exists(socket));
 }
 
@@ -120,15 +131,10 @@ TEST(Serve, frames_of_another_master_reach_the_other_end_as_in_one_process) {
   ASSERT_TRUE(machine);
   const std::string script = (std::filesystem::temp_directory_path() / (cable.near + ".yaml")).string();
   std::ofstream(script) << "- {do: foreign_frames, count: 5}\n";
-  std::atomic<bool> stop{false};
-  Result<void> served;
-  std::thread sim([&] {
-    ServeOptions options;
-    options.interface = cable.far;
-    options.world.script_file = script;
-    served = serve(*machine, options, stop);
-  });
-  const Ending ending{stop, sim};
+  ServeOptions options;
+  options.interface = cable.far;
+  options.world.script_file = script;
+  const Serving serving(*machine, options);
 
   MonotonicClock clock;
   const Time give_up = clock.now() + std::chrono::seconds(60);
