@@ -42,6 +42,8 @@ class Qos {
   Qos& reliable() { return dds_qset_reliability(qos_, DDS_RELIABILITY_RELIABLE, DDS_MSECS(100)), *this; }
   Qos& best_effort() { return dds_qset_reliability(qos_, DDS_RELIABILITY_BEST_EFFORT, 0), *this; }
   Qos& keep_last(int depth) { return dds_qset_history(qos_, DDS_HISTORY_KEEP_LAST, depth), *this; }
+  /// A reader hears nothing that its own participant writes.
+  Qos& of_others() { return dds_qset_ignorelocal(qos_, DDS_IGNORELOCAL_PARTICIPANT), *this; }
   /// Who comes late gets the last `depth` samples.
   Qos& for_latecomers(int depth) {
     dds_qset_durability(qos_, DDS_DURABILITY_TRANSIENT_LOCAL);

@@ -8,7 +8,7 @@
 namespace gantry::monitor {
 namespace {
 
-constexpr std::size_t kMostOthers = 64;
+constexpr int kMostOthers = 64;
 
 std::optional<Speaker> speaker_of(const dds_builtintopic_endpoint_t& writer) {
   void* data = nullptr;
@@ -60,7 +60,8 @@ void NamesakeWatch::look() {
     } else if (info.valid_data) {
       const auto& writer = *static_cast<const dds_builtintopic_endpoint_t*>(sample);
       auto other = std::string_view(writer.topic_name) == kStateTopic ? speaker_of(writer) : std::nullopt;
-      if (other && other->machine == self_.machine && other->session != self_.session && others_.size() < kMostOthers)
+      if (other && other->machine == self_.machine && other->session != self_.session &&
+          std::ssize(others_) < kMostOthers)
         others_[info.instance_handle] = std::move(*other);
     }
     dds_return_loan(announcements_.id(), &sample, n);
@@ -69,7 +70,9 @@ void NamesakeWatch::look() {
 
 void NamesakeWatch::listen(Time now) {
   if (!listening_) {
-    auto reader = dds::reader(*participant_, gantry_msg_MachineState_desc, kStateTopic, dds::Qos().best_effort());
+    // The machines share one instance, their name's, and our own states would be the last in it whenever we look.
+    auto reader = dds::reader(*participant_, gantry_msg_MachineState_desc, kStateTopic,
+                              dds::Qos().best_effort().keep_last(kMostOthers).of_others());
     if (!reader) return;  // tried again by the next poll
     states_ = std::move(*reader);
     listening_ = true;
