@@ -136,6 +136,8 @@ struct Station {
   StationProfile profile;
   bool emergency_stop_elsewhere = false;  ///< the file says so of a drive whose emergency stop input is given away
   std::optional<Accepted> accepted;       ///< of the machine's state, not of its file
+  /// Its process data stand in the image that the loop exchanges each cycle.
+  [[nodiscard]] bool cyclic() const { return bus == BusKind::EtherCat; }
 };
 
 /// A convex body. Centre and extents in mm; cylinders and capsules stand along Z.

@@ -26,8 +26,8 @@ struct EthercatFigures {
 
 /// What one cyclic exchange gave, whatever the bus (docs/decisions/015).
 struct Exchange {
-  /// FrameLost: not all that was sent came back. WorkingCounterLow: it did, but not everybody took part; also when
-  /// nobody did. WorkingCounterHigh: somebody took part that should not. BusDown: no link.
+  /// FrameLost: not all that was sent came back. TooFewTookPart: it did, but not everybody took part; also when
+  /// nobody did. TooManyTookPart: somebody took part that should not. BusDown: no link.
   Fault fault = Fault::None;
   bool inputs_fresh = false;  ///< all inputs are of this exchange; stale ones are the last good ones, unchanged
   bool complete = false;      ///< as many took part as belong to the bus

@@ -88,7 +88,7 @@ struct Snapshot {
   std::int32_t compute_ns = 0;  ///< own work of the cycle, without the bus
   std::int32_t bus_ns = 0;      ///< exchange: send until the answer was read
   std::int32_t dc_error_ns = 0;
-  bool dc_locked = false;  ///< the cycles keep their distance from SYNC0; also where the bus has no clock to keep it to
+  bool in_time = false;  ///< the cycles keep their distance from the bus's clock; also where it has none
   State state = State::Offline;
   bool sent = true;
   bool answered = true;  ///< every frame of the cycle came back, whoever took part

@@ -64,18 +64,17 @@ void Supervisor::look_at_bus(const View& view, Findings& found) noexcept {
     return;
   }
   if (x.fault == Fault::BusDown && operational_) found.push_back({Fault::BusDown, kNoAxis, 0});
-  if (x.fault == Fault::None || x.fault == Fault::WorkingCounterHigh) frames_lost_ = 0;
-  if (x.fault == Fault::WorkingCounterLow) {
+  if (x.fault == Fault::None || x.fault == Fault::TooManyTookPart) frames_lost_ = 0;
+  if (x.fault == Fault::TooFewTookPart) {
     ++counter_low_;
     if (operational_ && counter_low_ >= setup_.counter_low_max)
-      found.push_back({Fault::WorkingCounterLost, kNoAxis, x.detail});
+      found.push_back({Fault::StationSilent, kNoAxis, x.detail});
     else if (operational_ && counter_low_ == 1)
-      found.push_back({Fault::WorkingCounterLow, kNoAxis, x.detail});
+      found.push_back({Fault::TooFewTookPart, kNoAxis, x.detail});
   } else {
     counter_low_ = 0;
   }
-  if (x.fault == Fault::WorkingCounterHigh && operational_)
-    found.push_back({Fault::WorkingCounterHigh, kNoAxis, x.detail});
+  if (x.fault == Fault::TooManyTookPart && operational_) found.push_back({Fault::TooManyTookPart, kNoAxis, x.detail});
   if (operational_ && x.fault == Fault::None && !x.operational)
     found.push_back({Fault::StationLeftOp, kNoAxis, x.detail});
   if (!operational_ && x.fault == Fault::None && x.operational) operational_ = true;

@@ -76,8 +76,7 @@ Result<void> add_drives(const config::Machine& machine, const config::Axis& axis
                         LoopSetup& loop) {
   for (const config::DriveRef& ref : axis.drives) {
     const config::Station* station = station_of(machine, ref.station);
-    if (station == nullptr || station->bus != config::BusKind::EtherCat)
-      continue;  // a positioned axis on CANopen has no place in the image
+    if (station == nullptr || !station->cyclic()) continue;
     auto layout = devices::map_drive(station->profile, ref.slot);
     if (!layout) return tl::unexpected(layout.error());
     const auto index = static_cast<std::uint8_t>(loop.drives.size());
@@ -112,7 +111,7 @@ Result<void> compose_startup(config::Machine& machine) {
     if (!axis.homing) continue;
     for (const config::DriveRef& ref : axis.drives)
       for (config::Station& station : machine.stations) {
-        if (station.id != ref.station || station.bus != config::BusKind::EtherCat) continue;
+        if (station.id != ref.station || !station.cyclic()) continue;
         auto rows = devices::homing_objects(station.profile, ref.slot, axis);
         if (!rows) return tl::unexpected(rows.error());
         station.profile.startup.insert(station.profile.startup.end(), rows->begin(), rows->end());

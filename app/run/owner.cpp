@@ -174,7 +174,7 @@ Result<void> Owner::Parts::see_limits(std::uint32_t named, bool told) {
     if ((named >> axis.id.value & 1u) == 0 || !axis.homing || axis.kind != config::AxisKind::Streamed) continue;
     for (const config::DriveRef& drive : axis.drives) {
       const config::Station& s = machine.stations[drive.station.value];
-      if (s.bus != config::BusKind::EtherCat) continue;
+      if (!s.cyclic()) continue;
       const config::ObjectAddress inputs = config::in_slot(s.profile, {0x60FD, 0}, drive.slot);
       const auto source = [&] { return bus->source(s.id, inputs); };
       const auto unseen = [&](std::string_view why) {

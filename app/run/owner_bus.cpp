@@ -106,7 +106,7 @@ Result<void> Owner::Parts::go_on_bus() {
                 on_bus->watchdog->rights().refused);
   }
   // A drive may come up with a fault of its own, and this owner is who can reset it: that ends no bring-up.
-  const auto locked = [&] { return control().latest().dc_locked; };
+  const auto locked = [&] { return control().latest().in_time; };
   const CycleIndex give_up = control().latest().cycle + control().cycles(kLockTimeout_s);
   while (!locked() && control().latest().cycle < give_up && control().alive() && !control().aborting())
     control().idle();

@@ -26,7 +26,7 @@ class Culprits {
 
   /// Faults that the loop tells without a station.
   static bool wanted(Fault fault) noexcept {
-    return fault == Fault::WorkingCounterLow || fault == Fault::WorkingCounterLost || fault == Fault::StationLeftOp;
+    return fault == Fault::TooFewTookPart || fault == Fault::StationSilent || fault == Fault::StationLeftOp;
   }
   void ask(const cycle::Event& event);
   void watch(const cycle::Snapshot& now);

@@ -330,7 +330,7 @@ Result<void> EthercatMaster::wait_until_fresh(const StationRecord& s) {
   std::uint64_t seen = cyclic_->cycles();
   for (int fresh = 0; fresh < kFreshCycles;) {
     if (clock_.now() >= deadline)
-      return fail(Fault::WorkingCounterLost, "is in OP again, but does not take part in the cycles", s.where);
+      return fail(Fault::StationSilent, "is in OP again, but does not take part in the cycles", s.where);
     link_.pause(machine_.bus.cycle);
     const std::uint64_t now = cyclic_->cycles();
     if (now == seen) continue;

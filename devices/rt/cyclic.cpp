@@ -311,9 +311,9 @@ Exchange Cyclic::judge() noexcept {
 
 void Cyclic::judge_counters(Exchange& e, bool low, bool high) noexcept {
   if (high)
-    e.fault = Fault::WorkingCounterHigh;
+    e.fault = Fault::TooManyTookPart;
   else if (low)
-    e.fault = Fault::WorkingCounterLow;
+    e.fault = Fault::TooFewTookPart;
   const bool nobody = e.ethercat.working_counter == 0 && e.ethercat.expected != 0;
   if ((low || high) && (answered_ | untouched_).count() == used_)  // where frames are missing, that is what happened
     ++(high ? counts_.wkc_high : nobody ? counts_.wkc_zero : counts_.wkc_low);

@@ -145,7 +145,7 @@ TEST(Beam, the_other_side_stands_at_once_when_one_has_left_the_line) {
       InTruth beam;
       run::Owner& owner = beam.meet(what, std::to_string(speed_mm_s) + " mm/s");
       EXPECT_LT(beam.apart, speed_mm_s * (0.003 + 0.001 + 0.003 + 0.0005));
-      EXPECT_EQ(owner.latest().latched, Fault::WorkingCounterLost);
+      EXPECT_EQ(owner.latest().latched, Fault::StationSilent);
     }
 }
 

@@ -29,7 +29,7 @@ Judge::Judge(const config::Machine& machine) : machine_(machine) {
     bool second = false;
     for (const config::DriveRef& ref : axis.drives)
       for (const config::Station& station : machine.stations)
-        if (station.id == ref.station && station.bus == config::BusKind::EtherCat) {
+        if (station.id == ref.station && station.cyclic()) {
           drives_[count_++] = {axis.id.value, axis.counts_per_unit, axis.v_max, ref.invert, second};
           second = true;
         }

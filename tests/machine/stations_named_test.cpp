@@ -20,7 +20,7 @@ TEST(StationsNamed, a_lost_station_ends_a_job_with_its_name) {
   const auto result = rig.run(kDemo);
   EXPECT_EQ(result.exit_code, ExitCode::Device);
   ASSERT_FALSE(result.errors.empty());
-  EXPECT_EQ(result.errors.front().fault, Fault::WorkingCounterLost);
+  EXPECT_EQ(result.errors.front().fault, Fault::StationSilent);
   EXPECT_EQ(result.errors.front().where, "station 5 'cu'") << to_text(result.errors.front());
 }
 
@@ -84,7 +84,7 @@ TEST(StationsNamed, nobody_is_blamed_for_a_single_cycle_or_for_what_was_over_bef
   b.pass(10);
   b.segment.heal_link(4);
   b.pass(300);
-  const auto known = b.who(Fault::WorkingCounterLow);
+  const auto known = b.who(Fault::TooFewTookPart);
   EXPECT_EQ(known.where, "");
   EXPECT_EQ(known.what, "");
 }

@@ -148,11 +148,11 @@ TEST(Supervisor, the_first_lost_frame_is_a_note_and_so_many_in_a_row_stop_until_
 TEST(Supervisor, a_station_that_does_not_take_part_is_told_once_and_stops_at_the_bound) {
   Watched w;
   w.setup.counter_low_max = 3;
-  w.x.fault = Fault::WorkingCounterLow, w.x.detail = 4;
+  w.x.fault = Fault::TooFewTookPart, w.x.detail = 4;
   w.look();
-  EXPECT_TRUE(w.says(Fault::WorkingCounterLow));
-  EXPECT_FALSE(w.says(Fault::WorkingCounterLost));
-  EXPECT_EQ(w.cycles_that_say(Fault::WorkingCounterLost, 5), (Cycles{2, 3, 4, 5}));
+  EXPECT_TRUE(w.says(Fault::TooFewTookPart));
+  EXPECT_FALSE(w.says(Fault::StationSilent));
+  EXPECT_EQ(w.cycles_that_say(Fault::StationSilent, 5), (Cycles{2, 3, 4, 5}));
   EXPECT_EQ(w.found.front().detail, 4);
 }
 
@@ -161,7 +161,7 @@ TEST(Supervisor, nothing_is_said_of_stations_before_all_were_in_op_once) {
   Supervisor fresh(w.setup);
   AxisVec at{};
   devices::Exchange x;
-  x.fault = Fault::WorkingCounterLow;
+  x.fault = Fault::TooFewTookPart;
   for (CycleIndex c = 1; c < 50; ++c)
     EXPECT_TRUE(fresh.look({Beat{c, 1, {}, {}}, x, w.axes, at, 0, State::Offline, {}, Purpose::Job}).empty());
 }

@@ -108,7 +108,7 @@ class SecondBus final : public devices::StationBus {
       e.operational = e.operational && n.answers && n.awake;
       e.detail += n.fresh ? 1 : 0;
     }
-    if (!e.complete && operated_) e.fault = Fault::WorkingCounterLow;
+    if (!e.complete && operated_) e.fault = Fault::TooFewTookPart;
     operated_ = operated_ || e.operational;
     ++cycles_;
     return e;

@@ -86,7 +86,7 @@ TEST(LongLine, sixty_four_stations_come_to_op_and_exchange_with_the_exact_workin
     // One that falls out is missed by exactly its share.
     segment.power_off(machine.stations.back().id);
     cycle();
-    EXPECT_EQ(e.fault, Fault::WorkingCounterLow);
+    EXPECT_EQ(e.fault, Fault::TooFewTookPart);
     EXPECT_EQ(e.ethercat.working_counter, 3 * (kStations - 1));
     master.step_by({});
     master.shut_down();

@@ -259,7 +259,7 @@ TEST(Master, a_lost_frame_a_cut_link_and_a_drive_fault_are_told_apart) {
 
   b.segment.cut_link(4);
   b.cycle();
-  EXPECT_EQ(b.last.fault, Fault::WorkingCounterLow);
+  EXPECT_EQ(b.last.fault, Fault::TooFewTookPart);
   EXPECT_FALSE(b.last.inputs_fresh);
   const auto check = b.master->check_operation();
   ASSERT_FALSE(check);

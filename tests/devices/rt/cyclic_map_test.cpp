@@ -99,13 +99,13 @@ TEST(CyclicMap, a_station_that_does_not_take_part_is_found_and_the_others_go_on)
   const auto old = b.inputs;
   b.fill(2);
   const Exchange first = b.run();  // the sum is wrong: nobody's inputs are believed
-  EXPECT_EQ(first.fault, Fault::WorkingCounterLow);
+  EXPECT_EQ(first.fault, Fault::TooFewTookPart);
   EXPECT_FALSE(first.inputs_fresh);
   EXPECT_EQ(b.inputs, old);
   for (int i = 0; i < 50; ++i) {
     b.fill(static_cast<unsigned>(10 + i));
     const Exchange e = b.run();
-    EXPECT_EQ(e.fault, Fault::WorkingCounterLow);
+    EXPECT_EQ(e.fault, Fault::TooFewTookPart);
     for (std::size_t s = 0; s < 20; ++s) {
       EXPECT_EQ(b.cyclic->fresh(s), s != 7) << s;
       EXPECT_EQ(b.cyclic->was_fresh(s), s != 7) << s;

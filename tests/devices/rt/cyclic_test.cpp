@@ -107,11 +107,11 @@ TEST(Cyclic, a_wrong_working_counter_leaves_the_inputs_alone) {
   b.run();
   b.port.inputs = {std::byte{9}, std::byte{9}, std::byte{9}};
   b.port.counter_error = -1;
-  EXPECT_EQ(b.run().fault, Fault::WorkingCounterLow);
+  EXPECT_EQ(b.run().fault, Fault::TooFewTookPart);
   EXPECT_EQ(b.inputs[0], std::byte{1});
   b.port.counter_error = 1;
   const Exchange high = b.run();
-  EXPECT_EQ(high.fault, Fault::WorkingCounterHigh);
+  EXPECT_EQ(high.fault, Fault::TooManyTookPart);
   EXPECT_FALSE(high.inputs_fresh);
   EXPECT_EQ(b.inputs[0], std::byte{1});
 }
@@ -119,9 +119,9 @@ TEST(Cyclic, a_wrong_working_counter_leaves_the_inputs_alone) {
 TEST(Cyclic, a_station_more_or_less_in_the_broadcast_is_noticed) {
   Bench b;
   b.port.brd_counter = 1;
-  EXPECT_EQ(b.run().fault, Fault::WorkingCounterLow);
+  EXPECT_EQ(b.run().fault, Fault::TooFewTookPart);
   b.port.brd_counter = 3;
-  EXPECT_EQ(b.run().fault, Fault::WorkingCounterHigh);
+  EXPECT_EQ(b.run().fault, Fault::TooManyTookPart);
 }
 
 TEST(Cyclic, a_lost_frame_is_told_from_a_dead_link) {
@@ -194,10 +194,10 @@ TEST(CyclicCounts, a_frame_that_does_not_come_back_is_lost) {
 TEST(CyclicCounts, a_frame_that_comes_back_and_that_nobody_has_served_is_not_lost) {
   Bench b;
   b.port.alive = {false, false};  // it has passed stations, which are not in SAFE_OP
-  EXPECT_EQ(added(b, Fault::WorkingCounterLow), (CyclicCounts{.sent = 1, .wkc_zero = 1}));
+  EXPECT_EQ(added(b, Fault::TooFewTookPart), (CyclicCounts{.sent = 1, .wkc_zero = 1}));
   b.port.alive = {};
   b.port.loop_back = true;  // a plug that returns everything, in place of the first station
-  EXPECT_EQ(added(b, Fault::WorkingCounterLow), (CyclicCounts{.sent = 1, .untouched = 1, .wkc_zero = 1}));
+  EXPECT_EQ(added(b, Fault::TooFewTookPart), (CyclicCounts{.sent = 1, .untouched = 1, .wkc_zero = 1}));
   EXPECT_FALSE(b.cyclic.fresh(0));
   EXPECT_FALSE(b.cyclic.fresh(1));
   StationHealth health;
@@ -208,12 +208,12 @@ TEST(CyclicCounts, a_frame_that_comes_back_and_that_nobody_has_served_is_not_los
 TEST(CyclicCounts, a_low_and_a_high_working_counter_are_told_apart) {
   Bench b;
   b.port.counter_error = -1;
-  EXPECT_EQ(added(b, Fault::WorkingCounterLow), (CyclicCounts{.sent = 1, .wkc_low = 1}));
+  EXPECT_EQ(added(b, Fault::TooFewTookPart), (CyclicCounts{.sent = 1, .wkc_low = 1}));
   b.port.counter_error = 1;
-  EXPECT_EQ(added(b, Fault::WorkingCounterHigh), (CyclicCounts{.sent = 1, .wkc_high = 1}));
+  EXPECT_EQ(added(b, Fault::TooManyTookPart), (CyclicCounts{.sent = 1, .wkc_high = 1}));
   b.port.counter_error = 0;
   b.port.brd_counter = 1;  // one that has no process data is missing
-  EXPECT_EQ(added(b, Fault::WorkingCounterLow), (CyclicCounts{.sent = 1, .wkc_low = 1}));
+  EXPECT_EQ(added(b, Fault::TooFewTookPart), (CyclicCounts{.sent = 1, .wkc_low = 1}));
 }
 
 TEST(CyclicCounts, an_echo_before_the_answer_harms_nothing_and_is_counted) {
