@@ -61,17 +61,15 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
                        const run::RunOptions& options, const Bench& bench) {
   const auto aside = [&](const std::function<void()>& work) { bench.owner ? bench.owner->aside(work) : work(); };
   const record::Room room = room_of(machine, prepared, options.dry_run);
-  Result<std::string> folder;
-  std::optional<Result<record::KeptRoom>> kept_room;
+  record::WantedFolder place = wanted;
+  for (const recipes::Source& source : prepared.recipe.sources) place.made_of.push_back(source.file);
+  for (const recipes::Source& profile : profiles_of(machine)) place.made_of.push_back(profile.file);
+  place.made_of.push_back(machine.file);
+  std::optional<Result<record::JobFolder>> folder;
+  aside([&] { folder.emplace(record::job_folder(place, prepared.recipe.file, room)); });
+  if (!*folder) return tl::unexpected(folder->error());
   JobDone done;
-  aside([&] {
-    folder = record::job_folder(wanted, prepared.recipe.file, room);
-    if (!folder) return;
-    kept_room.emplace(record::KeptRoom::keep(*folder, room.result_bytes));
-    done.folder = *folder;
-  });
-  if (!folder) return tl::unexpected(folder.error());
-  if (!*kept_room) return tl::unexpected(kept_room->error());
+  done.folder = (*folder)->path;
   if (prepared.proof && !prepared.proof->only_when_placed.empty())
     log::info("proved free only when the board is found: {}", job::to_text(prepared.proof->only_when_placed));
   PartOfJob part(bench.parts, prepared, options.serial);
@@ -88,7 +86,7 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
   if (may_run && bench.may_start) may_run = bench.may_start();
   if (may_run) {
     done.result = bench.owner->run(prepared.recipe, prepared.job,
-                                   {.out = *folder,
+                                   {.out = done.folder,
                                     .dry_run = options.dry_run,
                                     .forecast = &prepared.proof->forecast,
                                     .serial = part.serial(),
@@ -101,20 +99,25 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
     done.begun = !is_refused(done.result);
     if (bench.parts != nullptr) bench.parts->clamped(clamp_at(machine, bench.owner->latest()) != Clamp::Open);
   } else {
-    aside(
-        [&] { done.result = record::begin_result(machine, prepared.recipe, prepared.job, *folder, options.dry_run); });
+    aside([&] {
+      done.result = record::begin_result(machine, prepared.recipe, prepared.job, done.folder, options.dry_run);
+    });
     if (on_bus) done.result.bus = bench.owner->bus();
     record::add_error(done.result, may_run.error());
   }
-  done.result.origin = {prepared.recipe.sources.front().sha256, machine.file, machine.sha256, part.serial(),
-                        profiles_of(machine)};
+  done.result.origin = {prepared.recipe.sources.front().sha256,
+                        machine.file,
+                        machine.sha256,
+                        part.serial(),
+                        profiles_of(machine),
+                        options.same_machine};
   done.clamp_holds =
       !bench.release && bench.owner != nullptr && clamp_at(machine, bench.owner->latest()) == Clamp::Holds;
   if (bench.release) bench.release();
   Result<void> written;
   aside([&] {
     part.end(done.result, done.clamp_holds);
-    (*kept_room)->give();
+    (*folder)->room.give();
     written = write_files(done, machine, prepared);
   });
   if (!written)

@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
+#include <fcntl.h>
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <sys/file.h>
 #include <system_error>
+#include <thread>
 #include <unistd.h>
 #include <vector>
 
@@ -32,7 +36,7 @@ constexpr const char* kLeft[] = {"report.html",     "summary.json",     "deposit
 constexpr const char* kFolders[] = {"marks", "inputs"};  // of it, for files that the summary names
 constexpr std::size_t kLongestInput = 10'000'000;        // bytes; of a longer file its hash is enough
 constexpr std::uintmax_t kLongestSummary = 500'000'000;
-constexpr int kMostFolders = 100000;
+constexpr int kHighestNumber = 999'999'999;
 
 bool holds_a_job(const fs::path& folder) {
   return std::any_of(std::begin(kLeft), std::end(kLeft), [&](const char* left) {
@@ -51,7 +55,7 @@ int last_number(const fs::path& parent, const std::string& stem) {
     int n = 0;
     const char* const end = name.data() + name.size();
     const auto [rest, wrong] = std::from_chars(name.data() + stem.size() + 1, end, n);
-    if (wrong == std::errc() && rest == end && n <= kMostFolders) last = std::max(last, n);
+    if (wrong == std::errc() && rest == end && n <= kHighestNumber) last = std::max(last, n);
   }
   return last;
 }
@@ -62,8 +66,27 @@ fs::path number_file(const fs::path& parent, const std::string& stem) { return p
 int kept_number(const fs::path& parent, const std::string& stem) {
   std::ifstream in(number_file(parent, stem));
   int n = 0;
-  return in >> n && n > 0 && n <= kMostFolders ? n : 0;
+  return in >> n && n > 0 && n <= kHighestNumber ? n : 0;
 }
+
+/// Two jobs that begin at once in one folder number theirs one after the other. Whoever holds the lock for longer than
+/// a number takes does not keep jobs from beginning.
+class Numbering {
+ public:
+  explicit Numbering(const fs::path& parent) : fd_(::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    constexpr int kTries = 100;
+    for (int n = 0; fd_ >= 0 && n < kTries && ::flock(fd_, LOCK_EX | LOCK_NB) != 0; ++n)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  ~Numbering() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Numbering(const Numbering&) = delete;
+  Numbering& operator=(const Numbering&) = delete;
+
+ private:
+  int fd_;
+};
 
 /// A file or a link itself; folders and devices are nobody's of a job's.
 bool is_file(const fs::path& path) {
@@ -91,19 +114,22 @@ std::vector<fs::path> named_by_job(const fs::path& folder) {
 }
 
 /// Its folders of images and inputs go when they are empty by then: what else lies there is somebody's.
-std::error_code remove_job(const fs::path& folder) {
+std::error_code remove_job(const fs::path& folder, const std::vector<std::string>& spared = {}) {
   std::vector<fs::path> named(std::begin(kLeft), std::end(kLeft));
   std::error_code error, ignored;
   const auto is_own = [&](const fs::path& within) {
     return fs::is_directory(fs::symlink_status(folder / within, ignored));
   };
+  const auto stays = [&](const fs::path& within) {
+    return std::ranges::any_of(spared,
+                               [&](const std::string& file) { return fs::equivalent(folder / within, file, ignored); });
+  };
   for (fs::path& each : named_by_job(folder))
-    if (is_own(each.parent_path())) named.push_back(std::move(each));
+    if (is_own(each.parent_path()) && !stays(each)) named.push_back(std::move(each));
   for (const fs::path& each : named)
     if (is_file(folder / each) && (fs::remove(folder / each, error), error)) return error;
   for (const char* within : kFolders)
-    if (is_own(within) || fs::is_regular_file(fs::symlink_status(folder / within, ignored)))
-      fs::remove(folder / within, ignored);
+    if (is_own(within)) fs::remove(folder / within, ignored);
   return {};
 }
 
@@ -111,13 +137,17 @@ std::error_code remove_job(const fs::path& folder) {
 struct Input {
   std::string name, file, sha256;
 };
-std::vector<Input> inputs_of(const JobResult& r) {
+std::vector<Input> inputs_of(const JobResult& r, const fs::path& folder) {
   std::vector<Input> inputs;
+  std::error_code ignored;
   const auto add = [&](const std::string& file, const std::string& sha256) {
     if (file.empty() || sha256.empty()) return;
     const std::string base = fs::path(file).filename().string();
     std::string name = "inputs/" + base;
-    const auto taken = [&] { return std::ranges::find(inputs, name, &Input::name) != inputs.end(); };
+    const auto taken = [&] {
+      return std::ranges::find(inputs, name, &Input::name) != inputs.end() ||
+             (fs::exists(fs::symlink_status(folder / name, ignored)) && !fs::equivalent(folder / name, file, ignored));
+    };
     for (int n = 2; taken(); ++n) name = fmt::format("inputs/{}-{}", n, base);
     inputs.push_back({name, file, sha256});
   };
@@ -133,7 +163,16 @@ Result<void> keep_input(const std::string& folder, const Input& input) {
   if (!text) return tl::unexpected(text.error());
   if (sha256_hex(*text) != input.sha256)
     return fail(Fault::FileUnreadable, "it has changed since the job was made of it", input.file);
+  std::error_code ignored;
+  if (fs::equivalent(fs::path(folder) / input.name, input.file, ignored)) return {};  // another job has kept it there
   return write_file(folder + "/" + input.name, *text);
+}
+
+Result<void> keep_image(const std::string& folder, const std::string& name, const MarkResult& mark) {
+  std::error_code ignored;
+  if (fs::exists(fs::symlink_status(fs::path(folder) / name, ignored)))
+    return fail(Fault::FileUnwritable, "a file of this name was there before the job", folder + "/" + name);
+  return write_image(folder, name, mark);
 }
 
 }  // namespace
@@ -151,7 +190,7 @@ Result<void> check_folder(const WantedFolder& wanted) {
   return {};
 }
 
-Result<std::string> job_folder(const WantedFolder& wanted, const std::string& recipe_file, const Room& room) {
+Result<JobFolder> job_folder(const WantedFolder& wanted, const std::string& recipe_file, const Room& room) {
   const bool named = !wanted.path.empty();
   const auto cannot = [&](const fs::path& folder, const std::error_code& error) {
     return fail(named ? Fault::Usage : Fault::FileUnwritable,
@@ -163,22 +202,30 @@ Result<std::string> job_folder(const WantedFolder& wanted, const std::string& re
   if (auto enough = enough_room(parent.string(), room); !enough) return tl::unexpected(enough.error());
   if (auto made = make_folder(parent.string()); !made)
     return fail(named ? Fault::Usage : Fault::FileUnwritable, made.error().message, made.error().where);
+  auto kept_room = KeptRoom::keep(parent.string(), room.result_bytes);
+  if (!kept_room) return tl::unexpected(kept_room.error());
   if (named) {
-    if (const std::error_code wrong = remove_job(parent)) return cannot(parent, wrong);
+    if (const std::error_code wrong = wanted.overwrite ? remove_job(parent, wanted.made_of) : std::error_code())
+      return cannot(parent, wrong);
     if (::access(parent.c_str(), W_OK | X_OK) != 0) return cannot(parent, {errno, std::generic_category()});
-    return wanted.path;
+    return JobFolder{wanted.path, *std::move(kept_room)};
   }
   const std::string stem = fs::path(recipe_file).stem().string();
-  for (int n = std::max(last_number(parent, stem), kept_number(parent, stem)) + 1; n <= kMostFolders; ++n) {
+  const Numbering alone(parent);
+  for (int n = std::max(last_number(parent, stem), kept_number(parent, stem)) + 1; n <= kHighestNumber; ++n) {
     const fs::path folder = parent / fmt::format("{}-{:03}", stem, n);
     if (fs::create_directory(folder, error)) {
       if (auto kept = write_new_file(number_file(parent, stem).string(), fmt::format("{}\n", n)); !kept)
         log::report(kept.error());
-      return folder.string();
+      return JobFolder{folder.string(), *std::move(kept_room)};
     }
     if (error) return cannot(folder, error);
   }
-  return fail(Fault::FileUnwritable, "too many results of this recipe; clear the folder", parent.string());
+  return fail(Fault::FileUnwritable,
+              fmt::format("no number is left for the results of this recipe; take away '{}' and the folder with the "
+                          "highest number",
+                          number_file(parent, stem).filename().string()),
+              parent.string());
 }
 
 void take_away(const std::string& folder) {
@@ -200,9 +247,9 @@ Result<void> write_job(JobResult& result, const std::string& folder, const Certi
   const bool reported = keep("report.html", write_report(folder, result));
   const auto images = image_names(result);
   for (std::size_t i = 0; i < images.size(); ++i)
-    if (!images[i].empty() && keep(images[i], write_image(folder, images[i], result.marks[i])))
+    if (!images[i].empty() && keep(images[i], keep_image(folder, images[i], result.marks[i])))
       files.push_back(images[i]);
-  for (const Input& input : inputs_of(result))
+  for (const Input& input : inputs_of(result, folder))
     if (keep(input.name, keep_input(folder, input))) files.push_back(input.name);
   if (certify && reported && first) keep("certificate.json", certify(folder));
   // What it would name tells nothing without it.

@@ -1,8 +1,9 @@
 // Where a job leaves its files.
-//   auto folder = job_folder({.path = "out/first"}, recipe_file);   ...   write_job(result, *folder);
+//   auto folder = job_folder({.path = "out/first"}, recipe_file);   ...   write_job(result, folder->path);
 #pragma once
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "app/record/job_result.hpp"
 #include "app/record/room.hpp"
@@ -15,7 +16,14 @@ using Certify = std::function<Result<void>(const std::string& folder)>;
 struct WantedFolder {
   std::string path{};  ///< empty: the first <under>/<recipe>-<n> behind all that have been there
   std::string under = "out";
-  bool overwrite = false;  ///< what another job has left in `path` goes; nothing else does
+  bool overwrite = false;              ///< what another job has left in `path` goes; nothing else does
+  std::vector<std::string> made_of{};  ///< files of the new job, which stay even where another job has left them
+};
+
+/// Where a job leaves its files, and the room on its disk that nobody else can take.
+struct JobFolder {
+  std::string path;
+  KeptRoom room;
 };
 
 /// What is wrong with it is known before long work, and nothing is made: Fault::Usage (files cannot be made in the
@@ -23,15 +31,16 @@ struct WantedFolder {
 Result<void> check_folder(const WantedFolder& wanted);
 
 /// The folder for a job's results, made, with room on its disk. Of a job that is overwritten goes what its summary
-/// names and what every job leaves; nothing else. Fault::Usage (a wanted folder cannot be written, or holds a job),
-/// FileUnwritable.
-Result<std::string> job_folder(const WantedFolder& wanted, const std::string& recipe_file, const Room& room = {});
+/// names and what every job leaves; nothing else, and nothing before there is room. Fault::Usage (a wanted folder
+/// cannot be written, or holds a job), FileUnwritable.
+Result<JobFolder> job_folder(const WantedFolder& wanted, const std::string& recipe_file, const Room& room = {});
 
 /// What a job has left in `folder`, and the folder where nothing else lies in it.
 void take_away(const std::string& folder);
 
 /// All files of the job that are written when it has ended: the summary, then the report, then the larger ones, and the
-/// summary once more with the names of what is there. What cannot be written is told in result.not_kept.
+/// summary once more with the names of what is there. What cannot be written is told in result.not_kept; a file of
+/// `marks` or `inputs` that was there before the job is not written over.
 /// Fault::FileUnwritable: there is no summary.
 Result<void> write_job(JobResult& result, const std::string& folder, const Certify& certify = {});
 

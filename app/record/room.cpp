@@ -1,6 +1,7 @@
 #include "app/record/room.hpp"
 
 #include <cerrno>
+#include <cstring>
 #include <fcntl.h>
 #include <filesystem>
 #include <fmt/format.h>
@@ -25,14 +26,13 @@ constexpr double kImage = 300e3;      // of a mark
 constexpr double kTick = 12;          // in setpoints.bin
 constexpr double kMotion = 350;       // in motions.csv
 constexpr double kMb = 1e6;
+constexpr const char* kMakeRoom = "take old results away, or let `--out` name a folder on another disk";
 
 tl::unexpected<Error> too_little(const std::string& folder, double free, double needed) {
-  return fail(
-      Fault::FileUnwritable,
-      fmt::format("the disk has {:.1f} MB free, and the results of this job need up to {:.1f} MB; take old results "
-                  "away, or let `--out` name a folder on another disk",
-                  free / kMb, needed / kMb),
-      folder);
+  return fail(Fault::FileUnwritable,
+              fmt::format("the disk has {:.1f} MB free, and the results of this job need up to {:.1f} MB; {}",
+                          free / kMb, needed / kMb, kMakeRoom),
+              folder);
 }
 
 }  // namespace
@@ -70,7 +70,11 @@ Result<KeptRoom> KeptRoom::keep(const std::string& folder, std::uint64_t bytes) 
   KeptRoom kept(fd);
   // fallocate(2), and not posix_fallocate(3): a promise alone, nothing is written where there is none.
   if (::fallocate(fd, 0, 0, static_cast<off_t>(bytes)) == 0) return kept;
-  if (errno == ENOSPC || errno == EDQUOT) return too_little(folder, 0, static_cast<double>(bytes));
+  if (const int wrong = errno; wrong == ENOSPC || wrong == EDQUOT)
+    return fail(Fault::FileUnwritable,
+                fmt::format("the disk does not give the {:.1f} MB that the results of this job need at least: {}; {}",
+                            static_cast<double>(bytes) / kMb, std::strerror(wrong), kMakeRoom),
+                folder);
   return KeptRoom(-1);
 }
 

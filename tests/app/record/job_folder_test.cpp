@@ -1,6 +1,7 @@
 // The folder of a job: what --force takes away, and what is left of a job whose disk is full.
 #include "app/record/job_folder.hpp"
 
+#include <algorithm>
 #include <fcntl.h>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -8,6 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
+#include <thread>
+#include <vector>
 
 #include "app/record/report.hpp"
 #include "core/sha256.hpp"
@@ -28,6 +31,8 @@ nlohmann::json summary_of(const std::string& folder) {
   std::ifstream in(folder + "/summary.json");
   return nlohmann::json::parse(in, nullptr, false);
 }
+
+std::string path_of(const Result<JobFolder>& made) { return made ? made->path : to_text(made.error()); }
 
 JobResult with_images() {
   JobResult r = made_up_job();
@@ -146,15 +151,85 @@ TEST(JobFolder, the_bytes_that_a_job_was_made_of_are_kept_and_those_that_have_ch
   EXPECT_TRUE(fs::is_empty(folder.path));
 }
 
+TEST(JobFolder, what_lies_there_and_is_no_jobs_stays_as_it_is) {
+  const Folder folder;
+  JobResult r = with_images();
+  const auto images = image_names(r);
+  put(folder.path + "/" + images[0]);
+  put(folder.path + "/inputs/board.yaml");
+  put(folder.path + "/elsewhere/board.yaml", "recipe: a\n");
+  r.sources = {{folder.path + "/elsewhere/board.yaml", 10, sha256_of_file(folder.path + "/elsewhere/board.yaml")}};
+  ASSERT_TRUE(job_folder({.path = folder.path}, "a.yaml"));
+  ASSERT_TRUE(write_job(r, folder.path));
+  const std::string mine = sha256_hex("mine");
+  EXPECT_EQ(sha256_of_file(folder.path + "/" + images[0]), mine);
+  EXPECT_EQ(sha256_of_file(folder.path + "/inputs/board.yaml"), mine);
+  EXPECT_EQ(sha256_of_file(folder.path + "/inputs/2-board.yaml"), r.sources[0].sha256);
+  ASSERT_EQ(r.not_kept.size(), 1u);
+  EXPECT_EQ(r.not_kept[0].file, images[0]);
+  ASSERT_TRUE(job_folder({.path = folder.path, .overwrite = true}, "a.yaml"));
+  EXPECT_TRUE(fs::exists(folder.path + "/" + images[0])) << "the summary does not name it";
+  EXPECT_TRUE(fs::exists(folder.path + "/inputs/board.yaml"));
+  EXPECT_FALSE(fs::exists(folder.path + "/inputs/2-board.yaml"));
+}
+
+TEST(JobFolder, without_force_nothing_goes_whatever_it_is_called) {
+  const Folder folder;
+  put(folder.path + "/inputs");
+  fs::create_directories(folder.path + "/marks");
+  ASSERT_TRUE(job_folder({.path = folder.path}, "a.yaml"));
+  EXPECT_TRUE(fs::exists(folder.path + "/inputs"));
+  EXPECT_TRUE(fs::exists(folder.path + "/marks"));
+}
+
+TEST(JobFolder, a_job_made_of_what_another_has_kept_takes_that_not_away) {
+  const Folder folder;
+  put(folder.path + "/elsewhere/board.yaml", "recipe: a\n");
+  JobResult r = made_up_job();
+  r.sources = {{folder.path + "/elsewhere/board.yaml", 10, sha256_of_file(folder.path + "/elsewhere/board.yaml")}};
+  ASSERT_TRUE(write_job(r, folder.path));
+  const std::string kept = folder.path + "/inputs/board.yaml";
+  r.sources[0].file = kept;
+  ASSERT_TRUE(job_folder({.path = folder.path, .overwrite = true, .made_of = {kept}}, kept));
+  EXPECT_TRUE(fs::exists(kept));
+  ASSERT_TRUE(write_job(r, folder.path));
+  EXPECT_TRUE(r.not_kept.empty());
+  EXPECT_EQ(sha256_of_file(kept), r.sources[0].sha256);
+  EXPECT_FALSE(fs::exists(folder.path + "/inputs/2-board.yaml"));
+}
+
+TEST(JobFolder, two_that_begin_at_once_have_two_numbers_and_the_higher_is_kept) {
+  const Folder folder;
+  const WantedFolder wanted{.under = folder.path};
+  std::vector<std::string> made(40);
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < 4; ++t)
+    threads.emplace_back([&, t] {
+      for (std::size_t i = t; i < made.size(); i += 4) made[i] = path_of(job_folder(wanted, "a.yaml"));
+    });
+  for (std::thread& each : threads) each.join();
+  std::sort(made.begin(), made.end());
+  EXPECT_EQ(std::unique(made.begin(), made.end()), made.end());
+  fs::remove_all(made.back());
+  EXPECT_EQ(path_of(job_folder(wanted, "a.yaml")), folder.path + "/a-041");
+}
+
+TEST(JobFolder, numbers_go_on_beyond_a_hundred_thousand) {
+  const Folder folder;
+  put(folder.path + "/.a.last-number", "100000\n");
+  EXPECT_EQ(path_of(job_folder({.under = folder.path}, "a.yaml")), folder.path + "/a-100001");
+}
+
 TEST(JobFolder, a_number_is_not_used_twice) {
   const Folder folder;
   const WantedFolder wanted{.under = folder.path};
-  for (const char* name : {"a-001", "a-002"}) EXPECT_EQ(*job_folder(wanted, "a.yaml"), folder.path + "/" + name);
+  for (const char* name : {"a-001", "a-002"})
+    EXPECT_EQ(path_of(job_folder(wanted, "a.yaml")), folder.path + "/" + name);
   fs::remove_all(folder.path + "/a-002");
-  EXPECT_EQ(*job_folder(wanted, "a.yaml"), folder.path + "/a-003");
-  EXPECT_EQ(*job_folder(wanted, "b.yaml"), folder.path + "/b-001");
+  EXPECT_EQ(path_of(job_folder(wanted, "a.yaml")), folder.path + "/a-003");
+  EXPECT_EQ(path_of(job_folder(wanted, "b.yaml")), folder.path + "/b-001");
   put(folder.path + "/.a.last-number", "no number");
-  EXPECT_EQ(*job_folder(wanted, "a.yaml"), folder.path + "/a-004");
+  EXPECT_EQ(path_of(job_folder(wanted, "a.yaml")), folder.path + "/a-004");
 }
 
 TEST(KeptRoom, is_taken_from_the_disk_until_it_is_given_back) {
