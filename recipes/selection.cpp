@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "core/near_word.hpp"
+#include "core/shell_words.hpp"
 #include "core/trimmed.hpp"
 
 namespace gantry::recipes {
@@ -127,13 +128,10 @@ Selection selection_of(const Recipe& recipe, const std::vector<std::size_t>& cho
 }
 
 std::string to_text(const Selection& selection) {
-  const auto quoted = [](const std::string& words) {
-    return words.find('[') == std::string::npos ? words : "'" + words + "'";  // a shell would look for files
-  };
   if (selection.finish) return kFinish;
-  if (!selection.from.empty()) return "--from " + quoted(selection.from);
+  if (!selection.from.empty()) return "--from " + shell_word(selection.from);
   if (selection.only.empty()) return "";
-  return "--only " + quoted(fmt::format("{}", fmt::join(selection.only, ",")));
+  return "--only " + shell_word(fmt::format("{}", fmt::join(selection.only, ",")));
 }
 
 }  // namespace gantry::recipes

@@ -20,6 +20,7 @@
 #include "app/job/hold_to_run.hpp"
 #include "app/record/job_folder.hpp"
 #include "core/log.hpp"
+#include "core/shell_words.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -154,6 +155,16 @@ std::vector<std::string> given_options(const CLI::App& verb) {
     for (const CLI::Option* option : app->get_options())
       if (option->count() > 0) given.push_back(option->get_name());
   return given;
+}
+
+std::string same_machine(const CLI::App& verb, const std::vector<std::string>& names) {
+  std::string words;
+  for (const CLI::App* app = &verb; app != nullptr; app = app->get_parent())
+    for (const CLI::Option* option : app->get_options())
+      if (option->count() > 0 && std::ranges::find(names, option->get_name()) != names.end())
+        for (const std::string& value : option->results())
+          words += fmt::format(" {} {}", option->get_name(), shell_word(value));
+  return words;
 }
 
 namespace {

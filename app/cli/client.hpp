@@ -40,6 +40,9 @@ struct Asked {
 /// Which of the options that an owner is told apart by were written.
 std::vector<std::string> given_options(const CLI::App& verb);
 
+/// Those of `names` that were written, as they would be written again: " --machine cell.yaml --bus ethercat:eth0".
+std::string same_machine(const CLI::App& verb, const std::vector<std::string>& names);
+
 /// Sends the order, shows progress and takes keys while it lasts, shows its answer; sets context.exit_code. False when
 /// no owner is up, in the state folder or, where none was named, as the service, and nothing was shown. Ctrl-C ends
 /// what this client has ordered, or the client alone (owner_elsewhere.hpp); an owner that says nothing for 5 s is told

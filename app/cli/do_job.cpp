@@ -124,8 +124,11 @@ void do_job(Context& context, JobRequest request) {
     };
   }
   const bool resumed = at_keys || (owner && owner->world() != nullptr) || has_buttons(*machine);
-  const run::RunOptions options{
-      .dry_run = request.dry_run, .serial = request.serial, .outlives_stops = resumed, .opinion = opinion};
+  const run::RunOptions options{.dry_run = request.dry_run,
+                                .serial = request.serial,
+                                .same_machine = request.same_machine,
+                                .outlives_stops = resumed,
+                                .opinion = opinion};
   const auto done = desk::do_job(*machine, *prepared, wanted, options, bench);
   if (!done) return stop_with({done.error()});
   context.exit_code = static_cast<int>(done->result.exit_code);

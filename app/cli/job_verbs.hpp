@@ -22,6 +22,7 @@ struct JobRequest {
   std::string out;          ///< folder for the results; "" makes a new one under out/
   bool force = false;       ///< what another job has left in it may be overwritten
   run::OwnerOptions owner;
+  std::string same_machine{};  ///< record::Origin has it
   bool dry_run = false;
 };
 

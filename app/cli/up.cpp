@@ -36,7 +36,7 @@ void add_up(CLI::App& app, Context& context) {
   verb->footer(
       "Orders are JSON lines on STATE/owner.sock: {\"order\": \"status\"}, enable, disable, home, jog, park, run, "
       "part_removed, hold, resume, abort, override, reset, quit.");
-  verb->callback([&context, options, state, recipe, shared] {
+  verb->callback([&context, verb, options, state, recipe, shared] {
     if (auto fits = run::check(*options); !fits) return void(context.exit_code = show(fits.error(), context.json));
     const auto machine = load_machine(context);
     if (!machine) return;
@@ -69,6 +69,7 @@ void add_up(CLI::App& app, Context& context) {
                     {.interrupted = interrupted,
                      .identity = desk::identity_of(context.machine_file, *options),
                      .recipe = *recipe_file,
+                     .same_machine = same_machine(*verb, {"--machine", "--state"}),
                      .parts = &parts});
     OwnerOperated operated(**owner, OwnerOperated::Of::Service);
     ShellJob shell(operated);

@@ -577,7 +577,9 @@ Json Desk::run_job(const run::Order& order) {
     if (!prepared) return failure(prepared.error());
     const Bench bench{
         .owner = &owner_, .may_start = may_start, .begin = [this] { return begin(); }, .parts = options_.parts};
-    const auto done = do_job(machine_, *prepared, folder, {.serial = order.serial, .outlives_stops = true}, bench);
+    const auto done =
+        do_job(machine_, *prepared, folder,
+               {.serial = order.serial, .same_machine = options_.same_machine, .outlives_stops = true}, bench);
     if (!done) return failure({done.error()});
     if (!done->begun) in_vain_ = done->folder;
     return {{"ok", done->result.exit_code == ExitCode::Done},

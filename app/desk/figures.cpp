@@ -5,6 +5,7 @@
 
 #include "app/record/defects.hpp"
 #include "app/record/deposit_figures.hpp"
+#include "app/record/next_command.hpp"
 #include "app/record/summary.hpp"
 #include "core/units.hpp"
 
@@ -53,8 +54,7 @@ std::string not_kept_in_words(const record::JobResult& result) {
 
 std::string to_finish_in_words(const record::JobResult& result) {
   if (result.to_finish.empty()) return "";
-  return fmt::format("\n  to finish it   gantry run {} {}{}", result.recipe_file, result.to_finish,
-                     result.origin.serial.empty() ? "" : " --serial " + result.origin.serial);
+  return "\n  to finish it   " + record::finish_command(result);
 }
 
 }  // namespace

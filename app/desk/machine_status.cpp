@@ -101,8 +101,9 @@ std::string in_words(const Json& status) {
   else if (status.value("held", false))
     text += "\non hold";
   for (const Json& fault : status.value("faults", Json::array()))
-    text += fmt::format("\nfault {}: {}\n    remedy: {}", fault.value("code", ""), fault.value("text", ""),
-                        fault.value("remedy", ""));
+    text += fmt::format("\nfault {}: {}{}\n    remedy: {}", fault.value("code", ""),
+                        fault.value("where", "").empty() ? "" : fault.value("where", "") + ": ",
+                        fault.value("text", ""), fault.value("remedy", ""));
   for (const Json& axis : status.value("axes", Json::array())) {
     const bool rotary = axis.value("unit", "mm") == "rad", referenced = axis.value("referenced", false);
     const double position = axis.value("position", 0.0) * (rotary ? units::deg(1) : 1);

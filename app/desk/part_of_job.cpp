@@ -13,6 +13,7 @@
 #include "config/yaml.hpp"
 #include "core/log.hpp"
 #include "core/sha256.hpp"
+#include "core/shell_words.hpp"
 #include "recipes/selection.hpp"
 
 namespace gantry::desk {
@@ -97,17 +98,16 @@ Error PartOfJob::refusal_over(const BegunPart& held) const {
                   "for '{}'; say `gantry part-removed` to open the clamp, and put the other part in{}",
                   config::shortened(held.serial, 100), held.recipe, held.began,
                   held.left.empty() ? "" : " and did not finish", config::shortened(serial_, 100),
-                  held.left.empty() || held.lost
-                      ? ""
-                      : fmt::format(", or finish the one inside with {} --serial {}",
-                                    config::shortened(held.to_finish, 200), config::shortened(held.serial, 100))),
+                  held.left.empty() || held.lost ? ""
+                                                 : fmt::format(", or finish the one inside with {} --serial {}",
+                                                               held.to_finish, shell_word(held.serial))),
       recipe_.file};
 }
 
 Error PartOfJob::refusal() const {
   const std::string take_out = found_->serial.empty() || serial_.empty()
                                    ? "`gantry part-removed`"
-                                   : "`gantry part-removed --serial " + config::shortened(serial_, 100) + "`";
+                                   : "`gantry part-removed --serial " + shell_word(serial_) + "`";
   if (found_->left.empty())
     return {Fault::Refused,
             fmt::format("{}, begun at {}, has all its features, and the clamp still holds it, because its job did not "
@@ -121,13 +121,12 @@ Error PartOfJob::refusal() const {
                     "run that one with {}, or say {} when it is taken out",
                     named(), found_->began,
                     found_->recipe == recipe_.name ? "this recipe as it was before it was changed" : "another recipe",
-                    found_->recipe, found_->recipe_file, config::shortened(found_->to_finish, 200), take_out),
+                    found_->recipe, found_->recipe_file, found_->to_finish, take_out),
         recipe_.file};
   const std::string how_far =
       found_->lost ? nobody_saw()
                    : fmt::format("{} of its {} features {} not whole; finish it with {}", found_->left.size(),
-                                 recipe_.features.size(), found_->left.size() == 1 ? "is" : "are",
-                                 config::shortened(found_->to_finish, 200));
+                                 recipe_.features.size(), found_->left.size() == 1 ? "is" : "are", found_->to_finish);
   return {Fault::Refused,
           fmt::format("{} was begun at {} and not finished: {}, or say {} when it is taken out", named(), found_->began,
                       how_far, take_out),

@@ -14,6 +14,7 @@
 #include "app/record/summary.hpp"
 #include "app/record/write_file.hpp"
 #include "config/yaml.hpp"
+#include "core/shell_words.hpp"
 #include "core/units.hpp"
 
 namespace gantry::record {
@@ -171,7 +172,7 @@ class Reader {
 
 std::string dry_run_again(const recipes::Recipe& recipe) {
   return fmt::format("take back what has changed, or do `gantry dry-run {}` again and give its certificate",
-                     recipe.file);
+                     shell_word(recipe.file));
 }
 
 }  // namespace

@@ -195,6 +195,7 @@ struct Origin {
   std::string recipe_sha256, machine_file, machine_sha256;  ///< "": not known
   std::string serial;                                       ///< of the part; "": it has none
   std::vector<recipes::Source> profiles{};                  ///< of the machine's stations, each once
+  std::string same_machine{};                               ///< options that mean it: " --machine cell.yaml"; "": none
 };
 
 /// A file of the job's folder that could not be written.

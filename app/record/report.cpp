@@ -80,6 +80,7 @@ std::string report_page(const JobResult& r) {
   page += tiles(r);
   page += error_section(r);
   page += defect_section(r);
+  page += finish_section(r);
   page += scene.section;
   page += board_section(r);
   page += time_section(r);

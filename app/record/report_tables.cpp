@@ -9,6 +9,7 @@
 #include "app/record/deposit_figures.hpp"
 #include "app/record/html.hpp"
 #include "app/record/html_table.hpp"
+#include "app/record/next_command.hpp"
 #include "app/record/report_plots.hpp"
 #include "app/record/setpoint_hash.hpp"
 #include "app/record/summary.hpp"
@@ -82,6 +83,13 @@ std::string defect_section(const JobResult& r) {
   return section(fmt::format("Defects: {}", r.defects.size()), body);
 }
 
+std::string finish_section(const JobResult& r) {
+  if (r.to_finish.empty()) return {};
+  return section("To finish the board",
+                 fmt::format("<p class=\"note\"><code>{}</code>; or take it out and say <code>{}</code>.</p>",
+                             text(finish_command(r)), text(part_removed_command(r))));
+}
+
 std::string tiles(const JobResult& r) {
   std::string out = "<div class=\"tiles\">";
   out += tile(fmt::format("{} / {}", r.features_done, r.features_total), "features dispensed",
@@ -123,11 +131,6 @@ std::string error_section(const JobResult& r) {
   if (!r.interrupted.empty())
     body += fmt::format("<p class=\"note\">Cut while dispensing: {}. Look at them before going on.</p>",
                         text(fmt::format("{}", fmt::join(r.interrupted, ", "))));
-  if (!r.to_finish.empty())
-    body += fmt::format(
-        "<p class=\"note\">The board is begun. To finish it: <code>gantry run {} {}{}</code>; or take it out and say "
-        "<code>gantry part-removed</code>.</p>",
-        text(r.recipe_file), text(r.to_finish), text(r.origin.serial.empty() ? "" : " --serial " + r.origin.serial));
   return section("What stopped the job", body);
 }
 

@@ -11,6 +11,7 @@ std::string headline(const JobResult& result);
 std::string tiles(const JobResult& result);
 std::string error_section(const JobResult& result);
 std::string defect_section(const JobResult& result);
+std::string finish_section(const JobResult& result);
 std::string joined_section(const JobResult& result);
 std::string mark_section(const JobResult& result);
 std::string height_section(const JobResult& result);

@@ -27,5 +27,18 @@ TEST(Figures, say_what_is_none_where_no_bus_was_opened) {
   EXPECT_EQ(figures(result), "ethercat:eth0: the job failed before it began; the board is untouched");
 }
 
+TEST(Figures, say_how_a_board_is_finished_on_the_same_machine_in_words_that_a_shell_takes) {
+  record::JobResult result;
+  result.recipe_file = "my board.yaml";
+  result.to_finish = "--only 'a[1]'";
+  result.origin.serial = "S 1";
+  result.origin.same_machine = " --machine cell.yaml --bus ethercat:eth0";
+  const std::string text = figures(result);
+  EXPECT_NE(text.find("  to finish it   gantry run 'my board.yaml' --only 'a[1]' --serial 'S 1' --machine cell.yaml "
+                      "--bus ethercat:eth0"),
+            std::string::npos)
+      << text;
+}
+
 }  // namespace
 }  // namespace gantry::desk
