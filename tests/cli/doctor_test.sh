@@ -116,7 +116,9 @@ ln -s "$work/open" "$work/link"
 doctor 7 "a state folder that is a link" -- --state "$work/link"
 mkdir "$work/small"
 # shellcheck disable=SC2086
-expect_exit 1 "a disk that is nearly full" unshare -m bash -c 'mount -t tmpfs -o size=4m none "$1" && shift && exec "$@"' bash \
+source tests/cli/mounts.sh
+expect_exit 1 "a disk that is nearly full" "${with_mounts[@]}" bash -c \
+  'mount -t tmpfs -o size=4m none "$1" || exit 99; "${@:2}"; code=$?; umount "$1"; exit $code' bash \
   "$work/small" $gantry --json doctor --state "$work/small/state"
 expect_level "disk of the state" error
 sed -i 's/^axes:/axs:/' "$machine"

@@ -116,7 +116,7 @@ done
 for percent in nan inf -inf -5 0.5 201 much; do
   expect_exit 2 "override $percent, without an owner" "$gantry" override --state "$work/nobody" -- $percent
 done
-for serial in $'S-1\nS-2' $'S\e[31m' $'S\u202e1' "$(printf %0129d 0)"; do
+for serial in $'S-1\nS-2' $'S\e[31m' $'S\xe2\x80\xae1' "$(printf %0129d 0)"; do
   for verb in "dry-run $demo" "run $demo" part-removed; do
     expect_exit 2 "$verb with a serial that is none" "$gantry" $verb --serial "$serial"
     expect_text "--serial: has"

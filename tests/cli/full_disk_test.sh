@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # A full disk: a job whose results would find no room is refused before anything moves; one that runs goes on, and its
 # summary and report survive. On small disks of its own, in a mount namespace that only root can make.
-[ -n "${GANTRY_APART:-}" ] || { unshare -m true 2>/dev/null || { echo "no mount namespace: nothing to test"; exit 77; }
-                                exec env GANTRY_APART=1 unshare -m bash "$0" "$@"; }
+source "$(dirname "$0")/mounts.sh"
+[ -n "${GANTRY_APART:-}" ] || { "${with_mounts[@]}" true 2>/dev/null || { echo "no mount namespace: nothing to test"; exit 77; }
+                                exec env GANTRY_APART=1 "${with_mounts[@]}" bash "$0" "$@"; }
 source "$(dirname "$0")/lib.sh"
 demo=recipes/demo-board.yaml
 disk() { mkdir -p "$work/$1" && mount -t tmpfs -o "size=$2" none "$work/$1" || { echo "no tmpfs: nothing to test"; exit 77; }; }

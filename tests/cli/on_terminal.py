@@ -21,7 +21,7 @@ class OnTerminal:
         self.pid, self.terminal = pty.fork()
         if self.pid == 0:
             as_a_user()
-            os.execvpe(words[0], words, {**os.environ, **(environment or {})})
+            os.execvpe(words[0], words, {"TERM": "xterm", **os.environ, **(environment or {})})
 
     def read(self, seconds):
         """What comes within that time; False when the other side is closed."""
