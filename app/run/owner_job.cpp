@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <utility>
 
+#include "app/job/settle.hpp"
 #include "app/record/defects.hpp"
 #include "app/record/drawing.hpp"
 #include "app/record/outcome.hpp"
@@ -19,6 +20,18 @@ namespace {
 int of(const cycle::Event& e) {
   if (e.station == cycle::kNoStation) return -1;
   return e.station.value << 16 | (e.fault == Fault::EmergencyMessage ? e.detail & 0xFFFF : 0);
+}
+
+/// A job that looks at marks is refused without a camera before anything moves.
+Result<void> camera_for(const recipes::Recipe& recipe, const recipes::Job& job, bool connected) {
+  if (connected) return {};
+  for (const recipes::Block& block : job.blocks)
+    if (const auto* look = std::get_if<recipes::LookAtMark>(&block.what))
+      return fail(Fault::CameraTimeout,
+                  "the job looks at marks, and no camera is connected: where `gantry sim` is the machine, `--world` "
+                  "names its socket; a recipe with `placement: fixture` needs no camera",
+                  job::at_line(recipe, recipe.marks[look->mark].place));
+  return {};
 }
 
 /// A late cycle is nothing to speak of, but for one that was late by several: then the host has stood still.
@@ -262,6 +275,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   const std::uint64_t repeats_before = p.bus->mailbox_repeats();
 
   if (ended && p.in_setup()) ended = fail(Fault::SetupMode, std::string(info(Fault::SetupMode).text));
+  if (ended) ended = camera_for(recipe, job, p.world != nullptr);
   bool seen_by_world = false;  // what it tells before that is of the job before
   if (ended && p.world != nullptr) {
     if (auto r = p.aside([&] { ended = begin_in(*p.world, recipe), seen_by_world = ended.has_value(); }); !r) ended = r;

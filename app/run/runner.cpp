@@ -213,9 +213,6 @@ Result<job::JobState> Runner::take(const recipes::LookAtMark& step) {
   const std::size_t mark = step.mark;
   const recipes::MarkDef& def = recipe_.marks[mark];
   doing_ = "mark " + def.name;
-  if (site_.camera == nullptr)
-    return fail(Fault::CameraTimeout, "the recipe has marks, but no camera is connected",
-                job::at_line(recipe_, def.place));
   record::MarkResult found;
   const int attempts = std::max(1, recipe_.mark_rules.attempts);
   for (int attempt = 1; attempt <= attempts; ++attempt) {

@@ -34,7 +34,7 @@ namespace gantry::run {
 struct Site {
   const config::Machine& machine;
   Control& control;
-  vision::Camera* camera = nullptr;  ///< null: a recipe with marks fails
+  vision::Camera* camera = nullptr;  ///< null: the job looks at no mark
   /// Where the last job has found its board and parts, for the first motion up from it; null: only the machine's own
   /// bodies are known.
   const job::Surroundings* around = nullptr;
