@@ -14,6 +14,7 @@
 #include "app/stations/measured.hpp"
 #include "config/bus_notes.hpp"
 #include "config/formats.hpp"
+#include "core/shell_words.hpp"
 #include "recipes/bus_notes.hpp"
 #include "recipes/job.hpp"
 #include "recipes/recipe_file.hpp"
@@ -157,7 +158,8 @@ void show_findings(const Findings& found, const std::vector<std::string>& files,
   if (list_assumptions)
     for (const std::string& each : found.assumptions) print_text("  assumed: {}\n", each);
   else
-    print_text("  {} things are assumed of the stations; `gantry check` alone lists them\n", found.assumptions.size());
+    print_text("  {} things are assumed of the stations; `gantry check {}` lists them\n", found.assumptions.size(),
+               shell_word(files.front()));
 }
 
 }  // namespace

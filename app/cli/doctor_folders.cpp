@@ -25,7 +25,7 @@ fs::path nearest_that_is(fs::path folder) {
   return folder;
 }
 
-Finding room(const std::string& name, const fs::path& folder) {
+Finding room(const std::string& name, const fs::path& folder, std::string_view more_room) {
   struct statvfs disk {};
   const fs::path at = nearest_that_is(folder);
   if (::statvfs(at.c_str(), &disk) != 0)
@@ -37,8 +37,8 @@ Finding room(const std::string& name, const fs::path& folder) {
     return {name, Level::Error, text + ", but it is mounted read-only", "name another folder, or mount it writable",
             Fault::FileUnwritable};
   if (mb >= kScarce_mb) return {name, Level::Ok, text, "", {}};
-  return {name, mb < kTooLittle_mb ? Level::Error : Level::Warning, text,
-          "take old jobs away (out/), or let --out name a folder on another disk", Fault::FileUnwritable};
+  return {name, mb < kTooLittle_mb ? Level::Error : Level::Warning, text, std::string(more_room),
+          Fault::FileUnwritable};
 }
 
 /// Without making or changing it.
@@ -63,7 +63,10 @@ Finding rights_of_state(const fs::path& state) {
 
 Findings look_at_folders(const std::string& state, const std::string& out) {
   const fs::path above = nearest_that_is(out);
-  Findings findings{rights_of_state(state), room("disk of the state", state), room("disk of the results", out)};
+  Findings findings{
+      rights_of_state(state),
+      room("disk of the state", state, "make room there, or let --state name a folder on another disk"),
+      room("disk of the results", out, "take old jobs away (out/), or let --out name a folder on another disk")};
   if (::access(above.c_str(), W_OK | X_OK) != 0)
     findings.push_back({"results", Level::Warning, fmt::format("{}: {}", above.string(), std::strerror(errno)),
                         "stand in a folder of your own, or let --out name one", Fault::FileUnwritable});

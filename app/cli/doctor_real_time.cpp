@@ -3,6 +3,7 @@
 #include <ctime>
 #include <fmt/format.h>
 #include <fstream>
+#include <grp.h>
 #include <pwd.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -48,6 +49,8 @@ std::string user() {
 
 /// For people who log in, and for a service.
 std::string how_to_allow(std::string_view limit, std::string_view capability) {
+  if (getgrnam("gantry") != nullptr && ::access("/etc/security/limits.d/gantry.conf", R_OK) == 0)
+    return fmt::format("`adduser {} gantry`, and log in again", user());
   return fmt::format(
       "write the line `{} - {}` into /etc/security/limits.d/gantry.conf and log in again; a service of systemd gets it "
       "by AmbientCapabilities={}",

@@ -22,7 +22,7 @@ int main(int argc, char** argv) try {
       "6 vision or probe failed, 7 refused, 8 deadline broken, 9 done with defects, 130 interrupted with the safe "
       "state\n"
       "reached.\n"
-      "Start with:  gantry dry-run recipes/demo-board.yaml");
+      "Start with:  gantry init my-machine");
 
   cli::Context context;
   context.machine_file = cli::shipped_file("config/machines/dispenser.yaml");

@@ -44,9 +44,11 @@ constexpr std::array kVerbs{
     OrderVerb{OrderKind::Reset, "reset", "Clears a latched fault whose cause is gone; nothing moves",
               "It gives no torque: `gantry enable` does, or the next `gantry run`. `gantry status` names the fault."},
     OrderVerb{OrderKind::Override, "override", "Speed of the motion in percent of what the recipe says",
-              "  gantry override 50\nMore than 100 % where the machine file's `override_max` allows it; the axes' own "
-              "limits\n"
-              "always hold. 0 holds now. What is being dispensed is made slower at once, and faster when its valve has "
+              "  gantry override 50\nMore than 100 % where the `override_max` of the machine file, and of the "
+              "materials while a "
+              "job runs,\n"
+              "allows it; the axes' own limits always hold. 0 holds now. What is being dispensed is made slower at "
+              "once, and faster when its valve has "
               "shut."},
     OrderVerb{OrderKind::Enable, "enable", "Gives the drives torque", "Homing is an order of its own: `gantry home`."},
     OrderVerb{OrderKind::Disable, "disable", "Takes the torque off all drives, in order",
@@ -94,7 +96,10 @@ void forget_part(Context& context, const std::string& state, const std::string& 
     if (*forgotten) said.push_back(desk::removal_in_words(*forgotten, serial));
   }
   if (said.empty()) said.push_back(desk::removal_in_words(std::nullopt, serial));
-  const std::string words = fmt::format("{}\nno owner is up: the clamp stays as it is", fmt::join(said, "\n"));
+  const std::string words = fmt::format(
+      "{}\nno owner is up: the clamp stays as it is, and what is remembered was looked for in {}; another "
+      "machine's or the service's stands elsewhere (--machine, --state)",
+      fmt::join(said, "\n"), state);
   if (context.json)
     show_document("ok", {{"ok", true}, {"said", words}});
   else

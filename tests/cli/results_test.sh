@@ -24,6 +24,20 @@ for r in rows:
     kept = sys.argv[1] + "/inputs/" + r["file"].rsplit("/", 1)[1]
     assert open(kept, "rb").read() == open(r["file"], "rb").read(), kept
 PY
+python3 - "$work/whole/summary.json" <<'PY' || fail "docs/monitoring.md does not name every key of a summary"
+import json, re, sys
+named = set(re.findall(r"\w+", " ".join(re.findall(r"`([^`]*)`", open("docs/monitoring.md").read()))))
+def keys(value):
+    for each in value.values() if isinstance(value, dict) else value if isinstance(value, list) else []:
+        yield from keys(each)
+    if isinstance(value, dict):
+        yield from value
+summary = json.load(open(sys.argv[1]))
+axes = set(summary["max_following_error"])
+others = {k for k in summary if k in ("environment",)}
+missing = {k for name, value in summary.items() if name not in others for k in [name, *keys(value)]} - named - axes
+assert not missing, sorted(missing)
+PY
 key "$work/whole" program | grep -q '"version": "[0-9.]*", "commit": "[0-9a-f]' || fail "no program in the summary"
 
 # Held in the middle of the first bead, and resumed by the start button.
