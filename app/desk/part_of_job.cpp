@@ -9,11 +9,11 @@
 
 #include "app/record/defects.hpp"
 #include "app/record/outcome.hpp"
-#include "app/record/program.hpp"
 #include "config/yaml.hpp"
 #include "core/log.hpp"
 #include "core/sha256.hpp"
 #include "core/shell_words.hpp"
+#include "core/utc_stamp.hpp"
 #include "recipes/selection.hpp"
 
 namespace gantry::desk {
@@ -157,7 +157,7 @@ Result<void> PartOfJob::keep(BegunPart part, record::JobResult* result) {
 Result<void> PartOfJob::begin() {
   if (parts_ == nullptr) return {};
   begun_ = true;
-  began_ = found_ ? found_->began : record::utc_stamp();
+  began_ = found_ ? found_->began : utc_stamp();
   const std::vector<std::size_t> before = left_before();
   std::vector<std::size_t> open;
   std::set_union(before.begin(), before.end(), chosen_.begin(), chosen_.end(), std::back_inserter(open));

@@ -23,7 +23,7 @@ constexpr double kEnough = 0.5;  // of a bead's length is to be at its speed
 
 double from_above_mm(Vec3 a, Vec3 b) { return std::hypot(a.x - b.x, a.y - b.y); }
 
-double length_mm(const std::vector<Vec3>& path) {
+double length_from_above_mm(const std::vector<Vec3>& path) {
   double mm = 0;
   for (std::size_t i = 1; i < path.size(); ++i) mm += from_above_mm(path[i - 1], path[i]);
   return mm;
@@ -175,10 +175,11 @@ class Judge {
     const bool ends = start_off_mm <= m->tolerance_mm && end_off_mm <= m->tolerance_mm;
     if ((!ends || !(d->error_mm <= allowed_mm)) && state != FeatureState::Done) {
       const double nearly_all_mm =
-          length_mm(d->nominal_mm) - 2 * allowed_mm * static_cast<double>(d->nominal_mm.size());
+          length_from_above_mm(d->nominal_mm) - 2 * allowed_mm * static_cast<double>(d->nominal_mm.size());
       if (!given_again([&](const Deposit& o) {
             return from_above_mm(o.board_mm.front(), start) <= m->tolerance_mm &&
-                   from_above_mm(o.board_mm.back(), end) <= m->tolerance_mm && length_mm(o.board_mm) >= nearly_all_mm;
+                   from_above_mm(o.board_mm.back(), end) <= m->tolerance_mm &&
+                   length_from_above_mm(o.board_mm) >= nearly_all_mm;
           }))
         return add(bead.id, Kind::Cut,
                    fmt::format("cut by a stop: it starts {:.2f} mm from its start and ends {:.2f} mm from its end",

@@ -1,6 +1,5 @@
 #include "app/record/environment.hpp"
 
-#include <ctime>
 #include <fmt/format.h>
 #include <fstream>
 #include <string>
@@ -41,14 +40,6 @@ std::vector<Fact> environment_facts() {
     facts.push_back({"processor", fmt::format("{} x {}", std::thread::hardware_concurrency(), cpu)});
   if (auto memory = proc_value("/proc/meminfo", "MemTotal"); !memory.empty()) facts.push_back({"memory", memory});
   return facts;
-}
-
-std::string utc_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm tm{};
-  gmtime_r(&now, &tm);
-  return fmt::format("{:04}-{:02}-{:02} {:02}:{:02}:{:02} UTC", tm.tm_year + 1900, tm.tm_mon + 1, tm.tm_mday,
-                     tm.tm_hour, tm.tm_min, tm.tm_sec);
 }
 
 }  // namespace gantry::record

@@ -9,7 +9,4 @@ namespace gantry::record {
 /// Program version, host, kernel, processor, memory. Reads /proc; leaves out what it cannot read.
 std::vector<Fact> environment_facts();
 
-/// Now, as "2026-11-21 08:30:16 UTC".
-std::string utc_now();
-
 }  // namespace gantry::record

@@ -7,6 +7,7 @@
 #include "app/record/drawing.hpp"
 #include "app/record/environment.hpp"
 #include "core/log.hpp"
+#include "core/utc_stamp.hpp"
 
 namespace gantry::record {
 namespace fs = std::filesystem;
@@ -19,7 +20,7 @@ JobResult begin_result(const config::Machine& machine, const recipes::Recipe& re
   result.recipe_name = recipe.name;
   result.machine_name = machine.name;
   result.dry_run = dry_run;
-  result.started = utc_now();
+  result.started = utc_stamp();
   result.environment = environment_facts();
   result.blocks_total = job.blocks.size();
   result.feature_order = recipes::dispensed_by(job);

@@ -1,23 +1,10 @@
 #include "app/record/program.hpp"
 
-#include <chrono>
-#include <ctime>
-#include <fmt/format.h>
 #include <gantry_commit.hpp>
 
 namespace gantry::record {
 
 std::string program_version() { return GANTRY_VERSION; }
 std::string program_commit() { return GANTRY_COMMIT; }
-
-std::string utc_stamp() {
-  const auto now = std::chrono::system_clock::now();
-  const std::time_t whole = std::chrono::system_clock::to_time_t(now);
-  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(now.time_since_epoch()).count() % 1000;
-  std::tm tm{};
-  gmtime_r(&whole, &tm);
-  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:03}Z", tm.tm_year + 1900, tm.tm_mon + 1, tm.tm_mday,
-                     tm.tm_hour, tm.tm_min, tm.tm_sec, ms);
-}
 
 }  // namespace gantry::record

@@ -9,7 +9,4 @@ std::string program_version();  ///< "0.1.0"
 /// was built outside a repository.
 std::string program_commit();
 
-/// Now, as "2026-11-21T08:30:16.123Z".
-std::string utc_stamp();
-
 }  // namespace gantry::record

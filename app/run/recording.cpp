@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "app/record/outcome.hpp"
-#include "app/record/program.hpp"
+#include "core/utc_stamp.hpp"
 
 namespace gantry::run {
 namespace {
@@ -55,12 +55,10 @@ void Recording::note(std::int64_t now_ns, const std::string& words) {
   result_.events.push_back(fmt::format("{:.3f} s  {}", static_cast<double>(now_ns - start_ns_) * 1e-9, words));
 }
 
-void Recording::action(std::string what) {
-  result_.actions.push_back({record::utc_stamp(), elapsed_s(), std::move(what), ""});
-}
+void Recording::action(std::string what) { result_.actions.push_back({utc_stamp(), elapsed_s(), std::move(what), ""}); }
 
 void Recording::alarm(std::int64_t now_ns, const Error& error) {
-  result_.alarms.push_back({record::utc_stamp(), static_cast<double>(now_ns - start_ns_) * 1e-9, to_text(error),
+  result_.alarms.push_back({utc_stamp(), static_cast<double>(now_ns - start_ns_) * 1e-9, to_text(error),
                             std::string(std::string_view(code(error.fault)))});
 }
 

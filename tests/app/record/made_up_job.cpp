@@ -83,7 +83,7 @@ JobResult made_up_job() {
   r.machine_name = "dispenser";
   r.bus = "sim";
   r.dry_run = true;
-  r.started = "2026-11-21 08:30:16 UTC";
+  r.started = "2026-11-21T08:30:16.000Z";
   r.offset = {{1.3, -0.7}, 0.8 * std::numbers::pi / 180};
   r.offset_rms_mm = 0.0021;
   r.has_offset = true;
