@@ -116,6 +116,14 @@ TEST(Profile, what_scales_motion_or_burns_a_motor_acts_at_power_up) {
     EXPECT_TRUE(std::ranges::any_of(profile(name).parameters, &Parameter::must_be_stated)) << name;
 }
 
+TEST(Profile, an_identity_is_the_default_that_the_manual_prints) {
+  // AMD530B 8.2: product code 1, revision 1. ISS42/57-C 1.2.1: all zero.
+  for (const auto& [name, product, revision] : {std::tuple{"drives/amd530b", 1u, 1u}, {"drives/iss57", 0u, 0u}}) {
+    EXPECT_EQ(profile(name).identity.product, product) << name;
+    EXPECT_EQ(profile(name).identity.revision, revision) << name;
+  }
+}
+
 struct Printed {
   const char* drive;
   int mode;
