@@ -112,8 +112,25 @@ TEST(Profile, what_scales_motion_or_burns_a_motor_acts_at_power_up) {
     EXPECT_EQ(row->acts, ActsAt::PowerUp) << row->name;
     EXPECT_EQ(row->rule == ParameterRule::MustEqual, index == 0x20DA) << row->name;
   }
-  for (const char* name : kEtherCatDrives)
+  for (const char* name : {"drives/id286", "drives/amd530b", "drives/std402ec", "drives/iss57"})
     EXPECT_TRUE(std::ranges::any_of(profile(name).parameters, &Parameter::must_be_stated)) << name;
+}
+
+TEST(Profile, what_the_manuals_do_not_say_is_marked_as_assumed) {
+  struct Row {
+    const char* profile;
+    ObjectAddress object;
+  };
+  // STD402EC: 20F2h and 20DAh are in no table (5.1 has parameters 242 and 218); from where soft limits count, in none
+  // either.
+  for (const Row& r :
+       {Row{"drives/std402ec", {0x20F2, 0}}, Row{"drives/std402ec", {0x20DA, 0}}, Row{"drives/std402ec", {0x213F, 0}},
+        Row{"drives/std402ec", {0x213D, 0}}, Row{"drives/id286", {0x607D, 1}}, Row{"drives/id286", {0x607D, 2}}}) {
+    const auto& rows = profile(r.profile).parameters;
+    const auto row = std::ranges::find(rows, r.object, &Parameter::address);
+    ASSERT_NE(row, rows.end()) << r.profile << to_text(r.object);
+    EXPECT_TRUE(row->assumed) << r.profile << to_text(r.object);
+  }
 }
 
 TEST(Profile, an_identity_is_the_default_that_the_manual_prints) {
@@ -121,6 +138,22 @@ TEST(Profile, an_identity_is_the_default_that_the_manual_prints) {
   for (const auto& [name, product, revision] : {std::tuple{"drives/amd530b", 1u, 1u}, {"drives/iss57", 0u, 0u}}) {
     EXPECT_EQ(profile(name).identity.product, product) << name;
     EXPECT_EQ(profile(name).identity.revision, revision) << name;
+  }
+}
+
+TEST(Profile, currents_of_the_iss57_have_the_ranges_of_its_manual) {
+  struct Printed {
+    int index;
+    std::int64_t low, high;
+    std::optional<std::int64_t> usual;
+  };
+  for (const Printed& r :
+       {Printed{0x21FB, 10, 100, {}}, {0x21FC, 0, 100, 60}, {0x21FD, 0, 100, 100}, {0x21FE, 0, 100, 40}}) {  // 4.2
+    const ObjectRow* row = find_object(profile("drives/iss57"), {static_cast<std::uint16_t>(r.index), 0});
+    ASSERT_NE(row, nullptr) << std::hex << r.index;
+    EXPECT_EQ(row->min, r.low);
+    EXPECT_EQ(row->max, r.high);
+    EXPECT_EQ(row->initial, r.usual);
   }
 }
 
