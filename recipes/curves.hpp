@@ -12,7 +12,7 @@
 
 namespace gantry::recipes {
 
-/// Chords are off their curve by at most this part of the bead's corner tolerance.
+/// Chords are off their curve by at most this part of how far the bead may leave it.
 inline constexpr double kSagOfTolerance = 1.0 / 20;
 
 /// The point at angle t, 0 .. |angle_rad|: centre + cos t * ahead + sin t * aside.

@@ -333,7 +333,11 @@ void Expander::arc(const FeatureRow& row) {
     mistakes_.add(arc.error().fault, arc.error().message, by == 0 ? row.through.place : row.centre.place);
     return;
   }
-  add_curve(row, sample(*arc, row.curve_tolerance * kSagOfTolerance, points_left()), "arc", arc->from == arc->to);
+  double tolerance_mm = row.curve_tolerance;
+  if (const bool level = arc->ahead.z == 0 && arc->aside.z == 0; !level)
+    if (const Material* m = find_material(to_, row.material.value); m != nullptr && m->gap > 0)
+      tolerance_mm = upright_tolerance_mm(tolerance_mm, *m);
+  add_curve(row, sample(*arc, tolerance_mm * kSagOfTolerance, points_left()), "arc", arc->from == arc->to);
 }
 
 void Expander::circle(const FeatureRow& row) {

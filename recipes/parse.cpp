@@ -221,6 +221,10 @@ std::vector<std::size_t> sequence_of(const Recipe& recipe) {
   return as_they_stand;
 }
 
+double upright_tolerance_mm(double corner_tolerance_mm, const Material& material) {
+  return std::min({corner_tolerance_mm, material.gap_tolerance_mm, material.gap / 2});
+}
+
 double length_mm(const Bead& bead) {
   if (bead.curve_mm > 0) return bead.curve_mm;
   return length_of(bead.points);

@@ -138,6 +138,9 @@ inline const std::string& id_of(const Feature& feature) {
   return std::visit([](const auto& each) -> const std::string& { return each.id; }, feature);
 }
 
+/// How far a bead that goes up or down may leave its path: by its corner tolerance, and by no more than its gap bears.
+double upright_tolerance_mm(double corner_tolerance_mm, const Material& material);
+
 /// Length of a bead as the recipe draws it.
 double length_mm(const Bead& bead);
 

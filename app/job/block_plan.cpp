@@ -63,7 +63,7 @@ double rounding_mm(const recipes::Bead& bead, const recipes::Material& m) {
     const Vec3 leg = bead.points[i] - bead.points[i - 1];
     if (norm(leg) > 0) level = std::min(level, norm(flat(leg)) / norm(leg));
   }
-  return std::min({bead.corner_tolerance, m.gap_tolerance_mm, m.gap / 2}) * std::max(level, kSteepest);
+  return recipes::upright_tolerance_mm(bead.corner_tolerance, m) * std::max(level, kSteepest);
 }
 
 /// The command that shuts the valve moves back along the bead.

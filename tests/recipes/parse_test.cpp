@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <optional>
 #include <set>
+#include <tuple>
 
 #include "core/units.hpp"
 #include "recipes/recipe.hpp"
@@ -289,6 +291,35 @@ TEST(Bead, rectangles_and_closed_polylines_come_back_to_their_start) {
   EXPECT_EQ(p.points.front(), p.points.back());
   EXPECT_EQ(p.corner_tolerance, 0);
   EXPECT_FALSE(std::get<Bead>(r->features[2]).closed);
+}
+
+// A standing half circle of radius 20: where the needle is lower than the arc by more than half of the gap, 0.2 mm, it
+// is in what it dispenses on. What the chords use of that is not left for the rounding of their corners.
+TEST(Bead, an_arc_that_stands_or_leans_keeps_to_its_gap_whatever_its_corner_tolerance) {
+  for (const auto& [through, centre, radius] :
+       {std::tuple{"[30 mm, 20 mm, 20 mm]", Vec3{30, 20, 0}, 20.0},
+        std::tuple{"[30 mm, 30 mm, 10 mm]", Vec3{30, 15, -5}, std::hypot(20, 5, 5)}}) {
+    const auto r =
+        parse(with("  - arc: {name: a, material: glue, from: [10 mm, 20 mm], through: " + std::string(through) +
+                   ", to: [50 mm, 20 mm], corner_tolerance: 5 mm}\n"),
+              "f");
+    ASSERT_TRUE(r) << to_text(r.error()[0]);
+    const Bead& bead = std::get<Bead>(r->features[0]);
+    EXPECT_EQ(bead.corner_tolerance, 5);
+    double sag = 0;
+    for (std::size_t k = 1; k < bead.points.size(); ++k) {
+      EXPECT_NEAR(norm(bead.points[k] - centre), radius, 1e-9);
+      sag = std::max(sag, radius - norm((bead.points[k] + bead.points[k - 1]) * 0.5 - centre));
+    }
+    EXPECT_LE(sag, 0.1 / 20 + 1e-12) << through;
+  }
+  // A level one has all of its tolerance: a twentieth of 5 mm is more than chords of 15 degrees sag.
+  const auto level =
+      parse(with("  - arc: {name: a, material: glue, from: [10 mm, 20 mm, 1 mm], through: [30 mm, 40 mm, "
+                 "1 mm], to: [50 mm, 20 mm, 1 mm], corner_tolerance: 5 mm}\n"),
+            "f");
+  ASSERT_TRUE(level) << to_text(level.error()[0]);
+  EXPECT_EQ(std::get<Bead>(level->features[0]).points.size(), 13u);
 }
 
 TEST(Bead, curves_are_chords_within_a_twentieth_of_their_corner_tolerance) {
