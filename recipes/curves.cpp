@@ -89,8 +89,11 @@ Result<Curve> sample(const Spiral& spiral, double sag_mm, std::size_t most) {
   for (double t = 0; t < all;) {
     if (out.points.size() + 1 >= most) return too_many(most);
     out.points.push_back(point(t));
-    // |p''| = hypot(r, 2 b), and r is at most this within the step.
-    double step = step_rad(std::hypot(radius(t) + b * kMostTurn, 2 * b), sag_mm);
+    // |p''| = hypot(r, 2 b), and r is at most this within the step. The path turns by 1 + b^2 / (r^2 + b^2) times its
+    // angle: twice in the centre.
+    const double r = radius(t), nearest = inwards ? std::max(0.0, r - b * kMostTurn) : r;
+    double step = std::min(step_rad(std::hypot(r + b * kMostTurn, 2 * b), sag_mm),
+                           kMostTurn / (1 + b * b / (nearest * nearest + b * b)));
     if (const double left = all - t; left < 2 * step) step = left > step ? left / 2 : left;
     t = t + step >= all * (1 - 1e-12) ? all : t + step;
   }

@@ -149,5 +149,30 @@ TEST(Curve, of_too_many_points_is_refused_before_they_are_made) {
   EXPECT_FALSE(sample(*arc, 1e-9, 1000));
 }
 
+TEST(Curve, turns_by_at_most_15_degrees_from_chord_to_chord) {
+  const auto most_deg = [](const std::vector<Vec3>& points) {
+    double most = 0;
+    for (std::size_t i = 2; i < points.size(); ++i) {
+      const Vec3 a = points[i - 1] - points[i - 2], b = points[i] - points[i - 1];
+      most = std::max(most, std::atan2(norm(cross(a, b)), dot(a, b)) * 180 / pi);
+    }
+    return most;
+  };
+  // So large a sag that nothing but the turn limits the chords.
+  for (const double pitch : {0.2, 1.0, 5.0})
+    for (const auto& [from, to] : {std::pair{0.0, 7.0}, std::pair{7.0, 0.0}, std::pair{0.3, 4.0}, std::pair{4.0, 0.3}})
+      for (const bool clockwise : {false, true}) {
+        const auto curve = sample(Spiral{{20, 30, 2}, from, to, pitch, 0.7, clockwise}, 1, kMany);
+        ASSERT_TRUE(curve);
+        EXPECT_LE(most_deg(curve->points), 15 + 1e-6) << from << " to " << to << ", " << pitch << " a turn";
+        expect_no_crumbs(curve->points, "spiral");
+      }
+  for (const double angle : {0.01, 0.4, 2.0, 2 * pi}) {
+    const auto curve = sample(*arc_about({0, 0}, {5, 0, 0}, angle), 1, kMany);
+    ASSERT_TRUE(curve);
+    EXPECT_LE(most_deg(curve->points), 15 + 1e-6) << angle;
+  }
+}
+
 }  // namespace
 }  // namespace gantry::recipes
