@@ -4,6 +4,7 @@
 #include <cmath>
 #include <variant>
 
+#include "app/job/path_mm.hpp"
 #include "motion/profile/speed_profile.hpp"
 
 namespace gantry::job {
@@ -57,7 +58,7 @@ void SpeedWatch::go_on(double by_mm) {
   s_mm_ += by_mm;
   for (;;) {
     const motion::Segment& segment = (*segments_)[segment_];
-    const double length_mm = segment.kind == motion::SegmentKind::Dwell ? 0 : segment.geometry.length;
+    const double length_mm = path_mm(segment);
     if (s_mm_ <= length_mm + kRounding_mm) break;
     if (segment_ + 1 >= segments_->size() || (*segments_)[segment_ + 1].feature != feature_) break;
     s_mm_ -= length_mm;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "app/job/path_mm.hpp"
 #include "motion/rt/rate_change.hpp"
 #include "motion/types.hpp"
 
@@ -19,10 +20,6 @@ struct Plays {
   std::size_t fed = 0;                                 ///< segments
   double fed_mm = 0;                                   ///< of path, as Snapshot::along_block_mm counts
 };
-
-[[nodiscard]] inline double path_mm(const motion::Segment& s) {
-  return s.kind == motion::SegmentKind::Dwell ? 0 : s.geometry.length;
-}
 
 class StopAhead {
  public:

@@ -5,6 +5,7 @@
 #include <deque>
 #include <optional>
 
+#include "app/job/path_mm.hpp"
 #include "motion/types.hpp"
 
 namespace gantry::job {
@@ -22,7 +23,7 @@ inline std::optional<ValveSpan> valve_span(SegmentIterator first, SegmentIterato
   for (auto s = first; s != last; ++s) {
     if (s->feature == feature)
       for (const motion::OutputEvent& e : s->events) (e.dispense ? opens : shuts) = along_block_mm + e.at_s;
-    if (s->kind != motion::SegmentKind::Dwell) along_block_mm += s->geometry.length;
+    along_block_mm += path_mm(*s);
   }
   if (!opens || !shuts) return std::nullopt;
   return ValveSpan{*opens, *shuts};

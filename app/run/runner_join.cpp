@@ -43,14 +43,11 @@ std::optional<Ahead> Runner::ahead() const {
 std::string Runner::heads_for() {
   const cycle::Snapshot& s = site_.control.latest();
   if (playing_ == nullptr || s.block != block_) return "";
-  const auto length_mm = [](const motion::Segment& segment) {
-    return segment.kind == motion::SegmentKind::Dwell ? 0 : segment.geometry.length;
-  };
   if (looked_.block != block_) looked_ = {.block = block_};
   const auto& segments = *playing_;
   while (looked_.segment < segments.size() &&
-         looked_.begins_mm + length_mm(segments[looked_.segment]) < s.along_block_mm)
-    looked_.begins_mm += length_mm(segments[looked_.segment++]);
+         looked_.begins_mm + job::path_mm(segments[looked_.segment]) < s.along_block_mm)
+    looked_.begins_mm += job::path_mm(segments[looked_.segment++]);
   for (std::size_t i = looked_.segment; i < segments.size(); ++i) {
     const bool opens = std::any_of(segments[i].events.begin(), segments[i].events.end(),
                                    [](const auto& event) { return event.dispense; });

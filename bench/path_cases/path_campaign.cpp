@@ -9,8 +9,8 @@
 #include <cstdio>
 #include <random>
 
-#include "motion/path/path_cursor.hpp"
 #include "motion/path/path_planner.hpp"
+#include "tests/motion/path/path_cursor.hpp"
 
 namespace gantry::bench {
 namespace {
@@ -96,7 +96,7 @@ std::string judged(const Case& c, double& seconds) {
   std::size_t tick = 0, slow = 0;
   std::string wrong;
   for (const motion::Stretch& s : stretches) {
-    motion::PathCursor cursor;
+    motion::test::PathCursor cursor;
     double last_s = -1;
     for (;; ++tick) {
       const double t = static_cast<double>(tick) * kTick - begin;

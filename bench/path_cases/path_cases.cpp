@@ -18,8 +18,8 @@
 
 #include "bench/path_cases/bound.hpp"
 #include "bench/path_cases/polyline_csv.hpp"
-#include "motion/path/path_cursor.hpp"
 #include "motion/path/path_planner.hpp"
+#include "tests/motion/path/path_cursor.hpp"
 
 namespace gantry::bench {
 namespace {
@@ -77,7 +77,7 @@ void each_setpoint(const Planned& planned, const Polyline& polyline, Visit&& vis
   double begin = 0;
   std::size_t tick = 0;
   for (const motion::Stretch& s : planned.stretches) {
-    motion::PathCursor cursor;
+    motion::test::PathCursor cursor;
     for (;; ++tick) {
       const double t = static_cast<double>(tick) * kTick;
       if (t >= begin + s.duration_s - 1e-9) break;

@@ -43,10 +43,9 @@ class Interpolator {
   /// are never faster than planned.
   Setpoint step(double override_factor) noexcept;
 
-  void hold() noexcept;       ///< brakes on the path; the valve closes at once
-  void resume() noexcept;     ///< after hold or stop_path
-  void stop_path() noexcept;  ///< like hold, for a fault
-  void abort() noexcept;      ///< brakes on the path, then drops the rest of the block
+  void hold() noexcept;    ///< brakes on the path; the valve closes at once
+  void resume() noexcept;  ///< after hold
+  void abort() noexcept;   ///< brakes on the path, then drops the rest of the block
   /// The probe has latched where `axis` stood at `position`: the block ends a fixed distance beyond that place,
   /// whenever this is told; told too late for that, at once.
   void probe_latched(AxisId axis, double position) noexcept;
@@ -59,7 +58,7 @@ class Interpolator {
 
   [[nodiscard]] bool idle() const noexcept;     ///< no block plays
   [[nodiscard]] bool at_rest() const noexcept;  ///< the setpoint stands
-  [[nodiscard]] bool held() const noexcept;     ///< hold or stop_path is in force
+  [[nodiscard]] bool held() const noexcept;     ///< a hold is in force
   [[nodiscard]] bool starving()
       const noexcept;  ///< waits or slows down because the block's next segments are not there
 

@@ -38,7 +38,6 @@ void Interpolator::brake(AfterStop then) noexcept {
 }
 
 void Interpolator::hold() noexcept { brake(AfterStop::Wait); }
-void Interpolator::stop_path() noexcept { brake(AfterStop::Wait); }
 void Interpolator::abort() noexcept { brake(AfterStop::Drop); }
 
 void Interpolator::probe_latched(AxisId axis, double position) noexcept {

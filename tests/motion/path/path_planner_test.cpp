@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "motion/path/path_cursor.hpp"
+#include "tests/motion/path/path_cursor.hpp"
 
 namespace gantry::motion {
 namespace {
@@ -56,11 +56,11 @@ Played play(const Polyline& polyline, double tolerance, double speed = 400, cons
   const auto drain = [&] {
     Stretch s;
     while (planner.take(s)) {
-      PathCursor cursor;
+      test::PathCursor cursor;
       for (;; ++tick) {
         const double t = static_cast<double>(tick) * kTick - begin;
         if (t >= s.duration_s - 1e-9) break;
-        const CurveSetpoint x = cursor.at(s, t, 2);
+        const test::CurveSetpoint x = cursor.at(s, t, 2);
         EXPECT_GE(x.s_dot, 0);
         out.setpoints.push_back({x.q[0], x.q[1]});
       }
