@@ -118,7 +118,7 @@ Result<void> BlockBuilder::take_legs(std::span<const Proved> legs) {
                                              : Result<std::vector<motion::Segment>>(proved.fast[i - 1]);
       if (!timed) return tl::unexpected(timed.error());
       if (auto asked = ask(*proved.scene, *timed, proved.rules); !asked) return asked;
-      take(*timed, proved.points[i]);
+      if (auto taken = take(*timed, proved.points[i]); !taken) return taken;
     }
   }
   return {};
@@ -160,7 +160,7 @@ Result<bool> BlockBuilder::take_as_arch(std::span<const Proved> legs) {
         if (auto asked = ask(scene, part.segments, *part.rules); !asked) return tl::unexpected(asked.error());
         count(*part.by, part.certificate, part.chords);
       }
-      take(all, spec->to);
+      if (auto taken = take(all, spec->to); !taken) return tl::unexpected(taken.error());
       return true;
     } else if (proved.error().fault != Fault::Collision || !proved.error().meeting) {
       return tl::unexpected(proved.error());

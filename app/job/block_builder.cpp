@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "motion/path/chords.hpp"
+#include "motion/path/sound.hpp"
 #include "motion/plan/as_sent.hpp"
 
 namespace gantry::job {
@@ -54,7 +55,13 @@ void BlockBuilder::count(const Proved& proved, const motion::Certificate& certif
     rows_->add(out_.rows_, {out_.number_, words(), where(), scene, polyline, certificate.of_motion});
 }
 
-void BlockBuilder::take(std::span<const motion::Segment> segments, const AxisVec& end, std::uint32_t feature) {
+Result<void> BlockBuilder::take(std::span<const motion::Segment> segments, const AxisVec& end, std::uint32_t feature,
+                                std::span<const motion::Segment> capped) {
+  if (const auto why = motion::unsound(limits_, segments, capped))
+    return fail(Fault::Internal, fmt::format("a motion was planned that does not keep what it promises, and is not "
+                                             "played: {}; another speed or tolerance may do, and the recipe shows "
+                                             "whoever mends it what to mend",
+                                             *why));
   for (const motion::Segment& s : segments) {
     motion::Segment& taken = out_.segments_.emplace_back(s);
     taken.block = out_.number_;
@@ -62,6 +69,7 @@ void BlockBuilder::take(std::span<const motion::Segment> segments, const AxisVec
   }
   out_.duration_s_ += motion::duration(segments);
   at_ = end;
+  return {};
 }
 
 Result<void> BlockBuilder::ask(const motion::Scene& scene, std::span<const motion::Segment> segments,
@@ -163,8 +171,7 @@ Result<void> BlockBuilder::straight(const AxisVec& to, const motion::PathRules& 
   const auto line = this->line(*scene_, at_, to, rules, v_cap);
   if (!line) return tl::unexpected(line.error());
   if (auto asked = ask(*scene_, *line, rules); !asked) return asked;
-  take(*line, to);
-  return {};
+  return take(*line, to);
 }
 
 Result<void> BlockBuilder::unplaced(const AxisVec& to, double v_cap, double most) {
@@ -178,8 +185,7 @@ Result<void> BlockBuilder::unplaced(const AxisVec& to, double v_cap, double most
   if (moving > 1 || farthest > most + kRounding)
     return fail(Fault::Internal, "a motion without a place was to be more than a walk");
   if (auto settled = settle(); !settled) return settled;
-  take(motion::line_move(limits_, at_, to, v_cap), to);
-  return {};
+  return take(motion::line_move(limits_, at_, to, v_cap), to);
 }
 
 Result<void> BlockBuilder::until_probe(const AxisVec& to, const motion::PathRules& rules, double speed_mm_s) {
@@ -187,8 +193,7 @@ Result<void> BlockBuilder::until_probe(const AxisVec& to, const motion::PathRule
   if (auto proved = prove(std::array{at_, to}, rules, "probe down at"); !proved) return proved;
   const auto line = motion::probe_move(limits_, at_, to, speed_mm_s);
   if (auto asked = ask(*scene_, line, rules); !asked) return asked;
-  take(line, at_);
-  return {};
+  return take(line, at_);
 }
 
 Result<void> BlockBuilder::bead(const motion::BeadMotion& bead, const motion::PathRules& rules, std::uint32_t feature) {
@@ -202,19 +207,18 @@ Result<void> BlockBuilder::bead(const motion::BeadMotion& bead, const motion::Pa
   };
   constexpr const char* kRamp = "{} of {:.3g} mm: ";
   if (auto r = free(all.first(bead.bead_begin), fmt::format(kRamp, "its run-up", bead.run_up_mm)); !r) return r;
-  if (auto r = free(all.subspan(bead.bead_begin, bead.bead_end - bead.bead_begin), ""); !r) return r;
+  const auto of_bead = all.subspan(bead.bead_begin, bead.bead_end - bead.bead_begin);
+  if (auto r = free(of_bead, ""); !r) return r;
   if (auto r = free(all.subspan(bead.bead_end), fmt::format(kRamp, "its run-out", bead.run_out_mm)); !r) return r;
   const motion::AsSent sent(*scene_, limits_, all);
   if (auto r = sent.certify(0, sent.duration_s(), rules, breath_); !r) return r;
   if (auto asked = ask(*scene_, all, rules); !asked) return asked;
-  take(bead.segments, bead.end, feature);
-  return {};
+  return take(bead.segments, bead.end, feature, of_bead);
 }
 
 Result<void> BlockBuilder::dwell(double seconds, std::span<const motion::OutputEvent> events, std::uint32_t feature) {
   if (auto settled = settle(); !settled) return settled;
-  take(std::array{motion::dwell(limits_, at_, seconds, events)}, at_, feature);
-  return {};
+  return take(std::array{motion::dwell(limits_, at_, seconds, events)}, at_, feature);
 }
 
 void discard(ProvenBlock block, const Breath& breath) {
@@ -227,7 +231,9 @@ void discard(ProvenBlock block, const Breath& breath) {
 
 Result<ProvenBlock> BlockBuilder::finish() {
   if (auto settled = settle(); !settled) return tl::unexpected(settled.error());
-  if (out_.segments_.empty()) take(std::array{motion::dwell(limits_, at_, limits_.tick_s)}, at_);
+  if (out_.segments_.empty())
+    if (auto stands = take(std::array{motion::dwell(limits_, at_, limits_.tick_s)}, at_); !stands)
+      return tl::unexpected(stands.error());
   out_.segments_.back().ends_block = true;
   out_.end_ = at_;
   return std::move(out_);

@@ -119,7 +119,10 @@ class BlockBuilder {
   Result<void> ask(const motion::Scene& scene, std::span<const motion::Segment> segments,
                    const motion::PathRules& rules);
   void count(const Proved& proved, const motion::Certificate& certificate, std::span<const AxisVec> polyline);
-  void take(std::span<const motion::Segment> segments, const AxisVec& end, std::uint32_t feature = motion::kTravel);
+  /// They were proved free; here it is looked whether they are what a plan has to be (motion/path/sound.hpp). `capped`,
+  /// a part of them, keeps its set speed.
+  Result<void> take(std::span<const motion::Segment> segments, const AxisVec& end,
+                    std::uint32_t feature = motion::kTravel, std::span<const motion::Segment> capped = {});
 
   const motion::Limits& limits_;
   const motion::Scene* scene_;

@@ -1,34 +1,14 @@
 // The integrator: it takes the pieces as they are, integrates them from the state before, and differentiates the axes'
 // motion by truncated power series in time (x(t0 + e) to e^3), not by the formulas of the planner.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 
+#include "motion/path/series.hpp"
 #include "motion/path/timing.hpp"
 
 namespace gantry::motion {
 namespace {
-
-/// x0 + x1 e + x2 e^2 + x3 e^3.
-using Series = std::array<double, 4>;
-
-Series times(const Series& a, const Series& b) {
-  Series out{};
-  for (std::size_t i = 0; i < 4; ++i)
-    for (std::size_t j = 0; i + j < 4; ++j) out[i + j] += a[i] * b[j];
-  return out;
-}
-
-template <class Coefficients>
-Series polynomial(const Coefficients& c, std::size_t degree, const Series& x) {
-  Series out{c(degree), 0, 0, 0};
-  for (std::size_t k = degree; k-- > 0;) {
-    out = times(out, x);
-    out[0] += c(k);
-  }
-  return out;
-}
 
 /// Motion of one axis around the moment at which s is as given: value, speed, acceleration, jerk.
 Series axis_motion(const Curve& g, const Series& u, std::size_t axis) {

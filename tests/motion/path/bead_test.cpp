@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "motion/path/moves.hpp"
+#include "motion/path/sound.hpp"
 #include "motion/profile/line_bounds.hpp"
 #include "tests/motion/machine.hpp"
 #include "tests/motion/path/a_bead.hpp"
@@ -86,6 +87,8 @@ void check_bead(const Limits& m, const BeadSpec& spec, const BeadMotion& bead, c
   ASSERT_LE(use.v, 1 + 1e-6) << what;
   ASSERT_LE(use.a, 1 + 1e-5) << what;
   ASSERT_LE(use.j, 1 + 1e-3) << what;
+  const auto all = std::span(bead.segments);
+  ASSERT_EQ(unsound(m, all, all.subspan(bead.bead_begin, bead.bead_end - bead.bead_begin)).value_or(""), "") << what;
 }
 
 TEST(Bead, any_polyline_becomes_a_continuous_motion_within_limits_and_tolerance) {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "motion/path/sound.hpp"
 #include "tests/motion/machine.hpp"
 #include "tests/motion/path/a_bead.hpp"
 #include "tests/motion/path/sampled.hpp"
@@ -77,6 +78,8 @@ void check(const Limits& m, const BeadMotion& whole, const BeadMotion& left, dou
   ASSERT_LE(use.v, 1 + 1e-6) << what;
   ASSERT_LE(use.a, 1 + 1e-3) << what;
   ASSERT_LE(use.j, 1 + 1e-2) << what;
+  const auto all = std::span(left.segments);
+  ASSERT_EQ(unsound(m, all, all.subspan(left.bead_begin, left.bead_end - left.bead_begin)).value_or(""), "") << what;
   // Down onto it: never below the bead that lies there already, and at its height only where it ends.
   const AxisVec join = place(left, 0);
   double above = left.start[kZ] - join[kZ];
