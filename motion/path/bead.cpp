@@ -165,9 +165,10 @@ Result<std::vector<Run>> run_up_onto(const std::vector<Run>& runs, const Limits&
 }
 
 /// A little slower, or by kFaster faster, so that they take whole ticks; run-up and run-out stand for a part of one.
-/// The factor of time.
-double to_whole_ticks(std::vector<Run>& runs, double tick_s) {
-  const double seconds = duration(runs), faster_s = std::min(kFaster * seconds, kFasterTicks * tick_s);
+/// The factor of time. `before`: the one by which they were slowed already; of kFaster is left what that leaves.
+double to_whole_ticks(std::vector<Run>& runs, double tick_s, double before = 1) {
+  const double faster = std::clamp(1 - (1 - kFaster) / before, 0.0, kFaster), seconds = duration(runs);
+  const double faster_s = std::min(faster * seconds, kFasterTicks * tick_s);
   const double factor = whole_ticks(seconds - faster_s, tick_s) / seconds;
   slow_down(runs, factor);
   return factor;
@@ -198,11 +199,12 @@ Result<JoinedRuns> join(const Limits& own, const Limits& limits, const Measure& 
     stand_before(slower->run_up, limits.tick_s);
     return slower;
   }
-  factor *= to_whole_ticks(out.left, limits.tick_s);
+  factor *= to_whole_ticks(out.left, limits.tick_s, factor);
   auto from_above = run_up_onto(out.left, own, measure, lift);
   for (double slower = kSlower; !from_above && slower <= kSlowest; slower *= kSlower) {
     slow_down(out.left, kSlower);
-    factor *= kSlower * to_whole_ticks(out.left, limits.tick_s);
+    factor *= kSlower;
+    factor *= to_whole_ticks(out.left, limits.tick_s, factor);
     from_above = run_up_onto(out.left, own, measure, lift);
   }
   if (!from_above) from_above = run_up_onto(out.left, limits, measure, lift);
