@@ -51,9 +51,10 @@ void tell_silence_of(const StationRecord& s, SlowValue& v, Time now, std::vector
   for (int slot = 0; slot < s.config->profile.slots && e == nullptr; ++slot)
     e = find_drive_entry(config::first_slot(s.config->profile, v.object.address, slot).index);
   const std::string what = fmt::format("{} ({})", config::to_text(v.object.by), e != nullptr ? e->name : "input");
-  news.push_back(silent ? fmt::format("{}: {} is read by SDO and has not answered for {:.1f} s: what is known of it is "
-                                      "old, and what depends on it is stopped",
-                                      s.where, what, seconds(now - v.last_look))
+  const std::string means = e != nullptr && *e->silent != '\0' ? fmt::format(": {}", e->silent) : "";
+  news.push_back(silent ? fmt::format("{}: {} is read by SDO and has not answered for {:.1f} s, so that what is known "
+                                      "of it is old{}",
+                                      s.where, what, seconds(now - v.last_look), means)
                         : fmt::format("{}: {} answers again", s.where, what));
 }
 

@@ -6,6 +6,7 @@
 
 #include "config/yaml.hpp"
 #include "tests/altered.hpp"
+#include "tests/machine/deposits.hpp"
 #include "tests/machine/rig.hpp"
 #include "tests/machine/said.hpp"
 
@@ -101,7 +102,7 @@ TEST(UnseenLimits, limits_that_are_polled_and_fall_silent_stop_homing_in_half_a_
   // 60 mm/s for half a second, a look that was under way, and the braking distance.
   EXPECT_LT(at_silence - rig.owner().latest().actual[0], 60 * 0.6 + 2 + 1);
   for (int i = 0; i < 3000; ++i) static_cast<void>(rig.owner().idle());
-  EXPECT_EQ(said.count({"'x'", "60FDh", "has not answered"}), 1) << said.all();
+  EXPECT_EQ(said.count({"'x'", "60FDh", "has not answered", "homing ends"}), 1) << said.all();
   // Before it answers again nothing homes; then it does.
   if (const auto reset = rig.owner().order({.kind = run::OrderKind::Reset}); reset)
     static_cast<void>(test::answer_of_reset(rig.owner()));
@@ -114,6 +115,23 @@ TEST(UnseenLimits, limits_that_are_polled_and_fall_silent_stop_homing_in_half_a_
   EXPECT_EQ(said.count({"'x'", "60FDh", "answers again"}), 1) << said.all();
   const auto at_last = rig.owner().home();
   EXPECT_TRUE(at_last) << to_text(at_last.error());
+}
+
+// What is told of the silence is what comes of it: a job goes on.
+TEST(UnseenLimits, limits_that_fall_silent_in_a_job_stop_nothing_and_that_is_told) {
+  test::Said said;
+  Rig rig({.wired = [](auto& m) { unmappable(m, {"x"}, {0x60FD}); }});
+  bool silent = false;
+  rig.on_step = [&](run::Owner& owner) {
+    if (silent || owner.latest().state != cycle::State::Running) return;
+    silent = true;
+    static_cast<void>(owner.world()->add_script("- {at: cycle 0, do: slow_mailbox, station: x, by: 3600 s}"));
+  };
+  const record::JobResult result = rig.run(test::load_recipe("tests/cli/short-board.yaml"));
+  EXPECT_TRUE(silent);
+  test::expect_done(result);
+  EXPECT_EQ(said.count({"'x'", "60FDh", "has not answered", "any other motion goes on"}), 1) << said.all();
+  EXPECT_EQ(said.count({"is stopped"}), 0) << said.all();
 }
 
 /// A lost frame is no station that was away: what was seen a moment ago is still known.
