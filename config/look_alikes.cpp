@@ -20,11 +20,13 @@ bool of_one_axis(const Machine& machine, const Station& a, const Station& b) {
   return std::ranges::any_of(machine.axes, [&](const Axis& axis) { return drives(axis, a.id) && drives(axis, b.id); });
 }
 
-/// Somebody has looked where they stand: at what they move, or of a pair, where that shows nothing, at the two
-/// themselves, whose serials he has accepted. What does not move anything is accepted as it was found.
+/// Somebody has looked where they stand: at what they move; where a walk shows nothing, because they move one axis
+/// together or none, at the two themselves, whose serials he has compared.
 bool looked_at(const Machine& machine, const Station& a, const Station& b) {
   const bool walks = !wiring_of(machine, a).empty() && !wiring_of(machine, b).empty();
-  return !walks || of_one_axis(machine, a, b) || (walked(machine, a) && walked(machine, b));
+  if (!walks || of_one_axis(machine, a, b))
+    return a.accepted && b.accepted && a.accepted->compared && b.accepted->compared;
+  return walked(machine, a) && walked(machine, b);
 }
 
 /// One alias is enough: what stands in its place by mistake has another one. Of serials both must be known, because a

@@ -121,10 +121,10 @@ bool normally_closed(Input input);
 /// What `gantry commission --accept` has found at a station's place, and when.
 struct Accepted {
   std::uint32_t vendor = 0, product = 0, revision = 0, serial = 0;
-  std::string date;              ///< "2026-11-22"
-  bool restart_pending = false;  ///< parameters were written that act at power-up
-  std::string walked{};          ///< when a person has seen its axes move; empty: nobody has
-  std::string walked_as{};       ///< what the machine file said of them then: config::wiring_of()
+  std::string date;         ///< "2026-11-22"
+  bool compared = false;    ///< a person has said by `--accept` that it belongs there; a walk keeps only what it found
+  std::string walked{};     ///< when a person has seen its axes move; empty: nobody has
+  std::string walked_as{};  ///< what the machine file said of them then: config::wiring_of()
 };
 
 struct Station {
@@ -136,6 +136,7 @@ struct Station {
   StationProfile profile;
   bool emergency_stop_elsewhere = false;  ///< the file says so of a drive whose emergency stop input is given away
   std::optional<Accepted> accepted;       ///< of the machine's state, not of its file
+  bool restart_pending = false;           ///< of its state, too: it may hold values that act at its next power-up
   /// Its process data stand in the image that the loop exchanges each cycle.
   [[nodiscard]] bool cyclic() const { return bus == BusKind::EtherCat; }
 };

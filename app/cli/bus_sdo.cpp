@@ -5,12 +5,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "app/cli/accepted_today.hpp"
 #include "app/cli/bus_access.hpp"
 #include "app/cli/client.hpp"
 #include "app/cli/terminal.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/stations/accepted.hpp"
+#include "devices/ethercat/restart_note.hpp"
 #include "devices/wire/bytes.hpp"
 
 namespace gantry::cli {
@@ -224,50 +224,40 @@ bool waits_for_supply(const config::StationProfile& profile, config::ObjectAddre
   return false;
 }
 
-/// What the state folder says of a station of the machine file that gets a value which acts at power-up. Stations of
-/// the virtual segment in this process end with it.
+/// What the state folder says of a station of the machine file that gets a value which acts at power-up, whatever it
+/// was found to be. Stations of the virtual segment in this process end with it.
 class Waiting {
  public:
   Waiting(Context& context, const BusAccess& bus, const SdoOptions& options)
       : context_(context), options_(options), machine_(bus.machine()) {}
 
-  /// Kept before the value is written: a program that ends in between must not leave a station that acts by its old
-  /// value, and nobody who knows.
-  Result<void> note(devices::Survey& survey, const devices::FoundStation& found, config::ObjectAddress object) {
-    if (options_.interface.empty()) return {};
+  /// `write`, under a note where the value acts at power-up.
+  Result<void> under(devices::Survey& survey, const devices::FoundStation& found, config::ObjectAddress object,
+                     const std::function<Result<void>()>& write) {
     const auto its = std::ranges::find_if(machine_.stations, [&](const config::Station& s) {
       return s.bus == config::BusKind::EtherCat && s.position == found.record.position &&
              waits_for_supply(s.profile, object, options_.complete);
     });
-    if (its == machine_.stations.end()) return {};
+    if (options_.interface.empty() || its == machine_.stations.end()) return write();
     const auto folder = state_of(context_, options_.state);
     if (!folder) return fail(Fault::Usage, "without a state folder nobody would know that it acts at power-up");
     if (auto made = desk::open_state_folder(*folder); !made) return tl::unexpected(made.error());
-    file_ = stations::accepted_file(*folder, "ethercat");
-    if (auto read = stations::read_accepted(file_, machine_); !read) return read;
-    if (!accepted_or_assumed(*its, found.record.sii)) return {};
+    const std::string file = stations::accepted_file(*folder, "ethercat");
+    if (auto read = stations::read_accepted(file, machine_); !read) return read;
     if (auto ok = survey.forget_restart(its->position); !ok) return ok;
-    before_ = its->accepted;
-    station_ = &*its;
-    if (!station_->accepted) station_->accepted = accepted_today(*station_, found.record.sii);
-    station_->accepted->restart_pending = true;
-    return stations::write_accepted(file_, machine_);
+    devices::RestartNote note(*its, [&] { return stations::write_accepted(file, machine_); });
+    const auto written = note.under(write);
+    needed_ = note.needed();
+    if (auto kept = note.settle(); !kept) return kept;
+    return written;
   }
-  /// The station has not taken it.
-  Result<void> withdraw() {
-    if (station_ == nullptr) return {};
-    station_->accepted = before_;
-    return stations::write_accepted(file_, machine_);
-  }
-  [[nodiscard]] bool any() const { return station_ != nullptr; }
+  [[nodiscard]] bool needed() const { return needed_; }
 
  private:
   Context& context_;
   const SdoOptions& options_;
   config::Machine machine_;
-  std::string file_;
-  config::Station* station_ = nullptr;
-  std::optional<config::Accepted> before_;
+  bool needed_ = false;
 };
 
 Result<void> write(Context& context, BusAccess& bus, const SdoOptions& options) {
@@ -283,15 +273,13 @@ Result<void> write(Context& context, BusAccess& bus, const SdoOptions& options) 
   const auto bytes = to_bytes(options.value, *target->type);
   if (!bytes) return tl::unexpected(bytes.error());
   Waiting waiting(context, bus, options);
-  if (auto kept = waiting.note(survey, target->found, target->object); !kept) return tl::unexpected(kept.error());
-  if (auto ok = survey.write_object(target->position, target->object, *bytes, access); !ok) {
-    if (ok.error().fault == Fault::SdoAbort)
-      if (auto kept = waiting.withdraw(); !kept) return tl::unexpected(kept.error());
-    return tl::unexpected(named(ok.error(), target->title));
-  }
+  const auto written = waiting.under(survey, target->found, target->object, [&] {
+    return survey.write_object(target->position, target->object, *bytes, access);
+  });
+  if (!written) return tl::unexpected(named(written.error(), target->title));
   const auto back = survey.read_object(target->position, target->object, access);
   print(context, *target, back ? *back : *bytes);
-  if (waiting.any() && !context.json)
+  if (waiting.needed() && !context.json)
     print_text("It acts at power-up: the axes stay without torque until this station's supply was off and on.\n");
   return {};
 }

@@ -3,17 +3,19 @@
 #include <fmt/format.h>
 #include <functional>
 #include <nlohmann/json.hpp>
-#include <utility>
 
-#include "app/cli/accepted_today.hpp"
 #include "app/cli/bus_access.hpp"
 #include "app/cli/client.hpp"
 #include "app/cli/commission_axis.hpp"
 #include "app/cli/commission_walk.hpp"
 #include "app/cli/terminal.hpp"
+#include "app/cli/today.hpp"
 #include "app/desk/state_folder.hpp"
 #include "app/stations/accepted.hpp"
 #include "config/held_limits.hpp"
+#include "config/same_device.hpp"
+#include "devices/ethercat/parameters.hpp"
+#include "devices/ethercat/restart_note.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -48,9 +50,8 @@ class Commissioning {
 
   Result<ordered_json> visit(config::Station& station, const devices::FoundStation& found) {
     const devices::StationSii& sii = found.record.sii;
-    if (station.accepted && station.accepted->restart_pending && found.record.since_power_up)
-      station.accepted->restart_pending = false, changed_ = true;
-    const bool same = accepted_or_assumed(station, sii);
+    if (station.restart_pending && found.record.since_power_up) station.restart_pending = false, changed_ = true;
+    const bool same = config::as_expected(station, sii);
     ordered_json out{{"station", station.name},     {"position", station.position}, {"vendor", sii.vendor},
                      {"product", sii.product},      {"revision", sii.revision},     {"serial", sii.serial},
                      {"alias", found.record.alias}, {"as_expected", same}};
@@ -62,6 +63,7 @@ class Commissioning {
       out["accepted"] = station.accepted->date;
       if (!json_) print_text("    accepted {}\n", station.accepted->date);
     }
+    out["restart_pending"] = station.restart_pending;
     if (station.profile.startup.empty()) return out;
     // A device of another kind has other objects under these numbers.
     if (!same && !options_.accept) {
@@ -69,10 +71,10 @@ class Commissioning {
       if (!json_) print_text("    parameters not read: it is another device than expected\n");
       return out;
     }
-    auto parameters = visit_parameters(station, found.record);
+    auto parameters = visit_parameters(station, found.record.position);
     if (!parameters) return tl::unexpected(parameters.error());
     out["parameters"] = std::move(*parameters);
-    if (station.accepted) out["restart_pending"] = station.accepted->restart_pending;
+    out["restart_pending"] = station.restart_pending;
     return out;
   }
 
@@ -83,7 +85,8 @@ class Commissioning {
 
  private:
   void take(config::Station& station, const devices::StationSii& sii) {
-    station.accepted = accepted_today(station, sii);
+    station.accepted = config::kept_of(station, sii, today());
+    station.accepted->compared = true;
     changed_ = true;
   }
 
@@ -93,18 +96,19 @@ class Commissioning {
     print_text("{} '{}' ({})\n    {}, revision {:08X}h, serial {}, alias {}: ", station.position, station.name,
                station.profile.title, device(sii.vendor, sii.product), sii.revision, sii.serial, found.record.alias);
     if (station.accepted)
-      print_text("{} accepted {}\n", same ? "as" : "another than was", station.accepted->date);
+      print_text("{} {} {}{}\n", same ? "as" : "another than was",
+                 station.accepted->compared ? "accepted" : "found by the walk of", station.accepted->date,
+                 same && !station.accepted->compared ? "; `--accept` confirms it" : "");
     else if (same)
       print_text("{}\n", id.assumed ? "as assumed; `--accept` confirms it" : "as the profile says");
     else
       print_text("expected is {}{}\n", device(id.vendor, id.product), id.assumed ? ", which is assumed" : "");
   }
 
-  Result<ordered_json> visit_parameters(config::Station& station, const devices::StationRecord& found) {
-    const int position = found.position;
+  Result<ordered_json> visit_parameters(config::Station& station, int position) {
     ordered_json rows = ordered_json::array();
-    bool wrote = false, acts_later = false;
-    const bool waited = station.accepted && station.accepted->restart_pending;
+    bool wrote = false;
+    devices::RestartNote note(station, keep_);
     for (const config::StartupRow& row : station.profile.startup) {
       if (row.name.empty()) continue;  // what a machine file cannot state is written at every start
       auto held = survey_.read_held(position, row);
@@ -113,12 +117,12 @@ class Commissioning {
       bool differs = held && held->value != row.value;
       std::string remark;
       if (differs && options_.write && row.rule == config::ParameterRule::Write) {
-        if (row.acts == config::ActsAt::PowerUp)
-          if (auto kept = waits_for_supply(station, found.sii, true); !kept) return tl::unexpected(kept.error());
-        if (auto ok = survey_.write_held(position, row, held->bytes); !ok) {
+        const auto write = [&] { return survey_.write_held(position, row, held->bytes); };
+        if (auto ok = row.acts == config::ActsAt::PowerUp ? note.under(write) : write(); !ok) {
+          if (!devices::is_refusal(ok.error())) return tl::unexpected(ok.error());
           remark = "refused: " + ok.error().message;
         } else {
-          wrote = true, acts_later |= row.acts == config::ActsAt::PowerUp;
+          wrote = true;
           held = survey_.read_held(position, row);
           if (!held) return tl::unexpected(held.error());
           differs = held->value != row.value;
@@ -144,9 +148,8 @@ class Commissioning {
     if (auto rest = show_not_pinned(station, position, rows); !rest) return tl::unexpected(rest.error());
     if (wrote)
       if (auto saved = survey_.save_parameters(position, station.profile); !saved) return tl::unexpected(saved.error());
-    restart_ = restart_ || acts_later;
-    if (!acts_later && station.accepted && station.accepted->restart_pending != waited)  // the station took none of it
-      if (auto kept = waits_for_supply(station, found.sii, waited); !kept) return tl::unexpected(kept.error());
+    restart_ = restart_ || note.needed();
+    if (auto settled = note.settle(); !settled) return tl::unexpected(settled.error());
     return rows;
   }
 
@@ -177,15 +180,6 @@ class Commissioning {
                    "-", held ? fmt::format("{}", held->value) : "-", acts_text(row.acts), remark);
     }
     return {};
-  }
-
-  /// Kept before anything is written: a program that ends in between must not leave a station that acts by its old
-  /// values, and nobody who knows.
-  Result<void> waits_for_supply(config::Station& station, const devices::StationSii& sii, bool waits) {
-    if (!station.accepted) take(station, sii);  // it is what it is assumed to be, or nothing were written
-    if (std::exchange(station.accepted->restart_pending, waits) == waits) return {};
-    changed_ = true;
-    return keep_();
   }
 
   const CommissionOptions& options_;

@@ -41,11 +41,12 @@ Result<void> Owner::bring_up() {
   return p.go_on_bus();
 }
 
-/// Stations on a wire whose identity no manual states and nobody has accepted.
+/// Stations on a wire whose identity no manual states and nobody has accepted; a walk does not say what they are.
 std::string Owner::Parts::only_assumed() const {
   std::string names;
   for (const config::Station& s : machine.stations)
-    if (raw_port && s.bus == config::BusKind::EtherCat && s.profile.identity.assumed && !s.accepted)
+    if (raw_port && s.bus == config::BusKind::EtherCat && s.profile.identity.assumed &&
+        !(s.accepted && s.accepted->compared))
       names += (names.empty() ? "'" : ", '") + s.name + "'";
   return names;
 }
@@ -55,9 +56,8 @@ void Owner::Parts::note_restarts() {
   bool any = false;
   for (std::size_t i = 0; i < bus->station_count(); ++i)
     for (config::Station& station : machine.stations)
-      if (station.id == bus->station(i).id && bus->station(i).since_power_up && station.accepted &&
-          station.accepted->restart_pending)
-        station.accepted->restart_pending = false, any = true;
+      if (station.id == bus->station(i).id && bus->station(i).since_power_up && station.restart_pending)
+        station.restart_pending = false, any = true;
   if (!any) return;
   const auto kept = stations::write_accepted(stations::accepted_file(options.state, options.bus), machine);
   if (!kept) log::report(kept.error());

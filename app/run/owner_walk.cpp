@@ -8,6 +8,7 @@
 #include "app/run/owner_parts.hpp"
 #include "app/stations/accepted.hpp"
 #include "config/look_alikes.hpp"
+#include "config/same_device.hpp"
 
 namespace gantry::run {
 
@@ -46,9 +47,9 @@ Result<void> Owner::keep_walk(const std::string& date) {
     for (config::Station& s : p.machine.stations) {
       const std::string wiring = config::wiring_of(p.machine, s);
       if (s.id != found.id || wiring.empty()) continue;
-      const bool pending = s.accepted && s.accepted->restart_pending;
-      s.accepted =
-          config::Accepted{found.vendor, found.product, found.revision, found.serial, date, pending, date, wiring};
+      s.accepted = config::kept_of(s, found, date);
+      s.accepted->walked = date;
+      s.accepted->walked_as = wiring;
     }
   }
   return stations::write_accepted(stations::accepted_file(p.options.state, p.options.bus), p.machine);

@@ -11,21 +11,32 @@ constexpr KeptFile kFile{.stem = "accepted",
                          .unreadable = "what was accepted of the stations",
                          .remedy = "`gantry commission --all --accept` writes it anew"};
 
-Json to_json(const config::Accepted& a) {
-  return {{"vendor", a.vendor}, {"product", a.product},    {"revision", a.revision},
-          {"serial", a.serial}, {"date", a.date},          {"restart_pending", a.restart_pending},
-          {"walked", a.walked}, {"walked_as", a.walked_as}};
+/// A station that only waits for its supply has nothing else in its row.
+Json to_json(const config::Station& s) {
+  Json row = Json::object();
+  if (s.accepted) {
+    const config::Accepted& a = *s.accepted;
+    row = {{"vendor", a.vendor}, {"product", a.product},   {"revision", a.revision}, {"serial", a.serial},
+           {"date", a.date},     {"compared", a.compared}, {"walked", a.walked},     {"walked_as", a.walked_as}};
+  }
+  row["restart_pending"] = s.restart_pending;
+  return row;
 }
 
-config::Accepted from_json(const Json& j) {
+config::Accepted accepted_of(const Json& j) {
   return {.vendor = j.at("vendor").get<std::uint32_t>(),
           .product = j.at("product").get<std::uint32_t>(),
           .revision = j.at("revision").get<std::uint32_t>(),
           .serial = j.at("serial").get<std::uint32_t>(),
           .date = j.at("date").get<std::string>(),
-          .restart_pending = j.at("restart_pending").get<bool>(),
+          .compared = j.value("compared", false),
           .walked = j.value("walked", ""),
           .walked_as = j.value("walked_as", "")};
+}
+
+void take_row(const Json& row, config::Station& station) {
+  station.restart_pending = row.at("restart_pending").get<bool>();
+  if (row.size() > 1) station.accepted = accepted_of(row);
 }
 
 }  // namespace
@@ -35,14 +46,14 @@ std::string accepted_file(const std::string& state, const std::string& bus) { re
 Result<void> read_accepted(const std::string& file, config::Machine& machine) {
   return kFile.read(file, [&](const Json& rows) {
     for (config::Station& station : machine.stations)
-      if (const auto row = rows.find(station.name); row != rows.end()) station.accepted = from_json(*row);
+      if (const auto row = rows.find(station.name); row != rows.end()) take_row(*row, station);
   });
 }
 
 Result<void> write_accepted(const std::string& file, const config::Machine& machine) {
   Json rows = Json::object();
   for (const config::Station& station : machine.stations)
-    if (station.accepted) rows[station.name] = to_json(*station.accepted);
+    if (station.accepted || station.restart_pending) rows[station.name] = to_json(station);
   return kFile.write(file, rows);
 }
 

@@ -46,7 +46,7 @@ Result<std::optional<Error>> settle(Link& link, StationRecord& s, const config::
                     differs, name));
   }
   if (auto ok = write_held(link, s, row, held->bytes); !ok) {
-    if (!refused(ok.error()) && ok.error().fault != Fault::OutOfRange) return tl::unexpected(ok.error());
+    if (!is_refusal(ok.error())) return tl::unexpected(ok.error());
     return doubt(Fault::ParameterDiffers, fmt::format("{}, and was refused: {}", differs, ok.error().message));
   }
   held = read_held(link, s, row);
@@ -71,6 +71,8 @@ Result<void> read_limits(Link& link, StationRecord& s) {
 }
 
 }  // namespace
+
+bool is_refusal(const Error& of_write) { return refused(of_write) || of_write.fault == Fault::OutOfRange; }
 
 Result<HeldObject> read_held(Link& link, StationRecord& s, const config::StartupRow& row) {
   const auto bytes = sdo_upload(link, s, row.address, SdoAccess::Single, nullptr, bytes_of(row.type));
@@ -99,7 +101,7 @@ Result<void> write_held(Link& link, StationRecord& s, const config::StartupRow& 
 
 Result<void> write_startup(Link& link, StationRecord& s) {
   s.doubts.clear();
-  if (s.config != nullptr && s.config->accepted && s.config->accepted->restart_pending && !s.since_power_up)
+  if (s.config != nullptr && s.config->restart_pending && !s.since_power_up)
     s.doubts.push_back(
         {Fault::RestartNeeded, "parameters were written that act at power-up; switch its supply off and on", s.where});
   for (const auto& row : s.startup) {

@@ -10,6 +10,10 @@
 
 namespace gantry::devices {
 
+/// A value was not taken: the station has said so, or it was never sent. Any other error of a write (a time-out, a bus
+/// that is gone) leaves open whether the station has it now.
+[[nodiscard]] bool is_refusal(const Error& of_write);
+
 /// Start-up objects in order (PRE_OP): read, compared, written where they differ and may be written, read back. What is
 /// still another value then, or is refused, becomes one of the station's `doubts`, which keep torque from it; an error
 /// is a mailbox that does not answer.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 
+#include "config/same_device.hpp"
 #include "devices/ethercat/sii.hpp"
 #include "devices/ethercat/states.hpp"
 #include "devices/ethercat/topology.hpp"
@@ -11,11 +12,6 @@ namespace gantry::devices {
 namespace {
 
 using namespace wire;
-
-template <class Known>
-bool same_device(const Known& a, const StationSii& b) {
-  return a.vendor == b.vendor && a.product == b.product;
-}
 
 std::string device(std::uint32_t vendor, std::uint32_t product, std::uint32_t revision) {
   return fmt::format("vendor {:08X}h, product {:08X}h, revision {:08X}h", vendor, product, revision);
@@ -276,23 +272,25 @@ namespace {
 /// Against what was accepted at this place: the same product, and not the very device that belongs elsewhere.
 Result<std::string> check_accepted(const config::Machine& machine, const config::Station& station,
                                    const config::Accepted& accepted, const StationSii& found) {
-  if (!same_device(accepted, found))
+  if (!config::same_device(accepted, found))
     return fail(Fault::IdentityMismatch,
-                fmt::format("'{}' has changed since {}: accepted was {}, found is {}; if this is right, `gantry "
+                fmt::format("'{}' has changed since {}: it was {}, found is {}; if this is right, `gantry "
                             "commission {} --accept`",
                             station.name, accepted.date, device(accepted.vendor, accepted.product, accepted.revision),
                             device(found.vendor, found.product, found.revision), station.name),
                 where(station));
   if (accepted.serial == found.serial) return std::string{};
   const auto other = std::find_if(machine.stations.begin(), machine.stations.end(), [&](const auto& s) {
-    return s.accepted && s.accepted->serial == found.serial && found.serial != 0 && same_device(*s.accepted, found);
+    return s.accepted && s.accepted->serial == found.serial && found.serial != 0 &&
+           config::same_device(*s.accepted, found);
   });
   if (other != machine.stations.end())
-    return fail(Fault::IdentityMismatch,
-                fmt::format("position {} should be '{}' with serial {}, but has serial {}, which was accepted as '{}'; "
-                            "the cables are swapped. If they are right, `gantry commission --all --accept`",
-                            station.position, station.name, accepted.serial, found.serial, other->name),
-                where(station));
+    return fail(
+        Fault::IdentityMismatch,
+        fmt::format("position {} should be '{}' with serial {}, but has serial {}, which was kept as that of '{}'; "
+                    "the cables are swapped. If they are right, `gantry commission --all --accept`",
+                    station.position, station.name, accepted.serial, found.serial, other->name),
+        where(station));
   if (accepted.serial == 0) return fmt::format("{}: serial {} was not accepted yet", where(station), found.serial);
   return fmt::format(
       "{}: another device of the same product: serial {} instead of {}{}", where(station), found.serial,
@@ -307,12 +305,12 @@ Result<std::string> check_identity(const config::Machine& machine, const config:
   if (station.accepted) return check_accepted(machine, station, *station.accepted, found);
   const config::Identity& expected = station.profile.identity;
   const std::string found_text = device(found.vendor, found.product, found.revision);
-  if (same_device(expected, found)) {
+  if (config::same_device(expected, found)) {
     if (expected.revision == found.revision || expected.assumed) return std::string{};
     return fmt::format("{}: revision {:08X}h instead of {:08X}h", where(station), found.revision, expected.revision);
   }
   const auto other = std::find_if(machine.stations.begin(), machine.stations.end(), [&](const auto& s) {
-    return s.bus == config::BusKind::EtherCat && same_device(s.profile.identity, found);
+    return s.bus == config::BusKind::EtherCat && config::same_device(s.profile.identity, found);
   });
   const std::string expected_text =
       fmt::format("{} ({})", station.profile.title, device(expected.vendor, expected.product, expected.revision));

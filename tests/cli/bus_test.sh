@@ -80,6 +80,8 @@ expect_exit 0 "is still there for the next" inside "$gantry" --json bus sdo read
 expect_value "d['value']" 4711
 expect_exit 0 "and for the one after that" inside "$gantry" --json bus sdo read 4 6081 --interface $name-ctl
 kept=$work/state/accepted-ethercat.json
+expect_kept() { cp "$kept" "$work/out"; expect_value "$1" "$2"; }
+mkdir "$work/foreign" && cp -r config/drives config/devices config/machines "$work/foreign"
 expect_exit 0 "a value that acts at once" inside "$gantry" bus sdo write z 0x6081 4712 --interface $name-ctl --state $work/state
 [ ! -e "$kept" ] || fail "nothing waits for a supply, and $kept is there"
 expect_exit 0 "one that acts at power-up" inside "$gantry" bus sdo write cu 22F2 4000 --interface $name-ctl --state $work/state
@@ -87,6 +89,14 @@ expect_text "until this station's supply was off and on"
 expect_exit 0 "and what it was before" inside "$gantry" bus sdo write cu 22F2 10000 --interface $name-ctl --state $work/state
 inside "$gantry" --json commission cu --interface $name-ctl --state $work/state >$work/out
 expect_value "[s['restart_pending'] for s in d['stations']]" "[True]"
+expect_kept "list(d['stations'].items())" "[('cu', {'restart_pending': True})]"
+sed '/^identity:/s/vendor: 0x[0-9A-F]*/vendor: 0x5A5A/' -i "$work/foreign/drives/id286.yaml"
+expect_exit 0 "one of a station that is another than the file has it" inside "$gantry" --machine "$work/foreign/machines/dispenser.yaml" \
+  bus sdo write 4 20F2 10000 --type u32 --interface $name-ctl --state $work/state
+expect_text "until this station's supply was off and on"
+expect_kept "sorted(d['stations'])" "['cu', 'z']"
+expect_exit 5 "one that it refuses" inside "$gantry" bus sdo write y2 2000 9000 --interface $name-ctl --state $work/state
+expect_kept "sorted(d['stations'])" "['cu', 'z']"
 expect_exit 0 "counters over a wire" inside "$gantry" bus errors --interface $name-ctl
 expect_exit 0 "clocks over a wire" inside "$gantry" bus dc --interface $name-ctl
 kill -INT $capture; wait $capture || fail "the capture did not end in order"

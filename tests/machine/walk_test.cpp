@@ -280,7 +280,26 @@ TEST(Walk, what_was_seen_is_kept_with_a_date_and_notices_a_swap_by_the_serial_nu
   EXPECT_EQ(station(after, "x").accepted->walked, "2026-11-24");
   EXPECT_EQ(station(after, "x").accepted->walked_as, "position 1; X: slot 0; direction 0");
   EXPECT_FALSE(station(after, "io").accepted) << "it moves nothing";
+  EXPECT_FALSE(station(after, "x").accepted->compared) << "a walk shows which axis moves, not what a type plate says";
+  {
+    const auto doubts = config::look_alikes(after);
+    ASSERT_EQ(doubts.size(), 1u) << "no walk tells the sides of Y";
+    EXPECT_NE(doubts[0].find("'y1', 'y2'"), std::string::npos) << doubts[0];
+  }
+  for (config::Station& s : after.stations)
+    if (s.accepted) s.accepted->compared = true;
   EXPECT_TRUE(config::look_alikes(after).empty());
+  ASSERT_TRUE(stations::write_accepted(stations::accepted_file(kept.folder, "sim"), after));
+  {
+    auto owner = run::Owner::open(machine, options([](auto&) {}));
+    ASSERT_TRUE(owner);
+    ASSERT_TRUE((*owner)->bring_up());
+    ASSERT_TRUE((*owner)->keep_walk("2026-11-25"));
+    config::Machine again = machine;
+    ASSERT_TRUE(stations::read_accepted(stations::accepted_file(kept.folder, "sim"), again));
+    EXPECT_EQ(station(again, "y1").accepted->walked, "2026-11-25");
+    EXPECT_TRUE(station(again, "y1").accepted->compared) << "the same device still";
+  }
   {
     auto owner = run::Owner::open(machine, options([](auto& m) { swap_cables(m, "x", "z"); }));
     ASSERT_TRUE(owner);
@@ -295,7 +314,7 @@ TEST(Walk, what_was_seen_is_kept_with_a_date_and_notices_a_swap_by_the_serial_nu
   auto owner = run::Owner::open(turned, options([](auto&) {}));
   ASSERT_TRUE(owner);
   ASSERT_TRUE((*owner)->bring_up());
-  EXPECT_EQ(said.count({"station 'x' was walked 2026-11-24", "inverted"}), 1) << said.all();
+  EXPECT_EQ(said.count({"station 'x' was walked 2026-11-25", "inverted"}), 1) << said.all();
 }
 
 TEST(Walk, a_wrong_answer_voids_what_earlier_walks_have_said) {
@@ -390,6 +409,10 @@ TEST(Walk, what_tells_look_alikes_apart_is_alias_serials_or_the_walk_in_that_ord
   walked(y1, 0), walked(y2, 0);
   EXPECT_NE(config::not_told_apart(m, y1, 0, y2, 0), "") << "both move Y";
   walked(y1, 5), walked(y2, 6);
+  EXPECT_NE(config::not_told_apart(m, y1, 5, y2, 6), "") << "nobody has compared them with their type plates";
+  y1.accepted->compared = true;
+  EXPECT_NE(config::not_told_apart(m, y1, 5, y2, 6), "") << "one of two";
+  y2.accepted->compared = true;
   EXPECT_EQ(config::not_told_apart(m, y1, 5, y2, 6), "");
 }
 

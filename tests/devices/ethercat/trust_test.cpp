@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 
+#include "devices/ethercat/restart_note.hpp"
 #include "devices/profiles/object_value.hpp"
 #include "devices/wire/bytes.hpp"
 #include "sim/station/habits.hpp"
@@ -165,8 +166,7 @@ TEST_F(Trust, without_an_alias_the_accepted_serials_tell_them_apart) {
 }
 
 TEST_F(Trust, what_acts_at_power_up_waits_for_it) {
-  const auto& id = station(b().machine, "x").profile.identity;
-  station(b().machine, "x").accepted = config::Accepted{id.vendor, id.product, id.revision, 0, "2026-11-22", true};
+  station(b().machine, "x").restart_pending = true;
   EXPECT_TRUE(doubts("x").empty());  // its supply has just come
   b().master->shut_down();
   expect_doubt("x", {"supply off and on"}, Fault::RestartNeeded);
@@ -175,10 +175,7 @@ TEST_F(Trust, what_acts_at_power_up_waits_for_it) {
 /// x and y1 wait for their supply; that it was off is known to the next start by the address that they have lost.
 struct Waiting : BusBench {
   Waiting() {
-    for (const char* name : {"x", "y1"}) {
-      const auto& id = station(machine, name).profile.identity;
-      station(machine, name).accepted = config::Accepted{id.vendor, id.product, id.revision, 0, "2026-11-24", true};
-    }
+    for (const char* name : {"x", "y1"}) station(machine, name).restart_pending = true;
   }
   int waiting() {
     EXPECT_TRUE(bring_up());
@@ -231,6 +228,52 @@ TEST(Restarted, what_acts_at_power_up_and_was_written_after_it_waits_for_the_nex
     ASSERT_TRUE(survey.write_held(1, *row, static_cast<std::size_t>(config::bits(row->type)) / 8));
   }
   EXPECT_EQ(b.waiting(), 1);
+}
+
+/// A value that acts at power-up is written to x, which takes it, refuses it, or does not answer; some drives have
+/// stored it then (note 11 of the STD402EC), so that only a refusal takes the note back.
+TEST(RestartNote, stays_unless_the_station_says_that_it_has_not_taken_the_value) {
+  enum class Answers { Taken, Refused, Nothing, TooLarge };
+  for (const auto answers : {Answers::Taken, Answers::Refused, Answers::Nothing, Answers::TooLarge}) {
+    SCOPED_TRACE(static_cast<int>(answers));
+    BusBench b;
+    auto& x = station(b.machine, "x");
+    auto row = *std::ranges::find(x.profile.startup, config::ActsAt::PowerUp, &config::StartupRow::acts);
+    if (answers == Answers::TooLarge) row.value = std::int64_t{1} << 40;
+    sim::StationHabits habits;
+    if (answers == Answers::Refused) habits.mailbox.aborts = {.address = row.address, .code = 0x08000022};
+    if (answers == Answers::Nothing) habits.mailbox.silent_at = row.address;
+    std::vector<bool> kept;
+    const auto keep = [&]() -> Result<void> { return kept.push_back(x.restart_pending), Result<void>{}; };
+    b.segment.set_habits(x.id, habits);
+    Survey survey(b.port, b.clock);
+    RestartNote note(x, keep);
+    const auto write = [&] {
+      EXPECT_EQ(kept, std::vector<bool>{true}) << "before the value goes out";
+      return survey.write_held(1, row, static_cast<std::size_t>(config::bits(row.type)) / 8);
+    };
+    const auto wrote = note.under(write);
+    EXPECT_EQ(wrote.has_value(), answers == Answers::Taken);
+    const std::string why = wrote ? "" : to_text(wrote.error());
+    EXPECT_EQ(why.find("is not known") != std::string::npos, answers == Answers::Nothing) << why;
+    ASSERT_TRUE(note.settle());
+    const bool stays = answers == Answers::Taken || answers == Answers::Nothing;
+    EXPECT_EQ(x.restart_pending, stays);
+    EXPECT_EQ(kept, stays ? std::vector<bool>({true}) : std::vector<bool>({true, false}));
+    if (!stays) continue;
+    row.value = std::int64_t{1} << 40;  // of two, one is enough
+    EXPECT_FALSE(note.under(write));
+    ASSERT_TRUE(note.settle());
+    EXPECT_TRUE(x.restart_pending);
+  }
+}
+
+TEST(RestartNote, that_cannot_be_kept_leaves_the_value_unwritten) {
+  config::Station s;
+  RestartNote note(s, [] { return Result<void>(fail(Fault::FileUnwritable, "full")); });
+  EXPECT_FALSE(note.under([] { return ADD_FAILURE() << "written", Result<void>{}; }));
+  EXPECT_FALSE(s.restart_pending);
+  EXPECT_TRUE(note.settle());
 }
 
 /// "save" (1010h) of a drive that refuses it, and of one that says that it has saved and has not: the one is named at
