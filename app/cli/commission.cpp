@@ -1,5 +1,6 @@
 // gantry commission: what the stations say they are and which values they hold, beside what the machine file asks for;
 // accepts identities, and writes what acts at power-up.
+#include <algorithm>
 #include <fmt/format.h>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -189,6 +190,16 @@ class Commissioning {
   int differing_ = 0;
 };
 
+/// The file of what was accepted is lost, and with it which stations wait for their supply: all of them may.
+void take_all_for_waiting(config::Machine& machine) {
+  for (config::Station& station : machine.stations) {
+    station.accepted.reset();
+    station.restart_pending =
+        station.bus == config::BusKind::EtherCat &&
+        std::ranges::count(station.profile.parameters, config::ActsAt::PowerUp, &config::Parameter::acts) > 0;
+  }
+}
+
 Result<ordered_json> commission(BusAccess& bus, config::Machine& machine, const CommissionOptions& options, bool json,
                                 const std::function<Result<void>()>& keep) {
   devices::Survey survey(bus.port(), bus.clock());
@@ -279,7 +290,16 @@ void add_commission(CLI::App& app, Context& context) {
     const auto folder = state_of(context, options->state);
     if (!folder) return;
     const std::string file = stations::accepted_file(*folder, options->interface.empty() ? "sim" : "ethercat");
-    if (auto read = stations::read_accepted(file, *machine); !read && !options->accept) return stop_with(read.error());
+    if (auto read = stations::read_accepted(file, *machine); !read) {
+      if (!options->accept || !options->all) return stop_with(read.error());
+      take_all_for_waiting(*machine);
+      if (!context.json)
+        print_text(
+            "{} could not be read: walks are void, and stations whose values act at power-up wait for their supply to "
+            "be "
+            "switched off and on\n",
+            file);
+    }
     const auto access = BusAccess::open(context, *options);
     if (!access) return;
     const auto keep = [&]() -> Result<void> {

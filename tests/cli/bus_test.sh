@@ -97,6 +97,15 @@ expect_text "until this station's supply was off and on"
 expect_kept "sorted(d['stations'])" "['cu', 'z']"
 expect_exit 5 "one that it refuses" inside "$gantry" bus sdo write y2 2000 9000 --interface $name-ctl --state $work/state
 expect_kept "sorted(d['stations'])" "['cu', 'z']"
+echo "{" >"$kept"
+for some in "cu" "cu --accept" "--all" "--all --write"; do
+  expect_exit 3 "a folder that cannot be read, and commission $some" inside "$gantry" commission $some --interface $name-ctl --state $work/state
+  expect_text "gantry commission --all --accept"
+done
+expect_exit 0 "accepted anew" inside "$gantry" --json commission --all --accept --interface $name-ctl --state $work/state
+expect_value "{s['station']: s['restart_pending'] for s in d['stations']}" \
+  "{'io': False, 'x': False, 'y1': False, 'y2': True, 'z': True, 'cu': True}"  # nobody has set up x and y1 since their supply came
+expect_kept "{s['compared'] for s in d['stations'].values()}" "{True}"
 expect_exit 0 "counters over a wire" inside "$gantry" bus errors --interface $name-ctl
 expect_exit 0 "clocks over a wire" inside "$gantry" bus dc --interface $name-ctl
 kill -INT $capture; wait $capture || fail "the capture did not end in order"
