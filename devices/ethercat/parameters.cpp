@@ -1,5 +1,6 @@
 #include "devices/ethercat/parameters.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
 
 #include "config/held_limits.hpp"
@@ -45,6 +46,13 @@ Result<std::optional<Error>> settle(Link& link, StationRecord& s, const config::
         fmt::format("{}, and it acts at power-up: `gantry commission {} --write`, then switch its supply off and on",
                     differs, name));
   }
+  const auto ignored = [&](std::int64_t read_back) {
+    return doubt(Fault::ParameterDiffers,
+                 fmt::format("reads back as {}, written was {}: the station ignores it", read_back, row.value));
+  };
+  const auto known = std::ranges::find_if(
+      s.ignored, [&](const IgnoredWrite& w) { return w.address == row.address && w.written == row.value; });
+  if (known != s.ignored.end()) return ignored(known->read_back);
   if (auto ok = write_held(link, s, row, held->bytes); !ok) {
     if (!is_refusal(ok.error())) return tl::unexpected(ok.error());
     return doubt(Fault::ParameterDiffers, fmt::format("{}, and was refused: {}", differs, ok.error().message));
@@ -52,9 +60,9 @@ Result<std::optional<Error>> settle(Link& link, StationRecord& s, const config::
   held = read_held(link, s, row);
   if (!held && !refused(held.error())) return tl::unexpected(held.error());
   if (held && held->value == row.value) return std::nullopt;
-  return doubt(Fault::ParameterDiffers,
-               held ? fmt::format("reads back as {}, written was {}: the station ignores it", held->value, row.value)
-                    : fmt::format("cannot be read back: {}", held.error().message));
+  if (!held) return doubt(Fault::ParameterDiffers, fmt::format("cannot be read back: {}", held.error().message));
+  s.ignored.push_back({row.address, row.value, held->value});
+  return ignored(held->value);
 }
 
 /// What it holds of limits that nothing pins. One that it does not show is not known; that is no doubt.

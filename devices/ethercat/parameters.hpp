@@ -15,8 +15,8 @@ namespace gantry::devices {
 [[nodiscard]] bool is_refusal(const Error& of_write);
 
 /// Start-up objects in order (PRE_OP): read, compared, written where they differ and may be written, read back. What is
-/// still another value then, or is refused, becomes one of the station's `doubts`, which keep torque from it; an error
-/// is a mailbox that does not answer.
+/// still another value then, or is refused, becomes one of the station's `doubts`, which keep torque from it; what it
+/// has ignored is not written again before its next power-up. An error is a mailbox that does not answer.
 Result<void> write_startup(Link& link, StationRecord& station);
 
 /// One of the same rows, read once more while the drive has torque: if it holds another value now, that becomes a

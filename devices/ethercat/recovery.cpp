@@ -64,6 +64,7 @@ Result<Whereabouts> recognise(Link& link, StationRecord& s) {
                             s.sii.product, s.sii.serial, s.config == nullptr ? 0 : s.config->alias),
                 s.where);
   s.since_power_up = s.restarted = true;
+  s.ignored.clear();
   return *given ? Whereabouts::Forgetful : Whereabouts::Gone;
 }
 

@@ -88,6 +88,13 @@ struct SyncPulses {
   std::int32_t shift0_ns = 0, shift1_ns = 0;
 };
 
+/// A start-up row that was written, and held another value when it was read back: written again it would wear the
+/// station's EEPROM, and change nothing before its next power-up.
+struct IgnoredWrite {
+  config::ObjectAddress address;
+  std::int64_t written = 0, read_back = 0;
+};
+
 struct StationRecord : BusStation {
   std::string title;  ///< "HCFA AMD530B"
   int position = 0;
@@ -110,6 +117,7 @@ struct StationRecord : BusStation {
   std::vector<SyncManagerPlan> sync_managers;  ///< by number; those of process data are written in PRE_OP
   // written by SDO in PRE_OP
   std::vector<config::StartupRow> startup;
+  std::vector<IgnoredWrite> ignored;             ///< since its power-up
   std::vector<config::PdoRow> rx_pdos, tx_pdos;  ///< the station's outputs (to it) and inputs (from it)
   /// SyncManager of each of these PDOs, by its number; empty: all in the first of their kind.
   std::vector<std::uint8_t> rx_sync_managers, tx_sync_managers;

@@ -1,8 +1,11 @@
 // What the master believes of a station: each test alters the station alone, never what the controller reads.
 #include <algorithm>
 #include <gtest/gtest.h>
+#include <utility>
 
+#include "devices/ethercat/parameters.hpp"
 #include "devices/ethercat/restart_note.hpp"
+#include "devices/passing_port.hpp"
 #include "devices/profiles/object_value.hpp"
 #include "devices/wire/bytes.hpp"
 #include "sim/station/habits.hpp"
@@ -95,6 +98,63 @@ TEST_F(Trust, an_object_that_is_absent_is_declared_or_refused) {
   for (auto& row : station(b().machine, "y1").profile.startup)
     if (row.name == "filter") row.declared = true;
   EXPECT_TRUE(doubts("y1").empty());
+}
+
+/// Counts SDO downloads to one object.
+class Downloads final : public PassingPort {
+ public:
+  Downloads(FramePort& port, config::ObjectAddress of) : PassingPort(port), of_(of) {}
+  bool send(PortIndex port, std::span<const std::byte> frame) noexcept override {
+    // ETG.1000.6, 5.6.2.2: the command byte of an initiated download is 0010xxxxb, then index and sub-index; the CoE
+    // header of a request (2000h) stands before it.
+    // A request that is sent again has the counter of the mailbox header before that.
+    for (std::size_t i = 3; i + 3 < frame.size(); ++i) {
+      const auto at = [&](std::size_t k) { return std::to_integer<unsigned>(frame[k]); };
+      if (at(i - 2) == 0x00 && at(i - 1) == 0x20 && (at(i) & 0xF0u) == 0x20 && at(i + 1) == (of_.index & 0xFFu) &&
+          at(i + 2) == of_.index >> 8u && at(i + 3) == of_.sub)
+        seen_ += std::exchange(counter_, at(i - 3)) != at(i - 3);
+    }
+    return PassingPort::send(port, frame);
+  }
+  [[nodiscard]] int seen() const { return seen_; }
+
+ private:
+  config::ObjectAddress of_;
+  unsigned counter_ = 0;
+  int seen_ = 0;
+};
+
+/// A station that comes back is tried every ten seconds; what it ignores would wear its EEPROM each time.
+TEST(IgnoredWrites, are_not_repeated_before_the_next_power_up) {
+  const config::ObjectAddress object{0x2190, 0};
+  BusBench b;
+  Downloads tap(b.port, object);
+  b.port_used = &tap;
+  b.segment.ignore_writes(station(b.machine, "cu").id, object);
+  b.operate();
+  EXPECT_EQ(tap.seen(), 1);
+  const std::size_t cu = 5;
+  StationRecord copy = b.master->stations()[cu];
+  ASSERT_EQ(copy.doubts.size(), 1u);
+  const std::string first = to_text(copy.doubts[0]);
+  {
+    Link link(tap, b.clock);
+    copy.mailbox.count = MailboxState::Count::Foreign;
+    for (int again = 0; again < 3; ++again) {
+      ASSERT_TRUE(write_startup(link, copy));
+      ASSERT_EQ(copy.doubts.size(), 1u);
+      EXPECT_EQ(to_text(copy.doubts[0]), first);
+    }
+    EXPECT_EQ(tap.seen(), 1);
+    std::ranges::find(copy.startup, object, &config::StartupRow::address)->value ^=
+        1;  // another value is another write
+    ASSERT_TRUE(write_startup(link, copy));
+    EXPECT_EQ(tap.seen(), 2);
+  }
+  b.segment.power_cycle(b.master->stations()[cu].id, milliseconds(20));
+  b.cycles(500);
+  static_cast<void>(b.master->recover(cu));
+  EXPECT_EQ(tap.seen(), 3) << "since its power-up it was not tried";
 }
 
 TEST_F(Trust, a_station_may_hold_an_object_in_another_size) {
