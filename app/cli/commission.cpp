@@ -108,7 +108,7 @@ class Commissioning {
 
   Result<ordered_json> visit_parameters(config::Station& station, int position) {
     ordered_json rows = ordered_json::array();
-    bool wrote = false;
+    std::vector<config::ObjectAddress> written;
     devices::RestartNote note(station, keep_);
     for (const config::StartupRow& row : station.profile.startup) {
       if (row.name.empty()) continue;  // what a machine file cannot state is written at every start
@@ -123,7 +123,7 @@ class Commissioning {
           if (!devices::is_refusal(ok.error())) return tl::unexpected(ok.error());
           remark = "refused: " + ok.error().message;
         } else {
-          wrote = true;
+          written.push_back(row.address);
           held = survey_.read_held(position, row);
           if (!held) return tl::unexpected(held.error());
           differs = held->value != row.value;
@@ -147,8 +147,8 @@ class Commissioning {
                    row.value, held ? fmt::format("{}", held->value) : "-", acts_text(row.acts), remark);
     }
     if (auto rest = show_not_pinned(station, position, rows); !rest) return tl::unexpected(rest.error());
-    if (wrote)
-      if (auto saved = survey_.save_parameters(position, station.profile); !saved) return tl::unexpected(saved.error());
+    if (auto saved = survey_.save_parameters(position, station.profile, written); !saved)
+      return tl::unexpected(saved.error());
     restart_ = restart_ || note.needed();
     if (auto settled = note.settle(); !settled) return tl::unexpected(settled.error());
     return rows;

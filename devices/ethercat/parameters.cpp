@@ -132,12 +132,20 @@ Result<void> compare_held(Link& link, StationRecord& s, const config::StartupRow
   return {};
 }
 
-Result<void> save_parameters(Link& link, StationRecord& s, const config::StationProfile& profile) {
+Result<void> save_parameters(Link& link, StationRecord& s, const config::StationProfile& profile,
+                             std::span<const config::ObjectAddress> written) {
   if (profile.storage != config::Storage::OnSave) return {};
-  constexpr std::uint16_t kStore = 0x1010;
-  constexpr std::int64_t kSave = 0x65766173;                           // "save"
-  for (const std::uint8_t group : {std::uint8_t{1}, std::uint8_t{2}})  // 6000h, 2000h
-    if (auto ok = write_number(link, s, {kStore, group}, ObjectType::U32, kSave); !ok) return ok;
+  constexpr std::uint16_t kStore = 0x1010, kProfileArea = 0x6000, kVendorArea = 0x2000;
+  constexpr std::int64_t kSave = 0x65766173;  // "save"
+  struct Group {
+    std::uint8_t sub;
+    std::uint16_t first, end;
+  };
+  for (const Group& group : {Group{1, kProfileArea, 0xA000}, Group{2, kVendorArea, kProfileArea}}) {
+    const auto in_group = [&](config::ObjectAddress a) { return a.index >= group.first && a.index < group.end; };
+    if (std::ranges::none_of(written, in_group)) continue;
+    if (auto ok = write_number(link, s, {kStore, group.sub}, ObjectType::U32, kSave); !ok) return ok;
+  }
   return {};
 }
 

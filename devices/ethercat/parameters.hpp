@@ -4,6 +4,8 @@
 //   auto held = read_held(link, station, row);        // commissioning
 // Blocking, off the RT side.
 #pragma once
+#include <span>
+
 #include "core/error.hpp"
 #include "devices/ethercat/link.hpp"
 #include "devices/ethercat/station.hpp"
@@ -32,8 +34,9 @@ Result<HeldObject> read_held(Link& link, StationRecord& station, const config::S
 /// Written in the station's own size. Fault::OutOfRange where it does not fit.
 Result<void> write_held(Link& link, StationRecord& station, const config::StartupRow& row, std::size_t bytes);
 
-/// Has the station keep what it holds over its next power-up, where that takes an order of its own (AMD530B 8.2: "save"
-/// to 1010h:1 for 6000h, to 1010h:2 for 2000h).
-Result<void> save_parameters(Link& link, StationRecord& station, const config::StationProfile& profile);
+/// Has the station keep over its next power-up what was written to these objects, where that takes an order of its own
+/// (AMD530B 8.1: "save" to 1010h:1 for 6000h, to 1010h:2 for 2000h). Nothing else that it holds is kept by that.
+Result<void> save_parameters(Link& link, StationRecord& station, const config::StationProfile& profile,
+                             std::span<const config::ObjectAddress> written);
 
 }  // namespace gantry::devices

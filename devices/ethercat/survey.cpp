@@ -224,10 +224,11 @@ Result<void> Survey::write_held(int position, const config::StartupRow& row, std
   return devices::write_held(link_, **s, row, bytes);
 }
 
-Result<void> Survey::save_parameters(int position, const config::StationProfile& profile) {
+Result<void> Survey::save_parameters(int position, const config::StationProfile& profile,
+                                     std::span<const config::ObjectAddress> written) {
   auto s = with_mailbox(position);
   if (!s) return tl::unexpected(s.error());
-  return devices::save_parameters(link_, **s, profile);
+  return devices::save_parameters(link_, **s, profile, written);
 }
 
 Result<AlStatus> Survey::al_status(int position) {

@@ -77,7 +77,8 @@ class Survey {
   /// any more. It keeps its address, and is seen to have restarted when it has lost that.
   Result<void> forget_restart(int position);
   Result<void> write_held(int position, const config::StartupRow& row, std::size_t bytes);
-  Result<void> save_parameters(int position, const config::StationProfile& profile);
+  Result<void> save_parameters(int position, const config::StationProfile& profile,
+                               std::span<const config::ObjectAddress> written);
   Result<AlStatus> al_status(int position);
   /// Of all stations, by position.
   Result<std::vector<ErrorCounters>> error_counters();

@@ -336,6 +336,25 @@ TEST(RestartNote, that_cannot_be_kept_leaves_the_value_unwritten) {
   EXPECT_TRUE(note.settle());
 }
 
+/// AMD530B 8.1: 1010h:1 saves 6000h, 1010h:2 saves 2000h. What nobody has written is not saved along with the rest.
+TEST(Saving, is_of_the_groups_that_were_written) {
+  struct Case {
+    std::vector<config::ObjectAddress> written;
+    int profile, vendor;
+  };
+  for (const Case& c : {Case{{}, 0, 0}, Case{{{0x2000, 0}}, 0, 1}, Case{{{0x605A, 0}}, 1, 0},
+                        Case{{{0x2000, 0}, {0x605A, 0}, {0x2024, 0}}, 1, 1}}) {
+    BusBench b;
+    Downloads first(b.port, {0x1010, 1});
+    Downloads second(first, {0x1010, 2});
+    Survey survey(second, b.clock);
+    const auto& y1 = station(b.machine, "y1");
+    ASSERT_TRUE(survey.save_parameters(y1.position, y1.profile, c.written));
+    EXPECT_EQ(first.seen(), c.profile);
+    EXPECT_EQ(second.seen(), c.vendor);
+  }
+}
+
 /// "save" (1010h) of a drive that refuses it, and of one that says that it has saved and has not: the one is named at
 /// once, the other when its supply was off and on.
 TEST(Saving, that_is_refused_or_forgotten_is_named) {
@@ -350,7 +369,7 @@ TEST(Saving, that_is_refused_or_forgotten_is_named) {
     {
       Survey survey(b.port, b.clock);
       ASSERT_TRUE(survey.write_held(y1.position, *row, 2));
-      const auto saved = survey.save_parameters(y1.position, y1.profile);
+      const auto saved = survey.save_parameters(y1.position, y1.profile, std::array{row->address});
       ASSERT_EQ(saved.has_value(), saving != sim::Saving::Refuses);
       const std::string why = saved ? "" : to_text(saved.error());
       for (const char* word : {"station 2", "1010h", "0800002"})
