@@ -5,14 +5,13 @@
 #include <fmt/format.h>
 
 #include "config/machine_file.hpp"
+#include "config/stated_facts.hpp"
 
 namespace gantry::config {
 namespace {
 
 using written::MachineFile;
 
-/// Parameters by whose value the program scales a motion, or takes 6064h for a measurement.
-constexpr std::array<std::string_view, 3> kFacts{"counts_per_rev", "loop_mode", "motor_mode"};
 /// What of two sides may differ: how each of them is built in, and wired.
 constexpr std::array<std::string_view, 3> kOwn{"direction", "input_polarity", "brake_mode"};
 constexpr std::string_view kInput = "input_", kCurrent = "run_current";
@@ -98,7 +97,7 @@ void check_parameters(const Machine& m, const MachineFile& file, Mistakes& mista
       const Parameter* p = find_parameter(profile, setting.name);
       if (p == nullptr) continue;
       const Location place = setting.values.empty() ? setting.place : setting.values.front().place;
-      if (std::ranges::find(kFacts, setting.name) != kFacts.end()) check_fact(profile, *p, place, mistakes);
+      if (find_stated_fact(setting.name) != nullptr) check_fact(profile, *p, place, mistakes);
       if (setting.name == kCurrent) check_current(profile, *p, place, mistakes);
     }
   }

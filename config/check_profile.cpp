@@ -5,19 +5,13 @@
 #include <fmt/format.h>
 
 #include "config/profile_rules.hpp"
+#include "config/stated_facts.hpp"
 
 namespace gantry::config {
 namespace {
 
 constexpr std::int8_t kHomingMode = 6;
 constexpr int kBuffers = 3;  // of a SyncManager of process data, one behind the other (ETG.1000.4, 6.7)
-
-/// What a parameter of this name states of the drive, by its value alone or by its `means`.
-struct Fact {
-  std::string_view parameter;
-  bool is_count;  ///< its value is the fact, unless `means` says otherwise
-};
-constexpr std::array kStatedFacts{Fact{"counts_per_rev", true}, Fact{"loop_mode", false}, Fact{"motor_mode", false}};
 
 std::string flag_in_words(bool closed_loop) { return closed_loop ? "true" : "false"; }
 
@@ -36,8 +30,8 @@ void check_meaning(const StationProfile& profile, const Parameter& p, const Node
   const Node* node = row.find("means");
   if (node != nullptr) read_object(*node, meaning_fields(), means, node->place, mistakes);
   const Location place = place_of_key(row, node != nullptr ? "means" : "value");
-  const auto fact = std::ranges::find(kStatedFacts, p.name, &Fact::parameter);
-  if (fact != kStatedFacts.end() && node == nullptr) {
+  const StatedFact* fact = find_stated_fact(p.name);
+  if (fact != nullptr && node == nullptr) {
     if (fact->is_count)
       means.counts_per_rev = *p.value;
     else

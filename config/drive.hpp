@@ -191,6 +191,7 @@ struct StationProfile {
   std::vector<Parameter> parameters;    ///< as the file has them, in order
   std::vector<StartupRow> startup;      ///< of one station: what its parameters and its machine file ask of it
   std::vector<std::string> not_stated;  ///< parameters that the machine file must state and does not
+  std::vector<std::string> declared;    ///< names of rows that the station does not have: the machine file vouches
   Storage storage = Storage::None;
   std::optional<DriveFacts> drive;       ///< absent for stations that are no drive
   bool dc = true;                        ///< supports SYNC0

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "config/homing_rows.hpp"
 #include "config/machine_file.hpp"
 #include "core/near_word.hpp"
 
@@ -62,10 +63,11 @@ class Parameters {
 
   void resolve(const written::StationRow& row) {
     if (!known(row)) return;
+    for (const auto& each : row.declared) profile_.declared.push_back(each.value);
     for (const Parameter& p : profile_.parameters) {
       const auto setting = std::ranges::find(row.parameters, p.name, &SettingRow::name);
       const bool stated = setting != row.parameters.end();
-      const bool declared = std::ranges::any_of(row.declared, [&](const auto& d) { return d.value == p.name; });
+      const bool declared = std::ranges::count(profile_.declared, p.name) > 0;
       if (!stated && p.must_be_stated) profile_.not_stated.push_back(p.name);
       if (stated && (setting->unread || !fits_slots(*setting))) continue;
       for (int slot = 0; slot < std::max(profile_.slots, 1); ++slot) {
@@ -93,6 +95,8 @@ class Parameters {
       unknown.push_back(name);
     };
     for (const SettingRow& setting : row.parameters) look(setting.name, setting.place);
+    if (profile_.drive && unknown.empty())  // what homing sets is the axis', and may be declared here, not stated
+      for (const HomingRow& homing : kHomingRows) names.push_back(homing.name);
     for (const auto& name : row.declared) look(name.value, name.place);
     if (unknown.empty()) return true;
     if (unknown.size() == 1) {

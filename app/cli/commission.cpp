@@ -12,6 +12,7 @@
 #include "app/cli/terminal.hpp"
 #include "app/cli/today.hpp"
 #include "app/desk/state_folder.hpp"
+#include "app/run/compose.hpp"
 #include "app/stations/accepted.hpp"
 #include "config/held_limits.hpp"
 #include "config/same_device.hpp"
@@ -110,8 +111,10 @@ class Commissioning {
     ordered_json rows = ordered_json::array();
     std::vector<config::ObjectAddress> written;
     devices::RestartNote note(station, keep_);
-    for (const config::StartupRow& row : station.profile.startup) {
-      if (row.name.empty()) continue;  // what a machine file cannot state is written at every start
+    std::vector<std::string> notes;
+    const auto asked = survey_.asked_of(position, station, notes);
+    if (!asked) return tl::unexpected(asked.error());
+    for (const config::StartupRow& row : *asked) {
       auto held = survey_.read_held(position, row);
       if (!held && held.error().fault != Fault::SdoAbort && held.error().fault != Fault::SdoSizeMismatch)
         return tl::unexpected(held.error());
@@ -146,6 +149,8 @@ class Commissioning {
         print_text("    {:<24} {:<9} asked {:>9}  holds {:>9}  {:<13} {}\n", row.name, config::to_text(row.address),
                    row.value, held ? fmt::format("{}", held->value) : "-", acts_text(row.acts), remark);
     }
+    for (const std::string& left_out : notes)
+      if (!json_) print_text("    {}\n", left_out);
     if (auto rest = show_not_pinned(station, position, rows); !rest) return tl::unexpected(rest.error());
     if (auto saved = survey_.save_parameters(position, station.profile, written); !saved)
       return tl::unexpected(saved.error());
@@ -290,6 +295,7 @@ void add_commission(CLI::App& app, Context& context) {
     const auto folder = state_of(context, options->state);
     if (!folder) return;
     const std::string file = stations::accepted_file(*folder, options->interface.empty() ? "sim" : "ethercat");
+    if (auto composed = run::compose_startup(*machine); !composed) return stop_with(composed.error());
     if (auto read = stations::read_accepted(file, *machine); !read) {
       if (!options->accept || !options->all) return stop_with(read.error());
       take_all_for_waiting(*machine);

@@ -41,9 +41,9 @@ std::vector<SyncManagerPlan> sync_managers_of(const StationSii& sii, const confi
     const bool out = plan.is(SyncManagerKind::ProcessOut), in = plan.is(SyncManagerKind::ProcessIn);
     if (plan.is_mailbox()) {
       const bool from_us = plan.is(SyncManagerKind::MailboxOut);
-      const std::uint16_t in_words = from_us ? sii.mailbox.out_bytes : sii.mailbox.in_bytes;
+      const std::uint16_t by_header_bytes = from_us ? sii.mailbox.out_bytes : sii.mailbox.in_bytes;
       plan = mailbox_plan(from_us ? SyncManagerKind::MailboxOut : SyncManagerKind::MailboxIn, sm.registers.start,
-                          sm.registers.length != 0 ? sm.registers.length : in_words);
+                          sm.registers.length != 0 ? sm.registers.length : by_header_bytes);
     } else if (out || in) {
       plan.registers.start = sm.registers.start;
       const std::uint8_t usual = out ? kSmControlOutputs : kSmControlInputs;

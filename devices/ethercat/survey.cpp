@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <utility>
 
 #include "devices/ethercat/scan.hpp"
+#include "devices/ethercat/station_objects.hpp"
 #include "devices/ethercat/station_registers.hpp"
 #include "devices/wire/coe.hpp"
 
@@ -207,6 +209,20 @@ Result<HeldObject> Survey::read_held(int position, const config::StartupRow& row
   auto s = with_mailbox(position);
   if (!s) return tl::unexpected(s.error());
   return devices::read_held(link_, **s, row);
+}
+
+Result<std::vector<config::StartupRow>> Survey::asked_of(int position, const config::Station& station,
+                                                         std::vector<std::string>& notes) {
+  const auto s = with_mailbox(position);
+  if (!s) return tl::unexpected(s.error());
+  StationRecord& record = **s;
+  record.config = &station;
+  record.startup = station.profile.startup;
+  const auto ok = leave_out_absent(link_, record, notes);
+  record.config = nullptr;
+  auto rows = std::exchange(record.startup, {});
+  if (!ok) return tl::unexpected(ok.error());
+  return rows;
 }
 
 Result<void> Survey::forget_restart(int position) {

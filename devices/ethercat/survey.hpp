@@ -71,6 +71,10 @@ class Survey {
   Result<Bytes> read_object(int position, config::ObjectAddress object, SdoAccess access = SdoAccess::Single);
   Result<void> write_object(int position, config::ObjectAddress object, std::span<const std::byte> value,
                             SdoAccess access = SdoAccess::Single);
+  /// The start-up rows that a start asks of this station there: those that it may do without and does not have are left
+  /// out, with a note.
+  Result<std::vector<config::StartupRow>> asked_of(int position, const config::Station& station,
+                                                   std::vector<std::string>& notes);
   /// Parameters; devices/ethercat/parameters.hpp.
   Result<HeldObject> read_held(int position, const config::StartupRow& row);
   /// Before a value that acts at power-up is written: what is known of an earlier restart of the station says nothing

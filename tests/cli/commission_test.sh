@@ -8,6 +8,7 @@ answers() { printf '%s\n' "$@" >"$work/answers"; }
 walk() { commission --walk "$@" <"$work/answers"; }
 
 expect_exit 0 "a look" commission --all
+expect_text "homing_slow  *6099h:2"; expect_text "homing_slow  *6899h:2"  # what homing sets is named by G130, too
 [ ! -e "$kept" ] || fail "a look has left $kept"
 expect_exit 2 "a walk of one station" commission --walk x
 expect_exit 2 "a walk that accepts besides" commission --walk --accept

@@ -274,6 +274,9 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"run_current: [1 A, 1.2 A]", "run_current: [1 A, 1.20005 A]", "1.20005", Fault::BadValue,
               "steps of 0.001 A"},
         Wrong{"alias: 2, ", "alias: 2, declared: [filtr], ", "filtr", Fault::UnknownReference, "filter"},
+        Wrong{"alias: 2, ", "alias: 2, declared: [homing_slo], ", "homing_slo", Fault::UnknownReference, "homing_slow"},
+        Wrong{"run_current: 3 A,", "run_current: 3 A, homing_slow: 5,", "homing_slow", Fault::UnknownReference,
+              "iD286-ECFA has no parameter 'homing_slow'"},
         Wrong{"{profile: dio16,    position: 0}", "{profile: dio16, position: 0, inputs: {home: 1}}", "{home",
               Fault::Inconsistent, "limit"},
         Wrong{"iss57,    position: 1", "iss57,    position: 0", "0", Fault::OutOfRange, "1 .. 127"},
@@ -492,6 +495,17 @@ TEST(Machine, a_brake_of_the_machine_is_a_free_output_of_an_axis) {
   EXPECT_EQ(slow->brake->release_s, 0.15);
   file.swap("output: z_brake", "output: valve", "valve");
   EXPECT_FALSE(file.load()) << "a name that has a meaning is no brake";
+}
+
+TEST(Machine, a_row_that_homing_sets_may_be_declared_of_a_drive) {
+  Changed file;
+  file.swap("position: 1, alias: 1, ", "position: 1, alias: 1, declared: [homing_slow, filter], ", "x");
+  const auto m = file.load();
+  ASSERT_TRUE(m) << to_text(m.error().front());
+  EXPECT_EQ(m->stations[1].profile.declared, (std::vector<std::string>{"homing_slow", "filter"}));
+  EXPECT_TRUE(m->stations[4].profile.declared.empty());
+  file.swap("position: 0}", "position: 0, declared: [homing_slow]}", "homing_slow");
+  EXPECT_FALSE(file.load()) << "a station without a drive homes nothing";
 }
 
 }  // namespace

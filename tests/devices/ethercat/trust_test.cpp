@@ -6,6 +6,7 @@
 #include "devices/ethercat/parameters.hpp"
 #include "devices/ethercat/restart_note.hpp"
 #include "devices/passing_port.hpp"
+#include "devices/profiles/homing_objects.hpp"
 #include "devices/profiles/object_value.hpp"
 #include "devices/wire/bytes.hpp"
 #include "sim/station/habits.hpp"
@@ -98,6 +99,25 @@ TEST_F(Trust, an_object_that_is_absent_is_declared_or_refused) {
   for (auto& row : station(b().machine, "y1").profile.startup)
     if (row.name == "filter") row.declared = true;
   EXPECT_TRUE(doubts("y1").empty());
+}
+
+/// By 9.1.2 of the iD286 6099h has no sub-index 2, by 10.1 it has.
+TEST_F(Trust, a_row_of_homing_that_is_absent_is_declared_or_refused) {
+  wired([](auto& m) { test::remove_object(station(m, "x").profile, 0x6099); });
+  auto& x = station(b().machine, "x").profile;
+  const auto before = x.startup;
+  for (const bool declared : {false, true}) {
+    x.startup = before;
+    x.declared = declared ? std::vector<std::string>{"homing_fast", "homing_slow"} : std::vector<std::string>{};
+    const auto rows = homing_objects(x, 0, b().machine.axes[0]);
+    ASSERT_TRUE(rows) << to_text(rows.error());
+    x.startup.insert(x.startup.end(), rows->begin(), rows->end());
+    const auto found = doubts("x");
+    ASSERT_EQ(found.size(), declared ? 0u : 2u);
+    if (declared) continue;
+    for (const char* word : {"6099h:2", "homing_slow", "declared: [homing_slow]"})
+      EXPECT_NE(to_text(found[1]).find(word), std::string::npos) << to_text(found[1]);
+  }
 }
 
 /// Counts SDO downloads to one object.

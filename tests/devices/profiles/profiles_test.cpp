@@ -77,6 +77,16 @@ TEST(Profiles, homing_speaks_the_vendors_units) {
   EXPECT_EQ(value(*rpm, 0x6899, 1), 300);
   EXPECT_EQ(value(*rpm, 0x6899, 2), 60);
   EXPECT_EQ(value(*rpm, 0x6898, 0), 21);
+  // Each row has a name by which a machine file may declare that the station lacks it.
+  auto lacking = profile("drives/id286.yaml");
+  lacking.declared = {"homing_slow"};
+  const auto rows = homing_objects(lacking, 0, axis);
+  ASSERT_TRUE(rows) << to_text(rows.error());
+  ASSERT_EQ(rows->size(), 5u);
+  for (const auto& row : *rows) {
+    EXPECT_FALSE(row.name.empty()) << row.why;
+    EXPECT_EQ(row.declared, row.address == (config::ObjectAddress{0x6099, 2})) << row.name;
+  }
   axis.homing->fast = 1000;  // 12000 rpm
   const auto too_fast = homing_objects(profile("drives/std402ec.yaml"), 1, axis);
   ASSERT_FALSE(too_fast);
