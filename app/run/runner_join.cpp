@@ -24,7 +24,7 @@ std::optional<Ahead> Runner::ahead() const {
   if (playing_ == nullptr || s.block != block_ || !site_.control.valve_open()) return std::nullopt;
   if (purging_) {  // its shots are told apart by nothing that the loop shows
     const recipes::Material& m = *recipes::find_material(recipe_, recipe_.purge->material);
-    return Ahead{"", m.dot_time / std::min(1.0, s.override_factor)};
+    return Ahead{"", m.dot_time};  // it is a dwell, which no override makes longer
   }
   std::uint32_t feature = s.feature;
   double begin_mm = 0;

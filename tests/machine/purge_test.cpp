@@ -145,10 +145,10 @@ TEST(Purge, is_proved_like_any_motion) {
   EXPECT_NE(blocked.error().message.find("relay"), std::string::npos);
 }
 
-/// Of a shot nobody is told how much of it is left: its whole length counts.
+/// Of a shot nobody is told how much of it is left: its whole length counts, which no override makes longer.
 TEST(Purge, a_hold_waits_for_the_end_of_a_shot_only_where_that_is_within_hold_within) {
   for (const auto& [dot_time, override, waits] :
-       {std::tuple{"3 s", 1.0, false}, {"1500 ms", 1.0, true}, {"1500 ms", 0.5, false}}) {
+       {std::tuple{"3 s", 1.0, false}, {"1500 ms", 1.0, true}, {"1500 ms", 0.5, true}}) {
     SCOPED_TRACE(fmt::format("{} at {:.0f} %", dot_time, override * 100));
     const recipes::Recipe recipe =
         with_purge("{material: glue, at: [60 mm, 40 mm, 0 mm], shots: 2, after: 0 s}", dot_time);
