@@ -13,7 +13,9 @@
 namespace gantry::run {
 namespace {
 
-constexpr double kOfTolerance = 0.5;   // so much of its end tolerance may be missing of a bead: no worth going back for
+// What is missing at a bead's end, and is not gone back for: no more than a join may miss or double, and a part of the
+// end tolerance.
+constexpr double kJoinError_s = 0.5e-3, kJoinError_mm = 0.02, kOfTolerance = 0.5;
 constexpr double kShortest_s = 0.005;  // that a valve can be open for what is left
 constexpr double kLonger = 2;          // times that for what would be shorter, which is laid more slowly
 
@@ -143,7 +145,10 @@ Result<job::JobState> Runner::join(std::size_t feature) {
   const auto& bead = std::get<recipes::Bead>(recipe_.features[feature]);
   const recipes::Material& m = *recipes::find_material(recipe_, bead.material);
   const double left_mm = laid_->all_mm - laid_->mm;
-  if (left_mm <= kOfTolerance * m.tolerance_mm) {
+  if (const double spared_mm = std::min(m.speed * kJoinError_s + kJoinError_mm, kOfTolerance * m.tolerance_mm);
+      laid_->mm > 0 && left_mm <= spared_mm) {
+    log::info("'{}' is not joined: {:.3f} mm are missing at its end, and up to {:.3f} mm are not gone back for", id,
+              left_mm, spared_mm);
     job::JobState whole = state_;
     whole.features[feature] = job::FeatureState::Done;
     return whole;

@@ -266,6 +266,34 @@ TEST(Hold, a_bead_that_was_cut_right_before_its_end_is_whole) {
   EXPECT_GE(joins, 4u);
 }
 
+// With a tolerance as wide as the bead is long nothing on the board tells that it is not there.
+TEST(Hold, what_is_missing_of_a_bead_is_laid_however_wide_its_tolerance) {
+  const auto recipe = recipes::parse(
+      "version: 1\nrecipe: wide\nplacement: fixture\nboard: {size: [80 mm, 55 mm], thickness: 12 mm, frame: pallet}\n"
+      "materials:\n  glue: {speed: 20 mm/s, gap: 0.5 mm, valve_open_lead: 8 ms, valve_close_lead: 6 ms, dot_time: 30 "
+      "ms, "
+      "retract: 3 mm, tolerance: 10 mm, gap_tolerance: 2 mm}\n"
+      "features:\n  - line: {name: short, material: glue, from: [20 mm, 20 mm], to: [24 mm, 20 mm]}\n",
+      "wide.yaml");
+  ASSERT_TRUE(recipe);
+  for (const int open_for : {1, 4, 150}) {  // before the valve has opened, and with 1 mm to go
+    Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
+    Holder holder{.open_for = open_for};
+    rig.on_step = [&](run::Owner& owner) { holder(owner); };
+    const auto result = rig.run(*recipe);
+    EXPECT_EQ(holder.holds, 1);
+    EXPECT_EQ(result.exit_code, ExitCode::Done) << open_for;
+    ASSERT_FALSE(result.deposits.empty()) << open_for;
+    const auto& d = result.deposits.back();
+    EXPECT_EQ(d.id, "short");
+    EXPECT_NEAR(d.board_mm.back().x, 24, 0.05) << open_for;
+    double least = 1e9;
+    for (const auto& each : result.deposits)
+      if (!each.board_mm.empty()) least = std::min(least, each.board_mm.front().x);
+    EXPECT_NEAR(least, 20, 0.05) << open_for;
+  }
+}
+
 TEST(Hold, a_bead_that_was_cut_too_long_ago_stays_cut_and_the_job_goes_on) {
   Rig rig({.placement = "dx=0.5 mm"});
   recipes::Recipe recipe = test::load_recipe(kPatterns);
