@@ -393,7 +393,8 @@ void Expander::fill(const FeatureRow& row) {
     mistakes_.add(filled.error().fault, filled.error().message, place);
     return;
   }
-  to_.fills.push_back({row.name.value, filled->area_mm2, row.spacing.value, to_.features.size(), filled->runs.size()});
+  to_.fills.push_back({row.name.value, filled->area_mm2, row.spacing.value, to_.features.size(), filled->runs.size(),
+                       filled->bare.share, filled->bare.farthest_mm, filled->bare.at, row.place});
   if (to_.features.size() + filled->runs.size() > kMostFeatures) {
     mistakes_.add(Fault::TooManySteps,
                   fmt::format("{} lines; a recipe holds at most {} features", filled->runs.size(), kMostFeatures),

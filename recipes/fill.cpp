@@ -129,6 +129,55 @@ std::vector<Stretch> line_at(const std::vector<Vec2>& outline, double y, double 
   return out;
 }
 
+/// Lines of a fill, the k-th at first + k * spacing.
+struct Rows {
+  double first = 0, spacing = 0;
+  std::vector<std::vector<Stretch>> lines;
+
+  [[nodiscard]] std::size_t nearest(double y) const {
+    return static_cast<std::size_t>(
+        std::clamp(std::round((y - first) / spacing), 0.0, static_cast<double>(lines.size() - 1)));
+  }
+  [[nodiscard]] double y(std::size_t k) const { return first + static_cast<double>(k) * spacing; }
+  /// From the nearest of them.
+  [[nodiscard]] double distance(Vec2 p) const {
+    const std::size_t middle = nearest(p.y);
+    double best = INFINITY;
+    const auto look = [&](std::size_t k) {
+      for (const Stretch s : lines[k])
+        best = std::min(best, std::hypot(p.x - std::clamp(p.x, s.from, s.to), p.y - y(k)));
+    };
+    look(middle);
+    for (std::size_t off = 1; off < lines.size() && (static_cast<double>(off) - 1) * spacing < best; ++off) {
+      if (off <= middle) look(middle - off);
+      if (middle + off < lines.size()) look(middle + off);
+    }
+    return best;
+  }
+};
+
+/// By level lines a quarter of a spacing apart.
+Bare bare_of(const std::vector<Vec2>& outline, const Rows& rows, double low, double high, double area_mm2) {
+  constexpr double kOfSpacing = 4;
+  const double half = rows.spacing / 2 * (1 + kSlack),
+               looks = std::ceil((high - low) / rows.spacing * kOfSpacing * (1 - kSlack));
+  const double step = (high - low) / looks;
+  Bare out;
+  for (int i = 0; i < static_cast<int>(looks); ++i) {
+    const double y = low + (i + 0.5) * step;
+    const std::size_t k = rows.nearest(y);
+    std::vector<Stretch> bare = inside(outline, y);
+    if (std::abs(y - rows.y(k)) <= half)
+      for (const Stretch s : rows.lines[k]) bare = without(bare, {s.from - half, s.to + half});
+    for (const Stretch s : bare) {
+      out.share += (s.to - s.from) * step / area_mm2;
+      for (const double x : {s.from, (s.from + s.to) / 2, s.to})
+        if (const double mm = rows.distance({x, y}); mm > out.farthest_mm) out.farthest_mm = mm, out.at = {x, y};
+    }
+  }
+  return out;
+}
+
 bool free(const std::vector<Vec2>& outline, Edge leg, double d) {
   for (std::size_t k = 0; k < outline.size(); ++k)
     if (distance(leg, edge(outline, k)) < d) return false;
@@ -205,16 +254,20 @@ Result<FilledArea> fill_area(const std::vector<Vec2>& outline, const FillLines& 
   };
   if (!(2 * count <= static_cast<double>(most))) return too_many();
   const double first = low->y + (across - (count - 1) * spacing_mm) / 2, keep_mm = spacing_mm / 2;
+  Rows rows{first, spacing_mm, {}};
   Joiner joiner(level, keep_mm * (1 - 1e-6), lines.serpentine);
   for (int k = 0; k < static_cast<int>(count); ++k) {
     const double y = first + k * spacing_mm;
-    joiner.line(y, line_at(level, y, keep_mm * (1 - kSlack)));
+    rows.lines.push_back(line_at(level, y, keep_mm * (1 - kSlack)));
+    joiner.line(y, rows.lines.back());
     if (joiner.points() > most) return too_many();
   }
-  FilledArea out{std::move(joiner).runs(), area(outline)};
+  FilledArea out{std::move(joiner).runs(), area(outline), {}};
   if (out.runs.empty())
     return fail(Fault::Inconsistent,
                 fmt::format("the area is nowhere as wide as the spacing of {:.6g} mm; lower 'spacing'", spacing_mm));
+  out.bare = bare_of(level, rows, low->y, high->y, out.area_mm2);
+  out.bare.at = rotated(out.bare.at, lines.angle_rad);
   for (auto& run : out.runs)
     for (Vec2& p : run) p = rotated(p, lines.angle_rad);
   return out;

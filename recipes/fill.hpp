@@ -20,9 +20,17 @@ struct FillLines {
   double angle_rad = 0;   ///< of the lines, from X, counter-clockwise
   bool serpentine = true;
 };
+/// What no line covers: it is the middle of a strip as wide as the spacing, which ends half a spacing beyond its ends.
+struct Bare {
+  double share = 0;  ///< of the area
+  double farthest_mm =
+      0;    ///< from the nearest line; as far as the area was sampled, which is by a quarter of a spacing
+  Vec2 at;  ///< there
+};
 struct FilledArea {
   std::vector<std::vector<Vec2>> runs;  ///< each a polyline of two points or more
   double area_mm2 = 0;                  ///< within the outline
+  Bare bare;
 };
 
 /// outline: three corners or more, the last joined to the first, in any sense of rotation.

@@ -110,6 +110,21 @@ void add_residuals(const Recipe& recipe, std::vector<std::string>& to) {
   }
 }
 
+/// Fills that leave out more than strips of that width leave beside them.
+void add_bare(const Recipe& recipe, std::vector<std::string>& to) {
+  constexpr double kFar = 1.5, kMuch = 0.25;  // of the spacing, and of the area
+  for (const Fill& fill : recipe.fills)
+    if (fill.bare_mm > kFar * fill.spacing_mm || fill.bare_share > kMuch)
+      to.push_back(
+          fmt::format("fill '{}' (line {}): {:.2g} % of its area is not covered, up to {:.3g} mm from the nearest "
+                      "line, at ({:.4g}, "
+                      "{:.4g}) mm: lines keep half of `spacing` from the outline, so that what is narrower than {:.6g} "
+                      "mm gets none; "
+                      "lower `spacing`, turn the lines by `angle`, or draw that part by itself",
+                      fill.name, fill.place.line, fill.bare_share * 100, fill.bare_mm, fill.bare_at.x, fill.bare_at.y,
+                      fill.spacing_mm));
+}
+
 }  // namespace
 
 std::vector<std::string> notes(const Recipe& recipe, const config::Machine& machine) {
@@ -128,6 +143,7 @@ std::vector<std::string> notes(const Recipe& recipe, const config::Machine& mach
   if (SurfaceDoubt(recipe, machine).tilt_unmeasured()) add_tilt(recipe, machine, out);
   add_residuals(recipe, out);
   add_covered(recipe, out);
+  add_bare(recipe, out);
   for (const Material& m : recipe.materials) {
     out.push_back(tolerances_in_words(m));
     add_lead(m, "valve_open_lead", m.valve_open_lead, machine.sim.valve_open_lag_s, "opens", out);

@@ -160,6 +160,10 @@ struct Fill {
   std::string name;
   double area_mm2 = 0, spacing_mm = 0;
   std::size_t first = 0, beads = 0;  ///< in Recipe::features
+  double bare_share = 0;             ///< of the area, that no line covers
+  double bare_mm = 0;                ///< how far it is there from the nearest line at most ...
+  Vec2 bare_at;                      ///< ... and where
+  Location place{};
 };
 
 /// A file that the recipe is made of: itself, then its files of points.

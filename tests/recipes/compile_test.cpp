@@ -352,6 +352,36 @@ TEST(Compile, notes_tell_the_tolerances_of_each_material) {
   EXPECT_EQ(told[0], "adhesive: a deposit is good within 0.1 mm of its place, 0.1 mm of its gap and 5 % of its speed");
 }
 
+TEST(Compile, notes_tell_fills_that_leave_a_place_bare) {
+  const auto of_fills = [](const std::string& fills) {
+    const auto r = parse(
+        "version: 1\nrecipe: r\nplacement: fixture\nboard: {size: [90 mm, 60 mm], thickness: 8 mm, frame: "
+        "pallet}\nmaterials:\n  a: {speed: 20 mm/s, gap: 0.3 mm, valve_open_lead: 8 ms, "
+        "valve_close_lead: 6 ms, dot_time: 60 ms, retract: 3 mm}\nfeatures:\n" +
+            fills,
+        "r.yaml");
+    EXPECT_TRUE(r) << to_text(r.error()[0]);
+    auto told = r ? notes(*r, dispenser()) : std::vector<std::string>{};
+    std::erase_if(told, [](const std::string& note) { return note.find("fill '") != 0; });
+    return told;
+  };
+  // An arm of 10 x 1.5 mm at a square of 10 mm: 13 % of 115 square millimetres.
+  const auto arm = of_fills(
+      "  - fill: {name: l, material: a, spacing: 2 mm, points: [[20 mm, 20 mm], [40 mm, 20 mm], [40 mm, "
+      "21.5 mm], [30 mm, 21.5 mm], [30 mm, 30 mm], [20 mm, 30 mm]]}\n");
+  ASSERT_EQ(arm.size(), 1u);
+  EXPECT_EQ(arm[0].find("fill 'l' (line 8): 13 % of its area is not covered, up to 10.9 mm from the nearest line, at "
+                        "(40, 20.25) mm"),
+            0u)
+      << arm[0];
+  // What is left over beside strips: no note; nearly half of the area: one.
+  EXPECT_TRUE(
+      of_fills("  - fill: {name: s, material: a, spacing: 2 mm, at: [20 mm, 20 mm], size: [20 mm, 7 mm]}\n").empty());
+  EXPECT_EQ(
+      of_fills("  - fill: {name: s, material: a, spacing: 2 mm, at: [20 mm, 20 mm], size: [20 mm, 3.9 mm]}\n").size(),
+      1u);
+}
+
 // A job that is taken up again looks and touches anew, where by then material lies.
 TEST(Compile, notes_tell_marks_and_touches_that_are_dispensed_over) {
   Recipe r = demo();

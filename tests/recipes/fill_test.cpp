@@ -71,6 +71,11 @@ void expect_covered(const Polygon& outline, const FilledArea& filled, const Fill
     if (!within(p, outline) || distance_to_edges(p, outline) < lines.spacing_mm + 0.02) continue;
     EXPECT_LE(distance_to_runs(p, filled), half + 1e-6) << what << ": uncovered at " << p.x << ", " << p.y;
   }
+  for (int n = 0; n < 400; ++n) {
+    const Vec2 p{x(random), y(random)};
+    if (!within(p, outline)) continue;
+    EXPECT_LE(distance_to_runs(p, filled), std::max(filled.bare.farthest_mm, half * M_SQRT2) + half) << what;
+  }
 }
 
 TEST(Fill, of_a_rectangle_is_what_one_draws_by_hand) {
@@ -132,6 +137,27 @@ TEST(Fill, of_a_comb_goes_up_each_tooth) {
     EXPECT_NEAR(filled->area_mm2, 50 * 10 + 3 * 10 * 20, 1e-9);
     expect_covered(comb, *filled, lines, random, "comb");
   }
+}
+
+// A square of 10 and an arm of 10 x 1.5, into which no line of a spacing of 2 fits: the lowest, at 1 mm, keeps 1 mm
+// from the arm's corner at (10, 1.5), so ends at 10 - sqrt(1 - 0.25) and covers 1 mm more. The rest of the arm is bare.
+TEST(Fill, tells_what_it_leaves_bare) {
+  const Polygon l{{0, 0}, {20, 0}, {20, 1.5}, {10, 1.5}, {10, 10}, {0, 10}};
+  const double covered = 11 - std::sqrt(0.75), share = (20 - covered) * 1.5 / 115;
+  for (const double turned : {0.0, 0.5, -2.0}) {
+    Polygon outline;
+    for (const Vec2 p : l) outline.push_back(rotated(p, turned));
+    const auto filled = fill_area(outline, {2, turned, true}, kMany);
+    ASSERT_TRUE(filled);
+    EXPECT_NEAR(filled->bare.share, share, 1e-6);
+    EXPECT_NEAR(filled->bare.farthest_mm, std::hypot(20 - covered + 1, 0.75), 1e-6) << "looked for at y = 0.25";
+    EXPECT_LT(norm(filled->bare.at - rotated({20, 0.25}, turned)), 1e-6);
+  }
+  // 7 mm hold three strips of 2 mm: half a millimetre on both sides, which is no farther than its corners are.
+  const auto left_over = fill_area({{0, 0}, {20, 0}, {20, 7}, {0, 7}}, {2, 0, true}, kMany);
+  EXPECT_NEAR(left_over->bare.share, 1.0 / 7, 1e-6);
+  EXPECT_LE(left_over->bare.farthest_mm, std::hypot(1, 1.5));
+  EXPECT_NEAR(fill_area({{0, 0}, {20, 0}, {20, 6}, {0, 6}}, {2, 0, true}, kMany)->bare.share, 0, 1e-6);
 }
 
 TEST(Fill, that_cannot_be_meant_says_why) {

@@ -114,7 +114,7 @@ TEST(Summary, tells_no_more_points_of_beads_than_can_be_read_at_once) {
 TEST(Summary, tells_the_lengths_of_beads_the_areas_of_fills_and_the_files_of_the_recipe) {
   JobResult r = made_up_job();
   r.beads = {{"L", "polyline", 38}, {"f[0]", "fill", 10}, {"f[1]", "fill", 5}, {"g", "fill", 7}, {"dry", "arc", 3}};
-  r.fills = {{"f", 120, 2, 1, 2}, {"g", 30, 1, 3, 1}};
+  r.fills = {{"f", 120, 2, 1, 2, 0, 0, {}}, {"g", 30, 1, 3, 1, 0, 0, {}}};
   r.sources = {{"r.yaml", 100, "ab"}, {"p.csv", 7, "01"}};
   r.deposits.push_back({.id = "f[0]", .kind = "bead", .nominal_mm = {}, .board_mm = {{0, 0, 0}, {6, 0, 0}, {6, 3, 0}}});
   r.deposits.push_back({.id = "f[1]", .kind = "bead", .nominal_mm = {}, .board_mm = {{0, 0, 0}, {0, 3, 4}}});
