@@ -61,9 +61,7 @@ class Tally {
 };
 
 std::optional<SlowBead> look_at(SegmentIterator first, SegmentIterator last, const recipes::Material& m,
-                                double tick_s) {
-  const auto wet = valve_span(first, last, first->feature);
-  if (!wet || wet->shuts_mm <= wet->opens_mm) return std::nullopt;
+                                const ValveSpan& wet, double tick_s) {
   Tally tally(m, tick_s), unrounded(m, tick_s);
   double begin_mm = 0, begin_s = 0, rest_s = 0, factor = 1, open_s = 0;
   for (auto s = first; s != last; ++s) {
@@ -72,11 +70,11 @@ std::optional<SlowBead> look_at(SegmentIterator first, SegmentIterator last, con
     double t_s = rest_s;
     for (; t_s < lasts_s; t_s += tick_s) {
       const motion::State x = motion::along(s->nominal, t_s).x;
-      if (begin_mm + x.p < wet->opens_mm || begin_mm + x.p > wet->shuts_mm) continue;
+      if (begin_mm + x.p < wet.opens_mm || begin_mm + x.p > wet.shuts_mm) continue;
       factor = m.speed / s->v_cap;  // all of a bead is played slower by this, so that it takes whole ticks
       tally.add(x.v), unrounded.add(x.v * factor);
     }
-    for (const auto& [at_mm, sign] : {std::pair{wet->opens_mm, -1}, std::pair{wet->shuts_mm, 1}})
+    for (const auto& [at_mm, sign] : {std::pair{wet.opens_mm, -1}, std::pair{wet.shuts_mm, 1}})
       if (at_mm > begin_mm && at_mm <= begin_mm + s->geometry.length)
         open_s += sign * (begin_s + motion::time_at(s->nominal, at_mm - begin_mm));
     rest_s = t_s - lasts_s;
@@ -86,6 +84,20 @@ std::optional<SlowBead> look_at(SegmentIterator first, SegmentIterator last, con
   if (slow && factor > 1 && !unrounded.slow(first->feature))
     slow->lasts_s = open_s, slow->would_last_s = open_s / factor, slow->tick_s = tick_s;
   return slow;
+}
+
+/// Where it comes to rest between the two.
+std::optional<SlowBead> stands(SegmentIterator first, SegmentIterator last, const ValveSpan& wet) {
+  constexpr double kSamePlace_mm = 1e-6;
+  SlowBead out{.feature = first->feature};
+  double at_mm = 0;
+  for (auto s = first; s != last; ++s) {
+    at_mm += path_mm(*s);
+    if (!s->rests || at_mm <= wet.opens_mm + kSamePlace_mm || at_mm >= wet.shuts_mm - kSamePlace_mm) continue;
+    if (out.stands++ == 0) out.stands_at_mm = at_mm - wet.opens_mm;
+  }
+  if (out.stands == 0) return std::nullopt;
+  return out;
 }
 
 /// The smallest on a curve that its points sample, seen from above: of the circle through three neighbours.
@@ -139,14 +151,26 @@ void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
     const auto* bead = std::get_if<recipes::Bead>(&recipe.features[feature]);
     const recipes::Material* m = bead != nullptr ? recipes::find_material(recipe, bead->material) : nullptr;
     if (m == nullptr || m->flow_follows_speed) continue;
-    if (const auto slow = look_at(first, s, *m, tick_s)) to.push_back(*slow);
+    const auto wet = valve_span(first, s, feature);
+    if (!wet || wet->shuts_mm <= wet->opens_mm) continue;
+    auto found = bead->corner_tolerance > 0 ? stands(first, s, *wet) : std::nullopt;
+    if (!found) found = look_at(first, s, *m, *wet, tick_s);
+    if (found) to.push_back(*found);
   }
+}
+
+std::string standstill_in_words(std::size_t times, double at_mm, double corner_tolerance_mm) {
+  return fmt::format(
+      "stands still {}with its valve open, {}{:.3g} mm from its start: no path without a stop was found within its "
+      "`corner_tolerance` of {:.3g} mm; write a larger one, or draw it with fewer points",
+      times > 1 ? fmt::format("{} times ", times) : "", times > 1 ? "first " : "", at_mm, corner_tolerance_mm);
 }
 
 std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
   const auto& bead = std::get<recipes::Bead>(recipe.features[slow.feature]);
   const auto radius = radius_mm(bead);
   const bool straight = is_straight(bead);
+  if (slow.stands > 0) return standstill_in_words(slow.stands, slow.stands_at_mm, bead.corner_tolerance);
   constexpr const char* kElse = "or `flow_follows_speed: true` where the dispenser doses by the speed of the needle";
   if (slow.lasts_s > 0)
     return fmt::format(

@@ -1,6 +1,7 @@
 // Beads whose plan is slower than their material's speed, and where it is not merely a corner that slows them down: a
 // curve too tight for the speed, corners so near that it is never come to, or so few ticks that a whole number of them
-// makes a difference. Known before anything moves.
+// makes a difference; and beads that come to a stop with the valve open, though a corner tolerance is there to pass
+// corners without. Known before anything moves.
 //   std::vector<SlowBead> slow;   add_slow_beads(slow, recipe, block.segments(), tick_s);   in_words(slow[0], recipe);
 // Not of materials with `flow_follows_speed`.
 #pragma once
@@ -22,11 +23,18 @@ struct SlowBead {
   /// Where it is slow only because a bead takes whole ticks: how long it takes, and how long it would take else.
   double lasts_s = 0, would_last_s = 0;
   double tick_s = 0;
+  /// How often it stands in mid bead, where no tolerance of 0 asks for it, and how far from its start first. 0: never;
+  /// else nothing of the above is known.
+  std::size_t stands = 0;
+  double stands_at_mm = 0;
 };
 
 /// Of the beads of these segments, in their order.
 void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
                     const std::deque<motion::Segment>& segments, double tick_s);
+
+/// "stands still 3 times with its valve open, first 12.3 mm from its start: no path ..."
+std::string standstill_in_words(std::size_t times, double at_mm, double corner_tolerance_mm);
 
 /// "planned at 88 mm/s instead of 100 mm/s: the axes' a_max and j_max allow no more on its radius of 3 mm; ..."
 std::string in_words(const SlowBead& bead, const recipes::Recipe& recipe);

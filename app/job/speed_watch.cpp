@@ -32,6 +32,7 @@ void SpeedWatch::enter(std::uint32_t feature) {
   material_ = nullptr;
   last_mm_s_ = 0;
   s_mm_ = t_s_ = 0;
+  wet_ = false, wet_mm_ = 0;
   open_ticks_.reset();
   if (feature == motion::kTravel || feature >= recipe_.features.size()) return;
   const auto* bead = std::get_if<recipes::Bead>(&recipe_.features[feature]);
@@ -41,6 +42,7 @@ void SpeedWatch::enter(std::uint32_t feature) {
   if (next_ == segments_->size()) return;
   segment_ = next_;
   material_ = material;
+  may_round_ = bead->corner_tolerance > 0;
 }
 
 void SpeedWatch::see(const SpeedCycle& cycle) {
@@ -62,12 +64,30 @@ void SpeedWatch::go_on(double by_mm) {
     if (s_mm_ <= length_mm + kRounding_mm) break;
     if (segment_ + 1 >= segments_->size() || (*segments_)[segment_ + 1].feature != feature_) break;
     s_mm_ -= length_mm;
+    leave(segment);
     ++segment_;
     t_s_ = 0;
   }
   const motion::SpeedProfile& plan = (*segments_)[segment_].nominal;
   const double lasts_s = motion::duration(plan), step_s = tick_s_ / 4;
   while (t_s_ < lasts_s && motion::along(plan, t_s_).x.p < s_mm_) t_s_ += step_s;
+}
+
+void SpeedWatch::leave(const motion::Segment& segment) {
+  const double length_mm = path_mm(segment);
+  if (wet_) wet_mm_ += length_mm;
+  for (const motion::OutputEvent& e : segment.events) {
+    if (e.dispense) wet_mm_ = length_mm - (length_mm > 0 ? e.at_s : 0);
+    wet_ = e.dispense;
+  }
+  if (!wet_ || !segment.rests || !may_round_ || segment.kind == motion::SegmentKind::Dwell) return;
+  OffSpeed& stood = seen();
+  if (stood.stands++ == 0) stood.stands_at_mm = wet_mm_;
+}
+
+OffSpeed& SpeedWatch::seen() {
+  if (seen_.empty() || seen_.back().feature != feature_) seen_.push_back({.feature = feature_});
+  return seen_.back();
 }
 
 std::optional<double> SpeedWatch::steady_speed() const {
@@ -94,19 +114,19 @@ void SpeedWatch::judge(double path_speed_mm_s) {
   if (std::abs(path_speed_mm_s - material_->speed) <= allowed_mm_s) return;
   const auto asked = steady_speed();
   if (!asked || std::abs(path_speed_mm_s - *asked) <= allowed_mm_s) return;
-  if (seen_.empty() || seen_.back().feature != feature_) seen_.push_back({feature_, *asked, path_speed_mm_s});
-  OffSpeed& seen = seen_.back();
+  OffSpeed& seen = this->seen();
   seen.length_mm += path_speed_mm_s * tick_s_;
   seen.due_mm += std::max(path_speed_mm_s, *asked) * tick_s_;
-  if (std::abs(path_speed_mm_s - *asked) > std::abs(seen.worst_mm_s - seen.asked_mm_s))
+  if (seen.asked_mm_s == 0 || std::abs(path_speed_mm_s - *asked) > std::abs(seen.worst_mm_s - seen.asked_mm_s))
     seen.worst_mm_s = path_speed_mm_s, seen.asked_mm_s = *asked;
 }
 
 std::vector<OffSpeed> SpeedWatch::off_speed() const {
   std::vector<OffSpeed> out;
-  for (const OffSpeed& each : seen_) {
+  for (OffSpeed each : seen_) {
     const auto& bead = std::get<recipes::Bead>(recipe_.features[each.feature]);
-    if (each.due_mm > recipes::find_material(recipe_, bead.material)->tolerance_mm) out.push_back(each);
+    if (each.due_mm <= recipes::find_material(recipe_, bead.material)->tolerance_mm) each.length_mm = each.due_mm = 0;
+    if (each.due_mm > 0 || each.stands > 0) out.push_back(each);
   }
   return out;
 }

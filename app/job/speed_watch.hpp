@@ -4,7 +4,8 @@
 //   SpeedWatch watch(recipe, tick_s);
 //   watch.begin(block.segments());   each snapshot: watch.see({...});   watch.end();
 //   for (const OffSpeed& each : watch.off_speed()) ...
-// Only where the plan itself is steady: in ramps and at corners a small shift in position is a large one in speed.
+// Only where the plan itself is steady: in ramps and at corners a small shift in position is a large one in speed. A
+// plan that stands in mid bead, though corners may be rounded, is told whatever becomes of it.
 #pragma once
 #include <cstdint>
 #include <deque>
@@ -30,6 +31,9 @@ struct OffSpeed {
   double worst_mm_s = 0;
   double length_mm = 0;  ///< of the bead, in all
   double due_mm = 0;     ///< what it should have been in that time, where that is more
+  /// How often it has stood in mid bead by plan, where no tolerance of 0 asks for it, and how far from its start first.
+  std::size_t stands = 0;
+  double stands_at_mm = 0;
 };
 
 class SpeedWatch {
@@ -41,12 +45,16 @@ class SpeedWatch {
   void begin(const std::deque<motion::Segment>& segments);
   void end();
   void see(const SpeedCycle& cycle);
-  /// Beads of which more was off speed than their material's tolerance, in the order in which they were dispensed.
+  /// Beads of which more was off speed than their material's tolerance, or that have stood, in the order in which they
+  /// were dispensed.
   [[nodiscard]] std::vector<OffSpeed> off_speed() const;
 
  private:
   void enter(std::uint32_t feature);
   void go_on(double by_mm);
+  /// The path has come to the end of this segment.
+  void leave(const motion::Segment& segment);
+  OffSpeed& seen();
   /// The planned speed at the position come to, where it is steady from some cycles before to some after.
   [[nodiscard]] std::optional<double> steady_speed() const;
   void judge(double path_speed_mm_s);
@@ -61,6 +69,9 @@ class SpeedWatch {
   std::size_t segment_ = 0;  ///< of the position come to ...
   double s_mm_ = 0;          ///< ... and how far it is into it
   double t_s_ = 0;           ///< when the plan comes to it
+  bool wet_ = false;         ///< by plan the valve is told to open before it, and to shut behind it
+  double wet_mm_ = 0;        ///< how far it is from there to the segment's start
+  bool may_round_ = false;   ///< corners may be rounded
   double last_mm_s_ = 0;
   std::optional<int> open_ticks_;  ///< since the valve was told to open
   std::vector<OffSpeed> seen_;

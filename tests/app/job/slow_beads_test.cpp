@@ -77,5 +77,37 @@ TEST(SlowBeads, what_whole_cycles_make_slower_is_known_by_its_cause) {
   EXPECT_TRUE(slow_line(0.301, 18.82, r).empty()) << "the remedy helps";
 }
 
+/// A zigzag whose corners no path passes without a stop: 0.3 um are no tolerance (docs/motion/path.md).
+std::vector<SlowBead> zigzag(double corner_tolerance_mm, recipes::Recipe& r) {
+  auto& bead = std::get<recipes::Bead>(r.features[1]);
+  bead.points = {{20, 10, 0}, {32, 10, 0}, {32, 22, 0}, {44, 22, 0}}, bead.corner_tolerance = corner_tolerance_mm;
+  motion::BeadSpec spec;
+  spec.speed_mm_s = 20, spec.corner_tolerance_mm = corner_tolerance_mm, spec.valve = 1;
+  for (const Vec3 p : bead.points) spec.points.push_back({p.x + 200, p.y + 200, -50});
+  r.materials.front().speed = 20;
+  const auto motion = motion::plan_bead(motion::test::machine(), spec);
+  std::deque<motion::Segment> segments(motion->segments.begin(), motion->segments.end());
+  for (auto& s : segments) s.feature = 1;
+  std::vector<SlowBead> slow;
+  add_slow_beads(slow, r, segments, 0.001);
+  return slow;
+}
+
+TEST(SlowBeads, one_that_stands_with_its_valve_open_is_told_unless_the_recipe_asks_for_it) {
+  auto r = recipe();
+  EXPECT_TRUE(zigzag(0, r).empty()) << "0 asks for a stop in each corner";
+  EXPECT_TRUE(zigzag(0.1, r).empty());
+  const auto slow = zigzag(3e-4, r);
+  ASSERT_EQ(slow.size(), 1u);
+  EXPECT_EQ(slow[0].feature, 1u);
+  EXPECT_EQ(slow[0].stands, 2u);
+  EXPECT_NEAR(slow[0].stands_at_mm, 12, 1e-6);
+  const std::string text = in_words(slow[0], r);
+  EXPECT_TRUE(says(text, "stands still 2 times with its valve open, first 12 mm from its start")) << text;
+  EXPECT_TRUE(says(text, "`corner_tolerance` of 0.0003 mm; write a larger one")) << text;
+  r.materials.front().flow_follows_speed = true;
+  EXPECT_TRUE(zigzag(3e-4, r).empty());
+}
+
 }  // namespace
 }  // namespace gantry::job

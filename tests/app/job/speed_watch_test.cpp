@@ -98,5 +98,18 @@ TEST(SpeedWatch, a_dip_along_the_bead_is_seen_and_one_in_the_run_up_is_not) {
   EXPECT_TRUE(play(recipe(false), dip(0, 0.004)).empty());
 }
 
+TEST(SpeedWatch, a_plan_that_stands_in_mid_bead_is_told_unless_the_recipe_asks_for_it) {
+  const auto as_planned = [](double) { return 1.0; };
+  recipes::Recipe asks = recipe(false), rounds = asks;
+  std::get<recipes::Bead>(rounds.features[0]).corner_tolerance = 1e-4;  // too little to be rounded in
+  EXPECT_TRUE(play(asks, as_planned).empty());
+  const auto seen = play(rounds, as_planned);
+  ASSERT_EQ(seen.size(), 1u);
+  EXPECT_EQ(seen[0].feature, 0u);
+  EXPECT_EQ(seen[0].stands, 1u);
+  EXPECT_NEAR(seen[0].stands_at_mm, 30, 1e-6);
+  EXPECT_EQ(seen[0].due_mm, 0) << "it is at its speed where it is steady";
+}
+
 }  // namespace
 }  // namespace gantry::job

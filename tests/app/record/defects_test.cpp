@@ -93,6 +93,9 @@ TEST(Defects, each_kind_is_told_of_its_feature) {
   stray.id = "", stray.error_mm = std::numeric_limits<double>::quiet_NaN();
   expect_one(judged({dot(), stray, bead()}), "", Kind::Extra, Board::Defects);
   expect_one(judged({dot(), bead()}, kDone, {{1, 20, 10, 5}}), "b", Kind::Speed, Board::Defects);
+  const auto stood = judged({dot(), bead()}, kDone, {{.feature = 1, .stands = 2, .stands_at_mm = 7}});
+  expect_one(stood, "b", Kind::Speed, Board::Defects);
+  EXPECT_NE(stood.defects[0].message.find("stands still 2 times"), std::string::npos) << stood.defects[0].message;
   expect_one(judged({dot(), bead()}, kDone, {}, "marks"), "", Kind::Reference, Board::Defects);
 }
 
