@@ -29,7 +29,7 @@ struct Board {
   double thickness = 0;     ///< mm; the top face stands this far above the frame's origin
   std::string frame;        ///< work frame of the machine: "pallet"
   Vec2 at;                  ///< nominal place of the board's origin in that frame
-  double clamp_margin = 0;  ///< mm kept free at the edges by the fixture; informational
+  double clamp_margin = 0;  ///< mm kept free at the edges for the fixture (seat.cpp)
   Location frame_place{};
   BoardPlaces places{};
 };
@@ -106,7 +106,7 @@ struct Material {
   double tail_lift = 0;         ///< mm that the needle rises while it goes back
   double rejoin_within_s = 60;  ///< a bead that was cut is joined again within this since its valve shut
   double start_dwell_s = 0;     ///< at a bead's first point the needle stands so long with the valve open; then it goes
-  double override_max = 1;      ///< the highest override of its beads and dots; that of the machine, if it is higher
+  double override_max = 1;      ///< the highest override while it is dispensed; that of the machine, if it is higher
   double min_speed = 0;         ///< mm/s at which a bead may begin where its whole run-up has no room; 0: from rest
   MaterialPlaces places{};
 };

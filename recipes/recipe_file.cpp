@@ -60,7 +60,7 @@ const Fields<Board> kBoard{
     noted(point("at", &Board::at, kOnBoard, kOptional, "nominal place of its origin in that frame"), &Board::places,
           &BoardPlaces::at),
     noted(number("clamp_margin", &Board::clamp_margin, D::Length, {0, 100}, kOptional,
-                 "kept free at the edges by the fixture"),
+                 "kept free at the edges for the fixture: what looks, touches or dispenses there is a mistake"),
           &Board::places, &BoardPlaces::clamp_margin),
 };
 
@@ -150,7 +150,9 @@ const Fields<Material> kMaterial{
     noted(number("tail_lift", &Material::tail_lift, D::Length, {0, 100}, kOptional, "and rises by this meanwhile"),
           &Material::places, &MaterialPlaces::tail_lift),
     number("override_max", &Material::override_max, D::Ratio, {1, 2}, kOptional,
-           "the highest override in a job that dispenses nothing that allows less, on a machine that allows less"),
+           "the highest override in a job that dispenses nothing that allows less, on a machine that allows less; "
+           "above 100 "
+           "% beads, dots and travel are no faster, only lines from rest to rest that a set speed holds"),
     number("rejoin_within", &Material::rejoin_within_s, D::Time, {0, 86400}, kOptional,
            "a bead that a hold has cut is joined again within this since its valve shut; later it stays cut"),
 };

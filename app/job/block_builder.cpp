@@ -128,6 +128,9 @@ Result<std::vector<motion::Segment>> BlockBuilder::line(const motion::Scene& sce
                                                         double v_cap) const {
   for (int slower = 0;; ++slower) {
     auto line = motion::line_move(limits_, from, to, v_cap);
+    // Proved at this rate and at lower ones: no override makes a piece faster than that.
+    if (slower > 0)
+      for (motion::Segment& s : line) s.kind = motion::SegmentKind::Piece;
     const motion::AsSent sent(scene, limits_, line);
     const auto proved = sent.certify(0, sent.duration_s(), rules, breath_);
     if (proved) return line;

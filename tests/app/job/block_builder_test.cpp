@@ -3,6 +3,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <optional>
 #include <type_traits>
 
 #include "app/job/limits.hpp"
@@ -52,6 +53,32 @@ TEST_F(BlockBuilderTest, segments_join_carry_their_block_and_the_last_ends_it) {
   for (std::size_t i = 0; i < limits.axes; ++i) EXPECT_NEAR(at[i], block.end()[i], 1e-9);
   EXPECT_NEAR(block.duration_s(), seconds, 1e-9);
   EXPECT_GE(block.motions(), 2u);
+}
+
+/// X answers at once, Y late: at speed the targets lie beside a slanted line. Past a post that is as near as it may be
+/// the line is slowed until they keep clear, and no override may take that back: it is a piece.
+TEST_F(BlockBuilderTest, a_line_that_is_slowed_for_its_targets_is_never_played_faster) {
+  limits.response_delay_s[machine.x.value] = 0.001, limits.response_delay_s[machine.y.value] = 0.009;
+  const AxisVec to = moved(60, 60, 0);
+  const motion::SceneBody& of_head = scene.head().front();
+  const Vec3 middle = of_head.solid.centre + scene.carried(of_head, moved(30, 30, 0));
+  const auto past = [&](double aside_mm) -> std::optional<motion::Segment> {
+    motion::Scene with_post(machine);
+    config::Body post{"post", {config::Shape::Kind::Box, {2, 2, 4000}}, {}, 0, false};
+    post.centre = middle + Vec3{aside_mm, -aside_mm, 0};
+    with_post.add(post);
+    BlockBuilder b(limits, with_post, 5, high);
+    if (!b.straight(to, rules)) return std::nullopt;
+    return b.finish().value().segments().front();
+  };
+  double blocked = 0, free = 300;
+  ASSERT_FALSE(past(blocked));
+  ASSERT_TRUE(past(free));
+  EXPECT_EQ(past(free)->kind, motion::SegmentKind::Path);
+  while (free - blocked > 1e-4) (past((free + blocked) / 2) ? free : blocked) = (free + blocked) / 2;
+  const motion::Segment slowed = *past(free);
+  EXPECT_LT(slowed.v_cap, past(300)->v_cap / 2 * 1.001);
+  EXPECT_EQ(slowed.kind, motion::SegmentKind::Piece);
 }
 
 TEST_F(BlockBuilderTest, what_is_not_free_is_not_taken) {
