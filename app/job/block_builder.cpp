@@ -219,6 +219,16 @@ Result<void> BlockBuilder::bead(const motion::BeadMotion& bead, const motion::Pa
   return take(bead.segments, bead.end, feature, of_bead);
 }
 
+Result<void> BlockBuilder::path(std::span<const motion::Segment> segments, const AxisVec& to,
+                                const motion::PathRules& rules, std::string_view leg) {
+  if (auto settled = settle(); !settled) return settled;
+  const motion::AsSent sent(*scene_, limits_, segments);
+  if (auto r = sent.certify(0, sent.duration_s(), rules, breath_); !r) return r;
+  if (auto r = prove(motion::chords(segments), rules, leg, motion::off_chords_mm(segments)); !r) return r;
+  if (auto asked = ask(*scene_, segments, rules); !asked) return asked;
+  return take(segments, to);
+}
+
 Result<void> BlockBuilder::dwell(double seconds, std::span<const motion::OutputEvent> events, std::uint32_t feature) {
   if (auto settled = settle(); !settled) return settled;
   return take(std::array{motion::dwell(limits_, at_, seconds, events)}, at_, feature);

@@ -69,6 +69,10 @@ class BlockBuilder {
                                            const motion::PathRules& rules) const;
   /// A bead from its start, where the axes must stand.
   Result<void> bead(const motion::BeadMotion& bead, const motion::PathRules& rules, std::uint32_t feature);
+  /// A path from where the axes stand, from rest to rest. Fault::Collision and nothing added: it, or its targets as
+  /// they are sent, come too near to a body.
+  Result<void> path(std::span<const motion::Segment> segments, const AxisVec& to, const motion::PathRules& rules,
+                    std::string_view leg);
   /// Stands where it is; at_s of the events is in seconds.
   Result<void> dwell(double seconds, std::span<const motion::OutputEvent> events = {},
                      std::uint32_t feature = motion::kTravel);

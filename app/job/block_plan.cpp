@@ -22,6 +22,8 @@ constexpr double kTriggerPulse_s = 0.010;
 constexpr double kOverLaid = 2;         // gaps above the bead's own, where the run-up of a joined bead begins
 constexpr double kAlone = 0.5;          // of the material's retract: within it nothing moves but up and down
 constexpr double kBackTrack_mm = 0.05;  // back over a bead the needle stays as near to it as this
+constexpr double kEachOfBack = 0.3;  // of that, for the points that it leaves out, and for the rounding of its corners
+constexpr int kSlowerBack = 10;      // times half of the speed are tried for it
 
 /// That a plan was given up is nothing about the recipe.
 Error with_line(Error e, const recipes::Recipe& recipe, recipes::Location location, std::string_view what) {
@@ -466,20 +468,30 @@ Result<void> BlockPlanner::leave_bead(BlockBuilder& builder, const recipes::Bead
                                       const motion::PathRules& rules) const {
   const recipes::Material& m = *recipes::find_material(recipe_, bead.material);
   if (m.back_track <= 0 && m.tail_lift <= 0) return {};
-  const auto over = [&](Vec3 p) { return needle_at(flat(p), p.z + m.gap); };
-  const std::vector<Vec3> back =
-      recipes::retrace(bead, m.back_track, std::max(bead.corner_tolerance, kBackTrack_mm)).points;
-  const double all = length_of(back);
-  double gone = 0;
-  if (all > 0)
-    if (auto r = builder.straight(over(back.front()), rules, m.speed); !r) return r;
-  for (std::size_t i = 1; i < back.size(); ++i) {
-    gone += norm(back[i] - back[i - 1]);
-    AxisVec to = over(back[i]);
-    to[machine_.z.value] += m.tail_lift * gone / all;
-    if (auto r = builder.straight(to, rules, m.speed); !r) return r;
+  double off = std::max(bead.corner_tolerance, kBackTrack_mm);
+  if (!is_level(bead)) off = recipes::upright_tolerance_mm(off, m);
+  off *= kEachOfBack;
+  const std::vector<Vec3> back = recipes::retrace(bead, m.back_track, off).points;
+  if (const double all = length_of(back); all > 0) {
+    const AxisVec end = needle_at(flat(back.front()), back.front().z + m.gap);
+    // A bend up at the bead's end would dip before it rises.
+    if (m.tail_lift > 0)
+      if (auto r = builder.straight(end, rules, m.speed); !r) return r;
+    std::vector<AxisVec> points{builder.at()};
+    double gone = 0;
+    for (std::size_t i = 0; i < back.size(); ++i) {
+      if (i > 0) gone += norm(back[i] - back[i - 1]);
+      AxisVec& to = points.emplace_back(needle_at(flat(back[i]), back[i].z + m.gap));
+      to[machine_.z.value] += m.tail_lift * gone / all;
+    }
+    double speed_mm_s = m.speed;
+    for (int slower = 0;; ++slower, speed_mm_s /= 2) {  // where its targets would come too near to a body
+      const auto path = motion::plan_dry(limits_, points, speed_mm_s, off);
+      if (!path) return tl::unexpected(path.error());
+      auto gone_back = builder.path(*path, points.back(), rules, "back along");
+      if (gone_back || gone_back.error().fault != Fault::Collision || slower == kSlowerBack) return gone_back;
+    }
   }
-  if (all > 0) return {};
   AxisVec up = builder.at();
   up[machine_.z.value] += m.tail_lift;
   return builder.straight(up, rules, m.speed);

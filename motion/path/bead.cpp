@@ -313,4 +313,37 @@ Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
   return bead;
 }
 
+Result<std::vector<Segment>> plan_dry(const Limits& limits, std::span<const AxisVec> points, double speed_mm_s,
+                                      double tolerance_mm) {
+  for (const AxisVec& p : points)
+    if (!within(limits, p)) return fail(Fault::OutOfReach, "a point of a path lies outside the soft limits");
+  const Limits own = with_reserve(limits);
+  Error why{Fault::NoSolution, "a path needs at least two different points", {}};
+  for (const double tolerance : {tolerance_mm, 0.0}) {
+    const PathOptions options{.tolerance_mm = tolerance, .speed_mm_s = speed_mm_s};
+    PathPlanner planner(own, options);
+    Result<void> planned;
+    for (std::size_t k = 0; planned && k < points.size(); ++k) planned = planner.add(points[k]);
+    if (planned) planned = planner.finish();
+    if (!planned) {
+      why = planned.error();
+      continue;
+    }
+    Stretch all;
+    planner.take_all(all);
+    std::vector<Run> runs = runs_between(measure_of(own, options), all, 0, all.length_mm);
+    const auto too_wide = [](const Run& run) {
+      return !run.curve.straight && 3 * moving_axes(run.curve) > kCoefficients;
+    };
+    if (!all_there(runs) || std::any_of(runs.begin(), runs.end(), too_wide)) continue;
+    runs.back().curve.rest_after = true;
+    Segment like;
+    like.feature = kTravel, like.v_cap = speed_mm_s;
+    std::vector<Segment> out;
+    for (const Run& run : runs) append_segments(run, like, out);
+    return out;
+  }
+  return tl::unexpected(why);
+}
+
 }  // namespace gantry::motion

@@ -4,6 +4,7 @@
 //   line_move(here -> b->start), then b->segments, and the tool rests at b->end
 // Start and end of the bead fall on ticks. Off the RT side.
 #pragma once
+#include <span>
 #include <vector>
 
 #include "core/error.hpp"
@@ -50,5 +51,11 @@ struct BeadMotion {
 /// Fault::OutOfReach (a point outside the soft limits), Fault::SpeedNotReachable (run-up or run-out leave the soft
 /// limits: the message names the axis and how much room the speed needs).
 Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec);
+
+/// Along these points from rest to rest, without a valve, run-up or run-out, in whole ticks: as fast as the limits and
+/// the speed allow, corners rounded inside the tolerance; where no speed is found for that, with a rest in each.
+/// Fault::NoSolution (points that are all the same, a speed that is not > 0), Fault::OutOfReach.
+Result<std::vector<Segment>> plan_dry(const Limits& limits, std::span<const AxisVec> points, double speed_mm_s,
+                                      double tolerance_mm);
 
 }  // namespace gantry::motion

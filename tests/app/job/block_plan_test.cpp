@@ -135,6 +135,53 @@ TEST_F(BlockPlanTest, the_probe_goes_through_the_window_and_comes_back_up) {
   EXPECT_GT(up->end()[machine.z.value], motion::point(down.geometry, down.geometry.length / 2)[machine.z.value]);
 }
 
+/// Over the bead that is fresh the needle goes back in one motion: by time, that of the length at the speed of the bead
+/// and of setting out and stopping once; by place, on the circle's last part. Where it rises it stands over the bead's
+/// end first.
+TEST_F(BlockPlanTest, back_along_a_curve_goes_one_path_that_does_not_stop_over_it) {
+  constexpr double kRadius_mm = 6, kBack_mm = 15, kOff_mm = 0.05;
+  for (const double lift_mm : {0.0, 1.0}) {
+    recipes::Material& m = recipe.materials.front();
+    m.back_track = kBack_mm, m.tail_lift = lift_mm, m.speed = 20;
+    recipes::Bead ring{"ring", {}, true, kOff_mm, m.name, m.place, "circle", 0};
+    for (int i = 0; i <= 48; ++i)
+      ring.points.push_back({40 + kRadius_mm * std::cos(i * M_PI / 24), 25 + kRadius_mm * std::sin(i * M_PI / 24), 0});
+    ring.points.back() = ring.points.front();
+    recipe.features = {ring};
+    recipe.touches.clear();
+    BlockPlanner planner(machine, recipe);
+    planner.know({});
+    const auto block = planner.dispense(9, park, {0});
+    ASSERT_TRUE(block) << to_text(block.error());
+    const auto& segments = block->segments();
+    std::size_t first = segments.size();
+    while (segments[first - 1].feature == motion::kTravel) --first;
+    // From the run-out's end back along the bead to where it rises straight.
+    const Vec3 centre = on_board({40, 25}, m.gap, {});
+    double seconds = 0, length_mm = 0;
+    int rests = 0;
+    for (std::size_t k = first; k < segments.size(); ++k) {
+      const motion::Segment& s = segments[k];
+      const Vec3 from = tip("needle", motion::point(s.geometry, 0)),
+                 to = tip("needle", motion::point(s.geometry, s.geometry.length));
+      if (norm(flat(to) - flat(from)) < 1e-9) break;
+      seconds += motion::duration(s.nominal), length_mm += s.geometry.length, rests += s.rests;
+      for (int i = 0; i <= 10; ++i) {
+        const Vec3 at = tip("needle", motion::point(s.geometry, s.geometry.length * i / 10));
+        EXPECT_GE(at.z - centre.z, -1e-6) << "never nearer to the bead than it was laid";
+        const double angle = std::atan2(at.y - centre.y, at.x - centre.x);
+        if (angle > 0) continue;  // the run-out is straight
+        EXPECT_NEAR(std::hypot(at.x - centre.x, at.y - centre.y), kRadius_mm, kOff_mm);
+        EXPECT_NEAR(at.z - centre.z, lift_mm * -angle * kRadius_mm / kBack_mm, 2 * kOff_mm);
+      }
+    }
+    EXPECT_EQ(rests, lift_mm > 0 ? 2 : 1) << "at its end";
+    EXPECT_GT(length_mm, kBack_mm);
+    EXPECT_LT(length_mm, kBack_mm + 1.5) << "and the run-out";
+    EXPECT_LT(seconds, length_mm / 20 + rests * 0.08) << "2 sqrt(v/j) = 32 ms for setting out, as much for stopping";
+  }
+}
+
 TEST_F(BlockPlanTest, the_same_question_has_the_same_answer_on_every_planner) {
   const auto plan = [&] {
     BlockPlanner planner(machine, recipe);
