@@ -112,7 +112,7 @@ void add_residuals(const Recipe& recipe, std::vector<std::string>& to) {
 
 /// Fills that leave out more than strips of that width leave beside them.
 void add_bare(const Recipe& recipe, std::vector<std::string>& to) {
-  constexpr double kFar = 1.5, kMuch = 0.25;  // of the spacing, and of the area
+  constexpr double kFar = 2.5, kMuch = 0.25;  // of the spacing, more than into a corner of 40 degrees; of the area
   for (const Fill& fill : recipe.fills)
     if (fill.bare_mm > kFar * fill.spacing_mm || fill.bare_share > kMuch)
       to.push_back(
