@@ -200,5 +200,28 @@ TEST_F(Patterns, lengths_are_those_of_the_curves) {
   EXPECT_NEAR(drawn["coil"], coil, 1e-6);
 }
 
+// recipes/on-parts.yaml: the part is 3 mm high, the gap 0.4 mm; the valve shuts 0.5 mm before a bead's end.
+TEST(OnParts, lies_on_the_part_stands_first_shuts_early_and_goes_one_way) {
+  Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
+  const record::JobResult result = rig.run("recipes/on-parts.yaml");
+  test::expect_done(result);
+  EXPECT_TRUE(result.collisions.empty());
+  std::map<std::string, const record::Deposit*> by_id;
+  for (const record::Deposit& d : result.deposits) by_id[d.id] = &d;
+  ASSERT_EQ(by_id.size(), 5u);
+  const auto ends = [&](const char* id, Vec3 from, Vec3 to) {
+    const auto& path = by_id.at(id)->board_mm;
+    EXPECT_LT(norm(path.front() - from), kOff_mm + kCurve_mm) << id;
+    EXPECT_LT(norm(path.back() - to), kOff_mm + kCurve_mm) << id;
+    if (path.size() < 2) return;
+    ASSERT_TRUE(by_id.at(id)->speed);
+    EXPECT_NEAR(by_id.at(id)->speed->stood_s, 0.12, 0.02) << id;
+  };
+  ends("centre", {30, 30, 3.4}, {30, 30, 3.4});
+  ends("lid", {36, 30, 3.4}, {30 + 6 * std::cos(0.5 / 6), 30 - 6 * std::sin(0.5 / 6), 3.4});
+  for (int k = 0; k < 3; ++k)
+    ends(fmt::format("pad[{}]", k).c_str(), {53, 21 + 2.0 * k, 0.4}, {70.5, 21 + 2.0 * k, 0.4});
+}
+
 }  // namespace
 }  // namespace gantry
