@@ -160,7 +160,7 @@ void Loop::step_motion() noexcept {
   if (block_ != 0) ++tick_;
   step_setpoint();
   if (commanded_.setpoint.off_path) react(Fault::TargetStep, kNoAxis, 0);
-  if (commanded_.setpoint.probing && !probe_told_) probing_ = true;  // while it brakes after the touch, it is over
+  if (commanded_.setpoint.probing && !probe_over_) watch_approach();  // while it brakes after the touch, it is over
 }
 
 void Loop::step_setpoint() noexcept {
@@ -246,6 +246,7 @@ void Loop::carry_out(const ReactionRow& reaction, Fault fault) noexcept {
     if (!reaction.goal) take_torque();
     answer_pending(fault);
   }
+  if (!on_path && latched_ != Fault::None) disarm(fault);
   if (on_path && state_ != State::Stopping) stopped_by_ = fault;
   if (on_path || latched_ != Fault::None) change(reaction.cause);
 }

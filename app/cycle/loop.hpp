@@ -66,6 +66,9 @@ class Loop {
   }
   [[nodiscard]] Time frame_deadline(Time due) const noexcept;
   void follow_progress() noexcept;
+  void follow_probe() noexcept;
+  void watch_approach() noexcept;
+  void disarm(Fault why) noexcept;
   void follow_stop() noexcept;
   [[nodiscard]] bool latched_nearby() const noexcept;
   void take_torque() noexcept;
@@ -123,6 +126,7 @@ class Loop {
   bool valve_cut_ = false;              ///< this tick closes it, and it was open
   bool hold_waits_ = false;             ///< a hold waits for the valve to shut as planned
   bool probing_ = false;                ///< the block's last segment waits for the probe
+  bool probe_over_ = false;             ///< of this block: it has touched, or will not
   bool probe_told_ = false;
   Fault stopped_by_ = Fault::None;  ///< what ended the block that is braking
   int reset_ticks_ = 0;

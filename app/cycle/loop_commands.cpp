@@ -117,7 +117,7 @@ void Loop::obey(const Command& command) noexcept {
       purpose_ = command.purpose;
       if (purpose_ == Purpose::Walk) bound_walk();
       tick_ = 0;
-      probing_ = false;
+      probing_ = probe_over_ = false;
       interpolator_.begin_block(command.block);
       break;
     case CommandKind::Hold:
@@ -156,6 +156,7 @@ void Loop::hold() noexcept {
 
 /// The state has changed already: what was under way ends.
 void Loop::abort() noexcept {
+  if (block_ == 0) disarm(Fault::Aborted);
   if (state_ == State::Homing) axes_.cancel_homing(Fault::Aborted);
   if (state_ == State::Disabling && pending_ != 0) {  // it was enabling
     take_torque();

@@ -14,9 +14,22 @@ constexpr Time kResetTimeout = milliseconds(500);  // for the drives to leave th
 constexpr Time kStopTimeout = milliseconds(3000);  // for axes to stand before their torque is taken
 }  // namespace
 
-/// Everything that takes several cycles and is now over.
-void Loop::follow_progress() noexcept {
-  follow_stop();
+/// Without an armed probe nothing would end the approach.
+void Loop::watch_approach() noexcept {
+  using Probe = devices::ProbeArm::Phase;
+  const Probe probe = axes_.probe().phase();
+  probing_ = probe == Probe::Armed;
+  if (probing_) return;
+  probe_over_ = true;
+  react(probe == Probe::Latched ? Fault::ProbeImplausible : Fault::ProbeStale, setup_.probe_axis, 0);
+}
+
+void Loop::disarm(Fault why) noexcept {
+  axes_.probe().stop();
+  answer(std::exchange(pending_probe_, 0), why, setup_.probe_axis);
+}
+
+void Loop::follow_probe() noexcept {
   using Probe = devices::ProbeArm::Phase;
   const Probe probe = axes_.probe().phase();
   if (pending_probe_ != 0 && (probe == Probe::Armed || probe == Probe::Failed)) {
@@ -25,19 +38,22 @@ void Loop::follow_progress() noexcept {
   }
   if (probe == Probe::Latched && !probe_told_) {
     probe_told_ = true;
-    if (probing_ && !latched_nearby()) {
-      probing_ = false;
-      react(Fault::ProbeImplausible, setup_.probe_axis, 0);
-    } else if (probing_) {
-      probing_ = false;
+    if (probing_ && state_ != State::Held && latched_nearby()) {  // an axis that stands meets no surface
       interpolator_.probe_latched(setup_.probe_axis, axes_.probe_position());
       tell({.kind = EventKind::Touched, .axis = setup_.probe_axis, .block = block_, .value = axes_.probe_position()});
     } else {
       react(Fault::ProbeImplausible, setup_.probe_axis, 0);
     }
   }
+  if (probe == Probe::Failed && probing_) react(axes_.probe().fault(), setup_.probe_axis, 0);
   if (probe != Probe::Latched) probe_told_ = false;
+  if (probing_ && probe != Probe::Armed) probing_ = false, probe_over_ = true;
+}
 
+/// Everything that takes several cycles and is now over.
+void Loop::follow_progress() noexcept {
+  follow_stop();
+  follow_probe();
   const bool rests = interpolator_.at_rest() && settled_;
   switch (state_) {
     case State::Offline:

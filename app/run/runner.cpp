@@ -192,8 +192,8 @@ Result<Played> Runner::play(Result<job::ProvenBlock> planned, When when) {
   speed_watch_.begin(planned->segments());
   cut_watch_.begin();
   playing_ = &planned->segments();
-  if (when == When::Released)
-    if (auto stood = wait_for_resume(); !stood) return tl::unexpected(stood.error());
+  if (when != When::OnHold)
+    if (auto ready = when == When::Armed ? arm() : wait_for_resume(); !ready) return tl::unexpected(ready.error());
   auto played = when == When::OnHold ? site_.control.play_on_hold(*planned) : site_.control.play(*planned);
   playing_ = nullptr;
   speed_watch_.end();
@@ -201,7 +201,7 @@ Result<Played> Runner::play(Result<job::ProvenBlock> planned, When when) {
   const bool cut = played ? played->cut : outlives(played.error());
   if (cut) {
     times_.disturb();
-    if (when == When::Released) note_cut(before, planned->segments());
+    if (when != When::OnHold) note_cut(before, planned->segments());
   }
   job::discard(*std::move(planned), site_.breath);
   return played;
@@ -301,6 +301,14 @@ Result<job::JobState> Runner::take(const job::SettleOffset&) {
 
 // ---- surface ----
 
+Result<void> Runner::arm() {
+  do {
+    if (auto stood = wait_for_resume(); !stood) return stood;
+    if (auto armed = site_.control.command({.kind = cycle::CommandKind::ArmProbe}, 2); !armed) return armed;
+  } while (site_.control.holds_next());  // a hold that came meanwhile
+  return {};
+}
+
 Result<double> Runner::touch_down(const recipes::TouchPoint& point,
                                   const std::function<Result<job::ProvenBlock>()>& plan) {
   const auto of_this_touch = [&](Error error) {
@@ -311,8 +319,7 @@ Result<double> Runner::touch_down(const recipes::TouchPoint& point,
     if (error.where.empty()) error.where = job::at_line(recipe_, point.place);
     return tl::unexpected(std::move(error));
   };
-  if (auto r = site_.control.command({.kind = cycle::CommandKind::ArmProbe}, 2); !r) return of_this_touch(r.error());
-  const auto played = play(plan());
+  const auto played = play(plan(), When::Armed);
   if (!played) return of_this_touch(played.error());
   if (!played->touched)
     return fail(Fault::ProbeNeverTriggered,

@@ -116,7 +116,7 @@ class Runner {
   void foresee(const job::JobState& after, const Result<job::ProvenBlock>& block);
   /// A valve of which nothing is known may have been shut for any time.
   [[nodiscard]] bool purge_is_due() const;
-  /// Arms the probe and plays; Z where it touched.
+  /// Plans, arms the probe and plays; Z where it touched.
   Result<double> touch_down(const recipes::TouchPoint& point, const std::function<Result<job::ProvenBlock>()>& plan);
   [[nodiscard]] bool disturbs(const cycle::Snapshot& s) const;
   Result<record::MarkResult> judge(std::size_t mark, const AxisVec& head, std::uint64_t shown_before);
@@ -124,8 +124,10 @@ class Runner {
   void tell(const job::RunUp& begun);
   /// The number of the block that is planned next; the report draws its tool.
   std::uint32_t next_block(std::string_view tool_name);
-  enum class When { Released, OnHold };
+  enum class When { Released, OnHold, Armed };
   Result<Played> play(Result<job::ProvenBlock> planned, When when = When::Released);
+  /// Arms the probe when nothing waits any more: whatever touches it meanwhile would be its touch.
+  Result<void> arm();
   /// A hold has stopped on this feature: the needle lifts and waits for the operator to resume.
   Result<void> hold_off(std::size_t feature);
   /// A fault that a job outlives has stopped it: nothing moves until somebody has reset and resumed; then up to the

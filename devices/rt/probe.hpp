@@ -24,7 +24,7 @@ class ProbeArm {
     Idle,
     Clearing,  ///< 60B8h = 0 until the drive shows no latch
     Arming,    ///< waits for the drive to show "enabled"
-    Armed,     ///< motion may begin
+    Armed,     ///< motion may begin, and goes on: a closed probe that does not latch, or an arming that is gone, fails
     Latched,
     Failed,  ///< fault(): ProbeAlreadyActive, ProbeStale
   };
@@ -46,8 +46,9 @@ class ProbeArm {
   Phase phase_ = Phase::Idle;
   ProbeEdge edge_ = ProbeEdge::Rising;
   Fault fault_ = Fault::None;
-  int cycles_ = 0;         ///< acknowledged cycles in this phase
+  int cycles_ = 0;         ///< acknowledged cycles in this phase; once Armed, in a row in which the level was active
   int answer_cycles_ = 0;  ///< of them, within which the drive must show what 60B8h asks for
+  int latch_cycles_ = 0;   ///< of them, within which an active level must have latched
   Counts latched_;
 };
 

@@ -2,6 +2,7 @@
 // within a count and what the axis goes in one cycle. The judge is the coordinate at which the virtual motor meets it.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <random>
 
@@ -16,11 +17,12 @@ using cycle::CommandKind;
 using cycle::EventKind;
 using cycle::State;
 
-/// The bus as it is, but for what the drive of the probe says that it has latched.
+/// The bus as it is, but for what the drive of the probe says of its probe.
 class OtherLatch final : public devices::FieldBus {
  public:
   OtherLatch(devices::FieldBus& bus, const cycle::DriveSetup& drive) : bus_(bus), drive_(drive) {}
   Counts off{};
+  std::uint16_t never_shows = 0;  ///< bits of 60B9h
 
   Result<void> bring_up() override { return bus_.bring_up(); }
   Result<void> request_operation() override { return bus_.request_operation(); }
@@ -39,6 +41,8 @@ class OtherLatch final : public devices::FieldBus {
     std::ranges::copy(true_ones, told.begin());
     drive_.layout.probe_rising.set(told,
                                    static_cast<std::int32_t>(drive_.layout.probe_rising.get(true_ones) + off.value));
+    const auto status = drive_.layout.probe_status.get(true_ones);
+    drive_.layout.probe_status.set(told, static_cast<std::uint16_t>(status & ~never_shows));
     return told;
   }
   [[nodiscard]] bool fresh(StationId s) const noexcept override { return bus_.fresh(s); }
@@ -63,7 +67,7 @@ struct Touching : LoopBench {
     home();
     limits = job::limits_of(machine);
   }
-  void play_block(std::vector<motion::Segment> segments) {
+  void begin_block(std::vector<motion::Segment> segments) {
     ++block;
     for (motion::Segment& s : segments) {
       s.block = block;
@@ -72,6 +76,9 @@ struct Touching : LoopBench {
     }
     events.clear();
     ASSERT_EQ(command({.kind = CommandKind::StartBlock, .block = block}), Fault::None);
+  }
+  void play_block(std::vector<motion::Segment> segments) {
+    begin_block(std::move(segments));
     ASSERT_TRUE(until([&] { return now.state != State::Running && now.state != State::Stopping; }, 60'000));
   }
   /// Only Z moves.
@@ -86,6 +93,10 @@ struct Touching : LoopBench {
       refused = armed;
       return std::nullopt;
     }
+    return approach(lowest);
+  }
+  /// The same of a probe that was armed before, or was not.
+  std::optional<double> approach(double lowest) {
     AxisVec to = now.target;
     to[2] = lowest;
     play_block(motion::probe_move(limits, now.target, to, machine.probe.speed_mm_s));
@@ -149,6 +160,89 @@ TEST(Touch, a_latch_that_comes_before_the_touch_is_none) {
   EXPECT_EQ(b.now.latched, Fault::None) << "a path stop that needs no reset";
   EXPECT_EQ(b.told(Fault::ProbeImplausible), 1);
   for (const cycle::Event& e : b.events) EXPECT_NE(e.kind, EventKind::Touched);
+}
+
+/// 60B9h, CiA 402-2: bit 0 "enabled", bit 1 "rising edge stored".
+constexpr std::uint16_t kEnabled = 1, kStored = 2;
+
+// Nothing would end it: a hand has closed the probe and let go of it again, an abort has disarmed it, or nobody armed
+// it.
+TEST(Touch, an_approach_without_an_armed_probe_ends_where_it_begins) {
+  enum class Why { Tripped, Aborted, NeverArmed };
+  for (const Why why : {Why::Tripped, Why::Aborted, Why::NeverArmed}) {
+    SCOPED_TRACE(static_cast<int>(why));
+    Touching b;
+    if (HasFatalFailure()) return;
+    b.z().set_contact(-1e9);
+    b.go(-30);
+    if (why != Why::NeverArmed) {
+      ASSERT_EQ(b.command({.kind = CommandKind::ArmProbe}), Fault::None);
+    }
+    if (why == Why::Aborted) {
+      ASSERT_EQ(b.command({.kind = CommandKind::Abort}), Fault::None);
+    }
+    b.events.clear();
+    b.z().set_contact(-20);
+    b.ticks(20);
+    EXPECT_EQ(b.told(Fault::ProbeImplausible), why == Why::Tripped ? 1 : 0);
+    b.z().set_contact(-1e9);
+    b.ticks(20);
+    b.z().set_contact(-33);
+    EXPECT_FALSE(b.approach(-36));
+    EXPECT_EQ(b.told(why == Why::Tripped ? Fault::ProbeImplausible : Fault::ProbeStale), 1);
+    EXPECT_GT(b.now.target[2], -30 - b.machine.probe.speed_mm_s * 0.01) << "it has gone for some cycles at most";
+    EXPECT_EQ(b.now.state, State::Ready);
+    EXPECT_EQ(b.now.latched, Fault::None) << "a path stop that needs no reset";
+    for (const cycle::Event& e : b.events) EXPECT_NE(e.kind, EventKind::Touched);
+  }
+}
+
+TEST(Touch, a_hand_that_closes_the_probe_while_the_approach_is_on_hold_is_no_surface) {
+  Touching b;
+  if (HasFatalFailure()) return;
+  b.z().set_contact(-1e9);
+  b.go(-30);
+  ASSERT_EQ(b.command({.kind = CommandKind::ArmProbe}), Fault::None);
+  AxisVec to = b.now.target;
+  to[2] = -36;
+  b.begin_block(motion::probe_move(b.limits, b.now.target, to, b.machine.probe.speed_mm_s));
+  ASSERT_TRUE(b.until([&] { return b.now.target[2] < -31; }, 2000));
+  ASSERT_EQ(b.command({.kind = CommandKind::Hold, .value = 1}), Fault::None);
+  ASSERT_TRUE(b.until([&] { return b.now.state == State::Held; }, 500));
+  b.ticks(50);
+  const double stood = b.now.target[2];
+  b.z().set_contact(-20);
+  ASSERT_TRUE(b.until([&] { return b.now.state == State::Ready; }, 500)) << "a path stop that needs no reset";
+  EXPECT_EQ(b.told(Fault::ProbeImplausible), 1);
+  EXPECT_EQ(b.now.target[2], stood);
+  for (const cycle::Event& e : b.events) EXPECT_NE(e.kind, EventKind::Touched);
+}
+
+// docs/machine.md, `probe.speed`: it presses in by what it travels in 25 ms, and the braking distance. From v at rest
+// with the jerk j it is v * sqrt(v / j) (the acceleration's limit is not reached).
+TEST(Touch, a_closed_probe_that_does_not_latch_ends_the_approach_within_25_ms) {
+  Touching b;
+  if (HasFatalFailure()) return;
+  const double v = b.machine.probe.speed_mm_s, j = b.limits.axis[b.machine.z.value].j_max;
+  ASSERT_LT(std::sqrt(v * j), b.limits.axis[b.machine.z.value].a_max);
+  constexpr double kPlane = -40;
+  for (const std::uint16_t hides : {kStored, static_cast<std::uint16_t>(kStored | kEnabled)}) {
+    SCOPED_TRACE(hides);
+    b.bus.never_shows = 0;
+    b.z().set_contact(-1e9);
+    b.go(kPlane + 1);
+    b.z().set_contact(kPlane);
+    ASSERT_EQ(b.command({.kind = CommandKind::ArmProbe}), Fault::None);
+    b.bus.never_shows = hides;
+    EXPECT_FALSE(b.approach(kPlane - 5));
+    EXPECT_EQ(b.told(Fault::ProbeStale), 1);
+    EXPECT_EQ(b.told(Fault::ProbeNeverTriggered), 0);
+    EXPECT_GT(b.now.target[2], kPlane - v * 0.025 - v * std::sqrt(v / j));
+    if ((hides & kEnabled) != 0) {
+      EXPECT_GT(b.now.target[2], kPlane + 0.9) << "its arming was gone at once";
+    }
+    EXPECT_EQ(b.now.state, State::Ready);
+  }
 }
 
 // R50, R51: a drive that latches nonsense, or shows the latch of another touch.

@@ -99,6 +99,30 @@ TEST(Runner, a_job_after_an_abort_rises_first_and_is_done) {
   EXPECT_EQ(tools_played(rig.machine(), result).front(), "needle");
 }
 
+/// A probe that stood armed on hold would take whatever touches it for its touch. Armed, this one shows a latch at
+/// once.
+TEST(Runner, a_touch_on_hold_arms_the_probe_behind_the_resume) {
+  Rig rig({.habits = {{"z", {.lies = {.probe = sim::ProbeLie::LatchedAtArming}}}}});
+  const recipes::Recipe recipe = test::load_recipe(kDemo);
+  bool looked = false, held = false;
+  int stood = 0;
+  rig.on_step = [&](run::Owner& owner) {
+    const bool at_last_mark = owner.progress().doing == "mark " + recipe.marks.back().name;
+    looked = looked || (at_last_mark && owner.latest().state == cycle::State::Running);
+    if (looked && !held && owner.latest().state == cycle::State::Ready) {
+      held = owner.order({.kind = run::OrderKind::Hold}).has_value();
+      ASSERT_TRUE(held);
+    }
+    if (owner.progress().doing.starts_with("touch ") && ++stood == 300) {
+      EXPECT_TRUE(owner.order({.kind = run::OrderKind::Resume}));
+    }
+  };
+  const auto result = rig.run(recipe);
+  EXPECT_GE(stood, 300) << "it waits, unarmed";
+  ASSERT_FALSE(result.errors.empty());
+  EXPECT_EQ(result.errors.front().fault, Fault::ProbeStale);
+}
+
 // A fast touch finds the surface, the slow one measures it: the same heights, and twice the probe's blocks.
 TEST(Runner, a_touch_of_two_speeds_measures_what_the_slow_one_does) {
   std::vector<double> heights[2];

@@ -116,6 +116,54 @@ TEST(Probe, a_latch_that_comes_with_arming_is_refused) {
   }
 }
 
+/// An armed probe, at so many ns a cycle, that has shown nothing yet.
+struct Armed {
+  explicit Armed(Time cycle) {
+    probe.start(ProbeEdge::Rising, cycle);
+    for (int i = 0; i < 200 && probe.phase() != ProbeArm::Phase::Armed; ++i) drive.take(probe.step(drive.feedback()));
+    EXPECT_EQ(probe.phase(), ProbeArm::Phase::Armed);
+  }
+  DriveProbe drive;
+  ProbeArm probe;
+};
+
+/// docs/machine.md, `probe.speed`: the axis stops for a contact after 25 ms. Of these 10 are the way in and out.
+TEST(Probe, an_active_level_without_a_latch_is_waited_for_15_ms) {
+  for (const Time cycle : {Time{microseconds(250)}, Time{milliseconds(1)}, Time{milliseconds(4)}}) {
+    Armed a(cycle);
+    a.drive.level = true;
+    Time failed{0};
+    for (Time t{0}; t < milliseconds(100) && failed == Time{0}; t += cycle) {
+      a.drive.take(a.probe.step(a.drive.feedback()));
+      if (a.probe.phase() == ProbeArm::Phase::Failed) failed = t;
+    }
+    EXPECT_EQ(a.probe.fault(), Fault::ProbeStale);
+    EXPECT_LE(failed, milliseconds(15)) << cycle.count();
+    EXPECT_GT(failed, milliseconds(15) - 2 * cycle) << cycle.count();
+  }
+}
+
+TEST(Probe, a_latch_that_comes_up_to_14_ms_behind_the_level_counts) {
+  for (const int behind : {0, 1, 7, 14}) {
+    Armed a(milliseconds(1));
+    a.drive.level = true;
+    for (int i = 0; i < behind; ++i) a.drive.take(a.probe.step(a.drive.feedback()));
+    a.drive.touch(77);
+    a.drive.take(a.probe.step(a.drive.feedback()));
+    EXPECT_EQ(a.probe.phase(), ProbeArm::Phase::Latched) << behind;
+  }
+}
+
+TEST(Probe, an_arming_that_the_drive_takes_back_fails_at_once_and_stale_inputs_say_nothing) {
+  Armed a(milliseconds(1));
+  a.drive.status = 0;
+  for (int i = 0; i < 50; ++i) a.probe.step(a.drive.feedback(false));
+  EXPECT_EQ(a.probe.phase(), ProbeArm::Phase::Armed);
+  EXPECT_EQ(a.probe.step(a.drive.feedback()), 0);
+  EXPECT_EQ(a.probe.phase(), ProbeArm::Phase::Failed);
+  EXPECT_EQ(a.probe.fault(), Fault::ProbeStale);
+}
+
 TEST(Probe, a_drive_that_never_shows_enabled_fails) {
   ProbeArm probe;
   probe.start(ProbeEdge::Rising, milliseconds(1));
