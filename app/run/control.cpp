@@ -61,6 +61,7 @@ void Control::step() {
   in_flight_.hand_over();
   pump_.step();
   feed_.drain();
+  follow_hold();
   silent_steps_ = latest().cycle == last_cycle_ ? silent_steps_ + 1 : 0;
   last_cycle_ = latest().cycle;
   if (poll_orders_) poll_orders_();
@@ -87,6 +88,7 @@ bool Control::breathe() {
     breathed_ = now;
     in_flight_.hand_over();
     feed_.drain();
+    follow_hold();
     if (poll_orders_) poll_orders_();
   }
   return !aborting();
@@ -122,6 +124,20 @@ void Control::abort(Error why) {
   channels_.stop_now.store(true, std::memory_order_release);
 }
 
+void Control::hold(bool now) {
+  if (hold_) in_flight_.forget(*hold_);
+  hold_ = request({.kind = CommandKind::Hold, .value = now ? 1.0 : 0.0});
+  hold_taken_.reset();
+}
+
+void Control::follow_hold() {
+  const auto answer = hold_ ? in_flight_.answer(*hold_) : std::nullopt;
+  if (answer && answer->fault == Fault::None) hold_taken_ = answer->cycle;
+  const bool refused = answer && answer->fault != Fault::None;
+  hold_next_ = hold_next_ || refused;
+  if (refused || (hold_taken_ && *hold_taken_ <= latest().cycle)) hold_.reset(), hold_taken_.reset();
+}
+
 void Control::begin() {
   fault_.reset();
   end();
@@ -130,6 +146,8 @@ void Control::begin() {
 void Control::end() {
   aborted_.reset();
   hold_next_ = outlives_ = false;
+  if (hold_) in_flight_.forget(*std::exchange(hold_, std::nullopt));
+  hold_taken_.reset();
   channels_.stop_now.store(false, std::memory_order_release);
 }
 
@@ -202,7 +220,7 @@ Result<void> Control::wait_for_resume(const std::function<bool()>& given_up) {
   const auto waited = wait(
       [&] {
         if (stopped()) stop = fault_;
-        return torque_lost() || !(hold_next_ || stopped()) || (given_up && given_up());
+        return torque_lost() || !(hold_next_ || hold_ || stopped()) || (given_up && given_up());
       },
       kNoLimit_s, {});
   waits_ = false;
@@ -242,8 +260,10 @@ Result<Played> Control::play_now(const job::ProvenBlock& block, cycle::Purpose p
       post({.kind = CommandKind::Hold, .value = 1});
     }
   };
+  const bool on_hold = hold_next_;
   const cycle::Command start{.kind = CommandKind::StartBlock, .block = block.number(), .purpose = purpose};
   if (auto r = command(start, 5.0); !r) return tl::unexpected(r.error());
+  if (!on_hold && std::exchange(hold_next_, false)) hold(true);  // ordered while the block was about to begin
   playing_ = block.number();
   plays_.block = &segments;
   cut_ = false;

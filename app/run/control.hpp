@@ -72,6 +72,11 @@ class Control {
   [[nodiscard]] const job::Plays& plays() const { return plays_; }
   /// A block that is played while what comes next is on hold.
   Result<Played> play_on_hold(const job::ProvenBlock& block);
+  /// Holds what plays; where that has ended before the loop hears of it, what comes next. `now`: also within a feature
+  /// whose end is near.
+  void hold(bool now);
+  /// What has become of the last one is not to be seen yet.
+  [[nodiscard]] bool hold_is_on_its_way() const { return hold_.has_value(); }
   /// The next block waits until it is released.
   void hold_next(bool wait) { hold_next_ = wait; }
   [[nodiscard]] bool holds_next() const { return hold_next_; }
@@ -121,6 +126,7 @@ class Control {
   void on_event(const cycle::Event& event);
   void on_snapshot(const cycle::Snapshot& snapshot);
   Result<Played> play_now(const job::ProvenBlock& block, cycle::Purpose purpose);
+  void follow_hold();
   void come_to_rest();
   [[nodiscard]] bool standing() const;
   [[nodiscard]] Error words(const cycle::Event& answer) const;
@@ -138,7 +144,9 @@ class Control {
   bool waits_ = false;                      ///< for a resume: a stop does not end that
   std::vector<cycle::Event> of_the_block_;  ///< touched, done: since it began to play
   bool hold_next_ = false;
-  std::uint32_t playing_ = 0;  ///< number of the block
+  std::optional<Request> hold_;           ///< until it is seen what became of it
+  std::optional<CycleIndex> hold_taken_;  ///< by the loop, in this cycle
+  std::uint32_t playing_ = 0;             ///< number of the block
   job::Plays plays_;
   bool cut_ = false;  ///< a hold has stopped it on a feature
   std::chrono::steady_clock::time_point breathed_{};

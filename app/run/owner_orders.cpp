@@ -18,7 +18,8 @@ using cycle::State;
 Standing Owner::Parts::standing() const {
   if (!on_bus) return {.undertaking = undertaking, .on_bus = false};
   const State state = control().latest().state;
-  const bool held = control().holds_next() || state == State::Held || state == State::Holding;
+  const bool held =
+      control().holds_next() || control().hold_is_on_its_way() || state == State::Held || state == State::Holding;
   return {.state = state == State::Ready && held ? State::Held : state,
           .undertaking = undertaking,
           .held = held,
@@ -51,7 +52,7 @@ Result<void> Owner::Parts::hold(bool now, OrderKind asked) {
                  : now  ? fmt::format("holds now, {}", ahead->in())
                         : fmt::format("holds {} {:.2f} s", ahead->after(), ahead->left_s);
     on_bus->stop_ns = control().latest().time_ns;
-    control().post({.kind = CommandKind::Hold, .value = now ? 1.0 : 0.0});
+    control().hold(now);
     return {};
   }
   order_said.clear();
@@ -70,7 +71,8 @@ Result<void> Owner::Parts::hold(bool now, OrderKind asked) {
 }
 
 Result<void> Owner::Parts::resume() {
-  if (control().aborting() || control().stopped()) return tl::unexpected(refusal(OrderKind::Resume));
+  if (control().aborting() || control().stopped() || control().hold_is_on_its_way())
+    return tl::unexpected(refusal(OrderKind::Resume));
   // Braked on its run-up, a bead would begin too slowly: when the tool stands, it is approached anew.
   const cycle::Snapshot& s = control().latest();
   if (s.state == State::Holding && s.feature != motion::kTravel && !control().valve_open() && !control().cut())
