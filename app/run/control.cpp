@@ -169,9 +169,9 @@ Result<void> Control::not_aborted() const {
 
 /// The machine is braking: a wait is over when it stands, so that whoever goes on finds it at rest. An abort has been
 /// taken only when the loop says so: before, the machine may stand on hold, or be about to start a block.
-void Control::come_to_rest() {
+void Control::come_to_rest(Stop stop) {
   std::optional<Request> last;
-  if (aborted_) last = request({.kind = CommandKind::Abort});  // behind everything that was sent
+  if (stop == Stop::IsSent) last = request({.kind = CommandKind::Abort});  // behind everything that was sent
   std::optional<cycle::Event> answer;
   const auto taken = [&] {
     if (last && !answer) answer = in_flight_.answer(*last);
@@ -187,11 +187,14 @@ Result<void> Control::wait(const std::function<bool()>& done, double timeout_s, 
   const CycleIndex limit = cycles(timeout_s);
   while (!done()) {
     if (auto why = ended(); !why) {
-      come_to_rest();
+      come_to_rest(aborted_ ? Stop::IsSent : Stop::IsUnderWay);
       auto after = ended();  // it may know more by now
       return after ? why : after;
     }
-    if (latest().cycle - begin > limit) return tl::unexpected(std::move(late));
+    if (latest().cycle - begin > limit) {
+      if (row(latest().state).moves) come_to_rest(Stop::IsSent);  // nobody waits for it any more
+      return tl::unexpected(std::move(late));
+    }
     idle();
   }
   return {};

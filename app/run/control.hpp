@@ -80,7 +80,7 @@ class Control {
   /// The next block waits until it is released.
   void hold_next(bool wait) { hold_next_ = wait; }
   [[nodiscard]] bool holds_next() const { return hold_next_; }
-  /// Lets time pass until `done`; Error `late` after `timeout_s` of machine time.
+  /// Lets time pass until `done`; Error `late` after `timeout_s` of machine time, and what moves then is stopped first.
   Result<void> wait(const std::function<bool()>& done, double timeout_s, Error late);
   /// Lets `seconds` of machine time pass.
   Result<void> pass(double seconds);
@@ -127,7 +127,8 @@ class Control {
   void on_snapshot(const cycle::Snapshot& snapshot);
   Result<Played> play_now(const job::ProvenBlock& block, cycle::Purpose purpose);
   void follow_hold();
-  void come_to_rest();
+  enum class Stop { IsUnderWay, IsSent };
+  void come_to_rest(Stop stop);
   [[nodiscard]] bool standing() const;
   [[nodiscard]] Error words(const cycle::Event& answer) const;
 

@@ -225,10 +225,18 @@ Result<void> Owner::Parts::at_once(const Order& order) {
       raise_to.reset();
       on_bus->stop_ns = control().latest().time_ns;
       on_bus->start_pressed = false;
-      if (undertaking != Undertaking::None) control().abort({Fault::Aborted, "the operator aborted it", ""});
+      abort({Fault::Aborted, "the operator aborted it", ""});
       return {};
     default: return tl::unexpected(refusal(order.kind));
   }
+}
+
+/// What moves though nothing is under way any more is stopped all the same.
+void Owner::Parts::abort(Error why) {
+  if (undertaking != Undertaking::None)
+    control().abort(std::move(why));
+  else if (row(control().latest().state).moves)
+    control().post({.kind = CommandKind::Abort});
 }
 
 std::optional<Result<void>> Owner::reset_answer() {
@@ -246,10 +254,11 @@ std::optional<Result<void>> Owner::reset_answer() {
 
 void Owner::abort(Error why) {
   Parts& p = *parts_;
-  if (!p.on_bus || p.undertaking == Undertaking::None) return;
+  if (!p.on_bus) return;
   // Of a program that ordered it and was ended; whoever ends the owner has said so already.
-  if (why.fault == Fault::Interrupted && !p.ending && !p.control().aborting()) p.acted("interrupt");
-  p.control().abort(std::move(why));
+  const bool ends_it = p.undertaking != Undertaking::None && !p.ending && !p.control().aborting();
+  if (why.fault == Fault::Interrupted && ends_it) p.acted("interrupt");
+  p.abort(std::move(why));
 }
 
 void Owner::interrupt(Error why) {

@@ -157,6 +157,7 @@ struct Owner::Parts {
   /// An override that was raised while the valve was open takes effect when it is shut.
   void raise_when_shut();
   [[nodiscard]] Result<void> reset();
+  void abort(Error why);
   void heed_buttons();
   [[nodiscard]] bool in_setup() const;
   /// Opens the clamp: the part may be taken out.

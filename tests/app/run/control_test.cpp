@@ -22,7 +22,7 @@ class LoopOfAFewLines final : public Pump {
     if (within_poll) ++nested;
     cycle::Snapshot now;
     now.cycle = ++cycle_;
-    now.state = cycle::State::Ready;
+    now.state = state;
     cycle::Command c;
     for (std::size_t i = 0; i < kTakes && takes && channels_.commands.pop(c); ++i) {
       taken.push_back(c);
@@ -42,6 +42,7 @@ class LoopOfAFewLines final : public Pump {
   int steps = 0, nested = 0;
   CycleIndex delay = 0;
   bool takes = true, mute = false, within_poll = false;
+  cycle::State state = cycle::State::Ready;
   std::uint32_t refuse = 0;
   std::vector<cycle::Command> taken;
 
@@ -131,6 +132,31 @@ TEST_F(Controls, a_command_that_is_not_answered_ends_at_its_time_of_the_machine)
   ASSERT_FALSE(late);
   EXPECT_EQ(late.error().fault, Fault::TransitionTimeout);
   EXPECT_NEAR(loop_.steps, 500, 2);
+}
+
+/// Whoever waited is told, and axes that nobody waits for go nowhere.
+TEST_F(Controls, motion_that_is_waited_for_in_vain_is_aborted_and_at_rest_before_that_is_told) {
+  using cycle::State;
+  for (const State moves : {State::Homing, State::Running, State::Holding, State::Ready, State::Enabling}) {
+    loop_.taken.clear();
+    loop_.state = moves;
+    loop_.mute = true;
+    int rests_at = 0;
+    control_.on_step([&] {
+      loop_.mute = loop_.taken.empty();  // the order to home alone has no answer
+      if (loop_.taken.empty() || loop_.taken.back().kind != CommandKind::Abort) return;
+      if (rests_at == 0) rests_at = loop_.steps + 40;
+      if (loop_.steps == rests_at) loop_.state = State::Ready;
+    });
+    const auto late = control_.command({.kind = CommandKind::Home}, 0.5);
+    EXPECT_EQ(late.error().fault, Fault::TransitionTimeout);
+    const bool moved = moves == State::Homing || moves == State::Running || moves == State::Holding;
+    EXPECT_EQ(loop_.taken.size(), moved ? 2u : 1u) << cycle::name(moves);
+    if (moved) {
+      EXPECT_EQ(loop_.state, State::Ready) << cycle::name(moves);
+    }
+    control_.on_step({});
+  }
 }
 
 TEST_F(Controls, an_abort_from_within_a_step_is_behind_what_was_sent_and_ends_the_wait_when_the_loop_has_taken_it) {
