@@ -13,6 +13,9 @@ constexpr CycleIndex kClockCycles = 10;           // R10: cycles beyond a bound
 constexpr Time kClockCalm = milliseconds(100);    // within it after which that is over
 constexpr Time kBrakeCloses = milliseconds(500);  // R53: until then an axis may still sink into its brake
 
+/// A block goes on along its path, also one that is on its way to a hold.
+constexpr bool on_path(State s) noexcept { return s == State::Running || s == State::Holding; }
+
 std::int32_t clamp_i32(double v) { return static_cast<std::int32_t>(std::fmin(std::fmax(v, -2e9), 2e9)); }
 
 }  // namespace
@@ -119,7 +122,7 @@ void Supervisor::look_at_drives(const View& view, Findings& found) noexcept {
     if (!drive.fresh || drive.fault == Fault::None) continue;
     // An axis that stands on its switch must be let have torque, and homing meets the switches on purpose: it leads
     // off.
-    if (drive.fault == Fault::LimitSwitch && view.state != State::Running && view.state != State::Holding) continue;
+    if (drive.fault == Fault::LimitSwitch && !on_path(view.state)) continue;
     // A warning is told once; whatever stops the machine is told for as long as it lasts (the loop latches the first).
     const bool news = drive.error_code != last_code_[d];
     if (news || info(drive.fault).reaction != Reaction::Note)
@@ -176,7 +179,7 @@ void Supervisor::look_at_axes(const View& view, Findings& found) noexcept {
     look_at_targets(view, id, found);
     if (!homing && axis.skew_max > 0 && view.axes.enabled(id) && view.axes.skew(id) > axis.skew_max)
       found.push_back({Fault::GantrySkew, id, clamp_i32(view.axes.skew(id) * 1000)});
-    if (view.state == State::Running && view.axes.on_limit(id)) found.push_back({Fault::LimitSwitch, id, 0});
+    if (on_path(view.state) && view.axes.on_limit(id)) found.push_back({Fault::LimitSwitch, id, 0});
   }
 }
 
@@ -189,7 +192,7 @@ void Supervisor::look_at_targets(const View& view, AxisId id, Findings& found) n
   const double target = view.target[id.value];
   if (short_[id.value] >= kFollowingCycles)
     found.push_back({Fault::NotFollowing, id, clamp_i32(by * 1000), kNoStation, target});
-  const bool judged = view.state == State::Running || (view.state != State::Homing && !view.axes.on_limit(id));
+  const bool judged = on_path(view.state) || (view.state != State::Homing && !view.axes.on_limit(id));
   for (const std::uint8_t d : setup_.axes[id.value].drives) {
     strayed_[d] = judged && !view.axes.drive(d).follows ? strayed_[d] + 1 : 0;
     if (strayed_[d] * setup_.period > kStrays)

@@ -346,12 +346,39 @@ TEST(Supervisor, a_drive_that_says_it_does_not_follow_for_a_tenth_of_a_second_is
 TEST(Supervisor, a_limit_that_the_statusword_alone_shows_stops_a_motion) {
   LoopSetup setup = open_loop();
   setup.drives[0].layout.limit_bit = 11;
-  Watched w(setup);
+  for (const State state : {State::Running, State::Holding, State::Held, State::Ready}) {
+    Watched w(setup);
+    w.have_torque();
+    w.state = state;
+    w.bus.show(kFollows | 0x0800, 0);
+    w.look();
+    EXPECT_EQ(w.says(Fault::LimitSwitch), state == State::Running || state == State::Holding) << name(state);
+  }
+}
+
+/// On its way to a hold an axis moves for as long as a feature lasts. AMD530B and STD402EC have no code of 603Fh for
+/// it.
+TEST(Supervisor, a_limit_switch_stops_what_is_on_its_way_to_a_hold) {
+  Watched w;
   w.have_torque();
-  w.state = State::Running;
-  w.bus.show(kFollows | 0x0800, 0);
+  w.state = State::Holding;
+  w.look();
+  EXPECT_FALSE(w.says(Fault::LimitSwitch));
+  w.bus.show(kTorque, 0, 0, 0b10);
   w.look();
   EXPECT_TRUE(w.says(Fault::LimitSwitch));
+}
+
+/// R43, of a drive on its switch: in whatever plays it is told, at rest it may be led off.
+TEST(Supervisor, a_drive_on_its_switch_that_does_not_follow_is_named_while_a_block_plays) {
+  for (const State state : {State::Running, State::Holding, State::Held, State::Ready}) {
+    Watched w(open_loop());
+    w.have_torque();
+    w.state = state;
+    w.bus.show(kTorque, 0, 0, 0b10);  // 6041h bit 12 is 0
+    const bool plays = state == State::Running || state == State::Holding;
+    EXPECT_EQ(w.cycles_that_say(Fault::NotFollowing, 110).empty(), !plays) << name(state);
+  }
 }
 
 TEST(Supervisor, homing_has_no_window) {
