@@ -195,6 +195,7 @@ std::optional<std::string> Desk::hold_what_begins(const OrderSocket::Incoming& i
   if (next == nullptr || !run::moves_axes(next->request.order->kind)) return std::nullopt;
   if (in.request.order->mine && next->client != in.client) return std::nullopt;
   hold_wished_ = true;
+  owner_.stop_was_taken();
   if (next->request.order->kind == run::OrderKind::Run)
     return "the job is being prepared, and waits before its first motion; `resume` lets it go";
   return waits_in_words(next->request.order->kind);
@@ -229,8 +230,8 @@ void Desk::resume(const OrderSocket::Incoming& in) {
       std::any_of(held_back_.begin(), held_back_.end(), [&](const auto& e) { return in.number < e.second.number; });
   if (overtaken) return refuse(kHeldSince);
   std::string said;
-  if (std::exchange(hold_wished_, false)) {
-    said = preparing_ ? "the job is being prepared, and begins as soon as it is" : "what waited begins";
+  if (auto released = let_go()) {
+    said = *std::move(released);
   } else if (auto obeyed = obey(*in.request.order); !obeyed) {
     const auto let_go =
         motion_in_line([this](const OrderSocket::Incoming& line) { return held_back(line) != nullptr; });
@@ -239,6 +240,12 @@ void Desk::resume(const OrderSocket::Incoming& in) {
   }
   held_back_.clear();
   answer_soon(in, std::move(said));
+}
+
+std::optional<std::string> Desk::let_go() {
+  if (!std::exchange(hold_wished_, false)) return std::nullopt;
+  held_back_.clear();
+  return preparing_ ? "the job is being prepared, and begins as soon as it is" : "what waited begins";
 }
 
 void Desk::tell_given(std::optional<std::uint64_t> client) {
@@ -306,7 +313,9 @@ void Desk::watch_reset() {
 
 void Desk::watch_start_button() {
   if (!owner_.take_start() || stop_) return;
-  if (options_.recipe.empty())
+  if (const auto released = let_go())
+    log::info("button start: {}", *released);
+  else if (options_.recipe.empty())
     log::warn("button start: no recipe belongs to it; `gantry up --recipe FILE` names one");
   else if (at_work() != nullptr)
     log::warn("button start: the machine is busy with '{}'", run::name(at_work()->request.order->kind));

@@ -89,6 +89,8 @@ class Desk {
   [[nodiscard]] Json hold_in_words(std::uint64_t client) const;
   void give(const OrderSocket::Incoming& in);
   void resume(const OrderSocket::Incoming& in);
+  /// What waits to begin on hold begins when it is ready, and says so. Nothing: nothing waits so.
+  std::optional<std::string> let_go();
   void hold(const OrderSocket::Incoming& in);
   /// To the owner: what it says of the order, and how far the tool goes on.
   Result<std::string> obey(const run::Order& order);

@@ -148,6 +148,9 @@ class Owner {
   /// Of the last reset that was taken: nothing as long as it is under way, or when it was told already. Fault of what
   /// stays latched.
   std::optional<Result<void>> reset_answer();
+  /// Whoever serves this owner has taken a stop of what is still to begin: a start button that is pressed before its
+  /// answer can be heard counts for nothing.
+  void stop_was_taken();
   /// What is under way ends with `why` as soon as the machine stands; what comes after it is not concerned.
   void abort(Error why);
   /// The same; with Fault::Interrupted (Ctrl-C of the program itself) nothing is undertaken any more.

@@ -187,6 +187,10 @@ Result<void> Owner::Parts::release_part() {
   return fail(Fault::TransitionTimeout, fmt::format("the clamp was not told to open within {:g} s", kAnswer_s));
 }
 
+void Owner::stop_was_taken() {
+  if (parts_->on_bus) parts_->on_bus->stop_ns = latest().time_ns;
+}
+
 bool Owner::take_start() { return parts_->on_bus && std::exchange(parts_->on_bus->start_pressed, false); }
 
 bool Owner::take_hold() { return parts_->on_bus && std::exchange(parts_->on_bus->hold_pressed, false); }

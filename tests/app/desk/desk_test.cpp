@@ -187,6 +187,37 @@ TEST_F(Desks, the_hold_button_while_a_job_is_prepared_lets_it_wait_before_its_fi
   EXPECT_EQ(answer(1).value("result", ""), "done") << answer(1).dump();
 }
 
+/// As status says while it is held: "the start button or `gantry resume` goes on".
+TEST_F(Desks, the_start_button_lets_a_job_go_that_the_hold_button_has_held_while_it_was_prepared) {
+  const std::string recipe = std::filesystem::absolute(kShort);
+  client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +
+               "\"}\n");
+  const int begin = steps_;
+  bool held = false, resumed = false;
+  const auto press = [&](const char* input) {
+    const std::string words = std::string("{do: press, input: ") + input + ", hold: 20 ms}";
+    EXPECT_TRUE(owner_->world()->add_script(words).has_value());
+  };
+  on_cycle_ = [&] {
+    const int step = steps_ - begin;
+    if (step == 4) press("hold");
+    if (step == 40 || step == 120) client_->say("{\"order\":\"status\",\"id\":" + std::to_string(step) + "}\n");
+    if (step == 60) press("start");
+    held = held || (step > 120 && owner_->held());
+    // Whoever finds it on hold nevertheless lets it go, so that this ends.
+    if (step > 40'000 && !resumed) resumed = client_->say("{\"order\":\"resume\",\"id\":3}\n") > 0;
+  };
+  serve_until(1);
+  EXPECT_EQ(answer(40).value("doing", ""), "preparing") << answer(40).dump();
+  EXPECT_TRUE(answer(40).value("held", false)) << answer(40).dump();
+  EXPECT_NE(answer(40)["held_by"].value("next", "").find("start button"), std::string::npos) << answer(40).dump();
+  EXPECT_EQ(answer(120).value("doing", ""), "preparing") << answer(120).dump();
+  EXPECT_FALSE(answer(120).value("held", true)) << answer(120).dump();
+  EXPECT_FALSE(held);
+  EXPECT_FALSE(resumed);
+  EXPECT_EQ(answer(1).value("result", ""), "done") << answer(1).dump();
+}
+
 /// What was asked for in the moment in which a job, a jog or parking begins is neither lost nor told twice.
 TEST_F(Desks, a_hold_in_the_moment_in_which_a_job_begins_is_told_once) {
   const std::string recipe = std::filesystem::absolute(kShort);
