@@ -252,6 +252,7 @@ std::optional<Result<void>> Owner::reset_answer() {
   auto answer = *std::exchange(on_bus->reset_answer, std::nullopt);
   if (answer) return answer;
   const Error& why = answer.error();
+  if (why.fault == Fault::Refused) return tl::unexpected(parts_->refusal(OrderKind::Reset));
   return fail(Fault::Latched, fmt::format("{} stays latched: {}", std::string_view(code(why.fault)), why.message),
               why.where);
 }

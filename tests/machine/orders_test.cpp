@@ -438,6 +438,32 @@ TEST(Orders, a_reset_after_which_something_stays_latched_says_what) {
   EXPECT_TRUE(answer_of_reset(rig.owner()));
 }
 
+/// Both are given while the machine stands on hold, and the resume reaches the loop first.
+TEST(Orders, a_reset_that_a_motion_has_overtaken_is_refused_as_one_that_came_later) {
+  Rig rig({.placement = "dx=0.5 mm"});
+  CycleIndex held_at = 0;
+  std::optional<Result<void>> answer;
+  bool asked = false;
+  rig.on_step = [&](run::Owner& owner) {
+    const auto& s = owner.latest();
+    if (held_at == 0 && s.block == 3 && s.path_speed > 10) {
+      EXPECT_TRUE(owner.order(order(OrderKind::Hold)));
+      held_at = s.cycle;
+    }
+    if (held_at != 0 && !asked && s.cycle > held_at + 300 && s.state == cycle::State::Held) {
+      asked = true;
+      EXPECT_TRUE(owner.order(order(OrderKind::Resume)));
+      EXPECT_TRUE(owner.order(order(OrderKind::Reset)));
+    }
+    if (asked && !answer) answer = owner.reset_answer();
+  };
+  EXPECT_EQ(rig.run(kDemo).exit_code, ExitCode::Done);
+  ASSERT_TRUE(answer);
+  ASSERT_FALSE(*answer);
+  EXPECT_EQ(answer->error().fault, Fault::Refused);
+  EXPECT_EQ(answer->error().message.substr(0, 21), "'reset' is refused: t") << answer->error().message;
+}
+
 TEST(Orders, a_hold_between_two_blocks_keeps_the_next_one_waiting) {
   Rig rig({.placement = "dx=0.5 mm"});
   CycleIndex held_at = 0;
