@@ -211,10 +211,7 @@ bool Axes::all_enabled() const noexcept {
 
 bool Axes::all_disabled() const noexcept {
   return std::all_of(drives_.begin(), drives_.begin() + static_cast<std::ptrdiff_t>(setup_.drives.size()),
-                     [](const devices::Drive& d) {
-                       const DriveState s = d.feedback().state;
-                       return s != DriveState::OperationEnabled && s != DriveState::QuickStopActive;
-                     });
+                     [](const devices::Drive& d) { return !cycle::has_torque(d.feedback().state); });
 }
 
 bool Axes::no_fault() const noexcept {

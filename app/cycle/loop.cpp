@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "app/cycle/io_words.hpp"
 #include "core/rt/trap.hpp"
@@ -245,6 +246,7 @@ void Loop::carry_out(const ReactionRow& reaction, Fault fault) noexcept {
   if (state_ == State::Enabling || state_ == State::Disabling) {
     if (!reaction.goal) take_torque();
     answer_pending(fault);
+    answer(std::exchange(pending_disable_, 0), fault);  // the torque goes all the same
   }
   if (!on_path && latched_ != Fault::None) disarm(fault);
   if (on_path && state_ != State::Stopping) stopped_by_ = fault;

@@ -92,6 +92,26 @@ TEST(Brake, holds_before_an_order_takes_the_torque) {
   EXPECT_LE(b.last(&Sample::torque), b.last(&Sample::released) + kBrakeCycles + 10);
 }
 
+/// Between the order and the end of the torque the brake closes.
+TEST(Brake, a_fault_while_an_order_takes_the_torque_is_the_answer_to_it) {
+  for (const bool faults : {false, true}) {
+    Braked b;
+    if (HasFatalFailure()) return;
+    b.enable();
+    b.ticks(200);
+    b.post({.kind = CommandKind::Disable});
+    b.watch(10);
+    if (faults) b.segment.drive_fault(AxisId{3}, 0, 0x3220);  // undervoltage of C (G213)
+    b.watch(500);
+    const auto answer = std::ranges::find_if(
+        b.events, [&](const cycle::Event& e) { return e.kind == cycle::EventKind::CommandDone && e.id == b.last_id; });
+    ASSERT_NE(answer, b.events.end());
+    EXPECT_EQ(answer->fault, faults ? Fault::Undervoltage : Fault::None);
+    EXPECT_EQ(b.now.enabled, 0u) << "either way";
+    EXPECT_FALSE(b.samples.back().torque);
+  }
+}
+
 TEST(Brake, closes_when_its_axis_stands_and_holds_before_a_stop_takes_the_torque) {
   Braked b;
   if (HasFatalFailure()) return;

@@ -381,6 +381,19 @@ TEST(Supervisor, a_drive_on_its_switch_that_does_not_follow_is_named_while_a_blo
   }
 }
 
+/// IEC 61800-7-201: in Fault Reaction Active the drive may still brake under torque.
+TEST(Supervisor, a_drive_in_its_fault_reaction_is_not_without_torque) {
+  Watched w;
+  EXPECT_TRUE(w.axes.all_disabled());
+  w.have_torque();
+  EXPECT_FALSE(w.axes.all_disabled());
+  for (const auto& [status, disabled] : {std::pair{0x021F, false}, {0x0217, false}, {0x0218, true}, {0x0240, true}}) {
+    w.bus.show(static_cast<std::uint16_t>(status), 0);
+    w.look();
+    EXPECT_EQ(w.axes.all_disabled(), disabled) << std::hex << status;
+  }
+}
+
 TEST(Supervisor, homing_has_no_window) {
   Watched w;
   w.have_torque();
