@@ -173,13 +173,18 @@ void Loop::step_setpoint() noexcept {
   settled_ = out.settled;
 }
 
-void Loop::write_image(const Beat& beat) noexcept {
+/// What the motion, orders and the machine's state come to in this cycle.
+std::uint32_t Loop::output_word(CycleIndex cycle) const noexcept {
   std::uint32_t word = commanded_.outputs | outputs_set_;
-  if (setup_.healthy_mask != 0 && latched_ == Fault::None && cycle_ * setup_.period / kHealthyHalf % 2 == 0)
+  if (setup_.healthy_mask != 0 && latched_ == Fault::None && cycle * setup_.period / kHealthyHalf % 2 == 0)
     word |= setup_.healthy_mask;
   word |= setup_.lamp_masks[static_cast<std::size_t>(lamp())];
+  return brake_released() ? word | setup_.brake_mask : word;
+}
+
+void Loop::write_image(const Beat& beat) noexcept {
+  const std::uint32_t word = output_word(cycle_);
   const bool released = brake_released();
-  if (released) word |= setup_.brake_mask;
   if (!released || !brake_open()) release_ticks_ = released ? release_ticks_ + 1 : 0;
   sent_outputs_ = word;
   axes_.write(bus_, commanded_.target, beat.elapsed);
@@ -295,7 +300,7 @@ void Loop::tell_snapshot(const Beat& beat, bool sent) noexcept {
   s.tick = tick_;
   s.feature = commanded_.setpoint.feature;
   s.valve_cut = valve_cut_;
-  s.outputs = sent ? sent_outputs_ : commanded_.outputs | outputs_set_;
+  s.outputs = sent ? sent_outputs_ : output_word(beat.cycle);
   s.inputs = inputs_;
   s.complete = exchange_.complete;
   s.operational = exchange_.operational;

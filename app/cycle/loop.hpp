@@ -54,6 +54,7 @@ class Loop {
   void step_motion() noexcept;
   void step_setpoint() noexcept;
   void brake_from(const AxisVec& before_last, const AxisVec& last) noexcept;
+  [[nodiscard]] std::uint32_t output_word(CycleIndex cycle) const noexcept;
   void write_image(const Beat& beat) noexcept;
   void heed_watchdog() noexcept;
   void heed_silence() noexcept;

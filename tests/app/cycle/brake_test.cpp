@@ -192,6 +192,33 @@ TEST(Brake, the_machine_is_not_ready_before_it_is_open) {
   EXPECT_LE(released, kReleaseCycles + 3);
 }
 
+// The record of a stall would else tell of a brake that closed, and of lamps that went out. "healthy" is a square wave
+// of 100 ms of the machine's clock.
+TEST(Brake, is_told_as_it_is_in_cycles_that_a_stall_has_skipped) {
+  Braked b;
+  if (HasFatalFailure()) return;
+  b.enable();
+  b.ticks(400);
+  const std::uint32_t healthy = config::bit(config::Output::Healthy);
+  const std::uint32_t others = b.now.outputs & ~healthy;
+  ASSERT_NE(others & 1u << b.machine.brake->bit, 0u);
+  ASSERT_NE(others & b.setup.lamp_masks[static_cast<std::size_t>(cycle::Lamp::Green)], 0u);
+  for (int i = 0; i < 30; ++i) {
+    b.tick(3);
+    b.ticks(60);  // late cycles that are as far apart stop nothing
+  }
+  ASSERT_EQ(b.now.state, cycle::State::Ready);
+  ASSERT_GE(b.skipped.size(), 30u);
+  int on = 0;
+  for (const cycle::Snapshot& s : b.skipped) {
+    EXPECT_EQ(s.outputs & ~healthy, others) << "cycle " << s.cycle;
+    EXPECT_EQ((s.outputs & healthy) != 0, s.cycle / 50 % 2 == 0) << "cycle " << s.cycle;
+    on += (s.outputs & healthy) != 0;
+  }
+  EXPECT_GT(on, 0);
+  EXPECT_LT(on, static_cast<int>(b.skipped.size()));
+}
+
 // What goes against gravity has sunk when the brake holds later than the machine file says, and that is told once.
 TEST(Brake, that_holds_later_than_it_should_is_told) {
   for (const bool late : {false, true}) {

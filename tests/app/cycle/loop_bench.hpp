@@ -114,7 +114,10 @@ struct LoopBench {
     if (!pacer) pacer.emplace(master->first_cycle(clock.now() + milliseconds(5)), machine.bus.cycle);
     if (after > 1) clock.sleep_until(clock.now() + (after - 1) * machine.bus.cycle);
     pacer->shift(loop->tick(pacer->wait(clock)));
-    for (cycle::Snapshot s; channels->snapshots.pop(s);) now = s;
+    for (cycle::Snapshot s; channels->snapshots.pop(s);) {
+      if (!s.sent) skipped.push_back(s);
+      now = s;
+    }
     for (cycle::Event e; channels->events.pop(e);) events.push_back(e);
   }
   void ticks(int n) {
@@ -192,6 +195,7 @@ struct LoopBench {
   std::optional<cycle::Pacer> pacer;
   StationId io;
   cycle::Snapshot now;
+  std::vector<cycle::Snapshot> skipped;  ///< of the cycles that a stall has skipped
   std::vector<cycle::Event> events;
   std::uint32_t last_id = 0;
 };
