@@ -1,6 +1,6 @@
 // All axes with their drives, as one thing the loop reads and writes. A gantry axis is two drives of one coordinate;
 // both get the same target, and its position is their mean.
-//   axes.read(bus, fresh);   ...   axes.write(bus, targets);
+//   axes.read(bus, answered, operational, elapsed);   ...   axes.write(bus, targets, elapsed);
 // Also here: what the drives are asked to be (goal), their homing, and the probe on one of them. RT.
 #pragma once
 #include <array>
@@ -107,7 +107,7 @@ class Axes {
   /// After homing() turned false: sets the references of the axes that have arrived.
   Homed finish_homing() noexcept;
   [[nodiscard]] std::uint32_t referenced() const noexcept { return referenced_; }
-  /// Every streamed axis that can be homed has been.
+  /// Every streamed axis has been homed.
   [[nodiscard]] bool all_referenced() const noexcept;
   void forget_reference(AxisId id) noexcept { referenced_ &= ~(1u << id.value); }
 

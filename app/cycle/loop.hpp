@@ -2,7 +2,7 @@
 //   commands -> interpolator, compensation, guard -> image -> exchange -> feedback -> supervision -> snapshot
 // so that what a cycle's inputs show is answered in the very next frame. It owns nothing that waits: the pacer decides
 // when, the bus how long.
-//   Loop loop(setup, bus, channels);   pacer.shift(loop.tick(pacer.wait(clock)));
+//   Loop loop(setup, bus, nullptr, clock, channels);   pacer.shift(loop.tick(pacer.wait(clock)));
 // RT: no allocation, no lock, no exception; bounded by the number of axes, drives and elapsed periods.
 #pragma once
 #include <cstdint>

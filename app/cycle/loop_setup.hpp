@@ -34,7 +34,6 @@ struct DriveSetup {
 };
 
 struct HomingSetup {
-  bool possible = false;
   double position = 0;  ///< coordinate at the home edge, mm or rad
   devices::HomingLimits limits;
   // Of an axis with two drives, mm:

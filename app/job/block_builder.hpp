@@ -1,4 +1,5 @@
-// Collects the segments of one block. Every motion is certified before it is taken, and nothing else can be added.
+// Collects the segments of one block. Every motion is certified before it is taken, and nothing else can be added
+// but the walk of an axis where nothing knows where the head stands.
 //   BlockBuilder builder(limits, scene, number, from);   builder.straight(to, rules);   return builder.finish();
 // Up from where something was worked on, away, and down to what is next: these wait for each other, and become one
 // motion (motion/path/arch.hpp) where that is free and quicker.

@@ -1,7 +1,7 @@
 // How far a job has come, as a value: what has been measured, which block is next, what became of each feature. One
 // pure function says what comes next, and one does it step by step; the proof before motion, the runner and the report
 // share them.
-//   JobState state = begin_state(recipe);
+//   JobState state = begin_state(recipe, job);
 //   auto ended = step_through(job, state, [&](const auto& step) -> Result<JobState> { ... return after_park(state); });
 // A copy of a state goes on exactly as the state itself does: nothing about the progress of a job stands elsewhere.
 #pragma once

@@ -1,5 +1,7 @@
 // One block of motion that was proved free before it may be played. Only BlockBuilder makes one, and it certifies every
-// motion that it takes, so that whoever holds a ProvenBlock holds the proof.
+// motion that it takes, so that whoever holds a ProvenBlock holds the proof. One exception: the walk of an axis while
+// nothing knows where the head stands (BlockBuilder::unplaced; motions() is 0) has none, and the loop bounds how far it
+// goes (Purpose::Walk).
 //   Result<ProvenBlock> block = planner.park(number, at);   control.play(*block);
 #pragma once
 #include <cstdint>

@@ -133,7 +133,6 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, Host host) {
     setup.response_delay_s = axis.response_delay_s;
     loop.walk_max[axis.id.value] = std::abs(job::walk_by(machine, axis));
     if (axis.homing) {
-      setup.homing.possible = true;
       setup.homing.position = axis.homing->position;
       setup.homing.limits.cycle = loop.period;
       setup.homing.limits.timeout_cycles = cycles_in(axis.homing->timeout_s, loop.period);

@@ -1,6 +1,7 @@
 // What is kept of the job that runs: trace, hash, setpoint file, and its news for those who watch. One for each job,
 // fed by the one reader of snapshots; which features are done stands in the result, where the runner keeps it.
-//   Recording recording(machine, result, now_ns, options, shared);   recording.add(snapshot, holds_next, doing); ...
+//   Recording recording(machine, recipe, result, now_ns, folder, watched);
+//   recording.add(snapshot, holds_next, doing, left_s); ...
 //   RecordedFiles files = recording.finish(nothing_lost);   files.close(result);
 #pragma once
 #include <cstdint>

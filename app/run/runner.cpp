@@ -430,11 +430,11 @@ Result<job::JobState> Runner::take(const recipes::Dispense& step) {
   return cut_ || joining_ ? join(feature) : state_;
 }
 
-/// What is left after a hold is planned anew, and begins as it would have.
 void Runner::tell(const job::RunUp& begun) {
   const auto& bead = std::get<recipes::Bead>(recipe_.features[begun.feature]);
   std::string words =
       fmt::format("bead '{}' {}", bead.id, job::in_words(begun, *recipes::find_material(recipe_, bead.material)));
+  // What is left after a hold is planned anew, and begins as it would have.
   if (std::string& told = told_of_[begun.feature]; told != words) {
     log::info("{}", words);
     told = std::move(words);

@@ -124,7 +124,10 @@ std::string states_page() {
       if (outlived(f) && f.reaction == r) outlived_ones += fmt::format(" {}", std::string_view(code(f.fault)));
     page += fmt::format(
         "| {} | {} | {} | {} |\n", kReactions[static_cast<std::size_t>(r)],
-        kBraking[static_cast<std::size_t>(row.braking)], row.goal ? "off when they stand" : "stays",
+        kBraking[static_cast<std::size_t>(row.braking)],
+        row.braking == cycle::Braking::None ? "off at once"
+        : row.goal                          ? "off when they stand"
+                                            : "stays",
         outlived_ones.empty() ? "ends" : "waits for reset and resume after" + outlived_ones + ", else ends");
   }
   return page;

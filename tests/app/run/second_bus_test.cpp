@@ -47,7 +47,6 @@ cycle::LoopSetup loop_of(const config::Machine& m) {
     cycle::AxisSetup setup;
     setup.drives.push_back(static_cast<std::uint8_t>(axis.id.value));
     setup.following_base = 1, setup.following_per_speed_s = 0.01;
-    setup.homing.possible = true;
     setup.homing.limits.rules = devices::homing_rules(17);
     setup.homing.limits.rules.known = devices::kSwitchNeg | devices::kSwitchPos;
     setup.homing.limits.rules.counts_per_cycle = 10;
