@@ -9,11 +9,12 @@ using devices::DriveGoal;
 using devices::DriveState;
 
 namespace {
-constexpr double kJumpCycles = 4;   // R44: cycles of travel at full speed that one cycle may show
-constexpr double kReportDelay = 2;  // cycles from a target that is sent to a position that tells of it
+constexpr double kJumpCycles = 4;         // R44: cycles of travel at full speed that one cycle may show
+constexpr std::int64_t kReportDelay = 2;  // cycles from a target that is sent to a position that tells of it
 // What a drive's filter may take to let a target through, in delays of the axis; and cycles in which frames may be
 // lost.
-constexpr double kDelays = 3, kLate = 10;
+constexpr double kDelays = 3;
+constexpr std::int64_t kLate = 10;
 constexpr double kShortCounts = 20;         // that an open-loop drive may stop short of its target
 constexpr Time kStands = milliseconds(10);  // without motion, after which a drive stands
 }  // namespace
@@ -267,10 +268,10 @@ double Axes::following(AxisId id, double target) const noexcept {
 
 double Axes::behind(AxisId id) const noexcept {
   const AxisSetup& axis = setup_.axes[id.value];
-  const double allowed = axis.following_per_speed_s / seconds(setup_.period) + kReportDelay;
+  const std::int64_t allowed = cycles_in(axis.following_per_speed_s, setup_.period) + kReportDelay;
   double worst = 0;
   for (const std::uint8_t d : axis.drives) {
-    const double error = sent_.behind(id, drives_[d].feedback().position, static_cast<std::int64_t>(allowed));
+    const double error = sent_.behind(id, drives_[d].feedback().position, allowed);
     if (std::abs(error) > std::abs(worst)) worst = error;
   }
   return worst;
@@ -278,11 +279,11 @@ double Axes::behind(AxisId id) const noexcept {
 
 double Axes::stops_short(AxisId id) const noexcept {
   const AxisSetup& axis = setup_.axes[id.value];
-  const double allowed = kDelays * axis.response_delay_s / seconds(setup_.period) + kLate;
+  const std::int64_t allowed = cycles_in(kDelays * axis.response_delay_s, setup_.period) + kLate;
   double worst = 0;
   for (const std::uint8_t d : axis.drives) {
     if (setup_.drives[d].layout.closed_loop || !drives_[d].feedback().takes_targets) continue;
-    const double error = sent_.beyond(id, drives_[d].feedback().position, static_cast<std::int64_t>(allowed));
+    const double error = sent_.beyond(id, drives_[d].feedback().position, allowed);
     const bool is_short = std::abs(drives_[d].scale().to_counts_delta(error)) > kShortCounts;
     if (is_short && std::abs(error) > std::abs(worst)) worst = error;
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "app/cycle/interlocks.hpp"
 #include "app/cycle/io_words.hpp"
 #include "core/rt/trap.hpp"
 
@@ -194,7 +195,7 @@ void Loop::write_image(const Beat& beat) noexcept {
 /// Of the stack light: red while a fault is latched, yellow in setup.
 Lamp Loop::lamp() const noexcept {
   if (latched_ != Fault::None) return Lamp::Red;
-  return setup_.mode_mask != 0 && (inputs_ & setup_.mode_mask) == 0 ? Lamp::Yellow : row(state_).lamp;
+  return in_setup(setup_, inputs_) ? Lamp::Yellow : row(state_).lamp;
 }
 
 /// The interpolator stands where the drives are; nothing of the past is left in the compensation.

@@ -1,6 +1,7 @@
 // What the run thread asks of the loop: refused with a reason, or carried out.
 #include <algorithm>
 
+#include "app/cycle/interlocks.hpp"
 #include "app/cycle/loop.hpp"
 
 namespace gantry::cycle {
@@ -56,7 +57,7 @@ Fault Loop::refuse(const Command& command) const noexcept {
   if (!next(state_, *order)) return Fault::Refused;
   // Both set what the drives are asked for.
   if (command.kind == CommandKind::Enable) return pending_reset_ != 0 ? Fault::Refused : interlock();
-  const bool in_setup = setup_.mode_mask != 0 && (inputs_ & setup_.mode_mask) == 0;
+  const bool in_setup = cycle::in_setup(setup_, inputs_);
   const bool start = command.kind == CommandKind::StartBlock;
   if (start && command.purpose == Purpose::Walk) return refuse_walk(in_setup);
   if (in_setup && (command.kind == CommandKind::Home || (start && !plays_in_setup(command.purpose))))
@@ -83,11 +84,9 @@ void Loop::bound_walk() noexcept {
 
 /// What keeps the drives from having torque, by the inputs; None when nothing does. In setup the door may be open.
 Fault Loop::interlock() const noexcept {
-  const auto missing = [&](std::uint32_t mask) { return (inputs_ & mask) != mask; };
-  if (missing(setup_.safety_mask)) return Fault::SafetyChainOpen;
-  if (missing(setup_.stop_mask)) return Fault::StopPressed;
-  if (!missing(setup_.mode_mask) && missing(setup_.door_mask)) return Fault::DoorOpen;
-  return missing(setup_.air_mask) ? Fault::AirMissing : Fault::None;
+  for (const Interlock& lock : kInterlocks)
+    if (is_open(lock, setup_, inputs_)) return lock.open;
+  return Fault::None;
 }
 
 void Loop::obey(const Command& command) noexcept {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "app/cycle/interlocks.hpp"
+
 namespace gantry::cycle {
 namespace {
 
@@ -205,16 +207,14 @@ void Supervisor::look_at_targets(const View& view, AxisId id, Findings& found) n
 /// only a slow jog may play, or a walk, which plays nowhere else.
 void Supervisor::look_at_inputs(const View& view, Findings& found) noexcept {
   if (view.state == State::Offline || view.state == State::Disabled) return;
-  const auto missing = [&](std::uint32_t mask) { return mask != 0 && (view.inputs & mask) == 0; };
-  const bool setup_mode = missing(setup_.mode_mask);
-  if (missing(setup_.safety_mask)) found.push_back({Fault::SafetyChainOpen});
-  if (missing(setup_.stop_mask)) found.push_back({Fault::StopPressed});
-  if (!setup_mode && missing(setup_.door_mask)) found.push_back({Fault::DoorOpen});
-  if (missing(setup_.air_mask)) found.push_back({Fault::AirMissing});
+  const bool setup_mode = in_setup(setup_, view.inputs);
+  for (const Interlock& lock : kInterlocks)
+    if (is_open(lock, setup_, view.inputs)) found.push_back({lock.open});
   if (setup_mode && view.state == State::Homing) found.push_back({Fault::ModeChanged});
   const bool plays = view.state == State::Running || view.state == State::Holding || view.state == State::Held;
   if (!plays) return;
-  if (view.purpose == Purpose::Job && missing(setup_.clamp_mask)) found.push_back({Fault::ClampOpen});
+  if (view.purpose == Purpose::Job && (view.inputs & setup_.clamp_mask) != setup_.clamp_mask)
+    found.push_back({Fault::ClampOpen});
   const bool walks = view.purpose == Purpose::Walk;
   const bool wrong_mode = setup_mode ? !plays_in_setup(view.purpose) : walks && setup_.mode_mask != 0;
   if (wrong_mode) found.push_back({Fault::ModeChanged});

@@ -14,7 +14,6 @@
 namespace gantry::desk {
 namespace {
 
-constexpr std::size_t kLongestLine = 64 * 1024;
 constexpr std::size_t kLongestId = 100;
 constexpr const char* kUntouched = "untouched";  // record::Board's word; the socket knows no jobs
 constexpr int kDeepest = 64;  // in brackets: nothing that is asked for has more than three, an id of 100 bytes 50
@@ -214,8 +213,6 @@ Request read_request(std::string_view line) {
   }
   return request;
 }
-
-Result<run::Order> parse_order(std::string_view line) { return read_request(line).order; }
 
 std::string to_line(const run::Order& order, const nlohmann::ordered_json& id) {
   nlohmann::ordered_json json{{"order", run::name(order.kind)}};

@@ -12,14 +12,14 @@
 
 namespace gantry::desk {
 
-/// One line of JSON. Fault::Refused naming what is wrong and the orders that exist.
-Result<run::Order> parse_order(std::string_view line);
+inline constexpr std::size_t kLongestLine = 64 * 1024;  ///< bytes, without its newline
+
 std::string to_line(const run::Order& order, const nlohmann::ordered_json& id = nullptr);
 
 /// An order with what its client calls it: "id", any JSON of up to 100 bytes, comes back in the answer. An order that
 /// stops something (abort, hold, quit) is taken whatever else its line holds, without an id where that is none.
 struct Request {
-  Result<run::Order> order;
+  Result<run::Order> order;  ///< Fault::Refused naming what is wrong and the orders that exist
   nlohmann::ordered_json id{};
   std::optional<run::OrderKind> asked{};  ///< which order it is, also where something else of it is wrong
 };

@@ -27,7 +27,6 @@ class OrderSocket {
   static constexpr std::size_t kMostWaiting = 32;          ///< lines of one client that wait for their turn
   static constexpr std::size_t kBytesPerTurn = 64 * 1024;  ///< read of one client ...
   static constexpr std::size_t kLinesReadPerTurn = 256;    ///< ... until it was this many lines; the chunk is finished
-  static constexpr std::size_t kLongestLine = 64 * 1024;   ///< without its newline
   static constexpr std::size_t kNamedRefusals = 32;        ///< in a turn: with the order and id of the line ...
   static constexpr std::size_t kLongestNamed = 1024;       ///< ... that is no longer than this
   static constexpr std::size_t kMostUnread = 256 * 1024;   ///< answers that a client has not read yet

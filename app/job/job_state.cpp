@@ -36,12 +36,6 @@ Next next(const recipes::Job& job, const JobState& state) {
                     block.what);
 }
 
-std::string_view tool_of(const Next& step) {
-  if (std::holds_alternative<recipes::LookAtMark>(step)) return "camera";
-  if (std::holds_alternative<recipes::Touch>(step) || std::holds_alternative<Retract>(step)) return "probe";
-  return "needle";
-}
-
 JobState begin_state(const recipes::Recipe& recipe, const recipes::Job& job) {
   JobState state;
   state.features.assign(recipe.features.size(), FeatureState::LeftOut);

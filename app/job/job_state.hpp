@@ -92,9 +92,6 @@ Next next(const recipes::Job& job, const JobState& state);
 /// Of a feature that is open: what of it lies already.
 LaidPart laid_of(const std::vector<LaidPart>& laid, std::size_t feature);
 
-/// The tool that works in a step; the report draws its tip.
-std::string_view tool_of(const Next& step);
-
 // ---- what becomes of the state ----
 
 /// Nothing is known, nothing is done. What no block dispenses is left out.

@@ -1,7 +1,6 @@
 #include "app/run/owner.hpp"
 
 #include <algorithm>
-#include <array>
 #include <fmt/format.h>
 #include <set>
 
@@ -24,13 +23,6 @@ Owner::~Owner() {
   on_step({});  // who listened was made after this owner, and is gone
   shut_down();
   if (parts_->hangs) static_cast<void>(parts_.release());
-}
-
-std::string_view name(Undertaking what) {
-  constexpr std::array<std::string_view, 10> kNames{
-      "nothing", "bringing the bus up", "enabling", "disabling", "homing", "a jog", "parking",
-      "a job",   "opening the clamp",   "a walk"};
-  return kNames[static_cast<std::size_t>(what)];
 }
 
 Owner::Turn::Turn(Parts& parts, Undertaking what, Begin begin)

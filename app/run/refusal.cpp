@@ -8,6 +8,30 @@ namespace {
 
 using cycle::State;
 
+struct UndertakingRow {
+  Undertaking what;
+  std::string_view name, in_quotes;  ///< the latter as its order is called, where it is one
+};
+constexpr std::array kUndertakings{
+    UndertakingRow{Undertaking::None, "nothing", "nothing"},
+    UndertakingRow{Undertaking::BringUp, "bringing the bus up", "bringing the bus up"},
+    UndertakingRow{Undertaking::Enable, "enabling", "'enable'"},
+    UndertakingRow{Undertaking::Disable, "disabling", "'disable'"},
+    UndertakingRow{Undertaking::Home, "homing", "'home'"},
+    UndertakingRow{Undertaking::Jog, "a jog", "'jog'"},
+    UndertakingRow{Undertaking::Park, "parking", "'park'"},
+    UndertakingRow{Undertaking::Job, "a job", "'run'"},
+    UndertakingRow{Undertaking::Part, "opening the clamp", "'part_removed'"},
+    UndertakingRow{Undertaking::Walk, "a walk", "a walk"},
+};
+static_assert([] {
+  for (std::size_t i = 0; i < kUndertakings.size(); ++i)
+    if (static_cast<std::size_t>(kUndertakings[i].what) != i) return false;
+  return kUndertakings.back().what == Undertaking::Walk;
+}());
+
+const UndertakingRow& row(Undertaking what) noexcept { return kUndertakings[static_cast<std::size_t>(what)]; }
+
 /// What the machine is doing, as far as a refusal differs by it.
 enum class Doing {
   ComesUp,     ///< the bus is not up
@@ -152,12 +176,9 @@ Undertaking undertaking_of(OrderKind order) noexcept {
   }
 }
 
-std::string_view in_quotes(Undertaking what) noexcept {
-  constexpr std::array<std::string_view, 10> kWords{
-      "nothing", "bringing the bus up", "'enable'", "'disable'", "'home'", "'jog'", "'park'",
-      "'run'",   "'part_removed'",      "a walk"};
-  return kWords[static_cast<std::size_t>(what)];
-}
+std::string_view name(Undertaking what) { return row(what).name; }
+
+std::string_view in_quotes(Undertaking what) noexcept { return row(what).in_quotes; }
 
 std::string refusal(OrderKind order, const Standing& now) {
   const Doing what = doing(now);

@@ -2,20 +2,11 @@
 
 #include <algorithm>
 
+#include "app/cycle/interlocks.hpp"
 #include "config/inputs.hpp"
 
 namespace gantry::stations {
 namespace {
-
-struct Interlock {
-  config::Input input;
-  Fault open;
-};
-
-constexpr Interlock kInterlocks[] = {{config::Input::SafetyOk, Fault::SafetyChainOpen},
-                                     {config::Input::Stop, Fault::StopPressed},
-                                     {config::Input::DoorClosed, Fault::DoorOpen},
-                                     {config::Input::AirOk, Fault::AirMissing}};
 
 bool holds(const std::vector<Error>& list, Fault fault) {
   return std::any_of(list.begin(), list.end(), [&](const Error& e) { return e.fault == fault; });
@@ -42,8 +33,8 @@ std::vector<Error> ActiveFaults::list(const config::Machine& machine, const cycl
   };
   add(s.latched);
   const auto is_low = [&](config::Input input) { return config::is_low(machine, s.inputs, input); };
-  for (const Interlock& lock : kInterlocks) {
-    if (is_low(lock.input) && !(lock.open == Fault::DoorOpen && is_low(config::Input::Mode))) add(lock.open);
+  for (const cycle::Interlock& lock : cycle::kInterlocks) {
+    if (is_low(lock.input) && (lock.in_setup || !is_low(config::Input::Mode))) add(lock.open);
     for (Error& e : active)
       if (e.fault == lock.open && !is_low(lock.input)) e.message += " - not any more";
   }

@@ -7,6 +7,8 @@
 namespace gantry::desk {
 namespace {
 
+Result<run::Order> parse_order(std::string_view line) { return read_request(line).order; }
+
 bool is_urgent(std::string_view line) {
   const auto order = parse_order(line);
   return may_stop(line) && order && stop_kind(order->kind);

@@ -314,7 +314,7 @@ TEST_F(Sockets, who_never_reads_loses_its_connection_and_its_abort_is_heard_all_
 }
 
 TEST_F(Sockets, a_line_of_64_KiB_is_one_order_and_a_longer_one_is_refused) {
-  for (const std::size_t length : {OrderSocket::kLongestLine, OrderSocket::kLongestLine + 1}) {
+  for (const std::size_t length : {kLongestLine, kLongestLine + 1}) {
     const auto p = peer();
     const std::string order = R"({"order":"status"})";
     const std::string line = order + std::string(length - order.size(), ' ') + "\n";
@@ -325,7 +325,7 @@ TEST_F(Sockets, a_line_of_64_KiB_is_one_order_and_a_longer_one_is_refused) {
       for (const auto& in : door_->turn(now_ += 1ms)) got += is(in, OrderKind::Status);
       told += p->hear();
     }
-    if (length == OrderSocket::kLongestLine) {
+    if (length == kLongestLine) {
       EXPECT_EQ(got, 1u);
     } else {
       EXPECT_EQ(got, 0u);
