@@ -158,8 +158,9 @@ void show_findings(const Findings& found, const std::vector<std::string>& files,
   if (list_assumptions)
     for (const std::string& each : found.assumptions) print_text("  assumed: {}\n", each);
   else
-    print_text("  {} things are assumed of the stations; `gantry check {}` lists them\n", found.assumptions.size(),
-               shell_word(files.front()));
+    print_text("  {} things are assumed of the stations; {} lists them\n", found.assumptions.size(),
+               files.front() == reference_machine() ? "`gantry check` alone"
+                                                    : "`gantry check " + shell_word(files.front()) + "`");
 }
 
 }  // namespace

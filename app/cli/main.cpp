@@ -25,7 +25,7 @@ int main(int argc, char** argv) try {
       "Start with:  gantry init my-machine");
 
   cli::Context context;
-  context.machine_file = cli::shipped_file("config/machines/dispenser.yaml");
+  context.machine_file = cli::reference_machine();
   bool quiet = false;
   app.add_option("--machine", context.machine_file, "Machine file, or the name of one that comes with gantry")
       ->capture_default_str();

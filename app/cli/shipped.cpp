@@ -50,6 +50,8 @@ std::string shipped_file(const std::string& relative) {
   return folder.empty() ? relative : (fs::path(folder) / relative).string();
 }
 
+std::string reference_machine() { return shipped_file("config/machines/dispenser.yaml"); }
+
 std::string machine_file(const std::string& word) {
   std::error_code ignored;
   const bool path = fs::path(word).has_parent_path() || fs::path(word).has_extension();

@@ -20,6 +20,9 @@ std::vector<std::string> installed_folders();
 /// A file below it; `relative` itself when there is no such folder.
 std::string shipped_file(const std::string& relative);
 
+/// The machine that comes with the program, and is meant where no other is named.
+std::string reference_machine();
+
 /// What --machine means: a file, or the name of a machine that comes with the program ("dispenser"; "dispenser.yaml"
 /// where no such file lies here). A bare name is the program's own machine whatever lies in the working folder.
 std::string machine_file(const std::string& word);
