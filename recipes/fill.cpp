@@ -139,8 +139,16 @@ struct Rows {
         std::clamp(std::round((y - first) / spacing), 0.0, static_cast<double>(lines.size() - 1)));
   }
   [[nodiscard]] double y(std::size_t k) const { return first + static_cast<double>(k) * spacing; }
-  /// From the nearest of them.
-  [[nodiscard]] double distance(Vec2 p) const {
+  /// For each line the next one above and below it that covers something; lines.size() where there is none.
+  std::vector<std::size_t> above{}, below{};
+  void link() {
+    const std::size_t none = lines.size();
+    above.assign(none, none), below.assign(none, none);
+    for (std::size_t k = 1; k < none; ++k) below[k] = lines[k - 1].empty() ? below[k - 1] : k - 1;
+    for (std::size_t k = none; k-- > 1;) above[k - 1] = lines[k].empty() ? above[k] : k;
+  }
+  /// From the nearest of them; where that is no more than `least`, some distance that is no more.
+  [[nodiscard]] double distance(Vec2 p, double least) const {
     const std::size_t middle = nearest(p.y);
     double best = INFINITY;
     const auto look = [&](std::size_t k) {
@@ -148,10 +156,10 @@ struct Rows {
         best = std::min(best, std::hypot(p.x - std::clamp(p.x, s.from, s.to), p.y - y(k)));
     };
     look(middle);
-    for (std::size_t off = 1; off < lines.size() && (static_cast<double>(off) - 1) * spacing < best; ++off) {
-      if (off <= middle) look(middle - off);
-      if (middle + off < lines.size()) look(middle + off);
-    }
+    for (const auto* next : {&above, &below})
+      for (std::size_t k = (*next)[middle]; k < lines.size() && best > least && std::abs(y(k) - p.y) < best;
+           k = (*next)[k])
+        look(k);
     return best;
   }
 };
@@ -172,7 +180,8 @@ Bare bare_of(const std::vector<Vec2>& outline, const Rows& rows, double low, dou
     for (const Stretch s : bare) {
       out.share += (s.to - s.from) * step / area_mm2;
       for (const double x : {s.from, (s.from + s.to) / 2, s.to})
-        if (const double mm = rows.distance({x, y}); mm > out.farthest_mm) out.farthest_mm = mm, out.at = {x, y};
+        if (const double mm = rows.distance({x, y}, out.farthest_mm); mm > out.farthest_mm)
+          out.farthest_mm = mm, out.at = {x, y};
     }
   }
   return out;
@@ -266,6 +275,7 @@ Result<FilledArea> fill_area(const std::vector<Vec2>& outline, const FillLines& 
   if (out.runs.empty())
     return fail(Fault::Inconsistent,
                 fmt::format("the area is nowhere as wide as the spacing of {:.6g} mm; lower 'spacing'", spacing_mm));
+  rows.link();
   out.bare = bare_of(level, rows, low->y, high->y, out.area_mm2);
   out.bare.at = rotated(out.bare.at, lines.angle_rad);
   for (auto& run : out.runs)

@@ -244,6 +244,7 @@ class Waiting {
     if (auto made = desk::open_state_folder(*folder); !made) return tl::unexpected(made.error());
     const std::string file = stations::accepted_file(*folder, "ethercat");
     if (auto read = stations::read_accepted(file, machine_); !read) return read;
+    if (found.record.since_power_up) its->restart_pending = false;  // what it held before acts by now
     if (auto ok = survey.forget_restart(its->position); !ok) return ok;
     devices::RestartNote note(*its, [&] { return stations::write_accepted(file, machine_); });
     const auto written = note.under(write);

@@ -111,6 +111,8 @@ class Commissioning {
     ordered_json rows = ordered_json::array();
     std::vector<config::ObjectAddress> written;
     devices::RestartNote note(station, keep_);
+    // What an earlier try has written and could not save is saved with the rest.
+    const bool waits = station.restart_pending;
     std::vector<std::string> notes;
     const auto asked = survey_.asked_of(position, station, notes);
     if (!asked) return tl::unexpected(asked.error());
@@ -120,6 +122,9 @@ class Commissioning {
         return tl::unexpected(held.error());
       bool differs = held && held->value != row.value;
       std::string remark;
+      if (held && !differs && waits && options_.write && row.rule == config::ParameterRule::Write &&
+          row.acts == config::ActsAt::PowerUp)
+        written.push_back(row.address);
       if (differs && options_.write && row.rule == config::ParameterRule::Write) {
         const auto write = [&] { return survey_.write_held(position, row, held->bytes); };
         if (auto ok = row.acts == config::ActsAt::PowerUp ? note.under(write) : write(); !ok) {

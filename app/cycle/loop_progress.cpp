@@ -38,7 +38,8 @@ void Loop::follow_probe() noexcept {
   }
   if (probe == Probe::Latched && !probe_told_) {
     probe_told_ = true;
-    if (probing_ && state_ != State::Held && latched_nearby()) {  // an axis that stands meets no surface
+    // An axis that stands meets no surface; one that a hold has stopped comes to stand by its delay later.
+    if (probing_ && !(state_ == State::Held && axes_.standing()) && latched_nearby()) {
       interpolator_.probe_latched(setup_.probe_axis, axes_.probe_position());
       tell({.kind = EventKind::Touched, .axis = setup_.probe_axis, .block = block_, .value = axes_.probe_position()});
     } else {

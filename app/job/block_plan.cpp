@@ -7,6 +7,7 @@
 #include <iterator>
 #include <utility>
 
+#include "app/job/level.hpp"
 #include "app/job/limits.hpp"
 #include "app/job/park.hpp"
 #include "app/job/settle.hpp"
@@ -49,10 +50,6 @@ recipes::Location place_of(const recipes::Feature& feature) {
 std::string words_of(const recipes::Feature& feature) {
   return fmt::format("{} '{}'", std::holds_alternative<recipes::Dot>(feature) ? "dot" : "bead",
                      recipes::id_of(feature));
-}
-
-bool is_level(const recipes::Bead& bead) {
-  return std::all_of(bead.points.begin(), bead.points.end(), [&](Vec3 p) { return p.z == bead.points.front().z; });
 }
 
 /// How far corners may be rounded. In space that changes the gap, the more the steeper the bead is: it stays within its
@@ -488,6 +485,9 @@ Result<void> BlockPlanner::leave_bead(BlockBuilder& builder, const recipes::Bead
     for (int slower = 0;; ++slower, speed_mm_s /= 2) {  // where its targets would come too near to a body
       const auto path = motion::plan_dry(limits_, points, speed_mm_s, off);
       if (!path) return tl::unexpected(path.error());
+      // No speed makes a way free that is not.
+      if (slower == 0)
+        if (auto r = builder.would_be_free(motion::chords(*path), rules, motion::off_chords_mm(*path)); !r) return r;
       auto gone_back = builder.path(*path, points.back(), rules, "back along");
       if (gone_back || gone_back.error().fault != Fault::Collision || slower == kSlowerBack) return gone_back;
     }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <variant>
 
+#include "app/job/level.hpp"
 #include "app/job/valve_span.hpp"
 #include "motion/profile/speed_profile.hpp"
 
@@ -154,23 +155,44 @@ void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
     const auto wet = valve_span(first, s, feature);
     if (!wet || wet->shuts_mm <= wet->opens_mm) continue;
     auto found = bead->corner_tolerance > 0 ? stands(first, s, *wet) : std::nullopt;
+    if (found && found->stands <= reversals(*bead)) found.reset();
     if (!found) found = look_at(first, s, *m, *wet, tick_s);
     if (found) to.push_back(*found);
   }
 }
 
-std::string standstill_in_words(std::size_t times, double at_mm, double corner_tolerance_mm) {
+std::string standstill_in_words(std::size_t times, double at_mm, const recipes::Bead& bead,
+                                const recipes::Material& material) {
+  const double upright_mm = recipes::upright_tolerance_mm(bead.corner_tolerance, material);
+  const bool by_gap = !is_level(bead) && upright_mm < bead.corner_tolerance;
   return fmt::format(
-      "stands still {}with its valve open, {}{:.3g} mm from its start: no path without a stop was found within its "
-      "`corner_tolerance` of {:.3g} mm; write a larger one, or draw it with fewer points",
-      times > 1 ? fmt::format("{} times ", times) : "", times > 1 ? "first " : "", at_mm, corner_tolerance_mm);
+      "stands still {}with its valve open, {}{:.3g} mm from where that opens: no path without a stop was found within "
+      "{}; write a larger one, or draw it with fewer points",
+      times > 1 ? fmt::format("{} times ", times) : "", times > 1 ? "first " : "", at_mm,
+      by_gap ? fmt::format("the {:.3g} mm that its gap and its `gap_tolerance` leave of its `corner_tolerance`",
+                           upright_mm)
+             : fmt::format("its `corner_tolerance` of {:.3g} mm", bead.corner_tolerance));
+}
+
+std::size_t reversals(const recipes::Bead& bead) {
+  constexpr double kStraightBack = 1e-9;
+  std::size_t found = 0;
+  Vec3 before{};
+  for (std::size_t i = 1; i < bead.points.size(); ++i) {
+    const Vec3 leg = bead.points[i] - bead.points[i - 1];
+    if (!(norm(leg) > 0)) continue;
+    found += dot(before, leg) < -(1 - kStraightBack) * norm(before) * norm(leg);
+    before = leg;
+  }
+  return found;
 }
 
 std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
   const auto& bead = std::get<recipes::Bead>(recipe.features[slow.feature]);
   const auto radius = radius_mm(bead);
   const bool straight = is_straight(bead);
-  if (slow.stands > 0) return standstill_in_words(slow.stands, slow.stands_at_mm, bead.corner_tolerance);
+  if (slow.stands > 0)
+    return standstill_in_words(slow.stands, slow.stands_at_mm, bead, *recipes::find_material(recipe, bead.material));
   constexpr const char* kElse = "or `flow_follows_speed: true` where the dispenser doses by the speed of the needle";
   if (slow.lasts_s > 0)
     return fmt::format(

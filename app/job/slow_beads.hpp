@@ -23,7 +23,8 @@ struct SlowBead {
   /// Where it is slow only because a bead takes whole ticks: how long it takes, and how long it would take else.
   double lasts_s = 0, would_last_s = 0;
   double tick_s = 0;
-  /// How often it stands in mid bead, where no tolerance of 0 asks for it, and how far from its start first. 0: never;
+  /// How often it stands in mid bead, where neither a tolerance of 0 nor a corner that leads straight back asks for
+  /// it, and how far from where the valve opens first. 0: never;
   /// else nothing of the above is known.
   std::size_t stands = 0;
   double stands_at_mm = 0;
@@ -33,8 +34,12 @@ struct SlowBead {
 void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
                     const std::deque<motion::Segment>& segments, double tick_s);
 
-/// "stands still 3 times with its valve open, first 12.3 mm from its start: no path ..."
-std::string standstill_in_words(std::size_t times, double at_mm, double corner_tolerance_mm);
+/// "stands still 3 times with its valve open, first 12.3 mm from where that opens: no path ..."
+std::string standstill_in_words(std::size_t times, double at_mm, const recipes::Bead& bead,
+                                const recipes::Material& material);
+
+/// Corners of it that lead straight back: no tolerance rounds them, and the recipe asks for a rest in each.
+std::size_t reversals(const recipes::Bead& bead);
 
 /// "planned at 88 mm/s instead of 100 mm/s: the axes' a_max and j_max allow no more on its radius of 3 mm; ..."
 std::string in_words(const SlowBead& bead, const recipes::Recipe& recipe);

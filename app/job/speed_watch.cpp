@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "app/job/path_mm.hpp"
+#include "app/job/slow_beads.hpp"
 #include "motion/profile/speed_profile.hpp"
 
 namespace gantry::job {
@@ -49,6 +50,7 @@ void SpeedWatch::see(const SpeedCycle& cycle) {
   if (segments_ == nullptr) return;
   if (cycle.feature != feature_) enter(cycle.feature);
   if (material_ == nullptr) return;
+  valve_open_ = cycle.valve_open;
   go_on((last_mm_s_ + cycle.path_speed_mm_s) / 2 * tick_s_);
   last_mm_s_ = cycle.path_speed_mm_s;
   open_ticks_ = cycle.valve_open ? std::optional(open_ticks_.value_or(-1) + 1) : std::nullopt;
@@ -80,14 +82,14 @@ void SpeedWatch::leave(const motion::Segment& segment) {
     if (e.dispense) wet_mm_ = length_mm - (length_mm > 0 ? e.at_s : 0);
     wet_ = e.dispense;
   }
-  if (!wet_ || !segment.rests || !may_round_ || segment.kind == motion::SegmentKind::Dwell) return;
+  if (!wet_ || !valve_open_ || !segment.rests || !may_round_ || segment.kind == motion::SegmentKind::Dwell) return;
   OffSpeed& stood = seen();
   if (stood.stands++ == 0) stood.stands_at_mm = wet_mm_;
 }
 
 OffSpeed& SpeedWatch::seen() {
-  if (seen_.empty() || seen_.back().feature != feature_) seen_.push_back({.feature = feature_});
-  return seen_.back();
+  const auto found = std::ranges::find(seen_, feature_, &OffSpeed::feature);
+  return found != seen_.end() ? *found : seen_.emplace_back(OffSpeed{.feature = feature_});
 }
 
 std::optional<double> SpeedWatch::steady_speed() const {
@@ -126,6 +128,7 @@ std::vector<OffSpeed> SpeedWatch::off_speed() const {
   for (OffSpeed each : seen_) {
     const auto& bead = std::get<recipes::Bead>(recipe_.features[each.feature]);
     if (each.due_mm <= recipes::find_material(recipe_, bead.material)->tolerance_mm) each.length_mm = each.due_mm = 0;
+    if (each.stands <= reversals(bead)) each.stands = 0;
     if (each.due_mm > 0 || each.stands > 0) out.push_back(each);
   }
   return out;

@@ -31,7 +31,8 @@ struct OffSpeed {
   double worst_mm_s = 0;
   double length_mm = 0;  ///< of the bead, in all
   double due_mm = 0;     ///< what it should have been in that time, where that is more
-  /// How often it has stood in mid bead by plan, where no tolerance of 0 asks for it, and how far from its start first.
+  /// How often it has stood in mid bead by plan, where nothing in the recipe asks for it, and how far from where its
+  /// valve opens first.
   std::size_t stands = 0;
   double stands_at_mm = 0;
 };
@@ -71,6 +72,7 @@ class SpeedWatch {
   double t_s_ = 0;           ///< when the plan comes to it
   bool wet_ = false;         ///< by plan the valve is told to open before it, and to shut behind it
   double wet_mm_ = 0;        ///< how far it is from there to the segment's start
+  bool valve_open_ = false;  ///< in this cycle
   bool may_round_ = false;   ///< corners may be rounded
   double last_mm_s_ = 0;
   std::optional<int> open_ticks_;  ///< since the valve was told to open

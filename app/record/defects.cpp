@@ -46,7 +46,9 @@ class Judge {
   void off_speed(const job::OffSpeed& seen) {
     const auto& bead = std::get<recipes::Bead>(recipe_.features[seen.feature]);
     if (seen.stands > 0)
-      add(bead.id, Kind::Speed, job::standstill_in_words(seen.stands, seen.stands_at_mm, bead.corner_tolerance));
+      add(bead.id, Kind::Speed,
+          job::standstill_in_words(seen.stands, seen.stands_at_mm, bead,
+                                   *recipes::find_material(recipe_, bead.material)));
     if (seen.stands > 0 && seen.due_mm <= 0) return;
     add(bead.id, Kind::Speed,
         fmt::format("dispensed at {:.3g} mm/s instead of {:.3g} mm/s, {:.1f} mm of it off its speed", seen.worst_mm_s,

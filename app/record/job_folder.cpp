@@ -45,17 +45,18 @@ bool holds_a_job(const fs::path& folder) {
   });
 }
 
-/// The highest n of the folders <stem>-<n> in `parent`; 0 where there is none.
-int last_number(const fs::path& parent, const std::string& stem) {
-  int last = 0;
-  std::error_code error;
+/// The highest n of the folders <stem>-<n> in `parent` that hold a job or nothing yet; `last` where none is higher.
+/// Others that are called so ("board-20261121") count for nothing.
+int last_number(const fs::path& parent, const std::string& stem, int last) {
+  std::error_code error, ignored;
   for (const auto& entry : fs::directory_iterator(parent, error)) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with(stem + "-")) continue;
     int n = 0;
     const char* const end = name.data() + name.size();
     const auto [rest, wrong] = std::from_chars(name.data() + stem.size() + 1, end, n);
-    if (wrong == std::errc() && rest == end && n <= kHighestNumber) last = std::max(last, n);
+    const bool higher = wrong == std::errc() && rest == end && n > last && n <= kHighestNumber;
+    if (higher && (holds_a_job(entry.path()) || fs::is_empty(entry.path(), ignored))) last = n;
   }
   return last;
 }
@@ -75,7 +76,7 @@ class Numbering {
  public:
   explicit Numbering(const fs::path& parent) : fd_(::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
     constexpr int kTries = 100;
-    for (int n = 0; fd_ >= 0 && n < kTries && ::flock(fd_, LOCK_EX | LOCK_NB) != 0; ++n)
+    for (int n = 0; fd_ >= 0 && n < kTries && ::flock(fd_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK; ++n)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   ~Numbering() {
@@ -212,7 +213,7 @@ Result<JobFolder> job_folder(const WantedFolder& wanted, const std::string& reci
   }
   const std::string stem = fs::path(recipe_file).stem().string();
   const Numbering alone(parent);
-  for (int n = std::max(last_number(parent, stem), kept_number(parent, stem)) + 1; n <= kHighestNumber; ++n) {
+  for (int n = last_number(parent, stem, kept_number(parent, stem)) + 1; n <= kHighestNumber; ++n) {
     const fs::path folder = parent / fmt::format("{}-{:03}", stem, n);
     if (fs::create_directory(folder, error)) {
       if (auto kept = write_new_file(number_file(parent, stem).string(), fmt::format("{}\n", n)); !kept)

@@ -127,13 +127,18 @@ void Control::abort(Error why) {
 void Control::hold(bool now) {
   if (hold_) in_flight_.forget(*hold_);
   hold_ = request({.kind = CommandKind::Hold, .value = now ? 1.0 : 0.0});
+  hold_asked_ = latest().cycle;
   hold_taken_.reset();
 }
 
 void Control::follow_hold() {
   const auto answer = hold_ ? in_flight_.answer(*hold_) : std::nullopt;
   if (answer && answer->fault == Fault::None) hold_taken_ = answer->cycle;
-  const bool refused = answer && answer->fault != Fault::None;
+  // An answer that has not come by then was lost with other events: what comes next is held in any case.
+  constexpr double kAnswer_s = 1;
+  const bool lost = hold_ && !answer && !hold_taken_ && latest().cycle - hold_asked_ > cycles(kAnswer_s);
+  if (lost) in_flight_.forget(*hold_);
+  const bool refused = lost || (answer && answer->fault != Fault::None);
   hold_next_ = hold_next_ || refused;
   if (refused || (hold_taken_ && *hold_taken_ <= latest().cycle)) hold_.reset(), hold_taken_.reset();
 }

@@ -146,6 +146,7 @@ class Control {
   std::vector<cycle::Event> of_the_block_;  ///< touched, done: since it began to play
   bool hold_next_ = false;
   std::optional<Request> hold_;           ///< until it is seen what became of it
+  CycleIndex hold_asked_ = 0;             ///< in this cycle
   std::optional<CycleIndex> hold_taken_;  ///< by the loop, in this cycle
   std::uint32_t playing_ = 0;             ///< number of the block
   job::Plays plays_;

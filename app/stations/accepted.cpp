@@ -29,7 +29,8 @@ config::Accepted accepted_of(const Json& j) {
           .revision = j.at("revision").get<std::uint32_t>(),
           .serial = j.at("serial").get<std::uint32_t>(),
           .date = j.at("date").get<std::string>(),
-          .compared = j.value("compared", false),
+          .compared =
+              j.value("compared", j.value("walked", "").empty()),  // before there was the word, a walk accepted, too
           .walked = j.value("walked", ""),
           .walked_as = j.value("walked_as", "")};
 }

@@ -106,6 +106,7 @@ def main():
                 flooder.join()
             name = work + (", flood" if flooded else "")
             took.setdefault(name if before["busy_with"] else "nothing to abort", []).append((ms, before["state"]))
+            print(f"{sum(map(len, took.values())):4}  {name:18} {before['state']:10} {ms:6.2f} ms", flush=True)
             job.wait(120)
     every = sorted(ms for of in took.values() for ms, _ in of)
     for name, of in sorted(took.items()):

@@ -13,11 +13,11 @@ namespace {
 
 constexpr double kOver = 1.001;      // of a limit
 constexpr int kSamples = 4;          // of each phase, and its end
-constexpr double kSame_mm = 1e-8;    // or rad; and of a segment's length, where that is more than 1
+constexpr double kSame_mm = 1e-6;    // or rad; and of a segment's length, where that is more than 1
 constexpr double kStands = 1e-5;     // of an axis' speed: it stands
 constexpr double kSameSpeed = 1e-4;  // of an axis' speed, from one segment to the next
 constexpr double kSameBend = 5e-3;   // of an axis' acceleration there
-constexpr double kBack_mm_s = 1e-9;
+constexpr double kBack_mm_s = 1e-6;
 
 /// Position, speed and acceleration of every axis.
 struct Axes {

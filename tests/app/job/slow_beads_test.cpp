@@ -77,10 +77,9 @@ TEST(SlowBeads, what_whole_cycles_make_slower_is_known_by_its_cause) {
   EXPECT_TRUE(slow_line(0.301, 18.82, r).empty()) << "the remedy helps";
 }
 
-/// A zigzag whose corners no path passes without a stop: 0.3 um are no tolerance (docs/motion/path.md).
-std::vector<SlowBead> zigzag(double corner_tolerance_mm, recipes::Recipe& r) {
+std::vector<SlowBead> polyline(std::vector<Vec3> points, double corner_tolerance_mm, recipes::Recipe& r) {
   auto& bead = std::get<recipes::Bead>(r.features[1]);
-  bead.points = {{20, 10, 0}, {32, 10, 0}, {32, 22, 0}, {44, 22, 0}}, bead.corner_tolerance = corner_tolerance_mm;
+  bead.points = std::move(points), bead.corner_tolerance = corner_tolerance_mm;
   motion::BeadSpec spec;
   spec.speed_mm_s = 20, spec.corner_tolerance_mm = corner_tolerance_mm, spec.valve = 1;
   for (const Vec3 p : bead.points) spec.points.push_back({p.x + 200, p.y + 200, -50});
@@ -93,6 +92,17 @@ std::vector<SlowBead> zigzag(double corner_tolerance_mm, recipes::Recipe& r) {
   return slow;
 }
 
+/// A zigzag whose corners no path passes without a stop: 0.3 um are no tolerance (docs/motion/path.md).
+std::vector<SlowBead> zigzag(double corner_tolerance_mm, recipes::Recipe& r) {
+  return polyline({{20, 10, 0}, {32, 10, 0}, {32, 22, 0}, {44, 22, 0}}, corner_tolerance_mm, r);
+}
+
+TEST(SlowBeads, a_corner_that_leads_straight_back_is_no_fault_of_the_plan) {
+  auto r = recipe();
+  EXPECT_TRUE(polyline({{20, 10, 0}, {44, 10, 0}, {20, 10, 0}}, 0.1, r).empty());
+  EXPECT_EQ(reversals(std::get<recipes::Bead>(r.features[1])), 1u);
+}
+
 TEST(SlowBeads, one_that_stands_with_its_valve_open_is_told_unless_the_recipe_asks_for_it) {
   auto r = recipe();
   EXPECT_TRUE(zigzag(0, r).empty()) << "0 asks for a stop in each corner";
@@ -103,7 +113,7 @@ TEST(SlowBeads, one_that_stands_with_its_valve_open_is_told_unless_the_recipe_as
   EXPECT_EQ(slow[0].stands, 2u);
   EXPECT_NEAR(slow[0].stands_at_mm, 12, 1e-6);
   const std::string text = in_words(slow[0], r);
-  EXPECT_TRUE(says(text, "stands still 2 times with its valve open, first 12 mm from its start")) << text;
+  EXPECT_TRUE(says(text, "stands still 2 times with its valve open, first 12 mm from where that opens")) << text;
   EXPECT_TRUE(says(text, "`corner_tolerance` of 0.0003 mm; write a larger one")) << text;
   r.materials.front().flow_follows_speed = true;
   EXPECT_TRUE(zigzag(3e-4, r).empty());

@@ -214,6 +214,14 @@ TEST(JobFolder, two_that_begin_at_once_have_two_numbers_and_the_higher_is_kept) 
   EXPECT_EQ(path_of(job_folder(wanted, "a.yaml")), folder.path + "/a-041");
 }
 
+TEST(JobFolder, a_folder_that_is_called_by_a_date_numbers_no_jobs) {
+  const Folder folder;
+  put(folder.path + "/a-20261121/notes.txt");
+  fs::create_directories(folder.path + "/a-001");
+  put(folder.path + "/a-007/summary.json", "{}");
+  EXPECT_EQ(path_of(job_folder({.under = folder.path}, "a.yaml")), folder.path + "/a-008");
+}
+
 TEST(JobFolder, numbers_go_on_beyond_a_hundred_thousand) {
   const Folder folder;
   put(folder.path + "/.a.last-number", "100000\n");
