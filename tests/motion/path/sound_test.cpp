@@ -44,7 +44,7 @@ TEST(Sound, is_nothing_that_breaks_a_promise_somewhere_in_its_middle) {
     std::function<void(std::vector<Segment>&, std::size_t)> make;
   };
   const std::vector<Wrong> wrong{
-      {"from where the one before ends", [](auto& s, auto k) { s[k].geometry.from[1] += 1e-6; }},
+      {"from where the one before ends", [](auto& s, auto k) { s[k].geometry.from[1] += 1e-5; }},
       {"another speed", [](auto& s, auto k) { s[k].nominal.v0 *= 1.02; }},
       {"another acceleration", [](auto& s, auto k) { s[k].nominal.a0 += 100; }},
       {"its", [](auto& s, auto k) { s[k].nominal.phases[0].duration_s *= 1.0001; }},
