@@ -211,7 +211,7 @@ void Supervisor::look_at_inputs(const View& view, Findings& found) noexcept {
   for (const Interlock& lock : kInterlocks)
     if (is_open(lock, setup_, view.inputs)) found.push_back({lock.open});
   if (setup_mode && view.state == State::Homing) found.push_back({Fault::ModeChanged});
-  const bool plays = view.state == State::Running || view.state == State::Holding || view.state == State::Held;
+  const bool plays = on_path(view.state) || view.state == State::Held;
   if (!plays) return;
   if (view.purpose == Purpose::Job && (view.inputs & setup_.clamp_mask) != setup_.clamp_mask)
     found.push_back({Fault::ClampOpen});

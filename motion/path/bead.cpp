@@ -108,21 +108,32 @@ std::vector<Run> resting_runs(const Limits& limits, const Measure& measure, cons
   return runs;
 }
 
-/// The bead itself at full speed inside the tolerance, as if it came from a run-up. Empty: no speed was found.
-std::vector<Run> rounded_runs(const Limits& limits, const Measure& measure, const BeadSpec& spec, double tolerance_mm) {
-  PathPlanner planner(limits, {.tolerance_mm = tolerance_mm,
-                               .speed_mm_s = spec.speed_mm_s,
-                               .whole_ticks = false,
-                               .leads = true,
-                               .lead_in_mm_s = spec.entry_mm_s});
-  for (const AxisVec& p : spec.points)
-    if (!planner.add(p)) return {};
-  if (!planner.finish()) return {};
+/// Through these points, without what leads to the first and away from the last. Where they begin and end, a curve
+/// does: lines that go on through there are cut again.
+Result<std::vector<Run>> planned_runs(const Limits& limits, const Measure& measure, std::span<const AxisVec> points,
+                                      const PathOptions& options) {
+  PathPlanner planner(limits, options);
+  for (const AxisVec& p : points)
+    if (auto ok = planner.add(p); !ok) return tl::unexpected(ok.error());
+  if (auto ok = planner.finish(); !ok) return tl::unexpected(ok.error());
   Stretch all;
   planner.take_all(all);
-  // Where the bead begins and ends, a curve does: lines that go on through there are cut again.
   return runs_between(measure, all, planner.lead_in_mm(), all.length_mm - planner.lead_out_mm());
 }
+
+/// The bead itself at full speed inside the tolerance, as if it came from a run-up. Empty: no speed was found.
+std::vector<Run> rounded_runs(const Limits& limits, const Measure& measure, const BeadSpec& spec, double tolerance_mm) {
+  return planned_runs(limits, measure, spec.points,
+                      {.tolerance_mm = tolerance_mm,
+                       .speed_mm_s = spec.speed_mm_s,
+                       .whole_ticks = false,
+                       .leads = true,
+                       .lead_in_mm_s = spec.entry_mm_s})
+      .value_or(std::vector<Run>{});
+}
+
+/// It moves more axes than the coefficients of a segment are for.
+bool is_too_wide(const Run& run) { return !run.curve.straight && 3 * moving_axes(run.curve) > kCoefficients; }
 
 bool all_there(const std::vector<Run>& runs) {
   return !runs.empty() && std::none_of(runs.begin(), runs.end(), [](const Run& r) { return r.phases.empty(); });
@@ -134,10 +145,9 @@ Result<std::vector<Run>> runs_of_bead(const Limits& limits, const Measure& measu
     for (const double share : kShares) {
       std::vector<Run> runs = rounded_runs(limits, measure, spec, share * kOfCorner * spec.corner_tolerance_mm);
       if (!all_there(runs)) continue;
-      for (const Run& run : runs)
-        if (!run.curve.straight && 3 * moving_axes(run.curve) > kCoefficients)
-          return fail(Fault::NoSolution, "a bead moves more than " + std::to_string(kCoefficients / 3) +
-                                             " axes through a rounded corner; give it no corner tolerance");
+      if (std::any_of(runs.begin(), runs.end(), is_too_wide))
+        return fail(Fault::NoSolution, "a bead moves more than " + std::to_string(kCoefficients / 3) +
+                                           " axes through a rounded corner; give it no corner tolerance");
       speed_up_lines(runs, limits, spec.speed_mm_s, spec.entry_mm_s);
       return runs;
     }
@@ -321,26 +331,17 @@ Result<std::vector<Segment>> plan_dry(const Limits& limits, std::span<const Axis
   Error why{Fault::NoSolution, "a path needs at least two different points", {}};
   for (const double tolerance : {tolerance_mm, 0.0}) {
     const PathOptions options{.tolerance_mm = tolerance, .speed_mm_s = speed_mm_s};
-    PathPlanner planner(own, options);
-    Result<void> planned;
-    for (std::size_t k = 0; planned && k < points.size(); ++k) planned = planner.add(points[k]);
-    if (planned) planned = planner.finish();
-    if (!planned) {
-      why = planned.error();
+    auto runs = planned_runs(own, measure_of(own, options), points, options);
+    if (!runs) {
+      why = runs.error();
       continue;
     }
-    Stretch all;
-    planner.take_all(all);
-    std::vector<Run> runs = runs_between(measure_of(own, options), all, 0, all.length_mm);
-    const auto too_wide = [](const Run& run) {
-      return !run.curve.straight && 3 * moving_axes(run.curve) > kCoefficients;
-    };
-    if (!all_there(runs) || std::any_of(runs.begin(), runs.end(), too_wide)) continue;
-    runs.back().curve.rest_after = true;
+    if (!all_there(*runs) || std::any_of(runs->begin(), runs->end(), is_too_wide)) continue;
+    runs->back().curve.rest_after = true;
     Segment like;
     like.feature = kTravel, like.v_cap = speed_mm_s;
     std::vector<Segment> out;
-    for (const Run& run : runs) append_segments(run, like, out);
+    for (const Run& run : *runs) append_segments(run, like, out);
     return out;
   }
   return tl::unexpected(why);
