@@ -22,7 +22,7 @@ struct JobRequest {
   std::string out;          ///< folder for the results; "" makes a new one under out/
   bool force = false;       ///< what another job has left in it may be overwritten
   run::OwnerOptions owner;
-  std::string same_machine{};  ///< record::Origin has it
+  record::SameMachine same_machine{};
   bool dry_run = false;
 };
 

@@ -59,7 +59,8 @@ void add_run(CLI::App& app, Context& context) {
                       .shown_folder = request->out};
     if (ask_owner(context, asked)) return;
     request->owner.state = *folder;
-    request->same_machine = same_machine(*verb, {"--machine", "--state", "--bus", "--world", "--sim-state"});
+    request->same_machine = {.all = same_machine(*verb, {"--machine", "--state"}),
+                             .run = same_machine(*verb, {"--bus", "--world", "--sim-state"})};
     do_job(context, *request);
   });
 }

@@ -69,7 +69,7 @@ void add_up(CLI::App& app, Context& context) {
                     {.interrupted = interrupted,
                      .identity = desk::identity_of(context.machine_file, *options),
                      .recipe = *recipe_file,
-                     .same_machine = same_machine(*verb, {"--machine", "--state"}),
+                     .same_machine = {.all = same_machine(*verb, {"--machine", "--state"})},
                      .parts = &parts});
     OwnerOperated operated(**owner, OwnerOperated::Of::Service);
     ShellJob shell(operated);

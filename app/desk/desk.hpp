@@ -28,8 +28,8 @@ class Desk {
     std::function<bool()> interrupted;  ///< the program was asked to end (a signal)
     nlohmann::ordered_json identity{};  ///< what `status` says of this owner
     std::string recipe{};               ///< what the start button runs; "": nothing
-    std::string same_machine{};         ///< record::Origin has it
-    BegunParts* parts = nullptr;        ///< those that were not finished; null: nothing is remembered of them
+    record::SameMachine same_machine{};
+    BegunParts* parts = nullptr;  ///< those that were not finished; null: nothing is remembered of them
   };
   /// `clock` is that of the clients, also where the machine's time is virtual.
   Desk(const config::Machine& machine, run::Owner& owner, OrderSocket& door, const Clock& clock, Options options)

@@ -191,11 +191,17 @@ struct OnBoard {
 };
 
 /// From what a job was made.
+/// Options that mean the machine of a job, as a person would write them again: " --machine cell.yaml"; "": none.
+struct SameMachine {
+  std::string all{};  ///< of every verb
+  std::string run{};  ///< of `run` besides: " --bus ethercat:eth0"
+};
+
 struct Origin {
   std::string recipe_sha256, machine_file, machine_sha256;  ///< "": not known
   std::string serial;                                       ///< of the part; "": it has none
   std::vector<recipes::Source> profiles{};                  ///< of the machine's stations, each once
-  std::string same_machine{};                               ///< options that mean it: " --machine cell.yaml"; "": none
+  SameMachine same_machine{};
 };
 
 /// A file of the job's folder that could not be written.

@@ -51,8 +51,8 @@ struct RunOptions {
   bool dry_run = false;
   const job::Forecast* forecast = nullptr;  ///< of the job, from the park position; null: there is none
   std::string serial{};                     ///< of the part
-  std::string same_machine{};               ///< record::Origin has it
-  record::OnBoard before{};                 ///< what jobs before it have left there
+  record::SameMachine same_machine{};
+  record::OnBoard before{};  ///< what jobs before it have left there
   Begin begin = Begin::AtOnce;
   std::span<const job::SlowBead> slow_beads{};  ///< of the job's proof
   /// A door, air or stop fault (Clear::Resume) leaves the job on hold until somebody resets and resumes; else it ends

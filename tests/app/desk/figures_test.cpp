@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "app/record/next_command.hpp"
+
 namespace gantry::desk {
 namespace {
 
@@ -32,12 +34,14 @@ TEST(Figures, say_how_a_board_is_finished_on_the_same_machine_in_words_that_a_sh
   result.recipe_file = "my board.yaml";
   result.to_finish = "--only 'a[1]'";
   result.origin.serial = "S 1";
-  result.origin.same_machine = " --machine cell.yaml --bus ethercat:eth0";
+  result.origin.same_machine = {" --machine cell.yaml", " --bus ethercat:eth0"};
   const std::string text = figures(result);
   EXPECT_NE(text.find("  to finish it   gantry run 'my board.yaml' --only 'a[1]' --serial 'S 1' --machine cell.yaml "
                       "--bus ethercat:eth0"),
             std::string::npos)
       << text;
+  // No verb but `run` takes a bus.
+  EXPECT_EQ(record::part_removed_command(result), "gantry part-removed --serial 'S 1' --machine cell.yaml");
 }
 
 }  // namespace
