@@ -36,7 +36,8 @@ void Control::on_snapshot(const cycle::Snapshot& s) {
   if (playing_ == 0 && stopped() && s.cycle > fault_at_ && s.latched == Fault::None) fault_.reset();
   if (playing_ == 0 || s.block != playing_) return;
   const bool cut = s.valve_cut && (s.state == State::Holding || s.state == State::Held);
-  if (cut || (s.state == State::Held && s.feature != motion::kTravel)) cut_ = hold_next_ = true;
+  const bool stands = s.state == State::Held && s.feature != motion::kTravel;
+  if ((cut || stands) && !std::exchange(cut_, true)) hold_next_ = true;  // once: a resume may come while it brakes
 }
 
 void Control::on_event(const cycle::Event& event) {
@@ -129,6 +130,7 @@ void Control::hold(bool now) {
   hold_ = request({.kind = CommandKind::Hold, .value = now ? 1.0 : 0.0});
   hold_asked_ = latest().cycle;
   hold_taken_.reset();
+  hold_next_ = hold_next_ || cut_;  // what plays is dropped in any case
 }
 
 void Control::follow_hold() {

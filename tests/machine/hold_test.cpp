@@ -152,6 +152,43 @@ TEST(Hold, a_second_one_and_one_far_from_the_end_do_not_wait) {
   }
 }
 
+// Whenever it is answered ok, also while the axes still brake: the job goes on by itself, and a hold behind it holds.
+TEST(Hold, a_resume_that_comes_while_a_cut_bead_brakes_is_not_forgotten) {
+  enum { Plays, Cut, GoesOn, HeldAgain, Over };
+  using Order = std::pair<CycleIndex, bool>;
+  for (const auto& [after, again] : {Order{3, false}, {10, false}, {10, true}, {20, false}}) {
+    SCOPED_TRACE(fmt::format("from {} cycles after the hold on{}", after, again ? ", and a hold behind it" : ""));
+    Rig rig({.placement = "dx=0.5 mm"});
+    int phase = Plays, open = 0;
+    CycleIndex at = 0;
+    const auto to = [&](int next, const run::Owner& owner) { phase = next, at = owner.latest().cycle; };
+    rig.on_step = [&](run::Owner& owner) {
+      const auto& s = owner.latest();
+      open = valve_open(s) ? open + 1 : 0;
+      if (phase == Plays && open == 300 && s.feature != motion::kTravel) {
+        EXPECT_TRUE(owner.order(hold(true)));
+        to(Cut, owner);
+      } else if (phase == Cut && s.cycle >= at + after && owner.order(resume())) {
+        to(GoesOn, owner);
+        if (!again) return;
+        EXPECT_TRUE(owner.order(hold(true)));
+        to(HeldAgain, owner);
+      } else if (phase == HeldAgain && s.cycle == at + 1500) {
+        EXPECT_TRUE(owner.held()) << "the hold was forgotten";
+        EXPECT_FALSE(valve_open(s));
+        (void)owner.order(resume());
+        to(GoesOn, owner);
+      } else if (phase == GoesOn && s.cycle >= at + 3000) {
+        EXPECT_FALSE(owner.held()) << "the resume was forgotten";
+        EXPECT_TRUE(owner.order({.kind = OrderKind::Abort}));
+        to(Over, owner);
+      }
+    };
+    rig.run(kPatterns);
+    EXPECT_EQ(phase, Over);
+  }
+}
+
 // The sum that the world finds missing or twice: half a cycle at the bead's speed, and 20 um.
 TEST(Hold, whatever_bead_is_cut_is_joined_to_what_lies) {
   std::size_t joins = 0;
