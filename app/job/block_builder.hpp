@@ -39,6 +39,9 @@ class BlockBuilder {
   /// asked of each motion that is taken; its error is that of the addition that it was taken for, or of finish().
   BlockBuilder(const motion::Limits& limits, const motion::Scene& scene, std::uint32_t block, const AxisVec& from,
                Breath breath = {}, motion::Opinion opinion = {});
+  BlockBuilder(BlockBuilder&&) = default;
+  /// What was not finished is freed as a block is that is over.
+  ~BlockBuilder() { discard(std::move(out_), breath_); }
 
   /// What the motions that follow are for.
   void about(const Subject& subject) { subject_ = subject; }

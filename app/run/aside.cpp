@@ -3,6 +3,8 @@
 #include <chrono>
 #include <utility>
 
+#include "core/background.hpp"
+
 namespace gantry::run {
 
 bool Aside::run(std::function<void()> work, const std::function<bool()>& serve) {
@@ -12,7 +14,7 @@ bool Aside::run(std::function<void()> work, const std::function<bool()>& serve) 
     return true;
   };
   if (!comes_to_its_end()) return false;
-  work_ = std::async(std::launch::async, std::move(work));
+  work_ = in_background(std::move(work));
   if (!comes_to_its_end()) return false;
   work_.get();
   return true;

@@ -3,6 +3,8 @@
 #include <chrono>
 #include <utility>
 
+#include "core/background.hpp"
+
 namespace gantry::run {
 
 Foresight::Foresight(const config::Machine& machine, const recipes::Recipe& recipe, Options options)
@@ -47,7 +49,7 @@ void Foresight::begin(std::optional<job::BlockWanted> wanted) {
     return;
   }
   // The first planner is made by the worker: a tree over thousands of parts takes its time.
-  worker_ = std::async(std::launch::async, [this, planner = std::move(planner_), of = *wanted_]() mutable {
+  worker_ = in_background([this, planner = std::move(planner_), of = *wanted_]() mutable {
     if (!planner) planner = new_planner([this] { return !given_up_; });
     planner->know(of.known);
     auto block = job::plan(*planner, of);

@@ -176,34 +176,40 @@ void Runner::foresee(const job::JobState& after, const Result<job::ProvenBlock>&
   if (block) foresee(after, block->end());
 }
 
+/// However it ended, the block is freed in pieces.
 Result<Played> Runner::play(Result<job::ProvenBlock> planned, When when) {
   if (!planned) return tl::unexpected(planned.error());
+  auto played = play_through(*planned, when);
+  playing_ = nullptr;
+  job::discard(*std::move(planned), site_.breath);
+  return played;
+}
+
+Result<Played> Runner::play_through(const job::ProvenBlock& block, When when) {
   constexpr std::size_t kPiece = 16;  // segments that are drawn between two breaths
   std::size_t drawn = 0;
-  for (const motion::Segment& segment : planned->segments()) {
+  for (const motion::Segment& segment : block.segments()) {
     if (drawn++ % kPiece == 0 && !go_on(site_.breath)) return given_up();
     planned_path_.add({&segment, 1});
   }
-  if (site_.motions != nullptr) site_.motions->add(*planned);
-  result_.motions_certified += planned->motions();
-  result_.opinion_poses += planned->poses();
-  job::take_nearer(result_.minimum_clearance, planned->nearest());
+  if (site_.motions != nullptr) site_.motions->add(block);
+  result_.motions_certified += block.motions();
+  result_.opinion_poses += block.poses();
+  job::take_nearer(result_.minimum_clearance, block.nearest());
   const std::vector<job::FeatureState> before = state_.features;
-  speed_watch_.begin(planned->segments());
+  speed_watch_.begin(block.segments());
   cut_watch_.begin();
-  playing_ = &planned->segments();
+  playing_ = &block.segments();
   if (when != When::OnHold)
     if (auto ready = when == When::Armed ? arm() : wait_for_resume(); !ready) return tl::unexpected(ready.error());
-  auto played = when == When::OnHold ? site_.control.play_on_hold(*planned) : site_.control.play(*planned);
-  playing_ = nullptr;
+  auto played = when == When::OnHold ? site_.control.play_on_hold(block) : site_.control.play(block);
   speed_watch_.end();
   at_ = site_.control.latest().target;
   const bool cut = played ? played->cut : outlives(played.error());
   if (cut) {
     times_.disturb();
-    if (when != When::OnHold) note_cut(before, planned->segments());
+    if (when != When::OnHold) note_cut(before, block.segments());
   }
-  job::discard(*std::move(planned), site_.breath);
   return played;
 }
 

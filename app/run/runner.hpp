@@ -126,6 +126,7 @@ class Runner {
   std::uint32_t next_block(std::string_view tool_name);
   enum class When { Released, OnHold, Armed };
   Result<Played> play(Result<job::ProvenBlock> planned, When when = When::Released);
+  Result<Played> play_through(const job::ProvenBlock& block, When when);
   /// Arms the probe when nothing waits any more: whatever touches it meanwhile would be its touch.
   Result<void> arm();
   /// A hold has stopped on this feature: the needle lifts and waits for the operator to resume.

@@ -4,6 +4,7 @@
 #include <ctime>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <numeric>
 #include <thread>
 
 #include "app/job/block_plan.hpp"
@@ -53,6 +54,20 @@ TEST(Breath, giving_up_at_any_moment_is_told_as_an_abort_and_leaves_nothing_behi
     EXPECT_EQ(asked, last + 1) << "nothing is begun after the no";
   }
   EXPECT_GE(last, 6);
+}
+
+TEST(Breath, what_was_begun_is_freed_in_pieces_when_it_is_given_up) {
+  const config::Machine machine = test::reference();
+  const recipes::Recipe recipe = test::dots(20, 30);
+  std::vector<std::size_t> all(recipe.features.size());
+  std::iota(all.begin(), all.end(), 0u);
+  std::size_t asked = 0, no_at = 0;
+  BlockPlanner planner(machine, recipe, [&] { return ++asked, no_at == 0 || asked < no_at; });
+  const auto whole = planner.dispense(1, test::parked(machine), all);
+  ASSERT_TRUE(whole);
+  no_at = asked - 1, asked = 0;
+  EXPECT_FALSE(planner.dispense(1, test::parked(machine), all));
+  EXPECT_GE(asked - no_at, whole->segments().size() / 300) << "a breath of at most 256 segments";
 }
 
 TEST(Breath, two_planners_on_two_threads_do_not_disturb_each_other) {
