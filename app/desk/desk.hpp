@@ -136,6 +136,8 @@ class Desk {
   [[nodiscard]] std::string_view state_word() const;
   Carried carry_out(const run::Order& order);
   [[nodiscard]] Json status_behind(const std::string& said) const;
+  /// The abort, or the end of this program, that came before the job.
+  [[nodiscard]] Error why_nothing_begins() const;
   /// How what is at work begins; a hold that was wished for is with the owner from here on.
   run::Begin begin();
   Json jog(const job::JogWords& words);

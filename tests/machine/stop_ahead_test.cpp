@@ -12,6 +12,8 @@ namespace {
 using run::OrderKind;
 using test::Rig;
 
+constexpr int kStops = 15;  // of a job, which is aborted then
+
 struct Found {
   int stops = 0, on_beads = 0;
   double most = 0, least = 1e9;  ///< of what was told, over stops of 0.1 mm and more
@@ -46,11 +48,14 @@ Found hold_at_random(const std::string& recipe, std::uint64_t seed) {
       if (s.cycle < resume_at) return;
       if (owner.held() && !owner.order({.kind = OrderKind::Resume})) return;
       resume_at = 0;
+      if (found.stops == kStops) {
+        EXPECT_TRUE(owner.order({.kind = OrderKind::Abort}));
+      }
       next = s.cycle + static_cast<CycleIndex>(uniform(50, 5000));
       if (uniform(0, 1) < 0.4) {
         EXPECT_TRUE(owner.order({.kind = OrderKind::Override, .value = uniform(0.2, 1)}));
       }
-    } else if (s.block != 0 && s.cycle >= next && s.path_speed > 1 && found.stops < 15) {
+    } else if (s.block != 0 && s.cycle >= next && s.path_speed > 1 && found.stops < kStops) {
       const auto mm = owner.stop_mm();
       ASSERT_TRUE(mm);
       if (!owner.order({.kind = OrderKind::Hold, .now = true})) return;
@@ -59,7 +64,7 @@ Found hold_at_random(const std::string& recipe, std::uint64_t seed) {
     }
   };
   const record::JobResult r = rig.run(recipe);
-  EXPECT_TRUE(r.errors.empty());
+  for (const Error& e : r.errors) EXPECT_EQ(e.fault, Fault::Aborted) << to_text(e);
   return found;
 }
 

@@ -29,12 +29,12 @@ void expect_right(const test::Verdict& v, std::uint64_t boards) {
 }
 
 TEST(Boards, on_the_shipped_machine_what_is_certified_is_free_and_what_is_refused_is_not) {
-  constexpr std::uint64_t kBoards = 250;
+  constexpr std::uint64_t kBoards = 160;
   expect_right(verdict_on(test::reference(), kBoards), kBoards);
 }
 
 TEST(Boards, axes_of_one_delay_change_nothing_in_that) {
-  constexpr std::uint64_t kBoards = 400;
+  constexpr std::uint64_t kBoards = 200;
   expect_right(verdict_on(test::of_one_delay(), kBoards), kBoards);
 }
 

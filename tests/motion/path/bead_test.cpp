@@ -95,7 +95,7 @@ TEST(Bead, any_polyline_becomes_a_continuous_motion_within_limits_and_tolerance)
   const Limits m = machine();
   std::mt19937_64 random(kSeed);
   int planned = 0;
-  for (int n = 0; n < 1000; ++n) {
+  for (int n = 0; n < 600; ++n) {
     const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
     const double tolerance = uniform(0, 1) < 0.25 ? 0 : std::pow(10.0, uniform(-2.5, 0.3));
     const BeadSpec spec = spec_of(test::random_polyline(random), std::pow(10.0, uniform(0.5, 2.3)), tolerance);
@@ -110,7 +110,7 @@ TEST(Bead, any_polyline_becomes_a_continuous_motion_within_limits_and_tolerance)
     check_bead(m, spec, *bead, what);
     if (HasFatalFailure()) return;
   }
-  EXPECT_GT(planned, 800);
+  EXPECT_GT(planned, 480);
 }
 
 TEST(Bead, holds_its_speed_where_no_corner_limits_it) {
