@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <optional>
+#include <utility>
 
 #include "app/record/certificate.hpp"
 #include "app/record/defects.hpp"
@@ -27,12 +28,14 @@ std::vector<recipes::Source> profiles_of(const config::Machine& machine) {
 }
 
 /// All files of the job. A certificate stands beside the report of its job, or nowhere.
-Result<void> write_files(JobDone& done, const config::Machine& machine, const Prepared& prepared) {
-  return record::write_job(done.result, done.folder, [&](const std::string& folder) -> Result<void> {
+Result<void> write_files(JobDone& done, record::KeptRoom room, const config::Machine& machine,
+                         const Prepared& prepared) {
+  const auto certify = [&](const std::string& folder) -> Result<void> {
     if (!prepared.proof) return {};
     return record::write_certificate(folder, done.result,
                                      {machine, prepared.recipe, prepared.selection, *prepared.proof});
-  });
+  };
+  return record::write_job(done.result, done.folder, certify, std::move(room));
 }
 
 /// Of a job that was not proved a report alone is left.
@@ -117,8 +120,7 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
   Result<void> written;
   aside([&] {
     part.end(done.result, done.clamp_holds);
-    (*folder)->room.give();
-    written = write_files(done, machine, prepared);
+    written = write_files(done, std::move((*folder)->room), machine, prepared);
   });
   if (!written)
     record::add_error(

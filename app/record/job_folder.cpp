@@ -236,7 +236,7 @@ void take_away(const std::string& folder) {
   fs::remove(folder, ignored);
 }
 
-Result<void> write_job(JobResult& result, const std::string& folder, const Certify& certify) {
+Result<void> write_job(JobResult& result, const std::string& folder, const Certify& certify, KeptRoom room) {
   std::vector<std::string> files;
   const auto keep = [&](const std::string& name, const Result<void>& written) {
     if (!written) not_kept(result, name, written.error());
@@ -244,7 +244,7 @@ Result<void> write_job(JobResult& result, const std::string& folder, const Certi
   };
   // The verdict first: what follows may fill the disk, and a program that dies while it writes the report has said what
   // the job came to. Once more at the end, when it is known which files there are, and which could not be kept.
-  const Result<void> first = write_summary(folder, result, files);
+  const Result<void> first = room.become((fs::path(folder) / "summary.json").string(), summary_text(result, files));
   const bool reported = keep("report.html", write_report(folder, result));
   const auto images = image_names(result);
   for (std::size_t i = 0; i < images.size(); ++i)

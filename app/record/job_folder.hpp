@@ -40,9 +40,10 @@ void take_away(const std::string& folder);
 
 /// All files of the job that are written when it has ended: the summary, then the report, then the larger ones, and the
 /// summary once more with the names of what is there. What cannot be written is told in result.not_kept; a file of
-/// `marks` or `inputs` that was there before the job is not written over.
+/// `marks` or `inputs` that was there before the job is not written over. The summary is made of the room that was kept
+/// for it.
 /// Fault::FileUnwritable: there is no summary.
-Result<void> write_job(JobResult& result, const std::string& folder, const Certify& certify = {});
+Result<void> write_job(JobResult& result, const std::string& folder, const Certify& certify = {}, KeptRoom room = {});
 
 /// Whether a job has left its report there.
 bool has_report(const std::string& folder);

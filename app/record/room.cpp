@@ -10,6 +10,7 @@
 #include <utility>
 #include <variant>
 
+#include "app/record/write_file.hpp"
 #include "core/absolute_path.hpp"
 
 namespace gantry::record {
@@ -65,9 +66,9 @@ Result<void> enough_room(const std::string& folder, const Room& room) {
 }
 
 Result<KeptRoom> KeptRoom::keep(const std::string& folder, std::uint64_t bytes) {
-  const int fd = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
-  if (fd < 0) return KeptRoom(-1);
-  KeptRoom kept(fd);
+  const int fd = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+  if (fd < 0) return KeptRoom();
+  KeptRoom kept(fd, bytes);
   // fallocate(2), and not posix_fallocate(3): a promise alone, nothing is written where there is none.
   if (::fallocate(fd, 0, 0, static_cast<off_t>(bytes)) == 0) return kept;
   if (const int wrong = errno; wrong == ENOSPC || wrong == EDQUOT)
@@ -75,10 +76,32 @@ Result<KeptRoom> KeptRoom::keep(const std::string& folder, std::uint64_t bytes) 
                 fmt::format("the disk does not give the {:.1f} MB that the results of this job need at least: {}; {}",
                             static_cast<double>(bytes) / kMb, std::strerror(wrong), kMakeRoom),
                 folder);
-  return KeptRoom(-1);
+  return KeptRoom();
 }
 
-KeptRoom::KeptRoom(KeptRoom&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+KeptRoom::KeptRoom(KeptRoom&& other) noexcept : fd_(std::exchange(other.fd_, -1)), bytes_(other.bytes_) {}
+
+Result<void> KeptRoom::become(const std::string& path, std::string_view bytes) {
+  const bool done = fd_ >= 0 && bytes.size() <= bytes_ && take_shape(path, bytes);
+  give();
+  return done ? Result<void>{} : write_file(path, bytes);
+}
+
+/// Within the bytes that are kept nothing has to be found on the disk but the name.
+bool KeptRoom::take_shape(const std::string& path, std::string_view bytes) const {
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t n = ::pwrite(fd_, bytes.data() + at, bytes.size() - at, static_cast<off_t>(at));
+    if (n < 0 && errno != EINTR) return false;
+    if (n > 0) at += static_cast<std::size_t>(n);
+  }
+  if (::ftruncate(fd_, static_cast<off_t>(bytes.size())) != 0) return false;
+  const std::string beside = path + ".part", self = fmt::format("/proc/self/fd/{}", fd_);
+  ::unlink(beside.c_str());
+  if (::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, beside.c_str(), AT_SYMLINK_FOLLOW) != 0) return false;
+  if (::rename(beside.c_str(), path.c_str()) == 0) return true;
+  ::unlink(beside.c_str());
+  return false;
+}
 
 void KeptRoom::give() {
   if (fd_ >= 0) ::close(std::exchange(fd_, -1));

@@ -381,12 +381,16 @@ nlohmann::ordered_json to_json(const JobResult& r) {
   return Json::parse(j.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-Result<void> write_summary(const std::string& dir, const JobResult& r, std::span<const std::string> files) {
+std::string summary_text(const JobResult& r, std::span<const std::string> files) {
   auto j = to_json(r);
   std::set<std::string> named(files.begin(), files.end());
   named.insert("summary.json");
   j["files"] = named;
-  return write_file(dir + "/summary.json", lines(j));
+  return lines(j);
+}
+
+Result<void> write_summary(const std::string& dir, const JobResult& r, std::span<const std::string> files) {
+  return write_file(dir + "/summary.json", summary_text(r, files));
 }
 
 }  // namespace gantry::record

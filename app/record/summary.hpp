@@ -25,7 +25,10 @@ nlohmann::ordered_json to_json(const job::Clearances& clearances);
 /// {feature, kind, message} of each.
 nlohmann::ordered_json to_json(std::span<const Defect> defects);
 
-/// `files`: what else the job has left in `dir`. Fault::FileUnwritable.
+/// The whole document. `files`: what else the job has left beside it.
+std::string summary_text(const JobResult& result, std::span<const std::string> files = {});
+
+/// Fault::FileUnwritable.
 Result<void> write_summary(const std::string& dir, const JobResult& result, std::span<const std::string> files = {});
 
 }  // namespace gantry::record

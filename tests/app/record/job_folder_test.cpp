@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <sys/mount.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <thread>
@@ -238,6 +239,27 @@ TEST(JobFolder, a_number_is_not_used_twice) {
   EXPECT_EQ(path_of(job_folder(wanted, "b.yaml")), folder.path + "/b-001");
   put(folder.path + "/.a.last-number", "no number");
   EXPECT_EQ(path_of(job_folder(wanted, "a.yaml")), folder.path + "/a-004");
+}
+
+TEST(KeptRoom, becomes_a_file_of_its_own_whatever_else_fills_the_disk) {
+  const Folder folder;
+  if (::mount("none", folder.path.c_str(), "tmpfs", 0, "size=2m") != 0) GTEST_SKIP() << "a small disk needs root";
+  const std::string path = folder.path + "/summary.json", text(900'000, 'x');
+  for (const std::size_t kept_bytes : {1'000'000, 800'000}) {
+    auto kept = KeptRoom::keep(folder.path, kept_bytes);
+    EXPECT_TRUE(kept);
+    std::ofstream(folder.path + "/full") << std::string(4'000'000, '.');
+    EXPECT_EQ(kept && kept->become(path, text).has_value(), kept_bytes >= text.size());
+    std::ifstream file(path);
+    const std::string found(std::istreambuf_iterator<char>(file), {});
+    EXPECT_EQ(found, kept_bytes >= text.size() ? text : "") << "whole or not at all";
+    EXPECT_FALSE(fs::exists(path + ".part"));
+    fs::remove(folder.path + "/full");
+    fs::remove(path);
+  }
+  EXPECT_TRUE(KeptRoom().become(path, text));
+  EXPECT_EQ(fs::file_size(path), text.size());
+  ::umount(folder.path.c_str());
 }
 
 TEST(KeptRoom, is_taken_from_the_disk_until_it_is_given_back) {
