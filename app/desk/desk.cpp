@@ -400,6 +400,7 @@ Json Desk::hold_in_words(std::uint64_t client) const {
 std::string_view Desk::state_word() const {
   const cycle::State state = owner_.state();
   const bool idle = state == cycle::State::Ready || state == cycle::State::Disabled;
+  if (owner_.standing().aborting && (idle || state == cycle::State::Held)) return cycle::name(cycle::State::Stopping);
   if (!idle || at_work() == nullptr) return cycle::name(state);
   if (preparing_ || !doing_) return "preparing";
   switch (doing_->request.order->kind) {

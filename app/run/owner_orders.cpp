@@ -18,13 +18,14 @@ using cycle::State;
 Standing Owner::Parts::standing() const {
   if (!on_bus) return {.undertaking = undertaking, .on_bus = false};
   const State state = control().latest().state;
-  const bool held =
-      control().holds_next() || control().hold_is_on_its_way() || state == State::Held || state == State::Holding;
+  const bool aborting = control().aborting();  // no resume lets go on what an abort ends
+  const bool held = !aborting && (control().holds_next() || control().hold_is_on_its_way() || state == State::Held ||
+                                  state == State::Holding);
   return {.state = state == State::Ready && held ? State::Held : state,
           .undertaking = undertaking,
           .held = held,
           .stopped = control().stopped(),
-          .aborting = control().aborting()};
+          .aborting = aborting};
 }
 
 Error Owner::Parts::refusal(OrderKind order) const { return {Fault::Refused, run::refusal(order, standing()), ""}; }

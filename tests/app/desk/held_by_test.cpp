@@ -53,6 +53,17 @@ TEST_F(HeldBy, an_order_is_told_to_everybody_and_as_ones_own_to_whom_gave_it) {
   EXPECT_TRUE(answer(6)["held_by"].is_null()) << "the job is over: " << answer(6).dump();
 }
 
+/// Until the job has been brought to its end: `resume` is refused by then, and nobody is sent to it.
+TEST_F(HeldBy, what_was_aborted_on_hold_is_not_told_to_be_held_any_more) {
+  run_until_held([&] { client_->say("{\"order\":\"hold\",\"now\":true,\"id\":2}\n"); },
+                 [&] { client_->say("{\"order\":\"abort\",\"id\":3}\n{\"order\":\"status\",\"id\":4}\n"); });
+  const Json seen = answer(4);
+  EXPECT_EQ(seen.value("busy_with", ""), "run") << "the job is over before anybody asks: " << seen.dump();
+  EXPECT_EQ(seen.value("state", ""), "stopping") << seen.dump();
+  EXPECT_FALSE(seen.value("held", true));
+  EXPECT_TRUE(seen["held_by"].is_null()) << seen["held_by"].dump();
+}
+
 TEST_F(HeldBy, an_override_of_nothing_is_named_as_such) {
   run_until_held([&] { client_->say("{\"order\":\"override\",\"value\":0,\"id\":2}\n"); },
                  [&] { client_->say("{\"order\":\"status\",\"id\":3}\n{\"order\":\"resume\",\"id\":4}\n"); });
