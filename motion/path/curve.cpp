@@ -83,7 +83,7 @@ void append(const Measure& m, const std::array<AxisVec, 4>& b, std::uint16_t cel
     g.c[0][i] = b[0][i];
     g.c[1][i] = 3 * (b[1][i] - b[0][i]);
     g.c[2][i] = 3 * (b[2][i] - 2 * b[1][i] + b[0][i]);
-    g.c[3][i] = b[3][i] - 3 * b[2][i] + 3 * b[1][i] - b[0][i];
+    g.c[3][i] = b[3][i] - b[0][i] - 3 * (b[2][i] - b[1][i]);  // exactly 0 where all are equal
   }
   g.cells = cells;
   g.length = length_of(m, g);

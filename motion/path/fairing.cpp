@@ -56,6 +56,11 @@ class Fairing {
       given_knots_.assign(s.knots.begin(), s.knots.begin() + 5);
       given_.assign(s.controls.begin(), s.controls.begin() + 3);
     }
+    const auto all_at = [](const std::vector<AxisVec>& points, std::size_t i, double x) {
+      return std::all_of(points.begin(), points.end(), [&](const AxisVec& q) { return q[i] == x; });
+    };
+    for (std::size_t i = 0; i < m.axes; ++i)
+      if (all_at(guide.q, i, guide.q[0][i]) && all_at(given_, i, guide.q[0][i])) standing_.push_back(i);
   }
 
   bool run() {
@@ -263,6 +268,9 @@ class Fairing {
       for (std::size_t i = 0; i < m_.axes; ++i) s_.controls[k][i] = right_[k][i];
     }
     set_ends();
+    // An axis that stands does so to the last bit: equality tells whoever asks which axes a bead moves.
+    for (AxisVec& control : s_.controls)
+      for (const std::size_t i : standing_) control[i] = guide_.q[0][i];
   }
 
   /// band_ is L D L' by rows: [k][d] couples k with k - d. right_ becomes the solution.
@@ -340,6 +348,7 @@ class Fairing {
   FairSpline& s_;
   std::vector<double> given_knots_;
   std::vector<AxisVec> given_;
+  std::vector<std::size_t> standing_;  ///< axes that have one value all along
   std::vector<char> fixed_;
   std::vector<std::array<Four, 4>> basis_;
   std::vector<Sample> samples_;
@@ -352,10 +361,16 @@ class Fairing {
 
 std::array<AxisVec, 4> FairSpline::bezier(std::size_t interval) const {
   const auto b = blossoms(&knots[interval]);
+  const AxisVec* c = &controls[interval];
   std::array<AxisVec, 4> out{};
   for (std::size_t n = 0; n < 4; ++n)
-    for (std::size_t k = 0; k < 4; ++k)
-      for (std::size_t i = 0; i < kMaxAxes; ++i) out[n][i] += b[n][k] * controls[interval + k][i];
+    for (std::size_t i = 0; i < kMaxAxes; ++i) {
+      if (c[0][i] == c[1][i] && c[0][i] == c[2][i] && c[0][i] == c[3][i]) {
+        out[n][i] = c[0][i];  // shares whose sum is 1 but for its rounding would give nearly that
+        continue;
+      }
+      for (std::size_t k = 0; k < 4; ++k) out[n][i] += b[n][k] * c[k][i];
+    }
   return out;
 }
 

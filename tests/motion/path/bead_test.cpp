@@ -172,6 +172,33 @@ TEST(Bead, a_circle_of_short_chords_keeps_its_speed) {
   EXPECT_LE(bead->bead_seconds, 2 * M_PI * 30 / 50 * 1.01);
 }
 
+// The machine rounds its way to and from a bead only where lift and turn stand, and asks for no more than equality.
+TEST(Bead, an_axis_that_stands_along_it_stands_to_the_last_bit) {
+  const Limits m = machine();
+  std::mt19937 random(kSeed);
+  std::uniform_real_distribution<double> away(0, 40), turned(-1, 1), radius(2, 9);
+  for (int n = 0; n < 6; ++n) {
+    std::vector<AxisVec> points;
+    const double r = radius(random), lift = away(random), turn = turned(random), z = -away(random);
+    for (int k = 0; k <= 16; ++k) {
+      const double angle = 2 * std::acos(-1.0) * k / 32;
+      points.push_back({250 + r * std::cos(angle), 180 + r * std::sin(angle), z, turn, lift});
+    }
+    for (const double entry_mm_s : {20.0, 0.0}) {
+      BeadSpec spec = spec_of(points, 20, 0.05);
+      spec.entry_mm_s = entry_mm_s;
+      const auto bead = plan_bead(m, spec);
+      ASSERT_TRUE(bead) << bead.error().message;
+      for (const std::size_t i : {2UL, 3UL, 4UL}) {
+        EXPECT_EQ(bead->start[i], points[0][i]) << n << " axis " << i;
+        EXPECT_EQ(bead->end[i], points[0][i]) << n << " axis " << i;
+        for (const Segment& piece : bead->segments)
+          EXPECT_EQ(point(piece.geometry, piece.geometry.length / 3)[i], points[0][i]) << n << " axis " << i;
+      }
+    }
+  }
+}
+
 TEST(Bead, slows_down_for_a_tight_corner_and_not_before_it_must) {
   const Limits m = machine();
   const auto bead = plan_bead(m, spec_of({at(100, 100), at(160, 100), at(160, 140)}, 100, 0.05));
