@@ -33,10 +33,15 @@ constexpr std::array kRows{
     ClientRow{OrderKind::Reset, OnInterrupt::Leaves, OnStopKey::Stops},
     ClientRow{OrderKind::Quit, OnInterrupt::Leaves, OnStopKey::Stops},
 };
+static_assert([] {
+  for (std::size_t i = 0; i < kRows.size(); ++i)
+    if (static_cast<std::size_t>(kRows[i].kind) != i) return false;
+  return kRows.back().kind == OrderKind::Quit;
+}());
 
 }  // namespace
 
-const ClientRow& client_row(OrderKind kind) { return *std::ranges::find(kRows, kind, &ClientRow::kind); }
+const ClientRow& client_row(OrderKind kind) { return kRows[static_cast<std::size_t>(kind)]; }
 
 Result<void> OwnerElsewhere::say(const run::Order& order, int id) {
   if (!owner_.send(desk::to_line(order, id))) return fail(Fault::OwnerSilent, "the owner takes no more orders");

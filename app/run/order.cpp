@@ -19,6 +19,11 @@ constexpr std::array kOrders{Row{OrderKind::Status, "status"},   Row{OrderKind::
                              Row{OrderKind::Hold, "hold"},       Row{OrderKind::Resume, "resume"},
                              Row{OrderKind::Abort, "abort"},     Row{OrderKind::Override, "override"},
                              Row{OrderKind::Reset, "reset"},     Row{OrderKind::Quit, "quit"}};
+static_assert([] {
+  for (std::size_t i = 0; i < kOrders.size(); ++i)
+    if (static_cast<std::size_t>(kOrders[i].kind) != i) return false;
+  return kOrders.back().kind == OrderKind::Quit;
+}());
 
 }  // namespace
 
@@ -28,11 +33,7 @@ std::string wrong_with_serial(const std::string& serial) {
   return clean_text(serial) == serial ? "" : "has a line break or another control character in it; write plain text";
 }
 
-std::string_view name(OrderKind kind) {
-  for (const Row& row : kOrders)
-    if (row.kind == kind) return row.name;
-  return "?";
-}
+std::string_view name(OrderKind kind) { return kOrders[static_cast<std::size_t>(kind)].name; }
 
 std::optional<OrderKind> order_named(std::string_view wanted) {
   for (const Row& row : kOrders)
