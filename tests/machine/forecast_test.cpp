@@ -62,6 +62,15 @@ TEST(Forecast, holds_on_boards_that_lie_elsewhere) {
     }
 }
 
+TEST(Forecast, of_work_on_a_part_holds_on_a_board_that_slopes) {
+  for (const char* slope :
+       {"tilt_x=0 deg, tilt_y=0 deg", "tilt_x=0.02 deg, tilt_y=0 deg", "tilt_x=0.3 deg, tilt_y=-0.2 deg"}) {
+    SCOPED_TRACE(slope);
+    Rig rig({.placement = fmt::format("dx=0 mm, dy=0 mm, dz=0 mm, rot=0 deg, {}", slope)});
+    expect_forecast(rig.run("recipes/on-parts.yaml"));
+  }
+}
+
 TEST(Forecast, is_exact_on_a_board_that_lies_where_it_should) {
   Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg, dz=0 mm"});
   const record::JobResult r = rig.run("recipes/demo-board.yaml");
