@@ -263,6 +263,12 @@ Result<void> write_job(JobResult& result, const std::string& folder, const Certi
   return first ? first : last;
 }
 
+std::string name_of_job(const std::string& folder) {
+  std::error_code ignored;
+  const fs::path path = fs::absolute(folder, ignored).lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
 bool has_report(const std::string& folder) {
   std::error_code ignored;
   return !folder.empty() && fs::is_regular_file(fs::path(folder) / "report.html", ignored);

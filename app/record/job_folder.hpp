@@ -35,6 +35,9 @@ Result<void> check_folder(const WantedFolder& wanted);
 /// cannot be written, or holds a job), FileUnwritable.
 Result<JobFolder> job_folder(const WantedFolder& wanted, const std::string& recipe_file, const Room& room = {});
 
+/// The last name of the folder's path, however that was written ("out/first/", "."); "" of the root.
+std::string name_of_job(const std::string& folder);
+
 /// What a job has left in `folder`, and the folder where nothing else lies in it.
 void take_away(const std::string& folder);
 

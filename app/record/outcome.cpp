@@ -6,6 +6,7 @@
 
 #include "app/record/drawing.hpp"
 #include "app/record/environment.hpp"
+#include "app/record/job_folder.hpp"
 #include "core/log.hpp"
 #include "core/utc_stamp.hpp"
 
@@ -15,7 +16,8 @@ namespace fs = std::filesystem;
 JobResult begin_result(const config::Machine& machine, const recipes::Recipe& recipe, const recipes::Job& job,
                        const std::string& out, bool dry_run) {
   JobResult result;
-  result.job = out.empty() ? fs::path(recipe.file).stem().string() : fs::path(out).filename().string();
+  if (!out.empty()) result.job = name_of_job(out);
+  if (result.job.empty()) result.job = fs::path(recipe.file).stem().string();
   result.recipe_file = recipe.file;
   result.recipe_name = recipe.name;
   result.machine_name = machine.name;

@@ -41,6 +41,14 @@ JobResult with_images() {
   return r;
 }
 
+TEST(JobFolder, gives_its_job_a_name_however_its_path_was_written) {
+  for (const char* path :
+       {"out/first", "out/first/", "out/first//", "out/first/.", "./out/second/../first", "/tmp/first/"})
+    EXPECT_EQ(name_of_job(path), "first") << path;
+  EXPECT_EQ(name_of_job("."), fs::current_path().filename().string());
+  EXPECT_EQ(name_of_job("/"), "");
+}
+
 TEST(JobFolder, force_takes_away_what_the_job_has_left_and_nothing_else) {
   const Folder folder;
   JobResult r = with_images();
