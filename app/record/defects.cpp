@@ -186,9 +186,12 @@ class Judge {
                    from_above_mm(o.board_mm.back(), end) <= m->tolerance_mm &&
                    length_from_above_mm(o.board_mm) >= nearly_all_mm;
           }))
-        return add(bead.id, Kind::Cut,
-                   fmt::format("cut by a stop: it starts {:.2f} mm from its start and ends {:.2f} mm from its end",
-                               start_off_mm, end_off_mm));
+        return add(
+            bead.id, Kind::Cut,
+            fmt::format("cut by a stop: {:.2f} of its {:.2f} mm lie; it starts {:.2f} mm from its start and ends "
+                        "{:.2f} mm from its end",
+                        length_from_above_mm(d->board_mm), length_from_above_mm(d->nominal_mm), start_off_mm,
+                        end_off_mm));
       return add_extra(*d);
     }
     joins(bead.id, *d, *m);

@@ -175,6 +175,17 @@ TEST(Defects, what_a_stop_has_cut_counts_where_it_shows) {
   expect_one(judged({dot(), half}, {FeatureState::Done, FeatureState::Interrupted}), "b", Kind::Cut, Board::Begun);
 }
 
+// The ends of a closed bead are one place, near which most of it may be missing.
+TEST(Defects, what_is_cut_tells_how_much_of_it_lies) {
+  auto little = bead();
+  little.nominal_mm = {{20, 10, 0.2}, {30, 10, 0.2}, {30, 20, 0.2}, {20, 20, 0.2}, {20, 10, 0.2}};
+  little.board_mm = {{20, 10, 0.2}, {23, 10, 0.2}}, little.error_mm = 14;
+  const JobResult r = judged({dot(), little}, {FeatureState::Done, FeatureState::Interrupted});
+  ASSERT_EQ(r.defects.size(), 1u);
+  EXPECT_EQ(r.defects[0].message,
+            "cut by a stop: 3.00 of its 40.00 mm lie; it starts 0.00 mm from its start and ends 3.00 mm from its end");
+}
+
 TEST(Defects, a_drop_under_a_feature_that_was_given_again_is_one_too_many_and_nothing_is_missing) {
   auto drop = shut_after(dot(), 3), again = dot();
   again.id = "", again.opened_cycle = 1500, again.closed_cycle = 1560;
