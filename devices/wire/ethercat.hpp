@@ -233,9 +233,10 @@ constexpr SyncManager get_sync_manager(std::span<const std::byte> b) noexcept {
 enum class AlState : std::uint8_t { None = 0, Init = 1, PreOp = 2, Boot = 3, SafeOp = 4, Op = 8 };
 inline constexpr std::uint16_t kAlStateMask = 0x000F;
 inline constexpr std::uint16_t kAlError = 0x0010;  ///< AL status: error; AL control: acknowledge
-/// Of the AL states of all stations OR-ed (BRD 0130h): everybody is in OP, and nobody shows an error.
+/// Of the AL states of all stations OR-ed (BRD 0130h): everybody is in OP, and nobody shows an error. What stands above
+/// these bits is an application's own (ETG.1000.6, AL status), and an identification (ETG.1020).
 constexpr bool all_in_op(std::uint16_t al_states) noexcept {
-  return al_states == static_cast<std::uint16_t>(AlState::Op);
+  return (al_states & (kAlStateMask | kAlError)) == static_cast<std::uint16_t>(AlState::Op);
 }
 
 constexpr std::string_view name(AlState s) noexcept {

@@ -31,6 +31,7 @@ struct StationHabits {
     std::uint16_t code = 0;
   };
   std::optional<Refusal> refuses{};
+  std::uint16_t al_bits = 0;  ///< that its AL status shows beside state and error, bits 5 to 15
   /// It falls to SAFE_OP with this AL status code after so many cycles in OP.
   struct Fall {
     std::int64_t after = 0;

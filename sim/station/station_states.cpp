@@ -75,7 +75,7 @@ void Station::show_state(std::uint16_t code) noexcept {
     status |= kAlIdentification;
     code = config_.alias;
   }
-  esc_.set_al_status(status, code);
+  esc_.set_al_status(status | habits_.al_bits, code);
 }
 
 /// A SyncManager that a state does not use is closed to the bus (as stations with their own firmware do).

@@ -174,6 +174,8 @@ TEST(Liars, eeproms_and_lines) {
        {},
        {"station 3 'y2'", "002Ch"}},
       {"falls again and again", "z", {.falls = StationHabits::Fall{700, 0x8001, true}}, {}, {"station 4 'z'", "8001h"}},
+      {"its AL status has bits of an application", "x", {.al_bits = 0xA500}},
+      {"its AL status has the bit of an identification that nobody asked for", "y2", {.al_bits = 0x20}},
       {"does not enter OP",
        "x",
        {.refuses = StationHabits::Refusal{AlState::Op, 0x0030}},
