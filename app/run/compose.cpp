@@ -25,6 +25,9 @@ constexpr double kLeaveLeast_mm = 5, kLeaveMost_mm = 20, kLeaveLeast_rad = 0.09,
 constexpr double kLeaveSlower = 2, kLeaveStart_s = 1;  // than the slow speed, and what starting takes
 // From the edge on, besides braking: what the drive takes to see it, and to come to rest (assumed).
 constexpr double kComesToRest_s = 0.02;
+// From that edge until 60FDh shows it (assumed: its input filter); a drive that sets its counter hides two cycles'
+// travel.
+constexpr double kShowsSwitch_s = 0.05, kCyclesHidden = 2, kSlackCounts = 20;
 constexpr double kFlickers_s = 0.003;  // a contact that bounces
 constexpr double kHomingTravel = 1.2;  // of the axis' travel between the switches: more than any search needs
 
@@ -142,6 +145,8 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, Host host) {
       const double braking = axis.homing->fast * axis.homing->fast / (2 * axis.homing->acceleration);
       setup.homing.limits.near_counts =
           std::llround((braking + kComesToRest_s * axis.homing->fast) * std::abs(axis.counts_per_unit));
+      const double edge = kShowsSwitch_s * axis.homing->slow + kCyclesHidden * seconds(loop.period) * axis.homing->fast;
+      setup.homing.limits.edge_counts = std::llround(edge * std::abs(axis.counts_per_unit) + kSlackCounts);
       setup.homing.square_max = axis.homing->square_max;
       setup.homing.square_speed = axis.homing->slow;
       // A side that comes to its switch late runs past it, as the other one has, and back; each of them sees its switch

@@ -27,6 +27,7 @@ void HomingRun::start(const HomingLimits& limits, const Feedback& feedback) noex
   stands_cycles_ = std::max<std::int64_t>(kStands / limits.cycle, 2);
   start_ = last_ = feedback.counts;
   guard_ = HomingGuard(limits.rules, feedback);
+  edge_ = HomeEdge(limits.rules, limits.edge_counts, feedback);
   phase_ = Phase::EnterMode;
 }
 
@@ -76,12 +77,16 @@ bool HomingRun::at_the_edge() const noexcept {
          static_cast<double>(std::abs(moved_)) <= kNear * limits_.rules.counts_per_cycle;
 }
 
+/// Counts from its edge as the drive has them: its counter may have wrapped on the way there, and `counts` has not.
+std::int64_t HomingRun::off_edge(const Feedback& f) const noexcept {
+  return std::int64_t{wrap(f.counts)} - limits_.home_counts;
+}
+
 /// A drive that calls its homing done has set its counter at the edge, and stands near it.
 void HomingRun::leave(const Feedback& f) noexcept {
-  // As the drive has them: its counter may have wrapped on the way to the edge, and `counts` has not.
-  const std::int64_t off = std::abs(std::int64_t{wrap(f.counts)} - limits_.home_counts);
-  if (fault_ == Fault::None && !led_off_ && limits_.near_counts > 0 && off > limits_.near_counts)
-    fault_ = Fault::HomingFailed;
+  const std::int64_t off = off_edge(f);
+  const bool far = limits_.near_counts > 0 && std::abs(off) > limits_.near_counts;
+  if (fault_ == Fault::None && !led_off_ && (far || !edge_.agrees(off))) fault_ = Fault::HomingFailed;
   enter(fault_ != Fault::None ? Phase::Failed : led_off_ ? Phase::LeadOff : Phase::Done);
 }
 
@@ -104,6 +109,7 @@ void HomingRun::lead_off(const Feedback& f) noexcept {
   }
   if (!stands(f) && in_phase_ < phase_cycles_) return;
   guard_ = HomingGuard(limits_.rules, f);
+  edge_ = HomeEdge(limits_.rules, limits_.edge_counts, f);
   seen_undone_ = ready_ = false;
   start_ = last_ = f.counts;
   enter(Phase::EnterMode);
@@ -134,11 +140,14 @@ DriveCommand HomingRun::step(const Feedback& f, std::int64_t elapsed, bool may_s
         cancel(Fault::WrongMode);
       break;
     case Phase::Search:
-      if (f.fresh) watch_search(f);
+      if (f.fresh) edge_.look(f, unseen_), watch_search(f);
       if (phase_ == Phase::Search && cycles_ > limits_.timeout_cycles) cancel(Fault::HomingTimeout);
       break;
     case Phase::Settle:
-      if (stands(f) || in_phase_ > phase_cycles_) enter(Phase::LeaveMode);
+      // A switch that is shown late is waited for.
+      if (f.fresh) edge_.look(f, unseen_);
+      if ((stands(f) && (fault_ != Fault::None || led_off_ || edge_.agrees(off_edge(f)))) || in_phase_ > phase_cycles_)
+        enter(Phase::LeaveMode);
       break;
     case Phase::LeaveMode:
       if (f.takes_targets)

@@ -14,6 +14,7 @@
 #include "core/clock.hpp"
 #include "core/fault.hpp"
 #include "devices/rt/drive.hpp"
+#include "devices/rt/home_edge.hpp"
 #include "devices/rt/homing_guard.hpp"
 
 namespace gantry::devices {
@@ -25,6 +26,7 @@ struct HomingLimits {
   HomingRules rules{};             ///< switches and speed that are watched meanwhile
   std::int64_t home_counts = 0;    ///< 607Ch: what the drive counts at its edge
   std::int64_t near_counts = 0;    ///< of it, within which an axis stands that has come home; 0: not watched
+  std::int64_t edge_counts = 0;    ///< what it counts may be so far off the edge that 60FDh has shown; 0: not watched
 };
 
 class HomingRun {
@@ -68,12 +70,14 @@ class HomingRun {
   [[nodiscard]] bool counter_is_dead() const noexcept;
   void lead_off(const Feedback& f) noexcept;
   void leave(const Feedback& f) noexcept;
+  [[nodiscard]] std::int64_t off_edge(const Feedback& f) const noexcept;
   [[nodiscard]] bool stands(const Feedback& f) noexcept;
 
   Phase phase_ = Phase::Idle;
   Fault fault_ = Fault::None;
   HomingLimits limits_;
   HomingGuard guard_;
+  HomeEdge edge_;
   Counts start_, last_;
   bool counted_ = false;                 ///< 6064h has moved in a search
   std::int64_t moved_ = 0, unseen_ = 0;  ///< cycles since the last that was heard of

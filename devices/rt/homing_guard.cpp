@@ -24,12 +24,12 @@ constexpr std::uint8_t bit(config::HomingSwitch s) noexcept {
   return 0;
 }
 
-std::uint8_t closed(const Feedback& f) noexcept {
+}  // namespace
+
+std::uint8_t closed_switches(const Feedback& f) noexcept {
   return static_cast<std::uint8_t>((f.neg_limit ? kSwitchNeg : 0) | (f.pos_limit ? kSwitchPos : 0) |
                                    (f.home ? kSwitchHome : 0));
 }
-
-}  // namespace
 
 HomingRules homing_rules(int number) noexcept {
   const config::HomingMethod method = config::homing_method(number);
@@ -38,8 +38,8 @@ HomingRules homing_rules(int number) noexcept {
 
 HomingGuard::HomingGuard(const HomingRules& rules, const Feedback& f) noexcept
     : rules_(rules),
-      leaving_(static_cast<std::uint8_t>(closed(f) & (kSwitchNeg | kSwitchPos) & ~rules.may_meet)),
-      seen_(closed(f)),
+      leaving_(static_cast<std::uint8_t>(closed_switches(f) & (kSwitchNeg | kSwitchPos) & ~rules.may_meet)),
+      seen_(closed_switches(f)),
       last_(f.counts),
       closed_at_(f.counts) {
   if (f.inputs == InputSource::Absent && rules_.unseen_accepted) rules_.known = 0;
@@ -59,7 +59,7 @@ bool HomingGuard::stuck(std::uint8_t now, Counts counts, std::int64_t elapsed) n
 Fault HomingGuard::look(const Feedback& f, std::int64_t elapsed) noexcept {
   if (rules_.known != 0 && (f.inputs == InputSource::Silent || f.inputs == InputSource::Absent))
     return Fault::SwitchesUnseen;
-  const std::uint8_t now = closed(f);
+  const std::uint8_t now = closed_switches(f);
   seen_ |= now;
   leaving_ &= now;
   const auto limits = static_cast<std::uint8_t>(now & rules_.known & (kSwitchNeg | kSwitchPos));

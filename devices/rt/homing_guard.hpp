@@ -15,6 +15,9 @@ namespace gantry::devices {
 
 inline constexpr std::uint8_t kSwitchNeg = 1, kSwitchPos = 2, kSwitchHome = 4;
 
+/// Switches that the drive shows closed.
+std::uint8_t closed_switches(const Feedback& feedback) noexcept;
+
 struct HomingRules {
   std::uint8_t known = 0;         ///< switches whose bits in 60FDh are known
   bool unseen_accepted = false;   ///< it homes although the drive shows no 60FDh; its switches are not watched then

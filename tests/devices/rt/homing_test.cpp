@@ -222,13 +222,19 @@ struct LimitDrive {
   std::int32_t place, edge, zero = 0;
   bool sees_switch = true, started = false, homed = false, coming_back = false;
   int led = 0;
+  std::int32_t off = 0;             ///< that it counts at its edge
+  int shows_late = 0;               ///< cycles by which 60FDh is behind
+  std::uint32_t levels = 0;         ///< of the last 32 cycles, the newest in bit 0
+  int flickers_at = 0, cycles = 0;  ///< a contact that bounces, far from the edge
 
   LimitDrive(std::int32_t from, std::int32_t at) : place(from), edge(at) {
     bench.position(place);
     bench.enable();
     HomingRules rules = homing_rules(17);
     rules.known = kSwitchNeg | kSwitchPos, rules.counts_per_cycle = 60;
-    run.start({.timeout_cycles = 10'000, .travel_counts = 50'000, .rules = rules}, bench.drive.feedback());
+    run.start(
+        {.timeout_cycles = 10'000, .travel_counts = 50'000, .rules = rules, .near_counts = 2000, .edge_counts = 370},
+        bench.drive.feedback());
   }
   void cycle() {
     const std::int8_t mode = bench.layout.mode.get(bench.outputs);
@@ -239,12 +245,14 @@ struct LimitDrive {
     if (started && !homed) {
       if (!coming_back) place -= 60, coming_back = place < edge - 600;
       if (coming_back && place <= edge) place += 5;
-      if (coming_back && place > edge) homed = true, zero = place;
+      if (coming_back && place > edge) homed = true, zero = place - off;
     }
     bench.mode(mode);
     bench.status(mode != 6 ? 0x1237 : homed ? 0x1637 : started ? 0x0237 : 0x8737);
     bench.position(place - zero);
-    bench.layout.digital_inputs.set(bench.inputs, sees_switch && place <= edge ? 1u : 0u);
+    const bool closed = sees_switch && (place <= edge || (flickers_at > 0 && ++cycles == flickers_at));
+    levels = levels << 1 | (closed ? 1u : 0u);
+    bench.layout.digital_inputs.set(bench.inputs, levels >> shows_late & 1u);
     const Feedback f = bench.drive.read(bench.inputs, true);
     DriveCommand command{.goal = DriveGoal::Enabled, .target = bench.drive.commanded()};
     if (run.busy()) {
@@ -272,6 +280,47 @@ TEST(Homing, at_the_edge_of_its_switch_it_is_led_off_and_homed_once_more) {
   EXPECT_NEAR(blind.led, 120, 10);
   EXPECT_EQ(blind_far.run.fault(), Fault::HomingFailed) << "20,000 counts away there must have been a switch to see";
   EXPECT_EQ(blind_far.led, 0);
+}
+
+/// Within `near` of its edge, and yet not home: its own switch has told where the edge is.
+TEST(Homing, a_counter_that_is_set_beside_the_edge_that_was_seen_is_refused) {
+  for (const std::int32_t off : {-1900, -400, -350, 0, 350, 400, 1900}) {
+    SCOPED_TRACE(off);
+    LimitDrive d(20'000, 0);
+    d.off = off;
+    d.until_done();
+    EXPECT_EQ(d.run.fault(), std::abs(off) < 370 ? Fault::None : Fault::HomingFailed);
+  }
+}
+
+TEST(Homing, an_input_that_is_shown_late_or_bounces_does_not_matter) {
+  for (const int late : {1, 20, 31}) {
+    SCOPED_TRACE(late);
+    LimitDrive d(20'000, 0), off(20'000, 0);
+    d.shows_late = off.shows_late = late;
+    off.off = 700;
+    d.until_done(), off.until_done();
+    EXPECT_EQ(d.run.phase(), HomingRun::Phase::Done) << code(d.run.fault()).text;
+    if (late <= 20) {  // for so long it has to stand at least
+      EXPECT_EQ(off.run.fault(), Fault::HomingFailed);
+    }
+  }
+  LimitDrive bounces(20'000, 0);
+  bounces.flickers_at = 100;
+  bounces.until_done();
+  EXPECT_EQ(bounces.run.phase(), HomingRun::Phase::Done) << code(bounces.run.fault()).text;
+}
+
+/// An axis that is homed again has counted its edge as 0 before: what the counter jumps by is less than a cycle's
+/// travel.
+TEST(Homing, that_sets_the_counter_by_a_little_is_no_travel) {
+  for (const std::int32_t from : {19'940, 20'000, 20'110, 20'300}) {
+    SCOPED_TRACE(from);
+    LimitDrive d(20'000, 0);
+    d.zero = 20'000 - from;
+    d.until_done();
+    EXPECT_EQ(d.run.phase(), HomingRun::Phase::Done) << code(d.run.fault()).text;
+  }
 }
 
 TEST(Homing, that_is_done_fails_when_it_is_cancelled_before_its_result_was_taken) {
