@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/signals.hpp"
+#include "app/cycle/machine_state.hpp"
 #include "app/desk/answer.hpp"
 #include "app/desk/order_line.hpp"
 #include "core/log.hpp"
@@ -102,7 +103,10 @@ void OwnerElsewhere::tell_hold(const Json& status) {
   const std::string words = hold.is_object() ? text(hold, "words") : "";
   if (words == hold_told_) return;
   hold_told_ = words;
-  if (!hold.is_object()) return log::info("no longer on hold");
+  if (!hold.is_object()) {
+    if (text(status, "state") != cycle::name(cycle::State::Stopping)) log::info("no longer on hold");
+    return;
+  }
   if (hold.value("yours", false)) return;
   const bool of_another = text(hold, "by") == "order" || text(hold, "by") == "override";
   log::warn("{}{}; {}", words, of_another ? " of another client" : "", text(hold, "next"));

@@ -194,6 +194,17 @@ for line in ("held by the order `hold` of another client; what order needs", "he
     expect(f"it is told: {line}", client.err.count(line) == 1, client.err)
 expect("what it has asked for itself is not", "what it asked for" not in client.err, client.err)
 owner.close()
+owner = owner_for("run")
+client = Client(owner, "run", recipe, json_document=False)
+until(lambda: owner.order is not None)
+owner.state.update(state="held", held=True, held_by={"by": "order", "yours": False, "words": "held by the order `hold`", "next": "n"})
+time.sleep(0.6)
+owner.state.update(state="stopping", held=False, held_by=None)
+time.sleep(0.6)
+owner.fail("G701", 7)
+client.end()
+expect("what is aborted on hold is not told to go on", "held by" in client.err and "no longer" not in client.err, client.err)
+owner.close()
 
 # ---- an owner that says nothing ----
 silent = []
