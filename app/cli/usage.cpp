@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <optional>
+#include <string_view>
 
 #include "core/near_word.hpp"
 #include "motion/rt/interpolator.hpp"
@@ -39,6 +40,21 @@ std::vector<std::string> options_of(const CLI::App* verb) {
   return names;
 }
 
+std::optional<double> number(const std::string& word) {
+  double value = 0;
+  const char* const end = word.data() + word.size();
+  const auto read = std::from_chars(word.data(), end, value);
+  if (read.ec != std::errc{} || read.ptr != end || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+/// A word that an option did not take for its number.
+std::string no_such_number(const std::string& word) {
+  const bool whole = number(word) && word.find_first_not_of("-0123456789") == std::string::npos;
+  if (whole) return fmt::format("is '{}', which is too {}", word, word.front() == '-' ? "small" : "large");
+  return fmt::format("is '{}', and has to be a {}number", word, number(word) ? "whole " : "");
+}
+
 /// CLI11 counts what it has of an option that takes one, and speaks of its own ways.
 std::string in_our_words(const CLI::ParseError& error) {
   const std::string said = error.what();
@@ -46,15 +62,10 @@ std::string in_our_words(const CLI::ParseError& error) {
     return fmt::format("'{}' is given twice; give it once", said.substr(0, at));
   if (const std::size_t at = said.find(" was given a disallowed flag override"); at != std::string::npos)
     return fmt::format("'--{}' takes no value; write it alone", said.substr(0, at));
+  constexpr std::string_view kNotRead = "Could not convert: ", kIs = " = ";
+  if (const std::size_t at = said.find(kIs); said.starts_with(kNotRead) && at != std::string::npos)
+    return said.substr(kNotRead.size(), at - kNotRead.size()) + ": " + no_such_number(said.substr(at + kIs.size()));
   return said;
-}
-
-std::optional<double> number(const std::string& word) {
-  double value = 0;
-  const char* const end = word.data() + word.size();
-  const auto read = std::from_chars(word.data(), end, value);
-  if (read.ec != std::errc{} || read.ptr != end || !std::isfinite(value)) return std::nullopt;
-  return value;
 }
 
 }  // namespace
