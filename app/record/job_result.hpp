@@ -243,6 +243,7 @@ struct JobResult {
   bool length_only = false;  ///< two marks: nothing but their distance shows that they are the right ones
   std::vector<TouchResult> touches;
   recipes::Surface surface;
+  bool has_surface = false;
   double predicted_s = 0;             ///< of all blocks and images, forecast before the first motion; 0: nobody has
   double actual_s = 0;                ///< what they took, holds on the way included
   double images_s = 0;                ///< of these, for images to be taken

@@ -182,6 +182,8 @@ std::string height_section(const JobResult& r) {
   Table table({"touch", "at (mm)", ">height (mm)", ">residual"});
   for (const auto& t : r.touches)
     table.row({text(t.name), point(t.at), number(t.height_mm, 3), micrometres(t.residual_mm)});
+  if (!r.has_surface)
+    return section("Touched heights", table.done() + "<p class=\"note\">The job ended before they were a surface.</p>");
   return section("Touched heights",
                  table.done() + fmt::format("<p class=\"note\">Surface: {} mm at the board's origin, slope {} and {} "
                                             "µm/mm in x and y, over the nominal top face.</p>",

@@ -339,7 +339,7 @@ nlohmann::ordered_json to_json(const JobResult& r) {
   j["trust"] = !r.has_offset ? Json(nullptr) : r.length_only ? Json("length only") : Json("residuals");
   j["heights"] = heights(r);
   j["surface"] =
-      r.touches.empty() ? Json(nullptr) : Json{{"z0_mm", number(r.surface.z0)}, {"slope", point(r.surface.slope)}};
+      r.has_surface ? Json{{"z0_mm", number(r.surface.z0)}, {"slope", point(r.surface.slope)}} : Json(nullptr);
   j["predicted_s"] = r.predicted_s > 0 ? number(r.predicted_s) : Json(nullptr);
   j["actual_s"] = number(r.actual_s);
   j["steps"] = steps(r);

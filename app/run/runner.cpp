@@ -390,6 +390,7 @@ Result<job::JobState> Runner::take(const job::SettleSurface&) {
   for (std::size_t i = 0; i < result_.touches.size() && i < fit->residuals.size(); ++i)
     result_.touches[i].residual_mm = fit->residuals[i].residual_mm;
   result_.surface = {fit->z0_mm, fit->slope};
+  result_.has_surface = true;
   return job::after_surface(state_, result_.surface);
 }
 

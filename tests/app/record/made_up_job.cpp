@@ -88,6 +88,7 @@ JobResult made_up_job() {
   r.offset_rms_mm = 0.0021;
   r.has_offset = true;
   r.surface = {0.12, {0.0004, -0.0002}};
+  r.has_surface = true;
   auto& d = r.drawing;
   d.board_size = {120, 80};
   d.board_origin = kBoard;

@@ -55,6 +55,16 @@ TEST(Summary, carries_every_key_that_a_judge_of_the_job_reads) {
   EXPECT_EQ(j.at("files"), json::array({"summary.json"}));
 }
 
+TEST(Summary, a_job_that_ended_between_its_touches_tells_no_surface) {
+  JobResult r = made_up_job();
+  r.has_surface = false, r.surface = {};
+  const Folder folder;
+  ASSERT_TRUE(write_summary(folder.path, r));
+  const auto j = parsed(folder.path + "/summary.json");
+  EXPECT_FALSE(j.at("heights").empty());
+  EXPECT_TRUE(j.at("surface").is_null()) << j.at("surface");
+}
+
 TEST(Summary, deposits_have_exactly_the_agreed_members) {
   const json j = to_json(made_up_job());
   ASSERT_EQ(j.at("deposits").size(), 30u);
