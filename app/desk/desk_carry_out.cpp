@@ -16,6 +16,7 @@
 #include "app/record/summary.hpp"
 #include "config/yaml.hpp"
 #include "core/absolute_path.hpp"
+#include "core/background.hpp"
 #include "core/units.hpp"
 
 namespace gantry::desk {
@@ -118,6 +119,7 @@ Json Desk::run_job(const run::Order& order) {
       .path = order.out, .under = order.under.empty() ? "out" : order.under, .overwrite = order.force};
   const bool ready = selection && prepare_aside([shared, &machine = machine_, recipe = order.recipe, select,
                                                  certificate = order.certificate, folder] {
+                       come_behind_others();  // a job of thousands of features takes seconds of a processor
                        shared->fits = record::check_folder(folder);
                        shared->unreadable = ::access(recipe.c_str(), R_OK) == 0 ? 0 : errno;
                        if (shared->fits && shared->unreadable == 0)

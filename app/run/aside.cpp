@@ -3,8 +3,6 @@
 #include <chrono>
 #include <utility>
 
-#include "core/background.hpp"
-
 namespace gantry::run {
 
 bool Aside::run(std::function<void()> work, const std::function<bool()>& serve) {
@@ -14,7 +12,7 @@ bool Aside::run(std::function<void()> work, const std::function<bool()>& serve) 
     return true;
   };
   if (!comes_to_its_end()) return false;
-  work_ = in_background(std::move(work));
+  work_ = std::async(std::launch::async, std::move(work));
   if (!comes_to_its_end()) return false;
   work_.get();
   return true;
