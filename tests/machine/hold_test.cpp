@@ -410,11 +410,16 @@ TEST(Hold, one_on_the_way_to_a_join_keeps_the_time_since_the_cut) {
 TEST(Hold, an_abort_on_hold_ends_the_job_and_nothing_is_joined) {
   Rig rig({.placement = "dx=0.5 mm"});
   Holder holder{.open_for = 200, .stands_for = 1'000'000};
+  bool aborted = false;
   rig.on_step = [&](run::Owner& owner) {
-    holder(owner);
-    if (holder.held && holder.still_since != 0 && owner.latest().cycle > holder.held_at + 3000) {
-      EXPECT_TRUE(owner.order({.kind = OrderKind::Abort}));
+    if (aborted) {
+      EXPECT_FALSE(owner.held()) << "nobody can let it go on";
+      return;
     }
+    holder(owner);
+    aborted = holder.held && holder.still_since != 0 && owner.latest().cycle > holder.held_at + 3000;
+    if (!aborted) return;
+    EXPECT_TRUE(owner.order({.kind = OrderKind::Abort}));
   };
   const auto result = rig.run(kPatterns);
   ASSERT_EQ(result.errors.size(), 1u);
