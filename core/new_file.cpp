@@ -27,6 +27,26 @@ Result<void> replaceable(const std::string& path) {
   return fail(Fault::FileUnwritable, "what has this name is no file, and is left as it is; choose another name", path);
 }
 
+/// errno of the write that failed; 0: none did.
+int write_all(int fd, std::string_view left) {
+  while (!left.empty()) {
+    const ssize_t n = ::write(fd, left.data(), left.size());
+    if (n >= 0)
+      left.remove_prefix(static_cast<std::size_t>(n));
+    else if (errno != EINTR)
+      return errno;
+  }
+  return 0;
+}
+
+Result<void> put_in_place(const std::string& beside, const std::string& path) {
+  if (::rename(beside.c_str(), path.c_str()) == 0) return {};
+  return unwritable("the file cannot be put in place", errno, path);
+}
+
+constexpr const char* kNotToItsEnd = "the file could not be written to its end";
+constexpr const char* kBeside = ".part";
+
 }  // namespace
 
 Result<NewFile> NewFile::create(const std::string& path) {
@@ -58,14 +78,7 @@ void NewFile::write(std::string_view bytes) {
 }
 
 void NewFile::flush() {
-  std::string_view left = buffer_;
-  while (!left.empty() && failed_ == 0) {
-    const ssize_t n = ::write(fd_, left.data(), left.size());
-    if (n >= 0)
-      left.remove_prefix(static_cast<std::size_t>(n));
-    else if (errno != EINTR)
-      failed_ = errno;
-  }
+  if (failed_ == 0) failed_ = write_all(fd_, buffer_);
   buffer_.clear();
 }
 
@@ -83,7 +96,7 @@ Result<void> NewFile::close() {
   flush();
   const bool closed = ::close(std::exchange(fd_, -1)) == 0;
   if (failed_ == 0 && !closed) failed_ = errno;
-  if (failed_ != 0) return unwritable("the file could not be written to its end", failed_, path_);
+  if (failed_ != 0) return unwritable(kNotToItsEnd, failed_, path_);
   return {};
 }
 
@@ -93,14 +106,13 @@ enum class Until { Written, OnDisk };
 
 Result<void> write_file(const std::string& path, std::string_view bytes, Until until) {
   if (auto may = replaceable(path); !may) return may;
-  const std::string beside = path + ".part";
+  const std::string beside = path + kBeside;
   auto file = NewFile::create(beside);
   if (!file) return tl::unexpected(file.error());
   file->write(bytes);
   if (until == Until::OnDisk) file->sync();
   auto done = file->close();
-  if (done && ::rename(beside.c_str(), path.c_str()) != 0)
-    done = unwritable("the file cannot be put in place", errno, path);
+  if (done) done = put_in_place(beside, path);
   if (!done) ::unlink(beside.c_str());
   return done;
 }
@@ -119,6 +131,21 @@ Result<void> sync_folder(const std::string& path) {
 
 Result<void> write_new_file(const std::string& path, std::string_view bytes) {
   return write_file(path, bytes, Until::Written);
+}
+
+Result<void> name_new_file(int nameless, const std::string& path, std::string_view bytes) {
+  if (auto may = replaceable(path); !may) return may;
+  int why = write_all(nameless, bytes);
+  if (why == 0 && ::ftruncate(nameless, static_cast<off_t>(bytes.size())) != 0) why = errno;
+  if (why != 0) return unwritable(kNotToItsEnd, why, path);
+  const std::string beside = path + kBeside, self = fmt::format("/proc/self/fd/{}", nameless);
+  if (auto may = replaceable(beside); !may) return may;
+  ::unlink(beside.c_str());
+  if (::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, beside.c_str(), AT_SYMLINK_FOLLOW) != 0)
+    return unwritable("the file cannot be given its name", errno, path);
+  auto done = put_in_place(beside, path);
+  if (!done) ::unlink(beside.c_str());
+  return done;
 }
 
 Result<void> write_durable_file(const std::string& path, std::string_view bytes) {

@@ -43,7 +43,11 @@ class NewFile {
 /// replaced, not followed. Fault::FileUnwritable.
 Result<void> write_new_file(const std::string& path, std::string_view bytes);
 
-/// The same, and it survives a power cut from here on: file and folder are on the disk when this returns.
+/// The same, of a file without a name (open(2), O_TMPFILE) of that file system: within what is allocated for it a full
+/// disk prevents nothing, and what is allocated beyond `bytes` is given back. Fault::FileUnwritable.
+Result<void> name_new_file(int nameless, const std::string& path, std::string_view bytes);
+
+/// As write_new_file, and it survives a power cut from here on: file and folder are on the disk when this returns.
 Result<void> write_durable_file(const std::string& path, std::string_view bytes);
 
 /// Makes the folder if it is not there; missing folders above it too. A link of this name is accepted only if this user

@@ -8,6 +8,7 @@
 #include "app/cycle/machine_state.hpp"
 #include "app/desk/answer.hpp"
 #include "app/desk/order_line.hpp"
+#include "core/each_in_order.hpp"
 #include "core/log.hpp"
 
 namespace gantry::cli {
@@ -34,11 +35,7 @@ constexpr std::array kRows{
     ClientRow{OrderKind::Reset, OnInterrupt::Leaves, OnStopKey::Stops},
     ClientRow{OrderKind::Quit, OnInterrupt::Leaves, OnStopKey::Stops},
 };
-static_assert([] {
-  for (std::size_t i = 0; i < kRows.size(); ++i)
-    if (static_cast<std::size_t>(kRows[i].kind) != i) return false;
-  return kRows.back().kind == OrderKind::Quit;
-}());
+static_assert(each_in_order(kRows, &ClientRow::kind, OrderKind::Quit));
 
 }  // namespace
 

@@ -190,13 +190,13 @@ struct OnBoard {
   bool defects = false;     ///< of what lies there, not all is good
 };
 
-/// From what a job was made.
 /// Options that mean the machine of a job, as a person would write them again: " --machine cell.yaml"; "": none.
 struct SameMachine {
   std::string all{};  ///< of every verb
   std::string run{};  ///< of `run` besides: " --bus ethercat:eth0"
 };
 
+/// From what a job was made.
 struct Origin {
   std::string recipe_sha256, machine_file, machine_sha256;  ///< "": not known
   std::string serial;                                       ///< of the part; "": it has none

@@ -12,6 +12,7 @@
 
 #include "app/record/write_file.hpp"
 #include "core/absolute_path.hpp"
+#include "core/new_file.hpp"
 
 namespace gantry::record {
 namespace fs = std::filesystem;
@@ -82,25 +83,9 @@ Result<KeptRoom> KeptRoom::keep(const std::string& folder, std::uint64_t bytes) 
 KeptRoom::KeptRoom(KeptRoom&& other) noexcept : fd_(std::exchange(other.fd_, -1)), bytes_(other.bytes_) {}
 
 Result<void> KeptRoom::become(const std::string& path, std::string_view bytes) {
-  const bool done = fd_ >= 0 && bytes.size() <= bytes_ && take_shape(path, bytes);
+  const bool done = fd_ >= 0 && bytes.size() <= bytes_ && name_new_file(fd_, path, bytes);
   give();
   return done ? Result<void>{} : write_file(path, bytes);
-}
-
-/// Within the bytes that are kept nothing has to be found on the disk but the name.
-bool KeptRoom::take_shape(const std::string& path, std::string_view bytes) const {
-  for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t n = ::pwrite(fd_, bytes.data() + at, bytes.size() - at, static_cast<off_t>(at));
-    if (n < 0 && errno != EINTR) return false;
-    if (n > 0) at += static_cast<std::size_t>(n);
-  }
-  if (::ftruncate(fd_, static_cast<off_t>(bytes.size())) != 0) return false;
-  const std::string beside = path + ".part", self = fmt::format("/proc/self/fd/{}", fd_);
-  ::unlink(beside.c_str());
-  if (::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, beside.c_str(), AT_SYMLINK_FOLLOW) != 0) return false;
-  if (::rename(beside.c_str(), path.c_str()) == 0) return true;
-  ::unlink(beside.c_str());
-  return false;
 }
 
 void KeptRoom::give() {

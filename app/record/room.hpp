@@ -46,7 +46,6 @@ class KeptRoom {
 
  private:
   explicit KeptRoom(int fd, std::uint64_t bytes = 0) : fd_(fd), bytes_(bytes) {}
-  bool take_shape(const std::string& path, std::string_view bytes) const;
 
   int fd_ = -1;
   std::uint64_t bytes_ = 0;

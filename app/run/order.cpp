@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "core/clean_text.hpp"
+#include "core/each_in_order.hpp"
 
 namespace gantry::run {
 namespace {
@@ -19,11 +20,7 @@ constexpr std::array kOrders{Row{OrderKind::Status, "status"},   Row{OrderKind::
                              Row{OrderKind::Hold, "hold"},       Row{OrderKind::Resume, "resume"},
                              Row{OrderKind::Abort, "abort"},     Row{OrderKind::Override, "override"},
                              Row{OrderKind::Reset, "reset"},     Row{OrderKind::Quit, "quit"}};
-static_assert([] {
-  for (std::size_t i = 0; i < kOrders.size(); ++i)
-    if (static_cast<std::size_t>(kOrders[i].kind) != i) return false;
-  return kOrders.back().kind == OrderKind::Quit;
-}());
+static_assert(each_in_order(kOrders, &Row::kind, OrderKind::Quit));
 
 }  // namespace
 

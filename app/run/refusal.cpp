@@ -3,6 +3,8 @@
 #include <array>
 #include <fmt/format.h>
 
+#include "core/each_in_order.hpp"
+
 namespace gantry::run {
 namespace {
 
@@ -24,11 +26,7 @@ constexpr std::array kUndertakings{
     UndertakingRow{Undertaking::Part, "opening the clamp", "'part_removed'"},
     UndertakingRow{Undertaking::Walk, "a walk", "a walk"},
 };
-static_assert([] {
-  for (std::size_t i = 0; i < kUndertakings.size(); ++i)
-    if (static_cast<std::size_t>(kUndertakings[i].what) != i) return false;
-  return kUndertakings.back().what == Undertaking::Walk;
-}());
+static_assert(each_in_order(kUndertakings, &UndertakingRow::what, Undertaking::Walk));
 
 const UndertakingRow& row(Undertaking what) noexcept { return kUndertakings[static_cast<std::size_t>(what)]; }
 
