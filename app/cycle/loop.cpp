@@ -91,7 +91,7 @@ void Loop::exchange(const Beat& beat, Time now) noexcept {
     // Spoken for while this image was made: the old motion must not follow the stop. The next tick latches it.
     if (stop_->sent()) {
       stop_->write_into(bus_);
-      sent_outputs_ = 0;
+      sent_outputs_ &= setup_.held_mask;
     }
   }
   exchange_ = bus_.exchange(frame_deadline(beat.due));
@@ -103,7 +103,7 @@ void Loop::exchange(const Beat& beat, Time now) noexcept {
 void Loop::heed_watchdog() noexcept {
   if (stop_ == nullptr || !stop_->take_sent()) return;
   const Time still = clock_.now() - stop_->last_beat();
-  outputs_set_ = 0;
+  outputs_set_ &= setup_.held_mask;
   react(Fault::WatchdogStop, kNoAxis, static_cast<std::int32_t>(still / milliseconds(1)));
   if (axes_.goal() == DriveGoal::QuickStop) axes_.stand_only(stop_->standing());
   hold_position();  // drives that do not brake by themselves stand at their last targets

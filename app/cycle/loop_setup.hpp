@@ -68,6 +68,7 @@ struct LoopSetup {
   rt::FixedVector<BitPlace, 32> outputs, inputs;
   AxisId probe_axis = kNoAxis;     ///< the probe latches on this axis's first drive
   std::uint32_t valve_mask = 0;    ///< closed by every stop
+  std::uint32_t held_mask = 0;     ///< the clamp: what only an order switches, and no stop
   std::uint32_t healthy_mask = 0;  ///< toggled while all is well
   std::uint32_t brake_mask = 0;    ///< released while `brake_axis` has torque
   AxisId brake_axis = kNoAxis;

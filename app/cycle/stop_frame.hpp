@@ -1,9 +1,9 @@
 // The last word on the bus: a frame (several, where the map needs them) that stops every drive and puts every output
-// off, for whoever finds that the loop cannot speak any more (watchdog.hpp, crash_stop.hpp). The loop makes it
-// anew in every cycle from the image that it is about to send, so that modes, targets and all else in it are as last
-// commanded; sending it is one send() of bytes that stand ready.
-// A drive whose quick stop is known to brake is put into quick stop. Any other one would perhaps only lose its torque:
-// it is told to halt and to stand at its last target, until its station's watchdog takes the torque (decision 14).
+// off but the clamp's, for whoever finds that the loop cannot speak any more (watchdog.hpp, crash_stop.hpp). The loop
+// makes it anew in every cycle from the image that it is about to send, so that modes, targets and all else in it are
+// as last commanded; sending it is one send() of bytes that stand ready. A drive whose quick stop is known to brake is
+// put into quick stop. Any other one would perhaps only lose its torque: it is told to halt and to stand at its last
+// target, until its station's watchdog takes the torque (decision 14).
 //   StopFrame stop(setup, port.descriptor());
 //   stop.make(bus, standing); stop.begin_exchange(now); ... stop.end_exchange(); if (stop.take_sent()) ...  // the loop
 //   if (now - stop.last_beat() > limit) send(stop);                                               // anybody

@@ -416,7 +416,10 @@ Json Desk::status(std::uint64_t client) const {
   answer["state"] = state_word();
   answer["busy_with"] = at_work() != nullptr ? Json(run::name(at_work()->request.order->kind)) : Json(nullptr);
   answer["recipe"] = recipe_.empty() ? Json(nullptr) : Json(recipe_);
-  if (preparing_) answer["doing"] = "preparing";
+  if (preparing_)
+    answer["doing"] = "preparing";
+  else if (!recipe_.empty() && answer["doing"] == "" && answer["features_total"] == 0)  // not yet, or no longer
+    answer["doing"] = "busy with its files";
   if (hold_wished_) answer["held"] = true;
   answer["held_by"] = hold_in_words(client);
   const std::optional<double> left = owner_.progress().remaining_s;

@@ -174,11 +174,12 @@ Result<ProvenBlock> plan_jog(const config::Machine& machine, const Surroundings&
     const double limit = up ? axis.p_max : axis.p_min;
     const double left = std::max(0.0, up ? limit - at[i] : at[i] - limit);
     if (jog.displacement[i] == 0 || (up ? to[i] - limit : limit - to[i]) <= kRounding) continue;
-    return fail(
-        Fault::OutOfReach,
-        fmt::format("it would go to {}, past its {} limit {}; it stands at {}, {} from there", shown(axis, to[i]),
-                    up ? "upper" : "lower", shown(axis, limit), shown(axis, at[i]), shown(axis, left)),
-        "axis " + axis.name);
+    const std::string room =
+        shown(axis, left) == shown(axis, 0) ? " already" : fmt::format(", {} from there", shown(axis, left));
+    return fail(Fault::OutOfReach,
+                fmt::format("it would go to {}, past its {} limit {}; it stands at {}{}", shown(axis, to[i]),
+                            up ? "upper" : "lower", shown(axis, limit), shown(axis, at[i]), room),
+                "axis " + axis.name);
   }
   const motion::Limits limits = limits_of(machine);
   BlockBuilder builder(limits, around.scene(), 1, at);

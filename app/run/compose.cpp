@@ -162,6 +162,8 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, Host host) {
   add_bits(config::input_bits(machine), loop.inputs);
   loop.probe_axis = machine.probe.axis;
   loop.valve_mask = config::bit(config::Output::Valve);
+  loop.held_mask =
+      machine.outputs[static_cast<std::size_t>(config::Output::Clamp)] ? config::bit(config::Output::Clamp) : 0;
   loop.healthy_mask =
       machine.outputs[static_cast<std::size_t>(config::Output::Healthy)] ? config::bit(config::Output::Healthy) : 0;
   for (const auto& [lamp, output] : {std::pair{cycle::Lamp::Red, config::Output::StackRed},

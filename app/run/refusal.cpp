@@ -23,7 +23,7 @@ constexpr std::array kUndertakings{
     UndertakingRow{Undertaking::Jog, "a jog", "'jog'"},
     UndertakingRow{Undertaking::Park, "parking", "'park'"},
     UndertakingRow{Undertaking::Job, "a job", "'run'"},
-    UndertakingRow{Undertaking::Part, "opening the clamp", "'part_removed'"},
+    UndertakingRow{Undertaking::Part, "opening the clamp", "'part-removed'"},
     UndertakingRow{Undertaking::Walk, "a walk", "a walk"},
 };
 static_assert(each_in_order(kUndertakings, &UndertakingRow::what, Undertaking::Walk));

@@ -39,7 +39,8 @@ class HomingRun {
     LeaveMode,  ///< until the drive shows CSP again
     LeadOff,    ///< a short distance back from its switch, by targets; then it is searched once more
     Done,
-    Failed,  ///< fault(): HomingFailed, HomingTimeout, HomingWrongLimit, HomingTooFast, or the drive's own
+    Failed,  ///< fault(): HomingFailed, HomingTimeout, HomingWrongLimit, HomingTooFast, HomingSwitchStuck, or the
+             ///< drive's own
   };
 
   void start(const HomingLimits& limits, const Feedback& feedback) noexcept;

@@ -78,7 +78,7 @@ Fault HomingGuard::look(const Feedback& f, std::int64_t elapsed) noexcept {
   } else {
     travel_ += step;
   }
-  if (stuck(now, f.counts, elapsed)) return Fault::HomingFailed;
+  if (stuck(now, f.counts, elapsed)) return Fault::HomingSwitchStuck;
   in_window_ += elapsed;
   if (in_window_ < kWindow) return Fault::None;
   // A frame that a host held up shows travel whose cycles are counted with the next one, perhaps in the next window:

@@ -40,8 +40,8 @@ class HomingGuard {
   HomingGuard() = default;
   HomingGuard(const HomingRules& rules, const Feedback& feedback) noexcept;
 
-  /// `elapsed`: cycles since the last call. Fault::HomingWrongLimit, HomingTooFast; HomingFailed: a reference switch
-  /// is stuck; SwitchesUnseen: 60FDh has fallen silent, or the station has none; None.
+  /// `elapsed`: cycles since the last call. Fault::HomingWrongLimit, HomingTooFast; HomingSwitchStuck: the reference
+  /// switch does not open; SwitchesUnseen: 60FDh has fallen silent, or the station has none; None.
   Fault look(const Feedback& feedback, std::int64_t elapsed = 1) noexcept;
   /// The switch that the method looks for was closed at some time, or cannot be seen.
   [[nodiscard]] bool found_switch() const noexcept;

@@ -141,6 +141,7 @@ class Episode {
     if (s.latched != latched_ && s.latched != Fault::None) {
       ++have_seen_.latched[s.latched];
       note("is latched");
+      if (info(s.latched).exit_code == ExitCode::Internal) fail_with("the program is stopped by what it did itself");
     }
     latched_ = s.latched;
     judge_.look(s);

@@ -131,8 +131,10 @@ void Judge::look_at_valve(const Snapshot& s) {
 
 void Judge::look_at_motion(const Snapshot& s) {
   const bool aborted = aborted_at_ >= 0 && s.cycle > aborted_at_ + kBraking;
-  const bool stands = began_ < 0 || !moves_ || aborted || s.state == cycle::State::Held ||
-                      s.state == cycle::State::Stopped || s.state == cycle::State::Disabled;
+  // The cycle that says held for the first time carries the last target.
+  const bool held = s.state == cycle::State::Held && last_.state == cycle::State::Held;
+  const bool stands =
+      began_ < 0 || !moves_ || aborted || held || s.state == cycle::State::Stopped || s.state == cycle::State::Disabled;
   // A drive homes by itself; when it is done, the sides of a beam, each at its own edge, come to one coordinate.
   if (s.state == cycle::State::Homing) homed_at_ = s.cycle;
   const bool homing = homed_at_ >= 0 && s.cycle <= homed_at_ + 1;

@@ -227,7 +227,8 @@ TEST(Jog, past_a_limit_is_refused_with_the_limit_and_what_is_left) {
   Bench bench;
   ASSERT_LT(bench.at()[kX], -1) << "homing leaves X outside of its limits";
   const Error out = bench.expect_refused(words({{"X", "-0.5 mm"}}), Fault::OutOfReach);
-  EXPECT_NE(out.message.find("0.000 mm from there"), std::string::npos) << out.message;
+  EXPECT_NE(out.message.find("past its lower limit 0.000 mm; it stands at -1."), std::string::npos) << out.message;
+  EXPECT_NE(out.message.find(" mm already"), std::string::npos) << out.message;
   EXPECT_TRUE(bench.jog(words({{"X", "0.5 mm"}}))) << "it may come back";
   EXPECT_TRUE(bench.jog(words({{"Y", "5 mm"}}))) << "and does not hold other axes";
   bench.to(490, 10, -5);

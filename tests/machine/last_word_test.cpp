@@ -226,7 +226,7 @@ Ending listen_to_the_end(Listener& cable, const Heard& last, int open_frames = 0
   for (const Heard& h : cable.rest(0.3)) e.all.push_back(h);
   for (std::size_t i = 0; i < e.all.size(); ++i) {
     if (i > 0 && e.all[i].image.valve()) ++e.open_frames;
-    if (e.stop < 0 && e.all[i].image.is_stop() && e.all[i].image.outputs == 0) e.stop = static_cast<int>(i);
+    if (e.stop < 0 && e.all[i].image.is_stop() && e.all[i].image.rests()) e.stop = static_cast<int>(i);
   }
   return e;
 }
@@ -331,7 +331,8 @@ TEST_F(LastWord, a_loop_that_hangs_is_spoken_for_and_has_stopped_when_it_comes_b
   Ending e = listen_to_the_end(cable, heard.back());
   e.all.insert(e.all.begin(), heard.begin(), heard.end() - 1);
   e.stop = static_cast<int>(heard.size()) - 1;
-  EXPECT_EQ(heard.back().image.outputs, 0);
+  EXPECT_TRUE(heard.back().image.rests()) << heard.back().image.text();
+  EXPECT_TRUE(heard.back().image.clamp()) << "the board is held as before: " << heard.back().image.text();
   std::printf("the stop came %.3f ms after the last frame of the old motion; the bound is 51 ms\n",
               after_the_old_motion_ms(e));
   EXPECT_GT(after_the_old_motion_ms(e), 50) << "50 missing cycles are tolerated on a simulated machine";

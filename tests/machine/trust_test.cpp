@@ -167,7 +167,7 @@ TEST(Trust, a_limit_that_is_stuck_is_not_driven_away_from_over_the_whole_axis) {
   const double start = rig.owner().latest().actual[0];
   const auto homed = rig.owner().home();
   ASSERT_FALSE(homed);
-  EXPECT_EQ(homed.error().fault, Fault::HomingFailed) << to_text(homed.error());
+  EXPECT_EQ(homed.error().fault, Fault::HomingSwitchStuck) << to_text(homed.error());
   EXPECT_LT(std::abs(rig.owner().latest().actual[0] - start), 22);
 }
 

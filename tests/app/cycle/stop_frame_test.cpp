@@ -54,7 +54,7 @@ TEST(StopFrame, before_the_first_cycle_there_is_nothing_to_send) {
   EXPECT_TRUE(b.wire.read(0).empty());
 }
 
-TEST(StopFrame, stops_every_axis_and_puts_every_output_off_and_leaves_the_rest_as_last_commanded) {
+TEST(StopFrame, stops_every_axis_puts_every_output_off_but_the_clamp_and_leaves_the_rest_as_last_commanded) {
   LoopBench b;
   dispense(b);
   const auto sent = b.tap.last();
@@ -67,7 +67,7 @@ TEST(StopFrame, stops_every_axis_and_puts_every_output_off_and_leaves_the_rest_a
   const auto stop = decode_cyclic(frame);
   ASSERT_TRUE(stop);
   EXPECT_TRUE(stop->is_stop()) << stop->text();
-  EXPECT_EQ(stop->outputs, 0) << stop->text();
+  EXPECT_EQ(stop->outputs, 0x40) << "the clamp alone: " << stop->text();
   for (std::size_t i = 0; i < 6; ++i) {
     EXPECT_EQ(stop->axes[i].mode, 8) << "axis " << i << ": cyclic synchronous position";
     EXPECT_EQ(stop->axes[i].target, last.axes[i].target) << "axis " << i;
@@ -224,12 +224,15 @@ TEST(SpokenFor, the_loop_latches_it_in_every_state_and_never_goes_on_with_the_ol
     // no torque to brake.
     const bool torque = c.state == State::Homing || c.state == State::Running || c.state == State::Holding;
     EXPECT_TRUE(torque ? stop.is_stop() : stop.all(kQuickStop)) << c.name << ": " << stop.text();
+    const std::uint16_t clamp = b.tap.last_image().outputs & 0x40;
+    const bool dispenses = c.state == State::Running || c.state == State::Holding || c.state == State::Held;
+    EXPECT_EQ(clamp, dispenses ? 0x40 : 0) << c.name << ": dispense() has shut it";
     b.tap.forget(stop);
     const double at = b.now.actual[0];
     b.tick(60);  // it comes back after 60 ms
     EXPECT_FALSE(b.tap.enabled()) << c.name << ": already the first frame is a stop";
     EXPECT_FALSE(b.tap.opened()) << c.name;
-    EXPECT_EQ(b.tap.last_image().outputs & 0x47, 0) << c.name << ": what was switched off stays off";
+    EXPECT_EQ(b.tap.last_image().outputs & 0x07, 0) << c.name << ": what was switched off stays off";
     b.ticks(500);
     EXPECT_FALSE(b.tap.enabled()) << c.name;
     EXPECT_FALSE(b.tap.opened()) << c.name;
@@ -247,6 +250,7 @@ TEST(SpokenFor, the_loop_latches_it_in_every_state_and_never_goes_on_with_the_ol
     EXPECT_FALSE(b.tap.enabled()) << c.name;
     EXPECT_FALSE(b.tap.opened()) << c.name;
     EXPECT_EQ(b.now.state, State::Disabled) << c.name;
+    EXPECT_EQ(b.tap.last_image().outputs & 0x40, clamp) << c.name << ": nobody has opened the clamp";
     for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(b.now.actual[i], stood[i], 0.01) << c.name << ", axis " << i;
     EXPECT_LT(std::abs(b.now.actual[0] - at), 15) << c.name;
     EXPECT_EQ(b.command({.kind = CommandKind::Enable}), Fault::None) << c.name;

@@ -74,7 +74,8 @@ TEST(StuckLoop, its_watchdog_speaks_and_the_loop_that_comes_back_has_stopped) {
   const WireImage last = b.tap.last_image();  // the loop stands in its exchange
   EXPECT_TRUE(last.all(0x000F)) << last.text();
   EXPECT_TRUE(stop->all(kQuickStop)) << "who stands needs no torque to brake: " << stop->text();
-  EXPECT_EQ(stop->outputs, 0);
+  EXPECT_TRUE(stop->rests()) << stop->text();
+  EXPECT_TRUE(stop->clamp()) << "operate() has shut it: " << stop->text();
   for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(stop->axes[i].target, last.axes[i].target) << i;
   const int sent = b.tap.sent();
   std::printf("the stop frame was there %.3f ms after the last beat; the bound is %.0f ms\n",

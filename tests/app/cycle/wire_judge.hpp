@@ -55,6 +55,9 @@ struct WireImage {
     }
     return false;
   }
+  /// All outputs but the clamp's, which no stop switches.
+  [[nodiscard]] bool rests() const { return (outputs & ~0x40) == 0; }
+  [[nodiscard]] bool clamp() const { return (outputs & 0x40) != 0; }
   [[nodiscard]] bool valve() const { return (outputs & 1) != 0; }
   [[nodiscard]] std::string text() const {
     std::string out;

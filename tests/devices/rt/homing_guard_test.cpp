@@ -92,10 +92,10 @@ TEST(HomingGuard, a_reference_limit_that_stays_closed_ends_it_by_travel_or_by_ti
     return std::pair{Fault::None, std::int64_t{0}};
   };
   constexpr std::int64_t kNever = 100'000'000;
-  EXPECT_EQ(leave(5, kNever, kNever), (std::pair{Fault::HomingFailed, std::int64_t{20'005}}));
+  EXPECT_EQ(leave(5, kNever, kNever), (std::pair{Fault::HomingSwitchStuck, std::int64_t{20'005}}));
   EXPECT_EQ(leave(5, 19'000, kNever).first, Fault::None);
   EXPECT_EQ(leave(5, 19'000, 18'000).first, Fault::None) << "a counter that is set is no travel";
-  EXPECT_EQ(leave(0, kNever, kNever).first, Fault::HomingFailed) << "it presses into its stop";
+  EXPECT_EQ(leave(0, kNever, kNever).first, Fault::HomingSwitchStuck) << "it presses into its stop";
   r.known = kSwitchHome;
   EXPECT_EQ(leave(5, kNever, kNever).first, Fault::None) << "a limit that is not shown says nothing";
   r = rules(21, 60), r.leave_counts = 20'000, r.leave_cycles = 9000;
