@@ -1,6 +1,7 @@
 // The integrator: it takes the pieces as they are, integrates them from the state before, and differentiates the axes'
 // motion by truncated power series in time (x(t0 + e) to e^3), not by the formulas of the planner.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -10,11 +11,30 @@
 namespace gantry::motion {
 namespace {
 
-/// Motion of one axis around the moment at which s is as given: value, speed, acceleration, jerk.
-Series axis_motion(const Curve& g, const Series& u, std::size_t axis) {
-  const Series q = polynomial([&](std::size_t k) { return g.c[k][axis]; }, 3, u);
+constexpr double kNearly = 1 - 1e-12;  ///< by more than what a root is rounded by
+
+/// Motion of one axis around the moment at which s is as given: value, speed, acceleration, jerk. `degree`: powers of u
+/// behind it are not in the curve.
+Series axis_motion(const Curve& g, const Series& u, std::size_t axis, std::size_t degree = 3) {
+  const Series q = polynomial([&](std::size_t k) { return g.c[k][axis]; }, degree, u);
   return {q[0], q[1], 2 * q[2], 6 * q[3]};
 }
+
+/// The highest power whose coefficient is not 0: what is 0 need not be multiplied.
+template <class Coefficients>
+std::size_t degree_of(const Coefficients& c, std::size_t most) {
+  while (most > 0 && c(most) == 0) --most;
+  return most;
+}
+
+/// Of a curve: of u in the length, and of each axis in u; 0 for an axis that stands.
+struct Degrees {
+  Degrees(const Curve& g, std::size_t axes) : u(degree_of([&](std::size_t k) { return g.u[k]; }, 5)) {
+    for (std::size_t i = 0; i < axes; ++i) axis[i] = degree_of([&](std::size_t k) { return g.c[k][i]; }, 3);
+  }
+  std::size_t u;
+  std::array<std::size_t, kMaxAxes> axis{};
+};
 
 /// Position, direction and curvature at the end of one and the beginning of the other.
 bool join(const Curve& a, const Curve& b, std::size_t axes) {
@@ -47,10 +67,12 @@ Inspection inspect(const Stretch& stretch, const Limits& limits, double v_set, c
     return out;
   };
   double length = 0;
+  std::vector<Degrees> degrees_of;
   for (std::size_t k = 0; k < stretch.curves.size(); ++k) {
     if (k > 0 && !join(stretch.curves[k - 1], stretch.curves[k], limits.axes))
       return refuse("curves that do not join smoothly", length, static_cast<double>(k));
     length += stretch.curves[k].length;
+    degrees_of.emplace_back(stretch.curves[k], limits.axes);
   }
   const double close = 1e-9 * std::max(1.0, length);
 
@@ -81,14 +103,19 @@ Inspection inspect(const Stretch& stretch, const Limits& limits, double v_set, c
       if (!(y.v >= -1e-9 * v_scale)) return refuse("backwards", y.p, y.v);
       if (!(y.p >= -close && y.p <= length + close)) return refuse("beyond the path", y.p, y.p - length);
       const Curve& g = stretch.curves[curve];
+      const Degrees& degrees = degrees_of[curve];
       const Series xs{(y.p - begin) / g.length, y.v / g.length, y.a / (2 * g.length), p.j / (6 * g.length)};
-      const Series u = polynomial([&](std::size_t k) { return g.u[k]; }, 5, xs);
+      const Series u = polynomial([&](std::size_t k) { return g.u[k]; }, degrees.u, xs);
       piece = std::max(piece, y.v / v_set);
       for (std::size_t i = 0; i < limits.axes; ++i) {
-        const Series q = axis_motion(g, u, i);
+        if (degrees.axis[i] == 0) continue;
+        const Series q = axis_motion(g, u, i, degrees.axis[i]);
         const AxisLimits& l = limits.axis[i];
-        piece = std::max({piece, std::abs(q[1]) / l.v_max, std::sqrt(std::abs(q[2]) / l.a_max),
-                          std::cbrt(std::abs(q[3]) / l.j_max)});
+        piece = std::max(piece, std::abs(q[1]) / l.v_max);
+        // Roots are taken only where they may be larger than what was found.
+        const double a = std::abs(q[2]) / l.a_max, j = std::abs(q[3]) / l.j_max;
+        if (a > kNearly * piece * piece) piece = std::max(piece, std::sqrt(a));
+        if (j > kNearly * piece * piece * piece) piece = std::max(piece, std::cbrt(j));
         const bool slow = std::abs(q[1]) <= 1.001 * l.v_max;
         const bool gentle = std::abs(q[2]) <= 1.001 * l.a_max && std::abs(q[3]) <= 1.001 * l.j_max;
         gentle_enough = gentle_enough && gentle;
