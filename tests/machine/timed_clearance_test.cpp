@@ -80,6 +80,16 @@ double gap_mm(const Body& head, Vec3 at, const Body& stands) {
   return std::hypot(level_gap(head, flat(at), stands, flat(stands.centre)), up) - r;
 }
 
+/// Not more than gap_mm(): between the upright cylinders around both.
+double at_least_mm(const Body& head, Vec3 at, const Body& stands) {
+  const auto around = [](const Body& b) {
+    return b.shape.kind == Kind::Box ? std::hypot(b.shape.size.x, b.shape.size.y) / 2 : b.shape.size.x / 2;
+  };
+  const double level = norm(flat(at) - flat(stands.centre)) - around(head) - around(stands);
+  const double up = std::abs(at.z - stands.centre.z) - (head.shape.size.z + stands.shape.size.z) / 2;
+  return std::max(level, up) - kRounding_mm;
+}
+
 /// The board and what is on it, as the recipe draws it, without turn or tilt.
 std::vector<Body> drawn(const recipes::Recipe& recipe, const config::Machine& machine) {
   const Vec3 corner = config::find_frame(machine, recipe.board.frame)->origin;
@@ -110,6 +120,7 @@ struct Watch {
       const Vec3 at = head.centre + Vec3{s.target[m.x.value], s.target[m.y.value],
                                          s.target[m.z.value] - (head.on_lift ? s.target[m.u->value] : 0)};
       for (const Body& stands : standing) {
+        if (at_least_mm(head, at, stands) > least_mm) continue;
         if (head.name == "needle" && needle_may_near.contains(stands.name)) continue;
         if (head.name == "probe_stylus" && stands.name == "board") continue;
         const double gap = gap_mm(head, at, stands);
@@ -192,6 +203,12 @@ TEST(TimedClearance, the_judge_knows_its_closed_forms) {
   Body turned = box;
   turned.rotation_rad = std::numbers::pi / 2;
   EXPECT_NEAR(gap_mm(capsule, {5, 0, 5}, turned), 3, 1e-9);  // 5 - 1 - 1
+  for (const Body& body : {box, disc, turned})
+    for (double x = -9; x < 9; x += 0.7)
+      for (double z = -9; z < 15; z += 0.8) {
+        EXPECT_LE(at_least_mm(head, {x, 1.5, z}, body), gap_mm(head, {x, 1.5, z}, body));
+        EXPECT_LE(at_least_mm(capsule, {x, 1.5, z}, body), gap_mm(capsule, {x, 1.5, z}, body));
+      }
   turned.rotation_rad = std::numbers::pi / 4;
   EXPECT_NEAR(gap_mm(head, {5, 0, 3}, turned), 4 - 3 / std::numbers::sqrt2, 1e-9);  // to its corner
 }
