@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <unistd.h>
 
 #include "app/job/prove.hpp"
@@ -16,6 +17,45 @@ record::JobResult failed(std::vector<Error> errors) {
   return result;
 }
 
+// Tests ask for the same few files again and again. What a file of the source tree holds is read once, and a recipe is
+// proved once on a machine that no test has changed: both depend on nothing else.
+bool of_the_source(const std::string& file) { return !file.starts_with('/'); }
+template <class Read>
+const auto& once(const std::string& key, Read&& read) {
+  static std::map<std::string, decltype(read())> kept;
+  const auto found = kept.find(key);
+  return found != kept.end() ? found->second : kept.emplace(key, read()).first->second;
+}
+
+Checked<config::Machine> machine_of(const std::string& file) {
+  const auto read = [&] { return config::load_machine(file); };
+  return of_the_source(file) ? once(file, read) : read();
+}
+Checked<recipes::Recipe> recipe_of(const std::string& file) {
+  const auto read = [&] { return recipes::load(file); };
+  return of_the_source(file) ? once(file, read) : read();
+}
+
+using OnStep = std::function<void(run::Owner&)>;
+using Prove = std::function<Result<job::NominalProof>(const recipes::Job&)>;
+
+record::JobResult run_on(run::Owner& owner, const config::Machine& machine, const recipes::Recipe& recipe,
+                         const OnStep& on_step, bool outlives_stops, const Prove& prove) {
+  const auto job = recipes::compile(recipe, machine);
+  if (!job) return failed(job.error());
+  owner.on_step([&] {
+    if (on_step) on_step(owner);
+  });
+  if (owner.latest().cycle == 0)
+    if (auto up = owner.bring_up(); !up) return failed({up.error()});
+  const auto proof = prove(*job);
+  return owner.run(
+      recipe, *job,
+      {.forecast = proof ? &proof->forecast : nullptr,
+       .slow_beads = proof ? std::span<const job::SlowBead>(proof->slow_beads) : std::span<const job::SlowBead>(),
+       .outlives_stops = outlives_stops});
+}
+
 }  // namespace
 
 Result<void> answer_of_reset(run::Owner& owner) {
@@ -28,14 +68,14 @@ Result<void> answer_of_reset(run::Owner& owner) {
 }
 
 recipes::Recipe load_recipe(const std::string& file) {
-  auto recipe = recipes::load(file);
+  auto recipe = recipe_of(file);
   if (recipe) return *recipe;
   for (const Error& e : recipe.error()) ADD_FAILURE() << to_text(e);
   return {};
 }
 
 Rig::Rig(const RigOptions& options) : options_(options) {
-  auto machine = config::load_machine(options.machine);
+  auto machine = machine_of(options.machine);
   if (!machine) {
     for (const Error& e : machine.error()) ADD_FAILURE() << to_text(e);
     return;
@@ -78,25 +118,17 @@ Rig::~Rig() {
 }
 
 record::JobResult Rig::run(const std::string& recipe_file) {
-  auto recipe = recipes::load(recipe_file);
+  auto recipe = recipe_of(recipe_file);
   if (!recipe) return failed(recipe.error());
-  return run(*recipe);
+  if (options_.change || !of_the_source(options_.machine) || !of_the_source(recipe_file)) return run(*recipe);
+  return run_on(*owner_, machine_, *recipe, on_step, options_.outlives_stops, [&](const recipes::Job& job) {
+    return once(options_.machine + " " + recipe_file, [&] { return job::prove_nominal(machine_, *recipe, job); });
+  });
 }
 
 record::JobResult Rig::run(const recipes::Recipe& recipe) {
-  const auto job = recipes::compile(recipe, machine_);
-  if (!job) return failed(job.error());
-  owner_->on_step([this] {
-    if (on_step) on_step(*owner_);
-  });
-  if (owner_->latest().cycle == 0)
-    if (auto up = owner_->bring_up(); !up) return failed({up.error()});
-  const auto proof = job::prove_nominal(machine_, recipe, *job);
-  return owner_->run(
-      recipe, *job,
-      {.forecast = proof ? &proof->forecast : nullptr,
-       .slow_beads = proof ? std::span<const job::SlowBead>(proof->slow_beads) : std::span<const job::SlowBead>(),
-       .outlives_stops = options_.outlives_stops});
+  return run_on(*owner_, machine_, recipe, on_step, options_.outlives_stops,
+                [&](const recipes::Job& job) { return job::prove_nominal(machine_, recipe, job); });
 }
 
 }  // namespace gantry::test
