@@ -119,12 +119,19 @@ inline constexpr std::size_t kChannelBits = 32;  ///< of the loop's output word,
 bool normally_closed(Input input);
 
 /// What `gantry commission --accept`, or a walk, has found at a station's place, and when.
+/// What a station's firmware says it is (1018h:1, 1018h:2); 0: it does not say.
+struct ObjectIdentity {
+  std::uint32_t vendor = 0, product = 0;
+  bool operator==(const ObjectIdentity&) const = default;
+};
+
 struct Accepted {
   std::uint32_t vendor = 0, product = 0, revision = 0, serial = 0;
   std::string date;         ///< "2026-11-22"
   bool compared = false;    ///< a person has said by `--accept` that it belongs there; a walk keeps only what it found
   std::string walked{};     ///< when a person has seen its axes move; empty: nobody has
   std::string walked_as{};  ///< what the machine file said of them then: config::wiring_of()
+  ObjectIdentity object{};  ///< what 1018h said when it was accepted; 0: nothing is known of that
 };
 
 struct Station {

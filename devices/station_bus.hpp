@@ -27,7 +27,7 @@ struct BusStation {
   StationId id;
   const config::Station* config = nullptr;                          ///< null: the machine file does not know it
   std::string where;                                                ///< "station 3 'y1'": position from 0 and name
-  std::uint32_t vendor = 0, product = 0, revision = 0, serial = 0;  ///< as it says (1018h)
+  std::uint32_t vendor = 0, product = 0, revision = 0, serial = 0;  ///< as its EEPROM says
   bool since_power_up = false;                                      ///< nobody has set it up since its supply came
   /// Why it must not have torque: what it holds is not what its rows ask for, or does not act yet. Found at every
   /// start.

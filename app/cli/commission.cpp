@@ -53,15 +53,21 @@ class Commissioning {
   Result<ordered_json> visit(config::Station& station, const devices::FoundStation& found) {
     const devices::StationSii& sii = found.record.sii;
     if (station.restart_pending && found.record.since_power_up) station.restart_pending = false, changed_ = true;
-    const bool same = config::as_expected(station, sii);
-    ordered_json out{{"station", station.name},     {"position", station.position}, {"vendor", sii.vendor},
-                     {"product", sii.product},      {"revision", sii.revision},     {"serial", sii.serial},
-                     {"alias", found.record.alias}, {"as_expected", same}};
-    if (!json_) show_identity(station, found, same);
+    const auto object = survey_.read_identity_object(found.record.position);
+    const config::ObjectIdentity said = object.value_or(config::ObjectIdentity{});
+    const bool agrees = object && config::agrees(said, config::expected_object(station.accepted, sii));
+    const bool eeprom_same = config::as_expected(station, sii), same = eeprom_same && agrees;
+    ordered_json out{{"station", station.name},      {"position", station.position},   {"vendor", sii.vendor},
+                     {"product", sii.product},       {"revision", sii.revision},       {"serial", sii.serial},
+                     {"object_vendor", said.vendor}, {"object_product", said.product}, {"alias", found.record.alias},
+                     {"as_expected", same}};
+    if (!json_) show_identity(station, found, eeprom_same);
+    if (!json_) show_object(station, found, object);
     if (options_.accept) {
       if (!sii.read)
         return fail(Fault::SiiInvalid, "its EEPROM cannot be read: " + sii.damage, "station " + station.name);
-      take(station, sii);
+      if (!object) return tl::unexpected(object.error());
+      take(station, sii, said);
       out["accepted"] = station.accepted->date;
       if (!json_) print_text("    accepted {}\n", station.accepted->date);
     }
@@ -86,8 +92,9 @@ class Commissioning {
   [[nodiscard]] bool changed() const { return changed_; }
 
  private:
-  void take(config::Station& station, const devices::StationSii& sii) {
+  void take(config::Station& station, const devices::StationSii& sii, const config::ObjectIdentity& said) {
     station.accepted = config::kept_of(station, sii, today());
+    station.accepted->object = said;
     station.accepted->compared = true;
     changed_ = true;
   }
@@ -105,6 +112,20 @@ class Commissioning {
       print_text("{}\n", id.assumed ? "as assumed; `--accept` confirms it" : "as the profile says");
     else
       print_text("expected is {}{}\n", device(id.vendor, id.product), id.assumed ? ", which is assumed" : "");
+  }
+
+  /// What its firmware says, where that is not what its EEPROM says.
+  static void show_object(const config::Station& station, const devices::FoundStation& found,
+                          const Result<config::ObjectIdentity>& said) {
+    const devices::StationSii& sii = found.record.sii;
+    if (!said) return print_text("    its firmware (1018h): {}\n", said.error().message);
+    if (config::agrees(*said, {sii.vendor, sii.product})) return;
+    const config::ObjectIdentity expected = config::expected_object(station.accepted, sii);
+    print_text("    its firmware (1018h) says {}: {}\n", device(said->vendor, said->product),
+               config::agrees(*said, expected) ? "as accepted"
+               : station.accepted && config::says_something(station.accepted->object)
+                   ? "another one than was accepted"
+                   : "another device than its EEPROM; look at its type plate before `--accept`");
   }
 
   Result<ordered_json> visit_parameters(config::Station& station, int position) {

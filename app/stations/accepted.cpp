@@ -1,6 +1,7 @@
 #include "app/stations/accepted.hpp"
 
 #include "app/stations/kept_file.hpp"
+#include "config/same_device.hpp"
 
 namespace gantry::stations {
 namespace {
@@ -18,6 +19,8 @@ Json to_json(const config::Station& s) {
     const config::Accepted& a = *s.accepted;
     row = {{"vendor", a.vendor}, {"product", a.product},   {"revision", a.revision}, {"serial", a.serial},
            {"date", a.date},     {"compared", a.compared}, {"walked", a.walked},     {"walked_as", a.walked_as}};
+    if (config::says_something(a.object))
+      row["object_vendor"] = a.object.vendor, row["object_product"] = a.object.product;
   }
   row["restart_pending"] = s.restart_pending;
   return row;
@@ -32,7 +35,9 @@ config::Accepted accepted_of(const Json& j) {
           .compared =
               j.value("compared", j.value("walked", "").empty()),  // before there was the word, a walk accepted, too
           .walked = j.value("walked", ""),
-          .walked_as = j.value("walked_as", "")};
+          .walked_as = j.value("walked_as", ""),
+          .object = {.vendor = j.value("object_vendor", std::uint32_t{0}),
+                     .product = j.value("object_product", std::uint32_t{0})}};
 }
 
 void take_row(const Json& row, config::Station& station) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 
+#include "devices/ethercat/identity_object.hpp"
 #include "devices/ethercat/layout_check.hpp"
 #include "devices/ethercat/leave.hpp"
 #include "devices/ethercat/lrw_trial.hpp"
@@ -65,8 +66,9 @@ Result<void> EthercatMaster::side_by_side(
   return {};
 }
 
-/// Start-up objects and the mapping, as far as the station takes them.
+/// That it is the drive that its EEPROM says; then start-up objects and the mapping, as far as it takes them.
 Result<void> EthercatMaster::agree(StationRecord& s, std::vector<std::string>& notes) {
+  if (auto ok = check_identity_object(link_, s); !ok) return ok;
   if (auto ok = learn_pdos(s); !ok) return ok;
   if (auto ok = check_pdo_limits(s); !ok) return ok;
   if (auto ok = leave_out_absent(link_, s, notes); !ok) return ok;

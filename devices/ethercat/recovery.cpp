@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "devices/ethercat/identity_object.hpp"
 #include "devices/ethercat/parameters.hpp"
 #include "devices/ethercat/scan.hpp"
 #include "devices/ethercat/sii.hpp"
@@ -98,6 +99,7 @@ Result<void> replay(Link& link, StationRecord& s, const DcSetup& dc, std::uint16
   if (auto ok = write_mailbox_setup(link, s); !ok) return ok;
   if (auto ok = hand_over_eeprom(link, s); !ok) return ok;
   if (auto ok = enter(link, s, AlState::PreOp); !ok) return ok;
+  if (auto ok = check_identity_object(link, s); !ok) return ok;
   if (auto ok = write_startup(link, s); !ok) return ok;
   if (auto ok = write_pdo_mapping(link, s); !ok) return ok;
   if (auto ok = set_first_mode(link, s); !ok) return ok;

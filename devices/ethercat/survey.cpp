@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <utility>
 
+#include "devices/ethercat/identity_object.hpp"
 #include "devices/ethercat/scan.hpp"
 #include "devices/ethercat/station_objects.hpp"
 #include "devices/ethercat/station_registers.hpp"
@@ -203,6 +204,15 @@ Result<void> Survey::write_object(int position, config::ObjectAddress object, st
   auto s = with_mailbox(position);
   if (!s) return tl::unexpected(s.error());
   return sdo_download(link_, **s, object, value, access);
+}
+
+Result<config::ObjectIdentity> Survey::read_identity_object(int position) {
+  auto s = station(position);
+  if (!s) return tl::unexpected(s.error());
+  if (!(*s)->has_coe()) return config::ObjectIdentity{};
+  s = with_mailbox(position);
+  if (!s) return tl::unexpected(s.error());
+  return devices::read_identity_object(link_, **s);
 }
 
 Result<HeldObject> Survey::read_held(int position, const config::StartupRow& row) {

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "config/machine.hpp"
 #include "core/clock.hpp"
 #include "core/error.hpp"
 #include "devices/ethercat/diagnosis.hpp"
@@ -71,6 +72,8 @@ class Survey {
   Result<Bytes> read_object(int position, config::ObjectAddress object, SdoAccess access = SdoAccess::Single);
   Result<void> write_object(int position, config::ObjectAddress object, std::span<const std::byte> value,
                             SdoAccess access = SdoAccess::Single);
+  /// What 1018h says (identity_object.hpp); nothing of a station without CoE.
+  Result<config::ObjectIdentity> read_identity_object(int position);
   /// The start-up rows that a start asks of this station there: those that it may do without and does not have are left
   /// out, with a note.
   Result<std::vector<config::StartupRow>> asked_of(int position, const config::Station& station,

@@ -213,6 +213,97 @@ TEST_F(Trust, a_foreign_device_is_refused_before_anything_is_written) {
   EXPECT_NE(changed.error().message.find("2026-11-22"), std::string::npos) << changed.error().message;
 }
 
+// ---- what a station's firmware says of it (1018h), beside its EEPROM ----
+
+Error refusal(BusBench& b) {
+  const auto up = b.bring_up();
+  EXPECT_FALSE(up);
+  return up ? Error{} : up.error();
+}
+void expect_words(const Error& why, Fault fault, std::initializer_list<const char*> words) {
+  EXPECT_EQ(why.fault, fault) << to_text(why);
+  for (const char* word : words) EXPECT_NE(to_text(why).find(word), std::string::npos) << to_text(why) << ", " << word;
+}
+
+/// AMD530B, 8.2: 1 is the default of 1018h:2, and the EEPROM says so here; the firmware says 530h.
+TEST_F(Trust, a_firmware_of_another_device_than_the_eeprom_is_refused_before_anything_is_written) {
+  wired([](auto& m) {
+    object(m, "y1", {0x1018, 2}).initial = 0x530;
+    holds(m, "y1", {0x605A, 0}, 0);  // the one station that this is written to
+  });
+  Downloads startup(b().port, {0x605A, 0});
+  b().port_used = &startup;
+  const auto& id = station(b().machine, "y1").profile.identity;
+  auto& accepted = station(b().machine, "y1").accepted;
+  const std::initializer_list<const char*> both{"station 2 'y1'",
+                                                "EEPROM",
+                                                "product 00000001h",
+                                                "1018h",
+                                                "product 00000530h",
+                                                "HCFA AMD530B",
+                                                "gantry commission y1 --accept"};
+  expect_words(refusal(b()), Fault::IdentityMismatch, both);
+  EXPECT_EQ(startup.seen(), 0);
+  // Accepted before anybody looked at 1018h, it is refused all the same; accepted with it, it is taken.
+  accepted = config::Accepted{.vendor = id.vendor, .product = id.product, .date = "2026-11-26"};
+  expect_words(refusal(b()), Fault::IdentityMismatch, both);
+  accepted->object = {.vendor = id.vendor, .product = 0x530};
+  EXPECT_TRUE(b().bring_up());
+  EXPECT_EQ(startup.seen(), 1);
+  accepted->object.product = 0x531;
+  expect_words(refusal(b()), Fault::IdentityMismatch,
+               {"'y1' has changed since 2026-11-26", "product 00000531h", "product 00000530h", "1018h",
+                "gantry commission y1 --accept"});
+}
+
+TEST_F(Trust, a_firmware_of_another_vendor_is_refused) {
+  wired([](auto& m) { object(m, "cu", {0x1018, 1}).initial = 0x5A5A; });
+  expect_words(refusal(b()), Fault::IdentityMismatch, {"station 5 'cu'", "1018h", "vendor 00005A5Ah"});
+}
+
+/// CiA 301 has 1018h:2 to :4 as optional; the ISS57's manual prints 0 for all of them.
+TEST_F(Trust, a_station_that_does_not_say_what_it_is_is_what_its_eeprom_says) {
+  for (const std::uint8_t sub : {std::uint8_t{1}, std::uint8_t{2}}) {
+    for (const std::uint32_t code : {0x06020000u, 0x06090011u, 0x08000020u, 0u}) {
+      SCOPED_TRACE(testing::Message() << int{sub} << ", abort " << std::hex << code);
+      BusBench other;
+      other.segment.set_habits(station(other.machine, "x").id,
+                               {.mailbox = {.aborts = sim::MailboxLies::Abort{{0x1018, sub}, code, true, false}}});
+      const auto up = other.bring_up();
+      EXPECT_TRUE(up) << to_text(up.error());
+    }
+    BusBench zero([&](auto& m) { object(m, "x", {0x1018, sub}).initial = 0; });
+    const auto up = zero.bring_up();
+    EXPECT_TRUE(up) << to_text(up.error());
+  }
+}
+
+TEST_F(Trust, a_product_code_of_16_bits_is_that_number) {
+  wired([](auto& m) { object(m, "y1", {0x1018, 2}).type = config::ObjectType::U16; });
+  EXPECT_TRUE(b().bring_up());
+}
+
+TEST_F(Trust, a_station_that_does_not_answer_what_it_is_is_named_in_bounded_time) {
+  b().segment.set_habits(station(b().machine, "x").id, {.mailbox = {.silent_at = config::ObjectAddress{0x1018, 2}}});
+  const Time before = b().clock.now();
+  expect_words(refusal(b()), Fault::MailboxTimeout, {"station 1 'x'", "1018h:02"});
+  EXPECT_LT(b().clock.now() - before, milliseconds(5000));
+}
+
+/// Its EEPROM is the same, and it has another firmware: a board that was exchanged with its chip moved over.
+TEST_F(Trust, a_station_that_comes_back_with_another_firmware_is_not_set_up) {
+  b().operate();
+  const std::size_t y1 = 2;
+  std::vector<std::byte> other(4, std::byte{0x77});
+  b().segment.power_cycle(b().master->stations()[y1].id, milliseconds(20));
+  b().segment.set_habits(b().master->stations()[y1].id,
+                         {.mailbox = {.shows = sim::MailboxLies::Shown{{0x1018, 2}, other}}});
+  b().cycles(500);
+  const auto back = b().master->recover(y1);
+  ASSERT_FALSE(back);
+  expect_words(back.error(), Fault::IdentityMismatch, {"station 2 'y1'", "1018h", "77777777h"});
+}
+
 TEST_F(Trust, swapped_cables_of_stations_that_look_alike_are_named) {
   wired([](auto& m) { std::swap(station(m, "x").alias, station(m, "z").alias); });
   const auto up = b().bring_up();
