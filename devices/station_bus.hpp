@@ -17,8 +17,8 @@
 #include "core/error.hpp"
 #include "core/rt/fixed_vector.hpp"
 #include "devices/bus.hpp"
-#include "devices/frame_port.hpp"
 #include "devices/rt/cyclic_counts.hpp"
+#include "devices/rt/sender_watch.hpp"
 
 namespace gantry::devices {
 
@@ -97,8 +97,8 @@ class StationBus : public FieldBus {
   [[nodiscard]] virtual CyclicCounts counters() const noexcept = 0;
   /// Replies of mailboxes that were asked for once more, and requests that were sent again, since bring_up().
   [[nodiscard]] virtual std::uint64_t mailbox_repeats() const noexcept { return 0; }
-  /// Another master whose frames came in, by its address as it came; nothing as long as there was none.
-  [[nodiscard]] virtual std::optional<MacAddress> other_master() const noexcept { return std::nullopt; }
+  /// Another master whose frames came in, and how many of them the cycles have seen; nothing as long as there was none.
+  [[nodiscard]] virtual std::optional<OtherMaster> other_master() const noexcept { return std::nullopt; }
 
   /// In virtual time: what a blocking call does to let a cycle pass.
   virtual void step_by(std::function<void()> step) = 0;

@@ -75,7 +75,7 @@ void add_bus_errors(CLI::App& bus, Context& context) {
                      {"processing_unit", c.processing_unit},
                      {"pdi", c.pdi}});
     }
-    const std::string other = wire->other_master ? stations::sender_words(wire->other_master) : "";
+    const std::string other = wire->other_master ? stations::sender_words(wire->other_master->address) : "";
     if (context.json) {
       nlohmann::ordered_json on_the_wire{
           {"frames", record::to_json(wire->frames)},

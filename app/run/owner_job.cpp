@@ -169,7 +169,7 @@ void Owner::Parts::fetch_mail() {
   bus->step_by({});
 }
 
-/// Frames that were nobody's answer, at most once a second: those of another master with its address, all others.
+/// Frames that were nobody's answer, at most once a second: those of another master with its address, and all others.
 void Owner::Parts::report_strays() {
   constexpr std::int64_t kEvery_ns = 1'000'000'000;
   const cycle::Snapshot& now = feed->latest();
@@ -177,6 +177,9 @@ void Owner::Parts::report_strays() {
   on_bus->counted_at_ns = now.time_ns;
   const devices::CyclicCounts before = std::exchange(on_bus->counted, bus->counters());
   const devices::CyclicCounts more = on_bus->counted - before;
+  const auto other = bus->other_master();
+  const std::uint64_t of_master_before = std::exchange(on_bus->of_master, other ? other->frames : 0);
+  const std::uint64_t of_master = on_bus->of_master - of_master_before;
   const auto report = [&](Fault fault, std::uint64_t frames, const std::string& words) {
     if (frames == 0) return;
     const cycle::Event event{.kind = cycle::EventKind::Fault,
@@ -187,11 +190,13 @@ void Owner::Parts::report_strays() {
     error.message += "; " + words;
     tell(event, error);
   };
-  report(Fault::ForeignFrame, more.foreign,
-         fmt::format("{} in the last second, {}", more.foreign, stations::sender_words(bus->other_master())));
-  report(Fault::StrayFrames, more.late + more.duplicate + more.malformed,
-         fmt::format("in the last second {} late, {} twice, {} changed on the way", more.late, more.duplicate,
-                     more.malformed));
+  if (other)
+    report(Fault::ForeignFrame, of_master,
+           fmt::format("{} in the last second, {}", of_master, stations::sender_words(other->address)));
+  const std::uint64_t of_nobody = more.foreign > of_master ? more.foreign - of_master : 0;
+  report(Fault::StrayFrames, more.late + more.duplicate + more.malformed + of_nobody,
+         fmt::format("in the last second {} late, {} twice, {} changed on the way, {} of somebody else", more.late,
+                     more.duplicate, more.malformed, of_nobody));
 }
 
 /// Drives that were without supply.
@@ -358,7 +363,7 @@ WireCounts Owner::wire() const {
   const auto other = bus.other_master();
   return {.frames = bus.counters(),
           .mailbox_repeats = bus.mailbox_repeats(),
-          .other_master = other ? stations::sender_words(other) : ""};
+          .other_master = other ? stations::sender_words(other->address) : ""};
 }
 
 Progress Owner::progress() const {

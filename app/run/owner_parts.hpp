@@ -48,6 +48,7 @@ struct OnBus {
   bool hold_pressed = false;            ///< the same, where nothing is under way that could be held
   std::optional<std::int64_t> stop_ns;  ///< machine time of the last hold or abort that was taken
   devices::CyclicCounts counted;        ///< as last reported
+  std::uint64_t of_master = 0;          ///< frames of another one, as last reported
   std::int64_t counted_at_ns = 0;
   std::optional<Error> named;  ///< the last latched fault whose stations were found
   std::optional<Request> reset;

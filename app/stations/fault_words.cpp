@@ -72,13 +72,12 @@ Error in_words(const config::Machine& machine, const cycle::Event& e) {
   return error;
 }
 
-std::string sender_words(const std::optional<devices::MacAddress>& sender) {
-  if (!sender) return "not EtherCAT";
+std::string sender_words(const devices::MacAddress& sender) {
   constexpr auto kByStations = std::byte{2};
   std::string text = "from ";
-  for (const std::byte b : *sender)
+  for (const std::byte b : sender)
     text += fmt::format("{}{:02X}", text.back() == ' ' ? "" : ":", std::to_integer<unsigned>(b));
-  if (((*sender)[0] & kByStations) != std::byte{0}) text += " (stations set the 02h in its first byte)";
+  if ((sender[0] & kByStations) != std::byte{0}) text += " (stations set the 02h in its first byte)";
   return text;
 }
 

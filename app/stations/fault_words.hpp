@@ -12,6 +12,6 @@ namespace gantry::stations {
 
 Error in_words(const config::Machine& machine, const cycle::Event& event);
 /// "from 02:1B:21:0A:0B:0C": another master, by the source address of its frames as it came in.
-std::string sender_words(const std::optional<devices::MacAddress>& sender);
+std::string sender_words(const devices::MacAddress& sender);
 
 }  // namespace gantry::stations

@@ -86,7 +86,7 @@ void Link::count(Match match, std::span<const std::byte> received) {
       break;
     case Match::Foreign:
       ++counts_.foreign;
-      if (const auto sender = sender_of(received)) other_master_ = sender;
+      if (const auto sender = sender_of(received)) senders_.heard(*sender, sequence_);
       break;
     case Match::Ours: break;
   }

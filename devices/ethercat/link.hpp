@@ -16,6 +16,7 @@
 #include "devices/rt/acyclic.hpp"
 #include "devices/rt/cyclic_counts.hpp"
 #include "devices/rt/frame.hpp"
+#include "devices/rt/sender_watch.hpp"
 
 namespace gantry::devices {
 
@@ -63,8 +64,8 @@ class Link {
 
   /// What became of the frames that it has sent by itself, each counted as what it was.
   [[nodiscard]] const CyclicCounts& counts() const noexcept { return counts_; }
-  /// Another master whose frames came in meanwhile, by its source address as it came.
-  [[nodiscard]] const std::optional<MacAddress>& other_master() const noexcept { return other_master_; }
+  /// Another master whose frames came in meanwhile.
+  [[nodiscard]] const std::optional<OtherMaster>& other_master() const noexcept { return senders_.other(); }
 
   [[nodiscard]] FramePort& port() noexcept { return port_; }
   [[nodiscard]] Clock& clock() noexcept { return clock_; }
@@ -94,7 +95,7 @@ class Link {
   Frame frame_;
   std::array<bool, 256> answered_{};  ///< by the low byte of the sequence: of the last frames
   CyclicCounts counts_;
-  std::optional<MacAddress> other_master_;
+  SenderWatch senders_;
 };
 
 }  // namespace gantry::devices

@@ -474,9 +474,10 @@ Result<std::vector<DcStatus>> EthercatMaster::dc_status() {
   return all;
 }
 
-std::optional<MacAddress> EthercatMaster::other_master() const noexcept {
-  const auto in_cycles = cyclic_->other_master();
-  return in_cycles ? in_cycles : link_.other_master();
+std::optional<OtherMaster> EthercatMaster::other_master() const noexcept {
+  if (const auto in_cycles = cyclic_->other_master()) return in_cycles;
+  const auto& at_bring_up = link_.other_master();
+  return at_bring_up ? std::optional(OtherMaster{.address = at_bring_up->address}) : std::nullopt;
 }
 
 std::uint64_t EthercatMaster::mailbox_repeats() const noexcept {

@@ -94,7 +94,7 @@ class EthercatMaster final : public StationBus {
   /// The same of the frames that bring-up and shutting down have sent by themselves.
   [[nodiscard]] const CyclicCounts& blocking_counters() const noexcept { return link_.counts(); }
   /// Another master whose frames came in, by its source address as it came; nothing as long as there was none.
-  [[nodiscard]] std::optional<MacAddress> other_master() const noexcept override;
+  [[nodiscard]] std::optional<OtherMaster> other_master() const noexcept override;
   /// Replies of mailboxes that were asked for once more, and requests that were sent again, since bring_up().
   [[nodiscard]] std::uint64_t mailbox_repeats() const noexcept override;
   /// Exchanges since bring_up(). Any thread.

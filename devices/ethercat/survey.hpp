@@ -52,7 +52,7 @@ struct PdoMap {
 struct WireCheck {
   CyclicCounts frames;                         ///< working counters: of reads that every station answers
   std::vector<std::uint32_t> mailbox_repeats;  ///< by position: what had to be asked for once more
-  std::optional<MacAddress> other_master;      ///< whose frames came in, by its source address as it came
+  std::optional<OtherMaster> other_master;     ///< whose frames came in
 };
 
 class Survey {

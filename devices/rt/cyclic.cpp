@@ -10,7 +10,6 @@ using namespace wire;
 constexpr std::size_t kFramesLookedAt = 64;  // in one cycle: old and foreign frames must not hold the loop
 constexpr int kSinglyCycles = 100;           // after the last wrong working counter
 constexpr std::size_t kAlStatusBytes = 6;    // 0130h with the code in 0134h
-constexpr std::uint64_t kSomebody = 1;       // in front of a source address: there was one
 
 }  // namespace
 
@@ -194,17 +193,21 @@ bool Cyclic::take(std::span<const std::byte> received) noexcept {
 void Cyclic::note_sender(std::span<const std::byte> received) noexcept {
   const auto sender = sender_of(received);
   if (!sender) return;
-  std::uint64_t address = kSomebody;
-  for (const std::byte b : *sender) address = address << 8 | std::to_integer<std::uint64_t>(b);
-  other_master_.store(address, std::memory_order_relaxed);
+  senders_.heard(*sender, sequence_);
+  if (!senders_.other()) return;
+  std::uint64_t address = 0;
+  for (const std::byte b : senders_.other()->address) address = address << 8 | std::to_integer<std::uint64_t>(b);
+  other_address_.store(address, std::memory_order_relaxed);
+  other_frames_.store(senders_.other()->frames, std::memory_order_release);
 }
 
-std::optional<MacAddress> Cyclic::other_master() const noexcept {
-  std::uint64_t address = other_master_.load(std::memory_order_relaxed);
-  if (address == 0) return std::nullopt;
-  MacAddress sender{};
-  for (std::size_t i = sender.size(); i-- > 0; address >>= 8) sender[i] = static_cast<std::byte>(address & 0xFF);
-  return sender;
+std::optional<OtherMaster> Cyclic::other_master() const noexcept {
+  OtherMaster other{.frames = other_frames_.load(std::memory_order_acquire)};
+  if (other.frames == 0) return std::nullopt;
+  std::uint64_t address = other_address_.load(std::memory_order_relaxed);
+  for (std::size_t i = other.address.size(); i-- > 0; address >>= 8)
+    other.address[i] = static_cast<std::byte>(address & 0xFF);
+  return other;
 }
 
 /// Whether it is a copy of a frame of the last cycles whose answer was taken then. The first two index fields of a

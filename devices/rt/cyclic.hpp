@@ -25,6 +25,7 @@
 #include "devices/rt/acyclic.hpp"
 #include "devices/rt/cyclic_counts.hpp"
 #include "devices/rt/frame.hpp"
+#include "devices/rt/sender_watch.hpp"
 
 namespace gantry::devices {
 
@@ -88,8 +89,9 @@ class Cyclic {
   /// Any thread, without a lock. Each figure is right by itself; while the loop runs, two of them may be of cycles that
   /// follow each other.
   [[nodiscard]] CyclicCounts counters() const noexcept;
-  /// Another master whose frames came in, the last one, by its source address as it came. Any thread.
-  [[nodiscard]] std::optional<MacAddress> other_master() const noexcept;
+  /// Another master whose frames came in. Any thread; its address and its frames may be of cycles that follow each
+  /// other.
+  [[nodiscard]] std::optional<OtherMaster> other_master() const noexcept;
   /// For the run thread. False when it was not looked at yet.
   bool health(std::size_t station, StationHealth& out) const noexcept { return published_[station].load(out); }
   /// The same as fresh(), for the run thread, with the number of cycles so far.
@@ -162,7 +164,8 @@ class Cyclic {
   CyclicCounts counts_;
   using CountWords = std::array<std::uint64_t, sizeof(CyclicCounts) / sizeof(std::uint64_t)>;
   std::array<std::atomic<std::uint64_t>, std::tuple_size_v<CountWords>> published_counts_{};
-  std::atomic<std::uint64_t> other_master_{0};  ///< its address, and above it whether there was one
+  SenderWatch senders_;
+  std::atomic<std::uint64_t> other_address_{0}, other_frames_{0};  ///< 0 frames: there is no other master
 };
 
 }  // namespace gantry::devices

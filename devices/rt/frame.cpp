@@ -112,19 +112,11 @@ std::optional<MacAddress> sender_of(std::span<const std::byte> received) noexcep
   return sender;
 }
 
-Match match(const Frame& sent, std::span<const std::byte> received, Reply& reply) noexcept {
-  const auto out = sent.bytes();
-  if (received.size() < kFrameHeader) return Match::Malformed;
-  if (!std::equal(received.begin() + kEtherTypeOffset, received.begin() + kEthernetHeader,
-                  out.begin() + kEtherTypeOffset))
-    return Match::Foreign;
-  const auto processed_bit = std::byte{kProcessedMacBit};
-  const bool processed = (received[kSourceOffset] & processed_bit) != std::byte{0};
-  if ((received[kSourceOffset] & ~processed_bit) != out[kSourceOffset] ||
-      !std::equal(received.begin() + kSourceOffset + 1, received.begin() + kEtherTypeOffset,
-                  out.begin() + kSourceOffset + 1))
-    return Match::Foreign;
+namespace {
 
+/// Of a frame that has a frame header at least, behind its Ethernet header.
+Match match_datagrams(const Frame& sent, std::span<const std::byte> received, bool processed) noexcept {
+  const auto out = sent.bytes();
   // Another frame of this master may have another shape; its first index shows that it is another one.
   const auto slots = sent.slots();
   if (slots.empty() || received.size() < kFrameHeader + kDatagramHeader) return Match::Malformed;
@@ -151,9 +143,27 @@ Match match(const Frame& sent, std::span<const std::byte> received, Reply& reply
     seen_by_a_station |= get_le<std::uint16_t>(received, slot.end() - kWorkingCounter) != 0;
   }
   if (index_differs) return Match::Late;
-  reply.bytes_ = received;
-  reply.slots_ = slots;
   return seen_by_a_station ? Match::Ours : Match::Unprocessed;
+}
+
+}  // namespace
+
+Match match(const Frame& sent, std::span<const std::byte> received, Reply& reply) noexcept {
+  if (received.size() < kFrameHeader) return Match::Malformed;
+  const auto out = sent.bytes();
+  const auto processed_bit = std::byte{kProcessedMacBit};
+  const bool processed = (received[kSourceOffset] & processed_bit) != std::byte{0};
+  const bool of_this_master = (received[kSourceOffset] & ~processed_bit) == out[kSourceOffset] &&
+                              std::equal(received.begin() + kSourceOffset + 1, received.begin() + kEthernetHeader,
+                                         out.begin() + kSourceOffset + 1);
+  const Match datagrams = match_datagrams(sent, received, processed);
+  const bool ours = datagrams == Match::Ours || datagrams == Match::Unprocessed;
+  // Nobody else sends these datagrams: its source or its EtherType was changed.
+  if (!of_this_master) return ours ? Match::Malformed : Match::Foreign;
+  if (!ours) return datagrams;
+  reply.bytes_ = received;
+  reply.slots_ = sent.slots();
+  return datagrams;
 }
 
 }  // namespace gantry::devices

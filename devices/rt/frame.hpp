@@ -69,7 +69,7 @@ enum class Match : std::uint8_t {
   Unprocessed,  ///< our frame, but no station has seen it (looped back)
   Late,         ///< of this master, but of another frame: an earlier one, or another one of this cycle
   Foreign,      ///< not EtherCAT, or of another master
-  Malformed,    ///< lengths that do not fit together, or a header with changed bits
+  Malformed,    ///< lengths that do not fit together, or a header with changed bits, also that of Ethernet
 };
 
 /// The reply to a frame; points into the received bytes.

@@ -26,6 +26,18 @@ TEST(WireTold, another_master_is_named_with_its_address) {  // R16
   EXPECT_NE(idle.owner().wire().other_master.find("02:1B:21"), std::string::npos);
 }
 
+/// R14: frames whose headers were changed, and two of somebody, are counted, and are no master's.
+TEST(WireTold, a_frame_that_was_changed_on_the_way_is_no_other_master) {
+  Said said;
+  Idle idle(
+      "[{at: cycle 20000, do: foreign_frames, count: 1}, {at: cycle 22000, do: corrupt_headers, count: 1},\n"
+      " {at: cycle 22010, do: corrupt_headers, count: 1}, {at: cycle 24500, do: foreign_frames, count: 1}]");
+  idle.pass_to(27'500);
+  EXPECT_EQ(said.count({"[G119]"}), 0) << said.all();
+  EXPECT_EQ(idle.owner().wire().other_master, "");
+  EXPECT_EQ(idle.owner().wire().frames.foreign, 2u);
+}
+
 // Another master that sends every 1.5 s for 15 s: ten notes.
 TEST(WireTold, a_note_that_comes_again_and_again_is_told_more_and_more_rarely_and_none_is_lost) {
   Said said;

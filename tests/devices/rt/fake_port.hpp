@@ -21,8 +21,9 @@ class FakePort final : public FramePort {
   std::vector<std::byte> inputs;  ///< of all stations
   std::vector<std::byte> seen_outputs = std::vector<std::byte>(4096);
   bool up = true, lose = false, twice = false, hold_back = false;
-  bool loop_back = false;  ///< frames come back as they went out
-  bool echo = false;       ///< the same, before the answer
+  bool loop_back = false;                                ///< frames come back as they went out
+  bool echo = false;                                     ///< the same, before the answer
+  std::function<void(std::vector<std::byte>&)> changed;  ///< what happens to an answer on its way
   int sent = 0;
   std::deque<std::vector<std::byte>> waiting, held;
 
@@ -33,6 +34,7 @@ class FakePort final : public FramePort {
     if (loop_back || echo) waiting.emplace_back(frame.begin(), frame.end());
     if (loop_back) return true;
     auto reply = answer(frame);
+    if (changed) changed(reply);
     if (hold_back) {
       held.push_back(std::move(reply));
       return true;

@@ -60,16 +60,23 @@ TEST(Frame, tells_unprocessed_foreign_and_malformed_apart) {
   const Frame f = two_datagrams(9);
   Reply r;
   EXPECT_EQ(match(f, f.bytes(), r), Match::Unprocessed);
-  auto other_master = answer_of(f, 3);
+  auto other_master = answer_of(two_datagrams(10), 3);
   other_master[8] = std::byte{0x99};
   EXPECT_EQ(match(f, other_master, r), Match::Foreign);
+  for (std::size_t at = 6; at < 14; ++at)  // our own, changed on the way: source and EtherType
+    for (int bit = 0; bit < 8; ++bit) {
+      auto changed = answer_of(f, 3);
+      changed[at] ^= static_cast<std::byte>(1 << bit);
+      const bool by_stations = at == 6 && bit == 1;
+      EXPECT_EQ(match(f, changed, r), by_stations ? Match::Ours : Match::Malformed) << at << ", bit " << bit;
+    }
   Frame of_another = two_datagrams(9);  // the same program on another computer
   of_another.set_source({std::byte{0x10}, std::byte{0x67}, std::byte{1}, std::byte{2}, std::byte{3}});
   of_another.start(9);
   static_cast<void>(of_another.add(Command::Brd, 0, 2));
   EXPECT_EQ(match(f, of_another.bytes(), r), Match::Foreign);
   EXPECT_EQ(sender_of(of_another.bytes())->at(2), std::byte{1});
-  auto ip = answer_of(f, 3);
+  auto ip = answer_of(two_datagrams(10), 3);
   ip[12] = std::byte{0x08};
   EXPECT_EQ(match(f, ip, r), Match::Foreign);
   EXPECT_FALSE(sender_of(ip));
