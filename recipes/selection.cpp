@@ -74,7 +74,9 @@ Result<std::vector<std::size_t>> choose(const Recipe& recipe, const Selection& s
   if (selection.finish) {
     if (selection.lacking.empty() || selection.lacking.back() < recipe.features.size()) return selection.lacking;
     return fail(Fault::Refused,
-                "the part was begun with this recipe as it was before it was changed, with more features", recipe.file);
+                "the part was begun with another recipe, or with this one before it was changed: that one has more "
+                "features; give --finish with it, or say `gantry part-removed` when the part is taken out",
+                recipe.file);
   }
   const Names names(recipe);
   std::vector<bool> taken(recipe.features.size(), selection.all());

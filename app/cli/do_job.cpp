@@ -77,7 +77,10 @@ void do_job(Context& context, JobRequest request) {
     parts.emplace(*folder);
   auto selection =
       desk::filled_in(std::move(request.select), parts ? &*parts : nullptr, request.serial, desk::Clamp::Unseen);
-  if (!selection) return stop_with({selection.error()});
+  if (!selection) {
+    context.board = record::name(selection.error().board);
+    return stop_with({selection.error().error});
+  }
   const motion::Opinion opinion = request.dry_run ? motion::fcl_opinion() : motion::Opinion{};
   const auto prepared = prepare_heard("proving " + request.recipe_file, context, [&](const Heard& heard) {
     return desk::prepare(

@@ -134,9 +134,10 @@ Result<std::optional<BegunPart>> BegunParts::another(const std::string& serial) 
 
 Result<std::optional<BegunPart>> BegunParts::find(const std::string& serial, Clamp clamp) {
   if (clamp == Clamp::Open) finished_.reset();
-  // Whatever the serial says, the job would be done on what the clamp holds.
-  if (clamp == Clamp::Holds && clamped_)
-    if (auto held = another(serial); !held || *held) return held;
+  // Whatever the serial says, the job would be done on what the clamp holds; and who has lost a job has seen no hand
+  // that took its part out.
+  if (auto inside = another(serial); !inside || (*inside && ((clamp == Clamp::Holds && clamped_) || (**inside).lost)))
+    return inside;
   if (!serial.empty())
     if (auto own = read(serial); !own || *own) return own;
   if (finished_ && (serial.empty() || finished_->serial.empty() || serial == finished_->serial)) return finished_;

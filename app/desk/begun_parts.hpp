@@ -46,8 +46,9 @@ class BegunParts {
 
   /// The begun part that a job of this serial would be done on: what the clamp holds; else that of the serial, else the
   /// one in the machine, which is another one only if both have serials, or if the clamp is open and has held it
-  /// (clamped()). Then one without serial is forgotten, unless its job was lost. A finished part that the clamp still
-  /// holds is found, too: nothing is left of it. Fault::BadValue, FileUnreadable.
+  /// (clamped()). Then one without serial is forgotten, unless its job was lost. One in the machine whose job was lost
+  /// is found for every serial. A finished part that the clamp still holds is found, too: nothing is left of it.
+  /// Fault::BadValue, FileUnreadable.
   Result<std::optional<BegunPart>> find(const std::string& serial, Clamp clamp);
   /// It is in the machine. On the disk when this returns. Fault::FileUnwritable.
   Result<void> keep(const BegunPart& part);

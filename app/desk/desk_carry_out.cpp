@@ -103,7 +103,7 @@ Desk::Carried Desk::part_removed(const run::Order& order) {
 Json Desk::run_job(const run::Order& order) {
   // From here on an abort and a hold are for this job, also while something is done aside and clients are heard.
   recipe_ = order.recipe, preparing_ = true, aborted_.reset(), in_vain_.clear();
-  Result<recipes::Selection> selection;
+  tl::expected<recipes::Selection, NotToFinish> selection;
   owner_.aside([&, clamp = clamp_at(machine_, owner_.latest())] {
     selection = filled_in(order.select, options_.parts, order.serial, clamp);
   });
@@ -135,7 +135,11 @@ Json Desk::run_job(const run::Order& order) {
     return tl::unexpected(why_nothing_begins());
   };
   Json answer = [&]() -> Json {
-    if (!selection) return failure({selection.error()});
+    if (!selection) {
+      Json refused = failure({selection.error().error});
+      refused["board"] = record::name(selection.error().board);
+      return refused;
+    }
     if (!ready) return failure({why_nothing_begins()});
     if (!shared->fits) return failure({shared->fits.error()});
     if (shared->unreadable != 0)

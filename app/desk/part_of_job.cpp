@@ -36,26 +36,80 @@ constexpr std::size_t kLongestWords = 300;  // of a command that a person would 
 
 constexpr const char* kNamed = "--from FEATURE or --only FEATURES";
 
+std::string quoted(const std::string& serial) { return "'" + config::shortened(serial, 100) + "'"; }
+
 std::string nobody_saw() {
   return fmt::format("nobody saw how far it came; look at the board and dispense what is missing with {}", kNamed);
 }
 
+/// The order that forgets it. `serial` is that of the job which meets it.
+std::string take_out(const BegunPart& part, const std::string& serial) {
+  return part.serial.empty() || serial.empty() ? "`gantry part-removed`"
+                                               : "`gantry part-removed --serial " + shell_word(serial) + "`";
+}
+
+std::string named(const BegunPart& part) {
+  return part.serial.empty() ? "the part in the machine" : "the part with serial " + quoted(part.serial);
+}
+
+bool is_of_another(const BegunPart& part, const std::string& serial) {
+  return !serial.empty() && !part.serial.empty() && part.serial != serial;
+}
+
+/// Of a job with another serial than the part that is in the machine, or may be.
+std::string refusal_over(const BegunPart& held, const std::string& serial) {
+  const std::string which = fmt::format("{}, which recipe '{}' began at {}{}", named(held), held.recipe, held.began,
+                                        held.left.empty() || held.lost ? "" : " and did not finish");
+  if (held.lost)
+    return fmt::format(
+        "{}, may still be in the machine, and this job is for {}: nobody saw how far it came; say `gantry "
+        "part-removed` "
+        "when it is taken out, or look at it and dispense what is missing with {} and --serial {}",
+        which, quoted(serial), kNamed, shell_word(held.serial));
+  return fmt::format(
+      "the clamp still holds {}, and this job is for {}; say `gantry part-removed` to open the clamp, and put the "
+      "other "
+      "part in{}",
+      which, quoted(serial),
+      held.left.empty()
+          ? ""
+          : fmt::format(", or finish the one inside with {} --serial {}", held.to_finish, shell_word(held.serial)));
+}
+
+record::Board board_of(const BegunPart& part) {
+  return !part.left.empty() ? record::Board::Begun : part.defects ? record::Board::Defects : record::Board::Whole;
+}
+
+std::string has_all(const BegunPart& part, const std::string& serial) {
+  return fmt::format(
+      "{}, begun at {}, has all its features, and the clamp still holds it, because its job did not end 'done'; say {} "
+      "to open the clamp, or dispense something of '{}' once more with --only",
+      named(part), part.began, take_out(part, serial), part.recipe);
+}
+
 }  // namespace
 
-Result<recipes::Selection> filled_in(recipes::Selection selection, BegunParts* parts, const std::string& serial,
-                                     Clamp clamp) {
+tl::expected<recipes::Selection, NotToFinish> filled_in(recipes::Selection selection, BegunParts* parts,
+                                                        const std::string& serial, Clamp clamp) {
   if (!selection.finish) return selection;
-  const std::string whose = serial.empty() ? "" : fmt::format(" with serial '{}'", config::shortened(serial, 100));
+  const auto refused = [](const std::string& why, record::Board board = record::Board::Untouched) {
+    return tl::unexpected(NotToFinish{{Fault::Refused, why, kFinish}, board});
+  };
   if (parts == nullptr)
-    return fail(Fault::Refused,
-                "no part is remembered here, as each run makes a new simulated board; leave '--finish' out", kFinish);
+    return refused("no part is remembered here, as each run makes a new simulated board; leave '--finish' out");
   const auto found = parts->find(serial, clamp);
-  if (!found) return tl::unexpected(found.error());
-  if (!*found || (**found).left.empty())
-    return fail(Fault::Refused, fmt::format("no part{} was begun and not finished; leave '--finish' out", whose),
-                kFinish);
-  if ((**found).lost) return fail(Fault::Refused, fmt::format("of the part{} {}", whose, nobody_saw()), kFinish);
-  selection.lacking = (**found).left;
+  if (!found) return tl::unexpected(NotToFinish{found.error()});
+  if (!*found)
+    return refused(fmt::format("no part{} was begun and not finished; leave '--finish' out",
+                               serial.empty() ? "" : " with serial " + quoted(serial)));
+  const BegunPart& part = **found;
+  if (is_of_another(part, serial)) return refused(refusal_over(part, serial));
+  if (part.left.empty()) return refused(has_all(part, serial), board_of(part));
+  if (part.lost)
+    return refused(fmt::format("of {}, begun at {}, {}, or say {} when it is taken out", named(part), part.began,
+                               nobody_saw(), take_out(part, serial)),
+                   board_of(part));
+  selection.lacking = part.left;
   return selection;
 }
 
@@ -73,8 +127,8 @@ Result<void> PartOfJob::may_begin(Clamp clamp) {
   if (parts_ == nullptr) return {};
   auto found = parts_->find(serial_, clamp);
   if (!found) return tl::unexpected(found.error());
-  if (*found && !serial_.empty() && !(**found).serial.empty() && (**found).serial != serial_)
-    return tl::unexpected(refusal_over(**found));
+  if (*found && is_of_another(**found, serial_))
+    return fail(Fault::Refused, refusal_over(**found, serial_), recipe_.file);
   found_ = std::move(*found);
   if (!found_) return {};
   const bool same =
@@ -86,50 +140,24 @@ Result<void> PartOfJob::may_begin(Clamp clamp) {
   return {};
 }
 
-std::string PartOfJob::named() const {
-  return found_->serial.empty() ? "the part in the machine"
-                                : fmt::format("the part with serial '{}'", config::shortened(found_->serial, 100));
-}
-
-Error PartOfJob::refusal_over(const BegunPart& held) const {
-  return {
-      Fault::Refused,
-      fmt::format("the clamp still holds the part with serial '{}', which recipe '{}' began at {}{}, and this job is "
-                  "for '{}'; say `gantry part-removed` to open the clamp, and put the other part in{}",
-                  config::shortened(held.serial, 100), held.recipe, held.began,
-                  held.left.empty() ? "" : " and did not finish", config::shortened(serial_, 100),
-                  held.left.empty() || held.lost ? ""
-                                                 : fmt::format(", or finish the one inside with {} --serial {}",
-                                                               held.to_finish, shell_word(held.serial))),
-      recipe_.file};
-}
-
 Error PartOfJob::refusal() const {
-  const std::string take_out = found_->serial.empty() || serial_.empty()
-                                   ? "`gantry part-removed`"
-                                   : "`gantry part-removed --serial " + shell_word(serial_) + "`";
-  if (found_->left.empty())
-    return {Fault::Refused,
-            fmt::format("{}, begun at {}, has all its features, and the clamp still holds it, because its job did not "
-                        "end 'done'; say {} to open the clamp, or dispense something of '{}' once more with --only",
-                        named(), found_->began, take_out, found_->recipe),
-            recipe_.file};
+  if (found_->left.empty()) return {Fault::Refused, has_all(*found_, serial_), recipe_.file};
   if (found_->sha256 != sha256_)
     return {
         Fault::Refused,
         fmt::format("{} was begun at {} with {} ('{}', {}) and not finished, and other features do not finish it; "
                     "run that one with {}, or say {} when it is taken out",
-                    named(), found_->began,
+                    named(*found_), found_->began,
                     found_->recipe == recipe_.name ? "this recipe as it was before it was changed" : "another recipe",
-                    found_->recipe, found_->recipe_file, found_->to_finish, take_out),
+                    found_->recipe, found_->recipe_file, found_->to_finish, take_out(*found_, serial_)),
         recipe_.file};
   const std::string how_far =
       found_->lost ? nobody_saw()
                    : fmt::format("{} of its {} features {} not whole; finish it with {}", found_->left.size(),
                                  recipe_.features.size(), found_->left.size() == 1 ? "is" : "are", found_->to_finish);
   return {Fault::Refused,
-          fmt::format("{} was begun at {} and not finished: {}, or say {} when it is taken out", named(), found_->began,
-                      how_far, take_out),
+          fmt::format("{} was begun at {} and not finished: {}, or say {} when it is taken out", named(*found_),
+                      found_->began, how_far, take_out(*found_, serial_)),
           recipe_.file};
 }
 
@@ -174,10 +202,7 @@ record::OnBoard PartOfJob::before() const {
 void PartOfJob::end(record::JobResult& result, bool clamp_holds) {
   if (parts_ == nullptr) return;
   const bool nothing_new = result.board == record::Board::Untouched;
-  if (nothing_new && found_)
-    result.board = !found_->left.empty() ? record::Board::Begun
-                   : found_->defects     ? record::Board::Defects
-                                         : record::Board::Whole;
+  if (nothing_new && found_) result.board = board_of(*found_);
   if (!begun_) {
     if (found_ && found_->sha256 == sha256_) result.to_finish = found_->to_finish;
     return;

@@ -15,10 +15,16 @@
 
 namespace gantry::desk {
 
+/// Why a part is not to be finished, and what is known of its board.
+struct NotToFinish {
+  Error error;
+  record::Board board = record::Board::Untouched;
+};
+
 /// What is to be dispensed, `--finish` filled in from what is remembered of the part that this job would be done on.
-/// Fault::Refused: none was begun, or nobody knows what it lacks.
-Result<recipes::Selection> filled_in(recipes::Selection selection, BegunParts* parts, const std::string& serial,
-                                     Clamp clamp);
+/// Fault::Refused: none was begun, nobody knows what it lacks, it lacks nothing, or it is another one.
+tl::expected<recipes::Selection, NotToFinish> filled_in(recipes::Selection selection, BegunParts* parts,
+                                                        const std::string& serial, Clamp clamp);
 
 class PartOfJob {
  public:
@@ -40,13 +46,11 @@ class PartOfJob {
 
  private:
   [[nodiscard]] Error refusal() const;
-  [[nodiscard]] Error refusal_over(const BegunPart& held) const;
   /// The part of this job, as jobs before it have left it.
   [[nodiscard]] BegunPart part(std::vector<std::size_t> left, bool lost) const;
   /// What was not whole on it before.
   [[nodiscard]] std::vector<std::size_t> left_before() const;
   [[nodiscard]] Result<void> keep(BegunPart part, record::JobResult* result);
-  [[nodiscard]] std::string named() const;
 
   BegunParts* parts_;
   const recipes::Recipe& recipe_;

@@ -105,5 +105,25 @@ TEST_F(KnownParts, one_whose_job_was_lost_is_met_with_the_clamp_open_too) {
   }
 }
 
+// Its owner was killed in the job: no clamp and no hand was seen since, so that it may still lie there.
+TEST_F(KnownParts, one_whose_job_was_lost_is_met_by_every_serial_until_somebody_says_that_it_is_out) {
+  {
+    BegunParts killed(folder_);
+    begin(killed, "S2", true);
+    killed.clamped(false);  // a begun one that was taken out before
+    begin(killed, "S1", true, true);
+  }
+  BegunParts parts(folder_);  // another program
+  for (const Clamp clamp : {Clamp::Unseen, Clamp::Open, Clamp::Holds})
+    for (const char* serial : {"S1", "S2", "S3", ""})
+      EXPECT_EQ(met(parts, serial, clamp), "part 'S1'") << "for '" << serial << "'";
+  ASSERT_TRUE(parts.forget_removed(""));
+  EXPECT_EQ(met(parts, "S3", Clamp::Unseen), "another");
+  EXPECT_EQ(met(parts, "S2", Clamp::Unseen), "part 'S2'");
+  begin(parts, "S1", true, true);
+  ASSERT_TRUE(parts.forget("S1")) << "it was finished";
+  EXPECT_EQ(met(parts, "S3", Clamp::Unseen), "another");
+}
+
 }  // namespace
 }  // namespace gantry::desk

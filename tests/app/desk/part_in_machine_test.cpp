@@ -214,10 +214,45 @@ TEST_F(APartThatIsCut, is_remembered_before_its_first_shot_and_a_lost_one_asks_f
     expect_refused(run(), {"nobody saw how far it came", "--from FEATURE or --only FEATURES"});
     ASSERT_TRUE(owner_->part_removed()) << clamp;  // not by an order: nobody says that it is out
   }
+  const Json finish = run({{"finish", true}});
+  EXPECT_EQ(code_of(finish), "G702") << finish.dump();
+  EXPECT_EQ(finish.value("board", ""), "begun");
+  for (const char* word : {"nobody saw how far it came", "--from FEATURE or --only FEATURES",
+                           "or say `gantry part-removed` when it is taken out"})
+    EXPECT_NE(finish.dump().find(word), std::string::npos) << word << finish.dump();
   const Json rest = run({{"from", "b"}});
   EXPECT_TRUE(rest.value("ok", false)) << rest.dump();
   EXPECT_EQ(rest.value("board", ""), "begun") << "nobody has seen 'a'";
   EXPECT_EQ(rest.value("to_finish", ""), "--only a");
+}
+
+/// Its owner was killed in the job: it may still lie in the machine, whatever the next serial says.
+TEST_F(APartThatIsCut, whose_owner_was_killed_is_not_dispensed_over_for_another_serial) {
+  std::filesystem::path copy = folder_ / "lost";
+  bool valve = false;
+  on_cycle_ = [&] {
+    if (valve || (owner_->latest().outputs & config::bit(config::Output::Valve)) == 0) return;
+    valve = true;
+    std::filesystem::copy(kept(), copy);  // what a killed program leaves here
+  };
+  cut({{"serial", "S/1"}});
+  ASSERT_TRUE(ask({{"order", "part_removed"}}).value("ok", false));
+  std::filesystem::remove_all(kept());
+  std::filesystem::copy(copy, kept());
+  const int stood = moved_at_;
+  for (const Json& more : {Json::object(), Json{{"finish", true}}, Json{{"only", {"corner"}}}}) {
+    Json order{{"serial", "S/2"}};
+    order.update(more);
+    const Json over = run(order);
+    EXPECT_EQ(code_of(over), "G702") << over.dump();
+    for (const char* word : {"the part with serial 'S/1'", "may still be in the machine", "nobody saw how far it came",
+                             "this job is for 'S/2'", "say `gantry part-removed` when it is taken out",
+                             "--from FEATURE or --only FEATURES and --serial S/1"})
+      EXPECT_NE(over.dump().find(word), std::string::npos) << word << over.dump();
+  }
+  EXPECT_EQ(moved_at_, stood);
+  EXPECT_TRUE(ask({{"order", "part_removed"}}).value("ok", false));
+  expect_whole(run({{"serial", "S/2"}}));
 }
 
 /// While the part is written down the machine is served: an abort that comes then is none that meets a job.
@@ -266,6 +301,23 @@ TEST_F(APartWithDefects, stays_clamped_and_no_job_begins_over_it_until_it_is_rem
   EXPECT_EQ(moved_at_, stood);
   EXPECT_TRUE(ask({{"order", "part_removed"}}).value("ok", false));
   EXPECT_FALSE(clamped());
+  expect_whole(run());
+}
+
+/// What the refusal of --finish names is a way that works.
+TEST_F(APartWithDefects, lacks_nothing_that_could_be_finished) {
+  const int stood = moved_at_;
+  const Json refused = run({{"finish", true}});
+  EXPECT_EQ(code_of(refused), "G702") << refused.dump();
+  for (const char* word : {"has all its features", "say `gantry part-removed` to open the clamp", "--only"})
+    EXPECT_NE(refused.dump().find(word), std::string::npos) << word << refused.dump();
+  EXPECT_EQ(refused.dump().find("leave '--finish' out"), std::string::npos) << "that is refused, too";
+  EXPECT_EQ(refused.value("board", ""), "defects");
+  EXPECT_EQ(moved_at_, stood);
+  EXPECT_TRUE(ask({{"order", "part_removed"}}).value("ok", false));
+  const Json none = run({{"finish", true}});
+  EXPECT_EQ(code_of(none), "G702") << none.dump();
+  EXPECT_NE(none.dump().find("no part was begun and not finished; leave '--finish' out"), std::string::npos);
   expect_whole(run());
 }
 
