@@ -9,6 +9,8 @@
 #include <unordered_map>
 #include <variant>
 
+#include "app/record/own_deposits.hpp"
+
 namespace gantry::record {
 namespace {
 
@@ -32,10 +34,12 @@ double length_from_above_mm(const std::vector<Vec3>& path) {
 /// One job's features, one after the other.
 class Judge {
  public:
-  Judge(const JobResult& result, const recipes::Recipe& recipe, double cycle_s)
-      : result_(result), recipe_(recipe), cycle_s_(cycle_s) {
-    for (const Deposit& d : result.deposits)
-      if (on_feature(d)) deposits_.emplace(d.id, &d);
+  Judge(const JobResult& result, const recipes::Recipe& recipe, std::span<const FeatureState> states, double cycle_s)
+      : result_(result), recipe_(recipe), cycle_s_(cycle_s), own_(own_deposits(result, recipe, states)) {
+    for (const Deposit& d : result.deposits) laid_.push_back(&d);
+    for (const Own& each : own_) laid_[each.index] = &each.deposit;
+    for (const Deposit* d : laid_)
+      if (on_feature(*d)) deposits_.emplace(d->id, d);
   }
 
   void feature(std::size_t index, FeatureState state) {
@@ -101,8 +105,8 @@ class Judge {
   }
 
   void extra() {
-    for (const Deposit& d : result_.deposits)
-      if (d.id.empty() && !d.board_mm.empty() && used_.count(&d) == 0) add_extra(d);
+    for (const Deposit* d : laid_)
+      if (d->id.empty() && !d->board_mm.empty() && used_.count(d) == 0) add_extra(*d);
   }
 
   void reference() {
@@ -208,9 +212,9 @@ class Judge {
   /// come out.
   template <class Whole>
   bool given_again(Whole&& whole) {
-    for (const Deposit& d : result_.deposits)
-      if (d.id.empty() && !d.board_mm.empty() && used_.count(&d) == 0 && has_shut(d) && whole(d))
-        return used_.insert(&d).second;
+    for (const Deposit* d : laid_)
+      if (d->id.empty() && !d->board_mm.empty() && used_.count(d) == 0 && has_shut(*d) && whole(*d))
+        return used_.insert(d).second;
     return false;
   }
 
@@ -260,6 +264,8 @@ class Judge {
   const JobResult& result_;
   const recipes::Recipe& recipe_;
   double cycle_s_;
+  std::vector<Own> own_;
+  std::vector<const Deposit*> laid_;  ///< in their order, each as the one of its feature
   std::vector<Defect> defects_;
   std::unordered_map<std::string, const Deposit*> deposits_;
   std::set<const Deposit*> used_;  ///< of those on no feature: given again
@@ -276,7 +282,7 @@ Judgement judge_board(const JobResult& result, const recipes::Recipe& recipe, co
         return s != FeatureState::Open && s != FeatureState::LeftOut && (s == FeatureState::Done || !result.has_world);
       });
   if (!begun && result.exit_code != ExitCode::Done) return {};
-  Judge judge(result, recipe, cycle_s);
+  Judge judge(result, recipe, seen.features, cycle_s);
   for (std::size_t i = 0; i < seen.features.size(); ++i) judge.feature(i, seen.features[i]);
   for (const job::OffSpeed& each : seen.off_speed) judge.off_speed(each);
   for (const job::SlowBead& each : seen.slow_beads)

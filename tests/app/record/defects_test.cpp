@@ -199,6 +199,58 @@ TEST(Defects, a_drop_under_a_feature_that_was_given_again_is_one_too_many_and_no
              Board::Defects);
 }
 
+/// In the order of the recipe; what no feature of the recipe is near to has no id.
+JobResult judged_in_order(const std::vector<Deposit>& deposits, const std::vector<FeatureState>& features = kDone) {
+  JobResult r;
+  r.deposits = deposits, r.has_world = true;
+  for (std::size_t i = 0; i < features.size(); ++i)
+    if (features[i] != FeatureState::LeftOut) r.feature_order.push_back(i);
+  add_judgement(r, judge_board(r, recipe(), {features, {}}, kCycle_s));
+  return r;
+}
+Deposit on_nothing(Deposit d, Vec2 by) {
+  d.id.clear(), d.nominal_mm.clear();
+  d.error_mm = std::numeric_limits<double>::quiet_NaN();
+  for (Vec3& p : d.board_mm) p = p + Vec3{by.x, by.y, 0};
+  return d;
+}
+std::string kinds(const JobResult& r) {
+  std::string out(name(r.board));
+  for (const Defect& d : r.defects) out += " " + d.feature + ":" + std::string(name(d.kind));
+  return out;
+}
+
+// The board lay 5 mm off, and nobody has looked: all of it lies there, and dispensing it again would lay a second one
+// beside it.
+TEST(Defects, what_was_dispensed_for_a_feature_far_beside_its_place_is_not_missing) {
+  const Vec2 off{3, -4};
+  EXPECT_EQ(kinds(judged_in_order({on_nothing(dot(), off), on_nothing(bead(), off)})), "defects d:beside b:beside");
+  const JobResult r = judged_in_order({on_nothing(dot(), off), bead()});
+  EXPECT_EQ(kinds(r), "defects d:beside");
+  EXPECT_NE(r.defects[0].message.find("5.006 mm beside its place"), std::string::npos) << r.defects[0].message;
+  EXPECT_EQ(r.exit_code, ExitCode::DoneWithDefects);
+
+  // The dot came to lie where the bead was to begin: the world takes it for that.
+  Deposit taken = dot();
+  taken.id = "b", taken.kind = "bead", taken.nominal_mm = bead().nominal_mm, taken.error_mm = 27.9;
+  taken.board_mm = {{20.3, 10.2, 0.2}, {20.3, 10.2, 0.2}};
+  EXPECT_EQ(kinds(judged_in_order({taken, on_nothing(bead(), off)})), "defects d:beside b:beside");
+  EXPECT_EQ(kinds(judged_in_order({taken}, {FeatureState::Done, FeatureState::LeftOut})), "begun d:beside");
+}
+
+TEST(Defects, what_may_be_another_ones_makes_up_for_nothing) {
+  const Deposit stray = on_nothing(dot(), {5, 5});
+  EXPECT_EQ(kinds(judged_in_order({stray})), "begun d:missing b:missing :extra") << "which of both?";
+  EXPECT_EQ(kinds(judged_in_order({bead(), stray})), "begun d:missing :extra") << "it came behind the bead";
+  EXPECT_EQ(kinds(judged_in_order({dot(), stray})), "begun b:missing :extra") << "a dot is no bead";
+  Deposit half = on_nothing(bead(), {5, 5});
+  half.board_mm.resize(2);
+  EXPECT_EQ(kinds(judged_in_order({dot(), half})), "begun b:missing :extra") << "half of it is no bead";
+  EXPECT_EQ(kinds(judged_in_order({stray, bead()}, {FeatureState::Interrupted, FeatureState::Done})),
+            "begun d:missing :extra")
+      << "a stop may have kept it dry";
+}
+
 TEST(Defects, a_shot_that_is_still_open_is_not_whole) {
   const std::vector<FeatureState> cut{FeatureState::Interrupted, FeatureState::Done};
   auto open = dot();
