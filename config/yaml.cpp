@@ -15,6 +15,7 @@
 
 #include "config/yaml_slip.hpp"
 #include "core/absolute_path.hpp"
+#include "core/missing_file.hpp"
 
 namespace gantry::config {
 namespace {
@@ -344,6 +345,7 @@ Result<std::string> read_text_file(const std::string& path, std::size_t max_byte
   if (fd < 0) {
     const int why = errno;
     if (const auto seen = absolute_path(path); !seen) return fail(Fault::FileUnreadable, seen.error().message, path);
+    if (why == ENOENT || why == ENOTDIR) return fail(Fault::FileUnreadable, missing_in_words(path), path);
     return fail(Fault::FileUnreadable, fmt::format("cannot be opened ({}); check the path", strerror(why)), path);
   }
   struct stat info {};

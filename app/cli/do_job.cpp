@@ -88,6 +88,8 @@ void do_job(Context& context, JobRequest request) {
         {.certificate = request.certificate, .breath = heard.breath, .progress = heard.progress, .opinion = opinion});
   });
   if (!prepared) return stop_with(prepared.error());
+  if (auto fits = sim::check_script(request.owner.sim, *machine, prepared->recipe); !fits)
+    return stop_with(fits.error());
   if (parts)
     if (auto open = desk::open_state_folder(request.owner.state); !open) return stop_with({open.error()});
   std::unique_ptr<run::Owner> owner;

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "config/yaml.hpp"
+#include "core/missing_file.hpp"
 #include "core/near_word.hpp"
 
 namespace gantry::cli {
@@ -78,11 +79,15 @@ Error no_machine_file(const std::string& word) {
     for (std::size_t i = 1; i < looked.size(); ++i)
       for (std::string& name : machines_in(looked[i])) names.push_back(std::move(name));
   }
-  return {
-      Fault::FileUnreadable,
-      fmt::format("there is no machine file '{}'; looked for in {}; {}", asked.filename().string(),
-                  fmt::join(looked, " and "), did_you_mean(asked.filename().string(), {names.begin(), names.end()})),
-      word};
+  // A name without an ending is that of a machine that comes with the program.
+  if (fs::path(word).filename() == word && !asked.has_extension())
+    for (std::string& name : names) name = fs::path(name).stem().string();
+  const std::string name = asked.filename().string();
+  const std::string_view near = nearest_file(name, names);
+  return {Fault::FileUnreadable,
+          fmt::format("there is no machine file '{}'; looked for in {}; {}", name, fmt::join(looked, " and "),
+                      near.empty() ? did_you_mean(name, {names.begin(), names.end()}) : did_you_mean(near)),
+          word};
 }
 
 }  // namespace

@@ -7,8 +7,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "core/near_word.hpp"
 #include "motion/rt/interpolator.hpp"
@@ -55,9 +57,30 @@ std::string no_such_number(const std::string& word) {
   return fmt::format("is '{}', and has to be a {}number", word, number(word) ? "whole " : "");
 }
 
-/// CLI11 counts what it has of an option that takes one, and speaks of its own ways.
-std::string in_our_words(const CLI::ParseError& error) {
+/// What stands before and behind these words.
+std::optional<std::pair<std::string, std::string>> around(const std::string& said, std::string_view words) {
+  const std::size_t at = said.find(words);
+  if (at == std::string::npos) return std::nullopt;
+  return std::pair{said.substr(0, at), said.substr(at + words.size())};
+}
+
+/// CLI11 counts what it has of an option that takes one, and speaks of its own ways. `verb`: all its words.
+std::string in_our_words(const CLI::ParseError& error, const std::string& verb, const std::vector<std::string>& verbs) {
   const std::string said = error.what();
+  for (const char* words : {"The following argument was not expected: ", "The following arguments were not expected: "})
+    if (const auto words_left = around(said, words))
+      return fmt::format("'{}' is not expected here; `{} --help` shows what is", words_left->second, verb);
+  if (said == "A subcommand is required") {
+    constexpr std::size_t kListed = 12;
+    return verbs.size() > kListed ? fmt::format("write what it is to do; `{} --help` lists it", verb)
+                                  : fmt::format("write what it is to do; known: {}", fmt::join(verbs, ", "));
+  }
+  if (const auto options = around(said, " excludes "))
+    return fmt::format("'{}' and '{}' are not given together; leave one out", options->first, options->second);
+  if (const auto options = around(said, " requires "))
+    return fmt::format("'{0}' goes with '{1}' alone; add that, or leave '{0}' out", options->first, options->second);
+  if (const auto option = around(said, ": 1 required "); option && option->second.ends_with(" missing"))
+    return fmt::format("'{}' lacks its value; write it behind, or leave the option out", option->first);
   if (const std::size_t at = said.find(": At Most 1 required"); at != std::string::npos)
     return fmt::format("'{}' is given twice; give it once", said.substr(0, at));
   if (const std::size_t at = said.find(" was given a disallowed flag override"); at != std::string::npos)
@@ -142,8 +165,11 @@ Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
   }
   const std::vector<std::string> verbs = verbs_of(*at);
   const std::vector<std::string> rest = app.remaining(true);
-  for (const std::string& each : rest)
-    if (const std::string option = option_in(each); !option.empty()) {
+  const auto word = std::find_if(rest.begin(), rest.end(), [](const std::string& w) { return !w.starts_with('-'); });
+  // Options behind a word that is no verb are those of the verb that is meant.
+  const auto mine = verbs.empty() ? rest.end() : word;
+  for (auto each = rest.begin(); each != mine; ++each)
+    if (const std::string option = option_in(*each); !option.empty()) {
       const std::vector<std::string> known = options_of(at);
       return {
           Fault::Usage,
@@ -151,8 +177,7 @@ Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
                       did_you_mean(option, {known.begin(), known.end()}, fmt::format("`{} --help` lists them", said))),
           said};
     }
-  const auto word = std::find_if(rest.begin(), rest.end(), [](const std::string& w) { return !w.starts_with('-'); });
-  if (verbs.empty() || word == rest.end()) return {Fault::Usage, in_our_words(error), said};
+  if (verbs.empty() || word == rest.end()) return {Fault::Usage, in_our_words(error, said, verbs), said};
   if (*word == "help") return {Fault::Usage, fmt::format("there is no '{0} help'; write `{0} --help`", said), ""};
   return {Fault::Usage,
           fmt::format("there is no '{} {}'; {}", said, *word, did_you_mean(*word, {verbs.begin(), verbs.end()})), ""};

@@ -9,6 +9,7 @@
 #include "sim/segment/can_segment.hpp"
 #include "sim/segment/segment.hpp"
 #include "sim/segment/segment_port.hpp"
+#include "sim/world/script_on_board.hpp"
 #include "sim/world/world.hpp"
 
 namespace gantry::sim {
@@ -45,6 +46,16 @@ Result<void> check(const SimulatedMachineOptions& options) {
 Checked<void> check_script(const SimulatedMachineOptions& options, const config::Machine& machine) {
   if (options.script_file.empty()) return {};
   if (const auto read = load_script(options.script_file, machine); !read) return tl::unexpected(read.error());
+  return {};
+}
+
+Checked<void> check_script(const SimulatedMachineOptions& options, const config::Machine& machine,
+                           const recipes::Recipe& recipe) {
+  if (options.script_file.empty()) return {};
+  const auto read = load_script(options.script_file, machine);
+  if (!read) return tl::unexpected(read.error());
+  auto misfits = misfits_of(*read, board_plan(recipe), {});
+  if (!misfits.empty()) return tl::unexpected(std::move(misfits));
   return {};
 }
 

@@ -37,6 +37,9 @@ struct SimulatedMachineOptions {
 Result<void> check(const SimulatedMachineOptions& options);
 /// The script, read for nothing but its mistakes: Fault 4xx with file:line:col.
 Checked<void> check_script(const SimulatedMachineOptions& options, const config::Machine& machine);
+/// The same on the board of a recipe: Fault::UnknownReference where it names what that board lacks.
+Checked<void> check_script(const SimulatedMachineOptions& options, const config::Machine& machine,
+                           const recipes::Recipe& recipe);
 
 class SimulatedMachine final : public WorldAccess {
  public:

@@ -19,6 +19,11 @@ expect_exit 2 "a misspelt option as JSON" "$gantry" --json dry-run $demo --sim-b
 python3 -c 'import json, sys
 e = json.load(sys.stdin)
 assert e["exit_code"] == 2 and "--sim-board" in e["errors"][0]["message"]' <"$work/out" || fail "no JSON"
+# A misspelt verb is the mistake, and not the options that it would have had.
+expect_exit 2 "a misspelt verb with its options" "$gantry" dry-rn $demo --sim-board "dx=1 mm"
+expect_text "there is no 'gantry dry-rn'; did you mean 'dry-run'?"
+expect_exit 2 "a misspelt verb of a verb with its options" "$gantry" bus scann --interface lo
+expect_text "there is no 'gantry bus scann'; did you mean 'scan'?"
 expect_exit 2 "no recipe" "$gantry" dry-run
 expect_text "RECIPE"
 expect_exit 2 "a seed that is no number" "$gantry" dry-run $demo --sim-seed -1
@@ -33,6 +38,32 @@ done <"$work/verbs"
 
 expect_exit 3 "a machine file that is not there" "$gantry" --machine dispensr.yaml check
 expect_text "there is no machine file 'dispensr.yaml'; looked for in $PWD and .*/config/machines; did you mean 'dispenser.yaml'?"
+for word in dispenserr Dispensr dispenser.yml dispenserr.yaml config/machines/dispensr; do
+  for verb in check "dry-run $demo --out $work/no-machine" "run $demo --state $work/nobody --out $work/no-machine"; do
+    expect_exit 3 "--machine $word ${verb%% *}" "$gantry" --machine "$word" $verb
+    case $word in *.y*) meant=dispenser.yaml ;; config/*) meant=dispenser.yaml ;; *) meant=dispenser ;; esac
+    expect_text "there is no machine file '$(basename "$word")'; looked for in .*; did you mean '$meant'?"
+  done
+done
+[ ! -e "$work/no-machine" ] || fail "a folder was made for a machine that is not there"
+# So are recipes, scripts and certificates.
+while read -r wrong meant; do
+  for verb in check dry-run "up --recipe"; do
+    expect_exit 3 "$verb $wrong" "$gantry" $verb "$wrong"
+    expect_text "$wrong: $meant"
+  done
+done <<'END'
+recipes/demo-bord.yaml there is no such file; did you mean 'recipes/demo-board.yaml'?
+recipes/demo-board there is no such file; did you mean 'recipes/demo-board.yaml'?
+recipes/demo-board.yml there is no such file; did you mean 'recipes/demo-board.yaml'?
+README.mdd there is no such file; did you mean 'README.md'?
+recipe/demo-board.yaml there is no folder 'recipe'; did you mean 'recipes'?
+nowhere/at/all.yaml there is no folder 'nowhere'
+recipes/zzzzzzzzzzzzzzz.yaml there is no such file in 'recipes'
+README.md/x.yaml 'README.md' is no folder
+END
+expect_exit 3 "a certificate" "$gantry" run $demo --certificate recipes/demo-bord.yaml --state "$work/nobody"
+expect_text "did you mean 'recipes/demo-board.yaml'?"
 expect_exit 3 "a folder that is not there" "$gantry" --machine "$work/none/m.yaml" check
 expect_text "looked for in $work/none"
 expect_exit 3 "the same for a job" "$gantry" --machine "$work/none/m.yaml" dry-run $demo --out "$work/job"
@@ -86,13 +117,20 @@ for verb in dry-run "run --state $work/nobody"; do
     not_proved "--sim-state $folder"
   done
   expect_exit 3 "$verb with a script that is not there" "$gantry" $verb $demo --sim-script "$work/none.yaml" --out "$work/no-world"
-  expect_text "none.yaml: cannot be opened"
+  expect_text "none.yaml: there is no such file"
   not_proved "a script that is not there"
   printf -- '- {do: cut_lnk}\n- {do: remove_mrk, name: a}\n' >"$work/slips.yaml"
   expect_exit 3 "$verb with a script with two slips" "$gantry" $verb $demo --sim-script "$work/slips.yaml" --out "$work/no-world"
   expect_text "slips.yaml:1:.*did you mean 'cut_link'"
   expect_text "slips.yaml:2:.*did you mean 'remove_mark'"
   not_proved "a script with slips"
+  # What the board lacks is known when the recipe is read: nothing is made for a job that cannot go as it was meant.
+  printf -- '- {at: mark nw, do: remove_mark, name: mark_nw}\n- {at: feature dot 900, do: cut_link, station: y1}\n' >"$work/other.yaml"
+  expect_exit 3 "$verb with a script for another board" "$gantry" $verb $demo --sim-script "$work/other.yaml" --out "$work/no-world"
+  expect_text "other.yaml:1:.*there is no mark 'nw'"
+  expect_text "other.yaml:1:.*there is no mark 'mark_nw'"
+  expect_text "other.yaml:2:.*there is no dot 900; the board has"
+  grep -q homing "$work/err" && fail "it homed"
 done
 [ ! -e "$work/no-world" ] || fail "a folder was made for a job that never began"
 for verb in "up --state $work/nobody" "home --state $work/nobody" "sim --interface lo"; do

@@ -26,7 +26,7 @@ pages man
 END
 grep -q '"result": "done"' "$work/full/summary.json" || fail "the job was not done"
 into_full 3 "its own mistake comes first" "$gantry" --json check "$work/none.yaml"
-expect_text "none.yaml: cannot be opened"
+expect_text "none.yaml: there is no such file"
 into_full 7 "and what it refuses" "$gantry" --json status --state "$work/nobody"
 "$gantry" explain 2>"$work/err" | head -1 >"$work/out"
 [ "${PIPESTATUS[0]}" = 0 ] && [ ! -s "$work/err" ] || fail "a reader that has seen enough is no mistake"
