@@ -7,7 +7,9 @@
 #include "app/cli/shipped.hpp"
 #include "app/cli/terminal.hpp"
 #include "app/cli/verbs.hpp"
+#include "config/yaml.hpp"
 #include "core/absolute_path.hpp"
+#include "core/new_file.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -33,7 +35,65 @@ Result<std::vector<std::string>> files_to_copy(const fs::path& from) {
   return files;
 }
 
-/// Nothing is written unless all of it can be: a file that is there already is not overwritten.
+/// Nothing stands where this file is to be written, or where one of the folders down to it is.
+Result<void> is_free(const fs::path& file) {
+  fs::path at;
+  for (const fs::path& step : file) {
+    at /= step;
+    const bool is_folder = at != file;
+    std::error_code error;
+    const fs::file_type found = fs::symlink_status(at, error).type();
+    if (found == fs::file_type::not_found) return {};
+    if (found == fs::file_type::none)  // nobody lets it be seen
+      return fail(Fault::Usage, fmt::format("cannot be written ({})", error.message()), at.string());
+    if (!is_folder)
+      return fail(Fault::Refused, "is there already and is not overwritten; name another folder", at.string());
+    if (!fs::is_directory(at, error))  // a link may lead to one
+      return fail(Fault::Refused, "is there already and is no folder; name another folder", at.string());
+  }
+  return {};
+}
+
+/// Files and folders that were not there before; what it has made is gone when it goes, unless it is kept.
+class Made {
+ public:
+  Made() = default;
+  Made(const Made&) = delete;
+  Made& operator=(const Made&) = delete;
+  ~Made() {
+    std::error_code ignored;
+    for (auto each = made_.rbegin(); each != made_.rend(); ++each) fs::remove(*each, ignored);
+  }
+  void keep() { made_.clear(); }
+
+  Result<void> folder(const fs::path& path) {
+    std::error_code error;
+    if (path.empty() || fs::is_directory(path, error)) return {};
+    if (auto above = folder(path.parent_path()); !above) return above;
+    if (fs::create_directory(path, error)) made_.push_back(path);
+    return error ? cannot(path, error) : Result<void>{};
+  }
+  Result<void> copy(const fs::path& from, const fs::path& to) {
+    std::error_code error;
+    if (fs::exists(fs::symlink_status(to, error)))
+      return fail(Fault::Refused, "is there already and is not overwritten; name another folder", to.string());
+    const auto text = config::read_text_file(from.string());
+    if (!text) return tl::unexpected(text.error());
+    made_.push_back(to);
+    if (auto written = write_new_file(to.string(), *text); !written)
+      return fail(Fault::Usage, written.error().message, written.error().where);
+    return {};
+  }
+
+ private:
+  static Result<void> cannot(const fs::path& path, const std::error_code& error) {
+    return fail(Fault::Usage, fmt::format("cannot be written ({})", error.message()), path.string());
+  }
+  std::vector<fs::path> made_;
+};
+
+/// Nothing is written unless all of it can be: a file that is there already is not overwritten, and what a failure
+/// leaves half is taken away.
 Result<std::vector<std::string>> copy_to(const fs::path& folder) {
   const std::string from = shipped_folder();
   if (from.empty())
@@ -43,21 +103,14 @@ Result<std::vector<std::string>> copy_to(const fs::path& folder) {
                 "");
   const auto files = files_to_copy(from);
   if (!files) return files;
-  std::error_code error;
+  for (const std::string& file : *files)
+    if (auto free = is_free(folder / file); !free) return tl::unexpected(free.error());
+  Made made;
   for (const std::string& file : *files) {
-    const fs::file_type found = fs::symlink_status(folder / file, error).type();
-    if (found == fs::file_type::not_found) continue;
-    if (found == fs::file_type::none)  // nobody lets it be seen
-      return fail(Fault::Usage, fmt::format("cannot be written ({})", error.message()), (folder / file).string());
-    return fail(Fault::Refused, "is there already and is not overwritten; name another folder",
-                (folder / file).string());
+    if (auto done = made.folder((folder / file).parent_path()); !done) return tl::unexpected(done.error());
+    if (auto done = made.copy(fs::path(from) / file, folder / file); !done) return tl::unexpected(done.error());
   }
-  for (const std::string& file : *files) {
-    fs::create_directories((folder / file).parent_path(), error);
-    if (!error) fs::copy_file(fs::path(from) / file, folder / file, error);
-    if (error)
-      return fail(Fault::Usage, fmt::format("cannot be written ({})", error.message()), (folder / file).string());
-  }
+  made.keep();
   return files;
 }
 

@@ -61,6 +61,33 @@ find "$work/mine" -type f -exec sha256sum {} + | sort | cmp -s - "$work/before" 
 mkdir -p "$work/half/recipes" && echo mine >"$work/half/recipes/demo-board.yaml"
 expect_exit 7 "init where one of the files is" "$gantry" init "$work/half"
 [ "$(find "$work/half" -type f | wc -l)" = 1 ] || fail "init has written half of it"
+# Whatever stands in its way: it leaves what was there, and nothing else.
+in_the_way() { # EXIT TEXT NAME: in $work/way, which is $work/before after it
+  (cd "$work/way" && find . | sort) >"$work/before"
+  expect_exit "$1" "init where $3" "$gantry" init "$work/way"
+  expect_text "$2"
+  (cd "$work/way" && find . | sort) | cmp -s - "$work/before" || fail "init where $3 has left something: $(find "$work/way")"
+  rm -rf "$work/way"
+}
+for each in recipes config config/drives recipes/schema config/machines; do
+  mkdir -p "$(dirname "$work/way/$each")" && echo mine >"$work/way/$each"
+  in_the_way 7 "way/$each: is there already and is no folder; name another folder" "'$each' is a file"
+done
+mkdir "$work/way" && ln -s nowhere "$work/way/recipes"
+in_the_way 7 "way/recipes: is there already and is no folder" "'recipes' is a link that leads nowhere"
+touch "$work/file"
+expect_exit 7 "init on a file" "$gantry" init "$work/file"
+expect_exit 7 "init below a file" "$gantry" init "$work/file/mine"
+expect_text "/file: is there already and is no folder; name another folder"
+# A disk that is full before all of it is written.
+mkdir "$work/way"
+if mount -t tmpfs -o size=64k none "$work/way" 2>/dev/null; then
+  expect_exit 2 "init where there is no room" "$gantry" init "$work/way/new/mine"
+  expect_text "No space left on device"
+  [ -z "$(ls "$work/way")" ] || fail "init has left half of it: $(find "$work/way")"
+  umount "$work/way"
+fi
+rmdir "$work/way"
 expect_exit 2 "init where nothing can be written" "$gantry" init /proc/none
 expect_exit 0 "init as JSON" "$gantry" --json init "$work/json"
 python3 -c 'import json, sys; d = json.load(sys.stdin); assert d["result"] == "ok" and len(d["next"]) == 4' <"$work/out" || fail "no JSON"
