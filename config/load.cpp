@@ -181,16 +181,23 @@ void Resolver::counts(const written::AxisRow& row, const Axis& axis) {
                 row.travel.place);
 }
 
+/// By per_rev; where that could not be read, which is told, or where travel and v_max both say another thing, by
+/// travel.
+bool is_rotary(const written::AxisRow& row) {
+  const bool by_rev = row.per_rev.value.dimension == D::Angle;
+  if (row.travel.value.empty()) return by_rev;
+  const bool by_travel = row.travel.value.front().dimension == D::Angle,
+             by_speed = row.v_max.value.dimension == D::AngularSpeed;
+  return !row.per_rev.given() || (row.v_max.given() && by_speed == by_travel) ? by_travel : by_rev;
+}
+
 void Resolver::axes(const written::MachineFile& file, Machine& m) {
   for (const auto& row : file.axes) {
     Axis axis;
     axis.id = {static_cast<std::uint8_t>(m.axes.size())};
     axis.name = row.name;
     axis.kind = row.kind;
-    // Where per_rev could not be read, that is told; its travel says the same.
-    const bool travel_speaks = !row.per_rev.given() && !row.travel.value.empty();
-    const Quantity& says_kind = travel_speaks ? row.travel.value.front() : row.per_rev.value;
-    axis.rotary = says_kind.dimension == D::Angle;
+    axis.rotary = is_rotary(row);
     const D length = axis.rotary ? D::Angle : D::Length;
     double counts_per_rev = 0;
     for (const auto& d : row.drives) {
