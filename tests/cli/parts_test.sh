@@ -98,6 +98,10 @@ for serial in "" "--serial P-1"; do
   # shellcheck disable=SC2086
   { alone 7 "after a power cut${serial:+, with a serial}" --sim-state "$work/world" $serial
     expect_text "nobody saw how far it came; look at the board and dispense what is missing with --from FEATURE or --only FEATURES"
+    alone 7 "what it lacks, after a power cut${serial:+, with a serial}" --sim-state "$work/world" $serial --finish
+    expect_text "nobody saw how far it came.*or say .gantry part-removed.* when it is taken out"
+    alone 7 "another serial after a power cut${serial:+, with a serial}" --sim-state "$work/world" --serial P-2
+    [ -z "$serial" ] || expect_text "the part with serial 'P-1', .* may still be in the machine, and this job is for 'P-2'"
     alone 0 "from its first feature" --sim-state "$work/world" --from a $serial
     expect_text "board          whole"
     alone 0 "the next one" --sim-state "$work/world" ${serial:+--serial P-2}; }
