@@ -118,13 +118,13 @@ constexpr std::uint32_t bit(Input i) { return 1u << static_cast<unsigned>(i); }
 inline constexpr std::size_t kChannelBits = 32;  ///< of the loop's output word, and of its input word
 bool normally_closed(Input input);
 
-/// What `gantry commission --accept`, or a walk, has found at a station's place, and when.
 /// What a station's firmware says it is (1018h:1, 1018h:2); 0: it does not say.
 struct ObjectIdentity {
   std::uint32_t vendor = 0, product = 0;
   bool operator==(const ObjectIdentity&) const = default;
 };
 
+/// What `gantry commission --accept`, or a walk, has found at a station's place, and when.
 struct Accepted {
   std::uint32_t vendor = 0, product = 0, revision = 0, serial = 0;
   std::string date;         ///< "2026-11-22"
