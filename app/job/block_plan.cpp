@@ -270,7 +270,7 @@ Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& f
 
 /// Told of the feature that is dispensed next, or by the words that are given.
 Result<ProvenBlock> BlockPlanner::over_board(ProvenBlock block, std::string words, recipes::Location place) const {
-  const auto low = surroundings()->below_board(block.segments());
+  const auto low = surroundings()->below_board(block.segments(), breath_);
   if (!low) return block;
   for (std::size_t i = low->segment; i < block.segments().size(); ++i)
     if (const std::uint32_t f = block.segments()[i].feature; f != motion::kTravel) {

@@ -83,9 +83,11 @@ BlockEnd touched(const config::Machine& machine, const ProvenBlock& block, const
   return out;
 }
 
-void add_times(std::vector<FeatureTime>& features, const ProvenBlock& block) {
+void add_times(std::vector<FeatureTime>& features, const ProvenBlock& block, const Breath& breath) {
+  Pauses pause(breath, 1024);
   double travel_s = 0;
   for (const motion::Segment& s : block.segments()) {
+    pause();
     const double lasts_s = motion::duration(s.nominal);
     if (s.feature >= features.size()) {
       travel_s += lasts_s;

@@ -11,6 +11,7 @@
 #include "app/job/proven_block.hpp"
 #include "config/machine.hpp"
 #include "core/axis_vec.hpp"
+#include "core/breath.hpp"
 #include "recipes/job.hpp"
 
 namespace gantry::job {
@@ -44,7 +45,7 @@ struct BlockEnd {
 BlockEnd touched(const config::Machine& machine, const ProvenBlock& block, const AxisVec& surface);
 
 /// Adds what a block of features takes to what is known of them.
-void add_times(std::vector<FeatureTime>& features, const ProvenBlock& block);
+void add_times(std::vector<FeatureTime>& features, const ProvenBlock& block, const Breath& breath = {});
 
 /// The same job from where the axes stand, with a valve that has been shut for `shut_s` (nothing: nobody knows).
 /// Nominal as it is, from the park position, where that cannot be planned from there.

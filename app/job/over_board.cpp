@@ -72,9 +72,11 @@ Result<void> Surroundings::keeps_gap(std::span<const motion::Segment> segments, 
   return {};
 }
 
-std::optional<BelowBoard> Surroundings::below_board(const std::deque<motion::Segment>& segments) const {
+std::optional<BelowBoard> Surroundings::below_board(const std::deque<motion::Segment>& segments,
+                                                    const Breath& breath) const {
   constexpr double kRounding_mm = 1e-6;
   if (!belief_.doubt || segments.empty() || uneven_mm_ == 0) return std::nullopt;
+  Pauses pause(breath, 64);
   for (const motion::SceneBody& body : scene_.head()) {
     if (body.name != needle_ && body.name != probe_) continue;
     const double radius = body.half_box.x;
@@ -84,6 +86,7 @@ std::optional<BelowBoard> Surroundings::below_board(const std::deque<motion::Seg
     double floor = 0;
     bool begun = false;
     for (std::size_t i = 0; i < segments.size(); ++i) {
+      pause();
       const std::vector<AxisVec> points = motion::chords(std::span(&segments[i], 1));
       if (!begun) {
         const Vec3 start = tip(points.front());

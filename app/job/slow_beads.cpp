@@ -143,11 +143,13 @@ double at_most(double mm_s) {
 }  // namespace
 
 void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
-                    const std::deque<motion::Segment>& segments, double tick_s) {
+                    const std::deque<motion::Segment>& segments, double tick_s, const Breath& breath) {
+  Pauses pause(breath, 1024);
   for (auto s = segments.begin(); s != segments.end();) {
     const auto first = s;
     const std::uint32_t feature = first->feature;
-    s = std::find_if(first, segments.end(), [&](const motion::Segment& each) { return each.feature != feature; });
+    s = std::find_if(first, segments.end(),
+                     [&](const motion::Segment& each) { return pause(), each.feature != feature; });
     if (feature >= recipe.features.size()) continue;
     const auto* bead = std::get_if<recipes::Bead>(&recipe.features[feature]);
     const recipes::Material* m = bead != nullptr ? recipes::find_material(recipe, bead->material) : nullptr;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/breath.hpp"
 #include "motion/types.hpp"
 #include "recipes/recipe.hpp"
 
@@ -32,7 +33,7 @@ struct SlowBead {
 
 /// Of the beads of these segments, in their order.
 void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
-                    const std::deque<motion::Segment>& segments, double tick_s);
+                    const std::deque<motion::Segment>& segments, double tick_s, const Breath& breath = {});
 
 /// "stands still 3 times with its valve open, first 12.3 mm from where that opens: no path ..."
 std::string standstill_in_words(std::size_t times, double at_mm, const recipes::Bead& bead,

@@ -19,6 +19,7 @@
 
 #include "app/job/job_state.hpp"
 #include "config/machine.hpp"
+#include "core/breath.hpp"
 #include "motion/plan/find_path.hpp"
 #include "motion/plan/scene.hpp"
 #include "motion/types.hpp"
@@ -95,7 +96,8 @@ class Surroundings {
   /// The board stands among the bodies as a level box up to where its highest corner may be, and tools that work on it
   /// may be within that box. This looks at its face itself: a tool that works on it stays over it, and where it stands
   /// lower at first it goes no deeper. Nothing before the surface is settled.
-  [[nodiscard]] std::optional<BelowBoard> below_board(const std::deque<motion::Segment>& segments) const;
+  [[nodiscard]] std::optional<BelowBoard> below_board(const std::deque<motion::Segment>& segments,
+                                                      const Breath& breath = {}) const;
 
   /// The same box lets the needle as near as the lowest corner asks for. This looks at the faces themselves: as over a
   /// level board the needle keeps its gap, but for the slack, over what it dispenses on. Fault::Collision names the

@@ -424,7 +424,7 @@ Result<job::JobState> Runner::take(const recipes::Dispense& step) {
   foresee(job::after_dispense(state_), planned);
   if (planned) {
     std::vector<job::FeatureTime> times(recipe_.features.size());
-    job::add_times(times, *planned);
+    job::add_times(times, *planned, site_.breath);
     times_.plan(times);
     for (const job::RunUp& begun : planned->run_ups()) tell(begun);
   }
