@@ -83,7 +83,11 @@ const Feedback& Drive::read(std::span<const std::byte> inputs, bool fresh, std::
   f.probe_falling = Unwrap::near(f.counts.value, layout_.probe_falling.get(inputs));
 
   ++level_held_;
-  waiting_ = f.state == before && !reached(f.state, goal_) ? waiting_ + 1 : 0;
+  const bool there = reached(f.state, goal_);
+  const auto state_bit = static_cast<std::uint16_t>(1u << static_cast<unsigned>(f.state));
+  const bool progress = there || (passed_ & state_bit) == 0;
+  passed_ = there ? state_bit : static_cast<std::uint16_t>(passed_ | state_bit);
+  waiting_ = progress ? 0 : waiting_ + 1;
   f.jumped = judge_step(counts_before);
   f.fault = judge(before, gap);
   // A warning must not keep the machine in motion on a position that is wrong.
@@ -128,6 +132,7 @@ void Drive::write(std::span<std::byte> outputs, const DriveCommand& command) noe
   if (command.goal != goal_) {
     goal_ = command.goal;
     waiting_ = 0;
+    passed_ = 0;
     level_held_ = 0;
     if (resetting) word_ = kDisableVoltage;  // begin with the low level
   }
@@ -164,6 +169,7 @@ void Drive::lose() noexcept {
   known_ = asked_to_home_ = false;
   stale_ = waiting_ = behind_ = 0;
   catching_up_ = 0;
+  passed_ = 0;
   word_ = kDisableVoltage;
 }
 

@@ -139,6 +139,7 @@ class Drive {
   std::int64_t timeout_cycles_ = 1000, mode_grace_cycles_ = 100, polled_mode_grace_cycles_ = 1000;
   bool mode_is_polled_ = false;
   std::int64_t waiting_ = 0;     ///< cycles without progress towards the goal
+  std::uint16_t passed_ = 0;     ///< states since the goal was set, a bit each: one that is seen again is no progress
   std::int64_t mode_asked_ = 0;  ///< cycles since the mode was asked for
   int level_held_ = 0;           ///< acknowledged cycles for which bit 7 has had its level
   std::int64_t stale_ = 0;       ///< cycles since the last fresh inputs

@@ -204,6 +204,7 @@ TEST(Liars, drives) {
        {.lies = {.mode_shown_in_motion = std::int8_t{6}}},
        {},
        {"station 1 'x'", "another mode"}},
+      {"ready to switch on, never", "x", {.lies = {.status_never = 0x0001}}, {}, {"station 1 'x'", "within a second"}},
       {"ready to switch on, always", "y2", {.lies = {.status_always = 0x0001}}, {}, {"station 3 'y2'", "0651h"}},
       {"target reached, always", "x", {.lies = {.status_always = 0x0400}}},
       {"internal limit, always", "z", {.lies = {.status_always = 0x0800}}, {}, {"axis Z", "limit"}},

@@ -204,6 +204,18 @@ TEST(Drive, a_drive_that_does_not_answer_a_transition_is_told_after_a_second) {
   EXPECT_NEAR(cycles, 1000, 5);
 }
 
+/// Bit 0 of its statusword is never set: what is "ready to switch on" reads as "not ready" (xxxx xxxx x0xx 0000b),
+/// where no transition is asked for, so that it drops to "switch-on disabled", and is led on from there, again and
+/// again.
+TEST(Drive, a_drive_that_goes_to_and_fro_between_two_states_is_told_after_a_second) {
+  DriveBench b;
+  int cycles = 0;
+  while (b.cycle({.goal = DriveGoal::Enabled}).fault == Fault::None && cycles < 5000)
+    b.status(++cycles / 4 % 2 == 0 ? 0x0250 : 0x0230 & ~0x0020);
+  EXPECT_EQ(b.drive.feedback().fault, Fault::TransitionTimeout);
+  EXPECT_NEAR(cycles, 1000, 10);
+}
+
 TEST(Drive, an_impossible_step_is_told_but_not_across_stale_cycles) {
   DriveBench b;
   b.cycle({.goal = DriveGoal::Enabled});
