@@ -49,6 +49,17 @@ Result<void> check(const OwnerOptions& options) {
         Fault::Usage,
         "the virtual bus has its world in itself; for that of a `gantry sim` name its bus: --bus ethercat:IFACE",
         "--world");
+  if (options.bus != kSimulatedHere)
+    for (const auto& [option, value] :
+         {std::pair{"--sim-board", &options.sim.placement}, std::pair{"--sim-script", &options.sim.script_file},
+          std::pair{"--sim-state", &options.sim.state_dir}})
+      if (!value->empty())
+        return fail(
+            Fault::Usage,
+            fmt::format("goes with the simulated machine, and the machine is on '{}'; leave one of both out (of a "
+                        "`gantry sim` at that bus, give it to that)",
+                        options.bus),
+            option);
   if (options.bus == kSimulatedHere)
     if (auto fits = sim::check(options.sim); !fits) return fits;
   if (!options.virtual_time)

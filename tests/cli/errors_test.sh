@@ -103,6 +103,13 @@ done <<'END'
 --name a-name-that-is-longer-than-31-bytes
 END
 
+# What is of the simulated machine does not go with a bus: nobody would hear of it.
+for option in "--sim-board dx=1mm" "--sim-script recipes/demo-board.yaml" "--sim-state $work/world"; do
+  for verb in "run $demo --out $work/no-world" up; do
+    expect_exit 2 "$verb on a bus with $option" "$gantry" $verb --bus ethercat:lo $option --state "$work/nobody"
+    expect_text "${option%% *}: goes with the simulated machine, and the machine is on 'ethercat:lo'"
+  done
+done
 # So are folders in which no file can be made, and a script that cannot be read; a recipe of many dots takes long to prove.
 mkdir "$work/holds-a-job" && echo '{}' >"$work/holds-a-job/summary.json"
 not_proved() { grep -q "proved free\|proving" "$work/err" && fail "$1: the recipe was proved before"; }
