@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "motion/geometry.hpp"
 #include "motion/path/chords.hpp"
 #include "motion/path/sound.hpp"
 #include "motion/plan/as_sent.hpp"
@@ -14,13 +15,20 @@
 namespace gantry::job {
 namespace {
 
+constexpr double kJoins = 1e-6;  // mm or rad, what two motions may leave between them
+
 constexpr int kSlower = 10;  // times half of the speed, for targets that are nearer to the path
 
 }  // namespace
 
 BlockBuilder::BlockBuilder(const motion::Limits& limits, const motion::Scene& scene, std::uint32_t block,
                            const AxisVec& from, Breath breath, motion::Opinion opinion)
-    : limits_(limits), scene_(&scene), at_(from), breath_(std::move(breath)), opinion_(std::move(opinion)) {
+    : limits_(limits),
+      scene_(&scene),
+      at_(from),
+      played_(from),
+      breath_(std::move(breath)),
+      opinion_(std::move(opinion)) {
   out_.number_ = block;
 }
 
@@ -62,6 +70,15 @@ Result<void> BlockBuilder::take(std::span<const motion::Segment> segments, const
                                              "played: {}; another speed or tolerance may do, and the recipe shows "
                                              "whoever mends it what to mend",
                                              *why));
+  if (!segments.empty()) {
+    const AxisVec begin = motion::point(segments.front().geometry, 0);
+    for (std::size_t i = 0; i < limits_.axes; ++i)
+      if (std::abs(begin[i] - played_[i]) > kJoins)
+        return fail(Fault::Internal,
+                    "a motion was planned that does not begin where the one before it ends, and is not "
+                    "played; `jog` the axes to another place, and try again");
+    played_ = end;
+  }
   for (const motion::Segment& s : segments) {
     motion::Segment& taken = out_.segments_.emplace_back(s);
     taken.block = out_.number_;

@@ -134,7 +134,8 @@ class BlockBuilder {
 
   const motion::Limits& limits_;
   const motion::Scene* scene_;
-  AxisVec at_;
+  AxisVec at_;      ///< where what is proved ends
+  AxisVec played_;  ///< where what is taken ends
   Breath breath_;
   motion::Opinion opinion_;
   Subject subject_{};

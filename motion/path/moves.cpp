@@ -13,7 +13,9 @@ double path_length(const Limits& limits, const AxisVec& displacement) {
   double linear = 0, rotary = 0;
   for (std::size_t i = 0; i < limits.axes; ++i)
     (limits.linear[i] ? linear : rotary) += displacement[i] * displacement[i];
-  return std::sqrt(linear > 0 ? linear : rotary);
+  // What rounding leaves of a linear axis that stands is no path; a turn beside it is one.
+  constexpr double kStands_mm = 1e-3;
+  return std::sqrt(linear > kStands_mm * kStands_mm ? linear : std::max(linear, rotary));
 }
 
 std::vector<Segment> line_move(const Limits& limits, const AxisVec& from, const AxisVec& to, double v_cap) {

@@ -55,6 +55,21 @@ TEST_F(BlockBuilderTest, segments_join_carry_their_block_and_the_last_ends_it) {
   EXPECT_GE(block.motions(), 2u);
 }
 
+/// Home again after a turn: what rounding has left of X is no place of its own, and the turn is played.
+TEST_F(BlockBuilderTest, a_turn_where_the_linear_axes_stand_but_for_rounding_is_a_motion) {
+  for (const double left : {0.0, 3.6e-15, 1e-13}) {
+    AxisVec from = high, to = high;
+    from[machine.x.value] += left;
+    from[3] += 0.035;
+    BlockBuilder b{limits, scene, 5, from};
+    ASSERT_TRUE(b.travel(to, rules)) << left;
+    const auto block = b.finish();
+    ASSERT_TRUE(block) << left << ": " << to_text(block.error());
+    EXPECT_NEAR(motion::point(block->segments().front().geometry, 0)[3], from[3], 1e-9) << left;
+    EXPECT_GT(block->duration_s(), 0.01) << left;
+  }
+}
+
 /// X answers at once, Y late: at speed the targets lie beside a slanted line. Past a post that is as near as it may be
 /// the line is slowed until they keep clear, and no override may take that back: it is a piece.
 TEST_F(BlockBuilderTest, a_line_that_is_slowed_for_its_targets_is_never_played_faster) {

@@ -80,6 +80,22 @@ TEST(LineMove, of_rotary_axes_alone_counts_radians) {
   EXPECT_DOUBLE_EQ(move[0].geometry.length, 1.5);
 }
 
+/// Of a linear axis that comes back by other sums than it went away by.
+TEST(LineMove, of_a_rotary_axis_is_one_whatever_rounding_has_left_of_the_others) {
+  for (const double left : {0.0, 3.6e-15, 1e-13, 1e-9, 9e-4}) {
+    AxisVec from{}, to{};
+    from[0] = 20 + left, to[0] = 20, from[3] = 0.035;
+    const auto move = line_move(machine(), from, to);
+    ASSERT_EQ(move.size(), 1u) << left;
+    EXPECT_NEAR(move[0].geometry.length, 0.035, 1e-12) << left;
+    const AxisVec begin = point(move[0].geometry, 0), end = point(move[0].geometry, move[0].geometry.length);
+    for (std::size_t i = 0; i < machine().axes; ++i) {
+      EXPECT_NEAR(begin[i], from[i], 1e-12) << left;
+      EXPECT_NEAR(end[i], to[i], 1e-12) << left;
+    }
+  }
+}
+
 TEST(LineMove, to_where_it_stands_is_nothing) {
   AxisVec q{};
   q[1] = 7;
