@@ -36,7 +36,7 @@ double run_up_s(const config::Machine& machine, const Material& m, const Bead& b
 }
 
 /// How long the last stretch to a feature takes (the descent, then the wait or the run-up), and how long the valve is
-/// to be open on the feature.
+/// to be open on the feature. A bead takes whole cycles; where `early_off` shuts the valve is not bound to them.
 struct Times {
   double last_stretch_s = 0, open_s = 0;
   const char* more_room = "";
@@ -46,7 +46,8 @@ Times times(const config::Machine& machine, const Material& m, const Dot&) {
 }
 Times times(const config::Machine& machine, const Material& m, const Bead& bead) {
   return {descent_s(machine, m) + run_up_s(machine, m, bead),
-          m.start_dwell_s + (length_mm(bead) - m.early_off) / m.speed, "'retract'"};
+          std::max(seconds(machine.bus.cycle), m.start_dwell_s + (length_mm(bead) - m.early_off) / m.speed),
+          "'retract'"};
 }
 
 constexpr double kRounding_s = 1e-9;
@@ -68,6 +69,13 @@ void check_cycles(const Material& m, double cycle_s, config::Mistakes& mistakes)
   if (m.start_dwell_s > 0) judge("start_dwell", m.start_dwell_s, m.places.start_dwell, ", or leave it out");
 }
 
+/// Of a bead `early_off` leaves nothing, or what the needle goes in less than a cycle of the machine, in which the
+/// valve may not open at all. Where it is open before, in `start_dwell`, anything will do.
+bool leaves_too_little(const Material& m, const Bead& bead, double cycle_s) {
+  const double least_mm = m.early_off > 0 && m.start_dwell_s <= 0 ? (cycle_s - kRounding_s) * m.speed : 0;
+  return length_mm(bead) - m.early_off <= least_mm;
+}
+
 }  // namespace
 
 void check_valve_leads(const Recipe& recipe, const config::Machine& machine, config::Mistakes& mistakes) {
@@ -79,11 +87,12 @@ void check_valve_leads(const Recipe& recipe, const config::Machine& machine, con
     const Material* m = find_material(recipe, feature.material);
     if (m == nullptr) return;
     if constexpr (std::is_same_v<std::decay_t<decltype(feature)>, Bead>)
-      if (m->early_off >= length_mm(feature)) {
+      if (leaves_too_little(*m, feature, cycle_s)) {
         if (early_off_told.insert(m->name).second)
           mistakes.add(Fault::Inconsistent,
-                       fmt::format("'early_off' of material '{}' is {:.6g} mm, and '{}' is only {:.6g} mm long; write "
-                                   "less, make the bead longer, or use another material",
+                       fmt::format("'early_off' of material '{}' is {:.6g} mm, and '{}' is only {:.6g} mm long: the "
+                                   "valve would not open on it, or for less than a cycle of the machine; write less, "
+                                   "make the bead longer, or use another material",
                                    m->name, m->early_off, feature.id, length_mm(feature)),
                        given(m->places.early_off, feature.place));
         return;

@@ -131,6 +131,36 @@ TEST(MaterialKeys, that_cannot_be_meant_are_told_where_they_stand) {
   EXPECT_NE(job.error()[0].message.find("only 30 mm"), std::string::npos) << job.error()[0].message;
 }
 
+// At 20 mm/s a cycle is 0.02 mm. Where less is left the valve, which is switched once in a cycle, may not open at all.
+TEST(MaterialKeys, early_off_that_leaves_less_than_a_cycle_of_a_bead_is_told) {
+  const auto machine = config::load_machine("config/machines/dispenser.yaml");
+  ASSERT_TRUE(machine);
+  for (const double left_mm : {0.001, 0.009, 0.019}) {
+    const auto job = recipes::compile(recipe_of(fmt::format(", early_off: {} mm", 30 - left_mm), "", kLine), *machine);
+    ASSERT_FALSE(job) << left_mm;
+    EXPECT_EQ(job.error()[0].fault, Fault::Inconsistent);
+    EXPECT_NE(job.error()[0].message.find("less than a cycle"), std::string::npos) << job.error()[0].message;
+  }
+  // Over the first point it is open as long as the needle stands there.
+  EXPECT_TRUE(recipes::compile(recipe_of(", start_dwell: 50 ms, early_off: 29.999 mm", "", kLine), *machine));
+  Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
+  const record::JobResult r = rig.run(recipe_of(", early_off: 29.98 mm", "", kLine));
+  test::expect_done(r);
+  EXPECT_EQ(deposit(r, "l").board_mm.size(), 2u) << "a cycle's worth";
+}
+
+// It takes a cycle, however short it is: a valve that closes so much earlier than it opens never does.
+TEST(MaterialKeys, leads_that_leave_nothing_of_a_bead_within_one_cycle_are_told) {
+  const auto machine = config::load_machine("config/machines/dispenser.yaml");
+  ASSERT_TRUE(machine);
+  auto recipe = recipe_of("", "", "  - line: {name: l, material: glue, from: [20 mm, 20 mm], to: [20.01 mm, 20 mm]}\n");
+  EXPECT_TRUE(recipes::compile(recipe, *machine));
+  recipe.materials[0].valve_close_lead = recipe.materials[0].valve_open_lead + 1e-3;
+  const auto job = recipes::compile(recipe, *machine);
+  ASSERT_FALSE(job);
+  EXPECT_NE(job.error()[0].message.find("'valve_close_lead' of 9 ms"), std::string::npos) << job.error()[0].message;
+}
+
 TEST(MaterialKeys, start_dwell_opens_the_valve_stands_and_then_lays_the_bead) {
   const recipes::Recipe recipe = recipe_of(", start_dwell: 150 ms", "", kLine);
   Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
