@@ -34,6 +34,10 @@ void CutWatch::see(const BlockCycle& cycle) {
   if (cycle.valve_cut && !cut_) cut_ = cycle.cycle;
 }
 
+void CutWatch::see_cut(CycleIndex cycle) {
+  if (!seen_.empty()) see({cycle, seen_.back().along_block_mm, true});
+}
+
 std::optional<ShutAt> CutWatch::shut_at(double close_lead_s) const {
   if (!cut_) return std::nullopt;
   const double at = static_cast<double>(*cut_ - delay_ticks_) + close_lead_s / tick_s_;

@@ -34,6 +34,8 @@ class CutWatch {
   /// Of a new block.
   void begin();
   void see(const BlockCycle& cycle);
+  /// A stop has shut the valve where the tool stood, and has ended the block in the same cycle.
+  void see_cut(CycleIndex cycle);
   /// Where along the block the tool was when the valve had shut; nothing where no stop has cut it.
   [[nodiscard]] std::optional<ShutAt> shut_at(double close_lead_s) const;
 

@@ -99,7 +99,10 @@ void Runner::see(const cycle::Snapshot& s) {
                                    .stopped = s.valve_cut || stopped(s.state)}))
     result_.features_done = job::count(state_, job::FeatureState::Done);
   note_joined(s);
-  if (s.block == block_) cut_watch_.see({s.cycle, s.along_block_mm, s.valve_cut});
+  if (s.block == block_)
+    cut_watch_.see({s.cycle, s.along_block_mm, s.valve_cut});
+  else if (s.valve_cut && playing_ != nullptr)
+    cut_watch_.see_cut(s.cycle);
   speed_watch_.see({.feature = s.block == block_ ? s.feature : motion::kTravel,
                     .valve_open = (s.outputs & config::bit(config::Output::Valve)) != 0,
                     .path_speed_mm_s = s.path_speed});

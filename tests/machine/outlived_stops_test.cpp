@@ -127,6 +127,34 @@ TEST(OutlivedStops, whatever_they_cut_is_whole_at_the_end) {
   EXPECT_GE(joins, 7u);
 }
 
+// The axes stand already: the block ends in the very cycle that shuts the valve.
+TEST(OutlivedStops, one_while_the_needle_stands_over_a_beads_start_leaves_it_whole) {
+  const auto recipe = recipes::parse(
+      "version: 1\nrecipe: stands\nplacement: fixture\nboard: {size: [80 mm, 55 mm], thickness: 12 mm, frame: "
+      "pallet}\n"
+      "materials:\n  pot: {speed: 20 mm/s, gap: 0.5 mm, valve_open_lead: 8 ms, valve_close_lead: 6 ms, dot_time: 30 "
+      "ms, retract: 3 mm, gap_tolerance: 2 mm, start_dwell: 150 ms}\n"
+      "features:\n  - line: {name: l, material: pot, from: [20 mm, 20 mm], to: [50 mm, 20 mm]}\n",
+      "stands.yaml");
+  ASSERT_TRUE(recipe);
+  for (const CycleIndex open_for : {9, 20, 100, 150}) {
+    SCOPED_TRACE(open_for);
+    Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg", .outlives_stops = true});
+    Clumsy hand(static_cast<unsigned>(open_for));
+    hand.at_open_valve = true, hand.runs_for = open_for, hand.most = 1;
+    rig.on_step = [&](run::Owner& owner) { hand(owner); };
+    const auto result = rig.run(*recipe);
+    EXPECT_EQ(hand.stops, 1);
+    EXPECT_EQ(result.exit_code, ExitCode::Done) << first_error(result);
+    for (const auto& d : result.defects) ADD_FAILURE() << d.feature << ": " << d.message;
+    EXPECT_EQ(result.joined.size(), 1u);
+    // 30 mm at 20 mm/s and 16 ms to speed up, and in all it stands for 150 ms.
+    double open_s = 0;
+    for (const auto& d : result.deposits) open_s += d.open_s;
+    EXPECT_NEAR(open_s, 1.5 + 0.016 + 0.15, 0.006);
+  }
+}
+
 // Marks, touches, travel, dots and beads: only a dot that was cut is no longer whole.
 TEST(OutlivedStops, marks_and_touches_are_done_again) {
   for (const unsigned seed : {1u, 2u, 3u}) {
