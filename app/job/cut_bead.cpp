@@ -26,16 +26,19 @@ CutWatch::CutWatch(const config::Machine& machine)
 void CutWatch::begin() {
   seen_.clear();
   cut_.reset();
+  stands_ = 0;
 }
 
 void CutWatch::see(const BlockCycle& cycle) {
+  const bool stands = !seen_.empty() && std::abs(cycle.along_block_mm - seen_.back().along_block_mm) <= kSamePlace_mm;
+  stands_ = stands ? stands_ + (cycle.plays ? 1 : 0) : 0;
   if (seen_.size() == kCycles) seen_.pop_front();
   seen_.push_back(cycle);
   if (cycle.valve_cut && !cut_) cut_ = cycle.cycle;
 }
 
 void CutWatch::see_cut(CycleIndex cycle) {
-  if (!seen_.empty()) see({cycle, seen_.back().along_block_mm, true});
+  if (!seen_.empty()) see({cycle, seen_.back().along_block_mm, true, false});
 }
 
 std::optional<ShutAt> CutWatch::shut_at(double close_lead_s) const {

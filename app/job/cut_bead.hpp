@@ -19,6 +19,7 @@ struct BlockCycle {
   CycleIndex cycle = 0;
   double along_block_mm = 0;  ///< length of path from the block's start, as planned
   bool valve_cut = false;
+  bool plays = true;  ///< and is not on hold
 };
 
 /// Where along the block the tool was when the valve had shut, and for how long it had stood there.
@@ -38,12 +39,15 @@ class CutWatch {
   void see_cut(CycleIndex cycle);
   /// Where along the block the tool was when the valve had shut; nothing where no stop has cut it.
   [[nodiscard]] std::optional<ShutAt> shut_at(double close_lead_s) const;
+  /// For how long the block has played since the tool came to where it is: what is gone of a dwell there.
+  [[nodiscard]] double stands_s() const { return static_cast<double>(stands_) * tick_s_; }
 
  private:
   double tick_s_;
   int delay_ticks_;  ///< of the drives behind the path
   std::deque<BlockCycle> seen_;
   std::optional<CycleIndex> cut_;
+  CycleIndex stands_ = 0;  ///< cycles
 };
 
 /// Of a bead, along its motion.

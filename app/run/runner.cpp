@@ -100,7 +100,7 @@ void Runner::see(const cycle::Snapshot& s) {
     result_.features_done = job::count(state_, job::FeatureState::Done);
   note_joined(s);
   if (s.block == block_)
-    cut_watch_.see({s.cycle, s.along_block_mm, s.valve_cut});
+    cut_watch_.see({s.cycle, s.along_block_mm, s.valve_cut, s.state == cycle::State::Running});
   else if (s.valve_cut && playing_ != nullptr)
     cut_watch_.see_cut(s.cycle);
   speed_watch_.see({.feature = s.block == block_ ? s.feature : motion::kTravel,

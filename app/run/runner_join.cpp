@@ -38,8 +38,8 @@ std::optional<Ahead> Runner::ahead() const {
   }
   if (feature >= recipe_.features.size()) return std::nullopt;
   return Ahead{recipes::id_of(recipe_.features[feature]),
-               job::stands_in_s(*playing_, s.along_block_mm, feature, std::min(1.0, s.override_factor),
-                                job::limits_of(site_.machine))};
+               job::stands_in_s(*playing_, {s.along_block_mm, cut_watch_.stands_s()}, feature,
+                                std::min(1.0, s.override_factor), job::limits_of(site_.machine))};
 }
 
 std::string Runner::heads_for() {

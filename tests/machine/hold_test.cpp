@@ -104,6 +104,38 @@ TEST(Hold, says_where_and_when_it_stops) {
     }
 }
 
+// Of 3 s 0.2 s are left: no reason to cut it, nor to say that it takes longer.
+TEST(Hold, waits_for_what_is_left_of_a_long_dot_and_of_a_standstill_at_a_beads_start) {
+  const auto recipe = recipes::parse(
+      "version: 1\nrecipe: long\nplacement: fixture\nboard: {size: [80 mm, 55 mm], thickness: 12 mm, frame: pallet}\n"
+      "materials:\n  pot: {speed: 20 mm/s, gap: 0.5 mm, valve_open_lead: 8 ms, valve_close_lead: 6 ms, dot_time: 3 s, "
+      "settle_time: 100 ms, start_dwell: 3 s, retract: 3 mm, gap_tolerance: 2 mm}\n"
+      "features:\n  - dot: {name: pool, material: pot, at: [20 mm, 20 mm]}\n"
+      "  - line: {name: short, material: pot, from: [30 mm, 20 mm], to: [34 mm, 20 mm]}\n",
+      "long.yaml");
+  ASSERT_TRUE(recipe);
+  std::vector<std::string> said;
+  Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
+  Holder holder{.open_for = 2800, .now = false, .most = 2};
+  rig.on_step = [&](run::Owner& owner) {
+    const bool before = holder.held;
+    holder(owner);
+    if (holder.held && !before) said.push_back(holder.said);
+  };
+  const auto result = rig.run(*recipe);
+  EXPECT_EQ(result.exit_code, ExitCode::Done);
+  EXPECT_TRUE(result.joined.empty());
+  EXPECT_EQ(result.features_done, 2u);
+  ASSERT_EQ(said.size(), 2u);
+  ASSERT_EQ(holder.stands_after.size(), 2u);
+  for (std::size_t i = 0; i < said.size(); ++i) {
+    ASSERT_NE(said[i].find(i == 0 ? "holds after 'pool', in " : "holds after 'short', in "), std::string::npos)
+        << said[i];
+    const double told_s = std::stod(said[i].substr(said[i].find(", in ") + 5));
+    EXPECT_NEAR(static_cast<double>(holder.stands_after[i]) * 1e-3, told_s, 0.006) << said[i];
+  }
+}
+
 TEST(Hold, says_where_it_stops_on_the_way_to_a_feature) {
   Rig rig({.placement = "dx=0.5 mm"});
   std::vector<std::string> said;
