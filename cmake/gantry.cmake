@@ -81,6 +81,8 @@ endfunction()
 # Before the command of a test in real time.
 set(GANTRY_ON_A_CALM_HOST python3 ${CMAKE_SOURCE_DIR}/tests/calm_host.py)
 
+include(long_tests)
+
 # gantry_test(NAME SOURCES a_test.cpp ... DEPS libs ... LABELS unit machine ... TIMEOUT s REAL_TIME): one GoogleTest
 # program; REAL_TIME: alone, and again where the host stood still.
 # Labels that scripts know: `sanitized` (scripts/test runs the test a second time under ASan and UBSan, so it is a quick
@@ -110,6 +112,7 @@ function(gantry_test name)
     set_tests_properties(${name} PROPERTIES RUN_SERIAL ON)
   else()
     add_test(NAME ${name} COMMAND ${name} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
+    gantry_schedule(${name} COMPUTES)
   endif()
   set_tests_properties(${name} PROPERTIES LABELS "${A_LABELS}" TIMEOUT ${A_TIMEOUT})
   foreach(label ${A_LABELS})
@@ -121,5 +124,6 @@ function(gantry_test name)
   if(GANTRY_SANITIZED_DIR AND "sanitized" IN_LIST A_LABELS)
     add_test(NAME ${name}.sanitized COMMAND ${GANTRY_SANITIZED_DIR}/bin/${name} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
     set_tests_properties(${name}.sanitized PROPERTIES LABELS "${A_LABELS}" TIMEOUT ${A_TIMEOUT})
+    gantry_schedule(${name}.sanitized COMPUTES)
   endif()
 endfunction()
