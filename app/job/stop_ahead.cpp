@@ -13,8 +13,8 @@ namespace {
 constexpr double kFar_s = 1;          // of planned time ahead: more than any stop takes
 constexpr double kAsPlanned = 1e-3;   // of the planned one: it is played as planned
 constexpr double kLeastSpeed = 1e-6;  // mm/s
-constexpr double kUnseen = 1.02;  // the rate's slope and the last setpoints are not told, and count for less than this
-constexpr int kMostTicks = 40;    // until one of the manners to stop is found
+constexpr double kUnseen = 1.02;      // the last setpoints are not told, and count for less than this
+constexpr int kMostTicks = 40;        // until one of the manners to stop is found
 
 /// From (v, a) to rest.
 double stop_mm(double v, double a, const motion::Bounds& b) {
@@ -26,11 +26,11 @@ double stop_mm(double v, double a, const motion::Bounds& b) {
 StopAhead::StopAhead(const motion::Limits& limits) : limits_(limits) {}
 
 /// Looked for from the end of what the loop has been given, for a block may be long.
-std::optional<double> StopAhead::from(const Plays& plays, double along_block_mm, double speed_mm_s) {
-  if (plays.block == nullptr || !(speed_mm_s > kLeastSpeed)) return std::nullopt;
+std::optional<double> StopAhead::from(const Plays& plays, const OnPath& now) {
+  if (plays.block == nullptr || !(now.speed_mm_s > kLeastSpeed)) return std::nullopt;
   double begin_mm = plays.fed_mm;
   std::optional<std::size_t> first;
-  for (std::size_t k = plays.fed; k-- > 0 && !(first && begin_mm <= along_block_mm);) {
+  for (std::size_t k = plays.fed; k-- > 0 && !(first && begin_mm <= now.along_block_mm);) {
     const motion::Segment& s = (*plays.block)[k];
     if (s.kind == motion::SegmentKind::Dwell) continue;
     begin_mm -= path_mm(s);
@@ -38,9 +38,9 @@ std::optional<double> StopAhead::from(const Plays& plays, double along_block_mm,
   }
   if (!first) return std::nullopt;
   const motion::Segment& s = (*plays.block)[*first];
-  const double s_mm = std::clamp(along_block_mm - begin_mm, 0.0, s.geometry.length);
-  if (s.kind != motion::SegmentKind::Piece) return on_line(s, s_mm, speed_mm_s);
-  return on_pieces(*plays.block, *first, s_mm, speed_mm_s);
+  const double s_mm = std::clamp(now.along_block_mm - begin_mm, 0.0, s.geometry.length);
+  if (s.kind != motion::SegmentKind::Piece) return on_line(s, s_mm, now.speed_mm_s);
+  return on_pieces(*plays.block, *first, s_mm, now);
 }
 
 /// A line from rest to rest. Played otherwise than planned, its acceleration is not known: then the most counts.
@@ -63,9 +63,20 @@ double StopAhead::on_line(const motion::Segment& line, double s_mm, double speed
   return std::min(most_mm, left_mm);
 }
 
+/// How fast the rate rises, behind a hold or a lower override: 1/s. What one cycle shows is the mean of two; the jerk
+/// may have taken it as much higher as it does in a tick and a half.
+double StopAhead::rising(const motion::Segment& piece, double s_mm, const motion::State& planned, double rate,
+                         const OnPath& now) const {
+  if (rate > 1 - kAsPlanned) return 0;
+  const double seen = (now.acceleration_mm_s2 - planned.a * rate * rate) / planned.v;
+  if (!(seen > 0)) return 0;
+  const motion::Bounds b = motion::line_bounds(limits_, motion::derivative<1>(piece.geometry, s_mm));
+  return seen + 1.5 * limits_.tick_s * b.j / planned.v;
+}
+
 /// The loop changes the rate at which planned time goes by, by the first vigour that keeps the limits.
 std::optional<double> StopAhead::on_pieces(const std::deque<motion::Segment>& block, std::size_t first, double s_mm,
-                                           double speed_mm_s) {
+                                           const OnPath& now) {
   ring_ = std::make_unique<motion::SegmentRing>();
   double known_s = 0;
   for (std::size_t k = first; k < block.size() && block[k].kind == motion::SegmentKind::Piece; ++k) {
@@ -74,9 +85,12 @@ std::optional<double> StopAhead::on_pieces(const std::deque<motion::Segment>& bl
     if (block[k].rests || known_s > kFar_s + motion::duration(block[first].nominal)) break;
   }
   const double h = limits_.tick_s, t_s = motion::time_at(block[first].nominal, s_mm);
-  const double planned_mm_s = motion::along(block[first].nominal, t_s).x.v;
-  if (!(planned_mm_s > 0)) return std::nullopt;
-  const double rate = std::min(1.0, speed_mm_s / planned_mm_s);
+  const motion::State planned = motion::along(block[first].nominal, t_s).x;
+  if (!(planned.v > 0)) return std::nullopt;
+  const double rate = std::min(1.0, now.speed_mm_s / planned.v), slope = rising(block[first], s_mm, planned, rate, now);
+  /// Planned time from now, and the rate then: it goes on to rise, up to 1.
+  const auto rate_at = [&](int ticks) { return std::min(1.0, rate + slope * ticks * h); };
+  const auto ahead_s = [&](int ticks) { return ticks * h * (rate + rate_at(ticks)) / 2; };
 
   /// Path length from the beginning of the first piece.
   const auto gone_mm = [&](double planned_s) {
@@ -101,22 +115,23 @@ std::optional<double> StopAhead::on_pieces(const std::deque<motion::Segment>& bl
     std::size_t tries = 0;
     std::optional<double> stands_at_s;
     for (int n = begins; n < begins + kMostTicks && !stands_at_s; ++n) {
-      const double now_s = t_s + n * h * rate;
+      const double now_s = t_s + ahead_s(n);
       motion::PieceCursor at(*ring_, 0, now_s);
       if (at.advance(0) != motion::PieceCursor::Met::Piece) {  // it rests by plan before it would be stopped
         stands_at_s = now_s;
         break;
       }
-      const motion::Recent recent{place(now_s - 2 * h * rate), place(now_s - h * rate), place(now_s)};
+      const motion::Recent recent{place(t_s + ahead_s(n - 2)), place(t_s + ahead_s(n - 1)), place(now_s)};
+      const double r = rate_at(n);
       for (std::size_t k = 0; k < motion::RateChange::kStopsInATick && !stands_at_s; ++k) {
         const auto& vigour = motion::RateChange::kStops[tries++ % motion::RateChange::kStops.size()];
-        if (change_.plan(at, {rate, 0}, 0, recent, limits_, vigour)) {
+        if (change_.plan(at, {r, r < 1 ? slope : 0}, 0, recent, limits_, vigour)) {
           stands_at_s = now_s + change_.ahead(motion::RateChange::kMostTicks * h, 0, h);
           change_.drop();
         }
       }
     }
-    if (!stands_at_s) stands_at_s = t_s + kFar_s * rate;
+    if (!stands_at_s) stands_at_s = t_s + kFar_s;
     most_mm = std::max(most_mm, gone_mm(*stands_at_s) - s_mm);
   }
   return kUnseen * most_mm;

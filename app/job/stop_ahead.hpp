@@ -1,6 +1,7 @@
 // How far a stop on the path takes, known before it is asked for: from what the loop shows and the block that plays, by
 // the loop's own rules (motion/rt/pace.cpp).
-//   StopAhead ahead(limits);   if (const auto mm = ahead.from(plays, snapshot.along_block_mm, snapshot.path_speed)) ...
+//   StopAhead ahead(limits);   if (const auto mm = ahead.from(plays, {along_block_mm, path_speed, path_acceleration}))
+//   ...
 // It holds for a stop that the loop begins within kReaction ticks of that. Off the RT side: 0.1 ms or so.
 #pragma once
 #include <cstddef>
@@ -21,20 +22,28 @@ struct Plays {
   double fed_mm = 0;                                   ///< of path, as Snapshot::along_block_mm counts
 };
 
+/// Of the tool on its path.
+struct OnPath {
+  double along_block_mm = 0;  ///< from the block's beginning
+  double speed_mm_s = 0;
+  double acceleration_mm_s2 = 0;  ///< as the last cycle shows it
+};
+
 class StopAhead {
  public:
   static constexpr int kReaction = 3;
 
   explicit StopAhead(const motion::Limits& limits);
 
-  /// mm along the path to where the tool stands, at most; nothing where it stands. `along_block_mm` counts along the
-  /// block.
-  [[nodiscard]] std::optional<double> from(const Plays& plays, double along_block_mm, double path_speed_mm_s);
+  /// mm along the path to where the tool stands, at most; nothing where it stands.
+  [[nodiscard]] std::optional<double> from(const Plays& plays, const OnPath& now);
 
  private:
   [[nodiscard]] double on_line(const motion::Segment& line, double s_mm, double speed_mm_s) const;
+  [[nodiscard]] double rising(const motion::Segment& piece, double s_mm, const motion::State& planned, double rate,
+                              const OnPath& now) const;
   [[nodiscard]] std::optional<double> on_pieces(const std::deque<motion::Segment>& block, std::size_t first,
-                                                double s_mm, double speed_mm_s);
+                                                double s_mm, const OnPath& now);
 
   motion::Limits limits_;
   std::unique_ptr<motion::SegmentRing>

@@ -181,13 +181,15 @@ class Judge {
     const double start_off_mm = from_above_mm(d->board_mm.front(), start),
                  end_off_mm = from_above_mm(d->board_mm.back(), end),
                  allowed_mm = m->tolerance_mm + bead.corner_tolerance;
-    const bool ends = start_off_mm <= m->tolerance_mm && end_off_mm <= m->tolerance_mm;
+    // Where the valve shuts early, perhaps in mid curve, the needle is as near to its path as anywhere on it.
+    const double end_allowed_mm = m->early_off > 0 ? allowed_mm : m->tolerance_mm;
+    const bool ends = start_off_mm <= m->tolerance_mm && end_off_mm <= end_allowed_mm;
     if ((!ends || !(d->error_mm <= allowed_mm)) && state != FeatureState::Done) {
       const double nearly_all_mm =
           length_from_above_mm(d->nominal_mm) - 2 * allowed_mm * static_cast<double>(d->nominal_mm.size());
       if (!given_again([&](const Deposit& o) {
             return from_above_mm(o.board_mm.front(), start) <= m->tolerance_mm &&
-                   from_above_mm(o.board_mm.back(), end) <= m->tolerance_mm &&
+                   from_above_mm(o.board_mm.back(), end) <= end_allowed_mm &&
                    length_from_above_mm(o.board_mm) >= nearly_all_mm;
           }))
         return add(
@@ -201,8 +203,9 @@ class Judge {
     joins(bead.id, *d, *m);
     if (!ends)
       add(bead.id, Kind::Beside,
-          fmt::format("its start lies {:.3f} mm, its end {:.3f} mm beside its place; {:.3g} mm are allowed of both",
-                      start_off_mm, end_off_mm, m->tolerance_mm));
+          fmt::format(
+              "its start lies {:.3f} mm, its end {:.3f} mm beside its place; {:.3g} mm and {:.3g} mm are allowed",
+              start_off_mm, end_off_mm, m->tolerance_mm, end_allowed_mm));
     else if (!(d->error_mm <= allowed_mm))
       add(bead.id, Kind::Beside, beside(d->error_mm, allowed_mm));
     gap(bead.id, *d, *m);

@@ -101,6 +101,7 @@ class Control {
   [[nodiscard]] Result<void> not_crowded() const;
 
   [[nodiscard]] const cycle::Snapshot& latest() const { return feed_.latest(); }
+  [[nodiscard]] double path_acceleration() const { return feed_.path_acceleration(); }
   /// As it was last told.
   [[nodiscard]] bool valve_open() const { return (latest().outputs & config::bit(config::Output::Valve)) != 0; }
   /// For how long the valve has been shut, s; nothing: it was never open since this bus is up.

@@ -27,6 +27,8 @@ class Feed {
 
   /// The newest snapshot; all zero before the first.
   [[nodiscard]] const cycle::Snapshot& latest() const { return latest_; }
+  /// mm/s^2 along the path, over the last cycle; 0 where a block begins.
+  [[nodiscard]] double path_acceleration() const { return path_acceleration_; }
   /// When the valve was last told to be open, on the clock of the snapshots; nothing: never since this bus is up.
   [[nodiscard]] std::optional<std::int64_t> valve_open_ns() const { return valve_open_ns_; }
 
@@ -35,6 +37,7 @@ class Feed {
   std::vector<OnSnapshot> on_snapshot_;
   std::vector<OnEvent> on_event_;
   cycle::Snapshot latest_{};
+  double path_acceleration_ = 0;
   std::optional<std::int64_t> valve_open_ns_;
 };
 

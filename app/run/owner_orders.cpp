@@ -279,7 +279,8 @@ std::optional<double> Owner::stop_mm() const {
   const Parts& p = *parts_;
   if (!p.on_bus) return std::nullopt;
   const cycle::Snapshot& s = latest();
-  return job::StopAhead(job::limits_of(p.machine)).from(p.control().plays(), s.along_block_mm, s.path_speed);
+  return job::StopAhead(job::limits_of(p.machine))
+      .from(p.control().plays(), {s.along_block_mm, s.path_speed, p.control().path_acceleration()});
 }
 
 std::string Owner::order_said() const { return parts_->order_said; }

@@ -51,7 +51,8 @@ Found hold_at_random(const std::string& recipe, std::uint64_t seed) {
       if (found.stops == kStops) {
         EXPECT_TRUE(owner.order({.kind = OrderKind::Abort}));
       }
-      next = s.cycle + static_cast<CycleIndex>(uniform(50, 5000));
+      // Half of them while the tool still gathers speed.
+      next = s.cycle + static_cast<CycleIndex>(uniform(0, 1) < 0.5 ? uniform(5, 300) : uniform(50, 5000));
       if (uniform(0, 1) < 0.4) {
         EXPECT_TRUE(owner.order({.kind = OrderKind::Override, .value = uniform(0.2, 1)}));
       }

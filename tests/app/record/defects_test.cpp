@@ -99,6 +99,25 @@ TEST(Defects, each_kind_is_told_of_its_feature) {
   expect_one(judged({dot(), bead()}, kDone, {}, "marks"), "", Kind::Reference, Board::Defects);
 }
 
+// Of a wide corner or a curve: the bead ends somewhere on it, and is no nearer to its path there than anywhere else.
+TEST(Defects, an_end_in_mid_bead_by_early_off_may_be_off_as_far_as_the_path_may) {
+  for (const bool early : {false, true}) {
+    auto brief = recipe();
+    if (early) brief.materials[0].early_off = 0.7;
+    const auto ends_beside = [&](double mm) {
+      JobResult r;
+      Deposit b = bead();
+      b.board_mm.back().x += mm, b.error_mm = mm;
+      r.deposits = {dot(), b}, r.has_world = true;
+      add_judgement(r, judge_board(r, brief, {kDone, {}}, kCycle_s));
+      return r.defects.size();
+    };
+    EXPECT_EQ(ends_beside(0.04), 0u);
+    EXPECT_EQ(ends_beside(0.14), early ? 0u : 1u);
+    EXPECT_EQ(ends_beside(0.16), 1u);
+  }
+}
+
 // 5 % of 60 ms are 3 ms; dot_time and leads are whole cycles.
 TEST(Defects, a_dot_of_another_amount_is_told_with_its_figures_although_the_controller_calls_it_done) {
   for (const std::uint64_t ms : {57, 60, 63})
