@@ -104,6 +104,19 @@ class Judge {
                     stood_s * 1e3, m->start_dwell_s * 1e3, m->speed_tolerance * 100));
   }
 
+  /// Whatever was meant when it was resumed: an override, and the planning, may have made the way to the join longer.
+  void joined_late(std::size_t index) {
+    const auto* bead = std::get_if<recipes::Bead>(&recipe_.features[index]);
+    const recipes::Material* m = bead != nullptr ? recipes::find_material(recipe_, bead->material) : nullptr;
+    if (m == nullptr) return;
+    for (const Joined& join : result_.joined)
+      if (join.feature == bead->id && join.after_s > m->rejoin_within_s)
+        add(bead->id, Kind::Late,
+            fmt::format("joined {:.1f} s after its valve had shut; material '{}' is to be joined within {:.6g} s "
+                        "('rejoin_within')",
+                        join.after_s, m->name, m->rejoin_within_s));
+  }
+
   void extra() {
     for (const Deposit* d : laid_)
       if (d->id.empty() && !d->board_mm.empty() && used_.count(d) == 0) add_extra(*d);
@@ -293,7 +306,10 @@ Judgement judge_board(const JobResult& result, const recipes::Recipe& recipe, co
         state != FeatureState::Open && state != FeatureState::LeftOut)
       judge.slow(each);
   for (std::size_t i = 0; i < seen.features.size(); ++i)
-    if (seen.features[i] != FeatureState::LeftOut) judge.speed_seen(i), judge.stand_seen(i, seen.sets_out_s);
+    if (seen.features[i] != FeatureState::LeftOut) {
+      judge.speed_seen(i), judge.stand_seen(i, seen.sets_out_s);
+      judge.joined_late(i);
+    }
   judge.extra();
   judge.reference();
   std::vector<Defect> defects = std::move(judge).defects();
@@ -330,8 +346,8 @@ std::string_view name(Board board) {
 }
 
 std::string_view name(Kind kind) {
-  constexpr std::array<std::string_view, 8> kNames{"missing", "cut",   "beside", "gap",
-                                                   "amount",  "speed", "extra",  "reference"};
+  constexpr std::array<std::string_view, 9> kNames{"missing", "cut",   "beside",    "gap", "amount",
+                                                   "speed",   "extra", "reference", "late"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 

@@ -47,6 +47,6 @@ bool is_lacking(const Defect& defect);
 
 std::string_view name(Board board);  ///< "untouched", "begun", "whole", "defects"
 std::string_view name(
-    Defect::Kind kind);  ///< "missing", "cut", "beside", "gap", "amount", "speed", "extra", "reference"
+    Defect::Kind kind);  ///< "missing", "cut", "beside", "gap", "amount", "speed", "extra", "reference", "late"
 
 }  // namespace gantry::record

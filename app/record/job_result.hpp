@@ -163,7 +163,7 @@ enum class Board {
 
 /// Something about the board that is not as the recipe wants it.
 struct Defect {
-  enum class Kind { Missing, Cut, Beside, Gap, Amount, Speed, Extra, Reference };
+  enum class Kind { Missing, Cut, Beside, Gap, Amount, Speed, Extra, Reference, Late };
   std::string feature;  ///< its id; empty: no feature's
   Kind kind = Kind::Missing;
   std::string message;

@@ -118,6 +118,26 @@ TEST(Defects, an_end_in_mid_bead_by_early_off_may_be_off_as_far_as_the_path_may)
   }
 }
 
+// An override below 100 % makes the way to the join longer after the resume has come in time.
+TEST(Defects, a_bead_that_was_joined_later_than_its_material_bears_is_one) {
+  auto brief = recipe();
+  brief.materials[0].rejoin_within_s = 6;
+  const auto joined = [&](double after_s) {
+    JobResult r;
+    r.deposits = {dot(), bead()}, r.has_world = true;
+    r.joined = {{"b", 12, after_s}};
+    add_judgement(r, judge_board(r, brief, {kDone, {}}, kCycle_s));
+    return r;
+  };
+  EXPECT_TRUE(joined(5.9).defects.empty());
+  const JobResult late = joined(8.156);
+  expect_one(late, "b", Kind::Late, Board::Defects);
+  EXPECT_EQ(name(Kind::Late), "late");
+  EXPECT_NE(late.defects[0].message.find("8.2 s after its valve had shut"), std::string::npos)
+      << late.defects[0].message;
+  EXPECT_NE(late.defects[0].message.find("within 6 s ('rejoin_within')"), std::string::npos);
+}
+
 // 5 % of 60 ms are 3 ms; dot_time and leads are whole cycles.
 TEST(Defects, a_dot_of_another_amount_is_told_with_its_figures_although_the_controller_calls_it_done) {
   for (const std::uint64_t ms : {57, 60, 63})
