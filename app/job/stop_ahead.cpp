@@ -14,11 +14,29 @@ constexpr double kFar_s = 1;          // of planned time ahead: more than any st
 constexpr double kAsPlanned = 1e-3;   // of the planned one: it is played as planned
 constexpr double kLeastSpeed = 1e-6;  // mm/s
 constexpr double kUnseen = 1.02;      // the last setpoints are not told, and count for less than this
+constexpr double kMostRise = 1.28;    // as much more a stop has taken whose rate rose as fast as it may
+constexpr double kOnLine = 1.005;     // a hold that meets the end of a line has gone 0.4 % farther
+constexpr double kLate = 1.5;         // ticks by which a difference of two speeds is behind
 constexpr int kMostTicks = 40;        // until one of the manners to stop is found
 
 /// From (v, a) to rest.
 double stop_mm(double v, double a, const motion::Bounds& b) {
   return motion::end_state(motion::stop({0, v, a}, b).profile).p;
+}
+
+/// Where nothing is known but how fast the tool goes and how much faster it has become: the jerk may go on raising that
+/// until the stop begins.
+double unplanned_mm(const OnPath& now, int ticks, double h, const motion::Bounds& b) {
+  double p = 0, v = now.speed_mm_s, a = std::clamp(now.acceleration_mm_s2 + kLate * h * b.j, -b.a, b.a);
+  const auto at_most = [&](double wished) {
+    return std::min({wished, b.a, std::sqrt(2 * b.j * std::max(0.0, b.v - v))});
+  };
+  for (int n = 0; n < ticks; ++n) {
+    a = at_most(a + h * b.j);
+    p += h * (v + h * a);
+    v = std::min(b.v, v + h * a);
+  }
+  return p + stop_mm(v, at_most(a), b);
 }
 
 }  // namespace
@@ -39,58 +57,54 @@ std::optional<double> StopAhead::from(const Plays& plays, const OnPath& now) {
   if (!first) return std::nullopt;
   const motion::Segment& s = (*plays.block)[*first];
   const double s_mm = std::clamp(now.along_block_mm - begin_mm, 0.0, s.geometry.length);
-  if (s.kind != motion::SegmentKind::Piece) return on_line(s, s_mm, now.speed_mm_s);
+  if (s.kind != motion::SegmentKind::Piece) return on_line(s, s_mm, now);
   return on_pieces(*plays.block, *first, s_mm, now);
 }
 
-/// A line from rest to rest. Played otherwise than planned, its acceleration is not known: then the most counts.
-double StopAhead::on_line(const motion::Segment& line, double s_mm, double speed_mm_s) const {
+/// A line from rest to rest, played as planned or, behind a hold or at another rate, otherwise.
+double StopAhead::on_line(const motion::Segment& line, double s_mm, const OnPath& now) const {
   const motion::Bounds b = motion::line_bounds(limits_, motion::derivative<1>(line.geometry, 0));
   const double t_s = motion::time_at(line.nominal, s_mm), left_mm = line.geometry.length - s_mm;
-  const bool as_planned =
-      std::abs(motion::along(line.nominal, t_s).x.v - speed_mm_s) <= kAsPlanned * std::max(speed_mm_s, line.v_cap);
+  const motion::State planned = motion::along(line.nominal, t_s).x;
+  const double behind = motion::along(line.nominal, std::max(0.0, t_s - limits_.tick_s / 2)).x.a;
+  const bool as_planned = std::abs(planned.v - now.speed_mm_s) <= kAsPlanned * std::max(now.speed_mm_s, line.v_cap) &&
+                          std::abs(behind - now.acceleration_mm_s2) <= kLate * limits_.tick_s * b.j;
   double most_mm = 0;
   for (int n = 0; n <= kReaction; ++n) {
     if (as_planned) {
       const motion::State x = motion::along(line.nominal, t_s + n * limits_.tick_s).x;
       most_mm = std::max(most_mm, x.p - s_mm + stop_mm(x.v, x.a, b));
     } else {
-      const double v = std::min(b.v, speed_mm_s + n * limits_.tick_s * b.a);
-      const double a = std::min(b.a, std::sqrt(2 * b.j * std::max(0.0, b.v - v)));
-      most_mm = std::max(most_mm, n * limits_.tick_s * v + stop_mm(v, a, b));
+      most_mm = std::max(most_mm, unplanned_mm(now, n, limits_.tick_s, b));
     }
   }
-  return std::min(most_mm, left_mm);
-}
-
-/// How fast the rate rises, behind a hold or a lower override: 1/s. What one cycle shows is the mean of two; the jerk
-/// may have taken it as much higher as it does in a tick and a half.
-double StopAhead::rising(const motion::Segment& piece, double s_mm, const motion::State& planned, double rate,
-                         const OnPath& now) const {
-  if (rate > 1 - kAsPlanned) return 0;
-  const double seen = (now.acceleration_mm_s2 - planned.a * rate * rate) / planned.v;
-  if (!(seen > 0)) return 0;
-  const motion::Bounds b = motion::line_bounds(limits_, motion::derivative<1>(piece.geometry, s_mm));
-  return seen + 1.5 * limits_.tick_s * b.j / planned.v;
+  return kOnLine * std::min(most_mm, left_mm);
 }
 
 /// The loop changes the rate at which planned time goes by, by the first vigour that keeps the limits.
 std::optional<double> StopAhead::on_pieces(const std::deque<motion::Segment>& block, std::size_t first, double s_mm,
                                            const OnPath& now) {
   ring_ = std::make_unique<motion::SegmentRing>();
-  double known_s = 0;
+  double known_s = 0, known_mm = 0;
+  bool rests = false;  // behind what is known
   for (std::size_t k = first; k < block.size() && block[k].kind == motion::SegmentKind::Piece; ++k) {
     if (!ring_->push(block[k])) break;
     known_s += motion::duration(block[k].nominal);
-    if (block[k].rests || known_s > kFar_s + motion::duration(block[first].nominal)) break;
+    known_mm += block[k].geometry.length;
+    rests = block[k].rests;
+    if (rests || known_s > kFar_s + motion::duration(block[first].nominal)) break;
   }
   const double h = limits_.tick_s, t_s = motion::time_at(block[first].nominal, s_mm);
   const motion::State planned = motion::along(block[first].nominal, t_s).x;
   if (!(planned.v > 0)) return std::nullopt;
-  const double rate = std::min(1.0, now.speed_mm_s / planned.v), slope = rising(block[first], s_mm, planned, rate, now);
-  /// Planned time from now, and the rate then: it goes on to rise, up to 1.
-  const auto rate_at = [&](int ticks) { return std::min(1.0, rate + slope * ticks * h); };
-  const auto ahead_s = [&](int ticks) { return ticks * h * (rate + rate_at(ticks)) / 2; };
+  const double rate = std::min(1.0, now.speed_mm_s / planned.v);
+  // Below it is planned with a rate that stands. One that rises behind a hold takes as much more as on a straight path.
+  double rises = 1;
+  if (rate < 1 - kAsPlanned) {
+    const motion::Bounds b = motion::line_bounds(limits_, motion::derivative<1>(block[first].geometry, s_mm));
+    const double by_plan = stop_mm(now.speed_mm_s, std::clamp(planned.a * rate * rate, 0.0, b.a), b);
+    rises = std::clamp(unplanned_mm(now, 0, h, b) / by_plan, 1.0, kMostRise);
+  }
 
   /// Path length from the beginning of the first piece.
   const auto gone_mm = [&](double planned_s) {
@@ -115,26 +129,26 @@ std::optional<double> StopAhead::on_pieces(const std::deque<motion::Segment>& bl
     std::size_t tries = 0;
     std::optional<double> stands_at_s;
     for (int n = begins; n < begins + kMostTicks && !stands_at_s; ++n) {
-      const double now_s = t_s + ahead_s(n);
+      const double now_s = t_s + n * h * rate;
       motion::PieceCursor at(*ring_, 0, now_s);
       if (at.advance(0) != motion::PieceCursor::Met::Piece) {  // it rests by plan before it would be stopped
         stands_at_s = now_s;
         break;
       }
-      const motion::Recent recent{place(t_s + ahead_s(n - 2)), place(t_s + ahead_s(n - 1)), place(now_s)};
-      const double r = rate_at(n);
+      const motion::Recent recent{place(now_s - 2 * h * rate), place(now_s - h * rate), place(now_s)};
       for (std::size_t k = 0; k < motion::RateChange::kStopsInATick && !stands_at_s; ++k) {
         const auto& vigour = motion::RateChange::kStops[tries++ % motion::RateChange::kStops.size()];
-        if (change_.plan(at, {r, r < 1 ? slope : 0}, 0, recent, limits_, vigour)) {
+        if (change_.plan(at, {rate, 0}, 0, recent, limits_, vigour)) {
           stands_at_s = now_s + change_.ahead(motion::RateChange::kMostTicks * h, 0, h);
           change_.drop();
         }
       }
     }
-    if (!stands_at_s) stands_at_s = t_s + kFar_s;
+    if (!stands_at_s) stands_at_s = t_s + kFar_s * rate;
     most_mm = std::max(most_mm, gone_mm(*stands_at_s) - s_mm);
   }
-  return kUnseen * most_mm;
+  const double told_mm = kUnseen * rises * most_mm;
+  return rests ? std::min(told_mm, std::max(kUnseen * most_mm, kOnLine * (known_mm - s_mm))) : told_mm;
 }
 
 }  // namespace gantry::job

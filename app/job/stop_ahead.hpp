@@ -39,9 +39,7 @@ class StopAhead {
   [[nodiscard]] std::optional<double> from(const Plays& plays, const OnPath& now);
 
  private:
-  [[nodiscard]] double on_line(const motion::Segment& line, double s_mm, double speed_mm_s) const;
-  [[nodiscard]] double rising(const motion::Segment& piece, double s_mm, const motion::State& planned, double rate,
-                              const OnPath& now) const;
+  [[nodiscard]] double on_line(const motion::Segment& line, double s_mm, const OnPath& now) const;
   [[nodiscard]] std::optional<double> on_pieces(const std::deque<motion::Segment>& block, std::size_t first,
                                                 double s_mm, const OnPath& now);
 

@@ -1,4 +1,5 @@
 // Recorded bring-ups as tests of the parsers of both sides (captures/README.md tells how they were made).
+#include <algorithm>
 #include <gtest/gtest.h>
 #include <vector>
 
@@ -27,6 +28,9 @@ TEST(Replay, our_frames_are_built_again_byte_by_byte_and_the_recorded_replies_ar
     std::uint32_t sequence = parts[0].header.index;  // these captures are shorter than 65536 frames
     if (parts.size() > 1) sequence |= static_cast<std::uint32_t>(parts[1].header.index) << 8;
     devices::Frame sent;
+    devices::SourceAddress source{};  // of the process that was recorded
+    std::copy_n(request.frame.begin() + 6, source.size(), source.begin());
+    sent.set_source(source);
     sent.start(sequence);
     for (const auto& d : parts) ASSERT_NE(sent.add(d.header.command, d.header.address, d.data), devices::kNoSlot);
     const auto again = sent.bytes();
