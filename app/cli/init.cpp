@@ -35,6 +35,14 @@ Result<std::vector<std::string>> files_to_copy(const fs::path& from) {
   return files;
 }
 
+tl::unexpected<Error> cannot_be_written(const fs::path& path, const std::error_code& error) {
+  return fail(Fault::Usage, fmt::format("cannot be written ({})", error.message()), path.string());
+}
+
+tl::unexpected<Error> is_there_already(const fs::path& file) {
+  return fail(Fault::Refused, "is there already and is not overwritten; name another folder", file.string());
+}
+
 /// Nothing stands where this file is to be written, or where one of the folders down to it is.
 Result<void> is_free(const fs::path& file) {
   fs::path at;
@@ -45,9 +53,8 @@ Result<void> is_free(const fs::path& file) {
     const fs::file_type found = fs::symlink_status(at, error).type();
     if (found == fs::file_type::not_found) return {};
     if (found == fs::file_type::none)  // nobody lets it be seen
-      return fail(Fault::Usage, fmt::format("cannot be written ({})", error.message()), at.string());
-    if (!is_folder)
-      return fail(Fault::Refused, "is there already and is not overwritten; name another folder", at.string());
+      return cannot_be_written(at, error);
+    if (!is_folder) return is_there_already(at);
     if (!fs::is_directory(at, error))  // a link may lead to one
       return fail(Fault::Refused, "is there already and is no folder; name another folder", at.string());
   }
@@ -71,12 +78,12 @@ class Made {
     if (path.empty() || fs::is_directory(path, error)) return {};
     if (auto above = folder(path.parent_path()); !above) return above;
     if (fs::create_directory(path, error)) made_.push_back(path);
-    return error ? cannot(path, error) : Result<void>{};
+    if (error) return cannot_be_written(path, error);
+    return {};
   }
   Result<void> copy(const fs::path& from, const fs::path& to) {
     std::error_code error;
-    if (fs::exists(fs::symlink_status(to, error)))
-      return fail(Fault::Refused, "is there already and is not overwritten; name another folder", to.string());
+    if (fs::exists(fs::symlink_status(to, error))) return is_there_already(to);
     const auto text = config::read_text_file(from.string());
     if (!text) return tl::unexpected(text.error());
     made_.push_back(to);
@@ -86,9 +93,6 @@ class Made {
   }
 
  private:
-  static Result<void> cannot(const fs::path& path, const std::error_code& error) {
-    return fail(Fault::Usage, fmt::format("cannot be written ({})", error.message()), path.string());
-  }
   std::vector<fs::path> made_;
 };
 

@@ -252,11 +252,7 @@ Result<void> BlockBuilder::dwell(double seconds, std::span<const motion::OutputE
 }
 
 void discard(ProvenBlock block, const Breath& breath) {
-  constexpr std::size_t kPiece = 256;
-  for (std::size_t n = 1; !block.segments_.empty(); ++n) {
-    block.segments_.pop_front();
-    if (n % kPiece == 0) go_on(breath);
-  }
+  for (Pauses pause(breath, 256); !block.segments_.empty(); pause()) block.segments_.pop_front();
 }
 
 Result<ProvenBlock> BlockBuilder::finish() {

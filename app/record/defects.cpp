@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <variant>
 
+#include "app/record/from_above.hpp"
 #include "app/record/own_deposits.hpp"
 
 namespace gantry::record {
@@ -22,14 +23,6 @@ bool has_shut(const Deposit& shot) { return shot.closed_cycle != 0; }
 constexpr const char* kStillOpen = "its shot was still open when the job ended";
 constexpr double kRounding_s = 1e-6;
 constexpr double kEnough = 0.5;  // of a bead's length is to be at its speed
-
-double from_above_mm(Vec3 a, Vec3 b) { return std::hypot(a.x - b.x, a.y - b.y); }
-
-double length_from_above_mm(const std::vector<Vec3>& path) {
-  double mm = 0;
-  for (std::size_t i = 1; i < path.size(); ++i) mm += from_above_mm(path[i - 1], path[i]);
-  return mm;
-}
 
 /// One job's features, one after the other.
 class Judge {

@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <variant>
 
+#include "app/record/from_above.hpp"
 #include "sim/world/board.hpp"
 #include "sim/world/deposits.hpp"
 
@@ -12,14 +13,6 @@ namespace gantry::record {
 namespace {
 
 using job::FeatureState;
-
-double from_above_mm(Vec3 a, Vec3 b) { return norm(flat(a) - flat(b)); }
-
-double length_mm(const std::vector<Vec3>& path) {
-  double mm = 0;
-  for (std::size_t i = 1; i < path.size(); ++i) mm += from_above_mm(path[i - 1], path[i]);
-  return mm;
-}
 
 /// How far a deposit may lie beside its place.
 double allowed_mm(const recipes::Recipe& recipe, std::size_t feature) {
@@ -40,7 +33,7 @@ bool can_be(const Deposit& d, const sim::BoardPlan::Feature& wanted, double allo
                                  [&](Vec3 p) { return from_above_mm(p, d.board_mm.front()) > sim::kDotExtent_mm; });
   if (!wanted.bead || !moves) return wanted.bead == moves;
   const double corners_mm = 2 * allowed_mm * static_cast<double>(wanted.points.size());
-  return length_mm(d.board_mm) >= length_mm(wanted.points) - corners_mm;
+  return length_from_above_mm(d.board_mm) >= length_from_above_mm(wanted.points) - corners_mm;
 }
 
 Deposit as_of(Deposit d, const sim::BoardPlan::Feature& wanted) {

@@ -107,6 +107,10 @@ std::uint32_t mask_of(const config::Machine& machine, config::Input input) {
   return machine.inputs[static_cast<std::size_t>(input)] ? config::bit(input) : 0;
 }
 
+std::uint32_t mask_of(const config::Machine& machine, config::Output output) {
+  return machine.outputs[static_cast<std::size_t>(output)] ? config::bit(output) : 0;
+}
+
 }  // namespace
 
 Result<void> compose_startup(config::Machine& machine) {
@@ -162,15 +166,12 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, Host host) {
   add_bits(config::input_bits(machine), loop.inputs);
   loop.probe_axis = machine.probe.axis;
   loop.valve_mask = config::bit(config::Output::Valve);
-  loop.held_mask =
-      machine.outputs[static_cast<std::size_t>(config::Output::Clamp)] ? config::bit(config::Output::Clamp) : 0;
-  loop.healthy_mask =
-      machine.outputs[static_cast<std::size_t>(config::Output::Healthy)] ? config::bit(config::Output::Healthy) : 0;
+  loop.held_mask = mask_of(machine, config::Output::Clamp);
+  loop.healthy_mask = mask_of(machine, config::Output::Healthy);
   for (const auto& [lamp, output] : {std::pair{cycle::Lamp::Red, config::Output::StackRed},
                                      std::pair{cycle::Lamp::Yellow, config::Output::StackYellow},
                                      std::pair{cycle::Lamp::Green, config::Output::StackGreen}})
-    if (machine.outputs[static_cast<std::size_t>(output)])
-      loop.lamp_masks[static_cast<std::size_t>(lamp)] = config::bit(output);
+    loop.lamp_masks[static_cast<std::size_t>(lamp)] = mask_of(machine, output);
   if (machine.brake) {
     loop.brake_mask = 1u << machine.brake->bit;
     loop.brake_axis = machine.brake->axis;

@@ -24,9 +24,7 @@ TEST_F(Desks, an_abort_cancels_an_order_that_waits) {
 }
 
 TEST_F(Desks, an_abort_cancels_a_job_that_is_prepared_and_nothing_moves_afterwards) {
-  const std::string recipe = std::filesystem::absolute("recipes/demo-board.yaml");
-  client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +
-               "\"}\n");
+  client_->say(run_order(1, "job", "recipes/demo-board.yaml"));
   bool sent = false;
   on_cycle_ = [&] {
     if (!sent && steps_ > 30) sent = client_->say("{\"order\":\"abort\",\"id\":2}\n") > 0;
@@ -155,8 +153,7 @@ TEST_F(Desks, a_proof_is_abandoned_when_the_owner_is_asked_to_end) {
   const Clock::time_point begin_proof = Clock::now();
   ASSERT_TRUE(prepare(machine_, recipe));
   const auto whole = Clock::now() - begin_proof;
-  client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +
-               "\"}\n");
+  client_->say(run_order(1, "job", recipe));
   bool asked = false;
   on_cycle_ = [&] {
     if (!asked && Clock::now() - begin_proof > whole * 5 / 4) asked = client_->say("{\"order\":\"quit\"}\n") > 0;
@@ -170,9 +167,7 @@ TEST_F(Desks, a_proof_is_abandoned_when_the_owner_is_asked_to_end) {
 }
 
 TEST_F(Desks, a_job_is_answered_in_short_and_told_in_its_folder) {
-  const std::string recipe = std::filesystem::absolute(kShort);
-  client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +
-               "\"}\n");
+  client_->say(run_order(1));
   serve_until(1);
   const Json done = answer(1);
   EXPECT_TRUE(done.value("ok", false)) << heard_;
@@ -217,9 +212,7 @@ TEST_F(Desks, parking_is_answered_when_the_head_stands_there_and_needs_no_sign_o
 }
 
 TEST_F(Desks, a_job_goes_on_without_its_client) {
-  const std::string recipe = std::filesystem::absolute(kShort);
-  client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +
-               "\"}\n");
+  client_->say(run_order(1));
   int left = 400'000;
   on_cycle_ = [&] {
     if (client_ && owner_->latest().block > 0) client_.reset();

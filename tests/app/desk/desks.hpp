@@ -70,30 +70,27 @@ class Desks : public ::testing::Test {
     if (x != last_x_) moved_at_ = steps_;
     last_x_ = x;
   }
-  /// The answer with this id, if it has come.
-  [[nodiscard]] Json answer(int id) const {
-    for (std::size_t at = 0; at < heard_.size();) {
-      const std::size_t end = std::min(heard_.find('\n', at), heard_.size());
-      const Json line = Json::parse(heard_.substr(at, end - at), nullptr, false);
+  /// The line that asks for a job, whose files go to a folder of this name.
+  [[nodiscard]] std::string run_order(int id, const std::string& out = "job",
+                                      const std::string& recipe = kShort) const {
+    return "{\"order\":\"run\",\"id\":" + std::to_string(id) + ",\"recipe\":\"" +
+           std::filesystem::absolute(recipe).string() + "\",\"out\":\"" + (folder_ / out).string() + "\"}\n";
+  }
+  /// The answer with this id, if it has come. Lines before `from` are not looked at again.
+  [[nodiscard]] Json answer(int id, std::size_t& from) const {
+    if (from > heard_.size()) from = 0;  // a test has emptied it
+    for (std::size_t end; (end = heard_.find('\n', from)) != std::string::npos; from = end + 1) {
+      Json line = Json::parse(heard_.begin() + static_cast<std::ptrdiff_t>(from),
+                              heard_.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
       if (line.is_object() && line.value("id", 0) == id) return line;
-      at = end + 1;
     }
     return {};
   }
-  /// Whether it has come. Lines before `from` are not looked at again.
-  [[nodiscard]] bool answered(int id, std::size_t& from) const {
-    if (from > heard_.size()) from = 0;  // a test has emptied it
-    for (std::size_t end; (end = heard_.find('\n', from)) != std::string::npos; from = end + 1) {
-      const Json line = Json::parse(heard_.begin() + static_cast<std::ptrdiff_t>(from),
-                                    heard_.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
-      if (line.is_object() && line.value("id", 0) == id) return true;
-    }
-    return false;
-  }
-  [[nodiscard]] bool answered(int id) const {
+  [[nodiscard]] Json answer(int id) const {
     std::size_t from = 0;
-    return answered(id, from);
+    return answer(id, from);
   }
+  [[nodiscard]] bool answered(int id) const { return !answer(id).is_null(); }
   /// Serves until `id` is answered, and `cycles` more.
   void serve_until(int id, int cycles = 0) {
     const auto asked = on_cycle_;
@@ -101,7 +98,7 @@ class Desks : public ::testing::Test {
     std::size_t looked_at = 0;
     on_cycle_ = [&, asked] {
       if (asked) asked();
-      if (!answered(id, looked_at) && --left > 0) return;
+      if (answer(id, looked_at).is_null() && --left > 0) return;
       if (more-- == 0) Peer(folder_ / "owner.sock").say("{\"order\":\"quit\"}\n");
     };
     EXPECT_TRUE(desk_->serve());

@@ -18,9 +18,7 @@ class AScriptForLater : public Desks {
 /// job's start was to lead to has not come in it.
 TEST_F(AScriptForLater, is_not_told_as_missed_after_every_job) {
   const auto missed = [&](int id) {
-    client_->say("{\"order\":\"run\",\"id\":" + std::to_string(id) + ",\"recipe\":\"" +
-                 std::filesystem::absolute(kShort).string() + "\",\"out\":\"" +
-                 (folder_ / std::to_string(id)).string() + "\"}\n");
+    client_->say(run_order(id, std::to_string(id)));
     serve_until(id);
     EXPECT_TRUE(answer(id).value("ok", false)) << answer(id).dump();
     std::ifstream file(folder_ / std::to_string(id) / "summary.json");

@@ -6,9 +6,7 @@ namespace {
 
 /// While a job is prepared the owner does not know it yet.
 TEST_F(Desks, a_hold_while_a_job_is_prepared_lets_it_wait_before_its_first_motion) {
-  const std::string recipe = std::filesystem::absolute(kShort);
-  client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +
-               "\"}\n");
+  client_->say(run_order(1));
   const int begin = steps_;
   bool asked = false, moved = false;
   int waits = 0;
@@ -31,11 +29,7 @@ TEST_F(Desks, a_hold_while_a_job_is_prepared_lets_it_wait_before_its_first_motio
 }
 
 TEST_F(Desks, a_hold_of_a_job_that_is_prepared_is_taken_back_by_a_resume_and_forgotten_by_an_abort) {
-  const std::string recipe = std::filesystem::absolute(kShort);
-  const auto run = [&](int id) {
-    return "{\"order\":\"run\",\"id\":" + std::to_string(id) + ",\"recipe\":\"" + recipe + "\",\"out\":\"" +
-           (folder_ / ("job" + std::to_string(id))).string() + "\"}\n";
-  };
+  const auto run = [&](int id) { return run_order(id, "job" + std::to_string(id)); };
   client_->say(run(1));
   int begin = steps_;
   bool asked = false, held = false;
@@ -61,9 +55,7 @@ TEST_F(Desks, a_hold_of_a_job_that_is_prepared_is_taken_back_by_a_resume_and_for
 
 /// The button is pressed by somebody who sees the job begin: it is the same hold as that of a client.
 TEST_F(Desks, the_hold_button_while_a_job_is_prepared_lets_it_wait_before_its_first_motion) {
-  const std::string recipe = std::filesystem::absolute(kShort);
-  client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +
-               "\"}\n");
+  client_->say(run_order(1));
   const int begin = steps_;
   bool pressed = false, moved = false, told = false;
   int waits = 0;
@@ -90,9 +82,7 @@ TEST_F(Desks, the_hold_button_while_a_job_is_prepared_lets_it_wait_before_its_fi
 
 /// As status says while it is held: "the start button or `gantry resume` goes on".
 TEST_F(Desks, the_start_button_lets_a_job_go_that_the_hold_button_has_held_while_it_was_prepared) {
-  const std::string recipe = std::filesystem::absolute(kShort);
-  client_->say("{\"order\":\"run\",\"id\":1,\"recipe\":\"" + recipe + "\",\"out\":\"" + (folder_ / "job").string() +
-               "\"}\n");
+  client_->say(run_order(1));
   const int begin = steps_;
   bool held = false, resumed = false;
   const auto press = [&](const char* input) {
@@ -121,12 +111,10 @@ TEST_F(Desks, the_start_button_lets_a_job_go_that_the_hold_button_has_held_while
 
 /// What was asked for in the moment in which a job, a jog or parking begins is neither lost nor told twice.
 TEST_F(Desks, a_hold_in_the_moment_in_which_a_job_begins_is_told_once) {
-  const std::string recipe = std::filesystem::absolute(kShort);
   for (const bool before : {true, false}) {
     const int id = before ? 1 : 11;
-    const std::string job = (folder_ / ("job" + std::to_string(id))).string();
-    client_->say("{\"order\":\"run\",\"id\":" + std::to_string(id) + ",\"recipe\":\"" + recipe + "\",\"out\":\"" + job +
-                 "\"}\n");
+    const std::string job = "job" + std::to_string(id);
+    client_->say(run_order(id, job));
     const int begin = steps_;
     bool asked = false, resumed = false;
     on_cycle_ = [&] {
@@ -137,7 +125,7 @@ TEST_F(Desks, a_hold_in_the_moment_in_which_a_job_begins_is_told_once) {
     };
     serve_until(id);
     EXPECT_EQ(answer(id).value("result", ""), "done") << answer(id).dump();
-    std::ifstream file(std::filesystem::path(job) / "summary.json");
+    std::ifstream file(folder_ / job / "summary.json");
     const Json summary = Json::parse(file);
     std::string actions;
     for (const auto& action : summary["actions"]) actions += action.dump() + "\n";

@@ -6,10 +6,7 @@ namespace {
 
 class HeldBy : public Desks {
  protected:
-  void run(int id) const {
-    client_->say("{\"order\":\"run\",\"id\":" + std::to_string(id) + ",\"recipe\":\"" +
-                 std::filesystem::absolute(kShort).string() + "\",\"out\":\"" + (folder_ / "job").string() + "\"}\n");
-  }
+  void run(int id) const { client_->say(run_order(id)); }
   /// Serves a job; `then` is called in the cycle after the machine was first seen held.
   void run_until_held(const std::function<void()>& begin, const std::function<void()>& then) {
     run(1);

@@ -6,11 +6,7 @@ namespace {
 
 class OwnOrders : public Desks {
  protected:
-  [[nodiscard]] std::string run(int id) const {
-    return "{\"order\":\"run\",\"id\":" + std::to_string(id) + ",\"recipe\":\"" +
-           std::filesystem::absolute(kShort).string() + "\",\"out\":\"" +
-           (folder_ / ("job" + std::to_string(id))).string() + "\"}\n";
-  }
+  [[nodiscard]] std::string run(int id) const { return run_order(id, "job" + std::to_string(id)); }
   [[nodiscard]] Json summary(int id) const {
     std::ifstream file(folder_ / ("job" + std::to_string(id)) / "summary.json");
     return file ? Json::parse(file) : Json::object();
