@@ -61,8 +61,9 @@ constexpr std::array kVerbs{
     OrderVerb{
         OrderKind::PartRemoved, "part-removed", "Opens the clamp: the part may be taken out by hand",
         "After a job that ended otherwise than done the clamp stays shut until this is said. A part that was\n"
-        "begun and not finished is not waited for any more: with --serial that one, else the one in the machine.\n"
-        "Without an owner no clamp opens, and the part is forgotten all the same."},
+        "begun and not finished is not waited for in the machine any more; one with a serial stays known by it,\n"
+        "so that it can be finished later, until this is said with --serial. Without an owner no clamp opens, and\n"
+        "the rest is done all the same."},
     OrderVerb{OrderKind::Quit, "down", "Ends the owner: torque off, bus down in order",
               "A job that runs is stopped first, on its path and with the valve shut, and its report is written."},
 };

@@ -15,8 +15,13 @@ struct DiffOptions {
   std::string a, b;
 };
 
-std::string setpoints_of(const std::string& named) {
-  return std::filesystem::is_directory(named) ? (std::filesystem::path(named) / "setpoints.bin").string() : named;
+Result<std::string> setpoints_of(const std::string& named) {
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(named, ignored)) return named;
+  const auto file = std::filesystem::path(named) / "setpoints.bin";
+  if (std::filesystem::exists(file, ignored)) return file.string();
+  return fail(Fault::FileUnreadable, "this folder holds no setpoints.bin, which every job that began has written",
+              named);
 }
 
 /// What a disturbed job commanded is nobody else's, however equal it may be in parts.
@@ -56,10 +61,12 @@ void show_comparison(const record::SetpointComparison& c, const std::string& fil
 void diff(Context& context, const DiffOptions& options) {
   for (const std::string& named : {options.a, options.b})
     if (auto may = comparable(named); !may) return void(context.exit_code = show(may.error(), context.json));
-  const std::string a = setpoints_of(options.a), b = setpoints_of(options.b);
-  const auto compared = record::compare(a, b);
+  const auto a = setpoints_of(options.a), b = setpoints_of(options.b);
+  for (const auto* file : {&a, &b})
+    if (!*file) return void(context.exit_code = show(file->error(), context.json));
+  const auto compared = record::compare(*a, *b);
   if (!compared) return void(context.exit_code = show(compared.error(), context.json));
-  show_comparison(*compared, b, context);
+  show_comparison(*compared, *b, context);
 }
 
 }  // namespace

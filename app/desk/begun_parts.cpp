@@ -8,6 +8,7 @@
 #include "core/log.hpp"
 #include "core/new_file.hpp"
 #include "core/sha256.hpp"
+#include "core/shell_words.hpp"
 
 namespace gantry::desk {
 namespace {
@@ -80,9 +81,14 @@ std::string removal_in_words(const std::optional<BegunPart>& forgotten, const st
   if (!forgotten)
     return serial.empty() ? "no part was begun and not finished"
                           : fmt::format("no part with serial {} was begun and not finished", quoted(serial));
-  return fmt::format("the part {}that recipe '{}' began at {} and did not finish is not waited for any more",
-                     forgotten->serial.empty() ? "" : quoted(forgotten->serial) + " ", forgotten->recipe,
-                     forgotten->began);
+  const std::string which = fmt::format("the part {}that recipe '{}' began at {} and did not finish",
+                                        forgotten->serial.empty() ? "" : quoted(forgotten->serial) + " ",
+                                        forgotten->recipe, forgotten->began);
+  if (serial == forgotten->serial) return which + " is not waited for any more";
+  return fmt::format(
+      "{} is out of the machine, and still known by its serial: a run with --serial {} and {} finishes it, `gantry "
+      "part-removed --serial {}` forgets it",
+      which, shell_word(forgotten->serial), forgotten->to_finish, shell_word(forgotten->serial));
 }
 
 std::optional<std::string> BegunParts::folder(const std::string& state, const run::OwnerOptions& options,
@@ -184,7 +190,7 @@ Result<std::optional<BegunPart>> BegunParts::forget_removed(const std::string& s
     if (auto done = removed(in_machine_file()); !done) return tl::unexpected(done.error());
   }
   auto part = read(which);
-  if (!part || !*part) return part;
+  if (!part || !*part || serial != which) return part;  // whoever says no serial takes it out, and may bring it back
   if (auto done = forget(which); !done) return tl::unexpected(done.error());
   return part;
 }

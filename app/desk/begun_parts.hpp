@@ -58,7 +58,8 @@ class BegunParts {
   /// It is finished and lies in the machine, because its job has not opened the clamp. The clamp opens with its bus, so
   /// that only the owner that holds it remembers that.
   void keep_finished(BegunPart part) { finished_ = std::move(part); }
-  /// The part with this serial; "": the one in the machine. What was forgotten, if there was something.
+  /// The part with this serial, which is forgotten; "": the one in the machine, which is out of it, and forgotten if it
+  /// has no serial. Nothing where there is none.
   Result<std::optional<BegunPart>> forget_removed(const std::string& serial);
   /// The serial ("" has none) of the begun part in the machine, where that is another one than this serial's.
   [[nodiscard]] Result<std::optional<std::string>> another_inside(const std::string& serial) const;

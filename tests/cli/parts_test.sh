@@ -71,6 +71,9 @@ run 7 "cut with the owner's last board" --serial S-9
 mkdir -p "$state/begun-ethercat" && cp "$state"/begun-sim/*.json "$state/begun-ethercat"
 end_owner
 expect_exit 0 "taken out of a machine without owner" order part-removed
+expect_text "the part 'S-9' that recipe .* is out of the machine, and still known by its serial: a run with --serial S-9 and --only corner finishes it"
+ls "$state"/begun-ethercat/part-*.json >/dev/null || fail "it may be brought back, and is forgotten"
+expect_exit 0 "it comes back no more" order part-removed --serial S-9
 expect_text "the part 'S-9' that recipe .* is not waited for any more"
 ls "$state"/begun-ethercat/part*.json 2>/dev/null && fail "it is remembered still"
 expect_exit 0 "nothing is in a machine without owner" order part-removed

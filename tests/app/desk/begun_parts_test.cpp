@@ -81,6 +81,9 @@ TEST_F(KnownParts, a_clamp_that_opens_as_a_bus_comes_up_takes_out_nothing) {
     EXPECT_EQ(met(after, "", Clamp::Open), "part '" + std::string(serial) + "'");
     ASSERT_TRUE(after.forget_removed(""));
     EXPECT_EQ(met(after, "", Clamp::Open), "another");
+    EXPECT_EQ(met(after, "S5", Clamp::Open), *serial == 0 ? "another" : "part 'S5'") << "taken out, it may come back";
+    ASSERT_TRUE(after.forget_removed("S5"));
+    EXPECT_EQ(met(after, "S5", Clamp::Open), "another");
   }
 }
 
