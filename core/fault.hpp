@@ -14,9 +14,9 @@ namespace gantry {
 enum class Reaction : std::uint8_t {
   Note,       ///< N: count, log, publish; motion goes on
   PathStop,   ///< P: brake on the path with the planner's limits; drives stay enabled; resumable
-  AxisStop,   ///< A: every axis brakes with its own limit in parallel; position kept; job resumable after a check
+  AxisStop,   ///< A: every axis brakes with its own limit in parallel; position kept; the job ends
   QuickStop,  ///< Q: CiA 402 quick stop, standstill, brake, torque off; re-enable needed
-  Off,        ///< O: disable voltage, valve off, "controller healthy" dropped, at once
+  Off,        ///< O: disable voltage, valve off, at once
 };
 
 enum class Severity : std::uint8_t { Info, Warning, Error, Fatal };
@@ -28,7 +28,6 @@ enum class Clear : std::uint8_t {
   Resume,    ///< operator reset; a job that was stopped is then on hold, and waits for its resume
   Reenable,  ///< reset, then enable the drives again
   Rehome,    ///< reset, enable, and the axis must be referenced again
-  Power,     ///< power cycle of the station
   Restart,   ///< the program must be started again
 };
 

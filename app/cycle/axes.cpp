@@ -37,6 +37,7 @@ void Axes::read(const devices::FieldBus& bus, bool answered, bool operational, s
     const StationId station = setup_.drives[d].station;
     const bool fresh = bus.fresh(station);
     const bool was_enabled = drives_[d].feedback().state == DriveState::OperationEnabled;
+    const bool had_torque = cycle::has_torque(drives_[d].feedback().state);
     const std::int64_t counts_before = drives_[d].feedback().counts.value;
     const DriveState state =
         drives_[d]
@@ -46,6 +47,9 @@ void Axes::read(const devices::FieldBus& bus, bool answered, bool operational, s
     if (goal_of(d) == DriveGoal::Enabled && was_enabled && state != DriveState::OperationEnabled &&
         state != DriveState::FaultReaction && state != DriveState::Fault)
       dropped_[d] = true;  // set() could throw
+    // It counts its commands: a motor that ran on without torque stands elsewhere, and nothing shows where.
+    if (had_torque && !cycle::has_torque(state) && still_[d] < stands_cycles_ && !setup_.drives[d].layout.closed_loop)
+      forget_reference(setup_.drives[d].axis);
     step_counts_[d] = drives_[d].feedback().counts.value - counts_before;
     const bool moved = std::abs(step_counts_[d]) > 1;  // a count to and fro is no motion
     still_[d] = fresh && !moved ? std::min(still_[d] + 1, stands_cycles_) : 0;

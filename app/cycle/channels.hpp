@@ -61,7 +61,7 @@ enum class EventKind : std::uint8_t {
   CommandDone,  ///< `id`; `fault` None, or why it was refused or failed
   BlockDone,    ///< `block` is over and the axes stand; `fault` None: it came to its end, else what stopped it
   Touched,      ///< the probe latched: `axis`, `value` = coordinate in mm
-  Fault,        ///< `fault`, `axis`, `detail` (603Fh code, station number, ms ... as the fault has it)
+  Fault,        ///< `fault`, `axis`, `station`, `detail` in the unit of its row (core/fault_table.def)
   StateChange,  ///< `detail` = new State
 };
 

@@ -56,7 +56,7 @@ Time Loop::tick(const Beat& beat) noexcept {
   axes_.read(bus_, answered(), exchange_.operational, beat.elapsed);
   inputs_ = read_inputs(bus_, setup_, inputs_);
   const View view{beat, exchange_, axes_, commanded_.target, inputs_, state_, compute_, purpose_};
-  present_ = Fault::None;
+  present_ = {};
   for (const Finding& found : supervisor_.look(view))
     react(found.fault, found.axis, found.detail, found.station, found.value);
   heed_silence();
@@ -161,6 +161,9 @@ void Loop::step_motion() noexcept {
   valve_cut_ = shut_valve_ && (sent_outputs_ & setup_.valve_mask) != 0;
   if (block_ != 0) ++tick_;
   step_setpoint();
+  const bool starves = block_ != 0 && interpolator_.starving();
+  if (starves && !starves_) react(Fault::Starved, kNoAxis, 0);
+  starves_ = starves;
   if (commanded_.setpoint.off_path) react(Fault::TargetStep, kNoAxis, 0);
   if (commanded_.setpoint.probing && !probe_over_) watch_approach();  // while it brakes after the touch, it is over
 }
@@ -212,19 +215,21 @@ void Loop::react(Fault fault, AxisId axis, std::int32_t detail, StationId statio
   const FaultInfo& info_row = info(fault);
   if (info_row.clear == Clear::Rehome && axis != kNoAxis) axes_.forget_reference(axis);  // whatever else is wrong
   const bool latching = latches(info_row);
-  if (latching && (present_ == Fault::None || info_row.reaction > info(present_).reaction)) present_ = fault;
+  const Event event{.kind = EventKind::Fault,
+                    .fault = fault,
+                    .axis = axis,
+                    .station = station,
+                    .block = block_,
+                    .detail = detail,
+                    .value = value};
+  if (latching && (present_.fault == Fault::None || info_row.reaction > info(present_.fault).reaction))
+    present_ = event;
   const bool first = latched_ == Fault::None;
   // What calls for no more than what was done already is a consequence of it, or the same again.
   const bool cause = explains(fault);
   const bool ends = !first && outlived(info(latched_)) && !outlived(info_row);  // a job that would have gone on
   if (latching && !first && info_row.reaction <= reacted_ && !cause && !ends) return;
-  tell({.kind = EventKind::Fault,
-        .fault = fault,
-        .axis = axis,
-        .station = station,
-        .block = block_,
-        .detail = detail,
-        .value = value});
+  tell(event);
   if (latching) {
     if (first || cause || ends) latched_ = fault;
     if (first) latched_at_ = cycle_;
@@ -250,7 +255,7 @@ void Loop::carry_out(const ReactionRow& reaction, Fault fault) noexcept {
   if (state_ == State::Homing) axes_.cancel_homing(fault);
   if (reaction.goal) axes_.set_goal(*reaction.goal), stop_ticks_ = 0;
   if (state_ == State::Enabling || state_ == State::Disabling) {
-    if (!reaction.goal) take_torque();
+    if (!reaction.goal) give_up_torque();
     answer_pending(fault);
     answer(std::exchange(pending_disable_, 0), fault);  // the torque goes all the same
   }

@@ -72,6 +72,7 @@ class Loop {
   void disarm(Fault why) noexcept;
   void follow_stop() noexcept;
   [[nodiscard]] bool latched_nearby() const noexcept;
+  void give_up_torque() noexcept;
   void take_torque() noexcept;
   [[nodiscard]] bool brake_released() const noexcept;
   [[nodiscard]] bool brake_open() const noexcept;
@@ -115,13 +116,14 @@ class Loop {
   Fault latched_ = Fault::None;
   CycleIndex latched_at_ = 0;
   Reaction reacted_ = Reaction::Note;  ///< the strongest since the first latch
-  Fault present_ = Fault::None;        ///< the worst latching fault that this cycle shows
+  Event present_;                      ///< the worst latching fault that this cycle shows; None: it shows none
   bool aborting_ = false;              ///< Channels::stop_now, as this cycle found it
   std::uint32_t pending_ = 0, pending_disable_ = 0, pending_probe_ = 0,
                 pending_reset_ = 0;     ///< ids of commands that take time
   Purpose purpose_ = Purpose::Job;      ///< of what plays
   std::uint32_t block_ = 0, tick_ = 0;  ///< what plays; kept until the last compensated tick is out
   motion::Limits walk_limits_;          ///< of a walk that plays: about where it began
+  bool starves_ = false;                ///< it waits for motion that is not planned yet
   bool settled_ = true;                 ///< the compensation has let everything out
   bool shut_valve_ = false;             ///< this tick closes the valve, also in what is still on its way
   bool valve_cut_ = false;              ///< this tick closes it, and it was open
@@ -130,7 +132,7 @@ class Loop {
   bool probe_over_ = false;             ///< of this block: it has touched, or will not
   bool probe_told_ = false;
   Fault stopped_by_ = Fault::None;  ///< what ended the block that is braking
-  int reset_ticks_ = 0;
+  int reset_ticks_ = 0, settle_ticks_ = 0;
   int stop_ticks_ = 0;          ///< since the drives were asked to stop and to lose their torque
   bool taking_torque_ = false;  ///< the axes stand, and the brake is closing
   int brake_ticks_ = 0;

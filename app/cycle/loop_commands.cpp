@@ -99,7 +99,7 @@ void Loop::obey(const Command& command) noexcept {
       return;
     case CommandKind::Disable:
       answer_pending(Fault::Aborted);  // an Enable that this overtakes
-      take_torque();
+      give_up_torque();
       pending_disable_ = command.id;
       return;
     case CommandKind::Home:
@@ -141,7 +141,7 @@ void Loop::obey(const Command& command) noexcept {
     }
     case CommandKind::Reset:
       pending_reset_ = command.id;
-      reset_ticks_ = 0;
+      reset_ticks_ = settle_ticks_ = 0;
       return;
   }
   answer(command.id, Fault::None);
@@ -158,7 +158,7 @@ void Loop::abort() noexcept {
   if (block_ == 0) disarm(Fault::Aborted);
   if (state_ == State::Homing) axes_.cancel_homing(Fault::Aborted);
   if (state_ == State::Disabling && pending_ != 0) {  // it was enabling
-    take_torque();
+    give_up_torque();
     answer_pending(Fault::Aborted);
   }
   if (state_ != State::Stopping || stopped_by_ != Fault::None) return;

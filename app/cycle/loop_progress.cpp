@@ -108,6 +108,14 @@ void Loop::follow_stop() noexcept {
   taking_torque_ = false;
 }
 
+/// Of axes that stand. One that still settles, behind frames that were lost or a fault that was reset, is braked first.
+void Loop::give_up_torque() noexcept {
+  if (at_rest()) return take_torque();
+  if (axes_.goal() == DriveGoal::QuickStop) return;  // on its way to that already
+  axes_.set_goal(DriveGoal::QuickStop);
+  stop_ticks_ = 0;
+}
+
 /// At once where no brake is open, else when it holds.
 void Loop::take_torque() noexcept {
   if (taking_torque_) return;
@@ -142,18 +150,19 @@ Cause Loop::rest() const noexcept {
   return axes_.all_enabled() ? Cause::Rest : Cause::RestTorqueOff;
 }
 
-/// A latch goes when its cause has gone: the drives are asked first, and what this very cycle still shows stays
-/// latched. Nothing is enabled and nothing moves; where a drive has lost its torque, the others lose theirs, and the
-/// operator enables them together.
+/// A latch goes when its cause has gone and the axes stand: the drives are asked first, and what this very cycle still
+/// shows stays latched. Nothing is enabled and nothing moves; where a drive has lost its torque, the others lose
+/// theirs, and the operator enables them together.
 void Loop::finish_reset() noexcept {
   if (axes_.goal() == DriveGoal::QuickStop || taking_torque_) return;  // the stop first
+  if (!at_rest() && ++settle_ticks_ * setup_.period < kStopTimeout) return;
   if (brake_released() && !(axes_.no_fault() && axes_.all_enabled())) return take_torque();
   if (!axes_.no_fault() && axes_.goal() != DriveGoal::FaultReset) axes_.set_goal(DriveGoal::FaultReset);
   if (!axes_.no_fault() && ++reset_ticks_ * setup_.period < kResetTimeout) return;
   if (axes_.no_fault()) {
-    const bool another = present_ != Fault::None && present_ != latched_;  // it came behind the one that has gone
-    latched_ = present_;
-    if (another) tell({.kind = EventKind::Fault, .fault = latched_});
+    const bool another = present_.fault != Fault::None && present_.fault != latched_;  // behind the one that has gone
+    latched_ = present_.fault;
+    if (another) tell(present_);
   }
   if (latched_ == Fault::None) reacted_ = Reaction::Note;
   // A drive that was told in this very cycle to give up its torque still shows it.

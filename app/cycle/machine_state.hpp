@@ -1,7 +1,7 @@
 // What the machine as a whole is doing, and what changes it: one table of state and cause. The loop carries it out,
 // docs/states.md prints it, and whoever gives an order looks here whether it is taken.
 //   if (const auto to = next(state, Cause::Hold)) enter(*to);      // nothing: this cause changes nothing here
-// An order (Enable ... Reset) that has no row in a state is refused there; the state's row says what lifts the refusal.
+// An order (Enable ... Reset) that has no row in a state is refused there (in words: app/run/refusal.hpp).
 // RT: pure functions over constant tables.
 #pragma once
 #include <cstdint>
@@ -73,8 +73,8 @@ struct StateRow {
   State state;
   std::string_view name;
   Lamp lamp;
-  bool moves;                 ///< axes may be moving
-  std::string_view lifts_it;  ///< what an order that is refused here has to wait for
+  bool moves;                ///< axes may be moving
+  std::string_view left_by;  ///< what takes the machine out of it
 };
 const StateRow& row(State state) noexcept;
 inline const char* name(State state) noexcept { return row(state).name.data(); }

@@ -127,8 +127,10 @@ void Supervisor::look_at_drives(const View& view, Findings& found) noexcept {
     if (drive.fault == Fault::LimitSwitch && !on_path(view.state)) continue;
     // A warning is told once; whatever stops the machine is told for as long as it lasts (the loop latches the first).
     const bool news = drive.error_code != last_code_[d];
-    if (news || info(drive.fault).reaction != Reaction::Note)
-      found.push_back({drive.fault, setup_.drives[d].axis, drive.error_code != 0 ? drive.error_code : drive.statusword,
+    const FaultInfo& row = info(drive.fault);
+    if (news || row.reaction != Reaction::Note)
+      found.push_back({drive.fault, setup_.drives[d].axis,
+                       row.detail == Detail::Statusword ? drive.statusword : drive.error_code,
                        setup_.drives[d].station});
   }
   for (std::size_t d = 0; d < setup_.drives.size(); ++d) {

@@ -148,8 +148,10 @@ void Drive::write(std::span<std::byte> outputs, const DriveCommand& command) noe
 
   const bool follow = enabled && feedback_.takes_targets && mode_ == kCsp && std::isfinite(command.target);
   // In homing the drive moves by itself. In every other mode that it shows it may be in CSP already, or still: a target
-  // that went after its position would sink with a load in every cycle.
-  const bool stands = enabled && !(mode_ == kHoming && feedback_.mode == kHoming);
+  // that went after its position would sink with a load in every cycle. A drive that says it has torque is believed,
+  // also after it was told to give it up: it may not have heard that.
+  const bool stands =
+      feedback_.state == DriveState::OperationEnabled && !(mode_ == kHoming && feedback_.mode == kHoming);
   if (follow)
     sent_ = scale_.to_counts(command.target);
   else if (!stands || !target_stands_)

@@ -1,4 +1,6 @@
 // A station that somebody has taken out of OP and put back: its drive has stopped in order and shows no fault.
+#include <algorithm>
+
 #include "app/job/limits.hpp"
 #include "devices/ethercat/link.hpp"
 #include "devices/wire/ethercat.hpp"
@@ -62,6 +64,34 @@ TEST(FallenDrive, a_drive_that_leaves_operation_enabled_by_itself_stops_the_mach
   EXPECT_EQ(b.now.state, State::Stopped);
   EXPECT_FALSE(b.z_enabled());
   EXPECT_EQ(b.told(Fault::DriveDropped), 0) << "the input itself is what is told";
+}
+
+/// STD402EC counts its commands: where its motor came to stand without torque, nobody knows. An axis that stood, and
+/// one with an encoder, keep theirs.
+TEST(FallenDrive, an_open_loop_axis_that_loses_its_torque_in_motion_is_not_referenced_any_more) {
+  struct Case {
+    const char* axis;
+    bool moves;
+    bool keeps;
+  };
+  for (const Case& c : {Case{"C", true, false}, Case{"C", false, true}, Case{"X", true, true}}) {
+    SCOPED_TRACE(testing::Message() << c.axis << (c.moves ? " moves" : " stands"));
+    FallenBench b;
+    const auto axis = std::find_if(b.machine.axes.begin(), b.machine.axes.end(),
+                                   [&](const config::Axis& a) { return a.name == c.axis; });
+    ASSERT_NE(axis, b.machine.axes.end());
+    if (c.moves) {
+      AxisVec to = b.now.target;
+      to[axis->id.value] += axis->rotary ? 1.5 : 100;
+      b.play(motion::line_move(job::limits_of(b.machine), b.now.target, to));
+      b.ticks(150);
+      ASSERT_EQ(b.now.state, State::Running);
+    }
+    b.segment.drive_fault(axis->id, 0, c.axis[0] == 'C' ? 0x8611 : 0x400);
+    b.ticks(500);
+    EXPECT_EQ(b.now.enabled >> axis->id.value & 1u, 0u);
+    EXPECT_EQ(b.now.referenced, c.keeps ? 0b11111u : 0b11111u & ~(1u << axis->id.value));
+  }
 }
 
 /// It brakes by its own ramp, whether its outputs are still taken or not; so does the other side. Judged by the motors.

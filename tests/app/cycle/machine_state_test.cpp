@@ -3,6 +3,8 @@
 
 #include <deque>
 #include <gtest/gtest.h>
+#include <map>
+#include <optional>
 #include <set>
 
 namespace gantry::cycle {
@@ -61,7 +63,7 @@ TEST(MachineState, every_fault_ends_motion_and_none_starts_it) {
       EXPECT_NE(to, State::Ready) << name(s);
       EXPECT_NE(to, State::Running) << name(s);
       EXPECT_NE(to, State::Holding) << name(s);
-      EXPECT_NE(to, State::Held) << name(s) << ": no job goes on after a fault yet";
+      EXPECT_NE(to, State::Held) << name(s) << ": a job that outlives it goes on by resume, from its next block";
       const bool plays = s == State::Running || s == State::Holding || s == State::Held;
       EXPECT_EQ(to == State::Stopping, plays || s == State::Stopping) << name(s);
     }
@@ -116,11 +118,55 @@ TEST(MachineState, every_state_has_a_way_to_ready_by_verbs) {
   }
 }
 
-TEST(MachineState, a_refusal_can_say_what_lifts_it) {
+/// The whole table once more, as what each cause means: where it is taken, and what it leads to. Nowhere else.
+TEST(MachineState, every_pair_is_the_one_that_its_cause_means) {
+  using S = State;
+  using C = Cause;
+  std::map<C, std::map<S, S>> meant{
+      {C::Enable, {{S::Disabled, S::Enabling}}},
+      {C::Disable,
+       {{S::Disabled, S::Disabled},
+        {S::Enabling, S::Disabling},
+        {S::Ready, S::Disabling},
+        {S::Disabling, S::Disabling},
+        {S::Stopped, S::Stopped}}},
+      {C::Home, {{S::Ready, S::Homing}}},
+      {C::Play, {{S::Ready, S::Running}}},
+      {C::Hold, {{S::Running, S::Holding}, {S::Holding, S::Holding}, {S::Held, S::Held}}},
+      {C::Resume, {{S::Holding, S::Running}, {S::Held, S::Running}}},
+      {C::Operational, {{S::Offline, S::Disabled}}},
+      {C::OperationalLatched, {{S::Offline, S::Stopped}}},
+      {C::TorqueOn, {{S::Enabling, S::Ready}}},
+      {C::TorqueOff, {{S::Disabling, S::Disabled}}},
+      {C::BlockEnd, {{S::Running, S::Ready}}},
+      {C::Rest, {{S::Homing, S::Ready}, {S::Holding, S::Held}, {S::Stopping, S::Ready}}},
+      {C::RestTorqueOff, {{S::Homing, S::Disabled}, {S::Stopping, S::Disabled}}},
+      {C::RestLatched, {{S::Homing, S::Stopped}, {S::Stopping, S::Stopped}}},
+      {C::Cleared, {{S::Stopped, S::Ready}}},
+      {C::ClearedTorqueOff, {{S::Stopped, S::Disabled}}},
+  };
+  const std::set<S> plays{S::Running, S::Holding, S::Held}, torque_comes_or_goes{S::Enabling, S::Disabling};
+  for (const S s : kAll) {
+    const bool brakes = plays.contains(s) || s == S::Stopping;
+    meant[C::Abort][s] = brakes ? S::Stopping : torque_comes_or_goes.contains(s) ? S::Disabling : s;
+    if (!row(s).moves && !torque_comes_or_goes.contains(s)) meant[C::Reset][s] = s;
+    for (const C fault : kFaults)  // drives that home brake by themselves, and no station answers offline
+      if (s != S::Offline) meant[fault][s] = brakes ? S::Stopping : s == S::Homing ? S::Homing : S::Stopped;
+  }
+  for (const S s : kAll)
+    for (std::size_t c = 0; c < kCauses; ++c) {
+      const auto& of_cause = meant[cause_of(c)];
+      const auto to = of_cause.find(s);
+      EXPECT_EQ(next(s, cause_of(c)), to == of_cause.end() ? std::nullopt : std::optional(to->second))
+          << name(s) << ", " << name(cause_of(c));
+    }
+}
+
+TEST(MachineState, every_state_has_its_row) {
   for (const State s : kAll) {
     EXPECT_EQ(row(s).state, s);
     EXPECT_FALSE(row(s).name.empty());
-    EXPECT_FALSE(row(s).lifts_it.empty()) << name(s);
+    EXPECT_FALSE(row(s).left_by.empty()) << name(s);
   }
 }
 

@@ -462,6 +462,27 @@ TEST(Supervisor, a_fault_of_a_drive_lasts_and_a_warning_is_told_once) {
   EXPECT_EQ(w.found.front().axis, AxisId{0});
 }
 
+/// 603Fh may keep the code of a fault that is over: what is wrong with the statusword is told by the statusword.
+TEST(Supervisor, a_drive_that_goes_wrong_is_told_by_its_statusword_and_one_with_a_fault_by_its_code) {
+  Watched w;
+  w.have_torque();
+  w.bus.show(0x0237, 0, 0x8611);
+  w.look();
+  w.bus.show(0x0250, 0, 0x8611);
+  w.look();
+  w.bus.show(0x0237, 0, 0x8611);  // from Switch On Disabled at once
+  w.look();
+  ASSERT_TRUE(w.says(Fault::ImpossibleStatus));
+  EXPECT_EQ(w.found.front().detail, 0x0237);
+  LoopSetup setup = Watched::one_axis();
+  setup.drives[0].layout.codes.push_back({0x0400, Fault::LimitSwitch, true});
+  Watched by_bit(setup);
+  by_bit.bus.show(0x0208, 0, 0);
+  by_bit.look();
+  ASSERT_TRUE(by_bit.says(Fault::DriveFaultNoCode));
+  EXPECT_EQ(by_bit.found.front().detail, 0) << "no code is none";
+}
+
 /// Which open contact is named where, row by row: state, mode, what plays.
 TEST(Supervisor, an_open_contact_is_named_by_the_state_and_by_what_plays) {
   Watched w;

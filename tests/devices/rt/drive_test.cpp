@@ -52,7 +52,7 @@ TEST(Drive, no_statusword_mode_or_goal_makes_it_send_a_position_to_a_drive_that_
     // With torque and not in the homing mode, what was sent last stands: its position may be one that sinks.
     const bool stands = enabled && was_enabled && !(f.mode == 6 && command.mode == 6) && b.target() == last;
     ASSERT_TRUE((enabled && f.mode == 8) || stands || b.target() == actual);
-    was_enabled = enabled && command.goal == DriveGoal::Enabled;
+    was_enabled = enabled;
     ASSERT_TRUE(enabled || (b.controlword() & 0x10) == 0);
     ASSERT_TRUE(enabled || decode(f.statusword) == DriveState::SwitchedOn || (b.controlword() & 0x08) == 0);
   }
@@ -107,6 +107,26 @@ TEST(Drive, while_a_drive_with_torque_changes_its_mode_the_target_stands) {
   b.position(40);
   b.cycle({.goal = DriveGoal::Enabled, .target = 9});
   EXPECT_EQ(b.target(), 40);
+}
+
+/// A statusword that is stuck, a controlword that was not heard: it may have its torque yet, and an axis that was held
+/// by hand, or carries a load, would be led along.
+TEST(Drive, one_that_goes_on_to_call_itself_enabled_keeps_its_last_target_whatever_it_was_asked_for) {
+  for (const DriveGoal goal : {DriveGoal::Disabled, DriveGoal::QuickStop, DriveGoal::FaultReset}) {
+    DriveBench b;
+    b.position(5000);
+    b.enable();
+    b.cycle({.goal = DriveGoal::Enabled, .target = 2.6});
+    ASSERT_EQ(b.target(), 5200);
+    for (std::int32_t pushed = 5200; pushed > 2000; pushed -= 100) {
+      b.position(pushed);
+      b.cycle({.goal = goal, .target = 0});
+      ASSERT_EQ(b.target(), 5200);
+    }
+    b.status(0x0250);  // now it says that it has none
+    b.cycle({.goal = goal});
+    EXPECT_EQ(b.target(), 2100);
+  }
 }
 
 TEST(Drive, a_target_that_is_no_number_leaves_the_last_one) {
