@@ -348,10 +348,11 @@ std::vector<std::string> bus_notes(const Machine& machine) {
   for (const AxisId id : {machine.x, machine.y}) {
     const Axis& axis = machine.axes[id.value];
     const double watchdog_s = machine.stations[axis.drives.front().station.value].profile.watchdog_ms * 1e-3;
-    out.push_back(
-        fmt::format("a bus that is lost at full speed of axis {}: {:.0f} mm until the drive's watchdog bites, then "
-                    "{:.0f} mm if it brakes with a_max (how it stops is assumed)",
-                    axis.name, axis.v_max * watchdog_s, axis.v_max * axis.v_max / (2 * axis.a_max)));
+    out.push_back(fmt::format(
+        "a bus that is lost at full speed of axis {}: a drive that stands at its last target stops there; one "
+        "that goes on at its speed does {:.0f} mm until its watchdog bites, then {:.0f} mm if it brakes with "
+        "a_max (no manual says which)",
+        axis.name, axis.v_max * watchdog_s, axis.v_max * axis.v_max / (2 * axis.a_max)));
   }
   return out;
 }

@@ -30,7 +30,6 @@ constexpr std::string_view clear_text(Clear c) {
     case Clear::Resume: return "reset; a job goes on with resume";
     case Clear::Reenable: return "reset, then enable the drives";
     case Clear::Rehome: return "reset, enable, and reference the axis again";
-    case Clear::Power: return "power cycle of the station";
     case Clear::Restart: return "restart of the program";
   }
   return "";

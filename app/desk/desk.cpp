@@ -144,7 +144,7 @@ Result<std::string> Desk::obey(const run::Order& order) {
 }
 
 void Desk::answer_soon(const OrderSocket::Incoming& in, std::string said) {
-  given_.push_back({{in.client, in.request}, clock_.now() + run::kHeard, std::move(said)});
+  given_.push_back({{in.client, in.request}, clock_.now() + run::heard_within(machine_.bus.cycle), std::move(said)});
   door_.set_busy(in.client, true);
 }
 

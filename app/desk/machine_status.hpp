@@ -10,7 +10,7 @@
 namespace gantry::desk {
 
 /// "ok", "state", "mode" (automatic, setup), "door" (open, closed; null: no input tells), "held", "cycle", "faults"
-/// (the one that is latched, with text and remedy), the job's progress with "feature" (that is dispensed or headed
+/// (all that are active, with text and remedy), the job's progress with "feature" (that is dispensed or headed
 /// for), "override" and "axes" (position in mm or rad, enabled, referenced).
 nlohmann::ordered_json machine_status(const config::Machine& machine, const run::Owner& owner);
 

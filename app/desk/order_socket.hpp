@@ -1,8 +1,8 @@
 // The local socket of the owner: JSON lines, open to the user who started it (file mode 0600), or to a group. The owner
 // gives it one turn in every step of its run thread; a turn is a bounded amount of work, and no client can block it or
 // another one.
-//   auto door = OrderSocket::listen("/run/user/1000/x/owner.sock");
-//   for (const auto& in : door->turn(clock.now())) door->reply(in.client, "{...}");
+//   Result<std::unique_ptr<OrderSocket>> opened = OrderSocket::listen("/run/user/1000/x/owner.sock");
+//   for (const auto& in : (*opened)->turn(clock.now())) (*opened)->reply(in.client, "{...}");
 // What is bounded, and what becomes of a client that goes beyond, stands in docs/owner-socket.md.
 #pragma once
 #include <cstdint>

@@ -1,4 +1,5 @@
-// Where a machine's state lives: the owner's socket and lock, later journal, offsets, calibration. One place for every
+// Where a machine's state lives: the owner's socket and lock, what was accepted of its stations, parts
+// that were begun. One place for every
 // verb, whatever folder one stands in.
 //   auto path = state_folder(option, machine.name, environment);   open_state_folder(*path);   owner_socket(*path);
 #pragma once

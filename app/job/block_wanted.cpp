@@ -50,7 +50,7 @@ std::optional<JobState> without_motion(const recipes::Recipe& recipe, const Next
     if (!fit) return std::nullopt;
     return after_surface(std::move(state), {fit->z0_mm, fit->slope});
   }
-  if (std::holds_alternative<recipes::PurgeNeedle>(step) && !purges) return after_purge(std::move(state));
+  if (std::holds_alternative<recipes::PurgeNeedle>(step) && !purges) return after_block(std::move(state));
   return std::nullopt;
 }
 

@@ -89,17 +89,7 @@ JobState after_surface(JobState state, const recipes::Surface& surface) {
   return state;
 }
 
-JobState after_purge(JobState state) {
-  ++state.block;
-  return state;
-}
-
-JobState after_dispense(JobState state) {
-  ++state.block;
-  return state;
-}
-
-JobState after_park(JobState state) {
+JobState after_block(JobState state) {
   ++state.block;
   return state;
 }

@@ -2,8 +2,10 @@
 // pure function says what comes next, and one does it step by step; the proof before motion, the runner and the report
 // share them.
 //   JobState state = begin_state(recipe, job);
-//   auto ended = step_through(job, state, [&](const auto& step) -> Result<JobState> { ... return after_park(state); });
-// A copy of a state goes on exactly as the state itself does: nothing about the progress of a job stands elsewhere.
+//   auto ended = step_through(job, state, [&](const auto& step) -> Result<JobState> { ... return after_block(state);
+//   });
+// A copy of a state goes on with the next block exactly as the state itself does. How far the block is that plays
+// stands in the runner, which alone sees it.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -103,11 +105,9 @@ JobState after_offset(JobState state, const recipes::WorkOffset& offset);
 JobState after_touch(JobState state, std::size_t touch, double height_mm);
 JobState after_retract(JobState state);
 JobState after_surface(JobState state, const recipes::Surface& surface);
-/// The needle is purged, or need not be.
-JobState after_purge(JobState state);
-/// The block is over. What became of its features is FeatureWatch's to say (feature_watch.hpp).
-JobState after_dispense(JobState state);
-JobState after_park(JobState state);
+/// The block is over: its features are dispensed, the needle is purged or need not be, the head is parked. What became
+/// of features is FeatureWatch's to say (feature_watch.hpp).
+JobState after_block(JobState state);
 /// A bead was cut, and is open again from there on.
 JobState after_cut(JobState state, const LaidPart& part);
 /// Nobody watches the valve any more: what was begun is doubtful.
@@ -116,8 +116,8 @@ JobState lost_sight(JobState state);
 std::size_t count(const JobState& state, FeatureState what);
 
 /// Lets `hand` do what comes next, step by step, until the job has ended or a step fails. `hand` is called with one of
-/// the alternatives of Next (never Ended) and gives the state after it; `state` is always that after the last step that
-/// was done.
+/// the alternatives of Next (never Ended) and gives the state after it.
+/// Within a step the hand may write into `state` what becomes of features meanwhile.
 template <class Hand>
 Result<void> step_through(const recipes::Job& job, JobState& state, Hand&& hand) {
   for (;;) {

@@ -61,15 +61,15 @@ class Prover {
   /// Whether the job will purge is not known yet: it is proved as if it did.
   Result<JobState> take(const recipes::PurgeNeedle&) {
     if (auto r = add(planner_.purge(++block_, at_)); !r) return tl::unexpected(r.error());
-    return after_purge(state_);
+    return after_block(state_);
   }
   Result<JobState> take(const recipes::Dispense& step) {
     if (auto r = add(planner_.dispense(++block_, at_, step.features)); !r) return tl::unexpected(r.error());
-    return after_dispense(state_);
+    return after_block(state_);
   }
   Result<JobState> take(const recipes::Park&) {
     if (auto r = add(planner_.park(++block_, at_)); !r) return tl::unexpected(r.error());
-    return after_park(state_);
+    return after_block(state_);
   }
 
   JobState know(JobState state) {

@@ -34,7 +34,7 @@ struct BegunBead {
   RunUp how;
 };
 
-/// Whether a bead may be come to like this. Fault::Aborted ends the search.
+/// Whether the needle may come to its bead like this. Fault::Aborted ends the search.
 using IsFree = std::function<Result<void>(const motion::BeadMotion&, RunUp::Kind)>;
 
 /// What nothing is in the way of is begun whole, and whatever it is where the material has a `start_dwell`. The error

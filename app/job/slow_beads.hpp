@@ -1,5 +1,5 @@
 // Beads whose plan is slower than their material's speed, and where it is not merely a corner that slows them down: a
-// curve too tight for the speed, corners so near that it is never come to, or so few ticks that a whole number of them
+// curve too tight for the speed, corners so near that it is never reached, or so few ticks that a whole number of them
 // makes a difference; and beads that come to a stop with the valve open, though a corner tolerance is there to pass
 // corners without. Known before anything moves.
 //   std::vector<SlowBead> slow;   add_slow_beads(slow, recipe, block.segments(), tick_s);   in_words(slow[0], recipe);

@@ -56,7 +56,7 @@ class SpeedWatch {
   /// The path has come to the end of this segment.
   void leave(const motion::Segment& segment);
   OffSpeed& seen();
-  /// The planned speed at the position come to, where it is steady from some cycles before to some after.
+  /// The planned speed at the position reached, where it is steady from some cycles before to some after.
   [[nodiscard]] std::optional<double> steady_speed() const;
   void judge(double path_speed_mm_s);
 
@@ -67,7 +67,7 @@ class SpeedWatch {
 
   const recipes::Material* material_ = nullptr;  ///< of the bead that the path is on; null: none that is judged
   std::uint32_t feature_ = motion::kTravel;
-  std::size_t segment_ = 0;  ///< of the position come to ...
+  std::size_t segment_ = 0;  ///< of the position reached ...
   double s_mm_ = 0;          ///< ... and how far it is into it
   double t_s_ = 0;           ///< when the plan comes to it
   bool wet_ = false;         ///< by plan the valve is told to open before it, and to shut behind it

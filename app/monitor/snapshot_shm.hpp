@@ -80,7 +80,6 @@ class SnapshotReader {
   /// False before the first list.
   bool alarms(SharedAlarms& alarms) const noexcept;
   [[nodiscard]] std::uint64_t events_lost() const noexcept { return events_.lost; }
-  [[nodiscard]] std::uint64_t snapshots_lost() const noexcept { return snapshots_.lost; }
   /// True when the owner has closed the memory or its process is gone.
   [[nodiscard]] bool writer_gone() const noexcept;
   /// s since the owner's last sign of life.

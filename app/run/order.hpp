@@ -1,6 +1,7 @@
 // What people may ask of the owner of a machine, from keys, from the command line and over the local socket
 // (app/desk/order_line.hpp has the text form).
 #pragma once
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,8 +14,8 @@
 namespace gantry::run {
 
 /// By then the loop has heard of an order that is carried out at once, and was heard: it is answered. What was pressed
-/// before that does not undo it.
-inline constexpr Time kHeard = milliseconds(10);
+/// before that does not undo it. The order is taken in one cycle, and what it led to is read in another one.
+constexpr Time heard_within(Time period) noexcept { return std::max<Time>(milliseconds(10), 4 * period); }
 
 enum class OrderKind {
   Status,

@@ -159,8 +159,8 @@ Result<void> Owner::home(const std::vector<std::string>& axes, Begin begin) {
 }
 
 /// Homing watches the limits of its axes: where a station does not show them it does not begin. What is polled may have
-/// to be waited for.
-Result<void> Owner::Parts::see_limits(std::uint32_t named, bool told) {
+/// to be waited for. `tell`: warns of axes whose limits the machine file leaves to the drive alone.
+Result<void> Owner::Parts::see_limits(std::uint32_t named, bool tell) {
   constexpr double kFirstLook_s = 2;
   for (const config::Axis& axis : machine.axes) {
     if ((named >> axis.id.value & 1u) == 0 || !axis.homing || axis.kind != config::AxisKind::Streamed) continue;
@@ -176,7 +176,7 @@ Result<void> Owner::Parts::see_limits(std::uint32_t named, bool told) {
                      "axis " + axis.name};
       };
       if (source() == devices::InputSource::Absent && axis.homing->limits_unseen) {
-        if (!told)
+        if (tell)
           log::warn("axis {} homes without a watch over its limit switches: station '{}' does not show them", axis.name,
                     s.name);
         continue;
@@ -203,12 +203,12 @@ Result<void> Owner::Parts::home(std::uint32_t named) {
                   "axis " + axis.name);
   if (auto r = see_limits(named); !r) return r;
   if (auto r = torque(); !r) return r;
-  if (auto r = see_limits(named, true); !r) return r;  // what is polled may have grown old meanwhile
   const cycle::Snapshot& now = control().latest();
   if (job::head_is_placed(machine, now.referenced))
     if (auto free = job::prove_homing(machine, *around, now.target, {.referenced = now.referenced, .homed = named});
         !free)
       return free;
+  if (auto r = see_limits(named, true); !r) return r;  // what is polled may have grown old meanwhile
   std::set<int> orders;
   for (const config::Axis& axis : machine.axes)
     if (axis.homing && axis.kind == config::AxisKind::Streamed) orders.insert(axis.homing->order);

@@ -1,7 +1,8 @@
 // The owner of a machine: bus, loop, planner, eyes and world as one object with orders in and events out. `gantry up`
 // keeps one until it is stopped; `run` and `dry-run` make their own for one job.
-//   auto owner = Owner::open(machine, options);   owner->bring_up();
-//   JobResult r = owner->run(recipe, job, {.out = "out/x"});   owner->shut_down();
+//   Result<std::unique_ptr<Owner>> opened = Owner::open(machine, options);
+//   Owner& owner = **opened;   owner.bring_up();
+//   JobResult r = owner.run(recipe, job, {.out = "out/x"});   owner.shut_down();
 // One thread calls it (the run thread). In virtual time that thread also steps the loop; otherwise the loop has its
 // own.
 #pragma once
@@ -18,6 +19,7 @@
 #include "app/record/job_result.hpp"
 #include "app/run/control.hpp"
 #include "app/run/order.hpp"
+#include "app/run/undertaking.hpp"
 #include "config/machine.hpp"
 #include "core/error.hpp"
 #include "motion/plan/second_opinion.hpp"
@@ -46,13 +48,12 @@ Result<void> check(const OwnerOptions& options);
 enum class Begin { AtOnce, OnHold };
 
 struct RunOptions {
-  std::string out{};  ///< folder for the results; "" keeps nothing
-  // For the result's words only.
-  bool dry_run = false;
+  std::string out{};                        ///< folder for the results; "" keeps nothing
+  bool dry_run = false;                     ///< as the result says it
   const job::Forecast* forecast = nullptr;  ///< of the job, from the park position; null: there is none
   std::string serial{};                     ///< of the part
-  record::SameMachine same_machine{};
-  record::OnBoard before{};  ///< what jobs before it have left there
+  record::SameMachine same_machine{};       ///< for the result's words, which the desk adds
+  record::OnBoard before{};                 ///< what jobs before it have left there; not empty: the clamp stays shut
   Begin begin = Begin::AtOnce;
   std::span<const job::SlowBead> slow_beads{};  ///< of the job's proof
   /// A door, air or stop fault (Clear::Resume) leaves the job on hold until somebody resets and resumes; else it ends
@@ -87,10 +88,6 @@ struct WireCounts {
 };
 
 struct Standing;
-
-/// What takes machine time: one at a time.
-enum class Undertaking { None, BringUp, Enable, Disable, Home, Jog, Park, Job, Part, Walk };
-std::string_view name(Undertaking what);
 
 class Owner {
  public:

@@ -278,6 +278,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   if (pressed) p.control().hold_next(true), p.button_holds = true;
   const devices::CyclicCounts counted_before = p.bus->counters();
   const std::uint64_t repeats_before = p.bus->mailbox_repeats();
+  const std::uint64_t lost_before = p.channels->lost.load();
 
   if (ended && p.in_setup()) ended = fail(Fault::SetupMode, std::string(info(Fault::SetupMode).text));
   if (ended) ended = camera_for(recipe, job, p.world != nullptr);
@@ -337,7 +338,10 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   p.job->recording.over(record::result_word(result));
   p.tell_part(fmt::format("{}: {}", part, result_in_words(result)));
   p.around = p.job->runner.surroundings();
-  RecordedFiles files = p.job->recording.finish(p.channels->lost.load() == 0);
+  const std::uint64_t lost = p.channels->lost.load() - lost_before;
+  if (lost != 0)
+    log::report(Error{Fault::EventsLost, fmt::format("{} ({} were lost)", info(Fault::EventsLost).text, lost), ""});
+  RecordedFiles files = p.job->recording.finish(lost == 0);
   std::unique_ptr<RunningJob> over = std::move(p.job);
   static_cast<void>(p.aside([&] {
     over.reset();

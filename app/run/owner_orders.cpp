@@ -63,9 +63,7 @@ Result<void> Owner::Parts::hold(bool now, OrderKind asked) {
   // them waits; an order to home says that it cannot be held as long as they do.
   const bool before = state == State::Ready || state == State::Enabling || state == State::Disabled ||
                       (state == State::Homing && undertaking == Undertaking::Job);
-  const bool moves = undertaking == Undertaking::Job || undertaking == Undertaking::Jog ||
-                     undertaking == Undertaking::Park || undertaking == Undertaking::Home;
-  if (!moves || !before) return tl::unexpected(refusal(asked));
+  if (!can_wait(undertaking) || !before) return tl::unexpected(refusal(asked));
   control().hold_next(true);
   on_bus->stop_ns = control().latest().time_ns;
   return {};
@@ -161,7 +159,8 @@ void Owner::Parts::heed_buttons() {
   if (!pressed.start) return;
   const State state = control().latest().state;
   // Whoever is told that a stop was taken sees nothing move afterwards that was pressed before.
-  const bool before_answer = on_bus->stop_ns && control().latest().time_ns - *on_bus->stop_ns < kHeard.count();
+  const bool before_answer =
+      on_bus->stop_ns && control().latest().time_ns - *on_bus->stop_ns < heard_within(machine.bus.cycle).count();
   if (before_answer)
     log::warn("button start: a stop came at the same time; press it again");
   else if (control().holds_next() || state == State::Held || state == State::Holding)

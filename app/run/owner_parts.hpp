@@ -137,8 +137,8 @@ struct Owner::Parts {
   [[nodiscard]] bool all_referenced() const;
   /// Those axes (bit n: AxisId n), lowest order first.
   Result<void> home(std::uint32_t named = ~0u);
-  /// `told`: what is not watched has been told already.
-  Result<void> see_limits(std::uint32_t named, bool told = false);
+  /// `tell`: warns of what is not watched.
+  Result<void> see_limits(std::uint32_t named, bool tell = false);
   /// Limits that nothing pins, as the stations hold them, beside what their axes need.
   [[nodiscard]] std::vector<config::HeldDoubt> held_limits() const;
   /// The axes as a job that begins now finds them; those that are homed before stand at their home edges then.

@@ -1,34 +1,11 @@
 #include "app/run/refusal.hpp"
 
-#include <array>
 #include <fmt/format.h>
-
-#include "core/each_in_order.hpp"
 
 namespace gantry::run {
 namespace {
 
 using cycle::State;
-
-struct UndertakingRow {
-  Undertaking what;
-  std::string_view name, in_quotes;  ///< the latter as its order is called, where it is one
-};
-constexpr std::array kUndertakings{
-    UndertakingRow{Undertaking::None, "nothing", "nothing"},
-    UndertakingRow{Undertaking::BringUp, "bringing the bus up", "bringing the bus up"},
-    UndertakingRow{Undertaking::Enable, "enabling", "'enable'"},
-    UndertakingRow{Undertaking::Disable, "disabling", "'disable'"},
-    UndertakingRow{Undertaking::Home, "homing", "'home'"},
-    UndertakingRow{Undertaking::Jog, "a jog", "'jog'"},
-    UndertakingRow{Undertaking::Park, "parking", "'park'"},
-    UndertakingRow{Undertaking::Job, "a job", "'run'"},
-    UndertakingRow{Undertaking::Part, "opening the clamp", "'part-removed'"},
-    UndertakingRow{Undertaking::Walk, "a walk", "a walk"},
-};
-static_assert(each_in_order(kUndertakings, &UndertakingRow::what, Undertaking::Walk));
-
-const UndertakingRow& row(Undertaking what) noexcept { return kUndertakings[static_cast<std::size_t>(what)]; }
 
 /// What the machine is doing, as far as a refusal differs by it.
 enum class Doing {
@@ -160,23 +137,6 @@ std::string for_reset(Doing what) {
 }
 
 }  // namespace
-
-Undertaking undertaking_of(OrderKind order) noexcept {
-  switch (order) {
-    case OrderKind::Enable: return Undertaking::Enable;
-    case OrderKind::Disable: return Undertaking::Disable;
-    case OrderKind::Home: return Undertaking::Home;
-    case OrderKind::Jog: return Undertaking::Jog;
-    case OrderKind::Park: return Undertaking::Park;
-    case OrderKind::Run: return Undertaking::Job;
-    case OrderKind::PartRemoved: return Undertaking::Part;
-    default: return Undertaking::None;
-  }
-}
-
-std::string_view name(Undertaking what) { return row(what).name; }
-
-std::string_view in_quotes(Undertaking what) noexcept { return row(what).in_quotes; }
 
 std::string refusal(OrderKind order, const Standing& now) {
   const Doing what = doing(now);

@@ -8,7 +8,7 @@
 
 #include "app/cycle/machine_state.hpp"
 #include "app/run/order.hpp"
-#include "app/run/owner.hpp"
+#include "app/run/undertaking.hpp"
 
 namespace gantry::run {
 
@@ -22,15 +22,10 @@ struct Standing {
   bool aborting = false;  ///< an abort ends what is under way
 };
 
-/// What carries this order out; Undertaking::None for one that is answered at once.
-Undertaking undertaking_of(OrderKind order) noexcept;
-
 /// "'ORDER' is refused: what the machine does; what may be done". An order in backticks is taken now, or behind the one
 /// before it.
 std::string refusal(OrderKind order, const Standing& now);
 /// The same for what an owner is asked to do, which may be no order.
 std::string refusal(Undertaking asked, const Standing& now);
-/// "'run'", as its order is called; "a walk".
-std::string_view in_quotes(Undertaking what) noexcept;
 
 }  // namespace gantry::run

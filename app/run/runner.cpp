@@ -246,7 +246,8 @@ Result<job::JobState> Runner::take(const recipes::LookAtMark& step) {
     // The answer takes effect a fixed time after the exposure, so that runs repeat whatever the host does meanwhile.
     const auto latency = site_.control.cycles(site_.machine.camera.answer_latency_s);
     const CycleIndex due = played->end + latency;
-    if (site_.control.latest().cycle > due) log::warn("{}: the image took longer than the configured latency", doing_);
+    if (site_.control.latest().cycle > due)
+      log::report(Error{Fault::AnswerLate, std::string(info(Fault::AnswerLate).text), doing_});
     if (auto r = site_.control.wait([&] { return site_.control.latest().cycle >= due; }, 60, {}); !r)
       return tl::unexpected(r.error());
     times_.image(site_.machine.camera.answer_latency_s);
@@ -405,26 +406,26 @@ bool Runner::purge_is_due() const {
 }
 
 Result<job::JobState> Runner::take(const recipes::PurgeNeedle& step) {
-  if (!purge_is_due()) return job::after_purge(state_);
+  if (!purge_is_due()) return job::after_block(state_);
   doing_ = "purging";
   purging_ = purge_cut_ = true;
   next_block("needle");
   auto shots = prove(step);
-  foresee(job::after_purge(state_), shots);
+  foresee(job::after_block(state_), shots);
   const auto played = play(std::move(shots));
   purging_ = false;
   if (!played) return tl::unexpected(played.error());
   if (played->cut) return state_;  // once more, when the operator resumes
   purge_cut_ = false;
   result_.purge_shots += static_cast<std::size_t>(recipe_.purge->shots);
-  return job::after_purge(state_);
+  return job::after_block(state_);
 }
 
 Result<job::JobState> Runner::take(const recipes::Dispense& step) {
   doing_ = "dispensing";
   next_block("needle");
   auto planned = prove(step);
-  foresee(job::after_dispense(state_), planned);
+  foresee(job::after_block(state_), planned);
   if (planned) {
     std::vector<job::FeatureTime> times(recipe_.features.size());
     job::add_times(times, *planned, site_.breath);
@@ -433,7 +434,7 @@ Result<job::JobState> Runner::take(const recipes::Dispense& step) {
   }
   const auto played = play(std::move(planned));
   if (!played) return tl::unexpected(played.error());
-  if (!played->cut) return job::after_dispense(state_);
+  if (!played->cut) return job::after_block(state_);
   if (played->on == motion::kTravel && !cut_) return state_;
   const std::size_t feature = cut_.value_or(played->on);
   if (auto stood = hold_off(feature); !stood) return tl::unexpected(stood.error());
@@ -456,7 +457,7 @@ Result<job::JobState> Runner::take(const recipes::Park& step) {
   next_block("needle");
   const auto played = play(prove(step));
   if (!played) return tl::unexpected(played.error());
-  return job::after_park(state_);
+  return job::after_block(state_);
 }
 
 }  // namespace gantry::run

@@ -77,9 +77,12 @@ std::string states_page() {
       "# States of the machine\n\n"
       "Written by `scripts/docs` from the table of `app/cycle/machine_state.cpp`, which the 1 ms loop carries out.\n\n"
       "## Orders\n\n"
-      "What an order leads to. A dash: it is refused there, and the refusal names what it waits for. An abort is never "
-      "refused;\na reset changes no state by itself: when every cause has gone, a stopped machine becomes ready, or "
-      "disabled where drives\nhave lost their torque.\n\n| state | axes may move |";
+      "What an order of the owner's leads to in the loop. A dash: the loop refuses it there. What a person orders is "
+      "composed of\nthese: `home`, `jog`, `park` and `run` enable first where drives have no torque, and a hold or a "
+      "resume that comes before the\nfirst motion is kept for it; what a refusal says goes by what is under way "
+      "([owner's socket](owner-socket.md)). An abort is\nnever refused; a reset changes no state by itself: when every "
+      "cause has gone and the axes stand, a stopped machine becomes\nready, or disabled where drives have lost their "
+      "torque.\n\n| state | axes may move |";
   const auto causes = [](bool orders) {
     std::vector<Cause> list;
     for (std::size_t c = 0; c < cycle::kCauses; ++c)
@@ -87,7 +90,7 @@ std::string states_page() {
     return list;
   };
   for (const Cause c : causes(true)) page += fmt::format(" {} |", cycle::name(c));
-  page += " a refused order waits for |\n|---|---|";
+  page += " left by |\n|---|---|";
   for (std::size_t i = 0; i < causes(true).size(); ++i) page += "---|";
   page += "---|\n";
   for (std::size_t s = 0; s < cycle::kStates; ++s) {
@@ -97,7 +100,7 @@ std::string states_page() {
       const auto to = cycle::next(state, c);
       page += fmt::format(" {} |", to ? cycle::name(*to) : "-");
     }
-    page += fmt::format(" {} |\n", cycle::row(state).lifts_it);
+    page += fmt::format(" {} |\n", cycle::row(state).left_by);
   }
   page += "\n## What comes of itself, and faults\n\n| cause |";
   for (std::size_t s = 0; s < cycle::kStates; ++s) page += fmt::format(" {} |", cycle::name(static_cast<State>(s)));
@@ -152,36 +155,41 @@ std::map<std::string, ThreatState> threat_states(const std::vector<SourceFile>& 
   std::istringstream lines(page);
   for (std::string line; std::getline(lines, line);)
     if (const auto row = cells(line); is_threat_row(row)) states[row[0]] = {};
-  for (auto& [number, state] : states) {
-    std::vector<std::string> words{number};
-    for (const FaultInfo& row : catalogue())
-      if (row.threat == number) {
-        words.push_back("Fault::" + std::string(row.name));
-        state.codes += (state.codes.empty() ? "" : ", ") + std::string(std::string_view(code(row.fault)));
-      }
-    if (words.size() > 1) state.handled = Handled::Named;
+  const auto come = [&](const std::vector<std::string>& words, Handled otherwise) {
     bool program = false, tested = false;
     for (const SourceFile& file : tree) {
       if (!is_code(file) || is_catalogue(file)) continue;
       const bool found = std::any_of(words.begin(), words.end(), [&](const auto& w) { return mentions(file.text, w); });
       (within(file.path, "tests") ? tested : program) |= found;
     }
-    if (program) state.handled = tested ? Handled::Tested : Handled::InProgram;
+    return !program ? otherwise : tested ? Handled::Tested : Handled::InProgram;
+  };
+  for (auto& [number, state] : states) {
+    state.handled = come({number}, Handled::NotYet);
+    const auto of_row = [&, number = number](const FaultInfo& row) { return row.threat == number; };
+    const bool alone = std::count_if(catalogue().begin(), catalogue().end(), of_row) == 1;
+    for (const FaultInfo& row : catalogue()) {
+      if (!of_row(row)) continue;
+      // A test that names the row may mean any of its faults.
+      std::vector<std::string> words{"Fault::" + std::string(row.name)};
+      if (alone) words.push_back(number);
+      const Handled how = come(words, Handled::Named);
+      std::string& codes = state.faults[how];
+      codes += (codes.empty() ? "" : ", ") + std::string(std::string_view(code(row.fault)));
+      state.handled = std::max(state.handled, how);
+    }
   }
   return states;
 }
 
 std::string cell(const ThreatState& state) {
   constexpr std::array kWords{"not yet", "named", "in the program", "tested"};
-  const std::string word = kWords[static_cast<std::size_t>(state.handled)];
-  return state.codes.empty() ? word : word + ": " + state.codes;
-}
-
-Handled claimed(const std::string& cell) {
-  if (cell.starts_with("tested")) return Handled::Tested;
-  if (cell.starts_with("in the program")) return Handled::InProgram;
-  if (cell.starts_with("named")) return Handled::Named;
-  return Handled::NotYet;
+  const auto word = [&](Handled how) { return std::string(kWords[static_cast<std::size_t>(how)]); };
+  if (state.faults.empty()) return word(state.handled);
+  std::string all;
+  for (auto it = state.faults.rbegin(); it != state.faults.rend(); ++it)
+    all += (all.empty() ? "" : "; ") + word(it->first) + ": " + it->second;
+  return all;
 }
 
 std::string with_states(const std::string& page, const std::map<std::string, ThreatState>& states) {

@@ -18,18 +18,15 @@ std::string states_page();
 enum class Handled { NotYet, Named, InProgram, Tested };
 
 struct ThreatState {
-  Handled handled = Handled::NotYet;
-  std::string codes;  ///< faults of the catalogue that name it: "G101, G102"
+  Handled handled = Handled::NotYet;      ///< the best of it
+  std::map<Handled, std::string> faults;  ///< of the catalogue that name it, each as far as it has come: "G101, G102"
 };
 
 /// What a search of the tree shows for each row of the threats page, by its number "R01".
 std::map<std::string, ThreatState> threat_states(const std::vector<SourceFile>& tree, const std::string& page);
 
-/// The cell under "today": "tested: G101".
+/// The cell under "today": "tested: G101; named: G102".
 std::string cell(const ThreatState& state);
-
-/// The state that a cell claims.
-Handled claimed(const std::string& cell);
 
 /// The page with its last column written anew.
 std::string with_states(const std::string& page, const std::map<std::string, ThreatState>& states);

@@ -76,9 +76,9 @@ struct SimulatedRunner {
   Result<JobState> take(const recipes::LookAtMark& s) { return after_mark(recipe, state, s.mark, {any(), any()}); }
   Result<JobState> take(const recipes::Touch& s) { return after_touch(state, s.touch, any()); }
   Result<JobState> take(const Retract&) { return after_retract(state); }
-  Result<JobState> take(const recipes::PurgeNeedle&) { return after_purge(state); }
-  Result<JobState> take(const recipes::Dispense&) { return after_dispense(state); }
-  Result<JobState> take(const recipes::Park&) { return after_park(state); }
+  Result<JobState> take(const recipes::PurgeNeedle&) { return after_block(state); }
+  Result<JobState> take(const recipes::Dispense&) { return after_block(state); }
+  Result<JobState> take(const recipes::Park&) { return after_block(state); }
 };
 
 std::vector<std::string> run(const recipes::Recipe& recipe, const recipes::Job& job, JobState& state, unsigned seed,

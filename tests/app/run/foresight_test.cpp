@@ -171,10 +171,10 @@ TEST(ForesightThread, a_job_with_marks_and_touches_is_proved_ahead_of_it) {
       state = job::after_retract(state);
     } else if (std::holds_alternative<recipes::Dispense>(wanted->step)) {
       state = job::after_surface(state, *wanted->known.surface);
-      state = job::after_dispense(state);
+      state = job::after_block(state);
     } else {
       ASSERT_TRUE(std::holds_alternative<recipes::Park>(wanted->step));
-      state = job::after_park(state);
+      state = job::after_block(state);
     }
     wrong = number % 4 == 0;
     wrong_ones += wrong;
@@ -235,9 +235,9 @@ TEST(WantedNext, goes_through_what_needs_no_motion_and_ends_at_what_the_world_mu
   EXPECT_TRUE(std::holds_alternative<recipes::Dispense>(dispense->step));
   EXPECT_NEAR(dispense->known.surface->z0, 0.25, 1e-9);
   state = job::after_surface(state, *dispense->known.surface);
-  state = job::after_dispense(state);
+  state = job::after_block(state);
   EXPECT_EQ(next(state)->step, job::BlockStep(recipes::Park{}));
-  EXPECT_FALSE(next(job::after_park(state))) << "the end";
+  EXPECT_FALSE(next(job::after_block(state))) << "the end";
 }
 
 TEST(WantedNext, nothing_follows_marks_that_contradict_each_other) {

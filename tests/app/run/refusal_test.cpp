@@ -1,5 +1,5 @@
 // Every refusal, as an operator reads it: orders by states, and by what is under way. Whether an order is taken is told
-// here once more, from docs/states.md and docs/owner-socket.md, so that no refusal proposes what is refused itself.
+// here once more, from docs/owner-socket.md, so that no refusal proposes what is refused itself.
 #include "app/run/refusal.hpp"
 
 #include <fmt/format.h>
@@ -14,6 +14,12 @@ using cycle::State;
 bool moves_by_itself(const Standing& s) {
   return s.undertaking == Undertaking::Jog || s.undertaking == Undertaking::Park || s.undertaking == Undertaking::Job ||
          s.undertaking == Undertaking::Walk;
+}
+
+/// As docs/operating.md says of a hold before the first motion.
+bool waits_on_hold(const Standing& s) {
+  return s.undertaking == Undertaking::Jog || s.undertaking == Undertaking::Park || s.undertaking == Undertaking::Job ||
+         s.undertaking == Undertaking::Home;
 }
 
 bool taken(OrderKind order, const Standing& s) {
@@ -34,7 +40,8 @@ bool taken(OrderKind order, const Standing& s) {
     case OrderKind::Override:
       if (!s.on_bus || s.aborting) return false;
       if (s.state == State::Running || s.state == State::Holding || s.state == State::Held || s.held) return true;
-      return s.undertaking == Undertaking::Job && (stands || s.state == State::Homing || s.state == State::Enabling);
+      if (s.undertaking == Undertaking::Job && s.state == State::Homing) return true;
+      return waits_on_hold(s) && (stands || s.state == State::Enabling);
     case OrderKind::Resume: return s.held && !s.stopped && !s.aborting;
     case OrderKind::Reset:
       if (!s.on_bus || s.aborting) return false;
@@ -51,7 +58,8 @@ bool possible(const Standing& s) {
     return s.state == State::Offline && !s.held && !s.stopped && !s.aborting &&
            (idle || s.undertaking == Undertaking::BringUp);
   if (idle && (s.held || s.stopped || s.aborting)) return false;
-  if (s.held && !moves_by_itself(s)) return false;
+  if (s.held && !moves_by_itself(s) && !waits_on_hold(s)) return false;
+  if (s.undertaking == Undertaking::Home && (s.state == State::Held || s.state == State::Holding)) return false;
   if ((s.state == State::Held || s.state == State::Holding) && !s.held) return false;
   if (s.stopped && (s.undertaking != Undertaking::Job || !s.held)) return false;
   if (s.stopped && s.state != State::Stopped && s.state != State::Stopping) return false;
