@@ -220,7 +220,7 @@ Result<ProvenBlock> BlockPlanner::purge(std::uint32_t block, const AxisVec& from
   const AxisVec to = recipes::tool_at(machine_, *config::find_tool(machine_, "needle"),
                                       recipes::purge_tip(recipe_, machine_, offset(), surface()), offset().rotation);
   const motion::PathRules on_travel =
-      on_board ? travel_rules(builder, {}, work_of(m, "")) : surroundings()->travelling(from);
+      on_board ? travel_rules(builder, lifted(to, m), {}, work_of(m, "")) : surroundings()->travelling(from);
   const motion::PathRules there =
       on_board ? surroundings()->dispensing({work_of(m, "")}) : surroundings()->travelling(lifted(to, m));
   Result<void> done = builder.travel(lifted(to, m), on_travel);
@@ -321,11 +321,13 @@ Work BlockPlanner::work_of(const recipes::Material& material, const std::string&
 }
 
 /// From feature to feature the needle stays as near to what they lie on as the nearer of them; to the first one it
-/// comes from elsewhere.
-motion::PathRules BlockPlanner::travel_rules(const BlockBuilder& builder, const std::optional<Work>& last,
-                                             const Work& work) const {
-  if (last) return surroundings()->dispensing({*last, work});
-  motion::PathRules rules = surroundings()->dispensing({work});
+/// comes from elsewhere. A path that has to turn aside leads over what is dispensed already.
+motion::PathRules BlockPlanner::travel_rules(const BlockBuilder& builder, const AxisVec& to,
+                                             const std::optional<Work>& last, const Work& work) const {
+  const std::size_t z = machine_.z.value;
+  motion::PathRules rules = surroundings()->dispensing(last ? std::vector{*last, work} : std::vector{work});
+  rules.lowest_mm = std::min(builder.at()[z] - (last ? last->alone_mm : 0), to[z] - work.alone_mm);
+  if (last) return rules;
   motion::PathRules from = surroundings()->travelling(builder.at());
   rules.approaches.insert(rules.approaches.end(), from.approaches.begin(), from.approaches.end());
   return rules;
@@ -336,8 +338,8 @@ motion::PathRules BlockPlanner::travel_rules(const BlockBuilder& builder, const 
 Result<void> BlockPlanner::go_over(BlockBuilder& builder, const AxisVec& to, const std::optional<Work>& last,
                                    const Work& work) const {
   const auto higher = [](Work w) { return w.gap_mm += w.alone_mm, w; };
-  return builder.travel(to, travel_rules(builder, last, work),
-                        travel_rules(builder, last ? std::optional(higher(*last)) : std::nullopt, higher(work)));
+  return builder.travel(to, travel_rules(builder, to, last, work),
+                        travel_rules(builder, to, last ? std::optional(higher(*last)) : std::nullopt, higher(work)));
 }
 
 AxisVec BlockPlanner::needle_at(Vec2 at, double height_mm) const {

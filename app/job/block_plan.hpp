@@ -85,8 +85,8 @@ class BlockPlanner {
   [[nodiscard]] Work work_of(const recipes::Bead& bead) const;
   Result<void> leave_bead(BlockBuilder& builder, const recipes::Bead& bead, const motion::PathRules& rules) const;
   [[nodiscard]] Work work_of(const recipes::Material& material, const std::string& on) const;
-  [[nodiscard]] motion::PathRules travel_rules(const BlockBuilder& builder, const std::optional<Work>& last,
-                                               const Work& work) const;
+  [[nodiscard]] motion::PathRules travel_rules(const BlockBuilder& builder, const AxisVec& to,
+                                               const std::optional<Work>& last, const Work& work) const;
   Result<void> go_over(BlockBuilder& builder, const AxisVec& to, const std::optional<Work>& last,
                        const Work& work) const;
   [[nodiscard]] Subject subject(std::string_view kind, const std::string& name, recipes::Location place) const;

@@ -4,6 +4,7 @@
 #pragma once
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,6 +19,8 @@ namespace gantry::motion {
 struct ClearanceRules {
   double clearance_mm = 2;                  ///< from every body, over and above path deviation
   std::vector<AllowedApproach> approaches;  ///< pairs that may come nearer
+  /// A path that turns aside goes no lower than this, or than its lower end: of wet deposits, which are no bodies.
+  std::optional<double> lowest_mm{};
 };
 
 /// The two bodies that come nearest to each other; of one that turns on the motion the distance is told up to 0.01 mm

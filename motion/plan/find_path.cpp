@@ -25,7 +25,7 @@ std::optional<Error> end_taken(const Scene& scene, const AxisVec& from, const Ax
   return std::nullopt;
 }
 
-const char* why_not(const SearchAnswer& found) {
+std::string_view why_not(const SearchAnswer& found) {
   if (found.status != SearchStatus::NoPath) return "none found";
   switch (found.closed_in) {
     case ClosedIn::Start: return "there is no path: where it starts is a pocket, closed in all around";
@@ -33,6 +33,12 @@ const char* why_not(const SearchAnswer& found) {
     case ClosedIn::Neither: break;
   }
   return "there is no path: what stands between goes from side to side";
+}
+
+std::string no_lower(const Scene& scene, const Margins& margins) {
+  if (!margins.lowest_mm) return "";
+  return fmt::format(", with {} no lower than {:.2f} mm, where it is above wet deposits", scene.axes()[scene.z()].name,
+                     *margins.lowest_mm);
 }
 
 AxisVec within_limits(const Scene& scene, AxisVec q) {
@@ -65,8 +71,9 @@ Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& t
     return fail(Fault::OutOfReach, fmt::format("axis {} would go to {:.3f}; its limits are {:.3f} and {:.3f}", a.name,
                                                to[*beyond], a.p_min, a.p_max));
   }
-  const auto margins = make_margins(scene, rules.clearance_mm, rules.approaches, extra_mm);
+  auto margins = make_margins(scene, rules.clearance_mm, rules.approaches, extra_mm);
   if (!margins) return tl::unexpected(margins.error());
+  margins->lowest_mm = rules.lowest_mm;
 
   Path path{from == to ? PathKind::Standstill : PathKind::Straight, {from, to}, {}};
   if (const auto straight = first_hit(scene, from, to, *margins)) {
@@ -77,10 +84,11 @@ Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& t
     } else {
       SearchAnswer found = around(scene, from, to, *margins);
       if (found.status != SearchStatus::Ok)
-        return tl::unexpected(collision(
-            scene, *straight, from, to,
-            fmt::format("{}; tried: straight (free for {:.0f} %), lift-over ({}), around ({})",
-                        describe(scene, *straight), 100 * straight->fraction, over.error().why, why_not(found))));
+        return tl::unexpected(
+            collision(scene, *straight, from, to,
+                      fmt::format("{}; tried: straight (free for {:.0f} %), lift-over ({}), around ({}{})",
+                                  describe(scene, *straight), 100 * straight->fraction, over.error().why,
+                                  why_not(found), no_lower(scene, *margins))));
       path.kind = found.kind;
       path.points = std::move(found.points);
     }

@@ -19,6 +19,12 @@ constexpr double kGoodEnough = 1.03;  // times the straight line: no shorter pat
 
 Vec3 position(const Scene& scene, const AxisVec& q) { return {q[scene.x()], q[scene.y()], q[scene.z()]}; }
 
+/// Of Z, on a path between these.
+double lowest(const Scene& scene, const Margins& margins, double start_mm, double goal_mm) {
+  const double p_min = scene.axes()[scene.z()].p_min;
+  return std::max(p_min, std::min({margins.lowest_mm.value_or(p_min), start_mm, goal_mm}));
+}
+
 /// Positions of the carrying axes while all others stand.
 class Carried {
  public:
@@ -31,9 +37,10 @@ class Carried {
     return q;
   }
   [[nodiscard]] bool clear(Vec3 a, Vec3 b) const { return is_clear(scene_, at(a), at(b), margins_); }
-  [[nodiscard]] Vec3 low() const {
+  /// Of a path between these.
+  [[nodiscard]] Vec3 low(Vec3 start, Vec3 goal) const {
     const auto& a = scene_.axes();
-    return {a[scene_.x()].p_min, a[scene_.y()].p_min, a[scene_.z()].p_min};
+    return {a[scene_.x()].p_min, a[scene_.y()].p_min, lowest(scene_, margins_, start.z, goal.z)};
   }
   [[nodiscard]] Vec3 high() const {
     const auto& a = scene_.axes();
@@ -197,7 +204,7 @@ SearchAnswer search_standing(const Scene& scene, const AxisVec& from, const Axis
   }
 
   const Clear clear = [&](Vec3 a, Vec3 b) { return carried.clear(a, b); };
-  const Vec3 low = carried.low(), high = carried.high();
+  const Vec3 low = carried.low(start, goal), high = carried.high();
   Best best{low, high, {}};
   if (over != nullptr) {
     std::vector<Vec3> points;
@@ -258,6 +265,7 @@ SearchAnswer search_turning(const Scene& scene, const AxisVec& from, const AxisV
   };
   AxisVec low{}, high{};
   for (const std::size_t axis : of) low[axis] = axes[axis].p_min, high[axis] = axes[axis].p_max;
+  low[scene.z()] = lowest(scene, margins, from[scene.z()], to[scene.z()]);
   const AxisVec start = at(scaled(from)), goal = at(scaled(to));
   const auto clear = [&](const AxisVec& a, const AxisVec& b) { return is_clear(scene, a, b, margins); };
   if (!clear(from, start) || !clear(goal, to)) return out;

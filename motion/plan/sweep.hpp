@@ -36,6 +36,7 @@ struct PairMargin {
 struct Margins {
   double clearance_mm = 0;
   std::vector<PairMargin> pairs;
+  std::optional<double> lowest_mm{};  ///< of a path that is looked for, where its ends are no lower
   [[nodiscard]] double of(std::size_t head, std::size_t standing) const;
   [[nodiscard]] bool by_design(std::size_t head, std::size_t standing) const;
 };

@@ -435,8 +435,10 @@ class Episode {
 /// 217: one side of the beam began to home without the other one, and racked it. 337: one side lost its supply while
 /// the beam moved, and left it racked beyond what homing takes out at a time. 650: one side had left the line, and the
 /// other one was braked by targets. 200443: frames were lost, and both leapt after the first that came through. 720242:
-/// one side lost its supply at 300 mm/s, and an emergency stop came a cycle later.
-constexpr std::array<std::uint64_t, 5> kFoundSomething{217, 337, 650, 200443, 720242};
+/// one side lost its supply at 300 mm/s, and an emergency stop came a cycle later. 830868: a disable took the torque of
+/// an axis that still settled behind lost frames. 831015: targets followed an axis that somebody let go, as long as its
+/// drive called itself enabled.
+constexpr std::array<std::uint64_t, 7> kFoundSomething{217, 337, 650, 200443, 720242, 830868, 831015};
 
 TEST(EventFuzz, stops_hold_valves_shut_and_verbs_lead_out_whatever_comes) {
   constexpr int kRounds = 3, kEventsOfARound = 25;

@@ -33,6 +33,14 @@ TEST(Boards, on_the_shipped_machine_what_is_certified_is_free_and_what_is_refuse
   expect_right(verdict_on(test::reference(), kBoards), kBoards);
 }
 
+/// 606352: a detour between two features led lower than half of the retract.
+TEST(Boards, those_on_which_something_was_found) {
+  test::Verdict v;
+  for (const std::uint64_t number : {606352u})
+    test::try_board(test::random_board(test::reference(), number), number, v);
+  for (const std::string& told : v.told) ADD_FAILURE() << told;
+}
+
 TEST(Boards, axes_of_one_delay_change_nothing_in_that) {
   constexpr std::uint64_t kBoards = 200;
   expect_right(verdict_on(test::of_one_delay(), kBoards), kBoards);

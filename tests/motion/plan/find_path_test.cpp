@@ -1,6 +1,8 @@
 #include "motion/plan/find_path.hpp"
 
 #include <gtest/gtest.h>
+#include <optional>
+#include <utility>
 
 #include "motion/plan/lift_over.hpp"
 #include "tests/motion/plan/prism_distance.hpp"
@@ -152,6 +154,29 @@ TEST(FindPath, goes_around_a_wall_with_an_open_end) {
   EXPECT_EQ(path->points.back(), at(250, 100, 10, 5));
   EXPECT_GE(path->certificate.nearest.others.distance_mm, 2);
   EXPECT_EQ(find_path(scene, at(10, 100, 10, 0), at(250, 100, 10, 5), rules)->points, path->points);
+}
+
+/// By hand: the camera's top is 110 above the tip, the lintel's lower side at 140, and 2 are to be kept: 28 at most.
+TEST(FindPath, goes_no_lower_than_wet_deposits_let_it) {
+  Scene scene(test::bare_machine());
+  scene.add(box("lintel", {6, 1000, 400}, {150, 100, 340}));
+  const AxisVec from = at(10, 100, 40), to = at(250, 100, 40);
+  PathRules rules{.clearance_mm = 2, .approaches = {}};
+  for (const auto& [lowest, passes] : {std::pair{std::optional<double>(), true}, {20.0, true}, {30.0, false}}) {
+    rules.lowest_mm = lowest;
+    const auto path = find_path(scene, from, to, rules);
+    ASSERT_EQ(path.has_value(), passes);
+    if (!passes) {
+      EXPECT_NE(path.error().message.find("with Z no lower than 30.00 mm, where it is above wet deposits"),
+                std::string::npos)
+          << path.error().message;
+      continue;
+    }
+    for (const AxisVec& q : path->points) EXPECT_GE(q[2], lowest.value_or(0)) << "while 28 is enough";
+  }
+  // An end may be lower than that.
+  rules.lowest_mm = 60;
+  EXPECT_TRUE(find_path(scene, at(10, 100, 20), to, rules));
 }
 
 TEST(FindPath, says_when_its_end_itself_is_taken) {
