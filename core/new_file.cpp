@@ -50,6 +50,8 @@ constexpr const char* kBeside = ".part";
 }  // namespace
 
 Result<NewFile> NewFile::create(const std::string& path) {
+  if (const auto slash = path.rfind('/'); slash != std::string::npos && slash > 0)
+    if (auto ours = no_foreign_link(path.substr(0, slash)); !ours) return tl::unexpected(ours.error());
   if (auto may = replaceable(path); !may) return tl::unexpected(may.error());
   constexpr int kAttempts = 3;  // who puts something there again and again is told of
   int why = EEXIST;
@@ -154,7 +156,21 @@ Result<void> write_durable_file(const std::string& path, std::string_view bytes)
   return sync_folder(slash == std::string::npos ? "." : path.substr(0, std::max<std::size_t>(slash, 1)));
 }
 
+Result<void> no_foreign_link(const std::string& path) {
+  for (auto slash = path.find('/', 1);; slash = path.find('/', slash + 1)) {
+    const std::string part = path.substr(0, slash);
+    struct stat found {};
+    if (::lstat(part.c_str(), &found) != 0) return {};  // and nothing behind it, either
+    if (S_ISLNK(found.st_mode) && found.st_uid != ::geteuid() && found.st_uid != 0)
+      return fail(
+          Fault::FileUnwritable,
+          fmt::format("is a link that user {} has made, and is not followed; name another folder", found.st_uid), part);
+    if (slash == std::string::npos) return {};
+  }
+}
+
 Result<void> make_folder(const std::string& path) {
+  if (auto ours = no_foreign_link(path); !ours) return ours;
   std::string name = path;
   while (name.size() > 1 && name.back() == '/') name.pop_back();  // a link with a slash behind it would be followed
   if (const auto slash = name.rfind('/'); slash != std::string::npos && slash > 0) {
@@ -169,10 +185,6 @@ Result<void> make_folder(const std::string& path) {
   if (::lstat(name.c_str(), &found) != 0) return unwritable("the folder cannot be looked at", errno, name);
   if (S_ISDIR(found.st_mode)) return {};
   if (!S_ISLNK(found.st_mode)) return unwritable("there is something of this name that is no folder", ENOTDIR, name);
-  if (found.st_uid != ::geteuid() && found.st_uid != 0)
-    return fail(Fault::FileUnwritable,
-                fmt::format("is a link that user {} has made, and is not followed; name another folder", found.st_uid),
-                name);
   if (::stat(name.c_str(), &target) != 0 || !S_ISDIR(target.st_mode))
     return unwritable("is a link that leads to no folder", ENOTDIR, name);
   return {};

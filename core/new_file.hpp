@@ -13,7 +13,8 @@ namespace gantry {
 class NewFile {
  public:
   /// Removes the file or link that has this name (a link itself, never its target; nothing else) and creates the file
-  /// exclusively (open(2), O_EXCL and O_NOFOLLOW), readable for everybody as the umask allows. Fault::FileUnwritable.
+  /// exclusively (open(2), O_EXCL and O_NOFOLLOW), readable for everybody as the umask allows. No foreign link leads to
+  /// its folder. Fault::FileUnwritable.
   static Result<NewFile> create(const std::string& path);
   ~NewFile();
   NewFile(NewFile&& other) noexcept;
@@ -50,8 +51,12 @@ Result<void> name_new_file(int nameless, const std::string& path, std::string_vi
 /// As write_new_file, and it survives a power cut from here on: file and folder are on the disk when this returns.
 Result<void> write_durable_file(const std::string& path, std::string_view bytes);
 
-/// Makes the folder if it is not there; missing folders above it too. A link of this name is accepted only if this user
-/// or root has made it: nobody else decides where files go. Fault::FileUnwritable.
+/// No part of the path is a link that another user than this one or root has made: nobody else decides where files go.
+/// Fault::FileUnwritable, naming the link.
+Result<void> no_foreign_link(const std::string& path);
+
+/// Makes the folder if it is not there; missing folders above it too. No foreign link is followed.
+/// Fault::FileUnwritable.
 Result<void> make_folder(const std::string& path);
 
 /// Whether that could be done and files be made there, as far as can be told without leaving anything: tries it in the

@@ -107,6 +107,7 @@ Result<std::vector<std::string>> copy_to(const fs::path& folder) {
                 "");
   const auto files = files_to_copy(from);
   if (!files) return files;
+  if (auto ours = no_foreign_link(folder.string()); !ours) return tl::unexpected(ours.error());
   for (const std::string& file : *files)
     if (auto free = is_free(folder / file); !free) return tl::unexpected(free.error());
   Made made;

@@ -48,7 +48,8 @@ std::string shipped_folder() {
 
 std::string shipped_file(const std::string& relative) {
   const std::string folder = shipped_folder();
-  return folder.empty() ? relative : (fs::path(folder) / relative).string();
+  // Where none came with the program, the one that would have: never one that happens to lie where one stands.
+  return (fs::path(folder.empty() ? GANTRY_DATA_DIR : folder) / relative).string();
 }
 
 std::string reference_machine() { return shipped_file("config/machines/dispenser.yaml"); }

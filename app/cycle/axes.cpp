@@ -26,9 +26,10 @@ Axes::Axes(const LoopSetup& setup) noexcept
     const AxisSetup& axis = setup_.axes[drive.axis.value];
     // A frame that comes just after SYNC0 makes the drive take two cycles of travel in one, and catch up in the next:
     // that is late, no jump.
-    const double step_max =
-        kJumpCycles * setup_.limits.axis[drive.axis.value].v_max * seconds(setup_.period) + axis.following_base;
-    drives_[d] = devices::Drive(drive.layout, drive.scale, {.cycle = setup_.period, .step_max = step_max});
+    const double travel = setup_.limits.axis[drive.axis.value].v_max * seconds(setup_.period);
+    const double step_max = kJumpCycles * travel + axis.following_base;
+    drives_[d] =
+        devices::Drive(drive.layout, drive.scale, {.cycle = setup_.period, .step_max = step_max, .travel = travel});
   }
 }
 

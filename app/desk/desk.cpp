@@ -82,8 +82,13 @@ void Desk::take(const OrderSocket::Incoming& in) {
   const run::OrderKind kind = request.order->kind;
   if (begins(*request.order)) {
     if (taken_back(in)) return reply(client, request, failure({kTakenBack}));
-    if (door_.hung_up(client))  // it may have been killed so that this does not come about
-      return log::warn("'{}' is not carried out: its client has hung up before it was taken", run::name(kind));
+    if (door_.hung_up(client)) {  // it may have been killed so that this does not come about
+      if (std::exchange(told_hung_up_, client) != client)
+        log::warn(
+            "'{}', and what else waited behind it, is not carried out: its client has hung up before it was taken",
+            run::name(kind));
+      return;
+    }
   }
   if (kind == run::OrderKind::Reset) return reset(client, request);
   if (goes_to_the_loop(kind)) return give(in);

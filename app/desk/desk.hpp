@@ -161,6 +161,7 @@ class Desk {
   run::Aside aside_;
   std::map<std::uint64_t, std::uint64_t> taken_back_;  ///< by client: number of its last abort of its own orders
   std::map<std::uint64_t, HeldBack> held_back_;        ///< by client whose orders alone are meant; kNobody: everybody's
+  std::uint64_t told_hung_up_ = 0;   ///< the last client of which people were told that it has hung up
   std::uint64_t aborted_up_to_ = 0;  ///< number of the last abort: what arrived before it does not begin any more
   std::string recipe_;               ///< of the job that is prepared or runs
   std::optional<Error> aborted_;     ///< why what is prepared does not begin

@@ -96,6 +96,9 @@ std::string figures(const record::JobResult& result) {
                         static_cast<double>(result.cycles.wake.p50) / 1e3,
                         static_cast<double>(result.cycles.wake.p99) / 1e3,
                         static_cast<double>(result.cycles.wake.max) / 1e3, result.cycles.skipped);
+  if (const auto& frames = result.cycles.frames; frames.lost > 0)
+    text += fmt::format("  bus            {} of {} frames did not come back; {} in a row stop the machine\n",
+                        frames.lost, frames.sent, result.cycles.frames_lost_max);
   text += fmt::format("  setpoint hash  {:016x} over {} ticks{}", result.setpoint_hash, result.setpoint_ticks,
                       result.setpoint_stream_complete ? "" : " (incomplete)");
   text += not_kept_in_words(result) + to_finish_in_words(result);

@@ -7,6 +7,8 @@
 
 #include "core/absolute_path.hpp"
 #include "core/sha256.hpp"
+#include "core/units.hpp"
+#include "sim/world/board.hpp"
 
 namespace gantry::desk {
 namespace {
@@ -21,7 +23,7 @@ struct Row {
 constexpr std::array kRows{Row{"--machine", "machine_hash", "machine"},
                            Row{"--bus", "bus", "bus"},
                            Row{"--world", "world", "world"},
-                           Row{"--sim-board", "board", "board"},
+                           Row{"--sim-board", "board_meant", "board"},
                            Row{"--sim-seed", "seed", "seed"},
                            Row{"--sim-script", "script", "script"},
                            Row{"--sim-state", "sim_state", "sim_state"},
@@ -33,6 +35,18 @@ constexpr std::array kRows{Row{"--machine", "machine_hash", "machine"},
 
 std::string absolute(const std::string& path) {
   return std::filesystem::path(absolute_path(path).value_or(path)).lexically_normal().string();
+}
+
+/// However it is spelt: what is not named is drawn, or 0.
+std::string board_meant(const std::string& words) {
+  const auto read = sim::parse_placement(words);
+  if (!read || words.empty()) return words;
+  std::string text = fmt::format("dx={:.9g} mm, dy={:.9g} mm, rot={:.9g} deg", read->shift.x, read->shift.y,
+                                 units::deg(read->rotation_rad));
+  if (read->z0_mm) text += fmt::format(", dz={:.9g} mm", *read->z0_mm);
+  if (read->slope_x) text += fmt::format(", tilt_x={:.9g} deg", units::deg(*read->slope_x));
+  if (read->slope_y) text += fmt::format(", tilt_y={:.9g} deg", units::deg(*read->slope_y));
+  return text;
 }
 
 std::string text(const Json& of, const char* key) {
@@ -48,6 +62,7 @@ Json identity_of(const std::string& machine_file, const run::OwnerOptions& optio
           {"bus", options.bus},
           {"world", absolute(options.world_socket)},
           {"board", options.sim.placement},
+          {"board_meant", board_meant(options.sim.placement)},
           {"seed", std::to_string(options.sim.seed)},
           {"script", absolute(options.sim.script_file)},
           {"sim_state", absolute(options.sim.state_dir)},

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "core/absolute_path.hpp"
+#include "core/new_file.hpp"
 
 namespace gantry::desk {
 namespace {
@@ -93,6 +94,7 @@ Result<void> look_at_state_folder(const std::string& path) {
 }
 
 Result<void> open_state_folder(const std::string& path) {
+  if (auto ours = no_foreign_link(fs::path(path).parent_path().string()); !ours) return ours;
   std::error_code error;
   if (const fs::path above = fs::path(path).parent_path(); !fs::is_directory(above, error)) {
     const mode_t old_mask = ::umask(0077);

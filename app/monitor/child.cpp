@@ -1,6 +1,7 @@
 #include "app/monitor/child.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
@@ -36,6 +37,20 @@ struct Spawn {
     posix_spawnattr_destroy(&attributes);
   }
 };
+
+/// Of the owner's environment the child gets what DDS, the loader and sanitizers read, and nothing else.
+std::vector<char*> its_environment() {
+  constexpr std::array kPassed{
+      "CYCLONEDDS_URI=", "CYCLONEDDS_HOME=", "LD_LIBRARY_PATH=", "PATH=", "LANG=", "LC_ALL=", "TZ=",
+      "ASAN_OPTIONS=",   "UBSAN_OPTIONS=",   "TSAN_OPTIONS="};
+  std::vector<char*> kept;
+  for (char** each = environ; *each != nullptr; ++each)
+    if (std::any_of(kPassed.begin(), kPassed.end(),
+                    [&](const char* name) { return std::string_view(*each).starts_with(name); }))
+      kept.push_back(*each);
+  kept.push_back(nullptr);
+  return kept;
+}
 
 /// The child has the shared memory and stderr, and neither the owner's bus nor its stdout, which may carry JSON.
 void give_files(Spawn& spawn, int shm_fd) {
@@ -115,7 +130,9 @@ void PublishChild::start() {
   give_files(spawn, shm_fd_);
   give_manners(spawn);
   pid_t pid = -1;
-  const int code = posix_spawn(&pid, options_.program.c_str(), &spawn.files, &spawn.attributes, argv.data(), environ);
+  std::vector<char*> env = its_environment();
+  const int code =
+      posix_spawn(&pid, options_.program.c_str(), &spawn.files, &spawn.attributes, argv.data(), env.data());
   ++starts_;
   if (code == 0)
     pid_ = pid;

@@ -36,6 +36,8 @@ struct MachineInfo {
   Text<32> name;
   std::uint32_t axes = 0;
   std::array<Axis, kMaxAxes> axis{};
+  /// By their bits in the loop's words; "": nothing of the machine.
+  std::array<Text<32>, 32> output{}, input{};
 };
 
 /// A cycle, and when it was written: by the wall clock (ns since 1970) for people, by CLOCK_MONOTONIC for its age.

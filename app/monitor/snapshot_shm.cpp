@@ -59,6 +59,12 @@ MachineInfo machine_info(const config::Machine& machine) {
     if (info.axes == kMaxAxes) break;
     info.axis[info.axes++] = {std::string_view(axis.name), axis.rotary};
   }
+  for (std::size_t i = 0; i < config::kOutputs; ++i) info.output[i] = config::name(static_cast<config::Output>(i));
+  for (std::size_t i = 0; i < config::kInputs; ++i) info.input[i] = config::name(static_cast<config::Input>(i));
+  for (const config::WordBit& free : config::output_bits(machine))
+    if (free.bit < info.output.size()) info.output[free.bit] = free.name;
+  for (const config::WordBit& free : config::input_bits(machine))
+    if (free.bit < info.input.size()) info.input[free.bit] = free.name;
   return info;
 }
 

@@ -39,11 +39,11 @@ const char* severity_name(Severity severity) {
 }
 
 /// Names of the set bits.
-template <class Signal>
-std::uint32_t names_of(std::uint32_t bits, std::size_t signals, std::array<gantry_msg_Name, 32>& out) {
+std::uint32_t names_of(std::uint32_t bits, const std::array<Text<32>, 32>& names,
+                       std::array<gantry_msg_Name, 32>& out) {
   std::uint32_t n = 0;
-  for (std::size_t i = 0; i < signals && i < out.size(); ++i)
-    if ((bits >> i & 1u) != 0) put(out[n++], config::name(static_cast<Signal>(i)));
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if ((bits >> i & 1u) != 0 && !names[i].view().empty()) put(out[n++], names[i].view());
   return n;
 }
 
@@ -79,8 +79,8 @@ void StateSample::set(const MachineInfo& info, std::uint64_t session, const Shar
   sample.axes = {._maximum = info.axes, ._length = info.axes, ._buffer = axes_.data(), ._release = false};
   sample.outputs = s.outputs;
   sample.inputs = s.inputs;
-  const auto outputs = names_of<config::Output>(s.outputs, config::kOutputs, outputs_);
-  const auto inputs = names_of<config::Input>(s.inputs, config::kInputs, inputs_);
+  const auto outputs = names_of(s.outputs, info.output, outputs_);
+  const auto inputs = names_of(s.inputs, info.input, inputs_);
   sample.outputs_on = {._maximum = outputs, ._length = outputs, ._buffer = outputs_.data(), ._release = false};
   sample.inputs_on = {._maximum = inputs, ._length = inputs, ._buffer = inputs_.data(), ._release = false};
   sample.latched_fault = static_cast<std::uint16_t>(s.latched);

@@ -131,6 +131,11 @@ bool Owner::Parts::all_referenced() const {
   });
 }
 
+std::uint32_t Owner::Parts::unreferenced() const {
+  const std::uint32_t known = control().latest().referenced;
+  return job::head_is_placed(machine, known) ? ~known : ~0u;
+}
+
 Result<void> Owner::enable() {
   const Turn turn(*parts_, Undertaking::Enable);
   if (!turn.taken()) return turn.refused();

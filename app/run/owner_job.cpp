@@ -1,5 +1,6 @@
 // An owner's job: what it does with each snapshot and event, and one recipe from its first block to its end.
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <fmt/format.h>
 #include <utility>
@@ -63,6 +64,7 @@ void Owner::Parts::on_snapshot(const cycle::Snapshot& s) {
   if (shared) shared->push(s);
   active.see(s);
   watch_alarms(s);
+  watch_references(s);
   if (on_bus) on_bus->buttons.watch(s.inputs, s.latched != Fault::None);
   if (!job) return;
   job->runner.see(s);
@@ -76,6 +78,19 @@ void Owner::Parts::watch_alarms(const cycle::Snapshot& s) {
   if (!shared || s.time_ns - alarms_told_ns < kEvery_ns) return;
   alarms_told_ns = s.time_ns;
   shared->alarms(active.list(machine, s));
+}
+
+/// Homing gives up what it is to find; whatever else takes a reference is told by its axes.
+void Owner::Parts::watch_references(const cycle::Snapshot& s) {
+  const std::uint32_t lost = referenced & ~s.referenced;
+  referenced = s.referenced;
+  if (lost == 0 || s.state == cycle::State::Homing) return;
+  std::string names;
+  for (const config::Axis& axis : machine.axes)
+    if ((lost >> axis.id.value & 1u) != 0) names += (names.empty() ? "" : ", ") + axis.name;
+  const std::string words = fmt::format("not referenced any more: {}; `home` finds them", names);
+  log::warn("{}", words);
+  if (job) job->recording.note(s.time_ns, words);
 }
 
 void Owner::Parts::acted(const std::string& what) {
@@ -103,28 +118,35 @@ void Owner::Parts::tell(const cycle::Event& e, const Error& error) {
     active.came(error);
     if (job) job->recording.alarm(now_ns, error);
   }
-  if (info(e.fault).reaction != Reaction::Note) return tell_now({e, error}, 1);
-  constexpr int kStoodStill = -2;  // not held back for cycles that were a little late
-  const int what = stood_still(machine, e) ? kStoodStill : of(e);
-  if (const auto told = notes.tell({e.fault, what}, now_ns, {e, error})) tell_now(told->note, told->count);
+  if (info(e.fault).reaction != Reaction::Note) return tell_now({{e, error}});
+  // A stall is held back neither for cycles that were a little late nor for one of half its length.
+  const int what =
+      stood_still(machine, e) ? -1 - static_cast<int>(std::bit_width(static_cast<unsigned>(e.detail))) : of(e);
+  if (const auto told = notes.tell({e.fault, what}, now_ns, {e, error})) tell_now(*told);
 }
 
-void Owner::Parts::tell_now(const FaultInWords& fault, int count) {
-  const cycle::Event& e = fault.event;
-  if (shared) shared->push(e, fault.words.message, static_cast<std::uint32_t>(count));
-  if (info(e.fault).severity == Severity::Info && !stood_still(machine, e)) return;
-  std::string words = to_text(fault.words) + stations::again(count);
+void Owner::Parts::tell_now(const HeldNotes::Told& told) {
+  const cycle::Event& e = told.note.event;
+  if (shared) shared->push(e, told.note.words.message, static_cast<std::uint32_t>(told.count));
+  std::string words = to_text(told.note.words) + stations::again(told.count, told.age_ns);
   if (job && outlived(info(e.fault)) && control().outlives_stops())
     words += fmt::format("; the job waits: {}", info(e.fault).remedy);
-  log::warn("{}", words);
+  if (info(e.fault).severity == Severity::Info && !stood_still(machine, e))
+    log::debug("{}", words);
+  else
+    log::warn("{}", words);
   if (job) job->recording.note(feed->latest().time_ns, words);
+}
+
+void Owner::Parts::tell_all() {
+  for (const auto& told : notes.flush(feed->latest().time_ns)) tell_now(told);
 }
 
 void Owner::Parts::serve() {
   name_culprits();
   fetch_mail();
   report_strays();
-  for (const auto& told : notes.due(feed->latest().time_ns)) tell_now(told.note, told.count);
+  for (const auto& told : notes.due(feed->latest().time_ns)) tell_now(told);
   serve_objects();
 }
 
@@ -243,6 +265,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
     record::add_error(result, turn.refused().error());
     return result;
   }
+  p.tell_all();  // what came before is none of this job's
   Result<void> ended = p.aside(begin_result);
   std::optional<job::Forecast> forecast;
   if (options.forecast != nullptr)
@@ -287,7 +310,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
     if (auto r = p.aside([&] { ended = begin_in(*p.world, recipe), seen_by_world = ended.has_value(); }); !r) ended = r;
   }
   if (ended) ended = p.torque();
-  if (ended && !p.all_referenced()) ended = p.home();
+  if (ended && !p.all_referenced()) ended = p.home(p.unreferenced());
   p.control().outlive_stops(options.outlives_stops);  // a stop in homing ends the job
   if (ended) ended = p.with_stations(p.job->runner.run());
   p.control().outlive_stops(false);
@@ -335,6 +358,7 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
     if (over) over = p.release_part();
     if (!over) record::add_error(result, over.error());
   }
+  p.tell_all();
   p.job->recording.over(record::result_word(result));
   p.tell_part(fmt::format("{}: {}", part, result_in_words(result)));
   p.around = p.job->runner.surroundings();

@@ -163,6 +163,8 @@ void Owner::Parts::heed_buttons() {
       on_bus->stop_ns && control().latest().time_ns - *on_bus->stop_ns < heard_within(machine.bus.cycle).count();
   if (before_answer)
     log::warn("button start: a stop came at the same time; press it again");
+  else if (undertaking != Undertaking::None && in_setup())
+    do_it("start", fail(Fault::SetupMode, std::string(info(Fault::SetupMode).text)));
   else if (control().holds_next() || state == State::Held || state == State::Holding)
     do_it("start", resume());
   else if (undertaking != Undertaking::None)
@@ -253,8 +255,10 @@ std::optional<Result<void>> Owner::reset_answer() {
   if (answer) return answer;
   const Error& why = answer.error();
   if (why.fault == Fault::Refused) return tl::unexpected(parts_->refusal(OrderKind::Reset));
-  return fail(Fault::Latched, fmt::format("{} stays latched: {}", std::string_view(code(why.fault)), why.message),
-              why.where);
+  return fail(
+      Fault::Latched,
+      fmt::format("{} stays latched: {}; {}", std::string_view(code(why.fault)), why.message, info(why.fault).remedy),
+      why.where);
 }
 
 void Owner::abort(Error why) {

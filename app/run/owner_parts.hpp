@@ -94,7 +94,9 @@ struct Owner::Parts {
   std::int64_t alarms_told_ns = 0;                // there
   std::unique_ptr<monitor::PublishChild> publisher;
   std::function<void()> poll;
-  stations::RepeatedNotes<FaultInWords> notes;
+  std::uint32_t referenced = 0;  // bit n: AxisId n, in the last snapshot
+  using HeldNotes = stations::RepeatedNotes<FaultInWords>;
+  HeldNotes notes;
   stations::ActiveFaults active;
   std::unique_ptr<OnBus> on_bus;
   bool hangs = false;  // the loop has not ended: what it uses must outlive this program
@@ -135,6 +137,8 @@ struct Owner::Parts {
   Result<void> torque();
   Result<void> still_as_given();
   [[nodiscard]] bool all_referenced() const;
+  /// What a job homes first (bit n: AxisId n). Where X, Y or Z is among it nothing says where the head is: all axes.
+  [[nodiscard]] std::uint32_t unreferenced() const;
   /// Those axes (bit n: AxisId n), lowest order first.
   Result<void> home(std::uint32_t named = ~0u);
   /// `tell`: warns of what is not watched.
@@ -171,11 +175,14 @@ struct Owner::Parts {
   void on_snapshot(const cycle::Snapshot& s);
   void on_event(const cycle::Event& e);
   void tell(const cycle::Event& e, const Error& words);
-  void tell_now(const FaultInWords& fault, int count);
+  void tell_now(const HeldNotes::Told& told);
+  /// What was held back, at once.
+  void tell_all();
   /// Somebody has given an order that was taken, or pressed a button.
   void acted(const std::string& what);
   /// Of the job on a part: that it begins, what it came to.
   void tell_part(const std::string& what);
+  void watch_references(const cycle::Snapshot& s);
   void watch_alarms(const cycle::Snapshot& s);
   void serve();
   void name_culprits();

@@ -22,29 +22,34 @@ Drive::Drive(const DriveLayout& layout, const AxisScale& scale, const DriveOptio
     : layout_(layout),
       scale_(scale),
       step_max_counts_(std::llround(std::abs(scale.to_counts_delta(options.step_max)))),
+      travel_counts_(options.travel > 0 ? std::llround(std::abs(scale.to_counts_delta(options.travel)))
+                                        : step_max_counts_),
       timeout_cycles_(kTransitionTimeout / options.cycle),
       mode_grace_cycles_(kModeGrace / options.cycle),
       polled_mode_grace_cycles_(kPolledModeGrace / options.cycle) {}
 
-/// Cycles of motion that the next position may show at once: this program slept, or frames were lost. A drive that
-/// was not known before has nothing to catch up with.
+/// Cycles that the next position shows at once: this program slept, or frames were lost. A drive that was not known
+/// before has nothing to catch up with.
 void Drive::count_missed(bool fresh, std::int64_t elapsed) noexcept {
-  const std::int64_t missed = known_ ? elapsed - 1 + (fresh ? stale_ : 0) : 0;
-  if (missed > 0) {
-    behind_ += missed;
+  missed_ = known_ ? missed_ + elapsed - 1 : 0;
+  if (missed_ > 0)
     catching_up_ = kCatchUp;
-  } else if (fresh && catching_up_ > 0 && --catching_up_ == 0) {
-    behind_ = 0;
-  }
+  else if (fresh && catching_up_ > 0)
+    --catching_up_;
 }
 
 /// Whether the position has moved farther than the axis can. Not judged: the first reading, and a drive in homing,
 /// which sets its counter at the home edge. A drive that shows the homing mode unasked is judged like any other.
+/// What a loss excuses does not add up: so much travel as the time allows, and, as long as a drive catches up, all that
+/// leads to its target.
 bool Drive::judge_step(Counts before) noexcept {
   const bool homing = asked_to_home_ && feedback_.mode == kHoming;
   if (!homing && mode_ != kHoming) asked_to_home_ = false;
   if (!known_ || homing || step_max_counts_ <= 0) return false;
-  return std::abs(feedback_.counts.value - before.value) > step_max_counts_ * (1 + behind_);
+  const std::int64_t step = feedback_.counts.value - before.value, ahead = sent_.value - before.value;
+  if (std::abs(step) <= step_max_counts_ + missed_ * travel_counts_) return false;
+  const bool to_target = (step > 0) == (ahead > 0) && std::abs(step) <= std::abs(ahead) + step_max_counts_;
+  return catching_up_ == 0 || !to_target;
 }
 
 const Feedback& Drive::read(std::span<const std::byte> inputs, bool fresh, std::int64_t elapsed,
@@ -57,6 +62,7 @@ const Feedback& Drive::read(std::span<const std::byte> inputs, bool fresh, std::
   f.jumped = false;
   if (!fresh) {
     ++stale_;
+    ++missed_;
     f.fault = Fault::None;
     return f;
   }
@@ -89,6 +95,7 @@ const Feedback& Drive::read(std::span<const std::byte> inputs, bool fresh, std::
   passed_ = there ? state_bit : static_cast<std::uint16_t>(passed_ | state_bit);
   waiting_ = progress ? 0 : waiting_ + 1;
   f.jumped = judge_step(counts_before);
+  missed_ = 0;
   f.fault = judge(before, gap);
   // A warning must not keep the machine in motion on a position that is wrong.
   if (f.jumped && (f.fault == Fault::None || info(f.fault).reaction < info(Fault::EncoderJump).reaction))
@@ -169,7 +176,7 @@ void Drive::lose() noexcept {
   feedback_.takes_targets = feedback_.jumped = false;
   unwrap_ = Unwrap{};
   known_ = asked_to_home_ = false;
-  stale_ = waiting_ = behind_ = 0;
+  stale_ = waiting_ = missed_ = 0;
   catching_up_ = 0;
   passed_ = 0;
   word_ = kDisableVoltage;

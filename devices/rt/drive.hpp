@@ -85,7 +85,8 @@ struct DriveCommand {
 
 struct DriveOptions {
   Time cycle = milliseconds(1);
-  double step_max = 0;  ///< mm or rad that the axis can move in one cycle; more is a jump; 0: not judged
+  double step_max = 0;  ///< mm or rad that one cycle may show of the axis; more is a jump; 0: not judged
+  double travel = 0;    ///< of them, what the axis does in one cycle at full speed; 0: all
 };
 
 class Drive {
@@ -135,7 +136,7 @@ class Drive {
   std::uint16_t word_ = 0;  ///< controlword as last sent
   Counts sent_;
   bool target_stands_ = false;  ///< it has torque and is not homing: sent_ does not go after its position
-  std::int64_t step_max_counts_ = 0;
+  std::int64_t step_max_counts_ = 0, travel_counts_ = 0;
   std::int64_t timeout_cycles_ = 1000, mode_grace_cycles_ = 100, polled_mode_grace_cycles_ = 1000;
   bool mode_is_polled_ = false;
   std::int64_t waiting_ = 0;     ///< cycles without progress towards the goal
@@ -143,8 +144,8 @@ class Drive {
   std::int64_t mode_asked_ = 0;  ///< cycles since the mode was asked for
   int level_held_ = 0;           ///< acknowledged cycles for which bit 7 has had its level
   std::int64_t stale_ = 0;       ///< cycles since the last fresh inputs
-  std::int64_t behind_ = 0;      ///< cycles of motion that the drive may still catch up with
-  int catching_up_ = 0;          ///< cycles for which it may
+  std::int64_t missed_ = 0;      ///< cycles in which nobody could look, before the last inputs
+  int catching_up_ = 0;          ///< cycles for which the drive may go faster than it can, towards its target
   bool known_ = false;           ///< inputs were fresh at least once since it is there
   bool asked_to_home_ = false;   ///< mode 6 was asked for and may still be shown: the drive may set its counter
 };

@@ -75,7 +75,7 @@ expect("a second owner of this state is refused", second.returncode == 7 and "G7
 
 # ---- a job through the owner is a job in process ----
 alone = program("--json", "run", recipe, "--state", os.path.join(work, "none"), "--sim-board", "dx=0.5 mm", "--out", os.path.join(work, "alone"))
-through = program("--json", "run", recipe, "--state", state, "--sim-board", "dx=0.5 mm", "--out", "through", cwd=work)
+through = program("--json", "run", recipe, "--state", state, "--sim-board", "rot=0 deg, dx=500 um", "--out", "through", cwd=work)
 a, t = json.loads(alone.stdout), json.loads(through.stdout)
 expect("both jobs are done", (alone.returncode, through.returncode) == (0, 0), through.stderr)
 expect("both documents have the same members", list(a) == list(t), (list(a), list(t)))

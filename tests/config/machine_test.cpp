@@ -133,7 +133,7 @@ TEST(Machine, notes_tell_what_is_assumed_and_what_a_bus_loss_costs) {
   EXPECT_TRUE(tells("iD286-ECFA: identity"));
   EXPECT_TRUE(tells("axis C runs open loop"));
   EXPECT_TRUE(tells("the valve stays as it is for 100 ms"));
-  EXPECT_TRUE(tells("full speed of axis X: 50 mm"));
+  EXPECT_TRUE(tells("one that goes on at its speed does 50 mm until its watchdog bites"));
 }
 
 TEST(Machine, the_kind_of_logical_map_is_separate_unless_it_is_written) {

@@ -81,6 +81,15 @@ TEST_F(NewFiles, a_folder_that_is_a_link_of_another_user_is_not_used) {
     ASSERT_FALSE(refused);
     EXPECT_NE(refused.error().message.find("user 65534"), std::string::npos);
   }
+  fs::create_directory(here_ / "real/there");
+  for (const char* name : {"theirs/there", "theirs/new", "theirs/there/new/deeper"}) {
+    const auto refused = make_folder(here_ / name);
+    ASSERT_FALSE(refused) << name;
+    EXPECT_EQ(refused.error().where, (here_ / "theirs").string());
+    EXPECT_FALSE(NewFile::create(here_ / name / "file"));
+  }
+  EXPECT_FALSE(fs::exists(here_ / "real/new"));
+  EXPECT_TRUE(make_folder(here_ / "mine/there/new")) << "by a link of one's own";
 }
 
 TEST_F(NewFiles, whether_files_can_be_made_in_a_folder_is_tried_and_leaves_nothing) {

@@ -223,6 +223,24 @@ TEST(OperatorIo, a_jog_of_automatic_that_is_held_is_not_resumed_in_setup) {
   EXPECT_EQ(turned.fastest_in_setup, 0);
 }
 
+TEST(OperatorIo, the_start_button_resumes_nothing_in_setup) {
+  TurnedJog turned(script({kInSetup, "{at: cycle 21000, do: press, input: start}"}));
+  bool held = false, resumed = false;
+  double pressed_at = 0, later = 0;
+  turned.on_cycle = [&] {
+    const auto& s = turned.idle.now();
+    if (!held && s.cycle >= 20'300) held = turned.idle.owner().order(order(OrderKind::Hold)).has_value();
+    if (s.cycle <= 20'990) pressed_at = s.target[0];
+    if (s.cycle <= 21'990) later = s.target[0];
+    if (s.cycle >= 22'000 && !resumed) resumed = turned.idle.owner().order(order(OrderKind::Resume)).has_value();
+  };
+  const auto jogged = turned.jog("100 mm/s");
+  EXPECT_TRUE(jogged) << to_text(jogged.error());
+  EXPECT_TRUE(held);
+  EXPECT_TRUE(resumed) << "whoever jogs may resume it";
+  EXPECT_EQ(later, pressed_at);
+}
+
 TEST(OperatorIo, a_jog_of_setup_goes_on_slowly_in_automatic_and_stops_where_the_door_is_open) {
   TurnedJog shut(script({kInSetup, kToAutomatic}));
   const auto jogged = shut.jog("100 mm/s");

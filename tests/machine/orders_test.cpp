@@ -313,6 +313,33 @@ TEST(Orders, a_job_is_refused_while_a_fault_is_latched_and_runs_after_the_reset)
   EXPECT_EQ(again.exit_code, ExitCode::Done) << (again.errors.empty() ? "" : to_text(again.errors.front()));
 }
 
+/// By where the world says the axes are: C and U have lost their supply, X, Y and Z are referenced and stay.
+TEST(Orders, a_job_homes_what_is_not_referenced_and_nothing_else) {
+  Rig rig({.placement = "dx=0.5 mm"});
+  ASSERT_EQ(rig.run("tests/cli/short-board.yaml").exit_code, ExitCode::Done);
+  run::Owner& owner = rig.owner();
+  const std::uint32_t all = owner.latest().referenced;
+  ASSERT_TRUE(owner.world()->add_script("{do: power_cycle, station: cu, dark: 200 ms}"));
+  for (int i = 0; i < 8000; ++i) ASSERT_TRUE(owner.idle());
+  ASSERT_NE(owner.latest().referenced, all);
+  ASSERT_EQ(owner.latest().referenced & 0b111u, all & 0b111u);
+  ASSERT_TRUE(owner.order(order(OrderKind::Reset)));
+  ASSERT_TRUE(test::answer_of_reset(owner));
+  const AxisVec before = *owner.world()->axes();
+  int homing = 0;
+  double moved_mm = 0;
+  rig.on_step = [&](run::Owner& o) {
+    if (o.latest().state != cycle::State::Homing) return;
+    ++homing;
+    const AxisVec now = *o.world()->axes();
+    for (std::size_t i = 0; i < 3; ++i) moved_mm = std::max(moved_mm, std::abs(now[i] - before[i]));
+  };
+  const auto result = rig.run("tests/cli/short-board.yaml");
+  EXPECT_EQ(result.exit_code, ExitCode::Done) << (result.errors.empty() ? "" : to_text(result.errors.front()));
+  EXPECT_GT(homing, 100);
+  EXPECT_LT(moved_mm, 0.1);
+}
+
 TEST(Orders, another_recipe_finds_its_own_board_in_the_machine) {
   Rig rig({.placement = "dx=0.5 mm"});
   ASSERT_EQ(rig.run("tests/cli/short-board.yaml").exit_code, ExitCode::Done);

@@ -13,6 +13,9 @@ inline MachineInfo bench_machine() {
   info.axes = 2;
   info.axis[0] = {std::string_view("X"), false};
   info.axis[1] = {std::string_view("C"), true};
+  for (std::size_t i = 0; i < config::kOutputs; ++i) info.output[i] = config::name(static_cast<config::Output>(i));
+  for (std::size_t i = 0; i < config::kInputs; ++i) info.input[i] = config::name(static_cast<config::Input>(i));
+  info.input[config::kInputs] = std::string_view("tray_full");  // a channel with a name of the machine's own
   return info;
 }
 
@@ -32,7 +35,7 @@ inline SharedSnapshot running_snapshot() {
   s.actual = {123.25, 1.5};
   s.following = {0.25, std::numeric_limits<double>::quiet_NaN()};
   s.outputs = config::bit(config::Output::Valve) | config::bit(config::Output::StackGreen);
-  s.inputs = config::bit(config::Input::AirOk);
+  s.inputs = config::bit(config::Input::AirOk) | 1u << config::kInputs | 1u << (config::kInputs + 1);
   return shared;
 }
 

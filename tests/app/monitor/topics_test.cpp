@@ -27,8 +27,9 @@ TEST(Topics, the_state_tells_the_snapshot_with_names) {
   ASSERT_EQ(t.outputs_on._length, 2u);
   EXPECT_STREQ(t.outputs_on._buffer[0], "valve");
   EXPECT_STREQ(t.outputs_on._buffer[1], "stack_green");
-  ASSERT_EQ(t.inputs_on._length, 1u);
+  ASSERT_EQ(t.inputs_on._length, 2u);
   EXPECT_STREQ(t.inputs_on._buffer[0], "air_ok");
+  EXPECT_STREQ(t.inputs_on._buffer[1], "tray_full");
   EXPECT_EQ(t.latched_fault, 0);
 }
 

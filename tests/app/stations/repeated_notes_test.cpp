@@ -57,6 +57,27 @@ TEST(RepeatedNotes, after_a_minute_of_quiet_the_next_one_is_told_at_once) {
   EXPECT_EQ(notes.due(63 * kSecond).size(), 1u);
 }
 
+TEST(RepeatedNotes, what_is_held_back_is_told_at_the_end_of_a_job_and_the_next_one_begins_anew) {
+  RepeatedNotes<std::string> notes;
+  EXPECT_TRUE(notes.tell({Fault::LateCycle}, 0, "first"));
+  EXPECT_FALSE(notes.tell({Fault::LateCycle}, 10, "second"));
+  EXPECT_FALSE(notes.tell({Fault::LateCycle}, 20, "third"));
+  const auto held = notes.flush(kSecond / 2);
+  ASSERT_EQ(held.size(), 1u);
+  EXPECT_EQ(held[0].note, "third");
+  EXPECT_EQ(held[0].count, 2);
+  EXPECT_EQ(held[0].age_ns, kSecond / 2 - 20);
+  EXPECT_TRUE(notes.flush(kSecond).empty());
+  EXPECT_TRUE(notes.tell({Fault::LateCycle}, kSecond / 2 + 1, "of the next job"));
+}
+
+TEST(RepeatedNotes, what_is_told_late_says_how_late) {
+  EXPECT_EQ(again(1), "");
+  EXPECT_EQ(again(1, kSecond / 4), "");
+  EXPECT_EQ(again(1, 13'449'000'000), ", 13.4 s ago");
+  EXPECT_EQ(again(3, kSecond), ", 1.0 s ago (2 more times since it was last told)");
+}
+
 TEST(RepeatedNotes, whatever_comes_when_the_counts_make_up_all_of_it) {
   for (unsigned seed = 1; seed <= 300; ++seed) {
     SCOPED_TRACE(seed);

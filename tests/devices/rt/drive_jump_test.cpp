@@ -108,6 +108,39 @@ TEST(DriveJump, while_inputs_were_stale_is_seen_at_the_first_that_are_fresh_what
       }
 }
 
+/// At rest there is nothing to catch up with, and losses that come again and again excuse no more than one of them.
+TEST(DriveJump, losses_that_come_again_do_not_add_up) {
+  for (const int apart : {2, 3, 4, 6})
+    for (const bool torque : {true, false})
+      for (const int after : {0, 1, 2, 5}) {
+        SCOPED_TRACE(testing::Message() << "every " << apart << ", torque " << torque << ", fresh ones " << after);
+        Bench b;
+        if (!torque) b.show({"switched off", 0x0250}), b.command.goal = DriveGoal::Disabled;
+        for (int i = 0; i < 1000 * apart; ++i) b.cycle(b.command, i % apart != 0);
+        b.cycle(b.command, false);
+        for (int i = 0; i < after; ++i) b.cycle(b.command);
+        b.position(kHere + 2 * kStepMax + 1);
+        EXPECT_TRUE(b.cycle(b.command).jumped);
+      }
+}
+
+/// The same while it moves, behind a target that is 4 cycles of travel ahead: what does not lead there is a jump.
+TEST(DriveJump, a_drive_that_catches_up_may_come_to_its_target_and_no_farther) {
+  for (const auto& [to, jumped] : {std::pair{kHere + 4 * kStepMax, false},
+                                   {kHere + 5 * kStepMax, false},
+                                   {kHere + 5 * kStepMax + 1, true},
+                                   {kHere - kStepMax, false},
+                                   {kHere - kStepMax - 1, true}}) {
+    SCOPED_TRACE(to);
+    Bench b;
+    b.command.target += 4 * kStepMax / 2000.0;
+    b.cycle(b.command, false);
+    b.cycle(b.command);
+    b.position(to);
+    EXPECT_EQ(b.cycle(b.command).jumped, jumped);
+  }
+}
+
 TEST(DriveJump, travel_as_fast_as_the_axis_can_is_none_with_any_trouble) {
   for (const Trouble& t : kTroubles) {
     SCOPED_TRACE(t.name);

@@ -272,25 +272,28 @@ TEST(Drive, catching_up_after_lost_frames_is_no_jump_of_the_encoder) {
   DriveBench b(2000, false, {.step_max = 1.0});
   b.enable();
   constexpr std::int32_t kLost = 12;
-  for (int i = 0; i < kLost; ++i) b.drive.read(b.inputs, false);
-  EXPECT_EQ(b.cycle({.goal = DriveGoal::Enabled}).fault, Fault::None);  // latched before the new target came
-  b.position(2000 * kLost);                                             // the next inputs show all of it at once
-  EXPECT_EQ(b.cycle({.goal = DriveGoal::Enabled}).fault, Fault::None);
-  for (int i = 0; i < 5; ++i) EXPECT_EQ(b.cycle({.goal = DriveGoal::Enabled}).fault, Fault::None);
+  const DriveCommand there{.goal = DriveGoal::Enabled, .target = kLost};
+  for (int i = 0; i < kLost; ++i) b.cycle(there, false);
+  EXPECT_EQ(b.cycle(there).fault, Fault::None);  // latched before the new target came
+  b.position(2000 * kLost);                      // the next inputs show all of it at once
+  EXPECT_EQ(b.cycle(there).fault, Fault::None);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(b.cycle(there).fault, Fault::None);
   b.position(2000 * kLost + 2000 * 3);  // the allowance is over by now
-  EXPECT_EQ(b.cycle({.goal = DriveGoal::Enabled}).fault, Fault::EncoderJump);
+  EXPECT_EQ(b.cycle(there).fault, Fault::EncoderJump);
 }
 
 TEST(Drive, catching_up_after_a_stall_is_no_jump_of_the_encoder) {
   DriveBench b(2000, false, {.step_max = 1.0});
   b.enable();
   constexpr std::int64_t kStalled = 21;
-  b.drive.read(b.inputs, true, kStalled);  // the target goes on by 21 cycles of travel in this cycle's frame ...
-  b.position(2000 * kStalled - 100);       // ... and the position follows in the next
-  EXPECT_EQ(b.cycle({.goal = DriveGoal::Enabled}).fault, Fault::None);
-  for (int i = 0; i < 5; ++i) EXPECT_EQ(b.cycle({.goal = DriveGoal::Enabled}).fault, Fault::None);
+  const DriveCommand there{.goal = DriveGoal::Enabled, .target = kStalled};
+  b.drive.read(b.inputs, true, kStalled);
+  b.drive.write(b.outputs, there);    // the target goes on by 21 cycles of travel in this cycle's frame ...
+  b.position(2000 * kStalled - 100);  // ... and the position follows in the next
+  EXPECT_EQ(b.cycle(there).fault, Fault::None);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(b.cycle(there).fault, Fault::None);
   b.position(2000 * kStalled + 2000 * 3);  // the allowance is over by now
-  EXPECT_EQ(b.cycle({.goal = DriveGoal::Enabled}).fault, Fault::EncoderJump);
+  EXPECT_EQ(b.cycle(there).fault, Fault::EncoderJump);
 }
 
 TEST(Drive, inputs_follow_the_bits_of_the_profile) {
