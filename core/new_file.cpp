@@ -96,9 +96,14 @@ void NewFile::discard() {
 
 Result<void> NewFile::close() {
   flush();
+  struct stat ours {
+  }, named{};
+  const bool gone = ::fstat(fd_, &ours) == 0 &&
+                    (::stat(path_.c_str(), &named) != 0 || named.st_ino != ours.st_ino || named.st_dev != ours.st_dev);
   const bool closed = ::close(std::exchange(fd_, -1)) == 0;
   if (failed_ == 0 && !closed) failed_ = errno;
   if (failed_ != 0) return unwritable(kNotToItsEnd, failed_, path_);
+  if (gone) return unwritable("somebody has removed or replaced the file while it was written", ENOENT, path_);
   return {};
 }
 

@@ -10,6 +10,7 @@
 #include "config/yaml.hpp"
 #include "core/absolute_path.hpp"
 #include "core/new_file.hpp"
+#include "core/shell_words.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -130,7 +131,7 @@ void add_init(CLI::App& app, Context& context) {
     if (!whole) return void(context.exit_code = show(whole.error(), context.json));
     const auto files = copy_to(*folder);
     if (!files) return void(context.exit_code = show(files.error(), context.json));
-    const std::vector<std::string> next{fmt::format("cd {}", *folder),
+    const std::vector<std::string> next{fmt::format("cd {}", shell_word(*folder)),
                                         fmt::format("gantry --machine {} check {}", kMachine, kRecipe),
                                         fmt::format("gantry --machine {} dry-run {}", kMachine, kRecipe),
                                         fmt::format("gantry --machine {} run {}", kMachine, kRecipe)};

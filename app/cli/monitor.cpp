@@ -15,7 +15,7 @@ void add_monitor(CLI::App& app, Context& context) {
   auto options = std::make_shared<monitor::MonitorOptions>();
   verb->add_option("--name", options->machine, "Listen to this machine only");
   verb->add_option("--count", options->count, "End after so many samples")->check(above_zero);
-  verb->add_option("--for", options->for_s, "End after so many seconds")->check(zero_or_more);
+  verb->add_option("--for", options->for_s, "End after so many seconds")->check(above_zero);
   add_network_options(*verb, options->network);
   verb->footer("With --json one line a sample. Example:  gantry --json monitor --count 5");
   verb->callback([&context, options] {

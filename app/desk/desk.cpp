@@ -399,6 +399,8 @@ Json Desk::hold_in_words(std::uint64_t client) const {
   const Error& stop = *hold_->stop;
   const std::string why = fmt::format("stopped: {}", to_text(stop));
   if (owner_.stopped()) return told("fault", why, fmt::format("{}; `gantry abort` ends it", info(stop.fault).remedy));
+  if (owner_.latest().latched != Fault::None)  // another one, which the job does not outlive
+    return told("fault", why, "`gantry status` names what else is wrong, and the job ends by it");
   return told("fault", why + ", which was reset", goes_on);
 }
 

@@ -122,6 +122,8 @@ Result<run::Order> order_of(const nlohmann::json& json) {
   if (auto taken = take_texts(json, order); !taken) return tl::unexpected(taken.error());
   if (const std::string wrong = run::wrong_with_serial(order.serial); !wrong.empty() && !stops(order.kind))
     return fail(Fault::Refused, "\"serial\" " + wrong);
+  if (const auto serial = json.find("serial"); serial != json.end() && order.serial.empty() && !stops(order.kind))
+    return fail(Fault::Refused, R"("serial" is empty; leave it out where the part has none)");
   if (order.kind == run::OrderKind::Run) {
     if (const auto force = json.find("force"); force != json.end()) {
       if (!force->is_boolean()) return fail(Fault::Refused, R"("force" is true or false)");

@@ -176,9 +176,10 @@ BegunPart PartOfJob::part(std::vector<std::size_t> left, bool lost) const {
 std::vector<std::size_t> PartOfJob::left_before() const { return found_ ? found_->left : all_of(recipe_); }
 
 Result<void> PartOfJob::keep(BegunPart part, record::JobResult* result) {
-  part.to_finish = recipes::to_text(recipes::selection_of(recipe_, part.left));
-  if (part.to_finish.size() > kLongestWords) part.to_finish = part.lost ? kNamed : kFinish;
-  if (result != nullptr) result->to_finish = part.to_finish;
+  // Of one whose job was lost nobody knows what is missing: no command finishes it that a program could give.
+  part.to_finish = part.lost ? kNamed : recipes::to_text(recipes::selection_of(recipe_, part.left));
+  if (part.to_finish.size() > kLongestWords) part.to_finish = kFinish;
+  if (result != nullptr && !part.lost) result->to_finish = part.to_finish;
   return parts_->keep(part);
 }
 
@@ -204,7 +205,7 @@ void PartOfJob::end(record::JobResult& result, bool clamp_holds) {
   const bool nothing_new = result.board == record::Board::Untouched;
   if (nothing_new && found_) result.board = board_of(*found_);
   if (!begun_) {
-    if (found_ && found_->sha256 == sha256_) result.to_finish = found_->to_finish;
+    if (found_ && !found_->lost && found_->sha256 == sha256_) result.to_finish = found_->to_finish;
     return;
   }
   BegunPart now = part({}, found_ && found_->lost);

@@ -178,12 +178,35 @@ Result<void> keep_image(const std::string& folder, const std::string& name, cons
 
 }  // namespace
 
+std::optional<FolderInUse> FolderInUse::take(const std::string& folder) {
+  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0 || ::flock(fd, LOCK_EX | LOCK_NB) == 0) return FolderInUse(fd);
+  const bool taken = errno == EWOULDBLOCK;
+  ::close(fd);
+  if (taken) return std::nullopt;
+  return FolderInUse();  // a file system without locks
+}
+
+FolderInUse::~FolderInUse() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+namespace {
+
+tl::unexpected<Error> in_use(const std::string& folder) {
+  return fail(Fault::Usage, "another job writes its results into this folder; wait for its end, or name another one",
+              folder);
+}
+
+}  // namespace
+
 Result<void> check_folder(const WantedFolder& wanted) {
   const bool named = !wanted.path.empty();
   if (named && !wanted.overwrite && holds_a_job(wanted.path))
     return fail(Fault::Usage,
                 "this folder holds the results of a job; name another one, or let `--force` overwrite them",
                 wanted.path);
+  if (named && !FolderInUse::take(wanted.path)) return in_use(wanted.path);
   const std::string& tried = named ? wanted.path : wanted.under;
   if (auto somewhere = absolute_path(tried); !somewhere) return tl::unexpected(somewhere.error());
   if (auto usable = try_folder(tried); !usable)
@@ -206,10 +229,12 @@ Result<JobFolder> job_folder(const WantedFolder& wanted, const std::string& reci
   auto kept_room = KeptRoom::keep(parent.string(), room.result_bytes);
   if (!kept_room) return tl::unexpected(kept_room.error());
   if (named) {
+    auto ours = FolderInUse::take(wanted.path);
+    if (!ours) return in_use(wanted.path);
     if (const std::error_code wrong = wanted.overwrite ? remove_job(parent, wanted.made_of) : std::error_code())
       return cannot(parent, wrong);
     if (::access(parent.c_str(), W_OK | X_OK) != 0) return cannot(parent, {errno, std::generic_category()});
-    return JobFolder{wanted.path, *std::move(kept_room)};
+    return JobFolder{wanted.path, *std::move(kept_room), *std::move(ours)};
   }
   const std::string stem = fs::path(recipe_file).stem().string();
   const Numbering alone(parent);
@@ -218,7 +243,8 @@ Result<JobFolder> job_folder(const WantedFolder& wanted, const std::string& reci
     if (fs::create_directory(folder, error)) {
       if (auto kept = write_new_file(number_file(parent, stem).string(), fmt::format("{}\n", n)); !kept)
         log::report(kept.error());
-      return JobFolder{folder.string(), *std::move(kept_room)};
+      auto ours = FolderInUse::take(folder.string());
+      return JobFolder{folder.string(), *std::move(kept_room), ours ? *std::move(ours) : FolderInUse()};
     }
     if (error) return cannot(folder, error);
   }

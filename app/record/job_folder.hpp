@@ -2,7 +2,9 @@
 //   auto folder = job_folder({.path = "out/first"}, recipe_file);   ...   write_job(result, folder->path);
 #pragma once
 #include <functional>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/record/job_result.hpp"
@@ -20,14 +22,30 @@ struct WantedFolder {
   std::vector<std::string> made_of{};  ///< files of the new job, which stay even where another job has left them
 };
 
+/// A folder that one job writes into, as long as this lives: no other one clears it meanwhile (flock(2)).
+class FolderInUse {
+ public:
+  FolderInUse() = default;
+  /// Nothing while another job writes into it. A folder that is not there, or not to be read, is in nobody's use.
+  static std::optional<FolderInUse> take(const std::string& folder);
+  ~FolderInUse();
+  FolderInUse(FolderInUse&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  FolderInUse& operator=(FolderInUse&&) = delete;
+
+ private:
+  explicit FolderInUse(int fd) : fd_(fd) {}
+  int fd_ = -1;
+};
+
 /// Where a job leaves its files, and the room on its disk that nobody else can take.
 struct JobFolder {
   std::string path;
   KeptRoom room;
+  FolderInUse in_use;
 };
 
 /// What is wrong with it is known before long work, and nothing is made: Fault::Usage (files cannot be made in the
-/// wanted folder, or it holds a job), FileUnwritable.
+/// wanted folder, or it holds a job, or one writes into it), FileUnwritable.
 Result<void> check_folder(const WantedFolder& wanted);
 
 /// The folder for a job's results, made, with room on its disk. Of a job that is overwritten goes what its summary

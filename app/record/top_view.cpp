@@ -127,7 +127,8 @@ void draw_deposits(Svg& svg, const View& v, const JobResult& r) {
     if (points.empty()) continue;
     const auto title = fmt::format("{}: error {}, gap {} mm", d.id.empty() ? "on no feature" : d.id,
                                    html::micrometres(d.error_mm), html::number(d.gap_mm, 3));
-    const auto colour = error_colour(d.error_mm / allowed(r, d).beside_mm);
+    const bool judged = d.kind != "purge";  // a shot at the purge place may lie as it likes
+    const auto colour = judged ? error_colour(d.error_mm / allowed(r, d).beside_mm) : "var(--muted)";
     if (crowd && (d.kind == "dot" || points.size() == 1)) {
       dots[colour].push_back(points.front());
     } else if (d.kind == "dot" || points.size() == 1) {

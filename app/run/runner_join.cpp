@@ -1,6 +1,7 @@
 // What a hold or a stop has cut: where it was cut, the needle off it, and what is left of a bead joined to what lies.
 #include <algorithm>
 #include <fmt/format.h>
+#include <span>
 
 #include "app/job/hold_ahead.hpp"
 #include "app/job/limits.hpp"
@@ -18,6 +19,16 @@ namespace {
 constexpr double kJoinError_s = 0.5e-3, kJoinError_mm = 0.02, kOfTolerance = 0.5;
 constexpr double kShortest_s = 0.005;  // that a valve can be open for what is left
 constexpr double kLonger = 2;          // times that for what would be shorter, which is laid more slowly
+
+/// Until the feature begins, at an override of 100 %.
+double way_back_s(const job::ProvenBlock& block) {
+  double back_s = 0;
+  for (const motion::Segment& s : block.segments()) {
+    if (s.feature != motion::kTravel) break;
+    back_s += motion::duration(std::span(&s, 1));
+  }
+  return back_s;
+}
 
 }  // namespace
 
@@ -169,11 +180,18 @@ Result<job::JobState> Runner::join(std::size_t feature) {
                       "'min_speed', {:.6g} mm/s",
                       left_mm, m.min_speed));
   }
-  if (const auto tried = planner_.dispense(block_, at_, {feature}, {part}); !tried) {
+  const auto tried = planner_.dispense(block_, at_, {feature}, {part});
+  if (!tried) {
     if (tried.error().fault == Fault::Aborted) return tl::unexpected(tried.error());
     return stays_cut(tried.error().message);
   }
-  log::info("'{}' is joined {:.2f} mm from its start, {:.1f} s after it was cut", id, part.mm, shut_s);
+  const double joined_s = shut_s + way_back_s(*tried) / std::min(site_.control.latest().override_factor, 1.0);
+  if (joined_s > m.rejoin_within_s)
+    return stays_cut(
+        fmt::format("its valve would have been shut for {:.1f} s when the needle is back, and material '{}' is to be "
+                    "joined within {:.6g} s ('rejoin_within')",
+                    joined_s, m.name, m.rejoin_within_s));
+  log::info("'{}' is joined {:.2f} mm from its start, about {:.1f} s after it was cut", id, part.mm, joined_s);
   joining_ =
       Joining{feature, {id, part.mm, shut_s}, site_.control.latest().time_ns - static_cast<std::int64_t>(shut_s * 1e9)};
   return job::after_cut(state_, part);
