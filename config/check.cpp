@@ -320,7 +320,7 @@ std::vector<std::string> notes(const Machine& machine) {
   if (const std::string lost = lost_emergency_stop(machine); !lost.empty())
     out.push_back("warning: " + lost + ": refused on a bus of steel");
   for (const Station& s : machine.stations)
-    if (!s.profile.not_stated.empty()) out.push_back(not_stated(s) + ": refused on a bus of steel");
+    if (!s.profile.not_stated.empty()) out.push_back("warning: " + not_stated(s) + ": refused on a bus of steel");
   for (const Axis& axis : machine.axes) {
     const Station& s = machine.stations[axis.drives.front().station.value];
     if (!s.profile.drive->closed_loop)

@@ -328,7 +328,7 @@ void Axes::start_homing(std::uint32_t mask) noexcept {
     if ((mask >> id.value & 1u) == 0) continue;
     referenced_ &= ~(1u << id.value);
     squaring_[id.value] = {};
-    apart_[id.value] = 0;
+    apart_[id.value] = 0, ended_by_[id.value] = kNoStation;
     homing_[d].start(setup_.axes[id.value].homing.limits, drives_[d].feedback());
   }
 }
@@ -351,9 +351,10 @@ void Axes::follow_homing() noexcept {
 
 /// Where one side has given up, the other one does not go on alone.
 void Axes::end_together(std::size_t i) noexcept {
-  devices::HomingRun &a = homing_[setup_.axes[i].drives[0]], &b = homing_[setup_.axes[i].drives[1]];
-  if (a.fault() != Fault::None && b.busy()) b.cancel(a.fault());
-  if (b.fault() != Fault::None && a.busy()) a.cancel(b.fault());
+  const auto& drives = setup_.axes[i].drives;
+  devices::HomingRun &a = homing_[drives[0]], &b = homing_[drives[1]];
+  if (a.fault() != Fault::None && b.busy()) b.cancel(a.fault()), ended_by_[i] = setup_.drives[drives[0]].station;
+  if (b.fault() != Fault::None && a.busy()) a.cancel(b.fault()), ended_by_[i] = setup_.drives[drives[1]].station;
 }
 
 /// Both sides go the same way, to switches that stand square: what one goes farther than the other is how far the beam
@@ -402,11 +403,13 @@ Axes::Homed Axes::finish_homing() noexcept {
     for (const std::uint8_t d : setup_.axes[i].drives) {
       if (homing_[d].phase() == devices::HomingRun::Phase::Done) continue;
       done = false;
-      if (first.fault == Fault::None) first = {homing_[d].fault(), AxisId{static_cast<std::uint8_t>(i)}, apart_[i]};
+      if (first.fault == Fault::None)
+        first = {homing_[d].fault(), AxisId{static_cast<std::uint8_t>(i)}, apart_[i], ended_by_[i]};
     }
     if (done && squaring_[i].fault() != Fault::None) {
       done = false;
-      if (first.fault == Fault::None) first = {squaring_[i].fault(), AxisId{static_cast<std::uint8_t>(i)}, apart_[i]};
+      if (first.fault == Fault::None)
+        first = {squaring_[i].fault(), AxisId{static_cast<std::uint8_t>(i)}, apart_[i], kNoStation};
     }
     if (!done) {
       if (setup_.axes[i].drives.size() == 2) join(AxisId{static_cast<std::uint8_t>(i)}, true);

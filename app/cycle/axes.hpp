@@ -7,6 +7,7 @@
 #include <bitset>
 #include <cstdint>
 
+#include "app/cycle/channels.hpp"
 #include "app/cycle/loop_setup.hpp"
 #include "app/cycle/sent_targets.hpp"
 #include "app/cycle/squaring.hpp"
@@ -102,7 +103,8 @@ class Axes {
   struct Homed {
     Fault fault = Fault::None;  ///< the first failure, and its axis
     AxisId axis = kNoAxis;
-    double sides_apart = 0;  ///< of a beam: what one side was found apart from the other, mm
+    double sides_apart = 0;          ///< of a beam: what one side was found apart from the other, mm
+    StationId station = kNoStation;  ///< of a beam: of the side that gave up first
   };
   /// After homing() turned false: sets the references of the axes that have arrived.
   Homed finish_homing() noexcept;
@@ -136,8 +138,9 @@ class Axes {
   AxisVec actual_{}, speed_{}, last_target_{};
   SentTargets sent_;
   std::uint32_t homing_mask_ = 0, referenced_ = 0;
-  std::array<Squaring, kMaxAxes> squaring_{};  ///< of the second side, since homing began
-  AxisVec apart_{};                            ///< of two sides, as homing has seen them, mm
+  std::array<Squaring, kMaxAxes> squaring_{};   ///< of the second side, since homing began
+  AxisVec apart_{};                             ///< of two sides, as homing has seen them, mm
+  std::array<StationId, kMaxAxes> ended_by_{};  ///< of a beam's homing: the station of the side that gave up first
   std::array<int, kMaxDrives>
       away_{};  ///< cycles in which its station did not take part, up to counter_low_max: it was lost then
   std::bitset<kMaxDrives> dropped_;

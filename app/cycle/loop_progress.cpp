@@ -176,7 +176,7 @@ void Loop::finish_homing() noexcept {
   const Axes::Homed end = axes_.finish_homing();
   hold_position();
   if (latched_ == Fault::None && end.fault != Fault::None && end.fault != Fault::Aborted)
-    react(end.fault, end.axis, static_cast<std::int32_t>(end.sides_apart * 1000));
+    react(end.fault, end.axis, static_cast<std::int32_t>(end.sides_apart * 1000), end.station);
   change(rest());
   answer_pending(end.fault != Fault::None ? end.fault : latched_);
 }

@@ -234,7 +234,8 @@ Result<void> Owner::Parts::home(std::uint32_t named) {
     auto homed = command({.kind = cycle::CommandKind::Home, .axes = mask}, timeout_s);
     if (!homed && homed.error().fault == Fault::GantrySkew)
       homed.error().message +=
-          "; one of them has gone as much farther than the other, and `homing.rack_max` lets it go no farther: look at "
+          "; one of them has gone as much farther than the other, which is more than `homing.rack_max` and braking "
+          "explain: look at "
           "the beam. If it was racked before, it is so by that much less, and `reset` and `home` go on from there; if "
           "it "
           "stood square, it is racked now: a side does not see its switch";

@@ -65,6 +65,20 @@ TEST_F(NewFiles, a_long_file_is_whole_and_a_full_device_is_told) {
   EXPECT_FALSE(NewFile::create(here_ / "no/such/folder"));
 }
 
+TEST_F(NewFiles, one_that_has_lost_its_name_while_it_was_written_is_told) {
+  for (const bool replaced : {false, true}) {
+    auto file = NewFile::create(here_ / "job.bin");
+    ASSERT_TRUE(file);
+    file->write("a");
+    fs::remove(here_ / "job.bin");
+    if (replaced) std::ofstream(here_ / "job.bin") << "another job's";
+    const auto closed = file->close();
+    ASSERT_FALSE(closed);
+    EXPECT_NE(closed.error().message.find("removed or replaced"), std::string::npos) << closed.error().message;
+    EXPECT_EQ(text("job.bin"), replaced ? "another job's" : "");
+  }
+}
+
 TEST_F(NewFiles, a_folder_that_is_a_link_of_another_user_is_not_used) {
   fs::create_directory(here_ / "real");
   fs::create_directory_symlink(here_ / "real", here_ / "mine");

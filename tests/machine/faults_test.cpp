@@ -50,9 +50,10 @@ TEST(Faults, a_script_entry_beyond_the_end_of_the_job_is_told_with_its_line) {
                      "- {at: cycle 90000000, do: lose_frames, count: 3}\n"});
   const auto result = rig.run(kDemo);
   EXPECT_EQ(result.exit_code, ExitCode::Done);
-  ASSERT_EQ(result.events.size(), 1u);
-  EXPECT_TRUE(result.events[0].ends_with(":2:3: lose_frames at cycle 90000000 did not happen before the job ended"))
-      << result.events[0];
+  ASSERT_EQ(result.events.size(), 2u);
+  EXPECT_NE(result.events[0].find("[G132]"), std::string::npos) << result.events[0];
+  EXPECT_TRUE(result.events[1].ends_with(":2:3: lose_frames at cycle 90000000 did not happen before the job ended"))
+      << result.events[1];
 }
 
 /// Also of the jobs behind it, whose time it is not either.

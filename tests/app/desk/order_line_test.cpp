@@ -60,6 +60,16 @@ TEST(OrderLine, a_key_that_is_not_meant_there_is_refused_by_name) {
 
 /// Whoever gives it: what a command line may not say, a line of the socket may not, either. What stops is taken all the
 /// same.
+TEST(OrderLine, an_empty_serial_is_none_that_a_scanner_has_read) {
+  for (const char* line :
+       {R"({"order":"run","recipe":"/jobs/a.yaml","serial":""})", R"({"order":"part_removed","serial":""})"}) {
+    const auto refused = parse_order(line);
+    ASSERT_FALSE(refused) << line;
+    EXPECT_NE(refused.error().message.find("\"serial\" is empty"), std::string::npos) << refused.error().message;
+  }
+  EXPECT_TRUE(parse_order(R"({"order":"part_removed"})"));
+}
+
 TEST(OrderLine, a_serial_that_steers_a_terminal_or_is_too_long_is_refused) {
   for (const char* order : {"run", "part_removed"})
     for (const std::string& serial :

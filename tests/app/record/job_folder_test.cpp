@@ -70,6 +70,21 @@ TEST(JobFolder, force_takes_away_what_the_job_has_left_and_nothing_else) {
   EXPECT_TRUE(fs::exists(folder.path + "/marks/holiday.png"));
 }
 
+TEST(JobFolder, is_not_cleared_while_its_job_writes) {
+  const Folder folder;
+  const std::string& path = folder.path;
+  {
+    const auto ours = job_folder({.path = path, .overwrite = true}, "a.yaml");
+    ASSERT_TRUE(ours);
+    const auto other = job_folder({.path = path + "/", .overwrite = true}, "b.yaml");
+    ASSERT_FALSE(other);
+    EXPECT_EQ(other.error().fault, Fault::Usage);
+    EXPECT_NE(other.error().message.find("another job writes"), std::string::npos) << other.error().message;
+    EXPECT_FALSE(check_folder({.path = path, .overwrite = true}));
+  }
+  EXPECT_TRUE(job_folder({.path = path, .overwrite = true}, "b.yaml"));
+}
+
 TEST(JobFolder, an_emptied_folder_of_images_goes_too) {
   const Folder folder;
   JobResult r = with_images();
