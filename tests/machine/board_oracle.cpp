@@ -203,13 +203,23 @@ Opinion opinion(const std::vector<Wanted>& wanted, const std::vector<RawShot>& s
       out.verdict = one.verdict, out.why = fmt::format("feature {}: {}", i, one.why);
   };
   const auto planned = [&](std::size_t i) { return undisturbed.size() == wanted.size() ? &undisturbed[i] : nullptr; };
+  // Where some are missing a shot is that of the feature that begins nearest to it, and of no other.
+  const auto nearest = [&](const RawShot& shot) {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < wanted.size(); ++i)
+      if (norm(flat(shot.path.front()) - wanted[i].points.front()) <
+          norm(flat(shot.path.front()) - wanted[best].points.front()))
+        best = i;
+    return best;
+  };
   bool all_there = true;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     bool there = false;
     for (const RawShot& shot : shots) {
-      const bool meant = shots.size() == wanted.size()
-                             ? &shot == &shots[i]
-                             : norm(flat(shot.path.front()) - wanted[i].points.front()) < kNear_mm;
+      const bool meant =
+          shots.size() == wanted.size()
+              ? &shot == &shots[i]
+              : nearest(shot) == i && norm(flat(shot.path.front()) - wanted[i].points.front()) < kNear_mm;
       if (!meant) continue;
       const bool moves = norm(flat(shot.path.back()) - flat(shot.path.front())) > 0.2 || shot.path.size() > 3;
       there = there || (moves == wanted[i].bead && judge(wanted[i], shot, planned(i)).full);
