@@ -7,7 +7,6 @@
 
 #include "core/absolute_path.hpp"
 #include "core/sha256.hpp"
-#include "core/units.hpp"
 #include "sim/world/board.hpp"
 
 namespace gantry::desk {
@@ -37,16 +36,10 @@ std::string absolute(const std::string& path) {
   return std::filesystem::path(absolute_path(path).value_or(path)).lexically_normal().string();
 }
 
-/// However it is spelt: what is not named is drawn, or 0.
+/// However it is spelt.
 std::string board_meant(const std::string& words) {
   const auto read = sim::parse_placement(words);
-  if (!read || words.empty()) return words;
-  std::string text = fmt::format("dx={:.9g} mm, dy={:.9g} mm, rot={:.9g} deg", read->shift.x, read->shift.y,
-                                 units::deg(read->rotation_rad));
-  if (read->z0_mm) text += fmt::format(", dz={:.9g} mm", *read->z0_mm);
-  if (read->slope_x) text += fmt::format(", tilt_x={:.9g} deg", units::deg(*read->slope_x));
-  if (read->slope_y) text += fmt::format(", tilt_y={:.9g} deg", units::deg(*read->slope_y));
-  return text;
+  return read && !words.empty() ? sim::to_text(*read) : words;
 }
 
 std::string text(const Json& of, const char* key) {

@@ -72,22 +72,14 @@ int kept_number(const fs::path& parent, const std::string& stem) {
 
 /// Two jobs that begin at once in one folder number theirs one after the other. Whoever holds the lock for longer than
 /// a number takes does not keep jobs from beginning.
-class Numbering {
- public:
-  explicit Numbering(const fs::path& parent) : fd_(::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    constexpr int kTries = 100;
-    for (int n = 0; fd_ >= 0 && n < kTries && ::flock(fd_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK; ++n)
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+std::optional<FolderInUse> number_alone(const fs::path& parent) {
+  constexpr int kTries = 100;
+  for (int n = 0; n < kTries; ++n) {
+    if (auto alone = FolderInUse::take(parent.string())) return alone;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-  ~Numbering() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Numbering(const Numbering&) = delete;
-  Numbering& operator=(const Numbering&) = delete;
-
- private:
-  int fd_;
-};
+  return std::nullopt;
+}
 
 /// A file or a link itself; folders and devices are nobody's of a job's.
 bool is_file(const fs::path& path) {
@@ -237,7 +229,7 @@ Result<JobFolder> job_folder(const WantedFolder& wanted, const std::string& reci
     return JobFolder{wanted.path, *std::move(kept_room), *std::move(ours)};
   }
   const std::string stem = fs::path(recipe_file).stem().string();
-  const Numbering alone(parent);
+  const std::optional<FolderInUse> alone = number_alone(parent);
   for (int n = last_number(parent, stem, kept_number(parent, stem)) + 1; n <= kHighestNumber; ++n) {
     const fs::path folder = parent / fmt::format("{}-{:03}", stem, n);
     if (fs::create_directory(folder, error)) {

@@ -93,6 +93,15 @@ std::string to_text(const BoardPlacement& p) {
                      units::deg(p.slope.y));
 }
 
+std::string to_text(const PlacementText& p) {
+  std::string text =
+      fmt::format("dx={:.9g} mm, dy={:.9g} mm, rot={:.9g} deg", p.shift.x, p.shift.y, units::deg(p.rotation_rad));
+  if (p.z0_mm) text += fmt::format(", dz={:.9g} mm", *p.z0_mm);
+  if (p.slope_x) text += fmt::format(", tilt_x={:.9g} deg", units::deg(*p.slope_x));
+  if (p.slope_y) text += fmt::format(", tilt_y={:.9g} deg", units::deg(*p.slope_y));
+  return text;
+}
+
 BoardPlan board_plan(const recipes::Recipe& recipe) {
   BoardPlan plan{.name = recipe.name,
                  .board = recipe.board,

@@ -40,8 +40,9 @@ Result<PlacementText> parse_placement(std::string_view text);
 /// Draws board number `board` of this seed: height and tilt always, shift and rotation unless `text` says them.
 BoardPlacement draw_placement(const config::SimConfig& truth, std::uint64_t seed, std::uint64_t board,
                               const std::optional<PlacementText>& text);
-/// The form that parse_placement reads.
+/// The form that parse_placement reads; of a text, what it names.
 std::string to_text(const BoardPlacement& placement);
+std::string to_text(const PlacementText& text);
 
 /// What a recipe says that exists physically, or ought to after dispensing.
 struct BoardPlan {

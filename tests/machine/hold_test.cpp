@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "tests/machine/order.hpp"
 #include "tests/machine/rig.hpp"
 
 namespace gantry {
@@ -14,11 +15,11 @@ namespace {
 
 using run::OrderKind;
 using test::Rig;
+using test::valve_open;
 
 constexpr const char* kPatterns = "recipes/patterns.yaml";
 constexpr double kSpeed_mm_s = 20, kPlace_mm = 0.02, kRetract_mm = 4;
 
-bool valve_open(const cycle::Snapshot& s) { return (s.outputs & config::bit(config::Output::Valve)) != 0; }
 run::Order hold(bool now) { return {.kind = OrderKind::Hold, .now = now}; }
 run::Order resume() { return {.kind = OrderKind::Resume}; }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "tests/machine/idle.hpp"
+#include "tests/machine/order.hpp"
 #include "tests/machine/said.hpp"
 
 namespace gantry {
@@ -11,13 +12,13 @@ namespace {
 using cycle::State;
 using run::OrderKind;
 using test::Idle;
+using test::order;
 using test::Rig;
+using test::valve_open;
 
 constexpr const char* kDemo = "recipes/demo-board.yaml";
 constexpr const char* kShort = "tests/cli/short-board.yaml";
 
-run::Order order(OrderKind kind) { return {.kind = kind, .value = 1}; }
-bool valve_open(const cycle::Snapshot& s) { return (s.outputs & config::bit(config::Output::Valve)) != 0; }
 bool clamped(const cycle::Snapshot& s) { return (s.outputs & config::bit(config::Output::Clamp)) != 0; }
 std::string first_error(const record::JobResult& r) { return r.errors.empty() ? "" : to_text(r.errors.front()); }
 

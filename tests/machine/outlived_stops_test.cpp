@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
+#include "tests/machine/order.hpp"
 #include "tests/machine/rig.hpp"
 
 namespace gantry {
@@ -15,12 +16,12 @@ namespace {
 using cycle::State;
 using run::OrderKind;
 using test::Rig;
+using test::valve_open;
 
 constexpr const char* kDemo = "recipes/demo-board.yaml";
 constexpr const char* kPatterns = "recipes/patterns.yaml";
 constexpr double kSpeed_mm_s = 20, kPlace_mm = 0.02, kStill_mm = 1e-6;
 
-bool valve_open(const cycle::Snapshot& s) { return (s.outputs & config::bit(config::Output::Valve)) != 0; }
 std::string first_error(const record::JobResult& r) { return r.errors.empty() ? "" : to_text(r.errors.front()); }
 
 void set(run::Owner& owner, const std::string& input, bool on) {
