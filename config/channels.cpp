@@ -34,7 +34,7 @@ class Channels {
         mistakes_.add(Fault::Inconsistent,
                       "an inverted valve is open whenever nobody writes its output: when the bus is lost, the program "
                       "ends or the station starts; wire a valve that is shut without current, and leave `invert` out",
-                      row.invert_place);
+                      row.invert_location);
       if (which == known.end())
         rest.push_back({row.name, *channel});
       else
@@ -60,14 +60,14 @@ class Channels {
       mistakes_.add(Fault::UnknownReference,
                     fmt::format("'{}' is a free name, and this file has no '{}'; {} (a free name must be less like it)",
                                 row.name, meant, did_you_mean(meant)),
-                    row.place);
+                    row.location);
       return false;
     }
     if (bit < kChannelBits) return true;
     mistakes_.add(Fault::OutOfRange,
                   fmt::format("'{}' is one too many: {} names are known, and {} more may be free", row.name,
                               outputs_ ? kOutputs : kInputs, kChannelBits - (outputs_ ? kOutputs : kInputs)),
-                  row.place);
+                  row.location);
     return false;
   }
 
@@ -84,33 +84,33 @@ class Channels {
       mistakes_.add(
           Fault::UnknownReference,
           fmt::format("there is no station '{}'; {}", row.station.value, did_you_mean(row.station.value, names)),
-          row.station.place);
+          row.station.location);
       return std::nullopt;
     }
     if (station->profile.name.empty()) return std::nullopt;  // its profile has mistakes of its own
     if (station->profile.slots > 0) {
       mistakes_.add(Fault::Inconsistent, fmt::format("'{}' is a drive; name a station that is none", station->name),
-                    row.station.place);
+                    row.station.location);
       return std::nullopt;
     }
     const auto bit = bit_of(row, *station);
     if (!bit) return std::nullopt;
-    const Location place = row.terminal.given() ? row.terminal.place : row.bit.place;
+    const Location location = row.terminal.given() ? row.terminal.location : row.bit.location;
     const auto [other, is_new] = taken_.try_emplace({station->id, *bit}, row.name);
-    if (!is_new) mistakes_.add(Fault::Inconsistent, fmt::format("'{}' has this bit already", other->second), place);
+    if (!is_new) mistakes_.add(Fault::Inconsistent, fmt::format("'{}' has this bit already", other->second), location);
     return Channel{station->id, static_cast<std::uint8_t>(*bit), row.invert};
   }
 
   std::optional<int> bit_of(const ChannelRow& row, const Station& station) {
     if (row.bit.given() == row.terminal.given()) {
       mistakes_.add(row.bit.given() ? Fault::Inconsistent : Fault::MissingKey,
-                    fmt::format("'{}' needs exactly one of: bit, terminal", row.name), row.place);
+                    fmt::format("'{}' needs exactly one of: bit, terminal", row.name), row.location);
       return std::nullopt;
     }
     if (row.terminal.given()) return bit_of_terminal(row.terminal, station);
     const int width = image_bits(station.profile, outputs_);
     if (row.bit.value < width) return row.bit.value;
-    mistakes_.add(Fault::OutOfRange, fmt::format("'{}' has {} bits, 0 first", station.name, width), row.bit.place);
+    mistakes_.add(Fault::OutOfRange, fmt::format("'{}' has {} bits, 0 first", station.name, width), row.bit.location);
     return std::nullopt;
   }
 
@@ -123,13 +123,13 @@ class Channels {
       if (t.bits == 1 && t.bit < 256) return t.bit;
       mistakes_.add(Fault::Inconsistent,
                     fmt::format("terminal '{}' carries {} bits; a channel is one bit, below 256", t.name, t.bits),
-                    name.place);
+                    name.location);
       return std::nullopt;
     }
     mistakes_.add(Fault::UnknownReference,
                   fmt::format("'{}' ({}) has no {} terminal '{}'; {}", station.name, station.profile.title,
                               outputs_ ? "output" : "input", name.value, did_you_mean(name.value, names)),
-                  name.place);
+                  name.location);
     return std::nullopt;
   }
 

@@ -19,26 +19,27 @@ using written::MachineFile;
 constexpr double kMostRevs_s = 200;
 
 void check_stations(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
-  std::map<std::pair<BusKind, int>, std::string> places;
+  std::map<std::pair<BusKind, int>, std::string> positions;
   int on_ring = 0;
   for (const Station& s : m.stations) on_ring += s.bus == BusKind::EtherCat;
   for (std::size_t i = 0; i < m.stations.size(); ++i) {
     const Station& s = m.stations[i];
-    const Location place = file.stations[i].position.place;
-    const auto [other, is_new] = places.try_emplace({s.bus, s.position}, s.name);
+    const Location location = file.stations[i].position.location;
+    const auto [other, is_new] = positions.try_emplace({s.bus, s.position}, s.name);
     if (!is_new)
-      mistakes.add(Fault::Inconsistent, fmt::format("'{}' stands at {} already", other->second, s.position), place);
+      mistakes.add(Fault::Inconsistent, fmt::format("'{}' stands at {} already", other->second, s.position), location);
     else if (s.bus == BusKind::EtherCat && s.position >= on_ring)
-      mistakes.add(Fault::OutOfRange, fmt::format("the ring has {} stations; positions count from 0", on_ring), place);
+      mistakes.add(Fault::OutOfRange, fmt::format("the ring has {} stations; positions count from 0", on_ring),
+                   location);
     else if (s.bus == BusKind::CanOpen && s.position == 0)
-      mistakes.add(Fault::OutOfRange, "CANopen node ids are 1 .. 127", place);
+      mistakes.add(Fault::OutOfRange, "CANopen node ids are 1 .. 127", location);
     for (std::size_t k = 0; k < i; ++k)
       if (s.alias != 0 && s.alias == m.stations[k].alias && look_alike(s, m.stations[k]))
         mistakes.add(Fault::Inconsistent,
                      fmt::format("'{}' looks like '{}' ({}) and has the same alias, so that nobody sees it when their "
                                  "cables are swapped; give each an alias of its own, and set it on the station",
                                  s.name, m.stations[k].name, s.profile.title),
-                     file.stations[i].alias_place);
+                     file.stations[i].alias_location);
   }
 }
 
@@ -54,34 +55,35 @@ void check_axis(const Machine& m, const Axis& axis, const written::AxisRow& row,
       mistakes.add(Fault::Inconsistent,
                    fmt::format("{} cannot be {}: it lacks mode {}", station.profile.title,
                                mode == 8 ? "streamed (write kind: positioned)" : "positioned", mode),
-                   row.drives[d].place);
+                   row.drives[d].location);
     if (axis.homing && std::find(drive.homing_methods.begin(), drive.homing_methods.end(), axis.homing->method) ==
                            drive.homing_methods.end())
       mistakes.add(Fault::Inconsistent,
                    fmt::format("{} homes by methods {}", station.profile.title, fmt::join(drive.homing_methods, ", ")),
-                   row.homing->method.place);
+                   row.homing->method.location);
     if (row.following && !drive.closed_loop)
       mistakes.add(
           Fault::Inconsistent,
           fmt::format("{} runs open loop: its position is the command, so there is no following error to watch",
                       station.profile.title),
-          row.following->base.place);
+          row.following->base.location);
   }
   if (watched && axis.kind == AxisKind::Streamed && !row.following)
-    mistakes.add(Fault::MissingKey, "'following' is missing here (the window of a closed-loop axis)", row.place);
+    mistakes.add(Fault::MissingKey, "'following' is missing here (the window of a closed-loop axis)", row.location);
   if (axis.unit_per_rev > 0 && axis.v_max / axis.unit_per_rev > kMostRevs_s)
     mistakes.add(Fault::OutOfRange,
                  fmt::format("turns the motor at {:.6g} rpm; more than {:.6g} rpm is taken for a slip",
                              60 * axis.v_max / axis.unit_per_rev, 60 * kMostRevs_s),
-                 row.v_max.place);
+                 row.v_max.location);
   if (axis.drives.size() == 2 && !row.skew_max.given())
-    mistakes.add(Fault::MissingKey, "'skew_max' is missing here (a gantry axis must watch its two sides)", row.place);
+    mistakes.add(Fault::MissingKey, "'skew_max' is missing here (a gantry axis must watch its two sides)",
+                 row.location);
   if (axis.drives.size() != 1) return;
   const written::HomingRow none, &homing = row.homing ? *row.homing : none;
   for (const auto* at : {&row.skew_max, &homing.rack_max, &homing.square_max})
     if (at->given()) {
       mistakes.add(Fault::Inconsistent, "one drive has no skew; leave it out, and what else is of two sides",
-                   at->place);
+                   at->location);
       break;
     }
 }
@@ -91,13 +93,13 @@ bool check_roles(const Machine& m, const MachineFile& file, Mistakes& mistakes) 
   struct Role {
     const char* name;
     std::optional<AxisId> axis;
-    Location place;
+    Location location;
   };
-  const Role roles[] = {{"x", m.x, file.roles.x.place},
-                        {"y", m.y, file.roles.y.place},
-                        {"z", m.z, file.roles.z.place},
-                        {"turn", m.c, file.roles.turn.place},
-                        {"lift", m.u, file.roles.lift.place}};
+  const Role roles[] = {{"x", m.x, file.roles.x.location},
+                        {"y", m.y, file.roles.y.location},
+                        {"z", m.z, file.roles.z.location},
+                        {"turn", m.c, file.roles.turn.location},
+                        {"lift", m.u, file.roles.lift.location}};
   bool apart = true;
   for (std::size_t i = 0; i < std::size(roles); ++i)
     for (std::size_t k = 0; k < i; ++k) {
@@ -107,7 +109,7 @@ bool check_roles(const Machine& m, const MachineFile& file, Mistakes& mistakes) 
                    fmt::format("axis {} has the role '{}' already; write another axis, or leave '{}' out where the "
                                "machine has none",
                                m.axes[roles[i].axis->value].name, roles[k].name, roles[i].name),
-                   roles[i].place);
+                   roles[i].location);
     }
   return apart;
 }
@@ -131,7 +133,7 @@ void check_rise(const Axis& axis, const written::AxisRow& row, Mistakes& mistake
                   rise_s(v, a, j), kLongestRise_s,
                   of_acceleration ? in_units(axis, 2 * v / kLongestRise_s, "/s^2")
                                   : in_units(axis, 4 * v / (kLongestRise_s * kLongestRise_s), "/s^3")),
-      of_acceleration ? row.a_max.place : row.j_max.place);
+      of_acceleration ? row.a_max.location : row.j_max.location);
 }
 
 void check_axes(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
@@ -144,27 +146,27 @@ void check_axes(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
       const auto [other, is_new] = taken.try_emplace({ref.station, ref.slot}, m.axes[i].name);
       if (!is_new)
         mistakes.add(Fault::Inconsistent, fmt::format("axis '{}' has this drive already", other->second),
-                     file.axes[i].drives[d].place);
+                     file.axes[i].drives[d].location);
     }
   }
   const auto is_streamed = [&](AxisId id) { return m.axes[id.value].kind == AxisKind::Streamed; };
   for (const auto& [role, name] : {std::pair{m.x, &file.roles.x}, {m.y, &file.roles.y}, {m.z, &file.roles.z}})
     if (!is_streamed(role))
-      mistakes.add(Fault::Inconsistent, "an axis that carries the head must be streamed", name->place);
+      mistakes.add(Fault::Inconsistent, "an axis that carries the head must be streamed", name->location);
   for (const auto& [role, name] : {std::pair{m.c, &file.roles.turn}, {m.u, &file.roles.lift}})
     if (role && !is_streamed(*role))
       mistakes.add(Fault::Inconsistent,
                    fmt::format("axis {} is positioned: its drive moves by itself, and a job plays targets to the axes "
                                "of its roles; name a streamed axis",
                                m.axes[role->value].name),
-                   name->place);
+                   name->location);
   const auto& z_homing = m.axes[m.z.value].homing;
   for (const AxisId id : {m.x, m.y})
     if (const auto& h = m.axes[id.value].homing; h && z_homing && z_homing->order >= h->order) {
       mistakes.add(Fault::Inconsistent,
                    fmt::format("axis {} moves sideways before {} is up; give {} the lowest order",
                                m.axes[id.value].name, m.axes[m.z.value].name, m.axes[m.z.value].name),
-                   file.axes[m.z.value].homing->place);
+                   file.axes[m.z.value].homing->location);
       break;
     }
   for (std::size_t i = 0; i < file.park.size(); ++i) {
@@ -177,13 +179,13 @@ void check_axes(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
             fmt::format("axis {} is positioned: its drive moves by itself, and no job takes it anywhere; leave "
                         "it out",
                         axis.name),
-            file.park[i].place);
+            file.park[i].location);
     } else if (m.park[i].second < axis.p_min || m.park[i].second > axis.p_max)
-      mistakes.add(Fault::OutOfRange, outside_of(axis), file.park[i].quantity.place);
+      mistakes.add(Fault::OutOfRange, outside_of(axis), file.park[i].quantity.location);
   }
   const Axis& z = m.axes[m.z.value];
   if (m.safe_z_mm < z.p_min || m.safe_z_mm > z.p_max)
-    mistakes.add(Fault::OutOfRange, outside_of(z), file.safe_z_mm.place);
+    mistakes.add(Fault::OutOfRange, outside_of(z), file.safe_z_mm.location);
 }
 
 void check_sim(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
@@ -192,9 +194,9 @@ void check_sim(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
     const SimAxis& truth = m.sim.axes[axis.id.value];
     if (truth.neg_limit >= axis.p_min || truth.pos_limit <= axis.p_max)
       mistakes.add(Fault::Inconsistent, fmt::format("limit switches stand outside the travel of axis {}", axis.name),
-                   row.limits.place);
+                   row.limits.location);
     if (truth.start < truth.neg_limit || truth.start > truth.pos_limit)
-      mistakes.add(Fault::OutOfRange, "outside the limit switches", row.start.place);
+      mistakes.add(Fault::OutOfRange, "outside the limit switches", row.start.location);
   }
 }
 

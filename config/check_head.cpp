@@ -39,14 +39,14 @@ void check_tip(const Machine& m, const ToolRow& row, Mistakes& mistakes) {
                              "more than the {:.4g} mm that are kept clear: no proof would know of it; give it a body "
                              "under head: bodies: that ends at its tip, or correct one of the two",
                              row.name, off, nearest->name, slack),
-                 row.place);
+                 row.location);
   else if (row.lift_mm.value > 0 && !nearest->on_lift)
     mistakes.add(
         Fault::Inconsistent,
         fmt::format("'{}' works with the lift down, and its body '{}' does not ride on it; write on_lift: true "
                     "there, or leave `lift` out",
                     row.name, nearest->name),
-        row.lift_mm.place);
+        row.lift_mm.location);
 }
 
 void check_probe(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
@@ -56,27 +56,28 @@ void check_probe(const Machine& m, const MachineFile& file, Mistakes& mistakes) 
     mistakes.add(
         Fault::Inconsistent,
         fmt::format("a touch goes down by axis {}, so that its drive must latch; write axis: {}", z.name, z.name),
-        file.probe.axis.place);
+        file.probe.axis.location);
   else if (!find_object(probe, {0x60B8, 0}))
-    mistakes.add(Fault::Inconsistent, fmt::format("{} has no probe input (60B8h)", probe.title), file.probe.axis.place);
+    mistakes.add(Fault::Inconsistent, fmt::format("{} has no probe input (60B8h)", probe.title),
+                 file.probe.axis.location);
   if (m.probe.travel_mm <= m.probe.approach_mm)
     mistakes.add(
         Fault::Inconsistent,
         fmt::format("gives up after {:.6g} mm, and the surface is {:.6g} mm below where it begins (`approach`); "
                     "write more",
                     m.probe.travel_mm, m.probe.approach_mm),
-        file.probe.travel_mm.place);
+        file.probe.travel_mm.location);
   if (m.probe.fast_mm_s > 0 && m.probe.fast_mm_s <= m.probe.speed_mm_s)
     mistakes.add(Fault::Inconsistent,
                  fmt::format("the first touch at {:.6g} mm/s is not faster than the one that counts, at {:.6g} mm/s "
                              "(`speed`); write more, or leave it out",
                              m.probe.fast_mm_s, m.probe.speed_mm_s),
-                 file.probe.fast_mm_s.place);
+                 file.probe.fast_mm_s.location);
   for (const auto* at : {&file.probe.speed_mm_s, &file.probe.fast_mm_s})
     if (at->given() && at->value > z.v_max)
       mistakes.add(Fault::OutOfRange,
                    fmt::format("more than v_max of axis {}, {:.6g} mm/s; write that or less", z.name, z.v_max),
-                   at->place);
+                   at->location);
 }
 
 /// The axes stand still until the answer: an exposure that is not over by then has none.
@@ -87,7 +88,7 @@ void check_camera(const Machine& m, const MachineFile& file, Mistakes& mistakes)
         fmt::format("camera: an exposure of {:.6g} ms is not over when its answer takes effect, {:.6g} ms after "
                     "the trigger (`answer_latency`); write a shorter `exposure`, or a longer `answer_latency`",
                     m.camera.exposure_s * 1e3, m.camera.answer_latency_s * 1e3),
-        file.camera_place);
+        file.camera_location);
 }
 
 /// What would never turn would be proved, and drawn, as if it stood.
@@ -99,7 +100,7 @@ void check_turn(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
                    fmt::format("'{}' is to turn, and no axis has the role `turn`; give it to one (roles: turn), or "
                                "leave `on_turn` out",
                                row.name),
-                   row.on_turn_place);
+                   row.on_turn_location);
 }
 
 /// Somewhere the axes rest; of an axis that is left out it is not known where it stands.
@@ -167,7 +168,7 @@ void check_park(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   if (const auto near = too_near(m, m.park))
     mistakes.add(Fault::Inconsistent,
                  fmt::format("park: there {}; write another position, or correct that body", in_words(m, *near)),
-                 file.park.front().place);
+                 file.park.front().location);
 }
 
 /// Nor where homing ends: no job could begin there. Methods 35 and 37 leave an axis where it is.
@@ -182,7 +183,7 @@ void check_homing_end(const Machine& m, const MachineFile& file, Mistakes& mista
                fmt::format("where homing ends {}: no job could begin there; move it or make it smaller, or state "
                            "another `position` of the home edge",
                            in_words(m, *near)),
-               (near->zone ? file.keep_out : file.scene)[near->row].place);
+               (near->zone ? file.keep_out : file.scene)[near->row].location);
 }
 
 }  // namespace
@@ -191,14 +192,14 @@ void check_head(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   for (const std::string_view needed : {"needle", "camera", "probe"})
     if (!find_tool(m, needed))
       mistakes.add(Fault::MissingKey, fmt::format("tool '{}' is missing under head: tools:", needed),
-                   file.head.tools.front().place);
+                   file.head.tools.front().location);
   for (const auto& row : file.head.tools) {
     if (row.name != "camera") check_tip(m, row, mistakes);  // the camera's is a point in focus
     if (!row.lift_mm.given()) continue;
     if (!m.u) {
-      mistakes.add(Fault::Inconsistent, "no axis has the role `lift`", row.lift_mm.place);
+      mistakes.add(Fault::Inconsistent, "no axis has the role `lift`", row.lift_mm.location);
     } else if (const Axis& u = m.axes[m.u->value]; row.lift_mm.value < u.p_min || row.lift_mm.value > u.p_max) {
-      mistakes.add(Fault::OutOfRange, outside_of(u), row.lift_mm.place);
+      mistakes.add(Fault::OutOfRange, outside_of(u), row.lift_mm.location);
     }
   }
   std::set<std::string> names;
@@ -206,7 +207,7 @@ void check_head(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   for (const auto& row : file.scene)
     if (names.count(row.name))
       mistakes.add(Fault::DuplicateKey, fmt::format("the head has a body '{}' too; messages name bodies", row.name),
-                   row.place);
+                   row.location);
   check_probe(m, file, mistakes);
   check_camera(m, file, mistakes);
   check_turn(m, file, mistakes);

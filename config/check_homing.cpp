@@ -63,7 +63,7 @@ class HomingCheck {
                               "inverted and method {} goes by the drive's own counter; let both count the same way "
                               "(parameter `direction` of the station), and write `invert` for both or for none",
                               axis_.name, homing_.method),
-                  axis_row.drives[1].place);
+                  axis_row.drives[1].location);
     return true;
   }
 
@@ -74,7 +74,7 @@ class HomingCheck {
         mistakes_.add(Fault::OutOfRange,
                       fmt::format("{} is more than {} of the axis, {}; write that or less", in_units(axis_, value, per),
                                   what, in_units(axis_, limit, per)),
-                      at.place);
+                      at.location);
     };
     most(row_.fast, homing_.fast, axis_.v_max, "v_max", "/s");
     most(row_.slow, homing_.slow, axis_.v_max, "v_max", "/s");
@@ -85,7 +85,7 @@ class HomingCheck {
                     fmt::format("{} over the switch's edge is faster than {} towards it (`fast`); write less, because "
                                 "the edge is found as exactly as it is slow",
                                 in_units(axis_, homing_.slow, "/s"), in_units(axis_, homing_.fast, "/s")),
-                    row_.slow.place);
+                    row_.slow.location);
   }
 
   /// Behind a limit switch is the room of an axis that passes it at full speed, or of a revolution (assumed); nobody
@@ -100,7 +100,7 @@ class HomingCheck {
                     "one revolution ({}); write at least {}, or a slower `fast`",
                     in_units(axis_, homing_.fast, "/s"), in_units(axis_, overrun(homing_)), in_units(axis_, room),
                     in_units(axis_, homing_.fast * homing_.fast / (2 * room), "/s^2")),
-        row_.acceleration.place);
+        row_.acceleration.location);
   }
 
   /// Speeds and acceleration as whole numbers of what the drive counts in (6099h, 609Ah).
@@ -111,13 +111,14 @@ class HomingCheck {
       struct Value {
         ObjectAddress object;
         double value, counts;  ///< counts/s or counts/s^2 in one unit of the object
-        Location place;
+        Location location;
         std::string_view per;
       };
       for (const Value& v :
-           {Value{{0x6099, 1}, homing_.fast, facts.velocity_counts_s, row_.fast.place, "/s"},
-            Value{{0x6099, 2}, homing_.slow, facts.velocity_counts_s, row_.slow.place, "/s"},
-            Value{{0x609A, 0}, homing_.acceleration, facts.acceleration_counts_s2, row_.acceleration.place, "/s^2"}}) {
+           {Value{{0x6099, 1}, homing_.fast, facts.velocity_counts_s, row_.fast.location, "/s"},
+            Value{{0x6099, 2}, homing_.slow, facts.velocity_counts_s, row_.slow.location, "/s"},
+            Value{
+                {0x609A, 0}, homing_.acceleration, facts.acceleration_counts_s2, row_.acceleration.location, "/s^2"}}) {
         const double unit = v.counts / std::abs(axis_.counts_per_unit);
         const ObjectRow* object = find_object(profile, v.object);
         const double least = std::max(1.0, object && object->min ? static_cast<double>(*object->min) : 1.0);
@@ -127,7 +128,7 @@ class HomingCheck {
         mistakes_.add(Fault::OutOfRange,
                       fmt::format("{} takes {} .. {} in {} here", profile.title, in_units(axis_, least * unit, v.per),
                                   in_units(axis_, most * unit, v.per), to_text(v.object)),
-                      v.place);
+                      v.location);
         return;
       }
     }
@@ -146,7 +147,7 @@ class HomingCheck {
                       method.index_pulse ? "finds the next index pulse, of whichever revolution"
                                          : "takes for home where the axis stands",
                       axis_.name, in_units(axis_, homing_.position)),
-          row_.method.place);
+          row_.method.location);
     return true;
   }
 
@@ -159,7 +160,7 @@ class HomingCheck {
                               "known of where it stands{}",
                               how(), z_down ? "downwards (Z is up positive)" : "where the lift is low", axis_.name,
                               opposite_method("on the way up")),
-                  row_.method.place);
+                  row_.method.location);
     return true;
   }
 
@@ -180,7 +181,7 @@ class HomingCheck {
             mirrored(homing_.method) == 0
                 ? ""
                 : fmt::format(", or method {} for the switch at the other end", mirrored(homing_.method))),
-        row_.position.place);
+        row_.position.location);
     return true;
   }
 
@@ -199,7 +200,7 @@ class HomingCheck {
                     "axes: {0}",
                     axis_.name, in_units(axis_, edge), in_units(axis_, homing_.position), in_units(axis_, low),
                     in_units(axis_, high), in_units(axis_, truth.neg_limit), in_units(axis_, truth.pos_limit)),
-        row_.position.place);
+        row_.position.location);
   }
 
   const Machine& machine_;
@@ -252,7 +253,7 @@ void check_homing(const Machine& m, const written::MachineFile& file, Mistakes& 
                    fmt::format("'homing' is missing here: axis {} gets targets, and nothing would say where it stands; "
                                "write for example {}",
                                axis.name, example(m, axis)),
-                   file.axes[i].place);
+                   file.axes[i].location);
   }
 }
 

@@ -29,7 +29,7 @@ std::string in_units(const Parameter& p, double value) {
   return fmt::format("{:.6g}{}{}", value / p.per_unit, p.unit.empty() ? "" : " ", p.unit);
 }
 
-void check_fact(const StationProfile& profile, const Parameter& p, Location place, Mistakes& mistakes) {
+void check_fact(const StationProfile& profile, const Parameter& p, Location location, Mistakes& mistakes) {
   for (int slot = 0; slot < profile.slots; ++slot)
     if (const StartupRow* row = asked(profile, p, slot); row != nullptr && p.value && row->value != *p.value) {
       mistakes.add(
@@ -37,12 +37,12 @@ void check_fact(const StationProfile& profile, const Parameter& p, Location plac
           fmt::format("the program counts on {} = {} of {} ({}): by another value motion is scaled wrongly, or "
                       "its watch is blind; leave it out, or write a profile of its own for this station",
                       p.name, *p.value, profile.title, p.why),
-          place);
+          location);
       return;
     }
 }
 
-void check_current(const StationProfile& profile, const Parameter& p, Location place, Mistakes& mistakes) {
+void check_current(const StationProfile& profile, const Parameter& p, Location location, Mistakes& mistakes) {
   const ObjectRow* object = find_object(profile, p.address);
   const double most = object != nullptr && object->max ? static_cast<double>(*object->max) : 0;
   for (int slot = 0; slot < profile.slots; ++slot)
@@ -52,7 +52,7 @@ void check_current(const StationProfile& profile, const Parameter& p, Location p
                    fmt::format("{} gives no torque worth its name ({} takes up to {}), and an axis that hangs would "
                                "fall; write the current on the motor's name plate",
                                in_units(p, static_cast<double>(row->value)), profile.title, in_units(p, most)),
-                   place);
+                   location);
       return;
     }
 }
@@ -96,9 +96,9 @@ void check_parameters(const Machine& m, const MachineFile& file, Mistakes& mista
     for (const auto& setting : file.stations[i].parameters) {
       const Parameter* p = find_parameter(profile, setting.name);
       if (p == nullptr) continue;
-      const Location place = setting.values.empty() ? setting.place : setting.values.front().place;
-      if (find_stated_fact(setting.name) != nullptr) check_fact(profile, *p, place, mistakes);
-      if (setting.name == kCurrent) check_current(profile, *p, place, mistakes);
+      const Location location = setting.values.empty() ? setting.location : setting.values.front().location;
+      if (find_stated_fact(setting.name) != nullptr) check_fact(profile, *p, location, mistakes);
+      if (setting.name == kCurrent) check_current(profile, *p, location, mistakes);
     }
   }
 }

@@ -16,20 +16,20 @@ constexpr int kBuffers = 3;  // of a SyncManager of process data, one behind the
 std::string flag_in_words(bool closed_loop) { return closed_loop ? "true" : "false"; }
 
 void meaning_differs(const Parameter& p, std::string_view fact, const std::string& stated, const std::string& by_drive,
-                     Location place, Mistakes& mistakes) {
+                     Location location, Mistakes& mistakes) {
   mistakes.add(Fault::Inconsistent,
                fmt::format("'{}' = {} stands for `{}: {}`, and `drive` says {}; correct one of the two, or, where the "
                            "value is a code, write what it stands for: `means: {{{}: {}}}`",
                            p.name, *p.value, fact, stated, by_drive, fact, by_drive),
-               place);
+               location);
 }
 
 void check_meaning(const StationProfile& profile, const Parameter& p, const Node& row, Mistakes& mistakes) {
   if (!profile.drive || !p.value) return;
   Meaning means;
   const Node* node = row.find("means");
-  if (node != nullptr) read_object(*node, meaning_fields(), means, node->place, mistakes);
-  const Location place = place_of_key(row, node != nullptr ? "means" : "value");
+  if (node != nullptr) read_object(*node, meaning_fields(), means, node->location, mistakes);
+  const Location location = location_of_key(row, node != nullptr ? "means" : "value");
   const StatedFact* fact = find_stated_fact(p.name);
   if (fact != nullptr && node == nullptr) {
     if (fact->is_count)
@@ -38,14 +38,14 @@ void check_meaning(const StationProfile& profile, const Parameter& p, const Node
       mistakes.add(Fault::MissingKey,
                    fmt::format("'{}' is a code; write what {} stands for: `means: {{closed_loop: {}}}`", p.name,
                                *p.value, flag_in_words(profile.drive->closed_loop)),
-                   place);
+                   location);
   }
   if (means.counts_per_rev && *means.counts_per_rev != std::int64_t{profile.drive->counts_per_rev})
     meaning_differs(p, "counts_per_rev", std::to_string(*means.counts_per_rev),
-                    std::to_string(profile.drive->counts_per_rev), place, mistakes);
+                    std::to_string(profile.drive->counts_per_rev), location, mistakes);
   if (means.closed_loop && *means.closed_loop != profile.drive->closed_loop)
     meaning_differs(p, "closed_loop", flag_in_words(*means.closed_loop), flag_in_words(profile.drive->closed_loop),
-                    place, mistakes);
+                    location, mistakes);
 }
 
 /// A parameter and its object say the same of it.
@@ -55,14 +55,14 @@ void check_object(const StationProfile& profile, const Parameter& p, const Node&
   if (object->type != p.type)
     mistakes.add(Fault::Inconsistent,
                  fmt::format("{} has another type in `objects`; write the same", to_text(p.address)),
-                 place_of_key(row, "type"));
+                 location_of_key(row, "type"));
   if (!p.value) return;
   if ((object->min && *p.value < *object->min) || (object->max && *p.value > *object->max))
     mistakes.add(Fault::OutOfRange,
                  fmt::format("{} of '{}' is not within what `objects` gives {}: {} to {}", *p.value, p.name,
                              to_text(p.address), object->min ? std::to_string(*object->min) : "any",
                              object->max ? std::to_string(*object->max) : "any"),
-                 place_of_key(row, "value"));
+                 location_of_key(row, "value"));
 }
 
 void check_mapping(const StationProfile& profile, const Node& root, Mistakes& mistakes) {
@@ -84,10 +84,11 @@ void check_mapping(const StationProfile& profile, const Node& root, Mistakes& mi
       const char* const key = r.output ? "rx_pdos" : "tx_pdos";
       const auto its = std::ranges::find(pdos, slot, &PdoRow::slot);
       const Node& rows = *root.find(key);
-      mistakes.add(Fault::MissingKey,
-                   fmt::format("{} ({} of axis {}) is in none of `{}`, and is needed in every cycle; add it",
-                               to_text(address), r.name, slot, key),
-                   its != pdos.end() ? rows.items[static_cast<std::size_t>(its - pdos.begin())].place : rows.place);
+      mistakes.add(
+          Fault::MissingKey,
+          fmt::format("{} ({} of axis {}) is in none of `{}`, and is needed in every cycle; add it", to_text(address),
+                      r.name, slot, key),
+          its != pdos.end() ? rows.items[static_cast<std::size_t>(its - pdos.begin())].location : rows.location);
     }
 }
 
@@ -108,7 +109,7 @@ void check_sync_managers(const StationProfile& profile, const Node& rows, Mistak
                    fmt::format("its {} bytes from 0x{:04X} lie over the {} bytes from 0x{:04X} of another one (process "
                                "data have {} buffers); give it a start of its own",
                                length, all[i].start, other, all[k].start, kBuffers),
-                   place_of_key(rows.items[i], "start"));
+                   location_of_key(rows.items[i], "start"));
       break;
     }
 }
@@ -136,7 +137,7 @@ void check_profile(const StationProfile& profile, const Node& root, Mistakes& mi
       std::ranges::count(profile.drive->modes, kHomingMode) == 0)
     mistakes.add(Fault::Inconsistent,
                  "`homing_methods` are listed, and `modes` lack 6 (homing); add it, or leave the methods out: []",
-                 place_of_key(*root.find("drive"), "modes"));
+                 location_of_key(*root.find("drive"), "modes"));
 }
 
 }  // namespace gantry::config

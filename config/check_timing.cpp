@@ -24,7 +24,8 @@ std::string shown(const Axis& axis, double value, std::string_view per = "") {
 }
 
 /// Stations whose watchdog bites before `tolerated_ms` are over.
-void check_watchdogs(const Machine& m, double tolerated_ms, std::string_view what, Location place, Mistakes& mistakes) {
+void check_watchdogs(const Machine& m, double tolerated_ms, std::string_view what, Location location,
+                     Mistakes& mistakes) {
   std::vector<std::string> bite_early;
   for (const Station& s : m.stations)
     if (s.bus == BusKind::EtherCat && s.profile.watchdog_ms <= tolerated_ms)
@@ -33,7 +34,7 @@ void check_watchdogs(const Machine& m, double tolerated_ms, std::string_view wha
   mistakes.add(Fault::Inconsistent,
                fmt::format("{} of {:.6g} ms is tolerated, but watchdogs bite earlier: {}", what, tolerated_ms,
                            fmt::join(bite_early, ", ")),
-               place);
+               location);
 }
 
 /// Drives interpolate to a target until the next one comes: no axis answers sooner than a cycle.
@@ -44,7 +45,7 @@ void check_delays(const Machine& m, const MachineFile& file, Mistakes& mistakes)
     const Axis& axis = m.axes[i];
     if (axis.kind != AxisKind::Streamed) continue;
     if (axis.response_delay_s > kMostDelay_s)
-      mistakes.add(Fault::OutOfRange, "more than 50 ms cannot be compensated", file.axes[i].place);
+      mistakes.add(Fault::OutOfRange, "more than 50 ms cannot be compensated", file.axes[i].location);
     if (axis.response_delay_s > 0 && axis.response_delay_s < cycle_s * (1 - kRounding))
       sooner.push_back(fmt::format("{} ({:.6g} ms)", axis.name, axis.response_delay_s * 1e3));
   }
@@ -54,7 +55,7 @@ void check_delays(const Machine& m, const MachineFile& file, Mistakes& mistakes)
                              "over, and these have a shorter response_delay: {}; state what `gantry commission AXIS` "
                              "measures at this cycle, or a shorter cycle",
                              cycle_s * 1e3, fmt::join(sooner, ", ")),
-                 file.bus.cycle_s.place);
+                 file.bus.cycle_s.location);
 }
 
 /// How far a sound axis is seen behind its target: by its answer, and by the cycle until its position is read. While it
@@ -82,7 +83,7 @@ Lag worst_lag(const Axis& axis, double late_s) {
 }
 
 /// A position is read in whole counts: what watches it must be wider than they are.
-void check_counts(const Axis& axis, double bound, Location place, Mistakes& mistakes) {
+void check_counts(const Axis& axis, double bound, Location location, Mistakes& mistakes) {
   const double least = kLeastCounts / std::abs(axis.counts_per_unit);
   if (bound >= least * (1 - kRounding)) return;
   mistakes.add(
@@ -90,7 +91,7 @@ void check_counts(const Axis& axis, double bound, Location place, Mistakes& mist
       fmt::format("less than {:.6g} counts of the drive ({}), which a sound axis is off; write more, or correct "
                   "per_rev",
                   kLeastCounts, shown(axis, least)),
-      place);
+      location);
 }
 
 /// An axis that has its full speed within a cycle has no ramp that targets could tell.
@@ -100,7 +101,7 @@ void check_ramp(const Machine& m, const Axis& axis, const AxisRow& row, Mistakes
     mistakes.add(Fault::OutOfRange,
                  fmt::format("the axis would have v_max after {:.3g} ms, within one cycle; {} or less would be a ramp",
                              axis.v_max / axis.a_max * 1e3, shown(axis, axis.v_max / cycle_s, "/s^2")),
-                 row.a_max.place);
+                 row.a_max.location);
 }
 
 void check_following(const Machine& m, const Axis& axis, const AxisRow& row, Mistakes& mistakes) {
@@ -119,26 +120,26 @@ void check_following(const Machine& m, const Axis& axis, const AxisRow& row, Mis
             shown(axis, worst.speed, "/s"), shown(axis, window(axis, worst.speed)), shown(axis, worst.lag),
             axis.response_delay_s * 1e3, seconds(m.bus.cycle) * 1e3,
             shown(axis, std::max(axis.following_base, axis.a_max * late_s * late_s)), late_s * 1e3),
-        row.following->base.place);
-  check_counts(axis, axis.following_base, row.following->base.place, mistakes);
+        row.following->base.location);
+  check_counts(axis, axis.following_base, row.following->base.location, mistakes);
   if (axis.following_base >= axis.p_max - axis.p_min)
     mistakes.add(
         Fault::OutOfRange,
         fmt::format("as wide as the travel of the axis ({}): it watches nothing", shown(axis, axis.p_max - axis.p_min)),
-        row.following->base.place);
+        row.following->base.location);
 }
 
 /// The sides of a gantry axis go by one target, each within its window, so that they part by two windows at most.
 void check_skew(const Axis& axis, const AxisRow& row, Mistakes& mistakes) {
   if (axis.drives.size() != 2) return;
-  if (row.skew_max.given() && axis.skew_max > 0) check_counts(axis, axis.skew_max, row.skew_max.place, mistakes);
+  if (row.skew_max.given() && axis.skew_max > 0) check_counts(axis, axis.skew_max, row.skew_max.location, mistakes);
   const double most = kSidesPart * window(axis, axis.v_max);
   if (row.following && axis.skew_max >= most)
     mistakes.add(Fault::Inconsistent,
                  fmt::format("its sides cannot part by {} before one of them leaves its following window (twice {} at "
                              "v_max): it watches nothing; write what the beam bears, less than {}",
                              shown(axis, axis.skew_max), shown(axis, most / kSidesPart), shown(axis, most)),
-                 row.skew_max.place);
+                 row.skew_max.location);
   if (!row.homing) return;
   for (const auto& [at, value] : {std::pair{&row.homing->rack_max, axis.homing->rack_max},
                                   std::pair{&row.homing->square_max, axis.homing->square_max}})
@@ -147,7 +148,7 @@ void check_skew(const Axis& axis, const AxisRow& row, Mistakes& mistakes) {
                    fmt::format("must be more than 0, and less than the travel of the axis ({}), or it watches nothing; "
                                "leave it out when in doubt",
                                shown(axis, axis.p_max - axis.p_min)),
-                   at->place);
+                   at->location);
 }
 
 /// What is kept from bodies for an axis is no less than 0, and less than would close all of its travel.
@@ -158,14 +159,14 @@ void check_path_error(const Machine& m, const Axis& axis, const AxisRow& row, Mi
         Fault::OutOfRange,
         fmt::format("must be at least 0, and less than half of the travel of the axis ({}), or no path is left",
                     shown(axis, axis.p_max - axis.p_min)),
-        row.path_error.place);
+        row.path_error.location);
   else if (axis.kind != AxisKind::Streamed)
-    mistakes.add(Fault::Inconsistent, "a positioned axis follows no path; leave it out", row.path_error.place);
+    mistakes.add(Fault::Inconsistent, "a positioned axis follows no path; leave it out", row.path_error.location);
   else if (axis.id != m.x && axis.id != m.y && axis.id != m.z && axis.id != m.c && axis.id != m.u)
     mistakes.add(Fault::Inconsistent,
                  "an axis that has none of the `roles` moves nothing that is kept from bodies; leave it out, or give "
                  "the axis its role",
-                 row.path_error.place);
+                 row.path_error.location);
 }
 
 /// How far the axis is off its path at full speed by what its delay is known, here or on the simulated machine, to be
@@ -194,13 +195,14 @@ bool check_timing(const Machine& m, const MachineFile& file, Mistakes& mistakes)
     mistakes.add(Fault::Inconsistent,
                  fmt::format("stations that do not support this cycle: {}; write one that all of them do",
                              fmt::join(other_cycles, ", ")),
-                 file.bus.cycle_s.place);
+                 file.bus.cycle_s.location);
     return false;
   }
   const double cycle_ms = seconds(m.bus.cycle) * 1e3;
-  check_watchdogs(m, cycle_ms * m.bus.stop_after_missed_hardware, "a stall", file.bus.stop_after_missed.place,
+  check_watchdogs(m, cycle_ms * m.bus.stop_after_missed_hardware, "a stall", file.bus.stop_after_missed.location,
                   mistakes);
-  const Location lost = file.bus.frames_lost_place.line > 0 ? file.bus.frames_lost_place : file.bus.cycle_s.place;
+  const Location lost =
+      file.bus.frames_lost_location.line > 0 ? file.bus.frames_lost_location : file.bus.cycle_s.location;
   check_watchdogs(m, cycle_ms * m.bus.frames_lost_max, "a loss of frames", lost, mistakes);
   check_delays(m, file, mistakes);
   return true;

@@ -103,7 +103,7 @@ const Fields<Parameter>& parameter_fields() {
         object_shape(meaning_fields())},
        [](const Node& node, Parameter&, Mistakes& mistakes) {  // check_profile() compares them
          Meaning means;
-         read_object(node, meaning_fields(), means, node.place, mistakes);
+         read_object(node, meaning_fields(), means, node.location, mistakes);
        }},
       text("why", &Parameter::why, kRequired, "what it is for"),
   };
@@ -215,7 +215,7 @@ const Fields<DriveFacts>& drive_fields() {
       {{"inputs", kOptional, "bits of 60FDh", object_shape(input_fields())},
        [](const Node& node, DriveFacts& to, Mistakes& mistakes) {
          Inputs in;
-         read_object(node, input_fields(), in, node.place, mistakes);
+         read_object(node, input_fields(), in, node.location, mistakes);
          to.input_neg_limit = in.negative_limit;
          to.input_pos_limit = in.positive_limit;
          to.input_home = in.home;
@@ -224,7 +224,7 @@ const Fields<DriveFacts>& drive_fields() {
         object_shape(status_bit_fields())},
        [](const Node& node, DriveFacts& to, Mistakes& mistakes) {
          StatusBits bits;
-         read_object(node, status_bit_fields(), bits, node.place, mistakes);
+         read_object(node, status_bit_fields(), bits, node.location, mistakes);
          to.status_follows = bits.follows;
          to.status_limit = bits.limit;
        }},
@@ -249,7 +249,7 @@ const Fields<DriveFacts>& drive_fields() {
 
 struct TerminalRow {
   std::string name;
-  Location place;
+  Location location;
   At<int> in, out;
   int bits = 1;
   bool unread = false;  ///< something of it is a mistake
@@ -270,7 +270,7 @@ void read_terminals(const Node& node, StationProfile& to, Mistakes& mistakes) {
   named("terminals", &Rows::all, terminal_fields(), {0, 256}, kOptional, "").read(node, rows, mistakes);
   for (const TerminalRow& row : rows.all) {
     if (!row.unread && row.in.given() == row.out.given())
-      mistakes.add(Fault::BadValue, fmt::format("terminal '{}' needs exactly one of: in, out", row.name), row.place);
+      mistakes.add(Fault::BadValue, fmt::format("terminal '{}' needs exactly one of: in, out", row.name), row.location);
     to.terminals.push_back({row.name, row.out.given(), row.out.given() ? row.out.value : row.in.value, row.bits});
   }
 }
@@ -324,7 +324,7 @@ const Fields<StationProfile>& profile_fields() {
 void resolve_pdos(const StationProfile& profile, std::vector<PdoRow>& pdos, const Node& rows, Mistakes& mistakes) {
   for (std::size_t i = 0; i < pdos.size(); ++i) {
     PdoRow& pdo = pdos[i];
-    const Location place = rows.items[i].place;
+    const Location location = rows.items[i].location;
     int total = 0;
     for (PdoEntry& entry : pdo.entries) {
       const ObjectRow* object = find_object(profile, first_slot(profile, entry.address, pdo.slot));
@@ -332,7 +332,7 @@ void resolve_pdos(const StationProfile& profile, std::vector<PdoRow>& pdos, cons
         mistakes.add(Fault::UnknownReference,
                      fmt::format("PDO 0x{:04X} maps 0x{:04X}:{}, which is no mappable row of `objects`", pdo.index,
                                  entry.address.index, entry.address.sub),
-                     place);
+                     location);
         continue;
       }
       entry.bit_length = static_cast<std::uint8_t>(bits(object->type));
@@ -343,7 +343,7 @@ void resolve_pdos(const StationProfile& profile, std::vector<PdoRow>& pdos, cons
       mistakes.add(Fault::Inconsistent,
                    fmt::format("PDO 0x{:04X} maps {} objects of {} bits; its limits are {} objects and {} bytes",
                                pdo.index, count, total, profile.max_pdo_entries, profile.max_pdo_bytes),
-                   place);
+                   location);
   }
 }
 
@@ -378,7 +378,7 @@ void check_terminals(const StationProfile& profile, const Node& rows, Mistakes& 
     mistakes.add(Fault::OutOfRange,
                  fmt::format("terminal '{}' ends at bit {}; the station's {} have {} bits", t.name, t.bit + t.bits - 1,
                              t.output ? "outputs" : "inputs", width),
-                 key->place);
+                 key->location);
   }
 }
 

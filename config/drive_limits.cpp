@@ -174,7 +174,8 @@ void check_drive_limits(const Machine& m, const written::MachineFile& file, Mist
         if (!doubt.mistake) continue;
         const auto& station = file.stations[ref.station.value];
         const auto row = std::ranges::find(station.parameters, doubt.parameter, &written::SettingRow::name);
-        mistakes.add(Fault::Inconsistent, doubt.text, row != station.parameters.end() ? row->place : station.place);
+        mistakes.add(Fault::Inconsistent, doubt.text,
+                     row != station.parameters.end() ? row->location : station.location);
       }
 }
 

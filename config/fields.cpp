@@ -29,7 +29,7 @@ std::string what_it_is(const Node& node) {
 bool expect_scalar(const Node& node, std::string_view wanted, Mistakes& mistakes) {
   if (node.kind == Node::Kind::Refused) return false;
   if (node.kind == Node::Kind::Scalar) return true;
-  mistakes.add(Fault::BadValue, fmt::format("{}; expected {}", what_it_is(node), wanted), node.place);
+  mistakes.add(Fault::BadValue, fmt::format("{}; expected {}", what_it_is(node), wanted), node.location);
   return false;
 }
 
@@ -93,7 +93,7 @@ std::optional<Quantity> read_quantity(const Node& node, const ValueShape& shape,
   if (node.text.size() > kMaxNumber) {
     mistakes.add(Fault::BadValue,
                  fmt::format("'{}' is not a number; write for example '{}'", shown(node.text), units::example(first)),
-                 node.place);
+                 node.location);
     return std::nullopt;
   }
   std::optional<Error> error;
@@ -104,12 +104,12 @@ std::optional<Quantity> read_quantity(const Node& node, const ValueShape& shape,
       continue;
     }
     if (!in_range(*value, shape.range)) {
-      mistakes.add(Fault::OutOfRange, outside(*value, shape.range, dimension), node.place);
+      mistakes.add(Fault::OutOfRange, outside(*value, shape.range, dimension), node.location);
       return std::nullopt;
     }
     return Quantity{*value, dimension};
   }
-  mistakes.add(error->fault, error->message, node.place);
+  mistakes.add(error->fault, error->message, node.location);
   return std::nullopt;
 }
 
@@ -127,12 +127,12 @@ std::optional<std::int64_t> read_integer(const Node& node, const ValueShape& sha
     mistakes.add(Fault::BadValue,
                  fmt::format("'{}' is not a whole number; write 12 or 0x1A, without quotes, unit or leading zero",
                              shown(node.text)),
-                 node.place);
+                 node.location);
     return std::nullopt;
   }
   if (negative) value = -value;
   if (!in_range(static_cast<double>(value), shape.range)) {
-    mistakes.add(Fault::OutOfRange, outside(static_cast<double>(value), shape.range, Dimension::None), node.place);
+    mistakes.add(Fault::OutOfRange, outside(static_cast<double>(value), shape.range, Dimension::None), node.location);
     return std::nullopt;
   }
   return value;
@@ -142,7 +142,7 @@ std::optional<bool> read_flag(const Node& node, Mistakes& mistakes) {
   if (!expect_scalar(node, "true or false", mistakes)) return std::nullopt;
   if (!node.quoted && node.text == "true") return true;
   if (!node.quoted && node.text == "false") return false;
-  mistakes.add(Fault::BadValue, fmt::format("'{}' stands here; write true or false", shown(node.text)), node.place);
+  mistakes.add(Fault::BadValue, fmt::format("'{}' stands here; write true or false", shown(node.text)), node.location);
   return std::nullopt;
 }
 
@@ -153,14 +153,14 @@ std::optional<std::string> read_word(const Node& node, const ValueShape& shape, 
     mistakes.add(Fault::BadValue,
                  fmt::format("'{}' is no text to every YAML reader; {}", shown(node.text),
                              name ? "choose another name" : "put it in quotes"),
-                 node.place);
+                 node.location);
   } else if (name && !is_name(node.text)) {
     mistakes.add(
         Fault::BadValue,
         fmt::format("'{}' is no name; a letter, then letters, digits, _ - . (at most {})", shown(node.text), kMaxName),
-        node.place);
+        node.location);
   } else if (node.text.empty() || node.text.size() > kMaxText) {
-    mistakes.add(Fault::OutOfRange, fmt::format("1 .. {} bytes of text belong here", kMaxText), node.place);
+    mistakes.add(Fault::OutOfRange, fmt::format("1 .. {} bytes of text belong here", kMaxText), node.location);
   } else {
     return node.text;
   }
@@ -173,7 +173,7 @@ std::optional<std::size_t> read_choice(const Node& node, const ValueShape& shape
   for (std::size_t i = 0; i < shape.choices.size(); ++i)
     if (shape.choices[i] == node.text) return i;
   mistakes.add(Fault::BadValue, fmt::format("'{}' stands here; expected one of: {}", shown(node.text), all),
-               node.place);
+               node.location);
   return std::nullopt;
 }
 
@@ -192,7 +192,7 @@ std::optional<std::pair<std::uint16_t, std::uint8_t>> read_address(const Node& n
     ok = ec == std::errc{} && end == text.data() + text.size() && sub <= 255;
   }
   if (ok) return std::pair{static_cast<std::uint16_t>(index), static_cast<std::uint8_t>(sub)};
-  mistakes.add(Fault::BadValue, fmt::format("'{}' is no object; write 0x6040 or 0x6099:1", shown(text)), node.place);
+  mistakes.add(Fault::BadValue, fmt::format("'{}' is no object; write 0x6040 or 0x6099:1", shown(text)), node.location);
   return std::nullopt;
 }
 
@@ -202,7 +202,7 @@ bool expect_list(const Node& node, Range count, Mistakes& mistakes) {
     mistakes.add(Fault::BadValue,
                  fmt::format("{}; expected a list{}", what_it_is(node),
                              node.kind == Node::Kind::Map ? ": begin each item with '- '" : ""),
-                 node.place);
+                 node.location);
     return false;
   }
   return expect_count(node, count, mistakes);
@@ -215,7 +215,7 @@ bool expect_count(const Node& node, Range count, Mistakes& mistakes) {
   mistakes.add(Fault::OutOfRange,
                fmt::format("{} {} here; {} {} are wanted", n, n == 1 ? "stands" : "stand", few ? "at least" : "at most",
                            few ? count.min : count.max),
-               node.place);
+               node.location);
   return false;
 }
 
@@ -225,7 +225,7 @@ bool expect_map(const Node& node, std::string_view what, Mistakes& mistakes) {
     mistakes.add(Fault::BadValue,
                  fmt::format("{}; expected {}{}", what_it_is(node), what,
                              node.kind == Node::Kind::Sequence ? ", without '- '" : ""),
-                 node.place);
+                 node.location);
   return false;
 }
 
@@ -233,7 +233,7 @@ bool expect_name(const Node::Key& key, Mistakes& mistakes) {
   Node as_node;
   as_node.kind = Node::Kind::Scalar;
   as_node.text = key.text;
-  as_node.place = key.place;
+  as_node.location = key.location;
   return read_word(as_node, {ValueShape::Kind::Name, {}, kAny, {}, {}, {}}, mistakes).has_value();
 }
 
@@ -267,7 +267,7 @@ void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Lo
     const auto& key = map.keys[i];
     if (map.items[i].kind == Node::Kind::Refused || is_known(known, key.text)) continue;
     if (mistakes.full()) {
-      mistakes.add(Fault::UnknownKey, {}, key.place);
+      mistakes.add(Fault::UnknownKey, {}, key.location);
       continue;
     }
     const auto& likely = nearest(key.text, open).empty() ? words : open;
@@ -281,7 +281,7 @@ void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Lo
     // {why: one, two}: "two" is read as a key.
     const char* const comma = map.items[i].kind == Node::Kind::Empty ? " (text with a comma belongs in quotes)" : "";
     mistakes.add(Fault::UnknownKey, fmt::format("unknown key '{}'; {}{}", shown(key.text), words_of_it, comma),
-                 key.place);
+                 key.location);
   }
   for (const FieldShape* field : known)
     if (field->need == kRequired && !map.find(field->key) &&
@@ -320,7 +320,7 @@ std::vector<std::size_t> kinds_of(const Node& item, const std::vector<std::strin
   if (item.kind != Node::Kind::Map) {
     mistakes.add(Fault::BadValue,
                  fmt::format("{}; expected one of {}; {}", what_it_is(item), fmt::join(kinds, ", "), sample),
-                 item.place);
+                 item.location);
     return {};
   }
   std::vector<std::size_t> named;
@@ -334,22 +334,22 @@ std::vector<std::size_t> kinds_of(const Node& item, const std::vector<std::strin
     mistakes.add(Fault::BadValue,
                  fmt::format("one kind belongs to an item, and '{}' and '{}' stand here; begin '{}' with '- '",
                              item.keys[named[0]].text, item.keys[named[1]].text, item.keys[named[1]].text),
-                 item.keys[named[1]].place);
+                 item.keys[named[1]].location);
   } else if (named.empty() && item.keys.size() == 1) {
     if (item.items[0].kind == Node::Kind::Refused) return {};
     mistakes.add(Fault::UnknownKey,
                  fmt::format("unknown key '{}'; {}", shown(item.keys[0].text), did_you_mean(item.keys[0].text, kinds)),
-                 item.keys[0].place);
+                 item.keys[0].location);
   } else if (named.empty()) {
     mistakes.add(Fault::BadValue,
                  fmt::format("no kind is named here; expected one of {}; {}", fmt::join(kinds, ", "), sample),
-                 item.keys.empty() ? item.place : item.keys[0].place);
+                 item.keys.empty() ? item.location : item.keys[0].location);
   } else if (other < item.keys.size()) {
     const Node& of_kind = item.items[named[0]];
     mistakes.add(Fault::BadValue,
                  fmt::format("'{0}' stands beside '{1}'; what belongs to '{1}' is indented further than it",
                              shown(item.keys[other].text), item.keys[named[0]].text),
-                 item.keys[other].place);
+                 item.keys[other].location);
     if (of_kind.kind != Node::Kind::Map) return {};
   }
   return named;
@@ -367,7 +367,7 @@ bool read_tuple(const Node& node, const ValueShape& shape, std::vector<Quantity>
                  node.kind == Node::Kind::Sequence
                      ? fmt::format("{} values stand here; expected {}, such as [{}]", node.items.size(), wanted, sample)
                      : fmt::format("{}; expected [{}]", what_it_is(node), sample),
-                 node.place);
+                 node.location);
     return false;
   }
   to.clear();

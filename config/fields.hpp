@@ -25,8 +25,8 @@ using units::Dimension;
 template <class V>
 struct At {
   V value{};
-  Location place;
-  [[nodiscard]] bool given() const { return place.line > 0; }
+  Location location;
+  [[nodiscard]] bool given() const { return location.line > 0; }
 };
 
 /// A number that may be of one of several dimensions (an axis is in mm or in degrees).
@@ -119,8 +119,8 @@ ValueShape object_shape(const Fields<T>& fields) {
 }
 
 template <class T>
-void set_place(T& to, Location place) {
-  if constexpr (requires { to.place.line; }) to.place.line = place.line, to.place.column = place.column;
+void set_location(T& to, Location location) {
+  if constexpr (requires { to.location.line; }) to.location.line = location.line, to.location.column = location.column;
 }
 
 template <class T>
@@ -134,7 +134,7 @@ std::size_t told(const Mistakes& mistakes);
 /// Reads a map into a struct. `owner`: where its name stands.
 template <class T>
 void read_object(const Node& node, const Fields<T>& fields, T& to, Location owner, Mistakes& mistakes) {
-  set_place(to, owner);
+  set_location(to, owner);
   set_unread(to, true);
   if (!expect_map(node, "keys with values", mistakes)) return;
   const std::size_t before = told(mistakes);
@@ -177,7 +177,7 @@ template <class V, class X>
 void put(V& to, X&& value, const Node& node) {
   if constexpr (IsAt<V>::value) {
     put(to.value, std::forward<X>(value), node);
-    to.place = node.place;
+    to.location = node.location;
   } else if constexpr (IsOptional<V>::value) {
     put(to.emplace(), std::forward<X>(value), node);
   } else {
@@ -274,7 +274,7 @@ Field<T> names(std::string key, std::vector<At<std::string>> T::*member, Range c
   return {{std::move(key), need, std::move(doc), shape},
           [member, name, count](const Node& node, T& to, Mistakes& mistakes) {
             const auto take = [&](const Node& one) {
-              if (auto v = read_word(one, name, mistakes)) (to.*member).push_back({std::move(*v), one.place});
+              if (auto v = read_word(one, name, mistakes)) (to.*member).push_back({std::move(*v), one.location});
             };
             if (node.kind != Node::Kind::Sequence) return take(node);
             if (!expect_list(node, count, mistakes)) return;
@@ -312,7 +312,7 @@ template <class T, class V, class U>
 Field<T> object(std::string key, V T::*member, const Fields<U>& fields, Need need, std::string doc) {
   return {{std::move(key), need, std::move(doc), object_shape(fields)},
           [member, fields](const Node& node, T& to, Mistakes& mistakes) {
-            read_object(node, fields, detail::object_in(to.*member), node.place, mistakes);
+            read_object(node, fields, detail::object_in(to.*member), node.location, mistakes);
           }};
 }
 
@@ -326,7 +326,7 @@ Field<T> list(std::string key, std::vector<U> T::*member, const Fields<U>& field
             if (!expect_list(node, count, mistakes)) return;
             for (const Node& item : node.items)
               if (item.kind != Node::Kind::Refused)
-                read_object(item, fields, (to.*member).emplace_back(), item.place, mistakes);
+                read_object(item, fields, (to.*member).emplace_back(), item.location, mistakes);
           }};
 }
 
@@ -366,7 +366,7 @@ Field<T> named(std::string key, std::vector<U> T::*member, const Fields<U>& fiel
               if (!expect_name(node.keys[i], mistakes) || node.items[i].kind == Node::Kind::Refused) continue;
               U& each = (to.*member).emplace_back();
               each.name = node.keys[i].text;
-              read_object(node.items[i], fields, each, node.keys[i].place, mistakes);
+              read_object(node.items[i], fields, each, node.keys[i].location, mistakes);
             }
           }};
 }
@@ -396,7 +396,7 @@ Field<T> list_of_variants(std::string key, std::vector<U> T::*member, std::vecto
                   if (item.keys[i].text == v.key && item.items[i].kind != Node::Kind::Refused) {
                     U& each = (to.*member).emplace_back();
                     v.tag(each);
-                    read_object(item.items[i], v.fields, each, item.keys[i].place, mistakes);
+                    read_object(item.items[i], v.fields, each, item.keys[i].location, mistakes);
                   }
           }};
 }
@@ -473,7 +473,7 @@ Field<T> spots(std::string key, std::vector<At<Vec3>> T::*member, Range count, R
           [member, item, count](const Node& node, T& to, Mistakes& mistakes) {
             if (!expect_list(node, count, mistakes)) return;
             for (const Node& each : node.items)
-              if (const auto p = detail::read_spot(each, item, mistakes)) (to.*member).push_back({*p, each.place});
+              if (const auto p = detail::read_spot(each, item, mistakes)) (to.*member).push_back({*p, each.location});
           }};
 }
 
@@ -491,7 +491,7 @@ Field<T> quantities(std::string key, At<std::vector<Quantity>> T::*member, std::
 /// A map from names to one number each: park: {X: 20 mm, C: 0 deg}.
 struct NamedQuantity {
   std::string name;
-  Location place;
+  Location location;
   At<Quantity> quantity;
 };
 template <class T>
@@ -504,7 +504,7 @@ Field<T> named_quantities(std::string key, std::vector<NamedQuantity> T::*member
             for (std::size_t i = 0; i < node.keys.size(); ++i)
               if (expect_name(node.keys[i], mistakes))
                 if (const auto v = read_quantity(node.items[i], item, mistakes))
-                  (to.*member).push_back({node.keys[i].text, node.keys[i].place, {*v, node.items[i].place}});
+                  (to.*member).push_back({node.keys[i].text, node.keys[i].location, {*v, node.items[i].location}});
           }};
 }
 

@@ -36,40 +36,41 @@ class Resolver {
       if (rows[i].name == name.value) return i;
       known.push_back(rows[i].name);
     }
-    unknown(name.value, name.place, what, known);
+    unknown(name.value, name.location, what, known);
     return std::nullopt;
   }
-  void unknown(const std::string& name, Location place, std::string_view what,
+  void unknown(const std::string& name, Location location, std::string_view what,
                const std::vector<std::string_view>& known) {
     mistakes_.add(Fault::UnknownReference,
-                  fmt::format("there is no {} '{}'; {}", what, name, did_you_mean(name, known)), place);
+                  fmt::format("there is no {} '{}'; {}", what, name, did_you_mean(name, known)), location);
   }
 
   /// The value of a quantity that must have one dimension.
-  double value(const Quantity& quantity, Location place, D wanted) {
+  double value(const Quantity& quantity, Location location, D wanted) {
     if (quantity.dimension == wanted) return quantity.value;
     mistakes_.add(
         Fault::BadUnit,
         fmt::format("the axis counts in {}; write for example '{}'", units::name(wanted), units::example(wanted)),
-        place);
+        location);
     return 0;
   }
   double value(const At<Quantity>& quantity, D wanted) {
-    return quantity.given() ? value(quantity.value, quantity.place, wanted) : 0;
+    return quantity.given() ? value(quantity.value, quantity.location, wanted) : 0;
   }
   double positive(const At<Quantity>& quantity, D wanted) {
     const double v = value(quantity, wanted);
     if (quantity.given() && quantity.value.dimension == wanted && !(v > 0))
-      mistakes_.add(Fault::OutOfRange, "must be more than 0", quantity.place);
+      mistakes_.add(Fault::OutOfRange, "must be more than 0", quantity.location);
     return v;
   }
   std::pair<double, double> interval(const At<std::vector<Quantity>>& pair, D wanted, std::string_view what) {
     if (pair.value.size() != 2) return {0, 0};
     for (const Quantity& each : pair.value)
-      if (each.dimension != wanted) return value(each, pair.place, wanted), std::pair{0.0, 0.0};
+      if (each.dimension != wanted) return value(each, pair.location, wanted), std::pair{0.0, 0.0};
     const double low = pair.value[0].value, high = pair.value[1].value;
     if (!(low < high))
-      mistakes_.add(Fault::Inconsistent, fmt::format("{}: the first must be less than the second", what), pair.place);
+      mistakes_.add(Fault::Inconsistent, fmt::format("{}: the first must be less than the second", what),
+                    pair.location);
     return {low, high};
   }
 
@@ -118,7 +119,7 @@ std::optional<StationProfile> Resolver::profile(const At<std::string>& name) {
                 fmt::format("there is no profile '{}'; looked for {}.yaml in {} and {}; {}", name.value, name.value,
                             profiles_beside(folder_.string(), "drives"), profiles_beside(folder_.string(), "devices"),
                             did_you_mean(name.value, {all.begin(), all.end()})),
-                name.place);
+                name.location);
   return slot;
 }
 
@@ -132,7 +133,7 @@ void Resolver::no_profiles() {
                   "or begin with `gantry init DIR`, which makes a folder with a machine and its profiles",
                   profiles_beside(folder_.string(), "drives"), profiles_beside(folder_.string(), "devices"),
                   fmt::join(names, ", ")),
-      missing_.front().place);
+      missing_.front().location);
 }
 
 void Resolver::stations(const written::MachineFile& file, Machine& m) {
@@ -178,7 +179,7 @@ void Resolver::counts(const written::AxisRow& row, const Axis& axis) {
                 fmt::format("{:.4g} counts of the drive from where they begin, and a target has 32 bits: {} at most; "
                             "write a shorter travel, or correct per_rev",
                             farthest, in_units(axis, kMost / axis.counts_per_unit)),
-                row.travel.place);
+                row.travel.location);
 }
 
 /// By per_rev; where that could not be read, which is told, or where travel and v_max both say another thing, by
@@ -208,15 +209,16 @@ void Resolver::axes(const written::MachineFile& file, Machine& m) {
       if (!has_drive) {
         if (!p.name.empty())
           mistakes_.add(Fault::Inconsistent, fmt::format("station '{}' ({}) has no drive", d.station.value, p.title),
-                        d.station.place);
+                        d.station.location);
         continue;
       }
       if (d.slot.value >= p.slots) {
         mistakes_.add(Fault::OutOfRange, fmt::format("{} has {} axes; slots count from 0", p.title, p.slots),
-                      d.slot.place);
+                      d.slot.location);
       }
       if (counts_per_rev != 0 && counts_per_rev != p.drive->counts_per_rev)
-        mistakes_.add(Fault::Inconsistent, "both drives of an axis must have the same counts per revolution", d.place);
+        mistakes_.add(Fault::Inconsistent, "both drives of an axis must have the same counts per revolution",
+                      d.location);
       counts_per_rev = p.drive->counts_per_rev;
       axis.drives.push_back({{static_cast<std::uint16_t>(*station)}, d.slot.value, d.invert});
     }
@@ -246,7 +248,7 @@ void Resolver::roles(const written::MachineFile& file, Machine& m) {
     if (!i) return std::nullopt;
     if (m.axes[*i].rotary != rotary)
       mistakes_.add(Fault::Inconsistent, rotary ? "the turning axis counts in deg" : "this axis must count in mm",
-                    name.place);
+                    name.location);
     return m.axes[*i].id;
   };
   m.x = role(file.roles.x, false).value_or(AxisId{});
@@ -264,7 +266,7 @@ std::vector<Body> Resolver::bodies(const std::vector<written::BodyRow>& rows) {
     body.name = row.name;
     if (!row.unread && int(row.box.has_value()) + int(row.cylinder.has_value()) + int(row.capsule.has_value()) != 1)
       mistakes_.add(Fault::BadValue, fmt::format("'{}' needs exactly one of: box, cylinder, capsule", row.name),
-                    row.place);
+                    row.location);
     using Kind = Shape::Kind;
     if (row.box) body.shape = {Kind::Box, *row.box};
     if (row.cylinder)
@@ -272,7 +274,7 @@ std::vector<Body> Resolver::bodies(const std::vector<written::BodyRow>& rows) {
     if (row.capsule) {
       body.shape = {Kind::Capsule, {row.capsule->diameter, row.capsule->diameter, row.capsule->height}};
       if (!row.unread && row.capsule->height < row.capsule->diameter)
-        mistakes_.add(Fault::Inconsistent, fmt::format("capsule '{}' is less high than thick", row.name), row.place);
+        mistakes_.add(Fault::Inconsistent, fmt::format("capsule '{}' is less high than thick", row.name), row.location);
     }
     body.centre = row.centre;
     body.rotation_rad = row.rotation_rad;
@@ -289,7 +291,7 @@ void Resolver::sim(const written::MachineFile& file, Machine& m) {
   std::vector<bool> seen(m.axes.size());
   bool misnamed = false;
   for (const auto& row : file.sim.axes) {
-    const auto i = index(m.axes, {row.name, row.place}, "axis");
+    const auto i = index(m.axes, {row.name, row.location}, "axis");
     misnamed = misnamed || !i;
     if (!i) continue;
     const D length = m.axes[*i].rotary ? D::Angle : D::Length;
@@ -310,7 +312,7 @@ void Resolver::sim(const written::MachineFile& file, Machine& m) {
   for (std::size_t i = 0; i < seen.size(); ++i)
     if (!seen[i] && !misnamed && !file.sim.axes.empty())  // else it is told already
       mistakes_.add(Fault::MissingKey, fmt::format("axis '{}' has no row under sim: axes:", m.axes[i].name),
-                    file.axes[i].place);
+                    file.axes[i].location);
   sim.valve_open_lag_s = file.sim.valve.open_lag_s;
   sim.valve_close_lag_s = file.sim.valve.close_lag_s;
   sim.height_spread_mm = file.sim.board.height_spread_mm;
@@ -330,7 +332,7 @@ void Resolver::brake(const written::MachineFile& file, Machine& m) {
   if (m.free_outputs.empty()) {
     if (mistakes_.none())  // else it may be one that is not known for that
       mistakes_.add(Fault::UnknownReference, "there is no free output; add the brake's under `outputs`",
-                    row.output.place);
+                    row.output.location);
     return;
   }
   const auto output = index(m.free_outputs, row.output, "free output");
@@ -340,7 +342,7 @@ void Resolver::brake(const written::MachineFile& file, Machine& m) {
                   fmt::format("output '{}' is inverted: the brake would be released whenever nobody writes it, and the "
                               "axis would fall; wire a brake that holds without current, and leave `invert` out",
                               row.output.value),
-                  row.output.place);
+                  row.output.location);
   if (output && axis)
     m.brake = BrakeConfig{m.axes[*axis].id, static_cast<unsigned>(kOutputs + *output), row.time_s,
                           row.release_s.value_or(row.time_s)};
@@ -378,7 +380,7 @@ Machine Resolver::resolve(const written::MachineFile& file) {
   m.hold_within_s = file.hold_within_s;
   m.override_max = file.override_max;
   for (const auto& row : file.park)
-    if (const auto i = index(m.axes, {row.name, row.place}, "axis"))
+    if (const auto i = index(m.axes, {row.name, row.location}, "axis"))
       m.park.emplace_back(m.axes[*i].id, value(row.quantity, m.axes[*i].rotary ? D::Angle : D::Length));
   sim(file, m);
   return m;

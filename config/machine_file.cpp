@@ -19,9 +19,9 @@ const std::vector<D> kJerk{D::Jerk, D::AngularJerk};
 
 /// The same field; `to` learns where its value stands.
 template <class T>
-Field<T> placed(Field<T> field, Location T::*place) {
-  return {std::move(field.row), [read = std::move(field.read), place](const Node& node, T& to, Mistakes& mistakes) {
-            to.*place = node.place;
+Field<T> placed(Field<T> field, Location T::*location) {
+  return {std::move(field.row), [read = std::move(field.read), location](const Node& node, T& to, Mistakes& mistakes) {
+            to.*location = node.location;
             read(node, to, mistakes);
           }};
 }
@@ -35,12 +35,12 @@ Field<StationRow> settings(std::string key, std::string doc) {
             for (std::size_t i = 0; i < node.keys.size(); ++i) {
               const Node& item = node.items[i];
               if (!expect_name(node.keys[i], mistakes) || item.kind == Node::Kind::Refused) continue;
-              SettingRow& row = to.parameters.emplace_back(SettingRow{node.keys[i].text, node.keys[i].place, {}});
+              SettingRow& row = to.parameters.emplace_back(SettingRow{node.keys[i].text, node.keys[i].location, {}});
               row.unread = item.kind == Node::Kind::Sequence && !expect_list(item, {1, 8}, mistakes);
               if (row.unread) continue;
               for (const Node& each : item.kind == Node::Kind::Sequence ? item.items : std::vector{item})
                 if (auto text = read_scalar(each, "a value such as '2.1 A' or 10000", mistakes))
-                  row.values.push_back({std::move(*text), each.place});
+                  row.values.push_back({std::move(*text), each.location});
             }
           }};
 }
@@ -51,7 +51,7 @@ Field<StationRow> declared(std::string key, std::string doc) {
           [name](const Node& node, StationRow& to, Mistakes& mistakes) {
             if (!expect_list(node, {0, 100}, mistakes)) return;
             for (const Node& each : node.items)
-              if (auto word = read_word(each, name, mistakes)) to.declared.push_back({std::move(*word), each.place});
+              if (auto word = read_word(each, name, mistakes)) to.declared.push_back({std::move(*word), each.location});
           }};
 }
 
@@ -65,7 +65,7 @@ const Fields<StationRow> kStation{
     name_of("profile", &StationRow::profile, kRequired, "a file of ../drives or ../devices, without .yaml"),
     integer("position", &StationRow::position, {0, 127}, kRequired, "place in the ring, 0 first; node id on CANopen"),
     placed(integer("alias", &StationRow::alias, {0, 65535}, kOptional, "station alias; 0: not checked"),
-           &StationRow::alias_place),
+           &StationRow::alias_location),
     settings("parameters", "other values of the profile's parameters; one for all axes of the station, or a list"),
     declared("declared",
              "parameters, and rows that homing sets, whose object the station does not have: you vouch for them"),
@@ -134,7 +134,7 @@ const Fields<ChannelRow> kChannel{
     name_of("station", &ChannelRow::station, kRequired, "one of `stations`"),
     integer("bit", &ChannelRow::bit, {0, 255}, kOptional, "bit of its process image; or `terminal`"),
     name_of("terminal", &ChannelRow::terminal, kOptional, "the same by the name that the station's profile gives it"),
-    placed(flag("invert", &ChannelRow::invert, kOptional, "0 means on"), &ChannelRow::invert_place),
+    placed(flag("invert", &ChannelRow::invert, kOptional, "0 means on"), &ChannelRow::invert_location),
 };
 
 const Fields<RoundRow> kRound{
@@ -153,7 +153,7 @@ Fields<BodyRow> body_fields(bool head) {
   fields.push_back(flag("on_lift", &BodyRow::on_lift, kOptional, "rides on the lift axis"));
   fields.push_back(placed(flag("on_turn", &BodyRow::on_turn, kOptional,
                                "turns with the axis `turn`, about the upright line through the needle's tip"),
-                          &BodyRow::on_turn_place));
+                          &BodyRow::on_turn_location));
   return fields;
 }
 const Fields<BodyRow> kHeadBody = body_fields(true), kSceneBody = body_fields(false);
@@ -215,12 +215,12 @@ const Fields<BusRow> kBus{
     number("cycle", &BusRow::cycle_s, D::Time, {0.00025, 0.01}, kRequired, "SYNC0 cycle of every station"),
     {{"stop_after_missed", kRequired, "cycles in a row that may be missed", object_shape(kStall)},
      [](const Node& node, BusRow& to, Mistakes& mistakes) {
-       read_object(node, kStall, to.stop_after_missed.value, node.place, mistakes);
-       to.stop_after_missed.place = node.place;
+       read_object(node, kStall, to.stop_after_missed.value, node.location, mistakes);
+       to.stop_after_missed.location = node.location;
      }},
     placed(
         integer("frames_lost_max", &BusRow::frames_lost_max, {1, 100}, kOptional, "frames in a row that may be lost"),
-        &BusRow::frames_lost_place),
+        &BusRow::frames_lost_location),
     choice("map", &BusRow::map, Choices<MapKind>{{"separate", MapKind::Separate}, {"overlapped", MapKind::Overlapped}},
            kOptional, "a station's inputs lie behind its outputs in the logical map, or over them (shorter frames)"),
 };
@@ -280,7 +280,7 @@ const Fields<MachineFile>& machine_fields() {
       named("keep_out", &MachineFile::keep_out, kSceneBody, {0, 1000}, kOptional,
             "zones that nothing of the head enters; they are no matter"),
       placed(object("camera", &MachineFile::camera, kCamera, kRequired, "the camera on the head"),
-             &MachineFile::camera_place),
+             &MachineFile::camera_location),
       object("probe", &MachineFile::probe, kProbe, kRequired, "the touch probe"),
       object("brake", &MachineFile::brake, kBrake, kOptional,
              "a brake that the machine releases; those that a drive works are left to it"),

@@ -9,21 +9,21 @@ namespace gantry::config::written {
 /// A parameter of a station: one value for all of its axes, or one for each.
 struct SettingRow {
   std::string name;
-  Location place;
+  Location location;
   std::vector<At<std::string>> values;
   bool unread = false;
 };
 struct InputsRow {
   int negative_limit = -1, positive_limit = -1, home = -1;
-  Location place;
+  Location location;
 };
 struct StationRow {
   std::string name;
-  Location place;
+  Location location;
   At<std::string> profile;
   At<int> position;
   int alias = 0;
-  Location alias_place;
+  Location alias_location;
   std::vector<SettingRow> parameters;
   std::vector<At<std::string>> declared;
   std::optional<InputsRow> inputs;
@@ -34,7 +34,7 @@ struct DriveRow {
   At<std::string> station;
   At<int> slot;
   bool invert = false;
-  Location place;
+  Location location;
 };
 
 struct HomingRow {
@@ -44,7 +44,7 @@ struct HomingRow {
   double timeout_s = 60;
   At<Quantity> rack_max, square_max;
   bool limits_unseen = false;
-  Location place;
+  Location location;
 };
 
 struct FollowingRow {
@@ -54,7 +54,7 @@ struct FollowingRow {
 
 struct AxisRow {
   std::string name;
-  Location place;
+  Location location;
   AxisKind kind = AxisKind::Streamed;
   std::vector<DriveRow> drives;
   At<Quantity> per_rev, v_max, a_max, j_max, skew_max;
@@ -71,11 +71,11 @@ struct RolesRow {
 
 struct ChannelRow {
   std::string name;
-  Location place;
+  Location location;
   At<std::string> station, terminal;
   At<int> bit;  ///< or `terminal`
   bool invert = false;
-  Location invert_place;
+  Location invert_location;
   bool unread = false;  ///< something of it is a mistake
 };
 
@@ -84,20 +84,20 @@ struct RoundRow {
 };
 struct BodyRow {
   std::string name;
-  Location place;
+  Location location;
   std::optional<Vec3> box;
   std::optional<RoundRow> cylinder, capsule;
   Vec3 centre;
   double rotation_rad = 0;
   bool on_lift = false;
   bool on_turn = false;
-  Location on_turn_place;
+  Location on_turn_location;
   bool unread = false;  ///< something of it is a mistake
 };
 
 struct ToolRow {
   std::string name;
-  Location place;
+  Location location;
   Vec3 tip;
   At<double> lift_mm;
 };
@@ -108,7 +108,7 @@ struct HeadRow {
 
 struct FrameRow {
   std::string name;
-  Location place;
+  Location location;
   Vec3 origin;
 };
 
@@ -131,13 +131,13 @@ struct BusRow {
   At<double> cycle_s;
   At<StallRow> stop_after_missed;
   int frames_lost_max = 3;
-  Location frames_lost_place;
+  Location frames_lost_location;
   MapKind map = MapKind::Separate;
 };
 
 struct SimAxisRow {
   std::string name;
-  Location place;
+  Location location;
   double lag_s = 0, delay_s = 0;
   At<Quantity> coast, home_switch, start;
   bool home_active_below = true;
@@ -171,7 +171,7 @@ struct MachineFile {
   std::vector<FrameRow> frames;
   std::vector<BodyRow> scene, keep_out;
   CameraConfig camera;
-  Location camera_place;
+  Location camera_location;
   ProbeRow probe;
   std::optional<BrakeRow> brake;
   double clearance_mm = 2;

@@ -89,15 +89,15 @@ class Parameters {
     for (const Parameter& p : profile_.parameters) names.push_back(p.name);
     std::vector<std::string> unknown;
     Location first;
-    const auto look = [&](const std::string& name, Location place) {
+    const auto look = [&](const std::string& name, Location location) {
       if (std::ranges::find(names, name) != names.end() || std::ranges::find(unknown, name) != unknown.end()) return;
-      if (unknown.empty()) first = place;
+      if (unknown.empty()) first = location;
       unknown.push_back(name);
     };
-    for (const SettingRow& setting : row.parameters) look(setting.name, setting.place);
+    for (const SettingRow& setting : row.parameters) look(setting.name, setting.location);
     if (profile_.drive && unknown.empty())  // what homing sets is the axis', and may be declared here, not stated
       for (const HomingRow& homing : kHomingRows) names.push_back(homing.name);
-    for (const auto& name : row.declared) look(name.value, name.place);
+    for (const auto& name : row.declared) look(name.value, name.location);
     if (unknown.empty()) return true;
     if (unknown.size() == 1) {
       mistakes_.add(Fault::UnknownReference,
@@ -122,12 +122,12 @@ class Parameters {
         Fault::BadValue,
         fmt::format("{} values stand here; {} has {}: write one for all, or one for each axis", setting.values.size(),
                     profile_.title, axes == 1 ? "one axis" : fmt::format("{} axes", axes)),
-        setting.place);
+        setting.location);
     return false;
   }
 
   std::optional<std::int64_t> read(const Parameter& p, const SettingRow& setting, int slot) {
-    const auto& [text, place] =
+    const auto& [text, location] =
         setting.values.size() == 1 ? setting.values[0] : setting.values[static_cast<std::size_t>(slot)];
     const Bounds b = bounds_of(profile_, p);
     const auto number = number_of(text, p.unit);
@@ -135,7 +135,7 @@ class Parameters {
       mistakes_.add(p.unit.empty() ? Fault::BadValue : Fault::BadUnit,
                     fmt::format("'{}' is no value of {}; write for example '{}'", shortened(text, 40), p.name,
                                 as_setting(p, p.value.value_or(b.high / 2))),
-                    place);
+                    location);
       return std::nullopt;
     }
     const double raw = *number * p.per_unit;
@@ -143,7 +143,7 @@ class Parameters {
       mistakes_.add(
           Fault::OutOfRange,
           fmt::format("{} of {} is outside {} .. {}", p.name, text, as_setting(p, b.low), as_setting(p, b.high)),
-          place);
+          location);
       return std::nullopt;
     }
     const std::int64_t value = std::llround(raw);
@@ -151,7 +151,7 @@ class Parameters {
       mistakes_.add(
           Fault::BadValue,
           fmt::format("{} takes steps of {}; the nearest is {}", p.name, as_setting(p, 1), as_setting(p, value)),
-          place);
+          location);
       return std::nullopt;
     }
     return value;
@@ -161,7 +161,7 @@ class Parameters {
   void layout(const written::StationRow& row) {
     if (!row.inputs) return;
     if (!profile_.drive) {
-      mistakes_.add(Fault::Inconsistent, "only a drive has limit and home switches", row.inputs->place);
+      mistakes_.add(Fault::Inconsistent, "only a drive has limit and home switches", row.inputs->location);
       return;
     }
     const auto take = [](std::int8_t& to, int bit) {
@@ -172,7 +172,7 @@ class Parameters {
     take(drive.input_pos_limit, row.inputs->positive_limit);
     take(drive.input_home, row.inputs->home);
     if (drive.input_neg_limit >= 0 && drive.input_neg_limit == drive.input_pos_limit)
-      mistakes_.add(Fault::Inconsistent, "both limits are the same bit of 60FDh", row.inputs->place);
+      mistakes_.add(Fault::Inconsistent, "both limits are the same bit of 60FDh", row.inputs->location);
   }
 
   StationProfile& profile_;

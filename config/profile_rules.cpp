@@ -18,16 +18,16 @@ struct Look {
   const Node& root;
   Mistakes& mistakes;
 
-  void say(std::string_view why, Location place) const { mistakes.add(Fault::Inconsistent, why, place); }
+  void say(std::string_view why, Location location) const { mistakes.add(Fault::Inconsistent, why, location); }
   [[nodiscard]] const Node& row(std::string_view key, std::size_t i) const { return root.find(key)->items[i]; }
   [[nodiscard]] Location at(std::string_view list, std::size_t i, std::string_view key) const {
-    return place_of_key(row(list, i), key);
+    return location_of_key(row(list, i), key);
   }
-  [[nodiscard]] Location of_drive(std::string_view key) const { return place_of_key(*root.find("drive"), key); }
+  [[nodiscard]] Location of_drive(std::string_view key) const { return location_of_key(*root.find("drive"), key); }
   [[nodiscard]] Location in_drive(std::string_view list, std::size_t i, std::string_view key) const {
-    return place_of_key(root.find("drive")->find(list)->items[i], key);
+    return location_of_key(root.find("drive")->find(list)->items[i], key);
   }
-  [[nodiscard]] Location of(std::string_view key) const { return place_of_key(root, key); }
+  [[nodiscard]] Location of(std::string_view key) const { return location_of_key(root, key); }
 };
 /// Rows of a list that say who they are: each that says the same as an earlier one, with that one's number.
 template <class Rows, class Same, class Say>
@@ -107,8 +107,8 @@ void each_direction(const Look& l, Say say) {
   say("rx_pdos", l.p.rx_pdos, true);
   say("tx_pdos", l.p.tx_pdos, false);
 }
-Location place_of_entry(const Look& l, const char* key, std::size_t pdo, std::size_t entry) {
-  return l.row(key, pdo).find("entries")->items[entry].place;
+Location location_of_entry(const Look& l, const char* key, std::size_t pdo, std::size_t entry) {
+  return l.row(key, pdo).find("entries")->items[entry].location;
 }
 
 void mapped_as_access_lets(const Look& l) {
@@ -124,7 +124,7 @@ void mapped_as_access_lets(const Look& l) {
                       : fmt::format("{} comes from the station here, and `objects` says access: w; correct its access, "
                                     "or map it in rx_pdos",
                                     to_text(address)),
-              place_of_entry(l, key, i, k));
+              location_of_entry(l, key, i, k));
       }
   });
 }
@@ -138,7 +138,7 @@ void no_object_mapped_twice(const Look& l) {
         if (std::ranges::count(known, address) != 0)
           l.say(fmt::format("{} is mapped in `{}` already: two values of one object go over the wire; map it once",
                             to_text(address), key),
-                place_of_entry(l, key, i, k));
+                location_of_entry(l, key, i, k));
         known.push_back(address);
       }
   });
@@ -225,7 +225,7 @@ void terminals_of_their_own(const Look& l) {
         const Node& rows = *l.root.find("terminals");
         l.say(fmt::format("terminal '{}' shares bit {} of the {} with '{}'; give it a bit of its own", all[i].name,
                           std::max(all[i].bit, all[k].bit), all[i].output ? "outputs" : "inputs", all[k].name),
-              rows.keys[i].place);
+              rows.keys[i].location);
       });
 }
 
@@ -344,27 +344,29 @@ void inputs_of_their_own(const Look& l) {
   };
   const std::array all{Switch{"negative_limit", d.input_neg_limit}, Switch{"positive_limit", d.input_pos_limit},
                        Switch{"home", d.input_home}};
-  const auto place = [&](std::size_t i) { return place_of_key(*l.root.find("drive")->find("inputs"), all[i].key); };
+  const auto location = [&](std::size_t i) {
+    return location_of_key(*l.root.find("drive")->find("inputs"), all[i].key);
+  };
   each_twin(
       all, [](const Switch& a, const Switch& b) { return a.bit >= 0 && a.bit == b.bit; },
       [&](std::size_t i, std::size_t k) {
         l.say(fmt::format("{} is bit {} of 60FDh, as {} is; give it the bit that the manual says", all[i].key,
                           all[i].bit, all[k].key),
-              place(i));
+              location(i));
       });
   const int width = width_of(l, kInputs, 32);
   for (std::size_t i = 0; i < all.size(); ++i)
     if (all[i].bit >= width)
       l.say(fmt::format("{} is bit {} of 60FDh, which has {} bits in `objects`; correct one of the two", all[i].key,
                         all[i].bit, width),
-            place(i));
+            location(i));
 }
 
 void status_bits_of_their_own(const Look& l) {
   if (!l.p.drive || l.p.drive->status_follows < 0 || l.p.drive->status_follows != l.p.drive->status_limit) return;
   l.say(
       fmt::format("bit {} of 6041h cannot be both; leave out what the manual does not state", l.p.drive->status_limit),
-      place_of_key(*l.root.find("drive")->find("status_bits"), "limit"));
+      location_of_key(*l.root.find("drive")->find("status_bits"), "limit"));
 }
 
 void probe_bit_of_its_own(const Look& l) {
@@ -489,9 +491,9 @@ constexpr std::array kRules{
 
 }  // namespace
 
-Location place_of_key(const Node& row, std::string_view key) {
+Location location_of_key(const Node& row, std::string_view key) {
   const Node* node = row.find(key);
-  return node != nullptr ? node->place : row.place;
+  return node != nullptr ? node->location : row.location;
 }
 
 void keep_profile_rules(const StationProfile& profile, const Node& root, Mistakes& mistakes) {

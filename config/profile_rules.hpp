@@ -11,6 +11,6 @@ namespace gantry::config {
 void keep_profile_rules(const StationProfile& profile, const Node& root, Mistakes& mistakes);
 
 /// The place of a row's key, else the row's.
-Location place_of_key(const Node& row, std::string_view key);
+Location location_of_key(const Node& row, std::string_view key);
 
 }  // namespace gantry::config

@@ -53,13 +53,13 @@ Clean clean(std::string_view text, Mistakes& mistakes) {
   Clean out;
   if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
   out.text.reserve(text.size());
-  Location place{1, 1};
+  Location location{1, 1};
   bool indent = true;
   const bool ends_in_cr = text.find('\n') == std::string_view::npos && std::ranges::count(text, '\r') > 1;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t length = utf8_length(text, at);
     if (length == 0) {
-      mistakes.add(Fault::YamlSyntax, "the file is not UTF-8 here; save it as UTF-8", place);
+      mistakes.add(Fault::YamlSyntax, "the file is not UTF-8 here; save it as UTF-8", location);
       out.readable = false;
       return out;
     }
@@ -72,12 +72,12 @@ Clean clean(std::string_view text, Mistakes& mistakes) {
       mistakes.add(Fault::YamlSyntax,
                    "the lines of this file end with a carriage return alone (0x0D); save it with the line ends of Unix "
                    "or Windows",
-                   place);
+                   location);
       out.readable = false;
       return out;
     }
     if (c == '\t') {
-      mistakes.add(Fault::YamlSyntax, "a tab; indent and separate with blanks", place);
+      mistakes.add(Fault::YamlSyntax, "a tab; indent and separate with blanks", location);
       out.readable = out.readable && !indent;
       out.text += ' ';
     } else if ((c < 0x20 && c != '\n') || c == 0x7F) {
@@ -85,14 +85,14 @@ Clean clean(std::string_view text, Mistakes& mistakes) {
       mistakes.add(Fault::YamlSyntax,
                    c == 0 ? "a NUL (0x00): this is no text, or UTF-16; save it as UTF-8"
                           : fmt::format("a control character (0x{:02X}); remove it", c),
-                   place);
+                   location);
       out.readable = false;
       return out;
     } else {
       out.text.append(text, at, length);
     }
     indent = c == '\n' || (indent && (c == ' ' || c == '\t'));
-    place = c == '\n' ? Location{place.line + 1, 1} : Location{place.line, place.column + 1};
+    location = c == '\n' ? Location{location.line + 1, 1} : Location{location.line, location.column + 1};
     at += length;
   }
   return out;
@@ -101,7 +101,7 @@ Clean clean(std::string_view text, Mistakes& mistakes) {
 /// Thrown by the handler to leave yaml-cpp's parser; caught in read_yaml.
 struct Refusal {
   std::string message;
-  Location place;
+  Location location;
   Fault fault = Fault::FileTooLarge;
 };
 
@@ -114,7 +114,7 @@ class TreeBuilder : public YAML::EventHandler {
 
   /// yaml-cpp counts columns in bytes; people count characters. Marks come in the order of the text, so that a long
   /// line is counted once and not once a value.
-  Location place_of(const YAML::Mark& mark) {
+  Location location_of(const YAML::Mark& mark) {
     const auto pos = std::min(static_cast<std::size_t>(std::max(mark.pos, 0)), text_.size());
     const auto column = std::min(static_cast<std::size_t>(std::max(mark.column, 0)), pos);
     if (pos < counted_ || pos - column > counted_) counted_ = pos - column, characters_ = 0;
@@ -145,13 +145,13 @@ class TreeBuilder : public YAML::EventHandler {
     const std::string_view word = rest.substr(0, rest.find_first_of(" \n,]}:#"));
     const bool written = word == "~" || word == "null" || word == "Null" || word == "NULL";
     if (!written && !levels_.empty() && levels_.back().node.kind == Node::Kind::Map && !levels_.back().awaits_key)
-      value_.place = levels_.back().key.place;
+      value_.location = levels_.back().key.location;
     if (!written && !levels_.empty() && levels_.back().node.kind == Node::Kind::Sequence)
-      value_.place = before(value_.place, text_.size() - rest.size());
+      value_.location = before(value_.location, text_.size() - rest.size());
     end_of_value();
   }
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
-    mistakes_.add(Fault::YamlSyntax, "an alias (*name); write the value out here", place_of(mark));
+    mistakes_.add(Fault::YamlSyntax, "an alias (*name); write the value out here", location_of(mark));
     start(mark, Node::Kind::Refused);
     end_of_value();
   }
@@ -159,9 +159,9 @@ class TreeBuilder : public YAML::EventHandler {
     start(mark, Node::Kind::Scalar);
     value_.text = value;
     value_.quoted = tag == "!";
-    if (refuse_tag(value_.place, tag)) value_.kind = Node::Kind::Refused;
+    if (refuse_tag(value_.location, tag)) value_.kind = Node::Kind::Refused;
     if (value_.quoted && !quote_ends(static_cast<std::size_t>(std::max(mark.pos, 0))))
-      throw Refusal{"a quote that never ends", value_.place, Fault::YamlSyntax};
+      throw Refusal{"a quote that never ends", value_.location, Fault::YamlSyntax};
     end_of_value();
   }
   void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
@@ -189,13 +189,13 @@ class TreeBuilder : public YAML::EventHandler {
 
   void count(const YAML::Mark& mark) {
     if (++nodes_ > budget_.nodes)
-      throw Refusal{fmt::format("more than {} values; split the file", budget_.nodes), place_of(mark)};
+      throw Refusal{fmt::format("more than {} values; split the file", budget_.nodes), location_of(mark)};
   }
   void start(const YAML::Mark& mark, Node::Kind kind) {
     count(mark);
     value_ = Node{};
     value_.kind = kind;
-    value_.place = place_of(mark);
+    value_.location = location_of(mark);
   }
   /// yaml-cpp takes a quote that is open at the end of the file for closed.
   [[nodiscard]] bool quote_ends(std::size_t at) const {
@@ -211,19 +211,19 @@ class TreeBuilder : public YAML::EventHandler {
     }
     return false;
   }
-  bool refuse_tag(Location place, const std::string& tag) {
+  bool refuse_tag(Location location, const std::string& tag) {
     if (tag.empty() || tag == "?" || tag == "!") return false;
-    mistakes_.add(Fault::YamlSyntax, fmt::format("a tag ({}); leave it out", tag), place);
+    mistakes_.add(Fault::YamlSyntax, fmt::format("a tag ({}); leave it out", tag), location);
     return true;
   }
   void open(const YAML::Mark& mark, const std::string& tag, Node::Kind kind) {
     count(mark);
     if (levels_.size() >= budget_.depth)
-      throw Refusal{fmt::format("nested deeper than {} levels", budget_.depth), place_of(mark)};
+      throw Refusal{fmt::format("nested deeper than {} levels", budget_.depth), location_of(mark)};
     Level level;
     level.node.kind = kind;
-    level.node.place = place_of(mark);
-    level.refused = refuse_tag(level.node.place, tag);
+    level.node.location = location_of(mark);
+    level.refused = refuse_tag(level.node.location, tag);
     levels_.push_back(std::move(level));
   }
   void close() {
@@ -255,12 +255,13 @@ class TreeBuilder : public YAML::EventHandler {
   void take_key(Level& level) {
     level.awaits_key = false;
     level.key_refused = true;
-    level.key = {value_.text, value_.place};
+    level.key = {value_.text, value_.location};
     if (value_.kind == Node::Kind::Refused) return;
     if (value_.kind != Node::Kind::Scalar) {
-      mistakes_.add(Fault::YamlSyntax, "a key that is no plain word", value_.place);
+      mistakes_.add(Fault::YamlSyntax, "a key that is no plain word", value_.location);
     } else if (!level.seen.insert(value_.text).second) {
-      mistakes_.add(Fault::DuplicateKey, fmt::format("'{}' stands twice here; remove one", value_.text), value_.place);
+      mistakes_.add(Fault::DuplicateKey, fmt::format("'{}' stands twice here; remove one", value_.text),
+                    value_.location);
     } else {
       level.key_refused = false;
     }
@@ -278,21 +279,22 @@ class TreeBuilder : public YAML::EventHandler {
 
 }  // namespace
 
-void Mistakes::add(Fault fault, std::string_view message, Location place) {
+void Mistakes::add(Fault fault, std::string_view message, Location location) {
   if (full()) {
     ++more_;
     return;
   }
-  rows_.push_back({fault, shortened(message, kLongest), place});
+  rows_.push_back({fault, shortened(message, kLongest), location});
 }
 
 std::vector<Error> Mistakes::errors() const {
   std::vector<Row> rows = rows_;
-  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.place < b.place; });
+  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.location < b.location; });
   std::vector<Error> out;
   for (const Row& row : rows)
-    out.push_back({row.fault, row.message,
-                   row.place.line > 0 ? fmt::format("{}:{}:{}", file_, row.place.line, row.place.column) : file_});
+    out.push_back(
+        {row.fault, row.message,
+         row.location.line > 0 ? fmt::format("{}:{}:{}", file_, row.location.line, row.location.column) : file_});
   if (more_ > 0) out.push_back({Fault::BadValue, fmt::format("and {} more mistakes", more_), file_});
   return out;
 }
@@ -320,17 +322,17 @@ std::optional<Node> read_yaml(std::string_view text, Mistakes& mistakes, const Y
     }
     TreeBuilder second(plain.text, mistakes, budget);
     if (parser.HandleNextDocument(second)) {
-      mistakes.add(Fault::YamlSyntax, "a second document (---); one file holds one", second.root.place);
+      mistakes.add(Fault::YamlSyntax, "a second document (---); one file holds one", second.root.location);
       return std::nullopt;
     }
   } catch (const Refusal& refusal) {
-    mistakes.add(refusal.fault, refusal.message, refusal.place);
+    mistakes.add(refusal.fault, refusal.message, refusal.location);
     return std::nullopt;
   } catch (const YAML::Exception& error) {
     const auto at = static_cast<std::size_t>(std::max(error.mark.is_null() ? 0 : error.mark.pos, 0));
     const YamlSlip slip = yaml_slip(plain.text, at, error.msg);
-    const auto place = line_and_column(plain.text, slip.at);
-    mistakes.add(Fault::YamlSyntax, slip.message, {place.line, place.column});
+    const auto location = line_and_column(plain.text, slip.at);
+    mistakes.add(Fault::YamlSyntax, slip.message, {location.line, location.column});
     return std::nullopt;
   } catch (const std::exception& error) {
     mistakes.add(Fault::YamlSyntax, fmt::format("not well-formed YAML: {}", error.what()), {1, 1});

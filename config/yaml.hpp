@@ -25,7 +25,7 @@ class Mistakes {
  public:
   static constexpr std::size_t kMost = 100, kLongest = 1000;
   explicit Mistakes(std::string file) : file_(std::move(file)) {}
-  void add(Fault fault, std::string_view message, Location place);
+  void add(Fault fault, std::string_view message, Location location);
   [[nodiscard]] bool none() const { return rows_.empty(); }
   /// What is added from here on is only counted.
   [[nodiscard]] bool full() const { return rows_.size() >= kMost; }
@@ -37,7 +37,7 @@ class Mistakes {
   struct Row {
     Fault fault;
     std::string message;
-    Location place;
+    Location location;
   };
   std::string file_;
   std::vector<Row> rows_;
@@ -54,11 +54,11 @@ struct Node {
   };
   struct Key {
     std::string text;
-    Location place;
+    Location location;
   };
   Kind kind = Kind::Empty;
   bool quoted = false;
-  Location place;
+  Location location;
   std::string text;         ///< of a scalar
   std::vector<Node> items;  ///< of a sequence; the values of a map
   std::vector<Key> keys;    ///< of a map: keys[i] names items[i]; no key stands twice

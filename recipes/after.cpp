@@ -67,12 +67,12 @@ class Circles {
     }
     mistakes_.add(Fault::Inconsistent,
                   fmt::format("these wait for one another: {}; take one of these `after` away", words),
-                  place_of(rows_[walk.back().row], rows_[to].name.value));
+                  location_of(rows_[walk.back().row], rows_[to].name.value));
   }
 
-  static Location place_of(const FeatureRow& row, std::string_view name) {
+  static Location location_of(const FeatureRow& row, std::string_view name) {
     return std::find_if(row.after.begin(), row.after.end(), [&](const auto& each) { return each.value == name; })
-        ->place;
+        ->location;
   }
 
   const std::vector<FeatureRow>& rows_;
@@ -89,23 +89,23 @@ Rows rows_before(const std::vector<FeatureRow>& rows, Order order, bool all_read
   Rows before(rows.size());
   const bool nameless = std::any_of(rows.begin(), rows.end(), [](const FeatureRow& r) { return !r.name.given(); });
   for (std::uint32_t row = 0; row < rows.size(); ++row)
-    for (const auto& [name, place] : rows[row].after) {
+    for (const auto& [name, location] : rows[row].after) {
       const auto found = named.find(name);
       if (found == named.end()) {
         if (!all_read && nameless) continue;  // it may be that one
         std::vector<std::string_view> known;
         for (const FeatureRow& each : rows) known.push_back(each.name.value);
         mistakes.add(Fault::UnknownReference,
-                     fmt::format("there is no feature '{}'; {}", name, did_you_mean(name, known)), place);
+                     fmt::format("there is no feature '{}'; {}", name, did_you_mean(name, known)), location);
       } else if (found->second == row) {
-        mistakes.add(Fault::Inconsistent, fmt::format("'{}' cannot come after itself; take this away", name), place);
+        mistakes.add(Fault::Inconsistent, fmt::format("'{}' cannot come after itself; take this away", name), location);
       } else if (order == Order::File && found->second > row) {
         if (!all_read) continue;  // it may be the order that was not read
         mistakes.add(Fault::Inconsistent,
                      fmt::format("'{}' comes after '{}', which stands behind it in the file (line {}); put it behind "
                                  "that one, or write `order: shortest`",
-                                 rows[row].name.value, name, rows[found->second].place.line),
-                     place);
+                                 rows[row].name.value, name, rows[found->second].location.line),
+                     location);
       } else if (std::find(before[row].begin(), before[row].end(), found->second) == before[row].end()) {
         before[row].push_back(found->second);
       }

@@ -31,7 +31,7 @@ std::vector<Vec2> points_of(const Recipe& recipe, const std::vector<FeatureRow>&
 bool size_is_wrong(const Recipe& recipe, const std::vector<FeatureRow>& rows, config::Mistakes& mistakes) {
   constexpr std::ptrdiff_t kFew = 4;
   const Vec2 size = recipe.board.size;
-  if (size.x <= 0 || recipe.board.places.size.line == 0) return false;
+  if (size.x <= 0 || recipe.board.locations.size.line == 0) return false;
   const std::vector<Vec2> points = points_of(recipe, rows);
   Board swapped = recipe.board;
   swapped.size = {size.y, size.x};
@@ -49,7 +49,7 @@ bool size_is_wrong(const Recipe& recipe, const std::vector<FeatureRow>& rows, co
                                                 "{:.6g} mm]",
                                                 size.y, size.x)
                                   : std::string("correct its 'size'")),
-               recipe.board.places.size);
+               recipe.board.locations.size);
   return true;
 }
 

@@ -12,19 +12,19 @@ void check_body_names(const Recipe& recipe, const config::Machine& machine, conf
   for (const Part& part : recipe.parts) {
     if (part.name == "board")
       mistakes.add(Fault::DuplicateKey, "'board' is what messages call the board itself; choose another name",
-                   part.place);
+                   part.location);
     if (scene.contains(part.name))
       mistakes.add(
           Fault::DuplicateKey,
           fmt::format("the machine's scene has a body '{}' too; messages name bodies, choose another name", part.name),
-          part.place);
+          part.location);
   }
   for (const Part& zone : recipe.keep_out)
     if (zones.contains(config::zone_name(zone.name)))
       mistakes.add(Fault::DuplicateKey,
                    fmt::format("the machine has a zone '{}' to keep out of too; messages name it, choose another name",
                                zone.name),
-                   zone.place);
+                   zone.location);
 }
 
 }  // namespace gantry::recipes

@@ -44,17 +44,17 @@ class Feasibility {
     check_tools(recipe_, machine_, mistakes_);
     for (const Material& material : recipe_.materials) speed(material);
   }
-  bool frame() { return known_frame(recipe_.board.frame, recipe_.board.frame_place); }
+  bool frame() { return known_frame(recipe_.board.frame, recipe_.board.frame_location); }
 
  private:
-  bool known_frame(const std::string& name, Location place) {
+  bool known_frame(const std::string& name, Location location) {
     if (config::find_frame(machine_, name)) return true;
     if (name.empty()) return false;  // that it could not be read is told already
     std::vector<std::string_view> known;
     for (const auto& frame : machine_.frames) known.push_back(frame.name);
     mistakes_.add(Fault::UnknownReference,
                   fmt::format("machine '{}' has no frame '{}'; {}", machine_.name, name, did_you_mean(name, known)),
-                  place);
+                  location);
     return false;
   }
 
@@ -65,10 +65,10 @@ class Feasibility {
   }
 
   /// A tool's tip over a point of the board.
-  Reach::Ask over(std::string_view tool, Vec2 at, double height_mm, Location place, std::string what) const {
+  Reach::Ask over(std::string_view tool, Vec2 at, double height_mm, Location location, std::string what) const {
     return {.tool = tool,
             .tip = to_machine(recipe_, machine_, {}, {}, at, height_mm),
-            .place = place,
+            .location = location,
             .what = std::move(what)};
   }
   /// The board may lie off by as much as the rules of the marks allow.
@@ -81,17 +81,17 @@ class Feasibility {
   /// What a recipe asks of the machine's outputs, told where it asks first.
   void outputs() {
     using config::Output;
-    const auto wants = [&](Output output, std::string_view what, Location place) {
+    const auto wants = [&](Output output, std::string_view what, Location location) {
       if (!machine_.outputs[static_cast<std::size_t>(output)])
         mistakes_.add(
             Fault::UnknownReference,
             fmt::format("machine '{}' has no output '{}', without which {}", machine_.name, config::name(output), what),
-            place);
+            location);
     };
-    if (!recipe_.marks.empty()) wants(Output::CameraTrigger, "the camera sees no mark", recipe_.marks.front().place);
+    if (!recipe_.marks.empty()) wants(Output::CameraTrigger, "the camera sees no mark", recipe_.marks.front().location);
     if (!recipe_.features.empty())
       wants(Output::Valve, "nothing is dispensed",
-            std::visit([](const auto& f) { return f.place; }, recipe_.features.front()));
+            std::visit([](const auto& f) { return f.location; }, recipe_.features.front()));
   }
 
   void speed(const Material& material) {
@@ -100,19 +100,19 @@ class Feasibility {
       mistakes_.add(Fault::SpeedNotReachable,
                     fmt::format("material '{}' asks for {:.6g} mm/s; the machine reaches {:.6g} mm/s", material.name,
                                 material.speed, most),
-                    material.places.speed.line > 0 ? material.places.speed : material.place);
+                    material.locations.speed.line > 0 ? material.locations.speed : material.location);
     if (material.min_speed > material.speed)
       mistakes_.add(Fault::Inconsistent,
                     fmt::format("material '{}': 'min_speed' of {:.6g} mm/s is more than its 'speed' of {:.6g} mm/s; "
                                 "write at most that",
                                 material.name, material.min_speed, material.speed),
-                    material.place);
+                    material.location);
     if (material.min_speed > 0 && material.start_dwell_s > 0)
       mistakes_.add(Fault::Inconsistent,
                     fmt::format("material '{}': with 'start_dwell' a bead begins from rest, and 'min_speed' of {:.6g} "
                                 "mm/s forbids that; leave one of them out",
                                 material.name, material.min_speed),
-                    material.place);
+                    material.location);
   }
 
   /// How far from the middle of the picture a mark's centre may be to be found.
@@ -124,14 +124,14 @@ class Feasibility {
 
   void mark(const MarkDef& m) {
     // The camera looks where the mark should be; where it is then is looked for within the image.
-    reach_.look(over("camera", m.at, 0, m.place, fmt::format("mark '{}'", m.name)));
+    reach_.look(over("camera", m.at, 0, m.location, fmt::format("mark '{}'", m.name)));
     const config::CameraConfig& camera = machine_.camera;
     const double image = 0.5 * camera.mm_per_px * std::min(camera.width_px, camera.height_px);
     if (m.diameter / 2 >= std::min(image, camera.search_mm) && too_large_.insert(m.diameter).second)
       mistakes_.add(Fault::OutOfReach,
                     fmt::format("mark '{}' of {:.6g} mm is larger than what the camera sees ({:.6g} mm)", m.name,
                                 m.diameter, 2 * std::min(image, camera.search_mm)),
-                    m.place);
+                    m.location);
   }
 
   /// A board that lies off as far as the rules allow has to show its marks; of one that is turned, two of them.
@@ -142,17 +142,17 @@ class Feasibility {
                                         [&](auto& a, auto& b) { return seen_mm(a) < seen_mm(b); });
     const double most = seen_mm(*least);
     if (most <= 0) return;  // a mark that is too large is told itself
-    if (rules.places.max_shift.line > 0 && rules.max_shift_mm > most)
+    if (rules.locations.max_shift.line > 0 && rules.max_shift_mm > most)
       mistakes_.add(Fault::OutOfReach,
                     fmt::format("with 'max_shift' a board may lie {:.6g} mm off, and the camera finds mark '{}' up to "
                                 "{:.6g} mm from where it should be; write at most that",
                                 rules.max_shift_mm, least->name, most),
-                    rules.places.max_shift);
+                    rules.locations.max_shift);
     std::vector<double> arms;  // from the board's origin, about which it turns
     for (const MarkDef& m : recipe_.marks) arms.push_back(norm(m.at));
     std::nth_element(arms.begin(), arms.begin() + 1, arms.end());
     const double turned_mm = 2 * arms[1] * std::sin(rules.max_rotation_rad / 2);
-    if (rules.places.max_rotation.line == 0 || turned_mm <= most) return;
+    if (rules.locations.max_rotation.line == 0 || turned_mm <= most) return;
     mistakes_.add(
         Fault::OutOfReach,
         fmt::format("with 'max_rotation' a board may be turned by {:.6g} deg, which takes all marks but one "
@@ -160,7 +160,7 @@ class Feasibility {
                     "be; write at most {:.2g} deg",
                     units::deg(rules.max_rotation_rad), turned_mm, most,
                     units::deg(2 * std::asin(most / (2 * arms[1])))),
-        rules.places.max_rotation);
+        rules.locations.max_rotation);
   }
 
   [[nodiscard]] bool window_is_covered() const {
@@ -177,16 +177,16 @@ class Feasibility {
     const double end = probe.approach_mm - probe.travel_mm;
     if (!recipe_.touches.empty() && !window_is_covered()) {
       const TouchPoint& first = recipe_.touches.front();
-      const Location written = recipe_.touch_rules.window_place;
+      const Location written = recipe_.touch_rules.window_location;
       mistakes_.add(Fault::OutOfReach,
                     fmt::format("touch '{}': the probe goes from {:.6g} to {:.6g} mm above nominal, which does not "
                                 "cover the 'window' of +-{:.6g} mm; write at most {:.6g} mm",
                                 first.name, probe.approach_mm, end, recipe_.touch_rules.window_mm,
                                 std::min(probe.approach_mm, -end)),
-                    written.line > 0 ? written : first.place);
+                    written.line > 0 ? written : first.location);
     }
     for (const TouchPoint& t : recipe_.touches) {
-      Reach::Ask ask = wherever(over("probe", t.at, end, t.place, fmt::format("touch '{}'", t.name)), t.at);
+      Reach::Ask ask = wherever(over("probe", t.at, end, t.location, fmt::format("touch '{}'", t.name)), t.at);
       ask.lift = std::max(probe.approach_mm, window() + probe.retract_mm) - end;
       reach_.look(std::move(ask));
     }
@@ -195,7 +195,7 @@ class Feasibility {
   void purge() {
     if (!recipe_.purge) return;
     const Purge& purge = *recipe_.purge;
-    if (!purge.frame.empty() && !known_frame(purge.frame, purge.frame_place)) return;
+    if (!purge.frame.empty() && !known_frame(purge.frame, purge.frame_location)) return;
     const Material* material = find_material(recipe_, purge.material);
     if (material == nullptr) return;
     const bool on_board = purge.frame.empty();
@@ -203,7 +203,7 @@ class Feasibility {
                    .tip = purge_tip(recipe_, machine_, {}, {}),
                    .lift = material->retract,
                    .window = on_board && !recipe_.touches.empty() ? window() : 0,
-                   .place = purge.at_place,
+                   .location = purge.at_location,
                    .what = "purging",
                    .material = material,
                    .on_board = on_board};
@@ -213,13 +213,13 @@ class Feasibility {
       mistakes_.add(Fault::Inconsistent,
                     fmt::format("the purge shoots onto '{}', or within {:.6g} mm of it; put its 'at' beside the work",
                                 id_of(*hit), kPurgeClear_mm),
-                    purge.at_place);
+                    purge.at_location);
   }
 
-  void needle(Vec3 at, const std::string& material_name, const std::string& id, Location place, bool& told) {
+  void needle(Vec3 at, const std::string& material_name, const std::string& id, Location location, bool& told) {
     const Material* material = find_material(recipe_, material_name);
     if (told || !material) return;
-    Reach::Ask ask = wherever(over("needle", flat(at), at.z + material->gap, place, id), flat(at));
+    Reach::Ask ask = wherever(over("needle", flat(at), at.z + material->gap, location, id), flat(at));
     ask.lift = material->retract;
     ask.window = recipe_.touches.empty() ? 0 : window();
     ask.material = material;
@@ -227,11 +227,11 @@ class Feasibility {
   }
   void feature(const Dot& dot) {
     bool told = false;
-    needle({dot.at.x, dot.at.y, dot.height_mm}, dot.material, dot.id, dot.place, told);
+    needle({dot.at.x, dot.at.y, dot.height_mm}, dot.material, dot.id, dot.location, told);
   }
   void feature(const Bead& bead) {
     bool told = false;
-    for (const Vec3 p : bead.points) needle(p, bead.material, bead.id, bead.place, told);
+    for (const Vec3 p : bead.points) needle(p, bead.material, bead.id, bead.location, told);
   }
 
   const Recipe& recipe_;
@@ -255,7 +255,7 @@ Checked<Compiled> load_for(const std::string& path, const config::Machine& machi
   if (draft.readable) {
     Mistakes more(path);
     Feasibility of_machine(draft.recipe, machine, more);
-    if (draft.recipe.board.frame_place.line > 0) of_machine.frame();
+    if (draft.recipe.board.frame_location.line > 0) of_machine.frame();
     of_machine.general();
     const std::vector<Error> errors = more.errors();
     draft.mistakes.insert(draft.mistakes.end(), errors.begin(), errors.end());

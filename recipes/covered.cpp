@@ -40,11 +40,11 @@ void add_covered(const Recipe& recipe, std::vector<std::string>& to) {
   for (const MarkDef& mark : recipe.marks)
     if (const Feature* feature = over(recipe, mark.at, mark.diameter / 2))
       to.push_back(fmt::format("mark '{}' (line {}) is covered by '{}': {} does not find it; move one of them",
-                               mark.name, mark.place.line, id_of(*feature), kAnew));
+                               mark.name, mark.location.line, id_of(*feature), kAnew));
   for (const TouchPoint& touch : recipe.touches)
     if (const Feature* feature = over(recipe, touch.at, kTouched_mm))
       to.push_back(fmt::format("touch '{}' (line {}) lies on '{}': {} puts the probe into it; move one of them",
-                               touch.name, touch.place.line, id_of(*feature), kAnew));
+                               touch.name, touch.location.line, id_of(*feature), kAnew));
 }
 
 }  // namespace gantry::recipes

@@ -32,7 +32,7 @@ bool has(const FeatureRow& row, std::string_view key) {
 Vec3 raised(Vec2 p, double z) { return {p.x, p.y, z}; }
 
 Bead bead_of(const FeatureRow& row, const char* kind, bool closed = false) {
-  return {row.name.value, {}, closed, row.corner_tolerance, row.material.value, row.place, kind, 0};
+  return {row.name.value, {}, closed, row.corner_tolerance, row.material.value, row.location, kind, 0};
 }
 
 /// Corners of a rectangle as it is written.
@@ -66,7 +66,7 @@ void Expander::put_on_part(const FeatureRow& row, std::size_t first) {
     if (known.empty() && !all_read_) return;
     mistakes_.add(Fault::UnknownReference,
                   fmt::format("there is no part '{}'; {}", row.on.value, did_you_mean(row.on.value, known)),
-                  row.on.place);
+                  row.on.location);
     return;
   }
   const Part& part = *found;
@@ -80,7 +80,7 @@ void Expander::put_on_part(const FeatureRow& row, std::size_t first) {
                   fmt::format("the point at ({:.6g}, {:.6g}) mm is not on '{}', whose top is {:.6g} x {:.6g} mm about "
                               "({:.6g}, {:.6g}) mm",
                               p.x, p.y, part.name, part.size.x, part.size.y, part.at.x, part.at.y),
-                  row.on.place);
+                  row.on.location);
   };
   for (std::size_t i = first; i < to_.features.size(); ++i) {
     if (auto* one = std::get_if<Dot>(&to_.features[i])) {
@@ -107,8 +107,8 @@ void Expander::expand(const FeatureRow& row) {
   }
 }
 
-bool Expander::require(Vec2 p, Location place, std::string_view what, Mistakes& mistakes) const {
-  return off_board_ || require_on_board(to_.board, p, place, fmt::format("{} of '{}'", what, name_), mistakes,
+bool Expander::require(Vec2 p, Location location, std::string_view what, Mistakes& mistakes) const {
+  return off_board_ || require_on_board(to_.board, p, location, fmt::format("{} of '{}'", what, name_), mistakes,
                                         "; 'off_board: true' lets a feature leave it");
 }
 
@@ -119,29 +119,29 @@ void Expander::add_bead(Bead bead) {
   if (points_ > kMostPoints) {
     if (!full_)
       mistakes_.add(Fault::TooManySteps,
-                    fmt::format("a recipe holds at most {} points of beads; split it", kMostPoints), bead.place);
+                    fmt::format("a recipe holds at most {} points of beads; split it", kMostPoints), bead.location);
     full_ = true;
     return;
   }
   to_.features.emplace_back(std::move(bead));
 }
 
-bool Expander::stays_on_board(const std::vector<Vec3>& points, Location place, std::string_view what) {
+bool Expander::stays_on_board(const std::vector<Vec3>& points, Location location, std::string_view what) {
   const auto off =
       std::find_if(points.begin(), points.end(), [&](Vec3 p) { return !off_board_ && !on_board(to_.board, flat(p)); });
-  return off == points.end() || require(flat(*off), place, what, mistakes_);
+  return off == points.end() || require(flat(*off), location, what, mistakes_);
 }
 
 void Expander::judge(const std::vector<At<Vec3>>& points, Judge by, Mistakes& mistakes) const {
   if (!by.on_board && !by.apart && !by.open_end) return;
   for (std::size_t i = 0; i < points.size() && !mistakes.full(); ++i) {
-    if (by.on_board) require(flat(points[i].value), points[i].place, "point", mistakes);
+    if (by.on_board) require(flat(points[i].value), points[i].location, "point", mistakes);
     if (by.apart && i > 0 && points[i].value == points[i - 1].value)
-      mistakes.add(Fault::Inconsistent, "the same point twice in a row", points[i].place);
+      mistakes.add(Fault::Inconsistent, "the same point twice in a row", points[i].location);
   }
   if (by.open_end && points.size() > 1 && points.front().value == points.back().value)
     mistakes.add(Fault::Inconsistent, "a closed bead goes back by itself; leave out its last point",
-                 points.back().place);
+                 points.back().location);
 }
 
 int Expander::group(const FeatureRow& row, std::vector<const char*> first, std::vector<const char*> second) {
@@ -155,14 +155,14 @@ int Expander::group(const FeatureRow& row, std::vector<const char*> first, std::
   if (one == other) {
     mistakes_.add(one ? Fault::Inconsistent : Fault::MissingKey,
                   fmt::format("{} or {} belong here{}", words(first), words(second), one ? ", not both" : ""),
-                  row.place);
+                  row.location);
     return -1;
   }
   for (const char* key : one ? first : second)
     if (!has(row, key)) {
       mistakes_.add(Fault::MissingKey,
                     fmt::format("'{}' is missing here; {} belong together", key, words(one ? first : second)),
-                    row.place);
+                    row.location);
       return -1;
     }
   return one ? 0 : 1;
@@ -171,18 +171,18 @@ int Expander::group(const FeatureRow& row, std::vector<const char*> first, std::
 // ---- dots ----
 
 void Expander::dot(const FeatureRow& row) {
-  if (row.at.given()) require(flat(row.at.value), row.at.place, "point", mistakes_);
-  to_.features.emplace_back(Dot{row.name.value, flat(row.at.value), row.material.value, row.place, row.at.value.z});
+  if (row.at.given()) require(flat(row.at.value), row.at.location, "point", mistakes_);
+  to_.features.emplace_back(Dot{row.name.value, flat(row.at.value), row.material.value, row.location, row.at.value.z});
 }
 
 void Expander::array(const FeatureRow& row) {
   if ((row.columns > 1 && row.pitch.value.x == 0) || (row.rows > 1 && row.pitch.value.y == 0))
-    mistakes_.add(Fault::Inconsistent, "with a pitch of 0 several dots lie on one spot", row.pitch.place);
+    mistakes_.add(Fault::Inconsistent, "with a pitch of 0 several dots lie on one spot", row.pitch.location);
   const auto count = static_cast<std::size_t>(row.rows) * static_cast<std::size_t>(row.columns);
   if (to_.features.size() + count > kMostFeatures) {
     mistakes_.add(Fault::TooManySteps,
                   fmt::format("{} x {} dots; a recipe holds at most {} features", row.rows, row.columns, kMostFeatures),
-                  row.place);
+                  row.location);
     return;
   }
   const std::set<std::pair<int, int>> skip(row.skip.begin(), row.skip.end());
@@ -195,20 +195,20 @@ void Expander::array(const FeatureRow& row) {
       const Vec2 p = flat(row.at.value) + rotated({c * row.pitch.value.x, r * row.pitch.value.y}, row.rotation);
       points.push_back(raised(p, row.at.value.z));
       to_.features.emplace_back(
-          Dot{fmt::format("{}[{}][{}]", row.name.value, r, c), p, row.material.value, row.place, row.at.value.z});
+          Dot{fmt::format("{}[{}][{}]", row.name.value, r, c), p, row.material.value, row.location, row.at.value.z});
     }
   if (points.empty() && count > 0)
-    mistakes_.add(Fault::Inconsistent, "every dot of the array is skipped; leave the array out", row.place);
-  stays_on_board(points, row.at.place, "array's dot");
+    mistakes_.add(Fault::Inconsistent, "every dot of the array is skipped; leave the array out", row.location);
+  stays_on_board(points, row.at.location, "array's dot");
 }
 
 // ---- straight beads ----
 
 void Expander::line(const FeatureRow& row) {
   for (const auto* end : {&row.at, &row.to})
-    if (end->given()) require(flat(end->value), end->place, "point", mistakes_);
+    if (end->given()) require(flat(end->value), end->location, "point", mistakes_);
   if (row.at.given() && row.to.given() && row.at.value == row.to.value)
-    mistakes_.add(Fault::Inconsistent, "the bead ends where it starts", row.to.place);
+    mistakes_.add(Fault::Inconsistent, "the bead ends where it starts", row.to.location);
   Bead bead = bead_of(row, "line");
   bead.points = {row.at.value, row.to.value};
   add_bead(std::move(bead));
@@ -257,7 +257,7 @@ std::vector<Vec3> Expander::from_file(const FeatureRow& row) {
   if (!row.points_file.given()) return {};
   PointsFile& file = files_[file_named(row.points_file.value)];
   if (file.unreadable) {
-    mistakes_.add(file.unreadable->fault, file.unreadable->message, row.points_file.place);
+    mistakes_.add(file.unreadable->fault, file.unreadable->message, row.points_file.location);
     return {};
   }
   // Each of these is told once, whichever feature asks for it first.
@@ -296,23 +296,23 @@ void Expander::rectangle(const FeatureRow& row) {
   Bead bead = bead_of(row, "rectangle", true);
   for (const Vec2 p : corners(row)) bead.points.push_back(raised(p, row.at.value.z));
   bead.points.push_back(bead.points.front());
-  stays_on_board(bead.points, row.at.place, "corner");
+  stays_on_board(bead.points, row.at.location, "corner");
   add_bead(std::move(bead));
 }
 
 // ---- curves ----
 
 void Expander::add_curve(const FeatureRow& row, Result<Curve> curve, const char* kind, bool closed) {
-  const Location place = row.centre.given() ? row.centre.place : row.at.place;
+  const Location location = row.centre.given() ? row.centre.location : row.at.location;
   if (!curve) {
-    mistakes_.add(curve.error().fault, curve.error().message, row.place);
+    mistakes_.add(curve.error().fault, curve.error().message, row.location);
     return;
   }
   Bead bead = bead_of(row, kind, closed);
   bead.corner_tolerance = row.curve_tolerance;
   bead.points = std::move(curve->points);
   bead.curve_mm = curve->length_mm;
-  stays_on_board(bead.points, place, "curve's point");
+  stays_on_board(bead.points, location, "curve's point");
   add_bead(std::move(bead));
 }
 
@@ -324,13 +324,13 @@ void Expander::arc(const FeatureRow& row) {
   if (!known) return;
   if (by == 1 && has(row, "centre") && row.centre.value.z != 0 && row.centre.value.z != row.at.value.z) {
     mistakes_.add(Fault::Inconsistent, "an arc about a centre is level with 'from'; leave out the centre's height",
-                  row.centre.place);
+                  row.centre.location);
     return;
   }
   const Result<Arc> arc = by == 0 ? arc_through(row.at.value, row.through.value, row.to.value)
                                   : arc_about(flat(row.centre.value), row.at.value, row.angle.value);
   if (!arc) {
-    mistakes_.add(arc.error().fault, arc.error().message, by == 0 ? row.through.place : row.centre.place);
+    mistakes_.add(arc.error().fault, arc.error().message, by == 0 ? row.through.location : row.centre.location);
     return;
   }
   double tolerance_mm = row.curve_tolerance;
@@ -353,7 +353,7 @@ void Expander::spiral(const FeatureRow& row) {
   const double from = row.from_radius.value, to = row.to_radius.value;
   if (std::abs(to - from) < 1e-3) {
     mistakes_.add(Fault::Inconsistent, "the spiral ends at the radius where it starts; write a 'circle'",
-                  row.to_radius.place);
+                  row.to_radius.location);
     return;
   }
   const Spiral spiral{row.centre.value, from, to, row.spacing.value, row.start_angle, row.clockwise};
@@ -366,39 +366,39 @@ void Expander::fill(const FeatureRow& row) {
   const int by = group(row, {"at", "size"}, {"points"});
   std::vector<Vec2> outline;
   double height = row.at.value.z;
-  Location place = row.at.place;
+  Location location = row.at.location;
   if (by == 0 && row.at.given() && row.size.given()) {
     outline = corners(row);
     std::vector<Vec3> all;
     for (const Vec2 p : outline) all.push_back(raised(p, height));
-    stays_on_board(all, place, "corner");
+    stays_on_board(all, location, "corner");
   } else if (by == 1 && !row.points.empty()) {
-    for (const auto& p : row.points) require(flat(p.value), p.place, "corner", mistakes_);
-    height = row.points.front().value.z, place = row.points.front().place;
+    for (const auto& p : row.points) require(flat(p.value), p.location, "corner", mistakes_);
+    height = row.points.front().value.z, location = row.points.front().location;
     for (const auto& p : row.points) {
       outline.push_back(flat(p.value));
       if (p.value.z == height) continue;
       mistakes_.add(Fault::Inconsistent, "the corners of a fill lie at one height; give this one that of the first",
-                    p.place);
+                    p.location);
       return;
     }
     if (row.rotation != 0)
       mistakes_.add(Fault::Inconsistent, "'rotation' turns a rectangle; a polygon's corners are written as they lie",
-                    row.place);
+                    row.location);
   }
   if (outline.empty() || !row.spacing.given()) return;
   const auto filled =
       fill_area(outline, {row.spacing.value, row.line_angle, row.serpentine}, std::max<std::size_t>(points_left(), 2));
   if (!filled) {
-    mistakes_.add(filled.error().fault, filled.error().message, place);
+    mistakes_.add(filled.error().fault, filled.error().message, location);
     return;
   }
   to_.fills.push_back({row.name.value, filled->area_mm2, row.spacing.value, to_.features.size(), filled->runs.size(),
-                       filled->bare.share, filled->bare.farthest_mm, filled->bare.at, row.place});
+                       filled->bare.share, filled->bare.farthest_mm, filled->bare.at, row.location});
   if (to_.features.size() + filled->runs.size() > kMostFeatures) {
     mistakes_.add(Fault::TooManySteps,
                   fmt::format("{} lines; a recipe holds at most {} features", filled->runs.size(), kMostFeatures),
-                  row.place);
+                  row.location);
     return;
   }
   for (std::size_t i = 0; i < filled->runs.size(); ++i) {

@@ -62,9 +62,9 @@ class Expander {
   /// On the board, no point twice in a row (`apart`), and no superfluous last one (`open_end`).
   void judge(const std::vector<config::At<Vec3>>& points, Judge by, config::Mistakes& mistakes) const;
   /// On the board, unless the feature may leave it.
-  bool require(Vec2 p, Location place, std::string_view what, config::Mistakes& mistakes) const;
+  bool require(Vec2 p, Location location, std::string_view what, config::Mistakes& mistakes) const;
   /// Of points that are worked out: the first that leaves the board.
-  bool stays_on_board(const std::vector<Vec3>& points, Location place, std::string_view what);
+  bool stays_on_board(const std::vector<Vec3>& points, Location location, std::string_view what);
   void add_curve(const written::FeatureRow& row, Result<struct Curve> curve, const char* kind, bool closed);
   void add_bead(Bead bead);
   [[nodiscard]] std::size_t points_left() const;

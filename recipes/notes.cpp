@@ -121,8 +121,8 @@ void add_bare(const Recipe& recipe, std::vector<std::string>& to) {
                       "{:.4g}) mm: lines keep half of `spacing` from the outline, so that what is narrower than {:.6g} "
                       "mm gets none; "
                       "lower `spacing`, turn the lines by `angle`, or draw that part by itself",
-                      fill.name, fill.place.line, fill.bare_share * 100, fill.bare_mm, fill.bare_at.x, fill.bare_at.y,
-                      fill.spacing_mm));
+                      fill.name, fill.location.line, fill.bare_share * 100, fill.bare_mm, fill.bare_at.x,
+                      fill.bare_at.y, fill.spacing_mm));
 }
 
 }  // namespace

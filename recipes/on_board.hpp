@@ -18,13 +18,13 @@ inline bool on_board(const Board& board, Vec2 p) {
 }
 
 /// False, and a mistake, when it does not. `unless`: what else may be written, "; ..."; "" where there is nothing.
-inline bool require_on_board(const Board& board, Vec2 p, Location place, std::string_view what,
+inline bool require_on_board(const Board& board, Vec2 p, Location location, std::string_view what,
                              config::Mistakes& mistakes, std::string_view unless = {}) {
   if (on_board(board, p)) return true;
   mistakes.add(Fault::OutOfRange,
                fmt::format("the {} at ({:.6g}, {:.6g}) mm is off the board, which is {:.6g} x {:.6g} mm{}", what, p.x,
                            p.y, board.size.x, board.size.y, unless),
-               place);
+               location);
   return false;
 }
 

@@ -34,11 +34,11 @@ class Checker {
 
   void board_items() {
     for (const MarkDef& m : recipe_.marks) {
-      require_on_board(recipe_.board, m.at, m.place, "mark", mistakes_);
+      require_on_board(recipe_.board, m.at, m.location, "mark", mistakes_);
       for (const Part& p : recipe_.parts)
         if (!p.unread && covers(p, m.at, m.diameter / 2))
           mistakes_.add(Fault::Inconsistent, fmt::format("'{}' covers the mark: the camera looks from above", p.name),
-                        m.place);
+                        m.location);
     }
     marks_fix_an_offset();
     if (recipe_.placement == Placement::Fixture && !recipe_.marks.empty())
@@ -46,34 +46,35 @@ class Checker {
           Fault::Inconsistent,
           "`placement: fixture` says that the board lies at its nominal placement, and marks measure where it "
           "lies; leave out one of them",
-          recipe_.marks.front().place);
+          recipe_.marks.front().location);
     for (const TouchPoint& t : recipe_.touches)
-      require_on_board(recipe_.board, t.at, t.place, "touch point", mistakes_);
+      require_on_board(recipe_.board, t.at, t.location, "touch point", mistakes_);
     if (touches_apart()) touches_give_a_plane();
     std::set<std::string> names;
     for (const Part& p : recipe_.parts) {
       if (!names.insert(p.name).second)
-        mistakes_.add(Fault::DuplicateKey, fmt::format("a part and a fixture are both called '{}'", p.name), p.place);
-      if (!p.fixture && !p.unread) require_on_board(recipe_.board, p.at, p.place, "part", mistakes_);
+        mistakes_.add(Fault::DuplicateKey, fmt::format("a part and a fixture are both called '{}'", p.name),
+                      p.location);
+      if (!p.fixture && !p.unread) require_on_board(recipe_.board, p.at, p.location, "part", mistakes_);
     }
   }
 
   void purge() {
     if (!recipe_.purge) return;
     const Purge& purge = *recipe_.purge;
-    if (purge.material_place.line > 0 && !purge.material.empty()) material(purge.material, purge.material_place);
-    if (!purge.frame.empty() || purge.at_place.line == 0) return;
-    require_on_board(recipe_.board, flat(purge.at), purge.at_place, "point", mistakes_);
+    if (purge.material_location.line > 0 && !purge.material.empty()) material(purge.material, purge.material_location);
+    if (!purge.frame.empty() || purge.at_location.line == 0) return;
+    require_on_board(recipe_.board, flat(purge.at), purge.at_location, "point", mistakes_);
     if (purge.at.z < 0)
       mistakes_.add(Fault::OutOfRange, "nothing lies below the board's top face; write a height of 0 mm or more",
-                    purge.at_place);
+                    purge.at_location);
   }
 
   void feature(const FeatureRow& row) {
     if (row.name.given() && !names_.insert(row.name.value).second)
       mistakes_.add(Fault::DuplicateKey, fmt::format("another feature is called '{}' already", row.name.value),
-                    row.name.place);
-    if (row.material.given()) material(row.material.value, row.material.place);
+                    row.name.location);
+    if (row.material.given()) material(row.material.value, row.material.location);
   }
 
  private:
@@ -86,16 +87,16 @@ class Checker {
           mistakes_.add(
               Fault::Inconsistent,
               fmt::format("mark '{}' overlaps mark '{}'; two marks on one spot fix no offset", b.name, a.name),
-              b.place);
+              b.location);
       }
   }
-  void material(const std::string& name, Location place) {
+  void material(const std::string& name, Location location) {
     if (find_material(recipe_, name) || recipe_.materials.empty()) return;  // that they are missing is told already
     std::vector<std::string_view> known;
     for (const Material& m : recipe_.materials) known.push_back(m.name);
     if (!all_read_ && nearest(name, known).empty()) return;  // it may be one that was not read
     mistakes_.add(Fault::UnknownReference,
-                  fmt::format("there is no material '{}'; {}", name, did_you_mean(name, known)), place);
+                  fmt::format("there is no material '{}'; {}", name, did_you_mean(name, known)), location);
   }
   /// False, and a mistake, where one reads what another one has read.
   bool touches_apart() {
@@ -110,7 +111,7 @@ class Checker {
                       fmt::format("touch '{}' is at the same place as touch '{}' and tells nothing new; move one of "
                                   "them, or leave it out",
                                   b.name, a.name),
-                      b.place);
+                      b.location);
         apart = false;
         break;
       }
@@ -133,7 +134,7 @@ class Checker {
                     fmt::format("the {} touches lie on one line, so the tilt across it stays unmeasured; put one at "
                                 "least {:.6g} mm beside it",
                                 recipe_.touches.size(), std::max(1.0, kWidth * length)),
-                    recipe_.touches.back().place);
+                    recipe_.touches.back().location);
   }
   /// A part, or a fixture with the board in its nominal placement, over any point of a disc.
   [[nodiscard]] static bool covers(const Part& part, Vec2 at, double radius) {
@@ -194,7 +195,7 @@ written::Draft written::draft(std::string_view yaml, std::string_view file, cons
     if (sequence)
       recipe.sequence = *std::move(sequence);
     else
-      mistakes.add(sequence.error().fault, sequence.error().message, read->features.front().place);
+      mistakes.add(sequence.error().fault, sequence.error().message, read->features.front().location);
   }
   std::vector<Error> all = mistakes.errors();
   all.insert(all.end(), in_files.begin(), in_files.end());

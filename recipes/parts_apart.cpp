@@ -42,7 +42,7 @@ void check_parts_apart(const Recipe& recipe, config::Mistakes& mistakes) {
                    fmt::format("part '{}' is inside '{}', where it changes nothing; correct the 'at' or 'size' of one "
                                "of them, or leave it out",
                                inner->name, outer->name),
-                   inner->place);
+                   inner->location);
       break;
     }
 }

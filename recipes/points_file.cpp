@@ -100,18 +100,19 @@ class Reader {
 
   bool value(const Cell& cell, int number, bool height, double& to) {
     const auto [end, ec] = std::from_chars(cell.text.data(), cell.text.data() + cell.text.size(), to);
-    const Location place{number, cell.column};
+    const Location location{number, cell.column};
     if (ec != std::errc{} || end != cell.text.data() + cell.text.size() || !std::isfinite(to)) {
       mistakes_.add(Fault::BadValue,
                     cell.text.empty()
                         ? std::string("a number is missing here; write millimetres, such as 12.5")
                         : fmt::format("'{}' is no number; write millimetres, such as 12.5", shown(cell.text)),
-                    place);
+                    location);
       return false;
     }
     const config::Range range = height ? kHeight : kOnBoard;
     if (to >= range.min && to <= range.max) return true;
-    mistakes_.add(Fault::OutOfRange, fmt::format("{} mm is outside {} mm .. {} mm", to, range.min, range.max), place);
+    mistakes_.add(Fault::OutOfRange, fmt::format("{} mm is outside {} mm .. {} mm", to, range.min, range.max),
+                  location);
     return false;
   }
 

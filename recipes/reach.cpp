@@ -65,8 +65,9 @@ void Reach::tell_points() {
 
 void Reach::tell_each(std::set<std::pair<int, int>>& told, const std::function<bool(const Miss&)>& which) {
   for (const Miss& miss : misses_)
-    if (miss.cause == Cause::Point && which(miss) && told.insert({miss.ask.place.line, miss.ask.place.column}).second)
-      mistakes_.add(Fault::OutOfReach, needs(miss) + "; move it", miss.ask.place);
+    if (miss.cause == Cause::Point && which(miss) &&
+        told.insert({miss.ask.location.line, miss.ask.location.column}).second)
+      mistakes_.add(Fault::OutOfReach, needs(miss) + "; move it", miss.ask.location);
 }
 
 bool Reach::tell_of_most(std::string_view tool) {
@@ -82,7 +83,7 @@ bool Reach::tell_of_most(std::string_view tool) {
   }
   if (missed < kFew || 2 * missed <= looked) return false;
   const bool high = first->axis == machine_.z;
-  const Location written = high ? recipe_.board.places.thickness : recipe_.board.places.at;
+  const Location written = high ? recipe_.board.locations.thickness : recipe_.board.locations.at;
   mistakes_.add(
       Fault::OutOfReach,
       fmt::format(
@@ -91,7 +92,7 @@ bool Reach::tell_of_most(std::string_view tool) {
           missed, looked, tool.empty() ? " of the recipe" : fmt::format(" for the {}", tool), needs(*first),
           high ? "'thickness'" : "place 'at'", recipe_.board.frame,
           tool.empty() ? "" : fmt::format(" or the tip of tool '{}'", tool)),
-      written.line > 0 ? written : recipe_.board.frame_place);
+      written.line > 0 ? written : recipe_.board.frame_location);
   return true;
 }
 
@@ -100,7 +101,7 @@ void Reach::tell_lifts() {
   for (const Miss& miss : misses_) {
     if (miss.cause != Cause::Lift || (miss.ask.material != nullptr && !told.insert(miss.ask.material).second)) continue;
     if (miss.ask.material == nullptr) {
-      mistakes_.add(Fault::OutOfReach, needs(miss), miss.ask.place);
+      mistakes_.add(Fault::OutOfReach, needs(miss), miss.ask.location);
       continue;
     }
     const auto same = std::count_if(misses_.begin(), misses_.end(), [&](const Miss& other) {
@@ -110,23 +111,23 @@ void Reach::tell_lifts() {
     for (const Miss& other : misses_)
       if (other.cause == Cause::Lift && other.ask.material == miss.ask.material)
         room = std::min(room, other.ask.lift - (other.most - machine_.axes[other.axis.value].p_max));
-    const Location written = miss.ask.material->places.retract;
+    const Location written = miss.ask.material->locations.retract;
     mistakes_.add(Fault::OutOfReach,
                   fmt::format("with the 'retract' of {:.6g} mm of material '{}' {}{}; write {}", miss.ask.lift,
                               miss.ask.material->name, needs(miss), and_more(static_cast<std::size_t>(same) - 1),
                               room > 0 ? fmt::format("at most {:.6g} mm", room) : std::string("less")),
-                  written.line > 0 ? written : miss.ask.place);
+                  written.line > 0 ? written : miss.ask.location);
   }
 }
 
-Location Reach::rules_place(const Miss& miss) const {
+Location Reach::rules_location(const Miss& miss) const {
   if (miss.cause == Cause::Window)
-    return recipe_.touch_rules.window_place.line > 0 ? recipe_.touch_rules.window_place : miss.ask.place;
-  const MarkRulesPlaces& rules = recipe_.mark_rules.places;
+    return recipe_.touch_rules.window_location.line > 0 ? recipe_.touch_rules.window_location : miss.ask.location;
+  const MarkRulesLocations& rules = recipe_.mark_rules.locations;
   const bool turn = miss.ask.by_turn > miss.ask.around / 2;
   const Location likely = turn ? rules.max_rotation : rules.max_shift,
                  other = turn ? rules.max_shift : rules.max_rotation;
-  return likely.line > 0 ? likely : other.line > 0 ? other : miss.ask.place;
+  return likely.line > 0 ? likely : other.line > 0 ? other : miss.ask.location;
 }
 
 void Reach::tell_rules(Cause cause) {
@@ -139,7 +140,7 @@ void Reach::tell_rules(Cause cause) {
                             cause == Cause::Window
                                 ? "write a smaller 'window' under `touch_rules`, or move it"
                                 : "write a smaller 'max_shift' or 'max_rotation' under `mark_rules`, or move it"),
-                rules_place(*first));
+                rules_location(*first));
 }
 
 }  // namespace gantry::recipes

@@ -27,7 +27,7 @@ class Reach {
     double window = 0;   ///< mm up and down that the surface may be off
     double around = 0;   ///< mm to every side that the board may be off
     double by_turn = 0;  ///< mm of `around` that its rotation makes
-    Location place;
+    Location location;
     std::string what;
     const Material* material = nullptr;  ///< whose `retract` the lift is; null: it is none
     bool on_board = true;                ///< it goes where the board goes
@@ -57,7 +57,7 @@ class Reach {
   bool tell_of_most(std::string_view tool);
   void tell_lifts();
   void tell_rules(Cause cause);
-  [[nodiscard]] Location rules_place(const Miss& miss) const;
+  [[nodiscard]] Location rules_location(const Miss& miss) const;
 
   const Recipe& recipe_;
   const config::Machine& machine_;

@@ -20,7 +20,7 @@ namespace gantry::recipes {
 using config::Location;
 
 /// Where the values of a board stand; line 0: it was not given.
-struct BoardPlaces {
+struct BoardLocations {
   Location size, thickness, at, clamp_margin;
 };
 
@@ -30,8 +30,8 @@ struct Board {
   std::string frame;        ///< work frame of the machine: "pallet"
   Vec2 at;                  ///< nominal place of the board's origin in that frame
   double clamp_margin = 0;  ///< mm kept free at the edges for the fixture (seat.cpp)
-  Location frame_place{};
-  BoardPlaces places{};
+  Location frame_location{};
+  BoardLocations locations{};
 };
 
 /// Something solid: a part that stands on the board's top face, or a fixture (a clamp) that stands on the pallet,
@@ -42,7 +42,7 @@ struct Part {
   Vec3 size;             ///< z: its own height
   double rotation = 0;   ///< rad about Z
   bool fixture = false;  ///< stands on the pallet and does not move with the board's placement
-  Location place;
+  Location location;
   double underside = 0;  ///< of a fixture: mm over the frame's origin; 0: it stands on the pallet
   bool unread = false;   ///< something of it is a mistake, so that its values tell nothing
 };
@@ -52,11 +52,11 @@ struct MarkDef {
   Vec2 at;
   double diameter = 0;  ///< of the disc
   bool bright = true;   ///< brighter than the board
-  Location place;
+  Location location;
 };
 
 /// Where the values of rules stand; line 0: it was not given.
-struct MarkRulesPlaces {
+struct MarkRulesLocations {
   Location max_shift, max_rotation;
 };
 
@@ -66,23 +66,23 @@ struct MarkRules {
   double max_rotation_rad = 0.05;
   int attempts = 2;
   bool symmetric_allowed = false;  ///< a board turned in its seat, or turned over, may be taken for one that is not
-  MarkRulesPlaces places{};
+  MarkRulesLocations locations{};
 };
 
 struct TouchPoint {
   std::string name;
   Vec2 at;
-  Location place;
+  Location location;
 };
 struct TouchRules {
   double max_residual_mm = 0.1;          ///< from the plane through more than three touches
   double window_mm = 1.5;                ///< the surface must be within +- this of nominal
   std::optional<double> max_tilt_rad{};  ///< of the board; left out: surface_doubt.hpp
-  Location window_place{};
+  Location window_location{};
 };
 
 /// Where the values of a material stand; line 0: it was not given.
-struct MaterialPlaces {
+struct MaterialLocations {
   Location speed, valve_open_lead, valve_close_lead, dot_time, retract, start_dwell, early_off, tail_lift;
 };
 
@@ -100,7 +100,7 @@ struct Material {
   double gap_tolerance_mm = 0.1;    ///< of the gap
   double speed_tolerance = 0.05;    ///< of the speed, where the bead is steady
   bool flow_follows_speed = false;  ///< the dispenser doses by the path speed: a bead at another speed is as good
-  Location place{};
+  Location location{};
   double early_off = 0;         ///< mm before the end of a bead where the valve shuts
   double back_track = 0;        ///< mm back along the bead after its end, the valve shut
   double tail_lift = 0;         ///< mm that the needle rises while it goes back
@@ -108,14 +108,14 @@ struct Material {
   double start_dwell_s = 0;     ///< at a bead's first point the needle stands so long with the valve open; then it goes
   double override_max = 1;      ///< the highest override while it is dispensed; that of the machine, if it is higher
   double min_speed = 0;         ///< mm/s at which a bead may begin where its whole run-up has no room; 0: from rest
-  MaterialPlaces places{};
+  MaterialLocations locations{};
 };
 
 struct Dot {
   std::string id;  ///< "dots[3][5]" for an array's element, else its name
   Vec2 at;
   std::string material;
-  Location place;
+  Location location;
   double height_mm = 0;    ///< of what it lies on, over the board's top face
   std::string on{};        ///< the part that it lies on; empty: the board
   bool off_board = false;  ///< it may leave the board
@@ -126,7 +126,7 @@ struct Bead {
   bool closed = false;
   double corner_tolerance = 0;  ///< mm; 0: stop in every corner
   std::string material;
-  Location place;
+  Location location;
   const char* kind = "polyline";  ///< how the recipe calls it: "arc"
   double curve_mm = 0;            ///< length of the curve that the points sample; 0: they are all there is
   std::string on{};               ///< the part that it lies on; empty: the board
@@ -163,7 +163,7 @@ struct Fill {
   double bare_share = 0;             ///< of the area, that no line covers
   double bare_mm = 0;                ///< how far it is there from the nearest line at most ...
   Vec2 bare_at;                      ///< ... and where
-  Location place{};
+  Location location{};
 };
 
 /// A file that the recipe is made of: itself, then its files of points.
@@ -180,7 +180,7 @@ struct Purge {
   Vec3 at;            ///< on the board: z over its top face, and the gap comes on top; in a frame: of the needle's tip
   int shots = 0;
   double after_s = 0;  ///< only when the valve was shut for longer
-  Location place, material_place{}, frame_place{}, at_place{};
+  Location location, material_location{}, frame_location{}, at_location{};
 };
 
 /// What says where the board lies.

@@ -37,31 +37,31 @@ template <class T>
 config::Field<T> noted(config::Field<T> inner, Location T::*where) {
   return {inner.row, [inner, where](const Node& node, T& to, Mistakes& mistakes) {
             inner.read(node, to, mistakes);
-            to.*where = node.place;
+            to.*where = node.location;
           }};
 }
 
 /// The same with one struct of places in T for many values.
-template <class T, class Places>
-config::Field<T> noted(config::Field<T> inner, Places T::*places, Location Places::*where) {
-  return {inner.row, [inner, places, where](const Node& node, T& to, Mistakes& mistakes) {
+template <class T, class Locations>
+config::Field<T> noted(config::Field<T> inner, Locations T::*locations, Location Locations::*where) {
+  return {inner.row, [inner, locations, where](const Node& node, T& to, Mistakes& mistakes) {
             inner.read(node, to, mistakes);
-            to.*places.*where = node.place;
+            to.*locations.*where = node.location;
           }};
 }
 
 const Fields<Board> kBoard{
-    noted(point("size", &Board::size, kExtent, kRequired, "its edges along X and Y"), &Board::places,
-          &BoardPlaces::size),
+    noted(point("size", &Board::size, kExtent, kRequired, "its edges along X and Y"), &Board::locations,
+          &BoardLocations::size),
     noted(number("thickness", &Board::thickness, D::Length, {0.01, 500}, kRequired,
                  "its top face stands this far above the frame's origin"),
-          &Board::places, &BoardPlaces::thickness),
-    noted(name_of("frame", &Board::frame, kRequired, "a frame of the machine"), &Board::frame_place),
-    noted(point("at", &Board::at, kOnBoard, kOptional, "nominal place of its origin in that frame"), &Board::places,
-          &BoardPlaces::at),
+          &Board::locations, &BoardLocations::thickness),
+    noted(name_of("frame", &Board::frame, kRequired, "a frame of the machine"), &Board::frame_location),
+    noted(point("at", &Board::at, kOnBoard, kOptional, "nominal place of its origin in that frame"), &Board::locations,
+          &BoardLocations::at),
     noted(number("clamp_margin", &Board::clamp_margin, D::Length, {0, 100}, kOptional,
                  "kept free at the edges for the fixture: what looks, touches or dispenses there is a mistake"),
-          &Board::places, &BoardPlaces::clamp_margin),
+          &Board::locations, &BoardLocations::clamp_margin),
 };
 
 const Fields<Part> kPart{
@@ -86,10 +86,10 @@ const Fields<MarkRules> kMarkRules{
     number("max_residual", &MarkRules::max_residual_mm, D::Length, {0.001, 5}, kOptional, "marks may disagree by this"),
     noted(number("max_shift", &MarkRules::max_shift_mm, D::Length, {0.01, 50}, kOptional,
                  "the board may lie this far off"),
-          &MarkRules::places, &MarkRulesPlaces::max_shift),
+          &MarkRules::locations, &MarkRulesLocations::max_shift),
     noted(number("max_rotation", &MarkRules::max_rotation_rad, D::Angle, {units::rad(0.1), units::rad(45)}, kOptional,
                  "the board may be turned by this"),
-          &MarkRules::places, &MarkRulesPlaces::max_rotation),
+          &MarkRules::locations, &MarkRulesLocations::max_rotation),
     integer("attempts", &MarkRules::attempts, {1, 10}, kOptional, "pictures of a mark before it counts as missing"),
     config::choice("symmetric", &MarkRules::symmetric_allowed,
                    config::Choices<bool>{{"refused", false}, {"allowed", true}}, kOptional,
@@ -105,7 +105,7 @@ const Fields<TouchRules> kTouchRules{
            "more than three touches may disagree by this"),
     noted(number("window", &TouchRules::window_mm, D::Length, {0.01, 50}, kOptional,
                  "the surface is within +- this of nominal"),
-          &TouchRules::window_place),
+          &TouchRules::window_location),
     number("max_tilt", &TouchRules::max_tilt_rad, D::Angle, {units::rad(0.01), units::rad(5)}, kOptional,
            "the board is tilted by at most this: what fewer than three touches leave open, and what they may measure; "
            "left out, 0.15 deg of the one and 2 mm over 100 mm of the other"),
@@ -113,21 +113,21 @@ const Fields<TouchRules> kTouchRules{
 
 const Fields<Material> kMaterial{
     noted(number("speed", &Material::speed, D::Speed, {0.1, 1000}, kRequired, "path speed of a bead"),
-          &Material::places, &MaterialPlaces::speed),
+          &Material::locations, &MaterialLocations::speed),
     number("gap", &Material::gap, D::Length, {0.01, 20}, kRequired, "between needle and surface"),
     noted(number("valve_open_lead", &Material::valve_open_lead, D::Time, {0, 0.5}, kRequired,
                  "the valve is opened this long before the needle is there"),
-          &Material::places, &MaterialPlaces::valve_open_lead),
+          &Material::locations, &MaterialLocations::valve_open_lead),
     noted(number("valve_close_lead", &Material::valve_close_lead, D::Time, {0, 0.5}, kRequired,
                  "the valve is closed this long before the end"),
-          &Material::places, &MaterialPlaces::valve_close_lead),
+          &Material::locations, &MaterialLocations::valve_close_lead),
     noted(number("dot_time", &Material::dot_time, D::Time, {0.001, 10}, kRequired,
                  "the valve is open this long on a dot: a cycle of the machine or more"),
-          &Material::places, &MaterialPlaces::dot_time),
+          &Material::locations, &MaterialLocations::dot_time),
     number("settle_time", &Material::settle_time, D::Time, {0, 10}, kOptional, "standstill before a dot"),
     noted(number("retract", &Material::retract, D::Length, {0, 100}, kRequired,
                  "the needle lifts by this after a feature"),
-          &Material::places, &MaterialPlaces::retract),
+          &Material::locations, &MaterialLocations::retract),
     number("tolerance", &Material::tolerance_mm, D::Length, {0.001, 10}, kOptional,
            "a deposit may lie beside its place by this, and end so far from its end; corners may be rounded besides"),
     number("gap_tolerance", &Material::gap_tolerance_mm, D::Length, {0.001, 10}, kOptional,
@@ -139,16 +139,16 @@ const Fields<Material> kMaterial{
     noted(number("start_dwell", &Material::start_dwell_s, D::Time, {0, 10}, kOptional,
                  "at the start of a bead the valve opens, the needle stands this long, a cycle of the machine or more, "
                  "and then the bead begins; 0 s: not at all"),
-          &Material::places, &MaterialPlaces::start_dwell),
+          &Material::locations, &MaterialLocations::start_dwell),
     number("min_speed", &Material::min_speed, D::Speed, {0, 1000}, kOptional,
            "a bead may begin as slowly as this where a body is in the way of its run-up; 0: from rest"),
     noted(number("early_off", &Material::early_off, D::Length, {0, 100}, kOptional,
                  "the valve shuts this long before the end of a bead"),
-          &Material::places, &MaterialPlaces::early_off),
+          &Material::locations, &MaterialLocations::early_off),
     number("back_track", &Material::back_track, D::Length, {0, 100}, kOptional,
            "then the needle goes back along the bead by this, the valve shut"),
     noted(number("tail_lift", &Material::tail_lift, D::Length, {0, 100}, kOptional, "and rises by this meanwhile"),
-          &Material::places, &MaterialPlaces::tail_lift),
+          &Material::locations, &MaterialLocations::tail_lift),
     number("override_max", &Material::override_max, D::Ratio, {1, 2}, kOptional,
            "the highest override in a job that dispenses nothing that allows less, on a machine that allows less; "
            "above 100 "
@@ -158,13 +158,13 @@ const Fields<Material> kMaterial{
 };
 
 const Fields<Purge> kPurge{
-    noted(name_of("material", &Purge::material, kRequired, "one of `materials`"), &Purge::material_place),
+    noted(name_of("material", &Purge::material, kRequired, "one of `materials`"), &Purge::material_location),
     noted(name_of("frame", &Purge::frame, kOptional, "a frame of the machine; left out: the board"),
-          &Purge::frame_place),
+          &Purge::frame_location),
     noted(
         point("at", &Purge::at, kOnBoard, kRequired,
               "where; the third is the height of what is shot on over the board, in a frame that of the needle's tip"),
-        &Purge::at_place),
+        &Purge::at_location),
     integer("shots", &Purge::shots, {1, 1000}, kRequired, "each as long as a dot"),
     number("after", &Purge::after_s, D::Time, {0, 86400}, kRequired,
            "only when the valve was shut for longer; 0 s: in every job"),
@@ -192,7 +192,7 @@ config::Field<FeatureRow> skipped() {
             if (!config::expect_list(node, shape.range, mistakes)) return;
             if (!node.items.empty() && node.items[0].kind == Node::Kind::Scalar)
               return mistakes.add(Fault::BadValue, "pairs of row and column belong here; write for example [[0, 1]]",
-                                  node.place);
+                                  node.location);
             for (const Node& item : node.items) {
               if (!config::expect_list(item, {2, 2}, mistakes)) continue;
               const auto row = config::read_integer(item.items[0], index, mistakes);
@@ -200,7 +200,7 @@ config::Field<FeatureRow> skipped() {
               if (!row || !column) continue;
               const bool known = to.rows > 0 && to.columns > 0;
               if (known && (*row >= to.rows || *column >= to.columns))
-                mistakes.add(Fault::OutOfRange, "no such row or column in the array; both count from 0", item.place);
+                mistakes.add(Fault::OutOfRange, "no such row or column in the array; both count from 0", item.location);
               to.skip.emplace_back(static_cast<int>(*row), static_cast<int>(*column));
             }
           }};

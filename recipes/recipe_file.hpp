@@ -13,7 +13,7 @@ enum class FeatureKind { Dot, Array, Line, Polyline, Rectangle, Arc, Circle, Spi
 /// One row for every kind; what a kind does not have stays at its default.
 struct FeatureRow {
   FeatureKind kind = FeatureKind::Dot;
-  Location place;                 ///< of the key that names the kind
+  Location location;              ///< of the key that names the kind
   std::vector<std::string> keys;  ///< that are written, whether or not they could be read
   At<std::string> name, material, on;
   std::vector<At<std::string>> after;  ///< names of features

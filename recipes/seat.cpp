@@ -42,7 +42,9 @@ std::string corners_in_words(const Rectangle& r) {
 }
 
 /// Where the board's place was written: its 'at', or else its frame.
-Location place_of(const Board& board) { return board.places.at.line > 0 ? board.places.at : board.frame_place; }
+Location location_of(const Board& board) {
+  return board.locations.at.line > 0 ? board.locations.at : board.frame_location;
+}
 
 /// What stands under the board, and ends at the height of its underside, carries it; it lies in no other body.
 bool board_on_its_seat(const Recipe& recipe, const config::Machine& machine, Mistakes& mistakes) {
@@ -71,7 +73,7 @@ bool board_on_its_seat(const Recipe& recipe, const config::Machine& machine, Mis
                       "of frame '{}' in the machine file",
                       body.name, corners_in_words(board), itself.low, itself.high, corners_in_words(r),
                       top - body.shape.size.z, top, recipe.board.frame),
-          place_of(recipe.board));
+          location_of(recipe.board));
       return false;
     }
     if (!ends_there) continue;
@@ -89,7 +91,7 @@ bool board_on_its_seat(const Recipe& recipe, const config::Machine& machine, Mis
                              "and no body of the scene is under it and ends there{}; correct its place 'at' or its "
                              "'frame', or write what carries it under 'scene' in the machine file",
                              corners_in_words(board), origin.z, beside),
-                 place_of(recipe.board));
+                 location_of(recipe.board));
     return false;
   }
   if (board.low.x >= seat.low.x - kOverhang_mm && board.high.x <= seat.high.x + kOverhang_mm &&
@@ -105,7 +107,7 @@ bool board_on_its_seat(const Recipe& recipe, const config::Machine& machine, Mis
                   "{:.6g}) mm; correct its {}",
                   recipe.board.size.x, recipe.board.size.y, names, board.low.x, board.low.y, board.high.x, board.high.y,
                   seat.low.x, seat.low.y, seat.high.x, seat.high.y, too_large ? "'size'" : "place 'at', or its 'size'"),
-      too_large && recipe.board.places.size.line > 0 ? recipe.board.places.size : place_of(recipe.board));
+      too_large && recipe.board.locations.size.line > 0 ? recipe.board.locations.size : location_of(recipe.board));
   return false;
 }
 
@@ -122,7 +124,7 @@ void marks_apart(const Recipe& recipe, Mistakes& mistakes) {
       fmt::format("the marks lie within {:.6g} mm, which does not fix the board's rotation; put two of them at "
                   "least {:.6g} mm apart",
                   widest, needed),
-      recipe.marks.back().place);
+      recipe.marks.back().location);
 }
 
 /// Surely beside: seen from above, circles about both do not meet.
@@ -152,42 +154,43 @@ class Work {
  public:
   Work(const Recipe& recipe, Mistakes& mistakes) : recipe_(recipe), mistakes_(mistakes) {}
 
-  void off_the_margin(Vec2 at, double radius, Location place, std::string_view what) {
+  void off_the_margin(Vec2 at, double radius, Location location, std::string_view what) {
     const double keep = recipe_.board.clamp_margin + radius;
     const Vec2 size = recipe_.board.size;
     if (recipe_.board.clamp_margin <= 0) return;
-    looked_at_.insert({place.line, place.column});
+    looked_at_.insert({location.line, location.column});
     if (at.x >= keep - kSlack_mm && at.y >= keep - kSlack_mm && at.x <= size.x - keep + kSlack_mm &&
         at.y <= size.y - keep + kSlack_mm)
       return;
-    if (!in_margin_.insert({place.line, place.column}).second) return;
-    margin_.push_back({place, fmt::format("{} at ({:.6g}, {:.6g}) mm lies in the {:.6g} mm at the board's edges that "
-                                          "'clamp_margin' keeps for the fixture; move it inwards",
-                                          what, at.x, at.y, recipe_.board.clamp_margin)});
+    if (!in_margin_.insert({location.line, location.column}).second) return;
+    margin_.push_back(
+        {location, fmt::format("{} at ({:.6g}, {:.6g}) mm lies in the {:.6g} mm at the board's edges that "
+                               "'clamp_margin' keeps for the fixture; move it inwards",
+                               what, at.x, at.y, recipe_.board.clamp_margin)});
   }
 
   /// What lies in the margin, each at its place; where that is most of the work, the margin is the mistake.
   void tell_margin() {
     constexpr std::size_t kFew = 3;
-    const Location written = recipe_.board.places.clamp_margin;
+    const Location written = recipe_.board.locations.clamp_margin;
     if (written.line > 0 && margin_.size() >= kFew && 3 * margin_.size() > 2 * looked_at_.size())
       return tell(Fault::OutOfRange, written,
                   fmt::format("{} of {} marks, touches and features lie in the {:.6g} mm at the board's edges that "
                               "'clamp_margin' keeps for the fixture; write less",
                               margin_.size(), looked_at_.size(), recipe_.board.clamp_margin));
-    for (auto& [place, words] : margin_)
-      if (!told(place)) tell(Fault::OutOfRange, place, std::move(words));
+    for (auto& [location, words] : margin_)
+      if (!told(location)) tell(Fault::OutOfRange, location, std::move(words));
   }
 
   /// `on`: the part that it is meant to lie on, of what may lie on one; null: of a touch, which reads the board.
-  void off_the_parts(Vec2 from, Vec2 to, const std::string* on, Location place, std::string_view what) {
+  void off_the_parts(Vec2 from, Vec2 to, const std::string* on, Location location, std::string_view what) {
     const Vec2 middle = (from + to) * 0.5;
     const double reach = norm(to - from) / 2;
     for (const Part& part : recipe_.parts) {
       if (part.fixture || far_apart(part, middle, reach) || (on != nullptr && part.name == *on) ||
-          !crosses(part, from, to) || told(place))
+          !crosses(part, from, to) || told(location))
         continue;
-      tell(Fault::Inconsistent, place,
+      tell(Fault::Inconsistent, location,
            on == nullptr ? fmt::format("{} is on part '{}', and the board's surface is what it has to find; move it",
                                        what, part.name)
                          : fmt::format("{} goes through part '{}'; move it, or write `on: {}` where it is meant to lie "
@@ -197,10 +200,10 @@ class Work {
   }
 
  private:
-  [[nodiscard]] bool told(Location place) const { return told_.count({place.line, place.column}) > 0; }
-  void tell(Fault fault, Location place, std::string words) {
-    told_.insert({place.line, place.column});
-    mistakes_.add(fault, std::move(words), place);
+  [[nodiscard]] bool told(Location location) const { return told_.count({location.line, location.column}) > 0; }
+  void tell(Fault fault, Location location, std::string words) {
+    told_.insert({location.line, location.column});
+    mistakes_.add(fault, std::move(words), location);
   }
 
   const Recipe& recipe_;
@@ -211,16 +214,16 @@ class Work {
 
 void feature(Work& work, const Dot& dot) {
   const std::string what = fmt::format("dot '{}'", dot.id);
-  if (!dot.off_board) work.off_the_margin(dot.at, 0, dot.place, what);
-  work.off_the_parts(dot.at, dot.at, &dot.on, dot.place, what);
+  if (!dot.off_board) work.off_the_margin(dot.at, 0, dot.location, what);
+  work.off_the_parts(dot.at, dot.at, &dot.on, dot.location, what);
 }
 
 void feature(Work& work, const Bead& bead) {
   const std::string what = fmt::format("bead '{}'", bead.id);
   for (std::size_t i = 0; i < bead.points.size(); ++i) {
     const Vec2 at = flat(bead.points[i]);
-    if (!bead.off_board) work.off_the_margin(at, 0, bead.place, what);
-    if (i > 0) work.off_the_parts(flat(bead.points[i - 1]), at, &bead.on, bead.place, what);
+    if (!bead.off_board) work.off_the_margin(at, 0, bead.location, what);
+    if (i > 0) work.off_the_parts(flat(bead.points[i - 1]), at, &bead.on, bead.location, what);
   }
 }
 
@@ -234,7 +237,7 @@ bool whole_on_board(const Recipe& recipe, const MarkDef& m, Mistakes& mistakes) 
                fmt::format("mark '{}' of {:.6g} mm reaches over the board's edge, which is {:.6g} mm from its centre; "
                            "move it inwards to {:.6g} mm",
                            m.name, m.diameter, edge, std::max(radius, recipe.board.clamp_margin + radius)),
-               m.place);
+               m.location);
   return false;
 }
 
@@ -247,7 +250,7 @@ bool margin_leaves_room(const Board& board, Mistakes& mistakes) {
       fmt::format("a 'clamp_margin' of {:.6g} mm at every edge leaves nothing of a board of {:.6g} x {:.6g} mm; "
                   "write less than {:.6g} mm",
                   board.clamp_margin, board.size.x, board.size.y, edge / 2),
-      board.places.clamp_margin.line > 0 ? board.places.clamp_margin : board.frame_place);
+      board.locations.clamp_margin.line > 0 ? board.locations.clamp_margin : board.frame_location);
   return false;
 }
 
@@ -275,7 +278,7 @@ void fixture_beside_all(const Recipe& recipe, const Part& clamp, Mistakes& mista
                  fmt::format("fixture '{}' is inside the board: it ends {:.6g} mm over the frame's origin, and the "
                              "board's top face is at {:.6g} mm; correct its 'at', 'size' or 'z'",
                              clamp.name, itself.high, recipe.board.thickness),
-                 clamp.place);
+                 clamp.location);
   for (const Part& part : recipe.parts)
     if (!part.fixture && !far_apart(part, clamp.at, norm(itself.half)) &&
         in_one_another(itself, upright(part, recipe.board), kTouching_mm))
@@ -283,7 +286,7 @@ void fixture_beside_all(const Recipe& recipe, const Part& clamp, Mistakes& mista
                    fmt::format("fixture '{}' stands in part '{}', from z {:.6g} to {:.6g} mm over the frame's origin; "
                                "correct the 'at', 'size' or 'z' of one of them",
                                clamp.name, part.name, itself.low, itself.high),
-                   clamp.place);
+                   clamp.location);
 }
 
 }  // namespace
@@ -298,10 +301,10 @@ bool check_seat(const Recipe& recipe, const config::Machine& machine, Mistakes& 
   Work work(recipe, mistakes);
   for (const MarkDef& m : recipe.marks)
     if (whole_on_board(recipe, m, mistakes))
-      work.off_the_margin(m.at, m.diameter / 2, m.place, fmt::format("mark '{}'", m.name));
+      work.off_the_margin(m.at, m.diameter / 2, m.location, fmt::format("mark '{}'", m.name));
   for (const TouchPoint& t : recipe.touches) {
-    work.off_the_margin(t.at, 0, t.place, fmt::format("touch '{}'", t.name));
-    work.off_the_parts(t.at, t.at, nullptr, t.place, fmt::format("touch '{}'", t.name));
+    work.off_the_margin(t.at, 0, t.location, fmt::format("touch '{}'", t.name));
+    work.off_the_parts(t.at, t.at, nullptr, t.location, fmt::format("touch '{}'", t.name));
   }
   for (const Feature& each : recipe.features) std::visit([&](const auto& f) { feature(work, f); }, each);
   if (room) work.tell_margin();
@@ -309,25 +312,26 @@ bool check_seat(const Recipe& recipe, const config::Machine& machine, Mistakes& 
 }
 
 void check_tools(const Recipe& recipe, const config::Machine& machine, Mistakes& mistakes) {
-  const auto wants = [&](bool there, std::string_view what, std::string_view why, Location place) {
+  const auto wants = [&](bool there, std::string_view what, std::string_view why, Location location) {
     if (!there)
       mistakes.add(Fault::UnknownReference,
-                   fmt::format("machine '{}' has no {}, without which {}", machine.name, what, why), place);
+                   fmt::format("machine '{}' has no {}, without which {}", machine.name, what, why), location);
   };
   const auto has = [&](std::string_view tool) { return config::find_tool(machine, tool) != nullptr; };
   const config::CameraConfig& camera = machine.camera;
   if (!recipe.marks.empty()) {
-    wants(has("camera"), "tool 'camera'", "no mark is seen", recipe.marks.front().place);
+    wants(has("camera"), "tool 'camera'", "no mark is seen", recipe.marks.front().location);
     wants(camera.width_px > 0 && camera.height_px > 0 && camera.mm_per_px > 0, "'camera' with its pixels",
-          "no mark is seen", recipe.marks.front().place);
+          "no mark is seen", recipe.marks.front().location);
   }
   if (!recipe.touches.empty()) {
-    wants(has("probe"), "tool 'probe'", "no height is touched", recipe.touches.front().place);
-    wants(machine.probe.speed_mm_s > 0, "'probe' with its speed", "no height is touched", recipe.touches.front().place);
+    wants(has("probe"), "tool 'probe'", "no height is touched", recipe.touches.front().location);
+    wants(machine.probe.speed_mm_s > 0, "'probe' with its speed", "no height is touched",
+          recipe.touches.front().location);
   }
   if (!recipe.features.empty())
     wants(has("needle"), "tool 'needle'", "nothing is dispensed",
-          std::visit([](const auto& f) { return f.place; }, recipe.features.front()));
+          std::visit([](const auto& f) { return f.location; }, recipe.features.front()));
 }
 
 }  // namespace gantry::recipes

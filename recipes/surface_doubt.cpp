@@ -94,18 +94,19 @@ void check_surface_doubt(const Recipe& recipe, const config::Machine& machine, c
   const SurfaceDoubt doubt(recipe, machine);
   Location last_told;  // an array is one line of the recipe: it is told once
   for (const Feature& feature : recipe.features) {
-    const Location place = std::visit([](const auto& f) { return f.place; }, feature);
-    if (place == last_told) continue;
+    const Location location = std::visit([](const auto& f) { return f.location; }, feature);
+    if (location == last_told) continue;
     const auto why = reaches_board(recipe, doubt, feature);
     if (!why) continue;
     mistakes.add(
         Fault::Collision,
-        fmt::format("{} '{}': {}", std::holds_alternative<Dot>(feature) ? "dot" : "bead", id_of(feature), *why), place);
-    last_told = place;
+        fmt::format("{} '{}': {}", std::holds_alternative<Dot>(feature) ? "dot" : "bead", id_of(feature), *why),
+        location);
+    last_told = location;
   }
   if (recipe.purge && recipe.purge->frame.empty())
     if (const auto why = reaches(recipe, doubt, std::array{recipe.purge->at}, recipe.purge->material))
-      mistakes.add(Fault::Collision, "purging: " + *why, recipe.purge->at_place);
+      mistakes.add(Fault::Collision, "purging: " + *why, recipe.purge->at_location);
 }
 
 }  // namespace gantry::recipes

@@ -72,10 +72,10 @@ class Twice {
       const Dot& first = std::get<Dot>(recipe_.features[other]);
       const Vec3 there{first.at.x, first.at.y, first.height_mm};
       if (first.material != dot.material || norm(there - at) >= kSameSpot_mm) return false;
-      tell(dot.place,
+      tell(dot.location,
            fmt::format("dot '{}' lies on dot '{}' of line {}, {:.3g} mm beside it; move one of them, or leave "
                        "it out",
-                       dot.id, first.id, first.place.line, norm(there - at)));
+                       dot.id, first.id, first.location.line, norm(there - at)));
       return true;
     });
     if (!twice) dots_.add(measure, index);
@@ -92,9 +92,10 @@ class Twice {
     const bool twice = beads_.any(measure, [&](std::size_t other) {
       const Bead& first = std::get<Bead>(recipe_.features[other]);
       if (first.material != bead.material || !same(first.points, bead.points)) return false;
-      tell(bead.place, fmt::format("bead '{}' lies on bead '{}' of line {} over all its length; move one of them, or "
-                                   "leave it out",
-                                   bead.id, first.id, first.place.line));
+      tell(bead.location,
+           fmt::format("bead '{}' lies on bead '{}' of line {} over all its length; move one of them, or "
+                       "leave it out",
+                       bead.id, first.id, first.location.line));
       return true;
     });
     if (!twice) beads_.add(measure, index);
@@ -106,8 +107,9 @@ class Twice {
            (std::equal(a.begin(), a.end(), b.begin(), near) || std::equal(a.begin(), a.end(), b.rbegin(), near));
   }
 
-  void tell(Location place, std::string words) {
-    if (told_.insert({place.line, place.column}).second) mistakes_.add(Fault::Inconsistent, std::move(words), place);
+  void tell(Location location, std::string words) {
+    if (told_.insert({location.line, location.column}).second)
+      mistakes_.add(Fault::Inconsistent, std::move(words), location);
   }
 
   const Recipe& recipe_;

@@ -63,10 +63,10 @@ void check_cycles(const Material& m, double cycle_s, config::Mistakes& mistakes)
         fmt::format("material '{}': '{}' of {:.6g} ms is less than a cycle of the machine, and nothing that is "
                     "dispensed takes less; write {:.6g} ms or more{}",
                     m.name, key, value_s * 1e3, cycle_s * 1e3, otherwise),
-        given(where, m.place));
+        given(where, m.location));
   };
-  judge("dot_time", m.dot_time, m.places.dot_time, "");
-  if (m.start_dwell_s > 0) judge("start_dwell", m.start_dwell_s, m.places.start_dwell, ", or leave it out");
+  judge("dot_time", m.dot_time, m.locations.dot_time, "");
+  if (m.start_dwell_s > 0) judge("start_dwell", m.start_dwell_s, m.locations.start_dwell, ", or leave it out");
 }
 
 /// Of a bead `early_off` leaves nothing, or what the needle goes in less than a cycle of the machine, in which the
@@ -94,7 +94,7 @@ void check_valve_leads(const Recipe& recipe, const config::Machine& machine, con
                                    "valve would not open on it, or for less than a cycle of the machine; write less, "
                                    "make the bead longer, or use another material",
                                    m->name, m->early_off, feature.id, length_mm(feature)),
-                       given(m->places.early_off, feature.place));
+                       given(m->locations.early_off, feature.location));
         return;
       }
     const Times t = times(machine, *m, feature);
@@ -103,7 +103,7 @@ void check_valve_leads(const Recipe& recipe, const config::Machine& machine, con
                    fmt::format("material '{}': 'valve_open_lead' of {:.6g} ms opens the valve before the needle is on "
                                "the last stretch to '{}', which takes {:.0f} ms; give it a shorter lead, or more {}",
                                m->name, m->valve_open_lead * 1e3, feature.id, t.last_stretch_s * 1e3, t.more_room),
-                   given(m->places.valve_open_lead, m->place));
+                   given(m->locations.valve_open_lead, m->location));
     // One that shuts what is below a cycle already has its mistake.
     if (t.open_s >= cycle_s - kRounding_s &&
         m->valve_close_lead > m->valve_open_lead + t.open_s - cycle_s + kRounding_s &&
@@ -115,10 +115,10 @@ void check_valve_leads(const Recipe& recipe, const config::Machine& machine, con
                       "'valve_open_lead'",
                       m->name, m->valve_close_lead * 1e3, feature.id, t.open_s * 1e3,
                       std::max(0.0, m->valve_open_lead + t.open_s - cycle_s) * 1e3),
-          given(m->places.valve_close_lead, m->place));
+          given(m->locations.valve_close_lead, m->location));
   };
   if (recipe.purge)
-    judge(Dot{.id = "purge", .at = {}, .material = recipe.purge->material, .place = recipe.purge->place});
+    judge(Dot{.id = "purge", .at = {}, .material = recipe.purge->material, .location = recipe.purge->location});
   for (const Feature& feature : recipe.features) std::visit(judge, feature);
 }
 

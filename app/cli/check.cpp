@@ -105,12 +105,12 @@ std::optional<recipes::Recipe> check_recipe(const std::string& file, const confi
     for (const job::SlowBead& slow : prepared->proof->slow_beads) {
       const auto& bead = std::get<recipes::Bead>(prepared->recipe.features[slow.feature]);
       to.notes.push_back(fmt::format("{}: bead '{}' {}; as it is, every job ends with defects",
-                                     job::at_line(prepared->recipe, bead.place), bead.id,
+                                     job::at_line(prepared->recipe, bead.location), bead.id,
                                      job::in_words(slow, prepared->recipe)));
     }
     for (const job::RunUp& begun : prepared->proof->run_ups) {
       const auto& bead = std::get<recipes::Bead>(prepared->recipe.features[begun.feature]);
-      to.notes.push_back(fmt::format("{}: bead '{}' {}", job::at_line(prepared->recipe, bead.place), bead.id,
+      to.notes.push_back(fmt::format("{}: bead '{}' {}", job::at_line(prepared->recipe, bead.location), bead.id,
                                      job::in_words(begun, *recipes::find_material(prepared->recipe, bead.material))));
     }
     if (const auto& named = prepared->proof->only_when_placed; !named.empty())

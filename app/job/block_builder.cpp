@@ -43,7 +43,7 @@ void BlockBuilder::count(const Proved& proved, const motion::Certificate& certif
   };
   const auto where = [&] {
     return subject.file.empty() ? std::string()
-                                : fmt::format("{}:{}:{}", subject.file, subject.place.line, subject.place.column);
+                                : fmt::format("{}:{}:{}", subject.file, subject.location.line, subject.location.column);
   };
   const motion::Scene& scene = *proved.scene;
   const auto take = [&](const motion::NearPair& pair, motion::NearPair& known, std::optional<Nearest>& nearest) {

@@ -30,7 +30,7 @@ namespace gantry::job {
 struct Subject {
   std::string_view kind, name;
   std::string_view file;  ///< empty: no line of a recipe asks for it
-  recipes::Location place{};
+  recipes::Location location{};
 };
 
 class BlockBuilder {

@@ -35,15 +35,15 @@ Error with_line(Error e, const recipes::Recipe& recipe, recipes::Location locati
 }
 
 /// Where the recipe asks for the last work of a job: parking goes away from there.
-recipes::Location last_place(const recipes::Recipe& recipe) {
+recipes::Location last_location(const recipes::Recipe& recipe) {
   if (!recipe.features.empty())
-    return std::visit([](const auto& f) { return f.place; }, recipe.features[recipes::sequence_of(recipe).back()]);
-  if (!recipe.touches.empty()) return recipe.touches.back().place;
-  return recipe.marks.empty() ? recipes::Location{1, 1} : recipe.marks.back().place;
+    return std::visit([](const auto& f) { return f.location; }, recipe.features[recipes::sequence_of(recipe).back()]);
+  if (!recipe.touches.empty()) return recipe.touches.back().location;
+  return recipe.marks.empty() ? recipes::Location{1, 1} : recipe.marks.back().location;
 }
 
-recipes::Location place_of(const recipes::Feature& feature) {
-  return std::visit([](const auto& f) { return f.place; }, feature);
+recipes::Location location_of(const recipes::Feature& feature) {
+  return std::visit([](const auto& f) { return f.location; }, feature);
 }
 
 /// "dot 'a'"
@@ -128,18 +128,18 @@ Vec3 BlockPlanner::mark_view(std::size_t mark) const {
   return recipes::to_machine(recipe_, machine_, known_.guess, {}, recipe_.marks[mark].at, 0);
 }
 
-Subject BlockPlanner::subject(std::string_view kind, const std::string& name, recipes::Location place) const {
-  return {kind, name, recipe_.file, place};
+Subject BlockPlanner::subject(std::string_view kind, const std::string& name, recipes::Location location) const {
+  return {kind, name, recipe_.file, location};
 }
 
 Result<ProvenBlock> BlockPlanner::look_at_mark(std::uint32_t block, const AxisVec& from, std::size_t mark) const {
   const recipes::MarkDef& def = recipe_.marks[mark];
   const config::Tool& camera = *config::find_tool(machine_, "camera");
   BlockBuilder builder = build(block, from);
-  builder.about(subject("mark", def.name, def.place));
+  builder.about(subject("mark", def.name, def.location));
   const AxisVec to = recipes::tool_at(machine_, camera, mark_view(mark), 0);
   if (auto r = builder.travel(to, surroundings()->travelling(from)); !r)
-    return tl::unexpected(with_line(r.error(), recipe_, def.place, fmt::format("mark '{}'", def.name)));
+    return tl::unexpected(with_line(r.error(), recipe_, def.location, fmt::format("mark '{}'", def.name)));
 
   const std::uint32_t light = config::bit(config::Output::CameraLight),
                       trigger = config::bit(config::Output::CameraTrigger);
@@ -151,7 +151,7 @@ Result<ProvenBlock> BlockPlanner::look_at_mark(std::uint32_t block, const AxisVe
        {std::pair(settle_s + limits_.tick_s, std::span<const motion::OutputEvent>(expose)),
         std::pair(kTriggerPulse_s, std::span<const motion::OutputEvent>(after))})
     if (auto r = builder.dwell(seconds, events); !r)
-      return tl::unexpected(with_line(r.error(), recipe_, def.place, fmt::format("mark '{}'", def.name)));
+      return tl::unexpected(with_line(r.error(), recipe_, def.location, fmt::format("mark '{}'", def.name)));
   return builder.finish();
 }
 
@@ -164,12 +164,12 @@ AxisVec BlockPlanner::probe_at(std::size_t touch, double height_mm) const {
 Result<ProvenBlock> BlockPlanner::touch(std::uint32_t block, const AxisVec& from, std::size_t index) const {
   const recipes::TouchPoint& point = recipe_.touches[index];
   BlockBuilder builder = build(block, from);
-  builder.about(subject("touch", point.name, point.place));
+  builder.about(subject("touch", point.name, point.location));
   const double approach = machine_.probe.approach_mm;
   const AxisVec above = probe_at(index, recipe_.touch_rules.window_mm + approach);
   const std::string words = fmt::format("touch '{}'", point.name);
   if (auto r = builder.travel(above, surroundings()->approaching(from, approach)); !r)
-    return tl::unexpected(with_line(r.error(), recipe_, point.place, words));
+    return tl::unexpected(with_line(r.error(), recipe_, point.location, words));
   const double fast = machine_.probe.fast_mm_s;
   return down(std::move(builder), index, fast > 0 ? fast : machine_.probe.speed_mm_s, words);
 }
@@ -177,7 +177,7 @@ Result<ProvenBlock> BlockPlanner::touch(std::uint32_t block, const AxisVec& from
 Result<ProvenBlock> BlockPlanner::touch_again(std::uint32_t block, const AxisVec& from, std::size_t index) const {
   const recipes::TouchPoint& point = recipe_.touches[index];
   BlockBuilder builder = build(block, from);
-  builder.about(subject("touch", point.name, point.place));
+  builder.about(subject("touch", point.name, point.location));
   return down(std::move(builder), index, machine_.probe.speed_mm_s, fmt::format("second touch '{}'", point.name));
 }
 
@@ -186,7 +186,7 @@ Result<ProvenBlock> BlockPlanner::down(BlockBuilder builder, std::size_t index, 
   const double window = recipe_.touch_rules.window_mm;
   builder.among(surroundings()->scene_of_touch());
   if (auto r = builder.until_probe(probe_at(index, -window), surroundings()->touching(window), speed_mm_s); !r)
-    return tl::unexpected(with_line(r.error(), recipe_, recipe_.touches[index].place, words));
+    return tl::unexpected(with_line(r.error(), recipe_, recipe_.touches[index].location, words));
   return builder.finish();
 }
 
@@ -201,13 +201,13 @@ Result<ProvenBlock> BlockPlanner::retract(std::uint32_t block, const AxisVec& fr
 Result<ProvenBlock> BlockPlanner::up(std::uint32_t block, const AxisVec& from, std::size_t index, double by_mm) const {
   const recipes::TouchPoint& point = recipe_.touches[index];
   BlockBuilder builder = build(block, from);
-  builder.about(subject("touch", point.name, point.place));
+  builder.about(subject("touch", point.name, point.location));
   builder.among(surroundings()->scene_of_touch());
   AxisVec to = from;
   double& z = to[machine_.z.value];
   z = std::min(z + by_mm, limits_.axis[machine_.z.value].p_max);
   if (auto r = builder.straight(to, surroundings()->touching(recipe_.touch_rules.window_mm)); !r)
-    return tl::unexpected(with_line(r.error(), recipe_, point.place, fmt::format("up from touch '{}'", point.name)));
+    return tl::unexpected(with_line(r.error(), recipe_, point.location, fmt::format("up from touch '{}'", point.name)));
   return builder.finish();
 }
 
@@ -215,7 +215,7 @@ Result<ProvenBlock> BlockPlanner::purge(std::uint32_t block, const AxisVec& from
   const recipes::Purge& purge = *recipe_.purge;
   const recipes::Material& m = *recipes::find_material(recipe_, purge.material);
   BlockBuilder builder = build(block, from);
-  builder.about(subject("the purge place", "", purge.at_place));
+  builder.about(subject("the purge place", "", purge.at_location));
   const bool on_board = purge.frame.empty();
   const AxisVec to = recipes::tool_at(machine_, *config::find_tool(machine_, "needle"),
                                       recipes::purge_tip(recipe_, machine_, offset(), surface()), offset().rotation);
@@ -236,10 +236,10 @@ Result<ProvenBlock> BlockPlanner::purge(std::uint32_t block, const AxisVec& from
     for (int i = 0; done && i < purge.shots; ++i) done = builder.dwell(pause_s + m.dot_time, shot);
     if (done) done = builder.vertical(lifted(to, m), there, m.retract * kAlone);
   }
-  if (!done) return tl::unexpected(with_line(done.error(), recipe_, purge.at_place, "purging"));
+  if (!done) return tl::unexpected(with_line(done.error(), recipe_, purge.at_location, "purging"));
   auto planned = builder.finish();
-  if (!planned) return tl::unexpected(with_line(planned.error(), recipe_, purge.at_place, "purging"));
-  return over_board(*std::move(planned), "purging", purge.at_place);
+  if (!planned) return tl::unexpected(with_line(planned.error(), recipe_, purge.at_location, "purging"));
+  return over_board(*std::move(planned), "purging", purge.at_location);
 }
 
 Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& from,
@@ -253,7 +253,8 @@ Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& f
     const recipes::Feature& feature = recipe_.features[f];
     if (const auto& doubt = surroundings()->doubt())
       if (const auto why = recipes::reaches_board(recipe_, *doubt, feature))
-        return tl::unexpected(with_line({Fault::Collision, *why, {}}, recipe_, place_of(feature), words_of(feature)));
+        return tl::unexpected(
+            with_line({Fault::Collision, *why, {}}, recipe_, location_of(feature), words_of(feature)));
     const auto dispensed = std::holds_alternative<recipes::Dot>(feature)
                                ? add_dot(builder, std::get<recipes::Dot>(feature), f, last)
                                : add_bead(builder, std::get<recipes::Bead>(feature), laid_of(laid, f), last);
@@ -263,18 +264,18 @@ Result<ProvenBlock> BlockPlanner::dispense(std::uint32_t block, const AxisVec& f
   if (features.empty()) return planned;
   const recipes::Feature& last_one = recipe_.features[features.back()];
   if (!planned)
-    return tl::unexpected(
-        with_line(planned.error(), recipe_, place_of(last_one), fmt::format("up from '{}'", recipes::id_of(last_one))));
-  return over_board(*std::move(planned), words_of(last_one), place_of(last_one));
+    return tl::unexpected(with_line(planned.error(), recipe_, location_of(last_one),
+                                    fmt::format("up from '{}'", recipes::id_of(last_one))));
+  return over_board(*std::move(planned), words_of(last_one), location_of(last_one));
 }
 
 /// Told of the feature that is dispensed next, or by the words that are given.
-Result<ProvenBlock> BlockPlanner::over_board(ProvenBlock block, std::string words, recipes::Location place) const {
+Result<ProvenBlock> BlockPlanner::over_board(ProvenBlock block, std::string words, recipes::Location location) const {
   const auto low = surroundings()->below_board(block.segments(), breath_);
   if (!low) return block;
   for (std::size_t i = low->segment; i < block.segments().size(); ++i)
     if (const std::uint32_t f = block.segments()[i].feature; f != motion::kTravel) {
-      words = words_of(recipe_.features[f]), place = place_of(recipe_.features[f]);
+      words = words_of(recipe_.features[f]), location = location_of(recipe_.features[f]);
       break;
     }
   return tl::unexpected(
@@ -283,7 +284,7 @@ Result<ProvenBlock> BlockPlanner::over_board(ProvenBlock block, std::string word
                              "touched, may be {:.3f} mm higher there",
                              low->body, kBoard, low->at, low->by_mm),
                  {}},
-                recipe_, place, words));
+                recipe_, location, words));
 }
 
 Result<ProvenBlock> BlockPlanner::lift(std::uint32_t block, const AxisVec& from, std::size_t feature) const {
@@ -291,17 +292,17 @@ Result<ProvenBlock> BlockPlanner::lift(std::uint32_t block, const AxisVec& from,
       [&](const auto& f) -> Result<ProvenBlock> {
         const recipes::Material& m = *recipes::find_material(recipe_, f.material);
         BlockBuilder builder = build(block, from);
-        builder.about(subject("feature", f.id, f.place));
+        builder.about(subject("feature", f.id, f.location));
         Work work;
         if constexpr (std::is_same_v<std::decay_t<decltype(f)>, recipes::Bead>)
           work = work_of(f);
         else
           work = work_of(m, f.on);
         if (auto r = builder.straight(lifted(from, m), surroundings()->dispensing({work})); !r)
-          return tl::unexpected(with_line(r.error(), recipe_, f.place, fmt::format("up from '{}'", f.id)));
+          return tl::unexpected(with_line(r.error(), recipe_, f.location, fmt::format("up from '{}'", f.id)));
         auto planned = builder.finish();
         if (!planned) return planned;
-        return over_board(*std::move(planned), fmt::format("up from '{}'", f.id), f.place);
+        return over_board(*std::move(planned), fmt::format("up from '{}'", f.id), f.location);
       },
       recipe_.features[feature]);
 }
@@ -370,7 +371,7 @@ Result<void> BlockPlanner::add_dot(BlockBuilder& builder, const recipes::Dot& do
                                    std::optional<Work>& last) const {
   const recipes::Material& m = *recipes::find_material(recipe_, dot.material);
   const Work work = work_of(m, dot.on);
-  builder.about(subject("dot", dot.id, dot.place));
+  builder.about(subject("dot", dot.id, dot.location));
   const motion::PathRules rules = surroundings()->dispensing({work});
   const AxisVec to = needle_at(dot.at, dot.height_mm + m.gap);
   Result<void> done = go_over(builder, lifted(to, m), last, work);
@@ -386,7 +387,7 @@ Result<void> BlockPlanner::add_dot(BlockBuilder& builder, const recipes::Dot& do
     done = builder.dwell(m.settle_time + m.dot_time, events, static_cast<std::uint32_t>(index));
     if (done) done = builder.vertical(lifted(to, m), rules, work.alone_mm);
   }
-  if (!done) return tl::unexpected(with_line(done.error(), recipe_, dot.place, fmt::format("dot '{}'", dot.id)));
+  if (!done) return tl::unexpected(with_line(done.error(), recipe_, dot.location, fmt::format("dot '{}'", dot.id)));
   return {};
 }
 
@@ -394,10 +395,10 @@ Result<void> BlockPlanner::add_bead(BlockBuilder& builder, const recipes::Bead& 
                                     std::optional<Work>& last) const {
   const recipes::Material& m = *recipes::find_material(recipe_, bead.material);
   const Work work = work_of(bead);
-  builder.about(subject("bead", bead.id, bead.place));
+  builder.about(subject("bead", bead.id, bead.location));
   const motion::PathRules rules = surroundings()->dispensing({work});
   const auto wrong = [&](const Error& e) {
-    return tl::unexpected(with_line(e, recipe_, bead.place, fmt::format("bead '{}'", bead.id)));
+    return tl::unexpected(with_line(e, recipe_, bead.location, fmt::format("bead '{}'", bead.id)));
   };
   motion::BeadSpec spec;
   for (const Vec3 p : bead.points) spec.points.push_back(needle_at(flat(p), p.z + m.gap));
@@ -501,7 +502,7 @@ Result<void> BlockPlanner::leave_bead(BlockBuilder& builder, const recipes::Bead
 
 Result<ProvenBlock> BlockPlanner::park(std::uint32_t block, const AxisVec& from) const {
   BlockBuilder builder = build(block, from);
-  const recipes::Location last = last_place(recipe_);
+  const recipes::Location last = last_location(recipe_);
   builder.about({"the park position", "", recipe_.file, last});
   if (auto r = builder.travel(parked(machine_, from), surroundings()->travelling(from)); !r)
     return tl::unexpected(with_line(r.error(), recipe_, last, "parking"));

@@ -89,7 +89,7 @@ class BlockPlanner {
                                                const std::optional<Work>& last, const Work& work) const;
   Result<void> go_over(BlockBuilder& builder, const AxisVec& to, const std::optional<Work>& last,
                        const Work& work) const;
-  [[nodiscard]] Subject subject(std::string_view kind, const std::string& name, recipes::Location place) const;
+  [[nodiscard]] Subject subject(std::string_view kind, const std::string& name, recipes::Location location) const;
   [[nodiscard]] AxisVec needle_at(Vec2 at, double height_mm) const;
   [[nodiscard]] double straight_down_mm(const AxisVec& to, const recipes::Material& material, double after_s) const;
   [[nodiscard]] AxisVec lifted(AxisVec q, const recipes::Material& material) const;
@@ -97,7 +97,7 @@ class BlockPlanner {
   Result<ProvenBlock> down(BlockBuilder builder, std::size_t touch, double speed_mm_s, const std::string& words) const;
   Result<ProvenBlock> up(std::uint32_t block, const AxisVec& from, std::size_t touch, double by_mm) const;
 
-  [[nodiscard]] Result<ProvenBlock> over_board(ProvenBlock block, std::string words, recipes::Location place) const;
+  [[nodiscard]] Result<ProvenBlock> over_board(ProvenBlock block, std::string words, recipes::Location location) const;
   [[nodiscard]] BlockBuilder build(std::uint32_t block, const AxisVec& from) const;
   [[nodiscard]] recipes::WorkOffset offset() const { return known_.offset.value_or(recipes::WorkOffset{}); }
   [[nodiscard]] recipes::Surface surface() const { return known_.surface.value_or(recipes::Surface{}); }

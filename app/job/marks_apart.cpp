@@ -39,7 +39,7 @@ Result<void> marks_apart(const recipes::Recipe& recipe, const config::Machine& m
                               "within {:.6g} mm, where it finds both; put them farther apart, give one of them another "
                               "diameter, or write a smaller `search` under `camera` of the machine",
                               b.name, a.name, norm(b.at - a.at), camera.search_mm),
-                  at_line(recipe, b.place));
+                  at_line(recipe, b.location));
     }
   return {};
 }

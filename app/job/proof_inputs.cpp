@@ -140,14 +140,14 @@ std::string calibration_of(const config::Machine& m) {
 }
 
 Row row(const recipes::Dot& dot) {
-  const auto& [id, at, material, place, height_mm, on, off_board] = dot;
+  const auto& [id, at, material, location, height_mm, on, off_board] = dot;
   Row out("dot");
   out.add(id).add(at).add(material).add(height_mm).add(on).add(off_board);
   return out;
 }
 
 Row row(const recipes::Bead& bead) {
-  const auto& [id, points, closed, corner_tolerance, material, place, kind, curve_mm, on, off_board] = bead;
+  const auto& [id, points, closed, corner_tolerance, material, location, kind, curve_mm, on, off_board] = bead;
   Row out("bead");
   out.add(id).add(kind).add(closed).add(corner_tolerance).add(material).add(curve_mm).add(on).add(off_board);
   for (const Vec3 p : points) out.add(p);
@@ -156,8 +156,8 @@ Row row(const recipes::Bead& bead) {
 
 Row row(const recipes::Material& material) {
   const auto& [name, speed, gap, open_lead, close_lead, dot_time, settle_time, retract, tolerance, gap_tolerance,
-               speed_tolerance, flow_follows_speed, place, early_off, back_track, tail_lift, rejoin_within_s,
-               start_dwell_s, override_max, min_speed, places] = material;
+               speed_tolerance, flow_follows_speed, location, early_off, back_track, tail_lift, rejoin_within_s,
+               start_dwell_s, override_max, min_speed, locations] = material;
   Row out("material");
   out.add(name);
   for (const double v :
@@ -168,7 +168,7 @@ Row row(const recipes::Material& material) {
 }
 
 Row row(const recipes::Part& part, const char* word) {
-  const auto& [name, at, size, rotation, fixture, place, underside, unread] = part;
+  const auto& [name, at, size, rotation, fixture, location, underside, unread] = part;
   Row out(word);
   out.add(name).add(at).add(size).add(rotation).add(fixture).add(underside);
   return out;
@@ -180,7 +180,7 @@ std::string recipe_of(const recipes::Recipe& recipe) {
                purge, features, fills, sources, sequence] = recipe;
   std::string out = Row("recipe").add(name).add(placement == recipes::Placement::Marks ? "marks" : "fixture").text();
   {
-    const auto& [size, thickness, frame, at, clamp_margin, place, places] = board;
+    const auto& [size, thickness, frame, at, clamp_margin, location, locations] = board;
     out += Row("board").add(size).add(thickness).add(frame).add(at).add(clamp_margin).text();
   }
   Set unordered;
@@ -189,26 +189,27 @@ std::string recipe_of(const recipes::Recipe& recipe) {
   for (const recipes::Material& material : materials) unordered.add(row(material));
   out += unordered.text();
   for (const recipes::MarkDef& mark : marks) {
-    const auto& [id, at, diameter, bright, place] = mark;
+    const auto& [id, at, diameter, bright, location] = mark;
     out += Row("mark").add(id).add(at).add(diameter).add(bright).text();
   }
   {
-    const auto& [residual, shift, rotation, attempts, symmetric, places] = mark_rules;
+    const auto& [residual, shift, rotation, attempts, symmetric, locations] = mark_rules;
     out += Row("mark_rules").add(residual).add(shift).add(rotation).add(attempts).add(symmetric).text();
   }
   for (const recipes::TouchPoint& touch : touches) {
-    const auto& [id, at, place] = touch;
+    const auto& [id, at, location] = touch;
     out += Row("touch").add(id).add(at).text();
   }
   {
-    const auto& [residual, window, tilt, place] = touch_rules;
+    const auto& [residual, window, tilt, location] = touch_rules;
     Row rules("touch_rules");
     rules.add(residual).add(window);
     if (tilt) rules.add(*tilt);
     out += rules.text();
   }
   if (purge) {
-    const auto& [material, frame, at, shots, after_s, place, material_place, frame_place, at_place] = *purge;
+    const auto& [material, frame, at, shots, after_s, location, material_location, frame_location, at_location] =
+        *purge;
     out += Row("purge").add(material).add(frame).add(at).add(shots).add(after_s).text();
   }
   for (const std::size_t f : recipes::sequence_of(recipe))

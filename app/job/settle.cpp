@@ -40,7 +40,7 @@ Result<vision::OffsetFit> settle_offset(const recipes::Recipe& recipe, const std
       vision::fit_offset(pairs(recipe, marks), {.max_residual_mm = recipe.mark_rules.max_residual_mm,
                                                 .max_shift_mm = recipe.mark_rules.max_shift_mm,
                                                 .max_rotation_rad = recipe.mark_rules.max_rotation_rad}),
-      recipe, recipe.marks.front().place);
+      recipe, recipe.marks.front().location);
 }
 
 Result<vision::SurfaceFit> settle_surface(const recipes::Recipe& recipe, const std::vector<TouchedHeight>& heights) {
@@ -49,7 +49,7 @@ Result<vision::SurfaceFit> settle_surface(const recipes::Recipe& recipe, const s
     points.push_back({recipe.touches[h.touch].name, recipe.touches[h.touch].at, h.height_mm});
   return at_first_line(vision::fit_surface(points, {.max_residual_mm = recipe.touch_rules.max_residual_mm,
                                                     .max_slope = recipes::max_measured_slope(recipe.touch_rules)}),
-                       recipe, recipe.touches.front().place);
+                       recipe, recipe.touches.front().location);
 }
 
 }  // namespace gantry::job

@@ -77,7 +77,7 @@ Result<void> fits_one_way(const recipes::Recipe& recipe, const config::Machine& 
                             "`symmetric: allowed` under `mark_rules` where it "
                             "makes no difference",
                             way.words),
-                at_line(recipe, recipe.marks.front().place));
+                at_line(recipe, recipe.marks.front().location));
   }
   return {};
 }

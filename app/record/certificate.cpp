@@ -96,16 +96,16 @@ class Reader {
   void take(const Node& root) {
     if (root.kind != Node::Kind::Map || root.find("format") == nullptr)
       return mistakes_.add(Fault::BadValue, "this is no certificate; give the certificate.json of a dry run",
-                           root.place);
+                           root.location);
     const Node* format = wanted(root, "format", Is::Number);
     if (format == nullptr) return;
     if (format->text != std::to_string(kFormat))
       return mistakes_.add(
           Fault::BadValue,
           fmt::format("this program reads certificates of format {}; do the dry run again with it", kFormat),
-          format->place);
+          format->location);
     if (const Node* result = wanted(root, "result", Is::Text); result && result->text != "done")
-      mistakes_.add(Fault::BadValue, "the dry run of a certificate was done; do it again", result->place);
+      mistakes_.add(Fault::BadValue, "the dry run of a certificate was done; do it again", result->location);
     if (const Node* hashes = wanted(root, "hashes", Is::Members))
       for (const job::ProofInput& input : job::kProofInputs) take(*hashes, input);
     if (const Node* scope = wanted(root, "scope", Is::Members))
@@ -131,13 +131,13 @@ class Reader {
       mistakes_.add(
           Fault::BadValue,
           fmt::format("'{}' has to be {}; do the dry run again", key, kWords.at(static_cast<std::size_t>(type))),
-          node.place);
+          node.location);
   }
 
   const Node* wanted(const Node& map, const char* key, Is type) {
     const Node* found = map.find(key);
     if (found == nullptr)
-      mistakes_.add(Fault::MissingKey, fmt::format("the key '{}' is missing; do the dry run again", key), map.place);
+      mistakes_.add(Fault::MissingKey, fmt::format("the key '{}' is missing; do the dry run again", key), map.location);
     else if (is(*found, type))
       return found;
     else
@@ -153,7 +153,7 @@ class Reader {
     if (!hex)
       return mistakes_.add(Fault::BadValue,
                            fmt::format("'{}' is a hash of 64 hex digits; do the dry run again", input.name),
-                           found->place);
+                           found->location);
     out_.inputs.*input.hash = found->text;
   }
 

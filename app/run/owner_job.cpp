@@ -31,7 +31,7 @@ Result<void> camera_for(const recipes::Recipe& recipe, const recipes::Job& job, 
       return fail(Fault::CameraTimeout,
                   "the job looks at marks, and no camera is connected: where `gantry sim` is the machine, `--world` "
                   "names its socket; a recipe with `placement: fixture` needs no camera",
-                  job::at_line(recipe, recipe.marks[look->mark].place));
+                  job::at_line(recipe, recipe.marks[look->mark].location));
   return {};
 }
 

@@ -257,7 +257,7 @@ Result<job::JobState> Runner::take(const recipes::LookAtMark& step) {
   result_.marks.push_back(found);
   if (!found.found)
     return fail(found.fault, fmt::format("mark '{}' was not found: {}", def.name, found.reason),
-                job::at_line(recipe_, def.place));
+                job::at_line(recipe_, def.location));
   return job::after_mark(recipe_, state_, mark, found.measured);
 }
 
@@ -326,7 +326,7 @@ Result<double> Runner::touch_down(const recipes::TouchPoint& point,
     if (number < static_cast<int>(Fault::ProbeNeverTriggered) || number > static_cast<int>(Fault::ProbeStale))
       return tl::unexpected(std::move(error));
     error.message = fmt::format("touch '{}': {}", point.name, error.message);
-    if (error.where.empty()) error.where = job::at_line(recipe_, point.place);
+    if (error.where.empty()) error.where = job::at_line(recipe_, point.location);
     return tl::unexpected(std::move(error));
   };
   const auto played = play(plan(), When::Armed);
@@ -334,7 +334,7 @@ Result<double> Runner::touch_down(const recipes::TouchPoint& point,
   if (!played->touched)
     return fail(Fault::ProbeNeverTriggered,
                 fmt::format("touch '{}': the probe met nothing within its travel", point.name),
-                job::at_line(recipe_, point.place));
+                job::at_line(recipe_, point.location));
   return played->touched_at;
 }
 
@@ -362,7 +362,7 @@ Result<job::JobState> Runner::take(const recipes::Touch& step) {
       return fail(Fault::ProbeImplausible,
                   fmt::format("touch '{}': the fast and the slow touch are {:.3f} mm apart; {:.3f} mm is allowed",
                               point.name, std::abs(*met - first), kAgree_mm),
-                  job::at_line(recipe_, point.place));
+                  job::at_line(recipe_, point.location));
   }
   if (!met) return tl::unexpected(met.error());
   const config::Tool& probe = *config::find_tool(site_.machine, "probe");
@@ -383,7 +383,7 @@ Result<job::JobState> Runner::take(const job::Retract& step) {
     return fail(Fault::ProbeImplausible,
                 fmt::format("touch '{}': the surface was met {:.3f} mm from its nominal height; {:.3f} mm is allowed",
                             point.name, height_mm, recipe_.touch_rules.window_mm),
-                job::at_line(recipe_, point.place));
+                job::at_line(recipe_, point.location));
   return job::after_retract(state_);
 }
 

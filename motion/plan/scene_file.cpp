@@ -23,7 +23,7 @@ constexpr double kFarthest_mm = 1e5, kThinnest_mm = 1e-6, kFarthestTurn_deg = 36
 enum class Type { Box, Cylinder, Capsule, Sphere };
 
 struct ShapeRow {
-  Location place;
+  Location location;
   At<std::string> name;
   At<Type> type;
   At<Vec3> centre;
@@ -33,7 +33,7 @@ struct ShapeRow {
   bool on_turn = false;
 };
 struct SpaceRow {
-  Location place;
+  Location location;
   At<Vec3> min, max;
 };
 struct SceneRow {
@@ -49,7 +49,7 @@ Field<T> numbers(std::string key, At<Vec3> T::*member, Range range, Need need, s
   ValueShape shape = detail::tuple_shape(3, {Dimension::None}, range);
   return {{std::move(key), need, std::move(doc), shape}, [member, shape](const Node& node, T& to, Mistakes& mistakes) {
             std::vector<Quantity> v;
-            (to.*member).place = node.place;
+            (to.*member).location = node.location;
             if (read_tuple(node, shape, v, mistakes))
               detail::put(to.*member, Vec3{v[0].value, v[1].value, v[2].value}, node);
           }};
@@ -61,7 +61,7 @@ Field<SceneRow> turn_range() {
   return {{"turn_deg", kOptional, "range of C in degrees, where a body of the head turns; else -180 to 180", shape},
           [shape](const Node& node, SceneRow& to, Mistakes& mistakes) {
             std::vector<Quantity> v;
-            to.turn_deg.place = node.place;
+            to.turn_deg.location = node.location;
             if (read_tuple(node, shape, v, mistakes)) detail::put(to.turn_deg, std::pair(v[0].value, v[1].value), node);
           }};
 }
@@ -72,7 +72,7 @@ Field<T> measure(std::string key, At<double> T::*member, Range range, std::strin
   ValueShape shape{ValueShape::Kind::Number, {Dimension::None}, range, {}, {}, {}};
   return {{std::move(key), kOptional, std::move(doc), shape},
           [member, shape](const Node& node, T& to, Mistakes& mistakes) {
-            (to.*member).place = node.place;
+            (to.*member).location = node.location;
             if (const auto v = read_quantity(node, shape, mistakes)) detail::put(to.*member, v->value, node);
           }};
 }
@@ -127,14 +127,14 @@ void check_measures(const ShapeRow& row, Mistakes& mistakes) {
   const Needs& needs = kNeeds[static_cast<std::size_t>(row.type.value)];
   const auto check = [&](const char* key, bool wanted, Location given) {
     if (wanted && given.line == 0)
-      mistakes.add(Fault::MissingKey, fmt::format("a {} needs '{}'", needs.name, key), row.place);
+      mistakes.add(Fault::MissingKey, fmt::format("a {} needs '{}'", needs.name, key), row.location);
     if (!wanted && given.line != 0)
       mistakes.add(Fault::UnknownKey, fmt::format("a {} has no '{}'; remove it or correct the type", needs.name, key),
                    given);
   };
-  check("size", needs.size, row.size.place);
-  check("radius", needs.radius, row.radius.place);
-  check("length", needs.length, row.length.place);
+  check("size", needs.size, row.size.location);
+  check("radius", needs.radius, row.radius.location);
+  check("length", needs.length, row.length.location);
 }
 
 void take(const std::vector<ShapeRow>& rows, std::set<std::string>& names, std::vector<Body>& to, Mistakes& mistakes) {
@@ -143,7 +143,7 @@ void take(const std::vector<ShapeRow>& rows, std::set<std::string>& names, std::
     if (row.name.given() && !names.insert(row.name.value).second)
       mistakes.add(Fault::DuplicateKey,
                    fmt::format("the name '{}' stands twice; give each body its own", shortened(row.name.value, 60)),
-                   row.name.place);
+                   row.name.location);
     const double across = 2 * row.radius.value;
     Body body{row.name.value, {}, row.centre.value, row.yaw_deg * std::numbers::pi / 180, false};
     switch (row.type.value) {
@@ -178,7 +178,7 @@ void take_space(const SpaceRow& space, Machine& machine, Mistakes& mistakes) {
       mistakes.add(Fault::OutOfRange,
                    fmt::format("'min' of {} is {:.9g}, more than 'max', which is {:.9g}; exchange them", axis.name,
                                axis.p_min, axis.p_max),
-                   space.min.place);
+                   space.min.location);
     machine.axes.push_back(axis);
   }
   machine.x = AxisId{0}, machine.y = AxisId{1}, machine.z = AxisId{2};
@@ -190,7 +190,7 @@ void take_turn(const SceneRow& row, Machine& machine, Mistakes& mistakes) {
   if (!turns) {
     if (row.turn_deg.given())
       mistakes.add(Fault::Inconsistent, "no body of the head turns; give one `on_turn: true`, or leave 'turn_deg' out",
-                   row.turn_deg.place);
+                   row.turn_deg.location);
     return;
   }
   const auto [min_deg, max_deg] = row.turn_deg.given() ? row.turn_deg.value : std::pair(-180.0, 180.0);
@@ -198,7 +198,7 @@ void take_turn(const SceneRow& row, Machine& machine, Mistakes& mistakes) {
     mistakes.add(
         Fault::OutOfRange,
         fmt::format("the first number, {:.9g}, is more than the second, {:.9g}; exchange them", min_deg, max_deg),
-        row.turn_deg.place);
+        row.turn_deg.location);
   Axis axis;
   axis.id = AxisId{static_cast<std::uint8_t>(machine.axes.size())};
   axis.name = "C", axis.rotary = true;

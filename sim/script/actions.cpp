@@ -18,7 +18,7 @@ Field<E> object_key(config::Need need, const char* what) {
   return {{"object", need, what, {config::ValueShape::Kind::Address, {}, config::kAny, {}, {}, {}}},
           [](const config::Node& node, E& to, config::Mistakes& mistakes) {
             if (const auto a = config::read_address(node, mistakes))
-              to.object = {config::ObjectAddress{a->first, a->second}, node.place};
+              to.object = {config::ObjectAddress{a->first, a->second}, node.location};
           }};
 }
 Field<E> share(const char* key, double LineNoise::*to, const char* what) {

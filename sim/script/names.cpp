@@ -29,7 +29,7 @@ std::string written(config::ObjectAddress a) { return fmt::format("0x{:04X}:{}",
 void Names::unknown(std::string_view what, const At<std::string>& name, const std::vector<std::string_view>& known) {
   mistakes_.add(Fault::UnknownReference,
                 fmt::format("the machine has no {} '{}'; {}", what, name.value, did_you_mean(name.value, known)),
-                name.place);
+                name.location);
 }
 
 StationId Names::station(const At<std::string>& name) {
@@ -40,7 +40,7 @@ StationId Names::station(const At<std::string>& name) {
     if (s.name == name.value) {
       mistakes_.add(Fault::UnknownReference,
                     fmt::format("station '{}' is not on the EtherCAT line, and scripts reach no other bus", s.name),
-                    name.place);
+                    name.location);
       return {};
     }
     known.push_back(s.name);
@@ -61,7 +61,7 @@ AxisId Names::axis(const At<std::string>& name) {
     if (!reached)
       mistakes_.add(Fault::UnknownReference,
                     fmt::format("axis '{}' has no drive on the EtherCAT line, and scripts reach no other", axis.name),
-                    name.place);
+                    name.location);
     return axis.id;
   }
   unknown("axis", name, known);
@@ -75,7 +75,7 @@ int Names::drive(AxisId axis, const At<int>& number) {
   mistakes_.add(
       Fault::UnknownReference,
       fmt::format("axis '{}' has no drive {}; it has {}, counted from 0", a.name, number.value, a.drives.size()),
-      number.place);
+      number.location);
   return 0;
 }
 
@@ -97,7 +97,7 @@ unsigned Names::button(const At<std::string>& name) {
   const auto which = static_cast<Input>(bit);
   const bool pressed = which == Input::Start || which == Input::Stop || which == Input::Reset || which == Input::Hold;
   if (!pressed && config::name(which) == name.value)
-    mistakes_.add(Fault::BadValue, fmt::format("'{}' is no button; write do: set_input", name.value), name.place);
+    mistakes_.add(Fault::BadValue, fmt::format("'{}' is no button; write do: set_input", name.value), name.location);
   return bit;
 }
 
@@ -113,7 +113,7 @@ config::ObjectAddress Names::object(StationId id, const At<config::ObjectAddress
   mistakes_.add(Fault::UnknownReference,
                 fmt::format("station '{}' ({}) has no object {}; {}", station->name, profile.title, asked,
                             did_you_mean(asked, {rows.begin(), rows.end()})),
-                address.place);
+                address.location);
   return address.value;
 }
 

@@ -61,7 +61,7 @@ const ActionRow* row_of(const Node& node, Mistakes& mistakes) {
     return nullptr;
   const Node* act = node.find("do");
   if (act == nullptr) {
-    mistakes.add(Fault::MissingKey, "an entry needs 'do', for example do: remove_mark", node.place);
+    mistakes.add(Fault::MissingKey, "an entry needs 'do', for example do: remove_mark", node.location);
     return nullptr;
   }
   std::vector<std::string_view> names;
@@ -71,7 +71,7 @@ const ActionRow* row_of(const Node& node, Mistakes& mistakes) {
   }
   mistakes.add(Fault::BadValue,
                fmt::format("nothing is known that does '{}'; {}", act->text, did_you_mean(act->text, names)),
-               act->place);
+               act->location);
   return nullptr;
 }
 
@@ -82,9 +82,9 @@ void read_entry(const Node& node, const config::Machine& machine, Mistakes& mist
   Fields<Entry> keys = row->keys;
   keys.insert(keys.end(), common().begin(), common().end());
   Entry e;
-  config::read_object(node, keys, e, node.place, mistakes);
+  config::read_object(node, keys, e, node.location, mistakes);
   ScriptEntry entry;
-  entry.where = fmt::format("{}:{}:{}", mistakes.file(), node.place.line, node.place.column);
+  entry.where = fmt::format("{}:{}:{}", mistakes.file(), node.location.line, node.location.column);
   entry.text = fmt::format("{} at {}", row->name, e.at.given() ? e.at.value : "once");
   Names names(machine, mistakes);
   entry.action = row->make(e, names);
@@ -93,7 +93,8 @@ void read_entry(const Node& node, const config::Machine& machine, Mistakes& mist
       entry.trigger = *t;
     else
       mistakes.add(Fault::BadValue,
-                   fmt::format("'{}' is no instant that the world knows; write {}", e.at.value, kTriggers), e.at.place);
+                   fmt::format("'{}' is no instant that the world knows; write {}", e.at.value, kTriggers),
+                   e.at.location);
   }
   entry.trigger.after = time_of(e.after_s);
   to.push_back(std::move(entry));

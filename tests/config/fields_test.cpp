@@ -10,7 +10,7 @@ namespace {
 enum class Colour { Red, Green };
 struct Item {
   std::string name;
-  Location place;
+  Location location;
   double size = 0;
 };
 struct Thing {
@@ -68,14 +68,14 @@ TEST(Fields, read_values_into_the_units_of_the_house) {
   EXPECT_DOUBLE_EQ(t.speed, 20);
   EXPECT_EQ(t.extent.value.dimension, Dimension::Angle);
   EXPECT_DOUBLE_EQ(t.extent.value.value, units::rad(90));
-  EXPECT_EQ(t.extent.place, (Location{3, 9}));
+  EXPECT_EQ(t.extent.location, (Location{3, 9}));
   EXPECT_EQ(t.count, 31);
   EXPECT_EQ(t.title, "no");
   EXPECT_EQ(t.colour, Colour::Green);
   EXPECT_EQ(t.at.value.y, -2.5);
   ASSERT_EQ(t.items.size(), 2u);
   EXPECT_EQ(t.items[0].name, "b") << "the order of the file";
-  EXPECT_EQ(t.items[1].place, (Location{12, 3}));
+  EXPECT_EQ(t.items[1].location, (Location{12, 3}));
   EXPECT_EQ(t.extra->size, 3);
   EXPECT_EQ(t.object.index, 0x6099);
   EXPECT_EQ(t.object.sub, 1);

@@ -78,12 +78,12 @@ TEST(Yaml, keeps_keys_values_and_places) {
   ASSERT_TRUE(out.root) << to_text(out.errors.at(0));
   const Node* list = out.root->find("list");
   ASSERT_TRUE(list);
-  EXPECT_EQ(out.root->keys[1].place, (Location{2, 1}));
+  EXPECT_EQ(out.root->keys[1].location, (Location{2, 1}));
   ASSERT_EQ(list->items.size(), 2u);
   EXPECT_EQ(list->items[0].items[0].text, "no");
   EXPECT_TRUE(list->items[0].items[0].quoted);
   EXPECT_FALSE(list->items[0].items[1].quoted);
-  EXPECT_EQ(list->items[0].items[1].place, (Location{4, 8}));
+  EXPECT_EQ(list->items[0].items[1].location, (Location{4, 8}));
   EXPECT_EQ(list->items[1].kind, Node::Kind::Empty);
 }
 
@@ -94,7 +94,7 @@ TEST(Yaml, reads_a_byte_order_mark_and_crlf_at_the_same_places) {
       "a: 1\r\nb:\r\n  c: x\r\n");
   ASSERT_TRUE(plain.root && dos.root);
   EXPECT_EQ(dos.root->items[1].items[0].text, "x");
-  EXPECT_EQ(dos.root->items[1].items[0].place, plain.root->items[1].items[0].place);
+  EXPECT_EQ(dos.root->items[1].items[0].location, plain.root->items[1].items[0].location);
 }
 
 TEST(Yaml, counts_columns_in_characters) {

@@ -162,7 +162,7 @@ TEST(Faults, an_obstacle_on_the_only_path_is_refused_before_anything_moves) {
   // A block over a dot: no path down to it.
   const auto& dot = std::get<recipes::Dot>(recipe.features.front());
   recipe.parts.push_back(
-      {.name = "roof", .at = dot.at, .size = {6, 6, 17}, .rotation = 0, .fixture = true, .place = {}});
+      {.name = "roof", .at = dot.at, .size = {6, 6, 17}, .rotation = 0, .fixture = true, .location = {}});
   const auto machine = config::load_machine("config/machines/dispenser.yaml");
   ASSERT_TRUE(machine);
   const auto job = recipes::compile(recipe, *machine);
@@ -172,7 +172,7 @@ TEST(Faults, an_obstacle_on_the_only_path_is_refused_before_anything_moves) {
   EXPECT_EQ(info(proof.error().fault).exit_code, ExitCode::NotFeasible);
   EXPECT_NE(proof.error().message.find("needle"), std::string::npos) << proof.error().message;
   EXPECT_NE(proof.error().message.find("roof"), std::string::npos) << proof.error().message;
-  EXPECT_EQ(proof.error().where, fmt::format("{}:{}:{}", recipe.file, dot.place.line, dot.place.column));
+  EXPECT_EQ(proof.error().where, fmt::format("{}:{}:{}", recipe.file, dot.location.line, dot.location.column));
 }
 
 }  // namespace

@@ -131,7 +131,7 @@ TEST(Purge, is_proved_like_any_motion) {
   ASSERT_TRUE(machine);
   const auto proof = [&](const std::string& purge, const std::string& part) {
     recipes::Recipe recipe = with_purge(purge);
-    if (!part.empty()) recipe.parts.push_back({.name = part, .at = {60, 40}, .size = {10, 10, 15}, .place = {}});
+    if (!part.empty()) recipe.parts.push_back({.name = part, .at = {60, 40}, .size = {10, 10, 15}, .location = {}});
     const auto job = recipes::compile(recipe, *machine);
     EXPECT_TRUE(job);
     return job::prove_nominal(*machine, recipe, *job);

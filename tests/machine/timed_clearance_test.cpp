@@ -242,7 +242,7 @@ TEST(TimedClearance, every_setpoint_of_random_jobs_keeps_the_clearance_as_it_is_
 TEST(TimedClearance, every_setpoint_keeps_out_of_zones) {
   const config::Body door{"keep-out door", {Kind::Box, {20, 20, 40}}, {60, 76, -60}, 0.3, false, false, true};
   recipes::Recipe recipe = test::load_recipe("recipes/demo-board.yaml");
-  recipe.keep_out = {{.name = "hose", .at = {-100, -50}, .size = {16, 16, 60}, .place = {}, .underside = 40}};
+  recipe.keep_out = {{.name = "hose", .at = {-100, -50}, .size = {16, 16, 60}, .location = {}, .underside = 40}};
   const auto least_mm = [&](bool zones) {
     recipes::Recipe asked = recipe;
     if (!zones) asked.keep_out.clear();

@@ -39,8 +39,8 @@ TEST(Compile, the_demo_board_is_a_job_on_the_reference_machine) {
 TEST(Compile, a_zone_to_keep_out_of_may_be_anywhere) {
   Recipe r = demo();
   config::Machine m = dispenser();
-  r.keep_out = {{.name = "post", .at = {60, 40}, .size = {90, 60, 40}, .place = {}},
-                {.name = r.parts[0].name, .at = r.parts[0].at, .size = {5, 5, 5}, .place = {}}};
+  r.keep_out = {{.name = "post", .at = {60, 40}, .size = {90, 60, 40}, .location = {}},
+                {.name = r.parts[0].name, .at = r.parts[0].at, .size = {5, 5, 5}, .location = {}}};
   m.keep_out = {
       {"keep-out door", {config::Shape::Kind::Box, {300, 300, 300}}, {240, 190, -132}, 0, false, false, true}};
   const auto job = compile(r, m);
@@ -208,7 +208,7 @@ INSTANTIATE_TEST_SUITE_P(
               "'board'", "choose another name"},
         Wrong{"zone_named_as_one_of_the_machine",
               [](Recipe& r, config::Machine& m) {
-                r.keep_out = {{.name = "door", .at = {150, 9}, .size = {9, 9, 9}, .place = {12, 3}}};
+                r.keep_out = {{.name = "door", .at = {150, 9}, .size = {9, 9, 9}, .location = {12, 3}}};
                 m.keep_out = {{"keep-out door", {config::Shape::Kind::Box, {9, 9, 9}}, {400, 300, -20}}};
               },
               Fault::DuplicateKey, "'door'", "choose another name"},
@@ -250,13 +250,13 @@ INSTANTIATE_TEST_SUITE_P(
               Fault::Inconsistent, "fixture 'front_clamp'", "in part 'capacitor', from z 25.9 to 47.9 mm"},
         Wrong{"purge_on_a_dot",
               [](Recipe& r, config::Machine&) {
-                r.purge = Purge{.material = "adhesive", .frame = "", .at = raised(first_dot(r).at + Vec2{0.9, 0}, 0), .shots = 1, .place = {}, .at_place = first_dot(r).place};
+                r.purge = Purge{.material = "adhesive", .frame = "", .at = raised(first_dot(r).at + Vec2{0.9, 0}, 0), .shots = 1, .location = {}, .at_location = first_dot(r).location};
               },
               Fault::Inconsistent, "the purge shoots onto 'spreader[0][0]'", "put its 'at' beside the work"},
         Wrong{"purge_of_a_frame_on_a_dot",
               [](Recipe& r, config::Machine& m) {
                 m.frames.push_back({"cup", m.frames[0].origin + raised(first_dot(r).at, 12.2)});
-                r.purge = Purge{.material = "adhesive", .frame = "cup", .at = {}, .shots = 1, .place = {}, .at_place = first_dot(r).place};
+                r.purge = Purge{.material = "adhesive", .frame = "cup", .at = {}, .shots = 1, .location = {}, .at_location = first_dot(r).location};
               },
               Fault::Inconsistent, "the purge shoots onto 'spreader[0][0]'", "put its 'at' beside the work"},
         Wrong{"feature_in_the_margin", [](Recipe& r, config::Machine&) { r.board.clamp_margin = 11.5; },

@@ -260,7 +260,7 @@ TEST(Array, runs_to_and_fro_and_leaves_out_what_it_skips) {
     const Dot& d = std::get<Dot>(r->features[i]);
     EXPECT_EQ(d.id, want[i].first);
     EXPECT_LT(norm(d.at - want[i].second), 1e-12) << d.id;
-    EXPECT_EQ(d.place, (Location{kFeaturesFrom, 5}));
+    EXPECT_EQ(d.location, (Location{kFeaturesFrom, 5}));
   }
 }
 

@@ -12,7 +12,7 @@ Feature dot(const std::string& id, Vec2 at, int line, const std::string& materia
 }
 Feature bead(const std::string& id, std::vector<Vec3> points, int line, const std::string& material = "glue") {
   Bead b;
-  b.id = id, b.points = std::move(points), b.material = material, b.place = {line, 1};
+  b.id = id, b.points = std::move(points), b.material = material, b.location = {line, 1};
   return b;
 }
 std::vector<std::string> told(const std::vector<Feature>& features) {

@@ -34,7 +34,7 @@ struct Slip {
   std::string told_at;  ///< "3:9"
 };
 
-std::string shown(Location place) { return fmt::format("{}:{}", place.line, place.column); }
+std::string shown(Location location) { return fmt::format("{}:{}", location.line, location.column); }
 
 /// Goes through a text and its format side by side.
 class Slips {
@@ -54,14 +54,14 @@ class Slips {
   }
 
  private:
-  [[nodiscard]] std::size_t offset(Location place) const {
+  [[nodiscard]] std::size_t offset(Location location) const {
     std::size_t at = 0;
-    for (int line = 1; line < place.line; ++line) at = text_.find('\n', at) + 1;
-    return at + static_cast<std::size_t>(place.column) - 1;  // these files are ASCII up to what is changed
+    for (int line = 1; line < location.line; ++line) at = text_.find('\n', at) + 1;
+    return at + static_cast<std::size_t>(location.column) - 1;  // these files are ASCII up to what is changed
   }
-  void add(const std::string& path, const std::string& how, Location place, std::size_t bytes,
+  void add(const std::string& path, const std::string& how, Location location, std::size_t bytes,
            const std::string& instead, Location told) {
-    slips_.push_back({path + ": " + how, offset(place), bytes, instead, shown(told)});
+    slips_.push_back({path + ": " + how, offset(location), bytes, instead, shown(told)});
   }
 
   void fields(const Node& map, const std::vector<FieldShape>& format, const std::string& path) {
@@ -76,8 +76,8 @@ class Slips {
       }
       const std::string here = path + key.text;
       const bool first = tried_.insert(here).second;
-      if (first) add(here, "misspelt", key.place, key.text.size(), key.text + "q", key.place);
-      value(map.items[i], field->shape, here, first, key.place);
+      if (first) add(here, "misspelt", key.location, key.text.size(), key.text + "q", key.location);
+      value(map.items[i], field->shape, here, first, key.location);
     }
   }
   void known(const FieldShape& field, const std::string& path) {
@@ -120,11 +120,11 @@ class Slips {
   /// `key`: of the value; line 0: it is one of a list.
   void scalar(const Node& node, const ValueShape& shape, const std::string& path, Location key) {
     const auto slip = [&](const std::string& how, const std::string& instead) {
-      add(path, how, node.place, node.text.size() + (node.quoted ? 2 : 0), instead, node.place);
+      add(path, how, node.location, node.text.size() + (node.quoted ? 2 : 0), instead, node.location);
     };
     slip("keys for a value", "{a: 1}");
     if (key.line > 0) {
-      add(path, "nothing", node.place, node.text.size() + (node.quoted ? 2 : 0), "", key);
+      add(path, "nothing", node.location, node.text.size() + (node.quoted ? 2 : 0), "", key);
       slip("a list for a value", "[1, 2]");
     }
     switch (shape.kind) {

@@ -31,7 +31,7 @@ struct Table {
                               .at = at,
                               .size = {3, 3, above_mm + (fixture ? thick : 0)},
                               .fixture = fixture,
-                              .place = {}});
+                              .location = {}});
       return;
     }
     const Vec3 p = recipes::to_machine(recipe, machine, {}, {}, at, above_mm / 2);
@@ -39,8 +39,8 @@ struct Table {
   }
 };
 
-std::string line(const recipes::Location& place) {
-  return "dots.yaml:" + std::to_string(place.line) + ":" + std::to_string(place.column);
+std::string line(const recipes::Location& location) {
+  return "dots.yaml:" + std::to_string(location.line) + ":" + std::to_string(location.column);
 }
 
 /// Whatever the clip is fixed to: the probe would read it, and the needle would go into the board.
@@ -55,7 +55,7 @@ TEST(Approaches, a_clip_under_a_touch_is_refused_with_both_bodies_and_the_line) 
       EXPECT_EQ(block.error().fault, Fault::Collision);
       for (const char* word : {"probe_stylus", "clip", "touch 't1'"})
         EXPECT_NE(block.error().message.find(word), std::string::npos) << block.error().message;
-      EXPECT_EQ(block.error().where, line(t.recipe.touches[1].place));
+      EXPECT_EQ(block.error().where, line(t.recipe.touches[1].location));
       EXPECT_TRUE(planner.touch(1, t.park, 0)) << "nothing lies there";
     }
 }
@@ -152,7 +152,7 @@ TEST(Approaches, a_corner_that_is_cut_over_an_edge_keeps_the_needle_off_it) {
   Table t;
   t.recipe = test::dots(1, 1);  // no touches: where the part is is known
   const double height = 16, beside = 0.5;
-  t.recipe.parts.push_back({.name = "U1", .at = {40, 30}, .size = {10, 10, height}, .place = {}});
+  t.recipe.parts.push_back({.name = "U1", .at = {40, 30}, .size = {10, 10, height}, .location = {}});
   const auto needle = std::find_if(t.machine.head.begin(), t.machine.head.end(),
                                    [](const config::Body& body) { return body.name == "needle"; });
   ASSERT_NE(needle, t.machine.head.end());
@@ -160,7 +160,7 @@ TEST(Approaches, a_corner_that_is_cut_over_an_edge_keeps_the_needle_off_it) {
   recipes::Bead bead{.id = "down",
                      .points = {{40, 30, height}, {x, 30, height}, {x, 30, 4}},
                      .material = t.recipe.materials.front().name,
-                     .place = {1, 1},
+                     .location = {1, 1},
                      .on = "U1"};
   config::Body part;
   for (const config::Body& body : recipes::bodies(t.recipe, t.machine, {}, {}))
@@ -196,7 +196,7 @@ TEST(Approaches, a_corner_that_is_rounded_up_and_down_keeps_the_gap) {
                        .points = {{20, 30, 0}, {40, 30, 5}, {60, 30, 0}, {70, 30, 3}},
                        .corner_tolerance = tolerance,
                        .material = m.name,
-                       .place = {1, 1}};
+                       .location = {1, 1}};
     t.recipe.features = {bead};
     const auto block = BlockPlanner(t.machine, t.recipe).dispense(1, t.park, {0});
     ASSERT_TRUE(block) << block.error().message;

@@ -143,7 +143,7 @@ TEST_F(BlockPlanTest, back_along_a_curve_goes_one_path_that_does_not_stop_over_i
   for (const double lift_mm : {0.0, 1.0}) {
     recipes::Material& m = recipe.materials.front();
     m.back_track = kBack_mm, m.tail_lift = lift_mm, m.speed = 20;
-    recipes::Bead ring{"ring", {}, true, kOff_mm, m.name, m.place, "circle", 0};
+    recipes::Bead ring{"ring", {}, true, kOff_mm, m.name, m.location, "circle", 0};
     for (int i = 0; i <= 48; ++i)
       ring.points.push_back({40 + kRadius_mm * std::cos(i * M_PI / 24), 25 + kRadius_mm * std::sin(i * M_PI / 24), 0});
     ring.points.back() = ring.points.front();
@@ -202,7 +202,7 @@ TEST_F(BlockPlanTest, the_same_question_has_the_same_answer_on_every_planner) {
 }
 
 TEST_F(BlockPlanTest, an_error_names_the_feature_and_its_line) {
-  recipe.parts.push_back({.name = "U9", .at = {10, 10}, .size = {6, 6, 5}, .place = {}});
+  recipe.parts.push_back({.name = "U9", .at = {10, 10}, .size = {6, 6, 5}, .location = {}});
   BlockPlanner planner(machine, recipe);
   const auto block = planner.dispense(1, park, {0});
   ASSERT_FALSE(block);

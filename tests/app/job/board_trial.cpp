@@ -283,7 +283,7 @@ class Trial {
   void refused_in_doubt(const Error& e, int line) {
     ++verdict_.in_doubt;
     for (const recipes::Feature& f : recipe_.features) {
-      if (std::visit([](const auto& each) { return each.place.line; }, f) != line) continue;
+      if (std::visit([](const auto& each) { return each.location.line; }, f) != line) continue;
       const double room = recipe_.materials.front().gap - 0.05;
       if (const auto* dot = std::get_if<recipes::Dot>(&f); dot != nullptr && doubt_mm(dot->at) > room - 1e-9) return;
       if (const auto* bead = std::get_if<recipes::Bead>(&f))
@@ -374,14 +374,14 @@ class Trial {
                             std::string_view(tool) == "needle" ? offset.rotation : 0);
   }
   [[nodiscard]] int last_line() const {
-    return std::visit([](const auto& f) { return f.place.line; }, recipe_.features.back());
+    return std::visit([](const auto& f) { return f.location.line; }, recipe_.features.back());
   }
 
   void mark(std::size_t i) {
     const auto legs = [&] {
       return std::vector<Leg>{{.from = at_, .to = tool_at("camera", recipe_.marks[i].at, 0, known_.guess, {})}};
     };
-    if (!step(planner_.look_at_mark(++block_, at_, i), recipe_.marks[i].place.line, legs, {})) return;
+    if (!step(planner_.look_at_mark(++block_, at_, i), recipe_.marks[i].location.line, legs, {})) return;
     const Vec2 at = recipe_.marks[i].at;
     known_.marks.push_back({i, rotated(at, b_.placement.rotation_rad) + b_.placement.shift});
     known_.guess = job::guess_offset(recipe_, known_.marks);
@@ -405,7 +405,7 @@ class Trial {
     };
     ++verdict_.steps;
     const auto block = planner_.touch(++block_, at_, i);
-    if (!block) return refused(block.error(), point.place.line, legs);
+    if (!block) return refused(block.error(), point.location.line, legs);
     replay(*block, {"probe_stylus"}, std::nullopt);
     const motion::Segment& down = block->segments().back();
     if (down.kind != motion::SegmentKind::UntilProbe || norm_z(at_, over) > 1e-6)
@@ -416,7 +416,7 @@ class Trial {
     AxisVec high = at_;
     high[machine_.z.value] += machine_.probe.retract_mm;
     if (!up)
-      return refused(up.error(), point.place.line, [&] {
+      return refused(up.error(), point.location.line, [&] {
         return std::vector<Leg>{
             {.from = at_, .to = high, .straight = true, .riders_grow = false, .tools = {"probe_stylus"}}};
       });
@@ -502,7 +502,7 @@ class Trial {
       out.push_back({.from = planned->end, .to = over(planned->end), .straight = true, .tools = tools});
       return out;
     };
-    const int line = std::visit([](const auto& f) { return f.place.line; }, recipe_.features[i]);
+    const int line = std::visit([](const auto& f) { return f.location.line; }, recipe_.features[i]);
     if (step(planner_.dispense(++block_, at_, {i}), line, legs, {"needle", "probe_stylus"})) possible_.push_back(i);
   }
 

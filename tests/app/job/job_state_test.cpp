@@ -235,7 +235,7 @@ TEST(JobState, what_a_job_leaves_out_is_left_out_and_all_that_features_need_is_d
 
 TEST(JobState, one_mark_gives_the_shift_and_two_the_rotation) {
   recipes::Recipe recipe;
-  recipe.marks = {{.name = "a", .at = {0, 0}, .place = {}}, {.name = "b", .at = {10, 0}, .place = {}}};
+  recipe.marks = {{.name = "a", .at = {0, 0}, .location = {}}, {.name = "b", .at = {10, 0}, .location = {}}};
   JobState state = after_mark(recipe, begin_state(recipe, {}), 0, {1, 2});
   EXPECT_EQ(state.known.guess, (recipes::WorkOffset{{1, 2}, 0}));
   state = after_mark(recipe, state, 1, {1, 12});  // a quarter turn

@@ -76,7 +76,7 @@ TEST_F(KeepOut, work_in_a_zone_is_refused_with_the_body_the_zone_and_the_line) {
   refused("of the machine");
   machine.keep_out.clear();
   recipe.keep_out = {
-      {.name = "glue_pot", .at = {10, 10}, .size = {6, 6, 4}, .place = {}, .underside = recipe.board.thickness + 3}};
+      {.name = "glue_pot", .at = {10, 10}, .size = {6, 6, 4}, .location = {}, .underside = recipe.board.thickness + 3}};
   refused("of the recipe");
 }
 
@@ -103,7 +103,7 @@ TEST_F(KeepOut, a_touch_beside_a_zone_is_free_from_the_clearance_on) {
       if (of_machine)
         machine.keep_out = {zone("z", over_board(middle, 0), {4, 4, 1})};
       else
-        recipe.keep_out = {{.name = "z", .at = middle, .size = {4, 4, 1}, .place = {}, .underside = 1}};
+        recipe.keep_out = {{.name = "z", .at = middle, .size = {4, 4, 1}, .location = {}, .underside = 1}};
       EXPECT_EQ(BlockPlanner(machine, recipe).touch(1, park, 1).has_value(), off > 0) << off << ' ' << of_machine;
     }
 }
@@ -175,7 +175,7 @@ TEST_F(KeepOut, what_may_reach_a_zone_where_the_board_may_lie_is_named_ahead) {
   recipe.keep_out = {{.name = "hose",
                       .at = {10 - 0.8 - 2 - 1 - 2, 10},
                       .size = {4, 4, 6},
-                      .place = {},
+                      .location = {},
                       .underside = recipe.board.thickness + 2}};
   EXPECT_EQ(named(), std::vector<std::string>{"d[0][0]"});
 }

@@ -28,7 +28,7 @@ struct NearestTest : testing::Test {
 
 TEST_F(NearestTest, the_needle_over_its_board_hides_no_other_pair) {
   // 2.25 mm beside the needle (radius 0.8 mm) over the only dot, at (10, 10) mm
-  recipe.parts.push_back({.name = "relay", .at = {10 + 0.8 + 2.25 + 2, 10}, .size = {4, 4, 3}, .place = {}});
+  recipe.parts.push_back({.name = "relay", .at = {10 + 0.8 + 2.25 + 2, 10}, .size = {4, 4, 3}, .location = {}});
   const Clearances n = proved();
   ASSERT_TRUE(n.by_design && n.others);
   EXPECT_NEAR(n.by_design->distance_mm, 0.5, 1e-6) << "the material's gap";

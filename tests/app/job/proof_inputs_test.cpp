@@ -227,7 +227,7 @@ TEST_F(ProofInputsTest, a_zone_is_no_body) {
   m.scene = {{"post", {config::Shape::Kind::Cylinder, {8, 8, 30.5}}, {50, 60, 25}}};
   m.keep_out = {{"keep-out door", {config::Shape::Kind::Box, {1, 2, 3}}, {4, 5, 6}, 0.5, false, false, true}};
   recipes::Recipe r;
-  r.keep_out = {{.name = "hose", .at = {7, 8}, .size = {1, 1, 4}, .place = {}, .underside = 2}};
+  r.keep_out = {{.name = "hose", .at = {7, 8}, .size = {1, 1, 4}, .location = {}, .underside = 2}};
   EXPECT_EQ(proof_inputs(m, r).scene, sha256_hex("gantry scene 1\n"
                                                  "body \"board\" box 0 0 0 0 0 0 0 false false\n"
                                                  "body \"post\" cylinder 8 8 30.5 50 60 25 0 false false\n"

@@ -23,7 +23,7 @@ class Draw {
                      .thickness = chance(0.3) ? real(0.8, 2) : real(2, 12),
                      .frame = "pallet",
                      .at = {},
-                     .frame_place = place()};
+                     .frame_location = location()};
     recipe_.materials.push_back({.name = "glue",
                                  .speed = 20,
                                  .gap = real(0.15, 0.8),
@@ -32,15 +32,16 @@ class Draw {
                                  .dot_time = 0.03,
                                  .settle_time = 0.01,
                                  .retract = real(0.8, 4),
-                                 .place = place()});
+                                 .location = location()});
     recipe_.touch_rules = {.max_residual_mm = 0.1,
                            .window_mm = std::min(real(0.5, 2.5), recipe_.board.thickness - 0.2)};
     recipe_.mark_rules = {.max_residual_mm = 0.05, .max_shift_mm = real(0, 3), .max_rotation_rad = real(0, 0.03)};
     const int marks = whole(0, 3), touches = whole(0, 4), features = whole(1, 6), bodies = whole(1, 9);
     for (int i = 0; i < marks; ++i)
-      recipe_.marks.push_back({.name = "m" + std::to_string(i), .at = on_board(), .diameter = 1.5, .place = place()});
+      recipe_.marks.push_back(
+          {.name = "m" + std::to_string(i), .at = on_board(), .diameter = 1.5, .location = location()});
     for (int i = 0; i < touches; ++i)
-      recipe_.touches.push_back({.name = "t" + std::to_string(i), .at = on_board(), .place = place()});
+      recipe_.touches.push_back({.name = "t" + std::to_string(i), .at = on_board(), .location = location()});
     for (int i = 0; i < features; ++i) feature(i);
     for (int i = 0; i < bodies; ++i) body(i);
     placement();
@@ -52,18 +53,18 @@ class Draw {
   double real(double low, double high) { return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1.0p-53; }
   int whole(int low, int high) { return low + static_cast<int>(engine_() % static_cast<unsigned>(high - low + 1)); }
   bool chance(double share) { return real(0, 1) < share; }
-  recipes::Location place() { return {++line_, 5}; }
+  recipes::Location location() { return {++line_, 5}; }
   Vec2 on_board() { return {real(1, recipe_.board.size.x - 1), real(1, recipe_.board.size.y - 1)}; }
   Vec2 unit() { return rotated({1, 0}, real(-M_PI, M_PI)); }
 
   void feature(int i) {
     if (chance(0.6)) {
       recipe_.features.emplace_back(
-          recipes::Dot{.id = "d" + std::to_string(i), .at = on_board(), .material = "glue", .place = place()});
+          recipes::Dot{.id = "d" + std::to_string(i), .at = on_board(), .material = "glue", .location = location()});
       return;
     }
     recipes::Bead bead;
-    bead.id = "b" + std::to_string(i), bead.material = "glue", bead.place = place();
+    bead.id = "b" + std::to_string(i), bead.material = "glue", bead.location = location();
     const int points = whole(2, 4);
     for (int k = 0; k < points; ++k) {
       const Vec2 p = on_board();
@@ -108,7 +109,7 @@ class Draw {
     switch (whole(0, 3)) {
       case 0:
       case 1:
-        recipe_.parts.push_back({.name = name, .at = at, .size = size, .rotation = turn, .place = place()});
+        recipe_.parts.push_back({.name = name, .at = at, .size = size, .rotation = turn, .location = location()});
         break;
       case 2:
         recipe_.parts.push_back({.name = name,
@@ -116,7 +117,7 @@ class Draw {
                                  .size = {size.x, size.y, std::max(0.3, t + size.z - 1)},
                                  .rotation = turn,
                                  .fixture = true,
-                                 .place = place()});
+                                 .location = location()});
         break;
       default: {  // of the machine: a ledge beside the board, or a shelf over it
         const bool shelf = chance(0.6);

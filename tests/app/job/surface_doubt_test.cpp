@@ -55,7 +55,7 @@ TEST(SurfaceDoubt, no_board_that_the_recipe_allows_is_higher_and_some_board_is_a
       recipe.touches.push_back({.name = fmt::format("t{}", i),
                                 .at = {std::clamp(about.x + real(-spread, spread), 1.0, 79.0),
                                        std::clamp(about.y + real(-spread, spread), 1.0, 54.0)},
-                                .place = {}});
+                                .location = {}});
     const double most = units::rad(real(0.01, 1));
     recipe.touch_rules.max_tilt_rad = most;
     const recipes::SurfaceDoubt doubt(recipe, machine);
@@ -119,7 +119,7 @@ TEST(SurfaceDoubt, a_part_is_taken_to_be_higher_where_the_tilt_is_not_measured) 
     recipe.parts = {{.name = "tall",
                      .at = {20 + 12, 20},
                      .size = {2, 2, 0.5 + 25 - machine.clearance_mm - higher + off},
-                     .place = {}}};
+                     .location = {}}};
     BlockPlanner planner(machine, recipe);
     Knowledge known;
     known.offset = recipes::WorkOffset{}, known.surface = recipes::Surface{};
@@ -138,7 +138,7 @@ TEST(SurfaceDoubt, what_goes_beyond_a_feature_stays_over_the_board_as_well) {
   recipes::Recipe recipe = *dot_on_board({{5, 10}}, {20, 20}, 0.2, "touch_rules: {max_tilt: 0.5 deg}\n");
   recipe.materials.front().speed = 100;
   recipe.features = {
-      recipes::Bead{.id = "seam", .points = {{5, 10, 0}, {21.5, 10, 0}}, .material = "glue", .place = {9, 5}}};
+      recipes::Bead{.id = "seam", .points = {{5, 10, 0}, {21.5, 10, 0}}, .material = "glue", .location = {9, 5}}};
   const recipes::SurfaceDoubt doubt(recipe, machine);
   ASSERT_FALSE(recipes::reaches_board(recipe, doubt, recipe.features.front()));
   BlockPlanner planner(machine, recipe);
@@ -167,7 +167,7 @@ TEST(SurfaceDoubt, a_run_up_keeps_the_same_height_over_a_board_that_slopes) {
       *dot_on_board({{5, 10}, {75, 12}, {8, 45}}, {20, 20}, 0.5, "touch_rules: {max_tilt: 4 deg}\n");
   recipe.materials.front().speed = 60;
   recipe.features = {
-      recipes::Bead{.id = "climb", .points = {{30, 20, 0}, {38, 24, 3}}, .material = "glue", .place = {9, 5}}};
+      recipes::Bead{.id = "climb", .points = {{30, 20, 0}, {38, 24, 3}}, .material = "glue", .location = {9, 5}}};
   const Vec3 needle = config::find_tool(machine, "needle")->tip;
   for (const Vec2 slope : {Vec2{0, 0}, Vec2{0.0122, -0.014}, Vec2{0.05, 0}, Vec2{-0.05, 0}, Vec2{0, 0.05}}) {
     Knowledge known;

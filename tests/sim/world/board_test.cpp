@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 
-#include "sample.hpp"
+#include "tests/sim/world/sample.hpp"
 
 namespace gantry::sim {
 namespace {

@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 #include <string>
 
-#include "machines.hpp"
-#include "raw_master.hpp"
 #include "sim/segment/segment.hpp"
+#include "tests/sim/machines.hpp"
+#include "tests/sim/raw_master.hpp"
 
 namespace gantry::sim::test {
 namespace {

@@ -5,8 +5,8 @@
 #include <random>
 #include <string>
 
-#include "machines.hpp"
-#include "raw_master.hpp"
+#include "tests/sim/machines.hpp"
+#include "tests/sim/raw_master.hpp"
 
 namespace gantry::sim::test {
 namespace {

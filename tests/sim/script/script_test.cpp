@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "sample.hpp"
 #include "sim/script/actions.hpp"
+#include "tests/sim/world/sample.hpp"
 
 namespace gantry::sim {
 namespace {

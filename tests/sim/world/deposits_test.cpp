@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "sample.hpp"
 #include "sim/world/near_line.hpp"
+#include "tests/sim/world/sample.hpp"
 
 namespace gantry::sim {
 namespace {

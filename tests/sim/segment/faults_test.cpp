@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "machines.hpp"
-#include "raw_master.hpp"
 #include "sim/segment/segment.hpp"
 #include "sim/segment/segment_port.hpp"
 #include "sim/station/station.hpp"
+#include "tests/sim/machines.hpp"
+#include "tests/sim/raw_master.hpp"
 
 namespace gantry::sim::test {
 namespace {

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 
-#include "sample.hpp"
+#include "tests/sim/world/sample.hpp"
 
 namespace gantry::sim {
 namespace {

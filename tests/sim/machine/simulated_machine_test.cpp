@@ -13,10 +13,10 @@
 
 #include "devices/ethercat/master.hpp"
 #include "recipes/job.hpp"
-#include "sample.hpp"
 #include "sim/machine/world_client.hpp"
 #include "sim/machine/world_server.hpp"
 #include "sim/world/world_log.hpp"
+#include "tests/sim/world/sample.hpp"
 
 namespace gantry::sim {
 namespace {

@@ -3,9 +3,9 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 
-#include "sample.hpp"
 #include "sim/script/script.hpp"
 #include "sim/world/world_log.hpp"
+#include "tests/sim/world/sample.hpp"
 
 namespace gantry::sim {
 namespace {

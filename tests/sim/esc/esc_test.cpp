@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
-#include "machines.hpp"
-#include "raw_master.hpp"
 #include "sim/segment/segment.hpp"
 #include "sim/station/station.hpp"
+#include "tests/sim/machines.hpp"
+#include "tests/sim/raw_master.hpp"
 
 namespace gantry::sim::test {
 namespace {
