@@ -249,6 +249,19 @@ std::vector<std::string> assumptions(const Machine& machine) {
   return out;
 }
 
+namespace {
+
+std::string_view why_not_hoped_for(QuickStop known) {
+  switch (known) {
+    case QuickStop::Coasts: return "its 605Ah takes the torque";
+    case QuickStop::Unknown: return "no manual says what its 605Ah does, or nothing sets it";
+    case QuickStop::Absent: return "it has no 605Ah";
+    case QuickStop::Brakes: break;
+  }
+  return "";
+}
+
+/// Why the probe costs a drive its emergency stop input, as long as its station does not say where that is wired.
 std::string lost_emergency_stop(const Machine& machine) {
   const Axis& axis = machine.axes[machine.probe.axis.value];
   if (axis.drives.empty()) return "";
@@ -261,6 +274,7 @@ std::string lost_emergency_stop(const Machine& machine) {
       s.name, s.profile.title, s.name);
 }
 
+/// An axis that would home although its profile does not say which bits of 60FDh its limit switches are.
 std::string limits_not_shown(const Machine& machine) {
   for (const Axis& axis : machine.axes) {
     if (axis.kind != AxisKind::Streamed || !axis.homing || axis.homing->limits_unseen) continue;
@@ -285,18 +299,6 @@ std::string not_stated(const Station& s) {
                      s.profile.title, s.name, fmt::join(s.profile.not_stated, ", "));
 }
 
-namespace {
-
-std::string_view why_not_hoped_for(QuickStop known) {
-  switch (known) {
-    case QuickStop::Coasts: return "its 605Ah takes the torque";
-    case QuickStop::Unknown: return "no manual says what its 605Ah does, or nothing sets it";
-    case QuickStop::Absent: return "it has no 605Ah";
-    case QuickStop::Brakes: break;
-  }
-  return "";
-}
-
 /// How an axis is stopped whose drives are not known to brake by themselves, and what is then left to its station.
 void note_stop(const Machine& machine, const Axis& axis, std::vector<std::string>& out) {
   if (axis.kind != AxisKind::Streamed) return;
@@ -315,14 +317,18 @@ void note_stop(const Machine& machine, const Axis& axis, std::vector<std::string
 
 }  // namespace
 
+std::vector<std::string> wanted_on_steel(const Machine& machine) {
+  std::vector<std::string> out;
+  for (const Station& s : machine.stations)
+    if (!s.profile.not_stated.empty()) out.push_back(not_stated(s));
+  if (std::string lost = lost_emergency_stop(machine); !lost.empty()) out.push_back(std::move(lost));
+  if (std::string unseen = limits_not_shown(machine); !unseen.empty()) out.push_back(std::move(unseen));
+  return out;
+}
+
 std::vector<std::string> notes(const Machine& machine) {
   std::vector<std::string> out;
-  if (const std::string unseen = limits_not_shown(machine); !unseen.empty())
-    out.push_back("warning: " + unseen + " (an error on `ethercat:`)");
-  if (const std::string lost = lost_emergency_stop(machine); !lost.empty())
-    out.push_back("warning: " + lost + ": refused on a bus of steel");
-  for (const Station& s : machine.stations)
-    if (!s.profile.not_stated.empty()) out.push_back("warning: " + not_stated(s) + ": refused on a bus of steel");
+  for (const auto& wanted : wanted_on_steel(machine)) out.push_back(fmt::format("warning: {}{}", wanted, kOnSteel));
   for (const Axis& axis : machine.axes) {
     const Station& s = machine.stations[axis.drives.front().station.value];
     if (!s.profile.drive->closed_loop)

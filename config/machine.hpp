@@ -290,15 +290,11 @@ Vec2 turn_axis(const Machine& machine);
 /// Every mistake with its location; Fault 4xx.
 Checked<Machine> load_machine(const std::string& path);
 
-/// What a station's parameters in the machine file lack, as a sentence; for a station with `not_stated` alone.
-std::string not_stated(const Station& station);
-
-/// Why the probe costs a drive its emergency stop input, as a sentence, as long as its station does not say that the
-/// emergency stop is wired elsewhere; empty when there is nothing to say.
-std::string lost_emergency_stop(const Machine& machine);
-/// An axis that would home although its profile does not say which bits of 60FDh its limit switches are, and the
-/// machine file does not accept that; "" where there is none.
-std::string limits_not_shown(const Machine& machine);
+/// What the machine file must state before its machine may move on a bus of steel, as sentences with the remedy: the
+/// current of each motor, where the emergency stop of a drive is whose input the probe takes, which bits of 60FDh are
+/// the limits of an axis that homes. A simulated machine is warned of it.
+std::vector<std::string> wanted_on_steel(const Machine& machine);
+inline constexpr std::string_view kOnSteel = ": refused on a bus of steel";
 
 /// Sentences for `check`: what the stations' profiles assume, and what else one should know (open-loop axes, what the
 /// loss of the bus costs).

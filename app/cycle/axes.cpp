@@ -395,29 +395,34 @@ bool Axes::homing() const noexcept {
          std::any_of(squaring_.begin(), squaring_.end(), [](const Squaring& s) { return s.busy(); });
 }
 
-Axes::Homed Axes::finish_homing() noexcept {
-  Homed first;
+Axes::Homed Axes::homing_failure() const noexcept {
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
     if ((homing_mask_ >> i & 1u) == 0) continue;
-    bool done = true;
-    for (const std::uint8_t d : setup_.axes[i].drives) {
-      if (homing_[d].phase() == devices::HomingRun::Phase::Done) continue;
-      done = false;
-      if (first.fault == Fault::None)
-        first = {homing_[d].fault(), AxisId{static_cast<std::uint8_t>(i)}, apart_[i], ended_by_[i]};
-    }
-    if (done && squaring_[i].fault() != Fault::None) {
-      done = false;
-      if (first.fault == Fault::None)
-        first = {squaring_[i].fault(), AxisId{static_cast<std::uint8_t>(i)}, apart_[i], kNoStation};
-    }
+    const auto failed = [&](Fault fault, StationId by) {
+      return Homed{fault, AxisId{static_cast<std::uint8_t>(i)}, apart_[i], by};
+    };
+    for (const std::uint8_t d : setup_.axes[i].drives)
+      if (homing_[d].fault() != Fault::None) return failed(homing_[d].fault(), ended_by_[i]);
+    if (squaring_[i].fault() != Fault::None) return failed(squaring_[i].fault(), kNoStation);
+  }
+  return {};
+}
+
+Axes::Homed Axes::finish_homing() noexcept {
+  const Homed first = homing_failure();
+  for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
+    if ((homing_mask_ >> i & 1u) == 0) continue;
+    const auto& drives = setup_.axes[i].drives;
+    const bool done = squaring_[i].fault() == Fault::None && std::all_of(drives.begin(), drives.end(), [&](auto d) {
+                        return homing_[d].phase() == devices::HomingRun::Phase::Done;
+                      });
     if (!done) {
-      if (setup_.axes[i].drives.size() == 2) join(AxisId{static_cast<std::uint8_t>(i)}, true);
+      if (drives.size() == 2) join(AxisId{static_cast<std::uint8_t>(i)}, true);
       continue;
     }
     const HomingSetup& homing = setup_.axes[i].homing;
-    if (setup_.axes[i].drives.size() == 1)  // sides have theirs since they were compared
-      drives_[setup_.axes[i].drives[0]].set_reference(Counts{homing.limits.home_counts}, homing.position);
+    if (drives.size() == 1)  // sides have theirs since they were compared
+      drives_[drives[0]].set_reference(Counts{homing.limits.home_counts}, homing.position);
     referenced_ |= 1u << i;
   }
   homing_mask_ = 0;

@@ -106,6 +106,8 @@ class Axes {
     double sides_apart = 0;          ///< of a beam: what one side was found apart from the other, mm
     StationId station = kNoStation;  ///< of a beam: of the side that gave up first
   };
+  /// Of an axis that has given up, while the others may still be homing.
+  [[nodiscard]] Homed homing_failure() const noexcept;
   /// After homing() turned false: sets the references of the axes that have arrived.
   Homed finish_homing() noexcept;
   [[nodiscard]] std::uint32_t referenced() const noexcept { return referenced_; }

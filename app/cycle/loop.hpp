@@ -77,6 +77,8 @@ class Loop {
   [[nodiscard]] bool brake_released() const noexcept;
   [[nodiscard]] bool brake_open() const noexcept;
   void finish_reset() noexcept;
+  void watch_homing() noexcept;
+  void tell_homing(const Axes::Homed& failed) noexcept;
   void finish_homing() noexcept;
   void finish_block() noexcept;
   void react(Fault fault, AxisId axis, std::int32_t detail, StationId station = kNoStation, double value = 0) noexcept;

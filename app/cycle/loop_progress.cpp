@@ -73,6 +73,7 @@ void Loop::follow_progress() noexcept {
       break;
     case State::Homing:
       axes_.follow_homing();
+      watch_homing();
       if (!axes_.homing()) finish_homing();
       break;
     case State::Running:
@@ -172,11 +173,20 @@ void Loop::finish_reset() noexcept {
   answer(std::exchange(pending_reset_, 0), latched_);
 }
 
+/// An axis that gives up ends the homing of the others: what is wrong with it may be wrong with them.
+void Loop::watch_homing() noexcept {
+  if (const Axes::Homed failed = axes_.homing_failure(); latches(info(failed.fault))) tell_homing(failed);
+}
+
+void Loop::tell_homing(const Axes::Homed& failed) noexcept {
+  if (latched_ != Fault::None || failed.fault == Fault::None || failed.fault == Fault::Aborted) return;
+  react(failed.fault, failed.axis, static_cast<std::int32_t>(failed.sides_apart * 1000), failed.station);
+}
+
 void Loop::finish_homing() noexcept {
   const Axes::Homed end = axes_.finish_homing();
   hold_position();
-  if (latched_ == Fault::None && end.fault != Fault::None && end.fault != Fault::Aborted)
-    react(end.fault, end.axis, static_cast<std::int32_t>(end.sides_apart * 1000), end.station);
+  tell_homing(end);
   change(rest());
   answer_pending(end.fault != Fault::None ? end.fault : latched_);
 }

@@ -5,6 +5,7 @@
 #include "app/run/compose.hpp"
 #include "app/run/owner_parts.hpp"
 #include "app/stations/accepted.hpp"
+#include "core/log.hpp"
 #include "devices/ethercat/master.hpp"
 
 namespace gantry::run {
@@ -21,14 +22,11 @@ Result<devices::FramePort*> Owner::Parts::open_bus() {
     simulated_machine = std::move(*simulated);
     world = simulated_machine.get();
     can = &simulated_machine->can();
+    for (const std::string& wanted : config::wanted_on_steel(machine)) log::warn("{}{}", wanted, config::kOnSteel);
     return &simulated_machine->bus();
   }
-  for (const config::Station& station : machine.stations)
-    if (!station.profile.not_stated.empty()) return fail(Fault::MissingKey, config::not_stated(station), machine.file);
-  if (const std::string lost = config::lost_emergency_stop(machine); !lost.empty())
-    return fail(Fault::MissingKey, lost, machine.file);
-  if (const std::string unseen = config::limits_not_shown(machine); !unseen.empty())
-    return fail(Fault::MissingKey, unseen, machine.file);
+  if (auto wanted = config::wanted_on_steel(machine); !wanted.empty())
+    return fail(Fault::MissingKey, std::move(wanted.front()), machine.file);
   auto raw = devices::RawSocketPort::open(options.bus.substr(kEthercat.size()));
   if (!raw) return tl::unexpected(raw.error());
   raw_port = std::move(*raw);

@@ -38,6 +38,7 @@ HomingRules homing_rules(int number) noexcept {
 
 HomingGuard::HomingGuard(const HomingRules& rules, const Feedback& f) noexcept
     : rules_(rules),
+      stood_on_(static_cast<std::uint8_t>(closed_switches(f) & rules.known & (kSwitchNeg | kSwitchPos))),
       leaving_(static_cast<std::uint8_t>(closed_switches(f) & (kSwitchNeg | kSwitchPos) & ~rules.may_meet)),
       seen_(closed_switches(f)),
       last_(f.counts),
@@ -54,6 +55,13 @@ bool HomingGuard::stuck(std::uint8_t now, Counts counts, std::int64_t elapsed) n
   }
   closed_cycles_ += elapsed;
   return std::abs(counts.value - closed_at_.value) > rules_.leave_counts || closed_cycles_ > rules_.leave_cycles;
+}
+
+/// A limit lies at the end of its direction: what opens as the axis goes on that way is shown at the other one's bit.
+bool HomingGuard::other_limit_opened(std::uint8_t now) const noexcept {
+  const auto opened = static_cast<std::uint8_t>(stood_on_ & ~now);
+  return ((opened & kSwitchPos) != 0 && static_cast<double>(gone_) > kSlackCounts) ||
+         ((opened & kSwitchNeg) != 0 && static_cast<double>(gone_) < -kSlackCounts);
 }
 
 Fault HomingGuard::look(const Feedback& f, std::int64_t elapsed) noexcept {
@@ -76,8 +84,10 @@ Fault HomingGuard::look(const Feedback& f, std::int64_t elapsed) noexcept {
     ++sets_;
     closed_at_.value += moved;
   } else {
-    travel_ += step;
+    travel_ += step, gone_ += moved;
   }
+  if (other_limit_opened(now)) return Fault::HomingWrongLimit;
+  stood_on_ &= now;
   if (stuck(now, f.counts, elapsed)) return Fault::HomingSwitchStuck;
   in_window_ += elapsed;
   if (in_window_ < kWindow) return Fault::None;

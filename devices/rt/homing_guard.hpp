@@ -1,6 +1,7 @@
 // What the controller watches while a drive homes by itself, from what the drive shows of its own switches and counter:
-// a limit that the method does not come to, both limits at once, a reference switch that does not open although the
-// axis leaves it, more speed than was asked for. A drive that calls its homing done without its switch having been seen
+// a limit that the method does not come to, both limits at once, a limit that opens although the axis goes on towards
+// it (it is the other one's bit), a reference switch that does not open although the axis leaves it, more speed than
+// was asked for. A drive that calls its homing done without its switch having been seen
 // has not found it.
 //   HomingGuard guard(rules, feedback);    each fresh cycle of the search: Fault f = guard.look(feedback);
 //   at its end: guard.found_switch()
@@ -48,12 +49,15 @@ class HomingGuard {
 
  private:
   [[nodiscard]] bool stuck(std::uint8_t now, Counts counts, std::int64_t elapsed) noexcept;
+  [[nodiscard]] bool other_limit_opened(std::uint8_t now) const noexcept;
 
   HomingRules rules_;
-  std::uint8_t leaving_ = 0;  ///< wrong limits that were closed when it began, until they open
+  std::uint8_t stood_on_ = 0;  ///< limits that were closed when it began, until they open
+  std::uint8_t leaving_ = 0;   ///< wrong ones of these
   std::uint8_t seen_ = 0;
   int wrong_ = 0;  ///< cycles in a row; an input that flickers is none
   Counts last_;
+  std::int64_t gone_ = 0;           ///< counts since it began
   Counts closed_at_;                ///< where the reference switch closed, or was closed when it began
   std::int64_t closed_cycles_ = 0;  ///< since then; 0: it is open
   double travel_ = 0;               ///< counts in this window

@@ -458,7 +458,7 @@ TEST(Machine, a_quick_stop_brakes_where_a_manual_says_so_and_its_ramp_is_set) {
 
 // AMD530B 7.2: probe 1 is DI4, which is the emergency stop's from the factory.
 TEST(Machine, a_probe_that_takes_the_emergency_stop_must_be_acknowledged) {
-  EXPECT_EQ(lost_emergency_stop(dispenser()), "");
+  EXPECT_TRUE(wanted_on_steel(dispenser()).empty());
   Changed file;
   file.swap(
       "z:      {profile: id286,    position: 4, alias: 4, parameters: {run_current: 3 A, encoder_counts: 10000, "
@@ -468,12 +468,14 @@ TEST(Machine, a_probe_that_takes_the_emergency_stop_must_be_acknowledged) {
   file.swap("response_delay: 2.5 ms", "response_delay: 4 ms", "x");
   const auto m = file.load();
   ASSERT_TRUE(m) << to_text(m.error().front());
-  EXPECT_NE(lost_emergency_stop(*m).find("station 'z'"), std::string::npos);
+  const auto wanted = wanted_on_steel(*m);
+  ASSERT_EQ(wanted.size(), 1u);
+  EXPECT_NE(wanted.front().find("station 'z'"), std::string::npos) << wanted.front();
   EXPECT_TRUE(warns(m, "emergency_stop_elsewhere"));
   file.swap("filter: 4 ms, input_4: 5}}", "filter: 4 ms, input_4: 5}, emergency_stop_elsewhere: true}", "x");
   const auto acknowledged = file.load();
   ASSERT_TRUE(acknowledged) << to_text(acknowledged.error().front());
-  EXPECT_EQ(lost_emergency_stop(*acknowledged), "");
+  EXPECT_TRUE(wanted_on_steel(*acknowledged).empty());
 }
 
 TEST(Machine, a_brake_of_the_machine_is_a_free_output_of_an_axis) {

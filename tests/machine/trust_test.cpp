@@ -115,6 +115,48 @@ TEST(Trust, limits_that_are_swapped_end_homing_at_once_and_are_named) {
   }
 }
 
+TEST(Trust, a_swap_shows_where_an_axis_begins_on_its_limit_and_homes_at_a_switch_of_its_own) {
+  for (const bool swapped : {false, true}) {
+    Rig rig({.wired = [&](auto& m) {
+      m.sim.axes[4].start = m.sim.axes[4].neg_limit - 0.5;  // U
+      if (!swapped) return;
+      auto& drive = *station(m, "cu").profile.drive;
+      std::swap(drive.input_neg_limit, drive.input_pos_limit);
+    }});
+    ASSERT_TRUE(rig.owner().bring_up());
+    const auto homed = rig.owner().home();
+    EXPECT_EQ(homed.has_value(), !swapped) << (homed ? "" : to_text(homed.error()));
+    if (homed) continue;
+    EXPECT_EQ(homed.error().fault, Fault::HomingWrongLimit) << to_text(homed.error());
+    EXPECT_EQ(homed.error().where.rfind("axis U", 0), 0u) << to_text(homed.error());
+  }
+}
+
+// Both of Y home as long as from 160 mm; X meets its wrong limit after 2 mm.
+TEST(Trust, an_axis_that_gives_up_is_told_at_once_and_ends_the_homing_of_the_others) {
+  Rig rig({.wired = [](auto& m) {
+    m.sim.axes[0].start = 0;
+    auto& drive = *station(m, "x").profile.drive;
+    std::swap(drive.input_neg_limit, drive.input_pos_limit);
+  }});
+  ASSERT_TRUE(rig.owner().bring_up());
+  const double y_before = rig.owner().latest().actual[1];
+  double y_at_fault = 0, told_ms = 0, over_ms = 0;
+  rig.owner().on_step([&] {
+    const cycle::Snapshot& s = rig.owner().latest();
+    const double now_ms = static_cast<double>(s.time_ns) / 1e6;
+    if (s.latched != Fault::None && told_ms == 0) told_ms = now_ms, y_at_fault = s.actual[1];
+    if (s.state == cycle::State::Homing) over_ms = now_ms;
+  });
+  const auto homed = rig.owner().home();
+  ASSERT_FALSE(homed);
+  EXPECT_EQ(homed.error().fault, Fault::HomingWrongLimit) << to_text(homed.error());
+  EXPECT_EQ(homed.error().where.rfind("axis X", 0), 0u) << to_text(homed.error());
+  EXPECT_GT(y_at_fault - y_before, -20) << "of 162 mm to its own switch";
+  EXPECT_LT(over_ms - told_ms, 500) << "the others have braked";
+  EXPECT_LT(std::abs(rig.owner().latest().actual[1] - y_at_fault), 6) << "60 mm/s at 1000 mm/s^2, and the drive's halt";
+}
+
 TEST(Trust, a_limit_that_is_shown_at_another_bit_is_missed) {
   Rig rig({.wired = [](auto& m) { station(m, "x").profile.drive->input_neg_limit = 5; }});
   ASSERT_TRUE(rig.owner().bring_up());

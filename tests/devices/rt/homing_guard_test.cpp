@@ -77,6 +77,24 @@ TEST(HomingGuard, the_wrong_limit_may_be_left_and_not_met_again) {
   EXPECT_EQ(after(guard, 500, kSwitchPos), Fault::HomingWrongLimit);
 }
 
+/// A limit lies at the end of its direction: an axis that stands on it gets off it by going the other way.
+TEST(HomingGuard, a_limit_that_opens_as_the_axis_goes_on_towards_it_is_the_other_one) {
+  for (const int method : {17, 18, 21, 35}) {
+    const auto leave = [&](std::uint8_t on, int step) {
+      HomingGuard guard(rules(method, 60), at(-3000, on));
+      Fault found = Fault::None;
+      for (int i = 1; i < 400 && found == Fault::None; ++i)
+        found = guard.look(at(-3000 + std::int64_t{step} * i, i < 200 ? on : 0));
+      return found;
+    };
+    EXPECT_EQ(leave(kSwitchNeg, 5), Fault::None) << method;
+    EXPECT_EQ(leave(kSwitchPos, -5), Fault::None) << method;
+    EXPECT_EQ(leave(kSwitchNeg, -5), Fault::HomingWrongLimit) << method;
+    EXPECT_EQ(leave(kSwitchPos, 5), Fault::HomingWrongLimit) << method;
+    EXPECT_EQ(leave(kSwitchPos, 0), Fault::None) << method << ": a contact that opens where it stands shows nothing";
+  }
+}
+
 /// 18 and 17 home at a limit: an axis that stands on it goes off it, and no farther than the bound while it is closed.
 TEST(HomingGuard, a_reference_limit_that_stays_closed_ends_it_by_travel_or_by_time) {
   HomingRules r = rules(17, 60);
