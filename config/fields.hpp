@@ -3,7 +3,7 @@
 //   const Fields<Material> kMaterial{
 //       number("speed", &Material::speed, Dimension::Speed, {0.1, 500}, kRequired, "path speed of a bead"), ...};
 //   std::optional<Recipe> recipe = read_fields(text, kRecipe, mistakes);   // mistakes.none(): it may be used
-// Structs that hold a member `place` (line, column) learn where they stand; members of type At<V> learn where their
+// Structs that hold a member `location` (line, column) learn where they stand; members of type At<V> learn where their
 // value stands. A member `unread` is set where anything of the struct was a mistake: nothing more is told by its
 // values, which would only be what the first mistake leads to.
 #pragma once
@@ -21,7 +21,7 @@ namespace gantry::config {
 
 using units::Dimension;
 
-/// A value and where it was written; place.line 0: it was not given.
+/// A value and where it was written; location.line 0: it was not given.
 template <class V>
 struct At {
   V value{};

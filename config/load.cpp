@@ -317,8 +317,8 @@ void Resolver::sim(const written::MachineFile& file, Machine& m) {
   sim.valve_close_lag_s = file.sim.valve.close_lag_s;
   sim.height_spread_mm = file.sim.board.height_spread_mm;
   sim.tilt_spread_rad = file.sim.board.tilt_spread_rad;
-  sim.place_spread_mm = file.sim.board.place_spread_mm;
-  sim.place_spread_rad = file.sim.board.place_spread_rad;
+  sim.placement_spread_mm = file.sim.board.placement_spread_mm;
+  sim.placement_spread_rad = file.sim.board.placement_spread_rad;
   sim.camera_noise = file.sim.camera_noise;
   sim.needle_error = file.sim.tip_errors.needle;
   sim.camera_error = file.sim.tip_errors.camera;

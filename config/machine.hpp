@@ -230,9 +230,9 @@ struct SimConfig {
   double valve_open_lag_s = 0, valve_close_lag_s = 0;
   double height_spread_mm = 0;  ///< seed places the board's surface within +- this
   double tilt_spread_rad = 0;
-  double place_spread_mm = 0, place_spread_rad = 0;  ///< of the seeded placement
-  double camera_noise = 2.0;                         ///< grey levels, sigma
-  Vec3 needle_error, camera_error, probe_error;      ///< true minus configured tip offsets
+  double placement_spread_mm = 0, placement_spread_rad = 0;  ///< of the seeded placement
+  double camera_noise = 2.0;                                 ///< grey levels, sigma
+  Vec3 needle_error, camera_error, probe_error;              ///< true minus configured tip offsets
 };
 
 /// What the virtual probe bears at contact; of a real one its data sheet tells.

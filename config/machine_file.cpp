@@ -243,8 +243,8 @@ const Fields<ValveRow> kValve{
 const Fields<SimBoardRow> kSimBoard{
     number("height_spread", &SimBoardRow::height_spread_mm, D::Length, {0, 10}, kRequired, "+- of its surface"),
     number("tilt_spread", &SimBoardRow::tilt_spread_rad, D::Angle, {0, units::rad(5)}, kRequired, "+- of its surface"),
-    number("place_spread", &SimBoardRow::place_spread_mm, D::Length, {0, 20}, kRequired, "+- of where it lies"),
-    number("turn_spread", &SimBoardRow::place_spread_rad, D::Angle, {0, units::rad(10)}, kRequired,
+    number("place_spread", &SimBoardRow::placement_spread_mm, D::Length, {0, 20}, kRequired, "+- of where it lies"),
+    number("turn_spread", &SimBoardRow::placement_spread_rad, D::Angle, {0, units::rad(10)}, kRequired,
            "+- of how it is turned"),
 };
 const Fields<TipErrorRow> kTipErrors{

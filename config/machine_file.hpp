@@ -147,7 +147,7 @@ struct ValveRow {
   double open_lag_s = 0, close_lag_s = 0;
 };
 struct SimBoardRow {
-  double height_spread_mm = 0, tilt_spread_rad = 0, place_spread_mm = 0, place_spread_rad = 0;
+  double height_spread_mm = 0, tilt_spread_rad = 0, placement_spread_mm = 0, placement_spread_rad = 0;
 };
 struct TipErrorRow {
   Vec3 needle, camera, probe;

@@ -18,8 +18,8 @@ inline constexpr Time kNever = Time::max();
 
 constexpr double seconds(Time t) { return static_cast<double>(t.count()) * 1e-9; }
 
-/// How many cycles of `period` a duration takes, to the nearest: the one place where a duration of a file or
-/// of an order becomes cycles.
+/// How many cycles of `period` a duration takes, to the nearest: so a duration of a file or of an order becomes
+/// cycles.
 inline std::int64_t cycles_in(double duration_s, Time period) { return std::llround(duration_s / seconds(period)); }
 
 constexpr timespec to_timespec(Time t) noexcept {

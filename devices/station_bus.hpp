@@ -49,8 +49,8 @@ struct Presence {
 
 /// One counter of errors that a station keeps. The texts live as long as the program.
 struct ErrorCount {
-  std::string_view place;  ///< "port 1"
-  std::string_view what;   ///< "lost links"
+  std::string_view part;  ///< "port 1"
+  std::string_view what;  ///< "lost links"
   unsigned value = 0;
   bool operator==(const ErrorCount&) const = default;
 };

@@ -7,7 +7,7 @@
 namespace gantry::recipes {
 namespace {
 
-constexpr double kTouched_mm = 1.5;  // what a stylus and a deposit are wide, from middle to middle
+constexpr double kTouchWidth_mm = 1.5;  // what a stylus and a deposit are wide, from middle to middle
 
 double off_mm(Vec2 p, Vec2 from, Vec2 to) {
   const Vec2 along = to - from;
@@ -42,7 +42,7 @@ void add_covered(const Recipe& recipe, std::vector<std::string>& to) {
       to.push_back(fmt::format("mark '{}' (line {}) is covered by '{}': {} does not find it; move one of them",
                                mark.name, mark.location.line, id_of(*feature), kAnew));
   for (const TouchPoint& touch : recipe.touches)
-    if (const Feature* feature = over(recipe, touch.at, kTouched_mm))
+    if (const Feature* feature = over(recipe, touch.at, kTouchWidth_mm))
       to.push_back(fmt::format("touch '{}' (line {}) lies on '{}': {} puts the probe into it; move one of them",
                                touch.name, touch.location.line, id_of(*feature), kAnew));
 }

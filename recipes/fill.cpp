@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kSlack = 1e-9;        // of the spacing: a line may lie at its distance from the outline
 constexpr double kShortest_mm = 0.01;  // a shorter stretch of line is left out
-constexpr double kTouching_mm = 1e-9;  // edges that are nearer touch
+constexpr double kContact_mm = 1e-9;   // edges that are nearer touch
 
 struct Stretch {
   double from = 0, to = 0;
@@ -47,7 +47,7 @@ Result<void> simple(const std::vector<Vec2>& outline) {
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t after = (i + 1) % n;
     const Vec2 d = outline[after] - outline[i], e = outline[(i + 2) % n] - outline[after];
-    if (norm(d) < kTouching_mm)
+    if (norm(d) < kContact_mm)
       return fail(Fault::Inconsistent,
                   fmt::format("corners {} and {} of the outline are the same point", i + 1, after + 1));
     if (std::abs(cross(d, e)) < 1e-9 * norm(d) * norm(e) && dot(d, e) < 0)
@@ -56,7 +56,7 @@ Result<void> simple(const std::vector<Vec2>& outline) {
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t k = i + 2; k < n; ++k) {
       if (i == 0 && k == n - 1) continue;  // they share a corner
-      if (distance(edge(outline, i), edge(outline, k)) < kTouching_mm)
+      if (distance(edge(outline, i), edge(outline, k)) < kContact_mm)
         return fail(
             Fault::Inconsistent,
             fmt::format("the outline crosses itself: its edges from corner {} and from corner {} meet", i + 1, k + 1));

@@ -1,7 +1,7 @@
 // Which features come before which, whatever is shorter: what a recipe says with `after`, and features of different
 // materials that come near to each other, because the later one may lie on the earlier one. Those keep the order of the
 // file, where `after` does not turn it round.
-//   Precedence before = by_rows(after_of(rows, recipe.order, mistakes), row_of);   keep_layers(recipe, before);
+//   Precedence before = by_rows(rows_before, row_of);   keep_layers(recipe, before);
 #pragma once
 #include <cstdint>
 #include <span>

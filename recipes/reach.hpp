@@ -1,7 +1,7 @@
 // What lies beyond the axes wherever the board may lie, told once for each cause: a point at the point, a board that is
 // too thick or too far off at the board, a retract at its material, the room that the rules leave at the rules.
 //   Reach reach(recipe, machine, mistakes);
-//   reach.look({.tool = "needle", .tip = tip, .lift = 3, .around = 5, .place = dot.place, .what = "dot 'a'"});
+//   reach.look({.tool = "needle", .tip = tip, .lift = 3, .around = 5, .location = dot.location, .what = "dot 'a'"});
 //   reach.tell();
 #pragma once
 #include <functional>

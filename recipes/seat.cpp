@@ -48,7 +48,7 @@ Location location_of(const Board& board) {
 
 /// What stands under the board, and ends at the height of its underside, carries it; it lies in no other body.
 bool board_on_its_seat(const Recipe& recipe, const config::Machine& machine, Mistakes& mistakes) {
-  constexpr double kSameHeight_mm = 1, kOverhang_mm = 0.5, kTouching_mm = 0.1;
+  constexpr double kSameHeight_mm = 1, kOverhang_mm = 0.5, kContact_mm = 0.1;
   const Vec3 origin = config::find_frame(machine, recipe.board.frame)->origin;
   Rectangle board;
   board.add(Vec2{origin.x, origin.y} + recipe.board.at);
@@ -65,7 +65,7 @@ bool board_on_its_seat(const Recipe& recipe, const config::Machine& machine, Mis
     const bool apart =
         r.high.x <= board.low.x || r.low.x >= board.high.x || r.high.y <= board.low.y || r.low.y >= board.high.y;
     const bool ends_there = std::abs(top - origin.z) <= kSameHeight_mm;
-    if (!ends_there && in_one_another(itself, config::upright(body), kTouching_mm)) {
+    if (!ends_there && in_one_another(itself, config::upright(body), kContact_mm)) {
       mistakes.add(
           Fault::Inconsistent,
           fmt::format("the board lies in '{}' of the machine's scene: it takes {} and z {:.6g} to {:.6g} mm, "
@@ -266,10 +266,10 @@ Upright upright(const Part& part, const Board& board) {
 
 /// A clamp may reach onto the board and down its side; none is wholly inside it, or in a part.
 void fixture_beside_all(const Recipe& recipe, const Part& clamp, Mistakes& mistakes) {
-  constexpr double kTouching_mm = 0.01;
+  constexpr double kContact_mm = 0.01;
   const Upright itself = upright(clamp, recipe.board);
   const Vec2 size = recipe.board.size;
-  bool inside = size.x > 0 && itself.high < recipe.board.thickness - kTouching_mm;
+  bool inside = size.x > 0 && itself.high < recipe.board.thickness - kContact_mm;
   for (const Vec2 corner : {Vec2{1, 1}, Vec2{-1, 1}, Vec2{1, -1}, Vec2{-1, -1}})
     inside = inside && on_board(recipe.board, clamp.at + rotated({corner.x * itself.half.x, corner.y * itself.half.y},
                                                                  clamp.rotation));
@@ -281,7 +281,7 @@ void fixture_beside_all(const Recipe& recipe, const Part& clamp, Mistakes& mista
                  clamp.location);
   for (const Part& part : recipe.parts)
     if (!part.fixture && !far_apart(part, clamp.at, norm(itself.half)) &&
-        in_one_another(itself, upright(part, recipe.board), kTouching_mm))
+        in_one_another(itself, upright(part, recipe.board), kContact_mm))
       mistakes.add(Fault::Inconsistent,
                    fmt::format("fixture '{}' stands in part '{}', from z {:.6g} to {:.6g} mm over the frame's origin; "
                                "correct the 'at', 'size' or 'z' of one of them",

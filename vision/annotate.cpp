@@ -72,10 +72,6 @@ std::vector<cv::Point> outline(const MarkModel& model, const FoundMark& found, a
 
 }  // namespace
 
-Result<std::vector<std::byte>> encode_png(const Image& image) {
-  return guarded(image, [](const cv::Mat& grey) { return grey; });
-}
-
 Result<std::vector<std::byte>> annotated_png(const Image& image, const MarkModel& model, Vec2 expected_px,
                                              const FoundMark* found, int shrink) {
   return guarded(image, [&](const cv::Mat& grey) {

@@ -1,5 +1,5 @@
 // Images for people: PNG files for reports and for the job's folder.
-//   write(encode_png(frame.image)), write(annotated_png(frame.image, model, found))
+//   write(annotated_png(frame.image, model, expected_px, &found))
 #pragma once
 #include <cstddef>
 #include <vector>
@@ -8,9 +8,6 @@
 #include "vision/find.hpp"
 
 namespace gantry::vision {
-
-/// 8-bit grey PNG. Fault::Internal when the image is empty or the codec refuses it.
-Result<std::vector<std::byte>> encode_png(const Image& image);
 
 /// The same in colour, with a cross where the mark was expected and, when it was found, its outline and centre.
 /// `shrink`: each side is divided by it.

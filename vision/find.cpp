@@ -101,14 +101,7 @@ Result<FoundMark> find_mark(const Image& image, const MarkModel& model, Vec2 exp
                             100 * second->judgement.coverage));
 
   const ShapeFit& f = best->fit;
-  return FoundMark{f.at_px,
-                   f.sigma_px,
-                   f.scale,
-                   f.blur_px,
-                   f.contrast,
-                   f.noise,
-                   best->judgement.coverage,
-                   second == nullptr ? 0.0 : second->judgement.coverage};
+  return FoundMark{f.at_px, f.sigma_px, f.scale, f.blur_px, f.contrast, f.noise, best->judgement.coverage};
 }
 
 }  // namespace gantry::vision

@@ -11,14 +11,13 @@
 namespace gantry::vision {
 
 struct FoundMark {
-  Vec2 at_px;            ///< pixel (0, 0) has its centre at (0, 0)
-  Vec2 sigma_px;         ///< standard deviation from the fit; pixel noise only
-  double scale = 1;      ///< size against the model
-  double blur_px = 0;    ///< sigma of the edge
-  double contrast = 0;   ///< grey inside minus grey outside
-  double noise = 0;      ///< grey levels, robust sigma
-  double coverage = 0;   ///< share of the edge that was seen, 0..1
-  double runner_up = 0;  ///< coverage of the next thing that looks like it; 0: none
+  Vec2 at_px;           ///< pixel (0, 0) has its centre at (0, 0)
+  Vec2 sigma_px;        ///< standard deviation from the fit; pixel noise only
+  double scale = 1;     ///< size against the model
+  double blur_px = 0;   ///< sigma of the edge
+  double contrast = 0;  ///< grey inside minus grey outside
+  double noise = 0;     ///< grey levels, robust sigma
+  double coverage = 0;  ///< share of the edge that was seen, 0..1
 };
 
 /// Searches where the mark's centre may be: within `search_radius_px` of `expected_px`.

@@ -51,17 +51,14 @@ OffsetFit fit_rigid(std::span<const MarkPair> marks) {
     found_mean = found_mean + m.found_mm * (1 / n);
   }
   // In the plane the best rotation of the centred points is the angle of sum(nominal* . found) as complex numbers.
-  double along = 0, across = 0, nominal_square = 0, found_square = 0;
+  double along = 0, across = 0;
   for (const MarkPair& m : marks) {
     const Vec2 a = m.nominal_mm - nominal_mean, b = m.found_mm - found_mean;
     along += dot(a, b);
     across += a.x * b.y - a.y * b.x;
-    nominal_square += dot(a, a);
-    found_square += dot(b, b);
   }
   fit.rotation_rad = std::atan2(across, along);
   fit.shift_mm = found_mean - rotated(nominal_mean, fit.rotation_rad);
-  fit.measured_scale = nominal_square > 0 ? std::sqrt(found_square / nominal_square) : 1;
   fit.redundancy = 2 * static_cast<int>(marks.size()) - 3;
   double square = 0;
   for (const MarkPair& m : marks) {

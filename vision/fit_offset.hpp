@@ -34,8 +34,7 @@ struct OffsetFit {
   double rotation_rad = 0;
   std::vector<MarkResidual> residuals;  ///< in the order of the marks
   double rms_mm = 0, max_mm = 0;
-  double measured_scale = 1;  ///< how much longer the found marks lie apart; for the report, not applied
-  int redundancy = 0;         ///< measured numbers more than the fit has unknowns; 1 with two marks
+  int redundancy = 0;  ///< measured numbers more than the fit has unknowns; 1 with two marks
 };
 
 /// Least squares, each mark alike (Umeyama 1991, eq. 40-42, with unit scale). At least two marks at two positions.

@@ -2,7 +2,7 @@
 //   I(p) = A + g . (p - p0) + C Phi(-sdf(p) / sigma)
 // to the raw pixels beside the edge. sdf: signed distance to the shape at (x, y) with a scale; Phi: the normal
 // distribution, an edge blurred by optics and pixel. Tukey's weights take stains and glare out.
-//   ShapeFit fit = fit_shape(image, model, start);
+//   ShapeFit fit = fit_shape(image, model, start, effort);
 // One code path for every shape of shapes.hpp.
 #pragma once
 #include <array>

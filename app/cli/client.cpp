@@ -129,7 +129,7 @@ Result<void> compare(desk::OrderClient& owner, const Context& context, const Ask
     return fail(Fault::Refused, "the owner does not say which machine it owns", asked.state);
   static const run::OwnerOptions none;
   return desk::same(status["owner"], desk::identity_of(context.machine_file, asked.own != nullptr ? *asked.own : none),
-                    asked.given, asked.changed_since ? desk::MachineFile::SamePlace : desk::MachineFile::SameBytes);
+                    asked.given, asked.changed_since ? desk::MachineFile::SamePath : desk::MachineFile::SameBytes);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Orders to an owner that runs elsewhere (`gantry up`).
-//   OwnerOfState asked{context, *verb, state_option};   if (ask_owner(context, asked, order)) return;
+//   if (ask_owner(context, {.verb = &verb, .state = state, ...})) return;      // a client of a running owner
 #pragma once
 #include <functional>
 #include <nlohmann/json_fwd.hpp>

@@ -69,7 +69,6 @@ void do_job(Context& context, JobRequest request) {
   const auto machine = load_machine(context);
   if (!machine) return;
   const record::WantedFolder wanted{.path = request.out, .overwrite = request.force};
-  if (auto usable = record::check_folder(wanted); !usable) return stop_with({usable.error()});
   if (auto fits = sim::check_script(request.owner.sim, *machine); !fits) return stop_with(fits.error());
   std::optional<desk::BegunParts> parts;
   if (const auto folder = desk::BegunParts::folder(request.owner.state, request.owner, false);
@@ -83,9 +82,12 @@ void do_job(Context& context, JobRequest request) {
   }
   const motion::Opinion opinion = request.dry_run ? motion::fcl_opinion() : motion::Opinion{};
   const auto prepared = prepare_heard("proving " + request.recipe_file, context, [&](const Heard& heard) {
-    return desk::prepare(
-        *machine, request.recipe_file, *selection,
-        {.certificate = request.certificate, .breath = heard.breath, .progress = heard.progress, .opinion = opinion});
+    return desk::prepare(*machine, request.recipe_file, *selection,
+                         {.folder = wanted,
+                          .certificate = request.certificate,
+                          .breath = heard.breath,
+                          .progress = heard.progress,
+                          .opinion = opinion});
   });
   if (!prepared) return stop_with(prepared.error());
   if (auto fits = sim::check_script(request.owner.sim, *machine, prepared->recipe); !fits)

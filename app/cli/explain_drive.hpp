@@ -1,6 +1,6 @@
 // The drives' own codes in words, as their profiles have them: `gantry explain std402ec:8611`, `amd530b:213F.4`,
 // `std402ec` for all of a drive.
-//   if (names_drive(word)) return explain_drive(word, machine_file, json);
+//   if (names_drive(word, machine_file)) return explain_drive(word, machine_file, json);
 #pragma once
 #include <string>
 #include <vector>

@@ -54,7 +54,7 @@ class Counted {
 };
 
 /// Where the rows of a list stand and their keys: bytes, counted from 1.
-struct RowPlaces {
+struct RowLocations {
   std::size_t row = 1;
   std::vector<std::pair<std::string, std::size_t>> keys;
   [[nodiscard]] std::size_t of(const std::string& key) const {
@@ -80,11 +80,11 @@ class Reader {
     const auto see = [&](int depth, Json::parse_event_t event, const Json& value) {
       if (depth == 1 && (event == Json::parse_event_t::object_start || event == Json::parse_event_t::array_start ||
                          event == Json::parse_event_t::value))
-        places_.push_back({taken, {}});
-      if (depth == 2 && event == Json::parse_event_t::key && !places_.empty()) {
+        locations_.push_back({taken, {}});
+      if (depth == 2 && event == Json::parse_event_t::key && !locations_.empty()) {
         auto key = value.get<std::string>();
         const std::size_t quotes_and_all = std::min(taken - 1, key.size() + 1);
-        places_.back().keys.emplace_back(std::move(key), taken - quotes_and_all);
+        locations_.back().keys.emplace_back(std::move(key), taken - quotes_and_all);
       }
       return true;
     };
@@ -104,14 +104,14 @@ class Reader {
     }
     if (is_of_the_other_kind(root)) {
       const bool queries = ends_[0] == kMotionEnds[0];
-      add(Fault::BadValue, places_.front().row,
+      add(Fault::BadValue, locations_.front().row,
           queries
               ? "these are queries ('start' and 'goal'), not motions ('from' and 'to'); give the file as --queries"
               : "these are motions ('from' and 'to'), not queries ('start' and 'goal'); give the file as --motions");
       return tl::unexpected(std::move(errors_));
     }
     for (std::size_t i = 0; i < root.size() && errors_.size() < config::Mistakes::kMost; ++i)
-      take(root[i], places_.at(i));
+      take(root[i], locations_.at(i));
     if (!errors_.empty()) return tl::unexpected(std::move(errors_));
     return std::move(questions_);
   }
@@ -130,7 +130,7 @@ class Reader {
     });
   }
 
-  void take(const Json& row, const RowPlaces& at) {
+  void take(const Json& row, const RowLocations& at) {
     if (!row.is_object())
       return add(Fault::BadValue, at.row, fmt::format("expected {{\"id\", \"{}\", \"{}\"}}", ends_[0], ends_[1]));
     const std::vector<std::string> known{"id", std::string(ends_[0]), std::string(ends_[1])};
@@ -159,7 +159,7 @@ class Reader {
     questions_.push_back(std::move(out));
   }
 
-  std::optional<Position> point(const Json& row, std::string_view key_of, const RowPlaces& at) {
+  std::optional<Position> point(const Json& row, std::string_view key_of, const RowLocations& at) {
     const std::string key(key_of);
     const auto found = row.find(key);
     if (found == row.end()) {
@@ -197,7 +197,7 @@ class Reader {
   std::string path_, text_;
   Ends ends_;
   Turns turns_;
-  std::vector<RowPlaces> places_;
+  std::vector<RowLocations> locations_;
   std::vector<Error> errors_;
   std::vector<Question> questions_;
   std::set<std::string> ids_;

@@ -1,5 +1,6 @@
 // The questions of `gantry plan`, as they stand in their JSON files, and the answers.
-//   auto queries = read_queries("queries.json");   auto rows = answer_queries(scene, clearance_mm, *queries);
+//   auto queries = read_queries("queries.json", Turns::No);   auto rows = answer_queries(scene, clearance_mm,
+//   *queries);
 #pragma once
 #include <cstdint>
 #include <nlohmann/json.hpp>

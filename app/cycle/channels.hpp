@@ -79,16 +79,15 @@ struct Event {
 inline constexpr std::size_t kMaxDrives = 16;
 inline constexpr std::size_t kMaxStations = 64;
 
-/// Everything one cycle knows. Pushed every cycle; cycles that a stall skipped are pushed too, with `sent` false, so
-/// that the commanded stream has no holes.
+/// Everything one cycle knows. Pushed every cycle; cycles that a stall skipped are pushed too, with `sent` false, as
+/// far as the loop makes up for them (200 at most), so that the commanded stream has no holes.
 struct Snapshot {
   CycleIndex cycle = 0;
   std::int64_t time_ns = 0;     ///< when the cycle was due, machine clock
   std::int32_t wake_ns = 0;     ///< how late the loop woke
   std::int32_t compute_ns = 0;  ///< own work of the cycle, without the bus
   std::int32_t bus_ns = 0;      ///< exchange: send until the answer was read
-  std::int32_t dc_error_ns = 0;
-  bool in_time = false;  ///< the cycles keep their distance from the bus's clock; also where it has none
+  bool in_time = false;         ///< the cycles keep their distance from the bus's clock; also where it has none
   State state = State::Offline;
   bool sent = true;
   bool answered = true;  ///< every frame of the cycle came back, whoever took part

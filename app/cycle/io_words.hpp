@@ -11,27 +11,26 @@
 namespace gantry::cycle {
 
 inline void write_outputs(devices::FieldBus& bus, const LoopSetup& setup, std::uint32_t word) noexcept {
-  for (const BitPlace& place : setup.outputs) {
-    const std::span<std::byte> image = bus.outputs(place.station);
-    if (place.byte >= image.size()) continue;
-    const bool on = ((word >> place.word_bit & 1u) != 0) != place.invert;
-    const auto mask = static_cast<std::byte>(place.mask);
-    image[place.byte] = on ? image[place.byte] | mask : image[place.byte] & ~mask;
+  for (const ImageBit& at : setup.outputs) {
+    const std::span<std::byte> image = bus.outputs(at.station);
+    if (at.byte >= image.size()) continue;
+    const bool on = ((word >> at.word_bit & 1u) != 0) != at.invert;
+    const auto mask = static_cast<std::byte>(at.mask);
+    image[at.byte] = on ? image[at.byte] | mask : image[at.byte] & ~mask;
   }
 }
 
 /// `before`: bits of stations whose inputs are stale stay as they were.
 inline std::uint32_t read_inputs(const devices::FieldBus& bus, const LoopSetup& setup, std::uint32_t before) noexcept {
   std::uint32_t word = 0;
-  for (const BitPlace& place : setup.inputs) {
-    if (!bus.fresh(place.station)) {
-      word |= before & 1u << place.word_bit;
+  for (const ImageBit& at : setup.inputs) {
+    if (!bus.fresh(at.station)) {
+      word |= before & 1u << at.word_bit;
       continue;
     }
-    const std::span<const std::byte> image = bus.inputs(place.station);
-    const bool on =
-        place.byte < image.size() && (image[place.byte] & static_cast<std::byte>(place.mask)) != std::byte{0};
-    if (on != place.invert) word |= 1u << place.word_bit;
+    const std::span<const std::byte> image = bus.inputs(at.station);
+    const bool on = at.byte < image.size() && (image[at.byte] & static_cast<std::byte>(at.mask)) != std::byte{0};
+    if (on != at.invert) word |= 1u << at.word_bit;
   }
   return word;
 }

@@ -295,7 +295,6 @@ void Loop::tell_snapshot(const Beat& beat, bool sent) noexcept {
       std::min<std::int64_t>((beat.woke - beat.due + beat.still * setup_.period).count(), INT32_MAX));
   s.compute_ns = static_cast<std::int32_t>(compute_.count());
   s.bus_ns = static_cast<std::int32_t>(bus_time_.count());
-  s.dc_error_ns = static_cast<std::int32_t>(dc_lock_.error().count());
   s.in_time = dc_lock_.locked() || (exchange_.inputs_fresh && exchange_.reference_ns == 0);
   s.state = state_;
   s.sent = sent;

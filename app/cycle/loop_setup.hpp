@@ -52,7 +52,7 @@ struct AxisSetup {
 };
 
 /// One bit of the output or input word in a station's process image.
-struct BitPlace {
+struct ImageBit {
   std::uint8_t word_bit = 0;  ///< in the loop's word
   StationId station;
   std::uint16_t byte = 0;
@@ -65,7 +65,7 @@ struct LoopSetup {
   motion::Limits limits;
   rt::FixedVector<AxisSetup, kMaxAxes> axes;
   rt::FixedVector<DriveSetup, kMaxDrives> drives;
-  rt::FixedVector<BitPlace, 32> outputs, inputs;
+  rt::FixedVector<ImageBit, 32> outputs, inputs;
   AxisId probe_axis = kNoAxis;     ///< the probe latches on this axis's first drive
   std::uint32_t valve_mask = 0;    ///< closed by every stop
   std::uint32_t held_mask = 0;     ///< the clamp: what only an order switches, and no stop

@@ -25,7 +25,7 @@ enum class State : std::uint8_t {
   Holding,   ///< on the way to a standstill on the path, resumable
   Held,      ///< standing on the path, resumable
   Stopping,  ///< braking because of a fault or an abort; the block is lost
-  Stopped,   ///< a fault is latched, standing
+  Stopped,   ///< a fault is latched, nothing is commanded to move
 };
 inline constexpr std::size_t kStates = 11;
 
@@ -46,9 +46,9 @@ enum class Cause : std::uint8_t {
   TorqueOff,  ///< no drive has torque
   // motion has come to its end
   BlockEnd,       ///< the block was played whole
-  Rest,           ///< standing: with torque, and nothing latched
-  RestTorqueOff,  ///< standing, nothing latched, and a drive has lost its torque
-  RestLatched,    ///< standing, and a fault is latched
+  Rest,           ///< no motion is commanded any more: with torque, and nothing latched
+  RestTorqueOff,  ///< the same, and a drive has lost its torque
+  RestLatched,    ///< the same, and a fault is latched
   // a reset has found every cause gone
   Cleared,
   ClearedTorqueOff,
@@ -73,7 +73,7 @@ struct StateRow {
   State state;
   std::string_view name;
   Lamp lamp;
-  bool moves;                ///< axes may be moving
+  bool moves;                ///< a motion is commanded
   std::string_view left_by;  ///< what takes the machine out of it
 };
 const StateRow& row(State state) noexcept;

@@ -27,7 +27,7 @@ StopFrame::StopFrame(const LoopSetup& setup, int socket) noexcept : socket_(sock
     changes_.push_back(
         {drive.station, static_cast<std::uint16_t>(at + 1), std::byte{0}, static_cast<std::byte>(kQuickStop >> 8)});
   }
-  for (const BitPlace& bit : setup.outputs) {
+  for (const ImageBit& bit : setup.outputs) {
     if ((setup.held_mask >> bit.word_bit & 1u) != 0) continue;
     const auto mask = static_cast<std::byte>(bit.mask);
     changes_.push_back({bit.station, bit.byte, ~mask, bit.invert ? mask : std::byte{0}});

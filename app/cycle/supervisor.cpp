@@ -49,7 +49,8 @@ void Supervisor::look_at_time(const View& view, Findings& found) noexcept {
     found.push_back({Fault::LateCycle, kNoAxis, static_cast<std::int32_t>(late.count() / 1000)});
   }
   if (view.compute > setup_.period)
-    found.push_back({Fault::CycleOverrun, kNoAxis, static_cast<std::int32_t>(view.compute.count() / 1000)});
+    found.push_back(
+        {Fault::CycleOverrun, kNoAxis, static_cast<std::int32_t>((view.compute - setup_.period).count() / 1000)});
   if (missed > setup_.stop_after_missed)
     found.push_back({Fault::ControllerStalled, kNoAxis, missed});
   else if (late_in_window_ >= setup_.late_max)

@@ -14,11 +14,11 @@ namespace gantry::cycle {
 namespace {
 
 constexpr int kPriority = 80;  // below the kernel's own watchdog threads, above everything of ours but watchdog.cpp
-constexpr std::size_t kStackTouched = 256 * 1024;
+constexpr std::size_t kStackUsed = 256 * 1024;
 constexpr time_t kJoin_s = 2;
 
-void touch_stack() {
-  std::array<volatile char, kStackTouched> stack;
+void use_stack() {
+  std::array<volatile char, kStackUsed> stack;
   for (std::size_t i = 0; i < stack.size(); i += 4096) stack[i] = 0;
 }
 
@@ -74,7 +74,7 @@ bool LoopThread::join() {
 void* LoopThread::run(void* self) {
   auto& me = *static_cast<LoopThread*>(self);
   const AlternateStack stack;
-  touch_stack();
+  use_stack();
   // Locking the memory of a large machine takes longer than a cycle; the first cycle that is still to come begins.
   const Time period = me.loop_.period(), late = me.clock_.now() - me.first_;
   Pacer pacer(late < Time{} ? me.first_ : me.first_ + (late / period + 1) * period, period);

@@ -1,6 +1,6 @@
 // Parts that a job has begun and not finished, kept in the machine's state folder: a job that would dispense all of its
 // recipe over one of them is refused.
-//   BegunParts parts(BegunParts::folder(state, options));
+//   BegunParts parts(BegunParts::folder(state, options, true));
 //   auto part = parts.find(serial, Clamp::Holds);   parts.keep(part);   parts.forget(serial);
 // A part is known by its serial. Without serials it is the one in the machine, until the clamp that held it has opened.
 #pragma once

@@ -109,7 +109,6 @@ Json Desk::run_job(const run::Order& order) {
   });
   struct Work {
     std::atomic<bool> given_up{false};  ///< nobody waits for it any more
-    Result<void> fits;                  ///< the folder for its results
     int unreadable = 0;                 ///< as errno has it
     std::optional<Checked<Prepared>> prepared;
   };
@@ -117,16 +116,16 @@ Json Desk::run_job(const run::Order& order) {
   const recipes::Selection select = selection ? *selection : recipes::Selection{};
   const record::WantedFolder folder{
       .path = order.out, .under = order.under.empty() ? "out" : order.under, .overwrite = order.force};
-  const bool ready = selection && prepare_aside([shared, &machine = machine_, recipe = order.recipe, select,
-                                                 certificate = order.certificate, folder] {
-                       come_behind_others();  // a job of thousands of features takes seconds of a processor
-                       shared->fits = record::check_folder(folder);
-                       shared->unreadable = ::access(recipe.c_str(), R_OK) == 0 ? 0 : errno;
-                       if (shared->fits && shared->unreadable == 0)
-                         shared->prepared = prepare(
-                             machine, recipe, select,
-                             {.certificate = certificate, .breath = [&shared = *shared] { return !shared.given_up; }});
-                     });
+  const bool ready =
+      selection && prepare_aside([shared, &machine = machine_, recipe = order.recipe, select,
+                                  certificate = order.certificate, folder] {
+        come_behind_others();  // a job of thousands of features takes seconds of a processor
+        shared->unreadable = ::access(recipe.c_str(), R_OK) == 0 ? 0 : errno;
+        if (shared->unreadable != 0) return;
+        shared->prepared = prepare(
+            machine, recipe, select,
+            {.folder = folder, .certificate = certificate, .breath = [&shared = *shared] { return !shared.given_up; }});
+      });
   shared->given_up = !ready;
   // As long as it is prepared, an abort meets no undertaking of the owner and is kept here.
   const auto may_start = [this]() -> Result<void> {
@@ -141,7 +140,6 @@ Json Desk::run_job(const run::Order& order) {
       return refused;
     }
     if (!ready) return failure({why_nothing_begins()});
-    if (!shared->fits) return failure({shared->fits.error()});
     if (shared->unreadable != 0)
       return failure({Error{Fault::FileUnreadable,
                             fmt::format("the owner, which runs as user {}, cannot read this recipe: {}", ::geteuid(),

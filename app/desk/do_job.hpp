@@ -1,5 +1,5 @@
-// The one way in which a job is done, whoever asks for it: the recipe is loaded, compiled and proved, then there is a
-// folder, and whatever becomes of the job is written there.
+// The one way in which a prepared job is done, whoever asks for it: there is a folder, the machine is made ready, the
+// job runs, and whatever becomes of it is written there.
 //   auto prepared = prepare(machine, "board.yaml");                                      // Checked<Prepared>
 //   auto done = do_job(machine, *prepared, {}, {.dry_run = false}, {&owner});   // Result<JobDone>
 #pragma once

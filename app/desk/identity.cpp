@@ -72,7 +72,7 @@ Result<void> same(const Json& owner, const Json& wanted, const std::vector<std::
     if (std::find(given.begin(), given.end(), row.option) == given.end()) continue;
     if (text(owner, row.key) == text(wanted, row.key)) continue;
     const std::string theirs = text(owner, row.shown_as), ours = text(wanted, row.shown_as);
-    if (theirs == ours && machine_file == MachineFile::SamePlace) continue;
+    if (theirs == ours && machine_file == MachineFile::SamePath) continue;
     if (theirs == ours)  // a machine file that has changed since
       return fail(Fault::Usage,
                   fmt::format("'{}' is not what it was when the owner read it; end the owner (`gantry down`) and start "

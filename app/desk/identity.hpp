@@ -17,7 +17,7 @@ nlohmann::ordered_json identity_of(const std::string& machine_file, const run::O
 
 /// When a machine file counts as the owner's: where something is to move by it, when its bytes are the same; else also
 /// when it lies where the owner read it and was changed since.
-enum class MachineFile { SameBytes, SamePlace };
+enum class MachineFile { SameBytes, SamePath };
 
 /// Compares what `given` names (options of the command line, "--bus"). Fault::Usage naming option and both values.
 Result<void> same(const nlohmann::ordered_json& owner, const nlohmann::ordered_json& wanted,

@@ -21,6 +21,8 @@ Checked<void> matches(const std::string& certificate_file, const config::Machine
 
 Checked<Prepared> prepare(const config::Machine& machine, const std::string& recipe_file,
                           const recipes::Selection& selection, const Checks& checks) {
+  if (checks.folder)
+    if (auto usable = record::check_folder(*checks.folder); !usable) return tl::unexpected(std::vector{usable.error()});
   auto compiled = recipes::load_for(recipe_file, machine);
   if (!compiled) return tl::unexpected(compiled.error());
   if (auto apart = job::marks_apart(compiled->recipe, machine); !apart)

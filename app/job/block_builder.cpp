@@ -203,7 +203,8 @@ Result<void> BlockBuilder::unplaced(const AxisVec& to, double v_cap, double most
     farthest = std::max(farthest, std::abs(to[i] - at_[i]));
   }
   if (moving > 1 || farthest > most + kRounding)
-    return fail(Fault::Internal, "a motion without a place was to be more than a walk");
+    return fail(Fault::Internal, "a motion that cannot be proved was to be more than a walk");
+  out_.proved_ = false;
   if (auto settled = settle(); !settled) return settled;
   return take(motion::line_move(limits_, at_, to, v_cap), to);
 }

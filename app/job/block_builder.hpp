@@ -60,7 +60,8 @@ class BlockBuilder {
   /// sent, would come too near to a body (motion/plan/as_sent.hpp).
   Result<void> straight(const AxisVec& to, const motion::PathRules& rules, double v_cap = motion::kNoCap);
   /// One axis by a short distance, where it is not known where the head stands: nothing can be proved among bodies
-  /// then. It is for a walk (job/walk.hpp), whose length the loop watches. Fault::Internal when it is anything else.
+  /// then, and what this makes is played as Purpose::Walk alone. Fault::Internal when more than one axis moves, or one
+  /// by more than `most`.
   Result<void> unplaced(const AxisVec& to, double v_cap, double most);
   /// Straight until the probe latches, and `to` at most. The axes rest somewhere on that line; at() stays where it
   /// began.

@@ -11,7 +11,7 @@ namespace gantry::job {
 namespace {
 
 constexpr std::size_t kCycles = 4096;  // that are kept: a stop takes fewer
-constexpr double kSamePlace_mm = 1e-6;
+constexpr double kSamePoint_mm = 1e-6;
 
 int delay_ticks(const config::Machine& machine) {
   const motion::Limits limits = limits_of(machine);
@@ -30,7 +30,7 @@ void CutWatch::begin() {
 }
 
 void CutWatch::see(const BlockCycle& cycle) {
-  const bool stands = !seen_.empty() && std::abs(cycle.along_block_mm - seen_.back().along_block_mm) <= kSamePlace_mm;
+  const bool stands = !seen_.empty() && std::abs(cycle.along_block_mm - seen_.back().along_block_mm) <= kSamePoint_mm;
   stands_ = stands ? stands_ + (cycle.plays ? 1 : 0) : 0;
   if (seen_.size() == kCycles) seen_.pop_front();
   seen_.push_back(cycle);
@@ -49,7 +49,7 @@ std::optional<ShutAt> CutWatch::shut_at(double close_lead_s) const {
   if (later == seen_.begin()) return ShutAt{later->along_block_mm, 0};
   const BlockCycle& a = *std::prev(later);
   auto came = std::prev(later);
-  while (came != seen_.begin() && std::abs(std::prev(came)->along_block_mm - a.along_block_mm) <= kSamePlace_mm) --came;
+  while (came != seen_.begin() && std::abs(std::prev(came)->along_block_mm - a.along_block_mm) <= kSamePoint_mm) --came;
   const double stood_s = (at - static_cast<double>(came->cycle)) * tick_s_;
   if (later == seen_.end()) return ShutAt{a.along_block_mm, stood_s};  // the block has ended before: the tool stands
   const double part = (at - static_cast<double>(a.cycle)) / static_cast<double>(later->cycle - a.cycle);
@@ -60,7 +60,7 @@ std::optional<Laid> laid_part(const std::deque<motion::Segment>& segments, const
   const auto span = valve_span(segments.begin(), segments.end(), static_cast<std::uint32_t>(before.feature));
   if (!span) return std::nullopt;
   const double laid_mm = shut.along_block_mm - span->opens_mm;
-  const bool at_start = before.mm == 0 && std::abs(laid_mm) <= kSamePlace_mm;
+  const bool at_start = before.mm == 0 && std::abs(laid_mm) <= kSamePoint_mm;
   return Laid{before.mm + (at_start ? 0 : std::max(0.0, laid_mm)), before.mm + span->shuts_mm - span->opens_mm,
               before.stood_s + (at_start ? shut.stood_s : 0)};
 }

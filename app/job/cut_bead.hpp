@@ -1,7 +1,7 @@
 // Where a stop has cut a bead: the valve shuts a known time after its command, while the tool still brakes, and the
 // drives are a known time behind the loop's path.
 //   CutWatch watch(machine);   watch.begin();   each snapshot of the block: watch.see({s.cycle, s.along_block_mm,
-//   s.valve_cut}); auto laid = laid_part(block.segments(), feature, *watch.shut_at(material.valve_close_lead), before);
+//   s.valve_cut}); auto laid = laid_part(block.segments(), before, *watch.shut_at(close_lead_s));
 #pragma once
 #include <cstdint>
 #include <deque>

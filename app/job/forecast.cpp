@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "app/job/block_plan.hpp"
+#include "app/job/block_wanted.hpp"
 #include "app/job/limits.hpp"
 #include "app/job/park.hpp"
 #include "app/job/rise.hpp"
@@ -22,26 +22,11 @@ namespace {
 
 /// The first motion of a job, planned from somewhere: of features the first alone, since the others do not change.
 std::optional<double> first_motion_s(const BlockPlanner& planner, const recipes::Block& block, const AxisVec& from) {
-  const auto length = [](const Result<ProvenBlock>& planned) {
-    return planned ? std::optional(planned->duration_s()) : std::nullopt;
-  };
-  if (const auto* look = std::get_if<recipes::LookAtMark>(&block.what))
-    return length(planner.look_at_mark(1, from, look->mark));
-  if (const auto* touch = std::get_if<recipes::Touch>(&block.what)) return length(planner.touch(1, from, touch->touch));
-  if (std::holds_alternative<recipes::PurgeNeedle>(block.what)) return length(planner.purge(1, from));
-  if (const auto* all = std::get_if<recipes::Dispense>(&block.what); all != nullptr && !all->features.empty())
-    return length(planner.dispense(1, from, {all->features.front()}));
-  return length(planner.park(1, from));
-}
-
-/// Index of the step that purges, among those with motion.
-std::optional<std::size_t> purge_step(const recipes::Job& job) {
-  std::size_t step = 0;
-  for (const recipes::Block& block : job.blocks) {
-    if (std::holds_alternative<recipes::PurgeNeedle>(block.what)) return step;
-    step += std::holds_alternative<recipes::Touch>(block.what) ? 2 : 1;  // down, and up again
-  }
-  return std::nullopt;
+  BlockWanted first{std::visit([](const auto& what) -> BlockStep { return what; }, block.what), 1, from, {}};
+  if (auto* all = std::get_if<recipes::Dispense>(&first.step); all != nullptr && all->features.size() > 1)
+    *all = recipes::Dispense{{all->features.front()}};
+  const Result<ProvenBlock> planned = plan(planner, first);
+  return planned ? std::optional(planned->duration_s()) : std::nullopt;
 }
 
 void change(Forecast& forecast, std::size_t step, double to_s) {
@@ -105,8 +90,7 @@ Forecast from_here(Forecast forecast, const config::Machine& machine, const reci
     return std::accumulate(forecast.steps.begin(), forecast.steps.begin() + static_cast<std::ptrdiff_t>(step), 0.0,
                            [](double sum, const StepTime& each) { return sum + each.s; });
   };
-  if (const auto purge = purge_step(job);
-      purge && shut_s && *purge < forecast.steps.size() && *shut_s + steps_before(*purge) <= recipe.purge->after_s)
+  if (const auto purge = forecast.purge; purge && shut_s && *shut_s + steps_before(*purge) <= recipe.purge->after_s)
     change(forecast, *purge, 0);
   const BlockPlanner planner(machine, recipe);
   AxisVec from = at;

@@ -27,9 +27,10 @@ struct StepTime {
 };
 
 struct Forecast {
-  double s = 0;                       ///< all steps
-  std::vector<StepTime> steps;        ///< those with motion, in order
-  std::vector<FeatureTime> features;  ///< by index in Recipe::features; 0 of those that the job leaves out
+  double s = 0;                        ///< all steps
+  std::vector<StepTime> steps;         ///< those with motion, in order
+  std::vector<FeatureTime> features;   ///< by index in Recipe::features; 0 of those that the job leaves out
+  std::optional<std::size_t> purge{};  ///< which of the steps purges
 };
 
 /// "mark 'A'"; "" where nothing moves in this step.

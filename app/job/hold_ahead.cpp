@@ -23,7 +23,7 @@ double stop_s(const motion::Segment& segment, double t_s, double rate, const mot
 
 double stands_in_s(const std::deque<motion::Segment>& block, InBlock at, std::uint32_t feature, double rate,
                    const motion::Limits& limits) {
-  constexpr double kSamePlace_mm = 1e-6;
+  constexpr double kSamePoint_mm = 1e-6;
   const int behind = motion::Compensation(limits, limits.response_delay_s).delay_ticks();
   const double delay_s = (behind + 1) * limits.tick_s;  // until none of the last cycles has the valve open
   double begin_mm = 0, begin_s = 0;
@@ -31,14 +31,14 @@ double stands_in_s(const std::deque<motion::Segment>& block, InBlock at, std::ui
   for (const motion::Segment& segment : block) {
     const bool moves = segment.kind != motion::SegmentKind::Dwell;
     const double end_mm = begin_mm + path_mm(segment), lasts_s = motion::duration(segment.nominal);
-    if (end_mm < at.along_mm - (moves ? 0 : kSamePlace_mm)) {
+    if (end_mm < at.along_mm - (moves ? 0 : kSamePoint_mm)) {
       begin_mm = end_mm;
       continue;
     }
     double gone_s = 0;
     if (moves)
       gone_s = std::min(lasts_s, motion::time_at(segment.nominal, std::max(0.0, at.along_mm - begin_mm)));
-    else if (begin_mm <= at.along_mm + kSamePlace_mm)
+    else if (begin_mm <= at.along_mm + kSamePoint_mm)
       at.stands_s -= gone_s = std::min(lasts_s, at.stands_s);
     if (!holds_s && !moves && segment.feature != feature) continue;
     const double slower = moves ? rate : 1;

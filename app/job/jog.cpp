@@ -152,7 +152,7 @@ Result<Jog> read_jog(const config::Machine& machine, const JogWords& words, JogF
   return jog;
 }
 
-Result<void> know_place(const config::Machine& machine, std::uint32_t referenced, std::uint32_t axes) {
+Result<void> know_position(const config::Machine& machine, std::uint32_t referenced, std::uint32_t axes) {
   for (const config::Axis& axis : machine.axes) {
     const std::uint32_t bit = 1u << axis.id.value;
     const bool streamed = axis.kind == config::AxisKind::Streamed;

@@ -41,7 +41,7 @@ Result<const config::Axis*> axis_named(const config::Machine& machine, const std
 Result<Jog> read_jog(const config::Machine& machine, const JogWords& words, JogFor whom = JogFor::Program);
 
 /// Fault::NotReferenced when it is not known where the head stands or one of `axes` does.
-Result<void> know_place(const config::Machine& machine, std::uint32_t referenced, std::uint32_t axes);
+Result<void> know_position(const config::Machine& machine, std::uint32_t referenced, std::uint32_t axes);
 
 /// One block, number 1. Fault::OutOfReach with the axis, its limit and how far it is to there; Fault::Collision with
 /// both bodies and the point. An axis that stands outside of its limits (homing leaves it there) may come back.

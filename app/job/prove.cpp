@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "app/job/block_plan.hpp"
+#include "app/job/block_wanted.hpp"
 #include "app/job/park.hpp"
 
 namespace gantry::job {
@@ -29,6 +29,8 @@ class Prover {
       proof_.steps.emplace_back(step);
       const double before_s = proof_.forecast.s;
       auto after = take(step);
+      if (std::holds_alternative<recipes::PurgeNeedle>(Next(step)))
+        proof_.forecast.purge = proof_.forecast.steps.size();
       if (std::string what = words_of(step, recipe_); !what.empty())
         proof_.forecast.steps.push_back({std::move(what), proof_.forecast.s - before_s});
       return after;
@@ -41,34 +43,34 @@ class Prover {
   Result<JobState> take(const SettleOffset&) { return know(after_offset(state_, {})); }
   Result<JobState> take(const SettleSurface&) { return know(after_surface(state_, {})); }
   Result<JobState> take(const recipes::LookAtMark& step) {
-    if (auto r = add(planner_.look_at_mark(++block_, at_, step.mark)); !r) return tl::unexpected(r.error());
+    if (auto r = add(step); !r) return tl::unexpected(r.error());
     proof_.forecast.s += machine_.camera.answer_latency_s;
     return know(after_mark(recipe_, state_, step.mark, recipe_.marks[step.mark].at));
   }
   Result<JobState> take(const recipes::Touch& step) {
     const AxisVec surface = planner_.probe_at(step.touch, 0);
-    if (auto r = add(planner_.touch(++block_, at_, step.touch), &surface); !r) return tl::unexpected(r.error());
+    if (auto r = add(step, &surface); !r) return tl::unexpected(r.error());
     if (machine_.probe.fast_mm_s > 0) {
-      if (auto r = add(planner_.back_off(++block_, at_, step.touch)); !r) return tl::unexpected(r.error());
-      if (auto r = add(planner_.touch_again(++block_, at_, step.touch), &surface); !r) return tl::unexpected(r.error());
+      if (auto r = add(BackOff{step.touch}); !r) return tl::unexpected(r.error());
+      if (auto r = add(TouchAgain{step.touch}, &surface); !r) return tl::unexpected(r.error());
     }
     return after_touch(state_, step.touch, 0);
   }
   Result<JobState> take(const Retract& step) {
-    if (auto r = add(planner_.retract(++block_, at_, step.touch)); !r) return tl::unexpected(r.error());
+    if (auto r = add(step); !r) return tl::unexpected(r.error());
     return after_retract(state_);
   }
   /// Whether the job will purge is not known yet: it is proved as if it did.
-  Result<JobState> take(const recipes::PurgeNeedle&) {
-    if (auto r = add(planner_.purge(++block_, at_)); !r) return tl::unexpected(r.error());
+  Result<JobState> take(const recipes::PurgeNeedle& step) {
+    if (auto r = add(step); !r) return tl::unexpected(r.error());
     return after_block(state_);
   }
   Result<JobState> take(const recipes::Dispense& step) {
-    if (auto r = add(planner_.dispense(++block_, at_, step.features)); !r) return tl::unexpected(r.error());
+    if (auto r = add(step); !r) return tl::unexpected(r.error());
     return after_block(state_);
   }
-  Result<JobState> take(const recipes::Park&) {
-    if (auto r = add(planner_.park(++block_, at_)); !r) return tl::unexpected(r.error());
+  Result<JobState> take(const recipes::Park& step) {
+    if (auto r = add(step); !r) return tl::unexpected(r.error());
     return after_block(state_);
   }
 
@@ -78,7 +80,8 @@ class Prover {
   }
 
   /// `surface`: the block ends where the probe latches, with the axes there.
-  Result<void> add(Result<ProvenBlock> planned, const AxisVec* surface = nullptr) {
+  Result<void> add(BlockStep step, const AxisVec* surface = nullptr) {
+    auto planned = plan(planner_, {std::move(step), ++block_, at_, state_.known});
     if (!planned) return tl::unexpected(planned.error());
     proof_.motions += planned->motions();
     proof_.poses += planned->poses();

@@ -1,7 +1,7 @@
 // One block of motion that was proved free before it may be played. Only BlockBuilder makes one, and it certifies every
 // motion that it takes, so that whoever holds a ProvenBlock holds the proof. One exception: the walk of an axis while
-// nothing knows where the head stands (BlockBuilder::unplaced; motions() is 0) has none, and the loop bounds how far it
-// goes (Purpose::Walk).
+// nothing knows where the head stands (BlockBuilder::unplaced) has none, which proved() tells: it is played as
+// Purpose::Walk alone, whose length the loop bounds.
 //   Result<ProvenBlock> block = planner.park(number, at);   control.play(*block);
 #pragma once
 #include <cstdint>
@@ -20,6 +20,7 @@ namespace gantry::job {
 class ProvenBlock {
  public:
   [[nodiscard]] std::uint32_t number() const { return number_; }
+  [[nodiscard]] bool proved() const { return proved_; }
   /// At least one; the last one ends the block. A deque: a block of 10^5 features is never moved as a whole.
   [[nodiscard]] const std::deque<motion::Segment>& segments() const { return segments_; }
   /// Where the axes rest, if nothing ends the block earlier.
@@ -40,6 +41,7 @@ class ProvenBlock {
   ProvenBlock() = default;
 
   std::uint32_t number_ = 0;
+  bool proved_ = true;
   std::deque<motion::Segment> segments_;
   AxisVec end_{};
   double duration_s_ = 0;

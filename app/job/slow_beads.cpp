@@ -89,12 +89,12 @@ std::optional<SlowBead> look_at(SegmentIterator first, SegmentIterator last, con
 
 /// Where it comes to rest between the two.
 std::optional<SlowBead> stands(SegmentIterator first, SegmentIterator last, const ValveSpan& wet) {
-  constexpr double kSamePlace_mm = 1e-6;
+  constexpr double kSamePoint_mm = 1e-6;
   SlowBead out{.feature = first->feature};
   double at_mm = 0;
   for (auto s = first; s != last; ++s) {
     at_mm += path_mm(*s);
-    if (!s->rests || at_mm <= wet.opens_mm + kSamePlace_mm || at_mm >= wet.shuts_mm - kSamePlace_mm) continue;
+    if (!s->rests || at_mm <= wet.opens_mm + kSamePoint_mm || at_mm >= wet.shuts_mm - kSamePoint_mm) continue;
     if (out.stands++ == 0) out.stands_at_mm = at_mm - wet.opens_mm;
   }
   if (out.stands == 0) return std::nullopt;

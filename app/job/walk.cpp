@@ -13,7 +13,7 @@ namespace gantry::job {
 namespace {
 
 constexpr double kLinear_mm = 1, kRotary_rad = units::rad(3);
-constexpr double kAWay_s = 0.5;   // at constant speed
+constexpr double kOut_s = 0.5;    // at constant speed
 constexpr double kRests_s = 0.5;  // out there, so that the eye sees two motions
 
 /// Orders to the one may come to the motor of the other: one station has both, or their stations look alike.
@@ -40,7 +40,7 @@ double walk_by(const config::Machine& machine, const config::Axis& axis) noexcep
 }
 
 double walk_speed(const config::Machine& machine, const config::Axis& axis) noexcept {
-  return std::min(std::abs(walk_by(machine, axis)) / kAWay_s, axis.v_max);
+  return std::min(std::abs(walk_by(machine, axis)) / kOut_s, axis.v_max);
 }
 
 std::string walk_in_words(const config::Machine& machine, const config::Axis& axis) {

@@ -1,6 +1,6 @@
 // A walk: one axis goes a short distance and back, to be watched by a person who then says which axis moved and which
 // way. It is for a machine that nobody has homed yet, so that nothing knows where the head stands.
-//   auto planned = plan_walk(machine, around, at, axis);     control.play(*planned, Purpose::Walk);
+//   auto planned = plan_walk(machine, around, at, axis, false);     control.play(*planned, Purpose::Walk);
 #pragma once
 #include <string>
 

@@ -1,6 +1,6 @@
 // What a monitor has heard of a machine, and how it is shown: as JSON for programs, as a few lines for people.
 //   Heard heard;   heard.state(sample);   heard.event(sample);   heard.alarm(sample, active);   heard.job(sample);
-//   heard.to_json()   one sample            live_view(heard, 0.02)   text for a terminal
+//   heard.to_json()   one sample            live_view(heard, 0.02, true)   text for a terminal
 // Knows nothing of DDS but its sample types, so that it can be tested without a network. All text is cleaned where it
 // comes in: nothing that was heard steers a terminal.
 #pragma once

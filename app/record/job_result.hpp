@@ -73,7 +73,7 @@ struct CycleStatistics {
       0;  ///< wake-ups that came a cycle late or more: each skips cycles, but in a machine simulated in this process
   std::uint64_t deadline_misses = 0;  ///< skipped, or not done when the next cycle was due
   Quantiles wake, compute, bus;
-  std::vector<HistogramBucket> wake_histogram, compute_histogram, bus_histogram;
+  std::vector<HistogramBucket> wake_histogram, compute_histogram;
   bool real_time_priority = false, memory_locked = false;
   bool virtual_time = false;
   int frames_lost_max = 0;            ///< in a row: so many stop the machine

@@ -275,13 +275,10 @@ std::string lines(const Json& document) {
 }  // namespace
 
 std::string result_word(const JobResult& r) {
-  const auto has = [&](Fault f) {
-    return std::any_of(r.errors.begin(), r.errors.end(), [f](const Error& e) { return e.fault == f; });
-  };
   if (r.exit_code == ExitCode::Done) return "done";
   if (r.exit_code == ExitCode::DoneWithDefects) return "done_with_defects";
   if (r.exit_code == ExitCode::Interrupted) return "interrupted";
-  return has(Fault::Aborted) ? "aborted" : "failed";
+  return !r.errors.empty() && r.errors.front().fault == Fault::Aborted ? "aborted" : "failed";
 }
 
 std::string bus_in_words(const JobResult& r) {

@@ -162,7 +162,6 @@ void Trace::fill(JobResult& r) {
   counted.wake = quantiles(wake_), counted.compute = quantiles(compute_), counted.bus = quantiles(bus_);
   counted.wake_histogram = buckets(wake_);
   counted.compute_histogram = buckets(compute_);
-  counted.bus_histogram = buckets(bus_);
   r.cycles = std::move(counted);
 }
 

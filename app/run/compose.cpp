@@ -96,11 +96,10 @@ Result<void> add_drives(const config::Machine& machine, const config::Axis& axis
   return {};
 }
 
-void add_bits(const std::vector<config::WordBit>& bits,
-              rt::FixedVector<cycle::BitPlace, config::kChannelBits>& places) {
+void add_bits(const std::vector<config::WordBit>& bits, rt::FixedVector<cycle::ImageBit, config::kChannelBits>& at) {
   for (const auto& [bit, name, c] : bits)
-    places.push_back({static_cast<std::uint8_t>(bit), c.station, static_cast<std::uint16_t>(c.bit / 8),
-                      static_cast<std::uint8_t>(1u << (c.bit % 8)), c.invert});
+    at.push_back({static_cast<std::uint8_t>(bit), c.station, static_cast<std::uint16_t>(c.bit / 8),
+                  static_cast<std::uint8_t>(1u << (c.bit % 8)), c.invert});
 }
 
 std::uint32_t mask_of(const config::Machine& machine, config::Input input) {

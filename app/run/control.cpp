@@ -247,6 +247,8 @@ Result<Played> Control::play(const job::ProvenBlock& block, cycle::Purpose purpo
 Result<Played> Control::play_on_hold(const job::ProvenBlock& block) { return play_now(block, cycle::Purpose::Job); }
 
 Result<Played> Control::play_now(const job::ProvenBlock& block, cycle::Purpose purpose) {
+  if (!block.proved() && purpose != cycle::Purpose::Walk)
+    return fail(Fault::Internal, "a motion that nothing proves was to be played as another than a walk");
   const auto& segments = block.segments();
   of_the_block_.clear();
   std::size_t pushed = 0;

@@ -24,7 +24,7 @@ Result<Jogged> Owner::Parts::jog(const job::JogWords& words, job::JogFor whom) {
   }
   const cycle::Snapshot& now = control().latest();
   if (auto r = not_latched(); !r) return tl::unexpected(r.error());
-  if (auto r = job::know_place(machine, now.referenced, asked->axes); !r) return tl::unexpected(r.error());
+  if (auto r = job::know_position(machine, now.referenced, asked->axes); !r) return tl::unexpected(r.error());
   if (auto r = torque(); !r) return tl::unexpected(r.error());
   Jogged jogged{.axes = asked->axes, .start = now.target, .slowed = asked->slowed};
   const auto planned = job::plan_jog(machine, *around, jogged.start, *asked);

@@ -15,7 +15,7 @@ Result<void> Owner::Parts::park() {
   if (in_setup()) return fail(Fault::SetupMode, std::string(info(Fault::SetupMode).text));
   const cycle::Snapshot& now = control().latest();
   if (auto r = not_latched(); !r) return r;
-  if (auto r = job::know_place(machine, now.referenced, job::park_axes(machine)); !r) return r;
+  if (auto r = job::know_position(machine, now.referenced, job::park_axes(machine)); !r) return r;
   if (auto r = torque(); !r) return r;
   const auto planned = job::plan_park(machine, *around, now.target);
   if (!planned) return tl::unexpected(planned.error());

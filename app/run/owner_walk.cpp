@@ -28,7 +28,7 @@ Result<void> Owner::Parts::walk(const std::string& name) {
     return fail(Fault::Refused, "an axis walks in setup only; turn the mode switch to setup");
   if (auto r = torque(); !r) return r;
   const cycle::Snapshot& now = control().latest();
-  const bool placed = job::know_place(machine, now.referenced, 0).has_value();
+  const bool placed = job::know_position(machine, now.referenced, 0).has_value();
   const auto planned = job::plan_walk(machine, *around, now.target, **axis, placed);
   if (!planned) return tl::unexpected(planned.error());
   const auto played = control().play(*planned, cycle::Purpose::Walk);

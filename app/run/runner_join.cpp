@@ -21,7 +21,7 @@ constexpr double kShortest_s = 0.005;  // that a valve can be open for what is l
 constexpr double kLonger = 2;          // times that for what would be shorter, which is laid more slowly
 
 /// Until the feature begins, at an override of 100 %.
-double way_back_s(const job::ProvenBlock& block) {
+double return_s(const job::ProvenBlock& block) {
   double back_s = 0;
   for (const motion::Segment& s : block.segments()) {
     if (s.feature != motion::kTravel) break;
@@ -185,7 +185,7 @@ Result<job::JobState> Runner::join(std::size_t feature) {
     if (tried.error().fault == Fault::Aborted) return tl::unexpected(tried.error());
     return stays_cut(tried.error().message);
   }
-  const double joined_s = shut_s + way_back_s(*tried) / std::min(site_.control.latest().override_factor, 1.0);
+  const double joined_s = shut_s + return_s(*tried) / std::min(site_.control.latest().override_factor, 1.0);
   if (joined_s > m.rejoin_within_s)
     return stays_cut(
         fmt::format("its valve would have been shut for {:.1f} s when the needle is back, and material '{}' is to be "

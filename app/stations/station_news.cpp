@@ -51,14 +51,14 @@ constexpr std::array kClasses{
 /// "port 1: 3 frames with a wrong checksum, 1 lost links"; a counter that is lower has begun anew with the supply.
 std::string growth(const ErrorCounts& before, const ErrorCounts& now) {
   std::string words;
-  std::string_view place;
+  std::string_view part;
   for (std::size_t i = 0; i < now.size() && i < before.size(); ++i) {
     const unsigned more = now[i].value >= before[i].value ? now[i].value - before[i].value : now[i].value;
     if (more == 0) continue;
-    const bool elsewhere = words.empty() || now[i].place != place;
+    const bool elsewhere = words.empty() || now[i].part != part;
     if (!words.empty()) words += elsewhere ? "; " : ", ";
-    place = now[i].place;
-    words += elsewhere ? fmt::format("{}: {} {}", place, more, now[i].what) : fmt::format("{} {}", more, now[i].what);
+    part = now[i].part;
+    words += elsewhere ? fmt::format("{}: {} {}", part, more, now[i].what) : fmt::format("{} {}", more, now[i].what);
   }
   return words;
 }

@@ -1,6 +1,6 @@
 // A piece of work with a stack of its own: it stops in the middle where it has to wait, and goes on there later. It
 // runs in the thread of whoever resumes it, so that virtual time stays one thread's (docs/decisions/013).
-//   Fiber fiber([&] { ...; fiber_wait(); ... });   while (!fiber.done()) fiber.resume();
+//   Fiber fiber([&] { ...; fiber.wait(); ... });   while (!fiber.done()) fiber.resume();
 // A fiber has to be resumed until it is done. Nothing may be thrown out of the work.
 #pragma once
 #include <functional>

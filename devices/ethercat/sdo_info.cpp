@@ -16,29 +16,6 @@ using config::ObjectAddress;
 constexpr std::size_t kMostBytes = 2 * 65536 + 16;  // every index there can be
 constexpr int kMostFragments = 4096, kMostStrays = 16;
 
-struct TypeName {
-  std::uint16_t type;
-  const char* name;
-};
-/// ETG.1020, table of base data types.
-constexpr std::array kTypeNames{
-    TypeName{0x0001, "BOOLEAN"},      TypeName{0x0002, "INTEGER8"},       TypeName{0x0003, "INTEGER16"},
-    TypeName{0x0004, "INTEGER32"},    TypeName{0x0005, "UNSIGNED8"},      TypeName{0x0006, "UNSIGNED16"},
-    TypeName{0x0007, "UNSIGNED32"},   TypeName{0x0008, "REAL32"},         TypeName{0x0009, "VISIBLE_STRING"},
-    TypeName{0x000A, "OCTET_STRING"}, TypeName{0x000B, "UNICODE_STRING"}, TypeName{0x000C, "TIME_OF_DAY"},
-    TypeName{0x0010, "INTEGER24"},    TypeName{0x0011, "REAL64"},         TypeName{0x0012, "INTEGER40"},
-    TypeName{0x0013, "INTEGER48"},    TypeName{0x0014, "INTEGER56"},      TypeName{0x0015, "INTEGER64"},
-    TypeName{0x0016, "UNSIGNED24"},   TypeName{0x0018, "UNSIGNED40"},     TypeName{0x0019, "UNSIGNED48"},
-    TypeName{0x001A, "UNSIGNED56"},   TypeName{0x001B, "UNSIGNED64"},     TypeName{0x001D, "GUID"},
-    TypeName{0x001E, "BYTE"},         TypeName{0x001F, "WORD"},           TypeName{0x0020, "DWORD"},
-    TypeName{0x0021, "PDO_MAPPING"},  TypeName{0x0022, "SDO_PARAMETER"},  TypeName{0x0023, "IDENTITY"},
-    TypeName{0x0025, "COMMAND_PAR"},  TypeName{0x0027, "PDO_PARAMETER"},  TypeName{0x0028, "ENUM"},
-    TypeName{0x0029, "SYNC_PAR"},     TypeName{0x002A, "RECORD"},         TypeName{0x002B, "BACKUP_PARAMETER"},
-    TypeName{0x0030, "BIT1"},         TypeName{0x0031, "BIT2"},           TypeName{0x0032, "BIT3"},
-    TypeName{0x0033, "BIT4"},         TypeName{0x0034, "BIT5"},           TypeName{0x0035, "BIT6"},
-    TypeName{0x0036, "BIT7"},         TypeName{0x0037, "BIT8"},           TypeName{0x0080, "INTERPOLATION_TIME_PERIOD"},
-};
-
 tl::unexpected<Error> broken(const StationRecord& s, std::string_view what) {
   return fail(Fault::MailboxProtocol, fmt::format("SDO information: {}", what), s.where);
 }
@@ -194,11 +171,6 @@ Result<std::vector<ObjectDescription>> read_object_list(Link& link, StationRecor
     objects.push_back(std::move(*object));
   }
   return objects;
-}
-
-std::string data_type_name(std::uint16_t data_type) {
-  const auto row = std::find_if(kTypeNames.begin(), kTypeNames.end(), [&](auto& t) { return t.type == data_type; });
-  return row != kTypeNames.end() ? row->name : "";
 }
 
 }  // namespace gantry::devices

@@ -40,7 +40,4 @@ Result<EntryDescription> describe_entry(Link& link, StationRecord& station, conf
 /// to describe stays in the list with what it says.
 Result<std::vector<ObjectDescription>> read_object_list(Link& link, StationRecord& station, bool with_entries);
 
-/// "UNSIGNED16" for 6; empty when the standard does not name it.
-std::string data_type_name(std::uint16_t data_type);
-
 }  // namespace gantry::devices

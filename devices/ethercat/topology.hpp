@@ -2,7 +2,7 @@
 // a frame passes them.
 //   auto ports = decode_ports(dl_status, port_descriptor);
 //   auto tree = build_tree(all_ports);          // position -> parent and its port
-//   auto delays = propagation_delays(tree, all_ports, receive_times);
+//   auto delays = propagation_delays(tree, all_ports, receive_times, which_have_clocks);
 // Pure.
 #pragma once
 #include <array>

@@ -5,7 +5,7 @@
 // AcyclicSlot. A map that needs several
 // frames goes out in several, all in one cycle.
 //   Cyclic cyclic(layout, outputs, inputs);
-//   const Exchange e = cyclic.run(port, deadline);   cyclic.fresh(i)
+//   const Exchange e = cyclic.run(port, acyclic, deadline);   cyclic.fresh(i)
 // A datagram's inputs are taken only when its working counter is the expected one. When one is not, the following
 // cycles have a datagram for every station, so that it shows who does not take part, and the others go on exchanging.
 // Lives in the RT loop.

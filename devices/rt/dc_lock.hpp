@@ -1,6 +1,6 @@
 // Locks the loop's cycle to the reference clock: a PI on the phase at which the cyclic frame passes the first station.
 //   DcLock lock(dc_lock_options(cycle));
-//   next_wake += cycle + lock.step(exchange.dc_time_ns);     if (lock.locked()) ...
+//   next_wake += cycle + lock.step(exchange.reference_ns);     if (lock.locked()) ...
 // Pure function of its samples; lives in the RT loop.
 #pragma once
 #include <cstdint>

@@ -94,7 +94,7 @@ class Drive {
   Drive() = default;
   Drive(const DriveLayout& layout, const AxisScale& scale, const DriveOptions& options = {}) noexcept;
 
-  /// `fresh`: the inputs are of this cycle's exchange (Exchange::inputs_fresh). `elapsed`: cycles since the last call,
+  /// `fresh`: the inputs are of this cycle's exchange (FieldBus::fresh). `elapsed`: cycles since the last call,
   /// more than 1 when the host stalled: the drive then catches up with a target that went on meanwhile (R61).
   /// `digital_inputs`, `mode`: how these come from the station. A mode that is not in every cycle's inputs may be shown
   /// later.

@@ -1,6 +1,6 @@
 // A path by cells (cells.hpp) that lie along a slanted slot instead of across it. Cells along X and Y need as many cuts
 // as the slot is longer than wide; in axes that are turned so that the slot lies along one of them it is a single cell.
-//   auto points = path_along(differences, margins, space, {cos, sin}, start, goal, 10000);
+//   auto points = path_along(pairs, space, {cos, sin}, start, goal, 10000);
 #pragma once
 #include <vector>
 

@@ -79,13 +79,13 @@ Field<T> measure(std::string key, At<double> T::*member, Range range, std::strin
 
 const Choices<Type> kTypes{
     {"box", Type::Box}, {"cylinder", Type::Cylinder}, {"capsule", Type::Capsule}, {"sphere", Type::Sphere}};
-constexpr Range kPlace{-kFarthest_mm, kFarthest_mm}, kSize{kThinnest_mm, kFarthest_mm};
+constexpr Range kPosition{-kFarthest_mm, kFarthest_mm}, kSize{kThinnest_mm, kFarthest_mm};
 
 Fields<ShapeRow> shape_fields(bool head) {
   Fields<ShapeRow> fields{
       text("name", &ShapeRow::name, kRequired, "what messages call it"),
       choice("type", &ShapeRow::type, kTypes, kRequired, "its form"),
-      numbers("center", &ShapeRow::centre, kPlace, kRequired, "its middle in mm; of the head: from the tip"),
+      numbers("center", &ShapeRow::centre, kPosition, kRequired, "its middle in mm; of the head: from the tip"),
       numbers("size", &ShapeRow::size, kSize, kOptional, "of a box: full edges x, y, z in mm"),
       measure("radius", &ShapeRow::radius, kSize, "of all but a box, in mm"),
       measure("length", &ShapeRow::length, {0, kFarthest_mm},
@@ -99,8 +99,8 @@ Fields<ShapeRow> shape_fields(bool head) {
 }
 const Fields<ShapeRow> kHeadShape = shape_fields(true), kShape = shape_fields(false);
 const Fields<SpaceRow> kSpace{
-    numbers("min", &SpaceRow::min, kPlace, kRequired, "lowest x, y, z of the tip in mm"),
-    numbers("max", &SpaceRow::max, kPlace, kRequired, "highest x, y, z of the tip in mm"),
+    numbers("min", &SpaceRow::min, kPosition, kRequired, "lowest x, y, z of the tip in mm"),
+    numbers("max", &SpaceRow::max, kPosition, kRequired, "highest x, y, z of the tip in mm"),
 };
 const Fields<SceneRow> kScene{
     object("workspace_tip", &SceneRow::workspace, kSpace, kRequired, "where the tip may be"),

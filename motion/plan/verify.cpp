@@ -7,7 +7,7 @@ namespace gantry::motion {
 namespace {
 
 constexpr double kRounding = 1e-9;  // mm on a metre, in double precision with room to spare
-constexpr double kTouching_mm = 1e-9;
+constexpr double kRounding_mm = 1e-9;
 
 bool within(Vec3 centre, Vec3 half, const Box& box) {
   const Vec3 d = centre - box.centre;
@@ -159,7 +159,7 @@ bool holds(const Scene& scene, const AxisVec& from, const AxisVec& to, const Sep
     const Solid& b = scene.standing()[node.body].solid;
     begins = dot(n, b.centre) - extent(b, n);
   }
-  return begins - reach.at_from() >= margin_mm + kTouching_mm && begins - reach.at_to() >= margin_mm + kTouching_mm;
+  return begins - reach.at_from() >= margin_mm + kRounding_mm && begins - reach.at_to() >= margin_mm + kRounding_mm;
 }
 
 bool is_free(const Scene& scene, const AxisVec& from, const AxisVec& to, std::span<const Separation> proof,

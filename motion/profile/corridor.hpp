@@ -89,7 +89,7 @@ class Corridor {
   void add(const Via& via) noexcept;
   void add_grid(bool upper) noexcept;
   void add_bounces(bool forward) noexcept;
-  void add_touches() noexcept;
+  void add_contacts() noexcept;
   int explore(double enough) noexcept;
   [[nodiscard]] Route route_to(int last) noexcept;
   /// `least` > 0: the shortest that takes so long or longer.

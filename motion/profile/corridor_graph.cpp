@@ -61,7 +61,7 @@ void Corridor::add_bounces(bool forward) noexcept {
   }
 }
 
-void Corridor::add_touches() noexcept {
+void Corridor::add_contacts() noexcept {
   for (const bool upper : {true, false})
     if (exists(upper)) add_grid(upper);
   add_bounces(true), add_bounces(false);
@@ -103,7 +103,7 @@ Route Corridor::shortest() noexcept {
   Route best;
   best.duration_s = leg(from_, to_);
   if (best) return best;
-  add_touches();
+  add_contacts();
   const int last = explore(kNever);
   if (last < 0) return best;
   best = route_to(last);

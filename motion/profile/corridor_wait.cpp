@@ -21,7 +21,7 @@ Route Corridor::first(double t) noexcept {
   if ((route = bent(bendable)) && bendable <= t) return route;
   const Route gap = route;
   nodes_ = 0;
-  add_touches();
+  add_contacts();
   add_rests();
   std::sort(node_.begin(), node_.begin() + nodes_, [](const Node& a, const Node& b) {
     return a.via.kind != b.via.kind ? a.via.kind < b.via.kind : a.via.share < b.via.share;

@@ -13,7 +13,7 @@ constexpr double kLongest = 1e-9;   // of the duration, that the end may be move
 constexpr double kCoasting = 1e-9;  // of the acceleration: what is left of it while coasting
 
 /// With more digits than the phases have: the path may be 1e10 times as long as its ends are apart.
-struct Place {
+struct Instant {
   long double p, v, a;
   void go(const Phase& phase) noexcept {
     const long double t = phase.duration_s, j = phase.jerk;
@@ -23,8 +23,8 @@ struct Place {
   }
 };
 
-Place end_of(const Profile& profile) noexcept {
-  Place x{profile.from.p, profile.from.v, profile.from.a};
+Instant end_of(const Profile& profile) noexcept {
+  Instant x{profile.from.p, profile.from.v, profile.from.a};
   for (const Phase& phase : profile.phases) x.go(phase);
   return x;
 }
@@ -39,7 +39,7 @@ bool surely_exact(const Profile& profile, const AxisBounds& b, double p, double 
 /// Within the bounds on speed, from a start that is.
 bool keeps_speed(const Profile& profile, const AxisBounds& b) noexcept {
   const long double most = b.v_max * (1 + kEnd), least = b.v_min * (1 + kEnd);
-  Place x{profile.from.p, profile.from.v, profile.from.a};
+  Instant x{profile.from.p, profile.from.v, profile.from.a};
   for (const Phase& phase : profile.phases) {
     const long double turn = phase.jerk != 0 ? -x.a / phase.jerk : -1;
     if (turn > 0 && turn < phase.duration_s && (x.v + x.a * turn / 2 > most || x.v + x.a * turn / 2 < least))
@@ -53,7 +53,7 @@ bool keeps_speed(const Profile& profile, const AxisBounds& b) noexcept {
 /// What whoever adds the phases up in doubles may be wrong by at the end: rounding of the highest speed, for as long as
 /// the motion takes. (No position is farther away than that speed leads in that time.)
 double uncertainty(const Profile& profile) noexcept {
-  Place x{profile.from.p, profile.from.v, profile.from.a};
+  Instant x{profile.from.p, profile.from.v, profile.from.a};
   long double fastest = std::abs(x.v), seconds = 0;
   for (const Phase& phase : profile.phases) {
     x.go(phase);
@@ -65,7 +65,7 @@ double uncertainty(const Profile& profile) noexcept {
 
 /// The longest phase at constant speed, and that speed.
 Phase* coasting(Profile& profile, double a_bound, long double& v) noexcept {
-  Place x{profile.from.p, profile.from.v, profile.from.a};
+  Instant x{profile.from.p, profile.from.v, profile.from.a};
   Phase* longest = nullptr;
   for (Phase& phase : profile.phases) {
     const bool coasts = phase.jerk == 0 && std::abs(static_cast<double>(x.a)) <= kCoasting * a_bound && x.v != 0;
@@ -84,7 +84,7 @@ bool settle(Profile& profile, const State& to, double p, double v, double a) noe
     const double wanted = phase->duration_s - static_cast<double>(miss() / speed);
     if (wanted > 0 && std::abs(wanted - phase->duration_s) <= kLongest * duration(profile)) phase->duration_s = wanted;
   }
-  const Place end = end_of(profile);
+  const Instant end = end_of(profile);
   return std::abs(miss()) <= kEnd * p && std::abs(static_cast<double>(end.v - to.v)) <= kEnd * v &&
          std::abs(static_cast<double>(end.a - to.a)) <= kEnd * a;
 }

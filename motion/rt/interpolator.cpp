@@ -274,8 +274,6 @@ Setpoint Interpolator::axis_stop_tick() noexcept {
   return setpoint();
 }
 
-void Interpolator::set_outputs(std::uint32_t mask, std::uint32_t bits) noexcept { outputs_.set(mask, bits); }
-
 bool Interpolator::idle() const noexcept { return doing_ == Doing::Nothing; }
 bool Interpolator::at_rest() const noexcept { return !moving_; }
 bool Interpolator::held() const noexcept { return stopping_ && after_stop_ == AfterStop::Wait; }

@@ -53,9 +53,6 @@ class Interpolator {
   /// The same from another state than that of the plan, without acceleration.
   void axis_stop_from(const AxisVec& q, const AxisVec& v) noexcept;
 
-  /// Sets bits of the output word outside the valve's.
-  void set_outputs(std::uint32_t mask, std::uint32_t bits) noexcept;
-
   [[nodiscard]] bool idle() const noexcept;     ///< no block plays
   [[nodiscard]] bool at_rest() const noexcept;  ///< the setpoint stands
   [[nodiscard]] bool held() const noexcept;     ///< a hold is in force

@@ -137,9 +137,9 @@ std::uint32_t DriveMotion::view(std::uint32_t inputs) const noexcept {
   return others | ((inputs & kNegLimit) != 0 ? kPosLimit : 0u) | ((inputs & kPosLimit) != 0 ? kNegLimit : 0u);
 }
 
-double DriveMotion::place() const noexcept { return closed_loop_ ? sign_ * motor_->position() : at_; }
+double DriveMotion::position() const noexcept { return closed_loop_ ? sign_ * motor_->position() : at_; }
 
-std::int64_t DriveMotion::counts() const noexcept { return whole((place() - zero_) * counts_per_unit_); }
+std::int64_t DriveMotion::counts() const noexcept { return whole((position() - zero_) * counts_per_unit_); }
 
 std::int64_t DriveMotion::demand() const noexcept { return whole((at_ - zero_) * counts_per_unit_); }
 
@@ -150,7 +150,7 @@ double DriveMotion::speed() const noexcept {
 double DriveMotion::deviation() const noexcept { return (at_ - sign_ * motor_->position()) * counts_per_unit_; }
 
 void DriveMotion::set_counts(std::int64_t counts) noexcept {
-  zero_ = place() - static_cast<double>(counts) / counts_per_unit_;
+  zero_ = position() - static_cast<double>(counts) / counts_per_unit_;
 }
 
 }  // namespace gantry::sim

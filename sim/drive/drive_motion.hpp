@@ -55,7 +55,7 @@ class DriveMotion {
  private:
   enum class Mode : std::uint8_t { Hold, Follow, Run, Free };
   [[nodiscard]] std::uint32_t view(std::uint32_t inputs) const noexcept;
-  [[nodiscard]] double place() const noexcept;  ///< what the counter counts, in units of the axis, drive's direction
+  [[nodiscard]] double position() const noexcept;  ///< what the counter counts, in units of the axis, drive's direction
 
   Motor* motor_;
   double counts_per_unit_, sign_;

@@ -54,12 +54,12 @@ Segment::Segment(const config::Machine& machine, Clock& clock) : machine_(machin
     ring_.push_back(std::make_unique<Station>(*stations[i], static_cast<std::uint32_t>(stations[i]->id.value + 1),
                                               std::move(wiring[i])));
   }
-  places_.resize(ring_.size());
+  nodes_.resize(ring_.size());
   route_.reserve(ring_.size());
   datagrams_.reserve(Datagram::kMostOfAFrame);
   for (int i = 1; i < station_count(); ++i) {
-    places_[static_cast<std::size_t>(i)].parent = i - 1;
-    places_[static_cast<std::size_t>(i - 1)].child[1] = i;
+    nodes_[static_cast<std::size_t>(i)].parent = i - 1;
+    nodes_[static_cast<std::size_t>(i - 1)].child[1] = i;
   }
   renew();
 }

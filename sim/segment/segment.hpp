@@ -144,11 +144,11 @@ class Segment {
   std::vector<std::vector<AxisDrive>> drives_;  ///< by AxisId, then drive of the axis
   std::vector<std::unique_ptr<Motor>> motors_;  ///< one a drive; its station commands it
   /// Where a station's port 0 is plugged in, and what its own ports lead to (-1: nothing).
-  struct Place {
+  struct Node {
     int parent = -1, port = 1;
     std::array<int, 4> child{-1, -1, -1, -1};
   };
-  std::vector<Place> places_;  ///< by position
+  std::vector<Node> nodes_;  ///< by position
   /// A station that frames reach, and when they come to it, counted from the first one.
   struct Hop {
     Station* station = nullptr;

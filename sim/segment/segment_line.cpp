@@ -33,24 +33,24 @@ void Segment::slow_mailbox(StationId id, Time by) noexcept {
 bool Segment::hang(StationId id, StationId parent_id, int port) noexcept {
   const int position = position_of(id), parent = position_of(parent_id);
   if (position < 1 || parent < 0 || parent >= position || port < 1 || port > 3) return false;
-  const auto before = places_;
-  Place& place = places_[static_cast<std::size_t>(position)];
-  places_[static_cast<std::size_t>(place.parent)].child[static_cast<std::size_t>(place.port)] = -1;
-  Place& to = places_[static_cast<std::size_t>(parent)];
+  const auto before = nodes_;
+  Node& node = nodes_[static_cast<std::size_t>(position)];
+  nodes_[static_cast<std::size_t>(node.parent)].child[static_cast<std::size_t>(node.port)] = -1;
+  Node& to = nodes_[static_cast<std::size_t>(parent)];
   bool fits = to.child[static_cast<std::size_t>(port)] < 0;
   to.child[static_cast<std::size_t>(port)] = position;
-  place.parent = parent, place.port = port;
+  node.parent = parent, node.port = port;
   // Positions count in the order in which frames pass.
   int expected = 0;
   const auto count = [&](auto&& self, int at) -> void {
     fits &= at == expected++;
     for (const int p : kRouteThroughPorts)
-      if (const int child = places_[static_cast<std::size_t>(at)].child[static_cast<std::size_t>(p)]; child >= 0)
+      if (const int child = nodes_[static_cast<std::size_t>(at)].child[static_cast<std::size_t>(p)]; child >= 0)
         self(self, child);
   };
   count(count, 0);
   if (!fits) {
-    places_ = before;
+    nodes_ = before;
     return false;
   }
   unsigned ports = 0b0011;
@@ -64,7 +64,7 @@ bool Segment::hang(StationId id, StationId parent_id, int port) noexcept {
 
 void Segment::update_links() noexcept {
   const auto joined = [&](int link) {  // the cable that leads to station `link` from the one before it
-    const int parent = places_[static_cast<std::size_t>(link)].parent;
+    const int parent = nodes_[static_cast<std::size_t>(link)].parent;
     return !link_cut_[static_cast<std::size_t>(link)] && station(link).powered() &&
            (parent < 0 || station(parent).powered());
   };
@@ -73,7 +73,7 @@ void Segment::update_links() noexcept {
     Esc& esc = station(i).esc();
     esc.set_link(0, joined(i));
     for (int port = 1; port < Esc::kPorts; ++port) {
-      const int child = places_[static_cast<std::size_t>(i)].child[static_cast<std::size_t>(port)];
+      const int child = nodes_[static_cast<std::size_t>(i)].child[static_cast<std::size_t>(port)];
       esc.set_link(port, child >= 0 && joined(child));
     }
   }
@@ -99,7 +99,7 @@ Time Segment::trace(int i, Time entry) noexcept {
   Time now = entry;
   for (const int port : kRouteThroughPorts) {
     if (!esc.port_open(port)) continue;
-    const int child = places_[static_cast<std::size_t>(i)].child[static_cast<std::size_t>(port)];
+    const int child = nodes_[static_cast<std::size_t>(i)].child[static_cast<std::size_t>(port)];
     if (child < 0 || !esc.link(port)) {
       route_ends_nowhere_ = true;  // opened by hand, with nothing behind it
       break;

@@ -71,9 +71,9 @@ BoardPlacement draw_placement(const config::SimConfig& truth, std::uint64_t seed
   // One draw for each value, whether it is used or not, so that a text changes only what it names.
   Random random(mix(seed, mix(0xB0A2D, board)));
   BoardPlacement p;
-  p.shift.x = random.symmetric(truth.place_spread_mm);
-  p.shift.y = random.symmetric(truth.place_spread_mm);
-  p.rotation_rad = random.symmetric(truth.place_spread_rad);
+  p.shift.x = random.symmetric(truth.placement_spread_mm);
+  p.shift.y = random.symmetric(truth.placement_spread_mm);
+  p.rotation_rad = random.symmetric(truth.placement_spread_rad);
   p.z0_mm = random.symmetric(truth.height_spread_mm);
   p.slope.x = random.symmetric(truth.tilt_spread_rad);
   p.slope.y = random.symmetric(truth.tilt_spread_rad);

@@ -1,6 +1,6 @@
 // The board that truly lies in the machine: its CAD from the recipe, and where it lies, which nobody above the bus and
 // the camera may know.
-//   BoardTruth board(board_plan(recipe), frame_origin, draw_placement(config.sim, seed, 0));
+//   BoardTruth board(board_plan(recipe), frame_origin, draw_placement(config.sim, seed, 0, text));
 //   board.to_machine({10, 20}, 0.3);   board.to_board(needle_tip);
 // Board frame: origin at the board's corner, z = height over the true top face. The placement turns counter-clockwise
 // about the origin, then shifts; the top face is a plane over the board's own coordinates, tilted by so little that its

@@ -150,7 +150,7 @@ void CollisionWatch::step_pair(std::size_t body, std::size_t solid, const AxisVe
   double farthest_mm = norm(displacement);
   if (turned_rad > 0) {
     const bool lifts = head_.bodies[body].on_lift;
-    farthest_mm = norm(head_.place({}, lifts, to) - head_.place({}, lifts, from)) +
+    farthest_mm = norm(head_.in_machine({}, lifts, to) - head_.in_machine({}, lifts, from)) +
                   head_.swing_mm(head_.bodies[body]) * turned_rad;
   }
   const int steps = std::max(1, static_cast<int>(std::ceil(farthest_mm / kStep_mm)));

@@ -24,15 +24,15 @@ class Head {
  public:
   explicit Head(const config::Machine& machine);
 
-  [[nodiscard]] Vec3 place(Vec3 p, bool on_lift, const AxisVec& q) const noexcept {
+  [[nodiscard]] Vec3 in_machine(Vec3 p, bool on_lift, const AxisVec& q) const noexcept {
     return {p.x + q[x_], p.y + q[y_], p.z + q[z_] - (on_lift && has_lift_ ? q[u_] : 0.0)};
   }
-  [[nodiscard]] Vec3 place(const Tip& tip, const AxisVec& q) const noexcept {
-    return place(tip.on_turn ? turned(tip.at, q) : tip.at, tip.on_lift, q);
+  [[nodiscard]] Vec3 in_machine(const Tip& tip, const AxisVec& q) const noexcept {
+    return in_machine(tip.on_turn ? turned(tip.at, q) : tip.at, tip.on_lift, q);
   }
   /// A body's centre, and how far it is turned from how it is configured.
   [[nodiscard]] Vec3 centre(const config::Body& body, const AxisVec& q) const noexcept {
-    return place(body.on_turn ? turned(body.centre, q) : body.centre, body.on_lift, q);
+    return in_machine(body.on_turn ? turned(body.centre, q) : body.centre, body.on_lift, q);
   }
   [[nodiscard]] double turn_rad(const config::Body& body, const AxisVec& q) const noexcept {
     return body.on_turn && has_turn_ ? q[c_] : 0.0;

@@ -84,7 +84,7 @@ Senses World::step(std::uint64_t cycle, Time now, const Moment& moment) {
 // --- Needle and valve ---
 
 Vec3 World::needle_on_board(const AxisVec& q) const {
-  const Vec3 tip = head_.place(head_.needle, q);
+  const Vec3 tip = head_.in_machine(head_.needle, q);
   return board_ ? board_->to_board(tip) : tip;
 }
 
@@ -160,7 +160,7 @@ void World::run_collisions(const AxisVec& from, const AxisVec& to, double dt_s, 
 
 double World::probe_contact(const AxisVec& q) {
   if (!head_.probe.exists) return kNoContact;
-  const Vec3 tip = head_.place(head_.probe, q);
+  const Vec3 tip = head_.in_machine(head_.probe, q);
   const double reach = tip.z - q[machine_.probe.axis.value];  // changes only with the lift
   const Vec3 key{tip.x, tip.y, reach};
   if (contact_known_ && key == contact_key_) return contact_;
@@ -176,7 +176,8 @@ double World::probe_contact(const AxisVec& q) {
 
 void World::run_camera(const Moment& moment, double dt_s, Time exposed_at) {
   if (!head_.camera.exists) return;
-  const Vec3 focus = head_.place(head_.camera, moment.axes), earlier = head_.place(head_.camera, before_.axes);
+  const Vec3 focus = head_.in_machine(head_.camera, moment.axes),
+             earlier = head_.in_machine(head_.camera, before_.axes);
   if (board_) {
     const Vec3 at = board_->to_board(focus);
     if (const int i = nearest_mark(board_->plan, {at.x, at.y}); i >= 0)
@@ -284,11 +285,6 @@ std::vector<Collision> World::collisions() {
 std::string World::placement() {
   const std::scoped_lock lock(mutex_);
   return board_ ? to_text(board_->placement()) : std::string();
-}
-
-std::uint64_t World::valve_shots() {
-  const std::scoped_lock lock(mutex_);
-  return valve_shots_;
 }
 
 }  // namespace gantry::sim

@@ -64,8 +64,6 @@ class World {
   [[nodiscard]] std::vector<Deposit> deposits();
   [[nodiscard]] std::vector<Collision> collisions();
   [[nodiscard]] std::string placement();
-  /// Times that the valve has opened in its life.
-  [[nodiscard]] std::uint64_t valve_shots();
   /// Judged against the board: at once when one is there, else when it comes. Fault::UnknownReference.
   Result<void> add_script(std::vector<ScriptEntry> entries);
   [[nodiscard]] std::vector<std::string> script_left(WorldAccess::Machine machine);

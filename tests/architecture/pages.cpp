@@ -70,9 +70,19 @@ std::string faults_page() {
   return page;
 }
 
+/// Codes of the faults that stop a motion and wait for no reset.
+std::string ends_a_block_alone() {
+  std::string codes;
+  for (const FaultInfo& f : catalogue())
+    if (f.reaction != Reaction::Note && !latches(f))
+      codes += fmt::format("{}{}", codes.empty() ? "" : ", ", std::string_view(code(f.fault)));
+  return codes;
+}
+
 std::string states_page() {
   using cycle::Cause;
   using cycle::State;
+  constexpr std::array kLights{"red", "yellow", "green"};
   std::string page =
       "# States of the machine\n\n"
       "Written by `scripts/docs` from the table of `app/cycle/machine_state.cpp`, which the 1 ms loop carries out.\n\n"
@@ -82,7 +92,10 @@ std::string states_page() {
       "resume that comes before the\nfirst motion is kept for it; what a refusal says goes by what is under way "
       "([owner's socket](owner-socket.md)). An abort is\nnever refused; a reset changes no state by itself: when every "
       "cause has gone and the axes stand, a stopped machine becomes\nready, or disabled where drives have lost their "
-      "torque.\n\n| state | axes may move |";
+      "torque.\n\nIn a state that commands no motion an axis may still settle, and one without torque run out. The "
+      "light is that "
+      "of the stack light;\nred while a fault is latched, and yellow in setup, whatever the state.\n\n"
+      "| state | motion is commanded | light |";
   const auto causes = [](bool orders) {
     std::vector<Cause> list;
     for (std::size_t c = 0; c < cycle::kCauses; ++c)
@@ -90,19 +103,22 @@ std::string states_page() {
     return list;
   };
   for (const Cause c : causes(true)) page += fmt::format(" {} |", cycle::name(c));
-  page += " left by |\n|---|---|";
+  page += " left by |\n|---|---|---|";
   for (std::size_t i = 0; i < causes(true).size(); ++i) page += "---|";
   page += "---|\n";
   for (std::size_t s = 0; s < cycle::kStates; ++s) {
     const auto state = static_cast<State>(s);
-    page += fmt::format("| {} | {} |", cycle::name(state), cycle::row(state).moves ? "yes" : "no");
+    page += fmt::format("| {} | {} | {} |", cycle::name(state), cycle::row(state).moves ? "yes" : "no",
+                        kLights[static_cast<std::size_t>(cycle::row(state).lamp)]);
     for (const Cause c : causes(true)) {
       const auto to = cycle::next(state, c);
       page += fmt::format(" {} |", to ? cycle::name(*to) : "-");
     }
     page += fmt::format(" {} |\n", cycle::row(state).left_by);
   }
-  page += "\n## What comes of itself, and faults\n\n| cause |";
+  page += "\n## What comes of itself, and faults\n\nA fault that does not latch (" + ends_a_block_alone() +
+          ") stops the block that plays; "
+          "without one it\nchanges no state.\n\n| cause |";
   for (std::size_t s = 0; s < cycle::kStates; ++s) page += fmt::format(" {} |", cycle::name(static_cast<State>(s)));
   page += "\n|---|";
   for (std::size_t s = 0; s < cycle::kStates; ++s) page += "---|";
@@ -118,7 +134,9 @@ std::string states_page() {
   constexpr std::array kBraking{"no braking: torque goes at once", "all axes together, on the path",
                                 "each axis with its own limits, off the path"};
   page +=
-      "\n## Reactions\n\nThe valve closes with each of them, in the next frame.\n\n"
+      "\n## Reactions\n\nThe valve closes with each of them, in the next frame. While drives are enabling or disabling "
+      "each of them "
+      "takes the torque.\n\n"
       "| reaction | how the axes come to rest | torque | the job |\n|---|---|---|---|\n";
   for (const Reaction r : {Reaction::PathStop, Reaction::AxisStop, Reaction::QuickStop, Reaction::Off}) {
     const cycle::ReactionRow& row = *cycle::row(r);

@@ -87,7 +87,6 @@ TEST(FitOffset, a_stretched_board_shows_as_residuals_and_is_refused) {
   auto marks = placed(kCorners, {}, 0);
   for (MarkPair& m : marks) m.found_mm = m.found_mm * 1.002;
   EXPECT_EQ(fit_offset(marks, {}).error().fault, Fault::ResidualTooLarge);
-  EXPECT_NEAR(fit_rigid(marks).measured_scale, 1.002, 1e-9);
 }
 
 TEST(FitOffset, one_mark_off_by_more_than_the_rule_allows_is_never_accepted) {

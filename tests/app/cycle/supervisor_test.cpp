@@ -99,6 +99,11 @@ struct Watched {
   [[nodiscard]] bool says(Fault fault) const {
     return std::any_of(found.begin(), found.end(), [&](const Finding& f) { return f.fault == fault; });
   }
+  /// What it says of it in this cycle.
+  [[nodiscard]] Finding of(Fault fault) const {
+    const auto at = std::find_if(found.begin(), found.end(), [&](const Finding& f) { return f.fault == fault; });
+    return at != found.end() ? *at : Finding{};
+  }
   /// In which of so many cycles it says so, from 1.
   std::vector<int> cycles_that_say(Fault fault, int cycles) {
     std::vector<int> out;
@@ -156,6 +161,17 @@ TEST(Supervisor, a_station_that_does_not_take_part_is_told_once_and_stops_at_the
   EXPECT_EQ(w.found.front().detail, 4);
 }
 
+// R05: more stations answered than the bus has.
+TEST(Supervisor, a_station_too_many_stops_at_once_and_with_the_working_counter) {
+  Watched w;
+  w.look();
+  w.x.fault = Fault::TooManyTookPart, w.x.detail = 13;
+  EXPECT_EQ(w.cycles_that_say(Fault::TooManyTookPart, 3), (Cycles{1, 2, 3})) << "for as long as it lasts";
+  EXPECT_EQ(w.of(Fault::TooManyTookPart).detail, 13);
+  w.x = Watched::good();
+  EXPECT_TRUE(w.cycles_that_say(Fault::TooManyTookPart, 3).empty());
+}
+
 TEST(Supervisor, nothing_is_said_of_stations_before_all_were_in_op_once) {
   Watched w;
   Supervisor fresh(w.setup);
@@ -181,7 +197,7 @@ TEST(Supervisor, late_cycles_are_notes_and_three_in_a_tenth_of_a_second_stop) {
   EXPECT_FALSE(w.says(Fault::LateCycle)) << "two fifths of a cycle are left before SYNC0";
   w.late = microseconds(450);
   EXPECT_EQ(w.cycles_that_say(Fault::LateCycles, 3), (Cycles{3}));
-  EXPECT_TRUE(w.says(Fault::LateCycle));
+  EXPECT_EQ(w.of(Fault::LateCycle).detail, 450) << "us";
 }
 
 /// Whatever the machine's period, and wherever the 100 ms begin. The judge keeps the instants of the late cycles.
@@ -228,9 +244,12 @@ TEST(Supervisor, a_stall_longer_than_allowed_stops_at_once_with_its_length) {
 
 TEST(Supervisor, own_work_longer_than_a_cycle_is_an_overrun) {
   Watched w;
-  w.compute = microseconds(1001);
+  w.compute = microseconds(1000);
   w.look();
-  EXPECT_TRUE(w.says(Fault::CycleOverrun));
+  EXPECT_FALSE(w.says(Fault::CycleOverrun));
+  w.compute = microseconds(1250);
+  w.look();
+  EXPECT_EQ(w.of(Fault::CycleOverrun).detail, 250) << "us over the cycle";
 }
 
 TEST(Supervisor, a_clock_that_is_off_for_ten_cycles_is_told_once_and_at_the_second_bound_as_long_as_it_lasts) {
@@ -252,6 +271,7 @@ TEST(Supervisor, an_axis_outside_its_window_stops_in_the_third_cycle_and_the_win
   w.have_torque();
   w.bus.show(kTorque, 501);
   EXPECT_EQ(w.cycles_that_say(Fault::FollowingError, 4), (Cycles{3, 4})) << "0.501 mm at rest, window 0.5";
+  EXPECT_EQ(w.of(Fault::FollowingError).detail, -501) << "um; it stands beyond its target";
   for (const double lag : {2.4, 2.6}) {  // 0.5 + 10 ms * 200 mm/s = 2.5 mm
     Watched moving;
     moving.have_torque();
@@ -424,7 +444,9 @@ TEST(Supervisor, a_brake_that_gives_half_a_millimetre_is_told_and_again_when_it_
   w.bus.show(kNoTorque, -499);
   EXPECT_TRUE(w.cycles_that_say(Fault::BrakeDrift, 20).empty());
   w.bus.show(kNoTorque, -501);
-  EXPECT_EQ(w.cycles_that_say(Fault::BrakeDrift, 20), (Cycles{1}));
+  EXPECT_EQ(w.cycles_that_say(Fault::BrakeDrift, 1), (Cycles{1}));
+  EXPECT_EQ(w.of(Fault::BrakeDrift).detail, -501) << "um, down";
+  EXPECT_TRUE(w.cycles_that_say(Fault::BrakeDrift, 20).empty());
   w.bus.show(kNoTorque, -1002);
   EXPECT_EQ(w.cycles_that_say(Fault::BrakeDrift, 20), (Cycles{1}));
 }

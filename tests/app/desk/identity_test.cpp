@@ -40,9 +40,9 @@ TEST(Identity, a_machine_file_that_was_changed_where_it_lies_is_the_owners_for_o
   const auto owner = identity_of(file, {});
   std::ofstream(file) << "machine: a  # and more\n";
   EXPECT_FALSE(same(owner, identity_of(file, {}), {"--machine"}));
-  EXPECT_TRUE(same(owner, identity_of(file, {}), {"--machine"}, MachineFile::SamePlace));
+  EXPECT_TRUE(same(owner, identity_of(file, {}), {"--machine"}, MachineFile::SamePath));
   std::ofstream(other) << "machine: b\n";
-  EXPECT_FALSE(same(owner, identity_of(other, {}), {"--machine"}, MachineFile::SamePlace));
+  EXPECT_FALSE(same(owner, identity_of(other, {}), {"--machine"}, MachineFile::SamePath));
 }
 
 }  // namespace

@@ -213,6 +213,10 @@ TEST(Summary, interrupted_and_aborted_jobs_are_told_apart) {
   r.exit_code = ExitCode::Refused;
   r.errors = {{Fault::Aborted, "", ""}};
   EXPECT_EQ(result_word(r), "aborted");
+  r.errors.push_back({Fault::DriveFault, "", ""});
+  EXPECT_EQ(result_word(r), "aborted") << "what came of it";
+  std::swap(r.errors[0], r.errors[1]);
+  EXPECT_EQ(result_word(r), "failed") << "a drive's fault ended it, whatever somebody pressed then";
 }
 
 TEST(Summary, a_folder_that_cannot_be_written_is_told) {

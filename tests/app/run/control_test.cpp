@@ -119,6 +119,15 @@ TEST_F(Controls, an_answer_is_polled_and_told_once) {
   EXPECT_FALSE(control_.answer(first)) << "it was told already";
 }
 
+TEST_F(Controls, an_answer_that_nobody_wants_any_more_is_not_kept) {
+  InFlight asked(*channels_);
+  const Request wanted = asked.ask({.kind = CommandKind::Reset}), unwanted = asked.ask({.kind = CommandKind::Reset});
+  asked.forget(unwanted);
+  for (const Request r : {unwanted, wanted}) asked.see({.kind = EventKind::CommandDone, .id = r.id});
+  EXPECT_TRUE(asked.answer(wanted));
+  EXPECT_FALSE(asked.answer(unwanted));
+}
+
 TEST_F(Controls, a_command_behind_a_crowd_hears_its_own_answer) {
   for (int i = 0; i < 200; ++i) control_.post({.kind = CommandKind::Override, .value = 1});
   EXPECT_TRUE(control_.command({.kind = CommandKind::Enable}, 1));

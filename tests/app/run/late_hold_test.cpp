@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "app/job/jog.hpp"
+#include "app/job/walk.hpp"
 #include "app/run/control.hpp"
 #include "tests/app/job/reference.hpp"
 
@@ -179,6 +180,27 @@ TEST_F(LateHold, what_is_played_on_hold_is_not_held_by_it) {
   EXPECT_TRUE(control.play_on_hold(block));
   EXPECT_EQ(loop.holds, 0);
   EXPECT_TRUE(control.holds_next());
+}
+
+/// A walk of a machine that nobody has homed has no proof; its length is bounded by the loop, which must be told.
+TEST_F(LateHold, a_motion_that_nothing_proves_is_played_as_a_walk_alone) {
+  static const config::Machine machine = test::reference();
+  for (const bool all_referenced : {false, true}) {
+    const auto walk =
+        job::plan_walk(machine, job::Surroundings(machine), test::parked(machine), machine.axes[0], all_referenced);
+    ASSERT_TRUE(walk) << to_text(walk.error());
+    EXPECT_EQ(walk->proved(), all_referenced);
+    for (const auto purpose :
+         {cycle::Purpose::Job, cycle::Purpose::Park, cycle::Purpose::Jog, cycle::Purpose::SlowJog}) {
+      const auto played = control.play(*walk, purpose);
+      EXPECT_EQ(played.has_value(), all_referenced);
+      EXPECT_TRUE(played || played.error().fault == Fault::Internal);
+    }
+    EXPECT_EQ(loop.ran > 0, all_referenced);
+    EXPECT_TRUE(control.play(*walk, cycle::Purpose::Walk));
+    EXPECT_GT(loop.ran, 0);
+    loop.ran = 0;
+  }
 }
 
 }  // namespace

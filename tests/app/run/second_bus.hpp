@@ -18,8 +18,8 @@ namespace gantry::test {
 /// its targets at once, and its homing goes down to a switch below counts 0.
 struct PartyNode {
   std::string name;
-  std::int32_t place = 500;  ///< true counts from the switch
-  bool answers = true;       ///< the party line reaches it
+  std::int32_t position = 500;  ///< true counts from the switch
+  bool answers = true;          ///< the party line reaches it
   bool awake = false;
   bool lost_supply = true;
   unsigned crackles = 0;  ///< that its plug has counted
@@ -44,19 +44,19 @@ struct PartyNode {
     level = asked > level ? level + 1 : asked;
     const bool homing = level == 3 && mode == 6 && (word & 0x10) != 0;
     if (mode != 6 || (word & 0x10) == 0) homed = false;
-    if (level == 3 && mode == 8) place = get_le<std::int32_t>(out, 3) - zero;
+    if (level == 3 && mode == 8) position = get_le<std::int32_t>(out, 3) - zero;
     if (homing && !homed) {
-      if (place >= 0)
-        place -= 10;
+      if (position >= 0)
+        position -= 10;
       else
-        place = zero = 0, homed = true;  // back at the edge, where the switch opens
+        position = zero = 0, homed = true;  // back at the edge, where the switch opens
     }
     constexpr std::array<std::uint16_t, 4> kStatus{0x0240, 0x0221, 0x0233, 0x0237};  // IEC 61800-7-201, table 29
     put_le<std::uint16_t>(in, 0,
                           static_cast<std::uint16_t>(kStatus[static_cast<std::size_t>(level)] | (homed ? 0x1400 : 0)));
     in[2] = out[2];
-    put_le<std::int32_t>(in, 3, place + zero);
-    put_le<std::uint32_t>(in, 7, place < 0 ? 1 : 0);
+    put_le<std::int32_t>(in, 3, position + zero);
+    put_le<std::uint32_t>(in, 7, position < 0 ? 1 : 0);
   }
 };
 

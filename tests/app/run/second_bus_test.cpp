@@ -110,7 +110,7 @@ struct PartyMachine {
 
   config::Machine machine = two_axes();
   VirtualClock clock;
-  test::SecondBus bus{{{.name = "shoulder"}, {.name = "elbow", .place = 730}}, machine};
+  test::SecondBus bus{{{.name = "shoulder"}, {.name = "elbow", .position = 730}}, machine};
   cycle::LoopSetup setup = loop_of(machine);
   std::unique_ptr<cycle::Channels> channels = std::make_unique<cycle::Channels>();
   cycle::Loop loop{setup, bus, nullptr, clock, *channels};
@@ -132,8 +132,8 @@ TEST(SecondBus, axes_are_enabled_homed_and_moved_without_a_word_of_ethercat) {
   m.enable_and_home();
   ASSERT_TRUE(m.begin({12.5, 40}));
   ASSERT_TRUE(m.control.wait([&] { return m.now().state == cycle::State::Ready; }, 30, {}));
-  EXPECT_EQ(m.bus.node(0).place, 1250);
-  EXPECT_EQ(m.bus.node(1).place, 4000);
+  EXPECT_EQ(m.bus.node(0).position, 1250);
+  EXPECT_EQ(m.bus.node(1).position, 4000);
   EXPECT_EQ(m.now().working_counter, 0);
   EXPECT_EQ(m.now().expected, 0);
   EXPECT_EQ(m.now().al_states, 0);
@@ -153,10 +153,10 @@ TEST(SecondBus, a_node_that_goes_away_stops_the_machine_is_named_and_comes_back_
   while (m.now().latched == Fault::None) m.control.idle();
   EXPECT_EQ(m.now().latched, Fault::StationSilent);
   EXPECT_LE(m.now().cycle - away, 4);
-  const std::int32_t before = m.bus.node(0).place;
+  const std::int32_t before = m.bus.node(0).position;
   m.idle(1000);
   EXPECT_EQ(m.now().state, cycle::State::Stopped);
-  EXPECT_LT(m.bus.node(0).place - before, 100) << "10 mm/s and 1000 mm/s^2 brake within 1 mm";
+  EXPECT_LT(m.bus.node(0).position - before, 100) << "10 mm/s and 1000 mm/s^2 brake within 1 mm";
   EXPECT_TRUE(m.said("node 'elbow'"));
   EXPECT_FALSE(m.said("node 'shoulder'"));
   EXPECT_EQ(m.now().referenced, 0b01u);

@@ -527,13 +527,13 @@ TEST(SdoInfo, objects_and_entries_are_described) {
   EXPECT_EQ(object->name, "Identity");
   EXPECT_EQ(object->max_sub, 4);
   EXPECT_EQ(object->code, sdo_info::kCodeRecord);
-  EXPECT_EQ(data_type_name(object->data_type), "IDENTITY");
+  EXPECT_EQ(object->data_type, 0x0023) << "IDENTITY, ETG.1000.6, table 64";
   const auto entry = describe_entry(b.link, b.station, {0x1018, 1});
   ASSERT_TRUE(entry) << to_text(entry.error());
   EXPECT_EQ(entry->name, "Vendor");
   EXPECT_EQ(entry->bit_length, 32);
   EXPECT_EQ(entry->access, sdo_info::kAccessRead);
-  EXPECT_EQ(data_type_name(entry->data_type), "UNSIGNED32");
+  EXPECT_EQ(entry->data_type, 0x0007) << "UNSIGNED32";
 }
 
 TEST(SdoInfo, an_object_that_is_listed_and_not_described_does_not_hide_the_others) {

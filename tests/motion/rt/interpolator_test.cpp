@@ -514,14 +514,6 @@ TEST(Interpolator, a_dwell_freezes_under_hold_and_ignores_override) {
   EXPECT_EQ(ticks, 60);
 }
 
-TEST(Interpolator, outputs_by_command_never_touch_the_valve) {
-  Player p(machine(), home());
-  p.play.set_outputs(test::kLamp | kValve, test::kLamp | kValve);
-  EXPECT_EQ(p.step().outputs, test::kLamp);
-  p.play.set_outputs(test::kLamp, 0);
-  EXPECT_EQ(p.step().outputs, 0u);
-}
-
 TEST(Interpolator, an_idle_machine_stands_whatever_is_asked_of_it) {
   Player p(machine(), home());
   p.play.hold();

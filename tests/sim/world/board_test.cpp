@@ -54,16 +54,16 @@ TEST(BoardPlacement, is_drawn_within_the_spreads_and_again_from_the_same_seed) {
   double most = 0;
   for (std::uint64_t seed = 0; seed < 500; ++seed) {
     const BoardPlacement p = draw_placement(truth, seed, 0, std::nullopt);
-    EXPECT_LE(std::abs(p.shift.x), truth.place_spread_mm);
-    EXPECT_LE(std::abs(p.shift.y), truth.place_spread_mm);
-    EXPECT_LE(std::abs(p.rotation_rad), truth.place_spread_rad);
+    EXPECT_LE(std::abs(p.shift.x), truth.placement_spread_mm);
+    EXPECT_LE(std::abs(p.shift.y), truth.placement_spread_mm);
+    EXPECT_LE(std::abs(p.rotation_rad), truth.placement_spread_rad);
     EXPECT_LE(std::abs(p.z0_mm), truth.height_spread_mm);
     most = std::max(most, std::abs(p.shift.x));
     const BoardPlacement again = draw_placement(truth, seed, 0, std::nullopt);
     EXPECT_EQ(p.shift, again.shift);
     EXPECT_NE(draw_placement(truth, seed, 1, std::nullopt).shift, p.shift) << "the next board lies elsewhere";
   }
-  EXPECT_GT(most, 0.9 * truth.place_spread_mm);
+  EXPECT_GT(most, 0.9 * truth.placement_spread_mm);
 }
 
 TEST(BoardPlacement, text_sets_what_it_names_and_the_seed_the_rest) {

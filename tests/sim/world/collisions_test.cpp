@@ -212,11 +212,11 @@ TEST(Head, a_bent_needle_that_turns_takes_its_tip_round) {
   const Vec3 nominal = config::find_tool(machine, "needle")->tip;
   AxisVec q{};
   q[3] = 1.5707963267948966;
-  EXPECT_NEAR(head.place(head.needle, q).x, nominal.x, 1e-9);
-  EXPECT_NEAR(head.place(head.needle, q).y, nominal.y + 0.4, 1e-9);
+  EXPECT_NEAR(head.in_machine(head.needle, q).x, nominal.x, 1e-9);
+  EXPECT_NEAR(head.in_machine(head.needle, q).y, nominal.y + 0.4, 1e-9);
   for (config::Body& body : machine.head) body.on_turn = false;
   const Head still(machine);
-  EXPECT_NEAR(still.place(still.needle, q).x, nominal.x + 0.4, 1e-9);
+  EXPECT_NEAR(still.in_machine(still.needle, q).x, nominal.x + 0.4, 1e-9);
 }
 
 }  // namespace

@@ -50,8 +50,8 @@ inline config::Machine machine() {
   m.sim.valve_close_lag_s = 0.0017;
   m.sim.height_spread_mm = 0.3;
   m.sim.tilt_spread_rad = 0.001;
-  m.sim.place_spread_mm = 1.5;
-  m.sim.place_spread_rad = 0.02;
+  m.sim.placement_spread_mm = 1.5;
+  m.sim.placement_spread_rad = 0.02;
   m.sim.camera_noise = 2;
   return m;
 }

@@ -61,7 +61,6 @@ TEST_F(InWorld, a_bead_begins_and_ends_where_the_valve_truly_moves) {
     EXPECT_NEAR(p.y, 60, 1e-9);
     EXPECT_NEAR(p.z, 0.3, 1e-9);
   }
-  EXPECT_EQ(world.valve_shots(), 1u);
 }
 
 TEST_F(InWorld, the_hidden_boards_place_is_what_decides) {
@@ -382,7 +381,6 @@ TEST(WorldMemory, board_deposits_and_motors_survive_the_world_even_in_the_middle
   const auto d = w.deposits();
   ASSERT_EQ(d.size(), 1u) << "of the job that was interrupted";
   EXPECT_EQ(d[0].board_mm, bead);
-  EXPECT_EQ(w.valve_shots(), 2u);
   ASSERT_TRUE(w.remembered_motors());
   EXPECT_EQ(*w.remembered_motors(), (std::vector<double>{1.5, 2.5}));
   std::filesystem::remove_all(dir);

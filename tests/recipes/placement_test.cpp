@@ -16,7 +16,7 @@ Vec3 tip_of(const config::Machine& m, const config::Tool& tool, const AxisVec& q
   return {tool.tip.x + q[m.x.value], tool.tip.y + q[m.y.value], tool.tip.z + q[m.z.value] - u};
 }
 
-TEST(Place, brings_each_tool_to_the_point) {
+TEST(Placement, brings_each_tool_to_the_point) {
   const auto m = dispenser();
   const unsigned seed = 7;
   std::mt19937 random(seed);
@@ -31,7 +31,7 @@ TEST(Place, brings_each_tool_to_the_point) {
     }
 }
 
-TEST(Place, turns_about_the_boards_origin_and_then_shifts) {
+TEST(Placement, turns_about_the_boards_origin_and_then_shifts) {
   const auto m = dispenser();
   const Recipe r = demo();
   const Vec3 origin = config::find_frame(m, "pallet")->origin;
@@ -42,7 +42,7 @@ TEST(Place, turns_about_the_boards_origin_and_then_shifts) {
   EXPECT_NEAR(p.z, origin.z + 12 + 0.5 + 0.1 + 0.2, 1e-9);
 }
 
-TEST(Place, parts_move_with_the_board_and_fixtures_stay) {
+TEST(Placement, parts_move_with_the_board_and_fixtures_stay) {
   const auto m = dispenser();
   const Recipe r = demo();
   const auto nominal = bodies(r, m, {}, {});
