@@ -106,13 +106,13 @@ class Feasibility {
                     fmt::format("material '{}': 'min_speed' of {:.6g} mm/s is more than its 'speed' of {:.6g} mm/s; "
                                 "write at most that",
                                 material.name, material.min_speed, material.speed),
-                    material.location);
+                    material.locations.min_speed);
     if (material.min_speed > 0 && material.start_dwell_s > 0)
       mistakes_.add(Fault::Inconsistent,
                     fmt::format("material '{}': with 'start_dwell' a bead begins from rest, and 'min_speed' of {:.6g} "
                                 "mm/s forbids that; leave one of them out",
                                 material.name, material.min_speed),
-                    material.location);
+                    material.locations.min_speed);
   }
 
   /// How far from the middle of the picture a mark's centre may be to be found.

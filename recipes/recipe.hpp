@@ -83,7 +83,7 @@ struct TouchRules {
 
 /// Where the values of a material stand; line 0: it was not given.
 struct MaterialLocations {
-  Location speed, valve_open_lead, valve_close_lead, dot_time, retract, start_dwell, early_off, tail_lift;
+  Location speed, valve_open_lead, valve_close_lead, dot_time, retract, start_dwell, early_off, tail_lift, min_speed;
 };
 
 struct Material {

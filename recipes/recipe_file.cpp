@@ -140,8 +140,9 @@ const Fields<Material> kMaterial{
                  "at the start of a bead the valve opens, the needle stands this long, a cycle of the machine or more, "
                  "and then the bead begins; 0 s: not at all"),
           &Material::locations, &MaterialLocations::start_dwell),
-    number("min_speed", &Material::min_speed, D::Speed, {0, 1000}, kOptional,
-           "a bead may begin as slowly as this where a body is in the way of its run-up; 0: from rest"),
+    noted(number("min_speed", &Material::min_speed, D::Speed, {0, 1000}, kOptional,
+                 "a bead may begin as slowly as this where a body is in the way of its run-up; 0: from rest"),
+          &Material::locations, &MaterialLocations::min_speed),
     noted(number("early_off", &Material::early_off, D::Length, {0, 100}, kOptional,
                  "the valve shuts this long before the end of a bead"),
           &Material::locations, &MaterialLocations::early_off),

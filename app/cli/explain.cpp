@@ -12,9 +12,14 @@
 namespace gantry::cli {
 namespace {
 
-constexpr std::string_view reaction_text(Reaction r) {
-  switch (r) {
-    case Reaction::Note: return "noted; motion goes on";
+/// What is found by whoever prepares or runs a job (files, plans, answers of the world) is an error of that job.
+constexpr bool of_a_job(const FaultInfo& f) {
+  return static_cast<int>(f.fault) >= 400 && f.severity >= Severity::Error;
+}
+
+constexpr std::string_view reaction_text(const FaultInfo& f) {
+  switch (f.reaction) {
+    case Reaction::Note: return of_a_job(f) ? "what it was found in is refused, or ends" : "noted; motion goes on";
     case Reaction::PathStop: return "stop on the path; drives stay enabled; valve closed";
     case Reaction::AxisStop: return "every axis brakes by itself; drives stay enabled; valve closed";
     case Reaction::QuickStop: return "quick stop, then torque off; valve closed";
@@ -39,7 +44,7 @@ nlohmann::ordered_json to_json(const FaultInfo& f) {
   return {{"code", std::string_view(code(f.fault))},
           {"name", f.name},
           {"text", f.text},
-          {"reaction", reaction_text(f.reaction)},
+          {"reaction", reaction_text(f)},
           {"clear", clear_text(f.clear)},
           {"fault_exit_code", static_cast<int>(f.exit_code)},
           {"remedy", f.remedy},
@@ -105,7 +110,7 @@ void add_explain(CLI::App& app, Context& context) {
       return;
     }
     print_text("{} {}\n  what:     {}\n  machine:  {}\n  cleared:  {}{}\n  remedy:   {}\n  exit:     {}\n",
-               std::string_view(code(f->fault)), f->name, f->text, reaction_text(f->reaction),
+               std::string_view(code(f->fault)), f->name, f->text, reaction_text(*f),
                f->clear == Clear::None ? "" : "by ", clear_text(f->clear), f->remedy, static_cast<int>(f->exit_code));
   });
 }

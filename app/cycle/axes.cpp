@@ -74,6 +74,7 @@ void Axes::read(const devices::FieldBus& bus, bool answered, bool operational, s
       stop_together(id, operational);
       run_out_together(id);
       share_coordinate(id);
+      see_lean(id);
     }
     double sum = 0;
     for (const std::uint8_t d : drives) sum += drives_[d].feedback().position;
@@ -143,11 +144,22 @@ void Axes::share_coordinate(AxisId id) noexcept {
   if ((referenced_ >> id.value & 1u) == 0) join(id, second_off);
 }
 
+void Axes::see_lean(AxisId id) noexcept {
+  const auto& drives = setup_.axes[id.value].drives;
+  const devices::Drive &first = drives_[drives[0]], &second = drives_[drives[1]];
+  if ((homing_mask_ >> id.value & 1u) != 0)
+    lean_[id.value].forget();
+  else if (!first.feedback().takes_targets && !second.feedback().takes_targets)
+    lean_[id.value].see(first.commanded(), second.commanded());
+}
+
 void Axes::write(devices::FieldBus& bus, const AxisVec& target, std::int64_t elapsed) noexcept {
   const double dt = seconds(setup_.period) * static_cast<double>(elapsed);
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
     speed_[i] = (target[i] - last_target_[i]) / dt;
     last_target_[i] = target[i];
+    lean_[i].step(speed_[i] != 0 && enabled(AxisId{static_cast<std::uint8_t>(i)}),
+                  setup_.axes[i].homing.square_speed / 2, setup_.period, elapsed);
   }
   sent_.push(elapsed, target);
   const std::bitset<kMaxDrives> together = may_search();
@@ -161,7 +173,7 @@ void Axes::write(devices::FieldBus& bus, const AxisVec& target, std::int64_t ela
     // time before.
     const bool in_homing = (homing_mask_ >> setup.axis.value & 1u) != 0;
     command.target = in_homing ? drives_[d].commanded() + homing_[d].lead_step() / setup.scale.to_counts_delta(1)
-                               : target[setup.axis.value];
+                               : target[setup.axis.value] + lean(d);
     if (in_homing && squaring_[setup.axis.value].busy() && d == setup_.axes[setup.axis.value].drives[1])
       command.target = squaring_[setup.axis.value].step();
     if ((stands_with_side_ >> d & 1u) != 0) command.target = drives_[d].commanded();
@@ -254,8 +266,9 @@ AxisVec Axes::commanded() const noexcept {
     double sum = 0, taking = 0;
     int takers = 0;
     for (const std::uint8_t d : drives) {
-      sum += drives_[d].commanded();
-      if (drives_[d].feedback().takes_targets) taking += drives_[d].commanded(), ++takers;
+      const double at = drives_[d].commanded() - lean(d);
+      sum += at;
+      if (drives_[d].feedback().takes_targets) taking += at, ++takers;
     }
     q[i] = takers > 0 ? taking / takers : sum / static_cast<double>(drives.size());
   }
@@ -265,7 +278,7 @@ AxisVec Axes::commanded() const noexcept {
 double Axes::following(AxisId id, double target) const noexcept {
   double worst = 0;
   for (const std::uint8_t d : setup_.axes[id.value].drives) {
-    const double error = target - drives_[d].feedback().position;
+    const double error = target + lean(d) - drives_[d].feedback().position;
     if (std::abs(error) > std::abs(worst)) worst = error;
   }
   return worst;
@@ -276,7 +289,7 @@ double Axes::behind(AxisId id) const noexcept {
   const std::int64_t allowed = cycles_in(axis.following_per_speed_s, setup_.period) + kReportDelay;
   double worst = 0;
   for (const std::uint8_t d : axis.drives) {
-    const double error = sent_.behind(id, drives_[d].feedback().position, allowed);
+    const double error = sent_.behind(id, drives_[d].feedback().position - lean(d), allowed);
     if (std::abs(error) > std::abs(worst)) worst = error;
   }
   return worst;
@@ -288,7 +301,7 @@ double Axes::stops_short(AxisId id) const noexcept {
   double worst = 0;
   for (const std::uint8_t d : axis.drives) {
     if (setup_.drives[d].layout.closed_loop || !drives_[d].feedback().takes_targets) continue;
-    const double error = sent_.beyond(id, drives_[d].feedback().position, allowed);
+    const double error = sent_.beyond(id, drives_[d].feedback().position - lean(d), allowed);
     const bool is_short = std::abs(drives_[d].scale().to_counts_delta(error)) > kShortCounts;
     if (is_short && std::abs(error) > std::abs(worst)) worst = error;
   }
@@ -398,12 +411,21 @@ bool Axes::homing() const noexcept {
 Axes::Homed Axes::homing_failure() const noexcept {
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
     if ((homing_mask_ >> i & 1u) == 0) continue;
-    const auto failed = [&](Fault fault, StationId by) {
-      return Homed{fault, AxisId{static_cast<std::uint8_t>(i)}, apart_[i], by};
-    };
-    for (const std::uint8_t d : setup_.axes[i].drives)
-      if (homing_[d].fault() != Fault::None) return failed(homing_[d].fault(), ended_by_[i]);
-    if (squaring_[i].fault() != Fault::None) return failed(squaring_[i].fault(), kNoStation);
+    Homed failed{.axis = AxisId{static_cast<std::uint8_t>(i)},
+                 .detail = static_cast<std::int32_t>(apart_[i] * 1000),
+                 .station = ended_by_[i]};
+    for (const std::uint8_t d : setup_.axes[i].drives) {
+      failed.fault = homing_[d].fault();
+      if (failed.fault == Fault::None) continue;
+      const devices::Feedback& shows = drives_[d].feedback();
+      const Detail unit = info(failed.fault).detail;
+      if (unit == Detail::Statusword) failed.detail = shows.statusword;
+      if (unit == Detail::DriveCode) failed.detail = shows.error_code;
+      if (unit == Detail::Statusword || unit == Detail::DriveCode) failed.station = setup_.drives[d].station;
+      return failed;
+    }
+    failed.fault = squaring_[i].fault(), failed.station = kNoStation;
+    if (failed.fault != Fault::None) return failed;
   }
   return {};
 }

@@ -1,5 +1,6 @@
 // All axes with their drives, as one thing the loop reads and writes. A gantry axis is two drives of one coordinate;
-// both get the same target, and its position is their mean.
+// both get the same target (but for what they stood apart when they took torque, lean.hpp), and its position is their
+// mean.
 //   axes.read(bus, answered, operational, elapsed);   ...   axes.write(bus, targets, elapsed);
 // Also here: what the drives are asked to be (goal), their homing, and the probe on one of them. RT.
 #pragma once
@@ -8,6 +9,7 @@
 #include <cstdint>
 
 #include "app/cycle/channels.hpp"
+#include "app/cycle/lean.hpp"
 #include "app/cycle/loop_setup.hpp"
 #include "app/cycle/sent_targets.hpp"
 #include "app/cycle/squaring.hpp"
@@ -90,8 +92,9 @@ class Axes {
 
   /// What would have been sent for `target` in a cycle that a stall skipped.
   [[nodiscard]] std::int32_t counts_of(std::size_t d, const AxisVec& target) const noexcept {
-    return drive(d).takes_targets ? devices::wrap(drives_[d].scale().to_counts(target[setup_.drives[d].axis.value]))
-                                  : sent_counts(d);
+    return drive(d).takes_targets
+               ? devices::wrap(drives_[d].scale().to_counts(target[setup_.drives[d].axis.value] + lean(d)))
+               : sent_counts(d);
   }
 
   /// Homing of the axes in `mask`, together, and squaring of those with two sides. Then homing() until it is over.
@@ -103,8 +106,8 @@ class Axes {
   struct Homed {
     Fault fault = Fault::None;  ///< the first failure, and its axis
     AxisId axis = kNoAxis;
-    double sides_apart = 0;          ///< of a beam: what one side was found apart from the other, mm
-    StationId station = kNoStation;  ///< of a beam: of the side that gave up first
+    std::int32_t detail = 0;         ///< in the unit of the fault: how far sides are apart, or what the drive shows
+    StationId station = kNoStation;  ///< of the drive that shows it, or of the side of a beam that gave up first
   };
   /// Of an axis that has given up, while the others may still be homing.
   [[nodiscard]] Homed homing_failure() const noexcept;
@@ -124,6 +127,13 @@ class Axes {
   [[nodiscard]] devices::DriveGoal goal_of(std::size_t d) const noexcept;
   [[nodiscard]] std::size_t probe_drive() const noexcept;
   void share_coordinate(AxisId id) noexcept;
+  void see_lean(AxisId id) noexcept;
+  /// Of its drive from the axis's coordinate, mm or rad; 0 but for a beam that stands racked.
+  [[nodiscard]] double lean(std::size_t d) const noexcept {
+    const AxisId id = setup_.drives[d].axis;
+    const auto& drives = setup_.axes[id.value].drives;
+    return drives.size() < 2 ? 0 : lean_[id.value].of(drives[1] == d ? 1 : 0);
+  }
   void stop_together(AxisId id, bool operational) noexcept;
   void run_out_together(AxisId id) noexcept;
   [[nodiscard]] std::bitset<kMaxDrives> may_search() const noexcept;
@@ -140,7 +150,8 @@ class Axes {
   AxisVec actual_{}, speed_{}, last_target_{};
   SentTargets sent_;
   std::uint32_t homing_mask_ = 0, referenced_ = 0;
-  std::array<Squaring, kMaxAxes> squaring_{};   ///< of the second side, since homing began
+  std::array<Squaring, kMaxAxes> squaring_{};  ///< of the second side, since homing began
+  std::array<Lean, kMaxAxes> lean_{};
   AxisVec apart_{};                             ///< of two sides, as homing has seen them, mm
   std::array<StationId, kMaxAxes> ended_by_{};  ///< of a beam's homing: the station of the side that gave up first
   std::array<int, kMaxDrives>

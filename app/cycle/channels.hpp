@@ -124,6 +124,7 @@ struct Channels {
   rt::Ring<Event, 256> events;
   /// An abort from any thread: a path stop at the next tick. As long as it is set, nothing begins to move.
   std::atomic<bool> stop_now{false};
+  std::atomic<bool> on_hold{false};    ///< whoever gives the blocks waits for a resume before the next one
   std::atomic<bool> quit{false};       ///< the loop returns after the running tick
   std::atomic<std::uint64_t> lost{0};  ///< snapshots or events that found their ring full
 };

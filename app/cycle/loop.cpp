@@ -195,10 +195,12 @@ void Loop::write_image(const Beat& beat) noexcept {
   write_outputs(bus_, setup_, word);
 }
 
-/// Of the stack light: red while a fault is latched, yellow in setup.
+/// Of the stack light: red while a fault is latched, yellow in setup and where a job waits for somebody to resume it.
 Lamp Loop::lamp() const noexcept {
   if (latched_ != Fault::None) return Lamp::Red;
-  return in_setup(setup_, inputs_) ? Lamp::Yellow : row(state_).lamp;
+  const Lamp lamp = row(state_).lamp;
+  const bool waits = state_ == State::Ready && channels_.on_hold.load(std::memory_order_relaxed);
+  return in_setup(setup_, inputs_) || waits ? Lamp::Yellow : lamp;
 }
 
 /// The interpolator stands where the drives are; nothing of the past is left in the compensation.

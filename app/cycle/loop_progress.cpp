@@ -160,14 +160,17 @@ void Loop::finish_reset() noexcept {
   if (brake_released() && !(axes_.no_fault() && axes_.all_enabled())) return take_torque();
   if (!axes_.no_fault() && axes_.goal() != DriveGoal::FaultReset) axes_.set_goal(DriveGoal::FaultReset);
   if (!axes_.no_fault() && ++reset_ticks_ * setup_.period < kResetTimeout) return;
+  // A drive that was told in this very cycle to give up its torque still shows it. Whoever hears that the machine is
+  // without torque may enable it at once: it is said when it is so.
+  const bool torque = axes_.all_enabled() && axes_.goal() == DriveGoal::Enabled;
+  if (!torque && axes_.goal() != DriveGoal::FaultReset) axes_.set_goal(DriveGoal::Disabled);
+  if (!torque && !axes_.all_disabled() && ++reset_ticks_ * setup_.period < kResetTimeout) return;
   if (axes_.no_fault()) {
     const bool another = present_.fault != Fault::None && present_.fault != latched_;  // behind the one that has gone
     latched_ = present_.fault;
     if (another) tell(present_);
   }
   if (latched_ == Fault::None) reacted_ = Reaction::Note;
-  // A drive that was told in this very cycle to give up its torque still shows it.
-  const bool torque = axes_.all_enabled() && axes_.goal() == DriveGoal::Enabled;
   if (!torque) axes_.set_goal(DriveGoal::Disabled);
   if (latched_ == Fault::None) change(torque ? Cause::Cleared : Cause::ClearedTorqueOff);
   answer(std::exchange(pending_reset_, 0), latched_);
@@ -180,7 +183,7 @@ void Loop::watch_homing() noexcept {
 
 void Loop::tell_homing(const Axes::Homed& failed) noexcept {
   if (latched_ != Fault::None || failed.fault == Fault::None || failed.fault == Fault::Aborted) return;
-  react(failed.fault, failed.axis, static_cast<std::int32_t>(failed.sides_apart * 1000), failed.station);
+  react(failed.fault, failed.axis, failed.detail, failed.station);
 }
 
 void Loop::finish_homing() noexcept {

@@ -139,6 +139,9 @@ void Desk::give(const OrderSocket::Incoming& in) {
 }
 
 Result<std::string> Desk::obey(const run::Order& order) {
+  // Nothing moves yet, and nothing is to be ended: an abort is not meant for the owner itself.
+  if (order.kind == run::OrderKind::Abort && owner_.undertaking() == run::Undertaking::BringUp)
+    return "nothing is under way; the bus comes up";
   if (auto done = owner_.order(order); !done) return tl::unexpected(done.error());
   const std::optional<double> stop_mm = owner_.stop_mm();  // of before the loop has taken the order
   if (order.kind == run::OrderKind::Abort) return stop_mm ? fmt::format("stops within {:.2g} mm", *stop_mm) : "";

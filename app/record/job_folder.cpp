@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <sys/file.h>
 #include <system_error>
 #include <thread>
@@ -65,9 +66,9 @@ int last_number(const fs::path& parent, const std::string& stem, int last) {
 fs::path number_file(const fs::path& parent, const std::string& stem) { return parent / ("." + stem + ".last-number"); }
 
 int kept_number(const fs::path& parent, const std::string& stem) {
-  std::ifstream in(number_file(parent, stem));
+  const auto text = config::read_text_file(number_file(parent, stem).string());
   int n = 0;
-  return in >> n && n > 0 && n <= kHighestNumber ? n : 0;
+  return text && std::istringstream(*text) >> n && n > 0 && n <= kHighestNumber ? n : 0;
 }
 
 /// Two jobs that begin at once in one folder number theirs one after the other. Whoever holds the lock for longer than

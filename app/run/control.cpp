@@ -230,10 +230,13 @@ Result<void> Control::wait_for_resume(const std::function<bool()>& given_up) {
   const auto waited = wait(
       [&] {
         if (stopped()) stop = fault_;
-        return torque_lost() || !(hold_next_ || hold_ || stopped()) || (given_up && given_up());
+        const bool on_hold = hold_next_ || hold_ || stopped();
+        channels_.on_hold.store(on_hold, std::memory_order_relaxed);
+        return torque_lost() || !on_hold || (given_up && given_up());
       },
       kNoLimit_s, {});
   waits_ = false;
+  channels_.on_hold.store(false, std::memory_order_relaxed);
   if (!waited || !torque_lost()) return waited;
   stop->message += "; the drives have lost their torque meanwhile, so that the job cannot go on";
   return tl::unexpected(*stop);

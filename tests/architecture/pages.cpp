@@ -94,7 +94,9 @@ std::string states_page() {
       "cause has gone and the axes stand, a stopped machine becomes\nready, or disabled where drives have lost their "
       "torque.\n\nIn a state that commands no motion an axis may still settle, and one without torque run out. The "
       "light is that "
-      "of the stack light;\nred while a fault is latched, and yellow in setup, whatever the state.\n\n"
+      "of the stack light;\nred while a fault is latched, and yellow in setup, whatever the state; yellow, too, while "
+      "a job waits between two\n"
+      "blocks for somebody to resume it.\n\n"
       "| state | motion is commanded | light |";
   const auto causes = [](bool orders) {
     std::vector<Cause> list;

@@ -173,7 +173,7 @@ TEST(Beam, sides_that_stand_apart_are_enabled_in_the_next_cycle_after_a_reset_to
   racked.pass_to(racked.now().cycle + 500);
   const auto cleared = reset(racked.owner());
   ASSERT_TRUE(cleared) << to_text(cleared.error());
-  expect_enable_moves_nothing(racked);  // the side with torque never lost it
+  expect_enable_moves_nothing(racked);
   EXPECT_EQ(racked.now().state, State::Ready);
   EXPECT_EQ(racked.now().referenced & kY, 0u);
 }
@@ -242,6 +242,36 @@ TEST(Beam, one_that_stands_square_keeps_its_reference_without_torque) {
   ASSERT_TRUE(idle.owner().disable());
   idle.pass_to(idle.now().cycle + 1000);
   EXPECT_EQ(idle.now().referenced, test::kAllAxes);
+}
+
+/// Less than it may be racked: its reference holds, and so does what stands between the sides until the axis moves.
+TEST(Beam, a_side_that_was_pushed_a_little_is_not_moved_by_enable_and_comes_square_in_the_next_motion) {
+  Idle idle("[]");
+  ASSERT_TRUE(idle.owner().jog({.by = {{"Y", "150 mm"}}, .speed = "200 mm/s"}));
+  const double y_before = idle.now().target[1];
+  ASSERT_TRUE(idle.owner().disable());
+  idle.pass_to(idle.now().cycle + 1000);
+  ASSERT_TRUE(idle.owner().world()->add_script("{do: slip_brake, axis: Y, drive: 1, speed: 0.5 mm/s}"));
+  idle.pass_to(idle.now().cycle + 340);
+  ASSERT_TRUE(idle.owner().world()->add_script("{do: slip_brake, axis: Y, drive: 1, speed: 0 mm/s}"));
+  idle.pass_to(idle.now().cycle + 100);
+  ASSERT_EQ(idle.now().referenced, test::kAllAxes);
+  const auto apart = [&] { return std::int64_t{idle.now().counts[kY2]} - idle.now().counts[kY1]; };
+  ASSERT_GT(std::abs(apart()), 150) << "of 0.17 mm";
+  expect_enable_moves_nothing(idle);
+  EXPECT_EQ(idle.now().state, State::Ready);
+  EXPECT_GT(std::abs(apart()), 150) << "enable squares nothing";
+
+  // 50 mm/s are 50 counts a cycle; a side that is squared goes up to 1.25 mm/s beside that.
+  const auto step = largest_step(idle, [&] {
+    const auto moved = idle.owner().jog({.by = {{"Y", "20 mm"}}, .speed = "50 mm/s"});
+    EXPECT_TRUE(moved) << to_text(moved.error());
+  });
+  EXPECT_LE(step, 52);
+  EXPECT_LE(std::abs(apart()), 1) << "square again";
+  EXPECT_NEAR(idle.now().target[1], y_before + 20 + 0.085, 0.01) << "of the middle, which the push has moved by half";
+  ASSERT_TRUE(idle.owner().jog({.by = {{"Y", "-20 mm"}}, .speed = "50 mm/s"}));
+  EXPECT_LE(std::abs(apart()), 1);
 }
 
 /// A hand has pushed one side by 47 mm, and the beam bears 12: homing takes out what it bears at a time.

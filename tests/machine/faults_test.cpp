@@ -5,6 +5,7 @@
 
 #include "app/job/prove.hpp"
 #include "tests/machine/rig.hpp"
+#include "tests/machine/said.hpp"
 
 namespace gantry {
 namespace {
@@ -47,11 +48,9 @@ TEST(Faults, a_picture_that_does_not_come_is_taken_once_more_R65) {
 /// The answer is due a fixed time after the exposure; with none left it always comes late, and is used all the same.
 TEST(Faults, an_answer_that_takes_longer_than_the_machine_file_says_is_told) {
   Rig rig({.placement = "dx=0.5 mm", .change = [](config::Machine& m) { m.camera.answer_latency_s = -0.001; }});
-  const auto result = rig.run(kDemo);
-  EXPECT_EQ(result.exit_code, ExitCode::Done);
-  const auto told = std::count_if(result.events.begin(), result.events.end(),
-                                  [](const std::string& e) { return e.find("[G611]") != std::string::npos; });
-  EXPECT_EQ(told, 4) << "one a mark";
+  const test::Said said;
+  EXPECT_EQ(rig.run(kDemo).exit_code, ExitCode::Done);
+  EXPECT_EQ(said.count({"[G611]", "mark"}), 4) << said.all();
 }
 
 TEST(Faults, a_script_entry_beyond_the_end_of_the_job_is_told_with_its_line) {

@@ -212,7 +212,7 @@ TEST(Liars, drives) {
       {"enabled after 0.9 s", "y2", {.lies = {.enable_delay = 900}}},
       {"enabled after 3 s", "z", {.lies = {.enable_delay = 3000}}, {}, {"station 4 'z'", "within a second"}},
       {"6064h of the other sign", "z", {.lies = {.position_factor = -1}}, {}, {"axis Z", "does not follow"}},
-      {"6064h twice what it is", "x", {.lies = {.position_factor = 2}}, {}, {"station 1 'x'", "jumped"}},
+      {"6064h twice what it is", "x", {.lies = {.position_factor = 2}}, {}, {"axis X", "faster in homing"}},
       {"6064h is half a millimetre off",
        "z",
        {.lies = {.position_off = 1000}},

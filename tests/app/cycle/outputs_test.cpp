@@ -86,6 +86,7 @@ TEST(StackLight, is_yellow_in_setup) {
 // A pulse of 100 ms, so that whoever watches it notices an output that is stuck, and a program that is.
 TEST(Healthy, beats_while_nothing_is_latched) {
   Lit b;
+  b.enable();
   EXPECT_NEAR(b.changes(config::Output::Healthy, 1000), 20, 1);
   b.set(config::Input::Stop, false);
   ASSERT_NE(b.now.latched, Fault::None);
