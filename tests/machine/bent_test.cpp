@@ -11,7 +11,7 @@ using test::object;
 using test::Rig;
 using test::station;
 
-constexpr const char* kDemo = "recipes/demo-board.yaml";
+using test::kDemo;
 constexpr const char* kPlacement = "dx=0.7 mm, dy=0.4 mm, rot=-0.3 deg";
 
 struct Bent {

@@ -15,7 +15,7 @@ using test::Idle;
 using test::Rig;
 using test::Said;
 
-constexpr const char* kDemo = "recipes/demo-board.yaml";
+using test::kDemo;
 constexpr const char* kNote = "[G117]";
 constexpr const char* kStop = "[G118]";
 

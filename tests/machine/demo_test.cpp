@@ -16,7 +16,7 @@ using test::expect_deposits;
 using test::expect_done;
 using test::Rig;
 
-constexpr const char* kDemo = "recipes/demo-board.yaml";
+using test::kDemo;
 
 TEST(DemoBoard, every_feature_lies_where_the_recipe_wants_it) {
   const recipes::Recipe recipe = test::load_recipe(kDemo);

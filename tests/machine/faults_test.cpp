@@ -12,7 +12,7 @@ namespace {
 
 using test::Rig;
 
-constexpr const char* kDemo = "recipes/demo-board.yaml";
+using test::kDemo;
 
 const Error& only_error(const record::JobResult& result) {
   static const Error none{Fault::None, "", ""};

@@ -21,7 +21,7 @@ using run::OrderKind;
 using test::Rig;
 
 constexpr std::size_t kX = 0, kY = 1, kZ = 2, kC = 3, kU = 4;
-constexpr const char* kShort = "tests/cli/short-board.yaml";
+using test::kShort;
 
 JogWords words(std::map<std::string, std::string> by, std::string speed = "") {
   return {std::move(by), std::move(speed)};

@@ -12,7 +12,7 @@ namespace {
 using test::Rig;
 using test::Said;
 
-constexpr const char* kShort = "tests/cli/short-board.yaml";
+using test::kShort;
 constexpr int kLasts_cycles = 3000;
 constexpr std::ptrdiff_t kMost =
     8;  // of one line, but for its count: at once, after 1 s and 2 s, for each time it came

@@ -43,7 +43,7 @@ TEST(LiarsInMotion, modes_and_loads) {
   }
 }
 
-MailboxLies::Shown shown(ObjectAddress address, std::uint8_t value) {
+MailboxLies::Shown shown_byte(ObjectAddress address, std::uint8_t value) {
   return {address, {static_cast<std::byte>(value)}};
 }
 
@@ -79,12 +79,12 @@ TEST(LiarsInMotion, by_script_and_by_two_lies_at_once) {
        {"station 4 'z'", "6060h", "08000022h"}},
       {"6061h is 1 by SDO",
        "y1",
-       {.mailbox = {.shows = shown({0x6061, 0}, 1)}},
+       {.mailbox = {.shows = shown_byte({0x6061, 0}, 1)}},
        by_sdo,
        {"axis Y", "station 2 'y1'", "another mode"}},
       {"6098h reads as asked and is another method",
        "x",
-       {.mailbox = {.shows = shown({0x6098, 0}, 17)}, .ignores = ObjectAddress{0x6098, 0}},
+       {.mailbox = {.shows = shown_byte({0x6098, 0}, 17)}, .ignores = ObjectAddress{0x6098, 0}},
        [](auto& m) {
          object(m, "x", {0x6098, 0}).initial = 18;
        },

@@ -1,7 +1,7 @@
 // Stations altered on the simulated machine's side alone, by hand and at random: the machine works as well, or it is
 // refused by name. The judge is the virtual world: an axis that the controller calls referenced must stand where the
 // controller believes, and one that was jogged must have gone by that displacement.
-//   GANTRY_ROUNDS=500 GANTRY_SEED=7 build/release/bin/machine_mutations_test
+//   GANTRY_ROUNDS=500 GANTRY_SEED=7 build/release/bin/machine_trust_test
 #include <cmath>
 #include <cstdlib>
 #include <fmt/format.h>

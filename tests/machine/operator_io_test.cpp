@@ -16,8 +16,8 @@ using test::order;
 using test::Rig;
 using test::valve_open;
 
-constexpr const char* kDemo = "recipes/demo-board.yaml";
-constexpr const char* kShort = "tests/cli/short-board.yaml";
+using test::kDemo;
+using test::kShort;
 
 bool clamped(const cycle::Snapshot& s) { return (s.outputs & config::bit(config::Output::Clamp)) != 0; }
 std::string first_error(const record::JobResult& r) { return r.errors.empty() ? "" : to_text(r.errors.front()); }

@@ -14,7 +14,7 @@ using test::order;
 using test::Rig;
 using test::valve_open;
 
-constexpr const char* kDemo = "recipes/demo-board.yaml";
+using test::kDemo;
 
 /// As many orders as come in one turn, and more than the loop's ring holds: an order is put in flight, and the
 /// machine's time stands while it is given.

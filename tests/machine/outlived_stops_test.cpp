@@ -18,7 +18,7 @@ using run::OrderKind;
 using test::Rig;
 using test::valve_open;
 
-constexpr const char* kDemo = "recipes/demo-board.yaml";
+using test::kDemo;
 constexpr const char* kPatterns = "recipes/patterns.yaml";
 constexpr double kSpeed_mm_s = 20, kPlace_mm = 0.02, kStill_mm = 1e-6;
 

@@ -17,7 +17,7 @@ using test::Idle;
 using test::Rig;
 
 constexpr std::size_t kX = 0, kY = 1, kZ = 2;
-constexpr const char* kShort = "tests/cli/short-board.yaml";
+using test::kShort;
 constexpr std::array<double, 5> kParked{20, 20, -2, 0, 0};  // as config/machines/dispenser.yaml says: X, Y, Z, C, U
 constexpr double kSafeZ = -5;                               // likewise
 

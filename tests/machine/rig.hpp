@@ -15,6 +15,8 @@
 
 namespace gantry::test {
 
+inline constexpr const char *kDemo = "recipes/demo-board.yaml", *kShort = "tests/cli/short-board.yaml";
+
 struct RigOptions {
   std::string placement{};
   std::string script{};  ///< world script, YAML

@@ -13,7 +13,7 @@ using test::Idle;
 using test::Rig;
 using test::Said;
 
-constexpr const char* kDemo = "recipes/demo-board.yaml";
+using test::kDemo;
 
 TEST(StationsNamed, a_lost_station_ends_a_job_with_its_name) {
   Rig rig({.placement = "dx=0.5 mm", .script = "- {at: feature dot 5, do: power_cycle, station: cu}"});

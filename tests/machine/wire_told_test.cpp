@@ -12,7 +12,7 @@ using test::Idle;
 using test::Rig;
 using test::Said;
 
-constexpr const char* kDemo = "recipes/demo-board.yaml";
+using test::kDemo;
 
 TEST(WireTold, another_master_is_named_with_its_address) {  // R16
   Said said;
