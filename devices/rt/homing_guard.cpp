@@ -58,10 +58,12 @@ bool HomingGuard::stuck(std::uint8_t now, Counts counts, std::int64_t elapsed) n
 }
 
 /// A limit lies at the end of its direction: what opens as the axis goes on that way is shown at the other one's bit.
+/// Not where it has gone less than a counter may have been set by unnoticed, which a drive does at that edge.
 bool HomingGuard::other_limit_opened(std::uint8_t now) const noexcept {
   const auto opened = static_cast<std::uint8_t>(stood_on_ & ~now);
-  return ((opened & kSwitchPos) != 0 && static_cast<double>(gone_) > kSlackCounts) ||
-         ((opened & kSwitchNeg) != 0 && static_cast<double>(gone_) < -kSlackCounts);
+  const double unsure = kCounterSet * rules_.counts_per_cycle + 2 * kSlackCounts;
+  return ((opened & kSwitchPos) != 0 && static_cast<double>(gone_) > unsure) ||
+         ((opened & kSwitchNeg) != 0 && static_cast<double>(gone_) < -unsure);
 }
 
 Fault HomingGuard::look(const Feedback& f, std::int64_t elapsed) noexcept {

@@ -13,14 +13,13 @@ using cycle::Snapshot;
 // The longest that braking may take: Ctrl-C in homing, at override 0.1, with the drives' lag behind their targets.
 constexpr CycleIndex kBraking = 600;
 constexpr CycleIndex kEndAfterAbort = 15'000, kLongest = 300'000;
-constexpr CycleIndex kSettled = 300;   // cycles after which a motor stands on a target that stands
-constexpr CycleIndex kTold = 20;       // cycles in which a loss of torque in motion has to be told
-constexpr CycleIndex kNewTorque = 5;   // cycles in which the sides of a beam take one coordinate
-constexpr double kCreep = 0.001;       // mm or rad a cycle of an axis that counts as moving by itself: 1 mm/s
-constexpr double kMoving = 0.005;      // mm or rad a cycle of an axis that must not lose its torque: 5 mm/s
-constexpr double kNoTravel = 2;        // mm or rad a cycle that are no motion: a counter was set
-constexpr double kSpeedMargin = 1.05;  // of v_max that a step of the target may show
-constexpr double kEnableMoves = 0.11;  // mm: the two sides of a beam come to their mean, 0.2 mm apart at most
+constexpr CycleIndex kSettled = 300;    // cycles after which a motor stands on a target that stands
+constexpr CycleIndex kTold = 20;        // cycles in which a loss of torque in motion has to be told
+constexpr double kCreep = 0.001;        // mm or rad a cycle of an axis that counts as moving by itself: 1 mm/s
+constexpr double kMoving = 0.005;       // mm or rad a cycle of an axis that must not lose its torque: 5 mm/s
+constexpr double kNoTravel = 2;         // mm or rad a cycle that are no motion: a counter was set
+constexpr double kSpeedMargin = 1.05;   // of v_max that a step of the target may show
+constexpr double kEnableMoves = 0.002;  // mm: two counts of a beam's side, where homing ends
 
 }  // namespace
 
@@ -140,9 +139,6 @@ void Judge::look_at_motion(const Snapshot& s) {
   const bool homing = homed_at_ >= 0 && s.cycle <= homed_at_ + 1;
   const bool joins = homed_at_ >= 0 && s.cycle == homed_at_ + 2;
   std::array<double, cycle::kMaxDrives> steps{};
-  for (std::size_t d = 0; d < count_; ++d)
-    if (!enabled(last_.statusword[d])) torque_at_[d] = s.cycle;
-  const auto new_torque = [&](std::size_t d) { return s.cycle <= torque_at_[d] + kNewTorque; };
   for (std::size_t d = 0; d < count_; ++d) {
     const Drive& drive = drives_[d];
     if (!enabled(s.statusword[d]) || !enabled(last_.statusword[d]) || excused(away_until_, drive.axis, s.cycle))
@@ -150,11 +146,9 @@ void Judge::look_at_motion(const Snapshot& s) {
     steps[d] = static_cast<double>(s.counts[d] - last_.counts[d]) / drive.counts_per_unit * (drive.inverted ? -1 : 1);
     const auto axis = fmt::format("{}{}", machine_.axes[drive.axis].name, drive.second ? " (second side)" : "");
     if (homing) continue;
-    const bool enabling = began_ >= 0 && !moves_;
-    // The sides of a beam come to one coordinate when they have got torque.
     const std::size_t other = drive.second ? d - 1 : d + 1;
     const bool side = drive.second || (other < count_ && drives_[other].second);
-    const double allowed = side && (joins || enabling || new_torque(d) || new_torque(other)) ? kEnableMoves : 0;
+    const double allowed = side && joins ? kEnableMoves : 0;
     if (std::abs(steps[d]) > drive.v_max * seconds(machine_.bus.cycle) * kSpeedMargin)
       suspect(s, d, fmt::format("the target of {} steps by {:.4f}", axis, steps[d]));
     if (stands && std::abs(steps[d]) > allowed)
@@ -163,8 +157,11 @@ void Judge::look_at_motion(const Snapshot& s) {
                           aborted ? fmt::format(", {} cycles after an abort", s.cycle - aborted_at_) : ""));
     if (resetting_ && std::abs(steps[d]) > allowed)
       suspect(s, d, fmt::format("a reset moves the target of {} by {:.4f}", axis, steps[d]));
+    // What the sides stood apart when they took torque is taken out in motion, at half of the slow speed of homing.
+    const auto& homing_row = machine_.axes[drive.axis].homing;
+    const double squaring = homing_row && moves_ ? homing_row->slow / 2 * seconds(machine_.bus.cycle) : 0;
     if (drive.second && enabled(s.statusword[d - 1]) && enabled(last_.statusword[d - 1]) &&
-        std::abs(steps[d] - steps[d - 1]) > 2 * allowed + 2.5 / drive.counts_per_unit)
+        std::abs(steps[d] - steps[d - 1]) > 2 * allowed + squaring + 2.5 / drive.counts_per_unit)
       suspect(s, d,
               fmt::format("the sides of {} are sent different ways: {:.4f} and {:.4f}", axis, steps[d - 1], steps[d]));
   }

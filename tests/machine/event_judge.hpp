@@ -69,9 +69,8 @@ class Judge {
   std::size_t count_ = 0;
   cycle::Snapshot last_{};
   std::array<Suspicion, cycle::kMaxDrives> suspicions_{};
-  std::array<CycleIndex, cycle::kMaxDrives> torque_at_{};  ///< when it came
-  AxisVec speed_{}, speed_before_{};                       ///< by the positions that were reported, mm or rad a cycle
-  AxisVec travelled_{};                                    ///< since what is under way began
+  AxisVec speed_{}, speed_before_{};  ///< by the positions that were reported, mm or rad a cycle
+  AxisVec travelled_{};               ///< since what is under way began
   std::array<CycleIndex, kMaxAxes> taken_until_{}, pushed_until_{}, away_until_{};
   CycleIndex began_ = -1, aborted_at_ = -1, rests_since_ = 0, homed_at_ = -1, low_since_ = -1, torque_lost_ = -1;
   bool valve_ = false, holding_ = false;  ///< in the last cycle

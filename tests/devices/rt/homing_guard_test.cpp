@@ -92,6 +92,7 @@ TEST(HomingGuard, a_limit_that_opens_as_the_axis_goes_on_towards_it_is_the_other
     EXPECT_EQ(leave(kSwitchNeg, -5), Fault::HomingWrongLimit) << method;
     EXPECT_EQ(leave(kSwitchPos, 5), Fault::HomingWrongLimit) << method;
     EXPECT_EQ(leave(kSwitchPos, 0), Fault::None) << method << ": a contact that opens where it stands shows nothing";
+    EXPECT_EQ(leave(kSwitchPos, 3), Fault::None) << method << ": within what a counter may be set by";
   }
 }
 
