@@ -332,8 +332,10 @@ std::vector<std::string> notes(const Machine& machine) {
   for (const Axis& axis : machine.axes) {
     const Station& s = machine.stations[axis.drives.front().station.value];
     if (!s.profile.drive->closed_loop)
-      out.push_back(fmt::format("axis {} runs open loop: its following error is not available, lost steps are not seen",
-                                axis.name));
+      out.push_back(fmt::format(
+          "axis {} runs open loop: its following error is not available, lost steps are not seen, nor what moves "
+          "it while it has no torque: its reference is kept then",
+          axis.name));
   }
   for (auto& each : look_alikes(machine)) out.push_back("warning: " + std::move(each));
   for (auto& each : homing_notes(machine)) out.push_back(std::move(each));

@@ -147,10 +147,9 @@ void Axes::share_coordinate(AxisId id) noexcept {
 void Axes::see_lean(AxisId id) noexcept {
   const auto& drives = setup_.axes[id.value].drives;
   const devices::Drive &first = drives_[drives[0]], &second = drives_[drives[1]];
-  if ((homing_mask_ >> id.value & 1u) != 0)
-    lean_[id.value].forget();
-  else if (!first.feedback().takes_targets && !second.feedback().takes_targets)
-    lean_[id.value].see(first.commanded(), second.commanded());
+  if ((homing_mask_ >> id.value & 1u) != 0) return lean_[id.value].forget();
+  const int takers = (first.feedback().takes_targets ? 1 : 0) + (second.feedback().takes_targets ? 1 : 0);
+  lean_[id.value].see(first.commanded(), second.commanded(), takers);
 }
 
 void Axes::write(devices::FieldBus& bus, const AxisVec& target, std::int64_t elapsed) noexcept {

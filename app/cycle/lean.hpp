@@ -1,7 +1,7 @@
 // How far the two sides of a beam stand apart when they take torque: pushed without it, or relaxed. Enabling moves
 // neither; the next motion of the axis takes the difference out, smoothly.
-//   lean.see(first, second);                  each cycle in which neither takes targets
-//   lean.step(moves, speed, period, elapsed); each other cycle;   target of a side = that of the axis + lean.of(side)
+//   each cycle: lean.see(first, second, takers);   lean.step(moves, speed, period, elapsed);
+//   target of a side = that of the axis + lean.of(side)
 // Pure state; lives in the RT loop.
 #pragma once
 #include <algorithm>
@@ -14,8 +14,12 @@ namespace gantry::cycle {
 
 class Lean {
  public:
-  /// Coordinates of the sides, mm or rad.
-  void see(double first, double second) noexcept { apart_ = second - first, ramp_ = {}; }
+  /// Coordinates of the sides, mm or rad, and how many of them take targets. From when both do until neither does they
+  /// are held, and how far they stand apart is no longer what is seen.
+  void see(double first, double second, int takers) noexcept {
+    if (takers != 1) held_ = takers == 2;
+    if (!held_) apart_ = second - first, ramp_ = {};
+  }
   /// Homing squares them.
   void forget() noexcept { apart_ = 0, ramp_ = {}; }
   /// What side 0 or 1 is off the axis's coordinate, which is their mean.
@@ -31,6 +35,7 @@ class Lean {
 
  private:
   double apart_ = 0;
+  bool held_ = false;
   Squaring ramp_;
 };
 
