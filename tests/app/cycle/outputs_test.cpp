@@ -74,6 +74,18 @@ TEST(StackLight, is_red_in_a_fault_yellow_without_torque_or_on_hold_and_green_wh
   EXPECT_EQ(b.light(), Light::Green);
 }
 
+TEST(StackLight, is_yellow_while_a_job_waits_between_two_blocks_for_a_resume) {
+  Lit b;
+  b.enable();
+  b.channels->on_hold = true;
+  b.ticks(5);
+  EXPECT_EQ(b.now.state, State::Ready);
+  EXPECT_EQ(b.light(), Light::Yellow);
+  b.channels->on_hold = false;
+  b.ticks(5);
+  EXPECT_EQ(b.light(), Light::Green);
+}
+
 TEST(StackLight, is_yellow_in_setup) {
   Lit b;
   b.enable();

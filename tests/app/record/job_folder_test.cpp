@@ -264,6 +264,15 @@ TEST(JobFolder, a_number_is_not_used_twice) {
   EXPECT_EQ(path_of(job_folder(wanted, "a.yaml")), folder.path + "/a-004");
 }
 
+// Anybody may make one in a folder that all may write to.
+TEST(JobFolder, a_pipe_in_place_of_the_number_holds_nobody_up_and_is_replaced) {
+  const Folder folder;
+  const std::string number = folder.path + "/.a.last-number";
+  ASSERT_EQ(::mkfifo(number.c_str(), 0600), 0);
+  EXPECT_EQ(path_of(job_folder({.under = folder.path}, "a.yaml")), folder.path + "/a-001");
+  EXPECT_EQ(path_of(job_folder({.under = folder.path}, "a.yaml")), folder.path + "/a-002");
+}
+
 TEST(KeptRoom, becomes_a_file_of_its_own_whatever_else_fills_the_disk) {
   const Folder folder;
   const bool small = ::mount("none", folder.path.c_str(), "tmpfs", 0, "size=2m") == 0;
