@@ -9,6 +9,7 @@
 #include "config/bus_notes.hpp"
 #include "config/look_alikes.hpp"
 #include "config/machine_file.hpp"
+#include "config/quick_stop.hpp"
 
 namespace gantry::config {
 namespace {
@@ -67,6 +68,11 @@ void check_axis(const Machine& m, const Axis& axis, const written::AxisRow& row,
           fmt::format("{} runs open loop: its position is the command, so there is no following error to watch",
                       station.profile.title),
           row.following->base.location);
+    if (row.self_locking && drive.closed_loop)
+      mistakes.add(Fault::Inconsistent,
+                   fmt::format("{} measures where the axis is, whatever moves it; leave 'self_locking' out",
+                               station.profile.title),
+                   row.self_locking_location);
   }
   if (watched && axis.kind == AxisKind::Streamed && !row.following)
     mistakes.add(Fault::MissingKey, "'following' is missing here (the window of a closed-loop axis)", row.location);
@@ -254,7 +260,8 @@ namespace {
 std::string_view why_not_hoped_for(QuickStop known) {
   switch (known) {
     case QuickStop::Coasts: return "its 605Ah takes the torque";
-    case QuickStop::Unknown: return "no manual says what its 605Ah does, or nothing sets it";
+    case QuickStop::Weak: return "the ramp of its quick stop is less than half of a_max";
+    case QuickStop::Unknown: return "no manual says what its 605Ah does, or nothing sets it or its ramp";
     case QuickStop::Absent: return "it has no 605Ah";
     case QuickStop::Brakes: break;
   }
@@ -301,11 +308,12 @@ std::string not_stated(const Station& s) {
 
 /// How an axis is stopped whose drives are not known to brake by themselves, and what is then left to its station.
 void note_stop(const Machine& machine, const Axis& axis, std::vector<std::string>& out) {
-  if (axis.kind != AxisKind::Streamed) return;
+  const QuickStop known = quick_stop_of(machine, axis);
+  if (axis.kind != AxisKind::Streamed || axis.drives.empty() || known == QuickStop::Brakes) return;
   for (const DriveRef& ref : axis.drives) {
     const Station& s = machine.stations[ref.station.value];
-    const QuickStop known = quick_stop_of(s.profile, ref.slot);
-    if (known == QuickStop::Brakes) continue;
+    const bool other = known != QuickStop::Weak && quick_stop_of(s.profile, ref.slot) != known;  // side of the beam
+    if (other) continue;
     out.push_back(fmt::format(
         "axis {} ({}): {}; a stop brakes it by its targets and takes the torque when it stands. When the program dies "
         "it stands at its last target until its watchdog ends that; if nothing brakes it then, it goes {} in "
@@ -316,6 +324,16 @@ void note_stop(const Machine& machine, const Axis& axis, std::vector<std::string
 }
 
 }  // namespace
+
+bool is_braked(const Machine& machine, const Axis& axis) {
+  if (machine.brake && machine.brake->axis == axis.id) return true;
+  // A drive that works a brake says so in its parameters.
+  return std::all_of(axis.drives.begin(), axis.drives.end(), [&](const DriveRef& ref) {
+    const auto& rows = machine.stations[ref.station.value].profile.startup;
+    return std::any_of(rows.begin(), rows.end(),
+                       [](const StartupRow& row) { return row.name == "brake_mode" && row.value != 0; });
+  });
+}
 
 std::vector<std::string> wanted_on_steel(const Machine& machine) {
   std::vector<std::string> out;
@@ -333,9 +351,13 @@ std::vector<std::string> notes(const Machine& machine) {
     const Station& s = machine.stations[axis.drives.front().station.value];
     if (!s.profile.drive->closed_loop)
       out.push_back(fmt::format(
-          "axis {} runs open loop: its following error is not available, lost steps are not seen, nor what moves "
-          "it while it has no torque: its reference is kept then",
-          axis.name));
+          "axis {} runs open loop: its following error is not available, lost steps are not seen; {}", axis.name,
+          axis.self_locking
+              ? "without torque it keeps its reference, because `self_locking` says that nothing moves it then"
+          : is_braked(machine, axis)
+              ? "without torque it keeps its reference, because its brake holds it"
+              : "without torque it loses its reference, because nothing shows what moves it then "
+                "(`self_locking: true` where it stays by itself)"));
   }
   for (auto& each : look_alikes(machine)) out.push_back("warning: " + std::move(each));
   for (auto& each : homing_notes(machine)) out.push_back(std::move(each));

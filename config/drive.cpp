@@ -1,6 +1,7 @@
 #include "config/drive.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fmt/format.h>
@@ -347,25 +348,34 @@ void resolve_pdos(const StationProfile& profile, std::vector<PdoRow>& pdos, cons
   }
 }
 
-/// Digital inputs of a drive that the profile has and maps nowhere: bring-up asks for them, and where the station does
-/// not map them either they are read by SDO.
-void ask_for_inputs(StationProfile& profile) {
-  constexpr ObjectAddress kInputs{0x60FD, 0};
-  const ObjectRow* object = find_object(profile, kInputs);
-  if (!profile.drive || profile.bus != BusKind::EtherCat || profile.pdo_fixed || object == nullptr || !object->readable)
-    return;
+/// What a drive needs in every cycle or by SDO, where the profile has it and maps it nowhere: bring-up asks for it, and
+/// where the station does not map it either SDO does it.
+struct Wanted {
+  ObjectAddress object;
+  bool output;
+  const char* name;
+  const char* else_;  ///< what comes of it where the station does not map it
+};
+constexpr std::array kWanted{
+    Wanted{{0x60FD, 0}, false, "digital inputs", "limit and home switches are read by SDO and seen late"},
+    Wanted{{0x6060, 0}, true, "mode", "it is set by SDO, and a change of it takes longer"}};
+
+void ask_for(StationProfile& profile, const Wanted& wanted) {
+  const ObjectRow* object = find_object(profile, wanted.object);
+  if (!profile.drive || profile.bus != BusKind::EtherCat || object == nullptr) return;
+  if (wanted.output ? !object->writable : profile.pdo_fixed || !object->readable) return;
+  std::vector<PdoRow>& pdos = wanted.output ? profile.rx_pdos : profile.tx_pdos;
   for (int slot = 0; slot < profile.slots; ++slot) {
-    const ObjectAddress address = in_slot(profile, kInputs, slot);
+    const ObjectAddress address = in_slot(profile, wanted.object, slot);
     const auto maps = [&](const PdoRow& pdo) {
       return std::ranges::count(pdo.entries, address, &PdoEntry::address) != 0;
     };
-    const auto its = std::ranges::find_if(profile.tx_pdos, [&](const PdoRow& pdo) { return pdo.slot == slot; });
-    if (its == profile.tx_pdos.end() || std::ranges::any_of(profile.tx_pdos, maps)) continue;
+    const auto its = std::ranges::find_if(pdos, [&](const PdoRow& pdo) { return pdo.slot == slot; });
+    if (its == pdos.end() || std::ranges::any_of(pdos, maps)) continue;
     its->entries.push_back({address, static_cast<std::uint8_t>(bits(object->type))});
     profile.assumptions.push_back(fmt::format(
-        "{} (digital inputs of axis {}) is in no PDO of the profile: the station is asked to map it, and where it does "
-        "not, limit and home switches are read by SDO and seen late",
-        to_text(address), slot));
+        "{} ({} of axis {}) is in no PDO of the profile: the station is asked to map it, and where it does not, {}",
+        to_text(address), wanted.name, slot, wanted.else_));
   }
 }
 
@@ -413,33 +423,6 @@ ObjectAddress in_slot(const StationProfile& profile, ObjectAddress address, int 
   address.index = static_cast<std::uint16_t>(address.index + slot * stride(profile, address.index));
   return address;
 }
-QuickStop quick_stop_of(const StationProfile& profile, int slot) {
-  constexpr ObjectAddress kOption{0x605A, 0}, kDeceleration{0x6084, 0}, kQuickDeceleration{0x6085, 0};
-  const auto asked = [&](ObjectAddress of_first_slot) -> const StartupRow* {
-    const ObjectAddress address = in_slot(profile, of_first_slot, slot);
-    const auto row = std::find_if(profile.startup.begin(), profile.startup.end(),
-                                  [&](const StartupRow& r) { return r.address == address && !r.declared; });
-    return row != profile.startup.end() ? &*row : nullptr;
-  };
-  if (!profile.drive || find_object(profile, kOption) == nullptr) return QuickStop::Absent;
-  const StartupRow* option = asked(kOption);
-  if (option == nullptr || option->value < 0 || option->value > 31) return QuickStop::Unknown;
-  const std::uint32_t value = 1u << option->value;
-  if ((profile.drive->quick_stop_coasts & value) != 0) return QuickStop::Coasts;
-  if ((profile.drive->quick_stop_options & value) == 0) return QuickStop::Unknown;
-  // Which ramp a value takes is the standard's (IEC 61800-7-201, 605Ah): 6084h, 6085h, or one that nothing here sets.
-  const auto set = [&](ObjectAddress ramp) { return asked(ramp) != nullptr && asked(ramp)->value > 0; };
-  switch (option->value) {
-    case 1:
-    case 5: return set(kDeceleration) ? QuickStop::Brakes : QuickStop::Unknown;
-    case 2:
-    case 6: return set(kQuickDeceleration) ? QuickStop::Brakes : QuickStop::Unknown;
-    case 3:
-    case 7: return QuickStop::Unknown;
-    default: return QuickStop::Brakes;
-  }
-}
-
 ObjectAddress first_slot(const StationProfile& profile, ObjectAddress address, int slot) {
   address.index = static_cast<std::uint16_t>(address.index - slot * stride(profile, address.index));
   return address;
@@ -484,7 +467,7 @@ Checked<StationProfile> load_profile(const std::string& path) {
   }
   if (mistakes.none()) check_profile(profile, *root, mistakes);
   if (!mistakes.none()) return tl::unexpected(mistakes.errors());
-  ask_for_inputs(profile);
+  for (const Wanted& wanted : kWanted) ask_for(profile, wanted);
   profile.file = path;
   profile.sha256 = sha256_hex(*text);
   return profile;

@@ -206,14 +206,6 @@ ObjectAddress first_slot(const StationProfile& profile, ObjectAddress address, i
 /// The same object of another slot: 6064h -> 6864h.
 ObjectAddress in_slot(const StationProfile& profile, ObjectAddress address, int slot);
 const ObjectRow* find_object(const StationProfile& profile, ObjectAddress address_of_first_slot);
-/// What is known of a quick stop of one axis of a station, by its profile and by what its machine file asks of it.
-enum class QuickStop : std::uint8_t {
-  Brakes,   ///< 605Ah holds a value that by the manual stops the motor, and the ramp that it takes is set
-  Coasts,   ///< 605Ah holds a value that takes the torque
-  Unknown,  ///< no manual says what the value does, or nothing pins it
-  Absent,   ///< there is no 605Ah
-};
-QuickStop quick_stop_of(const StationProfile& profile, int slot);
 
 /// Bits of all outputs to the station, or of all inputs from it, one behind the other.
 int image_bits(const StationProfile& profile, bool outputs);

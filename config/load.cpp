@@ -234,6 +234,7 @@ void Resolver::axes(const written::MachineFile& file, Machine& m) {
     }
     axis.skew_max = positive(row.skew_max, length);
     axis.response_delay_s = row.response_delay_s;
+    axis.self_locking = row.self_locking;
     if (row.path_error.given()) axis.path_error = value(row.path_error, length);
     if (row.homing) homing(*row.homing, axis);
     counts(row, axis);

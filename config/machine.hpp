@@ -67,6 +67,7 @@ struct Axis {
   /// Besides what the path itself may deviate: how far the axis may be off its path in motion, mm or rad. Kept from
   /// bodies over and above the clearance.
   double path_error = 0;
+  bool self_locking = false;  ///< without torque nothing moves it: what an open-loop drive cannot see
   std::optional<Homing> homing;
   std::optional<MeasuredDelay> measured;  ///< of the machine's state, not of its file
 };
@@ -295,6 +296,9 @@ Checked<Machine> load_machine(const std::string& path);
 /// the limits of an axis that homes. A simulated machine is warned of it.
 std::vector<std::string> wanted_on_steel(const Machine& machine);
 inline constexpr std::string_view kOnSteel = ": refused on a bus of steel";
+
+/// A brake holds the axis without torque: one of its drive, or the machine's own.
+bool is_braked(const Machine& machine, const Axis& axis);
 
 /// Sentences for `check`: what the stations' profiles assume, and what else one should know (open-loop axes, what the
 /// loss of the bus costs).

@@ -119,6 +119,9 @@ const Fields<AxisRow> kAxis{
            "how far the axis lags its command; compensated"),
     quantity("path_error", &AxisRow::path_error, kPosition, kOptional,
              "how far the axis may be off its path in motion: kept from bodies over and above `clearance`; else 0"),
+    placed(flag("self_locking", &AxisRow::self_locking, kOptional,
+                "open loop: without torque the axis stays where it is (screw, worm), and keeps its reference"),
+           &AxisRow::self_locking_location),
     object("homing", &AxisRow::homing, kHoming, kOptional, "how the axis is referenced"),
 };
 

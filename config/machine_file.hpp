@@ -62,6 +62,8 @@ struct AxisRow {
   std::optional<FollowingRow> following;
   double response_delay_s = 0;
   At<Quantity> path_error;
+  bool self_locking = false;
+  Location self_locking_location;
   std::optional<HomingRow> homing;
 };
 

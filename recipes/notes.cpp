@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <numbers>
 
+#include "config/quick_stop.hpp"
 #include "core/units.hpp"
 #include "recipes/bus_notes.hpp"
 #include "recipes/covered.hpp"
@@ -60,10 +61,7 @@ double longest_watchdog_s(const config::Machine& machine) {
 std::string left_to_stations(const config::Machine& machine) {
   std::string names;
   for (const config::Axis& axis : machine.axes) {
-    const bool hoped_for = std::ranges::any_of(axis.drives, [&](const config::DriveRef& ref) {
-      const auto& profile = machine.stations[ref.station.value].profile;
-      return config::quick_stop_of(profile, ref.slot) != config::QuickStop::Brakes;
-    });
+    const bool hoped_for = config::quick_stop_of(machine, axis) != config::QuickStop::Brakes;
     if (axis.kind == config::AxisKind::Streamed && hoped_for) names += (names.empty() ? "" : ", ") + axis.name;
   }
   return names;

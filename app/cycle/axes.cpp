@@ -49,7 +49,10 @@ void Axes::read(const devices::FieldBus& bus, bool answered, bool operational, s
         state != DriveState::FaultReaction && state != DriveState::Fault)
       dropped_[d] = true;  // set() could throw
     // It counts its commands: a motor that ran on without torque stands elsewhere, and nothing shows where.
-    if (had_torque && !cycle::has_torque(state) && still_[d] < stands_cycles_ && !setup_.drives[d].layout.closed_loop)
+    // What moves it at rest (a hand, its weight) is not shown either.
+    const bool stood = still_[d] >= stands_cycles_;
+    if (had_torque && !cycle::has_torque(state) &&
+        !(stood ? setup_.drives[d].keeps_reference : setup_.drives[d].layout.closed_loop))
       forget_reference(setup_.drives[d].axis);
     step_counts_[d] = drives_[d].feedback().counts.value - counts_before;
     const bool moved = std::abs(step_counts_[d]) > 1;  // a count to and fro is no motion
@@ -70,6 +73,7 @@ void Axes::read(const devices::FieldBus& bus, bool answered, bool operational, s
   for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
     const auto& drives = setup_.axes[i].drives;
     if (drives.empty()) continue;
+    watch_braking(AxisId{static_cast<std::uint8_t>(i)});
     if (const AxisId id{static_cast<std::uint8_t>(i)}; drives.size() == 2) {
       stop_together(id, operational);
       run_out_together(id);
@@ -128,6 +132,49 @@ void Axes::run_out_together(AxisId id) noexcept {
     outran_[off] = beside ? std::max(outran_[off] + step(off) - step(on), 0.0) : 0;
     if (outran_[off] * counts_per_unit(off) > kOutran) runs_out_with_side_ |= 1u << on;
   }
+}
+
+/// What a drive does by itself nobody has planned: its ramp may be weak, in another unit, or not there. One that has
+/// gone farther than it may, or than the other side of its beam, would go on for as long as its limit switch or the
+/// stop's time-out lets it: friction and a brake do more.
+void Axes::watch_braking(AxisId id) noexcept {
+  constexpr double kApart_s = 0.01;  // at the speed that it had: one side may begin later than the other
+  const AxisSetup& axis = setup_.axes[id.value];
+  Unbraked found;
+  bool braked = false, brakes = false, heard = true;
+  double from_speed = 0;
+  for (const std::uint8_t d : axis.drives) {
+    const devices::Feedback& f = drives_[d].feedback();
+    OwnBraking& own = braking_[d];
+    braked = braked || own.busy();
+    heard = heard && f.fresh;
+    if (f.fresh) {
+      if (!cycle::has_torque(f.state)) let_go_ &= ~(1u << d);
+      const bool by_itself = f.state == DriveState::QuickStopActive || f.state == DriveState::FaultReaction ||
+                             (f.state == DriveState::OperationEnabled && goal_of(d) == DriveGoal::QuickStop);
+      const double step = static_cast<double>(step_counts_[d]) / drives_[d].scale().to_counts_delta(1);
+      own.see(by_itself && still_[d] < stands_cycles_, f.position, step / seconds(setup_.period),
+              setup_.drives[d].reach.late_s, seconds(setup_.period));
+    }
+    if (!own.busy()) continue;
+    brakes = true;
+    from_speed = std::max(from_speed, own.from_speed());
+    if (own.gone() > setup_.drives[d].reach.of(own.from_speed()))
+      found = {Fault::NotBraking, own.gone(), setup_.drives[d].station};
+  }
+  if (axis.drives.size() == 2 && brakes && heard) {
+    const double apart = drives_[axis.drives[0]].feedback().position - drives_[axis.drives[1]].feedback().position;
+    if (!braked) apart_before_[id.value] = apart;
+    const double by = std::abs(apart - apart_before_[id.value]);
+    if (found.fault == Fault::None && by > axis.skew_max + kApart_s * from_speed)
+      found = {Fault::GantrySkew, by, kNoStation};
+  }
+  const bool known = not_braked_[id.value];
+  not_braked_[id.value] = brakes && (known || found.fault != Fault::None);
+  unbraked_[id.value] = known ? Unbraked{} : found;
+  if (known || found.fault == Fault::None) return;
+  for (const std::uint8_t d : axis.drives)  // one that its targets brake goes on being braked
+    if (braking_[d].busy()) let_go_ |= 1u << d;
 }
 
 /// A side without torque takes over the coordinate of the other one, where there is no reference. Sides that stand
@@ -193,16 +240,16 @@ std::bitset<kMaxDrives> Axes::may_search() const noexcept {
 
 /// A drive that is to be braked by its targets keeps its torque for that; one that has none gets none.
 DriveGoal Axes::goal_of(std::size_t d) const noexcept {
-  if ((runs_out_with_side_ >> d & 1u) != 0) return DriveGoal::Disabled;
+  if (((runs_out_with_side_ | let_go_) >> d & 1u) != 0) return DriveGoal::Disabled;
   if (goal_ == DriveGoal::Enabled && (stops_with_side_ >> d & 1u) != 0) return DriveGoal::QuickStop;
-  if (goal_ != DriveGoal::QuickStop || setup_.drives[d].quick_stop_brakes || (let_stop_ >> d & 1u) != 0) return goal_;
+  if (goal_ != DriveGoal::QuickStop || stops_by_itself(d) || (let_stop_ >> d & 1u) != 0) return goal_;
   return drives_[d].feedback().state == DriveState::OperationEnabled ? DriveGoal::Enabled : DriveGoal::Disabled;
 }
 
 std::uint32_t Axes::braked_by_targets() const noexcept {
   std::uint32_t mask = 0;
   for (std::size_t d = 0; d < setup_.drives.size(); ++d)
-    if (!setup_.drives[d].quick_stop_brakes && drives_[d].feedback().state == DriveState::OperationEnabled &&
+    if (!stops_by_itself(d) && drives_[d].feedback().state == DriveState::OperationEnabled &&
         goal_of(d) == DriveGoal::Enabled)
       mask |= 1u << d;
   return mask;
@@ -210,7 +257,7 @@ std::uint32_t Axes::braked_by_targets() const noexcept {
 
 bool Axes::standing() const noexcept {
   for (std::size_t d = 0; d < setup_.drives.size(); ++d)
-    if (cycle::has_torque(drives_[d].feedback().state) && still_[d] < stands_cycles_) return false;
+    if (moves(d)) return false;
   return true;
 }
 
@@ -335,6 +382,7 @@ AxisId Axes::first_on_limit() const noexcept {
 
 void Axes::start_homing(std::uint32_t mask) noexcept {
   homing_mask_ = mask;
+  farther_ = {};
   for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
     const AxisId id = setup_.drives[d].axis;
     if ((mask >> id.value & 1u) == 0) continue;
@@ -379,6 +427,7 @@ void Axes::watch_sides(std::size_t i) noexcept {
     return static_cast<double>(run.moved()) / drives_[d].scale().to_counts_delta(1);
   };
   const double apart = std::abs(moved(a, axis.drives[0]) - moved(b, axis.drives[1]));
+  farther_[i] = apart;
   if (apart <= axis.homing.skew_max) return;
   apart_[i] = apart;
   a.cancel(Fault::GantrySkew);

@@ -49,6 +49,12 @@ class Axes {
   /// With the goal QuickStop: drives that are not in `standing` were told to quick-stop, and nothing enables them
   /// again.
   void stand_only(std::uint32_t standing) noexcept { let_stop_ = ~standing; }
+  /// The drive has torque and was not heard to stand.
+  [[nodiscard]] bool moves(std::size_t d) const noexcept {
+    return cycle::has_torque(drives_[d].feedback().state) && still_[d] < stands_cycles_;
+  }
+  /// Since it brakes by itself, mm or rad.
+  [[nodiscard]] double gone(std::size_t d) const noexcept { return braking_[d].gone(); }
   /// Every drive that has torque was heard, for a while, to stand.
   [[nodiscard]] bool standing() const noexcept;
   /// All drives of the axis have torque.
@@ -80,6 +86,15 @@ class Axes {
   /// may still be on its way to. Tells of one that stops short, and nothing of lost steps.
   [[nodiscard]] double stops_short(AxisId id) const noexcept;
   [[nodiscard]] double skew(AxisId id) const noexcept;
+  /// An axis whose drives brake by themselves and do not: one has gone farther than it may take (NotBraking), or the
+  /// sides have come apart (GantrySkew). Told in one cycle; from then on those that brake by themselves are to give up
+  /// their torque, and the brake closes, where the axis has one.
+  struct Unbraked {
+    Fault fault = Fault::None;
+    double by = 0;                   ///< mm or rad: how far it has gone, or its sides are farther apart than before
+    StationId station = kNoStation;  ///< of the drive
+  };
+  [[nodiscard]] const Unbraked& unbraked(AxisId id) const noexcept { return unbraked_[id.value]; }
   [[nodiscard]] bool on_limit(AxisId id) const noexcept;
   /// kNoAxis: none stands on a limit switch.
   [[nodiscard]] AxisId first_on_limit() const noexcept;
@@ -113,6 +128,8 @@ class Axes {
   [[nodiscard]] Homed homing_failure() const noexcept;
   /// After homing() turned false: sets the references of the axes that have arrived.
   Homed finish_homing() noexcept;
+  /// Of the last homing: how much farther one side of the axis went to its switch than the other, mm.
+  [[nodiscard]] double apart_in_homing(AxisId axis) const noexcept { return farther_[axis.value]; }
   [[nodiscard]] std::uint32_t referenced() const noexcept { return referenced_; }
   /// Every streamed axis has been homed.
   [[nodiscard]] bool all_referenced() const noexcept;
@@ -124,6 +141,9 @@ class Axes {
   [[nodiscard]] double probe_position() const noexcept;
 
  private:
+  [[nodiscard]] bool stops_by_itself(std::size_t d) const noexcept {
+    return setup_.axes[setup_.drives[d].axis.value].quick_stop_brakes;
+  }
   [[nodiscard]] devices::DriveGoal goal_of(std::size_t d) const noexcept;
   [[nodiscard]] std::size_t probe_drive() const noexcept;
   void share_coordinate(AxisId id) noexcept;
@@ -136,6 +156,7 @@ class Axes {
   }
   void stop_together(AxisId id, bool operational) noexcept;
   void run_out_together(AxisId id) noexcept;
+  void watch_braking(AxisId id) noexcept;
   [[nodiscard]] std::bitset<kMaxDrives> may_search() const noexcept;
   void end_together(std::size_t axis) noexcept;
   void watch_sides(std::size_t axis) noexcept;
@@ -153,15 +174,21 @@ class Axes {
   std::array<Squaring, kMaxAxes> squaring_{};  ///< of the second side, since homing began
   std::array<Lean, kMaxAxes> lean_{};
   AxisVec apart_{};                             ///< of two sides, as homing has seen them, mm
+  AxisVec farther_{};                           ///< of the last homing: that one side went than the other, mm
   std::array<StationId, kMaxAxes> ended_by_{};  ///< of a beam's homing: the station of the side that gave up first
   std::array<int, kMaxDrives>
       away_{};  ///< cycles in which its station did not take part, up to counter_low_max: it was lost then
   std::bitset<kMaxDrives> dropped_;
   std::uint32_t let_stop_ = 0;  ///< drives that quick-stop whatever is known of that
   // Drives that do as the other side of their axis:
-  std::uint32_t stops_with_side_ = 0;                   ///< quick-stop, because it has lost its torque
-  std::uint32_t stands_with_side_ = 0;                  ///< stand at their last target, because it has left the line
-  std::uint32_t runs_out_with_side_ = 0;                ///< have no torque, because it runs out without
+  std::uint32_t stops_with_side_ = 0;     ///< quick-stop, because it has lost its torque
+  std::uint32_t stands_with_side_ = 0;    ///< stand at their last target, because it has left the line
+  std::uint32_t runs_out_with_side_ = 0;  ///< have no torque, because it runs out without
+  std::uint32_t let_go_ = 0;              ///< give up their torque until they have, because their axis does not brake
+  std::array<OwnBraking, kMaxDrives> braking_{};        ///< by itself
+  std::bitset<kMaxAxes> not_braked_;                    ///< told, until it is over
+  std::array<Unbraked, kMaxAxes> unbraked_{};           ///< of the last cycle
+  std::array<double, kMaxAxes> apart_before_{};         ///< how far two sides were when they began to brake
   std::array<std::int64_t, kMaxDrives> step_counts_{};  ///< of the last cycle
   std::array<double, kMaxDrives> outran_{};             ///< mm or rad that it went farther than the other side
   int stands_cycles_;                                   ///< after which a drive stands

@@ -93,6 +93,9 @@ class Loop {
   void answer(std::uint32_t id, Fault fault, AxisId axis = kNoAxis) noexcept;
   void answer_pending(Fault fault) noexcept;
   void tell(Event event) noexcept;
+  void tell_not_braking(Fault fault, AxisId axis, double by, StationId station) noexcept;
+  void tell_moving() noexcept;
+  void follow_braking() noexcept;
   void tell_snapshot(const Beat& beat, bool sent) noexcept;
 
   LoopSetup setup_;

@@ -53,6 +53,7 @@ void Loop::follow_probe() noexcept {
 
 /// Everything that takes several cycles and is now over.
 void Loop::follow_progress() noexcept {
+  follow_braking();
   follow_stop();
   follow_probe();
   const bool rests = interpolator_.at_rest() && settled_;
@@ -101,12 +102,36 @@ bool Loop::at_rest() const noexcept {
 /// Stop category 1: the axes are braked (by the drives whose quick stop does, the others by their targets); when all of
 /// them stand, or after a time-out, the brake closes, and then the torque goes.
 void Loop::follow_stop() noexcept {
-  if (axes_.goal() == DriveGoal::QuickStop) {
-    if (at_rest() || ++stop_ticks_ * setup_.period > kStopTimeout) take_torque();
+  if (axes_.goal() == DriveGoal::QuickStop && !taking_torque_) {
+    const bool rests = at_rest();
+    if (!rests && ++stop_ticks_ * setup_.period > kStopTimeout) tell_moving();
+    if (rests || stop_ticks_ * setup_.period > kStopTimeout) take_torque();
   }
   if (!taking_torque_ || ++brake_ticks_ * setup_.period <= setup_.brake_time) return;
   axes_.set_goal(DriveGoal::Disabled);
   taking_torque_ = false;
+}
+
+/// Whatever is latched: it is not what the first fault is about.
+void Loop::tell_not_braking(Fault fault, AxisId axis, double by, StationId station) noexcept {
+  const auto um = static_cast<std::int32_t>(std::min(by * 1000, 2e9));
+  if (latched_ == Fault::None) return react(fault, axis, um, station);
+  tell({.kind = EventKind::Fault, .fault = fault, .axis = axis, .station = station, .block = block_, .detail = um});
+}
+
+void Loop::follow_braking() noexcept {
+  for (std::size_t i = 0; i < setup_.axes.size(); ++i) {
+    const AxisId id{static_cast<std::uint8_t>(i)};
+    if (const Axes::Unbraked& u = axes_.unbraked(id); u.fault != Fault::None)
+      tell_not_braking(u.fault, id, u.by, u.station);
+  }
+}
+
+/// The stop has taken as long as it may, and its torque goes from an axis that moves.
+void Loop::tell_moving() noexcept {
+  for (std::size_t d = 0; d < setup_.drives.size(); ++d)
+    if (axes_.moves(d))
+      tell_not_braking(Fault::NotBraking, setup_.drives[d].axis, axes_.gone(d), setup_.drives[d].station);
 }
 
 /// Of axes that stand. One that still settles, behind frames that were lost or a fault that was reset, is braked first.
@@ -190,6 +215,10 @@ void Loop::finish_homing() noexcept {
   const Axes::Homed end = axes_.finish_homing();
   hold_position();
   tell_homing(end);
+  for (std::size_t i = 0; i < setup_.axes.size(); ++i)
+    if (const AxisId id{static_cast<std::uint8_t>(i)};
+        (axes_.referenced() >> i & 1u) != 0 && axes_.apart_in_homing(id) > setup_.axes[i].skew_max)
+      react(Fault::SidesApartInHoming, id, static_cast<std::int32_t>(axes_.apart_in_homing(id) * 1000));
   change(rest());
   answer_pending(end.fault != Fault::None ? end.fault : latched_);
 }

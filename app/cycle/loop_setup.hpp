@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "app/cycle/channels.hpp"
+#include "app/cycle/own_braking.hpp"
 #include "config/drive.hpp"
 #include "core/clock.hpp"
 #include "core/rt/fixed_vector.hpp"
@@ -28,7 +29,9 @@ struct DriveSetup {
   /// By its manual a quick stop brakes it. Of any other drive that is not hoped for: it is braked by its targets, and
   /// its torque goes when it stands.
   bool quick_stop_brakes = false;
-  double brake_give = 0;  ///< mm or rad that the axis may move while its brake is closed; 0: it has none
+  double brake_give = 0;        ///< mm or rad that the axis may move while its brake is closed; 0: it has none
+  bool keeps_reference = true;  ///< when its torque goes while it stands: it measures where it is, or nothing moves it
+  BrakingReach reach{};         ///< of what it brakes with by itself
   config::ObjectAddress digital_inputs{devices::wire::cia402::kDigitalInputs, 0};
   config::ObjectAddress mode_display{devices::wire::cia402::kModeDisplay, 0};
 };
@@ -45,6 +48,7 @@ struct HomingSetup {
 struct AxisSetup {
   bool streamed = true;
   rt::FixedVector<std::uint8_t, 2> drives;  ///< indices of LoopSetup::drives
+  bool quick_stop_brakes = false;           ///< each of them by itself, and strongly enough: else all by their targets
   double following_base = 0, following_per_speed_s = 0;
   double skew_max = 0;
   double response_delay_s = 0;

@@ -104,13 +104,17 @@ Surroundings::Surroundings(const config::Machine& machine, const recipes::Recipe
   for (const config::Body& body : machine.scene)
     if (under(body, nominal, corner.z - recipe.board.thickness))
       carriers_.emplace_back(body.name, corner.z - body.centre.z - body.shape.size.z / 2);
-  const motion::BoardFrame frame{recipes::to_machine(recipe, machine, belief_.offset, belief_.surface, {0, 0}, 0),
-                                 belief_.offset.rotation, belief_.surface.slope};
-  scene_.tell_in(frame), scene_of_touch_.tell_in(frame);
+  tell_in(machine, recipe);
   faces_[kBoard] = {recipe.board.size * 0.5, recipe.board.size, 0, 0};
   for (const recipes::Part& part : recipe.parts)
     if (dispensed_on_.contains(part.name))
       faces_[part.name] = {part.at, {part.size.x, part.size.y}, part.rotation, part.size.z};
+}
+
+void Surroundings::tell_in(const config::Machine& machine, const recipes::Recipe& recipe) {
+  const motion::BoardFrame frame{recipes::to_machine(recipe, machine, belief_.offset, belief_.surface, {0, 0}, 0),
+                                 belief_.offset.rotation, belief_.surface.slope};
+  scene_.tell_in(frame), scene_of_touch_.tell_in(frame);
 }
 
 /// Each body of the recipe where it is believed to be, grown by how far it may be off. The board's box reaches to where

@@ -70,6 +70,9 @@ class Surroundings {
   explicit Surroundings(const config::Machine& machine);
   Surroundings(const config::Machine& machine, const recipes::Recipe& recipe, const Belief& belief);
 
+  /// From here on points are told in the coordinates of that board, where it is believed to be.
+  void tell_in(const config::Machine& machine, const recipes::Recipe& recipe);
+
   /// Every body as large as it may be by belief.
   [[nodiscard]] const motion::Scene& scene() const { return scene_; }
   /// The same while the probe goes down and up again. It goes until it meets the board, so that what rides on the board

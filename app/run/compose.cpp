@@ -7,6 +7,7 @@
 #include "app/job/limits.hpp"
 #include "app/job/walk.hpp"
 #include "config/homing_method.hpp"
+#include "config/quick_stop.hpp"
 #include "devices/profiles/homing_objects.hpp"
 #include "devices/profiles/map_pdos.hpp"
 
@@ -28,19 +29,14 @@ constexpr double kComesToRest_s = 0.02;
 // From that edge until 60FDh shows it (assumed: its input filter); a drive that sets its counter hides two cycles'
 // travel.
 constexpr double kShowsSwitch_s = 0.05, kCyclesHidden = 2, kSlackCounts = 20;
-constexpr double kFlickers_s = 0.003;  // a contact that bounces
+constexpr double kDelaysToBrake = 3, kLateToBrake_s = 0.01;  // a filter, and frames that are lost, before a ramp begins
+constexpr double kFlickers_s = 0.003;                        // a contact that bounces
 constexpr double kHomingTravel = 1.2;  // of the axis' travel between the switches: more than any search needs
 
 const config::Station* station_of(const config::Machine& machine, StationId id) {
   for (const config::Station& s : machine.stations)
     if (s.id == id) return &s;
   return nullptr;
-}
-
-/// A drive that works a brake says so in its parameters.
-bool has_brake(const config::StationProfile& profile) {
-  return std::any_of(profile.startup.begin(), profile.startup.end(),
-                     [](const config::StartupRow& row) { return row.name == "brake_mode" && row.value != 0; });
 }
 
 /// The home switch stands beyond the end of the travel that the search goes to, and its cam farther out.
@@ -84,10 +80,16 @@ Result<void> add_drives(const config::Machine& machine, const config::Axis& axis
     if (!layout) return tl::unexpected(layout.error());
     const auto index = static_cast<std::uint8_t>(loop.drives.size());
     const bool brakes = config::quick_stop_of(station->profile, ref.slot) == config::QuickStop::Brakes;
+    const double ramp = config::quick_stop_ramp(machine, axis, ref).value_or(axis.a_max);
+    const cycle::BrakingReach reach{
+        .deceleration = std::min(ramp, axis.a_max),
+        .late_s = axis.a_max / axis.j_max + kDelaysToBrake * axis.response_delay_s + kLateToBrake_s,
+        .slack = axis.following_base + kSlackCounts / std::abs(axis.counts_per_unit)};
     const double give = axis.rotary ? kBrakeGive_rad : kBrakeGive_mm;
-    const bool has_one = has_brake(station->profile) || (machine.brake && machine.brake->axis == axis.id);
+    const bool braked = config::is_braked(machine, axis);
     if (!loop.drives.push_back({ref.station, axis.id, *layout, devices::AxisScale(axis.counts_per_unit, ref.invert),
-                                brakes, has_one && layout->closed_loop ? give : 0,
+                                brakes, braked && layout->closed_loop ? give : 0,
+                                layout->closed_loop || axis.self_locking || braked, reach,
                                 config::in_slot(station->profile, {0x60FD, 0}, ref.slot),
                                 config::in_slot(station->profile, {0x6061, 0}, ref.slot)}) ||
         !setup.drives.push_back(index))
@@ -157,6 +159,7 @@ Result<LoopSetup> compose_loop(const config::Machine& machine, Host host) {
       setup.homing.skew_max = axis.homing->rack_max + braking + 2 * axis.homing->fast * seconds(loop.period);
     }
     if (auto added = add_drives(machine, axis, setup, loop); !added) return tl::unexpected(added.error());
+    setup.quick_stop_brakes = config::quick_stop_of(machine, axis) == config::QuickStop::Brakes;
     setup.streamed = axis.kind == config::AxisKind::Streamed && !setup.drives.empty();
     if (!loop.axes.push_back(setup))
       return fail(Fault::Inconsistent, "more axes than the loop holds (16)", machine.file);

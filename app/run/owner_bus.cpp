@@ -13,6 +13,7 @@ constexpr int kOperationAttempts = 2;
 constexpr double kLockTimeout_s = 5;
 constexpr double kFirstCycles_s = 0.02;
 constexpr double kDisableTimeout_s = 0.5, kDisableLeast_s = 0.02;
+constexpr double kBrakesTimeout_s = 3.5;  // of a bus that answers: a stop may take 3 s until the torque goes
 
 /// The catalogue numbers what drives report 2xx.
 bool of_a_drive(Fault fault) { return static_cast<int>(fault) / 100 == 2; }
@@ -125,9 +126,12 @@ void Owner::shut_down() {
   p.control().post({.kind = cycle::CommandKind::Disable});
   const CycleIndex begin = p.control().latest().cycle;
   const double brake_s = p.machine.brake ? p.machine.brake->time_s : 0;  // torque stays until it holds
-  const CycleIndex least = p.control().cycles(kDisableLeast_s), most = p.control().cycles(kDisableTimeout_s + brake_s);
+  const CycleIndex least = p.control().cycles(kDisableLeast_s);
   const auto passed = [&] { return p.control().latest().cycle - begin; };
-  while (p.control().alive() && passed() < most && (p.control().latest().enabled != 0 || passed() < least))
+  const auto most = [&] {
+    return p.control().cycles((p.control().latest().inputs_fresh ? kBrakesTimeout_s : kDisableTimeout_s) + brake_s);
+  };
+  while (p.control().alive() && passed() < most() && (p.control().latest().enabled != 0 || passed() < least))
     p.control().step();
   p.on_bus->watchdog.reset();
   if (p.on_bus->thread && !p.on_bus->thread->join()) {

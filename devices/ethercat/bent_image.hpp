@@ -9,7 +9,9 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "devices/ethercat/station.hpp"
@@ -28,12 +30,12 @@ struct SlowValue {
   std::uint32_t looks_seen = 0;
   std::int64_t old_cycles = 0;  ///< since the last look that gave it
   // the run thread's
-  Time last_look{};    ///< that gave it, or when it was first asked for
-  bool asked = false;  ///< last_look is set
-  bool silent = false;
+  std::optional<Time> unanswered_since;  ///< the first of the looks in a row that gave nothing
+  bool silent = false, answers = true;
   std::uint32_t sent = 0;  ///< the output that the station has
   bool sent_once = false;
   Time not_before{};
+  std::string refusal, refusal_told;  ///< why an output was not taken; empty: it was
 };
 
 /// After so long without an answer an input that is polled is not known any more.

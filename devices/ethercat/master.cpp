@@ -531,7 +531,7 @@ void EthercatMaster::serve_beside(const std::function<bool(StationRecord&)>& ste
     const auto b = std::ranges::find(bent_, i, &Bent::station);
     return b != bent_.end() && cyclic_->was_fresh(i) ? &*b : nullptr;
   };
-  std::size_t busy = stations_.size();
+  std::size_t busy = stations_.size(), late = 0;  // late: being served since somebody was busy
   SideBySide all(link_);
   for (std::size_t i = 0; i < stations_.size(); ++i)
     all.add([&, i] {
@@ -542,7 +542,16 @@ void EthercatMaster::serve_beside(const std::function<bool(StationRecord&)>& ste
       };
       do serve();
       while (step(stations_[i]));
-      for (--busy; bent != nullptr && busy > 0; serve()) link_.pause(kPause);
+      --busy;
+      while (bent != nullptr && busy + late > 0) {
+        link_.pause(kPause);
+        // What begins when nobody is busy is not waited for: it must not be long.
+        const std::size_t counts = busy > 0 ? 1 : 0;
+        if (counts == 0 && !slow_objects_answer(*bent->image)) continue;
+        late += counts;
+        serve();
+        late -= counts;
+      }
     });
   all.run();
 }

@@ -25,13 +25,14 @@ std::int64_t number_of(const SlowObject& o, std::uint32_t value) {
 }
 
 void look(Link& link, StationRecord& s, SlowValue& v) {
-  if (!v.asked) v.asked = true, v.last_look = link.clock().now();
+  if (!v.unanswered_since) v.unanswered_since = link.clock().now();
   const auto value = read_number(link, s, v.object.by, type_of(v.object));
   v.not_before = link.clock().now() + (value ? kLookEvery : kAfterRefusal);
+  v.answers = value.has_value();
   if (!value) return;
   v.value.store(static_cast<std::uint32_t>(*value), std::memory_order_relaxed);
   v.looks.store(std::max(1u, v.looks.load(std::memory_order_relaxed) + 1), std::memory_order_relaxed);
-  v.last_look = link.clock().now();
+  v.unanswered_since.reset();
 }
 
 /// An output that the station does not have as the loop wants it.
@@ -44,7 +45,7 @@ bool is_wanted(const SlowValue& v, Time now) {
 
 /// Once when it falls silent, once when it answers again.
 void tell_silence_of(const StationRecord& s, SlowValue& v, Time now, std::vector<std::string>& news) {
-  const bool silent = v.asked && now - v.last_look > kSilentAfter;
+  const bool silent = v.unanswered_since && now - *v.unanswered_since > kSilentAfter;
   if (silent == v.silent) return;
   v.silent = silent;
   const DriveEntry* e = nullptr;
@@ -54,15 +55,28 @@ void tell_silence_of(const StationRecord& s, SlowValue& v, Time now, std::vector
   const std::string means = e != nullptr && *e->silent != '\0' ? fmt::format(": {}", e->silent) : "";
   news.push_back(silent ? fmt::format("{}: {} is read by SDO and has not answered for {:.1f} s, so that what is known "
                                       "of it is old{}",
-                                      s.where, what, seconds(now - v.last_look), means)
+                                      s.where, what, seconds(now - *v.unanswered_since), means)
                         : fmt::format("{}: {} answers again", s.where, what));
+}
+
+/// Each one once: what the loop wants is asked for again and again.
+void tell_refusal_of(const StationRecord& s, SlowValue& v, std::vector<std::string>& news) {
+  if (v.refusal == v.refusal_told) return;
+  v.refusal_told = v.refusal;
+  const std::string what = config::to_text(v.object.by);
+  news.push_back(v.refusal.empty()
+                     ? fmt::format("{}: {} is taken again", s.where, what)
+                     : fmt::format("{}: {} is set by SDO, and that failed: {}", s.where, what, v.refusal));
 }
 
 }  // namespace
 
 void tell_silence(const StationRecord& s, BentImage& image, Time now, std::vector<std::string>& news) {
   for (SlowValue& v : image.slow())
-    if (!v.object.output) tell_silence_of(s, v, now, news);
+    if (v.object.output)
+      tell_refusal_of(s, v, news);
+    else
+      tell_silence_of(s, v, now, news);
 }
 
 bool slow_object_is_due(BentImage& image, Time now) {
@@ -70,11 +84,16 @@ bool slow_object_is_due(BentImage& image, Time now) {
       image.slow(), [&](const SlowValue& v) { return v.object.output ? is_wanted(v, now) : now >= v.not_before; });
 }
 
+bool slow_objects_answer(BentImage& image) { return std::ranges::all_of(image.slow(), &SlowValue::answers); }
+
 void serve_slow_objects(Link& link, StationRecord& s, BentImage& image) {
   for (SlowValue& v : image.slow()) {
     if (!is_wanted(v, link.clock().now())) continue;
     const std::uint32_t wanted = v.value.load(std::memory_order_relaxed);
-    if (!write_number(link, s, v.object.by, type_of(v.object), number_of(v.object, wanted))) {
+    const auto written = write_number(link, s, v.object.by, type_of(v.object), number_of(v.object, wanted));
+    v.answers = written.has_value();
+    v.refusal = written ? "" : written.error().message;
+    if (!written) {
       v.not_before = link.clock().now() + kAfterRefusal;
       return;
     }
@@ -82,6 +101,11 @@ void serve_slow_objects(Link& link, StationRecord& s, BentImage& image) {
     v.sent_once = true;
     for (SlowValue& shown : image.slow())
       if (shown.object.address.index == v.object.address.index + 1) look(link, s, shown);
+    const std::int64_t asked = number_of(v.object, wanted);
+    const auto holds = read_number(link, s, v.object.by, type_of(v.object));
+    if (holds && *holds != asked)
+      v.refusal = fmt::format("writing {} to {} was acknowledged, and it holds {}", asked, config::to_text(v.object.by),
+                              *holds);
     return;
   }
   SlowValue* next = nullptr;
@@ -97,7 +121,8 @@ void forget_slow_objects(BentImage& image) {
     if (v.object.output) continue;
     v.value.store(0, std::memory_order_relaxed);
     v.looks.store(0, std::memory_order_relaxed);
-    v.asked = v.silent = false;
+    v.unanswered_since.reset();
+    v.silent = false;
   }
 }
 

@@ -13,9 +13,11 @@ namespace gantry::devices {
 
 /// There is something to write or to look at.
 [[nodiscard]] bool slow_object_is_due(BentImage& image, Time now);
+/// The last transfer of each was answered.
+[[nodiscard]] bool slow_objects_answer(BentImage& image);
 /// At most one transfer, or for a mode that the loop has changed, the write and the look at what became of it.
 void serve_slow_objects(Link& link, StationRecord& station, BentImage& image);
-/// Into `news`: inputs that have fallen silent, or answer again.
+/// Into `news`: inputs that have fallen silent, or answer again; outputs that the station does not take.
 void tell_silence(const StationRecord& station, BentImage& image, Time now, std::vector<std::string>& news);
 /// The station was away: what it has is not known any more, and is written and read anew.
 void forget_slow_objects(BentImage& image);

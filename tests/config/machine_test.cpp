@@ -10,6 +10,7 @@
 
 #include "changed.hpp"
 #include "config/bus_notes.hpp"
+#include "config/quick_stop.hpp"
 #include "config/yaml.hpp"
 
 namespace gantry::config {
@@ -132,6 +133,7 @@ TEST(Machine, notes_tell_what_is_assumed_and_what_a_bus_loss_costs) {
   };
   EXPECT_TRUE(tells("iD286-ECFA: identity"));
   EXPECT_TRUE(tells("axis C runs open loop"));
+  EXPECT_TRUE(tells("without torque it keeps its reference, because `self_locking` says"));
   EXPECT_TRUE(tells("the valve stays as it is for 100 ms"));
   EXPECT_TRUE(tells("one that goes on at its speed does 50 mm until its watchdog bites"));
 }

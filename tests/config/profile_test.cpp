@@ -452,7 +452,11 @@ TEST(Profile, without_a_row_for_what_chooses_a_mode_nothing_can_choose_it) {
     return load_profile(path);
   };
   cut("  - {pdo: 0x1600", "  - {pdo: 0x1600, entries: [0x6040, 0x607A, 0x60B8]}");
-  EXPECT_TRUE(read()) << "it is set by SDO";
+  const auto by_sdo = read();
+  ASSERT_TRUE(by_sdo) << "it is set by SDO";
+  EXPECT_TRUE(std::ranges::any_of(by_sdo->rx_pdos.front().entries, [](const PdoEntry& e) {
+    return e.address.index == 0x6060;
+  })) << "where the station does not take it into a PDO after all";
   cut("  - {object: 0x6060, ", "");
   const auto p = read();
   ASSERT_FALSE(p);

@@ -155,5 +155,26 @@ TEST(LiarsInMotion, by_script_and_by_two_lies_at_once) {
   for (const Lie& lie : lies) expect_as_well_or_refused(lie);
 }
 
+/// The drive's mode alone does not tell why it is another one.
+TEST(LiarsInMotion, what_is_set_by_sdo_while_the_loop_runs_and_is_not_taken_is_named) {
+  const Outcome silent = expect_as_well_or_refused({"its mailbox is silent while it homes",
+                                                    "x",
+                                                    {},
+                                                    by_sdo,
+                                                    {"axis X", "another mode"},
+                                                    "- {at: cycle 1500, do: slow_mailbox, station: x, by: 6 s}"});
+  EXPECT_NE(silent.said.find("station 1 'x': 6060h is set by SDO, and that failed: writing"), std::string::npos)
+      << silent.said;
+  const Outcome deaf = expect_as_well_or_refused({"6060h is not heeded any more",
+                                                  "z",
+                                                  {},
+                                                  by_sdo,
+                                                  {"axis Z", "another mode"},
+                                                  "- {at: cycle 1500, do: ignore_writes, station: z, object: 0x6060}"});
+  EXPECT_NE(deaf.said.find("station 4 'z': 6060h is set by SDO, and that failed: writing"), std::string::npos)
+      << deaf.said;
+  EXPECT_NE(deaf.said.find("was acknowledged, and it holds"), std::string::npos) << deaf.said;
+}
+
 }  // namespace
 }  // namespace gantry::test

@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <cstdlib>
 #include <random>
+#include <regex>
 
 #include "tests/altered.hpp"
 #include "tests/machine/idle.hpp"
+#include "tests/machine/said.hpp"
 
 namespace gantry {
 namespace {
@@ -235,6 +237,20 @@ void racked(config::Machine& m, double by) {
   m.sim.axes.push_back(truth);
 }
 
+/// What homing has taken out of a beam is told, within what a side may be ahead by in some cycles at 60 mm/s.
+void expect_told_apart(const std::string& said, double by_mm) {
+  const std::regex words(
+      fmt::format("axis Y: .* \\(by ([0-9]+) um\\) .{}", std::string_view(code(Fault::SidesApartInHoming))));
+  std::smatch found;
+  const bool told = std::regex_search(said, found, words);
+  if (by_mm > 0.5) {
+    ASSERT_TRUE(told) << by_mm << "\n" << said;
+    EXPECT_NEAR(std::stod(found[1]) / 1000, by_mm, 0.3) << said;
+  } else if (by_mm < 0.05) {
+    EXPECT_FALSE(told) << said;
+  }
+}
+
 // Both sides home at switches that stand square: afterwards they have one coordinate, and in truth, too.
 TEST(Trust, a_racked_beam_is_squared_within_two_counts_or_refused) {
   std::mt19937_64 random(5);
@@ -244,6 +260,7 @@ TEST(Trust, a_racked_beam_is_squared_within_two_counts_or_refused) {
     const double by = std::uniform_real_distribution(-80.0, 80.0)(random);
     Rig rig({.change = [](auto& m) { m.axes[1].homing->rack_max = 53.75; }, .wired = [&](auto& m) { racked(m, by); }});
     ASSERT_TRUE(rig.owner().bring_up());
+    const test::Said said;
     const auto homed = rig.owner().home();
     if (std::abs(by) < 53.75) {
       ASSERT_TRUE(homed) << by << " " << to_text(homed.error());
@@ -255,6 +272,7 @@ TEST(Trust, a_racked_beam_is_squared_within_two_counts_or_refused) {
       EXPECT_EQ(homed.error().fault, Fault::GantrySkew) << to_text(homed.error());
     }
     if (!homed) continue;
+    expect_told_apart(said.all(), std::abs(by));
     for (int k = 0; k < 200; ++k) ASSERT_TRUE(rig.owner().idle());
     const auto& s = rig.owner().latest();
     EXPECT_EQ(s.state, cycle::State::Ready);

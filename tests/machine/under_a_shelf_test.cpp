@@ -38,6 +38,8 @@ TEST(UnderAShelf, jog_home_park_and_run_are_refused_with_both_bodies_and_nothing
   const record::JobResult job = rig.run("recipes/demo-board.yaml");
   ASSERT_FALSE(job.errors.empty());
   refused("run", job.errors.front());
+  EXPECT_NE(job.errors.front().message.find(" mm [machine "), std::string::npos)
+      << "in the coordinates of its board: " << job.errors.front().message;
   EXPECT_TRUE(job.collisions.empty());
 
   ASSERT_TRUE(owner.jog(words("X", "-120 mm")));

@@ -17,7 +17,7 @@ using test::LoopBench;
 constexpr std::size_t kY2 = 3, kZ = 4;  // on the line
 
 struct FallenBench : LoopBench {
-  FallenBench() {
+  explicit FallenBench(config::Machine m = test::reference_machine()) : LoopBench(std::move(m)) {
     operate();
     enable();
     home();
@@ -91,6 +91,29 @@ TEST(FallenDrive, an_open_loop_axis_that_loses_its_torque_in_motion_is_not_refer
     b.ticks(500);
     EXPECT_EQ(b.now.enabled >> axis->id.value & 1u, 0u);
     EXPECT_EQ(b.now.referenced, c.keeps ? 0b11111u : 0b11111u & ~(1u << axis->id.value));
+  }
+}
+
+/// What moves it then, nobody sees: a hand at the needle, a lift that sinks. Its motor is held by nothing but itself.
+TEST(FallenDrive, an_open_loop_axis_that_stands_without_torque_is_not_referenced_unless_something_holds_it) {
+  struct Case {
+    const char* what;
+    bool self_locking, braked;
+  };
+  for (const Case& c : {Case{"nothing", false, false}, Case{"its screw", true, false}, Case{"a brake", false, true}}) {
+    SCOPED_TRACE(c.what);
+    config::Machine m = test::reference_machine();
+    for (config::Axis& axis : m.axes)
+      if (axis.name == "U") axis.self_locking = c.self_locking;
+    if (c.braked) m.brake = config::BrakeConfig{.axis = *m.u, .bit = 15, .time_s = 0.05, .release_s = 0.05};
+    FallenBench b(m);
+    b.ticks(200);
+    ASSERT_EQ(b.command({.kind = cycle::CommandKind::Disable}), Fault::None);
+    b.ticks(10);
+    const std::uint32_t lift = 1u << m.u->value;
+    EXPECT_EQ(b.now.referenced, c.self_locking || c.braked ? 0b11111u : 0b11111u & ~lift);
+    b.enable();
+    EXPECT_EQ((b.now.referenced & lift) != 0, c.self_locking || c.braked);
   }
 }
 

@@ -1,0 +1,151 @@
+// Drives that are to brake by themselves and do not: a ramp that is weak, or in another unit, on the station's side
+// alone. Judged by the motors of the simulated machine, which without torque are slowed down by friction only.
+#include "app/cycle/own_braking.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/job/limits.hpp"
+#include "config/quick_stop.hpp"
+#include "motion/path/moves.hpp"
+#include "tests/app/cycle/loop_bench.hpp"
+
+namespace gantry {
+namespace {
+
+using cycle::State;
+using test::LoopBench;
+
+constexpr AxisId kY{1};
+constexpr config::ObjectAddress kQuickRamp{0x6085, 0};
+constexpr double kStrong = 4e6, kWeak = 2e4;  // counts/s^2 of 1 um: 4000 and 20 mm/s^2
+
+struct BrakingBench : LoopBench {
+  explicit BrakingBench(config::Machine m = test::reference_machine()) : LoopBench(std::move(m)) {
+    operate();
+    enable();
+    home();
+  }
+  void ramps(double y1, double y2) {
+    ASSERT_TRUE(segment.set_object(drive(0).station, kQuickRamp, static_cast<std::int64_t>(y1)));
+    ASSERT_TRUE(segment.set_object(drive(1).station, kQuickRamp, static_cast<std::int64_t>(y2)));
+  }
+  [[nodiscard]] const config::DriveRef& drive(std::size_t side) const { return machine.axes[kY.value].drives[side]; }
+  [[nodiscard]] double side(int n) const { return segment.motor(kY, n).position(); }
+  /// Y is on its way, and as fast as that.
+  void go(double mm_s) {
+    AxisVec to = now.target;
+    to[1] = 390;
+    motion::Limits limits = job::limits_of(machine);
+    limits.axis[1].v_max = mm_s;
+    play(motion::line_move(limits, now.target, to));
+    ASSERT_TRUE(until([&] { return now.target[1] > 60; }, 5000));
+    from = side(0);
+  }
+  void look(int cycles) {
+    for (int i = 0; i < cycles; ++i) {
+      tick();
+      apart = std::max(apart, std::abs(side(0) - side(1)));
+      gone = std::max({gone, side(0) - from, side(1) - from});
+    }
+  }
+  double from = 0, apart = 0, gone = 0;
+};
+
+constexpr std::uint32_t kEmergencyInput = 0x400;  // of an iD286: the machine stops quickly
+
+TEST(OwnBraking, a_quick_stop_that_brakes_is_believed) {
+  for (const double mm_s : {20.0, 170.0, 500.0}) {
+    SCOPED_TRACE(mm_s);
+    BrakingBench b;
+    b.go(mm_s);
+    b.segment.drive_fault(b.machine.z, 0, kEmergencyInput);
+    b.look(1000);
+    EXPECT_EQ(b.told(Fault::NotBraking) + b.told(Fault::GantrySkew), 0);
+    EXPECT_EQ(b.now.state, State::Stopped);
+    EXPECT_LT(b.gone, mm_s * mm_s / 8000 + mm_s * 0.02 + 0.1);
+  }
+}
+
+// By friction (1500 mm/s^2) it goes 9.6 mm from 170 mm/s, by the ramp 722.
+TEST(OwnBraking, an_axis_that_its_quick_stop_does_not_brake_loses_its_torque_and_that_is_told) {
+  BrakingBench b;
+  b.ramps(kWeak, kWeak);
+  b.go(170);
+  b.segment.drive_fault(b.machine.z, 0, kEmergencyInput);
+  b.look(1000);
+  EXPECT_EQ(b.told(Fault::NotBraking), 1);
+  EXPECT_EQ(b.now.latched, Fault::DriveEmergencyInput) << "that was first";
+  EXPECT_LT(b.gone, 35);
+  EXPECT_LT(b.apart, 1);
+  EXPECT_EQ(b.now.enabled & 0b10u, 0u);
+}
+
+TEST(OwnBraking, sides_that_brake_differently_run_out_beside_each_other) {
+  for (const auto& [y1, y2] : {std::pair{kStrong, kWeak}, {kWeak, kStrong}, {kStrong, kStrong / 5}}) {
+    SCOPED_TRACE(testing::Message() << y1 << " " << y2);
+    BrakingBench b;
+    b.ramps(y1, y2);
+    b.go(170);
+    b.segment.drive_fault(b.machine.z, 0, kEmergencyInput);
+    b.look(1000);
+    EXPECT_EQ(b.told(Fault::GantrySkew) + b.told(Fault::NotBraking), 1);
+    EXPECT_LT(b.apart, 13) << "what the beam bears";
+    EXPECT_EQ(b.now.enabled & 0b10u, 0u);
+  }
+}
+
+// The reaction of a drive to a fault of its own takes the same ramp there.
+TEST(OwnBraking, a_side_whose_fault_brakes_weakly_does_not_run_on_alone) {
+  BrakingBench b;
+  b.ramps(kStrong, kWeak);
+  b.go(170);
+  b.segment.drive_fault(kY, 1, 0x0E);
+  b.look(1000);
+  EXPECT_EQ(b.told(Fault::GantrySkew) + b.told(Fault::NotBraking), 1);
+  EXPECT_EQ(b.now.enabled & 0b10u, 0u);
+}
+
+// One side says what its quick stop does, the other one does not: y1 alone would stand 19 mm before y2.
+TEST(OwnBraking, sides_of_a_beam_stop_in_one_way) {
+  config::Machine m = test::reference_machine();
+  for (config::Station& s : m.stations)
+    if (s.name == "y2")
+      std::erase_if(s.profile.startup, [](const config::StartupRow& row) { return row.address.index == 0x605A; });
+  ASSERT_EQ(config::quick_stop_of(m, m.axes[kY.value]), config::QuickStop::Unknown);
+  BrakingBench b(m);
+  b.go(170);
+  b.segment.drive_fault(b.machine.z, 0, kEmergencyInput);
+  b.look(1000);
+  EXPECT_LT(b.apart, 0.1);
+  EXPECT_EQ(b.now.state, State::Stopped);
+  EXPECT_EQ(b.now.enabled, 0u);
+}
+
+// From 110 mm/s at 30 mm/s^2 it takes 3.7 s; a stop waits for 3.
+TEST(OwnBraking, torque_that_goes_while_an_axis_still_moves_is_told) {
+  config::Machine m = test::reference_machine();
+  m.axes[0].a_max = 30, m.axes[0].j_max = 500;  // of X, which its targets brake
+  BrakingBench b(m);
+  AxisVec to = b.now.target;
+  to[0] = 450;
+  b.play(motion::line_move(job::limits_of(b.machine), b.now.target, to));
+  ASSERT_TRUE(b.until([&] { return b.now.target[0] > 225; }, 9000));
+  b.segment.drive_fault(b.machine.z, 0, kEmergencyInput);
+  b.ticks(3500);
+  EXPECT_EQ(b.told(Fault::NotBraking), 1);
+  EXPECT_EQ(b.now.enabled, 0u);
+}
+
+TEST(OwnBraking, a_ramp_that_is_far_below_the_axis_is_none) {
+  config::Machine m = test::reference_machine();
+  EXPECT_EQ(config::quick_stop_of(m, m.axes[kY.value]), config::QuickStop::Brakes);
+  for (config::Station& s : m.stations)
+    if (s.name == "y2")
+      for (config::StartupRow& row : s.profile.startup)
+        if (row.address == kQuickRamp) row.value = 1'999'000;  // 1999 mm/s^2 of a_max 4000
+  EXPECT_EQ(config::quick_stop_of(m, m.axes[kY.value]), config::QuickStop::Weak);
+}
+
+}  // namespace
+}  // namespace gantry
