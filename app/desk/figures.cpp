@@ -53,6 +53,11 @@ std::string not_kept_in_words(const record::JobResult& result) {
 }
 
 std::string to_finish_in_words(const record::JobResult& result) {
+  if (!result.unseen.empty())
+    return fmt::format(
+        "\n  nobody saw     what of `{}` lies there: a job on this board was lost. Look at it and dispense of "
+        "that what is missing, or take it out: {}",
+        result.unseen, record::part_removed_command(result));
   if (result.to_finish.empty()) return "";
   return "\n  to finish it   " + record::finish_command(result);
 }
@@ -83,6 +88,9 @@ std::string figures(const record::JobResult& result) {
     if (f.worst != nullptr)
       text += fmt::format(", worst '{}': {:.1f} um beside, {:.0f} um allowed", f.worst->id, f.worst->error_mm * 1000,
                           f.worst_allowed_mm * 1000);
+    if (f.worst_gap != nullptr)
+      text += fmt::format(", '{}': {:.1f} um off its gap, {:.0f} um allowed", f.worst_gap->id, f.worst_gap_mm * 1000,
+                          f.worst_gap_allowed_mm * 1000);
     if (f.strays > 0) text += fmt::format(", {} on no feature", f.strays);
     text += fmt::format("\n  collisions     {}\n", result.collisions.size());
   }

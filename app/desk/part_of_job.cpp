@@ -38,8 +38,14 @@ constexpr const char* kNamed = "--from FEATURE or --only FEATURES";
 
 std::string quoted(const std::string& serial) { return "'" + config::shortened(serial, 100) + "'"; }
 
-std::string nobody_saw() {
-  return fmt::format("nobody saw how far it came; look at the board and dispense what is missing with {}", kNamed);
+/// Of a part whose job was lost: of all that this job was to do, or of what the jobs behind it have left.
+std::string nobody_saw(const BegunPart& part) {
+  if (part.to_finish == kNamed)
+    return fmt::format("nobody saw how far it came; look at the board and dispense what is missing with {}", kNamed);
+  return fmt::format(
+      "a job on it was lost, and nobody saw what of `{}` lies there; look at the board and dispense of it what is "
+      "missing",
+      part.to_finish);
 }
 
 /// The order that forgets it. `serial` is that of the job which meets it.
@@ -107,7 +113,7 @@ tl::expected<recipes::Selection, NotToFinish> filled_in(recipes::Selection selec
   if (part.left.empty()) return refused(has_all(part, serial), board_of(part));
   if (part.lost)
     return refused(fmt::format("of {}, begun at {}, {}, or say {} when it is taken out", named(part), part.began,
-                               nobody_saw(), take_out(part, serial)),
+                               nobody_saw(part), take_out(part, serial)),
                    board_of(part));
   selection.lacking = part.left;
   return selection;
@@ -152,7 +158,7 @@ Error PartOfJob::refusal() const {
                     found_->recipe, found_->recipe_file, found_->to_finish, take_out(*found_, serial_)),
         recipe_.file};
   const std::string how_far =
-      found_->lost ? nobody_saw()
+      found_->lost ? nobody_saw(*found_)
                    : fmt::format("{} of its {} features {} not whole; finish it with {}", found_->left.size(),
                                  recipe_.features.size(), found_->left.size() == 1 ? "is" : "are", found_->to_finish);
   return {Fault::Refused,
@@ -176,10 +182,12 @@ BegunPart PartOfJob::part(std::vector<std::size_t> left, bool lost) const {
 std::vector<std::size_t> PartOfJob::left_before() const { return found_ ? found_->left : all_of(recipe_); }
 
 Result<void> PartOfJob::keep(BegunPart part, record::JobResult* result) {
-  // Of one whose job was lost nobody knows what is missing: no command finishes it that a program could give.
-  part.to_finish = part.lost ? kNamed : recipes::to_text(recipes::selection_of(recipe_, part.left));
-  if (part.to_finish.size() > kLongestWords) part.to_finish = kFinish;
-  if (result != nullptr && !part.lost) result->to_finish = part.to_finish;
+  // Of one whose job was lost nobody knows what is missing: no command finishes it that a program could give. Behind
+  // another job on it that is what this one has left.
+  part.to_finish =
+      part.lost && result == nullptr ? kNamed : recipes::to_text(recipes::selection_of(recipe_, part.left));
+  if (part.to_finish.size() > kLongestWords) part.to_finish = part.lost ? kNamed : kFinish;
+  if (result != nullptr) (part.lost ? result->unseen : result->to_finish) = part.to_finish;
   return parts_->keep(part);
 }
 

@@ -74,7 +74,7 @@ Result<bool> BlockBuilder::find_room(std::span<Proved> legs) const {
   for (const double share : kRoom) {
     motion::PathRules wider = path->rules;
     wider.clearance_mm += *beside * share;
-    auto other = motion::find_path(*path->scene, path->points.front(), path->points.back(), wider, 0, measuring_);
+    auto other = find_path(*path->scene, path->points.front(), path->points.back(), wider, true);
     if (!other) continue;
     path->points = std::move(other->points), path->certificate = std::move(other->certificate);
     path->has_room = true;
@@ -94,7 +94,7 @@ bool BlockBuilder::find_room_above(Proved& path, double beside_mm) const {
     AxisVec above_from = from, above_to = to;
     above_from[z] = std::min(from[z] + up_mm, limits_.axis[z].p_max);
     above_to[z] = std::min(to[z] + up_mm, limits_.axis[z].p_max);
-    const auto across = motion::find_path(*path.scene, above_from, above_to, wider, 0, measuring_);
+    const auto across = find_path(*path.scene, above_from, above_to, wider, true);
     if (!across) continue;
     std::vector<AxisVec> points{from};
     points.insert(points.end(), across->points.begin(), across->points.end());

@@ -98,9 +98,18 @@ Result<void> BlockBuilder::ask(const motion::Scene& scene, std::span<const motio
   return {};
 }
 
+Result<motion::Path> BlockBuilder::find_path(const motion::Scene& scene, const AxisVec& from, const AxisVec& to,
+                                             const motion::PathRules& rules, bool optional) const {
+  auto path = motion::find_path(scene, from, to, rules, 0, measuring_, known_ways_);
+  if (kept_ways_ == nullptr) return path;
+  if (path && path->kind == motion::PathKind::Detour) kept_ways_->keep(from, to, rules.clearance_mm, path->points);
+  if (!path && optional && path.error().fault == Fault::Collision) kept_ways_->keep(from, to, rules.clearance_mm, {});
+  return path;
+}
+
 Result<void> BlockBuilder::travel(const AxisVec& to, const motion::PathRules& rules, const motion::PathRules& turning) {
   if (!go_on(breath_)) return given_up();
-  auto path = motion::find_path(*scene_, at_, to, rules, 0, measuring_);
+  auto path = find_path(*scene_, at_, to, rules, false);
   if (!path) return tl::unexpected(path.error());
   return wait_for_next({.leg = "travel to",
                         .points = std::move(path->points),

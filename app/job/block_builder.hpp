@@ -47,6 +47,9 @@ class BlockBuilder {
   void about(const Subject& subject) { subject_ = subject; }
   /// Each motion is listed in the block. They outlive it; null: none is.
   void list(const MotionRows* rows) { rows_ = rows, measuring_.each_motion = rows != nullptr; }
+  /// Ways around bodies that were found before, and where those that are found from now on are kept. They outlive it;
+  /// null: none.
+  void ways(const motion::KnownWays* known, motion::KnownWays* kept) { known_ways_ = known, kept_ways_ = kept; }
   /// They go among these bodies.
   void among(const motion::Scene& scene) { scene_ = &scene; }
 
@@ -117,6 +120,9 @@ class BlockBuilder {
   [[nodiscard]] Result<std::vector<motion::Segment>> line(const motion::Scene& scene, const AxisVec& from,
                                                           const AxisVec& to, const motion::PathRules& rules,
                                                           double v_cap = motion::kNoCap) const;
+  /// `optional`: a plan goes on without one.
+  [[nodiscard]] Result<motion::Path> find_path(const motion::Scene& scene, const AxisVec& from, const AxisVec& to,
+                                               const motion::PathRules& rules, bool optional) const;
   [[nodiscard]] Result<double> go_fast(Proved& path) const;
   Result<void> wait_for_next(Proved proved);
   Result<void> settle();
@@ -142,6 +148,8 @@ class BlockBuilder {
   Subject subject_{};
   motion::Measuring measuring_;  ///< the nearest so far: only what is nearer is measured
   const MotionRows* rows_ = nullptr;
+  const motion::KnownWays* known_ways_ = nullptr;
+  motion::KnownWays* kept_ways_ = nullptr;
   /// At most a motion up, a path and a motion down, in this order.
   std::vector<Proved> waiting_;
   ProvenBlock out_;

@@ -121,6 +121,7 @@ const std::shared_ptr<const Surroundings>& BlockPlanner::surroundings() const {
 BlockBuilder BlockPlanner::build(std::uint32_t block, const AxisVec& from) const {
   BlockBuilder builder(limits_, surroundings()->scene(), block, from, breath_, opinion_);
   builder.list(rows());
+  builder.ways(known_ways_.get(), kept_ways_.get());
   return builder;
 }
 

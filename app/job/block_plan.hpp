@@ -41,6 +41,11 @@ class BlockPlanner {
   /// again.
   void share(const BlockPlanner& other);
 
+  /// Ways around bodies that were found when the job was planned before, and are taken again where they are free.
+  void know_ways(std::shared_ptr<const motion::KnownWays> ways) { known_ways_ = std::move(ways); }
+  /// Where those are kept from now on that this planner finds.
+  void keep_ways(std::shared_ptr<motion::KnownWays> ways) { kept_ways_ = std::move(ways); }
+
   /// Called with each feature that is dispensed.
   void count(std::function<void()> features) { count_ = std::move(features); }
 
@@ -108,6 +113,8 @@ class BlockPlanner {
   std::function<void()> count_;
   motion::Opinion opinion_;
   std::optional<MotionRows> rows_;
+  std::shared_ptr<const motion::KnownWays> known_ways_;
+  std::shared_ptr<motion::KnownWays> kept_ways_;
   motion::Limits limits_;
   Knowledge known_;
   mutable std::shared_ptr<const Surroundings> surroundings_;  ///< null: nobody has asked since it changed

@@ -92,7 +92,8 @@ Forecast from_here(Forecast forecast, const config::Machine& machine, const reci
   };
   if (const auto purge = forecast.purge; purge && shut_s && *shut_s + steps_before(*purge) <= recipe.purge->after_s)
     change(forecast, *purge, 0);
-  const BlockPlanner planner(machine, recipe);
+  BlockPlanner planner(machine, recipe);
+  planner.know_ways(forecast.ways);
   AxisVec from = at;
   double rise_s = 0;
   if (const auto up = plan_rise(machine, *planner.surroundings(), 1, at); up && *up)

@@ -3,6 +3,7 @@
 //   NominalProof proof = ...;   proof.forecast.s;   from_here(proof.forecast, machine, recipe, job, at, shut_s).s
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "config/machine.hpp"
 #include "core/axis_vec.hpp"
 #include "core/breath.hpp"
+#include "motion/plan/known_ways.hpp"
 #include "recipes/job.hpp"
 
 namespace gantry::job {
@@ -31,6 +33,8 @@ struct Forecast {
   std::vector<StepTime> steps;         ///< those with motion, in order
   std::vector<FeatureTime> features;   ///< by index in Recipe::features; 0 of those that the job leaves out
   std::optional<std::size_t> purge{};  ///< which of the steps purges
+  /// Ways around bodies that it counts with: the job goes the same ones where they are free.
+  std::shared_ptr<motion::KnownWays> ways{};
 };
 
 /// "mark 'A'"; "" where nothing moves in this step.

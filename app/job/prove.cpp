@@ -21,6 +21,8 @@ class Prover {
         state_(begin_state(recipe, job)) {
     planner_.count(std::move(count));
     proof_.forecast.features.resize(recipe.features.size());
+    proof_.forecast.ways = std::make_shared<motion::KnownWays>();
+    planner_.keep_ways(proof_.forecast.ways);
     at_ = parked(machine, at_);
   }
 

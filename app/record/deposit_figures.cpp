@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <string_view>
 
@@ -10,6 +11,13 @@ namespace gantry::record {
 Allowed allowed(const JobResult& r, const Deposit& d) {
   const auto found = r.drawing.allowed.find(d.id);
   return found != r.drawing.allowed.end() ? found->second : Allowed{};
+}
+
+double part_of_allowed(const JobResult& r, const Deposit& d) {
+  if (d.id.empty() || !std::isfinite(d.error_mm)) return std::numeric_limits<double>::infinity();
+  const Allowed may = allowed(r, d);
+  const double beside = d.error_mm / may.beside_mm;
+  return std::isfinite(d.asked_gap_mm) ? std::max(beside, std::abs(d.gap_mm - d.asked_gap_mm) / may.gap_mm) : beside;
 }
 
 DepositFigures deposit_figures(const JobResult& r) {
@@ -23,7 +31,7 @@ DepositFigures deposit_figures(const JobResult& r) {
     if (std::isfinite(d.asked_gap_mm)) {
       const double off_mm = std::abs(d.gap_mm - d.asked_gap_mm);
       if (f.worst_gap_allowed_mm == 0 || off_mm / may.gap_mm > f.worst_gap_mm / f.worst_gap_allowed_mm)
-        f.worst_gap_mm = off_mm, f.worst_gap_allowed_mm = may.gap_mm;
+        f.worst_gap = &d, f.worst_gap_mm = off_mm, f.worst_gap_allowed_mm = may.gap_mm;
       f.gaps_within = f.gaps_within && off_mm <= may.gap_mm;
     }
     if (!std::isfinite(d.error_mm)) continue;

@@ -12,9 +12,14 @@ namespace gantry::record {
 /// Of a deposit on no feature: what a material allows that says nothing.
 Allowed allowed(const JobResult& result, const Deposit& deposit);
 
+/// The larger of what it is beside its position and off its gap, as parts of what is allowed there; infinite on no
+/// feature.
+double part_of_allowed(const JobResult& result, const Deposit& deposit);
+
 struct DepositFigures {
-  const Deposit* worst = nullptr;   ///< by its part of what is allowed there; null: none lies on a feature
-  double worst_allowed_mm = 0;      ///< of that one
+  const Deposit* worst = nullptr;      ///< by its part of what is allowed there; null: none lies on a feature
+  double worst_allowed_mm = 0;         ///< of that one
+  const Deposit* worst_gap = nullptr;  ///< the same of its gap; null: no gap is known
   double worst_gap_mm = 0;          ///< deviation from the gap that was asked for, the largest part of what is allowed
   double worst_gap_allowed_mm = 0;  ///< of that one; 0: no gap is known
   bool gaps_within = true;          ///< each is within its tolerance

@@ -227,6 +227,7 @@ struct JobResult {
   ExitCode exit_code = ExitCode::Done;
   Board board = Board::Untouched;
   std::string to_finish;        ///< of a begun board that is remembered: what `run` dispenses then, "--only a,b"
+  std::string unseen;           ///< of one with a job that was lost: the same of what nobody saw whether it lies there
   std::vector<Defect> defects;  ///< of the features in their order, then of the board; also of a job that failed
   std::size_t blocks_done = 0, blocks_total = 0;
   recipes::Order order = recipes::Order::File;

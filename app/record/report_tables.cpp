@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <map>
 
 #include "app/record/defects.hpp"
 #include "app/record/deposit_figures.hpp"
@@ -84,6 +85,13 @@ std::string defect_section(const JobResult& r) {
 }
 
 std::string finish_section(const JobResult& r) {
+  if (!r.unseen.empty())
+    return section(
+        "What nobody saw",
+        fmt::format("<p class=\"note\">A job on this board was lost, and nobody saw what of <code>{}</code> lies "
+                    "there. Look at it and dispense of that what is missing; or take it out and say "
+                    "<code>{}</code>.</p>",
+                    text(r.unseen), text(part_removed_command(r))));
   if (r.to_finish.empty()) return {};
   return section("To finish the board",
                  fmt::format("<p class=\"note\"><code>{}</code>; or take it out and say <code>{}</code>.</p>",
@@ -196,11 +204,9 @@ std::string deposit_section(const JobResult& r) {
   std::vector<const Deposit*> worst;
   for (const auto& d : r.deposits)
     if (d.kind != sim::kPurgeKind) worst.push_back(&d);
-  const auto badness = [&](const Deposit& d) {
-    return std::isfinite(d.error_mm) ? std::abs(d.error_mm) / allowed(r, d).beside_mm : 1e9;
-  };
-  std::stable_sort(worst.begin(), worst.end(),
-                   [&](const Deposit* a, const Deposit* b) { return badness(*a) > badness(*b); });
+  std::map<const Deposit*, double> part;
+  for (const Deposit* d : worst) part[d] = part_of_allowed(r, *d);
+  std::stable_sort(worst.begin(), worst.end(), [&](const Deposit* a, const Deposit* b) { return part[a] > part[b]; });
   Table table({"deposit", "kind", "at (mm)", ">lateral error", "", ">allowed", ">gap (mm)", ">asked (mm)", ">off by"});
   for (std::size_t i = 0; i < std::min(worst.size(), kDepositsShown); ++i) {
     const auto& d = *worst[i];
@@ -216,8 +222,9 @@ std::string deposit_section(const JobResult& r) {
   }
   std::string note =
       "<p class=\"note\">As the virtual world saw the needle while the valve was open; the worst first, by its part of "
-      "what is "
-      "allowed: the material's tolerance, and of a bead what its corners may be rounded by.";
+      "what is allowed, beside or off its gap: the material's tolerances, and of a bead what its corners may be "
+      "rounded "
+      "by.";
   if (worst.size() > kDepositsShown)
     note += fmt::format(" The {} worst of {}; summary.json has all.", kDepositsShown, worst.size());
   return section("Deposits", table.done() + note + "</p>");

@@ -108,9 +108,11 @@ std::string speed_section(const JobResult& r) {
 std::string times_section(const JobResult& r) {
   if (r.steps.empty()) return {};
   return section(
-      "Times", step_table(r) + feature_table(r) +
-                   note("Forecast before the first motion, with the board at its nominal placement: a touch of a board "
-                        "that lies lower takes longer. Disturbed: by a hold, a stop or an override."));
+      "Times",
+      step_table(r) + feature_table(r) +
+          note("Steps are forecast before the first motion, with the board at its nominal placement: a touch "
+               "of a board that lies lower takes longer. Features are forecast anew when it is known where the "
+               "board lies. Disturbed: by a hold, a stop or an override."));
 }
 
 std::string recipe_section(const JobResult& r) {

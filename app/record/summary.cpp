@@ -311,6 +311,7 @@ nlohmann::ordered_json to_json(const JobResult& r) {
          {"board", name(r.board)},
          {"defects", to_json(r.defects)},
          {"to_finish", known(r.to_finish)},
+         {"unseen", known(r.unseen)},
          {"recipe", r.recipe_name},
          {"recipe_file", r.recipe_file},
          {"recipe_sha256", known(r.origin.recipe_sha256)},

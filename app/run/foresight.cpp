@@ -15,6 +15,7 @@ Foresight::~Foresight() { given_up_ = true; }
 std::unique_ptr<job::BlockPlanner> Foresight::new_planner(Breath breath) const {
   auto planner = std::make_unique<job::BlockPlanner>(machine_, recipe_, std::move(breath), options_.opinion);
   if (options_.lists_motions) planner->list_motions();
+  planner->know_ways(options_.ways);
   return planner;
 }
 

@@ -25,8 +25,9 @@ class Foresight {
   enum class Thread { Callers, Own };
   struct Options {
     Thread thread = Thread::Callers;
-    Breath breath{};            ///< of the caller's thread
-    motion::Opinion opinion{};  ///< asked in the thread that plans
+    Breath breath{};                                  ///< of the caller's thread
+    motion::Opinion opinion{};                        ///< asked in the thread that plans
+    std::shared_ptr<const motion::KnownWays> ways{};  ///< BlockPlanner::know_ways()
     bool lists_motions = false;
   };
   /// The recipe outlives it; the machine is copied, so that its owner may write to his.

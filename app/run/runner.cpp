@@ -39,6 +39,7 @@ Runner::Runner(const Site& site, const recipes::Recipe& recipe, const recipes::J
                  {.thread = site.opinion ? Foresight::Thread::Callers : site.foresight,
                   .breath = site.breath,
                   .opinion = site.opinion,
+                  .ways = site.forecast != nullptr ? site.forecast->ways : nullptr,
                   .lists_motions = site.motions != nullptr}),
       state_(job::begin_state(recipe, job)),
       watch_(recipes::dispensed_by(job)),
@@ -46,6 +47,7 @@ Runner::Runner(const Site& site, const recipes::Recipe& recipe, const recipes::J
       cut_watch_(site.machine),
       times_(site.forecast, recipe.features.size(), seconds(site.machine.bus.cycle)) {
   if (site_.motions != nullptr) planner_.list_motions();
+  if (site.forecast != nullptr) planner_.know_ways(site.forecast->ways);
   result_.drawing.tip_of_block.clear();
   if (site.forecast != nullptr) result_.predicted_s = site.forecast->s;
 }

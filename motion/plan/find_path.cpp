@@ -1,6 +1,7 @@
 #include "motion/plan/find_path.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -59,10 +60,88 @@ SearchAnswer around(const Scene& scene, const AxisVec& from, const AxisVec& to, 
   return found;
 }
 
+/// A way that was found before leads along bodies at the very clearance: where it, or what it leads along, lies
+/// elsewhere by tenths of a millimetre, its corners give way by so much. False: they cannot.
+class WayAgain {
+ public:
+  WayAgain(const Scene& scene, const Margins& margins, std::vector<AxisVec>& way)
+      : scene_(scene), margins_(margins), way_(way), z_(scene.z()) {}
+
+  bool make_free() {
+    for (std::size_t i = 0; i < way_.size(); ++i)
+      if (!is_allowed(i, way_[i])) return false;
+    for (int pass = 0; pass < kPasses; ++pass) {
+      bool all = true;
+      for (std::size_t i = 1; i < way_.size(); ++i) all = (is_free(way_[i - 1], way_[i]) || give_way(i)) && all;
+      if (all) return true;
+    }
+    return false;
+  }
+
+ private:
+  static constexpr int kPasses = 3;
+  static constexpr std::array kSteps_mm{0.05, 0.15, 0.4, 1.0, 2.0};
+
+  [[nodiscard]] bool is_free(const AxisVec& from, const AxisVec& to) const {
+    return is_clear(scene_, from, to, margins_);
+  }
+  [[nodiscard]] bool is_allowed(std::size_t i, const AxisVec& q) const {
+    if (i == 0 || i + 1 == way_.size()) return true;
+    const double end = std::min(way_.front()[z_], way_.back()[z_]);
+    return !beyond_limits(scene_, q, kLimitRounding) &&
+           !(margins_.lowest_mm && q[z_] < std::min(*margins_.lowest_mm, end));
+  }
+  /// Of the leg that ends at `i`: the corner at one of its ends, or both, by the least step that frees it.
+  bool give_way(std::size_t i) {
+    const bool first = i - 1 > 0, second = i + 1 < way_.size();
+    for (const double step : kSteps_mm)
+      for (int x = -1; x <= 1; ++x)
+        for (int y = -1; y <= 1; ++y)
+          for (int z = 0; z <= 1; ++z)
+            for (const auto& [of_first, of_second] : {std::pair{true, true}, {true, false}, {false, true}}) {
+              if ((of_first && !first) || (of_second && !second) || (x == 0 && y == 0 && z == 0)) continue;
+              AxisVec a = way_[i - 1], b = way_[i];
+              for (AxisVec* q : {&a, &b}) {
+                if (q == &a ? !of_first : !of_second) continue;
+                (*q)[scene_.x()] += x * step, (*q)[scene_.y()] += y * step, (*q)[z_] += z * step;
+              }
+              if (!is_allowed(i - 1, a) || !is_allowed(i, b) || !is_free(a, b)) continue;
+              if (of_first && !is_free(way_[i - 2], a)) continue;
+              if (of_second && !is_free(b, way_[i + 1])) continue;
+              way_[i - 1] = a, way_[i] = b;
+              return true;
+            }
+    return false;
+  }
+
+  const Scene& scene_;
+  const Margins& margins_;
+  std::vector<AxisVec>& way_;
+  std::size_t z_;
+};
+
+/// Around what stands between, as found before or anew.
+SearchAnswer around_or_known(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
+                             double clearance_mm, const KnownWays* known) {
+  if (known != nullptr) {
+    SearchAnswer again;
+    again.status = SearchStatus::Ok, again.kind = PathKind::Detour;
+    if (auto ways = known->like(from, to, clearance_mm)) {
+      if (ways->empty()) return {};
+      for (std::vector<AxisVec>& way : *ways) {
+        if (!WayAgain(scene, margins, way).make_free()) continue;
+        again.points = std::move(way);
+        return again;
+      }
+    }
+  }
+  return around(scene, from, to, margins);
+}
+
 }  // namespace
 
 Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& to, const PathRules& rules,
-                       double extra_mm, const Measuring& measuring) {
+                       double extra_mm, const Measuring& measuring, const KnownWays* known) {
   auto beyond = beyond_limits(scene, to, kLimitRounding);
   for (std::size_t i = 0; i < scene.axes().size() && !beyond; ++i)
     if (!std::isfinite(from[i])) beyond = i;
@@ -82,7 +161,7 @@ Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& t
       path.kind = PathKind::LiftOver;
       path.points = std::move(over->points);
     } else {
-      SearchAnswer found = around(scene, from, to, *margins);
+      SearchAnswer found = around_or_known(scene, from, to, *margins, rules.clearance_mm + extra_mm, known);
       if (found.status != SearchStatus::Ok)
         return tl::unexpected(
             collision(scene, *straight, from, to,

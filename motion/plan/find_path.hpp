@@ -1,6 +1,6 @@
 // A path from here to there that meets nothing, for a job: straight when that is free, else over what stands between at
 // the lowest Z that is free, else around it (search_path.hpp). Everything it returns is certified; the same query gives
-// the same path on every run.
+// the same path on every run; where ways are known, so does the same question asked of a scene that differs a little.
 //   Result<Path> path = find_path(scene, from, to, {.clearance_mm = 2, .approaches = {{"needle", "board", gap -
 //   0.02}}});
 // Where the margin must give way: at the ends of a motion a tool is near the surface by design. An allowed
@@ -14,6 +14,7 @@
 #include "core/axis_vec.hpp"
 #include "core/error.hpp"
 #include "motion/plan/certificate.hpp"
+#include "motion/plan/known_ways.hpp"
 #include "motion/plan/scene.hpp"
 #include "motion/plan/search_path.hpp"
 
@@ -30,8 +31,9 @@ struct Path {
 /// `extra_mm`: path deviation to be covered besides the clearance (of what is proved by chords).
 /// Fault::OutOfReach when `to` is beyond an axis limit (named), Fault::Collision with both bodies, the point and what
 /// was tried.
-/// `measuring` as for certify().
+/// `measuring` as for certify(). `known`: where nothing straight or over is free, what was found then comes before a
+/// search, and where none was found then there is none now.
 Result<Path> find_path(const Scene& scene, const AxisVec& from, const AxisVec& to, const PathRules& rules,
-                       double extra_mm = 0, const Measuring& measuring = {});
+                       double extra_mm = 0, const Measuring& measuring = {}, const KnownWays* known = nullptr);
 
 }  // namespace gantry::motion

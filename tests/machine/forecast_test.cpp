@@ -82,6 +82,21 @@ TEST(Forecast, is_exact_on_a_board_that_lies_where_it_should) {
         << r.feature_names[i];
 }
 
+// Ways around a body are searched by chance: the same ones are taken again, and give way where the board lies
+// elsewhere.
+TEST(Forecast, of_ways_around_a_bridge_holds) {
+  Rig nominal({.placement = "dx=0 mm, dy=0 mm, rot=0 deg, dz=0 mm, tilt_x=0 deg, tilt_y=0 deg"});
+  expect_forecast(nominal.run("recipes/portal.yaml"));
+  for (const char* at : {"dx=0.4 mm, dy=-0.3 mm, rot=0.2 deg", "dx=-0.6 mm, dy=0.5 mm, rot=-0.3 deg", "dx=0.9 mm"}) {
+    SCOPED_TRACE(at);
+    Rig rig({.placement = fmt::format("dz=0 mm, tilt_x=0 deg, tilt_y=0 deg, {}", at)});
+    const record::JobResult r = rig.run("recipes/portal.yaml");
+    test::expect_done(r);
+    const Sums behind = after_touches(r);
+    EXPECT_NEAR(behind.actual_s, behind.predicted_s, 0.02 * behind.predicted_s);
+  }
+}
+
 // The probe goes its last millimetres at its own speed, which is all that a board off its height changes: dz / speed.
 TEST(Forecast, misses_of_a_board_off_its_height_what_the_probe_goes_down_to_it_and_nothing_else) {
   constexpr double kUp_mm = -1.2;

@@ -223,6 +223,7 @@ TEST_F(APartThatIsCut, is_remembered_before_its_first_shot_and_a_lost_one_asks_f
   const Json rest = run({{"from", "b"}});
   EXPECT_TRUE(rest.value("ok", false)) << rest.dump();
   EXPECT_EQ(rest.value("board", ""), "begun") << "nobody has seen 'a'";
+  expect_refused(run(), {"a job on it was lost, and nobody saw what of `--only a` lies there"});
   EXPECT_TRUE(rest.at("to_finish").is_null())
       << "and no command is given that might dispense it twice: " << rest.dump();
 }

@@ -33,6 +33,20 @@ std::vector<std::byte> bytes(std::string_view s) {
   return result;
 }
 
+TEST(Report, lists_a_deposit_that_is_off_its_gap_before_one_that_is_less_beside) {
+  JobResult r = made_up_job();
+  ASSERT_GT(r.deposits.size(), 6u);
+  Deposit& high = r.deposits[5];
+  high.asked_gap_mm = 0.2, high.gap_mm = 0.893, high.error_mm = 0;
+  const std::string page = report_page(r);
+  const std::size_t table = page.find("<h2>Deposits");
+  ASSERT_NE(table, std::string::npos);
+  const std::size_t first = page.find(html::text(high.id), table),
+                    other = page.find(html::text(r.deposits[4].id), table);
+  EXPECT_LT(first, other);
+  EXPECT_NEAR(part_of_allowed(r, high), 0.693 / allowed(r, high).gap_mm, 1e-9);
+}
+
 TEST(Html, escapes_what_has_a_meaning_in_html) {
   EXPECT_EQ(html::text("<b a=\"1\">&'"), "&lt;b a=&quot;1&quot;&gt;&amp;&#39;");
   EXPECT_EQ(html::text("Würfel µ"), "Würfel µ");
