@@ -199,7 +199,10 @@ void check_sim(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
     const Axis& axis = *find_axis(m, row.name);
     const SimAxis& truth = m.sim.axes[axis.id.value];
     if (truth.neg_limit >= axis.p_min || truth.pos_limit <= axis.p_max)
-      mistakes.add(Fault::Inconsistent, fmt::format("limit switches stand outside the travel of axis {}", axis.name),
+      mistakes.add(Fault::Inconsistent,
+                   fmt::format("axis {} travels from {} to {}, and its simulated limit switches must stand beyond both "
+                               "ends; move them outwards, or write a shorter 'travel'",
+                               axis.name, in_units(axis, axis.p_min), in_units(axis, axis.p_max)),
                    row.limits.location);
     if (truth.start < truth.neg_limit || truth.start > truth.pos_limit)
       mistakes.add(Fault::OutOfRange, "outside the limit switches", row.start.location);

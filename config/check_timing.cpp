@@ -41,13 +41,17 @@ void check_watchdogs(const Machine& m, double tolerated_ms, std::string_view wha
 void check_delays(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   const double cycle_s = seconds(m.bus.cycle);
   std::vector<std::string> sooner;
+  Location first;
   for (std::size_t i = 0; i < m.axes.size(); ++i) {
     const Axis& axis = m.axes[i];
     if (axis.kind != AxisKind::Streamed) continue;
     if (axis.response_delay_s > kMostDelay_s)
-      mistakes.add(Fault::OutOfRange, "more than 50 ms cannot be compensated", file.axes[i].location);
-    if (axis.response_delay_s > 0 && axis.response_delay_s < cycle_s * (1 - kRounding))
-      sooner.push_back(fmt::format("{} ({:.6g} ms)", axis.name, axis.response_delay_s * 1e3));
+      mistakes.add(Fault::OutOfRange,
+                   "more than 50 ms cannot be compensated; write what `gantry commission AXIS` measures",
+                   file.axes[i].response_delay_location);
+    if (axis.response_delay_s <= 0 || axis.response_delay_s >= cycle_s * (1 - kRounding)) continue;
+    if (sooner.empty()) first = file.axes[i].response_delay_location;
+    sooner.push_back(fmt::format("{} ({:.6g} ms)", axis.name, axis.response_delay_s * 1e3));
   }
   if (!sooner.empty())
     mistakes.add(Fault::Inconsistent,
@@ -55,7 +59,7 @@ void check_delays(const Machine& m, const MachineFile& file, Mistakes& mistakes)
                              "over, and these have a shorter response_delay: {}; state what `gantry commission AXIS` "
                              "measures at this cycle, or a shorter cycle",
                              cycle_s * 1e3, fmt::join(sooner, ", ")),
-                 file.bus.cycle_s.location);
+                 sooner.size() > 1 ? file.bus.cycle_s.location : first);
 }
 
 /// How far a sound axis is seen behind its target: by its answer, and by the cycle until its position is read. While it

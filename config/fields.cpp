@@ -243,6 +243,37 @@ bool is_known(const std::vector<const FieldShape*>& known, std::string_view key)
   return std::any_of(known.begin(), known.end(), [&](const FieldShape* field) { return field->key == key; });
 }
 
+/// A value that may stand behind a key; empty: it is too long to show, or none comes to mind.
+std::string example_of(const ValueShape& shape) {
+  using Kind = ValueShape::Kind;
+  switch (shape.kind) {
+    case Kind::Number: {
+      const Dimension dimension = shape.dimensions.empty() ? Dimension::None : shape.dimensions.front();
+      const std::string text(units::example(dimension));
+      const auto value = units::parse(text, dimension);
+      return value && *value >= shape.range.min && *value <= shape.range.max ? text : "";
+    }
+    case Kind::Integer: return fmt::format("{:.0f}", std::isfinite(shape.range.min) ? shape.range.min : 1.0);
+    case Kind::Flag: return "true";
+    case Kind::Choice: return shape.choices.empty() ? "" : shape.choices.front();
+    case Kind::Tuple: {
+      std::string all;
+      for (std::size_t i = 0; i + shape.optional_items < shape.items.size(); ++i) {
+        const std::string one = example_of(shape.items[i]);
+        if (one.empty()) return "";
+        all += (i > 0 ? ", " : "") + one;
+      }
+      return "[" + all + "]";
+    }
+    default: return "";
+  }
+}
+
+std::string for_example(const FieldShape& field) {
+  const std::string value = example_of(field.shape);
+  return value.empty() ? "" : fmt::format("; write for example `{}: {}`", field.key, value);
+}
+
 /// Where one key is unknown and one is missing, that one was meant, however little it is like it; else null.
 const FieldShape* only_one_missing(const Node& map, const std::vector<const FieldShape*>& known) {
   std::size_t unknown = 0, missing = 0;
@@ -275,7 +306,7 @@ void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Lo
     std::string words_of_it = did_you_mean(key.text, likely);
     if (near.empty() && only != nullptr) {
       near = only->key;
-      words_of_it = fmt::format("{} It is missing here ({})", did_you_mean(only->key), only->doc);
+      words_of_it = fmt::format("{} It is missing here ({}){}", did_you_mean(only->key), only->doc, for_example(*only));
     }
     if (!near.empty()) meant.push_back(near);
     // {why: one, two}: "two" is read as a key.
@@ -286,7 +317,8 @@ void check_keys(const Node& map, const std::vector<const FieldShape*>& known, Lo
   for (const FieldShape* field : known)
     if (field->need == kRequired && !map.find(field->key) &&
         std::find(meant.begin(), meant.end(), field->key) == meant.end())
-      mistakes.add(Fault::MissingKey, fmt::format("'{}' is missing here ({})", field->key, field->doc), owner);
+      mistakes.add(Fault::MissingKey,
+                   fmt::format("'{}' is missing here ({}){}", field->key, field->doc, for_example(*field)), owner);
 }
 
 std::size_t told(const Mistakes& mistakes) {

@@ -61,6 +61,7 @@ struct AxisRow {
   At<std::vector<Quantity>> travel;
   std::optional<FollowingRow> following;
   double response_delay_s = 0;
+  Location response_delay_location;
   At<Quantity> path_error;
   bool self_locking = false;
   Location self_locking_location;

@@ -305,6 +305,23 @@ const Node* Node::find(std::string_view key) const {
   return nullptr;
 }
 
+namespace {
+
+/// The '---' above what it holds.
+Location begin_of_document(std::string_view text, Location content) {
+  Location found = content;
+  int line = 1;
+  for (std::size_t at = 0; at < text.size() && line <= content.line; ++line) {
+    if (line > 1 && text.substr(at).starts_with("---")) found.line = line, found.column = 1;
+    const std::size_t end = text.find('\n', at);
+    if (end == std::string_view::npos) break;
+    at = end + 1;
+  }
+  return found;
+}
+
+}  // namespace
+
 std::optional<Node> read_yaml(std::string_view text, Mistakes& mistakes, const YamlBudget& budget) {
   if (text.size() > budget.bytes) {
     mistakes.add(Fault::FileTooLarge, fmt::format("larger than {} bytes; split the file", budget.bytes), {1, 1});
@@ -322,7 +339,8 @@ std::optional<Node> read_yaml(std::string_view text, Mistakes& mistakes, const Y
     }
     TreeBuilder second(plain.text, mistakes, budget);
     if (parser.HandleNextDocument(second)) {
-      mistakes.add(Fault::YamlSyntax, "a second document (---); one file holds one", second.root.location);
+      mistakes.add(Fault::YamlSyntax, "a second document (---); one file holds one: leave the '---' out",
+                   begin_of_document(plain.text, second.root.location));
       return std::nullopt;
     }
   } catch (const Refusal& refusal) {

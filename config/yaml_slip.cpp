@@ -5,6 +5,8 @@
 #include <ranges>
 #include <vector>
 
+#include "core/trimmed.hpp"
+
 namespace gantry::config {
 namespace {
 
@@ -93,6 +95,11 @@ std::string out_of_line(std::string_view text, std::size_t at) {
   const auto levels = levels_above(text, start);
   const auto nearest = std::ranges::min_element(levels, {}, away);
   if (nearest == levels.end()) return "this line does not belong to what stands above it; begin it in column 1";
+  const auto item =
+      std::ranges::find_if(levels, [&](std::size_t level) { return trimmed(line_at(text, level)).starts_with("- "); });
+  if (line.substr(indent).starts_with("- ") && item != levels.end() && away(*item) != 0)
+    return fmt::format("this item begins in column {}; begin it in column {}, as line {} does", indent + 1,
+                       indent_of(line_at(text, *item)) + 1, line_of(text, *item));
   if (away(*nearest) == 0)
     return fmt::format("this line stands among items, as line {}, and is none; begin it with '- ', or farther left",
                        line_of(text, *nearest));

@@ -18,7 +18,7 @@ constexpr double kUnmeasuredTilt_rad = units::rad(0.15);
 double unmeasured_tilt_rad(const TouchRules& rules) { return rules.max_tilt_rad.value_or(kUnmeasuredTilt_rad); }
 
 /// Speed of the touch that counts, over a cycle, and a count of its axis.
-double touch_error_mm(const config::Machine& machine) {
+double touch_error_of(const config::Machine& machine) {
   const double per_mm = machine.axes[machine.z.value].counts_per_unit;
   return machine.probe.speed_mm_s * seconds(machine.bus.cycle) + (per_mm > 0 ? 1 / per_mm : 0);
 }
@@ -37,7 +37,11 @@ std::optional<std::string> reaches(const Recipe& recipe, const SurfaceDoubt& dou
       "meet it: its gap is {:.6g} mm, {:.6g} mm of that for what a measured height is off by. ",
       p.x, p.y, higher_mm, m->gap, kHeightSlack_mm);
   if (!doubt.tilt_unmeasured())
-    return why + "The touches lie so close together that their errors grow up to there; put them farther apart";
+    return why + fmt::format(
+                     "Each touch may be off by {:.3g} mm, most of it what the probe goes in a cycle at its speed, "
+                     "and that grows from where the touches lie to there; put them farther apart, or let the "
+                     "probe go more slowly (`probe.speed` of the machine)",
+                     doubt.touch_error_mm());
   const bool one = recipe.touches.size() == 1;
   why +=
       fmt::format("{}, and `touch_rules.max_tilt` lets it tilt by {:.3g} deg{}",
@@ -59,7 +63,7 @@ double max_measured_slope(const TouchRules& rules) {
 double max_unmeasured_slope(const TouchRules& rules) { return std::tan(unmeasured_tilt_rad(rules)); }
 
 SurfaceDoubt::SurfaceDoubt(const Recipe& recipe, const config::Machine& machine)
-    : slope_(max_unmeasured_slope(recipe.touch_rules)), touch_error_mm_(touch_error_mm(machine)) {
+    : slope_(max_unmeasured_slope(recipe.touch_rules)), touch_error_mm_(touch_error_of(machine)) {
   if (recipe.touches.empty()) return;
   std::vector<Vec2> points;
   for (const TouchPoint& touch : recipe.touches) points.push_back(touch.at);

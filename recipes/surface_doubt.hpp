@@ -24,6 +24,8 @@ class SurfaceDoubt {
  public:
   /// A recipe without touches states that the surface is where its drawing has it: there is no doubt then.
   SurfaceDoubt(const Recipe& recipe, const config::Machine& machine);
+  /// What a height that was touched may be off by.
+  [[nodiscard]] double touch_error_mm() const { return touch_error_mm_; }
 
   /// Over a point of the board. Between two points it is at most the greater of theirs.
   [[nodiscard]] double mm(Vec2 p) const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace gantry::cycle {
 
@@ -16,6 +17,7 @@ constexpr std::int64_t kReportDelay = 2;  // cycles from a target that is sent t
 constexpr double kDelays = 3;
 constexpr std::int64_t kLate = 10;
 constexpr double kShortCounts = 20;         // that an open-loop drive may stop short of its target
+constexpr std::int64_t kLongHeard = 1000;   // cycles in a row
 constexpr Time kStands = milliseconds(10);  // without motion, after which a drive stands
 }  // namespace
 
@@ -55,6 +57,11 @@ void Axes::read(const devices::FieldBus& bus, bool answered, bool operational, s
         !(stood ? setup_.drives[d].keeps_reference : setup_.drives[d].layout.closed_loop))
       forget_reference(setup_.drives[d].axis);
     step_counts_[d] = drives_[d].feedback().counts.value - counts_before;
+    unheard_[d] += elapsed;
+    if (fresh) {
+      apart_cycles_[d] = std::exchange(unheard_[d], 0);
+      since_gap_[d] = apart_cycles_[d] > 1 ? 0 : std::min<std::int64_t>(since_gap_[d] + 1, kLongHeard);
+    }
     const bool moved = std::abs(step_counts_[d]) > 1;  // a count to and fro is no motion
     still_[d] = fresh && !moved ? std::min(still_[d] + 1, stands_cycles_) : 0;
     if (drives_[d].feedback().jumped) {  // whatever else is wrong, and whatever the loop does about that
@@ -138,7 +145,8 @@ void Axes::run_out_together(AxisId id) noexcept {
 /// gone farther than it may, or than the other side of its beam, would go on for as long as its limit switch or the
 /// stop's time-out lets it: friction and a brake do more.
 void Axes::watch_braking(AxisId id) noexcept {
-  constexpr double kApart_s = 0.01;  // at the speed that it had: one side may begin later than the other
+  constexpr double kApart_s = 0.01;              // at the speed that it had: one side may begin later than the other
+  constexpr Time kCatchesUp = milliseconds(10);  // behind frames that were lost
   const AxisSetup& axis = setup_.axes[id.value];
   Unbraked found;
   bool braked = false, brakes = false, heard = true;
@@ -153,8 +161,9 @@ void Axes::watch_braking(AxisId id) noexcept {
       const bool by_itself = f.state == DriveState::QuickStopActive || f.state == DriveState::FaultReaction ||
                              (f.state == DriveState::OperationEnabled && goal_of(d) == DriveGoal::QuickStop);
       const double step = static_cast<double>(step_counts_[d]) / drives_[d].scale().to_counts_delta(1);
-      own.see(by_itself && still_[d] < stands_cycles_, f.position, step / seconds(setup_.period),
-              setup_.drives[d].reach.late_s, seconds(setup_.period));
+      const double heard_s = seconds(setup_.period) * static_cast<double>(apart_cycles_[d]);
+      own.see(by_itself && still_[d] < stands_cycles_, f.position, step / heard_s,
+              since_gap_[d] * setup_.period < kCatchesUp, heard_s, setup_.drives[d].reach);
     }
     if (!own.busy()) continue;
     brakes = true;

@@ -185,14 +185,17 @@ class Axes {
   std::uint32_t stands_with_side_ = 0;    ///< stand at their last target, because it has left the line
   std::uint32_t runs_out_with_side_ = 0;  ///< have no torque, because it runs out without
   std::uint32_t let_go_ = 0;              ///< give up their torque until they have, because their axis does not brake
-  std::array<OwnBraking, kMaxDrives> braking_{};        ///< by itself
-  std::bitset<kMaxAxes> not_braked_;                    ///< told, until it is over
-  std::array<Unbraked, kMaxAxes> unbraked_{};           ///< of the last cycle
-  std::array<double, kMaxAxes> apart_before_{};         ///< how far two sides were when they began to brake
-  std::array<std::int64_t, kMaxDrives> step_counts_{};  ///< of the last cycle
-  std::array<double, kMaxDrives> outran_{};             ///< mm or rad that it went farther than the other side
-  int stands_cycles_;                                   ///< after which a drive stands
-  std::array<int, kMaxDrives> still_{};                 ///< cycles in a row in which it was heard to stand
+  std::array<OwnBraking, kMaxDrives> braking_{};         ///< by itself
+  std::bitset<kMaxAxes> not_braked_;                     ///< told, until it is over
+  std::array<Unbraked, kMaxAxes> unbraked_{};            ///< of the last cycle
+  std::array<double, kMaxAxes> apart_before_{};          ///< how far two sides were when they began to brake
+  std::array<std::int64_t, kMaxDrives> step_counts_{};   ///< of the last cycle
+  std::array<std::int64_t, kMaxDrives> unheard_{};       ///< cycles since it was heard last
+  std::array<std::int64_t, kMaxDrives> apart_cycles_{};  ///< that step_counts_ is of
+  std::array<std::int64_t, kMaxDrives> since_gap_{};     ///< cycles in a row in which it was heard
+  std::array<double, kMaxDrives> outran_{};              ///< mm or rad that it went farther than the other side
+  int stands_cycles_;                                    ///< after which a drive stands
+  std::array<int, kMaxDrives> still_{};                  ///< cycles in a row in which it was heard to stand
 };
 
 }  // namespace gantry::cycle

@@ -105,7 +105,7 @@ class Judge {
     for (const Joined& join : result_.joined)
       if (join.feature == bead->id && join.after_s > m->rejoin_within_s)
         add(bead->id, Kind::Late,
-            fmt::format("joined {:.1f} s after its valve had shut; material '{}' is to be joined within {:.6g} s "
+            fmt::format("joined {:.2f} s after its valve had shut; material '{}' is to be joined within {:.6g} s "
                         "('rejoin_within')",
                         join.after_s, m->name, m->rejoin_within_s));
   }

@@ -84,7 +84,8 @@ Result<void> add_drives(const config::Machine& machine, const config::Axis& axis
     const cycle::BrakingReach reach{
         .deceleration = std::min(ramp, axis.a_max),
         .late_s = axis.a_max / axis.j_max + kDelaysToBrake * axis.response_delay_s + kLateToBrake_s,
-        .slack = axis.following_base + kSlackCounts / std::abs(axis.counts_per_unit)};
+        .slack = axis.following_base + kSlackCounts / std::abs(axis.counts_per_unit),
+        .gains = axis.a_max * axis.a_max / (2 * axis.j_max) + axis.a_max * axis.response_delay_s};
     const double give = axis.rotary ? kBrakeGive_rad : kBrakeGive_mm;
     const bool braked = config::is_braked(machine, axis);
     if (!loop.drives.push_back({ref.station, axis.id, *layout, devices::AxisScale(axis.counts_per_unit, ref.invert),

@@ -49,6 +49,8 @@ Result<PlacementText> parse_placement(std::string_view text) {
                   where);
     auto& value = values[static_cast<std::size_t>(known - kPlacementKeys.begin())];
     if (value) return fail(Fault::DuplicateKey, fmt::format("'{}' stands twice; remove one of the two", key), where);
+    if (item.find('=', equals + 1) != std::string_view::npos)
+      return fail(Fault::BadValue, fmt::format("'{}' lacks a comma between its values", item), where);
     const auto parsed = units::parse(trimmed(item.substr(equals + 1)), known->dimension);
     if (!parsed) return fail(parsed.error().fault, fmt::format("{}: {}", key, parsed.error().message), where);
     const bool turns = known->dimension == units::Dimension::Angle;

@@ -349,7 +349,8 @@ INSTANTIATE_TEST_SUITE_P(
               "where homing ends the head's body 'carriage' is in 'keep-out cage' of the machine: no job could begin"},
         Wrong{"scene:\n", "scene:\n  rail: {box: [16 mm, 60 mm, 30 mm], centre: [-81.5 mm, 0 mm, 90 mm]}\n", "rail",
               Fault::Inconsistent, "'carriage' is 1.5 mm from 'rail' of the scene, and 2 mm are kept clear"},
-        Wrong{"limits: [-2 mm, 505 mm]", "limits: [2 mm, 505 mm]", "[", Fault::Inconsistent, "outside the travel"},
+        Wrong{"limits: [-2 mm, 505 mm]", "limits: [2 mm, 505 mm]", "[", Fault::Inconsistent,
+              "must stand beyond both ends"},
         Wrong{"start: 230 mm", "start: 830 mm", "830", Fault::OutOfRange, "limit switches"},
         Wrong{"  post:  ", "  needle: ", "needle", Fault::DuplicateKey, "head"}));
 

@@ -54,7 +54,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Trick{"tag", "a: !!int 3\n", Fault::YamlSyntax, "f.yaml:1:4"},
                     Trick{"own_tag", "a: !thing {b: 1}\n", Fault::YamlSyntax, "f.yaml:1:4"},
                     Trick{"key_that_is_a_list", "? [a, b]\n: 1\n", Fault::YamlSyntax, "f.yaml:1:3"},
-                    Trick{"second_document", "a: 1\n---\nb: 2\n", Fault::YamlSyntax, "f.yaml:3:1"},
+                    Trick{"second_document", "a: 1\n---\nb: 2\n", Fault::YamlSyntax, "f.yaml:2:1"},
                     Trick{"tab_that_indents", "a:\n\tb: 1\n", Fault::YamlSyntax, "f.yaml:2:1"},
                     Trick{"tab_that_separates", "a:\t1\n", Fault::YamlSyntax, "f.yaml:1:3"},
                     Trick{"lone_carriage_return", "a: 1\rb: 2\n", Fault::YamlSyntax, "f.yaml:1:5"},

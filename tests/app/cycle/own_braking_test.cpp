@@ -95,6 +95,36 @@ TEST(OwnBraking, sides_that_brake_differently_run_out_beside_each_other) {
   }
 }
 
+/// What a drive does that runs away: it is as fast as it was and gains nothing by that.
+TEST(OwnBraking, the_speed_that_a_drive_gains_when_it_is_told_to_stop_lets_it_go_no_farther) {
+  const cycle::BrakingReach reach{.deceleration = 4000, .late_s = 0.072, .slack = 0.5, .gains = 116};
+  cycle::OwnBraking sound, away;
+  double at = 0, v = 173, sound_at = 0, sound_v = 173;
+  int ms = 0;
+  for (; ms < 1000 && away.gone() <= reach.of(away.from_speed()); ++ms) {
+    away.see(true, at, v, false, 0.001, reach);
+    sound.see(true, sound_at, sound_v, false, 0.001, reach);
+    v += 20, at += v * 0.001;  // 20 m/s^2
+    sound_v = std::max(0.0, sound_v - 4), sound_at += sound_v * 0.001;
+    ASSERT_LE(sound.gone(), reach.of(sound.from_speed()));
+  }
+  EXPECT_LT(away.gone(), 42)
+      << "from 349 mm/s at most (233 in its third cycle): 15 mm of braking and 25 until it begins";
+  EXPECT_LT(ms, 60);
+}
+
+TEST(OwnBraking, frames_that_are_lost_as_it_is_told_make_it_no_faster) {
+  BrakingBench b;
+  b.ramps(kWeak, kWeak);
+  b.go(170);
+  b.segment.drive_fault(b.machine.z, 0, kEmergencyInput);
+  b.look(4);
+  b.segment.lose_frames(2);
+  b.look(1000);
+  EXPECT_EQ(b.told(Fault::NotBraking), 1);
+  EXPECT_LT(b.gone, 40);
+}
+
 // The reaction of a drive to a fault of its own takes the same ramp there.
 TEST(OwnBraking, a_side_whose_fault_brakes_weakly_does_not_run_on_alone) {
   BrakingBench b;
