@@ -64,8 +64,11 @@ SearchAnswer around(const Scene& scene, const AxisVec& from, const AxisVec& to, 
 /// elsewhere by tenths of a millimetre, its corners give way by so much. False: they cannot.
 class WayAgain {
  public:
-  WayAgain(const Scene& scene, const Margins& margins, std::vector<AxisVec>& way)
-      : scene_(scene), margins_(margins), way_(way), z_(scene.z()) {}
+  static constexpr std::array kSteps_mm{0.0, 0.05, 0.15, 0.4, 1.0, 2.0};
+
+  /// A corner gives way by `most_mm` at most.
+  WayAgain(const Scene& scene, const Margins& margins, std::vector<AxisVec>& way, double most_mm)
+      : scene_(scene), margins_(margins), way_(way), most_mm_(most_mm), z_(scene.z()) {}
 
   bool make_free() {
     for (std::size_t i = 0; i < way_.size(); ++i)
@@ -80,7 +83,6 @@ class WayAgain {
 
  private:
   static constexpr int kPasses = 3;
-  static constexpr std::array kSteps_mm{0.05, 0.15, 0.4, 1.0, 2.0};
 
   [[nodiscard]] bool is_free(const AxisVec& from, const AxisVec& to) const {
     return is_clear(scene_, from, to, margins_);
@@ -94,7 +96,9 @@ class WayAgain {
   /// Of the leg that ends at `i`: the corner at one of its ends, or both, by the least step that frees it.
   bool give_way(std::size_t i) {
     const bool first = i - 1 > 0, second = i + 1 < way_.size();
-    for (const double step : kSteps_mm)
+    for (const double step : kSteps_mm) {
+      if (step == 0) continue;
+      if (step > most_mm_) break;
       for (int x = -1; x <= 1; ++x)
         for (int y = -1; y <= 1; ++y)
           for (int z = 0; z <= 1; ++z)
@@ -111,12 +115,14 @@ class WayAgain {
               way_[i - 1] = a, way_[i] = b;
               return true;
             }
+    }
     return false;
   }
 
   const Scene& scene_;
   const Margins& margins_;
   std::vector<AxisVec>& way_;
+  double most_mm_;
   std::size_t z_;
 };
 
@@ -128,11 +134,14 @@ SearchAnswer around_or_known(const Scene& scene, const AxisVec& from, const Axis
     again.status = SearchStatus::Ok, again.kind = PathKind::Detour;
     if (auto ways = known->like(from, to, clearance_mm)) {
       if (ways->empty()) return {};
-      for (std::vector<AxisVec>& way : *ways) {
-        if (!WayAgain(scene, margins, way).make_free()) continue;
-        again.points = std::move(way);
-        return again;
-      }
+      // As it was, if it can be, and else moved as little as it takes.
+      for (const double most_mm : WayAgain::kSteps_mm)
+        for (const std::vector<AxisVec>& known_way : *ways) {
+          std::vector<AxisVec> way = known_way;
+          if (!WayAgain(scene, margins, way, most_mm).make_free()) continue;
+          again.points = std::move(way);
+          return again;
+        }
     }
   }
   return around(scene, from, to, margins);

@@ -34,6 +34,9 @@ std::optional<std::vector<std::vector<AxisVec>>> KnownWays::like(const AxisVec& 
   if (nearest == nullptr) return std::nullopt;
   std::vector<std::vector<AxisVec>> ways;
   if (nearest->points.empty()) return ways;
+  std::vector<AxisVec> unmoved = nearest->points;
+  unmoved.front() = from, unmoved.back() = to;
+  ways.push_back(std::move(unmoved));
   // Shares of what the first end has moved by at the way's begin and at its end; the last end has the others.
   for (const auto& [begin, end] : {std::pair{1.0, 0.0}, {0.5, 0.5}, {0.0, 0.0}, {1.0, 1.0}}) {
     std::vector<AxisVec> points = nearest->points;
@@ -46,9 +49,6 @@ std::optional<std::vector<std::vector<AxisVec>>> KnownWays::like(const AxisVec& 
     points.front() = from, points.back() = to;
     ways.push_back(std::move(points));
   }
-  std::vector<AxisVec> unmoved = nearest->points;
-  unmoved.front() = from, unmoved.back() = to;
-  ways.push_back(std::move(unmoved));
   return ways;
 }
 

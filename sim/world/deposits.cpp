@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <limits>
+#include <optional>
 
 #include "core/new_file.hpp"
 #include "sim/world/deposit_speed.hpp"
@@ -138,6 +139,59 @@ std::string text(std::span<const Vec3> points) {
   return out;
 }
 
+/// The height of a polyline where somebody has come to who goes along it: it may lead over one place twice, at two
+/// heights.
+class HeightAlong {
+ public:
+  explicit HeightAlong(std::span<const Vec3> nominal) : points_(nominal), line_(nominal) {}
+
+  /// Of what is nearest from above to the next point of the path, which is to be `gap_mm` over it.
+  double at(const Vec3& p, double gap_mm) {
+    const NearLine::Foot nearest = line_.foot(flat(p), near_);
+    const double step_mm = last_ ? norm(flat(p) - flat(*last_)) : 0;
+    last_ = p;
+    // From a little behind where the last point was, as far as this one can have come.
+    std::size_t from = segment_;
+    for (double mm = along_mm_; from > 0 && mm < kAround_mm; --from) mm += norm(points_[from] - points_[from - 1]);
+    std::optional<NearLine::Foot> followed;
+    double ahead_mm = -along_mm_;
+    for (std::size_t i = from; i + 1 < points_.size() && ahead_mm <= step_mm + kAround_mm; ++i) {
+      const NearLine::Foot foot = foot_on(i, p - Vec3{0, 0, gap_mm});
+      if (i >= segment_) ahead_mm += norm(points_[i + 1] - points_[i]);
+      if (foot.distance_mm > nearest.distance_mm + kAsNear_mm) continue;
+      const auto off = [&](const NearLine::Foot& f) { return std::abs(p.z - gap_mm - f.z); };
+      if (!followed || off(foot) < off(*followed)) followed = foot;
+    }
+    if (!followed) followed = nearest;
+    segment_ = followed->segment;
+    along_mm_ =
+        std::abs(followed->z - points_[segment_].z);  // of a leg straight up; of others by what is seen from above
+    if (segment_ + 1 < points_.size() && norm(flat(points_[segment_ + 1] - points_[segment_])) > 0)
+      along_mm_ = norm(flat(p) - flat(points_[segment_]));
+    return followed->z;
+  }
+
+ private:
+  static constexpr double kAround_mm = 1, kAsNear_mm = 0.02;
+
+  [[nodiscard]] NearLine::Foot foot_on(std::size_t i, const Vec3& p) const {
+    const Vec3 along = points_[i + 1] - points_[i];
+    const Vec2 leg = flat(along), to = flat(p) - flat(points_[i]);
+    const double length2 = dot(leg, leg);
+    if (length2 == 0)  // straight up or down: any of its heights
+      return {norm(to),
+              std::clamp(p.z, std::min(points_[i].z, points_[i + 1].z), std::max(points_[i].z, points_[i + 1].z)), i};
+    const double t = std::clamp(dot(to, leg) / length2, 0.0, 1.0);
+    return {norm(to - leg * t), points_[i].z + along.z * t, i};
+  }
+
+  std::span<const Vec3> points_;
+  NearLine line_;
+  std::optional<Vec3> last_;
+  std::size_t near_ = 0, segment_ = 0;
+  double along_mm_ = 0;  ///< in the segment
+};
+
 }  // namespace
 
 double path_error(std::span<const Vec3> path, std::span<const Vec3> nominal) {
@@ -146,11 +200,10 @@ double path_error(std::span<const Vec3> path, std::span<const Vec3> nominal) {
 }
 
 double gap_error(std::span<const Vec3> path, std::span<const Vec3> nominal, double gap_mm) {
-  const NearLine line(nominal);
+  HeightAlong line(nominal);
   double worst = 0;
-  std::size_t near = 0;
   for (const Vec3& p : path)
-    if (const double off = p.z - line.foot(flat(p), near).z - gap_mm; std::abs(off) > std::abs(worst)) worst = off;
+    if (const double off = p.z - line.at(p, gap_mm) - gap_mm; std::abs(off) > std::abs(worst)) worst = off;
   return worst;
 }
 

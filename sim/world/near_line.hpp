@@ -18,6 +18,7 @@ class NearLine {
   struct Foot {
     double distance_mm = std::numeric_limits<double>::infinity();  ///< seen from above
     double z = 0;                                                  ///< of the line there
+    std::size_t segment = 0;                                       ///< from which point on
   };
 
   /// At least one point.
@@ -59,7 +60,7 @@ class NearLine {
       const double length2 = dot(leg, leg);
       const double t = length2 > 0 ? std::clamp(dot(to, leg) / length2, 0.0, 1.0) : 0.0;
       const double off = norm(to - leg * t);
-      if (off < best.distance_mm) best = {off, from.z + along.z * t}, near = b;
+      if (off < best.distance_mm) best = {off, from.z + along.z * t, i}, near = b;
     }
   }
 

@@ -133,7 +133,7 @@ TEST(Defects, a_bead_that_was_joined_later_than_its_material_bears_is_one) {
   const JobResult late = joined(8.156);
   expect_one(late, "b", Kind::Late, Board::Defects);
   EXPECT_EQ(name(Kind::Late), "late");
-  EXPECT_NE(late.defects[0].message.find("8.2 s after its valve had shut"), std::string::npos)
+  EXPECT_NE(late.defects[0].message.find("8.16 s after its valve had shut"), std::string::npos)
       << late.defects[0].message;
   EXPECT_NE(late.defects[0].message.find("within 6 s ('rejoin_within')"), std::string::npos);
 }

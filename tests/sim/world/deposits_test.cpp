@@ -64,6 +64,31 @@ TEST(Deposits, path_error_agrees_with_brute_force_on_random_paths) {
   }
 }
 
+/// Out at 0 and back at 0.6 over the same line, and two turns of a screw: each pass has its own height.
+TEST(Deposits, a_line_that_leads_over_one_place_at_two_heights_is_measured_where_it_has_come_to) {
+  std::vector<Vec3> there_and_back{{10, 10, 0}, {40, 10, 0}, {40, 10, 0.6}, {10, 10, 0.6}}, screw;
+  for (int i = 0; i <= 144; ++i) {
+    const double angle = i * 5 * 3.14159265358979 / 180;
+    screw.push_back({30 + 10 * std::cos(angle), 30 + 10 * std::sin(angle), 0.6 * i / 72});
+  }
+  const auto needle = [](const std::vector<Vec3>& nominal, auto off_mm) {
+    std::vector<Vec3> path;
+    for (std::size_t i = 1; i < nominal.size(); ++i)
+      for (int k = 0; k < 20; ++k) {
+        const double along = (static_cast<double>(i) - 1 + k / 20.0) / static_cast<double>(nominal.size() - 1);
+        path.push_back(nominal[i - 1] + (nominal[i] - nominal[i - 1]) * (k / 20.0) + Vec3{0, 0, 0.3 + off_mm(along)});
+      }
+    return path;
+  };
+  for (const auto& nominal : {there_and_back, screw}) {
+    EXPECT_NEAR(gap_error(needle(nominal, [](double) { return 0.0; }), nominal, 0.3), 0, 1e-9);
+    // On the first pass as high as the second is to be.
+    const double high =
+        gap_error(needle(nominal, [](double a) { return a > 0.1 && a < 0.2 ? 0.6 : 0.0; }), nominal, 0.3);
+    EXPECT_NEAR(high, 0.6, 1e-9);
+  }
+}
+
 TEST(Deposits, each_shot_takes_its_own_feature_and_reports_lateral_and_gap_error) {
   const BoardPlan plan = board_plan(sample::recipe());
   const auto d =
