@@ -264,7 +264,8 @@ std::string_view why_not_hoped_for(QuickStop known) {
   switch (known) {
     case QuickStop::Coasts: return "its 605Ah takes the torque";
     case QuickStop::Weak: return "the ramp of its quick stop is less than half of a_max";
-    case QuickStop::Unknown: return "no manual says what its 605Ah does, or nothing sets it or its ramp";
+    case QuickStop::Unknown:
+      return "no manual says what its 605Ah does, or nothing sets it, or not the ramp that it takes";
     case QuickStop::Absent: return "it has no 605Ah";
     case QuickStop::Brakes: break;
   }
