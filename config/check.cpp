@@ -329,14 +329,11 @@ void note_stop(const Machine& machine, const Axis& axis, std::vector<std::string
 
 }  // namespace
 
-bool is_braked(const Machine& machine, const Axis& axis) {
+bool is_braked(const Machine& machine, const Axis& axis, const DriveRef& drive) {
   if (machine.brake && machine.brake->axis == axis.id) return true;
-  // A drive that works a brake says so in its parameters.
-  return std::all_of(axis.drives.begin(), axis.drives.end(), [&](const DriveRef& ref) {
-    const auto& rows = machine.stations[ref.station.value].profile.startup;
-    return std::any_of(rows.begin(), rows.end(),
-                       [](const StartupRow& row) { return row.name == "brake_mode" && row.value != 0; });
-  });
+  const auto& rows = machine.stations[drive.station.value].profile.startup;
+  return std::any_of(rows.begin(), rows.end(),  // a drive that works a brake says so in its parameters
+                     [](const StartupRow& row) { return row.name == "brake_mode" && row.value != 0; });
 }
 
 std::vector<std::string> wanted_on_steel(const Machine& machine) {
@@ -358,7 +355,7 @@ std::vector<std::string> notes(const Machine& machine) {
           "axis {} runs open loop: its following error is not available, lost steps are not seen; {}", axis.name,
           axis.self_locking
               ? "without torque it keeps its reference, because `self_locking` says that nothing moves it then"
-          : is_braked(machine, axis)
+          : is_braked(machine, axis, axis.drives.front())
               ? "without torque it keeps its reference, because its brake holds it"
               : "without torque it loses its reference, because nothing shows what moves it then "
                 "(`self_locking: true` where it stays by itself)"));

@@ -297,8 +297,8 @@ Checked<Machine> load_machine(const std::string& path);
 std::vector<std::string> wanted_on_steel(const Machine& machine);
 inline constexpr std::string_view kOnSteel = ": refused on a bus of steel";
 
-/// A brake holds the axis without torque: one of its drive, or the machine's own.
-bool is_braked(const Machine& machine, const Axis& axis);
+/// A brake holds the axis without torque at this drive: one of the drive's, or the machine's own.
+bool is_braked(const Machine& machine, const Axis& axis, const DriveRef& drive);
 
 /// Sentences for `check`: what the stations' profiles assume, and what else one should know (open-loop axes, what the
 /// loss of the bus costs).

@@ -17,7 +17,6 @@ constexpr std::int64_t kReportDelay = 2;  // cycles from a target that is sent t
 constexpr double kDelays = 3;
 constexpr std::int64_t kLate = 10;
 constexpr double kShortCounts = 20;         // that an open-loop drive may stop short of its target
-constexpr std::int64_t kLongHeard = 1000;   // cycles in a row
 constexpr Time kStands = milliseconds(10);  // without motion, after which a drive stands
 }  // namespace
 
@@ -60,7 +59,7 @@ void Axes::read(const devices::FieldBus& bus, bool answered, bool operational, s
     unheard_[d] += elapsed;
     if (fresh) {
       apart_cycles_[d] = std::exchange(unheard_[d], 0);
-      since_gap_[d] = apart_cycles_[d] > 1 ? 0 : std::min<std::int64_t>(since_gap_[d] + 1, kLongHeard);
+      since_gap_[d] = apart_cycles_[d] > 1 ? 0 : since_gap_[d] + 1;
     }
     const bool moved = std::abs(step_counts_[d]) > 1;  // a count to and fro is no motion
     still_[d] = fresh && !moved ? std::min(still_[d] + 1, stands_cycles_) : 0;
@@ -130,13 +129,12 @@ void Axes::run_out_together(AxisId id) noexcept {
   constexpr double kOutran = 20;  // counts: noise is one, and after 4 ms a brake is as far behind friction
   const auto& drives = setup_.axes[id.value].drives;
   const auto counts_per_unit = [&](std::uint8_t d) { return std::abs(drives_[d].scale().to_counts_delta(1)); };
-  const auto step = [&](std::uint8_t d) { return std::abs(static_cast<double>(step_counts_[d])) / counts_per_unit(d); };
   for (std::size_t side = 0; side < 2; ++side) {
     const std::uint8_t off = drives[side], on = drives[1 - side];
     const devices::Feedback &without = drives_[off].feedback(), &with = drives_[on].feedback();
     const bool beside = without.fresh && with.fresh && !cycle::has_torque(without.state) &&
                         cycle::has_torque(with.state) && std::abs(step_counts_[on]) > 1;
-    outran_[off] = beside ? std::max(outran_[off] + step(off) - step(on), 0.0) : 0;
+    outran_[off] = beside ? std::max(outran_[off] + std::abs(step(off)) - std::abs(step(on)), 0.0) : 0;
     if (outran_[off] * counts_per_unit(off) > kOutran) runs_out_with_side_ |= 1u << on;
   }
 }
@@ -160,9 +158,8 @@ void Axes::watch_braking(AxisId id) noexcept {
       if (!cycle::has_torque(f.state)) let_go_ &= ~(1u << d);
       const bool by_itself = f.state == DriveState::QuickStopActive || f.state == DriveState::FaultReaction ||
                              (f.state == DriveState::OperationEnabled && goal_of(d) == DriveGoal::QuickStop);
-      const double step = static_cast<double>(step_counts_[d]) / drives_[d].scale().to_counts_delta(1);
       const double heard_s = seconds(setup_.period) * static_cast<double>(apart_cycles_[d]);
-      own.see(by_itself && still_[d] < stands_cycles_, f.position, step / heard_s,
+      own.see(by_itself && still_[d] < stands_cycles_, f.position, step(d) / heard_s,
               since_gap_[d] * setup_.period < kCatchesUp, heard_s, setup_.drives[d].reach);
     }
     if (!own.busy()) continue;

@@ -157,6 +157,10 @@ class Axes {
   void stop_together(AxisId id, bool operational) noexcept;
   void run_out_together(AxisId id) noexcept;
   void watch_braking(AxisId id) noexcept;
+  /// What the drive went until it was heard last, mm or rad.
+  [[nodiscard]] double step(std::size_t d) const noexcept {
+    return static_cast<double>(step_counts_[d]) / drives_[d].scale().to_counts_delta(1);
+  }
   [[nodiscard]] std::bitset<kMaxDrives> may_search() const noexcept;
   void end_together(std::size_t axis) noexcept;
   void watch_sides(std::size_t axis) noexcept;

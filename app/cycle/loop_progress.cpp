@@ -104,8 +104,9 @@ bool Loop::at_rest() const noexcept {
 void Loop::follow_stop() noexcept {
   if (axes_.goal() == DriveGoal::QuickStop && !taking_torque_) {
     const bool rests = at_rest();
-    if (!rests && ++stop_ticks_ * setup_.period > kStopTimeout) tell_moving();
-    if (rests || stop_ticks_ * setup_.period > kStopTimeout) take_torque();
+    const bool over = !rests && ++stop_ticks_ * setup_.period > kStopTimeout;
+    if (over) tell_moving();
+    if (rests || over) take_torque();
   }
   if (!taking_torque_ || ++brake_ticks_ * setup_.period <= setup_.brake_time) return;
   axes_.set_goal(DriveGoal::Disabled);

@@ -13,11 +13,18 @@ Allowed allowed(const JobResult& r, const Deposit& d) {
   return found != r.drawing.allowed.end() ? found->second : Allowed{};
 }
 
+namespace {
+
+/// From the gap that was asked for, which must be known.
+double off_gap_mm(const Deposit& d) { return std::abs(d.gap_mm - d.asked_gap_mm); }
+
+}  // namespace
+
 double part_of_allowed(const JobResult& r, const Deposit& d) {
   if (d.id.empty() || !std::isfinite(d.error_mm)) return std::numeric_limits<double>::infinity();
   const Allowed may = allowed(r, d);
   const double beside = d.error_mm / may.beside_mm;
-  return std::isfinite(d.asked_gap_mm) ? std::max(beside, std::abs(d.gap_mm - d.asked_gap_mm) / may.gap_mm) : beside;
+  return std::isfinite(d.asked_gap_mm) ? std::max(beside, off_gap_mm(d) / may.gap_mm) : beside;
 }
 
 DepositFigures deposit_figures(const JobResult& r) {
@@ -29,7 +36,7 @@ DepositFigures deposit_figures(const JobResult& r) {
     }
     const Allowed may = allowed(r, d);
     if (std::isfinite(d.asked_gap_mm)) {
-      const double off_mm = std::abs(d.gap_mm - d.asked_gap_mm);
+      const double off_mm = off_gap_mm(d);
       if (f.worst_gap_allowed_mm == 0 || off_mm / may.gap_mm > f.worst_gap_mm / f.worst_gap_allowed_mm)
         f.worst_gap = &d, f.worst_gap_mm = off_mm, f.worst_gap_allowed_mm = may.gap_mm;
       f.gaps_within = f.gaps_within && off_mm <= may.gap_mm;

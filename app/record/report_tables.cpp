@@ -4,7 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
-#include <map>
+#include <utility>
 
 #include "app/record/defects.hpp"
 #include "app/record/deposit_figures.hpp"
@@ -201,15 +201,13 @@ std::string height_section(const JobResult& r) {
 
 std::string deposit_section(const JobResult& r) {
   if (!r.has_world || r.deposits.empty()) return {};
-  std::vector<const Deposit*> worst;
+  std::vector<std::pair<double, const Deposit*>> worst;  // by its part of what is allowed
   for (const auto& d : r.deposits)
-    if (d.kind != sim::kPurgeKind) worst.push_back(&d);
-  std::map<const Deposit*, double> part;
-  for (const Deposit* d : worst) part[d] = part_of_allowed(r, *d);
-  std::stable_sort(worst.begin(), worst.end(), [&](const Deposit* a, const Deposit* b) { return part[a] > part[b]; });
+    if (d.kind != sim::kPurgeKind) worst.emplace_back(part_of_allowed(r, d), &d);
+  std::stable_sort(worst.begin(), worst.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   Table table({"deposit", "kind", "at (mm)", ">lateral error", "", ">allowed", ">gap (mm)", ">asked (mm)", ">off by"});
   for (std::size_t i = 0; i < std::min(worst.size(), kDepositsShown); ++i) {
-    const auto& d = *worst[i];
+    const auto& d = *worst[i].second;
     const Allowed may = allowed(r, d);
     const auto at = d.board_mm.empty() ? std::string("–") : point({d.board_mm.front().x, d.board_mm.front().y});
     table.row({d.id.empty() ? "<span class=\"bad\">on no feature</span>" : text(d.id), text(d.kind), at,
@@ -223,8 +221,7 @@ std::string deposit_section(const JobResult& r) {
   std::string note =
       "<p class=\"note\">As the virtual world saw the needle while the valve was open; the worst first, by its part of "
       "what is allowed, beside or off its gap: the material's tolerances, and of a bead what its corners may be "
-      "rounded "
-      "by.";
+      "rounded by.";
   if (worst.size() > kDepositsShown)
     note += fmt::format(" The {} worst of {}; summary.json has all.", kDepositsShown, worst.size());
   return section("Deposits", table.done() + note + "</p>");

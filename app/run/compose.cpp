@@ -87,7 +87,7 @@ Result<void> add_drives(const config::Machine& machine, const config::Axis& axis
         .slack = axis.following_base + kSlackCounts / std::abs(axis.counts_per_unit),
         .gains = axis.a_max * axis.a_max / (2 * axis.j_max) + axis.a_max * axis.response_delay_s};
     const double give = axis.rotary ? kBrakeGive_rad : kBrakeGive_mm;
-    const bool braked = config::is_braked(machine, axis);
+    const bool braked = config::is_braked(machine, axis, ref);
     if (!loop.drives.push_back({ref.station, axis.id, *layout, devices::AxisScale(axis.counts_per_unit, ref.invert),
                                 brakes, braked && layout->closed_loop ? give : 0,
                                 layout->closed_loop || axis.self_locking || braked, reach,

@@ -112,12 +112,13 @@ void Runner::see(const cycle::Snapshot& s) {
 
 /// The clamp shut and the head up, among what the last job has left there.
 Result<void> Runner::begin() {
-  job::Surroundings bodies = site_.around != nullptr ? *site_.around : job::Surroundings(site_.machine);
-  if (!bodies.scene().board()) bodies.tell_in(site_.machine, recipe_);
+  job::Surroundings bodies(site_.machine);
+  bodies.tell_in(site_.machine, recipe_);
+  const bool knows_board = site_.around != nullptr && site_.around->scene().board();
   for (;;) {
     if (!job::rises(site_.machine, at_)) foresee(state_, at_);
     auto done = close_clamp();
-    if (done) done = rise(bodies, true);
+    if (done) done = rise(knows_board ? *site_.around : bodies, true);
     if (done || !outlives(done.error())) return done;
     doing_ = "stopped";
     if (auto stood = site_.control.wait_for_resume(); !stood) return stood;

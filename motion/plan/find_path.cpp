@@ -1,10 +1,10 @@
 #include "motion/plan/find_path.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fmt/format.h>
 
+#include "motion/plan/give_way.hpp"
 #include "motion/plan/lift_over.hpp"
 
 namespace gantry::motion {
@@ -12,7 +12,6 @@ namespace {
 
 /// A job waits for it, and one that is refused is refused at once: about a tenth of a second.
 constexpr SearchBudget kBudget{.cuts = 10000};
-constexpr double kLimitRounding = 1e-9;  // places of a job are turned and shifted with its board
 
 /// Where one of the ends is itself too near to a body, no path helps: said first, since no lift-over changes it.
 std::optional<Error> end_taken(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins) {
@@ -60,91 +59,17 @@ SearchAnswer around(const Scene& scene, const AxisVec& from, const AxisVec& to, 
   return found;
 }
 
-/// A way that was found before leads along bodies at the very clearance: where it, or what it leads along, lies
-/// elsewhere by tenths of a millimetre, its corners give way by so much. False: they cannot.
-class WayAgain {
- public:
-  static constexpr std::array kSteps_mm{0.0, 0.05, 0.15, 0.4, 1.0, 2.0};
-
-  /// A corner gives way by `most_mm` at most.
-  WayAgain(const Scene& scene, const Margins& margins, std::vector<AxisVec>& way, double most_mm)
-      : scene_(scene), margins_(margins), way_(way), most_mm_(most_mm), z_(scene.z()) {}
-
-  bool make_free() {
-    for (std::size_t i = 0; i < way_.size(); ++i)
-      if (!is_allowed(i, way_[i])) return false;
-    for (int pass = 0; pass < kPasses; ++pass) {
-      bool all = true;
-      for (std::size_t i = 1; i < way_.size(); ++i) all = (is_free(way_[i - 1], way_[i]) || give_way(i)) && all;
-      if (all) return true;
-    }
-    return false;
-  }
-
- private:
-  static constexpr int kPasses = 3;
-
-  [[nodiscard]] bool is_free(const AxisVec& from, const AxisVec& to) const {
-    return is_clear(scene_, from, to, margins_);
-  }
-  [[nodiscard]] bool is_allowed(std::size_t i, const AxisVec& q) const {
-    if (i == 0 || i + 1 == way_.size()) return true;
-    const double end = std::min(way_.front()[z_], way_.back()[z_]);
-    return !beyond_limits(scene_, q, kLimitRounding) &&
-           !(margins_.lowest_mm && q[z_] < std::min(*margins_.lowest_mm, end));
-  }
-  /// Of the leg that ends at `i`: the corner at one of its ends, or both, by the least step that frees it.
-  bool give_way(std::size_t i) {
-    const bool first = i - 1 > 0, second = i + 1 < way_.size();
-    for (const double step : kSteps_mm) {
-      if (step == 0) continue;
-      if (step > most_mm_) break;
-      for (int x = -1; x <= 1; ++x)
-        for (int y = -1; y <= 1; ++y)
-          for (int z = 0; z <= 1; ++z)
-            for (const auto& [of_first, of_second] : {std::pair{true, true}, {true, false}, {false, true}}) {
-              if ((of_first && !first) || (of_second && !second) || (x == 0 && y == 0 && z == 0)) continue;
-              AxisVec a = way_[i - 1], b = way_[i];
-              for (AxisVec* q : {&a, &b}) {
-                if (q == &a ? !of_first : !of_second) continue;
-                (*q)[scene_.x()] += x * step, (*q)[scene_.y()] += y * step, (*q)[z_] += z * step;
-              }
-              if (!is_allowed(i - 1, a) || !is_allowed(i, b) || !is_free(a, b)) continue;
-              if (of_first && !is_free(way_[i - 2], a)) continue;
-              if (of_second && !is_free(b, way_[i + 1])) continue;
-              way_[i - 1] = a, way_[i] = b;
-              return true;
-            }
-    }
-    return false;
-  }
-
-  const Scene& scene_;
-  const Margins& margins_;
-  std::vector<AxisVec>& way_;
-  double most_mm_;
-  std::size_t z_;
-};
-
 /// Around what stands between, as found before or anew.
 SearchAnswer around_or_known(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
                              double clearance_mm, const KnownWays* known) {
-  if (known != nullptr) {
-    SearchAnswer again;
-    again.status = SearchStatus::Ok, again.kind = PathKind::Detour;
-    if (auto ways = known->like(from, to, clearance_mm)) {
-      if (ways->empty()) return {};
-      // As it was, if it can be, and else moved as little as it takes.
-      for (const double most_mm : WayAgain::kSteps_mm)
-        for (const std::vector<AxisVec>& known_way : *ways) {
-          std::vector<AxisVec> way = known_way;
-          if (!WayAgain(scene, margins, way, most_mm).make_free()) continue;
-          again.points = std::move(way);
-          return again;
-        }
-    }
-  }
-  return around(scene, from, to, margins);
+  const auto ways = known != nullptr ? known->like(from, to, clearance_mm) : std::nullopt;
+  if (!ways) return around(scene, from, to, margins);
+  SearchAnswer again;
+  if (ways->empty()) return again;
+  auto way = give_way(scene, *ways, margins);
+  if (!way) return around(scene, from, to, margins);
+  again.status = SearchStatus::Ok, again.kind = PathKind::Detour, again.points = *std::move(way);
+  return again;
 }
 
 }  // namespace

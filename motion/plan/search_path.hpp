@@ -44,6 +44,7 @@ SearchAnswer search_path(const Scene& scene, const AxisVec& from, const AxisVec&
 SearchAnswer search_around(const Scene& scene, const AxisVec& from, const AxisVec& to, const Margins& margins,
                            const SearchBudget& budget, const LiftOver* over);
 
+inline constexpr double kLimitRounding = 1e-9;  ///< places of a job are turned and shifted with its board
 /// The axis whose limits `q` is outside of by more than `rounding`.
 std::optional<std::size_t> beyond_limits(const Scene& scene, const AxisVec& q, double rounding = 0);
 

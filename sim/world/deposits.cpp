@@ -143,53 +143,47 @@ std::string text(std::span<const Vec3> points) {
 /// heights.
 class HeightAlong {
  public:
-  explicit HeightAlong(std::span<const Vec3> nominal) : points_(nominal), line_(nominal) {}
+  explicit HeightAlong(std::span<const Vec3> nominal) : line_(nominal) {}
 
   /// Of what is nearest from above to the next point of the path, which is to be `gap_mm` over it.
   double at(const Vec3& p, double gap_mm) {
     const NearLine::Foot nearest = line_.foot(flat(p), near_);
-    const double step_mm = last_ ? norm(flat(p) - flat(*last_)) : 0;
+    const double step_mm = last_ ? norm(flat(p) - flat(*last_)) : 0, height_mm = p.z - gap_mm;
     last_ = p;
     // From a little behind where the last point was, as far as this one can have come.
-    std::size_t from = segment_;
-    for (double mm = along_mm_; from > 0 && mm < kAround_mm; --from) mm += norm(points_[from] - points_[from - 1]);
+    std::size_t from = here_.segment;
+    for (double mm = here_.along_mm; from > 0 && mm < kAround_mm; --from) mm += length(from - 1);
     std::optional<NearLine::Foot> followed;
-    double ahead_mm = -along_mm_;
-    for (std::size_t i = from; i + 1 < points_.size() && ahead_mm <= step_mm + kAround_mm; ++i) {
-      const NearLine::Foot foot = foot_on(i, p - Vec3{0, 0, gap_mm});
-      if (i >= segment_) ahead_mm += norm(points_[i + 1] - points_[i]);
+    double ahead_mm = -here_.along_mm;
+    for (std::size_t i = from; i + 1 < line_.points().size() && ahead_mm <= step_mm + kAround_mm; ++i) {
+      const NearLine::Foot foot = foot_on(i, flat(p), height_mm);
+      if (i >= here_.segment) ahead_mm += length(i);
       if (foot.distance_mm > nearest.distance_mm + kAsNear_mm) continue;
-      const auto off = [&](const NearLine::Foot& f) { return std::abs(p.z - gap_mm - f.z); };
-      if (!followed || off(foot) < off(*followed)) followed = foot;
+      if (!followed || std::abs(height_mm - foot.z) < std::abs(height_mm - followed->z)) followed = foot;
     }
-    if (!followed) followed = nearest;
-    segment_ = followed->segment;
-    along_mm_ =
-        std::abs(followed->z - points_[segment_].z);  // of a leg straight up; of others by what is seen from above
-    if (segment_ + 1 < points_.size() && norm(flat(points_[segment_ + 1] - points_[segment_])) > 0)
-      along_mm_ = norm(flat(p) - flat(points_[segment_]));
-    return followed->z;
+    here_ = followed.value_or(nearest);
+    return here_.z;
   }
 
  private:
   static constexpr double kAround_mm = 1, kAsNear_mm = 0.02;
 
-  [[nodiscard]] NearLine::Foot foot_on(std::size_t i, const Vec3& p) const {
-    const Vec3 along = points_[i + 1] - points_[i];
-    const Vec2 leg = flat(along), to = flat(p) - flat(points_[i]);
-    const double length2 = dot(leg, leg);
-    if (length2 == 0)  // straight up or down: any of its heights
-      return {norm(to),
-              std::clamp(p.z, std::min(points_[i].z, points_[i + 1].z), std::max(points_[i].z, points_[i + 1].z)), i};
-    const double t = std::clamp(dot(to, leg) / length2, 0.0, 1.0);
-    return {norm(to - leg * t), points_[i].z + along.z * t, i};
+  [[nodiscard]] double length(std::size_t i) const { return norm(line_.points()[i + 1] - line_.points()[i]); }
+  /// Of a segment straight up or down the height that is meant, where it has that.
+  [[nodiscard]] NearLine::Foot foot_on(std::size_t i, Vec2 p, double height_mm) const {
+    NearLine::Foot foot = line_.foot_on(i, p);
+    const Vec3 &a = line_.points()[i], &b = line_.points()[i + 1];
+    if (flat(a) == flat(b)) {
+      foot.z = std::clamp(height_mm, std::min(a.z, b.z), std::max(a.z, b.z));
+      foot.along_mm = std::abs(foot.z - a.z);
+    }
+    return foot;
   }
 
-  std::span<const Vec3> points_;
   NearLine line_;
   std::optional<Vec3> last_;
-  std::size_t near_ = 0, segment_ = 0;
-  double along_mm_ = 0;  ///< in the segment
+  std::size_t near_ = 0;
+  NearLine::Foot here_;
 };
 
 }  // namespace

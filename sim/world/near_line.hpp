@@ -19,6 +19,7 @@ class NearLine {
     double distance_mm = std::numeric_limits<double>::infinity();  ///< seen from above
     double z = 0;                                                  ///< of the line there
     std::size_t segment = 0;                                       ///< from which point on
+    double along_mm = 0;                                           ///< from there, seen from above
   };
 
   /// At least one point.
@@ -42,6 +43,15 @@ class NearLine {
       if (distance(boxes_[b], p) < best.distance_mm) look_at(b, p, best, near);
     return best;
   }
+  /// On one segment.
+  [[nodiscard]] Foot foot_on(std::size_t segment, Vec2 p) const {
+    const Vec3 from = points_[segment], along = points_[segment + 1] - from;
+    const Vec2 leg{along.x, along.y}, to{p.x - from.x, p.y - from.y};
+    const double length2 = dot(leg, leg);
+    const double t = length2 > 0 ? std::clamp(dot(to, leg) / length2, 0.0, 1.0) : 0.0;
+    return {norm(to - leg * t), from.z + along.z * t, segment, t * std::sqrt(length2)};
+  }
+  [[nodiscard]] const std::vector<Vec3>& points() const { return points_; }
 
  private:
   static constexpr std::size_t kPiece = 32;
@@ -54,14 +64,8 @@ class NearLine {
                       std::max({0.0, box.y_min - p.y, p.y - box.y_max}));
   }
   void look_at(std::size_t b, Vec2 p, Foot& best, std::size_t& near) const {
-    for (std::size_t i = b * kPiece; i < std::min((b + 1) * kPiece, points_.size() - 1); ++i) {
-      const Vec3 from = points_[i], along = points_[i + 1] - from;
-      const Vec2 leg{along.x, along.y}, to{p.x - from.x, p.y - from.y};
-      const double length2 = dot(leg, leg);
-      const double t = length2 > 0 ? std::clamp(dot(to, leg) / length2, 0.0, 1.0) : 0.0;
-      const double off = norm(to - leg * t);
-      if (off < best.distance_mm) best = {off, from.z + along.z * t, i}, near = b;
-    }
+    for (std::size_t i = b * kPiece; i < std::min((b + 1) * kPiece, points_.size() - 1); ++i)
+      if (const Foot foot = foot_on(i, p); foot.distance_mm < best.distance_mm) best = foot, near = b;
   }
 
   std::vector<Vec3> points_;

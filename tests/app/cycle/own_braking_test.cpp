@@ -49,18 +49,21 @@ struct BrakingBench : LoopBench {
       gone = std::max({gone, side(0) - from, side(1) - from});
     }
   }
+  /// Z's emergency input: the machine stops quickly.
+  void stop() { segment.drive_fault(machine.z, 0, 0x400); }
+  void stop_from(double mm_s) {
+    go(mm_s);
+    stop();
+    look(1000);
+  }
   double from = 0, apart = 0, gone = 0;
 };
-
-constexpr std::uint32_t kEmergencyInput = 0x400;  // of an iD286: the machine stops quickly
 
 TEST(OwnBraking, a_quick_stop_that_brakes_is_believed) {
   for (const double mm_s : {20.0, 170.0, 500.0}) {
     SCOPED_TRACE(mm_s);
     BrakingBench b;
-    b.go(mm_s);
-    b.segment.drive_fault(b.machine.z, 0, kEmergencyInput);
-    b.look(1000);
+    b.stop_from(mm_s);
     EXPECT_EQ(b.told(Fault::NotBraking) + b.told(Fault::GantrySkew), 0);
     EXPECT_EQ(b.now.state, State::Stopped);
     EXPECT_LT(b.gone, mm_s * mm_s / 8000 + mm_s * 0.02 + 0.1);
@@ -71,9 +74,7 @@ TEST(OwnBraking, a_quick_stop_that_brakes_is_believed) {
 TEST(OwnBraking, an_axis_that_its_quick_stop_does_not_brake_loses_its_torque_and_that_is_told) {
   BrakingBench b;
   b.ramps(kWeak, kWeak);
-  b.go(170);
-  b.segment.drive_fault(b.machine.z, 0, kEmergencyInput);
-  b.look(1000);
+  b.stop_from(170);
   EXPECT_EQ(b.told(Fault::NotBraking), 1);
   EXPECT_EQ(b.now.latched, Fault::DriveEmergencyInput) << "that was first";
   EXPECT_LT(b.gone, 35);
@@ -86,9 +87,7 @@ TEST(OwnBraking, sides_that_brake_differently_run_out_beside_each_other) {
     SCOPED_TRACE(testing::Message() << y1 << " " << y2);
     BrakingBench b;
     b.ramps(y1, y2);
-    b.go(170);
-    b.segment.drive_fault(b.machine.z, 0, kEmergencyInput);
-    b.look(1000);
+    b.stop_from(170);
     EXPECT_EQ(b.told(Fault::GantrySkew) + b.told(Fault::NotBraking), 1);
     EXPECT_LT(b.apart, 13) << "what the beam bears";
     EXPECT_EQ(b.now.enabled & 0b10u, 0u);
@@ -117,7 +116,7 @@ TEST(OwnBraking, frames_that_are_lost_as_it_is_told_make_it_no_faster) {
   BrakingBench b;
   b.ramps(kWeak, kWeak);
   b.go(170);
-  b.segment.drive_fault(b.machine.z, 0, kEmergencyInput);
+  b.stop();
   b.look(4);
   b.segment.lose_frames(2);
   b.look(1000);
@@ -144,9 +143,7 @@ TEST(OwnBraking, sides_of_a_beam_stop_in_one_way) {
       std::erase_if(s.profile.startup, [](const config::StartupRow& row) { return row.address.index == 0x605A; });
   ASSERT_EQ(config::quick_stop_of(m, m.axes[kY.value]), config::QuickStop::Unknown);
   BrakingBench b(m);
-  b.go(170);
-  b.segment.drive_fault(b.machine.z, 0, kEmergencyInput);
-  b.look(1000);
+  b.stop_from(170);
   EXPECT_LT(b.apart, 0.1);
   EXPECT_EQ(b.now.state, State::Stopped);
   EXPECT_EQ(b.now.enabled, 0u);
@@ -161,7 +158,7 @@ TEST(OwnBraking, torque_that_goes_while_an_axis_still_moves_is_told) {
   to[0] = 450;
   b.play(motion::line_move(job::limits_of(b.machine), b.now.target, to));
   ASSERT_TRUE(b.until([&] { return b.now.target[0] > 225; }, 9000));
-  b.segment.drive_fault(b.machine.z, 0, kEmergencyInput);
+  b.stop();
   b.ticks(3500);
   EXPECT_EQ(b.told(Fault::NotBraking), 1);
   EXPECT_EQ(b.now.enabled, 0u);
