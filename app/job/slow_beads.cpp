@@ -209,8 +209,15 @@ std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
         "`speed`, {} {}",
         slow.asked_mm_s, slow.at_speed * 100,
         straight ? fmt::format("the {:.3g} mm of it are too short", recipes::length_mm(bead))
+        : radius ? fmt::format(
+                       "its curve, radius {:.3g} mm at its narrowest and less by up to its `corner_tolerance`, is too "
+                       "narrow",
+                       *radius)
                  : std::string("its corners lie too near to each other"),
-        straight ? "draw it longer," : "a larger `corner_tolerance`,", kElse);
+        straight ? "draw it longer,"
+        : radius ? "a larger radius, a smaller `corner_tolerance`,"
+                 : "a larger `corner_tolerance`,",
+        kElse);
   return fmt::format(
       "planned at {:.3g} mm/s instead of {:.3g} mm/s: the axes' limits allow no more on {}; write "
       "`speed: {:.3g} mm/s`,{} {}",
