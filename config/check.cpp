@@ -246,12 +246,14 @@ std::vector<std::string> assumptions(const Machine& machine) {
     if (s.profile.identity.assumed)
       out.push_back(fmt::format(
           "{}: identity {:08X}:{:08X} is assumed; a station that answers otherwise is refused until `gantry commission "
-          "--accept` has taken it",
+          "NAME --accept` has taken it",
           s.profile.title, s.profile.identity.vendor, s.profile.identity.product));
     std::string late;
     for (const Parameter& p : s.profile.parameters)
       if (p.assumed && p.acts == ActsAt::PowerUp) late += (late.empty() ? "" : ", ") + p.name;
-    if (!late.empty()) out.push_back(fmt::format("{}: that these act at power-up: {}", s.profile.title, late));
+    if (!late.empty())
+      out.push_back(
+          fmt::format("{}: of these, where they are or that they act at power-up: {}", s.profile.title, late));
     for (const std::string& sentence : s.profile.assumptions)
       out.push_back(fmt::format("{}: {}", s.profile.title, sentence));
   }

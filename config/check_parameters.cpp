@@ -42,6 +42,29 @@ void check_fact(const StationProfile& profile, const Parameter& p, Location loca
     }
 }
 
+/// The input of the probe is not given to it: then nothing is ever latched, whatever is touched.
+void check_probe_input(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
+  const Axis& axis = m.axes[m.probe.axis.value];
+  if (axis.drives.empty()) return;
+  const DriveRef& ref = axis.drives.front();
+  const Station& s = m.stations[ref.station.value];
+  if (!s.profile.drive || s.profile.drive->probe_input.parameter.empty()) return;
+  const ProbeInput& wanted = s.profile.drive->probe_input;
+  const Parameter* p = find_parameter(s.profile, wanted.parameter);
+  const StartupRow* row = p != nullptr ? asked(s.profile, *p, ref.slot) : nullptr;
+  if (p == nullptr || (row != nullptr && row->value == wanted.value)) return;
+  const auto& written = file.stations[ref.station.value];
+  const auto setting = std::ranges::find(written.parameters, wanted.parameter, &written::SettingRow::name);
+  mistakes.add(
+      Fault::Inconsistent,
+      fmt::format("the probe latches on axis {}, and this station ({}) latches only with {} = {} ({}): {}; write "
+                  "stations.{}.parameters.{}: {}",
+                  axis.name, s.profile.title, wanted.parameter, wanted.value, p->why,
+                  row != nullptr ? fmt::format("it is to hold {}", row->value) : "nothing sets it", s.name,
+                  wanted.parameter, wanted.value),
+      setting != written.parameters.end() ? setting->location : written.location);
+}
+
 void check_current(const StationProfile& profile, const Parameter& p, Location location, Mistakes& mistakes) {
   const ObjectRow* object = find_object(profile, p.address);
   const double most = object != nullptr && object->max ? static_cast<double>(*object->max) : 0;
@@ -101,6 +124,7 @@ void check_parameters(const Machine& m, const MachineFile& file, Mistakes& mista
       if (setting.name == kCurrent) check_current(profile, *p, location, mistakes);
     }
   }
+  check_probe_input(m, file, mistakes);
 }
 
 std::vector<std::string> parameter_notes(const Machine& m) {

@@ -198,6 +198,14 @@ const Fields<StatusBits>& status_bit_fields() {
   return kFields;
 }
 
+const Fields<ProbeInput>& probe_input_fields() {
+  static const Fields<ProbeInput> kFields{
+      text("parameter", &ProbeInput::parameter, kRequired, "of `parameters`: the function of that input"),
+      integer("value", &ProbeInput::value, {-2147483648.0, 2147483647.0}, kRequired, "with which it is probe 1"),
+  };
+  return kFields;
+}
+
 const Fields<DriveFacts>& drive_fields() {
   static const Fields<DriveFacts> kFields{
       flag("closed_loop", &DriveFacts::closed_loop, kRequired, "false: 6064h is the command, no measurement"),
@@ -233,6 +241,10 @@ const Fields<DriveFacts>& drive_fields() {
               "bit of 60B9h that is probe 1's level"),
       flag("probe_rearm_needs_zero", &DriveFacts::probe_rearm_needs_zero, kOptional,
            "60B8h = 0 before it is armed again"),
+      {{"probe_input", kOptional, "what makes an input that of probe 1", object_shape(probe_input_fields())},
+       [](const Node& node, DriveFacts& to, Mistakes& mistakes) {
+         read_object(node, probe_input_fields(), to.probe_input, node.location, mistakes);
+       }},
       flag("probe_takes_emergency_stop", &DriveFacts::probe_takes_emergency_stop, kOptional,
            "probe 1 has no other input than that of the emergency stop"),
       flag("quick_stop_needs_toggle", &DriveFacts::quick_stop_needs_toggle, kOptional,

@@ -138,6 +138,12 @@ struct Identity {
   bool assumed = true;  ///< no manual states it: it counts until `gantry commission --accept` has taken what was found
 };
 
+/// The parameter that gives an input to probe 1, and the value that does; empty where the input has no other function.
+struct ProbeInput {
+  std::string parameter;
+  std::int64_t value = 0;
+};
+
 /// Facts of one axis of a drive, alike for all its slots.
 struct DriveFacts {
   bool closed_loop = false;                   ///< false: 6064h is the command, following error is not available
@@ -153,11 +159,14 @@ struct DriveFacts {
   /// Bits of 6041h by the manual, -1: not stated. In CSP, that the drive follows its targets; that a limit is active.
   std::int8_t status_follows = -1, status_limit = -1;
   std::int8_t probe_level_bit = 6;  ///< bit of 60B9h that shows probe 1's level
-  bool probe_rearm_needs_zero =
-      false;  ///< AMD530B: 60B8h = 0, then the value again; the others take a new edge of bit 0
+  /// AMD530B: 60B8h = 0, then the value again; the others take a new edge of bit 0. The loop does both with every
+  /// drive; the virtual one heeds it.
+  bool probe_rearm_needs_zero = false;
+  ProbeInput probe_input;                   ///< without that value the drive latches nothing
   bool probe_takes_emergency_stop = false;  ///< AMD530B: probe 1 can be DI4 alone, which is its emergency stop
-  bool quick_stop_needs_toggle = false;     ///< AMD530B with 605Ah 5..7: see manual 8.4
-  /// What 603Fh shows in these cases; 0: nothing is stated.
+  /// AMD530B with 605Ah 5..7: see manual 8.4. The loop leads every drive out through 0000h; the virtual one heeds it.
+  bool quick_stop_needs_toggle = false;
+  /// What 603Fh of the virtual drive shows in these cases; 0: nothing is stated.
   std::uint16_t deviation_code = 0, bus_loss_code = 0, homing_code = 0;
   std::vector<StatuswordRow> statuswords;
   std::vector<DriveErrorRow> errors;

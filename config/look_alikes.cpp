@@ -104,8 +104,11 @@ std::vector<std::string> look_alikes(const Machine& machine) {
   return out;
 }
 
-std::string not_told_apart(const Machine& machine, const Station& a, std::uint32_t serial_a, const Station& b,
-                           std::uint32_t serial_b) {
+namespace {
+
+/// "": something tells that each stands in its place.
+std::string why_not_told_apart(const Machine& machine, const Station& a, std::uint32_t serial_a, const Station& b,
+                               std::uint32_t serial_b) {
   if (!a.profile.drive || !b.profile.drive || !look_alike(a, b) || a.alias != b.alias) return "";
   const auto same = [](const Station& s, std::uint32_t serial) { return s.accepted && s.accepted->serial == serial; };
   const bool known = same(a, serial_a), other_known = same(b, serial_b);
@@ -124,6 +127,20 @@ std::string not_told_apart(const Machine& machine, const Station& a, std::uint32
       "takes "
       "the other's orders; `gantry commission --walk`, or state an `alias` for each",
       a.name, b.name);
+}
+
+}  // namespace
+
+std::vector<Alike> not_told_apart(const Machine& machine, const SerialNow& serial) {
+  std::vector<Alike> out;
+  for (auto a = machine.stations.begin(); a != machine.stations.end(); ++a)
+    for (auto b = a + 1; b != machine.stations.end(); ++b) {
+      const auto of_a = serial(*a), of_b = serial(*b);
+      if (!of_a || !of_b) continue;
+      if (std::string why = why_not_told_apart(machine, *a, *of_a, *b, *of_b); !why.empty())
+        out.push_back({a->id, std::move(why)});
+    }
+  return out;
 }
 
 }  // namespace gantry::config

@@ -3,6 +3,8 @@
 // make the one take the other's orders.
 #pragma once
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,9 +24,14 @@ bool walked(const Machine& machine, const Station& station);
 /// A sentence for each kind of station of which two are told apart by nothing, or by a walk alone, with the remedy.
 std::vector<std::string> look_alikes(const Machine& machine);
 
-/// Two stations as they were found on a bus: by the serial numbers that they show now.
-/// "": something tells that each stands in its place; else a sentence with the remedy. For drives.
-std::string not_told_apart(const Machine& machine, const Station& a, std::uint32_t serial_a, const Station& b,
-                           std::uint32_t serial_b);
+/// The serial number that a station shows now; nothing where it was not found.
+using SerialNow = std::function<std::optional<std::uint32_t>(const Station&)>;
+
+struct Alike {
+  StationId station;  ///< the first of the two
+  std::string text;   ///< a sentence with the remedy
+};
+/// Drives that look alike and of which nothing says that each stands in its place.
+std::vector<Alike> not_told_apart(const Machine& machine, const SerialNow& serial);
 
 }  // namespace gantry::config

@@ -379,6 +379,16 @@ void probe_bit_of_its_own(const Look& l) {
         l.of_drive("probe_level_bit"));
 }
 
+void probe_input_that_it_has(const Look& l) {
+  if (!l.p.drive || l.p.drive->probe_input.parameter.empty()) return;
+  const std::string& name = l.p.drive->probe_input.parameter;
+  if (std::ranges::find(l.p.parameters, name, &Parameter::name) == l.p.parameters.end())
+    l.say(fmt::format(
+              "there is no parameter '{}' in `parameters`; write the one that is the function of the probe's input",
+              name),
+          location_of_key(*l.root.find("drive")->find("probe_input"), "parameter"));
+}
+
 void quick_stops_that_it_has(const Look& l) {
   if (!l.p.drive) return;
   const DriveFacts& d = *l.p.drive;
@@ -484,6 +494,7 @@ constexpr std::array kRules{
     inputs_of_their_own,
     status_bits_of_their_own,
     probe_bit_of_its_own,
+    probe_input_that_it_has,
     quick_stops_that_it_has,
     statuswords_that_mean_their_state,
     codes_that_are_listed_once,

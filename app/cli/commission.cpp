@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/bus_access.hpp"
@@ -15,7 +16,9 @@
 #include "app/run/compose.hpp"
 #include "app/stations/accepted.hpp"
 #include "config/held_limits.hpp"
+#include "config/look_alikes.hpp"
 #include "config/same_device.hpp"
+#include "core/near_word.hpp"
 #include "devices/ethercat/parameters.hpp"
 #include "devices/ethercat/restart_note.hpp"
 
@@ -28,6 +31,8 @@ struct CommissionOptions : BusOptions {
   std::string station, state, speed;
   bool all = false, accept = false, write = false, walk = false;
 };
+
+constexpr int kNotReady = 5;  // as G130 and G108 have it
 
 std::string device(std::uint32_t vendor, std::uint32_t product) {
   return fmt::format("vendor {:08X}h, product {:08X}h", vendor, product);
@@ -46,9 +51,9 @@ std::string_view acts_text(config::ActsAt acts) {
 class Commissioning {
  public:
   /// `keep` writes what is accepted, and which stations wait for their supply, into the state folder.
-  Commissioning(const CommissionOptions& options, devices::Survey& survey, bool json,
+  Commissioning(const CommissionOptions& options, const config::Machine& machine, devices::Survey& survey, bool json,
                 std::function<Result<void>()> keep)
-      : options_(options), survey_(survey), json_(json), keep_(std::move(keep)) {}
+      : options_(options), machine_(machine), survey_(survey), json_(json), keep_(std::move(keep)) {}
 
   Result<ordered_json> visit(config::Station& station, const devices::FoundStation& found) {
     const devices::StationSii& sii = found.record.sii;
@@ -57,10 +62,16 @@ class Commissioning {
     const config::ObjectIdentity said = object.value_or(config::ObjectIdentity{});
     const bool agrees = object && config::agrees(said, config::expected_object(station.accepted, sii));
     const bool eeprom_same = config::as_expected(station, sii), same = eeprom_same && agrees;
-    ordered_json out{{"station", station.name},      {"position", station.position},   {"vendor", sii.vendor},
-                     {"product", sii.product},       {"revision", sii.revision},       {"serial", sii.serial},
-                     {"object_vendor", said.vendor}, {"object_product", said.product}, {"alias", found.record.alias},
-                     {"as_expected", same}};
+    ordered_json out{{"station", station.name},
+                     {"position", station.position},
+                     {"vendor", sii.vendor},
+                     {"product", sii.product},
+                     {"revision", sii.revision},
+                     {"serial", sii.serial},
+                     {"object_vendor", said.vendor},
+                     {"object_product", said.product},
+                     {"alias", found.record.alias},
+                     {"as_expected", same && (station.alias == 0 || station.alias == found.record.alias)}};
     if (!json_) show_identity(station, found, eeprom_same);
     if (!json_) show_object(station, found, object);
     if (options_.accept) {
@@ -70,6 +81,11 @@ class Commissioning {
       take(station, sii, said);
       out["accepted"] = station.accepted->date;
       if (!json_) print_text("    accepted {}\n", station.accepted->date);
+    }
+    if (auto taken = survey_.confirm(found.record.position, machine_, station); !taken) {
+      if (taken.error().fault != Fault::IdentityMismatch) return tl::unexpected(taken.error());
+      refused_.push_back(taken.error());
+      refused_.back().where = named(station);
     }
     out["restart_pending"] = station.restart_pending;
     if (station.profile.startup.empty()) return out;
@@ -83,15 +99,38 @@ class Commissioning {
     if (!parameters) return tl::unexpected(parameters.error());
     out["parameters"] = std::move(*parameters);
     out["restart_pending"] = station.restart_pending;
+    if (auto waits = devices::needs_restart(station, found.record.since_power_up, named(station)))
+      refused_.push_back(*std::move(waits));
     return out;
   }
 
   [[nodiscard]] int differing() const { return differing_; }
-  [[nodiscard]] bool restart() const { return restart_; }
+  /// Why no start would give these stations torque, besides parameters that differ.
+  [[nodiscard]] std::vector<Error> refused(const std::vector<devices::FoundStation>& found) const {
+    std::vector<Error> out = refused_;
+    const auto read = [&](StationId id, config::ObjectAddress object) -> std::optional<std::int64_t> {
+      const auto at = held_.find({id.value, config::to_text(object)});
+      return at == held_.end() ? std::nullopt : std::optional(at->second);
+    };
+    for (const config::HeldDoubt& doubt : config::held_limit_doubts(machine_, read))
+      if (doubt.refuses)
+        out.push_back({Fault::ParameterDiffers, doubt.text, named(machine_.stations[doubt.station.value])});
+    if (options_.interface.empty()) return out;
+    const auto serial = [&](const config::Station& s) -> std::optional<std::uint32_t> {
+      const auto at = static_cast<std::size_t>(s.position);
+      if (s.bus != config::BusKind::EtherCat || at >= found.size()) return std::nullopt;
+      return found[at].record.sii.serial;
+    };
+    for (const config::Alike& alike : config::not_told_apart(machine_, serial))
+      out.push_back({Fault::IdentityMismatch, alike.text, named(machine_.stations[alike.station.value])});
+    return out;
+  }
   /// What is accepted is no longer what the file says.
   [[nodiscard]] bool changed() const { return changed_; }
 
  private:
+  static std::string named(const config::Station& s) { return fmt::format("station {} '{}'", s.position, s.name); }
+
   void take(config::Station& station, const devices::StationSii& sii, const config::ObjectIdentity& said) {
     station.accepted = config::kept_of(station, sii, today());
     station.accepted->object = said;
@@ -103,7 +142,10 @@ class Commissioning {
     const devices::StationSii& sii = found.record.sii;
     const auto& id = station.profile.identity;
     print_text("{} '{}' ({})\n    {}, revision {:08X}h, serial {}, alias {}: ", station.position, station.name,
-               station.profile.title, device(sii.vendor, sii.product), sii.revision, sii.serial, found.record.alias);
+               station.profile.title, device(sii.vendor, sii.product), sii.revision, sii.serial,
+               station.alias == 0 || station.alias == found.record.alias
+                   ? fmt::format("{}", found.record.alias)
+                   : fmt::format("{} (the machine file says {})", found.record.alias, station.alias));
     if (station.accepted)
       print_text("{} {} {}{}\n", same ? "as" : "another than was",
                  station.accepted->compared ? "accepted" : "found by the walk of", station.accepted->date,
@@ -159,6 +201,7 @@ class Commissioning {
           remark = differs ? "the station ignores it" : "written";
         }
       }
+      if (held) held_[{station.id.value, config::to_text(row.address)}] = held->value;
       if (!held) remark = row.declared ? "declared" : "cannot be read: " + held.error().message;
       const bool by_start = row.rule == config::ParameterRule::Write && row.acts != config::ActsAt::PowerUp;
       if (differs && remark.empty())
@@ -180,7 +223,6 @@ class Commissioning {
     if (auto rest = show_not_pinned(station, position, rows); !rest) return tl::unexpected(rest.error());
     if (auto saved = survey_.save_parameters(position, station.profile, written); !saved)
       return tl::unexpected(saved.error());
-    restart_ = restart_ || note.needed();
     if (auto settled = note.settle(); !settled) return tl::unexpected(settled.error());
     return rows;
   }
@@ -191,6 +233,7 @@ class Commissioning {
       const auto held = survey_.read_held(position, row);
       if (!held && held.error().fault != Fault::SdoAbort && held.error().fault != Fault::SdoSizeMismatch)
         return tl::unexpected(held.error());
+      if (held) held_[{station.id.value, config::to_text(row.address)}] = held->value;
       std::optional<std::int64_t> usual;
       for (int slot = 0; slot < std::max(station.profile.slots, 1) && !usual; ++slot)
         if (const auto* object =
@@ -215,10 +258,13 @@ class Commissioning {
   }
 
   const CommissionOptions& options_;
+  const config::Machine& machine_;
   devices::Survey& survey_;
-  bool json_, restart_ = false, changed_ = false;
+  bool json_, changed_ = false;
   std::function<Result<void>()> keep_;
   int differing_ = 0;
+  std::vector<Error> refused_;
+  std::map<std::pair<std::size_t, std::string>, std::int64_t> held_;  ///< by station and object
 };
 
 /// The file of what was accepted is lost, and with it which stations wait for their supply: all of them may.
@@ -231,12 +277,18 @@ void take_all_for_waiting(config::Machine& machine) {
   }
 }
 
-Result<ordered_json> commission(BusAccess& bus, config::Machine& machine, const CommissionOptions& options, bool json,
+struct Commissioned {
+  ordered_json document;
+  std::vector<Error> refused;  ///< what keeps stations from torque, besides parameters that differ
+  bool ready = false;          ///< nothing does, but for values that were just written and wait for the supply
+};
+
+Result<Commissioned> commission(BusAccess& bus, config::Machine& machine, const CommissionOptions& options, bool json,
                                 const std::function<Result<void>()>& keep) {
   devices::Survey survey(bus.port(), bus.clock());
   const auto found = survey.scan();
   if (!found) return tl::unexpected(found.error());
-  Commissioning one(options, survey, json, keep);
+  Commissioning one(options, machine, survey, json, keep);
   ordered_json rows = ordered_json::array();
   for (config::Station& station : machine.stations) {
     if (station.bus != config::BusKind::EtherCat || !(options.all || station.name == options.station)) continue;
@@ -253,14 +305,33 @@ Result<ordered_json> commission(BusAccess& bus, config::Machine& machine, const 
     }
     rows.push_back(std::move(*row));
   }
-  if (!json && one.restart())
-    print_text(
-        "Values were written that act at power-up: switch the stations' supply off and on before `gantry up`.\n");
+  const std::vector<Error> refused = one.refused(*found);
   if (!json && one.differing() > 0)
     print_text("{} parameters are not what the machine file asks for: these stations get no torque.{}\n",
                one.differing(), options.write ? "" : " `--write` writes what may be written.");
-  return ordered_json{
-      {"stations", rows}, {"differing", one.differing()}, {"restart", one.restart()}, {"changed", one.changed()}};
+  const auto waiting = std::ranges::count(refused, Fault::RestartNeeded, &Error::fault);
+  return Commissioned{
+      ordered_json{
+          {"stations", rows}, {"differing", one.differing()}, {"restart", waiting > 0}, {"changed", one.changed()}},
+      refused, one.differing() == 0 && (refused.empty() || (options.write && std::ssize(refused) == waiting))};
+}
+
+std::string no_such(const config::Machine& machine, const std::string& name) {
+  std::vector<std::string_view> known;
+  for (const config::Station& s : machine.stations) {
+    if (s.bus == config::BusKind::EtherCat) known.emplace_back(s.name);
+    if (s.name == name) return fmt::format("station '{}' is not on EtherCAT; only those are commissioned so far", name);
+  }
+  std::string axes;
+  for (const config::Axis& axis : machine.axes) axes += (axes.empty() ? "" : ", ") + axis.name;
+  return fmt::format("there is no station or axis '{}'; {}; axes: {}", name, did_you_mean(name, known), axes);
+}
+
+/// What keeps these stations from torque.
+void show_refused(const std::vector<Error>& refused) {
+  if (refused.empty()) return;
+  print_text("No start gives these stations torque as they are:\n");
+  for (const Error& e : refused) print_text("    {}\n", to_text(e));
 }
 
 }  // namespace
@@ -316,8 +387,7 @@ void add_commission(CLI::App& app, Context& context) {
     if (!options->all && std::ranges::none_of(machine->stations, [&](const auto& s) {
           return s.name == options->station && s.bus == config::BusKind::EtherCat;
         }))
-      return stop_with(
-          {Fault::Usage, fmt::format("there is no station '{}' on EtherCAT", options->station), machine->file});
+      return stop_with({Fault::Usage, no_such(*machine, options->station), machine->file});
     const auto folder = state_of(context, options->state);
     if (!folder) return;
     const std::string file = stations::accepted_file(*folder, options->interface.empty() ? "sim" : "ethercat");
@@ -340,10 +410,13 @@ void add_commission(CLI::App& app, Context& context) {
     };
     const auto done = commission(*access, *machine, *options, context.json, keep);
     if (!done) return stop_with(done.error());
-    if ((*done)["changed"].get<bool>())
+    if (done->document["changed"].get<bool>())
       if (auto kept = keep(); !kept) return stop_with(kept.error());
-    if (context.json) show_document("done", *done);
-    if ((*done)["differing"].get<int>() > 0) context.exit_code = 5;
+    if (!done->ready) context.exit_code = kNotReady;
+    if (context.json)
+      show_document(done->ready ? "done" : "failed", done->document, context.exit_code, done->refused);
+    else
+      show_refused(done->refused);
   });
 }
 

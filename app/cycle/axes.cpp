@@ -143,7 +143,8 @@ void Axes::run_out_together(AxisId id) noexcept {
 /// gone farther than it may, or than the other side of its beam, would go on for as long as its limit switch or the
 /// stop's time-out lets it: friction and a brake do more.
 void Axes::watch_braking(AxisId id) noexcept {
-  constexpr double kApart_s = 0.01;              // at the speed that it had: one side may begin later than the other
+  // At the speed that it had: one side may begin later than the other, which is told when the first one is seen.
+  constexpr double kLater_s = 0.006, kLaterCycles = 4;
   constexpr Time kCatchesUp = milliseconds(10);  // behind frames that were lost
   const AxisSetup& axis = setup_.axes[id.value];
   Unbraked found;
@@ -156,8 +157,10 @@ void Axes::watch_braking(AxisId id) noexcept {
     heard = heard && f.fresh;
     if (f.fresh) {
       if (!cycle::has_torque(f.state)) let_go_ &= ~(1u << d);
+      // One that lets go before it stands, whatever its 605Ah said, is on its way to a stop all the same.
+      const bool lets_go = own.busy() && !cycle::has_torque(f.state) && f.state != DriveState::Fault;
       const bool by_itself = f.state == DriveState::QuickStopActive || f.state == DriveState::FaultReaction ||
-                             (f.state == DriveState::OperationEnabled && goal_of(d) == DriveGoal::QuickStop);
+                             lets_go || (f.state == DriveState::OperationEnabled && goal_of(d) == DriveGoal::QuickStop);
       const double heard_s = seconds(setup_.period) * static_cast<double>(apart_cycles_[d]);
       own.see(by_itself && still_[d] < stands_cycles_, f.position, step(d) / heard_s,
               since_gap_[d] * setup_.period < kCatchesUp, heard_s, setup_.drives[d].reach);
@@ -172,7 +175,8 @@ void Axes::watch_braking(AxisId id) noexcept {
     const double apart = drives_[axis.drives[0]].feedback().position - drives_[axis.drives[1]].feedback().position;
     if (!braked) apart_before_[id.value] = apart;
     const double by = std::abs(apart - apart_before_[id.value]);
-    if (found.fault == Fault::None && by > axis.skew_max + kApart_s * from_speed)
+    if (found.fault == Fault::None &&
+        by > axis.skew_max + (kLater_s + kLaterCycles * seconds(setup_.period)) * from_speed)
       found = {Fault::GantrySkew, by, kNoStation};
   }
   const bool known = not_braked_[id.value];

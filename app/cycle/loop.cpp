@@ -232,6 +232,9 @@ void Loop::react(Fault fault, AxisId axis, std::int32_t detail, StationId statio
   const bool ends = !first && outlived(info(latched_)) && !outlived(info_row);  // a job that would have gone on
   if (latching && !first && info_row.reaction <= reacted_ && !cause && !ends) return;
   tell(event);
+  if (fault == Fault::TransitionTimeout)
+    for (std::size_t d = 0; d < setup_.drives.size(); ++d)
+      if (setup_.drives[d].axis == axis && setup_.drives[d].station == station) kept_torque_[d] = true;
   if (latching) {
     if (first || cause || ends) latched_ = fault;
     if (first) latched_at_ = cycle_;

@@ -5,6 +5,7 @@
 //   Loop loop(setup, bus, nullptr, clock, channels);   pacer.shift(loop.tick(pacer.wait(clock)));
 // RT: no allocation, no lock, no exception; bounded by the number of axes, drives and elapsed periods.
 #pragma once
+#include <bitset>
 #include <cstdint>
 
 #include "app/cycle/axes.hpp"
@@ -96,6 +97,7 @@ class Loop {
   void tell_not_braking(Fault fault, AxisId axis, double by, StationId station) noexcept;
   void tell_moving() noexcept;
   void follow_braking() noexcept;
+  void follow_kept_torque() noexcept;
   void tell_snapshot(const Beat& beat, bool sent) noexcept;
 
   LoopSetup setup_;
@@ -138,8 +140,9 @@ class Loop {
   bool probe_told_ = false;
   Fault stopped_by_ = Fault::None;  ///< what ended the block that is braking
   int reset_ticks_ = 0, settle_ticks_ = 0;
-  int stop_ticks_ = 0;          ///< since the drives were asked to stop and to lose their torque
-  bool taking_torque_ = false;  ///< the axes stand, and the brake is closing
+  std::bitset<kMaxDrives> kept_torque_;  ///< told of these, or latched
+  int stop_ticks_ = 0;                   ///< since the drives were asked to stop and to lose their torque
+  bool taking_torque_ = false;           ///< the axes stand, and the brake is closing
   int brake_ticks_ = 0;
   int release_ticks_ = 0;  ///< for which the brake's output has been on
   double override_ = 1;

@@ -55,6 +55,7 @@ void Loop::follow_probe() noexcept {
 void Loop::follow_progress() noexcept {
   follow_braking();
   follow_stop();
+  follow_kept_torque();
   follow_probe();
   const bool rests = interpolator_.at_rest() && settled_;
   switch (state_) {
@@ -133,6 +134,24 @@ void Loop::tell_moving() noexcept {
   for (std::size_t d = 0; d < setup_.drives.size(); ++d)
     if (axes_.moves(d))
       tell_not_braking(Fault::NotBraking, setup_.drives[d].axis, axes_.gone(d), setup_.drives[d].station);
+}
+
+/// A drive that keeps its torque though the stop is over is no consequence of the fault that stopped it.
+void Loop::follow_kept_torque() noexcept {
+  for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
+    const devices::Feedback& f = axes_.drive(d);
+    const DriveSetup& drive = setup_.drives[d];
+    const bool kept =
+        axes_.goal() == DriveGoal::Disabled && f.fresh && has_torque(f.state) && f.fault == Fault::TransitionTimeout;
+    if (kept && !kept_torque_[d] && latched_ != Fault::None)
+      tell({.kind = EventKind::Fault,
+            .fault = f.fault,
+            .axis = drive.axis,
+            .station = drive.station,
+            .block = block_,
+            .detail = f.statusword});
+    kept_torque_[d] = kept;
+  }
 }
 
 /// Of axes that stand. One that still settles, behind frames that were lost or a fault that was reset, is braked first.

@@ -17,8 +17,8 @@ namespace {
 
 using units::Dimension;
 
-constexpr double kSpeed_mm_s = 20, kSlowest_mm_s = 0.01;
-constexpr double kSpeed_rad_s = units::rad(20), kSlowest_rad_s = units::rad(0.01);
+constexpr double kSpeed_mm_s = 20;
+constexpr double kSpeed_rad_s = units::rad(20);
 constexpr double kLeast_mm = 1e-4, kLeast_rad = units::rad(1e-4);  // less than a drive counts
 constexpr double kRounding = 1e-9;
 
@@ -124,7 +124,7 @@ Result<Jog> read_jog(const config::Machine& machine, const JogWords& words, JogF
   Most most = of_axes(machine, jog, line);
   if (whom == JogFor::Client) {
     if (Most held = while_held(machine, jog, line); held.cap < most.cap) most = std::move(held);
-    if (most.cap * along / line < (turns_only ? kSlowest_rad_s : kSlowest_mm_s))
+    if (most.cap * along / line < (turns_only ? kSlowestJog_rad_s : kSlowestJog_mm_s))
       return fail(Fault::NoSolution,
                   fmt::format("no jog stands within {} ms of its client's last word: {}",
                               hold_to_run::kStands / milliseconds(1),
@@ -140,7 +140,7 @@ Result<Jog> read_jog(const config::Machine& machine, const JogWords& words, JogF
   const auto asked = units::parse(words.speed, turns_only ? Dimension::AngularSpeed : Dimension::Speed);
   if (!asked) return fail(Fault::Usage, asked.error().message, "the speed");
   const double speed = *asked;
-  if (!(speed >= (turns_only ? kSlowest_rad_s : kSlowest_mm_s)))
+  if (!(speed >= (turns_only ? kSlowestJog_rad_s : kSlowestJog_mm_s)))
     return fail(Fault::Usage, fmt::format("a jog is no slower than {}", turns_only ? "0.01 deg/s" : "0.01 mm/s"),
                 "the speed");
   constexpr double kSame = 1e-6;  // relative: a limit as somebody writes it

@@ -14,8 +14,12 @@
 #include "config/machine.hpp"
 #include "core/axis_vec.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 
 namespace gantry::job {
+
+/// No jog is asked to go slower.
+inline constexpr double kSlowestJog_mm_s = 0.01, kSlowestJog_rad_s = units::rad(0.01);
 
 /// What a jog is asked for.
 struct JogWords {

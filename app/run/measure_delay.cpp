@@ -85,6 +85,21 @@ Result<const config::Axis*> measured_axis(const config::Machine& machine, const 
   return axis;
 }
 
+/// Ramps at both ends (v/a + a/j each, at half the speed on the mean), and what is measured.
+double distance_at(const config::Axis& axis, double speed) {
+  return speed * (kSteady_s + speed / axis.a_max + axis.a_max / axis.j_max);
+}
+
+Error too_short(const config::Axis& axis, double needed, double has) {
+  const auto text = [&](double x) {
+    return axis.rotary ? fmt::format("{:.6g} deg", units::deg(x)) : fmt::format("{:.6g} mm", x);
+  };
+  return {Fault::OutOfReach,
+          fmt::format("it needs {} of travel at this speed, and has {}; measure at a lower --speed", text(needed),
+                      text(has)),
+          "axis " + axis.name};
+}
+
 }  // namespace
 
 Result<double> measuring_speed(const config::Machine& machine, const DelayWords& words) {
@@ -103,7 +118,10 @@ Result<double> measuring_speed(const config::Machine& machine, const DelayWords&
                               axis.rotary ? units::deg(axis.v_max) : axis.v_max, axis.rotary ? "deg" : "mm"),
                   "--speed");
   }
-  if (!(speed > 0)) return fail(Fault::Usage, "must be more than 0", "--speed");
+  if (const double slowest = axis.rotary ? job::kSlowestJog_rad_s : job::kSlowestJog_mm_s; !(speed >= slowest))
+    return fail(Fault::Usage, fmt::format("no slower than {}", axis.rotary ? "0.01 deg/s" : "0.01 mm/s"), "--speed");
+  if (const double needed = distance_at(axis, speed); needed > axis.p_max - axis.p_min)
+    return tl::unexpected(too_short(axis, needed, axis.p_max - axis.p_min));
   return speed;
 }
 
@@ -116,16 +134,10 @@ Result<config::MeasuredDelay> measure_delay(Owner& owner, const config::Machine&
   const std::size_t i = axis.id.value;
   const double cycle_s = seconds(machine.bus.cycle);
 
-  // Ramps at both ends (v/a + a/j each, at half the speed on the mean), and what is measured.
-  const double distance = speed * (kSteady_s + speed / axis.a_max + axis.a_max / axis.j_max);
+  const double distance = distance_at(axis, speed);
   const double from = owner.latest().target[i], near = std::clamp(from, axis.p_min, axis.p_max);
   const double up = axis.p_max - near, down = near - axis.p_min;
-  if (distance > std::max(up, down))
-    return fail(Fault::OutOfReach,
-                fmt::format("it needs {:.6g} of travel at this speed, and has {:.6g}; measure at a lower --speed",
-                            axis.rotary ? units::deg(distance) : distance,
-                            axis.rotary ? units::deg(std::max(up, down)) : std::max(up, down)),
-                "axis " + axis.name);
+  if (distance > std::max(up, down)) return tl::unexpected(too_short(axis, distance, std::max(up, down)));
   const double to = up >= down ? near + distance : near - distance;
 
   std::vector<Sample> samples;

@@ -133,6 +133,13 @@ void Owner::shut_down() {
   };
   while (p.control().alive() && passed() < most() && (p.control().latest().enabled != 0 || passed() < least))
     p.control().step();
+  if (const cycle::Snapshot& last = p.control().latest(); last.inputs_fresh)
+    for (const config::Axis& axis : p.machine.axes)
+      if ((last.enabled >> axis.id.value & 1u) != 0)
+        log::warn(
+            "axis {}: a drive of it keeps its torque; nothing but the watchdog of its station may take it now, or its "
+            "supply",
+            axis.name);
   p.on_bus->watchdog.reset();
   if (p.on_bus->thread && !p.on_bus->thread->join()) {
     p.hangs = true;

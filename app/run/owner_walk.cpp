@@ -70,21 +70,19 @@ Result<bool> Owner::forget_walk() {
   return true;
 }
 
-/// Drives that look alike and of which nothing says that each stands in its place.
+/// As the stations were found on the bus.
 std::vector<Error> Owner::Parts::not_told_apart() const {
-  std::vector<Error> doubts;
-  const auto config_of = [&](std::size_t i) -> const config::Station* {
-    for (const config::Station& s : machine.stations)
-      if (s.id == bus->station(i).id) return &s;
+  const auto found = [&](StationId id) -> const devices::BusStation* {
+    for (std::size_t i = 0; i < bus->station_count(); ++i)
+      if (bus->station(i).id == id) return &bus->station(i);
     return nullptr;
   };
-  for (std::size_t i = 0; i < bus->station_count(); ++i)
-    for (std::size_t k = i + 1; k < bus->station_count(); ++k) {
-      const config::Station *a = config_of(i), *b = config_of(k);
-      if (a == nullptr || b == nullptr) continue;
-      std::string why = config::not_told_apart(machine, *a, bus->station(i).serial, *b, bus->station(k).serial);
-      if (!why.empty()) doubts.push_back({Fault::IdentityMismatch, std::move(why), bus->station(i).where});
-    }
+  const auto alike = config::not_told_apart(machine, [&](const config::Station& s) {
+    const devices::BusStation* its = found(s.id);
+    return its == nullptr ? std::nullopt : std::optional(its->serial);
+  });
+  std::vector<Error> doubts;
+  for (const config::Alike& a : alike) doubts.push_back({Fault::IdentityMismatch, a.text, found(a.station)->where});
   return doubts;
 }
 

@@ -107,11 +107,16 @@ Result<void> write_held(Link& link, StationRecord& s, const config::StartupRow& 
   return sdo_download(link, s, row.address, raw);
 }
 
+std::optional<Error> needs_restart(const config::Station& station, bool since_power_up, const std::string& where) {
+  if (!station.restart_pending || since_power_up) return std::nullopt;
+  return Error{Fault::RestartNeeded, "parameters were written that act at power-up; switch its supply off and on",
+               where};
+}
+
 Result<void> write_startup(Link& link, StationRecord& s) {
   s.doubts.clear();
-  if (s.config != nullptr && s.config->restart_pending && !s.since_power_up)
-    s.doubts.push_back(
-        {Fault::RestartNeeded, "parameters were written that act at power-up; switch its supply off and on", s.where});
+  if (s.config != nullptr)
+    if (auto doubt = needs_restart(*s.config, s.since_power_up, s.where)) s.doubts.push_back(*std::move(doubt));
   for (const auto& row : s.startup) {
     auto doubt = settle(link, s, row);
     if (!doubt) return tl::unexpected(doubt.error());

@@ -19,6 +19,9 @@ namespace gantry::devices {
 /// Start-up objects in order (PRE_OP): read, compared, written where they differ and may be written, read back. What is
 /// still another value then, or is refused, becomes one of the station's `doubts`, which keep torque from it; what it
 /// has ignored is not written again before its next power-up. An error is a mailbox that does not answer.
+/// Fault::RestartNeeded where it may hold values that act at its next power-up.
+std::optional<Error> needs_restart(const config::Station& station, bool since_power_up, const std::string& where);
+
 Result<void> write_startup(Link& link, StationRecord& station);
 
 /// One of the same rows, read once more while the drive has torque: if it holds another value now, that becomes a

@@ -330,8 +330,6 @@ Result<std::string> check_identity(const config::Machine& machine, const config:
               where(station));
 }
 
-namespace {
-
 Result<void> check_alias(const config::Machine& machine, const config::Station& station, const StationRecord& found) {
   if (station.alias == 0 || station.alias == found.alias) return {};
   const auto other = std::find_if(machine.stations.begin(), machine.stations.end(), [&](const auto& s) {
@@ -340,12 +338,16 @@ Result<void> check_alias(const config::Machine& machine, const config::Station& 
   const std::string whose =
       other != machine.stations.end()
           ? fmt::format(", which is that of '{}'; correct the wiring, or the switches", other->name)
-          : "";
+          : "; set its switches, and what its page in docs/drives asks for besides, then switch its supply off and on: "
+            "a "
+            "station reads them as its supply comes";
   return fail(Fault::IdentityMismatch,
               fmt::format("position {} should be '{}' with alias {}, but has alias {}{}", station.position,
                           station.name, station.alias, found.alias, whose),
-              found.where);
+              where(station));
 }
+
+namespace {
 
 Result<void> check_count(const config::Machine& machine, const std::vector<const config::Station*>& configured,
                          std::size_t count) {

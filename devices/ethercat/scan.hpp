@@ -48,6 +48,9 @@ Result<void> reset_station(Link& link, const StationRecord& station);
 Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machine, bool strangers,
                                         std::vector<std::string>& notes);
 
+/// Fault::IdentityMismatch where the machine file states another alias than was found.
+Result<void> check_alias(const config::Machine& machine, const config::Station& station, const StationRecord& found);
+
 /// The comparison alone. An empty string: nothing to say; otherwise a note.
 Result<std::string> check_identity(const config::Machine& machine, const config::Station& station,
                                    const StationSii& found);

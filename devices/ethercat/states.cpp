@@ -38,7 +38,9 @@ constexpr std::array kRemedies{
     Remedy{0x0041, 0x004F, "compare its mailbox in `sync_managers` with the manual; switch its supply off and on"},
     Remedy{0x0050, 0x0051, "write its EEPROM anew with the vendor's tool"},
     Remedy{0x0060, 0x0060, "bring the bus up anew; if it comes again, check its supply"},
-    Remedy{0x0061, 0x0061, "set its switches as they were, or take what they are with `gantry commission --accept`"},
+    Remedy{0x0061, 0x0061,
+           "its switches were turned since its supply came: set them as they were, or switch its supply off and on and "
+           "state the `alias` that they give"},
 };
 }  // namespace
 

@@ -215,6 +215,20 @@ Result<config::ObjectIdentity> Survey::read_identity_object(int position) {
   return devices::read_identity_object(link_, **s);
 }
 
+Result<void> Survey::confirm(int position, const config::Machine& machine, const config::Station& station) {
+  auto s = this->station(position);
+  if (!s) return tl::unexpected(s.error());
+  if (auto ok = check_identity(machine, station, (*s)->sii); !ok) return tl::unexpected(ok.error());
+  if (auto ok = check_alias(machine, station, **s); !ok) return ok;
+  if (!(*s)->has_coe()) return {};
+  s = with_mailbox(position);
+  if (!s) return tl::unexpected(s.error());
+  (*s)->config = &station;
+  const auto ok = check_identity_object(link_, **s);
+  (*s)->config = nullptr;
+  return ok;
+}
+
 Result<HeldObject> Survey::read_held(int position, const config::StartupRow& row) {
   auto s = with_mailbox(position);
   if (!s) return tl::unexpected(s.error());

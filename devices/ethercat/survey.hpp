@@ -74,6 +74,9 @@ class Survey {
                             SdoAccess access = SdoAccess::Single);
   /// What 1018h says (identity_object.hpp); nothing of a station without CoE.
   Result<config::ObjectIdentity> read_identity_object(int position);
+  /// Whether a start would take it for this station: by its EEPROM, its alias, and its firmware.
+  /// Fault::IdentityMismatch.
+  Result<void> confirm(int position, const config::Machine& machine, const config::Station& station);
   /// The start-up rows that a start asks of this station there: those that it may do without and does not have are left
   /// out, with a note.
   Result<std::vector<config::StartupRow>> asked_of(int position, const config::Station& station,

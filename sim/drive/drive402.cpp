@@ -89,6 +89,9 @@ Drive402::Drive402(ObjectDictionary& objects, int slot, Motor& motor, double cou
   if (objects_.find(quick_option_.address) == nullptr) quick_option_.value = kNoQuickStopOption;
   if (objects_.find(homing_acceleration_.address) == nullptr)
     homing_acceleration_.value = std::llround(kOwnHomingAcceleration_counts_s2 / facts_.acceleration_counts_s2);
+  for (const config::Parameter& p : objects_.profile().parameters)
+    if (p.name == facts_.probe_input.parameter)
+      probe_input_ = objects_.find(config::in_slot(objects_.profile(), p.address, slot_));
   levels_ = motion_.inputs();
   take_mode();
   sample();
@@ -103,6 +106,10 @@ Object& Drive402::object(std::uint16_t index, std::uint8_t sub) {
 void Drive402::tell(const DriveLies& lies) noexcept {
   lies_ = lies;
   if (lies_.counter_begin != 0) motion_.set_counts(lies_.counter_begin);
+}
+
+bool Drive402::input_is_probes() const noexcept {
+  return probe_input_ == nullptr || probe_input_->value == facts_.probe_input.value;
 }
 
 bool Drive402::faulted() const noexcept { return state_ == State::Fault || state_ == State::FaultReaction; }
@@ -137,7 +144,7 @@ void Drive402::advance(double dt_s) noexcept {
 
 void Drive402::on_inputs(std::uint32_t changed, std::uint32_t levels) noexcept {
   levels_ = levels;
-  if ((changed & kProbe) != 0) probe_.on_edge((levels & kProbe) != 0, motion_.counts());
+  if ((changed & kProbe) != 0 && input_is_probes()) probe_.on_edge((levels & kProbe) != 0, motion_.counts());
   if (homing_ == HomingState::Running) return on_homing_input(changed, levels);
   for (const auto& [input, direction] : {std::pair{kPosLimit, +1}, std::pair{kNegLimit, -1}}) {
     if ((changed & input) == 0) continue;

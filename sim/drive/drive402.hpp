@@ -62,6 +62,8 @@ class Drive402 {
   [[nodiscard]] std::uint16_t shown_error() const noexcept;
   void show_position() noexcept;
   void show_probe() noexcept;
+  /// The input that the probe is wired to has the probe's function.
+  [[nodiscard]] bool input_is_probes() const noexcept;
   [[nodiscard]] std::uint32_t visible(std::uint32_t inputs) const noexcept;
 
   void on_inputs(std::uint32_t changed, std::uint32_t levels) noexcept;
@@ -85,7 +87,8 @@ class Drive402 {
   Motor* motor_;
   DriveMotion motion_;
   ProbeLatch probe_;
-  config::StatuswordRow status_row_;  ///< of the mode that is active
+  const Object* probe_input_ = nullptr;  ///< the function of its input; none: it has no other
+  config::StatuswordRow status_row_;     ///< of the mode that is active
 
   ObjectDictionary& objects_;
   int slot_;

@@ -459,6 +459,26 @@ TEST(Machine, a_quick_stop_brakes_where_a_manual_says_so_and_its_ramp_is_set) {
   }));
 }
 
+// AMD530B 7.2: DI4 latches with P02.03 = 5 alone; iD286: IN6 with 17.
+TEST(Machine, a_probe_whose_input_has_another_function_is_a_mistake) {
+  const std::string z =
+      "z:      {profile: id286,    position: 4, alias: 4, parameters: {run_current: 3 A, encoder_counts: 10000, "
+      "position_error_limit: 4000 counts, brake_mode: 1";
+  const auto refused = [&](const std::string& instead, const std::string& why, bool amd) {
+    Changed file;
+    file.swap(z, instead, "x");
+    if (amd) file.swap("response_delay: 2.5 ms", "response_delay: 4 ms", "x");
+    const auto m = file.load();
+    ASSERT_FALSE(m) << instead;
+    EXPECT_NE(to_text(m.error().front()).find(why), std::string::npos) << to_text(m.error().front());
+  };
+  const std::string amd =
+      "z:      {profile: amd530b, position: 4, alias: 4, parameters: {run_current: 3 A, filter: 4 ms";
+  refused(amd, "input_4 = 5 (function of DI4; 4 is the emergency stop, 5 probe 1): nothing sets it", true);
+  refused(amd + ", input_4: 4", "it is to hold 4; write stations.z.parameters.input_4: 5", true);
+  refused(z + ", input_6: 0", "write stations.z.parameters.input_6: 17", false);
+}
+
 // AMD530B 7.2: probe 1 is DI4, which is the emergency stop's from the factory.
 TEST(Machine, a_probe_that_takes_the_emergency_stop_must_be_acknowledged) {
   EXPECT_TRUE(wanted_on_steel(dispenser()).empty());

@@ -372,48 +372,59 @@ TEST(Walk, a_wrong_answer_voids_what_earlier_walks_have_said) {
   EXPECT_NE(unwritten.error().message.find("could not be voided"), std::string::npos) << to_text(unwritten.error());
 }
 
+/// What is said of these two, which show these serial numbers.
+std::string alike(const config::Machine& m, const std::string& a, std::uint32_t serial_a, const std::string& b,
+                  std::uint32_t serial_b) {
+  const auto found = config::not_told_apart(m, [&](const config::Station& s) -> std::optional<std::uint32_t> {
+    if (s.name == a) return serial_a;
+    if (s.name == b) return serial_b;
+    return std::nullopt;
+  });
+  return found.empty() ? "" : found.front().text;
+}
+
 // Of two drives that look alike and show no serial number, a swap after the walk cannot be known: it is said.
 TEST(Walk, what_tells_look_alikes_apart_is_alias_serials_or_the_walk_in_that_order) {
   config::Machine m = *config::load_machine("config/machines/dispenser.yaml");
   no_alias(m);
   config::Station &x = station(m, "x"), &z = station(m, "z");
-  EXPECT_NE(config::not_told_apart(m, x, 0, z, 0), "");
+  EXPECT_NE(alike(m, "x", 0, "z", 0), "");
   const auto walked = [&](config::Station& s, std::uint32_t serial) {
     s.accepted =
         config::Accepted{.serial = serial, .date = "d", .walked = "2026-11-24", .walked_as = config::wiring_of(m, s)};
   };
   walked(x, 0), walked(z, 0);
-  EXPECT_EQ(config::not_told_apart(m, x, 0, z, 0), "");
+  EXPECT_EQ(alike(m, "x", 0, "z", 0), "");
   bool told = false;
   for (const std::string& s : config::look_alikes(m)) told = told || s.find("only the walk of 2026-11-24") != s.npos;
   EXPECT_TRUE(told);
   x.accepted = config::Accepted{.serial = 7, .date = "d"}, z.accepted = config::Accepted{.serial = 8, .date = "d"};
-  EXPECT_NE(config::not_told_apart(m, x, 7, z, 8), "") << "nobody has looked which of them stands where";
+  EXPECT_NE(alike(m, "x", 7, "z", 8), "") << "nobody has looked which of them stands where";
   walked(x, 7), walked(z, 8);
-  EXPECT_EQ(config::not_told_apart(m, x, 7, z, 8), "");
-  EXPECT_EQ(config::not_told_apart(m, x, 9, z, 8), "") << "the one that is known leaves its place to the spare part";
-  EXPECT_NE(config::not_told_apart(m, x, 9, z, 10), "") << "of two new ones nothing is known";
+  EXPECT_EQ(alike(m, "x", 7, "z", 8), "");
+  EXPECT_EQ(alike(m, "x", 9, "z", 8), "") << "the one that is known leaves its place to the spare part";
+  EXPECT_NE(alike(m, "x", 9, "z", 10), "") << "of two new ones nothing is known";
   x.accepted->walked_as = z.accepted->walked_as = "other";
-  EXPECT_NE(config::not_told_apart(m, x, 7, z, 8), "");
+  EXPECT_NE(alike(m, "x", 7, "z", 8), "");
   walked(x, 7), walked(z, 8);
   std::swap(x.position, z.position);
-  EXPECT_NE(config::not_told_apart(m, x, 7, z, 8), "") << "the file has them in other places since";
+  EXPECT_NE(alike(m, "x", 7, "z", 8), "") << "the file has them in other places since";
   std::swap(x.position, z.position);
   walked(x, 0), walked(z, 0);
   m.axes[0].drives[0].invert = true;
-  EXPECT_NE(config::not_told_apart(m, x, 0, z, 0), "") << "the machine file says otherwise since";
+  EXPECT_NE(alike(m, "x", 0, "z", 0), "") << "the machine file says otherwise since";
   x.alias = 1, z.alias = 4;
-  EXPECT_EQ(config::not_told_apart(m, x, 0, z, 0), "");
+  EXPECT_EQ(alike(m, "x", 0, "z", 0), "");
 
   config::Station &y1 = station(m, "y1"), &y2 = station(m, "y2");
   walked(y1, 0), walked(y2, 0);
-  EXPECT_NE(config::not_told_apart(m, y1, 0, y2, 0), "") << "both move Y";
+  EXPECT_NE(alike(m, "y1", 0, "y2", 0), "") << "both move Y";
   walked(y1, 5), walked(y2, 6);
-  EXPECT_NE(config::not_told_apart(m, y1, 5, y2, 6), "") << "nobody has compared them with their type plates";
+  EXPECT_NE(alike(m, "y1", 5, "y2", 6), "") << "nobody has compared them with their type plates";
   y1.accepted->compared = true;
-  EXPECT_NE(config::not_told_apart(m, y1, 5, y2, 6), "") << "one of two";
+  EXPECT_NE(alike(m, "y1", 5, "y2", 6), "") << "one of two";
   y2.accepted->compared = true;
-  EXPECT_EQ(config::not_told_apart(m, y1, 5, y2, 6), "");
+  EXPECT_EQ(alike(m, "y1", 5, "y2", 6), "");
 }
 
 }  // namespace

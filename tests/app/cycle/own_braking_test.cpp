@@ -95,6 +95,25 @@ TEST(OwnBraking, sides_that_brake_differently_run_out_beside_each_other) {
 }
 
 /// What a drive does that runs away: it is as fast as it was and gains nothing by that.
+// 605Ah was read back as it should be, and the drive takes its torque all the same; friction alone is left.
+TEST(OwnBraking, an_axis_that_runs_out_instead_of_braking_is_told) {
+  config::Machine m = test::reference_machine();
+  m.sim.axes[kY.value].coast = 300;
+  for (config::Station& station : m.stations)
+    if (station.profile.drive) station.profile.drive->quick_stop_coasts = 1;  // a 0 takes the torque
+  for (const bool both : {true, false}) {
+    BrakingBench b(m);
+    for (std::size_t side = both ? 0 : 1; side < 2; ++side)
+      ASSERT_TRUE(b.segment.set_object(b.drive(side).station, {0x605A, 0}, 0));
+    b.stop_from(170);
+    EXPECT_EQ(b.told(Fault::NotBraking) + b.told(Fault::GantrySkew), 1) << both;
+    EXPECT_EQ(b.now.enabled & 0b10u, 0u);
+  }
+  BrakingBench sound(m);
+  sound.stop_from(170);
+  EXPECT_EQ(sound.told(Fault::NotBraking) + sound.told(Fault::GantrySkew), 0);
+}
+
 TEST(OwnBraking, the_speed_that_a_drive_gains_when_it_is_told_to_stop_lets_it_go_no_farther) {
   const cycle::BrakingReach reach{.deceleration = 4000, .late_s = 0.072, .slack = 0.5, .gains = 116};
   cycle::OwnBraking sound, away;
@@ -162,6 +181,21 @@ TEST(OwnBraking, torque_that_goes_while_an_axis_still_moves_is_told) {
   b.ticks(3500);
   EXPECT_EQ(b.told(Fault::NotBraking), 1);
   EXPECT_EQ(b.now.enabled, 0u);
+}
+
+// The stop is over and X goes on saying that it has torque: the fault of Z does not explain that.
+TEST(OwnBraking, a_drive_that_keeps_its_torque_is_told_though_another_fault_is_latched) {
+  BrakingBench b;
+  b.segment.stick_statusword(AxisId{0}, 0, true);
+  b.stop();
+  b.ticks(3000);
+  EXPECT_EQ(b.now.state, State::Stopped);
+  EXPECT_NE(b.now.latched, Fault::TransitionTimeout);
+  EXPECT_EQ(b.told(Fault::TransitionTimeout), 1);
+  BrakingBench sound;
+  sound.stop();
+  sound.ticks(3000);
+  EXPECT_EQ(sound.told(Fault::TransitionTimeout), 0);
 }
 
 TEST(OwnBraking, a_ramp_that_is_far_below_the_axis_is_none) {
