@@ -100,6 +100,8 @@ class StationBus : public FieldBus {
   /// Another master whose frames came in, and how many of them the cycles have seen; nothing as long as there was none.
   [[nodiscard]] virtual std::optional<OtherMaster> other_master() const noexcept { return std::nullopt; }
 
+  /// Whether bring_up() is to end, asked while it waits for stations: it fails with Fault::Interrupted then.
+  virtual void heed(std::function<bool()> ends) = 0;
   /// In virtual time: what a blocking call does to let a cycle pass.
   virtual void step_by(std::function<void()> step) = 0;
   /// Looks for a station that does not take part, and brings it back while the loop goes on; nothing when it takes part

@@ -5,6 +5,7 @@
 
 #include "app/cli/client.hpp"
 #include "app/cli/keys.hpp"
+#include "app/cli/signals.hpp"
 #include "app/cli/terminal.hpp"
 #include "app/cli/today.hpp"
 #include "app/desk/state_folder.hpp"
@@ -42,6 +43,7 @@ void commission_axis(Context& context, config::Machine machine, const AxisOption
   own.bus = options.interface.empty() ? "sim" : "ethercat:" + options.interface;
   own.virtual_time = options.interface.empty();  // nobody watches the simulated machine
   own.state = *folder;
+  own.interrupted = interrupted;
   const run::DelayWords words{.axis = options.axis, .speed = options.speed};
   if (auto r = run::measuring_speed(machine, words); !r) return stop_with(r.error());
   const std::string file = stations::measured_file(*folder, own.bus);

@@ -104,6 +104,7 @@ void commission_walk(Context& context, config::Machine machine, const std::strin
   own.bus = interface.empty() ? "sim" : "ethercat:" + interface;
   own.virtual_time = interface.empty();
   own.state = *folder;
+  own.interrupted = interrupted;
   const std::string date = today();
   const auto walked = walk_all(machine, own, date);
   if (!walked) return stop_with(walked.error());

@@ -5,6 +5,7 @@
 
 #include "app/cli/client.hpp"
 #include "app/cli/keys.hpp"
+#include "app/cli/signals.hpp"
 #include "app/cli/terminal.hpp"
 #include "app/desk/machine_status.hpp"
 #include "app/job/jog.hpp"
@@ -39,6 +40,7 @@ void add_home(CLI::App& app, Context& context) {
     hold_machine(Terminal::Matters);
     hold_on_stop_key();
     options->state = *folder;
+    options->interrupted = interrupted;
     auto owner = run::Owner::open(*machine, *options);
     if (!owner) return void(context.exit_code = show(owner.error(), context.json));
     OwnerOperated operated(**owner);

@@ -5,6 +5,7 @@
 #include "app/cli/client.hpp"
 #include "app/cli/front.hpp"
 #include "app/cli/shell_job.hpp"
+#include "app/cli/signals.hpp"
 #include "app/cli/usage.hpp"
 #include "app/cli/verbs.hpp"
 #include "app/desk/desk.hpp"
@@ -60,6 +61,7 @@ void add_up(CLI::App& app, Context& context) {
     auto door = desk::OrderSocket::listen(socket, std::filesystem::path(*shared_link).lexically_normal().string());
     if (!door) return void(context.exit_code = show(door.error(), context.json));
     options->state = *folder;
+    options->interrupted = interrupted;
     desk::BegunParts parts(*desk::BegunParts::folder(*folder, *options, true));
     if (options->bus == "sim" && options->sim.state_dir.empty()) parts.forget_all();  // of a world that is gone
     auto owner = run::Owner::open(*machine, *options);

@@ -144,7 +144,7 @@ void Axes::run_out_together(AxisId id) noexcept {
 /// stop's time-out lets it: friction and a brake do more.
 void Axes::watch_braking(AxisId id) noexcept {
   // At the speed that it had: one side may begin later than the other, which is told when the first one is seen.
-  constexpr double kLater_s = 0.006, kLaterCycles = 4;
+  constexpr double kLater_s = 0.006, kLaterCycles = 4, kLeastLater_s = 0.01;
   constexpr Time kCatchesUp = milliseconds(10);  // behind frames that were lost
   const AxisSetup& axis = setup_.axes[id.value];
   Unbraked found;
@@ -174,9 +174,9 @@ void Axes::watch_braking(AxisId id) noexcept {
   if (axis.drives.size() == 2 && brakes && heard) {
     const double apart = drives_[axis.drives[0]].feedback().position - drives_[axis.drives[1]].feedback().position;
     if (!braked) apart_before_[id.value] = apart;
+    const double later_s = std::max(kLeastLater_s, kLater_s + kLaterCycles * seconds(setup_.period));
     const double by = std::abs(apart - apart_before_[id.value]);
-    if (found.fault == Fault::None &&
-        by > axis.skew_max + (kLater_s + kLaterCycles * seconds(setup_.period)) * from_speed)
+    if (found.fault == Fault::None && by > axis.skew_max + later_s * from_speed)
       found = {Fault::GantrySkew, by, kNoStation};
   }
   const bool known = not_braked_[id.value];

@@ -37,6 +37,7 @@ struct OwnerOptions {
   bool publish = false;               ///< start `gantry publish` and keep it alive
   monitor::NetworkOptions network{};  ///< of the publisher
   std::string name{};                 ///< of the machine on DDS; "": as in the machine file
+  bool (*interrupted)() = nullptr;    ///< whether the program was asked to end, while the bus is brought up
   std::optional<int> loop_cpu;  ///< for the loop alone; default: the last one that may be used, if there are several
 };
 

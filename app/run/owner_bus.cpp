@@ -25,7 +25,12 @@ Result<void> Owner::bring_up() {
   const Turn turn(p, Undertaking::BringUp);
   if (!turn.taken()) return turn.refused();
   if (p.on_bus) return fail(Fault::Refused, "the bus is up already");
-  if (auto r = p.bus->bring_up(); !r) return r;
+  if (p.options.interrupted != nullptr) p.bus->heed(p.options.interrupted);
+  const auto up = p.bus->bring_up();
+  p.bus->heed({});
+  if (!up && p.options.interrupted != nullptr && p.options.interrupted())
+    return fail(Fault::Interrupted, "interrupted while the bus was brought up; nothing has moved");
+  if (!up) return up;
   for (const std::string& note : p.bus->notes()) log::info("{}", note);
   for (std::size_t i = 0; i < p.bus->station_count(); ++i)
     for (const Error& doubt : p.bus->station(i).doubts) log::warn("{}", to_text(doubt));

@@ -26,6 +26,11 @@ void Link::pause(Time duration) {
   while (clock_.now() < until);
 }
 
+Result<void> Link::goes_on() const {
+  if (!ends_ || !ends_()) return {};
+  return fail(Fault::Interrupted, "interrupted while the bus was brought up");
+}
+
 std::size_t Link::fitting(std::span<const Datagram> batch) const {
   const std::size_t most = slot_ != nullptr ? AcyclicSlot::kMost : kMaxDatagrams - 1;
   std::size_t bytes = kFrameHeader + kDatagramHeader + kIdleBytes + kWorkingCounter, n = 0;

@@ -35,6 +35,11 @@ class Link {
   /// How time passes while datagrams ride: by sleeping, or in virtual time by letting the loop step.
   void step_by(std::function<void()> step) { step_ = std::move(step); }
 
+  /// Whether whoever waits for a station is to stop waiting; asked in every wait that a station can make long.
+  void heed(std::function<bool()> ends) { ends_ = std::move(ends); }
+  /// Fault::Interrupted where it is.
+  [[nodiscard]] Result<void> goes_on() const;
+
   /// Sends the data and replaces them by what came back; the working counter. Fault::BusDown when no attempt was
   /// answered.
   Result<std::uint16_t> transact(wire::Command command, std::uint32_t address, std::span<std::byte> data,
@@ -91,6 +96,7 @@ class Link {
   AcyclicSlot* slot_ = nullptr;
   SideBySide* beside_ = nullptr;
   std::function<void()> step_;
+  std::function<bool()> ends_;
   std::uint32_t sequence_ = 0;
   Frame frame_;
   std::array<bool, 256> answered_{};  ///< by the low byte of the sequence: of the last frames

@@ -112,6 +112,7 @@ Result<std::vector<std::byte>> Mailbox::receive(MailboxType type) {
   constexpr int kMostResent = 2;  // one that knows no counter 0, and then meets the counter it saw last
   Time deadline = link_.clock().now() + kReplyTimeout;
   for (;;) {
+    if (auto ok = link_.goes_on(); !ok) return tl::unexpected(ok.error());
     const auto waiting = full(SyncManagerKind::MailboxIn);
     if (!waiting) return tl::unexpected(waiting.error());
     if (*waiting) {

@@ -46,6 +46,7 @@ class EthercatMaster final : public StationBus {
                             std::span<const std::byte> value) override;
 
   /// In virtual time: what a blocking call does to let a cycle pass. With it, they ride along there too.
+  void heed(std::function<bool()> ends) override { link_.heed(std::move(ends)); }
   void step_by(std::function<void()> step) override;
   /// Looks for a station that does not take part, and brings it back by replaying its record, while the loop goes on:
   /// in what state it was found; nothing when it is in OP and its inputs are fresh. It is back when it takes part and
@@ -83,8 +84,8 @@ class EthercatMaster final : public StationBus {
   }
   std::size_t spare_frames(std::span<const ImageChange> changes, std::span<FrameBytes> frames) noexcept override;
 
-  /// What bring-up found worth reporting (assumed identities that differ, clocks ...), and behind it after shut_down()
-  /// the stations that could not be brought to INIT.
+  /// What bring-up found worth reporting (another revision, damage in an EEPROM, clocks ...), and behind it after
+  /// shut_down() the stations that could not be brought to INIT.
   [[nodiscard]] const std::vector<std::string>& notes() const noexcept override { return notes_; }
   [[nodiscard]] const std::vector<StationRecord>& stations() const noexcept { return stations_; }
   [[nodiscard]] std::size_t station_count() const noexcept override { return stations_.size(); }

@@ -38,7 +38,7 @@ Result<HeldObject> read_held(Link& link, StationRecord& station, const config::S
 Result<void> write_held(Link& link, StationRecord& station, const config::StartupRow& row, std::size_t bytes);
 
 /// Has the station keep over its next power-up what was written to these objects, where that takes an order of its own
-/// (AMD530B 8.1: "save" to 1010h:1 for 6000h, to 1010h:2 for 2000h). Nothing else that it holds is kept by that.
+/// (AMD530B 8.1: "save" to 1010h:1 for 6000h, to 1010h:2 for 2000h). The whole group is kept by that.
 Result<void> save_parameters(Link& link, StationRecord& station, const config::StationProfile& profile,
                              std::span<const config::ObjectAddress> written);
 

@@ -93,6 +93,7 @@ Result<void> wait_for_state(Link& link, const StationRecord& station, AlState st
       continue;
     }
     if (status->state == state) return {};
+    if (auto ok = link.goes_on(); !ok) return ok;
     if (link.clock().now() >= deadline)
       return fail(Fault::StateChangeRefused,
                   fmt::format("did not reach {} within {} s and stays in {} without an AL status code", name(state),

@@ -524,6 +524,60 @@ TEST(Profile, a_terminal_beyond_the_image_or_of_both_directions_is_a_mistake_at_
   }
 }
 
+/// Cells of the table row of a page whose second cell names this object, and where among others.
+std::optional<std::pair<std::vector<std::string>, std::size_t>> page_row(const std::string& page,
+                                                                         const std::string& object) {
+  const auto parts = [](const std::string& text, char by) {
+    std::vector<std::string> out{""};
+    for (const char c : text)
+      if (c == by)
+        out.emplace_back();
+      else
+        out.back() += c;
+    for (std::string& part : out) {
+      part.erase(0, part.find_first_not_of(' '));
+      part.erase(part.find_last_not_of(' ') + 1);
+    }
+    return out;
+  };
+  std::istringstream lines(page);
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("| `")) continue;
+    const auto cells = parts(line, '|');
+    const auto objects = parts(cells.at(2), ',');
+    if (const auto at = std::ranges::find(objects, object); at != objects.end())
+      return std::pair{parts(cells.at(3), ','), static_cast<std::size_t>(at - objects.begin())};
+  }
+  return std::nullopt;
+}
+
+// AMD530B 4.1, 8.3, 8.4, 6.4.2; iD286 9.1.1, 9.1.2 and its appendix; STD402EC 10.1, 11.1: by hand, beside the profiles,
+// of which the virtual drives are made, too.
+TEST(Profile, inputs_and_status_bits_are_those_of_the_manuals) {
+  struct Inputs {
+    const char* drive;
+    int negative, positive, home;  // the values that IN1, IN2, IN3 get, in the order in which they are wired
+    std::int8_t follows, limit;
+  };
+  // AMD530B: DI1 is the positive limit (1), DI2 the negative (2). The others: IN1 negative (10), IN2 positive (9).
+  for (const Inputs& want : {Inputs{"amd530b", 2, 1, 3, -1, 11}, Inputs{"id286", 10, 9, 11, 12, 11},
+                             Inputs{"std402ec", 10, 9, 11, 12, 11}}) {
+    const StationProfile p = *load_profile(std::string("config/drives/") + want.drive + ".yaml");
+    const auto value = [&](const char* name) {
+      return std::ranges::find(p.parameters, std::string(name), &Parameter::name)->value;
+    };
+    const bool amd = std::string(want.drive) == "amd530b";
+    EXPECT_EQ(value(amd ? "input_2" : "input_1"), want.negative) << want.drive;
+    EXPECT_EQ(value(amd ? "input_1" : "input_2"), want.positive) << want.drive;
+    EXPECT_EQ(value("input_3"), want.home) << want.drive;
+    EXPECT_EQ(p.drive->input_neg_limit, 0) << want.drive;  // CiA 402-2, 60FDh
+    EXPECT_EQ(p.drive->input_pos_limit, 1) << want.drive;
+    EXPECT_EQ(p.drive->input_home, 2) << want.drive;
+    EXPECT_EQ(p.drive->status_follows, want.follows) << want.drive;
+    EXPECT_EQ(p.drive->status_limit, want.limit) << want.drive;
+  }
+}
+
 TEST(Profile, each_drive_has_a_page_that_names_every_object_of_its_parameters) {
   for (const char* name : {"id286", "amd530b", "std402ec", "iss57"}) {
     const auto profile = load_profile(std::string("config/drives/") + name + ".yaml");
@@ -538,6 +592,10 @@ TEST(Profile, each_drive_has_a_page_that_names_every_object_of_its_parameters) {
       for (auto at = page->find(object); at != std::string::npos && !named; at = page->find(object, at + 1))
         named = at + object.size() >= page->size() || (*page)[at + object.size()] != ':';
       EXPECT_TRUE(named) << "docs/drives/" << name << ".md does not name " << object << " (" << p.name << ")";
+      const auto row = page_row(*page, object);
+      ASSERT_TRUE(row) << name << " " << object;
+      ASSERT_GT(row->first.size(), row->second) << name << " " << object;
+      EXPECT_EQ(row->first[row->second], p.value ? std::to_string(*p.value) : "-") << name << " " << object;
     }
     for (const char* part : {"## Wiring", "## Parameters", "## How it stops", "## Assumed", "## To verify"})
       EXPECT_NE(page->find(part), std::string::npos) << name << ": " << part;

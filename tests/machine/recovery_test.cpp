@@ -49,6 +49,7 @@ TEST(Recovery, a_station_behind_a_cut_that_is_healed_fell_to_safe_op_and_comes_b
   expect_back_only_by_the_operator(idle, 0b11000);
 }
 
+// R09.
 TEST(Recovery, a_station_that_lost_its_power_comes_back_and_the_others_go_on) {
   for (const char* name : {"x", "y1", "z", "io"}) {
     SCOPED_TRACE(name);

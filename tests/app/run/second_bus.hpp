@@ -138,6 +138,7 @@ class SecondBus final : public devices::StationBus {
   [[nodiscard]] std::string state_words(std::size_t i) const override { return nodes_[i].awake ? "awake" : "asleep"; }
   [[nodiscard]] devices::CyclicCounts counters() const noexcept override { return {}; }
 
+  void heed(std::function<bool()>) override {}
   void step_by(std::function<void()> step) override { step_ = std::move(step); }
   Result<std::optional<devices::Recovered>> recover(std::size_t i) override {
     PartyNode& n = nodes_[i];

@@ -63,6 +63,7 @@ class ToldBus final : public devices::StationBus {
   std::size_t spare_frames(std::span<const devices::ImageChange>, std::span<devices::FrameBytes>) noexcept override {
     return 0;
   }
+  void heed(std::function<bool()>) override {}
   void step_by(std::function<void()>) override {}
   Result<std::optional<devices::Recovered>> recover(std::size_t) override { return std::nullopt; }
 

@@ -216,6 +216,7 @@ TEST(CyclicCounts, a_low_and_a_high_working_counter_are_told_apart) {
   EXPECT_EQ(added(b, Fault::TooFewTookPart), (CyclicCounts{.sent = 1, .wkc_low = 1}));
 }
 
+// R15.
 TEST(CyclicCounts, an_echo_before_the_answer_harms_nothing_and_is_counted) {
   Bench b;
   b.port.echo = true;
@@ -223,6 +224,7 @@ TEST(CyclicCounts, an_echo_before_the_answer_harms_nothing_and_is_counted) {
   EXPECT_TRUE(b.cyclic.fresh(0));
 }
 
+// R13.
 TEST(CyclicCounts, late_and_duplicate_frames_are_told_apart_for_256_frames) {
   for (const int age : {1, 2, 100, 254, 255}) {
     SCOPED_TRACE(age);

@@ -288,6 +288,7 @@ TEST(Drive, a_quick_stop_that_takes_the_torque_lets_the_motor_run_out) {
   }
 }
 
+// R54.
 TEST(Drive, after_quick_stop_option_6_the_amd530b_wants_the_controlword_back_at_zero) {
   Bench b("drives/amd530b.yaml");
   EXPECT_EQ(b.bus->sdo_write(Bench::kStation, 0x605A, 0, 6, 2), 0u);
