@@ -24,20 +24,20 @@ struct HomingMethod {
 };
 
 namespace detail {
-struct HomingRow {
+struct MethodRow {
   int first, last;
   HomingMethod method;
 };
 // 1 and 2 look for a limit, 3 to 6 for the home switch from the side where it stands, 7 to 14 for the home switch with
 // a limit to turn round at, all with the index pulse; 17 to 30 are the same without it.
 inline constexpr int kWithoutPulse = 16;
-inline constexpr std::array kHomingRows{
-    HomingRow{1, 1, {HomingSwitch::NegativeLimit, HomingSwitch::NegativeLimit, -1}},
-    HomingRow{2, 2, {HomingSwitch::PositiveLimit, HomingSwitch::PositiveLimit, +1}},
-    HomingRow{3, 4, {HomingSwitch::Home, HomingSwitch::None, +1}},
-    HomingRow{5, 6, {HomingSwitch::Home, HomingSwitch::None, -1}},
-    HomingRow{7, 10, {HomingSwitch::Home, HomingSwitch::PositiveLimit, +1}},
-    HomingRow{11, 14, {HomingSwitch::Home, HomingSwitch::NegativeLimit, -1}},
+inline constexpr std::array kMethods{
+    MethodRow{1, 1, {HomingSwitch::NegativeLimit, HomingSwitch::NegativeLimit, -1}},
+    MethodRow{2, 2, {HomingSwitch::PositiveLimit, HomingSwitch::PositiveLimit, +1}},
+    MethodRow{3, 4, {HomingSwitch::Home, HomingSwitch::None, +1}},
+    MethodRow{5, 6, {HomingSwitch::Home, HomingSwitch::None, -1}},
+    MethodRow{7, 10, {HomingSwitch::Home, HomingSwitch::PositiveLimit, +1}},
+    MethodRow{11, 14, {HomingSwitch::Home, HomingSwitch::NegativeLimit, -1}},
 };
 }  // namespace detail
 
@@ -45,7 +45,7 @@ constexpr HomingMethod homing_method(int number) noexcept {
   if (number == 33 || number == 34) return {.index_pulse = true};
   const bool pulse = number <= detail::kWithoutPulse;
   const int row_number = pulse ? number : number - detail::kWithoutPulse;
-  for (const detail::HomingRow& row : detail::kHomingRows)
+  for (const detail::MethodRow& row : detail::kMethods)
     if (row_number >= row.first && row_number <= row.last) {
       HomingMethod method = row.method;
       method.index_pulse = pulse;

@@ -277,6 +277,10 @@ TEST(Trust, a_racked_beam_is_squared_within_two_counts_or_refused) {
     const auto& s = rig.owner().latest();
     EXPECT_EQ(s.state, cycle::State::Ready);
     EXPECT_LE(std::abs(s.counts[1] - s.counts[2]), 2) << by;
+    const auto truth = rig.owner().world()->axes();
+    ASSERT_TRUE(truth);
+    const std::size_t second = rig.machine().axes.size();
+    EXPECT_LE(std::abs((*truth)[1] - (*truth)[second]) * rig.machine().axes[1].counts_per_unit, 2) << by;
   }
 }
 
