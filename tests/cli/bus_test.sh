@@ -102,7 +102,7 @@ for some in "cu" "cu --accept" "--all" "--all --write"; do
   expect_exit 3 "a folder that cannot be read, and commission $some" inside "$gantry" commission $some --interface $name-ctl --state $work/state
   expect_text "gantry commission --all --accept"
 done
-expect_exit 0 "accepted anew" inside "$gantry" --json commission --all --accept --interface $name-ctl --state $work/state
+expect_exit 5 "accepted anew, and three wait for their supply" inside "$gantry" --json commission --all --accept --interface $name-ctl --state $work/state
 expect_value "{s['station']: s['restart_pending'] for s in d['stations']}" \
   "{'io': False, 'x': False, 'y1': False, 'y2': True, 'z': True, 'cu': True}"  # nobody has set up x and y1 since their supply came
 expect_kept "{s['compared'] for s in d['stations'].values()}" "{True}"

@@ -19,12 +19,21 @@ struct Bench {
   static constexpr std::uint16_t kStation = 0x1001;
   static constexpr std::size_t kOut = 9, kIn = 19;
 
+  /// As its machine file has it: the probe's input has the probe's function.
+  void give_to_probe() {
+    const config::StationProfile& profile = machine.stations[0].profile;
+    for (const config::Parameter& p : profile.parameters)
+      if (p.name == profile.drive->probe_input.parameter) {
+        EXPECT_TRUE(segment->set_object(machine.stations[0].id, p.address, profile.drive->probe_input.value));
+      }
+  }
   explicit Bench(const std::string& file, int slots = 1, bool invert = false, double coast_mm_s2 = 0)
       : axes(static_cast<std::size_t>(slots)) {
     machine = one(file, slots);
     machine.sim.axes[0].coast = coast_mm_s2;
     machine.axes[0].drives[0].invert = invert;
     segment = std::make_unique<Segment>(machine, clock);
+    give_to_probe();
     bus = std::make_unique<RawMaster>(*segment, clock);
     bus->address_all();
     bus->write(kStation, 0x0420, 1000, 2);
@@ -489,6 +498,20 @@ double touch(Bench& b, double contact_mm, int step_counts = 20) {
   b.motor().set_contact(contact_mm);
   for (int i = 0; i < 400 && b.motor().position() > contact_mm - 0.5; ++i) b.a.target -= step_counts, b.step();
   return (contact_mm - 50) * 2000;
+}
+
+// iD286: IN6 with 17, AMD530B 7.2: DI4 with 5.
+TEST(Probe, latches_nothing_where_its_input_has_another_function) {
+  for (const auto& [file, object] :
+       {std::pair{"drives/id286.yaml", config::ObjectAddress{0x2190, 6}}, {"drives/amd530b.yaml", {0x2152, 4}}}) {
+    Bench b(file);
+    EXPECT_TRUE(b.segment->set_object(b.machine.stations[0].id, object, 4));
+    b.enable();
+    b.a.probe = 0x11;
+    b.step(3);
+    touch(b, 49.12345);
+    EXPECT_EQ(b.a.probe_status() & 0x02, 0) << file;
+  }
 }
 
 TEST(Probe, latches_the_counter_at_the_instant_of_contact) {
