@@ -93,6 +93,8 @@ class Fairing {
       for (std::size_t k = 0; k < 3; ++k) s_.controls[k] = given_[k], fixed_[k] = 1;
     if (begin_ == FairEnd::OnLeg) lay_on_leg(0, 0, 1);
     if (end_ == FairEnd::OnLeg) lay_on_leg(last - 2, guide_.at.size() - 2, guide_.at.size() - 1);
+    if (begin_ == FairEnd::Flat) s_.controls[1] = guide_.q.front(), fixed_[1] = fixed_[0] = 1;
+    if (end_ == FairEnd::Flat) s_.controls[last - 1] = guide_.q.back(), fixed_[last - 1] = fixed_[last] = 1;
   }
 
   void lay_on_leg(std::size_t first, std::size_t a, std::size_t b) {
@@ -233,8 +235,11 @@ class Fairing {
     return aside(m_, off);
   }
 
-  /// A row of the sum of squares: weight (sum g c - p)^2.
-  void add(std::size_t interval, const Four& g, double weight, const AxisVec* p) {
+  /// A row of the sum of squares: weight (sum g c - p)^2, with the flat ends' outer controls put in.
+  void add(std::size_t interval, Four g, double weight, const AxisVec* p) {
+    const std::size_t last = s_.intervals() - 1;
+    if (interval == 0 && begin_ == FairEnd::Flat) g[1] += 2 * g[0], g[2] -= g[0], g[0] = 0;
+    if (interval == last && end_ == FairEnd::Flat) g[2] += 2 * g[3], g[1] -= g[3], g[3] = 0;
     AxisVec want{};
     for (std::size_t i = 0; i < m_.axes; ++i) {
       want[i] = p != nullptr ? (*p)[i] : 0;
@@ -296,6 +301,8 @@ class Fairing {
     auto& c = s_.controls;
     const std::size_t last = c.size() - 1;
     for (std::size_t i = 0; i < m_.axes; ++i) {
+      if (begin_ == FairEnd::Flat) c[0][i] = 2 * c[1][i] - c[2][i];
+      if (end_ == FairEnd::Flat) c[last][i] = 2 * c[last - 1][i] - c[last - 2][i];
       if (begin_ == FairEnd::Free) {
         const Four& g = basis_.front()[0];
         c[0][i] = (guide_.q.front()[i] - g[1] * c[1][i] - g[2] * c[2][i]) / g[0];
