@@ -16,6 +16,11 @@ bool as_expected(const Station& station, const Found& found) {
   return station.accepted ? same_device(*station.accepted, found) : same_device(station.profile.identity, found);
 }
 
+/// Any alias will do where the machine file states none.
+inline bool alias_fits(const Station& station, std::uint16_t found) {
+  return station.alias == 0 || station.alias == found;
+}
+
 inline bool says_something(const ObjectIdentity& id) { return id.vendor != 0 || id.product != 0; }
 
 /// What 1018h has to say where it says something: what it said when the station was accepted, else what its EEPROM

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/bus_access.hpp"
@@ -21,6 +20,7 @@
 #include "core/near_word.hpp"
 #include "devices/ethercat/parameters.hpp"
 #include "devices/ethercat/restart_note.hpp"
+#include "devices/ethercat/scan.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -62,16 +62,12 @@ class Commissioning {
     const config::ObjectIdentity said = object.value_or(config::ObjectIdentity{});
     const bool agrees = object && config::agrees(said, config::expected_object(station.accepted, sii));
     const bool eeprom_same = config::as_expected(station, sii), same = eeprom_same && agrees;
-    ordered_json out{{"station", station.name},
-                     {"position", station.position},
-                     {"vendor", sii.vendor},
-                     {"product", sii.product},
-                     {"revision", sii.revision},
-                     {"serial", sii.serial},
-                     {"object_vendor", said.vendor},
-                     {"object_product", said.product},
-                     {"alias", found.record.alias},
-                     {"as_expected", same && (station.alias == 0 || station.alias == found.record.alias)}};
+    ordered_json out{
+        {"station", station.name},      {"position", station.position},
+        {"vendor", sii.vendor},         {"product", sii.product},
+        {"revision", sii.revision},     {"serial", sii.serial},
+        {"object_vendor", said.vendor}, {"object_product", said.product},
+        {"alias", found.record.alias},  {"as_expected", same && config::alias_fits(station, found.record.alias)}};
     if (!json_) show_identity(station, found, eeprom_same);
     if (!json_) show_object(station, found, object);
     if (options_.accept) {
@@ -85,7 +81,6 @@ class Commissioning {
     if (auto taken = survey_.confirm(found.record.position, machine_, station); !taken) {
       if (taken.error().fault != Fault::IdentityMismatch) return tl::unexpected(taken.error());
       refused_.push_back(taken.error());
-      refused_.back().where = named(station);
     }
     out["restart_pending"] = station.restart_pending;
     if (station.profile.startup.empty()) return out;
@@ -99,7 +94,7 @@ class Commissioning {
     if (!parameters) return tl::unexpected(parameters.error());
     out["parameters"] = std::move(*parameters);
     out["restart_pending"] = station.restart_pending;
-    if (auto waits = devices::needs_restart(station, found.record.since_power_up, named(station)))
+    if (auto waits = devices::needs_restart(station, found.record.since_power_up, devices::where(station)))
       refused_.push_back(*std::move(waits));
     return out;
   }
@@ -109,12 +104,13 @@ class Commissioning {
   [[nodiscard]] std::vector<Error> refused(const std::vector<devices::FoundStation>& found) const {
     std::vector<Error> out = refused_;
     const auto read = [&](StationId id, config::ObjectAddress object) -> std::optional<std::int64_t> {
-      const auto at = held_.find({id.value, config::to_text(object)});
-      return at == held_.end() ? std::nullopt : std::optional(at->second);
+      const auto at =
+          std::ranges::find_if(held_, [&](const Held& held) { return held.station == id && held.object == object; });
+      return at == held_.end() ? std::nullopt : std::optional(at->value);
     };
     for (const config::HeldDoubt& doubt : config::held_limit_doubts(machine_, read))
       if (doubt.refuses)
-        out.push_back({Fault::ParameterDiffers, doubt.text, named(machine_.stations[doubt.station.value])});
+        out.push_back({Fault::ParameterDiffers, doubt.text, devices::where(machine_.stations[doubt.station.value])});
     if (options_.interface.empty()) return out;
     const auto serial = [&](const config::Station& s) -> std::optional<std::uint32_t> {
       const auto at = static_cast<std::size_t>(s.position);
@@ -122,14 +118,18 @@ class Commissioning {
       return found[at].record.sii.serial;
     };
     for (const config::Alike& alike : config::not_told_apart(machine_, serial))
-      out.push_back({Fault::IdentityMismatch, alike.text, named(machine_.stations[alike.station.value])});
+      out.push_back({Fault::IdentityMismatch, alike.text, devices::where(machine_.stations[alike.station.value])});
     return out;
   }
   /// What is accepted is no longer what the file says.
   [[nodiscard]] bool changed() const { return changed_; }
 
  private:
-  static std::string named(const config::Station& s) { return fmt::format("station {} '{}'", s.position, s.name); }
+  struct Held {
+    StationId station;
+    config::ObjectAddress object;
+    std::int64_t value = 0;
+  };
 
   void take(config::Station& station, const devices::StationSii& sii, const config::ObjectIdentity& said) {
     station.accepted = config::kept_of(station, sii, today());
@@ -143,7 +143,7 @@ class Commissioning {
     const auto& id = station.profile.identity;
     print_text("{} '{}' ({})\n    {}, revision {:08X}h, serial {}, alias {}: ", station.position, station.name,
                station.profile.title, device(sii.vendor, sii.product), sii.revision, sii.serial,
-               station.alias == 0 || station.alias == found.record.alias
+               config::alias_fits(station, found.record.alias)
                    ? fmt::format("{}", found.record.alias)
                    : fmt::format("{} (the machine file says {})", found.record.alias, station.alias));
     if (station.accepted)
@@ -201,7 +201,7 @@ class Commissioning {
           remark = differs ? "the station ignores it" : "written";
         }
       }
-      if (held) held_[{station.id.value, config::to_text(row.address)}] = held->value;
+      if (held) held_.push_back({station.id, row.address, held->value});
       if (!held) remark = row.declared ? "declared" : "cannot be read: " + held.error().message;
       const bool by_start = row.rule == config::ParameterRule::Write && row.acts != config::ActsAt::PowerUp;
       if (differs && remark.empty())
@@ -233,7 +233,7 @@ class Commissioning {
       const auto held = survey_.read_held(position, row);
       if (!held && held.error().fault != Fault::SdoAbort && held.error().fault != Fault::SdoSizeMismatch)
         return tl::unexpected(held.error());
-      if (held) held_[{station.id.value, config::to_text(row.address)}] = held->value;
+      if (held) held_.push_back({station.id, row.address, held->value});
       std::optional<std::int64_t> usual;
       for (int slot = 0; slot < std::max(station.profile.slots, 1) && !usual; ++slot)
         if (const auto* object =
@@ -264,7 +264,7 @@ class Commissioning {
   std::function<Result<void>()> keep_;
   int differing_ = 0;
   std::vector<Error> refused_;
-  std::map<std::pair<std::size_t, std::string>, std::int64_t> held_;  ///< by station and object
+  std::vector<Held> held_;  ///< as it was read last
 };
 
 /// The file of what was accepted is lost, and with it which stations wait for their supply: all of them may.

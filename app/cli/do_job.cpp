@@ -6,7 +6,6 @@
 #include "app/cli/job_verbs.hpp"
 #include "app/cli/keys.hpp"
 #include "app/cli/prepare_heard.hpp"
-#include "app/cli/signals.hpp"
 #include "app/cli/terminal.hpp"
 #include "app/desk/figures.hpp"
 #include "app/desk/held_for_ever.hpp"
@@ -99,9 +98,7 @@ void do_job(Context& context, JobRequest request) {
   if (prepared->proof) {
     log::info("{}: {} motions proved free at the nominal placement; nearest {}; about {:.0f} s", prepared->recipe.name,
               prepared->proof->motions, job::to_text(prepared->proof->nearest.others), prepared->proof->forecast.s);
-    run::OwnerOptions own = request.owner;
-    own.interrupted = interrupted;
-    auto opened = run::Owner::open(*machine, own);
+    auto opened = run::Owner::open(*machine, request.owner);
     if (!opened) return stop_with({opened.error()});
     owner = std::move(*opened);
   }

@@ -1,5 +1,6 @@
 // gantry dry-run RECIPE: the simulated machine in virtual time.
 #include "app/cli/job_verbs.hpp"
+#include "app/cli/signals.hpp"
 #include "app/cli/usage.hpp"
 
 namespace gantry::cli {
@@ -11,6 +12,7 @@ void add_dry_run(CLI::App& app, Context& context) {
   auto request = std::make_shared<JobRequest>();
   request->dry_run = true;
   request->owner.virtual_time = true;
+  request->owner.interrupted = interrupted;
   verb->add_option("RECIPE", request->recipe_file, "Recipe file")->required();
   add_folder(*verb, *request);
   add_selection(*verb, request->select);

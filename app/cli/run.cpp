@@ -1,6 +1,7 @@
 // gantry run RECIPE: the job in real time, on the simulated machine or on a bus.
 #include "app/cli/client.hpp"
 #include "app/cli/job_verbs.hpp"
+#include "app/cli/signals.hpp"
 #include "app/cli/usage.hpp"
 #include "core/absolute_path.hpp"
 
@@ -12,6 +13,7 @@ void add_run(CLI::App& app, Context& context) {
   auto request = std::make_shared<JobRequest>();
   auto state = std::make_shared<std::string>();
   request->owner.publish = true;
+  request->owner.interrupted = interrupted;
   verb->add_option("RECIPE", request->recipe_file, "Recipe file")->required();
   verb->add_option("--bus", request->owner.bus, "sim, or ethercat:IFACE")->capture_default_str();
   verb->add_option("--loop-cpu", request->owner.loop_cpu, "CPU for the 1 ms loop alone; default: the last of several");

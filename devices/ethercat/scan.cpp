@@ -25,9 +25,9 @@ std::vector<const config::Station*> on_ethercat(const config::Machine& machine) 
   return stations;
 }
 
-std::string where(const config::Station& s) { return fmt::format("station {} '{}'", s.position, s.name); }
-
 }  // namespace
+
+std::string where(const config::Station& s) { return fmt::format("station {} '{}'", s.position, s.name); }
 
 Result<int> count_stations(Link& link) {
   std::array<std::byte, 1> type{};
@@ -331,7 +331,7 @@ Result<std::string> check_identity(const config::Machine& machine, const config:
 }
 
 Result<void> check_alias(const config::Machine& machine, const config::Station& station, const StationRecord& found) {
-  if (station.alias == 0 || station.alias == found.alias) return {};
+  if (config::alias_fits(station, found.alias)) return {};
   const auto other = std::find_if(machine.stations.begin(), machine.stations.end(), [&](const auto& s) {
     return s.bus == config::BusKind::EtherCat && s.alias != 0 && s.alias == found.alias;
   });

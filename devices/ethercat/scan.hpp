@@ -48,6 +48,9 @@ Result<void> reset_station(Link& link, const StationRecord& station);
 Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machine, bool strangers,
                                         std::vector<std::string>& notes);
 
+/// How an error names a station of the machine file: "station 2 'y1'".
+std::string where(const config::Station& station);
+
 /// Fault::IdentityMismatch where the machine file states another alias than was found.
 Result<void> check_alias(const config::Machine& machine, const config::Station& station, const StationRecord& found);
 

@@ -224,8 +224,9 @@ Result<void> Survey::confirm(int position, const config::Machine& machine, const
   s = with_mailbox(position);
   if (!s) return tl::unexpected(s.error());
   (*s)->config = &station;
-  const auto ok = check_identity_object(link_, **s);
+  auto ok = check_identity_object(link_, **s);
   (*s)->config = nullptr;
+  if (!ok) ok.error().where = where(station);
   return ok;
 }
 
