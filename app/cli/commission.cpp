@@ -111,7 +111,10 @@ class Commissioning {
     for (const config::HeldDoubt& doubt : config::held_limit_doubts(machine_, read))
       if (doubt.refuses)
         out.push_back({Fault::ParameterDiffers, doubt.text, devices::where(machine_.stations[doubt.station.value])});
+    if (auto counted = devices::check_count(machine_, found.size()); !counted) out.push_back(counted.error());
     if (options_.interface.empty()) return out;
+    for (std::string& wanted : config::wanted_on_steel(machine_))
+      out.push_back({Fault::MissingKey, std::move(wanted), machine_.file});
     const auto serial = [&](const config::Station& s) -> std::optional<std::uint32_t> {
       const auto at = static_cast<std::size_t>(s.position);
       if (s.bus != config::BusKind::EtherCat || at >= found.size()) return std::nullopt;
@@ -280,7 +283,6 @@ void take_all_for_waiting(config::Machine& machine) {
 struct Commissioned {
   ordered_json document;
   std::vector<Error> refused;  ///< what keeps stations from torque, besides parameters that differ
-  bool ready = false;          ///< nothing does, but for values that were just written and wait for the supply
 };
 
 Result<Commissioned> commission(BusAccess& bus, config::Machine& machine, const CommissionOptions& options, bool json,
@@ -309,11 +311,11 @@ Result<Commissioned> commission(BusAccess& bus, config::Machine& machine, const 
   if (!json && one.differing() > 0)
     print_text("{} parameters are not what the machine file asks for: these stations get no torque.{}\n",
                one.differing(), options.write ? "" : " `--write` writes what may be written.");
-  const auto waiting = std::ranges::count(refused, Fault::RestartNeeded, &Error::fault);
+  const bool waiting = std::ranges::count(refused, Fault::RestartNeeded, &Error::fault) > 0;
   return Commissioned{
       ordered_json{
-          {"stations", rows}, {"differing", one.differing()}, {"restart", waiting > 0}, {"changed", one.changed()}},
-      refused, one.differing() == 0 && (refused.empty() || (options.write && std::ssize(refused) == waiting))};
+          {"stations", rows}, {"differing", one.differing()}, {"restart", waiting}, {"changed", one.changed()}},
+      refused};
 }
 
 std::string no_such(const config::Machine& machine, const std::string& name) {
@@ -412,9 +414,10 @@ void add_commission(CLI::App& app, Context& context) {
     if (!done) return stop_with(done.error());
     if (done->document["changed"].get<bool>())
       if (auto kept = keep(); !kept) return stop_with(kept.error());
-    if (!done->ready) context.exit_code = kNotReady;
+    const bool ready = done->refused.empty() && done->document["differing"] == 0;
+    if (!ready) context.exit_code = kNotReady;
     if (context.json)
-      show_document(done->ready ? "done" : "failed", done->document, context.exit_code, done->refused);
+      show_document(ready ? "done" : "failed", done->document, context.exit_code, done->refused);
     else
       show_refused(done->refused);
   });

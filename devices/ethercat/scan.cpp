@@ -347,10 +347,8 @@ Result<void> check_alias(const config::Machine& machine, const config::Station& 
               where(station));
 }
 
-namespace {
-
-Result<void> check_count(const config::Machine& machine, const std::vector<const config::Station*>& configured,
-                         std::size_t count) {
+Result<void> check_count(const config::Machine& machine, std::size_t count) {
+  const auto configured = on_ethercat(machine);
   if (count == configured.size()) return {};
   const std::string both = fmt::format("{} stations answer, the machine file has {}", count, configured.size());
   if (count > configured.size())
@@ -365,8 +363,6 @@ Result<void> check_count(const config::Machine& machine, const std::vector<const
               where(*configured[count]));
 }
 
-}  // namespace
-
 namespace {
 
 /// Whether they are what the machine file has in their places, and how they are to be set up. `configured` is empty
@@ -375,7 +371,7 @@ Result<void> confirm(Link& link, const config::Machine& machine, const std::vect
                      std::vector<StationRecord>& records, std::vector<std::string>& notes) {
   const bool anybody = configured.empty();
   if (!anybody)
-    if (auto ok = check_count(machine, configured, records.size()); !ok) return ok;
+    if (auto ok = check_count(machine, records.size()); !ok) return ok;
   for (std::size_t i = 0; i < records.size(); ++i) {
     StationRecord& r = records[i];
     const auto located = [&](Error e) {
@@ -421,8 +417,7 @@ Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machi
   const auto count = count_stations(link);
   if (!count) return tl::unexpected(count.error());
   if (!anybody)
-    if (auto ok = check_count(machine, configured, static_cast<std::size_t>(*count)); !ok)
-      return tl::unexpected(ok.error());
+    if (auto ok = check_count(machine, static_cast<std::size_t>(*count)); !ok) return tl::unexpected(ok.error());
   if (auto ok = reset_stations(link); !ok) return tl::unexpected(ok.error());
   auto records = find_stations(link);
   if (!records) return records;

@@ -48,6 +48,9 @@ Result<void> reset_station(Link& link, const StationRecord& station);
 Result<std::vector<StationRecord>> scan(Link& link, const config::Machine& machine, bool strangers,
                                         std::vector<std::string>& notes);
 
+/// Fault::StationMissing where another number of stations answers than the machine file has on EtherCAT.
+Result<void> check_count(const config::Machine& machine, std::size_t count);
+
 /// How an error names a station of the machine file: "station 2 'y1'".
 std::string where(const config::Station& station);
 

@@ -14,6 +14,8 @@ sed -e '/0x6080/s/initial: [0-9]*/initial: 100/' config/drives/id286.yaml >"$sim
 sed -e '/^  x:/s/profile: id286/profile: amd530b/' -e '/^  x:/s/, parameters: {[^}]*}/, parameters: {run_current: 3 A}/' \
   "$own/config/machines/dispenser.yaml" >"$own/config/machines/another.yaml"
 sed -e 's/, alias: [0-9]*//' "$own/config/machines/dispenser.yaml" >"$own/config/machines/alike.yaml"
+sed -e '/^  x:/s/run_current: 4.2 A, //' "$own/config/machines/dispenser.yaml" >"$own/config/machines/bare.yaml"
+sed -e '/^  cu:/a\  more: {profile: dio16, position: 6}' "$own/config/machines/dispenser.yaml" >"$own/config/machines/longer.yaml"
 cmp -s "$sim/config/machines/dispenser.yaml" "$own/config/machines/dispenser.yaml" && fail "nothing was altered"
 inside "$gantry" --machine "$sim/config/machines/dispenser.yaml" sim --interface $name-sim --world "$work/world" >"$work/sim.out" 2>&1 </dev/null &
 pids+=($!)
@@ -23,6 +25,14 @@ commission() { # machine, then what is asked
 }
 home() { inside "$gantry" --machine "$own/config/machines/$1.yaml" home --bus ethercat:$name-ctl --state "$state"; }
 
+expect_exit 0 "a station that is as the file says" commission dispenser io
+expect_exit 5 "the same, of a file that states no current for another" commission bare io
+expect_text "run_current"
+expect_exit 3 "a start by that file" home bare
+expect_exit 5 "the same, of a file that has a station more than the line" commission longer io
+expect_text "6 stations answer, the machine file has 7"
+expect_exit 5 "a start by that file" home longer
+expect_text "6 stations answer, the machine file has 7"
 expect_exit 5 "a station without its alias" commission dispenser y1
 expect_text "alias 0 (the machine file says 2)"
 expect_text "G108"
@@ -40,7 +50,10 @@ expect_text "look alike"
 expect_exit 5 "a drive that turns too slowly for its axis" commission dispenser z
 expect_text "6080h"
 expect_exit 5 "a value that differs" commission dispenser x
-expect_exit 0 "is written, and waits for the supply" commission dispenser x --write
+expect_exit 5 "is written, and waits for the supply" commission dispenser x --write
+expect_text "G131"
+expect_text "at power-up   written"
+expect_exit 5 "as a second writing says" commission dispenser x --write
 expect_text "G131"
 expect_exit 5 "as a later look says, too" commission dispenser x
 expect_text "switch its supply off and on"
