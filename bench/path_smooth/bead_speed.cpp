@@ -1,9 +1,10 @@
 // Beads of lines and arcs at speeds that their radii allow, and beads with a right angle: how steady is the speed?
 //   bead_speed [--beads 500] [--seed 1]
 // Speeds are differences of the planned positions, 1 ms apart and not rounded. Allowed is v^2/R <= a, v^3/R^2 <= j and,
-// where a line becomes an arc, v^3 <= j R sqrt(24 R tolerance). In a right angle one axis stops and the other sets out;
-// the slowed length, below 0.95 v, is compared with that of two stops at the axes' limits which overlap by so much that
-// the tool leaves the corner by the tolerance.
+// where a line becomes an arc within the bead, v^3 <= j R sqrt(24 R tolerance). One in three begins with an arc, one in
+// three ends with one, where the run-up or run-out has to be bent. In a right angle one axis stops and the other sets
+// out; the slowed length, below 0.95 v, is compared with that of two stops at the axes' limits which overlap by so much
+// that the tool leaves the corner by the tolerance.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -77,7 +78,8 @@ struct Drawn {
   double allowed_mm_s = kV, tolerance = 0;
 };
 
-/// Lines of 10 to 60 mm with arcs between them, in chords whose sagitta is a tenth of the tolerance at most.
+/// Lines of 10 to 60 mm with arcs between them and at some ends, in chords whose sagitta is a tenth of the tolerance at
+/// most.
 Drawn lines_and_arcs(std::mt19937_64& random) {
   const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
   Drawn out;
@@ -89,9 +91,14 @@ Drawn lines_and_arcs(std::mt19937_64& random) {
     x += length * std::cos(angle), y += length * std::sin(angle);
     put();
   };
-  put(), line();
-  for (int n = 1 + static_cast<int>(uniform(0, 5)); n > 0; --n) {
-    const double r = std::pow(10.0, uniform(0, 1.7)), turn = uniform(0.3, 3), side = uniform(0, 1) < 0.5 ? -1 : 1;
+  const bool arc_first = uniform(0, 3) < 1, arc_last = uniform(0, 3) < 1;
+  const int arcs = 1 + static_cast<int>(uniform(0, 5));
+  put();
+  if (!arc_first) line();
+  for (int n = 0; n < arcs; ++n) {
+    const bool alone = arcs == 1 && arc_first && arc_last;  // long enough that whole ticks do not count
+    const double r = std::pow(10.0, uniform(0, 1.7)), turn = alone ? uniform(3, 6.2) : uniform(0.3, 3),
+                 side = uniform(0, 1) < 0.5 ? -1 : 1;
     const double most = std::min(1.0, std::sqrt(0.8 * r * out.tolerance));
     const int chords = static_cast<int>(std::ceil(turn * r / most / uniform(0.2, 1)));
     const double cx = x - side * r * std::sin(angle), cy = y + side * r * std::cos(angle);
@@ -100,9 +107,9 @@ Drawn lines_and_arcs(std::mt19937_64& random) {
       x = cx + side * r * std::sin(angle), y = cy - side * r * std::cos(angle);
       put();
     }
-    line();
-    out.allowed_mm_s = std::min({out.allowed_mm_s, std::sqrt(kA * r), std::cbrt(kJ * r * r),
-                                 std::cbrt(kJ * r * std::sqrt(24 * r * out.tolerance))});
+    if (n + 1 < arcs || !arc_last) line();
+    out.allowed_mm_s = std::min({out.allowed_mm_s, std::sqrt(kA * r), std::cbrt(kJ * r * r)});
+    if (!alone) out.allowed_mm_s = std::min(out.allowed_mm_s, std::cbrt(kJ * r * std::sqrt(24 * r * out.tolerance)));
   }
   return out;
 }

@@ -108,28 +108,30 @@ std::vector<Run> resting_runs(const Limits& limits, const Measure& measure, cons
   return runs;
 }
 
-/// Through these points, without what leads to the first and away from the last. Where they begin and end, a curve
-/// does: lines that go on through there are cut again.
-Result<std::vector<Run>> planned_runs(const Limits& limits, const Measure& measure, std::span<const AxisVec> points,
-                                      const PathOptions& options) {
+/// Through these points, and what leads to the first and away from the last where it is bent. Where they begin and end,
+/// a curve does: lines that go on through there are cut again.
+Result<JoinedRuns> planned_runs(const Limits& limits, const Measure& measure, std::span<const AxisVec> points,
+                                const PathOptions& options) {
   PathPlanner planner(limits, options);
   for (const AxisVec& p : points)
     if (auto ok = planner.add(p); !ok) return tl::unexpected(ok.error());
   if (auto ok = planner.finish(); !ok) return tl::unexpected(ok.error());
   Stretch all;
   planner.take_all(all);
-  return runs_between(measure, all, planner.lead_in_mm(), all.length_mm - planner.lead_out_mm());
+  const double begin_mm = planner.lead_in_mm(), end_mm = all.length_mm - planner.lead_out_mm();
+  return JoinedRuns{bent_runs(measure, all, 0, begin_mm), runs_between(measure, all, begin_mm, end_mm),
+                    bent_runs(measure, all, end_mm, all.length_mm)};
 }
 
-/// The bead itself at full speed inside the tolerance, as if it came from a run-up. Empty: no speed was found.
-std::vector<Run> rounded_runs(const Limits& limits, const Measure& measure, const BeadSpec& spec, double tolerance_mm) {
+/// The bead at full speed inside the tolerance, as it comes from a run-up. Empty: no speed was found.
+JoinedRuns rounded_runs(const Limits& limits, const Measure& measure, const BeadSpec& spec, double tolerance_mm) {
   return planned_runs(limits, measure, spec.points,
                       {.tolerance_mm = tolerance_mm,
                        .speed_mm_s = spec.speed_mm_s,
                        .whole_ticks = false,
                        .leads = true,
                        .lead_in_mm_s = spec.entry_mm_s})
-      .value_or(std::vector<Run>{});
+      .value_or(JoinedRuns{});
 }
 
 /// It moves more axes than the coefficients of a segment are for.
@@ -139,20 +141,20 @@ bool all_there(const std::vector<Run>& runs) {
   return !runs.empty() && std::none_of(runs.begin(), runs.end(), [](const Run& r) { return r.phases.empty(); });
 }
 
-Result<std::vector<Run>> runs_of_bead(const Limits& limits, const Measure& measure, const std::vector<Leg>& legs,
-                                      const BeadSpec& spec) {
+Result<JoinedRuns> runs_of_bead(const Limits& limits, const Measure& measure, const std::vector<Leg>& legs,
+                                const BeadSpec& spec) {
   if (legs.size() > 1 && spec.corner_tolerance_mm > 0)
     for (const double share : kShares) {
-      std::vector<Run> runs = rounded_runs(limits, measure, spec, share * kOfCorner * spec.corner_tolerance_mm);
-      if (!all_there(runs)) continue;
-      if (std::any_of(runs.begin(), runs.end(), is_too_wide))
+      JoinedRuns runs = rounded_runs(limits, measure, spec, share * kOfCorner * spec.corner_tolerance_mm);
+      if (!all_there(runs.left)) continue;
+      if (std::any_of(runs.left.begin(), runs.left.end(), is_too_wide))
         return fail(Fault::NoSolution, "a bead moves more than " + std::to_string(kCoefficients / 3) +
                                            " axes through a rounded corner; give it no corner tolerance");
-      speed_up_lines(runs, limits, spec.speed_mm_s, spec.entry_mm_s);
+      speed_up_lines(runs.left, limits, spec.speed_mm_s, spec.entry_mm_s);
       return runs;
     }
-  std::vector<Run> runs = resting_runs(limits, measure, legs, spec.speed_mm_s, spec.entry_mm_s);
-  if (!all_there(runs)) return fail(Fault::NoSolution, "a leg of a bead is too short to be planned");
+  JoinedRuns runs{{}, resting_runs(limits, measure, legs, spec.speed_mm_s, spec.entry_mm_s), {}};
+  if (!all_there(runs.left)) return fail(Fault::NoSolution, "a leg of a bead is too short to be planned");
   return runs;
 }
 
@@ -168,53 +170,59 @@ Profile ramp(const State& from, const State& to, const Bounds& bounds, double ti
   return out;
 }
 
-Result<std::vector<Run>> run_up_onto(const std::vector<Run>& runs, const Limits& limits, const Measure& measure,
-                                     const Lift& lift) {
-  const Run& first = runs.front();
-  return run_up_from_above(limits, measure, {jet(first.curve, first.begin, kMaxAxes), first.v0, first.a0}, lift);
-}
-
-/// A little slower, or by kFaster faster, so that they take whole ticks; run-up and run-out stand for a part of one.
-/// The factor of time. `before`: the one by which they were slowed already; of kFaster is left what that leaves.
-double to_whole_ticks(std::vector<Run>& runs, double tick_s, double before = 1) {
-  const double faster = std::clamp(1 - (1 - kFaster) / before, 0.0, kFaster), seconds = duration(runs);
-  const double faster_s = std::min(faster * seconds, kFasterTicks * tick_s);
-  const double factor = whole_ticks(seconds - faster_s, tick_s) / seconds;
-  slow_down(runs, factor);
-  return factor;
-}
-
-/// In whole ticks: it stands before it sets out.
+/// What begins or ends at rest takes whole ticks: it stands before it sets out, or when it has come.
 void stand_before(std::vector<Run>& run_up, double tick_s) {
   if (run_up.empty()) return;
   const double seconds = duration(run_up), stands = whole_ticks(seconds, tick_s) - seconds;
   std::vector<Phase>& phases = run_up.front().phases;
   if (stands > 0) phases.insert(phases.begin(), {stands, 0});
 }
+void stand_behind(std::vector<Run>& run_out, double tick_s) {
+  const double seconds = duration(run_out), stands = whole_ticks(seconds, tick_s) - seconds;
+  if (stands > 0) run_out.back().phases.push_back({stands, 0});
+}
+
+Result<std::vector<Run>> run_up_onto(const std::vector<Run>& left, const Limits& limits, const Measure& measure,
+                                     const Lift& lift) {
+  const Run& first = left.front();
+  return run_up_from_above(limits, measure, {jet(first.curve, first.begin, kMaxAxes), first.v0, first.a0}, lift);
+}
+
+void slow_down(JoinedRuns& runs, double factor) {
+  for (std::vector<Run>* part : {&runs.run_up, &runs.left, &runs.run_out}) slow_down(*part, factor);
+}
+
+/// A little slower, or by kFaster faster, so that what is left takes whole ticks; run-up and run-out stand for a part
+/// of one. The factor of time. `before`: the one by which it was slowed already; of kFaster is left what that leaves.
+double to_whole_ticks(JoinedRuns& runs, double tick_s, double before = 1) {
+  const double faster = std::clamp(1 - (1 - kFaster) / before, 0.0, kFaster), seconds = duration(runs.left);
+  const double faster_s = std::min(faster * seconds, kFasterTicks * tick_s);
+  const double factor = whole_ticks(seconds - faster_s, tick_s) / seconds;
+  slow_down(runs, factor);
+  return factor;
+}
 
 /// What is left of a bead that was cut, and its run-up. `factor`: of its time, by which the runs are slowed already.
 Result<JoinedRuns> join(const Limits& own, const Limits& limits, const Measure& measure, const BeadSpec& spec,
-                        const std::vector<Run>& runs, double& factor) {
+                        const JoinedRuns& runs, double& factor) {
   Lift lift{spec.lift_axis, spec.lift_mm};
   if (spec.fall_mm > lift.mm) lift.mm = spec.fall_mm, lift.slope = kSteep;
-  JoinedRuns out;
-  out.left = runs_from(measure, runs, own, spec.speed_mm_s / factor, spec.begin_mm);
+  JoinedRuns out{{}, runs_from(measure, runs.left, own, spec.speed_mm_s / factor, spec.begin_mm), runs.run_out};
   if (out.left.empty()) return fail(Fault::NoSolution, "nothing of the bead is left");
   if (spec.entry_mm_s < kNoCap) {
     auto slower = join_slower(own, measure, out.left, lift, spec.speed_mm_s, spec.entry_mm_s);
     if (!slower) return slower;
     if (!all_there(slower->left)) return fail(Fault::NoSolution, "what is left of the bead is too short to be planned");
-    factor = to_whole_ticks(slower->left, limits.tick_s);
-    slow_down(slower->run_up, factor);
+    factor = to_whole_ticks(*slower, limits.tick_s);
     stand_before(slower->run_up, limits.tick_s);
     return slower;
   }
-  factor *= to_whole_ticks(out.left, limits.tick_s, factor);
+  factor *= to_whole_ticks(out, limits.tick_s, factor);
   auto from_above = run_up_onto(out.left, own, measure, lift);
   for (double slower = kSlower; !from_above && slower <= kSlowest; slower *= kSlower) {
-    slow_down(out.left, kSlower);
+    slow_down(out, kSlower);
     factor *= kSlower;
-    factor *= to_whole_ticks(out.left, limits.tick_s, factor);
+    factor *= to_whole_ticks(out, limits.tick_s, factor);
     from_above = run_up_onto(out.left, own, measure, lift);
   }
   if (!from_above) from_above = run_up_onto(out.left, limits, measure, lift);
@@ -269,34 +277,45 @@ Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
   const Limits own = with_reserve(limits);
   BeadSpec planned = spec;
   if (spec.begin_mm > 0) planned.entry_mm_s = kNoCap;  // that is where it is joined
-  Result<std::vector<Run>> runs = runs_of_bead(own, measure, *legs, planned);
+  Result<JoinedRuns> runs = runs_of_bead(own, measure, *legs, planned);
   if (!runs) return tl::unexpected(runs.error());
 
   BeadMotion bead;
   double factor = to_whole_ticks(*runs, limits.tick_s);
-  std::vector<Run> run_up;
   if (spec.begin_mm > 0) {
-    auto joined = join(own, limits, measure, spec, *runs, factor);
-    if (!joined) return tl::unexpected(joined.error());
-    run_up = std::move(joined->run_up), *runs = std::move(joined->left);
+    runs = join(own, limits, measure, spec, *runs, factor);
+    if (!runs) return tl::unexpected(runs.error());
   }
-  bead.bead_seconds = duration(*runs);
-  for (const Run& run : *runs) bead.bead_length_mm += run.curve.length - run.begin;
+  auto& [run_up, left, run_out] = *runs;
+  bead.bead_seconds = duration(left);
+  for (const Run& run : left) bead.bead_length_mm += run.curve.length - run.begin;
 
-  const Run &first = runs->front(), &last = runs->back();
+  const Run &first = left.front(), &last = left.back();
   const CurveJet begin = jet(first.curve, first.begin, kMaxAxes), end = jet(last.curve, last.curve.length, limits.axes);
-  const Profile down = ramp({0, last.v1, last.a1}, {0, 0, 0}, line_bounds(own, end.d1), limits.tick_s);
-  const bool from_rest = run_up.empty() && !(first.v0 > 0);
+  const bool from_rest = run_up.empty() && !(first.v0 > 0), falls = spec.fall_mm > 0 && spec.begin_mm <= 0;
+  if (falls && !run_up.empty()) {
+    auto falling = run_up_onto(left, own, measure, {spec.lift_axis, spec.fall_mm, kSteep});
+    if (!falling) return tl::unexpected(falling.error());
+    run_up = *std::move(falling);
+  } else if (spec.begin_mm <= 0) {
+    stand_before(run_up, limits.tick_s);
+  }
+  const bool falls_straight = falls && run_up.empty();
   if (run_up.empty() && !from_rest) {
     const Profile up = ramp({0, 0, 0}, {0, first.v0, first.a0}, line_bounds(own, begin.d1), limits.tick_s);
     run_up.push_back(straight_run(measure, begin.q, begin.d1, true, up));
   }
-  Run run_out = straight_run(measure, end.q, end.d1, false, down);
-  run_out.curve.rest_after = true;
+  if (run_out.empty()) {
+    const Profile down = ramp({0, last.v1, last.a1}, {0, 0, 0}, line_bounds(own, end.d1), limits.tick_s);
+    run_out.push_back(straight_run(measure, end.q, end.d1, false, down));
+    run_out.back().curve.rest_after = true;
+  } else {
+    stand_behind(run_out, limits.tick_s);
+  }
   for (const Run& run : run_up) bead.run_up_mm += run.curve.length;
-  bead.run_out_mm = run_out.curve.length;
+  for (const Run& run : run_out) bead.run_out_mm += run.curve.length;
   bead.start = from_rest ? begin.q : run_up.front().curve.c[0];
-  bead.end = jet(run_out.curve, run_out.curve.length, kMaxAxes).q;
+  bead.end = jet(run_out.back().curve, run_out.back().curve.length, kMaxAxes).q;
   if (const auto ok = room_for(limits, bead.start, "run-up", bead.run_up_mm, first.v0); !ok)
     return tl::unexpected(ok.error());
   if (const auto ok = room_for(limits, bead.end, "run-out", bead.run_out_mm, last.v1); !ok)
@@ -306,7 +325,7 @@ Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
   like.block = spec.block, like.feature = spec.feature;
   like.v_cap = spec.speed_mm_s / factor;
   for (const Run& run : run_up) append_segments(run, like, bead.segments);
-  if (spec.fall_mm > 0 && spec.begin_mm <= 0) {
+  if (falls_straight) {
     auto falling = fall(own, bead, spec);
     if (!falling) return tl::unexpected(falling.error());
     bead.segments = *std::move(falling);
@@ -316,9 +335,9 @@ Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
   }
   bead.bead_begin = bead.segments.size();
   if (spec.stand_s > 0 && from_rest) bead.segments.push_back(dwell(limits, bead.start, spec.stand_s));
-  for (const Run& run : *runs) append_segments(run, like, bead.segments);
+  for (const Run& run : left) append_segments(run, like, bead.segments);
   bead.bead_end = bead.segments.size();
-  append_segments(run_out, like, bead.segments);
+  for (const Run& run : run_out) append_segments(run, like, bead.segments);
   add_valve(bead, spec);
   return bead;
 }
@@ -336,12 +355,13 @@ Result<std::vector<Segment>> plan_dry(const Limits& limits, std::span<const Axis
       why = runs.error();
       continue;
     }
-    if (!all_there(*runs) || std::any_of(runs->begin(), runs->end(), is_too_wide)) continue;
-    runs->back().curve.rest_after = true;
+    std::vector<Run>& all = runs->left;
+    if (!all_there(all) || std::any_of(all.begin(), all.end(), is_too_wide)) continue;
+    all.back().curve.rest_after = true;
     Segment like;
     like.feature = kTravel, like.v_cap = speed_mm_s;
     std::vector<Segment> out;
-    for (const Run& run : *runs) append_segments(run, like, out);
+    for (const Run& run : all) append_segments(run, like, out);
     return out;
   }
   return tl::unexpected(why);

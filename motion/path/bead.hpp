@@ -19,7 +19,8 @@ struct BeadSpec {
   double corner_tolerance_mm = 0;  ///< how far a corner may be cut; 0: the tool stops in it
   std::uint32_t valve = 0;         ///< output bits that open the valve; 0: a dry bead
   double open_lead_s = 0, close_lead_s = 0;
-  /// Its run-up is as long as speeding up to this takes, but for some percent, and it begins about as fast; 0: from
+  /// Its run-up is as long as speeding up to this takes, but for some percent, and it begins about as fast; where the
+  /// bead begins with a bend, the run-up comes out of a line into that bend, and is longer by what that takes. 0: from
   /// rest, at its first point.
   double entry_mm_s = kNoCap;
   /// Of one that begins from rest: so long the tool stands there before, and the valve opens when it comes to stand.

@@ -5,6 +5,7 @@
 // At the joints of a path q, q' and q'' are continuous in s; q''' may jump. Plain values, jet() may run in the loop.
 #pragma once
 #include <array>
+#include <span>
 #include <vector>
 
 #include "motion/geometry.hpp"
@@ -39,6 +40,9 @@ using CurveJet = GeometryJet;
 [[nodiscard]] double aside(const Measure& m, const AxisVec& displacement) noexcept;
 
 [[nodiscard]] Curve straight_curve(const Measure& m, const AxisVec& from, const AxisVec& to) noexcept;
+
+/// Of curves one after the other.
+[[nodiscard]] double length_of(std::span<const Curve> curves) noexcept;
 
 /// The part of a curve between two lengths along it: the same points, with s from 0. `rest_after` is the whole curve's.
 [[nodiscard]] Curve part_of(const Curve& curve, double from, double to) noexcept;

@@ -12,7 +12,6 @@ constexpr int kLeastWeighings = 10;  ///< weights that count for nothing fade
 constexpr int kMostRefinings = 12;
 constexpr int kPatience = 3;       ///< refinings after which weights that do not settle may only grow
 constexpr int kMostHolds = 40;     ///< times that they do
-constexpr double kPinned = 1e7;    ///< times the weight of a sample: an end that is then set exactly
 constexpr std::size_t kFine = 16;  ///< places in an interval that are measured at the end
 
 using Four = std::array<double, 4>;
@@ -86,15 +85,23 @@ class Fairing {
     const std::size_t n = t.size();
     t.push_back(2 * t[n - 1] - t[n - 2]);
     t.push_back(2 * t[n - 1] - t[n - 3]);
-    s_.controls.assign(t.size() - 2, AxisVec{});
+    s_.controls.clear();
+    for (std::size_t k = 0, leg = 0; k + 2 < t.size(); ++k) {
+      const double at = (t[k] + t[k + 1] + t[k + 2]) / 3;
+      while (leg + 2 < guide_.at.size() && guide_.at[leg + 1] <= at) ++leg;
+      s_.controls.push_back(on_leg(leg, leg + 1, at));
+    }
     fixed_.assign(s_.controls.size(), 0);
     const std::size_t last = s_.controls.size() - 1;
     if (begin_ == FairEnd::Given)
       for (std::size_t k = 0; k < 3; ++k) s_.controls[k] = given_[k], fixed_[k] = 1;
+    if (begin_ == FairEnd::Free) fixed_.front() = 1;
+    if (end_ == FairEnd::Free) fixed_.back() = 1;
     if (begin_ == FairEnd::OnLeg) lay_on_leg(0, 0, 1);
     if (end_ == FairEnd::OnLeg) lay_on_leg(last - 2, guide_.at.size() - 2, guide_.at.size() - 1);
-    if (begin_ == FairEnd::Flat) s_.controls[1] = guide_.q.front(), fixed_[1] = fixed_[0] = 1;
-    if (end_ == FairEnd::Flat) s_.controls[last - 1] = guide_.q.back(), fixed_[last - 1] = fixed_[last] = 1;
+    basis_.resize(s_.intervals());
+    for (std::size_t i = 0; i < s_.intervals(); ++i) basis_[i] = blossoms(&s_.knots[i]);
+    set_ends();
   }
 
   void lay_on_leg(std::size_t first, std::size_t a, std::size_t b) {
@@ -112,7 +119,6 @@ class Fairing {
     return out;
   }
 
-  [[nodiscard]] std::array<Four, 4> basis_of(std::size_t interval) const { return blossoms(&s_.knots[interval]); }
   [[nodiscard]] double length_of(std::size_t interval) const {
     return s_.begin_of(interval + 1) - s_.begin_of(interval);
   }
@@ -145,9 +151,7 @@ class Fairing {
     samples_.clear();
     stiff_.assign(s_.intervals(), 1);
     std::size_t leg = 0;
-    basis_.resize(s_.intervals());
     for (std::size_t i = 0; i < s_.intervals(); ++i) {
-      basis_[i] = basis_of(i);
       const double a = s_.begin_of(i), h = length_of(i);
       const double scale = 1 / (64 * h * h * h * h * h);  // |d|^2 against |q'''|^2 of a wave of some intervals
       places(i, 4, leg, [&](double s, std::size_t on, double room) {
@@ -155,12 +159,6 @@ class Fairing {
         samples_.push_back(x);
       });
     }
-    const auto pin = [&](std::size_t interval, double u, const AxisVec& p) {
-      const double h = length_of(interval);
-      samples_.push_back({interval, at_u(basis_[interval], u), p, 0, kPinned / (64 * h * h * h * h * h), 1});
-    };
-    if (begin_ == FairEnd::Free) pin(0, 0, guide_.q.front());
-    if (end_ == FairEnd::Free) pin(s_.intervals() - 1, 1, guide_.q.back());
   }
 
   // Lawson's rule: a sample that is off by more than its room weighs more, others less.
@@ -235,16 +233,21 @@ class Fairing {
     return aside(m_, off);
   }
 
-  /// A row of the sum of squares: weight (sum g c - p)^2, with the flat ends' outer controls put in.
+  /// A row of the sum of squares: weight (sum g (c + change) - p)^2. The outer control of a free end changes by what
+  /// the end's place makes of the two beside it.
   void add(std::size_t interval, Four g, double weight, const AxisVec* p) {
-    const std::size_t last = s_.intervals() - 1;
-    if (interval == 0 && begin_ == FairEnd::Flat) g[1] += 2 * g[0], g[2] -= g[0], g[0] = 0;
-    if (interval == last && end_ == FairEnd::Flat) g[2] += 2 * g[3], g[1] -= g[3], g[3] = 0;
-    AxisVec want{};
-    for (std::size_t i = 0; i < m_.axes; ++i) {
-      want[i] = p != nullptr ? (*p)[i] : 0;
-      for (std::size_t k = 0; k < 4; ++k)
-        if (fixed_[interval + k] != 0) want[i] -= g[k] * s_.controls[interval + k][i];
+    AxisVec want = p != nullptr ? *p : AxisVec{};
+    for (std::size_t i = 0; i < m_.axes; ++i)
+      for (std::size_t k = 0; k < 4; ++k) want[i] -= g[k] * s_.controls[interval + k][i];
+    if (begin_ == FairEnd::Free && interval == 0) {
+      const Four& e = basis_.front()[0];
+      const double share = g[0] / e[0];
+      g[1] -= share * e[1], g[2] -= share * e[2];
+    }
+    if (end_ == FairEnd::Free && interval + 1 == s_.intervals()) {
+      const Four& e = basis_.back()[3];
+      const double share = g[3] / e[3];
+      g[2] -= share * e[2], g[1] -= share * e[1];
     }
     for (std::size_t k = 0; k < 4; ++k) {
       if (fixed_[interval + k] != 0) continue;
@@ -254,6 +257,8 @@ class Fairing {
     }
   }
 
+  // Solves for the change of the controls that are there: its rounding is a share of that change, so that weighings
+  // take it away again, and an axis that depends linearly on others goes on to.
   void solve() {
     const std::size_t n = s_.controls.size();
     band_.assign(n, Four{});
@@ -265,7 +270,7 @@ class Fairing {
     factor();
     for (std::size_t k = 0; k < n; ++k) {
       if (fixed_[k] != 0) continue;
-      for (std::size_t i = 0; i < m_.axes; ++i) s_.controls[k][i] = right_[k][i];
+      for (std::size_t i = 0; i < m_.axes; ++i) s_.controls[k][i] += right_[k][i];
     }
     set_ends();
     // An axis that stands does so to the last bit: equality tells whoever asks which axes a bead moves.
@@ -301,8 +306,6 @@ class Fairing {
     auto& c = s_.controls;
     const std::size_t last = c.size() - 1;
     for (std::size_t i = 0; i < m_.axes; ++i) {
-      if (begin_ == FairEnd::Flat) c[0][i] = 2 * c[1][i] - c[2][i];
-      if (end_ == FairEnd::Flat) c[last][i] = 2 * c[last - 1][i] - c[last - 2][i];
       if (begin_ == FairEnd::Free) {
         const Four& g = basis_.front()[0];
         c[0][i] = (guide_.q.front()[i] - g[1] * c[1][i] - g[2] * c[2][i]) / g[0];

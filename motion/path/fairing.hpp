@@ -32,7 +32,6 @@ struct FairSpline {
 
 enum class FairEnd : std::uint8_t {
   OnLeg,  ///< on the polyline, with its direction and no curvature
-  Flat,   ///< on the polyline, without curvature
   Free,   ///< on the polyline
   Given,  ///< the spline goes on from another one: its first three controls and five knots stay as they are
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "motion/path/cells.hpp"
+#include "motion/path/lead.hpp"
 #include "motion/profile/line_bounds.hpp"
 
 namespace gantry::motion {
@@ -105,7 +106,7 @@ PathPlanner::PathPlanner(const Limits& limits, const PathOptions& options)
       measure_(measure_of(limits, options)),
       fine_(measure_, std::max(kFineShare * options.tolerance_mm, kLeastTolerance)),
       coarse_(measure_, std::max(kCoarseShare * options.tolerance_mm, kLeastTolerance)),
-      rounding_(measure_, options.tolerance_mm < kLeastRounding ? 0 : kKept * options.tolerance_mm, options.leads),
+      rounding_(measure_, options.tolerance_mm < kLeastRounding ? 0 : kKept * options.tolerance_mm),
       next_window_s_(options.window_s) {}
 
 Result<void> PathPlanner::add(const AxisVec& point) {
@@ -144,32 +145,44 @@ Result<void> PathPlanner::follow(std::vector<Curve> curves) {
   return collect(true);
 }
 
-/// Straight on from an end of the path, long enough for speeding up to this speed, or braking from it.
-Curve PathPlanner::lead(const AxisVec& from, const AxisVec& direction, double sign, double speed_mm_s) const {
-  constexpr double kRoom = 1.05;  // the plan uses a little less than the limits
-  const Bounds b = line_bounds(limits_, direction);
-  const double length = kRoom * change_length(0, std::min(speed_mm_s, b.v), b.a, b.j);
-  AxisVec to = from;
-  for (std::size_t i = 0; i < limits_.axes; ++i) to[i] += sign * length * direction[i];
-  return sign < 0 ? straight_curve(measure_, to, from) : straight_curve(measure_, from, to);
+PathPlanner::LeadLength PathPlanner::lead_length(const CurveJet& at, double speed_mm_s) const {
+  constexpr double kRoom = 1.05;      // the plan uses a little less than the limits
+  constexpr double kStraight = 1e-9;  // 1/mm, of a path that is not bent
+  constexpr double kJerkShare = 0.5;  // for the change of curvature; the rest is for speeding up and braking
+  constexpr double kLeastBent = 0.1;  // of the straight part
+  constexpr double kMostRadii = 2;
+  const Bounds b = line_bounds(limits_, at.d1);
+  const double line_mm = kRoom * change_length(0, std::min(speed_mm_s, b.v), b.a, b.j);
+  const double bend = bend_of(measure_, at);
+  if (bend <= kStraight) return {line_mm, 0};
+  double v = std::min(speed_mm_s, b.v), bent_mm = kLeastBent * line_mm;
+  for (std::size_t i = 0; i < limits_.axes; ++i)
+    if (at.d2[i] != 0) v = std::min(v, std::sqrt(limits_.axis[i].a_max / std::abs(at.d2[i])));
+  for (std::size_t i = 0; i < limits_.axes; ++i)
+    bent_mm = std::max(bent_mm, std::abs(at.d2[i]) * v * v * v / (kJerkShare * limits_.axis[i].j_max));
+  bent_mm = bent_over_mm(bend, kMostRadii, bent_mm);
+  return {line_mm + bent_mm, bent_mm};
 }
 
-// The path's ends are straight: q'' is 0 there, and the tangent that of the first or last curve.
 void PathPlanner::add_leads(bool last) {
   if (curves_out_.empty()) return;
   if (const double in_mm_s = std::min(options_.lead_in_mm_s, options_.speed_mm_s); !led_in_ && in_mm_s > 0) {
-    const CurveJet x = jet(curves_out_.front(), 0, limits_.axes);
-    curves_out_.insert(curves_out_.begin(), lead(x.q, x.d1, -1, in_mm_s));
-    lead_in_mm_ = curves_out_.front().length;
+    const CurveJet begin = jet(curves_out_.front(), 0, kMaxAxes);
+    const LeadLength length = lead_length(begin, in_mm_s);
+    const std::vector<Curve> lead = lead_in(measure_, begin, length.all_mm, length.bent_mm);
+    curves_out_.insert(curves_out_.begin(), lead.begin(), lead.end());
+    lead_in_mm_ = length_of(lead);
   }
   led_in_ = true;
   if (!last) return;
-  Curve& end = curves_out_.back();
-  end.rest_after = false;
-  const CurveJet x = jet(end, end.length, limits_.axes);
-  curves_out_.push_back(lead(x.q, x.d1, 1, options_.speed_mm_s));
+  Curve& back = curves_out_.back();
+  back.rest_after = false;
+  const CurveJet end = jet(back, back.length, kMaxAxes);
+  const LeadLength length = lead_length(end, options_.speed_mm_s);
+  const std::vector<Curve> lead = lead_out(measure_, end, length.all_mm, length.bent_mm);
+  curves_out_.insert(curves_out_.end(), lead.begin(), lead.end());
   curves_out_.back().rest_after = true;
-  lead_out_mm_ = curves_out_.back().length;
+  lead_out_mm_ = length_of(lead);
 }
 
 Result<void> PathPlanner::collect(bool last) {

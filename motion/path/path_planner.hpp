@@ -15,12 +15,12 @@
 namespace gantry::motion {
 
 struct PathOptions {
-  double tolerance_mm = 0;      ///< how far the path may leave the points' polyline; 0: it rests in every corner
-  double speed_mm_s = 0;        ///< of the tool, at most
-  double tolerance_rad = 1e-3;  ///< the same for rotary axes that follow along
-  double window_s = 2;          ///< how far ahead of what is handed out the speed is planned, about
-  bool whole_ticks = true;      ///< the last stretch is slowed down so that the path takes whole ticks
-  bool leads = false;  ///< straight lines before the first and after the last point, for speeding up and braking
+  double tolerance_mm = 0;       ///< how far the path may leave the points' polyline; 0: it rests in every corner
+  double speed_mm_s = 0;         ///< of the tool, at most
+  double tolerance_rad = 1e-3;   ///< the same for rotary axes that follow along
+  double window_s = 2;           ///< how far ahead of what is handed out the speed is planned, about
+  bool whole_ticks = true;       ///< the last stretch is slowed down so that the path takes whole ticks
+  bool leads = false;            ///< before the first and after the last point (lead.hpp), for speeding up and braking
   double lead_in_mm_s = kNoCap;  ///< the first of them is for speeding up to this at most; 0: there is none
 };
 
@@ -63,7 +63,11 @@ class PathPlanner {
   };
   Result<void> collect(bool last);
   void add_leads(bool last);
-  [[nodiscard]] Curve lead(const AxisVec& from, const AxisVec& direction, double sign, double speed_mm_s) const;
+  /// How long a lead has to be for this speed at the path's end, and over how much of it it is bent.
+  struct LeadLength {
+    double all_mm = 0, bent_mm = 0;
+  };
+  [[nodiscard]] LeadLength lead_length(const CurveJet& at, double speed_mm_s) const;
   Result<void> look_ahead(bool all);
   Result<void> rest_between(bool all, const Error& why);
   Result<Plan> plan_alone(double share);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <string>
 
+#include "motion/path/lead.hpp"
 #include "motion/path/moves.hpp"
 #include "motion/path/path_planner.hpp"
 #include "motion/profile/line_bounds.hpp"
@@ -62,55 +63,6 @@ Run shortened(const Measure& measure, const Run& run, double cut_mm) {
   return out;
 }
 
-/// Coefficients of 1, w, w^2, w^3 of one axis, w in [0, 1].
-using Cubic = std::array<double, 4>;
-
-/// The cubic from w = 1 to w = 0 as Bezier points.
-void take_axis(const Cubic& c, std::size_t axis, std::array<AxisVec, 4>& bezier) {
-  bezier[3][axis] = c[0];
-  bezier[2][axis] = c[0] + c[1] / 3;
-  bezier[1][axis] = c[0] + (2 * c[1] + c[2]) / 3;
-  bezier[0][axis] = c[0] + c[1] + c[2] + c[3];
-}
-
-/// How sharply the bead is bent where it is joined, 1/mm: over its inverse a direction becomes another one. An axis
-/// that only follows along is bent as much as it changes its rate.
-double bend_of(const Measure& measure, const Join& join) {
-  constexpr double kLeastRate = 0.02;  // rad/mm
-  double bend = along(measure, join.at.d2);
-  for (std::size_t i = 0; i < measure.axes; ++i)
-    if (!measure.along[i])
-      bend = std::max(bend, std::abs(join.at.d2[i]) / std::max(std::abs(join.at.d1[i]), kLeastRate));
-  return bend;
-}
-
-/// The descent is bent over this length before the join.
-double bent_mm(double bend, double radii, double length_mm) {
-  return bend * length_mm <= radii ? length_mm : radii / bend;
-}
-
-/// The curves of a descent onto the join, the one that is farther from it first. With l = the length that is left along
-/// the join's tangent:
-///   bent part      q - q' l + q'' (l^2 / 2 - l^3 / (6 b)),  l in [0, b]: the join's curvature, and none at l = b
-///   straight part  straight on from there
-///   both           lift (l / length)^3 higher, which has no direction and no curvature at the join.
-std::vector<Curve> descent(const Measure& measure, const Join& join, const Lift& lift, double length_mm, double b) {
-  const double rest = length_mm - b;
-  const double up = lift.mm / (length_mm * length_mm * length_mm);
-  std::array<AxisVec, 4> bent{}, straight{};
-  for (std::size_t i = 0; i < kMaxAxes; ++i) {
-    const double q = join.at.q[i], d1 = join.at.d1[i], d2 = join.at.d2[i], z = i == lift.axis ? up : 0;
-    take_axis({q, -d1 * b, d2 * b * b / 2, -d2 * b * b / 6 + z * b * b * b}, i, bent);
-    take_axis({q - d1 * b + d2 * b * b / 3 + z * b * b * b, (-d1 + d2 * b / 2) * rest + z * 3 * b * b * rest,
-               z * 3 * b * rest * rest, z * rest * rest * rest},
-              i, straight);
-  }
-  std::vector<Curve> out;
-  if (rest > 0) append_curve(measure, straight, 4, out);
-  append_curve(measure, bent, 4, out);
-  return out;
-}
-
 /// So long that the lift alone uses a small part of its axis' limits at this speed, and stays flat.
 double gentle_mm(const AxisLimits& axis, const Lift& lift, double v, double a) {
   if (lift.mm <= 0) return 0;
@@ -118,12 +70,6 @@ double gentle_mm(const AxisLimits& axis, const Lift& lift, double v, double a) {
   return std::max({3 * lift.mm / lift.slope, std::sqrt(bend * v * v / (kCurveShare * axis.a_max)),
                    std::cbrt(bend * v * v * v / (kCurveShare * axis.j_max)),
                    std::sqrt(3 * bend * v * a / (kCurveShare * axis.j_max))});
-}
-
-double length_of(const std::vector<Curve>& curves) {
-  double sum = 0;
-  for (const Curve& c : curves) sum += c.length;
-  return sum;
 }
 
 /// One run for each curve, of a motion over all of them.
@@ -205,7 +151,7 @@ std::vector<Run> runs_from(const Measure& measure, const std::vector<Run>& runs,
 Result<std::vector<Run>> run_up_from_above(const Limits& limits, const Measure& measure, const Join& join,
                                            const Lift& lift) {
   const Bounds there = line_bounds(limits, join.at.d1);
-  const double bend = bend_of(measure, join);
+  const double bend = bend_of(measure, join.at);
   std::vector<Run> best;
   double best_mm = std::numeric_limits<double>::infinity();
   std::string reason = "the bead speeds up from rest there, which no run-up can follow";
@@ -223,8 +169,8 @@ Result<std::vector<Run>> run_up_from_above(const Limits& limits, const Measure& 
     const double ramps_mm = end_state(up).p + end_state(into).p,
                  gentle = gentle_mm(limits.axis[lift.axis], lift, std::max(join.v, cruise_mm_s), eased.a);
     double length_mm = std::max(ramps_mm, gentle);
-    if (join.v * join.v * bend > kBentShare * there.a) length_mm += bent_mm(bend, t.bent, length_mm);
-    const std::vector<Curve> curves = descent(measure, join, lift, length_mm, bent_mm(bend, t.bent, length_mm));
+    if (join.v * join.v * bend > kBentShare * there.a) length_mm += bent_over_mm(bend, t.bent, length_mm);
+    const std::vector<Curve> curves = lead_in(measure, join.at, length_mm, bent_over_mm(bend, t.bent, length_mm), lift);
     const double cruise_s = (length_of(curves) - ramps_mm) / cruise_mm_s;
     if (!(cruise_s >= 0)) continue;
     const double seconds = duration(up) + cruise_s + duration(into);
@@ -255,7 +201,7 @@ Result<JoinedRuns> join_slower(const Limits& limits, const Measure& measure, con
     const Bounds there = line_bounds(limits, join.at.d1);
     const double length_mm = change_length(0, std::min(entry_mm_s, there.v), there.a, there.j);
     const Lift over{lift.axis, std::min(lift.mm, lift.slope * length_mm / 3)};
-    curves = descent(measure, join, over, length_mm, bent_mm(bend_of(measure, join), 1, length_mm));
+    curves = lead_in(measure, join.at, length_mm, bent_over_mm(bend_of(measure, join.at), 1, length_mm), over);
   }
   const double run_up_mm = length_of(curves);
   for (const Run& run : left)
@@ -265,14 +211,16 @@ Result<JoinedRuns> join_slower(const Limits& limits, const Measure& measure, con
   if (auto ok = planner.follow(std::move(curves)); !ok) return tl::unexpected(ok.error());
   Stretch all;
   planner.take_all(all);
+  const double end_mm = all.length_mm - planner.lead_out_mm();
   std::vector<Run> runs = runs_between(measure, all, 0, run_up_mm);
   const auto of_run_up = static_cast<std::ptrdiff_t>(runs.size());
-  const std::vector<Run> more = runs_between(measure, all, run_up_mm, all.length_mm - planner.lead_out_mm());
+  const std::vector<Run> more = runs_between(measure, all, run_up_mm, end_mm);
   runs.insert(runs.end(), more.begin(), more.end());
   speed_up_lines(runs, limits, v_set, 0);
   JoinedRuns out;
   out.run_up.assign(runs.begin(), runs.begin() + of_run_up);
   out.left.assign(runs.begin() + of_run_up, runs.end());
+  out.run_out = bent_runs(measure, all, end_mm, all.length_mm);
   return out;
 }
 

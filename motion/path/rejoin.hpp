@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "motion/path/lead.hpp"
 #include "motion/path/run.hpp"
 
 namespace gantry::motion {
@@ -23,21 +24,14 @@ struct Join {
   double v = 0, a = 0;
 };
 
-/// How high above the join's height it starts, and on which axis that counts.
-struct Lift {
-  std::size_t axis = 0;
-  double mm = 0;
-  double slope = 0.3;  ///< of the steepest part of the descent, at its start
-};
-
 /// From rest to the join, in whole ticks; it comes down on the join's tangent, bent as the bead is bent there, and is
 /// above the bead until it ends. Fault::NoSolution where no such path is within the limits.
 [[nodiscard]] Result<std::vector<Run>> run_up_from_above(const Limits& limits, const Measure& measure, const Join& join,
                                                          const Lift& lift);
 
-/// A run-up and what it leads to, each in runs of its own.
+/// A run-up, what it leads to, and what leads away, each in runs of its own. The last is empty where it is a line.
 struct JoinedRuns {
-  std::vector<Run> run_up, left;
+  std::vector<Run> run_up, left, run_out;
 };
 
 /// Where the whole run-up has no room: one that is as long as speeding up to `entry_mm_s` takes along the join's

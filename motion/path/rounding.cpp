@@ -291,13 +291,12 @@ bool Rounding::rest_in(const Shape& shape, const Bent& b) {
 // The fairest spline over what is bent; of one that goes on beyond what is known, what lies before `until`.
 bool Rounding::bend(const Shape& shape, std::size_t next, const Bent& b, double until, double safe,
                     std::vector<Curve>& out) {
-  const auto kind = [&](double s, std::size_t vertex, bool outer) {
-    if (std::abs(s - shape.at(vertex)) > kSamePoint) return FairEnd::OnLeg;
-    return outer && flat_ends_ ? FairEnd::Flat : FairEnd::Free;
+  const auto kind = [&](double s, std::size_t vertex) {
+    return std::abs(s - shape.at(vertex)) > kSamePoint ? FairEnd::OnLeg : FairEnd::Free;
   };
   const bool whole = until >= b.end;
   const double end = whole ? b.end : shape.at(next);
-  const FairEnd end_kind = whole ? kind(b.end, next, next + 1 == chain_.size()) : FairEnd::Free;
+  const FairEnd end_kind = whole ? kind(b.end, next) : FairEnd::Free;
   FairEnd begin_kind = FairEnd::Given;
   FairSpline spline;
   std::vector<double> knots;
@@ -306,7 +305,7 @@ bool Rounding::bend(const Shape& shape, std::size_t next, const Bent& b, double 
     knots = shape.knots(spline.knots.back(), end);
     knots.erase(knots.begin());
   } else {
-    begin_kind = kind(b.begin, hard_, hard_ == 0 && !begun_);
+    begin_kind = kind(b.begin, hard_);
     knots = shape.knots(b.begin, end);
   }
   if (!fair(measure_, shape.guide(b.begin, end), begin_kind, end_kind, std::move(knots), spline)) return false;
@@ -363,7 +362,6 @@ void Rounding::forget() {
   if (const std::size_t leg = shape.leg_at(laid_); open_ && leg > hard_ + kKept) keep = leg - kKept;
   if (keep == 0) return;
   const double gone = shape.at(keep);
-  begun_ = true;
   chain_.erase(chain_.begin(), chain_.begin() + static_cast<std::ptrdiff_t>(keep));
   hard_ = hard_ > keep ? hard_ - keep : 0;
   laid_ -= gone;
@@ -388,7 +386,7 @@ bool Rounding::finish(std::vector<Curve>& out) {
   if (seen_.size() > 1) chain_.push_back(seen_.back());
   const bool laid = chain_.size() < 2 || lay(true, out);
   const std::size_t rests = rests_;
-  *this = Rounding(measure_, tolerance_mm_, flat_ends_);
+  *this = Rounding(measure_, tolerance_mm_);
   rests_ = rests;
   return laid;
 }

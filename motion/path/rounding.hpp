@@ -16,9 +16,7 @@ namespace gantry::motion {
 
 class Rounding {
  public:
-  /// flat_ends: the path has no curvature where it begins and ends.
-  Rounding(const Measure& measure, double tolerance_mm, bool flat_ends)
-      : measure_(measure), tolerance_mm_(tolerance_mm), flat_ends_(flat_ends) {}
+  Rounding(const Measure& measure, double tolerance_mm) : measure_(measure), tolerance_mm_(tolerance_mm) {}
 
   /// False: no curve was found within the tolerance.
   [[nodiscard]] bool add(const Vertex& v, std::vector<Curve>& out);
@@ -39,12 +37,10 @@ class Rounding {
   static constexpr std::size_t kBatch = 96, kContext = 40, kKept = 10;
   Measure measure_;
   double tolerance_mm_;
-  bool flat_ends_;
   std::vector<Vertex> seen_;   ///< the last two as they came: a reversal is known when its second leg is
   std::vector<Vertex> chain_;  ///< vertices with reversals split
   double laid_ = 0;            ///< length of the chain along which the path is out
   std::size_t hard_ = 0;       ///< the last vertex before it that is a rest or a sharp corner, or the chain's first
-  bool begun_ = false;         ///< the chain's first vertex is not the path's
   std::optional<FairSpline> open_;  ///< the spline that ends there and goes on
   std::size_t rests_ = 0;
   std::size_t next_ = kBatch + kContext;  ///< vertices with which the next part is laid

@@ -138,6 +138,12 @@ std::vector<Run> runs_between(const Measure& measure, const Stretch& stretch, do
   return out;
 }
 
+std::vector<Run> bent_runs(const Measure& measure, const Stretch& stretch, double from_mm, double to_mm) {
+  std::vector<Run> runs = runs_between(measure, stretch, from_mm, to_mm);
+  if (std::all_of(runs.begin(), runs.end(), [](const Run& r) { return r.curve.straight; })) runs.clear();
+  return runs;
+}
+
 void speed_up_lines(std::vector<Run>& runs, const Limits& limits, double v_set, double entry_mm_s) {
   for (std::size_t k = 0; k < runs.size(); ++k) {
     Run& run = runs[k];
@@ -182,15 +188,17 @@ std::size_t moving_axes(const Curve& curve) {
 
 void append_segments(const Run& run, const Segment& like, std::vector<Segment>& out) {
   State x{run.begin, run.v0, run.a0};
-  for (std::size_t k = 0; k < run.phases.size();) {
+  // In even parts: none is the standstill alone with which a run may end.
+  const std::size_t count = run.phases.size(), parts = (count + kSegmentPhases - 1) / kSegmentPhases;
+  for (std::size_t k = 0, part = 1; part <= parts; ++part) {
     Segment s = like;
     s.kind = SegmentKind::Piece;
     s.events.clear();
     s.nominal = {x.v, x.a, {}};
     const double begin = x.p;
-    for (; k < run.phases.size() && s.nominal.phases.push_back(run.phases[k]); ++k)
+    for (; k < count * part / parts && s.nominal.phases.push_back(run.phases[k]); ++k)
       x = advanced(x, run.phases[k].jerk, run.phases[k].duration_s);
-    const bool last = k == run.phases.size();
+    const bool last = part == parts;
     s.geometry = geometry_of(run.curve, begin, (last ? run.curve.length : x.p) - begin);
     s.rests = last && run.curve.rest_after;
     out.push_back(s);

@@ -28,6 +28,9 @@ struct Run {
 [[nodiscard]] std::vector<Run> runs_between(const Measure& measure, const Stretch& stretch, double from_mm,
                                             double to_mm);
 
+/// The same of what leads to or away from a path; empty where all of it is one line.
+[[nodiscard]] std::vector<Run> bent_runs(const Measure& measure, const Stretch& stretch, double from_mm, double to_mm);
+
 /// Straight runs take the shortest time between the speeds at their ends, within the axis limits and v_set; where one
 /// is the first or the last of `runs`, it starts or ends at v_set without acceleration, if it can; it starts at
 /// `entry_mm_s` at most.

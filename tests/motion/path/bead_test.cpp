@@ -367,6 +367,87 @@ TEST(Bead, that_is_to_begin_slowly_or_from_rest_or_from_above_keeps_limits_and_p
   EXPECT_GT(above, 60);
 }
 
+/// Chords of an arc from angle 0 on, left turning.
+std::vector<AxisVec> arc_points(double r, double turn, double chord) {
+  std::vector<AxisVec> out;
+  const int chords = static_cast<int>(std::ceil(r * turn / chord));
+  for (int k = 0; k <= chords; ++k)
+    out.push_back(at(300 + r * std::cos(turn * k / chords), 250 + r * std::sin(turn * k / chords)));
+  return out;
+}
+
+// A run-up that is straight leaves the change of curvature to the bead.
+TEST(Bead, that_begins_and_ends_on_a_curve_holds_its_speed_from_its_first_point_to_its_last) {
+  const Limits m = machine();
+  const AxisLimits& y = m.axis[1];
+  for (const double r : {1.0, 3.0, 8.0, 40.0})
+    for (const double turn : {1.5, 3.0, 6.283})
+      for (const double share : {0.5, 0.9}) {
+        const double v = share * std::min({0.99 * y.v_max, std::sqrt(y.a_max * r), std::cbrt(y.j_max * r * r)});
+        const BeadSpec spec = spec_of(arc_points(r, turn, 0.1 * std::sqrt(r)), v, 0.05);
+        const std::string what =
+            " r " + std::to_string(r) + " turn " + std::to_string(turn) + " v " + std::to_string(v);
+        const auto bead = plan_bead(m, spec);
+        ASSERT_TRUE(bead) << bead.error().message << what;
+        check_bead(m, spec, *bead, what);
+        if (HasFatalFailure()) return;
+        // A short one is slower because it takes whole ticks.
+        const double ticks = r * turn / v / m.tick_s, least = 0.99 * v * ticks / (ticks + 1);
+        for (std::size_t k = bead->bead_begin; k < bead->bead_end; ++k)
+          for (int n = 0; n <= 20; ++n) {
+            const Segment& s = bead->segments[k];
+            const auto x = path_state(s, static_cast<double>(test::duration_of(s)) * n / 20);
+            ASSERT_GE(static_cast<double>(x.v), least) << k << what;
+          }
+
+        BeadSpec slower = spec;
+        slower.entry_mm_s = v / 3;
+        const auto slow = plan_bead(m, slower);
+        ASSERT_TRUE(slow) << slow.error().message << what;
+        check_beginning(m, slower, *slow, " slower" + what);
+        EXPECT_LT(slow->run_up_mm, 0.5 * bead->run_up_mm) << what;
+
+        BeadSpec fallen = spec;
+        fallen.lift_axis = 2, fallen.fall_mm = 4;
+        const auto above = plan_bead(m, fallen);
+        ASSERT_TRUE(above) << above.error().message << what;
+        check_beginning(m, fallen, *above, " above" + what);
+        EXPECT_NEAR(above->start[2], -46, 1e-9) << what;
+        EXPECT_GE(above->segments[above->bead_begin].nominal.v0, least) << what;
+        if (HasFatalFailure() || HasNonfatalFailure()) return;
+      }
+}
+
+// On a board that slopes, everything of a bead lies in the board's plane, what leads to it and away from it too: what
+// it is bent by is out of the plane no more than rounding.
+TEST(Bead, on_a_board_that_slopes_stays_in_its_plane_from_rest_to_rest) {
+  const Limits m = machine();
+  const AxisLimits& y = m.axis[1];
+  for (const double r : {1.07, 1.81, 2.56, 8.0, 40.0})
+    for (const double turn : {1.047, 3.0, 6.283})
+      for (const double tolerance : {0.05, 0.2, 0.4})
+        for (const auto& [tilt_x, tilt_y] : {std::pair{0.0009, 0.0009}, {0.0017, -0.0017}, {0.02, 0.013}})
+          for (const double share : {0.5, 1.0}) {
+            const double v = share * std::min({0.99 * y.v_max, std::sqrt(y.a_max * r), std::cbrt(y.j_max * r * r)});
+            const auto height = [&](const AxisVec& q) { return -50 + tilt_x * (q[0] - 300) + tilt_y * (q[1] - 250); };
+            BeadSpec spec = spec_of(arc_points(r, turn, std::min(1.0, 0.1 * std::sqrt(r))), v, tolerance);
+            for (AxisVec& q : spec.points) q[2] = height(q);
+            const std::string what = " r " + std::to_string(r) + " turn " + std::to_string(turn) + " tolerance " +
+                                     std::to_string(tolerance) + " tilt " + std::to_string(tilt_x) + " v " +
+                                     std::to_string(v);
+            const auto bead = plan_bead(m, spec);
+            ASSERT_TRUE(bead) << bead.error().message << what;
+            check_bead(m, spec, *bead, what);
+            if (HasFatalFailure()) return;
+            for (const Segment& s : bead->segments)
+              for (int u = 0; u <= 10; ++u) {
+                const AxisVec q = point(s.geometry, s.geometry.length * u / 10);
+                EXPECT_NEAR(q[2], height(q), 1e-6) << what;
+              }
+            if (HasNonfatalFailure()) return;
+          }
+}
+
 TEST(Bead, from_rest_on_a_line_is_the_textbooks_change_of_speed) {
   const Limits m = machine();
   BeadSpec spec = spec_of({at(100, 100), at(160, 100)}, 20, 0);
