@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <optional>
 #include <string>
 
 #include "motion/path/arch.hpp"
@@ -23,8 +24,12 @@ constexpr double kFaster = 2e-4, kFasterTicks = 0.05;
 /// What beads leave of the axis limits: a stop that begins where the plan uses them fully needs some of acceleration
 /// and jerk, and what is played faster than planned some of the speed.
 constexpr double kUseV = 1 - kFaster, kUseA = 0.97, kUseJ = 0.92;
-/// Shares of the tolerance that are tried one after the other where no speed is found; without any, corners are rests.
+/// Shares of the tolerance that are tried one after the other where no speed is found, or a curve is not as fast as it
+/// is to be: where the tolerance is a large part of its radius, its inside is the narrower way. Without any, corners
+/// are rests.
 constexpr double kShares[] = {1, 0.7, 0.4, 0.15};
+constexpr double kHeld = 0.99;      ///< mean speed of a bead that holds its speed, as a share of it
+constexpr double kSharpTurn = 0.7;  ///< |d2 - d1|: a corner, which all of the tolerance makes faster
 /// A rounded path stays within a tolerance of its polyline; the corner itself is up to sqrt(2) as far from the path.
 constexpr double kOfCorner = std::numbers::sqrt2 / 2;
 /// What is left of a bead that was cut in a bend is played so much slower, where no run-up leads to it else.
@@ -84,6 +89,16 @@ Result<std::vector<Leg>> legs_of(const Limits& limits, const std::vector<AxisVec
   return legs;
 }
 
+bool has_corner(const Limits& limits, const std::vector<Leg>& legs) {
+  for (std::size_t k = 1; k < legs.size(); ++k) {
+    double turn = 0;
+    for (std::size_t i = 0; i < limits.axes; ++i)
+      if (limits.linear[i]) turn = std::hypot(turn, legs[k].direction[i] - legs[k - 1].direction[i]);
+    if (turn > kSharpTurn) return true;
+  }
+  return false;
+}
+
 Limits with_reserve(Limits limits) {
   for (AxisLimits& axis : limits.axis) axis.v_max *= kUseV, axis.a_max *= kUseA, axis.j_max *= kUseJ;
   return limits;
@@ -134,6 +149,14 @@ JoinedRuns rounded_runs(const Limits& limits, const Measure& measure, const Bead
       .value_or(JoinedRuns{});
 }
 
+double length_of(const std::vector<Run>& runs) {
+  double sum = 0;
+  for (const Run& run : runs) sum += run.curve.length - run.begin;
+  return sum;
+}
+
+double mean_speed(const std::vector<Run>& runs) { return length_of(runs) / duration(runs); }
+
 /// It moves more axes than the coefficients of a segment are for.
 bool is_too_wide(const Run& run) { return !run.curve.straight && 3 * moving_axes(run.curve) > kCoefficients; }
 
@@ -143,6 +166,8 @@ bool all_there(const std::vector<Run>& runs) {
 
 Result<JoinedRuns> runs_of_bead(const Limits& limits, const Measure& measure, const std::vector<Leg>& legs,
                                 const BeadSpec& spec) {
+  std::optional<JoinedRuns> best;
+  const bool curve = legs.size() > 1 && !has_corner(limits, legs);
   if (legs.size() > 1 && spec.corner_tolerance_mm > 0)
     for (const double share : kShares) {
       JoinedRuns runs = rounded_runs(limits, measure, spec, share * kOfCorner * spec.corner_tolerance_mm);
@@ -151,8 +176,10 @@ Result<JoinedRuns> runs_of_bead(const Limits& limits, const Measure& measure, co
         return fail(Fault::NoSolution, "a bead moves more than " + std::to_string(kCoefficients / 3) +
                                            " axes through a rounded corner; give it no corner tolerance");
       speed_up_lines(runs.left, limits, spec.speed_mm_s, spec.entry_mm_s);
-      return runs;
+      if (!best || mean_speed(runs.left) > mean_speed(best->left)) best = std::move(runs);
+      if (!curve || mean_speed(best->left) >= kHeld * spec.speed_mm_s) break;
     }
+  if (best) return *std::move(best);
   JoinedRuns runs{{}, resting_runs(limits, measure, legs, spec.speed_mm_s, spec.entry_mm_s), {}};
   if (!all_there(runs.left)) return fail(Fault::NoSolution, "a leg of a bead is too short to be planned");
   return runs;
@@ -288,7 +315,7 @@ Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
   }
   auto& [run_up, left, run_out] = *runs;
   bead.bead_seconds = duration(left);
-  for (const Run& run : left) bead.bead_length_mm += run.curve.length - run.begin;
+  bead.bead_length_mm = length_of(left);
 
   const Run &first = left.front(), &last = left.back();
   const CurveJet begin = jet(first.curve, first.begin, kMaxAxes), end = jet(last.curve, last.curve.length, limits.axes);

@@ -448,6 +448,25 @@ TEST(Bead, on_a_board_that_slopes_stays_in_its_plane_from_rest_to_rest) {
           }
 }
 
+// The inside of a tolerance that is a large part of the radius is the narrower way.
+TEST(Bead, on_a_curve_is_no_slower_for_a_larger_tolerance) {
+  const Limits m = machine();
+  const AxisLimits& y = m.axis[1];
+  for (const double r : {1.0, 1.5, 2.5})
+    for (const double turn : {3.2, 6.283})
+      for (const double tolerance : {0.02, 0.1, 0.2, 0.4}) {
+        const double v = 0.95 * std::min({0.99 * y.v_max, std::sqrt(y.a_max * r), std::cbrt(y.j_max * r * r)});
+        const BeadSpec spec = spec_of(arc_points(r, turn, 0.1), v, tolerance);
+        const auto bead = plan_bead(m, spec);
+        const std::string what = " r " + std::to_string(r) + " turn " + std::to_string(turn) + " tolerance " +
+                                 std::to_string(tolerance) + " v " + std::to_string(v);
+        ASSERT_TRUE(bead) << bead.error().message << what;
+        check_bead(m, spec, *bead, what);
+        EXPECT_GE(bead->bead_length_mm / bead->bead_seconds, 0.97 * v) << what;
+        if (HasFatalFailure() || HasNonfatalFailure()) return;
+      }
+}
+
 TEST(Bead, from_rest_on_a_line_is_the_textbooks_change_of_speed) {
   const Limits m = machine();
   BeadSpec spec = spec_of({at(100, 100), at(160, 100)}, 20, 0);
