@@ -62,8 +62,7 @@ void check_delays(const Machine& m, const MachineFile& file, Mistakes& mistakes)
                  sooner.size() > 1 ? file.bus.cycle_s.location : first);
 }
 
-/// How far a sound axis is seen behind its target: by its answer, and by the cycle until its position is read. While it
-/// brakes with `a` it still has the speed of then: v T + a T^2 / 2.
+/// A sound axis is seen so late: by its answer, and by the cycle until its position is read.
 double seen_late_s(const Machine& m, const Axis& axis) { return axis.response_delay_s + seconds(m.bus.cycle); }
 
 double window(const Axis& axis, double speed) { return axis.following_base + axis.following_per_speed_s * speed; }
@@ -71,18 +70,50 @@ double window(const Axis& axis, double speed) { return axis.following_base + axi
 struct Lag {
   double speed = 0, lag = 0;
 };
-/// The speed at which the lag comes nearest to the window, or is most beyond it: both grow with the speed, so it is at
-/// an end. Steady at v_max; braking with a_max from full speed, where the jerk limit leaves time for that, from the
-/// first to the last moment.
+
+/// A stop from full speed by the axis' limits, seen from its end.
+class Stop {
+ public:
+  explicit Stop(const Axis& axis)
+      : v_(axis.v_max),
+        j_(axis.j_max),
+        a_(std::min(axis.a_max, std::sqrt(axis.v_max * axis.j_max))),
+        bend_s_(a_ / j_),
+        lasts_s_(v_ / a_ + bend_s_) {}
+  [[nodiscard]] double lasts_s() const { return lasts_s_; }
+  /// So long before it stands.
+  [[nodiscard]] double speed(double left_s) const {
+    if (left_s <= bend_s_) return j_ * left_s * left_s / 2;
+    const double since_s = lasts_s_ - left_s;
+    if (since_s <= 0) return v_;
+    return since_s < bend_s_ ? v_ - j_ * since_s * since_s / 2 : a_ * (left_s - bend_s_ / 2);
+  }
+  [[nodiscard]] double way(double left_s) const {
+    if (left_s <= bend_s_) return j_ * left_s * left_s * left_s / 6;
+    const double since_s = lasts_s_ - left_s;
+    const double all = v_ * lasts_s_ / 2 - v_ * since_s;
+    if (since_s <= 0) return all;
+    if (since_s < bend_s_) return all + j_ * since_s * since_s * since_s / 6;
+    const double u = left_s - bend_s_;
+    return bend_s_ * bend_s_ * j_ * (bend_s_ / 6 + u / 2) + a_ * u * u / 2;
+  }
+
+ private:
+  double v_, j_, a_, bend_s_, lasts_s_;
+};
+
+/// The speed at which the lag comes nearest to the window, or is most beyond it, at full speed, else in a stop: while
+/// an axis brakes it still has the speed of so much earlier.
 Lag worst_lag(const Axis& axis, double late_s) {
+  constexpr int kPlaces = 1000;
   Lag worst{axis.v_max, axis.v_max * late_s};
-  const auto take = [&](const Lag& l) {
+  if (worst.lag > window(axis, axis.v_max)) return worst;
+  const Stop stop(axis);
+  for (int n = 0; n < kPlaces; ++n) {
+    const double left_s = stop.lasts_s() * n / kPlaces;
+    const Lag l{stop.speed(left_s), stop.way(left_s + late_s) - stop.way(left_s)};
     if (l.lag - window(axis, l.speed) > worst.lag - window(axis, worst.speed)) worst = l;
-  };
-  const double round = axis.a_max * axis.a_max / (2 * axis.j_max);  // speed that is gone until a_max is reached
-  const double first = axis.v_max - round - axis.a_max * late_s;
-  if (first < round) return worst;
-  for (const double v : {first, round}) take({v, v * late_s + axis.a_max * late_s * late_s / 2});
+  }
   return worst;
 }
 

@@ -81,13 +81,14 @@ class DriveLimits {
   void speed() {
     const auto h = held("max_speed");
     if (!h) return;
-    const double revs_s = h->parameter->unit == "rpm" ? h->value / 60 : h->value / profile_.drive->counts_per_rev;
+    const double per_rev_s = h->parameter->unit == "rpm" ? 60 : profile_.drive->counts_per_rev;
+    const double revs_s = h->value / per_rev_s;
     const double asked = axis_.v_max / axis_.unit_per_rev;
     if (revs_s >= asked * (1 - 1e-9)) return;
     doubt(*h,
           fmt::format("{} {:.6g} {}: the drive turns at {:.6g} rpm at most, and v_max of the axis asks for {:.6g} rpm; "
                       "state at least {:.6g} {}, or lower v_max",
-                      source(*h), h->value, h->parameter->unit, revs_s * 60, asked * 60, h->value * asked / revs_s,
+                      source(*h), h->value, h->parameter->unit, revs_s * 60, asked * 60, asked * per_rev_s,
                       h->parameter->unit),
           true);
   }

@@ -32,7 +32,8 @@ struct CommissionOptions : BusOptions {
   bool all = false, accept = false, write = false, walk = false;
 };
 
-constexpr int kNotReady = 5;  // as G130 and G108 have it
+constexpr std::string_view kDiffers = "DIFFERS";  // in the table; an error says it by both values
+constexpr int kNotReady = 5;                      // as G130 and G108 have it
 
 std::string device(std::uint32_t vendor, std::uint32_t product) {
   return fmt::format("vendor {:08X}h, product {:08X}h", vendor, product);
@@ -78,7 +79,9 @@ class Commissioning {
       out["accepted"] = station.accepted->date;
       if (!json_) print_text("    accepted {}\n", station.accepted->date);
     }
-    if (auto taken = survey_.confirm(found.record.position, machine_, station); !taken) {
+    if (!sii.read)
+      refused_.push_back({Fault::SiiInvalid, "its EEPROM cannot be read: " + sii.damage, devices::where(station)});
+    else if (auto taken = survey_.confirm(found.record.position, machine_, station); !taken) {
       if (taken.error().fault != Fault::IdentityMismatch) return tl::unexpected(taken.error());
       refused_.push_back(taken.error());
     }
@@ -94,13 +97,14 @@ class Commissioning {
     if (!parameters) return tl::unexpected(parameters.error());
     out["parameters"] = std::move(*parameters);
     out["restart_pending"] = station.restart_pending;
-    if (auto waits = devices::needs_restart(station, found.record.since_power_up, devices::where(station)))
+    constexpr bool kRestarted = false;  // else nothing would be pending, or something was just written
+    if (auto waits = devices::needs_restart(station, kRestarted, devices::where(station)))
       refused_.push_back(*std::move(waits));
     return out;
   }
 
   [[nodiscard]] int differing() const { return differing_; }
-  /// Why no start would give these stations torque, besides parameters that differ.
+  /// Why no start would give these stations torque.
   [[nodiscard]] std::vector<Error> refused(const std::vector<devices::FoundStation>& found) const {
     std::vector<Error> out = refused_;
     const auto read = [&](StationId id, config::ObjectAddress object) -> std::optional<std::int64_t> {
@@ -133,6 +137,16 @@ class Commissioning {
     config::ObjectAddress object;
     std::int64_t value = 0;
   };
+
+  static Error differing(const config::Station& station, const config::StartupRow& row,
+                         const Result<devices::HeldObject>& held, const std::string& remark) {
+    const std::string object = fmt::format("{} ({})", row.name, config::to_text(row.address));
+    return {Fault::ParameterDiffers,
+            held ? fmt::format("{} is {} instead of {}{}", object, held->value, row.value,
+                               remark.starts_with(kDiffers) ? remark.substr(kDiffers.size()) : ": " + remark)
+                 : fmt::format("{} {}", object, remark),
+            devices::where(station)};
+  }
 
   void take(config::Station& station, const devices::StationSii& sii, const config::ObjectIdentity& said) {
     station.accepted = config::kept_of(station, sii, today());
@@ -209,9 +223,12 @@ class Commissioning {
       const bool by_start = row.rule == config::ParameterRule::Write && row.acts != config::ActsAt::PowerUp;
       if (differs && remark.empty())
         remark = by_start                                       ? "written at every start"
-                 : row.rule == config::ParameterRule::MustEqual ? "DIFFERS, and is never written"
-                                                                : "DIFFERS";
-      differing_ += (differs && (!by_start || options_.write)) || (!held && !row.declared);
+                 : row.rule == config::ParameterRule::MustEqual ? std::string(kDiffers) + ", and is never written"
+                                                                : std::string(kDiffers);
+      if ((differs && (!by_start || options_.write)) || (!held && !row.declared)) {
+        ++differing_;
+        refused_.push_back(differing(station, row, held, remark));
+      }
       ordered_json one{{"name", row.name}, {"object", config::to_text(row.address)}, {"asked", row.value}};
       one["held"] = held ? ordered_json(held->value) : ordered_json();
       one["acts"] = acts_text(row.acts);
@@ -282,7 +299,7 @@ void take_all_for_waiting(config::Machine& machine) {
 
 struct Commissioned {
   ordered_json document;
-  std::vector<Error> refused;  ///< what keeps stations from torque, besides parameters that differ
+  std::vector<Error> refused;  ///< what keeps stations from torque
 };
 
 Result<Commissioned> commission(BusAccess& bus, config::Machine& machine, const CommissionOptions& options, bool json,
@@ -308,9 +325,6 @@ Result<Commissioned> commission(BusAccess& bus, config::Machine& machine, const 
     rows.push_back(std::move(*row));
   }
   const std::vector<Error> refused = one.refused(*found);
-  if (!json && one.differing() > 0)
-    print_text("{} parameters are not what the machine file asks for: these stations get no torque.{}\n",
-               one.differing(), options.write ? "" : " `--write` writes what may be written.");
   const bool waiting = std::ranges::count(refused, Fault::RestartNeeded, &Error::fault) > 0;
   return Commissioned{
       ordered_json{
@@ -330,10 +344,12 @@ std::string no_such(const config::Machine& machine, const std::string& name) {
 }
 
 /// What keeps these stations from torque.
-void show_refused(const std::vector<Error>& refused) {
+void show_refused(const std::vector<Error>& refused, bool wrote) {
   if (refused.empty()) return;
   print_text("No start gives these stations torque as they are:\n");
   for (const Error& e : refused) print_text("    {}\n", to_text(e));
+  if (!wrote && std::ranges::count(refused, Fault::ParameterDiffers, &Error::fault) > 0)
+    print_text("`--write` writes what may be written.\n");
 }
 
 }  // namespace
@@ -414,12 +430,12 @@ void add_commission(CLI::App& app, Context& context) {
     if (!done) return stop_with(done.error());
     if (done->document["changed"].get<bool>())
       if (auto kept = keep(); !kept) return stop_with(kept.error());
-    const bool ready = done->refused.empty() && done->document["differing"] == 0;
+    const bool ready = done->refused.empty();
     if (!ready) context.exit_code = kNotReady;
     if (context.json)
       show_document(ready ? "done" : "failed", done->document, context.exit_code, done->refused);
     else
-      show_refused(done->refused);
+      show_refused(done->refused, options->write);
   });
 }
 

@@ -160,18 +160,20 @@ void Axes::watch_braking(AxisId id) noexcept {
       // One that lets go before it stands, whatever its 605Ah said, is on its way to a stop all the same.
       const bool lets_go = own.busy() && !cycle::has_torque(f.state) && f.state != DriveState::Fault;
       const bool by_itself = f.state == DriveState::QuickStopActive || f.state == DriveState::FaultReaction ||
-                             lets_go || (f.state == DriveState::OperationEnabled && goal_of(d) == DriveGoal::QuickStop);
+                             lets_go || homing_[d].stopping() ||
+                             (f.state == DriveState::OperationEnabled && goal_of(d) == DriveGoal::QuickStop);
       const double heard_s = seconds(setup_.period) * static_cast<double>(apart_cycles_[d]);
       own.see(by_itself && still_[d] < stands_cycles_, f.position, step(d) / heard_s,
-              since_gap_[d] * setup_.period < kCatchesUp, heard_s, setup_.drives[d].reach);
+              since_gap_[d] * setup_.period < kCatchesUp, heard_s, reach_of(d));
     }
     if (!own.busy()) continue;
     brakes = true;
     from_speed = std::max(from_speed, own.from_speed());
-    if (own.gone() > setup_.drives[d].reach.of(own.from_speed()))
+    if (own.gone() > reach_of(d).of(own.from_speed()))
       found = {Fault::NotBraking, own.gone(), setup_.drives[d].station};
   }
-  if (axis.drives.size() == 2 && brakes && heard) {
+  const bool homes = (homing_mask_ >> id.value & 1u) != 0;  // its sides may come apart by more, and that is watched
+  if (axis.drives.size() == 2 && brakes && heard && !homes) {
     const double apart = drives_[axis.drives[0]].feedback().position - drives_[axis.drives[1]].feedback().position;
     if (!braked) apart_before_[id.value] = apart;
     const double later_s = std::max(kLeastLater_s, kLater_s + kLaterCycles * seconds(setup_.period));
@@ -185,6 +187,10 @@ void Axes::watch_braking(AxisId id) noexcept {
   if (known || found.fault == Fault::None) return;
   for (const std::uint8_t d : axis.drives)  // one that its targets brake goes on being braked
     if (braking_[d].busy()) let_go_ |= 1u << d;
+}
+
+const BrakingReach& Axes::reach_of(std::size_t d) const noexcept {
+  return homing_[d].stopping() ? setup_.axes[setup_.drives[d].axis.value].homing.stops : setup_.drives[d].reach;
 }
 
 /// A side without torque takes over the coordinate of the other one, where there is no reference. Sides that stand

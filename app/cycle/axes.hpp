@@ -157,6 +157,7 @@ class Axes {
   void stop_together(AxisId id, bool operational) noexcept;
   void run_out_together(AxisId id) noexcept;
   void watch_braking(AxisId id) noexcept;
+  [[nodiscard]] const BrakingReach& reach_of(std::size_t d) const noexcept;
   /// What the drive went until it was heard last, mm or rad.
   [[nodiscard]] double step(std::size_t d) const noexcept {
     return static_cast<double>(step_counts_[d]) / drives_[d].scale().to_counts_delta(1);

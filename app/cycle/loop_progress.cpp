@@ -114,10 +114,10 @@ void Loop::follow_stop() noexcept {
   taking_torque_ = false;
 }
 
-/// Whatever is latched: it is not what the first fault is about.
+/// Whatever is latched: it is not what the first fault is about. What has ended a homing may have asked for less.
 void Loop::tell_not_braking(Fault fault, AxisId axis, double by, StationId station) noexcept {
   const auto um = static_cast<std::int32_t>(std::min(by * 1000, 2e9));
-  if (latched_ == Fault::None) return react(fault, axis, um, station);
+  if (latched_ == Fault::None || reacted_ < info(fault).reaction) return react(fault, axis, um, station);
   tell({.kind = EventKind::Fault, .fault = fault, .axis = axis, .station = station, .block = block_, .detail = um});
 }
 

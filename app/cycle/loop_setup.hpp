@@ -39,6 +39,7 @@ struct DriveSetup {
 struct HomingSetup {
   double position = 0;  ///< coordinate at the home edge, mm or rad
   devices::HomingLimits limits;
+  BrakingReach stops{};  ///< of a drive whose search was ended early, by 609Ah
   // Of an axis with two drives, mm:
   double skew_max = 0;      ///< how much farther one side may go than the other while both search; 0: not watched
   double square_max = 0;    ///< what squaring removes when both have homed; more is refused

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 
 #include "app/job/limits.hpp"
 #include "app/job/walk.hpp"
@@ -29,6 +30,7 @@ constexpr double kComesToRest_s = 0.02;
 // From that edge until 60FDh shows it (assumed: its input filter); a drive that sets its counter hides two cycles'
 // travel.
 constexpr double kShowsSwitch_s = 0.05, kCyclesHidden = 2, kSlackCounts = 20;
+constexpr double kHeedsBit_s = 0.02;  // a drive that homes looks at its controlword when it likes
 constexpr double kDelaysToBrake = 3, kLateToBrake_s = 0.01;  // a filter, and frames that are lost, before a ramp begins
 constexpr double kFlickers_s = 0.003;                        // a contact that bounces
 constexpr double kHomingTravel = 1.2;  // of the axis' travel between the switches: more than any search needs
@@ -86,6 +88,12 @@ Result<void> add_drives(const config::Machine& machine, const config::Axis& axis
         .late_s = axis.a_max / axis.j_max + kDelaysToBrake * axis.response_delay_s + kLateToBrake_s,
         .slack = axis.following_base + kSlackCounts / std::abs(axis.counts_per_unit),
         .gains = axis.a_max * axis.a_max / (2 * axis.j_max) + axis.a_max * axis.response_delay_s};
+    if (axis.homing) {
+      cycle::BrakingReach& stops = setup.homing.stops;
+      stops = reach, stops.deceleration = std::min(axis.homing->acceleration, axis.a_max), stops.late_s += kHeedsBit_s;
+      if (std::ranges::count(station->profile.declared, "homing_acceleration") > 0)  // it takes one of its own
+        stops.slack = std::numeric_limits<double>::infinity();
+    }
     const double give = axis.rotary ? kBrakeGive_rad : kBrakeGive_mm;
     const bool braked = config::is_braked(machine, axis, ref);
     if (!loop.drives.push_back({ref.station, axis.id, *layout, devices::AxisScale(axis.counts_per_unit, ref.invert),

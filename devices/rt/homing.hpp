@@ -55,6 +55,8 @@ class HomingRun {
   [[nodiscard]] bool busy() const noexcept {
     return phase_ != Phase::Idle && phase_ != Phase::Done && phase_ != Phase::Failed;
   }
+  /// It was ended early, and the drive is to stop by itself.
+  [[nodiscard]] bool stopping() const noexcept { return phase_ == Phase::Settle && fault_ != Fault::None; }
   /// Its search may begin, or has begun.
   [[nodiscard]] bool ready() const noexcept { return ready_ || phase_ > Phase::EnterMode; }
   /// Counts of the search so far. That the drive sets its counter anew at the edge is no motion.

@@ -7,8 +7,9 @@ inside() { scripts/veth-pair exec $name -- "$@"; }
 sim=$work/sim own=$work/own state=$work/state
 mkdir -p "$sim" "$own"
 cp -r config recipes "$sim" && cp -r config recipes "$own"
-# The stations: y1 without its switches, x with another current, and z, whose motor may turn slowly.
+# The stations: y1 without its switches, x and y2 with another current, and z, whose motor may turn slowly.
 sed -i -e '/^  y1:/s/, alias: 2//' -e '/^  x:/s/run_current: 4.2 A/run_current: 3 A/' \
+  -e '/^  y2:/s/run_current: 4.2 A/run_current: 3 A/' \
   -e '/^  z:/s/profile: id286/profile: slow286/' "$sim/config/machines/dispenser.yaml"
 sed -e '/0x6080/s/initial: [0-9]*/initial: 100/' config/drives/id286.yaml >"$sim/config/drives/slow286.yaml"
 sed -e '/^  x:/s/profile: id286/profile: amd530b/' -e '/^  x:/s/, parameters: {[^}]*}/, parameters: {run_current: 3 A}/' \
@@ -25,6 +26,8 @@ commission() { # machine, then what is asked
 }
 home() { inside "$gantry" --machine "$own/config/machines/$1.yaml" home --bus ethercat:$name-ctl --state "$state"; }
 
+expect_exit 5 "what is written to a station that nobody has spoken to yet" commission dispenser y2 --write
+expect_text "G131"
 expect_exit 0 "a station that is as the file says" commission dispenser io
 expect_exit 5 "the same, of a file that states no current for another" commission bare io
 expect_text "run_current"
@@ -50,6 +53,9 @@ expect_text "look alike"
 expect_exit 5 "a drive that turns too slowly for its axis" commission dispenser z
 expect_text "6080h"
 expect_exit 5 "a value that differs" commission dispenser x
+expect_text "is 3000 instead of 4200"
+expect_exit 5 "the same, for a program" commission dispenser x --json
+expect_text '"code": "G130"'
 expect_exit 5 "is written, and waits for the supply" commission dispenser x --write
 expect_text "G131"
 expect_text "at power-up   written"

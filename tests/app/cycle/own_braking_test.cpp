@@ -198,6 +198,34 @@ TEST(OwnBraking, a_drive_that_keeps_its_torque_is_told_though_another_fault_is_l
   EXPECT_EQ(sound.told(Fault::TransitionTimeout), 0);
 }
 
+// Homing is ended by clearing its start bit, and a drive then stops by 609Ah: at a fiftieth of it, 90 mm from 60 mm/s.
+// R39.
+TEST(OwnBraking, a_drive_that_runs_on_when_its_homing_is_ended_loses_its_torque) {
+  constexpr config::ObjectAddress kHomingRamp{0x609A, 0};
+  constexpr AxisId kX{0};
+  for (const bool weak : {false, true}) {
+    SCOPED_TRACE(weak);
+    BrakingBench b;
+    AxisVec to = b.now.target;
+    to[0] = 300;
+    b.play(motion::line_move(job::limits_of(b.machine), b.now.target, to));
+    ASSERT_TRUE(b.until([&] { return b.now.state == State::Ready; }, 5000));
+    ASSERT_TRUE(b.channels->commands.push({.kind = cycle::CommandKind::Home, .id = 1000, .axes = 1}));
+    ASSERT_TRUE(b.until([&] { return b.segment.motor(kX, 0).velocity() < -59; }, 5000));
+    const double from = b.segment.motor(kX, 0).position();
+    ASSERT_TRUE(b.segment.set_object(b.machine.axes[0].drives[0].station, kHomingRamp, weak ? 20'000 : 1'000'000));
+    ASSERT_TRUE(b.channels->commands.push({.kind = cycle::CommandKind::Abort, .id = 1001}));
+    double gone = 0;
+    for (int i = 0; i < 3000; ++i) {
+      b.tick();
+      gone = std::max(gone, std::abs(b.segment.motor(kX, 0).position() - from));
+    }
+    EXPECT_EQ(b.told(Fault::NotBraking), weak ? 1 : 0);
+    EXPECT_LT(gone, weak ? 12 : 4);
+    EXPECT_EQ((b.now.enabled & 1u) == 0, weak);
+  }
+}
+
 TEST(OwnBraking, a_ramp_that_is_far_below_the_axis_is_none) {
   config::Machine m = test::reference_machine();
   EXPECT_EQ(config::quick_stop_of(m, m.axes[kY.value]), config::QuickStop::Brakes);
