@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
-#include <optional>
 #include <string>
 
 #include "motion/path/arch.hpp"
@@ -138,15 +137,22 @@ Result<JoinedRuns> planned_runs(const Limits& limits, const Measure& measure, st
                     bent_runs(measure, all, end_mm, all.length_mm)};
 }
 
-/// The bead at full speed inside the tolerance, as it comes from a run-up. Empty: no speed was found.
-JoinedRuns rounded_runs(const Limits& limits, const Measure& measure, const BeadSpec& spec, double tolerance_mm) {
-  return planned_runs(limits, measure, spec.points,
-                      {.tolerance_mm = tolerance_mm,
-                       .speed_mm_s = spec.speed_mm_s,
-                       .whole_ticks = false,
-                       .leads = true,
-                       .lead_in_mm_s = spec.entry_mm_s})
-      .value_or(JoinedRuns{});
+bool all_there(const std::vector<Run>& runs) {
+  return !runs.empty() && std::none_of(runs.begin(), runs.end(), [](const Run& r) { return r.phases.empty(); });
+}
+
+/// The bead at full speed inside this share of its tolerance, as it comes from a run-up. Not all_there(): no speed was
+/// found.
+JoinedRuns rounded_runs(const Limits& limits, const Measure& measure, const BeadSpec& spec, double share) {
+  auto runs = planned_runs(limits, measure, spec.points,
+                           {.tolerance_mm = share * kOfCorner * spec.corner_tolerance_mm,
+                            .speed_mm_s = spec.speed_mm_s,
+                            .whole_ticks = false,
+                            .leads = true,
+                            .lead_in_mm_s = spec.entry_mm_s})
+                  .value_or(JoinedRuns{});
+  if (all_there(runs.left)) speed_up_lines(runs.left, limits, spec.speed_mm_s, spec.entry_mm_s);
+  return runs;
 }
 
 double length_of(const std::vector<Run>& runs) {
@@ -160,26 +166,44 @@ double mean_speed(const std::vector<Run>& runs) { return length_of(runs) / durat
 /// It moves more axes than the coefficients of a segment are for.
 bool is_too_wide(const Run& run) { return !run.curve.straight && 3 * moving_axes(run.curve) > kCoefficients; }
 
-bool all_there(const std::vector<Run>& runs) {
-  return !runs.empty() && std::none_of(runs.begin(), runs.end(), [](const Run& r) { return r.phases.empty(); });
+struct Shares {
+  std::vector<double> order{std::begin(kShares), std::end(kShares)};
+  JoinedRuns first;  ///< of the first of them behind a full run-up, where that was planned
+};
+
+/// Shares of the tolerance in the order in which they are to be tried. However the bead begins it is laid on one path,
+/// so that it can be cut and joined again: speeds are those behind a full run-up.
+Shares shares_for(const Limits& limits, const Measure& measure, const std::vector<Leg>& legs, const BeadSpec& spec) {
+  Shares out;
+  if (has_corner(limits, legs)) return out;
+  BeadSpec from_full_speed = spec;
+  from_full_speed.entry_mm_s = kNoCap;
+  auto best = out.order.begin();
+  double fastest = 0;
+  for (auto share = best; share != out.order.end() && fastest < kHeld * spec.speed_mm_s; ++share) {
+    JoinedRuns runs = rounded_runs(limits, measure, from_full_speed, *share);
+    if (!all_there(runs.left) || mean_speed(runs.left) <= fastest) continue;
+    fastest = mean_speed(runs.left), best = share, out.first = std::move(runs);
+  }
+  std::rotate(out.order.begin(), best, best + 1);
+  return out;
 }
 
 Result<JoinedRuns> runs_of_bead(const Limits& limits, const Measure& measure, const std::vector<Leg>& legs,
                                 const BeadSpec& spec) {
-  std::optional<JoinedRuns> best;
-  const bool curve = legs.size() > 1 && !has_corner(limits, legs);
-  if (legs.size() > 1 && spec.corner_tolerance_mm > 0)
-    for (const double share : kShares) {
-      JoinedRuns runs = rounded_runs(limits, measure, spec, share * kOfCorner * spec.corner_tolerance_mm);
+  if (legs.size() > 1 && spec.corner_tolerance_mm > 0) {
+    Shares shares = shares_for(limits, measure, legs, spec);
+    const bool planned = spec.entry_mm_s >= kNoCap && all_there(shares.first.left);
+    for (std::size_t k = 0; k < shares.order.size(); ++k) {
+      JoinedRuns runs =
+          planned && k == 0 ? std::move(shares.first) : rounded_runs(limits, measure, spec, shares.order[k]);
       if (!all_there(runs.left)) continue;
       if (std::any_of(runs.left.begin(), runs.left.end(), is_too_wide))
         return fail(Fault::NoSolution, "a bead moves more than " + std::to_string(kCoefficients / 3) +
                                            " axes through a rounded corner; give it no corner tolerance");
-      speed_up_lines(runs.left, limits, spec.speed_mm_s, spec.entry_mm_s);
-      if (!best || mean_speed(runs.left) > mean_speed(best->left)) best = std::move(runs);
-      if (!curve || mean_speed(best->left) >= kHeld * spec.speed_mm_s) break;
+      return runs;
     }
-  if (best) return *std::move(best);
+  }
   JoinedRuns runs{{}, resting_runs(limits, measure, legs, spec.speed_mm_s, spec.entry_mm_s), {}};
   if (!all_there(runs.left)) return fail(Fault::NoSolution, "a leg of a bead is too short to be planned");
   return runs;

@@ -467,6 +467,31 @@ TEST(Bead, on_a_curve_is_no_slower_for_a_larger_tolerance) {
       }
 }
 
+// Cut and joined again it goes on along the path on which it was begun, however it was: from rest, slowly or at speed.
+TEST(Bead, is_laid_on_one_path_however_it_begins) {
+  const Limits m = machine();
+  for (const auto& [r, tolerance, v] :
+       {std::tuple{5.0, 0.4, 40.0}, {8.0, 0.2, 60.0}, {3.0, 0.05, 20.0}, {2.0, 1.0, 10.0}})
+    for (const double turn : {0.3, 1.0, 6.283}) {
+      const BeadSpec at_speed = spec_of(arc_points(r, turn, 0.1), v, tolerance);
+      const std::string what = " r " + std::to_string(r) + " turn " + std::to_string(turn);
+      const auto whole = plan_bead(m, at_speed);
+      ASSERT_TRUE(whole) << whole.error().message << what;
+      for (const double entry : {0.0, v / 5}) {
+        BeadSpec slow = at_speed;
+        slow.entry_mm_s = entry;
+        const auto begun = plan_bead(m, slow);
+        ASSERT_TRUE(begun) << begun.error().message << what;
+        EXPECT_NEAR(begun->bead_length_mm, whole->bead_length_mm, 1e-6) << what << " entry " << entry;
+        BeadSpec rest = slow;
+        rest.begin_mm = 0.6 * whole->bead_length_mm;
+        const auto joined = plan_bead(m, rest);
+        ASSERT_TRUE(joined) << joined.error().message << what;
+        EXPECT_NEAR(joined->bead_length_mm, 0.4 * whole->bead_length_mm, 1e-6) << what << " entry " << entry;
+      }
+    }
+}
+
 TEST(Bead, from_rest_on_a_line_is_the_textbooks_change_of_speed) {
   const Limits m = machine();
   BeadSpec spec = spec_of({at(100, 100), at(160, 100)}, 20, 0);
