@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <variant>
+#include <vector>
 
 #include "app/job/level.hpp"
 #include "app/job/valve_span.hpp"
@@ -27,10 +28,10 @@ class Tally {
       : asked_mm_s_(m.speed), allowed_mm_s_(m.speed_tolerance * m.speed), tick_s_(tick_s) {}
 
   void add(double v_mm_s) {
+    slows_down_ = slows_down_ || v_mm_s < fastest_mm_s_ - allowed_mm_s_;
     fastest_mm_s_ = std::max(fastest_mm_s_, v_mm_s);
-    all_mm_ += v_mm_s * tick_s_;
-    if (std::abs(v_mm_s - asked_mm_s_) <= allowed_mm_s_) {
-      at_speed_mm_ += v_mm_s * tick_s_;
+    speeds_.push_back(v_mm_s);
+    if (is_good(v_mm_s)) {
       run_ = {};
       return;
     }
@@ -41,12 +42,14 @@ class Tally {
 
   /// Nothing where the bead is as its material wants it.
   [[nodiscard]] std::optional<SlowBead> slow(std::uint32_t feature) const {
-    const double share = all_mm_ > 0 ? at_speed_mm_ / all_mm_ : 1;
+    const double share = at_speed();
     if (steady_mm_s_ == 0 && share >= kEnough) return std::nullopt;
     return SlowBead{.feature = feature,
                     .asked_mm_s = asked_mm_s_,
                     .steady_mm_s = steady_mm_s_,
                     .fastest_mm_s = fastest_mm_s_,
+                    .begins_mm_s = speeds_.front(),
+                    .begins_slowly = !slows_down_ && !is_good(speeds_.front()),
                     .at_speed = share};
   }
 
@@ -55,8 +58,32 @@ class Tally {
   struct Run {
     double low = 1e9, high = 0, s = 0;
   };
+  [[nodiscard]] bool is_good(double v_mm_s) const { return std::abs(v_mm_s - asked_mm_s_) <= allowed_mm_s_; }
+
+  /// The less of what is at its speed, and what lies in a stretch whose mean speed it is, as the world judges it
+  /// (sim/world/deposit_speed.cpp): where corners lie nearer than such a stretch, none is.
+  [[nodiscard]] double at_speed() const {
+    constexpr double kStretch_mm = 0.4, kLeastTicks = 8, kMostTicks = 400;
+    const auto window =
+        static_cast<std::size_t>(std::clamp(std::ceil(kStretch_mm / (asked_mm_s_ * tick_s_)), kLeastTicks, kMostTicks));
+    const std::size_t width = std::min(window, speeds_.size());
+    double sum = 0, all = 0, at_once = 0, good = 0;
+    std::size_t good_until = 0;
+    for (std::size_t n = 0; n < speeds_.size(); ++n) {
+      sum += speeds_[n], all += speeds_[n], at_once += is_good(speeds_[n]) ? speeds_[n] : 0;
+      if (n + 1 < width) continue;
+      if (n >= width) sum -= speeds_[n - width];
+      if (!is_good(sum / static_cast<double>(width))) continue;
+      for (std::size_t k = std::max(good_until, n + 1 - width); k <= n; ++k) good += speeds_[k];
+      good_until = n + 1;
+    }
+    return all > 0 ? std::min(good, at_once) / all : 1;
+  }
+
   double asked_mm_s_, allowed_mm_s_, tick_s_;
-  double fastest_mm_s_ = 0, all_mm_ = 0, at_speed_mm_ = 0;
+  std::vector<double> speeds_;  ///< tick by tick
+  double fastest_mm_s_ = 0;
+  bool slows_down_ = false;
   double longest_s_ = 0, steady_mm_s_ = 0;
   Run run_;
 };
@@ -208,15 +235,19 @@ std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
         "comes to its {:.3g} mm/s along {:.0f} % of its length: {} for the axes' a_max and j_max; write a lower "
         "`speed`, {} {}",
         slow.asked_mm_s, slow.at_speed * 100,
-        straight ? fmt::format("the {:.3g} mm of it are too short", recipes::length_mm(bead))
-        : radius ? fmt::format(
-                       "its curve, radius {:.3g} mm at its narrowest and less by up to its `corner_tolerance`, is too "
-                       "narrow",
-                       *radius)
+        slow.begins_slowly
+            ? fmt::format("it begins {}, and its {:.3g} mm are too short to speed up",
+                          slow.begins_mm_s > 0 ? fmt::format("at {:.2g} mm/s", slow.begins_mm_s) : "from rest",
+                          recipes::length_mm(bead))
+        : straight ? fmt::format("the {:.3g} mm of it are too short", recipes::length_mm(bead))
+        : radius   ? fmt::format(
+                         "its curve, radius {:.3g} mm at its narrowest and less by up to its `corner_tolerance`, is too "
+                           "narrow",
+                         *radius)
                  : std::string("its corners lie too near to each other"),
-        straight ? "draw it longer,"
-        : radius ? "a larger radius, a smaller `corner_tolerance`,"
-                 : "a larger `corner_tolerance`,",
+        slow.begins_slowly || straight ? "draw it longer,"
+        : radius                       ? "a larger radius, a smaller `corner_tolerance`,"
+                                       : "a larger `corner_tolerance`,",
         kElse);
   return fmt::format(
       "planned at {:.3g} mm/s instead of {:.3g} mm/s: the axes' limits allow no more on {}; write "

@@ -43,6 +43,17 @@ TEST(SlowBeads, corners_and_curves_are_told_what_would_help) {
       << "never 0";
 }
 
+TEST(SlowBeads, that_begin_slowly_are_told_to_be_longer) {
+  const auto r = recipe();
+  for (const std::uint32_t feature : {0u, 1u, 2u}) {
+    const std::string text = in_words(
+        {.feature = feature, .asked_mm_s = 100, .begins_mm_s = 8.6, .begins_slowly = true, .at_speed = 0.2}, r);
+    EXPECT_TRUE(says(text, "begins at 8.6 mm/s")) << text;
+    EXPECT_TRUE(says(text, "draw it longer")) << text;
+    EXPECT_FALSE(says(text, "radius") || says(text, "corner")) << text;
+  }
+}
+
 /// A line of this length at this speed, as the first feature of a recipe of that material.
 std::vector<SlowBead> slow_line(double length_mm, double speed_mm_s, recipes::Recipe& r) {
   r.materials.front().speed = speed_mm_s;
@@ -60,6 +71,23 @@ std::vector<SlowBead> slow_line(double length_mm, double speed_mm_s, recipes::Re
 
 /// By hand: 0.301 mm at 20 mm/s are 15.05 ms, so 16 cycles, at 18.81 mm/s: 5.9 % too slow. 0.381 mm are 19.05 ms, so 20
 /// cycles, 4.75 % too slow, and 5 % are allowed.
+// Legs of 0.25 mm with a rest in each corner: at 5.7 mm/s the needle is at its speed for most of the way, and in no 0.4
+// mm of it in the mean, so that the bead has too much everywhere.
+TEST(SlowBeads, that_rest_in_near_corners_are_never_at_their_speed_in_the_mean) {
+  auto r = recipe();
+  r.materials.front().speed = 5.7;
+  std::vector<AxisVec> points;
+  for (int k = 0; k < 18; ++k) points.push_back({200 + 0.2425 * k, 200 + (k % 2) * 0.0625, -50});
+  const auto motion =
+      motion::plan_bead(motion::test::machine(), {.points = points, .speed_mm_s = 5.7, .valve = 1, .feature = 0});
+  ASSERT_TRUE(motion);
+  std::vector<SlowBead> slow;
+  add_slow_beads(slow, r, {motion->segments.begin(), motion->segments.end()}, 0.001);
+  ASSERT_EQ(slow.size(), 1u);
+  EXPECT_LT(slow[0].at_speed, 0.1);
+  EXPECT_FALSE(slow[0].begins_slowly);
+}
+
 TEST(SlowBeads, what_whole_cycles_make_slower_is_known_by_its_cause) {
   auto r = recipe();
   for (const double length_mm : {0.3, 0.299, 0.381, 0.32, 2.0})
