@@ -85,6 +85,10 @@ class FieldBus {
   [[nodiscard]] virtual InputSource source(StationId /*station*/, config::ObjectAddress /*input*/) const noexcept {
     return InputSource::EveryCycle;
   }
+  /// Whether the station has this object of its start-up rows; one that has not goes by its own value. RT.
+  [[nodiscard]] virtual bool has_row(StationId /*station*/, config::ObjectAddress /*row*/) const noexcept {
+    return true;
+  }
   /// One cycle: sends the image and takes what comes back until `deadline`. RT.
   virtual Exchange exchange(Time deadline) noexcept = 0;
   /// Announces the deadline of the next exchange(), when a cycle is done and time is left. Without it, or with another

@@ -146,6 +146,7 @@ void Axes::watch_braking(AxisId id) noexcept {
   // At the speed that it had: one side may begin later than the other, which is told when the first one is seen.
   constexpr double kLater_s = 0.006, kLaterCycles = 4, kLeastLater_s = 0.01;
   constexpr Time kCatchesUp = milliseconds(10);  // behind frames that were lost
+  constexpr double kJump = 10;                   // cycles of travel in one
   const AxisSetup& axis = setup_.axes[id.value];
   Unbraked found;
   bool braked = false, brakes = false, heard = true;
@@ -153,6 +154,8 @@ void Axes::watch_braking(AxisId id) noexcept {
   for (const std::uint8_t d : axis.drives) {
     const devices::Feedback& f = drives_[d].feedback();
     OwnBraking& own = braking_[d];
+    const bool homes = f.fresh ? stops_homing(d) : stopped_homing_[d];  // as it was heard last
+    const BrakingReach& reach = homes ? setup_.drives[d].homing_reach : setup_.drives[d].reach;
     braked = braked || own.busy();
     heard = heard && f.fresh;
     if (f.fresh) {
@@ -160,20 +163,24 @@ void Axes::watch_braking(AxisId id) noexcept {
       // One that lets go before it stands, whatever its 605Ah said, is on its way to a stop all the same.
       const bool lets_go = own.busy() && !cycle::has_torque(f.state) && f.state != DriveState::Fault;
       const bool by_itself = f.state == DriveState::QuickStopActive || f.state == DriveState::FaultReaction ||
-                             lets_go || homing_[d].stopping() ||
+                             lets_go || homes ||
                              (f.state == DriveState::OperationEnabled && goal_of(d) == DriveGoal::QuickStop);
       const double heard_s = seconds(setup_.period) * static_cast<double>(apart_cycles_[d]);
+      // What it does from here on is done by another ramp, or its counter was set at its edge.
+      const double most =
+          kJump * setup_.axes[id.value].homing.limits.rules.counts_per_cycle * static_cast<double>(apart_cycles_[d]);
+      if (homes != stopped_homing_[d] || (homes && static_cast<double>(std::abs(step_counts_[d])) > most)) own = {};
+      stopped_homing_[d] = homes;
       own.see(by_itself && still_[d] < stands_cycles_, f.position, step(d) / heard_s,
-              since_gap_[d] * setup_.period < kCatchesUp, heard_s, reach_of(d));
+              since_gap_[d] * setup_.period < kCatchesUp, heard_s, reach);
     }
     if (!own.busy()) continue;
     brakes = true;
     from_speed = std::max(from_speed, own.from_speed());
-    if (own.gone() > reach_of(d).of(own.from_speed()))
-      found = {Fault::NotBraking, own.gone(), setup_.drives[d].station};
+    if (own.gone() > reach.of(own.from_speed())) found = {Fault::NotBraking, own.gone(), setup_.drives[d].station};
   }
-  const bool homes = (homing_mask_ >> id.value & 1u) != 0;  // its sides may come apart by more, and that is watched
-  if (axis.drives.size() == 2 && brakes && heard && !homes) {
+  const bool in_homing = (homing_mask_ >> id.value & 1u) != 0;  // its sides may come apart by more, and that is watched
+  if (axis.drives.size() == 2 && brakes && heard && !in_homing) {
     const double apart = drives_[axis.drives[0]].feedback().position - drives_[axis.drives[1]].feedback().position;
     if (!braked) apart_before_[id.value] = apart;
     const double later_s = std::max(kLeastLater_s, kLater_s + kLaterCycles * seconds(setup_.period));
@@ -189,8 +196,10 @@ void Axes::watch_braking(AxisId id) noexcept {
     if (braking_[d].busy()) let_go_ |= 1u << d;
 }
 
-const BrakingReach& Axes::reach_of(std::size_t d) const noexcept {
-  return homing_[d].stopping() ? setup_.axes[setup_.drives[d].axis.value].homing.stops : setup_.drives[d].reach;
+/// By a ramp of which something is known.
+bool Axes::stops_homing(std::size_t d) const noexcept {
+  return homing_[d].stopping() && !own_ramp_[d] && drives_[d].feedback().state == DriveState::OperationEnabled &&
+         goal_of(d) == DriveGoal::Enabled;
 }
 
 /// A side without torque takes over the coordinate of the other one, where there is no reference. Sides that stand
@@ -396,7 +405,7 @@ AxisId Axes::first_on_limit() const noexcept {
   return kNoAxis;
 }
 
-void Axes::start_homing(std::uint32_t mask) noexcept {
+void Axes::start_homing(std::uint32_t mask, const devices::FieldBus& bus) noexcept {
   homing_mask_ = mask;
   farther_ = {};
   for (std::size_t d = 0; d < setup_.drives.size(); ++d) {
@@ -405,6 +414,7 @@ void Axes::start_homing(std::uint32_t mask) noexcept {
     referenced_ &= ~(1u << id.value);
     squaring_[id.value] = {};
     apart_[id.value] = 0, ended_by_[id.value] = kNoStation;
+    own_ramp_[d] = !bus.has_row(setup_.drives[d].station, setup_.drives[d].homing_ramp);
     homing_[d].start(setup_.axes[id.value].homing.limits, drives_[d].feedback());
   }
 }

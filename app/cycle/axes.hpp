@@ -113,7 +113,7 @@ class Axes {
   }
 
   /// Homing of the axes in `mask`, together, and squaring of those with two sides. Then homing() until it is over.
-  void start_homing(std::uint32_t mask) noexcept;
+  void start_homing(std::uint32_t mask, const devices::FieldBus& bus) noexcept;
   void cancel_homing(Fault why) noexcept;
   /// Every cycle while homing(): axes whose sides have both arrived begin to be squared.
   void follow_homing() noexcept;
@@ -157,7 +157,7 @@ class Axes {
   void stop_together(AxisId id, bool operational) noexcept;
   void run_out_together(AxisId id) noexcept;
   void watch_braking(AxisId id) noexcept;
-  [[nodiscard]] const BrakingReach& reach_of(std::size_t d) const noexcept;
+  [[nodiscard]] bool stops_homing(std::size_t d) const noexcept;
   /// What the drive went until it was heard last, mm or rad.
   [[nodiscard]] double step(std::size_t d) const noexcept {
     return static_cast<double>(step_counts_[d]) / drives_[d].scale().to_counts_delta(1);
@@ -191,6 +191,8 @@ class Axes {
   std::uint32_t runs_out_with_side_ = 0;  ///< have no torque, because it runs out without
   std::uint32_t let_go_ = 0;              ///< give up their torque until they have, because their axis does not brake
   std::array<OwnBraking, kMaxDrives> braking_{};         ///< by itself
+  std::bitset<kMaxDrives> own_ramp_;                     ///< of its homing, which nobody knows: it has no 609Ah
+  std::bitset<kMaxDrives> stopped_homing_;               ///< in the cycle before
   std::bitset<kMaxAxes> not_braked_;                     ///< told, until it is over
   std::array<Unbraked, kMaxAxes> unbraked_{};            ///< of the last cycle
   std::array<double, kMaxAxes> apart_before_{};          ///< how far two sides were when they began to brake

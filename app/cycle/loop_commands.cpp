@@ -103,7 +103,7 @@ void Loop::obey(const Command& command) noexcept {
       pending_disable_ = command.id;
       return;
     case CommandKind::Home:
-      axes_.start_homing(command.axes);
+      axes_.start_homing(command.axes, bus_);
       pending_ = command.id;
       return;
     case CommandKind::ArmProbe:

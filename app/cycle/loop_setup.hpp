@@ -32,6 +32,8 @@ struct DriveSetup {
   double brake_give = 0;        ///< mm or rad that the axis may move while its brake is closed; 0: it has none
   bool keeps_reference = true;  ///< when its torque goes while it stands: it measures where it is, or nothing moves it
   BrakingReach reach{};         ///< of what it brakes with by itself
+  BrakingReach homing_reach{};  ///< of what it stops its homing with
+  config::ObjectAddress homing_ramp{devices::wire::cia402::kHomingAcceleration, 0};
   config::ObjectAddress digital_inputs{devices::wire::cia402::kDigitalInputs, 0};
   config::ObjectAddress mode_display{devices::wire::cia402::kModeDisplay, 0};
 };
@@ -39,7 +41,6 @@ struct DriveSetup {
 struct HomingSetup {
   double position = 0;  ///< coordinate at the home edge, mm or rad
   devices::HomingLimits limits;
-  BrakingReach stops{};  ///< of a drive whose search was ended early, by 609Ah
   // Of an axis with two drives, mm:
   double skew_max = 0;      ///< how much farther one side may go than the other while both search; 0: not watched
   double square_max = 0;    ///< what squaring removes when both have homed; more is refused

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
 
 #include "app/job/limits.hpp"
 #include "app/job/walk.hpp"
@@ -88,17 +87,15 @@ Result<void> add_drives(const config::Machine& machine, const config::Axis& axis
         .late_s = axis.a_max / axis.j_max + kDelaysToBrake * axis.response_delay_s + kLateToBrake_s,
         .slack = axis.following_base + kSlackCounts / std::abs(axis.counts_per_unit),
         .gains = axis.a_max * axis.a_max / (2 * axis.j_max) + axis.a_max * axis.response_delay_s};
-    if (axis.homing) {
-      cycle::BrakingReach& stops = setup.homing.stops;
-      stops = reach, stops.deceleration = std::min(axis.homing->acceleration, axis.a_max), stops.late_s += kHeedsBit_s;
-      if (std::ranges::count(station->profile.declared, "homing_acceleration") > 0)  // it takes one of its own
-        stops.slack = std::numeric_limits<double>::infinity();
-    }
+    cycle::BrakingReach homing_reach = reach;
+    if (axis.homing) homing_reach.deceleration = std::min(axis.homing->acceleration, axis.a_max);
+    homing_reach.late_s += kHeedsBit_s;
     const double give = axis.rotary ? kBrakeGive_rad : kBrakeGive_mm;
     const bool braked = config::is_braked(machine, axis, ref);
     if (!loop.drives.push_back({ref.station, axis.id, *layout, devices::AxisScale(axis.counts_per_unit, ref.invert),
                                 brakes, braked && layout->closed_loop ? give : 0,
-                                layout->closed_loop || axis.self_locking || braked, reach,
+                                layout->closed_loop || axis.self_locking || braked, reach, homing_reach,
+                                config::in_slot(station->profile, {0x609A, 0}, ref.slot),
                                 config::in_slot(station->profile, {0x60FD, 0}, ref.slot),
                                 config::in_slot(station->profile, {0x6061, 0}, ref.slot)}) ||
         !setup.drives.push_back(index))

@@ -522,6 +522,12 @@ InputSource EthercatMaster::source(StationId station, config::ObjectAddress inpu
   return bent != nullptr ? bent->source(input) : InputSource::EveryCycle;
 }
 
+bool EthercatMaster::has_row(StationId station, config::ObjectAddress row) const noexcept {
+  const auto of = std::ranges::find(stations_, station, &StationRecord::id);
+  return of == stations_.end() ||
+         std::ranges::find(of->startup, row, &config::StartupRow::address) != of->startup.end();
+}
+
 /// One step after the other on each station (false: it was the last), all of them side by side. What goes by SDO
 /// because no PDO carries it is served in between, and until the last station is done: a slow mailbox holds up nobody
 /// else's.

@@ -58,6 +58,7 @@ class EthercatMaster final : public StationBus {
   /// mailbox flag the cycles have seen are asked.
   std::vector<std::pair<StationId, Emergency>> take_emergencies() override;
   [[nodiscard]] InputSource source(StationId station, config::ObjectAddress input) const noexcept override;
+  [[nodiscard]] bool has_row(StationId station, config::ObjectAddress row) const noexcept override;
   /// Whether there are objects that go by SDO because no PDO of a station carries them (6060h, 6061h, 603Fh, 60FDh).
   [[nodiscard]] bool has_slow_objects() const noexcept override;
   Result<void> compare_parameters() override;

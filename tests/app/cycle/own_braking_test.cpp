@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "app/job/limits.hpp"
 #include "config/quick_stop.hpp"
@@ -223,6 +224,63 @@ TEST(OwnBraking, a_drive_that_runs_on_when_its_homing_is_ended_loses_its_torque)
     EXPECT_EQ(b.told(Fault::NotBraking), weak ? 1 : 0);
     EXPECT_LT(gone, weak ? 12 : 4);
     EXPECT_EQ((b.now.enabled & 1u) == 0, weak);
+  }
+}
+
+// What stops it by one ramp may be told to by another one: each is judged from where it begins.
+TEST(OwnBraking, a_homing_that_ends_softly_and_is_stopped_meanwhile_is_no_drive_that_runs_on) {
+  config::Machine m = test::reference_machine();
+  for (const std::size_t axis : {0u, 1u})
+    m.axes[axis].homing->acceleration = 250;  // stands after a quarter of a second
+  for (const int n : {20, 60, 100, 150, 200, 300, -100, -150, -200}) {
+    const int later = std::abs(n);
+    SCOPED_TRACE(n);
+    BrakingBench b(m);
+    AxisVec to = b.now.target;
+    to[0] = 300, to[1] = 300;
+    b.play(motion::line_move(job::limits_of(b.machine), b.now.target, to));
+    ASSERT_TRUE(b.until([&] { return b.now.state == State::Ready; }, 5000));
+    ASSERT_TRUE(b.channels->commands.push({.kind = cycle::CommandKind::Home, .id = 1000, .axes = 3}));
+    ASSERT_TRUE(b.until([&] { return b.segment.motor(kY, 0).velocity() < -59; }, 5000));
+    ASSERT_TRUE(b.channels->commands.push({.kind = cycle::CommandKind::Abort, .id = 1001}));
+    b.ticks(later);
+    if (n > 0)
+      b.stop();
+    else
+      b.segment.power_off(b.drive(0).station);  // and is heard no more
+    b.ticks(2000);
+    EXPECT_EQ(b.told(Fault::NotBraking), 0);
+  }
+}
+
+// The edge at which a drive sets its counter may come while it stops: that is no way that it has gone.
+TEST(OwnBraking, a_counter_that_is_set_while_homing_ends_is_no_motion) {
+  config::Machine m = test::reference_machine();
+  m.bus.cycle = milliseconds(4);
+  /// Of Z; cycles until its counter jumps, or until it stands again.
+  const auto homes_for = [&](int until, int* notes) {
+    LoopBench b(m);
+    b.operate();
+    b.enable();
+    EXPECT_TRUE(b.channels->commands.push({.kind = cycle::CommandKind::Home, .id = 1000, .axes = 1u << m.z.value}));
+    int cycles = 0;
+    for (double before = b.now.actual[m.z.value]; cycles < until; ++cycles) {
+      b.tick();
+      if (std::abs(std::exchange(before, b.now.actual[m.z.value]) - b.now.actual[m.z.value]) > 5) break;
+    }
+    if (notes == nullptr) return cycles;
+    EXPECT_TRUE(b.channels->commands.push({.kind = cycle::CommandKind::Abort, .id = 1001}));
+    b.ticks(300);
+    *notes = b.told(Fault::NotBraking);
+    return cycles;
+  };
+  const int edge = homes_for(5000, nullptr);
+  ASSERT_LT(edge, 5000);
+  for (int before = 0; before < 8; ++before) {
+    SCOPED_TRACE(before);
+    int notes = 0;
+    homes_for(edge - before, &notes);
+    EXPECT_EQ(notes, 0);
   }
 }
 
