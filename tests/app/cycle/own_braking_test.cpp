@@ -253,6 +253,29 @@ TEST(OwnBraking, a_homing_that_ends_softly_and_is_stopped_meanwhile_is_no_drive_
   }
 }
 
+// Of a station without 609Ah nobody knows the ramp: it is not judged by the one that the machine file asks for.
+TEST(OwnBraking, a_homing_that_ends_by_a_ramp_of_the_drives_own_is_not_judged) {
+  constexpr config::ObjectAddress kHomingRamp{0x609A, 0};
+  config::Machine m = test::reference_machine();
+  config::Axis& y = m.axes[kY.value];
+  y.homing->fast = 280, y.homing->acceleration = 4000;  // the virtual drive's own is a quarter of that
+  for (const config::DriveRef& ref : y.drives)
+    std::erase_if(m.stations[ref.station.value].profile.objects,
+                  [&](const auto& row) { return row.address == kHomingRamp; });
+  LoopBench b(m);
+  b.operate();
+  b.enable();
+  EXPECT_FALSE(b.master->has_row(y.drives[0].station, kHomingRamp));
+  EXPECT_TRUE(b.master->has_row(m.axes[0].drives[0].station, kHomingRamp));
+  ASSERT_TRUE(b.channels->commands.push({.kind = cycle::CommandKind::Home, .id = 1000, .axes = 2}));
+  ASSERT_TRUE(b.until([&] { return b.segment.motor(kY, 0).velocity() < -270; }, 5000));
+  const double from = b.segment.motor(kY, 0).position();
+  ASSERT_TRUE(b.channels->commands.push({.kind = cycle::CommandKind::Abort, .id = 1001}));
+  b.ticks(2000);
+  EXPECT_GT(from - b.segment.motor(kY, 0).position(), 30);
+  EXPECT_EQ(b.told(Fault::NotBraking), 0);
+}
+
 // The edge at which a drive sets its counter may come while it stops: that is no way that it has gone.
 TEST(OwnBraking, a_counter_that_is_set_while_homing_ends_is_no_motion) {
   config::Machine m = test::reference_machine();
