@@ -71,16 +71,16 @@ class Commissioning {
         {"alias", found.record.alias},  {"as_expected", same && config::alias_fits(station, found.record.alias)}};
     if (!json_) show_identity(station, found, eeprom_same);
     if (!json_) show_object(station, found, object);
+    const Error unreadable{Fault::SiiInvalid, "its EEPROM cannot be read: " + sii.damage, devices::where(station)};
     if (options_.accept) {
-      if (!sii.read)
-        return fail(Fault::SiiInvalid, "its EEPROM cannot be read: " + sii.damage, "station " + station.name);
+      if (!sii.read) return tl::unexpected(unreadable);
       if (!object) return tl::unexpected(object.error());
       take(station, sii, said);
       out["accepted"] = station.accepted->date;
       if (!json_) print_text("    accepted {}\n", station.accepted->date);
     }
     if (!sii.read)
-      refused_.push_back({Fault::SiiInvalid, "its EEPROM cannot be read: " + sii.damage, devices::where(station)});
+      refused_.push_back(unreadable);
     else if (auto taken = survey_.confirm(found.record.position, machine_, station); !taken) {
       if (taken.error().fault != Fault::IdentityMismatch) return tl::unexpected(taken.error());
       refused_.push_back(taken.error());
@@ -103,7 +103,9 @@ class Commissioning {
     return out;
   }
 
-  [[nodiscard]] int differing() const { return differing_; }
+  [[nodiscard]] std::ptrdiff_t differing() const {
+    return std::ranges::count(refused_, Fault::ParameterDiffers, &Error::fault);
+  }
   /// Why no start would give these stations torque.
   [[nodiscard]] std::vector<Error> refused(const std::vector<devices::FoundStation>& found) const {
     std::vector<Error> out = refused_;
@@ -138,8 +140,8 @@ class Commissioning {
     std::int64_t value = 0;
   };
 
-  static Error differing(const config::Station& station, const config::StartupRow& row,
-                         const Result<devices::HeldObject>& held, const std::string& remark) {
+  static Error difference(const config::Station& station, const config::StartupRow& row,
+                          const Result<devices::HeldObject>& held, const std::string& remark) {
     const std::string object = fmt::format("{} ({})", row.name, config::to_text(row.address));
     return {Fault::ParameterDiffers,
             held ? fmt::format("{} is {} instead of {}{}", object, held->value, row.value,
@@ -225,10 +227,8 @@ class Commissioning {
         remark = by_start                                       ? "written at every start"
                  : row.rule == config::ParameterRule::MustEqual ? std::string(kDiffers) + ", and is never written"
                                                                 : std::string(kDiffers);
-      if ((differs && (!by_start || options_.write)) || (!held && !row.declared)) {
-        ++differing_;
-        refused_.push_back(differing(station, row, held, remark));
-      }
+      if ((differs && (!by_start || options_.write)) || (!held && !row.declared))
+        refused_.push_back(difference(station, row, held, remark));
       ordered_json one{{"name", row.name}, {"object", config::to_text(row.address)}, {"asked", row.value}};
       one["held"] = held ? ordered_json(held->value) : ordered_json();
       one["acts"] = acts_text(row.acts);
@@ -282,7 +282,6 @@ class Commissioning {
   devices::Survey& survey_;
   bool json_, changed_ = false;
   std::function<Result<void>()> keep_;
-  int differing_ = 0;
   std::vector<Error> refused_;
   std::vector<Held> held_;  ///< as it was read last
 };

@@ -146,7 +146,6 @@ void Axes::watch_braking(AxisId id) noexcept {
   // At the speed that it had: one side may begin later than the other, which is told when the first one is seen.
   constexpr double kLater_s = 0.006, kLaterCycles = 4, kLeastLater_s = 0.01;
   constexpr Time kCatchesUp = milliseconds(10);  // behind frames that were lost
-  constexpr double kJump = 10;                   // cycles of travel in one
   const AxisSetup& axis = setup_.axes[id.value];
   Unbraked found;
   bool braked = false, brakes = false, heard = true;
@@ -167,9 +166,7 @@ void Axes::watch_braking(AxisId id) noexcept {
                              (f.state == DriveState::OperationEnabled && goal_of(d) == DriveGoal::QuickStop);
       const double heard_s = seconds(setup_.period) * static_cast<double>(apart_cycles_[d]);
       // What it does from here on is done by another ramp, or its counter was set at its edge.
-      const double most =
-          kJump * setup_.axes[id.value].homing.limits.rules.counts_per_cycle * static_cast<double>(apart_cycles_[d]);
-      if (homes != stopped_homing_[d] || (homes && static_cast<double>(std::abs(step_counts_[d])) > most)) own = {};
+      if (homes != stopped_homing_[d] || (homes && homing_[d].is_jump(step_counts_[d], apart_cycles_[d]))) own = {};
       stopped_homing_[d] = homes;
       own.see(by_itself && still_[d] < stands_cycles_, f.position, step(d) / heard_s,
               since_gap_[d] * setup_.period < kCatchesUp, heard_s, reach);

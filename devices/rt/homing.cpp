@@ -47,6 +47,11 @@ bool HomingRun::stands(const Feedback& f) noexcept {
   return still_ >= stands_cycles_;
 }
 
+bool HomingRun::is_jump(std::int64_t step, std::int64_t cycles) const noexcept {
+  constexpr double kJump = 10;  // cycles of travel in one
+  return static_cast<double>(std::abs(step)) > kJump * static_cast<double>(cycles) * limits_.rules.counts_per_cycle;
+}
+
 void HomingRun::watch_search(const Feedback& f) noexcept {
   if (seen_undone_ && (f.statusword & kHomingError) != 0) return cancel(Fault::HomingFailed);
   if (const Fault seen = guard_.look(f, unseen_); seen != Fault::None) return cancel(seen);
@@ -58,8 +63,7 @@ void HomingRun::watch_search(const Feedback& f) noexcept {
   }
   // The drive sets its counter anew at the home edge, perhaps before it shows "done": that jump is no travel.
   const std::int64_t step = f.counts.value - last_.value;
-  constexpr double kJump = 10;  // cycles of travel in one
-  if (static_cast<double>(std::abs(step)) <= kJump * static_cast<double>(unseen_) * limits_.rules.counts_per_cycle) {
+  if (!is_jump(step, unseen_)) {
     moved_ += step;
     counted_ = counted_ || step != 0;
   }

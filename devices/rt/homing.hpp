@@ -59,6 +59,8 @@ class HomingRun {
   [[nodiscard]] bool stopping() const noexcept { return phase_ == Phase::Settle && fault_ != Fault::None; }
   /// Its search may begin, or has begun.
   [[nodiscard]] bool ready() const noexcept { return ready_ || phase_ > Phase::EnterMode; }
+  /// So many counts in so many cycles are no motion: the drive has set its counter at its edge.
+  [[nodiscard]] bool is_jump(std::int64_t step, std::int64_t cycles) const noexcept;
   /// Counts of the search so far. That the drive sets its counter anew at the edge is no motion.
   [[nodiscard]] std::int64_t moved() const noexcept { return moved_; }
   /// While it leads off: counts by which the target moves in this cycle.

@@ -10,6 +10,7 @@
 #include "motion/path/moves.hpp"
 #include "motion/path/path_planner.hpp"
 #include "motion/path/rejoin.hpp"
+#include "motion/path/rounding.hpp"
 #include "motion/path/run.hpp"
 #include "motion/profile/line_bounds.hpp"
 
@@ -27,8 +28,7 @@ constexpr double kUseV = 1 - kFaster, kUseA = 0.97, kUseJ = 0.92;
 /// is to be: where the tolerance is a large part of its radius, its inside is the narrower way. Without any, corners
 /// are rests.
 constexpr double kShares[] = {1, 0.7, 0.4, 0.15};
-constexpr double kHeld = 0.99;      ///< mean speed of a bead that holds its speed, as a share of it
-constexpr double kSharpTurn = 0.7;  ///< |d2 - d1|: a corner, which all of the tolerance makes faster
+constexpr double kHeld = 0.99;  ///< mean speed of a bead that holds its speed, as a share of it
 /// A rounded path stays within a tolerance of its polyline; the corner itself is up to sqrt(2) as far from the path.
 constexpr double kOfCorner = std::numbers::sqrt2 / 2;
 /// What is left of a bead that was cut in a bend is played so much slower, where no run-up leads to it else.
@@ -88,12 +88,13 @@ Result<std::vector<Leg>> legs_of(const Limits& limits, const std::vector<AxisVec
   return legs;
 }
 
+/// One that is sharp, which all of the tolerance makes faster.
 bool has_corner(const Limits& limits, const std::vector<Leg>& legs) {
   for (std::size_t k = 1; k < legs.size(); ++k) {
     double turn = 0;
     for (std::size_t i = 0; i < limits.axes; ++i)
       if (limits.linear[i]) turn = std::hypot(turn, legs[k].direction[i] - legs[k - 1].direction[i]);
-    if (turn > kSharpTurn) return true;
+    if (turn > kSharp) return true;
   }
   return false;
 }

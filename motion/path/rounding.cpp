@@ -9,7 +9,6 @@ namespace gantry::motion {
 namespace {
 
 constexpr double kSamePoint = 1e-9;       ///< mm
-constexpr double kSharp = 0.7;            ///< |d2 - d1| from which on a corner is sharp: about 40 degrees
 constexpr double kStraightOn = 1e-10;     ///< |d2 - d1|
 constexpr double kReversal = -0.97;       ///< cosine: sharper than 166 degrees
 constexpr double kStraightBack = -0.985;  ///< cosine of a reversal that has no side; one that is none, with a

@@ -14,6 +14,8 @@
 
 namespace gantry::motion {
 
+inline constexpr double kSharp = 0.7;  ///< |d2 - d1| from which on a corner is sharp: about 40 degrees
+
 class Rounding {
  public:
   Rounding(const Measure& measure, double tolerance_mm) : measure_(measure), tolerance_mm_(tolerance_mm) {}
