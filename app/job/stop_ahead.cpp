@@ -17,7 +17,6 @@ constexpr double kUnseen = 1.02;      // the last setpoints are not told, and co
 constexpr double kMostRise = 1.28;    // as much more a stop has taken whose rate rose as fast as it may
 constexpr double kOnLine = 1.005;     // a hold that meets the end of a line has gone 0.4 % farther
 constexpr double kLate = 1.5;         // ticks by which a difference of two speeds is behind
-constexpr int kMostTicks = 40;        // until one of the manners to stop is found
 
 /// From (v, a) to rest.
 double stop_mm(double v, double a, const motion::Bounds& b) {
@@ -81,7 +80,7 @@ double StopAhead::on_line(const motion::Segment& line, double s_mm, const OnPath
   return kOnLine * std::min(most_mm, left_mm);
 }
 
-/// The loop changes the rate at which planned time goes by, by the first vigour that keeps the limits.
+/// The loop changes the rate at which planned time goes by.
 std::optional<double> StopAhead::on_pieces(const std::deque<motion::Segment>& block, std::size_t first, double s_mm,
                                            const OnPath& now) {
   ring_ = std::make_unique<motion::SegmentRing>();
@@ -106,49 +105,51 @@ std::optional<double> StopAhead::on_pieces(const std::deque<motion::Segment>& bl
     rises = std::clamp(unplanned_mm(now, 0, h, b) / by_plan, 1.0, kMostRise);
   }
 
-  /// Path length from the beginning of the first piece.
-  const auto gone_mm = [&](double planned_s) {
-    double mm = 0;
-    for (std::size_t n = 0; n < ring_->size(); ++n) {
-      const motion::Segment& s = *ring_->peek(n);
-      const double lasts_s = motion::duration(s.nominal);
-      if (planned_s < lasts_s) return mm + motion::along(s.nominal, planned_s).x.p;
-      planned_s -= lasts_s;
-      mm += s.geometry.length;
-    }
-    return mm;
-  };
-  const auto place = [&](double planned_s) {
-    motion::PieceCursor at(*ring_, 0, std::max(0.0, planned_s));
-    at.advance(0);
-    const motion::Segment& s = at.piece();
-    return motion::point(s.geometry, std::min(motion::along(s.nominal, at.t()).x.p, s.geometry.length));
-  };
   double most_mm = 0;
-  for (int begins = 0; begins <= kReaction; ++begins) {
-    std::size_t tries = 0;
-    std::optional<double> stands_at_s;
-    for (int n = begins; n < begins + kMostTicks && !stands_at_s; ++n) {
-      const double now_s = t_s + n * h * rate;
-      motion::PieceCursor at(*ring_, 0, now_s);
-      if (at.advance(0) != motion::PieceCursor::Met::Piece) {  // it rests by plan before it would be stopped
-        stands_at_s = now_s;
-        break;
-      }
-      const motion::Recent recent{place(now_s - 2 * h * rate), place(now_s - h * rate), place(now_s)};
-      for (std::size_t k = 0; k < motion::RateChange::kStopsInATick && !stands_at_s; ++k) {
-        const auto& vigour = motion::RateChange::kStops[tries++ % motion::RateChange::kStops.size()];
-        if (change_.plan(at, {rate, 0}, 0, recent, limits_, vigour)) {
-          stands_at_s = now_s + change_.ahead(motion::RateChange::kMostTicks * h, 0, h);
-          change_.drop();
-        }
-      }
-    }
-    if (!stands_at_s) stands_at_s = t_s + kFar_s * rate;
-    most_mm = std::max(most_mm, gone_mm(*stands_at_s) - s_mm);
-  }
+  for (int begins = 0; begins <= kReaction; ++begins)
+    most_mm = std::max(most_mm, gone_mm(stands_at_s(t_s + begins * h * rate, rate)) - s_mm);
   const double told_mm = kUnseen * rises * most_mm;
   return rests ? std::min(told_mm, std::max(kUnseen * most_mm, kOnLine * (known_mm - s_mm))) : told_mm;
+}
+
+/// Planned time at which a stop ends that the loop begins at `now_s`, tick by tick as the loop does.
+double StopAhead::stands_at_s(double now_s, double rate) {
+  const double h = limits_.tick_s, most_s = now_s + kFar_s * rate;
+  motion::Recent recent{place(now_s - 2 * h * rate), place(now_s - h * rate), place(now_s)};
+  motion::Rate now{rate, 0};
+  unsigned tries = 0;
+  change_.drop();
+  while (now_s < most_s) {
+    motion::PieceCursor at(*ring_, 0, now_s);
+    if (at.advance(0) != motion::PieceCursor::Met::Piece) return now_s;  // it rests by plan before it would be stopped
+    change_.stop(at, now, recent, limits_, tries);
+    const motion::RateChange::Step step =
+        change_.under_way() ? change_.next() : motion::RateChange::Step{now.r * h, now};
+    now_s += step.ahead, now = step.end;
+    if (!(now.r > 0)) return now_s;
+    recent = {recent[1], recent[2], place(now_s)};
+  }
+  return most_s;
+}
+
+/// Path length from the beginning of the first piece.
+double StopAhead::gone_mm(double planned_s) const {
+  double mm = 0;
+  for (std::size_t n = 0; n < ring_->size(); ++n) {
+    const motion::Segment& s = *ring_->peek(n);
+    const double lasts_s = motion::duration(s.nominal);
+    if (planned_s < lasts_s) return mm + motion::along(s.nominal, planned_s).x.p;
+    planned_s -= lasts_s;
+    mm += s.geometry.length;
+  }
+  return mm;
+}
+
+AxisVec StopAhead::place(double planned_s) const {
+  motion::PieceCursor at(*ring_, 0, std::max(0.0, planned_s));
+  at.advance(0);
+  const motion::Segment& s = at.piece();
+  return motion::point(s.geometry, std::min(motion::along(s.nominal, at.t()).x.p, s.geometry.length));
 }
 
 }  // namespace gantry::job

@@ -42,6 +42,10 @@ class StopAhead {
   [[nodiscard]] double on_line(const motion::Segment& line, double s_mm, const OnPath& now) const;
   [[nodiscard]] std::optional<double> on_pieces(const std::deque<motion::Segment>& block, std::size_t first,
                                                 double s_mm, const OnPath& now);
+  // In planned time, from the beginning of the first piece of the ring:
+  [[nodiscard]] double stands_at_s(double now_s, double rate);
+  [[nodiscard]] double gone_mm(double planned_s) const;
+  [[nodiscard]] AxisVec place(double planned_s) const;
 
   motion::Limits limits_;
   std::unique_ptr<motion::SegmentRing>

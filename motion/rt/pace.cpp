@@ -18,8 +18,8 @@ struct Attempt {
   RateChange::Vigour vigour;
   double share = 1;  ///< of the change to the rate that is wanted
 };
-// A stop tries the next two in each tick, another rate one every few ticks: that bounds the work of a tick. A
-// small rate can always be had from a standstill, and the others from there.
+// Another rate than 0 is tried one every few ticks, a stop oftener: that bounds the work of a tick. A small rate can
+// always be had from a standstill, and the others from there.
 constexpr std::array<Attempt, 8> kChanges{{{{1, 0.85}, 1},
                                            {{0.6, 0.6}, 1},
                                            {{0.3, 0.4}, 1},
@@ -47,13 +47,7 @@ void Interpolator::choose_rate() noexcept {
   }
   const PieceCursor here(ring_, 0, t_);
   if (to == 0) {
-    if (brake_on_line(x) || goal_ == 0) return;
-    constexpr auto& kStops = RateChange::kStops;
-    for (std::size_t n = 0; n < RateChange::kStopsInATick; ++n)
-      if (change_.plan(here, rate_, 0, recent_, limits_, kStops[tries_++ % kStops.size()])) {
-        goal_ = 0;
-        return;
-      }
+    if (!brake_on_line(x) && change_.stop(here, rate_, recent_, limits_, tries_)) goal_ = 0;
     return;
   }
   const unsigned n = tries_++;

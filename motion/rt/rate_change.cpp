@@ -58,7 +58,8 @@ std::pair<double, double> room(const Planned& x, const Rate& now, const Limits& 
 }  // namespace
 
 bool RateChange::plan(PieceCursor at, const Rate& from, double to, const Recent& recent, const Limits& limits,
-                      const Vigour& vigour) noexcept {
+                      const Vigour& vigour, double shorter_s) noexcept {
+  double ahead_s = 0;
   const double h = limits.tick_s, highest = std::max({1.0, from.r, to}) + 1e-9;
   auto& steps = steps_[1 - active_];
   Differences judge(recent, limits);
@@ -92,6 +93,8 @@ bool RateChange::plan(PieceCursor at, const Rate& from, double to, const Recent&
       step.end = {now.r + h * (now.slope + h * bend / 2), now.slope + h * bend};
       if (step.end.r < 0 || step.end.r > highest || step.ahead < 0) return false;
     }
+    ahead_s += step.ahead;
+    if (ahead_s >= shorter_s) return false;
     const PieceCursor::Met met = at.advance(step.ahead);
     if (met == PieceCursor::Met::Unknown) return false;
     x = planned(at, limits.axes);
@@ -105,6 +108,22 @@ bool RateChange::plan(PieceCursor at, const Rate& from, double to, const Recent&
     active_ = 1 - active_;
     next_ = 0;
     size_ = n + 1;
+    stop_ = kStops.size();
+    return true;
+  }
+  return false;
+}
+
+bool RateChange::stop(const PieceCursor& from, const Rate& now, const Recent& recent, const Limits& limits,
+                      unsigned& tries) noexcept {
+  const std::size_t harder = stop_;
+  const double all_s = static_cast<double>(kMostTicks) * limits.tick_s;
+  const double left_s =
+      harder < kStops.size() ? ahead(all_s, 0, limits.tick_s) : std::numeric_limits<double>::infinity();
+  for (std::size_t n = 0; n < std::min(kStopsInATick, harder); ++n) {
+    const std::size_t which = tries++ % harder;
+    if (!plan(from, now, 0, recent, limits, kStops[which], left_s)) continue;
+    stop_ = which;
     return true;
   }
   return false;

@@ -7,6 +7,7 @@
 // tick by tick, and judged by the differences of its setpoints. Lives in the loop: no allocation, bounded work.
 #pragma once
 #include <array>
+#include <limits>
 
 #include "motion/rt/differences.hpp"
 #include "motion/rt/piece_cursor.hpp"
@@ -27,7 +28,7 @@ class RateChange {
   struct Vigour {
     double use = 1, land = 0.85;
   };
-  /// What a stop tries one after the other until one is possible, and how many of them in a tick.
+  /// What a stop tries, the hardest first, and how many of them in a tick.
   static constexpr std::array<Vigour, 5> kStops{{{1, 0.85}, {0.9, 0.6}, {0.6, 0.5}, {0.3, 0.4}, {0.1, 0.4}}};
   static constexpr std::size_t kStopsInATick = 2;
 
@@ -36,13 +37,19 @@ class RateChange {
     Rate end;
   };
 
-  /// False: it would break a limit, run out of the known path, or take too long; what is under way stays.
+  /// False: it would break a limit, run out of the known path, or take too long or as much planned time as `shorter_s`;
+  /// what is under way stays.
   bool plan(PieceCursor from, const Rate& now, double to, const Recent& recent, const Limits& limits,
-            const Vigour& vigour) noexcept;
+            const Vigour& vigour, double shorter_s = std::numeric_limits<double>::infinity()) noexcept;
+
+  /// To 0, tried in each tick: the first way to stop that is possible is taken, and then any harder one that becomes
+  /// possible and needs less. `tries`: how many have been tried, 0 at the order. True: what is under way is new.
+  bool stop(const PieceCursor& from, const Rate& now, const Recent& recent, const Limits& limits,
+            unsigned& tries) noexcept;
 
   [[nodiscard]] bool under_way() const noexcept { return next_ < size_; }
   Step next() noexcept { return steps_[active_][next_++]; }
-  void drop() noexcept { next_ = size_ = 0; }
+  void drop() noexcept { next_ = size_ = 0, stop_ = kStops.size(); }
 
   /// Planned time that goes by within `seconds` from now; `after`: the rate when nothing is under way (any more).
   [[nodiscard]] double ahead(double seconds, double after, double tick_s) const noexcept;
@@ -50,6 +57,7 @@ class RateChange {
  private:
   std::array<std::array<Step, kMostTicks>, 2> steps_;
   std::size_t active_ = 0, next_ = 0, size_ = 0;
+  std::size_t stop_ = kStops.size();  ///< which of them is under way; none: the size
 };
 
 }  // namespace gantry::motion

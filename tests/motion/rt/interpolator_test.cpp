@@ -1,6 +1,7 @@
 #include "motion/rt/interpolator.hpp"
 
 #include <gtest/gtest.h>
+#include <numbers>
 
 #include "motion/profile/line_bounds.hpp"
 #include "motion/rt/approach.hpp"
@@ -229,6 +230,47 @@ TEST(Interpolator, abort_stops_on_the_path_and_forgets_the_rest) {
     expect_within(p.use(), label(n));
     ASSERT_FALSE(testing::Test::HasFatalFailure());
   }
+}
+
+// While a run-up bends into its bead there are moments from which only a weak stop is possible: a harder one is taken
+// up as soon as there is one. The judge: the stop of a line from the same speed, speeding up as hard as it may.
+TEST(Interpolator, a_stop_in_a_run_up_that_bends_goes_no_farther_than_twice_that_of_a_line) {
+  const Limits m = machine();
+  const Bounds weaker{m.axis[1].v_max, m.axis[1].a_max, m.axis[1].j_max};
+  double farthest = 0;
+  for (const double speed : {40.0, 60.0, 90.0, 130.0}) {
+    BeadSpec spec;
+    // The jerk of a circle leaves room to brake.
+    const double radius = std::max(5.0, 1.5 * std::sqrt(speed * speed * speed / weaker.j));
+    for (int k = 0; k <= 128; ++k) {
+      const double turn = 2 * std::numbers::pi * k / 128;
+      spec.points.push_back({300 + radius * std::cos(turn), 200 + radius * std::sin(turn), -40, 0, 12});
+    }
+    spec.speed_mm_s = speed, spec.corner_tolerance_mm = 0.02, spec.valve = kValve, spec.block = 1;
+    BeadMotion bead = *plan_bead(m, spec);
+    bead.segments.back().ends_block = true;
+    const int ticks = static_cast<int>(duration(bead.segments) / m.tick_s);
+    for (int at = 3; at < ticks; ++at) {
+      Player p(m, bead.start);
+      p.push(bead.segments);
+      p.play.begin_block(1);
+      for (int k = 0; k < at; ++k) p.step();
+      const auto gone_mm = [&](std::size_t ago) {
+        const AxisVec &x = p.stream[p.stream.size() - ago - 1], &y = p.stream[p.stream.size() - ago - 2];
+        return std::hypot(x[0] - y[0], x[1] - y[1]);
+      };
+      const double v = gone_mm(0) / m.tick_s, a = (gone_mm(0) - gone_mm(1)) / m.tick_s / m.tick_s;
+      if (v < 5) continue;
+      const double line_mm = end_state(stop({0, v, std::clamp(a, 0.0, weaker.a)}, weaker).profile).p;
+      p.play.hold();
+      double mm = 0;
+      for (int n = 0; n < 2000 && !p.play.at_rest(); ++n) p.step(), mm += gone_mm(0);
+      ASSERT_TRUE(p.play.at_rest());
+      farthest = std::max(farthest, mm / line_mm);
+      ASSERT_LE(mm, 2 * line_mm) << speed << " mm/s, tick " << at;
+    }
+  }
+  EXPECT_GT(farthest, 1);
 }
 
 TEST(Interpolator, axis_stop_brakes_every_axis_within_its_own_limits) {
