@@ -104,9 +104,9 @@ std::optional<recipes::Recipe> check_recipe(const std::string& file, const confi
                       to_text(recipes::travel_of(prepared->recipe, recipes::dispensed_by(prepared->job)))));
     for (const job::SlowBead& slow : prepared->proof->slow_beads) {
       const auto& bead = std::get<recipes::Bead>(prepared->recipe.features[slow.feature]);
-      to.notes.push_back(fmt::format("{}: bead '{}' {}; as it is, every job ends with defects",
-                                     job::at_line(prepared->recipe, bead.location), bead.id,
-                                     job::in_words(slow, prepared->recipe)));
+      to.notes.push_back(fmt::format("{}: bead '{}' {}; as it is, {}", job::at_line(prepared->recipe, bead.location),
+                                     bead.id, job::in_words(slow, prepared->recipe),
+                                     slow.narrowly ? "a job may end with defects" : "every job ends with defects"));
     }
     for (const job::RunUp& begun : prepared->proof->run_ups) {
       const auto& bead = std::get<recipes::Bead>(prepared->recipe.features[begun.feature]);

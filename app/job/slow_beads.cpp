@@ -1,6 +1,7 @@
 #include "app/job/slow_beads.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -10,87 +11,75 @@
 
 #include "app/job/level.hpp"
 #include "app/job/valve_span.hpp"
+#include "core/steady_speed.hpp"
 #include "motion/profile/speed_profile.hpp"
 
 namespace gantry::job {
 namespace {
 
-constexpr double kHeld_s = 0.05;     // at one speed for so long is no corner
-constexpr double kSameSpeed = 0.02;  // but for this part of it
+constexpr double kLag = 3e-3;        // of the speed: the drives' lag makes a narrow curve narrower, and the tool slower
 constexpr double kEnough = 0.5;      // of a bead's length is to be at its speed
 constexpr double kLongest_mm = 1e4;  // a radius beyond it is none
 constexpr double kStraight_mm = 0.01;
 
+/// No corner that a tolerance could round.
+bool is_straight(const recipes::Bead& bead) {
+  const Vec3 along = bead.points.back() - bead.points.front();
+  const double length = norm(along);
+  return std::all_of(bead.points.begin(), bead.points.end(), [&](Vec3 p) {
+    const Vec3 to = p - bead.points.front();
+    const double on = length > 0 ? dot(to, along) / length : 0;
+    return norm(to) * norm(to) - on * on < kStraight_mm * kStraight_mm;
+  });
+}
+
 /// The speeds of one bead, tick by tick, against what its material wants.
 class Tally {
  public:
-  Tally(const recipes::Material& m, double tick_s)
-      : asked_mm_s_(m.speed), allowed_mm_s_(m.speed_tolerance * m.speed), tick_s_(tick_s) {}
+  Tally(const recipes::Material& m, bool straight, double tick_s)
+      : asked_mm_s_(m.speed),
+        allowed_mm_s_(m.speed_tolerance * m.speed),
+        tick_s_(tick_s),
+        steady_{SteadySpeed({.mm_s = m.speed, .tolerance = m.speed_tolerance}, tick_s),
+                SteadySpeed({.mm_s = m.speed, .tolerance = m.speed_tolerance - (straight ? 0 : kLag)}, tick_s)} {}
 
   void add(double v_mm_s) {
+    if (!begins_mm_s_) begins_mm_s_ = v_mm_s;
     slows_down_ = slows_down_ || v_mm_s < fastest_mm_s_ - allowed_mm_s_;
     fastest_mm_s_ = std::max(fastest_mm_s_, v_mm_s);
-    speeds_.push_back(v_mm_s);
-    if (is_good(v_mm_s)) {
-      run_ = {};
-      return;
-    }
-    const double low = std::min(run_.low, v_mm_s), high = std::max(run_.high, v_mm_s);
-    run_ = high - low <= kSameSpeed * high ? Run{low, high, run_.s + tick_s_} : Run{v_mm_s, v_mm_s, tick_s_};
-    if (run_.s >= kHeld_s && run_.s > longest_s_) longest_s_ = run_.s, steady_mm_s_ = run_.high;
+    for (SteadySpeed& each : steady_) each.add(v_mm_s * tick_s_);
   }
 
   /// Nothing where the bead is as its material wants it.
-  [[nodiscard]] std::optional<SlowBead> slow(std::uint32_t feature) const {
-    const double share = at_speed();
-    if (steady_mm_s_ == 0 && share >= kEnough) return std::nullopt;
-    return SlowBead{.feature = feature,
-                    .asked_mm_s = asked_mm_s_,
-                    .steady_mm_s = steady_mm_s_,
-                    .fastest_mm_s = fastest_mm_s_,
-                    .begins_mm_s = speeds_.front(),
-                    .begins_slowly = !slows_down_ && !is_good(speeds_.front()),
-                    .at_speed = share};
+  [[nodiscard]] std::optional<SlowBead> slow(std::uint32_t feature) {
+    for (SteadySpeed& each : steady_) {
+      each.end_stretch();
+      const auto held_mm_s = each.held_mm_s();
+      const bool held = held_mm_s && !each.is_good(*held_mm_s);
+      if (!held && each.within() >= kEnough) continue;
+      SlowBead out{.feature = feature,
+                   .asked_mm_s = asked_mm_s_,
+                   .steady_mm_s = held ? *held_mm_s : 0,
+                   .fastest_mm_s = fastest_mm_s_,
+                   .at_speed = each.within(),
+                   .narrowly = &each != &steady_.front()};
+      if (!slows_down_ && begins_mm_s_ && !each.is_good(*begins_mm_s_)) out.begins_slowly_mm_s = begins_mm_s_;
+      return out;
+    }
+    return std::nullopt;
   }
 
  private:
-  /// At about one speed, and not the one that is asked for.
-  struct Run {
-    double low = 1e9, high = 0, s = 0;
-  };
-  [[nodiscard]] bool is_good(double v_mm_s) const { return std::abs(v_mm_s - asked_mm_s_) <= allowed_mm_s_; }
-
-  /// The less of what is at its speed, and what lies in a stretch whose mean speed it is, as the world judges it
-  /// (sim/world/deposit_speed.cpp): where corners lie nearer than such a stretch, none is.
-  [[nodiscard]] double at_speed() const {
-    constexpr double kStretch_mm = 0.4, kLeastTicks = 8, kMostTicks = 400;
-    const auto window =
-        static_cast<std::size_t>(std::clamp(std::ceil(kStretch_mm / (asked_mm_s_ * tick_s_)), kLeastTicks, kMostTicks));
-    const std::size_t width = std::min(window, speeds_.size());
-    double sum = 0, all = 0, at_once = 0, good = 0;
-    std::size_t good_until = 0;
-    for (std::size_t n = 0; n < speeds_.size(); ++n) {
-      sum += speeds_[n], all += speeds_[n], at_once += is_good(speeds_[n]) ? speeds_[n] : 0;
-      if (n + 1 < width) continue;
-      if (n >= width) sum -= speeds_[n - width];
-      if (!is_good(sum / static_cast<double>(width))) continue;
-      for (std::size_t k = std::max(good_until, n + 1 - width); k <= n; ++k) good += speeds_[k];
-      good_until = n + 1;
-    }
-    return all > 0 ? std::min(good, at_once) / all : 1;
-  }
-
   double asked_mm_s_, allowed_mm_s_, tick_s_;
-  std::vector<double> speeds_;  ///< tick by tick
+  std::array<SteadySpeed, 2> steady_;  ///< as the material wants it, and with what the drives may take of it
+  std::optional<double> begins_mm_s_;
   double fastest_mm_s_ = 0;
   bool slows_down_ = false;
-  double longest_s_ = 0, steady_mm_s_ = 0;
-  Run run_;
 };
 
-std::optional<SlowBead> look_at(SegmentIterator first, SegmentIterator last, const recipes::Material& m,
+std::optional<SlowBead> look_at(SegmentIterator first, SegmentIterator last, const recipes::Material& m, bool straight,
                                 const ValveSpan& wet, double tick_s) {
-  Tally tally(m, tick_s), unrounded(m, tick_s);
+  Tally tally(m, straight, tick_s), unrounded(m, straight, tick_s);
   double begin_mm = 0, begin_s = 0, rest_s = 0, factor = 1, open_s = 0;
   for (auto s = first; s != last; ++s) {
     if (s->kind == motion::SegmentKind::Dwell) continue;
@@ -141,17 +130,6 @@ std::optional<double> radius_mm(const recipes::Bead& bead) {
   return least_mm;
 }
 
-/// No corner that a tolerance could round.
-bool is_straight(const recipes::Bead& bead) {
-  const Vec3 along = bead.points.back() - bead.points.front();
-  const double length = norm(along);
-  return std::all_of(bead.points.begin(), bead.points.end(), [&](Vec3 p) {
-    const Vec3 to = p - bead.points.front();
-    const double on = length > 0 ? dot(to, along) / length : 0;
-    return norm(to) * norm(to) - on * on < kStraight_mm * kStraight_mm;
-  });
-}
-
 /// "20.84 ms"
 std::string in_ms(double seconds) { return fmt::format("{:.4g} ms", seconds * 1e3); }
 
@@ -185,7 +163,7 @@ void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
     if (!wet || wet->shuts_mm <= wet->opens_mm) continue;
     auto found = bead->corner_tolerance > 0 ? stands(first, s, *wet) : std::nullopt;
     if (found && found->stands <= reversals(*bead)) found.reset();
-    if (!found) found = look_at(first, s, *m, *wet, tick_s);
+    if (!found) found = look_at(first, s, *m, is_straight(*bead), *wet, tick_s);
     if (found) to.push_back(*found);
   }
 }
@@ -235,19 +213,20 @@ std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
         "comes to its {:.3g} mm/s along {:.0f} % of its length: {} for the axes' a_max and j_max; write a lower "
         "`speed`, {} {}",
         slow.asked_mm_s, slow.at_speed * 100,
-        slow.begins_slowly
-            ? fmt::format("it begins {}, and its {:.3g} mm are too short to speed up",
-                          slow.begins_mm_s > 0 ? fmt::format("at {:.2g} mm/s", slow.begins_mm_s) : "from rest",
-                          recipes::length_mm(bead))
+        slow.begins_slowly_mm_s
+            ? fmt::format(
+                  "it begins {}, and its {:.3g} mm are too short to speed up",
+                  *slow.begins_slowly_mm_s > 0 ? fmt::format("at {:.2g} mm/s", *slow.begins_slowly_mm_s) : "from rest",
+                  recipes::length_mm(bead))
         : straight ? fmt::format("the {:.3g} mm of it are too short", recipes::length_mm(bead))
         : radius   ? fmt::format(
                          "its curve, radius {:.3g} mm at its narrowest and less by up to its `corner_tolerance`, is too "
                            "narrow",
                          *radius)
                  : std::string("its corners lie too near to each other"),
-        slow.begins_slowly || straight ? "draw it longer,"
-        : radius                       ? "a larger radius, a smaller `corner_tolerance`,"
-                                       : "a larger `corner_tolerance`,",
+        slow.begins_slowly_mm_s || straight ? "draw it longer,"
+        : radius                            ? "a larger radius, a smaller `corner_tolerance`,"
+                                            : "a larger `corner_tolerance`,",
         kElse);
   return fmt::format(
       "planned at {:.3g} mm/s instead of {:.3g} mm/s: the axes' limits allow no more on {}; write "

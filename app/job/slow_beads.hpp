@@ -6,6 +6,7 @@
 // Not of materials with `flow_follows_speed`.
 #pragma once
 #include <deque>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,11 +19,11 @@ namespace gantry::job {
 struct SlowBead {
   std::uint32_t feature = 0;  ///< index in Recipe::features
   double asked_mm_s = 0;
-  double steady_mm_s = 0;      ///< the speed that it holds where it is too slow; 0: it never holds one
-  double fastest_mm_s = 0;     ///< that it comes to
-  double begins_mm_s = 0;      ///< where the valve opens
-  bool begins_slowly = false;  ///< and speeds up from there to its end
-  double at_speed = 0;         ///< share of its length within `speed_tolerance`, 0..1
+  double steady_mm_s = 0;                      ///< the speed that it holds where it is too slow; 0: it never holds one
+  double fastest_mm_s = 0;                     ///< that it comes to
+  std::optional<double> begins_slowly_mm_s{};  ///< where the valve opens, if it speeds up from there to its end
+  double at_speed = 0;                         ///< share of its length within `speed_tolerance`, 0..1
+  bool narrowly = false;                       ///< within it by so little that a job may, or may not, find it slow
   /// Where it is slow only because a bead takes whole ticks: how long it takes, and how long it would take else.
   double lasts_s = 0, would_last_s = 0;
   double tick_s = 0;

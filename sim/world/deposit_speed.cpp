@@ -10,12 +10,7 @@ namespace {
 constexpr std::uint32_t kWindow = 5;  // syncs: one alone shows the motors' counts
 constexpr double kSteady = 0.05;
 
-// Over so much of the path a count, some micrometres, is less than a hundredth.
-constexpr double kJudged_mm = 0.4;
-constexpr std::uint32_t kJudgedLeast = 8, kJudgedMost = 400;  // syncs
-constexpr double kHeld_s = 0.05;                              // at one speed for so long, and a window, is no corner
-constexpr double kSameSpeed = 0.02;                           // but for this part of it
-constexpr double kBegun_mm = 0.05;                            // nearer to its start it may stand: `start_dwell`
+constexpr double kBegun_mm = 0.05;  // nearer to its start it may stand: `start_dwell`
 
 /// Speeds over a window that goes along a shot from point `from` on, sync by sync: visit(first, last, v) of the chords
 /// [first, last) in it. The first and the last point of a shot are those of the valve's edges, between two syncs.
@@ -61,73 +56,27 @@ double stood_s(const Shot& shot, double sync_s) {
   return n < shot.since.size() ? shot.since[n] * sync_s : 0;
 }
 
-/// Whether a bead is as its material wants it.
-class Judged {
- public:
-  Judged(AskedSpeed asked, double sync_s) : asked_(asked), sync_s_(sync_s) {
-    const double syncs = std::ceil(kJudged_mm / (asked.mm_s * sync_s));
-    window_ = static_cast<std::uint32_t>(std::clamp<double>(syncs, kJudgedLeast, kJudgedMost));
-  }
-
-  void see(const Shot& shot) {
-    std::size_t from = 1;
-    while (from < shot.path.size() && norm(shot.path[from] - shot.path.front()) < kBegun_mm) ++from;
-    std::vector<bool> good(shot.path.size(), false);  // by chord: in a window that is
-    Run run;
-    bool any = false;
-    along(shot, from, window_, sync_s_, [&](std::size_t first, std::size_t last, double v) {
-      any = true;
-      const double stands_s = (shot.since[first + 1] - shot.since[first]) * sync_s_;
-      if (stands_s >= kHeld_s) held(norm(shot.path[first + 1] - shot.path[first]) / stands_s);
-      if (std::abs(v - asked_.mm_s) <= asked_.tolerance * asked_.mm_s)
-        std::fill(good.begin() + static_cast<std::ptrdiff_t>(first), good.begin() + static_cast<std::ptrdiff_t>(last),
-                  true);
-      const double low = std::min(run.low, v), high = std::max(run.high, v);
-      run = high - low <= kSameSpeed * high && run.high > 0 ? Run{low, high, run.since} : Run{v, v, shot.since[first]};
-      // All windows that a short corner is in have one mean: for no longer than a window.
-      if ((shot.since[first] - run.since) * sync_s_ >= std::max(kHeld_s, window_ * sync_s_)) held(v);
-    });
-    if (!any) return;
-    for (std::size_t i = from; i + 2 < shot.path.size(); ++i) {
-      const double mm = norm(shot.path[i + 1] - shot.path[i]);
-      all_mm_ += mm;
-      if (good[i]) good_mm_ += mm;
-    }
-  }
-
-  [[nodiscard]] double within() const { return all_mm_ > 0 ? good_mm_ / all_mm_ : 1; }
-  [[nodiscard]] std::optional<double> held_mm_s() const { return held_mm_s_; }
-
- private:
-  /// At about one speed.
-  struct Run {
-    double low = 1e9, high = 0;
-    std::uint32_t since = 0;
-  };
-
-  void held(double v) {
-    if (!held_mm_s_ || std::abs(v - asked_.mm_s) > std::abs(*held_mm_s_ - asked_.mm_s)) held_mm_s_ = v;
-  }
-
-  AskedSpeed asked_;
-  double sync_s_;
-  std::uint32_t window_ = kJudgedLeast;
-  double all_mm_ = 0, good_mm_ = 0;
-  std::optional<double> held_mm_s_;
-};
+void judge(const Shot& shot, SteadySpeed& judged) {
+  if (shot.since.size() != shot.path.size()) return;
+  std::size_t from = 1;
+  while (from < shot.path.size() && norm(shot.path[from] - shot.path.front()) < kBegun_mm) ++from;
+  for (std::size_t i = from; i + 2 < shot.path.size(); ++i)
+    judged.add(norm(shot.path[i + 1] - shot.path[i]), shot.since[i + 1] - shot.since[i]);
+  judged.end_stretch();
+}
 
 }  // namespace
 
 std::optional<DepositSpeed> speed_of(std::span<const Shot* const> shots, AskedSpeed asked, double sync_s) {
   if (!(asked.mm_s > 0)) return std::nullopt;
   Sums sums;
-  Judged judged(asked, sync_s);
+  SteadySpeed judged(asked, sync_s);
   double open_s = 0, length_mm = 0;
   for (const Shot* shot : shots) {
     for (std::size_t i = 1; i < shot->path.size(); ++i) length_mm += norm(shot->path[i] - shot->path[i - 1]);
     open_s += seconds(shot->closed - shot->opened);
     see(*shot, sync_s, asked.mm_s, sums);
-    judged.see(*shot);
+    judge(*shot, judged);
   }
   if (!(open_s > 0) || !(length_mm > 0)) return std::nullopt;
   DepositSpeed out{.asked_mm_s = asked.mm_s,

@@ -4,15 +4,10 @@
 #include <optional>
 #include <span>
 
+#include "core/steady_speed.hpp"
 #include "sim/world/deposits.hpp"
 
 namespace gantry::sim {
-
-/// What a bead's material wants.
-struct AskedSpeed {
-  double mm_s = 0;          ///< 0: none
-  double tolerance = 0.05;  ///< part of it
-};
 
 /// Of the shots that make up one bead. Nothing where no time has passed with the valve open, or no speed was asked for.
 /// What `within_tolerance` and `held_mm_s` say is taken over so long a time that counts of the motors do not show.

@@ -46,8 +46,8 @@ TEST(SlowBeads, corners_and_curves_are_told_what_would_help) {
 TEST(SlowBeads, that_begin_slowly_are_told_to_be_longer) {
   const auto r = recipe();
   for (const std::uint32_t feature : {0u, 1u, 2u}) {
-    const std::string text = in_words(
-        {.feature = feature, .asked_mm_s = 100, .begins_mm_s = 8.6, .begins_slowly = true, .at_speed = 0.2}, r);
+    const std::string text =
+        in_words({.feature = feature, .asked_mm_s = 100, .begins_slowly_mm_s = 8.6, .at_speed = 0.2}, r);
     EXPECT_TRUE(says(text, "begins at 8.6 mm/s")) << text;
     EXPECT_TRUE(says(text, "draw it longer")) << text;
     EXPECT_FALSE(says(text, "radius") || says(text, "corner")) << text;
@@ -85,7 +85,7 @@ TEST(SlowBeads, that_rest_in_near_corners_are_never_at_their_speed_in_the_mean) 
   add_slow_beads(slow, r, {motion->segments.begin(), motion->segments.end()}, 0.001);
   ASSERT_EQ(slow.size(), 1u);
   EXPECT_LT(slow[0].at_speed, 0.1);
-  EXPECT_FALSE(slow[0].begins_slowly);
+  EXPECT_FALSE(slow[0].begins_slowly_mm_s);
 }
 
 TEST(SlowBeads, what_whole_cycles_make_slower_is_known_by_its_cause) {

@@ -94,6 +94,14 @@ TEST(DepositSpeed, that_it_kept_is_the_one_farthest_from_what_was_asked) {
   EXPECT_NEAR(kept(v), 20, 0.4) << "a corner is passed in 100 ms, and keeps no speed";
 }
 
+/// What a corner leaves of the speed, where it is within the tolerance again, is the beginning of another run.
+TEST(DepositSpeed, a_corner_is_none_that_it_kept_however_small_the_tolerance) {
+  for (const double tolerance : {0.01, 0.015, 0.02, 0.05}) {
+    const auto v = [](double t) { return std::max(5.0, 20 - 300 * std::max(0.0, 0.05 - std::abs(t - 1))); };
+    EXPECT_NEAR(judged({seen(2, v)}, 20, tolerance).held_mm_s.value_or(0), 20, 20 * tolerance) << tolerance;
+  }
+}
+
 /// Of a slow bead a window is longer than a corner, and each that holds all of the corner has the same mean.
 TEST(DepositSpeed, a_slow_bead_that_stops_in_a_corner_keeps_its_speed) {
   for (const double asked : {1.0, 2.0, 3.0, 5.0, 8.0}) {

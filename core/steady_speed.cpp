@@ -1,0 +1,70 @@
+#include "core/steady_speed.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gantry {
+namespace {
+
+constexpr double kWindow_mm = 0.4;
+constexpr double kLeastSteps = 8, kMostSteps = 400;
+constexpr double kHeld_s = 0.05;     // at one speed for so long is no corner
+constexpr double kSameSpeed = 0.02;  // but for this part of it
+
+}  // namespace
+
+SteadySpeed::SteadySpeed(AskedSpeed asked, double step_s)
+    : asked_(asked),
+      step_s_(step_s),
+      window_steps_(static_cast<std::size_t>(
+          std::clamp(std::ceil(kWindow_mm / (asked.mm_s * step_s)), kLeastSteps, kMostSteps))) {}
+
+bool SteadySpeed::is_good(double mm_s) const { return std::abs(mm_s - asked_.mm_s) <= asked_.tolerance * asked_.mm_s; }
+
+void SteadySpeed::add(double mm, std::uint32_t steps) {
+  if (steps * step_s_ >= kHeld_s) held(mm / (steps * step_s_));
+  for (std::uint32_t n = 0; n < steps; ++n) step(mm / steps);
+}
+
+void SteadySpeed::step(double mm) {
+  window_.push_back(mm);
+  sum_mm_ += mm;
+  if (window_.size() > window_steps_) leave_oldest();
+  if (window_.size() == window_steps_) see(sum_mm_ / (static_cast<double>(window_steps_) * step_s_));
+}
+
+void SteadySpeed::see(double mean_mm_s) {
+  judged_ = true;
+  const bool good = is_good(mean_mm_s);
+  if (good) good_left_ = window_.size();
+  const double low = std::min(run_.low, mean_mm_s), high = std::max(run_.high, mean_mm_s);
+  const bool same = run_.steps > 0 && good == run_.good && high - low <= kSameSpeed * high;
+  run_ = same ? Run{low, high, good, run_.steps + 1} : Run{mean_mm_s, mean_mm_s, good, 1};
+  // All windows that a short corner is in have one mean: for no longer than a window.
+  const double least_s = std::max(kHeld_s, static_cast<double>(window_steps_) * step_s_);
+  if (static_cast<double>(run_.steps - 1) * step_s_ >= least_s) held(mean_mm_s);
+}
+
+void SteadySpeed::held(double mm_s) {
+  if (!held_mm_s_ || std::abs(mm_s - asked_.mm_s) > std::abs(*held_mm_s_ - asked_.mm_s)) held_mm_s_ = mm_s;
+}
+
+void SteadySpeed::leave_oldest() {
+  const double mm = window_.front();
+  window_.pop_front();
+  sum_mm_ -= mm;
+  all_mm_ += mm;
+  if (good_left_ == 0) return;
+  good_mm_ += mm;
+  --good_left_;
+}
+
+void SteadySpeed::end_stretch() {
+  if (!judged_ && !window_.empty()) see(sum_mm_ / (static_cast<double>(window_.size()) * step_s_));
+  while (!window_.empty()) leave_oldest();
+  sum_mm_ = 0;
+  run_ = {};
+  judged_ = false;
+}
+
+}  // namespace gantry
