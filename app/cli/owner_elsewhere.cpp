@@ -109,8 +109,18 @@ void OwnerElsewhere::tell_hold(const Json& status) {
   log::warn("{}{}; {}", words, of_another ? " of another client" : "", text(hold, "next"));
 }
 
+/// What a job's line on a terminal shows.
+void OwnerElsewhere::tell_override(double factor) {
+  if (row_.kind != OrderKind::Run || factor == seen_.override_factor) return;
+  if (factor == 1)
+    log::info("the override is 100 % again");
+  else
+    log::warn("an override of {:.0f} % is in force", factor * 100);
+}
+
 void OwnerElsewhere::look_at(const Json& status) {
   tell_hold(status);
+  tell_override(status.value("override", 1.0));
   seen_.state = status.value("state", "");
   seen_.held = status.value("held", false);
   seen_.cycle = status.value("cycle", CycleIndex{});

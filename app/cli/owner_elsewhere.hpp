@@ -60,6 +60,7 @@ class OwnerElsewhere final : public Operated {
   void look_at(const nlohmann::ordered_json& status);
   /// Who waits for what stands hears why it does, and what lets it go on; not what they have done themselves.
   void tell_hold(const nlohmann::ordered_json& status);
+  void tell_override(double factor);
 
   desk::OrderClient& owner_;
   const ClientRow& row_;

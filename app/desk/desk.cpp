@@ -147,7 +147,10 @@ Result<std::string> Desk::obey(const run::Order& order) {
   if (order.kind == run::OrderKind::Abort) return stop_mm ? fmt::format("stops within {:.2g} mm", *stop_mm) : "";
   if (order.kind == run::OrderKind::Resume) return "";
   std::string said = owner_.order_said();
-  if (stop_mm && said.starts_with("holds now")) said += fmt::format(", within {:.2g} mm", *stop_mm);
+  const std::size_t now = said.find("holds now");
+  if (stop_mm && now != std::string::npos)
+    said.insert(std::min(said.find(';'), said.size()), fmt::format(", within {:.2g} mm", *stop_mm));
+  if (order.kind == run::OrderKind::Override && now != std::string::npos) said += "; `resume` goes on";
   return said;
 }
 

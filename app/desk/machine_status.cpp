@@ -84,6 +84,7 @@ Json machine_status(const config::Machine& machine, const run::Owner& owner) {
           {"features_total", p.features_total},
           {"elapsed_s", p.elapsed_s},
           {"override", s.override_factor},
+          {"override_next", p.override_next ? Json(*p.override_next) : Json(nullptr)},
           {"stop_mm", stop_mm ? Json(*stop_mm) : Json(nullptr)},
           {"wire", on_the_wire(owner.wire())},
           {"axes", axes}};
@@ -92,6 +93,8 @@ Json machine_status(const config::Machine& machine, const run::Owner& owner) {
 std::string in_words(const Json& status) {
   std::string text = fmt::format("{}, {}, override {:.0f} %", status.value("state", "?"), status.value("mode", "?"),
                                  status.value("override", 1.0) * 100);
+  if (const auto next = status.find("override_next"); next != status.end() && next->is_number())
+    text += fmt::format(" ({:.0f} % when the valve has shut)", next->get<double>() * 100);
   if (const std::string door = text_of(status, "door"); !door.empty()) text += ", door " + door;
   if (const auto stop = status.find("stop_mm"); stop != status.end() && stop->is_number())
     text += fmt::format(", would stop within {:.2g} mm", stop->get<double>());

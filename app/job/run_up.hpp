@@ -1,4 +1,4 @@
-// How a bead begins: at its speed, after a straight run-up; and where a body is in the way of that, the next of these
+// How a bead begins: at its speed, after a run-up; and where a body is in the way of that, the next of these
 // that is free:
 //   a shorter one, at the highest of 16 even steps of speed above the material's `min_speed`
 //   one from above: down from `retract` and forward at the same time, at the bead's speed

@@ -42,7 +42,7 @@ void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
 std::string standstill_in_words(std::size_t times, double at_mm, const recipes::Bead& bead,
                                 const recipes::Material& material);
 
-/// Corners of it that lead straight back: no tolerance rounds them, and the recipe asks for a rest in each.
+/// Corners of it that lead straight back: to rest in each is as near to the recipe as to turn within its tolerance.
 std::size_t reversals(const recipes::Bead& bead);
 
 /// "planned at 88 mm/s instead of 100 mm/s: the axes' a_max and j_max allow no more on its radius of 3 mm; ..."

@@ -78,7 +78,8 @@ struct Progress {
   std::string doing;      ///< "mark M2", "touch T1", "dots[3][2]"
   std::string feature{};  ///< that is dispensed, or on the way to which the head is; "": none
   double elapsed_s = 0;
-  std::optional<double> remaining_s{};  ///< about; Recording::remaining_s()
+  std::optional<double> remaining_s{};    ///< about; Recording::remaining_s()
+  std::optional<double> override_next{};  ///< that waits for the valve to be shut; a factor
 };
 
 /// What became of the bus's frames, and what stations had to be asked for once more.

@@ -284,7 +284,10 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
            .aside = [&p](const auto& work) { return p.aside(work); }},
       recipe, job, result);
   if (const double factor = latest().override_factor; factor > 1) {
-    log::warn("the override returns from {:.0f} to 100 %, as at the start of every job", factor * 100);
+    const std::string words =
+        fmt::format("the override returns from {:.0f} to 100 %, as at the start of every job", factor * 100);
+    log::warn("{}", words);
+    p.job->recording.note(latest().time_ns, words);
     p.control().post({.kind = cycle::CommandKind::Override, .value = 1});
   } else if (factor < 1) {
     const std::string words = fmt::format("an override of {:.0f} % is in force", factor * 100);
@@ -402,7 +405,8 @@ Progress Owner::progress() const {
           .doing = latest().state == cycle::State::Homing ? "homing" : p.job->runner.doing(),
           .feature = p.job->runner.feature(),
           .elapsed_s = p.job->recording.elapsed_s(),
-          .remaining_s = p.job->recording.remaining_s()};
+          .remaining_s = p.job->recording.remaining_s(),
+          .override_next = p.raise_to};
 }
 
 }  // namespace gantry::run

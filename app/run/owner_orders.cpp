@@ -39,6 +39,8 @@ Result<void> Owner::Parts::in_words(Result<void> result) const {
 
 /// The valve is shut: there is nothing to finish.
 std::string Owner::Parts::travel_hold_words() const {
+  if (job && control().latest().feature != motion::kTravel)  // run-up, run-out, or what a hold has cut
+    return fmt::format("holds now, at '{}'", job->runner.feature());
   const std::string next = job ? job->runner.heads_for() : "";
   return next.empty() ? "holds now, on its way" : fmt::format("holds now, on the way to '{}'", next);
 }
@@ -91,9 +93,10 @@ Result<void> Owner::Parts::set_override(double factor) {
   order_said.clear();
   if (factor == 0) {
     auto held = hold(true, OrderKind::Override);
-    if (held) raise_to.reset();
-    if (held && !control().stopped())
-      order_said = "0 % holds now; `resume` goes on" + (order_said.empty() ? "" : " (" + order_said + ")");
+    if (!held) return held;
+    const auto waits = std::exchange(raise_to, std::nullopt);
+    if (!control().stopped()) order_said = "0 % " + (order_said.empty() ? "holds now" : order_said);
+    if (waits) order_said += fmt::format("; {:.0f} % when the valve has shut is taken back", *waits * 100);
     return held;
   }
   const double by_materials = job ? job->runner.override_max() : 1;

@@ -70,7 +70,7 @@ void Recording::over(std::string_view word) {
 std::optional<double> Recording::remaining_s() const {
   if (over_) return 0;
   if (!left_s_ || override_ <= 0) return std::nullopt;
-  return *left_s_ / override_;
+  return *left_s_ / std::min(override_, 1.0);  // above 1 a job is not shorter: docs/decisions/018
 }
 
 void Recording::tell(std::string_view state, std::string_view message) {

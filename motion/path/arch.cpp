@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "motion/geometry.hpp"
+#include "motion/path/gauss.hpp"
 #include "motion/path/moves.hpp"
 #include "motion/profile/line_bounds.hpp"
 #include "motion/profile/speed_profile.hpp"
@@ -50,21 +51,14 @@ void add(Coefficients& c, const AxisVec& direction, const SpeedProfile& motion, 
   }
 }
 
-/// Path length over u from 0 to 1 (Gauss-Legendre, five points).
+/// Path length over u from 0 to 1.
 double length_of(const Limits& limits, const Coefficients& c) {
-  constexpr std::array<double, 5> kAt{-0.9061798459386640, -0.5384693101056831, 0, 0.5384693101056831,
-                                      0.9061798459386640};
-  constexpr std::array<double, 5> kWeight{0.2369268850561891, 0.4786286704993665, 0.5688888888888889,
-                                          0.4786286704993665, 0.2369268850561891};
-  double length = 0;
-  for (std::size_t k = 0; k < kAt.size(); ++k) {
-    const double u = (1 + kAt[k]) / 2;
+  return integral([&](double u) {
     double square = 0;
     for (std::size_t i = 0; i < limits.axes; ++i)
       if (limits.linear[i]) square += std::pow(c[i][0] + u * (2 * c[i][1] + u * 3 * c[i][2]), 2);
-    length += kWeight[k] / 2 * std::sqrt(square);
-  }
-  return length;
+    return std::sqrt(square);
+  });
 }
 
 /// A piece that is a cubic in time.

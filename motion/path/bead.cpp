@@ -125,8 +125,8 @@ std::vector<Run> resting_runs(const Limits& limits, const Measure& measure, cons
 
 /// Through these points, and what leads to the first and away from the last where it is bent. Where they begin and end,
 /// a curve does: lines that go on through there are cut again.
-Result<JoinedRuns> planned_runs(const Limits& limits, const Measure& measure, std::span<const AxisVec> points,
-                                const PathOptions& options) {
+Result<BeadRuns> planned_runs(const Limits& limits, const Measure& measure, std::span<const AxisVec> points,
+                              const PathOptions& options) {
   PathPlanner planner(limits, options);
   for (const AxisVec& p : points)
     if (auto ok = planner.add(p); !ok) return tl::unexpected(ok.error());
@@ -134,8 +134,8 @@ Result<JoinedRuns> planned_runs(const Limits& limits, const Measure& measure, st
   Stretch all;
   planner.take_all(all);
   const double begin_mm = planner.lead_in_mm(), end_mm = all.length_mm - planner.lead_out_mm();
-  return JoinedRuns{bent_runs(measure, all, 0, begin_mm), runs_between(measure, all, begin_mm, end_mm),
-                    bent_runs(measure, all, end_mm, all.length_mm)};
+  return BeadRuns{bent_runs(measure, all, 0, begin_mm), runs_between(measure, all, begin_mm, end_mm),
+                  bent_runs(measure, all, end_mm, all.length_mm)};
 }
 
 bool all_there(const std::vector<Run>& runs) {
@@ -144,14 +144,14 @@ bool all_there(const std::vector<Run>& runs) {
 
 /// The bead at full speed inside this share of its tolerance, as it comes from a run-up. Not all_there(): no speed was
 /// found.
-JoinedRuns rounded_runs(const Limits& limits, const Measure& measure, const BeadSpec& spec, double share) {
+BeadRuns rounded_runs(const Limits& limits, const Measure& measure, const BeadSpec& spec, double share) {
   auto runs = planned_runs(limits, measure, spec.points,
                            {.tolerance_mm = share * kOfCorner * spec.corner_tolerance_mm,
                             .speed_mm_s = spec.speed_mm_s,
                             .whole_ticks = false,
                             .leads = true,
                             .lead_in_mm_s = spec.entry_mm_s})
-                  .value_or(JoinedRuns{});
+                  .value_or(BeadRuns{});
   if (all_there(runs.left)) speed_up_lines(runs.left, limits, spec.speed_mm_s, spec.entry_mm_s);
   return runs;
 }
@@ -169,7 +169,7 @@ bool is_too_wide(const Run& run) { return !run.curve.straight && 3 * moving_axes
 
 struct Shares {
   std::vector<double> order{std::begin(kShares), std::end(kShares)};
-  JoinedRuns first;  ///< of the first of them behind a full run-up, where that was planned
+  BeadRuns first;  ///< of the first of them behind a full run-up, where that was planned
 };
 
 /// Shares of the tolerance in the order in which they are to be tried. However the bead begins it is laid on one path,
@@ -182,7 +182,7 @@ Shares shares_for(const Limits& limits, const Measure& measure, const std::vecto
   auto best = out.order.begin();
   double fastest = 0;
   for (auto share = best; share != out.order.end() && fastest < kHeld * spec.speed_mm_s; ++share) {
-    JoinedRuns runs = rounded_runs(limits, measure, from_full_speed, *share);
+    BeadRuns runs = rounded_runs(limits, measure, from_full_speed, *share);
     if (!all_there(runs.left) || mean_speed(runs.left) <= fastest) continue;
     fastest = mean_speed(runs.left), best = share, out.first = std::move(runs);
   }
@@ -190,13 +190,13 @@ Shares shares_for(const Limits& limits, const Measure& measure, const std::vecto
   return out;
 }
 
-Result<JoinedRuns> runs_of_bead(const Limits& limits, const Measure& measure, const std::vector<Leg>& legs,
-                                const BeadSpec& spec) {
+Result<BeadRuns> runs_of_bead(const Limits& limits, const Measure& measure, const std::vector<Leg>& legs,
+                              const BeadSpec& spec) {
   if (legs.size() > 1 && spec.corner_tolerance_mm > 0) {
     Shares shares = shares_for(limits, measure, legs, spec);
     const bool planned = spec.entry_mm_s >= kNoCap && all_there(shares.first.left);
     for (std::size_t k = 0; k < shares.order.size(); ++k) {
-      JoinedRuns runs =
+      BeadRuns runs =
           planned && k == 0 ? std::move(shares.first) : rounded_runs(limits, measure, spec, shares.order[k]);
       if (!all_there(runs.left)) continue;
       if (std::any_of(runs.left.begin(), runs.left.end(), is_too_wide))
@@ -205,7 +205,7 @@ Result<JoinedRuns> runs_of_bead(const Limits& limits, const Measure& measure, co
       return runs;
     }
   }
-  JoinedRuns runs{{}, resting_runs(limits, measure, legs, spec.speed_mm_s, spec.entry_mm_s), {}};
+  BeadRuns runs{{}, resting_runs(limits, measure, legs, spec.speed_mm_s, spec.entry_mm_s), {}};
   if (!all_there(runs.left)) return fail(Fault::NoSolution, "a leg of a bead is too short to be planned");
   return runs;
 }
@@ -240,13 +240,13 @@ Result<std::vector<Run>> run_up_onto(const std::vector<Run>& left, const Limits&
   return run_up_from_above(limits, measure, {jet(first.curve, first.begin, kMaxAxes), first.v0, first.a0}, lift);
 }
 
-void slow_down(JoinedRuns& runs, double factor) {
+void slow_down(BeadRuns& runs, double factor) {
   for (std::vector<Run>* part : {&runs.run_up, &runs.left, &runs.run_out}) slow_down(*part, factor);
 }
 
 /// A little slower, or by kFaster faster, so that what is left takes whole ticks; run-up and run-out stand for a part
 /// of one. The factor of time. `before`: the one by which it was slowed already; of kFaster is left what that leaves.
-double to_whole_ticks(JoinedRuns& runs, double tick_s, double before = 1) {
+double to_whole_ticks(BeadRuns& runs, double tick_s, double before = 1) {
   const double faster = std::clamp(1 - (1 - kFaster) / before, 0.0, kFaster), seconds = duration(runs.left);
   const double faster_s = std::min(faster * seconds, kFasterTicks * tick_s);
   const double factor = whole_ticks(seconds - faster_s, tick_s) / seconds;
@@ -255,11 +255,11 @@ double to_whole_ticks(JoinedRuns& runs, double tick_s, double before = 1) {
 }
 
 /// What is left of a bead that was cut, and its run-up. `factor`: of its time, by which the runs are slowed already.
-Result<JoinedRuns> join(const Limits& own, const Limits& limits, const Measure& measure, const BeadSpec& spec,
-                        const JoinedRuns& runs, double& factor) {
+Result<BeadRuns> join(const Limits& own, const Limits& limits, const Measure& measure, const BeadSpec& spec,
+                      const BeadRuns& runs, double& factor) {
   Lift lift{spec.lift_axis, spec.lift_mm};
   if (spec.fall_mm > lift.mm) lift.mm = spec.fall_mm, lift.slope = kSteep;
-  JoinedRuns out{{}, runs_from(measure, runs.left, own, spec.speed_mm_s / factor, spec.begin_mm), runs.run_out};
+  BeadRuns out{{}, runs_from(measure, runs.left, own, spec.speed_mm_s / factor, spec.begin_mm), runs.run_out};
   if (out.left.empty()) return fail(Fault::NoSolution, "nothing of the bead is left");
   if (spec.entry_mm_s < kNoCap) {
     auto slower = join_slower(own, measure, out.left, lift, spec.speed_mm_s, spec.entry_mm_s);
@@ -329,7 +329,7 @@ Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
   const Limits own = with_reserve(limits);
   BeadSpec planned = spec;
   if (spec.begin_mm > 0) planned.entry_mm_s = kNoCap;  // that is where it is joined
-  Result<JoinedRuns> runs = runs_of_bead(own, measure, *legs, planned);
+  Result<BeadRuns> runs = runs_of_bead(own, measure, *legs, planned);
   if (!runs) return tl::unexpected(runs.error());
 
   BeadMotion bead;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "motion/path/gauss.hpp"
+
 namespace gantry::motion {
 namespace {
 
@@ -37,14 +39,7 @@ Rate rate(const Measure& m, const Curve& g, double u) {
 }
 
 double length_of(const Measure& m, const Curve& g) {
-  // Gauss-Legendre with five points: exact to degree 9.
-  constexpr std::array<double, 5> at = {0.046910077030668, 0.230765344947158, 0.5, 0.769234655052841,
-                                        0.953089922969332};
-  constexpr std::array<double, 5> weight = {0.118463442528095, 0.239314335249683, 0.284444444444444, 0.239314335249683,
-                                            0.118463442528095};
-  double sum = 0;
-  for (std::size_t k = 0; k < 5; ++k) sum += weight[k] * rate(m, g, at[k]).value;
-  return sum;
+  return integral([&](double u) { return rate(m, g, u).value; });
 }
 
 // u(x) of fifth degree, x = s/length: u, u', u'' as arc length has them at both ends: with r = |dq/du|,

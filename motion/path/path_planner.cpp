@@ -55,7 +55,7 @@ void tighten(std::vector<PaceCell>& cells, const std::vector<PaceNode>& nodes, c
 }
 
 /// Where the search does not come below the limits by itself: much less of them, in more cells around each time.
-void slow_down(std::vector<PaceCell>& cells, const std::vector<PaceNode>& nodes, const Inspection& found, int round) {
+void leave_more(std::vector<PaceCell>& cells, const std::vector<PaceNode>& nodes, const Inspection& found, int round) {
   std::vector<double> over = over_limits(cells.size(), nodes, found);
   std::size_t seen = 0;  // an inspection that came to no end has found its reason where it ended
   for (std::size_t piece = 0; seen < cells.size() && piece < found.piece_share.size(); ++seen)
@@ -70,6 +70,9 @@ void slow_down(std::vector<PaceCell>& cells, const std::vector<PaceNode>& nodes,
     until = k + around + 1;
   }
 }
+
+/// " before point 12"; curves that are followed as they are have no points.
+std::string up_to(std::size_t points) { return points > 0 ? " before point " + std::to_string(points) : ""; }
 
 std::vector<Curve> first(const std::deque<Curve>& from, std::size_t count) {
   return {from.begin(), from.begin() + static_cast<std::ptrdiff_t>(count)};
@@ -192,8 +195,8 @@ Result<void> PathPlanner::collect(bool last) {
   if (last) laid = laid && rounding_.finish(curves_out_);
   counts_.corner_rests = rounding_.rests();
   if (!laid)
-    return fail(Fault::NoSolution, "no curve within the tolerance was found for a path before point " +
-                                       std::to_string(points_) + "; give it a larger tolerance");
+    return fail(Fault::NoSolution,
+                "no curve within the tolerance was found for a path" + up_to(points_) + "; give it a larger tolerance");
   if (options_.leads) add_leads(last);
   for (const Curve& g : curves_out_) {
     const double seconds = rough_seconds(g, limits_, options_.speed_mm_s);
@@ -267,10 +270,10 @@ Result<PathPlanner::Plan> PathPlanner::plan_alone(double share) {
     else if (round + 1 < kMostTries)
       tighten(problem.cells, pace.nodes, found);
     else
-      slow_down(problem.cells, pace.nodes, found, round + 1 - kMostTries);
+      leave_more(problem.cells, pace.nodes, found, round + 1 - kMostTries);
   }
-  return fail(Fault::NoSolution, "no speed within the limits was found for a path before point " +
-                                     std::to_string(points_) + " (" + reason + "); lower its speed");
+  return fail(Fault::NoSolution, "no speed within the limits was found for a path" + up_to(points_) + " (" + reason +
+                                     "); lower its speed");
 }
 
 // Both plans are the fastest, the one with a rest at its end, the other without a past; in between they meet. At the

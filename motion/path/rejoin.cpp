@@ -192,8 +192,8 @@ Result<std::vector<Run>> run_up_from_above(const Limits& limits, const Measure& 
   return fail(Fault::NoSolution, "no path down onto the bead is within the axes' limits: " + reason);
 }
 
-Result<JoinedRuns> join_slower(const Limits& limits, const Measure& measure, const std::vector<Run>& left,
-                               const Lift& lift, double v_set, double entry_mm_s) {
+Result<BeadRuns> join_slower(const Limits& limits, const Measure& measure, const std::vector<Run>& left,
+                             const Lift& lift, double v_set, double entry_mm_s) {
   const Run& first = left.front();
   const Join join{jet(first.curve, first.begin, kMaxAxes)};
   std::vector<Curve> curves;
@@ -217,7 +217,7 @@ Result<JoinedRuns> join_slower(const Limits& limits, const Measure& measure, con
   const std::vector<Run> more = runs_between(measure, all, run_up_mm, end_mm);
   runs.insert(runs.end(), more.begin(), more.end());
   speed_up_lines(runs, limits, v_set, 0);
-  JoinedRuns out;
+  BeadRuns out;
   out.run_up.assign(runs.begin(), runs.begin() + of_run_up);
   out.left.assign(runs.begin() + of_run_up, runs.end());
   out.run_out = bent_runs(measure, all, end_mm, all.length_mm);

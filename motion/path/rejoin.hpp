@@ -2,7 +2,7 @@
 // the speeds of what is left are those of the whole bead, so that a joined bead is the one that was planned.
 //   std::vector<Run> rest = runs_from(measure, runs, limits, v_set, 31.2);
 //   Result<std::vector<Run>> run_up = run_up_from_above(limits, measure, {jet, v0, a0}, {z, 0.6});
-//   Result<JoinedRuns> both = join_slower(limits, measure, rest, {z, 0.6}, v_set, 8);   // a shorter run-up, or none
+//   Result<BeadRuns> both = join_slower(limits, measure, rest, {z, 0.6}, v_set, 8);   // a shorter run-up, or none
 // Off the RT side.
 #pragma once
 #include <vector>
@@ -30,7 +30,7 @@ struct Join {
                                                          const Lift& lift);
 
 /// A run-up, what it leads to, and what leads away, each in runs of its own. The last is empty where it is a line.
-struct JoinedRuns {
+struct BeadRuns {
   std::vector<Run> run_up, left, run_out;
 };
 
@@ -38,7 +38,7 @@ struct JoinedRuns {
 /// tangent, and lower where that is short. The tool goes on speeding up as it joins: it is faster there, as a rule.
 /// What is left follows its curves, at v_set at most. 0: no run-up, it begins from rest. Fault::NoSolution where no
 /// speed is found.
-[[nodiscard]] Result<JoinedRuns> join_slower(const Limits& limits, const Measure& measure, const std::vector<Run>& left,
-                                             const Lift& lift, double v_set, double entry_mm_s);
+[[nodiscard]] Result<BeadRuns> join_slower(const Limits& limits, const Measure& measure, const std::vector<Run>& left,
+                                           const Lift& lift, double v_set, double entry_mm_s);
 
 }  // namespace gantry::motion

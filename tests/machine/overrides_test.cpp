@@ -71,6 +71,9 @@ TEST(Overrides, an_override_that_waits_for_the_valve_outlives_a_hold_but_not_ano
         EXPECT_EQ(owner.order_said(), "100 % when the valve has shut");
         EXPECT_TRUE(
             owner.order(by_hold ? run::Order{.kind = OrderKind::Hold, .now = true} : order(OrderKind::Override, 0)));
+        EXPECT_EQ(owner.order_said().find("100 % when the valve has shut is taken back") != std::string::npos, !by_hold)
+            << owner.order_said();
+        EXPECT_EQ(owner.progress().override_next.has_value(), by_hold);
         held_at = s.cycle;
       }
       if (held_at == 0 || resumed || s.cycle < held_at + 3000) return;

@@ -94,6 +94,9 @@ TEST_F(RecordingTest, what_is_left_is_told_at_the_override_of_now) {
   snapshot.override_factor = 0.5;
   pass(State::Running, 1, 1);
   EXPECT_DOUBLE_EQ(seen().remaining_s, 160) << "at half the speed";
+  snapshot.override_factor = 1.5;
+  pass(State::Running, 1, 1);
+  EXPECT_DOUBLE_EQ(seen().remaining_s, 80) << "nothing but a line that a set speed holds is faster";
   snapshot.override_factor = 0;
   pass(State::Running, 1, 1);
   EXPECT_LT(seen().remaining_s, 0) << "nobody knows";
