@@ -28,9 +28,7 @@ using written::FeatureRow;
 /// board.
 class Checker {
  public:
-  /// `all_read`: what is not in the recipe was not written either.
-  Checker(const Recipe& recipe, bool all_read, Mistakes& mistakes)
-      : recipe_(recipe), all_read_(all_read), mistakes_(mistakes) {}
+  Checker(const Recipe& recipe, Mistakes& mistakes) : recipe_(recipe), mistakes_(mistakes) {}
 
   void board_items() {
     for (const MarkDef& m : recipe_.marks) {
@@ -94,7 +92,6 @@ class Checker {
     if (find_material(recipe_, name) || recipe_.materials.empty()) return;  // that they are missing is told already
     std::vector<std::string_view> known;
     for (const Material& m : recipe_.materials) known.push_back(m.name);
-    if (!all_read_ && nearest(name, known).empty()) return;  // it may be one that was not read
     mistakes_.add(Fault::UnknownReference,
                   fmt::format("there is no material '{}'; {}", name, did_you_mean(name, known)), location);
   }
@@ -143,7 +140,6 @@ class Checker {
     return norm(beyond) < radius;
   }
   const Recipe& recipe_;
-  const bool all_read_;
   Mistakes& mistakes_;
   std::set<std::string> names_;
 };
@@ -176,7 +172,7 @@ written::Draft written::draft(std::string_view yaml, std::string_view file, cons
   recipe.file = file;
   recipe.sources.push_back({recipe.file, yaml.size(), sha256_hex(yaml)});
   if (size_is_wrong(recipe, read->features, mistakes)) recipe.board.size = {};
-  Checker check(recipe, all_read, mistakes);
+  Checker check(recipe, mistakes);
   check.board_items();
   check.purge();
   Expander expander(recipe, mistakes, beside, all_read);

@@ -40,8 +40,23 @@ class Names {
     const std::string_view word = trimmed(written);
     if (word.empty()) return fail(Fault::Usage, "a feature's name is missing here", option);
     if (const auto found = runs_.find(word); found != runs_.end()) return found->second;
+    const std::size_t bracket = word.find('[');
+    const bool element = bracket != std::string_view::npos;
+    if (const auto whole = runs_.find(word.substr(0, bracket)); element && whole != runs_.end()) {
+      constexpr std::size_t kListed = 20;
+      const auto [first, end] = whole->second;
+      if (id_of(recipe_.features[first]) == whole->first)
+        return fail(Fault::Usage, fmt::format("'{0}' is one feature, without elements; write '{0}'", whole->first),
+                    option);
+      std::vector<std::string_view> elements;
+      for (std::size_t i = first; i < std::min(end, first + kListed); ++i)
+        elements.push_back(id_of(recipe_.features[i]));
+      return fail(Fault::Usage,
+                  fmt::format("there is no '{}'; the {} elements of '{}' are {}{}", word.substr(0, 100), end - first,
+                              whole->first, fmt::join(elements, ", "), end - first > kListed ? ", ..." : ""),
+                  option);
+    }
     std::vector<std::string_view> known;
-    const bool element = word.find('[') != std::string_view::npos;
     for (const Feature& feature : recipe_.features) {
       const std::string_view shown = element ? id_of(feature) : name_of(id_of(feature));
       if (known.empty() || known.back() != shown) known.push_back(shown);

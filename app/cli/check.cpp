@@ -170,11 +170,13 @@ void add_check(CLI::App& app, Context& context) {
   auto files = std::make_shared<std::vector<std::string>>();
   verb->add_option(
       "FILE", *files,
-      "What to check; recipes on the first machine file named here, else on --machine; scripts on the first recipe");
+      "What to check: files, or the name of a machine that comes with gantry; recipes on the first machine named here, "
+      "else on --machine; scripts on the first recipe");
   verb->callback([&context, files] {
     std::vector<std::pair<std::string, Kind>> rest;
     std::vector<std::string> machines;
-    for (const std::string& file : *files) {
+    for (const std::string& word : *files) {
+      const std::string file = machine_file(word);  // or the name of one that comes with gantry
       const Kind kind = kind_of(file);
       if (kind == Kind::Machine)
         machines.push_back(file);

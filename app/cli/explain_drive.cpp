@@ -181,8 +181,14 @@ int explain_drive(const std::string& word, const std::string& machine_file, bool
   if (found == entries.end()) {
     std::vector<std::string_view> known;
     for (const Entry& e : entries) known.push_back(e.code);
-    const auto meant = std::ranges::find_if(known, [&](std::string_view code) { return slip_of(wanted, code); });
-    const std::string others = fmt::format("it lists {}", fmt::join(known, ", "));
+    const std::string object = wanted.substr(0, wanted.find('.')) + ".";
+    std::vector<std::string_view> bits;  // of an object whose bits are the codes
+    for (const std::string_view code : known)
+      if (code.starts_with(object)) bits.push_back(code);
+    const auto meant =
+        std::ranges::find_if(known, [&](std::string_view code) { return bits.empty() && slip_of(wanted, code); });
+    const std::string others = bits.empty() ? fmt::format("it lists {}", fmt::join(known, ", "))
+                                            : fmt::format("its bits there are {}", fmt::join(bits, ", "));
     return show(Error{Fault::Usage,
                       fmt::format("{} lists no code '{}'; {}; `gantry explain {}` says what they stand for",
                                   profile->manual, wanted, meant != known.end() ? did_you_mean(*meant) : others, drive),

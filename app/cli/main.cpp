@@ -8,7 +8,6 @@
 #include "app/cli/terminal.hpp"
 #include "app/cli/usage.hpp"
 #include "app/cli/verbs.hpp"
-#include "app/record/program.hpp"
 #include "core/log.hpp"
 
 int main(int argc, char** argv) try {
@@ -16,7 +15,8 @@ int main(int argc, char** argv) try {
   CLI::App app{"gantry - controller for gantry and dispensing machines", "gantry"};
   app.require_subcommand(1);
   app.fallthrough();
-  app.set_version_flag("--version", fmt::format("gantry {} ({})", record::program_version(), record::program_commit()));
+  app.add_flag_callback(
+      "--version", [] { throw CLI::CallForVersion("", 0); }, "Display program version information and exit");
   app.footer(
       "Exit codes: 0 done, 1 internal error, 2 usage, 3 invalid file, 4 not feasible, 5 device or bus fault,\n"
       "6 vision or probe failed, 7 refused, 8 deadline broken, 9 done with defects, 130 interrupted with the safe "
@@ -58,14 +58,17 @@ int main(int argc, char** argv) try {
   cli::add_pages(app, context);
   cli::refuse_slips(app);
 
+  // What stands behind a mistake, or behind --version, was not read: --json is looked for by hand.
+  const bool json = std::find(argv, argv + argc, std::string_view("--json")) != argv + argc;
   try {
     app.parse(argc, argv);
+  } catch (const CLI::CallForVersion&) {
+    cli::show_version(json);
+    return cli::close_output(0);
   } catch (const CLI::Success& help) {
     return cli::close_output(app.exit(help));
   } catch (const CLI::ParseError& error) {
-    // What stands behind the mistake was not read: --json is looked for by hand.
-    return cli::show(cli::usage_error(app, error),
-                     std::find(argv, argv + argc, std::string_view("--json")) != argv + argc, context.board);
+    return cli::show(cli::usage_error(app, error), json, context.board);
   }
   return cli::close_output(context.exit_code);
 } catch (const std::exception& error) {

@@ -17,13 +17,15 @@ void add_monitor(CLI::App& app, Context& context) {
   verb->add_option("--count", options->count, "End after so many samples")->check(above_zero);
   verb->add_option("--for", options->for_s, "End after so many seconds")->check(above_zero);
   add_network_options(*verb, options->network);
-  verb->footer("With --json one line a sample. Example:  gantry --json monitor --count 5");
+  verb->footer(
+      "With --json one line a sample, and one with `errors` where it ends by an error. Example:  gantry --json monitor "
+      "--count 5");
   verb->callback([&context, options] {
     options->json = context.json;
     options->live = !context.json && isatty(STDOUT_FILENO) != 0;
     StopFlag stop;
     if (auto done = monitor::monitor(*options, std::cout, stop.flag()); !done)
-      context.exit_code = show(done.error(), context.json && done.error().fault == Fault::Usage);
+      context.exit_code = context.json ? show_line(done.error()) : show(done.error(), false);
   });
 }
 

@@ -26,9 +26,16 @@ bool holds_machines(const fs::path& folder) {
   return fs::is_directory(folder / kMachines, ignored);
 }
 
+/// Recipes lie beside them.
+bool is_machine(const fs::path& file) {
+  const auto text = config::read_text_file(file.string());
+  return text && (text->starts_with("machine:") || text->find("\nmachine:") != std::string::npos);
+}
+
 std::vector<std::string> machines_in(const fs::path& folder) {
-  std::vector<std::string> names = config::yaml_files_in(folder.string());
-  for (std::string& name : names) name += ".yaml";
+  std::vector<std::string> names;
+  for (const std::string& stem : config::yaml_files_in(folder.string()))
+    if (is_machine(folder / (stem + ".yaml"))) names.push_back(stem + ".yaml");
   return names;
 }
 
@@ -77,12 +84,11 @@ Error no_machine_file(const std::string& word) {
     } else {
       for (const std::string& folder : installed_folders()) looked.push_back(folder + "/" + kMachines);
     }
+    // A name without an ending is that of a machine that comes with the program.
     for (std::size_t i = 1; i < looked.size(); ++i)
-      for (std::string& name : machines_in(looked[i])) names.push_back(std::move(name));
+      for (const std::string& name : machines_in(looked[i]))
+        names.push_back(asked.has_extension() ? name : fs::path(name).stem().string());
   }
-  // A name without an ending is that of a machine that comes with the program.
-  if (fs::path(word).filename() == word && !asked.has_extension())
-    for (std::string& name : names) name = fs::path(name).stem().string();
   const std::string name = asked.filename().string();
   const std::string_view near = nearest_file(name, names);
   return {Fault::FileUnreadable,

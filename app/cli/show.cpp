@@ -7,6 +7,7 @@
 #include "app/cli/shipped.hpp"
 #include "app/cli/terminal.hpp"
 #include "app/cli/verbs.hpp"
+#include "app/record/program.hpp"
 
 namespace gantry::cli {
 namespace {
@@ -20,20 +21,33 @@ nlohmann::ordered_json to_json(const Error& e) {
           {"remedy", f.remedy}};
 }
 
-}  // namespace
-
-void show_document(std::string_view result, const nlohmann::ordered_json& rest, int exit_code,
-                   const std::vector<Error>& errors) {
+nlohmann::ordered_json document_of(std::string_view result, const nlohmann::ordered_json& rest, int exit_code,
+                                   const std::vector<Error>& errors) {
   nlohmann::ordered_json document{
       {"result", result}, {"exit_code", exit_code}, {"errors", nlohmann::ordered_json::array()}};
   for (const Error& e : errors) document["errors"].push_back(to_json(e));
   document.insert(rest.begin(), rest.end());  // a key that stands in front stays as it is
-  print_document(document);
+  return document;
 }
 
-void print_document(const nlohmann::ordered_json& document) {
-  constexpr bool kAscii = true;  // what would steer a terminal, or turn the direction of writing, is escaped
-  print_raw(document.dump(2, ' ', kAscii, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+/// What would steer a terminal, or turn the direction of writing, is escaped. `indent` -1: in one line.
+std::string to_ascii(const nlohmann::ordered_json& document, int indent) {
+  return document.dump(indent, ' ', true, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
+
+void show_document(std::string_view result, const nlohmann::ordered_json& rest, int exit_code,
+                   const std::vector<Error>& errors) {
+  print_document(document_of(result, rest, exit_code, errors));
+}
+
+void print_document(const nlohmann::ordered_json& document) { print_raw(to_ascii(document, 2)); }
+
+int show_line(const Error& error) {
+  const int exit_code = static_cast<int>(info(error.fault).exit_code);
+  print_raw(to_ascii(document_of("failed", nlohmann::ordered_json::object(), exit_code, {error}), -1));
+  return show(error, false);
 }
 
 int show(const std::vector<Error>& errors, bool json, std::string_view board) {
@@ -55,6 +69,14 @@ int show(const std::vector<Error>& errors, bool json, std::string_view board) {
 }
 
 int show(const Error& error, bool json, std::string_view board) { return show(std::vector<Error>{error}, json, board); }
+
+void show_version(bool json) {
+  const std::string version(record::program_version()), commit(record::program_commit());
+  if (json)
+    show_document("ok", {{"version", version}, {"commit", commit}});
+  else
+    print_text("gantry {} ({})\n", version, commit);
+}
 
 std::optional<config::Machine> load_machine(Context& context) {
   auto machine = machine_in(context.machine_file);

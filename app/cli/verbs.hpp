@@ -60,6 +60,9 @@ void add_publish_options(CLI::App& verb, monitor::NetworkOptions& options, std::
 /// `board`: of the job that they have refused or ended, told in the document; "": it was no job.
 int show(const std::vector<Error>& errors, bool json, std::string_view board = {});
 int show(const Error& error, bool json, std::string_view board = {});
+/// In one line of JSON, where such lines went before, and on stderr.
+int show_line(const Error& error);
+void show_version(bool json);
 /// The JSON document of a verb that did its work: `result`, `exit_code` and `errors` stand in front of `rest`, which
 /// may not say them itself.
 void show_document(std::string_view result, const nlohmann::ordered_json& rest, int exit_code = 0,

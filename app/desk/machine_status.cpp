@@ -57,12 +57,14 @@ Json machine_status(const config::Machine& machine, const run::Owner& owner) {
   const run::Progress p = owner.progress();
   const std::optional<double> stop_mm = owner.stop_mm();
   Json axes = Json::array(), faults = Json::array();
-  for (const config::Axis& axis : machine.axes)
+  for (const config::Axis& axis : machine.axes) {
+    const bool referenced = (s.referenced >> axis.id.value & 1u) != 0;
     axes.push_back({{"name", axis.name},
                     {"unit", axis.rotary ? "rad" : "mm"},
-                    {"position", s.actual[axis.id.value]},
+                    {"position", referenced ? Json(s.actual[axis.id.value]) : Json(nullptr)},
                     {"enabled", (s.enabled >> axis.id.value & 1u) != 0},
-                    {"referenced", (s.referenced >> axis.id.value & 1u) != 0}});
+                    {"referenced", referenced}});
+  }
   for (const Error& e : owner.active_faults()) {
     const FaultInfo& f = info(e.fault);
     faults.push_back({{"code", std::string_view(code(e.fault))},
@@ -109,10 +111,11 @@ std::string in_words(const Json& status) {
                         fault.value("text", ""), fault.value("remedy", ""));
   for (const Json& axis : status.value("axes", Json::array())) {
     const bool rotary = axis.value("unit", "mm") == "rad", referenced = axis.value("referenced", false);
-    const double position = axis.value("position", 0.0) * (rotary ? units::deg(1) : 1);
+    const auto position = axis.find("position");
+    const bool known = position != axis.end() && position->is_number();
     text += fmt::format("\n{:<6} {:>12} {:<3}  {}, {}", axis.value("name", ""),
-                        referenced ? fmt::format("{:.3f}", position) : "-", rotary ? "deg" : "mm",
-                        axis.value("enabled", false) ? "torque on" : "torque off",
+                        known ? fmt::format("{:.3f}", position->get<double>() * (rotary ? units::deg(1) : 1)) : "-",
+                        rotary ? "deg" : "mm", axis.value("enabled", false) ? "torque on" : "torque off",
                         referenced ? "referenced" : "not referenced");
   }
   return text;

@@ -1,5 +1,8 @@
 #include "app/stations/accepted.hpp"
 
+#include <limits>
+#include <stdexcept>
+
 #include "app/stations/kept_file.hpp"
 #include "config/same_device.hpp"
 
@@ -26,18 +29,26 @@ Json to_json(const config::Station& s) {
   return row;
 }
 
+/// A number that fits in no 32 bits is no station's, and the file is not what was written.
+std::uint32_t number_of(const Json& j, const char* key) {
+  const Json& value = j.at(key);
+  if (!value.is_number_unsigned() || value.get<std::uint64_t>() > std::numeric_limits<std::uint32_t>::max())
+    throw std::runtime_error(std::string("'") + key + "' is no number of 32 bits");
+  return value.get<std::uint32_t>();
+}
+
 config::Accepted accepted_of(const Json& j) {
-  return {.vendor = j.at("vendor").get<std::uint32_t>(),
-          .product = j.at("product").get<std::uint32_t>(),
-          .revision = j.at("revision").get<std::uint32_t>(),
-          .serial = j.at("serial").get<std::uint32_t>(),
+  const auto if_there = [&](const char* key) { return j.contains(key) ? number_of(j, key) : 0u; };
+  return {.vendor = number_of(j, "vendor"),
+          .product = number_of(j, "product"),
+          .revision = number_of(j, "revision"),
+          .serial = number_of(j, "serial"),
           .date = j.at("date").get<std::string>(),
           .compared =
               j.value("compared", j.value("walked", "").empty()),  // before there was the word, a walk accepted, too
           .walked = j.value("walked", ""),
           .walked_as = j.value("walked_as", ""),
-          .object = {.vendor = j.value("object_vendor", std::uint32_t{0}),
-                     .product = j.value("object_product", std::uint32_t{0})}};
+          .object = {.vendor = if_there("object_vendor"), .product = if_there("object_product")}};
 }
 
 void take_row(const Json& row, config::Station& station) {

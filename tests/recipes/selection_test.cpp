@@ -47,7 +47,9 @@ TEST(Selection, of_what_the_recipe_does_not_have_names_the_nearest) {
     EXPECT_NE(found.error().message.find(words), std::string::npos) << found.error().message;
   };
   says({.only = {"first", "damn"}}, "--only", "r.yaml has no feature 'damn'; did you mean 'dam'?");
-  says({.from = "dots[1][2]"}, "--from", "did you mean 'dots[1][1]'?");
+  says({.from = "dots[1][2]"}, "--from",
+       "there is no 'dots[1][2]'; the 4 elements of 'dots' are dots[0][0], dots[0][1], dots[1][1], dots[1][0]");
+  says({.only = {"dam[0]"}}, "--only", "'dam' is one feature, without elements; write 'dam'");
   says({.from = "a feature"}, "--from", "known: first, dots, dam, dots_2");
   says({.only = {"dam", ""}}, "--only", "missing");
   says({.only = {" "}}, "--only", "missing");
