@@ -125,9 +125,10 @@ std::string recipe_section(const JobResult& r) {
     table.row({text(m.name), number(m.speed, 1), number(m.gap, 3), number(m.dot_time, 3), number(m.settle_time, 3),
                number(m.retract, 1), fmt::format("{:.1f} / {:.1f}", m.valve_open_lead * 1e3, m.valve_close_lead * 1e3),
                number(m.start_dwell_s, 3),
-               fmt::format("{:.2f} / {:.2f} / {:.2f}", m.early_off, m.back_track, m.tail_lift), number(m.min_speed, 1),
+               fmt::format("{:.3g} / {:.3g} / {:.3g}", m.early_off, m.back_track, m.tail_lift), number(m.min_speed, 1),
                number(m.rejoin_within_s, 1), number(m.override_max * 100, 0), text(m.flow_follows_speed ? "yes" : "no"),
-               number(m.tolerance_mm, 3), number(m.gap_tolerance_mm, 3), number(m.speed_tolerance * 100, 0)});
+               number(m.tolerance_mm, 3), number(m.gap_tolerance_mm, 3),
+               fmt::format("{:.3g}", m.speed_tolerance * 100)});
   return section("The recipe's materials", "<div class=\"scroll\">" + table.done() + "</div>");
 }
 

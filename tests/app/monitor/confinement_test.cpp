@@ -8,7 +8,9 @@
 #include <linux/filter.h>
 #include <linux/seccomp.h>
 #include <map>
+#include <net/if.h>
 #include <sched.h>
+#include <string_view>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -25,9 +27,12 @@ namespace {
 
 /// An interface beside lo, or none that exists.
 std::string other_interface() {
-  for (const auto& entry : std::filesystem::directory_iterator("/sys/class/net"))
-    if (entry.path().filename() != "lo") return entry.path().filename();
-  return "none";
+  struct if_nameindex* all = if_nameindex();
+  std::string found = "none";
+  for (const auto* each = all; each != nullptr && each->if_index != 0 && found == "none"; ++each)
+    if (std::string_view(each->if_name) != "lo") found = each->if_name;
+  if (all != nullptr) if_freenameindex(all);
+  return found;
 }
 
 /// What ss (iproute2), not the program, says of a process's UDP sockets: "127.0.0.1%lo:7410", ...

@@ -84,7 +84,7 @@ kill $listener
 
 echo "--- rights"
 status() { sed -n "s/^$2:\t//p" "/proc/$1/task/$3/status"; }
-tasks=$(ls /proc/$publisher/task)
+tasks=$(ls /proc/$publisher/task) own_nice=$(nice)
 for t in $tasks; do
   for want in CapInh=0000000000000000 CapPrm=0000000000000000 CapEff=0000000000000000 CapBnd=0000000000000000 CapAmb=0000000000000000 \
     NoNewPrivs=1 "Uid=65534 65534 65534 65534" "Gid=65534 65534 65534 65534" Groups=; do
@@ -93,7 +93,7 @@ for t in $tasks; do
   done
   policy=$(chrt -p $t | sed -n 's/.*policy: //p')
   [ "$policy" = SCHED_OTHER ] || fail "thread $t of the publisher runs as $policy"
-  [ "$(awk '{print $19}' /proc/$publisher/task/$t/stat)" = 0 ] || fail "thread $t of the publisher is not at nice 0"
+  [ "$(awk '{print $19}' /proc/$publisher/task/$t/stat)" = "$own_nice" ] || fail "thread $t of the publisher is not at nice $own_nice"
 done
 grep -E '^(Uid|Groups|Cap|NoNewPrivs)' /proc/$publisher/status | sed 's/^/    /'
 echo "ok: $(echo "$tasks" | wc -w) threads without rights, at normal priority"
