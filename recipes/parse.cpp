@@ -28,7 +28,9 @@ using written::FeatureRow;
 /// board.
 class Checker {
  public:
-  Checker(const Recipe& recipe, Mistakes& mistakes) : recipe_(recipe), mistakes_(mistakes) {}
+  /// `names_read`: what is not in the recipe by its name was not written either.
+  Checker(const Recipe& recipe, bool names_read, Mistakes& mistakes)
+      : recipe_(recipe), names_read_(names_read), mistakes_(mistakes) {}
 
   void board_items() {
     for (const MarkDef& m : recipe_.marks) {
@@ -92,6 +94,7 @@ class Checker {
     if (find_material(recipe_, name) || recipe_.materials.empty()) return;  // that they are missing is told already
     std::vector<std::string_view> known;
     for (const Material& m : recipe_.materials) known.push_back(m.name);
+    if (!names_read_ && nearest(name, known).empty()) return;  // it may be one of those
     mistakes_.add(Fault::UnknownReference,
                   fmt::format("there is no material '{}'; {}", name, did_you_mean(name, known)), location);
   }
@@ -140,6 +143,7 @@ class Checker {
     return norm(beyond) < radius;
   }
   const Recipe& recipe_;
+  const bool names_read_;
   Mistakes& mistakes_;
   std::set<std::string> names_;
 };
@@ -172,7 +176,10 @@ written::Draft written::draft(std::string_view yaml, std::string_view file, cons
   recipe.file = file;
   recipe.sources.push_back({recipe.file, yaml.size(), sha256_hex(yaml)});
   if (size_is_wrong(recipe, read->features, mistakes)) recipe.board.size = {};
-  Checker check(recipe, mistakes);
+  const std::vector<Error> in_text = mistakes.errors();
+  const bool names_read = std::ranges::none_of(
+      in_text, [](const Error& e) { return e.fault == Fault::YamlSyntax || e.fault == Fault::DuplicateKey; });
+  Checker check(recipe, names_read, mistakes);
   check.board_items();
   check.purge();
   Expander expander(recipe, mistakes, beside, all_read);
