@@ -144,12 +144,12 @@ Result<std::string> Desk::obey(const run::Order& order) {
     return "nothing is under way; the bus comes up";
   if (auto done = owner_.order(order); !done) return tl::unexpected(done.error());
   const std::optional<double> stop_mm = owner_.stop_mm();  // of before the loop has taken the order
-  if (order.kind == run::OrderKind::Abort) return stop_mm ? fmt::format("stops within {:.2g} mm", *stop_mm) : "";
+  if (order.kind == run::OrderKind::Abort) return stop_mm ? "stops within " + at_most_mm(*stop_mm) : "";
   if (order.kind == run::OrderKind::Resume) return "";
   std::string said = owner_.order_said();
   const std::size_t now = said.find("holds now");
   if (stop_mm && now != std::string::npos)
-    said.insert(std::min(said.find(';'), said.size()), fmt::format(", within {:.2g} mm", *stop_mm));
+    said.insert(std::min(said.find(';'), said.size()), ", within " + at_most_mm(*stop_mm));
   if (order.kind == run::OrderKind::Override && now != std::string::npos) said += "; `resume` goes on";
   return said;
 }

@@ -92,6 +92,12 @@ Json machine_status(const config::Machine& machine, const run::Owner& owner) {
           {"axes", axes}};
 }
 
+std::string at_most_mm(double mm) {
+  if (!(mm > 0)) return "0 mm";
+  const double digit = std::pow(10, std::floor(std::log10(mm)) - 1);
+  return fmt::format("{:.6g} mm", std::ceil(mm / digit - 1e-9) * digit);
+}
+
 std::string in_words(const Json& status) {
   std::string text = fmt::format("{}, {}, override {:.0f} %", status.value("state", "?"), status.value("mode", "?"),
                                  status.value("override", 1.0) * 100);
@@ -99,7 +105,7 @@ std::string in_words(const Json& status) {
     text += fmt::format(" ({:.0f} % when the valve has shut)", next->get<double>() * 100);
   if (const std::string door = text_of(status, "door"); !door.empty()) text += ", door " + door;
   if (const auto stop = status.find("stop_mm"); stop != status.end() && stop->is_number())
-    text += fmt::format(", would stop within {:.2g} mm", stop->get<double>());
+    text += ", would stop within " + at_most_mm(stop->get<double>());
   text += undertaking_in_words(status);
   if (const auto held = status.find("held_by"); held != status.end() && held->is_object())
     text += fmt::format("\n{}; {}", text_of(*held, "words"), text_of(*held, "next"));

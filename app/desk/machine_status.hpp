@@ -14,6 +14,9 @@ namespace gantry::desk {
 /// for), "override" and "axes" (position in mm or rad, enabled, referenced).
 nlohmann::ordered_json machine_status(const config::Machine& machine, const run::Owner& owner);
 
+/// "3.5 mm": in two digits, and not less.
+std::string at_most_mm(double mm);
+
 /// The same facts: state, job or what else is under way, why it stands, faults with their remedies, a line for each
 /// axis (rotary ones in deg). No newline at the end.
 std::string in_words(const nlohmann::ordered_json& status);

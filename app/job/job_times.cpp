@@ -35,7 +35,7 @@ void JobTimes::see(const PlayedCycle& cycle) {
   const bool disturbed = cycle.stopped || cycle.rate != 1;
   step->actual_s += cycle_s_;
   step->disturbed |= disturbed;
-  if (!cycle.stopped) played_s_ += cycle_s_ * cycle.rate;
+  if (!cycle.stopped) played_s_ += cycle_s_ * std::min(cycle.rate, 1.0);
   if (cycle.feature >= features_.size()) {
     travel_s_ += cycle_s_;
     travel_disturbed_ |= disturbed;

@@ -17,7 +17,8 @@ namespace gantry::job {
 struct PlayedCycle {
   bool plays = false;  ///< a block does
   std::uint32_t feature = motion::kTravel;
-  double rate = 1;       ///< planned seconds that pass in a second: the override; 0 while something has stopped it
+  double rate = 1;       ///< the override: planned seconds that pass in a second, above 1 no more than one; 0 while
+                         ///< something has stopped it
   bool stopped = false;  ///< by a hold or a fault, or on the way to it
 };
 

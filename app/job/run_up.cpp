@@ -131,6 +131,9 @@ std::string in_words(const RunUp& run_up, const recipes::Material& material) {
   const std::string_view begins = run_up.joins ? "goes on" : "begins";
   switch (run_up.kind) {
     case RunUp::Kind::Shorter:
+      if (run_up.entry_mm_s >= 0.999 * material.speed)
+        return fmt::format("{} at its speed after a shorter run-up, of {:.2g} mm; {}", begins, run_up.mm,
+                           run_up.blocked);
       return fmt::format("{} at {:.3g} mm/s instead of {:.3g} mm/s, after a run-up of {:.2g} mm; {}", begins,
                          run_up.entry_mm_s, material.speed, run_up.mm, run_up.blocked);
     case RunUp::Kind::FromAbove:

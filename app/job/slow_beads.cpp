@@ -12,12 +12,12 @@
 #include "app/job/level.hpp"
 #include "app/job/valve_span.hpp"
 #include "core/steady_speed.hpp"
+#include "motion/geometry.hpp"
 #include "motion/profile/speed_profile.hpp"
 
 namespace gantry::job {
 namespace {
 
-constexpr double kLag = 3e-3;        // of the speed: the drives' lag makes a narrow curve narrower, and the tool slower
 constexpr double kEnough = 0.5;      // of a bead's length is to be at its speed
 constexpr double kLongest_mm = 1e4;  // a radius beyond it is none
 constexpr double kStraight_mm = 0.01;
@@ -33,21 +33,39 @@ bool is_straight(const recipes::Bead& bead) {
   });
 }
 
+SteadySpeed planned_steady(const recipes::Material& m, double tick_s) {
+  return SteadySpeed({.mm_s = m.speed, .tolerance = m.speed_tolerance}, tick_s);
+}
+
+/// The part of its speed that the tool loses in a bend: drives that lag by t make a radius r, and with it the speed on
+/// it, smaller by (v t / r)^2 / 2.
+double lag_share(const motion::Geometry& g, const motion::State& x, const motion::Limits& limits) {
+  const auto bent = motion::derivative<2>(g, x.p);
+  double curvature = 0, delay_s = 0;
+  for (std::size_t i = 0; i < limits.axes; ++i) {
+    if (!limits.linear[i]) continue;
+    curvature = std::hypot(curvature, bent[i]);
+    delay_s = std::max(delay_s, limits.response_delay_s[i]);
+  }
+  return std::min(1.0, std::pow(x.v * delay_s * curvature, 2) / 2);
+}
+
 /// The speeds of one bead, tick by tick, against what its material wants.
 class Tally {
  public:
-  Tally(const recipes::Material& m, bool straight, double tick_s)
+  Tally(const recipes::Material& m, double tick_s)
       : asked_mm_s_(m.speed),
         allowed_mm_s_(m.speed_tolerance * m.speed),
         tick_s_(tick_s),
-        steady_{SteadySpeed({.mm_s = m.speed, .tolerance = m.speed_tolerance}, tick_s),
-                SteadySpeed({.mm_s = m.speed, .tolerance = m.speed_tolerance - (straight ? 0 : kLag)}, tick_s)} {}
+        steady_{planned_steady(m, tick_s), planned_steady(m, tick_s)} {}
 
-  void add(double v_mm_s) {
+  /// `lags`: the part of it that the tool may lose to its drives.
+  void add(double v_mm_s, double lags) {
     if (!begins_mm_s_) begins_mm_s_ = v_mm_s;
     slows_down_ = slows_down_ || v_mm_s < fastest_mm_s_ - allowed_mm_s_;
     fastest_mm_s_ = std::max(fastest_mm_s_, v_mm_s);
-    for (SteadySpeed& each : steady_) each.add(v_mm_s * tick_s_);
+    steady_.front().add(v_mm_s * tick_s_);
+    steady_.back().add(v_mm_s * (1 - lags) * tick_s_);
   }
 
   /// Nothing where the bead is as its material wants it.
@@ -77,9 +95,10 @@ class Tally {
   bool slows_down_ = false;
 };
 
-std::optional<SlowBead> look_at(SegmentIterator first, SegmentIterator last, const recipes::Material& m, bool straight,
-                                const ValveSpan& wet, double tick_s) {
-  Tally tally(m, straight, tick_s), unrounded(m, straight, tick_s);
+std::optional<SlowBead> look_at(SegmentIterator first, SegmentIterator last, const recipes::Material& m,
+                                const ValveSpan& wet, const motion::Limits& limits) {
+  const double tick_s = limits.tick_s;
+  Tally tally(m, tick_s), unrounded(m, tick_s);
   double begin_mm = 0, begin_s = 0, rest_s = 0, factor = 1, open_s = 0;
   for (auto s = first; s != last; ++s) {
     if (s->kind == motion::SegmentKind::Dwell) continue;
@@ -89,7 +108,8 @@ std::optional<SlowBead> look_at(SegmentIterator first, SegmentIterator last, con
       const motion::State x = motion::along(s->nominal, t_s).x;
       if (begin_mm + x.p < wet.opens_mm || begin_mm + x.p > wet.shuts_mm) continue;
       factor = m.speed / s->v_cap;  // all of a bead is played slower by this, so that it takes whole ticks
-      tally.add(x.v), unrounded.add(x.v * factor);
+      const double lags = lag_share(s->geometry, x, limits);
+      tally.add(x.v, lags), unrounded.add(x.v * factor, lags);
     }
     for (const auto& [at_mm, sign] : {std::pair{wet.opens_mm, -1}, std::pair{wet.shuts_mm, 1}})
       if (at_mm > begin_mm && at_mm <= begin_mm + s->geometry.length)
@@ -148,7 +168,7 @@ double at_most(double mm_s) {
 }  // namespace
 
 void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
-                    const std::deque<motion::Segment>& segments, double tick_s, const Breath& breath) {
+                    const std::deque<motion::Segment>& segments, const motion::Limits& limits, const Breath& breath) {
   Pauses pause(breath, 1024);
   for (auto s = segments.begin(); s != segments.end();) {
     const auto first = s;
@@ -163,7 +183,7 @@ void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
     if (!wet || wet->shuts_mm <= wet->opens_mm) continue;
     auto found = bead->corner_tolerance > 0 ? stands(first, s, *wet) : std::nullopt;
     if (found && found->stands <= reversals(*bead)) found.reset();
-    if (!found) found = look_at(first, s, *m, is_straight(*bead), *wet, tick_s);
+    if (!found) found = look_at(first, s, *m, *wet, limits);
     if (found) to.push_back(*found);
   }
 }
@@ -201,6 +221,12 @@ std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
   if (slow.stands > 0)
     return standstill_in_words(slow.stands, slow.stands_at_mm, bead, *recipes::find_material(recipe, bead.material));
   constexpr const char* kElse = "or `flow_follows_speed: true` where the dispenser doses by the speed of the needle";
+  if (slow.narrowly)
+    return fmt::format(
+        "may be dispensed slower than its {:.3g} mm/s, but for its `speed_tolerance`: in narrow bends the drives' lag "
+        "takes a part of the speed; write {}a larger radius or `corner_tolerance`, a larger `speed_tolerance`, {}",
+        slow.asked_mm_s, slow.steady_mm_s > 0 ? fmt::format("`speed: {:.3g} mm/s`, ", at_most(slow.steady_mm_s)) : "",
+        kElse);
   if (slow.lasts_s > 0)
     return fmt::format(
         "goes at {:.3g} mm/s instead of {:.3g} mm/s: it takes whole cycles of {}, {} instead of {}; write `speed: "

@@ -2,7 +2,7 @@
 // curve too tight for the speed, corners so near that it is never reached, or so few ticks that a whole number of them
 // makes a difference; and beads that come to a stop with the valve open, though a corner tolerance is there to pass
 // corners without. Known before anything moves.
-//   std::vector<SlowBead> slow;   add_slow_beads(slow, recipe, block.segments(), tick_s);   in_words(slow[0], recipe);
+//   std::vector<SlowBead> slow;   add_slow_beads(slow, recipe, block.segments(), limits);   in_words(slow[0], recipe);
 // Not of materials with `flow_follows_speed`.
 #pragma once
 #include <deque>
@@ -23,7 +23,7 @@ struct SlowBead {
   double fastest_mm_s = 0;                     ///< that it comes to
   std::optional<double> begins_slowly_mm_s{};  ///< where the valve opens, if it speeds up from there to its end
   double at_speed = 0;                         ///< share of its length within `speed_tolerance`, 0..1
-  bool narrowly = false;                       ///< within it by so little that a job may, or may not, find it slow
+  bool narrowly = false;  ///< within it, but the drives' lag may make it slower: a job finds it slow, or does not
   /// Where it is slow only because a bead takes whole ticks: how long it takes, and how long it would take else.
   double lasts_s = 0, would_last_s = 0;
   double tick_s = 0;
@@ -36,7 +36,8 @@ struct SlowBead {
 
 /// Of the beads of these segments, in their order.
 void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
-                    const std::deque<motion::Segment>& segments, double tick_s, const Breath& breath = {});
+                    const std::deque<motion::Segment>& segments, const motion::Limits& limits,
+                    const Breath& breath = {});
 
 /// "stands still 3 times with its valve open, first 12.3 mm from where that opens: no path ..."
 std::string standstill_in_words(std::size_t times, double at_mm, const recipes::Bead& bead,

@@ -54,6 +54,7 @@ class Judge {
 
   /// A speed that was left besides was told already.
   void slow(const job::SlowBead& seen) {
+    if (seen.narrowly) return;  // as planned it is good; a world may see that it was not
     const std::string& id = recipes::id_of(recipe_.features[seen.feature]);
     if (!told(id, {Kind::Speed})) add(id, Kind::Speed, job::in_words(seen, recipe_));
   }

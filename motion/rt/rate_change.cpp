@@ -65,7 +65,7 @@ bool RateChange::plan(PieceCursor at, const Rate& from, double to, const Recent&
   Differences judge(recent, limits);
   Planned x = planned(at, limits.axes);
   Rate now = from;
-  for (std::size_t n = 0; n < kMostTicks; ++n) {
+  for (std::size_t n = 0; n < kMostTicks; ++n, ++work_) {
     const auto [low, high] = room(x, now, limits, vigour.use);
     if (low > high) return false;
     const double gap = to - now.r;
@@ -120,7 +120,8 @@ bool RateChange::stop(const PieceCursor& from, const Rate& now, const Recent& re
   const double all_s = static_cast<double>(kMostTicks) * limits.tick_s;
   const double left_s =
       harder < kStops.size() ? ahead(all_s, 0, limits.tick_s) : std::numeric_limits<double>::infinity();
-  for (std::size_t n = 0; n < std::min(kStopsInATick, harder); ++n) {
+  work_ = 0;
+  for (std::size_t n = 0; n < harder && work_ < kMostTicks; ++n) {
     const std::size_t which = tries++ % harder;
     if (!plan(from, now, 0, recent, limits, kStops[which], left_s)) continue;
     stop_ = which;

@@ -28,9 +28,9 @@ class RateChange {
   struct Vigour {
     double use = 1, land = 0.85;
   };
-  /// What a stop tries, the hardest first, and how many of them in a tick.
-  static constexpr std::array<Vigour, 5> kStops{{{1, 0.85}, {0.9, 0.6}, {0.6, 0.5}, {0.3, 0.4}, {0.1, 0.4}}};
-  static constexpr std::size_t kStopsInATick = 2;
+  /// What a stop tries, the hardest first.
+  static constexpr std::array<Vigour, 8> kStops{
+      {{1, 0.85}, {0.9, 0.6}, {0.75, 0.55}, {0.6, 0.5}, {0.45, 0.45}, {0.3, 0.4}, {0.2, 0.4}, {0.1, 0.4}}};
 
   struct Step {
     double ahead = 0;  ///< planned time that goes by in the tick
@@ -43,7 +43,8 @@ class RateChange {
             const Vigour& vigour, double shorter_s = std::numeric_limits<double>::infinity()) noexcept;
 
   /// To 0, tried in each tick: the first way to stop that is possible is taken, and then any harder one that becomes
-  /// possible and needs less. `tries`: how many have been tried, 0 at the order. True: what is under way is new.
+  /// possible and needs less. `tries`: how many have been tried, 0 at the order; those of a call play less than twice
+  /// kMostTicks ticks ahead. True: what is under way is new.
   bool stop(const PieceCursor& from, const Rate& now, const Recent& recent, const Limits& limits,
             unsigned& tries) noexcept;
 
@@ -57,6 +58,7 @@ class RateChange {
  private:
   std::array<std::array<Step, kMostTicks>, 2> steps_;
   std::size_t active_ = 0, next_ = 0, size_ = 0;
+  std::size_t work_ = 0;              ///< ticks played ahead
   std::size_t stop_ = kStops.size();  ///< which of them is under way; none: the size
 };
 

@@ -273,6 +273,39 @@ TEST(Interpolator, a_stop_in_a_run_up_that_bends_goes_no_farther_than_twice_that
   EXPECT_GT(farthest, 1);
 }
 
+// Where the plan brakes into a corner that its tolerance rounds there is little room to brake otherwise. Who orders a
+// stop earlier has it earlier.
+TEST(Interpolator, a_stop_before_a_corner_does_not_wait_until_it_is_passed) {
+  const Limits m = machine();
+  for (const auto& [speed, tolerance] :
+       {std::pair{60.0, 0.1}, {90.0, 0.3}, {140.0, 0.05}, {140.0, 0.3}, {190.0, 0.5}}) {
+    BeadSpec spec;
+    for (const auto& [x, y] : {std::pair{220.0, 220.0}, {255.0, 222.0}, {254.0, 255.0}, {295.0, 260.0}})
+      spec.points.push_back({x, y, -40, 0, 12});
+    spec.speed_mm_s = speed, spec.corner_tolerance_mm = tolerance, spec.valve = kValve, spec.block = 1;
+    BeadMotion bead = *plan_bead(m, spec);
+    bead.segments.back().ends_block = true;
+    const int ticks = static_cast<int>(duration(bead.segments) / m.tick_s);
+    std::vector<int> rests;
+    for (int at = 3; at < ticks; ++at) {
+      Player p(m, bead.start);
+      p.push(bead.segments);
+      p.play.begin_block(1);
+      int k = 0;
+      for (; k < at; ++k) p.step();
+      p.play.hold();
+      for (; k < at + 2000 && !p.play.at_rest(); ++k) p.step();
+      ASSERT_TRUE(p.play.at_rest());
+      rests.push_back(k);
+    }
+    int soonest = rests.back();
+    for (std::size_t n = rests.size(); n-- > 0;) {
+      EXPECT_LE(rests[n] - soonest, 15) << speed << " mm/s, " << tolerance << " mm, tick " << n + 3;
+      soonest = std::min(soonest, rests[n]);
+    }
+  }
+}
+
 TEST(Interpolator, axis_stop_brakes_every_axis_within_its_own_limits) {
   const Limits m = machine();
   std::mt19937_64 random(kSeed + 6);
