@@ -109,9 +109,22 @@ class Channels {
     }
     if (row.terminal.given()) return bit_of_terminal(row.terminal, station);
     const int width = image_bits(station.profile, outputs_);
-    if (row.bit.value < width) return row.bit.value;
+    if (row.bit.value < width) return single_bit(row.bit, station);
     mistakes_.add(Fault::OutOfRange, fmt::format("'{}' has {} bits, 0 first", station.name, width), row.bit.location);
     return std::nullopt;
+  }
+
+  /// One of an analogue value's bits is none that a machine can be switched by.
+  std::optional<int> single_bit(const At<int>& bit, const Station& station) {
+    for (const Terminal& t : station.profile.terminals)
+      if (t.output == outputs_ && t.bits > 1 && bit.value >= t.bit && bit.value < t.bit + t.bits) {
+        mistakes_.add(Fault::Inconsistent,
+                      fmt::format("bit {} of '{}' is one of the {} of terminal '{}'; a channel is a bit of its own",
+                                  bit.value, station.name, t.bits, t.name),
+                      bit.location);
+        return std::nullopt;
+      }
+    return bit.value;
   }
 
   std::optional<int> bit_of_terminal(const At<std::string>& name, const Station& station) {

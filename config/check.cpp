@@ -142,11 +142,23 @@ void check_rise(const Axis& axis, const written::AxisRow& row, Mistakes& mistake
       of_acceleration ? row.a_max.location : row.j_max.location);
 }
 
+/// A jerk that comes to a_max in less than that is a slip: no plan could be told from one without a jerk limit.
+void check_jerk(const Axis& axis, const written::AxisRow& row, Mistakes& mistakes) {
+  constexpr double kLeast_s = 1e-6;
+  if (!(axis.a_max > 0 && axis.j_max > 0) || axis.a_max / axis.j_max >= kLeast_s) return;
+  mistakes.add(Fault::OutOfRange,
+               fmt::format("the axis would come to its a_max in {:.2g} s; less than 1 us is taken for a slip: write at "
+                           "most {}",
+                           axis.a_max / axis.j_max, in_units(axis, axis.a_max / kLeast_s, "/s^3")),
+               row.j_max.location);
+}
+
 void check_axes(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
   std::map<std::pair<StationId, int>, std::string> taken;
   for (std::size_t i = 0; i < m.axes.size(); ++i) {
     check_axis(m, m.axes[i], file.axes[i], mistakes);
     check_rise(m.axes[i], file.axes[i], mistakes);
+    check_jerk(m.axes[i], file.axes[i], mistakes);
     for (std::size_t d = 0; d < m.axes[i].drives.size(); ++d) {
       const DriveRef& ref = m.axes[i].drives[d];
       const auto [other, is_new] = taken.try_emplace({ref.station, ref.slot}, m.axes[i].name);

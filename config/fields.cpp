@@ -125,8 +125,9 @@ std::optional<std::int64_t> read_integer(const Node& node, const ValueShape& sha
   const bool octal = !hex && text.size() > 1 && text[0] == '0';  // 010 is 8 to some readers and 10 to others
   if (text.empty() || node.quoted || octal || text[0] == '-' || ec != std::errc{} || end != text.data() + text.size()) {
     mistakes.add(Fault::BadValue,
-                 fmt::format("'{}' is not a whole number; write 12 or 0x1A, without quotes, unit or leading zero",
-                             shown(node.text)),
+                 fmt::format("'{}' is not a whole number; write {:.0f}{}, without quotes, unit or leading zero",
+                             shown(node.text), std::clamp(12.0, shape.range.min, shape.range.max),
+                             in_range(0x1A, shape.range) ? " or 0x1A" : ""),
                  node.location);
     return std::nullopt;
   }

@@ -339,7 +339,7 @@ std::optional<Node> read_yaml(std::string_view text, Mistakes& mistakes, const Y
     }
     TreeBuilder second(plain.text, mistakes, budget);
     if (parser.HandleNextDocument(second)) {
-      mistakes.add(Fault::YamlSyntax, "a second document (---); one file holds one: leave the '---' out",
+      mistakes.add(Fault::YamlSyntax, "a second document (behind --- or ...); one file holds one: leave that line out",
                    begin_of_document(plain.text, second.root.location));
       return std::nullopt;
     }

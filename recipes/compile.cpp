@@ -216,11 +216,13 @@ class Feasibility {
                     purge.at_location);
   }
 
-  void needle(Vec3 at, const std::string& material_name, const std::string& id, Location location, bool& told) {
+  void needle(Vec3 at, const std::string& material_name, const std::string& id, Location location, bool& told,
+              bool by_tail = false) {
     const Material* material = find_material(recipe_, material_name);
     if (told || !material) return;
     Reach::Ask ask = wherever(over("needle", flat(at), at.z + material->gap, location, id), flat(at));
-    ask.lift = material->retract;
+    ask.lift = by_tail ? material->tail_lift : material->retract;
+    ask.by_tail = by_tail;
     ask.window = recipe_.touches.empty() ? 0 : window();
     ask.material = material;
     told = !reach_.look(std::move(ask));
@@ -232,6 +234,11 @@ class Feasibility {
   void feature(const Bead& bead) {
     bool told = false;
     for (const Vec3 p : bead.points) needle(p, bead.material, bead.id, bead.location, told);
+    const Material* material = find_material(recipe_, bead.material);
+    if (told || material == nullptr || material->tail_lift <= 0) return;
+    const Vec3 leaves =
+        material->back_track > 0 ? retrace(bead, material->back_track, 0).points.back() : bead.points.back();
+    needle(leaves, bead.material, bead.id, bead.location, told, true);
   }
 
   const Recipe& recipe_;

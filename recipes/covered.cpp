@@ -45,6 +45,18 @@ void add_covered(const Recipe& recipe, std::vector<std::string>& to) {
     if (const Feature* feature = over(recipe, touch.at, kTouchWidth_mm))
       to.push_back(fmt::format("touch '{}' (line {}) lies on '{}': {} puts the probe into it; move one of them",
                                touch.name, touch.location.line, id_of(*feature), kAnew));
+  if (!recipe.purge || !recipe.purge->frame.empty()) return;
+  const Vec2 shots = flat(recipe.purge->at);
+  for (const MarkDef& mark : recipe.marks)
+    if (norm(mark.at - shots) <= mark.diameter / 2)
+      to.push_back(
+          fmt::format("mark '{}' (line {}) is covered by the purge's shots: {} does not find it; move one of them",
+                      mark.name, mark.location.line, kAnew));
+  for (const TouchPoint& touch : recipe.touches)
+    if (norm(touch.at - shots) <= kTouchWidth_mm)
+      to.push_back(
+          fmt::format("touch '{}' (line {}) lies on the purge's shots: {} puts the probe into them; move one of them",
+                      touch.name, touch.location.line, kAnew));
 }
 
 }  // namespace gantry::recipes

@@ -49,7 +49,7 @@ class Checker {
           recipe_.marks.front().location);
     for (const TouchPoint& t : recipe_.touches)
       require_on_board(recipe_.board, t.at, t.location, "touch point", mistakes_);
-    if (touches_apart()) touches_give_a_plane();
+    touches_tell_enough();
     std::set<std::string> names;
     for (const Part& p : recipe_.parts) {
       if (!names.insert(p.name).second)
@@ -102,7 +102,6 @@ class Checker {
   bool touches_apart() {
     constexpr double kSameSpot_mm = 0.5;  // as far as a stylus presses the surface
     bool apart = true;
-    if (recipe_.touches.size() > 2) return apart;  // of three and more the plane tells
     for (std::size_t i = 0; i < recipe_.touches.size(); ++i)
       for (std::size_t k = 0; k < i; ++k) {
         const TouchPoint &a = recipe_.touches[k], &b = recipe_.touches[i];
@@ -117,10 +116,11 @@ class Checker {
       }
     return apart;
   }
-  /// Three touches and more are meant to measure the tilt in both directions; on one line they cannot.
-  void touches_give_a_plane() {
+  /// Three touches and more are meant to measure the tilt in both directions; on one line they cannot. Where the plane
+  /// is told by others, one that is touched twice does no harm.
+  void touches_tell_enough() {
     constexpr double kWidth = 0.1;  // of the line's length; nearer to it, the touches' errors turn the plane about it
-    if (recipe_.touches.size() < 3) return;
+    if (recipe_.touches.size() < 3) return void(touches_apart());
     const Vec2 from = recipe_.touches.front().at;
     const auto farthest = std::max_element(recipe_.touches.begin(), recipe_.touches.end(),
                                            [&](auto& a, auto& b) { return norm(a.at - from) < norm(b.at - from); });
@@ -129,7 +129,7 @@ class Checker {
     double width = 0;
     for (const TouchPoint& t : recipe_.touches)
       if (length > 0) width = std::max(width, std::abs(dot(Vec2{-along.y, along.x}, t.at - from)) / length);
-    if (width < kWidth * length || length == 0)
+    if ((width < kWidth * length || length == 0) && touches_apart())
       mistakes_.add(Fault::Inconsistent,
                     fmt::format("the {} touches lie on one line, so the tilt across it stays unmeasured; put one at "
                                 "least {:.6g} mm beside it",

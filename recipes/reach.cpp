@@ -97,24 +97,28 @@ bool Reach::tell_of_most(std::string_view tool) {
 }
 
 void Reach::tell_lifts() {
-  std::set<const Material*> told;
+  std::set<std::pair<const Material*, bool>> told;
   for (const Miss& miss : misses_) {
-    if (miss.cause != Cause::Lift || (miss.ask.material != nullptr && !told.insert(miss.ask.material).second)) continue;
+    if (miss.cause != Cause::Lift) continue;
+    if (miss.ask.material != nullptr && !told.insert({miss.ask.material, miss.ask.by_tail}).second) continue;
     if (miss.ask.material == nullptr) {
       mistakes_.add(Fault::OutOfReach, needs(miss), miss.ask.location);
       continue;
     }
-    const auto same = std::count_if(misses_.begin(), misses_.end(), [&](const Miss& other) {
-      return other.cause == Cause::Lift && other.ask.material == miss.ask.material;
-    });
+    const auto is_same = [&](const Miss& other) {
+      return other.cause == Cause::Lift && other.ask.material == miss.ask.material &&
+             other.ask.by_tail == miss.ask.by_tail;
+    };
+    const auto same = std::count_if(misses_.begin(), misses_.end(), is_same);
     double room = miss.ask.lift;
     for (const Miss& other : misses_)
-      if (other.cause == Cause::Lift && other.ask.material == miss.ask.material)
-        room = std::min(room, other.ask.lift - (other.most - machine_.axes[other.axis.value].p_max));
-    const Location written = miss.ask.material->locations.retract;
+      if (is_same(other)) room = std::min(room, other.ask.lift - (other.most - machine_.axes[other.axis.value].p_max));
+    const MaterialLocations& keys = miss.ask.material->locations;
+    const Location written = miss.ask.by_tail ? keys.tail_lift : keys.retract;
     mistakes_.add(Fault::OutOfReach,
-                  fmt::format("with the 'retract' of {:.6g} mm of material '{}' {}{}; write {}", miss.ask.lift,
-                              miss.ask.material->name, needs(miss), and_more(static_cast<std::size_t>(same) - 1),
+                  fmt::format("with the '{}' of {:.6g} mm of material '{}' {}{}; write {}",
+                              miss.ask.by_tail ? "tail_lift" : "retract", miss.ask.lift, miss.ask.material->name,
+                              needs(miss), and_more(static_cast<std::size_t>(same) - 1),
                               room > 0 ? fmt::format("at most {:.6g} mm", room) : std::string("less")),
                   written.line > 0 ? written : miss.ask.location);
   }

@@ -30,6 +30,7 @@ class Reach {
     Location location;
     std::string what;
     const Material* material = nullptr;  ///< whose `retract` the lift is; null: it is none
+    bool by_tail = false;                ///< it is its `tail_lift`
     bool on_board = true;                ///< it goes where the board goes
   };
 

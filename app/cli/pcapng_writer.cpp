@@ -1,5 +1,7 @@
 #include "app/cli/pcapng_writer.hpp"
 
+#include <array>
+#include <fstream>
 #include <vector>
 
 namespace gantry::cli {
@@ -11,11 +13,16 @@ void append(std::vector<std::byte>& out, std::type_identity_t<T> value) {
     out.push_back(static_cast<std::byte>(static_cast<std::uint64_t>(value) >> 8 * i & 0xFF));
 }
 
+constexpr std::array<char, 4> kCapture{0x0A, 0x0D, 0x0D, 0x0A};  // a file begins with it
 constexpr std::uint32_t kSectionHeader = 0x0A0D0D0A, kInterface = 1, kEnhancedPacket = 6;
 
 }  // namespace
 
 Result<std::unique_ptr<PcapngWriter>> PcapngWriter::create(const std::string& path) {
+  std::array<char, 4> begins{};
+  std::ifstream there(path, std::ios::binary);
+  if (there.read(begins.data(), begins.size()); there.gcount() > 0 && begins != kCapture)
+    return fail(Fault::FileUnwritable, "there is a file already, which is no capture; choose another name", path);
   auto file = NewFile::create(path);
   if (!file) return tl::unexpected(file.error());
   auto writer = std::unique_ptr<PcapngWriter>(new PcapngWriter(std::move(*file)));

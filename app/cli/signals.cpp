@@ -75,6 +75,7 @@ void catch_signals() {
   for (const int number : {SIGINT, SIGTERM, SIGQUIT}) handle(number, on_request);
   if (!ignored(SIGHUP)) handle(SIGHUP, on_loss);
   handle(SIGPIPE, SIG_IGN);
+  handle(SIGXFSZ, SIG_IGN);  // of a limit that a shell has set: a file that grows no more is told where it is written
 }
 
 void hold_machine(Terminal terminal) {

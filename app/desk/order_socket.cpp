@@ -84,6 +84,17 @@ class OrderSocket::Lock {
   int fd_;
 };
 
+namespace {
+
+/// Nothing, a socket, or a link to one, as an owner that was killed leaves them.
+bool may_be_replaced(const std::string& path) {
+  struct stat there {};
+  if (lstat(path.c_str(), &there) != 0 || S_ISSOCK(there.st_mode)) return true;
+  return S_ISLNK(there.st_mode) && (stat(path.c_str(), &there) != 0 || S_ISSOCK(there.st_mode));
+}
+
+}  // namespace
+
 OrderSocket::OrderSocket(std::vector<std::string> paths, std::vector<std::unique_ptr<Lock>> locks, int listen_fd)
     : locks_(std::move(locks)), paths_(std::move(paths)), listen_fd_(listen_fd) {}
 
@@ -93,6 +104,9 @@ Result<std::unique_ptr<OrderSocket>> OrderSocket::listen(const std::string& path
   const auto address = socket_address(paths.front());
   if (!address) return tl::unexpected(address.error());
   std::vector<std::unique_ptr<Lock>> locks;
+  for (const std::string& each : paths)
+    if (!may_be_replaced(each))
+      return fail(Fault::FileUnwritable, "something that is no socket stands there; choose another path", each);
   for (const std::string& each : paths) {
     auto lock = Lock::take(each);
     if (!lock) return tl::unexpected(lock.error());

@@ -11,6 +11,7 @@
 #include "motion/path/chords.hpp"
 #include "motion/path/sound.hpp"
 #include "motion/plan/as_sent.hpp"
+#include "motion/plan/search_path.hpp"
 
 namespace gantry::job {
 namespace {
@@ -195,6 +196,11 @@ Result<void> BlockBuilder::would_be_free(std::span<const motion::Segment> segmen
 }
 
 Result<void> BlockBuilder::straight(const AxisVec& to, const motion::PathRules& rules, double v_cap) {
+  if (const auto beyond = motion::beyond_limits(*scene_, to, motion::kLimitRounding)) {
+    const motion::Scene::Axis& a = scene_->axes()[*beyond];
+    return fail(Fault::OutOfReach, fmt::format("axis {} would go to {:.3f}; its limits are {:.3f} and {:.3f}", a.name,
+                                               to[*beyond], a.p_min, a.p_max));
+  }
   if (auto settled = settle(); !settled) return settled;
   if (auto proved = prove(std::array{at_, to}, rules, up_or_down(to)); !proved) return proved;
   const auto line = this->line(*scene_, at_, to, rules, v_cap);

@@ -205,8 +205,7 @@ Result<ProvenBlock> BlockPlanner::up(std::uint32_t block, const AxisVec& from, s
   builder.about(subject("touch", point.name, point.location));
   builder.among(surroundings()->scene_of_touch());
   AxisVec to = from;
-  double& z = to[machine_.z.value];
-  z = std::min(z + by_mm, limits_.axis[machine_.z.value].p_max);
+  rise(to, by_mm);
   if (auto r = builder.straight(to, surroundings()->touching(recipe_.touch_rules.window_mm)); !r)
     return tl::unexpected(with_line(r.error(), recipe_, point.location, fmt::format("up from touch '{}'", point.name)));
   return builder.finish();
@@ -362,9 +361,15 @@ double BlockPlanner::straight_down_mm(const AxisVec& to, const recipes::Material
   return std::max(alone_mm, line.geometry.length - gone_mm);
 }
 
+/// Up, and no farther than the axis goes.
+void BlockPlanner::rise(AxisVec& q, double mm) const {
+  double& z = q[machine_.z.value];
+  z = std::min(z + mm, limits_.axis[machine_.z.value].p_max);
+}
+
 /// The same position, higher by the material's retract.
 AxisVec BlockPlanner::lifted(AxisVec q, const recipes::Material& material) const {
-  q[machine_.z.value] = std::min(q[machine_.z.value] + material.retract, limits_.axis[machine_.z.value].p_max);
+  rise(q, material.retract);
   return q;
 }
 
@@ -483,7 +488,7 @@ Result<void> BlockPlanner::leave_bead(BlockBuilder& builder, const recipes::Bead
     for (std::size_t i = 0; i < back.size(); ++i) {
       if (i > 0) gone += norm(back[i] - back[i - 1]);
       AxisVec& to = points.emplace_back(needle_at(flat(back[i]), back[i].z + m.gap));
-      to[machine_.z.value] += m.tail_lift * gone / all;
+      rise(to, m.tail_lift * gone / all);
     }
     double speed_mm_s = m.speed;
     for (int slower = 0;; ++slower, speed_mm_s /= 2) {  // where its targets would come too near to a body
@@ -497,7 +502,7 @@ Result<void> BlockPlanner::leave_bead(BlockBuilder& builder, const recipes::Bead
     }
   }
   AxisVec up = builder.at();
-  up[machine_.z.value] += m.tail_lift;
+  rise(up, m.tail_lift);
   return builder.straight(up, rules, m.speed);
 }
 

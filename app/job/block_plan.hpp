@@ -97,6 +97,7 @@ class BlockPlanner {
   [[nodiscard]] Subject subject(std::string_view kind, const std::string& name, recipes::Location location) const;
   [[nodiscard]] AxisVec needle_at(Vec2 at, double height_mm) const;
   [[nodiscard]] double straight_down_mm(const AxisVec& to, const recipes::Material& material, double after_s) const;
+  void rise(AxisVec& q, double mm) const;
   [[nodiscard]] AxisVec lifted(AxisVec q, const recipes::Material& material) const;
 
   Result<ProvenBlock> down(BlockBuilder builder, std::size_t touch, double speed_mm_s, const std::string& words) const;

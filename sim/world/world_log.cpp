@@ -1,5 +1,6 @@
 #include "sim/world/world_log.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -7,6 +8,7 @@
 #include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/mman.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include "core/log.hpp"
@@ -17,7 +19,7 @@ namespace gantry::sim {
 namespace {
 
 constexpr std::uint32_t kMagic = 0x474C5752;  // "RWLG"
-constexpr std::size_t kRoom = std::size_t{64} << 20;
+constexpr std::size_t kRoom = std::size_t{64} << 20, kLeastRoom = std::size_t{64} << 10;
 
 struct Header {
   std::uint32_t magic = kMagic;
@@ -81,6 +83,7 @@ Result<std::unique_ptr<WorldLog>> WorldLog::open(const std::string& dir) {
   if (::ftruncate(file, static_cast<off_t>(log->used_)) != 0 ||
       ::ftruncate(file, static_cast<off_t>(log->mapped_)) != 0)
     return fail(Fault::FileUnwritable, fmt::format("cannot cut the world's log: {}", std::strerror(errno)), path);
+  if (auto room = log->allocate(); !room) return tl::unexpected(room.error());
   return log;
 }
 
@@ -129,7 +132,7 @@ std::vector<WorldLog::Record> WorldLog::records() const {
 
 bool WorldLog::append(Kind kind, std::span<const std::byte> payload) noexcept {
   const std::size_t size = padded(sizeof(Header) + payload.size());
-  if (size > mapped_ - used_) {
+  if (size > allocated_ - used_) {
     ++refused_;
     return false;
   }
@@ -144,8 +147,25 @@ bool WorldLog::append(Kind kind, std::span<const std::byte> payload) noexcept {
 
 Result<void> WorldLog::make_room() {
   refused_ = 0;
-  if (mapped_ - used_ >= kRoom / 2) return {};
-  return map(used_ + kRoom);
+  if (mapped_ - used_ < kRoom / 2)
+    if (auto mapped = map(used_ + kRoom); !mapped) return mapped;
+  return allocate();
+}
+
+/// A page of the map that a full disk cannot hold would end the program as it is written: the room is taken beforehand,
+/// and of a small disk no more than half of what is free.
+Result<void> WorldLog::allocate() {
+  struct statvfs disk {};
+  std::size_t room = mapped_ - used_;
+  if (::fstatvfs(file_, &disk) == 0)
+    room = std::min<std::size_t>(room, std::max<std::size_t>(kLeastRoom, disk.f_bavail * disk.f_frsize / 2));
+  const int problem = ::posix_fallocate(file_, static_cast<off_t>(used_), static_cast<off_t>(room));
+  if (problem != 0)
+    return fail(Fault::FileUnwritable,
+                fmt::format("no room for the world's log: {}; it needs {} KiB", std::strerror(problem), room >> 10),
+                path_);
+  allocated_ = used_ + room;
+  return {};
 }
 
 }  // namespace gantry::sim

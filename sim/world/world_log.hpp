@@ -40,9 +40,10 @@ class WorldLog {
   WorldLog& operator=(const WorldLog&) = delete;
 
   [[nodiscard]] std::vector<Record> records() const;
-  /// False when the mapped room is used up; the record was not taken. Safe on the bus thread.
+  /// False when the room is used up; the record was not taken. Safe on the bus thread.
   bool append(Kind kind, std::span<const std::byte> payload) noexcept;
-  /// Makes room for a job's worth of records; not on the bus thread. Spans of records() become invalid.
+  /// Makes room for a job's worth of records, on a small disk for less. Fault::FileUnwritable: there is none. Not on
+  /// the bus thread. Spans of records() become invalid.
   Result<void> make_room();
   /// How many records were not taken since room was last made.
   [[nodiscard]] std::uint64_t refused() const { return refused_; }
@@ -50,12 +51,13 @@ class WorldLog {
  private:
   WorldLog(int file, std::string path) : file_(file), path_(std::move(path)) {}
   Result<void> map(std::size_t bytes);
+  [[nodiscard]] Result<void> allocate();
   [[nodiscard]] Result<void> keep_tail(std::size_t file_size) const;
 
   int file_ = -1;
   std::string path_;
   std::byte* memory_ = nullptr;
-  std::size_t mapped_ = 0, used_ = 0;
+  std::size_t mapped_ = 0, used_ = 0, allocated_ = 0;  ///< used <= allocated <= mapped
   std::uint64_t refused_ = 0;
 };
 
