@@ -196,10 +196,13 @@ Result<void> BlockBuilder::would_be_free(std::span<const motion::Segment> segmen
 }
 
 Result<void> BlockBuilder::straight(const AxisVec& to, const motion::PathRules& rules, double v_cap) {
-  if (const auto beyond = motion::beyond_limits(*scene_, to, motion::kLimitRounding)) {
-    const motion::Scene::Axis& a = scene_->axes()[*beyond];
+  // An axis that stands beyond its travel, as behind its homing, may stay there, or come back.
+  for (std::size_t i = 0; i < scene_->axes().size(); ++i) {
+    const motion::Scene::Axis& a = scene_->axes()[i];
+    const auto beyond = [&](double q) { return std::max({a.p_min - q, q - a.p_max, 0.0}); };
+    if (beyond(to[i]) <= beyond(at_[i]) + motion::kLimitRounding) continue;
     return fail(Fault::OutOfReach, fmt::format("axis {} would go to {:.3f}; its limits are {:.3f} and {:.3f}", a.name,
-                                               to[*beyond], a.p_min, a.p_max));
+                                               to[i], a.p_min, a.p_max));
   }
   if (auto settled = settle(); !settled) return settled;
   if (auto proved = prove(std::array{at_, to}, rules, up_or_down(to)); !proved) return proved;
