@@ -13,11 +13,13 @@ namespace {
 /// By how much bodies are off, seen from the board, mm.
 struct Range {
   double beside = 0, above = 0;  ///< of what stays
-  double turn = 0;               ///< of the head, for each mm from the needle's tip
+  double turn = 0;               ///< of the head, for each mm from its tool's tip
 };
 
-double furthest_feature_mm(const recipes::Recipe& recipe) {
+/// From the board's origin.
+double furthest_mm(const recipes::Recipe& recipe) {
   double most = 0;
+  for (const recipes::TouchPoint& touch : recipe.touches) most = std::max(most, norm(touch.at));
   for (const recipes::Feature& feature : recipe.features) {
     if (const auto* dot = std::get_if<recipes::Dot>(&feature)) most = std::max(most, norm(dot->at));
     if (const auto* bead = std::get_if<recipes::Bead>(&feature))
@@ -30,7 +32,7 @@ Range range_of(const recipes::Recipe& recipe) {
   Range range;
   if (!recipe.marks.empty()) {
     range.turn = 2 * std::sin(recipe.mark_rules.max_rotation_rad / 2);
-    range.beside = recipe.mark_rules.max_shift_mm + range.turn * furthest_feature_mm(recipe);
+    range.beside = recipe.mark_rules.max_shift_mm + range.turn * furthest_mm(recipe);
   }
   if (!recipe.touches.empty()) range.above = recipe.touch_rules.window_mm;
   return range;
@@ -42,16 +44,18 @@ void grow(config::Body& body, const Range& range) {
                                            2 * (round_ends ? range.above + range.beside : range.above)};
 }
 
-config::Machine grown(config::Machine machine, const recipes::Recipe& recipe, const Range& range) {
+/// As seen from what is under a tool's tip.
+config::Machine grown(config::Machine machine, const recipes::Recipe& recipe, const Range& range,
+                      std::string_view tool) {
   const double underside = recipes::to_machine(recipe, machine, {}, {}, {0, 0}, 0).z - recipe.board.thickness;
   for (config::Body& body : machine.scene)
     if (body.centre.z + body.shape.size.z / 2 > underside + 1e-6) grow(body, range);
   for (config::Body& zone : machine.keep_out) grow(zone, range);
-  const config::Tool& needle = *config::find_tool(machine, "needle");
+  const Vec3 tip = config::find_tool(machine, tool)->tip;
   for (config::Body& body : machine.head) {
     if (body.on_turn && machine.c) continue;                         // C turns it with the board
     const bool round = body.shape.kind != config::Shape::Kind::Box;  // its own turn changes nothing
-    const double reach = norm(flat(body.centre - needle.tip)) + (round ? 0 : norm(flat(body.shape.size)) / 2);
+    const double reach = norm(flat(body.centre - tip)) + (round ? 0 : norm(flat(body.shape.size)) / 2);
     grow(body, {.beside = range.turn * reach});
   }
   return machine;
@@ -69,14 +73,40 @@ recipes::Recipe grown(recipes::Recipe recipe, const Range& range) {
   return recipe;
 }
 
-/// The head at the safe height, the needle over where a feature begins.
-AxisVec over(const config::Machine& machine, const recipes::Recipe& recipe, const recipes::Feature& feature) {
+Vec2 begin_of(const recipes::Feature& feature) {
   const auto* dot = std::get_if<recipes::Dot>(&feature);
-  const Vec2 at = dot != nullptr ? dot->at : flat(std::get<recipes::Bead>(feature).points.front());
-  AxisVec q = recipes::tool_at(machine, *config::find_tool(machine, "needle"),
+  return dot != nullptr ? dot->at : flat(std::get<recipes::Bead>(feature).points.front());
+}
+
+/// The head at the safe height, a tool over a place of the board.
+AxisVec over(const config::Machine& machine, const recipes::Recipe& recipe, std::string_view tool, Vec2 at) {
+  AxisVec q = recipes::tool_at(machine, *config::find_tool(machine, tool),
                                recipes::to_machine(recipe, machine, {}, {}, at, 0), 0);
   q[machine.z.value] = machine.safe_z_mm;
   return q;
+}
+
+/// Touches come behind the marks, and where these have found the board.
+Result<void> add_touches(const config::Machine& machine, const recipes::Recipe& recipe, const Breath& breath,
+                         std::vector<OnlyWhenPlaced>& named) {
+  if (recipe.marks.empty() || recipe.touches.empty()) return {};
+  const Range range = range_of(recipe);
+  const config::Machine among = grown(machine, recipe, range, "probe");
+  const recipes::Recipe on = grown(recipe, range);
+  BlockPlanner planner(among, on, breath);
+  Knowledge nominal;
+  nominal.offset = recipes::WorkOffset{};
+  planner.know(nominal);
+  for (std::size_t t = 0; t < recipe.touches.size(); ++t) {
+    auto planned = planner.touch(1, over(machine, recipe, "probe", recipe.touches[t].at), t);
+    if (planned) {
+      discard(*std::move(planned), breath);
+      continue;
+    }
+    if (planned.error().fault == Fault::Aborted) return tl::unexpected(planned.error());
+    named.push_back({"touch " + recipe.touches[t].name, planned.error()});
+  }
+  return {};
 }
 
 }  // namespace
@@ -89,8 +119,9 @@ Result<std::vector<OnlyWhenPlaced>> only_when_placed(const config::Machine& mach
   std::vector<OnlyWhenPlaced> named;
   const std::vector<std::size_t> features = recipes::dispensed_by(job);
   if (features.empty() || !asks_wherever(recipe)) return named;
+  if (auto touched = add_touches(machine, recipe, breath, named); !touched) return tl::unexpected(touched.error());
   const Range range = range_of(recipe);
-  const config::Machine among = grown(machine, recipe, range);
+  const config::Machine among = grown(machine, recipe, range, "needle");
   const recipes::Recipe on = grown(recipe, range);
   BlockPlanner planner(among, on, breath);
   Knowledge nominal;
@@ -98,7 +129,7 @@ Result<std::vector<OnlyWhenPlaced>> only_when_placed(const config::Machine& mach
   planner.know(nominal);
   planner.count(count);
   for (const std::size_t f : features) {
-    auto planned = planner.dispense(1, over(machine, recipe, recipe.features[f]), {f});
+    auto planned = planner.dispense(1, over(machine, recipe, "needle", begin_of(recipe.features[f])), {f});
     if (planned) {
       discard(*std::move(planned), breath);
       continue;
