@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -77,6 +78,28 @@ class Checker {
     if (row.material.given()) material(row.material.value, row.material.location);
   }
 
+  /// Once for each name, when all features were looked at.
+  void missing_materials() {
+    std::vector<std::string_view> known;
+    for (const Material& m : recipe_.materials) known.push_back(m.name);
+    for (const auto& [name, found] : missing_) {
+      const std::string near(nearest(name, known));
+      if (!names_read_ && near.empty()) continue;  // it may be one that was not read
+      if (const Material* meant = find_material(recipe_, near); meant && found.second > 1 && !used_.contains(near)) {
+        mistakes_.add(Fault::UnknownReference,
+                      fmt::format("material '{}' is used by nothing, and '{}', which is not here, {} times; {}", near,
+                                  name, found.second, did_you_mean(name)),
+                      meant->location);
+        continue;
+      }
+      mistakes_.add(Fault::UnknownReference,
+                    fmt::format("there is no material '{}'{}; {}", name,
+                                found.second > 1 ? fmt::format(" (here and {} times more)", found.second - 1) : "",
+                                did_you_mean(name, known)),
+                    found.first);
+    }
+  }
+
  private:
   /// The camera takes marks that overlap for one.
   void marks_fix_an_offset() {
@@ -91,12 +114,11 @@ class Checker {
       }
   }
   void material(const std::string& name, Location location) {
-    if (find_material(recipe_, name) || recipe_.materials.empty()) return;  // that they are missing is told already
-    std::vector<std::string_view> known;
-    for (const Material& m : recipe_.materials) known.push_back(m.name);
-    if (!names_read_ && nearest(name, known).empty()) return;  // it may be one of those
-    mistakes_.add(Fault::UnknownReference,
-                  fmt::format("there is no material '{}'; {}", name, did_you_mean(name, known)), location);
+    if (find_material(recipe_, name)) return void(used_.insert(name));
+    if (recipe_.materials.empty()) return;  // that they are missing is told already
+    auto& [first, times] = missing_.try_emplace(name, location, 0).first->second;
+    first = std::min(first, location);
+    ++times;
   }
   /// False, and a mistake, where one reads what another one has read.
   bool touches_apart() {
@@ -144,6 +166,8 @@ class Checker {
   }
   const Recipe& recipe_;
   const bool names_read_;
+  std::set<std::string> used_;                                       ///< materials
+  std::map<std::string, std::pair<Location, std::size_t>> missing_;  ///< materials: where first, and how often
   Mistakes& mistakes_;
   std::set<std::string> names_;
 };
@@ -190,6 +214,7 @@ written::Draft written::draft(std::string_view yaml, std::string_view file, cons
     expander.add(read->features[looked_at]);
     row_of.resize(recipe.features.size(), static_cast<std::uint32_t>(looked_at));
   }
+  check.missing_materials();
   auto before = rows_before(read->features, recipe.order, all_read, mistakes);
   const std::vector<Error> in_files = expander.mistakes_in_files();
   if (mistakes.none() && in_files.empty()) check_twice(recipe, mistakes);

@@ -228,8 +228,9 @@ TEST(PointsFile, is_not_read_for_a_recipe_that_is_full_of_mistakes) {
   Shelf shelf{[](const std::string&) { return std::string("x,y\n1,1\n2,2\n"); }};
   const auto r = parse(recipe_of(2000,
                                  [](int i) {
-                                   return i < 100 ? std::string("material: glu, points: [[1 mm, 1 mm], [2 mm, 2 mm]]")
-                                                  : "material: glue, points_file: p" + std::to_string(i);
+                                   return i < 100
+                                              ? std::string("material: glue, points: [[500 mm, 1 mm], [2 mm, 2 mm]]")
+                                              : "material: glue, points_file: p" + std::to_string(i);
                                  }),
                        "r.yaml", shelf.read());
   ASSERT_FALSE(r);
