@@ -23,7 +23,9 @@ constexpr double kLeast_mm = 1e-4, kLeast_rad = units::rad(1e-4);  // less than 
 constexpr double kRounding = 1e-9;
 
 std::string shown(const config::Axis& axis, double value) {
-  return axis.rotary ? fmt::format("{:.3f} deg", units::deg(value)) : fmt::format("{:.3f} mm", value);
+  const double in_units = axis.rotary ? units::deg(value) : value;
+  const char* const unit = axis.rotary ? "deg" : "mm";
+  return std::abs(in_units) < 1e9 ? fmt::format("{:.3f} {}", in_units, unit) : fmt::format("{:.3g} {}", in_units, unit);
 }
 
 Result<const config::Axis*> streamed_axis(const config::Machine& machine, const std::string& name) {
