@@ -100,12 +100,20 @@ class OfOne {
     if (undisturbed == nullptr) return;
     const std::vector<double> now = lengths(shot.path), planned = lengths(undisturbed->path);
     // What a valve lays beyond the bead's ends, because its leads do not fit it, does not have to be there.
-    full = now.back() >= std::min(planned.back(), length_of(w.points)) - w.tolerance_mm && !has_hole(w, path);
+    const double due = planned.back() - beyond(w.points.front(), w.points[1], flat(undisturbed->path.front())) -
+                       beyond(w.points.back(), w.points[w.points.size() - 2], flat(undisturbed->path.back()));
+    full = now.back() >= std::min(due, length_of(w.points)) - w.tolerance_mm && !has_hole(w, path);
     if (!full || w.flow_follows_speed) return;
     speed(w, now, planned);
   }
 
  private:
+  /// How far a path's end lies beyond that of a leg.
+  static double beyond(Vec2 end, Vec2 within, Vec2 at) {
+    const Vec2 out = end - within;
+    return std::max(0.0, gantry::dot(at - end, out) / std::max(norm(out), 1e-9));
+  }
+
   /// Where two shots were joined the path goes from the end of one to the start of the other in one step: forwards it
   /// is as long as what is missing.
   bool has_hole(const Wanted& w, const std::vector<Vec2>& path) {
