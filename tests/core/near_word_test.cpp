@@ -9,6 +9,7 @@ TEST(Nearest, names_what_was_meant_and_nothing_far_off) {
   const std::vector<std::string_view> known{"speed", "gap", "valve_open_lead", "retract"};
   EXPECT_EQ(nearest("sped", known), "speed");
   EXPECT_EQ(nearest("valve_openlead", known), "valve_open_lead");
+  EXPECT_EQ(nearest("foo", {"jog", "down"}), "");
   EXPECT_EQ(nearest("gpa", known), "gap");
   EXPECT_EQ(nearest("colour", known), "");
   EXPECT_EQ(nearest("xyz", known), "");
