@@ -10,7 +10,7 @@ std::string_view nearest(std::string_view word, const std::vector<std::string_vi
   std::string_view best;
   const std::size_t letters = word.size() - std::min(word.find_first_not_of('-'), word.size());
   for (const std::string_view candidate : known)
-    if (candidate.size() == 3 && slip_of(word, candidate)) return candidate;  // "gpa", and "gap"
+    if (candidate.size() == 3 && slip_of(word, candidate)) return candidate;                 // "gpa", and "gap"
   std::size_t best_distance = 1 + std::max<std::size_t>(letters <= 3 ? 1 : 2, letters / 3);  // "foo" is no "jog"
   if (word.size() > 100) return best;
   const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };

@@ -61,7 +61,7 @@ Json machine_status(const config::Machine& machine, const run::Owner& owner) {
     const bool referenced = (s.referenced >> axis.id.value & 1u) != 0;
     axes.push_back({{"name", axis.name},
                     {"unit", axis.rotary ? "rad" : "mm"},
-                    {"position", referenced ? Json(s.actual[axis.id.value]) : Json(nullptr)},
+                    {"position", s.actual[axis.id.value]},
                     {"enabled", (s.enabled >> axis.id.value & 1u) != 0},
                     {"referenced", referenced}});
   }
@@ -117,11 +117,10 @@ std::string in_words(const Json& status) {
                         fault.value("text", ""), fault.value("remedy", ""));
   for (const Json& axis : status.value("axes", Json::array())) {
     const bool rotary = axis.value("unit", "mm") == "rad", referenced = axis.value("referenced", false);
-    const auto position = axis.find("position");
-    const bool known = position != axis.end() && position->is_number();
+    const double position = axis.value("position", 0.0) * (rotary ? units::deg(1) : 1);
     text += fmt::format("\n{:<6} {:>12} {:<3}  {}, {}", axis.value("name", ""),
-                        known ? fmt::format("{:.3f}", position->get<double>() * (rotary ? units::deg(1) : 1)) : "-",
-                        rotary ? "deg" : "mm", axis.value("enabled", false) ? "torque on" : "torque off",
+                        referenced ? fmt::format("{:.3f}", position) : "-", rotary ? "deg" : "mm",
+                        axis.value("enabled", false) ? "torque on" : "torque off",
                         referenced ? "referenced" : "not referenced");
   }
   return text;

@@ -10,13 +10,14 @@
 namespace gantry::job {
 namespace {
 
-constexpr double kFar_s = 1;          // of planned time ahead: more than any stop takes
-constexpr double kAsPlanned = 1e-3;   // of the planned one: it is played as planned
-constexpr double kLeastSpeed = 1e-6;  // mm/s
-constexpr double kUnseen = 1.02;      // the last setpoints are not told, and count for less than this
-constexpr double kMostRise = 1.28;    // as much more a stop has taken whose rate rose as fast as it may
-constexpr double kOnLine = 1.005;     // a hold that meets the end of a line has gone 0.4 % farther
-constexpr double kLate = 1.5;         // ticks by which a difference of two speeds is behind
+constexpr double kFar_s = 3;                 // of planned time ahead: more than a stop takes
+constexpr std::ptrdiff_t kMostWork = 20000;  // ticks played ahead, some 4 ms
+constexpr double kAsPlanned = 1e-3;          // of the planned one: it is played as planned
+constexpr double kLeastSpeed = 1e-6;         // mm/s
+constexpr double kUnseen = 1.02;             // the last setpoints are not told, and count for less than this
+constexpr double kMostRise = 1.28;           // as much more a stop has taken whose rate rose as fast as it may
+constexpr double kOnLine = 1.005;            // a hold that meets the end of a line has gone 0.4 % farther
+constexpr double kLate = 1.5;                // ticks by which a difference of two speeds is behind
 
 /// From (v, a) to rest.
 double stop_mm(double v, double a, const motion::Bounds& b) {
@@ -106,30 +107,37 @@ std::optional<double> StopAhead::on_pieces(const std::deque<motion::Segment>& bl
   }
 
   double most_mm = 0;
-  for (int begins = 0; begins <= kReaction; ++begins)
-    most_mm = std::max(most_mm, gone_mm(stands_at_s(t_s + begins * h * rate, rate)) - s_mm);
+  for (int begins = 0; begins <= kReaction; ++begins) {
+    const auto stands_s = stands_at_s(t_s + begins * h * rate, rate);
+    if (!stands_s) return std::nullopt;
+    most_mm = std::max(most_mm, gone_mm(*stands_s) - s_mm);
+  }
   const double told_mm = kUnseen * rises * most_mm;
   return rests ? std::min(told_mm, std::max(kUnseen * most_mm, kOnLine * (known_mm - s_mm))) : told_mm;
 }
 
 /// Planned time at which a stop ends that the loop begins at `now_s`, tick by tick as the loop does.
-double StopAhead::stands_at_s(double now_s, double rate) {
+/// Nothing where that takes too much work.
+std::optional<double> StopAhead::stands_at_s(double now_s, double rate) {
   const double h = limits_.tick_s, most_s = now_s + kFar_s * rate;
   motion::Recent recent{place(now_s - 2 * h * rate), place(now_s - h * rate), place(now_s)};
   motion::Rate now{rate, 0};
   unsigned tries = 0;
+  std::ptrdiff_t left = kMostWork;
   change_.drop();
   while (now_s < most_s) {
     motion::PieceCursor at(*ring_, 0, now_s);
     if (at.advance(0) != motion::PieceCursor::Met::Piece) return now_s;  // it rests by plan before it would be stopped
-    change_.stop(at, now, recent, limits_, tries);
+    if (left > 0) change_.stop(at, now, recent, limits_, tries);
+    left -= static_cast<std::ptrdiff_t>(change_.work());
+    if (left <= 0 && !change_.under_way()) return std::nullopt;
     const motion::RateChange::Step step =
         change_.under_way() ? change_.next() : motion::RateChange::Step{now.r * h, now};
     now_s += step.ahead, now = step.end;
     if (!(now.r > 0)) return now_s;
     recent = {recent[1], recent[2], place(now_s)};
   }
-  return most_s;
+  return std::nullopt;
 }
 
 /// Path length from the beginning of the first piece.

@@ -35,7 +35,7 @@ class StopAhead {
 
   explicit StopAhead(const motion::Limits& limits);
 
-  /// mm along the path to where the tool stands, at most; nothing where it stands.
+  /// mm along the path to where the tool stands, at most; nothing where it stands, or where that is too long to find.
   [[nodiscard]] std::optional<double> from(const Plays& plays, const OnPath& now);
 
  private:
@@ -43,7 +43,7 @@ class StopAhead {
   [[nodiscard]] std::optional<double> on_pieces(const std::deque<motion::Segment>& block, std::size_t first,
                                                 double s_mm, const OnPath& now);
   // In planned time, from the beginning of the first piece of the ring:
-  [[nodiscard]] double stands_at_s(double now_s, double rate);
+  [[nodiscard]] std::optional<double> stands_at_s(double now_s, double rate);
   [[nodiscard]] double gone_mm(double planned_s) const;
   [[nodiscard]] AxisVec place(double planned_s) const;
 

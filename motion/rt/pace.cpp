@@ -47,7 +47,8 @@ void Interpolator::choose_rate() noexcept {
   }
   const PieceCursor here(ring_, 0, t_);
   if (to == 0) {
-    if (!brake_on_line(x) && change_.stop(here, rate_, recent_, limits_, tries_)) goal_ = 0;
+    if (brake_on_line(x)) return;
+    if (const auto lower = change_.stop(here, rate_, recent_, limits_, tries_)) goal_ = *lower;
     return;
   }
   const unsigned n = tries_++;

@@ -12,6 +12,7 @@ namespace {
 
 // Where the path is slow the limits would let the rate change within a tick; it takes at least so many.
 constexpr double kLeastTicks = 8;
+constexpr double kLower = 0.6;  // of the rate, where there is no way to stop from it
 
 /// Derivatives of the planned motion by planned time.
 struct Planned {
@@ -114,20 +115,24 @@ bool RateChange::plan(PieceCursor at, const Rate& from, double to, const Recent&
   return false;
 }
 
-bool RateChange::stop(const PieceCursor& from, const Rate& now, const Recent& recent, const Limits& limits,
-                      unsigned& tries) noexcept {
+std::optional<double> RateChange::stop(const PieceCursor& from, const Rate& now, const Recent& recent,
+                                       const Limits& limits, unsigned& tries) noexcept {
   const std::size_t harder = stop_;
   const double all_s = static_cast<double>(kMostTicks) * limits.tick_s;
   const double left_s =
       harder < kStops.size() ? ahead(all_s, 0, limits.tick_s) : std::numeric_limits<double>::infinity();
   work_ = 0;
-  for (std::size_t n = 0; n < harder && work_ < kMostTicks; ++n) {
+  for (std::size_t n = 0; n < harder && work_ < kEnoughWork; ++n) {
     const std::size_t which = tries++ % harder;
     if (!plan(from, now, 0, recent, limits, kStops[which], left_s)) continue;
     stop_ = which;
-    return true;
+    return 0;
   }
-  return false;
+  const bool falls = under_way() && steps_[active_][size_ - 1].end.r < now.r;
+  if (falls || harder < kStops.size() || work_ >= kEnoughWork + kMostTicks) return std::nullopt;
+  const double lower = kLower * now.r;
+  if (!plan(from, now, lower, recent, limits, kStops[tries % kStops.size()])) return std::nullopt;
+  return lower;
 }
 
 double RateChange::ahead(double seconds, double after, double tick_s) const noexcept {

@@ -8,6 +8,7 @@
 #pragma once
 #include <array>
 #include <limits>
+#include <optional>
 
 #include "motion/rt/differences.hpp"
 #include "motion/rt/piece_cursor.hpp"
@@ -22,7 +23,8 @@ struct Rate {
 
 class RateChange {
  public:
-  static constexpr std::size_t kMostTicks = 400;  ///< of a change: bounds the work of looking for one
+  /// Ticks of a change, and of those that a tick plays ahead before it tries no more: both bound its work.
+  static constexpr std::size_t kMostTicks = 1000, kEnoughWork = 400;
 
   /// How hard: shares of the room for r'' that a change and its end may use, of what can be seen at one place.
   struct Vigour {
@@ -43,10 +45,13 @@ class RateChange {
             const Vigour& vigour, double shorter_s = std::numeric_limits<double>::infinity()) noexcept;
 
   /// To 0, tried in each tick: the first way to stop that is possible is taken, and then any harder one that becomes
-  /// possible and needs less. `tries`: how many have been tried, 0 at the order; those of a call play less than twice
-  /// kMostTicks ticks ahead. True: what is under way is new.
-  bool stop(const PieceCursor& from, const Rate& now, const Recent& recent, const Limits& limits,
-            unsigned& tries) noexcept;
+  /// possible and needs less; where none is, as of one that takes more than kMostTicks, a lower rate, from which there
+  /// may be one. `tries`: how many have been tried, 0 at the order. The rate to which what is under way leads, if that
+  /// is new.
+  std::optional<double> stop(const PieceCursor& from, const Rate& now, const Recent& recent, const Limits& limits,
+                             unsigned& tries) noexcept;
+  /// Ticks that the last stop() has played ahead.
+  [[nodiscard]] std::size_t work() const noexcept { return work_; }
 
   [[nodiscard]] bool under_way() const noexcept { return next_ < size_; }
   Step next() noexcept { return steps_[active_][next_++]; }

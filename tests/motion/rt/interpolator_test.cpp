@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <numbers>
+#include <tuple>
 
 #include "motion/profile/line_bounds.hpp"
 #include "motion/rt/approach.hpp"
@@ -302,6 +303,44 @@ TEST(Interpolator, a_stop_before_a_corner_does_not_wait_until_it_is_passed) {
     for (std::size_t n = rests.size(); n-- > 0;) {
       EXPECT_LE(rests[n] - soonest, 15) << speed << " mm/s, " << tolerance << " mm, tick " << n + 3;
       soonest = std::min(soonest, rests[n]);
+    }
+  }
+}
+
+// Axes so slow, or cycles so short, that a stop takes many of them: at 80 mm/s/s longer than a change that is played
+// ahead may be.
+TEST(Interpolator, a_stop_that_takes_long_begins_at_once_too) {
+  for (const auto& [a, j, speed, tick_s, allowed] : {std::tuple{250.0, 2500.0, 90.0, 0.001, 1.5},
+                                                     {80.0, 800.0, 80.0, 0.001, 2.0},
+                                                     {2500.0, 40000.0, 300.0, 0.00025, 1.5}}) {
+    Limits m = machine();
+    m.tick_s = tick_s;
+    for (std::size_t i : {0u, 1u}) m.axis[i].a_max = a, m.axis[i].j_max = j;
+    BeadSpec spec;
+    spec.speed_mm_s = speed;
+    const double radius = 1.1 * spec.speed_mm_s * spec.speed_mm_s / a;
+    for (int k = 0; k <= 256; ++k) {
+      const double turn = 2 * std::numbers::pi * k / 256;
+      spec.points.push_back({300 + radius * std::cos(turn), 250 + radius * std::sin(turn), -40, 0, 12});
+    }
+    spec.corner_tolerance_mm = 0.02, spec.valve = kValve, spec.block = 1;
+    const auto planned = plan_bead(m, spec);
+    ASSERT_TRUE(planned) << to_text(planned.error());
+    BeadMotion bead = *planned;
+    bead.segments.back().ends_block = true;
+    const Bounds b{1e3, a, j};
+    const double line_s = duration(stop({0, speed, 0}, b).profile);
+    const int ticks = static_cast<int>(duration(bead.segments) / m.tick_s);
+    for (int at = ticks / 3; at < ticks / 2; at += ticks / 10) {
+      Player p(m, bead.start);
+      p.push(bead.segments);
+      p.play.begin_block(1);
+      for (int k = 0; k < at; ++k) p.step();
+      p.play.hold();
+      int n = 0;
+      while (!p.play.at_rest() && n < 20000) p.step(), ++n;
+      EXPECT_LE(n * m.tick_s, allowed * line_s) << a << " mm/s^2, tick " << at;
+      expect_within(p.use(), "");
     }
   }
 }
