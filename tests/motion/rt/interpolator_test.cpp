@@ -1,8 +1,6 @@
 #include "motion/rt/interpolator.hpp"
 
 #include <gtest/gtest.h>
-#include <numbers>
-#include <tuple>
 
 #include "motion/profile/line_bounds.hpp"
 #include "motion/rt/approach.hpp"
@@ -230,118 +228,6 @@ TEST(Interpolator, abort_stops_on_the_path_and_forgets_the_rest) {
     for (std::size_t i = 0; i < m.axes; ++i) ASSERT_NEAR(p.last.q[i], to[i], 1e-9);
     expect_within(p.use(), label(n));
     ASSERT_FALSE(testing::Test::HasFatalFailure());
-  }
-}
-
-// While a run-up bends into its bead there are moments from which only a weak stop is possible: a harder one is taken
-// up as soon as there is one. The judge: the stop of a line from the same speed, speeding up as hard as it may.
-TEST(Interpolator, a_stop_in_a_run_up_that_bends_goes_no_farther_than_twice_that_of_a_line) {
-  const Limits m = machine();
-  const Bounds weaker{m.axis[1].v_max, m.axis[1].a_max, m.axis[1].j_max};
-  double farthest = 0;
-  for (const double speed : {40.0, 60.0, 90.0, 130.0}) {
-    BeadSpec spec;
-    // The jerk of a circle leaves room to brake.
-    const double radius = std::max(5.0, 1.5 * std::sqrt(speed * speed * speed / weaker.j));
-    for (int k = 0; k <= 128; ++k) {
-      const double turn = 2 * std::numbers::pi * k / 128;
-      spec.points.push_back({300 + radius * std::cos(turn), 200 + radius * std::sin(turn), -40, 0, 12});
-    }
-    spec.speed_mm_s = speed, spec.corner_tolerance_mm = 0.02, spec.valve = kValve, spec.block = 1;
-    BeadMotion bead = *plan_bead(m, spec);
-    bead.segments.back().ends_block = true;
-    const int ticks = static_cast<int>(duration(bead.segments) / m.tick_s);
-    for (int at = 3; at < ticks; ++at) {
-      Player p(m, bead.start);
-      p.push(bead.segments);
-      p.play.begin_block(1);
-      for (int k = 0; k < at; ++k) p.step();
-      const auto gone_mm = [&](std::size_t ago) {
-        const AxisVec &x = p.stream[p.stream.size() - ago - 1], &y = p.stream[p.stream.size() - ago - 2];
-        return std::hypot(x[0] - y[0], x[1] - y[1]);
-      };
-      const double v = gone_mm(0) / m.tick_s, a = (gone_mm(0) - gone_mm(1)) / m.tick_s / m.tick_s;
-      if (v < 5) continue;
-      const double line_mm = end_state(stop({0, v, std::clamp(a, 0.0, weaker.a)}, weaker).profile).p;
-      p.play.hold();
-      double mm = 0;
-      for (int n = 0; n < 2000 && !p.play.at_rest(); ++n) p.step(), mm += gone_mm(0);
-      ASSERT_TRUE(p.play.at_rest());
-      farthest = std::max(farthest, mm / line_mm);
-      ASSERT_LE(mm, 2 * line_mm) << speed << " mm/s, tick " << at;
-    }
-  }
-  EXPECT_GT(farthest, 1);
-}
-
-// Where the plan brakes into a corner that its tolerance rounds there is little room to brake otherwise. Who orders a
-// stop earlier has it earlier.
-TEST(Interpolator, a_stop_before_a_corner_does_not_wait_until_it_is_passed) {
-  const Limits m = machine();
-  for (const auto& [speed, tolerance] :
-       {std::pair{60.0, 0.1}, {90.0, 0.3}, {140.0, 0.05}, {140.0, 0.3}, {190.0, 0.5}}) {
-    BeadSpec spec;
-    for (const auto& [x, y] : {std::pair{220.0, 220.0}, {255.0, 222.0}, {254.0, 255.0}, {295.0, 260.0}})
-      spec.points.push_back({x, y, -40, 0, 12});
-    spec.speed_mm_s = speed, spec.corner_tolerance_mm = tolerance, spec.valve = kValve, spec.block = 1;
-    BeadMotion bead = *plan_bead(m, spec);
-    bead.segments.back().ends_block = true;
-    const int ticks = static_cast<int>(duration(bead.segments) / m.tick_s);
-    std::vector<int> rests;
-    for (int at = 3; at < ticks; ++at) {
-      Player p(m, bead.start);
-      p.push(bead.segments);
-      p.play.begin_block(1);
-      int k = 0;
-      for (; k < at; ++k) p.step();
-      p.play.hold();
-      for (; k < at + 2000 && !p.play.at_rest(); ++k) p.step();
-      ASSERT_TRUE(p.play.at_rest());
-      rests.push_back(k);
-    }
-    int soonest = rests.back();
-    for (std::size_t n = rests.size(); n-- > 0;) {
-      EXPECT_LE(rests[n] - soonest, 15) << speed << " mm/s, " << tolerance << " mm, tick " << n + 3;
-      soonest = std::min(soonest, rests[n]);
-    }
-  }
-}
-
-// Axes so slow, or cycles so short, that a stop takes many of them: at 80 mm/s/s longer than a change that is played
-// ahead may be.
-TEST(Interpolator, a_stop_that_takes_long_begins_at_once_too) {
-  for (const auto& [a, j, speed, tick_s, allowed] : {std::tuple{250.0, 2500.0, 90.0, 0.001, 1.5},
-                                                     {80.0, 800.0, 80.0, 0.001, 2.0},
-                                                     {2500.0, 40000.0, 300.0, 0.00025, 1.5}}) {
-    Limits m = machine();
-    m.tick_s = tick_s;
-    for (std::size_t i : {0u, 1u}) m.axis[i].a_max = a, m.axis[i].j_max = j;
-    BeadSpec spec;
-    spec.speed_mm_s = speed;
-    const double radius = 1.1 * spec.speed_mm_s * spec.speed_mm_s / a;
-    for (int k = 0; k <= 256; ++k) {
-      const double turn = 2 * std::numbers::pi * k / 256;
-      spec.points.push_back({300 + radius * std::cos(turn), 250 + radius * std::sin(turn), -40, 0, 12});
-    }
-    spec.corner_tolerance_mm = 0.02, spec.valve = kValve, spec.block = 1;
-    const auto planned = plan_bead(m, spec);
-    ASSERT_TRUE(planned) << to_text(planned.error());
-    BeadMotion bead = *planned;
-    bead.segments.back().ends_block = true;
-    const Bounds b{1e3, a, j};
-    const double line_s = duration(stop({0, speed, 0}, b).profile);
-    const int ticks = static_cast<int>(duration(bead.segments) / m.tick_s);
-    for (int at = ticks / 3; at < ticks / 2; at += ticks / 10) {
-      Player p(m, bead.start);
-      p.push(bead.segments);
-      p.play.begin_block(1);
-      for (int k = 0; k < at; ++k) p.step();
-      p.play.hold();
-      int n = 0;
-      while (!p.play.at_rest() && n < 20000) p.step(), ++n;
-      EXPECT_LE(n * m.tick_s, allowed * line_s) << a << " mm/s^2, tick " << at;
-      expect_within(p.use(), "");
-    }
   }
 }
 
