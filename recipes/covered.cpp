@@ -37,26 +37,26 @@ const Feature* over(const Recipe& recipe, Vec2 at, double reach_mm) {
 
 void add_covered(const Recipe& recipe, std::vector<std::string>& to) {
   constexpr const char* kAnew = "a job that is taken up again (`--finish`, `--from`, `--only`)";
+  const auto mark_under = [&](const MarkDef& mark, const std::string& what) {
+    to.push_back(fmt::format("mark '{}' (line {}) is covered by {}: {} does not find it; move one of them", mark.name,
+                             mark.location.line, what, kAnew));
+  };
+  const auto touch_on = [&](const TouchPoint& touch, const std::string& what, const char* into) {
+    to.push_back(fmt::format("touch '{}' (line {}) lies on {}: {} puts the probe into {}; move one of them", touch.name,
+                             touch.location.line, what, kAnew, into));
+  };
   for (const MarkDef& mark : recipe.marks)
     if (const Feature* feature = over(recipe, mark.at, mark.diameter / 2))
-      to.push_back(fmt::format("mark '{}' (line {}) is covered by '{}': {} does not find it; move one of them",
-                               mark.name, mark.location.line, id_of(*feature), kAnew));
+      mark_under(mark, fmt::format("'{}'", id_of(*feature)));
   for (const TouchPoint& touch : recipe.touches)
     if (const Feature* feature = over(recipe, touch.at, kTouchWidth_mm))
-      to.push_back(fmt::format("touch '{}' (line {}) lies on '{}': {} puts the probe into it; move one of them",
-                               touch.name, touch.location.line, id_of(*feature), kAnew));
+      touch_on(touch, fmt::format("'{}'", id_of(*feature)), "it");
   if (!recipe.purge || !recipe.purge->frame.empty()) return;
   const Vec2 shots = flat(recipe.purge->at);
   for (const MarkDef& mark : recipe.marks)
-    if (norm(mark.at - shots) <= mark.diameter / 2)
-      to.push_back(
-          fmt::format("mark '{}' (line {}) is covered by the purge's shots: {} does not find it; move one of them",
-                      mark.name, mark.location.line, kAnew));
+    if (norm(mark.at - shots) <= mark.diameter / 2) mark_under(mark, "the purge's shots");
   for (const TouchPoint& touch : recipe.touches)
-    if (norm(touch.at - shots) <= kTouchWidth_mm)
-      to.push_back(
-          fmt::format("touch '{}' (line {}) lies on the purge's shots: {} puts the probe into them; move one of them",
-                      touch.name, touch.location.line, kAnew));
+    if (norm(touch.at - shots) <= kTouchWidth_mm) touch_on(touch, "the purge's shots", "them");
 }
 
 }  // namespace gantry::recipes

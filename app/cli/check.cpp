@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/file_kind.hpp"
 #include "app/cli/prepare_heard.hpp"
 #include "app/cli/shipped.hpp"
 #include "app/cli/signals.hpp"
@@ -13,39 +14,15 @@
 #include "app/job/settle.hpp"
 #include "app/stations/measured.hpp"
 #include "config/bus_notes.hpp"
-#include "config/formats.hpp"
 #include "core/shell_words.hpp"
 #include "recipes/bus_notes.hpp"
 #include "recipes/job.hpp"
-#include "recipes/recipe_file.hpp"
 #include "recipes/travel.hpp"
 #include "sim/script/script.hpp"
 #include "sim/world/script_on_board.hpp"
 
 namespace gantry::cli {
 namespace {
-
-enum class Kind { Recipe, Machine, Profile, Script };
-
-/// What a file is meant to be: the format that knows most of its keys; a list, or what is to be done, is a script for
-/// the world. What cannot be read is taken for a recipe, whose reader tells why.
-Kind kind_of(const std::string& path) {
-  const auto text = config::read_text_file(path);
-  config::Mistakes ignored(path);
-  const auto root = text ? config::read_yaml(*text, ignored) : std::nullopt;
-  if (!root) return Kind::Recipe;
-  if (root->kind == config::Node::Kind::Sequence || root->find("do") != nullptr) return Kind::Script;
-  Kind best = Kind::Recipe;
-  std::ptrdiff_t most = 0;
-  for (const auto& [kind, format] : {std::pair{Kind::Recipe, &recipes::recipe_format()},
-                                     {Kind::Machine, &config::machine_format()},
-                                     {Kind::Profile, &config::profile_format()}}) {
-    const auto known = std::count_if(format->begin(), format->end(),
-                                     [&](const config::FieldShape& field) { return root->find(field.key) != nullptr; });
-    if (known > most) best = kind, most = known;
-  }
-  return best;
-}
 
 /// What was found in the files.
 struct Findings {
@@ -173,12 +150,12 @@ void add_check(CLI::App& app, Context& context) {
       "What to check: files, or the name of a machine that comes with gantry; recipes on the first machine named here, "
       "else on --machine; scripts on the first recipe");
   verb->callback([&context, files] {
-    std::vector<std::pair<std::string, Kind>> rest;
+    std::vector<std::pair<std::string, FileKind>> rest;
     std::vector<std::string> machines;
     for (const std::string& word : *files) {
       const std::string file = machine_file(word);  // or the name of one that comes with gantry
-      const Kind kind = kind_of(file);
-      if (kind == Kind::Machine)
+      const FileKind kind = kind_of(file);
+      if (kind == FileKind::Machine)
         machines.push_back(file);
       else
         rest.emplace_back(file, kind);
@@ -193,15 +170,15 @@ void add_check(CLI::App& app, Context& context) {
       if (file == machines.front()) machine = std::move(read);
     }
     std::optional<recipes::Recipe> board;
-    std::stable_partition(rest.begin(), rest.end(), [](const auto& each) { return each.second != Kind::Script; });
+    std::stable_partition(rest.begin(), rest.end(), [](const auto& each) { return each.second != FileKind::Script; });
     for (const auto& [file, kind] : rest) {
       if (interrupted()) break;
       checked.push_back(file);
-      if (kind == Kind::Profile) check_profile(file, found);
+      if (kind == FileKind::Profile) check_profile(file, found);
       if (!machine) continue;  // its own mistakes are told
-      if (kind == Kind::Recipe)
+      if (kind == FileKind::Recipe)
         if (auto recipe = check_recipe(file, *machine, context, found); recipe && !board) board = std::move(recipe);
-      if (kind == Kind::Script) check_script(file, *machine, board, found);
+      if (kind == FileKind::Script) check_script(file, *machine, board, found);
     }
     if (interrupted() && found.errors.empty())
       found.errors.push_back({Fault::Interrupted, "interrupted before every file was checked", ""});

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fmt/format.h>
 
+#include "app/cli/file_kind.hpp"
 #include "config/yaml.hpp"
 #include "core/missing_file.hpp"
 #include "core/near_word.hpp"
@@ -27,15 +28,10 @@ bool holds_machines(const fs::path& folder) {
 }
 
 /// Recipes lie beside them.
-bool is_machine(const fs::path& file) {
-  const auto text = config::read_text_file(file.string());
-  return text && (text->starts_with("machine:") || text->find("\nmachine:") != std::string::npos);
-}
-
 std::vector<std::string> machines_in(const fs::path& folder) {
   std::vector<std::string> names;
   for (const std::string& stem : config::yaml_files_in(folder.string()))
-    if (is_machine(folder / (stem + ".yaml"))) names.push_back(stem + ".yaml");
+    if (kind_of((folder / (stem + ".yaml")).string()) == FileKind::Machine) names.push_back(stem + ".yaml");
   return names;
 }
 

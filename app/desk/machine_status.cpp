@@ -5,6 +5,7 @@
 
 #include "app/record/summary.hpp"
 #include "config/inputs.hpp"
+#include "core/digits.hpp"
 #include "core/units.hpp"
 
 namespace gantry::desk {
@@ -92,11 +93,7 @@ Json machine_status(const config::Machine& machine, const run::Owner& owner) {
           {"axes", axes}};
 }
 
-std::string at_most_mm(double mm) {
-  if (!(mm > 0)) return "0 mm";
-  const double digit = std::pow(10, std::floor(std::log10(mm)) - 1);
-  return fmt::format("{:.6g} mm", std::ceil(mm / digit - 1e-9) * digit);
-}
+std::string at_most_mm(double mm) { return fmt::format("{:.6g} mm", mm > 0 ? in_digits_up(mm, 2) : 0); }
 
 std::string in_words(const Json& status) {
   std::string text = fmt::format("{}, {}, override {:.0f} %", status.value("state", "?"), status.value("mode", "?"),

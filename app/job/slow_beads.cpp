@@ -11,6 +11,7 @@
 
 #include "app/job/level.hpp"
 #include "app/job/valve_span.hpp"
+#include "core/digits.hpp"
 #include "core/steady_speed.hpp"
 #include "motion/geometry.hpp"
 #include "motion/profile/speed_profile.hpp"
@@ -22,31 +23,24 @@ constexpr double kEnough = 0.5;      // of a bead's length is to be at its speed
 constexpr double kLongest_mm = 1e4;  // a radius beyond it is none
 constexpr double kStraight_mm = 0.01;
 
-/// No corner that a tolerance could round.
-bool is_straight(const recipes::Bead& bead) {
-  const Vec3 along = bead.points.back() - bead.points.front();
-  const double length = norm(along);
-  return std::all_of(bead.points.begin(), bead.points.end(), [&](Vec3 p) {
-    const Vec3 to = p - bead.points.front();
-    const double on = length > 0 ? dot(to, along) / length : 0;
-    return norm(to) * norm(to) - on * on < kStraight_mm * kStraight_mm;
-  });
-}
-
 SteadySpeed planned_steady(const recipes::Material& m, double tick_s) {
   return SteadySpeed({.mm_s = m.speed, .tolerance = m.speed_tolerance}, tick_s);
 }
 
+double longest_delay_s(const motion::Limits& limits) {
+  double delay_s = 0;
+  for (std::size_t i = 0; i < limits.axes; ++i)
+    if (limits.linear[i]) delay_s = std::max(delay_s, limits.response_delay_s[i]);
+  return delay_s;
+}
+
 /// The part of its speed that the tool loses in a bend: drives that lag by t make a radius r, and with it the speed on
 /// it, smaller by (v t / r)^2 / 2.
-double lag_share(const motion::Geometry& g, const motion::State& x, const motion::Limits& limits) {
+double lag_share(const motion::Geometry& g, const motion::State& x, const motion::Limits& limits, double delay_s) {
   const auto bent = motion::derivative<2>(g, x.p);
-  double curvature = 0, delay_s = 0;
-  for (std::size_t i = 0; i < limits.axes; ++i) {
-    if (!limits.linear[i]) continue;
-    curvature = std::hypot(curvature, bent[i]);
-    delay_s = std::max(delay_s, limits.response_delay_s[i]);
-  }
+  double curvature = 0;
+  for (std::size_t i = 0; i < limits.axes; ++i)
+    if (limits.linear[i]) curvature = std::hypot(curvature, bent[i]);
   return std::min(1.0, std::pow(x.v * delay_s * curvature, 2) / 2);
 }
 
@@ -97,7 +91,7 @@ class Tally {
 
 std::optional<SlowBead> look_at(SegmentIterator first, SegmentIterator last, const recipes::Material& m,
                                 const ValveSpan& wet, const motion::Limits& limits) {
-  const double tick_s = limits.tick_s;
+  const double tick_s = limits.tick_s, delay_s = longest_delay_s(limits);
   Tally tally(m, tick_s), unrounded(m, tick_s);
   double begin_mm = 0, begin_s = 0, rest_s = 0, factor = 1, open_s = 0;
   for (auto s = first; s != last; ++s) {
@@ -108,7 +102,7 @@ std::optional<SlowBead> look_at(SegmentIterator first, SegmentIterator last, con
       const motion::State x = motion::along(s->nominal, t_s).x;
       if (begin_mm + x.p < wet.opens_mm || begin_mm + x.p > wet.shuts_mm) continue;
       factor = m.speed / s->v_cap;  // all of a bead is played slower by this, so that it takes whole ticks
-      const double lags = lag_share(s->geometry, x, limits);
+      const double lags = lag_share(s->geometry, x, limits, delay_s);
       tally.add(x.v, lags), unrounded.add(x.v * factor, lags);
     }
     for (const auto& [at_mm, sign] : {std::pair{wet.opens_mm, -1}, std::pair{wet.shuts_mm, 1}})
@@ -150,20 +144,19 @@ std::optional<double> radius_mm(const recipes::Bead& bead) {
   return least_mm;
 }
 
+/// No corner that a tolerance could round.
+bool is_straight(const recipes::Bead& bead) {
+  const Vec3 along = bead.points.back() - bead.points.front();
+  const double length = norm(along);
+  return std::all_of(bead.points.begin(), bead.points.end(), [&](Vec3 p) {
+    const Vec3 to = p - bead.points.front();
+    const double on = length > 0 ? dot(to, along) / length : 0;
+    return norm(to) * norm(to) - on * on < kStraight_mm * kStraight_mm;
+  });
+}
+
 /// "20.84 ms"
 std::string in_ms(double seconds) { return fmt::format("{:.4g} ms", seconds * 1e3); }
-
-/// A speed that is not below it, in four digits.
-double at_least(double mm_s) {
-  const double digit = std::pow(10, std::floor(std::log10(mm_s)) - 3);
-  return std::ceil(mm_s / digit - 1e-6) * digit;
-}
-
-/// A speed that is not above it, in three digits.
-double at_most(double mm_s) {
-  const double digit = std::pow(10, std::floor(std::log10(mm_s)) - 2);
-  return std::floor(mm_s / digit) * digit;
-}
 
 }  // namespace
 
@@ -225,15 +218,15 @@ std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
     return fmt::format(
         "may be dispensed slower than its {:.3g} mm/s, but for its `speed_tolerance`: in narrow bends the drives' lag "
         "takes a part of the speed; write {}a larger radius or `corner_tolerance`, a larger `speed_tolerance`, {}",
-        slow.asked_mm_s, slow.steady_mm_s > 0 ? fmt::format("`speed: {:.3g} mm/s`, ", at_most(slow.steady_mm_s)) : "",
-        kElse);
+        slow.asked_mm_s,
+        slow.steady_mm_s > 0 ? fmt::format("`speed: {:.3g} mm/s`, ", in_digits_down(slow.steady_mm_s, 3)) : "", kElse);
   if (slow.lasts_s > 0)
     return fmt::format(
         "goes at {:.3g} mm/s instead of {:.3g} mm/s: it takes whole cycles of {}, {} instead of {}; write `speed: "
         "{:.4g} "
         "mm/s`, a larger `speed_tolerance`, {}",
         slow.fastest_mm_s, slow.asked_mm_s, in_ms(slow.tick_s), in_ms(slow.lasts_s), in_ms(slow.would_last_s),
-        at_least(slow.asked_mm_s * slow.would_last_s / slow.lasts_s), kElse);
+        in_digits_up(slow.asked_mm_s * slow.would_last_s / slow.lasts_s, 4), kElse);
   if (slow.steady_mm_s == 0)
     return fmt::format(
         "comes to its {:.3g} mm/s along {:.0f} % of its length: {} for the axes' a_max and j_max; write a lower "
@@ -261,7 +254,7 @@ std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
       radius     ? fmt::format("its curve, radius {:.3g} mm", *radius)
       : straight ? std::string("a straight line of its direction")
                  : std::string("its path"),
-      at_most(slow.steady_mm_s),
+      in_digits_down(slow.steady_mm_s, 3),
       radius     ? " a larger radius,"
       : straight ? ""
                  : " a larger `corner_tolerance`,",

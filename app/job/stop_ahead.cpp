@@ -128,8 +128,10 @@ std::optional<double> StopAhead::stands_at_s(double now_s, double rate) {
   while (now_s < most_s) {
     motion::PieceCursor at(*ring_, 0, now_s);
     if (at.advance(0) != motion::PieceCursor::Met::Piece) return now_s;  // it rests by plan before it would be stopped
-    if (left > 0) change_.stop(at, now, recent, limits_, tries);
-    left -= static_cast<std::ptrdiff_t>(change_.work());
+    if (left > 0) {
+      change_.stop(at, now, recent, limits_, tries);
+      left -= static_cast<std::ptrdiff_t>(change_.work());
+    }
     if (left <= 0 && !change_.under_way()) return std::nullopt;
     const motion::RateChange::Step step =
         change_.under_way() ? change_.next() : motion::RateChange::Step{now.r * h, now};

@@ -86,6 +86,18 @@ AxisVec over(const config::Machine& machine, const recipes::Recipe& recipe, std:
   return q;
 }
 
+/// What cannot be planned is named; an error where planning was given up.
+Result<void> judge(Result<ProvenBlock> planned, std::string name, const Breath& breath,
+                   std::vector<OnlyWhenPlaced>& named) {
+  if (planned)
+    discard(*std::move(planned), breath);
+  else if (planned.error().fault == Fault::Aborted)
+    return tl::unexpected(planned.error());
+  else
+    named.push_back({std::move(name), planned.error()});
+  return {};
+}
+
 /// Touches come behind the marks, and where these have found the board.
 Result<void> add_touches(const config::Machine& machine, const recipes::Recipe& recipe, const Breath& breath,
                          std::vector<OnlyWhenPlaced>& named) {
@@ -97,15 +109,11 @@ Result<void> add_touches(const config::Machine& machine, const recipes::Recipe& 
   Knowledge nominal;
   nominal.offset = recipes::WorkOffset{};
   planner.know(nominal);
-  for (std::size_t t = 0; t < recipe.touches.size(); ++t) {
-    auto planned = planner.touch(1, over(machine, recipe, "probe", recipe.touches[t].at), t);
-    if (planned) {
-      discard(*std::move(planned), breath);
-      continue;
-    }
-    if (planned.error().fault == Fault::Aborted) return tl::unexpected(planned.error());
-    named.push_back({"touch " + recipe.touches[t].name, planned.error()});
-  }
+  for (std::size_t t = 0; t < recipe.touches.size(); ++t)
+    if (auto judged = judge(planner.touch(1, over(machine, recipe, "probe", recipe.touches[t].at), t),
+                            "touch " + recipe.touches[t].name, breath, named);
+        !judged)
+      return judged;
   return {};
 }
 
@@ -128,15 +136,11 @@ Result<std::vector<OnlyWhenPlaced>> only_when_placed(const config::Machine& mach
   nominal.offset = recipes::WorkOffset{}, nominal.surface = recipes::Surface{};
   planner.know(nominal);
   planner.count(count);
-  for (const std::size_t f : features) {
-    auto planned = planner.dispense(1, over(machine, recipe, "needle", begin_of(recipe.features[f])), {f});
-    if (planned) {
-      discard(*std::move(planned), breath);
-      continue;
-    }
-    if (planned.error().fault == Fault::Aborted) return tl::unexpected(planned.error());
-    named.push_back({recipes::id_of(recipe.features[f]), planned.error()});
-  }
+  for (const std::size_t f : features)
+    if (auto judged = judge(planner.dispense(1, over(machine, recipe, "needle", begin_of(recipe.features[f])), {f}),
+                            recipes::id_of(recipe.features[f]), breath, named);
+        !judged)
+      return tl::unexpected(judged.error());
   return named;
 }
 

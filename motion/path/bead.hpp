@@ -25,8 +25,8 @@ struct BeadSpec {
   double entry_mm_s = kNoCap;
   /// Of one that begins from rest: so long the tool stands there before, and the valve opens when it comes to stand.
   double stand_s = 0;
-  /// The run-up begins so much higher on `lift_axis`, and comes down to end with it: a
-  /// straight one by the shortest motion of that axis, a bent one by a cubic of its way.
+  /// The run-up begins so much higher on `lift_axis`, and comes down to end with it: a straight one by the shortest
+  /// motion of that axis, a bent one by a cubic of its way.
   double fall_mm = 0;
   /// Of a bead that was cut: so much of it lies already, in mm along its motion, and the run-up comes down onto it from
   /// so far above on this axis; from `fall_mm` where that is more, and steeper. With an `entry_mm_s` it goes on as if

@@ -129,7 +129,7 @@ std::optional<double> RateChange::stop(const PieceCursor& from, const Rate& now,
     return 0;
   }
   const bool falls = under_way() && steps_[active_][size_ - 1].end.r < now.r;
-  if (falls || harder < kStops.size() || work_ >= kEnoughWork + kMostTicks) return std::nullopt;
+  if (falls || harder < kStops.size()) return std::nullopt;
   const double lower = kLower * now.r;
   if (!plan(from, now, lower, recent, limits, kStops[tries % kStops.size()])) return std::nullopt;
   return lower;

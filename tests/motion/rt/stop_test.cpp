@@ -2,7 +2,9 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <stdexcept>
 #include <tuple>
+#include <utility>
 
 #include "tests/motion/rt/play.hpp"
 
@@ -14,6 +16,37 @@ using test::kValve;
 using test::machine;
 using test::Player;
 
+/// Round (300, y), in so many chords.
+std::vector<AxisVec> circle(double radius_mm, double y, int chords) {
+  std::vector<AxisVec> points;
+  for (int k = 0; k <= chords; ++k) {
+    const double turn = 2 * std::numbers::pi * k / chords;
+    points.push_back({300 + radius_mm * std::cos(turn), y + radius_mm * std::sin(turn), -40, 0, 12});
+  }
+  return points;
+}
+
+/// As block 1.
+BeadMotion planned(const Limits& m, std::vector<AxisVec> points, double speed_mm_s, double tolerance_mm) {
+  BeadSpec spec;
+  spec.points = std::move(points);
+  spec.speed_mm_s = speed_mm_s, spec.corner_tolerance_mm = tolerance_mm, spec.valve = kValve, spec.block = 1;
+  auto bead = plan_bead(m, spec);
+  if (!bead) throw std::runtime_error(to_text(bead.error()));
+  bead->segments.back().ends_block = true;
+  return *std::move(bead);
+}
+
+/// Plays a bead from its start for so many ticks.
+class Played : public Player {
+ public:
+  Played(const Limits& limits, const BeadMotion& bead, int ticks) : Player(limits, bead.start) {
+    push(bead.segments);
+    play.begin_block(1);
+    for (int k = 0; k < ticks; ++k) step();
+  }
+};
+
 // While a run-up bends into its bead there are moments from which only a weak stop is possible: a harder one is taken
 // up as soon as there is one. The judge: the stop of a line from the same speed, speeding up as hard as it may.
 TEST(Stop, a_stop_in_a_run_up_that_bends_goes_no_farther_than_twice_that_of_a_line) {
@@ -21,22 +54,12 @@ TEST(Stop, a_stop_in_a_run_up_that_bends_goes_no_farther_than_twice_that_of_a_li
   const Bounds weaker{m.axis[1].v_max, m.axis[1].a_max, m.axis[1].j_max};
   double farthest = 0;
   for (const double speed : {40.0, 60.0, 90.0, 130.0}) {
-    BeadSpec spec;
     // The jerk of a circle leaves room to brake.
     const double radius = std::max(5.0, 1.5 * std::sqrt(speed * speed * speed / weaker.j));
-    for (int k = 0; k <= 128; ++k) {
-      const double turn = 2 * std::numbers::pi * k / 128;
-      spec.points.push_back({300 + radius * std::cos(turn), 200 + radius * std::sin(turn), -40, 0, 12});
-    }
-    spec.speed_mm_s = speed, spec.corner_tolerance_mm = 0.02, spec.valve = kValve, spec.block = 1;
-    BeadMotion bead = *plan_bead(m, spec);
-    bead.segments.back().ends_block = true;
+    const BeadMotion bead = planned(m, circle(radius, 200, 128), speed, 0.02);
     const int ticks = static_cast<int>(duration(bead.segments) / m.tick_s);
     for (int at = 3; at < ticks; ++at) {
-      Player p(m, bead.start);
-      p.push(bead.segments);
-      p.play.begin_block(1);
-      for (int k = 0; k < at; ++k) p.step();
+      Played p(m, bead, at);
       const auto gone_mm = [&](std::size_t ago) {
         const AxisVec &x = p.stream[p.stream.size() - ago - 1], &y = p.stream[p.stream.size() - ago - 2];
         return std::hypot(x[0] - y[0], x[1] - y[1]);
@@ -61,21 +84,16 @@ TEST(Stop, a_stop_before_a_corner_does_not_wait_until_it_is_passed) {
   const Limits m = machine();
   for (const auto& [speed, tolerance] :
        {std::pair{60.0, 0.1}, {90.0, 0.3}, {140.0, 0.05}, {140.0, 0.3}, {190.0, 0.5}}) {
-    BeadSpec spec;
+    std::vector<AxisVec> points;
     for (const auto& [x, y] : {std::pair{220.0, 220.0}, {255.0, 222.0}, {254.0, 255.0}, {295.0, 260.0}})
-      spec.points.push_back({x, y, -40, 0, 12});
-    spec.speed_mm_s = speed, spec.corner_tolerance_mm = tolerance, spec.valve = kValve, spec.block = 1;
-    BeadMotion bead = *plan_bead(m, spec);
-    bead.segments.back().ends_block = true;
+      points.push_back({x, y, -40, 0, 12});
+    const BeadMotion bead = planned(m, points, speed, tolerance);
     const int ticks = static_cast<int>(duration(bead.segments) / m.tick_s);
     std::vector<int> rests;
     for (int at = 3; at < ticks; ++at) {
-      Player p(m, bead.start);
-      p.push(bead.segments);
-      p.play.begin_block(1);
-      int k = 0;
-      for (; k < at; ++k) p.step();
+      Played p(m, bead, at);
       p.play.hold();
+      int k = at;
       for (; k < at + 2000 && !p.play.at_rest(); ++k) p.step();
       ASSERT_TRUE(p.play.at_rest());
       rests.push_back(k);
@@ -97,26 +115,12 @@ TEST(Stop, a_stop_that_takes_long_begins_at_once_too) {
     Limits m = machine();
     m.tick_s = tick_s;
     for (std::size_t i : {0u, 1u}) m.axis[i].a_max = a, m.axis[i].j_max = j;
-    BeadSpec spec;
-    spec.speed_mm_s = speed;
-    const double radius = 1.1 * spec.speed_mm_s * spec.speed_mm_s / a;
-    for (int k = 0; k <= 256; ++k) {
-      const double turn = 2 * std::numbers::pi * k / 256;
-      spec.points.push_back({300 + radius * std::cos(turn), 250 + radius * std::sin(turn), -40, 0, 12});
-    }
-    spec.corner_tolerance_mm = 0.02, spec.valve = kValve, spec.block = 1;
-    const auto planned = plan_bead(m, spec);
-    ASSERT_TRUE(planned) << to_text(planned.error());
-    BeadMotion bead = *planned;
-    bead.segments.back().ends_block = true;
+    const BeadMotion bead = planned(m, circle(1.1 * speed * speed / a, 250, 256), speed, 0.02);
     const Bounds b{1e3, a, j};
     const double line_s = duration(stop({0, speed, 0}, b).profile);
     const int ticks = static_cast<int>(duration(bead.segments) / m.tick_s);
     for (int at = ticks / 3; at < ticks / 2; at += ticks / 10) {
-      Player p(m, bead.start);
-      p.push(bead.segments);
-      p.play.begin_block(1);
-      for (int k = 0; k < at; ++k) p.step();
+      Played p(m, bead, at);
       p.play.hold();
       int n = 0;
       while (!p.play.at_rest() && n < 20000) p.step(), ++n;
