@@ -21,6 +21,7 @@ constexpr int kGentlerTries = 6;          ///< and then slower, by this much eac
 constexpr double kGentler = 0.85;
 constexpr int kHullFrom = 3;            ///< from this try on the speed is held down between nodes, too
 constexpr std::size_t kMostJoints = 8;  ///< at which a new plan is tried to follow an old one
+constexpr double kWindowStops = 6;      ///< a window is at least so many times as long as a stop
 constexpr double kLongestWindow = 4;    ///< times the usual one
 constexpr double kRoomForFade = 0.97, kLeastShare = 0.8;  ///< of the limits, for a plan that follows another hardly
 /// What takes longer is divided, so that windows may end on it.
@@ -110,7 +111,10 @@ PathPlanner::PathPlanner(const Limits& limits, const PathOptions& options)
       fine_(measure_, std::max(kFineShare * options.tolerance_mm, kLeastTolerance)),
       coarse_(measure_, std::max(kCoarseShare * options.tolerance_mm, kLeastTolerance)),
       rounding_(measure_, options.tolerance_mm < kLeastRounding ? 0 : kKept * options.tolerance_mm),
-      next_window_s_(options.window_s) {}
+      next_window_s_(options.window_s) {
+  options_.window_s = std::max(options_.window_s, kWindowStops * longest_stop_s(limits, options.speed_mm_s));
+  next_window_s_ = options_.window_s;
+}
 
 Result<void> PathPlanner::add(const AxisVec& point) {
   if (points_ == 0 && (!(options_.speed_mm_s > 0) || !(options_.tolerance_mm >= 0) ||

@@ -23,4 +23,13 @@ namespace gantry::motion {
   return b;
 }
 
+/// Of a stop of the slowest axis that makes path length, on a line, from v_mm_s of the tool or the axis' own speed.
+[[nodiscard]] inline double longest_stop_s(const Limits& limits, double v_mm_s) noexcept {
+  double longest = 0;
+  for (std::size_t i = 0; i < limits.axes; ++i)
+    if (const AxisLimits& l = limits.axis[i]; limits.linear[i])
+      longest = std::max(longest, change_duration(std::min(v_mm_s, l.v_max), l.a_max, l.j_max));
+  return longest;
+}
+
 }  // namespace gantry::motion

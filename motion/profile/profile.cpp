@@ -72,10 +72,12 @@ Profile stretched(const Profile& profile, double factor) noexcept {
 
 // A change of speed by d with acceleration 0 at both ends takes T = 2 sqrt(d/j) (the bound a is not reached, d <=
 // a^2/j) or d/a + a/j, symmetric about its middle: its length is the mean speed times T.
+double change_duration(double d, double a, double j) noexcept {
+  return d <= a * a / j ? 2 * std::sqrt(d / j) : d / a + a / j;
+}
+
 double change_length(double v, double v_to, double a, double j) noexcept {
-  const double d = std::abs(v_to - v);
-  const double time = d <= a * a / j ? 2 * std::sqrt(d / j) : d / a + a / j;
-  return (v + v_to) / 2 * time;
+  return (v + v_to) / 2 * change_duration(std::abs(v_to - v), a, j);
 }
 
 // Inverse of change_length in the higher speed v + d.

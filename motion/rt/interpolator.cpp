@@ -39,7 +39,7 @@ void Interpolator::begin_block(std::uint32_t block) noexcept {
   gone_mm_ = 0;
   rest_after_ = 0;
   scanned_ = popped_;
-  known_s_ = 0;
+  known_s_ = fastest_ = 0;
 }
 
 Setpoint Interpolator::step(double override_factor) noexcept {

@@ -147,6 +147,7 @@ class Interpolator {
   std::size_t scanned_ = 0;     ///< segments looked at for a rest
   std::size_t rest_after_ = 0;  ///< number, from 1, of the nearest segment known to rest at its end
   double known_s_ = 0;          ///< planned duration of the segments that were looked at, from the front one on
+  double fastest_ = 0;          ///< mean speed of the fastest of them
   /// A segment with events, by its number, and which of them have fired.
   struct Waiting {
     std::size_t number = 0;

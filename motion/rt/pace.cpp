@@ -9,9 +9,9 @@
 namespace gantry::motion {
 namespace {
 
-// Planned time that has to be known ahead, or a rest: a stop takes less. Below the one the tool brakes, from the other
-// on it goes.
-constexpr double kLow_s = 0.5, kGo_s = 0.6;
+// Planned time that has to be known ahead, or a rest: a stop takes less. Below the one the tool brakes, above it by
+// `kGo` it goes.
+constexpr double kLow_s = 0.5, kLowStops = 1.5, kGo = 1.2;
 constexpr std::size_t kStraightPieces = 64;  // how many pieces a straight stop may reach over
 
 struct Attempt {
@@ -129,18 +129,22 @@ bool Interpolator::pace(double& left) noexcept {
 bool Interpolator::enough_is_known() noexcept {
   if (rest_is_known() || ring_.size() >= SegmentRing::capacity()) return true;
   const bool going = course_ == Course::Paced && goal_ > 0;
-  return known_s_ - (course_ == Course::Paced ? t_ : 0) >= (going ? kLow_s : kGo_s);
+  const double low_s = std::max(kLow_s, kLowStops * longest_stop_s(limits_, fastest_));
+  return known_s_ - (course_ == Course::Paced ? t_ : 0) >= (going ? 1 : kGo) * low_s;
 }
 
 /// Looks at new segments up to the next rest.
 bool Interpolator::rest_is_known() noexcept {
   if (rest_after_ > popped_) return true;
-  if (scanned_ <= popped_) scanned_ = popped_, known_s_ = 0;
+  if (scanned_ <= popped_) scanned_ = popped_, known_s_ = fastest_ = 0;
   for (; scanned_ < seen_;) {
     const Segment* s = ring_.peek(scanned_ - popped_);
     if (s == nullptr || s->block != block_) return false;
     ++scanned_;
-    if (s->kind == SegmentKind::Piece) known_s_ += duration(s->nominal);
+    if (s->kind == SegmentKind::Piece) {
+      known_s_ += duration(s->nominal);
+      fastest_ = std::max(fastest_, s->geometry.length / duration(s->nominal));
+    }
     if (s->rests) {
       rest_after_ = scanned_;
       return true;

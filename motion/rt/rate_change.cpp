@@ -12,7 +12,7 @@ namespace {
 
 // Where the path is slow the limits would let the rate change within a tick; it takes at least so many.
 constexpr double kLeastTicks = 8;
-constexpr double kLower = 0.6;  // of the rate, where there is no way to stop from it
+constexpr std::array<double, 3> kLower{0.6, 0.8, 0.9};  // of the rate, where there is no way to stop from it
 
 /// Derivatives of the planned motion by planned time.
 struct Planned {
@@ -60,6 +60,7 @@ std::pair<double, double> room(const Planned& x, const Rate& now, const Limits& 
 
 bool RateChange::plan(PieceCursor at, const Rate& from, double to, const Recent& recent, const Limits& limits,
                       const Vigour& vigour, double shorter_s) noexcept {
+  too_long_ = false;
   double ahead_s = 0;
   const double h = limits.tick_s, highest = std::max({1.0, from.r, to}) + 1e-9;
   auto& steps = steps_[1 - active_];
@@ -97,7 +98,7 @@ bool RateChange::plan(PieceCursor at, const Rate& from, double to, const Recent&
     ahead_s += step.ahead;
     if (ahead_s >= shorter_s) return false;
     const PieceCursor::Met met = at.advance(step.ahead);
-    if (met == PieceCursor::Met::Unknown) return false;
+    if (met == PieceCursor::Met::Unknown) break;
     x = planned(at, limits.axes);
     if (!judge.keeps_limits(x.q)) return false;
     now = step.end;
@@ -112,6 +113,7 @@ bool RateChange::plan(PieceCursor at, const Rate& from, double to, const Recent&
     stop_ = kStops.size();
     return true;
   }
+  too_long_ = true;
   return false;
 }
 
@@ -122,17 +124,27 @@ std::optional<double> RateChange::stop(const PieceCursor& from, const Rate& now,
   const double left_s =
       harder < kStops.size() ? ahead(all_s, 0, limits.tick_s) : std::numeric_limits<double>::infinity();
   work_ = 0;
+  if (tries == 0) lowered_ = 0, lower_next_ = false;
+  if (std::exchange(lower_next_, false)) {
+    const std::size_t n = lowered_++;
+    const double lower = kLower[n % kLower.size()] * now.r;
+    const Vigour& vigour = kStops[n / kLower.size() % kStops.size()];
+    return plan(from, now, lower, recent, limits, vigour) ? std::optional(lower) : std::nullopt;
+  }
+  bool too_long = false;
   for (std::size_t n = 0; n < harder && work_ < kEnoughWork; ++n) {
     const std::size_t which = tries++ % harder;
-    if (!plan(from, now, 0, recent, limits, kStops[which], left_s)) continue;
+    if (!plan(from, now, 0, recent, limits, kStops[which], left_s)) {
+      too_long |= too_long_;
+      continue;
+    }
     stop_ = which;
     return 0;
   }
+  // Where the limits forbid it the next cycle may allow it: a weak way to a lower rate would only be in its way.
   const bool falls = under_way() && steps_[active_][size_ - 1].end.r < now.r;
-  if (falls || harder < kStops.size()) return std::nullopt;
-  const double lower = kLower * now.r;
-  if (!plan(from, now, lower, recent, limits, kStops[tries % kStops.size()])) return std::nullopt;
-  return lower;
+  lower_next_ = too_long && !falls && harder == kStops.size();
+  return std::nullopt;
 }
 
 double RateChange::ahead(double seconds, double after, double tick_s) const noexcept {

@@ -45,8 +45,8 @@ class RateChange {
             const Vigour& vigour, double shorter_s = std::numeric_limits<double>::infinity()) noexcept;
 
   /// To 0, tried in each tick: the first way to stop that is possible is taken, and then any harder one that becomes
-  /// possible and needs less; where none is, as of one that takes more than kMostTicks, a lower rate, from which there
-  /// may be one. `tries`: how many have been tried, 0 at the order. The rate to which what is under way leads, if that
+  /// possible and needs less. Where they take more than kMostTicks every second tick tries a lower rate instead, from
+  /// which there may be one. `tries`: how many have been tried, 0 at the order. The rate to which what is under way leads, if that
   /// is new.
   std::optional<double> stop(const PieceCursor& from, const Rate& now, const Recent& recent, const Limits& limits,
                              unsigned& tries) noexcept;
@@ -65,6 +65,9 @@ class RateChange {
   std::size_t active_ = 0, next_ = 0, size_ = 0;
   std::size_t work_ = 0;              ///< ticks played ahead
   std::size_t stop_ = kStops.size();  ///< which of them is under way; none: the size
+  bool too_long_ = false;             ///< the last plan took more ticks than may be, or more path than is known
+  bool lower_next_ = false;           ///< the next tick tries a lower rate
+  std::size_t lowered_ = 0;           ///< how many were tried since the order
 };
 
 }  // namespace gantry::motion

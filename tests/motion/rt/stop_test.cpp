@@ -37,14 +37,23 @@ BeadMotion planned(const Limits& m, std::vector<AxisVec> points, double speed_mm
   return *std::move(bead);
 }
 
-/// Plays a bead from its start for so many ticks.
+/// Plays a bead from its start for so many ticks, and then as one steps it.
 class Played : public Player {
  public:
-  Played(const Limits& limits, const BeadMotion& bead, int ticks) : Player(limits, bead.start) {
-    push(bead.segments);
+  Played(const Limits& limits, const BeadMotion& bead, int ticks) : Player(limits, bead.start), bead_(bead) {
+    feed();
     play.begin_block(1);
     for (int k = 0; k < ticks; ++k) step();
   }
+  void step() { Player::step(), feed(); }
+
+ private:
+  void feed() {
+    while (fed_ < bead_.segments.size() && ring->push(bead_.segments[fed_])) path.push_back(bead_.segments[fed_++]);
+  }
+
+  const BeadMotion& bead_;
+  std::size_t fed_ = 0;
 };
 
 // While a run-up bends into its bead there are moments from which only a weak stop is possible: a harder one is taken
@@ -127,6 +136,50 @@ TEST(Stop, a_stop_that_takes_long_begins_at_once_too) {
       EXPECT_LE(n * m.tick_s, allowed * line_s) << a << " mm/s^2, tick " << at;
       expect_within(p.use(), "");
     }
+  }
+}
+
+// Where no stop can begin, as where one takes more than the cycles that are played ahead, the rate is lowered first, by
+// whichever way is possible there.
+TEST(Stop, where_none_can_begin_the_rate_is_lowered_by_whichever_way_is_possible) {
+  for (const auto& [a, j, speed, tick_s] : {std::tuple{80.0, 400.0, 80.0, 0.001},
+                                            {20.0, 200.0, 40.0, 0.001},
+                                            {1500.0, 20000.0, 400.0, 0.00025}}) {
+    Limits m = machine();
+    m.tick_s = tick_s;
+    for (std::size_t i : {0u, 1u}) m.axis[i].a_max = a, m.axis[i].j_max = j;
+    const std::vector<AxisVec> sharp{{220, 220, -40, 0, 12}, {420, 222, -40, 0, 12}, {419, 380, -40, 0, 12}};
+    for (const auto& points : {circle(1.02 * speed * speed / a, 250, 256), sharp}) {
+      const BeadMotion bead = planned(m, points, speed, 0.3);
+      const double line_s = duration(stop({0, speed, 0}, {1e3, a, j}).profile);
+      const int ticks = static_cast<int>(duration(bead.segments) / m.tick_s);
+      for (int at = 20; at < ticks; at += ticks / 7) {
+        Played p(m, bead, at);
+        p.play.hold();
+        int n = 0;
+        while (!p.play.at_rest() && n < 40000) p.step(), ++n;
+        EXPECT_LE(n * m.tick_s, 2.6 * line_s) << a << " mm/s^2, " << points.size() << " points, tick " << at;
+        expect_within(p.use(), "");
+      }
+    }
+  }
+}
+
+// A path that comes too slowly is braked on, while what a stop needs is still known: on slow axes that is more.
+TEST(Stop, a_path_that_runs_dry_is_braked_on_by_slow_axes_too) {
+  for (const auto& [a, j, speed] : {std::tuple{250.0, 2500.0, 90.0}, {80.0, 400.0, 80.0}, {20.0, 200.0, 40.0}}) {
+    Limits m = machine();
+    for (std::size_t i : {0u, 1u}) m.axis[i].a_max = a, m.axis[i].j_max = j;
+    BeadMotion bead = planned(m, circle(1.3 * speed * speed / a, 250, 256), speed, 0.02);
+    bead.segments.resize(bead.segments.size() * 3 / 4);
+    Played p(m, bead, 1);
+    for (int n = 0; n < 40000 && !(p.play.at_rest() && p.play.starving() && n > 10); ++n) {
+      p.step();
+      ASSERT_FALSE(p.last.off_path) << a << " mm/s^2, tick " << n;
+    }
+    EXPECT_TRUE(p.play.starving());
+    p.expect_on_path("");
+    expect_within(p.use(), "");
   }
 }
 
