@@ -203,10 +203,13 @@ std::uint32_t World::inputs(std::uint32_t outputs, Time now) const {
 void World::run_clamp(const Moment& moment, Time now) {
   if (!moment.clamp_commanded) return;  // a clamp that nobody commands stays as it is
   if ((moment.outputs & bit(Output::Clamp)) == 0) {
-    if (clamped_ && !opened_clamp_) opened_clamp_ = now;
+    if (!clamped_ || opened_clamp_) return;
+    opened_clamp_ = now;
+    keep_clamp(WorldLog::Kind::ClampOpened);
     return;
   }
   if (opened_clamp_ && now - *opened_clamp_ >= kChange) exchange_board();
+  if (!clamped_ || opened_clamp_) keep_clamp(WorldLog::Kind::ClampClosed);
   clamped_ = true;
   opened_clamp_.reset();
 }

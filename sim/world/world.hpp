@@ -108,6 +108,7 @@ class World {
   [[nodiscard]] double probe_contact(const AxisVec& q);
   [[nodiscard]] std::uint32_t inputs(std::uint32_t outputs, Time now) const;
   void keep_board();
+  void keep_clamp(WorldLog::Kind what);
   void keep_collision(const Collision& collision);
   void recall_board(std::string_view text);
 

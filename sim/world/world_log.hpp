@@ -19,13 +19,15 @@ namespace gantry::sim {
 class WorldLog {
  public:
   enum class Kind : std::uint32_t {
-    Board = 1,   ///< JSON: plan, placement, number of the board
-    JobBegin,    ///< empty
-    ShotOpened,  ///< ShotRecord
-    ShotPoint,   ///< ShotRecord
-    ShotClosed,  ///< ShotRecord
-    Motors,      ///< doubles, as the bus side gives them
-    Collision,   ///< JSON
+    Board = 1,    ///< JSON: plan, placement, number of the board
+    JobBegin,     ///< empty
+    ShotOpened,   ///< ShotRecord
+    ShotPoint,    ///< ShotRecord
+    ShotClosed,   ///< ShotRecord
+    Motors,       ///< doubles, as the bus side gives them
+    Collision,    ///< JSON
+    ClampOpened,  ///< empty: the controller has let the board go
+    ClampClosed,  ///< empty
   };
   struct Record {
     Kind kind{};

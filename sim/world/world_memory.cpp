@@ -1,6 +1,7 @@
 // World: what it remembers from one life to the next.
 #include <cstring>
 #include <fmt/format.h>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "core/log.hpp"
@@ -10,6 +11,9 @@
 namespace gantry::sim {
 
 namespace {
+
+/// Longer ago than hands need to change a board.
+constexpr Time kInAnotherLife{std::numeric_limits<Time::rep>::min() / 2};
 
 std::string_view text_of(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -33,6 +37,10 @@ void World::keep_board() {
   for (const Stain& s : board_->stains) j["stains"].push_back({s.at.x, s.at.y, s.diameter, s.grey});
   const std::string text = j.dump();
   log_->append(WorldLog::Kind::Board, std::as_bytes(std::span(text)));
+}
+
+void World::keep_clamp(WorldLog::Kind what) {
+  if (log_) log_->append(what, {});
 }
 
 void World::keep_motors(std::span<const double> values) {
@@ -66,7 +74,10 @@ void World::remember(std::unique_ptr<WorldLog> log) {
   for (const WorldLog::Record& r : log->records()) {
     const auto point = shot_of(r.payload);
     switch (r.kind) {
-      case WorldLog::Kind::Board: recall_board(text_of(r.payload)); break;
+      case WorldLog::Kind::Board:
+        recall_board(text_of(r.payload));
+        opened_clamp_.reset();
+        break;
       case WorldLog::Kind::JobBegin:
         job_shot_ = shots_.size() + (open_ ? 1 : 0);
         job_collision_ = collisions_.size();
@@ -98,6 +109,8 @@ void World::remember(std::unique_ptr<WorldLog> log) {
         remembered_motors_ = std::move(values);
         break;
       }
+      case WorldLog::Kind::ClampOpened: opened_clamp_ = kInAnotherLife; break;
+      case WorldLog::Kind::ClampClosed: opened_clamp_.reset(); break;
       case WorldLog::Kind::Collision:
         if (const auto j = parse_json(text_of(r.payload)))
           if (const auto c = collision_from_json(*j)) collisions_.push_back(*c);

@@ -386,5 +386,33 @@ TEST(WorldMemory, board_deposits_and_motors_survive_the_world_even_in_the_middle
   std::filesystem::remove_all(dir);
 }
 
+TEST(WorldMemory, a_board_that_was_let_go_is_another_one_in_the_next_life_one_that_was_held_is_not) {
+  const auto dir = sample::temporary("gantry-world-clamp-test");
+  std::filesystem::remove_all(dir);
+  VirtualClock clock;
+  const config::Machine machine = sample::machine();
+  const AxisVec q = tool_at(machine, "needle", {140, 110, 5});
+  const auto life = [&](bool lets_go) {
+    World w(machine, clock, 3, std::nullopt);
+    auto log = WorldLog::open(dir);
+    EXPECT_TRUE(log);
+    w.remember(std::move(*log));
+    const BoardPlan plan = board_plan(sample::recipe());
+    EXPECT_TRUE(w.holds_board(plan) || w.load_board(plan));
+    Stepper s{w};
+    s.outputs = bit(Output::Clamp);
+    s.move(q, q, 10);
+    const std::string placement = w.placement();
+    if (lets_go) s.outputs = 0, s.move(q, q, 1);  // the program ends at once
+    return placement;
+  };
+  const std::string first = life(false), again = life(true), second = life(true), third = life(false);
+  EXPECT_EQ(first, again);
+  EXPECT_NE(again, second);
+  EXPECT_NE(second, third);
+  EXPECT_EQ(life(false), third);
+  std::filesystem::remove_all(dir);
+}
+
 }  // namespace
 }  // namespace gantry::sim
