@@ -86,8 +86,9 @@ class Reader {
     }
     if (cells.size() != columns_) {
       mistakes_.add(Fault::BadValue,
-                    fmt::format("{}{} values stand here; the header names {}", cells.size() > 4 ? "more than " : "",
-                                std::min<std::size_t>(cells.size(), 4), columns_),
+                    fmt::format("{}{} values stand here; the header names {}{}", cells.size() > 4 ? "more than " : "",
+                                std::min<std::size_t>(cells.size(), 4), columns_,
+                                cells.size() > columns_ ? "; write a point in a number, not a comma" : ""),
                     {number, 1});
       return true;
     }

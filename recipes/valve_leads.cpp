@@ -101,8 +101,9 @@ void check_valve_leads(const Recipe& recipe, const config::Machine& machine, con
     if (m->valve_open_lead > t.last_stretch_s && told.insert({m->name, true}).second)
       mistakes.add(Fault::NoSolution,
                    fmt::format("material '{}': 'valve_open_lead' of {:.6g} ms opens the valve before the needle is on "
-                               "the last stretch to '{}', which takes {:.0f} ms; give it a shorter lead, or more {}",
-                               m->name, m->valve_open_lead * 1e3, feature.id, t.last_stretch_s * 1e3, t.more_room),
+                               "the last stretch to '{}'; write {:.6g} ms or less, or more {}",
+                               m->name, m->valve_open_lead * 1e3, feature.id,
+                               std::floor(t.last_stretch_s * 1e3 * 10) / 10, t.more_room),
                    given(m->locations.valve_open_lead, m->location));
     // One that shuts what is below a cycle already has its mistake.
     if (t.open_s >= cycle_s - kRounding_s &&

@@ -1,4 +1,4 @@
-// Shows on a terminal that something takes its time, and for how long it has.
+// Shows that something takes its time, and for how long it has: on a terminal as it goes, else by a line every 10 s.
 //   LongWork work("checking board.yaml");   prove(..., work.breath(), work.progress());
 #pragma once
 #include <chrono>
@@ -26,7 +26,7 @@ class LongWork {
 
   using Clock = std::chrono::steady_clock;
   std::string what_;
-  bool shows_;
+  bool terminal_;
   std::size_t done_ = 0, total_ = 0;  ///< 0, 0: nobody says
   Clock::time_point begin_ = Clock::now(), shown_ = begin_;
 };

@@ -278,7 +278,7 @@ INSTANTIATE_TEST_SUITE_P(
                 r.materials[0].retract = 0;
                 r.materials[0].settle_time = 0.005;
               },
-              Fault::NoSolution, "takes 5 ms", "'settle_time' or 'retract'"},
+              Fault::NoSolution, "write 5 ms or less", "'settle_time' or 'retract'"},
         Wrong{"close_lead", [](Recipe& r, config::Machine&) { r.materials[0].valve_close_lead = 0.068; },
               Fault::Inconsistent, "adhesive", "'valve_close_lead' of 68 ms closes the valve before it has been open"}),
     [](const auto& each) { return std::string(each.param.name); });
