@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <fmt/format.h>
+#include <map>
 #include <set>
 #include <sstream>
 #include <sys/stat.h>
@@ -290,11 +291,28 @@ void Mistakes::add(Fault fault, std::string_view message, Location location) {
 std::vector<Error> Mistakes::errors() const {
   std::vector<Row> rows = rows_;
   std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.location < b.location; });
+  constexpr std::size_t kPlaces = 5;  // that are listed
   std::vector<Error> out;
-  for (const Row& row : rows)
+  std::map<std::string_view, std::size_t> unknown;  // by its message, where it is in `out`
+  std::vector<std::vector<Location>> again;
+  for (const Row& row : rows) {
+    if (row.fault == Fault::UnknownReference) {
+      const auto [seen, is_new] = unknown.try_emplace(row.message, out.size());
+      if (!is_new) {
+        again[seen->second].push_back(row.location);
+        continue;
+      }
+    }
+    again.emplace_back();
     out.push_back(
         {row.fault, row.message,
          row.location.line > 0 ? fmt::format("{}:{}:{}", file_, row.location.line, row.location.column) : file_});
+  }
+  for (std::size_t n = 0; n < out.size(); ++n) {
+    for (std::size_t k = 0; k < std::min(again[n].size(), kPlaces); ++k)
+      out[n].message += fmt::format("{}{}:{}", k == 0 ? "; the same at " : ", ", again[n][k].line, again[n][k].column);
+    if (again[n].size() > kPlaces) out[n].message += fmt::format(" and {} more places", again[n].size() - kPlaces);
+  }
   if (more_ > 0) out.push_back({Fault::BadValue, fmt::format("and {} more mistakes", more_), file_});
   return out;
 }
