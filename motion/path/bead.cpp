@@ -211,7 +211,8 @@ Result<BeadRuns> runs_of_bead(const Limits& limits, const Measure& measure, cons
 }
 
 /// From rest to the state at a bead's start, or from its end to rest; in whole ticks, of which a part is a standstill.
-Profile ramp(const State& from, const State& to, const Bounds& bounds, double tick_s) {
+Profile ramp(const State& from, const State& to, Bounds bounds, double tick_s) {
+  bounds.a = std::max({bounds.a, std::abs(from.a), std::abs(to.a)});  // of a bead that is a little faster
   Profile p = change_speed(from, to.v, bounds, to.a).profile;
   const double seconds = duration(p), stands = whole_ticks(seconds, tick_s) - seconds;
   if (!(stands > 0)) return p;

@@ -156,8 +156,9 @@ Result<std::vector<Run>> run_up_from_above(const Limits& limits, const Measure& 
   double best_mm = std::numeric_limits<double>::infinity();
   std::string reason = "the bead speeds up from rest there, which no run-up can follow";
   for (const Try& t : kTries) {
-    // From the cruising speed the join's is reached, with its acceleration, by a single jerk.
-    const Bounds into_bounds{there.v, there.a, there.j * t.into};
+    // From the cruising speed the join's is reached, with its acceleration, by a single jerk. A bead that is played
+    // faster, by what makes it take whole ticks, may use more than the planner's limits.
+    const Bounds into_bounds{there.v, std::max(there.a, std::abs(join.a)), there.j * t.into};
     const double cruise_mm_s = join.v - join.a * std::abs(join.a) / (2 * into_bounds.j);
     if (!(cruise_mm_s > kLeastCruise * join.v)) continue;
     const Profile into = change_speed({0, cruise_mm_s, 0}, join.v, into_bounds, join.a).profile;

@@ -3,6 +3,7 @@
 #include "motion/path/rejoin.hpp"
 
 #include <gtest/gtest.h>
+#include <numbers>
 
 #include "motion/path/sound.hpp"
 #include "tests/motion/machine.hpp"
@@ -32,6 +33,15 @@ AxisVec place(const BeadMotion& bead, double s) {
   std::size_t k = bead.bead_begin;
   for (; k + 1 < bead.bead_end && s > bead.segments[k].geometry.length; ++k) s -= bead.segments[k].geometry.length;
   return point(bead.segments[k].geometry, s);
+}
+
+/// How far along the bead the tool is, so long after it began.
+double length_at(const BeadMotion& bead, double t) {
+  double s = 0;
+  std::size_t k = bead.bead_begin;
+  for (; t > test::duration_of(bead.segments[k]); ++k)
+    t -= static_cast<double>(test::duration_of(bead.segments[k])), s += bead.segments[k].geometry.length;
+  return s + static_cast<double>(path_state(bead.segments[k], t).s);
 }
 
 double seconds(const BeadMotion& bead, std::size_t from, std::size_t to) {
@@ -137,6 +147,31 @@ TEST(Rejoin, a_straight_bead_is_come_to_over_itself) {
   EXPECT_NEAR(place(*left, 0)[0], 125, 1e-9);
   EXPECT_NEAR(left->segments[left->bead_begin].nominal.v0, 20, 0.02 * 20);
   EXPECT_TRUE(left->segments[left->bead_begin].events[0].dispense);
+}
+
+// On slow axes the tool brakes over much of a leg, as hard as it may. A bead is cut at a cycle, so that what is left
+// takes whole ones, and is joined at the speed that it had, which may be more by what makes the bead take whole ones.
+TEST(Rejoin, a_leg_on_which_the_tool_brakes_to_a_rest_is_joined_anywhere) {
+  std::mt19937_64 random(31);
+  const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  for (int n = 0; n < 150; ++n) {
+    Limits m = machine();
+    const double a = uniform(20, 120);
+    for (std::size_t i : {0u, 1u}) m.axis[i].a_max = a, m.axis[i].j_max = 5 * a;
+    const double turn = uniform(0, 2 * std::numbers::pi);
+    const AxisVec corner = at(250 + 25 * std::cos(turn), 200 + 25 * std::sin(turn));
+    BeadSpec spec = cut_bead({at(250, 200), corner, at(corner[0] + 3, corner[1] + 20)}, 0.6 * std::sqrt(25 * a), 0);
+    const auto whole = plan_bead(m, spec);
+    ASSERT_TRUE(whole) << whole.error().message;
+    for (double t = uniform(0.3, 0.5); length_at(*whole, t) < 24.5; t += 0.1) {
+      const double begin_mm = length_at(*whole, std::round(t / m.tick_s) * m.tick_s);
+      spec.begin_mm = begin_mm;
+      const auto left = plan_bead(m, spec);
+      ASSERT_TRUE(left) << a << " mm/s^2, cut at " << begin_mm << ": " << left.error().message;
+      check(m, *whole, *left, begin_mm, " cut at " + std::to_string(begin_mm));
+      if (HasFatalFailure()) return;
+    }
+  }
 }
 
 /// The textbook's length from rest to v along the direction in which it goes there.
