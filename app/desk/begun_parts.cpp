@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "app/record/defects.hpp"
 #include "config/yaml.hpp"
 #include "core/log.hpp"
 #include "core/new_file.hpp"
@@ -17,6 +18,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
+constexpr std::size_t kMostDefects = 1000;  // that are kept by name
 constexpr std::size_t kLargestFile = 8u << 20;
 constexpr std::string_view kFolders = "begun-";
 
@@ -43,6 +45,29 @@ std::vector<std::size_t> indices_of(const Json& runs) {
     for (std::size_t i = 0; i < count; ++i) indices.push_back(first + i);
   }
   return indices;
+}
+
+Json to_json(const std::vector<record::Defect>& defects) {
+  Json rows = Json::array();
+  for (const record::Defect& d : defects) {
+    if (rows.size() == kMostDefects) break;
+    rows.push_back({{"feature", d.feature}, {"kind", record::name(d.kind)}, {"message", d.message}});
+  }
+  return rows;
+}
+
+std::vector<record::Defect> defects_of(const Json& rows) {
+  std::vector<record::Defect> defects;
+  if (rows.is_boolean()) {  // as it was kept before they had names
+    if (rows.get<bool>()) defects.push_back({"", record::Defect::Kind::Extra, "not all that lies there is good"});
+    return defects;
+  }
+  for (const Json& row : rows) {
+    const auto kind = record::kind_named(row.at("kind").get<std::string>());
+    if (!kind) throw std::runtime_error("a kind of defect that is none");
+    defects.push_back({row.at("feature").get<std::string>(), *kind, row.at("message").get<std::string>()});
+  }
+  return defects;
 }
 
 /// What `take` makes of the document; nothing where there is no file.
@@ -126,7 +151,7 @@ Result<std::optional<BegunPart>> BegunParts::read(const std::string& serial) con
                      .left = indices_of(all.at("left")),
                      .to_finish = all.at("to_finish").get<std::string>(),
                      .lost = all.at("lost").get<bool>(),
-                     .defects = all.at("defects").get<bool>()};
+                     .defects = defects_of(all.at("defects"))};
   });
 }
 
@@ -169,11 +194,16 @@ Result<std::optional<BegunPart>> BegunParts::find(const std::string& serial, Cla
 Result<void> BegunParts::keep(const BegunPart& part) {
   finished_.reset();
   if (auto made = make_folder(folder_); !made) return made;  // in the state folder, which is this user's alone
-  const Json all{{"format", kFormat},           {"serial", part.serial},
-                 {"recipe", part.recipe},       {"recipe_file", part.recipe_file},
-                 {"sha256", part.sha256},       {"began", part.began},
-                 {"to_finish", part.to_finish}, {"lost", part.lost},
-                 {"defects", part.defects},     {"left", runs_of(part.left)}};
+  const Json all{{"format", kFormat},
+                 {"serial", part.serial},
+                 {"recipe", part.recipe},
+                 {"recipe_file", part.recipe_file},
+                 {"sha256", part.sha256},
+                 {"began", part.began},
+                 {"to_finish", part.to_finish},
+                 {"lost", part.lost},
+                 {"defects", to_json(part.defects)},
+                 {"left", runs_of(part.left)}};
   if (auto done = write_durable_file(file_of(part.serial), text_of(all)); !done) return done;
   return write_durable_file(in_machine_file(), text_of({{"format", kFormat}, {"serial", part.serial}}));
 }

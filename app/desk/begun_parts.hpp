@@ -20,8 +20,8 @@ struct BegunPart {
   std::string began;                ///< UTC
   std::vector<std::size_t> left;    ///< not whole on it: indices in Recipe::features, in its order; none: finished
   std::string to_finish;            ///< the same as words of the command line
-  bool lost = false;     ///< its job never told its end (a power cut): of what is left, some may be dispensed
-  bool defects = false;  ///< of what lies on it, not all is good
+  bool lost = false;  ///< its job never told its end (a power cut): of what is left, some may be dispensed
+  std::vector<record::Defect> defects{};  ///< of what lies on it; what is missing is in `left`
 };
 
 /// What `part-removed` came to, for people: that it is forgotten, or that there was none of this serial.

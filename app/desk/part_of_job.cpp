@@ -83,7 +83,9 @@ std::string refusal_over(const BegunPart& held, const std::string& serial) {
 }
 
 record::Board board_of(const BegunPart& part) {
-  return !part.left.empty() ? record::Board::Begun : part.defects ? record::Board::Defects : record::Board::Whole;
+  return !part.left.empty()      ? record::Board::Begun
+         : !part.defects.empty() ? record::Board::Defects
+                                 : record::Board::Whole;
 }
 
 std::string has_all(const BegunPart& part, const std::string& serial) {
@@ -176,7 +178,7 @@ BegunPart PartOfJob::part(std::vector<std::size_t> left, bool lost) const {
           .left = std::move(left),
           .to_finish = "",
           .lost = lost,
-          .defects = found_ && found_->defects};
+          .defects = found_ ? found_->defects : std::vector<record::Defect>{}};
 }
 
 std::vector<std::size_t> PartOfJob::left_before() const { return found_ ? found_->left : all_of(recipe_); }
@@ -222,10 +224,12 @@ void PartOfJob::end(record::JobResult& result, bool clamp_holds) {
     if (found_) now.left = before;
   } else {
     std::set<std::string_view> lacking;
-    for (const record::Defect& d : result.defects) {
-      if (record::is_lacking(d)) lacking.insert(d.feature);
-      now.defects = now.defects || !record::is_lacking(d);
-    }
+    now.defects.clear();  // this job's have those of the jobs before among them
+    for (const record::Defect& d : result.defects)
+      if (record::is_lacking(d))
+        lacking.insert(d.feature);
+      else
+        now.defects.push_back(d);
     std::vector<std::size_t> again;  // of this job's
     std::copy_if(chosen_.begin(), chosen_.end(), std::back_inserter(again),
                  [&](std::size_t f) { return lacking.count(id_of(recipe_.features[f])) != 0; });

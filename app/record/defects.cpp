@@ -22,6 +22,8 @@ bool has_shut(const Deposit& shot) { return shot.closed_cycle != 0; }
 
 constexpr const char* kStillOpen = "its shot was still open when the job ended";
 constexpr double kRounding_s = 1e-6;
+constexpr std::array<std::string_view, 9> kKinds{"missing", "cut",   "beside",    "gap", "amount",
+                                                 "speed",   "extra", "reference", "late"};
 constexpr double kEnough = 0.5;  // of a bead's length is to be at its speed
 
 /// One job's features, one after the other.
@@ -281,6 +283,12 @@ class Judge {
   std::set<const Deposit*> used_;  ///< of those on no feature: given again
 };
 
+Defect of_a_job_before(Defect defect) {
+  constexpr std::string_view kBefore = "by a job before: ";
+  if (!defect.message.starts_with(kBefore)) defect.message.insert(0, kBefore);
+  return defect;
+}
+
 }  // namespace
 
 Judgement judge_board(const JobResult& result, const recipes::Recipe& recipe, const Seen& seen, double cycle_s) {
@@ -311,7 +319,11 @@ Judgement judge_board(const JobResult& result, const recipes::Recipe& recipe, co
   for (std::size_t i = 0; i < seen.features.size(); ++i)
     lacks =
         lacks || (seen.features[i] == FeatureState::LeftOut && !(i < seen.before.whole.size() && seen.before.whole[i]));
-  const bool good = defects.empty() && !seen.before.defects;
+  for (const Defect& old : seen.before.defects)
+    if (std::none_of(defects.begin(), defects.end(),
+                     [&](const Defect& d) { return d.feature == old.feature && d.kind == old.kind; }))
+      defects.push_back(of_a_job_before(old));
+  const bool good = defects.empty();
   return {!begun ? Board::Untouched : lacks ? Board::Begun : good ? Board::Whole : Board::Defects, std::move(defects)};
 }
 
@@ -339,10 +351,12 @@ std::string_view name(Board board) {
   return kNames[static_cast<std::size_t>(board)];
 }
 
-std::string_view name(Kind kind) {
-  constexpr std::array<std::string_view, 9> kNames{"missing", "cut",   "beside",    "gap", "amount",
-                                                   "speed",   "extra", "reference", "late"};
-  return kNames[static_cast<std::size_t>(kind)];
+std::string_view name(Kind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
+
+std::optional<Kind> kind_named(std::string_view name) {
+  const auto found = std::find(kKinds.begin(), kKinds.end(), name);
+  if (found == kKinds.end()) return std::nullopt;
+  return static_cast<Kind>(found - kKinds.begin());
 }
 
 }  // namespace gantry::record

@@ -4,6 +4,7 @@
 // Where a world knows, it decides where deposits lie and how much of them; what a stop has cut counts only where it
 // shows.
 #pragma once
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -44,6 +45,9 @@ void add_judgement(JobResult& result, Judgement judgement);
 
 /// Something of the feature is not on the board.
 bool is_lacking(const Defect& defect);
+
+/// By its name; nothing: there is none.
+std::optional<Defect::Kind> kind_named(std::string_view name);
 
 std::string_view name(Board board);  ///< "untouched", "begun", "whole", "defects"
 std::string_view name(

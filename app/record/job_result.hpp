@@ -186,8 +186,8 @@ struct Joined {
 
 /// What lies on a board already when a job begins that leaves features out.
 struct OnBoard {
-  std::vector<bool> whole;  ///< by index in Recipe::features; empty: nothing does
-  bool defects = false;     ///< of what lies there, not all is good
+  std::vector<bool> whole;      ///< by index in Recipe::features; empty: nothing does
+  std::vector<Defect> defects;  ///< of what lies there
 };
 
 /// Options that mean the machine of a job, as a person would write them again: " --machine cell.yaml"; "": none.

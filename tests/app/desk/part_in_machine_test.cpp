@@ -282,15 +282,34 @@ class APartWithDefects : public APartThatIsCut {
       if (!slowed_ && (owner_->latest().outputs & config::bit(config::Output::Valve)) != 0)
         slowed_ = client_->say("{\"order\":\"override\",\"value\":0.2}\n") > 0;
     };
-    first_ = run();
+    first_ = run(first());
     ASSERT_EQ(first_.value("result", ""), "done_with_defects") << first_.dump();
     EXPECT_TRUE(ask({{"order", "override"}, {"value", 1}}).value("ok", false));
   }
+  /// Of its first job.
+  [[nodiscard]] virtual Json first() const { return Json::object(); }
   Json first_;
 
  private:
   bool slowed_ = false;
 };
+
+/// One feature of it was dispensed too slowly, the others were not.
+class APartBegunWithADefect : public APartWithDefects {
+  [[nodiscard]] Json first() const override { return {{"only", {"corner"}}}; }
+};
+
+TEST_F(APartBegunWithADefect, is_not_done_by_what_finishes_it) {
+  const std::string told = first_.value("said", "");
+  EXPECT_NE(told.find("'corner'"), std::string::npos) << first_.dump();
+  EXPECT_EQ(first_.value("board", ""), "begun");
+  const Json rest = run({{"finish", true}});
+  EXPECT_EQ(rest.value("result", ""), "done_with_defects") << rest.dump();
+  EXPECT_EQ(rest.value("exit_code", -1), 9) << rest.dump();
+  EXPECT_EQ(rest.value("board", ""), "defects") << rest.dump();
+  EXPECT_NE(rest.dump().find("'corner': by a job before: "), std::string::npos) << rest.dump();
+  EXPECT_TRUE(clamped());
+}
 
 TEST_F(APartWithDefects, stays_clamped_and_no_job_begins_over_it_until_it_is_removed) {
   EXPECT_TRUE(clamped());
@@ -324,7 +343,7 @@ TEST_F(APartWithDefects, lacks_nothing_that_could_be_finished) {
 }
 
 TEST_F(APartWithDefects, may_get_a_feature_once_more) {
-  const Json again = run({{"only", {"b"}}});
+  const Json again = run({{"only", {"corner"}}});
   EXPECT_NE(code_of(again), "G702") << again.dump();
   EXPECT_EQ(again.value("board", ""), "defects") << again.dump();
   EXPECT_TRUE(again["to_finish"].is_null()) << again.dump();

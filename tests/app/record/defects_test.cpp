@@ -341,21 +341,26 @@ TEST(Defects, a_feature_called_purge_is_judged_by_its_own_deposits) {
 
 TEST(Defects, what_a_job_leaves_out_is_no_defect_and_decides_whether_the_board_is_whole) {
   const std::vector<FeatureState> only_bead{FeatureState::LeftOut, FeatureState::Done};
-  const auto judged_after = [&](std::vector<bool> whole, bool defects, const std::vector<Deposit>& deposits) {
+  const auto judged_after = [&](std::vector<bool> whole, std::vector<Defect> defects,
+                                const std::vector<Deposit>& deposits) {
     JobResult r;
     r.deposits = deposits, r.has_world = true;
-    add_judgement(r, judge_board(r, recipe(), {only_bead, {}, {std::move(whole), defects}}, kCycle_s));
+    add_judgement(r, judge_board(r, recipe(), {only_bead, {}, {std::move(whole), std::move(defects)}}, kCycle_s));
     return r;
   };
-  const JobResult alone = judged_after({}, false, {bead()});
+  const JobResult alone = judged_after({}, {}, {bead()});
   EXPECT_TRUE(alone.defects.empty());
   EXPECT_EQ(alone.exit_code, ExitCode::Done) << "what was asked for is done";
   EXPECT_EQ(alone.board, Board::Begun) << "and the dot is missing";
-  EXPECT_EQ(judged_after({true, false}, false, {bead()}).board, Board::Whole);
-  EXPECT_EQ(judged_after({true, false}, true, {bead()}).board, Board::Defects);
-  EXPECT_EQ(judged_after({false, true}, false, {bead()}).board, Board::Begun);
-  expect_one(judged_after({true, false}, false, {}), "b", Kind::Missing, Board::Begun);
-  expect_one(judged_after({true, true}, false, {dot(), bead()}), "d", Kind::Extra, Board::Defects);
+  EXPECT_EQ(judged_after({true, false}, {}, {bead()}).board, Board::Whole);
+  const Defect beside{"d", Kind::Beside, "0.2 mm beside"};
+  const JobResult after = judged_after({true, false}, {beside}, {bead()});
+  expect_one(after, "d", Kind::Beside, Board::Defects);
+  EXPECT_EQ(after.defects[0].message, "by a job before: 0.2 mm beside");
+  EXPECT_EQ(judged_after({true, false}, after.defects, {bead()}).defects[0].message, after.defects[0].message);
+  EXPECT_EQ(judged_after({false, true}, {}, {bead()}).board, Board::Begun);
+  expect_one(judged_after({true, false}, {}, {}), "b", Kind::Missing, Board::Begun);
+  expect_one(judged_after({true, true}, {}, {dot(), bead()}), "d", Kind::Extra, Board::Defects);
 
   JobResult never;
   add_error(never, {Fault::DriveFault, "a drive fault", ""});
