@@ -49,8 +49,14 @@ std::string user() {
 
 /// For people who log in, and for a service.
 std::string how_to_allow(std::string_view limit, std::string_view capability) {
-  if (getgrnam("gantry") != nullptr && ::access("/etc/security/limits.d/gantry.conf", R_OK) == 0)
+  const group* const members = getgrnam("gantry");
+  if (members != nullptr && ::access("/etc/security/limits.d/gantry.conf", R_OK) == 0) {
+    for (char** name = members->gr_mem; *name != nullptr; ++name)
+      if (user() == *name)
+        return fmt::format("log in again: {} is in the group `gantry`, and this session began without its limits",
+                           user());
     return fmt::format("`adduser {} gantry`, and log in again", user());
+  }
   return fmt::format(
       "write the line `{} - {}` into /etc/security/limits.d/gantry.conf and log in again; a service of systemd gets it "
       "by AmbientCapabilities={}",

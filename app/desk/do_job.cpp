@@ -100,6 +100,7 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
                                     .opinion = options.opinion,
                                     .goes_on = !bench.release});
     done.begun = !is_refused(done.result);
+    if (done.begun) done.result.once_more = part.once_more();
     if (bench.parts != nullptr) bench.parts->clamped(clamp_at(machine, bench.owner->latest()) != Clamp::Open);
   } else {
     aside([&] {

@@ -29,15 +29,21 @@ std::string defects_in_words(const record::JobResult& result) {
   return text;
 }
 
-std::string cut_in_words(const record::JobResult& result) {
+std::string names_in_words(const char* what, const std::vector<std::string>& features) {
   constexpr std::size_t kShown = 20;
+  if (features.empty()) return "";
   std::string names;
-  std::size_t cut = 0;
+  for (std::size_t i = 0; i < std::min(features.size(), kShown); ++i)
+    names += (names.empty() ? "'" : ", '") + features[i] + "'";
+  return fmt::format("  {:<13}  {}{}\n", what, names,
+                     features.size() > kShown ? fmt::format(" and {} more", features.size() - kShown) : "");
+}
+
+std::string cut_in_words(const record::JobResult& result) {
+  std::vector<std::string> cut;
   for (const record::Defect& d : result.defects)
-    if (d.kind == record::Defect::Kind::Cut && ++cut <= kShown)
-      names += (names.empty() ? "'" : ", '") + d.feature + "'";
-  if (cut == 0) return "";
-  return fmt::format("  cut            {}{}\n", names, cut > kShown ? fmt::format(" and {} more", cut - kShown) : "");
+    if (d.kind == record::Defect::Kind::Cut) cut.push_back(d.feature);
+  return names_in_words("cut", cut);
 }
 
 /// Files that the job's folder lacks, one a line: the log of whoever wrote it is not the client's.
@@ -74,7 +80,7 @@ std::string figures(const record::JobResult& result) {
                       record::bus_in_words(result), record::result_word(result), result.features_done,
                       result.features_total, result.actual_s, result.predicted_s);
   text += fmt::format("  board          {}\n", record::name(result.board));
-  text += defects_in_words(result) + cut_in_words(result);
+  text += defects_in_words(result) + cut_in_words(result) + names_in_words("once more", result.once_more);
   if (result.order == recipes::Order::Shortest)
     text += fmt::format("  travel         {:.1f} mm between features, {:.1f} mm in the order of the file\n",
                         result.travel.as_ordered_mm, result.travel.in_file_order_mm);

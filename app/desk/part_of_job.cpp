@@ -142,10 +142,16 @@ Result<void> PartOfJob::may_begin(Clamp clamp) {
   const bool same =
       found_->sha256 == sha256_ && (found_->left.empty() || found_->left.back() < recipe_.features.size());
   if (!same || all_) return tl::unexpected(refusal());
-  for (const std::size_t f : chosen_)
-    if (!std::binary_search(found_->left.begin(), found_->left.end(), f))
-      log::warn("'{}' lies on this board already and is dispensed once more", id_of(recipe_.features[f]));
+  for (const std::string& id : once_more()) log::warn("'{}' lies on this board already and is dispensed once more", id);
   return {};
+}
+
+std::vector<std::string> PartOfJob::once_more() const {
+  std::vector<std::string> out;
+  if (!found_) return out;
+  for (const std::size_t f : chosen_)
+    if (!std::binary_search(found_->left.begin(), found_->left.end(), f)) out.push_back(id_of(recipe_.features[f]));
+  return out;
 }
 
 Error PartOfJob::refusal() const {

@@ -40,6 +40,8 @@ class PartOfJob {
   [[nodiscard]] const std::string& serial() const { return serial_.empty() && found_ ? found_->serial : serial_; }
   /// What lies on it already.
   [[nodiscard]] record::OnBoard before() const;
+  /// What it is asked to dispense though it lies there, by id.
+  [[nodiscard]] std::vector<std::string> once_more() const;
   /// After the job, also after one that was refused: what is left is remembered, or the part is finished; then it is
   /// remembered as long as the clamp holds it.
   void end(record::JobResult& result, bool clamp_holds);

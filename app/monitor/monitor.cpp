@@ -12,6 +12,7 @@
 #include "app/monitor/topics.hpp"
 #include "core/log.hpp"
 #include "core/status_line.hpp"
+#include "core/units.hpp"
 
 namespace gantry::monitor {
 namespace {
@@ -139,7 +140,9 @@ class Monitor {
   static std::string line(const Heard& heard) {
     const auto& s = heard.state();
     auto text = fmt::format("{} {} block {} tick {}", s.machine, s.state, s.block, s.tick);
-    for (const auto& a : s.axes) text += fmt::format("  {} {:.4f}", a.name, a.actual);
+    for (const auto& a : s.axes)
+      text += a.rotary ? fmt::format("  {} {:.4f} deg", a.name, units::deg(a.actual))
+                       : fmt::format("  {} {:.4f} mm", a.name, a.actual);
     if (s.latched_fault != 0) text += fmt::format("  latched G{:03}", s.latched_fault);
     return text;
   }

@@ -235,6 +235,7 @@ struct JobResult {
   std::size_t features_done = 0, features_total = 0;  ///< done: the valve has opened and closed for it as planned
   std::size_t marks_total = 0;                        ///< of the recipe, whether they were looked for or not
   std::vector<std::string> interrupted;  ///< features that a stop has cut or kept dry, in the order of the recipe
+  std::vector<std::string> once_more;    ///< features of its order that had lain on the board already
   std::map<std::string, std::string> stays_cut;  ///< by feature: why a cut that a hold has made was not joined
   std::vector<Joined> joined;                    ///< in the order in which they were
   std::vector<MarkResult> marks;

@@ -328,6 +328,7 @@ nlohmann::ordered_json to_json(const JobResult& r) {
          {"counts", counts(r)},
          {"interrupted", r.interrupted},
          {"joined", joined(r)},
+         {"once_more", r.once_more},
          {"marks", marks(r)}};
   j["work_offset"] = r.has_offset ? Json{{"dx_mm", number(r.offset.shift.x)},
                                          {"dy_mm", number(r.offset.shift.y)},

@@ -46,8 +46,8 @@ class RateChange {
 
   /// To 0, tried in each tick: the first way to stop that is possible is taken, and then any harder one that becomes
   /// possible and needs less. Where they take more than kMostTicks every second tick tries a lower rate instead, from
-  /// which there may be one. `tries`: how many have been tried, 0 at the order. The rate to which what is under way leads, if that
-  /// is new.
+  /// which there may be one. `tries`: how many have been tried, 0 at the order. The rate to which what is under way
+  /// leads, if that is new.
   std::optional<double> stop(const PieceCursor& from, const Rate& now, const Recent& recent, const Limits& limits,
                              unsigned& tries) noexcept;
   /// Ticks that the last stop() has played ahead.

@@ -69,7 +69,7 @@ Result<PlacementText> parse_placement(std::string_view text) {
 }
 
 BoardPlacement draw_placement(const config::SimConfig& truth, std::uint64_t seed, std::uint64_t board,
-                              const std::optional<PlacementText>& text) {
+                              const std::optional<PlacementText>& text, bool in_fixture) {
   // One draw for each value, whether it is used or not, so that a text changes only what it names.
   Random random(mix(seed, mix(0xB0A2D, board)));
   BoardPlacement p;
@@ -79,6 +79,7 @@ BoardPlacement draw_placement(const config::SimConfig& truth, std::uint64_t seed
   p.z0_mm = random.symmetric(truth.height_spread_mm);
   p.slope.x = random.symmetric(truth.tilt_spread_rad);
   p.slope.y = random.symmetric(truth.tilt_spread_rad);
+  if (in_fixture) p.shift = {}, p.rotation_rad = 0;
   if (text) {
     p.shift = text->shift;
     p.rotation_rad = text->rotation_rad;
@@ -111,7 +112,8 @@ BoardPlan board_plan(const recipes::Recipe& recipe) {
                  .marks = recipe.marks,
                  .features = {},
                  .touches = recipe.touches.size(),
-                 .purge = recipe.purge};
+                 .purge = recipe.purge,
+                 .in_fixture = recipe.placement == recipes::Placement::Fixture};
   const auto material_of = [&](const std::string& name) {
     const recipes::Material* m = recipes::find_material(recipe, name);
     return m != nullptr ? *m : recipes::Material{};

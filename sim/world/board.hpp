@@ -37,9 +37,10 @@ struct PlacementText {
 };
 Result<PlacementText> parse_placement(std::string_view text);
 
-/// Draws board number `board` of this seed: height and tilt always, shift and rotation unless `text` says them.
+/// Draws board number `board` of this seed: height and tilt always, shift and rotation unless it is in a fixture or
+/// `text` says them.
 BoardPlacement draw_placement(const config::SimConfig& truth, std::uint64_t seed, std::uint64_t board,
-                              const std::optional<PlacementText>& text);
+                              const std::optional<PlacementText>& text, bool in_fixture = false);
 /// The form that parse_placement reads; of a text, what it names.
 std::string to_text(const BoardPlacement& placement);
 std::string to_text(const PlacementText& text);
@@ -61,6 +62,7 @@ struct BoardPlan {
   std::vector<Feature> features;
   std::size_t touches = 0;  ///< how often a job probes it
   std::optional<recipes::Purge> purge;
+  bool in_fixture = false;  ///< it lies at its nominal place, its height and tilt aside
 };
 BoardPlan board_plan(const recipes::Recipe& recipe);
 /// Where its features begin.

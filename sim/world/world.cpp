@@ -222,7 +222,7 @@ void World::exchange_board() {
 
 void World::put_board(BoardPlan plan, Vec3 frame_origin) {
   whole_ = plan;
-  const BoardPlacement placement = draw_placement(machine_.sim, seed_, boards_++, placement_text_);
+  const BoardPlacement placement = draw_placement(machine_.sim, seed_, boards_++, placement_text_, plan.in_fixture);
   board_ = std::make_shared<const BoardTruth>(std::move(plan), frame_origin, placement);
   place_solids();
   keep_board();

@@ -70,6 +70,7 @@ json to_json(const BoardPlan& plan) {
       {"marks", json::array()},
       {"features", json::array()},
       {"touches", plan.touches}};
+  if (plan.in_fixture) out["in_fixture"] = true;
   if (plan.purge) out["purge"] = {{"frame", plan.purge->frame}, {"at", to_json(plan.purge->at)}};
   for (const recipes::Part& p : plan.parts)
     out["parts"].push_back({{"name", p.name},
@@ -140,6 +141,7 @@ Result<BoardPlan> plan_from_json(const json& j) {
       plan.features.push_back({f.at("id"), f.at("bead"), points<Vec3>(f.at("points"), spot), f.at("gap"),
                                f.value("speed", 0.0), f.value("speed_tolerance", recipes::Material{}.speed_tolerance)});
     plan.touches = j.value("touches", std::size_t{0});
+    plan.in_fixture = j.value("in_fixture", false);
     if (const auto purge = j.find("purge"); purge != j.end()) {
       plan.purge.emplace();
       purge->at("frame").get_to(plan.purge->frame);

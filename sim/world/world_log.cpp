@@ -71,34 +71,46 @@ Result<std::unique_ptr<WorldLog>> WorldLog::open(const std::string& dir) {
   if (::flock(file, LOCK_EX | LOCK_NB) != 0)
     return fail(Fault::SecondOwner, "another simulated machine uses this world; give it another --sim-state folder",
                 path);
-  const off_t size = ::lseek(file, 0, SEEK_END);
-  if (auto mapped = log->map(static_cast<std::size_t>(size) + kRoom); !mapped) return tl::unexpected(mapped.error());
+  const auto bytes = log->read_all();
+  if (!bytes) return tl::unexpected(bytes.error());
   Header h;
-  while (read_header(log->memory_, log->used_, log->mapped_, h)) log->used_ += padded(sizeof h + h.size);
-  if (auto kept = log->keep_tail(static_cast<std::size_t>(size)); !kept) {
-    log->used_ = static_cast<std::size_t>(size);  // the file stays as it is
-    return tl::unexpected(kept.error());
-  }
+  std::size_t used = 0;
+  while (read_header(bytes->data(), used, bytes->size(), h)) used += padded(sizeof h + h.size);
+  if (auto kept = log->keep_tail(std::span(*bytes), used); !kept) return tl::unexpected(kept.error());
   // Whatever stands behind the last whole record is cut, and read as zeros again.
-  if (::ftruncate(file, static_cast<off_t>(log->used_)) != 0 ||
-      ::ftruncate(file, static_cast<off_t>(log->mapped_)) != 0)
+  if (::ftruncate(file, static_cast<off_t>(used)) != 0)
     return fail(Fault::FileUnwritable, fmt::format("cannot cut the world's log: {}", std::strerror(errno)), path);
+  log->used_ = used;
+  if (auto mapped = log->map(used + kRoom); !mapped) return tl::unexpected(mapped.error());
   if (auto room = log->allocate(); !room) return tl::unexpected(room.error());
   return log;
 }
 
+/// Not by a map: to read a hole of a file in memory takes a page, and a full disk has none.
+Result<std::vector<std::byte>> WorldLog::read_all() const {
+  std::vector<std::byte> bytes(static_cast<std::size_t>(std::max<off_t>(0, ::lseek(file_, 0, SEEK_END))));
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t got = ::pread(file_, bytes.data() + at, bytes.size() - at, static_cast<off_t>(at));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0)
+      return fail(Fault::FileUnreadable, fmt::format("cannot read the world's log: {}", std::strerror(errno)), path_);
+    at += static_cast<std::size_t>(got);
+  }
+  return bytes;
+}
+
 /// What cannot be read is not lost in silence. Zeros are the room of a writer that was killed.
-Result<void> WorldLog::keep_tail(std::size_t file_size) const {
-  std::size_t end = file_size;
-  while (end > used_ && memory_[end - 1] == std::byte{0}) --end;
-  if (end <= used_) return {};
-  if (used_ == 0)
+Result<void> WorldLog::keep_tail(std::span<const std::byte> bytes, std::size_t used) const {
+  std::size_t end = bytes.size();
+  while (end > used && bytes[end - 1] == std::byte{0}) --end;
+  if (end <= used) return {};
+  if (used == 0)
     return fail(Fault::FileUnreadable,
                 "is no world's log, or its beginning is damaged; move it away to begin a new world", path_);
   const std::string beside = path_ + ".cut";
-  if (auto kept = write_new_file(beside, {reinterpret_cast<const char*>(memory_ + used_), end - used_}); !kept)
+  if (auto kept = write_new_file(beside, {reinterpret_cast<const char*>(bytes.data() + used), end - used}); !kept)
     return kept;
-  log::warn("{}: the last {} bytes are damaged and not remembered; they are kept in {}", path_, end - used_, beside);
+  log::warn("{}: the last {} bytes are damaged and not remembered; they are kept in {}", path_, end - used, beside);
   return {};
 }
 

@@ -54,7 +54,8 @@ class WorldLog {
   WorldLog(int file, std::string path) : file_(file), path_(std::move(path)) {}
   Result<void> map(std::size_t bytes);
   [[nodiscard]] Result<void> allocate();
-  [[nodiscard]] Result<void> keep_tail(std::size_t file_size) const;
+  [[nodiscard]] Result<std::vector<std::byte>> read_all() const;
+  [[nodiscard]] Result<void> keep_tail(std::span<const std::byte> bytes, std::size_t used) const;
 
   int file_ = -1;
   std::string path_;

@@ -37,3 +37,14 @@ assert s["result"] == "done" and s["board"] == "whole" and s["exit_code"] == 0, 
 assert "setpoints.bin" in [f["file"] for f in s["not_kept"]], s["not_kept"]
 assert "report.html" in s["files"] and "setpoints.bin" not in s["files"], s["files"]
 PY
+
+# A simulated world that is to be kept there, also one that a killed program has left with its room as a hole.
+disk disk-world 300k
+mkdir "$work/disk-world/w"
+for left in 0 64M; do
+  truncate -s $left "$work/disk-world/w/world.log"
+  head -c 400K /dev/zero >"$work/disk-world/filled" 2>/dev/null || true
+  expect_exit 1 "a full disk under a kept world" "$gantry" dry-run $demo --sim-state "$work/disk-world/w" --out "$work/j$left"
+  expect_text "no room for the world's log: No space left on device; it needs 64 KiB"
+  rm "$work/disk-world/filled"
+done

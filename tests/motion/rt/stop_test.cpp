@@ -142,9 +142,8 @@ TEST(Stop, a_stop_that_takes_long_begins_at_once_too) {
 // Where no stop can begin, as where one takes more than the cycles that are played ahead, the rate is lowered first, by
 // whichever way is possible there.
 TEST(Stop, where_none_can_begin_the_rate_is_lowered_by_whichever_way_is_possible) {
-  for (const auto& [a, j, speed, tick_s] : {std::tuple{80.0, 400.0, 80.0, 0.001},
-                                            {20.0, 200.0, 40.0, 0.001},
-                                            {1500.0, 20000.0, 400.0, 0.00025}}) {
+  for (const auto& [a, j, speed, tick_s] :
+       {std::tuple{80.0, 400.0, 80.0, 0.001}, {20.0, 200.0, 40.0, 0.001}, {1500.0, 20000.0, 400.0, 0.00025}}) {
     Limits m = machine();
     m.tick_s = tick_s;
     for (std::size_t i : {0u, 1u}) m.axis[i].a_max = a, m.axis[i].j_max = j;
