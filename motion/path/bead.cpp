@@ -238,7 +238,8 @@ void stand_behind(std::vector<Run>& run_out, double tick_s) {
 Result<std::vector<Run>> run_up_onto(const std::vector<Run>& left, const Limits& limits, const Measure& measure,
                                      const Lift& lift) {
   const Run& first = left.front();
-  return run_up_from_above(limits, measure, {jet(first.curve, first.begin, kMaxAxes), first.v0, first.a0}, lift);
+  return run_up_from_above(limits, measure,
+                           join_on(measure, jet(first.curve, first.begin, kMaxAxes), first.v0, first.a0), lift);
 }
 
 void slow_down(BeadRuns& runs, double factor) {

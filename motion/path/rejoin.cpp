@@ -148,6 +148,20 @@ std::vector<Run> runs_from(const Measure& measure, const std::vector<Run>& runs,
   return out;
 }
 
+// With g = |q'| = dl/ds: q_l = q'/g, q_ll = (q'' - q_l g')/g^2, l' = v g, l'' = a g + v^2 g'.
+Join join_on(const Measure& measure, const CurveJet& at, double v, double a) {
+  const double g = along(measure, at.d1);
+  double slope = 0;
+  for (std::size_t i = 0; i < measure.axes; ++i)
+    if (measure.along[i]) slope += at.d1[i] * at.d2[i] / g;
+  Join out{at, v * g, a * g + v * v * slope};
+  for (std::size_t i = 0; i < kMaxAxes; ++i) {
+    out.at.d1[i] = at.d1[i] / g;
+    out.at.d2[i] = (at.d2[i] - out.at.d1[i] * slope) / (g * g);
+  }
+  return out;
+}
+
 Result<std::vector<Run>> run_up_from_above(const Limits& limits, const Measure& measure, const Join& join,
                                            const Lift& lift) {
   const Bounds there = line_bounds(limits, join.at.d1);

@@ -24,6 +24,10 @@ struct Join {
   double v = 0, a = 0;
 };
 
+/// Where that state of s is on a path, by true arc length: within a curve |q'| is 1 but for a small error, whose slope
+/// a join would else show as a step of acceleration.
+[[nodiscard]] Join join_on(const Measure& measure, const CurveJet& at, double v, double a);
+
 /// From rest to the join, in whole ticks; it comes down on the join's tangent, bent as the bead is bent there, and is
 /// above the bead until it ends. Fault::NoSolution where no such path is within the limits.
 [[nodiscard]] Result<std::vector<Run>> run_up_from_above(const Limits& limits, const Measure& measure, const Join& join,

@@ -64,16 +64,19 @@ void check(const Limits& m, const BeadMotion& whole, const BeadMotion& left, dou
   test::PathState last;
   for (std::size_t k = 0; k < left.segments.size(); ++k) {
     const Segment& s = left.segments[k];
-    ASSERT_NEAR(s.nominal.v0, static_cast<double>(last.v), 1e-6 * (1 + s.v_cap)) << k << what;
-    ASSERT_NEAR(s.nominal.a0, static_cast<double>(last.a), 1e-2) << k << what;
     const bool rested = k == 0 || left.segments[k - 1].rests;
+    const double v0 = s.nominal.v0, v1 = static_cast<double>(last.v), a1 = static_cast<double>(last.a);
+    ASSERT_TRUE(!rested || v0 <= 1e-6 * (1 + s.v_cap)) << k << what;
     for (std::size_t i = 0; i < m.axes; ++i) {
       ASSERT_NEAR(point(s.geometry, 0)[i], end[i], 1e-9) << k << what;
       if (rested) continue;
       const Geometry& before = left.segments[k - 1].geometry;
-      ASSERT_NEAR(derivative<1>(s.geometry, 0)[i], derivative<1>(before, before.length)[i], 1e-4) << k << what;
-      const double bend = derivative<2>(s.geometry, 0)[i] - derivative<2>(before, before.length)[i];
-      ASSERT_LE(std::abs(bend) * s.nominal.v0 * s.nominal.v0, 2e-3 * m.axis[i].a_max) << k << what;
+      const double d1 = derivative<1>(s.geometry, 0)[i], d2 = derivative<2>(s.geometry, 0)[i],
+                   e1 = derivative<1>(before, before.length)[i], e2 = derivative<2>(before, before.length)[i];
+      ASSERT_NEAR(d1, e1, 3e-4) << k << what;
+      ASSERT_NEAR(d1 * v0, e1 * v1, 1e-6 * (1 + s.v_cap)) << "axis " << i << " segment " << k << what;
+      ASSERT_NEAR(d2 * v0 * v0 + d1 * s.nominal.a0, e2 * v1 * v1 + e1 * a1, 1e-5 * m.axis[i].a_max)
+          << "axis " << i << " segment " << k << " of " << left.bead_begin << " before the bead" << what;
     }
     last = path_state(s, 1e9);
     ASSERT_NEAR(static_cast<double>(last.s), s.geometry.length, 1e-8) << k << what;
@@ -104,9 +107,9 @@ void check(const Limits& m, const BeadMotion& whole, const BeadMotion& left, dou
 
 TEST(Rejoin, what_is_left_of_any_bead_is_that_bead) {
   const Limits m = machine();
-  std::mt19937_64 random(23);
+  std::mt19937_64 random(101);
   int planned = 0, refused = 0, beads = 0;
-  for (int n = 0; n < 60; ++n) {
+  for (int n = 0; n < 130; ++n) {
     const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
     const double tolerance = uniform(0, 1) < 0.25 ? 0 : std::pow(10.0, uniform(-2.5, 0.3));
     BeadSpec spec = cut_bead(test::random_polyline(random), std::pow(10.0, uniform(0.5, 2.3)), tolerance);
