@@ -10,7 +10,8 @@
 namespace gantry::job {
 namespace {
 
-constexpr std::size_t kCycles = 4096;  // that are kept: a stop takes fewer
+// That are kept up to the cut, and behind it: more than the longest lead has. A stop may take more.
+constexpr std::size_t kCycles = 4096;
 constexpr double kSamePoint_mm = 1e-6;
 
 int delay_ticks(const config::Machine& machine) {
@@ -30,15 +31,17 @@ void CutWatch::begin() {
 }
 
 void CutWatch::see(const BlockCycle& cycle) {
-  const bool stands = !seen_.empty() && std::abs(cycle.along_block_mm - seen_.back().along_block_mm) <= kSamePoint_mm;
+  const bool stands = !seen_.empty() && std::abs(cycle.along_block_mm - last_mm_) <= kSamePoint_mm;
   stands_ = stands ? stands_ + (cycle.plays ? 1 : 0) : 0;
-  if (seen_.size() == kCycles) seen_.pop_front();
+  last_mm_ = cycle.along_block_mm;
+  if (cut_ && cycle.cycle > *cut_ + static_cast<CycleIndex>(kCycles)) return;
+  if (!cut_ && seen_.size() == kCycles) seen_.pop_front();
   seen_.push_back(cycle);
   if (cycle.valve_cut && !cut_) cut_ = cycle.cycle;
 }
 
 void CutWatch::see_cut(CycleIndex cycle) {
-  if (!seen_.empty()) see({cycle, seen_.back().along_block_mm, true, false});
+  if (!seen_.empty()) see({cycle, last_mm_, true, false});
 }
 
 std::optional<ShutAt> CutWatch::shut_at(double close_lead_s) const {

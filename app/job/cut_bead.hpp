@@ -48,6 +48,7 @@ class CutWatch {
   std::deque<BlockCycle> seen_;
   std::optional<CycleIndex> cut_;
   CycleIndex stands_ = 0;  ///< cycles
+  double last_mm_ = 0;     ///< along the block, of the last cycle
 };
 
 /// Of a bead, along its motion.
