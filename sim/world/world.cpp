@@ -4,7 +4,6 @@
 #include <cmath>
 #include <fmt/format.h>
 
-#include "core/log.hpp"
 
 namespace gantry::sim {
 
@@ -238,11 +237,8 @@ Result<void> World::load_board(BoardPlan plan) {
   std::vector<ScriptEntry> waiting;
   for (const Waiting& w : script_) waiting.push_back(w.entry);
   if (auto fits = script_fits(waiting, plan); !fits) return fits;
-  if (log_) {
-    if (log_->refused() > 0)
-      log::warn("the world's log was full: {} records of the last board are not remembered", log_->refused());
+  if (log_)
     if (auto room = log_->make_room(); !room) return room;
-  }
   put_board(std::move(plan), frame->origin);
   clamped_ = false;
   opened_clamp_.reset();

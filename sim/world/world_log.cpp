@@ -127,6 +127,7 @@ Result<void> WorldLog::map(std::size_t bytes) {
 }
 
 WorldLog::~WorldLog() {
+  tell_refused();
   if (memory_ != nullptr) ::munmap(memory_, mapped_);
   if (memory_ != nullptr && ::ftruncate(file_, static_cast<off_t>(used_)) != 0) {
     // The room stays behind as zeros, which the next reader takes for the end.
@@ -157,7 +158,13 @@ bool WorldLog::append(Kind kind, std::span<const std::byte> payload) noexcept {
   return true;
 }
 
+void WorldLog::tell_refused() const {
+  if (refused_ > 0)
+    log::warn("{}: the world's log was full: {} records of the last board are not remembered", path_, refused_);
+}
+
 Result<void> WorldLog::make_room() {
+  tell_refused();
   refused_ = 0;
   if (mapped_ - used_ < kRoom / 2)
     if (auto mapped = map(used_ + kRoom); !mapped) return mapped;

@@ -47,11 +47,10 @@ class WorldLog {
   /// Makes room for a job's worth of records, on a small disk for less. Fault::FileUnwritable: there is none. Not on
   /// the bus thread. Spans of records() become invalid.
   Result<void> make_room();
-  /// How many records were not taken since room was last made.
-  [[nodiscard]] std::uint64_t refused() const { return refused_; }
 
  private:
   WorldLog(int file, std::string path) : file_(file), path_(std::move(path)) {}
+  void tell_refused() const;
   Result<void> map(std::size_t bytes);
   [[nodiscard]] Result<void> allocate();
   [[nodiscard]] Result<std::vector<std::byte>> read_all() const;
@@ -61,7 +60,7 @@ class WorldLog {
   std::string path_;
   std::byte* memory_ = nullptr;
   std::size_t mapped_ = 0, used_ = 0, allocated_ = 0;  ///< used <= allocated <= mapped
-  std::uint64_t refused_ = 0;
+  std::uint64_t refused_ = 0;                          ///< records since room was last made
 };
 
 /// One point of a shot, and the instant for its ends.

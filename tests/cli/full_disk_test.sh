@@ -48,3 +48,8 @@ for left in 0 64M; do
   expect_text "no room for the world's log: No space left on device; it needs 64 KiB"
   rm "$work/disk-world/filled"
 done
+
+# One on which the job's records have no room.
+disk disk-little 300k
+expect_exit 0 "a small disk under a kept world" "$gantry" dry-run $demo --sim-state "$work/disk-little/w" --out "$work/jl"
+expect_text "world.log: the world's log was full: [0-9]* records of the last board are not remembered"
