@@ -4,7 +4,6 @@
 #include <cmath>
 #include <fmt/format.h>
 
-
 namespace gantry::sim {
 
 namespace {
