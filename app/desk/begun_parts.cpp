@@ -1,10 +1,13 @@
 #include "app/desk/begun_parts.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "app/record/defects.hpp"
+#include "app/record/summary.hpp"
 #include "config/yaml.hpp"
 #include "core/log.hpp"
 #include "core/new_file.hpp"
@@ -45,15 +48,6 @@ std::vector<std::size_t> indices_of(const Json& runs) {
     for (std::size_t i = 0; i < count; ++i) indices.push_back(first + i);
   }
   return indices;
-}
-
-Json to_json(const std::vector<record::Defect>& defects) {
-  Json rows = Json::array();
-  for (const record::Defect& d : defects) {
-    if (rows.size() == kMostDefects) break;
-    rows.push_back({{"feature", d.feature}, {"kind", record::name(d.kind)}, {"message", d.message}});
-  }
-  return rows;
 }
 
 std::vector<record::Defect> defects_of(const Json& rows) {
@@ -194,16 +188,17 @@ Result<std::optional<BegunPart>> BegunParts::find(const std::string& serial, Cla
 Result<void> BegunParts::keep(const BegunPart& part) {
   finished_.reset();
   if (auto made = make_folder(folder_); !made) return made;  // in the state folder, which is this user's alone
-  const Json all{{"format", kFormat},
-                 {"serial", part.serial},
-                 {"recipe", part.recipe},
-                 {"recipe_file", part.recipe_file},
-                 {"sha256", part.sha256},
-                 {"began", part.began},
-                 {"to_finish", part.to_finish},
-                 {"lost", part.lost},
-                 {"defects", to_json(part.defects)},
-                 {"left", runs_of(part.left)}};
+  const Json all{
+      {"format", kFormat},
+      {"serial", part.serial},
+      {"recipe", part.recipe},
+      {"recipe_file", part.recipe_file},
+      {"sha256", part.sha256},
+      {"began", part.began},
+      {"to_finish", part.to_finish},
+      {"lost", part.lost},
+      {"defects", record::to_json(std::span(part.defects).first(std::min(part.defects.size(), kMostDefects)))},
+      {"left", runs_of(part.left)}};
   if (auto done = write_durable_file(file_of(part.serial), text_of(all)); !done) return done;
   return write_durable_file(in_machine_file(), text_of({{"format", kFormat}, {"serial", part.serial}}));
 }

@@ -110,8 +110,7 @@ PathPlanner::PathPlanner(const Limits& limits, const PathOptions& options)
       measure_(measure_of(limits, options)),
       fine_(measure_, std::max(kFineShare * options.tolerance_mm, kLeastTolerance)),
       coarse_(measure_, std::max(kCoarseShare * options.tolerance_mm, kLeastTolerance)),
-      rounding_(measure_, options.tolerance_mm < kLeastRounding ? 0 : kKept * options.tolerance_mm),
-      next_window_s_(options.window_s) {
+      rounding_(measure_, options.tolerance_mm < kLeastRounding ? 0 : kKept * options.tolerance_mm) {
   options_.window_s = std::max(options_.window_s, kWindowStops * longest_stop_s(limits, options.speed_mm_s));
   next_window_s_ = options_.window_s;
 }

@@ -142,8 +142,9 @@ bool Interpolator::rest_is_known() noexcept {
     if (s == nullptr || s->block != block_) return false;
     ++scanned_;
     if (s->kind == SegmentKind::Piece) {
-      known_s_ += duration(s->nominal);
-      fastest_ = std::max(fastest_, s->geometry.length / duration(s->nominal));
+      const double lasts_s = duration(s->nominal);
+      known_s_ += lasts_s;
+      fastest_ = std::max(fastest_, s->geometry.length / lasts_s);
     }
     if (s->rests) {
       rest_after_ = scanned_;

@@ -43,7 +43,7 @@ disk disk-world 300k
 mkdir "$work/disk-world/w"
 for left in 0 64M; do
   truncate -s $left "$work/disk-world/w/world.log"
-  head -c 400K /dev/zero >"$work/disk-world/filled" 2>/dev/null || true
+  head -c 400K /dev/zero >"$work/disk-world/filled" 2>/dev/null && fail "the disk is not full"
   expect_exit 1 "a full disk under a kept world" "$gantry" dry-run $demo --sim-state "$work/disk-world/w" --out "$work/j$left"
   expect_text "no room for the world's log: No space left on device; it needs 64 KiB"
   rm "$work/disk-world/filled"

@@ -44,6 +44,9 @@ double length_at(const BeadMotion& bead, double t) {
   return s + static_cast<double>(path_state(bead.segments[k], t).s);
 }
 
+/// Of what X, Y and Z go.
+double length(const AxisVec& q) { return std::hypot(q[0], q[1], q[2]); }
+
 double seconds(const BeadMotion& bead, std::size_t from, std::size_t to) {
   long double t = 0;
   for (std::size_t k = from; k < to; ++k) t += test::duration_of(bead.segments[k]);
@@ -66,14 +69,21 @@ void check(const Limits& m, const BeadMotion& whole, const BeadMotion& left, dou
     const Segment& s = left.segments[k];
     const bool rested = k == 0 || left.segments[k - 1].rests;
     const double v0 = s.nominal.v0, v1 = static_cast<double>(last.v), a1 = static_cast<double>(last.a);
-    ASSERT_TRUE(!rested || v0 <= 1e-6 * (1 + s.v_cap)) << k << what;
+    // Where it is joined within a curve s is length but for 2e-4: there the axes' own motion goes on, and it
+    // everywhere.
+    if (k != left.bead_begin) {
+      ASSERT_NEAR(v0, v1, 1e-6 * (1 + s.v_cap)) << k << what;
+      ASSERT_NEAR(s.nominal.a0, a1, 1e-2) << k << what;
+    }
     for (std::size_t i = 0; i < m.axes; ++i) {
       ASSERT_NEAR(point(s.geometry, 0)[i], end[i], 1e-9) << k << what;
       if (rested) continue;
       const Geometry& before = left.segments[k - 1].geometry;
-      const double d1 = derivative<1>(s.geometry, 0)[i], d2 = derivative<2>(s.geometry, 0)[i],
-                   e1 = derivative<1>(before, before.length)[i], e2 = derivative<2>(before, before.length)[i];
-      ASSERT_NEAR(d1, e1, 3e-4) << k << what;
+      const AxisVec begins = derivative<1>(s.geometry, 0), ended = derivative<1>(before, before.length);
+      const double d1 = begins[i], d2 = derivative<2>(s.geometry, 0)[i], e1 = ended[i],
+                   e2 = derivative<2>(before, before.length)[i];
+      ASSERT_NEAR(d1 / length(begins), e1 / length(ended), 1e-6) << k << what;
+      ASSERT_LE(std::abs(d2 - e2) * v0 * v0, 2e-3 * m.axis[i].a_max) << k << what;
       ASSERT_NEAR(d1 * v0, e1 * v1, 1e-6 * (1 + s.v_cap)) << "axis " << i << " segment " << k << what;
       ASSERT_NEAR(d2 * v0 * v0 + d1 * s.nominal.a0, e2 * v1 * v1 + e1 * a1, 1e-5 * m.axis[i].a_max)
           << "axis " << i << " segment " << k << " of " << left.bead_begin << " before the bead" << what;
@@ -105,11 +115,11 @@ void check(const Limits& m, const BeadMotion& whole, const BeadMotion& left, dou
   ASSERT_GE(above, -1e-9) << what;
 }
 
-TEST(Rejoin, what_is_left_of_any_bead_is_that_bead) {
+void expect_any_bead_is_joined(unsigned seed, int cases) {
   const Limits m = machine();
-  std::mt19937_64 random(101);
+  std::mt19937_64 random(seed);
   int planned = 0, refused = 0, beads = 0;
-  for (int n = 0; n < 130; ++n) {
+  for (int n = 0; n < cases; ++n) {
     const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
     const double tolerance = uniform(0, 1) < 0.25 ? 0 : std::pow(10.0, uniform(-2.5, 0.3));
     BeadSpec spec = cut_bead(test::random_polyline(random), std::pow(10.0, uniform(0.5, 2.3)), tolerance);
@@ -130,12 +140,17 @@ TEST(Rejoin, what_is_left_of_any_bead_is_that_bead) {
       }
       ++planned;
       check(m, *whole, *left, begin_mm, what);
-      if (HasFatalFailure()) return;
+      if (testing::Test::HasFatalFailure()) return;
     }
     spec.begin_mm = 0;
   }
   EXPECT_GT(beads, 40);
   EXPECT_LT(50 * refused, planned);  // in bends where the bead itself is at its limits
+}
+
+TEST(Rejoin, what_is_left_of_any_bead_is_that_bead) {
+  expect_any_bead_is_joined(23, 60);
+  if (!HasFatalFailure()) expect_any_bead_is_joined(101, 130);
 }
 
 TEST(Rejoin, a_straight_bead_is_come_to_over_itself) {
