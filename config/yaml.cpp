@@ -296,7 +296,7 @@ std::vector<Error> Mistakes::errors() const {
   std::map<std::string_view, std::size_t> unknown;  // by its message, where it is in `out`
   std::vector<std::vector<Location>> again;
   for (const Row& row : rows) {
-    if (row.fault == Fault::UnknownReference) {
+    if (row.fault == Fault::UnknownReference || row.fault == Fault::UnknownKey) {
       const auto [seen, is_new] = unknown.try_emplace(row.message, out.size());
       if (!is_new) {
         again[seen->second].push_back(row.location);

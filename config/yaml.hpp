@@ -30,8 +30,8 @@ class Mistakes {
   /// What is added from here on is only counted.
   [[nodiscard]] bool full() const { return rows_.size() >= kMost; }
   [[nodiscard]] const std::string& file() const { return file_; }
-  /// In the order of the file, `where` set to "file:line:col". One name that is not there is one error, with its
-  /// places.
+  /// In the order of the file, `where` set to "file:line:col". One name that is not there, one key that is
+  /// unknown, is one error, with its places.
   [[nodiscard]] std::vector<Error> errors() const;
 
  private:

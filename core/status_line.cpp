@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <fmt/format.h>
 #include <string>
+#include <string_view>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 namespace gantry {
@@ -23,6 +25,17 @@ void write_out(std::string_view text) noexcept {
 }
 
 }  // namespace
+
+bool writes_over(int fd) noexcept {
+  const char* const kind = std::getenv("TERM");
+  return isatty(fd) != 0 && (kind == nullptr || std::string_view(kind) != "dumb");
+}
+
+int columns_of(int fd) noexcept {
+  constexpr int kUsual = 80;
+  winsize size{};
+  return ioctl(fd, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsual;
+}
 
 void show_status(std::string_view line) noexcept try {
   shown.store(true);

@@ -6,7 +6,12 @@
 
 namespace gantry {
 
-/// Writes over what it showed before; a line that is too long is cut. Only for who knows that stderr is a terminal.
+/// Whether `fd` is a terminal that can write over a line (TERM=dumb cannot).
+bool writes_over(int fd) noexcept;
+/// Columns of the terminal at `fd`; 80 where it does not say.
+int columns_of(int fd) noexcept;
+
+/// Writes over what it showed before; a line that is too long is cut. Only where writes_over(STDERR_FILENO).
 void show_status(std::string_view line) noexcept;
 /// Leaves an empty line where one was shown. May be called from any thread.
 void clear_status() noexcept;

@@ -12,7 +12,7 @@
 namespace gantry::cli {
 namespace {
 
-constexpr int kBarWidth = 24;
+constexpr int kWidestBar = 24, kNarrowestBar = 4, kShareOfLine = 5;
 constexpr std::chrono::milliseconds kShowEvery{100};
 
 /// In steps of 10 %, up to 10 % of 1 %.
@@ -27,7 +27,7 @@ double next_override(double factor, bool more) {
 
 Keys::Keys(Operated& machine, Shows shows, bool heeds_shell) : machine_(machine) {
   if (heeds_shell) shell_.emplace(machine);
-  progress_ = shows != Shows::Nothing && isatty(STDERR_FILENO) != 0;
+  progress_ = shows != Shows::Nothing && writes_over(STDERR_FILENO);
   virtual_time_ = shows == Shows::Progress;
   keys_ = usable(shows == Shows::ProgressAndKeys);
   if (!keys_) return;
@@ -102,7 +102,9 @@ void Keys::show_progress() {
   if (now - last_shown_ < kShowEvery || !in_front(STDERR_FILENO)) return;
   last_shown_ = now;
   const run::Progress& p = s.progress;
-  const int filled = p.features_total == 0 ? 0 : static_cast<int>(kBarWidth * p.features_done / p.features_total);
+  const auto width =
+      static_cast<std::size_t>(std::clamp(columns_of(STDERR_FILENO) / kShareOfLine, kNarrowestBar, kWidestBar));
+  const std::size_t filled = p.features_total == 0 ? 0 : width * p.features_done / p.features_total;
   const bool names_it = p.feature.empty() || p.doing.find(p.feature) != std::string::npos;
   const std::string doing = names_it ? p.doing : fmt::format("{} '{}'", p.doing, p.feature);
   std::optional<double> left_s = p.remaining_s;
@@ -110,11 +112,11 @@ void Keys::show_progress() {
     const double waited_s = std::chrono::duration<double>(now - begin_).count();
     left_s = p.elapsed_s > 0 ? std::optional(waited_s * *left_s / p.elapsed_s) : std::nullopt;
   }
-  show_status(fmt::format("[{}{}] {}/{} {} {:.0f} s{} {}{}", std::string(static_cast<std::size_t>(filled), '#'),
-                          std::string(static_cast<std::size_t>(kBarWidth - filled), '.'), p.features_done,
-                          p.features_total, doing, p.elapsed_s,
+  // What a narrow terminal cuts off is what it is doing.
+  show_status(fmt::format("[{}{}] {}/{} {:.0f} s{} {}{} {}", std::string(filled, '#'), std::string(width - filled, '.'),
+                          p.features_done, p.features_total, p.elapsed_s,
                           left_s ? fmt::format(", about {:.0f} s left,", *left_s) : "", s.state,
-                          s.override_factor == 1 ? "" : fmt::format(" {:.0f} %", s.override_factor * 100)));
+                          s.override_factor == 1 ? "" : fmt::format(" {:.0f} %", s.override_factor * 100), doing));
 }
 
 }  // namespace gantry::cli

@@ -17,7 +17,7 @@ constexpr std::chrono::milliseconds kRepeatEvery{200}, kLineEvery{10000};
 
 }  // namespace
 
-LongWork::LongWork(std::string what) : what_(std::move(what)), terminal_(isatty(STDERR_FILENO) != 0) {}
+LongWork::LongWork(std::string what) : what_(std::move(what)), terminal_(writes_over(STDERR_FILENO)) {}
 
 LongWork::~LongWork() {
   if (terminal_ && in_front(STDERR_FILENO)) clear_status();

@@ -7,6 +7,7 @@
 #include "app/cli/stop_flag.hpp"
 #include "app/cli/usage.hpp"
 #include "app/cli/verbs.hpp"
+#include "core/status_line.hpp"
 
 namespace gantry::cli {
 
@@ -22,7 +23,7 @@ void add_monitor(CLI::App& app, Context& context) {
       "--count 5");
   verb->callback([&context, options] {
     options->json = context.json;
-    options->live = !context.json && isatty(STDOUT_FILENO) != 0;
+    options->live = !context.json && writes_over(STDOUT_FILENO);
     StopFlag stop;
     if (auto done = monitor::monitor(*options, std::cout, stop.flag()); !done)
       context.exit_code = context.json ? show_line(done.error()) : show(done.error(), false);

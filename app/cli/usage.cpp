@@ -123,7 +123,10 @@ std::string override_percent(const std::string& word) {
   const auto value = number(word);
   return value && (*value == 0 || (*value / 100 >= motion::kLeastOverride && *value / 100 <= motion::kMostOverride))
              ? ""
-             : fmt::format("'{}' is no override: write 0, which holds, or 1 to 200, 100 for the recipe's speed", word);
+             : fmt::format(
+                   "'{}' is no override: write 0, which holds, or 1 to 200, 100 for the recipe's speed (above "
+                   "100 as far as `override_max` of the machine or the material allows)",
+                   word);
 }
 
 std::string folder_to_be(const std::string& path) {

@@ -20,9 +20,10 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormat = 1;
+constexpr std::size_t kFormat = 1;
 constexpr std::size_t kMostDefects = 1000;  // that are kept by name
 constexpr std::size_t kLargestFile = 8u << 20;
+constexpr std::size_t kLongestText = 4096;
 constexpr std::string_view kFolders = "begun-";
 
 /// Runs of indices as [first, how many]: an array's dots are thousands.
@@ -37,12 +38,24 @@ Json runs_of(const std::vector<std::size_t>& indices) {
   return runs;
 }
 
+std::size_t whole(const Json& number) {
+  if (!number.is_number_unsigned()) throw std::runtime_error("a number that is not whole, or below 0");
+  return number.get<std::size_t>();
+}
+
+std::string text_in(const Json& all, const char* key) {
+  auto text = all.at(key).get<std::string>();
+  if (text.size() > kLongestText) throw std::runtime_error(fmt::format("'{}' is too long", key));
+  return text;
+}
+
 std::vector<std::size_t> indices_of(const Json& runs) {
   constexpr std::size_t kMost = 100000;  // features of a recipe
   std::vector<std::size_t> indices;
   if (runs.empty()) throw std::runtime_error("nothing is left of it");
   for (const Json& run : runs) {
-    const auto first = run.at(0).get<std::size_t>(), count = run.at(1).get<std::size_t>();
+    const std::size_t first = whole(run.at(0)), count = whole(run.at(1));
+    if (run.size() != 2 || count == 0) throw std::runtime_error("a run of features that is none");
     if (first >= kMost || count > kMost - first) throw std::runtime_error("more features than a recipe holds");
     if (!indices.empty() && first <= indices.back()) throw std::runtime_error("features out of order");
     for (std::size_t i = 0; i < count; ++i) indices.push_back(first + i);
@@ -57,9 +70,9 @@ std::vector<record::Defect> defects_of(const Json& rows) {
     return defects;
   }
   for (const Json& row : rows) {
-    const auto kind = record::kind_named(row.at("kind").get<std::string>());
+    const auto kind = record::kind_named(text_in(row, "kind"));
     if (!kind) throw std::runtime_error("a kind of defect that is none");
-    defects.push_back({row.at("feature").get<std::string>(), *kind, row.at("message").get<std::string>()});
+    defects.push_back({text_in(row, "feature"), *kind, text_in(row, "message")});
   }
   return defects;
 }
@@ -73,7 +86,7 @@ Result<std::optional<std::invoke_result_t<Take, const Json&>>> document(const st
   if (!text) return tl::unexpected(text.error());
   try {
     const Json all = Json::parse(*text);
-    if (all.at("format").get<int>() != kFormat) throw std::runtime_error("another format");
+    if (whole(all.at("format")) != kFormat) throw std::runtime_error("another format");
     return take(all);
   } catch (const std::exception& error) {
     return fail(Fault::BadValue,
@@ -132,18 +145,18 @@ std::string BegunParts::file_of(const std::string& serial) const {
 }
 
 Result<std::optional<std::string>> BegunParts::in_machine() const {
-  return document(in_machine_file(), [](const Json& all) { return all.at("serial").get<std::string>(); });
+  return document(in_machine_file(), [](const Json& all) { return text_in(all, "serial"); });
 }
 
 Result<std::optional<BegunPart>> BegunParts::read(const std::string& serial) const {
   return document(file_of(serial), [&](const Json& all) {
     return BegunPart{.serial = serial,
-                     .recipe = all.at("recipe").get<std::string>(),
-                     .recipe_file = all.at("recipe_file").get<std::string>(),
-                     .sha256 = all.at("sha256").get<std::string>(),
-                     .began = all.at("began").get<std::string>(),
+                     .recipe = text_in(all, "recipe"),
+                     .recipe_file = text_in(all, "recipe_file"),
+                     .sha256 = text_in(all, "sha256"),
+                     .began = text_in(all, "began"),
                      .left = indices_of(all.at("left")),
-                     .to_finish = all.at("to_finish").get<std::string>(),
+                     .to_finish = text_in(all, "to_finish"),
                      .lost = all.at("lost").get<bool>(),
                      .defects = defects_of(all.at("defects"))};
   });

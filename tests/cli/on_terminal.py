@@ -4,7 +4,7 @@
     p.type("\x03")
     status = p.wait()
 """
-import os, pty, re, select, signal, sys, time
+import fcntl, os, pty, re, select, signal, struct, sys, termios, time
 
 
 def as_a_user():
@@ -16,12 +16,13 @@ def as_a_user():
 class OnTerminal:
     """`text` is what it has said; wait_for() looks in what came after the last pattern that was found."""
 
-    def __init__(self, words, environment=None):
+    def __init__(self, words, environment=None, columns=80):
         self.text, self.seen = "", 0
         self.pid, self.terminal = pty.fork()
         if self.pid == 0:
             as_a_user()
-            os.execvpe(words[0], words, {"TERM": "xterm", **os.environ, **(environment or {})})
+            fcntl.ioctl(0, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+            os.execvpe(words[0], words, {**os.environ, "TERM": "xterm", **(environment or {})})
 
     def read(self, seconds):
         """What comes within that time; False when the other side is closed."""

@@ -13,14 +13,14 @@ def expect(what, good, text=""):
     print(f"ok: {what}" if good else f"FAILED: {what}: {text[-600:]!r}", flush=True)
 
 
-def on_terminal(words, environment=None):
-    p = OnTerminal(words, environment)
+def on_terminal(words, environment=None, columns=80):
+    p = OnTerminal(words, environment, columns)
     status = p.wait()
     return status, p.text
 
 
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")
-BAR = re.compile(r"\[[#.]{24}\] \d+/35 .* s")
+BAR = re.compile(r"\[[#.]{16}\] \d+/35 \d+ s")
 
 dry_run = [gantry, "dry-run", "recipes/demo-board.yaml", "--out"]
 status, text = on_terminal(dry_run + [os.path.join(folder, "job")])
@@ -37,6 +37,13 @@ expect("none is glued to the bar", not glued, repr(glued))
 
 status, text = on_terminal(dry_run + [os.path.join(folder, "plain")], {"NO_COLOR": "1"})
 expect("NO_COLOR takes the colours of the log", status == 0 and not COLOUR.search(text), text)
+
+status, text = on_terminal(dry_run + [os.path.join(folder, "narrow")], columns=40)
+bars = [re.sub(r"\x1b\[\?7[lh]", "", each) for each in re.findall(r"\r\x1b\[K(\x1b\[\?7l\[.*?)\x1b\[\?7h", text)]
+expect("40 columns show what is left", status == 0 and any(re.search(r"about \d+ s left", each[:40]) for each in bars), text)
+
+status, text = on_terminal(dry_run + [os.path.join(folder, "dumb")], {"TERM": "dumb"})
+expect("a terminal that cannot write over a line is not asked to", status == 0 and "\x1b" not in text, text)
 
 piped = subprocess.run(dry_run + [os.path.join(folder, "piped")], capture_output=True, text=True)
 expect("without a terminal there is no bar", piped.returncode == 0 and "\x1b" not in piped.stderr + piped.stdout

@@ -2,6 +2,7 @@
 #include "config/fields.hpp"
 
 #include <array>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 namespace gantry::config {
@@ -153,6 +154,14 @@ INSTANTIATE_TEST_SUITE_P(
         Trick{"object: 0x16040", Fault::BadValue, 9, "no object"},
         Trick{"color: red", Fault::UnknownKey, 1, "'colour'"},
         Trick{"weather: 5", Fault::UnknownKey, 1, "known: speed"}));
+
+TEST(Fields, an_unknown_key_that_stands_again_is_one_error_with_its_places) {
+  std::string text = "speed: 0.02 m/s\nitems:\n";
+  for (const char name : std::string("ab")) text += fmt::format("  {}: {{sise: 1 mm}}\n", name);
+  const Outcome out = read(text);
+  ASSERT_EQ(out.errors.size(), 1U);
+  EXPECT_EQ(to_text(out.errors[0]), "f.yaml:3:7: unknown key 'sise'; did you mean 'size'?; the same at 4:7 [G402]");
+}
 
 TEST(Fields, a_long_value_makes_no_long_message) {
   const std::string digits(100000, '7'), accents = std::string(39, 'x') + "\u00e9\u00e9";

@@ -143,6 +143,30 @@ TEST(Overrides, an_override_of_0_holds_and_one_above_100_ends_with_the_job) {
   EXPECT_EQ(rig.owner().latest().override_factor, 1);
 }
 
+TEST(Overrides, an_override_below_100_is_in_force_in_the_next_job_too) {
+  Rig rig({.placement = "dx=0.5 mm"});
+  bool slowed = false;
+  rig.on_step = [&](run::Owner& owner) {
+    if (!slowed && owner.latest().block != 0) slowed = owner.order(order(OrderKind::Override, 0.6)).has_value();
+  };
+  EXPECT_EQ(rig.run("recipes/patterns.yaml").exit_code, ExitCode::DoneWithDefects);
+  ASSERT_TRUE(slowed);
+  double least = 1, most = 0;
+  rig.on_step = [&](run::Owner& owner) {
+    least = std::min<double>(least, owner.latest().override_factor);
+    most = std::max<double>(most, owner.latest().override_factor);
+  };
+  const auto next = rig.run("recipes/patterns.yaml");
+  EXPECT_EQ(next.exit_code, ExitCode::DoneWithDefects) << "every bead is too thick";
+  EXPECT_FLOAT_EQ(static_cast<float>(least), 0.6F);
+  EXPECT_FLOAT_EQ(static_cast<float>(most), 0.6F);
+  EXPECT_GT(next.actual_s, 1.2 * next.predicted_s);
+  const auto told = [](const auto& event) {
+    return event.find("an override of 60 % is in force") != std::string::npos;
+  };
+  EXPECT_TRUE(std::any_of(next.events.begin(), next.events.end(), told));
+}
+
 // The machine allows 100 %; what is dispensed allows more, one of them less than the other.
 TEST(Overrides, an_override_above_100_is_allowed_by_the_materials_of_the_job_while_it_runs) {
   const recipes::Recipe patterns = test::load_recipe("recipes/patterns.yaml");

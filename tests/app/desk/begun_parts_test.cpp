@@ -2,6 +2,7 @@
 #include "app/desk/begun_parts.hpp"
 
 #include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -126,6 +127,37 @@ TEST_F(KnownParts, one_whose_job_was_lost_is_met_by_every_serial_until_somebody_
   begin(parts, "S1", true, true);
   ASSERT_TRUE(parts.forget("S1")) << "it was finished";
   EXPECT_EQ(met(parts, "S3", Clamp::Unseen), "another");
+}
+
+/// A file that a hand has changed is refused with its name, or read as it is meant.
+TEST_F(KnownParts, a_file_that_is_not_as_it_was_written_is_refused) {
+  BegunParts parts(folder_);
+  begin(parts, "", true);
+  const std::string file = folder_ + "/part.json", good = [&] {
+    std::ifstream in(file);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  }();
+  const auto with = [&](const std::string& old, const std::string& changed) {
+    std::string text = good;
+    const std::size_t at = text.find(old);
+    EXPECT_NE(at, std::string::npos) << old << " in " << good;
+    std::ofstream(file) << text.replace(at, old.size(), changed);
+    return met(parts, "", Clamp::Unseen);
+  };
+  const std::string left = good.substr(good.find("\"left\""));
+  for (const auto& [old, changed] : {std::pair<std::string, std::string>{R"("format": 1)", R"("format": 1.5)"},
+                                     {R"("format": 1)", R"("format": true)"},
+                                     {left, R"("left": [[1.5, 1]]})"},
+                                     {left, R"("left": [[-1, 1]]})"},
+                                     {left, R"("left": [[1, 0]]})"},
+                                     {left, R"("left": [[1, 1, 1]]})"},
+                                     {left, R"("left": [[4, 2], [5, 1]]})"},
+                                     {R"("recipe": "r")", R"("recipe": ")" + std::string(5000, 'r') + "\""}}) {
+    const std::string said = with(old, changed);
+    EXPECT_NE(said.find("cannot be read"), std::string::npos) << changed << ": " << said.substr(0, 200);
+    EXPECT_LT(said.size(), 500U);
+  }
+  EXPECT_EQ(with(R"("recipe": "r")", R"("recipe": "s")"), "part ''");
 }
 
 }  // namespace
