@@ -259,10 +259,10 @@ struct Machine {
   CameraConfig camera;
   ProbeConfig probe;
   std::optional<BrakeConfig> brake;
-  double clearance_mm = 2.0;                    ///< kept from every body in travel, over and above path deviation
-  double safe_z_mm = 0;                         ///< Z for parking and for travel that finds nothing shorter
-  double hold_within_s = 2;                     ///< a hold waits for the end of the feature if that is so near
-  double override_max = 1;                      ///< the highest override, 1: the recipe's speed
+  double clearance_mm = 2.0;  ///< kept from every body in travel, over and above path deviation
+  double safe_z_mm = 0;       ///< Z for parking and for travel that finds nothing shorter
+  double hold_within_s = 2;   ///< a hold waits for the end of the feature if that is so near
+  double override_max = 1;    ///< the highest override, unless a job's materials allow more; 1: the recipe's speed
   std::vector<std::pair<AxisId, double>> park;  ///< where a job ends
   SimConfig sim;
 };

@@ -293,7 +293,7 @@ const Fields<MachineFile>& machine_fields() {
       number("hold_within", &MachineFile::hold_within_s, D::Time, {0, 3600}, kOptional,
              "a hold waits for the end of the feature if that is so near, and stops on it if not"),
       number("override_max", &MachineFile::override_max, D::Ratio, {1, 2}, kOptional,
-             "the highest override; the axes' own limits always hold"),
+             "the highest override, where the materials of a job do not allow more; the axes' own limits always hold"),
       named_quantities("park", &MachineFile::park, kPosition, kRequired, "where a job ends"),
       object("sim", &MachineFile::sim, kSim, kRequired, "truth of the simulated machine"),
   };

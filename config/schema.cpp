@@ -159,6 +159,18 @@ std::string sample(const ValueShape& shape) {
   return "";
 }
 
+/// Of each number; where the last one, which may be left out, has its own, that too. Of a list also how many.
+std::string ranges(const ValueShape& shape) {
+  if (shape.kind == Kind::Named || shape.kind == Kind::Names) return "";
+  if (shape.kind == Kind::Tuple) {
+    const std::string first = range_text(shape.items.front()), last = range_text(shape.items.back());
+    return last == first ? first : fmt::format("{}; the last {}", first, last);
+  }
+  if (shape.kind != Kind::List || shape.items.front().kind != Kind::Tuple) return range_text(shape);
+  const std::string many = range_text(shape), each = ranges(shape.items.front());
+  return many.empty() ? each : fmt::format("{} of them{}{}", many, each.empty() ? "" : ": ", each);
+}
+
 /// `choice`: one of the fields stands there, so that none of them can be said to be left out.
 void rows(const std::vector<FieldShape>& fields, const std::string& above, bool choice, std::string& out);
 void rows_below(const ValueShape& shape, const std::string& path, std::string& out) {
@@ -169,16 +181,14 @@ void rows_below(const ValueShape& shape, const std::string& path, std::string& o
 }
 void rows(const std::vector<FieldShape>& fields, const std::string& above, bool choice, std::string& out) {
   for (const FieldShape& field : fields) {
-    const bool item = field.shape.kind == Kind::Tuple || field.shape.kind == Kind::List;
-    std::string value = sample(field.shape), range = range_text(item ? field.shape.items.front() : field.shape);
+    std::string value = sample(field.shape);
     if (field.shape.kind == Kind::List && field.shape.items.front().kind != Kind::Object &&
         field.shape.items.front().kind != Kind::OneOf)
       value = "list of " + sample(field.shape.items.front());
-    if (field.shape.kind == Kind::Named || field.shape.kind == Kind::Names) range.clear();
     const std::string need = field.need == kRequired || choice ? ""
                              : field.fallback.empty()          ? " (may be left out)"
                                                                : fmt::format(" (left out: {})", field.fallback);
-    out += fmt::format("| `{}{}` | {} | {} | {}{} |\n", above, field.key, value, range, field.doc, need);
+    out += fmt::format("| `{}{}` | {} | {} | {}{} |\n", above, field.key, value, ranges(field.shape), field.doc, need);
     rows_below(field.shape, above + field.key, out);
   }
 }

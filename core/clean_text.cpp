@@ -1,6 +1,7 @@
 #include "core/clean_text.hpp"
 
 #include <cstdint>
+#include <fmt/format.h>
 
 namespace gantry {
 namespace {
@@ -48,6 +49,21 @@ std::string clean_text(std::string_view text) {
     else
       out += text.substr(0, bytes);
     text.remove_prefix(bytes);
+  }
+  return out;
+}
+
+std::string escape_steering(std::string_view json) {
+  std::string out;
+  out.reserve(json.size());
+  while (!json.empty()) {
+    const Character c = first_of(json);
+    const std::size_t bytes = c.bytes == 0 ? 1 : c.bytes;
+    if (c.code >= 0x20 && steers(c.code))
+      out += fmt::format("\\u{:04x}", static_cast<std::uint32_t>(c.code));
+    else
+      out += json.substr(0, bytes);
+    json.remove_prefix(bytes);
   }
   return out;
 }

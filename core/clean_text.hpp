@@ -13,4 +13,8 @@ std::string clean_text(std::string_view text);
 /// The same of each line: line ends stay.
 std::string clean_lines(std::string_view text);
 
+/// JSON text in which characters that steer a terminal or turn the direction of writing stand as \uXXXX: the same
+/// document.
+std::string escape_steering(std::string_view json);
+
 }  // namespace gantry

@@ -1,5 +1,6 @@
 #include "core/status_line.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdlib>
@@ -37,9 +38,28 @@ int columns_of(int fd) noexcept {
   return ioctl(fd, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsual;
 }
 
+std::string cut_to(std::string_view line, int columns) {
+  std::string out;
+  bool coloured = false;
+  for (std::size_t i = 0; i < line.size();) {
+    if (line[i] == '\x1b') {  // up to its letter: no column
+      const std::size_t end = std::min(line.find('m', i), line.size() - 1) + 1;
+      out += line.substr(i, end - i);
+      coloured = true, i = end;
+      continue;
+    }
+    if (columns-- == 0) break;
+    std::size_t end = i + 1;  // with the bytes that continue a character of UTF-8
+    while (end < line.size() && (static_cast<unsigned char>(line[end]) & 0xC0u) == 0x80) ++end;
+    out += line.substr(i, end - i);
+    i = end;
+  }
+  return coloured ? out + "\x1b[0m" : out;
+}
+
 void show_status(std::string_view line) noexcept try {
   shown.store(true);
-  write_out(fmt::format("\r\x1b[K\x1b[?7l{}\x1b[?7h", line));
+  write_out(fmt::format("\r\x1b[K\x1b[?7l{}\x1b[?7h", cut_to(line, columns_of(STDERR_FILENO))));
 } catch (...) {  // no memory for a line that nobody needs
 }
 

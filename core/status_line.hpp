@@ -2,6 +2,7 @@
 // written to the terminal clears it first, so that no log line is glued to it; the next show_status() brings it back.
 //   show_status("[###...] 12/35");   log::info("…");   clear_status();
 #pragma once
+#include <string>
 #include <string_view>
 
 namespace gantry {
@@ -10,6 +11,9 @@ namespace gantry {
 bool writes_over(int fd) noexcept;
 /// Columns of the terminal at `fd`; 80 where it does not say.
 int columns_of(int fd) noexcept;
+
+/// As much of a line of text and colours as stands in so many columns; with colours it ends without one.
+std::string cut_to(std::string_view line, int columns);
 
 /// Writes over what it showed before; a line that is too long is cut. Only where writes_over(STDERR_FILENO).
 void show_status(std::string_view line) noexcept;

@@ -48,7 +48,8 @@ struct SpeedProfile {
   rt::FixedVector<Phase, kSegmentPhases> phases;
 };
 
-/// q(s): a standstill (degree 0), a line (1), or a part of a curve (3): a cubic in u, and u a quintic of arc length.
+/// q(s): a standstill (degree 0), a line (1), or a part of a curve (3): a cubic in u, and u a quintic of arc length
+/// (but for travel that is a cubic in time, path/arch.hpp, where u goes by evenly).
 /// geometry.hpp makes and evaluates it.
 struct Geometry {
   double length = 0;            ///< range of s: mm of path, or rad for rotary axes alone; of a dwell: seconds

@@ -103,11 +103,11 @@ struct Material {
   Location location{};
   double early_off = 0;         ///< mm before the end of a bead where the valve shuts
   double back_track = 0;        ///< mm back along the bead after its end, the valve shut
-  double tail_lift = 0;         ///< mm that the needle rises while it goes back
+  double tail_lift = 0;         ///< mm that the needle rises while it goes back, or straight up where it does not
   double rejoin_within_s = 60;  ///< a bead that was cut is joined again within this since its valve shut
   double start_dwell_s = 0;     ///< at a bead's first point the needle stands so long with the valve open; then it goes
-  double override_max = 1;      ///< the highest override while it is dispensed; that of the machine, if it is higher
-  double min_speed = 0;         ///< mm/s at which a bead may begin where its whole run-up has no room; 0: from rest
+  double override_max = 1;  ///< the highest override in a job that dispenses it; that of the machine, if it is higher
+  double min_speed = 0;     ///< mm/s at which a bead may begin where its whole run-up has no room; 0: from rest
   MaterialLocations locations{};
 };
 

@@ -148,7 +148,8 @@ const Fields<Material> kMaterial{
           &Material::locations, &MaterialLocations::early_off),
     number("back_track", &Material::back_track, D::Length, {0, 100}, kOptional,
            "then the needle goes back along the bead by this, the valve shut"),
-    noted(number("tail_lift", &Material::tail_lift, D::Length, {0, 100}, kOptional, "and rises by this meanwhile"),
+    noted(number("tail_lift", &Material::tail_lift, D::Length, {0, 100}, kOptional,
+                 "and rises by this while it goes back, or straight up without `back_track`"),
           &Material::locations, &MaterialLocations::tail_lift),
     number("override_max", &Material::override_max, D::Ratio, {1, 2}, kOptional,
            "the highest override in a job that dispenses nothing that allows less, on a machine that allows less; "

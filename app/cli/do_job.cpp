@@ -64,20 +64,23 @@ void do_job(Context& context, JobRequest request) {
   const auto stop_with = [&](const std::vector<Error>& errors) {
     context.exit_code = show(errors, context.json, context.board);
   };
+  std::optional<desk::BegunParts> parts;
+  if (const auto folder = desk::BegunParts::folder(request.owner.state, request.owner, false);
+      folder && !request.dry_run) {
+    parts.emplace(*folder);
+    context.board = record::name(parts->board(request.serial));  // of whatever is refused
+  }
   // Mistakes of the command line first: what it names is proved for long.
   if (auto fits = run::check(request.owner); !fits) return stop_with({fits.error()});
   const auto machine = load_machine(context);
   if (!machine) return;
   const record::WantedFolder wanted{.path = request.out, .overwrite = request.force};
   if (auto fits = sim::check_script(request.owner.sim, *machine); !fits) return stop_with(fits.error());
-  std::optional<desk::BegunParts> parts;
-  if (const auto folder = desk::BegunParts::folder(request.owner.state, request.owner, false);
-      folder && !request.dry_run)
-    parts.emplace(*folder);
   auto selection =
       desk::filled_in(std::move(request.select), parts ? &*parts : nullptr, request.serial, desk::Clamp::Unseen);
   if (!selection) {
-    context.board = record::name(selection.error().board);
+    if (const record::Board board = selection.error().board; board != record::Board::Untouched)
+      context.board = record::name(board);
     return stop_with({selection.error().error});
   }
   const motion::Opinion opinion = request.dry_run ? motion::fcl_opinion() : motion::Opinion{};

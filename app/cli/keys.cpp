@@ -107,6 +107,8 @@ void Keys::show_progress() {
   const std::size_t filled = p.features_total == 0 ? 0 : width * p.features_done / p.features_total;
   const bool names_it = p.feature.empty() || p.doing.find(p.feature) != std::string::npos;
   const std::string doing = names_it ? p.doing : fmt::format("{} '{}'", p.doing, p.feature);
+  // Between two blocks the loop is ready, but the machine is not free.
+  const bool between = p.features_total > 0 && s.state == cycle::name(cycle::State::Ready);
   std::optional<double> left_s = p.remaining_s;
   if (left_s && virtual_time_) {
     const double waited_s = std::chrono::duration<double>(now - begin_).count();
@@ -115,7 +117,8 @@ void Keys::show_progress() {
   // What a narrow terminal cuts off is what it is doing.
   show_status(fmt::format("[{}{}] {}/{} {:.0f} s{} {}{} {}", std::string(filled, '#'), std::string(width - filled, '.'),
                           p.features_done, p.features_total, p.elapsed_s,
-                          left_s ? fmt::format(", about {:.0f} s left,", *left_s) : "", s.state,
+                          left_s ? fmt::format(", about {:.0f} s left,", *left_s) : "",
+                          between ? std::string(cycle::name(cycle::State::Running)) : s.state,
                           s.override_factor == 1 ? "" : fmt::format(" {:.0f} %", s.override_factor * 100), doing));
 }
 

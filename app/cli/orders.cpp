@@ -44,10 +44,10 @@ constexpr std::array kVerbs{
     OrderVerb{OrderKind::Reset, "reset", "Clears a latched fault whose cause is gone; nothing moves",
               "It gives no torque: `gantry enable` does, or the next `gantry run`. `gantry status` names the fault."},
     OrderVerb{OrderKind::Override, "override", "Speed of the motion in percent of what the recipe says",
-              "  gantry override 50\nMore than 100 % where the `override_max` of the machine file, and of the "
-              "materials while a "
-              "job runs,\n"
-              "allows it; the axes' own limits always hold. 0 holds now. What is being dispensed is made slower at "
+              "  gantry override 50\nMore than 100 % as far as the `override_max` of the machine file allows, or, "
+              "while a job runs,\n"
+              "that of all its materials; the axes' own limits always hold. 0 holds now. What is being dispensed is "
+              "made slower at "
               "once, and faster when its valve has "
               "shut."},
     OrderVerb{OrderKind::Enable, "enable", "Gives the drives torque", "Homing is an order of its own: `gantry home`."},

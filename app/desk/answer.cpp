@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/clean_text.hpp"
+
 namespace gantry::desk {
 namespace {
 
@@ -55,6 +57,8 @@ std::vector<Error> errors_of(const Json& answer) {
   return errors;
 }
 
-std::string to_line(const Json& answer) { return answer.dump(-1, ' ', false, Json::error_handler_t::replace); }
+std::string to_line(const Json& answer) {
+  return escape_steering(answer.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
 
 }  // namespace gantry::desk

@@ -52,7 +52,6 @@ std::string text_in(const Json& all, const char* key) {
 std::vector<std::size_t> indices_of(const Json& runs) {
   constexpr std::size_t kMost = 100000;  // features of a recipe
   std::vector<std::size_t> indices;
-  if (runs.empty()) throw std::runtime_error("nothing is left of it");
   for (const Json& run : runs) {
     const std::size_t first = whole(run.at(0)), count = whole(run.at(1));
     if (run.size() != 2 || count == 0) throw std::runtime_error("a run of features that is none");
@@ -77,6 +76,38 @@ std::vector<record::Defect> defects_of(const Json& rows) {
   return defects;
 }
 
+BegunPart part_of(const Json& all) {
+  return {.serial = text_in(all, "serial"),
+          .recipe = text_in(all, "recipe"),
+          .recipe_file = text_in(all, "recipe_file"),
+          .sha256 = text_in(all, "sha256"),
+          .began = text_in(all, "began"),
+          .left = indices_of(all.at("left")),
+          .to_finish = text_in(all, "to_finish"),
+          .lost = all.at("lost").get<bool>(),
+          .defects = defects_of(all.at("defects"))};
+}
+
+Json json_of(const BegunPart& part) {
+  return {{"format", kFormat},
+          {"serial", part.serial},
+          {"recipe", part.recipe},
+          {"recipe_file", part.recipe_file},
+          {"sha256", part.sha256},
+          {"began", part.began},
+          {"to_finish", part.to_finish},
+          {"lost", part.lost},
+          {"defects", record::to_json(std::span(part.defects).first(std::min(part.defects.size(), kMostDefects)))},
+          {"left", runs_of(part.left)}};
+}
+
+/// Without the library's own words.
+std::string why(const std::exception& error) {
+  return dynamic_cast<const Json::exception*>(&error) != nullptr
+             ? "it is not JSON, or not what this program has written there"
+             : error.what();
+}
+
 /// What `take` makes of the document; nothing where there is no file.
 template <class Take>
 Result<std::optional<std::invoke_result_t<Take, const Json&>>> document(const std::string& file, Take&& take) {
@@ -92,7 +123,7 @@ Result<std::optional<std::invoke_result_t<Take, const Json&>>> document(const st
     return fail(Fault::BadValue,
                 fmt::format("what is known of a part that was begun cannot be read ({}); look at the board, and remove "
                             "the file",
-                            config::shortened(error.what(), 200)),
+                            config::shortened(why(error), 200)),
                 file);
   }
 }
@@ -107,6 +138,12 @@ Result<void> removed(const std::string& file) {
 }
 
 }  // namespace
+
+record::Board board_of(const BegunPart& part) {
+  return !part.left.empty()      ? record::Board::Begun
+         : !part.defects.empty() ? record::Board::Defects
+                                 : record::Board::Whole;
+}
 
 std::string removal_in_words(const std::optional<BegunPart>& forgotten, const std::string& serial) {
   const auto quoted = [](const std::string& text) { return "'" + config::shortened(text, 100) + "'"; };
@@ -127,7 +164,7 @@ std::optional<std::string> BegunParts::folder(const std::string& state, const ru
                                               bool lives_long) {
   const bool simulated = options.bus == "sim", kept = !options.sim.state_dir.empty();
   if (simulated && !kept && !lives_long) return std::nullopt;
-  const std::string kind = simulated && kept ? "sim-kept" : options.bus.substr(0, options.bus.find(':'));
+  const std::string kind = simulated && kept ? std::string(kKeptWorld) : options.bus.substr(0, options.bus.find(':'));
   return fmt::format("{}/{}{}", state, kFolders, kind);
 }
 
@@ -150,35 +187,62 @@ Result<std::optional<std::string>> BegunParts::in_machine() const {
 
 Result<std::optional<BegunPart>> BegunParts::read(const std::string& serial) const {
   return document(file_of(serial), [&](const Json& all) {
-    return BegunPart{.serial = serial,
-                     .recipe = text_in(all, "recipe"),
-                     .recipe_file = text_in(all, "recipe_file"),
-                     .sha256 = text_in(all, "sha256"),
-                     .began = text_in(all, "began"),
-                     .left = indices_of(all.at("left")),
-                     .to_finish = text_in(all, "to_finish"),
-                     .lost = all.at("lost").get<bool>(),
-                     .defects = defects_of(all.at("defects"))};
+    BegunPart part = part_of(all);
+    if (part.left.empty()) throw std::runtime_error("nothing is left of it");
+    part.serial = serial;
+    return part;
   });
+}
+
+/// One that another program has finished counts in a world that is kept.
+Result<std::optional<BegunPart>> BegunParts::finished() const {
+  if (finished_ || !kept_) return finished_;
+  return document(finished_file(), [](const Json& all) {
+    BegunPart part = part_of(all);
+    if (!part.left.empty()) throw std::runtime_error("something is left of it");
+    return part;
+  });
+}
+
+Result<void> BegunParts::forget_finished() {
+  finished_.reset();
+  return kept_ ? removed(finished_file()) : Result<void>{};
+}
+
+bool BegunParts::holds(Clamp clamp) const {
+  return kept_ ? !(clamp == Clamp::Open && clamped_) : clamp == Clamp::Holds && clamped_;
+}
+
+record::Board BegunParts::board(const std::string& serial) const {
+  auto part = finished();
+  if (!part || !*part || (!serial.empty() && (**part).serial != serial)) {
+    const auto inside = in_machine();
+    part = serial.empty() && inside && *inside ? read(**inside) : read(serial);
+  }
+  return part && *part ? board_of(**part) : record::Board::Untouched;
 }
 
 Result<std::optional<BegunPart>> BegunParts::another(const std::string& serial) const {
   if (serial.empty()) return std::nullopt;
-  if (finished_) return finished_->serial.empty() || finished_->serial == serial ? std::nullopt : finished_;
+  const auto done = finished();
+  if (!done) return tl::unexpected(done.error());
+  if (*done) return (**done).serial.empty() || (**done).serial == serial ? std::nullopt : *done;
   const auto inside = another_inside(serial);
   if (!inside) return tl::unexpected(inside.error());
   return !*inside || (**inside).empty() ? std::nullopt : read(**inside);
 }
 
 Result<std::optional<BegunPart>> BegunParts::find(const std::string& serial, Clamp clamp) {
-  if (clamp == Clamp::Open) finished_.reset();
+  if (clamp == Clamp::Open && (clamped_ || !kept_))
+    if (auto gone = forget_finished(); !gone) return tl::unexpected(gone.error());
   // Whatever the serial says, the job would be done on what the clamp holds; and who has lost a job has seen no hand
   // that took its part out.
-  if (auto inside = another(serial); !inside || (*inside && ((clamp == Clamp::Holds && clamped_) || (**inside).lost)))
-    return inside;
+  if (auto inside = another(serial); !inside || (*inside && (holds(clamp) || (**inside).lost))) return inside;
   if (!serial.empty())
     if (auto own = read(serial); !own || *own) return own;
-  if (finished_ && (serial.empty() || finished_->serial.empty() || serial == finished_->serial)) return finished_;
+  if (auto done = finished();
+      !done || (*done && (serial.empty() || (**done).serial.empty() || serial == (**done).serial)))
+    return done;
   const auto inside = in_machine();
   if (!inside) return tl::unexpected(inside.error());
   const bool not_this_one = *inside && !serial.empty() && !(**inside).empty();
@@ -199,28 +263,27 @@ Result<std::optional<BegunPart>> BegunParts::find(const std::string& serial, Cla
 }
 
 Result<void> BegunParts::keep(const BegunPart& part) {
-  finished_.reset();
+  if (auto gone = forget_finished(); !gone) return gone;
   if (auto made = make_folder(folder_); !made) return made;  // in the state folder, which is this user's alone
-  const Json all{
-      {"format", kFormat},
-      {"serial", part.serial},
-      {"recipe", part.recipe},
-      {"recipe_file", part.recipe_file},
-      {"sha256", part.sha256},
-      {"began", part.began},
-      {"to_finish", part.to_finish},
-      {"lost", part.lost},
-      {"defects", record::to_json(std::span(part.defects).first(std::min(part.defects.size(), kMostDefects)))},
-      {"left", runs_of(part.left)}};
-  if (auto done = write_durable_file(file_of(part.serial), text_of(all)); !done) return done;
+  if (auto done = write_durable_file(file_of(part.serial), text_of(json_of(part))); !done) return done;
   return write_durable_file(in_machine_file(), text_of({{"format", kFormat}, {"serial", part.serial}}));
 }
 
 Result<void> BegunParts::forget(const std::string& serial) { return removed(file_of(serial)); }
 
+Result<void> BegunParts::keep_finished(BegunPart part) {
+  finished_ = std::move(part);
+  if (!kept_) return {};
+  if (auto made = make_folder(folder_); !made) return made;
+  return write_durable_file(finished_file(), text_of(json_of(*finished_)));
+}
+
 Result<std::optional<BegunPart>> BegunParts::forget_removed(const std::string& serial) {
   std::string which = serial;
-  if (serial.empty() || (finished_ && finished_->serial == serial)) finished_.reset();
+  const auto last = finished();
+  if (!last) return last;
+  if (serial.empty() || (*last && (**last).serial == serial))
+    if (auto gone = forget_finished(); !gone) return tl::unexpected(gone.error());
   if (serial.empty()) {
     const auto inside = in_machine();
     if (!inside) return tl::unexpected(inside.error());
@@ -246,7 +309,7 @@ void BegunParts::forget_all() {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder_, error)) {
     const std::string name = entry.path().filename().string();
-    if (name == "in-machine.json" || (name.starts_with("part") && name.ends_with(".json")))
+    if (name == "in-machine.json" || name == "finished.json" || (name.starts_with("part") && name.ends_with(".json")))
       if (auto done = removed(entry.path().string()); !done) log::report(done.error());
   }
 }

@@ -6,6 +6,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/run/owner.hpp"
@@ -23,6 +24,9 @@ struct BegunPart {
   bool lost = false;  ///< its job never told its end (a power cut): of what is left, some may be dispensed
   std::vector<record::Defect> defects{};  ///< of what lies on it; what is missing is in `left`
 };
+
+/// What lies on it.
+record::Board board_of(const BegunPart& part);
 
 /// What `part-removed` came to, for people: that it is forgotten, or that there was none of this serial.
 std::string removal_in_words(const std::optional<BegunPart>& forgotten, const std::string& serial);
@@ -42,7 +46,8 @@ class BegunParts {
   /// All that there are in a state folder.
   static std::vector<BegunParts> all(const std::string& state);
 
-  explicit BegunParts(std::string folder) : folder_(std::move(folder)) {}
+  /// In a world that is kept, a board outlives the program, and the clamp over it stays shut meanwhile.
+  explicit BegunParts(std::string folder) : folder_(std::move(folder)), kept_(folder_.ends_with(kKeptWorld)) {}
 
   /// The begun part that a job of this serial would be done on: what the clamp holds; else that of the serial, else the
   /// one in the machine, which is another one only if both have serials, or if the clamp is open and has held it
@@ -56,8 +61,10 @@ class BegunParts {
   void clamped(bool held) { clamped_ = held; }
   Result<void> forget(const std::string& serial);
   /// It is finished and lies in the machine, because its job has not opened the clamp. The clamp opens with its bus, so
-  /// that only the owner that holds it remembers that.
-  void keep_finished(BegunPart part) { finished_ = std::move(part); }
+  /// that only the owner that holds it remembers that, but for a world that is kept.
+  Result<void> keep_finished(BegunPart part);
+  /// Of the part with this serial, "": of the one in the machine, as far as anything is known of it.
+  [[nodiscard]] record::Board board(const std::string& serial) const;
   /// The part with this serial, which is forgotten; "": the one in the machine, which is out of it, and forgotten if it
   /// has no serial. Nothing where there is none.
   Result<std::optional<BegunPart>> forget_removed(const std::string& serial);
@@ -67,6 +74,11 @@ class BegunParts {
   void forget_all();
 
  private:
+  static constexpr std::string_view kKeptWorld = "sim-kept";
+  [[nodiscard]] bool holds(Clamp clamp) const;
+  [[nodiscard]] std::string finished_file() const { return folder_ + "/finished.json"; }
+  [[nodiscard]] Result<std::optional<BegunPart>> finished() const;
+  Result<void> forget_finished();
   [[nodiscard]] std::string file_of(const std::string& serial) const;
   [[nodiscard]] std::string in_machine_file() const { return folder_ + "/in-machine.json"; }
   [[nodiscard]] Result<std::optional<std::string>> in_machine() const;
@@ -75,8 +87,9 @@ class BegunParts {
   [[nodiscard]] Result<std::optional<BegunPart>> another(const std::string& serial) const;
 
   std::string folder_;
+  bool kept_;
   bool clamped_ = false;
-  std::optional<BegunPart> finished_;  ///< and held
+  std::optional<BegunPart> finished_;  ///< and held, as far as this program has seen
 };
 
 }  // namespace gantry::desk

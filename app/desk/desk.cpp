@@ -78,7 +78,11 @@ void Desk::take(const OrderSocket::Incoming& in) {
   const std::uint64_t client = in.client;
   tell_given(client);
   const Request& request = in.request;
-  if (!request.order) return reply(client, request, failure({request.order.error()}));
+  if (!request.order) {
+    Json refused = failure({request.order.error()});
+    if (request.asked == run::OrderKind::Run) refused["board"] = board_of("");  // whose serial it has, nobody knows
+    return reply(client, request, std::move(refused));
+  }
   const run::OrderKind kind = request.order->kind;
   if (begins(*request.order)) {
     if (taken_back(in)) return reply(client, request, failure({kTakenBack}));

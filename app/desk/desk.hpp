@@ -142,6 +142,8 @@ class Desk {
   run::Begin begin();
   Json jog(const job::JogWords& words);
   Json run_job(const run::Order& order);
+  /// What is known to lie on the part with this serial, "": on the one in the machine.
+  std::string_view board_of(const std::string& serial);
   Carried part_removed(const run::Order& order);
   /// Runs `work` on another thread and serves the machine until it is done, in virtual time too: an order may end it.
   /// False when one came first: then the work goes on unheard.

@@ -100,6 +100,12 @@ Desk::Carried Desk::part_removed(const run::Order& order) {
   return {.said = said};
 }
 
+std::string_view Desk::board_of(const std::string& serial) {
+  record::Board board = record::Board::Untouched;
+  if (options_.parts != nullptr) owner_.aside([&] { board = options_.parts->board(serial); });
+  return record::name(board);
+}
+
 Json Desk::run_job(const run::Order& order) {
   // From here on an abort and a hold are for this job, also while something is done aside and clients are heard.
   recipe_ = order.recipe, preparing_ = true, aborted_.reset(), in_vain_.clear();
@@ -136,7 +142,8 @@ Json Desk::run_job(const run::Order& order) {
   Json answer = [&]() -> Json {
     if (!selection) {
       Json refused = failure({selection.error().error});
-      refused["board"] = record::name(selection.error().board);
+      if (const record::Board board = selection.error().board; board != record::Board::Untouched)
+        refused["board"] = record::name(board);
       return refused;
     }
     if (!ready) return failure({why_nothing_begins()});
@@ -166,6 +173,7 @@ Json Desk::run_job(const run::Order& order) {
   }();
   preparing_ = false;
   recipe_.clear();
+  if (!answer.contains("board")) answer["board"] = board_of(order.serial);
   return answer;
 }
 

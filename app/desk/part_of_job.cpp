@@ -82,12 +82,6 @@ std::string refusal_over(const BegunPart& held, const std::string& serial) {
           : fmt::format(", or finish the one inside with {} --serial {}", held.to_finish, shell_word(held.serial)));
 }
 
-record::Board board_of(const BegunPart& part) {
-  return !part.left.empty()      ? record::Board::Begun
-         : !part.defects.empty() ? record::Board::Defects
-                                 : record::Board::Whole;
-}
-
 std::string has_all(const BegunPart& part, const std::string& serial) {
   return fmt::format(
       "{}, begun at {}, has all its features, and the clamp still holds it, because its job did not end 'done'; say {} "
@@ -247,7 +241,8 @@ void PartOfJob::end(record::JobResult& result, bool clamp_holds) {
   const bool lies_there = finished && clamp_holds && !(nothing_new && !found_);
   const auto done = finished ? parts_->forget(now.serial) : keep(now, &result);
   if (!done) record::add_error(result, done.error());
-  if (lies_there) parts_->keep_finished(std::move(now));
+  if (!lies_there) return;
+  if (auto kept = parts_->keep_finished(std::move(now)); !kept) record::add_error(result, kept.error());
 }
 
 }  // namespace gantry::desk

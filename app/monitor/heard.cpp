@@ -171,7 +171,7 @@ bool Heard::job(const gantry_msg_JobStatus& s) {
   return true;
 }
 
-Json Heard::to_json() {
+Json Heard::to_json(double silent_s) {
   const auto& s = state_;
   Json axes = Json::array();
   for (const auto& a : s.axes)
@@ -190,8 +190,8 @@ Json Heard::to_json() {
          {"replayed", replayed_},
          {"time_ns", s.time_ns},
          {"cycle", s.cycle},
-         {"age_s", number(s.age_s)},
-         {"stale", s.age_s > kStale_s},
+         {"age_s", number(std::max(s.age_s, silent_s))},
+         {"stale", std::max(s.age_s, silent_s) > kStale_s},
          {"state", s.state},
          {"block", s.block},
          {"tick", s.tick}};

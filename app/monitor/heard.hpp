@@ -86,7 +86,7 @@ class Heard {
   [[nodiscard]] bool complete() const { return complete_; }
 
   /// The newest state with alarms and job, and the events that were not told yet; they then count as told.
-  nlohmann::ordered_json to_json();
+  nlohmann::ordered_json to_json(double silent_s = 0);
 
  private:
   bool current(std::uint64_t session);

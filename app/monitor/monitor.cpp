@@ -5,11 +5,13 @@
 #include <fmt/format.h>
 #include <map>
 #include <ostream>
+#include <unistd.h>
 
 #include "app/monitor/heard.hpp"
 #include "app/monitor/line_limit.hpp"
 #include "app/monitor/namesake_watch.hpp"
 #include "app/monitor/topics.hpp"
+#include "core/clean_text.hpp"
 #include "core/log.hpp"
 #include "core/status_line.hpp"
 #include "core/units.hpp"
@@ -118,9 +120,15 @@ class Monitor {
     m.shown = true;
     enough_ = ++samples_ == options_.count && options_.count != 0;
     if (options_.json)
-      out_ << m.heard.to_json().dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << std::endl;
+      print(m);
     else if (!options_.live)
       out_ << line(m.heard) << std::endl;
+  }
+
+  void print(Machine& m) {
+    out_ << escape_steering(
+                m.heard.to_json(since(m.at)).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace))
+         << std::endl;
   }
 
   void tell_namesakes(Machine& m, const gantry_msg_MachineState& sample, dds_instance_handle_t writer) {
@@ -162,9 +170,13 @@ class Monitor {
     // Back to where the last picture began, then over it; what was longer is erased to the end.
     if (lines_ > 0) out_ << fmt::format("\x1b[{}F", lines_);
     std::string picture;
-    for (const char c : text) picture += c == '\n' ? std::string("\x1b[K\n") : std::string(1, c);
     // A line that is too long is cut, not wrapped: the next picture counts lines.
-    out_ << "\x1b[?7l" << picture << "\x1b[J\x1b[?7h" << std::flush;
+    for (std::string_view left = text; !left.empty();) {
+      const std::size_t end = std::min(left.find('\n'), left.size());
+      picture += cut_to(left.substr(0, end), columns_of(STDOUT_FILENO)) + "\x1b[K\n";
+      left.remove_prefix(std::min(end + 1, left.size()));
+    }
+    out_ << picture << "\x1b[J" << std::flush;
     lines_ = std::count(text.begin(), text.end(), '\n');
   }
 
@@ -177,6 +189,7 @@ class Monitor {
     for (auto& [name, m] : machines_) {
       if (m.told_silence || !m.heard.has_state() || since(m.at) <= options_.silence_s) continue;
       m.told_silence = true;
+      if (options_.json) print(m);  // once more what was heard last, as stale
       tell(fmt::format("machine '{}' has been silent for {:.1f} s: what was heard of it is stale", name, since(m.at)));
     }
   }

@@ -93,6 +93,7 @@ std::string report_page(const JobResult& r) {
   page += recipe_section(r);
   page += "<div class=\"columns\">" + height_section(r) + following_section(r) + cycle_section(r) + fact_section(r) +
           "</div>\n";
+  page += operator_section(r);
   page += event_section(r);
   return page + "</main>" + scene.scripts + "</body></html>\n";
 }

@@ -92,7 +92,7 @@ h3{font-size:14px;font-weight:600;margin:12px 0 4px}
 .hit{fill:none;stroke:var(--bad);stroke-width:2}.cross{stroke:var(--bad);stroke-width:2.4;stroke-linecap:round}
 .bar{fill:var(--accent)}
 @media print{body{background:#fff}section,.tile{break-inside:avoid}.scroll{max-height:none;overflow:visible}
-table{font-size:12px}th{font-size:11px}td,th,td.r,th.r{padding-right:9px;white-space:normal}
+table{font-size:11px}th{font-size:10px}td,th,td.r,th.r{padding-right:6px;white-space:normal}
 .prose{min-width:0}}
 )css";
 

@@ -62,6 +62,7 @@ std::string headline(const JobResult& r) {
   if (!r.machine_name.empty()) facts.push_back("machine " + r.machine_name);
   facts.push_back(bus_in_words(r) + " bus");
   if (!r.origin.serial.empty()) facts.push_back("serial " + r.origin.serial);
+  facts.push_back("board " + std::string(name(r.board)));
   if (!r.started.empty()) facts.push_back(r.started);
   facts.push_back("job " + r.job);
   out += fmt::format("<p class=\"sub\">{}</p>", text(fmt::format("{}", fmt::join(facts, " · "))));
@@ -318,6 +319,15 @@ std::string cycle_section(const JobResult& r) {
                      fmt::format("<p class=\"note\">How late the loop woke, how often against how long. {} "
                                  "Real-time priority: {}; memory locked: {}.</p>",
                                  counted, c.real_time_priority ? "yes" : "no", c.memory_locked ? "yes" : "no"));
+}
+
+std::string operator_section(const JobResult& r) {
+  if (r.actions.empty()) return {};
+  Table table({"UTC", "job, s", "order or button"});
+  for (const Stamped& action : r.actions)
+    table.row({text(action.utc), fmt::format("{:.1f}", action.t_s),
+               fmt::format("<span class=\"prose\">{}</span>", text(action.what))});
+  return section("What the operator did", "<div class=\"scroll\">" + table.done() + "</div>");
 }
 
 std::string event_section(const JobResult& r) {

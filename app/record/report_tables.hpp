@@ -22,6 +22,7 @@ std::string times_section(const JobResult& result);
 std::string recipe_section(const JobResult& result);
 std::string following_section(const JobResult& result);
 std::string cycle_section(const JobResult& result);
+std::string operator_section(const JobResult& result);
 std::string event_section(const JobResult& result);
 std::string fact_section(const JobResult& result);
 

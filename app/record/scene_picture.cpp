@@ -80,7 +80,9 @@ std::vector<ScenePose> poses_of(const JobResult& r) {
     if (e.meeting != nullptr) poses.push_back(pose_of(d, e));
   for (std::size_t i = 0; i < std::min(r.collisions.size(), kMostCollisions); ++i)
     poses.push_back(pose_of(r, r.collisions[i]));
-  if (auto near = pose_of(d, r.minimum_clearance.others, "the tightest place")) poses.push_back(std::move(*near));
+  if (auto near = pose_of(d, r.minimum_clearance.others,
+                          r.errors.empty() ? "the tightest place" : "the tightest place of what was proved"))
+    poses.push_back(std::move(*near));
   if (auto near = pose_of(d, r.minimum_clearance.by_design, "the nearest by design")) poses.push_back(std::move(*near));
   if (!r.actual.empty())
     poses.push_back({"where the job ended", "", r.actual.back().head, r.actual.back().lift_mm, r.actual.back().turn_rad,

@@ -11,6 +11,7 @@
 #include "app/record/program.hpp"
 #include "app/record/setpoint_hash.hpp"
 #include "app/record/write_file.hpp"
+#include "core/clean_text.hpp"
 #include "core/units.hpp"
 
 namespace gantry::record {
@@ -269,7 +270,7 @@ std::string lines(const Json& document) {
       out += dump(value);
     }
   }
-  return out + "\n}\n";
+  return escape_steering(out + "\n}\n");
 }
 
 }  // namespace

@@ -57,8 +57,8 @@ struct RunOptions {
   record::OnBoard before{};                 ///< what jobs before it have left there; not empty: the clamp stays shut
   Begin begin = Begin::AtOnce;
   std::span<const job::SlowBead> slow_beads{};  ///< of the job's proof
-  /// A door, air or stop fault (Clear::Resume) leaves the job on hold until somebody resets and resumes; else it ends
-  /// it.
+  /// A path stop by door, air, stop button or timing (Clear::Resume) leaves the job on hold until somebody resets and
+  /// resumes; else it ends it.
   bool outlives_stops = false;
   motion::Opinion opinion{};  ///< asked of each motion before it is played; empty: nobody is
   bool goes_on = false;       ///< the owner lives on: what a world script has for a later cycle may still happen

@@ -20,11 +20,12 @@ constexpr double kJoinError_s = 0.5e-3, kJoinError_mm = 0.02, kOfTolerance = 0.5
 constexpr double kShortest_s = 0.005;  // that a valve can be open for what is left
 constexpr double kLonger = 2;          // times that for what would be shorter, which is laid more slowly
 
-/// Until the feature begins, at an override of 100 %.
+/// Until the valve is told to open, at an override of 100 %: a slow bead's run-up takes long, too.
 double return_s(const job::ProvenBlock& block) {
   double back_s = 0;
   for (const motion::Segment& s : block.segments()) {
-    if (s.feature != motion::kTravel) break;
+    for (const motion::OutputEvent& e : s.events)
+      if (e.dispense) return back_s + motion::time_at(s.nominal, e.at_s);
     back_s += motion::duration(std::span(&s, 1));
   }
   return back_s;
@@ -144,26 +145,30 @@ void Runner::note_joined(const cycle::Snapshot& s) {
 Result<job::JobState> Runner::join(std::size_t feature) {
   const std::string& id = recipes::id_of(recipe_.features[feature]);
   joining_.reset();
+  const auto* bead = std::get_if<recipes::Bead>(&recipe_.features[feature]);
+  const double left_mm = laid_ ? laid_->all_mm - laid_->mm : 0;
+  const auto as_it_is = [&](const std::string& why) {
+    log::info("'{}' is done as it is, {:.3f} mm short of its end: {}", id, left_mm, why);
+    job::JobState whole = state_;
+    whole.features[feature] = job::FeatureState::Done;
+    return whole;
+  };
   const auto stays_cut = [&](const std::string& why) {
+    if (bead != nullptr && laid_ && laid_->mm > left_mm &&
+        left_mm <= recipes::find_material(recipe_, bead->material)->tolerance_mm)
+      return as_it_is(why);
     log::warn("'{}' stays cut: {}", id, why);
     result_.stays_cut[id] = why;
     job::JobState cut = state_;
     cut.features[feature] = job::FeatureState::Interrupted;
     return cut;
   };
-  if (std::holds_alternative<recipes::Dot>(recipe_.features[feature])) return stays_cut("a dot cannot be joined");
+  if (bead == nullptr) return stays_cut("a dot cannot be joined");
   if (!laid_) return stays_cut("nobody saw where its valve shut");
-  const auto& bead = std::get<recipes::Bead>(recipe_.features[feature]);
-  const recipes::Material& m = *recipes::find_material(recipe_, bead.material);
-  const double left_mm = laid_->all_mm - laid_->mm;
+  const recipes::Material& m = *recipes::find_material(recipe_, bead->material);
   if (const double spared_mm = std::min(m.speed * kJoinError_s + kJoinError_mm, kOfTolerance * m.tolerance_mm);
-      laid_->mm > 0 && left_mm <= spared_mm) {
-    log::info("'{}' is not joined: {:.3f} mm are missing at its end, and up to {:.3f} mm are not gone back for", id,
-              left_mm, spared_mm);
-    job::JobState whole = state_;
-    whole.features[feature] = job::FeatureState::Done;
-    return whole;
-  }
+      laid_->mm > 0 && left_mm <= spared_mm)
+    return as_it_is(fmt::format("up to {:.3f} mm are not gone back for", spared_mm));
   const double shut_s = site_.control.valve_shut_s().value_or(0);
   if (shut_s > m.rejoin_within_s)
     return stays_cut(

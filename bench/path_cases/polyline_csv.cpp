@@ -1,5 +1,7 @@
 #include "bench/path_cases/polyline_csv.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 
@@ -27,6 +29,12 @@ bool begins_with_a_number(const std::string& line) {
   return end != at && (*end == ',' || *end == '\r' || *end == '\0');
 }
 
+/// "y,x": whoever wrote that would get another path.
+bool names_y_first(const std::string& header) {
+  const auto first = std::find_if(header.begin(), header.end(), [](unsigned char c) { return std::isalpha(c) != 0; });
+  return first != header.end() && (*first == 'y' || *first == 'Y');
+}
+
 std::string too_long(std::size_t number) {
   return "line " + std::to_string(number) + " has more than " + std::to_string(kLongestLine) +
          " bytes: expected lines of x,y or x,y,z";
@@ -41,6 +49,7 @@ Polyline read_polyline(std::istream& in) {
   if (begins_with_a_number(line))
     out.error =
         "line 1 is a point, not a header: put a line x,y or x,y,z before it, else the first point would be lost";
+  if (names_y_first(line)) out.error = "line 1 names y first: expected the columns x,y or x,y,z";
   if (line.size() > kLongestLine) out.error = too_long(1);
   if (!out.error.empty()) return out;
   for (std::size_t number = 2; next_line(in, line); ++number) {

@@ -149,13 +149,13 @@ Curve straight_curve(const Measure& m, const AxisVec& from, const AxisVec& to) n
   return g;
 }
 
-// u(x) and q(u) as Taylor polynomials about where the part begins: x = x0 + (x1 - x0) y, w = u - u(x0).
 double length_of(std::span<const Curve> curves) noexcept {
   double sum = 0;
   for (const Curve& c : curves) sum += c.length;
   return sum;
 }
 
+// u(x) and q(u) as Taylor polynomials about where the part begins: x = x0 + (x1 - x0) y, w = u - u(x0).
 Curve part_of(const Curve& whole, double from, double to) noexcept {
   Curve part = whole;
   part.length = to - from;

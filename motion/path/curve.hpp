@@ -47,7 +47,8 @@ using CurveJet = GeometryJet;
 /// The part of a curve between two lengths along it: the same points, with s from 0. `rest_after` is the whole curve's.
 [[nodiscard]] Curve part_of(const Curve& curve, double from, double to) noexcept;
 
-/// The cubic with these four Bezier points, as pieces whose s is arc length to 2e-4 or better.
+/// The cubic with these four Bezier points, as pieces whose s is arc length to 2e-4: halved until it is, 14 times at
+/// most.
 void append_curve(const Measure& m, const std::array<AxisVec, 4>& bezier, std::uint16_t cells, std::vector<Curve>& out);
 
 }  // namespace gantry::motion

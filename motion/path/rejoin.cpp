@@ -15,7 +15,8 @@
 namespace gantry::motion {
 namespace {
 
-constexpr double kCurveShare = 0.3;  // of an axis' limits that the descent may use of itself
+constexpr double kFlat_s = 1, kSteepest = 2;  // of a run-up from above
+constexpr double kCurveShare = 0.3;           // of an axis' limits that the descent may use of itself
 /// One of the descents that are tried, of which the shortest is taken: shares of the limits for speeding up, and for
 /// the change of acceleration at the join; and over how much of its radius it is bent.
 struct Try {
@@ -63,11 +64,13 @@ Run shortened(const Measure& measure, const Run& run, double cut_mm) {
   return out;
 }
 
-/// So long that the lift alone uses a small part of its axis' limits at this speed, and stays flat.
+/// So long that the lift alone uses a small part of its axis' limits at this speed, and stays flat, unless that takes
+/// more than `kFlat_s`: a bead of 0.1 mm/s would set in its minute.
 double gentle_mm(const AxisLimits& axis, const Lift& lift, double v, double a) {
   if (lift.mm <= 0) return 0;
   const double bend = 6 * lift.mm;  // of the third power, by the square of the length
-  return std::max({3 * lift.mm / lift.slope, std::sqrt(bend * v * v / (kCurveShare * axis.a_max)),
+  const double flat = std::clamp(v * kFlat_s, 3 * lift.mm / std::max(kSteepest, lift.slope), 3 * lift.mm / lift.slope);
+  return std::max({flat, std::sqrt(bend * v * v / (kCurveShare * axis.a_max)),
                    std::cbrt(bend * v * v * v / (kCurveShare * axis.j_max)),
                    std::sqrt(3 * bend * v * a / (kCurveShare * axis.j_max))});
 }

@@ -13,6 +13,7 @@ constexpr double kStraightOn = 1e-10;     ///< |d2 - d1|
 constexpr double kReversal = -0.97;       ///< cosine: sharper than 166 degrees
 constexpr double kStraightBack = -0.985;  ///< cosine of a reversal that has no side; one that is none, with a
                                           ///< neighbour moved aside by 1/20 of the leg, is 3 degrees sharper at most
+constexpr double kOfRadius = 0.5;         ///< of the radius on which legs turn that the path may leave them
 constexpr double kShare = 0.49;           ///< of a leg that a corner at one of its ends may take
 constexpr std::uint16_t kCornerCells = 24, kBendCells = 2;
 constexpr std::size_t kBesideHard = 2;  ///< vertices before a sharp corner: how far it reaches depends on them
@@ -93,6 +94,7 @@ class Rounding::Shape {
       at_.push_back(at_.back() + leg.length);
     }
     corners_.resize(v.size());
+    keep_radii();
     for (std::size_t k = 1; k + 1 < v.size(); ++k) classify(k);
     for (std::size_t k = 1; k + 1 < v.size(); ++k) limit(k);
     even_steps();
@@ -185,10 +187,19 @@ class Rounding::Shape {
   static constexpr std::size_t kFarthest = 4;  ///< vertices over which a bend may reach
   static constexpr double kGrowth = 0.3;       ///< of the distance of knots, for a distance from a vertex
 
+  // Where the tolerance is as large as the radius on which legs turn, the fairest way within it is none: it folds.
+  void keep_radii() {
+    for (std::size_t k = 1; k + 1 < v_.size(); ++k) {
+      Corner& c = corners_[k];
+      c.turn = aside(m_, minus(legs_[k].direction, legs_[k - 1].direction));
+      if (c.turn > kSharp || c.turn < kStraightOn) continue;
+      const double most = kOfRadius * (legs_[k - 1].length + legs_[k].length) / (2 * c.turn);
+      for (Leg* leg : {&legs_[k - 1], &legs_[k]}) leg->room_mm = std::min(leg->room_mm, most);
+    }
+  }
+
   void classify(std::size_t k) {
     Corner& c = corners_[k];
-    const AxisVec change = minus(legs_[k].direction, legs_[k - 1].direction);
-    c.turn = aside(m_, change);
     c.room_mm = std::min(legs_[k - 1].room_mm, legs_[k].room_mm);
     const bool back = dot(m_, legs_[k].direction, legs_[k - 1].direction) < kStraightBack;
     if (v_[k].rest || c.room_mm <= 0 || back)

@@ -47,7 +47,7 @@ struct Match {
 constexpr double kWrongKind_mm = 0.05;
 /// A free feature this much farther away than one that is taken is not meant: the shot is a second one on the same.
 constexpr double kSecondShot_mm = 0.2;
-/// A bead that ends so near to its end is whole.
+/// A bead that ends so near to its end is whole, and what begins there is another one, unless it goes on to that end.
 constexpr double kWhole_mm = 0.05;
 /// A shot that begins so near to where a bead was cut may go on with it.
 constexpr double kJoin_mm = 1;
@@ -92,9 +92,10 @@ Deposit deposit_of(const Shot& shot) {
   return d;
 }
 
-/// A bead that a shot has left unfinished.
+/// A bead that another shot may go on with.
 struct CutBead {
   std::size_t deposit = 0, feature = 0;  ///< indices
+  bool whole = false;                    ///< it ends within kWhole_mm of its end
 };
 
 /// A closed bead that has hardly begun ends where it is to end, too.
@@ -107,6 +108,14 @@ bool ends_short(const Deposit& d, const BoardPlan::Feature& f) {
 double misfit_of_join(const Shot& shot, const Deposit& cut, const BoardPlan::Feature& feature) {
   const double apart = norm(flat(shot.path.front()) - flat(cut.board_mm.back()));
   return apart > kJoin_mm ? kFar : std::max(apart, farthest(shot.path, NearLine(feature.points), kMatch_mm));
+}
+
+/// What little was missing of a bead that counts as whole: a short shot from where that ended on towards its end.
+bool finishes(const Shot& shot, const Deposit& almost, const BoardPlan::Feature& feature) {
+  const Vec2 end = flat(feature.points.back()), ended = flat(almost.board_mm.back());
+  const double was_mm = norm(end - ended), is_mm = norm(end - flat(shot.path.back()));
+  return norm(flat(shot.path.front()) - ended) <= kWhole_mm && length_of(shot.path) <= 2 * kWhole_mm &&
+         is_mm < was_mm / 2;
 }
 
 /// From the end of the first to the start of the second, along the first; negative: the second lies over it.
@@ -215,16 +224,19 @@ std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_pt
     const double from_purge = purge_at && d.kind == "dot" ? norm(flat(shot->path.front()) - *purge_at) : kFar;
     const Match m = match(plan, starts, *shot, taken);
     Match onto;
-    for (std::size_t i = 0; i < cuts.size(); ++i)
-      keep_better(onto, static_cast<int>(i),
-                  misfit_of_join(*shot, out[cuts[i].deposit], plan.features[cuts[i].feature]));
+    for (std::size_t i = 0; i < cuts.size(); ++i) {
+      const BoardPlan::Feature& f = plan.features[cuts[i].feature];
+      const Deposit& first = out[cuts[i].deposit];
+      if (!cuts[i].whole || (m.feature < 0 && finishes(*shot, first, f)))
+        keep_better(onto, static_cast<int>(i), misfit_of_join(*shot, first, f));
+    }
     if (onto.misfit < kMatch_mm && onto.misfit <= m.misfit) {
       const auto cut = cuts.begin() + onto.feature;
       const BoardPlan::Feature& f = plan.features[cut->feature];
       Deposit& first = out[cut->deposit];
       join(first, *shot, f);
       beads[cut->deposit].push_back(shot.get());
-      if (!ends_short(first, f)) cuts.erase(cut);
+      cut->whole = !ends_short(first, f);
       continue;
     }
     if (from_purge < std::min(m.misfit, kMatch_mm)) {
@@ -237,7 +249,7 @@ std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_pt
       for (const Vec3& p : f.points) d.nominal_mm.push_back(p + Vec3{0, 0, f.gap_mm});
       d.asked_gap_mm = f.gap_mm;
       measure(d, f);
-      if (ends_short(d, f)) cuts.push_back({out.size(), static_cast<std::size_t>(m.feature)});
+      if (f.bead) cuts.push_back({out.size(), static_cast<std::size_t>(m.feature), !ends_short(d, f)});
     }
     if (d.kind == "dot") d.board_mm.resize(1);
     const bool bead = d.kind == "bead" && m.feature >= 0;

@@ -24,6 +24,12 @@ TEST(PolylineCsv, reads_what_follows_the_header) {
   EXPECT_EQ(three.points[1][2], 6);
 }
 
+TEST(PolylineCsv, columns_the_other_way_round_are_refused) {
+  EXPECT_NE(read("y,x\n0,0\n1,1\n").error.find("names y first"), std::string::npos);
+  EXPECT_NE(read(" Y_mm,X_mm\n0,0\n1,1\n").error.find("names y first"), std::string::npos);
+  EXPECT_EQ(read("x_mm,y_mm\n0,0\n1,1\n").error, "");
+}
+
 TEST(PolylineCsv, a_point_where_the_header_belongs_is_not_lost) {
   for (const char* text : {"0,0\n1,1\n", "0 , 0\n1,1\n", "-1.5e3,0,0\r\n1,1,1\r\n",
                            "\xEF\xBB\xBF"

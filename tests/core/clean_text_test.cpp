@@ -6,6 +6,7 @@
 #include <random>
 
 #include "core/log.hpp"
+#include "core/status_line.hpp"
 
 namespace gantry {
 namespace {
@@ -49,6 +50,23 @@ TEST(CleanText, whatever_comes_in_is_utf8_without_control_characters) {
 TEST(CleanText, an_error_is_shown_clean) {
   EXPECT_EQ(to_text({Fault::BadValue, "'\xff\x1b' is no number", "a\nb.csv:3:1"}),
             std::string("a b.csv:3:1: '") + kReplaced + kReplaced + "' is no number [G405]");
+}
+
+TEST(CleanText, what_steers_is_escaped_in_json_and_the_document_is_the_same) {
+  const nlohmann::json document{{"name", "a\u202eb\u009bc\x7f \u00b5 \u4e2d"}, {"list", {1, "\n"}}};
+  const std::string text = escape_steering(document.dump(1));
+  EXPECT_EQ(clean_lines(text), text);
+  EXPECT_NE(text.find("a\\u202eb\\u009bc\\u007f \u00b5 \u4e2d"), std::string::npos) << text;
+  EXPECT_EQ(nlohmann::json::parse(text), document);
+}
+
+TEST(StatusLine, is_cut_by_columns) {
+  EXPECT_EQ(cut_to("abcdef", 4), "abcd");
+  EXPECT_EQ(cut_to("abc", 4), "abc");
+  EXPECT_EQ(cut_to("\u00b5\u4e2dx", 2), "\u00b5\u4e2d");
+  EXPECT_EQ(cut_to("\x1b[1;31mfault\x1b[0m and more", 3), "\x1b[1;31mfau\x1b[0m");
+  EXPECT_EQ(cut_to("\x1b[1", 3), "\x1b[1\x1b[0m");
+  EXPECT_EQ(cut_to("", 3), "");
 }
 
 TEST(CleanText, of_lines_keeps_their_ends) {

@@ -336,6 +336,52 @@ TEST(Hold, a_bead_that_was_cut_right_before_its_end_is_whole) {
   EXPECT_GE(joins, 4u);
 }
 
+recipes::Recipe slow_bead(double mm_s, double mm, double within_s) {
+  return *recipes::parse(
+      fmt::format(
+          "version: 1\nrecipe: slow\nplacement: fixture\nboard: {{size: [80 mm, 55 mm], thickness: 12 mm, frame: "
+          "pallet}}\nmaterials:\n  glue: {{speed: {} mm/s, gap: 0.3 mm, valve_open_lead: 8 ms, valve_close_lead: "
+          "6 ms, dot_time: 60 ms, retract: 3 mm, gap_tolerance: 2 mm, rejoin_within: {} s}}\n"
+          "features:\n  - line: {{name: bead, material: glue, from: [20 mm, 20 mm], to: [{} mm, 20 mm]}}\n",
+          mm_s, within_s, 20 + mm),
+      "slow.yaml");
+}
+
+// Cut in each cycle near its end, also where less is missing than what the world's judge takes for whole.
+TEST(Hold, what_little_is_missing_at_the_end_of_a_slow_bead_is_laid_and_is_no_dot) {
+  std::size_t joins = 0;
+  for (const auto& [mm_s, least, step] : {std::tuple{5.0, 980, 2}, {1.0, 1930, 8}})
+    for (int open_for = least; open_for < least + 10 * step; open_for += step) {
+      Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
+      Holder holder{.open_for = open_for};
+      rig.on_step = [&](run::Owner& owner) { holder(owner); };
+      const auto result = rig.run(slow_bead(mm_s, mm_s == 5 ? 5 : 2, 60));
+      EXPECT_EQ(result.exit_code, ExitCode::Done) << mm_s << " mm/s, " << open_for;
+      for (const auto& d : result.defects) ADD_FAILURE() << mm_s << " mm/s, " << open_for << ": " << d.message;
+      for (const auto& d : result.deposits) joins += d.joins_mm.size();
+    }
+  EXPECT_GE(joins, 8u);
+}
+
+// The way back counts, and its run-up. Whoever would come too late does not set out.
+TEST(Hold, no_bead_is_joined_later_than_its_material_allows) {
+  std::size_t joined = 0;
+  for (const double mm_s : {0.2, 1.0, 5.0, 60.0})
+    for (const double within_s : {2.0, 3.0, 60.0}) {
+      Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg"});
+      Holder holder{.open_for = 400, .stands_for = 1000};
+      rig.on_step = [&](run::Owner& owner) { holder(owner); };
+      const auto result = rig.run(slow_bead(mm_s, std::min(50.0, mm_s), within_s));
+      joined += result.joined.size();
+      for (const auto& join : result.joined) EXPECT_LE(join.after_s, within_s) << mm_s << " mm/s";
+      for (const auto& d : result.defects) EXPECT_EQ(d.kind, record::Defect::Kind::Cut) << d.message;
+      if (within_s == 60) {
+        EXPECT_EQ(result.exit_code, ExitCode::Done) << mm_s << " mm/s";
+      }
+    }
+  EXPECT_GE(joined, 6u);
+}
+
 // With a tolerance as wide as the bead is long nothing on the board tells that it is not there.
 TEST(Hold, what_is_missing_of_a_bead_is_laid_however_wide_its_tolerance) {
   const auto recipe = recipes::parse(

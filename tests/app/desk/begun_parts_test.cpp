@@ -68,7 +68,7 @@ TEST_F(KnownParts, a_finished_one_that_the_clamp_holds_is_met_by_every_serial) {
   ASSERT_TRUE(parts.forget("S1"));
   BegunPart done;
   done.serial = "S1";
-  parts.keep_finished(done);
+  ASSERT_TRUE(parts.keep_finished(done));
   EXPECT_EQ(met(parts, "S2", Clamp::Holds), "part 'S1'");
   EXPECT_EQ(met(parts, "S2", Clamp::Open), "another");
   EXPECT_EQ(met(parts, "S2", Clamp::Holds), "another") << "it was forgotten as the clamp was seen open";
@@ -127,6 +127,46 @@ TEST_F(KnownParts, one_whose_job_was_lost_is_met_by_every_serial_until_somebody_
   begin(parts, "S1", true, true);
   ASSERT_TRUE(parts.forget("S1")) << "it was finished";
   EXPECT_EQ(met(parts, "S3", Clamp::Unseen), "another");
+}
+
+/// In a world that is kept the board lies under the shut clamp when the next program comes, whose bus seems to open it.
+TEST_F(KnownParts, in_a_kept_world_the_clamp_has_held_on_between_two_programs) {
+  const std::string kept = folder_ + "/begun-sim-kept";
+  for (const Clamp clamp : {Clamp::Unseen, Clamp::Open, Clamp::Holds}) {
+    {
+      BegunParts before(kept);
+      begin(before, "K1", true);
+    }
+    BegunParts after(kept);
+    EXPECT_EQ(met(after, "K2", clamp), "part 'K1'");
+    EXPECT_EQ(met(after, "", clamp), "part 'K1'");
+    after.clamped(true);
+    EXPECT_EQ(met(after, "K2", Clamp::Open), "another") << "this one has held it, and let it go";
+  }
+}
+
+TEST_F(KnownParts, in_a_kept_world_a_finished_one_is_met_by_the_next_program_too) {
+  const std::string kept = folder_ + "/begun-sim-kept";
+  {
+    BegunParts before(kept);
+    begin(before, "K1", true);
+    ASSERT_TRUE(before.forget("K1"));
+    BegunPart done;
+    done.serial = "K1", done.recipe = "r";
+    done.defects.push_back({"a", record::Defect::Kind::Beside, "far"});
+    ASSERT_TRUE(before.keep_finished(done));
+  }
+  for (const char* serial : {"K1", "K2", ""}) {
+    BegunParts after(kept);
+    EXPECT_EQ(met(after, serial, Clamp::Unseen), "part 'K1'") << serial;
+    EXPECT_EQ(after.board("K1"), record::Board::Defects);
+    EXPECT_EQ(after.board(""), record::Board::Defects);
+    EXPECT_EQ(after.board("K2"), record::Board::Untouched);
+  }
+  BegunParts last(kept);
+  ASSERT_TRUE(last.forget_removed(""));
+  EXPECT_EQ(met(last, "K1", Clamp::Unseen), "another");
+  EXPECT_EQ(last.board("K1"), record::Board::Untouched);
 }
 
 /// A file that a hand has changed is refused with its name, or read as it is meant.

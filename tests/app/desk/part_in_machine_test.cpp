@@ -105,6 +105,19 @@ TEST_F(APartThatIsCut, is_refused_and_made_whole_by_what_was_cut) {
   expect_whole(run());
 }
 
+// Whatever is wrong with the order, something lies on the part.
+TEST_F(APartThatIsCut, is_begun_in_each_answer_that_refuses_a_job) {
+  cut({{"serial", "S1"}});
+  for (const Json& more : {Json{{"only", {"nobody"}}}, Json{{"recipe", "/none.yaml"}}, Json{{"certificate", "/none"}},
+                           Json{{"serrial", "S1"}}, Json{{"finish", true}, {"only", {"corner"}}}}) {
+    Json order{{"serial", "S1"}};
+    order.update(more);
+    const Json refused = run(order);
+    EXPECT_FALSE(refused.value("ok", true)) << more;
+    EXPECT_EQ(refused.value("board", ""), "begun") << more << refused.dump();
+  }
+}
+
 TEST_F(APartThatIsCut, is_finished_without_naming_what_it_lacks) {
   EXPECT_EQ(code_of(run({{"finish", true}})), "G702") << "nothing was begun";
   cut({{"serial", "S-1"}});

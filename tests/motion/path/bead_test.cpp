@@ -134,7 +134,6 @@ TEST(Bead, is_at_its_speed_where_the_valve_opens_and_closes) {
   }
 }
 
-// A circle in chords, at a speed that its curvature allows: no slower than one would drive the circle.
 /// 0.3 mm at 20 mm/s are 15 ticks, 30 mm are 1500: whatever the board's slope adds to their length.
 TEST(Bead, takes_the_same_ticks_on_a_board_that_slopes) {
   const Limits m = machine();
@@ -159,6 +158,7 @@ TEST(Bead, is_never_faster_than_its_axes_may_be) {
   EXPECT_LE(limit_use(m, test::sampled(bead->segments, 2.5e-4), 2.5e-4).v, 1 + 1e-9);
 }
 
+// A circle in chords, at a speed that its curvature allows: no slower than one would drive the circle.
 TEST(Bead, a_circle_of_short_chords_keeps_its_speed) {
   std::vector<AxisVec> points;
   for (int k = 0; k <= 377; ++k)

@@ -376,6 +376,15 @@ TEST(PathPlanner, without_tolerance_it_rests_in_corners_and_stays_on_the_polylin
   expect_sound(p, 0);
 }
 
+// A tolerance larger than the radius leaves room for a path that folds to nothing.
+TEST(PathPlanner, a_tolerance_beyond_the_radius_makes_no_more_work) {
+  for (const double share : {0.5, 1.0, 2.0, 3.0}) {
+    const Played p = play(circle(0.2, 100), share * 0.2, 20);
+    expect_sound(p, share * 0.2);
+    EXPECT_LT(p.curves, 100U) << share;
+  }
+}
+
 /// The lowest speed over three ticks, but for the first and the last 20 ticks.
 double slowest(const Played& p) {
   double least = 1e9;

@@ -184,6 +184,21 @@ TEST(Deposits, a_closed_bead_that_was_cut_where_it_begins_goes_on) {
   }
 }
 
+// b1 ends at (60, 70). What lies within 0.05 mm of its end counts as whole, and may still be finished.
+TEST(Deposits, what_little_was_missing_of_a_bead_is_a_part_of_it) {
+  const BoardPlan plan = board_plan(sample::recipe());
+  const auto almost = shot(along({{30, 60}, {60, 60}, {60, 69.96}}));
+  const auto d = judge(plan, std::vector{almost, shot({{60, 69.96, 0.3}, {60, 70, 0.3}})});
+  ASSERT_EQ(d.size(), 1u);
+  ASSERT_EQ(d[0].joins_mm.size(), 1u);
+  EXPECT_NEAR(d[0].error_mm, 0, 1e-9);
+  // A dot there, one that leads back, and one that goes beyond are something else.
+  for (const std::vector<Vec3>& other :
+       {std::vector<Vec3>{{60, 69.96, 0.3}, {60, 69.96, 0.3}}, std::vector<Vec3>{{60, 69.96, 0.3}, {60, 69.9, 0.3}},
+        along({{60, 69.96}, {60, 70.4}})})
+    EXPECT_EQ(judge(plan, std::vector{almost, shot(other)}).size(), 2u);
+}
+
 TEST(Deposits, what_does_not_follow_a_cut_bead_is_not_a_part_of_it) {
   const BoardPlan plan = board_plan(sample::recipe());
   for (const std::vector<Vec3>& other : {along({{46.5, 60}, {60, 60}}), along({{45.1, 60}, {45.1, 66}})}) {
