@@ -49,6 +49,8 @@ class BegunParts {
   /// In a world that is kept, a board outlives the program, and the clamp over it stays shut meanwhile.
   explicit BegunParts(std::string folder) : folder_(std::move(folder)), kept_(folder_.ends_with(kKeptWorld)) {}
 
+  [[nodiscard]] bool outlives_programs() const { return kept_; }
+
   /// The begun part that a job of this serial would be done on: what the clamp holds; else that of the serial, else the
   /// one in the machine, which is another one only if both have serials, or if the clamp is open and has held it
   /// (clamped()). Then one without serial is forgotten, unless its job was lost. One in the machine whose job was lost

@@ -115,12 +115,13 @@ Result<JobDone> do_job(const config::Machine& machine, const Prepared& prepared,
                         part.serial(),
                         profiles_of(machine),
                         options.same_machine};
-  done.clamp_holds =
-      !bench.release && bench.owner != nullptr && clamp_at(machine, bench.owner->latest()) == Clamp::Holds;
+  const bool holds = bench.owner != nullptr && clamp_at(machine, bench.owner->latest()) == Clamp::Holds;
+  done.clamp_holds = !bench.release && holds;
+  const bool held_on = holds && (!bench.release || (bench.parts != nullptr && bench.parts->outlives_programs()));
   if (bench.release) bench.release();
   Result<void> written;
   aside([&] {
-    part.end(done.result, done.clamp_holds);
+    part.end(done.result, held_on);
     written = write_files(done, std::move((*folder)->room), machine, prepared);
   });
   if (!written)

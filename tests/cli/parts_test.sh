@@ -109,3 +109,18 @@ for serial in "" "--serial P-1"; do
     expect_text "board          whole"
     alone 0 "the next one" --sim-state "$work/world" ${serial:+--serial P-2}; }
 done
+
+# A board that the clamp of a world that is kept holds is there for the next program, begun or finished with a defect.
+rm -rf "$work/alone" "$work/world"
+kept() { alone "$@" --sim-state "$work/world"; }
+kept 7 "a bead is cut by the stop button, alone" --serial P-1 --sim-script "$work/stop.yaml"
+kept 7 "another serial over a begun board" --serial P-2
+expect_text "the clamp still holds the part with serial 'P-1'"
+sed -i 's/^sim:$/sim:\n  tip_errors: {needle: [0.3 mm, 0 mm, 0 mm]}/' "$work/config/machines/patient.yaml"
+rm -rf "$work/alone" "$work/world"
+kept 9 "a needle that is bent" --serial P-1
+for serial in "--serial P-1" "" "--serial P-2"; do
+  # shellcheck disable=SC2086
+  kept 7 "a job over what it left, ${serial:-without serial}" $serial
+  expect_text "part-removed"
+done
