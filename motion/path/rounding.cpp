@@ -188,13 +188,21 @@ class Rounding::Shape {
   static constexpr double kGrowth = 0.3;       ///< of the distance of knots, for a distance from a vertex
 
   // Where the tolerance is as large as the radius on which legs turn, the fairest way within it is none: it folds.
+  // Legs that come and go between two directions, as noise lets them, turn nowhere.
   void keep_radii() {
-    for (std::size_t k = 1; k + 1 < v_.size(); ++k) {
-      Corner& c = corners_[k];
-      c.turn = aside(m_, minus(legs_[k].direction, legs_[k - 1].direction));
-      if (c.turn > kSharp || c.turn < kStraightOn) continue;
-      const double most = kOfRadius * (legs_[k - 1].length + legs_[k].length) / (2 * c.turn);
-      for (Leg* leg : {&legs_[k - 1], &legs_[k]}) leg->room_mm = std::min(leg->room_mm, most);
+    constexpr double kTurned = 1;  ///< |d2 - d1|: about 60 degrees
+    for (std::size_t k = 1; k + 1 < v_.size(); ++k)
+      corners_[k].turn = aside(m_, minus(legs_[k].direction, legs_[k - 1].direction));
+    const auto middle = [&](std::size_t leg) { return (at_[leg] + at_[leg + 1]) / 2; };
+    for (std::size_t i = 0; i < legs_.size(); ++i) {
+      const double far = kTurned * legs_[i].room_mm / kOfRadius;  // a turn over more of the way binds nothing
+      for (std::size_t j = i + 1; j < legs_.size() && corners_[j].turn <= kSharp && middle(j) - middle(i) < far; ++j) {
+        const double turn = aside(m_, minus(legs_[j].direction, legs_[i].direction));
+        if (turn < kTurned) continue;
+        const double most = kOfRadius * (middle(j) - middle(i)) / turn;
+        for (std::size_t leg = i; leg <= j; ++leg) legs_[leg].room_mm = std::min(legs_[leg].room_mm, most);
+        break;
+      }
     }
   }
 

@@ -129,8 +129,9 @@ class Undisturbed {
       double on = 0, aside = 0;
       for (std::size_t i = 0; i < 3; ++i) on += (q_[k][i] - q[i]) * d[i];
       for (std::size_t i = 0; i < 5; ++i) aside = std::max(aside, std::abs(q_[k][i] - q[i] - on * d[i]));
-      // A gentle curve is as near to a line over some hundredths of a mm as 1e-8.
-      if (aside > 1e-10 || on < reached - 1e-9) break;
+      // A gentle curve is as near to a line over some hundredths of a mm as 1e-8, at an inflection as 1e-10; a line is
+      // but for rounding.
+      if (aside > 2e-12 || on < reached - 1e-9) break;
       reached = on;
     }
     return reached;
