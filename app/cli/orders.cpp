@@ -94,9 +94,9 @@ void forget_part(Context& context, const std::string& state, const std::string& 
   for (desk::BegunParts& parts : desk::BegunParts::all(state)) {
     const auto forgotten = parts.forget_removed(serial);
     if (!forgotten) return void(context.exit_code = show(forgotten.error(), context.json));
-    if (*forgotten) said.push_back(desk::removal_in_words(*forgotten, serial));
+    if (*forgotten) said.push_back(desk::removal_in_words(*forgotten, serial, !parts.outlives_programs()));
   }
-  if (said.empty()) said.push_back(desk::removal_in_words(std::nullopt, serial));
+  if (said.empty()) said.push_back(desk::removal_in_words(std::nullopt, serial, true));
   const std::string words = fmt::format(
       "{}\nno owner is up: the clamp stays as it is, and what is remembered was looked for in {}; another "
       "machine's or the service's stands elsewhere (--machine, --state)",

@@ -112,19 +112,18 @@ std::string why(const std::exception& error) {
 template <class Take>
 Result<std::optional<std::invoke_result_t<Take, const Json&>>> document(const std::string& file, Take&& take) {
   std::error_code ignored;
-  if (!fs::exists(file, ignored)) return std::nullopt;
+  if (fs::symlink_status(file, ignored).type() == fs::file_type::not_found) return std::nullopt;
+  constexpr const char* kWayOut =
+      "what is known of a part that was begun cannot be read ({}); look at the board, and remove what stands there; "
+      "`gantry part-removed` then says that the part is out";
   const auto text = config::read_text_file(file, kLargestFile);
-  if (!text) return tl::unexpected(text.error());
+  if (!text) return fail(text.error().fault, fmt::format(kWayOut, text.error().message), file);
   try {
     const Json all = Json::parse(*text);
     if (whole(all.at("format")) != kFormat) throw std::runtime_error("another format");
     return take(all);
   } catch (const std::exception& error) {
-    return fail(Fault::BadValue,
-                fmt::format("what is known of a part that was begun cannot be read ({}); look at the board, and remove "
-                            "the file",
-                            config::shortened(why(error), 200)),
-                file);
+    return fail(Fault::BadValue, fmt::format(kWayOut, config::shortened(why(error), 200)), file);
   }
 }
 
@@ -145,15 +144,17 @@ record::Board board_of(const BegunPart& part) {
                                  : record::Board::Whole;
 }
 
-std::string removal_in_words(const std::optional<BegunPart>& forgotten, const std::string& serial) {
+std::string removal_in_words(const std::optional<BegunPart>& forgotten, const std::string& serial, bool comes_back) {
   const auto quoted = [](const std::string& text) { return "'" + config::shortened(text, 100) + "'"; };
   if (!forgotten)
     return serial.empty() ? "no part was begun and not finished"
                           : fmt::format("no part with serial {} was begun and not finished", quoted(serial));
-  const std::string which = fmt::format("the part {}that recipe '{}' began at {} and did not finish",
-                                        forgotten->serial.empty() ? "" : quoted(forgotten->serial) + " ",
-                                        forgotten->recipe, forgotten->began);
-  if (serial == forgotten->serial) return which + " is not waited for any more";
+  const std::string which =
+      fmt::format("the part {}that recipe '{}' began at {} and {}",
+                  forgotten->serial.empty() ? "" : quoted(forgotten->serial) + " ", forgotten->recipe, forgotten->began,
+                  forgotten->left.empty() ? "finished with defects" : "did not finish");
+  if (serial == forgotten->serial || forgotten->left.empty() || !comes_back)
+    return which + " is not waited for any more";
   return fmt::format(
       "{} is out of the machine, and still known by its serial: a run with --serial {} and {} finishes it, `gantry "
       "part-removed --serial {}` forgets it",
@@ -217,9 +218,11 @@ record::Board BegunParts::board(const std::string& serial) const {
   auto part = finished();
   if (!part || !*part || (!serial.empty() && (**part).serial != serial)) {
     const auto inside = in_machine();
-    part = serial.empty() && inside && *inside ? read(**inside) : read(serial);
+    if (!inside) return record::Board::Begun;
+    part = serial.empty() && *inside ? read(**inside) : read(serial);
   }
-  return part && *part ? board_of(**part) : record::Board::Untouched;
+  if (!part) return record::Board::Begun;  // something is, and nobody can read what
+  return *part ? board_of(**part) : record::Board::Untouched;
 }
 
 Result<std::optional<BegunPart>> BegunParts::another(const std::string& serial) const {
@@ -279,20 +282,22 @@ Result<void> BegunParts::keep_finished(BegunPart part) {
 }
 
 Result<std::optional<BegunPart>> BegunParts::forget_removed(const std::string& serial) {
-  std::string which = serial;
   const auto last = finished();
   if (!last) return last;
-  if (serial.empty() || (*last && (**last).serial == serial))
+  const auto inside = in_machine();
+  if (!inside) return tl::unexpected(inside.error());
+  const std::string which = serial.empty() && *inside ? **inside : serial;
+  auto part = read(which);  // what cannot be read stays as it is, whole
+  if (!part) return part;
+  if (*last && (serial.empty() || (**last).serial == serial)) {
     if (auto gone = forget_finished(); !gone) return tl::unexpected(gone.error());
-  if (serial.empty()) {
-    const auto inside = in_machine();
-    if (!inside) return tl::unexpected(inside.error());
-    if (*inside) which = **inside;
-    if (auto done = removed(in_machine_file()); !done) return tl::unexpected(done.error());
+    if (!*part) part = last;
   }
-  auto part = read(which);
-  if (!part || !*part || serial != which) return part;  // whoever says no serial takes it out, and may bring it back
-  if (auto done = forget(which); !done) return tl::unexpected(done.error());
+  // Whoever says no serial takes it out, and may bring it back; a simulated board that is taken out is gone.
+  if (*part && (serial == which || kept_))
+    if (auto done = forget(which); !done) return tl::unexpected(done.error());
+  if (serial.empty())
+    if (auto done = removed(in_machine_file()); !done) return tl::unexpected(done.error());
   return part;
 }
 

@@ -29,7 +29,8 @@ struct BegunPart {
 record::Board board_of(const BegunPart& part);
 
 /// What `part-removed` came to, for people: that it is forgotten, or that there was none of this serial.
-std::string removal_in_words(const std::optional<BegunPart>& forgotten, const std::string& serial);
+/// `comes_back`: a part with a serial may be brought back.
+std::string removal_in_words(const std::optional<BegunPart>& forgotten, const std::string& serial, bool comes_back);
 
 /// What is known of the clamp as a job is asked for.
 enum class Clamp {
@@ -50,6 +51,8 @@ class BegunParts {
   explicit BegunParts(std::string folder) : folder_(std::move(folder)), kept_(folder_.ends_with(kKeptWorld)) {}
 
   [[nodiscard]] bool outlives_programs() const { return kept_; }
+  /// A job of this program has ended with the clamp shut.
+  [[nodiscard]] bool is_clamped() const { return clamped_; }
 
   /// The begun part that a job of this serial would be done on: what the clamp holds; else that of the serial, else the
   /// one in the machine, which is another one only if both have serials, or if the clamp is open and has held it

@@ -101,7 +101,9 @@ void Desk::take(const OrderSocket::Incoming& in) {
   if (at_work() != nullptr) {
     run::Standing now = owner_.standing();
     now.undertaking = run::undertaking_of(at_work()->request.order->kind);  // also of a job that begins
-    return reply(client, request, failure({Error{Fault::Refused, run::refusal(kind, now), ""}}));
+    Json refused = failure({Error{Fault::Refused, run::refusal(kind, now), ""}});
+    if (kind == run::OrderKind::Run) refused["board"] = board_of(request.order->serial);
+    return reply(client, request, std::move(refused));
   }
   door_.set_busy(client, true);
   waiting_ = Waiting{client, request};

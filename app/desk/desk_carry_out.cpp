@@ -92,7 +92,8 @@ Desk::Carried Desk::part_removed(const run::Order& order) {
   owner_.aside([&] { forgotten = options_.parts->forget_removed(order.serial); });
   if (!forgotten) return {.answer = failure({forgotten.error()})};
   std::string said;
-  if (*forgotten || !order.serial.empty()) said = removal_in_words(*forgotten, order.serial) + "\n";
+  if (*forgotten || !order.serial.empty())
+    said = removal_in_words(*forgotten, order.serial, !options_.parts->outlives_programs()) + "\n";
   if (*another)
     said += fmt::format("the clamp stays as it is: the part in the machine {}\n",
                         (*another)->empty() ? "was begun without a serial; `gantry part-removed` alone means it"
@@ -102,7 +103,7 @@ Desk::Carried Desk::part_removed(const run::Order& order) {
 
 std::string_view Desk::board_of(const std::string& serial) {
   record::Board board = record::Board::Untouched;
-  if (options_.parts != nullptr) owner_.aside([&] { board = options_.parts->board(serial); });
+  if (options_.parts != nullptr) board = options_.parts->board(serial);
   return record::name(board);
 }
 

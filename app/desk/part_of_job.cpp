@@ -203,6 +203,10 @@ Result<void> PartOfJob::begin() {
   return keep(part(std::move(open), true), nullptr);
 }
 
+bool PartOfJob::comes_new() const {
+  return parts_ != nullptr && parts_->outlives_programs() && !found_ && !parts_->is_clamped();
+}
+
 record::OnBoard PartOfJob::before() const {
   if (!found_) return {};
   record::OnBoard before{std::vector<bool>(recipe_.features.size(), true), found_->defects};

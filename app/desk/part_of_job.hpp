@@ -38,6 +38,8 @@ class PartOfJob {
   Result<void> begin();
   /// As it was asked for; else as it was begun with.
   [[nodiscard]] const std::string& serial() const { return serial_.empty() && found_ ? found_->serial : serial_; }
+  /// Nothing is known to lie in a world that outlives programs: whatever an earlier one left there was taken out.
+  [[nodiscard]] bool comes_new() const;
   /// What lies on it already.
   [[nodiscard]] record::OnBoard before() const;
   /// What it is asked to dispense though it lies there, by id.

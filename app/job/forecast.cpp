@@ -34,6 +34,22 @@ void change(Forecast& forecast, std::size_t step, double to_s) {
   forecast.steps[step].s = to_s;
 }
 
+/// What is dispensed first is then come to from elsewhere.
+void leave_out(Forecast& forecast, const PurgeStep& purge, const BlockPlanner& planner, const recipes::Job& job) {
+  change(forecast, purge.step, 0);
+  for (const recipes::Block& block : job.blocks) {
+    const auto* all = std::get_if<recipes::Dispense>(&block.what);
+    if (all == nullptr || all->features.empty()) continue;
+    const auto without_s = first_motion_s(planner, block, purge.from),
+               with_s = first_motion_s(planner, block, purge.to);
+    if (!without_s || !with_s || purge.step + 1 >= forecast.steps.size()) return;
+    const double more_s = *without_s - *with_s;
+    change(forecast, purge.step + 1, forecast.steps[purge.step + 1].s + more_s);
+    forecast.features[all->features.front()].travel_s += more_s;
+    return;
+  }
+}
+
 }  // namespace
 
 std::string words_of(const Next& step, const recipes::Recipe& recipe) {
@@ -90,10 +106,11 @@ Forecast from_here(Forecast forecast, const config::Machine& machine, const reci
     return std::accumulate(forecast.steps.begin(), forecast.steps.begin() + static_cast<std::ptrdiff_t>(step), 0.0,
                            [](double sum, const StepTime& each) { return sum + each.s; });
   };
-  if (const auto purge = forecast.purge; purge && shut_s && *shut_s + steps_before(*purge) <= recipe.purge->after_s)
-    change(forecast, *purge, 0);
   BlockPlanner planner(machine, recipe);
   planner.know_ways(forecast.ways);
+  if (const auto purge = forecast.purge;
+      purge && shut_s && *shut_s + steps_before(purge->step) <= recipe.purge->after_s)
+    leave_out(forecast, *purge, planner, job);
   AxisVec from = at;
   double rise_s = 0;
   if (const auto up = plan_rise(machine, *planner.surroundings(), 1, at); up && *up)

@@ -28,11 +28,17 @@ struct StepTime {
   double s = 0;      ///< its motions, and how long an image takes
 };
 
+/// The step that purges, and where the axes are before and behind it.
+struct PurgeStep {
+  std::size_t step = 0;
+  AxisVec from{}, to{};
+};
+
 struct Forecast {
-  double s = 0;                        ///< all steps
-  std::vector<StepTime> steps;         ///< those with motion, in order
-  std::vector<FeatureTime> features;   ///< by index in Recipe::features; 0 of those that the job leaves out
-  std::optional<std::size_t> purge{};  ///< which of the steps purges
+  double s = 0;                       ///< all steps
+  std::vector<StepTime> steps;        ///< those with motion, in order
+  std::vector<FeatureTime> features;  ///< by index in Recipe::features; 0 of those that the job leaves out
+  std::optional<PurgeStep> purge{};
   /// Ways around bodies that it counts with: the job goes the same ones where they are free.
   std::shared_ptr<motion::KnownWays> ways{};
 };

@@ -31,8 +31,6 @@ class Prover {
       proof_.steps.emplace_back(step);
       const double before_s = proof_.forecast.s;
       auto after = take(step);
-      if (std::holds_alternative<recipes::PurgeNeedle>(Next(step)))
-        proof_.forecast.purge = proof_.forecast.steps.size();
       if (std::string what = words_of(step, recipe_); !what.empty())
         proof_.forecast.steps.push_back({std::move(what), proof_.forecast.s - before_s});
       return after;
@@ -64,7 +62,9 @@ class Prover {
   }
   /// Whether the job will purge is not known yet: it is proved as if it did.
   Result<JobState> take(const recipes::PurgeNeedle& step) {
+    const AxisVec from = at_;
     if (auto r = add(step); !r) return tl::unexpected(r.error());
+    proof_.forecast.purge = PurgeStep{proof_.forecast.steps.size(), from, at_};
     return after_block(state_);
   }
   Result<JobState> take(const recipes::Dispense& step) {

@@ -14,6 +14,7 @@
 #include "app/record/summary.hpp"
 #include "app/record/write_file.hpp"
 #include "config/yaml.hpp"
+#include "core/clean_text.hpp"
 #include "core/shell_words.hpp"
 #include "core/units.hpp"
 
@@ -202,8 +203,9 @@ Json certificate_json(const JobResult& r, const ProvedJob& proved) {
 
 Result<void> write_certificate(const std::string& folder, const JobResult& result, const ProvedJob& proved) {
   if (!result.dry_run || result.exit_code != ExitCode::Done) return {};
-  return write_file(folder + "/" + kCertificateFile,
-                    certificate_json(result, proved).dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  return write_file(
+      folder + "/" + kCertificateFile,
+      escape_steering(certificate_json(result, proved).dump(2, ' ', false, Json::error_handler_t::replace)) + "\n");
 }
 
 Checked<Certificate> read_certificate(const std::string& path) {

@@ -1,6 +1,7 @@
 #include "app/record/motion_file.hpp"
 
 #include "app/job/motion_rows.hpp"
+#include "core/clean_text.hpp"
 
 namespace gantry::record {
 
@@ -9,7 +10,8 @@ MotionFile::MotionFile(const std::string& path, const config::Machine& machine, 
   write(job::MotionRows(machine).heading());
 }
 
-void MotionFile::write(const std::string& rows) {
+void MotionFile::write(const std::string& raw) {
+  const std::string rows = clean_lines(raw);  // names of files are in them
   hash_.add(rows);
   out_->write(rows);
 }

@@ -54,6 +54,7 @@ struct RunOptions {
   const job::Forecast* forecast = nullptr;  ///< of the job, from the park position; null: there is none
   std::string serial{};                     ///< of the part
   record::SameMachine same_machine{};       ///< for the result's words, which the desk adds
+  bool another_board = false;               ///< the one in a simulated machine was taken out since
   record::OnBoard before{};                 ///< what jobs before it have left there; not empty: the clamp stays shut
   Begin begin = Begin::AtOnce;
   std::span<const job::SlowBead> slow_beads{};  ///< of the job's proof

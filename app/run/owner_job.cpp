@@ -50,10 +50,10 @@ std::string result_in_words(const record::JobResult& result) {
 }
 
 /// A board of this recipe lies in the machine, and what becomes of it counts from here on.
-Result<void> begin_in(sim::WorldAccess& world, const recipes::Recipe& recipe) {
+Result<void> begin_in(sim::WorldAccess& world, const recipes::Recipe& recipe, bool another_board) {
   const auto held = world.holds_board(recipe);
   if (!held) return tl::unexpected(held.error());
-  if (!*held)
+  if (!*held || another_board)
     if (auto loaded = world.load_board(recipe); !loaded) return loaded;
   return world.begin_job();
 }
@@ -310,7 +310,10 @@ record::JobResult Owner::run(const recipes::Recipe& recipe, const recipes::Job& 
   if (ended) ended = camera_for(recipe, job, p.world != nullptr);
   bool seen_by_world = false;  // what it tells before that is of the job before
   if (ended && p.world != nullptr) {
-    if (auto r = p.aside([&] { ended = begin_in(*p.world, recipe), seen_by_world = ended.has_value(); }); !r) ended = r;
+    if (auto r = p.aside(
+            [&] { ended = begin_in(*p.world, recipe, options.another_board), seen_by_world = ended.has_value(); });
+        !r)
+      ended = r;
   }
   if (ended) ended = p.torque();
   if (ended && !p.all_referenced()) ended = p.home(p.unreferenced());

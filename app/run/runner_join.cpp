@@ -190,15 +190,16 @@ Result<job::JobState> Runner::join(std::size_t feature) {
     if (tried.error().fault == Fault::Aborted) return tl::unexpected(tried.error());
     return stays_cut(tried.error().message);
   }
-  const double joined_s = shut_s + return_s(*tried) / std::min(site_.control.latest().override_factor, 1.0);
+  const double set_out_s = site_.control.valve_shut_s().value_or(shut_s);  // planning takes its time
+  const double joined_s = set_out_s + return_s(*tried) / std::min(site_.control.latest().override_factor, 1.0);
   if (joined_s > m.rejoin_within_s)
     return stays_cut(
         fmt::format("its valve would have been shut for {:.1f} s when the needle is back, and material '{}' is to be "
                     "joined within {:.6g} s ('rejoin_within')",
                     joined_s, m.name, m.rejoin_within_s));
   log::info("'{}' is joined {:.2f} mm from its start, about {:.1f} s after it was cut", id, part.mm, joined_s);
-  joining_ =
-      Joining{feature, {id, part.mm, shut_s}, site_.control.latest().time_ns - static_cast<std::int64_t>(shut_s * 1e9)};
+  joining_ = Joining{
+      feature, {id, part.mm, set_out_s}, site_.control.latest().time_ns - static_cast<std::int64_t>(set_out_s * 1e9)};
   return job::after_cut(state_, part);
 }
 

@@ -15,8 +15,8 @@
 namespace gantry::motion {
 namespace {
 
-constexpr double kFlat_s = 1, kSteepest = 2;  // of a run-up from above
-constexpr double kCurveShare = 0.3;           // of an axis' limits that the descent may use of itself
+constexpr double kFlat_s = 0.5, kSteepest = 20;  // of a run-up from above
+constexpr double kCurveShare = 0.3;              // of an axis' limits that the descent may use of itself
 /// One of the descents that are tried, of which the shortest is taken: shares of the limits for speeding up, and for
 /// the change of acceleration at the join; and over how much of its radius it is bent.
 struct Try {

@@ -116,6 +116,10 @@ kept() { alone "$@" --sim-state "$work/world"; }
 kept 7 "a bead is cut by the stop button, alone" --serial P-1 --sim-script "$work/stop.yaml"
 kept 7 "another serial over a begun board" --serial P-2
 expect_text "the clamp still holds the part with serial 'P-1'"
+expect_exit 0 "it is taken out, and no owner is up" "$gantry" part-removed --state "$work/alone"
+kept 0 "another serial on another board" --serial P-2
+expect_text "board          whole"
+kept 7 "a simulated board that was taken out is gone" --serial P-1 --finish
 sed -i 's/^sim:$/sim:\n  tip_errors: {needle: [0.3 mm, 0 mm, 0 mm]}/' "$work/config/machines/patient.yaml"
 rm -rf "$work/alone" "$work/world"
 kept 9 "a needle that is bent" --serial P-1

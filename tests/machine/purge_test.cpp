@@ -44,6 +44,11 @@ TEST(Purge, is_done_in_the_first_job_and_again_only_when_the_valve_was_shut_for_
   const record::JobResult second = rig.run(recipe);
   test::expect_done(second);
   EXPECT_LT(second.actual_s, 25);
+  ASSERT_FALSE(first.steps.empty());
+  for (const record::JobResult* job : {&first, &second})
+    for (const auto& step : job->steps)
+      EXPECT_NEAR(step.actual_s, step.predicted_s.value_or(-1), 0.004)
+          << step.what << ": it is forecast without a purge";
   EXPECT_EQ(purges(second), 0u);
   EXPECT_EQ(second.features_done, 1u);
   for (int i = 0; i < 30'000; ++i) rig.owner().idle();

@@ -192,10 +192,23 @@ TEST(Deposits, what_little_was_missing_of_a_bead_is_a_part_of_it) {
   ASSERT_EQ(d.size(), 1u);
   ASSERT_EQ(d[0].joins_mm.size(), 1u);
   EXPECT_NEAR(d[0].error_mm, 0, 1e-9);
-  // A dot there, one that leads back, and one that goes beyond are something else.
+  // What is missing is not a feature's that begins near there.
+  BoardPlan near = plan;
+  near.features.push_back({"dot", false, {{61, 70}}, 0.3});
+  near.features.push_back({"bead", true, {{60, 70}, {70, 70}}, 0.3});
+  const auto beside = judge(near, std::vector{almost, shot({{60, 69.96, 0.3}, {60, 70, 0.3}}), shot({{61, 70, 0.3}}),
+                                              shot(along({{60, 70}, {70, 70}}))});
+  ASSERT_EQ(beside.size(), 3u);
+  EXPECT_EQ(beside[1].id, "dot");
+  EXPECT_EQ(beside[2].id, "bead");
+  for (const auto& each : beside) EXPECT_NEAR(each.error_mm, 0, 1e-9) << each.id;
+  // Nothing is missing of this one, and what lies there is a stray dot.
+  EXPECT_EQ(judge(plan, std::vector{shot(along({{30, 60}, {60, 60}, {60, 69.9998}})), shot({{60, 70, 0.3}})}).size(),
+            2u);
+  // A dot there, one that leads back, one that goes beyond and one that is higher are something else.
   for (const std::vector<Vec3>& other :
        {std::vector<Vec3>{{60, 69.96, 0.3}, {60, 69.96, 0.3}}, std::vector<Vec3>{{60, 69.96, 0.3}, {60, 69.9, 0.3}},
-        along({{60, 69.96}, {60, 70.4}})})
+        along({{60, 69.96}, {60, 70.4}}), std::vector<Vec3>{{60, 69.96, 5.3}, {60, 70, 5.3}}})
     EXPECT_EQ(judge(plan, std::vector{almost, shot(other)}).size(), 2u);
 }
 
