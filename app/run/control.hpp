@@ -50,7 +50,12 @@ class Control {
   /// machine time.
   Result<void> command(const cycle::Command& command, double timeout_s);
   /// Sends and does not wait (hold, resume, override); no time passes in it.
-  void post(const cycle::Command& command) { in_flight_.post(command); }
+  void post(const cycle::Command& command) {
+    if (command.kind == cycle::CommandKind::Override) ordered_override_ = command.value;
+    in_flight_.post(command);
+  }
+  /// The last override that was posted, also where the loop has not taken it yet.
+  [[nodiscard]] double ordered_override() const { return ordered_override_; }
   /// The same, and keeps the answer for whoever asks for it.
   Request request(const cycle::Command& command) { return in_flight_.ask(command); }
   /// Nothing as long as it has not come; once told, it is forgotten.
@@ -139,6 +144,7 @@ class Control {
   Time period_;
   std::function<Error(const cycle::Event&)> describe_;
   std::function<void()> poll_orders_, service_;
+  double ordered_override_ = 1;
   InFlight in_flight_;
   std::optional<Error> fault_, aborted_;
   CycleIndex fault_at_ = 0;

@@ -191,7 +191,7 @@ Result<job::JobState> Runner::join(std::size_t feature) {
     return stays_cut(tried.error().message);
   }
   const double set_out_s = site_.control.valve_shut_s().value_or(shut_s);  // planning takes its time
-  const double joined_s = set_out_s + return_s(*tried) / std::min(site_.control.latest().override_factor, 1.0);
+  const double joined_s = set_out_s + return_s(*tried) / std::min(site_.control.ordered_override(), 1.0);
   if (joined_s > m.rejoin_within_s)
     return stays_cut(
         fmt::format("its valve would have been shut for {:.1f} s when the needle is back, and material '{}' is to be "
