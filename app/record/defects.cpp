@@ -210,7 +210,13 @@ class Judge {
       return add_extra(*d);
     }
     joins(bead.id, *d, *m);
-    if (!ends)
+    const auto joined = static_cast<std::size_t>(std::ranges::count(result_.joined, bead.id, &Joined::feature));
+    // A valve that was told to shut before it had opened has laid nothing that the join goes on from.
+    if (start_off_mm > m->tolerance_mm && joined > d->joins_mm.size())
+      add(bead.id, Kind::Cut,
+          fmt::format("{:.3f} mm are missing at its start: nothing lies before where it was cut and joined again",
+                      start_off_mm));
+    else if (!ends)
       add(bead.id, Kind::Beside,
           fmt::format(
               "its start lies {:.3f} mm, its end {:.3f} mm beside its place; {:.3g} mm and {:.3g} mm are allowed",

@@ -119,6 +119,21 @@ TEST(Defects, an_end_in_mid_bead_by_early_off_may_be_off_as_far_as_the_path_may)
 }
 
 // An override below 100 % makes the way to the join longer after the resume has come in time.
+// A stop takes the valve's command back before it has opened: what the loop counts as laid is not there.
+TEST(Defects, a_bead_that_begins_where_it_was_joined_lacks_what_is_before) {
+  const auto judged_as = [&](std::vector<double> joins_mm) {
+    Deposit short_of_it = bead();
+    short_of_it.board_mm.front().x += 0.55, short_of_it.error_mm = 0.55, short_of_it.joins_mm = std::move(joins_mm);
+    JobResult r;
+    r.deposits = {dot(), short_of_it}, r.has_world = true;
+    r.joined = {{"b", 0.25, 2.9}};
+    add_judgement(r, judge_board(r, recipe(), {kDone, {}}, kCycle_s));
+    return r;
+  };
+  expect_one(judged_as({}), "b", Kind::Cut, Board::Begun);
+  expect_one(judged_as({0.0}), "b", Kind::Beside, Board::Defects);
+}
+
 TEST(Defects, a_bead_that_was_joined_later_than_its_material_bears_is_one) {
   auto brief = recipe();
   brief.materials[0].rejoin_within_s = 6;
