@@ -34,38 +34,38 @@ bool steers(char32_t c) {
          (c >= 0x2028 && c <= 0x202E) || (c >= 0x2066 && c <= 0x2069);
 }
 
-}  // namespace
-
-std::string clean_text(std::string_view text) {
+/// Each character, or byte that is none, as `write` adds it.
+template <class Write>
+std::string rewritten(std::string_view text, Write&& write) {
   std::string out;
   out.reserve(text.size());
   while (!text.empty()) {
     const Character c = first_of(text);
     const std::size_t bytes = c.bytes == 0 ? 1 : c.bytes;
-    if (c.code == '\n' || c.code == '\t' || c.code == '\r')
-      out += ' ';
-    else if (c.bytes == 0 || steers(c.code))
-      out += "\xEF\xBF\xBD";
-    else
-      out += text.substr(0, bytes);
+    write(out, c, text.substr(0, bytes));
     text.remove_prefix(bytes);
   }
   return out;
 }
 
+}  // namespace
+
+std::string clean_text(std::string_view text) {
+  return rewritten(text, [](std::string& out, const Character& c, std::string_view as_it_is) {
+    if (c.code == '\n' || c.code == '\t' || c.code == '\r')
+      out += ' ';
+    else
+      out += c.bytes == 0 || steers(c.code) ? "\xEF\xBF\xBD" : as_it_is;
+  });
+}
+
 std::string escape_steering(std::string_view json) {
-  std::string out;
-  out.reserve(json.size());
-  while (!json.empty()) {
-    const Character c = first_of(json);
-    const std::size_t bytes = c.bytes == 0 ? 1 : c.bytes;
+  return rewritten(json, [](std::string& out, const Character& c, std::string_view as_it_is) {
     if (c.code >= 0x20 && steers(c.code))
       out += fmt::format("\\u{:04x}", static_cast<std::uint32_t>(c.code));
     else
-      out += json.substr(0, bytes);
-    json.remove_prefix(bytes);
-  }
-  return out;
+      out += as_it_is;
+  });
 }
 
 std::string clean_lines(std::string_view text) {

@@ -307,11 +307,8 @@ bool check_seat(const Recipe& recipe, const config::Machine& machine, Mistakes& 
     work.off_the_parts(t.at, t.at, nullptr, t.location, fmt::format("touch '{}'", t.name));
   }
   for (const Feature& each : recipe.features) std::visit([&](const auto& f) { feature(work, f); }, each);
-  if (recipe.purge && recipe.purge->frame.empty()) {
-    const Vec2 at{recipe.purge->at.x, recipe.purge->at.y}, size = recipe.board.size;
-    const bool on_board = at.x >= 0 && at.y >= 0 && at.x <= size.x && at.y <= size.y;
-    if (on_board) work.off_the_margin(at, 0, recipe.purge->at_location, "the purge");
-  }
+  if (const auto& purge = recipe.purge; purge && purge->frame.empty() && on_board(recipe.board, flat(purge->at)))
+    work.off_the_margin(flat(purge->at), 0, purge->at_location, "the purge");
   if (room) work.tell_margin();
   return true;
 }

@@ -210,10 +210,6 @@ Result<void> BegunParts::forget_finished() {
   return kept_ ? removed(finished_file()) : Result<void>{};
 }
 
-bool BegunParts::holds(Clamp clamp) const {
-  return kept_ ? !(clamp == Clamp::Open && clamped_) : clamp == Clamp::Holds && clamped_;
-}
-
 record::Board BegunParts::board(const std::string& serial) const {
   auto part = finished();
   if (!part || !*part || (!serial.empty() && (**part).serial != serial)) {
@@ -236,7 +232,7 @@ Result<std::optional<BegunPart>> BegunParts::another(const std::string& serial) 
 }
 
 Result<std::optional<BegunPart>> BegunParts::find(const std::string& serial, Clamp clamp) {
-  if (clamp == Clamp::Open && (clamped_ || !kept_))
+  if (lets_go(clamp))
     if (auto gone = forget_finished(); !gone) return tl::unexpected(gone.error());
   // Whatever the serial says, the job would be done on what the clamp holds; and who has lost a job has seen no hand
   // that took its part out.

@@ -80,7 +80,9 @@ class BegunParts {
 
  private:
   static constexpr std::string_view kKeptWorld = "sim-kept";
-  [[nodiscard]] bool holds(Clamp clamp) const;
+  /// A hand may have taken out what lay there.
+  [[nodiscard]] bool lets_go(Clamp clamp) const { return clamp == Clamp::Open && (clamped_ || !kept_); }
+  [[nodiscard]] bool holds(Clamp clamp) const { return kept_ ? !lets_go(clamp) : clamp == Clamp::Holds && clamped_; }
   [[nodiscard]] std::string finished_file() const { return folder_ + "/finished.json"; }
   [[nodiscard]] Result<std::optional<BegunPart>> finished() const;
   Result<void> forget_finished();

@@ -78,11 +78,7 @@ void Desk::take(const OrderSocket::Incoming& in) {
   const std::uint64_t client = in.client;
   tell_given(client);
   const Request& request = in.request;
-  if (!request.order) {
-    Json refused = failure({request.order.error()});
-    if (request.asked == run::OrderKind::Run) refused["board"] = board_of("");  // whose serial it has, nobody knows
-    return reply(client, request, std::move(refused));
-  }
+  if (!request.order) return reply(client, request, failure({request.order.error()}));
   const run::OrderKind kind = request.order->kind;
   if (begins(*request.order)) {
     if (taken_back(in)) return reply(client, request, failure({kTakenBack}));
@@ -101,9 +97,7 @@ void Desk::take(const OrderSocket::Incoming& in) {
   if (at_work() != nullptr) {
     run::Standing now = owner_.standing();
     now.undertaking = run::undertaking_of(at_work()->request.order->kind);  // also of a job that begins
-    Json refused = failure({Error{Fault::Refused, run::refusal(kind, now), ""}});
-    if (kind == run::OrderKind::Run) refused["board"] = board_of(request.order->serial);
-    return reply(client, request, std::move(refused));
+    return reply(client, request, failure({Error{Fault::Refused, run::refusal(kind, now), ""}}));
   }
   door_.set_busy(client, true);
   waiting_ = Waiting{client, request};
@@ -116,6 +110,9 @@ void Desk::take(const OrderSocket::Incoming& in) {
 const Desk::Waiting* Desk::at_work() const { return doing_ ? &*doing_ : waiting_ ? &*waiting_ : nullptr; }
 
 void Desk::reply(std::uint64_t client, const Request& request, Json answer) {
+  // Of an order that is none nobody knows the serial.
+  if (request.asked == run::OrderKind::Run && !answer.contains("board"))
+    answer["board"] = board_of(request.order ? request.order->serial : "");
   door_.reply(client, to_line(answer_to(request, std::move(answer))));
 }
 

@@ -174,7 +174,6 @@ Json Desk::run_job(const run::Order& order) {
   }();
   preparing_ = false;
   recipe_.clear();
-  if (!answer.contains("board")) answer["board"] = board_of(order.serial);
   return answer;
 }
 

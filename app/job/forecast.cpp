@@ -34,20 +34,28 @@ void change(Forecast& forecast, std::size_t step, double to_s) {
   forecast.steps[step].s = to_s;
 }
 
-/// What is dispensed first is then come to from elsewhere.
+/// The step of this block is come to from another place than it was planned from. False where one cannot be planned.
+bool come_from(Forecast& forecast, std::size_t step, const BlockPlanner& planner, const recipes::Block& block,
+               const AxisVec& was, const AxisVec& is) {
+  const auto was_s = first_motion_s(planner, block, was), is_s = first_motion_s(planner, block, is);
+  if (!was_s || !is_s) return false;
+  const double more_s = *is_s - *was_s;
+  change(forecast, step, std::max(0.0, forecast.steps[step].s + more_s));
+  if (const auto* all = std::get_if<recipes::Dispense>(&block.what); all != nullptr && !all->features.empty())
+    forecast.features[all->features.front()].travel_s += more_s;
+  return true;
+}
+
+/// What is dispensed first is then come to from where the purge would have begun.
 void leave_out(Forecast& forecast, const PurgeStep& purge, const BlockPlanner& planner, const recipes::Job& job) {
   change(forecast, purge.step, 0);
-  for (const recipes::Block& block : job.blocks) {
+  const auto dispenses = [](const recipes::Block& block) {
     const auto* all = std::get_if<recipes::Dispense>(&block.what);
-    if (all == nullptr || all->features.empty()) continue;
-    const auto without_s = first_motion_s(planner, block, purge.from),
-               with_s = first_motion_s(planner, block, purge.to);
-    if (!without_s || !with_s || purge.step + 1 >= forecast.steps.size()) return;
-    const double more_s = *without_s - *with_s;
-    change(forecast, purge.step + 1, forecast.steps[purge.step + 1].s + more_s);
-    forecast.features[all->features.front()].travel_s += more_s;
-    return;
-  }
+    return all != nullptr && !all->features.empty();
+  };
+  const auto first = std::ranges::find_if(job.blocks, dispenses);
+  if (first != job.blocks.end() && purge.step + 1 < forecast.steps.size())
+    come_from(forecast, purge.step + 1, planner, *first, purge.to, purge.from);
 }
 
 }  // namespace
@@ -115,15 +123,7 @@ Forecast from_here(Forecast forecast, const config::Machine& machine, const reci
   double rise_s = 0;
   if (const auto up = plan_rise(machine, *planner.surroundings(), 1, at); up && *up)
     rise_s = (*up)->duration_s(), from = (*up)->end();
-  const auto nominal_s = first_motion_s(planner, job.blocks.front(), parked(machine, {})),
-             here_s = first_motion_s(planner, job.blocks.front(), from);
-  if (!nominal_s || !here_s) return forecast;
-  const double more_s = *here_s - *nominal_s;
-  change(forecast, 0, std::max(0.0, forecast.steps.front().s + more_s));
-  forecast.s += rise_s;
-  if (const auto* all = std::get_if<recipes::Dispense>(&job.blocks.front().what);
-      all != nullptr && !all->features.empty())
-    forecast.features[all->features.front()].travel_s += more_s;
+  if (come_from(forecast, 0, planner, job.blocks.front(), parked(machine, {}), from)) forecast.s += rise_s;
   return forecast;
 }
 

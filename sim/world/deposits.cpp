@@ -110,12 +110,19 @@ double misfit_of_join(const Shot& shot, const Deposit& cut, const BoardPlan::Fea
   return apart > kJoin_mm ? kFar : std::max(apart, farthest(shot.path, NearLine(feature.points), kMatch_mm));
 }
 
-/// What little was missing of a bead that counts as whole: a short shot, at its height, from where that ended on
-/// towards its end, which takes about as long as the bead would. A dot stands.
-bool finishes(const Shot& shot, const Deposit& almost, const BoardPlan::Feature& feature) {
-  constexpr double kMoves_mm = 0.005, kHeight_mm = 0.1, kValve_s = 0.05;
+/// A dot stands.
+constexpr double kMoves_mm = 0.005;
+
+bool moves_little(const Shot& shot) {
   const double mm = length_of(shot.path);
-  if (mm < kMoves_mm || mm > 2 * kWhole_mm) return false;
+  return mm >= kMoves_mm && mm <= 2 * kWhole_mm;
+}
+
+/// What little was missing of a bead that counts as whole: a shot that moves little, at its height, from where that
+/// ended on towards its end, and takes about as long as the bead would.
+bool finishes(const Shot& shot, const Deposit& almost, const BoardPlan::Feature& feature) {
+  constexpr double kHeight_mm = 0.1, kValve_s = 0.05;
+  const double mm = length_of(shot.path);
   const Vec2 end = flat(feature.points.back()), ended = flat(almost.board_mm.back());
   const double was_mm = norm(end - ended), is_mm = norm(end - flat(shot.path.back()));
   return was_mm >= kMoves_mm && norm(flat(shot.path.front()) - ended) <= kWhole_mm && is_mm < was_mm / 2 &&
@@ -229,7 +236,7 @@ std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_pt
     const double from_purge = purge_at && d.kind == "dot" ? norm(flat(shot->path.front()) - *purge_at) : kFar;
     const Match m = match(plan, starts, *shot, taken);
     Match onto;
-    const bool may_finish = length_of(shot->path) <= 2 * kWhole_mm;
+    const bool may_finish = moves_little(*shot);
     for (std::size_t i = 0; i < cuts.size(); ++i) {
       const BoardPlan::Feature& f = plan.features[cuts[i].feature];
       const Deposit& first = out[cuts[i].deposit];
