@@ -466,17 +466,14 @@ Checked<StationProfile> load_profile(const std::string& path) {
   const auto text = read_text_file(path);
   if (!text) return tl::unexpected(std::vector{text.error()});
   Mistakes mistakes(path);
-  const auto root = read_yaml(*text, mistakes);
-  StationProfile profile;
+  auto read = read_fields(*text, profile_fields(), mistakes, "the profile of a station");
+  if (!read || !mistakes.none()) return tl::unexpected(mistakes.errors());
+  StationProfile profile = std::move(*read);
   profile.name = std::filesystem::path(path).stem().string();
-  if (root && !is_of_format(*root, profile_format(), "the profile of a station", mistakes))
-    return tl::unexpected(mistakes.errors());
-  if (root) read_object(*root, profile_fields(), profile, {1, 1}, mistakes);
-  if (mistakes.none()) {
-    resolve_pdos(profile, profile.rx_pdos, *root->find("rx_pdos"), mistakes);
-    resolve_pdos(profile, profile.tx_pdos, *root->find("tx_pdos"), mistakes);
-    if (const Node* rows = root->find("terminals")) check_terminals(profile, *rows, mistakes);
-  }
+  const auto root = read_yaml(*text, mistakes);
+  resolve_pdos(profile, profile.rx_pdos, *root->find("rx_pdos"), mistakes);
+  resolve_pdos(profile, profile.tx_pdos, *root->find("tx_pdos"), mistakes);
+  if (const Node* rows = root->find("terminals")) check_terminals(profile, *rows, mistakes);
   if (mistakes.none()) check_profile(profile, *root, mistakes);
   if (!mistakes.none()) return tl::unexpected(mistakes.errors());
   for (const Wanted& wanted : kWanted) ask_for(profile, wanted);

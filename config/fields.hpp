@@ -13,6 +13,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "config/line_slip.hpp"
 #include "config/yaml.hpp"
 #include "core/units.hpp"
 #include "core/vec.hpp"
@@ -150,17 +151,30 @@ void read_object(const Node& node, const Fields<T>& fields, T& to, Location owne
   set_unread(to, refused || told(mistakes) != before);
 }
 
-/// A whole file. nullopt: not well-formed YAML, or, where it is told what it should be, quite another kind of file;
-/// with mistakes the value is only good for looking for more of them.
+/// A whole file. nullopt: not well-formed YAML, a line of it is missing, or, where it is told what it should be, quite
+/// another kind of file; with mistakes the value is only good for looking for more of them. `mistakes`: of this file,
+/// none yet.
 template <class T>
 std::optional<T> read_fields(std::string_view text, const Fields<T>& fields, Mistakes& mistakes,
                              std::string_view what = {}) {
-  const std::optional<Node> root = read_yaml(text, mistakes);
-  if (!root || (!what.empty() && !is_of_format(*root, object_shape(fields).fields, what, mistakes)))
-    return std::nullopt;
-  T to{};
-  read_object(*root, fields, to, {1, 1}, mistakes);
-  return to;
+  const std::vector<FieldShape> format = object_shape(fields).fields;
+  const auto read = [&](std::string_view from, Mistakes& told) -> std::optional<T> {
+    const std::optional<Node> root = read_yaml(from, told);
+    if (!root || (!what.empty() && !is_of_format(*root, format, what, told))) return std::nullopt;
+    T to{};
+    read_object(*root, fields, to, {1, 1}, told);
+    return to;
+  };
+  auto out = read(text, mistakes);
+  const auto slip = find_line_slip(text, mistakes, format, [&](std::string_view trial) {
+    Mistakes told(mistakes.file());
+    read(trial, told);
+    return told;
+  });
+  if (!slip) return out;
+  mistakes = slip->left;
+  Mistakes told_already(mistakes.file());
+  return slip->mended ? read(*slip->mended, told_already) : std::nullopt;
 }
 
 namespace detail {

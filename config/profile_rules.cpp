@@ -275,7 +275,8 @@ void axes_are_of_a_drive(const Look& l) {
 
 // ---- the drive ----
 
-constexpr ObjectAddress kMode{0x6060, 0}, kMethod{0x6098, 0}, kInputs{0x60FD, 0}, kProbe{0x60B9, 0}, kModes{0x6502, 0};
+constexpr ObjectAddress kMode{0x6060, 0}, kMethod{0x6098, 0}, kDigitalInputs{0x60FD, 0}, kProbe{0x60B9, 0},
+    kModes{0x6502, 0};
 
 int width_of(const Look& l, ObjectAddress address, int otherwise) {
   const ObjectRow* object = find_object(l.p, address);
@@ -354,7 +355,7 @@ void inputs_of_their_own(const Look& l) {
                           all[i].bit, all[k].key),
               location(i));
       });
-  const int width = width_of(l, kInputs, 32);
+  const int width = width_of(l, kDigitalInputs, 32);
   for (std::size_t i = 0; i < all.size(); ++i)
     if (all[i].bit >= width)
       l.say(fmt::format("{} is bit {} of 60FDh, which has {} bits in `objects`; correct one of the two", all[i].key,

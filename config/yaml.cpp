@@ -263,9 +263,21 @@ class TreeBuilder : public YAML::EventHandler {
     } else if (!level.seen.insert(value_.text).second) {
       mistakes_.add(Fault::DuplicateKey, fmt::format("'{}' stands twice here; remove one", value_.text),
                     value_.location);
+      level.key_refused = !forget_empty(level.node, value_.text);
     } else {
       level.key_refused = false;
     }
+  }
+
+  /// Of a key that stands twice the one behind which nothing stands is not meant.
+  static bool forget_empty(Node& map, std::string_view key) {
+    for (std::size_t i = 0; i < map.keys.size(); ++i)
+      if (map.keys[i].text == key && map.items[i].kind == Node::Kind::Empty) {
+        map.keys.erase(map.keys.begin() + static_cast<std::ptrdiff_t>(i));
+        map.items.erase(map.items.begin() + static_cast<std::ptrdiff_t>(i));
+        return true;
+      }
+    return false;
   }
 
   std::string_view text_;

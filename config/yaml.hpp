@@ -24,22 +24,25 @@ struct Location {
 class Mistakes {
  public:
   static constexpr std::size_t kMost = 100, kLongest = 1000;
+  struct Row {
+    Fault fault;
+    std::string message;
+    Location location;
+    bool operator==(const Row&) const = default;
+  };
   explicit Mistakes(std::string file) : file_(std::move(file)) {}
   void add(Fault fault, std::string_view message, Location location);
   [[nodiscard]] bool none() const { return rows_.empty(); }
   /// What is added from here on is only counted.
   [[nodiscard]] bool full() const { return rows_.size() >= kMost; }
   [[nodiscard]] const std::string& file() const { return file_; }
+  /// Those that are kept, as they were added.
+  [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
   /// In the order of the file, `where` set to "file:line:col". One name that is not there, one key that is
   /// unknown, is one error, with its places.
   [[nodiscard]] std::vector<Error> errors() const;
 
  private:
-  struct Row {
-    Fault fault;
-    std::string message;
-    Location location;
-  };
   std::string file_;
   std::vector<Row> rows_;
   std::size_t more_ = 0;
