@@ -78,11 +78,7 @@ void do_job(Context& context, JobRequest request) {
   if (auto fits = sim::check_script(request.owner.sim, *machine); !fits) return stop_with(fits.error());
   auto selection =
       desk::filled_in(std::move(request.select), parts ? &*parts : nullptr, request.serial, desk::Clamp::Unseen);
-  if (!selection) {
-    if (const record::Board board = selection.error().board; board != record::Board::Untouched)
-      context.board = record::name(board);
-    return stop_with({selection.error().error});
-  }
+  if (!selection) return stop_with({selection.error()});
   const motion::Opinion opinion = request.dry_run ? motion::fcl_opinion() : motion::Opinion{};
   const auto prepared = prepare_heard("proving " + request.recipe_file, context, [&](const Heard& heard) {
     return desk::prepare(*machine, request.recipe_file, *selection,

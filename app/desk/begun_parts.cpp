@@ -152,7 +152,9 @@ std::string removal_in_words(const std::optional<BegunPart>& forgotten, const st
   const std::string which =
       fmt::format("the part {}that recipe '{}' began at {} and {}",
                   forgotten->serial.empty() ? "" : quoted(forgotten->serial) + " ", forgotten->recipe, forgotten->began,
-                  forgotten->left.empty() ? "finished with defects" : "did not finish");
+                  !forgotten->left.empty()     ? "did not finish"
+                  : forgotten->defects.empty() ? "finished"
+                                               : "finished with defects");
   if (serial == forgotten->serial || forgotten->left.empty() || !comes_back)
     return which + " is not waited for any more";
   return fmt::format(
@@ -211,14 +213,20 @@ Result<void> BegunParts::forget_finished() {
 }
 
 record::Board BegunParts::board(const std::string& serial) const {
-  auto part = finished();
-  if (!part || !*part || (!serial.empty() && (**part).serial != serial)) {
-    const auto inside = in_machine();
-    if (!inside) return record::Board::Begun;
-    part = serial.empty() && *inside ? read(**inside) : read(serial);
-  }
+  const auto part = meant(serial);
   if (!part) return record::Board::Begun;  // something is, and nobody can read what
   return *part ? board_of(**part) : record::Board::Untouched;
+}
+
+Result<std::optional<BegunPart>> BegunParts::meant(const std::string& serial) const {
+  if (auto done = finished();
+      !done || (*done && (serial.empty() || (**done).serial.empty() || (**done).serial == serial)))
+    return done;
+  if (!serial.empty())
+    if (auto own = read(serial); !own || *own) return own;
+  const auto inside = in_machine();
+  if (!inside) return tl::unexpected(inside.error());
+  return !*inside || (!serial.empty() && !(**inside).empty()) ? std::nullopt : read(**inside);
 }
 
 Result<std::optional<BegunPart>> BegunParts::another(const std::string& serial) const {
@@ -298,6 +306,10 @@ Result<std::optional<BegunPart>> BegunParts::forget_removed(const std::string& s
 }
 
 Result<std::optional<std::string>> BegunParts::another_inside(const std::string& serial) const {
+  if (const auto done = finished(); !done)
+    return tl::unexpected(done.error());
+  else if (*done && !serial.empty() && !(**done).serial.empty() && (**done).serial != serial)
+    return (**done).serial;
   const auto inside = in_machine();
   if (!inside) return tl::unexpected(inside.error());
   if (!*inside || serial.empty() || **inside == serial) return std::nullopt;

@@ -51,8 +51,10 @@ class BegunParts {
   explicit BegunParts(std::string folder) : folder_(std::move(folder)), kept_(folder_.ends_with(kKeptWorld)) {}
 
   [[nodiscard]] bool outlives_programs() const { return kept_; }
-  /// A job of this program has ended with the clamp shut.
-  [[nodiscard]] bool is_clamped() const { return clamped_; }
+  /// What lay in the machine was taken out: by order, or nobody of this program has held it.
+  [[nodiscard]] bool is_taken_out() const { return taken_out_ || (kept_ && !clamped_); }
+  /// By order.
+  void take_out() { taken_out_ = true; }
 
   /// The begun part that a job of this serial would be done on: what the clamp holds; else that of the serial, else the
   /// one in the machine, which is another one only if both have serials, or if the clamp is open and has held it
@@ -63,7 +65,7 @@ class BegunParts {
   /// It is in the machine. On the disk when this returns. Fault::FileUnwritable.
   Result<void> keep(const BegunPart& part);
   /// Whether the clamp holds it, as seen after a job. What was open already when the bus came up is no removal.
-  void clamped(bool held) { clamped_ = held; }
+  void clamped(bool held) { clamped_ = held, taken_out_ = false; }
   Result<void> forget(const std::string& serial);
   /// It is finished and lies in the machine, because its job has not opened the clamp. The clamp opens with its bus, so
   /// that only the owner that holds it remembers that, but for a world that is kept.
@@ -73,7 +75,7 @@ class BegunParts {
   /// The part with this serial, which is forgotten; "": the one in the machine, which is out of it, and forgotten if it
   /// has no serial. Nothing where there is none.
   Result<std::optional<BegunPart>> forget_removed(const std::string& serial);
-  /// The serial ("" has none) of the begun part in the machine, where that is another one than this serial's.
+  /// The serial ("" has none) of the part in the machine, where that is another one than this serial's.
   [[nodiscard]] Result<std::optional<std::string>> another_inside(const std::string& serial) const;
   /// All of them: the world that they were in is gone.
   void forget_all();
@@ -90,12 +92,15 @@ class BegunParts {
   [[nodiscard]] std::string in_machine_file() const { return folder_ + "/in-machine.json"; }
   [[nodiscard]] Result<std::optional<std::string>> in_machine() const;
   [[nodiscard]] Result<std::optional<BegunPart>> read(const std::string& serial) const;
+  /// The part that a job of this serial would be done on, as far as it is known without the clamp.
+  [[nodiscard]] Result<std::optional<BegunPart>> meant(const std::string& serial) const;
   /// The begun or finished part with another serial than this one, if it is in the machine.
   [[nodiscard]] Result<std::optional<BegunPart>> another(const std::string& serial) const;
 
   std::string folder_;
   bool kept_;
   bool clamped_ = false;
+  bool taken_out_ = false;
   std::optional<BegunPart> finished_;  ///< and held, as far as this program has seen
 };
 

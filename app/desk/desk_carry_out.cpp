@@ -88,6 +88,7 @@ Desk::Carried Desk::part_removed(const run::Order& order) {
   if (!*another)
     if (auto open = owner_.part_removed(); !open) return {.answer = failure({open.error()})};
   if (options_.parts == nullptr) return {};
+  if (!*another) options_.parts->take_out();
   Result<std::optional<BegunPart>> forgotten;
   owner_.aside([&] { forgotten = options_.parts->forget_removed(order.serial); });
   if (!forgotten) return {.answer = failure({forgotten.error()})};
@@ -110,7 +111,7 @@ std::string_view Desk::board_of(const std::string& serial) {
 Json Desk::run_job(const run::Order& order) {
   // From here on an abort and a hold are for this job, also while something is done aside and clients are heard.
   recipe_ = order.recipe, preparing_ = true, aborted_.reset(), in_vain_.clear();
-  tl::expected<recipes::Selection, NotToFinish> selection;
+  Result<recipes::Selection> selection;
   owner_.aside([&, clamp = clamp_at(machine_, owner_.latest())] {
     selection = filled_in(order.select, options_.parts, order.serial, clamp);
   });
@@ -141,12 +142,7 @@ Json Desk::run_job(const run::Order& order) {
     return tl::unexpected(why_nothing_begins());
   };
   Json answer = [&]() -> Json {
-    if (!selection) {
-      Json refused = failure({selection.error().error});
-      if (const record::Board board = selection.error().board; board != record::Board::Untouched)
-        refused["board"] = record::name(board);
-      return refused;
-    }
+    if (!selection) return failure({selection.error()});
     if (!ready) return failure({why_nothing_begins()});
     if (shared->unreadable != 0)
       return failure({Error{Fault::FileUnreadable,

@@ -91,26 +91,23 @@ std::string has_all(const BegunPart& part, const std::string& serial) {
 
 }  // namespace
 
-tl::expected<recipes::Selection, NotToFinish> filled_in(recipes::Selection selection, BegunParts* parts,
-                                                        const std::string& serial, Clamp clamp) {
+Result<recipes::Selection> filled_in(recipes::Selection selection, BegunParts* parts, const std::string& serial,
+                                     Clamp clamp) {
   if (!selection.finish) return selection;
-  const auto refused = [](const std::string& why, record::Board board = record::Board::Untouched) {
-    return tl::unexpected(NotToFinish{{Fault::Refused, why, kFinish}, board});
-  };
+  const auto refused = [](const std::string& why) { return fail(Fault::Refused, why, kFinish); };
   if (parts == nullptr)
     return refused("no part is remembered here, as each run makes a new simulated board; leave '--finish' out");
   const auto found = parts->find(serial, clamp);
-  if (!found) return tl::unexpected(NotToFinish{found.error()});
+  if (!found) return tl::unexpected(found.error());
   if (!*found)
     return refused(fmt::format("no part{} was begun and not finished; leave '--finish' out",
                                serial.empty() ? "" : " with serial " + quoted(serial)));
   const BegunPart& part = **found;
   if (is_of_another(part, serial)) return refused(refusal_over(part, serial));
-  if (part.left.empty()) return refused(has_all(part, serial), board_of(part));
+  if (part.left.empty()) return refused(has_all(part, serial));
   if (part.lost)
     return refused(fmt::format("of {}, begun at {}, {}, or say {} when it is taken out", named(part), part.began,
-                               nobody_saw(part), take_out(part, serial)),
-                   board_of(part));
+                               nobody_saw(part), take_out(part, serial)));
   selection.lacking = part.left;
   return selection;
 }
@@ -170,7 +167,7 @@ Error PartOfJob::refusal() const {
 }
 
 BegunPart PartOfJob::part(std::vector<std::size_t> left, bool lost) const {
-  return {.serial = found_ ? found_->serial : serial_,
+  return {.serial = serial(),
           .recipe = recipe_.name,
           .recipe_file = recipe_.file,
           .sha256 = sha256_,
@@ -190,7 +187,8 @@ Result<void> PartOfJob::keep(BegunPart part, record::JobResult* result) {
       part.lost && result == nullptr ? kNamed : recipes::to_text(recipes::selection_of(recipe_, part.left));
   if (part.to_finish.size() > kLongestWords) part.to_finish = part.lost ? kNamed : kFinish;
   if (result != nullptr) (part.lost ? result->unseen : result->to_finish) = part.to_finish;
-  return parts_->keep(part);
+  if (auto kept = parts_->keep(part); !kept) return kept;
+  return found_ && found_->serial != part.serial ? parts_->forget(found_->serial) : Result<void>{};
 }
 
 Result<void> PartOfJob::begin() {
@@ -203,9 +201,7 @@ Result<void> PartOfJob::begin() {
   return keep(part(std::move(open), true), nullptr);
 }
 
-bool PartOfJob::comes_new() const {
-  return parts_ != nullptr && parts_->outlives_programs() && !found_ && !parts_->is_clamped();
-}
+bool PartOfJob::comes_new() const { return parts_ != nullptr && !found_ && parts_->is_taken_out(); }
 
 record::OnBoard PartOfJob::before() const {
   if (!found_) return {};
@@ -219,6 +215,7 @@ void PartOfJob::end(record::JobResult& result, bool clamp_holds) {
   const bool nothing_new = result.board == record::Board::Untouched;
   if (nothing_new && found_) result.board = board_of(*found_);
   if (!begun_) {
+    if (nothing_new && !found_) result.board = parts_->board(serial_);
     if (found_ && !found_->lost && found_->sha256 == sha256_) result.to_finish = found_->to_finish;
     return;
   }

@@ -15,16 +15,10 @@
 
 namespace gantry::desk {
 
-/// Why a part is not to be finished, and what is known of its board.
-struct NotToFinish {
-  Error error;
-  record::Board board = record::Board::Untouched;
-};
-
 /// What is to be dispensed, `--finish` filled in from what is remembered of the part that this job would be done on.
 /// Fault::Refused: none was begun, nobody knows what it lacks, it lacks nothing, or it is another one.
-tl::expected<recipes::Selection, NotToFinish> filled_in(recipes::Selection selection, BegunParts* parts,
-                                                        const std::string& serial, Clamp clamp);
+Result<recipes::Selection> filled_in(recipes::Selection selection, BegunParts* parts, const std::string& serial,
+                                     Clamp clamp);
 
 class PartOfJob {
  public:
@@ -36,9 +30,9 @@ class PartOfJob {
   Result<void> may_begin(Clamp clamp);
   /// From here on it counts as begun, whatever happens to this program.
   Result<void> begin();
-  /// As it was asked for; else as it was begun with.
+  /// As it was asked for; else as it was begun with. A part that was begun without one is of that serial from here on.
   [[nodiscard]] const std::string& serial() const { return serial_.empty() && found_ ? found_->serial : serial_; }
-  /// Nothing is known to lie in a world that outlives programs: whatever an earlier one left there was taken out.
+  /// Whatever an earlier job left in a simulated machine was taken out.
   [[nodiscard]] bool comes_new() const;
   /// What lies on it already.
   [[nodiscard]] record::OnBoard before() const;

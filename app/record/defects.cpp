@@ -29,8 +29,12 @@ constexpr double kEnough = 0.5;  // of a bead's length is to be at its speed
 /// One job's features, one after the other.
 class Judge {
  public:
-  Judge(const JobResult& result, const recipes::Recipe& recipe, std::span<const FeatureState> states, double cycle_s)
-      : result_(result), recipe_(recipe), cycle_s_(cycle_s), own_(own_deposits(result, recipe, states)) {
+  Judge(const JobResult& result, const recipes::Recipe& recipe, const Seen& seen, double cycle_s)
+      : result_(result),
+        recipe_(recipe),
+        before_(seen.before),
+        cycle_s_(cycle_s),
+        own_(own_deposits(result, recipe, seen.features)) {
     for (const Deposit& d : result.deposits) laid_.push_back(&d);
     for (const Own& each : own_) laid_[each.index] = &each.deposit;
     for (const Deposit* d : laid_)
@@ -39,6 +43,7 @@ class Judge {
 
   void feature(std::size_t index, FeatureState state) {
     if (state == FeatureState::LeftOut) return left_out(index);
+    if (is_as_before(index, state)) return;
     std::visit([&](const auto& each) { judge(each, state); }, recipe_.features[index]);
   }
 
@@ -127,6 +132,12 @@ class Judge {
   [[nodiscard]] std::vector<Defect> defects() && { return std::move(defects_); }
 
  private:
+  /// It lies there whole by a job before, and this one, which was to dispense it once more, has not come to it.
+  [[nodiscard]] bool is_as_before(std::size_t index, FeatureState state) const {
+    const bool reached = state == FeatureState::Done || (state != FeatureState::Open && !result_.has_world);
+    return !reached && before_.is_whole(index) && !deposits_.contains(recipes::id_of(recipe_.features[index]));
+  }
+
   [[nodiscard]] bool told(const std::string& id, std::initializer_list<Kind> kinds) const {
     return std::any_of(defects_.begin(), defects_.end(), [&](const Defect& d) {
       return d.feature == id && std::find(kinds.begin(), kinds.end(), d.kind) != kinds.end();
@@ -281,6 +292,7 @@ class Judge {
 
   const JobResult& result_;
   const recipes::Recipe& recipe_;
+  const OnBoard& before_;
   double cycle_s_;
   std::vector<Own> own_;
   std::vector<const Deposit*> laid_;  ///< in their order, each as the one of its feature
@@ -306,7 +318,7 @@ Judgement judge_board(const JobResult& result, const recipes::Recipe& recipe, co
         return s != FeatureState::Open && s != FeatureState::LeftOut && (s == FeatureState::Done || !result.has_world);
       });
   if (!begun && result.exit_code != ExitCode::Done) return {};
-  Judge judge(result, recipe, seen.features, cycle_s);
+  Judge judge(result, recipe, seen, cycle_s);
   for (std::size_t i = 0; i < seen.features.size(); ++i) judge.feature(i, seen.features[i]);
   for (const job::OffSpeed& each : seen.off_speed) judge.off_speed(each);
   for (const job::SlowBead& each : seen.slow_beads)
@@ -323,8 +335,7 @@ Judgement judge_board(const JobResult& result, const recipes::Recipe& recipe, co
   std::vector<Defect> defects = std::move(judge).defects();
   bool lacks = std::any_of(defects.begin(), defects.end(), is_lacking);
   for (std::size_t i = 0; i < seen.features.size(); ++i)
-    lacks =
-        lacks || (seen.features[i] == FeatureState::LeftOut && !(i < seen.before.whole.size() && seen.before.whole[i]));
+    lacks = lacks || (seen.features[i] == FeatureState::LeftOut && !seen.before.is_whole(i));
   for (const Defect& old : seen.before.defects)
     if (std::none_of(defects.begin(), defects.end(),
                      [&](const Defect& d) { return d.feature == old.feature && d.kind == old.kind; }))

@@ -188,6 +188,7 @@ struct Joined {
 struct OnBoard {
   std::vector<bool> whole;      ///< by index in Recipe::features; empty: nothing does
   std::vector<Defect> defects;  ///< of what lies there
+  [[nodiscard]] bool is_whole(std::size_t feature) const { return feature < whole.size() && whole[feature]; }
 };
 
 /// Options that mean the machine of a job, as a person would write them again: " --machine cell.yaml"; "": none.

@@ -36,7 +36,7 @@ void Interpolator::begin_block(std::uint32_t block) noexcept {
   tick_in_block_ = 0;
   course_ = Course::None;
   started_ = stopping_ = starving_ = false;
-  gone_mm_ = 0;
+  gone_mm_ = along_block_mm_ = 0;
   rest_after_ = 0;
   scanned_ = popped_;
   known_s_ = fastest_ = 0;
@@ -226,12 +226,12 @@ Setpoint Interpolator::setpoint() const noexcept {
   out.q = q_, out.v = v_, out.a = a_;
   out.outputs = outputs_.bits();
   out.moving = moving_;
+  out.along_block_mm = along_block_mm_;  // of a block that a stop has ended, too: where the tool stands
   if (doing_ != Doing::Block || !started_) return out;
   out.block = block_;
   out.tick_in_block = tick_in_block_;
   out.feature = feature_;
   out.s = s_, out.s_dot = s_dot_;
-  out.along_block_mm = along_block_mm_;
   out.probing = probing_;
   return out;
 }

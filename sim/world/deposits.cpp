@@ -110,22 +110,20 @@ double misfit_of_join(const Shot& shot, const Deposit& cut, const BoardPlan::Fea
   return apart > kJoin_mm ? kFar : std::max(apart, farthest(shot.path, NearLine(feature.points), kMatch_mm));
 }
 
-/// A dot stands.
-constexpr double kMoves_mm = 0.005;
+constexpr double kMoves_mm = 0.005;  ///< a dot stands
+constexpr double kCrawls_mm = 0.0001;
 
-bool moves_little(const Shot& shot) {
-  const double mm = length_of(shot.path);
-  return mm >= kMoves_mm && mm <= 2 * kWhole_mm;
-}
-
-/// What little was missing of a bead that counts as whole: a shot that moves little, at its height, from where that
-/// ended on towards its end, and takes about as long as the bead would.
-bool finishes(const Shot& shot, const Deposit& almost, const BoardPlan::Feature& feature) {
-  constexpr double kHeight_mm = 0.1, kValve_s = 0.05;
+/// What little was missing of a bead that counts as whole, or a part of that: a shot that moves little, at its height,
+/// from where that ended on towards its end, and takes about as long as the bead would. One that all but stands does
+/// so, too, where no feature asks for it and it is short: it was cut as soon as it had begun.
+bool finishes(const Shot& shot, const Deposit& almost, const BoardPlan::Feature& feature, bool asked_for) {
+  constexpr double kHeight_mm = 0.1, kValve_s = 0.05, kCutAtOnce_s = 0.02;
   const double mm = length_of(shot.path);
   const Vec2 end = flat(feature.points.back()), ended = flat(almost.board_mm.back());
   const double was_mm = norm(end - ended), is_mm = norm(end - flat(shot.path.back()));
-  return was_mm >= kMoves_mm && norm(flat(shot.path.front()) - ended) <= kWhole_mm && is_mm < was_mm / 2 &&
+  const bool moves = mm >= kMoves_mm && was_mm >= kMoves_mm;
+  if (mm < kCrawls_mm || mm > 2 * kWhole_mm || (!moves && (asked_for || open_s(shot) > kCutAtOnce_s))) return false;
+  return norm(flat(shot.path.front()) - ended) <= kWhole_mm && is_mm < was_mm &&
          std::abs(shot.path.front().z - almost.board_mm.back().z) <= kHeight_mm &&
          (feature.speed_mm_s <= 0 || open_s(shot) <= 2 * mm / feature.speed_mm_s + kValve_s);
 }
@@ -236,11 +234,10 @@ std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_pt
     const double from_purge = purge_at && d.kind == "dot" ? norm(flat(shot->path.front()) - *purge_at) : kFar;
     const Match m = match(plan, starts, *shot, taken);
     Match onto;
-    const bool may_finish = moves_little(*shot);
     for (std::size_t i = 0; i < cuts.size(); ++i) {
       const BoardPlan::Feature& f = plan.features[cuts[i].feature];
       const Deposit& first = out[cuts[i].deposit];
-      if (!cuts[i].whole || (may_finish && finishes(*shot, first, f)))
+      if (!cuts[i].whole || finishes(*shot, first, f, m.feature >= 0))
         keep_better(onto, static_cast<int>(i), misfit_of_join(*shot, first, f));
     }
     if (onto.misfit < kMatch_mm && onto.misfit <= m.misfit) {

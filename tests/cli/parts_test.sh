@@ -57,12 +57,15 @@ end_owner
 start_owner --sim-script "$work/stop.yaml"
 give_up_when_stopped
 run 7 "cut, and no serial"
+placed() { grep -o '"placement": "[^"]*"' "$work/job/summary.json"; }
+cut_one=$(placed)
 reset
 run 7 "the part in the machine"
 expect_text "the part in the machine was begun"
 expect_exit 0 "it is taken out" order part-removed
 expect_text "is not waited for any more"
 run 0 "another part"
+[ "$(placed)" != "$cut_one" ] || fail "the part that was taken out lies there still: $cut_one"
 end_owner
 
 start_owner --sim-script "$work/stop.yaml"

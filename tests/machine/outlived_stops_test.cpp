@@ -156,6 +156,45 @@ TEST(OutlivedStops, one_while_the_needle_stands_over_a_beads_start_leaves_it_who
   }
 }
 
+// A tool that rests in a corner, or one so slow that it rests before the valve has shut, has its block ended before
+// anybody has asked where it is.
+TEST(OutlivedStops, one_where_the_tool_comes_to_rest_at_once_is_joined_where_it_stood) {
+  struct Case {
+    const char* name;
+    double speed_mm_s;
+    int close_lead_ms;
+    double leg_mm;
+    CycleIndex from, to;  ///< cycles of the open valve
+  };
+  // 8.7 mm at 80 mm/s: the corner is come to 8 + 128 cycles behind the valve's command.
+  for (const Case& c : {Case{"corner", 80, 6, 8.7, 130, 145}, Case{"slow", 0.5, 25, 0.5, 300, 303}}) {
+    const auto recipe = recipes::parse(
+        fmt::format(
+            "version: 1\nrecipe: corner\nplacement: fixture\nboard: {{size: [80 mm, 55 mm], thickness: 12 mm, "
+            "frame: pallet}}\nmaterials:\n  pot: {{speed: {} mm/s, gap: 0.5 mm, valve_open_lead: 8 ms, "
+            "valve_close_lead: {} ms, dot_time: 60 ms, retract: 3 mm, gap_tolerance: 2 mm, rejoin_within: 60 s}}\n"
+            "features:\n  - polyline: {{name: l, material: pot, points: [[20 mm, 20 mm], [{} mm, 20 mm], [{} mm, "
+            "30 mm]]}}\n",
+            c.speed_mm_s, c.close_lead_ms, 20 + c.leg_mm, 20 + c.leg_mm),
+        "corner.yaml");
+    ASSERT_TRUE(recipe);
+    for (CycleIndex open_for = c.from; open_for < c.to; ++open_for) {
+      SCOPED_TRACE(fmt::format("{} {}", c.name, open_for));
+      Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg", .outlives_stops = true});
+      Clumsy hand(static_cast<unsigned>(open_for));
+      hand.at_open_valve = true, hand.runs_for = open_for, hand.most = 1;
+      rig.on_step = [&](run::Owner& owner) { hand(owner); };
+      const auto result = rig.run(*recipe);
+      EXPECT_EQ(hand.stops, 1);
+      EXPECT_EQ(result.exit_code, ExitCode::Done) << first_error(result);
+      for (const auto& d : result.defects) ADD_FAILURE() << d.feature << ": " << d.message;
+      ASSERT_EQ(result.deposits.size(), 1u);
+      for (const double missing_mm : result.deposits[0].joins_mm)
+        EXPECT_LE(std::abs(missing_mm), c.speed_mm_s * 0.5e-3 + kPlace_mm);
+    }
+  }
+}
+
 // Marks, touches, travel, dots and beads: only a dot that was cut is no longer whole.
 TEST(OutlivedStops, marks_and_touches_are_done_again) {
   for (const unsigned seed : {1u, 2u, 3u}) {

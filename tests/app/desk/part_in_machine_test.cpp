@@ -208,6 +208,22 @@ TEST_F(APartThatIsCut, is_known_by_its_serial_wherever_it_has_been) {
   expect_whole(run({{"serial", "S/1"}}));
 }
 
+// Begun without a serial, it has one from the first job on that names it.
+TEST_F(APartThatIsCut, is_of_the_serial_that_takes_it_up) {
+  cut();
+  EXPECT_NE(code_of(run({{"serial", "A"}, {"only", {"b"}}})), "G702");
+  EXPECT_EQ(remembered(), 1u);
+  for (const Json& more : {Json{{"finish", true}}, Json{{"only", {"corner"}}}}) {
+    Json order{{"serial", "B"}};
+    order.update(more);
+    const Json over = run(order);
+    EXPECT_EQ(code_of(over), "G702") << over.dump();
+    EXPECT_NE(over.dump().find("holds the part with serial 'A'"), std::string::npos) << over.dump();
+  }
+  expect_whole(run({{"serial", "A"}, {"finish", true}}));
+  EXPECT_EQ(remembered(), 0u);
+}
+
 TEST_F(APartThatIsCut, is_remembered_before_its_first_shot_and_a_lost_one_asks_for_eyes) {
   bool seen_before_valve = false, valve = false;
   std::filesystem::path copy = folder_ / "lost";
@@ -380,6 +396,10 @@ TEST_F(APartWithDefects, with_a_serial_is_not_dispensed_over_for_another_one) {
   on_cycle_ = {};
   EXPECT_TRUE(ask({{"order", "override"}, {"value", 1}}).value("ok", false));
   const int stood = moved_at_;
+  const Json unknown = ask({{"order", "part_removed"}, {"serial", "S/7"}});
+  EXPECT_NE(unknown.dump().find("the clamp stays as it is: the part in the machine is 'S/1'"), std::string::npos)
+      << unknown.dump();
+  EXPECT_TRUE(clamped());
   const Json over = run({{"serial", "S/2"}});
   EXPECT_EQ(code_of(over), "G702") << over.dump();
   EXPECT_NE(over.dump().find("holds the part with serial 'S/1'"), std::string::npos) << over.dump();
@@ -391,9 +411,25 @@ TEST_F(APartWithDefects, with_a_serial_is_not_dispensed_over_for_another_one) {
 TEST_F(APartThatIsCut, whose_file_cannot_be_read_is_not_run_over) {
   cut();
   std::ofstream(kept() / "part.json") << "{\"format\": 1, \"left\": [[5, 99999999999]]}";
+  for (const Json& more :
+       {Json::object(), Json{{"finish", true}}, Json{{"only", {"corner"}}}, Json{{"only", {"no"}}}}) {
+    const Json answer = run(more);
+    EXPECT_FALSE(answer.value("ok", true)) << answer.dump();
+    EXPECT_EQ(answer.value("board", ""), "begun") << "something lies on it" << answer.dump();
+  }
   const Json answer = run();
   EXPECT_EQ(code_of(answer), "G405") << answer.dump();
   EXPECT_NE(answer.dump().find("part.json"), std::string::npos);
+}
+
+// What one lacks that was begun without a serial it lacks for a job of any.
+TEST_F(APartThatIsCut, without_a_serial_is_told_to_jobs_of_every_serial) {
+  cut();
+  for (const Json& more : {Json::object(), Json{{"only", {"no"}}}, Json{{"recipe", "/none.yaml"}}}) {
+    Json order{{"serial", "X"}};
+    order.update(more);
+    EXPECT_EQ(run(order).value("board", ""), "begun") << order;
+  }
 }
 
 }  // namespace

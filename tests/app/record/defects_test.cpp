@@ -68,6 +68,13 @@ void expect_one(const JobResult& r, const char* feature, Kind kind, Board board)
   EXPECT_EQ(result_word(r), "done_with_defects");
 }
 
+void expect_lacks(const JobResult& r, const char* feature) {
+  ASSERT_EQ(r.defects.size(), 1u);
+  EXPECT_EQ(r.defects[0].feature, feature);
+  EXPECT_TRUE(is_lacking(r.defects[0]));
+  EXPECT_EQ(r.board, Board::Begun);
+}
+
 TEST(Defects, a_board_within_tolerance_is_whole_and_done) {
   const JobResult r = judged({dot(), bead()});
   EXPECT_TRUE(r.defects.empty());
@@ -382,6 +389,30 @@ TEST(Defects, what_a_job_leaves_out_is_no_defect_and_decides_whether_the_board_i
   const std::vector<FeatureState> not_begun{FeatureState::LeftOut, FeatureState::Open};
   add_judgement(never, judge_board(never, recipe(), {not_begun, {}}, kCycle_s));
   EXPECT_EQ(never.board, Board::Untouched);
+}
+
+// A job that is aborted on the first feature that it dispenses once more has not taken away what lies there.
+TEST(Defects, what_a_job_was_to_dispense_once_more_and_has_not_come_to_lies_there_still) {
+  const auto judged_after = [](std::vector<FeatureState> features, std::vector<bool> whole,
+                               const std::vector<Deposit>& deposits, bool has_world) {
+    JobResult r;
+    add_error(r, {Fault::Aborted, "aborted", ""});
+    r.deposits = deposits, r.has_world = has_world;
+    add_judgement(r, judge_board(r, recipe(), {features, {}, {std::move(whole), {}}}, kCycle_s));
+    return r;
+  };
+  for (const bool has_world : {true, false}) {
+    const std::vector<Deposit> laid = has_world ? std::vector{dot()} : std::vector<Deposit>{};
+    const std::vector<FeatureState> to_the_dot{FeatureState::Done, FeatureState::Open};
+    const JobResult r = judged_after(to_the_dot, {true, true}, laid, has_world);
+    EXPECT_TRUE(r.defects.empty());
+    EXPECT_EQ(r.board, Board::Whole);
+    expect_lacks(judged_after(to_the_dot, {true, false}, laid, has_world), "b");
+  }
+  // Kept dry by the stop: nothing has come on it, which a world alone can know.
+  const std::vector<FeatureState> kept_dry{FeatureState::Done, FeatureState::Interrupted};
+  EXPECT_TRUE(judged_after(kept_dry, {true, true}, {dot()}, true).defects.empty());
+  expect_lacks(judged_after(kept_dry, {true, true}, {}, false), "b");
 }
 
 TEST(Defects, a_valve_that_a_fault_shuts_before_it_has_moved_leaves_the_board_untouched) {

@@ -192,6 +192,13 @@ TEST(Deposits, what_little_was_missing_of_a_bead_is_a_part_of_it) {
   ASSERT_EQ(d.size(), 1u);
   ASSERT_EQ(d[0].joins_mm.size(), 1u);
   EXPECT_NEAR(d[0].error_mm, 0, 1e-9);
+  // The same where that is cut again, however soon.
+  const auto in_pieces =
+      judge(plan, std::vector{almost, shot({{60, 69.96, 0.3}, {60, 69.972, 0.3}}),
+                              shot({{60, 69.972, 0.3}, {60, 69.9726, 0.3}}),
+                              shot({{60, 69.9726, 0.3}, {60, 69.998, 0.3}}), shot({{60, 69.998, 0.3}, {60, 70, 0.3}})});
+  ASSERT_EQ(in_pieces.size(), 1u);
+  EXPECT_EQ(in_pieces[0].joins_mm.size(), 4u);
   // What is missing is not a feature's that begins near there.
   BoardPlan near = plan;
   near.features.push_back({"dot", false, {{61, 70}}, 0.3});
