@@ -18,22 +18,15 @@ constexpr const char* kSomeName = "some_name";
 
 using MistakeRows = std::vector<Mistakes::Row>;
 
-/// The lines from `line` to before `end` begin so much further right; or one is put in above `line`; or something else
-/// stands in it.
+/// One line that is not as it was, and what to tell of it.
 struct Trial {
-  std::size_t line = 0, end = 0;
-  std::ptrdiff_t by = 0;
-  std::string put_in{};   ///< with its blanks
-  std::string instead{};  ///< of the line
-  std::string words{};    ///< what to do with `at`, where another line stands instead
-  std::size_t at = 0;
-  [[nodiscard]] std::string text(const TextLines& lines) const {
-    if (!instead.empty()) return lines.replaced(line, instead);
-    return put_in.empty() ? lines.moved(line, end, by) : lines.with(put_in, line);
-  }
-  [[nodiscard]] std::size_t column() const { return put_in.find_first_not_of(' '); }
-  /// The more of them would help, the rather it is one sign or a short move of one line.
-  [[nodiscard]] std::size_t cost() const { return static_cast<std::size_t>(std::abs(by)) + (end - line); }
+  std::size_t line = 0, column = 0;  ///< from 0, where it is told
+  std::size_t cost = 0;              ///< where several help, the least is taken
+  std::string message{};
+  std::string word{};  ///< of a line that is put in above this one, in this column; others may do there as well
+  std::size_t word_column = 0;
+  bool puts_in = false;
+  std::function<std::string(const TextLines&)> text{};
 };
 
 std::set<std::size_t> lines_with_mistakes(const TextLines& lines, const Mistakes& told) {
@@ -60,47 +53,59 @@ std::set<std::size_t> with_what_leads_there(const TextLines& lines, const std::s
   return all;
 }
 
+std::string moved_in_words(const TextLines& lines, std::size_t n, std::size_t column, bool all) {
+  std::string inside;
+  if (const auto heading = lines.above(n, column)) {
+    std::string_view words = lines.line(*heading).substr(lines.indent(*heading));
+    if (words.starts_with("- ")) words.remove_prefix(2);
+    inside = fmt::format(", as a part of '{}'", words.substr(0, words.find(':')));
+  }
+  return fmt::format("this line{} begins in column {} and does not fit there; begin it in column {}{}",
+                     all ? ", with what belongs to it," : "", lines.indent(n) + 1, column + 1, inside);
+}
+
 /// Lines, alone or with what belongs to them, in every column in which one begins.
 std::vector<Trial> moves(const TextLines& lines, const std::set<std::size_t>& places) {
   std::vector<Trial> out;
   for (const std::size_t n : places)
-    for (const std::size_t column : lines.columns()) {
-      const auto by = static_cast<std::ptrdiff_t>(column) - static_cast<std::ptrdiff_t>(lines.indent(n));
-      if (by == 0) continue;
-      out.push_back({n, n + 1, by});
-      if (const std::size_t end = lines.end_of_block(n); end > n + 1) out.push_back({n, end, by});
-    }
+    for (const std::size_t column : lines.columns())
+      for (const std::size_t end : std::set{n + 1, lines.end_of_block(n)}) {
+        const auto by = static_cast<std::ptrdiff_t>(column) - static_cast<std::ptrdiff_t>(lines.indent(n));
+        if (by == 0) continue;
+        Trial trial{n, lines.indent(n), static_cast<std::size_t>(std::abs(by)) + end - n};
+        trial.message = moved_in_words(lines, n, column, end > n + 1);
+        trial.text = [=](const TextLines& all) { return all.moved(n, end, by); };
+        out.push_back(std::move(trial));
+      }
   return out;
+}
+
+std::string one_too_many(char sign) {
+  if (sign == '"' || sign == '\'')
+    return fmt::format("a quote that never ends, or one too many: close it, or take this {} away", sign);
+  return fmt::format("this {} is one too many; take it away", sign);
 }
 
 /// A quote or a bracket that is left out, or a colon that is put behind the first word.
 std::vector<Trial> edits(const TextLines& lines, const std::set<std::size_t>& places) {
+  constexpr const char* kSigns = "\"'[]{}";
   std::vector<Trial> out;
+  const auto instead = [&](std::size_t n, std::size_t column, std::string line, std::string message) {
+    out.push_back({.line = n,
+                   .column = column,
+                   .message = std::move(message),
+                   .text = [n, line = std::move(line)](const TextLines& all) { return all.replaced(n, line); }});
+  };
   for (const std::size_t n : places) {
     const std::string line(lines.line(n));
-    for (std::size_t at = line.find_first_of("\"'[]{}"); at != std::string::npos;
-         at = line.find_first_of("\"'[]{}", at + 1))
-      out.push_back({n,
-                     n,
-                     0,
-                     {},
-                     std::string(line).erase(at, 1),
-                     fmt::format("this {} is one too many; take it away", line[at]),
-                     at});
-    std::size_t first = lines.indent(n);
-    if (line.substr(first).starts_with("- ")) first += 2;
+    for (std::size_t at = line.find_first_of(kSigns); at != std::string::npos; at = line.find_first_of(kSigns, at + 1))
+      instead(n, at, std::string(line).erase(at, 1), one_too_many(line[at]));
+    const std::size_t first = lines.indent(n) + (line.substr(lines.indent(n)).starts_with("- ") ? 2 : 0);
     const std::size_t end = std::min(line.find_first_of(": ", first), line.size());
-    std::string rest = line.substr(std::min(end + (line.substr(end).starts_with(":") ? 1 : 0), line.size()));
-    if (!rest.starts_with(' ')) rest = " " + rest;
-    const std::string word = line.substr(first, end - first);
-    if (!word.empty())
-      out.push_back({n,
-                     n,
-                     0,
-                     {},
-                     fmt::format("{}:{}", line.substr(0, end), rest),
-                     fmt::format("'{}' has no ': ' behind it; write it, with the blank", word),
-                     first});
+    const std::string rest = line.substr(std::min(line.find_first_not_of(": ", end), line.size()));
+    if (end > first)
+      instead(n, first, fmt::format("{}: {}", line.substr(0, end), rest),
+              fmt::format("'{}' has no ': ' behind it; write it, with the blank", line.substr(first, end - first)));
   }
   return out;
 }
@@ -119,72 +124,57 @@ void headings(std::span<const FieldShape> fields, std::string_view dash, std::se
   }
 }
 
+/// Headings above lines, in every column up to theirs.
 std::vector<Trial> put_in(const TextLines& lines, const std::set<std::size_t>& places,
                           std::span<const FieldShape> format) {
   std::set<std::string> known;
   headings(format, "", known);
-  std::vector<std::string> words{fmt::format("{}:", kSomeName)};  // first: a known key does for a name, too
-  words.insert(words.end(), known.begin(), known.end());
   std::vector<Trial> out;
+  const auto above = [&](std::size_t n, std::size_t column, const std::string& heading, const char* what) {
+    Trial trial{n, lines.indent(n)};
+    trial.message =
+        fmt::format("a line is missing above this one, which begins in column {}: {} `{}`", column + 1, what, heading);
+    trial.puts_in = true;
+    trial.text = [n, line = std::string(column, ' ') + heading](const TextLines& all) { return all.with(line, n); };
+    out.push_back(std::move(trial));
+  };
   for (const std::size_t n : places)
-    for (const std::size_t column : lines.columns())
-      for (const std::string& heading : words)
-        if (column <= lines.indent(n)) out.push_back({n, n, 0, std::string(column, ' ') + heading});
+    for (const std::size_t column : lines.columns()) {
+      if (column > lines.indent(n)) break;
+      above(n, column, fmt::format("{}:", kSomeName), "the name of what follows, such as");  // for which keys do, too
+      for (const std::string& heading : known)
+        above(n, column, heading, "for example"), out.back().word = heading, out.back().word_column = column;
+    }
   return out;
 }
 
 struct Found {
   Trial trial;
   MistakeRows left;
-  std::vector<std::string> as_well{};  ///< what might be put in there instead, with its blanks
 };
 
 /// The trial that leaves least, and nothing that was not there before: at least `fewer` mistakes less.
-std::optional<Found> best(const TextLines& lines, const std::vector<Trial>& trials, const MistakeRows& told,
-                          std::size_t fewer, const std::function<Mistakes(std::string_view)>& judge) {
+std::optional<Found> best(const TextLines& lines, std::vector<Trial> trials, const MistakeRows& told, std::size_t fewer,
+                          const std::function<Mistakes(std::string_view)>& judge) {
+  constexpr std::size_t kMostWords = 5;
   std::optional<Found> best;
-  std::size_t bytes = 0;
-  for (const Trial& trial : trials) {
+  std::size_t bytes = 0, words = 1;
+  for (Trial& trial : trials) {
     const std::string text = trial.text(lines);
     if ((bytes += text.size()) > kBytes) break;
     MistakeRows left = judge(text).rows();
     if (left.size() + fewer > told.size()) continue;
     for (Mistakes::Row& row : left)
-      if (!trial.put_in.empty() && row.location.line > static_cast<int>(trial.line + 1)) --row.location.line;
+      if (trial.puts_in && row.location.line > static_cast<int>(trial.line + 1)) --row.location.line;
     if (!std::ranges::all_of(left, [&](const auto& row) { return std::ranges::find(told, row) != told.end(); }))
       continue;
-    const auto rank = [](const MistakeRows& rows, const Trial& by) { return std::pair(rows.size(), by.cost()); };
-    if (!best || rank(left, trial) < rank(best->left, best->trial))
-      best = Found{trial, std::move(left)};
-    else if (!trial.put_in.empty() && trial.line == best->trial.line && left.size() == best->left.size() &&
-             trial.column() == best->trial.column())
-      best->as_well.push_back(trial.put_in);
+    if (!best || std::pair(left.size(), trial.cost) < std::pair(best->left.size(), best->trial.cost))
+      best = Found{std::move(trial), std::move(left)}, words = 1;
+    else if (!trial.word.empty() && !best->trial.word.empty() && trial.line == best->trial.line &&
+             trial.word_column == best->trial.word_column && left.size() == best->left.size() && words++ < kMostWords)
+      best->trial.message += fmt::format(" or `{}`", trial.word);
   }
   return best;
-}
-
-std::string in_words(const TextLines& lines, const Found& found) {
-  constexpr std::size_t kMost = 4;
-  const Trial& trial = found.trial;
-  if (!trial.instead.empty()) return trial.words;
-  if (!trial.put_in.empty()) {
-    std::string words = fmt::format("`{}`", trial.put_in.substr(trial.column()));
-    const bool any_name = words.starts_with(fmt::format("`{}", kSomeName));
-    for (std::size_t k = 0; !any_name && k < std::min(found.as_well.size(), kMost); ++k)
-      words += fmt::format(" or `{}`", found.as_well[k].substr(trial.column()));
-    return fmt::format("a line is missing above this one, which begins in column {}: {} {}", trial.column() + 1,
-                       any_name ? "the name of what follows, such as" : "for example", words);
-  }
-  const std::size_t now = lines.indent(trial.line), then = now + static_cast<std::size_t>(trial.by);
-  const auto heading = lines.above(trial.line, then);
-  std::string inside;
-  if (heading) {
-    std::string_view words = lines.line(*heading).substr(lines.indent(*heading));
-    if (words.starts_with("- ")) words.remove_prefix(2);
-    inside = fmt::format(", as a part of '{}'", words.substr(0, words.find(':')));
-  }
-  return fmt::format("this line{} begins in column {} and does not fit there; begin it in column {}{}",
-                     trial.end > trial.line + 1 ? ", with what belongs to it," : "", now + 1, then + 1, inside);
 }
 
 }  // namespace
@@ -204,11 +194,10 @@ std::optional<LineSlip> find_line_slip(std::string_view text, const Mistakes& to
   if (!found) return std::nullopt;
   const Trial& trial = found->trial;
   LineSlip slip{Mistakes(told.file()), std::nullopt};
-  const std::size_t column = trial.instead.empty() ? lines.indent(trial.line) : trial.at;
-  slip.left.add(Fault::YamlSyntax, in_words(lines, *found),
-                {static_cast<int>(trial.line + 1), static_cast<int>(column + 1)});
+  slip.left.add(Fault::YamlSyntax, trial.message,
+                {static_cast<int>(trial.line + 1), static_cast<int>(trial.column + 1)});
   for (const Mistakes::Row& row : found->left) slip.left.add(row.fault, row.message, row.location);
-  if (trial.put_in.empty()) slip.mended = trial.text(lines);
+  if (!trial.puts_in) slip.mended = trial.text(lines);
   return slip;
 }
 
