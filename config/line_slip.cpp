@@ -1,12 +1,11 @@
 #include "config/line_slip.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <fmt/format.h>
 #include <set>
 #include <vector>
 
-#include "config/fields.hpp"
+#include "config/line_trials.hpp"
 #include "config/text_lines.hpp"
 
 namespace gantry::config {
@@ -14,24 +13,13 @@ namespace {
 
 constexpr std::size_t kBytes = 2u << 20;  ///< that are read for trials
 constexpr std::size_t kPlaces = 4;        ///< lines with a mistake that are looked at
-constexpr const char* kSomeName = "some_name";
+constexpr std::size_t kFewer = 4;  ///< what leaves but this part of the mistakes may bring to light what they hid
 
 using MistakeRows = std::vector<Mistakes::Row>;
 
-/// One line that is not as it was, and what to tell of it.
-struct Trial {
-  std::size_t line = 0, column = 0;  ///< from 0, where it is told
-  std::size_t cost = 0;              ///< where several help, the least is taken
-  std::string message{};
-  std::string word{};  ///< of a line that is put in above this one, in this column; others may do there as well
-  std::size_t word_column = 0;
-  bool puts_in = false;
-  std::function<std::string(const TextLines&)> text{};
-};
-
-std::set<std::size_t> lines_with_mistakes(const TextLines& lines, const Mistakes& told) {
+std::set<std::size_t> lines_with_mistakes(const TextLines& lines, const MistakeRows& told) {
   std::set<std::size_t> all;
-  for (const Mistakes::Row& row : told.rows())
+  for (const Mistakes::Row& row : told)
     if (const auto n = static_cast<std::size_t>(row.location.line); n > 0 && n <= lines.count())
       if (lines.says_something(n - 1)) all.insert(n - 1);
   while (all.size() > kPlaces) all.erase(std::prev(all.end()));
@@ -53,151 +41,136 @@ std::set<std::size_t> with_what_leads_there(const TextLines& lines, const std::s
   return all;
 }
 
-std::string moved_in_words(const TextLines& lines, std::size_t n, std::size_t column, bool all) {
-  std::string inside;
-  if (const auto heading = lines.above(n, column)) {
-    std::string_view words = lines.line(*heading).substr(lines.indent(*heading));
-    if (words.starts_with("- ")) words.remove_prefix(2);
-    inside = fmt::format(", as a part of '{}'", words.substr(0, words.find(':')));
-  }
-  return fmt::format("this line{} begins in column {} and does not fit there; begin it in column {}{}",
-                     all ? ", with what belongs to it," : "", lines.indent(n) + 1, column + 1, inside);
-}
-
-/// Lines, alone or with what belongs to them, in every column in which one begins.
-std::vector<Trial> moves(const TextLines& lines, const std::set<std::size_t>& places) {
-  std::vector<Trial> out;
-  for (const std::size_t n : places)
-    for (const std::size_t column : lines.columns())
-      for (const std::size_t end : std::set{n + 1, lines.end_of_block(n)}) {
-        const auto by = static_cast<std::ptrdiff_t>(column) - static_cast<std::ptrdiff_t>(lines.indent(n));
-        if (by == 0) continue;
-        Trial trial{n, lines.indent(n), static_cast<std::size_t>(std::abs(by)) + end - n};
-        trial.message = moved_in_words(lines, n, column, end > n + 1);
-        trial.text = [=](const TextLines& all) { return all.moved(n, end, by); };
-        out.push_back(std::move(trial));
+/// The first line with a quote that has no other in it: what is between it and the next one is text.
+void add_first_open_quote(const TextLines& lines, std::set<std::size_t>& to) {
+  for (std::size_t n = 0; n < lines.count(); ++n)
+    for (const char quote : {'"', '\''})
+      if (lines.says_something(n) && is_odd(lines.line(n), quote)) {
+        to.insert(n);
+        return;
       }
+}
+
+/// Lines, from 1, on which something of the file stands: not those of a text of several lines.
+void add_lines(const Node& node, std::set<int>& to) {
+  to.insert(node.location.line);
+  for (const Node::Key& key : node.keys) to.insert(key.location.line);
+  for (const Node& item : node.items) add_lines(item, to);
+}
+std::optional<std::set<int>> lines_read(std::string_view text) {
+  Mistakes ignored("");
+  const auto root = read_yaml(text, ignored);
+  if (!root) return std::nullopt;
+  std::set<int> out;
+  add_lines(*root, out);
   return out;
 }
 
-std::string one_too_many(char sign) {
-  if (sign == '"' || sign == '\'')
-    return fmt::format("a quote that never ends, or one too many: close it, or take this {} away", sign);
-  return fmt::format("this {} is one too many; take it away", sign);
-}
+class Search {
+ public:
+  Search(std::string_view text, const MistakeRows& told, const std::function<Mistakes(std::string_view)>& judge)
+      : lines_(text), told_(told), judge_(judge), read_(lines_read(text)) {}
 
-/// A quote or a bracket that is left out, or a colon that is put behind the first word.
-std::vector<Trial> edits(const TextLines& lines, const std::set<std::size_t>& places) {
-  constexpr const char* kSigns = "\"'[]{}";
-  std::vector<Trial> out;
-  const auto instead = [&](std::size_t n, std::size_t column, std::string line, std::string message) {
-    out.push_back({.line = n,
-                   .column = column,
-                   .message = std::move(message),
-                   .text = [n, line = std::move(line)](const TextLines& all) { return all.replaced(n, line); }});
-  };
-  for (const std::size_t n : places) {
-    const std::string line(lines.line(n));
-    for (std::size_t at = line.find_first_of(kSigns); at != std::string::npos; at = line.find_first_of(kSigns, at + 1))
-      instead(n, at, std::string(line).erase(at, 1), one_too_many(line[at]));
-    const std::size_t first = lines.indent(n) + (line.substr(lines.indent(n)).starts_with("- ") ? 2 : 0);
-    const std::size_t end = std::min(line.find_first_of(": ", first), line.size());
-    const std::string rest = line.substr(std::min(line.find_first_not_of(": ", end), line.size()));
-    if (end > first)
-      instead(n, first, fmt::format("{}: {}", line.substr(0, end), rest),
-              fmt::format("'{}' has no ': ' behind it; write it, with the blank", line.substr(first, end - first)));
-  }
-  return out;
-}
-
-/// Keys behind which more stands on lines of their own, of all depths; `- ` before those that tell the kind of an item.
-void headings(std::span<const FieldShape> fields, std::string_view dash, std::set<std::string>& to) {
-  using enum ValueShape::Kind;
-  const std::function<void(const ValueShape&)> inside = [&](const ValueShape& shape) {
-    headings(shape.fields, shape.kind == OneOf ? "- " : "", to);
-    for (const ValueShape& item : shape.items) inside(item);
-  };
-  for (const FieldShape& field : fields) {
-    const auto kind = field.shape.kind;
-    if (kind == Object || kind == List || kind == Named) to.insert(fmt::format("{}{}:", dash, field.key));
-    inside(field.shape);
-  }
-}
-
-/// Headings above lines, in every column up to theirs.
-std::vector<Trial> put_in(const TextLines& lines, const std::set<std::size_t>& places,
-                          std::span<const FieldShape> format) {
-  std::set<std::string> known;
-  headings(format, "", known);
-  std::vector<Trial> out;
-  const auto above = [&](std::size_t n, std::size_t column, const std::string& heading, const char* what) {
-    Trial trial{n, lines.indent(n)};
-    trial.message =
-        fmt::format("a line is missing above this one, which begins in column {}: {} `{}`", column + 1, what, heading);
-    trial.puts_in = true;
-    trial.text = [n, line = std::string(column, ' ') + heading](const TextLines& all) { return all.with(line, n); };
-    out.push_back(std::move(trial));
-  };
-  for (const std::size_t n : places)
-    for (const std::size_t column : lines.columns()) {
-      if (column > lines.indent(n)) break;
-      above(n, column, fmt::format("{}:", kSomeName), "the name of what follows, such as");  // for which keys do, too
-      for (const std::string& heading : known)
-        above(n, column, heading, "for example"), out.back().word = heading, out.back().word_column = column;
+  [[nodiscard]] const TextLines& lines() const { return lines_; }
+  /// At least `fewer` mistakes less than without it, and fewer than with the best trial before.
+  void look_at(std::vector<LineTrial> trials, std::size_t fewer) {
+    constexpr std::size_t kMostWords = 5;
+    std::size_t words = 1;
+    bool found_here = false;
+    for (LineTrial& trial : trials) {
+      const std::string text = trial.text(lines_);
+      if ((bytes_ += text.size()) > kBytes) break;
+      MistakeRows left = judge_(text).rows();
+      if (left.size() + fewer > told_.size()) continue;
+      if (best_ && (left.size() > left_.size() || (!found_here && left.size() == left_.size()))) continue;
+      for (Mistakes::Row& row : left)
+        if (trial.puts_in && row.location.line > static_cast<int>(trial.line + 1)) --row.location.line;
+      if (!is_better(trial, left) || !is_all_read(trial, text)) continue;
+      const auto rank = [](const MistakeRows& rows, const LineTrial& by) { return std::pair(rows.size(), by.cost); };
+      if (!best_ || rank(left, trial) < rank(left_, *best_))
+        best_ = std::move(trial), left_ = std::move(left), words = 1, found_here = true;
+      else if (does_as_well(trial) && words++ < kMostWords)
+        best_->message += fmt::format(" or `{}`", trial.puts_in->word);
     }
-  return out;
-}
+  }
+  [[nodiscard]] const std::optional<LineTrial>& best() const { return best_; }
+  [[nodiscard]] const MistakeRows& left() const { return left_; }
 
-struct Found {
-  Trial trial;
-  MistakeRows left;
+ private:
+  /// Nothing is wrong that was not before, or much less, and the line is no part of something that nobody knows, whose
+  /// contents are not looked at.
+  [[nodiscard]] bool is_better(const LineTrial& trial, const MistakeRows& left) const {
+    const auto was_told = [&](const Mistakes::Row& row) { return std::ranges::find(told_, row) != told_.end(); };
+    const auto at_heading = [&](const Mistakes::Row& row) {
+      return trial.heading && row.fault == Fault::UnknownKey &&
+             row.location.line == static_cast<int>(*trial.heading + 1);
+    };
+    return (kFewer * left.size() <= told_.size() || std::ranges::all_of(left, was_told)) &&
+           std::ranges::none_of(left, at_heading);
+  }
+  /// A line that has become a part of some text is not mended.
+  [[nodiscard]] bool is_all_read(const LineTrial& trial, const std::string& text) const {
+    const auto now = lines_read(text);
+    if (!now) return false;
+    const auto has = [&](std::size_t n) {
+      return now->contains(static_cast<int>(n + 1 + (trial.puts_in && n >= trial.line ? 1 : 0)));
+    };
+    if (read_) return std::ranges::all_of(*read_, [&](int line) { return has(static_cast<std::size_t>(line - 1)); });
+    std::size_t next = trial.line + 1;
+    while (next < lines_.count() && !lines_.says_something(next)) ++next;
+    return has(trial.line) && (next == lines_.count() || has(next));
+  }
+  [[nodiscard]] bool does_as_well(const LineTrial& trial) const {
+    return trial.puts_in && best_->puts_in && !best_->message.ends_with("some_name:`") && trial.line == best_->line &&
+           trial.puts_in->column == best_->puts_in->column;
+  }
+
+  TextLines lines_;
+  const MistakeRows& told_;
+  const std::function<Mistakes(std::string_view)>& judge_;
+  std::optional<std::set<int>> read_;  ///< of the file as it is; nothing: it is not well-formed
+  std::size_t bytes_ = 0;              ///< that were read for trials
+  std::optional<LineTrial> best_;
+  MistakeRows left_;
 };
 
-/// The trial that leaves least, and nothing that was not there before: at least `fewer` mistakes less.
-std::optional<Found> best(const TextLines& lines, std::vector<Trial> trials, const MistakeRows& told, std::size_t fewer,
-                          const std::function<Mistakes(std::string_view)>& judge) {
-  constexpr std::size_t kMostWords = 5;
-  std::optional<Found> best;
-  std::size_t bytes = 0, words = 1;
-  for (Trial& trial : trials) {
-    const std::string text = trial.text(lines);
-    if ((bytes += text.size()) > kBytes) break;
-    MistakeRows left = judge(text).rows();
-    if (left.size() + fewer > told.size()) continue;
-    for (Mistakes::Row& row : left)
-      if (trial.puts_in && row.location.line > static_cast<int>(trial.line + 1)) --row.location.line;
-    if (!std::ranges::all_of(left, [&](const auto& row) { return std::ranges::find(told, row) != told.end(); }))
-      continue;
-    if (!best || std::pair(left.size(), trial.cost) < std::pair(best->left.size(), best->trial.cost))
-      best = Found{std::move(trial), std::move(left)}, words = 1;
-    else if (!trial.word.empty() && !best->trial.word.empty() && trial.line == best->trial.line &&
-             trial.word_column == best->trial.word_column && left.size() == best->left.size() && words++ < kMostWords)
-      best->trial.message += fmt::format(" or `{}`", trial.word);
-  }
-  return best;
+/// A misspelt key is that, and stands where it should.
+void leave_out_misspelt(std::vector<LineTrial>& moves, const MistakeRows& told) {
+  std::erase_if(moves, [&](const LineTrial& move) {
+    return std::ranges::any_of(told, [&](const Mistakes::Row& row) {
+      return row.fault == Fault::UnknownKey && row.location.line == static_cast<int>(move.line + 1) &&
+             row.message.find("did you mean") != std::string::npos;
+    });
+  });
 }
 
 }  // namespace
 
 std::optional<LineSlip> find_line_slip(std::string_view text, const Mistakes& told, std::span<const FieldShape> format,
                                        const std::function<Mistakes(std::string_view)>& judge) {
-  const auto is = [&](Fault fault) { return told.rows().size() == 1 && told.rows()[0].fault == fault; };
-  const bool not_well_formed = is(Fault::YamlSyntax);
-  if (told.rows().size() < 2 && !not_well_formed && !is(Fault::UnknownKey)) return std::nullopt;
-  const TextLines lines(text);
-  const std::set<std::size_t> places = lines_with_mistakes(lines, told);
-  const std::set<std::size_t> around = with_what_leads_there(lines, places);
-  std::vector<Trial> trials = moves(lines, around);
-  if (not_well_formed) std::ranges::move(edits(lines, around), std::back_inserter(trials));
-  auto found = best(lines, trials, told.rows(), 1, judge);
-  if (!found) found = best(lines, put_in(lines, places, format), told.rows(), 2, judge);
-  if (!found) return std::nullopt;
-  const Trial& trial = found->trial;
+  const MistakeRows& rows = told.rows();
+  const auto has = [&](Fault fault) { return std::ranges::find(rows, fault, &Mistakes::Row::fault) != rows.end(); };
+  const bool not_well_formed = has(Fault::YamlSyntax);
+  if (rows.size() < 2 && !not_well_formed && !has(Fault::UnknownKey)) return std::nullopt;
+  Search search(text, rows, judge);
+  const std::set<std::size_t> places = lines_with_mistakes(search.lines(), rows);
+  std::set<std::size_t> around = with_what_leads_there(search.lines(), places);
+  if (not_well_formed) {
+    add_first_open_quote(search.lines(), around);
+    search.look_at(changed_signs(search.lines(), around), 1);
+  }
+  std::vector<LineTrial> moves = moved_lines(search.lines(), around);
+  leave_out_misspelt(moves, rows);
+  search.look_at(std::move(moves), 1);
+  if (!search.best() || !search.left().empty())
+    search.look_at(headings_put_in(search.lines(), not_well_formed ? around : places, format), not_well_formed ? 1 : 2);
+  if (!search.best()) return std::nullopt;
+  const LineTrial& trial = *search.best();
   LineSlip slip{Mistakes(told.file()), std::nullopt};
   slip.left.add(Fault::YamlSyntax, trial.message,
                 {static_cast<int>(trial.line + 1), static_cast<int>(trial.column + 1)});
-  for (const Mistakes::Row& row : found->left) slip.left.add(row.fault, row.message, row.location);
-  if (!trial.puts_in) slip.mended = trial.text(lines);
+  for (const Mistakes::Row& row : search.left()) slip.left.add(row.fault, row.message, row.location);
+  if (!trial.puts_in) slip.mended = trial.text(search.lines());
   return slip;
 }
 

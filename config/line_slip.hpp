@@ -1,9 +1,10 @@
 // One line that begins in the wrong column, or is not there, makes a dozen mistakes of a file that is well-formed YAML
-// all the same: its neighbours belong to something else then. Tried out: a line is moved, or one is put in, and the
-// file is read again; where that leaves nothing but what was wrong before, that line is the mistake.
-//   Mistakes mistakes = judge(text);
-//   if (const auto slip = find_line_slip(text, mistakes, format, judge)) mistakes = slip->left;   // one instead of
-//   many
+// all the same: its neighbours belong to something else then. And of one that is not well-formed the parser tells where
+// it stopped, not where its writer slipped. So it is tried out: a line is moved, a sign is left out, a line is put in
+// (line_trials.hpp), and the file is read again; where that leaves nothing but what was wrong before, or next to
+// nothing, and everything in it is still read, that line is the mistake.
+//   Mistakes mistakes = judge(text);   // one instead of many:
+//   if (const auto slip = find_line_slip(text, mistakes, format, judge)) mistakes = slip->left;
 #pragma once
 #include <functional>
 #include <optional>

@@ -369,8 +369,15 @@ std::optional<Node> read_yaml(std::string_view text, Mistakes& mistakes, const Y
     }
     TreeBuilder second(plain.text, mistakes, budget);
     if (parser.HandleNextDocument(second)) {
-      mistakes.add(Fault::YamlSyntax, "a second document (behind --- or ...); one file holds one: leave that line out",
-                   begin_of_document(plain.text, second.root.location));
+      const Location begin = begin_of_document(plain.text, second.root.location);
+      const bool has_mark = ("\n" + plain.text).find("\n---") != std::string::npos ||
+                            ("\n" + plain.text).find("\n...") != std::string::npos;
+      mistakes.add(Fault::YamlSyntax,
+                   has_mark
+                       ? "a second document (behind --- or ...); one file holds one: leave that line out"
+                       : "this line stands further left than what is above, and begins another document; begin the "
+                         "keys of the file in one column",
+                   begin);
       return std::nullopt;
     }
   } catch (const Refusal& refusal) {

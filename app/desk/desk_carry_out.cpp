@@ -91,7 +91,10 @@ Desk::Carried Desk::part_removed(const run::Order& order) {
   if (!*another) options_.parts->take_out();
   Result<std::optional<BegunPart>> forgotten;
   owner_.aside([&] { forgotten = options_.parts->forget_removed(order.serial); });
-  if (!forgotten) return {.answer = failure({forgotten.error()})};
+  if (!forgotten) {
+    if (!*another) forgotten.error().message.insert(0, "the clamp has opened; ");
+    return {.answer = failure({forgotten.error()})};
+  }
   std::string said;
   if (*forgotten || !order.serial.empty())
     said = removal_in_words(*forgotten, order.serial, !options_.parts->outlives_programs()) + "\n";
