@@ -157,7 +157,7 @@ void Loop::brake_from(const AxisVec& before_last, const AxisVec& last) noexcept 
 }
 
 void Loop::step_motion() noexcept {
-  if (hold_waits_ && compensation_.clear_of(setup_.valve_mask)) hold();
+  if (hold_waits_ && compensation_.clear_of(setup_.valve_mask) && !interpolator_.lays_its_last()) hold();
   valve_cut_ = shut_valve_ && (sent_outputs_ & setup_.valve_mask) != 0;
   if (block_ != 0) ++tick_;
   step_setpoint();

@@ -298,6 +298,7 @@ Result<ProvenBlock> BlockPlanner::lift(std::uint32_t block, const AxisVec& from,
           work = work_of(f);
         else
           work = work_of(m, f.on);
+        if (auto r = builder.dwell(m.valve_close_lead); !r) return tl::unexpected(r.error());  // it flows until then
         if (auto r = builder.straight(lifted(from, m), surroundings()->dispensing({work})); !r)
           return tl::unexpected(with_line(r.error(), recipe_, f.location, fmt::format("up from '{}'", f.id)));
         auto planned = builder.finish();

@@ -26,7 +26,7 @@ CutWatch::CutWatch(const config::Machine& machine)
 
 void CutWatch::begin() {
   seen_.clear();
-  cut_.reset();
+  cut_.reset(), shut_.reset(), stops_.reset();
   stands_ = 0;
 }
 
@@ -34,6 +34,11 @@ void CutWatch::see(const BlockCycle& cycle) {
   const bool stands = !seen_.empty() && std::abs(cycle.along_block_mm - last_mm_) <= kSamePoint_mm;
   stands_ = stands ? stands_ + (cycle.plays ? 1 : 0) : 0;
   last_mm_ = cycle.along_block_mm;
+  if (cycle.valve_open)
+    shut_.reset(), stops_.reset();
+  else if (!seen_.empty() && seen_.back().valve_open)
+    shut_ = cycle.cycle;
+  if (shut_ && !stops_ && !cycle.plays) stops_ = cycle.cycle;
   if (cut_ && cycle.cycle > *cut_ + static_cast<CycleIndex>(kCycles)) return;
   if (!cut_ && seen_.size() == kCycles) seen_.pop_front();
   seen_.push_back(cycle);
@@ -41,12 +46,14 @@ void CutWatch::see(const BlockCycle& cycle) {
 }
 
 void CutWatch::see_cut(CycleIndex cycle) {
-  if (!seen_.empty()) see({cycle, last_mm_, true, false});
+  if (!seen_.empty()) see({.cycle = cycle, .along_block_mm = last_mm_, .valve_cut = true, .plays = false});
 }
 
 std::optional<ShutAt> CutWatch::shut_at(double close_lead_s) const {
-  if (!cut_) return std::nullopt;
-  const double at = static_cast<double>(*cut_ - delay_ticks_) + close_lead_s / tick_s_;
+  const double lead = close_lead_s / tick_s_;
+  const bool stopped_early = shut_ && stops_ && static_cast<double>(*stops_ - *shut_) < lead;
+  if (!cut_ && !stopped_early) return std::nullopt;
+  const double at = static_cast<double>((cut_ ? *cut_ : *shut_) - delay_ticks_) + lead;
   const auto later =
       std::find_if(seen_.begin(), seen_.end(), [&](const BlockCycle& c) { return static_cast<double>(c.cycle) >= at; });
   if (later == seen_.begin()) return ShutAt{later->along_block_mm, 0};

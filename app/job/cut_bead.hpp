@@ -20,6 +20,7 @@ struct BlockCycle {
   double along_block_mm = 0;  ///< length of path from the block's start, as planned
   bool valve_cut = false;
   bool plays = true;  ///< and is not on hold
+  bool valve_open = false;
 };
 
 /// Where along the block the tool was when the valve had shut, and for how long it had stood there.
@@ -37,7 +38,8 @@ class CutWatch {
   void see(const BlockCycle& cycle);
   /// A stop has shut the valve where the tool stood, and has ended the block in the same cycle.
   void see_cut(CycleIndex cycle);
-  /// Where along the block the tool was when the valve had shut; nothing where no stop has cut it.
+  /// Where along the block the tool was when the valve had shut; nothing where no stop has cut it, neither its command
+  /// nor the way that the tool had to go until it was shut.
   [[nodiscard]] std::optional<ShutAt> shut_at(double close_lead_s) const;
   /// For how long the block has played since the tool came to where it is: what is gone of a dwell there.
   [[nodiscard]] double stands_s() const { return static_cast<double>(stands_) * tick_s_; }
@@ -47,8 +49,10 @@ class CutWatch {
   int delay_ticks_;  ///< of the drives behind the path
   std::deque<BlockCycle> seen_;
   std::optional<CycleIndex> cut_;
-  CycleIndex stands_ = 0;  ///< cycles
-  double last_mm_ = 0;     ///< along the block, of the last cycle
+  std::optional<CycleIndex> shut_;   ///< as planned, by its command
+  std::optional<CycleIndex> stops_;  ///< behind that
+  CycleIndex stands_ = 0;            ///< cycles
+  double last_mm_ = 0;               ///< along the block, of the last cycle
 };
 
 /// Of a bead, along its motion.

@@ -46,13 +46,14 @@ double stands_in_s(const std::deque<motion::Segment>& block, InBlock at, std::ui
     if (!holds_s && segment.feature == feature)
       for (const motion::OutputEvent& event : segment.events)
         if (!event.dispense)
-          holds_s = delay_s + std::max(0.0, begin_s + (motion::time_at(segment.nominal, event.at_s) - gone_s) / slower -
-                                                event.lead_s);
+          holds_s =
+              std::max(0.0, begin_s + (motion::time_at(segment.nominal, event.at_s) - gone_s) / slower - event.lead_s) +
+              (moves ? std::max(delay_s, event.lead_s + limits.tick_s) : delay_s);  // not before the tool is there
     if (holds_s && *holds_s < end_s) {
       if (!moves) return *holds_s;
       const double stands_s = *holds_s + stop_s(segment, gone_s + (*holds_s - begin_s) * slower, slower, limits);
       const bool rests = segment.kind != motion::SegmentKind::Piece || segment.rests;
-      return rests ? std::min(stands_s, end_s) : stands_s;
+      return (rests ? std::min(stands_s, end_s) : stands_s) + behind * limits.tick_s;  // the drives
     }
     begin_mm = end_mm, begin_s = end_s;
   }

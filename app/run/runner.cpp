@@ -19,10 +19,10 @@ constexpr int kReportImageShrink = 2;
 constexpr double kClampTimeout_s = 2;
 constexpr Time kFrameTimeout = milliseconds(1000);
 
-/// On the way to a hold the valve may shut as planned; a hold that shuts it says so.
+bool is_off(cycle::State s) { return s == cycle::State::Disabled || s == cycle::State::Offline; }
+
 bool stopped(cycle::State s) {
-  return s == cycle::State::Held || s == cycle::State::Stopping || s == cycle::State::Stopped ||
-         s == cycle::State::Disabled || s == cycle::State::Offline;
+  return s == cycle::State::Held || s == cycle::State::Stopping || s == cycle::State::Stopped || is_off(s);
 }
 
 }  // namespace
@@ -98,11 +98,15 @@ void Runner::see(const cycle::Snapshot& s) {
   if (watch_.see(state_.features, {.block = s.block,
                                    .feature = s.feature,
                                    .valve_open = (s.outputs & config::bit(config::Output::Valve)) != 0,
-                                   .stopped = s.valve_cut || stopped(s.state)}))
+                                   .stopped = s.valve_cut || is_off(s.state)}))
     result_.features_done = job::count(state_, job::FeatureState::Done);
   note_joined(s);
   if (s.block == block_)
-    cut_watch_.see({s.cycle, s.along_block_mm, s.valve_cut, s.state == cycle::State::Running});
+    cut_watch_.see({.cycle = s.cycle,
+                    .along_block_mm = s.along_block_mm,
+                    .valve_cut = s.valve_cut,
+                    .plays = s.state == cycle::State::Running,
+                    .valve_open = (s.outputs & config::bit(config::Output::Valve)) != 0});
   else if (s.valve_cut && playing_ != nullptr)
     cut_watch_.see_cut(s.cycle);
   speed_watch_.see({.feature = s.block == block_ ? s.feature : motion::kTravel,

@@ -20,6 +20,10 @@ constexpr double kJoinError_s = 0.5e-3, kJoinError_mm = 0.02, kOfTolerance = 0.5
 constexpr double kShortest_s = 0.005;  // that a valve can be open for what is left
 constexpr double kLonger = 2;          // times that for what would be shorter, which is laid more slowly
 
+double spared_mm_of(const recipes::Material& m) {
+  return std::min(m.speed * kJoinError_s + kJoinError_mm, kOfTolerance * m.tolerance_mm);
+}
+
 /// Until the valve is told to open, at an override of 100 %: a slow bead's run-up takes long, too.
 double return_s(const job::ProvenBlock& block) {
   double back_s = 0;
@@ -79,18 +83,31 @@ std::string Runner::feature() {
 
 void Runner::note_cut(const std::vector<job::FeatureState>& before, const std::deque<motion::Segment>& segments) {
   watch_ = job::FeatureWatch(recipes::dispensed_by(job_));
-  std::optional<std::size_t> cut;
-  for (std::size_t f = 0; f < state_.features.size() && !cut; ++f)
-    if (state_.features[f] == job::FeatureState::Interrupted && before[f] != job::FeatureState::Interrupted) cut = f;
+  std::optional<std::size_t> cut, done;
+  for (std::size_t f = 0; f < state_.features.size() && !cut; ++f) {
+    if (state_.features[f] == before[f]) continue;
+    if (state_.features[f] == job::FeatureState::Interrupted) cut = f;
+    if (state_.features[f] == job::FeatureState::Done) done = f;
+  }
+  const auto material = [&](std::size_t f) -> const recipes::Material& {
+    return std::visit(
+        [&](const auto& each) -> const auto& { return *recipes::find_material(recipe_, each.material); },
+        recipe_.features[f]);
+  };
+  const auto laid = [&](std::size_t f) -> std::optional<job::Laid> {
+    if (!std::holds_alternative<recipes::Bead>(recipe_.features[f])) return std::nullopt;
+    const auto shut = cut_watch_.shut_at(material(f).valve_close_lead);
+    return shut ? job::laid_part(segments, job::laid_of(state_.laid, f), *shut) : std::nullopt;
+  };
+  // Its valve was told to shut as planned, and the tool did not come to its end any more.
+  if (!cut && done)
+    if (const auto part = laid(*done); part && part->all_mm - part->mm > spared_mm_of(material(*done)))
+      cut = done, state_.features[*done] = job::FeatureState::Interrupted;
   if (!cut) return;  // what was cut before in this step is as it was, and what lies of it
   cut_ = cut;
   laid_.reset();
   joining_.reset();
-  const auto* bead = std::get_if<recipes::Bead>(&recipe_.features[*cut_]);
-  if (bead == nullptr) return;
-  const recipes::Material& m = *recipes::find_material(recipe_, bead->material);
-  if (const auto shut = cut_watch_.shut_at(m.valve_close_lead))
-    laid_ = job::laid_part(segments, job::laid_of(state_.laid, *cut_), *shut);
+  if (const auto part = laid(*cut_)) laid_ = part;
 }
 
 Result<void> Runner::hold_off(std::size_t feature) {
@@ -166,8 +183,7 @@ Result<job::JobState> Runner::join(std::size_t feature) {
   if (bead == nullptr) return stays_cut("a dot cannot be joined");
   if (!laid_) return stays_cut("nobody saw where its valve shut");
   const recipes::Material& m = *recipes::find_material(recipe_, bead->material);
-  if (const double spared_mm = std::min(m.speed * kJoinError_s + kJoinError_mm, kOfTolerance * m.tolerance_mm);
-      laid_->mm > 0 && left_mm <= spared_mm)
+  if (const double spared_mm = spared_mm_of(m); laid_->mm > 0 && left_mm <= spared_mm)
     return as_it_is(fmt::format("up to {:.3f} mm are not gone back for", spared_mm));
   const double shut_s = site_.control.valve_shut_s().value_or(0);
   if (shut_s > m.rejoin_within_s)

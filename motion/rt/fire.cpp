@@ -1,5 +1,6 @@
 // Events: which of them are due, looking ahead by their lead over the course that is planned.
 #include <algorithm>
+#include <cmath>
 
 #include "motion/rt/approach.hpp"
 #include "motion/rt/interpolator.hpp"
@@ -51,10 +52,18 @@ void Interpolator::fire_events() noexcept {
       } else {
         if (!is_due(i, e)) continue;
         outputs_.apply(e);
+        if (outputs_.closes(e))
+          shuts_at_ = Place{waiting.number, e.at_s,
+                            tick_in_block_ + static_cast<std::uint32_t>(std::lround(e.lead_s / limits_.tick_s))};
       }
       waiting.fired = static_cast<std::uint8_t>(waiting.fired | bit);
     }
   }
+}
+
+bool Interpolator::lays_its_last() const noexcept {
+  return shuts_at_ && moving_ && tick_in_block_ <= shuts_at_->until &&
+         (popped_ < shuts_at_->number || (popped_ == shuts_at_->number && s_ < shuts_at_->at_s - kReached));
 }
 
 /// A dispense command that fired ahead of its place, which a stop now keeps the tool from, is given again.
@@ -72,24 +81,59 @@ void Interpolator::take_back_events() noexcept {
 
 /// By the present course, and the courses that will follow it, s(now + lead + tick/2) >= at_s on that segment.
 bool Interpolator::is_due(std::size_t segment, const OutputEvent& e) noexcept {
-  const double ahead = e.lead_s + limits_.tick_s / 2;
-  if (course_ == Course::None) return comes_to(0, ahead, segment, e.at_s);
+  return comes_within(e.lead_s + limits_.tick_s / 2, segment, e.at_s);
+}
+
+/// The next dispense command whose place is nearer, from this standstill, than its lead: it is given now, and the tool
+/// sets out so much later.
+void Interpolator::open_first() noexcept {
+  list_events();
+  for (std::size_t n = 0; n < waiting_size_; ++n) {
+    Waiting& waiting = waiting_[n];
+    const std::size_t i = waiting.number - popped_;
+    const Segment* s = ring_.peek(i);
+    if (s == nullptr || s->block != block_) return;
+    for (std::size_t k = 0; k < s->events.size(); ++k) {
+      const OutputEvent& e = s->events[k];
+      const auto bit = static_cast<std::uint8_t>(1u << k);
+      if (!e.dispense || (waiting.fired & bit) != 0) continue;
+      const auto lead = static_cast<std::size_t>(std::lround(e.lead_s / limits_.tick_s));
+      std::size_t soonest = 0, latest = lead;  // ticks after which it is there, if before its lead is over
+      while (soonest < latest) {
+        const std::size_t middle = (soonest + latest) / 2;
+        if (comes_within((static_cast<double>(middle) + 0.5) * limits_.tick_s, i, e.at_s))
+          latest = middle;
+        else
+          soonest = middle + 1;
+      }
+      if (soonest == lead) return;
+      outputs_.apply(e);
+      waiting.fired = static_cast<std::uint8_t>(waiting.fired | bit);
+      leads_ = lead - soonest;
+      return;
+    }
+  }
+}
+
+/// Is the tool at at_s of that segment so much time ahead?
+bool Interpolator::comes_within(double ahead, std::size_t segment, double at_s) noexcept {
+  if (course_ == Course::None) return comes_to(0, ahead, segment, at_s);
   if (course_ == Course::Paced) {
     double t = t_ + change_.ahead(ahead, goal_, limits_.tick_s);
     for (std::size_t i = 0;; ++i) {
       const Segment* s = ring_.peek(i);
       if (s == nullptr || s->block != block_) return false;
       const double end = duration(s->nominal);
-      if (i == segment) return t >= end || along(s->nominal, t).x.p >= e.at_s - kReached;
+      if (i == segment) return t >= end || along(s->nominal, t).x.p >= at_s - kReached;
       t -= end;
       if (t < 0) return false;
-      if (s->rests) return goal_ > 0 && comes_to(i + 1, t / goal_, segment, e.at_s);
+      if (s->rests) return goal_ > 0 && comes_to(i + 1, t / goal_, segment, at_s);
     }
   }
   const bool to_end = course_ == Course::Nominal || course_ == Course::ToEnd;
   const double rest = t_end_ - t_;
-  if (segment == 0) return (to_end && ahead >= rest) || evaluate(profile_, t_ + ahead).p >= e.at_s - kReached;
-  return to_end && comes_to(1, ahead - rest, segment, e.at_s);
+  if (segment == 0) return (to_end && ahead >= rest) || evaluate(profile_, t_ + ahead).p >= at_s - kReached;
+  return to_end && comes_to(1, ahead - rest, segment, at_s);
 }
 
 /// From rest at the beginning of segment `from`, that segment is at at_s so much time later.

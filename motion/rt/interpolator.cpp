@@ -35,7 +35,9 @@ void Interpolator::begin_block(std::uint32_t block) noexcept {
   block_ = block;
   tick_in_block_ = 0;
   course_ = Course::None;
-  started_ = stopping_ = starving_ = false;
+  started_ = stopping_ = starving_ = resumed_ = false;
+  leads_ = 0;
+  shuts_at_.reset();
   gone_mm_ = along_block_mm_ = 0;
   rest_after_ = 0;
   scanned_ = popped_;
@@ -58,6 +60,11 @@ Setpoint Interpolator::tick(double override_factor) noexcept {
     stale_ = true;
   }
   see_new_segments();
+  if (resumed_) set_out();
+  if (leads_ > 0) {
+    --leads_;
+    return setpoint();
+  }
   const bool reached_end = advance();
   if (lost_) {
     lost_ = false;
@@ -76,6 +83,19 @@ Setpoint Interpolator::tick(double override_factor) noexcept {
     stopping_ = starving_ = false;
   }
   return out;
+}
+
+/// What the tool will do from the standstill of a stop is known before it does it, so that what leads it can.
+void Interpolator::set_out() noexcept {
+  if (course_ == Course::None && !enter()) return;
+  if (course_ == Course::Paced) {
+    choose_rate();
+    if (goal_ == 0) return;  // tried again
+  } else if (stale_ && front().kind != SegmentKind::Dwell && replan(evaluate(profile_, t_))) {
+    stale_ = false;
+  }
+  resumed_ = false;
+  open_first();
 }
 
 /// One tick of the block; true when it has come to its end.

@@ -11,6 +11,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include "core/id.hpp"
 #include "motion/profile/planner.hpp"
@@ -56,6 +57,8 @@ class Interpolator {
   [[nodiscard]] bool idle() const noexcept;     ///< no block plays
   [[nodiscard]] bool at_rest() const noexcept;  ///< the setpoint stands
   [[nodiscard]] bool held() const noexcept;     ///< a hold is in force
+  /// The valve was told to shut ahead of a place that the tool goes to still, and is not shut yet by its lead.
+  [[nodiscard]] bool lays_its_last() const noexcept;
   [[nodiscard]] bool starving()
       const noexcept;  ///< waits or slows down because the block's next segments are not there
 
@@ -90,6 +93,7 @@ class Interpolator {
   void brake(AfterStop then) noexcept;
   void adopt(Course course, const Profile& profile) noexcept;
   void choose_course() noexcept;
+  void stand_still() noexcept;
   bool replan(const State& x) noexcept;
   bool replan_beyond(AxisId axis, double position) noexcept;
   [[nodiscard]] Bounds bounds_of(const Segment& s) const noexcept;
@@ -108,6 +112,9 @@ class Interpolator {
   void unlist_front() noexcept;
   void take_back_events() noexcept;
   bool is_due(std::size_t segment, const OutputEvent& e) noexcept;
+  bool comes_within(double ahead, std::size_t segment, double at_s) noexcept;
+  void set_out() noexcept;
+  void open_first() noexcept;
   bool comes_to(std::size_t from, double ahead, std::size_t segment, double at_s) noexcept;
 
   const Segment& front() noexcept { return *ring_.peek(0); }
@@ -126,6 +133,8 @@ class Interpolator {
   std::uint32_t block_ = 0, tick_in_block_ = 0;
   bool started_ = false;  ///< the block's first segment was entered
   bool stopping_ = false;
+  bool resumed_ = false;   ///< and has not set out yet
+  std::size_t leads_ = 0;  ///< ticks that it still stands, so that a valve's lead is whole
   AfterStop after_stop_ = AfterStop::Wait;
   double override_ = 1;
 
@@ -156,6 +165,12 @@ class Interpolator {
   std::array<Waiting, 16> waiting_{};  ///< the next ones
   std::size_t waiting_size_ = 0;
   std::size_t listed_ = 0;  ///< segments that were looked at for events
+  struct Place {
+    std::size_t number = 0;  ///< of its segment
+    double at_s = 0;
+    std::uint32_t until = 0;  ///< tick in the block
+  };
+  std::optional<Place> shuts_at_{};  ///< for which the valve was told to shut last
 
   AxisVec q_{}, v_{}, a_{};
   double s_ = 0, s_dot_ = 0;

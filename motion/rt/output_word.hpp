@@ -14,6 +14,9 @@ class OutputWord {
     if (e.dispense) armed_ = true;
     write(e);
   }
+  [[nodiscard]] bool closes(const OutputEvent& e) const noexcept {
+    return (e.mask & valve_) != 0 && (e.value & valve_) == 0;
+  }
   /// The place of an event was passed while braking for a stop: it closes, but opens nothing.
   void apply_while_stopping(const OutputEvent& e) noexcept { write(e); }
 

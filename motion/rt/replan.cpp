@@ -31,6 +31,8 @@ void Interpolator::brake(AfterStop then) noexcept {
     stopping_ = true;
     stale_ = true;
     after_stop_ = then;
+    if (leads_ > 0) stand_still();
+    resumed_ = false;
     take_back_events();
   } else if (after_stop_ == AfterStop::Wait) {
     after_stop_ = then;
@@ -68,6 +70,19 @@ void Interpolator::resume() noexcept {
   if (!held()) return;
   stopping_ = false;
   stale_ = true;
+  resumed_ = stands();
+}
+
+/// Has not set out yet, and does not.
+void Interpolator::stand_still() noexcept {
+  leads_ = 0;
+  if (course_ == Course::Paced) {
+    change_.drop();
+    rate_ = {0, 0};
+    goal_ = 0;
+  } else if (course_ == Course::ToEnd) {
+    adopt(Course::Standing, {{s_, 0, 0}, {}});
+  }
 }
 
 void Interpolator::adopt(Course course, const Profile& profile) noexcept {

@@ -195,6 +195,43 @@ TEST(OutlivedStops, one_where_the_tool_comes_to_rest_at_once_is_joined_where_it_
   }
 }
 
+// Around the cycle in which its valve is told to shut a bead is whole, joined or not, and nothing calls it cut.
+TEST(OutlivedStops, one_as_the_valve_shuts_leaves_the_bead_whole) {
+  for (const int close_ms : {6, 30}) {
+    const auto recipe = recipes::parse(
+        fmt::format(
+            "version: 1\nrecipe: shuts\nplacement: fixture\nboard: {{size: [80 mm, 55 mm], thickness: 12 mm, "
+            "frame: pallet}}\nmaterials:\n  pot: {{speed: 20 mm/s, gap: 0.5 mm, valve_open_lead: 8 ms, "
+            "valve_close_lead: {} ms, dot_time: 60 ms, retract: 3 mm, gap_tolerance: 2 mm}}\nfeatures:\n  - line: "
+            "{{name: l, material: pot, from: [20 mm, 20 mm], to: [24 mm, 20 mm]}}\n",
+            close_ms),
+        "shuts.yaml");
+    ASSERT_TRUE(recipe);
+    const int open = 8 + 200 - close_ms;  // cycles
+    for (int open_for = open - 3; open_for <= open + close_ms + 2; open_for += open_for < open + 3 ? 1 : 5) {
+      SCOPED_TRACE(fmt::format("{} ms, {}", close_ms, open_for - open));
+      Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg",
+               .change = [=](config::Machine& m) { m.sim.valve_close_lag_s = close_ms * 1e-3; },
+               .outlives_stops = true});
+      Clumsy hand(static_cast<unsigned>(open_for));
+      hand.at_open_valve = true, hand.runs_for = open_for, hand.most = 1;
+      int since_open = 0;
+      rig.on_step = [&](run::Owner& owner) {
+        since_open += since_open > 0 || valve_open(owner.latest()) ? 1 : 0;
+        if (since_open >= open_for && hand.stops == 0) hand.at_open_valve = false, hand.runs_for = 0;  // shut by then
+        hand(owner);
+      };
+      const auto result = rig.run(*recipe);
+      EXPECT_EQ(hand.stops, 1);
+      EXPECT_EQ(result.exit_code, ExitCode::Done) << first_error(result);
+      EXPECT_TRUE(result.interrupted.empty());
+      for (const auto& d : result.defects) ADD_FAILURE() << d.feature << ": " << d.message;
+      for (const auto& d : result.deposits)
+        for (const double missing_mm : d.joins_mm) EXPECT_LE(std::abs(missing_mm), kSpeed_mm_s * 0.5e-3 + kPlace_mm);
+    }
+  }
+}
+
 // Marks, touches, travel, dots and beads: only a dot that was cut is no longer whole.
 TEST(OutlivedStops, marks_and_touches_are_done_again) {
   for (const unsigned seed : {1u, 2u, 3u}) {
