@@ -13,7 +13,6 @@ namespace {
 
 constexpr std::size_t kBytes = 2u << 20;  ///< that are read for trials
 constexpr std::size_t kPlaces = 4;        ///< lines with a mistake that are looked at
-constexpr std::size_t kFewer = 4;  ///< what leaves but this part of the mistakes may bring to light what they hid
 
 using MistakeRows = std::vector<Mistakes::Row>;
 
@@ -41,13 +40,23 @@ std::set<std::size_t> with_what_leads_there(const TextLines& lines, const std::s
   return all;
 }
 
-/// The first line with a quote that has no other in it: what is between it and the next one is text.
-void add_first_open_quote(const TextLines& lines, std::set<std::size_t>& to) {
+/// The first line with a quote that has no other in it, as what is between it and the next one is text; and above each
+/// of these lines the nearest with a bracket that has none.
+void add_odd_lines(const TextLines& lines, const std::set<std::size_t>& places, std::set<std::size_t>& to) {
+  const auto odd = [&](std::size_t n, std::string_view signs) {
+    return lines.says_something(n) &&
+           std::ranges::any_of(signs, [&](char sign) { return is_odd(lines.line(n), sign); });
+  };
   for (std::size_t n = 0; n < lines.count(); ++n)
-    for (const char quote : {'"', '\''})
-      if (lines.says_something(n) && is_odd(lines.line(n), quote)) {
+    if (odd(n, "\"'")) {
+      to.insert(n);
+      break;
+    }
+  for (std::size_t n : places)
+    while (n-- > 0)
+      if (odd(n, "[{")) {
         to.insert(n);
-        return;
+        break;
       }
 }
 
@@ -97,16 +106,15 @@ class Search {
   [[nodiscard]] const MistakeRows& left() const { return left_; }
 
  private:
-  /// Nothing is wrong that was not before, or much less, and the line is no part of something that nobody knows, whose
-  /// contents are not looked at.
+  /// Nothing is wrong that was not before, and the line is no part of something that nobody knows, whose contents are
+  /// not looked at.
   [[nodiscard]] bool is_better(const LineTrial& trial, const MistakeRows& left) const {
     const auto was_told = [&](const Mistakes::Row& row) { return std::ranges::find(told_, row) != told_.end(); };
     const auto at_heading = [&](const Mistakes::Row& row) {
       return trial.heading && row.fault == Fault::UnknownKey &&
              row.location.line == static_cast<int>(*trial.heading + 1);
     };
-    return (kFewer * left.size() <= told_.size() || std::ranges::all_of(left, was_told)) &&
-           std::ranges::none_of(left, at_heading);
+    return std::ranges::all_of(left, was_told) && std::ranges::none_of(left, at_heading);
   }
   /// A line that has become a part of some text is not mended.
   [[nodiscard]] bool is_all_read(const LineTrial& trial, const std::string& text) const {
@@ -134,6 +142,26 @@ class Search {
   MistakeRows left_;
 };
 
+/// A key with its value in one line may stand in the wrong place, and in which is the right one nobody can tell.
+bool has_value(const TextLines& lines, const Mistakes::Row& row) {
+  const auto n = static_cast<std::size_t>(row.location.line);
+  if (n == 0 || n > lines.count()) return false;
+  const std::string_view line = lines.line(n - 1);
+  const std::string_view words = line.substr(0, line.find(" #"));
+  return words.find_last_not_of(' ') != words.find(':');
+}
+
+/// The first of several keys that stand twice in one place: what begins there lacks its heading.
+std::set<std::size_t> first_double(const TextLines& lines, const MistakeRows& told) {
+  std::set<std::size_t> all;
+  for (const Mistakes::Row& row : told)
+    if (const auto n = static_cast<std::size_t>(row.location.line);
+        row.fault == Fault::DuplicateKey && n > 0 && n <= lines.count())
+      all.insert(n - 1);
+  if (all.size() < 2) return {};
+  return {*all.begin()};
+}
+
 /// A misspelt key is that, and stands where it should.
 void leave_out_misspelt(std::vector<LineTrial>& moves, const MistakeRows& told) {
   std::erase_if(moves, [&](const LineTrial& move) {
@@ -153,10 +181,12 @@ std::optional<LineSlip> find_line_slip(std::string_view text, const Mistakes& to
   const bool not_well_formed = has(Fault::YamlSyntax);
   if (rows.size() < 2 && !not_well_formed && !has(Fault::UnknownKey)) return std::nullopt;
   Search search(text, rows, judge);
+  if (rows.size() == 1 && has(Fault::UnknownKey) && has_value(search.lines(), rows[0])) return std::nullopt;
   const std::set<std::size_t> places = lines_with_mistakes(search.lines(), rows);
   std::set<std::size_t> around = with_what_leads_there(search.lines(), places);
+  search.look_at(headings_put_in(search.lines(), first_double(search.lines(), rows), format), 2);  // before many others
   if (not_well_formed) {
-    add_first_open_quote(search.lines(), around);
+    add_odd_lines(search.lines(), places, around);
     search.look_at(changed_signs(search.lines(), around), 1);
   }
   std::vector<LineTrial> moves = moved_lines(search.lines(), around);

@@ -103,6 +103,11 @@ std::vector<LineTrial> changed_signs(const TextLines& lines, const std::set<std:
         with(n, behind, fmt::format("'{}' is missing at the end of this line", sign),
              [=](std::string& words) { words.insert(behind, 1, sign); });
     if (line.size() > kLongLine) continue;
+    for (const auto& [open, close] : {std::pair{'{', '}'}, {'[', ']'}})
+      if (std::ranges::count(line, close) > std::ranges::count(line, open))
+        for (std::size_t at = line.find(": "); at != std::string_view::npos; at = line.find(": ", at + 1))
+          with(n, at + 2, fmt::format("'{}' is missing before this", open),
+               [at, sign = open](std::string& words) { words.insert(at + 2, 1, sign); });
     for (std::size_t at = 0; at < line.size(); ++at)
       if (std::string_view("\"'[]{}").find(line[at]) != std::string_view::npos && is_odd(line, line[at]))
         with(n, at, one_too_many(line[at]), [=](std::string& words) { words.erase(at, 1); });

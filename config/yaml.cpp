@@ -261,7 +261,9 @@ class TreeBuilder : public YAML::EventHandler {
     if (value_.kind != Node::Kind::Scalar) {
       mistakes_.add(Fault::YamlSyntax, "a key that is no plain word", value_.location);
     } else if (!level.seen.insert(value_.text).second) {
-      mistakes_.add(Fault::DuplicateKey, fmt::format("'{}' stands twice here; remove one", value_.text),
+      mistakes_.add(Fault::DuplicateKey,
+                    fmt::format("'{}' stands twice here; remove one, or write the line that begins another one above",
+                                value_.text),
                     value_.location);
       level.key_refused = !forget_empty(level.node, value_.text);
     } else {

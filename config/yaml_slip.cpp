@@ -100,9 +100,17 @@ std::string out_of_line(std::string_view text, std::size_t at) {
   if (line.substr(indent).starts_with("- ") && item != levels.end() && away(*item) != 0)
     return fmt::format("this item begins in column {}; begin it in column {}, as line {} does", indent + 1,
                        indent_of(line_at(text, *item)) + 1, line_of(text, *item));
+  if (away(*nearest) == 0 && line.substr(indent).starts_with("- ") &&
+      !trimmed(line_at(text, *nearest)).starts_with("- "))
+    return fmt::format(
+        "an item of a list begins here, among keys such as line {}; write the key of that list in a line "
+        "above it, or take the '- ' away",
+        line_of(text, *nearest));
   if (away(*nearest) == 0)
-    return fmt::format("this line stands among items, as line {}, and is none; begin it with '- ', or farther left",
-                       line_of(text, *nearest));
+    return fmt::format(
+        "this line stands among items, as line {0}, and is none; begin it with '- ', or farther left, or "
+        "take the '- ' of line {0} away",
+        line_of(text, *nearest));
   return fmt::format("this line begins in column {}; begin it in column {}, as line {} does", indent + 1,
                      indent_of(line_at(text, *nearest)) + 1, line_of(text, *nearest));
 }

@@ -47,7 +47,7 @@ void Interpolator::fire_events() noexcept {
       const auto bit = static_cast<std::uint8_t>(1u << k);
       if (waiting.fired & bit) continue;
       if (stopping_) {
-        if (i > 0 || s_ < e.at_s - kReached) continue;
+        if (i > 0 || course_ == Course::None || s_ < e.at_s - kReached) continue;  // None: not entered yet
         outputs_.apply_while_stopping(e);
       } else {
         if (!is_due(i, e)) continue;

@@ -87,7 +87,10 @@ Setpoint Interpolator::tick(double override_factor) noexcept {
 
 /// What the tool will do from the standstill of a stop is known before it does it, so that what leads it can.
 void Interpolator::set_out() noexcept {
-  if (course_ == Course::None && !enter()) return;
+  if (course_ == Course::None) {
+    if (!enter()) return;
+    s_ = 0;
+  }
   if (course_ == Course::Paced) {
     choose_rate();
     if (goal_ == 0) return;  // tried again

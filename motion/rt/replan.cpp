@@ -81,7 +81,7 @@ void Interpolator::stand_still() noexcept {
     rate_ = {0, 0};
     goal_ = 0;
   } else if (course_ == Course::ToEnd) {
-    adopt(Course::Standing, {{s_, 0, 0}, {}});
+    adopt(Course::Standing, {{evaluate(profile_, t_).p, 0, 0}, {}});
   }
 }
 

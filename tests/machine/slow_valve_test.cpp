@@ -13,15 +13,16 @@ using test::Rig;
 using test::valve_open;
 
 /// A dot and a bead of a valve whose lags are long, each as its lead has it.
-recipes::Recipe slow_valve(int open_ms, int close_ms) {
+recipes::Recipe slow_valve(int open_ms, int close_ms, int settle_ms = 0) {
   return *recipes::parse(
       fmt::format(
           "version: 1\nrecipe: valve\nplacement: fixture\nboard: {{size: [80 mm, 55 mm], thickness: 12 mm, frame: "
           "pallet}}\nmaterials:\n  glue: {{speed: 20 mm/s, gap: 0.3 mm, valve_open_lead: {} ms, valve_close_lead: {} "
-          "ms, dot_time: {} ms, retract: 3 mm}}\nfeatures:\n  - dot: {{name: d, material: glue, at: [20 mm, 20 mm]}}\n"
+          "ms, dot_time: {} ms, settle_time: {} ms, retract: 3 mm}}\nfeatures:\n  - dot: {{name: d, material: glue, "
+          "at: [20 mm, 20 mm]}}\n"
           "  - dot: {{name: e, material: glue, at: [30 mm, 26 mm]}}\n"
           "  - line: {{name: bead, material: glue, from: [40 mm, 20 mm], to: [44 mm, 22 mm]}}\n",
-          open_ms, close_ms, std::max(20, open_ms + close_ms)),  // a cycle is 5 %
+          open_ms, close_ms, std::max(20, open_ms + close_ms), settle_ms),  // a cycle is 5 %
       "valve.yaml");
 }
 test::RigOptions of_slow_valve(int open_ms, int close_ms) {
@@ -40,7 +41,7 @@ void expect_good(const record::JobResult& result) {
 struct Opening {
   CycleIndex opens = 0, shuts = 0;
 };
-std::vector<Opening> undisturbed(int open_ms, int close_ms) {
+std::vector<Opening> undisturbed(int open_ms, int close_ms, int settle_ms = 0) {
   std::vector<Opening> out;
   bool valve = false;
   Rig rig(of_slow_valve(open_ms, close_ms));
@@ -50,10 +51,10 @@ std::vector<Opening> undisturbed(int open_ms, int close_ms) {
     if (!valve_open(s) && valve) out.back().shuts = s.cycle;
     valve = valve_open(s);
   };
-  expect_good(rig.run(slow_valve(open_ms, close_ms)));
+  expect_good(rig.run(slow_valve(open_ms, close_ms, settle_ms)));
   return out;
 }
-record::JobResult held_in(CycleIndex cycle, bool now, int open_ms, int close_ms) {
+record::JobResult held_in(CycleIndex cycle, bool now, int open_ms, int close_ms, int settle_ms = 0) {
   Rig rig(of_slow_valve(open_ms, close_ms));
   CycleIndex stood = 0;
   bool held = false, resumed = false;
@@ -63,7 +64,7 @@ record::JobResult held_in(CycleIndex cycle, bool now, int open_ms, int close_ms)
     if (held && stood == 0 && s.state == cycle::State::Held) stood = s.cycle;
     if (stood != 0 && !resumed && s.cycle > stood + 300) resumed = owner.order({.kind = OrderKind::Resume}).has_value();
   };
-  auto result = rig.run(slow_valve(open_ms, close_ms));
+  auto result = rig.run(slow_valve(open_ms, close_ms, settle_ms));
   EXPECT_TRUE(resumed);
   return result;
 }
@@ -96,6 +97,17 @@ TEST(SlowValve, held_on_the_way_to_a_feature_opens_for_its_beginning) {
         SCOPED_TRACE(fmt::format("{} ms, opening {}, {} cycles before", open_ms, next, before));
         expect_good(held_in(openings[next].opens - before, true, open_ms, 6));
       }
+  }
+}
+
+// In the cycle of its arrival, too: the path has left one piece then, and has not begun the next.
+TEST(SlowValve, held_as_the_needle_arrives_opens_for_all_the_same) {
+  constexpr int kSettle_ms = 40;
+  const auto openings = undisturbed(8, 6, kSettle_ms);
+  ASSERT_EQ(openings.size(), 3u);
+  for (int before = kSettle_ms - 20; before < kSettle_ms + 10; ++before) {
+    SCOPED_TRACE(before);
+    expect_good(held_in(openings[1].opens - before, true, 8, 6, kSettle_ms));
   }
 }
 
