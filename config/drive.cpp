@@ -466,11 +466,11 @@ Checked<StationProfile> load_profile(const std::string& path) {
   const auto text = read_text_file(path);
   if (!text) return tl::unexpected(std::vector{text.error()});
   Mistakes mistakes(path);
-  auto read = read_fields(*text, profile_fields(), mistakes, "the profile of a station");
+  std::optional<Node> root;
+  auto read = read_fields(*text, profile_fields(), mistakes, "the profile of a station", &root);
   if (!read || !mistakes.none()) return tl::unexpected(mistakes.errors());
   StationProfile profile = std::move(*read);
   profile.name = std::filesystem::path(path).stem().string();
-  const auto root = read_yaml(*text, mistakes);
   resolve_pdos(profile, profile.rx_pdos, *root->find("rx_pdos"), mistakes);
   resolve_pdos(profile, profile.tx_pdos, *root->find("tx_pdos"), mistakes);
   if (const Node* rows = root->find("terminals")) check_terminals(profile, *rows, mistakes);

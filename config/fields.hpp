@@ -153,16 +153,17 @@ void read_object(const Node& node, const Fields<T>& fields, T& to, Location owne
 
 /// A whole file. nullopt: not well-formed YAML, a line of it is missing, or, where it is told what it should be, quite
 /// another kind of file; with mistakes the value is only good for looking for more of them. `mistakes`: of this file,
-/// none yet.
+/// none yet. `tree`: where to put what the value was made from.
 template <class T>
 std::optional<T> read_fields(std::string_view text, const Fields<T>& fields, Mistakes& mistakes,
-                             std::string_view what = {}) {
+                             std::string_view what = {}, std::optional<Node>* tree = nullptr) {
   const std::vector<FieldShape> format = object_shape(fields).fields;
   const auto read = [&](std::string_view from, Mistakes& told) -> std::optional<T> {
-    const std::optional<Node> root = read_yaml(from, told);
+    std::optional<Node> root = read_yaml(from, told);
     if (!root || (!what.empty() && !is_of_format(*root, format, what, told))) return std::nullopt;
     T to{};
     read_object(*root, fields, to, {1, 1}, told);
+    if (tree != nullptr) *tree = std::move(root);
     return to;
   };
   auto out = read(text, mistakes);

@@ -9,19 +9,21 @@
 
 namespace gantry::config {
 
+/// Of a line's first sign that is no blank, from 0; the line's length where there is none.
+inline std::size_t indent_of(std::string_view line) { return std::min(line.find_first_not_of(' '), line.size()); }
+/// More than blanks and a comment.
+inline bool says_something(std::string_view line) {
+  const std::size_t first = indent_of(line);
+  return first < line.size() && line[first] != '#';
+}
+
 class TextLines {
  public:
   explicit TextLines(std::string_view text);
   [[nodiscard]] std::size_t count() const { return lines_.size(); }
   [[nodiscard]] std::string_view line(std::size_t n) const { return lines_[n]; }
-  /// Of its first sign, from 0; the line's length where there is none.
-  [[nodiscard]] std::size_t indent(std::size_t n) const {
-    return std::min(lines_[n].find_first_not_of(' '), lines_[n].size());
-  }
-  /// More than blanks and a comment.
-  [[nodiscard]] bool says_something(std::size_t n) const {
-    return indent(n) < lines_[n].size() && lines_[n][indent(n)] != '#';
-  }
+  [[nodiscard]] std::size_t indent(std::size_t n) const { return indent_of(lines_[n]); }
+  [[nodiscard]] bool says_something(std::size_t n) const { return config::says_something(lines_[n]); }
   /// The nearest above that says something and begins before `column`.
   [[nodiscard]] std::optional<std::size_t> above(std::size_t n, std::size_t column = std::string_view::npos) const;
   /// Behind the last line that belongs to this one: that is indented further.

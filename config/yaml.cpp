@@ -339,6 +339,10 @@ const Node* Node::find(std::string_view key) const {
 
 namespace {
 
+bool has_line(std::string_view text, std::string_view begin) {
+  return text.starts_with(begin) || text.find("\n" + std::string(begin)) != std::string_view::npos;
+}
+
 /// The '---' above what it holds.
 Location begin_of_document(std::string_view text, Location content) {
   Location found = content;
@@ -371,15 +375,13 @@ std::optional<Node> read_yaml(std::string_view text, Mistakes& mistakes, const Y
     }
     TreeBuilder second(plain.text, mistakes, budget);
     if (parser.HandleNextDocument(second)) {
-      const Location begin = begin_of_document(plain.text, second.root.location);
-      const bool has_mark = ("\n" + plain.text).find("\n---") != std::string::npos ||
-                            ("\n" + plain.text).find("\n...") != std::string::npos;
+      const bool has_mark = has_line(plain.text, "---") || has_line(plain.text, "...");
       mistakes.add(Fault::YamlSyntax,
                    has_mark
                        ? "a second document (behind --- or ...); one file holds one: leave that line out"
                        : "this line stands further left than what is above, and begins another document; begin the "
                          "keys of the file in one column",
-                   begin);
+                   begin_of_document(plain.text, second.root.location));
       return std::nullopt;
     }
   } catch (const Refusal& refusal) {

@@ -5,6 +5,7 @@
 #include <ranges>
 #include <vector>
 
+#include "config/text_lines.hpp"
 #include "core/trimmed.hpp"
 
 namespace gantry::config {
@@ -19,12 +20,6 @@ std::size_t start_of_line(std::string_view text, std::size_t at) {
 std::string_view line_at(std::string_view text, std::size_t start) {
   return text.substr(start, text.find('\n', start) - start);
 }
-/// Byte of the first sign that is no blank; its size where there is none.
-std::size_t indent_of(std::string_view line) { return std::min(line.find_first_not_of(' '), line.size()); }
-bool says_nothing(std::string_view line) {
-  const auto first = indent_of(line);
-  return first == line.size() || line[first] == '#';
-}
 
 /// What stands before a byte. Brackets in quotes and comments count for nothing.
 struct Before {
@@ -37,7 +32,7 @@ Before before(std::string_view text, std::size_t at) {
   char quote = 0;
   for (std::size_t i = 0; i < at; ++i) {
     const char c = text[i];
-    if ((i == 0 || text[i - 1] == '\n') && open.empty() && quote == 0 && !says_nothing(line_at(text, i)))
+    if ((i == 0 || text[i - 1] == '\n') && open.empty() && quote == 0 && says_something(line_at(text, i)))
       out.lines.push_back(i);
     const bool begins = i == 0 || std::string_view(" \n[{,:").find(text[i - 1]) != std::string_view::npos;
     if (quote != 0) {

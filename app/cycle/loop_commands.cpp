@@ -120,9 +120,9 @@ void Loop::obey(const Command& command) noexcept {
       interpolator_.begin_block(command.block);
       break;
     case CommandKind::Hold:
-      if (interpolator_.lays_its_last())  // what a hold would cut short
-        hold_waits_ = true;
-      else if (command.value >= 1 || hold_waits_ || (sent_outputs_ & setup_.valve_mask) == 0)
+      // What a hold would cut short comes to its end first, whoever asks.
+      if (!interpolator_.lays_its_last() &&
+          (command.value >= 1 || hold_waits_ || (sent_outputs_ & setup_.valve_mask) == 0))
         hold();
       else
         hold_waits_ = true;

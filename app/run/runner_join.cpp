@@ -105,9 +105,8 @@ void Runner::note_cut(const std::vector<job::FeatureState>& before, const std::d
       cut = done, state_.features[*done] = job::FeatureState::Interrupted;
   if (!cut) return;  // what was cut before in this step is as it was, and what lies of it
   cut_ = cut;
-  laid_.reset();
+  laid_ = laid(*cut_);
   joining_.reset();
-  if (const auto part = laid(*cut_)) laid_ = part;
 }
 
 Result<void> Runner::hold_off(std::size_t feature) {

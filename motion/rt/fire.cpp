@@ -35,30 +35,37 @@ void Interpolator::fire_front() noexcept {
       stopping_ ? outputs_.apply_while_stopping(front().events[k]) : outputs_.apply(front().events[k]);
 }
 
-void Interpolator::fire_events() noexcept {
-  list_events();
+/// The listed events of this block in their order, fired or not, as long as `look` wants more: of the i-th segment from
+/// the front, with their bits in `fired`.
+template <class Look>
+void Interpolator::each_waiting(Look&& look) noexcept {
   for (std::size_t n = 0; n < waiting_size_; ++n) {
     Waiting& waiting = waiting_[n];
     const std::size_t i = waiting.number - popped_;
     const Segment* s = ring_.peek(i);
     if (s == nullptr || s->block != block_) return;
-    for (std::size_t k = 0; k < s->events.size(); ++k) {
-      const OutputEvent& e = s->events[k];
-      const auto bit = static_cast<std::uint8_t>(1u << k);
-      if (waiting.fired & bit) continue;
-      if (stopping_) {
-        if (i > 0 || course_ == Course::None || s_ < e.at_s - kReached) continue;  // None: not entered yet
-        outputs_.apply_while_stopping(e);
-      } else {
-        if (!is_due(i, e)) continue;
-        outputs_.apply(e);
-        if (outputs_.closes(e))
-          shuts_at_ = Place{waiting.number, e.at_s,
-                            tick_in_block_ + static_cast<std::uint32_t>(std::lround(e.lead_s / limits_.tick_s))};
-      }
-      waiting.fired = static_cast<std::uint8_t>(waiting.fired | bit);
-    }
+    for (std::size_t k = 0; k < s->events.size(); ++k)
+      if (!look(waiting, i, s->events[k], static_cast<std::uint8_t>(1u << k))) return;
   }
+}
+
+void Interpolator::fire_events() noexcept {
+  list_events();
+  each_waiting([&](Waiting& waiting, std::size_t i, const OutputEvent& e, std::uint8_t bit) {
+    if ((waiting.fired & bit) != 0) return true;
+    if (stopping_) {
+      if (i > 0 || course_ == Course::None || s_ < e.at_s - kReached) return true;  // None: not entered yet
+      outputs_.apply_while_stopping(e);
+    } else {
+      if (!is_due(i, e)) return true;
+      outputs_.apply(e);
+      if (outputs_.closes(e))
+        shuts_at_ = Place{waiting.number, e.at_s,
+                          tick_in_block_ + static_cast<std::uint32_t>(std::lround(e.lead_s / limits_.tick_s))};
+    }
+    waiting.fired = static_cast<std::uint8_t>(waiting.fired | bit);
+    return true;
+  });
 }
 
 bool Interpolator::lays_its_last() const noexcept {
@@ -68,15 +75,11 @@ bool Interpolator::lays_its_last() const noexcept {
 
 /// A dispense command that fired ahead of its place, which a stop now keeps the tool from, is given again.
 void Interpolator::take_back_events() noexcept {
-  for (std::size_t n = 0; n < waiting_size_; ++n) {
-    Waiting& waiting = waiting_[n];
-    const std::size_t i = waiting.number - popped_;
-    const Segment* s = ring_.peek(i);
-    if (s == nullptr || s->block != block_) return;
-    for (std::size_t k = 0; k < s->events.size(); ++k)
-      if (s->events[k].dispense && (i > 0 || course_ == Course::None || s_ < s->events[k].at_s - kReached))
-        waiting.fired = static_cast<std::uint8_t>(waiting.fired & ~(1u << k));
-  }
+  each_waiting([&](Waiting& waiting, std::size_t i, const OutputEvent& e, std::uint8_t bit) {
+    if (e.dispense && (i > 0 || course_ == Course::None || s_ < e.at_s - kReached))
+      waiting.fired = static_cast<std::uint8_t>(waiting.fired & ~bit);
+    return true;
+  });
 }
 
 /// By the present course, and the courses that will follow it, s(now + lead + tick/2) >= at_s on that segment.
@@ -88,31 +91,23 @@ bool Interpolator::is_due(std::size_t segment, const OutputEvent& e) noexcept {
 /// sets out so much later.
 void Interpolator::open_first() noexcept {
   list_events();
-  for (std::size_t n = 0; n < waiting_size_; ++n) {
-    Waiting& waiting = waiting_[n];
-    const std::size_t i = waiting.number - popped_;
-    const Segment* s = ring_.peek(i);
-    if (s == nullptr || s->block != block_) return;
-    for (std::size_t k = 0; k < s->events.size(); ++k) {
-      const OutputEvent& e = s->events[k];
-      const auto bit = static_cast<std::uint8_t>(1u << k);
-      if (!e.dispense || (waiting.fired & bit) != 0) continue;
-      const auto lead = static_cast<std::size_t>(std::lround(e.lead_s / limits_.tick_s));
-      std::size_t soonest = 0, latest = lead;  // ticks after which it is there, if before its lead is over
-      while (soonest < latest) {
-        const std::size_t middle = (soonest + latest) / 2;
-        if (comes_within((static_cast<double>(middle) + 0.5) * limits_.tick_s, i, e.at_s))
-          latest = middle;
-        else
-          soonest = middle + 1;
-      }
-      if (soonest == lead) return;
-      outputs_.apply(e);
-      waiting.fired = static_cast<std::uint8_t>(waiting.fired | bit);
-      leads_ = lead - soonest;
-      return;
+  each_waiting([&](Waiting& waiting, std::size_t i, const OutputEvent& e, std::uint8_t bit) {
+    if (!e.dispense || (waiting.fired & bit) != 0) return true;
+    const auto lead = static_cast<std::size_t>(std::lround(e.lead_s / limits_.tick_s));
+    std::size_t soonest = 0, latest = lead;  // ticks after which it is there, if before its lead is over
+    while (soonest < latest) {
+      const std::size_t middle = (soonest + latest) / 2;
+      if (comes_within((static_cast<double>(middle) + 0.5) * limits_.tick_s, i, e.at_s))
+        latest = middle;
+      else
+        soonest = middle + 1;
     }
-  }
+    if (soonest == lead) return false;
+    outputs_.apply(e);
+    waiting.fired = static_cast<std::uint8_t>(waiting.fired | bit);
+    leads_ = lead - soonest;
+    return false;
+  });
 }
 
 /// Is the tool at at_s of that segment so much time ahead?

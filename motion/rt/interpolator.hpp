@@ -111,6 +111,8 @@ class Interpolator {
   void list_events() noexcept;
   void unlist_front() noexcept;
   void take_back_events() noexcept;
+  template <class Look>
+  void each_waiting(Look&& look) noexcept;
   bool is_due(std::size_t segment, const OutputEvent& e) noexcept;
   bool comes_within(double ahead, std::size_t segment, double at_s) noexcept;
   void set_out() noexcept;

@@ -128,6 +128,19 @@ TEST(OutlivedStops, whatever_they_cut_is_whole_at_the_end) {
   EXPECT_GE(joins, 7u);
 }
 
+/// A job that is stopped once, so many cycles after its valve has opened, and is whole all the same.
+record::JobResult stopped_after(const recipes::Recipe& recipe, CycleIndex open_for) {
+  Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg", .outlives_stops = true});
+  Clumsy hand(static_cast<unsigned>(open_for));
+  hand.at_open_valve = true, hand.runs_for = open_for, hand.most = 1;
+  rig.on_step = [&](run::Owner& owner) { hand(owner); };
+  auto result = rig.run(recipe);
+  EXPECT_EQ(hand.stops, 1);
+  EXPECT_EQ(result.exit_code, ExitCode::Done) << first_error(result);
+  for (const auto& d : result.defects) ADD_FAILURE() << d.feature << ": " << d.message;
+  return result;
+}
+
 // The axes stand already: the block ends in the very cycle that shuts the valve.
 TEST(OutlivedStops, one_while_the_needle_stands_over_a_beads_start_leaves_it_whole) {
   const auto recipe = recipes::parse(
@@ -140,14 +153,7 @@ TEST(OutlivedStops, one_while_the_needle_stands_over_a_beads_start_leaves_it_who
   ASSERT_TRUE(recipe);
   for (const CycleIndex open_for : {9, 20, 100, 150}) {
     SCOPED_TRACE(open_for);
-    Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg", .outlives_stops = true});
-    Clumsy hand(static_cast<unsigned>(open_for));
-    hand.at_open_valve = true, hand.runs_for = open_for, hand.most = 1;
-    rig.on_step = [&](run::Owner& owner) { hand(owner); };
-    const auto result = rig.run(*recipe);
-    EXPECT_EQ(hand.stops, 1);
-    EXPECT_EQ(result.exit_code, ExitCode::Done) << first_error(result);
-    for (const auto& d : result.defects) ADD_FAILURE() << d.feature << ": " << d.message;
+    const auto result = stopped_after(*recipe, open_for);
     EXPECT_EQ(result.joined.size(), 1u);
     // 30 mm at 20 mm/s and 16 ms to speed up, and in all it stands for 150 ms.
     double open_s = 0;
@@ -180,14 +186,7 @@ TEST(OutlivedStops, one_where_the_tool_comes_to_rest_at_once_is_joined_where_it_
     ASSERT_TRUE(recipe);
     for (CycleIndex open_for = c.from; open_for < c.to; ++open_for) {
       SCOPED_TRACE(fmt::format("{} {}", c.name, open_for));
-      Rig rig({.placement = "dx=0 mm, dy=0 mm, rot=0 deg", .outlives_stops = true});
-      Clumsy hand(static_cast<unsigned>(open_for));
-      hand.at_open_valve = true, hand.runs_for = open_for, hand.most = 1;
-      rig.on_step = [&](run::Owner& owner) { hand(owner); };
-      const auto result = rig.run(*recipe);
-      EXPECT_EQ(hand.stops, 1);
-      EXPECT_EQ(result.exit_code, ExitCode::Done) << first_error(result);
-      for (const auto& d : result.defects) ADD_FAILURE() << d.feature << ": " << d.message;
+      const auto result = stopped_after(*recipe, open_for);
       ASSERT_EQ(result.deposits.size(), 1u);
       for (const double missing_mm : result.deposits[0].joins_mm)
         EXPECT_LE(std::abs(missing_mm), c.speed_mm_s * 0.5e-3 + kPlace_mm);
