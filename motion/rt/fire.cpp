@@ -10,6 +10,18 @@ namespace {
 
 constexpr double kReached = 1e-9;  // of s: rounding at the end of a segment
 
+/// How many times as fast as by nominal play such a segment is played at most: on a line an override is of its set
+/// speed alone, which it may never come to.
+double at_most(SegmentKind kind, double rate) {
+  switch (kind) {
+    case SegmentKind::Dwell: return 1;
+    case SegmentKind::Piece: return std::min(rate, 1.0);
+    case SegmentKind::Path:
+    case SegmentKind::UntilProbe: break;
+  }
+  return std::max(rate, 1.0);
+}
+
 }  // namespace
 
 /// Segments with events, as they come: the next few are looked at in every tick, the others not.
@@ -54,7 +66,7 @@ void Interpolator::fire_events() noexcept {
   each_waiting([&](Waiting& waiting, std::size_t i, const OutputEvent& e, std::uint8_t bit) {
     if ((waiting.fired & bit) != 0) return true;
     if (stopping_) {
-      if (i > 0 || course_ == Course::None || s_ < e.at_s - kReached) return true;  // None: not entered yet
+      if (!has_come_to(i, e)) return true;
       outputs_.apply_while_stopping(e);
     } else {
       if (!is_due(i, e)) return true;
@@ -68,6 +80,11 @@ void Interpolator::fire_events() noexcept {
   });
 }
 
+/// The tool has come to the place of an event of the segment i from the front; None: that is not entered yet.
+bool Interpolator::has_come_to(std::size_t i, const OutputEvent& e) const noexcept {
+  return i == 0 && course_ != Course::None && s_ >= e.at_s - kReached;
+}
+
 bool Interpolator::lays_its_last() const noexcept {
   return shuts_at_ && moving_ && tick_in_block_ <= shuts_at_->until &&
          (popped_ < shuts_at_->number || (popped_ == shuts_at_->number && s_ < shuts_at_->at_s - kReached));
@@ -76,8 +93,7 @@ bool Interpolator::lays_its_last() const noexcept {
 /// A dispense command that fired ahead of its place, which a stop now keeps the tool from, is given again.
 void Interpolator::take_back_events() noexcept {
   each_waiting([&](Waiting& waiting, std::size_t i, const OutputEvent& e, std::uint8_t bit) {
-    if (e.dispense && (i > 0 || course_ == Course::None || s_ < e.at_s - kReached))
-      waiting.fired = static_cast<std::uint8_t>(waiting.fired & ~bit);
+    if (e.dispense && !has_come_to(i, e)) waiting.fired = static_cast<std::uint8_t>(waiting.fired & ~bit);
     return true;
   });
 }
@@ -93,8 +109,9 @@ void Interpolator::open_first() noexcept {
   list_events();
   each_waiting([&](Waiting& waiting, std::size_t i, const OutputEvent& e, std::uint8_t bit) {
     if (!e.dispense || (waiting.fired & bit) != 0) return true;
-    const auto lead = static_cast<std::size_t>(std::lround(e.lead_s / limits_.tick_s));
-    std::size_t soonest = 0, latest = lead;  // ticks after which it is there, if before its lead is over
+    // The tick that gives the command is one in which the tool still stands.
+    const auto enough = static_cast<std::size_t>(std::lround(e.lead_s / limits_.tick_s)) + 1;
+    std::size_t soonest = 0, latest = enough;  // ticks after which it is there, if before its lead is over
     while (soonest < latest) {
       const std::size_t middle = (soonest + latest) / 2;
       if (comes_within((static_cast<double>(middle) + 0.5) * limits_.tick_s, i, e.at_s))
@@ -102,27 +119,58 @@ void Interpolator::open_first() noexcept {
       else
         soonest = middle + 1;
     }
-    if (soonest == lead) return false;
+    if (soonest == enough) return false;
     outputs_.apply(e);
     waiting.fired = static_cast<std::uint8_t>(waiting.fired | bit);
-    leads_ = lead - soonest;
+    leads_ = enough - soonest;
     return false;
   });
+}
+
+/// At most this rate from now on: how long the tool takes at least to that place.
+double Interpolator::least_s(double rate, std::size_t segment, double at_s) noexcept {
+  double sum = 0;
+  for (std::size_t i = 0; i <= segment; ++i) {
+    const Segment& s = *ring_.peek(i);
+    const double from = i == 0 && course_ != Course::None ? time_at(s.nominal, s_) : 0;
+    const double to = i == segment ? time_at(s.nominal, at_s) : duration(s.nominal);
+    sum += (to - from) / at_most(s.kind, rate);
+  }
+  return sum;
+}
+
+/// Whether the pace may change to this rate and leave the lead of the next dispense command whole. One that was given
+/// ahead counts on the pace that it was given at; behind a standstill its lead is waited for.
+bool Interpolator::leaves_lead(double rate) noexcept {
+  list_events();
+  if (course_ == Course::Paced) rate = std::max({rate, rate_.r, goal_});
+  bool leaves = true;
+  each_waiting([&](const Waiting& waiting, std::size_t i, const OutputEvent& e, std::uint8_t bit) {
+    if (!e.dispense || has_come_to(i, e)) return true;
+    if ((waiting.fired & bit) != 0)
+      leaves = false;
+    else if (!stopping_ && !resumed_)
+      leaves = least_s(rate, i, e.at_s) >= e.lead_s + limits_.tick_s;
+    return false;
+  });
+  return leaves;
 }
 
 /// Is the tool at at_s of that segment so much time ahead?
 bool Interpolator::comes_within(double ahead, std::size_t segment, double at_s) noexcept {
   if (course_ == Course::None) return comes_to(0, ahead, segment, at_s);
   if (course_ == Course::Paced) {
-    double t = t_ + change_.ahead(ahead, goal_, limits_.tick_s);
+    const double t = change_.ahead(ahead, goal_, limits_.tick_s);
+    double begin = -t_;  // of segment i, in planned time from here
     for (std::size_t i = 0;; ++i) {
       const Segment* s = ring_.peek(i);
       if (s == nullptr || s->block != block_) return false;
-      const double end = duration(s->nominal);
-      if (i == segment) return t >= end || along(s->nominal, t).x.p >= at_s - kReached;
-      t -= end;
-      if (t < 0) return false;
-      if (s->rests) return goal_ > 0 && comes_to(i + 1, t / goal_, segment, at_s);
+      const double end = begin + duration(s->nominal);
+      if (i == segment) return t >= end || along(s->nominal, t - begin).x.p >= at_s - kReached;
+      if (t < end) return false;
+      if (s->rests)
+        return goal_ > 0 && comes_to(i + 1, ahead - change_.until(end, goal_, limits_.tick_s), segment, at_s);
+      begin = end;
     }
   }
   const bool to_end = course_ == Course::Nominal || course_ == Course::ToEnd;

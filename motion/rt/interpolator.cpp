@@ -55,14 +55,14 @@ Setpoint Interpolator::tick(double override_factor) noexcept {
   if (doing_ == Doing::Nothing) return setpoint();
   const double wanted =
       std::isfinite(override_factor) ? std::clamp(override_factor, kLeastOverride, kMostOverride) : 1.0;
-  if (wanted != override_) {
+  if (wanted != override_ && leaves_lead(wanted)) {
     override_ = wanted;
     stale_ = true;
   }
   see_new_segments();
   if (resumed_) set_out();
   if (leads_ > 0) {
-    --leads_;
+    --leads_, ++tick_in_block_;
     return setpoint();
   }
   const bool reached_end = advance();
@@ -87,6 +87,11 @@ Setpoint Interpolator::tick(double override_factor) noexcept {
 
 /// What the tool will do from the standstill of a stop is known before it does it, so that what leads it can.
 void Interpolator::set_out() noexcept {
+  if (stopping_) {
+    if (!stands()) return;
+    stopping_ = false;
+    stale_ = true;
+  }
   if (course_ == Course::None) {
     if (!enter()) return;
     s_ = 0;
@@ -299,7 +304,7 @@ Setpoint Interpolator::axis_stop_tick() noexcept {
 
 bool Interpolator::idle() const noexcept { return doing_ == Doing::Nothing; }
 bool Interpolator::at_rest() const noexcept { return !moving_; }
-bool Interpolator::held() const noexcept { return stopping_ && after_stop_ == AfterStop::Wait; }
+bool Interpolator::held() const noexcept { return stopping_ && after_stop_ == AfterStop::Wait && !resumed_; }
 bool Interpolator::starving() const noexcept { return starving_; }
 
 }  // namespace gantry::motion

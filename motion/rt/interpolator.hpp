@@ -41,11 +41,11 @@ class Interpolator {
   void forget(std::uint32_t block) noexcept;
 
   /// One tick on. override_factor: kLeastOverride .. kMostOverride, 1 = as planned; clamped. Pieces of a longer path
-  /// are never faster than planned.
+  /// are never faster than planned. A change waits while the lead of a dispense command goes by.
   Setpoint step(double override_factor) noexcept;
 
   void hold() noexcept;    ///< brakes on the path; the valve closes at once
-  void resume() noexcept;  ///< after hold
+  void resume() noexcept;  ///< after hold; comes to rest first
   void abort() noexcept;   ///< brakes on the path, then drops the rest of the block
   /// The probe has latched where `axis` stood at `position`: the block ends a fixed distance beyond that place,
   /// whenever this is told; told too late for that, at once.
@@ -111,10 +111,13 @@ class Interpolator {
   void list_events() noexcept;
   void unlist_front() noexcept;
   void take_back_events() noexcept;
+  [[nodiscard]] bool has_come_to(std::size_t i, const OutputEvent& e) const noexcept;
   template <class Look>
   void each_waiting(Look&& look) noexcept;
   bool is_due(std::size_t segment, const OutputEvent& e) noexcept;
   bool comes_within(double ahead, std::size_t segment, double at_s) noexcept;
+  double least_s(double rate, std::size_t segment, double at_s) noexcept;
+  bool leaves_lead(double rate) noexcept;
   void set_out() noexcept;
   void open_first() noexcept;
   bool comes_to(std::size_t from, double ahead, std::size_t segment, double at_s) noexcept;
@@ -135,7 +138,7 @@ class Interpolator {
   std::uint32_t block_ = 0, tick_in_block_ = 0;
   bool started_ = false;  ///< the block's first segment was entered
   bool stopping_ = false;
-  bool resumed_ = false;   ///< and has not set out yet
+  bool resumed_ = false;   ///< and has not set out yet, may brake still
   std::size_t leads_ = 0;  ///< ticks that it still stands, so that a valve's lead is whole
   AfterStop after_stop_ = AfterStop::Wait;
   double override_ = 1;

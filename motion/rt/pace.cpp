@@ -53,8 +53,10 @@ void Interpolator::choose_rate() noexcept {
   }
   const unsigned n = tries_++;
   if (n % kChangeEvery != 0) return;
+  if (goal_ > 0 && !leaves_lead(to)) return;
   const Attempt& a = kChanges[n / kChangeEvery % kChanges.size()];
   const double next = a.share == 1 ? to : rate_.r + a.share * (to - rate_.r);
+  if (std::abs(to - next) >= std::abs(to - goal_)) return;
   if (change_.plan(here, rate_, next, recent_, limits_, a.vigour)) goal_ = next;
 }
 

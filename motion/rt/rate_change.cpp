@@ -157,4 +157,16 @@ double RateChange::ahead(double seconds, double after, double tick_s) const noex
   return sum + std::max(seconds, 0.0) * after;
 }
 
+double RateChange::until(double planned_s, double after, double tick_s) const noexcept {
+  double seconds = 0;
+  for (std::size_t n = next_; n < size_; ++n) {
+    const Step& step = steps_[active_][n];
+    seconds += tick_s;
+    const double over = step.ahead - planned_s;
+    if (over >= 0) return seconds - (step.end.r > 0 ? std::min(over / step.end.r, tick_s) : 0);
+    planned_s = -over;
+  }
+  return seconds + planned_s / after;
+}
+
 }  // namespace gantry::motion

@@ -59,6 +59,8 @@ class RateChange {
 
   /// Planned time that goes by within `seconds` from now; `after`: the rate when nothing is under way (any more).
   [[nodiscard]] double ahead(double seconds, double after, double tick_s) const noexcept;
+  /// Seconds until so much planned time has gone by; `after` is above 0.
+  [[nodiscard]] double until(double planned_s, double after, double tick_s) const noexcept;
 
  private:
   std::array<std::array<Step, kMostTicks>, 2> steps_;

@@ -27,12 +27,12 @@ double peak_speed(const Profile& profile) noexcept {
 void Interpolator::brake(AfterStop then) noexcept {
   outputs_.close_valve();
   if (doing_ != Doing::Block) return;
+  resumed_ = false;
   if (!stopping_) {
     stopping_ = true;
     stale_ = true;
     after_stop_ = then;
     if (leads_ > 0) stand_still();
-    resumed_ = false;
     take_back_events();
   } else if (after_stop_ == AfterStop::Wait) {
     after_stop_ = then;
@@ -66,11 +66,9 @@ bool Interpolator::replan_beyond(AxisId axis, double position) noexcept {
   return true;
 }
 
+/// Comes to rest first, where it does not stand yet: what comes next is led from there.
 void Interpolator::resume() noexcept {
-  if (!held()) return;
-  stopping_ = false;
-  stale_ = true;
-  resumed_ = stands();
+  if (held()) resumed_ = true;
 }
 
 /// Has not set out yet, and does not.
@@ -82,6 +80,8 @@ void Interpolator::stand_still() noexcept {
     goal_ = 0;
   } else if (course_ == Course::ToEnd) {
     adopt(Course::Standing, {{evaluate(profile_, t_).p, 0, 0}, {}});
+  } else if (front().kind == SegmentKind::Dwell && t_ == 0) {
+    course_ = Course::None;  // entered to know what comes, not begun
   }
 }
 

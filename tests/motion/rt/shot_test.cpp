@@ -1,0 +1,202 @@
+// Shots and beads behind stops and overrides on the way to them: the valve is told to open its lead before the needle
+// is there, and is open as long as planned. Judged by the ticks at which the setpoints show it.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <random>
+
+#include "tests/motion/rt/play.hpp"
+
+namespace gantry::motion::test {
+namespace {
+
+constexpr std::uint32_t kFeature = 7;
+
+struct Draw {
+  std::mt19937_64 random;
+  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
+  double power(double low, double high) { return std::pow(10.0, uniform(low, high)); }
+  bool chance(double p) { return uniform(0, 1) < p; }
+};
+
+/// Travel as between features: over something, or three moves from rest to rest, or straight.
+std::vector<Segment> way(const Limits& m, Draw& draw, const AxisVec& from, const AxisVec& to) {
+  if (draw.chance(0.15)) return line_move(m, from, to);
+  const double top = std::max(from[2], to[2]) + draw.uniform(0.5, 8);
+  if (draw.chance(0.7)) {
+    return arch(m, {.from = from,
+                    .to = to,
+                    .up = 2,
+                    .top = top,
+                    .leave_mm = draw.uniform(0.2, 0.9) * (top - from[2]),
+                    .arrive_mm = draw.uniform(0.2, 0.9) * (top - to[2])})
+        .segments;
+  }
+  AxisVec above = from, over = to;
+  above[2] = over[2] = top;
+  std::vector<Segment> out;
+  for (const auto& [a, b] : {std::pair{from, above}, std::pair{above, over}, std::pair{over, to}})
+    for (const Segment& s : line_move(m, a, b)) out.push_back(s);
+  return out;
+}
+
+struct Case {
+  std::vector<Segment> block;
+  double lead_s = 0;        ///< of the command to open
+  long open_ticks = 0;      ///< of a dot, between the commands
+  double settle_s = 0;      ///< of a dot, before its place in time
+  AxisVec from{}, along{};  ///< of a bead: its first point and its direction
+};
+
+AxisVec home() { return {200, 200, -40, 0, 12}; }
+AxisVec anywhere(Draw& draw) {
+  AxisVec to = home();
+  const double far = draw.power(0, 2), turn = draw.uniform(0, 6.3);
+  to[0] += far * std::cos(turn), to[1] += far * std::sin(turn), to[2] += draw.uniform(-0.2, 0.2);
+  return to;
+}
+void finish(Case& c) {
+  for (Segment& s : c.block) s.block = 1;
+  c.block.back().ends_block = true;
+}
+
+/// At an override of 200 % the way may take half as long.
+double lead(Draw& draw, const std::vector<Segment>& way) {
+  return 1e-3 * std::floor(std::min(draw.power(0, 2.4), 1e3 * duration(way) / 2 - 2));
+}
+
+Case dot(const Limits& m, Draw& draw) {
+  Case out;
+  const AxisVec to = anywhere(draw);
+  out.block = way(m, draw, home(), to);
+  const double time_s = 1e-3 * std::floor(draw.uniform(20, 90)), close_lead_s = 1e-3 * std::floor(draw.uniform(0, 20));
+  if (draw.chance(0.4)) out.settle_s = 1e-3 * std::floor(draw.uniform(1, 60));
+  out.lead_s = lead(draw, out.block);
+  out.open_ticks = std::lround((out.lead_s + time_s - close_lead_s) / m.tick_s);
+  const std::array events{OutputEvent{out.settle_s, out.lead_s, kValve, kValve, true},
+                          OutputEvent{out.settle_s + time_s, close_lead_s, kValve, 0, false}};
+  out.block.push_back(dwell(m, to, out.settle_s + time_s, events));
+  out.block.back().feature = kFeature;
+  AxisVec up = to;
+  up[2] += 4;
+  for (const Segment& s : line_move(m, to, up)) out.block.push_back(s);
+  finish(out);
+  return out;
+}
+
+/// A straight bead, come to with its run-up.
+Case bead(const Limits& m, Draw& draw) {
+  Case out;
+  BeadSpec spec;
+  AxisVec to = out.from = anywhere(draw);
+  const double turn = draw.uniform(0, 6.3), length = draw.uniform(5, 40);
+  to[0] += length * std::cos(turn), to[1] += length * std::sin(turn);
+  spec.points = {out.from, to};
+  spec.speed_mm_s = draw.power(0.7, 2);
+  for (std::size_t i = 0; i < 2; ++i) out.along[i] = (to[i] - out.from[i]) / length;
+  spec.valve = kValve;
+  spec.feature = kFeature;
+  BeadMotion planned = *plan_bead(m, spec);
+  out.block = way(m, draw, home(), planned.start);
+  spec.open_lead_s = out.lead_s = lead(draw, out.block);
+  planned = *plan_bead(m, spec);
+  for (const Segment& s : planned.segments) out.block.push_back(s);
+  finish(out);
+  return out;
+}
+
+/// Ticks since the tool was at the place of the command to open, below 0: it is not there yet.
+double ticks_beyond(const Limits& m, const Case& c, const Setpoint& x) {
+  if (x.feature != kFeature || x.block == 0) return -1;
+  if (c.open_ticks > 0) return (x.s - c.settle_s) / m.tick_s;
+  double gone_mm = 0;
+  for (std::size_t i = 0; i < 2; ++i) gone_mm += (x.q[i] - c.from[i]) * c.along[i];
+  return gone_mm < 0 ? -1 : gone_mm / x.s_dot / m.tick_s;
+}
+
+struct Trouble {
+  long holds = 0;
+  bool overrides = false, hasty = false;  ///< resumed while it brakes still
+};
+struct Seen {
+  bool wrong = false;      ///< never ended, never opened, more than once, or while held
+  bool passed = false;     ///< a stop went over the place itself: not asked here
+  double early_ticks = 0;  ///< by which the command to open came before its lead
+  long open_ticks = 0;
+};
+
+/// Stops it at random instants up to its place, and changes the override as a machine does, not while the valve is
+/// open.
+Seen play(const Limits& m, Draw& draw, const Case& c, Trouble trouble) {
+  Player p(m, home());
+  p.push(c.block);
+  p.play.begin_block(1);
+  const auto soon = [&] { return 1 + std::lround(draw.uniform(0, duration(c.block) / m.tick_s)); };
+  Seen out;
+  long tick = 0, opened = 0, shut = 0, next = soon(), stood = 0, openings = 0;
+  double there = 0, factor = trouble.overrides ? draw.power(-1, 0.3) : 1;
+  bool open = false, stops = false;
+  while (!p.play.idle() && tick < 400000) {
+    if (p.play.held()) {
+      if ((p.play.at_rest() && ++stood > 5) || (trouble.hasty && draw.chance(0.05)))
+        p.play.resume(), stops = !p.play.at_rest(), stood = 0, next = tick + soon();
+    } else if (trouble.holds > 0 && tick >= next && there == 0) {
+      p.play.hold(), --trouble.holds, stops = true;
+      if (open) --openings;
+    } else if (trouble.overrides && !open && draw.chance(0.02)) {
+      factor = draw.power(-1, 0.3);
+    }
+    const Setpoint x = p.step(factor);
+    ++tick;
+    if (p.play.at_rest()) stops = p.play.held();
+    const double beyond = ticks_beyond(m, c, x);
+    if (there == 0 && beyond >= -1e-6) {
+      there = static_cast<double>(tick) - beyond;
+      out.passed = stops;
+    }
+    const bool now = (x.outputs & kValve) != 0;
+    if (now && !open) opened = tick, ++openings;
+    if (!now && open) shut = tick;
+    open = now;
+    out.wrong |= open && stops;
+  }
+  out.wrong |= !p.play.idle() || openings != 1;
+  out.early_ticks = there - static_cast<double>(opened) - c.lead_s / m.tick_s;
+  out.open_ticks = shut - opened;
+  return out;
+}
+
+constexpr std::array kTroubles{Trouble{},
+                               Trouble{.holds = 1},
+                               Trouble{.holds = 3},
+                               Trouble{.holds = 2, .hasty = true},
+                               Trouble{.overrides = true},
+                               Trouble{.holds = 2, .overrides = true},
+                               Trouble{.holds = 2, .overrides = true, .hasty = true}};
+// Half a tick, and what the speed changes by within one.
+constexpr double kAsPlanned_ticks = 0.52;
+
+void expect_as_planned(Case (*draw_case)(const Limits&, Draw&)) {
+  const Limits m = machine();
+  long asked = 0;
+  for (std::uint64_t seed = 0; seed < 300; ++seed)
+    for (const Trouble& trouble : kTroubles) {
+      SCOPED_TRACE("seed " + std::to_string(seed) + ", trouble " + std::to_string(&trouble - kTroubles.data()));
+      Draw draw{std::mt19937_64(seed)};
+      const Case c = draw_case(m, draw);
+      const Seen seen = play(m, draw, c, trouble);
+      if (seen.passed) continue;
+      ++asked;
+      ASSERT_FALSE(seen.wrong);
+      EXPECT_LE(std::abs(seen.early_ticks), kAsPlanned_ticks);
+      EXPECT_LE(c.open_ticks > 0 ? std::abs(seen.open_ticks - c.open_ticks) : 0, trouble.overrides ? 1 : 0);
+    }
+  EXPECT_GT(asked, 2000);
+}
+
+TEST(Shot, of_a_dot_is_as_planned_behind_stops_and_overrides) { expect_as_planned(dot); }
+TEST(Shot, of_a_bead_begins_where_it_does_behind_stops_and_overrides) { expect_as_planned(bead); }
+
+}  // namespace
+}  // namespace gantry::motion::test
