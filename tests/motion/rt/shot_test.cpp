@@ -141,10 +141,10 @@ Seen play(const Limits& m, Draw& draw, const Case& c, Trouble trouble) {
     if (p.play.held()) {
       if ((p.play.at_rest() && ++stood > 5) || (trouble.hasty && draw.chance(0.05)))
         p.play.resume(), stops = !p.play.at_rest(), stood = 0, next = tick + soon();
-    } else if (trouble.holds > 0 && tick >= next && there == 0) {
+    } else if (trouble.holds > 0 && there == 0 && (tick >= next || (open && p.play.at_rest() && draw.chance(0.1)))) {
       p.play.hold(), --trouble.holds, stops = true;
       if (open) --openings;
-    } else if (trouble.overrides && !open && draw.chance(0.02)) {
+    } else if (trouble.overrides && !open && draw.chance(0.05)) {
       factor = draw.power(-1, 0.3);
     }
     const Setpoint x = p.step(factor);
@@ -197,6 +197,36 @@ void expect_as_planned(Case (*draw_case)(const Limits&, Draw&)) {
 
 TEST(Shot, of_a_dot_is_as_planned_behind_stops_and_overrides) { expect_as_planned(dot); }
 TEST(Shot, of_a_bead_begins_where_it_does_behind_stops_and_overrides) { expect_as_planned(bead); }
+
+// The stop ends where the dot is, and the next one comes while its lead is waited for there.
+TEST(Shot, that_is_waited_for_at_its_place_is_not_lost_by_another_hold) {
+  const Limits m = machine();
+  AxisVec to = home();
+  to[0] += 20;
+  const double lead_s = 0.05, time_s = 0.06;
+  std::vector<Segment> block = line_move(m, home(), to);
+  const long arrives = std::lround(duration(block) / m.tick_s);
+  const std::array events{OutputEvent{0, lead_s, kValve, kValve, true}, OutputEvent{time_s, 0.01, kValve, 0, false}};
+  block.push_back(dwell(m, to, time_s, events));
+  for (Segment& s : block) s.block = 1;
+  block.back().ends_block = true;
+  for (long first = arrives - 20; first <= arrives; ++first) {
+    Player p(m, home());
+    p.push(block);
+    p.play.begin_block(1);
+    for (long n = 0; n < first; ++n) p.step();
+    for (int holds = 0; holds < 2; ++holds) {
+      p.play.hold();
+      for (int n = 0; n < 100; ++n) p.step();
+      p.play.resume();
+      for (int n = 0; n < 20; ++n) p.step();  // less than the lead
+    }
+    long open = 20;
+    ASSERT_NE(p.last.outputs & kValve, 0u) << first - arrives;
+    while (!p.play.idle()) open += (p.step().outputs & kValve) != 0;
+    EXPECT_EQ(open, 100) << first - arrives;
+  }
+}
 
 }  // namespace
 }  // namespace gantry::motion::test
