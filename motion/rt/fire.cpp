@@ -86,21 +86,27 @@ bool Interpolator::has_come_to(std::size_t i, const OutputEvent& e) const noexce
 }
 
 bool Interpolator::lays_its_last() const noexcept {
-  return shuts_at_ && moving_ && tick_in_block_ <= shuts_at_->until &&
-         (popped_ < shuts_at_->number || (popped_ == shuts_at_->number && s_ < shuts_at_->at_s - kReached));
+  return shuts_at_ && tick_in_block_ <= shuts_at_->until &&
+         (popped_ < shuts_at_->number ||
+          (popped_ == shuts_at_->number && (course_ == Course::None || s_ < shuts_at_->at_s - kReached)));
 }
 
-/// A dispense command that fired ahead of its place, which a stop now keeps the tool from, is given again.
+/// A dispense command that fired ahead of its place, which a stop now keeps the tool from, is given again, and what
+/// follows it.
 void Interpolator::take_back_events() noexcept {
+  bool again = false;
   each_waiting([&](Waiting& waiting, std::size_t i, const OutputEvent& e, std::uint8_t bit) {
-    if (e.dispense && !has_come_to(i, e)) waiting.fired = static_cast<std::uint8_t>(waiting.fired & ~bit);
+    again = again || (e.dispense && !has_come_to(i, e));
+    if (again) waiting.fired = static_cast<std::uint8_t>(waiting.fired & ~bit);
     return true;
   });
 }
 
-/// By the present course, and the courses that will follow it, s(now + lead + tick/2) >= at_s on that segment.
+/// By the present course, begun when what is waited for is over, and the courses that will follow it, s(now + lead +
+/// tick/2) >= at_s on that segment.
 bool Interpolator::is_due(std::size_t segment, const OutputEvent& e) noexcept {
-  return comes_within(e.lead_s + limits_.tick_s / 2, segment, e.at_s);
+  const double ahead = e.lead_s + (0.5 - static_cast<double>(leads_)) * limits_.tick_s;
+  return ahead >= 0 && comes_within(ahead, segment, e.at_s);
 }
 
 /// The next dispense command whose place is nearer, from this standstill, than its lead: it is given now, and the tool

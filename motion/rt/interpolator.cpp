@@ -63,6 +63,7 @@ Setpoint Interpolator::tick(double override_factor) noexcept {
   if (resumed_) set_out();
   if (leads_ > 0) {
     --leads_, ++tick_in_block_;
+    fire_events();
     return setpoint();
   }
   const bool reached_end = advance();
@@ -73,6 +74,7 @@ Setpoint Interpolator::tick(double override_factor) noexcept {
     out.off_path = true;
     return out;
   }
+  resumed_ = resumed_ || (starving_ && !stopping_ && !reached_end && stands());
   const bool stopped = !reached_end && stopping_ && stands();
   if (stopped) moving_ = false;
   Setpoint out = setpoint();

@@ -138,7 +138,7 @@ class Interpolator {
   std::uint32_t block_ = 0, tick_in_block_ = 0;
   bool started_ = false;  ///< the block's first segment was entered
   bool stopping_ = false;
-  bool resumed_ = false;   ///< and has not set out yet, may brake still
+  bool resumed_ = false;   ///< goes on from a standstill, or has found its path again: has not set out yet
   std::size_t leads_ = 0;  ///< ticks that it still stands, so that a valve's lead is whole
   AfterStop after_stop_ = AfterStop::Wait;
   double override_ = 1;

@@ -71,7 +71,8 @@ bool RateChange::plan(PieceCursor at, const Rate& from, double to, const Recent&
     const auto [low, high] = room(x, now, limits, vigour.use);
     if (low > high) return false;
     const double gap = to - now.r;
-    const double toward = gap > 0 ? high : low, against = gap > 0 ? low : high;
+    const bool up = gap != 0 ? gap > 0 : now.slope < 0;
+    const double toward = up ? high : low, against = up ? low : high;
     double bend = toward;
     Step& step = steps[n];
     bool landed = false;
@@ -89,6 +90,11 @@ bool RateChange::plan(PieceCursor at, const Rate& from, double to, const Recent&
     } else if (gap == 0 && now.slope == 0) {
       landed = true;
       step = {to * h, {to, 0}};
+    } else {  // as it sets out: no more than it can land from a tick later
+      const double sign = up ? 1 : -1, a = std::abs(against) * vigour.land, slope = sign * now.slope;
+      const double most =
+          (std::sqrt(a * h * (a * h - 4 * slope) + 8 * a * std::abs(gap)) - 2 * slope - a * h) / (2 * h);
+      bend = sign * std::min(std::abs(toward), most);
     }
     if (!landed) {
       step.ahead = h * (now.r + h * (now.slope / 2 + h * bend / 6));

@@ -444,6 +444,24 @@ TEST(Interpolator, override_scales_the_speed_of_a_bead_not_above_the_plan_and_co
   }
 }
 
+// Of one percent, too, where the axes would let the speed change by far more in a tick.
+TEST(Interpolator, a_small_change_of_override_comes_to_its_speed_and_stays_there) {
+  for (const double speed : {1.0, 2.0, 5.0, 50.0})
+    for (const auto& [before, after] : {std::pair{0.5, 0.49}, {0.8, 0.79}, {0.8, 0.81}, {0.03, 0.033}, {1.0, 0.999}}) {
+      StraightBead one(speed, speed);
+      Player p(one.m, one.bead.start);
+      p.push(one.bead.segments);
+      p.play.begin_block(1);
+      while (p.last.q[0] < 200 + 0.1 * speed) p.step(before);
+      for (int n = 0; n < 60; ++n) {
+        p.step(after);
+        ASSERT_NEAR(p.last.s_dot, speed * after, speed * (n > 40 ? 1e-6 : 1)) << speed << " " << after << " " << n;
+        ASSERT_LE(p.last.s_dot, speed * std::max(before, after) * (1 + 1e-9));
+        ASSERT_GE(p.last.s_dot, speed * std::min(before, after) * (1 - 1e-9));
+      }
+    }
+}
+
 TEST(Interpolator, events_under_override_are_off_by_what_half_a_tick_travels_at_most) {
   StraightBead one(60, 50);
   for (const double factor : {0.3, 0.7, 1.3, 2.0}) {

@@ -70,9 +70,12 @@ Case dot(const Limits& m, Draw& draw) {
   Case out;
   const AxisVec to = anywhere(draw);
   out.block = way(m, draw, home(), to);
-  const double time_s = 1e-3 * std::floor(draw.uniform(20, 90)), close_lead_s = 1e-3 * std::floor(draw.uniform(0, 20));
+  const double time_s = 1e-3 * std::floor(draw.uniform(8, 90));
   if (draw.chance(0.4)) out.settle_s = 1e-3 * std::floor(draw.uniform(1, 60));
   out.lead_s = lead(draw, out.block);
+  // It may be told to shut before the needle is there.
+  const double close_lead_s =
+      1e-3 * std::floor(draw.chance(0.3) ? draw.uniform(0, 1e3 * (out.lead_s + time_s) - 2) : draw.uniform(0, 8));
   out.open_ticks = std::lround((out.lead_s + time_s - close_lead_s) / m.tick_s);
   const std::array events{OutputEvent{out.settle_s, out.lead_s, kValve, kValve, true},
                           OutputEvent{out.settle_s + time_s, close_lead_s, kValve, 0, false}};
@@ -141,7 +144,8 @@ Seen play(const Limits& m, Draw& draw, const Case& c, Trouble trouble) {
     if (p.play.held()) {
       if ((p.play.at_rest() && ++stood > 5) || (trouble.hasty && draw.chance(0.05)))
         p.play.resume(), stops = !p.play.at_rest(), stood = 0, next = tick + soon();
-    } else if (trouble.holds > 0 && there == 0 && (tick >= next || (open && p.play.at_rest() && draw.chance(0.1)))) {
+    } else if (trouble.holds > 0 && there == 0 && !p.play.lays_its_last() &&
+               (tick >= next || (open && p.play.at_rest() && draw.chance(0.1)))) {
       p.play.hold(), --trouble.holds, stops = true;
       if (open) --openings;
     } else if (trouble.overrides && !open && draw.chance(0.05)) {
@@ -198,18 +202,60 @@ void expect_as_planned(Case (*draw_case)(const Limits&, Draw&)) {
 TEST(Shot, of_a_dot_is_as_planned_behind_stops_and_overrides) { expect_as_planned(dot); }
 TEST(Shot, of_a_bead_begins_where_it_does_behind_stops_and_overrides) { expect_as_planned(bead); }
 
+/// 20 mm to a dot, as block 1.
+std::vector<Segment> way_to_dot(const Limits& m, double time_s, double open_lead_s, double close_lead_s) {
+  AxisVec to = home();
+  to[0] += 20;
+  std::vector<Segment> block = line_move(m, home(), to);
+  const std::array events{OutputEvent{0, open_lead_s, kValve, kValve, true},
+                          OutputEvent{time_s, close_lead_s, kValve, 0, false}};
+  block.push_back(dwell(m, to, time_s, events));
+  for (const Segment& s : line_move(m, to, home())) block.push_back(s);
+  for (Segment& s : block) s.block = 1;
+  block.back().ends_block = true;
+  return block;
+}
+
+// Both commands come ahead of the dot: whoever stops there at once, the second one is given behind the first.
+TEST(Shot, of_a_dot_that_a_stop_begins_anew_ends) {
+  const Limits m = machine();
+  const std::vector<Segment> block = way_to_dot(m, 0.012, 0.04, 0.03);
+  for (long first = 1; first <= std::lround(duration(block) / m.tick_s); ++first) {
+    Player p(m, home());
+    p.push(block);
+    p.play.begin_block(1);
+    for (long n = 0; n < first; ++n) p.step();
+    p.play.hold();
+    for (int n = 0; n < 200; ++n) ASSERT_EQ(p.step().outputs & kValve, 0u) << first;
+    p.play.resume();
+    long open = 0;
+    while (!p.play.idle()) open += (p.step().outputs & kValve) != 0;
+    EXPECT_EQ(p.last.outputs & kValve, 0u) << first;
+    EXPECT_LE(open, 22) << first;
+  }
+}
+
+// The path does not come in time: the tool stands before the dot, and goes on when it is there.
+TEST(Shot, of_a_dot_that_comes_late_is_as_planned) {
+  const Limits m = machine();
+  const std::vector<Segment> block = way_to_dot(m, 0.06, 0.05, 0.01);
+  for (std::size_t known = 0; known < block.size(); ++known) {
+    Player p(m, home());
+    p.play.begin_block(1);
+    for (std::size_t k = 0; k < known; ++k) p.push(block[k]);
+    long open = 0;
+    for (int n = 0; n < 1000; ++n) open += (p.step().outputs & kValve) != 0;
+    for (std::size_t k = known; k < block.size(); ++k) p.push(block[k]);
+    while (!p.play.idle()) open += (p.step().outputs & kValve) != 0;
+    EXPECT_EQ(open, 100) << known;
+  }
+}
+
 // The stop ends where the dot is, and the next one comes while its lead is waited for there.
 TEST(Shot, that_is_waited_for_at_its_place_is_not_lost_by_another_hold) {
   const Limits m = machine();
-  AxisVec to = home();
-  to[0] += 20;
-  const double lead_s = 0.05, time_s = 0.06;
-  std::vector<Segment> block = line_move(m, home(), to);
-  const long arrives = std::lround(duration(block) / m.tick_s);
-  const std::array events{OutputEvent{0, lead_s, kValve, kValve, true}, OutputEvent{time_s, 0.01, kValve, 0, false}};
-  block.push_back(dwell(m, to, time_s, events));
-  for (Segment& s : block) s.block = 1;
-  block.back().ends_block = true;
+  const std::vector<Segment> block = way_to_dot(m, 0.06, 0.05, 0.01);
+  const long arrives = std::lround(duration(std::span(block).first(1)) / m.tick_s);
   for (long first = arrives - 20; first <= arrives; ++first) {
     Player p(m, home());
     p.push(block);
