@@ -30,17 +30,23 @@ double stopping_mm(const config::Machine& machine, double speed_mm_s) {
   return most;
 }
 
-/// The virtual valve acts as late as the machine file says; another lead shows in a dry run as an early or late valve.
-void add_lead(const Material& m, std::string_view key, double lead_s, double lag_s, std::string_view acts,
-              std::vector<std::string>& to) {
+/// The virtual valve acts as late as the machine file says; another lead, or one that is no whole number of cycles,
+/// shows in a dry run as an early or late valve.
+void add_lead(const Material& m, std::string_view key, double lead_s, const config::Machine& machine, double lag_s,
+              std::string_view acts, std::vector<std::string>& to) {
   constexpr double kSame_s = 0.5e-3;
-  const double late_s = lag_s - lead_s;
+  const double cycle_s = seconds(machine.bus.cycle), told_s = std::round(lead_s / cycle_s) * cycle_s;
+  const double late_s = lag_s - told_s;
   if (std::abs(late_s) <= kSame_s) return;
+  const std::string told =
+      std::abs(told_s - lead_s) <= kSame_s
+          ? std::string()
+          : fmt::format(", which is {:.6g} ms in cycles of {:.6g} ms", told_s * 1e3, cycle_s * 1e3);
   to.push_back(
-      fmt::format("{}: {} is {:.6g} ms, but the virtual valve {} {:.6g} ms after it is told: a dry run shows it "
+      fmt::format("{}: {} is {:.6g} ms{}, but the virtual valve {} {:.6g} ms after it is told: a dry run shows it "
                   "{:.6g} ms {}, {:.2f} mm on a bead",
-                  m.name, key, lead_s * 1e3, acts, lag_s * 1e3, std::abs(late_s) * 1e3, late_s > 0 ? "late" : "early",
-                  std::abs(late_s) * m.speed));
+                  m.name, key, lead_s * 1e3, told, acts, lag_s * 1e3, std::abs(late_s) * 1e3,
+                  late_s > 0 ? "late" : "early", std::abs(late_s) * m.speed));
 }
 
 std::string tolerances_in_words(const Material& m) {
@@ -144,8 +150,8 @@ std::vector<std::string> notes(const Recipe& recipe, const config::Machine& mach
   add_bare(recipe, out);
   for (const Material& m : recipe.materials) {
     out.push_back(tolerances_in_words(m));
-    add_lead(m, "valve_open_lead", m.valve_open_lead, machine.sim.valve_open_lag_s, "opens", out);
-    add_lead(m, "valve_close_lead", m.valve_close_lead, machine.sim.valve_close_lag_s, "closes", out);
+    add_lead(m, "valve_open_lead", m.valve_open_lead, machine, machine.sim.valve_open_lag_s, "opens", out);
+    add_lead(m, "valve_close_lead", m.valve_close_lead, machine, machine.sim.valve_close_lag_s, "closes", out);
   }
   return out;
 }

@@ -1,5 +1,6 @@
 #include "app/desk/machine_status.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -93,7 +94,10 @@ Json machine_status(const config::Machine& machine, const run::Owner& owner) {
           {"axes", axes}};
 }
 
-std::string at_most_mm(double mm) { return fmt::format("{:.6g} mm", mm > 0 ? in_digits_up(mm, 2) : 0); }
+std::string at_most_mm(double mm) {
+  constexpr double kLeast_mm = 0.01;  // nobody looks closer
+  return fmt::format("{:.6g} mm", mm > 0 ? in_digits_up(std::max(mm, kLeast_mm), 2) : 0);
+}
 
 std::string in_words(const Json& status) {
   std::string text = fmt::format("{}, {}, override {:.0f} %", status.value("state", "?"), status.value("mode", "?"),

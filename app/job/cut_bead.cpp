@@ -34,6 +34,7 @@ void CutWatch::see(const BlockCycle& cycle) {
   const bool stands = !seen_.empty() && std::abs(cycle.along_block_mm - last_mm_) <= kSamePoint_mm;
   stands_ = stands ? stands_ + (cycle.plays ? 1 : 0) : 0;
   last_mm_ = cycle.along_block_mm;
+  if (cycle.valve_open && (seen_.empty() || !seen_.back().valve_open)) opened_ = cycle.cycle;
   if (cycle.valve_open)
     shut_.reset(), stops_.reset();
   else if (!seen_.empty() && seen_.back().valve_open)
@@ -64,6 +65,10 @@ std::optional<ShutAt> CutWatch::shut_at(double close_lead_s) const {
   if (later == seen_.end()) return ShutAt{a.along_block_mm, stood_s};  // the block has ended before: the tool stands
   const double part = (at - static_cast<double>(a.cycle)) / static_cast<double>(later->cycle - a.cycle);
   return ShutAt{a.along_block_mm + part * (later->along_block_mm - a.along_block_mm), stood_s};
+}
+
+bool CutWatch::flowed(double open_lead_s, double close_lead_s) const {
+  return !cut_ || static_cast<double>(*cut_ - opened_) * tick_s_ > open_lead_s - close_lead_s;
 }
 
 std::optional<Laid> laid_part(const std::deque<motion::Segment>& segments, const LaidPart& before, const ShutAt& shut) {

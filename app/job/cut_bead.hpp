@@ -41,6 +41,8 @@ class CutWatch {
   /// Where along the block the tool was when the valve had shut; nothing where no stop has cut it, neither its command
   /// nor the way that the tool had to go until it was shut.
   [[nodiscard]] std::optional<ShutAt> shut_at(double close_lead_s) const;
+  /// Whether something came out of the valve, by its leads, before a stop has cut it.
+  [[nodiscard]] bool flowed(double open_lead_s, double close_lead_s) const;
   /// For how long the block has played since the tool came to where it is: what is gone of a dwell there.
   [[nodiscard]] double stands_s() const { return static_cast<double>(stands_) * tick_s_; }
 
@@ -48,6 +50,7 @@ class CutWatch {
   double tick_s_;
   int delay_ticks_;  ///< of the drives behind the path
   std::deque<BlockCycle> seen_;
+  CycleIndex opened_ = 0;  ///< by the last command
   std::optional<CycleIndex> cut_;
   std::optional<CycleIndex> shut_;   ///< as planned, by its command
   std::optional<CycleIndex> stops_;  ///< behind that

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <fmt/format.h>
 #include <span>
+#include <utility>
 
 #include "app/job/hold_ahead.hpp"
 #include "app/job/limits.hpp"
@@ -103,6 +104,12 @@ void Runner::note_cut(const std::vector<job::FeatureState>& before, const std::d
   if (!cut && done)
     if (const auto part = laid(*done); part && part->all_mm - part->mm > spared_mm_of(material(*done)))
       cut = done, state_.features[*done] = job::FeatureState::Interrupted;
+  // A dot of which nothing lies yet was not begun.
+  if (cut && std::holds_alternative<recipes::Dot>(recipe_.features[*cut])) {
+    const recipes::Material& m = material(*cut);
+    if (!cut_watch_.flowed(m.valve_open_lead, m.valve_close_lead))
+      state_.features[*std::exchange(cut, std::nullopt)] = job::FeatureState::Open;
+  }
   if (!cut) return;  // what was cut before in this step is as it was, and what lies of it
   cut_ = cut;
   laid_ = laid(*cut_);

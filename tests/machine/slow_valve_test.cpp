@@ -115,6 +115,16 @@ TEST(SlowValve, held_as_the_needle_arrives_opens_for_all_the_same) {
   }
 }
 
+// Cut while the valve's lead goes by, so that nothing has come out: it is dispensed as if it had not been begun.
+TEST(SlowValve, a_dot_of_which_nothing_lies_is_dispensed_all_the_same) {
+  const auto openings = undisturbed(60, 10);
+  ASSERT_EQ(openings.size(), 3u);
+  for (const int behind : {0, 1, 10, 30, 47}) {
+    SCOPED_TRACE(behind);
+    expect_good(held_in(openings[1].opens + behind, true, 60, 10));
+  }
+}
+
 // The needle stays where it is as long as something comes out.
 TEST(SlowValve, cut_by_a_hold_is_not_lifted_before_it_has_shut) {
   for (const int close_ms : {6, 60, 200}) {
