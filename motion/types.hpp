@@ -3,6 +3,7 @@
 // stays on its path. Plain values: they cross the RT boundary.
 #pragma once
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include "core/axis_vec.hpp"
@@ -21,6 +22,11 @@ struct Limits {
   double tick_s = 0.001;
   AxisVec response_delay_s{};  ///< how far each axis lags its target; who lags less is sent its target later
 };
+
+/// Duration rounded up to whole ticks; what is within rounding of a tick is that tick.
+[[nodiscard]] inline double whole_ticks(double seconds, double tick_s) {
+  return std::ceil(seconds / tick_s - 1e-9) * tick_s;
+}
 
 inline constexpr std::size_t kMaxPhases = 20;     ///< of one profile
 inline constexpr std::size_t kSegmentPhases = 7;  ///< of a segment: as many as a move from rest to rest has

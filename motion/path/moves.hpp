@@ -13,9 +13,6 @@ namespace gantry::motion {
 
 inline constexpr double kNoCap = std::numeric_limits<double>::infinity();
 
-/// Duration rounded up to whole ticks; what is within rounding of a tick is that tick.
-inline double whole_ticks(double seconds, double tick_s) { return std::ceil(seconds / tick_s - 1e-9) * tick_s; }
-
 /// Length of the displacement of the linear axes, or of the others when no linear axis moves (by more than 1 um).
 double path_length(const Limits& limits, const AxisVec& displacement);
 

@@ -149,7 +149,7 @@ double Interpolator::least_s(double rate, std::size_t segment, double at_s) noex
 /// ahead counts on the pace that it was given at; behind a standstill its lead is waited for.
 bool Interpolator::leaves_lead(double rate) noexcept {
   list_events();
-  if (course_ == Course::Paced) rate = std::max({rate, rate_.r, goal_});
+  if (course_ == Course::Paced) rate = std::max({rate, rate_.slope > 0 ? 1.0 : rate_.r, goal_});
   bool leaves = true;
   each_waiting([&](const Waiting& waiting, std::size_t i, const OutputEvent& e, std::uint8_t bit) {
     if (!e.dispense || has_come_to(i, e)) return true;
@@ -160,6 +160,11 @@ bool Interpolator::leaves_lead(double rate) noexcept {
     return false;
   });
   return leaves;
+}
+
+/// What comes behind travel begins with a tick, however long that has taken.
+double Interpolator::lasts(const Segment& s, double seconds) const noexcept {
+  return s.feature == kTravel ? whole_ticks(seconds, limits_.tick_s) : seconds;
 }
 
 /// Is the tool at at_s of that segment so much time ahead?
@@ -175,14 +180,15 @@ bool Interpolator::comes_within(double ahead, std::size_t segment, double at_s) 
       if (i == segment) return t >= end || along(s->nominal, t - begin).x.p >= at_s - kReached;
       if (t < end) return false;
       if (s->rests)
-        return goal_ > 0 && comes_to(i + 1, ahead - change_.until(end, goal_, limits_.tick_s), segment, at_s);
+        return goal_ > 0 &&
+               comes_to(i + 1, ahead - lasts(*s, change_.until(end, goal_, limits_.tick_s)), segment, at_s);
       begin = end;
     }
   }
   const bool to_end = course_ == Course::Nominal || course_ == Course::ToEnd;
   const double rest = t_end_ - t_;
   if (segment == 0) return (to_end && ahead >= rest) || evaluate(profile_, t_ + ahead).p >= at_s - kReached;
-  return to_end && comes_to(1, ahead - rest, segment, at_s);
+  return to_end && comes_to(1, ahead - lasts(front(), rest), segment, at_s);
 }
 
 /// From rest at the beginning of segment `from`, that segment is at at_s so much time later.
@@ -196,13 +202,13 @@ bool Interpolator::comes_to(std::size_t from, double ahead, std::size_t segment,
         if (!a.found) return false;
         const double t = duration(a.profile);
         if (i == segment) return ahead >= t || evaluate(a.profile, ahead).p >= at_s - kReached;
-        ahead -= t;
+        ahead -= lasts(*s, t);
         continue;
       }
     }
     const double rate = s->kind == SegmentKind::Piece ? std::min(override_, 1.0) : 1, t = duration(s->nominal) / rate;
     if (i == segment) return ahead >= t || along(s->nominal, ahead * rate).x.p >= at_s - kReached;
-    ahead -= t;
+    ahead -= lasts(*s, t);
   }
   return false;
 }

@@ -130,7 +130,8 @@ bool Interpolator::advance() noexcept {
     }
     const double rest = t_end_ - t_;
     if (left >= rest - kSnap_s) {
-      left = rest > left - kSnap_s ? 0 : left - rest;
+      const double over = left - lasts(front(), rest);
+      left = over > kSnap_s ? over : 0;
       ended = leave();
     } else {
       t_ += left;

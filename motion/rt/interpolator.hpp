@@ -115,6 +115,7 @@ class Interpolator {
   template <class Look>
   void each_waiting(Look&& look) noexcept;
   bool is_due(std::size_t segment, const OutputEvent& e) noexcept;
+  [[nodiscard]] double lasts(const Segment& s, double seconds) const noexcept;
   bool comes_within(double ahead, std::size_t segment, double at_s) noexcept;
   double least_s(double rate, std::size_t segment, double at_s) noexcept;
   bool leaves_lead(double rate) noexcept;

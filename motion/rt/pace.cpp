@@ -110,7 +110,7 @@ bool Interpolator::pace(double& left) noexcept {
     const double end = duration(front().nominal);
     if (t_ < end - kSnap_s) return false;
     if (front().rests) {
-      left = rate_.r > 0 ? std::min((t_ - end) / rate_.r, limits_.tick_s) : 0;
+      left = rate_.r > 0 && front().feature != kTravel ? std::min((t_ - end) / rate_.r, limits_.tick_s) : 0;
       if (left < kSnap_s) left = 0;
       t_end_ = end;
       change_.drop();

@@ -12,6 +12,7 @@ namespace {
 
 // Where the path is slow the limits would let the rate change within a tick; it takes at least so many.
 constexpr double kLeastTicks = 8;
+constexpr double kWithinTick = 1 - 1e-6;                // what is come to in a tick is not come to before it
 constexpr std::array<double, 3> kLower{0.6, 0.8, 0.9};  // of the rate, where there is no way to stop from it
 
 /// Derivatives of the planned motion by planned time.
@@ -169,7 +170,7 @@ double RateChange::until(double planned_s, double after, double tick_s) const no
     const Step& step = steps_[active_][n];
     seconds += tick_s;
     const double over = step.ahead - planned_s;
-    if (over >= 0) return seconds - (step.end.r > 0 ? std::min(over / step.end.r, tick_s) : 0);
+    if (over >= 0) return seconds - (step.end.r > 0 ? std::min(over / step.end.r, kWithinTick * tick_s) : 0);
     planned_s = -over;
   }
   return seconds + planned_s / after;
