@@ -12,7 +12,7 @@ namespace gantry::motion {
 namespace {
 
 // How the tolerance is shared: leaving out points, in two rounds, and the rest for rounding.
-constexpr double kFineShare = 0.02, kCoarseShare = 0.06;
+constexpr double kFineShare = 0.02, kCoarseShare = 0.06, kSmallShare = 0.25, kLargeShare = 0.5;
 constexpr double kKept = 0.995;           ///< of the tolerance: the path between two bends is not looked at by itself
 constexpr double kLeastRounding = 3e-4;   ///< mm: in a smaller tolerance a corner is passed so slowly that it is a rest
 constexpr double kLeastTolerance = 1e-9;  ///< mm: what rounding of coordinates leaves of a straight line
@@ -110,6 +110,8 @@ PathPlanner::PathPlanner(const Limits& limits, const PathOptions& options)
       measure_(measure_of(limits, options)),
       fine_(measure_, std::max(kFineShare * options.tolerance_mm, kLeastTolerance)),
       coarse_(measure_, std::max(kCoarseShare * options.tolerance_mm, kLeastTolerance)),
+      small_(measure_, options.tolerance_mm, kSmallShare),
+      large_(measure_, options.tolerance_mm, kLargeShare),
       rounding_(measure_, options.tolerance_mm < kLeastRounding ? 0 : kKept * options.tolerance_mm) {
   options_.window_s = std::max(options_.window_s, kWindowStops * longest_stop_s(limits, options.speed_mm_s));
   next_window_s_ = options_.window_s;
@@ -134,15 +136,26 @@ Result<void> PathPlanner::add(const AxisVec& point) {
   last_point_ = point;
   fine_out_.clear();
   fine_.add(point, 0, fine_out_);
+  simplify(false);
+  return outline_.empty() ? Result<void>{} : collect(false);
+}
+
+/// What has come out of the first pass goes through the others.
+void PathPlanner::simplify(bool last) {
+  coarse_out_.clear();
   for (const Vertex& v : fine_out_) coarse_.add(v.q, v.aside_mm, coarse_out_);
-  return coarse_out_.empty() ? Result<void>{} : collect(false);
+  if (last) coarse_.finish(coarse_out_);
+  small_out_.clear();
+  for (const Vertex& v : coarse_out_) small_.add(v, small_out_);
+  if (last) small_.finish(small_out_);
+  for (const Vertex& v : small_out_) large_.add(v, outline_);
+  if (last) large_.finish(outline_);
 }
 
 Result<void> PathPlanner::finish() {
   fine_out_.clear();
   fine_.finish(fine_out_);
-  for (const Vertex& v : fine_out_) coarse_.add(v.q, v.aside_mm, coarse_out_);
-  coarse_.finish(coarse_out_);
+  simplify(true);
   return collect(true);
 }
 
@@ -193,8 +206,8 @@ void PathPlanner::add_leads(bool last) {
 
 Result<void> PathPlanner::collect(bool last) {
   bool laid = true;
-  for (const Vertex& v : coarse_out_) laid = laid && rounding_.add(v, curves_out_);
-  coarse_out_.clear();
+  for (const Vertex& v : outline_) laid = laid && rounding_.add(v, curves_out_);
+  outline_.clear();
   if (last) laid = laid && rounding_.finish(curves_out_);
   counts_.corner_rests = rounding_.rests();
   if (!laid)

@@ -7,6 +7,7 @@
 #include <deque>
 
 #include "core/error.hpp"
+#include "motion/path/jitter.hpp"
 #include "motion/path/moves.hpp"
 #include "motion/path/outline.hpp"
 #include "motion/path/rounding.hpp"
@@ -61,6 +62,7 @@ class PathPlanner {
     std::vector<PaceNode> nodes;         ///< cells + 1
     std::vector<std::size_t> curve_end;  ///< number of cells up to the end of each curve
   };
+  void simplify(bool last);
   Result<void> collect(bool last);
   void add_leads(bool last);
   /// How long a lead has to be for this speed at the path's end, and over how much of it it is bent.
@@ -80,8 +82,9 @@ class PathPlanner {
   PathOptions options_;
   Measure measure_;
   Outline fine_, coarse_;
+  Jitter small_, large_;
   Rounding rounding_;
-  std::vector<Vertex> fine_out_, coarse_out_;
+  std::vector<Vertex> fine_out_, coarse_out_, small_out_, outline_;
   std::vector<Curve> curves_out_;
   std::deque<Curve> waiting_;
   double waiting_s_ = 0;  ///< rough duration of what waits
