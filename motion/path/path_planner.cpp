@@ -11,7 +11,8 @@
 namespace gantry::motion {
 namespace {
 
-// How the tolerance is shared: leaving out points, in two rounds, and the rest for rounding.
+// How the tolerance is shared: leaving out points, in two rounds, and such as jump, in two more; the rest is for
+// rounding.
 constexpr double kFineShare = 0.02, kCoarseShare = 0.06, kSmallShare = 0.25, kLargeShare = 0.5;
 constexpr double kKept = 0.995;           ///< of the tolerance: the path between two bends is not looked at by itself
 constexpr double kLeastRounding = 3e-4;   ///< mm: in a smaller tolerance a corner is passed so slowly that it is a rest

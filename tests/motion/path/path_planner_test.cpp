@@ -252,6 +252,38 @@ TEST(PathPlanner, chords_as_coarse_as_the_tolerance_cost_no_time) {
 }
 
 // A bend of tens of mm at 10 mm/s is one curve of several seconds: windows have to end within it.
+// As a digitiser leaves them: each point jumps by up to a fifth of the tolerance, stands in a cluster, or goes back.
+TEST(PathPlanner, points_that_jump_within_the_tolerance_cost_no_time) {
+  constexpr double kTolerance = 0.05;
+  std::mt19937 random(3);
+  const auto jump = [&](double by) { return std::uniform_real_distribution<double>(-by, by)(random); };
+  const auto noisy = [&](Polyline p, double by) {
+    for (std::size_t k = 1; k + 1 < p.size(); ++k) p[k][0] += jump(by), p[k][1] += jump(by);
+    return p;
+  };
+  const auto line = [](int chords) {
+    Polyline out;
+    for (int k = 0; k <= chords; ++k) out.push_back({20.0 * k / chords, 0});
+    return out;
+  };
+  const auto expect_as_quick = [&](const Polyline& clean, const Polyline& with, const std::string& what) {
+    const Played a = play(clean, kTolerance), b = play(with, kTolerance);
+    expect_sound(b, kTolerance);
+    EXPECT_LE(b.seconds, 1.08 * a.seconds) << what;
+  };
+  for (const int chords : {60, 200, 800})
+    for (const double by : {0.002, 0.005, 0.01}) {
+      const std::string what = std::to_string(chords) + " chords, " + std::to_string(by) + " mm";
+      expect_as_quick(line(chords), noisy(line(chords), by), "line, " + what);
+      expect_as_quick(circle(10, chords), noisy(circle(10, chords), by), "circle, " + what);
+    }
+  Polyline cluster = line(10), back;
+  for (int n = 0; n < 200; ++n) cluster.insert(cluster.begin() + 5, {8 + jump(0.003), jump(0.003)});
+  for (const auto& p : line(10)) back.insert(back.end(), {p, {p[0] - (p[0] > 3 && p[0] < 17 ? 0.02 : 0), 0}});
+  expect_as_quick(line(10), cluster, "cluster");
+  expect_as_quick(line(10), back, "steps back");
+}
+
 TEST(PathPlanner, long_bends_at_a_low_speed_ask_for_no_rest) {
   const Polyline p{{0, 0},
                    {0.413, -12.829},
