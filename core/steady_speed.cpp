@@ -10,6 +10,7 @@ constexpr double kWindow_mm = 0.4;
 constexpr double kLeastSteps = 8, kMostSteps = 400;
 constexpr double kHeld_s = 0.05;     // at one speed for so long is no corner
 constexpr double kSameSpeed = 0.02;  // but for this part of it
+constexpr double kCrept_s = 0.1;
 
 }  // namespace
 
@@ -43,6 +44,16 @@ void SteadySpeed::see(double mean_mm_s) {
   // All windows that a short corner is in have one mean: for no longer than a window.
   const double least_s = std::max(kHeld_s, static_cast<double>(window_steps_) * step_s_);
   if (static_cast<double>(run_.steps - 1) * step_s_ >= least_s) held(mean_mm_s);
+  if (good || mean_mm_s > asked_.mm_s) return end_slow();
+  ++slow_steps_;
+  slow_mm_ += mean_mm_s * step_s_;
+}
+
+void SteadySpeed::end_slow() {
+  const double s = static_cast<double>(slow_steps_) * step_s_;
+  if (s >= kCrept_s && slow_mm_ < kCreeps * asked_.mm_s * s) held(slow_mm_ / s);
+  slow_steps_ = 0;
+  slow_mm_ = 0;
 }
 
 void SteadySpeed::held(double mm_s) {
@@ -62,6 +73,7 @@ void SteadySpeed::leave_oldest() {
 void SteadySpeed::end_stretch() {
   if (!judged_ && !window_.empty()) see(sum_mm_ / (static_cast<double>(window_.size()) * step_s_));
   while (!window_.empty()) leave_oldest();
+  end_slow();
   sum_mm_ = 0;
   run_ = {};
   judged_ = false;

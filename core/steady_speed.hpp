@@ -19,6 +19,8 @@ struct AskedSpeed {
 
 class SteadySpeed {
  public:
+  static constexpr double kCreeps = 0.25;  ///< of what is asked for: from its speed to rest and back takes half of it
+
   /// `step_s`: > 0, and so is the speed that is asked for.
   SteadySpeed(AskedSpeed asked, double step_s);
 
@@ -30,8 +32,9 @@ class SteadySpeed {
   [[nodiscard]] bool is_good(double mm_s) const;
   /// Share of the length that lies in a window whose mean is within the tolerance, 0..1.
   [[nodiscard]] double within() const { return all_mm_ > 0 ? good_mm_ / all_mm_ : 1; }
-  /// Of the speeds that it kept for 50 ms, but for 2 %, the one farthest from what is asked for; nothing where it kept
-  /// none. Speeds within the tolerance and others are not one.
+  /// Of the speeds that it kept for 50 ms, but for 2 %, or at which it crept, below a quarter of what is asked for in
+  /// the mean of 0.1 s and more, the one farthest from that; nothing where it kept none. Speeds within the tolerance
+  /// and others are not one.
   [[nodiscard]] std::optional<double> held_mm_s() const { return held_mm_s_; }
 
  private:
@@ -42,6 +45,7 @@ class SteadySpeed {
   };
   void step(double mm);
   void see(double mean_mm_s);
+  void end_slow();
   void held(double mm_s);
   void leave_oldest();
 
@@ -52,6 +56,8 @@ class SteadySpeed {
   double sum_mm_ = 0;
   std::size_t good_left_ = 0;  ///< so many of the window, the oldest first, are in a good one
   Run run_;
+  std::uint64_t slow_steps_ = 0;  ///< whose windows are too slow, one behind the other
+  double slow_mm_ = 0;            ///< that the needle came in them
   double all_mm_ = 0, good_mm_ = 0;
   bool judged_ = false;  ///< in this stretch
   std::optional<double> held_mm_s_;

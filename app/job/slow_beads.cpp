@@ -247,6 +247,11 @@ std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
         : radius                            ? "a larger radius, a smaller `corner_tolerance`,"
                                             : "a larger `corner_tolerance`,",
         kElse);
+  if (slow.steady_mm_s < SteadySpeed::kCreeps * slow.asked_mm_s && !radius && !straight)
+    return fmt::format(
+        "creeps at {:.2g} mm/s instead of {:.3g} mm/s for a tenth of a second and more, where its corners lie too near "
+        "to each other; draw it with fewer points there, write a larger `corner_tolerance`, {}",
+        slow.steady_mm_s, slow.asked_mm_s, kElse);
   return fmt::format(
       "planned at {:.3g} mm/s instead of {:.3g} mm/s: the axes' limits allow no more on {}; write "
       "`speed: {:.3g} mm/s`,{} {}",

@@ -94,6 +94,17 @@ TEST(DepositSpeed, that_it_kept_is_the_one_farthest_from_what_was_asked) {
   EXPECT_NEAR(kept(v), 20, 0.4) << "a corner is passed in 100 ms, and keeps no speed";
 }
 
+/// Corner by corner it never keeps a speed, and creeps all the same; a single corner takes as long as its axes do.
+TEST(DepositSpeed, that_it_crept_at_is_told_however_that_changed) {
+  const auto kept = [](std::function<double(double)> v) { return judged({seen(3, v)}, 20).held_mm_s.value_or(-1); };
+  for (const double lasts : {0.15, 0.3, 1.0}) {
+    const auto creeps = [&](double t) { return t > 1 && t < 1 + lasts ? 2.4 + 2 * std::sin(150 * t) : 20.0; };
+    EXPECT_NEAR(kept(creeps), 2.4, 2.0) << lasts;
+    const auto corner = [&](double t) { return 20 * std::min(1.0, std::abs(t - 1.5) / lasts); };
+    EXPECT_NEAR(kept(corner), 20, 0.4) << lasts;
+  }
+}
+
 /// What a corner leaves of the speed, where it is within the tolerance again, is the beginning of another run.
 TEST(DepositSpeed, a_corner_is_none_that_it_kept_however_small_the_tolerance) {
   for (const double tolerance : {0.01, 0.015, 0.02, 0.05}) {
