@@ -48,7 +48,7 @@ double stands_in_s(const std::deque<motion::Segment>& block, InBlock at, std::ui
         if (!event.dispense)
           holds_s =
               std::max(0.0, begin_s + (motion::time_at(segment.nominal, event.at_s) - gone_s) / slower - event.lead_s) +
-              (moves ? std::max(delay_s, event.lead_s + limits.tick_s) : delay_s);  // not before the tool is there
+              std::max(delay_s, event.lead_s + limits.tick_s);  // not before the end of what it lays
     if (holds_s && *holds_s < end_s) {
       if (!moves) return *holds_s;
       const double stands_s = *holds_s + stop_s(segment, gone_s + (*holds_s - begin_s) * slower, slower, limits);

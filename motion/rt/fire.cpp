@@ -8,7 +8,8 @@
 namespace gantry::motion {
 namespace {
 
-constexpr double kReached = 1e-9;  // of s: rounding at the end of a segment
+constexpr double kReached = 1e-9;    // of s: rounding at the end of a segment
+constexpr unsigned kNextEvents = 2;  // a feature opens and shuts
 
 /// How many times as fast as by nominal play such a segment is played at most: on a line an override is of its set
 /// speed alone, which it may never come to.
@@ -145,19 +146,20 @@ double Interpolator::least_s(double rate, std::size_t segment, double at_s) noex
   return sum;
 }
 
-/// Whether the pace may change to this rate and leave the lead of the next dispense command whole. One that was given
-/// ahead counts on the pace that it was given at; behind a standstill its lead is waited for.
-bool Interpolator::leaves_lead(double rate) noexcept {
+/// Whether the pace may change to this rate and leave the leads of what comes next whole. A command that was given
+/// ahead counts on the pace that it was given at; behind a standstill a lead is waited for.
+bool Interpolator::leaves_leads(double rate) noexcept {
   list_events();
   if (course_ == Course::Paced) rate = std::max({rate, rate_.slope > 0 ? 1.0 : rate_.r, goal_});
   bool leaves = true;
+  unsigned looked = 0;
   each_waiting([&](const Waiting& waiting, std::size_t i, const OutputEvent& e, std::uint8_t bit) {
-    if (!e.dispense || has_come_to(i, e)) return true;
+    if (has_come_to(i, e)) return true;
     if ((waiting.fired & bit) != 0)
       leaves = false;
     else if (!stopping_ && !resumed_)
       leaves = least_s(rate, i, e.at_s) >= e.lead_s + limits_.tick_s;
-    return false;
+    return leaves && ++looked < kNextEvents;
   });
   return leaves;
 }

@@ -55,7 +55,7 @@ Setpoint Interpolator::tick(double override_factor) noexcept {
   if (doing_ == Doing::Nothing) return setpoint();
   const double wanted =
       std::isfinite(override_factor) ? std::clamp(override_factor, kLeastOverride, kMostOverride) : 1.0;
-  if (wanted != override_ && leaves_lead(wanted)) {
+  if (wanted != override_ && leaves_leads(wanted)) {
     override_ = wanted;
     stale_ = true;
   }

@@ -118,7 +118,7 @@ class Interpolator {
   [[nodiscard]] double lasts(const Segment& s, double seconds) const noexcept;
   bool comes_within(double ahead, std::size_t segment, double at_s) noexcept;
   double least_s(double rate, std::size_t segment, double at_s) noexcept;
-  bool leaves_lead(double rate) noexcept;
+  bool leaves_leads(double rate) noexcept;
   void set_out() noexcept;
   void open_first() noexcept;
   bool comes_to(std::size_t from, double ahead, std::size_t segment, double at_s) noexcept;

@@ -53,7 +53,7 @@ void Interpolator::choose_rate() noexcept {
   }
   const unsigned n = tries_++;
   if (n % kChangeEvery != 0) return;
-  if (goal_ > 0 && !leaves_lead(to)) return;
+  if (goal_ > 0 && !leaves_leads(to)) return;
   const Attempt& a = kChanges[n / kChangeEvery % kChanges.size()];
   const double next = a.share == 1 ? to : rate_.r + a.share * (to - rate_.r);
   if (std::abs(to - next) >= std::abs(to - goal_)) return;

@@ -32,7 +32,7 @@ void Interpolator::brake(AfterStop then) noexcept {
     stopping_ = true;
     stale_ = true;
     after_stop_ = then;
-    if (leads_ > 0) stand_still();
+    if (leads_ > 0 || (course_ != Course::None && s_ == 0 && !moving_)) stand_still();
     take_back_events();
   } else if (after_stop_ == AfterStop::Wait) {
     after_stop_ = then;
@@ -71,17 +71,18 @@ void Interpolator::resume() noexcept {
   if (held()) resumed_ = true;
 }
 
-/// Has not set out yet, and does not.
+/// Has not set out yet, and does not: what was entered to know what comes is not begun.
 void Interpolator::stand_still() noexcept {
   leads_ = 0;
-  if (course_ == Course::Paced) {
+  if (s_ == 0) {
+    change_.drop();
+    course_ = Course::None;
+  } else if (course_ == Course::Paced) {
     change_.drop();
     rate_ = {0, 0};
     goal_ = 0;
   } else if (course_ == Course::ToEnd) {
     adopt(Course::Standing, {{evaluate(profile_, t_).p, 0, 0}, {}});
-  } else if (front().kind == SegmentKind::Dwell && t_ == 0) {
-    course_ = Course::None;  // entered to know what comes, not begun
   }
 }
 
