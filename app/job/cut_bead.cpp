@@ -13,6 +13,7 @@ namespace {
 // That are kept up to the cut, and behind it: more than the longest lead has. A stop may take more.
 constexpr std::size_t kCycles = 4096;
 constexpr double kSamePoint_mm = 1e-6;
+constexpr double kAtStart_mm = 0.05;  // so far before it what comes out lies on a bead's start
 
 int delay_ticks(const config::Machine& machine) {
   const motion::Limits limits = limits_of(machine);
@@ -67,15 +68,16 @@ std::optional<ShutAt> CutWatch::shut_at(double close_lead_s) const {
   return ShutAt{a.along_block_mm + part * (later->along_block_mm - a.along_block_mm), stood_s};
 }
 
-bool CutWatch::flowed(double open_lead_s, double close_lead_s) const {
-  return !cut_ || static_cast<double>(*cut_ - opened_) * tick_s_ > open_lead_s - close_lead_s;
+std::optional<double> CutWatch::flowed_s(double open_lead_s, double close_lead_s) const {
+  if (!cut_) return std::nullopt;
+  return static_cast<double>(*cut_ - opened_) * tick_s_ + close_lead_s - open_lead_s;
 }
 
 std::optional<Laid> laid_part(const std::deque<motion::Segment>& segments, const LaidPart& before, const ShutAt& shut) {
   const auto span = valve_span(segments.begin(), segments.end(), static_cast<std::uint32_t>(before.feature));
   if (!span) return std::nullopt;
   const double laid_mm = shut.along_block_mm - span->opens_mm;
-  const bool at_start = before.mm == 0 && std::abs(laid_mm) <= kSamePoint_mm;
+  const bool at_start = before.mm == 0 && laid_mm >= -kAtStart_mm && laid_mm <= kSamePoint_mm;
   return Laid{before.mm + (at_start ? 0 : std::max(0.0, laid_mm)), before.mm + span->shuts_mm - span->opens_mm,
               before.stood_s + (at_start ? shut.stood_s : 0)};
 }

@@ -41,8 +41,9 @@ class CutWatch {
   /// Where along the block the tool was when the valve had shut; nothing where no stop has cut it, neither its command
   /// nor the way that the tool had to go until it was shut.
   [[nodiscard]] std::optional<ShutAt> shut_at(double close_lead_s) const;
-  /// Whether something came out of the valve, by its leads, before a stop has cut it.
-  [[nodiscard]] bool flowed(double open_lead_s, double close_lead_s) const;
+  /// For how long something came out of the valve, by its leads, before a stop had cut it; 0 or less: nothing did.
+  /// Nothing: no stop has cut it.
+  [[nodiscard]] std::optional<double> flowed_s(double open_lead_s, double close_lead_s) const;
   /// For how long the block has played since the tool came to where it is: what is gone of a dwell there.
   [[nodiscard]] double stands_s() const { return static_cast<double>(stands_) * tick_s_; }
 

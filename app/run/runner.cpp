@@ -64,6 +64,7 @@ Result<void> Runner::run() {
       if (!after) return after;
       if (after->block != state_.block || after->pressing != state_.pressing) times_.done();
       planner_.know(after->known);
+      result_.features_done = job::count(*after, job::FeatureState::Done);
       result_.blocks_done = after->block;
       return after;
     });
@@ -423,7 +424,10 @@ Result<job::JobState> Runner::take(const recipes::PurgeNeedle& step) {
   const auto played = play(std::move(shots));
   purging_ = false;
   if (!played) return tl::unexpected(played.error());
-  if (played->cut) return state_;  // once more, when the operator resumes
+  if (played->cut) {
+    log::info("the purge was stopped; all of its shots come again");
+    return state_;
+  }
   purge_cut_ = false;
   result_.purge_shots += static_cast<std::size_t>(recipe_.purge->shots);
   return job::after_block(state_);

@@ -20,6 +20,7 @@ namespace {
 constexpr double kJoinError_s = 0.5e-3, kJoinError_mm = 0.02, kOfTolerance = 0.5;
 constexpr double kShortest_s = 0.005;  // that a valve can be open for what is left
 constexpr double kLonger = 2;          // times that for what would be shorter, which is laid more slowly
+constexpr double kRounding_s = 1e-9;
 
 double spared_mm_of(const recipes::Material& m) {
   return std::min(m.speed * kJoinError_s + kJoinError_mm, kOfTolerance * m.tolerance_mm);
@@ -104,11 +105,14 @@ void Runner::note_cut(const std::vector<job::FeatureState>& before, const std::d
   if (!cut && done)
     if (const auto part = laid(*done); part && part->all_mm - part->mm > spared_mm_of(material(*done)))
       cut = done, state_.features[*done] = job::FeatureState::Interrupted;
-  // A dot of which nothing lies yet was not begun.
+  // A dot of which nothing lies yet was not begun, and one of which as much lies as is asked for is done.
   if (cut && std::holds_alternative<recipes::Dot>(recipe_.features[*cut])) {
     const recipes::Material& m = material(*cut);
-    if (!cut_watch_.flowed(m.valve_open_lead, m.valve_close_lead))
+    const auto flowed_s = cut_watch_.flowed_s(m.valve_open_lead, m.valve_close_lead);
+    if (flowed_s && *flowed_s <= 0)
       state_.features[*std::exchange(cut, std::nullopt)] = job::FeatureState::Open;
+    else if (flowed_s && *flowed_s >= (1 - m.speed_tolerance) * m.dot_time - kRounding_s)
+      state_.features[*std::exchange(cut, std::nullopt)] = job::FeatureState::Done;
   }
   if (!cut) return;  // what was cut before in this step is as it was, and what lies of it
   cut_ = cut;

@@ -139,13 +139,28 @@ double missing_mm(const std::vector<Vec3>& first, const std::vector<Vec3>& secon
   return length > 0 ? dot(apart, step) / length : norm(apart);
 }
 
+/// The same of a bead. What lies in front of its start is no part of it: it is from there on that something is missing.
+double missing_mm(const Deposit& d, const Shot& shot, const BoardPlan::Feature& f) {
+  const Vec2 start = flat(f.points.front());
+  const auto next = std::find_if(f.points.begin(), f.points.end(),
+                                 [&](const Vec3& p) { return norm(flat(p) - start) > kDirection_mm; });
+  if (next == f.points.end()) return missing_mm(d.board_mm, shot.path);
+  const auto along_mm = [&](const Vec3& p) {
+    return dot(flat(p) - start, flat(*next) - start) / norm(flat(*next) - start);
+  };
+  const bool in_front = std::all_of(d.board_mm.begin(), d.board_mm.end(), [&](const Vec3& p) {
+    return along_mm(p) <= 0 && norm(flat(p) - start) <= kJoin_mm;
+  });
+  return in_front ? along_mm(shot.path.front()) : missing_mm(d.board_mm, shot.path);
+}
+
 void measure(Deposit& d, const BoardPlan::Feature& f) {
   d.error_mm = path_error(d.board_mm, f.points);
   d.gap_mm = f.gap_mm + gap_error(d.board_mm, f.points, f.gap_mm);
 }
 
 void join(Deposit& d, const Shot& shot, const BoardPlan::Feature& f) {
-  d.joins_mm.push_back(missing_mm(d.board_mm, shot.path));
+  d.joins_mm.push_back(missing_mm(d, shot, f));
   d.board_mm.insert(d.board_mm.end(), shot.path.begin(), shot.path.end());
   d.closed_cycle = shot.closed_cycle;
   d.open_s = shot.closed_cycle != 0 ? d.open_s + open_s(shot) : 0;
