@@ -166,6 +166,20 @@ TEST(Deposits, what_goes_on_where_a_bead_was_cut_is_a_part_of_it) {
   EXPECT_TRUE(d[1].joins_mm.empty());
 }
 
+// A drop that a stop has let out before b1 begins, and all of b1: nothing is missing of it, and it starts too early.
+TEST(Deposits, a_drop_in_front_of_a_bead_is_none_of_it) {
+  const BoardPlan plan = board_plan(sample::recipe());
+  for (const double begins_mm : {0.0, 0.3, -0.1}) {
+    const auto d = judge(plan, std::vector{shot({{29.7, 60, 0.3}, {29.8, 60, 0.3}}),
+                                           shot(along({{30 + begins_mm, 60}, {60, 60}, {60, 70}}))});
+    ASSERT_EQ(d.size(), 1u);
+    EXPECT_EQ(d[0].id, "b1");
+    ASSERT_EQ(d[0].joins_mm.size(), 1u);
+    EXPECT_NEAR(d[0].joins_mm[0], begins_mm, 1e-9);
+    EXPECT_NEAR(d[0].error_mm, 0.3, 1e-9);
+  }
+}
+
 TEST(Deposits, a_closed_bead_that_was_cut_where_it_begins_goes_on) {
   BoardPlan plan = board_plan(sample::recipe());
   const std::vector<Vec3> square{{60, 60, 0}, {70, 60, 0}, {70, 70, 0}, {60, 70, 0}, {60, 60, 0}};
