@@ -33,8 +33,8 @@ class SteadySpeed {
   /// Share of the length that lies in a window whose mean is within the tolerance, 0..1.
   [[nodiscard]] double within() const { return all_mm_ > 0 ? good_mm_ / all_mm_ : 1; }
   /// Of the speeds that it kept for 50 ms, but for 2 %, or at which it crept, below a quarter of what is asked for in
-  /// the mean of 0.1 s and more, the one farthest from that; nothing where it kept none. Speeds within the tolerance
-  /// and others are not one.
+  /// the mean from where it left its speed to where it had it again, 0.1 s and more, the one farthest from that;
+  /// nothing where it kept none. Speeds within the tolerance and others are not one.
   [[nodiscard]] std::optional<double> held_mm_s() const { return held_mm_s_; }
 
  private:

@@ -123,4 +123,11 @@ void check_valve_leads(const Recipe& recipe, const config::Machine& machine, con
   for (const Feature& feature : recipe.features) std::visit(judge, feature);
 }
 
+double dot_time_tolerance_s(const Material& m, double cycle_s) {
+  constexpr double kRounding_s = 1e-6;
+  const auto in_cycles = [&](double s) { return std::abs(s / cycle_s - std::round(s / cycle_s)) < 1e-6; };
+  const bool whole = in_cycles(m.dot_time) && in_cycles(m.valve_open_lead) && in_cycles(m.valve_close_lead);
+  return m.speed_tolerance * m.dot_time + (whole ? kRounding_s : cycle_s);
+}
+
 }  // namespace gantry::recipes

@@ -250,7 +250,7 @@ std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
   if (slow.steady_mm_s < SteadySpeed::kCreeps * slow.asked_mm_s && !radius && !straight)
     return fmt::format(
         "creeps at {:.2g} mm/s instead of {:.3g} mm/s for a tenth of a second and more, where its corners lie too near "
-        "to each other; draw it with fewer points there, write a larger `corner_tolerance`, {}",
+        "to each other; draw it with fewer points there, write a lower `speed`, a larger `corner_tolerance`, {}",
         slow.steady_mm_s, slow.asked_mm_s, kElse);
   return fmt::format(
       "planned at {:.3g} mm/s instead of {:.3g} mm/s: the axes' limits allow no more on {}; write "

@@ -11,6 +11,7 @@
 
 #include "app/record/from_above.hpp"
 #include "app/record/own_deposits.hpp"
+#include "recipes/valve_leads.hpp"
 
 namespace gantry::record {
 namespace {
@@ -21,7 +22,6 @@ using Kind = Defect::Kind;
 bool has_shut(const Deposit& shot) { return shot.closed_cycle != 0; }
 
 constexpr const char* kStillOpen = "its shot was still open when the job ended";
-constexpr double kRounding_s = 1e-6;
 constexpr std::array<std::string_view, 9> kKinds{"missing", "cut",   "beside",    "gap", "amount",
                                                  "speed",   "extra", "reference", "late"};
 constexpr double kEnough = 0.5;  // of a bead's length is to be at its speed
@@ -176,7 +176,7 @@ class Judge {
     const recipes::Material* m = recipes::find_material(recipe_, dot.material);
     if (d == nullptr || m == nullptr || d->nominal_mm.empty()) return;
     const auto full = [&](const Deposit& shot) {
-      return has_shut(shot) && shot.open_s >= m->dot_time - amount_tolerance_s(*m);
+      return has_shut(shot) && shot.open_s >= m->dot_time - recipes::dot_time_tolerance_s(*m, cycle_s_);
     };
     if (state != FeatureState::Done && !full(*d)) {
       const Vec3 at = d->nominal_mm.front();
@@ -268,16 +268,9 @@ class Judge {
                     m.gap_tolerance_mm));
   }
 
-  /// The valve's edges fall on cycles: where its times are none, both may be half of one off.
-  [[nodiscard]] double amount_tolerance_s(const recipes::Material& m) const {
-    const auto in_cycles = [&](double s) { return std::abs(s / cycle_s_ - std::round(s / cycle_s_)) < 1e-6; };
-    const bool whole = in_cycles(m.dot_time) && in_cycles(m.valve_open_lead) && in_cycles(m.valve_close_lead);
-    return m.speed_tolerance * m.dot_time + (whole ? kRounding_s : cycle_s_);
-  }
-
   void amount(const std::string& id, const Deposit& d, const recipes::Material& m) {
     if (!has_shut(d)) return add(id, Kind::Amount, kStillOpen);
-    if (std::abs(d.open_s - m.dot_time) <= amount_tolerance_s(m)) return;
+    if (std::abs(d.open_s - m.dot_time) <= recipes::dot_time_tolerance_s(m, cycle_s_)) return;
     const double more = d.open_s / m.dot_time - 1;
     add(id, Kind::Amount,
         fmt::format("a shot of {:.3g} ms instead of {:.3g} ms, {:.0f} % {}; {:.3g} % are allowed. Look at "

@@ -11,6 +11,7 @@
 #include "config/inputs.hpp"
 #include "core/log.hpp"
 #include "motion/profile/speed_profile.hpp"
+#include "recipes/valve_leads.hpp"
 
 namespace gantry::run {
 namespace {
@@ -20,7 +21,6 @@ namespace {
 constexpr double kJoinError_s = 0.5e-3, kJoinError_mm = 0.02, kOfTolerance = 0.5;
 constexpr double kShortest_s = 0.005;  // that a valve can be open for what is left
 constexpr double kLonger = 2;          // times that for what would be shorter, which is laid more slowly
-constexpr double kRounding_s = 1e-9;
 
 double spared_mm_of(const recipes::Material& m) {
   return std::min(m.speed * kJoinError_s + kJoinError_mm, kOfTolerance * m.tolerance_mm);
@@ -111,7 +111,7 @@ void Runner::note_cut(const std::vector<job::FeatureState>& before, const std::d
     const auto flowed_s = cut_watch_.flowed_s(m.valve_open_lead, m.valve_close_lead);
     if (flowed_s && *flowed_s <= 0)
       state_.features[*std::exchange(cut, std::nullopt)] = job::FeatureState::Open;
-    else if (flowed_s && *flowed_s >= (1 - m.speed_tolerance) * m.dot_time - kRounding_s)
+    else if (flowed_s && *flowed_s >= m.dot_time - recipes::dot_time_tolerance_s(m, seconds(site_.machine.bus.cycle)))
       state_.features[*std::exchange(cut, std::nullopt)] = job::FeatureState::Done;
   }
   if (!cut) return;  // what was cut before in this step is as it was, and what lies of it
