@@ -25,9 +25,8 @@ class Jitter {
   void pass(bool jumps, std::vector<Vertex>& out);
 
   Measure measure_;
-  double short_mm_;            ///< a longer leg is no jump
-  Outline outline_;            ///< of what jumps
-  std::vector<Vertex> begun_;  ///< where it began, which has gone out before
+  double tolerance_mm_;
+  Outline outline_;  ///< of what jumps
   bool jumping_ = false;
   double calm_mm_ = 0;             ///< of way, since the last jump
   std::optional<AxisVec> before_;  ///< the last but one vertex that has come

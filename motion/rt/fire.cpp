@@ -67,7 +67,7 @@ void Interpolator::fire_events() noexcept {
   each_waiting([&](Waiting& waiting, std::size_t i, const OutputEvent& e, std::uint8_t bit) {
     if ((waiting.fired & bit) != 0) return true;
     if (stopping_) {
-      if (!has_come_to(i, e)) return true;
+      if (!has_come_to(waiting.number, e.at_s)) return true;
       outputs_.apply_while_stopping(e);
     } else {
       if (!is_due(i, e)) return true;
@@ -81,23 +81,21 @@ void Interpolator::fire_events() noexcept {
   });
 }
 
-/// The tool has come to the place of an event of the segment i from the front; None: that is not entered yet.
-bool Interpolator::has_come_to(std::size_t i, const OutputEvent& e) const noexcept {
-  return i == 0 && course_ != Course::None && s_ >= e.at_s - kReached;
+/// The tool has come to that place; None: the front segment is not entered yet.
+bool Interpolator::has_come_to(std::size_t number, double at_s) const noexcept {
+  return popped_ > number || (popped_ == number && course_ != Course::None && s_ >= at_s - kReached);
 }
 
 bool Interpolator::lays_its_last() const noexcept {
-  return shuts_at_ && tick_in_block_ <= shuts_at_->until &&
-         (popped_ < shuts_at_->number ||
-          (popped_ == shuts_at_->number && (course_ == Course::None || s_ < shuts_at_->at_s - kReached)));
+  return shuts_at_ && tick_in_block_ <= shuts_at_->until && !has_come_to(shuts_at_->number, shuts_at_->at_s);
 }
 
 /// A dispense command that fired ahead of its place, which a stop now keeps the tool from, is given again, and what
 /// follows it.
 void Interpolator::take_back_events() noexcept {
   bool again = false;
-  each_waiting([&](Waiting& waiting, std::size_t i, const OutputEvent& e, std::uint8_t bit) {
-    again = again || (e.dispense && !has_come_to(i, e));
+  each_waiting([&](Waiting& waiting, std::size_t, const OutputEvent& e, std::uint8_t bit) {
+    again = again || (e.dispense && !has_come_to(waiting.number, e.at_s));
     if (again) waiting.fired = static_cast<std::uint8_t>(waiting.fired & ~bit);
     return true;
   });
@@ -154,7 +152,7 @@ bool Interpolator::leaves_leads(double rate) noexcept {
   bool leaves = true;
   unsigned looked = 0;
   each_waiting([&](const Waiting& waiting, std::size_t i, const OutputEvent& e, std::uint8_t bit) {
-    if (has_come_to(i, e)) return true;
+    if (has_come_to(waiting.number, e.at_s)) return true;
     if ((waiting.fired & bit) != 0)
       leaves = false;
     else if (!stopping_ && !resumed_)

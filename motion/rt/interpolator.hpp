@@ -41,7 +41,7 @@ class Interpolator {
   void forget(std::uint32_t block) noexcept;
 
   /// One tick on. override_factor: kLeastOverride .. kMostOverride, 1 = as planned; clamped. Pieces of a longer path
-  /// are never faster than planned. A change waits while the lead of a dispense command goes by.
+  /// are never faster than planned. A change waits while the lead of a command goes by.
   Setpoint step(double override_factor) noexcept;
 
   void hold() noexcept;    ///< brakes on the path; the valve closes at once
@@ -111,7 +111,7 @@ class Interpolator {
   void list_events() noexcept;
   void unlist_front() noexcept;
   void take_back_events() noexcept;
-  [[nodiscard]] bool has_come_to(std::size_t i, const OutputEvent& e) const noexcept;
+  [[nodiscard]] bool has_come_to(std::size_t number, double at_s) const noexcept;
   template <class Look>
   void each_waiting(Look&& look) noexcept;
   bool is_due(std::size_t segment, const OutputEvent& e) noexcept;
