@@ -1,5 +1,5 @@
 // Beads of lines and arcs at speeds that their radii allow, and beads with a right angle: how steady is the speed?
-//   bead_speed [--beads 500] [--seed 1]
+//   bead_speed [--beads 500] [--seed 1] [--a 3000] [--j 50000]
 // Speeds are differences of the planned positions, 1 ms apart and not rounded. Allowed is v^2/R <= a, v^3/R^2 <= j and,
 // where a line becomes an arc within the bead, v^3 <= j R sqrt(24 R tolerance). One in three begins with an arc, one in
 // three ends with one, where the run-up or run-out has to be bent. In a right angle one axis stops and the other sets
@@ -7,6 +7,7 @@
 // that the tool leaves the corner by the tolerance.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <random>
@@ -17,21 +18,25 @@
 namespace gantry::bench {
 namespace {
 
-constexpr double kV = 200, kA = 3000, kJ = 50000, kTick = 0.001, kSlow = 0.05;
+constexpr double kV = 200, kTick = 0.001, kSlow = 0.05;
 constexpr double kFine_s = 2e-5;  ///< for lengths, which a tick at 50 mm/s would make uncertain by 0.05 mm
 
-motion::Limits machine() {
-  motion::Limits m;
-  m.axes = 2, m.tick_s = kTick;
-  for (std::size_t i = 0; i < 2; ++i) m.axis[i] = {-1e6, 1e6, kV, kA, kJ}, m.linear[i] = true;
-  return m;
-}
+struct Machine {
+  double a = 3000, j = 50000;  ///< of each axis
+  [[nodiscard]] motion::Limits limits() const {
+    motion::Limits m;
+    m.axes = 2, m.tick_s = kTick;
+    for (std::size_t i = 0; i < 2; ++i) m.axis[i] = {-1e6, 1e6, kV, a, j}, m.linear[i] = true;
+    return m;
+  }
+};
 
 /// Speeds of the bead at even times, run-up and run-out left out; nothing where it is not planned.
-std::vector<double> speeds(const std::vector<AxisVec>& points, double speed, double tolerance, double every_s) {
+std::vector<double> speeds(const Machine& m, const std::vector<AxisVec>& points, double speed, double tolerance,
+                           double every_s) {
   motion::BeadSpec spec;
   spec.points = points, spec.speed_mm_s = speed, spec.corner_tolerance_mm = tolerance;
-  const auto bead = plan_bead(machine(), spec);
+  const auto bead = plan_bead(m.limits(), spec);
   std::vector<double> out;
   if (!bead) return out;
   AxisVec last{};
@@ -80,7 +85,7 @@ struct Drawn {
 
 /// Lines of 10 to 60 mm with arcs between them and at some ends, in chords whose sagitta is a tenth of the tolerance at
 /// most.
-Drawn lines_and_arcs(std::mt19937_64& random) {
+Drawn lines_and_arcs(const Machine& m, std::mt19937_64& random) {
   const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
   Drawn out;
   out.tolerance = std::pow(10.0, uniform(-2, -0.5));
@@ -108,8 +113,8 @@ Drawn lines_and_arcs(std::mt19937_64& random) {
       put();
     }
     if (n + 1 < arcs || !arc_last) line();
-    out.allowed_mm_s = std::min({out.allowed_mm_s, std::sqrt(kA * r), std::cbrt(kJ * r * r)});
-    if (!alone) out.allowed_mm_s = std::min(out.allowed_mm_s, std::cbrt(kJ * r * std::sqrt(24 * r * out.tolerance)));
+    out.allowed_mm_s = std::min({out.allowed_mm_s, std::sqrt(m.a * r), std::cbrt(m.j * r * r)});
+    if (!alone) out.allowed_mm_s = std::min(out.allowed_mm_s, std::cbrt(m.j * r * std::sqrt(24 * r * out.tolerance)));
   }
   return out;
 }
@@ -117,14 +122,15 @@ Drawn lines_and_arcs(std::mt19937_64& random) {
 /// An axis that stops from v at its limits.
 class Stop {
  public:
-  explicit Stop(double v) : v_(v), a_(std::min(kA, std::sqrt(v * kJ))), rise_(a_ / kJ), hold_(v / a_ - rise_) {}
+  Stop(const Machine& m, double v)
+      : v_(v), j_(m.j), a_(std::min(m.a, std::sqrt(v * m.j))), rise_(a_ / m.j), hold_(v / a_ - rise_) {}
   [[nodiscard]] double seconds() const { return 2 * rise_ + hold_; }
   [[nodiscard]] double speed(double t) const {
     const double left = seconds() - t;
     if (t <= 0) return v_;
     if (left <= 0) return 0;
-    if (left < rise_) return kJ * left * left / 2;
-    return t < rise_ ? v_ - kJ * t * t / 2 : v_ - kJ * rise_ * rise_ / 2 - a_ * (t - rise_);
+    if (left < rise_) return j_ * left * left / 2;
+    return t < rise_ ? v_ - j_ * t * t / 2 : v_ - j_ * rise_ * rise_ / 2 - a_ * (t - rise_);
   }
   /// What it goes in its last seconds.
   [[nodiscard]] double last_mm(double last_s) const {
@@ -134,13 +140,13 @@ class Stop {
   }
 
  private:
-  double v_, a_, rise_, hold_;
+  double v_, j_, a_, rise_, hold_;
 };
 
 /// Slowed length of a right angle in which one axis stops from v and the other one sets out alike, as early as leaves
 /// the corner by the tolerance where both are equally far from it; no earlier than the first one brakes.
-double overlapped_mm(double v, double tolerance) {
-  const Stop stop(v);
+double overlapped_mm(const Machine& m, double v, double tolerance) {
+  const Stop stop(m, v);
   double low = 0, high = stop.seconds();
   for (int n = 0; n < 40; ++n) {
     const double overlap = (low + high) / 2;
@@ -155,7 +161,7 @@ double overlapped_mm(double v, double tolerance) {
   return slowed;
 }
 
-int smooth(std::uint64_t beads, std::uint64_t seed) {
+int smooth(const Machine& m, std::uint64_t beads, std::uint64_t seed) {
   std::printf("lines and arcs, speed as a share of what is allowed:\n");
   bool good = true;
   for (const double share : {0.3, 0.6, 0.8, 0.9, 0.97, 1.0}) {
@@ -163,9 +169,9 @@ int smooth(std::uint64_t beads, std::uint64_t seed) {
     std::uint64_t under = 0, planned = 0, worst_seed = 0;
     for (std::uint64_t n = seed; n < seed + beads; ++n) {
       std::mt19937_64 random(n);
-      const Drawn d = lines_and_arcs(random);
+      const Drawn d = lines_and_arcs(m, random);
       const double speed = share * d.allowed_mm_s;
-      const auto v = speeds(d.points, speed, d.tolerance, kTick);
+      const auto v = speeds(m, d.points, speed, d.tolerance, kTick);
       if (v.empty()) continue;
       const Steady s = steadiness(v, speed);
       ++planned, under += s.within_5 < 0.98, sum_1 += s.within_1;
@@ -183,20 +189,30 @@ int smooth(std::uint64_t beads, std::uint64_t seed) {
   return good ? 0 : 1;
 }
 
-int corners() {
-  std::printf("right angles between legs of 60 mm: slowed length, and that of two stops that overlap, mm\n");
+/// The tolerances go from a corner that is hardly rounded to one that is as large as a stop.
+int corners(const Machine& m) {
+  constexpr std::array kSpeeds{10.0, 14.0, 20.0, 28.0, 40.0, 56.0, 80.0, 110.0, 150.0, 190.0};
+  std::printf(
+      "right angles between legs of 60 mm: slowed length as a share of that of two stops that overlap\n  mm   ");
+  for (const double speed : kSpeeds) std::printf(" %4.0f mm/s", speed);
+  std::printf("\n");
   double most = 0;
-  for (const double tolerance : {0.01, 0.05, 0.2})
-    for (const double speed : {20.0, 50.0, 100.0, 190.0}) {
-      const auto v = speeds({AxisVec{0, 0}, AxisVec{60, 0}, AxisVec{60, 60}}, speed, tolerance, kFine_s);
+  for (const double tolerance : {0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8}) {
+    std::printf("  %.2f ", tolerance);
+    for (const double speed : kSpeeds) {
+      const auto v = speeds(m, {AxisVec{0, 0}, AxisVec{60, 0}, AxisVec{60, 60}}, speed, tolerance, kFine_s);
       double slowed = 0;
       for (const double x : v) slowed += x < (1 - kSlow) * speed ? x * kFine_s : 0;
-      const double bound = overlapped_mm(speed, tolerance);
-      most = std::max(most, slowed / bound);
-      std::printf("  tolerance %.2f, %3.0f mm/s: %.3f, %.3f, ratio %.3f\n", tolerance, speed, slowed, bound,
-                  slowed / bound);
+      const double bound = overlapped_mm(m, speed, tolerance), share = bound > 0 ? slowed / bound : 0;
+      most = std::max(most, v.empty() ? 99 : share);
+      if (bound > 0)
+        std::printf("     %.3f", share);
+      else
+        std::printf("     never");
     }
-  std::printf("  at most %.3f times\n", most);
+    std::printf("\n");
+  }
+  std::printf("  at most %.3f\n", most);
   return most <= 1.1 ? 0 : 1;
 }
 
@@ -208,7 +224,10 @@ int main(int argc, char** argv) {
   CLI::App app{"measures how steady the speed of beads is"};
   app.add_option("--beads", beads);
   app.add_option("--seed", seed, "of the first bead; the others follow");
+  gantry::bench::Machine machine;
+  app.add_option("--a", machine.a, "acceleration of each axis, mm/s^2")->check(CLI::PositiveNumber);
+  app.add_option("--j", machine.j, "jerk of each axis, mm/s^3")->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
-  const int a = gantry::bench::smooth(beads, seed), b = gantry::bench::corners();
+  const int a = gantry::bench::smooth(machine, beads, seed), b = gantry::bench::corners(machine);
   return a != 0 || b != 0 ? 1 : 0;
 }

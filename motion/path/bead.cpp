@@ -23,7 +23,7 @@ namespace {
 constexpr double kFaster = 2e-4, kFasterTicks = 0.05;
 /// What beads leave of the axis limits: a stop that begins where the plan uses them fully needs some of acceleration
 /// and jerk, and what is played faster than planned some of the speed.
-constexpr double kUseV = 1 - kFaster, kUseA = 0.97, kUseJ = 0.92;
+constexpr double kUseV = 1 - kFaster, kUseA = 0.97, kUseJ = 0.98;
 /// Shares of the tolerance that are tried one after the other where no speed is found, or a curve is not as fast as it
 /// is to be: where the tolerance is a large part of its radius, its inside is the narrower way. Without any, corners
 /// are rests.
@@ -147,6 +147,7 @@ bool all_there(const std::vector<Run>& runs) {
 BeadRuns rounded_runs(const Limits& limits, const Measure& measure, const BeadSpec& spec, double share) {
   auto runs = planned_runs(limits, measure, spec.points,
                            {.tolerance_mm = share * kOfCorner * spec.corner_tolerance_mm,
+                            .by_vertex = true,
                             .speed_mm_s = spec.speed_mm_s,
                             .whole_ticks = false,
                             .leads = true,

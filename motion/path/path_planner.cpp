@@ -113,7 +113,7 @@ PathPlanner::PathPlanner(const Limits& limits, const PathOptions& options)
       coarse_(measure_, std::max(kCoarseShare * options.tolerance_mm, kLeastTolerance)),
       small_(measure_, options.tolerance_mm, kSmallShare),
       large_(measure_, options.tolerance_mm, kLargeShare),
-      rounding_(measure_, options.tolerance_mm < kLeastRounding ? 0 : kKept * options.tolerance_mm) {
+      rounding_(measure_, options.tolerance_mm < kLeastRounding ? 0 : kKept * options.tolerance_mm, options.by_vertex) {
   options_.window_s = std::max(options_.window_s, kWindowStops * longest_stop_s(limits, options.speed_mm_s));
   next_window_s_ = options_.window_s;
 }

@@ -17,6 +17,7 @@ namespace gantry::motion {
 
 struct PathOptions {
   double tolerance_mm = 0;       ///< how far the path may leave the points' polyline; 0: it rests in every corner
+  bool by_vertex = false;        ///< a sharp corner's vertex may be sqrt(2) times as far off, and nothing else counts
   double speed_mm_s = 0;         ///< of the tool, at most
   double tolerance_rad = 1e-3;   ///< the same for rotary axes that follow along
   double window_s = 2;           ///< how far ahead of what is handed out the speed is planned, about

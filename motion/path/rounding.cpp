@@ -15,7 +15,7 @@ constexpr double kStraightBack = -0.985;  ///< cosine of a reversal that has no 
                                           ///< neighbour moved aside by 1/20 of the leg, is 3 degrees sharper at most
 constexpr double kOfRadius = 0.5;         ///< of the radius on which legs turn that the path may leave them
 constexpr double kShare = 0.49;           ///< of a leg that a corner at one of its ends may take
-constexpr std::uint16_t kCornerCells = 24, kBendCells = 2;
+constexpr std::uint16_t kCornerCells = 48, kBendCells = 2;
 constexpr std::size_t kBesideHard = 2;  ///< vertices before a sharp corner: how far it reaches depends on them
 constexpr std::size_t kUncertain = 8;   ///< vertices at the end of a window: bends beyond may still reach there
 
@@ -84,7 +84,8 @@ struct Rounding::Bent {
 /// The chain of a window: legs, corners and what is bent.
 class Rounding::Shape {
  public:
-  Shape(const Measure& m, std::span<const Vertex> v, double tolerance_mm) : m_(m), v_(v) {
+  Shape(const Measure& m, std::span<const Vertex> v, double tolerance_mm, bool by_vertex)
+      : m_(m), v_(v), by_vertex_(by_vertex) {
     at_.push_back(0);
     for (std::size_t k = 0; k + 1 < v.size(); ++k) {
       Leg leg{minus(v[k + 1].q, v[k].q), 0, tolerance_mm - v[k + 1].aside_mm};
@@ -225,7 +226,7 @@ class Rounding::Shape {
     const double share = std::min(legs_[k - 1].length * share_of(k - 1), legs_[k].length * share_of(k + 1));
     if (c.kind == Kind::Sharp) {
       const double cosine = 1 - c.turn * c.turn / 2, sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-      c.reach_mm = std::min(share, 8 * c.room_mm / (cosine > 0 ? sine : c.turn / std::numbers::sqrt2));
+      c.reach_mm = std::min(share, 8 * c.room_mm / (cosine > 0 && !by_vertex_ ? sine : c.turn / std::numbers::sqrt2));
     }
     if (c.kind == Kind::Bend && c.turn > kStraightOn) {
       constexpr double kAlone = 3, kReach = 2;
@@ -263,6 +264,7 @@ class Rounding::Shape {
 
   const Measure& m_;
   std::span<const Vertex> v_;
+  bool by_vertex_;
   std::vector<double> at_;
   std::vector<Leg> legs_;
   std::vector<Corner> corners_;
@@ -270,7 +272,7 @@ class Rounding::Shape {
 
 // From where the path has been laid to where it is certain.
 bool Rounding::lay(bool last, std::vector<Curve>& out) {
-  const Shape shape(measure_, chain_, tolerance_mm_);
+  const Shape shape(measure_, chain_, tolerance_mm_, by_vertex_);
   const std::size_t n = chain_.size();
   const double safe = shape.at(last ? n - 1 : n - kUncertain), until = shape.at(last ? n - 1 : n - kContext);
   while (hard_ + 1 < n) {
@@ -375,7 +377,7 @@ void Rounding::push(const Vertex& v) {
 // What lies behind is forgotten, but for what still counts: the last hard vertex with its neighbours, or else bends
 // that may reach over where the path has been laid to.
 void Rounding::forget() {
-  const Shape shape(measure_, chain_, tolerance_mm_);
+  const Shape shape(measure_, chain_, tolerance_mm_, by_vertex_);
   std::size_t keep = hard_ > kBesideHard ? hard_ - kBesideHard : 0;
   if (const std::size_t leg = shape.leg_at(laid_); open_ && leg > hard_ + kKept) keep = leg - kKept;
   if (keep == 0) return;
@@ -404,7 +406,7 @@ bool Rounding::finish(std::vector<Curve>& out) {
   if (seen_.size() > 1) chain_.push_back(seen_.back());
   const bool laid = chain_.size() < 2 || lay(true, out);
   const std::size_t rests = rests_;
-  *this = Rounding(measure_, tolerance_mm_);
+  *this = Rounding(measure_, tolerance_mm_, by_vertex_);
   rests_ = rests;
   return laid;
 }

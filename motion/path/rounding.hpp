@@ -18,7 +18,10 @@ inline constexpr double kSharp = 0.7;  ///< |d2 - d1| from which on a corner is 
 
 class Rounding {
  public:
-  Rounding(const Measure& measure, double tolerance_mm) : measure_(measure), tolerance_mm_(tolerance_mm) {}
+  /// by_vertex: what counts of a sharp corner is how far its vertex is from the path, sqrt(2) tolerances at most, and
+  /// not how far the path is from the legs.
+  Rounding(const Measure& measure, double tolerance_mm, bool by_vertex)
+      : measure_(measure), tolerance_mm_(tolerance_mm), by_vertex_(by_vertex) {}
 
   /// False: no curve was found within the tolerance.
   [[nodiscard]] bool add(const Vertex& v, std::vector<Curve>& out);
@@ -39,6 +42,7 @@ class Rounding {
   static constexpr std::size_t kBatch = 96, kContext = 40, kKept = 10;
   Measure measure_;
   double tolerance_mm_;
+  bool by_vertex_;
   std::vector<Vertex> seen_;   ///< the last two as they came: a reversal is known when its second leg is
   std::vector<Vertex> chain_;  ///< vertices with reversals split
   double laid_ = 0;            ///< length of the chain along which the path is out

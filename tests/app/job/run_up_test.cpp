@@ -11,7 +11,7 @@
 namespace gantry::job {
 namespace {
 
-constexpr double kSpeed = 20, kJerk = 0.92 * 80000;  // beads use so much of it
+constexpr double kSpeed = 20, kJerk = 0.98 * 80000;  // beads use so much of it
 
 motion::Limits three_axes() {
   motion::Limits l;

@@ -331,7 +331,7 @@ TEST(Bead, that_is_to_begin_slowly_or_from_rest_or_from_above_keeps_limits_and_p
       EXPECT_LE(bead->run_up_mm, whole->run_up_mm * 1.01 + 1e-3) << what;
       const Segment& first = bead->segments[bead->bead_begin];
       const Bounds b = line_bounds(m, derivative<1>(first.geometry, 0));
-      EXPECT_LE(bead->run_up_mm, 1.06 * change_length(0, slower.entry_mm_s, 0.97 * b.a, 0.92 * b.j) + 1e-9) << what;
+      EXPECT_LE(bead->run_up_mm, 1.06 * change_length(0, slower.entry_mm_s, 0.97 * b.a, 0.98 * b.j) + 1e-9) << what;
     }
     BeadSpec still = spec;
     still.entry_mm_s = 0;
@@ -498,9 +498,9 @@ TEST(Bead, from_rest_on_a_line_is_the_textbooks_change_of_speed) {
   spec.entry_mm_s = 0;
   const auto bead = plan_bead(m, spec);
   ASSERT_TRUE(bead);
-  // From rest to 20 mm/s at the jerk that beads use, 0.92 of 80,000 mm/s3, takes 2 sqrt(v/j), half of it at the mean
+  // From rest to 20 mm/s at the jerk that beads use, 0.98 of 80,000 mm/s3, takes 2 sqrt(v/j), half of it at the mean
   // speed: the bead is that much later than one that is at its speed from the start.
-  const double late_s = std::sqrt(20 / (0.92 * 80000));
+  const double late_s = std::sqrt(20 / (0.98 * 80000));
   EXPECT_NEAR(ticks_of(m, *bead, 0, bead->bead_end) * m.tick_s, 60.0 / 20 + late_s, 1.001 * m.tick_s);
   EXPECT_EQ(bead->start, spec.points.front());
   ASSERT_FALSE(bead->segments[0].events.empty());

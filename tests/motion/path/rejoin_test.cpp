@@ -197,7 +197,7 @@ double speed_up_mm(const Limits& m, const AxisVec& direction, double v) {
   double a = 1e9, j = 1e9;
   for (std::size_t i = 0; i < m.axes; ++i)
     if (const double d = std::abs(direction[i]); d > 0)
-      a = std::min(a, 0.97 * m.axis[i].a_max / d), j = std::min(j, 0.92 * m.axis[i].j_max / d);
+      a = std::min(a, 0.97 * m.axis[i].a_max / d), j = std::min(j, 0.98 * m.axis[i].j_max / d);
   return v < a * a / j ? v * std::sqrt(v / j) : v / 2 * (v / a + a / j);
 }
 
