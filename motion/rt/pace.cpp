@@ -62,11 +62,12 @@ void Interpolator::choose_rate() noexcept {
 
 /// The shortest stop, where its whole path is straight.
 bool Interpolator::brake_on_line(const State& planned) noexcept {
-  const State x{planned.p, planned.v * rate_.r, planned.a * rate_.r * rate_.r + planned.v * rate_.slope};
+  State x{planned.p, planned.v * rate_.r, planned.a * rate_.r * rate_.r + planned.v * rate_.slope};
   if (front().geometry.degree != 1 || !(x.v > 0)) return false;
   const Bounds b = line_bounds(limits_, derivative<1>(front().geometry, 0));
+  x.a = std::clamp(x.a, -b.a, b.a);             // a changing rate may end a tick a little above
   const double turned = x.a * x.a / (2 * b.j);  // change of speed while the acceleration goes to 0
-  if (std::abs(x.a) > b.a * (1 + 1e-9) || (x.a < 0 && x.v < turned) || (x.a > 0 && x.v + turned > b.v)) return false;
+  if ((x.a < 0 && x.v < turned) || (x.a > 0 && x.v + turned > b.v)) return false;
   const Profile p = stop(x, b).profile;
   const double braking_mm = end_state(p).p;
   // Within the last tick a changing rate may use a little more than the limits, which show in a mean over three.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "motion/geometry.hpp"
@@ -12,6 +13,8 @@ namespace {
 
 // Where the path is slow the limits would let the rate change within a tick; it takes at least so many.
 constexpr double kLeastTicks = 8;
+constexpr double kWithin = 1.01;                        // of the jerk limit where a tick ends
+constexpr double kSwing = 0.02;                         // how far a change may leave the range of its two rates
 constexpr double kWithinTick = 1 - 1e-6;                // what is come to in a tick is not come to before it
 constexpr std::array<double, 3> kLower{0.6, 0.8, 0.9};  // of the rate, where there is no way to stop from it
 
@@ -34,8 +37,9 @@ Planned planned(const PieceCursor& at, std::size_t axes) noexcept {
   return out;
 }
 
-/// What r'' may be over the next tick, by what the limits leave here.
-std::pair<double, double> room(const Planned& x, const Rate& now, const Limits& limits, double use) noexcept {
+/// What r'' may be over the next tick, by what the limits leave here; `n3_end`: n3 where the tick ends.
+std::pair<double, double> room(const Planned& x, const AxisVec& n3_end, const Rate& now, const Limits& limits,
+                               double use) noexcept {
   const double h = limits.tick_s, cap = 4 / (kLeastTicks * kLeastTicks * h * h);
   double low = -cap, high = cap;
   const auto within = [&](double slope, double constant, double limit) {  // |constant + slope r''| <= limit
@@ -45,16 +49,72 @@ std::pair<double, double> room(const Planned& x, const Rate& now, const Limits& 
   const double r = now.r, next = r + now.slope * h;
   for (std::size_t i = 0; i < limits.axes; ++i) {
     const double later1 = x.n1[i] + h * r * x.n2[i], later2 = x.n2[i] + h * r * x.n3[i];  // at the end of the tick
-    const auto jerk = [&](double n1, double n2, double rate, double after) {
+    const auto jerk = [&](double n1, double n2, double n3, double rate, double after) {
       const double slope = n1 + 3 * n2 * rate * after;
       if (std::abs(slope) > 1e-9)
-        within(slope, x.n3[i] * rate * rate * rate + 3 * n2 * rate * now.slope, limits.axis[i].j_max);
+        within(slope, n3 * rate * rate * rate + 3 * n2 * rate * now.slope, limits.axis[i].j_max);
     };
-    jerk(x.n1[i], x.n2[i], r, 0);
-    jerk(later1, later2, next, h);
+    jerk(x.n1[i], x.n2[i], x.n3[i], r, 0);
+    jerk(later1, later2, n3_end[i], next, h);
     if (std::abs(later1) > 1e-9) within(later1 * h, later2 * next * next + later1 * now.slope, limits.axis[i].a_max);
   }
   return {low < 0 ? use * low : low, high > 0 ? use * high : high};
+}
+
+/// The lowest and the highest rate on the way to `to`. To another rate than 0 there is no swinging: it leaves the range
+/// of the two rates by no more than kSwing and what a rate that changes already goes on at least.
+std::pair<double, double> rates_on_the_way(const Rate& from, double to, const std::pair<double, double>& room,
+                                           double land) noexcept {
+  constexpr double kFree = std::numeric_limits<double>::infinity();
+  const double against = from.slope > 0 ? -room.first : room.second;
+  const double goes_on = against > 0 ? from.slope * from.slope / (2 * land * against) : kFree;
+  const double beyond = to > 0 ? kSwing + goes_on : kFree;
+  return {std::max(0.0, std::min(from.r, to) - beyond),
+          std::min(std::max({1.0, from.r, to}) + 1e-9, std::max(from.r, to) + beyond)};
+}
+
+/// A tick of a change: its r'' and where that leads.
+struct Bent {
+  RateChange::Step step;
+  double bend = 0;
+  bool landed = false;  ///< at the rate that is wanted, and to stay there
+};
+
+Bent toward(double to, const Rate& now, double low, double high, double land, double h) noexcept {
+  const double gap = to - now.r;
+  const bool up = gap != 0 ? gap > 0 : now.slope < 0;
+  const double against = up ? low : high;
+  double bend = up ? high : low;
+  if (now.slope * gap > 0) {
+    // With r'' = -r'^2/(2 gap) the slope ends where the gap does; begun when that takes the room there is.
+    const double landing = -now.slope * now.slope / (2 * gap);
+    const double next_gap = gap - h * (now.slope + bend * h / 2), next_slope = now.slope + bend * h;
+    const bool late = next_gap * gap <= 0 || next_slope * next_slope > 2 * std::abs(next_gap * against) * land;
+    if (late) bend = std::clamp(landing, low, high);
+    const double rest = 2 * gap / now.slope;
+    if (late && bend == landing && rest <= h)  // r = to - gap (1 - t/rest)^2 until rest
+      return {{to * h - gap * rest / 3, {to, 0}}, bend, true};
+  } else if (gap == 0 && now.slope == 0) {
+    return {{to * h, {to, 0}}, 0, true};
+  } else {  // as it sets out: no more than it can land from a tick later
+    const double sign = up ? 1 : -1, a = std::abs(against) * land, slope = sign * now.slope;
+    const double most = (std::sqrt(a * h * (a * h - 4 * slope) + 8 * a * std::abs(gap)) - 2 * slope - a * h) / (2 * h);
+    bend = std::clamp(sign * most, low, high);
+  }
+  return {{h * (now.r + h * (now.slope / 2 + h * bend / 6)),
+           {now.r + h * (now.slope + h * bend / 2), now.slope + h * bend}},
+          bend,
+          false};
+}
+
+/// Where a tick ends, with the planned jerk that is there.
+bool keeps_jerk(const Planned& x, const Bent& bent, const Limits& limits) noexcept {
+  const auto [r, slope] = bent.step.end;
+  for (std::size_t i = 0; i < limits.axes; ++i) {
+    const double jerk = x.n3[i] * r * r * r + 3 * x.n2[i] * r * slope + x.n1[i] * bent.bend;
+    if (std::abs(jerk) > kWithin * limits.axis[i].j_max) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -63,53 +123,38 @@ bool RateChange::plan(PieceCursor at, const Rate& from, double to, const Recent&
                       const Vigour& vigour, double shorter_s) noexcept {
   too_long_ = false;
   double ahead_s = 0;
-  const double h = limits.tick_s, highest = std::max({1.0, from.r, to}) + 1e-9;
+  const double h = limits.tick_s;
   auto& steps = steps_[1 - active_];
   Differences judge(recent, limits);
   Planned x = planned(at, limits.axes);
+  const auto [lowest, highest] = rates_on_the_way(from, to, room(x, x.n3, from, limits, vigour.use), vigour.land);
   Rate now = from;
-  for (std::size_t n = 0; n < kMostTicks; ++n, ++work_) {
-    const auto [low, high] = room(x, now, limits, vigour.use);
-    if (low > high) return false;
-    const double gap = to - now.r;
-    const bool up = gap != 0 ? gap > 0 : now.slope < 0;
-    const double toward = up ? high : low, against = up ? low : high;
-    double bend = toward;
-    Step& step = steps[n];
-    bool landed = false;
-    if (now.slope * gap > 0) {
-      // With r'' = -r'^2/(2 gap) the slope ends where the gap does; begun when that takes the room there is.
-      const double landing = -now.slope * now.slope / (2 * gap);
-      const double next_gap = gap - h * (now.slope + bend * h / 2), next_slope = now.slope + bend * h;
-      const bool late = next_gap * gap <= 0 || next_slope * next_slope > 2 * std::abs(next_gap * against) * vigour.land;
-      if (late) bend = std::clamp(landing, low, high);
-      const double rest = 2 * gap / now.slope;
-      if (late && bend == landing && rest <= h) {
-        landed = true;
-        step = {to * h - gap * rest / 3, {to, 0}};  // r = to - gap (1 - t/rest)^2 until rest
-      }
-    } else if (gap == 0 && now.slope == 0) {
-      landed = true;
-      step = {to * h, {to, 0}};
-    } else {  // as it sets out: no more than it can land from a tick later
-      const double sign = up ? 1 : -1, a = std::abs(against) * vigour.land, slope = sign * now.slope;
-      const double most =
-          (std::sqrt(a * h * (a * h - 4 * slope) + 8 * a * std::abs(gap)) - 2 * slope - a * h) / (2 * h);
-      bend = sign * std::min(std::abs(toward), most);
+  for (std::size_t n = 0; n < kMostTicks; ++n) {
+    PieceCursor end = at;
+    PieceCursor::Met met{};
+    Bent bent;
+    Planned there = x;
+    // As if the planned jerk stayed as it is; where it does not, once more with the one at the tick's end.
+    for (const bool again : {false, true}) {
+      const auto [low, high] = room(x, there.n3, now, limits, vigour.use);
+      if (low > high) return false;
+      ++work_;
+      bent = toward(to, now, low, high, vigour.land, h);
+      const RateChange::Step& step = bent.step;
+      if (step.end.r < lowest || step.end.r > highest || step.ahead < 0) return false;
+      end = at;
+      met = end.advance(step.ahead);
+      if (met == PieceCursor::Met::Unknown) break;
+      there = planned(end, limits.axes);
+      if (again || bent.landed || keeps_jerk(there, bent, limits)) break;
     }
-    if (!landed) {
-      step.ahead = h * (now.r + h * (now.slope / 2 + h * bend / 6));
-      step.end = {now.r + h * (now.slope + h * bend / 2), now.slope + h * bend};
-      if (step.end.r < 0 || step.end.r > highest || step.ahead < 0) return false;
-    }
-    ahead_s += step.ahead;
+    ahead_s += bent.step.ahead;
     if (ahead_s >= shorter_s) return false;
-    const PieceCursor::Met met = at.advance(step.ahead);
     if (met == PieceCursor::Met::Unknown) break;
-    x = planned(at, limits.axes);
+    steps[n] = bent.step;
+    at = end, x = there, now = bent.step.end;
     if (!judge.keeps_limits(x.q)) return false;
-    now = step.end;
-    if (!landed && met != PieceCursor::Met::Rest) continue;
+    if (!bent.landed && met != PieceCursor::Met::Rest) continue;
     for (int k = 0; k < 3; ++k) {
       if (met == PieceCursor::Met::Piece && at.advance(to * h) == PieceCursor::Met::Unknown) return false;
       if (!judge.keeps_limits(planned(at, limits.axes).q)) return false;

@@ -462,6 +462,36 @@ TEST(Interpolator, a_small_change_of_override_comes_to_its_speed_and_stays_there
     }
 }
 
+// Ordered in every tick of a bead that brakes before a corner and speeds up behind it.
+TEST(Interpolator, a_change_of_override_does_not_swing_beyond_both_rates) {
+  const Limits m = machine();
+  BeadSpec spec;
+  spec.points = {{200, 200, -40, 0, 12}, {240, 200, -40, 0, 12}, {240, 240, -40, 0, 12}};
+  spec.speed_mm_s = 150, spec.block = 1;
+  auto bead = plan_bead(m, spec);
+  ASSERT_TRUE(bead) << to_text(bead.error());
+  bead->segments.back().ends_block = true;
+  const int ticks = static_cast<int>(duration(bead->segments) / m.tick_s);
+  for (const auto& [before, after] : {std::pair{1.0, 0.99}, {1.0, 0.9}, {0.9, 0.91}, {0.5, 0.49}})
+    for (int at = 3; at < ticks; at += 2) {
+      Player p(m, bead->start);
+      p.push(bead->segments);
+      p.play.begin_block(1);
+      for (int n = 0; n < at; ++n) p.step(before), p.expect_on_path("");
+      for (int n = 0; n < 300 && !p.play.idle(); ++n) {
+        p.step(after);
+        p.expect_on_path("");
+        const SpeedProfile& plan = p.path[p.on].nominal;
+        const double planned = along(plan, time_at(plan, p.last.s)).x.v;
+        if (planned < 1) continue;
+        ASSERT_GT(p.last.s_dot / planned, std::min(before, after) - 0.021)
+            << before << " to " << after << ", tick " << at;
+        ASSERT_LT(p.last.s_dot / planned, std::max(before, after) + 0.021)
+            << before << " to " << after << ", tick " << at;
+      }
+    }
+}
+
 TEST(Interpolator, events_under_override_are_off_by_what_half_a_tick_travels_at_most) {
   StraightBead one(60, 50);
   for (const double factor : {0.3, 0.7, 1.3, 2.0}) {

@@ -20,5 +20,10 @@ TEST(Trial, motion_disturbed_at_random_keeps_limits_and_path_and_stops_in_time) 
   EXPECT_GT(changes, 800u);
 }
 
+// The planned jerk changes its sign within the last tick of a change of rate: a straight stop behind it must not wait.
+TEST(Trial, a_stop_on_a_line_right_behind_a_change_of_rate_begins_at_once) {
+  for (const std::uint64_t seed : {1000247u, 2000971u}) EXPECT_EQ(trial(seed).wrong, "") << "seed " << seed;
+}
+
 }  // namespace
 }  // namespace gantry::motion::test
