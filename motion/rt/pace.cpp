@@ -13,6 +13,7 @@ namespace {
 // `kGo` it goes.
 constexpr double kLow_s = 0.5, kLowStops = 1.5, kGo = 1.2;
 constexpr std::size_t kStraightPieces = 64;  // how many pieces a straight stop may reach over
+constexpr double kGentler = 0.995;           // of the jerk, where what was before leaves no room for all of it
 
 struct Attempt {
   RateChange::Vigour vigour;
@@ -29,6 +30,14 @@ constexpr std::array<Attempt, 8> kChanges{{{{1, 0.85}, 1},
                                            {{0.3, 0.4}, 0.2},
                                            {{0.2, 0.3}, 0.05}}};
 constexpr unsigned kChangeEvery = 4;
+
+/// Within the last tick a changing rate may use a little more than the limits, which show in a mean over three.
+bool keeps_limits(const Profile& p, const Geometry& line, const Recent& recent, const Limits& limits) noexcept {
+  Differences judge(recent, limits);
+  for (int n = 1; n <= 3; ++n)
+    if (!judge.keeps_limits(point(line, evaluate(p, std::min(n * limits.tick_s, duration(p))).p))) return false;
+  return true;
+}
 
 }  // namespace
 
@@ -64,17 +73,18 @@ void Interpolator::choose_rate() noexcept {
 bool Interpolator::brake_on_line(const State& planned) noexcept {
   State x{planned.p, planned.v * rate_.r, planned.a * rate_.r * rate_.r + planned.v * rate_.slope};
   if (front().geometry.degree != 1 || !(x.v > 0)) return false;
-  const Bounds b = line_bounds(limits_, derivative<1>(front().geometry, 0));
+  Bounds b = line_bounds(limits_, derivative<1>(front().geometry, 0));
   x.a = std::clamp(x.a, -b.a, b.a);             // a changing rate may end a tick a little above
   const double turned = x.a * x.a / (2 * b.j);  // change of speed while the acceleration goes to 0
   if ((x.a < 0 && x.v < turned) || (x.a > 0 && x.v + turned > b.v)) return false;
-  const Profile p = stop(x, b).profile;
+  Profile p = stop(x, b).profile;
+  if (!keeps_limits(p, front().geometry, recent_, limits_)) {
+    b.j *= kGentler;
+    if (x.a < 0 && x.v < x.a * x.a / (2 * b.j)) return false;
+    p = stop(x, b).profile;
+    if (!keeps_limits(p, front().geometry, recent_, limits_)) return false;
+  }
   const double braking_mm = end_state(p).p;
-  // Within the last tick a changing rate may use a little more than the limits, which show in a mean over three.
-  Differences judge(recent_, limits_);
-  for (int n = 1; n <= 3; ++n)
-    if (!judge.keeps_limits(point(front().geometry, evaluate(p, std::min(n * limits_.tick_s, duration(p))).p)))
-      return false;
   double known = 0;
   for (std::size_t i = 0; i < kStraightPieces; ++i) {
     const Segment* s = ring_.peek(i);
