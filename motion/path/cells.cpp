@@ -7,8 +7,10 @@
 namespace gantry::motion {
 namespace {
 
-constexpr double kCellSeconds = 0.003;                      ///< duration of a cell, about
-constexpr double kLongCellSeconds = 0.012, kGrowth = 1.25;  ///< where the speed surely stays, next to each other
+constexpr double kCellSeconds = 0.003;      ///< duration of a cell, about
+constexpr double kLongCellSeconds = 0.012;  ///< where the speed surely stays
+constexpr double kGrowth = 1.25;            ///< from one cell to the next, at most
+constexpr double kShortest = 1.0 / 16;      ///< of kCellSeconds, of a line's cells beside a curve
 constexpr double kSurely = 1.3;  ///< times the speed that position allows, as soon as speeding up to it could be over
 
 /// A place on the path at which the speed is estimated.
@@ -52,19 +54,27 @@ double smooth_least(std::initializer_list<double> speeds) {
   return 1 / std::sqrt(std::sqrt(sum));
 }
 
-/// One interval between marks: lengths of cells from its slow side to its middle.
-void march(double half, double v_side, double v_cap, const Along& l, bool straight, std::vector<double>& at) {
-  const auto speed = [&](double x) { return std::min(v_cap, grown(v_side, x, l)); };
+/// Half of an interval between marks.
+struct Half {
+  double length = 0, v_side = 0;  ///< and the speed at its slow side
+  double first_s = kCellSeconds;  ///< duration of its first cell
+};
+
+/// Where the cells end, from the slow side to the middle.
+void march(const Half& of, double v_cap, const Along& l, bool straight, std::vector<double>& at) {
+  const auto [half, v_side, first_s] = of;
+  const auto speed = [&, v_side = v_side](double x) { return std::min(v_cap, grown(v_side, x, l)); };
   double x = 0;
   at.clear();
   if (v_side <= 0) {
     const double first = l.j * kCellSeconds * kCellSeconds * kCellSeconds / 6;
     at.push_back(x = std::min(first, half / 20));
   }
-  double longer = 1;
+  double longer = 1, cell_s = first_s;
   while (x < half) {
-    double step = kCellSeconds * speed(x);
-    step = kCellSeconds * speed(x + step / 2);
+    double step = cell_s * speed(x);
+    step = cell_s * speed(x + step / 2);
+    cell_s = std::min(kGrowth * cell_s, kCellSeconds);
     if (straight && grown(v_side, x, l) > kSurely * v_cap) {
       longer = std::min(longer * kGrowth, kLongCellSeconds / kCellSeconds);
       step *= longer;
@@ -131,14 +141,21 @@ CellGrid divide(std::span<const Curve> curves, const Limits& limits, double v_se
   for (std::size_t n = marks.size() - 1; n-- > 0;)
     marks[n].v = std::min(marks[n].v, grown(marks[n + 1].v, length(n + 1), along[n + 1]));
 
+  // A line's cells beside a curve begin as short as the curve's: a corner's change of speed goes on there.
+  const auto first_s = [&](std::size_t n, std::size_t beside, double v_side) {
+    const bool corner =
+        v_side > 0 && beside < marks.size() && curves[marks[n].curve].straight && !curves[marks[beside].curve].straight;
+    return corner ? std::clamp(length(beside) / v_side, kShortest * kCellSeconds, kCellSeconds) : kCellSeconds;
+  };
+
   CellGrid out;
   std::vector<double> left, right, at;
   for (std::size_t n = 0; n < marks.size(); ++n) {
     const Curve& g = curves[marks[n].curve];
     const double h = length(n), begin = marks[n].s - h;
     const double v_left = n > 0 ? marks[n - 1].v : v0, v_right = marks[n].v;
-    march(h / 2, v_left, along[n].v, along[n], g.straight, left);
-    march(h / 2, v_right, along[n].v, along[n], g.straight, right);
+    march({h / 2, v_left, first_s(n, n - 1, v_left)}, along[n].v, along[n], g.straight, left);
+    march({h / 2, v_right, first_s(n, n + 1, v_right)}, along[n].v, along[n], g.straight, right);
     at = left;
     for (std::size_t i = right.size() - 1; i-- > 0;) at.push_back(h - right[i]);
     at.push_back(h);
