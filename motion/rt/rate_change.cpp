@@ -15,6 +15,7 @@ namespace {
 constexpr double kLeastTicks = 8;
 constexpr double kWithin = 1.01;                        // of the jerk limit where a tick ends
 constexpr double kSwing = 0.02;                         // how far a change may leave the range of its two rates
+constexpr double kThere = 1e-12;                        // a rate that is there but for rounding
 constexpr double kWithinTick = 1 - 1e-6;                // what is come to in a tick is not come to before it
 constexpr std::array<double, 3> kLower{0.6, 0.8, 0.9};  // of the rate, where there is no way to stop from it
 
@@ -62,15 +63,19 @@ std::pair<double, double> room(const Planned& x, const AxisVec& n3_end, const Ra
 }
 
 /// The lowest and the highest rate on the way to `to`. To another rate than 0 there is no swinging: it leaves the range
-/// of the two rates by no more than kSwing and what a rate that changes already goes on at least.
-std::pair<double, double> rates_on_the_way(const Rate& from, double to, const std::pair<double, double>& room,
-                                           double land) noexcept {
-  constexpr double kFree = std::numeric_limits<double>::infinity();
-  const double against = from.slope > 0 ? -room.first : room.second;
-  const double goes_on = against > 0 ? from.slope * from.slope / (2 * land * against) : kFree;
-  const double beyond = to > 0 ? kSwing + goes_on : kFree;
-  return {std::max(0.0, std::min(from.r, to) - beyond),
-          std::min(std::max({1.0, from.r, to}) + 1e-9, std::max(from.r, to) + beyond)};
+/// of the two rates by kSwing at most, and by what a rate that changes already goes on: no farther than `leads_to`, the
+/// end of the change under way.
+std::pair<double, double> rates_on_the_way(const Rate& from, double to, double leads_to,
+                                           const std::pair<double, double>& room, double land) noexcept {
+  if (!(to > 0)) return {0, std::max(1.0, from.r) + 1e-9};
+  double reached = from.r;
+  if (from.slope * (leads_to - from.r) > 0) {
+    const double against = from.slope > 0 ? -room.first : room.second;
+    const double least = against > 0 ? from.slope * from.slope / (2 * land * against) : 1;
+    reached += std::copysign(std::min(std::abs(leads_to - from.r), least), from.slope);
+  }
+  const auto [low, high] = std::minmax({from.r, to, reached});
+  return {std::max(0.0, low - kSwing), std::min(std::max({1.0, from.r, to}) + 1e-9, high + kSwing)};
 }
 
 /// A tick of a change: its r'' and where that leads.
@@ -85,6 +90,7 @@ Bent toward(double to, const Rate& now, double low, double high, double land, do
   const bool up = gap != 0 ? gap > 0 : now.slope < 0;
   const double against = up ? low : high;
   double bend = up ? high : low;
+  if (std::abs(gap) <= kThere && std::abs(now.slope) * h <= kThere) return {{to * h, {to, 0}}, 0, true};
   if (now.slope * gap > 0) {
     // With r'' = -r'^2/(2 gap) the slope ends where the gap does; begun when that takes the room there is.
     const double landing = -now.slope * now.slope / (2 * gap);
@@ -94,8 +100,6 @@ Bent toward(double to, const Rate& now, double low, double high, double land, do
     const double rest = 2 * gap / now.slope;
     if (late && bend == landing && rest <= h)  // r = to - gap (1 - t/rest)^2 until rest
       return {{to * h - gap * rest / 3, {to, 0}}, bend, true};
-  } else if (gap == 0 && now.slope == 0) {
-    return {{to * h, {to, 0}}, 0, true};
   } else {  // as it sets out: no more than it can land from a tick later
     const double sign = up ? 1 : -1, a = std::abs(against) * land, slope = sign * now.slope;
     const double most = (std::sqrt(a * h * (a * h - 4 * slope) + 8 * a * std::abs(gap)) - 2 * slope - a * h) / (2 * h);
@@ -127,7 +131,9 @@ bool RateChange::plan(PieceCursor at, const Rate& from, double to, const Recent&
   auto& steps = steps_[1 - active_];
   Differences judge(recent, limits);
   Planned x = planned(at, limits.axes);
-  const auto [lowest, highest] = rates_on_the_way(from, to, room(x, x.n3, from, limits, vigour.use), vigour.land);
+  const double leads_to = under_way() ? steps_[active_][size_ - 1].end.r : from.r;
+  const auto [lowest, highest] =
+      rates_on_the_way(from, to, leads_to, room(x, x.n3, from, limits, vigour.use), vigour.land);
   Rate now = from;
   for (std::size_t n = 0; n < kMostTicks; ++n) {
     PieceCursor end = at;

@@ -50,7 +50,7 @@ class RateChange {
   /// leads, if that is new.
   std::optional<double> stop(const PieceCursor& from, const Rate& now, const Recent& recent, const Limits& limits,
                              unsigned& tries) noexcept;
-  /// Ticks that the last stop() has played ahead.
+  /// How often a tick has been played ahead since the last stop() began.
   [[nodiscard]] std::size_t work() const noexcept { return work_; }
 
   [[nodiscard]] bool under_way() const noexcept { return next_ < size_; }
@@ -65,7 +65,7 @@ class RateChange {
  private:
   std::array<std::array<Step, kMostTicks>, 2> steps_;
   std::size_t active_ = 0, next_ = 0, size_ = 0;
-  std::size_t work_ = 0;              ///< ticks played ahead
+  std::size_t work_ = 0;              ///< ticks played ahead, some twice
   std::size_t stop_ = kStops.size();  ///< which of them is under way; none: the size
   bool too_long_ = false;             ///< the last plan took more ticks than may be, or more path than is known
   bool lower_next_ = false;           ///< the next tick tries a lower rate
