@@ -203,12 +203,11 @@ int corners(const Machine& m) {
       const auto v = speeds(m, {AxisVec{0, 0}, AxisVec{60, 0}, AxisVec{60, 60}}, speed, tolerance, kFine_s);
       double slowed = 0;
       for (const double x : v) slowed += x < (1 - kSlow) * speed ? x * kFine_s : 0;
-      const double bound = overlapped_mm(m, speed, tolerance), share = bound > 0 ? slowed / bound : 0;
-      most = std::max(most, v.empty() ? 99 : share);
-      if (bound > 0)
-        std::printf("     %.3f", share);
-      else
-        std::printf("     never");
+      // One that is not planned, or slowed where it need not be at all, is far above any other.
+      const double bound = overlapped_mm(m, speed, tolerance);
+      const double share = v.empty() || (slowed > 0 && !(bound > 0)) ? 99 : slowed > 0 ? slowed / bound : 0;
+      most = std::max(most, share);
+      std::printf("     %.3f", share);
     }
     std::printf("\n");
   }

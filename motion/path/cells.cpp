@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kCellSeconds = 0.003;      ///< duration of a cell, about
 constexpr double kLongCellSeconds = 0.012;  ///< where the speed surely stays
-constexpr double kGrowth = 1.25;            ///< from one cell to the next, at most
+constexpr double kGrowth = 1.25;            ///< from one cell to the next, of short ones and where they get long
 constexpr double kShortest = 1.0 / 16;      ///< of kCellSeconds, of a line's cells beside a curve
 constexpr double kSurely = 1.3;  ///< times the speed that position allows, as soon as speeding up to it could be over
 
@@ -56,33 +56,33 @@ double smooth_least(std::initializer_list<double> speeds) {
 
 /// Half of an interval between marks.
 struct Half {
-  double length = 0, v_side = 0;  ///< and the speed at its slow side
-  double first_s = kCellSeconds;  ///< duration of its first cell
+  double length = 0;
+  double v_side = 0;   ///< speed at its slow side
+  double first_s = 0;  ///< duration of its first cell
 };
 
 /// Where the cells end, from the slow side to the middle.
 void march(const Half& of, double v_cap, const Along& l, bool straight, std::vector<double>& at) {
-  const auto [half, v_side, first_s] = of;
-  const auto speed = [&, v_side = v_side](double x) { return std::min(v_cap, grown(v_side, x, l)); };
+  const auto speed = [&](double x) { return std::min(v_cap, grown(of.v_side, x, l)); };
   double x = 0;
   at.clear();
-  if (v_side <= 0) {
+  if (of.v_side <= 0) {
     const double first = l.j * kCellSeconds * kCellSeconds * kCellSeconds / 6;
-    at.push_back(x = std::min(first, half / 20));
+    at.push_back(x = std::min(first, of.length / 20));
   }
-  double longer = 1, cell_s = first_s;
-  while (x < half) {
+  double longer = 1, cell_s = of.first_s;
+  while (x < of.length) {
     double step = cell_s * speed(x);
     step = cell_s * speed(x + step / 2);
     cell_s = std::min(kGrowth * cell_s, kCellSeconds);
-    if (straight && grown(v_side, x, l) > kSurely * v_cap) {
+    if (straight && grown(of.v_side, x, l) > kSurely * v_cap) {
       longer = std::min(longer * kGrowth, kLongCellSeconds / kCellSeconds);
       step *= longer;
     }
-    if (half - x <= 1.5 * step) break;
+    if (of.length - x <= 1.5 * step) break;
     at.push_back(x += step);
   }
-  at.push_back(half);
+  at.push_back(of.length);
 }
 
 // From rest at constant jerk, in units in which it is 1: a = t, v = t^2/2, s = t^3/6, v^2 = t^4/4. Cells that are long

@@ -1,6 +1,7 @@
 // The rate at which the planned time of a path's pieces goes by: 1 as planned, an override below, 0 for a stop.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "motion/geometry.hpp"
 #include "motion/profile/line_bounds.hpp"
@@ -31,12 +32,17 @@ constexpr std::array<Attempt, 8> kChanges{{{{1, 0.85}, 1},
                                            {{0.2, 0.3}, 0.05}}};
 constexpr unsigned kChangeEvery = 4;
 
-/// Within the last tick a changing rate may use a little more than the limits, which show in a mean over three.
-bool keeps_limits(const Profile& p, const Geometry& line, const Recent& recent, const Limits& limits) noexcept {
+/// The shortest stop on a line, where there is one from this state. Within the last tick a changing rate may use a
+/// little more than the limits, which show in a mean over three.
+std::optional<Profile> stop_on(const Geometry& line, const State& x, const Bounds& b, const Recent& recent,
+                               const Limits& limits) noexcept {
+  const double turned = x.a * x.a / (2 * b.j);  // change of speed while the acceleration goes to 0
+  if ((x.a < 0 && x.v < turned) || (x.a > 0 && x.v + turned > b.v)) return std::nullopt;
+  const Profile p = stop(x, b).profile;
   Differences judge(recent, limits);
   for (int n = 1; n <= 3; ++n)
-    if (!judge.keeps_limits(point(line, evaluate(p, std::min(n * limits.tick_s, duration(p))).p))) return false;
-  return true;
+    if (!judge.keeps_limits(point(line, evaluate(p, std::min(n * limits.tick_s, duration(p))).p))) return std::nullopt;
+  return p;
 }
 
 }  // namespace
@@ -74,17 +80,11 @@ bool Interpolator::brake_on_line(const State& planned) noexcept {
   State x{planned.p, planned.v * rate_.r, planned.a * rate_.r * rate_.r + planned.v * rate_.slope};
   if (front().geometry.degree != 1 || !(x.v > 0)) return false;
   Bounds b = line_bounds(limits_, derivative<1>(front().geometry, 0));
-  x.a = std::clamp(x.a, -b.a, b.a);             // a changing rate may end a tick a little above
-  const double turned = x.a * x.a / (2 * b.j);  // change of speed while the acceleration goes to 0
-  if ((x.a < 0 && x.v < turned) || (x.a > 0 && x.v + turned > b.v)) return false;
-  Profile p = stop(x, b).profile;
-  if (!keeps_limits(p, front().geometry, recent_, limits_)) {
-    b.j *= kGentler;
-    if (x.a < 0 && x.v < x.a * x.a / (2 * b.j)) return false;
-    p = stop(x, b).profile;
-    if (!keeps_limits(p, front().geometry, recent_, limits_)) return false;
-  }
-  const double braking_mm = end_state(p).p;
+  x.a = std::clamp(x.a, -b.a, b.a);  // a changing rate may end a tick a little above
+  auto p = stop_on(front().geometry, x, b, recent_, limits_);
+  if (!p) b.j *= kGentler, p = stop_on(front().geometry, x, b, recent_, limits_);
+  if (!p) return false;
+  const double braking_mm = end_state(*p).p;
   double known = 0;
   for (std::size_t i = 0; i < kStraightPieces; ++i) {
     const Segment* s = ring_.peek(i);
@@ -92,7 +92,7 @@ bool Interpolator::brake_on_line(const State& planned) noexcept {
     known += s->geometry.length;
     if (braking_mm <= known) {
       change_.drop();
-      adopt(Course::ToRest, p);
+      adopt(Course::ToRest, *p);
       goal_ = 0;
       return true;
     }

@@ -65,13 +65,14 @@ std::pair<double, double> room(const Planned& x, const AxisVec& n3_end, const Ra
 /// The lowest and the highest rate on the way to `to`. To another rate than 0 there is no swinging: it leaves the range
 /// of the two rates by kSwing at most, and by what a rate that changes already goes on: no farther than `leads_to`, the
 /// end of the change under way.
-std::pair<double, double> rates_on_the_way(const Rate& from, double to, double leads_to,
-                                           const std::pair<double, double>& room, double land) noexcept {
+std::pair<double, double> rates_on_the_way(const Planned& x, const Rate& from, double to, double leads_to,
+                                           const Limits& limits, const RateChange::Vigour& vigour) noexcept {
   if (!(to > 0)) return {0, std::max(1.0, from.r) + 1e-9};
   double reached = from.r;
   if (from.slope * (leads_to - from.r) > 0) {
-    const double against = from.slope > 0 ? -room.first : room.second;
-    const double least = against > 0 ? from.slope * from.slope / (2 * land * against) : 1;
+    const auto [low, high] = room(x, x.n3, from, limits, vigour.use);
+    const double against = from.slope > 0 ? -low : high;
+    const double least = against > 0 ? from.slope * from.slope / (2 * vigour.land * against) : 1;
     reached += std::copysign(std::min(std::abs(leads_to - from.r), least), from.slope);
   }
   const auto [low, high] = std::minmax({from.r, to, reached});
@@ -132,8 +133,7 @@ bool RateChange::plan(PieceCursor at, const Rate& from, double to, const Recent&
   Differences judge(recent, limits);
   Planned x = planned(at, limits.axes);
   const double leads_to = under_way() ? steps_[active_][size_ - 1].end.r : from.r;
-  const auto [lowest, highest] =
-      rates_on_the_way(from, to, leads_to, room(x, x.n3, from, limits, vigour.use), vigour.land);
+  const auto [lowest, highest] = rates_on_the_way(x, from, to, leads_to, limits, vigour);
   Rate now = from;
   for (std::size_t n = 0; n < kMostTicks; ++n) {
     PieceCursor end = at;

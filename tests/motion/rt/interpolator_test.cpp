@@ -473,7 +473,7 @@ TEST(Interpolator, a_change_of_override_does_not_swing_beyond_both_rates) {
   bead->segments.back().ends_block = true;
   const int ticks = static_cast<int>(duration(bead->segments) / m.tick_s);
   for (const auto& [before, after] : {std::pair{1.0, 0.99}, {1.0, 0.9}, {0.9, 0.91}, {0.5, 0.49}})
-    for (int at = 3; at < ticks; at += 2) {
+    for (int at = 3; at < ticks; ++at) {
       Player p(m, bead->start);
       p.push(bead->segments);
       p.play.begin_block(1);
