@@ -13,7 +13,7 @@ using written::AxisRow;
 using written::MachineFile;
 
 constexpr double kRounding = 1e-9;       // relative
-constexpr double kMostDelay_s = 0.05;    // that is compensated
+constexpr int kMostDelay_cycles = 61;    // that are compensated (motion/rt/compensation.hpp)
 constexpr double kSameDelay_s = 0.1e-3;  // of stated and virtual delay
 constexpr double kLeastCounts = 2;       // as far apart as squared sides may be
 constexpr double kSidesPart = 2;         // windows: one side may be behind by one while the other is ahead by one
@@ -39,15 +39,17 @@ void check_watchdogs(const Machine& m, double tolerated_ms, std::string_view wha
 
 /// Drives interpolate to a target until the next one comes: no axis answers sooner than a cycle.
 void check_delays(const Machine& m, const MachineFile& file, Mistakes& mistakes) {
-  const double cycle_s = seconds(m.bus.cycle);
+  const double cycle_s = seconds(m.bus.cycle), most_s = kMostDelay_cycles * cycle_s;
   std::vector<std::string> sooner;
   Location first;
   for (std::size_t i = 0; i < m.axes.size(); ++i) {
     const Axis& axis = m.axes[i];
     if (axis.kind != AxisKind::Streamed) continue;
-    if (axis.response_delay_s > kMostDelay_s)
+    if (axis.response_delay_s > most_s * (1 + kRounding))
       mistakes.add(Fault::OutOfRange,
-                   "more than 50 ms cannot be compensated; write what `gantry commission AXIS` measures",
+                   fmt::format("more than {:.6g} ms cannot be compensated at a cycle of {:.6g} ms; write what `gantry "
+                               "commission AXIS` measures, or a longer cycle",
+                               most_s * 1e3, cycle_s * 1e3),
                    file.axes[i].response_delay_location);
     if (axis.response_delay_s <= 0 || axis.response_delay_s >= cycle_s * (1 - kRounding)) continue;
     if (sooner.empty()) first = file.axes[i].response_delay_location;

@@ -115,7 +115,7 @@ const Fields<AxisRow> kAxis{
     quantity("j_max", &AxisRow::j_max, kJerk, kRequired, "largest jerk"),
     object("following", &AxisRow::following, kFollowing, kOptional, "following error window; closed loop only"),
     quantity("skew_max", &AxisRow::skew_max, kPosition, kOptional, "gantry axis: allowed difference of its sides"),
-    placed(number("response_delay", &AxisRow::response_delay_s, D::Time, {0, 0.1}, kOptional,
+    placed(number("response_delay", &AxisRow::response_delay_s, D::Time, {0, 0.05}, kOptional,
                   "how far the axis lags its command; compensated"),
            &AxisRow::response_delay_location),
     quantity("path_error", &AxisRow::path_error, kPosition, kOptional,

@@ -20,7 +20,8 @@ struct Compensated {
 
 class Compensation {
  public:
-  static constexpr std::size_t kHistory = 64;  ///< ticks; the largest delay is below that
+  /// Ticks; the largest delay is 3 below that, and no machine file may ask for more (config/check_timing.cpp).
+  static constexpr std::size_t kHistory = 64;
 
   /// response_delay_s[i]: how far axis i lags its command, >= 0; clamped to the history.
   Compensation(const Limits& limits, const AxisVec& response_delay_s) noexcept;

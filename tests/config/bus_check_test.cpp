@@ -101,6 +101,23 @@ TEST(Timing, a_window_that_a_sound_axis_leaves_while_it_brakes_is_refused) {
   EXPECT_TRUE(wider) << to_text(wider.error().front());
 }
 
+/// 61 cycles: at 0.5 ms that is 30.5 ms.
+TEST(Timing, a_delay_of_more_cycles_than_are_compensated_is_refused) {
+  for (const bool longer : {false, true}) {
+    Changed file;
+    file.swap_in_profile("std402ec.yaml", "cycle_times_us: [1000,", "cycle_times_us: [500, 1000,");
+    file.swap("cycle: 1 ms", "cycle: 0.5 ms", "x");
+    file.swap("response_delay: 4 ms", longer ? "response_delay: 30.6 ms" : "response_delay: 30.5 ms", "30");
+    const auto m = file.load();
+    ASSERT_FALSE(m) << "its window of `following` is too narrow for either";
+    const auto told = std::ranges::find_if(m.error(), [](const Error& e) {
+      return e.message.find("more than 30.5 ms cannot be compensated at a cycle of 0.5 ms") != std::string::npos;
+    });
+    ASSERT_EQ(told != m.error().end(), longer) << to_text(m.error().front());
+    EXPECT_TRUE(!longer || told->where == file.where()) << file.where();
+  }
+}
+
 TEST(Timing, check_warns_where_the_simulated_machine_answers_otherwise) {
   Changed file;
   file.swap("cycle: 1 ms", "cycle: 2 ms", "x");

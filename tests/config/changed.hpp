@@ -37,6 +37,18 @@ class Changed {
     line_ = 1 + static_cast<int>(std::count(text_.begin(), text_.begin() + static_cast<long>(place), '\n'));
     column_ = static_cast<int>(place - (text_.rfind('\n', place - 1) + 1)) + 1;
   }
+  /// The same in a drive's profile: "std402ec.yaml".
+  void swap_in_profile(const std::string& profile, const std::string& from, const std::string& to) {
+    const fs::path drives = folder_ / "drives";
+    if (fs::is_symlink(drives)) {
+      fs::remove(drives);
+      fs::copy(fs::absolute(fs::path("config") / "drives"), drives);
+    }
+    std::string text = *read_text_file((drives / profile).string());
+    const auto found = text.find(from);
+    ASSERT_NE(found, std::string::npos) << from;
+    std::ofstream(drives / profile) << text.replace(found, from.size(), to);
+  }
   [[nodiscard]] std::string where() const {
     return (folder_ / "machines" / "m.yaml").string() + ":" + std::to_string(line_) + ":" + std::to_string(column_);
   }

@@ -98,6 +98,24 @@ TEST(Compensation, makes_every_axis_lag_as_much_as_the_slowest) {
   }
 }
 
+/// 61 cycles, at any cycle: what a machine file may ask for (config/check_timing.cpp).
+TEST(Compensation, makes_up_for_as_many_cycles_as_a_machine_may_ask_for) {
+  constexpr int kMost = 61;
+  Limits m = machine();
+  m.tick_s = 0.00025;
+  Compensation c(m, AxisVec{kMost * m.tick_s, 20 * m.tick_s, 0});
+  EXPECT_EQ(c.delay_ticks(), kMost);
+  c.reset({});
+  for (int n = 1; n <= 200; ++n) {
+    const double p = 0.01 * n, v = 0.01 / m.tick_s;
+    const Compensated out = c.step({.q = {p, p, p}, .v = {v, v, v}}, 0);
+    if (n <= kMost + 2) continue;
+    EXPECT_NEAR(out.q[0], p, 1e-12);
+    EXPECT_NEAR(out.q[1], 0.01 * (n - (kMost - 20)), 1e-12);
+    EXPECT_NEAR(out.q[2], 0.01 * (n - kMost), 1e-12);
+  }
+}
+
 TEST(Compensation, of_equal_delays_changes_nothing) {
   Compensation c(machine(), AxisVec{});
   EXPECT_EQ(c.delay_ticks(), 0);
