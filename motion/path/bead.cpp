@@ -4,15 +4,19 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <optional>
+#include <span>
 #include <string>
 
 #include "motion/path/arch.hpp"
 #include "motion/path/moves.hpp"
 #include "motion/path/path_planner.hpp"
+#include "motion/path/reach.hpp"
 #include "motion/path/rejoin.hpp"
 #include "motion/path/rounding.hpp"
 #include "motion/path/run.hpp"
 #include "motion/profile/line_bounds.hpp"
+#include "motion/profile/speed_profile.hpp"
 
 namespace gantry::motion {
 namespace {
@@ -286,16 +290,38 @@ Result<BeadRuns> join(const Limits& own, const Limits& limits, const Measure& me
   return out;
 }
 
-Result<void> room_for(const Limits& limits, const AxisVec& q, const char* what, double length, double speed) {
-  for (std::size_t i = 0; i < limits.axes; ++i) {
-    const AxisLimits& a = limits.axis[i];
-    if (q[i] >= a.p_min && q[i] <= a.p_max) continue;
-    return fail(Fault::SpeedNotReachable, std::string("the ") + what + " of a bead at " + number(speed) +
-                                              " mm/s needs " + number(length) +
-                                              " mm and leaves the soft limits of axis " + std::to_string(i) +
-                                              "; lower the speed or move the bead inwards");
-  }
-  return {};
+/// Where a motion leaves the soft limits, and by how much.
+struct Beyond {
+  std::size_t segment = 0, axis = 0;
+  double by = 0;
+};
+
+/// Of the first segment that does, at its ends or where it bends.
+std::optional<Beyond> beyond_limits(const Limits& limits, std::span<const Segment> segments) {
+  constexpr double kRounding = 1e-9;  // mm or rad
+  for (std::size_t k = 0; k < segments.size(); ++k)
+    for (std::size_t i = 0; i < limits.axes; ++i) {
+      const Reach r = reach(segments[k].geometry, i);
+      const double by = std::max(limits.axis[i].p_min - r.low, r.high - limits.axis[i].p_max);
+      if (by > kRounding) return Beyond{k, i, by};
+    }
+  return std::nullopt;
+}
+
+Result<void> within_limits(const Limits& limits, const BeadMotion& bead) {
+  const auto out = beyond_limits(limits, bead.segments);
+  if (!out) return {};
+  const bool up = out->segment < bead.bead_begin;
+  if (!up && out->segment < bead.bead_end)
+    return fail(Fault::OutOfReach, "a bead bends " + number(out->by) + " mm beyond the soft limits of axis " +
+                                       std::to_string(out->axis) +
+                                       "; lower its `corner_tolerance`, or move it inwards");
+  const SpeedProfile& at = bead.segments[up ? bead.bead_begin : bead.bead_end - 1].nominal;
+  return fail(Fault::SpeedNotReachable, std::string("the run-") + (up ? "up" : "out") + " of a bead at " +
+                                            number(up ? at.v0 : along(at, duration(at)).x.v) + " mm/s needs " +
+                                            number(up ? bead.run_up_mm : bead.run_out_mm) +
+                                            " mm and leaves the soft limits of axis " + std::to_string(out->axis) +
+                                            "; lower the speed or move the bead inwards");
 }
 
 /// The run-up that is planned, one segment, made to come down.
@@ -371,10 +397,6 @@ Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
   for (const Run& run : run_out) bead.run_out_mm += run.curve.length;
   bead.start = from_rest ? begin.q : run_up.front().curve.c[0];
   bead.end = jet(run_out.back().curve, run_out.back().curve.length, kMaxAxes).q;
-  if (const auto ok = room_for(limits, bead.start, "run-up", bead.run_up_mm, first.v0); !ok)
-    return tl::unexpected(ok.error());
-  if (const auto ok = room_for(limits, bead.end, "run-out", bead.run_out_mm, last.v1); !ok)
-    return tl::unexpected(ok.error());
 
   Segment like;
   like.block = spec.block, like.feature = spec.feature;
@@ -385,14 +407,13 @@ Result<BeadMotion> plan_bead(const Limits& limits, const BeadSpec& spec) {
     if (!falling) return tl::unexpected(falling.error());
     bead.segments = *std::move(falling);
     bead.start[spec.lift_axis] += spec.fall_mm;
-    if (const auto ok = room_for(limits, bead.start, "run-up", bead.run_up_mm, first.v0); !ok)
-      return tl::unexpected(ok.error());
   }
   bead.bead_begin = bead.segments.size();
   if (spec.stand_s > 0 && from_rest) bead.segments.push_back(dwell(limits, bead.start, spec.stand_s));
   for (const Run& run : left) append_segments(run, like, bead.segments);
   bead.bead_end = bead.segments.size();
   for (const Run& run : run_out) append_segments(run, like, bead.segments);
+  if (const auto ok = within_limits(limits, bead); !ok) return tl::unexpected(ok.error());
   add_valve(bead, spec);
   return bead;
 }
@@ -417,7 +438,8 @@ Result<std::vector<Segment>> plan_dry(const Limits& limits, std::span<const Axis
     like.feature = kTravel, like.v_cap = speed_mm_s;
     std::vector<Segment> out;
     for (const Run& run : all) append_segments(run, like, out);
-    return out;
+    if (!beyond_limits(limits, out)) return out;
+    why = {Fault::OutOfReach, "a path bends beyond the soft limits", {}};
   }
   return tl::unexpected(why);
 }

@@ -444,7 +444,9 @@ void PathPlanner::to_whole_ticks() {
     }
     return out;
   };
-  double low = -1e-9, high = 0.5;
+  // From rest all of it is slower alike, by 1 / sqrt(1 - e): what lasts less than half a tick may need more than a
+  // half.
+  double low = -1e-9, high = std::max(0.5, 1 - 0.999 * seconds * seconds / (goal * goal));
   for (int n = 0; n < 70; ++n) {
     const double middle = (low + high) / 2;
     const Plan trial = slower(middle);

@@ -1,5 +1,5 @@
 // s(t) of a segment. Safe in the loop.
-//   double t = duration(segment.nominal);   State x = along(segment.nominal, t / 2);
+//   double t = duration(segment.nominal);   State x = along(segment.nominal, t / 2).x;
 #pragma once
 #include <algorithm>
 

@@ -1,10 +1,13 @@
 #include "motion/path/bead.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
+#include <numbers>
 
 #include "motion/path/moves.hpp"
 #include "motion/path/sound.hpp"
 #include "motion/profile/line_bounds.hpp"
+#include "motion/profile/speed_profile.hpp"
 #include "tests/motion/machine.hpp"
 #include "tests/motion/path/a_bead.hpp"
 #include "tests/motion/path/sampled.hpp"
@@ -506,6 +509,51 @@ TEST(Bead, from_rest_on_a_line_is_the_textbooks_change_of_speed) {
   ASSERT_FALSE(bead->segments[0].events.empty());
   EXPECT_TRUE(bead->segments[0].events[0].dispense) << "the valve opens where it begins";
   EXPECT_EQ(bead->segments[0].events[0].at_s, 0);
+}
+
+/// An arc that begins near a limit and leaves it, at all angles: its run-up may bend out over it and back. Seen tick by
+/// tick as the loop does, on all four sides.
+TEST(Bead, that_begins_near_the_edge_of_the_travel_stays_within_it_or_is_refused) {
+  Limits m = machine();
+  for (const std::size_t i : {0u, 1u, 2u}) m.axis[i] = {0, 300, 200, 3000, 50000};
+  int planned = 0, refused = 0;
+  for (const double radius : {5.0, 10.0})
+    for (const double speed : {50.0, 100.0, 150.0})
+      for (const double degrees : {1.0, 5.0, 15.0, 30.0, 60.0, 90.0})
+        for (const double off_mm : {0.0, 0.3, 1.0, 3.0, 10.0})
+          for (const int side : {0, 1, 2, 3})
+            for (const bool ends : {false, true}) {
+              std::vector<AxisVec> points;
+              const double leaves = degrees * std::numbers::pi / 180;
+              for (int k = 0; k <= 60; ++k) {
+                const double turn = leaves + 1.0 * k / 60;
+                const double along = radius * (std::sin(turn) - std::sin(leaves)),
+                             in = off_mm + radius * (std::cos(leaves) - std::cos(turn));
+                const double x = 150 + (side % 2 == 0 ? along : -along), y = side < 2 ? in : 300 - in;
+                points.push_back(side % 2 == 0 ? at(x, y) : at(y, x));
+                points.back()[2] = 10;
+              }
+              if (ends) std::reverse(points.begin(), points.end());
+              const auto bead = plan_bead(m, spec_of(points, speed, 0.05));
+              if (!bead) {
+                EXPECT_NE(bead.error().message.find("soft limits"), std::string::npos) << bead.error().message;
+                ++refused;
+                continue;
+              }
+              ++planned;
+              double t = 0;
+              for (const Segment& s : bead->segments) {
+                for (const double lasts = duration(s.nominal); t < lasts; t += m.tick_s) {
+                  const AxisVec q = point(s.geometry, along(s.nominal, t).x.p);
+                  for (const std::size_t i : {0u, 1u})
+                    ASSERT_TRUE(q[i] > -1e-8 && q[i] < 300 + 1e-8) << q[i] << ": radius " << radius << ", " << speed
+                                                                   << " mm/s, " << degrees << " deg, side " << side;
+                }
+                t -= duration(s.nominal);
+              }
+            }
+  EXPECT_GT(planned, 50);
+  EXPECT_GT(refused, 50);
 }
 
 }  // namespace

@@ -1,0 +1,34 @@
+// How far a geometry takes an axis: the turns of a cubic between its ends, too.
+//   const auto [low, high] = reach(segment.geometry, axis);
+#pragma once
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "motion/geometry.hpp"
+
+namespace gantry::motion {
+
+struct Reach {
+  double low = 0, high = 0;
+};
+
+/// Of one axis, over all of the geometry.
+[[nodiscard]] inline Reach reach(const Geometry& g, std::size_t axis) {
+  const double from = point(g, 0)[axis], to = point(g, g.length)[axis];
+  Reach out{std::min(from, to), std::max(from, to)};
+  if (g.degree < 2 || (g.moving >> axis & 1u) == 0) return out;
+  const auto k = static_cast<std::size_t>(std::popcount(g.moving & ((1u << axis) - 1)));
+  const double c1 = g.c[3 * k], c2 = g.c[3 * k + 1], c3 = g.c[3 * k + 2];  // its slope: c1 + 2 c2 u + 3 c3 u^2
+  const double disc = c2 * c2 - 3 * c1 * c3;
+  if (disc < 0) return out;
+  const double q = -(c2 + std::copysign(std::sqrt(disc), c2));
+  for (const double u : {q / (3 * c3), c1 / q}) {
+    if (!(u > parameter(g, 0) && u < parameter(g, g.length))) continue;
+    const double at = g.from[axis] + displacement(g, k, u);
+    out.low = std::min(out.low, at), out.high = std::max(out.high, at);
+  }
+  return out;
+}
+
+}  // namespace gantry::motion
