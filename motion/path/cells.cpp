@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kCellSeconds = 0.003;      ///< duration of a cell, about
 constexpr double kLongCellSeconds = 0.012;  ///< where the speed surely stays
-constexpr double kGrowth = 1.25;            ///< from one cell to the next, of short ones and where they get long
+constexpr double kGrowth = 1.25;            ///< from one cell to the next, where they get longer
 constexpr double kShortest = 1.0 / 16;      ///< of kCellSeconds, of a line's cells beside a curve
 constexpr double kSurely = 1.3;  ///< times the speed that position allows, as soon as speeding up to it could be over
 
@@ -70,15 +70,12 @@ void march(const Half& of, double v_cap, const Along& l, bool straight, std::vec
     const double first = l.j * kCellSeconds * kCellSeconds * kCellSeconds / 6;
     at.push_back(x = std::min(first, of.length / 20));
   }
-  double longer = 1, cell_s = of.first_s;
+  double cell_s = of.first_s;
   while (x < of.length) {
     double step = cell_s * speed(x);
     step = cell_s * speed(x + step / 2);
-    cell_s = std::min(kGrowth * cell_s, kCellSeconds);
-    if (straight && grown(of.v_side, x, l) > kSurely * v_cap) {
-      longer = std::min(longer * kGrowth, kLongCellSeconds / kCellSeconds);
-      step *= longer;
-    }
+    const bool stays = straight && grown(of.v_side, x + step, l) > kSurely * v_cap;
+    cell_s = std::min(kGrowth * cell_s, stays ? kLongCellSeconds : kCellSeconds);
     if (of.length - x <= 1.5 * step) break;
     at.push_back(x += step);
   }
