@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/change_duration.hpp"
+
 namespace gantry {
 namespace {
 
@@ -11,6 +13,8 @@ constexpr double kLeastSteps = 8, kMostSteps = 400;
 constexpr double kHeld_s = 0.05;     // at one speed for so long is no corner
 constexpr double kSameSpeed = 0.02;  // but for this part of it
 constexpr double kCrept_s = 0.1;
+constexpr double kAsNeeded = 1.5;  // of what a straight change needs: a corner's takes a tenth more, and its rounding
+constexpr double kTurns = 0.05;    // of what is asked for: so much up and down again are two dips
 
 }  // namespace
 
@@ -42,18 +46,47 @@ void SteadySpeed::see(double mean_mm_s) {
   const bool same = run_.steps > 0 && good == run_.good && high - low <= kSameSpeed * high;
   run_ = same ? Run{low, high, good, run_.steps + 1} : Run{mean_mm_s, mean_mm_s, good, 1};
   // All windows that a short corner is in have one mean: for no longer than a window.
-  const double least_s = std::max(kHeld_s, static_cast<double>(window_steps_) * step_s_);
+  const double least_s = std::max(kHeld_s, window_s());
   if (static_cast<double>(run_.steps - 1) * step_s_ >= least_s) held(mean_mm_s);
   if (good || mean_mm_s > asked_.mm_s) return end_slow();
   ++slow_steps_;
   slow_mm_ += mean_mm_s * step_s_;
+  dip(mean_mm_s);
+}
+
+void SteadySpeed::dip(double mean_mm_s) {
+  const double turn = kTurns * asked_.mm_s;
+  if (slow_steps_ == 1) dip_ = {.from = mean_mm_s, .low = mean_mm_s, .up_to = mean_mm_s};
+  if (dip_.up_to - dip_.low > turn && dip_.up_to - mean_mm_s > turn) {
+    const double top = dip_.up_to;
+    end_dip();
+    dip_ = {.from = top, .low = mean_mm_s, .up_to = mean_mm_s};
+  }
+  if (mean_mm_s <= dip_.low) dip_.low = dip_.up_to = mean_mm_s;
+  dip_.up_to = std::max(dip_.up_to, mean_mm_s);
+  ++dip_.steps;
+}
+
+void SteadySpeed::end_dip() {
+  const auto lasts_s = [&](double mm_s) { return change_duration(mm_s, asked_.a_max, asked_.j_max); };
+  const double needs_s = kAsNeeded * (lasts_s(dip_.from - dip_.low) + lasts_s(dip_.up_to - dip_.low));
+  dips_.needed_s += needs_s;
+  const double beyond_s = static_cast<double>(dip_.steps) * step_s_ - needs_s;
+  if (beyond_s > dips_.most_s) dips_.most_s = beyond_s, dips_.low_mm_s = dip_.low;
 }
 
 void SteadySpeed::end_slow() {
   const double s = static_cast<double>(slow_steps_) * step_s_;
   if (s >= kCrept_s && slow_mm_ < kCreeps * asked_.mm_s * s) held(slow_mm_ / s);
+  if (slow_steps_ > 0 && asked_.a_max > 0 && asked_.j_max > 0) {
+    end_dip();
+    // Windows of a corner begin before it and end behind it.
+    const bool sags = s > dips_.needed_s + kHeld_s + window_s();
+    if (sags && (!sag_ || s > sag_->lasts_s)) sag_ = {.low_mm_s = dips_.low_mm_s, .lasts_s = s};
+  }
   slow_steps_ = 0;
   slow_mm_ = 0;
+  dips_ = {};
 }
 
 void SteadySpeed::held(double mm_s) {

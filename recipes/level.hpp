@@ -1,13 +1,14 @@
-// Whether a bead stays at one height over its board: then rounding its corners changes no gap.
+// Whether a bead stays at one height over its board: then rounding its corners changes no gap, and Z has no part in it.
 #pragma once
 #include <algorithm>
+#include <span>
 
-#include "recipes/recipe.hpp"
+#include "core/vec.hpp"
 
-namespace gantry::job {
+namespace gantry::recipes {
 
-inline bool is_level(const recipes::Bead& bead) {
-  return std::all_of(bead.points.begin(), bead.points.end(), [&](Vec3 p) { return p.z == bead.points.front().z; });
+[[nodiscard]] inline bool is_level(std::span<const Vec3> points) {
+  return std::all_of(points.begin(), points.end(), [&](Vec3 p) { return p.z == points.front().z; });
 }
 
-}  // namespace gantry::job
+}  // namespace gantry::recipes

@@ -93,7 +93,7 @@ class Prover {
     proof_.forecast.s += end.s;
     add_times(proof_.forecast.features, *planned, breath_);
     proof_.run_ups.insert(proof_.run_ups.end(), planned->run_ups().begin(), planned->run_ups().end());
-    add_slow_beads(proof_.slow_beads, recipe_, planned->segments(), limits_of(machine_), breath_);
+    add_slow_beads(proof_.slow_beads, recipe_, planned->segments(), machine_, breath_);
     at_ = end.at;
     discard(*std::move(planned), breath_);
     return {};

@@ -3,28 +3,27 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fmt/format.h>
-#include <limits>
 #include <optional>
 #include <variant>
 #include <vector>
 
-#include "app/job/level.hpp"
+#include "app/job/limits.hpp"
 #include "app/job/valve_span.hpp"
-#include "core/digits.hpp"
 #include "core/steady_speed.hpp"
 #include "motion/geometry.hpp"
 #include "motion/profile/speed_profile.hpp"
+#include "recipes/asked_speed.hpp"
 
 namespace gantry::job {
 namespace {
 
-constexpr double kEnough = 0.5;      // of a bead's length is to be at its speed
-constexpr double kLongest_mm = 1e4;  // a radius beyond it is none
-constexpr double kStraight_mm = 0.01;
+constexpr double kSurely = 0.02;  // so much more, and a world finds it so, too: its clock is not the plan's
+constexpr double kLower = 0.95;   // of a speed that it holds, and one that it comes down to is another
+constexpr double kQuicker = 1.2;  // than they are: a dip that such axes would not need is none by a hair
 
-SteadySpeed planned_steady(const recipes::Material& m, double tick_s) {
-  return SteadySpeed({.mm_s = m.speed, .tolerance = m.speed_tolerance}, tick_s);
+AskedSpeed of_quicker_axes(AskedSpeed asked) {
+  asked.a_max *= kQuicker, asked.j_max *= kQuicker;
+  return asked;
 }
 
 double longest_delay_s(const motion::Limits& limits) {
@@ -47,11 +46,11 @@ double lag_share(const motion::Geometry& g, const motion::State& x, const motion
 /// The speeds of one bead, tick by tick, against what its material wants.
 class Tally {
  public:
-  Tally(const recipes::Material& m, double tick_s)
-      : asked_mm_s_(m.speed),
-        allowed_mm_s_(m.speed_tolerance * m.speed),
+  Tally(const AskedSpeed& asked, double tick_s)
+      : asked_mm_s_(asked.mm_s),
+        allowed_mm_s_(asked.tolerance * asked.mm_s),
         tick_s_(tick_s),
-        steady_{planned_steady(m, tick_s), planned_steady(m, tick_s)} {}
+        steady_{SteadySpeed(asked, tick_s), SteadySpeed(of_quicker_axes(asked), tick_s)} {}
 
   /// `lags`: the part of it that the tool may lose to its drives.
   void add(double v_mm_s, double lags) {
@@ -67,14 +66,17 @@ class Tally {
     for (SteadySpeed& each : steady_) {
       each.end_stretch();
       const auto held_mm_s = each.held_mm_s();
-      const bool held = held_mm_s && !each.is_good(*held_mm_s);
-      if (!held && each.within() >= kEnough) continue;
+      const bool held = held_mm_s && !each.is_good(*held_mm_s), narrowly = &each != &steady_.front();
+      const auto sag = each.sag();
+      if (!held && !sag && each.within() >= SteadySpeed::kEnough + (narrowly ? kSurely : 0)) continue;
       SlowBead out{.feature = feature,
                    .asked_mm_s = asked_mm_s_,
                    .steady_mm_s = held ? *held_mm_s : 0,
                    .fastest_mm_s = fastest_mm_s_,
                    .at_speed = each.within(),
-                   .narrowly = &each != &steady_.front()};
+                   .narrowly = narrowly};
+      if (sag && (!held || sag->low_mm_s < kLower * *held_mm_s))
+        out.steady_mm_s = sag->low_mm_s, out.sags_s = sag->lasts_s;
       if (!slows_down_ && begins_mm_s_ && !each.is_good(*begins_mm_s_)) out.begins_slowly_mm_s = begins_mm_s_;
       return out;
     }
@@ -83,16 +85,16 @@ class Tally {
 
  private:
   double asked_mm_s_, allowed_mm_s_, tick_s_;
-  std::array<SteadySpeed, 2> steady_;  ///< as the material wants it, and with what the drives may take of it
+  std::array<SteadySpeed, 2> steady_;  ///< as the material wants it, and more strictly: a world may see it otherwise
   std::optional<double> begins_mm_s_;
   double fastest_mm_s_ = 0;
   bool slows_down_ = false;
 };
 
-std::optional<SlowBead> look_at(SegmentIterator first, SegmentIterator last, const recipes::Material& m,
+std::optional<SlowBead> look_at(SegmentIterator first, SegmentIterator last, const AskedSpeed& asked,
                                 const ValveSpan& wet, const motion::Limits& limits) {
   const double tick_s = limits.tick_s, delay_s = longest_delay_s(limits);
-  Tally tally(m, tick_s), unrounded(m, tick_s);
+  Tally tally(asked, tick_s), unrounded(asked, tick_s);
   double begin_mm = 0, begin_s = 0, rest_s = 0, factor = 1, open_s = 0;
   for (auto s = first; s != last; ++s) {
     if (s->kind == motion::SegmentKind::Dwell) continue;
@@ -101,7 +103,7 @@ std::optional<SlowBead> look_at(SegmentIterator first, SegmentIterator last, con
     for (; t_s < lasts_s; t_s += tick_s) {
       const motion::State x = motion::along(s->nominal, t_s).x;
       if (begin_mm + x.p < wet.opens_mm || begin_mm + x.p > wet.shuts_mm) continue;
-      factor = m.speed / s->v_cap;  // all of a bead is played slower by this, so that it takes whole ticks
+      factor = asked.mm_s / s->v_cap;  // all of a bead is played slower by this, so that it takes whole ticks
       const double lags = lag_share(s->geometry, x, limits, delay_s);
       tally.add(x.v, lags), unrounded.add(x.v * factor, lags);
     }
@@ -131,37 +133,11 @@ std::optional<SlowBead> stands(SegmentIterator first, SegmentIterator last, cons
   return out;
 }
 
-/// The smallest on a curve that its points sample, seen from above: of the circle through three neighbours.
-std::optional<double> radius_mm(const recipes::Bead& bead) {
-  if (bead.curve_mm == 0) return std::nullopt;
-  double least_mm = std::numeric_limits<double>::max();
-  for (std::size_t i = 1; i + 1 < bead.points.size(); ++i) {
-    const Vec3 a = bead.points[i - 1], b = bead.points[i], c = bead.points[i + 1];
-    const double area = std::abs((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)) / 2;
-    if (area > 0) least_mm = std::min(least_mm, norm(b - a) * norm(c - b) * norm(c - a) / (4 * area));
-  }
-  if (least_mm > kLongest_mm) return std::nullopt;
-  return least_mm;
-}
-
-/// No corner that a tolerance could round.
-bool is_straight(const recipes::Bead& bead) {
-  const Vec3 along = bead.points.back() - bead.points.front();
-  const double length = norm(along);
-  return std::all_of(bead.points.begin(), bead.points.end(), [&](Vec3 p) {
-    const Vec3 to = p - bead.points.front();
-    const double on = length > 0 ? dot(to, along) / length : 0;
-    return norm(to) * norm(to) - on * on < kStraight_mm * kStraight_mm;
-  });
-}
-
-/// "20.84 ms"
-std::string in_ms(double seconds) { return fmt::format("{:.4g} ms", seconds * 1e3); }
-
 }  // namespace
 
 void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
-                    const std::deque<motion::Segment>& segments, const motion::Limits& limits, const Breath& breath) {
+                    const std::deque<motion::Segment>& segments, const config::Machine& machine, const Breath& breath) {
+  const motion::Limits limits = limits_of(machine);
   Pauses pause(breath, 1024);
   for (auto s = segments.begin(); s != segments.end();) {
     const auto first = s;
@@ -176,22 +152,12 @@ void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
     if (!wet || wet->shuts_mm <= wet->opens_mm) continue;
     auto found = bead->corner_tolerance > 0 ? stands(first, s, *wet) : std::nullopt;
     if (found && found->stands <= reversals(*bead)) found.reset();
-    if (!found) found = look_at(first, s, *m, *wet, limits);
+    if (!found) {
+      const AskedSpeed asked = recipes::asked_speed(machine, bead->points, m->speed, m->speed_tolerance);
+      found = look_at(first, s, asked, *wet, limits);
+    }
     if (found) to.push_back(*found);
   }
-}
-
-std::string standstill_in_words(std::size_t times, double at_mm, const recipes::Bead& bead,
-                                const recipes::Material& material) {
-  const double upright_mm = recipes::upright_tolerance_mm(bead.corner_tolerance, material);
-  const bool by_gap = !is_level(bead) && upright_mm < bead.corner_tolerance;
-  return fmt::format(
-      "stands still {}with its valve open, {}{:.3g} mm from where that opens: no path without a stop was found within "
-      "{}; write a larger one, or draw it with fewer points",
-      times > 1 ? fmt::format("{} times ", times) : "", times > 1 ? "first " : "", at_mm,
-      by_gap ? fmt::format("the {:.3g} mm that its gap and its `gap_tolerance` leave of its `corner_tolerance`",
-                           upright_mm)
-             : fmt::format("its `corner_tolerance` of {:.3g} mm", bead.corner_tolerance));
 }
 
 std::size_t reversals(const recipes::Bead& bead) {
@@ -205,65 +171,6 @@ std::size_t reversals(const recipes::Bead& bead) {
     before = leg;
   }
   return found;
-}
-
-std::string in_words(const SlowBead& slow, const recipes::Recipe& recipe) {
-  const auto& bead = std::get<recipes::Bead>(recipe.features[slow.feature]);
-  const auto radius = radius_mm(bead);
-  const bool straight = is_straight(bead);
-  if (slow.stands > 0)
-    return standstill_in_words(slow.stands, slow.stands_at_mm, bead, *recipes::find_material(recipe, bead.material));
-  constexpr const char* kElse = "or `flow_follows_speed: true` where the dispenser doses by the speed of the needle";
-  if (slow.narrowly)
-    return fmt::format(
-        "may be dispensed slower than its {:.3g} mm/s, but for its `speed_tolerance`: in narrow bends the drives' lag "
-        "takes a part of the speed; write {}a larger radius or `corner_tolerance`, a larger `speed_tolerance`, {}",
-        slow.asked_mm_s,
-        slow.steady_mm_s > 0 ? fmt::format("`speed: {:.3g} mm/s`, ", in_digits_down(slow.steady_mm_s, 3)) : "", kElse);
-  if (slow.lasts_s > 0)
-    return fmt::format(
-        "goes at {:.3g} mm/s instead of {:.3g} mm/s: it takes whole cycles of {}, {} instead of {}; write `speed: "
-        "{:.4g} "
-        "mm/s`, a larger `speed_tolerance`, {}",
-        slow.fastest_mm_s, slow.asked_mm_s, in_ms(slow.tick_s), in_ms(slow.lasts_s), in_ms(slow.would_last_s),
-        in_digits_up(slow.asked_mm_s * slow.would_last_s / slow.lasts_s, 4), kElse);
-  if (slow.steady_mm_s == 0)
-    return fmt::format(
-        "comes to its {:.3g} mm/s along {:.0f} % of its length: {} for the axes' a_max and j_max; write a lower "
-        "`speed`, {} {}",
-        slow.asked_mm_s, slow.at_speed * 100,
-        slow.begins_slowly_mm_s
-            ? fmt::format(
-                  "it begins {}, and its {:.3g} mm are too short to speed up",
-                  *slow.begins_slowly_mm_s > 0 ? fmt::format("at {:.2g} mm/s", *slow.begins_slowly_mm_s) : "from rest",
-                  recipes::length_mm(bead))
-        : straight ? fmt::format("the {:.3g} mm of it are too short", recipes::length_mm(bead))
-        : radius   ? fmt::format(
-                         "its curve, radius {:.3g} mm at its narrowest and less by up to its `corner_tolerance`, is too "
-                           "narrow",
-                         *radius)
-                 : std::string("its corners lie too near to each other"),
-        slow.begins_slowly_mm_s || straight ? "draw it longer,"
-        : radius                            ? "a larger radius, a smaller `corner_tolerance`,"
-                                            : "a larger `corner_tolerance`,",
-        kElse);
-  if (slow.steady_mm_s < SteadySpeed::kCreeps * slow.asked_mm_s && !radius && !straight)
-    return fmt::format(
-        "creeps at {:.2g} mm/s instead of {:.3g} mm/s for a tenth of a second and more, where its corners lie too near "
-        "to each other; draw it with fewer points there, write a lower `speed`, a larger `corner_tolerance`, {}",
-        slow.steady_mm_s, slow.asked_mm_s, kElse);
-  return fmt::format(
-      "planned at {:.3g} mm/s instead of {:.3g} mm/s: the axes' limits allow no more on {}; write "
-      "`speed: {:.3g} mm/s`,{} {}",
-      slow.steady_mm_s, slow.asked_mm_s,
-      radius     ? fmt::format("its curve, radius {:.3g} mm", *radius)
-      : straight ? std::string("a straight line of its direction")
-                 : std::string("its path"),
-      in_digits_down(slow.steady_mm_s, 3),
-      radius     ? " a larger radius,"
-      : straight ? ""
-                 : " a larger `corner_tolerance`,",
-      kElse);
 }
 
 }  // namespace gantry::job

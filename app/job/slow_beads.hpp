@@ -2,7 +2,7 @@
 // curve too tight for the speed, corners so near that it is never reached, or so few ticks that a whole number of them
 // makes a difference; and beads that come to a stop with the valve open, though a corner tolerance is there to pass
 // corners without. Known before anything moves.
-//   std::vector<SlowBead> slow;   add_slow_beads(slow, recipe, block.segments(), limits);   in_words(slow[0], recipe);
+//   std::vector<SlowBead> slow;   add_slow_beads(slow, recipe, block.segments(), machine);   in_words(slow[0], recipe);
 // Not of materials with `flow_follows_speed`.
 #pragma once
 #include <deque>
@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "config/machine.hpp"
 #include "core/breath.hpp"
 #include "motion/types.hpp"
 #include "recipes/recipe.hpp"
@@ -19,11 +20,12 @@ namespace gantry::job {
 struct SlowBead {
   std::uint32_t feature = 0;  ///< index in Recipe::features
   double asked_mm_s = 0;
-  double steady_mm_s = 0;                      ///< the speed that it holds where it is too slow; 0: it never holds one
-  double fastest_mm_s = 0;                     ///< that it comes to
+  double steady_mm_s = 0;   ///< the speed that it holds where it is too slow; 0: it never holds one
+  double sags_s = 0;        ///< so long it is too slow, and comes down to steady_mm_s; 0: it holds it
+  double fastest_mm_s = 0;  ///< that it comes to
   std::optional<double> begins_slowly_mm_s{};  ///< where the valve opens, if it speeds up from there to its end
   double at_speed = 0;                         ///< share of its length within `speed_tolerance`, 0..1
-  bool narrowly = false;  ///< within it, but the drives' lag may make it slower: a job finds it slow, or does not
+  bool narrowly = false;  ///< within it by so little that a job finds it slow, or does not: its drives lag
   /// Where it is slow only because a bead takes whole ticks: how long it takes, and how long it would take else.
   double lasts_s = 0, would_last_s = 0;
   double tick_s = 0;
@@ -36,7 +38,7 @@ struct SlowBead {
 
 /// Of the beads of these segments, in their order.
 void add_slow_beads(std::vector<SlowBead>& to, const recipes::Recipe& recipe,
-                    const std::deque<motion::Segment>& segments, const motion::Limits& limits,
+                    const std::deque<motion::Segment>& segments, const config::Machine& machine,
                     const Breath& breath = {});
 
 /// "stands still 3 times with its valve open, first 12.3 mm from where that opens: no path ..."
@@ -46,7 +48,7 @@ std::string standstill_in_words(std::size_t times, double at_mm, const recipes::
 /// Corners of it that lead straight back: to rest in each is as near to the recipe as to turn within its tolerance.
 std::size_t reversals(const recipes::Bead& bead);
 
-/// "planned at 88 mm/s instead of 100 mm/s: the axes' a_max and j_max allow no more on its radius of 3 mm; ..."
+/// "planned at 88 mm/s instead of 100 mm/s: the axes' limits allow no more on its curve, radius 3 mm; ..."
 std::string in_words(const SlowBead& bead, const recipes::Recipe& recipe);
 
 }  // namespace gantry::job

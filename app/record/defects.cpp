@@ -24,7 +24,6 @@ bool has_shut(const Deposit& shot) { return shot.closed_cycle != 0; }
 constexpr const char* kStillOpen = "its shot was still open when the job ended";
 constexpr std::array<std::string_view, 9> kKinds{"missing", "cut",   "beside",    "gap", "amount",
                                                  "speed",   "extra", "reference", "late"};
-constexpr double kEnough = 0.5;  // of a bead's length is to be at its speed
 
 /// One job's features, one after the other.
 class Judge {
@@ -75,11 +74,18 @@ class Judge {
     if (found == deposits_.end() || !found->second->speed) return;
     const sim::DepositSpeed& seen = *found->second->speed;
     const bool held = seen.held_mm_s && std::abs(*seen.held_mm_s - m->speed) > m->speed_tolerance * m->speed;
-    if ((!held && seen.within_tolerance >= kEnough) || told(bead->id, {Kind::Speed, Kind::Cut})) return;
+    if ((!held && !seen.sag && seen.within_tolerance >= SteadySpeed::kEnough) ||
+        told(bead->id, {Kind::Speed, Kind::Cut}))
+      return;
     if (held)
       add(bead->id, Kind::Speed,
           fmt::format("the needle went at {:.3g} mm/s instead of {:.3g} mm/s for 50 ms and more; {:.3g} % are allowed",
                       *seen.held_mm_s, m->speed, m->speed_tolerance * 100));
+    else if (seen.sag)
+      add(bead->id, Kind::Speed,
+          fmt::format("the needle slowed down to {:.3g} mm/s instead of {:.3g} mm/s, and was too slow for {:.0f} ms, "
+                      "longer than a corner takes; {:.3g} % are allowed",
+                      seen.sag->low_mm_s, m->speed, seen.sag->lasts_s * 1e3, m->speed_tolerance * 100));
     else
       add(bead->id, Kind::Speed,
           fmt::format("the needle went at its {:.3g} mm/s, but for {:.3g} %, along {:.0f} % of its length", m->speed,
@@ -215,7 +221,7 @@ class Judge {
         return add(
             bead.id, Kind::Cut,
             fmt::format("cut by a stop: {:.2f} of its {:.2f} mm lie; it starts {:.2f} mm from its start and ends "
-                        "{:.2f} mm from its end",
+                        "{:.2f} mm from its end, straight across",
                         length_from_above_mm(d->board_mm), length_from_above_mm(d->nominal_mm), start_off_mm,
                         end_off_mm));
       return add_extra(*d);

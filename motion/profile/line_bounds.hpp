@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/change_duration.hpp"
 #include "motion/profile/planner.hpp"
 #include "motion/types.hpp"
 

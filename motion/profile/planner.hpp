@@ -89,9 +89,6 @@ struct Extent {
 /// Start and end speeds scale as well, so that it is the same motion for what starts and ends at rest.
 [[nodiscard]] Profile stretched(const Profile& profile, double factor) noexcept;
 
-/// Time that a change of speed by d >= 0, without acceleration at either end, takes.
-[[nodiscard]] double change_duration(double d, double a, double j) noexcept;
-
 /// Length that a change from (v, 0) to (v_to, 0) takes, both >= 0.
 [[nodiscard]] double change_length(double v, double v_to, double a, double j) noexcept;
 

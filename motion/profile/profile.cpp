@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/change_duration.hpp"
 #include "motion/profile/planner.hpp"
 
 namespace gantry::motion {
@@ -70,12 +71,7 @@ Profile stretched(const Profile& profile, double factor) noexcept {
   return out;
 }
 
-// A change of speed by d with acceleration 0 at both ends takes T = 2 sqrt(d/j) (the bound a is not reached, d <=
-// a^2/j) or d/a + a/j, symmetric about its middle: its length is the mean speed times T.
-double change_duration(double d, double a, double j) noexcept {
-  return d <= a * a / j ? 2 * std::sqrt(d / j) : d / a + a / j;
-}
-
+// A change of speed is symmetric about its middle: its length is the mean speed times its duration.
 double change_length(double v, double v_to, double a, double j) noexcept {
   return (v + v_to) / 2 * change_duration(std::abs(v_to - v), a, j);
 }

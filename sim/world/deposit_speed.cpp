@@ -83,6 +83,7 @@ std::optional<DepositSpeed> speed_of(std::span<const Shot* const> shots, AskedSp
                    .volume_per_length = open_s * asked.mm_s / length_mm,
                    .within_tolerance = judged.within(),
                    .held_mm_s = judged.held_mm_s(),
+                   .sag = judged.sag(),
                    .stood_s = stood_s(*shots.front(), sync_s)};
   if (sums.seen_mm > 0) {
     out.least_mm_s = sums.least_mm_s, out.most_mm_s = sums.most_mm_s;

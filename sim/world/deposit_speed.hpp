@@ -10,7 +10,8 @@
 namespace gantry::sim {
 
 /// Of the shots that make up one bead. Nothing where no time has passed with the valve open, or no speed was asked for.
-/// What `within_tolerance` and `held_mm_s` say is taken over so long a time that counts of the motors do not show.
+/// What `within_tolerance`, `held_mm_s` and `sag` say is taken over so long a time that counts of the motors do not
+/// show.
 std::optional<DepositSpeed> speed_of(std::span<const Shot* const> shots, AskedSpeed asked, double sync_s);
 
 }  // namespace gantry::sim

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/new_file.hpp"
+#include "recipes/asked_speed.hpp"
 #include "sim/world/deposit_speed.hpp"
 #include "sim/world/near_line.hpp"
 
@@ -236,7 +237,7 @@ double gap_error(std::span<const Vec3> path, std::span<const Vec3> nominal, doub
 }
 
 std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_ptr<const Shot>> shots,
-                           std::optional<Vec2> purge_at, double sync_s) {
+                           std::optional<Vec2> purge_at, const config::Machine* machine) {
   std::vector<bool> taken(plan.features.size(), false);
   const Starts starts = starts_of(plan);
   std::vector<Deposit> out;
@@ -280,9 +281,13 @@ std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_pt
     const bool bead = d.kind == "bead" && m.feature >= 0;
     beads.push_back({shot.get()});
     const BoardPlan::Feature* f = bead ? &plan.features[static_cast<std::size_t>(m.feature)] : nullptr;
-    asked.push_back(f != nullptr ? AskedSpeed{f->speed_mm_s, f->speed_tolerance} : AskedSpeed{});
+    asked.push_back(f == nullptr ? AskedSpeed{}
+                    : machine == nullptr
+                        ? AskedSpeed{f->speed_mm_s, f->speed_tolerance}
+                        : recipes::asked_speed(*machine, f->points, f->speed_mm_s, f->speed_tolerance));
     out.push_back(std::move(d));
   }
+  const double sync_s = machine != nullptr ? seconds(machine->bus.cycle) : 0.001;
   for (std::size_t i = 0; i < out.size(); ++i) out[i].speed = speed_of(beads[i], asked[i], sync_s);
   return out;
 }

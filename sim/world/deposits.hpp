@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "config/machine.hpp"
 #include "core/clock.hpp"
 #include "core/error.hpp"
 #include "sim/world/board.hpp"
@@ -28,9 +29,10 @@ struct Shot {
 /// it; a second shot on the same feature, and one that lies on none, has no id. A shot that begins where a bead has
 /// ended short, and follows it, is a part of that bead's deposit.
 /// `purge_at`: where the needle is to be purged, board frame; a standing shot that is nearer to it than to any feature
-/// belongs there. `sync_s`: how long a cycle is.
+/// belongs there. `machine`: whose cycle and axes the speeds of beads are judged by; without one its cycle is 1 ms, and
+/// no speed is judged by what axes can do.
 std::vector<Deposit> judge(const BoardPlan& plan, std::span<const std::shared_ptr<const Shot>> shots,
-                           std::optional<Vec2> purge_at = {}, double sync_s = 0.001);
+                           std::optional<Vec2> purge_at = {}, const config::Machine* machine = nullptr);
 
 inline constexpr double kMatch_mm = 3;
 /// A shot that moves less than this is a dot by its own geometry.

@@ -272,7 +272,7 @@ std::vector<Deposit> World::deposits() {
     const config::WorkFrame* frame = config::find_frame(machine_, purge->frame);
     purge_at = flat(frame != nullptr ? board->to_board(frame->origin + purge->at) : purge->at);
   }
-  return judge(board->plan, shots, purge_at, seconds(machine_.bus.cycle));
+  return judge(board->plan, shots, purge_at, &machine_);
 }
 
 std::vector<Collision> World::collisions() {

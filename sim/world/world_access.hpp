@@ -12,6 +12,7 @@
 
 #include "core/axis_vec.hpp"
 #include "core/error.hpp"
+#include "core/steady_speed.hpp"
 #include "core/vec.hpp"
 #include "recipes/recipe.hpp"
 #include "vision/camera.hpp"
@@ -29,6 +30,7 @@ struct DepositSpeed {
   double volume_per_length = 0;       ///< from a valve with a steady flow: 1 is what the asked speed gives
   double within_tolerance = 1;        ///< share of the length, 0..1, within the material's tolerance ...
   std::optional<double> held_mm_s{};  ///< ... and of the speeds that it kept for 50 ms the one farthest off
+  std::optional<Sag> sag{};           ///< where it was too slow for longer than a corner makes it
   double stood_s = 0;                 ///< over its start, from above, since its valve opened first
 };
 

@@ -35,6 +35,11 @@ std::vector<Point> points(const json& list, Read read) {
   return out;
 }
 
+std::optional<Sag> sag_from_json(const json& j) {
+  if (j.is_null()) return std::nullopt;
+  return Sag{j.at(0).get<double>(), j.at(1).get<double>()};
+}
+
 std::optional<DepositSpeed> speed(const json& deposit) {
   const auto found = deposit.find("speed");
   if (found == deposit.end() || found->is_null()) return std::nullopt;
@@ -46,7 +51,8 @@ std::optional<DepositSpeed> speed(const json& deposit) {
                       value(4),
                       value(5),
                       found->at(6).is_null() ? std::nullopt : std::optional(value(6)),
-                      value(7)};
+                      sag_from_json(found->at(7)),
+                      value(8)};
 }
 
 /// nlohmann throws on a missing key or another type; that ends here.
@@ -96,22 +102,25 @@ json to_json(const BoardPlacement& p) {
 }
 
 json to_json(const Deposit& d) {
-  return {{"id", d.id},
-          {"kind", d.kind},
-          {"nominal_mm", points(d.nominal_mm)},
-          {"board_mm", points(d.board_mm)},
-          {"error_mm", d.error_mm},
-          {"gap_mm", d.gap_mm},
-          {"asked_gap_mm", d.asked_gap_mm},
-          {"opened_cycle", d.opened_cycle},
-          {"closed_cycle", d.closed_cycle},
-          {"joins_mm", d.joins_mm},
-          {"speed",
-           d.speed ? json::array({d.speed->asked_mm_s, d.speed->least_mm_s, d.speed->most_mm_s,
-                                  d.speed->within_5_percent, d.speed->volume_per_length, d.speed->within_tolerance,
-                                  d.speed->held_mm_s ? json(*d.speed->held_mm_s) : json(nullptr), d.speed->stood_s})
-                   : json(nullptr)},
-          {"open_s", d.open_s}};
+  return {
+      {"id", d.id},
+      {"kind", d.kind},
+      {"nominal_mm", points(d.nominal_mm)},
+      {"board_mm", points(d.board_mm)},
+      {"error_mm", d.error_mm},
+      {"gap_mm", d.gap_mm},
+      {"asked_gap_mm", d.asked_gap_mm},
+      {"opened_cycle", d.opened_cycle},
+      {"closed_cycle", d.closed_cycle},
+      {"joins_mm", d.joins_mm},
+      {"speed", d.speed ? json::array({d.speed->asked_mm_s, d.speed->least_mm_s, d.speed->most_mm_s,
+                                       d.speed->within_5_percent, d.speed->volume_per_length, d.speed->within_tolerance,
+                                       d.speed->held_mm_s ? json(*d.speed->held_mm_s) : json(nullptr),
+                                       d.speed->sag ? json::array({d.speed->sag->low_mm_s, d.speed->sag->lasts_s})
+                                                    : json(nullptr),
+                                       d.speed->stood_s})
+                        : json(nullptr)},
+      {"open_s", d.open_s}};
 }
 
 json to_json(const Collision& c) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
+#include <random>
 
 #include "motion/path/bead.hpp"
 #include "tests/motion/machine.hpp"
@@ -21,6 +22,20 @@ recipes::Recipe recipe() {
             "  - circle: {name: ring, material: a, centre: [40 mm, 30 mm], radius: 3 mm}\n",
             "r.yaml")
           .value();
+}
+
+config::Machine with(const motion::Limits& limits) {
+  config::Machine machine;
+  machine.x = AxisId{0}, machine.y = AxisId{1}, machine.z = AxisId{2};
+  machine.bus.cycle = nanoseconds(std::llround(limits.tick_s * 1e9));
+  for (std::uint8_t i = 0; i < limits.axes; ++i) {
+    const motion::AxisLimits& l = limits.axis[i];
+    config::Axis& axis = machine.axes.emplace_back();
+    axis.id = AxisId{i}, axis.rotary = !limits.linear[i];
+    axis.p_min = l.p_min, axis.p_max = l.p_max, axis.v_max = l.v_max, axis.a_max = l.a_max, axis.j_max = l.j_max;
+    axis.response_delay_s = limits.response_delay_s[i];
+  }
+  return machine;
 }
 
 bool says(const std::string& text, const char* piece) { return text.find(piece) != std::string::npos; }
@@ -67,7 +82,7 @@ std::vector<SlowBead> slow_line(double length_mm, double speed_mm_s, recipes::Re
                                                   .valve = 1,
                                                   .feature = 0});
   std::vector<SlowBead> slow;
-  add_slow_beads(slow, r, {motion->segments.begin(), motion->segments.end()}, motion::test::machine());
+  add_slow_beads(slow, r, {motion->segments.begin(), motion->segments.end()}, with(motion::test::machine()));
   return slow;
 }
 
@@ -84,7 +99,7 @@ TEST(SlowBeads, that_rest_in_near_corners_are_never_at_their_speed_in_the_mean) 
       motion::plan_bead(motion::test::machine(), {.points = points, .speed_mm_s = 5.7, .valve = 1, .feature = 0});
   ASSERT_TRUE(motion);
   std::vector<SlowBead> slow;
-  add_slow_beads(slow, r, {motion->segments.begin(), motion->segments.end()}, motion::test::machine());
+  add_slow_beads(slow, r, {motion->segments.begin(), motion->segments.end()}, with(motion::test::machine()));
   ASSERT_EQ(slow.size(), 1u);
   EXPECT_LT(slow[0].at_speed, 0.1);
   EXPECT_FALSE(slow[0].begins_slowly_mm_s);
@@ -127,7 +142,7 @@ TEST(SlowBeads, that_lagging_drives_may_slow_down_are_told_as_such) {
   for (const auto& [delay_s, told] : {std::pair{0.0, false}, {0.001, false}, {0.006, true}}) {
     limits.response_delay_s.fill(delay_s);
     std::vector<SlowBead> slow;
-    add_slow_beads(slow, r, {motion->segments.begin(), motion->segments.end()}, limits);
+    add_slow_beads(slow, r, {motion->segments.begin(), motion->segments.end()}, with(limits));
     ASSERT_EQ(slow.size(), told ? 1u : 0u) << delay_s;
     if (!told) continue;
     EXPECT_TRUE(slow[0].narrowly);
@@ -135,18 +150,21 @@ TEST(SlowBeads, that_lagging_drives_may_slow_down_are_told_as_such) {
   }
 }
 
-std::vector<SlowBead> polyline(std::vector<Vec3> points, double corner_tolerance_mm, recipes::Recipe& r) {
+std::vector<SlowBead> polyline(std::vector<Vec3> points, double corner_tolerance_mm, recipes::Recipe& r,
+                               double speed_mm_s = 20, const motion::Limits& limits = motion::test::machine()) {
   auto& bead = std::get<recipes::Bead>(r.features[1]);
   bead.points = std::move(points), bead.corner_tolerance = corner_tolerance_mm;
   motion::BeadSpec spec;
-  spec.speed_mm_s = 20, spec.corner_tolerance_mm = corner_tolerance_mm, spec.valve = 1;
+  spec.speed_mm_s = speed_mm_s, spec.corner_tolerance_mm = corner_tolerance_mm, spec.valve = 1;
   for (const Vec3 p : bead.points) spec.points.push_back({p.x + 200, p.y + 200, -50});
-  r.materials.front().speed = 20;
-  const auto motion = motion::plan_bead(motion::test::machine(), spec);
+  r.materials.front().speed = speed_mm_s;
+  const auto motion = motion::plan_bead(limits, spec);
+  EXPECT_TRUE(motion) << speed_mm_s;
+  if (!motion) return {};
   std::deque<motion::Segment> segments(motion->segments.begin(), motion->segments.end());
   for (auto& s : segments) s.feature = 1;
   std::vector<SlowBead> slow;
-  add_slow_beads(slow, r, segments, motion::test::machine());
+  add_slow_beads(slow, r, segments, with(limits));
   return slow;
 }
 
@@ -175,6 +193,73 @@ TEST(SlowBeads, one_that_stands_with_its_valve_open_is_told_unless_the_recipe_as
   EXPECT_TRUE(says(text, "`corner_tolerance` of 0.0003 mm; write a larger one")) << text;
   r.materials.front().flow_follows_speed = true;
   EXPECT_TRUE(zigzag(3e-4, r).empty());
+}
+
+/// A machine whose X and Y are alike.
+motion::Limits alike(double a_max, double j_max) {
+  motion::Limits limits = motion::test::machine();
+  for (const std::size_t i : {0u, 1u}) limits.axis[i].a_max = a_max, limits.axis[i].j_max = j_max;
+  return limits;
+}
+
+constexpr std::pair<double, double> kAxes[] = {
+    {600, 15000}, {1500, 20000}, {3000, 50000}, {4000, 80000}, {8000, 400000}};
+
+/// However deep it is, and however long it lasts for that: each leg is long enough to come to the speed again.
+TEST(SlowBeads, a_corner_is_none_whatever_its_angle_its_tolerance_its_speed_and_its_axes) {
+  std::mt19937_64 random(15);
+  const auto draw = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  for (int n = 0; n < 100; ++n) {
+    const auto& [a_max, j_max] = kAxes[static_cast<std::size_t>(n) % std::size(kAxes)];
+    const double speed = std::pow(10, draw(0.3, a_max < 1000 ? 1.7 : 2.1)), tolerance = std::pow(10, draw(-2.5, 0));
+    const double leg = 6 * speed * (speed / a_max + std::sqrt(speed / j_max)) + 20 * tolerance + 3;
+    auto r = recipe();
+    std::vector<Vec3> points{{10, 10, 0}};
+    double heading = draw(0, 0.5);
+    for (int k = 0; k < 3; ++k) {
+      points.push_back(points.back() + Vec3{leg * std::cos(heading), leg * std::sin(heading), 0});
+      heading += draw(0.1, 3.0) * (k % 2 == 0 ? 1 : -1);
+    }
+    for (const SlowBead& each : polyline(points, tolerance, r, speed, alike(a_max, j_max)))
+      ADD_FAILURE() << "case " << n << ", tolerance " << tolerance << ": " << in_words(each, r);
+  }
+}
+
+/// By hand: on a radius r an axis that may accelerate by a goes at no more than sqrt(a r), and one whose jerk may be j
+/// at no more than the cube root of j r^2.
+TEST(SlowBeads, a_spiral_too_narrow_for_its_speed_at_its_inner_end_is_told_that_and_not_where_it_is_slow_enough) {
+  int told = 0;
+  for (const auto& [a_max, j_max] : kAxes)
+    for (const double inner : {0.5, 2.0})
+      for (const bool inwards : {false, true}) {
+        constexpr double kSpacing = 1, kOuter = 6;
+        std::vector<Vec3> points;
+        const double turns = (kOuter - inner) / kSpacing;
+        const int n = static_cast<int>(turns * 90);
+        for (int k = 0; k <= n; ++k) {
+          const double share = inwards ? 1 - static_cast<double>(k) / n : static_cast<double>(k) / n;
+          const double radius = inner + (kOuter - inner) * share, turn = 2 * std::numbers::pi * turns * share;
+          points.push_back({60 + radius * std::cos(turn), 40 + radius * std::sin(turn), 0});
+        }
+        const double at_most = std::min(std::sqrt(a_max * inner), std::cbrt(j_max * inner * inner));
+        auto r = recipe();
+        std::get<recipes::Bead>(r.features[1]).curve_mm = 1e-3;
+        EXPECT_TRUE(polyline(points, 0.05, r, 0.7 * at_most, alike(a_max, j_max)).empty())
+            << a_max << " " << inner << " " << inwards;
+        const double faster = 1.5 * at_most;
+        const auto slow = polyline(points, 0.05, r, faster, alike(a_max, j_max));
+        for (const SlowBead& each : slow) {
+          ++told;
+          EXPECT_LT(each.steady_mm_s, 0.95 * faster);
+          EXPECT_GT(each.steady_mm_s, 0.6 * at_most);
+          EXPECT_TRUE(says(in_words(each, r), "radius")) << in_words(each, r);
+        }
+        // By hand: 50 ms and one and a half times two changes of the speed by a half of what is at most.
+        const double change = 2 * std::sqrt(0.5 * at_most / j_max) + 0.5 * at_most / a_max;
+        const double narrow_mm = std::numbers::pi * (2.25 - 1) * inner * inner / kSpacing;  // to 1.5^2 of the radius
+        EXPECT_TRUE(narrow_mm / faster < 0.1 + 3 * change || !slow.empty()) << a_max << " " << inner << " " << inwards;
+      }
+  EXPECT_GE(told, 8);
 }
 
 }  // namespace

@@ -204,6 +204,12 @@ TEST(Defects, the_speed_that_the_world_has_seen_counts_whatever_was_planned) {
   expect_one(with(0.4, std::nullopt), "b", Kind::Speed, Board::Defects);
   EXPECT_NE(with(0.9, 17).defects[0].message.find("17 mm/s instead of 20 mm/s"), std::string::npos);
   EXPECT_NE(with(0.4, std::nullopt).defects[0].message.find("40 % of its length"), std::string::npos);
+  auto sagged = bead();
+  sagged.speed =
+      sim::DepositSpeed{.asked_mm_s = 20, .within_tolerance = 0.9, .sag = Sag{.low_mm_s = 12, .lasts_s = 0.3}};
+  expect_one(judged({dot(), sagged}), "b", Kind::Speed, Board::Defects);
+  const std::string words = judged({dot(), sagged}).defects.at(0).message;
+  EXPECT_NE(words.find("slowed down to 12 mm/s instead of 20 mm/s, and was too slow for 300 ms"), std::string::npos);
   auto slow = bead();
   slow.speed = sim::DepositSpeed{.asked_mm_s = 20, .within_tolerance = 0, .held_mm_s = 10};
   expect_one(judged({dot(), slow}, kDone, {{1, 20, 10, 40, 80}}), "b", Kind::Speed, Board::Defects);  // once
@@ -244,7 +250,8 @@ TEST(Defects, what_is_cut_tells_how_much_of_it_lies) {
   const JobResult r = judged({dot(), little}, {FeatureState::Done, FeatureState::Interrupted});
   ASSERT_EQ(r.defects.size(), 1u);
   EXPECT_EQ(r.defects[0].message,
-            "cut by a stop: 3.00 of its 40.00 mm lie; it starts 0.00 mm from its start and ends 3.00 mm from its end");
+            "cut by a stop: 3.00 of its 40.00 mm lie; it starts 0.00 mm from its start and ends 3.00 mm from its end, "
+            "straight across");
 }
 
 TEST(Defects, a_drop_under_a_feature_that_was_given_again_is_one_too_many_and_nothing_is_missing) {

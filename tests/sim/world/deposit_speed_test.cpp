@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 #include <gtest/gtest.h>
+#include <vector>
 
 namespace gantry::sim {
 namespace {
@@ -121,6 +122,55 @@ TEST(DepositSpeed, a_slow_bead_that_stops_in_a_corner_keeps_its_speed) {
     const auto slower = [&](double t) { return t > 1 && t < 2 ? 0.8 * asked : asked; };
     EXPECT_NEAR(judged({seen(3, slower)}, asked).held_mm_s.value_or(0), 0.8 * asked, 0.02 * asked);
   }
+}
+
+/// The speed of axes that brake at full jerk and acceleration from `v` by `d` and speed up again, t from the lowest,
+/// by steps of a microsecond.
+std::function<double(double)> corner(double v, double d, double a_max, double j_max, double middle_s) {
+  const double peak = std::min(a_max, std::sqrt(d * j_max)), ramp = peak / j_max, flat = d / peak - ramp;
+  std::vector<double> rise{0};
+  constexpr double kFine = 1e-6;
+  double a = 0;
+  for (double t = 0; t < 2 * ramp + flat; t += kFine) {
+    a = t < ramp ? j_max * t : t < ramp + flat ? peak : std::max(0.0, peak - j_max * (t - ramp - flat));
+    rise.push_back(rise.back() + a * kFine);
+  }
+  return [=](double t) {
+    const auto n = static_cast<std::size_t>(std::abs(t - middle_s) / kFine);
+    return n >= rise.size() ? v : std::min(v, v - d + rise[n]);
+  };
+}
+
+TEST(DepositSpeed, a_corner_does_not_sag_however_soft_its_axes_are) {
+  for (const auto& [a_max, j_max] : {std::pair{500.0, 5000.0}, {3000.0, 50000.0}, {8000.0, 400000.0}})
+    for (const double asked : {2.0, 20.0, 90.0})
+      for (const double part : {0.1, 0.3, 0.6, 1.0}) {
+        const Shot shot = seen(3, corner(asked, part * asked, a_max, j_max, 1.5));
+        const Shot* all[] = {&shot};
+        const auto v = speed_of(all, {asked, 0.05, a_max, j_max}, kSync_s);
+        EXPECT_FALSE(v->sag) << a_max << " " << asked << " " << part;
+        EXPECT_LT(v->least_mm_s, asked * (1.05 - part * 0.3)) << "it is a corner";
+      }
+}
+
+/// From 20 down to 10 and up again, evenly, in `lasts`: axes of 3000 mm/s^2 and 50,000 mm/s^3 need 2 sqrt(10 / 50000) =
+/// 28 ms for each way.
+TEST(DepositSpeed, what_is_slow_for_longer_than_a_corner_sags) {
+  const auto sag = [](double lasts, int times) {
+    const auto v = [&](double t) {
+      const double since = t - 1;
+      if (since < 0 || since > lasts * times) return 20.0;
+      return 20 - 10 * (1 - std::abs(2 * (since / lasts - std::floor(since / lasts)) - 1));
+    };
+    const Shot shot = seen(2 + lasts * times, v);
+    const Shot* all[] = {&shot};
+    return speed_of(all, {20, 0.05, 3000, 50000}, kSync_s)->sag;
+  };
+  EXPECT_FALSE(sag(0.1, 1));
+  ASSERT_TRUE(sag(0.2, 1));
+  EXPECT_NEAR(sag(0.2, 1)->low_mm_s, 10, 0.6);
+  EXPECT_NEAR(sag(0.2, 1)->lasts_s, 0.2 * 0.9, 0.02) << "below 19 mm/s";
+  EXPECT_FALSE(sag(0.08, 8)) << "many corners, each with its speed between them";
 }
 
 /// A bead that begins from rest after it has stood (`start_dwell`): standing there is asked for.

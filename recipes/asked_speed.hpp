@@ -1,0 +1,24 @@
+// What a bead is asked for on a machine: its material's speed, and how fast the axes that lay it may change it.
+//   SteadySpeed judge(asked_speed(machine, bead.points, m.speed, m.speed_tolerance), 0.001);
+#pragma once
+#include <algorithm>
+#include <span>
+
+#include "config/machine.hpp"
+#include "core/steady_speed.hpp"
+#include "recipes/level.hpp"
+
+namespace gantry::recipes {
+
+/// `points`: of the bead, z over its board. The axes are X and Y, and Z where it is not level.
+[[nodiscard]] inline AskedSpeed asked_speed(const config::Machine& machine, std::span<const Vec3> points,
+                                            double speed_mm_s, double tolerance) {
+  const auto slowest = [&](double config::Axis::*limit) {
+    const auto of = [&](AxisId id) { return machine.axes[id.value].*limit; };
+    const double level = std::min(of(machine.x), of(machine.y));
+    return is_level(points) ? level : std::min(level, of(machine.z));
+  };
+  return {speed_mm_s, tolerance, slowest(&config::Axis::a_max), slowest(&config::Axis::j_max)};
+}
+
+}  // namespace gantry::recipes
