@@ -8,7 +8,6 @@ namespace {
 
 using D = Dimension;
 constexpr Range kPositive{1e-9, 1e9};
-constexpr Range kNotNegative{0, 1e9};
 constexpr Range kLength{-1e5, 1e5};
 constexpr Range kHalfTurn{units::rad(-180), units::rad(180)};
 

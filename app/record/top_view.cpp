@@ -19,7 +19,6 @@ constexpr double kWidth = 1000, kMaxHeight = 720, kFrame = 34;  // px
 constexpr double kBead_mm = 0.7;                                // drawn width; the recipe knows no width
 constexpr std::size_t kMostPoints = 20000;                      // of a line
 constexpr std::size_t kMostTitles = 2000;                       // deposits that show their name when pointed at
-constexpr double kResidualPx = 34.0;                            // the largest residual is drawn this long
 
 struct View {
   double scale = 1;  // px per mm
