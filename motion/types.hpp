@@ -17,7 +17,8 @@ struct AxisLimits {
 };
 struct Limits {
   std::array<AxisLimits, kMaxAxes> axis{};
-  std::size_t axes = 0;                 ///< how many of them are used
+  std::size_t axes = 0;                               ///< how many of them are used
+  std::array<std::array<char, 16>, kMaxAxes> name{};  ///< for words, cut where it is longer
   std::array<bool, kMaxAxes> linear{};  ///< axes whose travel makes path length (X Y Z); others follow along
   double tick_s = 0.001;
   AxisVec response_delay_s{};  ///< how far each axis lags its target; who lags less is sent its target later

@@ -12,6 +12,7 @@ motion::Limits limits_of(const config::Machine& machine) {
     const config::Axis& a = machine.axes[i];
     limits.axis[i] = {a.p_min, a.p_max, a.v_max, a.a_max, a.j_max};
     limits.response_delay_s[i] = a.response_delay_s;
+    a.name.copy(limits.name[i].data(), limits.name[i].size() - 1);
   }
   for (const AxisId id : {machine.x, machine.y, machine.z}) limits.linear[id.value] = true;
   return limits;

@@ -314,13 +314,13 @@ Result<void> within_limits(const Limits& limits, const BeadMotion& bead) {
   const bool up = out->segment < bead.bead_begin;
   if (!up && out->segment < bead.bead_end)
     return fail(Fault::OutOfReach, "a bead bends " + number(out->by) + " mm beyond the soft limits of axis " +
-                                       std::to_string(out->axis) +
+                                       limits.name[out->axis].data() +
                                        "; lower its `corner_tolerance`, or move it inwards");
   const SpeedProfile& at = bead.segments[up ? bead.bead_begin : bead.bead_end - 1].nominal;
   return fail(Fault::SpeedNotReachable, std::string("the run-") + (up ? "up" : "out") + " of a bead at " +
                                             number(up ? at.v0 : along(at, duration(at)).x.v) + " mm/s needs " +
                                             number(up ? bead.run_up_mm : bead.run_out_mm) +
-                                            " mm and leaves the soft limits of axis " + std::to_string(out->axis) +
+                                            " mm and leaves the soft limits of axis " + limits.name[out->axis].data() +
                                             "; lower the speed or move the bead inwards");
 }
 

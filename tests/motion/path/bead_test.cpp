@@ -278,10 +278,13 @@ TEST(Bead, says_what_is_wrong_with_it) {
   AxisVec turned = at(1, 1);
   turned[3] = 1;
   EXPECT_EQ(plan_bead(m, spec_of({at(1, 1), turned}, 20, 0)).error().fault, Fault::NoSolution);
-  const auto edge = plan_bead(m, spec_of({at(-9.99, 100), at(50, 100)}, 200, 0));
+  Limits named = m;
+  named.name[0] = {'X'};
+  const auto edge = plan_bead(named, spec_of({at(-9.99, 100), at(50, 100)}, 200, 0));
   ASSERT_FALSE(edge);
   EXPECT_EQ(edge.error().fault, Fault::SpeedNotReachable);
   EXPECT_NE(edge.error().message.find("run-up"), std::string::npos);
+  EXPECT_NE(edge.error().message.find("soft limits of axis X;"), std::string::npos) << edge.error().message;
 }
 
 /// Ticks of the segments [from, to).
